@@ -1,0 +1,2 @@
+//! The slipfit command.
+fn main() {}

@@ -1,0 +1,54 @@
+//! What cannot be computed, with the values a user needs to mend it.
+
+/// Something that could not be computed.
+///
+/// A fit that finished but disappoints is no error: it is an answer with
+/// warnings.
+#[derive(Debug, Clone, PartialEq, thiserror::Error)]
+#[non_exhaustive]
+pub enum Error {
+    /// A parameter lies outside its physical range.
+    #[error("{name} = {value} is outside {range}")]
+    Parameter {
+        /// The parameter, as the caller names it.
+        name: &'static str,
+        /// The value given.
+        value: f64,
+        /// The allowed range, in words or as an interval.
+        range: &'static str,
+    },
+    /// Two arrays that belong together differ in length.
+    #[error("{name} has {found} values where {expected} were expected")]
+    Length {
+        /// The array.
+        name: &'static str,
+        /// Its length.
+        found: usize,
+        /// The length it should have.
+        expected: usize,
+    },
+    /// The record holds too little to be analysed.
+    #[error("{found} usable samples; at least {needed} are needed")]
+    TooFewSamples {
+        /// Usable samples found.
+        found: usize,
+        /// The least that would do.
+        needed: usize,
+    },
+    /// Every sample has the same value: nothing oscillates.
+    #[error("the signal is constant ({value}): nothing oscillates")]
+    ConstantSignal {
+        /// The one value.
+        value: f64,
+    },
+    /// Time runs backwards through most of the record.
+    #[error("time goes backwards at sample {index}: {previous} s, then {next} s")]
+    TimeBackwards {
+        /// Index of the first offending sample.
+        index: usize,
+        /// Its predecessor's time.
+        previous: f64,
+        /// Its time.
+        next: f64,
+    },
+}

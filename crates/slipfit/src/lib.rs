@@ -1,0 +1,6 @@
+//! Tells sliding (Coulomb, dry) friction from viscous damping in any oscillator.
+pub mod error;
+pub mod record;
+
+pub use error::Error;
+pub use record::{Record, SignalKind};
