@@ -4,3 +4,8 @@ pub mod record;
 
 pub use error::Error;
 pub use record::{Record, SignalKind};
+pub mod estimate;
+pub mod quantity;
+pub mod ringdown;
+
+pub use quantity::Quantity;

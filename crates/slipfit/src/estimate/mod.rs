@@ -1,0 +1,4 @@
+//! Least squares, intervals, evidence: the one place that knows statistics.
+
+/// Two-sided 95 % point of the normal distribution.
+pub(crate) const Z_95: f64 = 1.959_963_984_540_054;

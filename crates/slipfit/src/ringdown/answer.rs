@@ -1,0 +1,216 @@
+//! The answer to a ring-down: parameters, evidence, doubts.
+
+use super::{LossModel, Warning};
+use crate::Quantity;
+
+/// One named parameter of the answer.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Parameter {
+    /// Name as in the JSON answer, e.g. `decay_rate_per_s`.
+    pub name: &'static str,
+    /// Its value and uncertainty.
+    pub quantity: Quantity,
+}
+
+/// One loss model, fitted.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Candidate {
+    /// The model.
+    pub model: LossModel,
+    /// Bayesian information criterion; differences count, the zero is arbitrary.
+    pub bic: f64,
+    /// `bic` above the best candidate's.
+    pub delta_bic: f64,
+    /// Root mean square of the residual, in the signal's unit.
+    pub rms: f64,
+    /// Number of free parameters, nuisances included.
+    pub free_parameters: usize,
+    /// Whether the fit met its tolerance.
+    pub converged: bool,
+    /// A loss term this model ended on the limit (zero), if any.
+    pub at_limit: Option<&'static str>,
+    /// Decay rate delta, 1/s (zero where the model has none).
+    pub decay_rate_per_s: f64,
+    /// Friction displacement x_F, signal unit (zero where the model has none).
+    pub friction_displacement: f64,
+    /// Drag rate a2, 1/(s × signal unit) (zero where the model has none).
+    pub drag_rate: f64,
+}
+
+/// Is there sliding friction, and how much of the loss is it?
+#[derive(Debug, Clone, PartialEq)]
+pub struct SlidingEvidence {
+    /// Sliding friction is needed: `p_value` below 0.01 and the BIC prefers it.
+    pub detected: bool,
+    /// Probability that a record without sliding friction would look at least
+    /// this much like one with it, given the best model without it. One-sided:
+    /// friction cannot be negative.
+    pub p_value: f64,
+    /// BIC of the best model without sliding minus the best with it.
+    pub delta_bic: f64,
+    /// Sliding share of the loss at the first amplitude used, in the chosen model.
+    pub share_at_start: f64,
+    /// Sliding share of the loss at the last amplitude used.
+    pub share_at_end: f64,
+    /// From this instant on sliding carries more than 95 % of the loss.
+    pub dominates_from_s: Option<f64>,
+    /// Probability of the data under a purely viscous decay (one-sided F test
+    /// against the chosen model); 1 when the chosen model is viscous.
+    pub viscous_only_p_value: f64,
+}
+
+/// The stretch of the record taken as free decay, and why it ends where it does.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Segment {
+    /// First instant used, s on the record's clock.
+    pub start_s: f64,
+    /// Last instant used, s on the record's clock.
+    pub end_s: f64,
+    /// Samples inside.
+    pub samples: usize,
+    /// Why it starts there.
+    pub start_reason: &'static str,
+    /// Why it ends there.
+    pub end_reason: &'static str,
+    /// Cycles inside (zero for a bare envelope, where none is seen).
+    pub cycles: f64,
+}
+
+/// Amplitude of one short stretch of the record.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct EnvelopePoint {
+    /// Middle of the stretch, s on the record's clock.
+    pub time_s: f64,
+    /// Measured amplitude, signal unit.
+    pub amplitude: f64,
+    /// Its standard error from noise alone.
+    pub std_error: f64,
+    /// Amplitude of the chosen model; NaN outside the segment.
+    pub fitted: f64,
+    /// Local frequency, Hz; NaN where none can be told.
+    pub frequency_hz: f64,
+    /// Whether the point lies in the fitted segment.
+    pub used: bool,
+}
+
+/// Loss per cycle against amplitude, measured and by the model.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct LossPoint {
+    /// Amplitude, signal unit.
+    pub amplitude: f64,
+    /// Measured amplitude lost per cycle, signal unit.
+    pub loss_per_cycle: f64,
+    /// Standard error of it.
+    pub std_error: f64,
+    /// The model's: total.
+    pub fitted: f64,
+    /// The model's: the sliding part.
+    pub fitted_sliding: f64,
+}
+
+/// Frequency against amplitude, `f(A) = f_0 (1 + c2 A² + c4 A⁴)`.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Backbone {
+    /// Frequency at vanishing amplitude, Hz.
+    pub frequency_at_zero_hz: f64,
+    /// Frequency at the first amplitude used, Hz.
+    pub frequency_at_start_hz: f64,
+    /// Relative change per squared amplitude, c2; zero when none is needed.
+    pub quadratic: f64,
+    /// Relative change per fourth power, c4; zero when none is needed.
+    pub quartic: f64,
+    /// Relative change of frequency with time, 1/s; zero when none is needed.
+    pub drift_per_s: f64,
+}
+
+/// Where and when the motion came to rest, when the record shows it.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Stop {
+    /// Instant of the last turning point, s on the record's clock.
+    pub time_s: f64,
+    /// Rest position less the middle of the oscillation, signal unit.
+    pub position: f64,
+    /// Standard error of the position.
+    pub position_std_error: f64,
+    /// Static friction displacement F_s/k lies between these, if the record
+    /// tells (last moving and first resting turning point), signal unit.
+    pub static_displacement: Option<[f64; 2]>,
+}
+
+/// How well the model describes the data.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Diagnostics {
+    /// `waveform` (every sample against the exact motion) or `envelope`
+    /// (phase left free, amplitudes of short stretches).
+    pub method: &'static str,
+    /// Noise of one sample as estimated inside short stretches, signal unit.
+    pub noise_rms: f64,
+    /// Residual of the chosen model, signal unit.
+    pub residual_rms: f64,
+    /// Variance of the fundamental's residual over what white noise gives; the
+    /// intervals are widened by its root where it exceeds one.
+    pub residual_excess: f64,
+    /// First autocorrelation of the residuals.
+    pub residual_autocorrelation: f64,
+    /// Amplitude at the start over noise, dB.
+    pub signal_to_noise_db: f64,
+    /// Decay times recorded: ln of first over last amplitude used.
+    pub decay_times: f64,
+    /// Other modes: frequency (Hz) and strength relative to the main one.
+    pub other_modes: Vec<OtherMode>,
+}
+
+/// Another oscillation in the record.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct OtherMode {
+    /// Frequency, Hz.
+    pub frequency_hz: f64,
+    /// Amplitude relative to the main mode's.
+    pub relative_amplitude: f64,
+}
+
+/// Everything [`analyse`](super::analyse) found out.
+#[derive(Debug, Clone, PartialEq)]
+#[non_exhaustive]
+pub struct Answer {
+    /// The model reported.
+    pub model: LossModel,
+    /// Parameters by name, in the order they should be read.
+    pub parameters: Vec<Parameter>,
+    /// All models, best first.
+    pub comparison: Vec<Candidate>,
+    /// Evidence for sliding friction.
+    pub sliding: SlidingEvidence,
+    /// Correlations between the estimated parameters, by pairs of names.
+    pub correlations: Vec<(&'static str, &'static str, f64)>,
+    /// The stretch used.
+    pub segment: Segment,
+    /// Amplitudes along the whole record.
+    pub envelope: Vec<EnvelopePoint>,
+    /// Loss per cycle against amplitude.
+    pub loss: Vec<LossPoint>,
+    /// Frequency against amplitude; `None` for a bare envelope.
+    pub backbone: Option<Backbone>,
+    /// The stop, if the record shows it.
+    pub stop: Option<Stop>,
+    /// Quality of the description.
+    pub diagnostics: Diagnostics,
+    /// Doubts.
+    pub warnings: Vec<Warning>,
+    /// Unit of the signal.
+    pub signal_unit: String,
+    /// The fitted waveform, to be evaluated at any instant.
+    pub fit: super::FittedMotion,
+}
+
+impl Answer {
+    /// The parameter of that name.
+    pub fn parameter(&self, name: &str) -> Option<&Quantity> {
+        self.parameters.iter().find(|p| p.name == name).map(|p| &p.quantity)
+    }
+
+    /// The correlation of two estimated parameters, in either order.
+    pub fn correlation(&self, a: &str, b: &str) -> Option<f64> {
+        self.correlations.iter().find(|(p, q, _)| (*p, *q) == (a, b) || (*q, *p) == (a, b)).map(|c| c.2)
+    }
+}

@@ -1,0 +1,124 @@
+//! The fitted motion, to be drawn or subtracted.
+
+use super::law::LossLaw;
+
+/// One knot of the phase and the offset.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub(crate) struct Knot {
+    pub(crate) time_s: f64,
+    /// Phase, rad; the motion turns at multiples of pi.
+    pub(crate) phase: f64,
+    /// Its rate, rad/s.
+    pub(crate) omega: f64,
+    pub(crate) offset: f64,
+}
+
+/// The motion of the chosen model: turning points on the amplitude law, joined
+/// by damped half cycles about `±x_F`.
+///
+/// Between two turning points `X_n` and `X_{n+1}` of signs `s`, `-s` the exact
+/// motion with sliding friction is, with `theta` the phase since the turn and
+/// `rho = (|X_{n+1}| + x_F)/(|X_n| - x_F)`,
+///
+/// ```text
+/// x = s { x_F + (|X_n| - x_F) rho^(theta/pi) [cos theta - (ln rho/pi) sin theta] }
+/// ```
+///
+/// which is the closed form of a free decay with viscous and sliding friction
+/// when the frequency is constant, and joins the turning points smoothly when
+/// frequency or loss law change slowly.
+#[derive(Debug, Clone, PartialEq)]
+pub struct FittedMotion {
+    pub(crate) start_s: f64,
+    pub(crate) end_s: f64,
+    pub(crate) law: LossLaw,
+    pub(crate) friction_displacement: f64,
+    /// Empty for a bare envelope.
+    pub(crate) knots: Vec<Knot>,
+    /// Added in square under an envelope's amplitude: `R² = A² + floor²`.
+    pub(crate) noise_floor: f64,
+}
+
+impl FittedMotion {
+    /// First and last instant of the fitted stretch, s.
+    pub fn range_s(&self) -> [f64; 2] {
+        [self.start_s, self.end_s]
+    }
+
+    /// Amplitude of the model at an instant, signal unit; zero after the stop,
+    /// NaN outside the fitted stretch.
+    ///
+    /// For an envelope record this is the bare amplitude, without the noise floor.
+    pub fn amplitude_at(&self, time_s: f64) -> f64 {
+        if !(self.start_s..=self.end_s).contains(&time_s) {
+            return f64::NAN;
+        }
+        self.law.amplitude(time_s - self.start_s)
+    }
+
+    /// Value of the signal at an instant, signal unit; NaN outside the fitted
+    /// stretch. For an envelope record, the amplitude with the noise floor.
+    pub fn signal_at(&self, time_s: f64) -> f64 {
+        let amplitude = self.amplitude_at(time_s);
+        let Some(knot) = self.phase_at(time_s) else {
+            return amplitude.hypot(self.noise_floor);
+        };
+        let theta = knot.phase.rem_euclid(std::f64::consts::PI);
+        let sign = if (knot.phase / std::f64::consts::PI).floor().rem_euclid(2.0) == 0.0 { 1.0 } else { -1.0 };
+        let since = theta / knot.omega;
+        let half_period = std::f64::consts::PI / knot.omega;
+        let elapsed = time_s - self.start_s - since;
+        let before = self.law.amplitude_extended(elapsed);
+        let after = self.law.amplitude_extended(elapsed + half_period);
+        knot.offset + sign * half_cycle(before, after, self.friction_displacement, theta)
+    }
+
+    fn phase_at(&self, time_s: f64) -> Option<Knot> {
+        if amplitude_missing(&self.knots) {
+            return None;
+        }
+        let right = self.knots.partition_point(|k| k.time_s < time_s).clamp(1, self.knots.len() - 1);
+        Some(interpolate(&self.knots[right - 1], &self.knots[right], time_s))
+    }
+}
+
+fn amplitude_missing(knots: &[Knot]) -> bool {
+    knots.len() < 2
+}
+
+/// Cubic Hermite in phase, linear in offset; extends past the ends with the last rate.
+pub(crate) fn interpolate(a: &Knot, b: &Knot, time_s: f64) -> Knot {
+    let h = b.time_s - a.time_s;
+    let u = (time_s - a.time_s) / h;
+    let slope = (b.phase - a.phase) / h;
+    // Newton form: exact for the cubic through both phases and both rates.
+    let p = (slope - a.omega) / h;
+    let q = (a.omega + b.omega - 2.0 * slope) / (h * h);
+    let (d, e) = (time_s - a.time_s, time_s - b.time_s);
+    if u < 0.0 {
+        return Knot { time_s, phase: a.phase + a.omega * d, omega: a.omega, offset: a.offset };
+    }
+    if u > 1.0 {
+        return Knot { time_s, phase: b.phase + b.omega * e, omega: b.omega, offset: b.offset };
+    }
+    Knot {
+        time_s,
+        phase: a.phase + a.omega * d + p * d * d + q * d * d * e,
+        omega: a.omega + 2.0 * p * d + q * (2.0 * d * e + d * d),
+        offset: a.offset + u * (b.offset - a.offset),
+    }
+}
+
+/// Displacement at phase `theta` in `[0, pi]` after the turning point `before`,
+/// on the way to `-after` (both as positive amplitudes).
+pub(crate) fn half_cycle(before: f64, after: f64, x_f: f64, theta: f64) -> f64 {
+    let swing = before - x_f;
+    let ratio = (after + x_f) / swing;
+    if !(swing > 0.0 && ratio > 0.0) {
+        // At rest inside the friction zone.
+        return before;
+    }
+    let lambda = ratio.ln() / std::f64::consts::PI;
+    let (sin, cos) = theta.sin_cos();
+    x_f + swing * (lambda * theta).exp() * (cos - lambda * sin)
+}
