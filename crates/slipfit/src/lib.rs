@@ -3,4 +3,4 @@ pub mod error;
 pub mod record;
 
 pub use error::Error;
-pub use record::{Record, SignalKind};
+pub use record::{Clock, ClockReport, Record, SignalKind};
