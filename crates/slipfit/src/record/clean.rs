@@ -118,10 +118,11 @@ pub(super) fn clock(rows: &mut Rows, report: &mut ClockReport) -> Result<Clock, 
         return Ok(settle(clock, rows, report));
     }
     if report.repeated_stamps as f64 > REPEATED_SHARE * rows.time_s.len() as f64
-        && let Some((clock, quantum_s)) = rounding::rebuild(&rows.time_s)
+        && let Some(rebuilt) = rounding::rebuild(&rows.time_s)
     {
-        report.rebuilt_quantum_s = Some(quantum_s);
-        return Ok(settle(clock, rows, report));
+        report.rebuilt_quantum_s = Some(rebuilt.quantum_s);
+        report.rebuilt_excess_s = rebuilt.excess_s;
+        return Ok(settle(rebuilt.clock, rows, report));
     }
     let stamps = std::mem::take(&mut rows.time_s);
     describe_steps(&stamps, report);

@@ -67,6 +67,9 @@ pub struct ClockReport {
     /// The stamps were those of a uniform clock written with too few digits;
     /// it was rebuilt. This is the coarsest rounding [s].
     pub rebuilt_quantum_s: Option<f64>,
+    /// Greatest distance of a stamp from the rebuilt clock beyond half its
+    /// rounding [s], at most a tenth of a step and of the rounding.
+    pub rebuilt_excess_s: f64,
     /// Stretches without samples. Where sampling is regular (80 % of the steps
     /// within 20 % of the median) a step above 1.5 medians; otherwise a step
     /// above 10 medians of the record and of its eight neighbours.

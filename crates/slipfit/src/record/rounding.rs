@@ -5,6 +5,19 @@ use super::Clock;
 /// Most significant digits for which a clock counts as coarsely written.
 const MAX_DIGITS: u32 = 7;
 
+/// Jitter up to this part of a step, beyond the rounding, is given up with it:
+/// it is far below what the repeated stamps resolve.
+const JITTER: f64 = 0.1;
+
+/// A uniform clock and how far the stamps are from it.
+pub(super) struct Rebuilt {
+    pub(super) clock: Clock,
+    /// Coarsest rounding [s].
+    pub(super) quantum_s: f64,
+    /// Greatest distance of a stamp beyond half its rounding [s].
+    pub(super) excess_s: f64,
+}
+
 /// How a stamp was shortened.
 #[derive(Clone, Copy)]
 enum Shortening {
@@ -27,9 +40,9 @@ impl Shortening {
     }
 }
 
-/// The uniform clock behind stamps of which many repeat, with the coarsest
-/// quantum [s], if one exists within the rounding of every stamp.
-pub(super) fn rebuild(time_s: &[f64]) -> Option<(Clock, f64)> {
+/// The uniform clock behind stamps of which many repeat, if one exists within
+/// the rounding of every stamp.
+pub(super) fn rebuild(time_s: &[f64]) -> Option<Rebuilt> {
     let (digits, decimals) = written(time_s)?;
     [Shortening::Fixed(decimals), Shortening::Significant(digits)]
         .into_iter()
@@ -62,40 +75,44 @@ fn written(time_s: &[f64]) -> Option<(i32, i32)> {
 
 /// Weighted straight line through the stamps; `shift` in quanta is 0 for
 /// rounded stamps, one half for truncated ones.
-fn fit(time_s: &[f64], shortening: Shortening, shift: f64) -> Option<(Clock, f64)> {
+fn fit(time_s: &[f64], shortening: Shortening, shift: f64) -> Option<Rebuilt> {
     let n = time_s.len();
     let (first, last) = (*time_s.first()?, *time_s.last()?);
     let rough_step_s = (last - first) / (n as f64 - 1.0);
+    let weighted = || {
+        time_s.iter().enumerate().map(move |(i, &t)| {
+            let quantum_s = shortening.quantum_s(t, rough_step_s);
+            let weight = 1.0 / ((quantum_s / rough_step_s).powi(2) + JITTER.powi(2));
+            (i as f64, t + shift * quantum_s, weight, quantum_s)
+        })
+    };
     let (mut sw, mut si, mut st) = (0.0, 0.0, 0.0);
-    for (i, &t) in time_s.iter().enumerate() {
-        let q = shortening.quantum_s(t, rough_step_s);
-        let w = (rough_step_s / q).powi(2);
+    for (i, t, w, _) in weighted() {
         sw += w;
-        si += w * i as f64;
-        st += w * (t + shift * q);
+        si += w * i;
+        st += w * t;
     }
     let (mean_i, mean_t) = (si / sw, st / sw);
     let (mut sii, mut sit) = (0.0, 0.0);
-    for (i, &t) in time_s.iter().enumerate() {
-        let q = shortening.quantum_s(t, rough_step_s);
-        let w = (rough_step_s / q).powi(2);
-        let di = i as f64 - mean_i;
-        sii += w * di * di;
-        sit += w * di * (t + shift * q - mean_t);
+    for (i, t, w, _) in weighted() {
+        sii += w * (i - mean_i).powi(2);
+        sit += w * (i - mean_i) * (t - mean_t);
     }
     let interval_s = sit / sii;
     let start_s = mean_t - interval_s * mean_i;
     if !(interval_s > 0.0 && interval_s.is_finite() && start_s.is_finite()) {
         return None;
     }
-    let mut coarsest_s = 0.0_f64;
-    for (i, &t) in time_s.iter().enumerate() {
-        let q = shortening.quantum_s(t, rough_step_s);
-        coarsest_s = coarsest_s.max(q);
-        // Half a quantum is the rounding; the tenth is the error of the line.
-        if (t + shift * q - start_s - interval_s * i as f64).abs() > 0.6 * q {
+    let (mut coarsest_s, mut excess_s) = (0.0_f64, 0.0_f64);
+    for (i, t, _, quantum_s) in weighted() {
+        coarsest_s = coarsest_s.max(quantum_s);
+        let excess = (t - start_s - interval_s * i).abs() - 0.5 * quantum_s;
+        // A tenth of a quantum is the error of the line.
+        if excess > 0.1 * quantum_s + JITTER * interval_s {
             return None;
         }
+        excess_s = excess_s.max(excess);
     }
-    Some((Clock::Uniform { start_s, interval_s }, coarsest_s))
+    let clock = Clock::Uniform { start_s, interval_s };
+    Some(Rebuilt { clock, quantum_s: coarsest_s, excess_s })
 }
