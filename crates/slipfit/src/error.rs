@@ -51,4 +51,10 @@ pub enum Error {
         /// Its time.
         next: f64,
     },
+    /// All stamps are equal.
+    #[error("time stands still: every stamp is {time_s} s")]
+    TimeStandsStill {
+        /// The one time.
+        time_s: f64,
+    },
 }
