@@ -79,7 +79,7 @@ impl Envelope {
     /// Amplitude at `time_s`, zero after the stop, the initial one before zero.
     pub fn amplitude(&self, time_s: f64) -> f64 {
         let (a, t) = (self.initial, time_s);
-        if !(t > 0.0) {
+        if t <= 0.0 {
             return a;
         }
         let (a0, a1, a2) = (self.a0, self.a1, self.a2);
@@ -103,8 +103,7 @@ impl Envelope {
             let slow = if a1 > 0.0 { 4.0 * a0 * a2 / (r + a1) } else { 0.0 };
             (a * e - s * (a0 + 0.5 * a * slow), e + s * (0.5 * (r + a1) + a2 * a))
         };
-        let amplitude = up / down;
-        if amplitude > 0.0 { amplitude.min(a) } else { 0.0 }
+        (up / down).clamp(0.0, a)
     }
 
     fn discriminant(&self) -> f64 {
@@ -116,7 +115,7 @@ impl Envelope {
     /// `None` if it never gets there, or starts below it.
     pub fn time_to(&self, amplitude: f64) -> Option<f64> {
         let (a, b) = (self.initial, amplitude);
-        if !(b >= 0.0 && b <= a) {
+        if !(0.0..=a).contains(&b) {
             return None;
         }
         if a == b {

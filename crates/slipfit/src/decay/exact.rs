@@ -159,7 +159,7 @@ impl FreeDecay {
     /// the stop itself (with its own index).
     pub fn turning_point(&self, n: u64) -> TurningPoint {
         let n = self.stop.map_or(n, |s| n.min(s.index));
-        let sign = if n % 2 == 0 { self.first.signum() } else { -self.first.signum() };
+        let sign = if n.is_multiple_of(2) { self.first.signum() } else { -self.first.signum() };
         TurningPoint {
             index: n,
             time_s: self.first_time.add(self.half_period.scale(n as f64)).value(),
@@ -214,7 +214,7 @@ impl FreeDecay {
             (l * over / (l * x_s + c)).ln_1p() / l
         };
         let mut n = n.ceil();
-        if !(n < 9e15) {
+        if n.is_nan() || n > 9e15 {
             return None;
         }
         // Rounding may put the index one off; the turning points themselves decide.

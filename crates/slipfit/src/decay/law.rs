@@ -76,7 +76,8 @@ fn integrate(f: &impl Fn(f64) -> f64, a: f64, b: f64) -> f64 {
     while let Some((a, b, depth)) = open.pop() {
         let (value, error) = kronrod(f, a, b);
         // The difference of the two rules is a gross overestimate, even of its square root.
-        if !(error > tolerance.max(1e-15 * value.abs())) || depth >= 40 {
+        let good = error <= tolerance.max(1e-15 * value.abs()) || error.is_nan();
+        if good || depth >= 40 {
             sum += value;
         } else {
             let m = 0.5 * (a + b);
@@ -109,12 +110,8 @@ fn kronrod(f: &impl Fn(f64) -> f64, a: f64, b: f64) -> (f64, f64) {
         0.204_432_940_075_298_9,
         0.209_482_141_084_727_82,
     ];
-    const G: [f64; 4] = [
-        0.129_484_966_168_869_7,
-        0.279_705_391_489_276_64,
-        0.381_830_050_505_118_93,
-        0.417_959_183_673_469_4,
-    ];
+    const G: [f64; 4] =
+        [0.129_484_966_168_869_7, 0.279_705_391_489_276_64, 0.381_830_050_505_118_9, 0.417_959_183_673_469_4];
     let (c, h) = (0.5 * (a + b), 0.5 * (b - a));
     let (mut k, mut g) = (0.0, 0.0);
     for i in 0..8 {
@@ -138,7 +135,7 @@ mod tests {
         assert!((rate / (2.0 / PI * 0.8) - 1.0).abs() < 1e-10);
         let power = amplitude_loss_rate(1.0, 1.0, 1.0, f64::sqrt).unwrap();
         // ∫ sin^1.5 = sqrt(pi) Gamma(1.25) / (2 Gamma(1.75))
-        assert!((power / (2.0 / PI * 0.874_019_184_764_036_9) - 1.0).abs() < 1e-12);
+        assert!((power / (2.0 / PI * 0.874_019_184_764_037) - 1.0).abs() < 1e-12);
     }
 
     #[test]
