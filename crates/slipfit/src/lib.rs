@@ -1,14 +1,16 @@
 //! Tells sliding (Coulomb, dry) friction from viscous damping in any oscillator.
 
 pub mod decay;
+mod double_double;
 pub mod error;
 pub mod estimate;
 pub mod oscillator;
 pub mod quantity;
 pub mod record;
 pub mod ringdown;
-pub(crate) mod signal;
+mod signal;
 
 pub use error::Error;
+pub use oscillator::Oscillator;
 pub use quantity::Quantity;
 pub use record::{Clock, ClockReport, Gap, Record, SignalKind};
