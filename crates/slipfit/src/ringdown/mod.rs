@@ -2,11 +2,15 @@
 //! and how much is sliding.
 
 mod answer;
+mod envelope;
 mod fitted;
 pub(crate) mod law;
+mod lowpass;
 mod model;
 mod options;
+mod segment;
 mod warning;
+mod waveform;
 
 pub use answer::{
     Answer, Backbone, Candidate, Diagnostics, EnvelopePoint, LossPoint, OtherMode, Parameter, Segment,
