@@ -111,7 +111,7 @@ fn choices(arguments: &[String]) -> Result<Choices, Failure> {
 
 impl Bench {
     fn waveform_fit(&self) -> Result<Vec<Row>, Failure> {
-        let signal = Signal::waveform(10_000);
+        let signal = Signal::waveform(10_000)?;
         let against = [
             Against { peer: "SciPy `curve_fit`, Jacobian as in a textbook", at_least: Some(40.0) },
             Against { peer: "SciPy `curve_fit`, Jacobian sharing parts", at_least: Some(40.0) },
@@ -128,7 +128,7 @@ impl Bench {
     }
 
     fn analysis(&self) -> Result<Vec<Row>, Failure> {
-        let signal = Signal::waveform(1_000_000);
+        let signal = Signal::waveform(1_000_000)?;
         let against = [
             Against { peer: "one SciPy `curve_fit`, Jacobian as in a textbook", at_least: Some(100.0) },
             Against { peer: "one SciPy `curve_fit`, Jacobian sharing parts", at_least: Some(100.0) },
@@ -161,7 +161,7 @@ impl Bench {
 
     fn whole_command(&self) -> Result<Vec<Row>, Failure> {
         let file = self.folder.join("waveform_5k.csv");
-        Signal::waveform(5_000).write_csv(&file)?;
+        Signal::waveform(5_000)?.write_csv(&file)?;
         let mut slipfit = command(&self.slipfit);
         slipfit.arg("ringdown").arg(&file);
         let mut script = command(&self.python);
@@ -251,7 +251,7 @@ impl Bench {
 
     fn long_csv(&self) -> Result<PathBuf, Failure> {
         let file = self.folder.join("waveform_10M.csv");
-        Signal::waveform(LONG).write_csv(&file)?;
+        Signal::waveform(LONG)?.write_csv(&file)?;
         Ok(file)
     }
 }

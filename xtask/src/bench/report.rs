@@ -138,4 +138,11 @@ mod tests {
             "{text}"
         );
     }
+
+    #[test]
+    fn the_page_names_the_peers_versions_and_the_rounds() {
+        let text = page(&[], 5).unwrap();
+        assert!(text.contains("scipy ") && !text.contains("=="), "{text}");
+        assert!(text.contains("the best of 5 rounds counts"), "{text}");
+    }
 }

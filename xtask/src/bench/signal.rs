@@ -5,6 +5,9 @@ use std::fs::File;
 use std::io::{BufWriter, Write};
 use std::path::Path;
 
+use slipfit::Oscillator;
+use slipfit::decay::FreeDecay;
+
 use crate::Failure;
 
 /// Noise added to every sample; the decay starts at amplitude 1.
@@ -24,6 +27,7 @@ pub(super) struct Signal {
 #[derive(Clone, Copy)]
 pub(super) struct Truth {
     pub(super) decay_rate_per_s: f64,
+    /// Of the damped motion, omega_d / 2 pi.
     pub(super) frequency_hz: f64,
     /// C of `|X_n| + C = eps^n (|X_0| + C)`.
     pub(super) offset_amplitude: f64,
@@ -43,17 +47,11 @@ impl Truth {
         friction_displacement(self.offset_amplitude, self.decay_rate_per_s, self.omega())
     }
 
-    /// Free decay from rest at 1, exact in every half cycle.
-    fn displacement(&self, time_s: f64) -> f64 {
-        let (delta, omega, c) = (self.decay_rate_per_s, self.omega(), self.offset_amplitude);
-        let half_period = PI / omega;
-        let n = (time_s / half_period).floor();
-        let u = time_s - n * half_period;
-        let turn = (1.0 + c) * (-delta * n * half_period).exp() - c;
-        let x_f = self.friction_displacement();
-        let swing = (omega * u).cos() + delta / omega * (omega * u).sin();
-        let sign = if n % 2.0 == 0.0 { 1.0 } else { -1.0 };
-        sign * (x_f + (-delta * u).exp() * (turn - x_f) * swing)
+    /// Released at rest from 1.
+    fn free_decay(&self) -> Result<FreeDecay, slipfit::Error> {
+        let omega_0 = self.omega().hypot(self.decay_rate_per_s);
+        let oscillator = Oscillator::kinematic(omega_0, self.decay_rate_per_s, self.friction_displacement())?;
+        FreeDecay::from_rest(&oscillator, 1.0)
     }
 
     fn amplitude(&self, time_s: f64) -> f64 {
@@ -70,11 +68,12 @@ impl Signal {
     /// A waveform with about 100 samples a cycle, a third of a cycle more than a
     /// whole number of them, so that its frequency lies between two lines of a
     /// spectrum.
-    pub(super) fn waveform(samples: usize) -> Signal {
+    pub(super) fn waveform(samples: usize) -> Result<Signal, Failure> {
         let rate_hz = 1e5;
         let duration_s = samples as f64 / rate_hz;
         let truth = Truth::of(duration_s, rate_hz / 100.0 + 1.0 / (3.0 * duration_s));
-        Signal::sampled(samples, rate_hz, truth, |time_s| OFFSET + truth.displacement(time_s))
+        let decay = truth.free_decay()?;
+        Ok(Signal::sampled(samples, rate_hz, truth, |time_s| OFFSET + decay.displacement(time_s)))
     }
 
     /// An amplitude trace of one second.
@@ -149,10 +148,10 @@ mod tests {
     #[test]
     fn the_waveform_meets_the_envelope_at_its_turning_points() {
         let truth = Truth::of(0.1, 1_000.0);
-        for n in 0..150 {
-            let time_s = f64::from(n) * PI / truth.omega();
-            let swing = truth.displacement(time_s + 1e-12).abs();
-            assert!((swing - truth.amplitude(time_s)).abs() < 1e-9, "{n}: {swing}");
+        let decay = truth.free_decay().unwrap();
+        for point in decay.turning_points().take(150) {
+            let envelope = truth.amplitude(point.time_s);
+            assert!((point.position.abs() - envelope).abs() < 1e-12, "{point:?}, {envelope}");
         }
     }
 
