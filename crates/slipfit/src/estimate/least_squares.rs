@@ -99,7 +99,8 @@ pub(crate) fn minimise(problem: &dyn LeastSquares, start: &[f64], free: &[usize]
         };
         // Change of rss the quadratic model foresees, in units of the noise variance.
         let noise = sums.rss / (1.0f64).max(dof_hint(problem, &sums));
-        let negligible = predicted <= STEP_TOLERANCE * STEP_TOLERANCE * noise || predicted <= 1e-15 * sums.rss;
+        let negligible =
+            predicted <= STEP_TOLERANCE * STEP_TOLERANCE * noise || predicted <= 1e-15 * sums.rss;
         if negligible && damping <= 1e-3 {
             converged = true;
             break;

@@ -9,8 +9,8 @@ use super::measure::{Measured, Samples};
 use super::segment;
 use super::waveform::{BEND, CHIRP, OFFSET, OMEGA};
 use super::{
-    Answer, Backbone, Calibration, Candidate, Diagnostics, EnvelopePoint, LossModel, LossPoint, Options, OtherMode,
-    Parameter, Segment, SlidingEvidence, Stop, Warning,
+    Answer, Backbone, Calibration, Candidate, Diagnostics, EnvelopePoint, LossModel, LossPoint, Options,
+    OtherMode, Parameter, Segment, SlidingEvidence, Stop, Warning,
 };
 use crate::signal::spectrum;
 use crate::{Error, Quantity, Record, SignalKind};
@@ -33,9 +33,9 @@ pub(crate) fn answer(e: &Evidence) -> Result<Answer, Error> {
     let comparison = &e.described.comparison;
     let preferred = comparison.best().ok_or(Error::NoFit { reason: "no model converged" })?;
     let chosen = match e.options.model {
-        Some(model) => comparison
-            .get(model)
-            .ok_or(Error::NoFit { reason: "the model asked for has more parameters than the record determines" })?,
+        Some(model) => comparison.get(model).ok_or(Error::NoFit {
+            reason: "the model asked for has more parameters than the record determines",
+        })?,
         None => preferred,
     };
     let omega = angular_frequency(e, chosen);
@@ -54,7 +54,8 @@ pub(crate) fn answer(e: &Evidence) -> Result<Answer, Error> {
     let fit = fitted_motion(e, chosen, law, omega.0);
     let parameters = parameters(e, chosen, omega);
     let best_bic = comparison.entries.iter().map(|c| c.bic).fold(f64::INFINITY, f64::min);
-    let mut candidates: Vec<Candidate> = comparison.entries.iter().map(|c| candidate(e, c, best_bic)).collect();
+    let mut candidates: Vec<Candidate> =
+        comparison.entries.iter().map(|c| candidate(e, c, best_bic)).collect();
     candidates.sort_by(|a, b| a.bic.total_cmp(&b.bic));
     let correlations = correlations(e, chosen);
     let envelope = envelope_points(e, &fit);
@@ -100,7 +101,9 @@ fn loss_term(e: &Evidence, chosen: &Entry, term: usize) -> (Bounded, bool) {
     let present = chosen.fit.free.contains(&term);
     let entry = if present { Some(chosen) } else { e.described.comparison.with_term(chosen.model, term) };
     match entry {
-        Some(entry) => (interval(e.described.problem.least_squares(), &entry.fit, term, e.described.scale), present),
+        Some(entry) => {
+            (interval(e.described.problem.least_squares(), &entry.fit, term, e.described.scale), present)
+        }
         None => (Bounded { estimate: 0.0, std_error: f64::NAN, interval: [0.0, f64::INFINITY] }, false),
     }
 }
@@ -134,7 +137,14 @@ fn parameters(e: &Evidence, chosen: &Entry, (omega, omega_std): (f64, f64)) -> V
     }
     let gain = super::envelope::sliding_gain(delta.value, omega).0;
     push("sliding_rate", x_f.scaled(gain, per_second(unit)));
-    push("drag_rate", bounded_quantity(drag, has_drag, if unit.is_empty() { "1/s".into() } else { format!("1/({unit} s)") }));
+    push(
+        "drag_rate",
+        bounded_quantity(
+            drag,
+            has_drag,
+            if unit.is_empty() { "1/s".into() } else { format!("1/({unit} s)") },
+        ),
+    );
     if known {
         push("q_factor", q_factor(&delta, omega));
     }
@@ -294,7 +304,11 @@ fn segment_of(e: &Evidence) -> Segment {
         samples: points[points.len() - 1].end - points[0].first,
         start_reason: e.measured.stretch.start_reason,
         end_reason: e.measured.stretch.end_reason,
-        cycles: if matches!(e.record.kind(), SignalKind::Envelope | SignalKind::LockIn) { 0.0 } else { e.cycles },
+        cycles: if matches!(e.record.kind(), SignalKind::Envelope | SignalKind::LockIn) {
+            0.0
+        } else {
+            e.cycles
+        },
     }
 }
 
@@ -337,7 +351,9 @@ fn fitted_motion(e: &Evidence, chosen: &Entry, law: LossLaw, omega: f64) -> Fitt
                 })
                 .collect()
         }
-        Problem::Envelope(_) if matches!(e.record.kind(), SignalKind::Envelope | SignalKind::LockIn) => Vec::new(),
+        Problem::Envelope(_) if matches!(e.record.kind(), SignalKind::Envelope | SignalKind::LockIn) => {
+            Vec::new()
+        }
         Problem::Envelope(_) => e
             .measured
             .points
@@ -421,7 +437,8 @@ fn loss_points(e: &Evidence, law: &LossLaw, omega: f64) -> Vec<LossPoint> {
             let a0 = group.iter().map(|b| b.amplitude).sum::<f64>() / n;
             let sxx: f64 = group.iter().map(|b| (b.time_s - t0).powi(2)).sum();
             let sxy: f64 = group.iter().map(|b| (b.time_s - t0) * (b.amplitude - a0)).sum();
-            let error = (group.iter().map(|b| b.unit_variance).sum::<f64>() / n / sxx).sqrt() * e.measured.noise_rms;
+            let error =
+                (group.iter().map(|b| b.unit_variance).sum::<f64>() / n / sxx).sqrt() * e.measured.noise_rms;
             let s = a0 * a0;
             let f = backbone_factors(s * (backbone[0] + s * backbone[1]));
             let parts = [law.a0 * f[0], law.a1 * a0 * f[1], law.a2 * s * f[2]];
@@ -449,7 +466,8 @@ fn diagnostics(e: &Evidence, chosen: &Entry, law: &LossLaw) -> Diagnostics {
         residual_rms,
         residual_excess: e.described.excess,
         residual_autocorrelation: e.described.autocorrelation,
-        signal_to_noise_db: 20.0 * (law.amplitude_0 / std::f64::consts::SQRT_2 / noise.max(f64::MIN_POSITIVE)).log10(),
+        signal_to_noise_db: 20.0
+            * (law.amplitude_0 / std::f64::consts::SQRT_2 / noise.max(f64::MIN_POSITIVE)).log10(),
         decay_times: (law.amplitude_0 / last_amplitude(e, law).max(1e-9 * law.amplitude_0)).ln(),
         left_out: e.described.outliers,
         other_modes: other_modes(e),

@@ -180,10 +180,9 @@ impl Comparison {
     pub(crate) fn viscous_only(&self, model: LossModel, scale: Scale) -> f64 {
         match (self.get(LossModel::Viscous), self.get(model)) {
             (Some(v), Some(m)) if model != LossModel::Viscous && model.has_viscous() => test(v, m, scale),
-            (Some(v), Some(_)) if model != LossModel::Viscous => {
-                self.with_term(LossModel::Viscous, if model.has_sliding() { X_F } else { DRAG })
-                    .map_or(f64::NAN, |union| test(v, union, scale))
-            }
+            (Some(v), Some(_)) if model != LossModel::Viscous => self
+                .with_term(LossModel::Viscous, if model.has_sliding() { X_F } else { DRAG })
+                .map_or(f64::NAN, |union| test(v, union, scale)),
             _ => 1.0,
         }
     }

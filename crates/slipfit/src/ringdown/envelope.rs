@@ -115,8 +115,7 @@ impl Walker {
             for v in &mut self.by {
                 *v *= carry;
             }
-            let simpson =
-                |f0: f64, f1: f64, f2: f64| part / 6.0 * (carry * f0 + 4.0 * half * f1 + f2);
+            let simpson = |f0: f64, f1: f64, f2: f64| part / 6.0 * (carry * f0 + 4.0 * half * f1 + f2);
             self.by[1] -= f[0] * simpson(1.0, 1.0, 1.0);
             self.by[2] -= f[1] * simpson(before, middle, after);
             self.by[3] -= f[2] * simpson(before * before, middle * middle, after * after);

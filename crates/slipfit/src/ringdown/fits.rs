@@ -133,7 +133,8 @@ fn envelope_start(problem: &EnvelopeProblem) -> Vec<f64> {
     let root = |v: f64| if problem.squared { v.max(0.0).sqrt() } else { v };
     let first = root(problem.value[0]).max(f64::MIN_POSITIVE);
     // Decay rate over the upper half of the fall, where every law is an exponential.
-    let j = problem.value.iter().position(|&v| root(v) < 0.5 * first).unwrap_or(problem.value.len() - 1).max(1);
+    let j =
+        problem.value.iter().position(|&v| root(v) < 0.5 * first).unwrap_or(problem.value.len() - 1).max(1);
     let span = problem.elapsed[j] - problem.elapsed[0];
     let delta = (first / root(problem.value[j]).max(1e-3 * first)).ln() / span.max(f64::MIN_POSITIVE);
     let amplitude = first * (delta * problem.elapsed[0]).exp();
@@ -158,7 +159,8 @@ fn drop_outliers(problem: &mut EnvelopeProblem, start: &[f64], full: &[usize], m
         let residuals = problem.residuals(&fit.parameters);
         let mut sizes: Vec<f64> = residuals.iter().map(|r| r.abs()).collect();
         sizes.sort_by(f64::total_cmp);
-        let robust = (sizes[sizes.len() / 2] / 0.674_49).max(if measured.squared { 0.0 } else { measured.noise_rms });
+        let robust =
+            (sizes[sizes.len() / 2] / 0.674_49).max(if measured.squared { 0.0 } else { measured.noise_rms });
         let keep: Vec<bool> = residuals.iter().map(|r| r.abs() <= 8.0 * robust || robust == 0.0).collect();
         let gone = keep.iter().filter(|k| !**k).count();
         // A law that misses many is wrong; its outliers are evidence.
@@ -194,7 +196,8 @@ fn stop_short_of_rest(problem: &mut EnvelopeProblem, start: &[f64], measured: &m
             list.truncate(keep);
         }
         let origin = measured.points[0].time_s - 0.5 * measured.points[0].span_s;
-        let points = measured.points.iter().take_while(|b| b.time_s - origin <= last + 1e-9 * b.span_s).count();
+        let points =
+            measured.points.iter().take_while(|b| b.time_s - origin <= last + 1e-9 * b.span_s).count();
         measured.points.truncate(points.max(1));
     }
 }
@@ -395,7 +398,8 @@ fn residual_scatter(
         .map(|b| Block { first: b.first - first, end: b.end - first, ..*b })
         .collect();
     let phases: Vec<_> = shifted.iter().map(|b| problem.phase_at(&fit.parameters, b.time_s)).collect();
-    let found = blocks::demodulate(&samples.time[first..first + residual.len()], &residual, &shifted, &phases);
+    let found =
+        blocks::demodulate(&samples.time[first..first + residual.len()], &residual, &shifted, &phases);
     let scaled: Vec<f64> = found.iter().map(|b| b.amplitude / b.unit_variance.sqrt()).collect();
     let count = scaled.len();
     // The loss parameters already took their share of these blocks.

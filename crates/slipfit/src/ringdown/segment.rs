@@ -213,7 +213,9 @@ impl Core {
             // Errors in proportion to the amplitude keep the late blocks in the vote.
             weight: index
                 .iter()
-                .map(|&i| 1.0 / (seen.error[i].powi(2) + (0.01 * seen.amplitude[i]).powi(2) + 1e-8 * top * top))
+                .map(|&i| {
+                    1.0 / (seen.error[i].powi(2) + (0.01 * seen.amplitude[i]).powi(2) + 1e-8 * top * top)
+                })
                 .collect(),
             omega: seen.omega,
             backbone: [0.0; 2],
@@ -230,14 +232,16 @@ impl Core {
             _ => &[A0, DELTA, X_F, DRAG],
         };
         let viscous = minimise(&problem, &start, &[A0, DELTA])?;
-        let fit = minimise(&problem, &viscous.parameters, free).filter(|f| f.rss.is_finite()).unwrap_or(viscous);
+        let fit =
+            minimise(&problem, &viscous.parameters, free).filter(|f| f.rss.is_finite()).unwrap_or(viscous);
         let scatter = (fit.rss / (index.len() as f64 - fit.free.len() as f64).max(1.0)).sqrt().max(1.0);
         Some(Self { problem, parameters: fit.parameters, origin, scatter })
     }
 
     /// Distance of block `j` from the law in units of what is tolerated; signed.
     fn miss(&self, seen: &Seen, j: usize, relative: f64) -> f64 {
-        let one = EnvelopeProblem { elapsed: vec![seen.blocks[j].time_s - self.origin], ..self.problem.clone() };
+        let one =
+            EnvelopeProblem { elapsed: vec![seen.blocks[j].time_s - self.origin], ..self.problem.clone() };
         let predicted = one.amplitudes(&self.parameters)[0].max(0.0);
         let a = seen.amplitude[j];
         let unit = (seen.error[j].powi(2) + (0.01 * a).powi(2)).sqrt() * self.scatter.min(3.0);

@@ -187,6 +187,11 @@ impl pulp::NullaryFnOnce for Pass<'_, '_> {
         let mut index = 0;
         while index < wave.time.len() {
             let mut next = self_turn(wave, p, n + 1.0, turn.time + PI / turn.omega, &mut walker, turn.time);
+            if !(next.time > turn.time && next.amplitude.is_finite()) {
+                // A phase that does not advance is no motion; the sum says so.
+                out.rss = f64::NAN;
+                return;
+            }
             let swing = turn.amplitude - p[X_F];
             let landing = next.amplitude + p[X_F];
             if !(swing > 0.0 && landing > 0.0) {
@@ -230,11 +235,7 @@ fn self_turn(wave: &Waveform, p: &[f64], n: f64, guess: f64, walker: &mut Walker
     let loss = by_parameters(walker.by, p, p[OMEGA]);
     // A later phase moves the turn: dX/dp = rate S/omega; and a0 depends on omega.
     let y = PI * p[DELTA] / (2.0 * p[OMEGA]);
-    let gain_by_omega = if y.abs() < 1e-4 {
-        2.0 / PI
-    } else {
-        y / y.sinh().powi(2) * p[DELTA] / p[OMEGA]
-    };
+    let gain_by_omega = if y.abs() < 1e-4 { 2.0 / PI } else { y / y.sinh().powi(2) * p[DELTA] / p[OMEGA] };
     let rate = walker.rate();
     let mut by = [0.0; 8];
     by[..4].copy_from_slice(&loss);

@@ -167,7 +167,8 @@ pub(crate) fn other_lines(time: &[f64], signal: &[f64], main_hz: f64, relative_w
         .map(|i| refine(&spectrum, i, bin))
         .filter(|l| {
             let order = (l.frequency_hz / main_hz).round();
-            l.frequency_hz > 3.0 / duration && (l.frequency_hz - order.max(1.0) * main_hz).abs() > near * order.max(1.0)
+            l.frequency_hz > 3.0 / duration
+                && (l.frequency_hz - order.max(1.0) * main_hz).abs() > near * order.max(1.0)
         })
         .collect();
     lines.sort_by(|a, b| b.amplitude.total_cmp(&a.amplitude));
