@@ -10,7 +10,7 @@ use super::segment;
 use super::waveform::{BEND, CHIRP, OFFSET, OMEGA};
 use super::{
     Answer, Backbone, Calibration, Candidate, Diagnostics, EnvelopePoint, LossModel, LossPoint, Options,
-    OtherMode, Parameter, Segment, SlidingEvidence, Stop, Warning,
+    OtherMode, Parameter, Segment, SlidingEvidence, Stop,
 };
 use crate::signal::spectrum;
 use crate::{Error, Quantity, Record, SignalKind};
@@ -39,7 +39,7 @@ pub(crate) fn answer(e: &Evidence) -> Result<Answer, Error> {
         None => preferred,
     };
     let omega = angular_frequency(e, chosen);
-    let law = law_of(&chosen.bounded.parameters, omega.0);
+    let law = law_of(&chosen.bounded.parameters, omega);
     let duration = e.described.end - e.described.origin;
     let (p_value, delta_bic) = comparison.sliding_evidence(e.described.scale);
     let sliding = SlidingEvidence {
@@ -51,7 +51,7 @@ pub(crate) fn answer(e: &Evidence) -> Result<Answer, Error> {
         dominates_from_s: dominates_from(&law, duration).map(|t| e.described.origin + t),
         viscous_only_p_value: comparison.viscous_only(chosen.model, e.described.scale),
     };
-    let fit = fitted_motion(e, chosen, law, omega.0);
+    let fit = fitted_motion(e, chosen, law, omega);
     let parameters = parameters(e, chosen, omega);
     let best_bic = comparison.entries.iter().map(|c| c.bic).fold(f64::INFINITY, f64::min);
     let mut candidates: Vec<Candidate> =
@@ -68,9 +68,9 @@ pub(crate) fn answer(e: &Evidence) -> Result<Answer, Error> {
         sliding,
         correlations,
         segment: segment_of(e),
-        loss: loss_points(e, &law, omega.0),
+        loss: loss_points(e, &law, omega),
         envelope,
-        backbone: backbone(e, chosen, &law, omega.0),
+        backbone: backbone(e, chosen, &law, omega),
         stop,
         diagnostics,
         warnings: Vec::new(),
@@ -81,15 +81,33 @@ pub(crate) fn answer(e: &Evidence) -> Result<Answer, Error> {
     Ok(answer)
 }
 
-/// Angular frequency at vanishing amplitude and its standard error, rad/s.
-fn angular_frequency(e: &Evidence, chosen: &Entry) -> (f64, f64) {
+/// Angular frequency at vanishing amplitude, rad/s.
+fn angular_frequency(e: &Evidence, chosen: &Entry) -> f64 {
     match &e.described.problem {
-        Problem::Waveform(_) => {
-            let sigma = (e.described.scale.variance_of(&chosen.bounded) * e.described.scale.widening).sqrt();
-            (chosen.bounded.parameters[OMEGA], chosen.bounded.unit_std(OMEGA) * sigma)
-        }
-        Problem::Envelope(_) => (e.measured.law.omega, e.measured.law.omega_std),
+        Problem::Waveform(_) => chosen.bounded.parameters[OMEGA],
+        Problem::Envelope(problem) => problem.omega,
     }
+}
+
+/// Mean frequency over the stretch and its standard error, Hz.
+fn mean_frequency(e: &Evidence, chosen: &Entry) -> Quantity {
+    let (omega, std) = match &e.described.problem {
+        Problem::Waveform(problem) => {
+            let p = &chosen.bounded.parameters;
+            let across = problem.mean_rate();
+            let mean = across.iter().map(|&(k, d)| p[k] * d).sum::<f64>();
+            let variance: f64 = across
+                .iter()
+                .flat_map(|&(i, a)| across.iter().map(move |&(k, b)| (i, k, a * b)))
+                .map(|(i, k, ab)| ab * chosen.bounded.unit_covariance[(i, k)])
+                .sum();
+            let scale = e.described.scale;
+            (mean, (variance.max(0.0) * scale.variance_of(&chosen.bounded) * scale.widening).sqrt())
+        }
+        Problem::Envelope(problem) if e.options.frequency_hz.is_some() => (problem.omega, 0.0),
+        Problem::Envelope(_) => (e.measured.law.mean_omega, e.measured.law.mean_omega_std),
+    };
+    Quantity::normal(omega / TAU, std / TAU, "Hz")
 }
 
 /// Whether the frequency of the oscillation is known.
@@ -118,13 +136,13 @@ fn bounded_quantity(found: Bounded, present: bool, unit: String) -> Quantity {
     }
 }
 
-fn parameters(e: &Evidence, chosen: &Entry, (omega, omega_std): (f64, f64)) -> Vec<Parameter> {
+fn parameters(e: &Evidence, chosen: &Entry, omega: f64) -> Vec<Parameter> {
     let unit = e.record.unit();
     let known = frequency_known(e);
     let mut list = Vec::new();
     let mut push = |name, quantity| list.push(Parameter { name, quantity });
     if known {
-        push("frequency_hz", Quantity::normal(omega / TAU, omega_std / TAU, "Hz"));
+        push("frequency_hz", mean_frequency(e, chosen));
     }
     let (delta, has_delta) = loss_term(e, chosen, DELTA);
     let delta = bounded_quantity(delta, has_delta, "1/s".into());
@@ -247,15 +265,14 @@ fn length_in_metres(unit: &str) -> (Option<f64>, bool) {
 fn candidate(e: &Evidence, entry: &Entry, best_bic: f64) -> Candidate {
     let p = &entry.bounded.parameters;
     let n = e.described.scale.observations;
-    let mean_weight = match &e.described.problem {
-        Problem::Waveform(_) => 1.0,
-        Problem::Envelope(problem) => problem.weight.iter().sum::<f64>() / n,
-    };
     Candidate {
         model: entry.model,
         bic: entry.bic,
         delta_bic: entry.bic - best_bic,
-        rms: (entry.bounded.rss / n / mean_weight).sqrt(),
+        rms: match &e.described.problem {
+            Problem::Waveform(_) => (entry.bounded.rss / n).sqrt(),
+            Problem::Envelope(problem) => problem.unweighted_rms(p),
+        },
         free_parameters: entry.fit.free.len(),
         converged: entry.fit.converged,
         at_limit: entry.at_limit.map(|t| match t {
@@ -374,7 +391,7 @@ fn fitted_motion(e: &Evidence, chosen: &Entry, law: LossLaw, omega: f64) -> Fitt
 fn backbone_terms(e: &Evidence, chosen: &Entry, omega: f64) -> [f64; 2] {
     match &e.described.problem {
         Problem::Waveform(_) => [chosen.bounded.parameters[BEND] / omega, 0.0],
-        Problem::Envelope(_) => [e.measured.law.quadratic, e.measured.law.quartic],
+        Problem::Envelope(problem) => problem.backbone,
     }
 }
 
@@ -382,7 +399,10 @@ fn backbone(e: &Evidence, chosen: &Entry, law: &LossLaw, omega: f64) -> Option<B
     if matches!(e.record.kind(), SignalKind::Envelope | SignalKind::LockIn) {
         return None;
     }
-    let [quadratic, quartic] = backbone_terms(e, chosen, omega);
+    let [quadratic, quartic] = match &e.described.problem {
+        Problem::Waveform(_) => backbone_terms(e, chosen, omega),
+        Problem::Envelope(_) => [e.measured.law.quadratic, e.measured.law.quartic],
+    };
     let drift = match &e.described.problem {
         Problem::Waveform(_) => chosen.bounded.parameters[CHIRP] / omega,
         Problem::Envelope(_) => e.measured.law.drift,
@@ -425,7 +445,7 @@ fn loss_points(e: &Evidence, law: &LossLaw, omega: f64) -> Vec<LossPoint> {
         return Vec::new();
     }
     let per_group = (points.len() / 24).max(3);
-    let backbone = [e.measured.law.quadratic, e.measured.law.quartic];
+    let backbone = e.measured.law.backbone();
     // Without a frequency the loss is per second.
     let period = if frequency_known(e) { TAU / omega } else { 1.0 };
     points

@@ -6,7 +6,7 @@ use super::{Answer, LossModel, Warning};
 use crate::SignalKind;
 
 /// Fewer cycles than this cannot separate the loss terms.
-const FEW_CYCLES: f64 = 4.0;
+const FEW_CYCLES: f64 = 5.0;
 /// Beyond this correlation delta and x_F are one number.
 const INSEPARABLE: f64 = 0.99;
 

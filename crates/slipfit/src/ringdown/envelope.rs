@@ -147,6 +147,17 @@ impl EnvelopeProblem {
         out
     }
 
+    /// Root mean square of amplitude less model.
+    pub(crate) fn unweighted_rms(&self, p: &[f64]) -> f64 {
+        let mut sum = 0.0;
+        self.walk(p, |j, amplitude, _| {
+            let (data, model) = (self.value[j], self.model(amplitude, p));
+            let miss = if self.squared { data.max(0.0).sqrt() - model.max(0.0).sqrt() } else { data - model };
+            sum += miss * miss;
+        });
+        (sum / self.value.len() as f64).sqrt()
+    }
+
     fn model(&self, amplitude: f64, p: &[f64]) -> f64 {
         if self.squared { amplitude.max(0.0).powi(2) + p[FLOOR] } else { amplitude }
     }
@@ -189,6 +200,10 @@ impl EnvelopeProblem {
 impl LeastSquares for EnvelopeProblem {
     fn parameters(&self) -> usize {
         5
+    }
+
+    fn observations(&self) -> f64 {
+        self.value.len() as f64
     }
 
     fn normal(&self, p: &[f64], out: &mut Normal) -> bool {

@@ -57,7 +57,7 @@ const FULL: [usize; 4] = [A0, X_F, DELTA, DRAG];
 pub(crate) fn envelope<'a>(measured: &mut Measured, options: &Options) -> Result<Described<'a>, Error> {
     let points = &measured.points;
     let origin = points[0].time_s - 0.5 * points[0].span_s;
-    let omega = measured.law.omega;
+    let omega = if measured.law.drift == 0.0 { measured.law.omega } else { measured.law.mean_omega };
     let mut problem = EnvelopeProblem {
         elapsed: points.iter().map(|b| b.time_s - origin).collect(),
         value: points
@@ -66,7 +66,7 @@ pub(crate) fn envelope<'a>(measured: &mut Measured, options: &Options) -> Result
             .collect(),
         weight: points.iter().map(|b| 1.0 / b.unit_variance).collect(),
         omega,
-        backbone: [measured.law.quadratic, measured.law.quartic],
+        backbone: measured.law.backbone(),
         squared: measured.squared,
         lowpass: options.lockin.map(Kernel::new),
     };
@@ -89,14 +89,18 @@ pub(crate) fn envelope<'a>(measured: &mut Measured, options: &Options) -> Result
         return Err(Error::NoFit { reason: "fewer than three amplitudes remain" });
     }
     let noise = (!measured.squared).then(|| measured.noise_rms.powi(2));
+    let noise_weights = problem.weight.clone();
+    let law_error = admit_law_error(&mut problem, &start, &full, measured.noise_rms.powi(2));
     let mut scale = Scale { observations: n as f64, variance: None, widening: 1.0 };
     let comparison = compare(&problem, &start, nuisance, scale, sliding_start(&problem));
     let best = comparison.best().ok_or(Error::NoFit { reason: "no model converged" })?;
     let residuals = problem.residuals(&best.bounded.parameters);
     let dof = (n as f64 - best.bounded.free.len() as f64).max(1.0);
-    let chi_squared = residuals.iter().map(|r| r * r).sum::<f64>();
+    // Against the noise alone, whatever the law was forgiven.
+    let chi_squared: f64 =
+        residuals.iter().zip(&problem.weight).zip(&noise_weights).map(|((r, w), v)| r * r / w * v).sum();
     let excess = noise.map_or(1.0, |v| chi_squared / dof / v.max(f64::MIN_POSITIVE));
-    if noise.is_some() && (excess - 1.0).abs() < 2.6 * (2.0 / dof).sqrt() {
+    if noise.is_some() && law_error == 0.0 && (excess - 1.0).abs() < 2.6 * (2.0 / dof).sqrt() {
         scale.variance = noise;
     }
     let autocorrelation = first_autocorrelation(&residuals);
@@ -114,6 +118,97 @@ pub(crate) fn envelope<'a>(measured: &mut Measured, options: &Options) -> Result
         autocorrelation,
         outliers,
     })
+}
+
+/// The instant where one law gives way to another: the split after which each
+/// side has a law of its own. It counts only if the earlier side then holds
+/// nearly to its noise, which a law that bends slowly away never does.
+pub(crate) fn change_of_law(described: &Described, measured: &Measured) -> Option<f64> {
+    let Problem::Envelope(problem) = &described.problem else { return None };
+    let noise = measured.noise_rms.powi(2);
+    let n = problem.value.len();
+    // Ten times the noise and thirty blocks a side: less is a bend, not a kink.
+    if described.excess < 100.0 || n < 60 || problem.squared || noise <= 0.0 {
+        return None;
+    }
+    let full = |from: usize, to: usize| -> Option<f64> {
+        let origin = problem.elapsed[from];
+        let part = EnvelopeProblem {
+            elapsed: problem.elapsed[from..to].iter().map(|t| t - origin).collect(),
+            value: problem.value[from..to].to_vec(),
+            weight: measured.points[from..to].iter().map(|b| 1.0 / b.unit_variance).collect(),
+            ..problem.clone()
+        };
+        let start = envelope_start(&part);
+        let viscous = minimise(&part, &start, &[A0, DELTA])?;
+        Some(
+            minimise(&part, &viscous.parameters, &FULL).map_or(viscous.rss, |f| f.rss.min(viscous.rss))
+                / noise,
+        )
+    };
+    // Blocks left out as outliers would shift the two lists against each other.
+    if measured.points.len() != n {
+        return None;
+    }
+    let least = 30;
+    let step = (n / 40).max(1);
+    let (first, split) = (least..n - least)
+        .step_by(step)
+        .filter_map(|k| Some((full(0, k)?, full(k, n)?, k)))
+        .min_by(|a, b| (a.0 + a.1).total_cmp(&(b.0 + b.1)))
+        .map(|(first, _, k)| (first / (k as f64 - 4.0), k))?;
+    (first < 4.0 && described.excess > 5.0 * first).then(|| described.origin + problem.elapsed[split])
+}
+
+/// Where the amplitudes scatter about the full law by more than their noise,
+/// the law itself is off by some part of the amplitude: that part joins the
+/// errors, so that the early amplitudes, known to 1e-4, do not drown the late
+/// ones, which tell sliding from viscous loss. Returns the relative error.
+fn admit_law_error(problem: &mut EnvelopeProblem, start: &[f64], full: &[usize], noise: f64) -> f64 {
+    let noise_weights = problem.weight.clone();
+    let n = problem.value.len();
+    let dof = n as f64 - full.len() as f64;
+    if dof < 3.0 {
+        return 0.0;
+    }
+    let mut relative = 0.0;
+    let mut from = start.to_vec();
+    for _ in 0..4 {
+        let Some(fit) = minimise(problem, &from, &[A0, DELTA])
+            .filter(|_| relative == 0.0)
+            .or_else(|| minimise(problem, &from, full))
+            .and_then(|v| minimise(problem, &v.parameters, full).or(Some(v)))
+        else {
+            return relative;
+        };
+        from.clone_from(&fit.parameters);
+        let misses: Vec<(f64, f64, f64)> = problem
+            .residuals(&fit.parameters)
+            .iter()
+            .zip(&problem.weight)
+            .zip(noise_weights.iter().zip(&problem.value))
+            .map(|((r, w), (v, a))| (r * r / w, noise / v, a * a))
+            .collect();
+        let chi_squared =
+            |e: f64| misses.iter().map(|(r, v, a)| r / (v + e * e * a).max(f64::MIN_POSITIVE)).sum::<f64>();
+        if chi_squared(0.0) < dof + 2.6 * (2.0 * dof).sqrt() {
+            break;
+        }
+        let (mut low, mut high) = (0.0f64, 1.0f64);
+        for _ in 0..50 {
+            let middle = 0.5 * (low + high);
+            if chi_squared(middle) > dof { low = middle } else { high = middle }
+        }
+        let before = relative;
+        relative = high;
+        for ((w, v), (_, _, a)) in problem.weight.iter_mut().zip(&noise_weights).zip(&misses) {
+            *w = noise.max(f64::MIN_POSITIVE) / (noise / v + high * high * a).max(f64::MIN_POSITIVE);
+        }
+        if (relative - before).abs() < 0.05 * relative {
+            break;
+        }
+    }
+    relative
 }
 
 fn has_floor(measured: &Measured) -> bool {
@@ -297,6 +392,10 @@ pub(crate) fn fit_waveform_window<'a>(
         f
     };
     let mut fit = minimise(&problem, &start, &free(&nuisance))?;
+    // Far above the noise no nuisance will mend it: the phase wanders.
+    if fit.rss / n as f64 > 4.0 * measured.noise_rms.powi(2) {
+        return None;
+    }
     // Nuisances one by one, each only if the data pay for it; also the ones started with.
     let threshold = (n as f64).ln() + 6.0;
     let mut sums = Normal::zeros(COUNT);

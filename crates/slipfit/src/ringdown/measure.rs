@@ -76,7 +76,7 @@ pub(crate) fn oscillation(
     let cut = Cut::for_record(samples.duration(), time.len(), frequency_hz);
     let band = options.band_hz.unwrap_or([0.4 * frequency_hz, 2.5 * frequency_hz]);
     let all = blocks::track(time, signal, frequency_hz, band, cut);
-    if all.len() < 2 {
+    if all.len() < 3 {
         return Err(Error::NotARingDown {
             cycles: samples.duration() * frequency_hz,
             needed: LEAST_CYCLES,
@@ -103,7 +103,7 @@ pub(crate) fn oscillation(
 }
 
 /// Cycles without which there is nothing to say.
-pub(crate) const LEAST_CYCLES: f64 = 1.5;
+pub(crate) const LEAST_CYCLES: f64 = 2.0;
 
 fn override_by(stretch: &mut Stretch, seen: &Seen, options: &Options) {
     if options.start_s.is_some() {
@@ -195,7 +195,11 @@ pub(crate) fn envelope(samples: &Samples, options: &Options) -> Result<Measured,
     })?;
     override_by(&mut stretch, &seen, options);
     let points = all[stretch.first..stretch.end].to_vec();
-    let law = PhaseLaw { omega: envelope_omega(samples, options), ..PhaseLaw::default() };
+    let law = PhaseLaw {
+        omega: envelope_omega(samples, options),
+        mean_omega: envelope_omega(samples, options),
+        ..PhaseLaw::default()
+    };
     Ok(Measured { all, stretch, points, law, lawful: true, noise_rms, squared: true })
 }
 
@@ -268,7 +272,7 @@ pub(crate) fn lock_in(samples: &Samples, options: &Options) -> Result<Measured, 
             point.amplitude *= turn.cos();
         }
     }
-    let law = PhaseLaw { omega, ..PhaseLaw::default() };
+    let law = PhaseLaw { omega, mean_omega: omega, ..PhaseLaw::default() };
     Ok(Measured { all, stretch, points, law, lawful: true, noise_rms, squared: false })
 }
 
