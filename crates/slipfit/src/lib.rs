@@ -5,6 +5,7 @@ pub mod record;
 pub use error::Error;
 pub use record::{Record, SignalKind};
 pub mod estimate;
+pub mod format;
 pub mod quantity;
 pub mod ringdown;
 

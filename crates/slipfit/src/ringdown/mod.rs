@@ -6,6 +6,9 @@ mod fitted;
 pub(crate) mod law;
 mod model;
 mod options;
+#[cfg(test)]
+mod sample;
+mod sentence;
 mod warning;
 
 pub use answer::{
