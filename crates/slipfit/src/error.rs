@@ -17,6 +17,22 @@ pub enum Error {
         /// The allowed range, in words or as an interval.
         range: &'static str,
     },
+    /// A parameter that is needed was not given.
+    #[error("{name} is missing: {hint}")]
+    MissingParameter {
+        /// The parameter, as the caller names it.
+        name: &'static str,
+        /// What would do.
+        hint: &'static str,
+    },
+    /// The same quantity was given twice.
+    #[error("{first} and {second} determine the same quantity: give one of them")]
+    ConflictingParameters {
+        /// One.
+        first: &'static str,
+        /// The other.
+        second: &'static str,
+    },
     /// Two arrays that belong together differ in length.
     #[error("{name} has {found} values where {expected} were expected")]
     Length {
@@ -50,5 +66,11 @@ pub enum Error {
         previous: f64,
         /// Its time.
         next: f64,
+    },
+    /// All stamps are equal.
+    #[error("time stands still: every stamp is {time_s} s")]
+    TimeStandsStill {
+        /// The one time.
+        time_s: f64,
     },
 }

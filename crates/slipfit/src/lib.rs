@@ -1,12 +1,17 @@
 //! Tells sliding (Coulomb, dry) friction from viscous damping in any oscillator.
-pub mod error;
-pub mod record;
 
-pub use error::Error;
-pub use record::{Record, SignalKind};
+pub mod decay;
+mod double_double;
+pub mod error;
 pub mod estimate;
 pub mod format;
+pub mod oscillator;
 pub mod quantity;
+pub mod record;
 pub mod ringdown;
+mod signal;
 
+pub use error::Error;
+pub use oscillator::Oscillator;
 pub use quantity::Quantity;
+pub use record::{Clock, ClockReport, Gap, Record, SignalKind};

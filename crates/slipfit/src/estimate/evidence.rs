@@ -1,0 +1,58 @@
+//! Evidence: F tests, also at a boundary, and the Bayesian information criterion.
+
+use statrs::distribution::{ContinuousCDF, FisherSnedecor, StudentsT};
+
+/// Upper tail of the F distribution.
+pub(crate) fn f_tail(f: f64, numerator: f64, denominator: f64) -> f64 {
+    if !(f > 0.0) {
+        return 1.0;
+    }
+    match FisherSnedecor::new(numerator, denominator.clamp(1.0, 1e7)) {
+        Ok(d) => d.sf(f),
+        Err(_) => f64::NAN,
+    }
+}
+
+/// p value of one more loss term that cannot be negative.
+///
+/// Under the null the likelihood ratio is half the time zero (the estimate sits
+/// on the limit), so the tail of F(1, dof) counts half (Chernoff 1954).
+pub(crate) fn one_sided(rss_without: f64, rss_with: f64, dof: f64) -> f64 {
+    let f = (rss_without - rss_with).max(0.0) / (rss_with / dof.max(1.0));
+    if f <= 0.0 { 1.0 } else { 0.5 * f_tail(f, 1.0, dof) }
+}
+
+/// Half width of the central 95 % of Student's t over that of the normal.
+pub(crate) fn student_factor(dof: f64) -> f64 {
+    if dof > 1e4 {
+        return 1.0;
+    }
+    match StudentsT::new(0.0, 1.0, dof.max(1.0)) {
+        Ok(d) => d.inverse_cdf(0.975) / super::Z_95,
+        Err(_) => f64::NAN,
+    }
+}
+
+/// Bayesian information criterion of Gaussian residuals; `effective` counts the
+/// independent observations.
+pub(crate) fn bic(rss: f64, observations: f64, effective: f64, parameters: usize) -> f64 {
+    effective * (rss / observations).max(f64::MIN_POSITIVE).ln() + parameters as f64 * effective.max(2.0).ln()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn tails_match_tables() {
+        // F(1, 10): 5 % point 4.965; t(10): 97.5 % point 2.228.
+        assert!((f_tail(4.9646, 1.0, 10.0) - 0.05).abs() < 1e-4);
+        assert!((student_factor(10.0) * super::super::Z_95 - 2.2281).abs() < 1e-3);
+        assert!((one_sided(1.0, 1.0, 10.0) - 1.0).abs() < 1e-12);
+    }
+
+    #[test]
+    fn far_tails_do_not_round_to_zero_too_soon() {
+        assert!(f_tail(60.0, 1.0, 1e6) > 0.0 && f_tail(60.0, 1.0, 1e6) < 1e-13);
+    }
+}

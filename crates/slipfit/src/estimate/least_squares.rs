@@ -1,0 +1,234 @@
+//! Damped Gauss-Newton on normal equations that the model itself sums up.
+//!
+//! No N × p Jacobian is stored: a model streams its samples once per step and
+//! hands over `JᵀJ`, `Jᵀr` and `rᵀr` for a handful of parameters.
+
+use nalgebra::{DMatrix, DVector};
+
+/// Sums over the samples for one parameter vector; `r = data - model`,
+/// `J = d model / d parameter`.
+#[derive(Debug, Clone)]
+pub(crate) struct Normal {
+    pub(crate) jtj: DMatrix<f64>,
+    pub(crate) jtr: DVector<f64>,
+    pub(crate) rss: f64,
+}
+
+impl Normal {
+    pub(crate) fn zeros(parameters: usize) -> Self {
+        Self { jtj: DMatrix::zeros(parameters, parameters), jtr: DVector::zeros(parameters), rss: 0.0 }
+    }
+
+    pub(crate) fn clear(&mut self) {
+        self.jtj.fill(0.0);
+        self.jtr.fill(0.0);
+        self.rss = 0.0;
+    }
+
+    /// Adds one weighted row; the lower triangle is kept.
+    pub(crate) fn add_row(&mut self, row: &[f64], residual: f64, weight: f64) {
+        for (i, &a) in row.iter().enumerate() {
+            let wa = weight * a;
+            self.jtr[i] += wa * residual;
+            for (j, &b) in row[..=i].iter().enumerate() {
+                self.jtj[(i, j)] += wa * b;
+            }
+        }
+        self.rss += weight * residual * residual;
+    }
+}
+
+/// A model together with its data.
+pub(crate) trait LeastSquares {
+    /// Number of parameters, fixed ones included.
+    fn parameters(&self) -> usize;
+
+    /// Sums the normal equations at `p` into `out` (cleared here; lower triangle
+    /// of `jtj` suffices). `false` where the model does not exist.
+    fn normal(&self, p: &[f64], out: &mut Normal) -> bool;
+}
+
+/// Where a fit ended.
+#[derive(Debug, Clone)]
+pub(crate) struct Fit {
+    pub(crate) parameters: Vec<f64>,
+    /// `(JᵀJ)⁻¹` over all parameters, zero rows for fixed ones. Not yet scaled by the noise variance.
+    pub(crate) unit_covariance: DMatrix<f64>,
+    pub(crate) rss: f64,
+    pub(crate) free: Vec<usize>,
+    pub(crate) converged: bool,
+}
+
+impl Fit {
+    pub(crate) fn unit_std(&self, parameter: usize) -> f64 {
+        self.unit_covariance[(parameter, parameter)].max(0.0).sqrt()
+    }
+
+    pub(crate) fn correlation(&self, a: usize, b: usize) -> f64 {
+        let scale = self.unit_std(a) * self.unit_std(b);
+        if scale > 0.0 { self.unit_covariance[(a, b)] / scale } else { 0.0 }
+    }
+}
+
+const MAX_STEPS: usize = 60;
+/// A step is small enough when it moves no parameter by more than this part of
+/// its standard error: far below anything the data can tell.
+const STEP_TOLERANCE: f64 = 1e-4;
+
+/// Minimises `rᵀr` over the `free` parameters from `start`.
+///
+/// `None` if the model does not exist at `start` or a free parameter has no
+/// influence at all.
+pub(crate) fn minimise(problem: &dyn LeastSquares, start: &[f64], free: &[usize]) -> Option<Fit> {
+    let p = problem.parameters();
+    let mut best = start.to_vec();
+    let mut sums = Normal::zeros(p);
+    if !problem.normal(&best, &mut sums) || !sums.rss.is_finite() {
+        return None;
+    }
+    let mut trial_sums = Normal::zeros(p);
+    let mut damping = 0.0;
+    let mut converged = false;
+    for _ in 0..MAX_STEPS {
+        let Some((step, predicted)) = solve(&sums, free, damping) else {
+            if damping > 1e10 {
+                break;
+            }
+            damping = if damping == 0.0 { 1e-6 } else { damping * 10.0 };
+            continue;
+        };
+        // Change of rss the quadratic model foresees, in units of the noise variance.
+        let noise = sums.rss / (1.0f64).max(dof_hint(problem, &sums));
+        let negligible = predicted <= STEP_TOLERANCE * STEP_TOLERANCE * noise || predicted <= 1e-15 * sums.rss;
+        if negligible && damping <= 1e-3 {
+            converged = true;
+            break;
+        }
+        let mut trial = best.clone();
+        for (k, &i) in free.iter().enumerate() {
+            trial[i] += step[k];
+        }
+        let exists = trial.iter().all(|v| v.is_finite()) && problem.normal(&trial, &mut trial_sums);
+        if exists && trial_sums.rss.is_finite() && trial_sums.rss <= sums.rss * (1.0 + 1e-13) {
+            let gained = sums.rss - trial_sums.rss;
+            best = trial;
+            std::mem::swap(&mut sums, &mut trial_sums);
+            damping = if gained > 0.25 * predicted { damping * 0.1 } else { damping * 2.0 };
+            if damping < 1e-9 {
+                damping = 0.0;
+            }
+        } else {
+            damping = if damping == 0.0 { 1e-3 } else { damping * 8.0 };
+            if damping > 1e10 {
+                // No downhill step at rounding level: this is the minimum.
+                converged = true;
+                break;
+            }
+        }
+    }
+    let unit_covariance = invert(&sums, free, p)?;
+    Some(Fit { parameters: best, unit_covariance, rss: sums.rss, free: free.to_vec(), converged })
+}
+
+fn dof_hint(problem: &dyn LeastSquares, _sums: &Normal) -> f64 {
+    problem.parameters() as f64
+}
+
+/// Solves `(JᵀJ + damping diag) step = Jᵀr` in scaled variables; also the decrease of rss it promises.
+fn solve(sums: &Normal, free: &[usize], damping: f64) -> Option<(Vec<f64>, f64)> {
+    let (a, scale) = scaled(sums, free)?;
+    let m = free.len();
+    let g = DVector::from_fn(m, |k, _| sums.jtr[free[k]] * scale[k]);
+    let mut damped = a.clone();
+    for k in 0..m {
+        damped[(k, k)] += damping;
+    }
+    let step = damped.cholesky()?.solve(&g);
+    let predicted = 2.0 * step.dot(&g) - step.dot(&(&a * &step));
+    Some(((0..m).map(|k| step[k] * scale[k]).collect(), predicted))
+}
+
+fn invert(sums: &Normal, free: &[usize], p: usize) -> Option<DMatrix<f64>> {
+    let (a, scale) = scaled(sums, free)?;
+    let inverse = a.cholesky()?.inverse();
+    let mut full = DMatrix::zeros(p, p);
+    for (i, &fi) in free.iter().enumerate() {
+        for (j, &fj) in free.iter().enumerate() {
+            full[(fi, fj)] = inverse[(i, j)] * scale[i] * scale[j];
+        }
+    }
+    Some(full)
+}
+
+/// The free block of `JᵀJ` with unit diagonal, and the scales that make it so.
+fn scaled(sums: &Normal, free: &[usize]) -> Option<(DMatrix<f64>, Vec<f64>)> {
+    let mut scale = Vec::with_capacity(free.len());
+    for &i in free {
+        let d = sums.jtj[(i, i)];
+        if !(d > 0.0 && d.is_finite()) {
+            return None;
+        }
+        scale.push(1.0 / d.sqrt());
+    }
+    let a = DMatrix::from_fn(free.len(), free.len(), |i, j| {
+        let (r, c) = (free[i].max(free[j]), free[i].min(free[j]));
+        sums.jtj[(r, c)] * scale[i] * scale[j]
+    });
+    Some((a, scale))
+}
+
+/// Weighted linear least squares: coefficients and `(XᵀWX)⁻¹`.
+pub(crate) fn linear(
+    rows: impl Iterator<Item = (Vec<f64>, f64, f64)>,
+    columns: usize,
+) -> Option<(Vec<f64>, DMatrix<f64>, f64)> {
+    let mut sums = Normal::zeros(columns);
+    for (row, value, weight) in rows {
+        sums.add_row(&row, value, weight);
+    }
+    let free: Vec<usize> = (0..columns).collect();
+    let (step, gain) = solve(&sums, &free, 0.0)?;
+    let covariance = invert(&sums, &free, columns)?;
+    Some((step, covariance, (sums.rss - gain).max(0.0)))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    struct Exponential {
+        t: Vec<f64>,
+        y: Vec<f64>,
+    }
+
+    impl LeastSquares for Exponential {
+        fn parameters(&self) -> usize {
+            3
+        }
+        fn normal(&self, p: &[f64], out: &mut Normal) -> bool {
+            out.clear();
+            for (&t, &y) in self.t.iter().zip(&self.y) {
+                let e = (-p[1] * t).exp();
+                out.add_row(&[e, -p[0] * t * e, 1.0], y - (p[0] * e + p[2]), 1.0);
+            }
+            true
+        }
+    }
+
+    #[test]
+    fn finds_an_exponential_from_afar() {
+        let t: Vec<f64> = (0..200).map(|i| i as f64 * 0.05).collect();
+        let y = t.iter().map(|t| 3.0 * (-0.7 * t).exp() - 0.4).collect();
+        let fit = minimise(&Exponential { t, y }, &[1.0, 0.1, 0.0], &[0, 1, 2]).expect("exists");
+        assert!(fit.converged);
+        for (found, truth) in fit.parameters.iter().zip([3.0, 0.7, -0.4]) {
+            assert!((found - truth).abs() < 1e-9, "{found} for {truth}");
+        }
+    }
+
+    #[test]
+    fn a_parameter_without_influence_is_refused() {
+        let problem = Exponential { t: vec![0.0; 5], y: vec![1.0; 5] };
+        assert!(minimise(&problem, &[1.0, 0.5, 0.0], &[0, 1]).is_none());
+    }
+}

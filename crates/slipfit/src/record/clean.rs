@@ -1,0 +1,277 @@
+//! From the rows of a file to rows in order of time.
+
+use std::ops::Range;
+
+use super::{Clock, ClockReport, Gap, MIN_SAMPLES, rounding};
+use crate::Error;
+
+/// Share of repeated stamps above which a clock may be a rounded one.
+const REPEATED_SHARE: f64 = 0.05;
+/// Backward steps up to this many median steps are disorder, not resets.
+const DISORDER_STEPS: f64 = 10.0;
+/// Rows within which disorder must be over.
+const DISORDER_ROWS: usize = 8;
+/// Steps looked at for a median.
+const MEDIAN_SAMPLE: usize = 1 << 17;
+
+/// The rows of a record on their way to be one. `time_s` may be empty where a
+/// rate stands for it.
+pub(super) struct Rows {
+    pub(super) time_s: Vec<f64>,
+    pub(super) signal: Vec<f64>,
+    pub(super) quadrature: Option<Vec<f64>>,
+}
+
+impl Rows {
+    /// Whether all values of row `i` are finite.
+    pub(super) fn finite(&self, i: usize) -> bool {
+        self.signal[i].is_finite()
+            && self.time_s.get(i).is_none_or(|t| t.is_finite())
+            && self.quadrature.as_ref().is_none_or(|q| q[i].is_finite())
+    }
+
+    /// From the first to behind the last finite row.
+    pub(super) fn finite_span(&self) -> Range<usize> {
+        let n = self.signal.len();
+        let start = (0..n).find(|&i| self.finite(i)).unwrap_or(n);
+        let end = (start..n).rev().find(|&i| self.finite(i)).map_or(start, |i| i + 1);
+        start..end
+    }
+
+    fn columns(&mut self) -> impl Iterator<Item = &mut Vec<f64>> {
+        [&mut self.time_s, &mut self.signal].into_iter().chain(&mut self.quadrature).filter(|c| !c.is_empty())
+    }
+
+    fn keep(&mut self, range: Range<usize>) {
+        for column in self.columns() {
+            column.truncate(range.end);
+            column.drain(..range.start);
+        }
+    }
+
+    fn remove(&mut self, sorted: &[usize]) {
+        for column in self.columns() {
+            let (mut next, mut i) = (0, 0);
+            column.retain(|_| {
+                let drop = sorted.get(next) == Some(&i);
+                next += usize::from(drop);
+                i += 1;
+                !drop
+            });
+        }
+    }
+
+    fn sort_by_time(&mut self) {
+        let mut order: Vec<usize> = (0..self.time_s.len()).collect();
+        order.sort_by(|&a, &b| self.time_s[a].total_cmp(&self.time_s[b]));
+        for column in self.columns() {
+            *column = order.iter().map(|&i| column[i]).collect();
+        }
+    }
+}
+
+/// Leaves out rows with a value that is not finite.
+pub(super) fn drop_nonfinite(rows: &mut Rows, report: &mut ClockReport) {
+    let n = rows.signal.len();
+    let used = rows.finite_span();
+    report.nonfinite_leading = used.start;
+    report.nonfinite_trailing = n - used.end;
+    let inner: Vec<usize> = used.clone().filter(|&i| !rows.finite(i)).collect();
+    report.nonfinite_inner = inner.len();
+    if !inner.is_empty() {
+        rows.remove(&inner);
+    }
+    let end = used.end - inner.len();
+    if used.start > 0 || end < rows.signal.len() {
+        rows.keep(used.start..end);
+    }
+}
+
+/// Refuses a signal that is too short or constant.
+pub(super) fn check_signal(rows: &Rows) -> Result<(), Error> {
+    let found = rows.signal.len();
+    if found < MIN_SAMPLES {
+        return Err(Error::TooFewSamples { found, needed: MIN_SAMPLES });
+    }
+    let constant = |c: &Vec<f64>| c.iter().all(|v| *v == c[0]);
+    if constant(&rows.signal) && rows.quadrature.as_ref().is_none_or(constant) {
+        return Err(Error::ConstantSignal { value: rows.signal[0] });
+    }
+    Ok(())
+}
+
+/// Puts the rows in order of time and takes their clock out of them.
+pub(super) fn clock(rows: &mut Rows, report: &mut ClockReport) -> Result<Clock, Error> {
+    if let Some(clock) = exactly_uniform(&rows.time_s) {
+        return Ok(settle(clock, rows, report));
+    }
+    check_direction(&rows.time_s)?;
+    drop_corrupt_stamps(rows, report);
+    keep_longest_run(rows, report);
+    let backward = steps(&rows.time_s).filter(|s| *s < 0.0).count();
+    if backward > 0 {
+        report.reordered = backward;
+        rows.sort_by_time();
+    }
+    report.repeated_stamps = steps(&rows.time_s).filter(|s| *s == 0.0).count();
+    if let Some(clock) = exactly_uniform(&rows.time_s) {
+        return Ok(settle(clock, rows, report));
+    }
+    if report.repeated_stamps as f64 > REPEATED_SHARE * rows.time_s.len() as f64
+        && let Some(rebuilt) = rounding::rebuild(&rows.time_s)
+    {
+        report.rebuilt_quantum_s = Some(rebuilt.quantum_s);
+        report.rebuilt_excess_s = rebuilt.excess_s;
+        return Ok(settle(rebuilt.clock, rows, report));
+    }
+    let stamps = std::mem::take(&mut rows.time_s);
+    describe_steps(&stamps, report);
+    Ok(Clock::Stamps(stamps))
+}
+
+fn settle(clock: Clock, rows: &mut Rows, report: &mut ClockReport) -> Clock {
+    rows.time_s = Vec::new();
+    if let Clock::Uniform { interval_s, .. } = clock {
+        report.median_step_s = interval_s;
+    }
+    clock
+}
+
+fn steps(time_s: &[f64]) -> impl Iterator<Item = f64> + '_ {
+    time_s.windows(2).map(|w| w[1] - w[0])
+}
+
+/// The uniform clock that all stamps agree with to 1e-9 of a step, or to a few
+/// units in the last place where the stamps themselves resolve no more.
+fn exactly_uniform(time_s: &[f64]) -> Option<Clock> {
+    let (&start_s, &end_s) = (time_s.first()?, time_s.last()?);
+    let interval_s = (end_s - start_s) / (time_s.len() as f64 - 1.0);
+    if !(interval_s > 0.0 && interval_s.is_finite()) {
+        return None;
+    }
+    let tolerance_s = (1e-9 * interval_s).max(4.0 * f64::EPSILON * start_s.abs().max(end_s.abs()));
+    // Beyond this the rounding of the stamps would hide jitter.
+    if tolerance_s > 1e-6 * interval_s {
+        return None;
+    }
+    let fits = |(i, t): (usize, &f64)| (t - (start_s + i as f64 * interval_s)).abs() <= tolerance_s;
+    time_s.iter().enumerate().all(fits).then_some(Clock::Uniform { start_s, interval_s })
+}
+
+fn check_direction(time_s: &[f64]) -> Result<(), Error> {
+    let backward = steps(time_s).filter(|s| *s < 0.0).count();
+    let forward = steps(time_s).filter(|s| *s > 0.0).count();
+    if backward + forward == 0 {
+        return Err(Error::TimeStandsStill { time_s: time_s.first().copied().unwrap_or(f64::NAN) });
+    }
+    if backward > forward {
+        let index = 1 + steps(time_s).position(|s| s < 0.0).unwrap_or(0);
+        return Err(Error::TimeBackwards { index, previous: time_s[index - 1], next: time_s[index] });
+    }
+    Ok(())
+}
+
+/// Leaves out single rows whose stamp is far from both neighbours while these
+/// are in order.
+fn drop_corrupt_stamps(rows: &mut Rows, report: &mut ClockReport) {
+    let t = &rows.time_s;
+    let far = DISORDER_STEPS * median_step(t);
+    let mut corrupt = Vec::new();
+    for i in 1..t.len() {
+        if t[i - 1] - t[i] <= far || corrupt.last() == Some(&(i - 1)) {
+            continue;
+        }
+        let ahead = i < 2 || t[i] >= t[i - 2];
+        let behind = t.get(i + 1).is_none_or(|next| *next >= t[i - 1]);
+        if ahead && !(i < 2 && behind) {
+            corrupt.push(i - 1);
+        } else if behind {
+            corrupt.push(i);
+        }
+    }
+    report.corrupt_stamps = corrupt.len();
+    if !corrupt.is_empty() {
+        rows.remove(&corrupt);
+    }
+}
+
+/// Splits where the clock jumps back for good and keeps the longest part.
+fn keep_longest_run(rows: &mut Rows, report: &mut ClockReport) {
+    let t = &rows.time_s;
+    let n = t.len();
+    let far = DISORDER_STEPS * median_step(t);
+    let mut starts = vec![0];
+    for i in 1..n {
+        let back = t[i - 1] - t[i];
+        let recovers = || t[i..n.min(i + DISORDER_ROWS)].iter().any(|next| *next >= t[i - 1]);
+        if back > far && !recovers() {
+            starts.push(i);
+        }
+    }
+    report.resets = starts.len() - 1;
+    if report.resets == 0 {
+        return;
+    }
+    starts.push(n);
+    // The first of equals: runs are taken in the order they were made.
+    let longest = starts
+        .windows(2)
+        .map(|w| w[0]..w[1])
+        .reduce(|best, run| if run.len() > best.len() { run } else { best })
+        .unwrap_or(0..n);
+    report.other_run_rows = n - longest.len();
+    rows.keep(longest);
+}
+
+/// Median of the positive steps, from a sample of them in long records.
+fn median_step(time_s: &[f64]) -> f64 {
+    let stride = time_s.len().div_ceil(MEDIAN_SAMPLE).max(1);
+    let mut sample: Vec<f64> =
+        time_s.windows(2).step_by(stride).map(|w| w[1] - w[0]).filter(|s| *s > 0.0).collect();
+    median(&mut sample).unwrap_or(0.0)
+}
+
+fn median(values: &mut [f64]) -> Option<f64> {
+    let middle = values.len() / 2;
+    (!values.is_empty()).then(|| *values.select_nth_unstable_by(middle, f64::total_cmp).1)
+}
+
+fn describe_steps(stamps: &[f64], report: &mut ClockReport) {
+    let stride = stamps.len().div_ceil(MEDIAN_SAMPLE).max(1);
+    let mut sample: Vec<f64> = stamps.windows(2).step_by(stride).map(|w| w[1] - w[0]).collect();
+    let typical = match median(&mut sample) {
+        Some(m) if m > 0.0 => m,
+        _ => median_step(stamps),
+    };
+    report.median_step_s = typical;
+    let near = sample.iter().filter(|s| (*s - typical).abs() <= 0.2 * typical).count();
+    let regular = near as f64 >= 0.8 * sample.len() as f64;
+    let (mut sum, mut count) = (0.0, 0.0_f64);
+    for (i, step) in steps(stamps).enumerate() {
+        let is_gap = if regular {
+            step > 1.5 * typical
+        } else {
+            step > 10.0 * typical && step > 10.0 * neighbour_step(stamps, i)
+        };
+        if is_gap {
+            report.gaps += 1;
+            if report.longest_gap.is_none_or(|g| step > g.length_s) {
+                report.longest_gap = Some(Gap { start_s: stamps[i], length_s: step });
+            }
+        } else {
+            sum += (step / typical - 1.0).powi(2);
+            count += 1.0;
+        }
+    }
+    report.step_spread = (sum / count.max(1.0)).sqrt();
+}
+
+/// Median of the eight steps around step `i`.
+fn neighbour_step(stamps: &[f64], i: usize) -> f64 {
+    let last = stamps.len() - 1;
+    let mut near: Vec<f64> = (i.saturating_sub(4)..(i + 5).min(last))
+        .filter(|&j| j != i)
+        .map(|j| stamps[j + 1] - stamps[j])
+        .collect();
+    median(&mut near).unwrap_or(0.0)
+}

@@ -1,0 +1,93 @@
+//! When the samples of a record were taken.
+
+/// The times of the samples of a record.
+#[derive(Debug, Clone, PartialEq)]
+pub enum Clock {
+    /// Sample `i` at `start_s + i interval_s`.
+    Uniform {
+        /// Time of the first sample [s].
+        start_s: f64,
+        /// Time between two samples [s], positive.
+        interval_s: f64,
+    },
+    /// One stamp [s] a sample, never decreasing; equal stamps may follow each other.
+    Stamps(Vec<f64>),
+}
+
+impl Clock {
+    /// Time of sample `index` [s].
+    pub(super) fn time_s(&self, index: usize) -> f64 {
+        match self {
+            Self::Uniform { start_s, interval_s } => start_s + index as f64 * interval_s,
+            Self::Stamps(stamps) => stamps[index],
+        }
+    }
+
+    /// Whether the samples are exactly equidistant.
+    #[must_use]
+    pub fn is_uniform(&self) -> bool {
+        matches!(self, Self::Uniform { .. })
+    }
+}
+
+/// A stretch without samples.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Gap {
+    /// Time of the last sample before it [s].
+    pub start_s: f64,
+    /// Time to the next sample [s].
+    pub length_s: f64,
+}
+
+/// What was found in the clock of a record and what was done about it.
+///
+/// `rows` equals the samples of the record plus everything counted as left
+/// out: the three `nonfinite_*`, `corrupt_stamps` and `other_run_rows`.
+#[derive(Debug, Clone, PartialEq, Default)]
+#[non_exhaustive]
+pub struct ClockReport {
+    /// Rows given.
+    pub rows: usize,
+    /// Rows before the first usable one left out for a value that is not finite.
+    pub nonfinite_leading: usize,
+    /// The same, between usable rows.
+    pub nonfinite_inner: usize,
+    /// The same, after the last usable row.
+    pub nonfinite_trailing: usize,
+    /// Steps of exactly zero between successive stamps, as given.
+    pub repeated_stamps: usize,
+    /// Backward steps of single rows that were put in order of time.
+    pub reordered: usize,
+    /// Rows left out for one stamp far from both its neighbours.
+    pub corrupt_stamps: usize,
+    /// Places where the clock jumps back for good: another run begins.
+    pub resets: usize,
+    /// Rows of the other runs, left out.
+    pub other_run_rows: usize,
+    /// The stamps were those of a uniform clock written with too few digits;
+    /// it was rebuilt. This is the coarsest rounding [s].
+    pub rebuilt_quantum_s: Option<f64>,
+    /// Greatest distance of a stamp from the rebuilt clock beyond half its
+    /// rounding [s], at most a tenth of a step and of the rounding.
+    pub rebuilt_excess_s: f64,
+    /// Stretches without samples. Where sampling is regular (80 % of the steps
+    /// within 20 % of the median) a step above 1.5 medians; otherwise a step
+    /// above 10 medians of the record and of its eight neighbours.
+    pub gaps: usize,
+    /// The longest of them.
+    pub longest_gap: Option<Gap>,
+    /// Median time between two samples [s]; of the steps that are not zero
+    /// where more than half are.
+    pub median_step_s: f64,
+    /// Root mean square deviation of the steps from their median, over that
+    /// median, gaps left out; 0 for a uniform clock.
+    pub step_spread: f64,
+}
+
+impl ClockReport {
+    /// Rows left out for a value that is not finite.
+    #[must_use]
+    pub fn nonfinite(&self) -> usize {
+        self.nonfinite_leading + self.nonfinite_inner + self.nonfinite_trailing
+    }
+}

@@ -1,0 +1,279 @@
+//! A measured record: when, how much, and what kind of signal.
+
+mod clean;
+mod clock;
+mod rounding;
+
+use std::ops::Range;
+
+pub use clock::{Clock, ClockReport, Gap};
+
+use crate::Error;
+
+/// The fewest samples a record may have.
+pub const MIN_SAMPLES: usize = 8;
+
+/// What the numbers of a record are.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Hash, Default)]
+#[non_exhaustive]
+pub enum SignalKind {
+    /// Position or angle, or anything proportional to it.
+    #[default]
+    Displacement,
+    /// Its first derivative in time.
+    Velocity,
+    /// Its second derivative in time.
+    Acceleration,
+    /// The amplitude of the oscillation (lock-in R, peak amplitude, dB made linear), never negative.
+    Envelope,
+    /// In-phase and quadrature outputs of a lock-in amplifier.
+    LockIn,
+}
+
+/// Samples of one oscillating quantity with their times.
+///
+/// Every constructor cleans the clock and says in the [`ClockReport`] what it
+/// found:
+///
+/// - rows whose time or signal is not finite are left out and counted;
+/// - a row out of order by a little is put in its place; a stamp that is
+///   plainly corrupt (one row, far from both neighbours) takes its row with it;
+/// - where the clock jumps back for good another run begins: the run with most
+///   rows is kept;
+/// - repeated stamps stay, except where the clock is uniform and only *written*
+///   with too few digits: then the uniform clock is rebuilt;
+/// - gaps and irregular steps stay as they are.
+///
+/// Sampling may be irregular. A clock is stored as uniform only when every
+/// stamp agrees with it to 1e-9 of a step (or to the rounding of the stamps
+/// themselves), so that no jitter is hidden.
+///
+/// Times are in seconds and never decrease; the signal keeps the unit it is
+/// given, see [`Record::with_unit`].
+///
+/// ```
+/// use slipfit::Record;
+/// let time_s = vec![0.0, 0.1, 0.2, 0.3, 0.4, 0.5, 0.6, 0.7, 0.8, 0.9];
+/// let angle = vec![1.0, 0.5, -0.5, f64::NAN, -0.4, 0.4, 0.8, 0.3, -0.3, -0.7];
+/// let record = Record::new(time_s, angle)?.with_unit("rad");
+/// assert_eq!(record.len(), 9);
+/// assert_eq!(record.clock_report().nonfinite_inner, 1);
+/// assert_eq!(record.clock_report().gaps, 1);
+/// # Ok::<(), slipfit::Error>(())
+/// ```
+#[derive(Debug, Clone, PartialEq)]
+pub struct Record {
+    clock: Clock,
+    signal: Vec<f64>,
+    quadrature: Option<Vec<f64>>,
+    kind: SignalKind,
+    unit: String,
+    report: ClockReport,
+}
+
+impl Record {
+    /// A record from stamps [s] and samples, cleaned as said at [`Record`].
+    ///
+    /// # Errors
+    /// - [`Error::Length`] if the two differ in length
+    /// - [`Error::TooFewSamples`] if fewer than [`MIN_SAMPLES`] remain
+    /// - [`Error::ConstantSignal`] if all samples are equal
+    /// - [`Error::TimeBackwards`] if more stamps go backwards than forwards
+    /// - [`Error::TimeStandsStill`] if all stamps are equal
+    pub fn new(time_s: Vec<f64>, signal: Vec<f64>) -> Result<Self, Error> {
+        Self::from_stamps(time_s, signal, None)
+    }
+
+    /// A record sampled at a constant rate [Hz], starting at 0 s.
+    ///
+    /// Samples that are not finite keep their place in time but are left out;
+    /// only where they stand inside the record does it become one of stamps.
+    ///
+    /// # Errors
+    /// [`Error::Parameter`] if the rate is not positive and finite; otherwise
+    /// as [`Record::new`].
+    pub fn uniform(rate_hz: f64, signal: Vec<f64>) -> Result<Self, Error> {
+        Self::from_rate(rate_hz, signal, None)
+    }
+
+    /// The two outputs of a lock-in amplifier, in phase and in quadrature.
+    ///
+    /// # Errors
+    /// As [`Record::new`]; a row is left out where either output is not finite.
+    pub fn lock_in(time_s: Vec<f64>, in_phase: Vec<f64>, quadrature: Vec<f64>) -> Result<Self, Error> {
+        Self::from_stamps(time_s, in_phase, Some(quadrature))
+    }
+
+    /// As [`Record::lock_in`], sampled at a constant rate [Hz] from 0 s on.
+    ///
+    /// # Errors
+    /// As [`Record::uniform`].
+    pub fn lock_in_uniform(rate_hz: f64, in_phase: Vec<f64>, quadrature: Vec<f64>) -> Result<Self, Error> {
+        Self::from_rate(rate_hz, in_phase, Some(quadrature))
+    }
+
+    /// Says what the samples are.
+    #[must_use]
+    pub fn with_kind(mut self, kind: SignalKind) -> Self {
+        self.kind = kind;
+        self
+    }
+
+    /// Names the unit of the samples, `"rad"`, `"mm"`, `"V"`; empty if unknown.
+    #[must_use]
+    pub fn with_unit(mut self, unit: impl Into<String>) -> Self {
+        self.unit = unit.into();
+        self
+    }
+
+    /// Adds the quadrature output of a lock-in and sets the kind to
+    /// [`SignalKind::LockIn`].
+    ///
+    /// Where rows may have been left out, use [`Record::lock_in`]: it cleans
+    /// both outputs together.
+    ///
+    /// # Errors
+    /// [`Error::Length`] if the length is not that of the cleaned signal,
+    /// [`Error::Parameter`] if a value is not finite.
+    pub fn with_quadrature(mut self, quadrature: Vec<f64>) -> Result<Self, Error> {
+        if quadrature.len() != self.signal.len() {
+            return Err(Error::Length {
+                name: "quadrature",
+                found: quadrature.len(),
+                expected: self.signal.len(),
+            });
+        }
+        if let Some(&value) = quadrature.iter().find(|v| !v.is_finite()) {
+            return Err(Error::Parameter { name: "quadrature", value, range: "the finite numbers" });
+        }
+        self.quadrature = Some(quadrature);
+        self.kind = SignalKind::LockIn;
+        Ok(self)
+    }
+
+    /// Number of samples, at least [`MIN_SAMPLES`].
+    #[must_use]
+    #[allow(clippy::len_without_is_empty, reason = "a record is never empty")]
+    pub fn len(&self) -> usize {
+        self.signal.len()
+    }
+
+    /// Time of sample `index` [s].
+    ///
+    /// # Panics
+    /// Like a slice, if `index` is not below [`Record::len`].
+    #[must_use]
+    pub fn time_s(&self, index: usize) -> f64 {
+        assert!(index < self.len(), "sample {index} of {}", self.len());
+        self.clock.time_s(index)
+    }
+
+    /// The times of a range of samples [s].
+    ///
+    /// # Panics
+    /// Like a slice, if the range ends beyond [`Record::len`].
+    #[must_use]
+    pub fn times_s(&self, range: Range<usize>) -> Vec<f64> {
+        assert!(range.end <= self.len(), "samples {range:?} of {}", self.len());
+        match &self.clock {
+            Clock::Stamps(stamps) => stamps[range].to_vec(),
+            uniform @ Clock::Uniform { .. } => range.map(|i| uniform.time_s(i)).collect(),
+        }
+    }
+
+    /// Time from the first to the last sample [s].
+    #[must_use]
+    pub fn duration_s(&self) -> f64 {
+        self.time_s(self.len() - 1) - self.time_s(0)
+    }
+
+    /// The samples, in the unit of [`Record::unit`].
+    #[must_use]
+    pub fn signal(&self) -> &[f64] {
+        &self.signal
+    }
+
+    /// The quadrature output of a lock-in, as long as the signal.
+    #[must_use]
+    pub fn quadrature(&self) -> Option<&[f64]> {
+        self.quadrature.as_deref()
+    }
+
+    /// What the samples are.
+    #[must_use]
+    pub fn kind(&self) -> SignalKind {
+        self.kind
+    }
+
+    /// Unit of the samples; empty if unknown.
+    #[must_use]
+    pub fn unit(&self) -> &str {
+        &self.unit
+    }
+
+    /// When the samples were taken.
+    #[must_use]
+    pub fn clock(&self) -> &Clock {
+        &self.clock
+    }
+
+    /// What the clock was like before and after cleaning.
+    #[must_use]
+    pub fn clock_report(&self) -> &ClockReport {
+        &self.report
+    }
+
+    fn from_stamps(time_s: Vec<f64>, signal: Vec<f64>, quadrature: Option<Vec<f64>>) -> Result<Self, Error> {
+        check_length("signal", signal.len(), time_s.len())?;
+        if let Some(quadrature) = &quadrature {
+            check_length("quadrature", quadrature.len(), time_s.len())?;
+        }
+        let mut rows = clean::Rows { time_s, signal, quadrature };
+        let mut report = ClockReport { rows: rows.signal.len(), ..ClockReport::default() };
+        clean::drop_nonfinite(&mut rows, &mut report);
+        clean::check_signal(&rows)?;
+        let clock = clean::clock(&mut rows, &mut report)?;
+        // Again: the run that was kept may be short or constant.
+        clean::check_signal(&rows)?;
+        Ok(Self::assemble(clock, rows, report))
+    }
+
+    fn from_rate(rate_hz: f64, signal: Vec<f64>, quadrature: Option<Vec<f64>>) -> Result<Self, Error> {
+        let interval_s = 1.0 / rate_hz;
+        if !(rate_hz > 0.0 && rate_hz.is_finite() && interval_s > 0.0 && interval_s.is_finite()) {
+            return Err(Error::Parameter { name: "rate_hz", value: rate_hz, range: "positive finite rates" });
+        }
+        if let Some(quadrature) = &quadrature {
+            check_length("quadrature", quadrature.len(), signal.len())?;
+        }
+        let mut rows = clean::Rows { time_s: Vec::new(), signal, quadrature };
+        let mut report = ClockReport { rows: rows.signal.len(), ..ClockReport::default() };
+        let used = rows.finite_span();
+        let start_s = used.start as f64 * interval_s;
+        let inner_missing = used.clone().any(|i| !rows.finite(i));
+        if inner_missing {
+            rows.time_s = (0..rows.signal.len()).map(|i| i as f64 * interval_s).collect();
+        }
+        clean::drop_nonfinite(&mut rows, &mut report);
+        clean::check_signal(&rows)?;
+        let clock = if inner_missing {
+            clean::clock(&mut rows, &mut report)?
+        } else {
+            report.median_step_s = interval_s;
+            Clock::Uniform { start_s, interval_s }
+        };
+        Ok(Self::assemble(clock, rows, report))
+    }
+
+    fn assemble(clock: Clock, rows: clean::Rows, report: ClockReport) -> Self {
+        let kind = if rows.quadrature.is_some() { SignalKind::LockIn } else { SignalKind::default() };
+        Self { clock, signal: rows.signal, quadrature: rows.quadrature, kind, unit: String::new(), report }
+    }
+}
+
+fn check_length(name: &'static str, found: usize, expected: usize) -> Result<(), Error> {
+    if found == expected { Ok(()) } else { Err(Error::Length { name, found, expected }) }
+}
+
+#[cfg(test)]
+mod tests;

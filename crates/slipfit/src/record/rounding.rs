@@ -1,0 +1,118 @@
+//! Uniform clocks whose stamps were written with too few digits.
+
+use super::Clock;
+
+/// Most significant digits for which a clock counts as coarsely written.
+const MAX_DIGITS: u32 = 7;
+
+/// Jitter up to this part of a step, beyond the rounding, is given up with it:
+/// it is far below what the repeated stamps resolve.
+const JITTER: f64 = 0.1;
+
+/// A uniform clock and how far the stamps are from it.
+pub(super) struct Rebuilt {
+    pub(super) clock: Clock,
+    /// Coarsest rounding [s].
+    pub(super) quantum_s: f64,
+    /// Greatest distance of a stamp beyond half its rounding [s].
+    pub(super) excess_s: f64,
+}
+
+/// How a stamp was shortened.
+#[derive(Clone, Copy)]
+enum Shortening {
+    /// To a fixed number of digits behind the decimal point.
+    Fixed(i32),
+    /// To a number of significant digits, so that the step grows with time.
+    Significant(i32),
+}
+
+impl Shortening {
+    /// Distance between neighbouring stamps near `time_s`.
+    fn quantum_s(self, time_s: f64, step_s: f64) -> f64 {
+        match self {
+            Self::Fixed(decimals) => 10f64.powi(-decimals),
+            Self::Significant(digits) => {
+                let decade = time_s.abs().max(step_s).log10().floor() as i32;
+                10f64.powi(decade + 1 - digits)
+            }
+        }
+    }
+}
+
+/// The uniform clock behind stamps of which many repeat, if one exists within
+/// the rounding of every stamp.
+pub(super) fn rebuild(time_s: &[f64]) -> Option<Rebuilt> {
+    let (digits, decimals) = written(time_s)?;
+    [Shortening::Fixed(decimals), Shortening::Significant(digits)]
+        .into_iter()
+        .flat_map(|shortening| [(shortening, 0.0), (shortening, 0.5)])
+        .find_map(|(shortening, shift)| fit(time_s, shortening, shift))
+}
+
+/// Most significant digits and most decimals among the stamps.
+fn written(time_s: &[f64]) -> Option<(i32, i32)> {
+    let (mut digits, mut decimals) = (1, i32::MIN);
+    let mut previous = f64::NAN;
+    for &t in time_s {
+        if t == previous || t == 0.0 {
+            continue;
+        }
+        previous = t;
+        // The shortest decimal that reads back as t is how the file wrote it.
+        let text = format!("{t:e}");
+        let (mantissa, exponent) = text.split_once('e')?;
+        let count = mantissa.bytes().filter(u8::is_ascii_digit).count() as i32;
+        let exponent: i32 = exponent.parse().ok()?;
+        digits = digits.max(count);
+        decimals = decimals.max(count - 1 - exponent);
+        if digits > MAX_DIGITS as i32 {
+            return None;
+        }
+    }
+    (decimals > i32::MIN).then_some((digits, decimals))
+}
+
+/// Weighted straight line through the stamps; `shift` in quanta is 0 for
+/// rounded stamps, one half for truncated ones.
+fn fit(time_s: &[f64], shortening: Shortening, shift: f64) -> Option<Rebuilt> {
+    let n = time_s.len();
+    let (first, last) = (*time_s.first()?, *time_s.last()?);
+    let rough_step_s = (last - first) / (n as f64 - 1.0);
+    let weighted = || {
+        time_s.iter().enumerate().map(move |(i, &t)| {
+            let quantum_s = shortening.quantum_s(t, rough_step_s);
+            let weight = 1.0 / ((quantum_s / rough_step_s).powi(2) + JITTER.powi(2));
+            (i as f64, t + shift * quantum_s, weight, quantum_s)
+        })
+    };
+    let (mut sw, mut si, mut st) = (0.0, 0.0, 0.0);
+    for (i, t, w, _) in weighted() {
+        sw += w;
+        si += w * i;
+        st += w * t;
+    }
+    let (mean_i, mean_t) = (si / sw, st / sw);
+    let (mut sii, mut sit) = (0.0, 0.0);
+    for (i, t, w, _) in weighted() {
+        sii += w * (i - mean_i).powi(2);
+        sit += w * (i - mean_i) * (t - mean_t);
+    }
+    let interval_s = sit / sii;
+    let start_s = mean_t - interval_s * mean_i;
+    if !(interval_s > 0.0 && interval_s.is_finite() && start_s.is_finite()) {
+        return None;
+    }
+    let (mut coarsest_s, mut excess_s) = (0.0_f64, 0.0_f64);
+    for (i, t, _, quantum_s) in weighted() {
+        coarsest_s = coarsest_s.max(quantum_s);
+        let excess = (t - start_s - interval_s * i).abs() - 0.5 * quantum_s;
+        // A tenth of a quantum is the error of the line.
+        if excess > 0.1 * quantum_s + JITTER * interval_s {
+            return None;
+        }
+        excess_s = excess_s.max(excess);
+    }
+    let clock = Clock::Uniform { start_s, interval_s };
+    Some(Rebuilt { clock, quantum_s: coarsest_s, excess_s })
+}

@@ -1,0 +1,207 @@
+use proptest::prelude::*;
+
+use super::*;
+
+fn ring(n: usize) -> Vec<f64> {
+    (0..n).map(|i| (-0.01 * i as f64).exp() * (0.3 * i as f64).cos()).collect()
+}
+
+fn round_to_significant(v: f64, digits: i32) -> f64 {
+    format!("{v:.*e}", digits as usize - 1).parse().unwrap()
+}
+
+#[test]
+fn equidistant_decimal_stamps_become_a_uniform_clock() {
+    let time: Vec<f64> =
+        (0..5000).map(|i| format!("{:.2}", 1.0 + 0.01 * i as f64).parse().unwrap()).collect();
+    let record = Record::new(time.clone(), ring(5000)).unwrap();
+    assert!(record.clock().is_uniform());
+    for (i, t) in time.iter().enumerate() {
+        assert!((record.time_s(i) - t).abs() < 1e-11);
+    }
+    assert_eq!(record.clock_report().step_spread, 0.0);
+}
+
+#[test]
+fn jitter_of_a_millionth_of_a_step_is_kept() {
+    let mut time: Vec<f64> = (0..100).map(|i| 0.01 * i as f64).collect();
+    time[50] += 1e-8;
+    let record = Record::new(time.clone(), ring(100)).unwrap();
+    assert_eq!(record.clock(), &Clock::Stamps(time));
+}
+
+#[test]
+fn blanks_at_the_ends_of_a_rated_record_leave_it_uniform() {
+    let mut signal = ring(20);
+    signal[0] = f64::NAN;
+    signal[19] = f64::INFINITY;
+    let record = Record::uniform(10.0, signal).unwrap();
+    assert_eq!(record.clock(), &Clock::Uniform { start_s: 0.1, interval_s: 0.1 });
+    assert_eq!((record.clock_report().nonfinite_leading, record.clock_report().nonfinite_trailing), (1, 1));
+    assert_eq!(record.len(), 18);
+}
+
+#[test]
+fn a_blank_inside_a_rated_record_is_a_gap() {
+    let mut signal = ring(20);
+    signal[7] = f64::NAN;
+    let record = Record::uniform(10.0, signal).unwrap();
+    assert_eq!(record.len(), 19);
+    assert_eq!(record.clock_report().gaps, 1);
+    let gap = record.clock_report().longest_gap.unwrap();
+    assert!((gap.start_s - 0.6).abs() < 1e-12 && (gap.length_s - 0.2).abs() < 1e-12);
+}
+
+#[test]
+fn after_a_reset_the_longest_run_is_kept() {
+    let mut time: Vec<f64> = (0..30).map(|i| 0.1 * f64::from(i)).collect();
+    time.extend((0..50).map(|i| 0.1 * f64::from(i)));
+    let record = Record::new(time, ring(80)).unwrap();
+    assert_eq!(record.len(), 50);
+    assert_eq!(record.signal()[0], ring(80)[30]);
+    let report = record.clock_report();
+    assert_eq!((report.resets, report.other_run_rows), (1, 30));
+}
+
+#[test]
+fn rows_out_of_order_by_a_little_are_sorted_with_their_samples() {
+    let mut time: Vec<f64> = (0..40).map(|i| 0.1 * f64::from(i) + 1e-4 * f64::from(i % 3)).collect();
+    let mut signal = ring(40);
+    let wanted = signal.clone();
+    time.swap(10, 12);
+    signal.swap(10, 12);
+    let record = Record::new(time, signal).unwrap();
+    assert_eq!(record.signal(), &wanted[..]);
+    assert_eq!(record.clock_report().reordered, 2);
+    assert_eq!(record.clock_report().resets, 0);
+}
+
+#[test]
+fn one_corrupt_stamp_costs_one_row() {
+    for bad in [0.0, 1e6, -5.0] {
+        let mut time: Vec<f64> = (0..400).map(|i| 0.1 * f64::from(i)).collect();
+        time[200] = bad;
+        let record = Record::new(time, ring(400)).unwrap();
+        assert_eq!(record.len(), 399, "{bad}");
+        assert_eq!(record.clock_report().corrupt_stamps, 1, "{bad}");
+        assert_eq!(record.clock_report().gaps, 1, "{bad}");
+    }
+}
+
+#[test]
+fn a_clock_written_with_three_digits_is_rebuilt() {
+    let time: Vec<f64> = (0..5000).map(|i| round_to_significant(f64::from(i) / 29.97, 3)).collect();
+    let record = Record::new(time, ring(5000)).unwrap();
+    let Clock::Uniform { interval_s, .. } = *record.clock() else { panic!("{:?}", record.clock_report()) };
+    assert!((interval_s * 29.97 - 1.0).abs() < 5e-5, "{interval_s}");
+    assert_eq!(record.clock_report().rebuilt_quantum_s, Some(1.0));
+    assert!(record.clock_report().repeated_stamps > 3000);
+}
+
+#[test]
+fn a_clock_in_whole_seconds_is_rebuilt_truncated_or_rounded() {
+    for offset in [0.0, 0.5] {
+        let time: Vec<f64> = (0..4000).map(|i| (f64::from(i) * 0.1001 + offset).floor()).collect();
+        let record = Record::new(time, ring(4000)).unwrap();
+        let Clock::Uniform { interval_s, .. } = *record.clock() else { panic!("{offset}") };
+        assert!((interval_s / 0.1001 - 1.0).abs() < 1e-4);
+    }
+}
+
+#[test]
+fn repeats_of_an_irregular_clock_stay() {
+    let time: Vec<f64> =
+        (0..1000).map(|i| (f64::from(i) * 0.37).sin() * 0.3 + f64::from(i / 3) * 3.0).collect();
+    let mut time: Vec<f64> = time.iter().map(|t| t.floor()).collect();
+    time.sort_by(f64::total_cmp);
+    let record = Record::new(time.clone(), ring(1000)).unwrap();
+    assert_eq!(record.clock(), &Clock::Stamps(time));
+    assert!(record.clock_report().repeated_stamps > 100);
+    assert!(record.clock_report().rebuilt_quantum_s.is_none());
+}
+
+#[test]
+fn a_long_rest_of_an_event_driven_encoder_is_a_gap_and_its_turns_are_not() {
+    // An encoder that reports every crossing of one of its lines by cos(t).
+    let line = |k: f64| (k / 100.0).acos();
+    let half: Vec<f64> = (-99..100).rev().map(|k| line(f64::from(k))).collect();
+    let mut time: Vec<f64> = (0..20)
+        .flat_map(|turn| half.iter().map(move |t| t + f64::from(turn) * std::f64::consts::PI))
+        .collect();
+    let stop = *time.last().unwrap();
+    time.push(stop + 30.0);
+    let record = Record::new(time.clone(), ring(time.len())).unwrap();
+    let gap = record.clock_report().longest_gap.unwrap();
+    assert_eq!((gap.start_s, gap.length_s), (stop, stop + 30.0 - stop));
+    assert_eq!(record.clock_report().gaps, 1);
+    assert!(record.clock_report().step_spread > 0.5);
+}
+
+#[test]
+fn what_cannot_be_a_record_is_refused_by_name() {
+    let time: Vec<f64> = (0..20).map(f64::from).collect();
+    let back: Vec<f64> = time.iter().rev().copied().collect();
+    assert_eq!(
+        Record::new(back, ring(20)),
+        Err(Error::TimeBackwards { index: 1, previous: 19.0, next: 18.0 })
+    );
+    assert_eq!(Record::new(vec![3.0; 20], ring(20)), Err(Error::TimeStandsStill { time_s: 3.0 }));
+    assert_eq!(Record::new(time.clone(), vec![2.0; 20]), Err(Error::ConstantSignal { value: 2.0 }));
+    assert_eq!(
+        Record::new(time.clone(), vec![f64::NAN; 20]),
+        Err(Error::TooFewSamples { found: 0, needed: 8 })
+    );
+    assert_eq!(Record::new(time, ring(19)), Err(Error::Length { name: "signal", found: 19, expected: 20 }));
+    assert!(matches!(Record::uniform(f64::NAN, ring(20)), Err(Error::Parameter { .. })));
+    assert!(matches!(Record::uniform(1e-320, ring(20)), Err(Error::Parameter { .. })));
+    assert_eq!(Record::new(vec![], vec![]), Err(Error::TooFewSamples { found: 0, needed: 8 }));
+}
+
+#[test]
+fn a_lock_in_row_goes_where_either_output_is_missing() {
+    let mut quadrature = ring(30);
+    quadrature[4] = f64::NAN;
+    let time = (0..30).map(f64::from).collect();
+    let record = Record::lock_in(time, ring(30), quadrature).unwrap();
+    assert_eq!(record.kind(), SignalKind::LockIn);
+    assert_eq!((record.len(), record.quadrature().unwrap().len()), (29, 29));
+}
+
+fn any_time() -> impl Strategy<Value = f64> {
+    prop_oneof![
+        8 => -1e3..1e3f64,
+        4 => (0..100u32).prop_map(f64::from),
+        1 => any::<f64>(),
+    ]
+}
+
+proptest! {
+    #[test]
+    fn every_row_is_kept_or_counted_and_time_never_decreases(
+        rows in prop::collection::vec((any_time(), any_time()), 0..200),
+        sorted in any::<bool>(),
+    ) {
+        let (mut time, signal): (Vec<f64>, Vec<f64>) = rows.into_iter().unzip();
+        if sorted {
+            time.sort_by(f64::total_cmp);
+        }
+        let n = time.len();
+        if let Ok(record) = Record::new(time, signal) {
+            let report = record.clock_report();
+            prop_assert_eq!(
+                record.len() + report.nonfinite() + report.corrupt_stamps + report.other_run_rows, n
+            );
+            let times = record.times_s(0..record.len());
+            prop_assert!(times.windows(2).all(|w| w[1] >= w[0]));
+            prop_assert!(times.iter().chain(record.signal()).all(|v| v.is_finite()));
+            prop_assert!(report.median_step_s > 0.0);
+        }
+    }
+
+    #[test]
+    fn a_uniform_clock_survives_its_own_stamps(rate in 1e-3..1e9f64, n in 8..3000usize) {
+        let record = Record::uniform(rate, ring(n)).unwrap();
+        let again = Record::new(record.times_s(0..n), ring(n)).unwrap();
+        prop_assert!(again.clock().is_uniform());
+    }
+}

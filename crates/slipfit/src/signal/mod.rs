@@ -1,0 +1,5 @@
+//! From samples to amplitude and phase.
+
+pub(crate) mod blocks;
+pub(crate) mod phase;
+pub(crate) mod spectrum;

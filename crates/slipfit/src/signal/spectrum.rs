@@ -1,0 +1,201 @@
+//! Coarse frequencies: which oscillations a stretch of record holds.
+
+use realfft::RealFftPlanner;
+
+/// Longest transform used; longer records are looked at where they are loudest.
+const LONGEST: usize = 1 << 15;
+
+/// One line of a spectrum.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub(crate) struct Line {
+    pub(crate) frequency_hz: f64,
+    pub(crate) amplitude: f64,
+}
+
+/// Samples on an even grid, made from any clock by linear interpolation.
+pub(crate) struct Grid {
+    pub(crate) interval_s: f64,
+    pub(crate) values: Vec<f64>,
+}
+
+/// Median of the steps of a clock, from at most 1001 of them.
+pub(crate) fn median_step(time: &[f64]) -> f64 {
+    let stride = (time.len() / 1000).max(1);
+    let mut steps: Vec<f64> =
+        time.windows(2).step_by(stride).map(|w| w[1] - w[0]).filter(|&d| d > 0.0).collect();
+    if steps.is_empty() {
+        return f64::NAN;
+    }
+    let middle = steps.len() / 2;
+    *steps.select_nth_unstable_by(middle, f64::total_cmp).1
+}
+
+/// Boxcar means of `width` samples.
+fn averaged(time: &[f64], signal: &[f64], width: usize) -> (Vec<f64>, Vec<f64>) {
+    let mean = |v: &[f64]| v.iter().sum::<f64>() / v.len() as f64;
+    (time.chunks_exact(width).map(mean).collect(), signal.chunks_exact(width).map(mean).collect())
+}
+
+pub(crate) fn resample(time: &[f64], signal: &[f64], interval_s: f64) -> Grid {
+    let start = time[0];
+    let count = (((time[time.len() - 1] - start) / interval_s).floor() as usize + 1).min(4 * LONGEST);
+    let mut right = 1;
+    let values = (0..count)
+        .map(|i| {
+            let t = start + i as f64 * interval_s;
+            while right + 1 < time.len() && time[right] < t {
+                right += 1;
+            }
+            let (a, b) = (time[right - 1], time[right]);
+            // Across a gap nothing is known: hold zero weight by holding the earlier value.
+            if b > a && b - a < 20.0 * interval_s {
+                signal[right - 1] + (signal[right] - signal[right - 1]) * ((t - a) / (b - a)).clamp(0.0, 1.0)
+            } else {
+                signal[right - 1]
+            }
+        })
+        .collect();
+    Grid { interval_s, values }
+}
+
+/// Amplitude spectrum of the grid less its straight line, Hann window: amplitude per bin and bin width in Hz.
+pub(crate) fn amplitudes(grid: &Grid) -> (Vec<f64>, f64) {
+    let n = grid.values.len();
+    let padded = (2 * n).next_power_of_two();
+    let mean = grid.values.iter().sum::<f64>() / n as f64;
+    let mid = 0.5 * (n as f64 - 1.0);
+    let (sxy, sxx) = grid.values.iter().enumerate().fold((0.0, 0.0), |(xy, xx), (i, &v)| {
+        let x = i as f64 - mid;
+        (xy + x * (v - mean), xx + x * x)
+    });
+    let slope = if sxx > 0.0 { sxy / sxx } else { 0.0 };
+    let mut buffer = vec![0.0; padded];
+    let mut window_sum = 0.0;
+    for (i, &v) in grid.values.iter().enumerate() {
+        let w = (std::f64::consts::PI * (i as f64 + 0.5) / n as f64).sin().powi(2);
+        window_sum += w;
+        buffer[i] = w * (v - mean - slope * (i as f64 - mid));
+    }
+    let fft = RealFftPlanner::<f64>::new().plan_fft_forward(padded);
+    let mut spectrum = fft.make_output_vec();
+    if fft.process(&mut buffer, &mut spectrum).is_err() {
+        return (Vec::new(), 1.0);
+    }
+    let scale = 2.0 / window_sum.max(f64::MIN_POSITIVE);
+    (spectrum.iter().map(|c| c.norm() * scale).collect(), 1.0 / (padded as f64 * grid.interval_s))
+}
+
+/// Position of a peak by the parabola through the logarithms of three bins.
+fn refine(spectrum: &[f64], i: usize, width: f64) -> Line {
+    let l = |k: usize| spectrum[k].max(f64::MIN_POSITIVE).ln();
+    if i == 0 || i + 1 >= spectrum.len() {
+        return Line { frequency_hz: i as f64 * width, amplitude: spectrum[i] };
+    }
+    let (a, b, c) = (l(i - 1), l(i), l(i + 1));
+    let bend = a - 2.0 * b + c;
+    let shift = if bend < 0.0 { (0.5 * (a - c) / bend).clamp(-0.5, 0.5) } else { 0.0 };
+    Line { frequency_hz: (i as f64 + shift) * width, amplitude: (b - 0.25 * (a - c) * shift).exp() }
+}
+
+/// The strongest oscillation of the record, inside `band_hz` when given.
+///
+/// Long records are searched in the stretch of highest variance; when fewer
+/// than eight cycles fit into it, it is averaged eightfold and lengthened.
+pub(crate) fn dominant(time: &[f64], signal: &[f64], band_hz: Option<[f64; 2]>) -> Option<Line> {
+    let mut width = 1;
+    let mut owned: Option<(Vec<f64>, Vec<f64>)> = None;
+    loop {
+        let (t, y) = owned.as_ref().map_or((time, signal), |(t, y)| (t.as_slice(), y.as_slice()));
+        if t.len() < 8 {
+            return None;
+        }
+        let (from, to) = loudest(y, LONGEST);
+        let (t, y) = (&t[from..to], &y[from..to]);
+        let step = median_step(t).max((t[t.len() - 1] - t[0]) / (2.0 * LONGEST as f64));
+        let grid = resample(t, y, step);
+        let (spectrum, bin) = amplitudes(&grid);
+        // Below one cycle per stretch there is only drift.
+        let duration = grid.values.len() as f64 * grid.interval_s;
+        let lowest = band_hz.map_or(0.0, |b| b[0]).max(0.7 / duration);
+        let highest = band_hz.map_or(f64::INFINITY, |b| b[1]);
+        let peak = (0..spectrum.len())
+            .filter(|&i| (lowest..=highest).contains(&(i as f64 * bin)))
+            .max_by(|&a, &b| spectrum[a].total_cmp(&spectrum[b]))?;
+        let line = refine(&spectrum, peak, bin);
+        let whole = to - from >= signal.len() / width;
+        if whole || line.frequency_hz * duration >= 8.0 {
+            return Some(line);
+        }
+        width *= 8;
+        owned = Some(averaged(time, signal, width));
+    }
+}
+
+/// The stretch of at most `longest` samples with the highest variance.
+fn loudest(signal: &[f64], longest: usize) -> (usize, usize) {
+    if signal.len() <= longest {
+        return (0, signal.len());
+    }
+    let hop = longest / 4;
+    let mut best = (0, f64::NEG_INFINITY);
+    let mut from = 0;
+    while from + longest <= signal.len() {
+        let part = signal[from..from + longest].iter().step_by(8);
+        let (n, s, q) = part.fold((0.0, 0.0, 0.0), |(n, s, q), &v| (n + 1.0, s + v, q + v * v));
+        let variance = q / n - (s / n) * (s / n);
+        if variance > best.1 {
+            best = (from, variance);
+        }
+        from += hop;
+    }
+    (best.0, best.0 + longest)
+}
+
+/// Lines other than the main one, its neighbourhood and its harmonics, strongest first.
+pub(crate) fn other_lines(time: &[f64], signal: &[f64], main_hz: f64, relative_width: f64) -> Vec<Line> {
+    if time.len() < 32 {
+        return Vec::new();
+    }
+    let (from, to) = loudest(signal, LONGEST);
+    let (t, y) = (&time[from..to], &signal[from..to]);
+    let grid = resample(t, y, median_step(t).max((t[t.len() - 1] - t[0]) / (2.0 * LONGEST as f64)));
+    let (spectrum, bin) = amplitudes(&grid);
+    let duration = grid.values.len() as f64 * grid.interval_s;
+    let near = (relative_width * main_hz).max(4.0 / duration);
+    let mut lines: Vec<Line> = (2..spectrum.len().saturating_sub(2))
+        .filter(|&i| spectrum[i] > spectrum[i - 1] && spectrum[i] >= spectrum[i + 1])
+        .map(|i| refine(&spectrum, i, bin))
+        .filter(|l| {
+            let order = (l.frequency_hz / main_hz).round();
+            l.frequency_hz > 3.0 / duration && (l.frequency_hz - order.max(1.0) * main_hz).abs() > near * order.max(1.0)
+        })
+        .collect();
+    lines.sort_by(|a, b| b.amplitude.total_cmp(&a.amplitude));
+    lines.truncate(5);
+    lines
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn finds_a_slow_line_in_a_long_record_and_a_fast_one() {
+        for f in [0.02, 3.0, 400.0] {
+            let t: Vec<f64> = (0..200_000).map(|i| i as f64 * 1e-3).collect();
+            let y: Vec<f64> = t.iter().map(|t| (std::f64::consts::TAU * f * t).sin() + 5.0).collect();
+            let line = dominant(&t, &y, None).expect("a line");
+            assert!((line.frequency_hz / f - 1.0).abs() < 0.02, "{line:?} for {f}");
+        }
+    }
+
+    #[test]
+    fn a_band_picks_the_weaker_line() {
+        let t: Vec<f64> = (0..4000).map(|i| i as f64 * 1e-2).collect();
+        let y: Vec<f64> = t.iter().map(|t| (6.28 * 1.0 * t).sin() + 0.3 * (6.28 * 3.3 * t).sin()).collect();
+        let line = dominant(&t, &y, Some([2.0, 5.0])).expect("a line");
+        assert!((line.frequency_hz - 3.3).abs() < 0.05);
+        let others = other_lines(&t, &y, 1.0, 0.05);
+        assert!((others[0].frequency_hz - 3.3).abs() < 0.05 && (others[0].amplitude - 0.3).abs() < 0.02);
+    }
+}
