@@ -19,6 +19,17 @@ impl LossLaw {
         self.a0 + amplitude * (self.a1 + amplitude * self.a2)
     }
 
+    /// Derivative of a later amplitude by an earlier one, `h` before it.
+    pub(crate) fn carry(&self, before: f64, after: f64, h: f64) -> f64 {
+        // Both lie on one curve A(t), so the derivative is the ratio of its slopes.
+        let ratio = self.rate(after) / self.rate(before);
+        if self.a2 == 0.0 || !(ratio > 0.0 && ratio.is_finite()) {
+            (-(self.a1 + self.a2 * (before + after)) * h).exp()
+        } else {
+            ratio
+        }
+    }
+
     /// Amplitude `elapsed` after the start, zero from the stop on.
     pub(crate) fn amplitude(&self, elapsed: f64) -> f64 {
         self.amplitude_extended(elapsed).max(0.0)

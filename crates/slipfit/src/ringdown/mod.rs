@@ -2,14 +2,18 @@
 //! and how much is sliding.
 
 mod answer;
+mod envelope;
 mod fitted;
 pub(crate) mod law;
+mod lowpass;
 mod model;
 mod options;
 #[cfg(test)]
 mod sample;
+mod segment;
 mod sentence;
 mod warning;
+mod waveform;
 
 pub use answer::{
     Answer, Backbone, Candidate, Diagnostics, EnvelopePoint, LossPoint, OtherMode, Parameter, Segment,

@@ -1,0 +1,345 @@
+//! The record in short stretches ("blocks"): amplitude, phase, offset and noise
+//! of each, by local least squares. No step of it assumes even sampling.
+
+use nalgebra::{SMatrix, SVector};
+use std::f64::consts::{PI, TAU};
+
+/// Samples looked at per block while the frequency is still being followed.
+const TRACK_SAMPLES: usize = 384;
+
+/// One stretch of the record.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub(crate) struct Block {
+    /// Sample range `first..end`.
+    pub(crate) first: usize,
+    pub(crate) end: usize,
+    /// Middle of the stretch, s.
+    pub(crate) time_s: f64,
+    /// Its length, s.
+    pub(crate) span_s: f64,
+    /// Amplitude (of the fundamental), signal unit.
+    pub(crate) amplitude: f64,
+    /// Part of it at right angles to the reference phase.
+    pub(crate) quadrature: f64,
+    /// Phase at `time_s`, rad, unwrapped; the motion is `amplitude cos(phase)`.
+    pub(crate) phase: f64,
+    /// Rate of the phase, rad/s.
+    pub(crate) omega: f64,
+    pub(crate) offset: f64,
+    /// Variance of `amplitude` for samples of unit variance.
+    pub(crate) unit_variance: f64,
+    /// Residual sum of squares and its degrees of freedom.
+    pub(crate) rss: f64,
+    pub(crate) dof: f64,
+}
+
+impl Block {
+    /// Standard error of the amplitude for a noise of `noise_rms` a sample.
+    pub(crate) fn std_error(&self, noise_rms: f64) -> f64 {
+        noise_rms * self.unit_variance.sqrt()
+    }
+}
+
+/// How a record is cut.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub(crate) struct Cut {
+    /// Cycles per block.
+    pub(crate) cycles: f64,
+    /// Least samples for a block to count.
+    pub(crate) least: usize,
+}
+
+impl Cut {
+    /// About 400 blocks, none shorter than a cycle or ten samples.
+    pub(crate) fn for_record(duration_s: f64, samples: usize, frequency_hz: f64) -> Self {
+        let cycles = duration_s * frequency_hz;
+        let per_cycle = samples as f64 / cycles.max(1e-9);
+        let wanted = (cycles / 400.0).max(10.0 / per_cycle).max(1.0);
+        Self { cycles: wanted.round().max(1.0), least: 7 }
+    }
+}
+
+/// Follows the oscillation along the record, block by block, and unwraps its phase.
+///
+/// The frequency of each block is refined on its own, starting from its
+/// predecessor's, so a frequency that changes with amplitude is followed.
+pub(crate) fn track(time: &[f64], signal: &[f64], frequency_hz: f64, band_hz: [f64; 2], cut: Cut) -> Vec<Block> {
+    let coarse = TAU * frequency_hz;
+    let band = band_hz.map(|f| TAU * f);
+    let mut blocks: Vec<Block> = Vec::new();
+    let mut omega = coarse;
+    let mut first = 0;
+    while first < time.len() {
+        let start = time[first];
+        let span = cut.cycles * TAU / omega;
+        let end = first + time[first..].partition_point(|&t| t < start + span * (1.0 - 1e-9));
+        let reaches = end < time.len() || time[end - 1] - start > 0.9 * span;
+        let filled = end > first && time[end - 1] - start > 0.6 * span;
+        if end - first < cut.least || !filled || !reaches {
+            first = end.max(first + 1);
+            continue;
+        }
+        let (from, to, stride) = thinned(first, end, cut.cycles);
+        let sampled = || (from..to).step_by(stride).map(|i| (time[i], signal[i]));
+        let Some(mut local) = refine(sampled(), omega, start, span, band) else {
+            first = end;
+            continue;
+        };
+        if local.unexplained > 0.2 {
+            // Perhaps the frequency ran away from its predecessor's: look around.
+            for factor in [0.6, 0.7, 0.8, 0.9, 1.1, 1.2, 1.35, 1.5] {
+                let guess = coarse * factor;
+                if guess < band[0] || guess > band[1] {
+                    continue;
+                }
+                if let Some(other) = refine(sampled(), guess, start, span, band)
+                    && other.unexplained < 0.5 * local.unexplained
+                {
+                    local = other;
+                }
+            }
+        }
+        let good = local.unexplained < 0.5;
+        if good {
+            omega = local.omega;
+        }
+        let scale = stride as f64 * (to - from) as f64 / (end - first) as f64;
+        let count = ((to - from) as f64 / stride as f64).max(1.0);
+        let mut block = Block {
+            first,
+            end,
+            time_s: start + 0.5 * span,
+            span_s: span,
+            amplitude: local.z[0].hypot(local.z[1]),
+            quadrature: 0.0,
+            phase: local.z[1].atan2(local.z[0]),
+            omega: if good { local.omega } else { omega },
+            offset: local.offset,
+            unit_variance: local.unit_variance,
+            rss: local.rss * scale.max(1.0),
+            dof: (count - 6.0).max(1.0),
+        };
+        if let Some(previous) = blocks.last() {
+            let predicted =
+                previous.phase + 0.5 * (previous.omega + block.omega) * (block.time_s - previous.time_s);
+            block.phase += TAU * ((predicted - block.phase) / TAU).round();
+        }
+        blocks.push(block);
+        first = end;
+    }
+    blocks
+}
+
+/// Range and stride that keep a block's tracking cheap without aliasing it.
+fn thinned(first: usize, end: usize, cycles: f64) -> (usize, usize, usize) {
+    let count = end - first;
+    let stride = ((count as f64 / cycles / 24.0).floor() as usize).clamp(1, count.div_ceil(TRACK_SAMPLES).max(1));
+    if count / stride <= TRACK_SAMPLES {
+        return (first, end, stride);
+    }
+    let from = first + (count - TRACK_SAMPLES * stride) / 2;
+    (from, from + TRACK_SAMPLES * stride, stride)
+}
+
+struct Local {
+    omega: f64,
+    z: [f64; 2],
+    offset: f64,
+    unit_variance: f64,
+    rss: f64,
+    /// Residual over total variance.
+    unexplained: f64,
+}
+
+/// Least squares of offset, two phasor components and their slopes; the
+/// phasor's rotation corrects the frequency, twice at most.
+fn refine(
+    samples: impl Iterator<Item = (f64, f64)> + Clone,
+    guess: f64,
+    start: f64,
+    span: f64,
+    band: [f64; 2],
+) -> Option<Local> {
+    let centre = start + 0.5 * span;
+    let half = 0.5 * span;
+    let mut omega = guess;
+    let mut best: Option<Local> = None;
+    for _ in 0..4 {
+        let mut a = SMatrix::<f64, 5, 5>::zeros();
+        let mut g = SVector::<f64, 5>::zeros();
+        let (mut n, mut s, mut q) = (0.0, 0.0, 0.0);
+        for (t, y) in samples.clone() {
+            let tau = t - centre;
+            let (sin, cos) = (omega * tau).sin_cos();
+            let u = tau / half;
+            let row = SVector::<f64, 5>::new(1.0, cos, -sin, u * cos, -u * sin);
+            a += row * row.transpose();
+            g += row * y;
+            n += 1.0;
+            s += y;
+            q += y * y;
+        }
+        let total = (q - s * s / n).max(0.0);
+        let cholesky = a.cholesky()?;
+        let c = cholesky.solve(&g);
+        let rss = (q - c.dot(&g)).max(0.0);
+        let inverse = cholesky.inverse();
+        let (p, r) = (c[1], c[2]);
+        let power = p * p + r * r;
+        let amplitude_variance = if power > 0.0 {
+            (p * p * inverse[(1, 1)] + r * r * inverse[(2, 2)] + 2.0 * p * r * inverse[(1, 2)]) / power
+        } else {
+            inverse[(1, 1)]
+        };
+        let here = Local {
+            omega,
+            z: [p, r],
+            offset: c[0],
+            unit_variance: amplitude_variance,
+            rss,
+            unexplained: if total > 0.0 { rss / total } else { 1.0 },
+        };
+        // Im(z'/z) is what the phasor turns by from the middle to the edge.
+        let turn = if power > 0.0 { (c[4] * p - c[3] * r) / power } else { 0.0 };
+        let better = best.as_ref().is_none_or(|b| here.rss <= b.rss);
+        if better {
+            best = Some(here);
+        }
+        let next = omega + (turn / half).clamp(-0.3 * omega, 0.3 * omega);
+        if !better || !turn.is_finite() || turn.abs() < 1e-3 || next < band[0] || next > band[1] {
+            break;
+        }
+        omega = next;
+    }
+    best
+}
+
+/// A phase given at the middle of each block with its first two derivatives.
+#[derive(Debug, Clone, Copy)]
+pub(crate) struct PhaseAt {
+    pub(crate) phase: f64,
+    pub(crate) omega: f64,
+    pub(crate) chirp: f64,
+    /// Relative rate of amplitude loss, 1/s, so that a block sees a straight amplitude.
+    pub(crate) loss: f64,
+}
+
+/// Amplitude of every block along a given phase, from all samples.
+pub(crate) fn demodulate(time: &[f64], signal: &[f64], blocks: &[Block], phases: &[PhaseAt]) -> Vec<Block> {
+    let one = |(block, phase): (&Block, &PhaseAt)| along(time, signal, block, *phase);
+    #[cfg(feature = "threads")]
+    {
+        use rayon::prelude::*;
+        if signal.len() > 100_000 {
+            return blocks.par_iter().zip(phases.par_iter()).map(one).collect();
+        }
+    }
+    blocks.iter().zip(phases).map(one).collect()
+}
+
+fn along(time: &[f64], signal: &[f64], block: &Block, phase: PhaseAt) -> Block {
+    let range = block.first..block.end;
+    let sums = pulp::Arch::new().dispatch(Sums { time: &time[range.clone()], signal: &signal[range], centre: block.time_s, phase });
+    let [n, c, s, cc, cs, ss, y, yc, ys, yy] = sums;
+    // Normal equations of offset, cosine, minus sine.
+    let a = SMatrix::<f64, 3, 3>::new(n, c, -s, c, cc, -cs, -s, -cs, ss);
+    let g = SVector::<f64, 3>::new(y, yc, -ys);
+    let Some(cholesky) = a.cholesky() else {
+        return *block;
+    };
+    let x = cholesky.solve(&g);
+    Block {
+        amplitude: x[1],
+        quadrature: x[2],
+        phase: phase.phase,
+        omega: phase.omega,
+        offset: x[0],
+        unit_variance: cholesky.inverse()[(1, 1)],
+        rss: (yy - x.dot(&g)).max(0.0),
+        dof: (n - 3.0).max(1.0),
+        ..*block
+    }
+}
+
+struct Sums<'a> {
+    time: &'a [f64],
+    signal: &'a [f64],
+    centre: f64,
+    phase: PhaseAt,
+}
+
+const LANES: usize = 8;
+
+impl pulp::NullaryFnOnce for Sums<'_> {
+    type Output = [f64; 10];
+
+    /// Sums of 1, c, s, cc, cs, ss, y, yc, ys, yy over the block.
+    #[inline(always)]
+    fn call(self) -> [f64; 10] {
+        let mut lanes = [[0.0; LANES]; 10];
+        let PhaseAt { phase, omega, chirp, loss } = self.phase;
+        let mut add = |tau: &[f64; LANES], y: &[f64; LANES], w: &[f64; LANES]| {
+            for k in 0..LANES {
+                let t = tau[k];
+                let (sin, cos) = crate::signal::trig::sin_cos(phase + t * (omega + 0.5 * chirp * t));
+                let shape = 1.0 - loss * t;
+                let (c, s) = (w[k] * cos * shape, w[k] * sin * shape);
+                let v = w[k] * y[k];
+                lanes[0][k] += w[k];
+                lanes[1][k] += c;
+                lanes[2][k] += s;
+                lanes[3][k] += c * c;
+                lanes[4][k] += c * s;
+                lanes[5][k] += s * s;
+                lanes[6][k] += v;
+                lanes[7][k] += v * c;
+                lanes[8][k] += v * s;
+                lanes[9][k] += v * v;
+            }
+        };
+        let mut times = self.time.chunks_exact(LANES);
+        let mut values = self.signal.chunks_exact(LANES);
+        for (t, y) in (&mut times).zip(&mut values) {
+            let mut tau = [0.0; LANES];
+            let mut v = [0.0; LANES];
+            for k in 0..LANES {
+                tau[k] = t[k] - self.centre;
+                v[k] = y[k];
+            }
+            add(&tau, &v, &[1.0; LANES]);
+        }
+        let (t, y) = (times.remainder(), values.remainder());
+        let (mut tau, mut v, mut w) = ([0.0; LANES], [0.0; LANES], [0.0; LANES]);
+        for k in 0..t.len() {
+            tau[k] = t[k] - self.centre;
+            v[k] = y[k];
+            w[k] = 1.0;
+        }
+        add(&tau, &v, &w);
+        lanes.map(|l| l.iter().sum())
+    }
+}
+
+/// Noise of one sample: root of the median of the blocks' residual variances.
+///
+/// The median keeps jolts and glitches out; `median_bias` removes what the
+/// median of a chi-squared lacks to its mean.
+pub(crate) fn noise_rms(blocks: &[Block]) -> f64 {
+    let mut variances: Vec<f64> = blocks
+        .iter()
+        .map(|b| {
+            let median_bias = (1.0 - 2.0 / (9.0 * b.dof)).powi(3);
+            b.rss / b.dof / median_bias
+        })
+        .collect();
+    if variances.is_empty() {
+        return 0.0;
+    }
+    let middle = variances.len() / 2;
+    variances.select_nth_unstable_by(middle, f64::total_cmp).1.sqrt()
+}
+
+/// The phase folded to `(-pi, pi]`.
+pub(crate) fn wrap(phase: f64) -> f64 {
+    phase - TAU * ((phase - PI) / TAU).ceil()
+}

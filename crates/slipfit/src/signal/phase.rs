@@ -1,0 +1,212 @@
+//! One smooth phase through the phases of the blocks.
+//!
+//! A smooth phase is what lets the amplitude be read as a signed projection:
+//! its mean stays the amplitude however weak the signal, where the modulus
+//! carries the Rice bias `E[R²] = A² + 2 sigma²`.
+
+use super::blocks::{Block, PhaseAt};
+use crate::estimate::{evidence::bic, least_squares::linear};
+use std::f64::consts::TAU;
+
+/// How the phase depends on time and amplitude:
+/// `phi = p0 + w (tau + c2 I2 + c4 I4 + d tau²/2)`, `I_k` the integral of `A^k`.
+#[derive(Debug, Clone, Copy, PartialEq, Default)]
+pub(crate) struct PhaseLaw {
+    pub(crate) omega: f64,
+    pub(crate) omega_std: f64,
+    pub(crate) quadratic: f64,
+    pub(crate) quartic: f64,
+    pub(crate) drift: f64,
+}
+
+impl PhaseLaw {
+    /// Relative change of frequency at an amplitude.
+    pub(crate) fn shift(&self, amplitude: f64) -> f64 {
+        let s = amplitude * amplitude;
+        s * (self.quadratic + s * self.quartic)
+    }
+}
+
+/// Smooth phases at the blocks and the law behind them.
+#[derive(Debug, Clone)]
+pub(crate) struct Smooth {
+    pub(crate) at: Vec<PhaseAt>,
+    pub(crate) law: PhaseLaw,
+    /// Weighted mean square of the phase residual over what noise gives.
+    pub(crate) excess: f64,
+    /// The law holds; otherwise the phase was smoothed locally.
+    pub(crate) lawful: bool,
+}
+
+/// Fits backbone laws of growing freedom to the phases of `blocks`, keeps the
+/// one the BIC prefers, and falls back to local smoothing where none holds.
+///
+/// `amplitude` is a smooth amplitude at the blocks, `noise_rms` that of one sample.
+pub(crate) fn smooth(blocks: &[Block], amplitude: &[f64], noise_rms: f64) -> Option<Smooth> {
+    let origin = blocks.first()?.time_s;
+    let span = (blocks.last()?.time_s - origin).max(f64::MIN_POSITIVE);
+    let tau: Vec<f64> = blocks.iter().map(|b| b.time_s - origin).collect();
+    let scale = amplitude.iter().fold(0.0f64, |m, a| m.max(a.abs())).max(f64::MIN_POSITIVE);
+    let square = integral(&tau, amplitude, |a| (a / scale).powi(2));
+    let fourth = integral(&tau, amplitude, |a| (a / scale).powi(4));
+    // No phase is trusted beyond 1e-4 rad: the exact motion itself bends it by x_F/A.
+    let weight: Vec<f64> = blocks
+        .iter()
+        .map(|b| {
+            let variance = b.unit_variance * noise_rms * noise_rms;
+            let strength = b.amplitude.hypot(b.quadrature);
+            1.0 / (variance / (strength * strength).max(f64::MIN_POSITIVE) + 1e-8)
+        })
+        .collect();
+    let mut phase: Vec<f64> = blocks.iter().map(|b| b.phase).collect();
+    let omega_0 = {
+        let total: f64 = weight.iter().sum();
+        blocks.iter().zip(&weight).map(|(b, w)| b.omega * w).sum::<f64>() / total
+    };
+    let row = |j: usize, columns: &[Column]| -> Vec<f64> {
+        columns
+            .iter()
+            .map(|c| match c {
+                Column::One => 1.0,
+                Column::Time => tau[j] / span,
+                Column::Square => square[j] / span,
+                Column::Fourth => fourth[j] / span,
+                Column::Chirp => (tau[j] / span).powi(2),
+            })
+            .collect()
+    };
+    // Only strong blocks take part: a weak one may have slipped a turn.
+    let strong: Vec<usize> = (0..blocks.len()).filter(|&j| weight[j] > 16.0).collect();
+    if strong.len() < 2 {
+        return None;
+    }
+    let mut best: Option<(f64, &[Column], Vec<f64>, nalgebra::DMatrix<f64>, f64)> = None;
+    for columns in MODELS {
+        if strong.len() < columns.len() + 2 && columns.len() > 2 {
+            continue;
+        }
+        let rows = strong.iter().map(|&j| (row(j, columns), phase[j], weight[j]));
+        let Some((c, covariance, rss)) = linear(rows, columns.len()) else { continue };
+        let n = strong.len() as f64;
+        // The noise is known, so is the scale: chi-squared, not its logarithm, unless it is in excess.
+        let score = bic(rss.max(n), n, n, columns.len()) + if columns.len() > 2 { 6.0 } else { 0.0 };
+        if best.as_ref().is_none_or(|b| score < b.0) {
+            best = Some((score, columns, c, covariance, rss));
+        }
+    }
+    let (_, columns, c, covariance, rss) = best?;
+    let n = strong.len() as f64;
+    let excess = rss / (n - columns.len() as f64).max(1.0);
+    let mean_square = rss / strong.iter().map(|&j| weight[j]).sum::<f64>();
+    let model: Vec<f64> =
+        (0..blocks.len()).map(|j| row(j, columns).iter().zip(&c).map(|(x, y)| x * y).sum()).collect();
+    for (p, m) in phase.iter_mut().zip(&model) {
+        *p += TAU * ((m - *p) / TAU).round();
+    }
+    let get = |which: Column| columns.iter().position(|&x| x == which).map_or(0.0, |i| c[i]);
+    let omega = get(Column::Time) / span;
+    let law = PhaseLaw {
+        omega,
+        omega_std: covariance[(1, 1)].sqrt() / span * excess.max(1.0).sqrt(),
+        quadratic: get(Column::Square) / span / omega / (scale * scale),
+        quartic: get(Column::Fourth) / span / omega / scale.powi(4),
+        drift: 2.0 * get(Column::Chirp) / (span * span) / omega,
+    };
+    // A phase error e costs the amplitude e²/2: tolerable while that stays below the noise.
+    let typical_noise = {
+        let mut v: Vec<f64> = weight.iter().map(|w| 1.0 / w.sqrt()).collect();
+        v.sort_by(f64::total_cmp);
+        v[v.len() / 2]
+    };
+    let lawful = omega > 0.0
+        && (omega / omega_0 - 1.0).abs() < 0.5
+        && (excess < 3.0 || 0.5 * mean_square < 0.1 * typical_noise);
+    let at = if lawful {
+        (0..blocks.len())
+            .map(|j| {
+                let a = amplitude[j];
+                PhaseAt {
+                    phase: model[j],
+                    omega: omega * (1.0 + law.shift(a) + law.drift * tau[j]),
+                    chirp: 0.0,
+                    loss: 0.0,
+                }
+            })
+            .collect()
+    } else {
+        local(&tau, &phase, &weight)
+    };
+    Some(Smooth { at, law, excess, lawful })
+}
+
+#[derive(Debug, Clone, Copy, PartialEq)]
+enum Column {
+    One,
+    Time,
+    Square,
+    Fourth,
+    Chirp,
+}
+
+const MODELS: [&[Column]; 5] = [
+    &[Column::One, Column::Time],
+    &[Column::One, Column::Time, Column::Square],
+    &[Column::One, Column::Time, Column::Chirp],
+    &[Column::One, Column::Time, Column::Square, Column::Fourth],
+    &[Column::One, Column::Time, Column::Square, Column::Chirp],
+];
+
+/// Running integral of `f(amplitude)` over time, trapezoids.
+fn integral(tau: &[f64], amplitude: &[f64], f: impl Fn(f64) -> f64) -> Vec<f64> {
+    let mut sum = 0.0;
+    let mut out = vec![0.0];
+    for j in 1..tau.len() {
+        sum += 0.5 * (f(amplitude[j - 1]) + f(amplitude[j])) * (tau[j] - tau[j - 1]);
+        out.push(sum);
+    }
+    out
+}
+
+/// Weighted parabola through the neighbours, as many as it takes to know the phase to 0.05 rad.
+fn local(tau: &[f64], phase: &[f64], weight: &[f64]) -> Vec<PhaseAt> {
+    const ENOUGH: f64 = 400.0;
+    let n = tau.len();
+    (0..n)
+        .map(|j| {
+            let mut reach = 2;
+            loop {
+                let (a, b) = (j.saturating_sub(reach), (j + reach + 1).min(n));
+                if weight[a..b].iter().sum::<f64>() > ENOUGH || (a == 0 && b == n) {
+                    break;
+                }
+                reach += 1;
+            }
+            let (mut a, mut b) = (j.saturating_sub(reach), (j + reach + 1).min(n));
+            // One-sided at the ends, but with as many points.
+            if a == 0 {
+                b = (2 * reach + 1).min(n);
+            }
+            if b == n {
+                a = n.saturating_sub(2 * reach + 1);
+            }
+            let fit = |columns: usize| {
+                linear(
+                    (a..b).map(|i| {
+                        let d = tau[i] - tau[j];
+                        (vec![1.0, d, d * d][..columns].to_vec(), phase[i] - phase[j], weight[i])
+                    }),
+                    columns,
+                )
+            };
+            match fit(3).or_else(|| fit(2)) {
+                Some((c, _, _)) => PhaseAt {
+                    phase: phase[j] + c[0],
+                    omega: c[1],
+                    chirp: c.get(2).map_or(0.0, |q| 2.0 * q),
+                    loss: 0.0,
+                },
+                None => PhaseAt { phase: phase[j], omega: f64::NAN, chirp: 0.0, loss: 0.0 },
+            }
+        })
+        .collect()
+}
