@@ -65,6 +65,7 @@ pub(crate) fn answer() -> Answer {
         free_parameters: 6,
         converged: true,
         at_limit: None,
+        initial_amplitude: start,
         decay_rate_per_s: delta,
         friction_displacement: x_f,
         drag_rate: 0.0,
