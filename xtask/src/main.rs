@@ -1,2 +1,50 @@
-//! Project chores.
-fn main() {}
+//! Project chores, run as `cargo xtask <chore>`.
+#![allow(clippy::print_stdout, clippy::print_stderr, reason = "a command speaks on both streams")]
+
+mod bench;
+mod check;
+mod places;
+mod python;
+mod tools;
+
+use std::process::ExitCode;
+
+/// What can go wrong in a chore is told to a person and ends it.
+type Failure = Box<dyn std::error::Error>;
+
+const HELP: &str = "\
+Usage: cargo xtask <chore>
+
+  check         formatting, lints, documentation, every test, licences, spelling
+  bench         speed and memory next to SciPy and lmfit (needs Python 3.11 or newer)
+
+cargo xtask bench [--write] [--only a,b,c,d,e,f] [--rounds N]
+  --write       renew docs/benchmarks.md
+  --only        measure these lines of the table only
+  --rounds N    take the best of N interleaved rounds (default 7)
+";
+
+fn main() -> ExitCode {
+    let mut arguments = std::env::args().skip(1);
+    let chore = arguments.next().unwrap_or_default();
+    let rest: Vec<String> = arguments.collect();
+    let outcome = match chore.as_str() {
+        "check" if rest.is_empty() => check::run(),
+        "bench" => bench::run(&rest),
+        "help" | "--help" | "-h" => {
+            print!("{HELP}");
+            return ExitCode::SUCCESS;
+        }
+        _ => {
+            eprint!("{HELP}");
+            return ExitCode::from(2);
+        }
+    };
+    match outcome {
+        Ok(code) => code,
+        Err(failure) => {
+            eprintln!("error: {failure}");
+            ExitCode::from(2)
+        }
+    }
+}

@@ -73,4 +73,26 @@ pub enum Error {
         /// The one time.
         time_s: f64,
     },
+    /// The record shows no oscillation.
+    #[error("no oscillation found: {reason}")]
+    NoOscillation {
+        /// What was seen instead.
+        reason: &'static str,
+    },
+    /// The record oscillates, but holds no stretch of free decay long enough.
+    #[error("not a ring-down: {cycles:.1} cycles of free decay above the noise ({needed} are needed); {reason}")]
+    NotARingDown {
+        /// Cycles of free decay found.
+        cycles: f64,
+        /// The least that would do.
+        needed: f64,
+        /// What was seen.
+        reason: &'static str,
+    },
+    /// No loss model could be fitted.
+    #[error("no loss model could be fitted: {reason}")]
+    NoFit {
+        /// Why.
+        reason: &'static str,
+    },
 }

@@ -148,6 +148,11 @@ fn solve(sums: &Normal, free: &[usize], damping: f64) -> Option<(Vec<f64>, f64)>
     Some(((0..m).map(|k| step[k] * scale[k]).collect(), predicted))
 }
 
+/// Decrease of `rᵀr` that freeing these parameters promises, from one set of sums.
+pub(crate) fn promised_gain(sums: &Normal, free: &[usize]) -> Option<f64> {
+    solve(sums, free, 0.0).map(|(_, gain)| gain)
+}
+
 fn invert(sums: &Normal, free: &[usize], p: usize) -> Option<DMatrix<f64>> {
     let (a, scale) = scaled(sums, free)?;
     let inverse = a.cholesky()?.inverse();

@@ -139,6 +139,19 @@ impl EnvelopeProblem {
         out
     }
 
+    /// Weighted residuals.
+    pub(crate) fn residuals(&self, p: &[f64]) -> Vec<f64> {
+        let mut out = Vec::with_capacity(self.value.len());
+        self.walk(p, |j, amplitude, _| {
+            out.push((self.value[j] - self.model(amplitude, p)) * self.weight[j].sqrt());
+        });
+        out
+    }
+
+    fn model(&self, amplitude: f64, p: &[f64]) -> f64 {
+        if self.squared { amplitude.max(0.0).powi(2) + p[FLOOR] } else { amplitude }
+    }
+
     fn walk(&self, p: &[f64], mut visit: impl FnMut(usize, f64, [f64; 4])) {
         let law = law_of(p, self.omega);
         match &self.lowpass {
@@ -185,11 +198,8 @@ impl LeastSquares for EnvelopeProblem {
             return false;
         }
         self.walk(p, |j, amplitude, by| {
-            let (model, factor) = if self.squared {
-                (amplitude * amplitude + p[FLOOR], 2.0 * amplitude)
-            } else {
-                (amplitude, 1.0)
-            };
+            let model = self.model(amplitude, p);
+            let factor = if self.squared { 2.0 * amplitude.max(0.0) } else { 1.0 };
             let row = [by[0] * factor, by[1] * factor, by[2] * factor, by[3] * factor, 1.0];
             out.add_row(&row, self.value[j] - model, self.weight[j]);
         });

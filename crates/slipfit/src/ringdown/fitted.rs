@@ -1,6 +1,10 @@
 //! The fitted motion, to be drawn or subtracted.
 
+use super::envelope::Walker;
 use super::law::LossLaw;
+
+/// Points of the amplitude table.
+const TABLE: usize = 2048;
 
 /// One knot of the phase and the offset.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -35,11 +39,51 @@ pub struct FittedMotion {
     pub(crate) friction_displacement: f64,
     /// Empty for a bare envelope.
     pub(crate) knots: Vec<Knot>,
+    /// Relative frequency shift per A² and A⁴, which bends the loss as well.
+    pub(crate) backbone: [f64; 2],
+    /// Amplitudes on an even grid where the backbone leaves no closed form.
+    table: Vec<f64>,
     /// Added in square under an envelope's amplitude: `R² = A² + floor²`.
     pub(crate) noise_floor: f64,
 }
 
 impl FittedMotion {
+    pub(crate) fn new(
+        start_s: f64,
+        end_s: f64,
+        law: LossLaw,
+        backbone: [f64; 2],
+        friction_displacement: f64,
+        knots: Vec<Knot>,
+        noise_floor: f64,
+    ) -> Self {
+        let table = if backbone == [0.0; 2] {
+            Vec::new()
+        } else {
+            let step = (end_s - start_s) / (TABLE - 1) as f64;
+            let mut walker = Walker::new(law, backbone);
+            (0..TABLE)
+                .map(|i| {
+                    if i > 0 {
+                        walker.advance(step);
+                    }
+                    walker.amplitude
+                })
+                .collect()
+        };
+        Self { start_s, end_s, law, friction_displacement, knots, backbone, table, noise_floor }
+    }
+
+    fn amplitude_extended(&self, elapsed: f64) -> f64 {
+        if self.table.is_empty() {
+            return self.law.amplitude_extended(elapsed);
+        }
+        let x = (elapsed / (self.end_s - self.start_s) * (TABLE - 1) as f64).clamp(-1.0, TABLE as f64);
+        let i = (x.max(0.0) as usize).min(TABLE - 2);
+        let u = x - i as f64;
+        self.table[i] + u * (self.table[i + 1] - self.table[i])
+    }
+
     /// First and last instant of the fitted stretch, s.
     pub fn range_s(&self) -> [f64; 2] {
         [self.start_s, self.end_s]
@@ -53,7 +97,7 @@ impl FittedMotion {
         if !(self.start_s..=self.end_s).contains(&time_s) {
             return f64::NAN;
         }
-        self.law.amplitude(time_s - self.start_s)
+        self.amplitude_extended(time_s - self.start_s).max(0.0)
     }
 
     /// Value of the signal at an instant, signal unit; NaN outside the fitted
@@ -68,8 +112,8 @@ impl FittedMotion {
         let since = theta / knot.omega;
         let half_period = std::f64::consts::PI / knot.omega;
         let elapsed = time_s - self.start_s - since;
-        let before = self.law.amplitude_extended(elapsed);
-        let after = self.law.amplitude_extended(elapsed + half_period);
+        let before = self.amplitude_extended(elapsed);
+        let after = self.amplitude_extended(elapsed + half_period);
         knot.offset + sign * half_cycle(before, after, self.friction_displacement, theta)
     }
 

@@ -1,11 +1,17 @@
 //! Ring-down: from samples of a free decay to how much of the loss is viscous
 //! and how much is sliding.
 
+mod analyse;
 mod answer;
+mod assemble;
+mod compare;
+mod doubts;
 mod envelope;
+mod fits;
 mod fitted;
 pub(crate) mod law;
 mod lowpass;
+mod measure;
 mod model;
 mod options;
 #[cfg(test)]
@@ -15,6 +21,7 @@ mod sentence;
 mod warning;
 mod waveform;
 
+pub use analyse::analyse;
 pub use answer::{
     Answer, Backbone, Candidate, Diagnostics, EnvelopePoint, LossPoint, OtherMode, Parameter, Segment,
     SlidingEvidence, Stop,

@@ -1,7 +1,7 @@
 //! What a caller may fix before the analysis.
 
 use super::LossModel;
-use crate::Quantity;
+use crate::{Error, Quantity};
 
 /// Choices for [`analyse`](super::analyse). The default finds everything by
 /// itself.
@@ -20,6 +20,10 @@ pub struct Options {
     pub model: Option<LossModel>,
     /// Low-pass of the lock-in amplifier that recorded the amplitude.
     pub lockin: Option<LowPass>,
+    /// Frequency of the oscillation, Hz, for records that do not show it (a
+    /// bare amplitude, a lock-in's outputs): without it sliding friction can
+    /// only be given as a rate of loss.
+    pub frequency_hz: Option<f64>,
     /// Mechanical constant that turns displacements into forces.
     pub calibration: Option<Calibration>,
 }
@@ -51,6 +55,58 @@ pub enum Calibration {
         /// Standard error; zero when exact.
         std_error: f64,
     },
+}
+
+impl Options {
+    /// Checks every number given.
+    pub(crate) fn check(&self) -> Result<(), Error> {
+        let finite = [("start_s", self.start_s), ("end_s", self.end_s)];
+        for (name, value) in finite {
+            if let Some(value) = value.filter(|v| !v.is_finite()) {
+                return Err(Error::Parameter { name, value, range: "finite times" });
+            }
+        }
+        if let (Some(start), Some(end)) = (self.start_s, self.end_s)
+            && end <= start
+        {
+            return Err(Error::Parameter { name: "end_s", value: end, range: "times after start_s" });
+        }
+        let positive = [
+            ("min_amplitude", self.min_amplitude),
+            ("frequency_hz", self.frequency_hz),
+            ("time_constant_s", self.lockin.map(|l| l.time_constant_s)),
+            ("band_hz", self.band_hz.map(|b| b[1])),
+            (
+                "calibration",
+                self.calibration.map(|c| match c {
+                    Calibration::Stiffness { value, .. } | Calibration::Mass { value, .. } => value,
+                }),
+            ),
+        ];
+        for (name, value) in positive {
+            if let Some(value) = value.filter(|v| !(*v > 0.0 && v.is_finite())) {
+                return Err(Error::Parameter { name, value, range: "the positive numbers" });
+            }
+        }
+        if let Some([low, high]) = self.band_hz.filter(|b| !(b[0] >= 0.0 && b[0] < b[1])) {
+            let value = if low >= 0.0 { high } else { low };
+            return Err(Error::Parameter { name: "band_hz", value, range: "rising pairs of frequencies" });
+        }
+        if let Some(order) = self.lockin.map(|l| l.order).filter(|o| !(1..=8).contains(o)) {
+            return Err(Error::Parameter { name: "order", value: f64::from(order), range: "1 to 8" });
+        }
+        if let Some(Calibration::Stiffness { std_error, .. } | Calibration::Mass { std_error, .. }) =
+            self.calibration
+            && !(std_error >= 0.0 && std_error.is_finite())
+        {
+            return Err(Error::Parameter {
+                name: "std_error",
+                value: std_error,
+                range: "the non-negative numbers",
+            });
+        }
+        Ok(())
+    }
 }
 
 impl Calibration {

@@ -81,8 +81,8 @@ pub enum Warning {
         /// Its instant, s.
         time_s: f64,
     },
-    /// The record needs its noise floor to be known, and shows none.
-    NoiseFloorUnknown,
+    /// An amplitude record without its frequency: no friction displacement.
+    FrequencyUnknown,
     /// An interval was refused: the estimate is not determined.
     Undetermined {
         /// The parameter.
@@ -105,7 +105,7 @@ impl Warning {
             Warning::ModelNotPreferred { .. } => "model_not_preferred",
             Warning::CoarseSampling { .. } => "coarse_sampling",
             Warning::Disturbance { .. } => "disturbance",
-            Warning::NoiseFloorUnknown => "noise_floor_unknown",
+            Warning::FrequencyUnknown => "frequency_unknown",
             Warning::Undetermined { .. } => "undetermined",
         }
     }
@@ -164,9 +164,10 @@ impl fmt::Display for Warning {
             Warning::Disturbance { time_s } => {
                 write!(f, "a disturbance at {time_s:.4} s ends the usable decay; --start and --end choose by hand")
             }
-            Warning::NoiseFloorUnknown => {
-                f.write_str("the envelope shows no noise floor; a floor below its last value may bias the tail")
-            }
+            Warning::FrequencyUnknown => f.write_str(
+                "the record holds amplitudes only: sliding friction is given as a rate of loss; \
+                 --frequency-hz turns it into a friction displacement",
+            ),
             Warning::Undetermined { parameter } => {
                 write!(f, "the data do not determine {parameter}; a longer record would")
             }

@@ -4,7 +4,7 @@
 //! is a damped cosine about `±x_F` (see [`FittedMotion`](super::FittedMotion)).
 //! One pass over the samples gives the normal equations; nothing is stored.
 
-use super::envelope::{A0, DELTA, DRAG, Walker, X_F, by_parameters, law_of, sliding_gain};
+use super::envelope::{A0, DELTA, Walker, X_F, by_parameters, law_of};
 use crate::estimate::least_squares::{LeastSquares, Normal};
 use crate::signal::trig;
 use std::f64::consts::{FRAC_PI_2, PI};
@@ -131,8 +131,25 @@ impl LeastSquares for Waveform<'_> {
         if !(p[A0] > 0.0 && omega > 0.0 && slowest > 0.1 * omega) {
             return false;
         }
-        pulp::Arch::new().dispatch(Pass { wave: self, p, out });
+        pulp::Arch::new().dispatch(Pass { wave: self, p, out, residuals: None });
         out.rss.is_finite()
+    }
+}
+
+impl Waveform<'_> {
+    /// Data less model, sample by sample.
+    pub(crate) fn residuals(&self, p: &[f64]) -> Vec<f64> {
+        let mut residuals = Vec::with_capacity(self.time.len());
+        let bare = Waveform { active: Vec::new(), ..self.clone() };
+        let mut out = Normal::zeros(COUNT);
+        pulp::Arch::new().dispatch(Pass { wave: &bare, p, out: &mut out, residuals: Some(&mut residuals) });
+        residuals
+    }
+
+    /// Phase of the model at a time on the record's clock.
+    pub(crate) fn phase_at(&self, p: &[f64], time_s: f64) -> crate::signal::blocks::PhaseAt {
+        let (phase, omega, _) = self.phase(p, time_s - self.origin);
+        crate::signal::blocks::PhaseAt { phase, omega, chirp: 0.0, loss: 0.0 }
     }
 }
 
@@ -140,6 +157,7 @@ struct Pass<'a, 'b> {
     wave: &'a Waveform<'a>,
     p: &'b [f64],
     out: &'b mut Normal,
+    residuals: Option<&'b mut Vec<f64>>,
 }
 
 /// A turning point with everything its half cycles need.
@@ -158,7 +176,7 @@ impl pulp::NullaryFnOnce for Pass<'_, '_> {
 
     #[inline(always)]
     fn call(self) {
-        let Pass { wave, p, out } = self;
+        let Pass { wave, p, out, mut residuals } = self;
         let mut batch = Batch::new(wave.active.len());
         let law = law_of(p, p[OMEGA]);
         // Relative frequency shift per A², which also bends the loss terms.
@@ -182,14 +200,14 @@ impl pulp::NullaryFnOnce for Pass<'_, '_> {
                 let piece = index..index + m;
                 half_cycle(wave, p, &turn, &next, sign, piece, &mut batch);
                 if batch.len + PIECE > BATCH {
-                    batch.flush(&wave.active, out);
+                    batch.flush(&wave.active, out, &mut residuals);
                 }
                 index += m;
             }
             turn = next;
             n += 1.0;
         }
-        batch.flush(&wave.active, out);
+        batch.flush(&wave.active, out, &mut residuals);
     }
 }
 
@@ -339,8 +357,11 @@ impl Batch {
     }
 
     #[inline(always)]
-    fn flush(&mut self, active: &[usize], out: &mut Normal) {
+    fn flush(&mut self, active: &[usize], out: &mut Normal, residuals: &mut Option<&mut Vec<f64>>) {
         let n = self.len;
+        if let Some(list) = residuals {
+            list.extend_from_slice(&self.residual[..n]);
+        }
         for (i, &pi) in active.iter().enumerate() {
             let row = &self.rows[i][..n];
             out.jtr[pi] += dot(row, &self.residual[..n]);
@@ -368,14 +389,6 @@ fn dot(a: &[f64], b: &[f64]) -> f64 {
     let tail: f64 = x.remainder().iter().zip(y.remainder()).map(|(u, v)| u * v).sum();
     lanes.iter().sum::<f64>() + tail
 }
-
-/// Start of a waveform fit from what the amplitudes told.
-pub(crate) fn sliding_gain_at(p: &[f64]) -> f64 {
-    sliding_gain(p[DELTA], p[OMEGA]).0
-}
-
-/// Names of loss parameters that may be free.
-pub(crate) const LOSS: [usize; 3] = [X_F, DELTA, DRAG];
 
 #[cfg(test)]
 mod tests {

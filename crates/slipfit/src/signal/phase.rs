@@ -139,6 +139,22 @@ pub(crate) fn smooth(blocks: &[Block], amplitude: &[f64], noise_rms: f64) -> Opt
     Some(Smooth { at, law, excess, lawful })
 }
 
+/// Locally smoothed phases at the blocks, whatever their law.
+pub(crate) fn smooth_locally(blocks: &[Block], amplitude: &[f64], noise_rms: f64) -> Option<Vec<f64>> {
+    let origin = blocks.first()?.time_s;
+    let tau: Vec<f64> = blocks.iter().map(|b| b.time_s - origin).collect();
+    let phase: Vec<f64> = blocks.iter().map(|b| b.phase).collect();
+    let weight: Vec<f64> = blocks
+        .iter()
+        .zip(amplitude)
+        .map(|(b, a)| {
+            let variance = b.unit_variance * noise_rms * noise_rms;
+            1.0 / (variance / (a * a).max(f64::MIN_POSITIVE) + 1e-8)
+        })
+        .collect();
+    Some(local(&tau, &phase, &weight).into_iter().map(|p| p.phase).collect())
+}
+
 #[derive(Debug, Clone, Copy, PartialEq)]
 enum Column {
     One,

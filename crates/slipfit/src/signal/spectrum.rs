@@ -175,6 +175,57 @@ pub(crate) fn other_lines(time: &[f64], signal: &[f64], main_hz: f64, relative_w
     lines
 }
 
+/// The signal's part between two frequencies, edges rounded over a tenth of
+/// the band, read back at the stamps given.
+pub(crate) fn band_pass(time: &[f64], signal: &[f64], band_hz: [f64; 2]) -> Vec<f64> {
+    let start = time[0];
+    let duration = time[time.len() - 1] - start;
+    // Fine enough for the band, never finer than the record.
+    let step = median_step(time).max(duration / 4e6);
+    let count = (duration / step).floor() as usize + 1;
+    let mean = signal.iter().sum::<f64>() / signal.len() as f64;
+    let mut right = 1;
+    let mut buffer = vec![0.0; (2 * count).next_power_of_two()];
+    for (i, v) in buffer.iter_mut().take(count).enumerate() {
+        let t = start + i as f64 * step;
+        while right + 1 < time.len() && time[right] < t {
+            right += 1;
+        }
+        let (a, b) = (time[right - 1], time[right]);
+        let u = if b > a { ((t - a) / (b - a)).clamp(0.0, 1.0) } else { 0.0 };
+        *v = signal[right - 1] + u * (signal[right] - signal[right - 1]) - mean;
+    }
+    let size = buffer.len();
+    let mut planner = RealFftPlanner::<f64>::new();
+    let (forward, back) = (planner.plan_fft_forward(size), planner.plan_fft_inverse(size));
+    let mut spectrum = forward.make_output_vec();
+    if forward.process(&mut buffer, &mut spectrum).is_err() {
+        return signal.to_vec();
+    }
+    let bin = 1.0 / (size as f64 * step);
+    let edge = 0.1 * (band_hz[1] - band_hz[0]);
+    for (i, c) in spectrum.iter_mut().enumerate() {
+        let f = i as f64 * bin;
+        let inside = ((f - band_hz[0]) / edge).min((band_hz[1] - f) / edge).clamp(0.0, 1.0);
+        *c *= (0.5 * std::f64::consts::PI * inside).sin().powi(2) / size as f64;
+    }
+    spectrum[0].im = 0.0;
+    if let Some(last) = spectrum.last_mut() {
+        last.im = 0.0;
+    }
+    if back.process(&mut spectrum, &mut buffer).is_err() {
+        return signal.to_vec();
+    }
+    time.iter()
+        .map(|t| {
+            let x = (t - start) / step;
+            let i = (x.floor() as usize).min(count.saturating_sub(2));
+            let u = x - i as f64;
+            buffer[i] + u * (buffer[i + 1] - buffer[i])
+        })
+        .collect()
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;

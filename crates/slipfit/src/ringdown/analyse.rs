@@ -1,0 +1,110 @@
+//! The one way in.
+
+use super::assemble::{self, Evidence};
+use super::fits::{self, Described};
+use super::measure::{self, LEAST_CYCLES, Measured, Samples};
+use super::{Answer, Options};
+use crate::{Error, Record, SignalKind};
+use std::borrow::Cow;
+use std::f64::consts::TAU;
+
+/// Tells viscous from sliding loss in a record of a decaying oscillation.
+///
+/// Finds the free decay, follows amplitude and phase along it, fits the loss
+/// models `dA/dt = -(a0 + a1 A + a2 A²)` (sliding, viscous, drag) and weighs
+/// them against each other. Where the record shows the motion itself, every
+/// sample is compared with the exact motion, whose turning points obey
+///
+/// ```text
+/// |X_n| + C = e^(-n pi delta/omega_d) (|X_0| + C),   C = x_F coth(pi delta / 2 omega_d)
+/// ```
+///
+/// The paper's eq. (16) has the leading order `C = 4F/(pi gamma omega_0)` of it
+/// (Vitorino, Vieira and Rodrigues, *Effect of sliding friction in harmonic
+/// oscillators*), short by 5 % at Q = 2. Where frequency or phase wander more
+/// than the exact motion allows, the amplitudes of short stretches are fitted
+/// instead, phase left free.
+///
+/// Units: times in s; displacements, `x_F` and amplitudes in the record's
+/// unit. For a velocity or acceleration record the "displacements" are those
+/// times `omega` or `omega²`.
+///
+/// Limits: one mode (others are reported, [`Options::band_hz`] isolates one);
+/// at least one and a half cycles above the noise; drag is treated on the
+/// average of a cycle, exact for Q well above one.
+///
+/// # Errors
+/// [`Error::Parameter`] for an option out of range, [`Error::NoOscillation`],
+/// [`Error::NotARingDown`] or [`Error::NoFit`] where there is nothing to answer.
+/// A fit that merely disappoints is an [`Answer`] with warnings.
+///
+/// ```
+/// use slipfit::{Oscillator, Record, decay::FreeDecay, ringdown};
+///
+/// let oscillator = Oscillator::kinematic(6.0, 0.03, 0.002)?; // rad/s, 1/s, rad
+/// let decay = FreeDecay::from_rest(&oscillator, 0.5)?;
+/// let time: Vec<f64> = (0..2000).map(|i| 0.02 * i as f64).collect();
+/// let angle: Vec<f64> = time.iter().enumerate()
+///     .map(|(i, &t)| decay.displacement(t) + 1e-3 * (7.7 * (i * i) as f64).sin())
+///     .collect();
+/// let record = Record::new(time, angle)?.with_unit("rad");
+/// let answer = ringdown::analyse(&record, &ringdown::Options::default())?;
+/// let x_f = answer.parameter("friction_displacement").expect("always reported");
+/// assert!((x_f.value - 0.002).abs() < 1e-4);
+/// assert!(answer.sliding.detected);
+/// # Ok::<(), slipfit::Error>(())
+/// ```
+pub fn analyse(record: &Record, options: &Options) -> Result<Answer, Error> {
+    options.check()?;
+    let mut samples = Samples::of(record, options)?;
+    if let Some(band) = options.band_hz
+        && oscillates(record.kind())
+    {
+        samples.signal = Cow::Owned(measure::band_passed(&samples, band));
+    }
+    let (mut measured, coarse_hz) = match record.kind() {
+        SignalKind::Envelope => (measure::envelope(&samples, options)?, None),
+        SignalKind::LockIn => (measure::lock_in(&samples, options)?, None),
+        _ => {
+            let coarse = measure::frequency(&samples, options)?;
+            (measure::oscillation(&samples, options, coarse)?, Some(coarse))
+        }
+    };
+    let rough = fits::envelope(&mut measured, options)?;
+    let exact = (measure::is_position(record.kind()) && options.lockin.is_none())
+        .then(|| fits::waveform(&samples, &measured, &rough))
+        .flatten()
+        .filter(|w| holds(w, &measured));
+    let cycles = cycles(&measured);
+    if coarse_hz.is_some() && cycles < LEAST_CYCLES {
+        return Err(Error::NotARingDown {
+            cycles,
+            needed: LEAST_CYCLES,
+            reason: "too strongly damped or too short a record",
+        });
+    }
+    let evidence = Evidence {
+        record,
+        options,
+        samples: &samples,
+        measured: &measured,
+        described: exact.as_ref().unwrap_or(&rough),
+        cycles,
+    };
+    assemble::answer(&evidence)
+}
+
+fn oscillates(kind: SignalKind) -> bool {
+    !matches!(kind, SignalKind::Envelope | SignalKind::LockIn)
+}
+
+fn cycles(measured: &Measured) -> f64 {
+    measured.points.iter().map(|b| b.span_s * b.omega / TAU).sum()
+}
+
+/// Whether the exact waveform describes the samples down to their noise.
+fn holds(described: &Described, measured: &Measured) -> bool {
+    let Some(best) = described.comparison.best() else { return false };
+    let variance = described.scale.variance_of(&best.bounded);
+    variance <= 1.3 * measured.noise_rms.powi(2)
+}

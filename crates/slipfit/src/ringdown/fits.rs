@@ -1,0 +1,405 @@
+//! Which description carries the answer: the amplitudes of the blocks with the
+//! phase left free, or every sample against the exact motion.
+
+use super::compare::{Comparison, Scale, compare};
+use super::envelope::{A0, DELTA, DRAG, EnvelopeProblem, FLOOR, X_F};
+use super::lowpass::Kernel;
+use super::measure::{Measured, Samples};
+use super::options::Options;
+use super::waveform::{BEND, Bend, CHIRP, COUNT, OFFSET, OMEGA, PHASE, Waveform};
+use crate::Error;
+use crate::estimate::least_squares::{Fit, LeastSquares, Normal, minimise, promised_gain};
+use crate::signal::blocks::{self, Block};
+use std::f64::consts::PI;
+
+/// The data as one least-squares problem, all models fitted to it.
+pub(crate) struct Described<'a> {
+    pub(crate) problem: Problem<'a>,
+    pub(crate) comparison: Comparison,
+    pub(crate) scale: Scale,
+    /// Window start the parameters refer to, s.
+    pub(crate) origin: f64,
+    pub(crate) end: f64,
+    /// Residual variance of the fundamental over that of the noise.
+    pub(crate) excess: f64,
+    pub(crate) autocorrelation: f64,
+    /// Blocks left out because they lie far off every law.
+    pub(crate) outliers: usize,
+}
+
+/// Either description.
+pub(crate) enum Problem<'a> {
+    /// Amplitudes of blocks.
+    Envelope(EnvelopeProblem),
+    /// Every sample.
+    Waveform(Waveform<'a>),
+}
+
+impl Problem<'_> {
+    pub(crate) fn least_squares(&self) -> &dyn LeastSquares {
+        match self {
+            Problem::Envelope(p) => p,
+            Problem::Waveform(p) => p,
+        }
+    }
+
+    pub(crate) fn method(&self) -> &'static str {
+        match self {
+            Problem::Envelope(_) => "envelope",
+            Problem::Waveform(_) => "waveform",
+        }
+    }
+}
+
+const FULL: [usize; 4] = [A0, X_F, DELTA, DRAG];
+
+/// Fits the amplitudes of the blocks.
+pub(crate) fn envelope<'a>(measured: &mut Measured, options: &Options) -> Result<Described<'a>, Error> {
+    let points = &measured.points;
+    let origin = points[0].time_s - 0.5 * points[0].span_s;
+    let omega = measured.law.omega;
+    let mut problem = EnvelopeProblem {
+        elapsed: points.iter().map(|b| b.time_s - origin).collect(),
+        value: points
+            .iter()
+            .map(|b| if measured.squared { b.amplitude * b.amplitude } else { b.amplitude })
+            .collect(),
+        weight: points.iter().map(|b| 1.0 / b.unit_variance).collect(),
+        omega,
+        backbone: [measured.law.quadratic, measured.law.quartic],
+        squared: measured.squared,
+        lowpass: options.lockin.map(Kernel::new),
+    };
+    if measured.squared {
+        // var(R²) = 4 sigma² (A² + sigma²): in units of sigma², and never less than the late scatter.
+        let floor = 0.01 * problem.value[0].max(f64::MIN_POSITIVE) * 1e-4;
+        for (w, v) in problem.weight.iter_mut().zip(&problem.value) {
+            *w /= 4.0 * v.max(floor);
+        }
+    }
+    let nuisance: &[usize] = if measured.squared && has_floor(measured) { &[FLOOR] } else { &[] };
+    let start = envelope_start(&problem);
+    let full: Vec<usize> = FULL.iter().chain(nuisance).copied().collect();
+    let outliers = drop_outliers(&mut problem, &start, &full, measured);
+    if !measured.squared {
+        stop_short_of_rest(&mut problem, &start, measured);
+    }
+    let n = problem.value.len();
+    if n < 3 {
+        return Err(Error::NoFit { reason: "fewer than three amplitudes remain" });
+    }
+    let noise = (!measured.squared).then(|| measured.noise_rms.powi(2));
+    let mut scale = Scale { observations: n as f64, variance: None, widening: 1.0 };
+    let comparison = compare(&problem, &start, nuisance, scale, sliding_start(&problem));
+    let best = comparison.best().ok_or(Error::NoFit { reason: "no model converged" })?;
+    let residuals = problem.residuals(&best.bounded.parameters);
+    let dof = (n as f64 - best.bounded.free.len() as f64).max(1.0);
+    let chi_squared = residuals.iter().map(|r| r * r).sum::<f64>();
+    let excess = noise.map_or(1.0, |v| chi_squared / dof / v.max(f64::MIN_POSITIVE));
+    if noise.is_some() && (excess - 1.0).abs() < 2.6 * (2.0 / dof).sqrt() {
+        scale.variance = noise;
+    }
+    let autocorrelation = first_autocorrelation(&residuals);
+    scale.widening = widening(autocorrelation, n);
+    let last = measured.points[measured.points.len() - 1];
+    let end = last.time_s + 0.5 * last.span_s;
+    let comparison = rescored(comparison, scale);
+    Ok(Described {
+        problem: Problem::Envelope(problem),
+        comparison,
+        scale,
+        origin,
+        end,
+        excess,
+        autocorrelation,
+        outliers,
+    })
+}
+
+fn has_floor(measured: &Measured) -> bool {
+    // The floor shows where the record goes on below the last amplitude used, or falls far.
+    let top = measured.points[0].amplitude;
+    measured.points[measured.points.len() - 1].amplitude < 0.2 * top
+}
+
+fn rescored(mut comparison: Comparison, scale: Scale) -> Comparison {
+    for entry in &mut comparison.entries {
+        entry.bic = scale.bic(entry.bounded.rss, entry.fit.free.len());
+    }
+    comparison
+}
+
+fn envelope_start(problem: &EnvelopeProblem) -> Vec<f64> {
+    let root = |v: f64| if problem.squared { v.max(0.0).sqrt() } else { v };
+    let first = root(problem.value[0]).max(f64::MIN_POSITIVE);
+    // Decay rate over the upper half of the fall, where every law is an exponential.
+    let j = problem.value.iter().position(|&v| root(v) < 0.5 * first).unwrap_or(problem.value.len() - 1).max(1);
+    let span = problem.elapsed[j] - problem.elapsed[0];
+    let delta = (first / root(problem.value[j]).max(1e-3 * first)).ln() / span.max(f64::MIN_POSITIVE);
+    let amplitude = first * (delta * problem.elapsed[0]).exp();
+    vec![amplitude, 0.0, delta.max(1e-12 / span.max(f64::MIN_POSITIVE)), 0.0, 0.0]
+}
+
+/// Friction displacement that alone would explain the mean fall.
+fn sliding_start(problem: &EnvelopeProblem) -> f64 {
+    let start = envelope_start(problem);
+    0.5 * start[A0] * start[DELTA] * PI / (2.0 * problem.omega)
+}
+
+/// Takes out blocks further than eight robust standard deviations from the full law.
+fn drop_outliers(problem: &mut EnvelopeProblem, start: &[f64], full: &[usize], measured: &Measured) -> usize {
+    let mut dropped = 0;
+    for _ in 0..3 {
+        if problem.value.len() < full.len() + 6 {
+            break;
+        }
+        let Some(viscous) = minimise(problem, start, &[A0, DELTA]) else { break };
+        let fit = minimise(problem, &viscous.parameters, full).unwrap_or(viscous);
+        let residuals = problem.residuals(&fit.parameters);
+        let mut sizes: Vec<f64> = residuals.iter().map(|r| r.abs()).collect();
+        sizes.sort_by(f64::total_cmp);
+        let robust = (sizes[sizes.len() / 2] / 0.674_49).max(if measured.squared { 0.0 } else { measured.noise_rms });
+        let keep: Vec<bool> = residuals.iter().map(|r| r.abs() <= 8.0 * robust || robust == 0.0).collect();
+        let gone = keep.iter().filter(|k| !**k).count();
+        // A law that misses many is wrong; its outliers are evidence.
+        if gone == 0 || gone * 10 > keep.len() {
+            break;
+        }
+        dropped += gone;
+        for list in [&mut problem.elapsed, &mut problem.value, &mut problem.weight] {
+            let mut k = keep.iter();
+            list.retain(|_| k.next().copied().unwrap_or(true));
+        }
+    }
+    dropped
+}
+
+/// The averaged law ends some cycles before the stop: below two x_F the motion is no ellipse.
+fn stop_short_of_rest(problem: &mut EnvelopeProblem, start: &[f64], measured: &mut Measured) {
+    if problem.value.len() < 8 {
+        return;
+    }
+    let Some(fit) = minimise(problem, start, &[A0, DELTA])
+        .and_then(|v| minimise(problem, &v.parameters, &[A0, DELTA, X_F]))
+    else {
+        return;
+    };
+    let x_f = fit.parameters[X_F];
+    let n = problem.value.len();
+    let amplitudes = problem.amplitudes(&fit.parameters);
+    let keep = amplitudes.iter().position(|&a| a < 2.0 * x_f).unwrap_or(n).max(6.min(n));
+    if keep < n {
+        let last = problem.elapsed[keep - 1];
+        for list in [&mut problem.elapsed, &mut problem.value, &mut problem.weight] {
+            list.truncate(keep);
+        }
+        let origin = measured.points[0].time_s - 0.5 * measured.points[0].span_s;
+        let points = measured.points.iter().take_while(|b| b.time_s - origin <= last + 1e-9 * b.span_s).count();
+        measured.points.truncate(points.max(1));
+    }
+}
+
+pub(crate) fn first_autocorrelation(residuals: &[f64]) -> f64 {
+    let n = residuals.len() as f64;
+    let mean = residuals.iter().sum::<f64>() / n;
+    let (mut c0, mut c1) = (0.0, 0.0);
+    for (i, r) in residuals.iter().enumerate() {
+        c0 += (r - mean).powi(2);
+        if i > 0 {
+            c1 += (r - mean) * (residuals[i - 1] - mean);
+        }
+    }
+    if c0 > 0.0 { c1 / c0 } else { 0.0 }
+}
+
+/// Variance factor of an AR(1) residual on a slowly varying derivative; one unless significant.
+pub(crate) fn widening(autocorrelation: f64, n: usize) -> f64 {
+    if autocorrelation > 2.6 / (n as f64).sqrt() {
+        let r = autocorrelation.min(0.95);
+        (1.0 + r) / (1.0 - r)
+    } else {
+        1.0
+    }
+}
+
+/// Longest window fitted sample by sample; beyond it the blocks hold the same information.
+const MOST_SAMPLES: usize = 300_000;
+
+/// Fits every sample, starting from what the amplitudes told. `None` where the
+/// waveform cannot be followed.
+pub(crate) fn waveform<'a>(
+    samples: &'a Samples,
+    measured: &Measured,
+    rough: &Described,
+) -> Option<Described<'a>> {
+    let first = measured.points.first()?;
+    let last = measured.points.last()?;
+    let (from, to) = (first.first, last.end);
+    if to - from > MOST_SAMPLES || !measured.lawful {
+        return None;
+    }
+    let best = rough.comparison.best()?;
+    let origin = samples.time[from];
+    let duration = samples.time[to - 1] - origin;
+    let from_envelope = |p: &[f64]| -> Vec<f64> {
+        let mut start = vec![0.0; COUNT];
+        start[..4].copy_from_slice(&p[..4]);
+        start[OMEGA] = measured.law.omega;
+        // Phase at the origin from the first block's, with the backbone on the way.
+        start[PHASE] = blocks::wrap(first.phase - first.omega * (first.time_s - origin));
+        start[OFFSET] = measured.points.iter().map(|b| b.offset).sum::<f64>() / measured.points.len() as f64;
+        start
+    };
+    let start = from_envelope(&best.bounded.parameters);
+    fit_waveform_window(samples, measured, from..to, origin, duration, start)
+}
+
+pub(crate) fn fit_waveform_window<'a>(
+    samples: &'a Samples,
+    measured: &Measured,
+    range: std::ops::Range<usize>,
+    origin: f64,
+    duration: f64,
+    mut start: Vec<f64>,
+) -> Option<Described<'a>> {
+    let n = range.len();
+    let law = super::envelope::law_of(&start, start[OMEGA]);
+    let bend = Bend::along(|t| law.amplitude(t), duration);
+    let always = [PHASE, OMEGA, OFFSET];
+    let optional = [BEND, CHIRP, OFFSET + 1, OFFSET + 2];
+    let mut problem = Waveform {
+        time: &samples.time[range.clone()],
+        signal: &samples.signal[range.clone()],
+        origin,
+        duration,
+        bend: None,
+        active: FULL.iter().chain(&always).copied().collect(),
+    };
+    let mut nuisance: Vec<usize> = always.to_vec();
+    // A bend already seen in the block phases starts inside.
+    if measured.law.quadratic != 0.0 || measured.law.quartic != 0.0 {
+        problem.bend = Some(bend.clone());
+        start[BEND] = measured.law.quadratic * measured.law.omega;
+        nuisance.push(BEND);
+    }
+    if measured.law.drift != 0.0 {
+        start[CHIRP] = measured.law.drift * measured.law.omega;
+        nuisance.push(CHIRP);
+    }
+    let all: Vec<usize> = FULL.iter().chain(&always).chain(&optional).copied().collect();
+    problem.active.clone_from(&all);
+    let free = |nuisance: &[usize]| -> Vec<usize> {
+        let mut f: Vec<usize> = [A0, X_F, DELTA].iter().chain(nuisance).copied().collect();
+        f.sort_unstable();
+        f
+    };
+    let mut fit = minimise(&problem, &start, &free(&nuisance))?;
+    // Nuisances one by one, each only if the data pay for it; also the ones started with.
+    let threshold = (n as f64).ln() + 6.0;
+    let mut sums = Normal::zeros(COUNT);
+    for _ in 0..optional.len() {
+        if problem.bend.is_none() {
+            problem.bend = Some(bend.clone());
+        }
+        if !problem.normal(&fit.parameters, &mut sums) {
+            return None;
+        }
+        let variance = sums.rss / (n as f64 - fit.free.len() as f64).max(1.0);
+        let gain = |extra: usize| {
+            let mut wider = free(&nuisance);
+            wider.push(extra);
+            wider.push(DRAG);
+            let mut base = free(&nuisance);
+            base.push(DRAG);
+            Some((promised_gain(&sums, &wider)? - promised_gain(&sums, &base)?) / variance)
+        };
+        let candidate = optional
+            .into_iter()
+            .filter(|o| !nuisance.contains(o))
+            .filter(|&o| o != OFFSET + 2 || nuisance.contains(&(OFFSET + 1)))
+            .filter_map(|o| Some((o, gain(o)?)))
+            .max_by(|a, b| a.1.total_cmp(&b.1))
+            .filter(|(_, g)| *g > threshold);
+        let Some((extra, _)) = candidate else { break };
+        let mut wider = nuisance.clone();
+        wider.push(extra);
+        let Some(next) = minimise(&problem, &fit.parameters, &free(&wider)) else { break };
+        nuisance = wider;
+        fit = next;
+    }
+    // What was started with must also pay.
+    for extra in [CHIRP, BEND] {
+        if !nuisance.contains(&extra) {
+            continue;
+        }
+        let fewer: Vec<usize> = nuisance.iter().copied().filter(|&o| o != extra).collect();
+        let mut start = fit.parameters.clone();
+        start[extra] = 0.0;
+        if let Some(without) = minimise(&problem, &start, &free(&fewer)) {
+            let variance = fit.rss / (n as f64 - fit.free.len() as f64).max(1.0);
+            if (without.rss - fit.rss) / variance < threshold {
+                nuisance = fewer;
+                fit = without;
+            }
+        }
+    }
+    if !nuisance.contains(&BEND) {
+        problem.bend = None;
+    }
+    problem.active = {
+        let mut a: Vec<usize> = FULL.iter().chain(&nuisance).copied().collect();
+        a.sort_unstable();
+        a
+    };
+    let mut scale = Scale { observations: n as f64, variance: None, widening: 1.0 };
+    let sliding = {
+        let span = 1.0 / fit.parameters[DELTA].abs().max(1e-3 / duration);
+        0.5 * fit.parameters[A0] * PI / (2.0 * fit.parameters[OMEGA] * span)
+    };
+    let comparison = compare(&problem, &fit.parameters, &nuisance, scale, sliding);
+    let best = comparison.best()?;
+    let (excess, autocorrelation, count) =
+        residual_scatter(&problem, samples, &best.bounded, &measured.points, range.start);
+    if excess > 1.0 + 2.6 * (2.0 / count.max(1) as f64).sqrt() {
+        scale.widening = excess;
+    }
+    scale.widening *= widening(autocorrelation, count);
+    let comparison = rescored(comparison, scale);
+    Some(Described {
+        problem: Problem::Waveform(problem),
+        comparison,
+        scale,
+        origin,
+        end: origin + duration,
+        excess,
+        autocorrelation,
+        outliers: 0,
+    })
+}
+
+/// The residual's own fundamental: its variance over that of white noise, and
+/// how it hangs together from block to block.
+fn residual_scatter(
+    problem: &Waveform,
+    samples: &Samples,
+    fit: &Fit,
+    points: &[Block],
+    first: usize,
+) -> (f64, f64, usize) {
+    let residual = problem.residuals(&fit.parameters);
+    let n = residual.len() as f64;
+    let variance = fit.rss / (n - fit.free.len() as f64).max(1.0);
+    let shifted: Vec<Block> = points
+        .iter()
+        .filter(|b| b.first >= first && b.end <= first + residual.len())
+        .map(|b| Block { first: b.first - first, end: b.end - first, ..*b })
+        .collect();
+    let phases: Vec<_> = shifted.iter().map(|b| problem.phase_at(&fit.parameters, b.time_s)).collect();
+    let found = blocks::demodulate(&samples.time[first..first + residual.len()], &residual, &shifted, &phases);
+    let scaled: Vec<f64> = found.iter().map(|b| b.amplitude / b.unit_variance.sqrt()).collect();
+    let count = scaled.len();
+    // The loss parameters already took their share of these blocks.
+    let dof = (count as f64 - 3.0).max(1.0);
+    let excess = scaled.iter().map(|s| s * s).sum::<f64>() / dof / variance.max(f64::MIN_POSITIVE);
+    (excess, first_autocorrelation(&scaled), count)
+}

@@ -1,0 +1,323 @@
+//! `cargo xtask bench`: the work users do, next to what they would use instead.
+
+mod contest;
+mod ours;
+mod report;
+mod signal;
+
+use std::path::PathBuf;
+use std::process::ExitCode;
+
+use contest::{Contestant, Peer, Process, Task, Timing, race};
+use report::{Row, duration, three_digits};
+use signal::{Signal, friction_displacement};
+
+use crate::Failure;
+use crate::places::{cargo, command, root, run as run_command, target};
+use crate::python;
+
+struct Choices {
+    write: bool,
+    only: String,
+    rounds: usize,
+}
+
+/// What every line of the table needs.
+struct Bench {
+    python: PathBuf,
+    slipfit: PathBuf,
+    /// For the files the contestants read.
+    folder: PathBuf,
+    rounds: usize,
+}
+
+/// One line asked for: against whom, how many times faster.
+struct Against {
+    peer: &'static str,
+    at_least: Option<f64>,
+}
+
+/// Runs the lines chosen and prints the table.
+pub(crate) fn run(arguments: &[String]) -> Result<ExitCode, Failure> {
+    let choices = choices(arguments)?;
+    run_command(cargo().args(["build", "--release", "--package", "slipfit-cli"]))?;
+    let target = target()?;
+    let bench = Bench {
+        python: python::interpreter()?,
+        slipfit: target.join("release").join("slipfit").with_extension(std::env::consts::EXE_EXTENSION),
+        folder: target.join("bench"),
+        rounds: choices.rounds,
+    };
+    std::fs::create_dir_all(&bench.folder)?;
+    let mut rows = Vec::new();
+    let mut failed = false;
+    for line in choices.only.chars() {
+        eprintln!("measuring {line} …");
+        let measured = match line {
+            'a' => bench.waveform_fit(),
+            'b' => bench.analysis(),
+            'c' => bench.envelope_fit(),
+            'd' => bench.whole_command(),
+            'e' => bench.text_read(),
+            _ => bench.memory(),
+        };
+        match measured {
+            Ok(measured) => rows.extend(measured),
+            Err(failure) => {
+                eprintln!("error: line {line} could not be measured: {failure}");
+                failed = true;
+            }
+        }
+    }
+    println!("{}", report::table(&rows));
+    if failed {
+        return Ok(ExitCode::FAILURE);
+    }
+    if choices.write {
+        let page = root().join("docs").join("benchmarks.md");
+        std::fs::create_dir_all(root().join("docs"))?;
+        std::fs::write(&page, report::page(&rows, choices.rounds)?)?;
+        println!("written to {}", page.display());
+    }
+    Ok(ExitCode::SUCCESS)
+}
+
+fn choices(arguments: &[String]) -> Result<Choices, Failure> {
+    const LINES: &str = "abcdef";
+    let mut choices = Choices { write: false, only: LINES.into(), rounds: 7 };
+    let mut words = arguments.iter();
+    while let Some(word) = words.next() {
+        match word.as_str() {
+            "--write" => choices.write = true,
+            "--only" => {
+                let chosen = words.next().ok_or("--only needs lines of the table, e.g. a,c")?;
+                choices.only = chosen.chars().filter(|&c| c != ',').collect();
+                if let Some(other) = choices.only.chars().find(|&c| !LINES.contains(c)) {
+                    return Err(format!("--only {chosen}: there is no line `{other}`, only a to f").into());
+                }
+            }
+            "--rounds" => {
+                let count = words.next().ok_or("--rounds needs a number")?;
+                choices.rounds = count.parse().map_err(|error| format!("--rounds {count}: {error}"))?;
+            }
+            other => return Err(format!("`{other}` is not an option of bench; see cargo xtask help").into()),
+        }
+    }
+    if choices.write && choices.only != LINES {
+        return Err("--write needs the whole table: leave out --only".into());
+    }
+    Ok(choices)
+}
+
+impl Bench {
+    fn waveform_fit(&self) -> Result<Vec<Row>, Failure> {
+        let signal = Signal::waveform(10_000)?;
+        let against = [
+            Against { peer: "SciPy `curve_fit`, Jacobian as in a textbook", at_least: Some(40.0) },
+            Against { peer: "SciPy `curve_fit`, Jacobian sharing parts", at_least: Some(40.0) },
+        ];
+        let peers = self.waveform_peers(&signal)?;
+        self.fits(
+            'a',
+            "fit, 10 k samples, 6 parameters",
+            &signal,
+            ours::waveform_fit(&signal),
+            &against,
+            peers,
+        )
+    }
+
+    fn analysis(&self) -> Result<Vec<Row>, Failure> {
+        let signal = Signal::waveform(1_000_000)?;
+        let against = [
+            Against { peer: "one SciPy `curve_fit`, Jacobian as in a textbook", at_least: Some(100.0) },
+            Against { peer: "one SciPy `curve_fit`, Jacobian sharing parts", at_least: Some(100.0) },
+        ];
+        let peers = self.waveform_peers(&signal)?;
+        self.fits('b', "whole analysis, 1 M samples", &signal, ours::analysis(&signal), &against, peers)
+    }
+
+    fn waveform_peers(&self, signal: &Signal) -> Result<Vec<Peer>, Failure> {
+        let data = self.doubles(signal)?;
+        let start = signal.waveform_start();
+        let peer = |way: &str| Peer::start(&self.python, "waveform_fit.py", words(&[way, &data], &start));
+        Ok(vec![peer("plain")?, peer("shared")?])
+    }
+
+    fn envelope_fit(&self) -> Result<Vec<Row>, Failure> {
+        let signal = Signal::envelope(512);
+        let data = self.doubles(&signal)?;
+        let start = signal.envelope_start();
+        let peer = |who: &str| Peer::start(&self.python, "envelope_fit.py", words(&[who, &data], &start));
+        let against = [
+            Against { peer: "SciPy `curve_fit`", at_least: Some(250.0) },
+            Against { peer: "SciPy `curve_fit`, Jacobian", at_least: None },
+            Against { peer: "lmfit", at_least: Some(1000.0) },
+        ];
+        let peers = vec![peer("curve_fit")?, peer("curve_fit_jacobian")?, peer("lmfit")?];
+        let own = ours::envelope_fit(&signal);
+        self.fits('c', "fit, 512 amplitudes, 3 parameters", &signal, own, &against, peers)
+    }
+
+    fn whole_command(&self) -> Result<Vec<Row>, Failure> {
+        let file = self.folder.join("waveform_5k.csv");
+        Signal::waveform(5_000)?.write_csv(&file)?;
+        let mut slipfit = command(&self.slipfit);
+        slipfit.arg("ringdown").arg(&file);
+        let mut script = command(&self.python);
+        script.arg(python::peers().join("ringdown_script.py")).arg(&file);
+        script.env("PYTHONPYCACHEPREFIX", self.folder.join("pycache"));
+        let best = race(self.rounds, &mut [&mut Process(slipfit), &mut Process(script)])?;
+        let against = Against { peer: "SciPy script", at_least: Some(30.0) };
+        Ok(vec![faster('d', "command, CSV of 5 k rows", Some(&best[0]), &against, &best[1], None)])
+    }
+
+    fn text_read(&self) -> Result<Vec<Row>, Failure> {
+        let file = self.long_csv()?;
+        let megabytes = std::fs::metadata(&file)?.len() as f64 / 1e6;
+        let mut own = ours::text_read(&file);
+        let own = own.as_mut().map(|task| alone(self.rounds, task)).transpose()?;
+        // NumPy takes long enough for one turn to tell.
+        let data = file.to_string_lossy().into_owned();
+        let theirs = alone(0, &mut Peer::start(&self.python, "read_text.py", [data])?)?;
+        let speed = |timing: &Timing| megabytes / timing.seconds;
+        let show = |timing: &Timing| format!("{} MB/s", three_digits(speed(timing)));
+        Ok(vec![Row {
+            line: 'e',
+            work: format!("text read, {megabytes:.0} MB"),
+            ours: own.as_ref().map_or_else(not_offered, show),
+            peer: "NumPy `loadtxt`",
+            theirs: show(&theirs),
+            ratio: own.as_ref().map_or_else(String::new, |own| three_digits(speed(own) / speed(&theirs))),
+            asked: own.as_ref().map(|own| ("≥ 300 MB/s".into(), speed(own) >= 300.0)),
+            apart: None,
+        }])
+    }
+
+    fn memory(&self) -> Result<Vec<Row>, Failure> {
+        let file = self.long_csv()?;
+        let mut script = command(&self.python);
+        script.arg(python::peers().join("peak_memory.py")).arg(&self.slipfit).arg("ringdown").arg(&file);
+        let output = script.output()?;
+        if !output.status.success() {
+            return Err(String::from_utf8_lossy(&output.stderr).into());
+        }
+        let text = String::from_utf8_lossy(&output.stdout);
+        let peak: f64 = text.trim().parse().map_err(|_| format!("`{text}` is no number of bytes"))?;
+        let samples = LONG as f64 * 16.0;
+        Ok(vec![Row {
+            line: 'f',
+            work: "memory, command on 10 M samples".into(),
+            ours: format!("{:.0} MB", peak / 1e6),
+            peer: "the samples themselves",
+            theirs: format!("{:.0} MB", samples / 1e6),
+            ratio: three_digits(peak / samples),
+            asked: Some(("≤ 3".into(), peak <= 3.0 * samples)),
+            apart: None,
+        }])
+    }
+
+    /// Times own work against the peers' and compares the losses found.
+    fn fits(
+        &self,
+        line: char,
+        work: &str,
+        signal: &Signal,
+        mut own: Option<Task>,
+        against: &[Against],
+        mut peers: Vec<Peer>,
+    ) -> Result<Vec<Row>, Failure> {
+        let offered = own.is_some();
+        let mut contestants: Vec<&mut dyn Contestant> = Vec::new();
+        contestants.extend(own.as_mut().map(|task| task as &mut dyn Contestant));
+        contestants.extend(peers.iter_mut().map(|peer| peer as &mut dyn Contestant));
+        let best = race(self.rounds, &mut contestants)?;
+        let (own, theirs) = best.split_at(usize::from(offered));
+        for (against, theirs) in against.iter().zip(theirs) {
+            found_the_decay(signal, against.peer, theirs)?;
+        }
+        let rows = against.iter().zip(theirs).map(|(against, theirs)| {
+            let apart = own.first().and_then(|own| apart(signal, own, theirs));
+            faster(line, work, own.first(), against, theirs, apart)
+        });
+        Ok(rows.collect())
+    }
+
+    fn doubles(&self, signal: &Signal) -> Result<String, Failure> {
+        let path = self.folder.join(format!("signal_{}.f64", signal.values.len()));
+        signal.write_doubles(&path)?;
+        Ok(path.to_string_lossy().into_owned())
+    }
+
+    fn long_csv(&self) -> Result<PathBuf, Failure> {
+        let file = self.folder.join("waveform_10M.csv");
+        Signal::waveform(LONG)?.write_csv(&file)?;
+        Ok(file)
+    }
+}
+
+/// Rows of the long file: about 200 MB.
+const LONG: usize = 10_000_000;
+
+fn words(first: &[&str], numbers: &[f64]) -> Vec<String> {
+    first.iter().map(ToString::to_string).chain(numbers.iter().map(ToString::to_string)).collect()
+}
+
+fn alone(rounds: usize, contestant: &mut dyn Contestant) -> Result<Timing, Failure> {
+    let best = race(rounds, &mut [contestant])?;
+    best.into_iter().next().ok_or_else(|| "nobody ran".into())
+}
+
+fn not_offered() -> String {
+    "not measured".into()
+}
+
+fn faster(
+    line: char,
+    work: &str,
+    own: Option<&Timing>,
+    against: &Against,
+    theirs: &Timing,
+    apart: Option<f64>,
+) -> Row {
+    let ratio = own.map(|own| theirs.seconds / own.seconds);
+    let asked = against.at_least.zip(ratio).map(|(least, ratio)| (format!("≥ {least:.0}"), ratio >= least));
+    Row {
+        line,
+        work: work.into(),
+        ours: own.map_or_else(not_offered, |own| duration(own.seconds)),
+        peer: against.peer,
+        theirs: duration(theirs.seconds),
+        ratio: ratio.map_or_else(String::new, three_digits),
+        asked,
+        apart,
+    }
+}
+
+/// A peer that ended in a wrong minimum would make any ratio worthless.
+fn found_the_decay(signal: &Signal, peer: &str, timing: &Timing) -> Result<(), Failure> {
+    let truth = [signal.truth.offset_amplitude, signal.truth.decay_rate_per_s];
+    for (at, truth) in (1..).zip(truth) {
+        let (value, error) = match (timing.estimates.get(at), timing.errors.get(at)) {
+            (Some(&value), Some(&error)) => (value, error),
+            _ => return Err(format!("{peer} told too few estimates").into()),
+        };
+        // Ten standard errors: chance stays within five, the averaged model adds less than one.
+        if !((value - truth).abs() < 10.0 * error && error < truth) {
+            return Err(format!("{peer} found {value} ± {error} where {truth} was put in").into());
+        }
+    }
+    Ok(())
+}
+
+/// Difference of decay rate and friction displacement, whichever is the larger
+/// in the peer's standard errors. The peer's estimates begin with A, C, delta.
+fn apart(signal: &Signal, own: &Timing, theirs: &Timing) -> Option<f64> {
+    let &[_, c, delta, ..] = theirs.estimates.as_slice() else { return None };
+    let &[_, c_error, delta_error, ..] = theirs.errors.as_slice() else { return None };
+    let &[own_delta, own_x_f] = own.estimates.as_slice() else { return None };
+    let x_f = |c| friction_displacement(c, delta, signal.truth.omega());
+    let by_rate = (own_delta - delta) / delta_error;
+    let by_friction = (own_x_f - x_f(c)) / x_f(c_error);
+    Some(by_rate.abs().max(by_friction.abs()))
+}

@@ -1,0 +1,148 @@
+//! The table and the page around it.
+
+use std::process::Command;
+
+use crate::Failure;
+use crate::places::root;
+use crate::python::peers;
+
+/// One line of the table.
+pub(super) struct Row {
+    pub(super) line: char,
+    pub(super) work: String,
+    pub(super) ours: String,
+    pub(super) peer: &'static str,
+    pub(super) theirs: String,
+    pub(super) ratio: String,
+    /// What was asked for, and whether it is met.
+    pub(super) asked: Option<(String, bool)>,
+    /// Largest difference of the losses found, in the peer's standard errors.
+    pub(super) apart: Option<f64>,
+}
+
+/// A duration with three digits.
+pub(super) fn duration(seconds: f64) -> String {
+    let (value, unit) = match seconds {
+        s if s >= 1.0 => (s, "s"),
+        s if s >= 1e-3 => (s * 1e3, "ms"),
+        s => (s * 1e6, "µs"),
+    };
+    format!("{} {unit}", three_digits(value))
+}
+
+/// Three significant digits, none of them cut off before the point.
+pub(super) fn three_digits(value: f64) -> String {
+    let decimals = if value >= 100.0 {
+        0
+    } else if value >= 10.0 {
+        1
+    } else {
+        2
+    };
+    format!("{value:.decimals$}")
+}
+
+/// The Markdown table.
+pub(super) fn table(rows: &[Row]) -> String {
+    let mut text = String::from(
+        "| | work | slipfit | peer | takes | ratio | asked | met | apart |\n|---|---|--:|---|--:|--:|--:|---|--:|\n",
+    );
+    for row in rows {
+        let (asked, met) = match &row.asked {
+            Some((asked, met)) => (asked.as_str(), if *met { "yes" } else { "**no**" }),
+            None => ("", ""),
+        };
+        let apart = row.apart.map_or_else(String::new, |apart| format!("{apart:.2} σ"));
+        let Row { line, work, ours, peer, theirs, ratio, .. } = row;
+        text += &format!(
+            "| {line} | {work} | {ours} | {peer} | {theirs} | {ratio} | {asked} | {met} | {apart} |\n"
+        );
+    }
+    text
+}
+
+/// The page kept in `docs/benchmarks.md`.
+pub(super) fn page(rows: &[Row], rounds: usize) -> Result<String, Failure> {
+    let requirements = std::fs::read_to_string(peers().join("requirements.txt"))?;
+    let versions = requirements.lines().collect::<Vec<_>>().join(", ").replace("==", " ");
+    Ok(format!(
+        "# Speed and memory
+
+Written by `cargo xtask bench --write`, on {machine}; {rustc}; {versions}.
+
+{table}
+All contestants work on the same numbers and take turns; the best of {rounds} rounds counts. Times depend on
+the machine, ratios much less. *apart* is the largest difference between slipfit's and the peer's viscous and
+sliding loss, in the peer's standard errors: that both did the same work. The peers fit the averaged decay, eq. (15)
+and (16) of the paper, slipfit the exact one, so the two need not agree to the last digit.
+
+- **a** a 10 k-sample waveform, 100 cycles, 1 % noise: amplitude, phase, frequency, decay rate, friction
+  displacement, offset. SciPy's model and Jacobian once as a textbook has them, once sharing all they can.
+- **b** slipfit's whole analysis of a 1 M-sample waveform (finding the decay, all models, all intervals) against
+  one SciPy fit of one model that is given its start values.
+- **c** a 512-sample amplitude trace: amplitude, decay rate, friction displacement.
+- **d** the command on a CSV of 5 k rows, from process start to printed answer, against a SciPy script that
+  reads, fits one model and prints.
+- **e** reading a two-column CSV of 10 M rows.
+- **f** greatest resident memory of the command on that file, over 16 bytes a sample.
+
+The scripts of the peers are in `xtask/peers`.
+",
+        machine = machine(),
+        rustc = rustc_version(),
+        table = table(rows),
+    ))
+}
+
+fn machine() -> String {
+    let cores = std::thread::available_parallelism().map_or(1, std::num::NonZero::get);
+    let cpuinfo = std::fs::read_to_string("/proc/cpuinfo").unwrap_or_default();
+    let model = cpuinfo.lines().find_map(|line| line.strip_prefix("model name")?.split_once(": "));
+    let name = model.map_or(std::env::consts::ARCH, |(_, name)| name.trim());
+    format!("{cores} cores ({name}), {}", std::env::consts::OS)
+}
+
+fn rustc_version() -> String {
+    let output = Command::new("rustc").arg("--version").current_dir(root()).output();
+    let words = output.map(|output| String::from_utf8_lossy(&output.stdout).into_owned()).unwrap_or_default();
+    words.split_whitespace().take(2).collect::<Vec<_>>().join(" ")
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn durations_choose_their_unit_and_keep_three_digits() {
+        assert_eq!(duration(1.5), "1.50 s");
+        assert_eq!(duration(0.0123), "12.3 ms");
+        assert_eq!(duration(456.7e-6), "457 µs");
+        assert_eq!(duration(0.78e-6), "0.78 µs");
+    }
+
+    #[test]
+    fn a_line_that_misses_what_was_asked_says_so() {
+        let row = Row {
+            line: 'a',
+            work: "fit".into(),
+            ours: "1.00 ms".into(),
+            peer: "SciPy",
+            theirs: "8.00 ms".into(),
+            ratio: "8.00".into(),
+            asked: Some(("≥ 40".into(), false)),
+            apart: Some(0.021),
+        };
+        let text = table(&[row]);
+        assert!(
+            text.ends_with("| a | fit | 1.00 ms | SciPy | 8.00 ms | 8.00 | ≥ 40 | **no** | 0.02 σ |\n"),
+            "{text}"
+        );
+    }
+
+    #[test]
+    fn the_page_names_the_peers_versions_and_the_rounds() {
+        let text = page(&[], 5).unwrap();
+        assert!(text.contains("scipy ") && !text.contains("=="), "{text}");
+        assert!(text.contains("the best of 5 rounds counts"), "{text}");
+    }
+}

@@ -1,0 +1,167 @@
+//! Decays with known losses, the same numbers for every contestant.
+
+use std::f64::consts::{PI, TAU};
+use std::fs::File;
+use std::io::{BufWriter, Write};
+use std::path::Path;
+
+use slipfit::Oscillator;
+use slipfit::decay::FreeDecay;
+
+use crate::Failure;
+
+/// Noise added to every sample; the decay starts at amplitude 1.
+const NOISE_RMS: f64 = 0.01;
+/// Offset of the waveforms.
+const OFFSET: f64 = 0.02;
+
+/// A made record and what it was made with.
+pub(super) struct Signal {
+    pub(super) time_s: Vec<f64>,
+    pub(super) values: Vec<f64>,
+    pub(super) truth: Truth,
+}
+
+/// A decay that loses 1 of its decay times, two sevenths of the loss at its
+/// start by sliding, and does not yet stop at its end.
+#[derive(Clone, Copy)]
+pub(super) struct Truth {
+    pub(super) decay_rate_per_s: f64,
+    /// Of the damped motion, omega_d / 2 pi.
+    pub(super) frequency_hz: f64,
+    /// C of `|X_n| + C = eps^n (|X_0| + C)`.
+    pub(super) offset_amplitude: f64,
+}
+
+impl Truth {
+    fn of(duration_s: f64, frequency_hz: f64) -> Truth {
+        Truth { decay_rate_per_s: 1.0 / duration_s, frequency_hz, offset_amplitude: 0.4 }
+    }
+
+    pub(super) fn omega(&self) -> f64 {
+        TAU * self.frequency_hz
+    }
+
+    /// x_F from `C = x_F coth(pi delta / 2 omega_d)`.
+    pub(super) fn friction_displacement(&self) -> f64 {
+        friction_displacement(self.offset_amplitude, self.decay_rate_per_s, self.omega())
+    }
+
+    /// Released at rest from 1.
+    fn free_decay(&self) -> Result<FreeDecay, slipfit::Error> {
+        let omega_0 = self.omega().hypot(self.decay_rate_per_s);
+        let oscillator = Oscillator::kinematic(omega_0, self.decay_rate_per_s, self.friction_displacement())?;
+        FreeDecay::from_rest(&oscillator, 1.0)
+    }
+
+    fn amplitude(&self, time_s: f64) -> f64 {
+        (1.0 + self.offset_amplitude) * (-self.decay_rate_per_s * time_s).exp() - self.offset_amplitude
+    }
+}
+
+/// x_F from the amplitude C that a fitted envelope approaches.
+pub(super) fn friction_displacement(offset_amplitude: f64, decay_rate_per_s: f64, omega: f64) -> f64 {
+    offset_amplitude * (PI * decay_rate_per_s / (2.0 * omega)).tanh()
+}
+
+impl Signal {
+    /// A waveform with about 100 samples a cycle, a third of a cycle more than a
+    /// whole number of them, so that its frequency lies between two lines of a
+    /// spectrum.
+    pub(super) fn waveform(samples: usize) -> Result<Signal, Failure> {
+        let rate_hz = 1e5;
+        let duration_s = samples as f64 / rate_hz;
+        let truth = Truth::of(duration_s, rate_hz / 100.0 + 1.0 / (3.0 * duration_s));
+        let decay = truth.free_decay()?;
+        Ok(Signal::sampled(samples, rate_hz, truth, |time_s| OFFSET + decay.displacement(time_s)))
+    }
+
+    /// An amplitude trace of one second.
+    pub(super) fn envelope(samples: usize) -> Signal {
+        let truth = Truth::of(1.0, 1_000.0);
+        Signal::sampled(samples, samples as f64, truth, |time_s| truth.amplitude(time_s))
+    }
+
+    fn sampled(samples: usize, rate_hz: f64, truth: Truth, value: impl Fn(f64) -> f64) -> Signal {
+        let mut noise = Noise(0x5113_f175);
+        let time_s: Vec<f64> = (0..samples).map(|i| i as f64 / rate_hz).collect();
+        let values = time_s.iter().map(|&time_s| value(time_s) + NOISE_RMS * noise.normal()).collect();
+        Signal { time_s, values, truth }
+    }
+
+    /// Start values of a waveform fit, in the peers' order, as a look at the
+    /// data and the highest line of the spectrum give them.
+    pub(super) fn waveform_start(&self) -> [f64; 6] {
+        let [amplitude, offset_amplitude, decay_rate_per_s] = self.envelope_start();
+        let line_spacing_hz = self.truth.decay_rate_per_s;
+        let highest_hz = (self.truth.frequency_hz / line_spacing_hz).round() * line_spacing_hz;
+        [amplitude, offset_amplitude, decay_rate_per_s, TAU * highest_hz, 0.0, 0.0]
+    }
+
+    /// Start values of an envelope fit, in the peers' order.
+    pub(super) fn envelope_start(&self) -> [f64; 3] {
+        [1.0, 0.1, 0.5 * self.truth.decay_rate_per_s]
+    }
+
+    /// All times, then all values, as doubles.
+    pub(super) fn write_doubles(&self, path: &Path) -> Result<(), Failure> {
+        let mut file = BufWriter::new(File::create(path)?);
+        for value in self.time_s.iter().chain(&self.values) {
+            file.write_all(&value.to_le_bytes())?;
+        }
+        Ok(file.flush()?)
+    }
+
+    /// Two columns with a header.
+    pub(super) fn write_csv(&self, path: &Path) -> Result<(), Failure> {
+        let mut file = BufWriter::new(File::create(path)?);
+        writeln!(file, "time_s,displacement_m")?;
+        for (time_s, value) in self.time_s.iter().zip(&self.values) {
+            writeln!(file, "{time_s:.5},{value:.8}")?;
+        }
+        Ok(file.flush()?)
+    }
+}
+
+/// SplitMix64 and the Box-Muller transform: the same noise on every machine.
+struct Noise(u64);
+
+impl Noise {
+    fn uniform(&mut self) -> f64 {
+        self.0 = self.0.wrapping_add(0x9e37_79b9_7f4a_7c15);
+        let mut z = self.0;
+        z = (z ^ (z >> 30)).wrapping_mul(0xbf58_476d_1ce4_e5b9);
+        z = (z ^ (z >> 27)).wrapping_mul(0x94d0_49bb_1331_11eb);
+        ((z ^ (z >> 31)) >> 11) as f64 / (1u64 << 53) as f64
+    }
+
+    fn normal(&mut self) -> f64 {
+        let radius = (-2.0 * (1.0 - self.uniform()).ln()).sqrt();
+        radius * (TAU * self.uniform()).cos()
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn the_waveform_meets_the_envelope_at_its_turning_points() {
+        let truth = Truth::of(0.1, 1_000.0);
+        let decay = truth.free_decay().unwrap();
+        for point in decay.turning_points().take(150) {
+            let envelope = truth.amplitude(point.time_s);
+            assert!((point.position.abs() - envelope).abs() < 1e-12, "{point:?}, {envelope}");
+        }
+    }
+
+    #[test]
+    fn the_noise_has_unit_variance_and_no_mean() {
+        let mut noise = Noise(1);
+        let draws: Vec<f64> = (0..100_000).map(|_| noise.normal()).collect();
+        let mean = draws.iter().sum::<f64>() / 1e5;
+        let variance = draws.iter().map(|z| z * z).sum::<f64>() / 1e5;
+        // Five standard errors of either.
+        assert!(mean.abs() < 0.016 && (variance - 1.0).abs() < 0.023, "{mean} {variance}");
+    }
+}

@@ -1,0 +1,167 @@
+//! The steps, quick ones first.
+
+use std::path::PathBuf;
+
+use super::{Outcome, Step};
+use crate::Failure;
+use crate::places::{cargo, command, root, run, succeeds};
+use crate::tools::{CARGO_DENY, TYPOS};
+
+pub(super) const ALL: [Step; 11] = [
+    ("format", format),
+    ("core links no C", core_links_no_c),
+    ("core without default features", core_without_default_features),
+    ("core for wasm32", core_for_wasm32),
+    ("clippy", clippy),
+    ("documentation", documentation),
+    ("tests", tests),
+    ("documentation tests", documentation_tests),
+    ("licences, bans, sources", licences_bans_sources),
+    ("advisories", advisories),
+    ("spelling", spelling),
+];
+
+const WASM: &str = "wasm32-unknown-unknown";
+
+fn format() -> Result<Outcome, Failure> {
+    run(cargo().args(["fmt", "--all", "--check"]))?;
+    Ok(Outcome::passed())
+}
+
+/// The core's dependencies, on the web and here, are Rust all the way down.
+fn core_links_no_c() -> Result<Outcome, Failure> {
+    for selection in [&["--target", WASM, "--no-default-features"][..], &["--all-features"]] {
+        let mut tree = cargo();
+        tree.args(["tree", "--package", "slipfit", "--edges", "normal,build", "--prefix", "none"]);
+        let output = tree.args(["--format", "{p}"]).args(selection).output()?;
+        if !output.status.success() {
+            return Err(String::from_utf8_lossy(&output.stderr).into());
+        }
+        let text = String::from_utf8_lossy(&output.stdout);
+        let names = text.lines().filter_map(|line| line.split_whitespace().next());
+        if let Some(name) = names.into_iter().find(|name| brings_c(name)) {
+            return Err(format!("the core depends on `{name}`, which builds or links C").into());
+        }
+    }
+    Ok(Outcome::passed())
+}
+
+fn brings_c(package: &str) -> bool {
+    const BUILDERS: [&str; 6] = ["bindgen", "cc", "cmake", "pkg-config", "system-deps", "vcpkg"];
+    // Declarations of what every system or browser has; nothing is compiled.
+    const HARMLESS: [&str; 4] = ["js-sys", "linux-raw-sys", "web-sys", "windows-sys"];
+    BUILDERS.contains(&package) || (package.ends_with("-sys") && !HARMLESS.contains(&package))
+}
+
+fn core_without_default_features() -> Result<Outcome, Failure> {
+    let alone = ["--package", "slipfit", "--lib", "--no-default-features"];
+    run(cargo().arg("build").args(alone))?;
+    run(cargo().arg("clippy").args(alone).args(["--", "-D", "warnings"]))?;
+    Ok(Outcome::passed())
+}
+
+fn core_for_wasm32() -> Result<Outcome, Failure> {
+    let output = command("rustc").args(["--print", "target-libdir", "--target", WASM]).output()?;
+    let library = PathBuf::from(String::from_utf8_lossy(&output.stdout).trim());
+    if !output.status.success() || !library.is_dir() {
+        let reason = format!("NOT built for the web: `rustup target add {WASM}` is missing");
+        return Ok(Outcome::Skipped(reason));
+    }
+    run(cargo().args(["build", "--package", "slipfit", "--lib", "--no-default-features", "--target", WASM]))?;
+    Ok(Outcome::passed())
+}
+
+fn clippy() -> Result<Outcome, Failure> {
+    run(cargo().args(["clippy", "--workspace", "--all-targets", "--all-features", "--", "-D", "warnings"]))?;
+    Ok(Outcome::passed())
+}
+
+fn documentation() -> Result<Outcome, Failure> {
+    let mut doc = cargo();
+    doc.args(["doc", "--workspace", "--all-features", "--no-deps"]).env("RUSTDOCFLAGS", "-D warnings");
+    run(&mut doc)?;
+    Ok(Outcome::passed())
+}
+
+fn tests() -> Result<Outcome, Failure> {
+    let runner: &[&str] =
+        if succeeds(cargo().args(["nextest", "--version"])) { &["nextest", "run"] } else { &["test"] };
+    let mut tests = cargo();
+    tests.args(runner).args(["--workspace", "--all-features", "--no-fail-fast"]);
+    if runner == ["test"] {
+        // The same targets as nextest: documentation tests are a step of their own.
+        tests.args(["--lib", "--bins", "--tests", "--examples"]);
+    }
+    run(&mut tests)?;
+    let data = std::env::var_os("SLIPFIT_REAL_DATA").map_or_else(|| "../shared/data".into(), PathBuf::from);
+    // A relative path counts from the workspace, as it does for the tests.
+    let data = root().join(data);
+    Ok(if data.is_dir() {
+        Outcome::passed()
+    } else {
+        let place = data.display();
+        Outcome::Passed(format!("WITHOUT measured records: no folder {place}; set SLIPFIT_REAL_DATA"))
+    })
+}
+
+fn documentation_tests() -> Result<Outcome, Failure> {
+    run(cargo().args(["test", "--workspace", "--all-features", "--doc", "--no-fail-fast"]))?;
+    Ok(Outcome::passed())
+}
+
+fn licences_bans_sources() -> Result<Outcome, Failure> {
+    run(command(CARGO_DENY.program()?).args(["check", "licenses", "bans", "sources"]))?;
+    Ok(Outcome::passed())
+}
+
+/// Known vulnerabilities. Their list lives on the network: without it, and
+/// without a copy fetched earlier, the step is skipped and says so.
+fn advisories() -> Result<Outcome, Failure> {
+    let deny = CARGO_DENY.program()?;
+    let ask = |flags: &[&str]| -> Result<(bool, String), Failure> {
+        let mut check = command(&deny);
+        // A prompt for a password would wait for ever.
+        check.args(flags).args(["check", "advisories"]).env("GIT_TERMINAL_PROMPT", "0");
+        let output = check.output()?;
+        let said = [output.stdout, output.stderr].concat();
+        Ok((output.status.success(), String::from_utf8_lossy(&said).into_owned()))
+    };
+    let (passed, said) = ask(&[])?;
+    eprint!("{said}");
+    if passed {
+        return Ok(Outcome::passed());
+    }
+    if !said.contains("failed to fetch advisory database") {
+        return Err("cargo-deny check advisories".into());
+    }
+    let (passed, said) = ask(&["--offline"])?;
+    eprint!("{said}");
+    if passed {
+        return Ok(Outcome::Passed("against the copy fetched earlier: the list is out of reach".into()));
+    }
+    // A finding is a diagnostic; anything else is a copy that is missing or too old.
+    if said.contains("error[") {
+        return Err("cargo-deny check advisories, against the copy fetched earlier".into());
+    }
+    Ok(Outcome::Skipped("vulnerabilities NOT checked: the advisory list is out of reach".into()))
+}
+
+fn spelling() -> Result<Outcome, Failure> {
+    run(&mut command(TYPOS.program()?))?;
+    Ok(Outcome::passed())
+}
+
+#[cfg(test)]
+mod tests {
+    use super::brings_c;
+
+    #[test]
+    fn crates_that_compile_or_link_c_are_told_from_those_that_only_look_so() {
+        for package in ["cc", "cmake", "openblas-sys", "hdf5-sys"] {
+            assert!(brings_c(package), "{package}");
+        }
+        for package in ["nalgebra", "windows-sys", "linux-raw-sys", "web-sys", "accelerate"] {
+            assert!(!brings_c(package), "{package}");
+        }
+    }
+}

@@ -1,0 +1,50 @@
+//! Tools that do not come with Rust, at the versions this project was checked with.
+
+use std::path::PathBuf;
+
+use crate::Failure;
+use crate::places::{cargo, command, run, target};
+
+/// A program built from its published source.
+pub(crate) struct Tool {
+    package: &'static str,
+    program: &'static str,
+    version: &'static str,
+}
+
+/// Licences, banned crates, sources, known vulnerabilities.
+pub(crate) const CARGO_DENY: Tool = Tool { package: "cargo-deny", program: "cargo-deny", version: "0.20.2" };
+/// Spelling.
+pub(crate) const TYPOS: Tool = Tool { package: "typos-cli", program: "typos", version: "1.52.0" };
+
+impl Tool {
+    /// The program: from the search path if the version fits, else from
+    /// `target/tools`, built there first if it is missing.
+    pub(crate) fn program(&self) -> Result<PathBuf, Failure> {
+        let folder = target()?.join("tools");
+        let own = folder.join("bin").join(self.program).with_extension(std::env::consts::EXE_EXTENSION);
+        for program in [PathBuf::from(self.program), own.clone()] {
+            if self.fits(&program) {
+                return Ok(program);
+            }
+        }
+        // Unoptimised: each runs for a second and would take minutes to optimise.
+        run(cargo()
+            .args(["install", "--locked", "--force", "--root"])
+            .arg(&folder)
+            .arg(format!("{}@{}", self.package, self.version))
+            .env("CARGO_TARGET_DIR", folder.join("build"))
+            .env("CARGO_PROFILE_RELEASE_OPT_LEVEL", "0")
+            .env("CARGO_PROFILE_RELEASE_LTO", "off")
+            .env("CARGO_PROFILE_RELEASE_CODEGEN_UNITS", "16")
+            .env("CARGO_PROFILE_RELEASE_DEBUG", "0"))?;
+        if self.fits(&own) { Ok(own) } else { Err(format!("{} does not run", own.display()).into()) }
+    }
+
+    fn fits(&self, program: &PathBuf) -> bool {
+        command(program).arg("--version").output().is_ok_and(|output| {
+            let said = String::from_utf8_lossy(&output.stdout);
+            output.status.success() && said.split_whitespace().last() == Some(self.version)
+        })
+    }
+}
