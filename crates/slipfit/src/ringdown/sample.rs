@@ -20,14 +20,8 @@ pub(crate) fn answer() -> Answer {
         omega: std::f64::consts::TAU * f_hz,
         offset: 0.002,
     };
-    let fit = FittedMotion {
-        start_s: 0.0,
-        end_s,
-        law,
-        friction_displacement: x_f,
-        knots: (0..=10).map(|i| knot(end_s * f64::from(i) / 10.0)).collect(),
-        noise_floor: 0.0,
-    };
+    let knots = (0..=10).map(|i| knot(end_s * f64::from(i) / 10.0)).collect();
+    let fit = FittedMotion::new(0.0, end_s, law, [0.0; 2], x_f, knots, 0.0);
     let wiggle = |i: i32| 4e-4 * (f64::from(i) * 12.9898).sin();
     let envelope = (0..60)
         .map(|i| {
@@ -99,8 +93,8 @@ pub(crate) fn answer() -> Answer {
             start_s: 0.0,
             end_s,
             samples: 3000,
-            start_reason: "the record starts there",
-            end_reason: "the motion stops there",
+            start_reason: "the record starts",
+            end_reason: "the motion comes to rest",
             cycles: end_s * f_hz,
         },
         envelope,
@@ -121,6 +115,7 @@ pub(crate) fn answer() -> Answer {
             residual_autocorrelation: 0.01,
             signal_to_noise_db: 58.0,
             decay_times: 4.0,
+            left_out: 0,
             other_modes: Vec::new(),
         },
         warnings: Vec::new(),
