@@ -88,7 +88,8 @@ mod tests {
 
     #[test]
     fn nonsense_is_refused() {
-        for text in ["", "±3", "12±", "12(3", "12(3)x", "nan", "-5", "0", "5±-1", "5±nan", "1(2)3", "12()"] {
+        for text in ["", "±3", "12±", "12(3", "12(3)x", "nan", "-5", "0", "5±-1", "5±nan", "1(2)3", "12()"]
+        {
             assert!(text.parse::<Uncertain>().is_err(), "{text}");
         }
     }

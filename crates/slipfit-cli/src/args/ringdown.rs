@@ -17,7 +17,7 @@ Examples:
       forces in newtons, and a picture of the fit
   slipfit ringdown beam.csv --band 70 90
       one of several modes
-  slipfit ringdown lockin.csv --kind envelope --lockin-time-constant 1e-3 --lockin-order 4
+  slipfit ringdown lockin.csv --frequency-hz 32700 --lockin-time-constant 1e-3 --lockin-order 4
       an amplitude recorded behind a lock-in's low-pass
   slipfit ringdown swing.csv --json - | jq .sliding
       the answer for a script";
@@ -112,6 +112,10 @@ pub(crate) struct RingdownArgs {
         help_heading = "Analysis"
     )]
     lockin_order: Option<u32>,
+
+    /// Frequency of the oscillation [Hz], where the record holds amplitudes only
+    #[arg(long, value_name = "HZ", value_parser = positive, help_heading = "Analysis")]
+    frequency_hz: Option<f64>,
 
     #[command(flatten)]
     calibration: CalibrationArgs,
@@ -213,6 +217,7 @@ impl RingdownArgs {
             .lockin_time_constant
             .zip(self.lockin_order)
             .map(|(time_constant_s, order)| LowPass { time_constant_s, order });
+        options.frequency_hz = self.frequency_hz;
         options.calibration = self.calibration.constant();
         options
     }

@@ -63,10 +63,14 @@ fn check_calibration(args: &RingdownArgs, unit: &str) -> Result<(), Failure> {
     let angle = matches!(unit, "rad" | "mrad" | "deg" | "°" | "rev");
     let length = matches!(unit, "m" | "cm" | "mm" | "µm" | "um" | "nm" | "pm");
     match args.calibration_flag() {
-        Some((flag, false)) if angle => Err(Failure::new(format!("{flag} is for a displacement; the signal is in {unit}"))
-            .hint("--torsion-stiffness or --inertia calibrates an angle, --unit changes the unit read")),
-        Some((flag, true)) if length => Err(Failure::new(format!("{flag} is for an angle; the signal is in {unit}"))
-            .hint("--stiffness or --mass calibrates a displacement, --unit changes the unit read")),
+        Some((flag, false)) if angle => {
+            Err(Failure::new(format!("{flag} is for a displacement; the signal is in {unit}"))
+                .hint("--torsion-stiffness or --inertia calibrates an angle, --unit changes the unit read"))
+        }
+        Some((flag, true)) if length => {
+            Err(Failure::new(format!("{flag} is for an angle; the signal is in {unit}"))
+                .hint("--stiffness or --mass calibrates a displacement, --unit changes the unit read"))
+        }
         _ => Ok(()),
     }
 }

@@ -85,9 +85,8 @@ fn spoken(error: &slipfit::Error) -> Failure {
     }
     let failure = Failure::new(text);
     match error {
-        slipfit::Error::MissingParameter { .. } => {
-            failure.hint("--frequency-hz, or two of --mass, --stiffness and --frequency-hz, fix the oscillator")
-        }
+        slipfit::Error::MissingParameter { .. } => failure
+            .hint("--frequency-hz, or two of --mass, --stiffness and --frequency-hz, fix the oscillator"),
         _ => failure,
     }
 }
@@ -95,7 +94,10 @@ fn spoken(error: &slipfit::Error) -> Failure {
 fn write_header(out: &mut dyn Write, args: &DecayArgs, motion: &FreeDecay) -> io::Result<()> {
     let o = motion.oscillator();
     let unit = &args.unit;
-    writeln!(out, "# slipfit simulate decay: exact free decay with viscous and sliding friction, released at rest")?;
+    writeln!(
+        out,
+        "# slipfit simulate decay: exact free decay with viscous and sliding friction, released at rest"
+    )?;
     let mut line = |name: &str, value: Option<f64>, unit: &str| match value {
         Some(v) => writeln!(out, "# {name} = {}", format!("{} {unit}", number(v)).trim_end()),
         None => Ok(()),
@@ -123,7 +125,10 @@ fn write_header(out: &mut dyn Write, args: &DecayArgs, motion: &FreeDecay) -> io
     match args.output {
         OutputKind::Waveform => writeln!(out, "time (s),displacement ({unit})"),
         OutputKind::Envelope => {
-            writeln!(out, "# output = amplitude of the fundamental over one cycle about each instant; noise on X and Y")?;
+            writeln!(
+                out,
+                "# output = amplitude of the fundamental over one cycle about each instant; noise on X and Y"
+            )?;
             writeln!(out, "time (s),amplitude ({unit})")
         }
     }
@@ -132,7 +137,11 @@ fn write_header(out: &mut dyn Write, args: &DecayArgs, motion: &FreeDecay) -> io
 /// Shortest form that reads back to twelve digits.
 fn number(value: f64) -> String {
     let rounded: f64 = format!("{value:.11e}").parse().unwrap_or(value);
-    if rounded != 0.0 && !(1e-4..1e7).contains(&rounded.abs()) { format!("{rounded:e}") } else { rounded.to_string() }
+    if rounded != 0.0 && !(1e-4..1e7).contains(&rounded.abs()) {
+        format!("{rounded:e}")
+    } else {
+        rounded.to_string()
+    }
 }
 
 fn quantum(args: &DecayArgs, bits: u32) -> f64 {

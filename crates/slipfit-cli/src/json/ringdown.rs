@@ -123,6 +123,7 @@ struct Asked {
     model: Option<&'static str>,
     lockin_time_constant_s: Option<f64>,
     lockin_order: Option<u32>,
+    frequency_hz: Option<f64>,
     calibration: Option<Constant>,
 }
 
@@ -151,6 +152,7 @@ struct Compared {
     free_parameters: usize,
     converged: bool,
     at_limit: Option<&'static str>,
+    initial_amplitude: f64,
     decay_rate_per_s: f64,
     friction_displacement: f64,
     drag_rate: f64,
@@ -209,6 +211,7 @@ struct Diagnostics {
     residual_autocorrelation: f64,
     signal_to_noise_db: f64,
     decay_times: f64,
+    left_out: usize,
     other_modes: Vec<Mode>,
 }
 
@@ -363,8 +366,11 @@ impl Asked {
             model: options.model.map(|m| m.name()),
             lockin_time_constant_s: options.lockin.map(|l| l.time_constant_s),
             lockin_order: options.lockin.map(|l| l.order),
+            frequency_hz: options.frequency_hz,
             calibration: options.calibration.and_then(|c| match c {
-                Calibration::Stiffness { value, std_error } => Some(Constant { kind: "stiffness", value, std_error }),
+                Calibration::Stiffness { value, std_error } => {
+                    Some(Constant { kind: "stiffness", value, std_error })
+                }
                 Calibration::Mass { value, std_error } => Some(Constant { kind: "mass", value, std_error }),
                 _ => None,
             }),
@@ -395,6 +401,7 @@ fn compared(a: &Answer) -> Vec<Compared> {
         free_parameters: c.free_parameters,
         converged: c.converged,
         at_limit: c.at_limit,
+        initial_amplitude: c.initial_amplitude,
         decay_rate_per_s: c.decay_rate_per_s,
         friction_displacement: c.friction_displacement,
         drag_rate: c.drag_rate,
@@ -456,6 +463,7 @@ fn diagnostics(a: &Answer) -> Diagnostics {
         residual_autocorrelation: d.residual_autocorrelation,
         signal_to_noise_db: d.signal_to_noise_db,
         decay_times: d.decay_times,
+        left_out: d.left_out,
         other_modes: d
             .other_modes
             .iter()

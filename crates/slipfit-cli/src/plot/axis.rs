@@ -54,7 +54,8 @@ impl Axis {
     fn linear_ticks(&self, wanted: usize) -> Vec<Tick> {
         let raw = (self.high - self.low) / wanted.max(1) as f64;
         let decade = 10f64.powf(raw.log10().floor());
-        let step = [1.0, 2.0, 5.0, 10.0].map(|s| s * decade).into_iter().find(|s| *s >= raw * 0.999).unwrap_or(raw);
+        let step =
+            [1.0, 2.0, 5.0, 10.0].map(|s| s * decade).into_iter().find(|s| *s >= raw * 0.999).unwrap_or(raw);
         let first = (self.low / step - 1e-6).ceil();
         let decimals = (-(step.log10() + 1e-9).floor()).clamp(0.0, 12.0) as usize;
         (0..=2 * wanted)
@@ -85,7 +86,8 @@ impl Axis {
             .map(|(value, e)| {
                 let decimals = (1 - e).clamp(0, 6) as usize;
                 let text = format!("{value:.decimals$}");
-                let text = if text.contains('.') { text.trim_end_matches('0').trim_end_matches('.') } else { &text };
+                let text =
+                    if text.contains('.') { text.trim_end_matches('0').trim_end_matches('.') } else { &text };
                 Tick { value, label: text.to_owned() }
             })
             .collect()

@@ -4,7 +4,11 @@ use super::figure::Point;
 
 /// As many points as draw the same picture on `columns` columns: within each,
 /// first, lowest, highest and last, in their order. Short records pass unchanged.
-pub(super) fn decimate(points: impl ExactSizeIterator<Item = Point>, range: [f64; 2], columns: usize) -> Vec<Point> {
+pub(super) fn decimate(
+    points: impl ExactSizeIterator<Item = Point>,
+    range: [f64; 2],
+    columns: usize,
+) -> Vec<Point> {
     if points.len() <= 4 * columns {
         return points.collect();
     }
@@ -68,7 +72,8 @@ mod tests {
     #[test]
     fn a_single_outlier_among_many_samples_survives() {
         let n = 1_000_000;
-        let points = (0..n).map(|i| [f64::from(i), if i == 777_777 { 9.0 } else { (f64::from(i) * 0.1).sin() }]);
+        let points =
+            (0..n).map(|i| [f64::from(i), if i == 777_777 { 9.0 } else { (f64::from(i) * 0.1).sin() }]);
         let kept = decimate(points, [0.0, f64::from(n)], 400);
         assert!(kept.len() <= 4 * 401);
         assert!(kept.contains(&[777_777.0, 9.0]));

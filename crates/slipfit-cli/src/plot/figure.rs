@@ -1,6 +1,7 @@
 //! A picture as a list of shapes, the same for every file format.
 
 use super::font;
+use crate::report::words;
 
 /// An opaque or translucent colour.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -50,11 +51,28 @@ pub(super) type Point = [f64; 2];
 
 #[derive(Debug, Clone, PartialEq)]
 pub(super) enum Shape {
-    Line { points: Vec<Point>, stroke: Stroke },
-    Area { points: Vec<Point>, color: Color },
-    Dots { points: Vec<Point>, radius: f32, color: Color },
+    Line {
+        points: Vec<Point>,
+        stroke: Stroke,
+    },
+    Area {
+        points: Vec<Point>,
+        color: Color,
+    },
+    Dots {
+        points: Vec<Point>,
+        radius: f32,
+        color: Color,
+    },
     /// `at` is on the base line; `upward` turns it by a quarter to the left.
-    Text { at: Point, text: String, size: f32, color: Color, anchor: Anchor, upward: bool },
+    Text {
+        at: Point,
+        text: String,
+        size: f32,
+        color: Color,
+        anchor: Anchor,
+        upward: bool,
+    },
 }
 
 /// The shapes in the order they are painted.
@@ -92,7 +110,14 @@ impl Figure {
         }
     }
 
-    pub(super) fn text(&mut self, at: Point, text: impl Into<String>, size: f32, color: Color, anchor: Anchor) {
+    pub(super) fn text(
+        &mut self,
+        at: Point,
+        text: impl Into<String>,
+        size: f32,
+        color: Color,
+        anchor: Anchor,
+    ) {
         self.shapes.push(Shape::Text { at, text: text.into(), size, color, anchor, upward: false });
     }
 
@@ -105,11 +130,11 @@ impl Figure {
 /// Breaks text between words so that no line is wider than `width`.
 pub(super) fn wrap(text: &str, size: f32, width: f64) -> Vec<String> {
     let mut lines: Vec<String> = Vec::new();
-    for word in text.split_whitespace() {
+    for word in words(text) {
         let longer = lines.last().map(|line| format!("{line} {word}"));
         match (lines.last_mut(), longer) {
             (Some(line), Some(longer)) if f64::from(font::width(&longer, size)) <= width => *line = longer,
-            _ => lines.push(word.to_owned()),
+            _ => lines.push(word),
         }
     }
     lines

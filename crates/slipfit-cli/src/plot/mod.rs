@@ -27,8 +27,11 @@ impl Format {
         match ending.as_deref() {
             Some("svg") => Ok(Self::Svg),
             Some("png") => Ok(Self::Png),
-            _ => Err(Failure::new(format!("--plot {}: no picture format is known by that ending", path.display()))
-                .hint("name the file .svg or .png")),
+            _ => Err(Failure::new(format!(
+                "--plot {}: no picture format is known by that ending",
+                path.display()
+            ))
+            .hint("name the file .svg or .png")),
         }
     }
 }

@@ -14,14 +14,6 @@ const BELOW: f64 = 52.0;
 const ABOVE: f64 = 26.0;
 const RIGHT: f64 = 14.0;
 
-/// A corner of the panel for its legend.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub(super) enum Corner {
-    TopLeft,
-    TopRight,
-    BottomLeft,
-}
-
 /// How an entry of the legend looks.
 pub(super) enum Mark {
     Line(Stroke),
@@ -38,11 +30,20 @@ pub(super) struct Panel<'f> {
     height: f64,
     x: Axis,
     y: Axis,
+    /// What the legend should not cover.
+    occupied: Vec<Point>,
 }
 
 impl<'f> Panel<'f> {
     /// Draws the axes into the box from `corner` of `size`, labels included.
-    pub(super) fn new(figure: &'f mut Figure, corner: Point, size: Point, title: &str, x: Axis, y: Axis) -> Self {
+    pub(super) fn new(
+        figure: &'f mut Figure,
+        corner: Point,
+        size: Point,
+        title: &str,
+        x: Axis,
+        y: Axis,
+    ) -> Self {
         let mut panel = Self {
             figure,
             left: corner[0] + LEFT,
@@ -51,6 +52,7 @@ impl<'f> Panel<'f> {
             height: size[1] - ABOVE - BELOW,
             x,
             y,
+            occupied: Vec::new(),
         };
         panel.draw_axes(title);
         panel
@@ -114,6 +116,7 @@ impl<'f> Panel<'f> {
                             run.push(p);
                         }
                         run.push(q);
+                        self.occupied.push(q);
                     }
                     None => self.figure.line(std::mem::take(&mut run), stroke),
                 }
@@ -160,6 +163,7 @@ impl<'f> Panel<'f> {
     pub(super) fn dots(&mut self, points: impl IntoIterator<Item = Point>, radius: f32, color: Color) {
         let dots: Vec<Point> =
             points.into_iter().filter_map(|p| self.at(p)).filter(|p| self.inside(*p)).collect();
+        self.occupied.extend_from_slice(&dots);
         self.figure.dots(dots, radius, color);
     }
 
@@ -179,24 +183,35 @@ impl<'f> Panel<'f> {
         self.figure.area(outline, color);
     }
 
+    /// A remark below the top edge, on the left.
+    pub(super) fn remark(&mut self, text: &str) {
+        let at = [self.left + 8.0, self.top + 14.0];
+        self.figure.text(at, text, TEXT_SIZE - 2.0, INK.faded(0.7), Anchor::Start);
+    }
+
     /// A note in the middle, where there is nothing to draw.
     pub(super) fn note(&mut self, text: &str) {
         let at = [self.left + 0.5 * self.width, self.top + 0.5 * self.height];
         self.figure.text(at, text, TEXT_SIZE, INK.faded(0.7), Anchor::Middle);
     }
 
-    /// The legend, on a ground that keeps it readable.
-    pub(super) fn legend(&mut self, corner: Corner, entries: &[(Mark, &str)]) {
+    /// The legend, in the corner where it covers least, on a ground that keeps it readable.
+    pub(super) fn legend(&mut self, entries: &[(Mark, &str)]) {
         const LINE: f64 = 20.0;
         const MARK: f64 = 28.0;
         let widest = entries.iter().map(|(_, text)| font::width(text, LEGEND_SIZE)).fold(0.0, f32::max);
         let (width, height) = (MARK + 14.0 + f64::from(widest) + 8.0, LINE * entries.len() as f64 + 8.0);
         let (right, bottom) = (self.left + self.width, self.top + self.height);
-        let [x, y] = match corner {
-            Corner::TopLeft => [self.left + 8.0, self.top + 4.0],
-            Corner::TopRight => [right - width - 4.0, self.top + 4.0],
-            Corner::BottomLeft => [self.left + 8.0, bottom - height - 6.0],
+        let (near, far) = (self.left + 8.0, right - width - 4.0);
+        let (high, low) = (self.top + 4.0, bottom - height - 6.0);
+        let covered = |[x, y]: Point| {
+            let inside = |p: &&Point| (x..x + width).contains(&p[0]) && (y..y + height).contains(&p[1]);
+            self.occupied.iter().filter(inside).count()
         };
+        let [x, y] = [[far, high], [near, high], [near, low], [far, low]]
+            .into_iter()
+            .min_by_key(|corner| covered(*corner))
+            .unwrap_or([far, high]);
         self.figure.rectangle([x, y], [x + width, y + height], Color::new(255, 255, 255).faded(0.85));
         for (i, (mark, text)) in entries.iter().enumerate() {
             let middle = y + 4.0 + LINE * (i as f64 + 0.5);
@@ -204,7 +219,9 @@ impl<'f> Panel<'f> {
             match mark {
                 Mark::Line(stroke) => self.figure.line(vec![[start, middle], [end, middle]], *stroke),
                 Mark::Dot(color) => self.figure.dots(vec![[0.5 * (start + end), middle]], 3.0, *color),
-                Mark::Patch(color) => self.figure.rectangle([start, middle - 5.0], [end, middle + 5.0], *color),
+                Mark::Patch(color) => {
+                    self.figure.rectangle([start, middle - 5.0], [end, middle + 5.0], *color)
+                }
             }
             self.figure.text([end + 7.0, middle + 4.8], *text, LEGEND_SIZE, INK, Anchor::Start);
         }
@@ -222,7 +239,10 @@ mod tests {
         let (x, y) = (Axis::linear(0.0, 1.0, ""), Axis::linear(0.0, 1.0, ""));
         let mut panel = Panel::new(&mut figure, [0.0, 0.0], [500.0, 400.0], "", x, y);
         let drawn = panel.figure.shapes.len();
-        panel.line([[-1.0, 0.5], [2.0, 0.5], [0.5, f64::NAN], [0.2, 5.0], [0.4, 6.0]], Stroke::solid(INK, 1.0));
+        panel.line(
+            [[-1.0, 0.5], [2.0, 0.5], [0.5, f64::NAN], [0.2, 5.0], [0.4, 6.0]],
+            Stroke::solid(INK, 1.0),
+        );
         let lines: Vec<&Shape> = panel.figure.shapes[drawn..].iter().collect();
         let [Shape::Line { points, .. }] = lines.as_slice() else { panic!("{lines:?}") };
         assert_eq!(points.first().map(|p| p[0]), Some(LEFT));

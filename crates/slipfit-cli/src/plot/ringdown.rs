@@ -3,7 +3,7 @@
 use super::axis::Axis;
 use super::decimate::decimate;
 use super::figure::{Anchor, Color, Figure, Point, Stroke, wrap};
-use super::panel::{Corner, INK, Mark, Panel};
+use super::panel::{INK, Mark, Panel};
 use crate::command::ringdown::Analysed;
 use crate::report::label;
 use slipfit::SignalKind;
@@ -61,8 +61,16 @@ pub(super) fn figure(analysed: &Analysed<'_>) -> Figure {
 fn subtitle(analysed: &Analysed<'_>) -> String {
     let file = analysed.file.file_name().unwrap_or(analysed.file.as_os_str()).to_string_lossy();
     let mut parts = vec![file.into_owned(), analysed.answer.model.to_string()];
-    for name in ["frequency_hz", "decay_rate_per_s", "friction_displacement", "drag_rate", "coulomb_force"] {
-        if let Some(q) = analysed.answer.parameter(name).filter(|q| q.value != 0.0) {
+    for name in [
+        "frequency_hz",
+        "decay_rate_per_s",
+        "friction_displacement",
+        "sliding_rate",
+        "drag_rate",
+        "coulomb_force",
+    ] {
+        let twice = name == "sliding_rate" && analysed.answer.parameter("friction_displacement").is_some();
+        if let Some(q) = analysed.answer.parameter(name).filter(|q| q.value != 0.0 && !twice) {
             parts.push(format!("{} = {}", label(name).1, Rounded::new(q.value, q.std_error, &q.unit)));
         }
     }
@@ -115,31 +123,37 @@ fn signal(figure: &mut Figure, corner: Point, analysed: &Analysed<'_>, scales: &
         scales.range_s.map(|s| s * t),
         (PANEL[0] - 88.0) as usize,
     );
-    let (low, high) = points.iter().fold((f64::INFINITY, f64::NEG_INFINITY), |(l, h), p| (l.min(p[1]), h.max(p[1])));
+    let (low, high) =
+        points.iter().fold((f64::INFINITY, f64::NEG_INFINITY), |(l, h), p| (l.min(p[1]), h.max(p[1])));
     let pad = 0.05 * (high - low);
     let name = if bare { "amplitude" } else { "signal" };
-    let y = Axis::linear(if bare { low.min(0.0) } else { low - pad }, high + pad, titled(name, &scales.amplitude.unit));
+    let y = Axis::linear(
+        if bare { low.min(0.0) } else { low - pad },
+        high + pad,
+        titled(name, &scales.amplitude.unit),
+    );
     let mut panel = Panel::new(figure, corner, PANEL, "record and fit", scales.time_axis(), y);
 
     let used = [answer.segment.start_s * t, answer.segment.end_s * t];
     let inside = |p: &Point| (used[0]..=used[1]).contains(&p[0]);
     let sparse = points.len() <= 300;
-    let thin = |color| Stroke::solid(color, 1.1);
+    // Wider than the fit, so that the data frame it where both agree.
+    let wide = |color| Stroke::solid(color, 3.2);
     // What is left out is drawn throughout, what is used over it: no gap between them.
-    panel.line(points.iter().copied(), thin(LEFT_OUT));
-    panel.line(points.iter().copied().filter(inside), thin(DATA));
+    panel.line(points.iter().copied(), wide(LEFT_OUT));
+    panel.line(points.iter().copied().filter(inside), wide(DATA));
     if sparse {
         panel.dots(points.iter().copied(), 2.0, DATA);
     }
     for line in fit_lines(answer, scales, panel.columns()) {
-        panel.line(line, Stroke::solid(FIT, 1.6));
+        panel.line(line, Stroke::solid(FIT, 1.2));
     }
     let mut legend = vec![(Mark::Line(Stroke::solid(DATA, 4.0)), "data used")];
     if points.iter().any(|p| !inside(p)) {
         legend.push((Mark::Line(Stroke::solid(LEFT_OUT, 4.0)), "left out"));
     }
-    legend.push((Mark::Line(FIT_LINE), "fit"));
-    panel.legend(Corner::TopRight, &legend);
+    legend.push((Mark::Line(Stroke::solid(FIT, 1.2)), "fit"));
+    panel.legend(&legend);
 }
 
 /// The fitted motion, or where its cycles are too narrow to be seen, its two edges.
@@ -151,7 +165,8 @@ fn fit_lines(answer: &Answer, scales: &Scales, columns: usize) -> Vec<Vec<Point>
         return Vec::new();
     }
     let frequency_hz = answer.parameter("frequency_hz").map_or(0.0, |q| q.value);
-    let cycle_s = if answer.segment.cycles > 0.0 && frequency_hz > 0.0 { 1.0 / frequency_hz } else { f64::INFINITY };
+    let cycle_s =
+        if answer.segment.cycles > 0.0 && frequency_hz > 0.0 { 1.0 / frequency_hz } else { f64::INFINITY };
     let sample = |steps: usize| (0..=steps).map(move |i| start + (end - start) * i as f64 / steps as f64);
     if cycle_s >= NARROW_CYCLE * per_column_s {
         let steps = (2.0 * (end - start) / per_column_s).ceil() as usize;
@@ -193,7 +208,9 @@ fn envelope(figure: &mut Figure, corner: Point, answer: &Answer, scales: &Scales
         answer.envelope.iter().filter(move |p| p.used == used).map(|p| p.amplitude).filter(|v| *v > 0.0)
     };
     let high = amplitudes(true).chain(amplitudes(false)).fold(0.0, f64::max);
-    let low = amplitudes(true).fold(high, f64::min).max(LOG_FLOOR * high);
+    let used_low = amplitudes(true).fold(high, f64::min);
+    // Some of what was left out below belongs to the picture, its whole noise does not.
+    let low = amplitudes(false).fold(used_low, f64::min).max(used_low / 20.0).max(LOG_FLOOR * high);
     let y = Axis::log(0.6 * low * a, 1.4 * high * a, titled("amplitude", &scales.amplitude.unit));
     let title = "envelope: a viscous decay would be straight";
     let mut panel = Panel::new(figure, corner, PANEL, title, scales.time_axis(), y);
@@ -205,22 +222,29 @@ fn envelope(figure: &mut Figure, corner: Point, answer: &Answer, scales: &Scales
     panel.dots(dots(true), radius, POINTS);
     let mut legend = vec![(Mark::Dot(POINTS), "measured")];
     if let Some(candidate) = viscous(answer) {
-        panel.line(along(answer, 200).map(|s| [s * t, viscous_amplitude(answer, candidate, s) * a]), VISCOUS_LINE);
+        panel.line(
+            along(answer, 200).map(|s| [s * t, viscous_amplitude(answer, candidate, s) * a]),
+            VISCOUS_LINE,
+        );
         legend.push((Mark::Line(VISCOUS_LINE), "purely viscous"));
     }
     panel.line(along(answer, 400).map(|s| [s * t, answer.fit.amplitude_at(s) * a]), FIT_LINE);
     legend.insert(1, (Mark::Line(FIT_LINE), answer.model.name()));
-    panel.legend(Corner::BottomLeft, &legend);
+    panel.legend(&legend);
 }
 
 /// (c) What the fit leaves.
 fn residuals(figure: &mut Figure, corner: Point, answer: &Answer, scales: &Scales) {
     let used: Vec<&EnvelopePoint> =
         answer.envelope.iter().filter(|p| p.used && (p.amplitude - p.fitted).is_finite()).collect();
-    let size = quantile(used.iter().map(|p| (p.amplitude - p.fitted).abs() + finite_or_zero(p.std_error)), 0.99);
+    let extents = || used.iter().map(|p| (p.amplitude - p.fitted).abs() + finite_or_zero(p.std_error));
+    let largest = extents().fold(0.0, f64::max);
+    // A few far ones must not flatten the rest.
+    let size =
+        if largest > 3.0 * quantile(extents(), 0.95) { 1.5 * quantile(extents(), 0.95) } else { largest };
     let scale = Scale::for_size(size, &answer.signal_unit);
     let (t, a) = (scales.time.factor, scale.factor);
-    let y = Axis::linear(-1.35 * size * a, 1.35 * size * a, titled("data − fit", &scale.unit));
+    let y = Axis::linear(-1.15 * size * a, 1.9 * size * a, titled("data − fit", &scale.unit));
     let mut panel = Panel::new(figure, corner, PANEL, "residuals of the envelope", scales.time_axis(), y);
     if used.is_empty() {
         panel.note("no amplitudes inside the fitted stretch");
@@ -247,9 +271,14 @@ fn residuals(figure: &mut Figure, corner: Point, answer: &Answer, scales: &Scale
         legend.push((Mark::Line(VISCOUS_LINE), "what purely viscous would leave"));
     }
     panel.line(scales.range_s.map(|s| [s * t, 0.0]), FIT_LINE);
+    let outside =
+        used.iter().filter(|p| !(-1.15 * size..=1.9 * size).contains(&(p.amplitude - p.fitted))).count();
+    if outside > 0 {
+        panel.remark(&format!("{outside} of {} beyond the axis", used.len()));
+    }
     let radius = if used.len() > 300 { 1.8 } else { 2.6 };
     panel.dots(used.iter().map(|p| [p.time_s * t, (p.amplitude - p.fitted) * a]), radius, POINTS);
-    panel.legend(Corner::TopRight, &legend);
+    panel.legend(&legend);
 }
 
 /// (d) Loss against amplitude: sliding is the part that does not vanish with it.
@@ -260,14 +289,17 @@ fn loss(figure: &mut Figure, corner: Point, answer: &Answer) {
     let x_scale = Scale::for_size(largest, &answer.signal_unit);
     let fitted = points.iter().map(|p| p.fitted).filter(|v| v.is_finite()).fold(0.0, f64::max);
     let measured = quantile(points.iter().map(|p| p.loss_per_cycle), 0.98);
-    let high = if fitted > 0.0 { (1.25 * fitted).max(1.1 * measured.min(2.0 * fitted)) } else { 1.1 * measured };
+    let high =
+        if fitted > 0.0 { (1.25 * fitted).max(1.1 * measured.min(2.0 * fitted)) } else { 1.1 * measured };
     let y_scale = Scale::for_size(high, &answer.signal_unit);
     let (x, y) = (x_scale.factor, y_scale.factor);
+    // Without a frequency the core gives losses per second.
+    let per = if answer.parameter("frequency_hz").is_some() { "per cycle" } else { "per second" };
     let lowest = points.iter().map(|p| p.loss_per_cycle).filter(|v| v.is_finite()).fold(0.0, f64::min);
     let x_axis = Axis::linear(0.0, 1.04 * largest * x, titled("amplitude", &x_scale.unit));
     let y_axis =
-        Axis::linear(lowest.max(-0.3 * high) * y, high * y, titled("amplitude lost per cycle", &y_scale.unit));
-    let mut panel = Panel::new(figure, corner, PANEL, "loss per cycle", x_axis, y_axis);
+        Axis::linear(lowest.max(-0.3 * high) * y, high * y, titled(&format!("loss {per}"), &y_scale.unit));
+    let mut panel = Panel::new(figure, corner, PANEL, &format!("amplitude lost {per}"), x_axis, y_axis);
     if points.is_empty() {
         panel.note("the record gives no loss point by point");
         return;
@@ -275,7 +307,8 @@ fn loss(figure: &mut Figure, corner: Point, answer: &Answer) {
     let mut legend = vec![(Mark::Dot(POINTS), "measured"), (Mark::Line(FIT_LINE), answer.model.name())];
     if answer.model.has_sliding() {
         // Sliding friction takes the same from every cycle, down to rest.
-        let mut band: Vec<[f64; 3]> = points.iter().map(|p| [p.amplitude * x, 0.0, p.fitted_sliding * y]).collect();
+        let mut band: Vec<[f64; 3]> =
+            points.iter().map(|p| [p.amplitude * x, 0.0, p.fitted_sliding * y]).collect();
         if let Some(&[_, _, first]) = band.first() {
             band.insert(0, [0.0, 0.0, first]);
         }
@@ -292,7 +325,7 @@ fn loss(figure: &mut Figure, corner: Point, answer: &Answer) {
     }
     panel.dots(points.iter().map(|p| [p.amplitude * x, p.loss_per_cycle * y]), 2.6, POINTS);
     panel.line(points.iter().map(|p| [p.amplitude * x, p.fitted * y]), FIT_LINE);
-    panel.legend(Corner::TopLeft, &legend);
+    panel.legend(&legend);
 }
 
 fn finite_or_zero(value: f64) -> f64 {

@@ -40,8 +40,9 @@ pub(crate) fn label(name: &str) -> (String, &'static str) {
         "decay_rate_per_s" => ("decay rate", "δ"),
         "decay_time_s" => ("decay time", "τ"),
         "friction_displacement" => ("friction displacement", "x_F"),
+        "sliding_rate" => ("sliding rate", "a₀"),
         "drag_rate" => ("drag rate", "a₂"),
-        "q_factor" => ("quality factor, viscous", "Q"),
+        "q_factor" => ("viscous quality factor", "Q"),
         "initial_amplitude" => ("initial amplitude", "A₀"),
         "viscous_coefficient" => ("viscous coefficient", "γ"),
         "coulomb_force" => ("sliding friction force", "F"),
@@ -52,30 +53,59 @@ pub(crate) fn label(name: &str) -> (String, &'static str) {
 }
 
 fn parameters(answer: &Answer) -> String {
-    let rows: Vec<Vec<String>> = answer.parameters.iter().map(parameter_row).collect();
-    let align =
-        [Align::Left, Align::Left, Align::Right, Align::Left, Align::Left, Align::Left, Align::Right, Align::Left];
+    let rows: Vec<Vec<String>> =
+        answer.parameters.iter().filter(|p| is_told(answer, p)).map(|p| parameter_row(answer, p)).collect();
+    let left = Align::Left;
+    let align = [left, left, Align::Right, left, left, left];
     columns(&rows, &align).iter().map(|line| format!("  {line}\n")).collect()
 }
 
-fn parameter_row(parameter: &Parameter) -> Vec<String> {
+/// Whether a parameter says something the others do not; JSON has them all.
+fn is_told(answer: &Answer, parameter: &Parameter) -> bool {
+    match parameter.name {
+        "sliding_rate" => answer.parameter("friction_displacement").is_none(),
+        "drag_rate" => answer.model.has_drag(),
+        _ => parameter.quantity.value.is_finite(),
+    }
+}
+
+fn parameter_row(answer: &Answer, parameter: &Parameter) -> Vec<String> {
     let (words, symbol) = label(parameter.name);
     let q = &parameter.quantity;
+    if is_absent(answer, parameter.name) {
+        return absent_row(words, symbol, q);
+    }
     let shown = Rounded::new(q.value, q.std_error, &q.unit);
-    let (sign, uncertainty) = match shown.uncertainty() {
-        Some(u) => ("±".to_owned(), u),
-        None => (String::new(), String::new()),
-    };
     vec![
         words,
         symbol.to_owned(),
         shown.value(),
-        sign,
-        uncertainty,
+        shown.uncertainty().map_or_else(String::new, |u| format!("± {u}")),
         shown.scale.unit.clone(),
-        relative(q),
-        interval(q, &shown),
+        format!("{:>8}  {}", relative(q), interval(q, &shown)).trim_end().to_owned(),
     ]
+}
+
+/// Whether the model reported has no such term.
+fn is_absent(answer: &Answer, name: &str) -> bool {
+    match name {
+        "friction_displacement" | "sliding_rate" | "coulomb_force" => !answer.model.has_sliding(),
+        "decay_rate_per_s" | "viscous_coefficient" => !answer.model.has_viscous(),
+        "drag_rate" => !answer.model.has_drag(),
+        _ => false,
+    }
+}
+
+/// A term the model does not have: how large it could be.
+fn absent_row(words: String, symbol: &str, q: &Quantity) -> Vec<String> {
+    let high = q.interval_95[1];
+    let (value, unit, note) = if high.is_finite() && high > 0.0 {
+        let scale = Scale::for_size(high, &q.unit);
+        (format!("< {}", significant(high * scale.factor, 2)), scale.unit, "95 %, not in model")
+    } else {
+        ("-".to_owned(), String::new(), "not in model")
+    };
+    vec![words, symbol.to_owned(), value, String::new(), unit, note.to_owned()]
 }
 
 fn relative(q: &Quantity) -> String {
@@ -101,44 +131,27 @@ fn interval(q: &Quantity, shown: &Rounded) -> String {
 }
 
 fn models(answer: &Answer) -> String {
-    let has_drag = answer.comparison.iter().any(|c| c.drag_rate > 0.0);
     let unit = &answer.signal_unit;
-    let rms_scale = Scale::for_size(answer.comparison.first().map_or(0.0, |c| c.rms), unit);
-    let largest = |of: fn(&Candidate) -> f64| answer.comparison.iter().map(of).fold(0.0, f64::max);
-    let x_scale = Scale::for_size(largest(|c| c.friction_displacement), unit);
-    let delta_scale = Scale::for_size(largest(|c| c.decay_rate_per_s), "1/s");
-    let drag_unit = answer.parameter("drag_rate").map_or_else(|| format!("1/(s {unit})"), |q| q.unit.clone());
-    let drag_scale = Scale::for_size(largest(|c| c.drag_rate), &drag_unit);
-    let headed = |name: &str, scale: &Scale| format!("{name} [{}]", scale.unit.trim_start_matches('×'));
-
-    let mut heading = vec![
-        "model".to_owned(),
-        "ΔBIC".to_owned(),
-        headed("rms", &rms_scale),
-        headed("δ", &delta_scale),
-        headed("x_F", &x_scale),
+    let drag_unit = answer.parameter("drag_rate").map_or_else(|| format!("1/({unit} s)"), |q| q.unit.clone());
+    let terms: [Term; 3] = [
+        Term::new(answer, "decay_rate_per_s", "1/s", |c| c.model.has_viscous().then_some(c.decay_rate_per_s)),
+        Term::new(answer, "friction_displacement", unit, |c| {
+            c.model.has_sliding().then_some(c.friction_displacement)
+        }),
+        Term::new(answer, "drag_rate", &drag_unit, |c| c.model.has_drag().then_some(c.drag_rate)),
     ];
-    heading.push(if has_drag { headed("a₂", &drag_scale) } else { String::new() });
-    heading.push(String::new());
-    let mut rows = vec![heading];
+    let rms = Scale::for_size(answer.comparison.first().map_or(0.0, |c| c.rms), unit);
+    let mut rows = vec![vec!["model".to_owned(), "ΔBIC".to_owned(), headed("rms", &rms)]];
+    rows[0].extend(terms.iter().map(Term::heading));
+    rows[0].push(String::new());
     for c in &answer.comparison {
-        let part = |present: bool, value: f64, scale: &Scale| match present {
-            true => significant(value * scale.factor, 3),
-            false => "-".to_owned(),
-        };
-        rows.push(vec![
-            c.model.to_string(),
-            bic(c.delta_bic),
-            significant(c.rms * rms_scale.factor, 3),
-            part(c.model.has_viscous(), c.decay_rate_per_s, &delta_scale),
-            part(c.model.has_sliding(), c.friction_displacement, &x_scale),
-            if has_drag { part(c.model.has_drag(), c.drag_rate, &drag_scale) } else { String::new() },
-            remark(c),
-        ]);
+        let mut row = vec![c.model.to_string(), bic(c.delta_bic), significant(c.rms * rms.factor, 3)];
+        row.extend(terms.iter().map(|t| t.cell(c)));
+        row.push(if c.converged { String::new() } else { "did not converge".to_owned() });
+        rows.push(row);
     }
-    let align =
-        [Align::Left, Align::Right, Align::Right, Align::Right, Align::Right, Align::Right, Align::Left];
-    let lines = columns(&rows, &align);
+    let right = Align::Right;
+    let lines = columns(&rows, &[Align::Left, right, right, right, right, right, Align::Left]);
     let styled = lines.iter().enumerate().map(|(i, line)| {
         let chosen = i.checked_sub(1).is_some_and(|i| answer.comparison[i].model == answer.model);
         match (i, chosen) {
@@ -150,11 +163,38 @@ fn models(answer: &Answer) -> String {
     styled.collect()
 }
 
-fn remark(candidate: &Candidate) -> String {
-    match (candidate.converged, candidate.at_limit) {
-        (false, _) => "did not converge".to_owned(),
-        (true, Some(term)) => format!("{} at zero", label(term).0),
-        (true, None) => String::new(),
+fn headed(name: &str, scale: &Scale) -> String {
+    let unit = scale.unit.trim_start_matches('×');
+    if unit.is_empty() { name.to_owned() } else { format!("{name} [{unit}]") }
+}
+
+/// One loss term across the models.
+struct Term {
+    name: &'static str,
+    value: fn(&Candidate) -> Option<f64>,
+    scale: Scale,
+    /// Whether any model has it and the record can tell it.
+    shown: bool,
+}
+
+impl Term {
+    fn new(answer: &Answer, name: &'static str, unit: &str, value: fn(&Candidate) -> Option<f64>) -> Self {
+        let largest = answer.comparison.iter().filter_map(value).fold(0.0, f64::max);
+        let shown = largest > 0.0 && answer.parameter(name).is_some();
+        Self { name, value, scale: Scale::for_size(largest, unit), shown }
+    }
+
+    fn heading(&self) -> String {
+        if self.shown { headed(label(self.name).1, &self.scale) } else { String::new() }
+    }
+
+    fn cell(&self, candidate: &Candidate) -> String {
+        match (self.value)(candidate) {
+            _ if !self.shown => String::new(),
+            None => "-".to_owned(),
+            Some(_) if candidate.at_limit == Some(self.name) => "at 0".to_owned(),
+            Some(value) => significant(value * self.scale.factor, 3),
+        }
     }
 }
 
@@ -190,16 +230,16 @@ fn account(analysed: &Analysed<'_>) -> String {
         text += &labelled("note", note);
     }
     let s = &answer.segment;
-    let cycles = if s.cycles > 0.0 { format!(", {} cycles", plain(s.cycles, 3, "")) } else { String::new() };
+    let cycles = if s.cycles > 0.0 { format!("{} cycles, ", plain(s.cycles, 3, "")) } else { String::new() };
     text += &labelled(
         "used",
         &format!(
-            "{} to {}{cycles}, {} samples: starts where {}, ends where {}",
+            "{} ({}) to {} ({}): {cycles}{} samples",
             plain(s.start_s, 4, "s"),
-            plain(s.end_s, 4, "s"),
-            s.samples,
             s.start_reason,
-            s.end_reason
+            plain(s.end_s, 4, "s"),
+            s.end_reason,
+            s.samples
         ),
     );
     if let Some(stop) = &answer.stop {
@@ -208,19 +248,24 @@ fn account(analysed: &Analysed<'_>) -> String {
             let unit = &answer.signal_unit;
             format!("; static friction holds between {} and {}", plain(low, 3, unit), plain(high, 3, unit))
         });
-        text += &labelled("stop", &format!("at {}, {position} off the middle{hold}", plain(stop.time_s, 4, "s")));
+        text +=
+            &labelled("stop", &format!("at {}, {position} off the middle{hold}", plain(stop.time_s, 4, "s")));
     }
     let d = &answer.diagnostics;
+    let left_out = match d.left_out {
+        0 => String::new(),
+        n => format!("; {n} stretches far off every law left out"),
+    };
     text += &labelled(
         "fit",
         &format!(
-            "{}; noise {}, {:.0} dB below the start; residual {} ({} times the noise); {} decay times",
+            "of the {}; noise {}, {:.0} dB below the start; residuals {:.2} times what noise gives; {:.1} decay \
+             times{left_out}",
             d.method,
             plain(d.noise_rms, 2, &answer.signal_unit),
             d.signal_to_noise_db,
-            plain(d.residual_rms, 2, &answer.signal_unit),
-            plain(d.residual_excess.max(0.0).sqrt(), 2, ""),
-            plain(d.decay_times, 2, "")
+            d.residual_excess.max(0.0).sqrt(),
+            d.decay_times
         ),
     );
     text
@@ -230,8 +275,11 @@ fn rows_read(analysed: &Analysed<'_>) -> String {
     let report = &analysed.reading.report;
     let mut text = format!("{}: {} rows", analysed.file.display(), report.rows_read);
     if !report.skipped.is_empty() {
-        let reasons: Vec<String> =
-            report.skipped.iter().map(|s| format!("{} {}, first in row {}", s.rows, s.reason, s.first_row)).collect();
+        let reasons: Vec<String> = report
+            .skipped
+            .iter()
+            .map(|s| format!("{} {}, first in row {}", s.rows, s.reason, s.first_row))
+            .collect();
         let _ = write!(text, "; skipped {}", reasons.join("; "));
     }
     let mut choice = Vec::new();

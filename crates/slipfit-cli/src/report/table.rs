@@ -7,11 +7,16 @@ pub(crate) enum Align {
     Right,
 }
 
-/// Lays rows out in columns two blanks apart; columns empty in every row vanish.
+/// Lays rows out in columns two blanks apart, or one where the screen demands
+/// it; columns empty in every row vanish.
 pub(crate) fn columns(rows: &[Vec<String>], align: &[Align]) -> Vec<String> {
     let widths: Vec<usize> = (0..align.len())
         .map(|c| rows.iter().filter_map(|r| r.get(c)).map(|cell| cell.chars().count()).max().unwrap_or(0))
         .collect();
+    let filled = widths.iter().filter(|w| **w > 0).count();
+    let wide = widths.iter().sum::<usize>() + 2 * filled.saturating_sub(1);
+    // Two of the columns are the margin.
+    let gap = if wide + 2 <= super::WIDTH { "  " } else { " " };
     rows.iter()
         .map(|row| {
             let mut line = String::new();
@@ -20,7 +25,7 @@ pub(crate) fn columns(rows: &[Vec<String>], align: &[Align]) -> Vec<String> {
                     continue;
                 }
                 if !line.is_empty() {
-                    line.push_str("  ");
+                    line.push_str(gap);
                 }
                 // Widths in characters: every symbol used here takes one column.
                 let blanks = " ".repeat(width - cell.chars().count());
@@ -40,7 +45,8 @@ mod tests {
 
     #[test]
     fn cells_line_up_and_empty_columns_vanish() {
-        let rows = [vec!["f", "", "1.5"], vec!["x_F", "", "10.25"]].map(|r| r.into_iter().map(str::to_owned).collect());
+        let rows = [vec!["f", "", "1.5"], vec!["x_F", "", "10.25"]]
+            .map(|r| r.into_iter().map(str::to_owned).collect());
         assert_eq!(columns(&rows, &[Align::Left, Align::Left, Align::Right]), ["f      1.5", "x_F  10.25"]);
     }
 }

@@ -58,10 +58,12 @@ impl Answer {
                     );
                 }
                 Warning::NotSeparable { correlation, decay_times } => {
+                    let recorded = match *decay_times {
+                        d if d < 0.95 => format!("{} of a decay time recorded", plain(d, 2, "")),
+                        d => format!("{d:.1} decay times recorded"),
+                    };
                     return format!(
-                        "{} of a decay time recorded: viscous and sliding loss cannot be told apart, \
-                         correlation {correlation:.3}{}.",
-                        plain(*decay_times, 2, ""),
+                        "{recorded}: viscous and sliding loss cannot be told apart, correlation {correlation:.3}{}.",
                         self.total_loss()
                     );
                 }
@@ -153,11 +155,11 @@ impl Answer {
             LossModel::ViscousDrag => "Viscous damping and quadratic drag explain",
             _ => "Viscous damping alone explains",
         };
-        let limit = self
-            .parameter("friction_displacement")
-            .map(|q| (q.interval_95[1], q.unit.as_str()))
-            .filter(|(high, _)| high.is_finite() && *high > 0.0)
-            .map(|(high, unit)| format!(": x_F is below {} (95 %)", plain(high, 2, unit)))
+        let limit = [("friction_displacement", "x_F is"), ("sliding_rate", "it takes")]
+            .into_iter()
+            .find_map(|(name, is)| self.parameter(name).map(|q| (q.interval_95[1], q.unit.as_str(), is)))
+            .filter(|(high, ..)| high.is_finite() && *high > 0.0)
+            .map(|(high, unit, is)| format!(": {is} below {} (95 %)", plain(high, 2, unit)))
             .unwrap_or_default();
         format!(
             "{cause} the decay; no sliding friction is found, {}{limit}{}.",
