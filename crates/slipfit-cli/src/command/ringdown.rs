@@ -4,6 +4,7 @@ use crate::args::RingdownArgs;
 use crate::failure::{Failure, warning_line};
 use crate::{csv, json, output, plot, report};
 use anstream::ColorChoice;
+use slipfit::SignalKind;
 use slipfit::ringdown::{Answer, Options, analyse};
 use slipfit_io::Reading;
 use std::path::Path;
@@ -24,7 +25,10 @@ pub(crate) fn run(args: &RingdownArgs, color: ColorChoice) -> Result<ExitCode, F
     let plot_format = args.plot.as_deref().map(plot::Format::of).transpose()?;
     let reading = slipfit_io::read(&args.file, &args.read_options())?;
     check_calibration(args, reading.record.unit())?;
-    let options = args.options();
+    let mut options = args.options();
+    if options.frequency_hz.is_none() {
+        options.frequency_hz = named_frequency_hz(&reading);
+    }
     let answer = analyse(&reading.record, &options).map_err(|e| Failure::analysing(&args.file, &e))?;
     let analysed = Analysed { file: &args.file, reading: &reading, options: &options, answer: &answer };
 
@@ -56,6 +60,16 @@ pub(crate) fn run(args: &RingdownArgs, color: ColorChoice) -> Result<ExitCode, F
     }
     let doubtful = args.strict && !answer.warnings.is_empty();
     Ok(if doubtful { ExitCode::from(DOUBTFUL) } else { ExitCode::SUCCESS })
+}
+
+/// The frequency of the oscillation, where amplitudes alone were recorded and
+/// the lines above the table name it `frequency_hz`.
+pub(crate) fn named_frequency_hz(reading: &Reading) -> Option<f64> {
+    if !matches!(reading.record.kind(), SignalKind::Envelope | SignalKind::LockIn) {
+        return None;
+    }
+    let named = reading.report.named_values.iter().find(|(name, _)| name == "frequency_hz")?;
+    named.1.parse().ok().filter(|f: &f64| f.is_finite() && *f > 0.0)
 }
 
 /// A stiffness in N/m says nothing about an angle, nor a torsion stiffness about a length.

@@ -2,7 +2,7 @@
 
 use super::table::{Align, columns};
 use super::{ANSWER, CHOSEN, DIM, HEADING, WIDTH, labelled, wrap};
-use crate::command::ringdown::Analysed;
+use crate::command::ringdown::{Analysed, named_frequency_hz};
 use slipfit::format::{Rounded, Scale, percent, plain};
 use slipfit::ringdown::{Answer, Candidate, Parameter};
 use slipfit::{ClockReport, Quantity, SignalKind};
@@ -228,6 +228,10 @@ fn account(analysed: &Analysed<'_>) -> String {
     }
     for note in &report.notes {
         text += &labelled("note", note);
+    }
+    if let Some(f) = named_frequency_hz(analysed.reading).filter(|f| analysed.options.frequency_hz == Some(*f)) {
+        let named = format!("frequency {} as the file's first lines name it (--frequency-hz overrides)", plain(f, 6, "Hz"));
+        text += &labelled("note", &named);
     }
     let s = &answer.segment;
     let cycles = if s.cycles > 0.0 { format!("{} cycles, ", plain(s.cycles, 3, "")) } else { String::new() };
