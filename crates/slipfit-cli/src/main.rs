@@ -1,2 +1,34 @@
-//! The slipfit command.
-fn main() {}
+//! The slipfit command: a decaying trace in, viscous and sliding loss out.
+
+mod args;
+mod command;
+mod csv;
+mod failure;
+mod json;
+mod output;
+mod plot;
+mod report;
+
+use clap::Parser;
+use failure::Failure;
+use std::process::ExitCode;
+
+/// Exit status of a failure; clap uses the same for a wrong command line.
+const FAILED: u8 = 2;
+
+fn main() -> ExitCode {
+    let cli = args::Cli::parse();
+    let color = cli.color.into();
+    let done = match &cli.command {
+        args::Command::Ringdown(args) => command::ringdown::run(args, color),
+        args::Command::Simulate(args) => command::simulate::run(args),
+    };
+    match done {
+        Ok(code) => code,
+        Err(Failure::ClosedPipe) => ExitCode::SUCCESS,
+        Err(Failure::Said(complaint)) => {
+            output::print_error(&complaint.to_string(), color);
+            ExitCode::from(FAILED)
+        }
+    }
+}

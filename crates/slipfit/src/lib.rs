@@ -4,6 +4,7 @@ pub mod decay;
 mod double_double;
 pub mod error;
 pub mod estimate;
+pub mod format;
 pub mod oscillator;
 pub mod quantity;
 pub mod record;

@@ -29,6 +29,8 @@ pub struct Candidate {
     pub converged: bool,
     /// A loss term this model ended on the limit (zero), if any.
     pub at_limit: Option<&'static str>,
+    /// Amplitude at the start of the segment, signal unit.
+    pub initial_amplitude: f64,
     /// Decay rate delta, 1/s (zero where the model has none).
     pub decay_rate_per_s: f64,
     /// Friction displacement x_F, signal unit (zero where the model has none).

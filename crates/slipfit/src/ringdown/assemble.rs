@@ -280,6 +280,7 @@ fn candidate(e: &Evidence, entry: &Entry, best_bic: f64) -> Candidate {
             DELTA => "decay_rate_per_s",
             _ => "drag_rate",
         }),
+        initial_amplitude: p[A0],
         decay_rate_per_s: p[DELTA],
         friction_displacement: p[X_F],
         drag_rate: p[DRAG],

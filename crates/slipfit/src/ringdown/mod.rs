@@ -14,7 +14,10 @@ mod lowpass;
 mod measure;
 mod model;
 mod options;
+#[cfg(test)]
+mod sample;
 mod segment;
+mod sentence;
 mod warning;
 mod waveform;
 

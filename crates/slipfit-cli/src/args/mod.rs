@@ -1,0 +1,110 @@
+//! What can be typed.
+
+mod number;
+mod ringdown;
+mod simulate;
+
+use clap::builder::styling::{AnsiColor, Styles};
+use clap::{Parser, Subcommand, ValueEnum};
+
+pub(crate) use number::Uncertain;
+pub(crate) use ringdown::RingdownArgs;
+pub(crate) use simulate::{DecayArgs, OutputKind, SimulateArgs, SimulateCommand};
+
+const STYLES: Styles = Styles::styled()
+    .header(AnsiColor::Green.on_default().bold())
+    .usage(AnsiColor::Green.on_default().bold())
+    .literal(AnsiColor::Cyan.on_default().bold())
+    .placeholder(AnsiColor::Cyan.on_default());
+
+const AFTER_HELP: &str = "\
+Examples:
+  slipfit ringdown swing.csv
+      how much of the loss is viscous, how much is sliding, and how sure that is
+  slipfit ringdown swing.csv --plot swing.svg --json swing.json
+      the same, with a picture and everything in machine-readable form
+  slipfit help ringdown
+      every option of a command
+
+Exit status: 0 done, 1 warnings under --strict, 2 failed.";
+
+/// Tells sliding friction from viscous damping in any oscillator.
+///
+/// Give it a measured decay of a pendulum, a tuning fork, a membrane, a
+/// building: it finds the free decay in the record, fits it with every loss
+/// law, and says how much of the loss is viscous, how much is sliding
+/// (Coulomb, dry) friction, and how sure that is.
+#[derive(Debug, Parser)]
+#[command(name = "slipfit", version, after_help = AFTER_HELP, styles = STYLES)]
+#[command(max_term_width = 100, propagate_version = true, disable_help_subcommand = false)]
+pub(crate) struct Cli {
+    #[command(subcommand)]
+    pub(crate) command: Command,
+
+    /// When to colour the output
+    #[arg(long, value_enum, value_name = "WHEN", default_value = "auto", global = true, display_order = 900)]
+    pub(crate) color: Color,
+}
+
+#[derive(Debug, Subcommand)]
+pub(crate) enum Command {
+    Ringdown(Box<RingdownArgs>),
+    Simulate(SimulateArgs),
+}
+
+#[derive(Debug, Clone, Copy, PartialEq, Eq, ValueEnum)]
+pub(crate) enum Color {
+    /// On a terminal, unless NO_COLOR is set
+    Auto,
+    /// Always
+    Always,
+    /// Never
+    Never,
+}
+
+impl From<Color> for anstream::ColorChoice {
+    fn from(color: Color) -> Self {
+        match color {
+            Color::Auto => Self::Auto,
+            Color::Always => Self::Always,
+            Color::Never => Self::Never,
+        }
+    }
+}
+
+/// A number that is finite: clap's own parser takes `nan` and `inf`.
+pub(crate) fn finite(text: &str) -> Result<f64, String> {
+    match text.trim().parse::<f64>() {
+        Ok(value) if value.is_finite() => Ok(value),
+        Ok(_) => Err("not a finite number".to_owned()),
+        Err(_) => Err("not a number".to_owned()),
+    }
+}
+
+/// A finite number above zero.
+pub(crate) fn positive(text: &str) -> Result<f64, String> {
+    finite(text).and_then(|v| if v > 0.0 { Ok(v) } else { Err("must be above zero".to_owned()) })
+}
+
+/// A finite number, zero or above.
+pub(crate) fn not_negative(text: &str) -> Result<f64, String> {
+    finite(text).and_then(|v| if v >= 0.0 { Ok(v) } else { Err("must not be negative".to_owned()) })
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use clap::CommandFactory;
+
+    #[test]
+    fn the_command_line_is_consistent() {
+        Cli::command().debug_assert();
+    }
+
+    #[test]
+    fn numbers_must_be_finite() {
+        assert_eq!(finite("1e-3"), Ok(1e-3));
+        assert!(finite("nan").is_err() && finite("inf").is_err() && finite("x").is_err());
+        assert!(positive("0").is_err() && not_negative("0").is_ok() && not_negative("-1").is_err());
+    }
+}

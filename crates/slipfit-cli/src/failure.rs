@@ -1,0 +1,85 @@
+//! Why a command failed, and what would help.
+
+use anstyle::{AnsiColor, Style};
+use std::fmt;
+use std::path::Path;
+
+const ERROR: Style = AnsiColor::Red.on_default().bold();
+const WARNING: Style = AnsiColor::Yellow.on_default().bold();
+const HINT: Style = AnsiColor::Cyan.on_default();
+
+/// A failure as the person sees it; exit status 2.
+#[derive(Debug)]
+pub(crate) enum Failure {
+    /// Something to say.
+    Said(Complaint),
+    /// The reader of our output has gone: nothing to say, and to nobody.
+    ClosedPipe,
+}
+
+#[derive(Debug)]
+pub(crate) struct Complaint {
+    message: String,
+    hint: Option<String>,
+}
+
+impl Failure {
+    pub(crate) fn new(message: impl Into<String>) -> Self {
+        Self::Said(Complaint { message: message.into(), hint: None })
+    }
+
+    pub(crate) fn hint(mut self, hint: impl Into<String>) -> Self {
+        if let Self::Said(complaint) = &mut self {
+            complaint.hint = Some(hint.into());
+        }
+        self
+    }
+
+    /// Output that could not be written.
+    pub(crate) fn writing(target: &str, error: &std::io::Error) -> Self {
+        if error.kind() == std::io::ErrorKind::BrokenPipe {
+            return Self::ClosedPipe;
+        }
+        Self::new(format!("{target}: cannot be written: {error}"))
+    }
+
+    /// An analysis that could not be done.
+    pub(crate) fn analysing(file: &Path, error: &slipfit::Error) -> Self {
+        let failure = Self::new(format!("{}: {error}", file.display()));
+        match error {
+            slipfit::Error::TooFewSamples { .. } => {
+                failure.hint("--start, --end and --band widen the part used; a longer record helps more")
+            }
+            slipfit::Error::ConstantSignal { .. } => failure.hint("--signal names another column"),
+            slipfit::Error::TimeBackwards { .. } | slipfit::Error::TimeStandsStill { .. } => {
+                failure.hint("--time names another column, --rate-hz replaces it")
+            }
+            _ => failure,
+        }
+    }
+}
+
+impl From<slipfit_io::ReadError> for Failure {
+    fn from(error: slipfit_io::ReadError) -> Self {
+        let failure = Self::new(error.to_string());
+        match error.hint() {
+            Some(hint) => failure.hint(hint),
+            None => failure,
+        }
+    }
+}
+
+impl fmt::Display for Complaint {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        writeln!(f, "{ERROR}error:{ERROR:#} {}", self.message)?;
+        if let Some(hint) = &self.hint {
+            writeln!(f, "  {HINT}hint:{HINT:#} {hint}")?;
+        }
+        Ok(())
+    }
+}
+
+/// A doubt, for standard error.
+pub(crate) fn warning_line(text: &str) -> String {
+    format!("{WARNING}warning:{WARNING:#} {text}\n")
+}

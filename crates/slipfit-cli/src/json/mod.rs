@@ -1,0 +1,6 @@
+//! The JSON contract: what it holds is written down in docs/schema.
+
+mod layout;
+mod ringdown;
+
+pub(crate) use ringdown::ringdown;

@@ -1,0 +1,496 @@
+//! The answer to a ring-down as JSON: docs/json.md, docs/schema/ringdown-1.json.
+//!
+//! The structs here are the contract. They are written apart from the core's
+//! types so that a change of those cannot change the contract unseen.
+
+use super::layout;
+use crate::command::ringdown::Analysed;
+use serde::{Serialize, Serializer};
+use slipfit::ringdown::{Answer, Calibration, Options, Parameter};
+use slipfit::{ClockReport, Quantity, SignalKind};
+use slipfit_io::{ColumnInfo, ColumnTaken, TimeSource};
+use std::io::{self, Write};
+
+/// Name and version of the contract: the number grows when a key changes its
+/// meaning or vanishes; new keys may come at any time.
+const SCHEMA: &str = "slipfit/ringdown-1";
+
+/// Writes the whole answer.
+pub(crate) fn ringdown(out: &mut dyn Write, analysed: &Analysed<'_>) -> io::Result<()> {
+    layout::write(out, &Document::new(analysed))
+}
+
+#[derive(Serialize)]
+struct Document<'a> {
+    schema: &'static str,
+    version: &'static str,
+    command: &'static str,
+    input: Input<'a>,
+    options: Asked,
+    model: &'static str,
+    sentence: String,
+    #[serde(serialize_with = "by_name")]
+    parameters: &'a [Parameter],
+    comparison: Vec<Compared>,
+    sliding: Sliding,
+    correlations: Vec<Correlated>,
+    segment: Stretch,
+    backbone: Option<Backbone>,
+    stop: Option<Stopped>,
+    diagnostics: Diagnostics,
+    warnings: Vec<Doubt>,
+    loss: Loss,
+    envelope: Envelope,
+}
+
+#[derive(Serialize)]
+struct Input<'a> {
+    path: String,
+    sha256: &'a str,
+    bytes: u64,
+    rows_read: u64,
+    rows_skipped: u64,
+    skipped: Vec<Skipped<'a>>,
+    columns: Vec<Column<'a>>,
+    table: usize,
+    tables: usize,
+    run: usize,
+    runs: usize,
+    time: Time<'a>,
+    signal: Taken<'a>,
+    quadrature: Option<Taken<'a>>,
+    kind: &'static str,
+    unit: &'a str,
+    samples: usize,
+    time_range_s: [f64; 2],
+    time_range_used_s: [f64; 2],
+    clock: ClockAccount,
+    notes: &'a [String],
+}
+
+#[derive(Serialize)]
+struct Skipped<'a> {
+    reason: &'a str,
+    rows: u64,
+    first_row: u64,
+}
+
+#[derive(Serialize)]
+struct Column<'a> {
+    number: usize,
+    header: &'a str,
+    unit: &'a str,
+}
+
+#[derive(Serialize)]
+struct Taken<'a> {
+    number: usize,
+    header: &'a str,
+    unit: &'a str,
+    why: &'a str,
+}
+
+#[derive(Serialize)]
+struct Time<'a> {
+    source: &'static str,
+    column: Option<Taken<'a>>,
+    rate_hz: Option<f64>,
+}
+
+#[derive(Serialize)]
+struct ClockAccount {
+    uniform: bool,
+    median_step_s: f64,
+    step_spread: f64,
+    nonfinite_rows: usize,
+    repeated_stamps: usize,
+    reordered_rows: usize,
+    corrupt_stamps: usize,
+    resets: usize,
+    other_run_rows: usize,
+    gaps: usize,
+    longest_gap_s: Option<f64>,
+    rebuilt_quantum_s: Option<f64>,
+}
+
+/// What the person fixed; `null` is left to the analysis.
+#[derive(Serialize)]
+struct Asked {
+    start_s: Option<f64>,
+    end_s: Option<f64>,
+    min_amplitude: Option<f64>,
+    band_hz: Option<[f64; 2]>,
+    model: Option<&'static str>,
+    lockin_time_constant_s: Option<f64>,
+    lockin_order: Option<u32>,
+    frequency_hz: Option<f64>,
+    calibration: Option<Constant>,
+}
+
+#[derive(Serialize)]
+struct Constant {
+    kind: &'static str,
+    value: f64,
+    std_error: f64,
+}
+
+#[derive(Serialize)]
+struct Measured<'a> {
+    value: f64,
+    std_error: f64,
+    interval_95: [f64; 2],
+    unit: &'a str,
+    unbounded_value: f64,
+}
+
+#[derive(Serialize)]
+struct Compared {
+    model: &'static str,
+    bic: f64,
+    delta_bic: f64,
+    rms: f64,
+    free_parameters: usize,
+    converged: bool,
+    at_limit: Option<&'static str>,
+    initial_amplitude: f64,
+    decay_rate_per_s: f64,
+    friction_displacement: f64,
+    drag_rate: f64,
+}
+
+#[derive(Serialize)]
+struct Sliding {
+    detected: bool,
+    p_value: f64,
+    delta_bic: f64,
+    share_at_start: f64,
+    share_at_end: f64,
+    dominates_from_s: Option<f64>,
+    viscous_only_p_value: f64,
+}
+
+#[derive(Serialize)]
+struct Correlated {
+    parameters: [&'static str; 2],
+    value: f64,
+}
+
+#[derive(Serialize)]
+struct Stretch {
+    start_s: f64,
+    end_s: f64,
+    samples: usize,
+    cycles: f64,
+    start_reason: &'static str,
+    end_reason: &'static str,
+}
+
+#[derive(Serialize)]
+struct Backbone {
+    frequency_at_zero_hz: f64,
+    frequency_at_start_hz: f64,
+    quadratic: f64,
+    quartic: f64,
+    drift_per_s: f64,
+}
+
+#[derive(Serialize)]
+struct Stopped {
+    time_s: f64,
+    position: f64,
+    position_std_error: f64,
+    static_displacement: Option<[f64; 2]>,
+}
+
+#[derive(Serialize)]
+struct Diagnostics {
+    method: &'static str,
+    noise_rms: f64,
+    residual_rms: f64,
+    residual_excess: f64,
+    residual_autocorrelation: f64,
+    signal_to_noise_db: f64,
+    decay_times: f64,
+    left_out: usize,
+    other_modes: Vec<Mode>,
+}
+
+#[derive(Serialize)]
+struct Mode {
+    frequency_hz: f64,
+    relative_amplitude: f64,
+}
+
+#[derive(Serialize)]
+struct Doubt {
+    code: &'static str,
+    message: String,
+}
+
+/// Columns rather than rows: a notebook wants arrays.
+#[derive(Serialize)]
+struct Loss {
+    amplitude: Vec<f64>,
+    loss_per_cycle: Vec<f64>,
+    std_error: Vec<f64>,
+    fitted: Vec<f64>,
+    fitted_sliding: Vec<f64>,
+}
+
+#[derive(Serialize)]
+struct Envelope {
+    time_s: Vec<f64>,
+    amplitude: Vec<f64>,
+    std_error: Vec<f64>,
+    fitted: Vec<f64>,
+    frequency_hz: Vec<f64>,
+    used: Vec<bool>,
+}
+
+impl<'a> Document<'a> {
+    fn new(analysed: &Analysed<'a>) -> Self {
+        let a = analysed.answer;
+        Self {
+            schema: SCHEMA,
+            version: env!("CARGO_PKG_VERSION"),
+            command: "ringdown",
+            input: Input::new(analysed),
+            options: Asked::new(analysed.options),
+            model: a.model.name(),
+            sentence: a.sentence(),
+            parameters: &a.parameters,
+            comparison: compared(a),
+            sliding: sliding(a),
+            correlations: a
+                .correlations
+                .iter()
+                .map(|&(first, second, value)| Correlated { parameters: [first, second], value })
+                .collect(),
+            segment: segment(a),
+            backbone: backbone(a),
+            stop: stop(a),
+            diagnostics: diagnostics(a),
+            warnings: a.warnings.iter().map(|w| Doubt { code: w.code(), message: w.to_string() }).collect(),
+            loss: loss(a),
+            envelope: envelope(a),
+        }
+    }
+}
+
+impl<'a> Input<'a> {
+    fn new(analysed: &Analysed<'a>) -> Self {
+        let report = &analysed.reading.report;
+        let record = &analysed.reading.record;
+        Self {
+            path: analysed.file.display().to_string(),
+            sha256: &report.sha256,
+            bytes: report.bytes,
+            rows_read: report.rows_read,
+            rows_skipped: report.rows_skipped(),
+            skipped: report
+                .skipped
+                .iter()
+                .map(|s| Skipped { reason: &s.reason, rows: s.rows, first_row: s.first_row })
+                .collect(),
+            columns: report.columns.iter().map(column).collect(),
+            table: report.table,
+            tables: report.tables,
+            run: report.run,
+            runs: report.runs,
+            time: time(&report.time),
+            signal: taken(&report.signal),
+            quadrature: report.quadrature.as_ref().map(taken),
+            kind: kind(report.kind),
+            unit: record.unit(),
+            samples: record.len(),
+            time_range_s: [record.time_s(0), record.time_s(record.len() - 1)],
+            time_range_used_s: [analysed.answer.segment.start_s, analysed.answer.segment.end_s],
+            clock: clock(record.clock_report(), record.clock().is_uniform()),
+            notes: &report.notes,
+        }
+    }
+}
+
+fn column(info: &ColumnInfo) -> Column<'_> {
+    Column { number: info.number, header: &info.header, unit: &info.unit }
+}
+
+fn taken(taken: &ColumnTaken) -> Taken<'_> {
+    Taken { number: taken.column.number, header: &taken.column.header, unit: &taken.unit, why: &taken.why }
+}
+
+fn time(source: &TimeSource) -> Time<'_> {
+    match source {
+        TimeSource::Column(c) => Time { source: "column", column: Some(taken(c)), rate_hz: None },
+        TimeSource::Intervals(c) => Time { source: "intervals", column: Some(taken(c)), rate_hz: None },
+        TimeSource::Rate(rate) => Time { source: "rate", column: None, rate_hz: Some(*rate) },
+        _ => Time { source: "other", column: None, rate_hz: None },
+    }
+}
+
+fn kind(kind: SignalKind) -> &'static str {
+    match kind {
+        SignalKind::Displacement => "displacement",
+        SignalKind::Velocity => "velocity",
+        SignalKind::Acceleration => "acceleration",
+        SignalKind::Envelope => "envelope",
+        SignalKind::LockIn => "lock-in",
+        _ => "other",
+    }
+}
+
+fn clock(report: &ClockReport, uniform: bool) -> ClockAccount {
+    ClockAccount {
+        uniform,
+        median_step_s: report.median_step_s,
+        step_spread: report.step_spread,
+        nonfinite_rows: report.nonfinite(),
+        repeated_stamps: report.repeated_stamps,
+        reordered_rows: report.reordered,
+        corrupt_stamps: report.corrupt_stamps,
+        resets: report.resets,
+        other_run_rows: report.other_run_rows,
+        gaps: report.gaps,
+        longest_gap_s: report.longest_gap.map(|g| g.length_s),
+        rebuilt_quantum_s: report.rebuilt_quantum_s,
+    }
+}
+
+impl Asked {
+    fn new(options: &Options) -> Self {
+        Self {
+            start_s: options.start_s,
+            end_s: options.end_s,
+            min_amplitude: options.min_amplitude,
+            band_hz: options.band_hz,
+            model: options.model.map(|m| m.name()),
+            lockin_time_constant_s: options.lockin.map(|l| l.time_constant_s),
+            lockin_order: options.lockin.map(|l| l.order),
+            frequency_hz: options.frequency_hz,
+            calibration: options.calibration.and_then(|c| match c {
+                Calibration::Stiffness { value, std_error } => {
+                    Some(Constant { kind: "stiffness", value, std_error })
+                }
+                Calibration::Mass { value, std_error } => Some(Constant { kind: "mass", value, std_error }),
+                _ => None,
+            }),
+        }
+    }
+}
+
+fn by_name<S: Serializer>(parameters: &&[Parameter], serializer: S) -> Result<S::Ok, S::Error> {
+    serializer.collect_map(parameters.iter().map(|p| (p.name, measured(&p.quantity))))
+}
+
+fn measured(q: &Quantity) -> Measured<'_> {
+    Measured {
+        value: q.value,
+        std_error: q.std_error,
+        interval_95: q.interval_95,
+        unit: &q.unit,
+        unbounded_value: q.unbounded_value,
+    }
+}
+
+fn compared(a: &Answer) -> Vec<Compared> {
+    let one = |c: &slipfit::ringdown::Candidate| Compared {
+        model: c.model.name(),
+        bic: c.bic,
+        delta_bic: c.delta_bic,
+        rms: c.rms,
+        free_parameters: c.free_parameters,
+        converged: c.converged,
+        at_limit: c.at_limit,
+        initial_amplitude: c.initial_amplitude,
+        decay_rate_per_s: c.decay_rate_per_s,
+        friction_displacement: c.friction_displacement,
+        drag_rate: c.drag_rate,
+    };
+    a.comparison.iter().map(one).collect()
+}
+
+fn sliding(a: &Answer) -> Sliding {
+    let s = &a.sliding;
+    Sliding {
+        detected: s.detected,
+        p_value: s.p_value,
+        delta_bic: s.delta_bic,
+        share_at_start: s.share_at_start,
+        share_at_end: s.share_at_end,
+        dominates_from_s: s.dominates_from_s,
+        viscous_only_p_value: s.viscous_only_p_value,
+    }
+}
+
+fn segment(a: &Answer) -> Stretch {
+    let s = &a.segment;
+    Stretch {
+        start_s: s.start_s,
+        end_s: s.end_s,
+        samples: s.samples,
+        cycles: s.cycles,
+        start_reason: s.start_reason,
+        end_reason: s.end_reason,
+    }
+}
+
+fn backbone(a: &Answer) -> Option<Backbone> {
+    a.backbone.as_ref().map(|b| Backbone {
+        frequency_at_zero_hz: b.frequency_at_zero_hz,
+        frequency_at_start_hz: b.frequency_at_start_hz,
+        quadratic: b.quadratic,
+        quartic: b.quartic,
+        drift_per_s: b.drift_per_s,
+    })
+}
+
+fn stop(a: &Answer) -> Option<Stopped> {
+    a.stop.as_ref().map(|s| Stopped {
+        time_s: s.time_s,
+        position: s.position,
+        position_std_error: s.position_std_error,
+        static_displacement: s.static_displacement,
+    })
+}
+
+fn diagnostics(a: &Answer) -> Diagnostics {
+    let d = &a.diagnostics;
+    Diagnostics {
+        method: d.method,
+        noise_rms: d.noise_rms,
+        residual_rms: d.residual_rms,
+        residual_excess: d.residual_excess,
+        residual_autocorrelation: d.residual_autocorrelation,
+        signal_to_noise_db: d.signal_to_noise_db,
+        decay_times: d.decay_times,
+        left_out: d.left_out,
+        other_modes: d
+            .other_modes
+            .iter()
+            .map(|m| Mode { frequency_hz: m.frequency_hz, relative_amplitude: m.relative_amplitude })
+            .collect(),
+    }
+}
+
+fn loss(a: &Answer) -> Loss {
+    let column = |of: fn(&slipfit::ringdown::LossPoint) -> f64| a.loss.iter().map(of).collect();
+    Loss {
+        amplitude: column(|p| p.amplitude),
+        loss_per_cycle: column(|p| p.loss_per_cycle),
+        std_error: column(|p| p.std_error),
+        fitted: column(|p| p.fitted),
+        fitted_sliding: column(|p| p.fitted_sliding),
+    }
+}
+
+fn envelope(a: &Answer) -> Envelope {
+    let column = |of: fn(&slipfit::ringdown::EnvelopePoint) -> f64| a.envelope.iter().map(of).collect();
+    Envelope {
+        time_s: column(|p| p.time_s),
+        amplitude: column(|p| p.amplitude),
+        std_error: column(|p| p.std_error),
+        fitted: column(|p| p.fitted),
+        frequency_hz: column(|p| p.frequency_hz),
+        used: a.envelope.iter().map(|p| p.used).collect(),
+    }
+}

@@ -1,0 +1,58 @@
+//! Pictures, drawn once and written as SVG or PNG.
+
+mod axis;
+mod decimate;
+mod figure;
+mod font;
+mod panel;
+mod png;
+mod ringdown;
+mod svg;
+
+use crate::command::ringdown::Analysed;
+use crate::failure::Failure;
+use std::path::Path;
+
+/// File format of a picture.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub(crate) enum Format {
+    Svg,
+    Png,
+}
+
+impl Format {
+    /// By the ending of the file's name.
+    pub(crate) fn of(path: &Path) -> Result<Self, Failure> {
+        let ending = path.extension().map(|e| e.to_string_lossy().to_ascii_lowercase());
+        match ending.as_deref() {
+            Some("svg") => Ok(Self::Svg),
+            Some("png") => Ok(Self::Png),
+            _ => Err(Failure::new(format!(
+                "--plot {}: no picture format is known by that ending",
+                path.display()
+            ))
+            .hint("name the file .svg or .png")),
+        }
+    }
+}
+
+/// The picture of a ring-down.
+pub(crate) fn ringdown(analysed: &Analysed<'_>, format: Format) -> Result<Vec<u8>, Failure> {
+    let figure = ringdown::figure(analysed);
+    match format {
+        Format::Svg => Ok(svg::render(&figure)),
+        Format::Png => png::render(&figure).ok_or_else(|| Failure::new("the picture could not be drawn")),
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn the_ending_decides() {
+        assert_eq!(Format::of(Path::new("a/b.SVG")).ok(), Some(Format::Svg));
+        assert_eq!(Format::of(Path::new("b.png")).ok(), Some(Format::Png));
+        assert!(Format::of(Path::new("b.pdf")).is_err() && Format::of(Path::new("svg")).is_err());
+    }
+}

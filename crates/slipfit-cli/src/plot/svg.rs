@@ -1,0 +1,113 @@
+//! SVG: text stays text, in whatever sans-serif the viewer has.
+
+use super::figure::{Anchor, Color, Figure, Point, Shape, Stroke};
+use std::fmt::Write as _;
+
+const FAMILY: &str = "DejaVu Sans, Verdana, Helvetica, Arial, sans-serif";
+
+pub(super) fn render(figure: &Figure) -> Vec<u8> {
+    let (w, h) = (figure.width, figure.height);
+    let mut svg = format!(
+        "<svg xmlns=\"http://www.w3.org/2000/svg\" viewBox=\"0 0 {w} {h}\" width=\"{w}\" height=\"{h}\" \
+         font-family=\"{FAMILY}\">\n<rect width=\"{w}\" height=\"{h}\" fill=\"#ffffff\"/>\n"
+    );
+    for shape in &figure.shapes {
+        // Writing to a String cannot fail.
+        let _ = write_shape(&mut svg, shape);
+    }
+    svg.push_str("</svg>\n");
+    svg.into_bytes()
+}
+
+fn write_shape(svg: &mut String, shape: &Shape) -> std::fmt::Result {
+    match shape {
+        Shape::Line { points, stroke } => {
+            svg.push_str("<path fill=\"none\" stroke-linejoin=\"round\" d=\"");
+            write_path(svg, points)?;
+            write_stroke(svg, stroke)?;
+            svg.push_str("/>\n");
+        }
+        Shape::Area { points, color } => {
+            svg.push_str("<path d=\"");
+            write_path(svg, points)?;
+            svg.push_str("Z\"");
+            write_color(svg, "fill", *color)?;
+            svg.push_str("/>\n");
+        }
+        Shape::Dots { points, radius, color } => {
+            svg.push_str("<g");
+            write_color(svg, "fill", *color)?;
+            svg.push_str(">\n");
+            for [x, y] in points {
+                writeln!(svg, "<circle cx=\"{x:.2}\" cy=\"{y:.2}\" r=\"{radius}\"/>")?;
+            }
+            svg.push_str("</g>\n");
+        }
+        Shape::Text { at: [x, y], text, size, color, anchor, upward } => {
+            let anchor = match anchor {
+                Anchor::Start => "start",
+                Anchor::Middle => "middle",
+                Anchor::End => "end",
+            };
+            write!(svg, "<text x=\"{x:.2}\" y=\"{y:.2}\" font-size=\"{size}\" text-anchor=\"{anchor}\"")?;
+            write_color(svg, "fill", *color)?;
+            if *upward {
+                write!(svg, " transform=\"rotate(-90 {x:.2} {y:.2})\"")?;
+            }
+            writeln!(svg, ">{}</text>", escape(text))?;
+        }
+    }
+    Ok(())
+}
+
+fn write_path(svg: &mut String, points: &[Point]) -> std::fmt::Result {
+    for (i, [x, y]) in points.iter().enumerate() {
+        write!(svg, "{}{x:.2} {y:.2}", if i == 0 { 'M' } else { 'L' })?;
+    }
+    Ok(())
+}
+
+fn write_stroke(svg: &mut String, stroke: &Stroke) -> std::fmt::Result {
+    svg.push('"');
+    write_color(svg, "stroke", stroke.color)?;
+    write!(svg, " stroke-width=\"{}\"", stroke.width)?;
+    if let Some([on, off]) = stroke.dash {
+        write!(svg, " stroke-dasharray=\"{on} {off}\"")?;
+    }
+    Ok(())
+}
+
+fn write_color(svg: &mut String, what: &str, color: Color) -> std::fmt::Result {
+    let [r, g, b] = color.rgb;
+    write!(svg, " {what}=\"#{r:02x}{g:02x}{b:02x}\"")?;
+    if color.opacity < 1.0 {
+        write!(svg, " {what}-opacity=\"{}\"", color.opacity)?;
+    }
+    Ok(())
+}
+
+fn escape(text: &str) -> String {
+    let mut safe = String::with_capacity(text.len());
+    for c in text.chars() {
+        match c {
+            '&' => safe.push_str("&amp;"),
+            '<' => safe.push_str("&lt;"),
+            '>' => safe.push_str("&gt;"),
+            // XML has no way to write these.
+            c if c.is_control() => safe.push(' '),
+            '\u{fffe}' | '\u{ffff}' => safe.push(' '),
+            c => safe.push(c),
+        }
+    }
+    safe
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn text_cannot_break_out_of_its_element() {
+        assert_eq!(escape("p < 1e-12 & \u{1}</text>"), "p &lt; 1e-12 &amp;  &lt;/text&gt;");
+    }
+}

@@ -1,0 +1,296 @@
+//! The answer in one plain sentence.
+
+use super::{Answer, LossModel, Warning};
+use crate::format::{p_value, percent, plain};
+
+/// A share from here on is called nearly all.
+const NEARLY_ALL: f64 = 0.95;
+/// Shares closer than this at both ends are one share.
+const SAME_SHARE: f64 = 0.05;
+
+impl Answer {
+    /// What the record says about sliding friction, in plain words: how much of
+    /// the loss it carries and how sure that is, or why it cannot be told.
+    ///
+    /// For instance "Sliding friction carries 41 % of the loss at the start and
+    /// nearly all of it in the last 8 s; a purely viscous decay is excluded,
+    /// p < 1e-12." Shares are those of the chosen model between the first and
+    /// the last amplitude used.
+    pub fn sentence(&self) -> String {
+        let mut text = String::new();
+        if let Some([main_hz, other_hz]) = self.modes_hz() {
+            text = format!(
+                "The record holds more than one mode ({} and {}); what follows holds for neither alone. ",
+                plain(main_hz, 4, "Hz"),
+                plain(other_hz, 4, "Hz")
+            );
+        }
+        text.push_str(&self.loss_sentence());
+        text
+    }
+
+    fn loss_sentence(&self) -> String {
+        let asked = self.warnings.iter().find_map(|w| match w {
+            Warning::ModelNotPreferred { asked, preferred, .. } => Some((*asked, *preferred)),
+            _ => None,
+        });
+        if let Some((asked, preferred)) = asked {
+            return format!(
+                "The data prefer {preferred} to {asked}, the model asked for. {}",
+                self.conclusion()
+            );
+        }
+        self.conclusion()
+    }
+
+    fn conclusion(&self) -> String {
+        for warning in &self.warnings {
+            match warning {
+                Warning::TooFewCycles { cycles } => {
+                    return format!(
+                        "{}, too few to tell viscous from sliding loss{}.",
+                        if *cycles < 1.0 {
+                            "Less than one cycle".to_owned()
+                        } else {
+                            format!("Only {cycles:.1} cycles")
+                        },
+                        self.total_loss()
+                    );
+                }
+                Warning::NotSeparable { correlation, decay_times } => {
+                    let recorded = match *decay_times {
+                        d if d < 0.95 => format!("{} of a decay time recorded", plain(d, 2, "")),
+                        d => format!("{d:.1} decay times recorded"),
+                    };
+                    return format!(
+                        "{recorded}: viscous and sliding loss cannot be told apart, correlation {correlation:.3}{}.",
+                        self.total_loss()
+                    );
+                }
+                _ => {}
+            }
+        }
+        match (self.model.has_sliding(), self.sliding.detected) {
+            (true, true) => self.found(),
+            (true, false) => self.uncertain(),
+            (false, true) => format!(
+                "Sliding friction is present, {}, which {} leaves out.",
+                p_value(self.sliding.p_value),
+                self.model
+            ),
+            (false, false) => self.absent(),
+        }
+    }
+
+    fn modes_hz(&self) -> Option<[f64; 2]> {
+        self.warnings.iter().find_map(|w| match w {
+            Warning::SeveralModes { main_hz, other_hz, .. } => Some([*main_hz, *other_hz]),
+            _ => None,
+        })
+    }
+
+    /// What both losses come to, taken as one.
+    fn total_loss(&self) -> String {
+        let viscous = self.comparison.iter().find(|c| c.model == LossModel::Viscous && c.converged);
+        match viscous {
+            Some(c) if c.decay_rate_per_s > 0.0 => {
+                format!(
+                    "; taken as viscous, both make a decay rate of {}",
+                    plain(c.decay_rate_per_s, 3, "1/s")
+                )
+            }
+            _ => String::new(),
+        }
+    }
+
+    fn found(&self) -> String {
+        let s = &self.sliding;
+        let length_s = self.segment.end_s - self.segment.start_s;
+        let last_s = s.dominates_from_s.map(|t| self.segment.end_s - t).filter(|last| *last > 0.0);
+        let start = percent(s.share_at_start);
+        let share = if self.model == LossModel::Sliding {
+            "Sliding friction carries all of the loss".to_owned()
+        } else if s.share_at_start >= NEARLY_ALL && s.share_at_end >= NEARLY_ALL {
+            "Sliding friction carries nearly all of the loss throughout".to_owned()
+        } else if let Some(last_s) = last_s.filter(|last| *last < length_s) {
+            format!(
+                "Sliding friction carries {start} of the loss at the start and nearly all of it in the last {}",
+                plain(last_s, 2, "s")
+            )
+        } else if (s.share_at_end - s.share_at_start).abs() < SAME_SHARE {
+            format!("Sliding friction carries {start} of the loss")
+        } else {
+            format!(
+                "Sliding friction carries {start} of the loss at the start and {} at the end",
+                percent(s.share_at_end)
+            )
+        };
+        let rest = match self.model {
+            LossModel::SlidingDrag => ", drag the rest",
+            LossModel::ViscousSlidingDrag => ", viscous damping and drag the rest",
+            _ => "",
+        };
+        let evidence = if self.model.has_drag() || s.viscous_only_p_value >= 0.01 {
+            format!("a decay without it is excluded, {}", p_value(s.p_value))
+        } else {
+            format!("a purely viscous decay is excluded, {}", p_value(s.viscous_only_p_value))
+        };
+        format!("{share}{rest}; {evidence}{}.", self.open_question())
+    }
+
+    fn uncertain(&self) -> String {
+        format!(
+            "Sliding friction is possible but not certain, {}: {} describes the decay best, with {} of the loss \
+             from sliding at the start.",
+            p_value(self.sliding.p_value),
+            self.model,
+            percent(self.sliding.share_at_start)
+        )
+    }
+
+    fn absent(&self) -> String {
+        let no_viscous = self.parameter("decay_rate_per_s").is_some_and(|q| q.value == 0.0);
+        let cause = match self.model {
+            LossModel::ViscousDrag if no_viscous => "Quadratic drag alone explains",
+            LossModel::ViscousDrag => "Viscous damping and quadratic drag explain",
+            _ => "Viscous damping alone explains",
+        };
+        let limit = [("friction_displacement", "x_F is"), ("sliding_rate", "it takes")]
+            .into_iter()
+            .find_map(|(name, is)| self.parameter(name).map(|q| (q.interval_95[1], q.unit.as_str(), is)))
+            .filter(|(high, ..)| high.is_finite() && *high > 0.0)
+            .map(|(high, unit, is)| format!(": {is} below {} (95 %)", plain(high, 2, unit)))
+            .unwrap_or_default();
+        format!(
+            "{cause} the decay; no sliding friction is found, {}{limit}{}.",
+            p_value(self.sliding.p_value),
+            self.open_question()
+        )
+    }
+
+    fn open_question(&self) -> String {
+        let rival = self.warnings.iter().find_map(|w| match w {
+            Warning::AmbiguousModel { rival, .. } => Some(*rival),
+            _ => None,
+        });
+        match rival {
+            Some(rival) if rival.has_sliding() == self.model.has_sliding() => {
+                format!("; whether the rest is that of {} or {rival} stays open", self.model)
+            }
+            Some(rival) => format!("; {rival} describes the record as well"),
+            None => String::new(),
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::super::sample;
+    use super::*;
+    use crate::Quantity;
+
+    #[test]
+    fn found_sliding_is_told_by_its_shares() {
+        let mut a = sample::answer();
+        a.sliding.share_at_start = 0.41;
+        a.sliding.dominates_from_s = Some(a.segment.end_s - 8.0);
+        assert_eq!(
+            a.sentence(),
+            "Sliding friction carries 41 % of the loss at the start and nearly all of it in the last 8 s; a purely \
+             viscous decay is excluded, p < 1e-12."
+        );
+        a.sliding.dominates_from_s = None;
+        a.sliding.share_at_end = 0.78;
+        a.sliding.viscous_only_p_value = 3.2e-5;
+        assert_eq!(
+            a.sentence(),
+            "Sliding friction carries 41 % of the loss at the start and 78 % at the end; a purely viscous decay is \
+             excluded, p = 3e-5."
+        );
+        a.model = LossModel::ViscousSlidingDrag;
+        assert_eq!(
+            a.sentence(),
+            "Sliding friction carries 41 % of the loss at the start and 78 % at the end, viscous damping and drag \
+             the rest; a decay without it is excluded, p < 1e-12."
+        );
+        a.model = LossModel::Sliding;
+        a.sliding.viscous_only_p_value = 0.0;
+        assert_eq!(
+            a.sentence(),
+            "Sliding friction carries all of the loss; a purely viscous decay is excluded, p < 1e-12."
+        );
+    }
+
+    #[test]
+    fn sliding_not_found_comes_with_its_upper_limit() {
+        let mut a = sample::answer();
+        a.model = LossModel::Viscous;
+        a.sliding.detected = false;
+        a.sliding.p_value = 0.42;
+        let mut x_f = Quantity::normal(0.0, 1e-4, "rad");
+        x_f.interval_95 = [0.0, 2.5e-4];
+        a.parameters.retain(|p| p.name != "friction_displacement");
+        assert_eq!(
+            a.sentence(),
+            "Viscous damping alone explains the decay; no sliding friction is found, p = 0.42."
+        );
+        a.parameters.push(super::super::Parameter { name: "friction_displacement", quantity: x_f });
+        assert_eq!(
+            a.sentence(),
+            "Viscous damping alone explains the decay; no sliding friction is found, p = 0.42: x_F is below \
+             250 µrad (95 %)."
+        );
+        a.model = LossModel::ViscousDrag;
+        a.warnings = vec![Warning::AmbiguousModel {
+            chosen: LossModel::ViscousDrag,
+            rival: LossModel::ViscousSliding,
+            delta_bic: 0.7,
+        }];
+        assert!(a.sentence().starts_with("Viscous damping and quadratic drag explain the decay; no sliding"));
+        assert!(a.sentence().ends_with("; viscous+sliding describes the record as well."));
+    }
+
+    #[test]
+    fn what_cannot_be_told_is_said_with_its_number() {
+        let mut a = sample::answer();
+        a.warnings = vec![Warning::NotSeparable { correlation: -0.9991, decay_times: 0.7 }];
+        assert_eq!(
+            a.sentence(),
+            "0.7 of a decay time recorded: viscous and sliding loss cannot be told apart, correlation -0.999; taken \
+             as viscous, both make a decay rate of 0.05 1/s."
+        );
+        a.warnings = vec![Warning::TooFewCycles { cycles: 3.1 }];
+        assert!(a.sentence().starts_with("Only 3.1 cycles, too few to tell"));
+        a.warnings = vec![Warning::SeveralModes { main_hz: 80.5, other_hz: 297.7, relative_amplitude: 0.4 }];
+        assert!(a.sentence().starts_with("The record holds more than one mode (80.5 Hz and 297.7 Hz);"));
+    }
+
+    #[test]
+    fn a_model_asked_for_against_the_data_says_so() {
+        let mut a = sample::answer();
+        a.model = LossModel::Viscous;
+        a.warnings = vec![Warning::ModelNotPreferred {
+            asked: LossModel::Viscous,
+            preferred: LossModel::ViscousSliding,
+            delta_bic: 900.0,
+        }];
+        assert_eq!(
+            a.sentence(),
+            "The data prefer viscous+sliding to viscous, the model asked for. Sliding friction is present, \
+             p < 1e-12, which viscous leaves out."
+        );
+    }
+
+    #[test]
+    fn weak_evidence_is_called_weak() {
+        let mut a = sample::answer();
+        a.sliding.detected = false;
+        a.sliding.p_value = 0.03;
+        a.sliding.share_at_start = 0.05;
+        assert_eq!(
+            a.sentence(),
+            "Sliding friction is possible but not certain, p = 0.03: viscous+sliding describes the decay best, with \
+             5 % of the loss from sliding at the start."
+        );
+    }
+}
