@@ -1,0 +1,199 @@
+//! Why a file could not be read, and what would help.
+
+use std::io;
+
+use crate::Format;
+
+/// A file that could not be read.
+#[derive(Debug, thiserror::Error)]
+#[error("{file}{}: {problem}", row_suffix(.problem))]
+pub struct ReadError {
+    /// The file, as named by the caller.
+    pub file: String,
+    /// What is wrong with it.
+    #[source]
+    pub problem: ReadProblem,
+}
+
+fn row_suffix(problem: &ReadProblem) -> String {
+    problem.row().map(|row| format!(", row {row}")).unwrap_or_default()
+}
+
+impl ReadError {
+    pub(crate) fn new(file: &str, problem: ReadProblem) -> Self {
+        Self { file: file.to_owned(), problem }
+    }
+
+    /// What the person can do about it, if anything: a flag, mostly.
+    #[must_use]
+    pub fn hint(&self) -> Option<String> {
+        self.problem.hint()
+    }
+}
+
+/// What is wrong with a file.
+#[derive(Debug, thiserror::Error)]
+#[non_exhaustive]
+pub enum ReadProblem {
+    /// The system refused.
+    #[error("{0}")]
+    Io(io::Error),
+    /// No bytes, or nothing but blanks.
+    #[error("the file is empty")]
+    Empty,
+    /// A format that is known by name only.
+    #[error("this is {}, which is not read yet", .0.name())]
+    Unsupported(Format),
+    /// Bytes no text has.
+    #[error("this is not text: byte {byte:#04x} at position {position}")]
+    Binary {
+        /// The first such byte.
+        byte: u8,
+        /// Its position, from 0.
+        position: usize,
+    },
+    /// A line too long for any table.
+    #[error("a line of more than {limit} bytes: this is not a table")]
+    LineTooLong {
+        /// Line number, from 1.
+        row: u64,
+        /// The longest that is read.
+        limit: usize,
+    },
+    /// Text without numbers in rows.
+    #[error("no table of numbers in the first {lines} lines; the first line reads `{first}`")]
+    NoTable {
+        /// Lines looked at.
+        lines: usize,
+        /// Beginning of the first of them.
+        first: String,
+    },
+    /// No column of times and no rate.
+    #[error("no column of times among {columns}")]
+    NoTime {
+        /// The columns there are.
+        columns: String,
+        /// A rate [Hz] the preamble names.
+        rate_hz: Option<f64>,
+    },
+    /// Nothing left to be the signal.
+    #[error("no column could be the signal among {columns}")]
+    NoSignal {
+        /// The columns there are.
+        columns: String,
+    },
+    /// The column asked for does not exist.
+    #[error("{flag} {wanted}: no such column; there are {columns}")]
+    UnknownColumn {
+        /// The flag it was asked for with.
+        flag: &'static str,
+        /// The column asked for.
+        wanted: String,
+        /// The columns there are.
+        columns: String,
+    },
+    /// Several columns fit what was asked for.
+    #[error("{flag} {wanted} could be {candidates}")]
+    AmbiguousColumn {
+        /// The flag it was asked for with.
+        flag: &'static str,
+        /// The column asked for.
+        wanted: String,
+        /// The columns that fit.
+        candidates: String,
+    },
+    /// The table or run asked for does not exist.
+    #[error("{flag} {wanted}: the file has {found}")]
+    UnknownGroup {
+        /// `--table` or `--run`.
+        flag: &'static str,
+        /// The one asked for.
+        wanted: usize,
+        /// How many there are.
+        found: usize,
+    },
+    /// A unit that is not known for times.
+    #[error("`{unit}` is no unit of time known here")]
+    UnknownTimeUnit {
+        /// The unit given.
+        unit: String,
+    },
+    /// Two options that exclude each other.
+    #[error("{0} and {1} exclude each other")]
+    Conflict(&'static str, &'static str),
+    /// Time runs backwards.
+    #[error("column {column}: time goes backwards ({previous} s, then {next} s)")]
+    TimeBackwards {
+        /// Line of the file, from 1.
+        row: u64,
+        /// The time column.
+        column: String,
+        /// Time before [s].
+        previous: f64,
+        /// Time on that line [s].
+        next: f64,
+    },
+    /// Too few rows could be read.
+    #[error("{read} usable rows in column {column}, at least {needed} are needed{skipped}")]
+    TooFewRows {
+        /// Rows with a sample.
+        read: usize,
+        /// The least that would do.
+        needed: usize,
+        /// The signal column.
+        column: String,
+        /// Rows left out, by reason; empty if none.
+        skipped: String,
+    },
+    /// The signal never changes.
+    #[error("column {column} is constant ({value}): nothing oscillates")]
+    ConstantSignal {
+        /// The signal column.
+        column: String,
+        /// Its one value.
+        value: f64,
+    },
+    /// The record could not be made.
+    #[error("{0}")]
+    Record(slipfit::Error),
+}
+
+impl ReadProblem {
+    /// The line of the file it is about, from 1.
+    #[must_use]
+    pub fn row(&self) -> Option<u64> {
+        match self {
+            Self::LineTooLong { row, .. } | Self::TimeBackwards { row, .. } => Some(*row),
+            _ => None,
+        }
+    }
+
+    fn hint(&self) -> Option<String> {
+        let hint = match self {
+            Self::Unsupported(_) | Self::Binary { .. } | Self::LineTooLong { .. } => {
+                "export the data as text: one row per sample, columns for time and signal".to_owned()
+            }
+            Self::NoTime { rate_hz: Some(rate), .. } => {
+                format!(
+                    "--rate-hz {rate} takes the rate named in the file's first lines; --time names a column"
+                )
+            }
+            Self::NoTime { rate_hz: None, .. } => {
+                "--rate-hz RATE gives the samples per second; --time names a column".to_owned()
+            }
+            Self::NoSignal { .. } | Self::ConstantSignal { .. } | Self::TooFewRows { .. } => {
+                "--signal names another column".to_owned()
+            }
+            Self::AmbiguousColumn { .. } => "give the column's number".to_owned(),
+            Self::UnknownTimeUnit { .. } => "--time-unit takes s, ms, us, ns, min or h".to_owned(),
+            Self::TimeBackwards { .. } | Self::Record(slipfit::Error::TimeStandsStill { .. }) => {
+                "--time names another column, --rate-hz replaces it".to_owned()
+            }
+            Self::Record(slipfit::Error::Parameter { name: "rate_hz", .. }) => {
+                "--rate-hz takes a positive number of samples per second".to_owned()
+            }
+            _ => return None,
+        };
+        Some(hint)
+    }
+}

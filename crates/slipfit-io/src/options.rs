@@ -1,0 +1,31 @@
+//! What the person reading a file may decide.
+
+use slipfit::SignalKind;
+
+/// Choices that override what the file itself suggests. The default leaves
+/// everything to the file.
+///
+/// A column is given by its number, from 1, or by its name: the whole header
+/// or the header without its unit, in any case, or a part of it that no other
+/// header has.
+#[derive(Debug, Clone, Default, PartialEq)]
+pub struct ReadOptions {
+    /// Column of the times.
+    pub time: Option<String>,
+    /// Column of the signal; of a lock-in, its in-phase output.
+    pub signal: Option<String>,
+    /// Column of the quadrature output of a lock-in.
+    pub quadrature: Option<String>,
+    /// Unit of the time column: `s`, `ms`, `us`, `ns`, `min`, `h`.
+    pub time_unit: Option<String>,
+    /// Unit of the signal. `dB` and `dBm` are made linear.
+    pub signal_unit: Option<String>,
+    /// What the signal is.
+    pub kind: Option<SignalKind>,
+    /// Samples per second, in place of a time column.
+    pub rate_hz: Option<f64>,
+    /// Which of several tables side by side, from 1.
+    pub table: Option<usize>,
+    /// Which of several runs in groups of columns, from 1.
+    pub run: Option<usize>,
+}

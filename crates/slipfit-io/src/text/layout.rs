@@ -1,0 +1,345 @@
+//! Where the table begins, what its columns are called and how they group.
+
+use std::borrow::Cow;
+
+use super::{
+    dialect::{self, RowKind, Shape},
+    names::{Name, Role},
+    number,
+    units::Measures,
+};
+use crate::report::Delimiter;
+
+/// Rows after the first that must be rows as well.
+const LOOK_AHEAD: usize = 5;
+
+/// A table found in the first lines of a file.
+#[derive(Debug, Clone)]
+pub(super) struct Layout {
+    pub(super) shape: Shape,
+    /// Index of the header line.
+    pub(super) header_line: Option<usize>,
+    /// Index of the first line of numbers.
+    pub(super) first_line: usize,
+    /// One for each column; empty names without a header.
+    pub(super) names: Vec<Name>,
+    /// Whether the rows quote cells.
+    pub(super) quoted: bool,
+    /// Values named in the preamble.
+    pub(super) named_values: Vec<(String, String)>,
+    /// Sentences about what was odd.
+    pub(super) notes: Vec<String>,
+}
+
+/// Columns that belong together.
+#[derive(Debug, Clone, PartialEq)]
+pub(super) struct Group {
+    pub(super) table: usize,
+    pub(super) run: usize,
+    /// Indices of its columns.
+    pub(super) columns: Vec<usize>,
+}
+
+/// Bytes as text: UTF-8, else Windows-1252, which has every byte.
+pub(super) fn text(bytes: &[u8]) -> Cow<'_, str> {
+    match std::str::from_utf8(bytes) {
+        Ok(text) => Cow::Borrowed(text),
+        Err(_) => encoding_rs::WINDOWS_1252.decode_without_bom_handling(bytes).0,
+    }
+}
+
+/// Finds the table in the first lines of a file.
+pub(super) fn find(lines: &[&[u8]]) -> Option<Layout> {
+    let shape = dialect::detect(lines)?;
+    let kinds: Vec<RowKind> =
+        lines.iter().map(|l| dialect::row_kind(l, shape.delimiter, shape.decimal)).collect();
+    let first_line = first_row(&kinds, shape.width)?;
+    let mut notes = Vec::new();
+    let header = header(lines, &kinds, first_line, shape, &mut notes);
+    let (header_line, names) = match header {
+        Some((line, names)) => (Some(line), names),
+        None => (None, vec![Name::default(); shape.width]),
+    };
+    let quoted = lines[first_line..].iter().any(|l| memchr::memchr(b'"', l).is_some());
+    let named_values = named_values(&lines[..first_line]);
+    Some(Layout { shape, header_line, first_line, names, quoted, named_values, notes })
+}
+
+/// The first row of numbers of the usual width that others follow.
+fn first_row(kinds: &[RowKind], width: usize) -> Option<usize> {
+    let is_row = |kind: &RowKind| matches!(kind, RowKind::Numbers(_));
+    let usual = |i: usize| kinds[i] == RowKind::Numbers(width);
+    let followed = |i: usize| {
+        let next: Vec<&RowKind> =
+            kinds[i..].iter().filter(|k| **k != RowKind::Blank).take(LOOK_AHEAD).collect();
+        next.iter().filter(|k| is_row(k)).count() * 5 >= next.len() * 4
+    };
+    (0..kinds.len()).find(|&i| usual(i) && followed(i)).or_else(|| (0..kinds.len()).find(|&i| usual(i)))
+}
+
+fn header(
+    lines: &[&[u8]],
+    kinds: &[RowKind],
+    first_line: usize,
+    shape: Shape,
+    notes: &mut Vec<String>,
+) -> Option<(usize, Vec<Name>)> {
+    let above = || (0..first_line).rev().filter(|&i| kinds[i] != RowKind::Blank);
+    let nearest = above().next()?;
+    if matches!(kinds[nearest], RowKind::Text(_)) {
+        if let Some(cells) = header_cells(lines[nearest], shape) {
+            let cells = join_unit_row(cells, nearest, lines, kinds, shape);
+            return Some((nearest, cells.iter().map(|c| Name::parse(c)).collect()));
+        }
+        let cells = plain_header_cells(lines[nearest]);
+        let numeric =
+            |c: &String| matches!(number::cell(c.as_bytes(), shape.decimal), number::Cell::Number(_));
+        if cells.len() != shape.width && !cells.iter().any(numeric) {
+            notes.push(format!(
+                "line {} names {} columns (`{}`) but the rows hold {}: its names were not used",
+                nearest + 1,
+                cells.len(),
+                text(lines[nearest]).trim(),
+                shape.width
+            ));
+        }
+    }
+    // Among remarks a header is one whose words are those of columns.
+    above().filter(|&i| kinds[i] == RowKind::Comment).find_map(|i| {
+        let cells = header_cells(uncommented(lines[i]), shape)?;
+        let names: Vec<Name> = cells.iter().map(|c| Name::parse(c)).collect();
+        let known = names.iter().filter(|n| n.role() != Role::Unknown).count();
+        (known * 2 >= names.len() && known > 0).then_some((i, names))
+    })
+}
+
+/// The line without the mark of a remark.
+fn uncommented(line: &[u8]) -> &[u8] {
+    let line = line.trim_ascii();
+    let marks = line.iter().take_while(|b| matches!(b, b'#' | b'%' | b'/')).count();
+    line[marks..].trim_ascii()
+}
+
+/// The cells of a header, if there is a way to see as many as the rows have.
+fn header_cells(line: &[u8], shape: Shape) -> Option<Vec<String>> {
+    let line = line.trim_ascii_end();
+    if shape.delimiter == Delimiter::None {
+        // A line with a number among its words is a value of something else.
+        let numeric = |c: &[u8]| matches!(number::cell(c, shape.decimal), number::Cell::Number(_));
+        if line.split(|b| b",;\t=: ".contains(b)).any(numeric) && !line.starts_with(b"\"") {
+            return None;
+        }
+        return Some(vec![text(number::trim(line)).into_owned()]);
+    }
+    let own = || texts(&dialect::cells(line, shape.delimiter));
+    let ways: [&dyn Fn() -> Vec<String>; 4] = [
+        &own,
+        &|| joined_units(&text(line)),
+        &|| text(line).split("  ").map(|c| c.trim().to_owned()).filter(|c| !c.is_empty()).collect(),
+        &|| {
+            [Delimiter::Tab, Delimiter::Semicolon, Delimiter::Comma]
+                .into_iter()
+                .map(|d| texts(&dialect::cells(line, d)))
+                .find(|cells| cells.len() == shape.width)
+                .unwrap_or_default()
+        },
+    ];
+    ways.iter().find_map(|way| fitted(way(), shape.width))
+}
+
+/// Empty cells at the end may be too many or too few.
+fn fitted(mut cells: Vec<String>, width: usize) -> Option<Vec<String>> {
+    while cells.len() > width && cells.last().is_some_and(String::is_empty) {
+        cells.pop();
+    }
+    if cells.len() + 1 == width && width > 2 {
+        cells.push(String::new());
+    }
+    (cells.len() == width && cells.iter().any(|c| !c.is_empty())).then_some(cells)
+}
+
+fn texts(cells: &[&[u8]]) -> Vec<String> {
+    cells.iter().map(|c| text(number::trim(c)).into_owned()).collect()
+}
+
+/// Words between blanks, with units in brackets put to the word before.
+fn joined_units(line: &str) -> Vec<String> {
+    let mut cells: Vec<String> = Vec::new();
+    for word in line.split_whitespace() {
+        match cells.last_mut() {
+            Some(last) if word.starts_with(['(', '[']) => {
+                last.push(' ');
+                last.push_str(word);
+            }
+            _ => cells.push(word.to_owned()),
+        }
+    }
+    cells
+}
+
+/// How a reader would count the names of a line.
+fn plain_header_cells(line: &[u8]) -> Vec<String> {
+    let by = |d| texts(&dialect::cells(line, d));
+    [by(Delimiter::Tab), by(Delimiter::Semicolon), by(Delimiter::Comma)]
+        .into_iter()
+        .find(|cells| cells.len() > 1)
+        .unwrap_or_else(|| joined_units(&text(line)))
+}
+
+/// Where the line above the numbers holds units only, names stand above it.
+fn join_unit_row(
+    cells: Vec<String>,
+    line: usize,
+    lines: &[&[u8]],
+    kinds: &[RowKind],
+    shape: Shape,
+) -> Vec<String> {
+    let is_unit = |cell: &String| {
+        let inner = cell.trim_matches(['(', ')', '[', ']', ' ']);
+        cell.is_empty()
+            || super::units::measures(inner).is_some()
+            || (cell.starts_with(['(', '[']) && cell.ends_with([')', ']']))
+    };
+    if !cells.iter().all(is_unit) || cells.iter().all(String::is_empty) {
+        return cells;
+    }
+    let above = (0..line).rev().find(|&i| kinds[i] != RowKind::Blank);
+    let names = above.and_then(|i| header_cells(lines[i], shape));
+    match names {
+        // `x` and `s` are units and names: two rows of them are needed.
+        Some(names) => names
+            .iter()
+            .zip(&cells)
+            .map(|(name, unit)| format!("{name} ({})", unit.trim_matches(['(', ')', '[', ']', ' '])))
+            .map(|joined| joined.trim_end_matches("()").trim().to_owned())
+            .collect(),
+        None => cells,
+    }
+}
+
+/// `name: value` and `name = value` lines, and a row of names over a row of values.
+fn named_values(preamble: &[&[u8]]) -> Vec<(String, String)> {
+    let mut values: Vec<(String, String)> = Vec::new();
+    let mut before: Vec<String> = Vec::new();
+    for line in preamble {
+        let plain = text(uncommented(line)).into_owned();
+        let cells: Vec<String> =
+            plain.split([',', ';', '\t']).map(|c| c.trim().trim_matches('"').to_owned()).collect();
+        let numeric = |c: &String| c.parse::<f64>().is_ok();
+        if let Some((name, value)) = plain.split_once([':', '=']) {
+            values.push((name.trim().to_owned(), value.trim().to_owned()));
+        } else if cells.iter().all(numeric) && before.len() == cells.len() {
+            values.extend(before.drain(..).zip(cells.iter().cloned()).filter(|(name, _)| !name.is_empty()));
+        } else if cells.len() >= 2 && !numeric(&cells[0]) && numeric(&cells[1]) {
+            values.push((cells[0].clone(), cells[1].clone()));
+        }
+        before = if cells.iter().any(numeric) { Vec::new() } else { cells };
+    }
+    values
+}
+
+/// A unit of the signal named in the preamble.
+pub(super) fn named_unit(values: &[(String, String)]) -> Option<&str> {
+    let is_unit =
+        |name: &str| ["unit", "einheit", "unità", "unidad"].iter().any(|u| name.to_lowercase().contains(u));
+    let signal =
+        |unit: &str| matches!(super::units::measures(unit), Some(Measures::Signal(_) | Measures::Level(_)));
+    values.iter().find(|(name, value)| is_unit(name) && signal(value)).map(|(_, value)| value.as_str())
+}
+
+/// A sampling rate [Hz] named in the preamble.
+pub(super) fn named_rate_hz(values: &[(String, String)]) -> Option<f64> {
+    values.iter().find_map(|(name, value)| {
+        let name = name.to_lowercase();
+        let rate =
+            ["sample_rate", "sample rate", "sampling rate", "samplerate", "abtastrate", "sampling frequency"];
+        let interval = ["sample interval", "sampling interval", "sample_interval", "dt", "abtastintervall"];
+        let mut parts = value.split_whitespace();
+        let number: f64 = parts.next()?.parse().ok()?;
+        let unit = parts.next().unwrap_or_default().to_lowercase();
+        let found = if rate.iter().any(|r| name.contains(r)) {
+            let factor = if unit.starts_with('k') || name.contains("khz") { 1e3 } else { 1.0 };
+            number * factor
+        } else if interval.iter().any(|r| name == *r || (r.len() > 2 && name.contains(r))) {
+            let factor = if unit == "ms" || name.contains("ms") { 1e3 } else { 1.0 };
+            factor / number
+        } else {
+            return None;
+        };
+        (found > 0.0 && found.is_finite()).then_some(found)
+    })
+}
+
+/// Groups the columns into tables and runs. `empty` tells the columns without
+/// any number.
+pub(super) fn groups(names: &[Name], empty: &[bool]) -> Vec<Group> {
+    let mut groups = Vec::new();
+    let gap = |i: usize| names[i].header.is_empty() && empty[i];
+    let mut table = 0;
+    let mut i = 0;
+    while i < names.len() {
+        if gap(i) {
+            i += 1;
+            continue;
+        }
+        let start = i;
+        while i < names.len() && !gap(i) {
+            i += 1;
+        }
+        table += 1;
+        let runs = runs(names, &(start..i).collect::<Vec<_>>());
+        groups.extend(runs.into_iter().enumerate().map(|(r, columns)| Group { table, run: r + 1, columns }));
+    }
+    merge_if_timeless(groups, names)
+}
+
+/// A table behind an empty column that has no times of its own belongs to the
+/// one before it.
+fn merge_if_timeless(groups: Vec<Group>, names: &[Name]) -> Vec<Group> {
+    let named = names.iter().any(|n| !n.header.is_empty());
+    let tables = groups.last().map_or(0, |g| g.table);
+    let timed = |table: usize| {
+        groups
+            .iter()
+            .filter(|g| g.table == table)
+            .any(|g| g.columns.iter().any(|&c| names[c].role() == Role::Time))
+    };
+    if tables < 2 || (named && (1..=tables).all(timed)) {
+        return groups;
+    }
+    let columns = groups.into_iter().flat_map(|g| g.columns).collect();
+    vec![Group { table: 1, run: 1, columns }]
+}
+
+/// Splits the columns of a table at run tags or at repeated time columns.
+fn runs(names: &[Name], columns: &[usize]) -> Vec<Vec<usize>> {
+    let mut tags: Vec<&str> = Vec::new();
+    for &c in columns {
+        if let Some(tag) = names[c].run.as_deref()
+            && !tags.contains(&tag)
+        {
+            tags.push(tag);
+        }
+    }
+    if tags.len() > 1 {
+        let of = |tag: &str| {
+            columns.iter().copied().filter(|&c| names[c].run.as_deref().is_none_or(|t| t == tag)).collect()
+        };
+        return tags.into_iter().map(of).collect();
+    }
+    let Some(first) = columns.iter().position(|&c| names[c].role() == Role::Time) else {
+        return vec![columns.to_vec()];
+    };
+    let stem = names[columns[first]].stem();
+    let starts: Vec<usize> = (first..columns.len())
+        .filter(|&i| names[columns[i]].role() == Role::Time && names[columns[i]].stem() == stem)
+        .collect();
+    let mut runs: Vec<Vec<usize>> = Vec::new();
+    for (k, &start) in starts.iter().enumerate() {
+        let from = if k == 0 { 0 } else { start };
+        let to = starts.get(k + 1).copied().unwrap_or(columns.len());
+        runs.push(columns[from..to].to_vec());
+    }
+    // Times next to each other are no runs: nothing stands between them.
+    if runs.iter().any(|r| r.len() < 2) { vec![columns.to_vec()] } else { runs }
+}

@@ -1,0 +1,153 @@
+//! Cells to numbers.
+
+use crate::report::Decimal;
+
+/// What a cell holds.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub(super) enum Cell {
+    /// A finite number.
+    Number(f64),
+    /// Nothing, or a word for it: NaN, `-`, infinity, overflow.
+    Missing,
+    /// Anything else.
+    Text,
+}
+
+/// The longest number read with a decimal comma.
+const LONGEST: usize = 64;
+
+/// Words for no value, in lower case.
+const MISSING: &[&str] = &[
+    "-",
+    "--",
+    "---",
+    "*",
+    "?",
+    "nan",
+    "-nan",
+    "+nan",
+    "nan(ind)",
+    "-nan(ind)",
+    "1.#qnan",
+    "-1.#ind",
+    "na",
+    "n/a",
+    "#n/a",
+    "#na",
+    "#nv",
+    "#value!",
+    "#div/0!",
+    "null",
+    "none",
+    "nil",
+    "inf",
+    "+inf",
+    "-inf",
+    "infinity",
+    "-infinity",
+    "∞",
+    "-∞",
+    "overflow",
+    "ovl",
+    "undefined",
+    "missing",
+    "undef",
+];
+
+/// The cell without blanks around it and quotes around that.
+pub(super) fn trim(cell: &[u8]) -> &[u8] {
+    let cell = cell.trim_ascii();
+    // A no-break space is two bytes in UTF-8.
+    let cell = cell.strip_prefix(b"\xc2\xa0").unwrap_or(cell);
+    match cell {
+        [b'"', inner @ .., b'"'] | [b'\'', inner @ .., b'\''] => inner.trim_ascii(),
+        _ => cell,
+    }
+}
+
+/// Reads a cell.
+pub(super) fn cell(bytes: &[u8], decimal: Decimal) -> Cell {
+    let bytes = trim(bytes);
+    if bytes.is_empty() {
+        return Cell::Missing;
+    }
+    match number(bytes, decimal) {
+        Some(value) if value.is_finite() => Cell::Number(value),
+        Some(_) => Cell::Missing,
+        None => odd(bytes, decimal),
+    }
+}
+
+/// A number that fills the bytes.
+pub(super) fn number(bytes: &[u8], decimal: Decimal) -> Option<f64> {
+    match decimal {
+        Decimal::Point => fast_float2::parse(bytes).ok(),
+        Decimal::Comma => {
+            let mut copy = [0_u8; LONGEST];
+            let copy = copy.get_mut(..bytes.len())?;
+            for (to, &from) in copy.iter_mut().zip(bytes) {
+                *to = match from {
+                    b',' => b'.',
+                    b'.' => return None,
+                    other => other,
+                };
+            }
+            fast_float2::parse(&*copy).ok()
+        }
+    }
+}
+
+/// Numbers in typographic or Fortran dress, and words for no value.
+#[cold]
+fn odd(bytes: &[u8], decimal: Decimal) -> Cell {
+    if bytes.len() > LONGEST {
+        return Cell::Text;
+    }
+    let Ok(text) = std::str::from_utf8(bytes) else { return Cell::Text };
+    let lower = text.to_lowercase();
+    if MISSING.contains(&lower.as_str()) {
+        return Cell::Missing;
+    }
+    // U+2212 is the minus of typesetters, D the exponent of Fortran.
+    let mut plain = lower.replace('\u{2212}', "-");
+    if plain.starts_with(|c: char| c.is_ascii_digit() || "+-.,".contains(c)) {
+        plain = plain.replace('d', "e");
+    }
+    match number(plain.as_bytes(), decimal) {
+        Some(value) if value.is_finite() => Cell::Number(value),
+        _ => Cell::Text,
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn numbers_in_any_dress_are_read() {
+        for (text, decimal, value) in [
+            ("1.5", Decimal::Point, 1.5),
+            (" \"1,5\" ", Decimal::Comma, 1.5),
+            ("+2", Decimal::Point, 2.0),
+            ("-,5", Decimal::Comma, -0.5),
+            ("1.0D-3", Decimal::Point, 1e-3),
+            ("\u{2212}3,25E+01", Decimal::Comma, -32.5),
+            ("\u{a0}7", Decimal::Point, 7.0),
+            (".5", Decimal::Point, 0.5),
+            ("5.", Decimal::Point, 5.0),
+        ] {
+            assert_eq!(cell(text.as_bytes(), decimal), Cell::Number(value), "{text}");
+        }
+    }
+
+    #[test]
+    fn words_for_nothing_are_missing_and_other_words_are_text() {
+        for text in ["", "  ", "NaN", "-nan(ind)", "inf", "#N/A", "--", "1e999", "∞"] {
+            assert_eq!(cell(text.as_bytes(), Decimal::Point), Cell::Missing, "{text}");
+        }
+        for text in ["a", "1.5 V", "1,5", "12:30", "0x1f", "1e", "1_000", "dd"] {
+            assert_eq!(cell(text.as_bytes(), Decimal::Point), Cell::Text, "{text}");
+        }
+        assert_eq!(cell(b"1.5", Decimal::Comma), Cell::Text);
+    }
+}

@@ -1,0 +1,234 @@
+//! Units as they stand in headers.
+
+use slipfit::SignalKind;
+
+/// What a unit measures.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub(super) enum Measures {
+    /// Time; the factor to seconds is `numerator / denominator`.
+    Time { numerator: f64, denominator: f64 },
+    /// A signal of a kind.
+    Signal(SignalKind),
+    /// A level in dB: linear amplitude is `10^(x/20)`, in the unit named.
+    Level(&'static str),
+    /// Something that is neither.
+    Other,
+}
+
+const SECONDS: &[(&str, f64, f64)] = &[
+    ("s", 1.0, 1.0),
+    ("sec", 1.0, 1.0),
+    ("secs", 1.0, 1.0),
+    ("sek", 1.0, 1.0),
+    ("second", 1.0, 1.0),
+    ("seconds", 1.0, 1.0),
+    ("sekunde", 1.0, 1.0),
+    ("sekunden", 1.0, 1.0),
+    ("seconde", 1.0, 1.0),
+    ("secondes", 1.0, 1.0),
+    ("secondi", 1.0, 1.0),
+    ("secondo", 1.0, 1.0),
+    ("segundo", 1.0, 1.0),
+    ("segundos", 1.0, 1.0),
+    ("сек", 1.0, 1.0),
+    ("с", 1.0, 1.0),
+    ("秒", 1.0, 1.0),
+    ("ms", 1.0, 1e3),
+    ("msec", 1.0, 1e3),
+    ("millis", 1.0, 1e3),
+    ("millisecond", 1.0, 1e3),
+    ("milliseconds", 1.0, 1e3),
+    ("millisekunden", 1.0, 1e3),
+    ("us", 1.0, 1e6),
+    ("usec", 1.0, 1e6),
+    ("\u{b5}s", 1.0, 1e6),
+    ("\u{3bc}s", 1.0, 1e6),
+    ("micros", 1.0, 1e6),
+    ("microsecond", 1.0, 1e6),
+    ("microseconds", 1.0, 1e6),
+    ("ns", 1.0, 1e9),
+    ("nanosecond", 1.0, 1e9),
+    ("nanoseconds", 1.0, 1e9),
+    ("ps", 1.0, 1e12),
+    ("min", 60.0, 1.0),
+    ("minute", 60.0, 1.0),
+    ("minutes", 60.0, 1.0),
+    ("minuten", 60.0, 1.0),
+    ("h", 3600.0, 1.0),
+    ("hr", 3600.0, 1.0),
+    ("hour", 3600.0, 1.0),
+    ("hours", 3600.0, 1.0),
+];
+
+/// Lengths, angles and electrical signals that stand for them.
+const POSITIONS: &[&str] = &[
+    "m",
+    "meter",
+    "metre",
+    "meters",
+    "dm",
+    "cm",
+    "mm",
+    "um",
+    "\u{b5}m",
+    "\u{3bc}m",
+    "nm",
+    "pm",
+    "fm",
+    "in",
+    "inch",
+    "ft",
+    "mil",
+    "px",
+    "pixel",
+    "pixels",
+    "rad",
+    "mrad",
+    "urad",
+    "\u{b5}rad",
+    "\u{3bc}rad",
+    "nrad",
+    "deg",
+    "degree",
+    "degrees",
+    "grad",
+    "\u{b0}",
+    "rev",
+    "revs",
+    "turn",
+    "turns",
+    "arcsec",
+    "arcmin",
+    "v",
+    "mv",
+    "uv",
+    "\u{b5}v",
+    "\u{3bc}v",
+    "nv",
+    "kv",
+    "volt",
+    "volts",
+    "a",
+    "ma",
+    "ua",
+    "\u{b5}a",
+    "\u{3bc}a",
+    "na",
+    "pa",
+    "counts",
+    "count",
+    "lsb",
+    "adc",
+    "a.u.",
+    "arb",
+    "au",
+    "%",
+];
+
+const ACCELERATIONS: &[&str] = &["g", "mg", "ug", "\u{b5}g", "gal"];
+
+const OTHERS: &[&str] = &[
+    "hz",
+    "khz",
+    "mhz",
+    "ghz",
+    "n",
+    "mn",
+    "kn",
+    "kg",
+    "\u{b0}c",
+    "degc",
+    "mbar",
+    "bar",
+    "hpa",
+    "mw",
+    "nm/rad",
+    "n/m",
+    "ohm",
+    "\u{3a9}",
+    "v^2",
+    "db/hz",
+    "v/\u{221a}hz",
+    "rad^2",
+    "m^2",
+];
+
+/// What a unit measures, or `None` if it is not known.
+pub(super) fn measures(unit: &str) -> Option<Measures> {
+    let unit = tidy(unit);
+    if let Some(&(_, numerator, denominator)) = SECONDS.iter().find(|(name, ..)| *name == unit) {
+        return Some(Measures::Time { numerator, denominator });
+    }
+    match unit.as_str() {
+        "db" | "dbc" | "dbfs" | "db re" => return Some(Measures::Level("")),
+        "dbm" => return Some(Measures::Level("\u{221a}mW")),
+        "dbv" => return Some(Measures::Level("V")),
+        "dbmv" => return Some(Measures::Level("mV")),
+        "dbuv" | "db\u{b5}v" | "db\u{3bc}v" => return Some(Measures::Level("\u{b5}V")),
+        _ => {}
+    }
+    if OTHERS.contains(&unit.as_str()) {
+        return Some(Measures::Other);
+    }
+    if ACCELERATIONS.contains(&unit.as_str()) {
+        return Some(Measures::Signal(SignalKind::Acceleration));
+    }
+    if POSITIONS.contains(&unit.as_str()) {
+        return Some(Measures::Signal(SignalKind::Displacement));
+    }
+    for (suffix, kind) in [
+        ("/s^2", SignalKind::Acceleration),
+        ("/s2", SignalKind::Acceleration),
+        ("/s**2", SignalKind::Acceleration),
+        ("/s/s", SignalKind::Acceleration),
+        ("s^-2", SignalKind::Acceleration),
+        ("/sec^2", SignalKind::Acceleration),
+        ("/s", SignalKind::Velocity),
+        ("/sec", SignalKind::Velocity),
+        ("s^-1", SignalKind::Velocity),
+    ] {
+        let base = unit.strip_suffix(suffix).map(|base| base.trim_end_matches(['*', '\u{b7}', ' ']));
+        if base.is_some_and(|base| POSITIONS.contains(&base)) {
+            return Some(Measures::Signal(kind));
+        }
+    }
+    None
+}
+
+/// Lower case, without blanks around operators, powers as `^2`.
+fn tidy(unit: &str) -> String {
+    unit.trim()
+        .to_lowercase()
+        .replace('\u{2212}', "-")
+        .replace('\u{b2}', "^2")
+        .replace("\u{207b}\u{b9}", "^-1")
+        .replace("\u{207b}^2", "^-2")
+        .replace(" / ", "/")
+        .replace(" ^", "^")
+        .replace(" s^", "s^")
+        .replace("s-1", "s^-1")
+        .replace("s-2", "s^-2")
+        .replace("(s^2)", "s^2")
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn units_are_known_by_many_spellings() {
+        for unit in ["m/s^2", "m/s²", "m s^-2", "mm/s2", "g", "rad/s/s", "m s⁻²", "m·s^-2"] {
+            assert_eq!(measures(unit), Some(Measures::Signal(SignalKind::Acceleration)), "{unit}");
+        }
+        for unit in ["rad/s", "deg / s", "°/s", "m s-1", "mm/sec"] {
+            assert_eq!(measures(unit), Some(Measures::Signal(SignalKind::Velocity)), "{unit}");
+        }
+        for unit in ["rad", "°", "V", "µm", "μm", " mm "] {
+            assert_eq!(measures(unit), Some(Measures::Signal(SignalKind::Displacement)), "{unit}");
+        }
+        assert_eq!(measures("ms"), Some(Measures::Time { numerator: 1.0, denominator: 1e3 }));
+        assert_eq!(measures("dBm"), Some(Measures::Level("√mW")));
+        assert_eq!(measures("Hz"), Some(Measures::Other));
+        assert_eq!(measures("horse"), None);
+    }
+}
