@@ -73,7 +73,7 @@ pub enum ReadProblem {
     NoTime {
         /// The columns there are.
         columns: String,
-        /// A rate [Hz] the preamble names.
+        /// A rate (Hz) the preamble names.
         rate_hz: Option<f64>,
     },
     /// Nothing left to be the signal.
@@ -122,19 +122,19 @@ pub enum ReadProblem {
     #[error("{0} and {1} exclude each other")]
     Conflict(&'static str, &'static str),
     /// Time runs backwards.
-    #[error("column {column}: time goes backwards ({previous} s, then {next} s)")]
+    #[error("{column}: time goes backwards ({previous} s, then {next} s)")]
     TimeBackwards {
         /// Line of the file, from 1.
         row: u64,
         /// The time column.
         column: String,
-        /// Time before [s].
+        /// Time before (s).
         previous: f64,
-        /// Time on that line [s].
+        /// Time on that line (s).
         next: f64,
     },
     /// Too few rows could be read.
-    #[error("{read} usable rows in column {column}, at least {needed} are needed{skipped}")]
+    #[error("{column}: usable rows {read}, needed at least {needed}{skipped}")]
     TooFewRows {
         /// Rows with a sample.
         read: usize,
@@ -146,7 +146,7 @@ pub enum ReadProblem {
         skipped: String,
     },
     /// The signal never changes.
-    #[error("column {column} is constant ({value}): nothing oscillates")]
+    #[error("{column} is constant ({value}): nothing oscillates")]
     ConstantSignal {
         /// The signal column.
         column: String,

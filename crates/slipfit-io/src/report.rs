@@ -150,6 +150,6 @@ pub enum TimeSource {
     Column(ColumnTaken),
     /// A column of the times since the sample before.
     Intervals(ColumnTaken),
-    /// A sampling rate [Hz].
+    /// A sampling rate (Hz).
     Rate(f64),
 }

@@ -57,6 +57,8 @@ struct Chooser<'a> {
     options: &'a ReadOptions,
     notes: Vec<String>,
     by_content: bool,
+    /// A column named like a time that holds none.
+    misnamed: Option<usize>,
 }
 
 /// Chooses columns from what the first rows hold.
@@ -70,7 +72,7 @@ pub(super) fn choose(
     }
     let contents = columns.iter().map(|c| Content::of(c)).collect();
     let notes = layout.notes.clone();
-    Chooser { layout, columns, contents, options, notes, by_content: false }.run()
+    Chooser { layout, columns, contents, options, notes, by_content: false, misnamed: None }.run()
 }
 
 impl Chooser<'_> {
@@ -240,7 +242,10 @@ impl Chooser<'_> {
     }
 
     fn role(&self, index: usize) -> Role {
-        self.layout.names[index].role()
+        match self.layout.names[index].role() {
+            Role::Time if self.misnamed == Some(index) => Role::Unknown,
+            role => role,
+        }
     }
 
     fn time(
@@ -277,6 +282,7 @@ impl Chooser<'_> {
         }
         match (named.first().copied(), by_content) {
             (Some(wrong), Some(index)) => {
+                self.misnamed = Some(wrong);
                 let (wrong, right) = (self.label(wrong), self.label(index));
                 self.notes.push(format!("{wrong} is named like a time but does not go up; {right} does"));
                 self.by_content = true;
@@ -288,7 +294,7 @@ impl Chooser<'_> {
                 self.time_taken(index, "its numbers go up steadily")
             }
             (None, None) => {
-                let interval = others().filter(|&c| self.contents[c].is_interval()).last();
+                let interval = others().rfind(|&c| self.contents[c].is_interval());
                 match interval {
                     Some(index) if self.columns.len() > 1 => self.time_taken(
                         index,
@@ -436,11 +442,11 @@ impl Chooser<'_> {
     }
 
     fn kind_of(&self, index: usize) -> SignalKind {
-        let given = self.options.signal_unit.as_deref().and_then(units::measures);
-        if let Some(Measures::Signal(kind)) =
-            given.filter(|m| *m != Measures::Signal(SignalKind::Displacement))
-        {
-            return kind;
+        // A unit given or named apart says more than the name; m alone says nothing.
+        let named_apart = self.options.signal_unit.is_some() || self.layout.names[index].unit.is_empty();
+        match units::measures(self.written_unit(index)).filter(|_| named_apart) {
+            Some(Measures::Signal(kind)) if kind != SignalKind::Displacement => return kind,
+            _ => {}
         }
         match self.role(index) {
             // Oscilloscopes call a waveform an amplitude; an envelope is never negative.

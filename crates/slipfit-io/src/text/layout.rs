@@ -247,7 +247,7 @@ pub(super) fn named_unit(values: &[(String, String)]) -> Option<&str> {
     values.iter().find(|(name, value)| is_unit(name) && signal(value)).map(|(_, value)| value.as_str())
 }
 
-/// A sampling rate [Hz] named in the preamble.
+/// A sampling rate (Hz) named in the preamble.
 pub(super) fn named_rate_hz(values: &[(String, String)]) -> Option<f64> {
     values.iter().find_map(|(name, value)| {
         let name = name.to_lowercase();

@@ -253,8 +253,11 @@ fn finish(file: File<'_>, choice: Choice, mut scan: Scan) -> Result<Reading, Rea
                     )
                 })
                 .collect();
-            let skipped =
-                if reasons.is_empty() { String::new() } else { format!(": {}", reasons.join(", ")) };
+            let skipped = if reasons.is_empty() {
+                String::new()
+            } else {
+                format!("; left out: {}", reasons.join(", "))
+            };
             ReadProblem::TooFewRows { read: found, needed, column, skipped }
         }
         (slipfit::Error::TimeBackwards { .. }, Some(back)) => ReadProblem::TimeBackwards {

@@ -79,7 +79,7 @@ impl Name {
                 return Role::Time;
             }
         }
-        if has(IN_PHASE) {
+        if words.concat().contains(IN_PHASE) {
             return Role::InPhase;
         }
         if has(QUADRATURE) {
@@ -217,7 +217,7 @@ const NEVER: &[&str] = &[
     "fecha",
 ];
 const NEVER_WITHIN: &[&str] = &["fft", "uncert", "residu", "frequen"];
-const IN_PHASE: &[&str] = &["inphase", "phaseinphase"];
+const IN_PHASE: &str = "inphase";
 const QUADRATURE: &[&str] = &["quadrature", "quad"];
 const DERIVATIVE: &[&str] = &["ableitung", "derivative", "derivata", "dérivée", "derivada"];
 const ACCELERATION: &[&str] = &["accel", "beschleunig", "acelera", "accélér", "ускорен", "加速度"];
