@@ -44,6 +44,14 @@ pub enum ReadProblem {
     /// A format that is known by name only.
     #[error("this is {}, which is not read yet", .0.name())]
     Unsupported(Format),
+    /// A file that breaks the rules of its format.
+    #[error("this begins like {} but breaks its rules: {reason}", .format.name())]
+    Broken {
+        /// The format.
+        format: Format,
+        /// What is wrong.
+        reason: String,
+    },
     /// Bytes no text has.
     #[error("this is not text: byte {byte:#04x} at position {position}")]
     Binary {

@@ -6,7 +6,7 @@ use super::{
     content::{self, Content},
     layout::{self, Group, Layout},
     names::Role,
-    units::{self, Measures},
+    units::{self, Measures, Seconds},
 };
 use crate::{ReadOptions, ReadProblem, report::ColumnInfo};
 
@@ -27,9 +27,8 @@ pub(super) struct Taken {
     pub(super) index: usize,
     pub(super) unit: String,
     pub(super) why: String,
-    /// Factor to seconds, or of a level nothing.
-    pub(super) numerator: f64,
-    pub(super) denominator: f64,
+    /// From its unit to seconds; of a signal nothing.
+    pub(super) seconds: Seconds,
     /// Decibels to be made linear.
     pub(super) level: bool,
 }
@@ -315,32 +314,31 @@ impl Chooser<'_> {
         let name = &self.layout.names[index];
         let label = self.label(index);
         let known = self.options.time_unit.as_deref().or(Some(name.unit.as_str()).filter(|u| !u.is_empty()));
-        let (unit, numerator, denominator) = match known {
+        let (unit, seconds) = match known {
             Some(unit) => match units::measures(unit) {
-                Some(Measures::Time { numerator, denominator }) => (unit.to_owned(), numerator, denominator),
+                Some(Measures::Time(seconds)) => (unit.to_owned(), seconds),
                 _ if self.options.time_unit.is_some() => {
                     return Err(ReadProblem::UnknownTimeUnit { unit: unit.to_owned() });
                 }
-                _ => ("s".to_owned(), 1.0, 1.0),
+                _ => ("s".to_owned(), Seconds::Same),
             },
-            None if name.bare.to_lowercase().starts_with("milli") => ("ms".to_owned(), 1.0, 1e3),
-            None if name.bare.to_lowercase().starts_with("micro") => ("us".to_owned(), 1.0, 1e6),
+            None if name.bare.to_lowercase().starts_with("milli") => ("ms".to_owned(), Seconds::Over(1e3)),
+            None if name.bare.to_lowercase().starts_with("micro") => ("us".to_owned(), Seconds::Over(1e6)),
             None if interval && content.greatest >= 1.0 => {
                 self.notes.push(format!(
                     "{label}: steps of {:.0} were taken as milliseconds; --time-unit says otherwise",
                     content.greatest
                 ));
-                ("ms".to_owned(), 1.0, 1e3)
+                ("ms".to_owned(), Seconds::Over(1e3))
             }
             None => {
                 self.notes.push(format!(
                     "{label} names no unit: its times were taken as seconds; --time-unit says otherwise"
                 ));
-                ("s".to_owned(), 1.0, 1.0)
+                ("s".to_owned(), Seconds::Same)
             }
         };
-        let taken =
-            Taken { index, unit, why: format!("{label}: {why}"), numerator, denominator, level: false };
+        let taken = Taken { index, unit, why: format!("{label}: {why}"), seconds, level: false };
         Ok(if interval { Time::Intervals(taken) } else { Time::Column(taken) })
     }
 
@@ -478,7 +476,7 @@ impl Chooser<'_> {
             _ => (written.to_owned(), false),
         };
         let why = format!("{}: {why}", self.label(index));
-        Taken { index, unit, why, numerator: 1.0, denominator: 1.0, level }
+        Taken { index, unit, why, seconds: Seconds::Same, level }
     }
 }
 

@@ -93,6 +93,9 @@ pub(super) struct Shape {
     pub(super) width: usize,
 }
 
+/// Lines looked at closely.
+const FIRST: usize = 150;
+
 /// In order of preference where several fit equally well.
 const CANDIDATES: &[(Delimiter, Decimal)] = &[
     (Delimiter::Tab, Decimal::Point),
@@ -110,6 +113,11 @@ const CANDIDATES: &[(Delimiter, Decimal)] = &[
 
 /// The dialect in which most lines are rows of numbers.
 pub(super) fn detect(lines: &[&[u8]]) -> Option<Shape> {
+    // The first lines, where preambles are, and a sample of the others.
+    let (first, others) = lines.split_at(lines.len().min(FIRST));
+    let stride = others.len().div_ceil(FIRST).max(1);
+    let lines: Vec<&[u8]> = first.iter().chain(others.iter().step_by(stride)).copied().collect();
+    let lines = &lines[..];
     let mut best: Option<(usize, Shape)> = None;
     for &(delimiter, decimal) in CANDIDATES {
         let widths: Vec<usize> = lines

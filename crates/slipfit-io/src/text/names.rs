@@ -69,7 +69,7 @@ impl Name {
         if has(NEVER) || within(NEVER_WITHIN) || measures == Some(Measures::Other) {
             return Role::Never;
         }
-        if matches!(measures, Some(Measures::Time { .. }))
+        if matches!(measures, Some(Measures::Time(_)))
             || has(TIME)
             || begins(TIME_SHORT)
             || within(TIME_WITHIN)

@@ -3,7 +3,12 @@ use std::fmt::Write as _;
 use slipfit::{Clock, SignalKind};
 
 use super::*;
-use crate::report::{Decimal, Delimiter};
+use crate::{
+    ReadError,
+    hashing::Hashing,
+    read_text,
+    report::{Decimal, Delimiter},
+};
 
 fn read(text: impl AsRef<[u8]>) -> Reading {
     read_with(text, &ReadOptions::default()).unwrap()
@@ -68,8 +73,8 @@ fn every_delimiter_and_decimal_mark_is_read() {
             let text = table("", 50, |_, t, x| format!("{t:.4}{separator}{x:.3}").replace('.', mark));
             let reading = read(&text);
             assert_is_ring(&reading, 50);
-            assert_eq!(reading.report.dialect.delimiter, delimiter, "{text}");
-            assert_eq!(reading.report.dialect.decimal, decimal, "{text}");
+            assert_eq!(reading.report.dialect.as_ref().unwrap().delimiter, delimiter, "{text}");
+            assert_eq!(reading.report.dialect.as_ref().unwrap().decimal, decimal, "{text}");
         }
     }
 }
@@ -80,7 +85,7 @@ fn every_line_end_and_a_missing_last_one_is_read() {
     for end in ["\n", "\r\n", "\r", "\r\r\n"] {
         let reading = read(text.replace('\n', end));
         assert_is_ring(&reading, 40);
-        assert_eq!(reading.report.dialect.header_row, Some(1));
+        assert_eq!(reading.report.dialect.as_ref().unwrap().header_row, Some(1));
         assert_is_ring(&read(text.trim_end().replace('\n', end)), 40);
     }
 }
@@ -102,7 +107,7 @@ fn every_encoding_of_loggers_is_read() {
     ] {
         let reading = read(bytes);
         assert_is_ring(&reading, 40);
-        assert_eq!(reading.report.dialect.encoding, encoding);
+        assert_eq!(reading.report.dialect.as_ref().unwrap().encoding, encoding);
         assert_eq!(reading.record.unit(), "°", "{encoding}");
     }
 }
@@ -136,8 +141,8 @@ fn a_preamble_of_forty_lines_is_passed_over_and_its_values_kept() {
     preamble += "Operator;Nobody\nRate = 16\nTime ( s )\tVoltage ( V )\n";
     let reading = read(table(&preamble, 40, |_, t, x| format!("{t}\t{x}")));
     assert_is_ring(&reading, 40);
-    assert_eq!(reading.report.dialect.first_data_row, 42);
-    assert_eq!(reading.report.dialect.header_row, Some(41));
+    assert_eq!(reading.report.dialect.as_ref().unwrap().first_data_row, 42);
+    assert_eq!(reading.report.dialect.as_ref().unwrap().header_row, Some(41));
     assert!(reading.report.named_values.contains(&("Rate".into(), "16".into())));
 }
 
