@@ -266,15 +266,14 @@ impl Chooser<'_> {
         let others =
             || group.columns.iter().copied().filter(|&c| Some(c) != signal && self.contents[c].filled > 0.0);
         let named: Vec<usize> = others().filter(|&c| self.role(c) == Role::Time).collect();
-        let usable = |c: usize| self.contents[c].is_monotone() || self.contents[c].is_interval();
+        let usable = |c: usize| self.contents[c].is_monotone() || self.is_interval(c);
         let monotone: Vec<usize> =
             others().filter(|&c| self.contents[c].is_monotone() && self.role(c) != Role::Never).collect();
-        // A counter of rows is time only where nothing else is.
+        // A counter of rows tells no rate.
         let by_content = monotone
             .iter()
             .copied()
             .find(|&c| !self.contents[c].counts)
-            .or_else(|| monotone.first().copied())
             .filter(|_| others().count() > 1 || signal.is_some());
         if let Some(index) = named.iter().copied().find(|&c| usable(c)) {
             return self.time_taken(index, "named like a time");
@@ -293,7 +292,7 @@ impl Chooser<'_> {
                 self.time_taken(index, "its numbers go up steadily")
             }
             (None, None) => {
-                let interval = others().rfind(|&c| self.contents[c].is_interval());
+                let interval = others().rfind(|&c| self.is_interval(c));
                 match interval {
                     Some(index) if self.columns.len() > 1 => self.time_taken(
                         index,
@@ -308,9 +307,16 @@ impl Chooser<'_> {
         }
     }
 
+    /// Whether a column holds the times between rows.
+    fn is_interval(&self, index: usize) -> bool {
+        let content = self.contents[index];
+        let named = self.layout.names[index].is_step() && content.least >= 0.0 && content.greatest > 0.0;
+        !content.is_monotone() && (content.is_interval() || named)
+    }
+
     fn time_taken(&mut self, index: usize, why: &str) -> Result<Time, ReadProblem> {
         let content = self.contents[index];
-        let interval = !content.is_monotone() && content.is_interval();
+        let interval = self.is_interval(index);
         let name = &self.layout.names[index];
         let label = self.label(index);
         let known = self.options.time_unit.as_deref().or(Some(name.unit.as_str()).filter(|u| !u.is_empty()));
@@ -328,6 +334,14 @@ impl Chooser<'_> {
                 self.notes.push(format!(
                     "{label}: steps of {:.0} were taken as milliseconds; --time-unit says otherwise",
                     content.greatest
+                ));
+                ("ms".to_owned(), Seconds::Over(1e3))
+            }
+            // Microcontrollers count milliseconds; nobody samples an oscillator every few seconds.
+            None if !interval && content.whole && (2.0..=1000.0).contains(&content.mean_step) => {
+                self.notes.push(format!(
+                    "{label} names no unit and holds whole numbers {:.1} apart: they were taken as milliseconds; --time-unit says otherwise",
+                    content.mean_step
                 ));
                 ("ms".to_owned(), Seconds::Over(1e3))
             }
@@ -374,7 +388,7 @@ impl Chooser<'_> {
         };
         let beside = self.layout.names.iter().any(|n| {
             let name = n.bare.to_lowercase();
-            ["r", "phase", "theta", "mag"].contains(&name.trim())
+            ["r", "phase", "theta", "mag", "frequency"].contains(&name.trim())
         });
         let asked = self.options.kind == Some(SignalKind::LockIn);
         let open = self.options.kind.is_none();

@@ -14,6 +14,10 @@ pub(super) struct Content {
     pub(super) moving: f64,
     /// All steps are exactly one.
     pub(super) counts: bool,
+    /// All values are whole numbers.
+    pub(super) whole: bool,
+    /// Mean step between rows.
+    pub(super) mean_step: f64,
     pub(super) least: f64,
     pub(super) greatest: f64,
     /// Greatest rms about the mean in any block.
@@ -48,6 +52,11 @@ impl Content {
             rising: if up + down > 0.0 { up / (up + down) } else { 0.0 },
             moving: (up + down) / n.saturating_sub(1).max(1) as f64,
             counts: n > 1 && steps().all(|s| s == 1.0),
+            whole: n > 1 && values.iter().all(|v| v.fract() == 0.0),
+            mean_step: match values[..] {
+                [first, .., last] => (last - first) / (n - 1) as f64,
+                _ => 0.0,
+            },
             least: values.iter().copied().fold(f64::INFINITY, f64::min),
             greatest: values.iter().copied().fold(f64::NEG_INFINITY, f64::max),
             swing,

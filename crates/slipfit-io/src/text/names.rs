@@ -55,6 +55,13 @@ impl Name {
         self.bare.to_lowercase().chars().filter(|c| c.is_alphabetic()).collect()
     }
 
+    /// Whether the column is named like a time between rows.
+    pub(super) fn is_step(&self) -> bool {
+        let bare = self.bare.to_lowercase();
+        ["dt", "δt"].contains(&bare.trim())
+            || ["interval", "intervall", "previous", "delta t", "delta_t"].iter().any(|w| bare.contains(w))
+    }
+
     /// What the column may be taken for.
     pub(super) fn role(&self) -> Role {
         let words = words(&self.bare);

@@ -466,3 +466,49 @@ fn a_ring_down_is_told_from_its_drive_by_its_numbers() {
     assert_eq!(reading.report.signal.why, "column 3: oscillates and dies down most among column 2, column 3");
     assert!(matches!(reading.record.clock(), Clock::Uniform { .. }));
 }
+
+#[test]
+fn rows_with_words_beside_their_numbers_are_read() {
+    let reading = read(table("time,state,angle\n", 40, |_, t, x| format!("{t},OK,{x}")));
+    assert_is_ring(&reading, 40);
+    assert_eq!(reading.report.signal.column.number, 3);
+    let clock = table("time,angle\n", 40, |i, _, x| format!("12:00:{i:02},{x}"));
+    let (message, hint) = error(&clock, &ReadOptions::default());
+    assert_eq!(message, "file.csv: no column of times among column 1 `time`, column 2 `angle`");
+    assert!(hint.starts_with("--rate-hz"));
+}
+
+#[test]
+fn key_value_cells_beside_the_first_rows_are_no_header() {
+    let text = table("", 60, |i, t, x| {
+        let key = if i < 5 { "Record Length,2.5e3" } else { "," };
+        format!("{key},,{t},{x}")
+    });
+    let reading = read(text);
+    assert_eq!((time_column(&reading), reading.report.signal.column.number), (4, 5));
+    assert_eq!(reading.report.columns[3].header, "");
+    assert!(reading.report.notes[0].starts_with("line 5 holds numbers"));
+}
+
+#[test]
+fn a_counter_of_rows_is_no_time_unless_named_or_asked_for() {
+    let text = table("", 60, |i, _, x| format!("{i},{x}"));
+    assert!(error(&text, &ReadOptions::default()).1.contains("--time"));
+    let asked = ReadOptions { time: Some("1".into()), ..Default::default() };
+    assert_eq!(read_with(&text, &asked).unwrap().record.time_s(59), 59.0);
+    assert_eq!(read(format!("time (s),x\n{text}")).record.time_s(59), 59.0);
+    let rated = ReadOptions { rate_hz: Some(16.0), ..Default::default() };
+    assert_is_ring(&read_with(&text, &rated).unwrap(), 60);
+}
+
+#[test]
+fn whole_numbers_some_apart_are_milliseconds_and_said_to_be() {
+    let reading = read(table("", 64, |i, _, x| format!("{} {x}", i * 50)));
+    assert_eq!(reading.record.duration_s(), 3.15);
+    assert!(reading.report.notes[0].contains("50.0 apart: they were taken as milliseconds"));
+}
+
+#[test]
+fn equal_steps_under_the_name_of_a_step_are_summed() {
+    assert_is_ring(&read(table("dt (ms),x (mm)\n", 40, |_, _, x| format!("62.5,{x}"))), 40);
+}
