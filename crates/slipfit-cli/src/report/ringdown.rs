@@ -229,8 +229,13 @@ fn account(analysed: &Analysed<'_>) -> String {
     for note in &report.notes {
         text += &labelled("note", note);
     }
-    if let Some(f) = named_frequency_hz(analysed.reading).filter(|f| analysed.options.frequency_hz == Some(*f)) {
-        let named = format!("frequency {} as the file's first lines name it (--frequency-hz overrides)", plain(f, 6, "Hz"));
+    if let Some(f) =
+        named_frequency_hz(analysed.reading).filter(|f| analysed.options.frequency_hz == Some(*f))
+    {
+        let named = format!(
+            "frequency {} as the file's first lines name it (--frequency-hz overrides)",
+            plain(f, 6, "Hz")
+        );
         text += &labelled("note", &named);
     }
     let s = &answer.segment;
