@@ -71,6 +71,9 @@ pub fn analyse(record: &Record, options: &Options) -> Result<Answer, Error> {
         }
     };
     let mut rough = fits::envelope(&mut measured, options)?;
+    if options.start_s.is_none() && fits::trim_lead_in(&rough, &mut measured) {
+        rough = fits::envelope(&mut measured, options)?;
+    }
     if options.end_s.is_none()
         && let Some(time_s) = fits::change_of_law(&rough, &measured)
     {

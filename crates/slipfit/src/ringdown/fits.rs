@@ -211,6 +211,46 @@ fn admit_law_error(problem: &mut EnvelopeProblem, start: &[f64], full: &[usize],
     relative
 }
 
+/// Gives back first blocks that still belong to a drive: from the law of the
+/// later two thirds, extrapolated with its uncertainty, the blocks before are
+/// let in one by one until a run of them falls out by four standard errors.
+pub(crate) fn trim_lead_in(described: &Described, measured: &mut Measured) -> bool {
+    let Problem::Envelope(problem) = &described.problem else { return false };
+    let n = problem.value.len();
+    if measured.stretch.start_reason != super::segment::LEAD_IN || n < 12 || measured.points.len() < n {
+        return false;
+    }
+    let from = n / 3;
+    let later = EnvelopeProblem {
+        elapsed: problem.elapsed[from..].to_vec(),
+        value: problem.value[from..].to_vec(),
+        weight: problem.weight[from..].to_vec(),
+        ..problem.clone()
+    };
+    let Some(best) = described.comparison.best() else { return false };
+    let free: Vec<usize> = best.bounded.free.clone();
+    let Some(fit) = minimise(&later, &best.bounded.parameters, &free) else { return false };
+    let variance = fit.rss / (n - from - free.len().min(n - from - 1)) as f64;
+    let misses = problem.prediction_misses(&fit, variance);
+    let mut start = from;
+    while start > 0 {
+        let run = (from - (start - 1)).min(8);
+        let sum: f64 = misses[start - 1..start - 1 + run].iter().sum();
+        if sum.abs() / (run as f64).sqrt() > 4.0 || misses[start - 1].abs() > 4.0 {
+            break;
+        }
+        start -= 1;
+    }
+    if start == 0 {
+        return false;
+    }
+    // The run that fell out began some blocks later than it showed.
+    let start = (start + 2).min(n - 6);
+    let cut_time = described.origin + problem.elapsed[start];
+    measured.points.retain(|b| b.time_s >= cut_time - 1e-9 * b.span_s);
+    true
+}
+
 fn has_floor(measured: &Measured) -> bool {
     // The floor shows where the record goes on below the last amplitude used, or falls far.
     let top = measured.points[0].amplitude;
@@ -323,6 +363,9 @@ pub(crate) fn widening(autocorrelation: f64, n: usize) -> f64 {
 /// Longest window fitted sample by sample; beyond it the blocks hold the same information.
 const MOST_SAMPLES: usize = 300_000;
 
+/// With less lost per cycle the motion is an ellipse to 1e-4 and the blocks lose nothing either.
+const LEAST_LOSS_A_CYCLE: f64 = 1e-3;
+
 /// Fits every sample, starting from what the amplitudes told. `None` where the
 /// waveform cannot be followed.
 pub(crate) fn waveform<'a>(
@@ -333,10 +376,15 @@ pub(crate) fn waveform<'a>(
     let first = measured.points.first()?;
     let last = measured.points.last()?;
     let (from, to) = (first.first, last.end);
-    if to - from > MOST_SAMPLES || !measured.lawful {
+    let best = rough.comparison.best()?;
+    let law = super::envelope::law_of(&best.bounded.parameters, measured.law.omega);
+    let loss_per_cycle = law.rate(law.amplitude_0) / law.amplitude_0 * 2.0 * PI / measured.law.omega;
+    if to - from > MOST_SAMPLES || !measured.lawful || loss_per_cycle < LEAST_LOSS_A_CYCLE {
         return None;
     }
-    let best = rough.comparison.best()?;
+    // A record that ends in free decay is used to its last sample, not its last whole block.
+    let ends_free = measured.all.last().is_some_and(|b| b.end == last.end);
+    let to = if ends_free { samples.time.len() } else { to };
     let origin = samples.time[from];
     let duration = samples.time[to - 1] - origin;
     let from_envelope = |p: &[f64]| -> Vec<f64> {

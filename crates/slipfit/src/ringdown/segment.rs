@@ -83,7 +83,8 @@ fn best_run(seen: &Seen, smooth: &[f64]) -> Option<(usize, usize)> {
             }
             j += 1;
         }
-        let from = top.0;
+        // The first block within the noise of the top: a slow fall hides its own maximum.
+        let from = (i..=top.0).find(|&k| smooth[k] >= 0.98 * top.1 - 3.0 * seen.error[k]).unwrap_or(top.0);
         if j - from >= 2 {
             let fall = (top.1 / smooth[j - 1].max(f64::MIN_POSITIVE)).ln();
             let score = fall * (1.0 + (j - from) as f64).ln();
