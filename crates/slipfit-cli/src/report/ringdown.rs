@@ -143,15 +143,15 @@ fn models(answer: &Answer) -> String {
     let rms = Scale::for_size(answer.comparison.first().map_or(0.0, |c| c.rms), unit);
     let mut rows = vec![vec!["model".to_owned(), "ΔBIC".to_owned(), headed("rms", &rms)]];
     rows[0].extend(terms.iter().map(Term::heading));
-    rows[0].push(String::new());
     for c in &answer.comparison {
-        let mut row = vec![c.model.to_string(), bic(c.delta_bic), significant(c.rms * rms.factor, 3)];
+        let settled = if c.converged { "" } else { " *" };
+        let mut row =
+            vec![format!("{}{settled}", c.model), bic(c.delta_bic), significant(c.rms * rms.factor, 3)];
         row.extend(terms.iter().map(|t| t.cell(c)));
-        row.push(if c.converged { String::new() } else { "did not converge".to_owned() });
         rows.push(row);
     }
     let right = Align::Right;
-    let lines = columns(&rows, &[Align::Left, right, right, right, right, right, Align::Left]);
+    let lines = columns(&rows, &[Align::Left, right, right, right, right, right]);
     let styled = lines.iter().enumerate().map(|(i, line)| {
         let chosen = i.checked_sub(1).is_some_and(|i| answer.comparison[i].model == answer.model);
         match (i, chosen) {
@@ -160,7 +160,11 @@ fn models(answer: &Answer) -> String {
             _ => format!("  {DIM}{line}{DIM:#}\n"),
         }
     });
-    styled.collect()
+    let mut text: String = styled.collect();
+    if answer.comparison.iter().any(|c| !c.converged) {
+        text += &format!("  {DIM}* the fit did not settle to its tolerance{DIM:#}\n");
+    }
+    text
 }
 
 fn headed(name: &str, scale: &Scale) -> String {
@@ -229,8 +233,13 @@ fn account(analysed: &Analysed<'_>) -> String {
     for note in &report.notes {
         text += &labelled("note", note);
     }
-    if let Some(f) = named_frequency_hz(analysed.reading).filter(|f| analysed.options.frequency_hz == Some(*f)) {
-        let named = format!("frequency {} as the file's first lines name it (--frequency-hz overrides)", plain(f, 6, "Hz"));
+    if let Some(f) =
+        named_frequency_hz(analysed.reading).filter(|f| analysed.options.frequency_hz == Some(*f))
+    {
+        let named = format!(
+            "frequency {} as the file's first lines name it (--frequency-hz overrides)",
+            plain(f, 6, "Hz")
+        );
         text += &labelled("note", &named);
     }
     let s = &answer.segment;
