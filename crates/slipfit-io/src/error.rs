@@ -44,6 +44,14 @@ pub enum ReadProblem {
     /// A format that is known by name only.
     #[error("this is {}, which is not read yet", .0.name())]
     Unsupported(Format),
+    /// A file that breaks the rules of its format.
+    #[error("this begins like {} but breaks its rules: {reason}", .format.name())]
+    Broken {
+        /// The format.
+        format: Format,
+        /// What is wrong.
+        reason: String,
+    },
     /// Bytes no text has.
     #[error("this is not text: byte {byte:#04x} at position {position}")]
     Binary {
@@ -73,7 +81,7 @@ pub enum ReadProblem {
     NoTime {
         /// The columns there are.
         columns: String,
-        /// A rate [Hz] the preamble names.
+        /// A rate (Hz) the preamble names.
         rate_hz: Option<f64>,
     },
     /// Nothing left to be the signal.
@@ -122,19 +130,19 @@ pub enum ReadProblem {
     #[error("{0} and {1} exclude each other")]
     Conflict(&'static str, &'static str),
     /// Time runs backwards.
-    #[error("column {column}: time goes backwards ({previous} s, then {next} s)")]
+    #[error("{column}: time goes backwards ({previous} s, then {next} s)")]
     TimeBackwards {
         /// Line of the file, from 1.
         row: u64,
         /// The time column.
         column: String,
-        /// Time before [s].
+        /// Time before (s).
         previous: f64,
-        /// Time on that line [s].
+        /// Time on that line (s).
         next: f64,
     },
     /// Too few rows could be read.
-    #[error("{read} usable rows in column {column}, at least {needed} are needed{skipped}")]
+    #[error("{column}: usable rows {read}, needed at least {needed}{skipped}")]
     TooFewRows {
         /// Rows with a sample.
         read: usize,
@@ -146,7 +154,7 @@ pub enum ReadProblem {
         skipped: String,
     },
     /// The signal never changes.
-    #[error("column {column} is constant ({value}): nothing oscillates")]
+    #[error("{column} is constant ({value}): nothing oscillates")]
     ConstantSignal {
         /// The signal column.
         column: String,

@@ -42,6 +42,9 @@ pub enum Format {
     Mp3,
 }
 
+/// Bytes that tell a format.
+pub(crate) const HEAD: usize = 1024;
+
 const MAGIC: &[(usize, &[u8], Format)] = &[
     (8, b"WAVE", Format::Wav),
     (0, b"MATLAB 5.0", Format::Mat5),

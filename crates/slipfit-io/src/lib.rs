@@ -27,8 +27,13 @@ mod hashing;
 mod options;
 mod report;
 mod text;
+mod wav;
 
-use std::{fs::File, path::Path};
+use std::{
+    fs::File,
+    io::{self, Read},
+    path::Path,
+};
 
 pub use error::{ReadError, ReadProblem};
 pub use format::Format;
@@ -36,7 +41,6 @@ pub use options::ReadOptions;
 pub use report::{
     ColumnInfo, ColumnTaken, Decimal, Delimiter, Dialect, ReadReport, Reading, Skipped, TimeSource,
 };
-pub use text::read_text;
 
 /// Reads a file of any format known.
 ///
@@ -47,5 +51,54 @@ pub fn read(path: impl AsRef<Path>, options: &ReadOptions) -> Result<Reading, Re
     let name = path.display().to_string();
     let file = File::open(path).map_err(|e| ReadError::new(&name, ReadProblem::Io(e)))?;
     let size = file.metadata().map(|m| m.len()).ok();
-    text::read_sized(file, size, &name, options)
+    dispatch(file, size, &name, None, options).map_err(|problem| ReadError::new(&name, problem))
+}
+
+/// Reads any format known from a stream; `name` stands for it in the report
+/// and in errors.
+///
+/// The stream is read once, from front to back, and never held as a whole.
+///
+/// # Errors
+/// As [`read`].
+pub fn read_from(reader: impl Read, name: &str, options: &ReadOptions) -> Result<Reading, ReadError> {
+    dispatch(reader, None, name, None, options).map_err(|problem| ReadError::new(name, problem))
+}
+
+/// Reads delimited text; `name` stands for it in the report and in errors.
+///
+/// The text is read once, from front to back, and never held as a whole: what
+/// is kept are the samples and a window of some hundred kilobytes, of some
+/// megabytes where columns without telling names must be told apart by their
+/// numbers.
+///
+/// # Errors
+/// As [`read`]; any other format is refused.
+pub fn read_text(reader: impl Read, name: &str, options: &ReadOptions) -> Result<Reading, ReadError> {
+    dispatch(reader, None, name, Some(Format::Text), options).map_err(|problem| ReadError::new(name, problem))
+}
+
+/// Tells the format, reads it and takes the fingerprint on the way.
+fn dispatch(
+    reader: impl Read,
+    size: Option<u64>,
+    name: &str,
+    only: Option<Format>,
+    options: &ReadOptions,
+) -> Result<Reading, ReadProblem> {
+    let mut hashing = hashing::Hashing::new(reader);
+    let mut head = Vec::with_capacity(format::HEAD);
+    hashing.by_ref().take(format::HEAD as u64).read_to_end(&mut head).map_err(ReadProblem::Io)?;
+    let format = Format::of(&head);
+    let whole = head.chain(&mut hashing);
+    let mut reading = match format {
+        Format::Text => text::read(whole, size, options)?,
+        Format::Wav if only.is_none() => wav::read(whole, options)?,
+        other => return Err(ReadProblem::Unsupported(other)),
+    };
+    // What follows the samples belongs to the file.
+    io::copy(&mut hashing, &mut io::sink()).map_err(ReadProblem::Io)?;
+    (reading.report.sha256, reading.report.bytes) = hashing.finish();
+    name.clone_into(&mut reading.report.path);
+    Ok(reading)
 }

@@ -2,6 +2,8 @@
 
 use slipfit::{Record, SignalKind};
 
+use crate::Format;
+
 /// A record and the account of how it was read.
 #[derive(Debug, Clone, PartialEq)]
 #[non_exhaustive]
@@ -18,6 +20,8 @@ pub struct Reading {
 pub struct ReadReport {
     /// The file, as named by the caller.
     pub path: String,
+    /// Its format.
+    pub format: Format,
     /// SHA-256 of its bytes, in hexadecimal.
     pub sha256: String,
     /// Its length in bytes.
@@ -28,8 +32,8 @@ pub struct ReadReport {
     /// Rows of the table that gave no sample, by reason, in order of
     /// appearance.
     pub skipped: Vec<Skipped>,
-    /// How the file is written.
-    pub dialect: Dialect,
+    /// How the text is written; `None` of other formats.
+    pub dialect: Option<Dialect>,
     /// Where the times come from.
     pub time: TimeSource,
     /// The signal.
@@ -150,6 +154,6 @@ pub enum TimeSource {
     Column(ColumnTaken),
     /// A column of the times since the sample before.
     Intervals(ColumnTaken),
-    /// A sampling rate [Hz].
+    /// A sampling rate (Hz).
     Rate(f64),
 }

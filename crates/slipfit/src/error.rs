@@ -80,7 +80,9 @@ pub enum Error {
         reason: &'static str,
     },
     /// The record oscillates, but holds no stretch of free decay long enough.
-    #[error("not a ring-down: {cycles:.1} cycles of free decay above the noise ({needed} are needed); {reason}")]
+    #[error(
+        "not a ring-down: {cycles:.1} cycles of free decay above the noise ({needed} are needed); {reason}"
+    )]
     NotARingDown {
         /// Cycles of free decay found.
         cycles: f64,

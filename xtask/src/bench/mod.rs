@@ -134,7 +134,7 @@ impl Bench {
             Against { peer: "one SciPy `curve_fit`, Jacobian sharing parts", at_least: Some(100.0) },
         ];
         let peers = self.waveform_peers(&signal)?;
-        self.fits('b', "whole analysis, 1 M samples", &signal, ours::analysis(&signal), &against, peers)
+        self.fits('b', "whole analysis, 1 M samples", &signal, ours::analysis(&signal)?, &against, peers)
     }
 
     fn waveform_peers(&self, signal: &Signal) -> Result<Vec<Peer>, Failure> {

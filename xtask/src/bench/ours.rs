@@ -6,20 +6,30 @@
 
 use std::path::Path;
 
+use slipfit::Record;
+use slipfit::ringdown::{Options, analyse};
+
 use super::contest::Task;
 use super::signal::Signal;
+use crate::Failure;
 
-/// Six-parameter fit of every sample, from `start`.
+/// Six-parameter fit of every sample.
 pub(super) fn waveform_fit(_signal: &Signal) -> Option<Task<'_>> {
     None
 }
 
 /// The whole analysis, nothing given.
-pub(super) fn analysis(_signal: &Signal) -> Option<Task<'_>> {
-    None
+pub(super) fn analysis(signal: &Signal) -> Result<Option<Task<'_>>, Failure> {
+    let record = Record::new(signal.time_s.clone(), signal.values.clone())?;
+    let options = Options::default();
+    Ok(Some(Task(Box::new(move || {
+        let answer = analyse(&record, &options)?;
+        let value = |name| answer.parameter(name).map_or(f64::NAN, |quantity| quantity.value);
+        Ok(vec![value("decay_rate_per_s"), value("friction_displacement")])
+    }))))
 }
 
-/// Three-parameter fit of an amplitude trace, from `start`.
+/// Three-parameter fit of an amplitude trace.
 pub(super) fn envelope_fit(_signal: &Signal) -> Option<Task<'_>> {
     None
 }

@@ -6,7 +6,7 @@ use super::{
     content::{self, Content},
     layout::{self, Group, Layout},
     names::Role,
-    units::{self, Measures},
+    units::{self, Measures, Seconds},
 };
 use crate::{ReadOptions, ReadProblem, report::ColumnInfo};
 
@@ -27,9 +27,8 @@ pub(super) struct Taken {
     pub(super) index: usize,
     pub(super) unit: String,
     pub(super) why: String,
-    /// Factor to seconds, or of a level nothing.
-    pub(super) numerator: f64,
-    pub(super) denominator: f64,
+    /// From its unit to seconds; of a signal nothing.
+    pub(super) seconds: Seconds,
     /// Decibels to be made linear.
     pub(super) level: bool,
 }
@@ -57,6 +56,8 @@ struct Chooser<'a> {
     options: &'a ReadOptions,
     notes: Vec<String>,
     by_content: bool,
+    /// A column named like a time that holds none.
+    misnamed: Option<usize>,
 }
 
 /// Chooses columns from what the first rows hold.
@@ -70,7 +71,7 @@ pub(super) fn choose(
     }
     let contents = columns.iter().map(|c| Content::of(c)).collect();
     let notes = layout.notes.clone();
-    Chooser { layout, columns, contents, options, notes, by_content: false }.run()
+    Chooser { layout, columns, contents, options, notes, by_content: false, misnamed: None }.run()
 }
 
 impl Chooser<'_> {
@@ -240,7 +241,10 @@ impl Chooser<'_> {
     }
 
     fn role(&self, index: usize) -> Role {
-        self.layout.names[index].role()
+        match self.layout.names[index].role() {
+            Role::Time if self.misnamed == Some(index) => Role::Unknown,
+            role => role,
+        }
     }
 
     fn time(
@@ -262,21 +266,21 @@ impl Chooser<'_> {
         let others =
             || group.columns.iter().copied().filter(|&c| Some(c) != signal && self.contents[c].filled > 0.0);
         let named: Vec<usize> = others().filter(|&c| self.role(c) == Role::Time).collect();
-        let usable = |c: usize| self.contents[c].is_monotone() || self.contents[c].is_interval();
+        let usable = |c: usize| self.contents[c].is_monotone() || self.is_interval(c);
         let monotone: Vec<usize> =
             others().filter(|&c| self.contents[c].is_monotone() && self.role(c) != Role::Never).collect();
-        // A counter of rows is time only where nothing else is.
+        // A counter of rows tells no rate.
         let by_content = monotone
             .iter()
             .copied()
             .find(|&c| !self.contents[c].counts)
-            .or_else(|| monotone.first().copied())
             .filter(|_| others().count() > 1 || signal.is_some());
         if let Some(index) = named.iter().copied().find(|&c| usable(c)) {
             return self.time_taken(index, "named like a time");
         }
         match (named.first().copied(), by_content) {
             (Some(wrong), Some(index)) => {
+                self.misnamed = Some(wrong);
                 let (wrong, right) = (self.label(wrong), self.label(index));
                 self.notes.push(format!("{wrong} is named like a time but does not go up; {right} does"));
                 self.by_content = true;
@@ -288,7 +292,7 @@ impl Chooser<'_> {
                 self.time_taken(index, "its numbers go up steadily")
             }
             (None, None) => {
-                let interval = others().filter(|&c| self.contents[c].is_interval()).last();
+                let interval = others().rfind(|&c| self.is_interval(c));
                 match interval {
                     Some(index) if self.columns.len() > 1 => self.time_taken(
                         index,
@@ -303,38 +307,52 @@ impl Chooser<'_> {
         }
     }
 
+    /// Whether a column holds the times between rows.
+    fn is_interval(&self, index: usize) -> bool {
+        let content = self.contents[index];
+        let named = self.layout.names[index].is_step() && content.least >= 0.0 && content.greatest > 0.0;
+        !content.is_monotone() && (content.is_interval() || named)
+    }
+
     fn time_taken(&mut self, index: usize, why: &str) -> Result<Time, ReadProblem> {
         let content = self.contents[index];
-        let interval = !content.is_monotone() && content.is_interval();
+        let interval = self.is_interval(index);
         let name = &self.layout.names[index];
         let label = self.label(index);
         let known = self.options.time_unit.as_deref().or(Some(name.unit.as_str()).filter(|u| !u.is_empty()));
-        let (unit, numerator, denominator) = match known {
+        let (unit, seconds) = match known {
             Some(unit) => match units::measures(unit) {
-                Some(Measures::Time { numerator, denominator }) => (unit.to_owned(), numerator, denominator),
+                Some(Measures::Time(seconds)) => (unit.to_owned(), seconds),
                 _ if self.options.time_unit.is_some() => {
                     return Err(ReadProblem::UnknownTimeUnit { unit: unit.to_owned() });
                 }
-                _ => ("s".to_owned(), 1.0, 1.0),
+                _ => ("s".to_owned(), Seconds::Same),
             },
-            None if name.bare.to_lowercase().starts_with("milli") => ("ms".to_owned(), 1.0, 1e3),
-            None if name.bare.to_lowercase().starts_with("micro") => ("us".to_owned(), 1.0, 1e6),
+            None if name.bare.to_lowercase().starts_with("milli") => ("ms".to_owned(), Seconds::Over(1e3)),
+            None if name.bare.to_lowercase().starts_with("micro") => ("us".to_owned(), Seconds::Over(1e6)),
             None if interval && content.greatest >= 1.0 => {
                 self.notes.push(format!(
                     "{label}: steps of {:.0} were taken as milliseconds; --time-unit says otherwise",
                     content.greatest
                 ));
-                ("ms".to_owned(), 1.0, 1e3)
+                ("ms".to_owned(), Seconds::Over(1e3))
+            }
+            // Microcontrollers count milliseconds; nobody samples an oscillator every few seconds.
+            None if !interval && content.whole && (2.0..=1000.0).contains(&content.mean_step) => {
+                self.notes.push(format!(
+                    "{label} names no unit and holds whole numbers {:.1} apart: they were taken as milliseconds; --time-unit says otherwise",
+                    content.mean_step
+                ));
+                ("ms".to_owned(), Seconds::Over(1e3))
             }
             None => {
                 self.notes.push(format!(
                     "{label} names no unit: its times were taken as seconds; --time-unit says otherwise"
                 ));
-                ("s".to_owned(), 1.0, 1.0)
+                ("s".to_owned(), Seconds::Same)
             }
         };
-        let taken =
-            Taken { index, unit, why: format!("{label}: {why}"), numerator, denominator, level: false };
+        let taken = Taken { index, unit, why: format!("{label}: {why}"), seconds, level: false };
         Ok(if interval { Time::Intervals(taken) } else { Time::Column(taken) })
     }
 
@@ -370,7 +388,7 @@ impl Chooser<'_> {
         };
         let beside = self.layout.names.iter().any(|n| {
             let name = n.bare.to_lowercase();
-            ["r", "phase", "theta", "mag"].contains(&name.trim())
+            ["r", "phase", "theta", "mag", "frequency"].contains(&name.trim())
         });
         let asked = self.options.kind == Some(SignalKind::LockIn);
         let open = self.options.kind.is_none();
@@ -436,11 +454,11 @@ impl Chooser<'_> {
     }
 
     fn kind_of(&self, index: usize) -> SignalKind {
-        let given = self.options.signal_unit.as_deref().and_then(units::measures);
-        if let Some(Measures::Signal(kind)) =
-            given.filter(|m| *m != Measures::Signal(SignalKind::Displacement))
-        {
-            return kind;
+        // A unit given or named apart says more than the name; m alone says nothing.
+        let named_apart = self.options.signal_unit.is_some() || self.layout.names[index].unit.is_empty();
+        match units::measures(self.written_unit(index)).filter(|_| named_apart) {
+            Some(Measures::Signal(kind)) if kind != SignalKind::Displacement => return kind,
+            _ => {}
         }
         match self.role(index) {
             // Oscilloscopes call a waveform an amplitude; an envelope is never negative.
@@ -472,7 +490,7 @@ impl Chooser<'_> {
             _ => (written.to_owned(), false),
         };
         let why = format!("{}: {why}", self.label(index));
-        Taken { index, unit, why, numerator: 1.0, denominator: 1.0, level }
+        Taken { index, unit, why, seconds: Seconds::Same, level }
     }
 }
 

@@ -66,7 +66,8 @@ pub(super) enum RowKind {
     Text(usize),
 }
 
-pub(super) fn row_kind(line: &[u8], delimiter: Delimiter, decimal: Decimal) -> RowKind {
+/// The kind of a line; `words` tells whether a row of numbers may hold other cells too.
+pub(super) fn row_kind(line: &[u8], delimiter: Delimiter, decimal: Decimal, words: bool) -> RowKind {
     if line.trim_ascii().is_empty() {
         return RowKind::Blank;
     }
@@ -78,8 +79,8 @@ pub(super) fn row_kind(line: &[u8], delimiter: Delimiter, decimal: Decimal) -> R
     for cell in &cells {
         match number::cell(cell, decimal) {
             Cell::Number(_) => numbers += 1,
-            Cell::Missing => {}
-            Cell::Text => return RowKind::Text(cells.len()),
+            Cell::Text if !words => return RowKind::Text(cells.len()),
+            Cell::Missing | Cell::Text => {}
         }
     }
     if numbers > 0 { RowKind::Numbers(cells.len()) } else { RowKind::Text(cells.len()) }
@@ -91,7 +92,12 @@ pub(super) struct Shape {
     pub(super) delimiter: Delimiter,
     pub(super) decimal: Decimal,
     pub(super) width: usize,
+    /// Whether the rows hold words beside their numbers.
+    pub(super) words: bool,
 }
+
+/// Lines looked at closely.
+const FIRST: usize = 150;
 
 /// In order of preference where several fit equally well.
 const CANDIDATES: &[(Delimiter, Decimal)] = &[
@@ -110,17 +116,31 @@ const CANDIDATES: &[(Delimiter, Decimal)] = &[
 
 /// The dialect in which most lines are rows of numbers.
 pub(super) fn detect(lines: &[&[u8]]) -> Option<Shape> {
+    // The first lines, where preambles are, and a sample of the others.
+    let (first, others) = lines.split_at(lines.len().min(FIRST));
+    let stride = others.len().div_ceil(FIRST).max(1);
+    let lines: Vec<&[u8]> = first.iter().chain(others.iter().step_by(stride)).copied().collect();
+    detect_rows(&lines, false).or_else(|| {
+        // Rows with words in them are a table only where nearly all lines are such rows.
+        let shape = detect_rows(&lines, true)?;
+        let row = RowKind::Numbers(shape.width);
+        let rows = lines.iter().filter(|l| row_kind(l, shape.delimiter, shape.decimal, true) == row).count();
+        (shape.width > 1 && rows >= 8 && rows * 5 >= lines.len() * 4).then_some(shape)
+    })
+}
+
+fn detect_rows(lines: &[&[u8]], words: bool) -> Option<Shape> {
     let mut best: Option<(usize, Shape)> = None;
     for &(delimiter, decimal) in CANDIDATES {
         let widths: Vec<usize> = lines
             .iter()
-            .filter_map(|line| match row_kind(line, delimiter, decimal) {
+            .filter_map(|line| match row_kind(line, delimiter, decimal, words) {
                 RowKind::Numbers(width) => Some(width),
                 _ => None,
             })
             .collect();
         let Some(width) = mode(&widths) else { continue };
-        let shape = Shape { delimiter, decimal, width };
+        let shape = Shape { delimiter, decimal, width, words };
         let rows = widths.len();
         // One cell a row is what any wrong delimiter gives.
         let better = best.is_none_or(|(most, held)| {
@@ -134,7 +154,7 @@ pub(super) fn detect(lines: &[&[u8]]) -> Option<Shape> {
     }
     let (_, mut shape) = best?;
     if shape.delimiter == Delimiter::Comma && is_decimal_comma(lines) {
-        shape = Shape { delimiter: Delimiter::None, decimal: Decimal::Comma, width: 1 };
+        shape = Shape { delimiter: Delimiter::None, decimal: Decimal::Comma, width: 1, words };
     }
     if shape.width == 1 {
         shape.delimiter = Delimiter::None;
@@ -147,7 +167,7 @@ pub(super) fn detect(lines: &[&[u8]]) -> Option<Shape> {
 fn is_decimal_comma(lines: &[&[u8]]) -> bool {
     let (mut pairs, mut lengths, mut header) = (0_usize, Vec::new(), None);
     for line in lines {
-        match row_kind(line, Delimiter::Comma, Decimal::Point) {
+        match row_kind(line, Delimiter::Comma, Decimal::Point, false) {
             RowKind::Numbers(1) => {}
             RowKind::Numbers(2) => {
                 let cells = separated(line, b',');

@@ -52,7 +52,7 @@ pub(super) fn text(bytes: &[u8]) -> Cow<'_, str> {
 pub(super) fn find(lines: &[&[u8]]) -> Option<Layout> {
     let shape = dialect::detect(lines)?;
     let kinds: Vec<RowKind> =
-        lines.iter().map(|l| dialect::row_kind(l, shape.delimiter, shape.decimal)).collect();
+        lines.iter().map(|l| dialect::row_kind(l, shape.delimiter, shape.decimal, shape.words)).collect();
     let first_line = first_row(&kinds, shape.width)?;
     let mut notes = Vec::new();
     let header = header(lines, &kinds, first_line, shape, &mut notes);
@@ -86,7 +86,12 @@ fn header(
 ) -> Option<(usize, Vec<Name>)> {
     let above = || (0..first_line).rev().filter(|&i| kinds[i] != RowKind::Blank);
     let nearest = above().next()?;
-    if matches!(kinds[nearest], RowKind::Text(_)) {
+    if holds_numbers(lines[nearest], shape) {
+        notes.push(format!(
+            "line {} holds numbers among its words: it was taken for preamble and not read",
+            nearest + 1
+        ));
+    } else if matches!(kinds[nearest], RowKind::Text(_)) {
         if let Some(cells) = header_cells(lines[nearest], shape) {
             let cells = join_unit_row(cells, nearest, lines, kinds, shape);
             return Some((nearest, cells.iter().map(|c| Name::parse(c)).collect()));
@@ -111,6 +116,14 @@ fn header(
         let known = names.iter().filter(|n| n.role() != Role::Unknown).count();
         (known * 2 >= names.len() && known > 0).then_some((i, names))
     })
+}
+
+/// Whether half the cells of a line are numbers: no header has so many.
+fn holds_numbers(line: &[u8], shape: Shape) -> bool {
+    let cells = dialect::cells(line, shape.delimiter);
+    let filled = cells.iter().filter(|c| !number::trim(c).is_empty()).count();
+    let numeric = |c: &&&[u8]| matches!(number::cell(c, shape.decimal), number::Cell::Number(_));
+    cells.len() == shape.width && shape.width > 1 && cells.iter().filter(numeric).count() * 2 >= filled
 }
 
 /// The line without the mark of a remark.
@@ -247,7 +260,7 @@ pub(super) fn named_unit(values: &[(String, String)]) -> Option<&str> {
     values.iter().find(|(name, value)| is_unit(name) && signal(value)).map(|(_, value)| value.as_str())
 }
 
-/// A sampling rate [Hz] named in the preamble.
+/// A sampling rate (Hz) named in the preamble.
 pub(super) fn named_rate_hz(values: &[(String, String)]) -> Option<f64> {
     values.iter().find_map(|(name, value)| {
         let name = name.to_lowercase();

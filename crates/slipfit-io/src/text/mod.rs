@@ -22,8 +22,7 @@ use self::{
     source::Source,
 };
 use crate::{
-    Format, ReadError, ReadOptions, ReadProblem,
-    hashing::Hashing,
+    Format, ReadOptions, ReadProblem,
     report::{ColumnTaken, Dialect, ReadReport, Reading, TimeSource},
 };
 
@@ -36,42 +35,14 @@ const LONGEST_LINE: usize = 4 << 20;
 /// Lines from which the dialect is told.
 const HEAD_LINES: usize = 2000;
 
-/// Reads delimited text; `name` stands for it in the report and in errors.
-///
-/// The text is read once, from front to back, and never held as a whole: what
-/// is kept are the samples and a window of some hundred kilobytes, of some
-/// megabytes where columns without telling names must be told apart by their
-/// numbers.
-///
-/// # Errors
-/// [`ReadError`]; [`ReadError::hint`] says what would help.
-pub fn read_text(reader: impl Read, name: &str, options: &ReadOptions) -> Result<Reading, ReadError> {
-    read_sized(reader, None, name, options)
-}
-
-/// As [`read_text`], of a size known beforehand.
-pub(crate) fn read_sized(
+/// Reads the text that `reader` gives, of a size if it is known.
+pub(crate) fn read(
     reader: impl Read,
     size: Option<u64>,
-    name: &str,
-    options: &ReadOptions,
-) -> Result<Reading, ReadError> {
-    read_problem(reader, size, name, options).map_err(|problem| ReadError::new(name, problem))
-}
-
-fn read_problem(
-    reader: impl Read,
-    size: Option<u64>,
-    name: &str,
     options: &ReadOptions,
 ) -> Result<Reading, ReadProblem> {
-    let mut hashing = Hashing::new(reader);
-    let mut source = Source::new(&mut hashing);
+    let mut source = Source::new(reader);
     source.fill(HEAD).map_err(ReadProblem::Io)?;
-    let format = Format::of(source.window());
-    if format != Format::Text {
-        return Err(ReadProblem::Unsupported(format));
-    }
     let encoding = source.detect_encoding().name();
     check_text(source.window())?;
     let newline = newline(source.window());
@@ -105,8 +76,7 @@ fn read_problem(
         source.advance().map_err(ReadProblem::Io)?;
     }
     drop(source);
-    let (sha256, bytes) = hashing.finish();
-    finish(File { name, sha256, bytes, encoding, layout }, choice, scan)
+    finish(encoding, &layout, choice, scan)
 }
 
 /// Refuses bytes that no text has.
@@ -182,16 +152,9 @@ fn start<R: Read>(
 ) -> Scan {
     /// Room made beforehand at most: half a gigabyte a column.
     const MOST_ROWS: usize = 1 << 26;
-    let stamps = |t: &Taken| (t.index, t.numerator, t.denominator);
     let time = match &choice.time {
-        Time::Column(taken) => {
-            let (index, numerator, denominator) = stamps(taken);
-            TimePlan::Stamps { index, numerator, denominator }
-        }
-        Time::Intervals(taken) => {
-            let (index, numerator, denominator) = stamps(taken);
-            TimePlan::Intervals { index, numerator, denominator }
-        }
+        Time::Column(taken) => TimePlan::Stamps { index: taken.index, seconds: taken.seconds },
+        Time::Intervals(taken) => TimePlan::Intervals { index: taken.index, seconds: taken.seconds },
         Time::Rate(_) => TimePlan::Rate,
     };
     let plan = Plan {
@@ -218,18 +181,13 @@ fn start<R: Read>(
     Scan::new(plan, layout.first_line as u64 + 1, room.min(MOST_ROWS))
 }
 
-/// What is known of a file beside its samples.
-struct File<'a> {
-    name: &'a str,
-    sha256: String,
-    bytes: u64,
+fn finish(
     encoding: &'static str,
-    layout: Layout,
-}
-
-fn finish(file: File<'_>, choice: Choice, mut scan: Scan) -> Result<Reading, ReadProblem> {
+    layout: &Layout,
+    choice: Choice,
+    mut scan: Scan,
+) -> Result<Reading, ReadProblem> {
     let skipped = scan.skipped();
-    let layout = &file.layout;
     let column = choose::label(&choose::info(layout, choice.signal.index));
     linearise(&mut scan, &choice);
     let (rows_read, backwards) = (scan.read, scan.backwards);
@@ -253,8 +211,11 @@ fn finish(file: File<'_>, choice: Choice, mut scan: Scan) -> Result<Reading, Rea
                     )
                 })
                 .collect();
-            let skipped =
-                if reasons.is_empty() { String::new() } else { format!(": {}", reasons.join(", ")) };
+            let skipped = if reasons.is_empty() {
+                String::new()
+            } else {
+                format!("; left out: {}", reasons.join(", "))
+            };
             ReadProblem::TooFewRows { read: found, needed, column, skipped }
         }
         (slipfit::Error::TimeBackwards { .. }, Some(back)) => ReadProblem::TimeBackwards {
@@ -271,18 +232,19 @@ fn finish(file: File<'_>, choice: Choice, mut scan: Scan) -> Result<Reading, Rea
     let record = record.with_kind(choice.kind).with_unit(choice.signal.unit.clone());
     let taken = |t: Taken| ColumnTaken { column: choose::info(layout, t.index), unit: t.unit, why: t.why };
     let report = ReadReport {
-        path: file.name.to_owned(),
-        sha256: file.sha256,
-        bytes: file.bytes,
+        path: String::new(),
+        format: Format::Text,
+        sha256: String::new(),
+        bytes: 0,
         rows_read,
         skipped,
-        dialect: Dialect {
+        dialect: Some(Dialect {
             delimiter: layout.shape.delimiter,
             decimal: layout.shape.decimal,
-            encoding: file.encoding,
+            encoding,
             header_row: layout.header_line.map(|line| line as u64 + 1),
             first_data_row: layout.first_line as u64 + 1,
-        },
+        }),
         columns: (0..layout.names.len()).map(|i| choose::info(layout, i)).collect(),
         kind: choice.kind,
         tables: choice.tables,

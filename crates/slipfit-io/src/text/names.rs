@@ -55,6 +55,13 @@ impl Name {
         self.bare.to_lowercase().chars().filter(|c| c.is_alphabetic()).collect()
     }
 
+    /// Whether the column is named like a time between rows.
+    pub(super) fn is_step(&self) -> bool {
+        let bare = self.bare.to_lowercase();
+        ["dt", "δt"].contains(&bare.trim())
+            || ["interval", "intervall", "previous", "delta t", "delta_t"].iter().any(|w| bare.contains(w))
+    }
+
     /// What the column may be taken for.
     pub(super) fn role(&self) -> Role {
         let words = words(&self.bare);
@@ -69,7 +76,7 @@ impl Name {
         if has(NEVER) || within(NEVER_WITHIN) || measures == Some(Measures::Other) {
             return Role::Never;
         }
-        if matches!(measures, Some(Measures::Time { .. }))
+        if matches!(measures, Some(Measures::Time(_)))
             || has(TIME)
             || begins(TIME_SHORT)
             || within(TIME_WITHIN)
@@ -79,7 +86,7 @@ impl Name {
                 return Role::Time;
             }
         }
-        if has(IN_PHASE) {
+        if words.concat().contains(IN_PHASE) {
             return Role::InPhase;
         }
         if has(QUADRATURE) {
@@ -217,7 +224,7 @@ const NEVER: &[&str] = &[
     "fecha",
 ];
 const NEVER_WITHIN: &[&str] = &["fft", "uncert", "residu", "frequen"];
-const IN_PHASE: &[&str] = &["inphase", "phaseinphase"];
+const IN_PHASE: &str = "inphase";
 const QUADRATURE: &[&str] = &["quadrature", "quad"];
 const DERIVATIVE: &[&str] = &["ableitung", "derivative", "derivata", "dérivée", "derivada"];
 const ACCELERATION: &[&str] = &["accel", "beschleunig", "acelera", "accélér", "ускорен", "加速度"];

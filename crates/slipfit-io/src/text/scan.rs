@@ -7,6 +7,7 @@ use memchr::{memchr, memchr_iter, memrchr};
 use super::{
     dialect::{self, separator},
     number::{self, Cell},
+    units::Seconds,
 };
 use crate::report::{Decimal, Delimiter, Skipped};
 
@@ -31,10 +32,10 @@ pub(super) struct Plan {
 /// How a row gets its time.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub(super) enum TimePlan {
-    /// The stamp times numerator over denominator.
-    Stamps { index: usize, numerator: f64, denominator: f64 },
-    /// The sum of the steps times numerator over denominator.
-    Intervals { index: usize, numerator: f64, denominator: f64 },
+    /// The stamp.
+    Stamps { index: usize, seconds: Seconds },
+    /// The sum of the steps so far.
+    Intervals { index: usize, seconds: Seconds },
     /// From a rate: rows without a signal keep their place.
     Rate,
 }
@@ -163,13 +164,13 @@ impl Scan {
 
     fn push(&mut self, values: [f64; SLOTS]) {
         let time_s = match self.plan.time {
-            TimePlan::Stamps { numerator, denominator, .. } => values[0] * numerator / denominator,
-            TimePlan::Intervals { numerator, denominator, .. } => {
+            TimePlan::Stamps { seconds, .. } => seconds.of(values[0]),
+            TimePlan::Intervals { seconds, .. } => {
                 // The first sample has nothing before it.
                 if self.started {
                     self.elapsed += values[0];
                 }
-                self.elapsed * numerator / denominator
+                seconds.of(self.elapsed)
             }
             TimePlan::Rate => f64::NAN,
         };

@@ -2,11 +2,35 @@
 
 use slipfit::SignalKind;
 
+/// From a unit of time to seconds.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub(super) enum Seconds {
+    /// Seconds as they are.
+    Same,
+    /// Longer units.
+    Times(f64),
+    /// Shorter units. Divided, 651 ms are 0.651 s to the last digit, and a
+    /// clock written with few digits stays recognisable as such.
+    Over(f64),
+}
+
+impl Seconds {
+    /// A time in seconds.
+    #[inline]
+    pub(super) fn of(self, time: f64) -> f64 {
+        match self {
+            Self::Same => time,
+            Self::Times(factor) => time * factor,
+            Self::Over(divisor) => time / divisor,
+        }
+    }
+}
+
 /// What a unit measures.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub(super) enum Measures {
-    /// Time; the factor to seconds is `numerator / denominator`.
-    Time { numerator: f64, denominator: f64 },
+    /// Time.
+    Time(Seconds),
     /// A signal of a kind.
     Signal(SignalKind),
     /// A level in dB: linear amplitude is `10^(x/20)`, in the unit named.
@@ -15,49 +39,49 @@ pub(super) enum Measures {
     Other,
 }
 
-const SECONDS: &[(&str, f64, f64)] = &[
-    ("s", 1.0, 1.0),
-    ("sec", 1.0, 1.0),
-    ("secs", 1.0, 1.0),
-    ("sek", 1.0, 1.0),
-    ("second", 1.0, 1.0),
-    ("seconds", 1.0, 1.0),
-    ("sekunde", 1.0, 1.0),
-    ("sekunden", 1.0, 1.0),
-    ("seconde", 1.0, 1.0),
-    ("secondes", 1.0, 1.0),
-    ("secondi", 1.0, 1.0),
-    ("secondo", 1.0, 1.0),
-    ("segundo", 1.0, 1.0),
-    ("segundos", 1.0, 1.0),
-    ("сек", 1.0, 1.0),
-    ("с", 1.0, 1.0),
-    ("秒", 1.0, 1.0),
-    ("ms", 1.0, 1e3),
-    ("msec", 1.0, 1e3),
-    ("millis", 1.0, 1e3),
-    ("millisecond", 1.0, 1e3),
-    ("milliseconds", 1.0, 1e3),
-    ("millisekunden", 1.0, 1e3),
-    ("us", 1.0, 1e6),
-    ("usec", 1.0, 1e6),
-    ("\u{b5}s", 1.0, 1e6),
-    ("\u{3bc}s", 1.0, 1e6),
-    ("micros", 1.0, 1e6),
-    ("microsecond", 1.0, 1e6),
-    ("microseconds", 1.0, 1e6),
-    ("ns", 1.0, 1e9),
-    ("nanosecond", 1.0, 1e9),
-    ("nanoseconds", 1.0, 1e9),
-    ("ps", 1.0, 1e12),
-    ("min", 60.0, 1.0),
-    ("minute", 60.0, 1.0),
-    ("minutes", 60.0, 1.0),
-    ("minuten", 60.0, 1.0),
-    ("h", 3600.0, 1.0),
-    ("hr", 3600.0, 1.0),
-    ("hour", 3600.0, 1.0),
-    ("hours", 3600.0, 1.0),
+const SECONDS: &[(&str, Seconds)] = &[
+    ("s", Seconds::Same),
+    ("sec", Seconds::Same),
+    ("secs", Seconds::Same),
+    ("sek", Seconds::Same),
+    ("second", Seconds::Same),
+    ("seconds", Seconds::Same),
+    ("sekunde", Seconds::Same),
+    ("sekunden", Seconds::Same),
+    ("seconde", Seconds::Same),
+    ("secondes", Seconds::Same),
+    ("secondi", Seconds::Same),
+    ("secondo", Seconds::Same),
+    ("segundo", Seconds::Same),
+    ("segundos", Seconds::Same),
+    ("сек", Seconds::Same),
+    ("с", Seconds::Same),
+    ("秒", Seconds::Same),
+    ("ms", Seconds::Over(1e3)),
+    ("msec", Seconds::Over(1e3)),
+    ("millis", Seconds::Over(1e3)),
+    ("millisecond", Seconds::Over(1e3)),
+    ("milliseconds", Seconds::Over(1e3)),
+    ("millisekunden", Seconds::Over(1e3)),
+    ("us", Seconds::Over(1e6)),
+    ("usec", Seconds::Over(1e6)),
+    ("\u{b5}s", Seconds::Over(1e6)),
+    ("\u{3bc}s", Seconds::Over(1e6)),
+    ("micros", Seconds::Over(1e6)),
+    ("microsecond", Seconds::Over(1e6)),
+    ("microseconds", Seconds::Over(1e6)),
+    ("ns", Seconds::Over(1e9)),
+    ("nanosecond", Seconds::Over(1e9)),
+    ("nanoseconds", Seconds::Over(1e9)),
+    ("ps", Seconds::Over(1e12)),
+    ("min", Seconds::Times(60.0)),
+    ("minute", Seconds::Times(60.0)),
+    ("minutes", Seconds::Times(60.0)),
+    ("minuten", Seconds::Times(60.0)),
+    ("h", Seconds::Times(3600.0)),
+    ("hr", Seconds::Times(3600.0)),
+    ("hour", Seconds::Times(3600.0)),
+    ("hours", Seconds::Times(3600.0)),
 ];
 
 /// Lengths, angles and electrical signals that stand for them.
@@ -156,8 +180,8 @@ const OTHERS: &[&str] = &[
 /// What a unit measures, or `None` if it is not known.
 pub(super) fn measures(unit: &str) -> Option<Measures> {
     let unit = tidy(unit);
-    if let Some(&(_, numerator, denominator)) = SECONDS.iter().find(|(name, ..)| *name == unit) {
-        return Some(Measures::Time { numerator, denominator });
+    if let Some(&(_, seconds)) = SECONDS.iter().find(|(name, _)| *name == unit) {
+        return Some(Measures::Time(seconds));
     }
     match unit.as_str() {
         "db" | "dbc" | "dbfs" | "db re" => return Some(Measures::Level("")),
@@ -226,7 +250,7 @@ mod tests {
         for unit in ["rad", "°", "V", "µm", "μm", " mm "] {
             assert_eq!(measures(unit), Some(Measures::Signal(SignalKind::Displacement)), "{unit}");
         }
-        assert_eq!(measures("ms"), Some(Measures::Time { numerator: 1.0, denominator: 1e3 }));
+        assert_eq!(measures("ms"), Some(Measures::Time(Seconds::Over(1e3))));
         assert_eq!(measures("dBm"), Some(Measures::Level("√mW")));
         assert_eq!(measures("Hz"), Some(Measures::Other));
         assert_eq!(measures("horse"), None);

@@ -17,9 +17,10 @@ pub(crate) fn f_tail(f: f64, numerator: f64, denominator: f64) -> f64 {
 ///
 /// Under the null the likelihood ratio is half the time zero (the estimate sits
 /// on the limit), so the tail of F(1, dof) counts half (Chernoff 1954).
-pub(crate) fn one_sided(rss_without: f64, rss_with: f64, dof: f64) -> f64 {
-    let f = (rss_without - rss_with).max(0.0) / (rss_with / dof.max(1.0));
-    if f <= 0.0 { 1.0 } else { 0.5 * f_tail(f, 1.0, dof) }
+///
+/// `gain` is the decrease of the sum of squares over the variance of one observation.
+pub(crate) fn one_sided(gain: f64, dof: f64) -> f64 {
+    if gain > 0.0 { 0.5 * f_tail(gain, 1.0, dof) } else { 1.0 }
 }
 
 /// Half width of the central 95 % of Student's t over that of the normal.
@@ -48,7 +49,8 @@ mod tests {
         // F(1, 10): 5 % point 4.965; t(10): 97.5 % point 2.228.
         assert!((f_tail(4.9646, 1.0, 10.0) - 0.05).abs() < 1e-4);
         assert!((student_factor(10.0) * super::super::Z_95 - 2.2281).abs() < 1e-3);
-        assert!((one_sided(1.0, 1.0, 10.0) - 1.0).abs() < 1e-12);
+        assert!((one_sided(0.0, 10.0) - 1.0).abs() < 1e-12);
+        assert!((one_sided(4.9646, 10.0) - 0.025).abs() < 1e-4);
     }
 
     #[test]

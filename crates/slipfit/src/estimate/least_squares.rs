@@ -43,6 +43,9 @@ pub(crate) trait LeastSquares {
     /// Number of parameters, fixed ones included.
     fn parameters(&self) -> usize;
 
+    /// Number of observations.
+    fn observations(&self) -> f64;
+
     /// Sums the normal equations at `p` into `out` (cleared here; lower triangle
     /// of `jtj` suffices). `false` where the model does not exist.
     fn normal(&self, p: &[f64], out: &mut Normal) -> bool;
@@ -70,10 +73,10 @@ impl Fit {
     }
 }
 
-const MAX_STEPS: usize = 60;
+const MAX_STEPS: usize = 40;
 /// A step is small enough when it moves no parameter by more than this part of
 /// its standard error: far below anything the data can tell.
-const STEP_TOLERANCE: f64 = 1e-4;
+const STEP_TOLERANCE: f64 = 3e-3;
 
 /// Minimises `rᵀr` over the `free` parameters from `start`.
 ///
@@ -98,8 +101,9 @@ pub(crate) fn minimise(problem: &dyn LeastSquares, start: &[f64], free: &[usize]
             continue;
         };
         // Change of rss the quadratic model foresees, in units of the noise variance.
-        let noise = sums.rss / (1.0f64).max(dof_hint(problem, &sums));
-        let negligible = predicted <= STEP_TOLERANCE * STEP_TOLERANCE * noise || predicted <= 1e-15 * sums.rss;
+        let noise = sums.rss / problem.observations().max(1.0);
+        let negligible =
+            predicted <= STEP_TOLERANCE * STEP_TOLERANCE * noise || predicted <= 1e-15 * sums.rss;
         if negligible && damping <= 1e-3 {
             converged = true;
             break;
@@ -128,10 +132,6 @@ pub(crate) fn minimise(problem: &dyn LeastSquares, start: &[f64], free: &[usize]
     }
     let unit_covariance = invert(&sums, free, p)?;
     Some(Fit { parameters: best, unit_covariance, rss: sums.rss, free: free.to_vec(), converged })
-}
-
-fn dof_hint(problem: &dyn LeastSquares, _sums: &Normal) -> f64 {
-    problem.parameters() as f64
 }
 
 /// Solves `(JᵀJ + damping diag) step = Jᵀr` in scaled variables; also the decrease of rss it promises.
@@ -209,6 +209,9 @@ mod tests {
     impl LeastSquares for Exponential {
         fn parameters(&self) -> usize {
             3
+        }
+        fn observations(&self) -> f64 {
+            self.t.len() as f64
         }
         fn normal(&self, p: &[f64], out: &mut Normal) -> bool {
             out.clear();

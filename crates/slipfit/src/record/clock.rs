@@ -5,17 +5,17 @@
 pub enum Clock {
     /// Sample `i` at `start_s + i interval_s`.
     Uniform {
-        /// Time of the first sample [s].
+        /// Time of the first sample (s).
         start_s: f64,
-        /// Time between two samples [s], positive.
+        /// Time between two samples (s), positive.
         interval_s: f64,
     },
-    /// One stamp [s] a sample, never decreasing; equal stamps may follow each other.
+    /// One stamp (s) a sample, never decreasing; equal stamps may follow each other.
     Stamps(Vec<f64>),
 }
 
 impl Clock {
-    /// Time of sample `index` [s].
+    /// Time of sample `index` (s).
     pub(super) fn time_s(&self, index: usize) -> f64 {
         match self {
             Self::Uniform { start_s, interval_s } => start_s + index as f64 * interval_s,
@@ -33,9 +33,9 @@ impl Clock {
 /// A stretch without samples.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Gap {
-    /// Time of the last sample before it [s].
+    /// Time of the last sample before it (s).
     pub start_s: f64,
-    /// Time to the next sample [s].
+    /// Time to the next sample (s).
     pub length_s: f64,
 }
 
@@ -65,10 +65,10 @@ pub struct ClockReport {
     /// Rows of the other runs, left out.
     pub other_run_rows: usize,
     /// The stamps were those of a uniform clock written with too few digits;
-    /// it was rebuilt. This is the coarsest rounding [s].
+    /// it was rebuilt. This is the coarsest rounding (s).
     pub rebuilt_quantum_s: Option<f64>,
     /// Greatest distance of a stamp from the rebuilt clock beyond half its
-    /// rounding [s], at most a tenth of a step and of the rounding.
+    /// rounding (s), at most a tenth of a step and of the rounding.
     pub rebuilt_excess_s: f64,
     /// Stretches without samples. Where sampling is regular (80 % of the steps
     /// within 20 % of the median) a step above 1.5 medians; otherwise a step
@@ -76,7 +76,7 @@ pub struct ClockReport {
     pub gaps: usize,
     /// The longest of them.
     pub longest_gap: Option<Gap>,
-    /// Median time between two samples [s]; of the steps that are not zero
+    /// Median time between two samples (s); of the steps that are not zero
     /// where more than half are.
     pub median_step_s: f64,
     /// Root mean square deviation of the steps from their median, over that

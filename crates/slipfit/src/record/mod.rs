@@ -72,7 +72,7 @@ pub struct Record {
 }
 
 impl Record {
-    /// A record from stamps [s] and samples, cleaned as said at [`Record`].
+    /// A record from stamps (s) and samples, cleaned as said at [`Record`].
     ///
     /// # Errors
     /// - [`Error::Length`] if the two differ in length
@@ -84,7 +84,7 @@ impl Record {
         Self::from_stamps(time_s, signal, None)
     }
 
-    /// A record sampled at a constant rate [Hz], starting at 0 s.
+    /// A record sampled at a constant rate (Hz), starting at 0 s.
     ///
     /// Samples that are not finite keep their place in time but are left out;
     /// only where they stand inside the record does it become one of stamps.
@@ -104,7 +104,7 @@ impl Record {
         Self::from_stamps(time_s, in_phase, Some(quadrature))
     }
 
-    /// As [`Record::lock_in`], sampled at a constant rate [Hz] from 0 s on.
+    /// As [`Record::lock_in`], sampled at a constant rate (Hz) from 0 s on.
     ///
     /// # Errors
     /// As [`Record::uniform`].
@@ -158,7 +158,7 @@ impl Record {
         self.signal.len()
     }
 
-    /// Time of sample `index` [s].
+    /// Time of sample `index` (s).
     ///
     /// # Panics
     /// Like a slice, if `index` is not below [`Record::len`].
@@ -168,7 +168,7 @@ impl Record {
         self.clock.time_s(index)
     }
 
-    /// The times of a range of samples [s].
+    /// The times of a range of samples (s).
     ///
     /// # Panics
     /// Like a slice, if the range ends beyond [`Record::len`].
@@ -181,7 +181,7 @@ impl Record {
         }
     }
 
-    /// Time from the first to the last sample [s].
+    /// Time from the first to the last sample (s).
     #[must_use]
     pub fn duration_s(&self) -> f64 {
         self.time_s(self.len() - 1) - self.time_s(0)

@@ -12,9 +12,9 @@ const JITTER: f64 = 0.1;
 /// A uniform clock and how far the stamps are from it.
 pub(super) struct Rebuilt {
     pub(super) clock: Clock,
-    /// Coarsest rounding [s].
+    /// Coarsest rounding (s).
     pub(super) quantum_s: f64,
-    /// Greatest distance of a stamp beyond half its rounding [s].
+    /// Greatest distance of a stamp beyond half its rounding (s).
     pub(super) excess_s: f64,
 }
 

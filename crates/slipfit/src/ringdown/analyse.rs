@@ -70,7 +70,16 @@ pub fn analyse(record: &Record, options: &Options) -> Result<Answer, Error> {
             (measure::oscillation(&samples, options, coarse)?, Some(coarse))
         }
     };
-    let rough = fits::envelope(&mut measured, options)?;
+    let mut rough = fits::envelope(&mut measured, options)?;
+    if options.end_s.is_none()
+        && let Some(time_s) = fits::change_of_law(&rough, &measured)
+    {
+        measured.points.retain(|b| b.time_s < time_s);
+        measured.stretch.end_reason = super::segment::OTHER_LAW;
+        measured.stretch.slow_tail = false;
+        measured.stretch.disturbed = false;
+        rough = fits::envelope(&mut measured, options)?;
+    }
     let exact = (measure::is_position(record.kind()) && options.lockin.is_none())
         .then(|| fits::waveform(&samples, &measured, &rough))
         .flatten()

@@ -9,8 +9,8 @@ use super::measure::{Measured, Samples};
 use super::segment;
 use super::waveform::{BEND, CHIRP, OFFSET, OMEGA};
 use super::{
-    Answer, Backbone, Calibration, Candidate, Diagnostics, EnvelopePoint, LossModel, LossPoint, Options, OtherMode,
-    Parameter, Segment, SlidingEvidence, Stop, Warning,
+    Answer, Backbone, Calibration, Candidate, Diagnostics, EnvelopePoint, LossModel, LossPoint, Options,
+    OtherMode, Parameter, Segment, SlidingEvidence, Stop,
 };
 use crate::signal::spectrum;
 use crate::{Error, Quantity, Record, SignalKind};
@@ -33,13 +33,13 @@ pub(crate) fn answer(e: &Evidence) -> Result<Answer, Error> {
     let comparison = &e.described.comparison;
     let preferred = comparison.best().ok_or(Error::NoFit { reason: "no model converged" })?;
     let chosen = match e.options.model {
-        Some(model) => comparison
-            .get(model)
-            .ok_or(Error::NoFit { reason: "the model asked for has more parameters than the record determines" })?,
+        Some(model) => comparison.get(model).ok_or(Error::NoFit {
+            reason: "the model asked for has more parameters than the record determines",
+        })?,
         None => preferred,
     };
     let omega = angular_frequency(e, chosen);
-    let law = law_of(&chosen.bounded.parameters, omega.0);
+    let law = law_of(&chosen.bounded.parameters, omega);
     let duration = e.described.end - e.described.origin;
     let (p_value, delta_bic) = comparison.sliding_evidence(e.described.scale);
     let sliding = SlidingEvidence {
@@ -51,10 +51,11 @@ pub(crate) fn answer(e: &Evidence) -> Result<Answer, Error> {
         dominates_from_s: dominates_from(&law, duration).map(|t| e.described.origin + t),
         viscous_only_p_value: comparison.viscous_only(chosen.model, e.described.scale),
     };
-    let fit = fitted_motion(e, chosen, law, omega.0);
+    let fit = fitted_motion(e, chosen, law, omega);
     let parameters = parameters(e, chosen, omega);
     let best_bic = comparison.entries.iter().map(|c| c.bic).fold(f64::INFINITY, f64::min);
-    let mut candidates: Vec<Candidate> = comparison.entries.iter().map(|c| candidate(e, c, best_bic)).collect();
+    let mut candidates: Vec<Candidate> =
+        comparison.entries.iter().map(|c| candidate(e, c, best_bic)).collect();
     candidates.sort_by(|a, b| a.bic.total_cmp(&b.bic));
     let correlations = correlations(e, chosen);
     let envelope = envelope_points(e, &fit);
@@ -67,9 +68,9 @@ pub(crate) fn answer(e: &Evidence) -> Result<Answer, Error> {
         sliding,
         correlations,
         segment: segment_of(e),
-        loss: loss_points(e, &law, omega.0),
+        loss: loss_points(e, &law, omega),
         envelope,
-        backbone: backbone(e, chosen, &law, omega.0),
+        backbone: backbone(e, chosen, &law, omega),
         stop,
         diagnostics,
         warnings: Vec::new(),
@@ -80,15 +81,33 @@ pub(crate) fn answer(e: &Evidence) -> Result<Answer, Error> {
     Ok(answer)
 }
 
-/// Angular frequency at vanishing amplitude and its standard error, rad/s.
-fn angular_frequency(e: &Evidence, chosen: &Entry) -> (f64, f64) {
+/// Angular frequency at vanishing amplitude, rad/s.
+fn angular_frequency(e: &Evidence, chosen: &Entry) -> f64 {
     match &e.described.problem {
-        Problem::Waveform(_) => {
-            let sigma = (e.described.scale.variance_of(&chosen.bounded) * e.described.scale.widening).sqrt();
-            (chosen.bounded.parameters[OMEGA], chosen.bounded.unit_std(OMEGA) * sigma)
-        }
-        Problem::Envelope(_) => (e.measured.law.omega, e.measured.law.omega_std),
+        Problem::Waveform(_) => chosen.bounded.parameters[OMEGA],
+        Problem::Envelope(problem) => problem.omega,
     }
+}
+
+/// Mean frequency over the stretch and its standard error, Hz.
+fn mean_frequency(e: &Evidence, chosen: &Entry) -> Quantity {
+    let (omega, std) = match &e.described.problem {
+        Problem::Waveform(problem) => {
+            let p = &chosen.bounded.parameters;
+            let across = problem.mean_rate();
+            let mean = across.iter().map(|&(k, d)| p[k] * d).sum::<f64>();
+            let variance: f64 = across
+                .iter()
+                .flat_map(|&(i, a)| across.iter().map(move |&(k, b)| (i, k, a * b)))
+                .map(|(i, k, ab)| ab * chosen.bounded.unit_covariance[(i, k)])
+                .sum();
+            let scale = e.described.scale;
+            (mean, (variance.max(0.0) * scale.variance_of(&chosen.bounded) * scale.widening).sqrt())
+        }
+        Problem::Envelope(problem) if e.options.frequency_hz.is_some() => (problem.omega, 0.0),
+        Problem::Envelope(_) => (e.measured.law.mean_omega, e.measured.law.mean_omega_std),
+    };
+    Quantity::normal(omega / TAU, std / TAU, "Hz")
 }
 
 /// Whether the frequency of the oscillation is known.
@@ -100,7 +119,9 @@ fn loss_term(e: &Evidence, chosen: &Entry, term: usize) -> (Bounded, bool) {
     let present = chosen.fit.free.contains(&term);
     let entry = if present { Some(chosen) } else { e.described.comparison.with_term(chosen.model, term) };
     match entry {
-        Some(entry) => (interval(e.described.problem.least_squares(), &entry.fit, term, e.described.scale), present),
+        Some(entry) => {
+            (interval(e.described.problem.least_squares(), &entry.fit, term, e.described.scale), present)
+        }
         None => (Bounded { estimate: 0.0, std_error: f64::NAN, interval: [0.0, f64::INFINITY] }, false),
     }
 }
@@ -115,13 +136,13 @@ fn bounded_quantity(found: Bounded, present: bool, unit: String) -> Quantity {
     }
 }
 
-fn parameters(e: &Evidence, chosen: &Entry, (omega, omega_std): (f64, f64)) -> Vec<Parameter> {
+fn parameters(e: &Evidence, chosen: &Entry, omega: f64) -> Vec<Parameter> {
     let unit = e.record.unit();
     let known = frequency_known(e);
     let mut list = Vec::new();
     let mut push = |name, quantity| list.push(Parameter { name, quantity });
     if known {
-        push("frequency_hz", Quantity::normal(omega / TAU, omega_std / TAU, "Hz"));
+        push("frequency_hz", mean_frequency(e, chosen));
     }
     let (delta, has_delta) = loss_term(e, chosen, DELTA);
     let delta = bounded_quantity(delta, has_delta, "1/s".into());
@@ -134,7 +155,14 @@ fn parameters(e: &Evidence, chosen: &Entry, (omega, omega_std): (f64, f64)) -> V
     }
     let gain = super::envelope::sliding_gain(delta.value, omega).0;
     push("sliding_rate", x_f.scaled(gain, per_second(unit)));
-    push("drag_rate", bounded_quantity(drag, has_drag, if unit.is_empty() { "1/s".into() } else { format!("1/({unit} s)") }));
+    push(
+        "drag_rate",
+        bounded_quantity(
+            drag,
+            has_drag,
+            if unit.is_empty() { "1/s".into() } else { format!("1/({unit} s)") },
+        ),
+    );
     if known {
         push("q_factor", q_factor(&delta, omega));
     }
@@ -237,15 +265,14 @@ fn length_in_metres(unit: &str) -> (Option<f64>, bool) {
 fn candidate(e: &Evidence, entry: &Entry, best_bic: f64) -> Candidate {
     let p = &entry.bounded.parameters;
     let n = e.described.scale.observations;
-    let mean_weight = match &e.described.problem {
-        Problem::Waveform(_) => 1.0,
-        Problem::Envelope(problem) => problem.weight.iter().sum::<f64>() / n,
-    };
     Candidate {
         model: entry.model,
         bic: entry.bic,
         delta_bic: entry.bic - best_bic,
-        rms: (entry.bounded.rss / n / mean_weight).sqrt(),
+        rms: match &e.described.problem {
+            Problem::Waveform(_) => (entry.bounded.rss / n).sqrt(),
+            Problem::Envelope(problem) => problem.unweighted_rms(p),
+        },
         free_parameters: entry.fit.free.len(),
         converged: entry.fit.converged,
         at_limit: entry.at_limit.map(|t| match t {
@@ -295,7 +322,11 @@ fn segment_of(e: &Evidence) -> Segment {
         samples: points[points.len() - 1].end - points[0].first,
         start_reason: e.measured.stretch.start_reason,
         end_reason: e.measured.stretch.end_reason,
-        cycles: if matches!(e.record.kind(), SignalKind::Envelope | SignalKind::LockIn) { 0.0 } else { e.cycles },
+        cycles: if matches!(e.record.kind(), SignalKind::Envelope | SignalKind::LockIn) {
+            0.0
+        } else {
+            e.cycles
+        },
     }
 }
 
@@ -338,7 +369,9 @@ fn fitted_motion(e: &Evidence, chosen: &Entry, law: LossLaw, omega: f64) -> Fitt
                 })
                 .collect()
         }
-        Problem::Envelope(_) if matches!(e.record.kind(), SignalKind::Envelope | SignalKind::LockIn) => Vec::new(),
+        Problem::Envelope(_) if matches!(e.record.kind(), SignalKind::Envelope | SignalKind::LockIn) => {
+            Vec::new()
+        }
         Problem::Envelope(_) => e
             .measured
             .points
@@ -359,7 +392,7 @@ fn fitted_motion(e: &Evidence, chosen: &Entry, law: LossLaw, omega: f64) -> Fitt
 fn backbone_terms(e: &Evidence, chosen: &Entry, omega: f64) -> [f64; 2] {
     match &e.described.problem {
         Problem::Waveform(_) => [chosen.bounded.parameters[BEND] / omega, 0.0],
-        Problem::Envelope(_) => [e.measured.law.quadratic, e.measured.law.quartic],
+        Problem::Envelope(problem) => problem.backbone,
     }
 }
 
@@ -367,7 +400,10 @@ fn backbone(e: &Evidence, chosen: &Entry, law: &LossLaw, omega: f64) -> Option<B
     if matches!(e.record.kind(), SignalKind::Envelope | SignalKind::LockIn) {
         return None;
     }
-    let [quadratic, quartic] = backbone_terms(e, chosen, omega);
+    let [quadratic, quartic] = match &e.described.problem {
+        Problem::Waveform(_) => backbone_terms(e, chosen, omega),
+        Problem::Envelope(_) => [e.measured.law.quadratic, e.measured.law.quartic],
+    };
     let drift = match &e.described.problem {
         Problem::Waveform(_) => chosen.bounded.parameters[CHIRP] / omega,
         Problem::Envelope(_) => e.measured.law.drift,
@@ -410,7 +446,7 @@ fn loss_points(e: &Evidence, law: &LossLaw, omega: f64) -> Vec<LossPoint> {
         return Vec::new();
     }
     let per_group = (points.len() / 24).max(3);
-    let backbone = [e.measured.law.quadratic, e.measured.law.quartic];
+    let backbone = e.measured.law.backbone();
     // Without a frequency the loss is per second.
     let period = if frequency_known(e) { TAU / omega } else { 1.0 };
     points
@@ -422,7 +458,8 @@ fn loss_points(e: &Evidence, law: &LossLaw, omega: f64) -> Vec<LossPoint> {
             let a0 = group.iter().map(|b| b.amplitude).sum::<f64>() / n;
             let sxx: f64 = group.iter().map(|b| (b.time_s - t0).powi(2)).sum();
             let sxy: f64 = group.iter().map(|b| (b.time_s - t0) * (b.amplitude - a0)).sum();
-            let error = (group.iter().map(|b| b.unit_variance).sum::<f64>() / n / sxx).sqrt() * e.measured.noise_rms;
+            let error =
+                (group.iter().map(|b| b.unit_variance).sum::<f64>() / n / sxx).sqrt() * e.measured.noise_rms;
             let s = a0 * a0;
             let f = backbone_factors(s * (backbone[0] + s * backbone[1]));
             let parts = [law.a0 * f[0], law.a1 * a0 * f[1], law.a2 * s * f[2]];
@@ -450,7 +487,8 @@ fn diagnostics(e: &Evidence, chosen: &Entry, law: &LossLaw) -> Diagnostics {
         residual_rms,
         residual_excess: e.described.excess,
         residual_autocorrelation: e.described.autocorrelation,
-        signal_to_noise_db: 20.0 * (law.amplitude_0 / std::f64::consts::SQRT_2 / noise.max(f64::MIN_POSITIVE)).log10(),
+        signal_to_noise_db: 20.0
+            * (law.amplitude_0 / std::f64::consts::SQRT_2 / noise.max(f64::MIN_POSITIVE)).log10(),
         decay_times: (law.amplitude_0 / last_amplitude(e, law).max(1e-9 * law.amplitude_0)).ln(),
         left_out: e.described.outliers,
         other_modes: other_modes(e),

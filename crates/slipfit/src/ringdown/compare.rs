@@ -28,7 +28,7 @@ impl Scale {
         if self.variance.is_some() {
             f64::INFINITY
         } else {
-            ((self.observations - fit.free.len() as f64) / self.widening).max(1.0)
+            ((self.observations - fit.free.len() as f64) * self.share_of_dof()).max(1.0)
         }
     }
 
@@ -38,6 +38,12 @@ impl Scale {
             Some(v) => rss / (v * self.widening) + parameters as f64 * self.effective().ln(),
             None => bic(rss, self.observations, self.effective(), parameters),
         }
+    }
+
+    /// Degrees of freedom left to the variance of AR(1) residuals: their squares
+    /// correlate as rho², so `(1 - rho²)/(1 + rho²)` of them, with `widening = (1 + rho)/(1 - rho)`.
+    fn share_of_dof(&self) -> f64 {
+        2.0 * self.widening / (1.0 + self.widening * self.widening)
     }
 
     /// Independent observations: what is left of them after the widening.
@@ -180,10 +186,9 @@ impl Comparison {
     pub(crate) fn viscous_only(&self, model: LossModel, scale: Scale) -> f64 {
         match (self.get(LossModel::Viscous), self.get(model)) {
             (Some(v), Some(m)) if model != LossModel::Viscous && model.has_viscous() => test(v, m, scale),
-            (Some(v), Some(_)) if model != LossModel::Viscous => {
-                self.with_term(LossModel::Viscous, if model.has_sliding() { X_F } else { DRAG })
-                    .map_or(f64::NAN, |union| test(v, union, scale))
-            }
+            (Some(v), Some(_)) if model != LossModel::Viscous => self
+                .with_term(LossModel::Viscous, if model.has_sliding() { X_F } else { DRAG })
+                .map_or(f64::NAN, |union| test(v, union, scale)),
             _ => 1.0,
         }
     }
@@ -191,14 +196,8 @@ impl Comparison {
 
 /// One-sided p value of the smaller model against the larger.
 fn test(small: &Entry, large: &Entry, scale: Scale) -> f64 {
-    let dof = scale.effective() - large.fit.free.len() as f64;
-    match scale.variance {
-        None => one_sided(small.bounded.rss, large.bounded.rss, dof),
-        Some(v) => {
-            let gain = (small.bounded.rss - large.bounded.rss).max(0.0) / (v * scale.widening);
-            one_sided(gain + 1e7, 1e7, 1e7)
-        }
-    }
+    let variance = scale.variance_of(&large.bounded) * scale.widening;
+    one_sided((small.bounded.rss - large.bounded.rss) / variance, scale.dof(&large.fit))
 }
 
 /// A loss coefficient with its honest interval.

@@ -6,7 +6,7 @@ use super::{Answer, LossModel, Warning};
 use crate::SignalKind;
 
 /// Fewer cycles than this cannot separate the loss terms.
-const FEW_CYCLES: f64 = 4.0;
+const FEW_CYCLES: f64 = 5.0;
 /// Beyond this correlation delta and x_F are one number.
 const INSEPARABLE: f64 = 0.99;
 
@@ -61,7 +61,11 @@ pub(crate) fn doubts(e: &Evidence, answer: &Answer, preferred: LossModel) -> Vec
         .find(|c| c.model != answer.model && c.at_limit.is_none() && c.delta_bic < 2.0)
         .filter(|r| r.model.has_sliding() != answer.model.has_sliding() || r.free_parameters == free(answer))
     {
-        list.push(Warning::AmbiguousModel { chosen: answer.model, rival: rival.model, delta_bic: rival.delta_bic });
+        list.push(Warning::AmbiguousModel {
+            chosen: answer.model,
+            rival: rival.model,
+            delta_bic: rival.delta_bic,
+        });
     }
     if !bare {
         let points = &e.measured.points;
@@ -82,7 +86,8 @@ fn free(answer: &Answer) -> usize {
 
 /// Samples stuck at the extremes of the record in runs of at least four, and the index after the last.
 pub(crate) fn clipped(signal: &[f64]) -> (usize, usize) {
-    let (low, high) = signal.iter().fold((f64::INFINITY, f64::NEG_INFINITY), |(a, b), &v| (a.min(v), b.max(v)));
+    let (low, high) =
+        signal.iter().fold((f64::INFINITY, f64::NEG_INFINITY), |(a, b), &v| (a.min(v), b.max(v)));
     let (mut count, mut last, mut runs, mut run) = (0, 0, 0, 0);
     for (i, &v) in signal.iter().enumerate() {
         let stuck = v == high || (v == low && run > 0 && signal[i - 1] == low) || v == low;

@@ -115,8 +115,7 @@ impl Walker {
             for v in &mut self.by {
                 *v *= carry;
             }
-            let simpson =
-                |f0: f64, f1: f64, f2: f64| part / 6.0 * (carry * f0 + 4.0 * half * f1 + f2);
+            let simpson = |f0: f64, f1: f64, f2: f64| part / 6.0 * (carry * f0 + 4.0 * half * f1 + f2);
             self.by[1] -= f[0] * simpson(1.0, 1.0, 1.0);
             self.by[2] -= f[1] * simpson(before, middle, after);
             self.by[3] -= f[2] * simpson(before * before, middle * middle, after * after);
@@ -146,6 +145,17 @@ impl EnvelopeProblem {
             out.push((self.value[j] - self.model(amplitude, p)) * self.weight[j].sqrt());
         });
         out
+    }
+
+    /// Root mean square of amplitude less model.
+    pub(crate) fn unweighted_rms(&self, p: &[f64]) -> f64 {
+        let mut sum = 0.0;
+        self.walk(p, |j, amplitude, _| {
+            let (data, model) = (self.value[j], self.model(amplitude, p));
+            let miss = if self.squared { data.max(0.0).sqrt() - model.max(0.0).sqrt() } else { data - model };
+            sum += miss * miss;
+        });
+        (sum / self.value.len() as f64).sqrt()
     }
 
     fn model(&self, amplitude: f64, p: &[f64]) -> f64 {
@@ -190,6 +200,10 @@ impl EnvelopeProblem {
 impl LeastSquares for EnvelopeProblem {
     fn parameters(&self) -> usize {
         5
+    }
+
+    fn observations(&self) -> f64 {
+        self.value.len() as f64
     }
 
     fn normal(&self, p: &[f64], out: &mut Normal) -> bool {

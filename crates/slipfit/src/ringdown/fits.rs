@@ -57,7 +57,7 @@ const FULL: [usize; 4] = [A0, X_F, DELTA, DRAG];
 pub(crate) fn envelope<'a>(measured: &mut Measured, options: &Options) -> Result<Described<'a>, Error> {
     let points = &measured.points;
     let origin = points[0].time_s - 0.5 * points[0].span_s;
-    let omega = measured.law.omega;
+    let omega = if measured.law.drift == 0.0 { measured.law.omega } else { measured.law.mean_omega };
     let mut problem = EnvelopeProblem {
         elapsed: points.iter().map(|b| b.time_s - origin).collect(),
         value: points
@@ -66,7 +66,7 @@ pub(crate) fn envelope<'a>(measured: &mut Measured, options: &Options) -> Result
             .collect(),
         weight: points.iter().map(|b| 1.0 / b.unit_variance).collect(),
         omega,
-        backbone: [measured.law.quadratic, measured.law.quartic],
+        backbone: measured.law.backbone(),
         squared: measured.squared,
         lowpass: options.lockin.map(Kernel::new),
     };
@@ -89,14 +89,18 @@ pub(crate) fn envelope<'a>(measured: &mut Measured, options: &Options) -> Result
         return Err(Error::NoFit { reason: "fewer than three amplitudes remain" });
     }
     let noise = (!measured.squared).then(|| measured.noise_rms.powi(2));
+    let noise_weights = problem.weight.clone();
+    let law_error = admit_law_error(&mut problem, &start, &full, measured.noise_rms.powi(2));
     let mut scale = Scale { observations: n as f64, variance: None, widening: 1.0 };
     let comparison = compare(&problem, &start, nuisance, scale, sliding_start(&problem));
     let best = comparison.best().ok_or(Error::NoFit { reason: "no model converged" })?;
     let residuals = problem.residuals(&best.bounded.parameters);
     let dof = (n as f64 - best.bounded.free.len() as f64).max(1.0);
-    let chi_squared = residuals.iter().map(|r| r * r).sum::<f64>();
+    // Against the noise alone, whatever the law was forgiven.
+    let chi_squared: f64 =
+        residuals.iter().zip(&problem.weight).zip(&noise_weights).map(|((r, w), v)| r * r / w * v).sum();
     let excess = noise.map_or(1.0, |v| chi_squared / dof / v.max(f64::MIN_POSITIVE));
-    if noise.is_some() && (excess - 1.0).abs() < 2.6 * (2.0 / dof).sqrt() {
+    if noise.is_some() && law_error == 0.0 && (excess - 1.0).abs() < 2.6 * (2.0 / dof).sqrt() {
         scale.variance = noise;
     }
     let autocorrelation = first_autocorrelation(&residuals);
@@ -116,6 +120,97 @@ pub(crate) fn envelope<'a>(measured: &mut Measured, options: &Options) -> Result
     })
 }
 
+/// The instant where one law gives way to another: the split after which each
+/// side has a law of its own. It counts only if the earlier side then holds
+/// nearly to its noise, which a law that bends slowly away never does.
+pub(crate) fn change_of_law(described: &Described, measured: &Measured) -> Option<f64> {
+    let Problem::Envelope(problem) = &described.problem else { return None };
+    let noise = measured.noise_rms.powi(2);
+    let n = problem.value.len();
+    // Ten times the noise and thirty blocks a side: less is a bend, not a kink.
+    if described.excess < 100.0 || n < 60 || problem.squared || noise <= 0.0 {
+        return None;
+    }
+    let full = |from: usize, to: usize| -> Option<f64> {
+        let origin = problem.elapsed[from];
+        let part = EnvelopeProblem {
+            elapsed: problem.elapsed[from..to].iter().map(|t| t - origin).collect(),
+            value: problem.value[from..to].to_vec(),
+            weight: measured.points[from..to].iter().map(|b| 1.0 / b.unit_variance).collect(),
+            ..problem.clone()
+        };
+        let start = envelope_start(&part);
+        let viscous = minimise(&part, &start, &[A0, DELTA])?;
+        Some(
+            minimise(&part, &viscous.parameters, &FULL).map_or(viscous.rss, |f| f.rss.min(viscous.rss))
+                / noise,
+        )
+    };
+    // Blocks left out as outliers would shift the two lists against each other.
+    if measured.points.len() != n {
+        return None;
+    }
+    let least = 30;
+    let step = (n / 40).max(1);
+    let (first, split) = (least..n - least)
+        .step_by(step)
+        .filter_map(|k| Some((full(0, k)?, full(k, n)?, k)))
+        .min_by(|a, b| (a.0 + a.1).total_cmp(&(b.0 + b.1)))
+        .map(|(first, _, k)| (first / (k as f64 - 4.0), k))?;
+    (first < 4.0 && described.excess > 5.0 * first).then(|| described.origin + problem.elapsed[split])
+}
+
+/// Where the amplitudes scatter about the full law by more than their noise,
+/// the law itself is off by some part of the amplitude: that part joins the
+/// errors, so that the early amplitudes, known to 1e-4, do not drown the late
+/// ones, which tell sliding from viscous loss. Returns the relative error.
+fn admit_law_error(problem: &mut EnvelopeProblem, start: &[f64], full: &[usize], noise: f64) -> f64 {
+    let noise_weights = problem.weight.clone();
+    let n = problem.value.len();
+    let dof = n as f64 - full.len() as f64;
+    if dof < 3.0 {
+        return 0.0;
+    }
+    let mut relative = 0.0;
+    let mut from = start.to_vec();
+    for _ in 0..4 {
+        let Some(fit) = minimise(problem, &from, &[A0, DELTA])
+            .filter(|_| relative == 0.0)
+            .or_else(|| minimise(problem, &from, full))
+            .and_then(|v| minimise(problem, &v.parameters, full).or(Some(v)))
+        else {
+            return relative;
+        };
+        from.clone_from(&fit.parameters);
+        let misses: Vec<(f64, f64, f64)> = problem
+            .residuals(&fit.parameters)
+            .iter()
+            .zip(&problem.weight)
+            .zip(noise_weights.iter().zip(&problem.value))
+            .map(|((r, w), (v, a))| (r * r / w, noise / v, a * a))
+            .collect();
+        let chi_squared =
+            |e: f64| misses.iter().map(|(r, v, a)| r / (v + e * e * a).max(f64::MIN_POSITIVE)).sum::<f64>();
+        if chi_squared(0.0) < dof + 2.6 * (2.0 * dof).sqrt() {
+            break;
+        }
+        let (mut low, mut high) = (0.0f64, 1.0f64);
+        for _ in 0..50 {
+            let middle = 0.5 * (low + high);
+            if chi_squared(middle) > dof { low = middle } else { high = middle }
+        }
+        let before = relative;
+        relative = high;
+        for ((w, v), (_, _, a)) in problem.weight.iter_mut().zip(&noise_weights).zip(&misses) {
+            *w = noise.max(f64::MIN_POSITIVE) / (noise / v + high * high * a).max(f64::MIN_POSITIVE);
+        }
+        if (relative - before).abs() < 0.05 * relative {
+            break;
+        }
+    }
+    relative
+}
+
 fn has_floor(measured: &Measured) -> bool {
     // The floor shows where the record goes on below the last amplitude used, or falls far.
     let top = measured.points[0].amplitude;
@@ -133,7 +228,8 @@ fn envelope_start(problem: &EnvelopeProblem) -> Vec<f64> {
     let root = |v: f64| if problem.squared { v.max(0.0).sqrt() } else { v };
     let first = root(problem.value[0]).max(f64::MIN_POSITIVE);
     // Decay rate over the upper half of the fall, where every law is an exponential.
-    let j = problem.value.iter().position(|&v| root(v) < 0.5 * first).unwrap_or(problem.value.len() - 1).max(1);
+    let j =
+        problem.value.iter().position(|&v| root(v) < 0.5 * first).unwrap_or(problem.value.len() - 1).max(1);
     let span = problem.elapsed[j] - problem.elapsed[0];
     let delta = (first / root(problem.value[j]).max(1e-3 * first)).ln() / span.max(f64::MIN_POSITIVE);
     let amplitude = first * (delta * problem.elapsed[0]).exp();
@@ -158,7 +254,8 @@ fn drop_outliers(problem: &mut EnvelopeProblem, start: &[f64], full: &[usize], m
         let residuals = problem.residuals(&fit.parameters);
         let mut sizes: Vec<f64> = residuals.iter().map(|r| r.abs()).collect();
         sizes.sort_by(f64::total_cmp);
-        let robust = (sizes[sizes.len() / 2] / 0.674_49).max(if measured.squared { 0.0 } else { measured.noise_rms });
+        let robust =
+            (sizes[sizes.len() / 2] / 0.674_49).max(if measured.squared { 0.0 } else { measured.noise_rms });
         let keep: Vec<bool> = residuals.iter().map(|r| r.abs() <= 8.0 * robust || robust == 0.0).collect();
         let gone = keep.iter().filter(|k| !**k).count();
         // A law that misses many is wrong; its outliers are evidence.
@@ -194,7 +291,8 @@ fn stop_short_of_rest(problem: &mut EnvelopeProblem, start: &[f64], measured: &m
             list.truncate(keep);
         }
         let origin = measured.points[0].time_s - 0.5 * measured.points[0].span_s;
-        let points = measured.points.iter().take_while(|b| b.time_s - origin <= last + 1e-9 * b.span_s).count();
+        let points =
+            measured.points.iter().take_while(|b| b.time_s - origin <= last + 1e-9 * b.span_s).count();
         measured.points.truncate(points.max(1));
     }
 }
@@ -294,6 +392,10 @@ pub(crate) fn fit_waveform_window<'a>(
         f
     };
     let mut fit = minimise(&problem, &start, &free(&nuisance))?;
+    // Far above the noise no nuisance will mend it: the phase wanders.
+    if fit.rss / n as f64 > 4.0 * measured.noise_rms.powi(2) {
+        return None;
+    }
     // Nuisances one by one, each only if the data pay for it; also the ones started with.
     let threshold = (n as f64).ln() + 6.0;
     let mut sums = Normal::zeros(COUNT);
@@ -395,7 +497,8 @@ fn residual_scatter(
         .map(|b| Block { first: b.first - first, end: b.end - first, ..*b })
         .collect();
     let phases: Vec<_> = shifted.iter().map(|b| problem.phase_at(&fit.parameters, b.time_s)).collect();
-    let found = blocks::demodulate(&samples.time[first..first + residual.len()], &residual, &shifted, &phases);
+    let found =
+        blocks::demodulate(&samples.time[first..first + residual.len()], &residual, &shifted, &phases);
     let scaled: Vec<f64> = found.iter().map(|b| b.amplitude / b.unit_variance.sqrt()).collect();
     let count = scaled.len();
     // The loss parameters already took their share of these blocks.

@@ -108,7 +108,8 @@ impl FittedMotion {
             return amplitude.hypot(self.noise_floor);
         };
         let theta = knot.phase.rem_euclid(std::f64::consts::PI);
-        let sign = if (knot.phase / std::f64::consts::PI).floor().rem_euclid(2.0) == 0.0 { 1.0 } else { -1.0 };
+        let sign =
+            if (knot.phase / std::f64::consts::PI).floor().rem_euclid(2.0) == 0.0 { 1.0 } else { -1.0 };
         let since = theta / knot.omega;
         let half_period = std::f64::consts::PI / knot.omega;
         let elapsed = time_s - self.start_s - since;

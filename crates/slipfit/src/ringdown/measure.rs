@@ -67,12 +67,16 @@ pub(crate) struct Measured {
 }
 
 /// Amplitudes of an oscillating record.
-pub(crate) fn oscillation(samples: &Samples, options: &Options, frequency_hz: f64) -> Result<Measured, Error> {
+pub(crate) fn oscillation(
+    samples: &Samples,
+    options: &Options,
+    frequency_hz: f64,
+) -> Result<Measured, Error> {
     let (time, signal) = (&samples.time, &samples.signal);
     let cut = Cut::for_record(samples.duration(), time.len(), frequency_hz);
     let band = options.band_hz.unwrap_or([0.4 * frequency_hz, 2.5 * frequency_hz]);
     let all = blocks::track(time, signal, frequency_hz, band, cut);
-    if all.len() < 2 {
+    if all.len() < 3 {
         return Err(Error::NotARingDown {
             cycles: samples.duration() * frequency_hz,
             needed: LEAST_CYCLES,
@@ -99,7 +103,7 @@ pub(crate) fn oscillation(samples: &Samples, options: &Options, frequency_hz: f6
 }
 
 /// Cycles without which there is nothing to say.
-pub(crate) const LEAST_CYCLES: f64 = 1.5;
+pub(crate) const LEAST_CYCLES: f64 = 2.0;
 
 fn override_by(stretch: &mut Stretch, seen: &Seen, options: &Options) {
     if options.start_s.is_some() {
@@ -126,9 +130,8 @@ fn override_by(stretch: &mut Stretch, seen: &Seen, options: &Options) {
 /// Amplitudes of the blocks along one smooth phase.
 fn along(samples: &Samples, part: &[Block], noise_rms: f64) -> Result<(Vec<Block>, PhaseLaw, bool), Error> {
     let rough: Vec<f64> = part.iter().map(|b| b.amplitude).collect();
-    let smooth = phase::smooth(part, &rough, noise_rms).ok_or(Error::NoFit {
-        reason: "the phase of the oscillation cannot be followed",
-    })?;
+    let smooth = phase::smooth(part, &rough, noise_rms)
+        .ok_or(Error::NoFit { reason: "the phase of the oscillation cannot be followed" })?;
     let mut at: Vec<PhaseAt> = smooth.at;
     for (j, p) in at.iter_mut().enumerate() {
         let (a, b) = (j.saturating_sub(2), (j + 2).min(part.len() - 1));
@@ -153,7 +156,8 @@ pub(crate) fn envelope(samples: &Samples, options: &Options) -> Result<Measured,
     // Scatter of neighbours about their mean: free of the slow decay.
     let mut differences: Vec<f64> = signal.windows(3).map(|w| (w[1] - 0.5 * (w[0] + w[2])).abs()).collect();
     let middle = differences.len() / 2;
-    let noise_rms = differences.select_nth_unstable_by(middle, f64::total_cmp).1.abs() / 0.674_49 / 1.5f64.sqrt();
+    let noise_rms =
+        differences.select_nth_unstable_by(middle, f64::total_cmp).1.abs() / 0.674_49 / 1.5f64.sqrt();
     let all: Vec<Block> = (0..n)
         .step_by(width)
         .filter(|&i| i + width <= n)
@@ -191,7 +195,11 @@ pub(crate) fn envelope(samples: &Samples, options: &Options) -> Result<Measured,
     })?;
     override_by(&mut stretch, &seen, options);
     let points = all[stretch.first..stretch.end].to_vec();
-    let law = PhaseLaw { omega: envelope_omega(samples, options), ..PhaseLaw::default() };
+    let law = PhaseLaw {
+        omega: envelope_omega(samples, options),
+        mean_omega: envelope_omega(samples, options),
+        ..PhaseLaw::default()
+    };
     Ok(Measured { all, stretch, points, law, lawful: true, noise_rms, squared: true })
 }
 
@@ -203,7 +211,10 @@ fn envelope_omega(samples: &Samples, options: &Options) -> f64 {
 /// Amplitudes from a lock-in's two outputs, along the smooth phase of their beat.
 pub(crate) fn lock_in(samples: &Samples, options: &Options) -> Result<Measured, Error> {
     let Some(quadrature) = samples.quadrature.as_deref() else {
-        return Err(Error::MissingParameter { name: "quadrature", hint: "a lock-in record needs both outputs" });
+        return Err(Error::MissingParameter {
+            name: "quadrature",
+            hint: "a lock-in record needs both outputs",
+        });
     };
     let (time, x) = (&samples.time, &samples.signal);
     let n = x.len();
@@ -212,11 +223,13 @@ pub(crate) fn lock_in(samples: &Samples, options: &Options) -> Result<Measured, 
     let mut differences: Vec<f64> =
         x.windows(3).chain(quadrature.windows(3)).map(|w| (w[1] - 0.5 * (w[0] + w[2])).abs()).collect();
     let middle = differences.len() / 2;
-    let noise_rms = differences.select_nth_unstable_by(middle, f64::total_cmp).1.abs() / 0.674_49 / 1.5f64.sqrt();
+    let noise_rms =
+        differences.select_nth_unstable_by(middle, f64::total_cmp).1.abs() / 0.674_49 / 1.5f64.sqrt();
     for first in (0..n).step_by(width).filter(|&i| i + width <= n) {
         let end = first + width;
         let count = width as f64;
-        let (p, q) = (x[first..end].iter().sum::<f64>() / count, quadrature[first..end].iter().sum::<f64>() / count);
+        let (p, q) =
+            (x[first..end].iter().sum::<f64>() / count, quadrature[first..end].iter().sum::<f64>() / count);
         let time_s = time[first..end].iter().sum::<f64>() / count;
         let mut phase = q.atan2(p);
         if let Some(last) = all.last() {
@@ -259,7 +272,7 @@ pub(crate) fn lock_in(samples: &Samples, options: &Options) -> Result<Measured, 
             point.amplitude *= turn.cos();
         }
     }
-    let law = PhaseLaw { omega, ..PhaseLaw::default() };
+    let law = PhaseLaw { omega, mean_omega: omega, ..PhaseLaw::default() };
     Ok(Measured { all, stretch, points, law, lawful: true, noise_rms, squared: false })
 }
 
@@ -275,7 +288,12 @@ pub(crate) fn quantum(signal: &[f64]) -> f64 {
     if values.len() * 3 > before * 2 || values.len() < 2 {
         return 0.0;
     }
-    values.windows(2).map(|w| w[1] - w[0]).filter(|d| *d > 1e-9 * range).fold(f64::INFINITY, f64::min).min(range)
+    values
+        .windows(2)
+        .map(|w| w[1] - w[0])
+        .filter(|d| *d > 1e-9 * range)
+        .fold(f64::INFINITY, f64::min)
+        .min(range)
 }
 
 /// Coarse frequency of the record.

@@ -100,9 +100,14 @@ fn best_run(seen: &Seen, smooth: &[f64]) -> Option<(usize, usize)> {
 fn grow(seen: &Seen, smooth: &[f64], first: usize, end: usize) -> Stretch {
     let n = smooth.len();
     let top = smooth[first];
-    // Core: from where the fall is under way down to a tenth.
+    // Core: from where the fall is under way down to a part of it.
     let mut a = (first..end).rev().find(|&i| smooth[i] >= 0.9 * top).map_or(first, |i| i + 1);
-    let mut b = (a..end).find(|&i| smooth[i] < 0.15 * top).unwrap_or(end);
+    if let Some(after) = step_down(smooth, first, a, end) {
+        // Switching off a drive that leaks into the signal takes its share away at once.
+        a = after;
+    }
+    let start = smooth[a.min(end - 1)];
+    let mut b = (a..end).find(|&i| smooth[i] < 0.15 * start).unwrap_or(end);
     if b < a + 5 {
         b = (a + 8).min(end);
     }
@@ -128,7 +133,7 @@ fn grow(seen: &Seen, smooth: &[f64], first: usize, end: usize) -> Stretch {
     let mut left_law = false;
     let mut j = b;
     while j < end {
-        let miss = law.as_ref().map_or(0.0, |l| l.miss(seen, j, 0.06));
+        let miss = law.as_ref().map_or(0.0, |l| l.miss(seen, j, 0.2));
         if miss.abs() > 1.0 {
             misses += 1;
             sign += miss.signum();
@@ -147,7 +152,13 @@ fn grow(seen: &Seen, smooth: &[f64], first: usize, end: usize) -> Stretch {
         }
         j += 1;
     }
-    if !left_law {
+    if left_law {
+        // The last blocks let pass may already bend away: take back those that do.
+        law = Core::fit(seen, a, b - (b - a) / 8).or(law);
+        while b > a + 8 && law.as_ref().is_some_and(|l| l.miss(seen, b - 1, 0.06).abs() > 1.0) {
+            b -= 1;
+        }
+    } else {
         b = end;
     }
     // Backward, and only now: the start is where a drive would bend the law.
@@ -177,6 +188,19 @@ fn grow(seen: &Seen, smooth: &[f64], first: usize, end: usize) -> Stretch {
         slow_tail: left_law && sign > 0.0,
         disturbed,
     }
+}
+
+/// The block after a sudden loss near the start, many times the loss that follows.
+fn step_down(smooth: &[f64], first: usize, a: usize, end: usize) -> Option<usize> {
+    let drop = |i: usize| (smooth[i] / smooth[i + 1].max(f64::MIN_POSITIVE)).ln();
+    (first..(a + 6).min(end.saturating_sub(14)))
+        .rev()
+        .find(|&i| {
+            let mut later: Vec<f64> = (i + 3..i + 13).map(drop).collect();
+            later.sort_by(f64::total_cmp);
+            drop(i) > 0.1 && drop(i) > 8.0 * later[5].max(0.0) && later[5] > 0.0
+        })
+        .map(|i| i + 2)
 }
 
 fn end_reason(seen: &Seen, smooth: &[f64], end: usize) -> &'static str {
@@ -213,7 +237,9 @@ impl Core {
             // Errors in proportion to the amplitude keep the late blocks in the vote.
             weight: index
                 .iter()
-                .map(|&i| 1.0 / (seen.error[i].powi(2) + (0.01 * seen.amplitude[i]).powi(2) + 1e-8 * top * top))
+                .map(|&i| {
+                    1.0 / (seen.error[i].powi(2) + (0.01 * seen.amplitude[i]).powi(2) + 1e-8 * top * top)
+                })
                 .collect(),
             omega: seen.omega,
             backbone: [0.0; 2],
@@ -230,17 +256,19 @@ impl Core {
             _ => &[A0, DELTA, X_F, DRAG],
         };
         let viscous = minimise(&problem, &start, &[A0, DELTA])?;
-        let fit = minimise(&problem, &viscous.parameters, free).filter(|f| f.rss.is_finite()).unwrap_or(viscous);
+        let fit =
+            minimise(&problem, &viscous.parameters, free).filter(|f| f.rss.is_finite()).unwrap_or(viscous);
         let scatter = (fit.rss / (index.len() as f64 - fit.free.len() as f64).max(1.0)).sqrt().max(1.0);
         Some(Self { problem, parameters: fit.parameters, origin, scatter })
     }
 
     /// Distance of block `j` from the law in units of what is tolerated; signed.
     fn miss(&self, seen: &Seen, j: usize, relative: f64) -> f64 {
-        let one = EnvelopeProblem { elapsed: vec![seen.blocks[j].time_s - self.origin], ..self.problem.clone() };
+        let one =
+            EnvelopeProblem { elapsed: vec![seen.blocks[j].time_s - self.origin], ..self.problem.clone() };
         let predicted = one.amplitudes(&self.parameters)[0].max(0.0);
         let a = seen.amplitude[j];
-        let unit = (seen.error[j].powi(2) + (0.01 * a).powi(2)).sqrt() * self.scatter.min(3.0);
+        let unit = (seen.error[j].powi(2) + (0.01 * a).powi(2)).sqrt() * self.scatter.min(20.0);
         (a - predicted) / (5.0 * seen.error[j] + relative * a + 2.0 * unit).max(f64::MIN_POSITIVE)
     }
 }

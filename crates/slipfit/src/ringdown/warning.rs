@@ -148,7 +148,11 @@ impl fmt::Display for Warning {
             Warning::Clipped { samples, inside } => write!(
                 f,
                 "{samples} samples are clipped{}",
-                if *inside { ", some inside the fitted part; --start skips them" } else { " outside the fitted part" }
+                if *inside {
+                    ", some inside the fitted part; --start skips them"
+                } else {
+                    " outside the fitted part"
+                }
             ),
             Warning::AmbiguousModel { chosen, rival, delta_bic } => write!(
                 f,
@@ -162,7 +166,10 @@ impl fmt::Display for Warning {
                 "{samples_per_cycle:.1} samples a cycle: the frequency may be an alias; the loss is not affected"
             ),
             Warning::Disturbance { time_s } => {
-                write!(f, "a disturbance at {time_s:.4} s ends the usable decay; --start and --end choose by hand")
+                write!(
+                    f,
+                    "a disturbance at {time_s:.4} s ends the usable decay; --start and --end choose by hand"
+                )
             }
             Warning::FrequencyUnknown => f.write_str(
                 "the record holds amplitudes only: sliding friction is given as a rate of loss; \

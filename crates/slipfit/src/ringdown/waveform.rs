@@ -95,9 +95,9 @@ impl Waveform<'_> {
     fn phase(&self, p: &[f64], t: f64) -> (f64, f64, [f64; 4]) {
         let (i, r) = self.bend.as_ref().map_or((0.0, 0.0), |b| b.at(t));
         (
-            p[PHASE] + p[OMEGA] * t + p[BEND] * i + 0.5 * p[CHIRP] * t * t,
-            p[OMEGA] + p[BEND] * r + p[CHIRP] * t,
-            [1.0, t, i, 0.5 * t * t],
+            p[PHASE] + p[OMEGA] * t + p[BEND] * i + 0.5 * p[CHIRP] * t * (t - self.duration),
+            p[OMEGA] + p[BEND] * r + p[CHIRP] * (t - 0.5 * self.duration),
+            [1.0, t, i, 0.5 * t * (t - self.duration)],
         )
     }
 
@@ -123,6 +123,10 @@ impl LeastSquares for Waveform<'_> {
         COUNT
     }
 
+    fn observations(&self) -> f64 {
+        self.time.len() as f64
+    }
+
     fn normal(&self, p: &[f64], out: &mut Normal) -> bool {
         out.clear();
         let omega = p[OMEGA];
@@ -144,6 +148,12 @@ impl Waveform<'_> {
         let mut out = Normal::zeros(COUNT);
         pulp::Arch::new().dispatch(Pass { wave: &bare, p, out: &mut out, residuals: Some(&mut residuals) });
         residuals
+    }
+
+    /// Mean phase rate over the window as a combination of parameters.
+    pub(crate) fn mean_rate(&self) -> [(usize, f64); 2] {
+        let t = self.duration.max(f64::MIN_POSITIVE);
+        [(OMEGA, 1.0), (BEND, self.bend.as_ref().map_or(0.0, |b| b.at(t).0 / t))]
     }
 
     /// Phase of the model at a time on the record's clock.
@@ -187,6 +197,11 @@ impl pulp::NullaryFnOnce for Pass<'_, '_> {
         let mut index = 0;
         while index < wave.time.len() {
             let mut next = self_turn(wave, p, n + 1.0, turn.time + PI / turn.omega, &mut walker, turn.time);
+            if !(next.time > turn.time && next.amplitude.is_finite()) {
+                // A phase that does not advance is no motion; the sum says so.
+                out.rss = f64::NAN;
+                return;
+            }
             let swing = turn.amplitude - p[X_F];
             let landing = next.amplitude + p[X_F];
             if !(swing > 0.0 && landing > 0.0) {
@@ -230,11 +245,7 @@ fn self_turn(wave: &Waveform, p: &[f64], n: f64, guess: f64, walker: &mut Walker
     let loss = by_parameters(walker.by, p, p[OMEGA]);
     // A later phase moves the turn: dX/dp = rate S/omega; and a0 depends on omega.
     let y = PI * p[DELTA] / (2.0 * p[OMEGA]);
-    let gain_by_omega = if y.abs() < 1e-4 {
-        2.0 / PI
-    } else {
-        y / y.sinh().powi(2) * p[DELTA] / p[OMEGA]
-    };
+    let gain_by_omega = if y.abs() < 1e-4 { 2.0 / PI } else { y / y.sinh().powi(2) * p[DELTA] / p[OMEGA] };
     let rate = walker.rate();
     let mut by = [0.0; 8];
     by[..4].copy_from_slice(&loss);

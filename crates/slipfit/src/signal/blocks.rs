@@ -63,7 +63,13 @@ impl Cut {
 ///
 /// The frequency of each block is refined on its own, starting from its
 /// predecessor's, so a frequency that changes with amplitude is followed.
-pub(crate) fn track(time: &[f64], signal: &[f64], frequency_hz: f64, band_hz: [f64; 2], cut: Cut) -> Vec<Block> {
+pub(crate) fn track(
+    time: &[f64],
+    signal: &[f64],
+    frequency_hz: f64,
+    band_hz: [f64; 2],
+    cut: Cut,
+) -> Vec<Block> {
     let coarse = TAU * frequency_hz;
     let band = band_hz.map(|f| TAU * f);
     let mut blocks: Vec<Block> = Vec::new();
@@ -133,7 +139,8 @@ pub(crate) fn track(time: &[f64], signal: &[f64], frequency_hz: f64, band_hz: [f
 /// Range and stride that keep a block's tracking cheap without aliasing it.
 fn thinned(first: usize, end: usize, cycles: f64) -> (usize, usize, usize) {
     let count = end - first;
-    let stride = ((count as f64 / cycles / 24.0).floor() as usize).clamp(1, count.div_ceil(TRACK_SAMPLES).max(1));
+    let stride =
+        ((count as f64 / cycles / 24.0).floor() as usize).clamp(1, count.div_ceil(TRACK_SAMPLES).max(1));
     if count / stride <= TRACK_SAMPLES {
         return (first, end, stride);
     }
@@ -239,7 +246,12 @@ pub(crate) fn demodulate(time: &[f64], signal: &[f64], blocks: &[Block], phases:
 
 fn along(time: &[f64], signal: &[f64], block: &Block, phase: PhaseAt) -> Block {
     let range = block.first..block.end;
-    let sums = pulp::Arch::new().dispatch(Sums { time: &time[range.clone()], signal: &signal[range], centre: block.time_s, phase });
+    let sums = pulp::Arch::new().dispatch(Sums {
+        time: &time[range.clone()],
+        signal: &signal[range],
+        centre: block.time_s,
+        phase,
+    });
     let [n, c, s, cc, cs, ss, y, yc, ys, yy] = sums;
     // Normal equations of offset, cosine, minus sine.
     let a = SMatrix::<f64, 3, 3>::new(n, c, -s, c, cc, -cs, -s, -cs, ss);

@@ -9,17 +9,26 @@ use crate::estimate::{evidence::bic, least_squares::linear};
 use std::f64::consts::TAU;
 
 /// How the phase depends on time and amplitude:
-/// `phi = p0 + w (tau + c2 I2 + c4 I4 + d tau²/2)`, `I_k` the integral of `A^k`.
+/// `phi = p0 + w (tau + c2 I2 + c4 I4 + d (tau - T/2)²/2)`, `I_k` the integral of `A^k`.
 #[derive(Debug, Clone, Copy, PartialEq, Default)]
 pub(crate) struct PhaseLaw {
+    /// Rate at vanishing amplitude, in the middle of the stretch, rad/s.
     pub(crate) omega: f64,
-    pub(crate) omega_std: f64,
+    /// Mean rate over the stretch, and its standard error.
+    pub(crate) mean_omega: f64,
+    pub(crate) mean_omega_std: f64,
     pub(crate) quadratic: f64,
     pub(crate) quartic: f64,
     pub(crate) drift: f64,
 }
 
 impl PhaseLaw {
+    /// Frequency against amplitude as it bends the loss too. With a drift in
+    /// time beside it the two cannot be told apart, and none is assumed.
+    pub(crate) fn backbone(&self) -> [f64; 2] {
+        if self.drift == 0.0 { [self.quadratic, self.quartic] } else { [0.0; 2] }
+    }
+
     /// Relative change of frequency at an amplitude.
     pub(crate) fn shift(&self, amplitude: f64) -> f64 {
         let s = amplitude * amplitude;
@@ -71,7 +80,7 @@ pub(crate) fn smooth(blocks: &[Block], amplitude: &[f64], noise_rms: f64) -> Opt
                 Column::Time => tau[j] / span,
                 Column::Square => square[j] / span,
                 Column::Fourth => fourth[j] / span,
-                Column::Chirp => (tau[j] / span).powi(2),
+                Column::Chirp => (tau[j] / span - 0.5).powi(2),
             })
             .collect()
     };
@@ -98,16 +107,23 @@ pub(crate) fn smooth(blocks: &[Block], amplitude: &[f64], noise_rms: f64) -> Opt
     let n = strong.len() as f64;
     let excess = rss / (n - columns.len() as f64).max(1.0);
     let mean_square = rss / strong.iter().map(|&j| weight[j]).sum::<f64>();
-    let model: Vec<f64> =
-        (0..blocks.len()).map(|j| row(j, columns).iter().zip(&c).map(|(x, y)| x * y).sum()).collect();
+    let model: Vec<f64> = (0..blocks.len()).map(|j| model_at(&row(j, columns), &c)).collect();
     for (p, m) in phase.iter_mut().zip(&model) {
         *p += TAU * ((m - *p) / TAU).round();
     }
     let get = |which: Column| columns.iter().position(|&x| x == which).map_or(0.0, |i| c[i]);
     let omega = get(Column::Time) / span;
+    // Mean rate over the stretch: the difference of two phases, each a combination of the coefficients.
+    let last = blocks.len() - 1;
+    let across: Vec<f64> = row(last, columns).iter().zip(row(0, columns)).map(|(a, b)| a - b).collect();
+    let across_variance: f64 = (0..columns.len())
+        .flat_map(|i| (0..columns.len()).map(move |k| (i, k)))
+        .map(|(i, k)| across[i] * across[k] * covariance[(i, k)])
+        .sum();
     let law = PhaseLaw {
         omega,
-        omega_std: covariance[(1, 1)].sqrt() / span * excess.max(1.0).sqrt(),
+        mean_omega: (model_at(&row(last, columns), &c) - model_at(&row(0, columns), &c)) / span,
+        mean_omega_std: across_variance.max(0.0).sqrt() / span * excess.max(1.0).sqrt(),
         quadratic: get(Column::Square) / span / omega / (scale * scale),
         quartic: get(Column::Fourth) / span / omega / scale.powi(4),
         drift: 2.0 * get(Column::Chirp) / (span * span) / omega,
@@ -127,7 +143,7 @@ pub(crate) fn smooth(blocks: &[Block], amplitude: &[f64], noise_rms: f64) -> Opt
                 let a = amplitude[j];
                 PhaseAt {
                     phase: model[j],
-                    omega: omega * (1.0 + law.shift(a) + law.drift * tau[j]),
+                    omega: omega * (1.0 + law.shift(a) + law.drift * (tau[j] - 0.5 * span)),
                     chirp: 0.0,
                     loss: 0.0,
                 }
@@ -137,6 +153,10 @@ pub(crate) fn smooth(blocks: &[Block], amplitude: &[f64], noise_rms: f64) -> Opt
         local(&tau, &phase, &weight)
     };
     Some(Smooth { at, law, excess, lawful })
+}
+
+fn model_at(row: &[f64], c: &[f64]) -> f64 {
+    row.iter().zip(c).map(|(x, y)| x * y).sum()
 }
 
 /// Locally smoothed phases at the blocks, whatever their law.

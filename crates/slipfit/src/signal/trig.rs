@@ -37,31 +37,47 @@ fn round_down_half(n: f64) -> f64 {
 #[inline(always)]
 pub(crate) fn half_turn(r: f64) -> (f64, f64) {
     let z = r * r;
-    let sin = r
-        * (1.0
-            + z * (-1.0 / 6.0
-                + z * (1.0 / 120.0
-                    + z * (-1.0 / 5_040.0
-                        + z * (1.0 / 362_880.0
-                            + z * (-1.0 / 39_916_800.0
-                                + z * (1.0 / 6_227_020_800.0
-                                    + z * (-1.0 / 1_307_674_368_000.0
-                                        + z * (1.0 / 355_687_428_096_000.0
-                                            + z * (-1.0 / 121_645_100_408_832_000.0
-                                                + z * (1.0 / 51_090_942_171_709_440_000.0)))))))))));
-    let cos = 1.0
-        + z * (-0.5
-            + z * (1.0 / 24.0
-                + z * (-1.0 / 720.0
-                    + z * (1.0 / 40_320.0
-                        + z * (-1.0 / 3_628_800.0
-                            + z * (1.0 / 479_001_600.0
-                                + z * (-1.0 / 87_178_291_200.0
-                                    + z * (1.0 / 20_922_789_888_000.0
-                                        + z * (-1.0 / 6_402_373_705_728_000.0
-                                            + z * (1.0 / 2_432_902_008_176_640_000.0
-                                                + z * (-1.0 / 1_124_000_727_777_607_680_000.0)))))))))));
-    (sin, cos)
+    (r * horner(z, &SINE), horner(z, &COSINE))
+}
+
+/// Coefficients of `sin(r)/r` and `cos(r)` in powers of `r²`, and of `exp(r)` in powers of `r`.
+const SINE: [f64; 11] = alternating(inverse_factorials(1, 2));
+const COSINE: [f64; 11] = alternating(inverse_factorials(0, 2));
+const EXPONENTIAL: [f64; 13] = inverse_factorials(0, 1);
+
+const fn inverse_factorials<const N: usize>(first: usize, step: usize) -> [f64; N] {
+    let mut out = [0.0; N];
+    let mut factorial = 1.0;
+    let mut of = 1;
+    let mut k = 0;
+    while k < N {
+        let target = first + k * step;
+        while of < target {
+            of += 1;
+            factorial *= of as f64;
+        }
+        out[k] = 1.0 / factorial;
+        k += 1;
+    }
+    out
+}
+
+const fn alternating<const N: usize>(mut list: [f64; N]) -> [f64; N] {
+    let mut k = 1;
+    while k < N {
+        list[k] = -list[k];
+        k += 2;
+    }
+    list
+}
+
+#[inline(always)]
+fn horner<const N: usize>(x: f64, coefficients: &[f64; N]) -> f64 {
+    let mut sum = coefficients[N - 1];
+    for k in (0..N - 1).rev() {
+        sum = sum * x + coefficients[k];
+    }
+    sum
 }
 
 /// Exponential for `-700 < x < 700`, relative error below 1e-15.
@@ -74,19 +90,7 @@ pub(crate) fn exp(x: f64) -> f64 {
     let shifted = x * LOG2_E + MAGIC;
     let n = shifted - MAGIC;
     let r = (x - n * LN_2_HIGH) - n * LN_2_LOW;
-    let p = 1.0
-        + r * (1.0
-            + r * (0.5
-                + r * (1.0 / 6.0
-                    + r * (1.0 / 24.0
-                        + r * (1.0 / 120.0
-                            + r * (1.0 / 720.0
-                                + r * (1.0 / 5_040.0
-                                    + r * (1.0 / 40_320.0
-                                        + r * (1.0 / 362_880.0
-                                            + r * (1.0 / 3_628_800.0
-                                                + r * (1.0 / 39_916_800.0
-                                                    + r * (1.0 / 479_001_600.0))))))))))));
+    let p = horner(r, &EXPONENTIAL);
     // The low bits of the shifted sum hold n: move them into the exponent.
     let scale = f64::from_bits((shifted.to_bits() << 52).wrapping_add(1023 << 52));
     p * scale

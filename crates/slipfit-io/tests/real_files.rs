@@ -1,0 +1,192 @@
+//! Files that somebody measured: the expected columns, units, clocks and counts.
+//!
+//! They are no part of the repository. `SLIPFIT_REAL_DATA` says where they are,
+//! `../shared/data` beside the workspace by default.
+
+use std::path::PathBuf;
+
+use slipfit::{Clock, SignalKind};
+use slipfit_io::{Decimal, Delimiter, ReadOptions, ReadProblem, Reading, TimeSource, read};
+
+/// The folder of ring-downs, or `None`, said aloud, where there is none.
+fn ringdown() -> Option<PathBuf> {
+    let workspace = concat!(env!("CARGO_MANIFEST_DIR"), "/../..");
+    let data = std::env::var_os("SLIPFIT_REAL_DATA")
+        .map_or_else(|| PathBuf::from(workspace).join("../shared/data"), PathBuf::from);
+    let folder = data.join("ringdown");
+    if folder.is_dir() {
+        return Some(folder);
+    }
+    #[allow(clippy::print_stderr, reason = "a skipped test must show")]
+    {
+        eprintln!("SKIPPED: no real data at {}; set SLIPFIT_REAL_DATA", folder.display());
+    }
+    None
+}
+
+/// What a file should be read as.
+struct Expected {
+    file: &'static str,
+    rate_hz: Option<f64>,
+    /// Time column, 0 for a rate; signal column.
+    columns: (usize, usize),
+    unit: &'static str,
+    kind: SignalKind,
+    rows: u64,
+    skipped: u64,
+    dialect: (Delimiter, Decimal),
+    /// Time of the first and of the last sample, in s, and median step.
+    first_s: f64,
+    last_s: f64,
+    step_s: f64,
+    uniform: bool,
+}
+
+use Decimal::{Comma as DComma, Point};
+use Delimiter::{Blanks, Comma, None as Single, Semicolon, Tab};
+use SignalKind::{Acceleration, Displacement, Envelope};
+
+#[rustfmt::skip]
+const EXPECTED: &[Expected] = &[
+    Expected { file: "pohl_brake_0mA.csv", rate_hz: None, columns: (1, 4), unit: "rad", kind: Displacement, rows: 4985, skipped: 0, dialect: (Semicolon, DComma), first_s: 0.0, last_s: 498.404, step_s: 0.1, uniform: false },
+    Expected { file: "pohl_brake_100mA.csv", rate_hz: None, columns: (1, 4), unit: "rad", kind: Displacement, rows: 1590, skipped: 0, dialect: (Semicolon, DComma), first_s: 0.0, last_s: 158.902, step_s: 0.1, uniform: false },
+    Expected { file: "pohl_brake_400mA.csv", rate_hz: None, columns: (1, 4), unit: "rad", kind: Displacement, rows: 241, skipped: 0, dialect: (Semicolon, DComma), first_s: 0.0, last_s: 24.001, step_s: 0.1, uniform: false },
+    Expected { file: "pohl_brake_700mA.csv", rate_hz: None, columns: (1, 4), unit: "rad", kind: Displacement, rows: 98, skipped: 0, dialect: (Semicolon, DComma), first_s: 0.0, last_s: 9.700, step_s: 0.1, uniform: false },
+    Expected { file: "bearing_pendulum_encoder.csv", rate_hz: None, columns: (1, 2), unit: "", kind: Displacement, rows: 22295, skipped: 0, dialect: (Comma, Point), first_s: 4.977, last_s: 74.634, step_s: 0.001, uniform: false },
+    Expected { file: "video_pendulum_43cm.txt", rate_hz: None, columns: (1, 2), unit: "", kind: Displacement, rows: 4571, skipped: 0, dialect: (Tab, Point), first_s: 0.0, last_s: 152.268, step_s: 0.0333, uniform: false },
+    Expected { file: "video_pendulum_swapped_columns.txt", rate_hz: None, columns: (2, 1), unit: "", kind: Displacement, rows: 19553, skipped: 0, dialect: (Tab, Point), first_s: 0.0, last_s: 651.455, step_s: 0.03332, uniform: true },
+    Expected { file: "rotary_pendulum_no_time_column.txt", rate_hz: Some(1000.0), columns: (0, 1), unit: "", kind: Displacement, rows: 5000, skipped: 0, dialect: (Single, Point), first_s: 0.0, last_s: 4.999, step_s: 0.001, uniform: true },
+    Expected { file: "seismometer.txt", rate_hz: None, columns: (1, 2), unit: "V", kind: Displacement, rows: 1288, skipped: 0, dialect: (Tab, Point), first_s: 0.0, last_s: 128.7, step_s: 0.1, uniform: true },
+    Expected { file: "seismometer_75mm.txt", rate_hz: None, columns: (1, 2), unit: "V", kind: Displacement, rows: 2616, skipped: 0, dialect: (Tab, Point), first_s: 0.0, last_s: 261.5, step_s: 0.1, uniform: true },
+    Expected { file: "seismometer_near_critical.txt", rate_hz: None, columns: (1, 2), unit: "V", kind: Displacement, rows: 203, skipped: 0, dialect: (Tab, Point), first_s: 0.0, last_s: 20.2, step_s: 0.1, uniform: true },
+    Expected { file: "string_pendulum.txt", rate_hz: None, columns: (1, 2), unit: "", kind: Displacement, rows: 2330, skipped: 0, dialect: (Blanks, Point), first_s: 0.0, last_s: 116.409, step_s: 0.05, uniform: false },
+    Expected { file: "driven_then_free_pendulum.csv", rate_hz: None, columns: (1, 2), unit: "rad", kind: Displacement, rows: 621, skipped: 0, dialect: (Comma, Point), first_s: 0.05, last_s: 31.116, step_s: 0.05, uniform: false },
+    Expected { file: "torsion_driven_103s_then_free.txt", rate_hz: None, columns: (1, 3), unit: "", kind: Displacement, rows: 8526, skipped: 0, dialect: (Tab, Point), first_s: 0.0, last_s: 170.5, step_s: 0.02, uniform: true },
+    Expected { file: "membrane_dBm.txt", rate_hz: None, columns: (1, 2), unit: "√mW", kind: Envelope, rows: 9998, skipped: 0, dialect: (Comma, Point), first_s: 0.012, last_s: 119.976, step_s: 0.012, uniform: true },
+    Expected { file: "phyphox_pendulum.csv", rate_hz: None, columns: (1, 2), unit: "m/s^2", kind: Acceleration, rows: 32304, skipped: 0, dialect: (Comma, Point), first_s: 0.026, last_s: 322.921, step_s: 0.01, uniform: false },
+    Expected { file: "spring_sonar_decimal_comma.csv", rate_hz: None, columns: (1, 2), unit: "", kind: Displacement, rows: 11886, skipped: 0, dialect: (Semicolon, Point), first_s: 1.0, last_s: 119.85, step_s: 0.01, uniform: true },
+    Expected { file: "spring_no_time_column.csv", rate_hz: Some(100.0), columns: (0, 1), unit: "mm", kind: Displacement, rows: 3039, skipped: 0, dialect: (Single, DComma), first_s: 0.0, last_s: 30.38, step_s: 0.01, uniform: true },
+    Expected { file: "phone_accelerometer.txt", rate_hz: None, columns: (4, 1), unit: "", kind: Displacement, rows: 1182, skipped: 2, dialect: (Blanks, Point), first_s: 0.0, last_s: 23.812, step_s: 0.02, uniform: false },
+    Expected { file: "two_mode_beats.txt", rate_hz: None, columns: (4, 1), unit: "m/sec^2", kind: Acceleration, rows: 879, skipped: 2, dialect: (Blanks, Point), first_s: 0.0, last_s: 17.685, step_s: 0.02, uniform: false },
+    Expected { file: "two_tables_side_by_side.csv", rate_hz: None, columns: (1, 2), unit: "m/s^2", kind: Acceleration, rows: 141, skipped: 43, dialect: (Comma, Point), first_s: 0.0, last_s: 7.227, step_s: 0.052, uniform: false },
+    Expected { file: "triple_pendulum_in_water.csv", rate_hz: None, columns: (1, 2), unit: "", kind: Displacement, rows: 1365, skipped: 1171, dialect: (Semicolon, Point), first_s: 0.0, last_s: 45.472, step_s: 0.0333, uniform: true },
+];
+
+fn columns(reading: &Reading) -> (usize, usize) {
+    let time = match &reading.report.time {
+        TimeSource::Column(taken) | TimeSource::Intervals(taken) => taken.column.number,
+        _ => 0,
+    };
+    (time, reading.report.signal.column.number)
+}
+
+#[test]
+fn real_text_files_are_read_right() {
+    let Some(folder) = ringdown() else { return };
+    for want in EXPECTED {
+        let options = ReadOptions { rate_hz: want.rate_hz, ..ReadOptions::default() };
+        let reading = read(folder.join(want.file), &options).unwrap_or_else(|e| panic!("{e}"));
+        let (file, record, report) = (want.file, &reading.record, &reading.report);
+        assert_eq!(columns(&reading), want.columns, "{file}");
+        assert_eq!((record.unit(), record.kind()), (want.unit, want.kind), "{file}");
+        assert_eq!((report.rows_read, report.rows_skipped()), (want.rows, want.skipped), "{file}");
+        assert_eq!(
+            (report.dialect.as_ref().unwrap().delimiter, report.dialect.as_ref().unwrap().decimal),
+            want.dialect,
+            "{file}"
+        );
+        assert_eq!(record.len() as u64, want.rows, "{file}");
+        let times = record.times_s(0..record.len());
+        // A rebuilt clock is known to what it leaves of the stamps.
+        let close_s = 6e-4 + record.clock_report().rebuilt_excess_s;
+        assert!((times[0] - want.first_s).abs() < close_s, "{file}: starts at {}", times[0]);
+        assert!(
+            (times[times.len() - 1] - want.last_s).abs() < close_s,
+            "{file}: ends at {}",
+            times[times.len() - 1]
+        );
+        let step = record.clock_report().median_step_s;
+        assert!((step / want.step_s - 1.0).abs() < 0.02, "{file}: step {step}");
+        assert_eq!(record.clock().is_uniform(), want.uniform, "{file}");
+    }
+}
+
+#[test]
+fn every_real_text_file_is_among_the_expected() {
+    let Some(folder) = ringdown() else { return };
+    for entry in std::fs::read_dir(folder).unwrap() {
+        let name = entry.unwrap().file_name().into_string().unwrap();
+        if name.ends_with(".csv") || name.ends_with(".txt") {
+            assert!(EXPECTED.iter().any(|e| e.file == name), "{name}");
+        }
+    }
+}
+
+#[test]
+fn real_clocks_are_reported_as_they_are() {
+    let Some(folder) = ringdown() else { return };
+    let clock = |file: &str| {
+        let reading = read(folder.join(file), &ReadOptions::default()).unwrap();
+        (reading.record.clock().clone(), reading.record.clock_report().clone())
+    };
+    let (_, encoder) = clock("bearing_pendulum_encoder.csv");
+    assert_eq!(encoder.gaps, 1);
+    assert!((encoder.longest_gap.unwrap().length_s - 30.667).abs() < 1e-3);
+    assert!(encoder.step_spread > 1.0);
+    let (rounded, report) = clock("video_pendulum_swapped_columns.txt");
+    assert_eq!((report.repeated_stamps, report.rebuilt_quantum_s), (17801, Some(1.0)));
+    let Clock::Uniform { interval_s, .. } = rounded else { panic!("{rounded:?}") };
+    assert!((interval_s * 30.0127 - 1.0).abs() < 1e-4);
+    let (_, report) = clock("triple_pendulum_in_water.csv");
+    assert_eq!((report.repeated_stamps, report.rebuilt_quantum_s), (709, Some(0.1)));
+    let (_, motor) = clock("driven_then_free_pendulum.csv");
+    assert_eq!(motor.gaps, 1);
+}
+
+#[test]
+fn real_files_with_a_choice_offer_it() {
+    let Some(folder) = ringdown() else { return };
+    let tables = folder.join("two_tables_side_by_side.csv");
+    let second = read(&tables, &ReadOptions { table: Some(2), ..Default::default() }).unwrap();
+    assert_eq!((columns(&second), second.report.tables, second.record.len()), ((5, 6), 2, 184));
+    let pendulum = folder.join("triple_pendulum_in_water.csv");
+    let third = read(&pendulum, &ReadOptions { run: Some(3), ..Default::default() }).unwrap();
+    assert_eq!((columns(&third), third.report.runs), ((7, 8), 3));
+    let pohl = folder.join("pohl_brake_400mA.csv");
+    let velocity =
+        read(pohl, &ReadOptions { signal: Some("ableitung".into()), ..Default::default() }).unwrap();
+    assert_eq!((columns(&velocity), velocity.record.kind()), ((1, 5), SignalKind::Velocity));
+    // Its first and last cells are empty: both are counted.
+    assert_eq!((velocity.report.rows_read, velocity.report.rows_skipped()), (239, 2));
+}
+
+#[test]
+fn real_files_without_times_ask_for_the_rate() {
+    let Some(folder) = ringdown() else { return };
+    let ask = |file: &str| read(folder.join(file), &ReadOptions::default()).unwrap_err();
+    let rotary = ask("rotary_pendulum_no_time_column.txt");
+    assert!(matches!(rotary.problem, ReadProblem::NoTime { rate_hz: Some(1000.0), .. }), "{rotary}");
+    assert!(rotary.hint().unwrap().starts_with("--rate-hz 1000 "));
+    let spring = ask("spring_no_time_column.csv");
+    assert!(spring.hint().unwrap().starts_with("--rate-hz RATE"), "{spring}");
+}
+
+#[test]
+fn a_real_sound_is_read() {
+    let Some(folder) = ringdown() else { return };
+    let bell = read(folder.join("bell_440hz.wav"), &ReadOptions::default()).unwrap();
+    assert_eq!(bell.report.time, TimeSource::Rate(44100.0));
+    assert_eq!(bell.report.bytes, 2_355_756);
+    // 16 bit mono behind a header of 44 bytes and a tail of tags.
+    assert!((1_177_000..=1_177_856).contains(&bell.record.len()), "{}", bell.record.len());
+    assert!(bell.record.signal().iter().all(|v| v.abs() <= 1.0));
+}
+
+#[test]
+fn real_files_of_other_formats_are_named() {
+    let Some(folder) = ringdown() else { return };
+    for (file, format) in [("bolted_beam_hammer.mat", "MATLAB"), ("phyphox_five_sheets.xls", "Excel")] {
+        let error = read(folder.join(file), &ReadOptions::default()).unwrap_err().to_string();
+        assert!(error.contains(format) && error.contains(file), "{error}");
+    }
+}
