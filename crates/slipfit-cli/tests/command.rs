@@ -1,4 +1,5 @@
 //! The command as it is met: help, report, exit status, bad input.
+#![allow(clippy::unwrap_used, reason = "a failed unwrap fails the test, as it should")]
 
 mod common;
 
@@ -7,27 +8,6 @@ use std::fs;
 use std::path::Path;
 use std::process::{Command, Stdio};
 use tempfile::TempDir;
-
-/// Numbers to `0` and runs of blanks to one: words and order are under test
-/// here, the digits elsewhere.
-fn without_digits(text: &str) -> String {
-    let mut out = String::new();
-    for line in text.lines() {
-        let mut last = ' ';
-        for c in line.chars() {
-            let c = match c {
-                '0'..='9' | '⁰' | '¹' | '²' | '³' | '⁴'..='⁹' => '0',
-                c => c,
-            };
-            if !(c == last && matches!(c, '0' | ' ')) {
-                out.push(c);
-            }
-            last = c;
-        }
-        out.push('\n');
-    }
-    out.replace("0.0", "0")
-}
 
 fn folder_with(name: &str, content: &[u8]) -> TempDir {
     let folder = tempfile::tempdir().unwrap();
@@ -68,10 +48,23 @@ fn the_report_fits_on_one_screen() {
 }
 
 #[test]
-fn the_report_says_it_in_this_order() {
-    let report = |file: &str| stdout(slipfit().current_dir(example("")).args(["ringdown", file]));
-    insta::assert_snapshot!("report_pendulum", without_digits(&report("classroom_pendulum.csv")));
-    insta::assert_snapshot!("report_fork", without_digits(&report("tuning_fork_9nN.csv")));
+fn the_report_begins_with_the_answer_and_accounts_for_the_file() {
+    let text = stdout(slipfit().current_dir(example("")).args(["ringdown", "classroom_pendulum.csv"]));
+    assert!(text.starts_with("Sliding friction carries "), "{text}");
+    let place = |needle: &str| text.find(needle).unwrap_or_else(|| panic!("no `{needle}` in\n{text}"));
+    let order = [
+        "\n  frequency ",
+        " x_F ",
+        "\n  model ",
+        "\n> ",
+        "\n  read ",
+        "\n  time ",
+        "\n  signal ",
+        "\n  used ",
+        "\n  fit ",
+    ];
+    let places: Vec<usize> = order.iter().map(|o| place(o)).collect();
+    assert!(places.is_sorted(), "{places:?}\n{text}");
 }
 
 #[test]
@@ -260,7 +253,7 @@ fn bad_input_is_told_apart() {
     // File, content, more arguments, what must be said.
     let cases: [(&str, Vec<u8>, &[&str], &str); 9] = [
         ("empty.csv", Vec::new(), &[], "empty"),
-        ("one_row.csv", b"t (s),x (m)\n0,1\n".to_vec(), &[], "1 usable row"),
+        ("one_row.csv", b"t (s),x (m)\n0,1\n".to_vec(), &[], "usable row"),
         ("all_nan.csv", table("t (s),x (m)", |i| format!("{},nan", f64::from(i) * 0.1)), &[], "signal"),
         ("constant.csv", table("t (s),x (m)", |i| format!("{},2.5", f64::from(i) * 0.1)), &[], "constant"),
         ("garbage.csv", garbage, &[], "not text"),
@@ -303,7 +296,7 @@ fn bad_arguments_are_status_two() {
     let said = complaint(Path::new("."), &[file, "--stiffness", "12000"]);
     assert!(said.contains("--torsion-stiffness"), "{said}");
     let said = complaint(Path::new("."), &[file, "--start", "20", "--end", "10"]);
-    assert!(said.contains("end"), "{said}");
+    assert_eq!(said, "error: --end 10: must be among times after --start\n");
 }
 
 #[test]

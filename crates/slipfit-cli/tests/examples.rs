@@ -1,4 +1,5 @@
 //! The shipped examples are what their commands write.
+#![allow(clippy::unwrap_used, reason = "a failed unwrap fails the test, as it should")]
 
 mod common;
 

@@ -494,3 +494,26 @@ fn envelope(a: &Answer) -> Envelope {
         used: a.envelope.iter().map(|p| p.used).collect(),
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::command::ringdown::by_hand;
+
+    #[test]
+    fn what_is_no_number_is_null() {
+        let spoil = |answer: &mut Answer| {
+            answer.parameters[0].quantity.value = f64::NAN;
+            answer.parameters[0].quantity.interval_95 = [f64::NEG_INFINITY, f64::INFINITY];
+            answer.sliding.p_value = f64::NAN;
+            answer.envelope[0].fitted = f64::NAN;
+        };
+        let mut text = Vec::new();
+        by_hand(spoil, |analysed| ringdown(&mut text, analysed)).unwrap();
+        let json: serde_json::Value = serde_json::from_slice(&text).unwrap();
+        let frequency = &json["parameters"]["frequency_hz"];
+        assert!(frequency["value"].is_null(), "{frequency}");
+        assert_eq!(frequency["interval_95"], serde_json::json!([null, null]));
+        assert!(json["sliding"]["p_value"].is_null() && json["envelope"]["fitted"][0].is_null());
+    }
+}

@@ -368,6 +368,27 @@ fn clock(report: &ClockReport) -> Option<String> {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::command::ringdown::by_hand;
+    use slipfit::ringdown::LossModel;
+
+    #[test]
+    fn a_term_the_model_lacks_shows_its_limit() {
+        let change = |answer: &mut Answer| answer.model = LossModel::Viscous;
+        let text = by_hand(change, |analysed| ringdown(analysed, &[]));
+        let text = anstream::adapter::strip_str(&text).to_string();
+        let line = text.lines().find(|l| l.starts_with("  friction displacement")).unwrap();
+        assert!(
+            line.contains("< 2.1") && line.contains(" mrad ") && line.ends_with("95 %, not in model"),
+            "{line}"
+        );
+    }
+
+    #[test]
+    fn a_fit_that_did_not_settle_is_marked() {
+        let change = |answer: &mut Answer| answer.comparison[2].converged = false;
+        let text = by_hand(change, |analysed| ringdown(analysed, &[]));
+        assert!(text.contains("viscous * ") && text.contains("* the fit did not settle"), "{text}");
+    }
 
     #[test]
     fn numbers_of_a_table_keep_three_digits() {
@@ -391,6 +412,13 @@ mod tests {
         assert_eq!(relative(&Quantity::normal(2.0, 0.1, "")), "5 %");
         assert_eq!(relative(&Quantity::normal(0.0, 0.1, "")), "");
         assert_eq!(relative(&Quantity::normal(1.0, 1e-7, "")), "<0.001 %");
+    }
+
+    /// Every number set by hand, so that only the layout is under test.
+    #[test]
+    fn a_report_reads_like_this() {
+        let text = by_hand(|_| (), |analysed| ringdown(analysed, &[Path::new("swing.svg")]));
+        insta::assert_snapshot!(anstream::adapter::strip_str(&text).to_string());
     }
 
     #[test]
