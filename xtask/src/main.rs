@@ -5,6 +5,7 @@ mod bench;
 mod check;
 mod places;
 mod python;
+mod statistics;
 mod tools;
 
 use std::process::ExitCode;
@@ -17,11 +18,17 @@ Usage: cargo xtask <chore>
 
   check         formatting, lints, documentation, every test, licences, spelling
   bench         speed and memory next to SciPy and lmfit (needs Python 3.11 or newer)
+  statistics    bias, spread and coverage on decays whose truth is known
 
 cargo xtask bench [--write] [--only a,b,c,d,e,f] [--rounds N]
   --write       renew docs/benchmarks.md
   --only        measure these lines of the table only
   --rounds N    take the best of N interleaved rounds (default 7)
+
+cargo xtask statistics [--write] [--only TEXT] [--seeds N]
+  --write       renew docs/statistics.md
+  --only TEXT   only the cells whose name holds TEXT, such as Q=50
+  --seeds N     records a cell (default 1000)
 ";
 
 fn main() -> ExitCode {
@@ -31,6 +38,7 @@ fn main() -> ExitCode {
     let outcome = match chore.as_str() {
         "check" if rest.is_empty() => check::run(),
         "bench" => bench::run(&rest),
+        "statistics" => statistics::run(&rest),
         "help" | "--help" | "-h" => {
             print!("{HELP}");
             return ExitCode::SUCCESS;

@@ -133,12 +133,18 @@ fn along(samples: &Samples, part: &[Block], noise_rms: f64) -> Result<(Vec<Block
     let smooth = phase::smooth(part, &rough, noise_rms)
         .ok_or(Error::NoFit { reason: "the phase of the oscillation cannot be followed" })?;
     let mut at: Vec<PhaseAt> = smooth.at;
+    let mut loss = 0.0;
     for (j, p) in at.iter_mut().enumerate() {
         let (a, b) = (j.saturating_sub(2), (j + 2).min(part.len() - 1));
         let span = part[b].time_s - part[a].time_s;
         let slope = (rough[a].max(f64::MIN_POSITIVE) / rough[b].max(f64::MIN_POSITIVE)).ln() / span;
         let most = 1.0 / part[j].span_s;
-        p.loss = if slope.is_finite() { slope.clamp(-most, most) } else { 0.0 };
+        // In the noise the slope of the modulus is the noise's; the last one known goes on.
+        let seen = [a, b].iter().all(|&i| part[i].amplitude > 10.0 * part[i].std_error(noise_rms));
+        if seen && slope.is_finite() {
+            loss = slope.clamp(-most, most);
+        }
+        p.loss = loss.clamp(-most, most);
         if !p.omega.is_finite() {
             p.omega = part[j].omega;
         }

@@ -179,15 +179,38 @@ fn grow(seen: &Seen, smooth: &[f64], first: usize, end: usize) -> Stretch {
             refit_at = b - a;
         }
     }
+    let reason = if left_law { OTHER_LAW } else { end_reason(seen, smooth, b) };
+    if reason == FLOOR {
+        b = into_the_noise(seen, a, b);
+    }
     let disturbed = !left_law && b < n && smooth[b] > 1.1 * smooth[b - 1] + 4.0 * seen.error[b];
     Stretch {
         first: a,
         end: b,
         start_reason,
-        end_reason: if left_law { OTHER_LAW } else { end_reason(seen, smooth, b) },
+        end_reason: reason,
         slow_tail: left_law && sign > 0.0,
         disturbed,
     }
+}
+
+/// Follows the law on into the noise, where single blocks say little but many
+/// together still do: as long as each agrees with it and it predicts at least a
+/// third of a block's error.
+fn into_the_noise(seen: &Seen, a: usize, mut b: usize) -> usize {
+    let Some(law) = Core::fit(seen, a, b) else { return b };
+    while b < seen.blocks.len() {
+        let (predicted, error) = (law.predict(seen, b), seen.error[b]);
+        // The modulus of signal and noise together scatters below A + 4 sigma.
+        if predicted < 0.3 * error
+            || seen.amplitude[b] > predicted + 4.0 * error
+            || seen.amplitude[b] < predicted - 4.0 * error
+        {
+            break;
+        }
+        b += 1;
+    }
+    b
 }
 
 /// The block after a sudden loss near the start, many times the loss that follows.
@@ -262,11 +285,16 @@ impl Core {
         Some(Self { problem, parameters: fit.parameters, origin, scatter })
     }
 
-    /// Distance of block `j` from the law in units of what is tolerated; signed.
-    fn miss(&self, seen: &Seen, j: usize, relative: f64) -> f64 {
+    /// Amplitude the law gives block `j`.
+    fn predict(&self, seen: &Seen, j: usize) -> f64 {
         let one =
             EnvelopeProblem { elapsed: vec![seen.blocks[j].time_s - self.origin], ..self.problem.clone() };
-        let predicted = one.amplitudes(&self.parameters)[0].max(0.0);
+        one.amplitudes(&self.parameters)[0].max(0.0)
+    }
+
+    /// Distance of block `j` from the law in units of what is tolerated; signed.
+    fn miss(&self, seen: &Seen, j: usize, relative: f64) -> f64 {
+        let predicted = self.predict(seen, j);
         let a = seen.amplitude[j];
         let unit = (seen.error[j].powi(2) + (0.01 * a).powi(2)).sqrt() * self.scatter.min(20.0);
         (a - predicted) / (5.0 * seen.error[j] + relative * a + 2.0 * unit).max(f64::MIN_POSITIVE)
