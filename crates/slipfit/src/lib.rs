@@ -10,6 +10,7 @@ pub mod quantity;
 pub mod record;
 pub mod ringdown;
 mod signal;
+pub mod simulate;
 
 pub use error::Error;
 pub use oscillator::Oscillator;

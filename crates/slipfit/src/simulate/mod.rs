@@ -1,0 +1,14 @@
+//! Any motion, event by event, with closed forms between events.
+//!
+//! [`Motion`] runs an [`Oscillator`](crate::Oscillator) under a [`Drive`]: at rest,
+//! harmonic, several harmonics, a frequency sweep, samples, or one after another.
+//! Friction may be asymmetric ([`Friction`]).
+
+mod arc;
+mod certify;
+mod drive;
+mod local;
+mod motion;
+
+pub use drive::{Drive, Harmonic};
+pub use motion::{Event, EventKind, Friction, Motion, State};
