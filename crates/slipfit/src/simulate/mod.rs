@@ -9,6 +9,8 @@ mod certify;
 mod drive;
 mod local;
 mod motion;
+mod tangent;
 
 pub use drive::{Drive, Harmonic};
 pub use motion::{Event, EventKind, Friction, Motion, State};
+pub use tangent::Tangent;

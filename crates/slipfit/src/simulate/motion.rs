@@ -128,9 +128,9 @@ pub struct Motion {
 }
 
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub(super) struct Segment {
-    pub(super) arc: Option<Arc>,
-    pub(super) length: f64,
+struct Segment {
+    arc: Option<Arc>,
+    length: f64,
     /// Length as a doubled number where known so.
     exact: Option<Dd>,
     end: End,
@@ -274,12 +274,53 @@ impl Motion {
         Ok(())
     }
 
+    /// Length of the current segment, and of a slip its last acceleration.
+    pub(crate) fn outlook(&mut self) -> (f64, Option<(f64, Constants)>) {
+        let segment = self.segment();
+        let last = segment.arc.map(|a| (a.at(&self.k, &self.local, segment.length).acceleration, self.k));
+        (segment.length, last)
+    }
+
+    /// Seconds from the start of the current segment to `time_s`.
+    pub(crate) fn until(&self, time_s: f64) -> f64 {
+        Dd::from_f64(time_s).sub(self.time).value()
+    }
+
+    /// Position and velocity `u` into the current segment; nothing moves on.
+    pub(crate) fn peek(&mut self, u: f64) -> (f64, f64) {
+        match self.segment().arc {
+            None => (self.position, 0.0),
+            Some(arc) => {
+                let p = arc.at(&self.k, &self.local, u);
+                (arc.start + p.moved, p.velocity)
+            }
+        }
+    }
+
+    /// Passes to the next segment.
+    pub(crate) fn advance(&mut self) -> Option<Event> {
+        let segment = self.segment();
+        self.commit(segment)
+    }
+
+    /// Acceleration with which the current slip began, less its viscous part.
+    pub(crate) fn pull_here(&self) -> f64 {
+        let s = self.direction;
+        let x_f = self.friction.kinetic[Friction::side(s)];
+        self.pull.unwrap_or(self.k.square * (self.local.value - self.position - s * x_f))
+    }
+
+    /// Slope of the drive at the start of the current segment, per s.
+    pub(crate) fn drive_slope(&self) -> f64 {
+        self.local.slope_at_start()
+    }
+
     /// Direction of motion: 1, -1, or 0 at rest.
     pub fn direction(&self) -> f64 {
         self.direction
     }
 
-    pub(super) fn segment(&mut self) -> Segment {
+    fn segment(&mut self) -> Segment {
         if let Some(segment) = self.segment {
             return segment;
         }
