@@ -111,7 +111,7 @@ impl ClosedForm {
 
     /// Phase of the fundamental behind the turn, rad: the `phi_1` of eq. (7).
     pub fn fundamental_phase(&self) -> f64 {
-        -self.from_turn(1).arg()
+        -self.counted_from_turn(1).arg()
     }
 
     /// Time of the positive turn after the drive's crest, s: the response lags.
@@ -119,7 +119,7 @@ impl ClosedForm {
         self.drive_phase.rem_euclid(2.0 * PI) / self.drive.omega()
     }
 
-    fn from_turn(&self, n: u32) -> Phasor {
+    fn counted_from_turn(&self, n: u32) -> Phasor {
         let omega = self.drive.omega();
         match n {
             1 => Phasor::new(self.p, -self.q) + super::series::harmonic(&self.oscillator, omega, 1),
@@ -130,7 +130,7 @@ impl ClosedForm {
 
     /// Phasor of harmonic `n`, time from the drive's crest; zero for even `n`.
     pub fn harmonic(&self, n: u32) -> Phasor {
-        self.from_turn(n) * Phasor::from_polar(1.0, -f64::from(n) * self.drive_phase)
+        self.counted_from_turn(n) * Phasor::from_polar(1.0, -f64::from(n) * self.drive_phase)
     }
 
     /// Displacement and velocity, `u` after the positive turn, `0 <= u <= pi/omega`.
