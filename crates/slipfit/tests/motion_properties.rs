@@ -11,7 +11,12 @@ use slipfit::simulate::{Drive, Event, EventKind, Friction, Harmonic, Motion, Sta
 fn cases() -> ProptestConfig {
     let default = if cfg!(debug_assertions) { 1000 } else { 10_000 };
     let cases = std::env::var("SLIPFIT_CASES").ok().and_then(|v| v.parse().ok()).unwrap_or(default);
-    ProptestConfig { cases, failure_persistence: None, ..ProptestConfig::default() }
+    ProptestConfig {
+        cases,
+        failure_persistence: None,
+        max_global_rejects: 10 * cases,
+        ..ProptestConfig::default()
+    }
 }
 
 fn quality() -> impl Strategy<Value = f64> {
@@ -304,6 +309,11 @@ fn bad_input_is_refused_by_name() {
     assert!(Drive::sampled(vec![0.0, 1.0, 1.0], vec![0.0; 3]).is_err());
     assert!(Drive::sampled(vec![], vec![]).is_err());
     assert!(Drive::none().until(3.0).unwrap().until(2.0).is_err());
+    // 2 rad/s is 0.318 Hz: half a hertz of sampling cannot show it.
+    let aliased = Drive::harmonic(1.0, 2.0).unwrap().check_sampling(0.5).unwrap_err().to_string();
+    assert!(aliased.contains("drive frequency_hz = 0.318") && aliased.contains("rate_hz"), "{aliased}");
+    assert!(Drive::harmonic(1.0, 2.0).unwrap().check_sampling(1.0).is_ok());
+    assert!(Drive::none().check_sampling(0.0).is_err());
     let mut m = Motion::new(&o, Drive::none(), 0.0, 3.0, 0.0).unwrap();
     m.state_at(5.0).unwrap();
     assert!(m.state_at(0.0).is_err());

@@ -189,3 +189,38 @@ proptest! {
         prop_assert!((a - expected).abs() < 1e-8 * size, "{a} {expected}");
     }
 }
+
+#[test]
+fn from_q_0_6_to_1e7_and_beta_0_past_1_a_steady_motion_is_always_found() {
+    for q in [0.6, 1.0, 3.0, 10.0, 100.0, 1e4, 1e7] {
+        for beta in [0.0, 0.01, 0.3, 0.7, 0.95, 0.999, 1.0, 1.1, 1.2, 1.27, 1.28, 2.0] {
+            for detuning in [0.2, 1.0 / 3.0, 0.9, 1.0 - 1.0 / q, 1.0, 1.0 + 0.3 / q, 1.2, 3.0] {
+                if detuning <= 0.0 {
+                    continue;
+                }
+                let o = Oscillator::builder()
+                    .omega_0(2.0)
+                    .q_factor(q)
+                    .friction_displacement(beta * PI / 4.0)
+                    .build()
+                    .unwrap();
+                let drive = HarmonicDrive::new(1.0, 2.0 * detuning).unwrap();
+                let found = solve(&o, &drive);
+                assert!(found.is_ok(), "Q {q} beta {beta} omega {detuning}: {found:?}");
+                let found = found.unwrap();
+                let x = found.state.amplitude();
+                assert!(
+                    x.is_finite() && found.residual < 1e-9,
+                    "Q {q} beta {beta} omega {detuning}: {found:?}"
+                );
+                // Past beta = 4/pi static friction exceeds the drive: nothing moves from rest.
+                assert_eq!(
+                    found.way == Way::FullStick,
+                    beta * PI / 4.0 >= 1.0,
+                    "Q {q} beta {beta} {detuning}"
+                );
+                assert!((found.way == Way::FullStick) == (x == 0.0));
+            }
+        }
+    }
+}

@@ -136,6 +136,18 @@ impl Drive {
             finite("time_s", *t)?;
             finite("displacement", *x)?;
         }
+        // A slope too steep for a number would make the motion none.
+        let steep = |i: &usize| {
+            let slope = (displacement[i + 1] - displacement[*i]) / (time_s[i + 1] - time_s[*i]);
+            time_s[*i] < time_s[i + 1] && slope.abs() > 1e150
+        };
+        if let Some(i) = (0..time_s.len() - 1).find(steep) {
+            return Err(Error::Parameter {
+                name: "displacement",
+                value: displacement[i + 1],
+                range: "slopes below 1e150 per s",
+            });
+        }
         if let Some(i) = time_s.windows(2).position(|w| w[0] >= w[1]) {
             return Err(Error::TimeBackwards { index: i + 1, previous: time_s[i], next: time_s[i + 1] });
         }
@@ -169,6 +181,33 @@ impl Drive {
     /// As [`Drive::then`].
     pub fn until(self, time_s: f64) -> Result<Self, Error> {
         self.then(time_s, Self::none())
+    }
+
+    /// The highest angular frequency a harmonic or a sweep reaches, rad/s; `None` for a
+    /// drive without any.
+    pub fn highest_omega(&self) -> Option<f64> {
+        let of = |source: &Source| match source {
+            Source::Harmonics { harmonics, .. } => harmonics.iter().map(|h| h.omega).reduce(f64::max),
+            Source::Chirp { omega, .. } => Some(omega.0.max(omega.1)),
+            Source::Sampled { .. } => None,
+        };
+        self.stages.iter().filter_map(|(_, source)| of(source)).reduce(f64::max)
+    }
+
+    /// Whether output at `rate_hz` can show this drive: it must lie below half that rate.
+    ///
+    /// # Errors
+    /// [`Error::Parameter`] naming the drive's frequency where it does not, or a bad rate.
+    pub fn check_sampling(&self, rate_hz: f64) -> Result<(), Error> {
+        above_zero("rate_hz", rate_hz)?;
+        match self.highest_omega().map(|w| w / std::f64::consts::TAU) {
+            Some(value) if value >= 0.5 * rate_hz => Err(Error::Parameter {
+                name: "drive frequency_hz",
+                value,
+                range: "below half the sampling rate (raise rate_hz)",
+            }),
+            _ => Ok(()),
+        }
     }
 
     /// The base's position at a time.

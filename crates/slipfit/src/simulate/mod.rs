@@ -2,13 +2,16 @@
 //!
 //! [`Motion`] runs an [`Oscillator`](crate::Oscillator) under a [`Drive`]: at rest,
 //! harmonic, several harmonics, a frequency sweep, samples, or one after another.
-//! Friction may be asymmetric ([`Friction`]).
+//! Friction may be asymmetric ([`Friction`]). Laws that depend on speed, which have no
+//! closed form, are in [`smooth`].
 
 mod arc;
 mod certify;
 mod drive;
 mod local;
 mod motion;
+#[cfg(feature = "smooth-laws")]
+pub mod smooth;
 mod tangent;
 
 pub use drive::{Drive, Harmonic};

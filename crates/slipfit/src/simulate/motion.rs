@@ -428,7 +428,7 @@ impl Motion {
         let kind = match segment.end {
             End::Continue => return None,
             End::Drive => {
-                if self.direction == 0.0 {
+                if self.velocity == 0.0 {
                     self.decide();
                 }
                 EventKind::DriveChange
@@ -439,24 +439,66 @@ impl Motion {
                 self.pull = Some(self.k.square * s * (self.friction.holding[i] - self.friction.kinetic[i]));
                 EventKind::Release
             }
-            End::Turn => {
-                self.decide();
-                if self.direction != 0.0 {
-                    EventKind::Turn
-                } else if self.held_for_ever() {
-                    EventKind::Rest
-                } else {
-                    EventKind::Stop
-                }
-            }
+            End::Turn => self.turned(),
         };
-        Some(Event {
+        Some(self.event(kind))
+    }
+
+    /// Velocity has come to zero: what follows.
+    fn turned(&mut self) -> EventKind {
+        self.decide();
+        if self.direction != 0.0 {
+            EventKind::Turn
+        } else if self.held_for_ever() {
+            EventKind::Rest
+        } else {
+            EventKind::Stop
+        }
+    }
+
+    fn event(&self, kind: EventKind) -> Event {
+        Event {
             kind,
             time_s: self.time.value(),
             position: self.position,
             velocity: self.velocity,
             direction: self.direction,
             drive: self.local.value,
-        })
+        }
+    }
+
+    /// The drive as seen from here.
+    #[cfg(feature = "smooth-laws")]
+    pub(super) fn local(&self) -> &Local {
+        &self.local
+    }
+
+    /// Sets the state `u` after the current one, reached by other means while sliding.
+    #[cfg(feature = "smooth-laws")]
+    pub(super) fn place(&mut self, u: f64, position: f64, velocity: f64) {
+        self.time = match self.local.end_time {
+            Some(at) if u == self.local.end => Dd::from_f64(at),
+            _ => self.time.add(Dd::from_f64(u)),
+        };
+        (self.position, self.velocity) = (position, velocity);
+        self.pull = None;
+        self.segment = None;
+        self.localise();
+    }
+
+    /// Declares a turn here: sticks, or slides back.
+    #[cfg(feature = "smooth-laws")]
+    pub(super) fn turn_here(&mut self) -> Event {
+        let kind = self.turned();
+        self.event(kind)
+    }
+
+    /// Declares the passage to the drive's next stage.
+    #[cfg(feature = "smooth-laws")]
+    pub(super) fn drive_changed(&mut self) -> Event {
+        if self.velocity == 0.0 {
+            self.decide();
+        }
+        self.event(EventKind::DriveChange)
     }
 }

@@ -32,7 +32,7 @@ mod state;
 pub mod validity;
 
 pub use orbit::PeriodicOrbit;
-pub use solve::{Solution, Way, solve};
+pub use solve::{Solution, Way, Ways, solve, ways};
 pub use state::{CycleLoss, HarmonicDrive, Method, SteadyState};
 pub use validity::{Validity, validity};
 
