@@ -7,7 +7,7 @@ use proptest::prelude::*;
 use slipfit::Oscillator;
 use slipfit::decay::{Envelope, drag_rate};
 use slipfit::simulate::smooth::{SmoothMotion, drag, power, stribeck};
-use slipfit::simulate::{Drive, Event, EventKind, Motion};
+use slipfit::simulate::{Drive, Event, EventKind, Harmonic, Motion};
 
 fn all<F: Fn(f64) -> f64>(motion: &mut SmoothMotion<F>, until: f64) -> Vec<Event> {
     std::iter::from_fn(|| motion.next_event(until).unwrap()).collect()
@@ -103,6 +103,47 @@ proptest! {
             // A stop short of a release, or a release on a crest, magnifies what came before.
             prop_assert!((e.position - f.position).abs() < 1e-9, "{e:?} {f:?}");
             prop_assert!((e.time_s - f.time_s).abs() < 1e-6, "{e:?} {f:?}");
+        }
+    }
+}
+
+/// Every kind of drive, closed form against integration, which share nothing but the drive.
+#[test]
+fn every_drive_agrees_with_its_integration() {
+    let tones = [
+        Harmonic { amplitude: 0.7, omega: 0.9, phase: 0.3 },
+        Harmonic { amplitude: 0.4, omega: 2.7, phase: 1.0 },
+        Harmonic { amplitude: 0.2, omega: 0.31, phase: 2.0 },
+    ];
+    let grid: Vec<f64> = (0..400).map(|i| 0.17 * f64::from(i)).collect();
+    let wave = grid.iter().map(|t| (0.8 * t).sin() + 0.3 * (2.3 * t).cos()).collect();
+    let drives = [
+        ("tones", Drive::harmonics(0.1, &tones).unwrap()),
+        ("sampled", Drive::sampled(grid, wave).unwrap()),
+        ("slow sweep up", Drive::chirp(1.0, 0.8, 1.2, 0.0, 60.0).unwrap()),
+        ("sweep down", Drive::chirp(1.0, 3.0, 0.2, 5.0, 50.0).unwrap()),
+        ("fast sweep", Drive::chirp(1.0, 0.2, 8.0, 0.0, 20.0).unwrap()),
+        ("off at any phase", Drive::harmonic(2.0, 1.0).unwrap().until(17.3).unwrap()),
+        ("steps", Drive::harmonic(1.0, 1.0).unwrap().then(9.0, Drive::hold(0.7).unwrap()).unwrap()),
+    ];
+    for (name, drive) in drives {
+        for (delta, x_f, x_s) in [(0.02, 0.1, 0.1), (0.1, 0.35, 0.45), (0.6, 0.2, 0.2), (0.0, 0.05, 0.05)] {
+            let o = Oscillator::builder()
+                .omega_0(1.0)
+                .decay_rate_per_s(delta)
+                .friction_displacement(x_f)
+                .static_displacement(x_s)
+                .build()
+                .unwrap();
+            let mut exact = Motion::new(&o, drive.clone(), 0.0, 0.4, 0.2).unwrap();
+            let mut other = SmoothMotion::new(&o, |_| 0.0, drive.clone(), 0.0, 0.4, 0.2).unwrap();
+            let (a, b): (Vec<_>, Vec<_>) = (exact.events(60.0).collect(), all(&mut other, 60.0));
+            let kinds = |e: &[Event]| e.iter().map(|e| e.kind).collect::<Vec<_>>();
+            assert_eq!(kinds(&a), kinds(&b), "{name} {delta}");
+            for (e, f) in a.iter().zip(&b) {
+                assert!((e.position - f.position).abs() < 2e-10, "{name} {delta} {e:?} {f:?}");
+                assert!((e.time_s - f.time_s).abs() < 1e-8, "{name} {delta} {e:?} {f:?}");
+            }
         }
     }
 }

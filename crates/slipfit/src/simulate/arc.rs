@@ -161,7 +161,7 @@ impl Arc {
         // Rounding of velocity: what has acted so far, not what will.
         let force = self.pull.abs() + k.square * drive.strength();
         let s = self.direction;
-        let (mut u, mut trust) = (0.0, 0.25 * reach);
+        let (mut u, mut trust) = (0.0, reach);
         if self.velocity == 0.0 {
             // g(0) = 0: leave along g' u + g'' u²/2 - M u³/6, positive up to its root.
             let g1 = (s * self.pull).max(0.0);

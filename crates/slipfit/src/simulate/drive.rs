@@ -334,13 +334,14 @@ impl Source {
                 }
             }
             Self::Sampled { time_s, value } => {
-                out.value = self.value(t);
                 let i = time_s.partition_point(|s| *s <= t.hi);
+                out.value = value[i.saturating_sub(1)];
                 if i < time_s.len() {
                     out.end = Dd::from_f64(time_s[i]).sub(t).value();
                     out.end_time = Some(time_s[i]);
                     if i > 0 {
                         out.slope = (value[i] - value[i - 1]) / (time_s[i] - time_s[i - 1]);
+                        out.value += out.slope * t.sub(Dd::from_f64(time_s[i - 1])).value();
                     }
                 } else {
                     out.range = (out.value, out.value);

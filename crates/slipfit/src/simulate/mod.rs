@@ -8,6 +8,7 @@
 mod arc;
 mod certify;
 mod drive;
+mod event;
 mod local;
 mod motion;
 #[cfg(feature = "smooth-laws")]
@@ -15,5 +16,6 @@ pub mod smooth;
 mod tangent;
 
 pub use drive::{Drive, Harmonic};
-pub use motion::{Event, EventKind, Friction, Motion, State};
+pub use event::{Event, EventKind, Friction, State};
+pub use motion::Motion;
 pub use tangent::Tangent;

@@ -10,8 +10,9 @@
 //! to them.
 
 use super::drive::Drive;
+use super::event::{Event, State};
 use super::local::Local;
-use super::motion::{Event, Motion, State};
+use super::motion::Motion;
 use crate::error::Error;
 use crate::oscillator::{Oscillator, above_zero, at_least_zero};
 use differential_equations::interpolate::Interpolation;

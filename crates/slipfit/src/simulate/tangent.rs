@@ -1,7 +1,8 @@
 //! How a small change of the start changes the state later.
 
 use super::arc::Constants;
-use super::motion::{EventKind, Motion, State};
+use super::event::{EventKind, State};
+use super::motion::Motion;
 
 /// A later state and its derivative by the start.
 #[derive(Debug, Clone, Copy, PartialEq)]
