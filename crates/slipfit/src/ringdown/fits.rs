@@ -216,8 +216,23 @@ fn admit_law_error(problem: &mut EnvelopeProblem, start: &[f64], full: &[usize],
 /// let in one by one until a run of them falls out by four standard errors.
 pub(crate) fn trim_lead_in(described: &Described, measured: &mut Measured) -> bool {
     let Problem::Envelope(problem) = &described.problem else { return false };
+    // Weights of the noise alone: a drive let in by mistake would excuse itself as an error of the law.
+    let problem = EnvelopeProblem {
+        elapsed: measured.points.iter().map(|b| b.time_s - described.origin).collect(),
+        value: measured
+            .points
+            .iter()
+            .map(|b| if problem.squared { b.amplitude.powi(2) } else { b.amplitude })
+            .collect(),
+        weight: measured
+            .points
+            .iter()
+            .map(|b| 1.0 / (b.unit_variance * if problem.squared { 4.0 * b.amplitude.powi(2) } else { 1.0 }))
+            .collect(),
+        ..problem.clone()
+    };
     let n = problem.value.len();
-    if measured.stretch.start_reason != super::segment::LEAD_IN || n < 12 || measured.points.len() < n {
+    if measured.stretch.start_reason != super::segment::LEAD_IN || n < 12 {
         return false;
     }
     let from = n / 3;
@@ -235,15 +250,34 @@ pub(crate) fn trim_lead_in(described: &Described, measured: &mut Measured) -> bo
     if !measured.squared && variance > 4.0 * measured.noise_rms.powi(2) {
         return false;
     }
-    let misses = problem.prediction_misses(&fit, variance);
+    let predicted = problem.predictions(&fit);
+    // Mean miss of a run over its standard error, the law's own uncertainty in common.
+    let miss = |run: std::ops::Range<usize>| {
+        let (mut weight, mut sum, mut row) = (0.0, 0.0, [0.0; 5]);
+        for (j, (residual, by)) in predicted[run.clone()].iter().enumerate() {
+            let w = problem.weight[run.start + j];
+            weight += w;
+            sum += w * residual;
+            for (r, b) in row.iter_mut().zip(by) {
+                *r += w * b;
+            }
+        }
+        let law: f64 = free
+            .iter()
+            .flat_map(|&a| free.iter().map(move |&b| (a, b)))
+            .map(|(a, b)| row[a] * row[b] * fit.unit_covariance[(a, b)])
+            .sum::<f64>()
+            / (weight * weight);
+        sum / weight / (variance * (1.0 / weight + law.max(0.0))).sqrt()
+    };
     let mut start = from;
     while start > 0 {
-        let run = (from - (start - 1)).min(8);
-        let sum: f64 = misses[start - 1..start - 1 + run].iter().sum();
-        if sum.abs() / (run as f64).sqrt() > 4.0 || misses[start - 1].abs() > 4.0 {
+        let first = start - 1;
+        let run = first..(first + 8).min(from);
+        if miss(run).abs() > 4.0 || miss(first..first + 1).abs() > 4.5 {
             break;
         }
-        start -= 1;
+        start = first;
     }
     if start == 0 {
         return false;
@@ -402,7 +436,8 @@ pub(crate) fn waveform<'a>(
     };
     let start = from_envelope(&best.bounded.parameters);
     let found = fit_waveform_window(samples, measured, from..to, origin, duration, start)?;
-    if measured.stretch.end_reason != super::segment::FLOOR || ends_free {
+    let fades = [super::segment::FLOOR, super::segment::REST].contains(&measured.stretch.end_reason);
+    if !fades || ends_free {
         return Some(found);
     }
     // Below the noise of single blocks the samples still know: go on while they agree.
