@@ -48,6 +48,8 @@ pub struct FreeDecay {
     pub(super) first_time: Dd,
     pub(super) half_period: Dd,
     pub(super) lambda: f64,
+    /// `|X_0| + C`, what decays exponentially; infinite without viscous damping.
+    span: f64,
     stop: Option<Stop>,
 }
 
@@ -130,6 +132,7 @@ impl FreeDecay {
             first_time: dd::two_sum(time_s, lead_in),
             half_period,
             lambda,
+            span: first.abs() + oscillator.decay_offset(),
             stop: None,
         };
         decay.stop = decay.find_stop();
@@ -151,8 +154,15 @@ impl FreeDecay {
         if self.lambda < 1e-40 {
             return first - 2.0 * n * x_f;
         }
-        let fall = (-n * self.lambda).exp_m1();
-        first + fall * (first + x_f / (0.5 * self.lambda).tanh())
+        first + (-n * self.lambda).exp_m1() * self.span
+    }
+
+    /// Side of turning point `n`.
+    #[inline(always)]
+    pub(super) fn sign(&self, n: f64) -> f64 {
+        // 0 or 1, for whole numbers as large as they come.
+        let odd = n - 2.0 * (0.5 * n).floor();
+        if odd == 0.0 { self.first.signum() } else { -self.first.signum() }
     }
 
     /// Turning point `n`, without computing those before it; past the stop,
@@ -190,13 +200,10 @@ impl FreeDecay {
     fn find_stop(&self) -> Option<Stop> {
         let x_s = self.oscillator.static_displacement();
         let first = self.first.abs();
-        let at = |n: f64| {
-            let sign = if n % 2.0 == 0.0 { self.first.signum() } else { -self.first.signum() };
-            Stop {
-                index: n as u64,
-                time_s: self.first_time.add(self.half_period.scale(n)).value(),
-                position: if n == 0.0 { self.first } else { sign * self.amplitude(n) },
-            }
+        let at = |n: f64| Stop {
+            index: n as u64,
+            time_s: self.first_time.add(self.half_period.scale(n)).value(),
+            position: if n == 0.0 { self.first } else { self.sign(n) * self.amplitude(n) },
         };
         if first <= x_s {
             return Some(at(0.0));
@@ -241,7 +248,7 @@ impl FreeDecay {
             return (stop.position, 0.0);
         }
         let (n, u) = self.half_cycle(since);
-        let sign = if n % 2.0 == 0.0 { self.first.signum() } else { -self.first.signum() };
+        let sign = self.sign(n);
         let x_f = self.oscillator.friction_displacement();
         let (a, omega_0) = (self.amplitude(n) - x_f, self.oscillator.omega_0());
         let (w, delta) = (self.oscillator.omega_d(), self.oscillator.decay_rate_per_s());
@@ -293,9 +300,7 @@ impl FreeDecay {
         if time_s.len() != out.len() {
             return Err(Error::Length { name: "out", found: out.len(), expected: time_s.len() });
         }
-        for (t, x) in time_s.iter().zip(out) {
-            *x = self.displacement(*t);
-        }
+        super::waveform::fill(self, time_s, out);
         Ok(())
     }
 

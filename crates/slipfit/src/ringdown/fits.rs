@@ -231,6 +231,10 @@ pub(crate) fn trim_lead_in(described: &Described, measured: &mut Measured) -> bo
     let free: Vec<usize> = best.bounded.free.clone();
     let Some(fit) = minimise(&later, &best.bounded.parameters, &free) else { return false };
     let variance = fit.rss / (n - from - free.len().min(n - from - 1)) as f64;
+    // Where the law itself is off, its extrapolation says nothing about a drive.
+    if !measured.squared && variance > 4.0 * measured.noise_rms.powi(2) {
+        return false;
+    }
     let misses = problem.prediction_misses(&fit, variance);
     let mut start = from;
     while start > 0 {
@@ -397,7 +401,54 @@ pub(crate) fn waveform<'a>(
         start
     };
     let start = from_envelope(&best.bounded.parameters);
-    fit_waveform_window(samples, measured, from..to, origin, duration, start)
+    let found = fit_waveform_window(samples, measured, from..to, origin, duration, start)?;
+    if measured.stretch.end_reason != super::segment::FLOOR || ends_free {
+        return Some(found);
+    }
+    // Below the noise of single blocks the samples still know: go on while they agree.
+    let longer = agreeing_end(samples, measured, &found, from, to)?;
+    if longer <= to {
+        return Some(found);
+    }
+    let start = found.comparison.best()?.bounded.parameters.clone();
+    let duration = samples.time[longer - 1] - origin;
+    fit_waveform_window(samples, measured, from..longer, origin, duration, start).or(Some(found))
+}
+
+/// Last sample up to which the fitted motion, followed on, leaves nothing but noise.
+fn agreeing_end(
+    samples: &Samples,
+    measured: &Measured,
+    found: &Described,
+    from: usize,
+    to: usize,
+) -> Option<usize> {
+    let Problem::Waveform(problem) = &found.problem else { return None };
+    let best = &found.comparison.best()?.bounded;
+    let law = super::envelope::law_of(&best.parameters, best.parameters[OMEGA]);
+    let variance = found.scale.variance_of(best);
+    let mut end = to;
+    for block in measured.all.iter().filter(|b| b.first >= to) {
+        let elapsed = block.time_s - found.origin;
+        // Some thousandths of the start, or the last cycles before a stop, carry no more.
+        if law.amplitude(elapsed) < (2e-3 * law.amplitude_0).max(2.0 * best.parameters[X_F]) {
+            break;
+        }
+        let part = Waveform {
+            time: &samples.time[from..block.end],
+            signal: &samples.signal[from..block.end],
+            ..problem.clone()
+        };
+        let residual = part.residuals(&best.parameters);
+        let here = &residual[block.first - from..];
+        let n = here.len() as f64;
+        let mean_square = here.iter().map(|r| r * r).sum::<f64>() / n;
+        if mean_square > variance * (1.0 + 4.0 * (2.0 / n).sqrt()) {
+            break;
+        }
+        end = block.end;
+    }
+    Some(end)
 }
 
 pub(crate) fn fit_waveform_window<'a>(
