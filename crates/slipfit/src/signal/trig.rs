@@ -4,9 +4,9 @@
 use std::f64::consts::{FRAC_1_PI, LOG2_E};
 
 // pi in three parts, the first two with trailing zeros: n times each is exact for |n| < 2^26.
-const PI_A: f64 = 3.141592651605606;
-const PI_B: f64 = 1.9841871479187034e-09;
-const PI_C: f64 = 1.1442377452219664e-17;
+pub(super) const PI_A: f64 = 3.141592651605606;
+pub(super) const PI_B: f64 = 1.9841871479187034e-09;
+pub(super) const PI_C: f64 = 1.1442377452219664e-17;
 
 /// Sine and cosine, absolute error below 4e-16 for `|x| < 2e8`.
 #[inline(always)]
@@ -41,8 +41,8 @@ pub(crate) fn half_turn(r: f64) -> (f64, f64) {
 }
 
 /// Coefficients of `sin(r)/r` and `cos(r)` in powers of `r²`, and of `exp(r)` in powers of `r`.
-const SINE: [f64; 11] = alternating(inverse_factorials(1, 2));
-const COSINE: [f64; 11] = alternating(inverse_factorials(0, 2));
+pub(super) const SINE: [f64; 11] = alternating(inverse_factorials(1, 2));
+pub(super) const COSINE: [f64; 11] = alternating(inverse_factorials(0, 2));
 const EXPONENTIAL: [f64; 13] = inverse_factorials(0, 1);
 
 const fn inverse_factorials<const N: usize>(first: usize, step: usize) -> [f64; N] {
