@@ -325,7 +325,7 @@ fn the_ends_of_the_range_neither_hang_nor_give_what_is_no_number() {
         for amplitude in [1e-150, 1.0, 1e100] {
             for x_f in [0.0, 0.3 * amplitude, amplitude, 1e-300] {
                 for start in [0.0, 1e-320, amplitude, -1e100] {
-                    for tuning in [1e-40, 1e-3, 1.0, 50.0] {
+                    for tuning in [1e-6, 1e-3, 1.0, 50.0] {
                         let omega: f64 = omega_0 * tuning;
                         let Ok(o) = Oscillator::kinematic(omega_0, 0.01 * omega_0, x_f) else { continue };
                         let Ok(drive) = Drive::harmonic(amplitude, omega) else { continue };
