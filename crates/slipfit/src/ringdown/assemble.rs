@@ -505,11 +505,11 @@ fn other_modes(e: &Evidence) -> Vec<OtherMode> {
     let (time, signal) = (&e.samples.time[range.clone()], &e.samples.signal[range]);
     let main = e.measured.points[points.len() / 2].omega / TAU;
     let spread = points.iter().map(|b| (b.omega / TAU / main - 1.0).abs()).fold(0.0, f64::max);
-    let Some(own) = spectrum::dominant(time, signal, None) else { return Vec::new() };
-    spectrum::other_lines(time, signal, main, (2.0 * spread).max(0.02))
+    let Some(look) = spectrum::Look::at(time, signal) else { return Vec::new() };
+    let Some(own) = spectrum::dominant_of(&look, time, signal, None) else { return Vec::new() };
+    spectrum::other_lines(&look, main, (2.0 * spread).max(0.02), 0.05 * own.amplitude)
         .into_iter()
         .map(|l| OtherMode { frequency_hz: l.frequency_hz, relative_amplitude: l.amplitude / own.amplitude })
-        .filter(|m| m.relative_amplitude > 0.05)
         .collect()
 }
 

@@ -1,0 +1,181 @@
+//! Gauss-Newton for a handful of parameters, without a single allocation.
+
+/// Sums over the samples: `JᵀJ` (lower triangle suffices), `Jᵀr`, `rᵀr`, with `r = data - model`.
+#[derive(Debug, Clone, Copy)]
+pub(super) struct Sums<const N: usize> {
+    pub(super) jtj: [[f64; N]; N],
+    pub(super) jtr: [f64; N],
+    pub(super) rss: f64,
+}
+
+impl<const N: usize> Sums<N> {
+    pub(super) fn zero() -> Self {
+        Self { jtj: [[0.0; N]; N], jtr: [0.0; N], rss: 0.0 }
+    }
+}
+
+/// Where the search ended.
+#[derive(Debug, Clone, Copy)]
+pub(super) struct Minimum<const N: usize> {
+    pub(super) best: [f64; N],
+    /// `(JᵀJ)⁻¹`.
+    pub(super) inverse: [[f64; N]; N],
+    pub(super) rss: f64,
+    pub(super) converged: bool,
+    /// Times the sums were taken.
+    pub(super) passes: usize,
+}
+
+const MOST_PASSES: usize = 60;
+/// The last step is taken unseen once it promises less than this part of the
+/// noise variance, a hundredth of a standard error: what then remains is its
+/// square times the curvature of the model over a standard error.
+const LAST_GAIN: f64 = 1e-4;
+/// Residuals carry a rounding of about 1e-13 of the signal at worst.
+const ROUNDING: f64 = 1e-26;
+
+/// Least squares from `start`.
+///
+/// `sums` takes the sums at a point, or `None` where the model does not exist;
+/// `moved` adds a step. `power` is the signal's own sum of squares.
+pub(super) fn minimise<const N: usize>(
+    start: [f64; N],
+    observations: f64,
+    power: f64,
+    mut sums: impl FnMut(&[f64; N]) -> Option<Sums<N>>,
+    moved: impl Fn(&[f64; N], &[f64; N]) -> [f64; N],
+) -> Option<Minimum<N>> {
+    let mut best = start;
+    let mut here = sums(&best).filter(|s| s.rss.is_finite())?;
+    let mut passes = 1;
+    let mut damping = 0.0;
+    let mut converged = false;
+    while passes < MOST_PASSES && damping < 1e10 {
+        let Some((step, gain)) = step(&here, damping) else {
+            damping = if damping == 0.0 { 1e-8 } else { damping * 100.0 };
+            continue;
+        };
+        let trial = moved(&best, &step);
+        let noise = here.rss / observations;
+        if damping == 0.0 && (gain <= LAST_GAIN * noise || gain <= ROUNDING * power) {
+            if trial.iter().all(|v| v.is_finite()) {
+                best = trial;
+                here.rss = (here.rss - gain).max(0.0);
+            }
+            converged = true;
+            break;
+        }
+        passes += 1;
+        match sums(&trial).filter(|s| s.rss <= here.rss && trial.iter().all(|v| v.is_finite())) {
+            Some(there) => {
+                damping = if here.rss - there.rss > 0.25 * gain { damping * 0.01 } else { damping * 2.0 };
+                if damping < 1e-6 {
+                    damping = 0.0;
+                }
+                (best, here) = (trial, there);
+            }
+            None if gain <= 1e-9 * here.rss.max(1e3 * ROUNDING * power) => {
+                // No way down but what rounding hides.
+                converged = true;
+                break;
+            }
+            None => damping = if damping == 0.0 { 1e-3 } else { damping * 10.0 },
+        }
+    }
+    let inverse = inverse(&here.jtj)?;
+    Some(Minimum { best, inverse, rss: here.rss, converged, passes })
+}
+
+/// Cholesky factor of the matrix scaled to unit diagonal plus `damping`, and the scales.
+fn factor<const N: usize>(a: &[[f64; N]; N], damping: f64) -> Option<([[f64; N]; N], [f64; N])> {
+    let mut scale = [0.0; N];
+    for i in 0..N {
+        if !(a[i][i] > 0.0 && a[i][i].is_finite()) {
+            return None;
+        }
+        scale[i] = 1.0 / a[i][i].sqrt();
+    }
+    let mut l = [[0.0; N]; N];
+    for i in 0..N {
+        for j in 0..=i {
+            let mut sum = a[i][j] * scale[i] * scale[j] + if i == j { damping } else { 0.0 };
+            for k in 0..j {
+                sum -= l[i][k] * l[j][k];
+            }
+            if i == j {
+                // Below this the columns are one and the same to rounding.
+                if !(sum > 1e-14) {
+                    return None;
+                }
+                l[i][i] = sum.sqrt();
+            } else {
+                l[i][j] = sum / l[j][j];
+            }
+        }
+    }
+    Some((l, scale))
+}
+
+fn solve<const N: usize>(l: &[[f64; N]; N], g: &[f64; N]) -> [f64; N] {
+    let mut x = *g;
+    for i in 0..N {
+        for k in 0..i {
+            x[i] -= l[i][k] * x[k];
+        }
+        x[i] /= l[i][i];
+    }
+    for i in (0..N).rev() {
+        for k in i + 1..N {
+            x[i] -= l[k][i] * x[k];
+        }
+        x[i] /= l[i][i];
+    }
+    x
+}
+
+/// The damped step and the decrease of the sum of squares it promises.
+fn step<const N: usize>(sums: &Sums<N>, damping: f64) -> Option<([f64; N], f64)> {
+    let (l, scale) = factor(&sums.jtj, damping)?;
+    let mut g = sums.jtr;
+    for i in 0..N {
+        g[i] *= scale[i];
+    }
+    let mut x = solve(&l, &g);
+    // (A + d) x = g, so 2 g·x - x·A x = g·x + d x·x.
+    let mut gain = 0.0;
+    for i in 0..N {
+        gain += x[i] * (g[i] + damping * x[i]);
+        x[i] *= scale[i];
+    }
+    Some((x, gain))
+}
+
+fn inverse<const N: usize>(a: &[[f64; N]; N]) -> Option<[[f64; N]; N]> {
+    let (l, scale) = factor(a, 0.0)?;
+    let mut out = [[0.0; N]; N];
+    for i in 0..N {
+        let mut unit = [0.0; N];
+        unit[i] = scale[i];
+        let column = solve(&l, &unit);
+        for j in 0..N {
+            out[j][i] = column[j] * scale[j];
+        }
+    }
+    Some(out)
+}
+
+/// Standard errors and correlations of a covariance `J C Jᵀ` known up to its scale.
+pub(super) fn spread<const N: usize>(covariance: &[[f64; N]; N], variance: f64) -> ([f64; N], [[f64; N]; N]) {
+    let mut error = [0.0; N];
+    for i in 0..N {
+        error[i] = (covariance[i][i].max(0.0) * variance).sqrt();
+    }
+    let mut correlation = [[0.0; N]; N];
+    for i in 0..N {
+        for j in 0..N {
+            let product = (covariance[i][i] * covariance[j][j]).sqrt();
+            correlation[i][j] = if product > 0.0 { covariance[i][j] / product } else { 0.0 };
+        }
+    }
+    (error, correlation)
+}
