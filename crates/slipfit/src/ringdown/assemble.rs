@@ -12,6 +12,7 @@ use super::{
     Answer, Backbone, Calibration, Candidate, Diagnostics, EnvelopePoint, LossModel, LossPoint, Options,
     OtherMode, Parameter, Segment, SlidingEvidence, Stop,
 };
+use crate::signal::blocks::Block;
 use crate::signal::spectrum;
 use crate::{Error, Quantity, Record, SignalKind};
 use std::f64::consts::{PI, TAU};
@@ -503,9 +504,11 @@ fn other_modes(e: &Evidence) -> Vec<OtherMode> {
     let points = &e.measured.points;
     let range = points[0].first..points[points.len() - 1].end;
     let (time, signal) = (&e.samples.time[range.clone()], &e.samples.signal[range]);
-    let main = e.measured.points[points.len() / 2].omega / TAU;
-    let spread = points.iter().map(|b| (b.omega / TAU / main - 1.0).abs()).fold(0.0, f64::max);
-    let Some(look) = spectrum::Look::at(time, signal) else { return Vec::new() };
+    let main = e.measured.law.mean_omega / TAU;
+    // The main line is as wide as its own frequency wanders from start to end.
+    let mean = |part: &[Block]| part.iter().map(|b| b.omega).sum::<f64>() / part.len() as f64 / TAU;
+    let quarter = points.len().div_ceil(4);
+    let spread = (mean(&points[..quarter]) - mean(&points[points.len() - quarter..])).abs() / main;
     let Some(own) = spectrum::dominant_of(&look, time, signal, None) else { return Vec::new() };
     spectrum::other_lines(&look, main, (2.0 * spread).max(0.02), 0.05 * own.amplitude)
         .into_iter()

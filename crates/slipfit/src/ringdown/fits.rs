@@ -171,6 +171,9 @@ fn admit_law_error(problem: &mut EnvelopeProblem, start: &[f64], full: &[usize],
     if dof < 3.0 {
         return 0.0;
     }
+    // The law errs by a part of the amplitude, but never by less than that part
+    // of a twentieth of the first one: what ends the motion is no friction law.
+    let base = (0.05 * problem.value[0]).powi(2);
     let mut relative = 0.0;
     let mut from = start.to_vec();
     for _ in 0..4 {
@@ -187,7 +190,7 @@ fn admit_law_error(problem: &mut EnvelopeProblem, start: &[f64], full: &[usize],
             .iter()
             .zip(&problem.weight)
             .zip(noise_weights.iter().zip(&problem.value))
-            .map(|((r, w), (v, a))| (r * r / w, noise / v, a * a))
+            .map(|((r, w), (v, a))| (r * r / w, noise / v, a * a + base))
             .collect();
         let chi_squared =
             |e: f64| misses.iter().map(|(r, v, a)| r / (v + e * e * a).max(f64::MIN_POSITIVE)).sum::<f64>();
