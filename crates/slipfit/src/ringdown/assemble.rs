@@ -509,6 +509,7 @@ fn other_modes(e: &Evidence) -> Vec<OtherMode> {
     let mean = |part: &[Block]| part.iter().map(|b| b.omega).sum::<f64>() / part.len() as f64 / TAU;
     let quarter = points.len().div_ceil(4);
     let spread = (mean(&points[..quarter]) - mean(&points[points.len() - quarter..])).abs() / main;
+    let Some(look) = spectrum::Look::at(time, signal) else { return Vec::new() };
     let Some(own) = spectrum::dominant_of(&look, time, signal, None) else { return Vec::new() };
     spectrum::other_lines(&look, main, (2.0 * spread).max(0.02), 0.05 * own.amplitude)
         .into_iter()
