@@ -235,8 +235,8 @@ fn physical(
     };
     let (gamma_unit, force_unit) = match (metres, angle) {
         (_, true) => ("N m s".to_owned(), "N m".to_owned()),
-        (Some(_), _) => ("kg/s".to_owned(), "N".to_owned()),
-        (None, _) => ("kg/s".to_owned(), format!("N/m × {}", e.record.unit())),
+        (Some(_), _) => ("N s/m".to_owned(), "N".to_owned()),
+        (None, _) => ("N s/m".to_owned(), format!("N/m × {}", e.record.unit())),
     };
     vec![
         ("viscous_coefficient", widened(delta.scaled(2.0 * mass, gamma_unit))),
@@ -517,6 +517,21 @@ fn other_modes(e: &Evidence) -> Vec<OtherMode> {
         .collect()
 }
 
+/// A recorder that only writes when the position changes falls silent at the stop.
+fn silence(e: &Evidence, last: &Block, period: f64) -> Option<Stop> {
+    let (time, signal) = (&e.samples.time, &e.samples.signal);
+    let gap = (last.first..time.len() - 1).find(|&i| time[i + 1] - time[i] > 3.0 * period)?;
+    let position = signal[gap] - last.offset;
+    // A gap in full swing is a drop-out, not a stop.
+    (position.abs() < 0.05 * e.measured.points[0].amplitude).then(|| Stop {
+        time_s: time[gap],
+        position,
+        position_std_error: (0.5 * super::measure::quantum(signal))
+            .hypot(e.measured.noise_rms * last.unit_variance.sqrt()),
+        static_displacement: None,
+    })
+}
+
 /// The rest after the last used block, if the record goes on and holds still.
 fn stop(e: &Evidence) -> Option<Stop> {
     if !matches!(e.record.kind(), SignalKind::Displacement) || e.options.end_s.is_some() {
@@ -526,6 +541,9 @@ fn stop(e: &Evidence) -> Option<Stop> {
     let last = e.measured.points.last()?;
     let period = TAU / last.omega;
     let n = signal.len();
+    if let Some(stop) = silence(e, last, period) {
+        return Some(stop);
+    }
     let tail = (n - last.end) / 4;
     if tail < 8 || time[n - 1] - time[last.end.min(n - 1)] < 2.0 * period {
         return None;
