@@ -35,6 +35,24 @@ pub(crate) struct Block {
 }
 
 impl Block {
+    /// A stretch of samples about a time, nothing yet known of it.
+    pub(crate) fn of(first: usize, end: usize, time_s: f64) -> Self {
+        Self {
+            first,
+            end,
+            time_s,
+            span_s: 0.0,
+            amplitude: 0.0,
+            quadrature: 0.0,
+            phase: 0.0,
+            omega: 0.0,
+            offset: 0.0,
+            unit_variance: 0.0,
+            rss: 0.0,
+            dof: 0.0,
+        }
+    }
+
     /// Standard error of the amplitude for a noise of `noise_rms` a sample.
     pub(crate) fn std_error(&self, noise_rms: f64) -> f64 {
         noise_rms * self.unit_variance.sqrt()

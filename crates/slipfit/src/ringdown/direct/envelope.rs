@@ -229,11 +229,24 @@ impl Pass<'_> {
     /// The first `count` samples, a multiple of the table, of an even clock.
     #[inline(always)]
     fn even<S: Simd>(&self, simd: S, interval: f64, count: usize, m: &mut Moments) {
+        // Eight exponentials and those of 8, 16, 32 and 64 steps give the whole table.
+        const STEPS: [f64; 16] = [0., 1., 2., 3., 4., 5., 6., 7., 8., 16., 32., 64., 0., 0., 0., 0.];
+        let mut seed = [0.0; 16];
+        for k in 0..16 {
+            seed[k] = trig::exp(-self.rate * (STEPS[k] * interval));
+        }
         let (mut table, mut delay) = ([0.0; TABLE], [0.0; TABLE]);
+        table[..8].copy_from_slice(&seed[..8]);
+        for (half, factor) in [(8, seed[8]), (16, seed[9]), (32, seed[10])] {
+            let (done, open) = table.split_at_mut(half);
+            for (to, from) in open.iter_mut().zip(done) {
+                *to = *from * factor;
+            }
+        }
         for k in 0..TABLE {
             delay[k] = k as f64 * interval;
-            table[k] = trig::exp(-self.rate * delay[k]);
         }
+        let ratio = seed[11];
         let (tables, _) = S::as_simd_f64s(&table);
         let (delays, _) = S::as_simd_f64s(&delay);
         let zero = simd.splat_f64s(0.0);
@@ -251,13 +264,12 @@ impl Pass<'_> {
             sum[k] = simd.reduce_sum_f64s(own[k]);
         }
         let span = TABLE as f64 * interval;
-        let ratio = trig::exp(-self.rate * span);
         let (level, minus_height) = (simd.splat_f64s(self.level), simd.splat_f64s(-self.height));
         let (mut r_sum, mut rr_sum, mut er_sum, mut uer_sum) = (zero, zero, zero, zero);
         let mut e = 1.0;
         for (j, block) in self.data.amplitude[..count].chunks_exact(TABLE).enumerate() {
             let begin = j as f64 * span;
-            if j % FRESH == 0 {
+            if j > 0 && j % FRESH == 0 {
                 e = trig::exp(-self.rate * begin);
             }
             m.e += e * sum[0];

@@ -27,10 +27,9 @@ pub(super) struct Minimum<const N: usize> {
 }
 
 const MOST_PASSES: usize = 60;
-/// The last step is taken unseen once it promises less than this part of the
-/// noise variance, a hundredth of a standard error: what then remains is its
-/// square times the curvature of the model over a standard error.
-const LAST_GAIN: f64 = 1e-4;
+/// The last step is taken unseen when what then remains, should the steps go on
+/// shrinking only as they did, is below this part of a standard error.
+const LAST: f64 = 1e-3;
 /// Residuals carry a rounding of about 1e-13 of the signal at worst.
 const ROUNDING: f64 = 1e-26;
 
@@ -50,6 +49,7 @@ pub(super) fn minimise<const N: usize>(
     let mut passes = 1;
     let mut damping = 0.0;
     let mut converged = false;
+    let mut before = f64::INFINITY;
     while passes < MOST_PASSES && damping < 1e10 {
         let Some((step, gain)) = step(&here, damping) else {
             damping = if damping == 0.0 { 1e-8 } else { damping * 100.0 };
@@ -57,7 +57,11 @@ pub(super) fn minimise<const N: usize>(
         };
         let trial = moved(&best, &step);
         let noise = here.rss / observations;
-        if damping == 0.0 && (gain <= LAST_GAIN * noise || gain <= ROUNDING * power) {
+        // A step's gain is the square of its length in standard errors, times the noise.
+        let length = (gain.max(0.0) / noise).sqrt();
+        let remains = length * (length / before).min(1.0);
+        let last = remains <= LAST && length <= 0.3;
+        if damping == 0.0 && (last || gain <= ROUNDING * power) {
             if trial.iter().all(|v| v.is_finite()) {
                 best = trial;
                 here.rss = (here.rss - gain).max(0.0);
@@ -72,6 +76,7 @@ pub(super) fn minimise<const N: usize>(
                 if damping < 1e-6 {
                     damping = 0.0;
                 }
+                before = length;
                 (best, here) = (trial, there);
             }
             None if gain <= 1e-9 * here.rss.max(1e3 * ROUNDING * power) => {

@@ -4,6 +4,7 @@ use super::minimise::{Sums, minimise, spread};
 use crate::Error;
 use crate::ringdown::envelope::sliding_gain;
 use crate::ringdown::law::phi;
+use crate::signal::blocks::{self, Block, PhaseAt};
 use crate::signal::wide;
 use pulp::Simd;
 use std::f64::consts::{FRAC_PI_2, PI, TAU};
@@ -74,6 +75,9 @@ pub struct DecayFit {
 /// - `signal`: displacement in any unit, as many
 /// - `start`: where the search begins. Its frequency must be right to about
 ///   half a cycle over the record, its phase to about a radian
+///
+/// A record that runs into the rest needs a start that already rests in the
+/// right half cycle: the sum of squares jumps where the rest moves by one.
 ///
 /// Standard errors are those of white noise of the residuals' size. Losses may
 /// come out negative, so that averages over many records stay unbiased.
@@ -150,18 +154,14 @@ pub fn fit_waveform(time_s: &[f64], signal: &[f64], start: &Decay) -> Result<Dec
         }
         q
     };
-    // A thinned record leads most of the way at a fraction of the cost.
-    let cycles = start.frequency_hz * (time_s[n - 1] - origin);
-    let stride = ((n as f64 / cycles.max(1.0) / 8.0) as usize).min(n / 400).min(16);
-    let mut from = at;
-    if stride > 1 {
-        let thin = |v: &[f64]| -> Vec<f64> { v.iter().step_by(stride).copied().collect() };
-        let (time, signal) = (thin(time_s), thin(signal));
-        let power = power / stride as f64;
-        let found = minimise(at, time.len() as f64, power, |p| sums(&time, &signal, p), moved);
-        from = found.filter(|f| f.converged).map_or(at, |f| f.best);
+    let fit = |from| minimise(from, n as f64, power, |p| sums(time_s, signal, p), moved);
+    let mut found = None;
+    if let Some((near, rss)) = nearer(time_s, signal, &at) {
+        // The straight pieces it was found from know what residual to expect.
+        found = fit(near).filter(|f| f.converged && f.rss < 2.0 * rss + 1e-20 * power);
     }
-    let found = minimise(from, n as f64, power, |p| sums(time_s, signal, p), moved)
+    let found = found
+        .or_else(|| fit(at))
         .ok_or(Error::NoFit { reason: "the samples do not tell six parameters apart" })?;
     let (mut error, correlation) = spread(&found.inverse, found.rss / (n - 6) as f64);
     error[4] = error[4].abs();
@@ -173,6 +173,64 @@ pub fn fit_waveform(time_s: &[f64], signal: &[f64], start: &Decay) -> Result<Dec
         converged: found.converged,
         steps: found.passes,
     })
+}
+
+/// Pieces whose amplitudes and phases lead the start to its goal.
+const PIECES: usize = 24;
+
+/// A better start: amplitude and phase of a few pieces along the start's own
+/// phase, a straight line through the phases, the averaged law through the
+/// amplitudes. Also the residual sum of squares of the pieces. `None` for fewer
+/// than four cycles or where nothing comes of it.
+fn nearer(time: &[f64], signal: &[f64], at: &[f64; 6]) -> Option<([f64; 6], f64)> {
+    let &[_, x_f, delta, phase, omega, _] = at;
+    let (origin, n) = (time[0], time.len());
+    let cycles = omega / TAU * (time[n - 1] - origin);
+    let count = (cycles.min(n as f64 / 12.0) as usize).min(PIECES);
+    if count < 4 {
+        return None;
+    }
+    let pieces: Vec<Block> = (0..count)
+        .map(|i| {
+            let (first, end) = (i * n / count, (i + 1) * n / count);
+            Block::of(first, end, 0.5 * (time[first] + time[end - 1]))
+        })
+        .collect();
+    let along: Vec<PhaseAt> = pieces
+        .iter()
+        .map(|b| PhaseAt { phase: phase + omega * (b.time_s - origin), omega, chirp: 0.0, loss: 0.0 })
+        .collect();
+    let found = blocks::demodulate(time, signal, &pieces, &along);
+    let centres: Vec<f64> = found.iter().map(|b| b.time_s).collect();
+    let amplitudes: Vec<f64> = found.iter().map(|b| b.amplitude.hypot(b.quadrature)).collect();
+    // Straight line through the phases, each as sure as its amplitude is high.
+    let mut line = [0.0; 5];
+    let mut ahead = 0.0;
+    for (b, a) in found.iter().zip(&amplitudes) {
+        let turn = b.quadrature.atan2(b.amplitude);
+        ahead = turn + TAU * ((ahead - turn) / TAU).round();
+        let (t, w) = (b.time_s - origin, a * a);
+        for (sum, term) in line.iter_mut().zip([w, w * t, w * t * t, w * ahead, w * t * ahead]) {
+            *sum += term;
+        }
+    }
+    let [w, wt, wtt, wp, wtp] = line;
+    let bend = w * wtt - wt * wt;
+    let (shift, rate) = ((wtt * wp - wt * wtp) / bend, (w * wtp - wt * wp) / bend);
+    let next = omega + rate;
+    let offset_amplitude = x_f * sliding_gain(delta, omega).0 / delta;
+    let start = super::EnvelopeStart {
+        initial_amplitude: amplitudes[0],
+        offset_amplitude: if offset_amplitude.is_finite() { offset_amplitude } else { 0.0 },
+        decay_rate_per_s: delta,
+    };
+    let law = super::fit_envelope(&centres, &amplitudes, &start).ok().filter(|f| f.converged)?.best;
+    let (c, delta) = (law.offset_amplitude, law.decay_rate_per_s);
+    let first = (law.initial_amplitude + c) * (delta * (centres[0] - origin)).exp() - c;
+    let mean = found.iter().map(|b| b.offset).sum::<f64>() / count as f64;
+    let near = [first, c * delta / sliding_gain(delta, next).0, delta, phase + shift, next, mean];
+    let sound = near.iter().all(|v| v.is_finite()) && next > 0.5 * omega && next < 2.0 * omega && first > 0.0;
+    sound.then(|| (near, found.iter().map(|b| b.rss).sum()))
 }
 
 /// Sum of squares of the samples, and whether the times are finite and never decrease.
@@ -218,9 +276,6 @@ pub(super) struct Pass<'a> {
     pub(super) p: &'a [f64; 6],
 }
 
-/// Columns of the parameters, padded to whole registers.
-const WIDE: usize = 8;
-
 /// `e^(-delta t)`, `G = (1 - e^(-delta t))/delta` and `dG/d delta`.
 #[derive(Clone, Copy)]
 struct Fall {
@@ -253,6 +308,8 @@ impl Fall {
     }
 }
 
+/// Registers of samples whose rows are summed together.
+const BATCH: usize = 32;
 /// Half cycles after which the running products are computed afresh.
 const FRESH: usize = 32;
 /// `1/k!`: the terms of `e^x` that count for `|x| <= 1/16`.
@@ -293,9 +350,12 @@ impl pulp::WithSimd for Pass<'_> {
         let tilt = delta / omega;
         let half = Fall::after(delta, period);
 
-        let mut jtj = [[0.0; WIDE]; 6];
-        let mut jtr = [0.0; WIDE];
-        let mut rss = 0.0;
+        // Products of the derivatives by A_0 … omega and the residual, and their totals.
+        let zero = simd.splat_f64s(0.0);
+        let (mut products, mut totals) = ([zero; 21], [zero; 6]);
+        // Rows wait in a batch: what makes them and what sums them need all registers each.
+        let mut rows = [[zero; 6]; BATCH];
+        let mut waiting = 0;
         let mut n = (phase / PI).floor();
         let mut fall = Fall { e: 1.0, g: 0.0, g_by_delta: 0.0 };
         let mut stale = FRESH;
@@ -329,26 +389,32 @@ impl pulp::WithSimd for Pass<'_> {
                 continue;
             }
             let sign = if (0.5 * n).fract() == 0.0 { 1.0 } else { -1.0 };
-            // Sums of f1 = e^(-delta u) [cos + tilt sin], f2 = u f1, f3 = e^(-delta u) sin, f4 = u f3.
-            let zero = simd.splat_f64s(0.0);
-            let (mut s1, mut s2, mut s3, mut s4) = (zero, zero, zero, zero);
-            let (mut s11, mut s12, mut s13, mut s14, mut s22) = (zero, zero, zero, zero, zero);
-            let (mut s24, mut s33, mut s34, mut s44) = (zero, zero, zero, zero);
-            let (mut r0, mut rr, mut r1, mut r2, mut r3, mut r4) = (zero, zero, zero, zero, zero, zero);
-            let begin = simd.splat_f64s(origin + turn);
+            // With f1 = e^(-delta u) [cos + tilt sin], f3 = e^(-delta u) sin every derivative is a
+            // combination of f1, u f1, f3, u f3 and 1; at rest of 1 alone.
+            let by_delta = -turn * a0 * fall.e - x_f * (gain_by_delta * fall.g + gain * fall.g_by_delta);
+            let by_phase = (delta * a0 + x_f * gain) * fall.e / omega;
+            let by_omega = turn * by_phase - x_f * gain_by_omega * fall.g;
+            let height = sign * swing;
+            let spin = height * (1.0 + tilt * tilt);
             let level = simd.splat_f64s(offset + sign * if rests { amplitude } else { x_f });
-            let height = simd.splat_f64s(if rests { 0.0 } else { -sign * swing });
+            let minus_height = simd.splat_f64s(if rests { 0.0 } else { -height });
+            let direct = simd.splat_f64s(if rests { 0.0 } else { sign });
+            let begin = simd.splat_f64s(origin + turn);
             let (wide_omega, wide_tilt) = (simd.splat_f64s(omega), simd.splat_f64s(tilt));
             let quarter = simd.splat_f64s(-FRAC_PI_2);
-            if rests {
-                for (_, y, weight) in wide::Pairs::new(simd, &time[index..end], &signal[index..end]) {
-                    let r = simd.mul_f64s(weight, simd.sub_f64s(y, level));
-                    r0 = simd.add_f64s(r0, r);
-                    rr = simd.mul_add_e_f64s(r, r, rr);
-                }
-            } else {
-                for (t, y, weight) in wide::Pairs::new(simd, &time[index..end], &signal[index..end]) {
-                    let u = simd.mul_f64s(weight, simd.sub_f64s(t, begin));
+            let a0_1 = simd.splat_f64s(sign * fall.e);
+            let x_f_1 = simd.splat_f64s(-sign * (gain * fall.g + if rests { 0.0 } else { 1.0 }));
+            let delta_1 = simd.splat_f64s(sign * by_delta);
+            let delta_3 = simd.splat_f64s(height / omega);
+            let phase_1 = simd.splat_f64s(sign * by_phase);
+            let phase_3 = simd.splat_f64s(-spin);
+            let omega_1 = simd.splat_f64s(sign * by_omega);
+            let omega_2 = simd.splat_f64s(height * tilt);
+            let omega_3 = simd.splat_f64s(-turn * spin - height * tilt / omega);
+            for (t, y, weight) in wide::Pairs::new(simd, &time[index..end], &signal[index..end]) {
+                let (mut f1, mut f3, mut u) = (weight, zero, zero);
+                if !rests {
+                    u = simd.mul_f64s(weight, simd.sub_f64s(t, begin));
                     // cos = -sin(theta - pi/2), sin = cos(theta - pi/2)
                     let (s, c) = wide::half_turn(simd, simd.mul_add_e_f64s(u, wide_omega, quarter));
                     let mut e = wide::horner(simd, simd.mul_f64s(u, exponent), &EXPONENTIAL);
@@ -356,87 +422,24 @@ impl pulp::WithSimd for Pass<'_> {
                         e = simd.mul_f64s(e, e);
                     }
                     let e = simd.mul_f64s(weight, e);
-                    let f3 = simd.mul_f64s(e, c);
-                    let f1 = simd.negate_mul_add_e_f64s(e, s, simd.mul_f64s(wide_tilt, f3));
-                    let (f2, f4) = (simd.mul_f64s(u, f1), simd.mul_f64s(u, f3));
-                    let above = simd.mul_f64s(weight, simd.sub_f64s(y, level));
-                    let r = simd.mul_add_e_f64s(height, f1, above);
-                    s1 = simd.add_f64s(s1, f1);
-                    s2 = simd.add_f64s(s2, f2);
-                    s3 = simd.add_f64s(s3, f3);
-                    s4 = simd.add_f64s(s4, f4);
-                    s11 = simd.mul_add_e_f64s(f1, f1, s11);
-                    s12 = simd.mul_add_e_f64s(f1, f2, s12);
-                    s13 = simd.mul_add_e_f64s(f1, f3, s13);
-                    s14 = simd.mul_add_e_f64s(f1, f4, s14);
-                    s22 = simd.mul_add_e_f64s(f2, f2, s22);
-                    s24 = simd.mul_add_e_f64s(f2, f4, s24);
-                    s33 = simd.mul_add_e_f64s(f3, f3, s33);
-                    s34 = simd.mul_add_e_f64s(f3, f4, s34);
-                    s44 = simd.mul_add_e_f64s(f4, f4, s44);
-                    r0 = simd.add_f64s(r0, r);
-                    rr = simd.mul_add_e_f64s(r, r, rr);
-                    r1 = simd.mul_add_e_f64s(r, f1, r1);
-                    r2 = simd.mul_add_e_f64s(r, f2, r2);
-                    r3 = simd.mul_add_e_f64s(r, f3, r3);
-                    r4 = simd.mul_add_e_f64s(r, f4, r4);
+                    f3 = simd.mul_f64s(e, c);
+                    f1 = simd.negate_mul_add_e_f64s(e, s, simd.mul_f64s(wide_tilt, f3));
                 }
-            }
-            let wide_sums =
-                [s1, s2, s3, s4, s11, s12, s13, s14, s22, s24, s33, s34, s44, r0, rr, r1, r2, r3, r4];
-            let mut sums = [0.0; 19];
-            for (sum, wide) in sums.iter_mut().zip(wide_sums) {
-                *sum = simd.reduce_sum_f64s(wide);
-            }
-            let [s1, s2, s3, s4, s11, s12, s13, s14, s22, s24, s33, s34, s44, r0, r_r, r1, r2, r3, r4] = sums;
-            let count = (end - index) as f64;
-            rss += r_r;
-            #[rustfmt::skip]
-            let gram = [
-                [s11, s12, s13, s14, s1],
-                [s12, s22, s14, s24, s2],
-                [s13, s14, s33, s34, s3],
-                [s14, s24, s34, s44, s4],
-                [s1,  s2,  s3,  s4,  count],
-            ];
-            // Derivatives by the parameters as combinations of f1 … f4 and 1.
-            let by_delta = -turn * a0 * fall.e - x_f * (gain_by_delta * fall.g + gain * fall.g_by_delta);
-            let by_phase = (delta * a0 + x_f * gain) * fall.e / omega;
-            let by_omega = turn * by_phase - x_f * gain_by_omega * fall.g;
-            let row = [fall.e, -gain * fall.g, by_delta, by_phase, by_omega];
-            let mut m = [[0.0; WIDE]; 5];
-            let into = if rests { 4 } else { 0 };
-            for k in 0..5 {
-                m[into][k] = sign * row[k];
-            }
-            if !rests {
-                m[0][1] -= sign;
-                m[4][1] = sign;
-                let p = sign * swing;
-                let spin = p * (1.0 + tilt * tilt);
-                m[1][2] = -p;
-                m[2][2] = p / omega;
-                m[2][3] = -spin;
-                m[1][4] = p * tilt;
-                m[2][4] = -turn * spin - p * tilt / omega;
-                m[3][4] = -spin;
-            }
-            m[4][5] = 1.0;
-            let residual = [r1, r2, r3, r4, r0];
-            for k in 0..5 {
-                let mut y = [0.0; WIDE];
-                for l in 0..5 {
-                    for q in 0..WIDE {
-                        y[q] += gram[k][l] * m[l][q];
-                    }
-                }
-                for i in 0..6 {
-                    for q in 0..WIDE {
-                        jtj[i][q] += m[k][i] * y[q];
-                    }
-                }
-                for q in 0..WIDE {
-                    jtr[q] += m[k][q] * residual[k];
+                let (f2, f4) = (simd.mul_f64s(u, f1), simd.mul_f64s(u, f3));
+                let above = simd.mul_f64s(weight, simd.sub_f64s(y, level));
+                let r = simd.mul_add_e_f64s(minus_height, f1, above);
+                let j0 = simd.mul_f64s(a0_1, f1);
+                let j1 = simd.mul_add_e_f64s(x_f_1, f1, simd.mul_f64s(direct, weight));
+                let j2 = simd.mul_add_e_f64s(delta_3, f3, simd.mul_f64s(delta_1, f1));
+                let j2 = simd.mul_add_e_f64s(minus_height, f2, j2);
+                let j3 = simd.mul_add_e_f64s(phase_3, f3, simd.mul_f64s(phase_1, f1));
+                let j4 = simd.mul_add_e_f64s(omega_3, f3, simd.mul_f64s(omega_1, f1));
+                let j4 = simd.mul_add_e_f64s(omega_2, f2, simd.mul_add_e_f64s(phase_3, f4, j4));
+                rows[waiting] = [j0, j1, j2, j3, j4, r];
+                waiting += 1;
+                if waiting == BATCH {
+                    add_up(simd, &rows, &mut products, &mut totals);
+                    waiting = 0;
                 }
             }
             index = end;
@@ -444,14 +447,42 @@ impl pulp::WithSimd for Pass<'_> {
             stale += 1;
             fall = fall.and(half, period);
         }
+        add_up(simd, &rows[..waiting], &mut products, &mut totals);
         let mut out = Sums::zero();
+        let mut at = 0;
         for i in 0..6 {
-            out.jtj[i].copy_from_slice(&jtj[i][..6]);
+            for k in 0..=i {
+                let sum = simd.reduce_sum_f64s(products[at]);
+                at += 1;
+                match (i, k) {
+                    (5, 5) => out.rss = sum,
+                    (5, _) => out.jtr[k] = sum,
+                    _ => out.jtj[i][k] = sum,
+                }
+            }
+            let total = simd.reduce_sum_f64s(totals[i]);
+            if i == 5 { out.jtr[5] = total } else { out.jtj[5][i] = total }
         }
-        out.jtr.copy_from_slice(&jtr[..6]);
-        out.rss = rss;
+        out.jtj[5][5] = time.len() as f64;
         Some(out)
     }
+}
+
+/// Adds the products of the rows, lower triangle, and their totals.
+#[inline(always)]
+fn add_up<S: Simd>(simd: S, rows: &[[S::f64s; 6]], products: &mut [S::f64s; 21], totals: &mut [S::f64s; 6]) {
+    let (mut p, mut t) = (*products, *totals);
+    for row in rows {
+        let mut at = 0;
+        for i in 0..6 {
+            for k in 0..=i {
+                p[at] = simd.mul_add_e_f64s(row[i], row[k], p[at]);
+                at += 1;
+            }
+            t[i] = simd.add_f64s(t[i], row[i]);
+        }
+    }
+    (*products, *totals) = (p, t);
 }
 
 /// First index from `index` on whose time is not below `limit`.
