@@ -12,6 +12,7 @@ use super::{
     Answer, Backbone, Calibration, Candidate, Diagnostics, EnvelopePoint, LossModel, LossPoint, Options,
     OtherMode, Parameter, Segment, SlidingEvidence, Stop,
 };
+use crate::signal::blocks::Block;
 use crate::signal::spectrum;
 use crate::{Error, Quantity, Record, SignalKind};
 use std::f64::consts::{PI, TAU};
@@ -122,7 +123,7 @@ fn loss_term(e: &Evidence, chosen: &Entry, term: usize) -> (Bounded, bool) {
         Some(entry) => {
             (interval(e.described.problem.least_squares(), &entry.fit, term, e.described.scale), present)
         }
-        None => (Bounded { estimate: 0.0, std_error: f64::NAN, interval: [0.0, f64::INFINITY] }, false),
+        None => (Bounded { estimate: 0.0, std_error: f64::INFINITY, interval: [0.0, f64::INFINITY] }, false),
     }
 }
 
@@ -489,7 +490,7 @@ fn diagnostics(e: &Evidence, chosen: &Entry, law: &LossLaw) -> Diagnostics {
         residual_autocorrelation: e.described.autocorrelation,
         signal_to_noise_db: 20.0
             * (law.amplitude_0 / std::f64::consts::SQRT_2 / noise.max(f64::MIN_POSITIVE)).log10(),
-        decay_times: (law.amplitude_0 / last_amplitude(e, law).max(1e-9 * law.amplitude_0)).ln(),
+        decay_times: (law.amplitude_0 / last_amplitude(e, law).max(1e-9 * law.amplitude_0)).ln().max(0.0),
         left_out: e.described.outliers,
         other_modes: other_modes(e),
     }
@@ -513,6 +514,15 @@ fn other_modes(e: &Evidence) -> Vec<OtherMode> {
         .collect()
 }
 
+/// The last sample before a silence: a recorder that writes a row when something
+/// moves writes none at rest. After a mere drop-out the swing would go on.
+fn silence(time: &[f64], last: &Block, period: f64) -> Option<usize> {
+    let n = time.len();
+    let silent = (last.first..n - 1).find(|&i| time[i + 1] - time[i] > 3.0 * period)?;
+    let in_a_period = (last.end - last.first) as f64 / last.span_s * period;
+    ((n - 1 - silent) as f64 <= 0.5 * in_a_period).then_some(silent)
+}
+
 /// The rest after the last used block, if the record goes on and holds still.
 fn stop(e: &Evidence) -> Option<Stop> {
     if !matches!(e.record.kind(), SignalKind::Displacement) || e.options.end_s.is_some() {
@@ -522,6 +532,14 @@ fn stop(e: &Evidence) -> Option<Stop> {
     let last = e.measured.points.last()?;
     let period = TAU / last.omega;
     let n = signal.len();
+    if let Some(silent) = silence(time, last, period) {
+        return Some(Stop {
+            time_s: time[silent],
+            position: signal[silent] - last.offset,
+            position_std_error: e.measured.noise_rms.hypot(super::measure::quantum(signal)),
+            static_displacement: None,
+        });
+    }
     let tail = (n - last.end) / 4;
     if tail < 8 || time[n - 1] - time[last.end.min(n - 1)] < 2.0 * period {
         return None;
