@@ -103,14 +103,14 @@ impl Cell {
         let offset = oscillator.decay_offset();
         let fall = ((AMPLITUDE + offset) / (0.03 * AMPLITUDE + offset)).ln() / delta;
         let end = decay.stop().map_or(fall, |s| s.time_s.min(fall));
-        let per_cycle = match self.q {
+        let usual: f64 = match self.q {
             q if q < 10.0 => 60.3,
             q if q < 100.0 => 20.7,
             q if q < 5_000.0 => 8.3,
             _ => 5.3,
-        }
+        };
         // A record of a cycle or two is sampled fast enough to hold 400 samples.
-        .max(400.3 / end);
+        let per_cycle = usual.max(400.3 / end);
         let count = (end * per_cycle) as usize;
         let mut time: Vec<f64> = (0..count).map(|i| i as f64 / per_cycle).collect();
         let mut clean = vec![0.0; count];

@@ -63,6 +63,7 @@ pub fn analyse(record: &Record, options: &Options) -> Result<Answer, Error> {
     {
         samples.signal = Cow::Owned(measure::band_passed(&samples, band));
     }
+    within_reach(&samples)?;
     let bare = !oscillates(record.kind());
     let found =
         if bare { amplitudes(record, &samples, options) } else { oscillation(record, &samples, options) };
@@ -128,6 +129,19 @@ fn oscillation<'a>(
     Ok((measured, exact.unwrap_or(rough)))
 }
 
+/// Squares of squares are summed: outside these scales they leave the range of numbers.
+fn within_reach(samples: &Samples) -> Result<(), Error> {
+    const REACH: std::ops::RangeInclusive<f64> = 1e-60..=1e60;
+    let spread = |v: &[f64]| v.iter().fold(0.0f64, |m, x| m.max((x - v[0]).abs()).max(x.abs()));
+    let signal = spread(&samples.signal).max(samples.quadrature.as_deref().map_or(0.0, spread));
+    for (name, value) in [("largest value of the signal", signal), ("duration (s)", samples.duration())] {
+        if !REACH.contains(&value) {
+            return Err(Error::Parameter { name, value, range: "1e-60 to 1e60: choose another unit" });
+        }
+    }
+    Ok(())
+}
+
 fn refusal_of_length(refusal: &Error) -> bool {
     matches!(refusal, Error::NotARingDown { .. } | Error::NoFit { .. } | Error::NoOscillation { .. })
 }
@@ -137,7 +151,13 @@ fn oscillates(kind: SignalKind) -> bool {
 }
 
 fn cycles(measured: &Measured) -> f64 {
-    measured.points.iter().map(|b| b.span_s * b.omega / TAU).sum()
+    // Spans end at the last sample of their blocks: the steps between blocks count as well.
+    let points = &measured.points;
+    let (Some(first), Some(last)) = (points.first(), points.last()) else { return 0.0 };
+    let spans: f64 = points.iter().map(|b| b.span_s).sum();
+    let turns: f64 = points.iter().map(|b| b.span_s * b.omega / TAU).sum();
+    let whole = last.time_s + 0.5 * last.span_s - (first.time_s - 0.5 * first.span_s);
+    if spans > 0.0 { turns / spans * whole } else { 0.0 }
 }
 
 /// Whether the exact waveform describes the samples down to their noise.

@@ -123,7 +123,7 @@ fn loss_term(e: &Evidence, chosen: &Entry, term: usize) -> (Bounded, bool) {
         Some(entry) => {
             (interval(e.described.problem.least_squares(), &entry.fit, term, e.described.scale), present)
         }
-        None => (Bounded { estimate: 0.0, std_error: f64::NAN, interval: [0.0, f64::INFINITY] }, false),
+        None => (Bounded { estimate: 0.0, std_error: f64::INFINITY, interval: [0.0, f64::INFINITY] }, false),
     }
 }
 
@@ -490,7 +490,7 @@ fn diagnostics(e: &Evidence, chosen: &Entry, law: &LossLaw) -> Diagnostics {
         residual_autocorrelation: e.described.autocorrelation,
         signal_to_noise_db: 20.0
             * (law.amplitude_0 / std::f64::consts::SQRT_2 / noise.max(f64::MIN_POSITIVE)).log10(),
-        decay_times: (law.amplitude_0 / last_amplitude(e, law).max(1e-9 * law.amplitude_0)).ln(),
+        decay_times: (law.amplitude_0 / last_amplitude(e, law).max(1e-9 * law.amplitude_0)).ln().max(0.0),
         left_out: e.described.outliers,
         other_modes: other_modes(e),
     }
@@ -517,19 +517,13 @@ fn other_modes(e: &Evidence) -> Vec<OtherMode> {
         .collect()
 }
 
-/// A recorder that only writes when the position changes falls silent at the stop.
-fn silence(e: &Evidence, last: &Block, period: f64) -> Option<Stop> {
-    let (time, signal) = (&e.samples.time, &e.samples.signal);
-    let gap = (last.first..time.len() - 1).find(|&i| time[i + 1] - time[i] > 3.0 * period)?;
-    let position = signal[gap] - last.offset;
-    // A gap in full swing is a drop-out, not a stop.
-    (position.abs() < 0.05 * e.measured.points[0].amplitude).then(|| Stop {
-        time_s: time[gap],
-        position,
-        position_std_error: (0.5 * super::measure::quantum(signal))
-            .hypot(e.measured.noise_rms * last.unit_variance.sqrt()),
-        static_displacement: None,
-    })
+/// The last sample before a silence: a recorder that writes a row when something
+/// moves writes none at rest. After a mere drop-out the swing would go on.
+fn silence(time: &[f64], last: &Block, period: f64) -> Option<usize> {
+    let n = time.len();
+    let silent = (last.first..n - 1).find(|&i| time[i + 1] - time[i] > 3.0 * period)?;
+    let in_a_period = (last.end - last.first) as f64 / last.span_s * period;
+    ((n - 1 - silent) as f64 <= 0.5 * in_a_period).then_some(silent)
 }
 
 /// The rest after the last used block, if the record goes on and holds still.
@@ -541,8 +535,13 @@ fn stop(e: &Evidence) -> Option<Stop> {
     let last = e.measured.points.last()?;
     let period = TAU / last.omega;
     let n = signal.len();
-    if let Some(stop) = silence(e, last, period) {
-        return Some(stop);
+    if let Some(silent) = silence(time, last, period) {
+        return Some(Stop {
+            time_s: time[silent],
+            position: signal[silent] - last.offset,
+            position_std_error: e.measured.noise_rms.hypot(super::measure::quantum(signal)),
+            static_displacement: None,
+        });
     }
     let tail = (n - last.end) / 4;
     if tail < 8 || time[n - 1] - time[last.end.min(n - 1)] < 2.0 * period {

@@ -56,6 +56,9 @@ const FULL: [usize; 4] = [A0, X_F, DELTA, DRAG];
 /// Fits the amplitudes of the blocks.
 pub(crate) fn envelope<'a>(measured: &mut Measured, options: &Options) -> Result<Described<'a>, Error> {
     let points = &measured.points;
+    if points.len() < 3 {
+        return Err(Error::NoFit { reason: "fewer than three amplitudes remain" });
+    }
     let origin = points[0].time_s - 0.5 * points[0].span_s;
     let omega = if measured.law.drift == 0.0 { measured.law.omega } else { measured.law.mean_omega };
     let mut problem = EnvelopeProblem {
@@ -99,7 +102,7 @@ pub(crate) fn envelope<'a>(measured: &mut Measured, options: &Options) -> Result
     // Against the noise alone, whatever the law was forgiven.
     let chi_squared: f64 =
         residuals.iter().zip(&problem.weight).zip(&noise_weights).map(|((r, w), v)| r * r / w * v).sum();
-    let excess = noise.map_or(1.0, |v| chi_squared / dof / v.max(f64::MIN_POSITIVE));
+    let excess = noise.map_or(1.0, |v| (chi_squared / dof / v.max(f64::MIN_POSITIVE)).min(f64::MAX.sqrt()));
     if noise.is_some() && law_error == 0.0 && (excess - 1.0).abs() < 2.6 * (2.0 / dof).sqrt() {
         scale.variance = noise;
     }
@@ -235,7 +238,7 @@ pub(crate) fn trim_lead_in(described: &Described, measured: &mut Measured) -> bo
         ..problem.clone()
     };
     let n = problem.value.len();
-    if measured.stretch.start_reason != super::segment::LEAD_IN || n < 12 {
+    if measured.stretch.start_reason != super::segment::LEAD_IN || n < 60 {
         return false;
     }
     let from = n / 3;
@@ -282,7 +285,8 @@ pub(crate) fn trim_lead_in(described: &Described, measured: &mut Measured) -> bo
         }
         start = first;
     }
-    if start == 0 {
+    // A law that misses all the way is bent; a drive holds the first blocks only.
+    if start == 0 || start > n / 6 {
         return false;
     }
     // The run that fell out began some blocks later than it showed.

@@ -171,7 +171,7 @@ fn grow(seen: &Seen, smooth: &[f64], first: usize, end: usize) -> Stretch {
         if miss(a - 1) > 1.0 && (a < first + 2 || miss(a - 2) > 1.0) {
             start_reason = LEAD_IN;
             // The block beside a change of regime holds some of both.
-            a = (a + 2).min(b - 4);
+            a = (a + if b - a > 20 { 2 } else { 1 }).min(b - 4);
             break;
         }
         a -= 1;
