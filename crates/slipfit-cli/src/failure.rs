@@ -45,11 +45,18 @@ impl Failure {
 
     /// An analysis that could not be done.
     pub(crate) fn analysing(file: &Path, error: &slipfit::Error) -> Self {
+        if let slipfit::Error::Parameter { name, value, range } = error {
+            return Self::new(format!("{} {value}: must be among {}", flag(name), in_flags(range)));
+        }
         let failure = Self::new(format!("{}: {error}", file.display()));
         match error {
-            slipfit::Error::TooFewSamples { .. } => {
-                failure.hint("--start, --end and --band widen the part used; a longer record helps more")
+            slipfit::Error::NoOscillation { .. } => {
+                failure.hint("--signal names another column, --kind says what it holds, --band where to look")
             }
+            slipfit::Error::NotARingDown { .. } | slipfit::Error::TooFewSamples { .. } => {
+                failure.hint("--start and --end choose the free decay by hand; a longer record helps more")
+            }
+            slipfit::Error::NoFit { .. } => failure.hint("--start, --end and --band choose a cleaner part"),
             slipfit::Error::ConstantSignal { .. } => failure.hint("--signal names another column"),
             slipfit::Error::TimeBackwards { .. } | slipfit::Error::TimeStandsStill { .. } => {
                 failure.hint("--time names another column, --rate-hz replaces it")
@@ -57,6 +64,25 @@ impl Failure {
             _ => failure,
         }
     }
+}
+
+/// The flag that sets an option of the core.
+fn flag(name: &str) -> &str {
+    match name {
+        "start_s" => "--start",
+        "end_s" => "--end",
+        "min_amplitude" => "--min-amplitude",
+        "band_hz" => "--band",
+        "frequency_hz" => "--frequency-hz",
+        "rate_hz" => "--rate-hz",
+        "time_constant_s" => "--lockin-time-constant",
+        "order" => "--lockin-order",
+        other => other,
+    }
+}
+
+fn in_flags(text: &str) -> String {
+    text.split(' ').map(flag).collect::<Vec<_>>().join(" ")
 }
 
 impl From<slipfit_io::ReadError> for Failure {

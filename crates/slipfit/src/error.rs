@@ -33,6 +33,14 @@ pub enum Error {
         /// The other.
         second: &'static str,
     },
+    /// A method was asked for outside the conditions under which it holds.
+    #[error("{method} does not hold here: {why}")]
+    DoesNotHold {
+        /// The method.
+        method: &'static str,
+        /// The condition that fails.
+        why: &'static str,
+    },
     /// Two arrays that belong together differ in length.
     #[error("{name} has {found} values where {expected} were expected")]
     Length {

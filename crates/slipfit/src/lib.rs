@@ -6,10 +6,13 @@ pub mod error;
 pub mod estimate;
 pub mod format;
 pub mod oscillator;
+mod quadrature;
 pub mod quantity;
 pub mod record;
 pub mod ringdown;
 mod signal;
+pub mod simulate;
+pub mod steady;
 
 pub use error::Error;
 pub use oscillator::Oscillator;

@@ -21,8 +21,8 @@ Examples:
   slipfit simulate decay --frequency-hz 1.2 --q 60 --friction-displacement 0.002 \\
       --unit rad --amplitude 0.4 --duration 40 --rate-hz 50 --noise-rms 5e-4 --out swing.csv
       a pendulum that comes to rest, with noise
-  slipfit simulate decay --frequency-hz 32700 --stiffness 1e4 --viscous 20e-6 --coulomb-force 15e-9 \\
-      --amplitude 25e-9 --duration 0.1 --rate-hz 20e3 --output envelope
+  slipfit simulate decay --frequency-hz 32700 --stiffness 1e4 --viscous 20e-6 \\
+      --coulomb-force 15e-9 --amplitude 25e-9 --duration 0.1 --rate-hz 20e3 --output envelope
       the amplitude of a tuning fork as a lock-in shows it
 
 The noise comes from the ChaCha12 generator of rand_chacha seeded with --seed, through the

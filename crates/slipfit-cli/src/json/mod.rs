@@ -1,5 +1,6 @@
 //! The JSON contract: what it holds is written down in docs/schema.
 
+mod contract;
 mod layout;
 mod ringdown;
 

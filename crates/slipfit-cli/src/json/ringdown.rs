@@ -1,250 +1,16 @@
-//! The answer to a ring-down as JSON: docs/json.md, docs/schema/ringdown-1.json.
-//!
-//! The structs here are the contract. They are written apart from the core's
-//! types so that a change of those cannot change the contract unseen.
+//! The answer to a ring-down, turned into the contract's keys.
 
+use super::contract::*;
 use super::layout;
 use crate::command::ringdown::Analysed;
-use serde::{Serialize, Serializer};
-use slipfit::ringdown::{Answer, Calibration, Options, Parameter};
-use slipfit::{ClockReport, Quantity, SignalKind};
+use slipfit::ringdown::{Answer, Calibration, Options};
+use slipfit::{ClockReport, SignalKind};
 use slipfit_io::{ColumnInfo, ColumnTaken, TimeSource};
 use std::io::{self, Write};
-
-/// Name and version of the contract: the number grows when a key changes its
-/// meaning or vanishes; new keys may come at any time.
-const SCHEMA: &str = "slipfit/ringdown-1";
 
 /// Writes the whole answer.
 pub(crate) fn ringdown(out: &mut dyn Write, analysed: &Analysed<'_>) -> io::Result<()> {
     layout::write(out, &Document::new(analysed))
-}
-
-#[derive(Serialize)]
-struct Document<'a> {
-    schema: &'static str,
-    version: &'static str,
-    command: &'static str,
-    input: Input<'a>,
-    options: Asked,
-    model: &'static str,
-    sentence: String,
-    #[serde(serialize_with = "by_name")]
-    parameters: &'a [Parameter],
-    comparison: Vec<Compared>,
-    sliding: Sliding,
-    correlations: Vec<Correlated>,
-    segment: Stretch,
-    backbone: Option<Backbone>,
-    stop: Option<Stopped>,
-    diagnostics: Diagnostics,
-    warnings: Vec<Doubt>,
-    loss: Loss,
-    envelope: Envelope,
-}
-
-#[derive(Serialize)]
-struct Input<'a> {
-    path: String,
-    sha256: &'a str,
-    bytes: u64,
-    rows_read: u64,
-    rows_skipped: u64,
-    skipped: Vec<Skipped<'a>>,
-    columns: Vec<Column<'a>>,
-    table: usize,
-    tables: usize,
-    run: usize,
-    runs: usize,
-    time: Time<'a>,
-    signal: Taken<'a>,
-    quadrature: Option<Taken<'a>>,
-    kind: &'static str,
-    unit: &'a str,
-    samples: usize,
-    time_range_s: [f64; 2],
-    time_range_used_s: [f64; 2],
-    clock: ClockAccount,
-    notes: &'a [String],
-}
-
-#[derive(Serialize)]
-struct Skipped<'a> {
-    reason: &'a str,
-    rows: u64,
-    first_row: u64,
-}
-
-#[derive(Serialize)]
-struct Column<'a> {
-    number: usize,
-    header: &'a str,
-    unit: &'a str,
-}
-
-#[derive(Serialize)]
-struct Taken<'a> {
-    number: usize,
-    header: &'a str,
-    unit: &'a str,
-    why: &'a str,
-}
-
-#[derive(Serialize)]
-struct Time<'a> {
-    source: &'static str,
-    column: Option<Taken<'a>>,
-    rate_hz: Option<f64>,
-}
-
-#[derive(Serialize)]
-struct ClockAccount {
-    uniform: bool,
-    median_step_s: f64,
-    step_spread: f64,
-    nonfinite_rows: usize,
-    repeated_stamps: usize,
-    reordered_rows: usize,
-    corrupt_stamps: usize,
-    resets: usize,
-    other_run_rows: usize,
-    gaps: usize,
-    longest_gap_s: Option<f64>,
-    rebuilt_quantum_s: Option<f64>,
-}
-
-/// What the person fixed; `null` is left to the analysis.
-#[derive(Serialize)]
-struct Asked {
-    start_s: Option<f64>,
-    end_s: Option<f64>,
-    min_amplitude: Option<f64>,
-    band_hz: Option<[f64; 2]>,
-    model: Option<&'static str>,
-    lockin_time_constant_s: Option<f64>,
-    lockin_order: Option<u32>,
-    frequency_hz: Option<f64>,
-    calibration: Option<Constant>,
-}
-
-#[derive(Serialize)]
-struct Constant {
-    kind: &'static str,
-    value: f64,
-    std_error: f64,
-}
-
-#[derive(Serialize)]
-struct Measured<'a> {
-    value: f64,
-    std_error: f64,
-    interval_95: [f64; 2],
-    unit: &'a str,
-    unbounded_value: f64,
-}
-
-#[derive(Serialize)]
-struct Compared {
-    model: &'static str,
-    bic: f64,
-    delta_bic: f64,
-    rms: f64,
-    free_parameters: usize,
-    converged: bool,
-    at_limit: Option<&'static str>,
-    initial_amplitude: f64,
-    decay_rate_per_s: f64,
-    friction_displacement: f64,
-    drag_rate: f64,
-}
-
-#[derive(Serialize)]
-struct Sliding {
-    detected: bool,
-    p_value: f64,
-    delta_bic: f64,
-    share_at_start: f64,
-    share_at_end: f64,
-    dominates_from_s: Option<f64>,
-    viscous_only_p_value: f64,
-}
-
-#[derive(Serialize)]
-struct Correlated {
-    parameters: [&'static str; 2],
-    value: f64,
-}
-
-#[derive(Serialize)]
-struct Stretch {
-    start_s: f64,
-    end_s: f64,
-    samples: usize,
-    cycles: f64,
-    start_reason: &'static str,
-    end_reason: &'static str,
-}
-
-#[derive(Serialize)]
-struct Backbone {
-    frequency_at_zero_hz: f64,
-    frequency_at_start_hz: f64,
-    quadratic: f64,
-    quartic: f64,
-    drift_per_s: f64,
-}
-
-#[derive(Serialize)]
-struct Stopped {
-    time_s: f64,
-    position: f64,
-    position_std_error: f64,
-    static_displacement: Option<[f64; 2]>,
-}
-
-#[derive(Serialize)]
-struct Diagnostics {
-    method: &'static str,
-    noise_rms: f64,
-    residual_rms: f64,
-    residual_excess: f64,
-    residual_autocorrelation: f64,
-    signal_to_noise_db: f64,
-    decay_times: f64,
-    left_out: usize,
-    other_modes: Vec<Mode>,
-}
-
-#[derive(Serialize)]
-struct Mode {
-    frequency_hz: f64,
-    relative_amplitude: f64,
-}
-
-#[derive(Serialize)]
-struct Doubt {
-    code: &'static str,
-    message: String,
-}
-
-/// Columns rather than rows: a notebook wants arrays.
-#[derive(Serialize)]
-struct Loss {
-    amplitude: Vec<f64>,
-    loss_per_cycle: Vec<f64>,
-    std_error: Vec<f64>,
-    fitted: Vec<f64>,
-    fitted_sliding: Vec<f64>,
-}
-
-#[derive(Serialize)]
-struct Envelope {
-    time_s: Vec<f64>,
-    amplitude: Vec<f64>,
-    std_error: Vec<f64>,
-    fitted: Vec<f64>,
-    frequency_hz: Vec<f64>,
-    used: Vec<bool>,
 }
 
 impl<'a> Document<'a> {
@@ -378,20 +144,6 @@ impl Asked {
     }
 }
 
-fn by_name<S: Serializer>(parameters: &&[Parameter], serializer: S) -> Result<S::Ok, S::Error> {
-    serializer.collect_map(parameters.iter().map(|p| (p.name, measured(&p.quantity))))
-}
-
-fn measured(q: &Quantity) -> Measured<'_> {
-    Measured {
-        value: q.value,
-        std_error: q.std_error,
-        interval_95: q.interval_95,
-        unit: &q.unit,
-        unbounded_value: q.unbounded_value,
-    }
-}
-
 fn compared(a: &Answer) -> Vec<Compared> {
     let one = |c: &slipfit::ringdown::Candidate| Compared {
         model: c.model.name(),
@@ -492,5 +244,28 @@ fn envelope(a: &Answer) -> Envelope {
         fitted: column(|p| p.fitted),
         frequency_hz: column(|p| p.frequency_hz),
         used: a.envelope.iter().map(|p| p.used).collect(),
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::command::ringdown::by_hand;
+
+    #[test]
+    fn what_is_no_number_is_null() {
+        let spoil = |answer: &mut Answer| {
+            answer.parameters[0].quantity.value = f64::NAN;
+            answer.parameters[0].quantity.interval_95 = [f64::NEG_INFINITY, f64::INFINITY];
+            answer.sliding.p_value = f64::NAN;
+            answer.envelope[0].fitted = f64::NAN;
+        };
+        let mut text = Vec::new();
+        by_hand(spoil, |analysed| ringdown(&mut text, analysed)).unwrap();
+        let json: serde_json::Value = serde_json::from_slice(&text).unwrap();
+        let frequency = &json["parameters"]["frequency_hz"];
+        assert!(frequency["value"].is_null(), "{frequency}");
+        assert_eq!(frequency["interval_95"], serde_json::json!([null, null]));
+        assert!(json["sliding"]["p_value"].is_null() && json["envelope"]["fitted"][0].is_null());
     }
 }

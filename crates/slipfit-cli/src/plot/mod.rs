@@ -49,6 +49,36 @@ pub(crate) fn ringdown(analysed: &Analysed<'_>, format: Format) -> Result<Vec<u8
 mod tests {
     use super::*;
 
+    /// Numbers that are none, and nothing at all: still a picture.
+    #[test]
+    fn a_poor_answer_still_makes_a_picture() {
+        type Change = fn(&mut slipfit::ringdown::Answer);
+        let changes: [Change; 4] = [
+            |_| (),
+            |a| {
+                a.envelope.clear();
+                a.loss.clear();
+            },
+            |a| {
+                a.envelope
+                    .iter_mut()
+                    .for_each(|p| (p.amplitude, p.fitted, p.std_error) = (f64::NAN, 0.0, f64::INFINITY))
+            },
+            |a| {
+                a.comparison.clear();
+                a.parameters.clear();
+                a.loss.iter_mut().for_each(|p| (p.loss_per_cycle, p.fitted) = (f64::INFINITY, f64::NAN));
+            },
+        ];
+        for change in changes {
+            crate::command::ringdown::by_hand(change, |analysed| {
+                let svg = String::from_utf8(ringdown(analysed, Format::Svg).unwrap()).unwrap();
+                assert!(!svg.contains("NaN") && !svg.contains("inf"), "{svg}");
+                assert!(ringdown(analysed, Format::Png).unwrap().len() > 1000);
+            });
+        }
+    }
+
     #[test]
     fn the_ending_decides() {
         assert_eq!(Format::of(Path::new("a/b.SVG")).ok(), Some(Format::Svg));

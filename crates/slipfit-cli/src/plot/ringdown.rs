@@ -52,7 +52,7 @@ pub(super) fn figure(analysed: &Analysed<'_>) -> Figure {
     let scales = Scales::of(analysed);
     let at = |column: f64, row: f64| [MARGIN + column * PANEL[0], heading + row * PANEL[1]];
     signal(&mut figure, at(0.0, 0.0), analysed, &scales);
-    envelope(&mut figure, at(1.0, 0.0), answer, &scales);
+    envelope(&mut figure, at(1.0, 0.0), analysed, &scales);
     residuals(&mut figure, at(0.0, 1.0), answer, &scales);
     loss(&mut figure, at(1.0, 1.0), answer);
     figure
@@ -113,7 +113,7 @@ fn signal(figure: &mut Figure, corner: Point, analysed: &Analysed<'_>, scales: &
     let record = &analysed.reading.record;
     let answer = analysed.answer;
     let (t, a) = (scales.time.factor, scales.amplitude.factor);
-    let bare = matches!(record.kind(), SignalKind::Envelope | SignalKind::LockIn);
+    let bare = is_bare(record.kind());
     let value = |i: usize| match record.quadrature() {
         Some(quadrature) => record.signal()[i].hypot(quadrature[i]),
         None => record.signal()[i],
@@ -154,6 +154,11 @@ fn signal(figure: &mut Figure, corner: Point, analysed: &Analysed<'_>, scales: &
     }
     legend.push((Mark::Line(Stroke::solid(FIT, 1.2)), "fit"));
     panel.legend(&legend);
+}
+
+/// Whether the record holds amplitudes, not the motion itself.
+fn is_bare(kind: SignalKind) -> bool {
+    matches!(kind, SignalKind::Envelope | SignalKind::LockIn)
 }
 
 /// The fitted motion, or where its cycles are too narrow to be seen, its two edges.
@@ -202,7 +207,8 @@ fn along(answer: &Answer, steps: i32) -> impl Iterator<Item = f64> + use<> {
 }
 
 /// (b) The envelope where a viscous decay is straight.
-fn envelope(figure: &mut Figure, corner: Point, answer: &Answer, scales: &Scales) {
+fn envelope(figure: &mut Figure, corner: Point, analysed: &Analysed<'_>, scales: &Scales) {
+    let answer = analysed.answer;
     let (t, a) = (scales.time.factor, scales.amplitude.factor);
     let amplitudes = |used: bool| {
         answer.envelope.iter().filter(move |p| p.used == used).map(|p| p.amplitude).filter(|v| *v > 0.0)
@@ -228,7 +234,10 @@ fn envelope(figure: &mut Figure, corner: Point, answer: &Answer, scales: &Scales
         );
         legend.push((Mark::Line(VISCOUS_LINE), "purely viscous"));
     }
-    panel.line(along(answer, 400).map(|s| [s * t, answer.fit.amplitude_at(s) * a]), FIT_LINE);
+    // A bare amplitude is measured with its noise floor, so it is drawn with it.
+    let bare = is_bare(analysed.reading.record.kind());
+    let fitted = |s: f64| if bare { answer.fit.signal_at(s) } else { answer.fit.amplitude_at(s) };
+    panel.line(along(answer, 400).map(|s| [s * t, fitted(s) * a]), FIT_LINE);
     legend.insert(1, (Mark::Line(FIT_LINE), answer.model.name()));
     panel.legend(&legend);
 }

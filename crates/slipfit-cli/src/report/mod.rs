@@ -1,5 +1,6 @@
 //! Reports for the terminal: shared layout.
 
+mod account;
 mod ringdown;
 mod table;
 

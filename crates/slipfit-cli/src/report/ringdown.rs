@@ -1,12 +1,12 @@
 //! The answer to a ring-down on one screen.
 
+use super::account::account;
 use super::table::{Align, columns};
 use super::{ANSWER, CHOSEN, DIM, HEADING, WIDTH, labelled, wrap};
-use crate::command::ringdown::{Analysed, named_frequency_hz};
-use slipfit::format::{Rounded, Scale, percent, plain};
+use crate::command::ringdown::Analysed;
+use slipfit::Quantity;
+use slipfit::format::{Rounded, Scale, plain};
 use slipfit::ringdown::{Answer, Candidate, Parameter};
-use slipfit::{ClockReport, Quantity, SignalKind};
-use slipfit_io::{ColumnTaken, ReadReport, TimeSource};
 use std::fmt::Write as _;
 use std::path::Path;
 
@@ -143,15 +143,15 @@ fn models(answer: &Answer) -> String {
     let rms = Scale::for_size(answer.comparison.first().map_or(0.0, |c| c.rms), unit);
     let mut rows = vec![vec!["model".to_owned(), "ΔBIC".to_owned(), headed("rms", &rms)]];
     rows[0].extend(terms.iter().map(Term::heading));
-    rows[0].push(String::new());
     for c in &answer.comparison {
-        let mut row = vec![c.model.to_string(), bic(c.delta_bic), significant(c.rms * rms.factor, 3)];
+        let settled = if c.converged { "" } else { " *" };
+        let mut row =
+            vec![format!("{}{settled}", c.model), bic(c.delta_bic), significant(c.rms * rms.factor, 3)];
         row.extend(terms.iter().map(|t| t.cell(c)));
-        row.push(if c.converged { String::new() } else { "did not converge".to_owned() });
         rows.push(row);
     }
     let right = Align::Right;
-    let lines = columns(&rows, &[Align::Left, right, right, right, right, right, Align::Left]);
+    let lines = columns(&rows, &[Align::Left, right, right, right, right, right]);
     let styled = lines.iter().enumerate().map(|(i, line)| {
         let chosen = i.checked_sub(1).is_some_and(|i| answer.comparison[i].model == answer.model);
         match (i, chosen) {
@@ -160,7 +160,11 @@ fn models(answer: &Answer) -> String {
             _ => format!("  {DIM}{line}{DIM:#}\n"),
         }
     });
-    styled.collect()
+    let mut text: String = styled.collect();
+    if answer.comparison.iter().any(|c| !c.converged) {
+        text += &format!("  {DIM}* the fit did not settle to its tolerance{DIM:#}\n");
+    }
+    text
 }
 
 fn headed(name: &str, scale: &Scale) -> String {
@@ -213,157 +217,30 @@ fn significant(value: f64, digits: usize) -> String {
     format!("{value:.*}", (digits as i64 - 1 - decade).max(0) as usize)
 }
 
-/// What was read, what was used, how well it is described.
-fn account(analysed: &Analysed<'_>) -> String {
-    let report = &analysed.reading.report;
-    let answer = analysed.answer;
-    let mut text = labelled("read", &rows_read(analysed));
-    text += &labelled("time", &time_source(&report.time));
-    text += &labelled("signal", &signal_source(report));
-    if let Some(q) = &report.quadrature {
-        text += &labelled("", &column(q));
-    }
-    if let Some(clock) = clock(analysed.reading.record.clock_report()) {
-        text += &labelled("clock", &clock);
-    }
-    for note in &report.notes {
-        text += &labelled("note", note);
-    }
-    if let Some(f) =
-        named_frequency_hz(analysed.reading).filter(|f| analysed.options.frequency_hz == Some(*f))
-    {
-        let named = format!(
-            "frequency {} as the file's first lines name it (--frequency-hz overrides)",
-            plain(f, 6, "Hz")
-        );
-        text += &labelled("note", &named);
-    }
-    let s = &answer.segment;
-    let cycles = if s.cycles > 0.0 { format!("{} cycles, ", plain(s.cycles, 3, "")) } else { String::new() };
-    text += &labelled(
-        "used",
-        &format!(
-            "{} ({}) to {} ({}): {cycles}{} samples",
-            plain(s.start_s, 4, "s"),
-            s.start_reason,
-            plain(s.end_s, 4, "s"),
-            s.end_reason,
-            s.samples
-        ),
-    );
-    if let Some(stop) = &answer.stop {
-        let position = Rounded::new(stop.position, stop.position_std_error, &answer.signal_unit);
-        let hold = stop.static_displacement.map_or_else(String::new, |[low, high]| {
-            let unit = &answer.signal_unit;
-            format!("; static friction holds between {} and {}", plain(low, 3, unit), plain(high, 3, unit))
-        });
-        text +=
-            &labelled("stop", &format!("at {}, {position} off the middle{hold}", plain(stop.time_s, 4, "s")));
-    }
-    let d = &answer.diagnostics;
-    let left_out = match d.left_out {
-        0 => String::new(),
-        n => format!("; {n} stretches far off every law left out"),
-    };
-    text += &labelled(
-        "fit",
-        &format!(
-            "of the {}; noise {}, {:.0} dB below the start; residuals {:.2} times what noise gives; {:.1} decay \
-             times{left_out}",
-            d.method,
-            plain(d.noise_rms, 2, &answer.signal_unit),
-            d.signal_to_noise_db,
-            d.residual_excess.max(0.0).sqrt(),
-            d.decay_times
-        ),
-    );
-    text
-}
-
-fn rows_read(analysed: &Analysed<'_>) -> String {
-    let report = &analysed.reading.report;
-    let mut text = format!("{}: {} rows", analysed.file.display(), report.rows_read);
-    if !report.skipped.is_empty() {
-        let reasons: Vec<String> = report
-            .skipped
-            .iter()
-            .map(|s| format!("{} {}, first in row {}", s.rows, s.reason, s.first_row))
-            .collect();
-        let _ = write!(text, "; skipped {}", reasons.join("; "));
-    }
-    let mut choice = Vec::new();
-    if report.tables > 1 {
-        choice.push(format!("table {} of {} (--table)", report.table, report.tables));
-    }
-    if report.runs > 1 {
-        choice.push(format!("run {} of {} (--run)", report.run, report.runs));
-    }
-    if !choice.is_empty() {
-        let _ = write!(text, "; {}", choice.join(", "));
-    }
-    text
-}
-
-fn column(taken: &ColumnTaken) -> String {
-    if taken.unit.is_empty() { taken.why.clone() } else { format!("{}; in {}", taken.why, taken.unit) }
-}
-
-fn time_source(source: &TimeSource) -> String {
-    match source {
-        TimeSource::Column(taken) => column(taken),
-        TimeSource::Intervals(taken) => format!("{}, added up", column(taken)),
-        TimeSource::Rate(rate) => format!("{} samples a second", plain(*rate, 6, "")),
-        _ => "as the file says".to_owned(),
-    }
-}
-
-fn signal_source(report: &ReadReport) -> String {
-    let kind = match report.kind {
-        SignalKind::Displacement => "displacement or angle",
-        SignalKind::Velocity => "velocity",
-        SignalKind::Acceleration => "acceleration",
-        SignalKind::Envelope => "amplitude",
-        SignalKind::LockIn => "X of a lock-in",
-        _ => "signal",
-    };
-    format!("{}; taken as {kind}", column(&report.signal))
-}
-
-/// What there is to say about the clock, if anything.
-fn clock(report: &ClockReport) -> Option<String> {
-    let mut said = Vec::new();
-    let mut count = |n: usize, what: &str| {
-        if n > 0 {
-            said.push(format!("{n} {what}"));
-        }
-    };
-    count(report.nonfinite(), "rows without a number left out");
-    count(report.corrupt_stamps, "rows with a corrupt stamp left out");
-    count(report.reordered, "rows put in order");
-    count(report.repeated_stamps, "repeated stamps");
-    if report.resets > 0 {
-        said.push(format!("{} resets: {} rows of other runs left out", report.resets, report.other_run_rows));
-    }
-    if let Some(quantum) = report.rebuilt_quantum_s {
-        said.push(format!("uniform clock rebuilt from stamps rounded to {}", plain(quantum, 2, "s")));
-    }
-    if let Some(gap) = &report.longest_gap {
-        said.push(format!(
-            "{} gaps, the longest {} from {} on",
-            report.gaps,
-            plain(gap.length_s, 3, "s"),
-            plain(gap.start_s, 4, "s")
-        ));
-    }
-    if report.step_spread > 0.02 {
-        said.push(format!("steps vary by {}", percent(report.step_spread)));
-    }
-    (!said.is_empty()).then(|| said.join("; "))
-}
-
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::command::ringdown::by_hand;
+    use slipfit::ringdown::LossModel;
+
+    #[test]
+    fn a_term_the_model_lacks_shows_its_limit() {
+        let change = |answer: &mut Answer| answer.model = LossModel::Viscous;
+        let text = by_hand(change, |analysed| ringdown(analysed, &[]));
+        let text = anstream::adapter::strip_str(&text).to_string();
+        let line = text.lines().find(|l| l.starts_with("  friction displacement")).unwrap();
+        assert!(
+            line.contains("< 2.1") && line.contains(" mrad ") && line.ends_with("95 %, not in model"),
+            "{line}"
+        );
+    }
+
+    #[test]
+    fn a_fit_that_did_not_settle_is_marked() {
+        let change = |answer: &mut Answer| answer.comparison[2].converged = false;
+        let text = by_hand(change, |analysed| ringdown(analysed, &[]));
+        assert!(text.contains("viscous * ") && text.contains("* the fit did not settle"), "{text}");
+    }
 
     #[test]
     fn numbers_of_a_table_keep_three_digits() {
@@ -389,8 +266,10 @@ mod tests {
         assert_eq!(relative(&Quantity::normal(1.0, 1e-7, "")), "<0.001 %");
     }
 
+    /// Every number set by hand, so that only the layout is under test.
     #[test]
-    fn an_ordinary_clock_needs_no_words() {
-        assert_eq!(clock(&ClockReport::default()), None);
+    fn a_report_reads_like_this() {
+        let text = by_hand(|_| (), |analysed| ringdown(analysed, &[Path::new("swing.svg")]));
+        insta::assert_snapshot!(anstream::adapter::strip_str(&text).to_string());
     }
 }

@@ -2,7 +2,7 @@
 
 use crate::double_double::{self as dd, Dd};
 use crate::error::Error;
-use crate::oscillator::{Oscillator, finite};
+use crate::oscillator::{Oscillator, finite, moderate};
 
 /// Free decay with viscous and sliding friction, in closed form.
 ///
@@ -48,6 +48,10 @@ pub struct FreeDecay {
     pub(super) first_time: Dd,
     pub(super) half_period: Dd,
     pub(super) lambda: f64,
+    /// `C`.
+    offset: f64,
+    /// `|X_0| + C`, what decays exponentially; infinite without viscous damping.
+    span: f64,
     stop: Option<Stop>,
 }
 
@@ -130,6 +134,8 @@ impl FreeDecay {
             first_time: dd::two_sum(time_s, lead_in),
             half_period,
             lambda,
+            offset: oscillator.decay_offset(),
+            span: first.abs() + oscillator.decay_offset(),
             stop: None,
         };
         decay.stop = decay.find_stop();
@@ -151,8 +157,21 @@ impl FreeDecay {
         if self.lambda < 1e-40 {
             return first - 2.0 * n * x_f;
         }
-        let fall = (-n * self.lambda).exp_m1();
-        first + fall * (first + x_f / (0.5 * self.lambda).tanh())
+        // Whichever form does not subtract numbers larger than its parts: where the offset
+        // is small the first keeps the end of the decay relative to it.
+        if self.offset < first {
+            (-n * self.lambda).exp() * self.span - self.offset
+        } else {
+            first + (-n * self.lambda).exp_m1() * self.span
+        }
+    }
+
+    /// Side of turning point `n`.
+    #[inline(always)]
+    pub(super) fn sign(&self, n: f64) -> f64 {
+        // 0 or 1, for whole numbers as large as they come.
+        let odd = n - 2.0 * (0.5 * n).floor();
+        if odd == 0.0 { self.first.signum() } else { -self.first.signum() }
     }
 
     /// Turning point `n`, without computing those before it; past the stop,
@@ -190,13 +209,10 @@ impl FreeDecay {
     fn find_stop(&self) -> Option<Stop> {
         let x_s = self.oscillator.static_displacement();
         let first = self.first.abs();
-        let at = |n: f64| {
-            let sign = if n % 2.0 == 0.0 { self.first.signum() } else { -self.first.signum() };
-            Stop {
-                index: n as u64,
-                time_s: self.first_time.add(self.half_period.scale(n)).value(),
-                position: if n == 0.0 { self.first } else { sign * self.amplitude(n) },
-            }
+        let at = |n: f64| Stop {
+            index: n as u64,
+            time_s: self.first_time.add(self.half_period.scale(n)).value(),
+            position: if n == 0.0 { self.first } else { self.sign(n) * self.amplitude(n) },
         };
         if first <= x_s {
             return Some(at(0.0));
@@ -218,12 +234,16 @@ impl FreeDecay {
             return None;
         }
         // Rounding may put the index one off; the turning points themselves decide.
-        while n > 1.0 && self.amplitude(n - 1.0) <= x_s {
+        // It cannot be many: the bound on the search is for the reader's peace.
+        let mut left = 10_000;
+        while n > 1.0 && self.amplitude(n - 1.0) <= x_s && left > 0 {
             n -= 1.0;
+            left -= 1;
         }
         n = n.max(1.0);
-        while self.amplitude(n) > x_s {
+        while self.amplitude(n) > x_s && left > 0 {
             n += 1.0;
+            left -= 1;
         }
         Some(at(n))
     }
@@ -241,7 +261,7 @@ impl FreeDecay {
             return (stop.position, 0.0);
         }
         let (n, u) = self.half_cycle(since);
-        let sign = if n % 2.0 == 0.0 { self.first.signum() } else { -self.first.signum() };
+        let sign = self.sign(n);
         let x_f = self.oscillator.friction_displacement();
         let (a, omega_0) = (self.amplitude(n) - x_f, self.oscillator.omega_0());
         let (w, delta) = (self.oscillator.omega_d(), self.oscillator.decay_rate_per_s());
@@ -293,9 +313,7 @@ impl FreeDecay {
         if time_s.len() != out.len() {
             return Err(Error::Length { name: "out", found: out.len(), expected: time_s.len() });
         }
-        for (t, x) in time_s.iter().zip(out) {
-            *x = self.displacement(*t);
-        }
+        super::waveform::fill(self, time_s, out);
         Ok(())
     }
 
@@ -351,15 +369,6 @@ impl Iterator for TurningPoints {
         // Without sliding friction there is no stop; underflow ends it.
         self.done = self.next == 0.0 || self.index > 1 << 53;
         Some(point)
-    }
-}
-
-fn moderate(name: &'static str, value: f64) -> Result<(), Error> {
-    // Squares of displacement and velocity must not overflow.
-    if value.abs() <= 1e100 {
-        Ok(())
-    } else {
-        Err(Error::Parameter { name, value, range: "finite, magnitude at most 1e100" })
     }
 }
 
@@ -459,6 +468,20 @@ mod tests {
         let nearly = Oscillator::kinematic(1.0, 1e-18, 1e-5).unwrap();
         let nearly = FreeDecay::from_rest(&nearly, 1.0).unwrap();
         assert!((nearly.turning_point(10_000).position - 0.8).abs() < 1e-13);
+    }
+
+    #[test]
+    fn the_faintest_friction_stops_where_its_logarithm_says() {
+        for (delta, x_f) in [(1e-12, 5e-27), (1e-3, 1e-25), (0.1, 1e-200), (1e-9, 1e-18), (0.0, 1e-14)] {
+            let o = Oscillator::kinematic(1.0, delta, x_f).unwrap();
+            let decay = FreeDecay::from_rest(&o, 1.0).unwrap();
+            let stop = decay.stop().unwrap();
+            assert!(stop.position.abs() <= x_f);
+            let lambda = o.half_cycle_decrement();
+            let offset = o.decay_offset();
+            let expected = if delta == 0.0 { 0.5 / x_f } else { (1.0 / (offset + x_f)).ln_1p() / lambda };
+            assert!((stop.index as f64 / expected - 1.0).abs() < 0.01, "{stop:?} {expected}");
+        }
     }
 
     #[test]

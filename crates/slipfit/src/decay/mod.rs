@@ -12,6 +12,7 @@ pub mod averaged;
 mod envelope;
 mod exact;
 pub mod law;
+mod waveform;
 
 pub use envelope::{Envelope, drag_rate, sliding_rate};
 pub use exact::{FreeDecay, HalfCycleLoss, Stop, TurningPoint, TurningPoints};

@@ -21,7 +21,7 @@ pub(crate) fn doubts(e: &Evidence, answer: &Answer, preferred: LossModel) -> Vec
     if correlation.abs() > INSEPARABLE && !x_f_known {
         list.push(Warning::NotSeparable { correlation, decay_times: answer.diagnostics.decay_times });
     }
-    if let Some(other) = answer.diagnostics.other_modes.iter().find(|m| m.relative_amplitude > 0.1) {
+    if let Some(other) = answer.diagnostics.other_modes.iter().find(|m| m.relative_amplitude > 0.12) {
         list.push(Warning::SeveralModes {
             main_hz: answer.parameter("frequency_hz").map_or(f64::NAN, |q| q.value),
             other_hz: other.frequency_hz,

@@ -1,7 +1,7 @@
 //! The amplitude law against the amplitudes of the blocks.
 
 use super::law::LossLaw;
-use crate::estimate::least_squares::{LeastSquares, Normal};
+use crate::estimate::least_squares::{Fit, LeastSquares, Normal};
 use std::f64::consts::PI;
 
 /// Positions of the parameters in every fit of a decay.
@@ -143,6 +143,18 @@ impl EnvelopeProblem {
         let mut out = Vec::with_capacity(self.value.len());
         self.walk(p, |j, amplitude, _| {
             out.push((self.value[j] - self.model(amplitude, p)) * self.weight[j].sqrt());
+        });
+        out
+    }
+
+    /// Residuals and derivatives of the model at every point.
+    pub(crate) fn predictions(&self, fit: &Fit) -> Vec<(f64, [f64; 5])> {
+        let p = &fit.parameters;
+        let mut out = Vec::with_capacity(self.value.len());
+        self.walk(p, |j, amplitude, by| {
+            let factor = if self.squared { 2.0 * amplitude.max(0.0) } else { 1.0 };
+            let row = [by[0] * factor, by[1] * factor, by[2] * factor, by[3] * factor, 1.0];
+            out.push((self.value[j] - self.model(amplitude, p), row));
         });
         out
     }

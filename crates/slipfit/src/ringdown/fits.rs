@@ -56,6 +56,9 @@ const FULL: [usize; 4] = [A0, X_F, DELTA, DRAG];
 /// Fits the amplitudes of the blocks.
 pub(crate) fn envelope<'a>(measured: &mut Measured, options: &Options) -> Result<Described<'a>, Error> {
     let points = &measured.points;
+    if points.len() < 3 {
+        return Err(Error::NoFit { reason: "fewer than three amplitudes remain" });
+    }
     let origin = points[0].time_s - 0.5 * points[0].span_s;
     let omega = if measured.law.drift == 0.0 { measured.law.omega } else { measured.law.mean_omega };
     let mut problem = EnvelopeProblem {
@@ -99,7 +102,7 @@ pub(crate) fn envelope<'a>(measured: &mut Measured, options: &Options) -> Result
     // Against the noise alone, whatever the law was forgiven.
     let chi_squared: f64 =
         residuals.iter().zip(&problem.weight).zip(&noise_weights).map(|((r, w), v)| r * r / w * v).sum();
-    let excess = noise.map_or(1.0, |v| chi_squared / dof / v.max(f64::MIN_POSITIVE));
+    let excess = noise.map_or(1.0, |v| (chi_squared / dof / v.max(f64::MIN_POSITIVE)).min(f64::MAX.sqrt()));
     if noise.is_some() && law_error == 0.0 && (excess - 1.0).abs() < 2.6 * (2.0 / dof).sqrt() {
         scale.variance = noise;
     }
@@ -171,6 +174,9 @@ fn admit_law_error(problem: &mut EnvelopeProblem, start: &[f64], full: &[usize],
     if dof < 3.0 {
         return 0.0;
     }
+    // The law errs by a part of the amplitude, but never by less than that part
+    // of a twentieth of the first one: what ends the motion is no friction law.
+    let base = (0.05 * problem.value[0]).powi(2);
     let mut relative = 0.0;
     let mut from = start.to_vec();
     for _ in 0..4 {
@@ -187,7 +193,7 @@ fn admit_law_error(problem: &mut EnvelopeProblem, start: &[f64], full: &[usize],
             .iter()
             .zip(&problem.weight)
             .zip(noise_weights.iter().zip(&problem.value))
-            .map(|((r, w), (v, a))| (r * r / w, noise / v, a * a))
+            .map(|((r, w), (v, a))| (r * r / w, noise / v, a * a + base))
             .collect();
         let chi_squared =
             |e: f64| misses.iter().map(|(r, v, a)| r / (v + e * e * a).max(f64::MIN_POSITIVE)).sum::<f64>();
@@ -209,6 +215,85 @@ fn admit_law_error(problem: &mut EnvelopeProblem, start: &[f64], full: &[usize],
         }
     }
     relative
+}
+
+/// Gives back first blocks that still belong to a drive: from the law of the
+/// later two thirds, extrapolated with its uncertainty, the blocks before are
+/// let in one by one until a run of them falls out by four standard errors.
+pub(crate) fn trim_lead_in(described: &Described, measured: &mut Measured) -> bool {
+    let Problem::Envelope(problem) = &described.problem else { return false };
+    // Weights of the noise alone: a drive let in by mistake would excuse itself as an error of the law.
+    let problem = EnvelopeProblem {
+        elapsed: measured.points.iter().map(|b| b.time_s - described.origin).collect(),
+        value: measured
+            .points
+            .iter()
+            .map(|b| if problem.squared { b.amplitude.powi(2) } else { b.amplitude })
+            .collect(),
+        weight: measured
+            .points
+            .iter()
+            .map(|b| 1.0 / (b.unit_variance * if problem.squared { 4.0 * b.amplitude.powi(2) } else { 1.0 }))
+            .collect(),
+        ..problem.clone()
+    };
+    let n = problem.value.len();
+    if measured.stretch.start_reason != super::segment::LEAD_IN || n < 60 {
+        return false;
+    }
+    let from = n / 3;
+    let later = EnvelopeProblem {
+        elapsed: problem.elapsed[from..].to_vec(),
+        value: problem.value[from..].to_vec(),
+        weight: problem.weight[from..].to_vec(),
+        ..problem.clone()
+    };
+    let Some(best) = described.comparison.best() else { return false };
+    let free: Vec<usize> = best.bounded.free.clone();
+    let Some(fit) = minimise(&later, &best.bounded.parameters, &free) else { return false };
+    let variance = fit.rss / (n - from - free.len().min(n - from - 1)) as f64;
+    // Where the law itself is off, its extrapolation says nothing about a drive.
+    if !measured.squared && variance > 4.0 * measured.noise_rms.powi(2) {
+        return false;
+    }
+    let predicted = problem.predictions(&fit);
+    // Mean miss of a run over its standard error, the law's own uncertainty in common.
+    let miss = |run: std::ops::Range<usize>| {
+        let (mut weight, mut sum, mut row) = (0.0, 0.0, [0.0; 5]);
+        for (j, (residual, by)) in predicted[run.clone()].iter().enumerate() {
+            let w = problem.weight[run.start + j];
+            weight += w;
+            sum += w * residual;
+            for (r, b) in row.iter_mut().zip(by) {
+                *r += w * b;
+            }
+        }
+        let law: f64 = free
+            .iter()
+            .flat_map(|&a| free.iter().map(move |&b| (a, b)))
+            .map(|(a, b)| row[a] * row[b] * fit.unit_covariance[(a, b)])
+            .sum::<f64>()
+            / (weight * weight);
+        sum / weight / (variance * (1.0 / weight + law.max(0.0))).sqrt()
+    };
+    let mut start = from;
+    while start > 0 {
+        let first = start - 1;
+        let run = first..(first + 8).min(from);
+        if miss(run).abs() > 4.0 || miss(first..first + 1).abs() > 4.5 {
+            break;
+        }
+        start = first;
+    }
+    // A law that misses all the way is bent; a drive holds the first blocks only.
+    if start == 0 || start > n / 6 {
+        return false;
+    }
+    // The run that fell out began some blocks later than it showed.
+    let start = (start + 2).min(n - 6);
+    let cut_time = described.origin + problem.elapsed[start];
+    measured.points.retain(|b| b.time_s >= cut_time - 1e-9 * b.span_s);
+    true
 }
 
 fn has_floor(measured: &Measured) -> bool {
@@ -323,6 +408,9 @@ pub(crate) fn widening(autocorrelation: f64, n: usize) -> f64 {
 /// Longest window fitted sample by sample; beyond it the blocks hold the same information.
 const MOST_SAMPLES: usize = 300_000;
 
+/// With less lost per cycle the motion is an ellipse to 1e-4 and the blocks lose nothing either.
+const LEAST_LOSS_A_CYCLE: f64 = 1e-3;
+
 /// Fits every sample, starting from what the amplitudes told. `None` where the
 /// waveform cannot be followed.
 pub(crate) fn waveform<'a>(
@@ -333,10 +421,15 @@ pub(crate) fn waveform<'a>(
     let first = measured.points.first()?;
     let last = measured.points.last()?;
     let (from, to) = (first.first, last.end);
-    if to - from > MOST_SAMPLES || !measured.lawful {
+    let best = rough.comparison.best()?;
+    let law = super::envelope::law_of(&best.bounded.parameters, measured.law.omega);
+    let loss_per_cycle = law.rate(law.amplitude_0) / law.amplitude_0 * 2.0 * PI / measured.law.omega;
+    if to - from > MOST_SAMPLES || !measured.lawful || loss_per_cycle < LEAST_LOSS_A_CYCLE {
         return None;
     }
-    let best = rough.comparison.best()?;
+    // A record that ends in free decay is used to its last sample, not its last whole block.
+    let ends_free = measured.all.last().is_some_and(|b| b.end == last.end);
+    let to = if ends_free { samples.time.len() } else { to };
     let origin = samples.time[from];
     let duration = samples.time[to - 1] - origin;
     let from_envelope = |p: &[f64]| -> Vec<f64> {
@@ -349,7 +442,55 @@ pub(crate) fn waveform<'a>(
         start
     };
     let start = from_envelope(&best.bounded.parameters);
-    fit_waveform_window(samples, measured, from..to, origin, duration, start)
+    let found = fit_waveform_window(samples, measured, from..to, origin, duration, start)?;
+    let fades = [super::segment::FLOOR, super::segment::REST].contains(&measured.stretch.end_reason);
+    if !fades || ends_free {
+        return Some(found);
+    }
+    // Below the noise of single blocks the samples still know: go on while they agree.
+    let longer = agreeing_end(samples, measured, &found, from, to)?;
+    if longer <= to {
+        return Some(found);
+    }
+    let start = found.comparison.best()?.bounded.parameters.clone();
+    let duration = samples.time[longer - 1] - origin;
+    fit_waveform_window(samples, measured, from..longer, origin, duration, start).or(Some(found))
+}
+
+/// Last sample up to which the fitted motion, followed on, leaves nothing but noise.
+fn agreeing_end(
+    samples: &Samples,
+    measured: &Measured,
+    found: &Described,
+    from: usize,
+    to: usize,
+) -> Option<usize> {
+    let Problem::Waveform(problem) = &found.problem else { return None };
+    let best = &found.comparison.best()?.bounded;
+    let law = super::envelope::law_of(&best.parameters, best.parameters[OMEGA]);
+    let variance = found.scale.variance_of(best);
+    let mut end = to;
+    for block in measured.all.iter().filter(|b| b.first >= to) {
+        let elapsed = block.time_s - found.origin;
+        // Some thousandths of the start, or the last cycles before a stop, carry no more.
+        if law.amplitude(elapsed) < (2e-3 * law.amplitude_0).max(2.0 * best.parameters[X_F]) {
+            break;
+        }
+        let part = Waveform {
+            time: &samples.time[from..block.end],
+            signal: &samples.signal[from..block.end],
+            ..problem.clone()
+        };
+        let residual = part.residuals(&best.parameters);
+        let here = &residual[block.first - from..];
+        let n = here.len() as f64;
+        let mean_square = here.iter().map(|r| r * r).sum::<f64>() / n;
+        if mean_square > variance * (1.0 + 4.0 * (2.0 / n).sqrt()) {
+            break;
+        }
+        end = block.end;
+    }
+    Some(end)
 }
 
 pub(crate) fn fit_waveform_window<'a>(

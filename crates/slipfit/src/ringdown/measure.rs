@@ -75,31 +75,53 @@ pub(crate) fn oscillation(
     let (time, signal) = (&samples.time, &samples.signal);
     let cut = Cut::for_record(samples.duration(), time.len(), frequency_hz);
     let band = options.band_hz.unwrap_or([0.4 * frequency_hz, 2.5 * frequency_hz]);
-    let all = blocks::track(time, signal, frequency_hz, band, cut);
-    if all.len() < 3 {
-        return Err(Error::NotARingDown {
-            cycles: samples.duration() * frequency_hz,
-            needed: LEAST_CYCLES,
-            reason: "too few samples or cycles to follow an oscillation",
-        });
+    let followed = |cut: Cut| -> Result<(Vec<Block>, Stretch, f64, usize), Error> {
+        let all = blocks::track(time, signal, frequency_hz, band, cut);
+        if all.len() < 3 {
+            return Err(Error::NotARingDown {
+                cycles: samples.duration() * frequency_hz,
+                needed: LEAST_CYCLES,
+                reason: "too few samples or cycles to follow an oscillation",
+            });
+        }
+        let seen = seen(&all, signal, frequency_hz);
+        let mut stretch = segment::find(&seen).ok_or(NOTHING_FALLS)?;
+        override_by(&mut stretch, &seen, options);
+        let relative = seen.error[stretch.first] / seen.amplitude[stretch.first].max(f64::MIN_POSITIVE);
+        let visible = (0..all.len()).filter(|&i| seen.amplitude[i] > seen.floor[i]).count();
+        Ok((all, stretch, relative, visible))
+    };
+    let (mut all, mut stretch, relative, visible) = followed(cut)?;
+    // Where single blocks are uncertain, longer ones find start, end and phase more surely.
+    let longest = visible as f64 / 30.0;
+    let longer = (relative / 0.015).powi(2).min(longest).floor();
+    if longer >= 2.0
+        && let Ok((blocks, found, ..)) = followed(Cut { cycles: cut.cycles * longer, ..cut })
+    {
+        (all, stretch) = (blocks, found);
     }
     let noise_rms = blocks::noise_rms(&all);
-    let quantum = quantum(signal);
-    let amplitude: Vec<f64> = all.iter().map(|b| b.amplitude).collect();
-    let top = amplitude.iter().fold(0.0f64, |m, &a| m.max(a));
-    let error: Vec<f64> = all.iter().map(|b| b.std_error(noise_rms)).collect();
-    let floor: Vec<f64> = error.iter().map(|e| (4.0 * e).max(1.5 * quantum).max(1e-5 * top)).collect();
-    let seen = Seen { blocks: &all, amplitude, error, floor, omega: TAU * frequency_hz };
-    let mut stretch = segment::find(&seen).ok_or(Error::NotARingDown {
-        cycles: 0.0,
-        needed: LEAST_CYCLES,
-        reason: "the amplitude nowhere falls out of the noise",
-    })?;
-    override_by(&mut stretch, &seen, options);
     let part = &all[stretch.first..stretch.end];
     let (points, law, lawful) = along(samples, part, noise_rms)?;
     let noise_rms = blocks::noise_rms(&points);
     Ok(Measured { stretch, points, law, lawful, noise_rms, squared: false, all })
+}
+
+const NOTHING_FALLS: Error = Error::NotARingDown {
+    cycles: 0.0,
+    needed: LEAST_CYCLES,
+    reason: "the amplitude nowhere falls out of the noise",
+};
+
+/// What the blocks show, and below which amplitude they show nothing.
+fn seen<'a>(all: &'a [Block], signal: &[f64], frequency_hz: f64) -> Seen<'a> {
+    let noise_rms = blocks::noise_rms(all);
+    let quantum = quantum(signal);
+    let amplitude: Vec<f64> = all.iter().map(|b| b.amplitude).collect();
+    let top = amplitude.iter().fold(0.0f64, |m, &a| m.max(a));
+    let error: Vec<f64> = all.iter().map(|b| b.std_error(noise_rms)).collect();
+    let floor = error.iter().map(|e| (4.0 * e).max(1.5 * quantum).max(1e-5 * top)).collect();
+    Seen { blocks: all, amplitude, error, floor, omega: TAU * frequency_hz }
 }
 
 /// Cycles without which there is nothing to say.
@@ -194,11 +216,7 @@ pub(crate) fn envelope(samples: &Samples, options: &Options) -> Result<Measured,
     let low = sorted[sorted.len() / 50];
     let floor = error.iter().map(|e| low.min(0.2 * sorted[sorted.len() - 1]) + 2.0 * e).collect();
     let seen = Seen { blocks: &all, amplitude, error, floor, omega: envelope_omega(samples, options) };
-    let mut stretch = segment::find(&seen).ok_or(Error::NotARingDown {
-        cycles: 0.0,
-        needed: LEAST_CYCLES,
-        reason: "the amplitude nowhere falls out of the noise",
-    })?;
+    let mut stretch = segment::find(&seen).ok_or(NOTHING_FALLS)?;
     override_by(&mut stretch, &seen, options);
     let points = all[stretch.first..stretch.end].to_vec();
     let law = PhaseLaw {
@@ -262,11 +280,7 @@ pub(crate) fn lock_in(samples: &Samples, options: &Options) -> Result<Measured, 
     let floor = error.iter().map(|e| 4.0 * e).collect();
     let omega = envelope_omega(samples, options);
     let seen = Seen { blocks: &all, amplitude, error, floor, omega };
-    let mut stretch = segment::find(&seen).ok_or(Error::NotARingDown {
-        cycles: 0.0,
-        needed: LEAST_CYCLES,
-        reason: "the amplitude nowhere falls out of the noise",
-    })?;
+    let mut stretch = segment::find(&seen).ok_or(NOTHING_FALLS)?;
     override_by(&mut stretch, &seen, options);
     let mut points = all[stretch.first..stretch.end].to_vec();
     let rough: Vec<f64> = points.iter().map(|b| b.amplitude).collect();

@@ -19,6 +19,7 @@ mod options;
 mod sample;
 mod segment;
 mod sentence;
+mod short;
 mod warning;
 mod waveform;
 

@@ -41,8 +41,6 @@ impl PhaseLaw {
 pub(crate) struct Smooth {
     pub(crate) at: Vec<PhaseAt>,
     pub(crate) law: PhaseLaw,
-    /// Weighted mean square of the phase residual over what noise gives.
-    pub(crate) excess: f64,
     /// The law holds; otherwise the phase was smoothed locally.
     pub(crate) lawful: bool,
 }
@@ -89,6 +87,7 @@ pub(crate) fn smooth(blocks: &[Block], amplitude: &[f64], noise_rms: f64) -> Opt
     if strong.len() < 2 {
         return None;
     }
+    unslip(&mut phase, &tau, &weight, span);
     let mut best: Option<(f64, &[Column], Vec<f64>, nalgebra::DMatrix<f64>, f64)> = None;
     for columns in MODELS {
         if strong.len() < columns.len() + 2 && columns.len() > 2 {
@@ -152,7 +151,28 @@ pub(crate) fn smooth(blocks: &[Block], amplitude: &[f64], noise_rms: f64) -> Opt
     } else {
         local(&tau, &phase, &weight)
     };
-    Some(Smooth { at, law, excess, lawful })
+    Some(Smooth { at, law, lawful })
+}
+
+/// Takes back turns lost in the noise: a line through the surest half of the
+/// phases seen so far says where the next ones must lie.
+fn unslip(phase: &mut [f64], tau: &[f64], weight: &[f64], span: f64) {
+    let n = phase.len();
+    // A turn is lost where a block is weaker than ten errors; before that all is sure.
+    let sure = weight.iter().position(|&w| w < 100.0).unwrap_or(n);
+    let mut known = sure.max(4.min(n));
+    while known < n {
+        let from = known - (known / 2).clamp(4.min(known), 60);
+        let rows = (from..known).map(|j| (vec![1.0, tau[j] / span], phase[j], weight[j].max(1.0)));
+        let next = (known + (known / 4).clamp(1, 20)).min(n);
+        if let Some((c, _, _)) = linear(rows, 2) {
+            for j in known..next {
+                let expected = c[0] + c[1] * tau[j] / span;
+                phase[j] += TAU * ((expected - phase[j]) / TAU).round();
+            }
+        }
+        known = next;
+    }
 }
 
 fn model_at(row: &[f64], c: &[f64]) -> f64 {

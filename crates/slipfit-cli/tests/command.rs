@@ -1,0 +1,316 @@
+//! The command as it is met: help, report, exit status, bad input.
+#![allow(clippy::unwrap_used, reason = "a failed unwrap fails the test, as it should")]
+
+mod common;
+
+use common::{example, slipfit, stdout};
+use std::fs;
+use std::path::Path;
+use std::process::{Command, Stdio};
+use tempfile::TempDir;
+
+fn folder_with(name: &str, content: &[u8]) -> TempDir {
+    let folder = tempfile::tempdir().unwrap();
+    fs::write(folder.path().join(name), content).unwrap();
+    folder
+}
+
+fn table(header: &str, row: impl Fn(u32) -> String) -> Vec<u8> {
+    let rows: Vec<String> = (0..200).map(row).collect();
+    format!("{header}\n{}\n", rows.join("\n")).into_bytes()
+}
+
+#[test]
+fn help_reads_well() {
+    insta::assert_snapshot!("help", stdout(slipfit().arg("--help")));
+    insta::assert_snapshot!("help_ringdown", stdout(slipfit().args(["help", "ringdown"])));
+    insta::assert_snapshot!("help_simulate_decay", stdout(slipfit().args(["help", "simulate", "decay"])));
+}
+
+#[test]
+fn no_help_line_is_wider_than_the_screen() {
+    for command in [vec!["--help"], vec!["help", "ringdown"], vec!["help", "simulate", "decay"]] {
+        let text = stdout(slipfit().args(&command));
+        let wide: Vec<&str> = text.lines().filter(|l| l.chars().count() > 100).collect();
+        assert!(wide.is_empty(), "{wide:#?}");
+    }
+}
+
+#[test]
+fn the_report_fits_on_one_screen() {
+    for file in ["classroom_pendulum.csv", "tuning_fork_9nN.csv", "tuning_fork_9nN_waveform.csv"] {
+        let text = stdout(slipfit().current_dir(example("")).args(["ringdown", file]));
+        assert!(text.lines().count() <= 36, "{text}");
+        let wide: Vec<&str> = text.lines().filter(|l| l.chars().count() > 80).collect();
+        assert!(wide.is_empty(), "{wide:#?}");
+        assert!(!text.contains('\u{1b}'), "colour in a pipe");
+    }
+}
+
+#[test]
+fn the_report_begins_with_the_answer_and_accounts_for_the_file() {
+    let text = stdout(slipfit().current_dir(example("")).args(["ringdown", "classroom_pendulum.csv"]));
+    assert!(text.starts_with("Sliding friction carries "), "{text}");
+    let place = |needle: &str| text.find(needle).unwrap_or_else(|| panic!("no `{needle}` in\n{text}"));
+    let order = [
+        "\n  frequency ",
+        " x_F ",
+        "\n  model ",
+        "\n> ",
+        "\n  read ",
+        "\n  time ",
+        "\n  signal ",
+        "\n  used ",
+        "\n  fit ",
+    ];
+    let places: Vec<usize> = order.iter().map(|o| place(o)).collect();
+    assert!(places.is_sorted(), "{places:?}\n{text}");
+}
+
+#[test]
+fn colour_comes_when_asked_for() {
+    let file = example("classroom_pendulum.csv");
+    let plain = stdout(slipfit().arg("ringdown").arg(&file));
+    let coloured = stdout(slipfit().args(["--color", "always", "ringdown"]).arg(&file));
+    assert!(coloured.contains("\u{1b}["));
+    assert!(!plain.contains("\u{1b}["));
+    let stripped = anstream::adapter::strip_str(&coloured).to_string();
+    assert_eq!(stripped, plain);
+}
+
+#[test]
+fn quiet_prints_nothing_and_still_writes() {
+    let folder = tempfile::tempdir().unwrap();
+    let assert = slipfit()
+        .current_dir(folder.path())
+        .args(["ringdown", "--quiet", "--json", "a.json", "--csv", "a.csv", "--plot", "a.svg"])
+        .arg(fs::canonicalize(example("classroom_pendulum.csv")).unwrap())
+        .assert();
+    assert.success().stdout("").stderr("");
+    for name in ["a.json", "a.csv", "a.svg"] {
+        assert!(folder.path().join(name).metadata().unwrap().len() > 1000, "{name}");
+    }
+}
+
+#[test]
+fn the_envelope_csv_reads_back() {
+    let folder = tempfile::tempdir().unwrap();
+    let path = folder.path().join("envelope.csv");
+    let csv_file = path.to_str().unwrap();
+    stdout(slipfit().arg("ringdown").arg(example("classroom_pendulum.csv")).args(["--csv", csv_file]));
+    let text = fs::read_to_string(&path).unwrap();
+    let mut rows = text.lines().filter(|l| !l.starts_with('#'));
+    assert_eq!(rows.next(), Some("time_s,amplitude,std_error,fitted,residual,frequency_hz,used"));
+    let mut used = 0;
+    for row in rows {
+        let cells: Vec<&str> = row.split(',').collect();
+        assert_eq!(cells.len(), 7, "{row}");
+        if cells[6] == "true" {
+            let number = |i: usize| cells[i].parse::<f64>().unwrap();
+            assert!((number(1) - number(3) - number(4)).abs() < 1e-12, "{row}");
+            used += 1;
+        }
+    }
+    assert!(used > 20, "{used} amplitudes");
+    assert!(text.contains("\n# friction_displacement = "));
+}
+
+#[test]
+fn pictures_are_whole_in_both_formats() {
+    let folder = tempfile::tempdir().unwrap();
+    for (file, name) in [("classroom_pendulum.csv", "a.png"), ("tuning_fork_9nN.csv", "b.svg")] {
+        let path = folder.path().join(name);
+        stdout(slipfit().arg("ringdown").arg(example(file)).arg("--plot").arg(&path));
+    }
+    let png = fs::read(folder.path().join("a.png")).unwrap();
+    assert!(png.starts_with(b"\x89PNG\r\n\x1a\n") && png.ends_with(b"IEND\xaeB`\x82"));
+    let svg = fs::read_to_string(folder.path().join("b.svg")).unwrap();
+    assert!(svg.starts_with("<svg ") && svg.ends_with("</svg>\n"));
+    for said in ["Sliding friction", "purely viscous", "time [ms]", "amplitude [nm]", "loss per cycle [pm]"] {
+        assert!(svg.contains(said), "{said}");
+    }
+    assert!(!svg.contains("NaN") && !svg.contains("inf"));
+}
+
+#[test]
+fn a_picture_needs_a_known_ending() {
+    let folder = tempfile::tempdir().unwrap();
+    let output = slipfit()
+        .current_dir(folder.path())
+        .arg("ringdown")
+        .arg(fs::canonicalize(example("classroom_pendulum.csv")).unwrap())
+        .args(["--plot", "a.pdf"])
+        .output()
+        .unwrap();
+    assert_eq!(output.status.code(), Some(2));
+    insta::assert_snapshot!(String::from_utf8(output.stderr).unwrap(), @r"
+    error: --plot a.pdf: no picture format is known by that ending
+      hint: name the file .svg or .png
+    ");
+}
+
+/// Three cycles: an answer, with a warning.
+fn doubtful() -> TempDir {
+    let folder = tempfile::tempdir().unwrap();
+    slipfit()
+        .current_dir(folder.path())
+        .args(["simulate", "decay", "--frequency-hz", "1", "--q", "20", "--friction-displacement", "0.01"])
+        .args([
+            "--amplitude",
+            "1",
+            "--duration",
+            "3",
+            "--rate-hz",
+            "100",
+            "--noise-rms",
+            "1e-3",
+            "--unit",
+            "rad",
+        ])
+        .args(["--out", "short.csv"])
+        .assert()
+        .success();
+    folder
+}
+
+#[test]
+fn strict_turns_a_warning_into_status_one() {
+    let folder = doubtful();
+    let run = |strict: bool| {
+        let mut command = slipfit();
+        command.current_dir(folder.path()).args(["ringdown", "short.csv"]);
+        if strict {
+            command.arg("--strict");
+        }
+        command.output().unwrap()
+    };
+    let (lax, strict) = (run(false), run(true));
+    assert_eq!((lax.status.code(), strict.status.code()), (Some(0), Some(1)));
+    assert!(String::from_utf8_lossy(&strict.stderr).contains("warning: only"), "{strict:?}");
+    assert!(String::from_utf8_lossy(&strict.stdout).starts_with("Only 3.0 cycles, too few"), "{strict:?}");
+    // Without a doubt strict changes nothing.
+    slipfit().arg("ringdown").arg(example("classroom_pendulum.csv")).arg("--strict").assert().code(0);
+}
+
+#[test]
+fn json_on_standard_output_stands_alone() {
+    let folder = doubtful();
+    let output =
+        slipfit().current_dir(folder.path()).args(["ringdown", "short.csv", "--json", "-"]).output().unwrap();
+    let json: serde_json::Value = serde_json::from_slice(&output.stdout).unwrap();
+    assert_eq!(json["warnings"][0]["code"], "too_few_cycles");
+    assert!(String::from_utf8_lossy(&output.stderr).contains("warning: only"));
+}
+
+#[test]
+fn a_closed_pipe_is_silent() {
+    let file = example("tuning_fork_9nN.csv");
+    let file = file.to_str().unwrap();
+    let runs: [&[&str]; 3] = [
+        &["ringdown", file, "--json", "-"],
+        &["ringdown", file],
+        &[
+            "simulate",
+            "decay",
+            "--frequency-hz",
+            "1",
+            "--amplitude",
+            "1",
+            "--duration",
+            "1e4",
+            "--rate-hz",
+            "100",
+        ],
+    ];
+    for args in runs {
+        let mut child = Command::new(assert_cmd::cargo::cargo_bin("slipfit"))
+            .args(args)
+            .stdout(Stdio::piped())
+            .stderr(Stdio::piped())
+            .spawn()
+            .unwrap();
+        drop(child.stdout.take());
+        let output = child.wait_with_output().unwrap();
+        assert_eq!(output.status.code(), Some(0), "{args:?}");
+        assert_eq!(String::from_utf8_lossy(&output.stderr), "", "{args:?}");
+    }
+}
+
+/// Status 2, nothing on standard output, and the complaint.
+fn complaint(folder: &Path, args: &[&str]) -> String {
+    let output = slipfit().current_dir(folder).arg("ringdown").args(args).output().unwrap();
+    assert_eq!(output.status.code(), Some(2), "{output:?}");
+    assert!(output.stdout.is_empty(), "{output:?}");
+    let said = String::from_utf8(output.stderr).unwrap();
+    assert!(said.starts_with("error: ") && !said.contains("panicked"), "{said}");
+    said
+}
+
+#[test]
+fn bad_input_is_told_apart() {
+    let swing = |i: u32| format!("{},{:.4}", f64::from(i) * 0.05, (f64::from(i) * 0.3).cos());
+    let garbage: Vec<u8> = (0..4000u32).map(|i| (i.wrapping_mul(2_654_435_761) >> 13) as u8).collect();
+    // File, content, more arguments, what must be said.
+    let cases: [(&str, Vec<u8>, &[&str], &str); 9] = [
+        ("empty.csv", Vec::new(), &[], "empty"),
+        ("one_row.csv", b"t (s),x (m)\n0,1\n".to_vec(), &[], "usable row"),
+        ("all_nan.csv", table("t (s),x (m)", |i| format!("{},nan", f64::from(i) * 0.1)), &[], "signal"),
+        ("constant.csv", table("t (s),x (m)", |i| format!("{},2.5", f64::from(i) * 0.1)), &[], "constant"),
+        ("garbage.csv", garbage, &[], "not text"),
+        ("wrong_column.csv", table("t (s),x (m)", swing), &["--signal", "angle"], "--signal angle"),
+        (
+            "backwards.csv",
+            table("t (s),x (m)", |i| format!("{},{}", 300 - i, f64::from(i).sin())),
+            &[],
+            "backwards",
+        ),
+        ("no_time.csv", table("x (m)", |i| format!("{:.4}", (f64::from(i) * 0.3).cos())), &[], "--rate-hz"),
+        ("prose.txt", b"It was a dark and stormy night.\nNothing swung.\n".to_vec(), &[], "no table"),
+    ];
+    for (name, content, more, expected) in cases {
+        let folder = folder_with(name, &content);
+        let args: Vec<&str> = std::iter::once(name).chain(more.iter().copied()).collect();
+        let said = complaint(folder.path(), &args);
+        assert!(said.contains(name) && said.contains(expected), "{said}");
+    }
+    assert!(complaint(Path::new("."), &["no_such_file.csv"]).contains("no_such_file.csv"));
+}
+
+#[test]
+fn bad_arguments_are_status_two() {
+    let file = example("classroom_pendulum.csv");
+    let file = file.to_str().unwrap();
+    let wrong: [&[&str]; 8] = [
+        &["--start", "nan"],
+        &["--rate-hz", "0"],
+        &["--model", "elastic"],
+        &["--lockin-order", "4"],
+        &["--stiffness", "12±"],
+        &["--mass", "1", "--stiffness", "1"],
+        &["--band", "5"],
+        &["--kind", "smell"],
+    ];
+    for args in wrong {
+        slipfit().args(["ringdown", file]).args(args).assert().code(2).stdout("");
+    }
+    let said = complaint(Path::new("."), &[file, "--stiffness", "12000"]);
+    assert!(said.contains("--torsion-stiffness"), "{said}");
+    let said = complaint(Path::new("."), &[file, "--start", "20", "--end", "10"]);
+    assert_eq!(said, "error: --end 10: must be among times after --start\n");
+}
+
+#[test]
+fn simulate_names_what_is_missing() {
+    let output = slipfit()
+        .args(["simulate", "decay", "--amplitude", "1", "--duration", "1", "--rate-hz", "10"])
+        .output()
+        .unwrap();
+    assert_eq!(output.status.code(), Some(2));
+    assert!(String::from_utf8_lossy(&output.stderr).contains("--frequency-hz"), "{output:?}");
+    slipfit()
+        .args(["simulate", "decay", "--frequency-hz", "1", "--amplitude", "1", "--duration", "1e9"])
+        .args(["--rate-hz", "1e9"])
+        .assert()
+        .code(2)
+        .stdout("");
+}

@@ -1,0 +1,182 @@
+//! Motion between two events: linear, so closed.
+//!
+//! With `lambda = -delta + i omega_d` and `psi = v + (delta + i omega_d) y`, where
+//! `y` is the displacement since the arc began, the equation of motion is
+//!
+//! ```text
+//! psi' = lambda psi + f(u),     y = Im psi / omega_d,   v = Re psi - delta y
+//! f(u) = f_0 + omega_0² (U(u) - U(0)),   f_0 = omega_0² (U(0) - x_start ∓ x_F)
+//! ```
+//!
+//! so `psi(u) = e^(lambda u) v_start + ∫ e^(lambda (u - s)) f(s) ds`. Counting from
+//! the arc's own start, with the integrals written as `(e^z - 1)/z`, leaves no
+//! large steady part for a transient to cancel, neither at resonance nor in a
+//! slip of a millionth of a period.
+
+use super::certify::first_zero;
+use super::local::Local;
+use crate::double_double::{self as dd, Dd};
+use crate::oscillator::Oscillator;
+
+pub(super) type C64 = nalgebra::Complex<f64>;
+
+/// What an arc needs to know of the oscillator.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub(crate) struct Constants {
+    pub(super) omega_0: f64,
+    pub(super) square: f64,
+    pub(super) delta: f64,
+    pub(super) omega_d: f64,
+    /// What `omega_d` lost by rounding: over a thousand cycles it would show.
+    omega_d_rest: f64,
+    pub(super) lambda: C64,
+    inverse_lambda: C64,
+    pub(super) half_period: Dd,
+    /// Furthest an arc may reach before it is begun anew.
+    pub(super) reach: f64,
+}
+
+impl Constants {
+    pub(crate) fn new(o: &Oscillator) -> Self {
+        let omega_d = Dd::root_of_difference_of_squares(o.omega_0(), o.decay_rate_per_s());
+        let lambda = C64::new(-o.decay_rate_per_s(), omega_d.hi);
+        Self {
+            omega_0: o.omega_0(),
+            square: o.omega_0() * o.omega_0(),
+            delta: o.decay_rate_per_s(),
+            omega_d: omega_d.hi,
+            omega_d_rest: omega_d.lo,
+            lambda,
+            inverse_lambda: lambda.inv(),
+            half_period: dd::PI.div(omega_d),
+            reach: 4.0 / o.omega_0(),
+        }
+    }
+}
+
+/// Sliding in one direction under a known drive.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub(crate) struct Arc {
+    pub(super) start: f64,
+    pub(super) velocity: f64,
+    pub(super) direction: f64,
+    /// Acceleration at the start, less the viscous part.
+    pub(super) pull: f64,
+}
+
+/// Displacement since the start and three derivatives, all at one time.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub(crate) struct Point {
+    pub(crate) moved: f64,
+    pub(crate) velocity: f64,
+    pub(crate) acceleration: f64,
+    pub(crate) jerk: f64,
+}
+
+/// `(e^y - 1)/y` for |y| below 0.7, to rounding.
+#[inline]
+pub(super) fn phi_1(y: C64) -> C64 {
+    let size = y.norm_sqr();
+    let terms = if size < 1e-8 {
+        5
+    } else if size < 1e-2 {
+        10
+    } else {
+        15
+    };
+    let mut sum = C64::new(1.0, 0.0);
+    for k in (2..=terms).rev() {
+        sum = C64::new(1.0, 0.0) + y * sum * INVERSE[k];
+    }
+    sum
+}
+
+/// `(e^y - 1 - y)/y²` for |y| below 0.7, to rounding.
+#[inline]
+pub(super) fn phi_2(y: C64) -> C64 {
+    let terms = if y.norm_sqr() < 1e-2 { 11 } else { 16 };
+    let mut sum = C64::new(1.0, 0.0);
+    for k in (3..=terms).rev() {
+        sum = C64::new(1.0, 0.0) + y * sum * INVERSE[k];
+    }
+    sum * 0.5
+}
+
+const INVERSE: [f64; 17] = {
+    let mut table = [0.0; 17];
+    let mut k = 1;
+    while k < 17 {
+        table[k] = 1.0 / k as f64;
+        k += 1;
+    }
+    table
+};
+
+/// `∫_0^u e^(lambda (u - s)) e^(mu s) ds` with `z = mu - lambda`, the two exponentials given.
+#[inline]
+pub(super) fn convolve(z: C64, inverse_z: C64, u: f64, e_mu: C64, e_lambda: C64) -> C64 {
+    let y = z * u;
+    if y.norm_sqr() < 0.49 { e_lambda * phi_1(y) * u } else { (e_mu - e_lambda) * inverse_z }
+}
+
+impl Arc {
+    /// The state `u` seconds into the arc.
+    #[inline]
+    pub(crate) fn at(&self, k: &Constants, drive: &Local, u: f64) -> Point {
+        let (sin, cos) = (k.omega_d * u).sin_cos();
+        let rest = k.omega_d_rest * u;
+        let e_lambda = C64::new(cos - sin * rest, sin + cos * rest) * (-k.delta * u).exp();
+        let one = convolve(-k.lambda, -k.inverse_lambda, u, C64::new(1.0, 0.0), e_lambda);
+        let mut psi = e_lambda * self.velocity + one * self.pull;
+        let (mut rise, mut slope) = (0.0, 0.0);
+        if !drive.is_constant() {
+            let forced;
+            (forced, rise, slope) = drive.convolved(k, u, e_lambda, one);
+            psi += forced * k.square;
+        }
+        let moved = psi.im / k.omega_d;
+        let velocity = psi.re - k.delta * moved;
+        let acceleration = self.pull + k.square * (rise - moved) - 2.0 * k.delta * velocity;
+        let jerk = k.square * (slope - velocity) - 2.0 * k.delta * acceleration;
+        Point { moved, velocity, acceleration, jerk }
+    }
+
+    /// Bound on the third derivative of velocity up to `reach`.
+    fn bound(&self, k: &Constants, drive: &Local, reach: f64) -> f64 {
+        let [swing, d1, d2, _] = drive.bounds(reach);
+        // psi about the equilibrium the pull alone would have.
+        let centre = self.pull / k.square;
+        let psi =
+            C64::new(self.velocity - k.delta * centre, -k.omega_d * centre).norm() + k.square * swing * reach;
+        let first = k.omega_0 * psi + k.square * swing;
+        let second = k.omega_0 * first + k.square * d1;
+        let third = k.omega_0 * second + k.square * d2;
+        // v = Re psi - delta Im psi/omega_d; a hair of slack covers rounding.
+        third * (k.omega_0 / k.omega_d) * 1.000_001
+    }
+
+    /// First time up to `reach` at which velocity comes to zero; `None` if it keeps its sign.
+    pub(crate) fn first_turn(&self, k: &Constants, drive: &Local, reach: f64) -> Option<f64> {
+        let m3 = self.bound(k, drive, reach);
+        // Rounding of velocity: what has acted so far, not what will.
+        let force = self.pull.abs() + k.square * drive.strength();
+        let s = self.direction;
+        let (mut u, mut trust) = (0.0, reach);
+        if self.velocity == 0.0 {
+            // g(0) = 0: leave along g' u + g'' u²/2 - M u³/6, positive up to its root.
+            let g1 = (s * self.pull).max(0.0);
+            let g2 = 0.5 * s * (k.square * drive.slope_at_start() - 2.0 * k.delta * self.pull);
+            let root = (g2 * g2 + m3 / 1.5 * g1).sqrt();
+            u = if g2 >= 0.0 { 3.0 * (g2 + root) / m3 } else { 2.0 * g1 / (root - g2) };
+            if u.is_nan() || u <= 0.0 {
+                return Some(0.0);
+            }
+            trust = trust.min(2.0 * u);
+        }
+        first_zero(u, trust, reach, m3, |u| {
+            let p = self.at(k, drive, u);
+            let noise = 1e-16 * (self.velocity.abs() + u * force);
+            [s * p.velocity, s * p.acceleration, s * p.jerk, noise]
+        })
+    }
+}

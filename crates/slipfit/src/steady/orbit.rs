@@ -1,0 +1,233 @@
+//! Periodic motion with any stops, by shooting on the event machine, and its stability.
+
+use super::{HarmonicDrive, Phasor};
+use crate::error::Error;
+use crate::oscillator::Oscillator;
+use crate::quadrature::integrate;
+use crate::simulate::{Drive, Event, EventKind, Friction, Motion};
+use std::f64::consts::PI;
+
+/// A motion that repeats with the drive, whatever its turns and stops.
+#[derive(Debug, Clone)]
+pub struct PeriodicOrbit {
+    drive: HarmonicDrive,
+    oscillator: Oscillator,
+    start: (f64, f64),
+    /// Each segment at its start.
+    segments: Vec<Motion>,
+    events: Vec<Event>,
+    multipliers: [Phasor; 2],
+    residual: f64,
+    cycles: u32,
+}
+
+/// How an orbit is sought.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct OrbitOptions {
+    /// Where to begin, position and velocity at the drive's crest; from rest without.
+    pub start: Option<(f64, f64)>,
+    /// Drive cycles run before shooting begins.
+    pub settle_cycles: u32,
+    /// Cycles after which to give up.
+    pub max_cycles: u32,
+}
+
+impl Default for OrbitOptions {
+    fn default() -> Self {
+        Self { start: None, settle_cycles: 4, max_cycles: 4000 }
+    }
+}
+
+impl PeriodicOrbit {
+    /// Finds a periodic orbit by Newton's method on the map over one cycle of the drive,
+    /// with the map's exact Jacobian; where that does not help, by running on.
+    ///
+    /// An orbit that spans a full stick is found too: any position inside the zone then
+    /// repeats, and the one reached is given. Where several orbits exist, the one reached
+    /// from `start` is given.
+    ///
+    /// # Errors
+    /// [`Error::DoesNotHold`] if none was found within `max_cycles`: no damping at
+    /// resonance, or a period other than the drive's.
+    pub fn find(
+        oscillator: &Oscillator,
+        drive: &HarmonicDrive,
+        options: OrbitOptions,
+    ) -> Result<Self, Error> {
+        let friction = Friction::of(oscillator);
+        Self::find_with_friction(oscillator, friction, drive, options)
+    }
+
+    /// The same with friction that differs between the directions.
+    ///
+    /// # Errors
+    /// As [`PeriodicOrbit::find`].
+    pub fn find_with_friction(
+        oscillator: &Oscillator,
+        friction: Friction,
+        drive: &HarmonicDrive,
+        options: OrbitOptions,
+    ) -> Result<Self, Error> {
+        let period = 2.0 * PI / drive.omega();
+        let tone = Drive::harmonic(drive.amplitude(), drive.omega())?;
+        let begin = |(x, v): (f64, f64)| Motion::with_friction(oscillator, friction, tone.clone(), 0.0, x, v);
+        let mut z = options.start.unwrap_or((0.0, 0.0));
+        let mut cycles = 0;
+        while cycles < options.settle_cycles {
+            let s = begin(z)?.tangent(period).state;
+            z = (s.position, s.velocity);
+            cycles += 1;
+        }
+        let size = |d: (f64, f64)| d.0.abs().max(d.1.abs() / oscillator.omega_0());
+        let mut best = f64::INFINITY;
+        while cycles < options.max_cycles {
+            let t = begin(z)?.tangent(period);
+            cycles += 1;
+            let gap = (t.state.position - z.0, t.state.velocity - z.1);
+            let scale = size(z).max(drive.amplitude() * 1e-3).max(size((t.state.position, t.state.velocity)));
+            let residual = size(gap) / scale;
+            if residual < 4e-15 || (residual < 1e-12 && residual >= 0.5 * best) {
+                return Self::collect(oscillator, drive, begin(z)?, z, &t.matrix, residual, cycles);
+            }
+            let [[a, b], [c, d]] = t.matrix;
+            let det = (a - 1.0) * (d - 1.0) - b * c;
+            let step = (-((d - 1.0) * gap.0 - b * gap.1) / det, -((a - 1.0) * gap.1 - c * gap.0) / det);
+            let newton = (z.0 + step.0, z.1 + step.1);
+            z = (t.state.position, t.state.velocity);
+            if newton.0.is_finite() && newton.1.is_finite() && size(newton) < 1e90 {
+                let n = begin(newton)?.tangent(period).state;
+                cycles += 1;
+                let there = size((n.position - newton.0, n.velocity - newton.1)) / scale;
+                if there < residual {
+                    z = newton;
+                }
+            }
+            best = best.min(residual);
+        }
+        Err(Error::DoesNotHold {
+            method: "a motion that repeats with the drive",
+            why: "none was reached from this start; there is no damping at resonance, or the period is another",
+        })
+    }
+
+    fn collect(
+        oscillator: &Oscillator,
+        drive: &HarmonicDrive,
+        mut motion: Motion,
+        start: (f64, f64),
+        matrix: &[[f64; 2]; 2],
+        residual: f64,
+        cycles: u32,
+    ) -> Result<Self, Error> {
+        let period = 2.0 * PI / drive.omega();
+        let (mut segments, mut events) = (Vec::new(), Vec::new());
+        loop {
+            let (length, _) = motion.outlook();
+            segments.push(motion.clone());
+            if length.is_infinite() || length >= motion.until(period) {
+                break;
+            }
+            events.extend(motion.advance());
+        }
+        let [[a, b], [c, d]] = *matrix;
+        let (half, det) = (0.5 * (a + d), a * d - b * c);
+        let root = Phasor::new(half * half - det, 0.0).sqrt();
+        Ok(Self {
+            drive: *drive,
+            oscillator: *oscillator,
+            start,
+            segments,
+            events,
+            multipliers: [root + half, -root + half],
+            residual,
+            cycles,
+        })
+    }
+
+    /// Position and velocity at the drive's crest.
+    pub fn start(&self) -> (f64, f64) {
+        self.start
+    }
+
+    /// Events of one cycle, time from the drive's crest.
+    pub fn events(&self) -> &[Event] {
+        &self.events
+    }
+
+    /// Stops in one cycle.
+    pub fn stops(&self) -> usize {
+        self.events.iter().filter(|e| matches!(e.kind, EventKind::Stop | EventKind::Rest)).count()
+    }
+
+    /// Floquet multipliers: the factors by which a small disturbance grows per cycle.
+    /// Stable while both are below one in magnitude. A stop makes one of them zero.
+    pub fn multipliers(&self) -> [Phasor; 2] {
+        self.multipliers
+    }
+
+    /// Whether small disturbances die out (a full stick, which keeps them, does not count).
+    pub fn is_stable(&self) -> bool {
+        self.multipliers.iter().all(|m| m.norm() < 1.0)
+    }
+
+    /// How well the orbit closes: largest difference of position and velocity/omega_0
+    /// after a cycle, relative to the motion.
+    pub fn residual(&self) -> f64 {
+        self.residual
+    }
+
+    /// Cycles of the drive that were run to find it.
+    pub fn cycles(&self) -> u32 {
+        self.cycles
+    }
+
+    /// Displacement and velocity, time from the drive's crest.
+    pub fn state(&self, time_s: f64) -> (f64, f64) {
+        let t = time_s.rem_euclid(2.0 * PI / self.drive.omega());
+        let i = self.segments.partition_point(|m| m.state().time_s <= t).saturating_sub(1);
+        let mut motion = self.segments[i].clone();
+        let u = motion.until(t).max(0.0);
+        motion.peek(u)
+    }
+
+    /// Turning points of one cycle, time from the drive's crest.
+    pub fn turning_points(&self) -> Vec<(f64, f64)> {
+        let turned = |e: &&Event| matches!(e.kind, EventKind::Turn | EventKind::Stop | EventKind::Rest);
+        self.events.iter().filter(turned).map(|e| (e.time_s, e.position)).collect()
+    }
+
+    /// `∫ f(t, x, v) dt` over a cycle.
+    pub(super) fn integral(&self, f: impl Fn(f64, f64, f64) -> f64) -> f64 {
+        let period = 2.0 * PI / self.drive.omega();
+        let mut sum = 0.0;
+        for (i, m) in self.segments.iter().enumerate() {
+            let from = m.state().time_s;
+            let to = self.segments.get(i + 1).map_or(period, |n| n.state().time_s);
+            let m = std::cell::RefCell::new(m.clone());
+            sum += integrate(
+                &|u: f64| {
+                    let (x, v) = m.borrow_mut().peek(u);
+                    f(from + u, x, v)
+                },
+                0.0,
+                to - from,
+            );
+        }
+        sum
+    }
+
+    /// Phasor of harmonic `n`, time from the drive's crest; `n = 0` gives the mean.
+    pub fn harmonic(&self, n: u32) -> Phasor {
+        let omega = self.drive.omega();
+        let w = f64::from(n) * omega;
+        let factor = if n == 0 { 0.5 } else { 1.0 } * omega / PI;
+        let re = self.integral(|t, x, _| x * (w * t).cos());
+        let im = self.integral(|t, x, _| -x * (w * t).sin());
+        Phasor::new(re, im) * factor
+    }
+
+    /// The oscillator.
+    pub fn oscillator(&self) -> &Oscillator {
+        &self.oscillator
+    }
+}

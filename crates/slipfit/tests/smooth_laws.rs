@@ -1,0 +1,149 @@
+//! Speed-dependent friction, integrated, against closed forms where they exist.
+
+#![cfg(feature = "smooth-laws")]
+#![allow(clippy::unwrap_used, reason = "a test stops where something is wrong")]
+
+use proptest::prelude::*;
+use slipfit::Oscillator;
+use slipfit::decay::{Envelope, drag_rate};
+use slipfit::simulate::smooth::{SmoothMotion, drag, power, stribeck};
+use slipfit::simulate::{Drive, Event, EventKind, Harmonic, Motion};
+
+fn all<F: Fn(f64) -> f64>(motion: &mut SmoothMotion<F>, until: f64) -> Vec<Event> {
+    std::iter::from_fn(|| motion.next_event(until).unwrap()).collect()
+}
+
+#[test]
+fn sliding_and_drag_turn_where_the_first_integral_says() {
+    // Undamped otherwise, moving up: d(v²)/dx = -2 w² (x + x_F + c v²), linear in v².
+    let (w, c, x_f) = (1.7f64, 0.3f64, 0.002f64);
+    let o = Oscillator::kinematic(w, 0.0, x_f).unwrap();
+    let mut motion = SmoothMotion::new(&o, drag(c).unwrap(), Drive::none(), 0.0, -2.0, 0.0).unwrap();
+    let events = all(&mut motion, 60.0);
+    let mut from: f64 = 2.0;
+    let k = 2.0 * w * w * c;
+    for e in &events {
+        // v² = K e^(-k x) - (x + x_F)/c + w²·2/k² ... zero at -from and at the next turn.
+        let part = |x: f64| 2.0 * w * w * (1.0 / (k * k) - (x + x_f) / k);
+        let constant = -part(-from) * (-k * from).exp();
+        let square = |x: f64| constant * (-k * x).exp() + part(x);
+        let (mut low, mut high) = (-from + 0.5 * (from - x_f).max(1e-9), from);
+        for _ in 0..200 {
+            let middle = 0.5 * (low + high);
+            if square(middle) > 0.0 { low = middle } else { high = middle }
+        }
+        assert!((e.position.abs() - low.abs()).abs() < 1e-11, "{e:?} {low}");
+        from = e.position.abs();
+    }
+    assert!(events.len() > 15);
+    assert_eq!(events.last().unwrap().kind, EventKind::Rest);
+}
+
+#[test]
+fn a_weak_drag_follows_the_slow_envelope() {
+    let o = Oscillator::physical(1.0, 1e-3, 1.0, 2e-4).unwrap();
+    let c = 1e-3;
+    let envelope = Envelope::of(&o, drag_rate(c, 1.0, 1.0), 1.0).unwrap();
+    let mut motion = SmoothMotion::new(&o, drag(c).unwrap(), Drive::none(), 0.0, 1.0, 0.0).unwrap();
+    let events = all(&mut motion, 500.0);
+    assert!(events.len() > 150);
+    for e in &events {
+        assert!((e.position.abs() - envelope.amplitude(e.time_s)).abs() < 2e-3 * e.position.abs(), "{e:?}");
+    }
+}
+
+#[test]
+fn a_closure_that_is_not_finite_is_an_error() {
+    let o = Oscillator::kinematic(1.0, 0.01, 0.0).unwrap();
+    let mut motion = SmoothMotion::new(&o, |_| f64::NAN, Drive::none(), 0.0, 1.0, 0.0).unwrap();
+    assert!(motion.next_event(10.0).is_err());
+    assert!(drag(-1.0).is_err() && power(1.0, 0.0).is_err() && stribeck(0.1, 0.0).is_err());
+    assert!(motion.with_tolerance(0.1).is_err());
+}
+
+#[test]
+fn a_stribeck_law_can_excite_by_itself_where_coulomb_cannot() {
+    // A belt would be needed for a limit cycle; free, weakening only slows the decay.
+    let o = Oscillator::kinematic(1.0, 0.0, 0.05).unwrap();
+    let run = |drop: f64| {
+        let law = stribeck(drop, 0.05).unwrap();
+        let mut m = SmoothMotion::new(&o, law, Drive::none(), 0.0, 1.0, 0.0).unwrap();
+        all(&mut m, 200.0)
+    };
+    let (coulomb, weak) = (run(0.0), run(0.03));
+    assert!(weak.len() > coulomb.len());
+    assert_eq!(weak.last().unwrap().kind, EventKind::Rest);
+    // At speed friction is 0.02, so a half cycle takes a little more than twice that.
+    let lost = weak[0].position.abs() - weak[1].position.abs();
+    assert!(lost > 0.04 && lost < 0.05, "{lost}");
+}
+
+proptest! {
+    #![proptest_config(ProptestConfig { cases: 60, failure_persistence: None, ..ProptestConfig::default() })]
+
+    #[test]
+    fn without_a_law_or_with_a_viscous_one_the_closed_form_is_met(
+        q in 2.0..200.0f64, x_f in 0.01..0.6f64, ratio in 1.0..1.3f64, omega in 0.2..3.0f64,
+        x in -2.0..2.0f64, share in 0.0..1.0f64, off in 5.0..30.0f64,
+    ) {
+        let delta = 0.5 / q;
+        let build = |delta: f64| Oscillator::builder().omega_0(1.0).decay_rate_per_s(delta)
+            .friction_displacement(x_f).static_displacement(x_f * ratio).build().unwrap();
+        let drive = Drive::harmonic(1.0, omega).unwrap().until(off).unwrap();
+        let mut exact = Motion::new(&build(delta), drive.clone(), 0.0, x, 0.0).unwrap();
+        // 2 delta v = law: part of the damping moved from the oscillator into the law.
+        let moved = 2.0 * delta * share;
+        let mut other =
+            SmoothMotion::new(&build(delta * (1.0 - share)), move |v| moved * v, drive, 0.0, x, 0.0).unwrap();
+        let expected: Vec<Event> = exact.events(40.0).collect();
+        let found = all(&mut other, 40.0);
+        prop_assert_eq!(expected.len(), found.len());
+        for (e, f) in expected.iter().zip(&found) {
+            prop_assert_eq!(e.kind, f.kind);
+            // A stop short of a release, or a release on a crest, magnifies what came before.
+            prop_assert!((e.position - f.position).abs() < 1e-9, "{e:?} {f:?}");
+            prop_assert!((e.time_s - f.time_s).abs() < 1e-6, "{e:?} {f:?}");
+        }
+    }
+}
+
+/// Every kind of drive, closed form against integration, which share nothing but the drive.
+#[test]
+fn every_drive_agrees_with_its_integration() {
+    let tones = [
+        Harmonic { amplitude: 0.7, omega: 0.9, phase: 0.3 },
+        Harmonic { amplitude: 0.4, omega: 2.7, phase: 1.0 },
+        Harmonic { amplitude: 0.2, omega: 0.31, phase: 2.0 },
+    ];
+    let grid: Vec<f64> = (0..400).map(|i| 0.17 * f64::from(i)).collect();
+    let wave = grid.iter().map(|t| (0.8 * t).sin() + 0.3 * (2.3 * t).cos()).collect();
+    let drives = [
+        ("tones", Drive::harmonics(0.1, &tones).unwrap()),
+        ("sampled", Drive::sampled(grid, wave).unwrap()),
+        ("slow sweep up", Drive::chirp(1.0, 0.8, 1.2, 0.0, 60.0).unwrap()),
+        ("sweep down", Drive::chirp(1.0, 3.0, 0.2, 5.0, 50.0).unwrap()),
+        ("fast sweep", Drive::chirp(1.0, 0.2, 8.0, 0.0, 20.0).unwrap()),
+        ("off at any phase", Drive::harmonic(2.0, 1.0).unwrap().until(17.3).unwrap()),
+        ("steps", Drive::harmonic(1.0, 1.0).unwrap().then(9.0, Drive::hold(0.7).unwrap()).unwrap()),
+    ];
+    for (name, drive) in drives {
+        for (delta, x_f, x_s) in [(0.02, 0.1, 0.1), (0.1, 0.35, 0.45), (0.6, 0.2, 0.2), (0.0, 0.05, 0.05)] {
+            let o = Oscillator::builder()
+                .omega_0(1.0)
+                .decay_rate_per_s(delta)
+                .friction_displacement(x_f)
+                .static_displacement(x_s)
+                .build()
+                .unwrap();
+            let mut exact = Motion::new(&o, drive.clone(), 0.0, 0.4, 0.2).unwrap();
+            let mut other = SmoothMotion::new(&o, |_| 0.0, drive.clone(), 0.0, 0.4, 0.2).unwrap();
+            let (a, b): (Vec<_>, Vec<_>) = (exact.events(60.0).collect(), all(&mut other, 60.0));
+            let kinds = |e: &[Event]| e.iter().map(|e| e.kind).collect::<Vec<_>>();
+            assert_eq!(kinds(&a), kinds(&b), "{name} {delta}");
+            for (e, f) in a.iter().zip(&b) {
+                assert!((e.position - f.position).abs() < 2e-10, "{name} {delta} {e:?} {f:?}");
+                assert!((e.time_s - f.time_s).abs() < 1e-8, "{name} {delta} {e:?} {f:?}");
+            }
+        }
+    }
+}
