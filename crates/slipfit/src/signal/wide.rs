@@ -66,7 +66,7 @@ pub(crate) fn half_turn<S: Simd>(simd: S, r: S::f64s) -> (S::f64s, S::f64s) {
     (simd.mul_f64s(r, horner(simd, z, &SINE)), horner(simd, z, &COSINE))
 }
 
-/// Sine and cosine, as [`sin_cos`](super::trig::sin_cos).
+/// Sine and cosine, absolute error below 4e-16 for `|x| < 2e8`.
 #[inline(always)]
 pub(crate) fn sin_cos<S: Simd>(simd: S, x: S::f64s) -> (S::f64s, S::f64s) {
     let n = round(simd, simd.mul_f64s(x, simd.splat_f64s(FRAC_1_PI)));

@@ -215,7 +215,9 @@ impl pulp::WithSimd for Pass<'_> {
             done = data.amplitude.len() / TABLE * TABLE;
             self.even(simd, interval, done, &mut m);
         }
-        self.any(done, &mut m);
+        if done < data.amplitude.len() {
+            self.any(done, &mut m);
+        }
         let n = data.amplitude.len() as f64;
         Sums {
             jtj: [[m.ee, m.e, -b * m.uee], [m.e, n, -b * m.ue], [-b * m.uee, -b * m.ue, b * b * m.uuee]],

@@ -91,80 +91,76 @@ pub(super) fn minimise<const N: usize>(
     Some(Minimum { best, inverse, rss: here.rss, converged, passes })
 }
 
-/// Cholesky factor of the matrix scaled to unit diagonal plus `damping`, and the scales.
-fn factor<const N: usize>(a: &[[f64; N]; N], damping: f64) -> Option<([[f64; N]; N], [f64; N])> {
-    let mut scale = [0.0; N];
-    for i in 0..N {
-        if !(a[i][i] > 0.0 && a[i][i].is_finite()) {
+/// `A + damping diag A = L D Lᵀ`: `L` below the diagonal, `1/D` on it.
+///
+/// `None` where a column is a combination of those before it, to rounding.
+#[inline(always)]
+fn factor<const N: usize>(a: &[[f64; N]; N], damping: f64) -> Option<[[f64; N]; N]> {
+    let mut l = [[0.0; N]; N];
+    for j in 0..N {
+        let whole = a[j][j] * (1.0 + damping);
+        let mut pivot = whole;
+        // L D, row j.
+        let mut scaled = [0.0; N];
+        for k in 0..j {
+            scaled[k] = l[j][k];
+            l[j][k] *= l[k][k];
+            pivot -= l[j][k] * scaled[k];
+        }
+        if !(pivot > 1e-14 * whole && whole.is_finite()) {
             return None;
         }
-        scale[i] = 1.0 / a[i][i].sqrt();
-    }
-    let mut l = [[0.0; N]; N];
-    for i in 0..N {
-        for j in 0..=i {
-            let mut sum = a[i][j] * scale[i] * scale[j] + if i == j { damping } else { 0.0 };
+        l[j][j] = 1.0 / pivot;
+        for i in j + 1..N {
+            let mut sum = a[i][j];
             for k in 0..j {
+                // Rows below still hold L D.
                 sum -= l[i][k] * l[j][k];
             }
-            if i == j {
-                // Below this the columns are one and the same to rounding.
-                if !(sum > 1e-14) {
-                    return None;
-                }
-                l[i][i] = sum.sqrt();
-            } else {
-                l[i][j] = sum / l[j][j];
-            }
+            l[i][j] = sum;
         }
     }
-    Some((l, scale))
+    Some(l)
 }
 
+#[inline(always)]
 fn solve<const N: usize>(l: &[[f64; N]; N], g: &[f64; N]) -> [f64; N] {
     let mut x = *g;
     for i in 0..N {
         for k in 0..i {
             x[i] -= l[i][k] * x[k];
         }
-        x[i] /= l[i][i];
+    }
+    for i in 0..N {
+        x[i] *= l[i][i];
     }
     for i in (0..N).rev() {
         for k in i + 1..N {
             x[i] -= l[k][i] * x[k];
         }
-        x[i] /= l[i][i];
     }
     x
 }
 
 /// The damped step and the decrease of the sum of squares it promises.
 fn step<const N: usize>(sums: &Sums<N>, damping: f64) -> Option<([f64; N], f64)> {
-    let (l, scale) = factor(&sums.jtj, damping)?;
-    let mut g = sums.jtr;
-    for i in 0..N {
-        g[i] *= scale[i];
-    }
-    let mut x = solve(&l, &g);
-    // (A + d) x = g, so 2 g·x - x·A x = g·x + d x·x.
+    let l = factor(&sums.jtj, damping)?;
+    let x = solve(&l, &sums.jtr);
+    // (A + d D) x = g, so 2 g·x - x·A x = g·x + d x·D x.
     let mut gain = 0.0;
     for i in 0..N {
-        gain += x[i] * (g[i] + damping * x[i]);
-        x[i] *= scale[i];
+        gain += x[i] * (sums.jtr[i] + damping * sums.jtj[i][i] * x[i]);
     }
     Some((x, gain))
 }
 
 fn inverse<const N: usize>(a: &[[f64; N]; N]) -> Option<[[f64; N]; N]> {
-    let (l, scale) = factor(a, 0.0)?;
+    let l = factor(a, 0.0)?;
     let mut out = [[0.0; N]; N];
-    for i in 0..N {
+    for (i, row) in out.iter_mut().enumerate() {
         let mut unit = [0.0; N];
-        unit[i] = scale[i];
-        let column = solve(&l, &unit);
-        for j in 0..N {
-            out[j][i] = column[j] * scale[j];
-        }
+        unit[i] = 1.0;
+        *row = solve(&l, &unit);
     }
     Some(out)
 }

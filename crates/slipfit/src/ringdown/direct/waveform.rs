@@ -144,9 +144,7 @@ pub fn fit_waveform(time_s: &[f64], signal: &[f64], start: &Decay) -> Result<Dec
         TAU * start.frequency_hz,
         start.offset,
     ];
-    let sums = |time: &[f64], signal: &[f64], p: &[f64; 6]| {
-        pulp::Arch::new().dispatch(Pass { time, signal, origin, p })
-    };
+    let duration = time_s[n - 1] - origin;
     let moved = |p: &[f64; 6], step: &[f64; 6]| {
         let mut q = *p;
         for k in 0..6 {
@@ -154,15 +152,22 @@ pub fn fit_waveform(time_s: &[f64], signal: &[f64], start: &Decay) -> Result<Dec
         }
         q
     };
-    let fit = |from| minimise(from, n as f64, power, |p| sums(time_s, signal, p), moved);
+    let fit = |from, stops| {
+        let sums = |p: &[f64; 6]| pulp::Arch::new().dispatch(Pass { time: time_s, signal, origin, p, stops });
+        minimise(from, n as f64, power, sums, moved)
+    };
     let mut found = None;
     if let Some((near, rss)) = nearer(time_s, signal, &at) {
         // The straight pieces it was found from know what residual to expect.
-        found = fit(near).filter(|f| f.converged && f.rss < 2.0 * rss + 1e-20 * power);
+        found = fit(near, false).filter(|f| f.converged && f.rss < 2.0 * rss + 1e-20 * power);
     }
-    let found = found
-        .or_else(|| fit(at))
-        .ok_or(Error::NoFit { reason: "the samples do not tell six parameters apart" })?;
+    found = found.or_else(|| fit(at, false));
+    if found.is_none_or(|f| stopped(&f.best, duration)) {
+        let smooth = found.and_then(|f| fit(f.best, true));
+        let own = fit(at, true);
+        found = [smooth, own].into_iter().flatten().min_by(|a, b| a.rss.total_cmp(&b.rss));
+    }
+    let found = found.ok_or(Error::NoFit { reason: "the samples do not tell six parameters apart" })?;
     let (mut error, correlation) = spread(&found.inverse, found.rss / (n - 6) as f64);
     error[4] = error[4].abs();
     Ok(DecayFit {
@@ -173,6 +178,12 @@ pub fn fit_waveform(time_s: &[f64], signal: &[f64], start: &Decay) -> Result<Dec
         converged: found.converged,
         steps: found.passes,
     })
+}
+
+/// Whether friction holds the motion before `duration` is over.
+fn stopped(&[a0, x_f, delta, _, omega, _]: &[f64; 6], duration: f64) -> bool {
+    let fall = Fall::after(delta, duration);
+    a0 * fall.e - x_f * (sliding_gain(delta, omega).0 * fall.g + 1.0) <= 0.0
 }
 
 /// Pieces whose amplitudes and phases lead the start to its goal.
@@ -274,6 +285,9 @@ pub(super) struct Pass<'a> {
     pub(super) signal: &'a [f64],
     pub(super) origin: f64,
     pub(super) p: &'a [f64; 6],
+    /// Whether the motion ends where friction holds it; else its law goes on past zero, smooth
+    /// in every parameter.
+    pub(super) stops: bool,
 }
 
 /// `e^(-delta t)`, `G = (1 - e^(-delta t))/delta` and `dG/d delta`.
@@ -328,7 +342,7 @@ impl pulp::WithSimd for Pass<'_> {
 
     #[inline(always)]
     fn with_simd<S: Simd>(self, simd: S) -> Option<Sums<6>> {
-        let Self { time, signal, origin, p } = self;
+        let Self { time, signal, origin, p, stops } = self;
         let &[a0, x_f, delta, phase, omega, offset] = p;
         if !(omega > 0.0 && omega.is_finite()) {
             return None;
@@ -368,11 +382,12 @@ impl pulp::WithSimd for Pass<'_> {
             }
             let amplitude = a0 * fall.e - x_f * gain * fall.g;
             let swing = amplitude - x_f;
-            if !swing.is_finite() {
+            // Beyond 2^50 half cycles counting them loses its meaning.
+            if !(swing.is_finite() && n.abs() < 1e15) {
                 return None;
             }
             // The spring no longer overcomes the friction: at rest for good.
-            let rests = swing <= 0.0;
+            let rests = stops && swing <= 0.0;
             let limit = origin + ((n + 1.0) * PI - phase) / omega;
             let end = if rests { time.len() } else { end_before(time, index, limit) };
             if end == index {
