@@ -88,7 +88,7 @@ pub(crate) fn smooth(blocks: &[Block], amplitude: &[f64], noise_rms: f64) -> Opt
         return None;
     }
     unslip(&mut phase, &tau, &weight, span);
-    let mut best: Option<(f64, &[Column], Vec<f64>, nalgebra::DMatrix<f64>, f64)> = None;
+    let mut best: Option<Candidate> = None;
     for columns in MODELS {
         if strong.len() < columns.len() + 2 && columns.len() > 2 {
             continue;
@@ -98,11 +98,11 @@ pub(crate) fn smooth(blocks: &[Block], amplitude: &[f64], noise_rms: f64) -> Opt
         let n = strong.len() as f64;
         // The noise is known, so is the scale: chi-squared, not its logarithm, unless it is in excess.
         let score = bic(rss.max(n), n, n, columns.len()) + if columns.len() > 2 { 6.0 } else { 0.0 };
-        if best.as_ref().is_none_or(|b| score < b.0) {
-            best = Some((score, columns, c, covariance, rss));
+        if best.as_ref().is_none_or(|b| score < b.score) {
+            best = Some(Candidate { score, columns, c, covariance, rss });
         }
     }
-    let (_, columns, c, covariance, rss) = best?;
+    let Candidate { columns, c, covariance, rss, .. } = best?;
     let n = strong.len() as f64;
     let excess = rss / (n - columns.len() as f64).max(1.0);
     let mean_square = rss / strong.iter().map(|&j| weight[j]).sum::<f64>();
@@ -177,6 +177,15 @@ fn unslip(phase: &mut [f64], tau: &[f64], weight: &[f64], span: f64) {
 
 fn model_at(row: &[f64], c: &[f64]) -> f64 {
     row.iter().zip(c).map(|(x, y)| x * y).sum()
+}
+
+/// One law fitted to the phases.
+struct Candidate {
+    score: f64,
+    columns: &'static [Column],
+    c: Vec<f64>,
+    covariance: nalgebra::DMatrix<f64>,
+    rss: f64,
 }
 
 /// Locally smoothed phases at the blocks, whatever their law.
