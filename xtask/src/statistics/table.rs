@@ -44,7 +44,7 @@ pub(crate) fn markdown(rows: &[(Cell, Option<Outcome>)], seeds: u64) -> String {
          {:.1} %.\n\n## White noise\n\n{HEAD}",
         100.0 * (0.95f64 * 0.05 / seeds as f64).sqrt()
     );
-    let mut line = |text: &mut String, cell: &Cell, outcome: &Option<Outcome>| {
+    let line = |text: &mut String, cell: &Cell, outcome: &Option<Outcome>| {
         let Some(o) = outcome else {
             let _ = writeln!(
                 text,
