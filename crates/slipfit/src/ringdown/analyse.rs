@@ -134,12 +134,13 @@ fn within_reach(samples: &Samples) -> Result<(), Error> {
     const REACH: std::ops::RangeInclusive<f64> = 1e-60..=1e60;
     let spread = |v: &[f64]| v.iter().fold(0.0f64, |m, x| m.max((x - v[0]).abs()).max(x.abs()));
     let signal = spread(&samples.signal).max(samples.quadrature.as_deref().map_or(0.0, spread));
-    for (name, value) in [("largest value of the signal", signal), ("duration (s)", samples.duration())] {
-        if !REACH.contains(&value) {
-            return Err(Error::Parameter { name, value, range: "1e-60 to 1e60: choose another unit" });
-        }
+    if [signal, samples.duration()].iter().all(|v| REACH.contains(v)) {
+        return Ok(());
     }
-    Ok(())
+    Err(Error::NoFit {
+        reason: "signal or duration lie beyond 1e-60 to 1e60, where powers leave the range of numbers; \
+                 choose another unit",
+    })
 }
 
 fn refusal_of_length(refusal: &Error) -> bool {
