@@ -168,6 +168,12 @@ impl Oscillator {
         4.0 * self.friction / (PI * drive_amplitude)
     }
 
+    /// Friction displacement that makes the [`friction_ratio`](Self::friction_ratio) `beta`:
+    /// `x_F = pi beta x_0/4`.
+    pub fn friction_of_ratio(beta: f64, drive_amplitude: f64) -> f64 {
+        0.25 * PI * beta * drive_amplitude
+    }
+
     /// Offset of the free decay, `C = x_F coth(pi delta / 2 omega_d)`: turning
     /// points fall exponentially towards `-C`. Infinite without viscous damping.
     pub fn decay_offset(&self) -> f64 {
