@@ -35,8 +35,9 @@ pub struct Cell {
     /// Largest error of eq. (14), `a = 4/3`, within [`FLANK_HALF_WIDTHS`].
     pub lorentzian_flank_error: f64,
     /// Largest error of the amplitude by eq. (16) at the turning points of the ring-down
-    /// that starts where the drive leaves it, over the initial amplitude.
-    pub ring_down_error: f64,
+    /// that starts where the drive leaves it, the stop itself excepted, over the initial
+    /// amplitude; `None` where the mass stops at its first turning point or does not start.
+    pub ring_down_error: Option<f64>,
     /// Exact `phi_1` at resonance, rad, which the paper takes as zero.
     pub fundamental_phase: f64,
 }
@@ -109,10 +110,15 @@ fn exact_amplitude(oscillator: &Oscillator, drive: &HarmonicDrive) -> Result<f64
 }
 
 /// Eq. (16) against the turning points, to the stop or five decay times.
-fn ring_down_error(oscillator: &Oscillator, initial: f64) -> Result<f64, Error> {
+fn ring_down_error(oscillator: &Oscillator, initial: f64) -> Result<Option<f64>, Error> {
     let decay = FreeDecay::from_rest(oscillator, initial)?;
     let half_cycles = 5.0 / oscillator.half_cycle_decrement();
-    let last = decay.stop().map_or(u64::MAX, |s| s.index).min(half_cycles.ceil() as u64).max(1);
+    // The offset left at the stop is chance, and no amplitude.
+    let moving = decay.stop().map_or(u64::MAX, |s| s.index.saturating_sub(1));
+    let last = moving.min(half_cycles.ceil() as u64);
+    if last == 0 {
+        return Ok(None);
+    }
     let stride = last.div_ceil(TURNING_POINTS);
     let mut worst = 0.0f64;
     for n in (0..=last).step_by(stride as usize) {
@@ -120,7 +126,7 @@ fn ring_down_error(oscillator: &Oscillator, initial: f64) -> Result<f64, Error> 
         let by_16 = averaged::ring_down_amplitude(oscillator, initial, p.time_s).max(0.0);
         worst = worst.max((by_16 - p.position.abs()).abs());
     }
-    Ok(worst / initial)
+    Ok(Some(worst / initial))
 }
 
 #[cfg(test)]
@@ -131,7 +137,7 @@ mod tests {
     fn without_friction_only_the_turning_points_of_low_q_are_off() {
         let c = cell(1000.0, 0.0).unwrap();
         assert!(c.leading_flank_error < 1e-9 && c.lorentzian_flank_error < 1e-9, "{c:?}");
-        assert!(c.fundamental_phase.abs() < 1e-9 && c.ring_down_error < 1e-5, "{c:?}");
+        assert!(c.fundamental_phase.abs() < 1e-9 && c.ring_down_error.unwrap() < 1e-5, "{c:?}");
     }
 
     #[test]
@@ -144,7 +150,7 @@ mod tests {
                 c.leading_flank_error,
                 c.lorentzian_error,
                 c.lorentzian_flank_error,
-                c.ring_down_error,
+                c.ring_down_error.unwrap_or(0.0),
                 c.fundamental_phase,
             ] {
                 assert!(v.is_finite(), "{c:?}");
