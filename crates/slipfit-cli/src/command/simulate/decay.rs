@@ -12,7 +12,7 @@ const LOCK_IN_POINTS: u32 = 64;
 
 pub(super) fn run(args: &DecayArgs) -> Result<(), Failure> {
     let rows = rows(args.sampling.duration, args.sampling.rate_hz)?;
-    let oscillator = oscillator(&args.oscillator, |_| args.amplitude.abs())?;
+    let oscillator = oscillator(&args.oscillator, |_| Ok(args.amplitude.abs()))?;
     let motion = FreeDecay::from_rest(&oscillator, args.amplitude).map_err(|e| spoken(&e))?;
     let mut sheet = Sheet {
         command: "decay",

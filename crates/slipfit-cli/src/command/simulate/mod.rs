@@ -57,7 +57,10 @@ fn rows(duration_s: f64, rate_hz: f64) -> Result<u64, Failure> {
 }
 
 /// The oscillator; `reference` is the displacement that `--beta` refers to.
-fn oscillator(args: &OscillatorArgs, reference: impl Fn(&Oscillator) -> f64) -> Result<Oscillator, Failure> {
+fn oscillator(
+    args: &OscillatorArgs,
+    reference: impl Fn(&Oscillator) -> Result<f64, Failure>,
+) -> Result<Oscillator, Failure> {
     let mut builder = Oscillator::builder();
     if let Some(v) = args.frequency_hz {
         builder = builder.frequency_hz(v);
@@ -76,7 +79,7 @@ fn oscillator(args: &OscillatorArgs, reference: impl Fn(&Oscillator) -> f64) -> 
     }
     if let Some(beta) = args.beta {
         let bare = builder.build().map_err(|e| spoken(&e))?;
-        builder = builder.friction_displacement(Oscillator::friction_of_ratio(beta, reference(&bare)));
+        builder = builder.friction_displacement(Oscillator::friction_of_ratio(beta, reference(&bare)?));
     }
     if let Some(v) = args.friction_displacement {
         builder = builder.friction_displacement(v);
@@ -105,8 +108,7 @@ fn base_amplitude(drive: &DriveArgs, oscillator: &Oscillator) -> Result<f64, Fai
 
 /// The oscillator and the drive's amplitude, which `--beta` needs.
 fn driven_oscillator(args: &OscillatorArgs, drive: &DriveArgs) -> Result<(Oscillator, f64), Failure> {
-    let reference = |o: &Oscillator| base_amplitude(drive, o).unwrap_or(f64::NAN);
-    let oscillator = oscillator(args, reference)?;
+    let oscillator = oscillator(args, |o| base_amplitude(drive, o))?;
     let amplitude = base_amplitude(drive, &oscillator)?;
     Ok((oscillator, amplitude))
 }

@@ -48,7 +48,7 @@ pub(super) fn sweep(args: &SweepArgs) -> Result<(), Failure> {
 }
 
 pub(super) fn levels(args: &LevelsArgs) -> Result<(), Failure> {
-    let o = oscillator(&args.oscillator, |_| args.stop_amplitude)?;
+    let o = oscillator(&args.oscillator, |_| Ok(args.stop_amplitude))?;
     let frequency_hz = args.drive_frequency_hz.unwrap_or(o.frequency_hz());
     let readings: Vec<Reading> = spaced(args.start_amplitude, args.stop_amplitude, args.points, args.log)
         .map(|x_0| reading(&o, x_0, frequency_hz))
