@@ -83,4 +83,14 @@ fn main() {
         black_box(run());
     });
     println!("sweep, {events} events, {:7.0} ns each", t / events as f64 * 1e9);
+    let gentle = Oscillator::kinematic(1.0, 1e-12, 1e-12).unwrap();
+    for count in [100, 10_000, 1_000_000, 10_000_000] {
+        let t = Instant::now();
+        let mut m = Motion::new(&gentle, Drive::none(), 0.0, 1.0, 0.0).unwrap();
+        black_box(m.events(1e9).take(count).map(|e| e.position).sum::<f64>());
+        println!(
+            "{count:9} events                                {:7.1} ns each",
+            t.elapsed().as_secs_f64() / count as f64 * 1e9
+        );
+    }
 }

@@ -168,10 +168,10 @@ impl Oscillator {
         4.0 * self.friction / (PI * drive_amplitude)
     }
 
-    /// Friction displacement that makes the [`friction_ratio`](Self::friction_ratio) `beta`:
-    /// `x_F = pi beta x_0/4`.
-    pub fn friction_of_ratio(beta: f64, drive_amplitude: f64) -> f64 {
-        0.25 * PI * beta * drive_amplitude
+    /// The friction displacement that gives a friction ratio at a drive amplitude,
+    /// `x_F = pi beta x_0/4`: [`Oscillator::friction_ratio`] solved.
+    pub fn friction_displacement_for(friction_ratio: f64, drive_amplitude: f64) -> f64 {
+        PI * friction_ratio * drive_amplitude / 4.0
     }
 
     /// Offset of the free decay, `C = x_F coth(pi delta / 2 omega_d)`: turning
@@ -339,9 +339,9 @@ impl OscillatorBuilder {
                 });
             }
         };
-        // Squares and reciprocals of omega_0 are needed throughout.
-        if !(1e-100..=1e100).contains(&omega_0) {
-            return Err(Error::Parameter { name: "omega_0", value: omega_0, range: "1e-100 to 1e100 rad/s" });
+        // Fourth powers and reciprocals of omega_0 are needed.
+        if !(1e-30..=1e30).contains(&omega_0) {
+            return Err(Error::Parameter { name: "omega_0", value: omega_0, range: "1e-30 to 1e30 rad/s" });
         }
         if let Some(m) = mass {
             above_zero("mass", m)?;
@@ -419,6 +419,15 @@ pub(crate) fn at_least_zero(name: &'static str, value: f64) -> Result<(), Error>
         Ok(())
     } else {
         Err(Error::Parameter { name, value, range: "0 <= value < infinity" })
+    }
+}
+
+pub(crate) fn moderate(name: &'static str, value: f64) -> Result<(), Error> {
+    // Squares and products with frequencies must not overflow.
+    if value.abs() <= 1e100 {
+        Ok(())
+    } else {
+        Err(Error::Parameter { name, value, range: "finite, magnitude at most 1e100" })
     }
 }
 

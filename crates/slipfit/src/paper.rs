@@ -87,7 +87,7 @@ fn strong() -> Result<Oscillator, Error> {
 
 /// `omega_0 = 1`, for a drive of `x_0 = 1`.
 fn driven(q_factor: f64, beta: f64) -> Result<Oscillator, Error> {
-    let x_f = Oscillator::friction_of_ratio(beta, 1.0);
+    let x_f = Oscillator::friction_displacement_for(beta, 1.0);
     Oscillator::builder().omega_0(1.0).q_factor(q_factor).friction_displacement(x_f).build()
 }
 

@@ -318,3 +318,26 @@ fn bad_input_is_refused_by_name() {
     m.state_at(5.0).unwrap();
     assert!(m.state_at(0.0).is_err());
 }
+
+#[test]
+fn the_ends_of_the_range_neither_hang_nor_give_what_is_no_number() {
+    for omega_0 in [1e-30, 1e-3, 1.0, 1e30] {
+        for amplitude in [1e-150, 1.0, 1e100] {
+            for x_f in [0.0, 0.3 * amplitude, amplitude, 1e-300] {
+                for start in [0.0, 1e-320, amplitude, -1e100] {
+                    for tuning in [1e-6, 1e-3, 1.0, 50.0] {
+                        let omega: f64 = omega_0 * tuning;
+                        let Ok(o) = Oscillator::kinematic(omega_0, 0.01 * omega_0, x_f) else { continue };
+                        let Ok(drive) = Drive::harmonic(amplitude, omega) else { continue };
+                        let mut motion = Motion::new(&o, drive, 0.0, start, 0.0).unwrap();
+                        for e in motion.events(10.0 / omega_0).take(2000) {
+                            assert!(e.position.is_finite() && e.time_s.is_finite(), "{e:?}");
+                        }
+                        let s = motion.state_at(11.0 / omega_0).unwrap();
+                        assert!(s.position.is_finite() && s.velocity.is_finite(), "{s:?}");
+                    }
+                }
+            }
+        }
+    }
+}

@@ -4,18 +4,31 @@
 //! timed; that returns the decay rate (1/s) and the friction displacement.
 //! `None` stands for work the library does not offer, which the table shows.
 
+use std::f64::consts::TAU;
 use std::path::Path;
 
 use slipfit::Record;
-use slipfit::ringdown::{Options, analyse};
+use slipfit::ringdown::{Decay, EnvelopeStart, Options, analyse, fit_envelope, fit_waveform};
 
 use super::contest::Task;
-use super::signal::Signal;
+use super::signal::{Signal, friction_displacement};
 use crate::Failure;
 
-/// Six-parameter fit of every sample.
-pub(super) fn waveform_fit(_signal: &Signal) -> Option<Task<'_>> {
-    None
+/// Six-parameter fit of every sample, from the peers' start.
+pub(super) fn waveform_fit(signal: &Signal) -> Option<Task<'_>> {
+    let [initial_amplitude, c, decay_rate_per_s, omega, phase_rad, offset] = signal.waveform_start();
+    let start = Decay {
+        initial_amplitude,
+        friction_displacement: friction_displacement(c, decay_rate_per_s, omega),
+        decay_rate_per_s,
+        phase_rad,
+        frequency_hz: omega / TAU,
+        offset,
+    };
+    Some(Task(Box::new(move || {
+        let fit = fit_waveform(&signal.time_s, &signal.values, &start)?;
+        Ok(vec![fit.best.decay_rate_per_s, fit.best.friction_displacement])
+    })))
 }
 
 /// The whole analysis, nothing given.
@@ -29,12 +42,23 @@ pub(super) fn analysis(signal: &Signal) -> Result<Option<Task<'_>>, Failure> {
     }))))
 }
 
-/// Three-parameter fit of an amplitude trace.
-pub(super) fn envelope_fit(_signal: &Signal) -> Option<Task<'_>> {
-    None
+/// Three-parameter fit of an amplitude trace, from the peers' start.
+pub(super) fn envelope_fit(signal: &Signal) -> Option<Task<'_>> {
+    let [initial_amplitude, offset_amplitude, decay_rate_per_s] = signal.envelope_start();
+    let start = EnvelopeStart { initial_amplitude, offset_amplitude, decay_rate_per_s };
+    Some(Task(Box::new(move || {
+        let best = fit_envelope(&signal.time_s, &signal.values, &start)?.best;
+        let omega = signal.truth.omega();
+        let x_f = friction_displacement(best.offset_amplitude, best.decay_rate_per_s, omega);
+        Ok(vec![best.decay_rate_per_s, x_f])
+    })))
 }
 
 /// Reading a file of two columns.
-pub(super) fn text_read(_path: &Path) -> Option<Task<'_>> {
-    None
+pub(super) fn text_read(path: &Path) -> Option<Task<'_>> {
+    Some(Task(Box::new(move || {
+        let reading = slipfit_io::read(path, &slipfit_io::ReadOptions::default())?;
+        let last = reading.record.len() - 1;
+        Ok(vec![reading.record.time_s(last), reading.record.signal()[last]])
+    })))
 }

@@ -82,6 +82,12 @@ impl Cell {
         format!("Q={} share={} snr={} {}", self.q, self.share, self.snr_db, self.nuisance.name())
     }
 
+    /// Different cells see different noise.
+    fn seed(&self) -> u64 {
+        let parts = [self.q, self.share, self.snr_db, self.nuisance as u8 as f64];
+        parts.iter().fold(0x5117_F175, |seed, p| (seed ^ p.to_bits()).wrapping_mul(0x0000_0100_0000_01B3))
+    }
+
     /// The noise-free record; `None` where friction holds the mass at once.
     pub(crate) fn prepare(self) -> Option<Prepared> {
         let delta = OMEGA_0 / (2.0 * self.q);
@@ -97,12 +103,14 @@ impl Cell {
         let offset = oscillator.decay_offset();
         let fall = ((AMPLITUDE + offset) / (0.03 * AMPLITUDE + offset)).ln() / delta;
         let end = decay.stop().map_or(fall, |s| s.time_s.min(fall));
-        let per_cycle = match self.q {
+        let usual: f64 = match self.q {
             q if q < 10.0 => 60.3,
             q if q < 100.0 => 20.7,
             q if q < 5_000.0 => 8.3,
             _ => 5.3,
         };
+        // A record of a cycle or two is sampled fast enough to hold 400 samples.
+        let per_cycle = usual.max(400.3 / end);
         let count = (end * per_cycle) as usize;
         let mut time: Vec<f64> = (0..count).map(|i| i as f64 / per_cycle).collect();
         let mut clean = vec![0.0; count];
@@ -232,7 +240,7 @@ fn hardening(delta: f64, x_f: f64, time: &[f64]) -> Vec<f64> {
 impl Prepared {
     /// Adds the noise of one seed and analyses.
     pub(crate) fn run(&self, seed: u64) -> Run {
-        let mut rng = ChaCha8Rng::seed_from_u64(seed.wrapping_mul(0x9E37_79B9).wrapping_add(17));
+        let mut rng = ChaCha8Rng::seed_from_u64(seed.wrapping_mul(0x9E37_79B9) ^ self.cell.seed());
         let mut time = Vec::with_capacity(self.time.len());
         let mut signal = Vec::with_capacity(self.time.len());
         let lsb = 2.4 * AMPLITUDE / 256.0;

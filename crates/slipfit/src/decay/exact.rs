@@ -2,7 +2,7 @@
 
 use crate::double_double::{self as dd, Dd};
 use crate::error::Error;
-use crate::oscillator::{Oscillator, finite};
+use crate::oscillator::{Oscillator, finite, moderate};
 
 /// Free decay with viscous and sliding friction, in closed form.
 ///
@@ -48,6 +48,8 @@ pub struct FreeDecay {
     pub(super) first_time: Dd,
     pub(super) half_period: Dd,
     pub(super) lambda: f64,
+    /// `C`.
+    offset: f64,
     /// `|X_0| + C`, what decays exponentially; infinite without viscous damping.
     span: f64,
     stop: Option<Stop>,
@@ -132,6 +134,7 @@ impl FreeDecay {
             first_time: dd::two_sum(time_s, lead_in),
             half_period,
             lambda,
+            offset: oscillator.decay_offset(),
             span: first.abs() + oscillator.decay_offset(),
             stop: None,
         };
@@ -154,7 +157,13 @@ impl FreeDecay {
         if self.lambda < 1e-40 {
             return first - 2.0 * n * x_f;
         }
-        first + (-n * self.lambda).exp_m1() * self.span
+        // Whichever form does not subtract numbers larger than its parts: where the offset
+        // is small the first keeps the end of the decay relative to it.
+        if self.offset < first {
+            (-n * self.lambda).exp() * self.span - self.offset
+        } else {
+            first + (-n * self.lambda).exp_m1() * self.span
+        }
     }
 
     /// Side of turning point `n`.
@@ -225,12 +234,16 @@ impl FreeDecay {
             return None;
         }
         // Rounding may put the index one off; the turning points themselves decide.
-        while n > 1.0 && self.amplitude(n - 1.0) <= x_s {
+        // It cannot be many: the bound on the search is for the reader's peace.
+        let mut left = 10_000;
+        while n > 1.0 && self.amplitude(n - 1.0) <= x_s && left > 0 {
             n -= 1.0;
+            left -= 1;
         }
         n = n.max(1.0);
-        while self.amplitude(n) > x_s {
+        while self.amplitude(n) > x_s && left > 0 {
             n += 1.0;
+            left -= 1;
         }
         Some(at(n))
     }
@@ -359,15 +372,6 @@ impl Iterator for TurningPoints {
     }
 }
 
-fn moderate(name: &'static str, value: f64) -> Result<(), Error> {
-    // Squares of displacement and velocity must not overflow.
-    if value.abs() <= 1e100 {
-        Ok(())
-    } else {
-        Err(Error::Parameter { name, value, range: "finite, magnitude at most 1e100" })
-    }
-}
-
 #[cfg(test)]
 mod tests {
     use super::*;
@@ -464,6 +468,20 @@ mod tests {
         let nearly = Oscillator::kinematic(1.0, 1e-18, 1e-5).unwrap();
         let nearly = FreeDecay::from_rest(&nearly, 1.0).unwrap();
         assert!((nearly.turning_point(10_000).position - 0.8).abs() < 1e-13);
+    }
+
+    #[test]
+    fn the_faintest_friction_stops_where_its_logarithm_says() {
+        for (delta, x_f) in [(1e-12, 5e-27), (1e-3, 1e-25), (0.1, 1e-200), (1e-9, 1e-18), (0.0, 1e-14)] {
+            let o = Oscillator::kinematic(1.0, delta, x_f).unwrap();
+            let decay = FreeDecay::from_rest(&o, 1.0).unwrap();
+            let stop = decay.stop().unwrap();
+            assert!(stop.position.abs() <= x_f);
+            let lambda = o.half_cycle_decrement();
+            let offset = o.decay_offset();
+            let expected = if delta == 0.0 { 0.5 / x_f } else { (1.0 / (offset + x_f)).ln_1p() / lambda };
+            assert!((stop.index as f64 / expected - 1.0).abs() < 0.01, "{stop:?} {expected}");
+        }
     }
 
     #[test]

@@ -177,7 +177,9 @@ impl Record {
         assert!(range.end <= self.len(), "samples {range:?} of {}", self.len());
         match &self.clock {
             Clock::Stamps(stamps) => stamps[range].to_vec(),
-            uniform @ Clock::Uniform { .. } => range.map(|i| uniform.time_s(i)).collect(),
+            &Clock::Uniform { start_s, interval_s } => {
+                range.map(|i| start_s + i as f64 * interval_s).collect()
+            }
         }
     }
 

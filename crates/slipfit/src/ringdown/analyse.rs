@@ -3,6 +3,7 @@
 use super::assemble::{self, Evidence};
 use super::fits::{self, Described};
 use super::measure::{self, LEAST_CYCLES, Measured, Samples};
+use super::short::short;
 use super::{Answer, Options};
 use crate::{Error, Record, SignalKind};
 use std::borrow::Cow;
@@ -62,14 +63,44 @@ pub fn analyse(record: &Record, options: &Options) -> Result<Answer, Error> {
     {
         samples.signal = Cow::Owned(measure::band_passed(&samples, band));
     }
-    let (mut measured, coarse_hz) = match record.kind() {
-        SignalKind::Envelope => (measure::envelope(&samples, options)?, None),
-        SignalKind::LockIn => (measure::lock_in(&samples, options)?, None),
-        _ => {
-            let coarse = measure::frequency(&samples, options)?;
-            (measure::oscillation(&samples, options, coarse)?, Some(coarse))
+    within_reach(&samples)?;
+    let bare = !oscillates(record.kind());
+    let found =
+        if bare { amplitudes(record, &samples, options) } else { oscillation(record, &samples, options) };
+    let (measured, described) = match found {
+        Err(refusal) if measure::is_position(record.kind()) && refusal_of_length(&refusal) => {
+            short(&samples).ok_or(refusal)?
         }
+        found => found?,
     };
+    let cycles = cycles(&measured);
+    let evidence =
+        Evidence { record, options, samples: &samples, measured: &measured, described: &described, cycles };
+    assemble::answer(&evidence)
+}
+
+/// Amplitudes recorded as such, or a lock-in's outputs.
+fn amplitudes<'a>(
+    record: &Record,
+    samples: &'a Samples,
+    options: &Options,
+) -> Result<(Measured, Described<'a>), Error> {
+    let mut measured = match record.kind() {
+        SignalKind::Envelope => measure::envelope(samples, options)?,
+        _ => measure::lock_in(samples, options)?,
+    };
+    let described = fits::envelope(&mut measured, options)?;
+    Ok((measured, described))
+}
+
+/// The motion itself: amplitudes of short stretches, then every sample.
+fn oscillation<'a>(
+    record: &Record,
+    samples: &'a Samples,
+    options: &Options,
+) -> Result<(Measured, Described<'a>), Error> {
+    let coarse_hz = measure::frequency(samples, options)?;
+    let mut measured = measure::oscillation(samples, options, coarse_hz)?;
     let mut rough = fits::envelope(&mut measured, options)?;
     if options.start_s.is_none() && fits::trim_lead_in(&rough, &mut measured) {
         rough = fits::envelope(&mut measured, options)?;
@@ -83,27 +114,36 @@ pub fn analyse(record: &Record, options: &Options) -> Result<Answer, Error> {
         measured.stretch.disturbed = false;
         rough = fits::envelope(&mut measured, options)?;
     }
-    let exact = (measure::is_position(record.kind()) && options.lockin.is_none())
-        .then(|| fits::waveform(&samples, &measured, &rough))
-        .flatten()
-        .filter(|w| holds(w, &measured));
     let cycles = cycles(&measured);
-    if coarse_hz.is_some() && cycles < LEAST_CYCLES {
+    if cycles < LEAST_CYCLES {
         return Err(Error::NotARingDown {
             cycles,
             needed: LEAST_CYCLES,
             reason: "too strongly damped or too short a record",
         });
     }
-    let evidence = Evidence {
-        record,
-        options,
-        samples: &samples,
-        measured: &measured,
-        described: exact.as_ref().unwrap_or(&rough),
-        cycles,
-    };
-    assemble::answer(&evidence)
+    let exact = (measure::is_position(record.kind()) && options.lockin.is_none())
+        .then(|| fits::waveform(samples, &measured, &rough))
+        .flatten()
+        .filter(|w| holds(w, &measured));
+    Ok((measured, exact.unwrap_or(rough)))
+}
+
+/// Squares of squares are summed: outside these scales they leave the range of numbers.
+fn within_reach(samples: &Samples) -> Result<(), Error> {
+    const REACH: std::ops::RangeInclusive<f64> = 1e-60..=1e60;
+    let spread = |v: &[f64]| v.iter().fold(0.0f64, |m, x| m.max((x - v[0]).abs()).max(x.abs()));
+    let signal = spread(&samples.signal).max(samples.quadrature.as_deref().map_or(0.0, spread));
+    for (name, value) in [("largest value of the signal", signal), ("duration (s)", samples.duration())] {
+        if !REACH.contains(&value) {
+            return Err(Error::Parameter { name, value, range: "1e-60 to 1e60: choose another unit" });
+        }
+    }
+    Ok(())
+}
+
+fn refusal_of_length(refusal: &Error) -> bool {
+    matches!(refusal, Error::NotARingDown { .. } | Error::NoFit { .. } | Error::NoOscillation { .. })
 }
 
 fn oscillates(kind: SignalKind) -> bool {
@@ -111,7 +151,13 @@ fn oscillates(kind: SignalKind) -> bool {
 }
 
 fn cycles(measured: &Measured) -> f64 {
-    measured.points.iter().map(|b| b.span_s * b.omega / TAU).sum()
+    // Spans end at the last sample of their blocks: the steps between blocks count as well.
+    let points = &measured.points;
+    let (Some(first), Some(last)) = (points.first(), points.last()) else { return 0.0 };
+    let spans: f64 = points.iter().map(|b| b.span_s).sum();
+    let turns: f64 = points.iter().map(|b| b.span_s * b.omega / TAU).sum();
+    let whole = last.time_s + 0.5 * last.span_s - (first.time_s - 0.5 * first.span_s);
+    if spans > 0.0 { turns / spans * whole } else { 0.0 }
 }
 
 /// Whether the exact waveform describes the samples down to their noise.

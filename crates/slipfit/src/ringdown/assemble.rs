@@ -12,6 +12,7 @@ use super::{
     Answer, Backbone, Calibration, Candidate, Diagnostics, EnvelopePoint, LossModel, LossPoint, Options,
     OtherMode, Parameter, Segment, SlidingEvidence, Stop,
 };
+use crate::signal::blocks::Block;
 use crate::signal::spectrum;
 use crate::{Error, Quantity, Record, SignalKind};
 use std::f64::consts::{PI, TAU};
@@ -122,7 +123,7 @@ fn loss_term(e: &Evidence, chosen: &Entry, term: usize) -> (Bounded, bool) {
         Some(entry) => {
             (interval(e.described.problem.least_squares(), &entry.fit, term, e.described.scale), present)
         }
-        None => (Bounded { estimate: 0.0, std_error: f64::NAN, interval: [0.0, f64::INFINITY] }, false),
+        None => (Bounded { estimate: 0.0, std_error: f64::INFINITY, interval: [0.0, f64::INFINITY] }, false),
     }
 }
 
@@ -234,8 +235,8 @@ fn physical(
     };
     let (gamma_unit, force_unit) = match (metres, angle) {
         (_, true) => ("N m s".to_owned(), "N m".to_owned()),
-        (Some(_), _) => ("kg/s".to_owned(), "N".to_owned()),
-        (None, _) => ("kg/s".to_owned(), format!("N/m × {}", e.record.unit())),
+        (Some(_), _) => ("N s/m".to_owned(), "N".to_owned()),
+        (None, _) => ("N s/m".to_owned(), format!("N/m × {}", e.record.unit())),
     };
     vec![
         ("viscous_coefficient", widened(delta.scaled(2.0 * mass, gamma_unit))),
@@ -489,7 +490,7 @@ fn diagnostics(e: &Evidence, chosen: &Entry, law: &LossLaw) -> Diagnostics {
         residual_autocorrelation: e.described.autocorrelation,
         signal_to_noise_db: 20.0
             * (law.amplitude_0 / std::f64::consts::SQRT_2 / noise.max(f64::MIN_POSITIVE)).log10(),
-        decay_times: (law.amplitude_0 / last_amplitude(e, law).max(1e-9 * law.amplitude_0)).ln(),
+        decay_times: (law.amplitude_0 / last_amplitude(e, law).max(1e-9 * law.amplitude_0)).ln().max(0.0),
         left_out: e.described.outliers,
         other_modes: other_modes(e),
     }
@@ -503,14 +504,26 @@ fn other_modes(e: &Evidence) -> Vec<OtherMode> {
     let points = &e.measured.points;
     let range = points[0].first..points[points.len() - 1].end;
     let (time, signal) = (&e.samples.time[range.clone()], &e.samples.signal[range]);
-    let main = e.measured.points[points.len() / 2].omega / TAU;
-    let spread = points.iter().map(|b| (b.omega / TAU / main - 1.0).abs()).fold(0.0, f64::max);
-    let Some(own) = spectrum::dominant(time, signal, None) else { return Vec::new() };
-    spectrum::other_lines(time, signal, main, (2.0 * spread).max(0.02))
+    let main = e.measured.law.mean_omega / TAU;
+    // The main line is as wide as its own frequency wanders from start to end.
+    let mean = |part: &[Block]| part.iter().map(|b| b.omega).sum::<f64>() / part.len() as f64 / TAU;
+    let quarter = points.len().div_ceil(4);
+    let spread = (mean(&points[..quarter]) - mean(&points[points.len() - quarter..])).abs() / main;
+    let Some(look) = spectrum::Look::at(time, signal) else { return Vec::new() };
+    let Some(own) = spectrum::dominant_of(&look, time, signal, None) else { return Vec::new() };
+    spectrum::other_lines(&look, main, (2.0 * spread).max(0.02), 0.05 * own.amplitude)
         .into_iter()
         .map(|l| OtherMode { frequency_hz: l.frequency_hz, relative_amplitude: l.amplitude / own.amplitude })
-        .filter(|m| m.relative_amplitude > 0.05)
         .collect()
+}
+
+/// The last sample before a silence: a recorder that writes a row when something
+/// moves writes none at rest. After a mere drop-out the swing would go on.
+fn silence(time: &[f64], last: &Block, period: f64) -> Option<usize> {
+    let n = time.len();
+    let silent = (last.first..n - 1).find(|&i| time[i + 1] - time[i] > 3.0 * period)?;
+    let in_a_period = (last.end - last.first) as f64 / last.span_s * period;
+    ((n - 1 - silent) as f64 <= 0.5 * in_a_period).then_some(silent)
 }
 
 /// The rest after the last used block, if the record goes on and holds still.
@@ -522,6 +535,14 @@ fn stop(e: &Evidence) -> Option<Stop> {
     let last = e.measured.points.last()?;
     let period = TAU / last.omega;
     let n = signal.len();
+    if let Some(silent) = silence(time, last, period) {
+        return Some(Stop {
+            time_s: time[silent],
+            position: signal[silent] - last.offset,
+            position_std_error: e.measured.noise_rms.hypot(super::measure::quantum(signal)),
+            static_displacement: None,
+        });
+    }
     let tail = (n - last.end) / 4;
     if tail < 8 || time[n - 1] - time[last.end.min(n - 1)] < 2.0 * period {
         return None;

@@ -35,7 +35,9 @@ impl Scale {
     pub(crate) fn bic(&self, rss: f64, parameters: usize) -> f64 {
         match self.variance {
             // With the noise known the likelihood needs no estimate of it.
-            Some(v) => rss / (v * self.widening) + parameters as f64 * self.effective().ln(),
+            Some(v) => {
+                rss / (v * self.widening).max(f64::MIN_POSITIVE) + parameters as f64 * self.effective().ln()
+            }
             None => bic(rss, self.observations, self.effective(), parameters),
         }
     }
@@ -173,12 +175,13 @@ impl Comparison {
         .and_then(|m| self.get(m))
     }
 
-    /// p value of sliding friction, given the best model without it, and the BIC's verdict.
+    /// p value of sliding friction, given the best model without it, and the BIC's verdict;
+    /// 1 and 0 where the record is too short for the models it takes.
     pub(crate) fn sliding_evidence(&self, scale: Scale) -> (f64, f64) {
         let (Some(without), Some(with)) = (self.best_where(false), self.best_where(true)) else {
-            return (f64::NAN, f64::NAN);
+            return (1.0, 0.0);
         };
-        let p = self.with_term(without.model, X_F).map_or(f64::NAN, |union| test(without, union, scale));
+        let p = self.with_term(without.model, X_F).map_or(1.0, |union| test(without, union, scale));
         (p, without.bic - with.bic)
     }
 
@@ -188,7 +191,7 @@ impl Comparison {
             (Some(v), Some(m)) if model != LossModel::Viscous && model.has_viscous() => test(v, m, scale),
             (Some(v), Some(_)) if model != LossModel::Viscous => self
                 .with_term(LossModel::Viscous, if model.has_sliding() { X_F } else { DRAG })
-                .map_or(f64::NAN, |union| test(v, union, scale)),
+                .map_or(1.0, |union| test(v, union, scale)),
             _ => 1.0,
         }
     }

@@ -21,7 +21,7 @@ pub(crate) fn doubts(e: &Evidence, answer: &Answer, preferred: LossModel) -> Vec
     if correlation.abs() > INSEPARABLE && !x_f_known {
         list.push(Warning::NotSeparable { correlation, decay_times: answer.diagnostics.decay_times });
     }
-    if let Some(other) = answer.diagnostics.other_modes.iter().find(|m| m.relative_amplitude > 0.1) {
+    if let Some(other) = answer.diagnostics.other_modes.iter().find(|m| m.relative_amplitude > 0.12) {
         list.push(Warning::SeveralModes {
             main_hz: answer.parameter("frequency_hz").map_or(f64::NAN, |q| q.value),
             other_hz: other.frequency_hz,
@@ -86,24 +86,66 @@ fn free(answer: &Answer) -> usize {
 
 /// Samples stuck at the extremes of the record in runs of at least four, and the index after the last.
 pub(crate) fn clipped(signal: &[f64]) -> (usize, usize) {
+    let extremes: Vec<(f64, f64)> = signal.chunks(CHUNK).map(extremes).collect();
     let (low, high) =
-        signal.iter().fold((f64::INFINITY, f64::NEG_INFINITY), |(a, b), &v| (a.min(v), b.max(v)));
+        extremes.iter().fold((f64::INFINITY, f64::NEG_INFINITY), |(a, b), e| (a.min(e.0), b.max(e.1)));
     let (mut count, mut last, mut runs, mut run) = (0, 0, 0, 0);
-    for (i, &v) in signal.iter().enumerate() {
-        let stuck = v == high || (v == low && run > 0 && signal[i - 1] == low) || v == low;
-        if stuck && (run == 0 || signal[i - 1] == v) {
-            run += 1;
-        } else {
-            run = usize::from(stuck);
-        }
-        if run == 4 {
-            runs += 1;
-            count += 4;
-            last = i + 1;
-        } else if run > 4 {
-            count += 1;
-            last = i + 1;
+    for (chunk, _) in extremes.iter().enumerate().filter(|(_, e)| e.0 == low || e.1 == high) {
+        let first = chunk * CHUNK;
+        for (i, &v) in signal.iter().enumerate().skip(first).take(CHUNK) {
+            let stuck = v == high || v == low;
+            // A run goes on across the edge of a chunk, for its value is an extreme of both.
+            if stuck && (run == 0 || signal[i - 1] == v) {
+                run += 1;
+            } else {
+                run = usize::from(stuck);
+            }
+            if run == 4 {
+                runs += 1;
+                count += 4;
+                last = i + 1;
+            } else if run > 4 {
+                count += 1;
+                last = i + 1;
+            }
         }
     }
     if runs >= 3 { (count, last) } else { (0, 0) }
+}
+
+/// Samples whose extremes are found together.
+const CHUNK: usize = 1024;
+
+/// Least and greatest value.
+fn extremes(values: &[f64]) -> (f64, f64) {
+    const LANES: usize = 8;
+    let mut low = [f64::INFINITY; LANES];
+    let mut high = [f64::NEG_INFINITY; LANES];
+    let mut chunks = values.chunks_exact(LANES);
+    for part in &mut chunks {
+        for k in 0..LANES {
+            low[k] = if part[k] < low[k] { part[k] } else { low[k] };
+            high[k] = if part[k] > high[k] { part[k] } else { high[k] };
+        }
+    }
+    let least = low.iter().chain(chunks.remainder()).fold(f64::INFINITY, |a, &v| a.min(v));
+    let greatest = high.iter().chain(chunks.remainder()).fold(f64::NEG_INFINITY, |a, &v| a.max(v));
+    (least, greatest)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn clipping_is_counted_across_the_edges_of_chunks() {
+        let mut signal: Vec<f64> = (0..5000).map(|i| (f64::from(i) * 0.37).sin() * 0.9).collect();
+        assert_eq!(clipped(&signal), (0, 0));
+        signal[1020..1030].fill(1.0);
+        signal[3000..3003].fill(1.0);
+        signal[3500..3505].fill(-1.0);
+        assert_eq!(clipped(&signal), (0, 0), "two runs are no clipping");
+        signal[4990..4996].fill(-1.0);
+        assert_eq!(clipped(&signal), (10 + 5 + 6, 4996));
+    }
 }

@@ -147,21 +147,14 @@ impl EnvelopeProblem {
         out
     }
 
-    /// Residuals over the standard error of data and law together.
-    pub(crate) fn prediction_misses(&self, fit: &Fit, variance: f64) -> Vec<f64> {
+    /// Residuals and derivatives of the model at every point.
+    pub(crate) fn predictions(&self, fit: &Fit) -> Vec<(f64, [f64; 5])> {
         let p = &fit.parameters;
         let mut out = Vec::with_capacity(self.value.len());
         self.walk(p, |j, amplitude, by| {
             let factor = if self.squared { 2.0 * amplitude.max(0.0) } else { 1.0 };
             let row = [by[0] * factor, by[1] * factor, by[2] * factor, by[3] * factor, 1.0];
-            let mut law = 0.0;
-            for &a in &fit.free {
-                for &b in &fit.free {
-                    law += row[a] * row[b] * fit.unit_covariance[(a, b)];
-                }
-            }
-            let total = variance * (1.0 / self.weight[j] + law.max(0.0));
-            out.push((self.value[j] - self.model(amplitude, p)) / total.max(f64::MIN_POSITIVE).sqrt());
+            out.push((self.value[j] - self.model(amplitude, p), row));
         });
         out
     }

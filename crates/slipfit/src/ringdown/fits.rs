@@ -56,6 +56,9 @@ const FULL: [usize; 4] = [A0, X_F, DELTA, DRAG];
 /// Fits the amplitudes of the blocks.
 pub(crate) fn envelope<'a>(measured: &mut Measured, options: &Options) -> Result<Described<'a>, Error> {
     let points = &measured.points;
+    if points.len() < 3 {
+        return Err(Error::NoFit { reason: "fewer than three amplitudes remain" });
+    }
     let origin = points[0].time_s - 0.5 * points[0].span_s;
     let omega = if measured.law.drift == 0.0 { measured.law.omega } else { measured.law.mean_omega };
     let mut problem = EnvelopeProblem {
@@ -99,7 +102,7 @@ pub(crate) fn envelope<'a>(measured: &mut Measured, options: &Options) -> Result
     // Against the noise alone, whatever the law was forgiven.
     let chi_squared: f64 =
         residuals.iter().zip(&problem.weight).zip(&noise_weights).map(|((r, w), v)| r * r / w * v).sum();
-    let excess = noise.map_or(1.0, |v| chi_squared / dof / v.max(f64::MIN_POSITIVE));
+    let excess = noise.map_or(1.0, |v| (chi_squared / dof / v.max(f64::MIN_POSITIVE)).min(f64::MAX.sqrt()));
     if noise.is_some() && law_error == 0.0 && (excess - 1.0).abs() < 2.6 * (2.0 / dof).sqrt() {
         scale.variance = noise;
     }
@@ -171,6 +174,9 @@ fn admit_law_error(problem: &mut EnvelopeProblem, start: &[f64], full: &[usize],
     if dof < 3.0 {
         return 0.0;
     }
+    // The law errs by a part of the amplitude, but never by less than that part
+    // of a twentieth of the first one: what ends the motion is no friction law.
+    let base = (0.05 * problem.value[0]).powi(2);
     let mut relative = 0.0;
     let mut from = start.to_vec();
     for _ in 0..4 {
@@ -187,7 +193,7 @@ fn admit_law_error(problem: &mut EnvelopeProblem, start: &[f64], full: &[usize],
             .iter()
             .zip(&problem.weight)
             .zip(noise_weights.iter().zip(&problem.value))
-            .map(|((r, w), (v, a))| (r * r / w, noise / v, a * a))
+            .map(|((r, w), (v, a))| (r * r / w, noise / v, a * a + base))
             .collect();
         let chi_squared =
             |e: f64| misses.iter().map(|(r, v, a)| r / (v + e * e * a).max(f64::MIN_POSITIVE)).sum::<f64>();
@@ -216,8 +222,23 @@ fn admit_law_error(problem: &mut EnvelopeProblem, start: &[f64], full: &[usize],
 /// let in one by one until a run of them falls out by four standard errors.
 pub(crate) fn trim_lead_in(described: &Described, measured: &mut Measured) -> bool {
     let Problem::Envelope(problem) = &described.problem else { return false };
+    // Weights of the noise alone: a drive let in by mistake would excuse itself as an error of the law.
+    let problem = EnvelopeProblem {
+        elapsed: measured.points.iter().map(|b| b.time_s - described.origin).collect(),
+        value: measured
+            .points
+            .iter()
+            .map(|b| if problem.squared { b.amplitude.powi(2) } else { b.amplitude })
+            .collect(),
+        weight: measured
+            .points
+            .iter()
+            .map(|b| 1.0 / (b.unit_variance * if problem.squared { 4.0 * b.amplitude.powi(2) } else { 1.0 }))
+            .collect(),
+        ..problem.clone()
+    };
     let n = problem.value.len();
-    if measured.stretch.start_reason != super::segment::LEAD_IN || n < 12 || measured.points.len() < n {
+    if measured.stretch.start_reason != super::segment::LEAD_IN || n < 60 {
         return false;
     }
     let from = n / 3;
@@ -235,17 +256,37 @@ pub(crate) fn trim_lead_in(described: &Described, measured: &mut Measured) -> bo
     if !measured.squared && variance > 4.0 * measured.noise_rms.powi(2) {
         return false;
     }
-    let misses = problem.prediction_misses(&fit, variance);
+    let predicted = problem.predictions(&fit);
+    // Mean miss of a run over its standard error, the law's own uncertainty in common.
+    let miss = |run: std::ops::Range<usize>| {
+        let (mut weight, mut sum, mut row) = (0.0, 0.0, [0.0; 5]);
+        for (j, (residual, by)) in predicted[run.clone()].iter().enumerate() {
+            let w = problem.weight[run.start + j];
+            weight += w;
+            sum += w * residual;
+            for (r, b) in row.iter_mut().zip(by) {
+                *r += w * b;
+            }
+        }
+        let law: f64 = free
+            .iter()
+            .flat_map(|&a| free.iter().map(move |&b| (a, b)))
+            .map(|(a, b)| row[a] * row[b] * fit.unit_covariance[(a, b)])
+            .sum::<f64>()
+            / (weight * weight);
+        sum / weight / (variance * (1.0 / weight + law.max(0.0))).sqrt()
+    };
     let mut start = from;
     while start > 0 {
-        let run = (from - (start - 1)).min(8);
-        let sum: f64 = misses[start - 1..start - 1 + run].iter().sum();
-        if sum.abs() / (run as f64).sqrt() > 4.0 || misses[start - 1].abs() > 4.0 {
+        let first = start - 1;
+        let run = first..(first + 8).min(from);
+        if miss(run).abs() > 4.0 || miss(first..first + 1).abs() > 4.5 {
             break;
         }
-        start -= 1;
+        start = first;
     }
-    if start == 0 {
+    // A law that misses all the way is bent; a drive holds the first blocks only.
+    if start == 0 || start > n / 6 {
         return false;
     }
     // The run that fell out began some blocks later than it showed.
@@ -402,7 +443,8 @@ pub(crate) fn waveform<'a>(
     };
     let start = from_envelope(&best.bounded.parameters);
     let found = fit_waveform_window(samples, measured, from..to, origin, duration, start)?;
-    if measured.stretch.end_reason != super::segment::FLOOR || ends_free {
+    let fades = [super::segment::FLOOR, super::segment::REST].contains(&measured.stretch.end_reason);
+    if !fades || ends_free {
         return Some(found);
     }
     // Below the noise of single blocks the samples still know: go on while they agree.

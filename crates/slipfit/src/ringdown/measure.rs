@@ -75,7 +75,7 @@ pub(crate) fn oscillation(
     let (time, signal) = (&samples.time, &samples.signal);
     let cut = Cut::for_record(samples.duration(), time.len(), frequency_hz);
     let band = options.band_hz.unwrap_or([0.4 * frequency_hz, 2.5 * frequency_hz]);
-    let followed = |cut: Cut| -> Result<(Vec<Block>, Stretch, f64), Error> {
+    let followed = |cut: Cut| -> Result<(Vec<Block>, Stretch, f64, usize), Error> {
         let all = blocks::track(time, signal, frequency_hz, band, cut);
         if all.len() < 3 {
             return Err(Error::NotARingDown {
@@ -88,14 +88,15 @@ pub(crate) fn oscillation(
         let mut stretch = segment::find(&seen).ok_or(NOTHING_FALLS)?;
         override_by(&mut stretch, &seen, options);
         let relative = seen.error[stretch.first] / seen.amplitude[stretch.first].max(f64::MIN_POSITIVE);
-        Ok((all, stretch, relative))
+        let visible = (0..all.len()).filter(|&i| seen.amplitude[i] > seen.floor[i]).count();
+        Ok((all, stretch, relative, visible))
     };
-    let (mut all, mut stretch, relative) = followed(cut)?;
+    let (mut all, mut stretch, relative, visible) = followed(cut)?;
     // Where single blocks are uncertain, longer ones find start, end and phase more surely.
-    let longest = (stretch.end - stretch.first) as f64 / 40.0;
+    let longest = visible as f64 / 30.0;
     let longer = (relative / 0.015).powi(2).min(longest).floor();
     if longer >= 2.0
-        && let Ok((blocks, found, _)) = followed(Cut { cycles: cut.cycles * longer, ..cut })
+        && let Ok((blocks, found, ..)) = followed(Cut { cycles: cut.cycles * longer, ..cut })
     {
         (all, stretch) = (blocks, found);
     }

@@ -5,6 +5,7 @@ mod analyse;
 mod answer;
 mod assemble;
 mod compare;
+mod direct;
 mod doubts;
 mod envelope;
 mod fits;
@@ -18,6 +19,7 @@ mod options;
 mod sample;
 mod segment;
 mod sentence;
+mod short;
 mod warning;
 mod waveform;
 
@@ -26,6 +28,7 @@ pub use answer::{
     Answer, Backbone, Candidate, Diagnostics, EnvelopePoint, LossPoint, OtherMode, Parameter, Segment,
     SlidingEvidence, Stop,
 };
+pub use direct::{Decay, DecayFit, EnvelopeFit, EnvelopeStart, fit_envelope, fit_waveform};
 pub use fitted::FittedMotion;
 pub use model::LossModel;
 pub use options::{Calibration, LowPass, Options};

@@ -134,7 +134,7 @@ fn grow(seen: &Seen, smooth: &[f64], first: usize, end: usize) -> Stretch {
     let mut left_law = false;
     let mut j = b;
     while j < end {
-        let miss = law.as_ref().map_or(0.0, |l| l.miss(seen, j, 0.2));
+        let miss = law.as_ref().map_or(0.0, |l| l.miss(seen, j, 0.3));
         if miss.abs() > 1.0 {
             misses += 1;
             sign += miss.signum();
@@ -156,7 +156,7 @@ fn grow(seen: &Seen, smooth: &[f64], first: usize, end: usize) -> Stretch {
     if left_law {
         // The last blocks let pass may already bend away: take back those that do.
         law = Core::fit(seen, a, b - (b - a) / 8).or(law);
-        while b > a + 8 && law.as_ref().is_some_and(|l| l.miss(seen, b - 1, 0.06).abs() > 1.0) {
+        while b > a + 8 && law.as_ref().is_some_and(|l| l.miss(seen, b - 1, 0.08).abs() > 1.0) {
             b -= 1;
         }
     } else {
@@ -171,7 +171,7 @@ fn grow(seen: &Seen, smooth: &[f64], first: usize, end: usize) -> Stretch {
         if miss(a - 1) > 1.0 && (a < first + 2 || miss(a - 2) > 1.0) {
             start_reason = LEAD_IN;
             // The block beside a change of regime holds some of both.
-            a = (a + 1).min(b - 4);
+            a = (a + if b - a > 20 { 2 } else { 1 }).min(b - 4);
             break;
         }
         a -= 1;

@@ -135,6 +135,10 @@ impl LeastSquares for Waveform<'_> {
         if !(p[A0] > 0.0 && omega > 0.0 && slowest > 0.1 * omega) {
             return false;
         }
+        // Each half cycle is walked: across a gap of millions of them there is nothing to compare with.
+        if omega * self.duration > 100.0 * PI * self.time.len() as f64 {
+            return false;
+        }
         pulp::Arch::new().dispatch(Pass { wave: self, p, out, residuals: None });
         out.rss.is_finite()
     }

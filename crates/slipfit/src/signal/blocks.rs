@@ -1,6 +1,7 @@
 //! The record in short stretches ("blocks"): amplitude, phase, offset and noise
 //! of each, by local least squares. No step of it assumes even sampling.
 
+use super::wide;
 use nalgebra::{SMatrix, SVector};
 use std::f64::consts::{PI, TAU};
 
@@ -34,6 +35,24 @@ pub(crate) struct Block {
 }
 
 impl Block {
+    /// A stretch of samples about a time, nothing yet known of it.
+    pub(crate) fn of(first: usize, end: usize, time_s: f64) -> Self {
+        Self {
+            first,
+            end,
+            time_s,
+            span_s: 0.0,
+            amplitude: 0.0,
+            quadrature: 0.0,
+            phase: 0.0,
+            omega: 0.0,
+            offset: 0.0,
+            unit_variance: 0.0,
+            rss: 0.0,
+            dof: 0.0,
+        }
+    }
+
     /// Standard error of the amplitude for a noise of `noise_rms` a sample.
     pub(crate) fn std_error(&self, noise_rms: f64) -> f64 {
         noise_rms * self.unit_variance.sqrt()
@@ -74,6 +93,7 @@ pub(crate) fn track(
     let band = band_hz.map(|f| TAU * f);
     let mut blocks: Vec<Block> = Vec::new();
     let mut omega = coarse;
+    let (mut thin_time, mut thin_signal) = (Vec::new(), Vec::new());
     let mut first = 0;
     while first < time.len() {
         let start = time[first];
@@ -86,8 +106,12 @@ pub(crate) fn track(
             continue;
         }
         let (from, to, stride) = thinned(first, end, cut.cycles);
-        let sampled = || (from..to).step_by(stride).map(|i| (time[i], signal[i]));
-        let Some(mut local) = refine(sampled(), omega, start, span, band) else {
+        thin_time.clear();
+        thin_time.extend(time[from..to].iter().step_by(stride));
+        thin_signal.clear();
+        thin_signal.extend(signal[from..to].iter().step_by(stride));
+        let sampled = (thin_time.as_slice(), thin_signal.as_slice());
+        let Some(mut local) = refine(sampled, omega, start, span, band) else {
             first = end;
             continue;
         };
@@ -98,7 +122,7 @@ pub(crate) fn track(
                 if guess < band[0] || guess > band[1] {
                     continue;
                 }
-                if let Some(other) = refine(sampled(), guess, start, span, band)
+                if let Some(other) = refine(sampled, guess, start, span, band)
                     && other.unexplained < 0.5 * local.unexplained
                 {
                     local = other;
@@ -161,7 +185,7 @@ struct Local {
 /// Least squares of offset, two phasor components and their slopes; the
 /// phasor's rotation corrects the frequency, twice at most.
 fn refine(
-    samples: impl Iterator<Item = (f64, f64)> + Clone,
+    (time, signal): (&[f64], &[f64]),
     guess: f64,
     start: f64,
     span: f64,
@@ -172,32 +196,28 @@ fn refine(
     let mut omega = guess;
     let mut best: Option<Local> = None;
     for _ in 0..4 {
-        let mut a = SMatrix::<f64, 5, 5>::zeros();
-        let mut g = SVector::<f64, 5>::zeros();
-        let (mut n, mut s, mut q) = (0.0, 0.0, 0.0);
-        for (t, y) in samples.clone() {
-            let tau = t - centre;
-            let (sin, cos) = (omega * tau).sin_cos();
-            let u = tau / half;
-            let row = SVector::<f64, 5>::new(1.0, cos, -sin, u * cos, -u * sin);
-            a += row * row.transpose();
-            g += row * y;
-            n += 1.0;
-            s += y;
-            q += y * y;
-        }
-        let total = (q - s * s / n).max(0.0);
+        let sums = pulp::Arch::new().dispatch(SlopedSums { time, signal, centre, half, omega });
+        let [c, s, uc, us, cc, cs, ss, ucc, ucs, uss, uucc, uucs, uuss, y, yc, ys, uyc, uys, q] = sums;
+        let n = time.len() as f64;
+        // Normal equations of 1, cos, -sin, u cos, -u sin.
+        #[rustfmt::skip]
+        let a = SMatrix::<f64, 5, 5>::new(
+            n,    c,    -s,    uc,    -us,
+            c,    cc,   -cs,   ucc,   -ucs,
+            -s,   -cs,  ss,    -ucs,  uss,
+            uc,   ucc,  -ucs,  uucc,  -uucs,
+            -us,  -ucs, uss,   -uucs, uuss,
+        );
+        let g = SVector::<f64, 5>::new(y, yc, -ys, uyc, -uys);
+        let total = (q - y * y / n).max(0.0);
         let cholesky = a.cholesky()?;
         let c = cholesky.solve(&g);
         let rss = (q - c.dot(&g)).max(0.0);
-        let inverse = cholesky.inverse();
         let (p, r) = (c[1], c[2]);
         let power = p * p + r * r;
-        let amplitude_variance = if power > 0.0 {
-            (p * p * inverse[(1, 1)] + r * r * inverse[(2, 2)] + 2.0 * p * r * inverse[(1, 2)]) / power
-        } else {
-            inverse[(1, 1)]
-        };
+        let (x, y) = if power > 0.0 { (p / power.sqrt(), r / power.sqrt()) } else { (1.0, 0.0) };
+        let along = SVector::<f64, 5>::new(0.0, x, y, 0.0, 0.0);
+        let amplitude_variance = along.dot(&cholesky.solve(&along));
         let here = Local {
             omega,
             z: [p, r],
@@ -219,6 +239,64 @@ fn refine(
         omega = next;
     }
     best
+}
+
+/// Sums over few samples of everything the sloped fit needs.
+struct SlopedSums<'a> {
+    time: &'a [f64],
+    signal: &'a [f64],
+    centre: f64,
+    half: f64,
+    omega: f64,
+}
+
+impl pulp::WithSimd for SlopedSums<'_> {
+    type Output = [f64; 19];
+
+    /// With `u = (t - centre)/half`: sums of c, s, uc, us, cc, cs, ss, ucc, ucs, uss,
+    /// uucc, uucs, uuss, y, yc, ys, uyc, uys, yy.
+    #[inline(always)]
+    fn with_simd<S: pulp::Simd>(self, simd: S) -> [f64; 19] {
+        let mut sums = [simd.splat_f64s(0.0); 19];
+        let centre = simd.splat_f64s(self.centre);
+        let inverse = simd.splat_f64s(1.0 / self.half);
+        let omega = simd.splat_f64s(self.omega);
+        for (t, y, weight) in wide::Pairs::new(simd, self.time, self.signal) {
+            let t = simd.sub_f64s(t, centre);
+            let (sin, cos) = wide::sin_cos(simd, simd.mul_f64s(omega, t));
+            let u = simd.mul_f64s(t, inverse);
+            let (c, s) = (simd.mul_f64s(weight, cos), simd.mul_f64s(weight, sin));
+            let (uc, us) = (simd.mul_f64s(u, c), simd.mul_f64s(u, s));
+            let plain = [(0, c), (1, s), (2, uc), (3, us), (13, y)];
+            let products = [
+                (4, c, c),
+                (5, c, s),
+                (6, s, s),
+                (7, uc, c),
+                (8, uc, s),
+                (9, us, s),
+                (10, uc, uc),
+                (11, uc, us),
+                (12, us, us),
+                (14, y, c),
+                (15, y, s),
+                (16, y, uc),
+                (17, y, us),
+                (18, y, y),
+            ];
+            for (k, x) in plain {
+                sums[k] = simd.add_f64s(sums[k], x);
+            }
+            for (k, x, y) in products {
+                sums[k] = simd.mul_add_e_f64s(x, y, sums[k]);
+            }
+        }
+        let mut totals = [0.0; 19];
+        for (total, sum) in totals.iter_mut().zip(sums) {
+            *total = simd.reduce_sum_f64s(sum);
+        }
+        totals
+    }
 }
 
 /// A phase given at the middle of each block with its first two derivatives.
@@ -280,55 +358,39 @@ struct Sums<'a> {
     phase: PhaseAt,
 }
 
-const LANES: usize = 8;
-
-impl pulp::NullaryFnOnce for Sums<'_> {
+impl pulp::WithSimd for Sums<'_> {
     type Output = [f64; 10];
 
     /// Sums of 1, c, s, cc, cs, ss, y, yc, ys, yy over the block.
     #[inline(always)]
-    fn call(self) -> [f64; 10] {
-        let mut lanes = [[0.0; LANES]; 10];
-        let PhaseAt { phase, omega, chirp, loss } = self.phase;
-        let mut add = |tau: &[f64; LANES], y: &[f64; LANES], w: &[f64; LANES]| {
-            for k in 0..LANES {
-                let t = tau[k];
-                let (sin, cos) = crate::signal::trig::sin_cos(phase + t * (omega + 0.5 * chirp * t));
-                let shape = 1.0 - loss * t;
-                let (c, s) = (w[k] * cos * shape, w[k] * sin * shape);
-                let v = w[k] * y[k];
-                lanes[0][k] += w[k];
-                lanes[1][k] += c;
-                lanes[2][k] += s;
-                lanes[3][k] += c * c;
-                lanes[4][k] += c * s;
-                lanes[5][k] += s * s;
-                lanes[6][k] += v;
-                lanes[7][k] += v * c;
-                lanes[8][k] += v * s;
-                lanes[9][k] += v * v;
+    fn with_simd<S: pulp::Simd>(self, simd: S) -> [f64; 10] {
+        let mut sums = [simd.splat_f64s(0.0); 9];
+        let centre = simd.splat_f64s(self.centre);
+        let phase = simd.splat_f64s(self.phase.phase);
+        let omega = simd.splat_f64s(self.phase.omega);
+        let half_chirp = simd.splat_f64s(0.5 * self.phase.chirp);
+        let minus_loss = simd.splat_f64s(-self.phase.loss);
+        let one = simd.splat_f64s(1.0);
+        for (t, y, weight) in wide::Pairs::new(simd, self.time, self.signal) {
+            let t = simd.sub_f64s(t, centre);
+            let angle = simd.mul_add_e_f64s(simd.mul_add_e_f64s(half_chirp, t, omega), t, phase);
+            let (sin, cos) = wide::sin_cos(simd, angle);
+            let shape = simd.mul_f64s(weight, simd.mul_add_e_f64s(minus_loss, t, one));
+            let (c, s) = (simd.mul_f64s(cos, shape), simd.mul_f64s(sin, shape));
+            let products = [(c, c), (c, s), (s, s), (y, c), (y, s), (y, y)];
+            for (sum, x) in sums.iter_mut().zip([c, s, y]) {
+                *sum = simd.add_f64s(*sum, x);
             }
-        };
-        let mut times = self.time.chunks_exact(LANES);
-        let mut values = self.signal.chunks_exact(LANES);
-        for (t, y) in (&mut times).zip(&mut values) {
-            let mut tau = [0.0; LANES];
-            let mut v = [0.0; LANES];
-            for k in 0..LANES {
-                tau[k] = t[k] - self.centre;
-                v[k] = y[k];
+            for (sum, (x, y)) in sums[3..].iter_mut().zip(products) {
+                *sum = simd.mul_add_e_f64s(x, y, *sum);
             }
-            add(&tau, &v, &[1.0; LANES]);
         }
-        let (t, y) = (times.remainder(), values.remainder());
-        let (mut tau, mut v, mut w) = ([0.0; LANES], [0.0; LANES], [0.0; LANES]);
-        for k in 0..t.len() {
-            tau[k] = t[k] - self.centre;
-            v[k] = y[k];
-            w[k] = 1.0;
+        let mut totals = [0.0; 9];
+        for (total, sum) in totals.iter_mut().zip(sums) {
+            *total = simd.reduce_sum_f64s(sum);
         }
-        add(&tau, &v, &w);
-        lanes.map(|l| l.iter().sum())
+        let [c, s, y, cc, cs, ss, yc, ys, yy] = totals;
+        [self.signal.len() as f64, c, s, cc, cs, ss, y, yc, ys, yy]
     }
 }
 

@@ -41,8 +41,6 @@ impl PhaseLaw {
 pub(crate) struct Smooth {
     pub(crate) at: Vec<PhaseAt>,
     pub(crate) law: PhaseLaw,
-    /// Weighted mean square of the phase residual over what noise gives.
-    pub(crate) excess: f64,
     /// The law holds; otherwise the phase was smoothed locally.
     pub(crate) lawful: bool,
 }
@@ -153,7 +151,7 @@ pub(crate) fn smooth(blocks: &[Block], amplitude: &[f64], noise_rms: f64) -> Opt
     } else {
         local(&tau, &phase, &weight)
     };
-    Some(Smooth { at, law, excess, lawful })
+    Some(Smooth { at, law, lawful })
 }
 
 /// Takes back turns lost in the noise: a line through the surest half of the

@@ -1,6 +1,14 @@
 //! Coarse frequencies: which oscillations a stretch of record holds.
 
+use super::trig;
 use realfft::RealFftPlanner;
+use std::cell::RefCell;
+use std::f64::consts::{FRAC_PI_2, PI};
+
+thread_local! {
+    // Planning costs more than one transform; records of one length share a plan.
+    static PLANNER: RefCell<RealFftPlanner<f64>> = RefCell::new(RealFftPlanner::new());
+}
 
 /// Longest transform used; longer records are looked at where they are loudest.
 const LONGEST: usize = 1 << 15;
@@ -70,19 +78,39 @@ pub(crate) fn amplitudes(grid: &Grid) -> (Vec<f64>, f64) {
     });
     let slope = if sxx > 0.0 { sxy / sxx } else { 0.0 };
     let mut buffer = vec![0.0; padded];
-    let mut window_sum = 0.0;
-    for (i, &v) in grid.values.iter().enumerate() {
-        let w = (std::f64::consts::PI * (i as f64 + 0.5) / n as f64).sin().powi(2);
-        window_sum += w;
-        buffer[i] = w * (v - mean - slope * (i as f64 - mid));
-    }
-    let fft = RealFftPlanner::<f64>::new().plan_fft_forward(padded);
+    pulp::Arch::new().dispatch(Windowed { grid: &grid.values, mean, slope, mid, out: &mut buffer });
+    let fft = PLANNER.with_borrow_mut(|planner| planner.plan_fft_forward(padded));
     let mut spectrum = fft.make_output_vec();
     if fft.process(&mut buffer, &mut spectrum).is_err() {
         return (Vec::new(), 1.0);
     }
-    let scale = 2.0 / window_sum.max(f64::MIN_POSITIVE);
-    (spectrum.iter().map(|c| c.norm() * scale).collect(), 1.0 / (padded as f64 * grid.interval_s))
+    // The window's sum is n/2 for every n above one.
+    let scale = if n > 1 { 4.0 / n as f64 } else { 2.0 };
+    (spectrum.iter().map(|c| c.norm_sqr().sqrt() * scale).collect(), 1.0 / (padded as f64 * grid.interval_s))
+}
+
+/// The grid less its straight line, times the Hann window `sin²(pi (i + 1/2)/n)`.
+struct Windowed<'a> {
+    grid: &'a [f64],
+    mean: f64,
+    slope: f64,
+    mid: f64,
+    out: &'a mut [f64],
+}
+
+impl pulp::NullaryFnOnce for Windowed<'_> {
+    type Output = ();
+
+    #[inline(always)]
+    fn call(self) {
+        let step = PI / self.grid.len() as f64;
+        let mut at = 0.0;
+        for (out, &v) in self.out.iter_mut().zip(self.grid) {
+            let (_, w) = trig::half_turn((at + 0.5) * step - FRAC_PI_2);
+            *out = w * w * (v - self.mean - self.slope * (at - self.mid));
+            at += 1.0;
+        }
+    }
 }
 
 /// Position of a peak by the parabola through the logarithms of three bins.
@@ -97,37 +125,68 @@ fn refine(spectrum: &[f64], i: usize, width: f64) -> Line {
     Line { frequency_hz: (i as f64 + shift) * width, amplitude: (b - 0.25 * (a - c) * shift).exp() }
 }
 
+/// The spectrum of a record where it is loudest.
+pub(crate) struct Look {
+    spectrum: Vec<f64>,
+    /// Width of a bin, Hz.
+    bin: f64,
+    /// Length looked at, s, and in samples.
+    duration: f64,
+    samples: usize,
+}
+
+impl Look {
+    /// `None` for fewer than eight samples.
+    pub(crate) fn at(time: &[f64], signal: &[f64]) -> Option<Self> {
+        if time.len() < 8 {
+            return None;
+        }
+        let (from, to) = loudest(signal, LONGEST);
+        let (t, y) = (&time[from..to], &signal[from..to]);
+        let grid = resample(t, y, median_step(t).max((t[t.len() - 1] - t[0]) / (2.0 * LONGEST as f64)));
+        let (spectrum, bin) = amplitudes(&grid);
+        let duration = grid.values.len() as f64 * grid.interval_s;
+        Some(Self { spectrum, bin, duration, samples: to - from })
+    }
+
+    fn strongest(&self, band_hz: Option<[f64; 2]>) -> Option<Line> {
+        // Below one cycle per stretch there is only drift.
+        let lowest = band_hz.map_or(0.0, |b| b[0]).max(0.7 / self.duration);
+        let highest = band_hz.map_or(f64::INFINITY, |b| b[1]);
+        let peak = (0..self.spectrum.len())
+            .filter(|&i| (lowest..=highest).contains(&(i as f64 * self.bin)))
+            .max_by(|&a, &b| self.spectrum[a].total_cmp(&self.spectrum[b]))?;
+        Some(refine(&self.spectrum, peak, self.bin))
+    }
+}
+
 /// The strongest oscillation of the record, inside `band_hz` when given.
 ///
 /// Long records are searched in the stretch of highest variance; when fewer
 /// than eight cycles fit into it, it is averaged eightfold and lengthened.
 pub(crate) fn dominant(time: &[f64], signal: &[f64], band_hz: Option<[f64; 2]>) -> Option<Line> {
+    dominant_of(&Look::at(time, signal)?, time, signal, band_hz)
+}
+
+/// As [`dominant`], the first look already taken.
+pub(crate) fn dominant_of(
+    look: &Look,
+    time: &[f64],
+    signal: &[f64],
+    band_hz: Option<[f64; 2]>,
+) -> Option<Line> {
     let mut width = 1;
-    let mut owned: Option<(Vec<f64>, Vec<f64>)> = None;
+    let mut wider: Option<Look> = None;
     loop {
-        let (t, y) = owned.as_ref().map_or((time, signal), |(t, y)| (t.as_slice(), y.as_slice()));
-        if t.len() < 8 {
-            return None;
-        }
-        let (from, to) = loudest(y, LONGEST);
-        let (t, y) = (&t[from..to], &y[from..to]);
-        let step = median_step(t).max((t[t.len() - 1] - t[0]) / (2.0 * LONGEST as f64));
-        let grid = resample(t, y, step);
-        let (spectrum, bin) = amplitudes(&grid);
-        // Below one cycle per stretch there is only drift.
-        let duration = grid.values.len() as f64 * grid.interval_s;
-        let lowest = band_hz.map_or(0.0, |b| b[0]).max(0.7 / duration);
-        let highest = band_hz.map_or(f64::INFINITY, |b| b[1]);
-        let peak = (0..spectrum.len())
-            .filter(|&i| (lowest..=highest).contains(&(i as f64 * bin)))
-            .max_by(|&a, &b| spectrum[a].total_cmp(&spectrum[b]))?;
-        let line = refine(&spectrum, peak, bin);
-        let whole = to - from >= signal.len() / width;
-        if whole || line.frequency_hz * duration >= 8.0 {
+        let look = wider.as_ref().unwrap_or(look);
+        let line = look.strongest(band_hz)?;
+        let whole = look.samples >= signal.len() / width;
+        if whole || line.frequency_hz * look.duration >= 8.0 {
             return Some(line);
         }
         width *= 8;
-        owned = Some(averaged(time, signal, width));
+        let (t, y) = averaged(time, signal, width);
+        wider = Some(Look::at(&t, &y)?);
     }
 }
 
@@ -137,37 +196,39 @@ fn loudest(signal: &[f64], longest: usize) -> (usize, usize) {
         return (0, signal.len());
     }
     let hop = longest / 4;
+    let sums: Vec<[f64; 3]> = signal
+        .chunks_exact(hop)
+        .map(|part| part.iter().step_by(8).fold([0.0; 3], |[n, s, q], &v| [n + 1.0, s + v, q + v * v]))
+        .collect();
     let mut best = (0, f64::NEG_INFINITY);
-    let mut from = 0;
-    while from + longest <= signal.len() {
-        let part = signal[from..from + longest].iter().step_by(8);
-        let (n, s, q) = part.fold((0.0, 0.0, 0.0), |(n, s, q), &v| (n + 1.0, s + v, q + v * v));
+    for (i, four) in sums.windows(4).enumerate() {
+        let [n, s, q] = four.iter().fold([0.0; 3], |[n, s, q], p| [n + p[0], s + p[1], q + p[2]]);
         let variance = q / n - (s / n) * (s / n);
         if variance > best.1 {
-            best = (from, variance);
+            best = (i * hop, variance);
         }
-        from += hop;
     }
     (best.0, best.0 + longest)
 }
 
-/// Lines other than the main one, its neighbourhood and its harmonics, strongest first.
-pub(crate) fn other_lines(time: &[f64], signal: &[f64], main_hz: f64, relative_width: f64) -> Vec<Line> {
-    if time.len() < 32 {
+/// Lines of at least this amplitude other than the main one, its neighbourhood
+/// and its harmonics, strongest first.
+pub(crate) fn other_lines(look: &Look, main_hz: f64, relative_width: f64, least: f64) -> Vec<Line> {
+    let Look { spectrum, bin, duration, samples } = look;
+    if *samples < 32 {
         return Vec::new();
     }
-    let (from, to) = loudest(signal, LONGEST);
-    let (t, y) = (&time[from..to], &signal[from..to]);
-    let grid = resample(t, y, median_step(t).max((t[t.len() - 1] - t[0]) / (2.0 * LONGEST as f64)));
-    let (spectrum, bin) = amplitudes(&grid);
-    let duration = grid.values.len() as f64 * grid.interval_s;
     let near = (relative_width * main_hz).max(4.0 / duration);
     let mut lines: Vec<Line> = (2..spectrum.len().saturating_sub(2))
+        // The parabola lifts a peak of the Hann window by far less than fourfold.
+        .filter(|&i| spectrum[i] > 0.25 * least)
         .filter(|&i| spectrum[i] > spectrum[i - 1] && spectrum[i] >= spectrum[i + 1])
-        .map(|i| refine(&spectrum, i, bin))
+        .map(|i| refine(spectrum, i, *bin))
         .filter(|l| {
             let order = (l.frequency_hz / main_hz).round();
-            l.frequency_hz > 3.0 / duration && (l.frequency_hz - order.max(1.0) * main_hz).abs() > near
+            l.amplitude >= least
+                && l.frequency_hz > 3.0 / duration
+                && (l.frequency_hz - order.max(1.0) * main_hz).abs() > near
         })
         .collect();
     lines.sort_by(|a, b| b.amplitude.total_cmp(&a.amplitude));
@@ -196,8 +257,8 @@ pub(crate) fn band_pass(time: &[f64], signal: &[f64], band_hz: [f64; 2]) -> Vec<
         *v = signal[right - 1] + u * (signal[right] - signal[right - 1]) - mean;
     }
     let size = buffer.len();
-    let mut planner = RealFftPlanner::<f64>::new();
-    let (forward, back) = (planner.plan_fft_forward(size), planner.plan_fft_inverse(size));
+    let (forward, back) =
+        PLANNER.with_borrow_mut(|planner| (planner.plan_fft_forward(size), planner.plan_fft_inverse(size)));
     let mut spectrum = forward.make_output_vec();
     if forward.process(&mut buffer, &mut spectrum).is_err() {
         return signal.to_vec();
@@ -207,7 +268,7 @@ pub(crate) fn band_pass(time: &[f64], signal: &[f64], band_hz: [f64; 2]) -> Vec<
     for (i, c) in spectrum.iter_mut().enumerate() {
         let f = i as f64 * bin;
         let inside = ((f - band_hz[0]) / edge).min((band_hz[1] - f) / edge).clamp(0.0, 1.0);
-        *c *= (0.5 * std::f64::consts::PI * inside).sin().powi(2) / size as f64;
+        *c *= (0.5 * PI * inside).sin().powi(2) / size as f64;
     }
     spectrum[0].im = 0.0;
     if let Some(last) = spectrum.last_mut() {
@@ -246,7 +307,7 @@ mod tests {
         let y: Vec<f64> = t.iter().map(|t| (6.28 * 1.0 * t).sin() + 0.3 * (6.28 * 3.3 * t).sin()).collect();
         let line = dominant(&t, &y, Some([2.0, 5.0])).expect("a line");
         assert!((line.frequency_hz - 3.3).abs() < 0.05);
-        let others = other_lines(&t, &y, 1.0, 0.05);
+        let others = other_lines(&Look::at(&t, &y).expect("long enough"), 1.0, 0.05, 0.01);
         assert!(
             (others[0].frequency_hz - 3.3).abs() < 0.05 && (others[0].amplitude - 0.3).abs() < 0.03,
             "{others:?}"

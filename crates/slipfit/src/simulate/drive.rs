@@ -4,7 +4,7 @@ use super::arc::{C64, Constants};
 use super::local::{CHIRP_SPAN, Chirp, Local, Tone};
 use crate::double_double::{self as dd, Dd};
 use crate::error::Error;
-use crate::oscillator::{above_zero, finite};
+use crate::oscillator::{above_zero, finite, moderate};
 
 /// Motion `u(t)` of the base, the spring's far end; the force on the mass is `k (u - x)`.
 ///
@@ -57,7 +57,7 @@ impl Drive {
     /// # Errors
     /// [`Error::Parameter`] unless finite.
     pub fn hold(offset: f64) -> Result<Self, Error> {
-        finite("offset", offset)?;
+        moderate("offset", offset)?;
         Ok(Self::from_source(Source::Harmonics { offset, harmonics: Vec::new() }))
     }
 
@@ -74,10 +74,10 @@ impl Drive {
     /// # Errors
     /// [`Error::Parameter`] unless every `omega > 0` and all values are finite.
     pub fn harmonics(offset: f64, harmonics: &[Harmonic]) -> Result<Self, Error> {
-        finite("offset", offset)?;
+        moderate("offset", offset)?;
         for h in harmonics {
-            finite("amplitude", h.amplitude)?;
-            above_zero("omega", h.omega)?;
+            strength("amplitude", h.amplitude)?;
+            frequency("omega", h.omega)?;
             finite("phase", h.phase)?;
         }
         Ok(Self::from_source(Source::Harmonics { offset, harmonics: harmonics.to_vec() }))
@@ -100,9 +100,9 @@ impl Drive {
         start_s: f64,
         end_s: f64,
     ) -> Result<Self, Error> {
-        finite("amplitude", amplitude)?;
-        above_zero("omega_start", omega_start)?;
-        above_zero("omega_end", omega_end)?;
+        strength("amplitude", amplitude)?;
+        frequency("omega_start", omega_start)?;
+        frequency("omega_end", omega_end)?;
         finite("start_s", start_s)?;
         finite("end_s", end_s)?;
         if start_s >= end_s {
@@ -134,7 +134,7 @@ impl Drive {
         }
         for (t, x) in time_s.iter().zip(&displacement) {
             finite("time_s", *t)?;
-            finite("displacement", *x)?;
+            moderate("displacement", *x)?;
         }
         // A slope too steep for a number would make the motion none.
         let steep = |i: &usize| {
@@ -241,6 +241,24 @@ impl Drive {
                 out.stage_ends = true;
             }
         }
+    }
+}
+
+fn strength(name: &'static str, value: f64) -> Result<(), Error> {
+    // Below, its derivatives would underflow.
+    if value == 0.0 || (1e-150..=1e100).contains(&value.abs()) {
+        Ok(())
+    } else {
+        Err(Error::Parameter { name, value, range: "zero, or a magnitude of 1e-150 to 1e100" })
+    }
+}
+
+fn frequency(name: &'static str, value: f64) -> Result<(), Error> {
+    // Cubes of it are needed.
+    if value > 0.0 && value <= 1e50 {
+        Ok(())
+    } else {
+        Err(Error::Parameter { name, value, range: "0 < omega <= 1e50 rad/s" })
     }
 }
 

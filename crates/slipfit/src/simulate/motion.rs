@@ -7,7 +7,7 @@ use super::event::{Event, EventKind, Friction, State};
 use super::local::Local;
 use crate::double_double::Dd;
 use crate::error::Error;
-use crate::oscillator::{Oscillator, finite};
+use crate::oscillator::{Oscillator, finite, moderate};
 
 /// Any motion of `m x'' + gamma x' + k x + F sgn(x') = k u(t)`, event by event.
 ///
@@ -41,8 +41,9 @@ pub struct Motion {
     pull: Option<f64>,
     local: Local,
     segment: Option<Segment>,
-    /// Events in a row without time passing; see `rest_segment`.
+    /// Segments in a row without time passing, and how often that was passed over.
     stalls: u32,
+    leaps: u32,
 }
 
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -95,9 +96,7 @@ impl Motion {
             ("velocity", velocity),
             ("velocity / omega_0", velocity / oscillator.omega_0()),
         ] {
-            if value.abs() > 1e100 || value.is_nan() {
-                return Err(Error::Parameter { name, value, range: "finite, magnitude at most 1e100" });
-            }
+            moderate(name, value)?;
         }
         let mut motion = Self {
             k: Constants::new(oscillator),
@@ -111,6 +110,7 @@ impl Motion {
             local: Local::default(),
             segment: None,
             stalls: 0,
+            leaps: 0,
         };
         motion.localise();
         if velocity == 0.0 {
@@ -285,6 +285,8 @@ impl Motion {
         }
         let reach = self.local.end.min(self.k.reach);
         match arc.first_turn(&self.k, &self.local, reach) {
+            // Where numbers underflow a slip may have no length: time must go on all the same.
+            Some(u) if self.stalls > 8 => segment(u.max(self.leap().min(reach)), None, End::Turn),
             Some(u) => segment(u, None, End::Turn),
             None if reach < self.local.end => segment(reach, None, End::Continue),
             None => segment(reach, None, drive_end),
@@ -306,7 +308,7 @@ impl Motion {
         let reach = self.local.end.min(span);
         let noise = 2e-16 * (self.local.value.abs() + self.position.abs() + swing);
         // Sliding for no time between two rests would repeat for ever.
-        let start = if self.stalls > 3 { 1e-9 * self.k.reach } else { 0.0 };
+        let start = if self.stalls > 3 { self.leap().min(reach) } else { 0.0 };
         let d3 = d3.max(f64::MIN_POSITIVE);
         let trust = 0.25 * self.k.reach.min(if d2 > 0.0 { d1 / d2 } else { reach });
         let mut length = reach;
@@ -324,6 +326,11 @@ impl Motion {
         stay(length, end)
     }
 
+    /// Time passed over where events would repeat without any passing, more each time.
+    fn leap(&self) -> f64 {
+        self.k.reach * (1e-9 * f64::from(self.leaps.min(30)).exp2()).min(0.05)
+    }
+
     fn held_for_ever(&self) -> bool {
         let (low, high) = self.local.range;
         let [up, down] = self.friction.holding;
@@ -336,7 +343,16 @@ impl Motion {
             self.position = arc.start + end.moved;
             self.velocity = end.velocity;
         }
-        self.stalls = if segment.length > 1e-12 * self.k.reach { 0 } else { self.stalls + 1 };
+        if segment.length <= 1e-12 * self.k.reach {
+            self.stalls += 1;
+        } else if self.stalls > 3 {
+            (self.stalls, self.leaps) = (0, self.leaps + 1);
+        } else {
+            self.stalls = 0;
+            if segment.length > 0.1 * self.k.reach {
+                self.leaps = 0;
+            }
+        }
         self.time = match self.local.end_time {
             Some(at) if segment.length == self.local.end => Dd::from_f64(at),
             _ => self.time.add(segment.exact.unwrap_or(Dd::from_f64(segment.length))),

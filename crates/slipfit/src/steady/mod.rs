@@ -7,7 +7,7 @@
 //! - [`exact`]: two turns a cycle and no stop, closed
 //! - [`orbit`]: with stops, by shooting on the event machine; stability
 //! - [`solve`]: whichever of the exact ways holds
-//! - [`validity`]: the paper's limits, with the error made
+//! - [`validity()`]: the paper's limits, with the error made
 //! - [`scan`]: what an instrument shows, point by point or swept
 //! - [`atlas`]: errors of the approximations over `Q` and `beta`
 //!

@@ -4,7 +4,7 @@ use super::exact::ClosedForm;
 use super::orbit::{OrbitOptions, PeriodicOrbit};
 use super::{Phasor, leading, lorentzian, series};
 use crate::error::Error;
-use crate::oscillator::{Oscillator, above_zero};
+use crate::oscillator::Oscillator;
 use std::f64::consts::PI;
 
 /// A harmonic drive at the base, `x_0 cos(omega t)`; a force `P cos(omega t)` is `x_0 = P/k`.
@@ -20,8 +20,13 @@ impl HarmonicDrive {
     /// # Errors
     /// [`Error::Parameter`] unless both are above zero and finite.
     pub fn new(amplitude: f64, omega: f64) -> Result<Self, Error> {
-        above_zero("drive amplitude", amplitude)?;
-        above_zero("omega", omega)?;
+        if !(1e-150..=1e100).contains(&amplitude) {
+            let range = "0 < amplitude, 1e-150 to 1e100";
+            return Err(Error::Parameter { name: "drive amplitude", value: amplitude, range });
+        }
+        if !(omega > 0.0 && omega <= 1e50) {
+            return Err(Error::Parameter { name: "omega", value: omega, range: "0 < omega <= 1e50 rad/s" });
+        }
         Ok(Self { amplitude, omega })
     }
 

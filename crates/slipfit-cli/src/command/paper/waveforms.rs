@@ -22,7 +22,7 @@ pub(super) fn charts() -> Result<Waveforms, Error> {
     let names: [(f64, [&'static str; 2], [&str; 2]); 2] =
         [(5.0, ["fig1_a", "fig1_b"], ["(a)", "(b)"]), (1.0, ["fig1_c", "fig1_d"], ["(c)", "(d)"])];
     for (gain, files, letters) in names {
-        let x_f = Oscillator::friction_of_ratio(1.0 - gain / Q, 1.0);
+        let x_f = Oscillator::friction_displacement_for(1.0 - gain / Q, 1.0);
         let o = Oscillator::builder().omega_0(1.0).q_factor(Q).friction_displacement(x_f).build()?;
         let drive = HarmonicDrive::new(1.0, 1.0)?;
         let leading = SteadyState::new(&o, &drive, Method::Leading)?;

@@ -79,7 +79,8 @@ fn oscillator(
     }
     if let Some(beta) = args.beta {
         let bare = builder.build().map_err(|e| spoken(&e))?;
-        builder = builder.friction_displacement(Oscillator::friction_of_ratio(beta, reference(&bare)?));
+        builder =
+            builder.friction_displacement(Oscillator::friction_displacement_for(beta, reference(&bare)?));
     }
     if let Some(v) = args.friction_displacement {
         builder = builder.friction_displacement(v);

@@ -1,0 +1,348 @@
+//! The averaged decay of an amplitude trace.
+
+use super::minimise::{Sums, minimise, spread};
+use crate::Error;
+use crate::signal::trig;
+use pulp::Simd;
+
+/// Parameters of the envelope `A(t) = (A_0 + C) e^(-delta t) - C`.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct EnvelopeStart {
+    /// A_0, the amplitude at the first time, signal unit.
+    pub initial_amplitude: f64,
+    /// C, signal unit: `x_F coth(pi delta/2 omega_d)` for sliding friction.
+    pub offset_amplitude: f64,
+    /// delta = gamma/2m, 1/s.
+    pub decay_rate_per_s: f64,
+}
+
+/// Result of [`fit_envelope`].
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct EnvelopeFit {
+    /// The parameters of least squares.
+    pub best: EnvelopeStart,
+    /// Their standard errors, each in its parameter's unit.
+    pub std_error: EnvelopeStart,
+    /// Their correlations, in the order of the fields.
+    pub correlation: [[f64; 3]; 3],
+    /// Root mean square of amplitude less model.
+    pub residual_rms: f64,
+    /// Whether no step would have changed a parameter by a hundredth of its standard error.
+    pub converged: bool,
+    /// Passes over the samples.
+    pub steps: usize,
+}
+
+/// Fits `A(t) = (A_0 + C) e^(-delta t) - C` to an amplitude trace.
+///
+/// This is the ring-down under viscous and sliding friction, eq. (15) and (16)
+/// of Vitorino, Vieira and Rodrigues, *Effect of sliding friction in harmonic
+/// oscillators*. The paper prints `C = 4F/(pi gamma omega_0)`, the leading order
+/// of the exact `C = x_F coth(pi delta/2 omega_d)`, `x_F = F/k`; with `C` a
+/// parameter of its own the fit holds for both.
+///
+/// - `time_s`: s, in any order; `t` counts from the first of them
+/// - `amplitude`: any unit, as many; none may have been rectified by noise
+/// - `start`: where the search begins
+///
+/// Standard errors are those of white noise of the residuals' size. No
+/// parameter is kept from turning negative, so that averages over many traces
+/// stay unbiased. The trace must show a bend: as `delta` goes to zero `C` grows
+/// without limit and correlates fully with it.
+///
+/// # Errors
+/// - [`Error::Length`] if the two differ in length
+/// - [`Error::TooFewSamples`] for fewer than four
+/// - [`Error::Parameter`] for a value that is not finite
+/// - [`Error::NoFit`] where the data do not determine three parameters
+///
+/// ```
+/// use slipfit::ringdown::{EnvelopeStart, fit_envelope};
+/// let time: Vec<f64> = (0..200).map(|i| 0.01 * f64::from(i)).collect();
+/// let trace: Vec<f64> = time.iter().map(|t| 1.4 * (-0.8 * t).exp() - 0.3).collect();
+/// let start = EnvelopeStart { initial_amplitude: 1.0, offset_amplitude: 0.0, decay_rate_per_s: 1.0 };
+/// let fit = fit_envelope(&time, &trace, &start)?;
+/// assert!((fit.best.decay_rate_per_s - 0.8).abs() < 1e-9);
+/// assert!((fit.best.offset_amplitude - 0.3).abs() < 1e-9);
+/// # Ok::<(), slipfit::Error>(())
+/// ```
+pub fn fit_envelope(time_s: &[f64], amplitude: &[f64], start: &EnvelopeStart) -> Result<EnvelopeFit, Error> {
+    let n = time_s.len();
+    super::check_lengths("amplitude", n, amplitude.len(), 4)?;
+    let EnvelopeStart { initial_amplitude, offset_amplitude, decay_rate_per_s } = *start;
+    super::check_start(&[
+        ("initial_amplitude", initial_amplitude),
+        ("offset_amplitude", offset_amplitude),
+        ("decay_rate_per_s", decay_rate_per_s),
+    ])?;
+    let first = time_s[0];
+    let interval = (time_s[n - 1] - first) / (n - 1) as f64;
+    let (power, uneven) = pulp::Arch::new().dispatch(Look { time: time_s, amplitude, first, interval });
+    if !(power.is_finite() && uneven.is_finite()) {
+        super::check_finite("time_s", time_s)?;
+        super::check_finite("amplitude", amplitude)?;
+    }
+    // Stamps within four roundings of an even clock are one.
+    let even = uneven <= 4.0 * f64::EPSILON * first.abs().max(time_s[n - 1].abs());
+    let interval = (even && interval > 0.0).then_some(interval);
+    let data = Trace { time: time_s, amplitude, first, interval };
+    // Height b = A_0 + C, level c = -C: the model is linear in both.
+    let at = [initial_amplitude + offset_amplitude, -offset_amplitude, decay_rate_per_s];
+    let found = minimise(
+        at,
+        n as f64,
+        power,
+        |&[height, level, rate]| Some(pulp::Arch::new().dispatch(Pass { data: &data, height, level, rate })),
+        |p, step| {
+            // The step of the rate was found for the old height; the new one knows better.
+            let height = p[0] + step[0];
+            let ratio = if (0.5..2.0).contains(&(height / p[0])) { p[0] / height } else { 1.0 };
+            [height, p[1] + step[1], p[2] + ratio * step[2]]
+        },
+    )
+    .ok_or(Error::NoFit { reason: "the trace does not tell a decay rate from an offset" })?;
+    let [height, level, rate] = found.best;
+    // A_0 = b + c, C = -c.
+    let v = &found.inverse;
+    let covariance = [
+        [v[0][0] + 2.0 * v[0][1] + v[1][1], -v[0][1] - v[1][1], v[0][2] + v[1][2]],
+        [-v[0][1] - v[1][1], v[1][1], -v[1][2]],
+        [v[0][2] + v[1][2], -v[1][2], v[2][2]],
+    ];
+    let (error, correlation) = spread(&covariance, found.rss / (n - 3) as f64);
+    let named = |[a, c, d]: [f64; 3]| EnvelopeStart {
+        initial_amplitude: a,
+        offset_amplitude: c,
+        decay_rate_per_s: d,
+    };
+    Ok(EnvelopeFit {
+        best: named([height + level, -level, rate]),
+        std_error: named(error),
+        correlation,
+        residual_rms: (found.rss / n as f64).sqrt(),
+        converged: found.converged,
+        steps: found.passes,
+    })
+}
+
+/// First look: sum of squares of the amplitudes, and the largest distance of a stamp from an even clock.
+struct Look<'a> {
+    time: &'a [f64],
+    amplitude: &'a [f64],
+    first: f64,
+    interval: f64,
+}
+
+const LANES: usize = 8;
+
+impl pulp::NullaryFnOnce for Look<'_> {
+    type Output = (f64, f64);
+
+    #[inline(always)]
+    fn call(self) -> (f64, f64) {
+        let (mut power, mut far, mut index) = ([0.0; LANES], [0.0; LANES], [0.0; LANES]);
+        for k in 0..LANES {
+            index[k] = k as f64;
+        }
+        let mut times = self.time.chunks_exact(LANES);
+        let mut values = self.amplitude.chunks_exact(LANES);
+        for (t, a) in (&mut times).zip(&mut values) {
+            for k in 0..LANES {
+                let d = (t[k] - (self.first + index[k] * self.interval)).abs();
+                // Written so that NaN stays.
+                far[k] = if d <= far[k] { far[k] } else { d };
+                power[k] += a[k] * a[k];
+                index[k] += LANES as f64;
+            }
+        }
+        let (mut sum, mut most) = (0.0, 0.0);
+        for k in 0..LANES {
+            sum += power[k];
+            most = if far[k] <= most { most } else { far[k] };
+        }
+        for (k, (t, a)) in times.remainder().iter().zip(values.remainder()).enumerate() {
+            let d = (t - (self.first + index[k] * self.interval)).abs();
+            most = if d <= most { most } else { d };
+            sum += a * a;
+        }
+        (sum, most)
+    }
+}
+
+struct Trace<'a> {
+    time: &'a [f64],
+    amplitude: &'a [f64],
+    first: f64,
+    /// Of an even clock.
+    interval: Option<f64>,
+}
+
+struct Pass<'a> {
+    data: &'a Trace<'a>,
+    height: f64,
+    level: f64,
+    rate: f64,
+}
+
+/// Samples for which the exponentials are tabled: `e^(-delta (64 j + k) h) = E_j F_k`.
+const TABLE: usize = 64;
+/// Blocks after which `E_j`, a running product, is computed afresh.
+const FRESH: usize = 16;
+
+/// Sums of e, ue, ee, uee, uuee and, with the residual r, of r, rr, er, uer.
+#[derive(Default)]
+struct Moments {
+    e: f64,
+    ue: f64,
+    ee: f64,
+    uee: f64,
+    uuee: f64,
+    r: f64,
+    rr: f64,
+    er: f64,
+    uer: f64,
+}
+
+impl pulp::WithSimd for Pass<'_> {
+    type Output = Sums<3>;
+
+    #[inline(always)]
+    fn with_simd<S: Simd>(self, simd: S) -> Sums<3> {
+        let (data, b) = (self.data, self.height);
+        let mut m = Moments::default();
+        let mut done = 0;
+        if let Some(interval) = data.interval {
+            done = data.amplitude.len() / TABLE * TABLE;
+            self.even(simd, interval, done, &mut m);
+        }
+        if done < data.amplitude.len() {
+            self.any(done, &mut m);
+        }
+        let n = data.amplitude.len() as f64;
+        Sums {
+            jtj: [[m.ee, m.e, -b * m.uee], [m.e, n, -b * m.ue], [-b * m.uee, -b * m.ue, b * b * m.uuee]],
+            jtr: [m.er, m.r, -b * m.uer],
+            rss: m.rr,
+        }
+    }
+}
+
+impl Pass<'_> {
+    /// The first `count` samples, a multiple of the table, of an even clock.
+    #[inline(always)]
+    fn even<S: Simd>(&self, simd: S, interval: f64, count: usize, m: &mut Moments) {
+        // Eight exponentials and those of 8, 16, 32 and 64 steps give the whole table.
+        const STEPS: [f64; 16] = [0., 1., 2., 3., 4., 5., 6., 7., 8., 16., 32., 64., 0., 0., 0., 0.];
+        let mut seed = [0.0; 16];
+        for k in 0..16 {
+            seed[k] = trig::exp(-self.rate * (STEPS[k] * interval));
+        }
+        let (mut table, mut delay) = ([0.0; TABLE], [0.0; TABLE]);
+        table[..8].copy_from_slice(&seed[..8]);
+        for (half, factor) in [(8, seed[8]), (16, seed[9]), (32, seed[10])] {
+            let (done, open) = table.split_at_mut(half);
+            for (to, from) in open.iter_mut().zip(done) {
+                *to = *from * factor;
+            }
+        }
+        for k in 0..TABLE {
+            delay[k] = k as f64 * interval;
+        }
+        let ratio = seed[11];
+        let (tables, _) = S::as_simd_f64s(&table);
+        let (delays, _) = S::as_simd_f64s(&delay);
+        let zero = simd.splat_f64s(0.0);
+        let mut own = [zero; 5];
+        for (&f, &k) in tables.iter().zip(delays) {
+            let kf = simd.mul_f64s(k, f);
+            own[0] = simd.add_f64s(own[0], f);
+            own[1] = simd.add_f64s(own[1], kf);
+            own[2] = simd.mul_add_e_f64s(f, f, own[2]);
+            own[3] = simd.mul_add_e_f64s(kf, f, own[3]);
+            own[4] = simd.mul_add_e_f64s(kf, kf, own[4]);
+        }
+        let mut sum = [0.0; 5];
+        for k in 0..5 {
+            sum[k] = simd.reduce_sum_f64s(own[k]);
+        }
+        let span = TABLE as f64 * interval;
+        let (level, minus_height) = (simd.splat_f64s(self.level), simd.splat_f64s(-self.height));
+        let (mut r_sum, mut rr_sum, mut er_sum, mut uer_sum) = (zero, zero, zero, zero);
+        let mut e = 1.0;
+        for (j, block) in self.data.amplitude[..count].chunks_exact(TABLE).enumerate() {
+            let begin = j as f64 * span;
+            if j > 0 && j % FRESH == 0 {
+                e = trig::exp(-self.rate * begin);
+            }
+            m.e += e * sum[0];
+            m.ue += e * (begin * sum[0] + sum[1]);
+            m.ee += e * e * sum[2];
+            m.uee += e * e * (begin * sum[2] + sum[3]);
+            m.uuee += e * e * (begin * begin * sum[2] + 2.0 * begin * sum[3] + sum[4]);
+            let (values, _) = S::as_simd_f64s(block);
+            let (factor, begin) = (simd.splat_f64s(e), simd.splat_f64s(begin));
+            let mut here = zero;
+            for ((&y, &f), &k) in values.iter().zip(tables).zip(delays) {
+                let ef = simd.mul_f64s(factor, f);
+                let r = simd.mul_add_e_f64s(minus_height, ef, simd.sub_f64s(y, level));
+                let er = simd.mul_f64s(ef, r);
+                r_sum = simd.add_f64s(r_sum, r);
+                rr_sum = simd.mul_add_e_f64s(r, r, rr_sum);
+                here = simd.add_f64s(here, er);
+                uer_sum = simd.mul_add_e_f64s(k, er, uer_sum);
+            }
+            er_sum = simd.add_f64s(er_sum, here);
+            uer_sum = simd.mul_add_e_f64s(begin, here, uer_sum);
+            e *= ratio;
+        }
+        m.r += simd.reduce_sum_f64s(r_sum);
+        m.rr += simd.reduce_sum_f64s(rr_sum);
+        m.er += simd.reduce_sum_f64s(er_sum);
+        m.uer += simd.reduce_sum_f64s(uer_sum);
+    }
+
+    /// The samples from `done` on, whatever their clock.
+    #[inline(always)]
+    fn any(&self, done: usize, m: &mut Moments) {
+        let mut lanes = [[0.0; LANES]; 9];
+        let times = self.data.time[done..].chunks(LANES);
+        let values = self.data.amplitude[done..].chunks(LANES);
+        for (t, y) in times.zip(values) {
+            let (mut u, mut v, mut w) = ([0.0; LANES], [self.level; LANES], [0.0; LANES]);
+            for k in 0..t.len() {
+                u[k] = t[k] - self.data.first;
+                v[k] = y[k];
+                w[k] = 1.0;
+            }
+            for k in 0..LANES {
+                let e = w[k] * trig::exp(-self.rate * u[k]);
+                let r = v[k] - self.level - self.height * e;
+                let ue = u[k] * e;
+                lanes[0][k] += e;
+                lanes[1][k] += ue;
+                lanes[2][k] += e * e;
+                lanes[3][k] += ue * e;
+                lanes[4][k] += ue * ue;
+                lanes[5][k] += r;
+                lanes[6][k] += r * r;
+                lanes[7][k] += e * r;
+                lanes[8][k] += ue * r;
+            }
+        }
+        let mut sums = [0.0; 9];
+        for (sum, lane) in sums.iter_mut().zip(&lanes) {
+            for v in lane {
+                *sum += v;
+            }
+        }
+        m.e += sums[0];
+        m.ue += sums[1];
+        m.ee += sums[2];
+        m.uee += sums[3];
+        m.uuee += sums[4];
+        m.r += sums[5];
+        m.rr += sums[6];
+        m.er += sums[7];
+        m.uer += sums[8];
+    }
+}

@@ -1,0 +1,33 @@
+//! Fits without an analysis: the data, a start, one model.
+
+mod envelope;
+mod minimise;
+#[cfg(test)]
+mod tests;
+mod waveform;
+
+pub use envelope::{EnvelopeFit, EnvelopeStart, fit_envelope};
+pub use waveform::{Decay, DecayFit, fit_waveform};
+
+use crate::Error;
+
+fn check_lengths(name: &'static str, times: usize, found: usize, needed: usize) -> Result<(), Error> {
+    if found != times {
+        return Err(Error::Length { name, found, expected: times });
+    }
+    if found < needed {
+        return Err(Error::TooFewSamples { found, needed });
+    }
+    Ok(())
+}
+
+fn check_finite(name: &'static str, values: &[f64]) -> Result<(), Error> {
+    match values.iter().find(|v| !v.is_finite()) {
+        Some(&value) => Err(Error::Parameter { name, value, range: "the finite numbers" }),
+        None => Ok(()),
+    }
+}
+
+fn check_start(values: &[(&'static str, f64)]) -> Result<(), Error> {
+    values.iter().try_for_each(|&(name, value)| check_finite(name, &[value]))
+}

@@ -1,0 +1,197 @@
+use super::waveform::Pass;
+use super::*;
+use crate::decay::FreeDecay;
+use crate::{Error, Oscillator};
+use std::f64::consts::TAU;
+
+/// SplitMix64, uniform on ±0.5.
+fn noise(i: usize) -> f64 {
+    let mut z = (i as u64 + 1).wrapping_mul(0x9e37_79b9_7f4a_7c15);
+    z = (z ^ (z >> 30)).wrapping_mul(0xbf58_476d_1ce4_e5b9);
+    z = (z ^ (z >> 27)).wrapping_mul(0x94d0_49bb_1331_11eb);
+    (z >> 11) as f64 / (1u64 << 53) as f64 - 0.5
+}
+
+fn decay(q: f64, x_f: f64, times: &[f64]) -> (Decay, Vec<f64>) {
+    let omega_0 = 7.0;
+    let delta = omega_0 / (2.0 * q);
+    let oscillator = Oscillator::kinematic(omega_0, delta, x_f).unwrap();
+    let motion = FreeDecay::from_rest(&oscillator, 1.0).unwrap();
+    let truth = Decay {
+        initial_amplitude: 1.0,
+        friction_displacement: x_f,
+        decay_rate_per_s: delta,
+        phase_rad: 0.0,
+        frequency_hz: oscillator.omega_d() / TAU,
+        offset: 0.3,
+    };
+    (truth, times.iter().map(|&t| motion.displacement(t) + 0.3).collect())
+}
+
+fn away(truth: &Decay) -> Decay {
+    Decay {
+        initial_amplitude: 1.05 * truth.initial_amplitude,
+        friction_displacement: 0.0,
+        decay_rate_per_s: 0.8 * truth.decay_rate_per_s,
+        phase_rad: 0.2,
+        frequency_hz: 1.004 * truth.frequency_hz,
+        offset: 0.0,
+    }
+}
+
+fn list(d: &Decay) -> [f64; 6] {
+    [d.initial_amplitude, d.friction_displacement, d.decay_rate_per_s, d.phase_rad, d.frequency_hz, d.offset]
+}
+
+#[test]
+fn the_exact_motion_is_recovered_to_rounding() {
+    for (q, x_f) in [(3.0, 0.005), (50.0, 0.01), (1000.0, 0.001), (1e6, 0.002)] {
+        for uneven in [0.0, 0.01] {
+            let times: Vec<f64> = (0..900).map(|i| i as f64 * 0.021 + uneven * noise(i)).collect();
+            // Before the stop: beyond it lies a plateau for every half cycle.
+            let end = if q < 10.0 { 3.0 } else { 12.0 };
+            let times: Vec<f64> = times.iter().map(|t| t - times[0]).filter(|&t| t < end).collect();
+            let (truth, signal) = decay(q, x_f, &times);
+            let fit = fit_waveform(&times, &signal, &away(&truth)).unwrap();
+            assert!(fit.converged, "Q {q}: {fit:?}");
+            for (found, put_in) in list(&fit.best).iter().zip(list(&truth)) {
+                assert!((found - put_in).abs() < 1e-9, "Q {q}, {uneven}: {:?} for {truth:?}", fit.best);
+            }
+        }
+    }
+}
+
+#[test]
+fn a_record_that_runs_into_the_rest_is_fitted_whole() {
+    let times: Vec<f64> = (0..1500).map(|i| i as f64 * 0.02).collect();
+    let (truth, signal) = decay(100.0, 0.04, &times);
+    let start = Decay { friction_displacement: 0.0399, ..truth };
+    let fit = fit_waveform(&times, &signal, &start).unwrap();
+    assert!((fit.best.friction_displacement - 0.04).abs() < 1e-9, "{fit:?}");
+}
+
+/// `Jᵀr` is minus half the gradient of `rᵀr`, at low and high Q, with and without rest.
+#[test]
+fn the_gradient_holds_for_every_parameter() {
+    let times: Vec<f64> = (0..800).map(|i| i as f64 * 0.023 + 0.01 * noise(i)).collect();
+    let signal: Vec<f64> = times.iter().map(|t| (-0.1 * t).exp() * (5.1 * t + 0.3).cos() + 0.1).collect();
+    let sums = |p: &[f64; 6], stops: bool| {
+        pulp::Arch::new()
+            .dispatch(Pass { time: &times, signal: &signal, origin: times[0], p, stops })
+            .unwrap()
+    };
+    for p in [
+        [1.1, 0.01, 0.08, 0.7, 5.0, 0.05],
+        [1.1, 0.02, 1.3, -0.4, 5.0, 0.05],
+        [1.1, 0.002, -0.003, 4.0, 5.0, 0.05],
+        [0.9, 0.05, 0.0, 0.2, 5.3, 0.0],
+    ]
+    .into_iter()
+    .flat_map(|p| [(p, false), (p, true)])
+    {
+        let (p, stops) = p;
+        let here = sums(&p, stops);
+        for k in 0..6 {
+            let h = 1e-6;
+            let (mut up, mut down) = (p, p);
+            up[k] += h;
+            down[k] -= h;
+            let numeric = -(sums(&up, stops).rss - sums(&down, stops).rss) / (4.0 * h);
+            let error = (here.jtr[k] - numeric).abs() / (here.jtj[k][k] * here.rss).sqrt();
+            assert!(error < 1e-7, "parameter {k} of {p:?}: {} against {numeric}", here.jtr[k]);
+        }
+    }
+}
+
+#[test]
+fn standard_errors_tell_the_scatter() {
+    let times: Vec<f64> = (0..2000).map(|i| i as f64 * 0.02).collect();
+    let (truth, clean) = decay(80.0, 0.002, &times);
+    let mut squares = [0.0; 6];
+    let runs = 120;
+    for run in 0..runs {
+        let signal: Vec<f64> =
+            clean.iter().enumerate().map(|(i, x)| x + 0.05 * noise(i * 131 + run * 1_000_003)).collect();
+        let fit = fit_waveform(&times, &signal, &truth).unwrap();
+        for (k, square) in squares.iter_mut().enumerate() {
+            let z = (list(&fit.best)[k] - list(&truth)[k]) / list(&fit.std_error)[k];
+            *square += z * z / runs as f64;
+        }
+    }
+    // The mean of 120 squares scatters by 0.13; five times that.
+    assert!(squares.iter().all(|s| (s - 1.0).abs() < 0.65), "{squares:?}");
+}
+
+#[test]
+fn envelopes_of_even_and_uneven_clocks_agree_with_the_truth() {
+    for n in [4, 63, 64, 200, 512, 1234] {
+        for uneven in [0.0, 0.3] {
+            let times: Vec<f64> =
+                (0..n).map(|i| 5.0 + (i as f64 + uneven * noise(i)) * 2.0 / n as f64).collect();
+            let trace: Vec<f64> = times.iter().map(|t| 1.4 * (-0.9 * (t - times[0])).exp() - 0.4).collect();
+            let start =
+                EnvelopeStart { initial_amplitude: 0.8, offset_amplitude: 0.1, decay_rate_per_s: 0.4 };
+            let fit = fit_envelope(&times, &trace, &start).unwrap();
+            let found = [fit.best.initial_amplitude, fit.best.offset_amplitude, fit.best.decay_rate_per_s];
+            for (found, truth) in found.iter().zip([1.0, 0.4, 0.9]) {
+                assert!((found - truth).abs() < 1e-9 && fit.converged, "{n}, {uneven}: {fit:?}");
+            }
+        }
+    }
+}
+
+/// The two ways of summing are one, on data no decay fits.
+#[test]
+fn an_even_clock_only_changes_the_speed() {
+    let n = 777;
+    let even: Vec<f64> = (0..n).map(|i| i as f64 * 0.01).collect();
+    // One stamp off by a picosecond sends every sample the general way.
+    let mut other = even.clone();
+    other[400] += 1e-12;
+    let trace: Vec<f64> = (0..n).map(|i| (-(i as f64) * 0.004).exp() + 0.02 * noise(i)).collect();
+    let start = EnvelopeStart { initial_amplitude: 1.0, offset_amplitude: 0.1, decay_rate_per_s: 0.2 };
+    let (a, b) =
+        (fit_envelope(&even, &trace, &start).unwrap(), fit_envelope(&other, &trace, &start).unwrap());
+    let scale = a.std_error.decay_rate_per_s;
+    assert!((a.best.decay_rate_per_s - b.best.decay_rate_per_s).abs() < 1e-8 * scale, "{a:?} {b:?}");
+    assert!((a.residual_rms / b.residual_rms - 1.0).abs() < 1e-11);
+    assert!((a.std_error.offset_amplitude / b.std_error.offset_amplitude - 1.0).abs() < 1e-8);
+}
+
+#[test]
+fn what_cannot_be_fitted_is_refused_by_name() {
+    let times: Vec<f64> = (0..50).map(|i| i as f64 * 0.1).collect();
+    let (truth, signal) = decay(20.0, 0.01, &times);
+    let with = |i: usize, v: f64| {
+        let mut s = signal.clone();
+        s[i] = v;
+        s
+    };
+    assert!(matches!(fit_waveform(&times, &signal[1..], &truth), Err(Error::Length { .. })));
+    assert!(matches!(fit_waveform(&times[..6], &signal[..6], &truth), Err(Error::TooFewSamples { .. })));
+    for bad in [f64::NAN, f64::INFINITY] {
+        let found = fit_waveform(&times, &with(17, bad), &truth);
+        assert!(matches!(found, Err(Error::Parameter { name: "signal", .. })), "{found:?}");
+        assert!(matches!(fit_waveform(&with(17, bad), &signal, &truth), Err(Error::Parameter { .. })));
+    }
+    let mut back = times.clone();
+    back[20] = 0.0;
+    assert!(matches!(fit_waveform(&back, &signal, &truth), Err(Error::TimeBackwards { index: 20, .. })));
+    let still = Decay { frequency_hz: 0.0, ..truth };
+    assert!(matches!(
+        fit_waveform(&times, &signal, &still),
+        Err(Error::Parameter { name: "frequency_hz", .. })
+    ));
+    assert!(matches!(fit_waveform(&[1.0; 50], &signal, &truth), Err(Error::NoFit { .. })));
+
+    let start = EnvelopeStart { initial_amplitude: 1.0, offset_amplitude: 0.1, decay_rate_per_s: 0.2 };
+    assert!(matches!(fit_envelope(&times, &signal[1..], &start), Err(Error::Length { .. })));
+    assert!(matches!(fit_envelope(&times[..3], &signal[..3], &start), Err(Error::TooFewSamples { .. })));
+    assert!(matches!(
+        fit_envelope(&times, &with(3, f64::NAN), &start),
+        Err(Error::Parameter { name: "amplitude", .. })
+    ));
+    assert!(matches!(fit_envelope(&[2.0; 50], &signal, &start), Err(Error::NoFit { .. })));
+    let nan = EnvelopeStart { decay_rate_per_s: f64::NAN, ..start };
+    assert!(fit_envelope(&times, &signal, &nan).is_err());
+}

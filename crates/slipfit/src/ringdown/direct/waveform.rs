@@ -1,0 +1,516 @@
+//! The exact motion through every sample.
+
+use super::minimise::{Sums, minimise, spread};
+use crate::Error;
+use crate::ringdown::envelope::sliding_gain;
+use crate::ringdown::law::phi;
+use crate::signal::blocks::{self, Block, PhaseAt};
+use crate::signal::wide;
+use pulp::Simd;
+use std::f64::consts::{FRAC_PI_2, PI, TAU};
+
+/// Parameters of a free decay with viscous and sliding friction.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Decay {
+    /// A_0: where the law of the turning points stands at the first time, signal unit.
+    pub initial_amplitude: f64,
+    /// x_F = F/k, signal unit.
+    pub friction_displacement: f64,
+    /// delta = gamma/2m, 1/s.
+    pub decay_rate_per_s: f64,
+    /// Phase at the first time, rad; a turning point at the top has phase zero.
+    pub phase_rad: f64,
+    /// omega_d/2 pi, Hz.
+    pub frequency_hz: f64,
+    /// Rest position of the spring, signal unit.
+    pub offset: f64,
+}
+
+impl Decay {
+    fn from_parameters([a, x_f, delta, phase, omega, offset]: [f64; 6]) -> Self {
+        Self {
+            initial_amplitude: a,
+            friction_displacement: x_f,
+            decay_rate_per_s: delta,
+            phase_rad: phase,
+            frequency_hz: omega / TAU,
+            offset,
+        }
+    }
+}
+
+/// Result of [`fit_waveform`].
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct DecayFit {
+    /// The parameters of least squares.
+    pub best: Decay,
+    /// Their standard errors, each in its parameter's unit.
+    pub std_error: Decay,
+    /// Their correlations, in the order of the fields.
+    pub correlation: [[f64; 6]; 6],
+    /// Root mean square of signal less model.
+    pub residual_rms: f64,
+    /// Whether no step would have changed a parameter by a hundredth of its standard error.
+    pub converged: bool,
+    /// Passes over all samples.
+    pub steps: usize,
+}
+
+/// Fits the exact free decay under viscous and sliding friction to every sample.
+///
+/// With `t` counted from the first time, `Phi = omega_d t + phase`, the turning
+/// points `t_n` where `Phi = n pi`, and `s = (-1)^n`, the motion is
+///
+/// ```text
+/// x = offset + s x_F + s (X_n - x_F) e^(-delta (t - t_n)) [cos(Phi - n pi) + (delta/omega_d) sin(Phi - n pi)]
+/// X_n + C = (A_0 + C) e^(-delta t_n),   C = x_F coth(pi delta/2 omega_d)
+/// ```
+///
+/// and stands still from the first turning point on where `X_n <= x_F`. Eq.
+/// (15) and (16) of Vitorino, Vieira and Rodrigues, *Effect of sliding friction
+/// in harmonic oscillators*, are its average over a cycle at high Q, with
+/// `C = 4F/(pi gamma omega_0)`.
+///
+/// - `time_s`: s, never decreasing, in steps as they come
+/// - `signal`: displacement in any unit, as many
+/// - `start`: where the search begins. Its frequency must be right to about
+///   half a cycle over the record, its phase to about a radian
+///
+/// A record that runs into the rest needs a start that already rests in the
+/// right half cycle: the sum of squares jumps where the rest moves by one.
+///
+/// Standard errors are those of white noise of the residuals' size. Losses may
+/// come out negative, so that averages over many records stay unbiased.
+///
+/// # Errors
+/// - [`Error::Length`] if the two differ in length
+/// - [`Error::TooFewSamples`] for fewer than seven
+/// - [`Error::TimeBackwards`] for a time less than the one before
+/// - [`Error::Parameter`] for a value that is not finite, a start frequency not above zero
+/// - [`Error::NoFit`] where the data do not determine six parameters, or the
+///   start's decay rate exceeds its frequency many times
+///
+/// ```
+/// use slipfit::ringdown::{Decay, fit_waveform};
+/// use slipfit::{Oscillator, decay::FreeDecay};
+///
+/// let oscillator = Oscillator::kinematic(40.0, 0.1, 0.002)?;
+/// let decay = FreeDecay::from_rest(&oscillator, 1.0)?;
+/// let time: Vec<f64> = (0..3000).map(|i| 0.002 * f64::from(i)).collect();
+/// let signal: Vec<f64> = time.iter().map(|&t| decay.displacement(t)).collect();
+/// let start = Decay {
+///     initial_amplitude: 0.9,
+///     friction_displacement: 0.0,
+///     decay_rate_per_s: 0.2,
+///     phase_rad: 0.1,
+///     frequency_hz: 6.35,
+///     offset: 0.0,
+/// };
+/// let fit = fit_waveform(&time, &signal, &start)?;
+/// assert!((fit.best.friction_displacement - 0.002).abs() < 1e-9);
+/// # Ok::<(), slipfit::Error>(())
+/// ```
+pub fn fit_waveform(time_s: &[f64], signal: &[f64], start: &Decay) -> Result<DecayFit, Error> {
+    let n = time_s.len();
+    super::check_lengths("signal", n, signal.len(), 7)?;
+    super::check_start(&[
+        ("initial_amplitude", start.initial_amplitude),
+        ("friction_displacement", start.friction_displacement),
+        ("decay_rate_per_s", start.decay_rate_per_s),
+        ("phase_rad", start.phase_rad),
+        ("offset", start.offset),
+    ])?;
+    if !(start.frequency_hz > 0.0 && start.frequency_hz.is_finite()) {
+        return Err(Error::Parameter {
+            name: "frequency_hz",
+            value: start.frequency_hz,
+            range: "positive finite frequencies",
+        });
+    }
+    let (power, ordered) = pulp::Arch::new().dispatch(Look { time: time_s, signal });
+    if !(ordered && power.is_finite()) {
+        super::check_finite("time_s", time_s)?;
+        super::check_finite("signal", signal)?;
+        if let Some(i) = time_s.windows(2).position(|w| w[1] < w[0]) {
+            return Err(Error::TimeBackwards { index: i + 1, previous: time_s[i], next: time_s[i + 1] });
+        }
+    }
+    let origin = time_s[0];
+    let at = [
+        start.initial_amplitude,
+        start.friction_displacement,
+        start.decay_rate_per_s,
+        start.phase_rad,
+        TAU * start.frequency_hz,
+        start.offset,
+    ];
+    let duration = time_s[n - 1] - origin;
+    let moved = |p: &[f64; 6], step: &[f64; 6]| {
+        let mut q = *p;
+        for k in 0..6 {
+            q[k] += step[k];
+        }
+        q
+    };
+    let fit = |from, stops| {
+        let sums = |p: &[f64; 6]| pulp::Arch::new().dispatch(Pass { time: time_s, signal, origin, p, stops });
+        minimise(from, n as f64, power, sums, moved)
+    };
+    let mut found = None;
+    if let Some((near, rss)) = nearer(time_s, signal, &at) {
+        // The straight pieces it was found from know what residual to expect.
+        found = fit(near, false).filter(|f| f.converged && f.rss < 2.0 * rss + 1e-20 * power);
+    }
+    found = found.or_else(|| fit(at, false));
+    if found.is_none_or(|f| stopped(&f.best, duration)) {
+        let smooth = found.and_then(|f| fit(f.best, true));
+        let own = fit(at, true);
+        found = [smooth, own].into_iter().flatten().min_by(|a, b| a.rss.total_cmp(&b.rss));
+    }
+    let found = found.ok_or(Error::NoFit { reason: "the samples do not tell six parameters apart" })?;
+    let (mut error, correlation) = spread(&found.inverse, found.rss / (n - 6) as f64);
+    error[4] = error[4].abs();
+    Ok(DecayFit {
+        best: Decay::from_parameters(found.best),
+        std_error: Decay::from_parameters(error),
+        correlation,
+        residual_rms: (found.rss / n as f64).sqrt(),
+        converged: found.converged,
+        steps: found.passes,
+    })
+}
+
+/// Whether friction holds the motion before `duration` is over.
+fn stopped(&[a0, x_f, delta, _, omega, _]: &[f64; 6], duration: f64) -> bool {
+    let fall = Fall::after(delta, duration);
+    a0 * fall.e - x_f * (sliding_gain(delta, omega).0 * fall.g + 1.0) <= 0.0
+}
+
+/// Pieces whose amplitudes and phases lead the start to its goal.
+const PIECES: usize = 24;
+
+/// A better start: amplitude and phase of a few pieces along the start's own
+/// phase, a straight line through the phases, the averaged law through the
+/// amplitudes. Also the residual sum of squares of the pieces. `None` for fewer
+/// than four cycles or where nothing comes of it.
+fn nearer(time: &[f64], signal: &[f64], at: &[f64; 6]) -> Option<([f64; 6], f64)> {
+    let &[_, x_f, delta, phase, omega, _] = at;
+    let (origin, n) = (time[0], time.len());
+    let cycles = omega / TAU * (time[n - 1] - origin);
+    let count = (cycles.min(n as f64 / 12.0) as usize).min(PIECES);
+    if count < 4 {
+        return None;
+    }
+    let pieces: Vec<Block> = (0..count)
+        .map(|i| {
+            let (first, end) = (i * n / count, (i + 1) * n / count);
+            Block::of(first, end, 0.5 * (time[first] + time[end - 1]))
+        })
+        .collect();
+    let along: Vec<PhaseAt> = pieces
+        .iter()
+        .map(|b| PhaseAt { phase: phase + omega * (b.time_s - origin), omega, chirp: 0.0, loss: 0.0 })
+        .collect();
+    let found = blocks::demodulate(time, signal, &pieces, &along);
+    let centres: Vec<f64> = found.iter().map(|b| b.time_s).collect();
+    let amplitudes: Vec<f64> = found.iter().map(|b| b.amplitude.hypot(b.quadrature)).collect();
+    // Straight line through the phases, each as sure as its amplitude is high.
+    let mut line = [0.0; 5];
+    let mut ahead = 0.0;
+    for (b, a) in found.iter().zip(&amplitudes) {
+        let turn = b.quadrature.atan2(b.amplitude);
+        ahead = turn + TAU * ((ahead - turn) / TAU).round();
+        let (t, w) = (b.time_s - origin, a * a);
+        for (sum, term) in line.iter_mut().zip([w, w * t, w * t * t, w * ahead, w * t * ahead]) {
+            *sum += term;
+        }
+    }
+    let [w, wt, wtt, wp, wtp] = line;
+    let bend = w * wtt - wt * wt;
+    let (shift, rate) = ((wtt * wp - wt * wtp) / bend, (w * wtp - wt * wp) / bend);
+    let next = omega + rate;
+    let offset_amplitude = x_f * sliding_gain(delta, omega).0 / delta;
+    let start = super::EnvelopeStart {
+        initial_amplitude: amplitudes[0],
+        offset_amplitude: if offset_amplitude.is_finite() { offset_amplitude } else { 0.0 },
+        decay_rate_per_s: delta,
+    };
+    let law = super::fit_envelope(&centres, &amplitudes, &start).ok().filter(|f| f.converged)?.best;
+    let (c, delta) = (law.offset_amplitude, law.decay_rate_per_s);
+    let first = (law.initial_amplitude + c) * (delta * (centres[0] - origin)).exp() - c;
+    let mean = found.iter().map(|b| b.offset).sum::<f64>() / count as f64;
+    let near = [first, c * delta / sliding_gain(delta, next).0, delta, phase + shift, next, mean];
+    let sound = near.iter().all(|v| v.is_finite()) && next > 0.5 * omega && next < 2.0 * omega && first > 0.0;
+    sound.then(|| (near, found.iter().map(|b| b.rss).sum()))
+}
+
+/// Sum of squares of the samples, and whether the times are finite and never decrease.
+struct Look<'a> {
+    time: &'a [f64],
+    signal: &'a [f64],
+}
+
+impl pulp::NullaryFnOnce for Look<'_> {
+    type Output = (f64, bool);
+
+    #[inline(always)]
+    fn call(self) -> (f64, bool) {
+        const LANES: usize = 8;
+        let mut power = [0.0; LANES];
+        let mut values = self.signal.chunks_exact(LANES);
+        for y in &mut values {
+            for k in 0..LANES {
+                power[k] += y[k] * y[k];
+            }
+        }
+        let mut sum = 0.0;
+        for p in power {
+            sum += p;
+        }
+        for y in values.remainder() {
+            sum += y * y;
+        }
+        let mut falls = 0_u64;
+        let n = self.time.len();
+        for (a, b) in self.time[..n - 1].iter().zip(&self.time[1..]) {
+            falls += u64::from(!(a <= b));
+        }
+        // In order, infinity can stand only at the ends.
+        (sum, falls == 0 && self.time[0].is_finite() && self.time[n - 1].is_finite())
+    }
+}
+
+pub(super) struct Pass<'a> {
+    pub(super) time: &'a [f64],
+    pub(super) signal: &'a [f64],
+    pub(super) origin: f64,
+    pub(super) p: &'a [f64; 6],
+    /// Whether the motion ends where friction holds it; else its law goes on past zero, smooth
+    /// in every parameter.
+    pub(super) stops: bool,
+}
+
+/// `e^(-delta t)`, `G = (1 - e^(-delta t))/delta` and `dG/d delta`.
+#[derive(Clone, Copy)]
+struct Fall {
+    e: f64,
+    g: f64,
+    g_by_delta: f64,
+}
+
+impl Fall {
+    fn after(delta: f64, t: f64) -> Self {
+        let x = delta * t;
+        let share = phi(x);
+        let e = (-x).exp();
+        let slope = if x.abs() < 0.02 {
+            -0.5 + x * (1.0 / 3.0 + x * (-0.125 + x * (1.0 / 30.0 + x * (-1.0 / 144.0 + x / 840.0))))
+        } else {
+            (e - share) / x
+        };
+        Self { e, g: t * share, g_by_delta: t * t * slope }
+    }
+
+    /// One more stretch `of` length `t`: integrals of an exponential add up so.
+    #[inline(always)]
+    fn and(self, of: Self, t: f64) -> Self {
+        Self {
+            e: self.e * of.e,
+            g: self.g * of.e + of.g,
+            g_by_delta: self.g_by_delta * of.e - t * of.e * self.g + of.g_by_delta,
+        }
+    }
+}
+
+/// Registers of samples whose rows are summed together.
+const BATCH: usize = 32;
+/// Half cycles after which the running products are computed afresh.
+const FRESH: usize = 32;
+/// `1/k!`: the terms of `e^x` that count for `|x| <= 1/16`.
+const EXPONENTIAL: [f64; 10] = {
+    let mut out = [1.0; 10];
+    let mut k = 1;
+    while k < 10 {
+        out[k] = out[k - 1] / k as f64;
+        k += 1;
+    }
+    out
+};
+
+impl pulp::WithSimd for Pass<'_> {
+    type Output = Option<Sums<6>>;
+
+    #[inline(always)]
+    fn with_simd<S: Simd>(self, simd: S) -> Option<Sums<6>> {
+        let Self { time, signal, origin, p, stops } = self;
+        let &[a0, x_f, delta, phase, omega, offset] = p;
+        if !(omega > 0.0 && omega.is_finite()) {
+            return None;
+        }
+        let period = PI / omega;
+        let mut squarings = 0;
+        let mut reach = (delta * period).abs();
+        while reach > 0.0625 {
+            reach *= 0.5;
+            squarings += 1;
+            if squarings > 10 || !reach.is_finite() {
+                return None;
+            }
+        }
+        let exponent = simd.splat_f64s(-delta * 0.5f64.powi(squarings));
+        let (gain, gain_by_delta) = sliding_gain(delta, omega);
+        // delta coth(pi delta/2 omega) is homogeneous of degree one in both.
+        let gain_by_omega = (gain - delta * gain_by_delta) / omega;
+        let tilt = delta / omega;
+        let half = Fall::after(delta, period);
+
+        // Products of the derivatives by A_0 … omega and the residual, and their totals.
+        let zero = simd.splat_f64s(0.0);
+        let (mut products, mut totals) = ([zero; 21], [zero; 6]);
+        // Rows wait in a batch: what makes them and what sums them need all registers each.
+        let mut rows = [[zero; 6]; BATCH];
+        let mut waiting = 0;
+        let mut n = (phase / PI).floor();
+        let mut fall = Fall { e: 1.0, g: 0.0, g_by_delta: 0.0 };
+        let mut stale = FRESH;
+        let mut index = 0;
+        while index < time.len() {
+            let turn = (n * PI - phase) / omega;
+            if stale >= FRESH {
+                fall = Fall::after(delta, turn);
+                stale = 0;
+            }
+            let amplitude = a0 * fall.e - x_f * gain * fall.g;
+            let swing = amplitude - x_f;
+            // Beyond 2^50 half cycles counting them loses its meaning.
+            if !(swing.is_finite() && n.abs() < 1e15) {
+                return None;
+            }
+            // The spring no longer overcomes the friction: at rest for good.
+            let rests = stops && swing <= 0.0;
+            let limit = origin + ((n + 1.0) * PI - phase) / omega;
+            let end = if rests { time.len() } else { end_before(time, index, limit) };
+            if end == index {
+                // Nothing was sampled in this half cycle; a gap is crossed at once.
+                let next = ((time[index] - origin) * omega + phase) / PI;
+                if next > n + 2.0 {
+                    n = next.floor() - 1.0;
+                    stale = FRESH;
+                } else {
+                    n += 1.0;
+                    stale += 1;
+                    fall = fall.and(half, period);
+                }
+                continue;
+            }
+            let sign = if (0.5 * n).fract() == 0.0 { 1.0 } else { -1.0 };
+            // With f1 = e^(-delta u) [cos + tilt sin], f3 = e^(-delta u) sin every derivative is a
+            // combination of f1, u f1, f3, u f3 and 1; at rest of 1 alone.
+            let by_delta = -turn * a0 * fall.e - x_f * (gain_by_delta * fall.g + gain * fall.g_by_delta);
+            let by_phase = (delta * a0 + x_f * gain) * fall.e / omega;
+            let by_omega = turn * by_phase - x_f * gain_by_omega * fall.g;
+            let height = sign * swing;
+            let spin = height * (1.0 + tilt * tilt);
+            let level = simd.splat_f64s(offset + sign * if rests { amplitude } else { x_f });
+            let minus_height = simd.splat_f64s(if rests { 0.0 } else { -height });
+            let direct = simd.splat_f64s(if rests { 0.0 } else { sign });
+            let begin = simd.splat_f64s(origin + turn);
+            let (wide_omega, wide_tilt) = (simd.splat_f64s(omega), simd.splat_f64s(tilt));
+            let quarter = simd.splat_f64s(-FRAC_PI_2);
+            let a0_1 = simd.splat_f64s(sign * fall.e);
+            let x_f_1 = simd.splat_f64s(-sign * (gain * fall.g + if rests { 0.0 } else { 1.0 }));
+            let delta_1 = simd.splat_f64s(sign * by_delta);
+            let delta_3 = simd.splat_f64s(height / omega);
+            let phase_1 = simd.splat_f64s(sign * by_phase);
+            let phase_3 = simd.splat_f64s(-spin);
+            let omega_1 = simd.splat_f64s(sign * by_omega);
+            let omega_2 = simd.splat_f64s(height * tilt);
+            let omega_3 = simd.splat_f64s(-turn * spin - height * tilt / omega);
+            for (t, y, weight) in wide::Pairs::new(simd, &time[index..end], &signal[index..end]) {
+                let (mut f1, mut f3, mut u) = (weight, zero, zero);
+                if !rests {
+                    u = simd.mul_f64s(weight, simd.sub_f64s(t, begin));
+                    // cos = -sin(theta - pi/2), sin = cos(theta - pi/2)
+                    let (s, c) = wide::half_turn(simd, simd.mul_add_e_f64s(u, wide_omega, quarter));
+                    let mut e = wide::horner(simd, simd.mul_f64s(u, exponent), &EXPONENTIAL);
+                    for _ in 0..squarings {
+                        e = simd.mul_f64s(e, e);
+                    }
+                    let e = simd.mul_f64s(weight, e);
+                    f3 = simd.mul_f64s(e, c);
+                    f1 = simd.negate_mul_add_e_f64s(e, s, simd.mul_f64s(wide_tilt, f3));
+                }
+                let (f2, f4) = (simd.mul_f64s(u, f1), simd.mul_f64s(u, f3));
+                let above = simd.mul_f64s(weight, simd.sub_f64s(y, level));
+                let r = simd.mul_add_e_f64s(minus_height, f1, above);
+                let j0 = simd.mul_f64s(a0_1, f1);
+                let j1 = simd.mul_add_e_f64s(x_f_1, f1, simd.mul_f64s(direct, weight));
+                let j2 = simd.mul_add_e_f64s(delta_3, f3, simd.mul_f64s(delta_1, f1));
+                let j2 = simd.mul_add_e_f64s(minus_height, f2, j2);
+                let j3 = simd.mul_add_e_f64s(phase_3, f3, simd.mul_f64s(phase_1, f1));
+                let j4 = simd.mul_add_e_f64s(omega_3, f3, simd.mul_f64s(omega_1, f1));
+                let j4 = simd.mul_add_e_f64s(omega_2, f2, simd.mul_add_e_f64s(phase_3, f4, j4));
+                rows[waiting] = [j0, j1, j2, j3, j4, r];
+                waiting += 1;
+                if waiting == BATCH {
+                    add_up(simd, &rows, &mut products, &mut totals);
+                    waiting = 0;
+                }
+            }
+            index = end;
+            n += 1.0;
+            stale += 1;
+            fall = fall.and(half, period);
+        }
+        add_up(simd, &rows[..waiting], &mut products, &mut totals);
+        let mut out = Sums::zero();
+        let mut at = 0;
+        for i in 0..6 {
+            for k in 0..=i {
+                let sum = simd.reduce_sum_f64s(products[at]);
+                at += 1;
+                match (i, k) {
+                    (5, 5) => out.rss = sum,
+                    (5, _) => out.jtr[k] = sum,
+                    _ => out.jtj[i][k] = sum,
+                }
+            }
+            let total = simd.reduce_sum_f64s(totals[i]);
+            if i == 5 { out.jtr[5] = total } else { out.jtj[5][i] = total }
+        }
+        out.jtj[5][5] = time.len() as f64;
+        Some(out)
+    }
+}
+
+/// Adds the products of the rows, lower triangle, and their totals.
+#[inline(always)]
+fn add_up<S: Simd>(simd: S, rows: &[[S::f64s; 6]], products: &mut [S::f64s; 21], totals: &mut [S::f64s; 6]) {
+    let (mut p, mut t) = (*products, *totals);
+    for row in rows {
+        let mut at = 0;
+        for i in 0..6 {
+            for k in 0..=i {
+                p[at] = simd.mul_add_e_f64s(row[i], row[k], p[at]);
+                at += 1;
+            }
+            t[i] = simd.add_f64s(t[i], row[i]);
+        }
+    }
+    (*products, *totals) = (p, t);
+}
+
+/// First index from `index` on whose time is not below `limit`.
+#[inline(always)]
+fn end_before(time: &[f64], index: usize, limit: f64) -> usize {
+    let mut step = 16;
+    while index + step < time.len() && time[index + step] < limit {
+        step *= 2;
+    }
+    let (mut a, mut b) = (index + if step > 16 { step / 2 } else { 0 }, (index + step).min(time.len()));
+    while a < b {
+        let middle = usize::midpoint(a, b);
+        if time[middle] < limit { a = middle + 1 } else { b = middle }
+    }
+    a
+}
