@@ -22,6 +22,8 @@ fn main() -> ExitCode {
     let done = match &cli.command {
         args::Command::Ringdown(args) => command::ringdown::run(args, color),
         args::Command::Simulate(args) => command::simulate::run(args),
+        args::Command::Paper(args) => command::paper::run(args, color),
+        args::Command::Atlas(args) => command::atlas::run(args, color),
     };
     match done {
         Ok(code) => code,

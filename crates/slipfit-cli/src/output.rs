@@ -39,3 +39,9 @@ pub(crate) fn to_path(
     };
     write(&mut out).and_then(|()| out.flush()).map_err(|e| Failure::writing(&name, &e))
 }
+
+/// Makes a folder, and those above it.
+pub(crate) fn make_folder(path: &Path) -> Result<(), Failure> {
+    std::fs::create_dir_all(path)
+        .map_err(|e| Failure::new(format!("--out {}: cannot be made: {e}", path.display())))
+}

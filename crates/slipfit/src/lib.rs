@@ -6,6 +6,7 @@ pub mod error;
 pub mod estimate;
 pub mod format;
 pub mod oscillator;
+pub mod paper;
 mod quadrature;
 pub mod quantity;
 pub mod record;

@@ -1,6 +1,8 @@
 //! What can be typed.
 
 mod number;
+mod pages;
+mod record;
 mod ringdown;
 mod simulate;
 
@@ -8,8 +10,13 @@ use clap::builder::styling::{AnsiColor, Styles};
 use clap::{Parser, Subcommand, ValueEnum};
 
 pub(crate) use number::Uncertain;
+pub(crate) use pages::{AtlasArgs, PaperArgs};
+pub(crate) use record::{OscillatorArgs, OutArgs, RecordFormat, SampleArgs};
 pub(crate) use ringdown::RingdownArgs;
-pub(crate) use simulate::{DecayArgs, OutputKind, SimulateArgs, SimulateCommand};
+pub(crate) use simulate::{
+    Beginning, DecayArgs, DriveArgs, DrivenArgs, LevelsArgs, OutputKind, SimulateArgs, SimulateCommand,
+    SweepArgs,
+};
 
 const STYLES: Styles = Styles::styled()
     .header(AnsiColor::Green.on_default().bold())
@@ -59,6 +66,8 @@ pub(crate) struct Cli {
 pub(crate) enum Command {
     Ringdown(Box<RingdownArgs>),
     Simulate(SimulateArgs),
+    Paper(PaperArgs),
+    Atlas(AtlasArgs),
 }
 
 #[derive(Debug, Clone, Copy, PartialEq, Eq, ValueEnum)]

@@ -1,8 +1,8 @@
 //! `slipfit simulate`.
 
+use super::record::{OscillatorArgs, OutArgs, SampleArgs};
 use super::{finite, not_negative, positive};
 use clap::{Args, Subcommand, ValueEnum};
-use std::path::PathBuf;
 
 /// Records made by the exact motion, to test an analysis or plan a measurement.
 #[derive(Debug, Args)]
@@ -14,6 +14,9 @@ pub(crate) struct SimulateArgs {
 #[derive(Debug, Subcommand)]
 pub(crate) enum SimulateCommand {
     Decay(Box<DecayArgs>),
+    Driven(Box<DrivenArgs>),
+    Sweep(Box<SweepArgs>),
+    Levels(Box<LevelsArgs>),
 }
 
 const DECAY_AFTER_HELP: &str = "\
@@ -37,84 +40,41 @@ normal distribution of rand_distr: the same command gives the same bytes.";
 #[derive(Debug, Args)]
 #[command(after_help = DECAY_AFTER_HELP, after_long_help = DECAY_AFTER_HELP)]
 pub(crate) struct DecayArgs {
-    /// Undamped frequency [Hz]
-    #[arg(long, value_name = "HZ", value_parser = positive, help_heading = "Oscillator")]
-    pub(crate) frequency_hz: Option<f64>,
-
-    /// Stiffness k [N/m]
-    #[arg(long, value_name = "K", value_parser = positive, help_heading = "Oscillator")]
-    pub(crate) stiffness: Option<f64>,
-
-    /// Mass m [kg]
-    #[arg(long, value_name = "M", value_parser = positive, help_heading = "Oscillator")]
-    pub(crate) mass: Option<f64>,
-
-    /// Quality factor of the viscous loss alone
-    #[arg(long, value_name = "Q", value_parser = positive, conflicts_with = "viscous", help_heading = "Oscillator")]
-    pub(crate) q: Option<f64>,
-
-    /// Viscous coefficient gamma [N s/m = kg/s]
-    #[arg(long, value_name = "GAMMA", value_parser = not_negative, help_heading = "Oscillator")]
-    pub(crate) viscous: Option<f64>,
-
-    /// Friction displacement x_F = F/k [unit of the displacement]
-    #[arg(
-        long,
-        value_name = "X",
-        value_parser = not_negative,
-        conflicts_with = "coulomb_force",
-        help_heading = "Oscillator"
-    )]
-    pub(crate) friction_displacement: Option<f64>,
-
-    /// Sliding friction force F [N]
-    #[arg(long, value_name = "F", value_parser = not_negative, help_heading = "Oscillator")]
-    pub(crate) coulomb_force: Option<f64>,
-
-    /// Static friction force F_s [N]; equal to the sliding one unless given
-    #[arg(long, value_name = "F", value_parser = not_negative, help_heading = "Oscillator")]
-    pub(crate) static_force: Option<f64>,
+    #[command(flatten)]
+    pub(crate) oscillator: OscillatorArgs,
 
     /// Amplitude at the release
     #[arg(long, value_name = "A", value_parser = finite, allow_negative_numbers = true, help_heading = "Record")]
     pub(crate) amplitude: f64,
 
-    /// Unit of the displacement, for the header
-    #[arg(long, value_name = "UNIT", default_value = "m", help_heading = "Record")]
-    pub(crate) unit: String,
+    #[command(flatten)]
+    pub(crate) sampling: SamplingArgs,
 
-    /// Length of the record [s]
-    #[arg(long, value_name = "S", value_parser = positive, help_heading = "Record")]
-    pub(crate) duration: f64,
-
-    /// Samples per second
-    #[arg(long, value_name = "RATE", value_parser = positive, help_heading = "Record")]
-    pub(crate) rate_hz: f64,
-
-    /// Root mean square of white noise; of an envelope, on each of X and Y
-    #[arg(long, value_name = "RMS", value_parser = not_negative, default_value_t = 0.0, help_heading = "Record")]
-    pub(crate) noise_rms: f64,
-
-    /// Seed of the noise
-    #[arg(long, value_name = "N", default_value_t = 0, help_heading = "Record")]
-    pub(crate) seed: u64,
-
-    /// Round to a converter of so many bits, full scale at the amplitude and five times the noise
-    #[arg(
-        long,
-        value_name = "BITS",
-        value_parser = clap::value_parser!(u32).range(2..=32),
-        help_heading = "Record"
-    )]
-    pub(crate) quantize_bits: Option<u32>,
+    #[command(flatten)]
+    pub(crate) sample: SampleArgs,
 
     /// What to record
     #[arg(long, value_enum, value_name = "WHAT", default_value = "waveform", help_heading = "Record")]
     pub(crate) output: OutputKind,
 
-    /// Where to write; standard output unless given
-    #[arg(long, value_name = "FILE", help_heading = "Output")]
-    pub(crate) out: Option<PathBuf>,
+    /// Instead of samples, time and position of each turning point, at 17 digits and without noise
+    #[arg(long, help_heading = "Record")]
+    pub(crate) turning_points: bool,
+
+    #[command(flatten)]
+    pub(crate) out: OutArgs,
+}
+
+// How long and how often.
+#[derive(Debug, Args)]
+pub(crate) struct SamplingArgs {
+    /// Length of the record [s]
+    #[arg(long, value_name = "S", value_parser = positive, allow_negative_numbers = true, help_heading = "Record")]
+    pub(crate) duration: f64,
+
+    /// Samples per second
+    #[arg(long, value_name = "RATE", value_parser = positive, allow_negative_numbers = true, help_heading = "Record")]
+    pub(crate) rate_hz: f64,
 }
 
 #[derive(Debug, Clone, Copy, PartialEq, Eq, ValueEnum)]
@@ -123,4 +83,175 @@ pub(crate) enum OutputKind {
     Waveform,
     /// Its amplitude, as a lock-in with a fast filter gives it
     Envelope,
+}
+
+const DRIVEN_AFTER_HELP: &str = "\
+Examples:
+  slipfit simulate driven --frequency-hz 1 --q 50 --beta 0.9 --drive-amplitude 1 \\
+      --drive-frequency-hz 0.97 --duration 100 --rate-hz 50
+      from rest towards the steady motion
+  slipfit simulate driven --mass 0.1 --stiffness 40 --viscous 0.02 --coulomb-force 0.05 \\
+      --static-force 0.08 --drive-force 0.1 --drive-frequency-hz 0.4 --duration 60 --rate-hz 200 \\
+      --turning-points
+      a slow drive that sticks and slips: where it turns and where it stops
+  slipfit simulate driven --frequency-hz 32700 --stiffness 1e4 --viscous 20e-6 --coulomb-force 15e-9 \\
+      --drive-amplitude 2e-11 --from steady --off-at 0.01 --duration 0.05 --rate-hz 500e3
+      a ring-down as it begins in practice: the drive switched off";
+
+/// The motion under a harmonic drive, from rest or steady, with whatever stops there are.
+///
+/// The drive moves the base, x_0 cos(2 pi f t), or pulls with a force,
+/// P cos(2 pi f t), which is x_0 = P/k. Friction may also be given by its ratio to
+/// the drive, --beta = 4F/(pi k x_0).
+#[derive(Debug, Args)]
+#[command(after_help = DRIVEN_AFTER_HELP, after_long_help = DRIVEN_AFTER_HELP)]
+// The one written by itself is wider than the screen.
+#[command(
+    override_usage = "slipfit simulate driven [OPTIONS] --duration <S> --rate-hz <RATE>\n                               <--drive-amplitude <X>|--drive-force <P>>"
+)]
+pub(crate) struct DrivenArgs {
+    #[command(flatten)]
+    pub(crate) oscillator: OscillatorArgs,
+
+    #[command(flatten)]
+    pub(crate) drive: DriveArgs,
+
+    /// Frequency of the drive [Hz]; the oscillator's own unless given
+    #[arg(long, value_name = "HZ", value_parser = positive, allow_negative_numbers = true, help_heading = "Drive")]
+    pub(crate) drive_frequency_hz: Option<f64>,
+
+    /// Where to begin
+    #[arg(long, value_enum, value_name = "STATE", default_value = "rest", help_heading = "Drive")]
+    pub(crate) from: Beginning,
+
+    /// Switch the drive off at this instant [s]
+    #[arg(long, value_name = "S", value_parser = not_negative, allow_negative_numbers = true, help_heading = "Drive")]
+    pub(crate) off_at: Option<f64>,
+
+    #[command(flatten)]
+    pub(crate) sampling: SamplingArgs,
+
+    #[command(flatten)]
+    pub(crate) sample: SampleArgs,
+
+    /// Instead of samples, time and position of each turning point, at 17 digits and without noise
+    #[arg(long, help_heading = "Record")]
+    pub(crate) turning_points: bool,
+
+    #[command(flatten)]
+    pub(crate) out: OutArgs,
+}
+
+#[derive(Debug, Clone, Copy, PartialEq, Eq, ValueEnum)]
+pub(crate) enum Beginning {
+    /// At rest, at zero
+    Rest,
+    /// In the steady motion
+    Steady,
+}
+
+// The drive's strength, one way or the other.
+#[derive(Debug, Args)]
+#[group(required = true, multiple = false)]
+pub(crate) struct DriveArgs {
+    /// Amplitude x_0 of the base [unit of the displacement]
+    #[arg(long, value_name = "X", value_parser = positive, allow_negative_numbers = true, help_heading = "Drive")]
+    pub(crate) drive_amplitude: Option<f64>,
+
+    /// Amplitude P of a force instead [N]
+    #[arg(long, value_name = "P", value_parser = positive, allow_negative_numbers = true, help_heading = "Drive")]
+    pub(crate) drive_force: Option<f64>,
+}
+
+const SWEEP_AFTER_HELP: &str = "\
+Examples:
+  slipfit simulate sweep --frequency-hz 32700 --stiffness 1e4 --viscous 20e-6 --coulomb-force 15e-9 \\
+      --drive-amplitude 1.2e-11 --start-hz 32670 --stop-hz 32730 --points 121 --out fork.csv
+      a resonance curve with sliding friction, every point settled
+  slipfit simulate sweep --frequency-hz 1 --q 50 --beta 0.8 --drive-amplitude 1 \\
+      --start-hz 1.06 --stop-hz 0.94 --sweep-time 600
+      swept downwards in ten minutes: the motion lags behind";
+
+/// Amplitude and phase over frequency, as an instrument records them.
+///
+/// Each point is the steady motion, exact and with its stops, as after a long
+/// wait; or, with --sweep-time, what a lock-in shows during a slow sweep up or
+/// down. Amplitude and phase are those of the fundamental.
+#[derive(Debug, Args)]
+#[command(after_help = SWEEP_AFTER_HELP, after_long_help = SWEEP_AFTER_HELP)]
+// The one written by itself is wider than the screen.
+#[command(
+    override_usage = "slipfit simulate sweep [OPTIONS] --start-hz <HZ> --stop-hz <HZ>\n                              <--drive-amplitude <X>|--drive-force <P>>"
+)]
+pub(crate) struct SweepArgs {
+    #[command(flatten)]
+    pub(crate) oscillator: OscillatorArgs,
+
+    #[command(flatten)]
+    pub(crate) drive: DriveArgs,
+
+    /// First frequency [Hz]
+    #[arg(long, value_name = "HZ", value_parser = positive, allow_negative_numbers = true, help_heading = "Sweep")]
+    pub(crate) start_hz: f64,
+
+    /// Last frequency [Hz]; below the first to sweep down
+    #[arg(long, value_name = "HZ", value_parser = positive, allow_negative_numbers = true, help_heading = "Sweep")]
+    pub(crate) stop_hz: f64,
+
+    /// Frequencies recorded
+    #[arg(long, value_name = "N", value_parser = clap::value_parser!(u32).range(2..=1_000_000), default_value_t = 101, help_heading = "Sweep")]
+    pub(crate) points: u32,
+
+    /// Sweep continuously in this time [s], instead of waiting at each point
+    #[arg(long, value_name = "S", value_parser = positive, allow_negative_numbers = true, help_heading = "Sweep")]
+    pub(crate) sweep_time: Option<f64>,
+
+    #[command(flatten)]
+    pub(crate) sample: SampleArgs,
+
+    #[command(flatten)]
+    pub(crate) out: OutArgs,
+}
+
+const LEVELS_AFTER_HELP: &str = "\
+Examples:
+  slipfit simulate levels --frequency-hz 1 --q 50 --friction-displacement 0.01 \\
+      --start-amplitude 0.002 --stop-amplitude 0.1 --points 50
+      nothing moves below the threshold, then a straight line of slope Q";
+
+/// Amplitude at resonance over the drive level.
+///
+/// The steady motion, exact and with its stops, at the oscillator's own
+/// frequency or at --drive-frequency-hz.
+#[derive(Debug, Args)]
+#[command(after_help = LEVELS_AFTER_HELP, after_long_help = LEVELS_AFTER_HELP)]
+pub(crate) struct LevelsArgs {
+    #[command(flatten)]
+    pub(crate) oscillator: OscillatorArgs,
+
+    /// First drive amplitude x_0 [unit of the displacement]
+    #[arg(long, value_name = "X", value_parser = positive, allow_negative_numbers = true, help_heading = "Levels")]
+    pub(crate) start_amplitude: f64,
+
+    /// Last drive amplitude x_0 [unit of the displacement]; --beta refers to it
+    #[arg(long, value_name = "X", value_parser = positive, allow_negative_numbers = true, help_heading = "Levels")]
+    pub(crate) stop_amplitude: f64,
+
+    /// Levels recorded
+    #[arg(long, value_name = "N", value_parser = clap::value_parser!(u32).range(2..=1_000_000), default_value_t = 51, help_heading = "Levels")]
+    pub(crate) points: u32,
+
+    /// Space the levels by a constant ratio, not by a constant step
+    #[arg(long, help_heading = "Levels")]
+    pub(crate) log: bool,
+
+    /// Frequency of the drive [Hz]; the oscillator's own unless given
+    #[arg(long, value_name = "HZ", value_parser = positive, allow_negative_numbers = true, help_heading = "Levels")]
+    pub(crate) drive_frequency_hz: Option<f64>,
+
+    #[command(flatten)]
+    pub(crate) sample: SampleArgs,
+
+    #[command(flatten)]
+    pub(crate) out: OutArgs,
 }

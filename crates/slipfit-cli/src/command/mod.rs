@@ -1,4 +1,6 @@
 //! The commands, one file each.
 
+pub(crate) mod atlas;
+pub(crate) mod paper;
 pub(crate) mod ringdown;
 pub(crate) mod simulate;

@@ -4,4 +4,5 @@ mod contract;
 mod layout;
 mod ringdown;
 
+pub(crate) use layout::write;
 pub(crate) use ringdown::ringdown;

@@ -1,13 +1,18 @@
 //! Pictures, drawn once and written as SVG or PNG.
 
 mod axis;
+mod chart;
 mod decimate;
 mod figure;
 mod font;
+mod heat;
 mod panel;
 mod png;
 mod ringdown;
 mod svg;
+
+pub(crate) use chart::{Chart, Look, Scaled, Series, page};
+pub(crate) use heat::{HeatMap, heat_maps};
 
 use crate::command::ringdown::Analysed;
 use crate::failure::Failure;
@@ -38,10 +43,19 @@ impl Format {
 
 /// The picture of a ring-down.
 pub(crate) fn ringdown(analysed: &Analysed<'_>, format: Format) -> Result<Vec<u8>, Failure> {
-    let figure = ringdown::figure(analysed);
-    match format {
-        Format::Svg => Ok(svg::render(&figure)),
-        Format::Png => png::render(&figure).ok_or_else(|| Failure::new("the picture could not be drawn")),
+    Picture(ringdown::figure(analysed)).render(format)
+}
+
+/// A picture not yet in any format.
+pub(crate) struct Picture(figure::Figure);
+
+impl Picture {
+    /// In a file format.
+    pub(crate) fn render(&self, format: Format) -> Result<Vec<u8>, Failure> {
+        match format {
+            Format::Svg => Ok(svg::render(&self.0)),
+            Format::Png => png::render(&self.0).ok_or_else(|| Failure::new("the picture could not be drawn")),
+        }
     }
 }
 

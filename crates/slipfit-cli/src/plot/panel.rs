@@ -67,7 +67,9 @@ impl<'f> Panel<'f> {
         let (left, top) = (self.left, self.top);
         let (right, bottom) = (left + self.width, top + self.height);
         let grid = Stroke::solid(GRID, 1.0);
-        for tick in self.x.ticks(6) {
+        // An axis too narrow for a label has nothing to tell.
+        let x_ticks = if self.width > 40.0 { self.x.ticks(6) } else { Vec::new() };
+        for tick in x_ticks {
             let Some(place) = self.x.place(tick.value) else { continue };
             let x = left + place * self.width;
             self.figure.line(vec![[x, top], [x, bottom]], grid);
@@ -181,6 +183,18 @@ impl<'f> Panel<'f> {
         let lower = points.iter().rev().filter_map(|&[x, low, _]| self.at([x, inside(low)]));
         let outline: Vec<Point> = upper.chain(lower).filter(|p| self.inside(*p)).collect();
         self.figure.area(outline, color);
+    }
+
+    /// A rectangle between two corners, cut at the axes.
+    pub(super) fn patch(&mut self, low: Point, high: Point, color: Color) {
+        let inside = |axis: &Axis, v: f64| v.clamp(axis.low, axis.high);
+        let cut = |p: Point| [inside(&self.x, p[0]), inside(&self.y, p[1])];
+        if let (Some(a), Some(b)) = (self.at(cut(low)), self.at(cut(high))) {
+            // A hair wider, so that no seam shows between neighbours.
+            let right = (b[0] + 0.6).min(self.left + self.width);
+            let low = (a[1] + 0.6).min(self.top + self.height);
+            self.figure.rectangle([a[0], b[1]], [right, low], color);
+        }
     }
 
     /// A remark below the top edge, on the left.

@@ -9,6 +9,8 @@
 //! (`beta` 0.05, window of 1.5 half line widths) to -2.6 % (`beta` 0.9, window of 10), `Q` by
 //! +23 % to -21 %. Fitting eq. (8) or the exact curve has no such bias.
 
+pub use super::lorentzian_fit::{LorentzianFit, fit};
+
 use super::HarmonicDrive;
 use crate::error::Error;
 use crate::oscillator::{Oscillator, above_zero};

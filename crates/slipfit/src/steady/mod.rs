@@ -8,6 +8,8 @@
 //! - [`orbit`]: with stops, by shooting on the event machine; stability
 //! - [`solve`]: whichever of the exact ways holds
 //! - [`validity()`]: the paper's limits, with the error made
+//! - [`scan`]: what an instrument shows, point by point or swept
+//! - [`atlas`]: errors of the approximations over `Q` and `beta`
 //!
 //! [`SteadyState::new`] puts any of them behind one face:
 //!
@@ -22,10 +24,13 @@
 //! # Ok::<(), slipfit::Error>(())
 //! ```
 
+pub mod atlas;
 pub mod exact;
 pub mod leading;
 pub mod lorentzian;
+mod lorentzian_fit;
 pub mod orbit;
+pub mod scan;
 pub mod series;
 mod solve;
 mod state;

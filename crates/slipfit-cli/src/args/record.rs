@@ -1,0 +1,129 @@
+//! What every simulated record takes: an oscillator, a sensor, a place to go.
+
+use super::{not_negative, positive};
+use clap::{Args, ValueEnum};
+use std::path::PathBuf;
+
+// A doc comment here would replace that of the command.
+#[derive(Debug, Args)]
+pub(crate) struct OscillatorArgs {
+    /// Undamped frequency [Hz]
+    #[arg(long, value_name = "HZ", value_parser = positive, allow_negative_numbers = true, help_heading = "Oscillator")]
+    pub(crate) frequency_hz: Option<f64>,
+
+    /// Stiffness k [N/m]
+    #[arg(long, value_name = "K", value_parser = positive, allow_negative_numbers = true, help_heading = "Oscillator")]
+    pub(crate) stiffness: Option<f64>,
+
+    /// Mass m [kg]
+    #[arg(long, value_name = "M", value_parser = positive, allow_negative_numbers = true, help_heading = "Oscillator")]
+    pub(crate) mass: Option<f64>,
+
+    /// Quality factor of the viscous loss alone
+    #[arg(
+        long,
+        value_name = "Q",
+        value_parser = positive,
+        allow_negative_numbers = true,
+        conflicts_with = "viscous",
+        help_heading = "Oscillator"
+    )]
+    pub(crate) q: Option<f64>,
+
+    /// Viscous coefficient gamma [N s/m = kg/s]
+    #[arg(long, value_name = "GAMMA", value_parser = not_negative, allow_negative_numbers = true, help_heading = "Oscillator")]
+    pub(crate) viscous: Option<f64>,
+
+    /// Friction displacement x_F = F/k [unit of the displacement]
+    #[arg(
+        long,
+        value_name = "X",
+        value_parser = not_negative,
+        allow_negative_numbers = true,
+        conflicts_with_all = ["coulomb_force", "beta"],
+        help_heading = "Oscillator"
+    )]
+    pub(crate) friction_displacement: Option<f64>,
+
+    /// Sliding friction force F [N]
+    #[arg(
+        long,
+        value_name = "F",
+        value_parser = not_negative,
+        allow_negative_numbers = true,
+        conflicts_with = "beta",
+        help_heading = "Oscillator"
+    )]
+    pub(crate) coulomb_force: Option<f64>,
+
+    /// Sliding friction over the drive or the release, 4F/(pi k x_0)
+    #[arg(long, value_name = "BETA", value_parser = not_negative, allow_negative_numbers = true, help_heading = "Oscillator")]
+    pub(crate) beta: Option<f64>,
+
+    /// Static friction force F_s [N]; equal to the sliding one unless given
+    #[arg(
+        long,
+        value_name = "F",
+        value_parser = not_negative,
+        allow_negative_numbers = true,
+        conflicts_with = "static_displacement",
+        help_heading = "Oscillator"
+    )]
+    pub(crate) static_force: Option<f64>,
+
+    /// Static friction as a displacement F_s/k [unit of the displacement]
+    #[arg(long, value_name = "X", value_parser = not_negative, allow_negative_numbers = true, help_heading = "Oscillator")]
+    pub(crate) static_displacement: Option<f64>,
+}
+
+// The sensor: its unit, noise and converter.
+#[derive(Debug, Args)]
+pub(crate) struct SampleArgs {
+    /// Unit of the displacement, for the header
+    #[arg(long, value_name = "UNIT", default_value = "m", help_heading = "Record")]
+    pub(crate) unit: String,
+
+    /// Root mean square of white noise; of amplitudes, on each of X and Y
+    #[arg(long, value_name = "RMS", value_parser = not_negative, allow_negative_numbers = true, default_value_t = 0.0, help_heading = "Record")]
+    pub(crate) noise_rms: f64,
+
+    /// Seed of the noise
+    #[arg(long, value_name = "N", default_value_t = 0, help_heading = "Record")]
+    pub(crate) seed: u64,
+
+    /// Round to a converter of so many bits, full scale at the amplitude and five times the noise
+    #[arg(
+        long,
+        value_name = "BITS",
+        value_parser = clap::value_parser!(u32).range(2..=32),
+        help_heading = "Record"
+    )]
+    pub(crate) quantize_bits: Option<u32>,
+}
+
+// Where the record goes.
+#[derive(Debug, Args)]
+pub(crate) struct OutArgs {
+    /// Where to write; standard output unless given
+    #[arg(long, value_name = "FILE", help_heading = "Output")]
+    pub(crate) out: Option<PathBuf>,
+
+    /// Form of the file, where its ending (.csv, .npy, .wav) does not say
+    #[arg(long, value_enum, value_name = "FORM", help_heading = "Output")]
+    pub(crate) format: Option<RecordFormat>,
+
+    /// Write parameters and samples as JSON as well, `-` for standard output
+    #[arg(long, value_name = "PATH", help_heading = "Output")]
+    pub(crate) json: Option<PathBuf>,
+}
+
+/// File format of a record.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, ValueEnum)]
+pub(crate) enum RecordFormat {
+    /// Text, every parameter in lines before the table
+    Csv,
+    /// NumPy array of rows and columns, 64-bit; parameters by --json
+    Npy,
+    /// Sound, 32-bit float, in the unit of the record; parameters by --json
+    Wav,
+}

@@ -1,0 +1,79 @@
+//! `slipfit paper`: figures and statements of the paper, beside the exact motion.
+
+mod page;
+mod response;
+mod ringdowns;
+mod waveforms;
+
+use crate::args::PaperArgs;
+use crate::failure::Failure;
+use crate::output;
+use crate::plot::{self, Chart};
+use anstream::ColorChoice;
+use std::io::{self, Write};
+use std::path::Path;
+use std::process::ExitCode;
+
+pub(crate) fn run(args: &PaperArgs, color: ColorChoice) -> Result<ExitCode, Failure> {
+    output::make_folder(&args.out)?;
+    let computed = |e: slipfit::Error| Failure::new(format!("the paper's case could not be computed: {e}"));
+    let first = waveforms::charts().map_err(computed)?;
+    let ringdowns = ringdowns::measure(args.seed).map_err(computed)?;
+    let response = response::curves().map_err(computed)?;
+    let third = response::at_a_third().map_err(computed)?;
+    let mut second = ringdowns::charts(&ringdowns);
+    second.push(response.chart);
+    second.push(third.chart);
+
+    let heading = "Fig. 1: steady motion with sliding friction, Q = 10⁴, ω = ω₀";
+    write_figure(&args.out, "fig1", heading, &first.caption, &first.charts)?;
+    let heading = "Fig. 2: a tuning fork under load, f₀ = 32.7 kHz, k = 10⁴ N/m";
+    let caption = format!("{} {}", ringdowns::CAPTION, response::caption(third.left_out));
+    write_figure(&args.out, "fig2", heading, &caption, &second)?;
+    let statements = slipfit::paper::statements().map_err(computed)?;
+    let text = page::markdown(&statements, &first.notes, &ringdowns, &response.fits, args.seed);
+    output::to_path(&args.out.join("paper.md"), |out| out.write_all(text.as_bytes()))?;
+    let said = format!(
+        "{}: paper.md, fig1 and fig2 as .svg and .png, {} tables as .csv\n",
+        args.out.display(),
+        first.charts.len() + second.len()
+    );
+    output::print(&said, color)?;
+    Ok(ExitCode::SUCCESS)
+}
+
+fn write_figure(
+    folder: &Path,
+    name: &str,
+    heading: &str,
+    caption: &str,
+    charts: &[Chart],
+) -> Result<(), Failure> {
+    let picture = plot::page(heading, caption, charts);
+    for (ending, format) in [("svg", plot::Format::Svg), ("png", plot::Format::Png)] {
+        let bytes = picture.render(format)?;
+        output::to_path(&folder.join(format!("{name}.{ending}")), |out| out.write_all(&bytes))?;
+    }
+    for chart in charts {
+        output::to_path(&folder.join(format!("{}.csv", chart.file)), |out| table(out, chart))?;
+    }
+    Ok(())
+}
+
+/// One row per point, the curve's name first.
+fn table(out: &mut dyn Write, chart: &Chart) -> io::Result<()> {
+    writeln!(out, "# slipfit {} paper: {}", env!("CARGO_PKG_VERSION"), chart.title)?;
+    writeln!(out, "curve,{},{}", quoted(&chart.x.label), quoted(&chart.y.label))?;
+    for series in &chart.series {
+        for [x, y] in &series.points {
+            if x.is_finite() && y.is_finite() {
+                writeln!(out, "{},{x},{y}", quoted(&series.name))?;
+            }
+        }
+    }
+    Ok(())
+}
+
+fn quoted(text: &str) -> String {
+    if text.contains([',', '"']) { format!("\"{}\"", text.replace('"', "\"\"")) } else { text.to_owned() }
+}

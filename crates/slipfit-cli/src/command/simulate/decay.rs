@@ -1,0 +1,142 @@
+//! `slipfit simulate decay`.
+
+use super::sheet::{Column, Digits, Parameters, Sheet, converted};
+use super::{Noise, oscillator, rows, spoken, write};
+use crate::args::{DecayArgs, OutputKind};
+use crate::failure::Failure;
+use slipfit::decay::FreeDecay;
+use std::f64::consts::{PI, TAU};
+
+/// Points of a cycle the lock-in sums over: exact for all harmonics below this.
+const LOCK_IN_POINTS: u32 = 64;
+
+pub(super) fn run(args: &DecayArgs) -> Result<(), Failure> {
+    let rows = rows(args.sampling.duration, args.sampling.rate_hz)?;
+    let oscillator = oscillator(&args.oscillator, |_| Ok(args.amplitude.abs()))?;
+    let motion = FreeDecay::from_rest(&oscillator, args.amplitude).map_err(|e| spoken(&e))?;
+    let mut sheet = Sheet {
+        command: "decay",
+        title: "exact free decay with viscous and sliding friction, released at rest",
+        parameters: header(args, &motion),
+        columns: columns(args),
+        rows,
+        fill: fill(args, motion),
+        even_rate_hz: (args.output == OutputKind::Waveform).then_some(args.sampling.rate_hz),
+    };
+    if args.turning_points {
+        // Past the last one the iterator ends, or the record does.
+        let most = args.sampling.duration / motion.oscillator().half_period_s() + 2.0;
+        if most > super::MOST_ROWS {
+            return Err(
+                Failure::new(format!("{most:.0} turning points asked for")).hint("--duration is shorter")
+            );
+        }
+        let mut points = motion.turning_points();
+        let until_s = args.sampling.duration;
+        sheet.rows = most as u64;
+        sheet.even_rate_hz = None;
+        sheet.columns = turning_point_columns(&args.sample.unit);
+        sheet.fill = Box::new(move |_, row| {
+            let Some(p) = points.next().filter(|p| p.time_s <= until_s) else { return Ok(false) };
+            row.extend([p.time_s, p.position]);
+            Ok(true)
+        });
+    }
+    write::write(sheet, &args.out)
+}
+
+pub(super) fn turning_point_columns(unit: &str) -> Vec<Column> {
+    vec![Column::new("time", "s", Digits::All), Column::new("turning point", unit, Digits::All)]
+}
+
+fn header(args: &DecayArgs, motion: &FreeDecay) -> Vec<super::sheet::Parameter> {
+    let unit = &args.sample.unit;
+    let mut all = Parameters::of(motion.oscillator(), unit);
+    all.number("amplitude", args.amplitude, unit);
+    if let Some(stop) = motion.stop() {
+        all.number("stop_time_s", stop.time_s, "");
+        all.number("stop_position", stop.position, unit);
+    }
+    all.number("duration_s", args.sampling.duration, "");
+    all.number("rate_hz", args.sampling.rate_hz, "");
+    all.sensor(&args.sample, args.amplitude);
+    if args.output == OutputKind::Envelope {
+        all.text(
+            "output",
+            "amplitude of the fundamental over one cycle about each instant; noise on X and Y",
+        );
+    }
+    all.0
+}
+
+fn columns(args: &DecayArgs) -> Vec<Column> {
+    let name = match args.output {
+        OutputKind::Waveform => "displacement",
+        OutputKind::Envelope => "amplitude",
+    };
+    vec![Column::new("time", "s", Digits::Shortest), Column::new(name, &args.sample.unit, Digits::Seven)]
+}
+
+fn fill(args: &DecayArgs, motion: FreeDecay) -> super::sheet::Fill<'_> {
+    let mut noise = Noise::new(args.sample.seed, args.sample.noise_rms);
+    let half_period_s = motion.oscillator().half_period_s();
+    Box::new(move |i, row| {
+        let time_s = i as f64 / args.sampling.rate_hz;
+        let value = match args.output {
+            OutputKind::Waveform => motion.displacement(time_s) + noise.next(),
+            // The first cycle has no middle before half a period.
+            OutputKind::Envelope if time_s < half_period_s => return Ok(false),
+            OutputKind::Envelope => {
+                let [x, y] = lock_in(&motion, time_s);
+                (x + noise.next()).hypot(y + noise.next())
+            }
+        };
+        row.extend([time_s, converted(&args.sample, args.amplitude, value)]);
+        Ok(true)
+    })
+}
+
+/// Fundamental of the cycle about `time_s`, `(2/T) ∫ x e^(-i omega t) dt`, phase counted from its middle.
+pub(crate) fn lock_in(motion: &FreeDecay, time_s: f64) -> [f64; 2] {
+    let half = motion.oscillator().half_period_s();
+    let n = f64::from(LOCK_IN_POINTS);
+    let (mut x, mut y) = (0.0, 0.0);
+    for i in 0..LOCK_IN_POINTS {
+        // Midpoints: for a periodic function as good as any rule gets.
+        let cycle = (f64::from(i) + 0.5) / n - 0.5;
+        let t = time_s + 2.0 * half * cycle;
+        let (sin, cos) = (TAU * cycle).sin_cos();
+        let value = motion.displacement(t);
+        x += value * cos;
+        y -= value * sin;
+    }
+    // Turned so that the decay stands on X, as a lock-in's auto-phase does.
+    let (sin, cos) = (PI * time_s / half).sin_cos();
+    [2.0 / n * (x * cos + y * sin), 2.0 / n * (y * cos - x * sin)]
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use slipfit::Oscillator;
+
+    #[test]
+    fn the_lock_in_shows_the_amplitude_on_x() {
+        let o = Oscillator::kinematic(20.0, 0.0, 0.0).unwrap();
+        let motion = FreeDecay::from_rest(&o, 2.0).unwrap();
+        for t in [0.2, 0.77, 13.0] {
+            let [x, y] = lock_in(&motion, t);
+            assert!((x - 2.0).abs() < 1e-12 && y.abs() < 1e-12, "{x} {y}");
+        }
+    }
+
+    #[test]
+    fn the_lock_in_is_blind_to_the_offset_left_at_the_stop() {
+        let o = Oscillator::kinematic(20.0, 0.1, 0.1).unwrap();
+        let motion = FreeDecay::from_rest(&o, 2.0).unwrap();
+        let after = motion.stop().unwrap().time_s + 1.0;
+        assert!(motion.displacement(after) != 0.0);
+        let [x, y] = lock_in(&motion, after);
+        assert!(x.hypot(y) < 1e-14);
+    }
+}

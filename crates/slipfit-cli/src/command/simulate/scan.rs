@@ -1,0 +1,117 @@
+//! `slipfit simulate sweep` and `slipfit simulate levels`.
+
+use super::sheet::{Column, Digits, Parameters, Sheet, converted};
+use super::{Noise, driven_oscillator, oscillator, spoken, write};
+use crate::args::{LevelsArgs, SampleArgs, SweepArgs};
+use crate::failure::Failure;
+use slipfit::steady::Phasor;
+use slipfit::steady::scan::{Reading, chirp, reading};
+
+pub(super) fn sweep(args: &SweepArgs) -> Result<(), Failure> {
+    let (o, x_0) = driven_oscillator(&args.oscillator, &args.drive)?;
+    let (start, stop) = (args.start_hz, args.stop_hz);
+    let readings: Vec<Reading> = match args.sweep_time {
+        Some(s) => chirp(&o, x_0, [start, stop], s, args.points),
+        None => spaced(start, stop, args.points, false).map(|f| reading(&o, x_0, f)).collect(),
+    }
+    .map_err(|e| spoken(&e))?;
+    let unit = &args.sample.unit;
+    let mut all = Parameters::of(&o, unit);
+    all.number("drive_amplitude", x_0, unit);
+    if let Some(p) = args.drive.drive_force {
+        all.number("drive_force", p, "N");
+    }
+    all.number("friction_ratio", o.friction_ratio(x_0), "");
+    all.number("start_hz", start, "");
+    all.number("stop_hz", stop, "");
+    all.number("points", f64::from(args.points), "");
+    match args.sweep_time {
+        Some(s) => all.number("sweep_time_s", s, ""),
+        None => all.text("settled", "every point is the steady motion"),
+    }
+    let seen = Seen::new(readings, &args.sample);
+    all.sensor(&args.sample, seen.largest);
+    let sheet = Sheet {
+        command: "sweep",
+        title: "amplitude and phase of the fundamental over the frequency of the drive",
+        parameters: all.0,
+        columns: vec![
+            Column::new("frequency", "Hz", Digits::Shortest),
+            Column::new("amplitude", unit, Digits::Shortest),
+            Column::new("phase", "deg", Digits::Shortest),
+        ],
+        rows: seen.readings.len() as u64,
+        fill: seen.rows(|r| r.frequency_hz),
+        even_rate_hz: None,
+    };
+    write::write(sheet, &args.out)
+}
+
+pub(super) fn levels(args: &LevelsArgs) -> Result<(), Failure> {
+    let o = oscillator(&args.oscillator, |_| Ok(args.stop_amplitude))?;
+    let frequency_hz = args.drive_frequency_hz.unwrap_or(o.frequency_hz());
+    let readings: Vec<Reading> = spaced(args.start_amplitude, args.stop_amplitude, args.points, args.log)
+        .map(|x_0| reading(&o, x_0, frequency_hz))
+        .collect::<Result<_, _>>()
+        .map_err(|e| spoken(&e))?;
+    let unit = &args.sample.unit;
+    let mut all = Parameters::of(&o, unit);
+    all.number("drive_frequency_hz", frequency_hz, "");
+    all.number("start_amplitude", args.start_amplitude, unit);
+    all.number("stop_amplitude", args.stop_amplitude, unit);
+    all.number("points", f64::from(args.points), "");
+    let seen = Seen::new(readings, &args.sample);
+    all.sensor(&args.sample, seen.largest);
+    let sheet = Sheet {
+        command: "levels",
+        title: "steady amplitude and phase of the fundamental over the amplitude of the drive",
+        parameters: all.0,
+        columns: vec![
+            Column::new("drive amplitude", unit, Digits::Shortest),
+            Column::new("amplitude", unit, Digits::Shortest),
+            Column::new("phase", "deg", Digits::Shortest),
+        ],
+        rows: seen.readings.len() as u64,
+        fill: seen.rows(|r| r.drive_amplitude),
+        even_rate_hz: None,
+    };
+    write::write(sheet, &args.out)
+}
+
+/// `points` values from one end to the other, both met exactly.
+fn spaced(from: f64, to: f64, points: u32, log: bool) -> impl Iterator<Item = f64> {
+    let last = points - 1;
+    (0..points).map(move |i| match i {
+        0 => from,
+        i if i == last => to,
+        i => {
+            let part = f64::from(i) / f64::from(last);
+            if log { from * (to / from).powf(part) } else { from + (to - from) * part }
+        }
+    })
+}
+
+/// Readings through the sensor.
+struct Seen<'a> {
+    readings: Vec<Reading>,
+    sample: &'a SampleArgs,
+    largest: f64,
+}
+
+impl<'a> Seen<'a> {
+    fn new(readings: Vec<Reading>, sample: &'a SampleArgs) -> Self {
+        let largest = readings.iter().map(Reading::amplitude).fold(0.0, f64::max);
+        Self { readings, sample, largest }
+    }
+
+    fn rows(&self, place: fn(&Reading) -> f64) -> super::sheet::Fill<'_> {
+        let mut noise = Noise::new(self.sample.seed, self.sample.noise_rms);
+        Box::new(move |i, row| {
+            let mut seen = self.readings[i as usize];
+            seen.fundamental += Phasor::new(noise.next(), noise.next());
+            let amplitude = converted(self.sample, self.largest, seen.amplitude());
+            row.extend([place(&seen), amplitude, seen.phase_deg()]);
+            Ok(true)
+        })
+    }
+}

@@ -1,0 +1,140 @@
+//! A table on its way out: what it is called, what it was made of, its rows.
+
+use crate::args::SampleArgs;
+use crate::failure::Failure;
+use slipfit::Oscillator;
+
+/// Fills one row; `false` leaves it out.
+pub(super) type Fill<'a> = Box<dyn FnMut(u64, &mut Vec<f64>) -> Result<bool, Failure> + 'a>;
+
+/// Everything a writer needs.
+pub(super) struct Sheet<'a> {
+    /// `slipfit simulate` …
+    pub(super) command: &'static str,
+    pub(super) title: &'static str,
+    pub(super) parameters: Vec<Parameter>,
+    pub(super) columns: Vec<Column>,
+    pub(super) rows: u64,
+    pub(super) fill: Fill<'a>,
+    /// Samples a second of an evenly sampled trace that starts at zero: what a sound file can hold.
+    pub(super) even_rate_hz: Option<f64>,
+}
+
+/// A line of the header.
+pub(super) struct Parameter {
+    pub(super) name: &'static str,
+    pub(super) value: Value,
+    pub(super) unit: String,
+}
+
+pub(super) enum Value {
+    Number(f64),
+    Text(String),
+}
+
+pub(super) struct Column {
+    pub(super) name: &'static str,
+    pub(super) unit: String,
+    pub(super) digits: Digits,
+}
+
+/// How a column is written as text.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub(super) enum Digits {
+    /// The shortest that reads back to the same number.
+    Shortest,
+    /// Seven significant digits, more than any converter has.
+    Seven,
+    /// Seventeen.
+    All,
+}
+
+impl Column {
+    pub(super) fn new(name: &'static str, unit: &str, digits: Digits) -> Self {
+        Self { name, unit: unit.to_owned(), digits }
+    }
+}
+
+/// The parameters of a record, in the order of its header.
+pub(super) struct Parameters(pub(super) Vec<Parameter>);
+
+impl Parameters {
+    /// Those of the oscillator.
+    pub(super) fn of(o: &Oscillator, unit: &str) -> Self {
+        let mut all = Self(Vec::new());
+        all.number("frequency_hz", o.frequency_hz(), "");
+        all.number("decay_rate_per_s", o.decay_rate_per_s(), "");
+        all.number("q_factor", o.q_factor(), "");
+        all.number("friction_displacement", o.friction_displacement(), unit);
+        all.number("static_displacement", o.static_displacement(), unit);
+        for (name, value, unit) in [
+            ("mass", o.mass(), "kg"),
+            ("stiffness", o.stiffness(), "N/m"),
+            ("viscous_coefficient", o.viscous_coefficient(), "kg/s"),
+            ("coulomb_force", o.coulomb_force(), "N"),
+            ("static_force", o.static_force(), "N"),
+        ] {
+            if let Some(value) = value {
+                all.number(name, value, unit);
+            }
+        }
+        all
+    }
+
+    pub(super) fn number(&mut self, name: &'static str, value: f64, unit: &str) {
+        self.0.push(Parameter { name, value: Value::Number(value), unit: unit.to_owned() });
+    }
+
+    pub(super) fn text(&mut self, name: &'static str, text: impl Into<String>) {
+        self.0.push(Parameter { name, value: Value::Text(text.into()), unit: String::new() });
+    }
+
+    /// Those of the sensor; `full_scale` is the amplitude its converter is set to.
+    pub(super) fn sensor(&mut self, sample: &SampleArgs, full_scale: f64) {
+        let unit = &sample.unit;
+        self.number("noise_rms", sample.noise_rms, unit);
+        self.text("seed", format!("{} (ChaCha12, normal)", sample.seed));
+        if let Some(bits) = sample.quantize_bits {
+            let step = number(quantum(sample, full_scale, bits));
+            self.text("quantize_bits", format!("{bits} (step {step} {unit})"));
+        }
+    }
+}
+
+fn quantum(sample: &SampleArgs, full_scale: f64, bits: u32) -> f64 {
+    2.0 * (full_scale.abs() + 5.0 * sample.noise_rms) / 2f64.powi(bits as i32)
+}
+
+/// What the converter makes of a value.
+pub(super) fn converted(sample: &SampleArgs, full_scale: f64, value: f64) -> f64 {
+    match sample.quantize_bits {
+        Some(bits) => {
+            let step = quantum(sample, full_scale, bits);
+            if step > 0.0 { (value / step).round() * step } else { value }
+        }
+        None => value,
+    }
+}
+
+/// Shortest form that reads back to twelve digits.
+pub(super) fn number(value: f64) -> String {
+    let rounded: f64 = format!("{value:.11e}").parse().unwrap_or(value);
+    if rounded != 0.0 && !(1e-4..1e7).contains(&rounded.abs()) {
+        format!("{rounded:e}")
+    } else {
+        rounded.to_string()
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn header_numbers_read_well_and_back() {
+        assert_eq!(number(32700.000000000004), "32700");
+        assert_eq!(number(1.5e-12), "1.5e-12");
+        assert_eq!(number(0.0), "0");
+        assert_eq!(number(f64::INFINITY), "inf");
+    }
+}

@@ -1,0 +1,197 @@
+//! A table as CSV, NPY, sound or JSON.
+
+use super::sheet::{Digits, Parameter, Sheet, Value, number};
+use crate::args::{OutArgs, RecordFormat};
+use crate::failure::Failure;
+use crate::{json, output};
+use npyz::WriterBuilder as _;
+use serde_json::{Map, json};
+use std::io::{self, Cursor, Write};
+use std::path::Path;
+
+/// Values kept in memory for the formats that need them all.
+const MOST_VALUES: u64 = 200_000_000;
+
+/// Writes the table wherever it was asked for.
+pub(super) fn write(mut sheet: Sheet<'_>, out: &OutArgs) -> Result<(), Failure> {
+    let target = out.out.as_deref().unwrap_or(Path::new("-"));
+    let format = out.format.map_or_else(|| by_ending(target), Ok)?;
+    let json_alone = out.json.as_deref().is_some_and(output::is_stdout) && output::is_stdout(target);
+    if format == RecordFormat::Csv && out.json.is_none() {
+        return stream(&mut sheet, target);
+    }
+    let rows = collect(&mut sheet)?;
+    if !json_alone {
+        match format {
+            RecordFormat::Csv => {
+                output::to_path(target, |out| {
+                    csv_header(out, &sheet)?;
+                    rows.chunks(sheet.columns.len()).try_for_each(|row| csv_row(out, &sheet, row))
+                })?;
+            }
+            RecordFormat::Npy => {
+                let bytes = npy(&rows, sheet.columns.len()).map_err(|e| Failure::writing("NPY", &e))?;
+                output::to_path(target, |out| out.write_all(&bytes))?;
+            }
+            RecordFormat::Wav => {
+                let bytes = wav(&sheet, &rows)?;
+                output::to_path(target, |out| out.write_all(&bytes))?;
+            }
+        }
+    }
+    if let Some(path) = &out.json {
+        let whole = as_json(&sheet, &rows);
+        output::to_path(path, |out| json::write(out, &whole))?;
+    }
+    Ok(())
+}
+
+fn by_ending(path: &Path) -> Result<RecordFormat, Failure> {
+    let ending = path.extension().map(|e| e.to_string_lossy().to_ascii_lowercase());
+    match ending.as_deref() {
+        Some("npy") => Ok(RecordFormat::Npy),
+        Some("wav") => Ok(RecordFormat::Wav),
+        Some("parquet") => Err(Failure::new(format!("--out {}: Parquet is not written", path.display()))
+            .hint("name the file .csv, .npy or .wav")),
+        // Any other name is text, as it always was.
+        _ => Ok(RecordFormat::Csv),
+    }
+}
+
+/// CSV row by row: memory stays flat.
+fn stream(sheet: &mut Sheet<'_>, target: &Path) -> Result<(), Failure> {
+    let mut failed = None;
+    output::to_path(target, |out| {
+        csv_header(out, sheet)?;
+        let mut row = Vec::new();
+        for i in 0..sheet.rows {
+            row.clear();
+            match (sheet.fill)(i, &mut row) {
+                Ok(true) => csv_row(out, sheet, &row)?,
+                Ok(false) => {}
+                Err(e) => {
+                    failed = Some(e);
+                    break;
+                }
+            }
+        }
+        Ok(())
+    })?;
+    failed.map_or(Ok(()), Err)
+}
+
+fn collect(sheet: &mut Sheet<'_>) -> Result<Vec<f64>, Failure> {
+    let values = sheet.rows.saturating_mul(sheet.columns.len() as u64);
+    if values > MOST_VALUES {
+        return Err(Failure::new(format!("{values} values asked for, at most {MOST_VALUES} outside CSV"))
+            .hint("--duration or --rate-hz makes the record shorter"));
+    }
+    let mut all = Vec::with_capacity(values as usize);
+    let mut row = Vec::new();
+    for i in 0..sheet.rows {
+        row.clear();
+        if (sheet.fill)(i, &mut row)? {
+            all.extend_from_slice(&row);
+        }
+    }
+    Ok(all)
+}
+
+fn csv_header(out: &mut dyn Write, sheet: &Sheet<'_>) -> io::Result<()> {
+    writeln!(out, "# slipfit simulate {}: {}", sheet.command, sheet.title)?;
+    for Parameter { name, value, unit } in &sheet.parameters {
+        let value = match value {
+            Value::Number(v) => number(*v),
+            Value::Text(text) => text.clone(),
+        };
+        writeln!(out, "# {name} = {}", format!("{value} {unit}").trim_end())?;
+    }
+    let names: Vec<String> = sheet
+        .columns
+        .iter()
+        .map(|c| if c.unit.is_empty() { c.name.to_owned() } else { format!("{} ({})", c.name, c.unit) })
+        .collect();
+    writeln!(out, "{}", names.join(","))
+}
+
+fn csv_row(out: &mut dyn Write, sheet: &Sheet<'_>, row: &[f64]) -> io::Result<()> {
+    for (i, (column, value)) in sheet.columns.iter().zip(row).enumerate() {
+        if i > 0 {
+            out.write_all(b",")?;
+        }
+        match column.digits {
+            Digits::Shortest => write!(out, "{value}")?,
+            Digits::Seven => write!(out, "{value:.6e}")?,
+            Digits::All => write!(out, "{value:.16e}")?,
+        }
+    }
+    out.write_all(b"\n")
+}
+
+/// An array of shape (rows, columns), C order.
+fn npy(rows: &[f64], columns: usize) -> io::Result<Vec<u8>> {
+    let mut bytes = Vec::new();
+    let shape = [(rows.len() / columns.max(1)) as u64, columns as u64];
+    let mut writer = npyz::WriteOptions::new().default_dtype().shape(&shape).writer(&mut bytes).begin_nd()?;
+    writer.extend(rows.iter().copied())?;
+    writer.finish()?;
+    Ok(bytes)
+}
+
+fn wav(sheet: &Sheet<'_>, rows: &[f64]) -> Result<Vec<u8>, Failure> {
+    let rate_hz = sheet.even_rate_hz.ok_or_else(|| {
+        Failure::new("a sound file holds an evenly sampled waveform; this is none").hint("write .csv or .npy")
+    })?;
+    if rate_hz.fract() != 0.0 || !(1.0..=4e9).contains(&rate_hz) {
+        return Err(Failure::new(format!(
+            "--rate-hz = {rate_hz} is out of range for a sound file; allowed: whole numbers from 1 to 4e9"
+        )));
+    }
+    let spec = hound::WavSpec {
+        channels: 1,
+        sample_rate: rate_hz as u32,
+        bits_per_sample: 32,
+        sample_format: hound::SampleFormat::Float,
+    };
+    let failed = |e: hound::Error| Failure::new(format!("the sound could not be written: {e}"));
+    let mut bytes = Cursor::new(Vec::new());
+    let mut writer = hound::WavWriter::new(&mut bytes, spec).map_err(failed)?;
+    for row in rows.chunks(sheet.columns.len()) {
+        writer.write_sample(row[1] as f32).map_err(failed)?;
+    }
+    writer.finalize().map_err(failed)?;
+    Ok(bytes.into_inner())
+}
+
+fn as_json(sheet: &Sheet<'_>, rows: &[f64]) -> serde_json::Value {
+    let parameters: Map<String, serde_json::Value> = sheet
+        .parameters
+        .iter()
+        .map(|p| {
+            let value = match &p.value {
+                Value::Number(v) => json!({"value": v, "unit": p.unit}),
+                Value::Text(text) => json!({"text": text}),
+            };
+            (p.name.to_owned(), value)
+        })
+        .collect();
+    let width = sheet.columns.len();
+    let columns: Vec<serde_json::Value> = sheet
+        .columns
+        .iter()
+        .enumerate()
+        .map(|(i, c)| {
+            let values: Vec<f64> = rows.iter().skip(i).step_by(width).copied().collect();
+            json!({"name": c.name, "unit": c.unit, "values": values})
+        })
+        .collect();
+    json!({
+        "program": "slipfit",
+        "version": env!("CARGO_PKG_VERSION"),
+        "command": format!("simulate {}", sheet.command),
+        "title": sheet.title,
+        "parameters": parameters,
+        "rows": rows.len() / width.max(1),
+        "columns": columns,
+    })
+}

@@ -1,0 +1,307 @@
+//! `slipfit simulate`, `paper` and `atlas`, as they are met.
+#![allow(clippy::unwrap_used, reason = "a failed unwrap fails the test, as it should")]
+
+mod common;
+
+use common::{slipfit, stdout};
+use std::fs;
+use std::path::Path;
+
+/// Rows of a table, its header checked.
+fn rows(text: &str, header: &str) -> Vec<Vec<f64>> {
+    let mut lines = text.lines().filter(|l| !l.starts_with('#'));
+    assert_eq!(lines.next(), Some(header));
+    lines.map(|l| l.split(',').map(|c| c.parse().unwrap()).collect()).collect()
+}
+
+fn simulate(args: &str) -> String {
+    stdout(slipfit().arg("simulate").args(args.split_whitespace()))
+}
+
+/// Status 2, nothing on standard output, and what was said.
+fn refusal(args: &str) -> String {
+    let output = slipfit().arg("simulate").args(args.split_whitespace()).output().unwrap();
+    assert_eq!(output.status.code(), Some(2), "{args}: {output:?}");
+    assert!(output.stdout.is_empty(), "{args}");
+    String::from_utf8(output.stderr).unwrap()
+}
+
+#[test]
+fn what_simulate_writes_ringdown_reads_back() {
+    let folder = tempfile::tempdir().unwrap();
+    for (name, more) in [("swing.csv", ""), ("fine.csv", "--quantize-bits 16")] {
+        let path = folder.path().join(name);
+        let args = "decay --frequency-hz 1.3 --q 70 --friction-displacement 0.004 --unit rad --amplitude 0.5 \
+                    --duration 40 --rate-hz 60 --noise-rms 1e-3 --seed 4";
+        let written = slipfit()
+            .arg("simulate")
+            .args(args.split_whitespace())
+            .args(more.split_whitespace())
+            .arg("--out")
+            .arg(&path)
+            .assert();
+        written.success().stdout("");
+        let answer = stdout(slipfit().arg("ringdown").arg(&path).args(["--json", "-"]));
+        let answer: serde_json::Value = serde_json::from_str(&answer).unwrap();
+        let text = answer.to_string();
+        assert_eq!(answer["model"].as_str().unwrap_or(&text), "viscous+sliding", "{text}");
+        let delta = std::f64::consts::PI * 1.3 / 70.0;
+        for (name, truth) in
+            [("frequency_hz", 1.3), ("decay_rate_per_s", delta), ("friction_displacement", 0.004)]
+        {
+            let p = &answer["parameters"][name];
+            let (value, error) = (p["value"].as_f64().unwrap(), p["std_error"].as_f64().unwrap());
+            assert!((value - truth).abs() < 4.0 * error + 1e-4 * truth, "{name}: {value} ± {error}, {truth}");
+            assert!(error < 0.05 * truth, "{name}: {error}");
+        }
+    }
+}
+
+#[test]
+fn a_driven_record_is_the_exact_steady_motion() {
+    let text = simulate(
+        "driven --frequency-hz 0.15915494309189535 --q 50 --beta 0.9 --drive-amplitude 1 \
+         --drive-frequency-hz 0.15438029479913848 --from steady --duration 200 --rate-hz 40",
+    );
+    let all = rows(&text, "time (s),displacement (m)");
+    assert_eq!(all.len(), 8001);
+    let largest = all.iter().map(|r| r[1].abs()).fold(0.0, f64::max);
+    // The table of the closed form: X = 4.205794275 at 0.97 omega_0.
+    assert!(largest <= 4.205_795 && largest > 4.2055, "{largest}");
+    assert!(text.contains("# friction_ratio = 0.9\n") && text.contains("# q_factor = 50\n"), "{text:.900}");
+}
+
+#[test]
+fn from_rest_the_motion_grows_into_the_steady_one_and_may_be_switched_off() {
+    let base = "driven --frequency-hz 1 --q 20 --friction-displacement 0.2 --drive-amplitude 1 \
+                --duration 120 --rate-hz 50";
+    let all = rows(&simulate(base), "time (s),displacement (m)");
+    assert_eq!(all[0], [0.0, 0.0]);
+    let largest = |part: &[Vec<f64>]| part.iter().map(|r| r[1].abs()).fold(0.0, f64::max);
+    let steady = largest(&all[5000..]);
+    assert!((steady / (20.0 * (1.0 - 0.8 / std::f64::consts::PI)) - 1.0).abs() < 0.01, "{steady}");
+    let off = rows(&simulate(&format!("{base} --off-at 60")), "time (s),displacement (m)");
+    assert!(largest(&off[5500..]) <= 0.2, "at rest within the stick zone");
+}
+
+#[test]
+fn turning_points_are_those_of_the_closed_form_at_17_digits() {
+    let text = simulate(
+        "decay --frequency-hz 1 --q 1e9 --friction-displacement 0.03 --amplitude 1 --duration 60 --rate-hz 5 \
+         --turning-points",
+    );
+    let all = rows(&text, "time (s),turning point (m)");
+    // 1, -0.94, 0.88 … to the first within the stick zone.
+    assert_eq!(all.len(), 18);
+    for (n, row) in all.iter().enumerate() {
+        let expected = (1.0 - 0.06 * n as f64) * if n % 2 == 0 { 1.0 } else { -1.0 };
+        assert!((row[0] - 0.5 * n as f64).abs() < 1e-12 && (row[1] - expected).abs() < 1e-7, "{row:?}");
+    }
+    assert!(text.lines().last().unwrap().split(',').all(|c| c.split('e').next().unwrap().len() >= 18));
+
+    let slow = simulate(
+        "driven --frequency-hz 1 --q 10 --friction-displacement 0.5 --static-displacement 0.6 \
+         --drive-amplitude 1 --drive-frequency-hz 0.05 --duration 100 --rate-hz 0.01 --turning-points",
+    );
+    let points = rows(&slow, "time (s),turning point (m)");
+    assert!(points.len() > 8 && points.windows(2).all(|w| w[0][0] < w[1][0]));
+}
+
+#[test]
+fn sweeps_and_levels_show_what_the_equations_say() {
+    let fork = "--frequency-hz 32700 --stiffness 1e4 --viscous 20e-6";
+    let text =
+        simulate(&format!("sweep {fork} --drive-force 1e-7 --start-hz 32680 --stop-hz 32720 --points 41"));
+    let all = rows(&text, "frequency (Hz),amplitude (m),phase (deg)");
+    assert_eq!((all.len(), all[0][0], all[40][0]), (41, 32680.0, 32720.0));
+    // Without friction: Q P/k at resonance, a quarter behind.
+    let q = 1e4 / (20e-6 * std::f64::consts::TAU * 32700.0);
+    assert!(
+        (all[20][1] / (q * 1e-11) - 1.0).abs() < 1e-6 && (all[20][2] + 90.0).abs() < 1e-3,
+        "{:?}",
+        all[20]
+    );
+    assert!(all[0][2] > -45.0 && all[40][2] < -135.0);
+
+    let up = simulate(
+        "sweep --frequency-hz 1 --q 50 --beta 0.5 --drive-amplitude 1 --start-hz 0.94 --stop-hz 1.06 \
+         --sweep-time 300 --points 61",
+    );
+    let down = simulate(
+        "sweep --frequency-hz 1 --q 50 --beta 0.5 --drive-amplitude 1 --start-hz 1.06 --stop-hz 0.94 \
+         --sweep-time 300 --points 61",
+    );
+    let top = |text: &str| {
+        let all = rows(text, "frequency (Hz),amplitude (m),phase (deg)");
+        all.into_iter().max_by(|a, b| a[1].total_cmp(&b[1])).unwrap()[0]
+    };
+    assert!(top(&up) > top(&down), "a sweep lags behind");
+
+    let text = simulate(
+        "levels --frequency-hz 1 --q 50 --friction-displacement 0.01 --start-amplitude 0.002 \
+         --stop-amplitude 0.2 --points 100",
+    );
+    for row in rows(&text, "drive amplitude (m),amplitude (m),phase (deg)") {
+        // Eq. (9), above the threshold; the exact value lies a little higher near it.
+        let expected = 50.0 * (row[0] - 0.04 / std::f64::consts::PI);
+        match row[0] {
+            x if x < 0.01 => assert!(row[1] < 1e-12, "{row:?}"),
+            x if x > 0.016 => assert!((row[1] / expected - 1.0).abs() < 0.02, "{row:?} {expected}"),
+            _ => {}
+        }
+        assert!(row.iter().all(|v| v.is_finite()));
+    }
+}
+
+#[test]
+fn every_format_holds_the_same_numbers() {
+    let folder = tempfile::tempdir().unwrap();
+    let at = |name: &str| folder.path().join(name);
+    let args = "decay --frequency-hz 5 --q 40 --friction-displacement 0.002 --amplitude 1 --duration 2 \
+                --rate-hz 100 --noise-rms 0.01 --seed 3";
+    let base = || {
+        let mut command = slipfit();
+        command.arg("simulate").args(args.split_whitespace());
+        command
+    };
+    let csv = rows(&stdout(&mut base()), "time (s),displacement (m)");
+    base().arg("--out").arg(at("a.npy")).arg("--json").arg(at("a.json")).assert().success().stdout("");
+    base().arg("--out").arg(at("a.wav")).assert().success().stdout("");
+    let alone: serde_json::Value = serde_json::from_str(&stdout(base().args(["--json", "-"]))).unwrap();
+    let beside: serde_json::Value = serde_json::from_slice(&fs::read(at("a.json")).unwrap()).unwrap();
+    assert_eq!(alone, beside);
+    assert_eq!(alone["parameters"]["q_factor"]["value"], 40.0);
+    assert_eq!(alone["rows"], 201);
+
+    let bytes = fs::read(at("a.npy")).unwrap();
+    let npy = npyz::NpyFile::new(&bytes[..]).unwrap();
+    assert_eq!(npy.shape(), [201, 2]);
+    let npy: Vec<f64> = npy.into_vec().unwrap();
+    let wav = hound::WavReader::open(at("a.wav")).unwrap();
+    assert_eq!(wav.spec().sample_rate, 100);
+    let wav: Vec<f32> = wav.into_samples().map(Result::unwrap).collect();
+    for (i, row) in csv.iter().enumerate() {
+        let json = alone["columns"][1]["values"][i].as_f64().unwrap();
+        assert_eq!((npy[2 * i], npy[2 * i + 1]), (row[0], json));
+        assert!((json - row[1]).abs() < 1e-6 * json.abs() && (f64::from(wav[i]) - json).abs() < 1e-6);
+    }
+    assert!(refusal(&format!("{args} --output envelope --out {}", at("b.wav").display())).contains("sound"));
+    assert!(refusal(&format!("{args} --out {}", at("b.parquet").display())).contains("Parquet"));
+}
+
+#[test]
+fn what_cannot_be_is_named_with_value_and_range() {
+    let rest = "--amplitude 1 --duration 1 --rate-hz 100";
+    for (args, said) in [
+        ("--mass -1 --stiffness 1", &["'-1'", "--mass", "above zero"][..]),
+        ("--mass 1 --stiffness 0", &["'0'", "--stiffness", "above zero"]),
+        ("--mass nan --stiffness 1", &["'nan'", "--mass", "finite"]),
+        ("--mass inf --stiffness 1", &["'inf'", "--mass", "finite"]),
+        ("--frequency-hz 1 --q 0.4", &["--q = 0.4", "> 0.5"]),
+        ("--frequency-hz 1 --friction-displacement -2", &["'-2'", "--friction-displacement", "negative"]),
+        (
+            "--mass 1 --stiffness 4 --coulomb-force 2 --static-force 1",
+            &["--static-force = 1 ", "--coulomb-force <= --static-force"],
+        ),
+        (
+            "--frequency-hz 1 --friction-displacement 2 --static-displacement 1",
+            &["--static-displacement = 1 ", "--friction-displacement <= "],
+        ),
+        ("--frequency-hz 1 --coulomb-force 1", &["mass or stiffness"]),
+    ] {
+        let text = refusal(&format!("decay {args} {rest}"));
+        assert!(said.iter().all(|s| text.contains(s)), "{args}: {text}");
+    }
+    let text = refusal(
+        "driven --frequency-hz 1 --drive-amplitude 1 --drive-frequency-hz 60 --duration 1 --rate-hz 100",
+    );
+    assert!(text.contains("--drive-frequency-hz = 60 ") && text.contains("half the sampling rate"), "{text}");
+    let text = refusal("driven --frequency-hz 1 --drive-force 1 --duration 1 --rate-hz 100");
+    assert!(text.contains("--drive-force") && text.contains("--stiffness"), "{text}");
+    let text = refusal(
+        "sweep --frequency-hz 1 --q 9 --drive-amplitude 1 --start-hz 0.9 --stop-hz 1.1 --sweep-time 5 --points 50",
+    );
+    assert!(text.contains("--points = 50 ") && text.contains("--sweep-time"), "{text}");
+}
+
+#[test]
+fn help_of_every_new_command_fits_the_screen() {
+    for command in
+        [&["simulate", "driven"][..], &["simulate", "sweep"], &["simulate", "levels"], &["paper"], &["atlas"]]
+    {
+        let text = stdout(slipfit().arg("help").args(command));
+        let wide: Vec<&str> = text.lines().filter(|l| l.chars().count() > 100).collect();
+        assert!(wide.is_empty(), "{wide:#?}");
+        assert!(text.contains("Usage:") && text.contains("--out"), "{text}");
+    }
+}
+
+fn whole(folder: &Path, name: &str) -> String {
+    let bytes = fs::read(folder.join(name)).unwrap();
+    if name.ends_with(".png") {
+        assert!(bytes.starts_with(b"\x89PNG\r\n\x1a\n") && bytes.len() > 20_000, "{name}");
+        return String::new();
+    }
+    let text = String::from_utf8(bytes).unwrap();
+    assert!(!text.contains("NaN") && !text.contains(",inf") && !text.contains("-inf"), "{name}");
+    text
+}
+
+#[test]
+fn the_paper_is_reproduced_with_its_numbers() {
+    let folder = tempfile::tempdir().unwrap();
+    let out = folder.path().join("made/for/it");
+    stdout(slipfit().arg("paper").arg("--out").arg(&out));
+    for name in ["fig1", "fig2"] {
+        whole(&out, &format!("{name}.png"));
+        assert!(whole(&out, &format!("{name}.svg")).ends_with("</svg>\n"));
+        for letter in ["a", "b", "c", "d"] {
+            let table = whole(&out, &format!("{name}_{letter}.csv"));
+            assert!(table.lines().count() > 100, "{name}_{letter}");
+        }
+    }
+    let page = whole(&out, "paper.md");
+    assert_eq!(page.matches("| eq. (8) off resonance |").count(), 5);
+    for said in ["4.205794", "+19.9 %", "−9.1 %", "0.04497", "fig2.svg", "13 nN"] {
+        assert!(page.contains(said), "{said}\n{page}");
+    }
+    // Fig. 2 (d): without friction nothing answers at three times the frequency; with it a resonance does.
+    let table = whole(&out, "fig2_d.csv");
+    let of = |curve: &str| -> Vec<f64> {
+        let mine = table.lines().filter(|l| l.split(',').next() == Some(curve));
+        mine.map(|l| l.rsplit(',').next().unwrap().parse().unwrap()).collect()
+    };
+    assert!(of("free").iter().all(|a| *a < 1e-9));
+    let loaded = of("F = 16 nN");
+    let top = loaded.iter().copied().fold(0.0, f64::max);
+    assert!(top > 3.0 * loaded[0] && top > 0.5, "{top} {}", loaded[0]);
+    // The same seed, the same bytes.
+    let again = folder.path().join("again");
+    stdout(slipfit().arg("paper").arg("--out").arg(&again));
+    assert_eq!(page, whole(&again, "paper.md"));
+}
+
+#[test]
+fn the_atlas_covers_its_map() {
+    let folder = tempfile::tempdir().unwrap();
+    let out = folder.path();
+    stdout(slipfit().arg("atlas").arg("--out").arg(out).args(["--q-points", "8", "--beta-points", "5"]));
+    whole(out, "atlas.png");
+    whole(out, "atlas.svg");
+    let table = whole(out, "atlas.csv");
+    let mut lines = table.lines().filter(|l| !l.starts_with('#'));
+    let names: Vec<&str> = lines.next().unwrap().split(',').collect();
+    let cells: Vec<Vec<&str>> = lines.map(|l| l.split(',').collect()).collect();
+    assert_eq!(cells.len(), 40);
+    assert!(cells.iter().all(|c| c.len() == names.len()));
+    let column = |name: &str| names.iter().position(|n| *n == name).unwrap();
+    assert_eq!((cells[0][0], cells[39][1]), ("2", "0.99"));
+    // Without friction eqs. (8) and (14) are exact.
+    for c in &cells[..8] {
+        assert!(c[column("leading_flank_error")].parse::<f64>().unwrap() < 1e-9, "{c:?}");
+    }
+    // At high Q and moderate beta, eq. (8) is good and (14) is not.
+    let c = &cells[2 * 8 + 7];
+    assert!(c[column("leading_flank_error")].parse::<f64>().unwrap() < 1e-4, "{c:?}");
+    assert!(c[column("lorentzian_flank_error")].parse::<f64>().unwrap() > 1e-2, "{c:?}");
+}
