@@ -5,6 +5,7 @@ use super::fits::{self, Described};
 use super::measure::{self, LEAST_CYCLES, Measured, Samples};
 use super::short::short;
 use super::{Answer, Options};
+use crate::signal::extremes;
 use crate::{Error, Record, SignalKind};
 use std::borrow::Cow;
 use std::f64::consts::TAU;
@@ -132,7 +133,10 @@ fn oscillation<'a>(
 /// Squares of squares are summed: outside these scales they leave the range of numbers.
 fn within_reach(samples: &Samples) -> Result<(), Error> {
     const REACH: std::ops::RangeInclusive<f64> = 1e-60..=1e60;
-    let spread = |v: &[f64]| v.iter().fold(0.0f64, |m, x| m.max((x - v[0]).abs()).max(x.abs()));
+    let spread = |v: &[f64]| {
+        let (low, high) = extremes(v);
+        low.abs().max(high.abs()).max(v[0] - low).max(high - v[0])
+    };
     let signal = spread(&samples.signal).max(samples.quadrature.as_deref().map_or(0.0, spread));
     if [signal, samples.duration()].iter().all(|v| REACH.contains(v)) {
         return Ok(());

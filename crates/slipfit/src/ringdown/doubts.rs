@@ -4,6 +4,7 @@ use super::assemble::Evidence;
 use super::segment;
 use super::{Answer, LossModel, Warning};
 use crate::SignalKind;
+use crate::signal::extremes;
 
 /// Fewer cycles than this cannot separate the loss terms.
 const FEW_CYCLES: f64 = 5.0;
@@ -115,23 +116,6 @@ pub(crate) fn clipped(signal: &[f64]) -> (usize, usize) {
 
 /// Samples whose extremes are found together.
 const CHUNK: usize = 1024;
-
-/// Least and greatest value.
-fn extremes(values: &[f64]) -> (f64, f64) {
-    const LANES: usize = 8;
-    let mut low = [f64::INFINITY; LANES];
-    let mut high = [f64::NEG_INFINITY; LANES];
-    let mut chunks = values.chunks_exact(LANES);
-    for part in &mut chunks {
-        for k in 0..LANES {
-            low[k] = if part[k] < low[k] { part[k] } else { low[k] };
-            high[k] = if part[k] > high[k] { part[k] } else { high[k] };
-        }
-    }
-    let least = low.iter().chain(chunks.remainder()).fold(f64::INFINITY, |a, &v| a.min(v));
-    let greatest = high.iter().chain(chunks.remainder()).fold(f64::NEG_INFINITY, |a, &v| a.max(v));
-    (least, greatest)
-}
 
 #[cfg(test)]
 mod tests {
