@@ -57,7 +57,7 @@ const FULL: [usize; 4] = [A0, X_F, DELTA, DRAG];
 pub(crate) fn envelope<'a>(measured: &mut Measured, options: &Options) -> Result<Described<'a>, Error> {
     let points = &measured.points;
     if points.len() < 3 {
-        return Err(Error::NoFit { reason: "fewer than three amplitudes remain" });
+        return Err(Error::NoFit { reason: "fewer than three amplitudes of a falling oscillation remain" });
     }
     let origin = points[0].time_s - 0.5 * points[0].span_s;
     let omega = if measured.law.drift == 0.0 { measured.law.omega } else { measured.law.mean_omega };
@@ -89,7 +89,7 @@ pub(crate) fn envelope<'a>(measured: &mut Measured, options: &Options) -> Result
     }
     let n = problem.value.len();
     if n < 3 {
-        return Err(Error::NoFit { reason: "fewer than three amplitudes remain" });
+        return Err(Error::NoFit { reason: "fewer than three amplitudes of a falling oscillation remain" });
     }
     let noise = (!measured.squared).then(|| measured.noise_rms.powi(2));
     let noise_weights = problem.weight.clone();
