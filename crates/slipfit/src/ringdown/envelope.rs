@@ -66,6 +66,34 @@ pub(crate) struct Walker {
     backbone: [f64; 2],
 }
 
+/// The propagator of `dA/dt = -(a0 + a1 A)` over a step and over half of it.
+#[derive(Clone, Copy)]
+struct Linear {
+    carry: f64,
+    half: f64,
+    loss: f64,
+    half_loss: f64,
+}
+
+impl Linear {
+    fn over(law: &LossLaw, step: f64) -> Self {
+        let x = 0.5 * law.a1 * step;
+        // expm1 twice over: e^(-2x) - 1 = m (2 + m).
+        let m = (-x).exp_m1();
+        let share = if x.abs() < 1e-5 { super::law::phi(x) } else { -m / x };
+        let half_loss = 0.5 * law.a0 * step * share;
+        Self { carry: (1.0 + m) * (1.0 + m), half: 1.0 + m, loss: half_loss * (2.0 + m), half_loss }
+    }
+
+    fn middle(&self, amplitude: f64) -> f64 {
+        amplitude * self.half - self.half_loss
+    }
+
+    fn after(&self, amplitude: f64) -> f64 {
+        amplitude * self.carry - self.loss
+    }
+}
+
 impl Walker {
     pub(crate) fn new(law: LossLaw, backbone: [f64; 2]) -> Self {
         Self { amplitude: law.amplitude_0, by: [1.0, 0.0, 0.0, 0.0], law, backbone }
@@ -99,19 +127,23 @@ impl Walker {
         let parts = if stiff > 0.3 { (stiff / 0.3).ceil().min(64.0) } else { 1.0 };
         // Each part is exact where the frequency is constant, so parts only serve the derivatives.
         let part = h / parts;
+        // Viscous and sliding loss alone: one exponential serves every step alike.
+        let linear = (!changes && self.law.a2 == 0.0).then(|| Linear::over(&self.law, part));
         for _ in 0..parts as usize {
-            let (law, f) = if changes {
-                let (here, _) = self.local(self.amplitude);
-                let middle = here.amplitude_extended(0.5 * part);
-                self.local(middle)
-            } else {
-                self.local(self.amplitude)
-            };
             let before = self.amplitude;
-            let after = law.amplitude_extended(part);
-            let middle = law.amplitude_extended(0.5 * part);
-            let carry = law.carry(before, after, part);
-            let half = law.carry(middle, after, 0.5 * part);
+            let (f, middle, after, carry, half) = if let Some(l) = linear {
+                ([1.0; 3], l.middle(before), l.after(before), l.carry, l.half)
+            } else {
+                let (law, f) = if changes {
+                    let (here, _) = self.local(before);
+                    self.local(here.amplitude_extended(0.5 * part))
+                } else {
+                    self.local(before)
+                };
+                let after = law.amplitude_extended(part);
+                let middle = law.amplitude_extended(0.5 * part);
+                (f, middle, after, law.carry(before, after, part), law.carry(middle, after, 0.5 * part))
+            };
             for v in &mut self.by {
                 *v *= carry;
             }
