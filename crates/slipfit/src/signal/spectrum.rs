@@ -303,8 +303,9 @@ mod tests {
 
     #[test]
     fn a_band_picks_the_weaker_line() {
+        const TURN: f64 = std::f64::consts::TAU;
         let t: Vec<f64> = (0..4000).map(|i| i as f64 * 1e-2).collect();
-        let y: Vec<f64> = t.iter().map(|t| (6.28 * 1.0 * t).sin() + 0.3 * (6.28 * 3.3 * t).sin()).collect();
+        let y: Vec<f64> = t.iter().map(|t| (TURN * t).sin() + 0.3 * (TURN * 3.3 * t).sin()).collect();
         let line = dominant(&t, &y, Some([2.0, 5.0])).expect("a line");
         assert!((line.frequency_hz - 3.3).abs() < 0.05);
         let others = other_lines(&Look::at(&t, &y).expect("long enough"), 1.0, 0.05, 0.01);
