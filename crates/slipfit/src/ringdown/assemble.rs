@@ -121,10 +121,26 @@ fn loss_term(e: &Evidence, chosen: &Entry, term: usize) -> (Bounded, bool) {
     let entry = if present { Some(chosen) } else { e.described.comparison.with_term(chosen.model, term) };
     match entry {
         Some(entry) => {
-            (interval(e.described.problem.least_squares(), &entry.fit, term, e.described.scale), present)
+            let mut found =
+                interval(e.described.problem.least_squares(), &entry.fit, term, e.described.scale);
+            // No loss exceeds what it would be alone: the others are not negative.
+            if let Some(most) = alone(e, term) {
+                found.interval[1] = found.interval[1].min(most.max(found.estimate));
+            }
+            (found, present)
         }
         None => (Bounded { estimate: 0.0, std_error: f64::INFINITY, interval: [0.0, f64::INFINITY] }, false),
     }
+}
+
+/// Far upper end of a loss term in the model that holds nothing else.
+fn alone(e: &Evidence, term: usize) -> Option<f64> {
+    let model = LossModel::from_terms(term == DELTA, term == X_F, false)?;
+    let entry = e.described.comparison.get(model)?;
+    let scale = e.described.scale;
+    let error = entry.fit.unit_std(term) * (scale.variance_of(&entry.fit) * scale.widening).sqrt();
+    let most = entry.fit.parameters[term].max(0.0) + 4.0 * error;
+    most.is_finite().then_some(most)
 }
 
 fn bounded_quantity(found: Bounded, present: bool, unit: String) -> Quantity {
@@ -319,7 +335,7 @@ fn segment_of(e: &Evidence) -> Segment {
     let points = &e.measured.points;
     Segment {
         start_s: e.described.origin,
-        end_s: e.described.end,
+        end_s: e.described.end.min(e.samples.time[e.samples.time.len() - 1]),
         samples: points[points.len() - 1].end - points[0].first,
         start_reason: e.measured.stretch.start_reason,
         end_reason: e.measured.stretch.end_reason,

@@ -57,7 +57,7 @@ const FULL: [usize; 4] = [A0, X_F, DELTA, DRAG];
 pub(crate) fn envelope<'a>(measured: &mut Measured, options: &Options) -> Result<Described<'a>, Error> {
     let points = &measured.points;
     if points.len() < 3 {
-        return Err(Error::NoFit { reason: "fewer than three amplitudes remain" });
+        return Err(Error::NoFit { reason: "fewer than three amplitudes of a falling oscillation remain" });
     }
     let origin = points[0].time_s - 0.5 * points[0].span_s;
     let omega = if measured.law.drift == 0.0 { measured.law.omega } else { measured.law.mean_omega };
@@ -89,7 +89,7 @@ pub(crate) fn envelope<'a>(measured: &mut Measured, options: &Options) -> Result
     }
     let n = problem.value.len();
     if n < 3 {
-        return Err(Error::NoFit { reason: "fewer than three amplitudes remain" });
+        return Err(Error::NoFit { reason: "fewer than three amplitudes of a falling oscillation remain" });
     }
     let noise = (!measured.squared).then(|| measured.noise_rms.powi(2));
     let noise_weights = problem.weight.clone();
@@ -290,7 +290,7 @@ pub(crate) fn trim_lead_in(described: &Described, measured: &mut Measured) -> bo
         return false;
     }
     // The run that fell out began some blocks later than it showed.
-    let start = (start + 2).min(n - 6);
+    let start = (start + (n / 60).max(2)).min(n - 6);
     let cut_time = described.origin + problem.elapsed[start];
     measured.points.retain(|b| b.time_s >= cut_time - 1e-9 * b.span_s);
     true
@@ -469,26 +469,29 @@ fn agreeing_end(
     let best = &found.comparison.best()?.bounded;
     let law = super::envelope::law_of(&best.parameters, best.parameters[OMEGA]);
     let variance = found.scale.variance_of(best);
+    // Block by block, then what is left behind the last whole one.
+    let rest = measured.all.last().map(|b| (b.end, samples.time.len()));
+    let pieces = measured.all.iter().map(|b| (b.first, b.end)).filter(|p| p.0 >= to).chain(rest);
     let mut end = to;
-    for block in measured.all.iter().filter(|b| b.first >= to) {
-        let elapsed = block.time_s - found.origin;
-        // Some thousandths of the start, or the last cycles before a stop, carry no more.
-        if law.amplitude(elapsed) < (2e-3 * law.amplitude_0).max(2.0 * best.parameters[X_F]) {
+    for (first, last) in pieces.filter(|p| p.1 > p.0) {
+        let elapsed = samples.time[first] - found.origin;
+        // Some thousandths of the start, or the last swing before a stop, carry no more.
+        if first > end || law.amplitude(elapsed) < (2e-3 * law.amplitude_0).max(1.2 * best.parameters[X_F]) {
             break;
         }
         let part = Waveform {
-            time: &samples.time[from..block.end],
-            signal: &samples.signal[from..block.end],
+            time: &samples.time[from..last],
+            signal: &samples.signal[from..last],
             ..problem.clone()
         };
         let residual = part.residuals(&best.parameters);
-        let here = &residual[block.first - from..];
+        let here = &residual[first - from..];
         let n = here.len() as f64;
         let mean_square = here.iter().map(|r| r * r).sum::<f64>() / n;
         if mean_square > variance * (1.0 + 4.0 * (2.0 / n).sqrt()) {
             break;
         }
-        end = block.end;
+        end = last;
     }
     Some(end)
 }

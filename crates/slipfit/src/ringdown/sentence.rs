@@ -57,6 +57,13 @@ impl Answer {
                         self.total_loss()
                     );
                 }
+                Warning::NotSeparable { decay_times, .. } if *decay_times < 0.01 => {
+                    return format!(
+                        "The amplitude does not fall: {} of a decay time is recorded, and no kind of loss can be \
+                         told from it.",
+                        plain(*decay_times, 1, "")
+                    );
+                }
                 Warning::NotSeparable { correlation, decay_times } => {
                     let recorded = match *decay_times {
                         d if d < 0.95 => format!("{} of a decay time recorded", plain(d, 2, "")),

@@ -95,10 +95,10 @@ pub(super) fn at_a_third() -> Result<AtAThird, Error> {
     let mut left_out = 0;
     let mut series = Vec::new();
     let mut highest = 0.0f64;
-    let mut stops = Vec::new();
+    let mut others = Vec::new();
     for (coulomb_force, color) in FORCES_AT_A_THIRD.into_iter().zip(COLORS) {
         let o = fork(coulomb_force, VISCOUS)?;
-        let (mut points, mut stopping) = (Vec::new(), Vec::new());
+        let (mut points, mut irregular) = (Vec::new(), Vec::new());
         for i in -POINTS..=POINTS {
             let off = HALF_SPAN_HZ * f64::from(i) / f64::from(POINTS);
             let drive = HarmonicDrive::new(DRIVE_AT_A_THIRD_M, TAU * (FREQUENCY_HZ + off) / 3.0)?;
@@ -106,22 +106,22 @@ pub(super) fn at_a_third() -> Result<AtAThird, Error> {
                 Ok(found) => {
                     let point = [off, found.state.harmonic(3).norm() * 1e9];
                     points.push(point);
-                    if found.state.stops() > 0 {
-                        stopping.push(point);
+                    if found.state.stops() > 0 || found.state.turning_points().len() > 2 {
+                        irregular.push(point);
                     }
                 }
                 Err(Error::DoesNotHold { .. }) => left_out += 1,
                 Err(e) => return Err(e),
             }
         }
-        stops.extend(stopping);
+        others.extend(irregular);
         highest = points.iter().fold(highest, |m, p| m.max(p[1]));
         series.push(Series { name: named(coulomb_force), points, look: Look::Line(color) });
     }
-    if !stops.is_empty() {
+    if !others.is_empty() {
         series.push(Series {
-            name: "the mass stops on the way".to_owned(),
-            points: stops,
+            name: "the mass stops or turns on the way".to_owned(),
+            points: others,
             look: Look::Dots(4),
         });
     }
@@ -129,7 +129,7 @@ pub(super) fn at_a_third() -> Result<AtAThird, Error> {
         file: "fig2_d",
         title: "(d) response at 3f, driven at f near f₀/3".to_owned(),
         x: Scaled::linear("3f − f₀ [Hz]", [-HALF_SPAN_HZ, HALF_SPAN_HZ]),
-        y: Scaled::linear("amplitude at 3f [nm]", [-0.03 * highest, 1.5 * highest]),
+        y: Scaled::linear("amplitude at 3f [nm]", [-0.03 * highest, 1.9 * highest]),
         series,
     };
     Ok(AtAThird { chart, left_out })
