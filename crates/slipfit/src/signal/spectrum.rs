@@ -290,12 +290,13 @@ pub(crate) fn band_pass(time: &[f64], signal: &[f64], band_hz: [f64; 2]) -> Vec<
 #[cfg(test)]
 mod tests {
     use super::*;
+    use std::f64::consts::TAU;
 
     #[test]
     fn finds_a_slow_line_in_a_long_record_and_a_fast_one() {
         for f in [0.02, 3.0, 400.0] {
             let t: Vec<f64> = (0..200_000).map(|i| i as f64 * 1e-3).collect();
-            let y: Vec<f64> = t.iter().map(|t| (std::f64::consts::TAU * f * t).sin() + 5.0).collect();
+            let y: Vec<f64> = t.iter().map(|t| (TAU * f * t).sin() + 5.0).collect();
             let line = dominant(&t, &y, None).expect("a line");
             assert!((line.frequency_hz / f - 1.0).abs() < 0.02, "{line:?} for {f}");
         }
@@ -303,9 +304,8 @@ mod tests {
 
     #[test]
     fn a_band_picks_the_weaker_line() {
-        const TURN: f64 = std::f64::consts::TAU;
         let t: Vec<f64> = (0..4000).map(|i| i as f64 * 1e-2).collect();
-        let y: Vec<f64> = t.iter().map(|t| (TURN * t).sin() + 0.3 * (TURN * 3.3 * t).sin()).collect();
+        let y: Vec<f64> = t.iter().map(|t| (TAU * t).sin() + 0.3 * (TAU * 3.3 * t).sin()).collect();
         let line = dominant(&t, &y, Some([2.0, 5.0])).expect("a line");
         assert!((line.frequency_hz - 3.3).abs() < 0.05);
         let others = other_lines(&Look::at(&t, &y).expect("long enough"), 1.0, 0.05, 0.01);

@@ -210,19 +210,19 @@ impl pulp::NullaryFnOnce for Look<'_> {
     }
 }
 
-struct Trace<'a> {
-    time: &'a [f64],
-    amplitude: &'a [f64],
-    first: f64,
+pub(super) struct Trace<'a> {
+    pub(super) time: &'a [f64],
+    pub(super) amplitude: &'a [f64],
+    pub(super) first: f64,
     /// Of an even clock.
-    interval: Option<f64>,
+    pub(super) interval: Option<f64>,
 }
 
-struct Pass<'a> {
-    data: &'a Trace<'a>,
-    height: f64,
-    level: f64,
-    rate: f64,
+pub(super) struct Pass<'a> {
+    pub(super) data: &'a Trace<'a>,
+    pub(super) height: f64,
+    pub(super) level: f64,
+    pub(super) rate: f64,
 }
 
 /// Samples for which the exponentials are tabled: `e^(-delta (64 j + k) h) = E_j F_k`.
