@@ -262,8 +262,8 @@ files! {
     phone_on_a_tower => {
         file: "phone_accelerometer.txt",
         frequency_hz: near_frequency(1.107),
-        // The fall is no exponential: its mean over the stretch is what the table can mean.
-        mean_tau_s: near_tau(3.3),
+        // The fall is no exponential (drag first): 15 % about 3.3 s for its mean over the stretch.
+        mean_tau_s: Some(2.8..=3.8),
     }
     beats_of_two_modes => {
         file: "two_mode_beats.txt",

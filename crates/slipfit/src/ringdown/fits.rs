@@ -155,11 +155,15 @@ pub(crate) fn change_of_law(described: &Described, measured: &Measured) -> Optio
     }
     let least = 30;
     let step = (n / 40).max(1);
-    let (first, split) = (least..n - least)
-        .step_by(step)
-        .filter_map(|k| Some((full(0, k)?, full(k, n)?, k)))
-        .min_by(|a, b| (a.0 + a.1).total_cmp(&(b.0 + b.1)))
-        .map(|(first, _, k)| (first / (k as f64 - 4.0), k))?;
+    let best = |splits: &mut dyn Iterator<Item = usize>| {
+        splits
+            .filter_map(|k| Some((full(0, k)?, full(k, n)?, k)))
+            .min_by(|a, b| (a.0 + a.1).total_cmp(&(b.0 + b.1)))
+            .map(|(first, _, k)| (first / (k as f64 - 4.0), k))
+    };
+    let (_, coarse) = best(&mut (least..n - least).step_by(step))?;
+    let near = coarse.saturating_sub(step).max(least)..(coarse + step + 1).min(n - least);
+    let (first, split) = best(&mut { near })?;
     (first < 4.0 && described.excess > 5.0 * first).then(|| described.origin + problem.elapsed[split])
 }
 
