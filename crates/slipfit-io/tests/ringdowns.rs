@@ -262,8 +262,6 @@ files! {
     phone_on_a_tower => {
         file: "phone_accelerometer.txt",
         frequency_hz: near_frequency(1.107),
-        // The fall is no exponential (drag first): 15 % about 3.3 s for its mean over the stretch.
-        mean_tau_s: Some(2.8..=3.8),
     }
     beats_of_two_modes => {
         file: "two_mode_beats.txt",
@@ -314,4 +312,17 @@ fn swapped_columns_are_read_the_right_way_round() {
     let reading = read_it(&path, None);
     let TimeSource::Column(time) = &reading.report.time else { panic!("{:?}", reading.report.time) };
     assert_eq!((time.column.number, reading.report.signal.column.number), (2, 1));
+}
+
+/// Misses by a half per cent more than the tolerance of every other decay time.
+#[test]
+#[ignore = "mean tau is 2.95 s, 10.5 % below 3.3 s: drag makes the fall faster at its start"]
+fn phone_on_a_tower_decay_time() {
+    lands(&Expected { file: "phone_accelerometer.txt", mean_tau_s: near_tau(3.3), ..Expected::default() });
+}
+
+#[test]
+#[ignore = "starts at 3.8 s: the flattened part is not told from the decay"]
+fn bell_start() {
+    lands(&Expected { file: "bell_440hz.wav", start_s: Some(5.5..=9.0), ..Expected::default() });
 }
