@@ -99,10 +99,54 @@ pub enum Error {
         /// What was seen.
         reason: &'static str,
     },
+    /// A driven record holds no steady motion long enough.
+    #[error("no steady motion: {cycles:.1} cycles of the drive ({needed} are needed)")]
+    NoSteadyMotion {
+        /// Cycles found; zero where nothing oscillates.
+        cycles: f64,
+        /// The least that would do.
+        needed: f64,
+    },
     /// No loss model could be fitted.
     #[error("no loss model could be fitted: {reason}")]
     NoFit {
         /// Why.
+        reason: &'static str,
+    },
+    /// A frequency below zero in a resonance curve.
+    #[error("point {index} has the frequency {value} Hz, below zero (a shift needs its centre frequency)")]
+    FrequencyNegative {
+        /// Index of the point.
+        index: usize,
+        /// Its frequency, Hz.
+        value: f64,
+    },
+    /// A value of one point of a curve is impossible.
+    #[error("point {index}: {name} = {value} is outside {range}")]
+    PointOutOfRange {
+        /// The column.
+        name: &'static str,
+        /// Index of the point.
+        index: usize,
+        /// Its value.
+        value: f64,
+        /// The allowed range.
+        range: &'static str,
+    },
+    /// The curve holds fewer points than the model has parameters.
+    #[error(
+        "{points} points for {parameters} free parameters: at least {parameters} are needed, better more"
+    )]
+    TooFewPoints {
+        /// Points of the curve (twice as many numbers when complex).
+        points: usize,
+        /// Free parameters.
+        parameters: usize,
+    },
+    /// The curve shows no resonance.
+    #[error("no resonance found: {reason}")]
+    NoResonance {
+        /// What was seen instead.
         reason: &'static str,
     },
 }

@@ -1,16 +1,20 @@
 //! Tells sliding (Coulomb, dry) friction from viscous damping in any oscillator.
 
 pub mod decay;
+pub mod demodulate;
 mod double_double;
 pub mod error;
 pub mod estimate;
 pub mod format;
+pub mod levels;
 pub mod oscillator;
 pub mod paper;
 mod quadrature;
 pub mod quantity;
 pub mod record;
+pub mod resonance;
 pub mod ringdown;
+pub mod series;
 mod signal;
 pub mod simulate;
 pub mod steady;

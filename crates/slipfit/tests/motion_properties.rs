@@ -146,6 +146,34 @@ proptest! {
     }
 
     #[test]
+    fn a_motion_with_a_past_turns_where_one_without_does(
+        o in oscillator(), w in tuning(), x in -3.0..3.0f64, phase in 0.0..6.3f64,
+    ) {
+        // A slip is begun from the length of the last one that way, a new motion has none.
+        let tone = Harmonic { amplitude: 1.0, omega: w * o.omega_0(), phase };
+        let drive = Drive::harmonics(0.0, &[tone]).unwrap();
+        let mut motion = Motion::new(&o, drive.clone(), 0.0, x, 0.0).unwrap();
+        let until = 200.0 / o.omega_0();
+        let mut fresh: Option<Motion> = None;
+        for _ in 0..60 {
+            let Some(e) = motion.next_event(until) else { break };
+            if let Some(mut fresh) = fresh.take() {
+                let other = fresh.next_event(2.0 * until);
+                prop_assert!(other.is_some(), "{e:?}");
+                let f = other.unwrap();
+                prop_assert!((e.time_s - f.time_s).abs() < 1e-7 / o.omega_0(), "{e:?} {f:?}");
+                prop_assert!((e.position - f.position).abs() < 1e-9, "{e:?} {f:?}");
+            }
+            if e.kind == EventKind::Turn {
+                fresh = Some(Motion::new(&o, drive.clone(), e.time_s, e.position, 0.0).unwrap());
+                // On the very border of the zone it may be judged either way.
+                let margin = ((e.drive - e.position).abs() - o.static_displacement()).abs();
+                if margin < 1e-9 { fresh = None; }
+            }
+        }
+    }
+
+    #[test]
     fn motion_solves_its_equation(
         o in oscillator(), d in any_drive(), x in -3.0..3.0f64, v in -3.0..3.0f64, when in 0.01..50.0f64,
     ) {

@@ -7,7 +7,7 @@ use proptest::prelude::*;
 use slipfit::Oscillator;
 use slipfit::decay::{Envelope, drag_rate};
 use slipfit::simulate::smooth::{SmoothMotion, drag, power, stribeck};
-use slipfit::simulate::{Drive, Event, EventKind, Harmonic, Motion};
+use slipfit::simulate::{Drive, Event, EventKind, Friction, Harmonic, Motion};
 
 fn all<F: Fn(f64) -> f64>(motion: &mut SmoothMotion<F>, until: f64) -> Vec<Event> {
     std::iter::from_fn(|| motion.next_event(until).unwrap()).collect()
@@ -105,6 +105,67 @@ proptest! {
             prop_assert!((e.time_s - f.time_s).abs() < 1e-6, "{e:?} {f:?}");
         }
     }
+}
+
+#[test]
+fn asymmetric_friction_agrees_with_the_closed_form() {
+    let drive = Drive::harmonic(1.0, 0.7).unwrap();
+    for (kinetic, holding) in [([0.3, 0.1], [0.4, 0.1]), ([0.05, 0.5], [0.05, 0.7]), ([0.0, 0.3], [0.2, 0.3])]
+    {
+        let friction = Friction::asymmetric(kinetic, holding).unwrap();
+        // Viscous damping all in the oscillator, and all in the law.
+        let damped = Oscillator::kinematic(1.0, 0.06, 0.2).unwrap();
+        let bare = Oscillator::kinematic(1.0, 0.0, 0.2).unwrap();
+        let mut exact = Motion::with_friction(&damped, friction, drive.clone(), 0.0, 0.6, 0.0).unwrap();
+        let law = |v: f64| 0.12 * v;
+        let mut other =
+            SmoothMotion::with_friction(&bare, friction, law, drive.clone(), 0.0, 0.6, 0.0).unwrap();
+        let (a, b): (Vec<_>, Vec<_>) = (exact.events(80.0).collect(), all(&mut other, 80.0));
+        assert!(a.len() > 10 && a.len() == b.len(), "{kinetic:?} {} {}", a.len(), b.len());
+        for (e, f) in a.iter().zip(&b) {
+            assert_eq!(e.kind, f.kind);
+            assert!((e.position - f.position).abs() < 1e-10, "{e:?} {f:?}");
+            assert!((e.time_s - f.time_s).abs() < 1e-8, "{e:?} {f:?}");
+        }
+    }
+}
+
+#[test]
+fn two_turns_close_together_are_both_found() {
+    // A second harmonic whose velocity only just overcomes that of the first: the mass turns and
+    // turns back, the sooner the nearer the harmonic is to the strength where the pair is born.
+    let o = Oscillator::kinematic(1.0, 0.02, 0.0).unwrap();
+    let drive = |strength: f64| {
+        let tones = [
+            Harmonic { amplitude: 1.0, omega: 0.2, phase: 0.0 },
+            Harmonic { amplitude: strength, omega: 0.6, phase: 0.3 },
+        ];
+        Drive::harmonics(0.0, &tones).unwrap()
+    };
+    let exact = |strength: f64| -> Vec<Event> {
+        Motion::new(&o, drive(strength), 0.0, 0.9, 0.0).unwrap().events(90.0).collect()
+    };
+    let (mut none, mut some) = (0.0, 0.1);
+    let before = exact(none).len();
+    assert!(exact(some).len() > before);
+    for _ in 0..50 {
+        let middle = 0.5 * (none + some);
+        if exact(middle).len() == before { none = middle } else { some = middle }
+    }
+    let mut last = f64::INFINITY;
+    for above in [1e-2, 1e-3, 1e-4, 1e-6, 1e-8] {
+        let a = exact(some + above);
+        let mut other = SmoothMotion::new(&o, |_| 0.0, drive(some + above), 0.0, 0.9, 0.0).unwrap();
+        let b = all(&mut other, 90.0);
+        assert_eq!(a.len(), b.len(), "{above}");
+        for (e, f) in a.iter().zip(&b) {
+            assert!((e.position - f.position).abs() < 1e-9, "{e:?} {f:?}");
+        }
+        let least = b.windows(2).map(|w| w[1].time_s - w[0].time_s).fold(f64::INFINITY, f64::min);
+        assert!(least < last, "{least} {last}");
+        last = least;
+    }
+    assert!(last < 1e-3, "{last}");
 }
 
 /// Every kind of drive, closed form against integration, which share nothing but the drive.

@@ -192,8 +192,12 @@ impl FreeDecay {
         TurningPoints {
             next: self.first,
             index: 0,
+            count: 0.0,
+            // Beyond 2^53 they could not be told apart.
+            last: self.stop.map_or(1 << 53, |s| s.index),
             keep: (-self.lambda).exp(),
             loss: (1.0 + (-self.lambda).exp()) * self.oscillator.friction_displacement(),
+            thirds: super::waveform::thirds(self.half_period),
             decay: *self,
             done: false,
         }
@@ -342,8 +346,13 @@ pub struct TurningPoints {
     decay: FreeDecay,
     next: f64,
     index: u64,
+    /// The same as a number, which is what the time needs.
+    count: f64,
+    last: u64,
     keep: f64,
     loss: f64,
+    /// The half period in pieces whose multiples are exact.
+    thirds: [f64; 3],
     done: bool,
 }
 
@@ -356,18 +365,24 @@ impl Iterator for TurningPoints {
             return None;
         }
         let d = &self.decay;
-        let time_s = d.first_time.add(d.half_period.scale(self.index as f64)).value();
-        if let Some(stop) = d.stop
-            && stop.index == self.index
-        {
+        if self.index == self.last {
             self.done = true;
-            return Some(TurningPoint { index: stop.index, time_s: stop.time_s, position: stop.position });
+            return d.stop.map(|s| TurningPoint { index: s.index, time_s: s.time_s, position: s.position });
         }
+        let n = self.count;
+        let time_s = if n < super::waveform::COUNTABLE {
+            let [a, b, c] = self.thirds;
+            let sum = dd::two_sum(d.first_time.hi, n * a);
+            sum.hi + (n * b + (sum.lo + (d.first_time.lo + n * c)))
+        } else {
+            d.first_time.add(d.half_period.scale(n)).value()
+        };
         let point = TurningPoint { index: self.index, time_s, position: self.next };
         self.next = -(self.keep * self.next - self.loss.copysign(self.next));
         self.index += 1;
+        self.count += 1.0;
         // Without sliding friction there is no stop; underflow ends it.
-        self.done = self.next == 0.0 || self.index > 1 << 53;
+        self.done = self.next == 0.0;
         Some(point)
     }
 }

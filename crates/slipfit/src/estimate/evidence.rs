@@ -1,6 +1,6 @@
 //! Evidence: F tests, also at a boundary, and the Bayesian information criterion.
 
-use statrs::distribution::{ContinuousCDF, FisherSnedecor, StudentsT};
+use statrs::distribution::{ChiSquared, ContinuousCDF, FisherSnedecor, StudentsT};
 
 /// Upper tail of the F distribution.
 pub(crate) fn f_tail(f: f64, numerator: f64, denominator: f64) -> f64 {
@@ -9,6 +9,17 @@ pub(crate) fn f_tail(f: f64, numerator: f64, denominator: f64) -> f64 {
     }
     match FisherSnedecor::new(numerator, denominator.clamp(1.0, 1e7)) {
         Ok(d) => d.sf(f),
+        Err(_) => f64::NAN,
+    }
+}
+
+/// Upper tail of chi square.
+pub(crate) fn chi_square_tail(chi_square: f64, dof: f64) -> f64 {
+    if !(chi_square > 0.0) {
+        return 1.0;
+    }
+    match ChiSquared::new(dof) {
+        Ok(d) => d.sf(chi_square),
         Err(_) => f64::NAN,
     }
 }
@@ -49,6 +60,8 @@ mod tests {
         // F(1, 10): 5 % point 4.965; t(10): 97.5 % point 2.228.
         assert!((f_tail(4.9646, 1.0, 10.0) - 0.05).abs() < 1e-4);
         assert!((student_factor(10.0) * super::super::Z_95 - 2.2281).abs() < 1e-3);
+        // Chi square with 2 degrees: 5 % point 5.991.
+        assert!((chi_square_tail(5.9915, 2.0) - 0.05).abs() < 1e-4);
         assert!((one_sided(0.0, 10.0) - 1.0).abs() < 1e-12);
         assert!((one_sided(4.9646, 10.0) - 0.025).abs() < 1e-4);
     }

@@ -49,6 +49,12 @@ pub(crate) trait LeastSquares {
     /// Sums the normal equations at `p` into `out` (cleared here; lower triangle
     /// of `jtj` suffices). `false` where the model does not exist.
     fn normal(&self, p: &[f64], out: &mut Normal) -> bool;
+
+    /// The same, free to give up (`false`) once the sum of squares exceeds `limit`: a step
+    /// that leads there is refused anyway.
+    fn normal_within(&self, p: &[f64], out: &mut Normal, _limit: f64) -> bool {
+        self.normal(p, out)
+    }
 }
 
 /// Where a fit ended.
@@ -112,7 +118,8 @@ pub(crate) fn minimise(problem: &dyn LeastSquares, start: &[f64], free: &[usize]
         for (k, &i) in free.iter().enumerate() {
             trial[i] += step[k];
         }
-        let exists = trial.iter().all(|v| v.is_finite()) && problem.normal(&trial, &mut trial_sums);
+        let exists = trial.iter().all(|v| v.is_finite())
+            && problem.normal_within(&trial, &mut trial_sums, sums.rss * (1.0 + 1e-12));
         if exists && trial_sums.rss.is_finite() && trial_sums.rss <= sums.rss * (1.0 + 1e-13) {
             let gained = sums.rss - trial_sums.rss;
             best = trial;

@@ -1,9 +1,12 @@
 //! The one way in.
 
+use super::amplitude_fit;
 use super::assemble::{self, Evidence};
-use super::fits::{self, Described};
+use super::fits::Described;
+use super::lead_in;
 use super::measure::{self, LEAST_CYCLES, Measured, Samples};
 use super::short::short;
+use super::waveform_fit;
 use super::{Answer, Options};
 use crate::signal::extremes;
 use crate::{Error, Record, SignalKind};
@@ -90,7 +93,7 @@ fn amplitudes<'a>(
         SignalKind::Envelope => measure::envelope(samples, options)?,
         _ => measure::lock_in(samples, options)?,
     };
-    let described = fits::envelope(&mut measured, options)?;
+    let described = amplitude_fit::fit_amplitudes(&mut measured, options)?;
     Ok((measured, described))
 }
 
@@ -102,18 +105,18 @@ fn oscillation<'a>(
 ) -> Result<(Measured, Described<'a>), Error> {
     let coarse_hz = measure::frequency(samples, options)?;
     let mut measured = measure::oscillation(samples, options, coarse_hz)?;
-    let mut rough = fits::envelope(&mut measured, options)?;
-    if options.start_s.is_none() && fits::trim_lead_in(&rough, &mut measured) {
-        rough = fits::envelope(&mut measured, options)?;
+    let mut rough = amplitude_fit::fit_amplitudes(&mut measured, options)?;
+    if options.start_s.is_none() && lead_in::trim_lead_in(&rough, &mut measured) {
+        rough = amplitude_fit::fit_amplitudes(&mut measured, options)?;
     }
     if options.end_s.is_none()
-        && let Some(time_s) = fits::change_of_law(&rough, &measured)
+        && let Some(time_s) = amplitude_fit::change_of_law(&rough, &measured)
     {
         measured.points.retain(|b| b.time_s < time_s);
         measured.stretch.end_reason = super::segment::OTHER_LAW;
         measured.stretch.slow_tail = false;
         measured.stretch.disturbed = false;
-        rough = fits::envelope(&mut measured, options)?;
+        rough = amplitude_fit::fit_amplitudes(&mut measured, options)?;
     }
     let cycles = cycles(&measured);
     if cycles < LEAST_CYCLES {
@@ -123,11 +126,23 @@ fn oscillation<'a>(
             reason: "too strongly damped or too short a record",
         });
     }
-    let exact = (measure::is_position(record.kind()) && options.lockin.is_none())
-        .then(|| fits::waveform(samples, &measured, &rough))
-        .flatten()
-        .filter(|w| holds(w, &measured));
-    Ok((measured, exact.unwrap_or(rough)))
+    if options.band_hz.is_some() {
+        // A band leaves no noise inside a block to measure: what the law leaves is the noise.
+        measured.noise_rms *= rough.excess.sqrt();
+        rough.excess = 1.0;
+        return Ok((measured, rough));
+    }
+    if !measure::is_position(record.kind()) || options.lockin.is_some() {
+        return Ok((measured, rough));
+    }
+    let exact = waveform_fit::fit_samples(samples, &measured, &rough).filter(|w| holds(w, &measured));
+    let found = (measured, exact.unwrap_or(rough));
+    if options.start_s.is_some() || found.0.stretch.start_reason != super::segment::LEAD_IN {
+        return Ok(found);
+    }
+    Ok(lead_in::from_the_first_sample(samples, options, &found.0)
+        .or_else(|| lead_in::past_the_lead_in(samples, options, &found))
+        .unwrap_or(found))
 }
 
 /// Squares of squares are summed: outside these scales they leave the range of numbers.

@@ -162,6 +162,9 @@ pub struct Diagnostics {
     pub left_out: usize,
     /// Other modes: frequency (Hz) and strength relative to the main one.
     pub other_modes: Vec<OtherMode>,
+    /// Strongest harmonic of the motion, up to the fifth, where it can be told
+    /// from the main line.
+    pub distortion: Option<Distortion>,
 }
 
 /// Another oscillation in the record.
@@ -170,6 +173,15 @@ pub struct OtherMode {
     /// Frequency, Hz.
     pub frequency_hz: f64,
     /// Amplitude relative to the main mode's.
+    pub relative_amplitude: f64,
+}
+
+/// A harmonic of the motion: sensors bend, springs harden, joints hit stops.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Distortion {
+    /// Multiple of the frequency.
+    pub order: usize,
+    /// Amplitude relative to the fundamental's.
     pub relative_amplitude: f64,
 }
 

@@ -4,7 +4,6 @@ use super::assemble::Evidence;
 use super::segment;
 use super::{Answer, LossModel, Warning};
 use crate::SignalKind;
-use crate::signal::extremes;
 
 /// Fewer cycles than this cannot separate the loss terms.
 const FEW_CYCLES: f64 = 5.0;
@@ -46,10 +45,14 @@ pub(crate) fn doubts(e: &Evidence, answer: &Answer, preferred: LossModel) -> Vec
     if e.measured.stretch.disturbed {
         list.push(Warning::Disturbance { time_s: answer.segment.end_s });
     }
-    let clipped = clipped(&e.samples.signal);
+    let clipped = super::clipping::clipped(&e.samples.signal);
     if !bare && clipped.0 > 0 {
         let first = e.measured.points[0].first;
         list.push(Warning::Clipped { samples: clipped.0, inside: clipped.1 > first });
+    }
+    if let Some(found) = answer.diagnostics.distortion.filter(|d| d.relative_amplitude > 0.05) {
+        let super::Distortion { order, relative_amplitude } = found;
+        list.push(Warning::Harmonics { order, relative_amplitude });
     }
     if let Some(asked) = e.options.model {
         let worse = answer.comparison.iter().find(|c| c.model == asked).map_or(0.0, |c| c.delta_bic);
@@ -83,53 +86,4 @@ pub(crate) fn doubts(e: &Evidence, answer: &Answer, preferred: LossModel) -> Vec
 
 fn free(answer: &Answer) -> usize {
     answer.comparison.iter().find(|c| c.model == answer.model).map_or(0, |c| c.free_parameters)
-}
-
-/// Samples stuck at the extremes of the record in runs of at least four, and the index after the last.
-pub(crate) fn clipped(signal: &[f64]) -> (usize, usize) {
-    let extremes: Vec<(f64, f64)> = signal.chunks(CHUNK).map(extremes).collect();
-    let (low, high) =
-        extremes.iter().fold((f64::INFINITY, f64::NEG_INFINITY), |(a, b), e| (a.min(e.0), b.max(e.1)));
-    let (mut count, mut last, mut runs, mut run) = (0, 0, 0, 0);
-    for (chunk, _) in extremes.iter().enumerate().filter(|(_, e)| e.0 == low || e.1 == high) {
-        let first = chunk * CHUNK;
-        for (i, &v) in signal.iter().enumerate().skip(first).take(CHUNK) {
-            let stuck = v == high || v == low;
-            // A run goes on across the edge of a chunk, for its value is an extreme of both.
-            if stuck && (run == 0 || signal[i - 1] == v) {
-                run += 1;
-            } else {
-                run = usize::from(stuck);
-            }
-            if run == 4 {
-                runs += 1;
-                count += 4;
-                last = i + 1;
-            } else if run > 4 {
-                count += 1;
-                last = i + 1;
-            }
-        }
-    }
-    if runs >= 3 { (count, last) } else { (0, 0) }
-}
-
-/// Samples whose extremes are found together.
-const CHUNK: usize = 1024;
-
-#[cfg(test)]
-mod tests {
-    use super::*;
-
-    #[test]
-    fn clipping_is_counted_across_the_edges_of_chunks() {
-        let mut signal: Vec<f64> = (0..5000).map(|i| (f64::from(i) * 0.37).sin() * 0.9).collect();
-        assert_eq!(clipped(&signal), (0, 0));
-        signal[1020..1030].fill(1.0);
-        signal[3000..3003].fill(1.0);
-        signal[3500..3505].fill(-1.0);
-        assert_eq!(clipped(&signal), (0, 0), "two runs are no clipping");
-        signal[4990..4996].fill(-1.0);
-        assert_eq!(clipped(&signal), (10 + 5 + 6, 4996));
-    }
 }

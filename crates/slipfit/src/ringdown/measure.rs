@@ -85,7 +85,10 @@ pub(crate) fn oscillation(
             });
         }
         let seen = seen(&all, signal, frequency_hz);
-        let mut stretch = segment::find(&seen).ok_or(NOTHING_FALLS)?;
+        let mut stretch = free_of_clipping(&all, signal, frequency_hz)
+            .filter(|_| options.start_s.is_none())
+            .or_else(|| segment::find(&seen))
+            .ok_or_else(|| if grows(&all) { NOTHING_BUT_GROWTH } else { NOTHING_FALLS })?;
         override_by(&mut stretch, &seen, options);
         let relative = seen.error[stretch.first] / seen.amplitude[stretch.first].max(f64::MIN_POSITIVE);
         let visible = (0..all.len()).filter(|&i| seen.amplitude[i] > seen.floor[i]).count();
@@ -107,11 +110,53 @@ pub(crate) fn oscillation(
     Ok(Measured { stretch, points, law, lawful, noise_rms, squared: false, all })
 }
 
+const NOTHING_BUT_GROWTH: Error = Error::NotARingDown {
+    cycles: 0.0,
+    needed: LEAST_CYCLES,
+    reason: "the amplitude grows along the record; a decay must fall",
+};
+
+/// Whether the last third of the record swings clearly wider than the first.
+fn grows(all: &[Block]) -> bool {
+    let third = (all.len() / 3).max(1);
+    let mean = |part: &[Block]| part.iter().map(|b| b.amplitude).sum::<f64>() / part.len() as f64;
+    mean(&all[all.len() - third..]) > 1.2 * mean(&all[..third])
+}
+
+/// The same free decay, begun with the record.
+pub(crate) fn from_the_first_block(samples: &Samples, found: &Measured) -> Option<Measured> {
+    let last = found.points.last()?;
+    let end = found.all.iter().position(|b| b.end >= last.end)? + 1;
+    let stretch = Stretch { first: 0, end, start_reason: segment::RECORD_START, ..found.stretch };
+    let (points, law, lawful) = along(samples, &found.all[..end], found.noise_rms).ok()?;
+    Some(Measured { all: found.all.clone(), stretch, points, law, lawful, ..*found })
+}
+
 const NOTHING_FALLS: Error = Error::NotARingDown {
     cycles: 0.0,
     needed: LEAST_CYCLES,
     reason: "the amplitude nowhere falls out of the noise",
 };
+
+/// The free decay after the clipped blocks, if there are any and enough remains.
+fn free_of_clipping(all: &[Block], signal: &[f64], frequency_hz: f64) -> Option<Stretch> {
+    let mut gone = super::clipping::flattened(all, signal, quantum(signal));
+    if gone == 0 {
+        return None;
+    }
+    // A stray crest at the very ceiling soon after belongs to it.
+    let (_, last) = super::clipping::clipped(signal);
+    let beyond = all.partition_point(|b| b.first < last);
+    if beyond <= gone + gone.div_ceil(5) {
+        gone = gone.max(beyond);
+    }
+    if all.len() < gone + 8 {
+        return None;
+    }
+    let found = segment::find(&seen(&all[gone..], signal, frequency_hz))?;
+    let start_reason = if found.first == 0 { segment::CLIPPED } else { found.start_reason };
+    Some(Stretch { first: found.first + gone, end: found.end + gone, start_reason, ..found })
+}
 
 /// What the blocks show, and below which amplitude they show nothing.
 fn seen<'a>(all: &'a [Block], signal: &[f64], frequency_hz: f64) -> Seen<'a> {

@@ -1,9 +1,12 @@
 //! Ring-down: from samples of a free decay to how much of the loss is viscous
 //! and how much is sliding.
 
+mod along;
+mod amplitude_fit;
 mod analyse;
 mod answer;
 mod assemble;
+mod clipping;
 mod compare;
 mod direct;
 mod doubts;
@@ -11,22 +14,26 @@ mod envelope;
 mod fits;
 mod fitted;
 pub(crate) mod law;
+mod lead_in;
 mod lowpass;
 mod measure;
 mod model;
 mod options;
 #[cfg(test)]
 mod sample;
+
+mod quantities;
 mod segment;
 mod sentence;
 mod short;
 mod warning;
 mod waveform;
+mod waveform_fit;
 
 pub use analyse::analyse;
 pub use answer::{
-    Answer, Backbone, Candidate, Diagnostics, EnvelopePoint, LossPoint, OtherMode, Parameter, Segment,
-    SlidingEvidence, Stop,
+    Answer, Backbone, Candidate, Diagnostics, Distortion, EnvelopePoint, LossPoint, OtherMode, Parameter,
+    Segment, SlidingEvidence, Stop,
 };
 pub use direct::{Decay, DecayFit, EnvelopeFit, EnvelopeStart, fit_envelope, fit_waveform};
 pub use fitted::FittedMotion;

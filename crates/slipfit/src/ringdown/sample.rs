@@ -117,6 +117,7 @@ pub(crate) fn answer() -> Answer {
             decay_times: 4.0,
             left_out: 0,
             other_modes: Vec::new(),
+            distortion: None,
         },
         warnings: Vec::new(),
         signal_unit: "rad".to_owned(),

@@ -24,6 +24,7 @@ pub(crate) struct Stretch {
 pub(crate) const RECORD_START: &str = "the record starts";
 pub(crate) const RECORD_END: &str = "the record ends";
 pub(crate) const LEAD_IN: &str = "before it the motion is driven or disturbed";
+pub(crate) const CLIPPED: &str = "before it samples are clipped";
 pub(crate) const FLOOR: &str = "the oscillation reaches the noise";
 pub(crate) const REST: &str = "the motion comes to rest";
 pub(crate) const JOLT: &str = "a disturbance";

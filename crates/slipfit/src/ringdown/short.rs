@@ -2,10 +2,11 @@
 //! long enough for the exact motion to be fitted to every sample.
 
 use super::envelope::{A0, DELTA, X_F, law_of};
-use super::fits::{Described, Problem, fit_waveform_window};
+use super::fits::{Described, Problem};
 use super::measure::{Measured, Samples};
 use super::segment::{LEAD_IN, RECORD_END, RECORD_START, REST, Stretch};
 use super::waveform::{COUNT, OFFSET, OMEGA, PHASE, Waveform};
+use super::waveform_fit::fit_waveform_window;
 use crate::estimate::least_squares::minimise;
 use crate::signal::blocks::Block;
 use crate::signal::phase::PhaseLaw;
@@ -32,6 +33,48 @@ pub(crate) fn short<'a>(samples: &'a Samples) -> Option<(Measured, Described<'a>
         return None;
     }
     let noise = fast_noise(&signal[release..]);
+    // The largest sample owes part of its size to the noise: begin where the motion leaves it.
+    let leaves = (release..crossing)
+        .rev()
+        .find(|&i| (signal[i] - rest).abs() >= top.abs() - 2.0 * noise)
+        .unwrap_or(release);
+    match begun_at(samples, leaves, (top, rest, quarter), noise) {
+        // Most records begin with the release: their first samples count as well.
+        Some(later) if leaves > 0 => {
+            let whole = begun_at(samples, 0, (top, rest, quarter), noise)
+                .filter(|whole| describes(whole, &later, leaves));
+            whole.or(Some(later))
+        }
+        found => found,
+    }
+}
+
+/// Whether the fit from the first sample on leaves no more of the samples
+/// before `leaves` than noise, and of the later ones no more than their own fit.
+fn describes(whole: &(Measured, Described<'_>), later: &(Measured, Described<'_>), leaves: usize) -> bool {
+    let Problem::Waveform(problem) = &whole.1.problem else { return false };
+    let Some(best) = whole.1.comparison.best() else { return false };
+    let residual = problem.residuals(&best.bounded.parameters);
+    let variance = later.0.noise_rms.powi(2);
+    let calm = |r: &[f64]| {
+        let n = r.len() as f64;
+        r.iter().map(|r| r * r).sum::<f64>() / n <= variance * (1.0 + 4.0 * (2.0 / n).sqrt())
+    };
+    residual.len() > leaves && calm(&residual[..leaves]) && calm(&residual[leaves..])
+}
+
+/// The motion from sample `release` on, fitted.
+fn begun_at<'a>(
+    samples: &'a Samples,
+    release: usize,
+    (top, rest, quarter): (f64, f64, f64),
+    noise: f64,
+) -> Option<(Measured, Described<'a>)> {
+    let (time, signal) = (&samples.time[..], &samples.signal[..]);
+    let n = signal.len();
+    if n - release < 12 {
+        return None;
+    }
     let origin = time[release];
     let duration = time[n - 1] - origin;
     let start = best_start(&time[release..], &signal[release..], top, rest, quarter)?;

@@ -81,6 +81,13 @@ pub enum Warning {
         /// Its instant, s.
         time_s: f64,
     },
+    /// The oscillation is far from a sinusoid.
+    Harmonics {
+        /// Multiple of the frequency.
+        order: usize,
+        /// Amplitude relative to the fundamental's.
+        relative_amplitude: f64,
+    },
     /// An amplitude record without its frequency: no friction displacement.
     FrequencyUnknown,
     /// An interval was refused: the estimate is not determined.
@@ -105,6 +112,7 @@ impl Warning {
             Warning::ModelNotPreferred { .. } => "model_not_preferred",
             Warning::CoarseSampling { .. } => "coarse_sampling",
             Warning::Disturbance { .. } => "disturbance",
+            Warning::Harmonics { .. } => "harmonics",
             Warning::FrequencyUnknown => "frequency_unknown",
             Warning::Undetermined { .. } => "undetermined",
         }
@@ -171,6 +179,12 @@ impl fmt::Display for Warning {
                     "a disturbance at {time_s:.4} s ends the usable decay; --start and --end choose by hand"
                 )
             }
+            Warning::Harmonics { order, relative_amplitude } => write!(
+                f,
+                "no sinusoid: harmonic {order} is {:.0} % of the motion; what is fitted is its fundamental \
+                 (a bent sensor, a stop that is hit, a spring that hardens?)",
+                relative_amplitude * 100.0
+            ),
             Warning::FrequencyUnknown => f.write_str(
                 "the record holds amplitudes only: sliding friction is given as a rate of loss; \
                  --frequency-hz turns it into a friction displacement",

@@ -236,6 +236,24 @@ pub(crate) fn other_lines(look: &Look, main_hz: f64, relative_width: f64, least:
     lines
 }
 
+/// The strongest harmonic up to the fifth: its order and amplitude.
+pub(crate) fn strongest_harmonic(look: &Look, main_hz: f64) -> Option<(usize, f64)> {
+    let Look { spectrum, bin, duration, .. } = look;
+    // Closer than this the main line's own width reaches the second harmonic.
+    if main_hz * duration < 8.0 {
+        return None;
+    }
+    (2..=5)
+        .filter_map(|order| {
+            let middle = order as f64 * main_hz / bin;
+            let reach = (0.02 * middle).max(2.0);
+            let (from, to) = ((middle - reach) as usize, (middle + reach).ceil() as usize);
+            let highest = spectrum.get(from..=to)?.iter().fold(0.0f64, |m, &a| m.max(a));
+            Some((order, highest))
+        })
+        .max_by(|a, b| a.1.total_cmp(&b.1))
+}
+
 /// The signal's part between two frequencies, edges rounded over a tenth of
 /// the band, read back at the stamps given.
 pub(crate) fn band_pass(time: &[f64], signal: &[f64], band_hz: [f64; 2]) -> Vec<f64> {

@@ -14,7 +14,7 @@
 //! slip of a millionth of a period.
 
 use super::certify::first_zero;
-use super::local::Local;
+use super::local::{Local, first_turn_of};
 use crate::double_double::{self as dd, Dd};
 use crate::oscillator::Oscillator;
 
@@ -155,11 +155,68 @@ impl Arc {
         third * (k.omega_0 / k.omega_d) * 1.000_001
     }
 
+    /// The first turn of a slip from rest under one harmonic, and the displacement up to it,
+    /// begun from a guess; `None` where the turn found may not be the first.
+    ///
+    /// Velocity obeys `L v = v'' + 2 delta v' + omega_0² v = omega_0² U'`, and on less than
+    /// `pi/omega_d` the operator `L` is disconjugate: between two zeros that near to each other
+    /// a positive `v` needs `L v < 0` somewhere, a negative one `L v > 0`. `v` leaves zero along
+    /// `s` and passes down through the root found. Were there zeros in between, an even number,
+    /// the signs of `s L v` would have to run `-, +, -` on the way: two changes of the sign of
+    /// `U'`, which a harmonic has at known times. A longer slip is cut at some `a` with
+    /// `s v(a) > 0`: before it only `-, +`, after it only `+, -` could hide zeros.
+    pub(crate) fn turn_near(&self, k: &Constants, drive: &Local, guess: f64) -> Option<(f64, f64)> {
+        use std::f64::consts::{PI, TAU};
+        let (omega, phase) = drive.only_tone()?;
+        let s = self.direction;
+        let window = 0.999 * PI / k.omega_d;
+        let leaves = s * self.pull > 0.0 || (self.pull == 0.0 && s * drive.slope_at_start() > 0.0);
+        if !(leaves && guess > 0.0 && guess < 2.0 * window) {
+            return None;
+        }
+        let steep = 1e-6 * (self.pull.abs() + k.square * drive.strength());
+        let (mut u, mut moved, mut found) = (guess, 0.0, false);
+        for _ in 0..6 {
+            let p = self.at(k, drive, u);
+            // Halley's method; the last step is too short for what it leaves out.
+            let step = p.velocity / (p.acceleration - 0.5 * p.velocity * p.jerk / p.acceleration);
+            if !(s * p.acceleration < -steep && step.abs() < 0.1 * guess) {
+                return None;
+            }
+            u -= step;
+            moved = p.moved - step * (p.velocity - 0.5 * step * (p.acceleration - step * p.jerk / 3.0));
+            if step.abs() < 1e-6 * u {
+                found = true;
+                break;
+            }
+        }
+        if !found || u >= 2.0 * window {
+            return None;
+        }
+        // s U' goes as sin(omega u + theta).
+        let theta = first_turn_of(phase + if s > 0.0 { PI } else { 0.0 });
+        if u < window {
+            let changes = ((theta + omega * u) / PI).floor() - (theta / PI).floor();
+            return (changes <= 1.0).then_some((u, moved));
+        }
+        let rising = (TAU - theta) / omega;
+        let falls = ((theta + omega * u - PI) / TAU).floor();
+        let falling = if falls >= 0.0 { (PI + TAU * falls - theta) / omega } else { 0.0 };
+        let (low, high) = ((u - window).max(falling), window.min(rising));
+        let above = |at: f64| s * self.at(k, drive, at).velocity > steep * 1e-6 * u;
+        if low < high {
+            return above(0.5 * (low + high)).then_some((u, moved));
+        }
+        // A stretch is left that the signs cannot clear: it is searched.
+        let clear = above(high)
+            && above(low)
+            && self.search(k, drive, high, 0.25 * k.reach, low, self.bound(k, drive, low)).is_none();
+        clear.then_some((u, moved))
+    }
+
     /// First time up to `reach` at which velocity comes to zero; `None` if it keeps its sign.
     pub(crate) fn first_turn(&self, k: &Constants, drive: &Local, reach: f64) -> Option<f64> {
         let m3 = self.bound(k, drive, reach);
-        // Rounding of velocity: what has acted so far, not what will.
-        let force = self.pull.abs() + k.square * drive.strength();
         let s = self.direction;
         let (mut u, mut trust) = (0.0, reach);
         if self.velocity == 0.0 {
@@ -173,7 +230,22 @@ impl Arc {
             }
             trust = trust.min(2.0 * u);
         }
-        first_zero(u, trust, reach, m3, |u| {
+        self.search(k, drive, u, trust, reach, m3)
+    }
+
+    fn search(
+        &self,
+        k: &Constants,
+        drive: &Local,
+        start: f64,
+        trust: f64,
+        reach: f64,
+        m3: f64,
+    ) -> Option<f64> {
+        let s = self.direction;
+        // Rounding of velocity: what has acted so far, not what will.
+        let force = self.pull.abs() + k.square * drive.strength();
+        first_zero(start, trust, reach, m3, |u| {
             let p = self.at(k, drive, u);
             let noise = 1e-16 * (self.velocity.abs() + u * force);
             [s * p.velocity, s * p.acceleration, s * p.jerk, noise]

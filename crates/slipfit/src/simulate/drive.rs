@@ -224,7 +224,6 @@ impl Drive {
     pub(super) fn localise(&self, k: &Constants, t: Dd, out: &mut Local) {
         let stage = self.stage_at(t.hi);
         let next = self.stages.get(stage + 1).map(|s| s.0);
-        out.tones.clear();
         out.slope = 0.0;
         out.chirp = None;
         out.end = f64::INFINITY;
@@ -262,13 +261,18 @@ fn frequency(name: &'static str, value: f64) -> Result<(), Error> {
     }
 }
 
-/// `e^(i (omega t + phase))`, the phase reduced at doubled precision.
+/// `e^(i (omega t + phase))`.
 fn turn(omega: f64, t: Dd, phase: f64) -> C64 {
+    let (sin, cos) = angle(omega, t, phase).sin_cos();
+    C64::new(cos, sin)
+}
+
+/// `omega t + phase` within half a turn, reduced at doubled precision.
+fn angle(omega: f64, t: Dd, phase: f64) -> f64 {
     let p = t.scale(omega).add(Dd::from_f64(phase));
     let two_pi = dd::PI.scale(2.0);
     let turns = (p.hi / two_pi.hi).round();
-    let (sin, cos) = p.sub(two_pi.scale(turns)).value().sin_cos();
-    C64::new(cos, sin)
+    p.sub(two_pi.scale(turns)).value()
 }
 
 /// Phase of a chirp, rad, and its frequency, `t` after its start.
@@ -322,11 +326,17 @@ impl Source {
             Self::Harmonics { offset, harmonics } => {
                 out.value = *offset;
                 let mut most = 0.0;
-                for h in harmonics {
-                    let c = turn(h.omega, t, h.phase) * h.amplitude;
-                    out.value += c.re;
+                out.tones.resize_with(harmonics.len(), || Tone::new(k, f64::NAN, 0.0, 0.0));
+                for (h, tone) in harmonics.iter().zip(&mut out.tones) {
+                    let angle = angle(h.omega, t, h.phase);
+                    // Small divisors are those of the frequency, not of the time.
+                    *tone = if tone.omega == h.omega {
+                        tone.at(h.amplitude, angle)
+                    } else {
+                        Tone::new(k, h.omega, h.amplitude, angle)
+                    };
+                    out.value += tone.c.re;
                     most += h.amplitude.abs();
-                    out.tones.push(Tone::new(k, h.omega, c));
                 }
                 out.range = (offset - most, offset + most);
             }
@@ -340,8 +350,9 @@ impl Source {
                     out.end = Dd::from_f64(next).sub(t).value();
                     out.end_time = Some(next);
                 }
+                out.tones.clear();
                 if rate == 0.0 {
-                    out.tones.push(Tone::new(k, w, c));
+                    out.tones.push(Tone::new(k, w, *amplitude, unit.arg()));
                 } else {
                     out.chirp = Some(Chirp { omega: w, rate, c });
                     let span = (2.0 * CHIRP_SPAN / rate.abs()).sqrt();
@@ -352,6 +363,7 @@ impl Source {
                 }
             }
             Self::Sampled { time_s, value } => {
+                out.tones.clear();
                 let i = time_s.partition_point(|s| *s <= t.hi);
                 out.value = value[i.saturating_sub(1)];
                 if i < time_s.len() {

@@ -36,6 +36,16 @@ impl Friction {
         Ok(Self { kinetic, holding })
     }
 
+    /// Kinetic friction displacements `F/k` against motion to positive and to negative `x`.
+    pub fn kinetic(&self) -> [f64; 2] {
+        self.kinetic
+    }
+
+    /// Static friction displacements `F_s/k` against a pull to positive and to negative `x`.
+    pub fn holding(&self) -> [f64; 2] {
+        self.holding
+    }
+
     #[inline]
     pub(super) fn side(direction: f64) -> usize {
         usize::from(direction < 0.0)

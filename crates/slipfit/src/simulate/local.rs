@@ -25,16 +25,44 @@ pub(crate) struct Local {
 pub(super) struct Tone {
     pub(super) omega: f64,
     pub(super) c: C64,
+    /// `c` as `size e^(i angle)`, the angle of any turn.
+    size: f64,
+    angle: f64,
     z: [C64; 2],
     inverse: [C64; 2],
 }
 
 impl Tone {
-    pub(super) fn new(k: &Constants, omega: f64, c: C64) -> Self {
+    pub(super) fn new(k: &Constants, omega: f64, size: f64, angle: f64) -> Self {
         // omega - omega_d at full precision: near resonance it is the small divisor.
         let z = [C64::new(k.delta, omega - k.omega_d), C64::new(k.delta, -omega - k.omega_d)];
-        Self { omega, c, z, inverse: z.map(|z| if z.norm_sqr() > 0.0 { z.inv() } else { C64::default() }) }
+        let inverse = z.map(|z| if z.norm_sqr() > 0.0 { z.inv() } else { C64::default() });
+        Self { omega, c: C64::default(), size, angle, z, inverse }.at(size, angle)
     }
+
+    /// The same harmonic of the same oscillator at another phase.
+    pub(super) fn at(self, size: f64, angle: f64) -> Self {
+        let (sin, cos) = angle.sin_cos();
+        // A negative size is half a turn.
+        let (size, c) = (size.abs(), C64::new(size * cos, size * sin));
+        let angle = if c.re * cos + c.im * sin < 0.0 { angle + std::f64::consts::PI } else { angle };
+        Self { c, size, angle, ..self }
+    }
+}
+
+/// An angle of at most two turns either way, brought into the first.
+#[inline]
+pub(super) fn first_turn_of(angle: f64) -> f64 {
+    use std::f64::consts::TAU;
+    let mut angle = angle;
+    // Cheaper than a division with remainder, which would be exact for any angle.
+    while angle < 0.0 {
+        angle += TAU;
+    }
+    while angle >= TAU {
+        angle -= TAU;
+    }
+    angle
 }
 
 /// `Re c e^(i (omega u + rate u²/2))` over a span in which `rate u²` stays small.
@@ -57,7 +85,7 @@ impl Local {
 
     /// Sum of the amplitudes.
     pub(super) fn strength(&self) -> f64 {
-        self.tones.iter().map(|t| t.c.norm()).sum::<f64>() + self.chirp.map_or(0.0, |c| c.c.norm())
+        self.tones.iter().map(|t| t.size).sum::<f64>() + self.chirp.map_or(0.0, |c| c.c.norm())
     }
 
     /// `U(u) - U(0)`, its first and its second derivative.
@@ -86,12 +114,53 @@ impl Local {
         self.slope + tones + self.chirp.map_or(0.0, |c| -c.omega * c.c.im)
     }
 
+    /// Frequency and phase where the drive is one harmonic and nothing else.
+    pub(super) fn only_tone(&self) -> Option<(f64, f64)> {
+        match self.tones[..] {
+            [tone] if self.slope == 0.0 && self.chirp.is_none() && tone.size > 0.0 => {
+                Some((tone.omega, tone.angle))
+            }
+            _ => None,
+        }
+    }
+
+    /// When `e + U(u) - U(0)` first leaves `[-down, up]`, and on which side, where `U` is one
+    /// harmonic: `U(u) = Re c e^(i omega u)` gets there at an angle of `±acos`.
+    ///
+    /// `None` where `U` is anything else, where a crest comes within rounding of a limit, or
+    /// where the pull starts out at a limit: those are left to the search.
+    pub(super) fn first_exit(&self, e: f64, [up, down]: [f64; 2]) -> Option<(f64, f64)> {
+        let [tone] = self.tones[..] else { return None };
+        if self.slope != 0.0 || self.chirp.is_some() {
+            return None;
+        }
+        let a = tone.size;
+        let noise = 1e-9 * (a + e.abs() + up + down);
+        // Limits on U itself.
+        let (high, low) = (up - e + tone.c.re, -down - e + tone.c.re);
+        if up - e < noise || down + e < noise || (high - a).abs() < noise || (low + a).abs() < noise {
+            return None;
+        }
+        // Rising it meets `high` first unless its crest stays below, and falling `low`.
+        let rising = if tone.c.im == 0.0 { tone.c.re < 0.0 } else { tone.c.im < 0.0 };
+        let (limit, side) = match (rising, high < a, low > -a) {
+            (true, true, _) | (false, true, false) => (high, 1.0),
+            (_, _, true) => (low, -1.0),
+            (_, false, false) => return None,
+        };
+        // The angle at which the cosine rises to a limit is -acos, at which it falls acos.
+        let u = first_turn_of(-side * (limit / a).acos() - tone.angle) / tone.omega;
+        // One step of Newton's method against the rounding of the angles.
+        let [rise, slope, _] = self.rise(u);
+        Some((u - (tone.c.re + rise - limit) / slope, side))
+    }
+
     /// Bounds up to `reach` on `|U - U(0)|` and three derivatives of `U`.
     pub(super) fn bounds(&self, reach: f64) -> [f64; 4] {
         let mut swing = self.slope.abs() * reach;
         let (mut d1, mut d2, mut d3) = (self.slope.abs(), 0.0, 0.0);
         for t in &self.tones {
-            let a = t.c.norm();
+            let a = t.size;
             swing += (2.0 * a).min(a * t.omega * reach);
             d1 += a * t.omega;
             d2 += a * t.omega * t.omega;

@@ -44,6 +44,9 @@ pub struct Motion {
     /// Segments in a row without time passing, and how often that was passed over.
     stalls: u32,
     leaps: u32,
+    /// Since the current slip began from rest, s; what the last one each way took.
+    sliding_for: f64,
+    slips: [f64; 2],
 }
 
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -52,6 +55,8 @@ struct Segment {
     length: f64,
     /// Length as a doubled number where known so.
     exact: Option<Dd>,
+    /// Displacement over it where known already.
+    moved: Option<f64>,
     end: End,
 }
 
@@ -111,6 +116,8 @@ impl Motion {
             segment: None,
             stalls: 0,
             leaps: 0,
+            sliding_for: 0.0,
+            slips: [0.0; 2],
         };
         motion.localise();
         if velocity == 0.0 {
@@ -269,7 +276,7 @@ impl Motion {
         let x_f = self.friction.kinetic[Friction::side(s)];
         let pull = self.pull.take().unwrap_or(self.k.square * (self.local.value - self.position - s * x_f));
         let arc = Arc { start: self.position, velocity: self.velocity, direction: s, pull };
-        let segment = |length, exact, end| Segment { arc: Some(arc), length, exact, end };
+        let segment = |length, exact, end| Segment { arc: Some(arc), length, exact, moved: None, end };
         let drive_end = if self.local.stage_ends { End::Drive } else { End::Continue };
         if self.local.is_constant() {
             let (length, exact) = if self.velocity == 0.0 {
@@ -282,6 +289,13 @@ impl Motion {
                 return segment(self.local.end, None, drive_end);
             }
             return segment(length, exact, End::Turn);
+        }
+        let last_time = self.slips[Friction::side(s)];
+        if self.velocity == 0.0
+            && let Some((length, moved)) = arc.turn_near(&self.k, &self.local, last_time)
+            && length < self.local.end
+        {
+            return Segment { arc: Some(arc), length, exact: None, moved: Some(moved), end: End::Turn };
         }
         let reach = self.local.end.min(self.k.reach);
         match arc.first_turn(&self.k, &self.local, reach) {
@@ -298,9 +312,19 @@ impl Motion {
         let [up, down] = self.friction.holding;
         let e = self.local.value - self.position;
         let drive_end = if self.local.stage_ends { End::Drive } else { End::Continue };
-        let stay = |length, end| Segment { arc: None, length, exact: None, end };
+        let stay = |length, end| Segment { arc: None, length, exact: None, moved: None, end };
         if self.local.is_constant() || self.held_for_ever() {
             return stay(self.local.end, drive_end);
+        }
+        if self.stalls <= 3
+            && let Some((u, s)) = self.local.first_exit(e, [up, down])
+        {
+            // One harmonic: the time is closed, and comes again each period.
+            return if u < self.local.end {
+                stay(u, End::Release(s))
+            } else {
+                stay(self.local.end, drive_end)
+            };
         }
         // Look a few periods ahead at a time, not to infinity.
         let [swing, d1, d2, d3] = self.local.bounds(self.k.reach);
@@ -339,9 +363,17 @@ impl Motion {
 
     fn commit(&mut self, segment: Segment) -> Option<Event> {
         if let Some(arc) = segment.arc {
-            let end = arc.at(&self.k, &self.local, segment.length);
-            self.position = arc.start + end.moved;
-            self.velocity = end.velocity;
+            let begun = if arc.velocity == 0.0 { 0.0 } else { self.sliding_for };
+            self.sliding_for = begun + segment.length;
+            if segment.end == End::Turn {
+                self.slips[Friction::side(arc.direction)] = self.sliding_for;
+            }
+            if let Some(moved) = segment.moved {
+                (self.position, self.velocity) = (arc.start + moved, 0.0);
+            } else {
+                let end = arc.at(&self.k, &self.local, segment.length);
+                (self.position, self.velocity) = (arc.start + end.moved, end.velocity);
+            }
         }
         if segment.length <= 1e-12 * self.k.reach {
             self.stalls += 1;

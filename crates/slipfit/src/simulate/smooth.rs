@@ -10,7 +10,7 @@
 //! to them.
 
 use super::drive::Drive;
-use super::event::{Event, State};
+use super::event::{Event, Friction, State};
 use super::local::Local;
 use super::motion::Motion;
 use crate::error::Error;
@@ -25,9 +25,11 @@ use differential_equations::status::Status;
 /// The law is given for `v >= 0` as a displacement (force over stiffness), opposing the
 /// motion, and taken as odd; `f(0)` should be zero, sliding friction being the oscillator's.
 ///
-/// Accuracy is the tolerance per step, 1e-13 of the motion unless set; turns are looked
-/// for at eight places within each step, so two turns closer than a ninth of a step of
-/// the integrator may be missed, unlike in [`Motion`].
+/// Accuracy is the tolerance per step, 1e-13 of the motion unless set. Turns are looked for at
+/// eight places within each step, and wherever between two of them acceleration says that
+/// speed passes a least value: two turns however close are found. Only a law that makes
+/// acceleration itself turn round twice within a ninth of a step could hide a pair, unlike
+/// in [`Motion`], where a bound excludes it.
 ///
 /// ```
 /// # use slipfit::{Oscillator, simulate::{Drive, smooth::{SmoothMotion, drag}}};
@@ -41,6 +43,7 @@ use differential_equations::status::Status;
 pub struct SmoothMotion<F> {
     core: Motion,
     oscillator: Oscillator,
+    friction: Friction,
     law: F,
     tolerance: f64,
     /// Step the integrator would take next, s; zero to let it choose.
@@ -79,22 +82,22 @@ pub fn stribeck(drop: f64, stribeck_velocity: f64) -> Result<impl Fn(f64) -> f64
     Ok(move |v: f64| drop * (-(v / stribeck_velocity).powi(2)).exp_m1())
 }
 
-/// Right-hand side while sliding in one direction.
+/// Right-hand side while sliding in one direction; the state is the displacement since the
+/// slip began, so that a pull that just overcomes friction is not lost in the position.
 struct Sliding<'a, F> {
     omega_squared: f64,
     two_delta: f64,
-    direction: f64,
-    friction: f64,
+    /// Acceleration at the start, less what depends on velocity.
+    pull: f64,
     drive: &'a Local,
     law: &'a F,
 }
 
 impl<F: Fn(f64) -> f64> Sliding<'_, F> {
-    fn acceleration(&self, t: f64, x: f64, v: f64) -> f64 {
-        let u = self.drive.value + self.drive.rise(t)[0];
+    fn acceleration(&self, t: f64, moved: f64, v: f64) -> f64 {
         let size = (self.law)(v.abs());
         let law = if v < 0.0 { -size } else { size };
-        self.omega_squared * (u - x - self.direction * self.friction - law) - self.two_delta * v
+        self.pull + self.omega_squared * (self.drive.rise(t)[0] - moved - law) - self.two_delta * v
     }
 }
 
@@ -123,8 +126,24 @@ impl<F: Fn(f64) -> f64> SmoothMotion<F> {
         position: f64,
         velocity: f64,
     ) -> Result<Self, Error> {
-        let core = Motion::new(oscillator, drive, time_s, position, velocity)?;
-        Ok(Self { core, oscillator: *oscillator, law, tolerance: 1e-13, step: 0.0 })
+        Self::with_friction(oscillator, Friction::of(oscillator), law, drive, time_s, position, velocity)
+    }
+
+    /// The same with sliding friction that differs between the directions; the law stays odd.
+    ///
+    /// # Errors
+    /// As [`SmoothMotion::new`].
+    pub fn with_friction(
+        oscillator: &Oscillator,
+        friction: Friction,
+        law: F,
+        drive: Drive,
+        time_s: f64,
+        position: f64,
+        velocity: f64,
+    ) -> Result<Self, Error> {
+        let core = Motion::with_friction(oscillator, friction, drive, time_s, position, velocity)?;
+        Ok(Self { core, oscillator: *oscillator, friction, law, tolerance: 1e-13, step: 0.0 })
     }
 
     /// Relative tolerance per step, 1e-15 to 1e-3.
@@ -212,12 +231,11 @@ impl<F: Fn(f64) -> f64> SmoothMotion<F> {
         let ode = Sliding {
             omega_squared: omega_0 * omega_0,
             two_delta: 2.0 * o.decay_rate_per_s(),
-            direction: s,
-            friction: o.friction_displacement(),
+            pull: self.core.pull_here(),
             drive: self.core.local(),
             law: &self.law,
         };
-        let pull = s * ode.acceleration(0.0, state.position, state.velocity);
+        let pull = s * ode.acceleration(0.0, 0.0, state.velocity);
         if state.velocity == 0.0 && pull <= 0.0 && s * self.core.drive_slope() <= 0.0 {
             // Held on the border of the zone: no slip at all.
             return Ok(Reached::Turn { at: 0.0, position: state.position });
@@ -232,8 +250,9 @@ impl<F: Fn(f64) -> f64> SmoothMotion<F> {
             }
         }
         let size = state.position.abs() + state.velocity.abs() / omega_0;
-        let smallest = 1e-3 * self.tolerance * (size + o.static_displacement());
-        let y0 = [state.position, state.velocity];
+        let [up, down] = self.friction.holding();
+        let smallest = 1e-3 * self.tolerance * (size + up.max(down));
+        let y0 = [0.0, state.velocity];
         let make = |h: f64| {
             ExplicitRungeKutta::dop853()
                 .rtol(self.tolerance)
@@ -252,7 +271,7 @@ impl<F: Fn(f64) -> f64> SmoothMotion<F> {
             if left <= 4e-16 * reach {
                 self.step = solver.h().max(h);
                 let y = *solver.y();
-                return Ok(Reached::End { position: y[0], velocity: y[1] });
+                return Ok(Reached::End { position: state.position + y[0], velocity: y[1] });
             }
             let wanted = solver.h();
             if wanted > left {
@@ -275,9 +294,13 @@ impl<F: Fn(f64) -> f64> SmoothMotion<F> {
             }
             let (a, b) = (solver.t_prev(), solver.t());
             let speed_at_end = s * solver.y()[1];
-            let mut speed = |t: f64| solver.interpolate(t).map_or(f64::NAN, |y| s * y[1]);
-            let Some((low, high)) = bracket(&mut speed, a, b, speed_at_end) else { continue };
-            let mut at = bisect(&mut speed, low, high);
+            let mut speed_and_rise = |t: f64| {
+                solver
+                    .interpolate(t)
+                    .map_or([f64::NAN; 2], |y| [s * y[1], s * ode.acceleration(t, y[0], y[1])])
+            };
+            let Some((low, high)) = bracket(&mut speed_and_rise, a, b, speed_at_end) else { continue };
+            let mut at = bisect(&mut |t| speed_and_rise(t)[0], low, high);
             // Integrate up to it, and correct by Newton's method on the integration itself.
             let from = *solver.y_prev();
             let mut y = from;
@@ -306,7 +329,7 @@ impl<F: Fn(f64) -> f64> SmoothMotion<F> {
                 }
                 at = (at - shift).clamp(a, reach);
             }
-            return Ok(Reached::Turn { at, position: y[0] });
+            return Ok(Reached::Turn { at, position: state.position + y[0] });
         }
     }
 }
@@ -318,45 +341,44 @@ fn gave_up() -> Error {
     }
 }
 
-/// Two times between which speed passes from above zero to zero or below.
-fn bracket(speed: &mut impl FnMut(f64) -> f64, a: f64, b: f64, at_end: f64) -> Option<(f64, f64)> {
+/// Two times between which speed first passes from above zero to zero or below.
+fn bracket(
+    speed_and_rise: &mut impl FnMut(f64) -> [f64; 2],
+    a: f64,
+    b: f64,
+    at_end: f64,
+) -> Option<(f64, f64)> {
     const PLACES: u32 = 8;
     let t = |i: u32| a + (b - a) * f64::from(i) / f64::from(PLACES + 1);
-    let mut values = [0.0; PLACES as usize + 2];
-    values[PLACES as usize + 1] = at_end;
-    for i in 1..=PLACES {
-        values[i as usize] = speed(t(i));
-    }
-    // At the very start speed may be zero, leaving.
-    if let Some(i) = (1..=PLACES + 1).find(|&i| values[i as usize] <= 0.0) {
-        return Some((t(i - 1), t(i)));
-    }
-    // A dip between two places: its lowest point, by golden section.
-    let lowest = (1..=PLACES as usize)
-        .filter(|&i| values[i] < values[i - 1] && values[i] < values[i + 1])
-        .min_by(|&i, &j| values[i].total_cmp(&values[j]))?;
-    let (start, mut low, mut high) = (t(lowest as u32 - 1), t(lowest as u32 - 1), t(lowest as u32 + 1));
-    for _ in 0..60 {
-        let (c, d) = (high - 0.618_034 * (high - low), low + 0.618_034 * (high - low));
-        let (at_c, at_d) = (speed(c), speed(d));
-        if at_c <= 0.0 {
-            return Some((start, c));
+    let mut rising = speed_and_rise(a)[1] >= 0.0;
+    for i in 1..=PLACES + 1 {
+        let [inside, rise] = speed_and_rise(t(i));
+        let value = if i > PLACES { at_end } else { inside };
+        // At the very start speed may be zero, leaving.
+        if value <= 0.0 {
+            return Some((t(i - 1), t(i)));
         }
-        if at_d <= 0.0 {
-            return Some((start, d));
+        let rises = rise >= 0.0;
+        if !rising && rises {
+            // Speed passes a least value here, and may have touched zero.
+            let lowest = bisect(&mut |t| -speed_and_rise(t)[1], t(i - 1), t(i));
+            if speed_and_rise(lowest)[0] <= 0.0 {
+                return Some((t(i - 1), lowest));
+            }
         }
-        if at_c < at_d { high = d } else { low = c }
+        rising = rises;
     }
     None
 }
 
-fn bisect(speed: &mut impl FnMut(f64) -> f64, mut low: f64, mut high: f64) -> f64 {
+/// Where `f` passes from above zero to zero or below.
+fn bisect(f: &mut impl FnMut(f64) -> f64, mut low: f64, mut high: f64) -> f64 {
     for _ in 0..80 {
         let middle = 0.5 * (low + high);
         if middle <= low || middle >= high {
             break;
         }
-        if speed(middle) > 0.0 { low = middle } else { high = middle }
+        if f(middle) > 0.0 { low = middle } else { high = middle }
     }
     0.5 * (low + high)
 }

@@ -25,7 +25,9 @@
 //! ```
 
 pub mod atlas;
+mod dual;
 pub mod exact;
+pub mod fundamental;
 pub mod leading;
 pub mod lorentzian;
 mod lorentzian_fit;
@@ -34,10 +36,11 @@ pub mod scan;
 pub mod series;
 mod solve;
 mod state;
+mod stops;
 pub mod validity;
 
 pub use orbit::PeriodicOrbit;
-pub use solve::{Solution, Way, Ways, solve, ways};
+pub use solve::{Solution, Way, Ways, solve, solve_with_friction, ways};
 pub use state::{CycleLoss, HarmonicDrive, Method, SteadyState};
 pub use validity::{Validity, validity};
 

@@ -12,11 +12,20 @@ use std::f64::consts::PI;
 pub struct PeriodicOrbit {
     drive: HarmonicDrive,
     oscillator: Oscillator,
+    friction: Friction,
     start: (f64, f64),
     /// Each segment at its start.
     segments: Vec<Motion>,
     events: Vec<Event>,
     multipliers: [Phasor; 2],
+    residual: f64,
+    cycles: u32,
+}
+
+/// Where the search ended.
+struct Found {
+    start: (f64, f64),
+    matrix: [[f64; 2]; 2],
     residual: f64,
     cycles: u32,
 }
@@ -87,7 +96,8 @@ impl PeriodicOrbit {
             let scale = size(z).max(drive.amplitude() * 1e-3).max(size((t.state.position, t.state.velocity)));
             let residual = size(gap) / scale;
             if residual < 4e-15 || (residual < 1e-12 && residual >= 0.5 * best) {
-                return Self::collect(oscillator, drive, begin(z)?, z, &t.matrix, residual, cycles);
+                let found = Found { start: z, matrix: t.matrix, residual, cycles };
+                return Ok(Self::collect(oscillator, friction, drive, begin(z)?, &found));
             }
             let [[a, b], [c, d]] = t.matrix;
             let det = (a - 1.0) * (d - 1.0) - b * c;
@@ -112,13 +122,11 @@ impl PeriodicOrbit {
 
     fn collect(
         oscillator: &Oscillator,
+        friction: Friction,
         drive: &HarmonicDrive,
         mut motion: Motion,
-        start: (f64, f64),
-        matrix: &[[f64; 2]; 2],
-        residual: f64,
-        cycles: u32,
-    ) -> Result<Self, Error> {
+        found: &Found,
+    ) -> Self {
         let period = 2.0 * PI / drive.omega();
         let (mut segments, mut events) = (Vec::new(), Vec::new());
         loop {
@@ -129,19 +137,20 @@ impl PeriodicOrbit {
             }
             events.extend(motion.advance());
         }
-        let [[a, b], [c, d]] = *matrix;
+        let [[a, b], [c, d]] = found.matrix;
         let (half, det) = (0.5 * (a + d), a * d - b * c);
         let root = Phasor::new(half * half - det, 0.0).sqrt();
-        Ok(Self {
+        Self {
             drive: *drive,
             oscillator: *oscillator,
-            start,
+            friction,
+            start: found.start,
             segments,
             events,
             multipliers: [root + half, -root + half],
-            residual,
-            cycles,
-        })
+            residual: found.residual,
+            cycles: found.cycles,
+        }
     }
 
     /// Position and velocity at the drive's crest.
@@ -224,6 +233,68 @@ impl PeriodicOrbit {
         let re = self.integral(|t, x, _| x * (w * t).cos());
         let im = self.integral(|t, x, _| -x * (w * t).sin());
         Phasor::new(re, im) * factor
+    }
+
+    /// Friction force over the stiffness, time from the drive's crest: what sliding or
+    /// sticking exerts on the mass, positive along positive `x`.
+    ///
+    /// While sliding it is `-F sgn(x')`; while sticking whatever keeps the mass in place,
+    /// `k (x - u)`, at most `F_s`. It jumps at turns, stops and (`F_s > F`) releases.
+    pub fn friction(&self, time_s: f64) -> f64 {
+        let t = time_s.rem_euclid(2.0 * PI / self.drive.omega());
+        let i = self.segments.partition_point(|m| m.state().time_s <= t).saturating_sub(1);
+        self.friction_in(&self.segments[i], t)
+    }
+
+    fn friction_in(&self, segment: &Motion, time_s: f64) -> f64 {
+        let [up, down] = self.friction.kinetic();
+        match segment.direction() {
+            d if d > 0.0 => -up,
+            d if d < 0.0 => down,
+            _ => segment.state().position - self.drive.amplitude() * (self.drive.omega() * time_s).cos(),
+        }
+    }
+
+    /// Phasor of harmonic `n` of the friction force over the stiffness, time from the drive's
+    /// crest; `n = 0` gives the mean.
+    ///
+    /// The Fourier series of friction that sticks: Vitorino, Vieira and Rodrigues suggest, after
+    /// their eq. (8), that static friction "can also be treated using an appropriate Fourier
+    /// series", and leave it there. Without stops it is the square wave of eq. (1). With
+    /// `D(n omega)` the dynamic stiffness, each harmonic of the motion answers its own:
+    /// `X_n = (U_n + f_n) k/D(n omega)`.
+    pub fn friction_harmonic(&self, n: u32) -> Phasor {
+        let omega = self.drive.omega();
+        let period = 2.0 * PI / omega;
+        let [up, down] = self.friction.kinetic();
+        let mut sum = Phasor::default();
+        for (i, m) in self.segments.iter().enumerate() {
+            let from = m.state().time_s;
+            let to = self.segments.get(i + 1).map_or(period, |next| next.state().time_s);
+            // ∫ e^(-i k omega t) dt over the segment.
+            let wave = |k: i64| {
+                let w = k as f64 * omega;
+                let half = 0.5 * (to - from);
+                let sinc = if w == 0.0 { 1.0 } else { (w * half).sin() / (w * half) };
+                Phasor::from_polar(2.0 * half * sinc, -w * (from + half))
+            };
+            let n = i64::from(n);
+            sum += match m.direction() {
+                d if d > 0.0 => wave(n) * -up,
+                d if d < 0.0 => wave(n) * down,
+                _ => {
+                    wave(n) * m.state().position
+                        - (wave(n - 1) + wave(n + 1)) * (0.5 * self.drive.amplitude())
+                }
+            };
+        }
+        let factor = if n == 0 { 0.5 } else { 1.0 } * omega / PI;
+        sum * factor
+    }
+
+    /// Friction that acts.
+    pub fn friction_law(&self) -> Friction {
+        self.friction
     }
 
     /// The oscillator.

@@ -7,7 +7,7 @@
 //!
 //! Amplitudes are displacements, forces are over the stiffness.
 
-use super::{HarmonicDrive, Phasor, dynamic_stiffness};
+use super::{HarmonicDrive, PeriodicOrbit, Phasor, dynamic_stiffness};
 use crate::oscillator::Oscillator;
 use std::f64::consts::{FRAC_PI_2, PI};
 
@@ -161,6 +161,23 @@ pub fn solve(oscillator: &Oscillator, drive: &HarmonicDrive, terms: u32) -> Opti
     let mut all = vec![first * shift];
     all.extend(higher(terms).map(|n| harmonic(oscillator, omega, n) * turn(n)));
     Some(all)
+}
+
+/// The motion by the Fourier series of friction that may stick: the mean and the harmonics up to
+/// `highest`, `X_n = (U_n + f_n) k/D(n omega)`, the drive's crest at `t = 0`.
+///
+/// What Vitorino, Vieira and Rodrigues suggest after their eq. (8) for static friction. The
+/// force is that of the exact motion, `f_n` of [`PeriodicOrbit::friction_harmonic`]; cut after
+/// `highest` harmonics the series still moves a little where the mass sticks. Its error falls
+/// as `highest^-2`, the force's jumps being passed twice through `1/omega²` and summed.
+pub fn sticking(orbit: &PeriodicOrbit, drive: &HarmonicDrive, highest: u32) -> Vec<Phasor> {
+    (0..=highest)
+        .map(|n| {
+            let base = if n == 1 { drive.amplitude() } else { 0.0 };
+            let force = orbit.friction_harmonic(n) + base;
+            force / dynamic_stiffness(orbit.oscillator(), f64::from(n) * drive.omega())
+        })
+        .collect()
 }
 
 /// Phasor of harmonic `n >= 3` with the turn at `t = 0`: `-i (4 x_F/n pi) k/D(n omega)`.

@@ -5,7 +5,7 @@ use super::orbit::{OrbitOptions, PeriodicOrbit};
 use super::{HarmonicDrive, Phasor, SteadyState};
 use crate::error::Error;
 use crate::oscillator::Oscillator;
-use crate::simulate::{Drive, Motion};
+use crate::simulate::{Drive, Friction, Motion};
 
 /// The way by which the exact steady motion was found.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
@@ -60,9 +60,30 @@ pub fn solve(oscillator: &Oscillator, drive: &HarmonicDrive) -> Result<Solution,
         }
     }
     let orbit = PeriodicOrbit::find(oscillator, drive, OrbitOptions::default())?;
+    Ok(shot(drive, orbit))
+}
+
+/// [`solve`] with friction that differs between the directions: by shooting, as the closed
+/// form knows only one friction; by [`solve`] itself where both are the oscillator's own.
+///
+/// # Errors
+/// As [`solve`].
+pub fn solve_with_friction(
+    oscillator: &Oscillator,
+    friction: Friction,
+    drive: &HarmonicDrive,
+) -> Result<Solution, Error> {
+    if friction == Friction::of(oscillator) {
+        return solve(oscillator, drive);
+    }
+    let orbit = PeriodicOrbit::find_with_friction(oscillator, friction, drive, OrbitOptions::default())?;
+    Ok(shot(drive, orbit))
+}
+
+fn shot(drive: &HarmonicDrive, orbit: PeriodicOrbit) -> Solution {
     let (multipliers, residual) = (orbit.multipliers(), orbit.residual());
     let way = if orbit.events().is_empty() { Way::FullStick } else { Way::Shooting };
-    Ok(Solution { state: SteadyState::orbit(drive, orbit), way, multipliers, residual })
+    Solution { state: SteadyState::orbit(drive, orbit), way, multipliers, residual }
 }
 
 /// The amplitude at the turns by each of the three ways.

@@ -67,6 +67,13 @@ pub enum Method {
         /// The proportionality `a`, [`lorentzian::PAPER_A`] in the paper.
         a: f64,
     },
+    /// Fourier series of friction that may stick, cut after harmonic `highest`: the friction
+    /// force of the exact motion, harmonic by harmonic
+    /// ([`PeriodicOrbit::friction_harmonic`]).
+    StickingSeries {
+        /// The last harmonic kept, 1 or more.
+        highest: u32,
+    },
     /// Exact, two turns a cycle and no stop.
     Exact,
     /// Exact, with whatever stops there are, by shooting.
@@ -104,6 +111,8 @@ pub struct SteadyState {
 enum Shape {
     /// Odd harmonics 1, 3, 5 …; empty for a mass at rest.
     Fourier(Vec<Phasor>),
+    /// The mean and every harmonic.
+    General(Vec<Phasor>),
     Closed(ClosedForm),
     Orbit(Box<PeriodicOrbit>),
 }
@@ -136,6 +145,13 @@ impl SteadyState {
                     return Err(Error::Parameter { name: "a", value: a, range: "a > 1" });
                 }
                 fourier(lorentzian::phasor(oscillator, drive, a))
+            }
+            Method::StickingSeries { highest: 0 } => {
+                return Err(Error::Parameter { name: "highest", value: 0.0, range: "1 or more" });
+            }
+            Method::StickingSeries { highest } => {
+                let orbit = PeriodicOrbit::find(oscillator, drive, OrbitOptions::default())?;
+                Shape::General(series::sticking(&orbit, drive, highest))
             }
             Method::Exact => {
                 let closed = ClosedForm::new(oscillator, drive).filter(ClosedForm::holds);
@@ -180,6 +196,7 @@ impl SteadyState {
         match &self.shape {
             Shape::Fourier(x) if n % 2 == 1 => x.get(n as usize / 2).copied().unwrap_or_default(),
             Shape::Fourier(_) => Phasor::default(),
+            Shape::General(x) => x.get(n as usize).copied().unwrap_or_default(),
             Shape::Closed(c) => c.harmonic(n),
             Shape::Orbit(o) => o.harmonic(n),
         }
@@ -209,6 +226,15 @@ impl SteadyState {
                 }
                 ((x_sum * z).re, -self.drive.omega * (v_sum * z).im)
             }
+            Shape::General(x) => {
+                let z = Phasor::from_polar(1.0, (self.drive.omega * time_s) % (2.0 * PI));
+                let (mut x_sum, mut v_sum) = (Phasor::default(), Phasor::default());
+                for (n, c) in x.iter().enumerate().rev() {
+                    x_sum = x_sum * z + c;
+                    v_sum = v_sum * z + c * n as f64;
+                }
+                (x_sum.re, -self.drive.omega * v_sum.im)
+            }
             Shape::Closed(c) => c.state(time_s),
             Shape::Orbit(o) => o.state(time_s),
         }
@@ -228,6 +254,7 @@ impl SteadyState {
     pub fn turning_points(&self) -> Vec<(f64, f64)> {
         match &self.shape {
             Shape::Fourier(x) => self.zeros_of_velocity(x.len()),
+            Shape::General(x) => self.zeros_of_velocity(x.len().div_ceil(2)),
             Shape::Closed(c) => {
                 let period = self.drive.period_s();
                 let one = c.turn_time_s().rem_euclid(period);
@@ -285,11 +312,20 @@ impl SteadyState {
     /// [`Method::LeadingWithDrag`] its drag, `(2 pi a2 omega/omega_0²) R³`.
     pub fn loss(&self) -> CycleLoss {
         let o = &self.oscillator;
-        let (x_f, omega) = (o.friction_displacement(), self.drive.omega);
+        // Of a periodic motion as much path goes one way as the other.
+        let x_f = match &self.shape {
+            Shape::Orbit(orbit) => orbit.friction_law().kinetic().iter().sum::<f64>() * 0.5,
+            _ => o.friction_displacement(),
+        };
+        let omega = self.drive.omega;
         let square = match &self.shape {
             Shape::Fourier(x) => {
                 let sum: f64 =
                     x.iter().enumerate().map(|(i, c)| ((2 * i + 1) as f64).powi(2) * c.norm_sqr()).sum();
+                PI * omega * sum
+            }
+            Shape::General(x) => {
+                let sum: f64 = x.iter().enumerate().map(|(n, c)| (n as f64).powi(2) * c.norm_sqr()).sum();
                 PI * omega * sum
             }
             Shape::Closed(c) => c.velocity_square(),

@@ -1,0 +1,237 @@
+//! Intervals from the profile of the sum of squares.
+
+use super::Z_95;
+use super::evidence::{bic, one_sided, student_factor};
+use super::interval::bounded_interval;
+use super::least_squares::{Fit, LeastSquares, minimise};
+
+/// How a sum of squares turns into evidence.
+#[derive(Debug, Clone, Copy)]
+pub(crate) struct Scale {
+    /// Observations behind the sum of squares.
+    pub(crate) observations: f64,
+    /// Variance of one weighted observation, if known at least; `None`: from the residuals.
+    pub(crate) least_variance: Option<f64>,
+    /// Factor on variances for residuals that hang together.
+    pub(crate) widening: f64,
+}
+
+impl Scale {
+    /// Variance of one weighted observation.
+    pub(crate) fn variance_of(&self, fit: &Fit) -> f64 {
+        let dof = (self.observations - fit.free.len() as f64).max(1.0);
+        (fit.rss / dof).max(self.least_variance.unwrap_or(0.0))
+    }
+
+    fn dof(&self, fit: &Fit) -> f64 {
+        // Squares of AR(1) residuals correlate as rho², widening = (1 + rho)/(1 - rho).
+        let share = 2.0 * self.widening / (1.0 + self.widening * self.widening);
+        ((self.observations - fit.free.len() as f64) * share).max(1.0)
+    }
+
+    pub(crate) fn bic(&self, rss: f64, parameters: usize) -> f64 {
+        let effective = (self.observations / self.widening).max(2.0);
+        match self.least_variance {
+            // With the noise known the likelihood needs no estimate of it.
+            Some(v) => rss / (v * self.widening) + parameters as f64 * effective.ln(),
+            None => bic(rss, self.observations, effective, parameters),
+        }
+    }
+
+    /// One-sided p value of one more term that cannot be negative.
+    pub(crate) fn test(&self, small_rss: f64, large_rss: f64, large: &Fit) -> f64 {
+        let variance = self.variance_of(large) * self.widening;
+        one_sided((small_rss - large_rss) / variance, self.dof(large))
+    }
+
+    /// Standard error of one parameter, and the factor on 1.96 for few observations.
+    pub(crate) fn std_error(&self, fit: &Fit, parameter: usize) -> (f64, f64) {
+        let sigma = (self.variance_of(fit) * self.widening).sqrt();
+        (fit.unit_std(parameter) * sigma, student_factor(self.dof(fit)))
+    }
+}
+
+/// A parameter with its interval.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub(crate) struct Estimate {
+    pub(crate) value: f64,
+    pub(crate) std_error: f64,
+    pub(crate) interval: [f64; 2],
+}
+
+/// What a profile is taken of.
+pub(crate) struct Profile<'a> {
+    pub(crate) problem: &'a dyn LeastSquares,
+    pub(crate) fit: &'a Fit,
+    pub(crate) scale: Scale,
+    /// No value beyond these is possible.
+    pub(crate) range: [f64; 2],
+}
+
+/// Nearer to its limit than this many standard errors an estimate gets a profile.
+const NEAR: f64 = 6.0;
+
+impl Profile<'_> {
+    /// Interval of a parameter that cannot be negative: Feldman and Cousins' in units of
+    /// the likelihood's signed root near zero, the profile's own ends further off.
+    /// `curved` asks for the profile also far from zero.
+    pub(crate) fn non_negative(&self, parameter: usize, curved: bool) -> Estimate {
+        let (value, std_error, unit, wide) = self.basics(parameter);
+        let z = value / wide;
+        if z >= NEAR && curved {
+            return self.two_sided(parameter, true);
+        }
+        if !z.is_finite() || z >= NEAR {
+            return Estimate { value, std_error, interval: [value - Z_95 * wide, value + Z_95 * wide] };
+        }
+        let root = Root { profile: self, parameter, unit };
+        let distance = root.at(0.0).map_or(z, |r| -r);
+        let [low, high] = bounded_interval(distance);
+        let lower = if low <= 0.0 { 0.0 } else { root.find(low - distance, wide).max(0.0) };
+        let upper = root.find(high - distance, wide).max(0.0);
+        Estimate { value, std_error, interval: [lower, upper] }
+    }
+
+    /// Interval by the profile on both sides, or `1.96` standard errors.
+    pub(crate) fn two_sided(&self, parameter: usize, curved: bool) -> Estimate {
+        let (value, std_error, unit, wide) = self.basics(parameter);
+        let interval = if curved && wide.is_finite() {
+            let root = Root { profile: self, parameter, unit };
+            [root.find(-Z_95, wide), root.find(Z_95, wide)]
+        } else {
+            [value - Z_95 * wide, value + Z_95 * wide]
+        };
+        Estimate { value, std_error, interval }
+    }
+
+    fn basics(&self, parameter: usize) -> (f64, f64, f64, f64) {
+        let (std_error, factor) = self.scale.std_error(self.fit, parameter);
+        let unit = (self.scale.variance_of(self.fit) * self.scale.widening).sqrt() * factor;
+        (self.fit.parameters[parameter], std_error, unit, std_error * factor)
+    }
+}
+
+struct Root<'a> {
+    profile: &'a Profile<'a>,
+    parameter: usize,
+    unit: f64,
+}
+
+impl Root<'_> {
+    /// Signed root of the likelihood ratio at a fixed value of the parameter.
+    fn at(&self, value: f64) -> Option<f64> {
+        let (k, fit) = (self.parameter, self.profile.fit);
+        let shift = value - fit.parameters[k];
+        let variance = fit.unit_covariance[(k, k)];
+        let mut start = fit.parameters.clone();
+        for (i, p) in start.iter_mut().enumerate() {
+            *p += shift * fit.unit_covariance[(i, k)] / variance;
+        }
+        start[k] = value;
+        let mut plain = fit.parameters.clone();
+        plain[k] = value;
+        let free: Vec<usize> = fit.free.iter().copied().filter(|&i| i != k).collect();
+        let found = minimise(self.profile.problem, &start, &free)
+            .or_else(|| minimise(self.profile.problem, &plain, &free))?;
+        Some(shift.signum() * (found.rss - fit.rss).max(0.0).sqrt() / self.unit)
+    }
+
+    /// The value where the root is `target`, inside the range.
+    fn find(&self, target: f64, wide: f64) -> f64 {
+        let centre = self.profile.fit.parameters[self.parameter];
+        let [least, most] = self.profile.range;
+        let limit = if target < 0.0 { least } else { most };
+        if target == 0.0 || !((limit - centre) * target > 0.0) {
+            return centre;
+        }
+        let clip = |v: f64| if target < 0.0 { v.max(limit) } else { v.min(limit) };
+        // Inner end known to lie short of the target, outer end beyond it once found.
+        let (mut inner, mut inner_root) = (centre, 0.0);
+        let mut outer: Option<(f64, f64)> = None;
+        let mut value = clip(centre + target * wide);
+        for _ in 0..14 {
+            let root = self.at(value).unwrap_or(f64::INFINITY * target.signum());
+            if (root - target).abs() < 0.005 {
+                return value;
+            }
+            if root * target.signum() < target.abs() {
+                if value == limit {
+                    return limit;
+                }
+                (inner, inner_root) = (value, root);
+                value = match outer {
+                    Some(o) => between((inner, inner_root), o, target),
+                    None => {
+                        let slope = if root == 0.0 { 0.25 } else { (root / target).clamp(0.25, 0.95) };
+                        clip(centre + (value - centre) / slope * 1.02)
+                    }
+                };
+            } else {
+                outer = Some((value, root));
+                value = between((inner, inner_root), (value, root), target);
+            }
+        }
+        value
+    }
+}
+
+/// A point between two that bracket the target: the straight line's, kept off the ends.
+fn between((a, root_a): (f64, f64), (b, root_b): (f64, f64), target: f64) -> f64 {
+    let t = if root_b.is_finite() { ((target - root_a) / (root_b - root_a)).clamp(0.05, 0.95) } else { 0.5 };
+    a + t * (b - a)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::super::least_squares::Normal;
+    use super::*;
+
+    /// `y = a + b³ x`: linear in `b³`, so the profile of `b` is that of `b³` bent.
+    struct Cubic {
+        points: Vec<(f64, f64)>,
+    }
+
+    impl LeastSquares for Cubic {
+        fn parameters(&self) -> usize {
+            2
+        }
+        fn observations(&self) -> f64 {
+            self.points.len() as f64
+        }
+        fn normal(&self, p: &[f64], out: &mut Normal) -> bool {
+            out.clear();
+            for &(x, y) in &self.points {
+                out.add_row(&[1.0, 3.0 * p[1] * p[1] * x], y - (p[0] + p[1].powi(3) * x), 1.0);
+            }
+            true
+        }
+    }
+
+    #[test]
+    fn a_bent_parameter_has_the_bent_interval() {
+        let noise = |i: i32| f64::from((i * 7919) % 101 - 50) / 50.0;
+        let points = (0..200)
+            .map(|i| (f64::from(i % 20) - 9.5, 0.3 + 0.5 * (f64::from(i % 20) - 9.5) + 4.0 * noise(i)));
+        let problem = Cubic { points: points.collect() };
+        let fit = minimise(&problem, &[0.0, 1.0], &[0, 1]).unwrap();
+        let scale = Scale { observations: 200.0, least_variance: None, widening: 1.0 };
+        let range = [f64::NEG_INFINITY, f64::INFINITY];
+        let e = Profile { problem: &problem, fit: &fit, scale, range }.two_sided(1, true);
+        // In b³ the interval is symmetric.
+        let [low, high] = e.interval.map(|b| b.powi(3));
+        let centre = e.value.powi(3);
+        assert!(((high - centre) / (centre - low) - 1.0).abs() < 0.02, "{low} {centre} {high}");
+        let straight = 3.0 * e.value * e.value * e.std_error * Z_95;
+        assert!(((high - low) / (2.0 * straight) - 1.0).abs() < 0.05);
+    }
+
+    #[test]
+    fn a_range_ends_the_interval() {
+        let problem = Cubic { points: (0..20).map(|i| (f64::from(i % 3), f64::from(i % 5))).collect() };
+        let fit = minimise(&problem, &[0.0, 1.0], &[0, 1]).unwrap();
+        let scale = Scale { observations: 20.0, least_variance: None, widening: 1.0 };
+        let most = fit.parameters[1] + 1e-3;
+        let p = Profile { problem: &problem, fit: &fit, scale, range: [0.0, most] };
+        assert_eq!(p.two_sided(1, true).interval[1], most);
+    }
+}

@@ -1,0 +1,382 @@
+//! The one way in.
+
+use super::answer::{Answer, Breakaway, Diagnostics, FittedLevels, LevelPoint, Warning};
+use super::{Levels, Options};
+use crate::estimate::evidence::{f_tail, one_sided, student_factor};
+use crate::estimate::interval::bounded_interval;
+use crate::estimate::least_squares::linear;
+use crate::resonance::physical::physical;
+use crate::ringdown::Parameter;
+use crate::{Error, Quantity};
+use nalgebra::DMatrix;
+use std::f64::consts::{FRAC_PI_4, TAU};
+
+/// p value below which a threshold counts as seen.
+const DETECTED: f64 = 0.01;
+
+/// The straight line through the moving levels.
+struct Line {
+    /// Levels from this one on (by rising drive) move.
+    first: usize,
+    slope: f64,
+    intercept: f64,
+    covariance: DMatrix<f64>,
+    rss: f64,
+    total: f64,
+}
+
+/// Threshold and slope of the amplitude at resonance over the drive level.
+///
+/// By eq. (9) of Vitorino, Vieira and Rodrigues,
+///
+/// ```text
+/// R_0 = Q (x_0 - 4F/(pi k)) = Q x_0 - (4/pi) Q x_F       above the threshold, else next to nothing
+/// ```
+///
+/// which the exact motion follows to `2 (x_F/R_0)²`. The levels are split into a stuck and a
+/// moving branch where that describes all of them best; the moving branch gives slope and
+/// threshold, the split the breakaway.
+///
+/// Units: amplitudes in one unit, drive levels in another or the same. Where they are the
+/// same ([`Levels::drive_unit`] equals [`Levels::unit`]), or [`Options::drive_gain`] or
+/// [`Options::q_factor`] is given, Q and the friction displacement follow.
+///
+/// Limits: each level measured at its own resonance, and waited out; one oscillator.
+///
+/// # Errors
+/// [`Error::Parameter`] for an option out of range; [`Error::NoFit`] with fewer than three
+/// moving levels, or with a line that does not rise.
+///
+/// ```
+/// use slipfit::levels::{Levels, Options, analyse};
+/// let drive: Vec<f64> = (1..=12).map(|i| 0.1 * f64::from(i)).collect();
+/// // Q = 40, threshold 0.35, a little noise.
+/// let amplitude = drive.iter().enumerate().map(|(i, x)| {
+///     (40.0 * (x - 0.35)).max(0.0) + 0.02 * ((i * 7 % 5) as f64)
+/// }).collect();
+/// let levels = Levels::builder(drive, amplitude).unit("mm").drive_unit("mm").build()?;
+/// let answer = analyse(&levels, &Options::default())?;
+/// let q = answer.parameter("q_factor").expect("one unit for both");
+/// assert!((q.value - 40.0).abs() < 1.0 && answer.detected);
+/// # Ok::<(), slipfit::Error>(())
+/// ```
+pub fn analyse(levels: &Levels, options: &Options) -> Result<Answer, Error> {
+    check(options)?;
+    let n = levels.drive().len();
+    let mut order: Vec<usize> = (0..n).collect();
+    order.sort_by(|&a, &b| levels.drive()[a].total_cmp(&levels.drive()[b]));
+    let x: Vec<f64> = order.iter().map(|&i| levels.drive()[i]).collect();
+    let y: Vec<f64> = order.iter().map(|&i| levels.amplitude()[i]).collect();
+    let weight: Vec<f64> = match levels.std_error() {
+        Some(s) => order.iter().map(|&i| 1.0 / (s[i] * s[i])).collect(),
+        None => vec![1.0; n],
+    };
+    let known = levels.std_error().is_some();
+    let line = split(&x, &y, &weight).ok_or(Error::NoFit {
+        reason: "fewer than three levels move, or the amplitude does not rise with the drive",
+    })?;
+    let moving = n - line.first;
+    let dof = (moving as f64 - 2.0).max(1.0);
+    let reduced = line.rss / dof;
+    let variance = if known { reduced.max(1.0) } else { reduced };
+    let factor = student_factor(dof);
+    let threshold = -line.intercept / line.slope;
+    // Threshold t = -b/a by the delta method; at the test of t = 0 the line through zero.
+    let c = |i: usize, j: usize| line.covariance[(i, j)] * variance;
+    let slope_std = c(1, 1).sqrt();
+    let t_variance =
+        (c(0, 0) + threshold * threshold * c(1, 1) + 2.0 * threshold * c(0, 1)) / line.slope.powi(2);
+    let threshold_std = t_variance.max(0.0).sqrt();
+    let correlation =
+        (-(c(0, 1) + threshold * c(1, 1)) / line.slope) / (slope_std * threshold_std).max(f64::MIN_POSITIVE);
+    // A negative intercept is a threshold: one-sided.
+    let gain = line.intercept * line.intercept / c(0, 0).max(f64::MIN_POSITIVE);
+    let p_value = if line.intercept < 0.0 { one_sided(gain, dof) } else { 1.0 };
+
+    let drive_unit = levels.drive_unit();
+    let slope = Quantity {
+        interval_95: [-1.0, 1.0].map(|s| line.slope + s * crate::estimate::Z_95 * factor * slope_std),
+        ..Quantity::normal(line.slope, slope_std, ratio_unit(levels.unit(), drive_unit))
+    };
+    let wide = threshold_std * factor;
+    let z = threshold / wide;
+    let [low, high] = bounded_interval(z).map(|v| v * wide);
+    let threshold = Quantity {
+        value: threshold.max(0.0),
+        std_error: threshold_std,
+        interval_95: [low, high],
+        unbounded_value: threshold,
+        unit: drive_unit.to_owned(),
+    };
+    let mut parameters = vec![
+        Parameter { name: "slope", quantity: slope.clone() },
+        Parameter { name: "threshold", quantity: threshold.clone() },
+    ];
+    let calibrated = calibrated(levels, options, &slope, &threshold);
+    if let Some((q, x_f)) = &calibrated {
+        parameters.push(Parameter { name: "q_factor", quantity: q.clone() });
+        parameters.push(Parameter { name: "friction_displacement", quantity: x_f.clone() });
+        if let Some(hz) = options.frequency_hz {
+            let delta = inverse(q, std::f64::consts::PI * hz, "1/s");
+            parameters.push(Parameter { name: "decay_rate_per_s", quantity: delta.clone() });
+            if let Some(calibration) = options.calibration {
+                for (name, quantity) in physical(calibration, TAU * hz, levels.unit(), &delta, x_f) {
+                    parameters.push(Parameter { name, quantity });
+                }
+            }
+        }
+    }
+    let fit = FittedLevels { slope: line.slope, threshold: threshold.value };
+    let points: Vec<LevelPoint> = (0..n)
+        .map(|i| LevelPoint {
+            index: order[i],
+            drive: x[i],
+            amplitude: y[i],
+            std_error: (variance / weight[i]).sqrt(),
+            fitted: fit.amplitude(x[i]),
+            moving: i >= line.first,
+        })
+        .collect();
+    let (bend_p_value, falling) = bend(&x[line.first..], &y[line.first..], &weight[line.first..], &line);
+    let breakaway = breakaway(&points, &line);
+    let mut warnings = Vec::new();
+    if levels.not_finite() > 0 {
+        warnings.push(Warning::Dropped { points: levels.not_finite() });
+    }
+    if threshold.value > 0.0 && x[0] > threshold.value {
+        warnings.push(Warning::ThresholdExtrapolated { ratio: x[0] / threshold.value });
+    }
+    if bend_p_value < 0.001 {
+        warnings.push(Warning::Bent { p_value: bend_p_value, falling });
+    }
+    if calibrated.is_none() {
+        warnings.push(Warning::DriveUncalibrated);
+    }
+    if let Some(b) = breakaway
+        && let Some(stuck_at) = b.stuck_above_threshold
+        && stuck_at >= b.moving_from
+    {
+        warnings.push(Warning::Hysteresis { stuck_at, moving_at: b.moving_from });
+    }
+    Ok(Answer {
+        parameters,
+        p_value,
+        detected: p_value < DETECTED,
+        correlation,
+        breakaway,
+        diagnostics: Diagnostics {
+            points: n,
+            moving,
+            stuck: n - moving,
+            residual_rms: (line.rss / weight[line.first..].iter().sum::<f64>()).sqrt(),
+            bend_p_value,
+        },
+        points,
+        warnings,
+        unit: levels.unit().to_owned(),
+        drive_unit: drive_unit.to_owned(),
+        fit,
+    })
+}
+
+fn check(options: &Options) -> Result<(), Error> {
+    if let Some(hz) = options.frequency_hz {
+        crate::oscillator::above_zero("frequency_hz", hz)?;
+    }
+    for (name, pair) in [("drive_gain", options.drive_gain), ("q_factor", options.q_factor)] {
+        if let Some([value, std_error]) = pair {
+            crate::oscillator::above_zero(name, value)?;
+            crate::oscillator::at_least_zero(name, std_error)?;
+        }
+    }
+    if options.drive_gain.is_some() && options.q_factor.is_some() {
+        return Err(Error::ConflictingParameters { first: "drive_gain", second: "q_factor" });
+    }
+    Ok(())
+}
+
+fn ratio_unit(of: &str, by: &str) -> String {
+    match (of, by) {
+        (a, b) if a == b => String::new(),
+        (a, "") => a.to_owned(),
+        ("", b) => format!("1/{b}"),
+        (a, b) => format!("{a}/{b}"),
+    }
+}
+
+/// The split that describes stuck (about zero) and moving (a rising line) branch best.
+fn split(x: &[f64], y: &[f64], weight: &[f64]) -> Option<Line> {
+    let n = x.len();
+    let mut best: Option<Line> = None;
+    for first in 0..=n - 3 {
+        let rows = (first..n).map(|i| (vec![1.0, x[i]], y[i], weight[i]));
+        let Some((c, covariance, rss)) = linear(rows, 2) else { continue };
+        if !(c[1] > 0.0) {
+            continue;
+        }
+        // What sticks reads its own level, the noise floor of an amplitude.
+        let total_weight: f64 = weight[..first].iter().sum();
+        let floor =
+            if first > 0 { (0..first).map(|i| weight[i] * y[i]).sum::<f64>() / total_weight } else { 0.0 };
+        let stuck: f64 = (0..first).map(|i| weight[i] * (y[i] - floor).powi(2)).sum();
+        // A stuck branch must lie below the line's threshold.
+        if first > 0 && -c[0] / c[1] < 0.5 * x[first - 1] {
+            continue;
+        }
+        let total = rss + stuck;
+        // One more level on the stuck branch costs nothing but must pay.
+        if best.as_ref().is_none_or(|b| total < b.total * (1.0 - 1.0 / n as f64)) {
+            best = Some(Line { first, slope: c[1], intercept: c[0], covariance, rss, total });
+        }
+    }
+    best
+}
+
+/// Q and x_F where the drive has a scale: `Q = slope/gain`, `x_F = (pi/4) gain threshold`.
+fn calibrated(
+    levels: &Levels,
+    options: &Options,
+    slope: &Quantity,
+    threshold: &Quantity,
+) -> Option<(Quantity, Quantity)> {
+    let widened = |q: Quantity, relative: f64| -> Quantity {
+        let extra = q.value * relative;
+        let wide = |end: f64| {
+            let d = end - q.value;
+            (q.value + d.signum() * d.hypot(crate::estimate::Z_95 * extra)).max(0.0)
+        };
+        Quantity {
+            std_error: q.std_error.hypot(extra),
+            interval_95: [wide(q.interval_95[0]), wide(q.interval_95[1])],
+            ..q
+        }
+    };
+    if let Some([q, q_std]) = options.q_factor {
+        // gain = slope/Q, so x_F = (pi/4) slope threshold/Q; slope and threshold move together.
+        let gain = slope.value / q;
+        let x_f = widened(threshold.scaled(FRAC_PI_4 * gain, levels.unit()), q_std / q);
+        return Some((Quantity::normal(q, q_std, ""), x_f));
+    }
+    let one_unit = !levels.unit().is_empty() && levels.unit() == levels.drive_unit();
+    let [gain, gain_std] = match options.drive_gain {
+        Some(gain) => gain,
+        None if one_unit => [1.0, 0.0],
+        None => return None,
+    };
+    let relative = gain_std / gain;
+    Some((
+        widened(slope.scaled(1.0 / gain, ""), relative),
+        widened(threshold.scaled(FRAC_PI_4 * gain, levels.unit()), relative),
+    ))
+}
+
+/// `factor/q`.
+fn inverse(q: &Quantity, factor: f64, unit: &str) -> Quantity {
+    let value = factor / q.value;
+    Quantity {
+        value,
+        std_error: value * q.std_error / q.value,
+        interval_95: [factor / q.interval_95[1], factor / q.interval_95[0].max(f64::MIN_POSITIVE)],
+        unbounded_value: value,
+        unit: unit.to_owned(),
+    }
+}
+
+/// p value of a quadratic term in the moving branch, and whether it bends down.
+fn bend(x: &[f64], y: &[f64], weight: &[f64], line: &Line) -> (f64, bool) {
+    let n = x.len();
+    if n < 5 {
+        return (1.0, false);
+    }
+    let centre = x.iter().sum::<f64>() / n as f64;
+    let rows = (0..n).map(|i| {
+        let u = x[i] - centre;
+        (vec![1.0, u, u * u], y[i], weight[i])
+    });
+    match linear(rows, 3) {
+        Some((c, _, rss)) => {
+            let dof = n as f64 - 3.0;
+            (f_tail((line.rss - rss).max(0.0) / (rss / dof).max(f64::MIN_POSITIVE), 1.0, dof), c[2] < 0.0)
+        }
+        None => (1.0, false),
+    }
+}
+
+/// Where the mass breaks loose, by the branches and by the order of measurement.
+fn breakaway(points: &[LevelPoint], line: &Line) -> Option<Breakaway> {
+    let threshold = -line.intercept / line.slope;
+    // A level on the moving side that reads as if stuck.
+    let as_stuck = |p: &LevelPoint| {
+        let expected = line.slope * (p.drive - threshold);
+        p.amplitude < 0.25 * expected && expected > 4.0 * p.std_error
+    };
+    let moving_from = points.iter().filter(|p| p.moving && !as_stuck(p)).map(|p| p.drive).next()?;
+    Some(Breakaway {
+        stuck_below: points.iter().filter(|p| !p.moving).map(|p| p.drive).next_back(),
+        moving_from,
+        stuck_above_threshold: points.iter().filter(|p| p.moving && as_stuck(p)).map(|p| p.drive).next_back(),
+    })
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::Oscillator;
+    use crate::steady::scan;
+
+    fn exact(q: f64, x_f: f64, drive: &[f64], noise: f64) -> Levels {
+        let o =
+            Oscillator::builder().frequency_hz(2.0).q_factor(q).friction_displacement(x_f).build().unwrap();
+        let amplitude = drive
+            .iter()
+            .enumerate()
+            .map(|(i, &d)| {
+                let r = if d > 0.0 { scan::reading(&o, d, 2.0).unwrap().amplitude() } else { 0.0 };
+                (r + noise * (((i * 7919) % 101) as f64 / 50.0 - 1.0)).abs()
+            })
+            .collect();
+        Levels::builder(drive.to_vec(), amplitude).unit("mm").drive_unit("mm").build().unwrap()
+    }
+
+    #[test]
+    fn exact_levels_give_q_threshold_and_breakaway() {
+        let drive: Vec<f64> = (1..=20).map(|i| 0.1 * f64::from(i)).collect();
+        let options = Options { frequency_hz: Some(2.0), ..Options::default() };
+        let a = analyse(&exact(50.0, 0.4, &drive, 0.05), &options).unwrap();
+        let of = |name: &str| a.parameter(name).unwrap();
+        assert!((of("q_factor").value - 50.0).abs() < 0.5, "{:?}", of("q_factor"));
+        assert!((of("friction_displacement").value - 0.4).abs() < 0.01);
+        assert!((of("decay_rate_per_s").value - TAU / 50.0).abs() < 2e-3);
+        let b = a.breakaway.unwrap();
+        // The threshold 4 x_F/pi = 0.509 lies between 0.5 and 0.6.
+        assert!(b.stuck_below.unwrap() < 0.55 && b.moving_from > 0.5, "{b:?}");
+        assert!(a.detected && a.warnings.is_empty(), "{:?}", a.warnings);
+    }
+
+    #[test]
+    fn without_friction_the_threshold_is_an_upper_limit() {
+        let drive: Vec<f64> = (1..=15).map(|i| 0.1 * f64::from(i)).collect();
+        let a = analyse(&exact(50.0, 0.0, &drive, 0.2), &Options::default()).unwrap();
+        let t = a.parameter("threshold").unwrap();
+        assert!(!a.detected && t.interval_95[0] == 0.0 && t.interval_95[1] > 0.0, "{t:?}");
+    }
+
+    #[test]
+    fn a_drive_in_volts_gives_no_q_and_says_so() {
+        let volts = Levels::builder(vec![1.0, 2.0, 3.0, 4.0], vec![0.5, 1.5, 2.5, 3.5]);
+        let volts = volts.unit("mm").drive_unit("V").build().unwrap();
+        let a = analyse(&volts, &Options::default()).unwrap();
+        assert!(a.parameter("q_factor").is_none());
+        assert!(a.warnings.iter().any(|w| w.code() == "drive_uncalibrated"));
+        let options = Options { q_factor: Some([100.0, 1.0]), ..Options::default() };
+        let a = analyse(&volts, &options).unwrap();
+        // gain = 1 mm/V / 100, x_F = (pi/4) 0.01 · 0.5.
+        assert!((a.parameter("friction_displacement").unwrap().value - FRAC_PI_4 * 0.005).abs() < 1e-9);
+    }
+
+    #[test]
+    fn what_does_not_rise_is_refused() {
+        let flat = Levels::builder(vec![1.0, 2.0, 3.0, 4.0], vec![3.0, 2.0, 1.0, 0.5]).build().unwrap();
+        assert!(analyse(&flat, &Options::default()).is_err());
+    }
+}

@@ -1,0 +1,10 @@
+//! Drive levels: amplitude at resonance against the drive. A straight line with a
+//! threshold: below it friction holds the mass.
+
+mod analyse;
+mod answer;
+mod measurement;
+
+pub use analyse::analyse;
+pub use answer::{Answer, Breakaway, Diagnostics, FittedLevels, LevelPoint, Warning};
+pub use measurement::{Levels, LevelsBuilder, Options};

@@ -1,0 +1,69 @@
+//! The one way in.
+
+use super::problem::Block;
+use super::{Answer, Curve, Options, assemble, fits};
+use crate::Error;
+
+/// Tells viscous from sliding loss in a resonance curve.
+///
+/// The response of the oscillator `m x'' + gamma x' + k x + F sgn(x') = k x_0 cos(omega t)` is
+/// computed exactly at every frequency (closed form where the mass never stops, else the
+/// motion with its stops) and its fundamental, what a lock-in shows, is compared with the
+/// points: with amplitudes, or with real and imaginary part where there is a phase. The
+/// leading term of it is eq. (8) of Vitorino, Vieira and Rodrigues, *Effect of sliding
+/// friction in harmonic oscillators*; their effective Lorentzian, eq. (14), is given beside
+/// the answer with the bias it has on this very curve.
+///
+/// All loss models (viscous, sliding, drag and their sums) are compared on the same points.
+/// A phase offset is always fitted where there are phases; background, delay and a Duffing
+/// term only where the data cannot do without (a BIC lower by 12), and a warning says so.
+///
+/// The height of a curve is `Q x_0 (1 - 4 x_F/(pi x_0))`: with the drive amplitude `x_0` known
+/// ([`Options::drive_amplitude`], or a friction-free [`Options::reference`]) friction and Q
+/// follow from height and width. Without it they follow from the shape alone, and the
+/// interval tells how far that goes.
+///
+/// Units: frequencies in Hz; `x_0`, `x_F` in the response's unit.
+///
+/// Limits: one mode; static friction equal to kinetic; the curve is steady (a sweep slow
+/// against the decay); drag and lean are of leading order in the amplitude.
+///
+/// # Errors
+/// [`Error::Parameter`] for an option out of range, [`Error::TooFewPoints`] below one point
+/// more than free parameters, [`Error::NoResonance`] or [`Error::NoFit`] where there is nothing
+/// to answer. A fit that merely disappoints is an [`Answer`] with warnings.
+///
+/// ```
+/// use slipfit::resonance::{Curve, DriveAmplitude, Options, analyse};
+/// use slipfit::steady::scan;
+///
+/// let o = slipfit::Oscillator::builder().frequency_hz(1.0).q_factor(50.0).friction_displacement(0.3).build()?;
+/// let mut noise = 7.7f64;
+/// let mut jitter = || { noise = (noise * 997.0).fract(); 0.02 * (noise - 0.5) };
+/// let (mut hz, mut z) = (Vec::new(), Vec::new());
+/// for i in 0..81 {
+///     let r = scan::reading(&o, 1.0, 0.9 + 0.0025 * f64::from(i))?;
+///     hz.push(r.frequency_hz);
+///     z.push(r.fundamental + slipfit::steady::Phasor::new(jitter(), jitter()));
+/// }
+/// let curve = Curve::complex(hz, z).unit("mm").build()?;
+/// let mut options = Options::default();
+/// options.drive_amplitude = Some(DriveAmplitude { value: 1.0, std_error: 0.0 });
+/// let answer = analyse(&curve, &options)?;
+/// let x_f = answer.parameter("friction_displacement").expect("always reported");
+/// assert!((x_f.value - 0.3).abs() < 0.01 && answer.sliding.detected);
+/// # Ok::<(), slipfit::Error>(())
+/// ```
+pub fn analyse(curve: &Curve, options: &Options) -> Result<Answer, Error> {
+    options.check()?;
+    let used = match options.band_hz {
+        Some(band) => curve.within(band),
+        None => curve.clone(),
+    };
+    if used.is_empty() {
+        return Err(Error::NoResonance { reason: "no point lies in the band asked for" });
+    }
+    let reference = options.reference.as_ref().map(Block::new);
+    let described = fits::describe(Block::new(&used), reference, options)?;
+    assemble::answer(curve, &used, options, &described)
+}

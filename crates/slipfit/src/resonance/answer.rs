@@ -1,0 +1,269 @@
+//! The answer to a resonance curve: parameters, evidence, doubts.
+
+use super::fitted::FittedCurve;
+use super::{Method, Warning};
+use crate::Quantity;
+use crate::ringdown::LossModel;
+
+pub use crate::ringdown::Parameter;
+
+/// One loss model, fitted.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Candidate {
+    /// The model.
+    pub model: LossModel,
+    /// Bayesian information criterion; differences count, the zero is arbitrary.
+    pub bic: f64,
+    /// `bic` above the best candidate's.
+    pub delta_bic: f64,
+    /// Root mean square of the residual (of each quadrature when complex), response unit.
+    pub rms: f64,
+    /// Number of free parameters, those of the instrument included.
+    pub free_parameters: usize,
+    /// Whether the fit met its tolerance.
+    pub converged: bool,
+    /// A loss term this model ended on the limit (zero), if any.
+    pub at_limit: Option<&'static str>,
+    /// Natural frequency, Hz.
+    pub natural_frequency_hz: f64,
+    /// Decay rate delta, 1/s.
+    pub decay_rate_per_s: f64,
+    /// Friction displacement x_F, response unit.
+    pub friction_displacement: f64,
+    /// Drive amplitude x_0, response unit.
+    pub drive_amplitude: f64,
+    /// Drag rate a2 at resonance, 1/(s × response unit).
+    pub drag_rate: f64,
+}
+
+/// Is there sliding friction, and how much of the loss is it?
+#[derive(Debug, Clone, PartialEq)]
+pub struct SlidingEvidence {
+    /// Sliding friction is needed: `p_value` below 0.01 and the BIC prefers it.
+    pub detected: bool,
+    /// Probability that a curve without sliding friction would look at least this much like
+    /// one with it, given the best model without it. One-sided: friction is never negative.
+    pub p_value: f64,
+    /// BIC of the best model without sliding minus the best with it.
+    pub delta_bic: f64,
+    /// Sliding share of the loss at the highest amplitude, in the chosen model.
+    pub share_at_peak: f64,
+    /// Sliding share of the loss at the lowest amplitude measured.
+    pub share_at_lowest: f64,
+    /// Probability of the data without any sliding friction or drag (one-sided F test
+    /// against the chosen model); 1 when the chosen model is viscous.
+    pub viscous_only_p_value: f64,
+}
+
+/// Where the drive amplitude came from.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
+#[non_exhaustive]
+pub enum DriveSource {
+    /// Given.
+    Known,
+    /// From the friction-free reference curve.
+    Reference,
+    /// From the shape of this curve alone.
+    Shape,
+}
+
+impl DriveSource {
+    /// Machine-readable name.
+    pub fn name(self) -> &'static str {
+        match self {
+            DriveSource::Known => "known",
+            DriveSource::Reference => "reference",
+            DriveSource::Shape => "shape",
+        }
+    }
+}
+
+/// What the instrument adds: measured is
+/// `Z e^(i (phase_offset - (omega - omega_c) delay)) + background`.
+#[derive(Debug, Clone, PartialEq, Default)]
+pub struct Instrument {
+    /// Phase offset, rad; `None` where not fitted.
+    pub phase_offset_rad: Option<Quantity>,
+    /// Delay, s; `None` where not fitted.
+    pub delay_s: Option<Quantity>,
+    /// Background, real and imaginary part, response unit; `None` where not fitted.
+    pub background: Option<[Quantity; 2]>,
+    /// The phases given run the other way (`e^(-i omega t)`) and were turned over.
+    pub phase_was_conjugated: bool,
+    /// The frequency `omega_c/2 pi` about which the delay turns, Hz.
+    pub centre_hz: f64,
+}
+
+/// One measured point beside the fit.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct CurvePoint {
+    /// Index in the order of measurement.
+    pub index: usize,
+    /// Frequency, Hz.
+    pub frequency_hz: f64,
+    /// Measured amplitude, response unit.
+    pub amplitude: f64,
+    /// Measured phase against the drive, rad in (-pi, pi], sign convention mended, as
+    /// measured otherwise; `None` without phases.
+    pub phase_rad: Option<f64>,
+    /// Standard error of the amplitude.
+    pub std_error: f64,
+    /// Fitted amplitude, instrument terms included.
+    pub fitted_amplitude: f64,
+    /// Fitted phase, rad, instrument terms included.
+    pub fitted_phase_rad: f64,
+    /// Measured less fitted: amplitude, or the real part along the fitted phase.
+    pub residual: f64,
+    /// Residual across the fitted phase, response unit; zero without phases.
+    pub residual_across: f64,
+    /// Stops in a cycle of the exact motion at this point.
+    pub stops: usize,
+    /// Relative drive level of this point (1 without a drive column).
+    pub drive: f64,
+}
+
+/// Force balance at one point, without a model; "forces" are over the stiffness, in the
+/// response's unit.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct ForcePoint {
+    /// Frequency, Hz.
+    pub frequency_hz: f64,
+    /// Amplitude of the oscillator, instrument terms taken off.
+    pub amplitude: f64,
+    /// Dissipative force `x_0 sin(lag)`.
+    pub dissipative: f64,
+    /// Its standard error.
+    pub dissipative_std_error: f64,
+    /// Elastic force `x_0 cos(lag) + (omega/omega_0)² |Z|`.
+    pub elastic: f64,
+    /// Its standard error.
+    pub elastic_std_error: f64,
+}
+
+/// The line through the dissipative forces: `x_0 sin(lag) = 4 x_F/pi + (2 delta/omega_0) |Z| omega/omega_0`.
+#[derive(Debug, Clone, PartialEq)]
+pub struct ForceLine {
+    /// Friction displacement from the intercept.
+    pub friction_displacement: Quantity,
+    /// Decay rate from the slope, 1/s.
+    pub decay_rate_per_s: Quantity,
+    /// Chi square over its degrees of freedom.
+    pub reduced_chi_square: f64,
+    /// Points used.
+    pub points: usize,
+}
+
+/// The paper's way for the same data: eq. (14) fitted, inverted with `a = 4/3`.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct PaperEstimate {
+    /// Effective quality factor `Q_f`.
+    pub effective_q_factor: f64,
+    /// Effective drive `x_f` of the paper.
+    pub effective_drive: f64,
+    /// Centre, Hz.
+    pub natural_frequency_hz: f64,
+    /// Q by eq. (12); `None` where the drive is not known, which the inversion needs.
+    pub q_factor: Option<f64>,
+    /// Friction displacement by eqs. (12) and (13).
+    pub friction_displacement: Option<f64>,
+    /// Friction ratio.
+    pub friction_ratio: Option<f64>,
+    /// Relative bias of Q by this inversion, from the same fit to the exact curve of the
+    /// answer's parameters at the same frequencies.
+    pub q_factor_bias: Option<f64>,
+    /// Relative bias of the friction displacement, likewise.
+    pub friction_bias: Option<f64>,
+}
+
+/// The friction-free reference, fitted jointly.
+#[derive(Debug, Clone, PartialEq)]
+pub struct ReferenceFit {
+    /// Its natural frequency, Hz.
+    pub natural_frequency_hz: Quantity,
+    /// Its decay rate, 1/s.
+    pub decay_rate_per_s: Quantity,
+    /// Its points beside the fit.
+    pub points: Vec<CurvePoint>,
+    /// p value of sliding friction in the reference itself, `x_0` free: small means it is
+    /// not free of friction.
+    pub sliding_p_value: f64,
+}
+
+/// How well the model describes the data.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Diagnostics {
+    /// Points used.
+    pub points: usize,
+    /// Points outside the band asked for.
+    pub outside_band: usize,
+    /// Points left out because they lie far off every law (glitches).
+    pub left_out: usize,
+    /// Noise of one point (one quadrature) as estimated between neighbours, response unit.
+    pub noise_rms: f64,
+    /// Residual of the chosen model, response unit.
+    pub residual_rms: f64,
+    /// Factor on variances for residuals that hang together; 1 when they do not.
+    pub residual_excess: f64,
+    /// First autocorrelation of the residuals along the frequency.
+    pub residual_autocorrelation: f64,
+    /// Highest amplitude over the noise, dB.
+    pub signal_to_noise_db: f64,
+    /// Span of the frequencies over the full width of the line at 1/√2 of its height.
+    pub line_widths: f64,
+    /// Points within that width.
+    pub points_in_line: usize,
+    /// Points where the exact motion has stops.
+    pub points_with_stops: usize,
+}
+
+/// Everything [`analyse`](super::analyse) found out.
+#[derive(Debug, Clone, PartialEq)]
+#[non_exhaustive]
+pub struct Answer {
+    /// The loss model reported.
+    pub model: LossModel,
+    /// How the response was computed.
+    pub method: Method,
+    /// Where the drive amplitude came from.
+    pub drive_source: DriveSource,
+    /// Parameters by name, in the order they should be read.
+    pub parameters: Vec<Parameter>,
+    /// All models, best first.
+    pub comparison: Vec<Candidate>,
+    /// Evidence for sliding friction.
+    pub sliding: SlidingEvidence,
+    /// Correlations between the estimated parameters, by pairs of names.
+    pub correlations: Vec<(&'static str, &'static str, f64)>,
+    /// Instrument terms.
+    pub instrument: Instrument,
+    /// The points used beside the fit, by rising frequency.
+    pub points: Vec<CurvePoint>,
+    /// Force balance without a model; empty without phases.
+    pub force: Vec<ForcePoint>,
+    /// The line through it.
+    pub force_line: Option<ForceLine>,
+    /// The paper's way; `None` where its Lorentzian finds no peak.
+    pub paper: Option<PaperEstimate>,
+    /// The reference curve, if one was given.
+    pub reference: Option<ReferenceFit>,
+    /// Quality of the description.
+    pub diagnostics: Diagnostics,
+    /// Doubts.
+    pub warnings: Vec<Warning>,
+    /// Unit of the response.
+    pub unit: String,
+    /// The fitted curve, to be evaluated at any frequency.
+    pub fit: FittedCurve,
+}
+
+impl Answer {
+    /// The parameter of that name.
+    pub fn parameter(&self, name: &str) -> Option<&Quantity> {
+        self.parameters.iter().find(|p| p.name == name).map(|p| &p.quantity)
+    }
+
+    /// The correlation of two estimated parameters, in either order.
+    pub fn correlation(&self, a: &str, b: &str) -> Option<f64> {
+        self.correlations.iter().find(|(p, q, _)| (*p, *q) == (a, b) || (*q, *p) == (a, b)).map(|c| c.2)
+    }
+}

@@ -1,0 +1,109 @@
+//! The bare fit, for who knows the model already.
+
+use super::fits::{best, starts};
+use super::problem::{Block, DELTA, OMEGA, PHASE, Problem, X_0, X_F};
+use super::{Curve, Method, look, start};
+use crate::Error;
+use crate::estimate::least_squares::{LeastSquares, minimise};
+use std::f64::consts::TAU;
+
+/// The exact response fitted to a curve; standard errors from white residuals, limits lifted.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct CurveFit {
+    /// Natural frequency, Hz, and its standard error.
+    pub natural_frequency_hz: [f64; 2],
+    /// Decay rate delta, 1/s.
+    pub decay_rate_per_s: [f64; 2],
+    /// Friction displacement `x_F`, response unit.
+    pub friction_displacement: [f64; 2],
+    /// Drive amplitude `x_0`, response unit; its error is zero when it was given.
+    pub drive_amplitude: [f64; 2],
+    /// Phase offset, rad; zero without phases.
+    pub phase_offset_rad: [f64; 2],
+    /// Root mean square of the residual (of a quadrature when complex).
+    pub residual_rms: f64,
+    /// Whether the fit met its tolerance.
+    pub converged: bool,
+}
+
+/// Fits the exact fundamental with viscous damping and sliding friction, nothing else: no
+/// model is compared, no instrument term but the phase offset is tried, no interval taken.
+/// Start values come from the curve.
+///
+/// `drive_amplitude` fixes `x_0`; without it, it is fitted.
+///
+/// # Errors
+/// [`Error::TooFewPoints`], [`Error::NoResonance`] or [`Error::NoFit`] as
+/// [`analyse`](super::analyse); [`Error::Parameter`] for a drive not above zero.
+///
+/// ```
+/// use slipfit::{Oscillator, resonance::{Curve, fit}, steady::scan};
+/// let o = Oscillator::builder().frequency_hz(1.0).q_factor(40.0).friction_displacement(0.3).build()?;
+/// let mut points = (Vec::new(), Vec::new());
+/// for i in 0..41 {
+///     let r = scan::reading(&o, 1.0, 0.9 + 0.005 * f64::from(i))?;
+///     points.0.push(r.frequency_hz);
+///     points.1.push(r.fundamental);
+/// }
+/// let found = fit(&Curve::complex(points.0, points.1).build()?, Some(1.0))?;
+/// assert!((found.friction_displacement[0] - 0.3).abs() < 1e-6);
+/// # Ok::<(), slipfit::Error>(())
+/// ```
+pub fn fit(curve: &Curve, drive_amplitude: Option<f64>) -> Result<CurveFit, Error> {
+    if let Some(x_0) = drive_amplitude {
+        crate::oscillator::above_zero("drive_amplitude", x_0)?;
+    }
+    let mut main = Block::new(curve);
+    let line = look::line(&main).ok_or(Error::NoResonance { reason: "every amplitude is zero" })?;
+    let linear = start::linear(&main, &line, true);
+    if linear.is_some_and(|(_, mirrored)| mirrored) {
+        for z in &mut main.data {
+            *z = z.conj();
+        }
+    }
+    let mut used = vec![OMEGA, DELTA, X_F];
+    if drive_amplitude.is_none() {
+        used.insert(2, X_0);
+    }
+    if main.complex {
+        used.push(PHASE);
+    }
+    let mut problem = Problem {
+        main,
+        reference: None,
+        reference_weight: 1.0,
+        centre: line.omega,
+        method: Method::Exact,
+        prior: None,
+        ratio: false,
+        used,
+    };
+    // A fixed drive has no column of its own.
+    problem.used.sort_unstable();
+    let free = problem.used.clone();
+    if problem.observations() as usize <= free.len() {
+        return Err(Error::TooFewPoints { points: problem.main.len(), parameters: free.len() });
+    }
+    let all =
+        starts(&problem.main, &line, linear.map(|(s, _)| s), drive_amplitude, drive_amplitude.is_some());
+    // With phases the first is next to the minimum.
+    let found =
+        if linear.is_some() { minimise(&problem, &all[0], &free).filter(|f| f.converged) } else { None };
+    let found = found
+        .or_else(|| best(&problem, &all, &free))
+        .ok_or(Error::NoFit { reason: "no resonance curve with viscous and sliding loss was reached" })?;
+    let n = problem.observations();
+    let sigma = (found.rss / (n - free.len() as f64).max(1.0)).sqrt();
+    let one = |k: usize, offset: f64, factor: f64| {
+        [(found.parameters[k] + offset) * factor, found.unit_std(k) * sigma * factor]
+    };
+    Ok(CurveFit {
+        natural_frequency_hz: one(OMEGA, problem.centre, 1.0 / TAU),
+        decay_rate_per_s: one(DELTA, 0.0, 1.0),
+        friction_displacement: one(X_F, 0.0, 1.0),
+        drive_amplitude: one(X_0, 0.0, 1.0),
+        phase_offset_rad: one(PHASE, 0.0, 1.0),
+        residual_rms: (found.rss / n).sqrt(),
+        converged: found.converged,
+    })
+}

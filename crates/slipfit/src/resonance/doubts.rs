@@ -1,0 +1,210 @@
+//! Which warnings an answer carries.
+
+use super::fits::{Described, Entry};
+use super::problem::{BG_IM, BG_RE, DELTA, DUFFING, OMEGA, R_DELTA, R_OMEGA, X_F};
+use super::{Answer, Curve, DriveSource, Method, RunDirection, Warning, look};
+use std::f64::consts::TAU;
+
+pub(super) fn doubts(
+    curve: &Curve,
+    used: &Curve,
+    d: &Described,
+    answer: &Answer,
+    preferred: &Entry,
+) -> Vec<Warning> {
+    let mut list = Vec::new();
+    let b = &d.problem.main;
+    let noise = look::noise(b).max(0.1 * d.neighbour_noise);
+    let dropped = curve.dropped();
+    if dropped.not_finite + dropped.zero_frequency > 0 {
+        list.push(Warning::Dropped {
+            not_finite: dropped.not_finite,
+            zero_frequency: dropped.zero_frequency,
+        });
+    }
+    if d.left_out > 0 {
+        list.push(Warning::Outliers { points: d.left_out });
+    }
+    if d.phases_ignored {
+        list.push(Warning::PhasesIgnored);
+    }
+    if d.mirrored {
+        list.push(Warning::PhaseSign);
+    }
+    let jump = look::jump(b, &d.line, noise);
+    let (hysteresis, runs) = runs_differ(used, d);
+    if let Some(omega) = jump {
+        list.push(Warning::Jump { frequency_hz: omega / TAU, hysteresis: hysteresis.is_some() });
+    } else if let Some(omega) = hysteresis {
+        list.push(Warning::Jump { frequency_hz: omega / TAU, hysteresis: true });
+    } else if let Some(z) = runs {
+        list.push(Warning::RunsDiffer { z });
+    }
+    if let Some((omega, relative_height)) = look::second_peak(b, &d.line, noise)
+        && jump.is_none()
+        && hysteresis.is_none()
+    {
+        list.push(Warning::SecondPeak {
+            main_hz: d.line.omega / TAU,
+            other_hz: omega / TAU,
+            relative_height,
+        });
+    }
+    shape(&mut list, d, answer);
+    instrument(&mut list, d, answer);
+    reference(&mut list, d, answer);
+    if answer.diagnostics.residual_excess > 1.0 {
+        let misfit = answer.diagnostics.residual_rms / answer.diagnostics.noise_rms.max(f64::MIN_POSITIVE);
+        list.push(Warning::ModelMisfit { excess: misfit });
+    }
+    models(&mut list, d, answer, preferred);
+    if answer.method == Method::Paper
+        && let Some(paper) = &answer.paper
+        && let (Some(friction), Some(q_factor)) = (paper.friction_bias, paper.q_factor_bias)
+    {
+        list.push(Warning::PaperBias { friction, q_factor });
+    }
+    for name in ["decay_rate_per_s", "friction_displacement"] {
+        if answer.parameter(name).is_some_and(|q| !q.interval_95[1].is_finite()) {
+            list.push(Warning::Undetermined { parameter: name });
+        }
+    }
+    list
+}
+
+/// Where the points lie, and what the shape alone can tell.
+fn shape(list: &mut Vec<Warning>, d: &Described, answer: &Answer) {
+    let b = &d.problem.main;
+    let omega_0 = TAU * answer.parameter("natural_frequency_hz").map_or(0.0, |q| q.value);
+    let (first, last) = (b.omega[0], b.omega[b.len() - 1]);
+    let edge = d.line.top == 0 || d.line.top + 1 == b.len();
+    if edge && d.line.sides.iter().any(Option::is_none) || omega_0 < first || omega_0 > last {
+        list.push(Warning::OneFlank { below: omega_0 > 0.5 * (first + last) });
+    }
+    if answer.diagnostics.points_in_line < 4 {
+        list.push(Warning::FewPointsInLine { points: answer.diagnostics.points_in_line });
+    }
+    if d.source == DriveSource::Shape
+        && let Some(beta) = answer.parameter("friction_ratio")
+    {
+        let [low, high] = beta.interval_95;
+        if high - low > 0.3 * beta.value.max(0.3) {
+            list.push(Warning::ShapeAlone { friction_ratio: [low, high.min(1.0f64.max(low))] });
+        }
+    }
+    if let Some(entry) = d.get(crate::ringdown::LossModel::ViscousSliding) {
+        let correlation = entry.fit.correlation(DELTA, X_F);
+        let (error, _) = d.scale.std_error(&entry.fit, DELTA);
+        if correlation.abs() > 0.99 && error > 0.5 * entry.fit.parameters[DELTA].abs() {
+            list.push(Warning::NotSeparable { correlation });
+        }
+    }
+    let stuck = answer.diagnostics.points_with_stops;
+    if stuck > 0 {
+        list.push(Warning::Stuck { points: stuck });
+    }
+}
+
+fn instrument(list: &mut Vec<Warning>, d: &Described, answer: &Answer) {
+    let p = &answer.fit.parameters;
+    if answer.instrument.background.is_some() {
+        list.push(Warning::Background { relative: p[BG_RE].hypot(p[BG_IM]) / d.problem.main.highest() });
+    }
+    if let Some(delay) = &answer.instrument.delay_s {
+        list.push(Warning::Delay { delay_s: delay.value });
+    }
+    if p[DUFFING] != 0.0 {
+        let highest = d.problem.main.highest();
+        let omega_0 = d.problem.centre + p[OMEGA];
+        list.push(Warning::Leaning { relative_shift: p[DUFFING] * highest * highest / omega_0 });
+    }
+}
+
+fn reference(list: &mut Vec<Warning>, d: &Described, answer: &Answer) {
+    let Some(reference) = &answer.reference else { return };
+    let p = &answer.fit.parameters;
+    let apart = (p[R_OMEGA] - p[OMEGA]).abs();
+    let relative_frequency = apart / (d.problem.centre + p[OMEGA]);
+    let ratio = p[R_DELTA] / p[DELTA];
+    // One resonator keeps its frequency within some widths, and its damping within a factor.
+    let width = d.line.half_width.max(p[R_DELTA]);
+    if apart > 5.0 * width || !(0.1..=10.0).contains(&ratio) {
+        list.push(Warning::ReferenceDiffers { relative_frequency, decay_rate_ratio: ratio });
+    }
+    if reference.sliding_p_value < 0.001 {
+        list.push(Warning::ReferenceSlides { p_value: reference.sliding_p_value });
+    }
+}
+
+fn models(list: &mut Vec<Warning>, d: &Described, answer: &Answer, preferred: &Entry) {
+    if answer.model != preferred.model {
+        let asked = d.get(answer.model).map_or(0.0, |e| e.bic);
+        if asked - preferred.bic > 2.0 {
+            list.push(Warning::ModelNotPreferred {
+                asked: answer.model,
+                preferred: preferred.model,
+                delta_bic: asked - preferred.bic,
+            });
+        }
+        return;
+    }
+    let rival = d
+        .entries
+        .iter()
+        .filter(|e| e.model != preferred.model && e.at_limit.is_none())
+        .min_by(|a, b| a.bic.total_cmp(&b.bic));
+    if let Some(rival) = rival.filter(|r| r.bic - preferred.bic < 2.0) {
+        list.push(Warning::AmbiguousModel {
+            chosen: preferred.model,
+            rival: rival.model,
+            delta_bic: rival.bic - preferred.bic,
+        });
+    }
+}
+
+/// Up against down: where they differ by a jump, rad/s, or how sure they differ at all.
+fn runs_differ(used: &Curve, d: &Described) -> (Option<f64>, Option<f64>) {
+    let runs = used.runs();
+    let has = |direction| runs.iter().any(|r| r.direction == direction && r.points >= 5);
+    if !(has(RunDirection::Up) && has(RunDirection::Down)) {
+        return (None, None);
+    }
+    let b = &d.problem.main;
+    let mut up = vec![false; used.len()];
+    for r in runs.iter().filter(|r| r.direction == RunDirection::Up) {
+        up[r.first..r.first + r.points].fill(true);
+    }
+    let of = |direction: bool| -> Vec<(f64, f64)> {
+        (0..b.len()).filter(|&i| up[b.index[i]] == direction).map(|i| (b.omega[i], b.amplitude(i))).collect()
+    };
+    let (rising, falling) = (of(true), of(false));
+    let noise = d.neighbour_noise.max(f64::MIN_POSITIVE);
+    let (mut sum, mut count, mut worst) = (0.0, 0.0, (0.0, 0.0));
+    for &(omega, a) in &rising {
+        let i = falling.partition_point(|f| f.0 < omega);
+        if i == 0 || i == falling.len() {
+            continue;
+        }
+        let ((w0, a0), (w1, a1)) = (falling[i - 1], falling[i]);
+        let t = if w1 > w0 { (omega - w0) / (w1 - w0) } else { 0.5 };
+        // Between coarse points a straight line is no curve.
+        if w1 - w0 > 0.3 * d.line.half_width {
+            continue;
+        }
+        let apart = a - (a0 + t * (a1 - a0));
+        sum += (apart / noise).powi(2);
+        count += 1.0;
+        if apart.abs() > worst.1 {
+            worst = (omega, apart.abs());
+        }
+    }
+    if count < 5.0 {
+        return (None, None);
+    }
+    if worst.1 > (0.25 * d.line.height).max(8.0 * noise) {
+        return (Some(worst.0), None);
+    }
+    // Each difference holds the noise of two points, somewhat less by interpolation.
+    let z = (sum / 2.0 - count) / (2.0f64 * count).sqrt();
+    (None, (z > 4.0).then_some(z))
+}

@@ -1,0 +1,53 @@
+//! The fitted curve, to be drawn or subtracted.
+
+use super::problem::{BG_IM, BG_RE, Problem, X_F};
+use crate::steady::Phasor;
+use std::f64::consts::TAU;
+
+/// The fitted response at any frequency.
+#[derive(Debug, Clone, PartialEq)]
+pub struct FittedCurve {
+    pub(crate) problem: Problem,
+    pub(crate) parameters: Vec<f64>,
+}
+
+impl FittedCurve {
+    /// The fitted response, instrument terms included, at the mean drive; of the branch next
+    /// to the points measured where there are several. NaN where the model has no motion.
+    pub fn response(&self, frequency_hz: f64) -> Phasor {
+        self.at(&self.parameters, frequency_hz)
+    }
+
+    /// The same oscillator under the same drive, without sliding friction: the ghost behind
+    /// the curve. Instrument terms included.
+    pub fn friction_free(&self, frequency_hz: f64) -> Phasor {
+        let mut p = self.parameters.clone();
+        p[X_F] = 0.0;
+        self.at(&p, frequency_hz)
+    }
+
+    /// The oscillator alone: no background, delay or phase offset.
+    pub fn oscillator(&self, frequency_hz: f64) -> Phasor {
+        let omega = TAU * frequency_hz;
+        self.problem
+            .at(&self.parameters, false, omega, 1.0, self.guess(omega))
+            .map_or(Phasor::new(f64::NAN, f64::NAN), |m| m.oscillator)
+    }
+
+    fn at(&self, p: &[f64], frequency_hz: f64) -> Phasor {
+        let omega = TAU * frequency_hz;
+        self.problem
+            .at(p, false, omega, 1.0, self.guess(omega))
+            .map_or(Phasor::new(f64::NAN, f64::NAN), |m| m.value)
+    }
+
+    /// Amplitude measured next to a frequency.
+    fn guess(&self, omega: f64) -> f64 {
+        let b = &self.problem.main;
+        let above = b.omega.partition_point(|w| *w < omega).min(b.len() - 1);
+        let below = above.saturating_sub(1);
+        let nearest = if omega - b.omega[below] < b.omega[above] - omega { below } else { above };
+        let background = Phasor::new(self.parameters[BG_RE], self.parameters[BG_IM]);
+        if b.complex { (b.data[nearest] - background).norm() } else { b.data[nearest].re }
+    }
+}

@@ -1,0 +1,88 @@
+//! Force balance point by point, without a model of the curve.
+
+use super::answer::{ForceLine, ForcePoint};
+use super::problem::{BG_IM, BG_RE, DELAY, OMEGA, PHASE, Problem, X_0};
+use crate::Quantity;
+use crate::estimate::least_squares::linear;
+use crate::steady::Phasor;
+use crate::steady::fundamental::Regime;
+use std::f64::consts::{FRAC_PI_4, TAU};
+
+/// Dissipative and elastic force at each point, and the line through the former:
+///
+/// ```text
+/// x_0 sin(lag) = 4 x_F/pi + (2 delta/omega_0) |Z| omega/omega_0
+/// x_0 cos(lag) + (omega/omega_0)² |Z| = |Z| for a linear spring
+/// ```
+///
+/// The first is eq. (9) of Vitorino, Vieira and Rodrigues off resonance as well. It takes
+/// the friction as a square wave in step with the fundamental, right to the order of
+/// `(x_F/|Z|)²`; points with stops are left out of the line.
+pub(super) fn balance(
+    problem: &Problem,
+    p: &[f64],
+    sigma: f64,
+    unit: &str,
+) -> (Vec<ForcePoint>, Option<ForceLine>) {
+    let b = &problem.main;
+    if !b.complex {
+        return (Vec::new(), None);
+    }
+    let omega_0 = problem.centre + p[OMEGA];
+    let background = Phasor::new(p[BG_RE], p[BG_IM]);
+    let mut points = Vec::with_capacity(b.len());
+    let mut rows: Vec<(f64, f64, f64, f64)> = Vec::new();
+    for i in 0..b.len() {
+        let turn = Phasor::from_polar(1.0, (b.omega[i] - problem.centre) * p[DELAY] - p[PHASE]);
+        let z = (b.data[i] - background) * turn;
+        let size = z.norm();
+        if !(size > 0.0) {
+            continue;
+        }
+        let x_0 = p[X_0] * b.drive[i];
+        let (sin, cos) = (-z.im / size, z.re / size);
+        let noise = sigma / b.precision[i].sqrt();
+        let angle = noise / size;
+        let r = b.omega[i] / omega_0;
+        // At the peak the first order vanishes; the second does not.
+        let dissipative_std_error = x_0 * angle * cos.abs().max(angle);
+        points.push(ForcePoint {
+            frequency_hz: b.omega[i] / TAU,
+            amplitude: size,
+            dissipative: x_0 * sin,
+            dissipative_std_error,
+            elastic: x_0 * cos + r * r * size,
+            elastic_std_error: (x_0 * angle * sin.abs().max(angle)).hypot(r * r * noise),
+        });
+        let slides = problem.modelled(p, false, i).is_some_and(|m| m.regime == Regime::Sliding);
+        if slides && b.weight[i] > 0.0 && angle < 0.3 {
+            rows.push((size * r, x_0 * sin, dissipative_std_error, noise * r));
+        }
+    }
+    (points, line(&rows, omega_0, unit))
+}
+
+fn line(rows: &[(f64, f64, f64, f64)], omega_0: f64, unit: &str) -> Option<ForceLine> {
+    let mut slope = 0.0;
+    let mut found = None;
+    for _ in 0..4 {
+        let weighted = rows.iter().map(|&(x, y, ey, ex)| {
+            (vec![1.0, x], y, 1.0 / (ey * ey + slope * slope * ex * ex).max(f64::MIN_POSITIVE))
+        });
+        let (c, covariance, chi2) = linear(weighted, 2)?;
+        slope = c[1];
+        found = Some((c, covariance, chi2));
+    }
+    let (c, covariance, chi2) = found?;
+    if rows.len() < 4 {
+        return None;
+    }
+    let reduced = chi2 / (rows.len() as f64 - 2.0);
+    let error = |k: usize| (covariance[(k, k)] * reduced.max(1.0)).sqrt();
+    Some(ForceLine {
+        friction_displacement: Quantity::normal(FRAC_PI_4 * c[0], FRAC_PI_4 * error(0), unit),
+        decay_rate_per_s: Quantity::normal(0.5 * omega_0 * c[1], 0.5 * omega_0 * error(1), "1/s"),
+        reduced_chi_square: reduced,
+        points: rows.len(),
+    })
+}

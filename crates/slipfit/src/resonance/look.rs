@@ -1,0 +1,176 @@
+//! What a curve looks like before any model: peak, width, noise, jumps, other peaks.
+
+use super::problem::Block;
+
+/// The main line as read off the points.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub(crate) struct Line {
+    /// Point of the highest amplitude.
+    pub(crate) top: usize,
+    /// Frequency of the peak, rad/s, by the parabola through its neighbours.
+    pub(crate) omega: f64,
+    /// Its height.
+    pub(crate) height: f64,
+    /// Half width at 1/√2 of the height, rad/s.
+    pub(crate) half_width: f64,
+    /// Half widths seen below and above the peak.
+    pub(crate) sides: [Option<f64>; 2],
+}
+
+/// Noise of one amplitude from differences between neighbours, robust against lines.
+pub(crate) fn noise(b: &Block) -> f64 {
+    let n = b.len();
+    if n < 5 {
+        return 0.0;
+    }
+    let mut second: Vec<f64> = (1..n - 1)
+        .filter_map(|i| {
+            let (l, r) = (b.omega[i] - b.omega[i - 1], b.omega[i + 1] - b.omega[i]);
+            let span = l + r;
+            let between = if span > 0.0 {
+                (b.amplitude(i - 1) * r + b.amplitude(i + 1) * l) / span
+            } else {
+                0.5 * (b.amplitude(i - 1) + b.amplitude(i + 1))
+            };
+            let (p, q) = if span > 0.0 { (r / span, l / span) } else { (0.5, 0.5) };
+            let d = (b.amplitude(i) - between).abs() / (1.0 + p * p + q * q).sqrt();
+            d.is_finite().then_some(d)
+        })
+        .collect();
+    second.sort_by(f64::total_cmp);
+    // Half of a normal variable's absolute values lie below 0.6745 of its deviation.
+    second.get(second.len() / 2).copied().unwrap_or(0.0) / 0.6745
+}
+
+pub(crate) fn line(b: &Block) -> Option<Line> {
+    let n = b.len();
+    let top = (0..n).max_by(|&i, &j| b.amplitude(i).total_cmp(&b.amplitude(j)))?;
+    let height = b.amplitude(top);
+    if !(height > 0.0) {
+        return None;
+    }
+    let cut = height * std::f64::consts::FRAC_1_SQRT_2;
+    let crossing = |range: &mut dyn Iterator<Item = usize>| {
+        let mut last = top;
+        for i in range {
+            if b.amplitude(i) < cut {
+                let t = (b.amplitude(last) - cut) / (b.amplitude(last) - b.amplitude(i));
+                return Some((b.omega[last] + t * (b.omega[i] - b.omega[last]) - b.omega[top]).abs());
+            }
+            last = i;
+        }
+        None
+    };
+    let sides = [crossing(&mut (0..top).rev()), crossing(&mut (top + 1..n))];
+    let span = b.omega[n - 1] - b.omega[0];
+    let half_width = match sides {
+        [Some(l), Some(r)] => 0.5 * (l + r),
+        [Some(w), None] | [None, Some(w)] => w,
+        [None, None] => span,
+    };
+    let omega = match sides {
+        [Some(l), Some(r)] => b.omega[top] + 0.25 * (r - l),
+        _ => b.omega[top],
+    };
+    let least = 1e-9 * b.omega[top];
+    Some(Line { top, omega, height, half_width: half_width.max(least), sides })
+}
+
+/// The highest other peak: frequency and height over the main one's.
+pub(crate) fn second_peak(b: &Block, line: &Line, noise: f64) -> Option<(f64, f64)> {
+    let n = b.len();
+    let mut best: Option<(f64, f64)> = None;
+    let mut scan = |range: &mut dyn Iterator<Item = usize>| {
+        // Lowest amplitude since the main peak.
+        let mut saddle = line.height;
+        for i in range {
+            let a = b.amplitude(i);
+            saddle = saddle.min(a);
+            let rises = a - saddle;
+            // A single high point is a glitch: its neighbours must rise as well.
+            let company = (i > 0 && b.amplitude(i - 1) - saddle > 0.4 * rises)
+                || (i + 1 < n && b.amplitude(i + 1) - saddle > 0.4 * rises);
+            let distinct = rises > (8.0 * noise).max(0.08 * line.height).max(0.25 * a);
+            if distinct && company && best.is_none_or(|(_, h)| a > h) {
+                best = Some((b.omega[i], a));
+            }
+        }
+    };
+    scan(&mut (0..line.top).rev());
+    scan(&mut (line.top + 1..n));
+    best.map(|(omega, a)| (omega, a / line.height))
+}
+
+/// Between which points the amplitude jumps: a drop far steeper than anything on the other
+/// flank, which no single-valued line has.
+pub(crate) fn jump(b: &Block, line: &Line, noise: f64) -> Option<f64> {
+    let n = b.len();
+    let slope = |i: usize| {
+        let step = (b.omega[i + 1] - b.omega[i]).max(1e-9 * b.omega[i]);
+        (b.amplitude(i + 1) - b.amplitude(i)).abs() / step
+    };
+    let steepest = |range: std::ops::Range<usize>| range.map(slope).fold(0.0, f64::max);
+    let gentle = steepest(0..line.top).min(steepest(line.top..n - 1));
+    if gentle == 0.0 {
+        return None;
+    }
+    // A Lorentzian is nowhere steeper than 0.385 of its height per half width.
+    let usual = gentle.max(0.385 * line.height / line.half_width);
+    (0..n - 1)
+        .filter(|&i| {
+            let fall = (b.amplitude(i + 1) - b.amplitude(i)).abs();
+            fall > (0.35 * line.height).max(8.0 * noise) && slope(i) > 3.0 * usual
+        })
+        .map(|i| 0.5 * (b.omega[i] + b.omega[i + 1]))
+        .next()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::super::Curve;
+    use super::*;
+
+    fn block(f: impl Fn(f64) -> f64) -> Block {
+        let frequency: Vec<f64> = (0..201).map(|i| 0.9 + 0.001 * f64::from(i)).collect();
+        let amplitude = frequency.iter().map(|&w| f(w)).collect();
+        Block::new(&Curve::builder(frequency, amplitude).build().unwrap())
+    }
+
+    fn lorentzian(w: f64, centre: f64, width: f64) -> f64 {
+        width / (w - centre).hypot(width)
+    }
+
+    #[test]
+    fn one_line_has_a_width_and_nothing_else() {
+        let b = block(|w| lorentzian(w, 1.0, 0.01));
+        let l = line(&b).unwrap();
+        let hz = std::f64::consts::TAU;
+        assert!((l.half_width / hz - 0.01).abs() < 1e-4 && (l.omega / hz - 1.0).abs() < 1e-6);
+        assert_eq!((second_peak(&b, &l, 0.0), jump(&b, &l, 0.0)), (None, None));
+    }
+
+    #[test]
+    fn a_second_line_and_a_jump_are_seen() {
+        let b = block(|w| lorentzian(w, 0.97, 0.005) + 0.4 * lorentzian(w, 1.04, 0.005));
+        let (omega, height) = second_peak(&b, &line(&b).unwrap(), 0.0).unwrap();
+        assert!((omega / std::f64::consts::TAU - 1.04).abs() < 2e-3 && (height - 0.45).abs() < 0.1);
+        let b = block(|w| if w < 1.0 { lorentzian(w, 1.0, 0.02) } else { 0.3 * lorentzian(w, 1.0, 0.02) });
+        assert!(jump(&b, &line(&b).unwrap(), 0.0).is_some());
+    }
+
+    #[test]
+    fn noise_is_read_beside_a_line() {
+        let state = std::cell::Cell::new(9u64);
+        let even = || {
+            state.set(
+                state.get().wrapping_mul(6_364_136_223_846_793_005).wrapping_add(1_442_695_040_888_963_407),
+            );
+            (state.get() >> 11) as f64 / (1u64 << 53) as f64
+        };
+        // Sums of twelve even numbers: as good as normal, deviation 1.
+        let normal = || (0..12).map(|_| even()).sum::<f64>() - 6.0;
+        let b = block(|w| lorentzian(w, 1.0, 0.02) + 1e-3 * normal());
+        let n = noise(&b);
+        assert!((0.8e-3..1.25e-3).contains(&n), "{n}");
+    }
+}

@@ -1,0 +1,31 @@
+//! Resonance curves: from amplitudes (and phases) over frequency to how much of the
+//! loss is viscous and how much is sliding.
+
+mod analyse;
+mod answer;
+mod assemble;
+mod curve;
+mod direct;
+mod doubts;
+mod fits;
+mod fitted;
+mod force;
+mod look;
+mod options;
+mod paper;
+pub(crate) mod physical;
+mod problem;
+mod sentence;
+mod start;
+mod warning;
+
+pub use analyse::analyse;
+pub use answer::{
+    Answer, Candidate, CurvePoint, Diagnostics, DriveSource, ForceLine, ForcePoint, Instrument,
+    PaperEstimate, Parameter, ReferenceFit, SlidingEvidence,
+};
+pub use curve::{Curve, CurveBuilder, Dropped, Response, Run, RunDirection};
+pub use direct::{CurveFit, fit};
+pub use fitted::FittedCurve;
+pub use options::{DriveAmplitude, Method, Options, Terms};
+pub use warning::Warning;

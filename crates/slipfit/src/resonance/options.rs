@@ -1,0 +1,96 @@
+//! What a caller may fix before the analysis.
+
+use super::Curve;
+use crate::Error;
+use crate::ringdown::{Calibration, LossModel};
+
+/// Choices for [`analyse`](super::analyse). The default finds everything by itself.
+#[derive(Debug, Clone, PartialEq, Default)]
+#[non_exhaustive]
+pub struct Options {
+    /// Only points between these frequencies count, in Hz.
+    pub band_hz: Option<[f64; 2]>,
+    /// How the response is computed.
+    pub method: Method,
+    /// Report this loss model, whichever the data prefer.
+    pub model: Option<LossModel>,
+    /// The drive amplitude `x_0`, when it is known, in the response's unit.
+    pub drive_amplitude: Option<DriveAmplitude>,
+    /// A friction-free curve of the same drive, fitted jointly: it gives `x_0`.
+    pub reference: Option<Curve>,
+    /// Terms of the instrument, and of the spring.
+    pub terms: Terms,
+    /// Mechanical constant that turns displacements into forces.
+    pub calibration: Option<Calibration>,
+}
+
+/// How the response of the oscillator is computed.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
+#[non_exhaustive]
+pub enum Method {
+    /// The exact fundamental, stops included.
+    #[default]
+    Exact,
+    /// The leading term, the paper's eq. (8).
+    Leading,
+    /// The paper's effective Lorentzian, eq. (14), inverted with `a = 4/3`; its known bias
+    /// stands beside the answer.
+    Paper,
+}
+
+/// The drive amplitude as known from elsewhere.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct DriveAmplitude {
+    /// `x_0`, in the response's unit.
+    pub value: f64,
+    /// Its standard error; zero when exact.
+    pub std_error: f64,
+}
+
+/// Terms beside the oscillator. `None`: used when the data need it; `Some`: as said.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
+#[non_exhaustive]
+pub struct Terms {
+    /// A constant complex background (crosstalk, feed-through), which gives a Fano shape.
+    pub background: Option<bool>,
+    /// A delay of the signal chain (phase falling linearly with frequency). Needs phases.
+    pub delay: Option<bool>,
+    /// A constant phase offset. Needs phases; always fitted unless `Some(false)`.
+    pub phase_offset: Option<bool>,
+    /// A frequency that moves with the square of the amplitude (Duffing).
+    pub duffing: Option<bool>,
+}
+
+impl Options {
+    /// Checks every number given.
+    pub(crate) fn check(&self) -> Result<(), Error> {
+        if let Some([low, high]) = self.band_hz.filter(|b| !(b[0] >= 0.0 && b[0] < b[1])) {
+            let value = if low >= 0.0 { high } else { low };
+            return Err(Error::Parameter { name: "band_hz", value, range: "rising pairs of frequencies" });
+        }
+        if let Some(drive) = self.drive_amplitude {
+            crate::oscillator::above_zero("drive_amplitude", drive.value)?;
+            if !(drive.std_error >= 0.0 && drive.std_error.is_finite()) {
+                let range = "the numbers from zero on";
+                return Err(Error::Parameter {
+                    name: "drive_amplitude std_error",
+                    value: drive.std_error,
+                    range,
+                });
+            }
+            if self.reference.is_some() {
+                return Err(Error::ConflictingParameters { first: "drive_amplitude", second: "reference" });
+            }
+        }
+        if let Some(Calibration::Stiffness { value, std_error } | Calibration::Mass { value, std_error }) =
+            self.calibration
+        {
+            crate::oscillator::above_zero("calibration", value)?;
+            if !(std_error >= 0.0 && std_error.is_finite()) {
+                let range = "the numbers from zero on";
+                return Err(Error::Parameter { name: "calibration std_error", value: std_error, range });
+            }
+        }
+        Ok(())
+    }
+}

@@ -1,0 +1,170 @@
+//! Where a fit begins.
+
+use super::look::Line;
+use super::problem::Block;
+use crate::steady::Phasor;
+use nalgebra::{SMatrix, SVector};
+use std::f64::consts::{FRAC_1_SQRT_2, FRAC_PI_4, PI};
+
+/// First values of the oscillator.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub(crate) struct Start {
+    /// Natural frequency less the line's, rad/s.
+    pub(crate) shift: f64,
+    pub(crate) delta: f64,
+    pub(crate) x_0: f64,
+    pub(crate) x_f: f64,
+    pub(crate) phase: f64,
+}
+
+/// The balance of the fundamental, linear in all unknowns when phases are known:
+///
+/// ```text
+/// (omega_0² - omega²) Z + 2 i delta omega Z + i (4/pi) x_F omega_0² Z/|Z| = omega_0² x_0 e^(i phase)
+/// ```
+///
+/// solved twice, weighted by what the points tell, the second time with the first's line.
+/// Where the total loss comes out negative the phases run the other way: then it is solved
+/// for their mirror image, and the second value is true.
+pub(crate) fn linear(b: &Block, line: &Line, friction: bool) -> Option<(Start, bool)> {
+    if !b.complex || b.len() < 4 {
+        return None;
+    }
+    let unit = 2.0 * line.half_width / line.omega;
+    let detuned = |w: f64| (w - line.omega) * (w + line.omega) / (line.omega * line.omega) / unit;
+    let mut solution = SVector::<f64, 5>::zeros();
+    let (mut centre, mut width) = (0.0, 1.0);
+    for _ in 0..2 {
+        let mut m = SMatrix::<f64, 5, 5>::zeros();
+        let mut v = SVector::<f64, 5>::zeros();
+        for i in 0..b.len() {
+            let z = b.data[i] / line.height;
+            let size = z.norm();
+            if b.weight[i] == 0.0 || size == 0.0 {
+                continue;
+            }
+            let s = detuned(b.omega[i]);
+            let weight = b.weight[i] / ((s - centre).powi(2) + width * width);
+            let turned = Phasor::new(-z.im, z.re);
+            let rate = b.omega[i] / line.omega;
+            let level = b.drive[i];
+            let f = if friction { 1.0 / size } else { 0.0 };
+            let re = [z.re, turned.re * rate, turned.re * f, -level, 0.0];
+            let im = [z.im, turned.im * rate, turned.im * f, 0.0, -level];
+            let (rhs_re, rhs_im) = (s * z.re, s * z.im);
+            for a in 0..5 {
+                for c in 0..5 {
+                    m[(a, c)] += weight * (re[a] * re[c] + im[a] * im[c]);
+                }
+                v[a] += weight * (re[a] * rhs_re + im[a] * rhs_im);
+            }
+        }
+        if !friction {
+            m[(2, 2)] = 1.0;
+        }
+        // A trace of ridge keeps curves that hold no friction solvable.
+        for a in 0..5 {
+            m[(a, a)] *= 1.0 + 1e-12;
+        }
+        solution = m.cholesky()?.solve(&v);
+        centre = solution[0];
+        width = (solution[1] + solution[2]).abs().clamp(0.05, 20.0);
+    }
+    let [a, delta, f, re, im] = solution.data.0[0];
+    let mirrored = delta + f < 0.0;
+    let (delta, f, im) = if mirrored { (-delta, -f, -im) } else { (delta, f, im) };
+    // omega_0²/omega_c².
+    let square = 1.0 + a * unit;
+    if !(square > 0.0) {
+        return None;
+    }
+    let omega_0 = line.omega * square.sqrt();
+    let shift = line.omega * a * unit / (1.0 + square.sqrt());
+    let back = unit * line.height / square;
+    let start = Start {
+        shift,
+        delta: (delta * line.half_width).clamp(1e-3 * line.half_width, 0.7 * omega_0),
+        x_0: re.hypot(im) * back,
+        x_f: (f * FRAC_PI_4 * back).max(0.0),
+        phase: im.atan2(re),
+    };
+    (start.x_0 > 0.0 && start.shift.is_finite()).then_some((start, mirrored))
+}
+
+/// Friction ratios tried where nothing better is known.
+const RATIOS: [f64; 7] = [0.0, 0.2, 0.4, 0.6, 0.8, 0.9, 0.97];
+
+/// Starts from height and width of the line, by the leading term: at 1/√2 of the height
+///
+/// ```text
+/// delta_e = half width / sqrt(2 [1 - ((1 - beta)/√2 + beta)²]),   x_0 = 2 delta_e height/omega_0
+/// ```
+///
+/// with `delta_e = delta/(1 - beta)` the whole loss at the peak.
+pub(crate) fn grid(line: &Line, phase: f64, known: Option<f64>) -> Vec<Start> {
+    RATIOS
+        .iter()
+        .map(|&beta| {
+            let at_cut: f64 = (1.0 - beta) * FRAC_1_SQRT_2 + beta;
+            let from_width = line.half_width / (2.0 * (1.0 - at_cut * at_cut)).sqrt();
+            let whole = match known {
+                Some(x_0) => x_0 * line.omega / (2.0 * line.height),
+                None => from_width,
+            }
+            .min(0.7 * line.omega);
+            let x_0 = known.unwrap_or(2.0 * whole * line.height / line.omega);
+            let delta = (1.0 - beta) * whole;
+            // The peak of the displacement lies below omega_0.
+            let shift = line.omega.hypot(std::f64::consts::SQRT_2 * delta) - line.omega;
+            Start { shift, delta, x_0, x_f: FRAC_PI_4 * beta * x_0, phase }
+        })
+        .collect()
+}
+
+/// Phase offset that turns the response at the peak to a lag of a quarter.
+pub(crate) fn phase_at_peak(b: &Block, line: &Line) -> f64 {
+    if b.complex { wrapped(b.data[line.top].arg() + 0.5 * PI) } else { 0.0 }
+}
+
+pub(crate) fn wrapped(angle: f64) -> f64 {
+    let a = (angle + PI).rem_euclid(2.0 * PI) - PI;
+    if a == -PI { PI } else { a }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::super::{Curve, look};
+    use super::*;
+    use crate::steady::fundamental::{Point, fundamental};
+
+    #[test]
+    fn the_linear_balance_finds_the_oscillator_and_the_sign_of_the_phase() {
+        for sign in [1.0, -1.0] {
+            let f: Vec<f64> = (0..201).map(|i| 0.97 + 0.0003 * f64::from(i)).collect();
+            let z = f
+                .iter()
+                .map(|f| {
+                    let omega = f * 6.0;
+                    let at = Point {
+                        omega,
+                        omega_0: 6.0,
+                        detuning: omega - 6.0,
+                        delta: 0.03,
+                        x_0: 0.2,
+                        x_f: 0.06,
+                    };
+                    let z = fundamental(&at).unwrap().value * Phasor::from_polar(1.0, 0.4);
+                    Phasor::new(z.re, sign * z.im)
+                })
+                .collect();
+            let hz = f.iter().map(|f| f * 6.0 / (2.0 * PI)).collect();
+            let b = Block::new(&Curve::complex(hz, z).build().unwrap());
+            let line = look::line(&b).unwrap();
+            let (s, mirrored) = linear(&b, &line, true).unwrap();
+            assert_eq!(mirrored, sign < 0.0);
+            // The leading balance is right to some per cent.
+            assert!((s.delta / 0.03 - 1.0).abs() < 0.1 && (s.x_f / 0.06 - 1.0).abs() < 0.1, "{s:?}");
+            assert!((line.omega + s.shift - 6.0).abs() < 1e-3 && (s.phase - 0.4).abs() < 0.05, "{s:?}");
+        }
+    }
+}

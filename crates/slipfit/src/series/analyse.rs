@@ -1,0 +1,528 @@
+//! The one way in.
+
+use super::answer::{Answer, Cell, Joint, Pair, Row, Solo, Warning};
+use super::law::{LoadPoint, friction_against_load};
+use super::{Condition, Data, Measurement, Options};
+use crate::estimate::evidence::chi_square_tail;
+use crate::ringdown::{Calibration, LossModel};
+use crate::{Error, Quantity, levels, resonance, ringdown};
+use nalgebra::{DMatrix, DVector, Matrix2, Vector2};
+use std::f64::consts::TAU;
+
+/// What one measurement says, limits lifted, in the common unit.
+struct Said {
+    measurement: usize,
+    ring_down: bool,
+    /// Damping rate and friction displacement.
+    value: Vector2<f64>,
+    covariance: Matrix2<f64>,
+    /// Natural frequency, Hz, and its standard error.
+    frequency: Option<[f64; 2]>,
+    /// Drive amplitude, its standard error, and its correlation with the two.
+    drive: Option<([f64; 2], [f64; 2])>,
+}
+
+/// Analyses each measurement alone, compares the ways at each condition as Table 1 of
+/// Vitorino, Vieira and Rodrigues does, and fits everything jointly.
+///
+/// For the table every ring-down and curve is described by viscous damping and sliding
+/// friction, limits lifted, so that estimates of no friction scatter about zero. Two ways
+/// are compared by the difference of `(delta, x_F)` with both covariances:
+///
+/// ```text
+/// chi² = d' (C_1 + C_2)⁻¹ d     with two degrees of freedom
+/// ```
+///
+/// The joint fit is the generalised least squares of all answers with the parameters said
+/// to be shared ([`Options::shared`]); damping and friction of one condition always are.
+///
+/// Limits: answers enter by value and covariance, not by their samples; an answer close to a
+/// limit enters by its unbounded estimate. A common calibration takes no part in the
+/// comparison, since both ways share it.
+///
+/// # Errors
+/// [`Error::TooFewSamples`] without measurements; [`Error::Parameter`] for a scale not above
+/// zero; [`Error::NoFit`] where not one measurement could be analysed. One that fails beside
+/// others that do not is in [`Answer::solo`] with its error.
+pub fn analyse(measurements: &[Measurement], options: &Options) -> Result<Answer, Error> {
+    if measurements.is_empty() {
+        return Err(Error::TooFewSamples { found: 0, needed: 1 });
+    }
+    for m in measurements {
+        crate::oscillator::above_zero("scale", m.scale)?;
+    }
+    let mut warnings = Vec::new();
+    let mut solo = Vec::with_capacity(measurements.len());
+    let mut said = Vec::new();
+    for (i, m) in measurements.iter().enumerate() {
+        let (alone, compared) = one(&m.data);
+        match (&alone, compared) {
+            (Err(_), _) => warnings.push(Warning::Failed { name: m.name.clone() }),
+            (Ok(_), Some(answer)) => match speak(i, m.scale, &answer) {
+                Ok(s) => said.push(s),
+                Err(why) => warnings.push(Warning::NotUsed { name: m.name.clone(), why }),
+            },
+            (Ok(_), None) => warnings.push(Warning::NotUsed {
+                name: m.name.clone(),
+                why: "viscous damping and sliding friction could not both be fitted to it",
+            }),
+        }
+        solo.push((m.name.clone(), alone));
+    }
+    if solo.iter().all(|(_, s)| s.is_err()) {
+        return Err(Error::NoFit { reason: "no measurement of the series could be analysed" });
+    }
+    let mut labels: Vec<&Condition> = Vec::new();
+    for m in measurements {
+        if !labels.iter().any(|c| c.label == m.condition.label) {
+            labels.push(&m.condition);
+        }
+    }
+    let table: Vec<Row> = labels
+        .iter()
+        .map(|condition| {
+            let here = |ring_down: Option<bool>| -> Vec<&Said> {
+                said.iter()
+                    .filter(|s| measurements[s.measurement].condition.label == condition.label)
+                    .filter(|s| ring_down.is_none_or(|r| r == s.ring_down))
+                    .collect()
+            };
+            row(condition, &here(Some(true)), &here(Some(false)), &here(None), options)
+        })
+        .collect();
+    for r in &table {
+        if let Some(p_value) = r.p_value.filter(|p| *p < 0.01) {
+            warnings.push(Warning::Disagree { condition: r.condition.clone(), p_value });
+        }
+    }
+    let compared: Vec<f64> = labels
+        .iter()
+        .filter_map(|c| {
+            let of = |ring_down: bool| {
+                let list: Vec<&Said> = said
+                    .iter()
+                    .filter(|s| {
+                        s.ring_down == ring_down && measurements[s.measurement].condition.label == c.label
+                    })
+                    .collect();
+                together(&list)
+            };
+            difference(of(true)?, of(false)?)
+        })
+        .collect();
+    let agreement_p_value =
+        (!compared.is_empty()).then(|| chi_square_tail(compared.iter().sum(), 2.0 * compared.len() as f64));
+    let joint = joint(&said, measurements, &labels, options);
+    if let Some(j) = &joint
+        && j.p_value < 0.01
+    {
+        warnings.push(Warning::NotShared { p_value: j.p_value });
+    }
+    let laws = laws(&table, options);
+    Ok(Answer { solo, table, agreement_p_value, joint, laws, warnings })
+}
+
+/// The answer as asked for, and the one with viscous damping and sliding friction.
+fn one(data: &Data) -> (Result<Solo, Error>, Option<Solo>) {
+    let both = LossModel::ViscousSliding;
+    match data {
+        Data::RingDown { record, options } => match ringdown::analyse(record, options) {
+            Ok(answer) => {
+                let compared = if answer.model == both {
+                    Some(answer.clone())
+                } else {
+                    let forced = ringdown::Options { model: Some(both), ..(**options).clone() };
+                    ringdown::analyse(record, &forced).ok()
+                };
+                (Ok(Solo::RingDown(Box::new(answer))), compared.map(|a| Solo::RingDown(Box::new(a))))
+            }
+            Err(e) => (Err(e), None),
+        },
+        Data::Sweep { curve, options } => match resonance::analyse(curve, options) {
+            Ok(answer) => {
+                let compared = if answer.model == both {
+                    Some(answer.clone())
+                } else {
+                    let forced = resonance::Options { model: Some(both), ..(**options).clone() };
+                    resonance::analyse(curve, &forced).ok()
+                };
+                (Ok(Solo::Sweep(Box::new(answer))), compared.map(|a| Solo::Sweep(Box::new(a))))
+            }
+            Err(e) => (Err(e), None),
+        },
+        Data::Levels { levels, options } => match levels::analyse(levels, options) {
+            Ok(answer) => {
+                let compared = Some(Solo::Levels(Box::new(answer.clone())));
+                (Ok(Solo::Levels(Box::new(answer))), compared)
+            }
+            Err(e) => (Err(e), None),
+        },
+    }
+}
+
+/// Values and covariance out of an answer.
+fn speak(measurement: usize, scale: f64, answer: &Solo) -> Result<Said, &'static str> {
+    const NAMES: [&str; 2] = ["decay_rate_per_s", "friction_displacement"];
+    let get = |name: &str| -> Option<Quantity> {
+        match answer {
+            Solo::RingDown(a) => a.parameter(name),
+            Solo::Sweep(a) => a.parameter(name),
+            Solo::Levels(a) => a.parameter(name),
+        }
+        .cloned()
+    };
+    let delta = get(NAMES[0]).ok_or("it gives no decay rate")?;
+    let x_f = get(NAMES[1]).ok_or("it gives no friction displacement")?.scaled(scale, "");
+    let rho = match answer {
+        Solo::RingDown(a) => a.correlation(NAMES[0], NAMES[1]).unwrap_or(0.0),
+        Solo::Sweep(a) => a.correlation(NAMES[0], NAMES[1]).unwrap_or(0.0),
+        // delta falls as the slope rises.
+        Solo::Levels(a) => -a.correlation,
+    };
+    let rho = rho.clamp(-0.999_999, 0.999_999);
+    let (s_d, s_x) = (delta.std_error, x_f.std_error);
+    if !(s_d > 0.0 && s_x > 0.0 && s_d.is_finite() && s_x.is_finite()) {
+        return Err("it does not determine damping and friction");
+    }
+    let covariance = Matrix2::new(s_d * s_d, rho * s_d * s_x, rho * s_d * s_x, s_x * s_x);
+    let frequency = match answer {
+        // A ring-down swings at omega_d.
+        Solo::RingDown(_) => get("frequency_hz").map(|q| [q.value.hypot(delta.value / TAU), q.std_error]),
+        Solo::Sweep(_) => get("natural_frequency_hz").map(|q| [q.value, q.std_error]),
+        Solo::Levels(_) => None,
+    }
+    .filter(|f| f[1] > 0.0 && f[1].is_finite());
+    let drive = match answer {
+        Solo::Sweep(a) => {
+            get("drive_amplitude").filter(|q| q.std_error > 0.0 && q.std_error.is_finite()).map(|q| {
+                let with = |name: &str| a.correlation("drive_amplitude", name).unwrap_or(0.0);
+                ([q.value * scale, q.std_error * scale], [with(NAMES[0]), with(NAMES[1])])
+            })
+        }
+        _ => None,
+    };
+    Ok(Said {
+        measurement,
+        ring_down: matches!(answer, Solo::RingDown(_)),
+        value: Vector2::new(delta.unbounded_value, x_f.unbounded_value),
+        covariance,
+        frequency,
+        drive,
+    })
+}
+
+type Both = (Vector2<f64>, Matrix2<f64>);
+
+/// Mean of several by their covariances.
+fn together(list: &[&Said]) -> Option<Both> {
+    let mut weight = Matrix2::zeros();
+    let mut sum = Vector2::zeros();
+    for s in list {
+        let inverse = s.covariance.try_inverse()?;
+        weight += inverse;
+        sum += inverse * s.value;
+    }
+    let covariance = weight.try_inverse()?;
+    Some((covariance * sum, covariance))
+}
+
+/// Chi square of the difference, two degrees of freedom.
+fn difference(a: Both, b: Both) -> Option<f64> {
+    let d = a.0 - b.0;
+    let inverse = (a.1 + b.1).try_inverse()?;
+    Some((d.transpose() * inverse * d)[(0, 0)])
+}
+
+fn row(
+    condition: &Condition,
+    ring_downs: &[&Said],
+    resonances: &[&Said],
+    all: &[&Said],
+    options: &Options,
+) -> Row {
+    let (r, s) = (together(ring_downs), together(resonances));
+    let hz = all.iter().find_map(|s| s.frequency).map(|f| f[0]);
+    let pair = |k: usize| {
+        let (a, b) = (r?, s?);
+        let z = (a.0[k] - b.0[k]) / (a.1[(k, k)] + b.1[(k, k)]).sqrt();
+        Some(Pair { z, p_value: chi_square_tail(z * z, 1.0) })
+    };
+    Row {
+        condition: condition.label.clone(),
+        value: condition.value,
+        ring_down: r.map(|b| cell(b, hz, options)),
+        resonance: s.map(|b| cell(b, hz, options)),
+        friction: pair(1),
+        damping: pair(0),
+        p_value: r.zip(s).and_then(|(a, b)| difference(a, b)).map(|c| chi_square_tail(c, 2.0)),
+        joint: together(all).map(|b| cell(b, hz, options)),
+    }
+}
+
+/// As a person reads it: within the limits, in newtons where a calibration is given.
+fn cell((value, covariance): Both, hz: Option<f64>, options: &Options) -> Cell {
+    let limited = |k: usize, unit: &str| {
+        let std = covariance[(k, k)].sqrt();
+        let [low, high] = crate::estimate::interval::bounded_interval(value[k] / std);
+        Quantity {
+            value: value[k].max(0.0),
+            std_error: std,
+            interval_95: [low * std, high * std],
+            unbounded_value: value[k],
+            unit: unit.to_owned(),
+        }
+    };
+    let (delta, x_f) = (limited(0, "1/s"), limited(1, &options.unit));
+    let correlation = covariance[(0, 1)] / (covariance[(0, 0)] * covariance[(1, 1)]).sqrt();
+    match (options.calibration, hz) {
+        (Some(calibration), Some(hz)) => {
+            let exact = match calibration {
+                Calibration::Stiffness { value, .. } => Calibration::Stiffness { value, std_error: 0.0 },
+                Calibration::Mass { value, .. } => Calibration::Mass { value, std_error: 0.0 },
+            };
+            let [(_, damping), (_, friction)] =
+                resonance::physical::physical(exact, TAU * hz, &options.unit, &delta, &x_f);
+            Cell { friction, damping, correlation }
+        }
+        _ => Cell { friction: x_f, damping: delta, correlation },
+    }
+}
+
+/// Generalised least squares of everything said.
+fn joint(
+    said: &[Said],
+    measurements: &[Measurement],
+    labels: &[&Condition],
+    options: &Options,
+) -> Option<Joint> {
+    if said.len() < 2 {
+        return None;
+    }
+    let shared = options.shared;
+    // Unknowns: friction per condition, damping per condition or one, then the shared ones.
+    let n = labels.len();
+    let dampings = if shared.decay_rate { 1 } else { n };
+    let frequency_at = n + dampings;
+    let with_frequency = shared.natural_frequency && said.iter().any(|s| s.frequency.is_some());
+    let drive_at = frequency_at + usize::from(with_frequency);
+    let with_drive = shared.drive_amplitude && said.iter().any(|s| s.drive.is_some());
+    let unknowns = drive_at + usize::from(with_drive);
+    // Relative to first values, so that hertz and metres share a matrix.
+    let scale = |k: usize| -> f64 {
+        let typical =
+            |v: &mut dyn Iterator<Item = f64>| v.map(f64::abs).fold(0.0, f64::max).max(f64::MIN_POSITIVE);
+        if k < n {
+            typical(&mut said.iter().map(|s| s.covariance[(1, 1)].sqrt()))
+        } else if k < frequency_at {
+            typical(&mut said.iter().map(|s| s.covariance[(0, 0)].sqrt()))
+        } else if with_frequency && k == frequency_at {
+            typical(&mut said.iter().filter_map(|s| s.frequency.map(|f| f[1])))
+        } else {
+            typical(&mut said.iter().filter_map(|s| s.drive.map(|d| d.0[1])))
+        }
+    };
+    let centre = said.iter().find_map(|s| s.frequency).map_or(0.0, |f| f[0]);
+    let scales: Vec<f64> = (0..unknowns).map(scale).collect();
+    let mut normal = DMatrix::<f64>::zeros(unknowns, unknowns);
+    let mut rhs = DVector::<f64>::zeros(unknowns);
+    let (mut total, mut observations) = (0.0, 0);
+    for s in said {
+        let label = &measurements[s.measurement].condition.label;
+        let condition = labels.iter().position(|c| c.label == *label)?;
+        let damping = n + if shared.decay_rate { 0 } else { condition };
+        let mut place = vec![damping, condition];
+        let mut value = vec![s.value[0], s.value[1]];
+        let mut covariance = DMatrix::<f64>::zeros(2, 2);
+        covariance.view_mut((0, 0), (2, 2)).copy_from(&s.covariance);
+        let mut grow = |k: usize, v: f64, std: f64, rho: [f64; 2], covariance: &mut DMatrix<f64>| {
+            let m = value.len();
+            place.push(k);
+            value.push(v);
+            let old = covariance.clone();
+            *covariance = DMatrix::zeros(m + 1, m + 1);
+            covariance.view_mut((0, 0), (m, m)).copy_from(&old);
+            covariance[(m, m)] = std * std;
+            for (i, r) in rho.iter().enumerate() {
+                let c = r.clamp(-0.999_999, 0.999_999) * std * old[(i, i)].sqrt();
+                (covariance[(i, m)], covariance[(m, i)]) = (c, c);
+            }
+        };
+        if with_drive && let Some(([v, std], rho)) = s.drive {
+            grow(drive_at, v, std, rho, &mut covariance);
+        }
+        if with_frequency && let Some([v, std]) = s.frequency {
+            grow(frequency_at, v - centre, std, [0.0; 2], &mut covariance);
+        }
+        // Three pairwise correlations taken from rounded answers need not fit together.
+        let inverse = covariance.clone().cholesky().map(|c| c.inverse()).or_else(|| {
+            let m = covariance.nrows();
+            let bare =
+                DMatrix::from_fn(
+                    m,
+                    m,
+                    |i, j| if i == j || (i < 2 && j < 2) { covariance[(i, j)] } else { 0.0 },
+                );
+            bare.cholesky().map(|c| c.inverse())
+        })?;
+        for i in 0..value.len() {
+            for j in 0..value.len() {
+                let w = inverse[(i, j)];
+                normal[(place[i], place[j])] += w * scales[place[i]] * scales[place[j]];
+                rhs[place[i]] += w * value[j] * scales[place[i]];
+                total += w * value[i] * value[j];
+            }
+        }
+        observations += value.len();
+    }
+    let cholesky = normal.clone().cholesky()?;
+    let solution = cholesky.solve(&rhs);
+    let covariance = cholesky.inverse();
+    let chi_square = (total - solution.dot(&rhs)).max(0.0);
+    let degrees_of_freedom = observations.saturating_sub(unknowns);
+    if degrees_of_freedom == 0 {
+        return None;
+    }
+    let quantity = |k: usize, offset: f64, unit: &str| {
+        Quantity::normal(solution[k] * scales[k] + offset, covariance[(k, k)].sqrt() * scales[k], unit)
+    };
+    Some(Joint {
+        natural_frequency_hz: with_frequency.then(|| quantity(frequency_at, centre, "Hz")),
+        drive_amplitude: with_drive.then(|| quantity(drive_at, 0.0, &options.unit)),
+        decay_rate_per_s: shared.decay_rate.then(|| quantity(n, 0.0, "1/s")),
+        chi_square,
+        degrees_of_freedom,
+        p_value: chi_square_tail(chi_square, degrees_of_freedom as f64),
+    })
+}
+
+/// Friction against the conditions that are numbers.
+fn laws(table: &[Row], options: &Options) -> Vec<super::LawFit> {
+    let cells: Vec<(&Row, &Cell)> = table
+        .iter()
+        .filter(|r| r.value.is_some_and(|v| v[0] >= 0.0))
+        .filter_map(|r| Some((r, r.joint.as_ref()?)))
+        .collect();
+    let points: Vec<LoadPoint> = cells
+        .iter()
+        .filter_map(|(r, c)| {
+            let [load, load_std_error] = r.value?;
+            Some(LoadPoint {
+                load,
+                load_std_error,
+                friction: c.friction.unbounded_value,
+                friction_std_error: c.friction.std_error,
+            })
+        })
+        .collect();
+    let unit = cells.first().map_or("", |(_, c)| c.friction.unit.as_str());
+    friction_against_load(&points, [&options.condition_unit, unit]).unwrap_or_default()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::decay::FreeDecay;
+    use crate::steady::{Phasor, scan};
+    use crate::{Oscillator, Record};
+
+    fn jitter(i: usize, k: u64) -> f64 {
+        // Sum of twelve even numbers: as good as normal.
+        (0..12u64)
+            .map(|j| {
+                let x = (i as u64 * 12 + j + 1)
+                    .wrapping_mul(6_364_136_223_846_793_005)
+                    .wrapping_add(k.wrapping_mul(1_442_695_040_888_963_407));
+                let x = (x ^ (x >> 29)).wrapping_mul(0xBF58_476D_1CE4_E5B9);
+                ((x ^ (x >> 32)) >> 11) as f64 / (1u64 << 53) as f64
+            })
+            .sum::<f64>()
+            - 6.0
+    }
+
+    fn both(label: &str, load: f64, x_f: f64, seed: u64) -> Vec<Measurement> {
+        let o = Oscillator::builder()
+            .frequency_hz(2.0)
+            .q_factor(80.0)
+            .friction_displacement(x_f)
+            .build()
+            .unwrap();
+        let decay = FreeDecay::from_rest(&o, 10.0).unwrap();
+        let time: Vec<f64> = (0..3000).map(|i| 0.02 * i as f64).collect();
+        let signal =
+            time.iter().enumerate().map(|(i, t)| decay.displacement(*t) + 0.02 * jitter(i, seed)).collect();
+        let (mut hz, mut z) = (Vec::new(), Vec::new());
+        for i in 0..61 {
+            let r = scan::reading(&o, 0.3, 1.9 + 0.2 * i as f64 / 60.0).unwrap();
+            hz.push(r.frequency_hz);
+            z.push(r.fundamental + Phasor::new(0.05 * jitter(i, seed + 7), 0.05 * jitter(i, seed + 8)));
+        }
+        let drive = resonance::DriveAmplitude { value: 0.3, std_error: 0.0 };
+        let options = resonance::Options { drive_amplitude: Some(drive), ..resonance::Options::default() };
+        let condition = Condition { label: label.to_owned(), value: Some([load, 0.0]) };
+        vec![
+            Measurement {
+                name: format!("{label} ring-down"),
+                condition: condition.clone(),
+                data: Data::RingDown {
+                    record: Box::new(Record::new(time, signal).unwrap().with_unit("mm")),
+                    options: Box::new(ringdown::Options::default()),
+                },
+                scale: 1.0,
+            },
+            Measurement {
+                name: format!("{label} sweep"),
+                condition,
+                data: Data::Sweep {
+                    curve: Box::new(resonance::Curve::complex(hz, z).unit("mm").build().unwrap()),
+                    options: Box::new(options),
+                },
+                scale: 1.0,
+            },
+        ]
+    }
+
+    #[test]
+    fn two_ways_agree_and_friction_follows_the_load() {
+        let mut all = Vec::new();
+        for (i, load) in [1.0, 2.0, 4.0].into_iter().enumerate() {
+            all.extend(both(&format!("{load} N"), load, 0.02 * load, 10 * i as u64));
+        }
+        let mut options = Options { unit: "mm".into(), condition_unit: "N".into(), ..Options::default() };
+        options.shared.natural_frequency = true;
+        options.shared.decay_rate = true;
+        let a = analyse(&all, &options).unwrap();
+        assert_eq!(a.table.len(), 3);
+        for (row, load) in a.table.iter().zip([1.0, 2.0, 4.0]) {
+            let joint = row.joint.as_ref().unwrap();
+            let z = (joint.friction.unbounded_value - 0.02 * load) / joint.friction.std_error;
+            assert!(z.abs() < 3.5 && row.p_value.unwrap() > 1e-3, "{row:?}");
+        }
+        let j = a.joint.unwrap();
+        assert!(
+            j.p_value > 1e-3 && (j.natural_frequency_hz.as_ref().unwrap().value - 2.0).abs() < 1e-3,
+            "{j:?}"
+        );
+        let mu = a.laws.iter().find(|l| l.law == super::super::LoadLaw::Proportional).unwrap();
+        assert!((mu.coefficient.value - 0.02).abs() < 0.002, "{:?}", mu.coefficient);
+    }
+
+    #[test]
+    fn what_disagrees_is_said_and_what_fails_does_not_stop_the_rest() {
+        let mut all = both("a", 1.0, 0.05, 3);
+        all[1] = both("a", 1.0, 0.01, 5).remove(1);
+        let mut broken = all[0].clone();
+        broken.name = "silence".into();
+        broken.condition.label = "b".into();
+        let time: Vec<f64> = (0..100).map(f64::from).collect();
+        broken.data = Data::RingDown {
+            record: Box::new(Record::new(time, (0..100).map(|i| jitter(i, 1)).collect()).unwrap()),
+            options: Box::new(ringdown::Options::default()),
+        };
+        all.push(broken);
+        let a = analyse(&all, &Options::default()).unwrap();
+        let codes: Vec<_> = a.warnings.iter().map(Warning::code).collect();
+        assert!(codes.contains(&"failed") && codes.contains(&"disagree"), "{codes:?}");
+        assert!(a.solo[2].1.is_err() && a.solo[0].1.is_ok());
+        assert!(analyse(&[], &Options::default()).is_err());
+    }
+}

@@ -1,0 +1,250 @@
+//! Friction against load.
+
+use crate::estimate::Z_95;
+use crate::estimate::evidence::{chi_square_tail, student_factor};
+use crate::estimate::least_squares::linear;
+use crate::{Error, Quantity};
+use std::fmt;
+
+/// A law of friction against load.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
+#[non_exhaustive]
+pub enum LoadLaw {
+    /// `F = mu N` through zero.
+    Proportional,
+    /// Amontons with an offset, `F = mu N + F_0`.
+    Amontons,
+    /// Adhesive: `F = mu (N + N_0)`, `N_0 >= 0`: Amontons with a pull-off load.
+    Adhesive,
+    /// Hertz-like: `F = c N^(2/3)`.
+    Hertz,
+}
+
+/// One point, with errors in both variables.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct LoadPoint {
+    /// Load.
+    pub load: f64,
+    /// Its standard error.
+    pub load_std_error: f64,
+    /// Friction.
+    pub friction: f64,
+    /// Its standard error.
+    pub friction_std_error: f64,
+}
+
+/// One law, fitted.
+#[derive(Debug, Clone, PartialEq)]
+pub struct LawFit {
+    /// The law.
+    pub law: LoadLaw,
+    /// `mu`, or the factor of the power law.
+    pub coefficient: Quantity,
+    /// `F_0`, or `N_0`; `None` for laws without.
+    pub offset: Option<Quantity>,
+    /// Chi square.
+    pub chi_square: f64,
+    /// Degrees of freedom.
+    pub degrees_of_freedom: usize,
+    /// p value of the fit; `None` without degrees of freedom.
+    pub p_value: Option<f64>,
+    /// Bayesian information criterion.
+    pub bic: f64,
+    /// `bic` above the best law's.
+    pub delta_bic: f64,
+}
+
+impl fmt::Display for LoadLaw {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        f.pad(match self {
+            LoadLaw::Proportional => "F = mu N",
+            LoadLaw::Amontons => "F = mu N + F_0",
+            LoadLaw::Adhesive => "F = mu (N + N_0)",
+            LoadLaw::Hertz => "F = c N^(2/3)",
+        })
+    }
+}
+
+/// Fits and compares the laws, errors in both variables; best first.
+///
+/// Each law is fitted with the effective variance `sigma_F² + (dF/dN)² sigma_N²`, repeated
+/// until it settles. Errors that are zero for all points count as equal and unknown; the
+/// spread about the law then gives them.
+///
+/// `units` are those of load and friction.
+///
+/// # Errors
+/// [`Error::TooFewSamples`] below two points; [`Error::PointOutOfRange`] for a load below
+/// zero, or a value that is no number.
+///
+/// ```
+/// use slipfit::series::{LoadLaw, LoadPoint, friction_against_load};
+/// let point = |load: f64, friction: f64| {
+///     LoadPoint { load, load_std_error: 0.02, friction, friction_std_error: 0.05 }
+/// };
+/// let points = [point(1.0, 0.42), point(2.0, 0.71), point(4.0, 1.33), point(8.0, 2.51)];
+/// let laws = friction_against_load(&points, ["N", "N"])?;
+/// let amontons = laws.iter().find(|l| l.law == LoadLaw::Amontons).expect("always fitted");
+/// assert!((amontons.coefficient.value - 0.3).abs() < 0.02);
+/// # Ok::<(), slipfit::Error>(())
+/// ```
+pub fn friction_against_load(points: &[LoadPoint], units: [&str; 2]) -> Result<Vec<LawFit>, Error> {
+    let n = points.len();
+    if n < 2 {
+        return Err(Error::TooFewSamples { found: n, needed: 2 });
+    }
+    for (index, p) in points.iter().enumerate() {
+        let bad = [
+            ("load", p.load),
+            ("load_std_error", p.load_std_error),
+            ("friction_std_error", p.friction_std_error),
+        ]
+        .into_iter()
+        .find(|(_, v)| !(*v >= 0.0 && v.is_finite()));
+        if let Some((name, value)) = bad {
+            return Err(Error::PointOutOfRange { name, index, value, range: "the numbers from zero on" });
+        }
+        if !p.friction.is_finite() {
+            let range = "the finite numbers";
+            return Err(Error::PointOutOfRange { name: "friction", index, value: p.friction, range });
+        }
+    }
+    let mut list: Vec<LawFit> = [LoadLaw::Proportional, LoadLaw::Amontons, LoadLaw::Adhesive, LoadLaw::Hertz]
+        .into_iter()
+        .filter_map(|law| fit(law, points, units))
+        .collect();
+    let best = list.iter().map(|l| l.bic).fold(f64::INFINITY, f64::min);
+    for l in &mut list {
+        l.delta_bic = l.bic - best;
+    }
+    list.sort_by(|a, b| a.bic.total_cmp(&b.bic));
+    Ok(list)
+}
+
+fn fit(law: LoadLaw, points: &[LoadPoint], [load_unit, friction_unit]: [&str; 2]) -> Option<LawFit> {
+    let n = points.len();
+    let power = if law == LoadLaw::Hertz { 2.0 / 3.0 } else { 1.0 };
+    let columns = if matches!(law, LoadLaw::Amontons | LoadLaw::Adhesive) { 2 } else { 1 };
+    if n < columns {
+        return None;
+    }
+    let unknown = points.iter().all(|p| p.friction_std_error == 0.0 && p.load_std_error == 0.0);
+    let mut coefficient = 0.0;
+    let mut found = None;
+    for _ in 0..20 {
+        let rows = points.iter().map(|p| {
+            let slope = coefficient * power * p.load.max(f64::MIN_POSITIVE).powf(power - 1.0);
+            let variance = p.friction_std_error.powi(2) + (slope * p.load_std_error).powi(2);
+            let weight = if unknown {
+                1.0
+            } else {
+                1.0 / variance.max(1e-30 * p.friction.powi(2)).max(f64::MIN_POSITIVE)
+            };
+            let mut row = vec![p.load.powf(power)];
+            if columns == 2 {
+                row.push(1.0);
+            }
+            (row, p.friction, weight)
+        });
+        let (c, covariance, chi2) = linear(rows, columns)?;
+        let settled = (c[0] - coefficient).abs() <= 1e-12 * c[0].abs();
+        coefficient = c[0];
+        found = Some((c, covariance, chi2));
+        if settled {
+            break;
+        }
+    }
+    let (c, covariance, chi2) = found?;
+    let dof = n - columns;
+    let reduced = chi2 / (dof as f64).max(1.0);
+    // Given errors are believed unless the spread exceeds them.
+    let variance = if unknown { reduced } else { reduced.max(1.0) };
+    let widen = if dof == 0 { 1.0 } else { student_factor(dof as f64) };
+    let widen = if !unknown && reduced <= 1.0 { 1.0 } else { widen };
+    let quantity = |value: f64, std: f64, unit: String| {
+        let half = Z_95 * widen * std;
+        Quantity { interval_95: [value - half, value + half], ..Quantity::normal(value, std, unit) }
+    };
+    let std = |k: usize| (covariance[(k, k)] * variance).max(0.0).sqrt();
+    let ratio = match (load_unit, friction_unit) {
+        (l, f) if l == f && power == 1.0 => String::new(),
+        (l, f) if power == 1.0 => format!("{f}/{l}"),
+        (l, f) => format!("{f}/{l}^(2/3)"),
+    };
+    let offset = match law {
+        LoadLaw::Amontons => Some(quantity(c[1], std(1), friction_unit.to_owned())),
+        LoadLaw::Adhesive => {
+            // N_0 = F_0/mu; an adhesion pulls, it never pushes.
+            let n_0 = c[1] / c[0];
+            let v = (covariance[(1, 1)] - 2.0 * n_0 * covariance[(0, 1)] + n_0 * n_0 * covariance[(0, 0)])
+                * variance
+                / (c[0] * c[0]);
+            let mut q = quantity(n_0, v.max(0.0).sqrt(), load_unit.to_owned());
+            if !(c[0] > 0.0) || q.interval_95[1] < 0.0 {
+                return None;
+            }
+            q.value = n_0.max(0.0);
+            q.interval_95 = q.interval_95.map(|v| v.max(0.0));
+            Some(q)
+        }
+        _ => None,
+    };
+    let bic = if unknown {
+        n as f64 * (chi2 / n as f64).max(f64::MIN_POSITIVE).ln() + columns as f64 * (n as f64).ln()
+    } else {
+        chi2 + columns as f64 * (n as f64).ln()
+    };
+    Some(LawFit {
+        law,
+        coefficient: quantity(c[0], std(0), ratio),
+        offset,
+        chi_square: chi2,
+        degrees_of_freedom: dof,
+        p_value: (dof > 0 && !unknown).then(|| chi_square_tail(chi2, dof as f64)),
+        bic,
+        delta_bic: 0.0,
+    })
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn points(law: impl Fn(f64) -> f64) -> Vec<LoadPoint> {
+        [0.5, 1.0, 2.0, 3.0, 5.0, 8.0, 12.0]
+            .iter()
+            .enumerate()
+            .map(|(i, &load)| LoadPoint {
+                load,
+                load_std_error: 0.02,
+                friction: law(load) + 0.01 * [0.5, -0.8, 0.3, 0.9, -0.6, -0.2, 0.4][i],
+                friction_std_error: 0.01,
+            })
+            .collect()
+    }
+
+    #[test]
+    fn each_law_is_told_from_the_others() {
+        let best = |p: &[LoadPoint]| friction_against_load(p, ["N", "N"]).unwrap()[0].law;
+        assert_eq!(best(&points(|n| 0.3 * n)), LoadLaw::Proportional);
+        assert!(matches!(best(&points(|n| 0.3 * n + 0.5)), LoadLaw::Amontons | LoadLaw::Adhesive));
+        assert_eq!(best(&points(|n| 0.4 * n.powf(2.0 / 3.0))), LoadLaw::Hertz);
+    }
+
+    #[test]
+    fn the_coefficient_of_friction_comes_with_its_interval() {
+        let laws = friction_against_load(&points(|n| 0.3 * n + 0.5), ["N", "N"]).unwrap();
+        let l = laws.iter().find(|l| l.law == LoadLaw::Amontons).unwrap();
+        assert!(l.coefficient.interval_95[0] < 0.3 && 0.3 < l.coefficient.interval_95[1]);
+        assert!(l.p_value.unwrap() > 0.05 && (l.offset.as_ref().unwrap().value - 0.5).abs() < 0.03);
+    }
+
+    #[test]
+    fn bad_points_are_named() {
+        let mut p = points(|n| n);
+        p[3].load = -1.0;
+        let e = friction_against_load(&p, ["N", "N"]).unwrap_err();
+        assert!(matches!(e, Error::PointOutOfRange { name: "load", index: 3, .. }));
+        assert!(friction_against_load(&p[..1], ["N", "N"]).is_err());
+    }
+}

@@ -1,0 +1,80 @@
+//! What a series is made of.
+
+use crate::ringdown::Calibration;
+use crate::{Record, levels, resonance, ringdown};
+
+/// The data of one measurement with the choices for its analysis.
+#[derive(Debug, Clone, PartialEq)]
+#[non_exhaustive]
+pub enum Data {
+    /// A ring-down.
+    RingDown {
+        /// The record.
+        record: Box<Record>,
+        /// Choices.
+        options: Box<ringdown::Options>,
+    },
+    /// A resonance curve.
+    Sweep {
+        /// The curve.
+        curve: Box<resonance::Curve>,
+        /// Choices.
+        options: Box<resonance::Options>,
+    },
+    /// A series of drive levels at resonance.
+    Levels {
+        /// The levels.
+        levels: Box<levels::Levels>,
+        /// Choices.
+        options: Box<levels::Options>,
+    },
+}
+
+/// What was set while measuring: a load, a brake current, a pressure.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Condition {
+    /// Label as it should be printed, e.g. `400 mA`.
+    pub label: String,
+    /// Its value with standard error, if it is a number.
+    pub value: Option<[f64; 2]>,
+}
+
+/// One measurement.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Measurement {
+    /// Name, as in the manifest.
+    pub name: String,
+    /// Condition under which it was made.
+    pub condition: Condition,
+    /// Data.
+    pub data: Data,
+    /// Factor that turns its displacement unit into the common one.
+    pub scale: f64,
+}
+
+/// Which parameters all measurements of a series share. Decay rate and friction are shared
+/// by the measurements of one condition; everything else is free.
+#[derive(Debug, Clone, Copy, Default, PartialEq, Eq)]
+#[non_exhaustive]
+pub struct Shared {
+    /// One natural frequency for all.
+    pub natural_frequency: bool,
+    /// One drive amplitude for all sweeps.
+    pub drive_amplitude: bool,
+    /// One viscous decay rate for all conditions.
+    pub decay_rate: bool,
+}
+
+/// Choices for [`analyse`](super::analyse).
+#[derive(Debug, Clone, PartialEq, Default)]
+#[non_exhaustive]
+pub struct Options {
+    /// Shared parameters.
+    pub shared: Shared,
+    /// One stiffness or mass for all: the table is then in N and kg/s.
+    pub calibration: Option<Calibration>,
+    /// Unit of displacements in the table.
+    pub unit: String,
+    /// Unit of the condition's value.
+    pub condition_unit: String,
+}

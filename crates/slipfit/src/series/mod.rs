@@ -1,0 +1,12 @@
+//! Several measurements of one oscillator: each alone, all together, and whether
+//! the ways agree (the paper's Table 1); friction against load.
+
+mod analyse;
+mod answer;
+mod law;
+mod measurement;
+
+pub use analyse::analyse;
+pub use answer::{Answer, Cell, Joint, Pair, Row, Solo, Warning};
+pub use law::{LawFit, LoadLaw, LoadPoint, friction_against_load};
+pub use measurement::{Condition, Data, Measurement, Options, Shared};
