@@ -2,7 +2,7 @@
 
 use std::io;
 
-use crate::Format;
+use crate::{Format, SweepProblem};
 
 /// A file that could not be read.
 #[derive(Debug, thiserror::Error)]
@@ -113,18 +113,46 @@ pub enum ReadProblem {
     /// The table or run asked for does not exist.
     #[error("{flag} {wanted}: the file has {found}")]
     UnknownGroup {
-        /// `--table` or `--run`.
+        /// `--part` or `--run`.
         flag: &'static str,
         /// The one asked for.
         wanted: usize,
         /// How many there are.
         found: usize,
     },
+    /// The sheet, variable or group asked for does not exist, or several fit.
+    #[error("--sheet {wanted}: no such table, or several; there are {tables}")]
+    UnknownTable {
+        /// The one asked for.
+        wanted: String,
+        /// Those there are.
+        tables: String,
+    },
+    /// Several tables could be meant and none was named.
+    #[error("several tables could be read: {tables}")]
+    SeveralTables {
+        /// Those that could be read, with their columns.
+        tables: String,
+    },
+    /// None of several tables holds what is needed.
+    #[error("none of the tables holds a record: {tables}; of the first: {reason}")]
+    NoTableFits {
+        /// The tables, with their columns.
+        tables: String,
+        /// What is wrong with the first.
+        reason: String,
+    },
     /// A unit that is not known for times.
     #[error("`{unit}` is no unit of time known here")]
     UnknownTimeUnit {
         /// The unit given.
         unit: String,
+    },
+    /// Times in ticks of a clock whose rate the file does not name.
+    #[error("{column} counts ticks of the instrument's clock, whose rate the file does not name")]
+    NoTickRate {
+        /// The time column.
+        column: String,
     },
     /// Two options that exclude each other.
     #[error("{0} and {1} exclude each other")]
@@ -164,6 +192,9 @@ pub enum ReadProblem {
     /// The record could not be made.
     #[error("{0}")]
     Record(slipfit::Error),
+    /// A file that should hold a resonance curve does not.
+    #[error("{0}")]
+    Sweep(SweepProblem),
 }
 
 impl ReadProblem {
@@ -172,12 +203,14 @@ impl ReadProblem {
     pub fn row(&self) -> Option<u64> {
         match self {
             Self::LineTooLong { row, .. } | Self::TimeBackwards { row, .. } => Some(*row),
+            Self::Sweep(problem) => problem.row(),
             _ => None,
         }
     }
 
     fn hint(&self) -> Option<String> {
         let hint = match self {
+            Self::Sweep(problem) => return problem.hint(),
             Self::Unsupported(_) | Self::Binary { .. } | Self::LineTooLong { .. } => {
                 "export the data as text: one row per sample, columns for time and signal".to_owned()
             }
@@ -192,8 +225,16 @@ impl ReadProblem {
             Self::NoSignal { .. } | Self::ConstantSignal { .. } | Self::TooFewRows { .. } => {
                 "--signal names another column".to_owned()
             }
+            Self::SeveralTables { .. } => "--sheet names the one to read".to_owned(),
+            Self::NoTableFits { .. } => {
+                "--sheet names a table, --signal and --time its columns, --rate-hz a rate".to_owned()
+            }
             Self::AmbiguousColumn { .. } => "give the column's number".to_owned(),
-            Self::UnknownTimeUnit { .. } => "--time-unit takes s, ms, us, ns, min or h".to_owned(),
+            Self::NoTickRate { .. } => {
+                "--time-unit takes the clock's rate: 60MHz for an MFLI, 210MHz for an HF2LI, 1.8GHz for a UHFLI"
+                    .to_owned()
+            }
+            Self::UnknownTimeUnit { .. } => "--time-unit takes s, ms, us, ns, min, h or the rate of a clock such as 60MHz".to_owned(),
             Self::TimeBackwards { .. } | Self::Record(slipfit::Error::TimeStandsStill { .. }) => {
                 "--time names another column, --rate-hz replaces it".to_owned()
             }

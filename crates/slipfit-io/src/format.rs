@@ -14,8 +14,20 @@ pub enum Format {
     Hdf5,
     /// Old Excel (OLE compound document).
     Xls,
-    /// ZIP archive, also xlsx, ods and npz.
+    /// Excel workbook (.xlsx).
+    Xlsx,
+    /// ZIP archive of texts, as phyphox exports them.
     Zip,
+    /// NumPy arrays in an archive (.npz).
+    Npz,
+    /// Arrow IPC file (Feather) or stream.
+    Arrow,
+    /// Touchstone network data (.s1p, .s2p).
+    Touchstone,
+    /// Project of the video analysis program Tracker (.trk).
+    Tracker,
+    /// NanoSurf (.nid).
+    NanoSurf,
     /// gzip.
     Gzip,
     /// xz.
@@ -46,7 +58,8 @@ pub enum Format {
 pub(crate) const HEAD: usize = 1024;
 
 const MAGIC: &[(usize, &[u8], Format)] = &[
-    (8, b"WAVE", Format::Wav),
+    (0, b"RIFF", Format::Wav),
+    (0, b"RF64", Format::Wav),
     (0, b"MATLAB 5.0", Format::Mat5),
     (0, b"\x89HDF\r\n\x1a\n", Format::Hdf5),
     (512, b"\x89HDF\r\n\x1a\n", Format::Hdf5),
@@ -58,6 +71,9 @@ const MAGIC: &[(usize, &[u8], Format)] = &[
     (0, b"\x28\xb5\x2f\xfd", Format::Zstd),
     (0, b"\x93NUMPY", Format::Npy),
     (0, b"PAR1", Format::Parquet),
+    (0, b"ARROW1\0\0", Format::Arrow),
+    (0, b"\xff\xff\xff\xff", Format::Arrow),
+    (0, b"[DataSet]", Format::NanoSurf),
     (0, b"TDSm", Format::Tdms),
     (0, b"%PDF-", Format::Pdf),
     (0, b"\x89PNG\r\n\x1a\n", Format::Png),
@@ -72,7 +88,18 @@ impl Format {
         MAGIC
             .iter()
             .find(|(at, magic, _)| head.get(*at..).is_some_and(|rest| rest.starts_with(magic)))
-            .map_or(Self::Text, |(_, _, format)| *format)
+            .map(|(_, _, format)| *format)
+            .or_else(|| Self::of_text(head))
+            .unwrap_or(Self::Text)
+    }
+
+    /// Formats that are written as text and are no tables of rows.
+    fn of_text(head: &[u8]) -> Option<Self> {
+        let xml = head.strip_prefix(b"\xef\xbb\xbf").unwrap_or(head).trim_ascii_start().starts_with(b"<?xml");
+        if xml && memchr::memmem::find(head, b"cabrillo.tracker").is_some() {
+            return Some(Self::Tracker);
+        }
+        crate::touchstone::fits(head).then_some(Self::Touchstone)
     }
 
     /// Its name in a sentence.
@@ -84,7 +111,13 @@ impl Format {
             Self::Mat5 => "a MATLAB file (level 5)",
             Self::Hdf5 => "an HDF5 file (MATLAB 7.3 writes these too)",
             Self::Xls => "an old Excel file (.xls)",
-            Self::Zip => "a ZIP archive (.xlsx, .ods and .npz are such)",
+            Self::Xlsx => "an Excel file (.xlsx)",
+            Self::Zip => "a ZIP archive",
+            Self::Npz => "NumPy arrays in an archive (.npz)",
+            Self::Arrow => "an Arrow IPC file",
+            Self::Touchstone => "a Touchstone file",
+            Self::Tracker => "a Tracker project (.trk)",
+            Self::NanoSurf => "a NanoSurf file (.nid)",
             Self::Gzip => "a gzip file",
             Self::Xz => "an xz file",
             Self::Bzip2 => "a bzip2 file",

@@ -21,19 +21,42 @@
 //! # Ok::<(), slipfit_io::ReadError>(())
 //! ```
 
+mod archive;
+mod arrays;
+#[cfg(feature = "arrow")]
+mod arrow;
+mod columns;
+mod dispatch;
 mod error;
 mod format;
 mod hashing;
+#[cfg(feature = "hdf5")]
+mod hdf5;
+mod input;
+mod mat5;
+mod nanosurf;
+mod npy;
 mod options;
+#[cfg(feature = "parquet")]
+mod parquet;
 mod report;
+mod samples;
+#[cfg(feature = "excel")]
+mod sheet;
+mod sweep;
+mod table;
 mod text;
+mod touchstone;
+mod tracker;
 mod wav;
+#[cfg(feature = "excel")]
+mod xls;
+#[cfg(feature = "excel")]
+mod xlsx;
 
-use std::{
-    fs::File,
-    io::{self, Read},
-    path::Path,
-};
+use std::{fs::File, io::Read, path::Path};
+
+use dispatch::Origin;
 
 pub use error::{ReadError, ReadProblem};
 pub use format::Format;
@@ -41,28 +64,33 @@ pub use options::ReadOptions;
 pub use report::{
     ColumnInfo, ColumnTaken, Decimal, Delimiter, Dialect, ReadReport, Reading, Skipped, TimeSource,
 };
+pub use sweep::{
+    LevelOptions, LevelReading, Run, SweepOptions, SweepProblem, SweepReading, SweepReport, read_levels,
+    read_sweep, read_sweep_from,
+};
+pub use table::{Column, Table, Tables};
 
 /// Reads a file of any format known.
 ///
 /// # Errors
 /// [`ReadError`], naming the file and what would help.
 pub fn read(path: impl AsRef<Path>, options: &ReadOptions) -> Result<Reading, ReadError> {
-    let path = path.as_ref();
-    let name = path.display().to_string();
-    let file = File::open(path).map_err(|e| ReadError::new(&name, ReadProblem::Io(e)))?;
-    let size = file.metadata().map(|m| m.len()).ok();
-    dispatch(file, size, &name, None, options).map_err(|problem| ReadError::new(&name, problem))
+    let (name, file) = open(path.as_ref())?;
+    dispatch::record(Origin::File(file), &name, false, options).map_err(|p| ReadError::new(&name, p))
 }
 
 /// Reads any format known from a stream; `name` stands for it in the report
 /// and in errors.
 ///
-/// The stream is read once, from front to back, and never held as a whole.
+/// Text, packed by gzip or not, is read once, from front to back, and never
+/// held as a whole; other formats are, because they are read from several
+/// places.
 ///
 /// # Errors
 /// As [`read`].
 pub fn read_from(reader: impl Read, name: &str, options: &ReadOptions) -> Result<Reading, ReadError> {
-    dispatch(reader, None, name, None, options).map_err(|problem| ReadError::new(name, problem))
+    let origin = Origin::Stream(Box::new(reader));
+    dispatch::record(origin, name, false, options).map_err(|problem| ReadError::new(name, problem))
 }
 
 /// Reads delimited text; `name` stands for it in the report and in errors.
@@ -75,30 +103,42 @@ pub fn read_from(reader: impl Read, name: &str, options: &ReadOptions) -> Result
 /// # Errors
 /// As [`read`]; any other format is refused.
 pub fn read_text(reader: impl Read, name: &str, options: &ReadOptions) -> Result<Reading, ReadError> {
-    dispatch(reader, None, name, Some(Format::Text), options).map_err(|problem| ReadError::new(name, problem))
+    let origin = Origin::Stream(Box::new(reader));
+    dispatch::record(origin, name, true, options).map_err(|problem| ReadError::new(name, problem))
 }
 
-/// Tells the format, reads it and takes the fingerprint on the way.
-fn dispatch(
-    reader: impl Read,
-    size: Option<u64>,
-    name: &str,
-    only: Option<Format>,
-    options: &ReadOptions,
-) -> Result<Reading, ReadProblem> {
-    let mut hashing = hashing::Hashing::new(reader);
-    let mut head = Vec::with_capacity(format::HEAD);
-    hashing.by_ref().take(format::HEAD as u64).read_to_end(&mut head).map_err(ReadProblem::Io)?;
-    let format = Format::of(&head);
-    let whole = head.chain(&mut hashing);
-    let mut reading = match format {
-        Format::Text => text::read(whole, size, options)?,
-        Format::Wav if only.is_none() => wav::read(whole, options)?,
-        other => return Err(ReadProblem::Unsupported(other)),
-    };
-    // What follows the samples belongs to the file.
-    io::copy(&mut hashing, &mut io::sink()).map_err(ReadProblem::Io)?;
-    (reading.report.sha256, reading.report.bytes) = hashing.finish();
-    name.clone_into(&mut reading.report.path);
-    Ok(reading)
+/// All tables of a file of any format known, with every column of their first
+/// `most_rows` rows, before anything is chosen from them.
+///
+/// # Errors
+/// [`ReadError`], naming the file and what would help.
+///
+/// ```
+/// let file = std::env::temp_dir().join(format!("sweep-{}.csv", std::process::id()));
+/// std::fs::write(&file, "f (Hz),R (V)\n99,0.1\n100,0.7\n101,0.2\n")?;
+/// let tables = slipfit_io::read_tables(&file, usize::MAX)?;
+/// let sweep = &tables.tables[0];
+/// assert_eq!((sweep.rows(), sweep.columns[0].unit.as_str()), (3, "Hz"));
+/// assert_eq!(sweep.columns[1].values, [0.1, 0.7, 0.2]);
+/// # std::fs::remove_file(file)?;
+/// # Ok::<(), Box<dyn std::error::Error>>(())
+/// ```
+pub fn read_tables(path: impl AsRef<Path>, most_rows: usize) -> Result<Tables, ReadError> {
+    let (name, file) = open(path.as_ref())?;
+    dispatch::tables(Origin::File(file), &name, most_rows).map_err(|p| ReadError::new(&name, p))
+}
+
+/// As [`read_tables`], from a stream; `name` stands for it.
+///
+/// # Errors
+/// As [`read_tables`].
+pub fn read_tables_from(reader: impl Read, name: &str, most_rows: usize) -> Result<Tables, ReadError> {
+    let origin = Origin::Stream(Box::new(reader));
+    dispatch::tables(origin, name, most_rows).map_err(|problem| ReadError::new(name, problem))
+}
+
+fn open(path: &Path) -> Result<(String, File), ReadError> {
+    let name = path.display().to_string();
+    let file = File::open(path).map_err(|e| ReadError::new(&name, ReadProblem::Io(e)))?;
+    Ok((name, file))
 }

@@ -24,6 +24,9 @@ pub struct ReadOptions {
     pub kind: Option<SignalKind>,
     /// Samples per second, in place of a time column.
     pub rate_hz: Option<f64>,
+    /// Which of several sheets, variables, groups, data sets or tracks: its
+    /// name, a part of it that no other has, or its number from 1.
+    pub sheet: Option<String>,
     /// Which of several tables side by side, from 1.
     pub table: Option<usize>,
     /// Which of several runs in groups of columns, from 1.

@@ -22,6 +22,8 @@ pub struct ReadReport {
     pub path: String,
     /// Its format.
     pub format: Format,
+    /// The sheet, variable, group or track read; empty where the file has one table only.
+    pub sheet: String,
     /// SHA-256 of its bytes, in hexadecimal.
     pub sha256: String,
     /// Its length in bytes.
@@ -86,6 +88,8 @@ pub struct Dialect {
     pub delimiter: Delimiter,
     /// What stands before the fraction of a number.
     pub decimal: Decimal,
+    /// The program or instrument that wrote it, if that can be told.
+    pub convention: Option<&'static str>,
     /// Name of the character encoding.
     pub encoding: &'static str,
     /// Line of the column names, from 1.

@@ -1,126 +1,213 @@
-//! Sound files: RIFF WAVE with integer or float samples.
+//! Sound files: RIFF WAVE and RF64 with integer or float samples of any depth.
 
-use std::io::{BufReader, Read};
-
-use hound::{SampleFormat, WavReader};
-use slipfit::{Record, SignalKind};
+use std::io::{BufReader, Read, Seek, SeekFrom};
 
 use crate::{
-    Format, ReadOptions, ReadProblem,
-    report::{ColumnInfo, ColumnTaken, ReadReport, Reading, TimeSource},
+    Format, ReadProblem,
+    columns::{Head, names::Name},
+    input::Input,
+    report::Skipped,
+    table::{BATCH, Sink, TableSource},
 };
 
-/// Reads one channel of a sound file, in parts of full scale.
-pub(crate) fn read(reader: impl Read, options: &ReadOptions) -> Result<Reading, ReadProblem> {
-    for (flag, given) in [("--time", options.time.is_some()), ("--quadrature", options.quadrature.is_some())]
-    {
-        if given {
-            return Err(ReadProblem::Conflict(flag, "a sound file"));
-        }
-    }
-    // Samples are taken out two bytes at a time.
-    let mut sound = WavReader::new(BufReader::with_capacity(1 << 16, reader)).map_err(problem)?;
-    let spec = sound.spec();
-    let channels = usize::from(spec.channels).max(1);
-    let channel = channel(options.signal.as_deref(), channels)?;
-    let rate_hz = options.rate_hz.unwrap_or(f64::from(spec.sample_rate));
-    let mut samples = Samples { values: Vec::new(), channel, channels, next: 0 };
-    let mut notes = Vec::new();
-    let ended = match spec.sample_format {
-        SampleFormat::Float => sound.samples::<f32>().try_for_each(|s| s.map(|s| samples.push(f64::from(s)))),
-        SampleFormat::Int => {
-            let full_scale = 2f64.powi(i32::from(spec.bits_per_sample) - 1);
-            sound.samples::<i32>().try_for_each(|s| s.map(|s| samples.push(f64::from(s) / full_scale)))
-        }
-    };
-    if let Err(error) = ended {
-        // A recorder that lost power leaves a header that promises too much.
-        notes.push(format!("the sound ends early: {error}"));
-    }
-    if channels > 1 {
-        notes.push(format!(
-            "the sound has {channels} channels; number {} was read, --signal reads another",
-            channel + 1
-        ));
-    }
-    let rows_read = samples.values.len() as u64;
-    let column =
-        |number: usize| ColumnInfo { number, header: format!("channel {number}"), unit: String::new() };
-    let label = format!("channel {}", channel + 1);
-    let record = Record::uniform(rate_hz, samples.values).map_err(|error| match error {
-        slipfit::Error::ConstantSignal { value } => {
-            ReadProblem::ConstantSignal { column: label.clone(), value }
-        }
-        slipfit::Error::TooFewSamples { found, needed } => {
-            ReadProblem::TooFewRows { read: found, needed, column: label.clone(), skipped: String::new() }
-        }
-        other => ReadProblem::Record(other),
-    })?;
-    let kind = options.kind.unwrap_or(SignalKind::Displacement);
-    let unit = options.signal_unit.clone().unwrap_or_default();
-    let why = if options.signal.is_some() { "asked for" } else { "the sound" };
-    let report = ReadReport {
-        path: String::new(),
-        format: Format::Wav,
-        sha256: String::new(),
-        bytes: 0,
-        rows_read,
-        skipped: Vec::new(),
-        dialect: None,
-        time: TimeSource::Rate(rate_hz),
-        signal: ColumnTaken {
-            column: column(channel + 1),
-            unit: unit.clone(),
-            why: format!("{label}: {why}"),
-        },
-        quadrature: None,
-        kind,
-        columns: (1..=channels).map(column).collect(),
-        tables: 1,
-        table: 1,
-        runs: 1,
-        run: 1,
-        named_values: Vec::new(),
-        notes,
-    };
-    Ok(Reading { record: record.with_kind(kind).with_unit(unit), report })
+/// A sound: one column a channel, in parts of full scale.
+pub(crate) struct Sound {
+    input: Input,
+    heads: Vec<Head>,
+    spec: Spec,
+    /// Where the samples begin, and their bytes.
+    start: u64,
+    length: u64,
 }
 
-/// Keeps the samples of one channel.
-struct Samples {
-    values: Vec<f64>,
-    channel: usize,
+/// How a sample is stored.
+#[derive(Debug, Clone, Copy)]
+struct Spec {
+    float: bool,
+    /// Bytes of one sample of one channel.
+    bytes: usize,
     channels: usize,
-    next: usize,
+    rate_hz: u32,
 }
 
-impl Samples {
-    fn push(&mut self, value: f64) {
-        if self.next == self.channel {
-            self.values.push(value);
+fn broken(reason: impl Into<String>) -> ReadProblem {
+    ReadProblem::Broken { format: Format::Wav, reason: reason.into() }
+}
+
+fn u32_at(bytes: &[u8], at: usize) -> u32 {
+    bytes.get(at..at + 4).and_then(|b| b.try_into().ok()).map_or(0, u32::from_le_bytes)
+}
+
+fn u64_at(bytes: &[u8], at: usize) -> u64 {
+    u64::from(u32_at(bytes, at)) | u64::from(u32_at(bytes, at + 4)) << 32
+}
+
+fn u16_at(bytes: &[u8], at: usize) -> u16 {
+    bytes.get(at..at + 2).and_then(|b| b.try_into().ok()).map_or(0, u16::from_le_bytes)
+}
+
+impl Spec {
+    fn of(chunk: &[u8]) -> Result<Self, ReadProblem> {
+        if chunk.len() < 16 {
+            return Err(broken("its format chunk is too short"));
         }
-        self.next = (self.next + 1) % self.channels;
+        let (mut coding, bits) = (u16_at(chunk, 0), u16_at(chunk, 14));
+        if coding == 0xfffe && chunk.len() >= 26 {
+            // The extensible form names the coding in the first bytes of its GUID.
+            coding = u16_at(chunk, 24);
+        }
+        let float = match coding {
+            1 => false,
+            3 => true,
+            other => return Err(broken(format!("samples in coding {other:#06x}, not PCM or float"))),
+        };
+        let (channels, block) = (usize::from(u16_at(chunk, 2)), usize::from(u16_at(chunk, 12)));
+        if channels == 0 || block == 0 || block % channels != 0 {
+            return Err(broken(format!("{channels} channels in blocks of {block} bytes")));
+        }
+        let spec = Self { float, bytes: block / channels, channels, rate_hz: u32_at(chunk, 4) };
+        let known = if float { matches!(spec.bytes, 4 | 8) } else { (1..=8).contains(&spec.bytes) };
+        if !known || usize::from(bits) > 8 * spec.bytes {
+            return Err(broken(format!("samples of {bits} bits in {} bytes", spec.bytes)));
+        }
+        if spec.rate_hz == 0 {
+            return Err(broken("a sampling rate of zero"));
+        }
+        Ok(spec)
+    }
+
+    /// One sample in parts of full scale. Samples stand at the upper end of
+    /// their container, so that its size alone gives the scale.
+    fn value(self, bytes: &[u8]) -> f64 {
+        let word = bytes.iter().rev().fold(0_u64, |word, b| word << 8 | u64::from(*b));
+        match (self.float, self.bytes) {
+            (true, 4) => f64::from(f32::from_bits(word as u32)),
+            (true, _) => f64::from_bits(word),
+            // Eight bits are unsigned about 128.
+            (false, 1) => (word as f64 - 128.0) / 128.0,
+            (false, bytes) => {
+                let shift = 64 - 8 * bytes as u32;
+                ((word << shift) as i64) as f64 / 2f64.powi(63)
+            }
+        }
     }
 }
 
-/// Index of the channel asked for; the first by default.
-fn channel(wanted: Option<&str>, channels: usize) -> Result<usize, ReadProblem> {
-    let Some(wanted) = wanted else { return Ok(0) };
-    let number = wanted.trim().to_lowercase();
-    match number.trim_start_matches("channel").trim().parse::<usize>() {
-        Ok(number) if (1..=channels).contains(&number) => Ok(number - 1),
-        _ => Err(ReadProblem::UnknownColumn {
-            flag: "--signal",
-            wanted: wanted.to_owned(),
-            columns: if channels == 1 { "channel 1".to_owned() } else { format!("channels 1 to {channels}") },
-        }),
+impl Sound {
+    /// Reads the header.
+    pub(crate) fn open(mut input: Input) -> Result<Self, ReadProblem> {
+        let size = input.seek(SeekFrom::End(0)).map_err(ReadProblem::Io)?;
+        input.seek(SeekFrom::Start(0)).map_err(ReadProblem::Io)?;
+        let mut riff = [0; 12];
+        input.read_exact(&mut riff).map_err(|_| broken("it ends in its header"))?;
+        let (mut at, mut spec, mut wide) = (12_u64, None, None);
+        loop {
+            let mut header = [0; 8];
+            if input.read_exact(&mut header).is_err() {
+                return Err(broken("it ends before its samples"));
+            }
+            let id = &header[..4];
+            let mut length = u64::from(u32_at(&header, 4));
+            at += 8;
+            match id {
+                b"data" => {
+                    let spec: Spec = spec.ok_or_else(|| broken("samples before their format"))?;
+                    if length == u64::from(u32::MAX) {
+                        // RF64 keeps the size apart; recorders that never came to an end, nowhere.
+                        length = wide.unwrap_or(size - at.min(size));
+                    }
+                    let head = Head {
+                        names: (1..=spec.channels).map(|c| Name::parse(&format!("channel {c}"))).collect(),
+                        rate_hz: Some(f64::from(spec.rate_hz)),
+                        ..Head::default()
+                    };
+                    let mut sound = Self { input, heads: vec![head], spec, start: at, length };
+                    sound.account(size);
+                    return Ok(sound);
+                }
+                b"fmt " | b"ds64" => {
+                    // Known chunks are short; a length field may say anything.
+                    let mut chunk = vec![0; length.min(64) as usize];
+                    let n = read_up_to(&mut input, &mut chunk)?;
+                    if id == b"ds64" {
+                        wide = Some(u64_at(&chunk, 8)).filter(|_| n >= 16);
+                    } else {
+                        spec = Some(Spec::of(&chunk[..n])?);
+                    }
+                }
+                _ => {}
+            }
+            at = at.saturating_add(length).saturating_add(length & 1);
+            if at > size {
+                return Err(broken("it ends before its samples"));
+            }
+            input.seek(SeekFrom::Start(at)).map_err(ReadProblem::Io)?;
+        }
+    }
+
+    /// Notes what the header promises and the file does not hold.
+    fn account(&mut self, size: u64) {
+        let there = size.saturating_sub(self.start);
+        let notes = &mut self.heads[0].notes;
+        if self.length > there {
+            // A recorder that lost power leaves a header that promises too much.
+            notes.push(format!(
+                "the sound ends early: {there} bytes of samples where its header names {}",
+                self.length
+            ));
+            self.length = there;
+        }
+        if self.spec.channels > 1 {
+            notes.push(format!("the sound has {} channels; --signal chooses one", self.spec.channels));
+        }
     }
 }
 
-fn problem(error: hound::Error) -> ReadProblem {
-    match error {
-        hound::Error::IoError(error) => ReadProblem::Io(error),
-        other => ReadProblem::Broken { format: Format::Wav, reason: other.to_string() },
+fn read_up_to(input: &mut Input, buffer: &mut [u8]) -> Result<usize, ReadProblem> {
+    let mut n = 0;
+    while n < buffer.len() {
+        match input.read(&mut buffer[n..]).map_err(ReadProblem::Io)? {
+            0 => break,
+            more => n += more,
+        }
+    }
+    Ok(n)
+}
+
+impl TableSource for Sound {
+    fn heads(&self) -> &[Head] {
+        &self.heads
+    }
+
+    fn scan(&mut self, _: usize, wanted: &[usize], sink: Sink<'_>) -> Result<Vec<Skipped>, ReadProblem> {
+        let Spec { bytes, channels, .. } = self.spec;
+        let block = bytes * channels;
+        self.input.seek(SeekFrom::Start(self.start)).map_err(ReadProblem::Io)?;
+        let mut reader = BufReader::with_capacity(1 << 16, (&mut self.input).take(self.length));
+        let rows = BATCH.min((1 << 22) / block).max(1);
+        let mut buffer = vec![0; rows * block];
+        let mut columns: Vec<Vec<f64>> = vec![Vec::with_capacity(rows); wanted.len()];
+        loop {
+            let mut filled = 0;
+            while filled < buffer.len() {
+                match reader.read(&mut buffer[filled..]).map_err(ReadProblem::Io)? {
+                    0 => break,
+                    n => filled += n,
+                }
+            }
+            let whole = filled / block;
+            for (column, &channel) in columns.iter_mut().zip(wanted) {
+                let at = channel * bytes;
+                column.clear();
+                column.extend(
+                    buffer[..whole * block].chunks_exact(block).map(|b| self.spec.value(&b[at..at + bytes])),
+                );
+            }
+            let batch: Vec<&[f64]> = columns.iter().map(Vec::as_slice).collect();
+            if whole > 0 && !sink(&batch) || filled < buffer.len() {
+                return Ok(Vec::new());
+            }
+        }
     }
 }
 
@@ -128,11 +215,10 @@ fn problem(error: hound::Error) -> ReadProblem {
 mod tests {
     use std::io::Cursor;
 
-    use hound::{WavSpec, WavWriter};
+    use hound::{SampleFormat, WavSpec, WavWriter};
     use proptest::prelude::*;
 
-    use super::*;
-    use crate::{ReadError, read_from};
+    use crate::{ReadError, ReadOptions, Reading, TimeSource, read_from};
 
     fn ring(i: i32) -> f64 {
         (-0.001 * f64::from(i)).exp() * (0.3 * f64::from(i)).cos()
@@ -155,6 +241,29 @@ mod tests {
         }
         writer.finalize().unwrap();
         bytes.into_inner()
+    }
+
+    /// A sound as no crate writes it: 64-bit floats, or in an RF64 file.
+    fn sound_by_hand(wide: bool) -> Vec<u8> {
+        let samples: Vec<u8> = (0..400).flat_map(|i| ring(i).to_le_bytes()).collect();
+        let mut bytes = if wide { b"RF64" } else { b"RIFF" }.to_vec();
+        bytes.extend(u32::MAX.to_le_bytes());
+        bytes.extend(b"WAVE");
+        if wide {
+            bytes.extend(b"ds64");
+            bytes.extend(28_u32.to_le_bytes());
+            bytes.extend(0_u64.to_le_bytes());
+            bytes.extend((samples.len() as u64).to_le_bytes());
+            bytes.extend([0; 12]);
+        }
+        bytes.extend(b"LIST\x03\0\0\0abc\0fmt \x10\0\0\0\x03\0\x01\0");
+        bytes.extend(8000_u32.to_le_bytes());
+        bytes.extend(64000_u32.to_le_bytes());
+        bytes.extend(b"\x08\0\x40\0data");
+        bytes.extend(if wide { u32::MAX } else { samples.len() as u32 }.to_le_bytes());
+        bytes.extend(samples);
+        bytes.extend(b"tail of tags");
+        bytes
     }
 
     fn read(bytes: &[u8], options: &ReadOptions) -> Result<Reading, ReadError> {
@@ -184,14 +293,31 @@ mod tests {
     }
 
     #[test]
-    fn a_channel_is_chosen_by_number() {
+    fn wide_samples_and_wide_files_are_read_exactly() {
+        for wide in [false, true] {
+            let reading = read(&sound_by_hand(wide), &ReadOptions::default()).unwrap();
+            let expected: Vec<f64> = (0..400).map(ring).collect();
+            assert_eq!(reading.record.signal(), &expected[..], "{wide}");
+        }
+    }
+
+    #[test]
+    fn a_channel_is_chosen_by_number_or_name() {
         let bytes = sound(16, SampleFormat::Int, 2);
-        assert!((read(&bytes, &ReadOptions::default()).unwrap().record.signal()[0] - 1.0).abs() < 1e-4);
-        let second = ReadOptions { signal: Some("2".into()), ..Default::default() };
-        assert!((read(&bytes, &second).unwrap().record.signal()[0] - 0.5).abs() < 1e-4);
+        let first = read(&bytes, &ReadOptions::default()).unwrap();
+        assert!((first.record.signal()[0] - 1.0).abs() < 1e-4);
+        assert!(
+            first.report.notes.iter().any(|n| n.contains("2 channels; --signal")),
+            "{:?}",
+            first.report.notes
+        );
+        for name in ["2", "channel 2"] {
+            let second = ReadOptions { signal: Some(name.into()), ..Default::default() };
+            assert!((read(&bytes, &second).unwrap().record.signal()[0] - 0.5).abs() < 1e-4);
+        }
         let third = ReadOptions { signal: Some("3".into()), ..Default::default() };
         let message = read(&bytes, &third).unwrap_err().to_string();
-        assert_eq!(message, "bell.wav: --signal 3: no such column; there are channels 1 to 2");
+        assert!(message.starts_with("bell.wav: --signal 3: no such column; there are"), "{message}");
     }
 
     #[test]

@@ -4,11 +4,16 @@ use std::borrow::Cow;
 
 use super::{
     dialect::{self, RowKind, Shape},
-    names::{Name, Role},
     number,
-    units::Measures,
 };
-use crate::report::Delimiter;
+use crate::{
+    columns::{
+        Head, named,
+        names::{Name, Role},
+        units,
+    },
+    report::Delimiter,
+};
 
 /// Rows after the first that must be rows as well.
 const LOOK_AHEAD: usize = 5;
@@ -21,23 +26,12 @@ pub(super) struct Layout {
     pub(super) header_line: Option<usize>,
     /// Index of the first line of numbers.
     pub(super) first_line: usize,
-    /// One for each column; empty names without a header.
-    pub(super) names: Vec<Name>,
     /// Whether the rows quote cells.
     pub(super) quoted: bool,
-    /// Values named in the preamble.
-    pub(super) named_values: Vec<(String, String)>,
-    /// Sentences about what was odd.
-    pub(super) notes: Vec<String>,
-}
-
-/// Columns that belong together.
-#[derive(Debug, Clone, PartialEq)]
-pub(super) struct Group {
-    pub(super) table: usize,
-    pub(super) run: usize,
-    /// Indices of its columns.
-    pub(super) columns: Vec<usize>,
+    /// The program or instrument that wrote it, if that can be told.
+    pub(super) convention: Option<&'static str>,
+    /// Its columns, and what stands above it.
+    pub(super) head: Head,
 }
 
 /// Bytes as text: UTF-8, else Windows-1252, which has every byte.
@@ -61,8 +55,10 @@ pub(super) fn find(lines: &[&[u8]]) -> Option<Layout> {
         None => (None, vec![Name::default(); shape.width]),
     };
     let quoted = lines[first_line..].iter().any(|l| memchr::memchr(b'"', l).is_some());
-    let named_values = named_values(&lines[..first_line]);
-    Some(Layout { shape, header_line, first_line, names, quoted, named_values, notes })
+    let named_values =
+        named::values(lines[..first_line].iter().map(|line| text(uncommented(line)).into_owned()));
+    let head = Head { names, named_values, notes, ..Head::default() };
+    Some(Layout { shape, header_line, first_line, quoted, convention: None, head })
 }
 
 /// The first row of numbers of the usual width that others follow.
@@ -210,7 +206,7 @@ fn join_unit_row(
     let is_unit = |cell: &String| {
         let inner = cell.trim_matches(['(', ')', '[', ']', ' ']);
         cell.is_empty()
-            || super::units::measures(inner).is_some()
+            || units::measures(inner).is_some()
             || (cell.starts_with(['(', '[']) && cell.ends_with([')', ']']))
     };
     if !cells.iter().all(is_unit) || cells.iter().all(String::is_empty) {
@@ -228,131 +224,4 @@ fn join_unit_row(
             .collect(),
         None => cells,
     }
-}
-
-/// `name: value` and `name = value` lines, and a row of names over a row of values.
-fn named_values(preamble: &[&[u8]]) -> Vec<(String, String)> {
-    let mut values: Vec<(String, String)> = Vec::new();
-    let mut before: Vec<String> = Vec::new();
-    for line in preamble {
-        let plain = text(uncommented(line)).into_owned();
-        let cells: Vec<String> =
-            plain.split([',', ';', '\t']).map(|c| c.trim().trim_matches('"').to_owned()).collect();
-        let numeric = |c: &String| c.parse::<f64>().is_ok();
-        if let Some((name, value)) = plain.split_once([':', '=']) {
-            values.push((name.trim().to_owned(), value.trim().to_owned()));
-        } else if cells.iter().all(numeric) && before.len() == cells.len() {
-            values.extend(before.drain(..).zip(cells.iter().cloned()).filter(|(name, _)| !name.is_empty()));
-        } else if cells.len() >= 2 && !numeric(&cells[0]) && numeric(&cells[1]) {
-            values.push((cells[0].clone(), cells[1].clone()));
-        }
-        before = if cells.iter().any(numeric) { Vec::new() } else { cells };
-    }
-    values
-}
-
-/// A unit of the signal named in the preamble.
-pub(super) fn named_unit(values: &[(String, String)]) -> Option<&str> {
-    let is_unit =
-        |name: &str| ["unit", "einheit", "unità", "unidad"].iter().any(|u| name.to_lowercase().contains(u));
-    let signal =
-        |unit: &str| matches!(super::units::measures(unit), Some(Measures::Signal(_) | Measures::Level(_)));
-    values.iter().find(|(name, value)| is_unit(name) && signal(value)).map(|(_, value)| value.as_str())
-}
-
-/// A sampling rate (Hz) named in the preamble.
-pub(super) fn named_rate_hz(values: &[(String, String)]) -> Option<f64> {
-    values.iter().find_map(|(name, value)| {
-        let name = name.to_lowercase();
-        let rate =
-            ["sample_rate", "sample rate", "sampling rate", "samplerate", "abtastrate", "sampling frequency"];
-        let interval = ["sample interval", "sampling interval", "sample_interval", "dt", "abtastintervall"];
-        let mut parts = value.split_whitespace();
-        let number: f64 = parts.next()?.parse().ok()?;
-        let unit = parts.next().unwrap_or_default().to_lowercase();
-        let found = if rate.iter().any(|r| name.contains(r)) {
-            let factor = if unit.starts_with('k') || name.contains("khz") { 1e3 } else { 1.0 };
-            number * factor
-        } else if interval.iter().any(|r| name == *r || (r.len() > 2 && name.contains(r))) {
-            let factor = if unit == "ms" || name.contains("ms") { 1e3 } else { 1.0 };
-            factor / number
-        } else {
-            return None;
-        };
-        (found > 0.0 && found.is_finite()).then_some(found)
-    })
-}
-
-/// Groups the columns into tables and runs. `empty` tells the columns without
-/// any number.
-pub(super) fn groups(names: &[Name], empty: &[bool]) -> Vec<Group> {
-    let mut groups = Vec::new();
-    let gap = |i: usize| names[i].header.is_empty() && empty[i];
-    let mut table = 0;
-    let mut i = 0;
-    while i < names.len() {
-        if gap(i) {
-            i += 1;
-            continue;
-        }
-        let start = i;
-        while i < names.len() && !gap(i) {
-            i += 1;
-        }
-        table += 1;
-        let runs = runs(names, &(start..i).collect::<Vec<_>>());
-        groups.extend(runs.into_iter().enumerate().map(|(r, columns)| Group { table, run: r + 1, columns }));
-    }
-    merge_if_timeless(groups, names)
-}
-
-/// A table behind an empty column that has no times of its own belongs to the
-/// one before it.
-fn merge_if_timeless(groups: Vec<Group>, names: &[Name]) -> Vec<Group> {
-    let named = names.iter().any(|n| !n.header.is_empty());
-    let tables = groups.last().map_or(0, |g| g.table);
-    let timed = |table: usize| {
-        groups
-            .iter()
-            .filter(|g| g.table == table)
-            .any(|g| g.columns.iter().any(|&c| names[c].role() == Role::Time))
-    };
-    if tables < 2 || (named && (1..=tables).all(timed)) {
-        return groups;
-    }
-    let columns = groups.into_iter().flat_map(|g| g.columns).collect();
-    vec![Group { table: 1, run: 1, columns }]
-}
-
-/// Splits the columns of a table at run tags or at repeated time columns.
-fn runs(names: &[Name], columns: &[usize]) -> Vec<Vec<usize>> {
-    let mut tags: Vec<&str> = Vec::new();
-    for &c in columns {
-        if let Some(tag) = names[c].run.as_deref()
-            && !tags.contains(&tag)
-        {
-            tags.push(tag);
-        }
-    }
-    if tags.len() > 1 {
-        let of = |tag: &str| {
-            columns.iter().copied().filter(|&c| names[c].run.as_deref().is_none_or(|t| t == tag)).collect()
-        };
-        return tags.into_iter().map(of).collect();
-    }
-    let Some(first) = columns.iter().position(|&c| names[c].role() == Role::Time) else {
-        return vec![columns.to_vec()];
-    };
-    let stem = names[columns[first]].stem();
-    let starts: Vec<usize> = (first..columns.len())
-        .filter(|&i| names[columns[i]].role() == Role::Time && names[columns[i]].stem() == stem)
-        .collect();
-    let mut runs: Vec<Vec<usize>> = Vec::new();
-    for (k, &start) in starts.iter().enumerate() {
-        let from = if k == 0 { 0 } else { start };
-        let to = starts.get(k + 1).copied().unwrap_or(columns.len());
-        runs.push(columns[from..to].to_vec());
-    }
-    // Times next to each other are no runs: nothing stands between them.
-    if runs.iter().any(|r| r.len() < 2) { vec![columns.to_vec()] } else { runs }
 }

@@ -1,21 +1,15 @@
 //! Delimited text of any dialect.
 
-mod choose;
-mod content;
+mod conventions;
 mod dialect;
 mod layout;
-mod names;
 mod number;
 mod scan;
 mod source;
-mod units;
 
 use std::io::Read;
 
-use slipfit::Record;
-
 use self::{
-    choose::{Choice, Taken, Time},
     layout::Layout,
     number::Cell,
     scan::{Plan, Scan, TimePlan},
@@ -23,7 +17,10 @@ use self::{
 };
 use crate::{
     Format, ReadOptions, ReadProblem,
-    report::{ColumnTaken, Dialect, ReadReport, Reading, TimeSource},
+    columns::{self, Choice, Time},
+    report::{Dialect, Reading, Skipped},
+    samples,
+    table::HeldTables,
 };
 
 /// Bytes from which the dialect is told.
@@ -41,22 +38,13 @@ pub(crate) fn read(
     size: Option<u64>,
     options: &ReadOptions,
 ) -> Result<Reading, ReadProblem> {
-    let mut source = Source::new(reader);
-    source.fill(HEAD).map_err(ReadProblem::Io)?;
-    let encoding = source.detect_encoding().name();
-    check_text(source.window())?;
-    let newline = newline(source.window());
-    let head_lines = lines(source.window(), newline, source.ended());
-    if head_lines.is_empty() && !source.ended() {
-        return Err(ReadProblem::LineTooLong { row: 1, limit: HEAD });
-    }
-    let layout = layout::find(&head_lines).ok_or_else(|| no_table(&head_lines))?;
+    let (mut source, encoding, newline, layout) = open(reader)?;
     let mut columns = preview(source.window(), newline, source.ended(), &layout);
-    let mut choice = choose::choose(&layout, &columns, options);
+    let mut choice = columns::choose(&layout.head, &columns, options);
     if !source.ended() && choice.as_ref().map_or(true, |c| c.by_content) {
         source.fill(PREVIEW).map_err(ReadProblem::Io)?;
         columns = preview(source.window(), newline, source.ended(), &layout);
-        choice = choose::choose(&layout, &columns, options);
+        choice = columns::choose(&layout.head, &columns, options);
     }
     drop(columns);
     let mut choice = choice?;
@@ -76,7 +64,29 @@ pub(crate) fn read(
         source.advance().map_err(ReadProblem::Io)?;
     }
     drop(source);
-    finish(encoding, &layout, choice, scan)
+    let samples = scan.samples();
+    samples::finish(Format::Text, Some(written(encoding, &layout)), &layout.head, choice, samples)
+}
+
+/// A text with its encoding, its line end and the table found in it.
+fn open<R: Read>(reader: R) -> Result<(Source<R>, &'static str, u8, Layout), ReadProblem> {
+    let mut source = Source::new(reader);
+    source.fill(HEAD).map_err(ReadProblem::Io)?;
+    let encoding = source.detect_encoding().name();
+    check_text(source.window())?;
+    let newline = newline(source.window());
+    let head_lines = lines(source.window(), newline, source.ended());
+    if head_lines.is_empty() && !source.ended() {
+        return Err(ReadProblem::LineTooLong { row: 1, limit: HEAD });
+    }
+    let mut layout = layout::find(&head_lines).ok_or_else(|| no_table(&head_lines))?;
+    layout.convention = conventions::apply(&head_lines, &mut layout);
+    Ok((source, encoding, newline, layout))
+}
+
+/// Bytes as text: UTF-8, else Windows-1252, which has every byte.
+pub(crate) fn decoded(bytes: &[u8]) -> std::borrow::Cow<'_, str> {
+    layout::text(bytes)
 }
 
 /// Refuses bytes that no text has.
@@ -123,7 +133,7 @@ fn no_table(lines: &[&[u8]]) -> ReadProblem {
 /// The numbers of all columns in the window; NaN where there is none.
 fn preview(window: &[u8], newline: u8, ended: bool, layout: &Layout) -> Vec<Vec<f64>> {
     let shape = layout.shape;
-    let mut columns = vec![Vec::new(); layout.names.len()];
+    let mut columns = vec![Vec::new(); layout.head.names.len()];
     let mut rows = window.split(|b| *b == newline).skip(layout.first_line).peekable();
     while let Some(line) = rows.next() {
         let cut = rows.peek().is_none() && !ended;
@@ -181,97 +191,101 @@ fn start<R: Read>(
     Scan::new(plan, layout.first_line as u64 + 1, room.min(MOST_ROWS))
 }
 
-fn finish(
-    encoding: &'static str,
-    layout: &Layout,
-    choice: Choice,
-    mut scan: Scan,
-) -> Result<Reading, ReadProblem> {
-    let skipped = scan.skipped();
-    let column = choose::label(&choose::info(layout, choice.signal.index));
-    linearise(&mut scan, &choice);
-    let (rows_read, backwards) = (scan.read, scan.backwards);
-    let record = match (&choice.time, choice.quadrature.is_some()) {
-        (Time::Rate(rate), false) => Record::uniform(*rate, scan.signal),
-        (Time::Rate(rate), true) => Record::lock_in_uniform(*rate, scan.signal, scan.quadrature),
-        (_, false) => Record::new(scan.time_s, scan.signal),
-        (_, true) => Record::lock_in(scan.time_s, scan.signal, scan.quadrature),
-    };
-    let record = record.map_err(|error| match (error, backwards) {
-        (slipfit::Error::ConstantSignal { value }, _) => ReadProblem::ConstantSignal { column, value },
-        (slipfit::Error::TooFewSamples { found, needed }, _) => {
-            let reasons: Vec<String> = skipped
-                .iter()
-                .map(|s| {
-                    format!(
-                        "{} (row {}{})",
-                        s.reason,
-                        s.first_row,
-                        if s.rows > 1 { " and others" } else { "" }
-                    )
-                })
-                .collect();
-            let skipped = if reasons.is_empty() {
-                String::new()
-            } else {
-                format!("; left out: {}", reasons.join(", "))
-            };
-            ReadProblem::TooFewRows { read: found, needed, column, skipped }
+/// Reads all columns of the table, of its first `most_rows` rows.
+pub(crate) fn hold(reader: impl Read, most_rows: usize) -> Result<HeldTables, ReadProblem> {
+    let (mut source, encoding, newline, layout) = open(reader)?;
+    let (shape, mut rows) = (layout.shape, Held::new(layout.head.names.len()));
+    let preamble: usize =
+        source.window().split_inclusive(|b| *b == newline).take(layout.first_line).map(<[u8]>::len).sum();
+    source.consume(preamble);
+    rows.row = layout.first_line as u64;
+    let mut cut = false;
+    while !cut {
+        let window = source.window();
+        let whole = if source.ended() {
+            window.len()
+        } else {
+            memchr::memrchr(newline, window).map_or(0, |at| at + 1)
+        };
+        let (lines, used) = (&window[..whole], whole);
+        for line in lines.strip_suffix(&[newline]).unwrap_or(lines).split(|b| *b == newline) {
+            if rows.count >= most_rows {
+                cut = true;
+                break;
+            }
+            if !lines.is_empty() {
+                rows.push(line, shape);
+            }
         }
-        (slipfit::Error::TimeBackwards { .. }, Some(back)) => ReadProblem::TimeBackwards {
-            row: back.row,
-            column: match &choice.time {
-                Time::Column(t) | Time::Intervals(t) => choose::label(&choose::info(layout, t.index)),
-                Time::Rate(_) => String::new(),
-            },
-            previous: back.previous,
-            next: back.next,
-        },
-        (other, _) => ReadProblem::Record(other),
-    })?;
-    let record = record.with_kind(choice.kind).with_unit(choice.signal.unit.clone());
-    let taken = |t: Taken| ColumnTaken { column: choose::info(layout, t.index), unit: t.unit, why: t.why };
-    let report = ReadReport {
-        path: String::new(),
-        format: Format::Text,
-        sha256: String::new(),
-        bytes: 0,
-        rows_read,
-        skipped,
-        dialect: Some(Dialect {
-            delimiter: layout.shape.delimiter,
-            decimal: layout.shape.decimal,
-            encoding,
-            header_row: layout.header_line.map(|line| line as u64 + 1),
-            first_data_row: layout.first_line as u64 + 1,
-        }),
-        columns: (0..layout.names.len()).map(|i| choose::info(layout, i)).collect(),
-        kind: choice.kind,
-        tables: choice.tables,
-        table: choice.group.table,
-        runs: choice.runs,
-        run: choice.group.run,
-        time: match choice.time {
-            Time::Column(t) => TimeSource::Column(taken(t)),
-            Time::Intervals(t) => TimeSource::Intervals(taken(t)),
-            Time::Rate(rate) => TimeSource::Rate(rate),
-        },
-        signal: taken(choice.signal),
-        quadrature: choice.quadrature.map(taken),
-        named_values: layout.named_values.clone(),
-        notes: choice.notes,
-    };
-    Ok(Reading { record, report })
+        if source.ended() {
+            break;
+        }
+        source.consume(used);
+        if source.window().len() > LONGEST_LINE {
+            return Err(ReadProblem::LineTooLong { row: rows.row + 1, limit: LONGEST_LINE });
+        }
+        source.advance().map_err(ReadProblem::Io)?;
+    }
+    let mut tables = HeldTables::default();
+    tables.dialect = Some(written(encoding, &layout));
+    tables.cut = cut;
+    tables.push(layout.head, rows.columns, rows.skipped);
+    Ok(tables)
 }
 
-/// Makes levels in dB linear amplitudes, `10^(x/20)`.
-fn linearise(scan: &mut Scan, choice: &Choice) {
-    let linear = |values: &mut [f64]| values.iter_mut().for_each(|v| *v = 10f64.powf(*v / 20.0));
-    if choice.signal.level {
-        linear(&mut scan.signal);
+/// All columns of a text.
+struct Held {
+    columns: Vec<Vec<f64>>,
+    skipped: Vec<Skipped>,
+    /// Line number of the last line seen.
+    row: u64,
+    /// Rows kept.
+    count: usize,
+}
+
+impl Held {
+    fn new(columns: usize) -> Self {
+        Self { columns: vec![Vec::new(); columns], skipped: Vec::new(), row: 0, count: 0 }
     }
-    if choice.quadrature.as_ref().is_some_and(|q| q.level) {
-        linear(&mut scan.quadrature);
+
+    fn push(&mut self, line: &[u8], shape: dialect::Shape) {
+        self.row += 1;
+        if line.trim_ascii().is_empty() {
+            return self.skip("blank line");
+        }
+        if dialect::is_comment(line) {
+            return self.skip("remark");
+        }
+        let cells = dialect::cells(line, shape.delimiter);
+        let value = |index: usize| match cells.get(index).map(|c| number::cell(c, shape.decimal)) {
+            Some(Cell::Number(value)) => value,
+            _ => f64::NAN,
+        };
+        let values: Vec<f64> = (0..self.columns.len()).map(value).collect();
+        if values.iter().all(|v| v.is_nan()) {
+            return self.skip("no number in any column");
+        }
+        self.columns.iter_mut().zip(values).for_each(|(column, value)| column.push(value));
+        self.count += 1;
+    }
+
+    fn skip(&mut self, reason: &str) {
+        match self.skipped.iter_mut().find(|s| s.reason == reason) {
+            Some(skipped) => skipped.rows += 1,
+            None => self.skipped.push(Skipped { reason: reason.to_owned(), rows: 1, first_row: self.row }),
+        }
+    }
+}
+
+/// How the text is written.
+fn written(encoding: &'static str, layout: &Layout) -> Dialect {
+    Dialect {
+        delimiter: layout.shape.delimiter,
+        decimal: layout.shape.decimal,
+        encoding,
+        convention: layout.convention,
+        header_row: layout.header_line.map(|line| line as u64 + 1),
+        first_data_row: layout.first_line as u64 + 1,
     }
 }
 

@@ -7,9 +7,10 @@ use memchr::{memchr, memchr_iter, memrchr};
 use super::{
     dialect::{self, separator},
     number::{self, Cell},
-    units::Seconds,
 };
+use crate::columns::units::Seconds;
 use crate::report::{Decimal, Delimiter, Skipped};
+use crate::samples::{Backwards, Samples};
 
 /// Columns read at once: time, signal, quadrature.
 const SLOTS: usize = 3;
@@ -57,14 +58,6 @@ struct Count {
     first_row: u64,
     order: usize,
     example: String,
-}
-
-/// A stamp before its predecessor.
-#[derive(Debug, Clone, Copy, PartialEq)]
-pub(super) struct Backwards {
-    pub(super) row: u64,
-    pub(super) previous: f64,
-    pub(super) next: f64,
 }
 
 /// Samples as they come.
@@ -130,8 +123,21 @@ impl Scan {
         whole
     }
 
+    /// What was read.
+    pub(super) fn samples(self) -> Samples {
+        let skipped = self.skipped();
+        Samples {
+            time_s: self.time_s,
+            signal: self.signal,
+            quadrature: self.quadrature,
+            read: self.read,
+            backwards: self.backwards,
+            skipped,
+        }
+    }
+
     /// Rows left out, by reason.
-    pub(super) fn skipped(&self) -> Vec<Skipped> {
+    fn skipped(&self) -> Vec<Skipped> {
         let mut counted: Vec<(&Reason, &Count)> = self.reasons.iter().collect();
         counted.sort_by_key(|(_, count)| count.order);
         counted

@@ -3,6 +3,7 @@ use std::fmt::Write as _;
 use slipfit::{Clock, SignalKind};
 
 use super::*;
+use crate::report::TimeSource;
 use crate::{
     ReadError,
     hashing::Hashing,
@@ -336,10 +337,10 @@ fn tables_side_by_side_and_runs_in_groups_are_chosen() {
     });
     let first = read(&text);
     assert_eq!((first.report.tables, first.report.table, first.record.len()), (2, 1, 30));
-    assert!(first.report.notes.iter().any(|n| n.contains("--table")));
+    assert!(first.report.notes.iter().any(|n| n.contains("--part")));
     let table = |n| ReadOptions { table: Some(n), ..Default::default() };
     assert_is_ring(&read_with(&text, &table(2)).unwrap(), 40);
-    assert_eq!(error(&text, &table(3)).0, "file.csv: --table 3: the file has 2");
+    assert_eq!(error(&text, &table(3)).0, "file.csv: --part 3: the file has 2");
     for header in [
         "t1,theta1,omega1,t2,theta2,omega2\n",
         "Time (s) Run #1,Angle (rad) Run #1,v (rad/s) Run #1,Time (s) Run #2,Angle (rad) Run #2,v (rad/s) Run #2\n",

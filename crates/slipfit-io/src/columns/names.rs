@@ -6,20 +6,20 @@ use super::units::{self, Measures};
 
 /// A column as its header describes it.
 #[derive(Debug, Clone, PartialEq, Default)]
-pub(super) struct Name {
+pub(crate) struct Name {
     /// The header as written, quotes and blanks around it removed.
-    pub(super) header: String,
+    pub(crate) header: String,
     /// The header without unit and run.
-    pub(super) bare: String,
+    pub(crate) bare: String,
     /// The unit as written; empty if none was recognised.
-    pub(super) unit: String,
+    pub(crate) unit: String,
     /// Which run it belongs to, such as `run #2` or `latest`.
-    pub(super) run: Option<String>,
+    pub(crate) run: Option<String>,
 }
 
 /// What a column may be taken for, by its name alone.
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub(super) enum Role {
+pub(crate) enum Role {
     Time,
     /// A signal; the greater rank is preferred.
     Signal {
@@ -38,7 +38,7 @@ pub(super) enum Role {
 
 impl Name {
     /// Takes a header apart.
-    pub(super) fn parse(header: &str) -> Self {
+    pub(crate) fn parse(header: &str) -> Self {
         let header = header.trim().trim_matches('"').trim().replace("\"\"", "\"");
         let (rest, run) = split_run(&header);
         let (bare, unit) = split_unit(&rest);
@@ -46,24 +46,24 @@ impl Name {
     }
 
     /// The unit, if it is known.
-    pub(super) fn measures(&self) -> Option<Measures> {
+    pub(crate) fn measures(&self) -> Option<Measures> {
         units::measures(&self.unit)
     }
 
     /// Name for comparing columns of several runs: no digits, no case.
-    pub(super) fn stem(&self) -> String {
+    pub(crate) fn stem(&self) -> String {
         self.bare.to_lowercase().chars().filter(|c| c.is_alphabetic()).collect()
     }
 
     /// Whether the column is named like a time between rows.
-    pub(super) fn is_step(&self) -> bool {
+    pub(crate) fn is_step(&self) -> bool {
         let bare = self.bare.to_lowercase();
         ["dt", "δt"].contains(&bare.trim())
             || ["interval", "intervall", "previous", "delta t", "delta_t"].iter().any(|w| bare.contains(w))
     }
 
     /// What the column may be taken for.
-    pub(super) fn role(&self) -> Role {
+    pub(crate) fn role(&self) -> Role {
         let words = words(&self.bare);
         // Short words mean something only in front: the A of `Weg b_A` is an index.
         let begins = |list: &[&str]| words.first().is_some_and(|w| list.contains(&w.as_str()));
@@ -268,7 +268,7 @@ const ELECTRICAL_SHORT: &[&str] =
     &["u", "volt", "volts", "ch", "cha", "chb", "kanal", "canal", "adc", "value", "wert"];
 
 /// Words in lower case; digits end a word, marks separate.
-fn words(text: &str) -> Vec<String> {
+pub(crate) fn words(text: &str) -> Vec<String> {
     text.to_lowercase()
         .split(|c: char| !c.is_alphabetic())
         .filter(|w| !w.is_empty())

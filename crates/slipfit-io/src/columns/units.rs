@@ -4,7 +4,7 @@ use slipfit::SignalKind;
 
 /// From a unit of time to seconds.
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub(super) enum Seconds {
+pub(crate) enum Seconds {
     /// Seconds as they are.
     Same,
     /// Longer units.
@@ -17,7 +17,7 @@ pub(super) enum Seconds {
 impl Seconds {
     /// A time in seconds.
     #[inline]
-    pub(super) fn of(self, time: f64) -> f64 {
+    pub(crate) fn of(self, time: f64) -> f64 {
         match self {
             Self::Same => time,
             Self::Times(factor) => time * factor,
@@ -28,7 +28,7 @@ impl Seconds {
 
 /// What a unit measures.
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub(super) enum Measures {
+pub(crate) enum Measures {
     /// Time.
     Time(Seconds),
     /// A signal of a kind.
@@ -178,8 +178,11 @@ const OTHERS: &[&str] = &[
 ];
 
 /// What a unit measures, or `None` if it is not known.
-pub(super) fn measures(unit: &str) -> Option<Measures> {
+pub(crate) fn measures(unit: &str) -> Option<Measures> {
     let unit = tidy(unit);
+    if let Some(hz) = unit.strip_suffix("hz").and_then(tick_rate) {
+        return Some(Measures::Time(Seconds::Over(hz)));
+    }
     if let Some(&(_, seconds)) = SECONDS.iter().find(|(name, _)| *name == unit) {
         return Some(Measures::Time(seconds));
     }
@@ -219,6 +222,17 @@ pub(super) fn measures(unit: &str) -> Option<Measures> {
     None
 }
 
+/// The rate of a clock whose ticks are the unit, `60 M` of `60 MHz`.
+fn tick_rate(text: &str) -> Option<f64> {
+    let (number, factor) = match text.trim_end().chars().next_back()? {
+        'k' => (text.trim_end().strip_suffix('k')?, 1e3),
+        'm' => (text.trim_end().strip_suffix('m')?, 1e6),
+        'g' => (text.trim_end().strip_suffix('g')?, 1e9),
+        _ => (text, 1.0),
+    };
+    number.trim().parse::<f64>().ok().map(|n| n * factor).filter(|hz| hz.is_finite() && *hz > 0.0)
+}
+
 /// Lower case, without blanks around operators, powers as `^2`.
 fn tidy(unit: &str) -> String {
     unit.trim()
@@ -253,6 +267,8 @@ mod tests {
         assert_eq!(measures("ms"), Some(Measures::Time(Seconds::Over(1e3))));
         assert_eq!(measures("dBm"), Some(Measures::Level("√mW")));
         assert_eq!(measures("Hz"), Some(Measures::Other));
+        assert_eq!(measures("60 MHz"), Some(Measures::Time(Seconds::Over(60e6))));
+        assert_eq!(measures("1.8GHz"), Some(Measures::Time(Seconds::Over(1.8e9))));
         assert_eq!(measures("horse"), None);
     }
 }

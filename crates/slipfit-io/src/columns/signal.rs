@@ -1,0 +1,152 @@
+//! Which column is the signal.
+
+use slipfit::SignalKind;
+
+use super::{
+    Chooser, Group, Taken, content, named,
+    names::Role,
+    units::{self, Measures, Seconds},
+};
+use crate::ReadProblem;
+
+/// Rank of a column whose name says nothing.
+const UNKNOWN_RANK: u8 = 40;
+
+impl Chooser<'_> {
+    /// Columns that could be the signal.
+    pub(super) fn candidates(&self, group: &Group, time: Option<usize>) -> Vec<usize> {
+        group
+            .columns
+            .iter()
+            .copied()
+            .filter(|&c| Some(c) != time && self.contents[c].filled > 0.0)
+            .filter(|&c| !matches!(self.role(c), Role::Time | Role::Never))
+            .filter(|&c| self.role(c) != Role::Unknown || !self.is_second_clock(c, group))
+            .collect()
+    }
+
+    /// An unnamed column beside others that goes up like a time or a counter.
+    fn is_second_clock(&self, column: usize, group: &Group) -> bool {
+        group.columns.len() > 2 && self.contents[column].is_monotone() && self.contents[column].moving > 0.5
+    }
+
+    pub(super) fn lock_in_pair(&self, candidates: &[usize]) -> Option<(usize, usize)> {
+        let by_role = |role: Role| candidates.iter().copied().find(|&c| self.role(c) == role);
+        if let (Some(i), Some(q)) = (by_role(Role::InPhase), by_role(Role::Quadrature)) {
+            return Some((i, q));
+        }
+        let named = |name: &str| {
+            candidates.iter().copied().find(|&c| self.head.names[c].bare.trim().eq_ignore_ascii_case(name))
+        };
+        let (x, y) = (named("x")?, named("y")?);
+        let electrical = |c: usize| {
+            let unit = self.head.names[c].unit.as_str();
+            unit.ends_with('V') || unit.ends_with('A')
+        };
+        let beside = self.head.names.iter().any(|n| {
+            let name = n.bare.to_lowercase();
+            ["r", "phase", "theta", "mag", "frequency"].contains(&name.trim())
+        });
+        let asked = self.options.kind == Some(SignalKind::LockIn);
+        let open = self.options.kind.is_none();
+        (asked || (open && (beside || (electrical(x) && electrical(y))))).then_some((x, y))
+    }
+
+    fn rank(&self, index: usize) -> u8 {
+        match self.role(index) {
+            // An amplitude is no phase's poor relation: R and theta come from one instrument.
+            Role::Signal { like: "named like an angle", .. } if self.has_r() => 0,
+            Role::Signal { rank, .. } => rank,
+            _ => UNKNOWN_RANK,
+        }
+    }
+
+    fn has_r(&self) -> bool {
+        self.head.names.iter().any(|n| n.bare.trim().eq_ignore_ascii_case("r"))
+    }
+
+    /// The column that is most likely the signal.
+    pub(super) fn best(&mut self, candidates: &[usize]) -> Result<(usize, String), ReadProblem> {
+        let varies = |c: &usize| self.contents[*c].greatest > self.contents[*c].least;
+        let varying: Vec<usize> = candidates.iter().copied().filter(varies).collect();
+        let from = if varying.is_empty() { candidates } else { &varying };
+        let top = from.iter().map(|&c| self.rank(c)).max();
+        let mut best: Vec<usize> = from.iter().copied().filter(|&c| Some(self.rank(c)) == top).collect();
+        let like = match best.first().map(|&c| self.role(c)) {
+            None => {
+                let all: Vec<usize> = (0..self.columns.len()).collect();
+                return Err(ReadProblem::NoSignal { columns: self.list(&all) });
+            }
+            Some(Role::Signal { like, .. }) => like,
+            Some(_) => "",
+        };
+        if let [only] = best[..] {
+            let why = if like.is_empty() { "the only column left" } else { like };
+            return Ok((only, why.to_owned()));
+        }
+        self.by_content = true;
+        let among = self.list(&best);
+        let ringing: Vec<usize> = best.iter().copied().filter(|&c| self.contents[c].is_ringing()).collect();
+        if !ringing.is_empty() {
+            best = ringing;
+        }
+        let derived = |c: usize| {
+            best.iter()
+                .any(|&other| other != c && content::is_derivative(&self.columns[c], &self.columns[other]))
+        };
+        let original: Vec<usize> = best.iter().copied().filter(|&c| !derived(c)).collect();
+        if !original.is_empty() {
+            best = original;
+        }
+        // Sizes compare only within one unit.
+        let unit = &self.head.names[best[0]].unit;
+        let greatest = best
+            .iter()
+            .copied()
+            .filter(|&c| self.head.names[c].unit == *unit)
+            .reduce(|held, c| if self.contents[c].swing > self.contents[held].swing { c } else { held })
+            .unwrap_or(best[0]);
+        let prefix = if like.is_empty() { String::new() } else { format!("{like}, and ") };
+        Ok((greatest, format!("{prefix}oscillates and dies down most among {among}")))
+    }
+
+    pub(super) fn kind_of(&self, index: usize) -> SignalKind {
+        // A unit given or named apart says more than the name; m alone says nothing.
+        let named_apart = self.options.signal_unit.is_some() || self.head.names[index].unit.is_empty();
+        match units::measures(self.written_unit(index)).filter(|_| named_apart) {
+            Some(Measures::Signal(kind)) if kind != SignalKind::Displacement => return kind,
+            _ => {}
+        }
+        match self.role(index) {
+            // Oscilloscopes call a waveform an amplitude; an envelope is never negative.
+            Role::Signal { kind: SignalKind::Envelope, .. }
+                if self.contents[index].least < 0.0 && !self.signal_taken(index, "").level =>
+            {
+                SignalKind::Displacement
+            }
+            Role::Signal { kind, .. } => kind,
+            _ => SignalKind::Displacement,
+        }
+    }
+
+    /// The unit given, in the header, or else named above the table.
+    fn written_unit(&self, index: usize) -> &str {
+        let in_header = self.head.names[index].unit.as_str();
+        let named = || named::named_unit(&self.head.named_values).unwrap_or_default();
+        match &self.options.signal_unit {
+            Some(given) => given.trim(),
+            None if in_header.is_empty() => named(),
+            None => in_header,
+        }
+    }
+
+    pub(super) fn signal_taken(&self, index: usize, why: &str) -> Taken {
+        let written = self.written_unit(index);
+        let (unit, level) = match units::measures(written) {
+            Some(Measures::Level(linear)) => (linear.to_owned(), true),
+            _ => (written.to_owned(), false),
+        };
+        let why = format!("{}: {why}", self.label(index));
+        Taken { index, unit, why, seconds: Seconds::Same, level }
+    }
+}

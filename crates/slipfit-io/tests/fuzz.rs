@@ -1,0 +1,221 @@
+//! Files of every format, changed at random: no panic, no hang, no memory
+//! beyond a few times the input.
+//!
+//! `cargo xtask fuzz --minutes N` runs it for as long as wanted; the suite runs
+//! it for a moment. Seeds are the fixtures in `reference/formats`, one target a
+//! format. What fails is written to `target/fuzz` and named.
+#![allow(clippy::unwrap_used, reason = "a failed unwrap fails the test, as it should")]
+
+use std::io::Write as _;
+use std::path::{Path, PathBuf};
+use std::sync::atomic::{AtomicU64, Ordering};
+use std::sync::{Arc, Mutex};
+use std::time::{Duration, Instant};
+
+use peak_alloc::PeakAlloc;
+use slipfit_io::{Format, ReadOptions, read_from, read_tables, read_tables_from};
+
+#[global_allocator]
+static PEAK: PeakAlloc = PeakAlloc;
+
+/// Longer than any file of this size may take, on a busy machine as well.
+const HANGS_AFTER: Duration = Duration::from_secs(60);
+/// What may be asked for beside a multiple of the input: windows of the readers.
+const WINDOWS: usize = 24 << 20;
+/// Deflate packs a thousandfold, so that packed formats may ask for more.
+fn most_times(format: Format) -> usize {
+    match format {
+        Format::Gzip | Format::Zip | Format::Npz | Format::Xlsx | Format::Mat5 => 12_000,
+        _ => 400,
+    }
+}
+
+struct Random(u64);
+
+impl Random {
+    fn next(&mut self) -> u64 {
+        self.0 ^= self.0 << 13;
+        self.0 ^= self.0 >> 7;
+        self.0 ^= self.0 << 17;
+        self.0
+    }
+
+    fn below(&mut self, n: usize) -> usize {
+        (self.next() % n.max(1) as u64) as usize
+    }
+}
+
+/// Numbers at which lengths and counts go wrong.
+const EDGES: [u64; 12] =
+    [0, 1, 7, 0x7f, 0x80, 0xff, 0x7fff, 0xffff, 0x7fff_ffff, 0xffff_ffff, 0x7fff_ffff_ffff_ffff, u64::MAX];
+
+/// One to eight changes of a file, some with parts of another.
+fn mutated(seed: &[u8], other: &[u8], random: &mut Random) -> Vec<u8> {
+    let mut bytes = seed.to_vec();
+    for _ in 0..=random.below(8) {
+        if bytes.is_empty() {
+            return bytes;
+        }
+        // Headers are where files break: half of the damage is done there.
+        let reach = if random.below(2) == 0 { bytes.len().min(512) } else { bytes.len() };
+        let at = random.below(reach);
+        match random.below(9) {
+            0 => bytes[at] ^= 1 << random.below(8),
+            1 => bytes[at] = random.next() as u8,
+            2 | 3 => {
+                let edge = EDGES[random.below(EDGES.len())].to_le_bytes();
+                let width = [1, 2, 4, 8][random.below(4)].min(bytes.len() - at);
+                bytes[at..at + width].copy_from_slice(&edge[..width]);
+                if random.below(4) == 0 {
+                    bytes[at..at + width].reverse();
+                }
+            }
+            4 => bytes.truncate(random.below(bytes.len()) + 1),
+            5 => {
+                let end = (at + random.below(64) + 1).min(bytes.len());
+                bytes.drain(at..end);
+            }
+            6 => {
+                let end = (at + random.below(256) + 1).min(bytes.len());
+                let copy = bytes[at..end].to_vec();
+                let to = random.below(bytes.len());
+                bytes.splice(to..to, copy);
+            }
+            7 => {
+                let from = random.below(other.len());
+                let part = &other[from..(from + random.below(128) + 1).min(other.len())];
+                let end = (at + part.len()).min(bytes.len());
+                bytes.splice(at..end, part.iter().copied());
+            }
+            _ => {
+                let digits: &[u8] =
+                    [b"9999999999".as_slice(), b"-1", b"1e400", b"NaN", b";", b"\"", b"\n"][random.below(7)];
+                bytes.splice(at..at, digits.iter().copied());
+            }
+        }
+    }
+    bytes
+}
+
+/// Reads bytes as a record and as tables.
+fn target(bytes: &[u8]) {
+    let options = ReadOptions { rate_hz: Some(50.0), ..Default::default() };
+    let _ = read_from(bytes, "fuzzed", &ReadOptions::default());
+    let _ = read_from(bytes, "fuzzed", &options);
+    let _ = read_tables_from(bytes, "fuzzed", 10_000);
+}
+
+/// The case in hand, for the watch.
+#[derive(Default)]
+struct Watch {
+    started: AtomicU64,
+    case: Mutex<(String, Vec<u8>)>,
+}
+
+fn keep(name: &str, bytes: &[u8]) -> PathBuf {
+    let folder = PathBuf::from(env!("CARGO_MANIFEST_DIR")).join("../../target/fuzz");
+    std::fs::create_dir_all(&folder).unwrap();
+    let path = folder.join(name);
+    std::fs::write(&path, bytes).unwrap();
+    path
+}
+
+fn run(time: Duration) {
+    let folder = concat!(env!("CARGO_MANIFEST_DIR"), "/../../reference/formats");
+    let mut seeds: Vec<(String, Format, Vec<u8>)> = std::fs::read_dir(folder)
+        .unwrap()
+        .map(|e| e.unwrap().path())
+        .filter(|p| !p.extension().is_some_and(|e| e == "py" || e == "md"))
+        .map(|p: PathBuf| {
+            let format = read_tables(&p, 1).unwrap().format;
+            (name(&p), format, std::fs::read(&p).unwrap())
+        })
+        .collect();
+    seeds.sort_by(|a, b| a.0.cmp(&b.0));
+    let start = Instant::now();
+    let watch = Arc::new(Watch::default());
+    let watched = Arc::clone(&watch);
+    std::thread::spawn(move || {
+        loop {
+            std::thread::sleep(Duration::from_secs(1));
+            let since = watched.started.load(Ordering::Relaxed);
+            let now = start.elapsed().as_millis() as u64;
+            if since > 0 && now > since + HANGS_AFTER.as_millis() as u64 {
+                let (name, bytes) = &*watched.case.lock().unwrap();
+                let path = keep(&format!("hang-{name}"), bytes);
+                let _ = writeln!(std::io::stderr(), "HANGS: {}", path.display());
+                std::process::abort();
+            }
+        }
+    });
+    let mut random = Random(
+        0x2545_f491_4f6c_dd1d
+            ^ std::env::var("SLIPFIT_FUZZ_SEED").ok().and_then(|s| s.parse().ok()).unwrap_or(1),
+    );
+    let mut counts = vec![0_u64; seeds.len()];
+    let mut worst = vec![0_usize; seeds.len()];
+    while start.elapsed() < time {
+        for i in 0..seeds.len() {
+            let (name, format, seed) = &seeds[i];
+            let others: Vec<&Vec<u8>> = seeds.iter().filter(|s| s.1 == *format).map(|s| &s.2).collect();
+            let bytes = mutated(seed, others[random.below(others.len())], &mut random);
+            *watch.case.lock().unwrap() = (name.clone(), bytes.clone());
+            watch.started.store(start.elapsed().as_millis() as u64 + 1, Ordering::Relaxed);
+            PEAK.reset_peak_usage();
+            let before = PEAK.current_usage();
+            let panicked = std::panic::catch_unwind(|| target(&bytes)).is_err();
+            let peak = PEAK.peak_usage() - before;
+            watch.started.store(0, Ordering::Relaxed);
+            counts[i] += 1;
+            worst[i] = worst[i].max(peak);
+            if panicked {
+                panic!("panics: {}", keep(&format!("panic-{name}"), &bytes).display());
+            }
+            if peak > most_times(*format) * bytes.len() + WINDOWS {
+                panic!(
+                    "{peak} bytes for {}: {}",
+                    bytes.len(),
+                    keep(&format!("memory-{name}"), &bytes).display()
+                );
+            }
+        }
+    }
+    for ((name, format, seed), (count, worst)) in seeds.iter().zip(counts.iter().zip(&worst)) {
+        let line = format!(
+            "{count:>8} runs of {name} ({}, {} bytes), peak {worst} bytes",
+            format.name(),
+            seed.len()
+        );
+        let _ = writeln!(std::io::stderr(), "{line}");
+    }
+}
+
+fn name(path: &Path) -> String {
+    path.file_name().unwrap().to_string_lossy().into_owned()
+}
+
+#[test]
+fn changed_files_are_read_or_refused() {
+    run(Duration::from_secs(5));
+}
+
+/// What fuzzing has found once.
+#[test]
+fn columns_outside_of_a_parquet_file_are_refused() {
+    let folder = concat!(env!("CARGO_MANIFEST_DIR"), "/../../reference/formats");
+    let bytes = std::fs::read(Path::new(folder).join("snappy.parquet")).unwrap();
+    for at in bytes.len().saturating_sub(900)..bytes.len() - 8 {
+        for value in [0x7f, 0x80, 0xff] {
+            let mut copy = bytes.clone();
+            copy[at] = value;
+            target(&copy);
+        }
+    }
+}
+
+#[test]
+#[ignore = "for as long as SLIPFIT_FUZZ_MINUTES says: cargo xtask fuzz"]
+fn changed_files_for_long() {
+    let minutes: f64 = std::env::var("SLIPFIT_FUZZ_MINUTES").ok().and_then(|m| m.parse().ok()).unwrap_or(1.0);
+    run(Duration::from_secs_f64(60.0 * minutes));
+}

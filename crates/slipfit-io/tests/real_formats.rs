@@ -1,0 +1,284 @@
+//! Every measured file, ring-downs and sweeps: read right, or refused with a
+//! reason; and damaged copies of each: an answer or a clear error, in memory
+//! that stays within a few times the input.
+//!
+//! The files are no part of the repository. `SLIPFIT_REAL_DATA` says where they
+//! are, `../shared/data` beside the workspace by default.
+#![allow(clippy::unwrap_used, reason = "a failed unwrap fails the test, as it should")]
+
+use std::io::Write as _;
+use std::path::{Path, PathBuf};
+use std::sync::Mutex;
+
+use peak_alloc::PeakAlloc;
+use slipfit::SignalKind;
+use slipfit::ringdown::{Options, analyse};
+use slipfit_io::{Format, ReadOptions, TimeSource, read, read_from, read_tables, read_tables_from};
+
+#[global_allocator]
+static PEAK: PeakAlloc = PeakAlloc;
+
+/// One measures memory, all others wait.
+static ALONE: Mutex<()> = Mutex::new(());
+
+fn alone() -> std::sync::MutexGuard<'static, ()> {
+    ALONE.lock().unwrap_or_else(std::sync::PoisonError::into_inner)
+}
+
+/// Not by a macro: what those print, a passing test hides.
+fn say(line: &str) {
+    let _ = writeln!(std::io::stderr(), "{line}");
+}
+
+/// Every measured file, or none, said aloud.
+fn real_files() -> Vec<PathBuf> {
+    let workspace = concat!(env!("CARGO_MANIFEST_DIR"), "/../..");
+    let data = std::env::var_os("SLIPFIT_REAL_DATA")
+        .map_or_else(|| PathBuf::from(workspace).join("../shared/data"), PathBuf::from);
+    let mut files = Vec::new();
+    for folder in ["ringdown", "sweep", "sweep/pohl_forced_400mA_raw"] {
+        let Ok(entries) = std::fs::read_dir(data.join(folder)) else {
+            say(&format!("SKIPPED: no real data at {}; set SLIPFIT_REAL_DATA", data.join(folder).display()));
+            return Vec::new();
+        };
+        files.extend(entries.map(|e| e.unwrap().path()).filter(|p| p.is_file()));
+    }
+    files.sort();
+    files
+}
+
+fn fixtures() -> Vec<PathBuf> {
+    let folder = concat!(env!("CARGO_MANIFEST_DIR"), "/../../reference/formats");
+    let mut files: Vec<PathBuf> = std::fs::read_dir(folder).unwrap().map(|e| e.unwrap().path()).collect();
+    files.retain(|p| !p.extension().is_some_and(|e| e == "py" || e == "md"));
+    files.sort();
+    files
+}
+
+fn name(path: &Path) -> String {
+    path.file_name().unwrap().to_string_lossy().into_owned()
+}
+
+/// What must become of a file: a record with so many samples and its signal, or
+/// a refusal that says so.
+enum Outcome {
+    Record { samples: usize, signal: &'static str, unit: &'static str },
+    Refused(&'static str),
+}
+use Outcome::{Record, Refused};
+
+/// Outcomes of the files that the tests of text do not look at already.
+#[rustfmt::skip]
+const OUTCOMES: &[(&str, Format, Outcome)] = &[
+    ("bell_440hz.wav", Format::Wav, Record { samples: 1_177_856, signal: "channel 1", unit: "" }),
+    ("bolted_beam_hammer.mat", Format::Mat5, Record { samples: 65_536, signal: "acc", unit: "" }),
+    ("phyphox_five_sheets.xls", Format::Xls, Record { samples: 484, signal: "Rotation z", unit: "rad/s" }),
+    ("bolted_beam_force_levels.mat", Format::Mat5, Refused("no column of times")),
+    ("quartz_impedance.xlsx", Format::Xlsx, Refused("no column of times")),
+    ("akiyama_tuning_fork_nanonis.dat", Format::Text, Refused("no column of times")),
+    ("torsion_forced.csv", Format::Text, Refused("no column of times")),
+    ("pohl_forced_400mA.csv", Format::Text, Refused("no column of times")),
+];
+
+#[test]
+fn every_real_file_is_read_or_refused_with_a_reason() {
+    let _alone = alone();
+    let mut lines =
+        vec!["| file | format | tables | what came of it |".to_owned(), "|---|---|---|---|".to_owned()];
+    for path in real_files() {
+        let tables = read_tables(&path, usize::MAX).unwrap_or_else(|e| panic!("{e}"));
+        assert!(tables.tables.iter().all(|t| t.rows() > 1), "{}", path.display());
+        assert_eq!(tables.bytes, std::fs::metadata(&path).unwrap().len());
+        let shape: Vec<String> =
+            tables.tables.iter().take(6).map(|t| format!("{} × {}", t.rows(), t.columns.len())).collect();
+        let reading = read(&path, &ReadOptions::default());
+        let said = match &reading {
+            Ok(reading) => {
+                let (record, report) = (&reading.record, &reading.report);
+                assert!(record.signal().iter().all(|v| v.is_finite()) && record.len() >= 8);
+                let answer = match analyse(record, &Options::default()) {
+                    Ok(answer) => {
+                        let codes: Vec<&str> =
+                            answer.warnings.iter().map(slipfit::ringdown::Warning::code).collect();
+                        format!(
+                            "{}, {:.4} Hz; {}",
+                            answer.model,
+                            answer.parameter("frequency_hz").map_or(f64::NAN, |f| f.value),
+                            codes.join(", ")
+                        )
+                    }
+                    Err(error) => format!("no ring-down: {error}"),
+                };
+                format!("record of {} samples, {}: {answer}", record.len(), report.signal.why)
+            }
+            Err(error) => {
+                assert!(!error.problem.to_string().is_empty());
+                format!("refused: {}", error.problem)
+            }
+        };
+        lines.push(format!(
+            "| {} | {} | {} | {} |",
+            name(&path),
+            tables.format.name(),
+            shape.join(", "),
+            said.replace('|', "/")
+        ));
+        if let Some((file, format, outcome)) = OUTCOMES.iter().find(|(f, ..)| *f == name(&path)) {
+            assert_eq!(tables.format, *format, "{file}");
+            match (outcome, &reading) {
+                (Record { samples, signal, unit }, Ok(reading)) => {
+                    assert!(
+                        *samples == 0 || reading.record.len() == *samples,
+                        "{file}: {}",
+                        reading.record.len()
+                    );
+                    assert!(
+                        reading.report.signal.why.contains(signal),
+                        "{file}: {}",
+                        reading.report.signal.why
+                    );
+                    assert_eq!(reading.record.unit(), *unit, "{file}");
+                }
+                (Refused(reason), Err(error)) => assert!(error.to_string().contains(reason), "{error}"),
+                (_, found) => panic!("{file}: {found:?}"),
+            }
+        }
+    }
+    if lines.len() > 2 {
+        say(&lines.join("\n"));
+    }
+}
+
+#[test]
+fn the_beam_hit_by_a_hammer_is_flagged_and_its_mode_found_in_a_band() {
+    let _alone = alone();
+    let Some(path) = real_files().into_iter().find(|p| name(p) == "bolted_beam_hammer.mat") else { return };
+    let reading = read(&path, &ReadOptions::default()).unwrap();
+    assert!(matches!(reading.report.time, TimeSource::Column(_)), "{:?}", reading.report.time);
+    assert!((1.0 / reading.record.clock_report().median_step_s / 12_800.0 - 1.0).abs() < 1e-3);
+    assert_eq!(reading.record.kind(), SignalKind::Acceleration);
+    let whole = analyse(&reading.record, &Options::default()).unwrap();
+    let codes: Vec<&str> = whole.warnings.iter().map(slipfit::ringdown::Warning::code).collect();
+    assert!(codes.contains(&"several_modes"), "{codes:?}");
+    let mut band = Options::default();
+    band.band_hz = Some([70.0, 90.0]);
+    let mode = analyse(&reading.record, &band).unwrap();
+    let frequency = mode.parameter("frequency_hz").unwrap().value;
+    assert!((80.0..81.0).contains(&frequency), "{frequency}");
+    let tau_s = (mode.segment.end_s - mode.segment.start_s) / mode.diagnostics.decay_times;
+    assert!((0.99..=1.21).contains(&tau_s), "{tau_s}");
+}
+
+/// What the analysis doubts of a sheet of the phone's workbook.
+fn doubts(path: &Path, sheet: &str) -> Vec<&'static str> {
+    let options = ReadOptions { sheet: Some(sheet.into()), ..Default::default() };
+    let reading = read(path, &options).unwrap();
+    assert_eq!(reading.report.sheet, sheet);
+    let answer = analyse(&reading.record, &Options::default()).unwrap();
+    answer.warnings.iter().map(slipfit::ringdown::Warning::code).collect()
+}
+
+#[test]
+fn a_workbook_of_a_few_cycles_is_too_short() {
+    let _alone = alone();
+    let Some(path) = real_files().into_iter().find(|p| name(p) == "phyphox_five_sheets.xls") else { return };
+    // Its raw data hold seven cycles of hardly any decay, its autocorrelation three.
+    let unasked = read(&path, &ReadOptions::default()).unwrap();
+    assert_eq!(unasked.report.sheet, "Raw Data");
+    assert!(doubts(&path, "Raw Data").contains(&"not_separable"));
+    assert!(doubts(&path, "Autocorrelation").contains(&"too_few_cycles"));
+}
+
+/// Numbers for the places of damage: the same on every machine.
+struct Seeded(u64);
+
+impl Seeded {
+    fn below(&mut self, n: usize) -> usize {
+        self.0 ^= self.0 << 13;
+        self.0 ^= self.0 >> 7;
+        self.0 ^= self.0 << 17;
+        (self.0 % n.max(1) as u64) as usize
+    }
+}
+
+/// Reads damaged bytes every way there is; returns the peak of memory over the input.
+fn survive(bytes: &[u8], name: &str, rows: usize) -> f64 {
+    PEAK.reset_peak_usage();
+    let before = PEAK.current_usage();
+    for options in [ReadOptions::default(), ReadOptions { rate_hz: Some(100.0), ..Default::default() }] {
+        if let Err(error) = read_from(bytes, name, &options) {
+            assert!(
+                error.to_string().starts_with(name) && error.to_string().len() > name.len() + 4,
+                "{error}"
+            );
+        }
+    }
+    let _ = read_tables_from(bytes, name, rows);
+    (PEAK.peak_usage() - before) as f64
+}
+
+/// Bytes allowed beside a multiple of the input: windows of the readers.
+const WINDOWS: f64 = 24e6;
+/// Text of one digit a cell becomes eight bytes a cell, twice while it grows;
+/// packed files are larger unpacked.
+const TIMES: f64 = 40.0;
+
+fn damaged(path: &Path, truncated: usize, flipped: usize) -> f64 {
+    // Of long files the beginning: their readers see no more of the others either.
+    const MOST: usize = 32 << 10;
+    let whole = std::fs::read(path).unwrap();
+    let is_seekable =
+        !matches!(path.extension().and_then(|e| e.to_str()), Some("csv" | "txt" | "dat" | "wav"));
+    let bytes = if is_seekable { &whole[..] } else { &whole[..whole.len().min(MOST)] };
+    let mut seeded = Seeded(0x9e37_79b9_7f4a_7c15 ^ bytes.len() as u64);
+    let mut worst = 0.0_f64;
+    let mut check = |damaged: &[u8]| {
+        let peak = survive(damaged, &name(path), 1000);
+        let allowed = TIMES * whole.len() as f64 + WINDOWS;
+        assert!(peak <= allowed, "{}: {peak} bytes for {}", path.display(), damaged.len());
+        worst = worst.max(peak / whole.len() as f64);
+    };
+    for _ in 0..truncated {
+        check(&bytes[..seeded.below(bytes.len())]);
+    }
+    for _ in 0..flipped {
+        let mut copy = bytes.to_vec();
+        let at = seeded.below(copy.len());
+        copy[at] ^= 1 << seeded.below(8);
+        check(&copy);
+    }
+    worst
+}
+
+/// Copies of one file share the time there is: large ones are damaged less often.
+fn share(path: &Path, most: usize) -> usize {
+    let size = std::fs::metadata(path).unwrap().len() as usize;
+    (most * (40 << 10) / size.max(40 << 10)).max(most / 60).max(1)
+}
+
+#[test]
+fn damaged_real_files_are_read_or_refused() {
+    let _alone = alone();
+    for path in real_files() {
+        damaged(&path, share(&path, 20), share(&path, 60));
+    }
+}
+
+#[test]
+fn damaged_fixtures_are_read_or_refused() {
+    let _alone = alone();
+    for path in fixtures() {
+        damaged(&path, 20, 200);
+    }
+}
+
+/// The whole measurement: 20 lengths and 200 flips of every file, in some minutes.
+#[test]
+#[ignore = "takes minutes; damaged_real_files_are_read_or_refused does a part of it"]
+fn every_real_file_damaged_to_the_full() {
+    let _alone = alone();
+    for path in real_files() {
+        let worst = damaged(&path, 20, 200);
+        say(&format!("{}: peak memory {worst:.1} times the file", name(&path)));
+    }
+}

@@ -1,0 +1,204 @@
+//! Resonance curves as laboratories write them.
+
+use slipfit_io::{ReadError, ReadProblem, SweepOptions, SweepProblem, SweepReading, read_sweep_from};
+
+fn read(text: &str) -> SweepReading {
+    with(text, &SweepOptions::default()).unwrap_or_else(|e| panic!("{e}"))
+}
+
+fn with(text: &str, options: &SweepOptions) -> Result<SweepReading, ReadError> {
+    read_sweep_from(text.as_bytes(), "sweep.csv", options)
+}
+
+fn close(found: &[f64], wanted: &[f64]) {
+    assert_eq!(found.len(), wanted.len());
+    for (f, w) in found.iter().zip(wanted) {
+        assert!((f - w).abs() <= 1e-9 * w.abs().max(1e-9), "{found:?} for {wanted:?}");
+    }
+}
+
+fn phases_deg(reading: &SweepReading) -> Vec<f64> {
+    let slipfit::resonance::Response::Complex(z) = reading.curve.response() else { panic!("no phase") };
+    z.iter().map(|z| z.arg().to_degrees()).collect()
+}
+
+fn amplitudes(reading: &SweepReading) -> Vec<f64> {
+    (0..reading.curve.len()).map(|i| reading.curve.response().amplitude(i)).collect()
+}
+
+#[test]
+fn frequencies_come_in_every_unit() {
+    use std::f64::consts::TAU;
+    for (header, numbers, wanted) in [
+        ("f (Hz)", ["9", "10", "11"], [9.0, 10.0, 11.0]),
+        ("Freq [kHz]", ["0.009", "0.01", "0.011"], [9.0, 10.0, 11.0]),
+        ("MHz", ["9", "10", "11"], [9e6, 1e7, 1.1e7]),
+        ("f_mHz", ["9", "10", "11"], [9e-3, 1e-2, 1.1e-2]),
+        ("omega (rad/s)", ["9", "10", "11"], [9.0 / TAU, 10.0 / TAU, 11.0 / TAU]),
+        ("omega", ["9", "10", "11"], [9.0 / TAU, 10.0 / TAU, 11.0 / TAU]),
+        ("rpm", ["540", "600", "660"], [9.0, 10.0, 11.0]),
+        ("T (s)", ["0.5", "0.4", "0.25"], [2.0, 2.5, 4.0]),
+        ("Period (ms)", ["500", "400", "250"], [2.0, 2.5, 4.0]),
+        ("frequency", ["9", "10", "11"], [9.0, 10.0, 11.0]),
+    ] {
+        let rows: String = numbers.iter().zip([1, 3, 2]).map(|(f, a)| format!("{f},{a}\n")).collect();
+        let reading = read(&format!("{header},amp\n{rows}"));
+        close(reading.curve.frequency_hz(), &wanted);
+        close(&amplitudes(&reading), &[1.0, 3.0, 2.0]);
+    }
+}
+
+#[test]
+fn shifts_are_counted_from_their_centre() {
+    let rows = "-1,2\n0,5\n1,2\n";
+    let beside = read(&format!("# Center Frequency (kHz) = 30\nFrequency Shift (Hz),Amplitude (m)\n{rows}"));
+    close(beside.curve.frequency_hz(), &[29_999.0, 30_000.0, 30_001.0]);
+    let column = read("Frequency Shift (Hz),Center Frequency (Hz),Amplitude (m)\n-1,50,2\n0,50,5\n1,50,2\n");
+    close(column.curve.frequency_hz(), &[49.0, 50.0, 51.0]);
+    assert_eq!(column.report.column("centre").unwrap().column.number, 2);
+    let given = SweepOptions { centre_hz: Some(100.0), ..Default::default() };
+    close(with(&format!("df,A\n{rows}"), &given).unwrap().curve.frequency_hz(), &[99.0, 100.0, 101.0]);
+    let error = with(&format!("df,A\n{rows}"), &SweepOptions::default()).unwrap_err();
+    assert!(matches!(error.problem, ReadProblem::Sweep(SweepProblem::NoCentre { .. })), "{error}");
+    assert!(error.hint().unwrap().contains("--centre-hz"));
+}
+
+#[test]
+fn amplitudes_come_as_numbers_levels_and_powers() {
+    for (header, unit, wanted) in [
+        ("R (V)", "V", 20.0),
+        ("S21 (dB)", "", 10.0),
+        ("level [dBm]", "√mW", 10.0),
+        ("power (mW)", "√mW", 20f64.sqrt()),
+        ("amplitude in mm", "mm", 20.0),
+    ] {
+        let reading = read(&format!("f (Hz),{header}\n9,1\n10,20\n11,2\n"));
+        close(&amplitudes(&reading)[1..2], &[wanted]);
+        assert_eq!(reading.curve.unit(), unit);
+    }
+    let options = SweepOptions { unit: Some("dB".into()), ..Default::default() };
+    let reading = with("f (Hz),A\n9,-20\n10,0\n11,-20\n", &options).unwrap();
+    close(&amplitudes(&reading), &[0.1, 1.0, 0.1]);
+}
+
+#[test]
+fn phases_come_in_degrees_and_radians_wrapped_or_not() {
+    let degrees = [-10.0, -90.0, -170.0];
+    for (header, numbers) in [
+        ("phase (deg)", ["-10", "-90", "-170"]),
+        ("phi [°]", ["350", "270", "-530"]),
+        ("phase", ["-10", "-90", "-170"]),
+        ("Phase (rad)", ["-0.174532925199", "-1.570796326795", "-2.967059728390"]),
+        ("theta (rad)", ["-0.174532925199", "4.712388980385", "3.316125578790"]),
+    ] {
+        let rows: String = numbers.iter().zip([9, 10, 11]).map(|(p, f)| format!("{f},1,{p}\n")).collect();
+        let reading = read(&format!("f (Hz),R,{header}\n{rows}"));
+        for (found, wanted) in phases_deg(&reading).iter().zip(degrees) {
+            assert!((found - wanted).abs() < 1e-6, "{header}: {found} for {wanted}");
+        }
+    }
+}
+
+#[test]
+fn complex_responses_come_in_parts() {
+    for header in ["f,Re(X),Im(X)", "f (Hz),X (V),Y (V)", "frequency,real,imag", "f,inphase,quadrature"] {
+        let reading = read(&format!("{header}\n9,1,-0.1\n10,0,-5\n11,-1,-0.1\n"));
+        let slipfit::resonance::Response::Complex(z) = reading.curve.response() else { panic!("{header}") };
+        assert_eq!((z[1].re, z[1].im), (0.0, -5.0), "{header}");
+    }
+    let half = with("f,Re(X)\n9,1\n10,0\n", &SweepOptions { real: Some("2".into()), ..Default::default() });
+    assert!(matches!(half.unwrap_err().problem, ReadProblem::Sweep(SweepProblem::HalfComplex { .. })));
+}
+
+#[test]
+fn drives_and_standard_errors_are_taken_along() {
+    let reading =
+        read("f (Hz),amp (mm),amp_err,drive (V),temp\n9,1,0.1,2,20\n10,3,0.1,2,20\n11,1,0.2,3,21\n");
+    assert_eq!(reading.curve.drive(), Some(&[2.0, 2.0, 3.0][..]));
+    assert_eq!(reading.curve.std_error(), Some(&[0.1, 0.1, 0.2][..]));
+    assert!(reading.report.notes.iter().any(|n| n.contains("not used: column 5 `temp`")));
+}
+
+#[test]
+fn a_quartz_is_read_by_its_admittance() {
+    use std::f64::consts::TAU;
+    let reading = read("f (MHz),Gp,Bp\n9,1e-4,1e-3\n10,2e-2,1e-3\n11,1e-4,-1e-3\n");
+    let slipfit::resonance::Response::Complex(z) = reading.curve.response() else { panic!() };
+    // Y/(i omega): a conductance of 20 mS lags by a quarter.
+    assert!((z[1].im * TAU * 1e7 + 2e-2).abs() < 1e-12 && (z[1].re * TAU * 1e7 - 1e-3).abs() < 1e-12);
+    let alone = read("f (MHz),Rs (Ohm)\n9,1\n10,100\n11,4\n");
+    let a = amplitudes(&alone);
+    assert!((a[2] / a[1] - 0.2 * 10.0 / 11.0).abs() < 1e-12);
+    assert!(alone.report.notes.iter().any(|n| n.contains("stands alone")));
+}
+
+#[test]
+fn velocities_and_accelerations_become_displacements() {
+    let text = "f (Hz),velocity amplitude (mm/s)\n9,1\n10,62.83185307179586\n11,1\n";
+    let reading = read(text);
+    close(&amplitudes(&reading)[1..2], &[1.0]);
+    assert_eq!((reading.curve.unit(), reading.report.kind), ("mm", slipfit::SignalKind::Velocity));
+    let options = SweepOptions { kind: Some(slipfit::SignalKind::Displacement), ..Default::default() };
+    close(&amplitudes(&with(text, &options).unwrap())[..1], &[1.0]);
+}
+
+#[test]
+fn several_curves_in_groups_of_columns_offer_a_choice() {
+    let text = "f (Hz),A (mm),f (Hz),A (mm)\n9,1,19,4\n10,2,20,5\n11,1,,\n";
+    assert_eq!(read(text).curve.frequency_hz(), [9.0, 10.0, 11.0]);
+    let second = with(text, &SweepOptions { run: Some(2), ..Default::default() }).unwrap();
+    assert_eq!(second.curve.frequency_hz(), [19.0, 20.0]);
+    assert_eq!(second.report.rows_skipped(), 1);
+    let third = with(text, &SweepOptions { run: Some(3), ..Default::default() }).unwrap_err();
+    assert!(matches!(third.problem, ReadProblem::UnknownGroup { flag: "--run", .. }));
+}
+
+#[test]
+fn rows_without_a_number_are_counted() {
+    let reading = read("f,A\n9,1\n10,nan\n11,\n12,4\n13,oops\n");
+    assert_eq!((reading.curve.len(), reading.report.rows_read, reading.report.rows_skipped()), (2, 2, 3));
+}
+
+#[test]
+fn what_is_no_curve_is_refused_with_a_hint() {
+    let problem = |text: &str| {
+        let error = with(text, &SweepOptions::default()).unwrap_err();
+        (error.to_string(), error.hint().unwrap_or_default())
+    };
+    let (said, hint) = problem("f,A\n9,1\n-10,2\n11,1\n");
+    assert!(said.contains("shifts") && hint.contains("--centre-hz"), "{said} {hint}");
+    let (said, hint) = problem("f,A\n9,1\n10,-2\n11,1\n");
+    assert!(said.contains("row 3") && said.contains("`A`") && hint.contains("--unit dB"), "{said} {hint}");
+    let (said, hint) = problem("t (s),x (mm)\n0,1\n0.1,-2\n0.2,1\n");
+    assert!(said.contains("not a resonance curve") && hint.contains("ringdown"), "{said} {hint}");
+    let (said, hint) = problem("phase (deg),A\n9,1\n10,2\n11,1\n");
+    assert!(said.contains("no column of frequencies") && hint.contains("--frequency"), "{said} {hint}");
+    let (said, hint) = problem("f (Hz),phase (deg)\n9,1\n10,2\n11,1\n");
+    assert!(said.contains("could be the amplitude") && hint.contains("--amplitude"), "{said} {hint}");
+    let units = SweepOptions { frequency_unit: Some("horses".into()), ..Default::default() };
+    let error = with("f,A\n9,1\n10,2\n", &units).unwrap_err();
+    assert!(error.hint().unwrap().contains("MHz"));
+}
+
+/// A file in a folder of its own, gone with the guard.
+fn levels(text: &str) -> slipfit_io::LevelReading {
+    let name = format!("slipfit-levels-{}-{:p}.csv", std::process::id(), text);
+    let path = std::env::temp_dir().join(name);
+    std::fs::write(&path, text).expect("a writable folder");
+    let reading = slipfit_io::read_levels(&path, &slipfit_io::LevelOptions::default());
+    std::fs::remove_file(&path).expect("the file is there");
+    reading.unwrap_or_else(|e| panic!("{e}"))
+}
+
+#[test]
+fn drive_levels_come_one_a_row_or_one_a_curve() {
+    let plain = levels("drive amplitude (nm),amplitude (nm),phase (deg)\n0.1,0,0\n0.2,3,-90\n0.3,8,-90\n");
+    assert_eq!(plain.levels.drive(), [0.1, 0.2, 0.3]);
+    assert_eq!(plain.levels.amplitude(), [0.0, 3.0, 8.0]);
+    assert_eq!((plain.levels.unit(), plain.levels.drive_unit()), ("nm", "nm"));
+    let curves = levels(
+        "force (N),f (Hz),R (V)\n1,9,0.1\n1,10,0.5\n1,11,0.2\n2,9,0.3\n2,10,1.6\n2,11,0.4\n3,9,1\n3,10,2.9\n3,11,0\n",
+    );
+    assert_eq!(curves.levels.amplitude(), [0.5, 1.6, 2.9]);
+    assert!(curves.notes.iter().any(|n| n.contains("largest amplitude at each of 3 drive levels")));
+}
