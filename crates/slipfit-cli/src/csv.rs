@@ -1,5 +1,9 @@
 //! Envelope and fit as tidy CSV.
 
+mod curve;
+
+pub(crate) use curve::{levels, resonance};
+
 use crate::command::ringdown::Analysed;
 use std::io::{self, Write};
 

@@ -35,6 +35,14 @@ impl Failure {
         self
     }
 
+    /// What went wrong, in one line.
+    pub(crate) fn message(&self) -> String {
+        match self {
+            Self::Said(complaint) => complaint.message.clone(),
+            Self::ClosedPipe => "the output was closed".to_owned(),
+        }
+    }
+
     /// Output that could not be written.
     pub(crate) fn writing(target: &str, error: &std::io::Error) -> Self {
         if error.kind() == std::io::ErrorKind::BrokenPipe {
@@ -66,6 +74,28 @@ impl Failure {
     }
 }
 
+impl Failure {
+    /// A curve, levels or a series that could not be analysed.
+    pub(crate) fn analysing_curve(file: &Path, error: &slipfit::Error) -> Self {
+        use slipfit::Error;
+        if let Error::Parameter { name, value, range } = error {
+            return Self::new(format!("{} {value}: must be among {}", flag(name), in_flags(range)));
+        }
+        let failure = Self::new(format!("{}: {error}", file.display()));
+        match error {
+            Error::TooFewPoints { .. } | Error::TooFewSamples { .. } => failure.hint(
+                "measure more points across the line; --background off, --delay off and --duffing off need fewer",
+            ),
+            Error::NoResonance { .. } => {
+                failure.hint("--amplitude names another column, --frequency-unit its unit, --band where to look")
+            }
+            Error::NoFit { .. } => failure.hint("--band chooses a cleaner part, --model another law"),
+            Error::ConflictingParameters { .. } => failure.hint("give --drive-amplitude or --reference, not both"),
+            _ => failure,
+        }
+    }
+}
+
 /// The flag that sets an option of the core.
 fn flag(name: &str) -> &str {
     match name {
@@ -77,6 +107,10 @@ fn flag(name: &str) -> &str {
         "rate_hz" => "--rate-hz",
         "time_constant_s" => "--lockin-time-constant",
         "order" => "--lockin-order",
+        "drive_amplitude" | "drive_amplitude std_error" => "--drive-amplitude",
+        "drive_gain" => "--drive-gain",
+        "q_factor" => "--q",
+        "calibration" | "calibration std_error" => "--stiffness or --mass",
         other => other,
     }
 }

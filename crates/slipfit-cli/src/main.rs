@@ -1,10 +1,12 @@
 //! The slipfit command: a decaying trace in, viscous and sliding loss out.
 
 mod args;
+mod batch;
 mod command;
 mod csv;
 mod failure;
 mod json;
+mod manifest;
 mod output;
 mod plot;
 mod report;
@@ -21,7 +23,11 @@ fn main() -> ExitCode {
     let color = cli.color.into();
     let done = match &cli.command {
         args::Command::Ringdown(args) => command::ringdown::run(args, color),
-        args::Command::Simulate(args) => command::simulate::run(args),
+        args::Command::Inspect(args) => command::inspect::run(args, color),
+        args::Command::Simulate(args) => command::simulate::run(args, color),
+        args::Command::Resonance(args) => command::resonance::run(args, color),
+        args::Command::Levels(args) => command::levels::run(args, color),
+        args::Command::Series(args) => command::series::run(args, color),
         args::Command::Paper(args) => command::paper::run(args, color),
         args::Command::Atlas(args) => command::atlas::run(args, color),
     };

@@ -40,6 +40,21 @@ pub(crate) fn to_path(
     write(&mut out).and_then(|()| out.flush()).map_err(|e| Failure::writing(&name, &e))
 }
 
+/// Where a writer that outlives a call may put its bytes.
+pub(crate) type Sink = BufWriter<Box<dyn Write + Send>>;
+
+/// Opens a file, or standard output where the path is `-`; its name for messages.
+pub(crate) fn open(path: &Path) -> Result<(String, Sink), Failure> {
+    let (name, out): (String, Box<dyn Write + Send>) = if is_stdout(path) {
+        ("standard output".to_owned(), Box::new(io::stdout()))
+    } else {
+        let name = path.display().to_string();
+        let file = File::create(path).map_err(|e| Failure::writing(&name, &e))?;
+        (name, Box::new(file))
+    };
+    Ok((name, BufWriter::with_capacity(1 << 16, out)))
+}
+
 /// Makes a folder, and those above it.
 pub(crate) fn make_folder(path: &Path) -> Result<(), Failure> {
     std::fs::create_dir_all(path)

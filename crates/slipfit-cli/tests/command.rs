@@ -24,6 +24,7 @@ fn table(header: &str, row: impl Fn(u32) -> String) -> Vec<u8> {
 fn help_reads_well() {
     insta::assert_snapshot!("help", stdout(slipfit().arg("--help")));
     insta::assert_snapshot!("help_ringdown", stdout(slipfit().args(["help", "ringdown"])));
+    insta::assert_snapshot!("help_inspect", stdout(slipfit().args(["help", "inspect"])));
     insta::assert_snapshot!("help_simulate_decay", stdout(slipfit().args(["help", "simulate", "decay"])));
 }
 

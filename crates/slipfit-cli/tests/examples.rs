@@ -19,7 +19,7 @@ fn commands() -> Vec<Vec<String>> {
 #[test]
 fn the_commands_write_the_same_bytes_again() {
     let commands = commands();
-    assert_eq!(commands.len(), 3);
+    assert_eq!(commands.len(), 8);
     let folder = tempfile::tempdir().unwrap();
     for command in commands {
         slipfit().current_dir(folder.path()).args(&command).assert().success().stdout("").stderr("");

@@ -1,21 +1,33 @@
 //! What can be typed.
 
+mod curve;
+mod inspect;
+mod levels;
 mod number;
 mod pages;
+mod reading;
 mod record;
+mod resonance;
 mod ringdown;
+mod series;
 mod simulate;
 
 use clap::builder::styling::{AnsiColor, Styles};
 use clap::{Parser, Subcommand, ValueEnum};
 
+pub(crate) use curve::AnswerArgs;
+pub(crate) use inspect::InspectArgs;
+pub(crate) use levels::LevelFitArgs;
 pub(crate) use number::Uncertain;
 pub(crate) use pages::{AtlasArgs, PaperArgs};
-pub(crate) use record::{OscillatorArgs, OutArgs, RecordFormat, SampleArgs};
+pub(crate) use reading::ReadingArgs;
+pub(crate) use record::{MinusArgs, OscillatorArgs, OutArgs, RecordFormat, SampleArgs};
+pub(crate) use resonance::ResonanceArgs;
 pub(crate) use ringdown::RingdownArgs;
+pub(crate) use series::SeriesArgs;
 pub(crate) use simulate::{
     Beginning, DecayArgs, DriveArgs, DrivenArgs, LevelsArgs, OutputKind, SimulateArgs, SimulateCommand,
-    SweepArgs,
+    SweepArgs, Tone, WaveArgs,
 };
 
 const STYLES: Styles = Styles::styled()
@@ -30,6 +42,8 @@ Examples:
       how much of the loss is viscous, how much is sliding, and how sure that is
   slipfit ringdown swing.csv --plot swing.svg --json swing.json
       the same, with a picture and everything in machine-readable form
+  slipfit inspect swing.csv
+      what the file holds, how it would be read, and the command for it
   slipfit help ringdown
       every option of a command
 
@@ -65,6 +79,10 @@ pub(crate) struct Cli {
 #[derive(Debug, Subcommand)]
 pub(crate) enum Command {
     Ringdown(Box<RingdownArgs>),
+    Resonance(Box<ResonanceArgs>),
+    Levels(Box<LevelFitArgs>),
+    Series(SeriesArgs),
+    Inspect(Box<InspectArgs>),
     Simulate(SimulateArgs),
     Paper(PaperArgs),
     Atlas(AtlasArgs),

@@ -74,6 +74,44 @@ pub(crate) struct OscillatorArgs {
     /// Static friction as a displacement F_s/k [unit of the displacement]
     #[arg(long, value_name = "X", value_parser = not_negative, allow_negative_numbers = true, help_heading = "Oscillator")]
     pub(crate) static_displacement: Option<f64>,
+
+    #[command(flatten)]
+    pub(crate) minus: MinusArgs,
+}
+
+// Friction against motion to negative x where it differs from that the other way.
+#[derive(Debug, Args)]
+pub(crate) struct MinusArgs {
+    /// Sliding friction against motion to negative x, F-/k; the same both ways unless given
+    #[arg(
+        long,
+        value_name = "X",
+        value_parser = not_negative,
+        allow_negative_numbers = true,
+        conflicts_with = "coulomb_force_minus",
+        help_heading = "Friction that differs by direction"
+    )]
+    pub(crate) friction_displacement_minus: Option<f64>,
+
+    /// The same as a force F- [N]
+    #[arg(long, value_name = "F", value_parser = not_negative, allow_negative_numbers = true, help_heading = "Friction that differs by direction")]
+    pub(crate) coulomb_force_minus: Option<f64>,
+
+    /// Static friction against a pull to negative x, F_s-/k; that the other way unless given,
+    /// at least F-/k
+    #[arg(
+        long,
+        value_name = "X",
+        value_parser = not_negative,
+        allow_negative_numbers = true,
+        conflicts_with = "static_force_minus",
+        help_heading = "Friction that differs by direction"
+    )]
+    pub(crate) static_displacement_minus: Option<f64>,
+
+    /// The same as a force F_s- [N]
+    #[arg(long, value_name = "F", value_parser = not_negative, allow_negative_numbers = true, help_heading = "Friction that differs by direction")]
+    pub(crate) static_force_minus: Option<f64>,
 }
 
 // The sensor: its unit, noise and converter.
@@ -108,7 +146,7 @@ pub(crate) struct OutArgs {
     #[arg(long, value_name = "FILE", help_heading = "Output")]
     pub(crate) out: Option<PathBuf>,
 
-    /// Form of the file, where its ending (.csv, .npy, .wav) does not say
+    /// Form of the file, where its ending (.csv, .npy, .wav, .parquet) does not say
     #[arg(long, value_enum, value_name = "FORM", help_heading = "Output")]
     pub(crate) format: Option<RecordFormat>,
 
@@ -126,4 +164,6 @@ pub(crate) enum RecordFormat {
     Npy,
     /// Sound, 32-bit float, in the unit of the record; parameters by --json
     Wav,
+    /// Parquet, a column of 64-bit numbers each; every parameter in its metadata
+    Parquet,
 }

@@ -1,10 +1,8 @@
 //! `slipfit ringdown`.
 
-use super::{Uncertain, finite, positive};
-use clap::{Args, ValueEnum};
-use slipfit::SignalKind;
+use super::{ReadingArgs, Uncertain, finite, positive};
+use clap::Args;
 use slipfit::ringdown::{Calibration, LossModel, LowPass, Options};
-use slipfit_io::ReadOptions;
 use std::path::PathBuf;
 
 const AFTER_HELP: &str = "\
@@ -19,12 +17,15 @@ Examples:
       one of several modes
   slipfit ringdown lockin.csv --frequency-hz 32700 --lockin-time-constant 1e-3 --lockin-order 4
       an amplitude recorded behind a lock-in's low-pass
+  slipfit ringdown runs/*.csv --table runs.md
+      many files at once, one row each
   slipfit ringdown swing.csv --json - | jq .sliding
       the answer for a script";
 
 /// Viscous and sliding loss from a measured free decay.
 ///
-/// Reads delimited text of any dialect and says which columns it took and why.
+/// Reads text of any dialect, sound, workbooks, MATLAB, NumPy, HDF5, Parquet and
+/// more, and says which columns it took and why; slipfit inspect shows a file.
 /// Finds the free decay in the record by itself (a driven lead-in, a jolt, rest
 /// and noise at the end are left out), fits viscous, sliding and drag losses
 /// alone and together, and reports the model the data prefer with the evidence
@@ -32,45 +33,12 @@ Examples:
 #[derive(Debug, Args)]
 #[command(after_help = AFTER_HELP, after_long_help = AFTER_HELP)]
 pub(crate) struct RingdownArgs {
-    /// The record: text in columns, one row per sample
-    #[arg(value_name = "FILE")]
-    pub(crate) file: PathBuf,
+    /// The record, in any format that is known; several make a table
+    #[arg(value_name = "FILE", required = true)]
+    pub(crate) files: Vec<PathBuf>,
 
-    /// Column of the times, by number (from 1) or name
-    #[arg(long, value_name = "COL", help_heading = "Reading")]
-    time: Option<String>,
-
-    /// Column of the signal (of a lock-in: its X output)
-    #[arg(long, value_name = "COL", help_heading = "Reading")]
-    signal: Option<String>,
-
-    /// Column of a lock-in's Y output
-    #[arg(long, value_name = "COL", help_heading = "Reading")]
-    quadrature: Option<String>,
-
-    /// Unit of the times: s, ms, us, ns, min, h
-    #[arg(long, value_name = "UNIT", help_heading = "Reading")]
-    time_unit: Option<String>,
-
-    /// Unit of the signal, such as rad, deg, mm, V, dBm
-    #[arg(long, value_name = "UNIT", help_heading = "Reading")]
-    unit: Option<String>,
-
-    /// What the signal is
-    #[arg(long, value_enum, value_name = "KIND", help_heading = "Reading", hide_possible_values = false)]
-    kind: Option<Kind>,
-
-    /// Samples per second, where the file has no times
-    #[arg(long, value_name = "RATE", value_parser = positive, help_heading = "Reading")]
-    rate_hz: Option<f64>,
-
-    /// Which of several tables side by side, from 1
-    #[arg(long, value_name = "N", help_heading = "Reading")]
-    table: Option<usize>,
-
-    /// Which of several runs in groups of columns, from 1
-    #[arg(long, value_name = "N", help_heading = "Reading")]
-    run: Option<usize>,
+    #[command(flatten)]
+    pub(crate) reading: ReadingArgs,
 
     /// Use nothing before this instant [s]
     #[arg(long, value_name = "S", value_parser = finite, allow_negative_numbers = true, help_heading = "Analysis")]
@@ -132,6 +100,14 @@ pub(crate) struct RingdownArgs {
     #[arg(long, value_name = "FILE", help_heading = "Output")]
     pub(crate) csv: Option<PathBuf>,
 
+    /// One row per file as a table, written as files are done: .csv, .json, .md or .tex
+    #[arg(long, value_name = "FILE", help_heading = "Output")]
+    pub(crate) table: Option<PathBuf>,
+
+    /// Go on with a table that was interrupted
+    #[arg(long, requires = "table", help_heading = "Output")]
+    pub(crate) resume: bool,
+
     /// Exit with status 1 on any warning
     #[arg(long, help_heading = "Output")]
     pub(crate) strict: bool,
@@ -144,7 +120,7 @@ pub(crate) struct RingdownArgs {
 /// At most one mechanical constant.
 #[derive(Debug, Args)]
 #[group(multiple = false)]
-struct CalibrationArgs {
+pub(crate) struct CalibrationArgs {
     /// Stiffness k [N/m], for a displacement in m: 12000, 12000±300, 12000(300)
     #[arg(long, value_name = "K", help_heading = "Forces")]
     stiffness: Option<Uncertain>,
@@ -162,47 +138,7 @@ struct CalibrationArgs {
     inertia: Option<Uncertain>,
 }
 
-#[derive(Debug, Clone, Copy, PartialEq, Eq, ValueEnum)]
-pub(crate) enum Kind {
-    /// Position or angle
-    Displacement,
-    /// Its first derivative
-    Velocity,
-    /// Its second derivative
-    Acceleration,
-    /// Amplitude of the oscillation
-    Envelope,
-    /// X and Y outputs of a lock-in
-    LockIn,
-}
-
-impl From<Kind> for SignalKind {
-    fn from(kind: Kind) -> Self {
-        match kind {
-            Kind::Displacement => Self::Displacement,
-            Kind::Velocity => Self::Velocity,
-            Kind::Acceleration => Self::Acceleration,
-            Kind::Envelope => Self::Envelope,
-            Kind::LockIn => Self::LockIn,
-        }
-    }
-}
-
 impl RingdownArgs {
-    pub(crate) fn read_options(&self) -> ReadOptions {
-        ReadOptions {
-            time: self.time.clone(),
-            signal: self.signal.clone(),
-            quadrature: self.quadrature.clone(),
-            time_unit: self.time_unit.clone(),
-            signal_unit: self.unit.clone(),
-            kind: self.kind.map(Into::into),
-            rate_hz: self.rate_hz,
-            table: self.table,
-            run: self.run,
-        }
-    }
-
     pub(crate) fn options(&self) -> Options {
         let mut options = Options::default();
         options.start_s = self.start;
@@ -224,20 +160,24 @@ impl RingdownArgs {
 
     /// The flag of the calibration given, and whether it is meant for angles.
     pub(crate) fn calibration_flag(&self) -> Option<(&'static str, bool)> {
-        let c = &self.calibration;
-        [
-            (c.stiffness.is_some(), "--stiffness", false),
-            (c.mass.is_some(), "--mass", false),
-            (c.torsion_stiffness.is_some(), "--torsion-stiffness", true),
-            (c.inertia.is_some(), "--inertia", true),
-        ]
-        .into_iter()
-        .find_map(|(given, flag, angular)| given.then_some((flag, angular)))
+        self.calibration.flag()
     }
 }
 
 impl CalibrationArgs {
-    fn constant(&self) -> Option<Calibration> {
+    /// The flag of the calibration given, and whether it is meant for angles.
+    pub(crate) fn flag(&self) -> Option<(&'static str, bool)> {
+        [
+            (self.stiffness.is_some(), "--stiffness", false),
+            (self.mass.is_some(), "--mass", false),
+            (self.torsion_stiffness.is_some(), "--torsion-stiffness", true),
+            (self.inertia.is_some(), "--inertia", true),
+        ]
+        .into_iter()
+        .find_map(|(given, flag, angular)| given.then_some((flag, angular)))
+    }
+
+    pub(crate) fn constant(&self) -> Option<Calibration> {
         let stiffness = self.stiffness.or(self.torsion_stiffness);
         let mass = self.mass.or(self.inertia);
         stiffness

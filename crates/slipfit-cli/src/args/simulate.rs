@@ -3,6 +3,7 @@
 use super::record::{OscillatorArgs, OutArgs, SampleArgs};
 use super::{finite, not_negative, positive};
 use clap::{Args, Subcommand, ValueEnum};
+use std::path::PathBuf;
 
 /// Records made by the exact motion, to test an analysis or plan a measurement.
 #[derive(Debug, Args)]
@@ -96,25 +97,29 @@ Examples:
       a slow drive that sticks and slips: where it turns and where it stops
   slipfit simulate driven --frequency-hz 32700 --stiffness 1e4 --viscous 20e-6 --coulomb-force 15e-9 \\
       --drive-amplitude 2e-11 --from steady --off-at 0.01 --duration 0.05 --rate-hz 500e3
-      a ring-down as it begins in practice: the drive switched off";
+      a ring-down as it begins in practice: the drive switched off
+  slipfit simulate driven --frequency-hz 1 --q 20 --friction-displacement 0.3 \\
+      --tone 0.4,1 --tone 1.2,0.4,90 --duration 100 --rate-hz 50
+      two harmonics, the second a quarter ahead";
 
-/// The motion under a harmonic drive, from rest or steady, with whatever stops there are.
+/// The motion under any drive, from rest or steady, with whatever stops there are.
 ///
 /// The drive moves the base, x_0 cos(2 pi f t), or pulls with a force,
-/// P cos(2 pi f t), which is x_0 = P/k. Friction may also be given by its ratio to
+/// P cos(2 pi f t), which is x_0 = P/k; --tone adds further harmonics,
+/// --drive-file takes any other wave. Friction may also be given by its ratio to
 /// the drive, --beta = 4F/(pi k x_0).
 #[derive(Debug, Args)]
 #[command(after_help = DRIVEN_AFTER_HELP, after_long_help = DRIVEN_AFTER_HELP)]
 // The one written by itself is wider than the screen.
 #[command(
-    override_usage = "slipfit simulate driven [OPTIONS] --duration <S> --rate-hz <RATE>\n                               <--drive-amplitude <X>|--drive-force <P>>"
+    override_usage = "slipfit simulate driven [OPTIONS] --duration <S> --rate-hz <RATE>\n           <--drive-amplitude <X>|--drive-force <P>|--tone <HZ,X[,DEG]>|--drive-file <FILE>>"
 )]
 pub(crate) struct DrivenArgs {
     #[command(flatten)]
     pub(crate) oscillator: OscillatorArgs,
 
     #[command(flatten)]
-    pub(crate) drive: DriveArgs,
+    pub(crate) drive: WaveArgs,
 
     /// Frequency of the drive [Hz]; the oscillator's own unless given
     #[arg(long, value_name = "HZ", value_parser = positive, allow_negative_numbers = true, help_heading = "Drive")]
@@ -150,6 +155,65 @@ pub(crate) enum Beginning {
     Steady,
 }
 
+// Any drive.
+#[derive(Debug, Args)]
+#[group(required = true, multiple = true)]
+pub(crate) struct WaveArgs {
+    /// Amplitude x_0 of the base [unit of the displacement]
+    #[arg(
+        long,
+        value_name = "X",
+        value_parser = positive,
+        allow_negative_numbers = true,
+        conflicts_with = "drive_force",
+        help_heading = "Drive"
+    )]
+    pub(crate) drive_amplitude: Option<f64>,
+
+    /// Amplitude P of a force instead [N]
+    #[arg(long, value_name = "P", value_parser = positive, allow_negative_numbers = true, help_heading = "Drive")]
+    pub(crate) drive_force: Option<f64>,
+
+    /// Harmonic of the base: frequency [Hz], amplitude, and phase ahead of a cosine [deg] unless
+    /// zero; may be repeated
+    #[arg(long, value_name = "HZ,X[,DEG]", value_parser = Tone::parse, allow_hyphen_values = true, help_heading = "Drive")]
+    pub(crate) tone: Vec<Tone>,
+
+    /// Positions of the base over time from a file, straight lines between its samples
+    #[arg(
+        long,
+        value_name = "FILE",
+        conflicts_with_all = ["drive_amplitude", "drive_force", "tone", "drive_frequency_hz"],
+        help_heading = "Drive"
+    )]
+    pub(crate) drive_file: Option<PathBuf>,
+}
+
+/// One harmonic of a drive.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub(crate) struct Tone {
+    pub(crate) frequency_hz: f64,
+    pub(crate) amplitude: f64,
+    pub(crate) phase_deg: f64,
+}
+
+impl Tone {
+    fn parse(text: &str) -> Result<Self, String> {
+        let parts: Vec<&str> = text.split(',').collect();
+        let (frequency, amplitude, phase) = match parts[..] {
+            [f, x] => (f, x, "0"),
+            [f, x, p] => (f, x, p),
+            _ => return Err("write it as HZ,X or HZ,X,DEG, such as 0.4,1.5,90".to_owned()),
+        };
+        let named = |what: &str, e: String| format!("{what} {e}");
+        Ok(Self {
+            frequency_hz: positive(frequency).map_err(|e| named("the frequency:", e))?,
+            amplitude: finite(amplitude).map_err(|e| named("the amplitude:", e))?,
+            phase_deg: finite(phase).map_err(|e| named("the phase:", e))?,
+        })
+    }
+}
+
 // The drive's strength, one way or the other.
 #[derive(Debug, Args)]
 #[group(required = true, multiple = false)]
@@ -170,13 +234,16 @@ Examples:
       a resonance curve with sliding friction, every point settled
   slipfit simulate sweep --frequency-hz 1 --q 50 --beta 0.8 --drive-amplitude 1 \\
       --start-hz 1.06 --stop-hz 0.94 --sweep-time 600
-      swept downwards in ten minutes: the motion lags behind";
+      swept downwards in ten minutes: the motion lags behind
+  slipfit simulate sweep --frequency-hz 1 --q 50 --beta 0.8 --drive-amplitude 1 \\
+      --start-hz 0.94 --stop-hz 1.06 --points 25 --wait 5
+      stepped, five seconds at each frequency: not enough to settle";
 
 /// Amplitude and phase over frequency, as an instrument records them.
 ///
 /// Each point is the steady motion, exact and with its stops, as after a long
-/// wait; or, with --sweep-time, what a lock-in shows during a slow sweep up or
-/// down. Amplitude and phase are those of the fundamental.
+/// wait; or, with --wait, what a lock-in shows after that time at each frequency;
+/// or, with --sweep-time, during a slow sweep up or down. Amplitude and phase are those of the fundamental.
 #[derive(Debug, Args)]
 #[command(after_help = SWEEP_AFTER_HELP, after_long_help = SWEEP_AFTER_HELP)]
 // The one written by itself is wider than the screen.
@@ -205,6 +272,17 @@ pub(crate) struct SweepArgs {
     /// Sweep continuously in this time [s], instead of waiting at each point
     #[arg(long, value_name = "S", value_parser = positive, allow_negative_numbers = true, help_heading = "Sweep")]
     pub(crate) sweep_time: Option<f64>,
+
+    /// Wait so long at each frequency [s], the motion going on from one to the next
+    #[arg(
+        long,
+        value_name = "S",
+        value_parser = not_negative,
+        allow_negative_numbers = true,
+        conflicts_with = "sweep_time",
+        help_heading = "Sweep"
+    )]
+    pub(crate) wait: Option<f64>,
 
     #[command(flatten)]
     pub(crate) sample: SampleArgs,
@@ -248,6 +326,10 @@ pub(crate) struct LevelsArgs {
     /// Frequency of the drive [Hz]; the oscillator's own unless given
     #[arg(long, value_name = "HZ", value_parser = positive, allow_negative_numbers = true, help_heading = "Levels")]
     pub(crate) drive_frequency_hz: Option<f64>,
+
+    /// Wait so long at each level [s], instead of for the steady motion
+    #[arg(long, value_name = "S", value_parser = not_negative, allow_negative_numbers = true, help_heading = "Levels")]
+    pub(crate) wait: Option<f64>,
 
     #[command(flatten)]
     pub(crate) sample: SampleArgs,

@@ -47,7 +47,7 @@ pub(crate) fn run(args: &AtlasArgs, color: ColorChoice) -> Result<ExitCode, Fail
         "Exact steady motion and exact ring-down, static friction equal to kinetic. Amplitudes at the turning \
          points; flanks to {FLANK_HALF_WIDTHS} half widths of the line (ω₀/2Q_f) either side, frequencies below \
          ω₀/5 left out. Ring-down from the resonance amplitude: largest difference at the turning points over \
-         the initial amplitude, the stop excepted (white: there is no other). The scale ends at 10⁻⁵ and 1; what lies beyond has the colour of the end."
+         the initial amplitude, the stop excepted (grey: there is no other). The scale ends at 10⁻⁵ and 1; what lies beyond has the colour of the end."
     );
     let labels = ["Q", "β = 4F/(πk x₀)", "relative error, or rad"];
     let picture = plot::heat_maps("Where each approximation may be used", &caption, labels, &q, &beta, &maps);

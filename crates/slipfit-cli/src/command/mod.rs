@@ -1,6 +1,10 @@
 //! The commands, one file each.
 
 pub(crate) mod atlas;
+pub(crate) mod inspect;
+pub(crate) mod levels;
 pub(crate) mod paper;
+pub(crate) mod resonance;
 pub(crate) mod ringdown;
+pub(crate) mod series;
 pub(crate) mod simulate;

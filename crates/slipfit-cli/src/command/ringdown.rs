@@ -2,7 +2,7 @@
 
 use crate::args::RingdownArgs;
 use crate::failure::{Failure, warning_line};
-use crate::{csv, json, output, plot, report};
+use crate::{batch, csv, json, output, plot, report};
 use anstream::ColorChoice;
 use slipfit::SignalKind;
 use slipfit::ringdown::{Answer, Options, analyse};
@@ -22,15 +22,13 @@ pub(crate) struct Analysed<'a> {
 }
 
 pub(crate) fn run(args: &RingdownArgs, color: ColorChoice) -> Result<ExitCode, Failure> {
-    let plot_format = args.plot.as_deref().map(plot::Format::of).transpose()?;
-    let reading = slipfit_io::read(&args.file, &args.read_options())?;
-    check_calibration(args, reading.record.unit())?;
-    let mut options = args.options();
-    if options.frequency_hz.is_none() {
-        options.frequency_hz = named_frequency_hz(&reading);
+    if args.table.is_some() || args.files.len() > 1 {
+        return batch::run(args, color);
     }
-    let answer = analyse(&reading.record, &options).map_err(|e| Failure::analysing(&args.file, &e))?;
-    let analysed = Analysed { file: &args.file, reading: &reading, options: &options, answer: &answer };
+    let plot_format = args.plot.as_deref().map(plot::Format::of).transpose()?;
+    let file = &args.files[0];
+    let Done { reading, options, answer } = analyse_file(file, args)?;
+    let analysed = Analysed { file, reading: &reading, options: &options, answer: &answer };
 
     let mut written: Vec<&Path> = Vec::new();
     if let (Some(path), Some(format)) = (&args.plot, plot_format) {
@@ -62,6 +60,25 @@ pub(crate) fn run(args: &RingdownArgs, color: ColorChoice) -> Result<ExitCode, F
     Ok(if doubtful { ExitCode::from(DOUBTFUL) } else { ExitCode::SUCCESS })
 }
 
+/// A file read and analysed.
+pub(crate) struct Done {
+    pub(crate) reading: Reading,
+    pub(crate) options: Options,
+    pub(crate) answer: Answer,
+}
+
+/// Reads and analyses one file.
+pub(crate) fn analyse_file(file: &Path, args: &RingdownArgs) -> Result<Done, Failure> {
+    let reading = slipfit_io::read(file, &args.reading.options())?;
+    check_calibration(args.calibration_flag(), reading.record.unit())?;
+    let mut options = args.options();
+    if options.frequency_hz.is_none() {
+        options.frequency_hz = named_frequency_hz(&reading);
+    }
+    let answer = analyse(&reading.record, &options).map_err(|e| Failure::analysing(file, &e))?;
+    Ok(Done { reading, options, answer })
+}
+
 /// The frequency of the oscillation, where amplitudes alone were recorded and
 /// the lines above the table name it `frequency_hz`.
 pub(crate) fn named_frequency_hz(reading: &Reading) -> Option<f64> {
@@ -73,10 +90,10 @@ pub(crate) fn named_frequency_hz(reading: &Reading) -> Option<f64> {
 }
 
 /// A stiffness in N/m says nothing about an angle, nor a torsion stiffness about a length.
-fn check_calibration(args: &RingdownArgs, unit: &str) -> Result<(), Failure> {
+pub(crate) fn check_calibration(given: Option<(&'static str, bool)>, unit: &str) -> Result<(), Failure> {
     let angle = matches!(unit, "rad" | "mrad" | "deg" | "°" | "rev");
     let length = matches!(unit, "m" | "cm" | "mm" | "µm" | "um" | "nm" | "pm");
-    match args.calibration_flag() {
+    match given {
         Some((flag, false)) if angle => {
             Err(Failure::new(format!("{flag} is for a displacement; the signal is in {unit}"))
                 .hint("--torsion-stiffness or --inertia calibrates an angle, --unit changes the unit read"))

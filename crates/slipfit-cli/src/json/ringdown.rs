@@ -94,7 +94,7 @@ fn time(source: &TimeSource) -> Time<'_> {
     }
 }
 
-fn kind(kind: SignalKind) -> &'static str {
+pub(super) fn kind(kind: SignalKind) -> &'static str {
     match kind {
         SignalKind::Displacement => "displacement",
         SignalKind::Velocity => "velocity",

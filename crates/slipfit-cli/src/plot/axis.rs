@@ -7,6 +7,8 @@ pub(super) struct Axis {
     pub(super) high: f64,
     pub(super) log: bool,
     pub(super) label: String,
+    /// Instead of numbers, names at 1, 2, 3, …
+    pub(super) names: Vec<String>,
 }
 
 /// A tick and its label.
@@ -26,14 +28,20 @@ impl Axis {
         } else {
             (0.0, 1.0)
         };
-        Self { low, high, log: false, label: label.into() }
+        Self { low, high, log: false, label: label.into(), names: Vec::new() }
     }
 
     /// A logarithmic axis; `low` and `high` above zero, else a decade about one.
     pub(super) fn log(low: f64, high: f64, label: impl Into<String>) -> Self {
         let usable = low > 0.0 && high > low && high.is_finite();
         let (low, high) = if usable { (low, high) } else { (0.3, 3.0) };
-        Self { low, high, log: true, label: label.into() }
+        Self { low, high, log: true, label: label.into(), names: Vec::new() }
+    }
+
+    /// An axis of names, the first at 1.
+    pub(super) fn named(names: Vec<String>, label: impl Into<String>) -> Self {
+        let high = names.len() as f64 + 0.5;
+        Self { low: 0.5, high: high.max(1.5), log: false, label: label.into(), names }
     }
 
     /// Place of a value, 0 at the low end and 1 at the high end; `None` where it has none.
@@ -48,6 +56,10 @@ impl Axis {
 
     /// Ticks inside the range, about `wanted` of them on a linear axis.
     pub(super) fn ticks(&self, wanted: usize) -> Vec<Tick> {
+        if !self.names.is_empty() {
+            let named = self.names.iter().enumerate();
+            return named.map(|(i, name)| Tick { value: i as f64 + 1.0, label: name.clone() }).collect();
+        }
         if self.log { self.log_ticks() } else { self.linear_ticks(wanted) }
     }
 
@@ -79,11 +91,16 @@ impl Axis {
         };
         let (first, last) = (self.low.log10().floor() as i32, self.high.log10().ceil() as i32);
         let stride = ((last - first) / 8).max(1) as usize;
+        // Powers of ten are told apart by their exponents, not by counting zeros.
+        let powers = mantissas.len() == 1 && (self.high >= 9e3 || self.low <= 1.1e-4);
         (first..=last)
             .step_by(stride)
             .flat_map(|e| mantissas.iter().map(move |m| (m * 10f64.powi(e), e)))
             .filter(|(v, _)| (self.low * 0.999..=self.high * 1.001).contains(v))
             .map(|(value, e)| {
+                if powers {
+                    return Tick { value, label: power_of_ten(e) };
+                }
                 let decimals = (1 - e).clamp(0, 6) as usize;
                 let text = format!("{value:.decimals$}");
                 let text =
@@ -91,6 +108,18 @@ impl Axis {
                 Tick { value, label: text.to_owned() }
             })
             .collect()
+    }
+}
+
+fn power_of_ten(exponent: i32) -> String {
+    const DIGITS: [char; 10] = ['⁰', '¹', '²', '³', '⁴', '⁵', '⁶', '⁷', '⁸', '⁹'];
+    match exponent {
+        0 => "1".to_owned(),
+        1 => "10".to_owned(),
+        _ => {
+            let raised = |c: char| c.to_digit(10).map_or('⁻', |d| DIGITS[d as usize]);
+            format!("10{}", exponent.to_string().chars().map(raised).collect::<String>())
+        }
     }
 }
 
@@ -122,6 +151,8 @@ mod tests {
         assert_eq!(labels(&Axis::log(0.9, 1200.0, "")), ["1", "10", "100", "1000"]);
         assert_eq!(labels(&Axis::log(0.02, 0.6, "")), ["0.02", "0.05", "0.1", "0.2", "0.5"]);
         assert_eq!(labels(&Axis::log(2.2, 6.0, "")), ["3", "4", "5"]);
+        assert_eq!(labels(&Axis::log(1.0, 1e4, "")), ["1", "10", "10²", "10³", "10⁴"]);
+        assert_eq!(labels(&Axis::log(1e-5, 1e-1, "")), ["10⁻⁵", "10⁻⁴", "10⁻³", "10⁻²", "10⁻¹"]);
     }
 
     #[test]

@@ -10,6 +10,9 @@ const BAR: f64 = 130.0;
 /// Decades of the colour scale.
 const SCALE: [f64; 2] = [1e-5, 1.0];
 
+/// Where there is no value: grey, which the scale does not have.
+const NONE: Color = Color::new(205, 208, 212);
+
 /// A value for each cell of a grid; `None` where there is none.
 pub(crate) struct HeatMap {
     pub(crate) title: String,
@@ -39,9 +42,8 @@ pub(crate) fn heat_maps(
         let mut panel = Panel::new(&mut figure, corner, PANEL, &map.title, x_axis, y_axis);
         for (cell, value) in map.values.iter().enumerate() {
             let (row, column) = (cell / x.len(), cell % x.len());
-            let Some(value) = value else { continue };
             let low = [x_edges[column], y_edges[row]];
-            panel.patch(low, [x_edges[column + 1], y_edges[row + 1]], shade(*value));
+            panel.patch(low, [x_edges[column + 1], y_edges[row + 1]], value.map_or(NONE, shade));
         }
     }
     scale(&mut figure, [3.0 * PANEL[0], 50.0], scale_label);
@@ -56,7 +58,7 @@ fn scale(figure: &mut Figure, corner: Point, label: &str) {
     const STEPS: i32 = 120;
     let axis = Axis::log(SCALE[0], SCALE[1], label);
     let size = [BAR - 12.0, PANEL[1]];
-    let x = Axis { low: 0.0, high: 1.0, log: false, label: String::new() };
+    let x = Axis { low: 0.0, high: 1.0, log: false, label: String::new(), names: Vec::new() };
     let mut panel = Panel::new(figure, corner, size, "", x, axis);
     let at = |i: i32| SCALE[0] * (SCALE[1] / SCALE[0]).powf(f64::from(i) / f64::from(STEPS));
     for i in 0..STEPS {

@@ -6,15 +6,22 @@ mod decimate;
 mod figure;
 mod font;
 mod heat;
+mod levels;
 mod panel;
 mod png;
+mod resonance;
 mod ringdown;
+mod series;
 mod svg;
+pub(crate) mod terminal;
 
 pub(crate) use chart::{Chart, Look, Scaled, Series, page};
 pub(crate) use heat::{HeatMap, heat_maps};
 
+use crate::command::levels::AnalysedLevels;
+use crate::command::resonance::AnalysedCurve;
 use crate::command::ringdown::Analysed;
+use crate::command::series::AnalysedSeries;
 use crate::failure::Failure;
 use std::path::Path;
 
@@ -44,6 +51,22 @@ impl Format {
 /// The picture of a ring-down.
 pub(crate) fn ringdown(analysed: &Analysed<'_>, format: Format) -> Result<Vec<u8>, Failure> {
     Picture(ringdown::figure(analysed)).render(format)
+}
+
+/// The picture of a resonance curve.
+pub(crate) fn resonance(analysed: &AnalysedCurve<'_>, format: Format) -> Result<Vec<u8>, Failure> {
+    Picture(resonance::figure(analysed)).render(format)
+}
+
+/// The picture of drive levels.
+pub(crate) fn levels(analysed: &AnalysedLevels<'_>, format: Format) -> Result<Vec<u8>, Failure> {
+    let sentence = crate::report::levels_sentence(analysed.answer);
+    page("Amplitude over the level of the drive", &sentence, &levels::charts(analysed)).render(format)
+}
+
+/// The picture of a series.
+pub(crate) fn series(analysed: &AnalysedSeries<'_>, format: Format) -> Result<Vec<u8>, Failure> {
+    Picture(series::figure(analysed)).render(format)
 }
 
 /// A picture not yet in any format.

@@ -4,19 +4,15 @@ use super::labelled;
 use crate::command::ringdown::{Analysed, named_frequency_hz};
 use slipfit::format::{Rounded, percent, plain};
 use slipfit::{ClockReport, SignalKind};
-use slipfit_io::{ColumnTaken, ReadReport, TimeSource};
+use slipfit_io::{ColumnTaken, ReadReport, Reading, TimeSource};
 use std::fmt::Write as _;
 
 /// What was read, what was used, how well it is described.
 pub(super) fn account(analysed: &Analysed<'_>) -> String {
     let report = &analysed.reading.report;
     let answer = analysed.answer;
-    let mut text = labelled("read", &rows_read(analysed));
-    text += &labelled("time", &time_source(&report.time));
-    text += &labelled("signal", &signal_source(report));
-    if let Some(q) = &report.quadrature {
-        text += &labelled("", &column(q));
-    }
+    let mut text = labelled("read", &format!("{}: {}", analysed.file.display(), rows_read(report)));
+    text += &columns_taken(report);
     if let Some(clock) = clock(analysed.reading.record.clock_report()) {
         text += &labelled("clock", &clock);
     }
@@ -74,9 +70,37 @@ pub(super) fn account(analysed: &Analysed<'_>) -> String {
     text
 }
 
-fn rows_read(analysed: &Analysed<'_>) -> String {
-    let report = &analysed.reading.report;
-    let mut text = format!("{}: {} rows", analysed.file.display(), report.rows_read);
+/// What would be read of a file that is not analysed.
+pub(super) fn reading(reading: &Reading) -> String {
+    let (record, report) = (&reading.record, &reading.report);
+    let mut text = labelled("read", &rows_read(report));
+    text += &columns_taken(report);
+    let mut rate = format!(
+        "{} over {}",
+        plain(1.0 / record.clock_report().median_step_s, 5, "Hz"),
+        plain(record.duration_s(), 4, "s")
+    );
+    if let Some(clock) = clock(record.clock_report()) {
+        let _ = write!(rate, "; {clock}");
+    }
+    text += &labelled("clock", &rate);
+    for note in &report.notes {
+        text += &labelled("note", note);
+    }
+    text
+}
+
+fn columns_taken(report: &ReadReport) -> String {
+    let mut text = labelled("time", &time_source(&report.time));
+    text += &labelled("signal", &signal_source(report));
+    if let Some(q) = &report.quadrature {
+        text += &labelled("", &column(q));
+    }
+    text
+}
+
+fn rows_read(report: &ReadReport) -> String {
+    let mut text = format!("{} rows", report.rows_read);
     if !report.skipped.is_empty() {
         let reasons: Vec<String> = report
             .skipped
@@ -87,7 +111,7 @@ fn rows_read(analysed: &Analysed<'_>) -> String {
     }
     let mut choice = Vec::new();
     if report.tables > 1 {
-        choice.push(format!("table {} of {} (--table)", report.table, report.tables));
+        choice.push(format!("table {} of {} (--part)", report.table, report.tables));
     }
     if report.runs > 1 {
         choice.push(format!("run {} of {} (--run)", report.run, report.runs));
@@ -98,7 +122,7 @@ fn rows_read(analysed: &Analysed<'_>) -> String {
     text
 }
 
-fn column(taken: &ColumnTaken) -> String {
+pub(super) fn column(taken: &ColumnTaken) -> String {
     if taken.unit.is_empty() { taken.why.clone() } else { format!("{}; in {}", taken.why, taken.unit) }
 }
 

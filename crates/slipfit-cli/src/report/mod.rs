@@ -1,10 +1,18 @@
 //! Reports for the terminal: shared layout.
 
 mod account;
+mod inspect;
+mod levels;
+mod resonance;
 mod ringdown;
+mod series;
 mod table;
 
+pub(crate) use inspect::inspect;
+pub(crate) use levels::{levels, levels_sentence};
+pub(crate) use resonance::resonance;
 pub(crate) use ringdown::{label, ringdown};
+pub(crate) use series::{Form, series, series_sentence, table as series_table};
 
 use anstyle::{AnsiColor, Style};
 

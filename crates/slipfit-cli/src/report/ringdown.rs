@@ -37,6 +37,11 @@ pub(crate) fn ringdown(analysed: &Analysed<'_>, written: &[&Path]) -> String {
 pub(crate) fn label(name: &str) -> (String, &'static str) {
     let (words, symbol) = match name {
         "frequency_hz" => ("frequency", "f"),
+        "natural_frequency_hz" => ("natural frequency", "f₀"),
+        "drive_amplitude" => ("drive amplitude", "x₀"),
+        "friction_ratio" => ("friction ratio", "β"),
+        "slope" => ("slope", "R/x₀"),
+        "threshold" => ("threshold of the drive", "x_T"),
         "decay_rate_per_s" => ("decay rate", "δ"),
         "decay_time_s" => ("decay time", "τ"),
         "friction_displacement" => ("friction displacement", "x_F"),
@@ -97,7 +102,7 @@ fn is_absent(answer: &Answer, name: &str) -> bool {
 }
 
 /// A term the model does not have: how large it could be.
-fn absent_row(words: String, symbol: &str, q: &Quantity) -> Vec<String> {
+pub(super) fn absent_row(words: String, symbol: &str, q: &Quantity) -> Vec<String> {
     let high = q.interval_95[1];
     let (value, unit, note) = if high.is_finite() && high > 0.0 {
         let scale = Scale::for_size(high, &q.unit);
@@ -108,7 +113,7 @@ fn absent_row(words: String, symbol: &str, q: &Quantity) -> Vec<String> {
     vec![words, symbol.to_owned(), value, String::new(), unit, note.to_owned()]
 }
 
-fn relative(q: &Quantity) -> String {
+pub(super) fn relative(q: &Quantity) -> String {
     let share = q.std_error / q.value.abs();
     if !share.is_finite() || share <= 0.0 || share >= 10.0 {
         return String::new();
@@ -120,7 +125,7 @@ fn relative(q: &Quantity) -> String {
 }
 
 /// The 95 % interval, where `±` alone would mislead.
-fn interval(q: &Quantity, shown: &Rounded) -> String {
+pub(super) fn interval(q: &Quantity, shown: &Rounded) -> String {
     let [low, high] = q.interval_95;
     let (below, above) = (q.value - low, high - q.value);
     let lopsided = below.max(above) > ASYMMETRY * below.min(above);
@@ -167,7 +172,7 @@ fn models(answer: &Answer) -> String {
     text
 }
 
-fn headed(name: &str, scale: &Scale) -> String {
+pub(super) fn headed(name: &str, scale: &Scale) -> String {
     let unit = scale.unit.trim_start_matches('×');
     if unit.is_empty() { name.to_owned() } else { format!("{name} [{unit}]") }
 }
@@ -202,11 +207,11 @@ impl Term {
     }
 }
 
-fn bic(delta: f64) -> String {
+pub(super) fn bic(delta: f64) -> String {
     if delta < 100.0 { format!("{delta:.1}") } else { format!("{delta:.0}") }
 }
 
-fn significant(value: f64, digits: usize) -> String {
+pub(super) fn significant(value: f64, digits: usize) -> String {
     if value == 0.0 || !value.is_finite() {
         return if value == 0.0 { "0".to_owned() } else { "?".to_owned() };
     }

@@ -12,6 +12,8 @@ pub(super) const STIFFNESS: f64 = 1e4;
 const AMPLITUDE_M: f64 = 25e-9;
 const RATE_HZ: f64 = 10e3;
 const DURATION_S: f64 = 0.1;
+/// Of the dots of a fit, so that the line beneath shows.
+const DOT_SPACING_S: f64 = 1.6e-3;
 /// On each of X and Y.
 pub(super) const NOISE_M: f64 = 0.03e-9;
 /// Load as the paper's table has it, F in N, gamma in N s/m.
@@ -77,8 +79,9 @@ fn one((load, coulomb_force, viscous): (&'static str, f64, f64), seed: u64) -> R
     let initial = named("initial_amplitude")?.value;
     let omega = TAU * FREQUENCY_HZ;
     let velocity = |t: f64, a: f64| [t * 1e3, a * omega * 1e3];
-    let fit = (0..=70)
-        .map(|i| start + (answer.segment.end_s - start) * f64::from(i) / 70.0)
+    let fit = (0..)
+        .map(|i| start + DOT_SPACING_S * f64::from(i))
+        .take_while(|t| *t <= answer.segment.end_s)
         .map(|t| velocity(t, averaged::ring_down_amplitude(&fitted, initial, t - start)))
         .filter(|p| p[1] > 0.0)
         .collect();

@@ -1,10 +1,12 @@
 //! `slipfit simulate decay`.
 
-use super::sheet::{Column, Digits, Parameters, Sheet, converted};
-use super::{Noise, oscillator, rows, spoken, write};
+use super::sheet::{Column, Digits, Parameters, Sheet, Step, converted};
+use super::{Noise, friction, oscillator, rows, spoken, write};
 use crate::args::{DecayArgs, OutputKind};
 use crate::failure::Failure;
+use slipfit::Oscillator;
 use slipfit::decay::FreeDecay;
+use slipfit::simulate::{Drive, EventKind, Friction, Motion};
 use std::f64::consts::{PI, TAU};
 
 /// Points of a cycle the lock-in sums over: exact for all harmonics below this.
@@ -13,49 +15,99 @@ const LOCK_IN_POINTS: u32 = 64;
 pub(super) fn run(args: &DecayArgs) -> Result<(), Failure> {
     let rows = rows(args.sampling.duration, args.sampling.rate_hz)?;
     let oscillator = oscillator(&args.oscillator, |_| Ok(args.amplitude.abs()))?;
-    let motion = FreeDecay::from_rest(&oscillator, args.amplitude).map_err(|e| spoken(&e))?;
+    let friction = friction(&args.oscillator.minus, &oscillator)?;
+    let motion = Decaying::new(&oscillator, friction, args.amplitude).map_err(|e| spoken(&e))?;
     let mut sheet = Sheet {
         command: "decay",
         title: "exact free decay with viscous and sliding friction, released at rest",
-        parameters: header(args, &motion),
+        parameters: header(args, &oscillator, friction, &motion),
         columns: columns(args),
         rows,
-        fill: fill(args, motion),
+        fill: fill(args, oscillator.half_period_s(), motion.clone()),
         even_rate_hz: (args.output == OutputKind::Waveform).then_some(args.sampling.rate_hz),
     };
     if args.turning_points {
         // Past the last one the iterator ends, or the record does.
-        let most = args.sampling.duration / motion.oscillator().half_period_s() + 2.0;
+        let most = args.sampling.duration / oscillator.half_period_s() + 2.0;
         if most > super::MOST_ROWS {
             return Err(
                 Failure::new(format!("{most:.0} turning points asked for")).hint("--duration is shorter")
             );
         }
-        let mut points = motion.turning_points();
         let until_s = args.sampling.duration;
+        let mut points: Box<dyn Iterator<Item = [f64; 2]>> = match motion {
+            Decaying::Even(d) => Box::new(d.turning_points().map(|p| [p.time_s, p.position])),
+            Decaying::Uneven(m) => {
+                let start = [0.0, args.amplitude];
+                Box::new(std::iter::once(start).chain(super::driven::turning_points(*m, until_s)))
+            }
+        };
         sheet.rows = most as u64;
         sheet.even_rate_hz = None;
         sheet.columns = turning_point_columns(&args.sample.unit);
         sheet.fill = Box::new(move |_, row| {
-            let Some(p) = points.next().filter(|p| p.time_s <= until_s) else { return Ok(false) };
-            row.extend([p.time_s, p.position]);
-            Ok(true)
+            let Some(p) = points.next().filter(|p| p[0] <= until_s) else { return Ok(Step::End) };
+            row.extend(p);
+            Ok(Step::Row)
         });
     }
     write::write(sheet, &args.out)
+}
+
+/// The closed form, or the event machine where friction differs by direction.
+#[derive(Clone)]
+enum Decaying {
+    Even(FreeDecay),
+    Uneven(Box<Motion>),
+}
+
+impl Decaying {
+    fn new(o: &Oscillator, friction: Friction, amplitude: f64) -> Result<Self, slipfit::Error> {
+        if friction == Friction::of(o) {
+            return FreeDecay::from_rest(o, amplitude).map(Self::Even);
+        }
+        let motion = Motion::with_friction(o, friction, Drive::none(), 0.0, amplitude, 0.0)?;
+        Ok(Self::Uneven(Box::new(motion)))
+    }
+
+    /// Time and position of the stop, if there is one within `until_s`.
+    fn stop(&self, until_s: f64) -> Option<[f64; 2]> {
+        match self {
+            Self::Even(d) => d.stop().map(|s| [s.time_s, s.position]),
+            Self::Uneven(m) => {
+                let mut m = m.clone();
+                let rest = m.events(until_s).find(|e| e.kind == EventKind::Rest);
+                rest.map(|e| [e.time_s, e.position])
+            }
+        }
+    }
+
+    /// Displacement; times must not go back.
+    fn displacement(&mut self, time_s: f64) -> Result<f64, slipfit::Error> {
+        match self {
+            Self::Even(d) => Ok(d.displacement(time_s)),
+            Self::Uneven(m) => m.state_at(time_s).map(|s| s.position),
+        }
+    }
 }
 
 pub(super) fn turning_point_columns(unit: &str) -> Vec<Column> {
     vec![Column::new("time", "s", Digits::All), Column::new("turning point", unit, Digits::All)]
 }
 
-fn header(args: &DecayArgs, motion: &FreeDecay) -> Vec<super::sheet::Parameter> {
+fn header(
+    args: &DecayArgs,
+    o: &Oscillator,
+    friction: Friction,
+    motion: &Decaying,
+) -> Vec<super::sheet::Parameter> {
     let unit = &args.sample.unit;
-    let mut all = Parameters::of(motion.oscillator(), unit);
+    let mut all = Parameters::of(o, unit);
+    all.uneven(friction, o, unit);
     all.number("amplitude", args.amplitude, unit);
-    if let Some(stop) = motion.stop() {
-        all.number("stop_time_s", stop.time_s, "");
-        all.number("stop_position", stop.position, unit);
+    if let Some([time_s, position]) = motion.stop(args.sampling.duration) {
+        all.number("stop_time_s", time_s, "");
+        all.number("stop_position", position, unit);
     }
     all.number("duration_s", args.sampling.duration, "");
     all.number("rate_hz", args.sampling.rate_hz, "");
@@ -77,28 +129,40 @@ fn columns(args: &DecayArgs) -> Vec<Column> {
     vec![Column::new("time", "s", Digits::Shortest), Column::new(name, &args.sample.unit, Digits::Seven)]
 }
 
-fn fill(args: &DecayArgs, motion: FreeDecay) -> super::sheet::Fill<'_> {
+fn fill(args: &DecayArgs, half_period_s: f64, mut motion: Decaying) -> super::sheet::Fill<'_> {
     let mut noise = Noise::new(args.sample.seed, args.sample.noise_rms);
-    let half_period_s = motion.oscillator().half_period_s();
+    let said = |e: slipfit::Error| spoken(&e);
     Box::new(move |i, row| {
         let time_s = i as f64 / args.sampling.rate_hz;
         let value = match args.output {
-            OutputKind::Waveform => motion.displacement(time_s) + noise.next(),
+            OutputKind::Waveform => motion.displacement(time_s).map_err(said)? + noise.next(),
             // The first cycle has no middle before half a period.
-            OutputKind::Envelope if time_s < half_period_s => return Ok(false),
+            OutputKind::Envelope if time_s < half_period_s => return Ok(Step::LeftOut),
             OutputKind::Envelope => {
-                let [x, y] = lock_in(&motion, time_s);
+                // Cycles overlap: the motion waits at the start of this one for the next.
+                motion.displacement(time_s - half_period_s).map_err(said)?;
+                let mut cycle = motion.clone();
+                let [x, y] = fundamental(half_period_s, time_s, |t| cycle.displacement(t)).map_err(said)?;
                 (x + noise.next()).hypot(y + noise.next())
             }
         };
         row.extend([time_s, converted(&args.sample, args.amplitude, value)]);
-        Ok(true)
+        Ok(Step::Row)
     })
 }
 
 /// Fundamental of the cycle about `time_s`, `(2/T) ∫ x e^(-i omega t) dt`, phase counted from its middle.
 pub(crate) fn lock_in(motion: &FreeDecay, time_s: f64) -> [f64; 2] {
-    let half = motion.oscillator().half_period_s();
+    let exact = |t| Ok(motion.displacement(t));
+    // The closed form knows every time there is.
+    fundamental(motion.oscillator().half_period_s(), time_s, exact).unwrap_or_default()
+}
+
+fn fundamental(
+    half: f64,
+    time_s: f64,
+    mut displacement: impl FnMut(f64) -> Result<f64, slipfit::Error>,
+) -> Result<[f64; 2], slipfit::Error> {
     let n = f64::from(LOCK_IN_POINTS);
     let (mut x, mut y) = (0.0, 0.0);
     for i in 0..LOCK_IN_POINTS {
@@ -106,19 +170,18 @@ pub(crate) fn lock_in(motion: &FreeDecay, time_s: f64) -> [f64; 2] {
         let cycle = (f64::from(i) + 0.5) / n - 0.5;
         let t = time_s + 2.0 * half * cycle;
         let (sin, cos) = (TAU * cycle).sin_cos();
-        let value = motion.displacement(t);
+        let value = displacement(t)?;
         x += value * cos;
         y -= value * sin;
     }
     // Turned so that the decay stands on X, as a lock-in's auto-phase does.
     let (sin, cos) = (PI * time_s / half).sin_cos();
-    [2.0 / n * (x * cos + y * sin), 2.0 / n * (y * cos - x * sin)]
+    Ok([2.0 / n * (x * cos + y * sin), 2.0 / n * (y * cos - x * sin)])
 }
 
 #[cfg(test)]
 mod tests {
     use super::*;
-    use slipfit::Oscillator;
 
     #[test]
     fn the_lock_in_shows_the_amplitude_on_x() {

@@ -1,34 +1,47 @@
 //! `slipfit simulate driven`.
 
 use super::decay::turning_point_columns;
-use super::sheet::{Column, Digits, Parameters, Sheet, converted};
-use super::{Noise, driven_oscillator, rows, spoken, write};
+use super::drive::{self, Kind};
+use super::sheet::{Column, Digits, Parameters, Sheet, Step, converted};
+use super::{Noise, friction, oscillator, rows, spoken, write};
 use crate::args::{Beginning, DrivenArgs};
-use crate::failure::Failure;
-use slipfit::simulate::{Drive, Event, EventKind, Motion};
-use slipfit::steady::{HarmonicDrive, solve};
-use std::f64::consts::TAU;
+use crate::failure::{Failure, warning_line};
+use crate::output;
+use anstream::ColorChoice;
+use slipfit::simulate::{Event, EventKind, Motion};
+use slipfit::steady::solve_with_friction;
 
-pub(super) fn run(args: &DrivenArgs) -> Result<(), Failure> {
-    let (o, x_0) = driven_oscillator(&args.oscillator, &args.drive)?;
-    let frequency_hz = args.drive_frequency_hz.unwrap_or(o.frequency_hz());
-    let omega = TAU * frequency_hz;
+pub(super) fn run(args: &DrivenArgs, color: ColorChoice) -> Result<(), Failure> {
+    let o = oscillator(&args.oscillator, |o| drive::reference(&args.drive, o))?;
+    let friction = friction(&args.oscillator.minus, &o)?;
+    let wave = drive::wave(args, &o)?;
     let said = |e: slipfit::Error| spoken(&e);
-    let mut drive = Drive::harmonic(x_0, omega).map_err(said)?;
     if !args.turning_points {
-        drive.check_sampling(args.sampling.rate_hz).map_err(said)?;
+        wave.drive.check_sampling(args.sampling.rate_hz).map_err(said)?;
     }
     let rows = rows(args.sampling.duration, args.sampling.rate_hz)?;
-    let (position, velocity) = match args.from {
-        Beginning::Rest => (0.0, 0.0),
-        Beginning::Steady => {
-            solve(&o, &HarmonicDrive::new(x_0, omega).map_err(said)?).map_err(said)?.state.state(0.0)
+    let (position, velocity) = match (args.from, &wave.kind) {
+        (Beginning::Rest, _) => (0.0, 0.0),
+        (Beginning::Steady, Kind::Harmonic { drive }) => {
+            solve_with_friction(&o, friction, drive).map_err(said)?.state.state(0.0)
+        }
+        (Beginning::Steady, _) => {
+            return Err(Failure::new("--from steady is for one harmonic without a phase")
+                .hint("--from rest and a longer --duration let any other drive settle"));
         }
     };
+    for doubt in &wave.doubts {
+        output::print_error(&warning_line(doubt), color);
+    }
+    let mut all = Parameters::of(&o, &args.sample.unit);
+    all.uneven(friction, &o, &args.sample.unit);
+    wave.describe(args, &o, &mut all);
+    let mut drive = wave.drive;
     if let Some(off_at) = args.off_at {
         drive = drive.until(off_at).map_err(said)?;
+        all.number("drive_off_at_s", off_at, "");
     }
-    let motion = Motion::new(&o, drive, 0.0, position, velocity).map_err(said)?;
+    let motion = Motion::with_friction(&o, friction, drive, 0.0, position, velocity).map_err(said)?;
     // A converter is set to what it is going to see.
     let full_scale = if args.sample.quantize_bits.is_some() {
         largest(motion.clone(), args.sampling.duration, position)
@@ -37,24 +50,21 @@ pub(super) fn run(args: &DrivenArgs) -> Result<(), Failure> {
     };
 
     let unit = &args.sample.unit;
-    let mut all = Parameters::of(&o, unit);
-    all.number("drive_amplitude", x_0, unit);
-    if let Some(p) = args.drive.drive_force {
-        all.number("drive_force", p, "N");
-    }
-    all.number("drive_frequency_hz", frequency_hz, "");
-    all.number("friction_ratio", o.friction_ratio(x_0), "");
-    if let Some(off_at) = args.off_at {
-        all.number("drive_off_at_s", off_at, "");
-    }
     all.number("initial_position", position, unit);
     all.number("initial_velocity", velocity, &format!("{unit}/s"));
     all.number("duration_s", args.sampling.duration, "");
     all.number("rate_hz", args.sampling.rate_hz, "");
     all.sensor(&args.sample, full_scale);
+    let title = match wave.kind {
+        Kind::Harmonic { .. } => {
+            "exact motion under a harmonic drive, x_0 cos(2 pi f t), with sliding friction"
+        }
+        Kind::Tones(_) => "exact motion under several harmonics with sliding friction",
+        Kind::File { .. } => "exact motion under a sampled drive with sliding friction",
+    };
     let mut sheet = Sheet {
         command: "driven",
-        title: "exact motion under a harmonic drive, x_0 cos(2 pi f t), with sliding friction",
+        title,
         parameters: all.0,
         columns: vec![
             Column::new("time", "s", Digits::Shortest),
@@ -65,13 +75,15 @@ pub(super) fn run(args: &DrivenArgs) -> Result<(), Failure> {
         even_rate_hz: Some(args.sampling.rate_hz),
     };
     if args.turning_points {
-        let points: Vec<[f64; 2]> = turning_points(motion, args.sampling.duration).collect();
-        sheet.rows = points.len() as u64;
+        // Drawn one at a time: memory stays flat however many there are.
+        let mut points = turning_points(motion, args.sampling.duration);
+        sheet.rows = u64::MAX;
         sheet.columns = turning_point_columns(unit);
         sheet.even_rate_hz = None;
-        sheet.fill = Box::new(move |i, row| {
-            row.extend(points[i as usize]);
-            Ok(true)
+        sheet.fill = Box::new(move |_, row| {
+            let Some(point) = points.next() else { return Ok(Step::End) };
+            row.extend(point);
+            Ok(Step::Row)
         });
     }
     write::write(sheet, &args.out)
@@ -83,11 +95,11 @@ fn trace(args: &DrivenArgs, mut motion: Motion, full_scale: f64) -> super::sheet
         let time_s = i as f64 / args.sampling.rate_hz;
         let x = motion.state_at(time_s).map_err(|e| spoken(&e))?.position + noise.next();
         row.extend([time_s, converted(&args.sample, full_scale, x)]);
-        Ok(true)
+        Ok(Step::Row)
     })
 }
 
-fn turning_points(mut motion: Motion, until_s: f64) -> impl Iterator<Item = [f64; 2]> {
+pub(super) fn turning_points(mut motion: Motion, until_s: f64) -> impl Iterator<Item = [f64; 2]> {
     let turned = |e: &Event| matches!(e.kind, EventKind::Turn | EventKind::Stop | EventKind::Rest);
     std::iter::from_fn(move || motion.next_event(until_s)).filter(turned).map(|e| [e.time_s, e.position])
 }

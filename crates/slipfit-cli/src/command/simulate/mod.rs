@@ -1,17 +1,21 @@
 //! `slipfit simulate`: records made by the exact motion.
 
 mod decay;
+mod drive;
 mod driven;
+mod parquet;
 mod scan;
 mod sheet;
 mod write;
 
-use crate::args::{DriveArgs, OscillatorArgs, SimulateArgs, SimulateCommand};
+use crate::args::{DriveArgs, MinusArgs, OscillatorArgs, SimulateArgs, SimulateCommand};
 use crate::failure::Failure;
+use anstream::ColorChoice;
 use rand::SeedableRng;
 use rand_chacha::ChaCha12Rng;
 use rand_distr::{Distribution, StandardNormal};
 use slipfit::Oscillator;
+use slipfit::simulate::Friction;
 use std::process::ExitCode;
 
 pub(crate) use decay::lock_in;
@@ -19,10 +23,10 @@ pub(crate) use decay::lock_in;
 /// More rows than any table is read with.
 const MOST_ROWS: f64 = 1e9;
 
-pub(crate) fn run(args: &SimulateArgs) -> Result<ExitCode, Failure> {
+pub(crate) fn run(args: &SimulateArgs, color: ColorChoice) -> Result<ExitCode, Failure> {
     match &args.command {
         SimulateCommand::Decay(args) => decay::run(args)?,
-        SimulateCommand::Driven(args) => driven::run(args)?,
+        SimulateCommand::Driven(args) => driven::run(args, color)?,
         SimulateCommand::Sweep(args) => scan::sweep(args)?,
         SimulateCommand::Levels(args) => scan::levels(args)?,
     }
@@ -97,6 +101,39 @@ fn oscillator(
     builder.build().map_err(|e| spoken(&e))
 }
 
+/// Friction, which may differ by direction.
+fn friction(args: &MinusArgs, o: &Oscillator) -> Result<Friction, Failure> {
+    let over_stiffness =
+        |flag: &str, displacement: Option<f64>, force: Option<f64>| match (force, o.stiffness()) {
+            (None, _) => Ok(displacement),
+            (Some(f), Some(k)) => Ok(Some(f / k)),
+            (Some(_), None) => {
+                Err(Failure::new(format!("{flag} is a force, and the oscillator has no stiffness"))
+                    .hint("--stiffness or --mass gives it one"))
+            }
+        };
+    let kinetic =
+        over_stiffness("--coulomb-force-minus", args.friction_displacement_minus, args.coulomb_force_minus)?;
+    let holding =
+        over_stiffness("--static-force-minus", args.static_displacement_minus, args.static_force_minus)?;
+    let minus = kinetic.unwrap_or(o.friction_displacement());
+    let held = holding.unwrap_or(o.static_displacement().max(minus));
+    if held < minus {
+        let (flag, value) = match args.static_force_minus {
+            Some(f) => ("--static-force-minus", f),
+            None => ("--static-displacement-minus", held),
+        };
+        return Err(Failure::new(format!(
+            "{flag} = {} is out of range; allowed: at least the sliding friction the same way (F_s- >= F-), \
+             {} as a displacement",
+            sheet::number(value),
+            sheet::number(minus)
+        )));
+    }
+    Friction::asymmetric([o.friction_displacement(), minus], [o.static_displacement(), held])
+        .map_err(|e| spoken(&e))
+}
+
 /// Amplitude `x_0` of the base, a force over the stiffness.
 fn base_amplitude(drive: &DriveArgs, oscillator: &Oscillator) -> Result<f64, Failure> {
     match (drive.drive_amplitude, drive.drive_force, oscillator.stiffness()) {
@@ -130,6 +167,7 @@ fn spoken(error: &slipfit::Error) -> Failure {
             ("coulomb_force", "--coulomb-force"),
             ("static_force", "--static-force"),
             ("sweep_time_s", "--sweep-time"),
+            ("wait_s", "--wait"),
             ("rate_hz", "--rate-hz"),
         ] {
             text = text.replace(name, flag);

@@ -1,22 +1,32 @@
 //! `slipfit simulate sweep` and `slipfit simulate levels`.
 
-use super::sheet::{Column, Digits, Parameters, Sheet, converted};
-use super::{Noise, driven_oscillator, oscillator, spoken, write};
+use super::sheet::{Column, Digits, Parameters, Sheet, Step, converted};
+use super::{Noise, driven_oscillator, friction, oscillator, spoken, write};
 use crate::args::{LevelsArgs, SampleArgs, SweepArgs};
 use crate::failure::Failure;
 use slipfit::steady::Phasor;
-use slipfit::steady::scan::{Reading, chirp, reading};
+use slipfit::steady::scan::{Reading, chirp_with_friction, reading_with_friction, stepped};
 
 pub(super) fn sweep(args: &SweepArgs) -> Result<(), Failure> {
     let (o, x_0) = driven_oscillator(&args.oscillator, &args.drive)?;
     let (start, stop) = (args.start_hz, args.stop_hz);
-    let readings: Vec<Reading> = match args.sweep_time {
-        Some(s) => chirp(&o, x_0, [start, stop], s, args.points),
-        None => spaced(start, stop, args.points, false).map(|f| reading(&o, x_0, f)).collect(),
+    let friction = friction(&args.oscillator.minus, &o)?;
+    let mut frequencies = spaced(start, stop, args.points, false);
+    let readings: Vec<Reading> = match (args.sweep_time, args.wait) {
+        (Some(s), _) => chirp_with_friction(&o, friction, x_0, [start, stop], s, args.points),
+        (None, Some(wait)) => {
+            let steps: Vec<_> = frequencies.map(|f| (x_0, f)).collect();
+            stepped(&o, friction, &steps, wait)
+        }
+        (None, None) => frequencies.try_fold(Vec::new(), |mut all, f| {
+            all.push(reading_with_friction(&o, friction, x_0, f)?);
+            Ok(all)
+        }),
     }
     .map_err(|e| spoken(&e))?;
     let unit = &args.sample.unit;
     let mut all = Parameters::of(&o, unit);
+    all.uneven(friction, &o, unit);
     all.number("drive_amplitude", x_0, unit);
     if let Some(p) = args.drive.drive_force {
         all.number("drive_force", p, "N");
@@ -25,9 +35,10 @@ pub(super) fn sweep(args: &SweepArgs) -> Result<(), Failure> {
     all.number("start_hz", start, "");
     all.number("stop_hz", stop, "");
     all.number("points", f64::from(args.points), "");
-    match args.sweep_time {
-        Some(s) => all.number("sweep_time_s", s, ""),
-        None => all.text("settled", "every point is the steady motion"),
+    match (args.sweep_time, args.wait) {
+        (Some(s), _) => all.number("sweep_time_s", s, ""),
+        (None, Some(s)) => all.number("wait_s", s, ""),
+        (None, None) => all.text("settled", "every point is the steady motion"),
     }
     let seen = Seen::new(readings, &args.sample);
     all.sensor(&args.sample, seen.largest);
@@ -50,21 +61,34 @@ pub(super) fn sweep(args: &SweepArgs) -> Result<(), Failure> {
 pub(super) fn levels(args: &LevelsArgs) -> Result<(), Failure> {
     let o = oscillator(&args.oscillator, |_| Ok(args.stop_amplitude))?;
     let frequency_hz = args.drive_frequency_hz.unwrap_or(o.frequency_hz());
-    let readings: Vec<Reading> = spaced(args.start_amplitude, args.stop_amplitude, args.points, args.log)
-        .map(|x_0| reading(&o, x_0, frequency_hz))
-        .collect::<Result<_, _>>()
-        .map_err(|e| spoken(&e))?;
+    let friction = friction(&args.oscillator.minus, &o)?;
+    let mut amplitudes = spaced(args.start_amplitude, args.stop_amplitude, args.points, args.log);
+    let readings: Vec<Reading> = match args.wait {
+        Some(wait) => {
+            let steps: Vec<_> = amplitudes.map(|x_0| (x_0, frequency_hz)).collect();
+            stepped(&o, friction, &steps, wait)
+        }
+        None => amplitudes.try_fold(Vec::new(), |mut all, x_0| {
+            all.push(reading_with_friction(&o, friction, x_0, frequency_hz)?);
+            Ok(all)
+        }),
+    }
+    .map_err(|e| spoken(&e))?;
     let unit = &args.sample.unit;
     let mut all = Parameters::of(&o, unit);
+    all.uneven(friction, &o, unit);
     all.number("drive_frequency_hz", frequency_hz, "");
     all.number("start_amplitude", args.start_amplitude, unit);
     all.number("stop_amplitude", args.stop_amplitude, unit);
     all.number("points", f64::from(args.points), "");
+    if let Some(wait) = args.wait {
+        all.number("wait_s", wait, "");
+    }
     let seen = Seen::new(readings, &args.sample);
     all.sensor(&args.sample, seen.largest);
     let sheet = Sheet {
         command: "levels",
-        title: "steady amplitude and phase of the fundamental over the amplitude of the drive",
+        title: "amplitude and phase of the fundamental over the amplitude of the drive",
         parameters: all.0,
         columns: vec![
             Column::new("drive amplitude", unit, Digits::Shortest),
@@ -111,7 +135,7 @@ impl<'a> Seen<'a> {
             seen.fundamental += Phasor::new(noise.next(), noise.next());
             let amplitude = converted(self.sample, self.largest, seen.amplitude());
             row.extend([place(&seen), amplitude, seen.phase_deg()]);
-            Ok(true)
+            Ok(Step::Row)
         })
     }
 }

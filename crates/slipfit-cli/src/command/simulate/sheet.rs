@@ -3,9 +3,19 @@
 use crate::args::SampleArgs;
 use crate::failure::Failure;
 use slipfit::Oscillator;
+use slipfit::simulate::Friction;
 
-/// Fills one row; `false` leaves it out.
-pub(super) type Fill<'a> = Box<dyn FnMut(u64, &mut Vec<f64>) -> Result<bool, Failure> + 'a>;
+/// Fills a row.
+pub(super) type Fill<'a> = Box<dyn FnMut(u64, &mut Vec<f64>) -> Result<Step, Failure> + 'a>;
+
+/// What became of a row.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub(super) enum Step {
+    Row,
+    LeftOut,
+    /// There is none, nor any after it.
+    End,
+}
 
 /// Everything a writer needs.
 pub(super) struct Sheet<'a> {
@@ -14,6 +24,7 @@ pub(super) struct Sheet<'a> {
     pub(super) title: &'static str,
     pub(super) parameters: Vec<Parameter>,
     pub(super) columns: Vec<Column>,
+    /// At most so many; what has no known number ends by itself.
     pub(super) rows: u64,
     pub(super) fill: Fill<'a>,
     /// Samples a second of an evenly sampled trace that starts at zero: what a sound file can hold.
@@ -53,6 +64,30 @@ impl Column {
     pub(super) fn new(name: &'static str, unit: &str, digits: Digits) -> Self {
         Self { name, unit: unit.to_owned(), digits }
     }
+
+    /// Name and unit.
+    pub(super) fn heading(&self) -> String {
+        if self.unit.is_empty() { self.name.to_owned() } else { format!("{} ({})", self.name, self.unit) }
+    }
+}
+
+impl Sheet<'_> {
+    /// Hands over each row as it is made.
+    pub(super) fn for_each(
+        &mut self,
+        mut give: impl FnMut(&Self, &[f64]) -> Result<(), Failure>,
+    ) -> Result<(), Failure> {
+        let mut row = Vec::new();
+        for i in 0..self.rows {
+            row.clear();
+            match (self.fill)(i, &mut row)? {
+                Step::Row => give(self, &row)?,
+                Step::LeftOut => {}
+                Step::End => break,
+            }
+        }
+        Ok(())
+    }
 }
 
 /// The parameters of a record, in the order of its header.
@@ -79,6 +114,20 @@ impl Parameters {
             }
         }
         all
+    }
+
+    /// Those of friction that differs by direction, where it does.
+    pub(super) fn uneven(&mut self, friction: Friction, o: &Oscillator, unit: &str) {
+        if friction == Friction::of(o) {
+            return;
+        }
+        let ([_, kinetic], [_, holding]) = (friction.kinetic(), friction.holding());
+        self.number("friction_displacement_minus", kinetic, unit);
+        self.number("static_displacement_minus", holding, unit);
+        if let Some(k) = o.stiffness() {
+            self.number("coulomb_force_minus", k * kinetic, "N");
+            self.number("static_force_minus", k * holding, "N");
+        }
     }
 
     pub(super) fn number(&mut self, name: &'static str, value: f64, unit: &str) {

@@ -1,6 +1,7 @@
-//! A table as CSV, NPY, sound or JSON.
+//! A table as CSV, NPY, sound, Parquet or JSON.
 
-use super::sheet::{Digits, Parameter, Sheet, Value, number};
+use super::parquet;
+use super::sheet::{Column, Digits, Parameter, Sheet, Value, number};
 use crate::args::{OutArgs, RecordFormat};
 use crate::failure::Failure;
 use crate::{json, output};
@@ -20,6 +21,9 @@ pub(super) fn write(mut sheet: Sheet<'_>, out: &OutArgs) -> Result<(), Failure> 
     if format == RecordFormat::Csv && out.json.is_none() {
         return stream(&mut sheet, target);
     }
+    if format == RecordFormat::Parquet && out.json.is_none() {
+        return parquet::stream(&mut sheet, target);
+    }
     let rows = collect(&mut sheet)?;
     if !json_alone {
         match format {
@@ -37,6 +41,7 @@ pub(super) fn write(mut sheet: Sheet<'_>, out: &OutArgs) -> Result<(), Failure> 
                 let bytes = wav(&sheet, &rows)?;
                 output::to_path(target, |out| out.write_all(&bytes))?;
             }
+            RecordFormat::Parquet => parquet::write(&sheet, &rows, target)?,
         }
     }
     if let Some(path) = &out.json {
@@ -51,8 +56,7 @@ fn by_ending(path: &Path) -> Result<RecordFormat, Failure> {
     match ending.as_deref() {
         Some("npy") => Ok(RecordFormat::Npy),
         Some("wav") => Ok(RecordFormat::Wav),
-        Some("parquet") => Err(Failure::new(format!("--out {}: Parquet is not written", path.display()))
-            .hint("name the file .csv, .npy or .wav")),
+        Some("parquet") => Ok(RecordFormat::Parquet),
         // Any other name is text, as it always was.
         _ => Ok(RecordFormat::Csv),
     }
@@ -60,40 +64,25 @@ fn by_ending(path: &Path) -> Result<RecordFormat, Failure> {
 
 /// CSV row by row: memory stays flat.
 fn stream(sheet: &mut Sheet<'_>, target: &Path) -> Result<(), Failure> {
-    let mut failed = None;
-    output::to_path(target, |out| {
-        csv_header(out, sheet)?;
-        let mut row = Vec::new();
-        for i in 0..sheet.rows {
-            row.clear();
-            match (sheet.fill)(i, &mut row) {
-                Ok(true) => csv_row(out, sheet, &row)?,
-                Ok(false) => {}
-                Err(e) => {
-                    failed = Some(e);
-                    break;
-                }
-            }
-        }
-        Ok(())
-    })?;
-    failed.map_or(Ok(()), Err)
+    let (name, mut out) = output::open(target)?;
+    let failed = |e: io::Error| Failure::writing(&name, &e);
+    csv_header(&mut out, sheet).map_err(failed)?;
+    sheet.for_each(|sheet, row| csv_row(&mut out, sheet, row).map_err(failed))?;
+    out.flush().map_err(failed)
 }
 
 fn collect(sheet: &mut Sheet<'_>) -> Result<Vec<f64>, Failure> {
-    let values = sheet.rows.saturating_mul(sheet.columns.len() as u64);
-    if values > MOST_VALUES {
-        return Err(Failure::new(format!("{values} values asked for, at most {MOST_VALUES} outside CSV"))
+    let mut all = Vec::new();
+    sheet.for_each(|_, row| {
+        if all.len() as u64 >= MOST_VALUES {
+            return Err(Failure::new(format!(
+                "more than {MOST_VALUES} values, which only CSV and Parquet take"
+            ))
             .hint("--duration or --rate-hz makes the record shorter"));
-    }
-    let mut all = Vec::with_capacity(values as usize);
-    let mut row = Vec::new();
-    for i in 0..sheet.rows {
-        row.clear();
-        if (sheet.fill)(i, &mut row)? {
-            all.extend_from_slice(&row);
         }
-    }
+        all.extend_from_slice(row);
+        Ok(())
+    })?;
     Ok(all)
 }
 
@@ -106,11 +95,7 @@ fn csv_header(out: &mut dyn Write, sheet: &Sheet<'_>) -> io::Result<()> {
         };
         writeln!(out, "# {name} = {}", format!("{value} {unit}").trim_end())?;
     }
-    let names: Vec<String> = sheet
-        .columns
-        .iter()
-        .map(|c| if c.unit.is_empty() { c.name.to_owned() } else { format!("{} ({})", c.name, c.unit) })
-        .collect();
+    let names: Vec<String> = sheet.columns.iter().map(Column::heading).collect();
     writeln!(out, "{}", names.join(","))
 }
 
@@ -186,6 +171,7 @@ fn as_json(sheet: &Sheet<'_>, rows: &[f64]) -> serde_json::Value {
         })
         .collect();
     json!({
+        "schema": "slipfit/simulate-1",
         "program": "slipfit",
         "version": env!("CARGO_PKG_VERSION"),
         "command": format!("simulate {}", sheet.command),

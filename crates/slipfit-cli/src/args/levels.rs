@@ -1,0 +1,97 @@
+//! `slipfit levels`.
+
+use super::curve::AnswerArgs;
+use super::ringdown::CalibrationArgs;
+use super::{Uncertain, positive};
+use clap::Args;
+use slipfit::levels::Options;
+use slipfit_io::LevelOptions;
+use std::path::PathBuf;
+
+const AFTER_HELP: &str = "\
+Examples:
+  slipfit levels levels.csv
+      threshold and slope; with drive and amplitude in one unit also Q and x_F
+  slipfit levels lockin.csv --drive 1 --amplitude 3 --drive-gain 2.4e-9±0.1e-9
+      a drive in volts, each 2.4 nm at the base
+  slipfit levels lockin.csv --q 9300±200 --frequency-hz 32757 --stiffness 12000
+      the same with Q from a ring-down, and forces";
+
+/// Sliding friction from amplitudes at resonance over the level of the drive.
+///
+/// Without sliding friction amplitude is proportional to drive; with it the
+/// line is the same but begins at a threshold 4F/(pi k), below which the mass
+/// sticks. Reads one row for each level, or a curve for each level, of which
+/// the largest amplitude is taken.
+#[derive(Debug, Args)]
+#[command(name = "levels", after_help = AFTER_HELP, after_long_help = AFTER_HELP)]
+pub(crate) struct LevelFitArgs {
+    /// The table: drive levels and amplitudes
+    #[arg(value_name = "FILE")]
+    pub(crate) file: PathBuf,
+
+    /// Column of the drive levels, by number (from 1) or name
+    #[arg(long, value_name = "COL", help_heading = "Reading")]
+    drive: Option<String>,
+
+    /// Column of the amplitudes
+    #[arg(long, value_name = "COL", help_heading = "Reading")]
+    amplitude: Option<String>,
+
+    /// Column of the standard errors of the amplitudes
+    #[arg(long, value_name = "COL", help_heading = "Reading")]
+    std_error: Option<String>,
+
+    /// Unit of the amplitudes, such as nm, V, dB
+    #[arg(long, value_name = "UNIT", help_heading = "Reading")]
+    unit: Option<String>,
+
+    /// Unit of the drive levels
+    #[arg(long, value_name = "UNIT", help_heading = "Reading")]
+    drive_unit: Option<String>,
+
+    /// Which of several sheets, variables or groups: name, part of it, or number
+    #[arg(long, value_name = "NAME", help_heading = "Reading")]
+    sheet: Option<String>,
+
+    /// Frequency of the resonance [Hz], for the decay rate
+    #[arg(long, value_name = "HZ", value_parser = positive, help_heading = "Analysis")]
+    frequency_hz: Option<f64>,
+
+    /// Drive amplitude at the base for one unit of the drive level, such as 2.4e-9±0.1e-9
+    #[arg(long, value_name = "G", conflicts_with = "q", help_heading = "Analysis")]
+    drive_gain: Option<Uncertain>,
+
+    /// Quality factor of the viscous loss, in place of --drive-gain
+    #[arg(long, value_name = "Q", help_heading = "Analysis")]
+    q: Option<Uncertain>,
+
+    #[command(flatten)]
+    pub(crate) calibration: CalibrationArgs,
+
+    #[command(flatten)]
+    pub(crate) out: AnswerArgs,
+}
+
+impl LevelFitArgs {
+    pub(crate) fn read_options(&self) -> LevelOptions {
+        LevelOptions {
+            drive: self.drive.clone(),
+            amplitude: self.amplitude.clone(),
+            std_error: self.std_error.clone(),
+            unit: self.unit.clone(),
+            drive_unit: self.drive_unit.clone(),
+            sheet: self.sheet.clone(),
+        }
+    }
+
+    pub(crate) fn options(&self) -> Options {
+        let pair = |u: Option<Uncertain>| u.map(|u| [u.value, u.std_error]);
+        let mut options = Options::default();
+        options.frequency_hz = self.frequency_hz;
+        options.drive_gain = pair(self.drive_gain);
+        options.q_factor = pair(self.q);
+        options.calibration = self.calibration.constant();
+        options
+    }
+}

@@ -1,0 +1,117 @@
+//! How a file is read, where it does not say so itself.
+
+use super::positive;
+use clap::{Args, ValueEnum};
+use slipfit::SignalKind;
+use slipfit_io::ReadOptions;
+
+// A doc comment here would replace that of the command.
+#[derive(Debug, Clone, Default, Args)]
+pub(crate) struct ReadingArgs {
+    /// Column of the times, by number (from 1) or name
+    #[arg(long, value_name = "COL", help_heading = "Reading")]
+    pub(crate) time: Option<String>,
+
+    /// Column of the signal (of a lock-in: its X output)
+    #[arg(long, value_name = "COL", help_heading = "Reading")]
+    pub(crate) signal: Option<String>,
+
+    /// Column of a lock-in's Y output
+    #[arg(long, value_name = "COL", help_heading = "Reading")]
+    pub(crate) quadrature: Option<String>,
+
+    /// Unit of the times: s, ms, us, ns, min, h, or the rate of a clock whose ticks they are, such as 60MHz
+    #[arg(long, value_name = "UNIT", help_heading = "Reading")]
+    pub(crate) time_unit: Option<String>,
+
+    /// Unit of the signal, such as rad, deg, mm, V, dBm
+    #[arg(long, value_name = "UNIT", help_heading = "Reading")]
+    pub(crate) unit: Option<String>,
+
+    /// What the signal is
+    #[arg(long, value_enum, value_name = "KIND", help_heading = "Reading", hide_possible_values = false)]
+    pub(crate) kind: Option<Kind>,
+
+    /// Samples per second, where the file has no times
+    #[arg(long, value_name = "RATE", value_parser = positive, help_heading = "Reading")]
+    pub(crate) rate_hz: Option<f64>,
+
+    /// Which sheet, variable, group or track of the file, by name or number
+    #[arg(long, value_name = "NAME", visible_aliases = ["variable", "group", "track"], help_heading = "Reading")]
+    pub(crate) sheet: Option<String>,
+
+    /// Which of several tables side by side, from 1
+    #[arg(long, value_name = "N", help_heading = "Reading")]
+    pub(crate) part: Option<usize>,
+
+    /// Which of several runs in groups of columns, from 1
+    #[arg(long, value_name = "N", help_heading = "Reading")]
+    pub(crate) run: Option<usize>,
+}
+
+#[derive(Debug, Clone, Copy, PartialEq, Eq, ValueEnum)]
+pub(crate) enum Kind {
+    /// Position or angle
+    Displacement,
+    /// Its first derivative
+    Velocity,
+    /// Its second derivative
+    Acceleration,
+    /// Amplitude of the oscillation
+    Envelope,
+    /// X and Y outputs of a lock-in
+    LockIn,
+}
+
+impl From<Kind> for SignalKind {
+    fn from(kind: Kind) -> Self {
+        match kind {
+            Kind::Displacement => Self::Displacement,
+            Kind::Velocity => Self::Velocity,
+            Kind::Acceleration => Self::Acceleration,
+            Kind::Envelope => Self::Envelope,
+            Kind::LockIn => Self::LockIn,
+        }
+    }
+}
+
+impl ReadingArgs {
+    pub(crate) fn options(&self) -> ReadOptions {
+        ReadOptions {
+            time: self.time.clone(),
+            signal: self.signal.clone(),
+            quadrature: self.quadrature.clone(),
+            time_unit: self.time_unit.clone(),
+            signal_unit: self.unit.clone(),
+            kind: self.kind.map(Into::into),
+            rate_hz: self.rate_hz,
+            sheet: self.sheet.clone(),
+            table: self.part,
+            run: self.run,
+        }
+    }
+
+    /// The flags as they were typed, for a command that goes on from here.
+    pub(crate) fn as_flags(&self) -> String {
+        let quoted = |text: &String| {
+            let plain = !text.is_empty() && text.chars().all(|c| c.is_alphanumeric() || "._-/".contains(c));
+            if plain { text.clone() } else { format!("\"{text}\"") }
+        };
+        let number = |n: Option<usize>| n.map(|n| n.to_string());
+        [
+            ("--time", self.time.as_ref().map(quoted)),
+            ("--signal", self.signal.as_ref().map(quoted)),
+            ("--quadrature", self.quadrature.as_ref().map(quoted)),
+            ("--time-unit", self.time_unit.as_ref().map(quoted)),
+            ("--unit", self.unit.as_ref().map(quoted)),
+            ("--kind", self.kind.and_then(|k| k.to_possible_value()).map(|k| k.get_name().to_owned())),
+            ("--rate-hz", self.rate_hz.map(|r| r.to_string())),
+            ("--sheet", self.sheet.as_ref().map(quoted)),
+            ("--part", number(self.part)),
+            ("--run", number(self.run)),
+        ]
+        .into_iter()
+        .filter_map(|(flag, value)| Some(format!(" {flag} {}", value?)))
+        .collect()
+    }
+}

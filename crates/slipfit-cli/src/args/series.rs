@@ -1,0 +1,63 @@
+//! `slipfit series`.
+
+use clap::Args;
+use std::path::PathBuf;
+
+const AFTER_HELP: &str = "\
+Examples:
+  slipfit series brake.toml
+      friction and damping at each condition, by ring-down and by resonance
+  slipfit series brake.toml --latex table.tex --plot table.svg
+      the table for a paper, and its picture
+
+The manifest, in short (docs/series.md has it whole):
+
+  stiffness = \"12000±300\"        # or mass, torsion_stiffness, inertia; forces in newtons
+  shared = [\"natural_frequency\", \"drive_amplitude\"]
+
+  [[measurement]]
+  ringdown = \"free.csv\"          # or sweep = , levels =
+  condition = \"400 mA\"";
+
+/// Friction and damping of one oscillator from several measurements.
+///
+/// Ring-downs, sweeps and level sweeps, each under a condition (a load, a
+/// current, a pressure), are analysed alone and together. The answer is the
+/// table of the paper: friction and damping at each condition by ring-down and
+/// by resonance, and whether the two agree; and, where the condition is a load,
+/// friction against it.
+#[derive(Debug, Args)]
+#[command(after_help = AFTER_HELP, after_long_help = AFTER_HELP)]
+pub(crate) struct SeriesArgs {
+    /// The list of measurements, a TOML file
+    #[arg(value_name = "MANIFEST")]
+    pub(crate) manifest: PathBuf,
+
+    /// Write the whole answer as JSON, `-` for standard output
+    #[arg(long, value_name = "PATH", help_heading = "Output")]
+    pub(crate) json: Option<PathBuf>,
+
+    /// Write the table as CSV, `-` for standard output
+    #[arg(long, value_name = "PATH", help_heading = "Output")]
+    pub(crate) csv: Option<PathBuf>,
+
+    /// Write the table as Markdown, `-` for standard output
+    #[arg(long, value_name = "PATH", help_heading = "Output")]
+    pub(crate) markdown: Option<PathBuf>,
+
+    /// Write the table as LaTeX, `-` for standard output
+    #[arg(long, value_name = "PATH", help_heading = "Output")]
+    pub(crate) latex: Option<PathBuf>,
+
+    /// Draw friction and damping against the condition; .svg or .png
+    #[arg(long, value_name = "FILE", help_heading = "Output")]
+    pub(crate) plot: Option<PathBuf>,
+
+    /// Exit with status 1 on any warning
+    #[arg(long, help_heading = "Output")]
+    pub(crate) strict: bool,
+
+    /// Print nothing but errors
+    #[arg(long, short, help_heading = "Output")]
+    pub(crate) quiet: bool,
+}

@@ -1,0 +1,135 @@
+//! Rows as a table in the form that the name of the file asks for.
+
+use super::row::Row;
+use crate::failure::Failure;
+use slipfit::format::plain;
+use std::fmt::Write as _;
+use std::path::Path;
+
+/// A form of table.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub(crate) enum Form {
+    Csv,
+    Json,
+    Markdown,
+    Latex,
+}
+
+impl Form {
+    /// By the ending of a file's name.
+    pub(crate) fn of(path: &Path) -> Result<Self, Failure> {
+        match path.extension().and_then(|e| e.to_str()).map(str::to_ascii_lowercase).as_deref() {
+            Some("csv") => Ok(Self::Csv),
+            Some("json") => Ok(Self::Json),
+            Some("md") => Ok(Self::Markdown),
+            Some("tex") => Ok(Self::Latex),
+            _ => Err(Failure::new(format!("--table {}: unknown ending", path.display()))
+                .hint("a table is written as .csv, .json, .md or .tex")),
+        }
+    }
+
+    pub(crate) fn render(self, rows: &[Row]) -> Result<Vec<u8>, Failure> {
+        let failed = |e: &dyn std::fmt::Display| Failure::new(format!("--table: {e}"));
+        match self {
+            Self::Csv => {
+                let mut writer = csv::Writer::from_writer(Vec::new());
+                rows.iter().try_for_each(|r| writer.serialize(r)).map_err(|e| failed(&e))?;
+                writer.into_inner().map_err(|e| failed(&e))
+            }
+            Self::Json => {
+                let mut text = serde_json::to_vec_pretty(rows).map_err(|e| failed(&e))?;
+                text.push(b'\n');
+                Ok(text)
+            }
+            Self::Markdown => Ok(markdown(rows).into_bytes()),
+            Self::Latex => Ok(latex(rows).into_bytes()),
+        }
+    }
+}
+
+const HEADINGS: [&str; 7] =
+    ["file", "status", "model", "frequency", "decay rate", "friction displacement", "reason"];
+
+/// The cells a person reads: value and 95 % interval.
+fn cells(row: &Row) -> [String; 7] {
+    let number = |v: Option<f64>, unit: &str| v.map(|v| plain(v, 4, unit)).unwrap_or_default();
+    let ranged = |v: Option<f64>, low: Option<f64>, high: Option<f64>, unit: &str| match (v, low, high) {
+        (Some(_), Some(low), Some(high)) => {
+            format!("{} ({} to {})", number(v, unit), plain(low, 3, ""), plain(high, 3, ""))
+        }
+        _ => number(v, unit),
+    };
+    [
+        row.file.clone(),
+        row.status.clone(),
+        row.model.clone(),
+        number(row.frequency_hz, "Hz"),
+        ranged(row.decay_rate_per_s, row.decay_rate_low_per_s, row.decay_rate_high_per_s, "1/s"),
+        ranged(
+            row.friction_displacement,
+            row.friction_displacement_low,
+            row.friction_displacement_high,
+            &row.unit,
+        ),
+        row.reason.clone(),
+    ]
+}
+
+/// A table in Markdown.
+pub(crate) fn markdown(rows: &[Row]) -> String {
+    let mut text = format!("| {} |\n|{}\n", HEADINGS.join(" | "), "---|".repeat(HEADINGS.len()));
+    for row in rows {
+        let cells = cells(row).map(|c| c.replace('|', "\\|").replace('\n', " "));
+        let _ = writeln!(text, "| {} |", cells.join(" | "));
+    }
+    text
+}
+
+fn latex(rows: &[Row]) -> String {
+    let mut text = format!("\\begin{{tabular}}{{{}}}\n", "l".repeat(HEADINGS.len()));
+    let _ = writeln!(text, "{} \\\\ \\hline", HEADINGS.join(" & "));
+    for row in rows {
+        let _ = writeln!(text, "{} \\\\", cells(row).map(|c| escaped(&c)).join(" & "));
+    }
+    text.push_str("\\end{tabular}\n");
+    text
+}
+
+/// Text in which LaTeX sees no commands.
+fn escaped(text: &str) -> String {
+    let mut out = String::with_capacity(text.len());
+    for c in text.chars() {
+        match c {
+            '\\' => out.push_str("\\textbackslash{}"),
+            '~' => out.push_str("\\textasciitilde{}"),
+            '^' => out.push_str("\\textasciicircum{}"),
+            '&' | '%' | '$' | '#' | '_' | '{' | '}' => out.extend(['\\', c]),
+            other => out.push(other),
+        }
+    }
+    out
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn marks_of_the_language_are_escaped() {
+        let row = Row {
+            file: "a|b_%.csv".into(),
+            status: "failed".into(),
+            reason: "x & y".into(),
+            ..Row::default()
+        };
+        assert!(markdown(std::slice::from_ref(&row)).contains("a\\|b_%.csv"));
+        let text = latex(&[row]);
+        assert!(text.contains("a|b\\_\\%.csv & failed") && text.contains("x \\& y"), "{text}");
+    }
+
+    #[test]
+    fn the_ending_names_the_form() {
+        assert_eq!(Form::of(Path::new("a.TEX")).ok(), Some(Form::Latex));
+        assert!(Form::of(Path::new("a.doc")).is_err() && Form::of(Path::new("a")).is_err());
+    }
+}

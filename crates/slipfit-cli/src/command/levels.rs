@@ -1,0 +1,48 @@
+//! `slipfit levels`: amplitude at resonance over the level of the drive.
+
+use super::resonance::{Faces, show};
+use super::ringdown::check_calibration;
+use crate::args::LevelFitArgs;
+use crate::failure::{Failure, warning_line};
+use crate::{csv, json, plot, report};
+use anstream::ColorChoice;
+use slipfit::levels::{Answer, Options, analyse};
+use slipfit_io::{LevelReading, read_levels};
+use std::process::ExitCode;
+
+/// Levels, what was asked of them, and what they answered.
+pub(crate) struct AnalysedLevels<'a> {
+    pub(crate) reading: &'a LevelReading,
+    pub(crate) options: &'a Options,
+    pub(crate) answer: &'a Answer,
+}
+
+pub(crate) fn run(args: &LevelFitArgs, color: ColorChoice) -> Result<ExitCode, Failure> {
+    let plot_format = args.out.plot.as_deref().map(plot::Format::of).transpose()?;
+    let (reading, options) = prepare(args)?;
+    let answer = analyse(&reading.levels, &options).map_err(|e| Failure::analysing_curve(&args.file, &e))?;
+    let analysed = AnalysedLevels { reading: &reading, options: &options, answer: &answer };
+    let picture = plot_format.map(|format| plot::levels(&analysed, format)).transpose()?;
+    let faces = Faces {
+        picture,
+        csv: &|out| csv::levels(out, &analysed),
+        json: &|out| json::levels(out, &analysed),
+        report: &|written| report::levels(&analysed, written),
+        warnings: answer.warnings.iter().map(|w| warning_line(&w.to_string())).collect(),
+    };
+    show(&args.out, &faces, color)
+}
+
+/// Reads what an analysis needs.
+pub(crate) fn prepare(args: &LevelFitArgs) -> Result<(LevelReading, Options), Failure> {
+    let reading = read_levels(&args.file, &args.read_options())?;
+    check_calibration(args.calibration.flag(), reading.levels.unit())?;
+    let mut options = args.options();
+    // Simulated levels name the frequency they stand at.
+    let named = reading.named_values.iter().find(|(name, _)| name == "drive_frequency_hz");
+    if options.frequency_hz.is_none() {
+        options.frequency_hz =
+            named.and_then(|(_, value)| value.parse().ok()).filter(|f: &f64| f.is_finite() && *f > 0.0);
+    }
+    Ok((reading, options))
+}

@@ -1,0 +1,179 @@
+//! A file at a glance.
+
+use super::account;
+use super::table::{Align, columns};
+use super::{ANSWER, DIM, HEADING, WIDTH, labelled};
+use crate::command::inspect::Inspected;
+use crate::plot::terminal;
+use slipfit::format::plain;
+use slipfit_io::{Delimiter, Dialect, ReadProblem, Reading, Table};
+use std::fmt::Write as _;
+
+/// Tables and columns shown before the rest is only counted.
+const MOST_TABLES: usize = 8;
+const MOST_COLUMNS: usize = 16;
+
+/// What a file holds, how it would be read and the command for it.
+pub(crate) fn inspect(inspected: &Inspected<'_>) -> String {
+    let tables = inspected.tables;
+    let mut text = format!("{ANSWER}{}{ANSWER:#}\n", inspected.file.display());
+    text += &labelled("format", &format!("{}; {}", format_name(inspected), size(tables.bytes)));
+    for table in tables.tables.iter().take(MOST_TABLES) {
+        text += &one_table(table, tables.tables.len() > 1);
+    }
+    if tables.tables.len() > MOST_TABLES {
+        text += &labelled("", &format!("and {} further tables", tables.tables.len() - MOST_TABLES));
+    }
+    if !inspected.lines.is_empty() {
+        text.push('\n');
+        for line in inspected.lines {
+            let _ = writeln!(text, "  {DIM}{}{DIM:#}", clipped(line, WIDTH - 2));
+        }
+    }
+    text.push('\n');
+    match inspected.reading {
+        Ok(reading) => {
+            text += &account::reading(reading);
+            text += &picture(reading);
+        }
+        Err(error) => {
+            text += &labelled("record", &format!("none: {}", error.problem));
+            if let Some(hint) = error.hint() {
+                text += &labelled("", &hint);
+            }
+        }
+    }
+    let _ = writeln!(text, "\n> {}", command(inspected));
+    text
+}
+
+fn format_name(inspected: &Inspected<'_>) -> String {
+    let name = inspected.tables.format.name();
+    let name = name.strip_prefix("a ").or_else(|| name.strip_prefix("an ")).unwrap_or(name);
+    match &inspected.tables.dialect {
+        Some(dialect) => dialect_name(name, dialect),
+        None => name.to_owned(),
+    }
+}
+
+fn dialect_name(name: &str, dialect: &Dialect) -> String {
+    let cells = match dialect.delimiter {
+        Delimiter::Comma => "commas between cells",
+        Delimiter::Semicolon => "semicolons between cells",
+        Delimiter::Tab => "tabs between cells",
+        Delimiter::Bar => "bars between cells",
+        Delimiter::Blanks => "blanks between cells",
+        _ => "one cell a row",
+    };
+    let decimal = if dialect.decimal == slipfit_io::Decimal::Comma { ", decimal comma" } else { "" };
+    let writer = dialect.convention.map(|w| format!(" as {w} writes it")).unwrap_or_default();
+    format!("{name}{writer}, {cells}{decimal}, {}", dialect.encoding)
+}
+
+fn size(bytes: u64) -> String {
+    match bytes {
+        0..1000 => format!("{bytes} bytes"),
+        1000..1_000_000 => format!("{:.1} kB", bytes as f64 / 1e3),
+        1_000_000..1_000_000_000 => format!("{:.1} MB", bytes as f64 / 1e6),
+        _ => format!("{:.2} GB", bytes as f64 / 1e9),
+    }
+}
+
+/// The columns of a table with their units, first and last values.
+fn one_table(table: &Table, several: bool) -> String {
+    let mut rows =
+        vec![["#", "column", "unit", "first", "last", "least", "greatest"].map(str::to_owned).to_vec()];
+    for (i, column) in table.columns.iter().enumerate().take(MOST_COLUMNS) {
+        let finite = || column.values.iter().copied().filter(|v| v.is_finite());
+        let number = |v: Option<f64>| v.map_or_else(|| "–".to_owned(), |v| plain(v, 4, ""));
+        rows.push(vec![
+            (i + 1).to_string(),
+            clipped(if column.header.is_empty() { "–" } else { &column.header }, 24),
+            clipped(if column.unit.is_empty() { "–" } else { &column.unit }, 8),
+            number(finite().next()),
+            number(finite().next_back()),
+            number(finite().reduce(f64::min)),
+            number(finite().reduce(f64::max)),
+        ]);
+    }
+    let align =
+        [Align::Right, Align::Left, Align::Left, Align::Right, Align::Right, Align::Right, Align::Right];
+    let first = if table.cut { "first " } else { "" };
+    let rate = table.rate_hz.map(|r| format!(", {}", plain(r, 6, "Hz"))).unwrap_or_default();
+    let counted = format!("{first}{} rows, {} columns{rate}", table.rows(), table.columns.len());
+    let title = if several { format!("`{}`: {counted}", table.name) } else { counted };
+    let mut text = labelled("table", &title);
+    for (i, line) in columns(&rows, &align).iter().enumerate() {
+        let line = clipped(line, WIDTH - 4);
+        match i {
+            0 => {
+                let _ = writeln!(text, "    {HEADING}{line}{HEADING:#}");
+            }
+            _ => {
+                let _ = writeln!(text, "    {line}");
+            }
+        }
+    }
+    if table.columns.len() > MOST_COLUMNS {
+        let _ = writeln!(text, "    and {} further columns", table.columns.len() - MOST_COLUMNS);
+    }
+    text
+}
+
+/// The signal over time, as small as it can be.
+fn picture(reading: &Reading) -> String {
+    let record = &reading.record;
+    let points = (0..record.len()).map(|i| (record.time_s(i), record.signal()[i]));
+    let Some((lines, [low, high])) = terminal::plot(points) else { return String::new() };
+    let labels = [plain(high, 3, record.unit()), plain(low, 3, record.unit())];
+    let mut text = String::from("\n");
+    for (i, line) in lines.iter().enumerate() {
+        let label = match i {
+            0 => labels[0].as_str(),
+            i if i + 1 == lines.len() => labels[1].as_str(),
+            _ => "",
+        };
+        let _ = writeln!(text, "{:>12} {line}", clipped(label, 12));
+    }
+    let (start, end) = (plain(record.time_s(0), 4, "s"), plain(record.time_s(record.len() - 1), 4, "s"));
+    let blanks = 66_usize.saturating_sub(start.chars().count() + end.chars().count());
+    let _ = writeln!(text, "{:13}{start}{:blanks$}{end}", "", "");
+    text
+}
+
+/// What to type next.
+fn command(inspected: &Inspected<'_>) -> String {
+    let sweep = inspected.reading.is_err() && inspected.tables.tables.iter().any(Table::is_sweep);
+    let verb = if sweep { "resonance" } else { "ringdown" };
+    let path = inspected.file.display().to_string();
+    let plain = path.chars().all(|c| c.is_alphanumeric() || "./_-\\:".contains(c));
+    let path = if plain { path } else { format!("\"{path}\"") };
+    let mut text = format!("slipfit {verb} {path}{}", inspected.flags);
+    if let Err(error) = inspected.reading
+        && !sweep
+    {
+        // What is missing stands in capitals where the file does not suggest it.
+        text += &match &error.problem {
+            ReadProblem::NoTime { rate_hz, .. } => {
+                format!(" --rate-hz {}", rate_hz.map_or_else(|| "RATE".to_owned(), |r| r.to_string()))
+            }
+            ReadProblem::NoTickRate { .. } => " --time-unit CLOCK".to_owned(),
+            ReadProblem::SeveralTables { .. } => {
+                let first = inspected.tables.tables.first().map_or("NAME", |t| t.name.as_str());
+                format!(" --sheet \"{first}\"")
+            }
+            _ => String::new(),
+        };
+    }
+    text
+}
+
+/// Text of at most so many characters.
+fn clipped(text: &str, most: usize) -> String {
+    if text.chars().count() <= most {
+        return text.to_owned();
+    }
+    let mut short: String = text.chars().take(most.saturating_sub(1)).collect();
+    short.push('…');
+    short
+}

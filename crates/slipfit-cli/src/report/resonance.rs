@@ -1,0 +1,297 @@
+//! The answer to a resonance curve on one screen.
+
+use super::account::column;
+use super::ringdown::{absent_row, bic, headed, interval, label, relative, significant};
+use super::table::{Align, columns};
+use super::{ANSWER, CHOSEN, DIM, HEADING, WIDTH, labelled, wrap};
+use crate::command::resonance::AnalysedCurve;
+use slipfit::Quantity;
+use slipfit::format::{Rounded, Scale, p_value, plain};
+use slipfit::resonance::{Answer, Candidate, DriveSource, Method, RunDirection};
+use slipfit_io::{Skipped, SweepReading};
+use std::fmt::Write as _;
+use std::path::Path;
+
+/// The whole report, styled.
+pub(crate) fn resonance(analysed: &AnalysedCurve<'_>, written: &[&Path]) -> String {
+    let answer = analysed.answer;
+    let mut text = String::new();
+    for line in wrap(&answer.sentence(), WIDTH) {
+        let _ = writeln!(text, "{ANSWER}{line}{ANSWER:#}");
+    }
+    text.push('\n');
+    text += &parameters(answer);
+    text.push('\n');
+    text += &models(answer);
+    text.push('\n');
+    text += &account(analysed);
+    if !written.is_empty() {
+        let names: Vec<String> = written.iter().map(|p| p.display().to_string()).collect();
+        text += &labelled("wrote", &names.join(", "));
+    }
+    text
+}
+
+fn parameters(answer: &Answer) -> String {
+    let told = |name: &str, q: &Quantity| match name {
+        "drag_rate" | "duffing" => q.value != 0.0,
+        _ => q.value.is_finite(),
+    };
+    let rows: Vec<Vec<String>> = answer
+        .parameters
+        .iter()
+        .filter(|p| told(p.name, &p.quantity))
+        .map(|p| {
+            let (words, symbol) = label(p.name);
+            if is_absent(answer, p.name) {
+                return absent_row(words, symbol, &p.quantity);
+            }
+            quantity_row(words, symbol, &p.quantity)
+        })
+        .collect();
+    let left = Align::Left;
+    let align = [left, left, Align::Right, left, left, left];
+    columns(&rows, &align).iter().map(|line| format!("  {line}\n")).collect()
+}
+
+/// A parameter with its uncertainty, for the columns of a report.
+pub(super) fn quantity_row(words: String, symbol: &str, q: &Quantity) -> Vec<String> {
+    let shown = Rounded::new(q.value, q.std_error, &q.unit);
+    vec![
+        words,
+        symbol.to_owned(),
+        shown.value(),
+        shown.uncertainty().map_or_else(String::new, |u| format!("± {u}")),
+        shown.scale.unit.clone(),
+        format!("{:>8}  {}", relative(q), interval(q, &shown)).trim_end().to_owned(),
+    ]
+}
+
+/// Whether the model reported has no such term.
+fn is_absent(answer: &Answer, name: &str) -> bool {
+    match name {
+        "friction_displacement" | "coulomb_force" | "friction_ratio" => !answer.model.has_sliding(),
+        "decay_rate_per_s" | "viscous_coefficient" | "q_factor" => !answer.model.has_viscous(),
+        _ => false,
+    }
+}
+
+fn models(answer: &Answer) -> String {
+    let unit = &answer.unit;
+    let most = |of: fn(&Candidate) -> f64| {
+        answer.comparison.iter().map(of).filter(|v| v.is_finite()).fold(0.0, f64::max)
+    };
+    let rms = Scale::for_size(most(|c| c.rms), unit);
+    let x_f = Scale::for_size(most(|c| c.friction_displacement), unit);
+    let x_0 = Scale::for_size(most(|c| c.drive_amplitude), unit);
+    let drag = answer.comparison.iter().any(|c| c.model.has_drag());
+    let mut head = vec![
+        "model".to_owned(),
+        "ΔBIC".to_owned(),
+        headed("rms", &rms),
+        headed("δ", &Scale::for_size(1.0, "1/s")),
+        headed("x_F", &x_f),
+        headed("x₀", &x_0),
+    ];
+    head.push(if drag { "a₂".to_owned() } else { String::new() });
+    let mut rows = vec![head];
+    for c in &answer.comparison {
+        let settled = if c.converged { "" } else { " *" };
+        let term = |has: bool, name: &str, value: f64, scale: f64| match has {
+            false => "-".to_owned(),
+            true if c.at_limit == Some(name) => "at 0".to_owned(),
+            true => significant(value * scale, 3),
+        };
+        let m = c.model;
+        rows.push(vec![
+            format!("{m}{settled}"),
+            bic(c.delta_bic),
+            significant(c.rms * rms.factor, 3),
+            term(m.has_viscous(), "decay_rate_per_s", c.decay_rate_per_s, 1.0),
+            term(m.has_sliding(), "friction_displacement", c.friction_displacement, x_f.factor),
+            significant(c.drive_amplitude * x_0.factor, 3),
+            if drag { term(m.has_drag(), "drag_rate", c.drag_rate, 1.0) } else { String::new() },
+        ]);
+    }
+    let right = Align::Right;
+    let lines = columns(&rows, &[Align::Left, right, right, right, right, right, right]);
+    let styled = lines.iter().enumerate().map(|(i, line)| {
+        let chosen = i.checked_sub(1).is_some_and(|i| answer.comparison[i].model == answer.model);
+        match (i, chosen) {
+            (0, _) => format!("  {HEADING}{line}{HEADING:#}\n"),
+            (_, true) => format!("{CHOSEN}> {line}{CHOSEN:#}\n"),
+            _ => format!("  {DIM}{line}{DIM:#}\n"),
+        }
+    });
+    let mut text: String = styled.collect();
+    if answer.comparison.iter().any(|c| !c.converged) {
+        text += &format!("  {DIM}* the fit did not settle to its tolerance{DIM:#}\n");
+    }
+    text
+}
+
+/// Where the answer comes from.
+fn account(analysed: &AnalysedCurve<'_>) -> String {
+    let answer = analysed.answer;
+    let mut text = source("read", analysed.reading);
+    if let Some(reference) = analysed.reference {
+        text += &labelled("against", &read_line(reference));
+    }
+    let method = match answer.method {
+        Method::Exact => "exact fundamental",
+        Method::Leading => "leading term, eq. (8)",
+        Method::Paper => "effective Lorentzian of the paper, eq. (14)",
+        _ => "another way",
+    };
+    let drive = match answer.drive_source {
+        DriveSource::Known => "x₀ as given",
+        DriveSource::Reference => "x₀ from the reference",
+        DriveSource::Shape => "x₀ from the shape alone",
+        _ => "x₀ unknown",
+    };
+    let d = &answer.diagnostics;
+    let mut left = Vec::new();
+    if d.outside_band > 0 {
+        left.push(format!("{} outside the band", d.outside_band));
+    }
+    if d.left_out > 0 {
+        left.push(format!("{} far off left out", d.left_out));
+    }
+    let left = if left.is_empty() { String::new() } else { format!(" ({})", left.join(", ")) };
+    let stops = match d.points_with_stops {
+        0 => String::new(),
+        n => format!("; {n} points with stops in the cycle"),
+    };
+    text += &labelled(
+        "fit",
+        &format!(
+            "{method}, {drive}; {} points{left}, {} within the line, over {:.1} line widths; noise {}, {:.0} dB below \
+             the peak; residuals {:.2} times what noise gives{stops}",
+            d.points,
+            d.points_in_line,
+            d.line_widths,
+            plain(d.noise_rms, 2, &answer.unit),
+            d.signal_to_noise_db,
+            d.residual_excess.max(0.0).sqrt()
+        ),
+    );
+    text += &instrument(answer);
+    if let Some(line) = &answer.force_line {
+        let (x_f, delta) = (&line.friction_displacement, &line.decay_rate_per_s);
+        text += &labelled(
+            "model-",
+            &format!(
+                "free: the forces of {} points give x_F = {}, δ = {} (chi square {:.2} a degree of freedom)",
+                line.points,
+                Rounded::new(x_f.value, x_f.std_error, &x_f.unit),
+                Rounded::new(delta.value, delta.std_error, &delta.unit),
+                line.reduced_chi_square
+            ),
+        );
+    }
+    text += &paper(answer);
+    text
+}
+
+fn instrument(answer: &Answer) -> String {
+    let i = &answer.instrument;
+    let mut said = Vec::new();
+    if let Some(q) = &i.phase_offset_rad {
+        said.push(format!("phase offset {}", Rounded::new(q.value, q.std_error, &q.unit)));
+    }
+    if let Some(q) = &i.delay_s {
+        said.push(format!("delay {}", Rounded::new(q.value, q.std_error, &q.unit)));
+    }
+    if let Some([re, im]) = &i.background {
+        let show = |q: &Quantity| Rounded::new(q.value, q.std_error, &q.unit).to_string();
+        said.push(format!("background {} and {} in quadrature", show(re), show(im)));
+    }
+    if i.phase_was_conjugated {
+        said.push("phases turned over".to_owned());
+    }
+    if said.is_empty() { String::new() } else { labelled("besides", &said.join(", ")) }
+}
+
+fn paper(answer: &Answer) -> String {
+    let Some(p) = &answer.paper else { return String::new() };
+    let mut text = format!("a Lorentzian of Q_f = {}", plain(p.effective_q_factor, 4, ""));
+    if let (Some(q), Some(x_f)) = (p.q_factor, p.friction_displacement) {
+        let _ = write!(
+            text,
+            ", inverted with a = 4/3: Q = {}, x_F = {}",
+            plain(q, 4, ""),
+            plain(x_f, 3, &answer.unit)
+        );
+        if let (Some(dq), Some(df)) = (p.q_factor_bias, p.friction_bias) {
+            let _ = write!(
+                text,
+                "; on a curve like this it is off by {:+.0} % in Q, {:+.0} % in friction",
+                100.0 * dq,
+                100.0 * df
+            );
+        }
+    }
+    labelled("paper", &text)
+}
+
+/// What was read and how.
+pub(super) fn source(word: &str, reading: &SweepReading) -> String {
+    let report = &reading.report;
+    let mut text = labelled(word, &read_line(reading));
+    for (what, taken) in &report.taken {
+        let what = match *what {
+            "frequency" => "freq",
+            "amplitude" => "ampl",
+            "imaginary" => "imag",
+            "std_error" => "error",
+            "conductance" => "conduct",
+            "susceptance" => "suscept",
+            "resistance" => "resist",
+            "reactance" => "react",
+            "response" => "signal",
+            other => other,
+        };
+        text += &labelled(what, &column(taken));
+    }
+    for note in &report.notes {
+        text += &labelled("note", note);
+    }
+    text
+}
+
+fn read_line(reading: &SweepReading) -> String {
+    let report = &reading.report;
+    let what = if report.runs.is_empty() { "rows" } else { "records" };
+    let mut text = format!("{}: {} {what}", report.path, report.rows_read);
+    if !report.skipped.is_empty() {
+        let reason = |s: &Skipped| format!("{} {}, first in row {}", s.rows, s.reason, s.first_row);
+        let _ =
+            write!(text, "; skipped {}", report.skipped.iter().map(reason).collect::<Vec<_>>().join("; "));
+    }
+    let runs = reading.curve.runs();
+    if runs.len() > 1 || runs.iter().any(|r| r.direction != RunDirection::Up) {
+        let count = |direction| runs.iter().filter(|r| r.direction == direction).count();
+        let (up, down, mixed) =
+            (count(RunDirection::Up), count(RunDirection::Down), count(RunDirection::Unordered));
+        let mut parts = Vec::new();
+        if up > 0 {
+            parts.push(format!("{up} up"));
+        }
+        if down > 0 {
+            parts.push(format!("{down} down"));
+        }
+        if mixed > 0 {
+            parts.push("in no order".to_owned());
+        }
+        let _ = write!(text, "; swept {}", parts.join(", "));
+    }
+    if report.column_runs > 1 {
+        let _ = write!(text, "; curve {} of {} (--run)", report.column_run, report.column_runs);
+    }
+    text
+}
+
+/// Evidence for sliding friction, for sentences of tables.
+pub(super) fn p_words(p: f64) -> String {
+    p_value(p)
+}

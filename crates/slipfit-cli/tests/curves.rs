@@ -1,0 +1,255 @@
+//! Resonance curves, drive levels and series from the command line.
+#![allow(clippy::unwrap_used, reason = "a failed unwrap fails the test, as it should")]
+
+mod common;
+
+use common::{example, root, slipfit, stdout};
+use serde_json::Value;
+use std::path::Path;
+
+fn schema(name: &str) -> Value {
+    let path = root().join(format!("docs/schema/{name}-1.json"));
+    serde_json::from_str(&std::fs::read_to_string(path).unwrap()).unwrap()
+}
+
+fn json(args: &[&str], file: &Path) -> Value {
+    let text = stdout(slipfit().args(&args[..1]).arg(file).args(&args[1..]).args(["--json", "-"]));
+    serde_json::from_str(&text).unwrap_or_else(|e| panic!("{args:?}: {e}\n{text}"))
+}
+
+fn keeps(answer: &Value, name: &str) {
+    let schema = schema(name);
+    let validator = jsonschema::draft202012::new(&schema).unwrap();
+    let errors: Vec<String> =
+        validator.iter_errors(answer).map(|e| format!("{}: {e}", e.instance_path())).collect();
+    assert!(errors.is_empty(), "{errors:#?}");
+    described(answer, &schema, &schema, "");
+}
+
+/// Every key written is described.
+fn described(value: &Value, schema: &Value, root: &Value, path: &str) {
+    let schema = match schema.get("$ref").and_then(Value::as_str) {
+        Some(reference) => root.pointer(reference.trim_start_matches('#')).unwrap(),
+        None => schema,
+    };
+    let schema = schema.get("anyOf").and_then(|any| any.get(0)).unwrap_or(schema);
+    if schema.get("$ref").is_some() {
+        return described(value, schema, root, path);
+    }
+    match value {
+        Value::Object(map) => {
+            for (key, inner) in map {
+                let path = format!("{path}/{key}");
+                let of = schema.get("properties").and_then(|p| p.get(key));
+                let of = of.or_else(|| schema.get("additionalProperties"));
+                described(inner, of.unwrap_or_else(|| panic!("{path} is not in the schema")), root, &path);
+            }
+        }
+        Value::Array(list) => {
+            for inner in list {
+                described(inner, schema.get("items").unwrap_or(&Value::Null), root, path);
+            }
+        }
+        _ => {}
+    }
+}
+
+/// A file in a folder.
+fn write(folder: &tempfile::TempDir, name: &str, text: &str) -> std::path::PathBuf {
+    let path = folder.path().join(name);
+    std::fs::write(&path, text).unwrap();
+    path
+}
+
+fn refused(args: &[&str], file: &Path) -> String {
+    let output = slipfit().args(&args[..1]).arg(file).args(&args[1..]).output().unwrap();
+    assert_eq!(output.status.code(), Some(2), "{}", String::from_utf8_lossy(&output.stdout));
+    assert!(output.stdout.is_empty());
+    String::from_utf8(output.stderr).unwrap()
+}
+
+const SWEEP: &str = "tuning_fork_9nN_sweep.csv";
+const FREE: &str = "tuning_fork_free_sweep.csv";
+
+#[test]
+fn answers_keep_to_their_schemas() {
+    let free = example(FREE);
+    let free = free.to_str().unwrap();
+    keeps(&json(&["resonance", "--reference", free, "--stiffness", "10000"], &example(SWEEP)), "resonance");
+    keeps(
+        &json(&["resonance", "--drive-amplitude", "10e-12", "--model", "paper"], &example(SWEEP)),
+        "resonance",
+    );
+    keeps(&json(&["levels", "--stiffness", "1e4±100"], &example("tuning_fork_9nN_levels.csv")), "levels");
+    keeps(&json(&["series"], &example("tuning_fork.toml")), "series");
+}
+
+#[test]
+fn the_reference_gives_the_friction_of_the_example() {
+    let free = example(FREE);
+    let answer =
+        json(&["resonance", "--reference", free.to_str().unwrap(), "--stiffness", "10000"], &example(SWEEP));
+    // Made with F = 15 nN, gamma = 20 µN s/m.
+    let force = &answer["parameters"]["coulomb_force"];
+    let (value, error) = (force["value"].as_f64().unwrap(), force["std_error"].as_f64().unwrap());
+    assert!((value - 15e-9).abs() < 4.0 * error && error < 1.5e-9, "{force}");
+    assert_eq!(answer["drive_source"], "reference");
+    assert_eq!(answer["sliding"]["detected"], true);
+}
+
+#[test]
+fn levels_of_the_example_show_their_threshold() {
+    let answer = json(&["levels", "--stiffness", "10000"], &example("tuning_fork_9nN_levels.csv"));
+    let threshold = &answer["parameters"]["threshold"];
+    let (value, error) = (threshold["value"].as_f64().unwrap(), threshold["std_error"].as_f64().unwrap());
+    let truth = 4.0 * 15e-9 / (std::f64::consts::PI * 1e4);
+    assert!((value - truth).abs() < 4.0 * error.max(1e-3 * truth), "{threshold} for {truth}");
+}
+
+#[test]
+fn the_series_of_the_example_agrees() {
+    let answer = json(&["series"], &example("tuning_fork.toml"));
+    assert!(answer["agreement_p_value"].as_f64().unwrap() > 1e-3, "{}", answer["table"]);
+    for row in answer["table"].as_array().unwrap() {
+        if !row["ringdown"].is_null() {
+            let force = row["ringdown"]["friction"]["value"].as_f64().unwrap();
+            assert!((14e-9..18e-9).contains(&force), "{row}");
+        }
+    }
+}
+
+#[test]
+fn every_output_is_written() {
+    let folder = tempfile::tempdir().unwrap();
+    let at = |name: &str| folder.path().join(name).to_str().unwrap().to_owned();
+    let free = example(FREE);
+    let report = stdout(
+        slipfit()
+            .arg("resonance")
+            .arg(example(SWEEP))
+            .args(["--reference", free.to_str().unwrap(), "--plot", &at("a.svg"), "--csv", &at("a.csv")])
+            .args(["--json", &at("a.json")]),
+    );
+    assert!(report.contains("natural frequency") && report.contains("wrote"), "{report}");
+    let svg = std::fs::read_to_string(at("a.svg")).unwrap();
+    assert!(svg.contains("without friction") && !svg.contains("NaN"));
+    let csv = std::fs::read_to_string(at("a.csv")).unwrap();
+    assert!(csv.contains("curve,frequency_hz,amplitude") && csv.contains("\nreference,"));
+    let manifest = example("tuning_fork.toml");
+    let table = stdout(slipfit().arg("series").arg(&manifest).args([
+        "--plot",
+        &at("s.png"),
+        "--csv",
+        &at("s.csv"),
+        "--markdown",
+        &at("s.md"),
+        "--latex",
+        &at("s.tex"),
+    ]));
+    assert!(table.contains("ring-down") && table.contains("resonance"), "{table}");
+    assert!(std::fs::read(at("s.png")).unwrap().starts_with(b"\x89PNG"));
+    assert!(std::fs::read_to_string(at("s.md")).unwrap().contains("|---|"));
+    let latex = std::fs::read_to_string(at("s.tex")).unwrap();
+    assert!(latex.contains("\\begin{tabular}") && latex.contains("\\pm"), "{latex}");
+    let csv = std::fs::read_to_string(at("s.csv")).unwrap();
+    assert!(csv.contains("condition,value,value_std_error,friction_ringdown"), "{csv}");
+}
+
+#[test]
+fn bad_curves_are_refused_or_flagged() {
+    let folder = tempfile::tempdir().unwrap();
+    let few = write(&folder, "few.csv", "f (Hz),A (mm)\n9,1\n10,5\n11,1\n");
+    let said = refused(&["resonance"], &few);
+    assert!(said.contains("points") && said.contains("hint"), "{said}");
+    let negative = write(&folder, "negative.csv", "f (Hz),A (mm)\n9,1\n-10,5\n11,1\n");
+    assert!(refused(&["resonance", "--frequency", "1"], &negative).contains("row 3"));
+    let columns = write(&folder, "columns.csv", "f (Hz),phase (deg)\n9,1\n10,5\n11,1\n");
+    assert!(refused(&["resonance"], &columns).contains("--amplitude"));
+    let record = write(&folder, "record.csv", "t (s),x (mm)\n0,1\n0.1,-1\n0.2,0.5\n0.3,-0.2\n");
+    assert!(refused(&["resonance"], &record).contains("not a resonance curve"));
+    let missing = folder.path().join("missing.csv");
+    assert!(refused(&["resonance"], &missing).contains("missing.csv"));
+    let other_unit = write(&folder, "free.csv", "f (Hz),A (V)\n9,1\n10,5\n11,1\n");
+    let said = refused(&["resonance", "--reference", other_unit.to_str().unwrap()], &few);
+    assert!(said.contains("--reference") && said.contains("`V`"), "{said}");
+}
+
+/// Amplitudes of a damped oscillator, as text.
+fn lorentzian(peaks: &[(f64, f64)], points: u32, phase: Option<f64>) -> String {
+    let mut text =
+        String::from(if phase.is_some() { "f (Hz),A (mm),phase (deg)\n" } else { "f (Hz),A (mm)\n" });
+    for i in 0..points {
+        let f = 9.0 + 2.0 * f64::from(i) / f64::from(points - 1);
+        let (mut re, mut im) = (0.0, 0.0);
+        for (f0, height) in peaks {
+            let (a, b) = (1.0 - (f / f0) * (f / f0), 0.01 * f / f0);
+            re += height * 0.01 * a / (a * a + b * b);
+            im -= height * 0.01 * b / (a * a + b * b);
+        }
+        let ripple = 1.0 + 2e-4 * (13.7 * f64::from(i * i)).sin();
+        text += &format!("{f},{}", re.hypot(im) * ripple);
+        if let Some(sign) = phase {
+            text += &format!(",{}", sign * im.atan2(re).to_degrees());
+        }
+        text.push('\n');
+    }
+    text
+}
+
+fn codes(answer: &Value) -> Vec<String> {
+    answer["warnings"].as_array().unwrap().iter().map(|w| w["code"].as_str().unwrap().to_owned()).collect()
+}
+
+#[test]
+fn odd_curves_are_told() {
+    let folder = tempfile::tempdir().unwrap();
+    let two = write(&folder, "two.csv", &lorentzian(&[(9.6, 1.0), (10.4, 0.8)], 201, None));
+    assert!(codes(&json(&["resonance", "--model", "leading"], &two)).contains(&"second_peak".to_owned()));
+    let turned = write(&folder, "turned.csv", &lorentzian(&[(10.0, 1.0)], 101, Some(-1.0)));
+    assert!(codes(&json(&["resonance"], &turned)).contains(&"phase_sign".to_owned()));
+    let zero = lorentzian(&[(10.0, 1.0)], 101, Some(1.0)) + "0,0.01,0\n";
+    let zero = json(&["resonance"], &write(&folder, "zero.csv", &zero));
+    assert!(codes(&zero).contains(&"dropped".to_owned()));
+    assert!((zero["parameters"]["natural_frequency_hz"]["value"].as_f64().unwrap() - 10.0).abs() < 1e-3);
+    let free = write(&folder, "free.csv", &lorentzian(&[(9.4, 1.0)], 101, Some(1.0)));
+    let answer = json(
+        &["resonance", "--reference", free.to_str().unwrap()],
+        &write(&folder, "curve.csv", &lorentzian(&[(10.0, 1.0)], 101, Some(1.0))),
+    );
+    assert!(codes(&answer).contains(&"reference_differs".to_owned()), "{:?}", codes(&answer));
+}
+
+#[test]
+fn manifests_that_cannot_be_meant_are_refused() {
+    let folder = tempfile::tempdir().unwrap();
+    let typo = write(&folder, "typo.toml", "stifness = 3\n");
+    let said = refused(&["series"], &typo);
+    assert!(said.contains("stifness") && said.contains("docs/series.md"), "{said}");
+    let absent = write(&folder, "absent.toml", "[[measurement]]\nringdown = 'nothing.csv'\ncondition = 1\n");
+    assert!(refused(&["series"], &absent).contains("nothing.csv"));
+}
+
+#[test]
+fn help_of_the_new_commands() {
+    for command in ["resonance", "levels", "series"] {
+        let text = stdout(slipfit().args(["help", command]));
+        insta::assert_snapshot!(format!("help_{command}"), text);
+    }
+}
+
+/// One screen: every line fits, and the words are those of the field.
+#[test]
+fn the_report_fits_the_screen() {
+    let free = example(FREE);
+    let report = stdout(slipfit().current_dir(root().join("examples")).arg("resonance").arg(SWEEP).args([
+        "--reference",
+        FREE,
+        "--stiffness",
+        "10000",
+    ]));
+    drop(free);
+    assert!(report.lines().all(|l| l.chars().count() <= 80), "{report}");
+    for word in ["sliding friction force", "drive amplitude", "viscous+sliding", "against", "fit"] {
+        assert!(report.contains(word), "{word}: {report}");
+    }
+}
