@@ -3,6 +3,7 @@
 
 mod bench;
 mod check;
+mod fuzz;
 mod places;
 mod python;
 mod statistics;
@@ -17,10 +18,11 @@ const HELP: &str = "\
 Usage: cargo xtask <chore>
 
   check         formatting, lints, documentation, every test, licences, spelling
-  bench         speed and memory next to SciPy and lmfit (needs Python 3.11 or newer)
+  bench         speed and memory next to SciPy, lmfit and heyoka (needs Python 3.11 or newer)
   statistics    bias, spread and coverage on decays whose truth is known
+  fuzz          files of every format, changed at random: no panic, no hang, no excess of memory
 
-cargo xtask bench [--write] [--only a,b,c,d,e,f] [--rounds N]
+cargo xtask bench [--write] [--only a,b, …] [--rounds N]
   --write       renew docs/benchmarks.md
   --only        measure these lines of the table only
   --rounds N    take the best of N interleaved rounds (default 7)
@@ -29,6 +31,16 @@ cargo xtask statistics [--write] [--only TEXT] [--seeds N]
   --write       renew docs/statistics.md
   --only TEXT   only the cells whose name holds TEXT, such as Q=50
   --seeds N     records a cell (default 1000)
+
+cargo xtask statistics --resonance [--write] [--only TEXT] [--seeds N]
+  the same of resonance curves, beside the paper's Lorentzian (docs/statistics_resonance.md; 300 seeds)
+
+cargo xtask statistics --table-one [--seeds N]
+  the paper's Table 1 in closed loop: ring-down and resonance at three loads, do they agree (200 repeats)
+
+cargo xtask fuzz [--minutes N] [--seed N]
+  --minutes N   for so long (default 10)
+  --seed N      other changes than by the default, 1
 ";
 
 fn main() -> ExitCode {
@@ -39,6 +51,7 @@ fn main() -> ExitCode {
         "check" if rest.is_empty() => check::run(),
         "bench" => bench::run(&rest),
         "statistics" => statistics::run(&rest),
+        "fuzz" => fuzz::run(&rest),
         "help" | "--help" | "-h" => {
             print!("{HELP}");
             return ExitCode::SUCCESS;

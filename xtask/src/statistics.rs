@@ -6,7 +6,9 @@
 //! what the Cramér-Rao bound of the waveform allows.
 
 mod cell;
+mod resonance;
 mod table;
+mod table_one;
 
 use crate::Failure;
 use cell::{Cell, Nuisance, Outcome};
@@ -27,6 +29,12 @@ const NUISANCES: [Nuisance; 5] = [
 
 /// Runs the tables; `--seeds N`, `--only TEXT`, `--write`.
 pub(crate) fn run(arguments: &[String]) -> Result<ExitCode, Failure> {
+    if arguments.iter().any(|a| a == "--resonance") {
+        return resonance::run(arguments);
+    }
+    if arguments.iter().any(|a| a == "--table-one") {
+        return table_one::run(arguments);
+    }
     let value = |flag: &str| arguments.iter().position(|a| a == flag).and_then(|i| arguments.get(i + 1));
     let seeds: u64 = value("--seeds").and_then(|s| s.parse().ok()).unwrap_or(1000);
     let only = value("--only").cloned().unwrap_or_default();

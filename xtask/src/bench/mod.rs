@@ -1,6 +1,7 @@
 //! `cargo xtask bench`: the work users do, next to what they would use instead.
 
 mod contest;
+mod motion;
 mod ours;
 mod report;
 mod signal;
@@ -59,7 +60,12 @@ pub(crate) fn run(arguments: &[String]) -> Result<ExitCode, Failure> {
             'c' => bench.envelope_fit(),
             'd' => bench.whole_command(),
             'e' => bench.text_read(),
-            _ => bench.memory(),
+            'f' => bench.memory(),
+            'g' => bench.free_motion(),
+            'h' => bench.dense_motion(),
+            'i' => bench.stick_slip(),
+            'j' => bench.cost_per_event(),
+            _ => bench.streaming_memory(),
         };
         match measured {
             Ok(measured) => rows.extend(measured),
@@ -83,7 +89,7 @@ pub(crate) fn run(arguments: &[String]) -> Result<ExitCode, Failure> {
 }
 
 fn choices(arguments: &[String]) -> Result<Choices, Failure> {
-    const LINES: &str = "abcdef";
+    const LINES: &str = "abcdefghijk";
     let mut choices = Choices { write: false, only: LINES.into(), rounds: 7 };
     let mut words = arguments.iter();
     while let Some(word) = words.next() {
@@ -93,7 +99,7 @@ fn choices(arguments: &[String]) -> Result<Choices, Failure> {
                 let chosen = words.next().ok_or("--only needs lines of the table, e.g. a,c")?;
                 choices.only = chosen.chars().filter(|&c| c != ',').collect();
                 if let Some(other) = choices.only.chars().find(|&c| !LINES.contains(c)) {
-                    return Err(format!("--only {chosen}: there is no line `{other}`, only a to f").into());
+                    return Err(format!("--only {chosen}: there is no line `{other}`, only a to k").into());
                 }
             }
             "--rounds" => {
@@ -290,7 +296,7 @@ fn faster(
         theirs: duration(theirs.seconds),
         ratio: ratio.map_or_else(String::new, three_digits),
         asked,
-        apart,
+        apart: apart.map(|apart| format!("{apart:.2} σ")),
     }
 }
 

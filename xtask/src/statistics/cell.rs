@@ -20,7 +20,7 @@ pub(crate) enum Nuisance {
     EightBit,
     /// A tenth of the samples missing.
     MissingSamples,
-    /// Twenty driven cycles of constant amplitude first.
+    /// [`LEAD_IN_CYCLES`] of constant amplitude first, driven.
     DrivenLeadIn,
 }
 
@@ -76,6 +76,8 @@ pub(crate) struct Outcome {
 
 const AMPLITUDE: f64 = 1.0;
 const OMEGA_0: f64 = TAU;
+/// One cycle a second: also seconds.
+const LEAD_IN_CYCLES: f64 = 20.0;
 
 impl Cell {
     pub(crate) fn name(&self) -> String {
@@ -126,7 +128,7 @@ impl Cell {
                 }
             }
             Nuisance::DrivenLeadIn => {
-                let lead = 20.0;
+                let lead = LEAD_IN_CYCLES;
                 let before = (lead * per_cycle) as usize;
                 let mut driven: Vec<f64> =
                     (0..before).map(|i| AMPLITUDE * (TAU * (i as f64 / per_cycle - lead)).cos()).collect();
@@ -142,8 +144,10 @@ impl Cell {
             }
             _ => {}
         }
+        let release_s = if self.nuisance == Nuisance::DrivenLeadIn { LEAD_IN_CYCLES } else { 0.0 };
+        let free: Vec<f64> = time.iter().map(|t| t - release_s).filter(|t| *t >= 0.0).collect();
         let sigma = AMPLITUDE / SQRT_2 * 10f64.powf(-self.snr_db / 20.0);
-        let bound = bounds(&truth, &time, sigma);
+        let bound = bounds(&truth, &free, sigma);
         Some(Prepared { cell: self, time, clean, sigma, delta, x_f, bound })
     }
 }

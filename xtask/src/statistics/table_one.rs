@@ -1,0 +1,193 @@
+//! `cargo xtask statistics --table-one`: the paper's Table 1 in closed loop.
+//!
+//! At the loads of the paper both experiments are simulated exactly, analysed, and
+//! compared; over many repeats the p values of their agreement must be flat.
+#![allow(clippy::print_stdout, clippy::print_stderr, reason = "a chore speaks to its terminal")]
+
+use crate::Failure;
+use rand::{RngExt, SeedableRng};
+use rand_chacha::ChaCha8Rng;
+use rand_distr::StandardNormal;
+use rayon::prelude::*;
+use slipfit::decay::FreeDecay;
+use slipfit::resonance::{Curve, DriveAmplitude};
+use slipfit::ringdown::Calibration;
+use slipfit::series::{self, Condition, Data, Measurement, Row};
+use slipfit::steady::Phasor;
+use slipfit::steady::fundamental::{Point, fundamental};
+use slipfit::{Oscillator, Record, resonance, ringdown};
+use std::f64::consts::TAU;
+use std::process::ExitCode;
+
+/// A quartz tuning fork as in the paper: 32.7 kHz; friction in nN, damping in µN s/m.
+const FREQUENCY_HZ: f64 = 32_700.0;
+/// N/m. Any: it only sets the unit of force.
+const STIFFNESS: f64 = 10_000.0;
+const LOADS: [(&str, f64, f64); 3] = [("free", 0.0, 18.0), ("light", 15.5, 20.5), ("heavy", 16.5, 23.0)];
+/// nm; about twice what friction takes of it, so that both losses show.
+const RELEASE: f64 = 10.0;
+/// nm a sample: such that a single interval is about 1 nN.
+const NOISE: f64 = 0.75;
+
+struct Load {
+    label: &'static str,
+    friction_nn: f64,
+    damping_un: f64,
+    time: Vec<f64>,
+    decay: Vec<f64>,
+    hz: Vec<f64>,
+    curve: Vec<Phasor>,
+    x_0: f64,
+}
+
+fn load((label, friction_nn, damping_un): (&'static str, f64, f64)) -> Option<Load> {
+    let omega_0 = TAU * FREQUENCY_HZ;
+    // gamma = 2 m delta, k = m omega_0²; x_F in nm.
+    let delta = damping_un * 1e-6 * omega_0 * omega_0 / (2.0 * STIFFNESS);
+    let x_f = friction_nn / STIFFNESS;
+    let oscillator = Oscillator::kinematic(omega_0, delta, x_f).ok()?;
+    let decay = FreeDecay::from_rest(&oscillator, RELEASE).ok()?;
+    let end = 1.6 / delta;
+    // 5 samples a cycle, not in step with it.
+    let rate = 5.31 * FREQUENCY_HZ;
+    let time: Vec<f64> = (0..(end * rate) as usize).map(|i| i as f64 / rate).collect();
+    let mut signal = vec![0.0; time.len()];
+    decay.fill(&time, &mut signal).ok()?;
+    // The same drive at every load.
+    let x_0 = 8.0 * LOADS[2].1 / STIFFNESS;
+    let half = 6.0 * delta;
+    let omega: Vec<f64> = (0..101).map(|i| omega_0 + half * (f64::from(i) / 50.0 - 1.0)).collect();
+    let curve = omega
+        .iter()
+        .map(|&omega| {
+            fundamental(&Point { omega, omega_0, detuning: omega - omega_0, delta, x_0, x_f })
+                .map(|f| f.value)
+        })
+        .collect::<Option<Vec<_>>>()?;
+    Some(Load {
+        label,
+        friction_nn,
+        damping_un,
+        time,
+        decay: signal,
+        hz: omega.iter().map(|w| w / TAU).collect(),
+        curve,
+        x_0,
+    })
+}
+
+impl Load {
+    fn measurements(&self, rng: &mut ChaCha8Rng) -> Option<[Measurement; 2]> {
+        let mut normal = |sigma: f64| -> f64 { sigma * rng.sample::<f64, _>(StandardNormal) };
+        let signal: Vec<f64> = self.decay.iter().map(|x| x + normal(NOISE)).collect();
+        let top = self.curve.iter().map(|z| z.norm()).fold(0.0, f64::max);
+        let response =
+            self.curve.iter().map(|z| z + Phasor::new(normal(0.01 * top), normal(0.01 * top))).collect();
+        let condition = Condition { label: self.label.to_owned(), value: None };
+        let mut options = resonance::Options::default();
+        options.drive_amplitude = Some(DriveAmplitude { value: self.x_0, std_error: 0.0 });
+        let record = Record::new(self.time.clone(), signal).ok()?.with_unit("nm");
+        let curve = Curve::complex(self.hz.clone(), response).unit("nm").build().ok()?;
+        Some([
+            Measurement {
+                name: format!("{} ring-down", self.label),
+                condition: condition.clone(),
+                data: Data::RingDown {
+                    record: Box::new(record),
+                    options: Box::new(ringdown::Options::default()),
+                },
+                scale: 1.0,
+            },
+            Measurement {
+                name: format!("{} resonance", self.label),
+                condition,
+                data: Data::Sweep { curve: Box::new(curve), options: Box::new(options) },
+                scale: 1.0,
+            },
+        ])
+    }
+}
+
+fn repeat(loads: &[Load], seed: u64) -> Option<series::Answer> {
+    let mut rng = ChaCha8Rng::seed_from_u64(seed.wrapping_mul(0x9E37_79B9_7F4A_7C15) ^ 0x7AB1E);
+    let mut all = Vec::new();
+    for l in loads {
+        all.extend(l.measurements(&mut rng)?);
+    }
+    let mut options = series::Options::default();
+    options.unit = "nm".into();
+    options.calibration = Some(Calibration::Stiffness { value: STIFFNESS, std_error: 0.0 });
+    series::analyse(&all, &options).ok()
+}
+
+/// Kolmogorov's statistic of a flat distribution and its p value (Stephens' correction).
+fn kolmogorov(p: &mut [f64]) -> (f64, f64) {
+    p.sort_by(f64::total_cmp);
+    let n = p.len() as f64;
+    let d = p
+        .iter()
+        .enumerate()
+        .map(|(i, v)| (v - i as f64 / n).max((i as f64 + 1.0) / n - v))
+        .fold(0.0, f64::max);
+    let x = d * (n.sqrt() + 0.12 + 0.11 / n.sqrt());
+    let sum: f64 = (1..=100)
+        .map(|j| {
+            let j = f64::from(j);
+            (if j as u32 % 2 == 1 { 2.0 } else { -2.0 }) * (-2.0 * j * j * x * x).exp()
+        })
+        .sum();
+    (d, sum.clamp(0.0, 1.0))
+}
+
+/// Runs it; `--seeds N`.
+pub(crate) fn run(arguments: &[String]) -> Result<ExitCode, Failure> {
+    let value = |flag: &str| arguments.iter().position(|a| a == flag).and_then(|i| arguments.get(i + 1));
+    let repeats: u64 = value("--seeds").and_then(|s| s.parse().ok()).unwrap_or(200);
+    let loads: Vec<Load> =
+        LOADS.into_iter().map(|l| load(l).ok_or("a load has no motion")).collect::<Result<_, _>>()?;
+    let answers: Vec<series::Answer> =
+        (0..repeats).into_par_iter().filter_map(|s| repeat(&loads, s)).collect();
+    let first = answers.first().ok_or("no repeat could be analysed")?;
+    println!(
+        "| condition | F ring-down, nN | F resonance, nN | γ ring-down, µN s/m | γ resonance, µN s/m | p |"
+    );
+    println!("|---|---|---|---|---|---|");
+    // Displacements in nm over a stiffness in N/m: N, and N s/m.
+    let show = |q: Option<&slipfit::Quantity>, unit: f64| {
+        q.map_or(String::new(), |q| format!("{:.2} ± {:.2}", q.unbounded_value * unit, q.std_error * unit))
+    };
+    for r in &first.table {
+        println!(
+            "| {} | {} | {} | {} | {} | {:.2} |",
+            r.condition,
+            show(r.ring_down.as_ref().map(|c| &c.friction), 1e9),
+            show(r.resonance.as_ref().map(|c| &c.friction), 1e9),
+            show(r.ring_down.as_ref().map(|c| &c.damping), 1e6),
+            show(r.resonance.as_ref().map(|c| &c.damping), 1e6),
+            r.p_value.unwrap_or(f64::NAN)
+        );
+    }
+    let mut failed = answers.len() as u64 != repeats;
+    println!("\n{} of {repeats} repeats analysed\n", answers.len());
+    for (i, l) in loads.iter().enumerate() {
+        let column = |f: &dyn Fn(&Row) -> Option<f64>| -> Vec<f64> {
+            answers.iter().filter_map(|a| f(&a.table[i])).collect()
+        };
+        let mut p = column(&|r| r.p_value);
+        let count = p.len();
+        let (d, ks) = kolmogorov(&mut p);
+        let mean = |v: &[f64]| v.iter().sum::<f64>() / v.len() as f64;
+        let ring = column(&|r| Some(r.ring_down.as_ref()?.friction.unbounded_value * 1e9));
+        let reso = column(&|r| Some(r.resonance.as_ref()?.friction.unbounded_value * 1e9));
+        println!(
+            "{}: F = {} nN found {:.2} and {:.2} on average, γ = {} µN s/m; {count} p values, Kolmogorov-Smirnov D = {d:.3}, p = {ks:.3}",
+            l.label,
+            l.friction_nn,
+            mean(&ring),
+            mean(&reso),
+            l.damping_un
+        );
+        failed |= !(ks > 0.01);
+    }
+    Ok(if failed { ExitCode::FAILURE } else { ExitCode::SUCCESS })
+}
