@@ -86,7 +86,7 @@ fn describe_as(
 ) -> Result<Described, Error> {
     let mut main = main;
     let no = |reason| Error::NoResonance { reason };
-    let line = look::line(&main).ok_or(no("every amplitude is zero"))?;
+    let mut line = look::line(&main).ok_or(no("every amplitude is zero"))?;
     if main.len() < 4 {
         return Err(Error::TooFewPoints { points: main.len(), parameters: 4 });
     }
@@ -109,6 +109,7 @@ fn describe_as(
     let group = (main.len() / ENOUGH).min(fine).max(1);
     let all = (group > 1).then(|| {
         let few = main.grouped(group);
+        line.top /= group;
         std::mem::replace(&mut main, few)
     });
     let source = match (options.drive_amplitude, &reference) {

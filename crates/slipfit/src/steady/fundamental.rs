@@ -3,7 +3,7 @@
 
 use super::closed::{self, Closed, Halves, KAPPA};
 use super::dual::{Dual, Pair};
-use super::one_stop::{self, Slip};
+use super::one_stop::{self, Digits, Slip};
 use super::orbit::{OrbitOptions, PeriodicOrbit};
 use super::stops;
 use super::{HarmonicDrive, Phasor};
@@ -172,22 +172,24 @@ impl Follower {
         if at.x_0 <= at.x_f {
             return Some(Fundamental::REST);
         }
-        if let Some((f, slip)) = self.last.and_then(|near| one_stop::fundamental(at, near)) {
-            self.last = Some(slip);
-            return Some(f);
-        }
-        let guess = closed.map_or(at.x_0, |c| c.turn_amplitude());
-        if let Some((f, slip)) = Slip::from_amplitude(at, guess).and_then(|s| one_stop::fundamental(at, s)) {
-            self.last = Some(slip);
-            return Some(f);
-        }
-        match stops::fundamental(at, guess) {
-            Some((f, slip)) => {
-                self.last = slip.or(self.last);
-                Some(f)
-            }
-            None => shot(at, closed.map(|c| Fundamental::from(&c))),
-        }
+        let last = self.last;
+        let (found, slip) = last
+            .and_then(|near| one_stop::fundamental(at, near, Digits::Twelve))
+            .map(|(f, slip)| (f, Some(slip)))
+            .or_else(|| {
+                let guess = closed.map_or(at.x_0, |c| c.turn_amplitude());
+                let cold = Slip::from_amplitude(at, guess);
+                let start = |near: Option<Slip>, digits| {
+                    one_stop::fundamental(at, near?, digits).map(|(f, slip)| (f, Some(slip)))
+                };
+                start(cold, Digits::Twelve)
+                    .or_else(|| stops::fundamental(at, guess))
+                    .or_else(|| start(last, Digits::Eight))
+                    .or_else(|| start(cold, Digits::Eight))
+            })
+            .or_else(|| shot(at, closed.map(|c| Fundamental::from(&c))).map(|f| (f, None)))?;
+        self.last = slip.or(last);
+        Some(found)
     }
 }
 

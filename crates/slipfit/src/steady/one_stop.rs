@@ -167,14 +167,19 @@ impl Slip {
     }
 }
 
+/// How many roundings the response may be off.
+#[derive(Debug, Clone, Copy)]
+pub(super) enum Digits {
+    Twelve = 10_000,
+    /// Where no other way to a symmetric motion led.
+    Eight = 100_000_000,
+}
+
 /// Newton's steps before another way is taken.
 const MOST_STEPS: usize = 14;
 
 /// The fundamental of the motion with one stop near `near`, if there is one.
-pub(super) fn fundamental(at: &Point, near: Slip) -> Option<(Fundamental, Slip)> {
-    if !(at.delta >= 0.0) {
-        return None;
-    }
+pub(super) fn fundamental(at: &Point, near: Slip, digits: Digits) -> Option<(Fundamental, Slip)> {
     let law = Law::new(at);
     let half = PI / law.omega;
     let mut here = near;
@@ -202,7 +207,7 @@ pub(super) fn fundamental(at: &Point, near: Slip) -> Option<(Fundamental, Slip)>
     }
     let b = law.balance(here);
     law.is_motion(here, &b).then_some(())?;
-    let f = law.response(at, here, &b)?;
+    let f = law.response(at, here, &b, digits)?;
     Some((f, here))
 }
 
@@ -234,7 +239,7 @@ impl Law {
         (0..steps).all(|_| walk.step() < 0.0)
     }
 
-    fn response(&self, at: &Point, slip: Slip, b: &Balance) -> Option<Fundamental> {
+    fn response(&self, at: &Point, slip: Slip, b: &Balance, digits: Digits) -> Option<Fundamental> {
         let (w, g, x_f) = (self.omega, self.g, self.x_f);
         let (cos, sin) = (b.crest.re, b.crest.im);
         let begin = b.crest.conj();
@@ -248,7 +253,7 @@ impl Law {
         let value = g * (Phasor::new(1.0, 0.0) - sum * friction);
         // The phases are good to a rounding times |g|, their weak difference from the drive to one
         // times |g|²: at resonance the way by velocities keeps its digits.
-        if !(g.norm_sqr() < 1e4 * value.norm()) {
+        if !(g.norm_sqr() < digits as u32 as f64 * value.norm()) {
             return None;
         }
         let by_phase = (begin_2 - end_2) * 0.5 + i(end + begin) * sin - end * reach - begin * cos;
@@ -329,11 +334,18 @@ mod tests {
                     near = None;
                     continue;
                 };
-                let found = near.and_then(|n| fundamental(&at, n));
+                let found = near.and_then(|n| fundamental(&at, n, Digits::Twelve));
                 warm += usize::from(found.is_some());
                 near = found.map(|f| f.1).or_else(|| {
                     (0..20).find_map(|k| {
-                        Some(fundamental(&at, Slip::from_amplitude(&at, 0.02 * f64::from(k))?)?.1)
+                        Some(
+                            fundamental(
+                                &at,
+                                Slip::from_amplitude(&at, 0.02 * f64::from(k))?,
+                                Digits::Twelve,
+                            )?
+                            .1,
+                        )
                     })
                 });
                 let (truth, _) = stops::fundamental(&at, f.value.norm()).unwrap();

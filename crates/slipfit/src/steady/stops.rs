@@ -241,9 +241,6 @@ fn after<const N: usize>(mut angle: Dual<N>, phase: f64) -> Dual<N> {
 /// The fundamental of a symmetric motion with stops, if there is one; `guess` is an
 /// amplitude to begin with. With one stop, also what tells it to a neighbour.
 pub(super) fn fundamental(at: &Point, guess: f64) -> Option<(Fundamental, Option<Slip>)> {
-    if !(at.delta >= 0.0) {
-        return None;
-    }
     let plain = Law::<0>::new(at);
     let (low, high) = (at.x_f - at.x_0, at.x_f + at.x_0);
     let margin = 1e-9 * at.x_0;
