@@ -378,4 +378,40 @@ mod tests {
             assert!((read / mean - 1.0).abs() < 1e-3, "{a}: {read} {mean}");
         }
     }
+
+    /// Against every point by itself: all the way round the regimes, bent, noisy and left out.
+    #[test]
+    fn sums_are_those_of_single_points() {
+        for (complex, bent, x_f, delta) in [
+            (true, false, 0.3, 0.3),
+            (false, false, 0.34, 0.6),
+            (true, true, 0.2, 0.4),
+            (true, false, -0.02, 0.4),
+        ] {
+            let mut used = vec![OMEGA, DELTA, X_0, X_F, PHASE, DELAY, BG_RE, BG_IM];
+            if bent {
+                used.extend([DRAG, DUFFING]);
+            }
+            let mut problem = problem(complex, used, false);
+            problem.main.omega.iter_mut().for_each(|w| *w = 2.0 + 2.0 * (*w - 5.0));
+            problem.reference = None;
+            problem.prior = None;
+            problem.main.weight[3] = 0.0;
+            let mut p = vec![0.0; COUNT];
+            (p[DELTA], p[X_0], p[X_F]) = (delta, 0.45, x_f);
+            (p[PHASE], p[DELAY], p[BG_RE], p[BG_IM]) = (0.2, 0.05, 0.1, -0.2);
+            if bent {
+                (p[DRAG], p[DUFFING]) = (0.02, 0.01);
+            }
+            let mut sums = Normal::zeros(COUNT);
+            assert!(problem.normal(&p, &mut sums), "{complex} {bent} {:?}", problem.everywhere(&p, false));
+            let weight = problem.main.weight.clone();
+            let single: f64 =
+                problem.residuals(&p).iter().zip(&weight).map(|(r, w)| w * r.unwrap().norm_sqr()).sum();
+            assert!((sums.rss / single - 1.0).abs() < 1e-11, "{complex} {bent}: {} {single}", sums.rss);
+            let stops =
+                problem.everywhere(&p, false).iter().filter(|m| m.unwrap().regime.stops() > 0).count();
+            assert!(bent || x_f < 0.0 || stops > 3, "{stops}");
+        }
+    }
 }

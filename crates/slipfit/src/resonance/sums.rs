@@ -272,7 +272,7 @@ impl Lanes {
             }
             let mut open = false;
             for k in 0..PIECE {
-                open |= (gap[k] > 1e-12) & (self.sure[k] == self.sure[k]);
+                open |= (gap[k] > 1e-12) & !self.sure[k].is_nan();
             }
             if !open || round + 1 == MOST {
                 break;

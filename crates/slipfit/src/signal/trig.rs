@@ -4,9 +4,9 @@
 use std::f64::consts::LOG2_E;
 
 // pi in three parts, the first two with trailing zeros: n times each is exact for |n| < 2^26.
-pub(super) const PI_A: f64 = 3.141592651605606;
-pub(super) const PI_B: f64 = 1.9841871479187034e-09;
-pub(super) const PI_C: f64 = 1.1442377452219664e-17;
+pub(crate) const PI_A: f64 = 3.141592651605606;
+pub(crate) const PI_B: f64 = 1.9841871479187034e-09;
+pub(crate) const PI_C: f64 = 1.1442377452219664e-17;
 
 /// Sine and cosine for `|r| <= pi/2`, by their Taylor series: the first term
 /// left out is below 1e-17.
