@@ -26,18 +26,20 @@ const FAILED: u8 = 2;
 
 /// Analyses every file; none of them stops the others.
 pub(crate) fn run(args: &RingdownArgs, color: ColorChoice) -> Result<ExitCode, Failure> {
-    for (flag, given) in
-        [("--json", args.json.is_some()), ("--plot", args.plot.is_some()), ("--csv", args.csv.is_some())]
-    {
+    for (flag, given) in [
+        ("--json", args.out.json.is_some()),
+        ("--plot", args.out.plot.is_some()),
+        ("--csv", args.out.csv.is_some()),
+    ] {
         if given {
             return Err(Failure::new(format!("{flag} is for one file, not for a table of several"))
                 .hint("a table ending in .json holds every row in machine-readable form"));
         }
     }
-    let form = args.table.as_deref().map(Form::of).transpose()?;
-    let (journal, mut done) = match &args.table {
+    let form = args.table.table.as_deref().map(Form::of).transpose()?;
+    let (journal, mut done) = match &args.table.table {
         Some(path) => {
-            let (journal, rows) = Journal::open(path, &signature(), args.resume)?;
+            let (journal, rows) = Journal::open(path, &signature(), args.table.resume)?;
             (Some(Mutex::new(journal)), rows)
         }
         None => (None, Vec::new()),
@@ -45,13 +47,13 @@ pub(crate) fn run(args: &RingdownArgs, color: ColorChoice) -> Result<ExitCode, F
     let known: HashMap<String, ()> = done.iter().map(|r: &Row| (r.file.clone(), ())).collect();
     let waiting: Vec<&PathBuf> =
         args.files.iter().filter(|f| !known.contains_key(&f.display().to_string())).collect();
-    let bar = progress(args.files.len() as u64, args.quiet);
+    let bar = progress(args.files.len() as u64, args.out.quiet);
     bar.inc((args.files.len() - waiting.len()) as u64);
     let fresh = waiting
         .par_iter()
         .map(|file| {
             let row = one(file, args);
-            if let (Some(journal), Some(path), Some(form)) = (&journal, &args.table, form) {
+            if let (Some(journal), Some(path), Some(form)) = (&journal, &args.table.table, form) {
                 journal.lock().unwrap_or_else(std::sync::PoisonError::into_inner).add(&row, path, form)?;
             }
             bar.inc(1);
@@ -63,7 +65,7 @@ pub(crate) fn run(args: &RingdownArgs, color: ColorChoice) -> Result<ExitCode, F
     // Rows were written as they came; the table keeps the order of the files.
     let mut by_file: HashMap<String, Row> = done.into_iter().map(|r| (r.file.clone(), r)).collect();
     let rows: Vec<Row> = args.files.iter().filter_map(|f| by_file.remove(&f.display().to_string())).collect();
-    match (&args.table, form, journal) {
+    match (&args.table.table, form, journal) {
         (Some(path), Some(form), Some(journal)) => {
             let journal = journal.into_inner().unwrap_or_else(std::sync::PoisonError::into_inner);
             journal.finish(path, &form.render(&rows)?)?;
@@ -72,8 +74,8 @@ pub(crate) fn run(args: &RingdownArgs, color: ColorChoice) -> Result<ExitCode, F
     }
     let count = |status: &str| rows.iter().filter(|r| r.status == status).count();
     let (warned, failed) = (count("warned"), count("failed"));
-    if !args.quiet {
-        let place = args.table.as_deref().map(|p| format!("; {}", p.display())).unwrap_or_default();
+    if !args.out.quiet {
+        let place = args.table.table.as_deref().map(|p| format!("; {}", p.display())).unwrap_or_default();
         output::print_error(
             &format!(
                 "{} files: {} without doubt, {warned} with warnings, {failed} failed{place}\n",
@@ -83,7 +85,7 @@ pub(crate) fn run(args: &RingdownArgs, color: ColorChoice) -> Result<ExitCode, F
             color,
         );
     }
-    Ok(match (failed == rows.len(), args.strict && warned + failed > 0) {
+    Ok(match (failed == rows.len(), args.out.strict && warned + failed > 0) {
         (true, _) => ExitCode::from(FAILED),
         (_, true) => ExitCode::from(DOUBTFUL),
         _ => ExitCode::SUCCESS,

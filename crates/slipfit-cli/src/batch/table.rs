@@ -2,6 +2,7 @@
 
 use super::row::Row;
 use crate::failure::Failure;
+use crate::page::{latex_escaped, markdown_cell};
 use slipfit::format::plain;
 use std::fmt::Write as _;
 use std::path::Path;
@@ -79,7 +80,7 @@ fn cells(row: &Row) -> [String; 7] {
 pub(crate) fn markdown(rows: &[Row]) -> String {
     let mut text = format!("| {} |\n|{}\n", HEADINGS.join(" | "), "---|".repeat(HEADINGS.len()));
     for row in rows {
-        let cells = cells(row).map(|c| c.replace('|', "\\|").replace('\n', " "));
+        let cells = cells(row).map(|c| markdown_cell(&c));
         let _ = writeln!(text, "| {} |", cells.join(" | "));
     }
     text
@@ -89,25 +90,10 @@ fn latex(rows: &[Row]) -> String {
     let mut text = format!("\\begin{{tabular}}{{{}}}\n", "l".repeat(HEADINGS.len()));
     let _ = writeln!(text, "{} \\\\ \\hline", HEADINGS.join(" & "));
     for row in rows {
-        let _ = writeln!(text, "{} \\\\", cells(row).map(|c| escaped(&c)).join(" & "));
+        let _ = writeln!(text, "{} \\\\", cells(row).map(|c| latex_escaped(&c)).join(" & "));
     }
     text.push_str("\\end{tabular}\n");
     text
-}
-
-/// Text in which LaTeX sees no commands.
-fn escaped(text: &str) -> String {
-    let mut out = String::with_capacity(text.len());
-    for c in text.chars() {
-        match c {
-            '\\' => out.push_str("\\textbackslash{}"),
-            '~' => out.push_str("\\textasciitilde{}"),
-            '^' => out.push_str("\\textasciicircum{}"),
-            '&' | '%' | '$' | '#' | '_' | '{' | '}' => out.extend(['\\', c]),
-            other => out.push(other),
-        }
-    }
-    out
 }
 
 #[cfg(test)]
@@ -124,7 +110,7 @@ mod tests {
         };
         assert!(markdown(std::slice::from_ref(&row)).contains("a\\|b_%.csv"));
         let text = latex(&[row]);
-        assert!(text.contains("a|b\\_\\%.csv & failed") && text.contains("x \\& y"), "{text}");
+        assert!(text.contains("a$|$b\\_\\%.csv & failed") && text.contains("x \\& y"), "{text}");
     }
 
     #[test]

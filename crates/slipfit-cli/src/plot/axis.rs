@@ -54,6 +54,28 @@ impl Axis {
         place.is_finite().then_some(place)
     }
 
+    /// A value in words, as finely as the axis can show: `amplitude 12.3 mrad`; `error` goes
+    /// between number and unit.
+    pub(super) fn tell(&self, value: f64, error: &str) -> String {
+        let (name, unit) = match self.label.rsplit_once(" [") {
+            Some((name, unit)) => (name, unit.trim_end_matches(']')),
+            None => (self.label.as_str(), ""),
+        };
+        let named = (value.round() as usize).checked_sub(1).and_then(|i| self.names.get(i));
+        let number = match named {
+            Some(name) => name.clone(),
+            None if self.log => slipfit::format::plain(value, 4, ""),
+            None => {
+                let finest = (self.high - self.low) / 5e3;
+                let decimals = (-finest.log10().floor()).clamp(0.0, 12.0) as usize;
+                minus(format!("{value:.decimals$}"))
+            }
+        };
+        // An operator before the number would read as a sign of it.
+        let name = if name.contains(['−', '/']) { format!("{name}:") } else { name.to_owned() };
+        format!("{name} {number}{error} {unit}").trim().to_owned()
+    }
+
     /// Ticks inside the range, about `wanted` of them on a linear axis.
     pub(super) fn ticks(&self, wanted: usize) -> Vec<Tick> {
         if !self.names.is_empty() {
