@@ -85,8 +85,18 @@ pub(crate) struct Waveform<'a> {
     pub(crate) duration: f64,
     /// Shape of the backbone; `None` leaves [`BEND`] without effect.
     pub(crate) bend: Option<Bend>,
+    /// How well the data place the last swing. A place of rest closer to the middle than this
+    /// is taken as the middle: which of the thousands of swings was the last, and so where
+    /// it ended, is then chance, and a derivative of it holds over no step a fit could take.
+    pub(crate) resolution: f64,
     /// Parameters whose derivatives are wanted.
     pub(crate) active: Vec<usize>,
+}
+
+/// [`Waveform::resolution`] of `n` samples with this noise: the standard error of an amplitude
+/// from all of them, for the six parameters that share them.
+pub(crate) fn resolution(noise_rms: f64, n: usize) -> f64 {
+    noise_rms * (12.0 / n.max(1) as f64).sqrt()
 }
 
 impl Waveform<'_> {
@@ -311,9 +321,10 @@ fn half_cycle(
             tau[k] = t;
         }
     } else {
+        let seen = if x_f > wave.resolution { sign } else { 0.0 };
         for k in 0..m {
-            value[k] = sign * turn.amplitude;
-            by_turn[k] = sign;
+            value[k] = seen * turn.amplitude;
+            by_turn[k] = seen;
             tau[k] = time[k] - wave.origin;
         }
     }
@@ -413,7 +424,7 @@ mod tests {
 
     fn wave<'a>(time: &'a [f64], signal: &'a [f64], bend: Option<Bend>) -> Waveform<'a> {
         let duration = time[time.len() - 1];
-        Waveform { time, signal, origin: 0.0, duration, bend, active: (0..11).collect() }
+        Waveform { time, signal, origin: 0.0, duration, bend, resolution: 0.0, active: (0..11).collect() }
     }
 
     fn residuals(wave: &Waveform, p: &[f64]) -> f64 {

@@ -4,7 +4,7 @@ use super::compare::{Scale, compare};
 use super::envelope::{A0, DELTA, DRAG, X_F};
 use super::fits::{Described, FULL, Problem, first_autocorrelation, rescored, widening};
 use super::measure::{Measured, Samples};
-use super::waveform::{BEND, Bend, CHIRP, COUNT, OFFSET, OMEGA, PHASE, Waveform};
+use super::waveform::{BEND, Bend, CHIRP, COUNT, OFFSET, OMEGA, PHASE, Waveform, resolution};
 use crate::estimate::least_squares::{Fit, LeastSquares, Normal, minimise, promised_gain};
 use crate::signal::blocks::{self, Block};
 use std::f64::consts::PI;
@@ -147,6 +147,7 @@ pub(crate) fn fit_waveform_window<'a>(
         origin,
         duration,
         bend: None,
+        resolution: resolution(measured.noise_rms, n),
         active: FULL.iter().chain(&always).copied().collect(),
     };
     let mut nuisance: Vec<usize> = always.to_vec();
