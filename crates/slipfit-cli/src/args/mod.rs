@@ -50,7 +50,7 @@ Examples:
   slipfit help ringdown
       every option of a command
 
-Exit status: 0 done, 1 warnings under --strict, 2 failed.";
+Exit status: 0 done, 1 warnings under --strict, 2 failed, 130 interrupted.";
 
 /// Tells sliding friction from viscous damping in any oscillator.
 ///

@@ -4,11 +4,11 @@ use super::ringdown::check_calibration;
 use super::show::{Faces, show};
 use crate::args::ResonanceArgs;
 use crate::failure::{Failure, warning_line};
-use crate::{csv, json, page, plot, report};
+use crate::{batch, csv, json, page, plot, report};
 use anstream::ColorChoice;
 use slipfit::resonance::{Answer, Options, analyse};
 use slipfit_io::{SweepReading, read_sweep};
-use std::path::Path;
+use std::path::{Path, PathBuf};
 use std::process::ExitCode;
 
 /// A curve, what was asked of it, and what it answered.
@@ -20,6 +20,9 @@ pub(crate) struct AnalysedCurve<'a> {
 }
 
 pub(crate) fn run(args: &ResonanceArgs, color: ColorChoice) -> Result<ExitCode, Failure> {
+    if args.table.table.is_some() {
+        return many(args, color);
+    }
     let plot_format = args.out.plot.as_deref().map(plot::Format::of).transpose()?;
     let (reading, reference, options) = prepare(args)?;
     let file = Path::new(&reading.report.path);
@@ -44,17 +47,51 @@ pub(crate) fn run(args: &ResonanceArgs, color: ColorChoice) -> Result<ExitCode, 
     show(&args.out, &faces, color)
 }
 
+/// A table of curves, one a file.
+fn many(args: &ResonanceArgs, color: ColorChoice) -> Result<ExitCode, Failure> {
+    // Read once: it is the same for all of them.
+    let reference = read_reference(args)?;
+    let fingerprint = reference.as_ref().map(|r| r.report.sha256.as_str()).unwrap_or_default();
+    let one = |file: &Path| {
+        let (reading, options) = prepare_curve(args, &[file.to_owned()], reference.as_ref())?;
+        let answer = analyse(&reading.curve, &options).map_err(|e| Failure::analysing_curve(file, &e))?;
+        Ok(batch::resonance::row(file, &reading, &answer))
+    };
+    let task = batch::Task {
+        command: "resonance",
+        files: &args.files,
+        table: &args.table,
+        out: &args.out,
+        columns: batch::resonance::COLUMNS,
+        options: format!("{:?} {:?} {fingerprint}", args.curve.options(), args.options()),
+        one: &one,
+    };
+    batch::run(&task, color)
+}
+
 /// Reads what an analysis needs.
 pub(crate) fn prepare(
     args: &ResonanceArgs,
 ) -> Result<(SweepReading, Option<SweepReading>, Options), Failure> {
-    let read = args.curve.options();
-    let reading = read_sweep(&args.files, &read)?;
+    let reference = read_reference(args)?;
+    let (reading, options) = prepare_curve(args, &args.files, reference.as_ref())?;
+    Ok((reading, reference, options))
+}
+
+fn read_reference(args: &ResonanceArgs) -> Result<Option<SweepReading>, Failure> {
+    let read = |file| read_sweep(std::slice::from_ref(file), &args.curve.options());
+    Ok(args.reference.as_ref().map(read).transpose()?)
+}
+
+fn prepare_curve(
+    args: &ResonanceArgs,
+    files: &[PathBuf],
+    reference: Option<&SweepReading>,
+) -> Result<(SweepReading, Options), Failure> {
+    let reading = read_sweep(files, &args.curve.options())?;
     check_calibration(args.calibration.flag(), reading.curve.unit())?;
-    let reference =
-        args.reference.as_ref().map(|file| read_sweep(std::slice::from_ref(file), &read)).transpose()?;
     let mut options = args.options();
-    if let Some(reference) = &reference {
+    if let Some(reference) = reference {
         let (unit, other) = (reading.curve.unit(), reference.curve.unit());
         if unit != other {
             return Err(Failure::new(format!(
@@ -65,5 +102,5 @@ pub(crate) fn prepare(
         }
         options.reference = Some(reference.curve.clone());
     }
-    Ok((reading, reference, options))
+    Ok((reading, options))
 }

@@ -21,7 +21,16 @@ pub(crate) struct Analysed<'a> {
 
 pub(crate) fn run(args: &RingdownArgs, color: ColorChoice) -> Result<ExitCode, Failure> {
     if args.table.table.is_some() || args.files.len() > 1 {
-        return batch::run(args, color);
+        let task = batch::Task {
+            command: "ringdown",
+            files: &args.files,
+            table: &args.table,
+            out: &args.out,
+            columns: batch::ringdown::COLUMNS,
+            options: format!("{:?} {:?}", args.reading.options(), args.options()),
+            one: &|file| Ok(batch::ringdown::row(file, &analyse_file(file, args)?)),
+        };
+        return batch::run(&task, color);
     }
     let plot_format = args.out.plot.as_deref().map(plot::Format::of).transpose()?;
     let file = &args.files[0];

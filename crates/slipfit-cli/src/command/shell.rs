@@ -17,7 +17,12 @@ pub(crate) fn completions(args: &CompletionsArgs) -> Result<ExitCode, Failure> {
 
 pub(crate) fn man(args: &ManArgs) -> Result<ExitCode, Failure> {
     match &args.out {
-        None => output::to_path(Path::new("-"), |out| Man::new(Cli::command()).render(out))?,
+        None => {
+            // As the pages of the folder have it.
+            let mut command = Cli::command().disable_help_subcommand(true);
+            command.build();
+            output::to_path(Path::new("-"), |out| Man::new(command).render(out))?;
+        }
         Some(folder) => {
             output::make_folder(folder)?;
             clap_mangen::generate_to(Cli::command(), folder)

@@ -62,8 +62,23 @@ fn group(text: &str) -> (&str, &str) {
 /// Upright words among leaning letters.
 fn letters(word: &str) -> String {
     const UPRIGHT: [&str; 17] = [
-        "sgn", "coth", "sinh", "cosh", "cos", "sin", "ln", "lag", "drag", "for", "above", "the", "threshold", "RSS",
-        "BIC", "best", "ΔBIC",
+        "sgn",
+        "coth",
+        "sinh",
+        "cosh",
+        "cos",
+        "sin",
+        "ln",
+        "lag",
+        "drag",
+        "for",
+        "above",
+        "the",
+        "threshold",
+        "RSS",
+        "BIC",
+        "best",
+        "ΔBIC",
     ];
     if UPRIGHT.contains(&word) {
         return word.to_owned();
@@ -92,7 +107,10 @@ mod tests {
 
     #[test]
     fn prose_keeps_its_words_and_lowers_its_indices() {
-        assert_eq!(text("x_F and ω_{0}, a_1 < 2, _x"), "x<sub>F</sub> and ω<sub>0</sub>, a<sub>1</sub> &lt; 2, _x");
+        assert_eq!(
+            text("x_F and ω_{0}, a_1 < 2, _x"),
+            "x<sub>F</sub> and ω<sub>0</sub>, a<sub>1</sub> &lt; 2, _x"
+        );
     }
 
     #[test]

@@ -16,7 +16,6 @@ pub(crate) use view::{levels, resonance, ringdown, series};
 use crate::plot::Picture;
 use crate::report::{Facts, Told};
 use method::Step;
-use std::ffi::OsString;
 
 /// Everything a report says, in no format yet.
 pub(crate) struct Document<'a> {
@@ -78,16 +77,20 @@ impl Table {
 
 /// The command line that was typed, as a shell takes it.
 pub(crate) fn command_line() -> String {
-    quoted(std::env::args_os().skip(1))
+    quoted(arguments())
 }
 
-fn quoted(words: impl Iterator<Item = OsString>) -> String {
+/// The words typed behind the program's name; what is no text is replaced by signs.
+pub(crate) fn arguments() -> impl Iterator<Item = String> {
+    std::env::args_os().skip(1).map(|word| word.to_string_lossy().into_owned())
+}
+
+fn quoted(words: impl Iterator<Item = String>) -> String {
     let mut line = "slipfit".to_owned();
     for word in words {
         line.push(' ');
         // A word with a zero byte cannot have been typed.
-        let text = word.to_string_lossy();
-        line.push_str(&shlex::try_quote(&text).unwrap_or_default());
+        line.push_str(&shlex::try_quote(&word).unwrap_or_default());
     }
     line
 }
@@ -99,7 +102,7 @@ mod tests {
     #[test]
     fn a_shell_would_take_the_command_line_apart_again() {
         let typed = ["ringdown", "it's a \"swing\" & more.csv", "--stiffness", "12000±300", "$HOME", "-"];
-        let line = quoted(typed.iter().map(Into::into));
+        let line = quoted(typed.iter().map(|word| (*word).to_owned()));
         let back = shlex::split(&line).unwrap();
         assert_eq!(back[0], "slipfit");
         assert_eq!(back[1..], typed);

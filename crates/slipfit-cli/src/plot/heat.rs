@@ -60,7 +60,7 @@ fn scale(label: &str) -> Figure {
     const STEPS: i32 = 120;
     let axis = Axis::log(SCALE[0], SCALE[1], label);
     let mut figure = Figure::new(BAR - 12.0, PANEL[1]);
-    let x = Axis { low: 0.0, high: 1.0, log: false, label: String::new(), names: Vec::new() };
+    let x = Axis { low: 0.0, high: 1.0, log: false, label: String::new(), names: Vec::new(), hidden: false };
     let mut panel = Panel::new(&mut figure, "", x, axis);
     let at = |i: i32| SCALE[0] * (SCALE[1] / SCALE[0]).powf(f64::from(i) / f64::from(STEPS));
     for i in 0..STEPS {

@@ -5,6 +5,7 @@ mod chart;
 mod dark;
 mod decimate;
 mod figure;
+mod files;
 mod font;
 mod grid;
 mod heat;
@@ -22,6 +23,7 @@ pub(crate) use dark::dark_rules;
 pub(crate) use heat::{HeatMap, heat_maps};
 pub(crate) use svg::escape;
 
+use crate::batch::Row;
 use crate::command::levels::AnalysedLevels;
 use crate::command::resonance::AnalysedCurve;
 use crate::command::ringdown::Analysed;
@@ -71,6 +73,11 @@ pub(crate) fn levels(analysed: &AnalysedLevels<'_>, format: Format) -> Result<Ve
 /// The picture of a series.
 pub(crate) fn series(analysed: &AnalysedSeries<'_>, format: Format) -> Result<Vec<u8>, Failure> {
     Picture(series::figure(analysed)).render(format)
+}
+
+/// The picture across many files.
+pub(crate) fn files(rows: &[Row], format: Format) -> Result<Vec<u8>, Failure> {
+    Picture(files::figure(rows)).render(format)
 }
 
 /// The panels of an answer, each a picture of its own.

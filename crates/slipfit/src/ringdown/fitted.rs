@@ -82,8 +82,17 @@ impl FittedMotion {
                 })
                 .collect()
         };
-        let mut motion =
-            Self { start_s, end_s, law, friction_displacement, knots, backbone, table, noise_floor, rest: None };
+        let mut motion = Self {
+            start_s,
+            end_s,
+            law,
+            friction_displacement,
+            knots,
+            backbone,
+            table,
+            noise_floor,
+            rest: None,
+        };
         motion.rest = motion.find_rest();
         motion
     }
@@ -203,4 +212,35 @@ pub(crate) fn half_cycle(before: f64, after: f64, x_f: f64, theta: f64) -> f64 {
     let lambda = ratio.ln() / PI;
     let (sin, cos) = theta.sin_cos();
     x_f + swing * (lambda * theta).exp() * (cos - lambda * sin)
+}
+
+#[cfg(test)]
+mod tests {
+    use crate::decay::FreeDecay;
+    use crate::ringdown::{Options, analyse};
+    use crate::{Oscillator, Record};
+
+    #[test]
+    fn the_fitted_motion_rests_where_friction_stops_it() {
+        let oscillator = Oscillator::kinematic(5.0, 0.028, 0.002).unwrap();
+        let decay = FreeDecay::from_rest(&oscillator, 0.3).unwrap();
+        let stop_s = decay.stop().unwrap().time_s;
+        let noise = 1e-3;
+        let time_s: Vec<f64> = (0..3000).map(|i| 0.02 * f64::from(i)).collect();
+        let signal = time_s
+            .iter()
+            .enumerate()
+            .map(|(i, &t)| decay.displacement(t) + 1.4 * noise * (7.7 * (i * i) as f64).sin())
+            .collect();
+        let record = Record::new(time_s, signal).unwrap();
+        let fit = analyse(&record, &Options::default()).unwrap().fit;
+        let [start, end] = fit.range_s();
+        assert!(end > stop_s + 10.0, "the rest belongs to the stretch: {stop_s} s of {end} s");
+        // Less than the noise of one sample off, moving and at rest.
+        for i in 0..=2000 {
+            let t = start + (end - start) * f64::from(i) / 2000.0;
+            let off = fit.signal_at(t) - decay.displacement(t);
+            assert!(off.abs() < noise, "{off} at {t} s; the stop is at {stop_s} s");
+        }
+    }
 }
