@@ -67,10 +67,8 @@ pub(crate) struct Entry {
 }
 
 impl Entry {
-    /// The BIC, with what drag without viscous loss must be better by.
     fn rank(&self) -> f64 {
-        let drag_alone = self.model.has_drag() && !self.model.has_viscous();
-        self.bic + if drag_alone { DRAG_ALONE } else { 0.0 }
+        self.bic + self.model.handicap()
     }
 }
 
@@ -156,8 +154,8 @@ impl Comparison {
         self.entries.iter().find(|e| e.model == model)
     }
 
-    /// The model of least BIC among those with every term inside its limit; drag without any
-    /// viscous loss must be better by [`DRAG_ALONE`].
+    /// The model of least BIC among those with every term inside its limit, handicaps
+    /// counted.
     pub(crate) fn best(&self) -> Option<&Entry> {
         let least = |a: &&Entry, b: &&Entry| a.rank().total_cmp(&b.rank());
         self.entries
@@ -206,11 +204,6 @@ impl Comparison {
         }
     }
 }
-
-/// Strong evidence on the scale of the BIC (Kass and Raftery 1995). Every oscillator has some
-/// loss linear in velocity; one that seems to have none beside its drag is more often chance
-/// (one record in a hundred with two losses and 20 dB), and its `x_F` is then far off.
-const DRAG_ALONE: f64 = 6.0;
 
 /// One-sided p value of the smaller model against the larger.
 fn test(small: &Entry, large: &Entry, scale: Scale) -> f64 {
