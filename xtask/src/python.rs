@@ -1,6 +1,7 @@
 //! A Python of the project's own, with the peers in it.
 
-use std::path::PathBuf;
+use std::ffi::OsStr;
+use std::path::{Path, PathBuf};
 
 use crate::Failure;
 use crate::places::{command, root, run, target};
@@ -13,14 +14,31 @@ pub(crate) fn peers() -> PathBuf {
 /// The interpreter in `target/venv`, made and filled with the packages of
 /// `xtask/peers/requirements.txt` where they are missing.
 pub(crate) fn interpreter() -> Result<PathBuf, Failure> {
-    let folder = target()?.join("venv");
-    let python = if cfg!(windows) { folder.join("Scripts/python.exe") } else { folder.join("bin/python") };
-    if !python.is_file() {
+    let programs = environment(&target()?.join("venv"))?;
+    install(&programs, [OsStr::new("--requirement"), peers().join("requirements.txt").as_os_str()])?;
+    Ok(python_in(&programs))
+}
+
+/// A virtual environment in a folder, made if it is missing: the folder of its programs.
+pub(crate) fn environment(folder: &Path) -> Result<PathBuf, Failure> {
+    let programs = folder.join(if cfg!(windows) { "Scripts" } else { "bin" });
+    if !python_in(&programs).is_file() {
         let system = if cfg!(windows) { "python" } else { "python3" };
-        run(command(system).args(["-m", "venv"]).arg(&folder))?;
+        run(command(system).args(["-m", "venv"]).arg(folder))?;
     }
-    let mut pip = command(&python);
-    pip.args(["-m", "pip", "install", "--quiet", "--disable-pip-version-check", "--requirement"]);
-    run(pip.arg(peers().join("requirements.txt")))?;
-    Ok(python)
+    Ok(programs)
+}
+
+/// Lets an environment's `pip` install what these arguments name.
+pub(crate) fn install<S: AsRef<OsStr>>(
+    programs: &Path,
+    arguments: impl IntoIterator<Item = S>,
+) -> Result<(), Failure> {
+    let mut pip = command(python_in(programs));
+    pip.args(["-m", "pip", "install", "--quiet", "--disable-pip-version-check"]);
+    run(pip.args(arguments))
+}
+
+fn python_in(programs: &Path) -> PathBuf {
+    programs.join("python").with_extension(std::env::consts::EXE_EXTENSION)
 }

@@ -19,12 +19,13 @@ use std::time::Instant;
 const Q: [f64; 4] = [5.0, 50.0, 1_000.0, 20_000.0];
 const SHARE: [f64; 4] = [0.0, 0.1, 0.5, 0.9];
 const SNR_DB: [f64; 3] = [20.0, 40.0, 60.0];
-const NUISANCES: [Nuisance; 5] = [
+const NUISANCES: [Nuisance; 6] = [
     Nuisance::Hardening,
     Nuisance::OffsetDrift,
     Nuisance::EightBit,
     Nuisance::MissingSamples,
     Nuisance::DrivenLeadIn,
+    Nuisance::Rest,
 ];
 
 /// Runs the tables; `--seeds N`, `--only TEXT`, `--write`.
@@ -49,6 +50,9 @@ pub(crate) fn run(arguments: &[String]) -> Result<ExitCode, Failure> {
     for nuisance in NUISANCES {
         for q in [50.0, 1_000.0] {
             for share in [0.1, 0.5] {
+                if nuisance == Nuisance::Rest {
+                    cells.push(Cell { q, share, snr_db: 20.0, nuisance });
+                }
                 cells.push(Cell { q, share, snr_db: 40.0, nuisance });
             }
         }

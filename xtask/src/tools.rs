@@ -1,21 +1,26 @@
 //! Tools that do not come with Rust, at the versions this project was checked with.
 
-use std::path::PathBuf;
+use std::path::{Path, PathBuf};
 
 use crate::Failure;
 use crate::places::{cargo, command, run, target};
+use crate::python;
 
-/// A program built from its published source.
+/// A program at one version: ready-made where its authors publish it so, else built from source.
 pub(crate) struct Tool {
     package: &'static str,
+    /// Name of the authors' own wheel, which `pip` brings in a second.
+    wheel: Option<&'static str>,
     program: &'static str,
     version: &'static str,
 }
 
 /// Licences, banned crates, sources, known vulnerabilities.
-pub(crate) const CARGO_DENY: Tool = Tool { package: "cargo-deny", program: "cargo-deny", version: "0.20.2" };
+pub(crate) const CARGO_DENY: Tool =
+    Tool { package: "cargo-deny", wheel: None, program: "cargo-deny", version: "0.20.2" };
 /// Spelling.
-pub(crate) const TYPOS: Tool = Tool { package: "typos-cli", program: "typos", version: "1.52.0" };
+pub(crate) const TYPOS: Tool =
+    Tool { package: "typos-cli", wheel: Some("typos"), program: "typos", version: "1.52.0" };
 
 impl Tool {
     /// The program: from the search path if the version fits, else from
@@ -28,6 +33,9 @@ impl Tool {
                 return Ok(program);
             }
         }
+        if let Some(program) = self.wheel.and_then(|wheel| self.from_wheel(wheel, &folder)) {
+            return Ok(program);
+        }
         // Unoptimised: each runs for a second and would take minutes to optimise.
         run(cargo()
             .args(["install", "--locked", "--force", "--root"])
@@ -39,6 +47,17 @@ impl Tool {
             .env("CARGO_PROFILE_RELEASE_CODEGEN_UNITS", "16")
             .env("CARGO_PROFILE_RELEASE_DEBUG", "0"))?;
         if self.fits(&own) { Ok(own) } else { Err(format!("{} does not run", own.display()).into()) }
+    }
+
+    /// `None` where there is no Python, no network, or no wheel for this machine.
+    fn from_wheel(&self, wheel: &str, folder: &Path) -> Option<PathBuf> {
+        let programs = python::environment(&folder.join("venv")).ok()?;
+        let program = programs.join(self.program).with_extension(std::env::consts::EXE_EXTENSION);
+        if !self.fits(&program) {
+            let package = format!("{wheel}=={}", self.version);
+            python::install(&programs, ["--only-binary", ":all:", &package]).ok()?;
+        }
+        self.fits(&program).then_some(program)
     }
 
     fn fits(&self, program: &PathBuf) -> bool {

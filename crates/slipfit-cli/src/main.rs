@@ -8,8 +8,10 @@ mod failure;
 mod json;
 mod manifest;
 mod output;
+mod page;
 mod plot;
 mod report;
+mod version;
 
 use clap::Parser;
 use failure::Failure;
@@ -30,6 +32,8 @@ fn main() -> ExitCode {
         args::Command::Series(args) => command::series::run(args, color),
         args::Command::Paper(args) => command::paper::run(args, color),
         args::Command::Atlas(args) => command::atlas::run(args, color),
+        args::Command::Completions(args) => command::shell::completions(args),
+        args::Command::Man(args) => command::shell::man(args),
     };
     match done {
         Ok(code) => code,

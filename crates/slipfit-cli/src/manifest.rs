@@ -7,6 +7,7 @@ use crate::args::{Cli, Command, Uncertain};
 use crate::failure::Failure;
 use clap::Parser;
 use serde::Deserialize;
+use sha2::{Digest, Sha256};
 use slipfit::ringdown::Calibration;
 use slipfit::series::{Condition, Shared};
 use std::path::{Path, PathBuf};
@@ -74,6 +75,8 @@ enum Number {
 /// What a manifest asks for.
 #[derive(Debug)]
 pub(crate) struct Manifest {
+    /// Of the file's bytes, in hexadecimal.
+    pub(crate) sha256: String,
     pub(crate) title: String,
     /// Unit of displacements in the table, if it is given.
     pub(crate) unit: Option<String>,
@@ -100,9 +103,11 @@ pub(crate) struct Asked {
 pub(crate) fn read(path: &Path) -> Result<Manifest, Failure> {
     let text = std::fs::read_to_string(path).map_err(|e| Failure::new(format!("{}: {e}", path.display())))?;
     let folder = path.parent().unwrap_or(Path::new(""));
-    parse(&text, folder).map_err(|said| {
+    let manifest = parse(&text, folder).map_err(|said| {
         Failure::new(format!("{}: {said}", path.display())).hint("docs/series.md says what a manifest holds")
-    })
+    })?;
+    let digest = Sha256::digest(text.as_bytes());
+    Ok(Manifest { sha256: digest.iter().map(|byte| format!("{byte:02x}")).collect(), ..manifest })
 }
 
 fn parse(text: &str, folder: &Path) -> Result<Manifest, String> {
@@ -128,6 +133,7 @@ fn parse(text: &str, folder: &Path) -> Result<Manifest, String> {
         }
     }
     Ok(Manifest {
+        sha256: String::new(),
         title: written.title.unwrap_or_default(),
         unit: written.unit,
         condition: written.condition.unwrap_or_else(|| "condition".to_owned()),

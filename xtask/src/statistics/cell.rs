@@ -22,6 +22,8 @@ pub(crate) enum Nuisance {
     MissingSamples,
     /// [`LEAD_IN_CYCLES`] of constant amplitude first, driven.
     DrivenLeadIn,
+    /// Two fifths longer than the motion: at rest at the end.
+    Rest,
 }
 
 impl Nuisance {
@@ -33,6 +35,7 @@ impl Nuisance {
             Nuisance::EightBit => "8-bit converter",
             Nuisance::MissingSamples => "10 % missing",
             Nuisance::DrivenLeadIn => "driven lead-in",
+            Nuisance::Rest => "at rest at the end",
         }
     }
 }
@@ -104,7 +107,11 @@ impl Cell {
         // Down to 3 % of the first amplitude, or to the stop.
         let offset = oscillator.decay_offset();
         let fall = ((AMPLITUDE + offset) / (0.03 * AMPLITUDE + offset)).ln() / delta;
-        let end = decay.stop().map_or(fall, |s| s.time_s.min(fall));
+        let stop = decay.stop().map_or(f64::INFINITY, |s| s.time_s);
+        let end = if self.nuisance == Nuisance::Rest { 1.4 * stop } else { stop.min(fall) };
+        if !end.is_finite() {
+            return None;
+        }
         let usual: f64 = match self.q {
             q if q < 10.0 => 60.3,
             q if q < 100.0 => 20.7,
@@ -145,7 +152,8 @@ impl Cell {
             _ => {}
         }
         let release_s = if self.nuisance == Nuisance::DrivenLeadIn { LEAD_IN_CYCLES } else { 0.0 };
-        let free: Vec<f64> = time.iter().map(|t| t - release_s).filter(|t| *t >= 0.0).collect();
+        let free: Vec<f64> =
+            time.iter().map(|t| t - release_s).filter(|t| (0.0..=stop).contains(t)).collect();
         let sigma = AMPLITUDE / SQRT_2 * 10f64.powf(-self.snr_db / 20.0);
         let bound = bounds(&truth, &free, sigma);
         Some(Prepared { cell: self, time, clean, sigma, delta, x_f, bound })

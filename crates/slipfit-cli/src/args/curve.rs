@@ -1,10 +1,9 @@
-//! How a resonance curve is read, and where its answer goes.
+//! How a resonance curve is read.
 
 use super::positive;
 use super::reading::Kind;
 use clap::Args;
 use slipfit_io::SweepOptions;
-use std::path::PathBuf;
 
 // Columns and units of a curve.
 #[derive(Debug, Args)]
@@ -100,28 +99,4 @@ impl CurveArgs {
             rate_hz: self.rate_hz,
         }
     }
-}
-
-// Where an answer goes.
-#[derive(Debug, Args)]
-pub(crate) struct AnswerArgs {
-    /// Write the whole answer as JSON, `-` for standard output
-    #[arg(long, value_name = "PATH", help_heading = "Output")]
-    pub(crate) json: Option<PathBuf>,
-
-    /// Draw data, fit and residuals; .svg or .png
-    #[arg(long, value_name = "FILE", help_heading = "Output")]
-    pub(crate) plot: Option<PathBuf>,
-
-    /// Write data, fit and residuals as CSV
-    #[arg(long, value_name = "FILE", help_heading = "Output")]
-    pub(crate) csv: Option<PathBuf>,
-
-    /// Exit with status 1 on any warning
-    #[arg(long, help_heading = "Output")]
-    pub(crate) strict: bool,
-
-    /// Print nothing but errors
-    #[arg(long, short, help_heading = "Output")]
-    pub(crate) quiet: bool,
 }

@@ -1,8 +1,7 @@
 //! `slipfit levels`.
 
-use super::curve::AnswerArgs;
 use super::ringdown::CalibrationArgs;
-use super::{Uncertain, positive};
+use super::{AnswerArgs, Uncertain, positive};
 use clap::Args;
 use slipfit::levels::Options;
 use slipfit_io::LevelOptions;

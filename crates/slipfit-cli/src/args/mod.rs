@@ -1,5 +1,6 @@
 //! What can be typed.
 
+mod answer;
 mod curve;
 mod inspect;
 mod levels;
@@ -10,12 +11,13 @@ mod record;
 mod resonance;
 mod ringdown;
 mod series;
+mod shell;
 mod simulate;
 
 use clap::builder::styling::{AnsiColor, Styles};
 use clap::{Parser, Subcommand, ValueEnum};
 
-pub(crate) use curve::AnswerArgs;
+pub(crate) use answer::{AnswerArgs, TableArgs};
 pub(crate) use inspect::InspectArgs;
 pub(crate) use levels::LevelFitArgs;
 pub(crate) use number::Uncertain;
@@ -25,6 +27,7 @@ pub(crate) use record::{MinusArgs, OscillatorArgs, OutArgs, RecordFormat, Sample
 pub(crate) use resonance::ResonanceArgs;
 pub(crate) use ringdown::RingdownArgs;
 pub(crate) use series::SeriesArgs;
+pub(crate) use shell::{CompletionsArgs, ManArgs};
 pub(crate) use simulate::{
     Beginning, DecayArgs, DriveArgs, DrivenArgs, LevelsArgs, OutputKind, SimulateArgs, SimulateCommand,
     SweepArgs, Tone, WaveArgs,
@@ -47,7 +50,7 @@ Examples:
   slipfit help ringdown
       every option of a command
 
-Exit status: 0 done, 1 warnings under --strict, 2 failed.";
+Exit status: 0 done, 1 warnings under --strict, 2 failed, 130 interrupted.";
 
 /// Tells sliding friction from viscous damping in any oscillator.
 ///
@@ -56,7 +59,7 @@ Exit status: 0 done, 1 warnings under --strict, 2 failed.";
 /// law, and says how much of the loss is viscous, how much is sliding
 /// (Coulomb, dry) friction, and how sure that is.
 #[derive(Debug, Parser)]
-#[command(name = "slipfit", version, after_help = AFTER_HELP, styles = STYLES)]
+#[command(name = "slipfit", version = crate::version::long(), after_help = AFTER_HELP, styles = STYLES)]
 #[command(max_term_width = 100, propagate_version = true, disable_help_subcommand = false)]
 pub(crate) struct Cli {
     #[command(subcommand)]
@@ -86,6 +89,8 @@ pub(crate) enum Command {
     Simulate(SimulateArgs),
     Paper(PaperArgs),
     Atlas(AtlasArgs),
+    Completions(CompletionsArgs),
+    Man(ManArgs),
 }
 
 #[derive(Debug, Clone, Copy, PartialEq, Eq, ValueEnum)]

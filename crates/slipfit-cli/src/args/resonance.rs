@@ -1,8 +1,8 @@
 //! `slipfit resonance`.
 
-use super::curve::{AnswerArgs, CurveArgs};
+use super::curve::CurveArgs;
 use super::ringdown::CalibrationArgs;
-use super::{Uncertain, positive};
+use super::{AnswerArgs, TableArgs, Uncertain, positive};
 use clap::{Args, ValueEnum};
 use slipfit::resonance::{DriveAmplitude, Method, Options, Terms};
 use slipfit::ringdown::LossModel;
@@ -19,6 +19,8 @@ Examples:
       one raw record for each frequency; column 3 is the drive
   slipfit resonance pendulum.csv --frequency-unit rad/s --band 0.5 0.9
       a unit the file does not name; one of several peaks
+  slipfit resonance runs/*.csv --reference free.csv --table runs.csv
+      many curves at once, one row each
   slipfit resonance fork.dat --model paper
       the effective Lorentzian of the paper, its bias beside the answer";
 
@@ -26,7 +28,8 @@ Examples:
 ///
 /// Reads amplitude, or amplitude and phase, over frequency from a file of any
 /// dialect and says which columns it took and why; several files or a folder
-/// are raw records, one for each frequency, and are demodulated. Fits the exact
+/// are raw records, one for each frequency, and are demodulated; with --table
+/// each file is a curve of its own. Fits the exact
 /// fundamental of the driven oscillator with sliding friction, compares the
 /// loss models, and says what the curve can and cannot tell. Friction is told
 /// from viscous loss far better with --reference or --drive-amplitude.
@@ -79,6 +82,9 @@ pub(crate) struct ResonanceArgs {
 
     #[command(flatten)]
     pub(crate) out: AnswerArgs,
+
+    #[command(flatten)]
+    pub(crate) table: TableArgs,
 }
 
 /// A way to compute the response, or a loss model.

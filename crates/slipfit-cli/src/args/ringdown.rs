@@ -1,6 +1,6 @@
 //! `slipfit ringdown`.
 
-use super::{ReadingArgs, Uncertain, finite, positive};
+use super::{AnswerArgs, ReadingArgs, TableArgs, Uncertain, finite, positive};
 use clap::Args;
 use slipfit::ringdown::{Calibration, LossModel, LowPass, Options};
 use std::path::PathBuf;
@@ -17,8 +17,10 @@ Examples:
       one of several modes
   slipfit ringdown lockin.csv --frequency-hz 32700 --lockin-time-constant 1e-3 --lockin-order 4
       an amplitude recorded behind a lock-in's low-pass
-  slipfit ringdown runs/*.csv --table runs.md
-      many files at once, one row each
+  slipfit ringdown swing.csv --html swing.html
+      a report to hand in: one page with pictures, equations and sources
+  slipfit ringdown runs/*.csv --table runs.md --plot runs.svg
+      many files at once, one row each, and a picture across them
   slipfit ringdown swing.csv --json - | jq .sliding
       the answer for a script";
 
@@ -88,33 +90,11 @@ pub(crate) struct RingdownArgs {
     #[command(flatten)]
     calibration: CalibrationArgs,
 
-    /// Write the whole answer as JSON, `-` for standard output
-    #[arg(long, value_name = "PATH", help_heading = "Output")]
-    pub(crate) json: Option<PathBuf>,
+    #[command(flatten)]
+    pub(crate) out: AnswerArgs,
 
-    /// Draw data, fit, residuals and loss; .svg or .png
-    #[arg(long, value_name = "FILE", help_heading = "Output")]
-    pub(crate) plot: Option<PathBuf>,
-
-    /// Write envelope, fit and residuals as CSV
-    #[arg(long, value_name = "FILE", help_heading = "Output")]
-    pub(crate) csv: Option<PathBuf>,
-
-    /// One row per file as a table, written as files are done: .csv, .json, .md or .tex
-    #[arg(long, value_name = "FILE", help_heading = "Output")]
-    pub(crate) table: Option<PathBuf>,
-
-    /// Go on with a table that was interrupted
-    #[arg(long, requires = "table", help_heading = "Output")]
-    pub(crate) resume: bool,
-
-    /// Exit with status 1 on any warning
-    #[arg(long, help_heading = "Output")]
-    pub(crate) strict: bool,
-
-    /// Print nothing but errors
-    #[arg(long, short, help_heading = "Output")]
-    pub(crate) quiet: bool,
+    #[command(flatten)]
+    pub(crate) table: TableArgs,
 }
 
 /// At most one mechanical constant.

@@ -1,5 +1,6 @@
 //! `slipfit series`.
 
+use super::AnswerArgs;
 use clap::Args;
 use std::path::PathBuf;
 
@@ -9,6 +10,8 @@ Examples:
       friction and damping at each condition, by ring-down and by resonance
   slipfit series brake.toml --latex table.tex --plot table.svg
       the table for a paper, and its picture
+  slipfit series brake.toml --html brake.html
+      a report to hand in, equations and sources included
 
 The manifest, in short (docs/series.md has it whole):
 
@@ -33,31 +36,6 @@ pub(crate) struct SeriesArgs {
     #[arg(value_name = "MANIFEST")]
     pub(crate) manifest: PathBuf,
 
-    /// Write the whole answer as JSON, `-` for standard output
-    #[arg(long, value_name = "PATH", help_heading = "Output")]
-    pub(crate) json: Option<PathBuf>,
-
-    /// Write the table as CSV, `-` for standard output
-    #[arg(long, value_name = "PATH", help_heading = "Output")]
-    pub(crate) csv: Option<PathBuf>,
-
-    /// Write the table as Markdown, `-` for standard output
-    #[arg(long, value_name = "PATH", help_heading = "Output")]
-    pub(crate) markdown: Option<PathBuf>,
-
-    /// Write the table as LaTeX, `-` for standard output
-    #[arg(long, value_name = "PATH", help_heading = "Output")]
-    pub(crate) latex: Option<PathBuf>,
-
-    /// Draw friction and damping against the condition; .svg or .png
-    #[arg(long, value_name = "FILE", help_heading = "Output")]
-    pub(crate) plot: Option<PathBuf>,
-
-    /// Exit with status 1 on any warning
-    #[arg(long, help_heading = "Output")]
-    pub(crate) strict: bool,
-
-    /// Print nothing but errors
-    #[arg(long, short, help_heading = "Output")]
-    pub(crate) quiet: bool,
+    #[command(flatten)]
+    pub(crate) out: AnswerArgs,
 }

@@ -1,6 +1,6 @@
 //! Rows on disk as soon as they are done, so that nothing finished is lost.
 
-use super::row::Row;
+use super::row::{Column, Row};
 use super::table::Form;
 use crate::failure::Failure;
 use std::fs::{self, File, OpenOptions};
@@ -14,6 +14,7 @@ pub(crate) struct Journal {
     path: PathBuf,
     file: File,
     rows: Vec<Row>,
+    columns: &'static [Column],
     shown: Instant,
 }
 
@@ -29,7 +30,12 @@ fn place(table: &Path) -> PathBuf {
 
 impl Journal {
     /// Begins a table, or goes on with one and gives the rows it has.
-    pub(crate) fn open(table: &Path, signature: &str, resume: bool) -> Result<(Self, Vec<Row>), Failure> {
+    pub(crate) fn open(
+        table: &Path,
+        signature: &str,
+        columns: &'static [Column],
+        resume: bool,
+    ) -> Result<(Self, Vec<Row>), Failure> {
         let path = place(table);
         let name = path.display().to_string();
         let failed = |e: &std::io::Error| Failure::writing(&name, e);
@@ -48,7 +54,7 @@ impl Journal {
                 .hint("the same options go on with it; without --resume the table begins anew"));
             }
             for line in lines {
-                if let Ok(row) = serde_json::from_str::<Row>(line) {
+                if let Some(row) = Row::parse(line, columns) {
                     text.push_str(line);
                     text.push('\n');
                     kept.push(row);
@@ -59,7 +65,7 @@ impl Journal {
         let fresh = path.with_extension("rows.new");
         fs::write(&fresh, &text).and_then(|()| fs::rename(&fresh, &path)).map_err(|e| failed(&e))?;
         let file = OpenOptions::new().append(true).open(&path).map_err(|e| failed(&e))?;
-        Ok((Self { path, file, rows: kept.clone(), shown: Instant::now() }, kept))
+        Ok((Self { path, file, rows: kept.clone(), columns, shown: Instant::now() }, kept))
     }
 
     /// Adds a row: one write of one line. Now and then the table is renewed too,
@@ -68,7 +74,7 @@ impl Journal {
         self.write(row)?;
         self.rows.push(row.clone());
         if self.shown.elapsed() >= RENEWED_EVERY {
-            self.replace(table, &form.render(&self.rows)?)?;
+            self.replace(table, &form.render(&self.rows, self.columns)?)?;
             self.shown = Instant::now();
         }
         Ok(())
@@ -88,6 +94,11 @@ impl Journal {
     pub(crate) fn finish(self, table: &Path, content: &[u8]) -> Result<(), Failure> {
         self.replace(table, content)?;
         fs::remove_file(&self.path).map_err(|e| Failure::writing(&self.path.display().to_string(), &e))
+    }
+
+    /// Writes what there is of the table and keeps the journal, to be gone on with.
+    pub(crate) fn suspend(self, table: &Path, content: &[u8]) -> Result<(), Failure> {
+        self.replace(table, content)
     }
 
     fn replace(&self, table: &Path, content: &[u8]) -> Result<(), Failure> {

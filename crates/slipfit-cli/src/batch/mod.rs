@@ -1,119 +1,166 @@
 //! Many files at once: one row a file, written as it is done.
 
+mod interrupt;
 mod journal;
+mod parquet;
+pub(crate) mod resonance;
+pub(crate) mod ringdown;
 mod row;
 mod table;
 
-use crate::args::RingdownArgs;
-use crate::command::ringdown::{Done, analyse_file};
+pub(crate) use row::{Column, Row, Status};
+
+use crate::args::{AnswerArgs, TableArgs};
 use crate::failure::Failure;
-use crate::output;
+use crate::{output, page, plot};
 use anstream::ColorChoice;
 use indicatif::{ProgressBar, ProgressDrawTarget, ProgressStyle};
+use interrupt::INTERRUPTED;
 use journal::Journal;
 use rayon::prelude::*;
-use row::Row;
+use sha2::{Digest, Sha256};
 use std::collections::HashMap;
 use std::panic::{AssertUnwindSafe, catch_unwind};
 use std::path::{Path, PathBuf};
 use std::process::ExitCode;
-use std::sync::Mutex;
+use std::sync::{Mutex, PoisonError};
 use table::Form;
 
 /// Exit status of doubtful answers under `--strict`, and of nothing but failures.
 const DOUBTFUL: u8 = 1;
 const FAILED: u8 = 2;
 
+/// What is done with every file.
+pub(crate) struct Task<'a> {
+    /// The command, `ringdown`.
+    pub(crate) command: &'static str,
+    pub(crate) files: &'a [PathBuf],
+    pub(crate) table: &'a TableArgs,
+    pub(crate) out: &'a AnswerArgs,
+    pub(crate) columns: &'static [Column],
+    /// Everything that changes a row, written out: a table is gone on with by the same only.
+    pub(crate) options: String,
+    pub(crate) one: &'a (dyn Fn(&Path) -> Result<Row, Failure> + Sync),
+}
+
 /// Analyses every file; none of them stops the others.
-pub(crate) fn run(args: &RingdownArgs, color: ColorChoice) -> Result<ExitCode, Failure> {
-    for (flag, given) in
-        [("--json", args.json.is_some()), ("--plot", args.plot.is_some()), ("--csv", args.csv.is_some())]
-    {
-        if given {
-            return Err(Failure::new(format!("{flag} is for one file, not for a table of several"))
-                .hint("a table ending in .json holds every row in machine-readable form"));
-        }
+pub(crate) fn run(task: &Task<'_>, color: ColorChoice) -> Result<ExitCode, Failure> {
+    if let Some((flag, _)) = task.out.files().next() {
+        return Err(Failure::new(format!("{flag} is for one file, not for a table of several"))
+            .hint("a table ending in .json or .parquet holds every row in machine-readable form"));
     }
-    let form = args.table.as_deref().map(Form::of).transpose()?;
-    let (journal, mut done) = match &args.table {
+    let plot_format = task.out.plot.as_deref().map(plot::Format::of).transpose()?;
+    let table = task.table.table.as_deref();
+    let form = table.map(Form::of).transpose()?;
+    let (journal, known) = match table {
         Some(path) => {
-            let (journal, rows) = Journal::open(path, &signature(), args.resume)?;
+            let (journal, rows) = Journal::open(path, &signature(task), task.columns, task.table.resume)?;
             (Some(Mutex::new(journal)), rows)
         }
         None => (None, Vec::new()),
     };
-    let known: HashMap<String, ()> = done.iter().map(|r: &Row| (r.file.clone(), ())).collect();
-    let waiting: Vec<&PathBuf> =
-        args.files.iter().filter(|f| !known.contains_key(&f.display().to_string())).collect();
-    let bar = progress(args.files.len() as u64, args.quiet);
-    bar.inc((args.files.len() - waiting.len()) as u64);
-    let fresh = waiting
+    interrupt::watch()?;
+    let known: HashMap<String, Row> = known.into_iter().map(|r| (r.file.clone(), r)).collect();
+    let bar = progress(task.files.len() as u64, task.out.quiet);
+    let rows = task
+        .files
         .par_iter()
         .map(|file| {
-            let row = one(file, args);
-            if let (Some(journal), Some(path), Some(form)) = (&journal, &args.table, form) {
-                journal.lock().unwrap_or_else(std::sync::PoisonError::into_inner).add(&row, path, form)?;
+            if let Some(row) = known.get(&file.display().to_string()) {
+                bar.inc(1);
+                return Ok(Some(row.clone()));
+            }
+            if interrupt::asked() {
+                return Ok(None);
+            }
+            let row = one(task, file);
+            if let (Some(journal), Some(path), Some(form)) = (&journal, table, form) {
+                journal.lock().unwrap_or_else(PoisonError::into_inner).add(&row, path, form)?;
             }
             bar.inc(1);
-            Ok(row)
+            Ok(Some(row))
         })
-        .collect::<Result<Vec<Row>, Failure>>()?;
+        .collect::<Result<Vec<Option<Row>>, Failure>>()?;
     bar.finish_and_clear();
-    done.extend(fresh);
-    // Rows were written as they came; the table keeps the order of the files.
-    let mut by_file: HashMap<String, Row> = done.into_iter().map(|r| (r.file.clone(), r)).collect();
-    let rows: Vec<Row> = args.files.iter().filter_map(|f| by_file.remove(&f.display().to_string())).collect();
-    match (&args.table, form, journal) {
+    let interrupted = rows.iter().any(Option::is_none);
+    // Rows were written as they came; the table has the order of the files.
+    let rows: Vec<Row> = rows.into_iter().flatten().collect();
+    match (table, form, journal) {
         (Some(path), Some(form), Some(journal)) => {
-            let journal = journal.into_inner().unwrap_or_else(std::sync::PoisonError::into_inner);
-            journal.finish(path, &form.render(&rows)?)?;
+            let journal = journal.into_inner().unwrap_or_else(PoisonError::into_inner);
+            let content = form.render(&rows, task.columns)?;
+            if interrupted { journal.suspend(path, &content)? } else { journal.finish(path, &content)? }
         }
         _ => output::print(&table::markdown(&rows), color)?,
     }
-    let count = |status: &str| rows.iter().filter(|r| r.status == status).count();
-    let (warned, failed) = (count("warned"), count("failed"));
-    if !args.quiet {
-        let place = args.table.as_deref().map(|p| format!("; {}", p.display())).unwrap_or_default();
-        output::print_error(
-            &format!(
-                "{} files: {} without doubt, {warned} with warnings, {failed} failed{place}\n",
-                rows.len(),
-                count("done")
-            ),
-            color,
-        );
+    if let (Some(path), Some(format)) = (&task.out.plot, plot_format) {
+        let picture = plot::files(&rows, format)?;
+        output::to_path(path, |out| out.write_all(&picture))?;
     }
-    Ok(match (failed == rows.len(), args.strict && warned + failed > 0) {
+    if !task.out.quiet {
+        output::print_error(&summary(task, &rows, interrupted), color);
+    }
+    let count = |status| rows.iter().filter(|r| r.status == status).count();
+    let (warned, failed) = (count(Status::Warned), count(Status::Failed));
+    Ok(match (failed == rows.len(), task.out.strict && warned + failed > 0) {
+        _ if interrupted => ExitCode::from(INTERRUPTED),
         (true, _) => ExitCode::from(FAILED),
         (_, true) => ExitCode::from(DOUBTFUL),
         _ => ExitCode::SUCCESS,
     })
 }
 
+/// The last line on the screen.
+fn summary(task: &Task<'_>, rows: &[Row], interrupted: bool) -> String {
+    let count = |status| rows.iter().filter(|r| r.status == status).count();
+    let of = if interrupted { format!(" of {}", task.files.len()) } else { String::new() };
+    let place = task.table.table.as_deref().map(|p| format!("; {}", p.display())).unwrap_or_default();
+    let mut text = format!(
+        "{}{of} files: {} without doubt, {} with warnings, {} failed{place}\n",
+        rows.len(),
+        count(Status::Done),
+        count(Status::Warned),
+        count(Status::Failed)
+    );
+    if interrupted && task.table.table.is_some() {
+        text.push_str("interrupted; the same command with --resume goes on\n");
+    }
+    text
+}
+
 /// The row of one file, whatever becomes of it.
-fn one(file: &Path, args: &RingdownArgs) -> Row {
-    match catch_unwind(AssertUnwindSafe(|| analyse_file(file, args))) {
-        Ok(Ok(Done { reading, answer, .. })) => Row::answered(file, &reading, &answer),
-        Ok(Err(failure)) => Row::failed(file, &failure.message()),
-        Err(_) => Row::failed(file, "an error within slipfit: please report this file"),
+fn one(task: &Task<'_>, file: &Path) -> Row {
+    match catch_unwind(AssertUnwindSafe(|| (task.one)(file))) {
+        Ok(Ok(row)) => row,
+        Ok(Err(failure)) => Row::failed(file, &failure.message(), task.columns),
+        Err(_) => Row::failed(file, "an error within slipfit: please report this file", task.columns),
     }
 }
 
-/// The command line without the files and what does not change a row: a table
-/// is gone on with by the same options only.
-fn signature() -> String {
+/// The command line without the files and what does not change a row, and a fingerprint of
+/// all that does.
+fn signature(task: &Task<'_>) -> String {
     let mut words = Vec::new();
-    let mut skip = false;
-    for word in std::env::args().skip(2) {
-        let known = ["--table", "--color"].contains(&word.as_str());
-        if !(skip || known || ["--resume", "--quiet", "-q", "--strict"].contains(&word.as_str()))
-            && (word.starts_with("--") || words.last().is_some_and(|w: &String| w.starts_with("--")))
+    let mut arguments = page::arguments();
+    let mut named = false;
+    while let Some(word) = arguments.next() {
+        let name = word.split('=').next().unwrap_or_default();
+        if ["--table", "--color", "--plot"].contains(&name) {
+            if name == word {
+                arguments.next();
+            }
+        } else if !named && word == task.command {
+            named = true;
+        } else if !["--resume", "--quiet", "-q", "--strict"].contains(&name)
+            && !task.files.iter().any(|f| f.to_string_lossy() == word)
         {
-            words.push(word.clone());
+            words.push(word);
         }
-        skip = known;
     }
-    format!("slipfit {} ringdown {}", env!("CARGO_PKG_VERSION"), words.join(" ")).trim_end().to_owned()
+    let digest = Sha256::digest(task.options.as_bytes());
+    let fingerprint: String = digest[..8].iter().map(|byte| format!("{byte:02x}")).collect();
+    let words = words.join(" ").replace(['\n', '\r'], " ");
+    format!("slipfit {} {} {words} #{fingerprint}", crate::version::long(), task.command).replace("  ", " ")
 }
 
 /// A bar on standard error, on a terminal only.

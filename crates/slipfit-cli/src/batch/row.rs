@@ -1,82 +1,211 @@
 //! What a table says of one file.
 
-use serde::{Deserialize, Serialize};
-use slipfit::ringdown::Answer;
-use slipfit_io::Reading;
+use serde::ser::{Serialize, SerializeMap, Serializer};
+use slipfit::Quantity;
 use std::path::Path;
 
-/// One row. A value that does not exist is an empty cell.
-#[derive(Debug, Clone, Default, PartialEq, Serialize, Deserialize)]
+/// A column behind `file`, `status` and `reason`, which every table begins with.
+#[derive(Debug, PartialEq)]
+pub(crate) struct Column {
+    pub(crate) name: &'static str,
+    pub(crate) kind: Kind,
+}
+
+/// What a column holds.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub(crate) enum Kind {
+    Text,
+    Number,
+    Count,
+    Flag,
+}
+
+impl Column {
+    pub(crate) const fn text(name: &'static str) -> Self {
+        Self { name, kind: Kind::Text }
+    }
+
+    pub(crate) const fn number(name: &'static str) -> Self {
+        Self { name, kind: Kind::Number }
+    }
+
+    pub(crate) const fn count(name: &'static str) -> Self {
+        Self { name, kind: Kind::Count }
+    }
+
+    pub(crate) const fn flag(name: &'static str) -> Self {
+        Self { name, kind: Kind::Flag }
+    }
+}
+
+/// A cell; one that does not exist is empty.
+#[derive(Debug, Clone, PartialEq, serde::Serialize)]
+#[serde(untagged)]
+pub(crate) enum Value {
+    None,
+    Text(String),
+    Number(f64),
+    Count(u64),
+    Flag(bool),
+}
+
+impl Value {
+    pub(crate) fn number(value: f64) -> Self {
+        if value.is_finite() { Self::Number(value) } else { Self::None }
+    }
+
+    pub(crate) fn text(text: &str) -> Self {
+        Self::Text(text.to_owned())
+    }
+
+    /// Value and both ends of the 95 % interval.
+    pub(crate) fn ranged(q: Option<&Quantity>) -> [Self; 3] {
+        q.map_or([Self::None, Self::None, Self::None], |q| {
+            [q.value, q.interval_95[0], q.interval_95[1]].map(Self::number)
+        })
+    }
+
+    /// Value and standard error.
+    pub(crate) fn with_error(q: Option<&Quantity>) -> [Self; 2] {
+        q.map_or([Self::None, Self::None], |q| [q.value, q.std_error].map(Self::number))
+    }
+}
+
+/// How a file ended.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub(crate) enum Status {
+    Done,
+    Warned,
+    Failed,
+}
+
+impl Status {
+    const ALL: [Self; 3] = [Self::Done, Self::Warned, Self::Failed];
+
+    pub(crate) fn name(self) -> &'static str {
+        match self {
+            Self::Done => "done",
+            Self::Warned => "warned",
+            Self::Failed => "failed",
+        }
+    }
+}
+
+/// One row.
+#[derive(Debug, Clone, PartialEq)]
 pub(crate) struct Row {
     pub(crate) file: String,
-    /// `done`, `warned` or `failed`.
-    pub(crate) status: String,
+    pub(crate) status: Status,
     /// Codes of the warnings, or why it failed.
     pub(crate) reason: String,
-    pub(crate) model: String,
-    pub(crate) frequency_hz: Option<f64>,
-    pub(crate) frequency_std_error_hz: Option<f64>,
-    pub(crate) decay_rate_per_s: Option<f64>,
-    pub(crate) decay_rate_low_per_s: Option<f64>,
-    pub(crate) decay_rate_high_per_s: Option<f64>,
-    pub(crate) friction_displacement: Option<f64>,
-    pub(crate) friction_displacement_low: Option<f64>,
-    pub(crate) friction_displacement_high: Option<f64>,
-    pub(crate) initial_amplitude: Option<f64>,
-    pub(crate) unit: String,
-    pub(crate) sliding_detected: Option<bool>,
-    pub(crate) sliding_p_value: Option<f64>,
-    pub(crate) sliding_share_at_start: Option<f64>,
-    pub(crate) cycles: Option<f64>,
-    pub(crate) start_s: Option<f64>,
-    pub(crate) end_s: Option<f64>,
-    pub(crate) samples: Option<u64>,
-    pub(crate) rows_skipped: Option<u64>,
-    pub(crate) signal: String,
-    pub(crate) sha256: String,
+    pub(crate) columns: &'static [Column],
+    /// One a column.
+    pub(crate) values: Vec<Value>,
 }
 
 impl Row {
-    pub(crate) fn answered(file: &Path, reading: &Reading, answer: &Answer) -> Self {
-        let finite = |v: f64| Some(v).filter(|v| v.is_finite());
-        let quantity = |name: &str| answer.parameter(name);
-        let value = |name: &str| quantity(name).and_then(|q| finite(q.value));
-        let limit = |name: &str, end: usize| quantity(name).and_then(|q| finite(q.interval_95[end]));
-        let codes: Vec<&str> = answer.warnings.iter().map(slipfit::ringdown::Warning::code).collect();
+    pub(crate) fn answered(
+        file: &Path,
+        warnings: &[&str],
+        columns: &'static [Column],
+        values: Vec<Value>,
+    ) -> Self {
+        debug_assert_eq!(values.len(), columns.len());
+        let status = if warnings.is_empty() { Status::Done } else { Status::Warned };
+        Self { file: file.display().to_string(), status, reason: warnings.join(" "), columns, values }
+    }
+
+    pub(crate) fn failed(file: &Path, reason: &str, columns: &'static [Column]) -> Self {
+        let empty = |c: &Column| if c.kind == Kind::Text { Value::text("") } else { Value::None };
         Self {
             file: file.display().to_string(),
-            status: if codes.is_empty() { "done" } else { "warned" }.to_owned(),
-            reason: codes.join(" "),
-            model: answer.model.name().to_owned(),
-            frequency_hz: value("frequency_hz"),
-            frequency_std_error_hz: quantity("frequency_hz").and_then(|q| finite(q.std_error)),
-            decay_rate_per_s: value("decay_rate_per_s"),
-            decay_rate_low_per_s: limit("decay_rate_per_s", 0),
-            decay_rate_high_per_s: limit("decay_rate_per_s", 1),
-            friction_displacement: value("friction_displacement"),
-            friction_displacement_low: limit("friction_displacement", 0),
-            friction_displacement_high: limit("friction_displacement", 1),
-            initial_amplitude: value("initial_amplitude"),
-            unit: answer.signal_unit.clone(),
-            sliding_detected: Some(answer.sliding.detected),
-            sliding_p_value: finite(answer.sliding.p_value),
-            sliding_share_at_start: finite(answer.sliding.share_at_start),
-            cycles: finite(answer.segment.cycles),
-            start_s: finite(answer.segment.start_s),
-            end_s: finite(answer.segment.end_s),
-            samples: Some(reading.record.len() as u64),
-            rows_skipped: Some(reading.report.rows_skipped()),
-            signal: reading.report.signal.column.header.clone(),
-            sha256: reading.report.sha256.clone(),
+            status: Status::Failed,
+            reason: reason.split_whitespace().collect::<Vec<_>>().join(" "),
+            columns,
+            values: columns.iter().map(empty).collect(),
         }
     }
 
-    pub(crate) fn failed(file: &Path, reason: &str) -> Self {
-        Self {
-            file: file.display().to_string(),
-            status: "failed".to_owned(),
-            reason: reason.split_whitespace().collect::<Vec<_>>().join(" "),
-            ..Self::default()
+    fn value(&self, name: &str) -> Option<&Value> {
+        self.columns.iter().position(|c| c.name == name).and_then(|i| self.values.get(i))
+    }
+
+    /// The number in the first of these columns that exists and holds one.
+    pub(crate) fn number(&self, names: &[&str]) -> Option<f64> {
+        names.iter().find_map(|name| match self.value(name)? {
+            Value::Number(v) => Some(*v),
+            _ => None,
+        })
+    }
+
+    pub(crate) fn text(&self, name: &str) -> &str {
+        match self.value(name) {
+            Some(Value::Text(text)) => text,
+            _ => "",
         }
+    }
+
+    /// Reads a row back from its line in the journal; `None` where it is not one.
+    pub(crate) fn parse(line: &str, columns: &'static [Column]) -> Option<Self> {
+        let map: serde_json::Map<String, serde_json::Value> = serde_json::from_str(line).ok()?;
+        let word = |name: &str| map.get(name)?.as_str().map(str::to_owned);
+        let status = word("status")?;
+        let cell = |c: &Column| {
+            let held = map.get(c.name)?;
+            if held.is_null() && c.kind != Kind::Text {
+                return Some(Value::None);
+            }
+            match c.kind {
+                Kind::Text => held.as_str().map(Value::text),
+                Kind::Number => held.as_f64().map(Value::Number),
+                Kind::Count => held.as_u64().map(Value::Count),
+                Kind::Flag => held.as_bool().map(Value::Flag),
+            }
+        };
+        Some(Self {
+            file: word("file")?,
+            status: Status::ALL.into_iter().find(|s| s.name() == status)?,
+            reason: word("reason")?,
+            columns,
+            values: columns.iter().map(cell).collect::<Option<_>>()?,
+        })
+    }
+}
+
+/// An object whose keys keep the order of the columns.
+impl Serialize for Row {
+    fn serialize<S: Serializer>(&self, serializer: S) -> Result<S::Ok, S::Error> {
+        let mut map = serializer.serialize_map(Some(3 + self.columns.len()))?;
+        map.serialize_entry("file", &self.file)?;
+        map.serialize_entry("status", self.status.name())?;
+        map.serialize_entry("reason", &self.reason)?;
+        for (column, value) in self.columns.iter().zip(&self.values) {
+            map.serialize_entry(column.name, value)?;
+        }
+        map.end()
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    const COLUMNS: &[Column] =
+        &[Column::text("unit"), Column::number("x"), Column::count("n"), Column::flag("seen")];
+
+    #[test]
+    fn a_row_comes_back_from_its_line_to_the_last_bit() {
+        // Digits that a parser of less than full care rounds to a neighbour.
+        for x in [0.1 + 0.2, 1.0 / 3.0, 5e-324, f64::EPSILON, f64::MIN_POSITIVE.next_down(), 1e23] {
+            let values =
+                vec![Value::text("mrad"), Value::number(x), Value::Count(u64::MAX), Value::Flag(true)];
+            let row = Row::answered(Path::new("a \"b\".csv"), &["bent"], COLUMNS, values);
+            let line = serde_json::to_string(&row).unwrap();
+            assert_eq!(Row::parse(&line, COLUMNS), Some(row));
+        }
+        let failed = Row::failed(Path::new("x"), "no\n table", COLUMNS);
+        assert_eq!(Row::parse(&serde_json::to_string(&failed).unwrap(), COLUMNS), Some(failed));
+        assert_eq!(Row::parse("{\"file\": \"half", COLUMNS), None);
+        assert_eq!(Row::parse("{\"file\": \"x\", \"status\": \"done\", \"reason\": \"\"}", COLUMNS), None);
     }
 }

@@ -1,7 +1,9 @@
 //! Rows as a table in the form that the name of the file asks for.
 
-use super::row::Row;
+use super::parquet;
+use super::row::{Column, Row, Value};
 use crate::failure::Failure;
+use crate::page::{latex_escaped, markdown_cell};
 use slipfit::format::plain;
 use std::fmt::Write as _;
 use std::path::Path;
@@ -13,6 +15,7 @@ pub(crate) enum Form {
     Json,
     Markdown,
     Latex,
+    Parquet,
 }
 
 impl Form {
@@ -23,17 +26,24 @@ impl Form {
             Some("json") => Ok(Self::Json),
             Some("md") => Ok(Self::Markdown),
             Some("tex") => Ok(Self::Latex),
+            Some("parquet") => Ok(Self::Parquet),
             _ => Err(Failure::new(format!("--table {}: unknown ending", path.display()))
-                .hint("a table is written as .csv, .json, .md or .tex")),
+                .hint("a table is written as .csv, .json, .md, .tex or .parquet")),
         }
     }
 
-    pub(crate) fn render(self, rows: &[Row]) -> Result<Vec<u8>, Failure> {
+    pub(crate) fn render(self, rows: &[Row], columns: &'static [Column]) -> Result<Vec<u8>, Failure> {
         let failed = |e: &dyn std::fmt::Display| Failure::new(format!("--table: {e}"));
         match self {
             Self::Csv => {
                 let mut writer = csv::Writer::from_writer(Vec::new());
-                rows.iter().try_for_each(|r| writer.serialize(r)).map_err(|e| failed(&e))?;
+                let names = ["file", "status", "reason"].into_iter().chain(columns.iter().map(|c| c.name));
+                writer.write_record(names).map_err(|e| failed(&e))?;
+                for row in rows {
+                    let first = [&row.file, row.status.name(), &row.reason].map(Value::text);
+                    let cells: Vec<&Value> = first.iter().chain(&row.values).collect();
+                    writer.serialize(cells).map_err(|e| failed(&e))?;
+                }
                 writer.into_inner().map_err(|e| failed(&e))
             }
             Self::Json => {
@@ -43,6 +53,7 @@ impl Form {
             }
             Self::Markdown => Ok(markdown(rows).into_bytes()),
             Self::Latex => Ok(latex(rows).into_bytes()),
+            Self::Parquet => parquet::render(rows, columns).map_err(|e| failed(&e)),
         }
     }
 }
@@ -59,18 +70,18 @@ fn cells(row: &Row) -> [String; 7] {
         }
         _ => number(v, unit),
     };
+    let unit = row.text("unit");
+    let quantity = |names: [&str; 3], unit: &str| {
+        let [value, low, high] = names.map(|name| row.number(&[name]));
+        ranged(value, low, high, unit)
+    };
     [
         row.file.clone(),
-        row.status.clone(),
-        row.model.clone(),
-        number(row.frequency_hz, "Hz"),
-        ranged(row.decay_rate_per_s, row.decay_rate_low_per_s, row.decay_rate_high_per_s, "1/s"),
-        ranged(
-            row.friction_displacement,
-            row.friction_displacement_low,
-            row.friction_displacement_high,
-            &row.unit,
-        ),
+        row.status.name().to_owned(),
+        row.text("model").to_owned(),
+        number(row.number(&["frequency_hz", "natural_frequency_hz"]), "Hz"),
+        quantity(["decay_rate_per_s", "decay_rate_low_per_s", "decay_rate_high_per_s"], "1/s"),
+        quantity(["friction_displacement", "friction_displacement_low", "friction_displacement_high"], unit),
         row.reason.clone(),
     ]
 }
@@ -79,7 +90,7 @@ fn cells(row: &Row) -> [String; 7] {
 pub(crate) fn markdown(rows: &[Row]) -> String {
     let mut text = format!("| {} |\n|{}\n", HEADINGS.join(" | "), "---|".repeat(HEADINGS.len()));
     for row in rows {
-        let cells = cells(row).map(|c| c.replace('|', "\\|").replace('\n', " "));
+        let cells = cells(row).map(|c| markdown_cell(&c));
         let _ = writeln!(text, "| {} |", cells.join(" | "));
     }
     text
@@ -89,25 +100,10 @@ fn latex(rows: &[Row]) -> String {
     let mut text = format!("\\begin{{tabular}}{{{}}}\n", "l".repeat(HEADINGS.len()));
     let _ = writeln!(text, "{} \\\\ \\hline", HEADINGS.join(" & "));
     for row in rows {
-        let _ = writeln!(text, "{} \\\\", cells(row).map(|c| escaped(&c)).join(" & "));
+        let _ = writeln!(text, "{} \\\\", cells(row).map(|c| latex_escaped(&c)).join(" & "));
     }
     text.push_str("\\end{tabular}\n");
     text
-}
-
-/// Text in which LaTeX sees no commands.
-fn escaped(text: &str) -> String {
-    let mut out = String::with_capacity(text.len());
-    for c in text.chars() {
-        match c {
-            '\\' => out.push_str("\\textbackslash{}"),
-            '~' => out.push_str("\\textasciitilde{}"),
-            '^' => out.push_str("\\textasciicircum{}"),
-            '&' | '%' | '$' | '#' | '_' | '{' | '}' => out.extend(['\\', c]),
-            other => out.push(other),
-        }
-    }
-    out
 }
 
 #[cfg(test)]
@@ -116,15 +112,10 @@ mod tests {
 
     #[test]
     fn marks_of_the_language_are_escaped() {
-        let row = Row {
-            file: "a|b_%.csv".into(),
-            status: "failed".into(),
-            reason: "x & y".into(),
-            ..Row::default()
-        };
-        assert!(markdown(std::slice::from_ref(&row)).contains("a\\|b_%.csv"));
+        let row = Row::failed(Path::new("a|b_%.csv"), "x & y", &[]);
+        assert!(markdown(std::slice::from_ref(&row)).contains("a\\|b\\_%.csv"));
         let text = latex(&[row]);
-        assert!(text.contains("a|b\\_\\%.csv & failed") && text.contains("x \\& y"), "{text}");
+        assert!(text.contains("a$|$b\\_\\%.csv & failed") && text.contains("x \\& y"), "{text}");
     }
 
     #[test]

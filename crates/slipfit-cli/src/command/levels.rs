@@ -1,10 +1,10 @@
 //! `slipfit levels`: amplitude at resonance over the level of the drive.
 
-use super::resonance::{Faces, show};
 use super::ringdown::check_calibration;
+use super::show::{Faces, show};
 use crate::args::LevelFitArgs;
 use crate::failure::{Failure, warning_line};
-use crate::{csv, json, plot, report};
+use crate::{csv, json, page, plot, report};
 use anstream::ColorChoice;
 use slipfit::levels::{Answer, Options, analyse};
 use slipfit_io::{LevelReading, read_levels};
@@ -27,6 +27,9 @@ pub(crate) fn run(args: &LevelFitArgs, color: ColorChoice) -> Result<ExitCode, F
         picture,
         csv: &|out| csv::levels(out, &analysed),
         json: &|out| json::levels(out, &analysed),
+        html: &|| page::html(&page::levels(&analysed)),
+        markdown: &|| page::markdown(&page::levels(&analysed)),
+        latex: &|| page::latex(&page::levels(&analysed)),
         report: &|written| report::levels(&analysed, written),
         warnings: answer.warnings.iter().map(|w| warning_line(&w.to_string())).collect(),
     };

@@ -7,4 +7,6 @@ pub(crate) mod paper;
 pub(crate) mod resonance;
 pub(crate) mod ringdown;
 pub(crate) mod series;
+pub(crate) mod shell;
+pub(crate) mod show;
 pub(crate) mod simulate;

@@ -1,18 +1,15 @@
 //! `slipfit resonance`: from a curve, or raw driven records, to its answer.
 
 use super::ringdown::check_calibration;
-use crate::args::{AnswerArgs, ResonanceArgs};
+use super::show::{Faces, show};
+use crate::args::ResonanceArgs;
 use crate::failure::{Failure, warning_line};
-use crate::{csv, json, output, plot, report};
+use crate::{batch, csv, json, page, plot, report};
 use anstream::ColorChoice;
 use slipfit::resonance::{Answer, Options, analyse};
 use slipfit_io::{SweepReading, read_sweep};
-use std::io::{self, Write};
 use std::path::{Path, PathBuf};
 use std::process::ExitCode;
-
-/// Exit status of a doubtful answer under `--strict`.
-const DOUBTFUL: u8 = 1;
 
 /// A curve, what was asked of it, and what it answered.
 pub(crate) struct AnalysedCurve<'a> {
@@ -23,6 +20,9 @@ pub(crate) struct AnalysedCurve<'a> {
 }
 
 pub(crate) fn run(args: &ResonanceArgs, color: ColorChoice) -> Result<ExitCode, Failure> {
+    if args.table.table.is_some() {
+        return many(args, color);
+    }
     let plot_format = args.out.plot.as_deref().map(plot::Format::of).transpose()?;
     let (reading, reference, options) = prepare(args)?;
     let file = Path::new(&reading.report.path);
@@ -38,23 +38,60 @@ pub(crate) fn run(args: &ResonanceArgs, color: ColorChoice) -> Result<ExitCode, 
         picture,
         csv: &|out| csv::resonance(out, &analysed),
         json: &|out| json::resonance(out, &analysed),
+        html: &|| page::html(&page::resonance(&analysed)),
+        markdown: &|| page::markdown(&page::resonance(&analysed)),
+        latex: &|| page::latex(&page::resonance(&analysed)),
         report: &|written| report::resonance(&analysed, written),
         warnings: answer.warnings.iter().map(|w| warning_line(&w.to_string())).collect(),
     };
     show(&args.out, &faces, color)
 }
 
+/// A table of curves, one a file.
+fn many(args: &ResonanceArgs, color: ColorChoice) -> Result<ExitCode, Failure> {
+    // Read once: it is the same for all of them.
+    let reference = read_reference(args)?;
+    let fingerprint = reference.as_ref().map(|r| r.report.sha256.as_str()).unwrap_or_default();
+    let one = |file: &Path| {
+        let (reading, options) = prepare_curve(args, &[file.to_owned()], reference.as_ref())?;
+        let answer = analyse(&reading.curve, &options).map_err(|e| Failure::analysing_curve(file, &e))?;
+        Ok(batch::resonance::row(file, &reading, &answer))
+    };
+    let task = batch::Task {
+        command: "resonance",
+        files: &args.files,
+        table: &args.table,
+        out: &args.out,
+        columns: batch::resonance::COLUMNS,
+        options: format!("{:?} {:?} {fingerprint}", args.curve.options(), args.options()),
+        one: &one,
+    };
+    batch::run(&task, color)
+}
+
 /// Reads what an analysis needs.
 pub(crate) fn prepare(
     args: &ResonanceArgs,
 ) -> Result<(SweepReading, Option<SweepReading>, Options), Failure> {
-    let read = args.curve.options();
-    let reading = read_sweep(&args.files, &read)?;
+    let reference = read_reference(args)?;
+    let (reading, options) = prepare_curve(args, &args.files, reference.as_ref())?;
+    Ok((reading, reference, options))
+}
+
+fn read_reference(args: &ResonanceArgs) -> Result<Option<SweepReading>, Failure> {
+    let read = |file| read_sweep(std::slice::from_ref(file), &args.curve.options());
+    Ok(args.reference.as_ref().map(read).transpose()?)
+}
+
+fn prepare_curve(
+    args: &ResonanceArgs,
+    files: &[PathBuf],
+    reference: Option<&SweepReading>,
+) -> Result<(SweepReading, Options), Failure> {
+    let reading = read_sweep(files, &args.curve.options())?;
     check_calibration(args.calibration.flag(), reading.curve.unit())?;
-    let reference =
-        args.reference.as_ref().map(|file| read_sweep(std::slice::from_ref(file), &read)).transpose()?;
     let mut options = args.options();
-    if let Some(reference) = &reference {
+    if let Some(reference) = reference {
         let (unit, other) = (reading.curve.unit(), reference.curve.unit());
         if unit != other {
             return Err(Failure::new(format!(
@@ -65,45 +102,5 @@ pub(crate) fn prepare(
         }
         options.reference = Some(reference.curve.clone());
     }
-    Ok((reading, reference, options))
-}
-
-/// The ways out of an analysis.
-pub(crate) struct Faces<'a> {
-    pub(crate) picture: Option<Vec<u8>>,
-    pub(crate) csv: &'a dyn Fn(&mut dyn Write) -> io::Result<()>,
-    pub(crate) json: &'a dyn Fn(&mut dyn Write) -> io::Result<()>,
-    pub(crate) report: &'a dyn Fn(&[&Path]) -> String,
-    pub(crate) warnings: Vec<String>,
-}
-
-/// Writes the files asked for, then the report, then the doubts.
-pub(crate) fn show(out: &AnswerArgs, faces: &Faces<'_>, color: ColorChoice) -> Result<ExitCode, Failure> {
-    let mut written: Vec<&Path> = Vec::new();
-    if let (Some(path), Some(picture)) = (&out.plot, &faces.picture) {
-        output::to_path(path, |o| o.write_all(picture))?;
-        written.push(path);
-    }
-    let on_stdout = |path: &Option<PathBuf>| path.as_deref().is_some_and(output::is_stdout);
-    if let Some(path) = &out.csv {
-        output::to_path(path, faces.csv)?;
-        written.push(path);
-    }
-    let json_on_stdout = on_stdout(&out.json);
-    if let Some(path) = out.json.as_deref().filter(|_| !json_on_stdout) {
-        output::to_path(path, faces.json)?;
-        written.push(path);
-    }
-    if !out.quiet {
-        // On a terminal both streams meet: the doubts come after the answer.
-        if !json_on_stdout && !on_stdout(&out.csv) {
-            output::print(&(faces.report)(&written), color)?;
-        }
-        output::print_error(&faces.warnings.concat(), color);
-    }
-    if let Some(path) = out.json.as_deref().filter(|_| json_on_stdout) {
-        output::to_path(path, faces.json)?;
-    }
-    let doubtful = out.strict && !faces.warnings.is_empty();
-    Ok(if doubtful { ExitCode::from(DOUBTFUL) } else { ExitCode::SUCCESS })
+    Ok((reading, options))
 }

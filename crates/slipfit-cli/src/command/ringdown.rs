@@ -1,17 +1,15 @@
 //! `slipfit ringdown`: from a file to its answer.
 
+use super::show::{Faces, show};
 use crate::args::RingdownArgs;
 use crate::failure::{Failure, warning_line};
-use crate::{batch, csv, json, output, plot, report};
+use crate::{batch, csv, json, page, plot, report};
 use anstream::ColorChoice;
 use slipfit::SignalKind;
 use slipfit::ringdown::{Answer, Options, analyse};
 use slipfit_io::Reading;
 use std::path::Path;
 use std::process::ExitCode;
-
-/// Exit status of a doubtful answer under `--strict`.
-const DOUBTFUL: u8 = 1;
 
 /// A file, what was asked of it, and what it answered.
 pub(crate) struct Analysed<'a> {
@@ -22,42 +20,35 @@ pub(crate) struct Analysed<'a> {
 }
 
 pub(crate) fn run(args: &RingdownArgs, color: ColorChoice) -> Result<ExitCode, Failure> {
-    if args.table.is_some() || args.files.len() > 1 {
-        return batch::run(args, color);
+    if args.table.table.is_some() || args.files.len() > 1 {
+        let task = batch::Task {
+            command: "ringdown",
+            files: &args.files,
+            table: &args.table,
+            out: &args.out,
+            columns: batch::ringdown::COLUMNS,
+            options: format!("{:?} {:?}", args.reading.options(), args.options()),
+            one: &|file| Ok(batch::ringdown::row(file, &analyse_file(file, args)?)),
+        };
+        return batch::run(&task, color);
     }
-    let plot_format = args.plot.as_deref().map(plot::Format::of).transpose()?;
+    let plot_format = args.out.plot.as_deref().map(plot::Format::of).transpose()?;
     let file = &args.files[0];
     let Done { reading, options, answer } = analyse_file(file, args)?;
     let analysed = Analysed { file, reading: &reading, options: &options, answer: &answer };
 
-    let mut written: Vec<&Path> = Vec::new();
-    if let (Some(path), Some(format)) = (&args.plot, plot_format) {
-        let picture = plot::ringdown(&analysed, format)?;
-        output::to_path(path, |out| out.write_all(&picture))?;
-        written.push(path);
-    }
-    if let Some(path) = &args.csv {
-        output::to_path(path, |out| csv::ringdown(out, &analysed))?;
-        written.push(path);
-    }
-    let json_on_stdout = args.json.as_deref().is_some_and(output::is_stdout);
-    if let Some(path) = args.json.as_deref().filter(|_| !json_on_stdout) {
-        output::to_path(path, |out| json::ringdown(out, &analysed))?;
-        written.push(path);
-    }
-    if !args.quiet {
-        // On a terminal both streams meet: the doubts come after the answer.
-        let warnings: String = answer.warnings.iter().map(|w| warning_line(&w.to_string())).collect();
-        if !json_on_stdout && !args.csv.as_deref().is_some_and(output::is_stdout) {
-            output::print(&report::ringdown(&analysed, &written), color)?;
-        }
-        output::print_error(&warnings, color);
-    }
-    if let Some(path) = args.json.as_deref().filter(|_| json_on_stdout) {
-        output::to_path(path, |out| json::ringdown(out, &analysed))?;
-    }
-    let doubtful = args.strict && !answer.warnings.is_empty();
-    Ok(if doubtful { ExitCode::from(DOUBTFUL) } else { ExitCode::SUCCESS })
+    let picture = plot_format.map(|format| plot::ringdown(&analysed, format)).transpose()?;
+    let faces = Faces {
+        picture,
+        csv: &|out| csv::ringdown(out, &analysed),
+        json: &|out| json::ringdown(out, &analysed),
+        html: &|| page::html(&page::ringdown(&analysed)),
+        markdown: &|| page::markdown(&page::ringdown(&analysed)),
+        latex: &|| page::latex(&page::ringdown(&analysed)),
+        report: &|written| report::ringdown(&analysed, written),
+        warnings: answer.warnings.iter().map(|w| warning_line(&w.to_string())).collect(),
+    };
+    show(&args.out, &faces, color)
 }
 
 /// A file read and analysed.

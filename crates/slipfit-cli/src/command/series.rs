@@ -1,17 +1,15 @@
 //! `slipfit series`: several measurements of one oscillator and what they agree on.
 
+use super::show::{Faces, show};
 use crate::args::{Command, SeriesArgs};
 use crate::failure::{Failure, warning_line};
 use crate::manifest::{self, Asked, Manifest};
 use crate::report::Form;
-use crate::{json, output, plot, report};
+use crate::{json, page, plot, report};
 use anstream::ColorChoice;
 use slipfit::series::{Answer, Data, Measurement, Options, analyse};
 use std::path::Path;
 use std::process::ExitCode;
-
-/// Exit status of a doubtful answer under `--strict`.
-const DOUBTFUL: u8 = 1;
 
 /// A series and what it answered.
 pub(crate) struct AnalysedSeries<'a> {
@@ -33,7 +31,7 @@ pub(crate) struct Input {
 }
 
 pub(crate) fn run(args: &SeriesArgs, color: ColorChoice) -> Result<ExitCode, Failure> {
-    let plot_format = args.plot.as_deref().map(plot::Format::of).transpose()?;
+    let plot_format = args.out.plot.as_deref().map(plot::Format::of).transpose()?;
     let manifest = manifest::read(&args.manifest)?;
     let mut measurements = Vec::new();
     let mut inputs = Vec::new();
@@ -66,35 +64,18 @@ pub(crate) fn run(args: &SeriesArgs, color: ColorChoice) -> Result<ExitCode, Fai
         options: &options,
         answer: &answer,
     };
-    let mut written: Vec<&Path> = Vec::new();
-    let mut spoken = false;
-    if let (Some(path), Some(format)) = (&args.plot, plot_format) {
-        let picture = plot::series(&analysed, format)?;
-        output::to_path(path, |out| out.write_all(&picture))?;
-        written.push(path);
-    }
-    let tables = [(&args.csv, Form::Csv), (&args.markdown, Form::Markdown), (&args.latex, Form::Latex)];
-    for (path, form) in tables {
-        let Some(path) = path else { continue };
-        let text = report::series_table(&analysed, form);
-        output::to_path(path, |out| out.write_all(text.as_bytes()))?;
-        spoken |= output::is_stdout(path);
-        written.push(path);
-    }
-    if let Some(path) = &args.json {
-        output::to_path(path, |out| json::series(out, &analysed))?;
-        spoken |= output::is_stdout(path);
-        written.push(path);
-    }
-    if !args.quiet {
-        let warnings: String = answer.warnings.iter().map(|w| warning_line(&w.to_string())).collect();
-        if !spoken {
-            output::print(&report::series(&analysed, &written), color)?;
-        }
-        output::print_error(&warnings, color);
-    }
-    let doubtful = args.strict && !answer.warnings.is_empty();
-    Ok(if doubtful { ExitCode::from(DOUBTFUL) } else { ExitCode::SUCCESS })
+    let picture = plot_format.map(|format| plot::series(&analysed, format)).transpose()?;
+    let faces = Faces {
+        picture,
+        csv: &|out| out.write_all(report::series_table(&analysed, Form::Csv).as_bytes()),
+        json: &|out| json::series(out, &analysed),
+        html: &|| page::html(&page::series(&analysed)),
+        markdown: &|| report::series_table(&analysed, Form::Markdown),
+        latex: &|| report::series_table(&analysed, Form::Latex),
+        report: &|written| report::series(&analysed, written),
+        warnings: answer.warnings.iter().map(|w| warning_line(&w.to_string())).collect(),
+    };
+    show(&args.out, &faces, color)
 }
 
 fn read(asked: &Asked) -> Result<(Data, Input), Failure> {

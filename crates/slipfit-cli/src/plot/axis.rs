@@ -9,6 +9,8 @@ pub(super) struct Axis {
     pub(super) label: String,
     /// Instead of numbers, names at 1, 2, 3, …
     pub(super) names: Vec<String>,
+    /// Numbers are written all the same.
+    pub(super) hidden: bool,
 }
 
 /// A tick and its label.
@@ -28,20 +30,25 @@ impl Axis {
         } else {
             (0.0, 1.0)
         };
-        Self { low, high, log: false, label: label.into(), names: Vec::new() }
+        Self { low, high, log: false, label: label.into(), names: Vec::new(), hidden: false }
     }
 
     /// A logarithmic axis; `low` and `high` above zero, else a decade about one.
     pub(super) fn log(low: f64, high: f64, label: impl Into<String>) -> Self {
         let usable = low > 0.0 && high > low && high.is_finite();
         let (low, high) = if usable { (low, high) } else { (0.3, 3.0) };
-        Self { low, high, log: true, label: label.into(), names: Vec::new() }
+        Self { low, high, log: true, label: label.into(), names: Vec::new(), hidden: false }
     }
 
     /// An axis of names, the first at 1.
     pub(super) fn named(names: Vec<String>, label: impl Into<String>) -> Self {
         let high = names.len() as f64 + 0.5;
-        Self { low: 0.5, high: high.max(1.5), log: false, label: label.into(), names }
+        Self { low: 0.5, high: high.max(1.5), log: false, label: label.into(), names, hidden: false }
+    }
+
+    /// Names at 1, 2, 3, … that are told but not written: there may be many, and long ones.
+    pub(super) fn numbered(names: Vec<String>, label: impl Into<String>) -> Self {
+        Self { hidden: true, ..Self::named(names, label) }
     }
 
     /// Place of a value, 0 at the low end and 1 at the high end; `None` where it has none.
@@ -54,8 +61,34 @@ impl Axis {
         place.is_finite().then_some(place)
     }
 
+    /// A value in words, as finely as the axis can show: `amplitude 12.3 mrad`; `error` goes
+    /// between number and unit.
+    pub(super) fn tell(&self, value: f64, error: &str) -> String {
+        let (name, unit) = match self.label.rsplit_once(" [") {
+            Some((name, unit)) => (name, unit.trim_end_matches(']')),
+            None => (self.label.as_str(), ""),
+        };
+        let named = (value.round() as usize).checked_sub(1).and_then(|i| self.names.get(i));
+        let number = match named {
+            Some(name) => name.clone(),
+            None if self.log => slipfit::format::plain(value, 4, ""),
+            None => {
+                let finest = (self.high - self.low) / 5e3;
+                let decimals = (-finest.log10().floor()).clamp(0.0, 12.0) as usize;
+                minus(format!("{value:.decimals$}"))
+            }
+        };
+        // An operator before the number would read as a sign of it.
+        let name = if name.contains(['−', '/']) { format!("{name}:") } else { name.to_owned() };
+        format!("{name} {number}{error} {unit}").trim().to_owned()
+    }
+
     /// Ticks inside the range, about `wanted` of them on a linear axis.
     pub(super) fn ticks(&self, wanted: usize) -> Vec<Tick> {
+        if self.hidden {
+            let whole = |t: &Tick| t.value >= 1.0 && (t.value - t.value.round()).abs() < 1e-6;
+            return self.linear_ticks(wanted).into_iter().filter(whole).collect();
+        }
         if !self.names.is_empty() {
             let named = self.names.iter().enumerate();
             return named.map(|(i, name)| Tick { value: i as f64 + 1.0, label: name.clone() }).collect();

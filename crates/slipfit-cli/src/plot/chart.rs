@@ -103,7 +103,7 @@ pub(crate) fn page(heading: &str, caption: &str, charts: &[Chart]) -> Picture {
     figure.text([3.0 * MARGIN, 32.0], heading, 18.0, INK, Anchor::Start);
     for (i, chart) in charts.iter().enumerate() {
         let corner = [MARGIN + (i % 2) as f64 * PANEL[0], 50.0 + (i / 2) as f64 * PANEL[1]];
-        draw(&mut figure, corner, chart);
+        figure.place(corner, draw(chart));
     }
     for (i, line) in lines.into_iter().enumerate() {
         let y = 50.0 + rows * PANEL[1] + 16.0 + 19.0 * i as f64;
@@ -112,8 +112,9 @@ pub(crate) fn page(heading: &str, caption: &str, charts: &[Chart]) -> Picture {
     Picture(figure)
 }
 
-fn draw(figure: &mut Figure, corner: Point, chart: &Chart) {
-    let mut panel = Panel::new(figure, corner, PANEL, &chart.title, chart.x.axis(), chart.y.axis());
+pub(super) fn draw(chart: &Chart) -> Figure {
+    let mut figure = Figure::new(PANEL[0], PANEL[1]);
+    let mut panel = Panel::new(&mut figure, &chart.title, chart.x.axis(), chart.y.axis());
     for series in &chart.series {
         match (series.look.stroke(), series.look) {
             (Some(stroke), _) => panel.line(series.points.iter().copied(), stroke),
@@ -127,4 +128,5 @@ fn draw(figure: &mut Figure, corner: Point, chart: &Chart) {
     if !legend.is_empty() {
         panel.legend(&legend);
     }
+    figure
 }

@@ -1,5 +1,6 @@
 //! A picture as a list of shapes, the same for every file format.
 
+use super::axis::Axis;
 use super::font;
 use crate::report::words;
 
@@ -63,6 +64,8 @@ pub(super) enum Shape {
         points: Vec<Point>,
         radius: f32,
         color: Color,
+        /// What each stands for, to be shown where a picture can; empty or one a point.
+        notes: Vec<String>,
     },
     /// `at` is on the base line; `upward` turns it by a quarter to the left.
     Text {
@@ -75,17 +78,29 @@ pub(super) enum Shape {
     },
 }
 
+/// Where a set of axes lies, and the numbers it maps there.
+#[derive(Debug, Clone, PartialEq)]
+pub(super) struct Frame {
+    pub(super) corner: Point,
+    pub(super) size: Point,
+    pub(super) x: Axis,
+    pub(super) y: Axis,
+}
+
 /// The shapes in the order they are painted.
 #[derive(Debug, Clone, PartialEq)]
 pub(super) struct Figure {
     pub(super) width: f64,
     pub(super) height: f64,
+    /// In words, for those who do not see it.
+    pub(super) title: String,
     pub(super) shapes: Vec<Shape>,
+    pub(super) frames: Vec<Frame>,
 }
 
 impl Figure {
     pub(super) fn new(width: f64, height: f64) -> Self {
-        Self { width, height, shapes: Vec::new() }
+        Self { width, height, title: String::new(), shapes: Vec::new(), frames: Vec::new() }
     }
 
     pub(super) fn line(&mut self, points: Vec<Point>, stroke: Stroke) {
@@ -104,9 +119,27 @@ impl Figure {
         self.area(vec![[left, top], [right, top], [right, bottom], [left, bottom]], color);
     }
 
-    pub(super) fn dots(&mut self, points: Vec<Point>, radius: f32, color: Color) {
+    pub(super) fn dots(&mut self, points: Vec<Point>, radius: f32, color: Color, notes: Vec<String>) {
         if !points.is_empty() {
-            self.shapes.push(Shape::Dots { points, radius, color });
+            self.shapes.push(Shape::Dots { points, radius, color, notes });
+        }
+    }
+
+    /// Puts another picture into this one, its upper left corner at `corner`.
+    pub(super) fn place(&mut self, corner: Point, other: Self) {
+        let moved = |p: &mut Point| *p = [p[0] + corner[0], p[1] + corner[1]];
+        for mut shape in other.shapes {
+            match &mut shape {
+                Shape::Line { points, .. } | Shape::Area { points, .. } | Shape::Dots { points, .. } => {
+                    points.iter_mut().for_each(moved)
+                }
+                Shape::Text { at, .. } => moved(at),
+            }
+            self.shapes.push(shape);
+        }
+        for mut frame in other.frames {
+            moved(&mut frame.corner);
+            self.frames.push(frame);
         }
     }
 

@@ -39,14 +39,16 @@ pub(crate) fn heat_maps(
         let corner = [(i % 3) as f64 * PANEL[0], 50.0 + (i / 3) as f64 * PANEL[1]];
         let x_axis = Axis::log(x_edges[0], x_edges[x.len()], x_label);
         let y_axis = Axis::linear(y_edges[0], y_edges[y.len()], y_label);
-        let mut panel = Panel::new(&mut figure, corner, PANEL, &map.title, x_axis, y_axis);
+        let mut drawn = Figure::new(PANEL[0], PANEL[1]);
+        let mut panel = Panel::new(&mut drawn, &map.title, x_axis, y_axis);
         for (cell, value) in map.values.iter().enumerate() {
             let (row, column) = (cell / x.len(), cell % x.len());
             let low = [x_edges[column], y_edges[row]];
             panel.patch(low, [x_edges[column + 1], y_edges[row + 1]], value.map_or(NONE, shade));
         }
+        figure.place(corner, drawn);
     }
-    scale(&mut figure, [3.0 * PANEL[0], 50.0], scale_label);
+    figure.place([3.0 * PANEL[0], 50.0], scale(scale_label));
     for (i, line) in lines.into_iter().enumerate() {
         let y = 50.0 + rows * PANEL[1] + 16.0 + 19.0 * i as f64;
         figure.text([30.0, y], line, 13.5, INK.faded(0.8), Anchor::Start);
@@ -54,16 +56,17 @@ pub(crate) fn heat_maps(
     Picture(figure)
 }
 
-fn scale(figure: &mut Figure, corner: Point, label: &str) {
+fn scale(label: &str) -> Figure {
     const STEPS: i32 = 120;
     let axis = Axis::log(SCALE[0], SCALE[1], label);
-    let size = [BAR - 12.0, PANEL[1]];
-    let x = Axis { low: 0.0, high: 1.0, log: false, label: String::new(), names: Vec::new() };
-    let mut panel = Panel::new(figure, corner, size, "", x, axis);
+    let mut figure = Figure::new(BAR - 12.0, PANEL[1]);
+    let x = Axis { low: 0.0, high: 1.0, log: false, label: String::new(), names: Vec::new(), hidden: false };
+    let mut panel = Panel::new(&mut figure, "", x, axis);
     let at = |i: i32| SCALE[0] * (SCALE[1] / SCALE[0]).powf(f64::from(i) / f64::from(STEPS));
     for i in 0..STEPS {
         panel.patch([0.0, at(i)], [1.0, at(i + 1)], shade((at(i) * at(i + 1)).sqrt()));
     }
+    figure
 }
 
 /// Borders halfway between neighbours.

@@ -2,9 +2,12 @@
 
 mod axis;
 mod chart;
+mod dark;
 mod decimate;
 mod figure;
+mod files;
 mod font;
+mod grid;
 mod heat;
 mod levels;
 mod panel;
@@ -16,8 +19,11 @@ mod svg;
 pub(crate) mod terminal;
 
 pub(crate) use chart::{Chart, Look, Scaled, Series, page};
+pub(crate) use dark::dark_rules;
 pub(crate) use heat::{HeatMap, heat_maps};
+pub(crate) use svg::escape;
 
+use crate::batch::Row;
 use crate::command::levels::AnalysedLevels;
 use crate::command::resonance::AnalysedCurve;
 use crate::command::ringdown::Analysed;
@@ -69,10 +75,40 @@ pub(crate) fn series(analysed: &AnalysedSeries<'_>, format: Format) -> Result<Ve
     Picture(series::figure(analysed)).render(format)
 }
 
+/// The picture across many files.
+pub(crate) fn files(rows: &[Row], format: Format) -> Result<Vec<u8>, Failure> {
+    Picture(files::figure(rows)).render(format)
+}
+
+/// The panels of an answer, each a picture of its own.
+pub(crate) fn ringdown_panels(analysed: &Analysed<'_>) -> Vec<Picture> {
+    ringdown::panels(analysed).into_iter().map(Picture).collect()
+}
+
+/// Likewise of a resonance curve.
+pub(crate) fn resonance_panels(analysed: &AnalysedCurve<'_>) -> Vec<Picture> {
+    resonance::panels(analysed).into_iter().map(Picture).collect()
+}
+
+/// Likewise of drive levels.
+pub(crate) fn levels_panels(analysed: &AnalysedLevels<'_>) -> Vec<Picture> {
+    levels::charts(analysed).iter().map(|chart| Picture(chart::draw(chart))).collect()
+}
+
+/// Likewise of a series.
+pub(crate) fn series_panels(analysed: &AnalysedSeries<'_>) -> Vec<Picture> {
+    series::panels(analysed).into_iter().map(Picture).collect()
+}
+
 /// A picture not yet in any format.
 pub(crate) struct Picture(figure::Figure);
 
 impl Picture {
+    /// As an element of an HTML page.
+    pub(crate) fn inline_svg(&self) -> String {
+        svg::inline(&self.0)
+    }
+
     /// In a file format.
     pub(crate) fn render(&self, format: Format) -> Result<Vec<u8>, Failure> {
         match format {

@@ -1,7 +1,7 @@
 //! One set of axes: maps numbers to places, cuts off what lies outside.
 
 use super::axis::Axis;
-use super::figure::{Anchor, Color, Figure, Point, Stroke};
+use super::figure::{Anchor, Color, Figure, Frame, Point, Stroke};
 use super::font;
 
 pub(super) const INK: Color = Color::new(0x22, 0x22, 0x22);
@@ -13,6 +13,8 @@ const LEFT: f64 = 74.0;
 const BELOW: f64 = 52.0;
 const ABOVE: f64 = 26.0;
 const RIGHT: f64 = 14.0;
+/// More dots than this do not say what they stand for: nobody could point at one.
+const MOST_TOLD: usize = 3000;
 
 /// How an entry of the legend looks.
 pub(super) enum Mark {
@@ -35,26 +37,18 @@ pub(super) struct Panel<'f> {
 }
 
 impl<'f> Panel<'f> {
-    /// Draws the axes into the box from `corner` of `size`, labels included.
-    pub(super) fn new(
-        figure: &'f mut Figure,
-        corner: Point,
-        size: Point,
-        title: &str,
-        x: Axis,
-        y: Axis,
-    ) -> Self {
-        let mut panel = Self {
-            figure,
-            left: corner[0] + LEFT,
-            top: corner[1] + ABOVE,
-            width: size[0] - LEFT - RIGHT,
-            height: size[1] - ABOVE - BELOW,
-            x,
-            y,
-            occupied: Vec::new(),
-        };
+    /// Draws the axes into the whole figure, labels included.
+    pub(super) fn new(figure: &'f mut Figure, title: &str, x: Axis, y: Axis) -> Self {
+        let (width, height) = (figure.width - LEFT - RIGHT, figure.height - ABOVE - BELOW);
+        let mut panel = Self { figure, left: LEFT, top: ABOVE, width, height, x, y, occupied: Vec::new() };
         panel.draw_axes(title);
+        title.clone_into(&mut panel.figure.title);
+        panel.figure.frames.push(Frame {
+            corner: [panel.left, panel.top],
+            size: [panel.width, panel.height],
+            x: panel.x.clone(),
+            y: panel.y.clone(),
+        });
         panel
     }
 
@@ -163,10 +157,36 @@ impl<'f> Panel<'f> {
 
     /// Dots; those outside the axes are left out.
     pub(super) fn dots(&mut self, points: impl IntoIterator<Item = Point>, radius: f32, color: Color) {
-        let dots: Vec<Point> =
-            points.into_iter().filter_map(|p| self.at(p)).filter(|p| self.inside(*p)).collect();
-        self.occupied.extend_from_slice(&dots);
-        self.figure.dots(dots, radius, color);
+        self.sized_dots(points.into_iter().map(|p| (p, f64::NAN)), radius, color);
+    }
+
+    /// Dots with their standard errors, which are told but not drawn; NaN where unknown.
+    pub(super) fn sized_dots(
+        &mut self,
+        points: impl IntoIterator<Item = (Point, f64)>,
+        radius: f32,
+        color: Color,
+    ) {
+        let seen: Vec<(Point, Point, f64)> = points
+            .into_iter()
+            .filter_map(|(p, error)| Some((self.at(p)?, p, error)))
+            .filter(|(place, ..)| self.inside(*place))
+            .collect();
+        let places: Vec<Point> = seen.iter().map(|(place, ..)| *place).collect();
+        let told = if seen.len() <= MOST_TOLD { &seen[..] } else { &[] };
+        let notes = told.iter().map(|(_, p, error)| self.told(*p, *error)).collect();
+        self.occupied.extend_from_slice(&places);
+        self.figure.dots(places, radius, color, notes);
+    }
+
+    /// A point in words, a line for each axis.
+    fn told(&self, [x, y]: Point, error: f64) -> String {
+        let error = if error.is_finite() && error > 0.0 {
+            format!(" ± {}", slipfit::format::plain(error, 2, ""))
+        } else {
+            String::new()
+        };
+        format!("{}\n{}", self.x.tell(x, ""), self.y.tell(y, &error))
     }
 
     /// Vertical bars from low to high.
@@ -232,7 +252,9 @@ impl<'f> Panel<'f> {
             let (start, end) = (x + 7.0, x + 7.0 + MARK);
             match mark {
                 Mark::Line(stroke) => self.figure.line(vec![[start, middle], [end, middle]], *stroke),
-                Mark::Dot(color) => self.figure.dots(vec![[0.5 * (start + end), middle]], 3.0, *color),
+                Mark::Dot(color) => {
+                    self.figure.dots(vec![[0.5 * (start + end), middle]], 3.0, *color, Vec::new())
+                }
                 Mark::Patch(color) => {
                     self.figure.rectangle([start, middle - 5.0], [end, middle + 5.0], *color)
                 }
@@ -251,7 +273,7 @@ mod tests {
     fn lines_end_at_the_axes() {
         let mut figure = Figure::new(500.0, 400.0);
         let (x, y) = (Axis::linear(0.0, 1.0, ""), Axis::linear(0.0, 1.0, ""));
-        let mut panel = Panel::new(&mut figure, [0.0, 0.0], [500.0, 400.0], "", x, y);
+        let mut panel = Panel::new(&mut figure, "", x, y);
         let drawn = panel.figure.shapes.len();
         panel.line(
             [[-1.0, 0.5], [2.0, 0.5], [0.5, f64::NAN], [0.2, 5.0], [0.4, 6.0]],

@@ -30,7 +30,7 @@ fn draw(pixels: &mut Pixmap, shape: &Shape, page: Transform) {
                 pixels.fill_path(&path, &paint(*color), FillRule::Winding, page, None);
             }
         }
-        Shape::Dots { points, radius, color } => {
+        Shape::Dots { points, radius, color, .. } => {
             let paint = paint(*color);
             for &[x, y] in points {
                 if let Some(dot) = PathBuilder::from_circle(x as f32, y as f32, *radius) {

@@ -1,19 +1,15 @@
 //! The panels of a resonance curve.
 
 use super::axis::Axis;
-use super::figure::{Anchor, Color, Figure, Point, Stroke, wrap};
-use super::panel::{INK, Mark, Panel};
+use super::figure::{Color, Figure, Point, Stroke};
+use super::grid::{PANEL, headed};
+use super::panel::{Mark, Panel};
 use crate::command::resonance::AnalysedCurve;
 use crate::report::label;
 use slipfit::format::{Rounded, Scale};
 use slipfit::resonance::{Answer, CurvePoint};
 use slipfit::steady::Phasor;
 
-const WIDTH: f64 = 1080.0;
-const PANEL: Point = [530.0, 330.0];
-const MARGIN: f64 = 10.0;
-const TITLE_SIZE: f32 = 18.0;
-const SUBTITLE_SIZE: f32 = 14.0;
 /// The axes of a panel without its labels, width over height.
 const ASPECT: f64 = 442.0 / 252.0;
 
@@ -30,37 +26,27 @@ const MOST_BARS: usize = 150;
 /// Points at which curves are evaluated.
 const STEPS: i32 = 800;
 
-pub(super) fn figure(analysed: &AnalysedCurve<'_>) -> Figure {
-    let answer = analysed.answer;
-    let title = wrap(&answer.sentence(), TITLE_SIZE, WIDTH - 4.0 * MARGIN);
-    let subtitle = wrap(&subtitle(analysed), SUBTITLE_SIZE, WIDTH - 4.0 * MARGIN);
-    let heading = 14.0 + 24.0 * title.len() as f64 + 20.0 * subtitle.len() as f64 + 10.0;
-    let complex = analysed.reading.curve.is_complex();
-    type Drawing = fn(&mut Figure, Point, &View<'_>);
+/// The panels alone.
+pub(super) fn panels(analysed: &AnalysedCurve<'_>) -> Vec<Figure> {
+    type Drawing = fn(&mut Figure, &View<'_>);
     let mut panels: Vec<Drawing> = vec![amplitude, residuals];
-    if complex {
+    if analysed.reading.curve.is_complex() {
         panels = vec![amplitude, phase, residuals, circle];
-        if !answer.force.is_empty() {
+        if !analysed.answer.force.is_empty() {
             panels.extend([dissipative as Drawing, elastic as Drawing]);
         }
     }
-    let rows = panels.len().div_ceil(2) as f64;
-    let mut figure = Figure::new(WIDTH, heading + rows * PANEL[1] + MARGIN);
-    let mut y = 10.0;
-    for line in title {
-        y += 24.0;
-        figure.text([2.0 * MARGIN, y], line, TITLE_SIZE, INK, Anchor::Start);
-    }
-    for line in subtitle {
-        y += 20.0;
-        figure.text([2.0 * MARGIN, y + 2.0], line, SUBTITLE_SIZE, INK.faded(0.75), Anchor::Start);
-    }
     let view = View::of(analysed);
-    for (i, panel) in panels.into_iter().enumerate() {
-        let corner = [MARGIN + (i % 2) as f64 * PANEL[0], heading + (i / 2) as f64 * PANEL[1]];
-        panel(&mut figure, corner, &view);
-    }
-    figure
+    let draw = |panel: Drawing| {
+        let mut figure = Figure::new(PANEL[0], PANEL[1]);
+        panel(&mut figure, &view);
+        figure
+    };
+    panels.into_iter().map(draw).collect()
+}
+
+pub(super) fn figure(analysed: &AnalysedCurve<'_>) -> Figure {
+    headed(&analysed.answer.sentence(), &subtitle(analysed), panels(analysed))
 }
 
 fn subtitle(analysed: &AnalysedCurve<'_>) -> String {
@@ -169,7 +155,7 @@ fn titled(name: &str, unit: &str) -> String {
 }
 
 /// (a) Amplitude, the friction-free curve behind.
-fn amplitude(figure: &mut Figure, corner: Point, view: &View<'_>) {
+fn amplitude(figure: &mut Figure, view: &View<'_>) {
     let answer = view.answer;
     let a = view.amplitude.factor;
     let across = view.across();
@@ -185,7 +171,7 @@ fn amplitude(figure: &mut Figure, corner: Point, view: &View<'_>) {
     let behind = [peak, beside].into_iter().filter(|v| *v <= GHOST_HEIGHT * top).fold(top, f64::max);
     let high = if peak > GHOST_HEIGHT * top { 1.25 * behind } else { 1.06 * behind };
     let y = Axis::linear(0.0, high, titled("amplitude", &view.amplitude.unit));
-    let mut panel = Panel::new(figure, corner, PANEL, "amplitude and fit", view.x_axis(), y);
+    let mut panel = Panel::new(figure, "amplitude and fit", view.x_axis(), y);
     let mut legend = vec![(Mark::Dot(POINTS), "measured")];
     if !ghost.is_empty() {
         panel.line(ghost, GHOST_LINE);
@@ -199,8 +185,8 @@ fn amplitude(figure: &mut Figure, corner: Point, view: &View<'_>) {
         panel.dots(dots, view.radius() * 0.8, REFERENCE.faded(0.55));
         legend.push((Mark::Dot(REFERENCE), "reference"));
     }
-    let dots = answer.points.iter().map(|p| [view.x(p.frequency_hz), p.amplitude * a]);
-    panel.dots(dots, view.radius(), POINTS);
+    let dots = answer.points.iter().map(|p| ([view.x(p.frequency_hz), p.amplitude * a], p.std_error * a));
+    panel.sized_dots(dots, view.radius(), POINTS);
     panel.line(across.iter().map(|&f| [view.x(f), answer.fit.response(f).norm() * a]), FIT_LINE);
     legend.push((Mark::Line(FIT_LINE), answer.model.name()));
     if answer.model.has_sliding() {
@@ -210,7 +196,7 @@ fn amplitude(figure: &mut Figure, corner: Point, view: &View<'_>) {
 }
 
 /// (b) Phase against the drive.
-fn phase(figure: &mut Figure, corner: Point, view: &View<'_>) {
+fn phase(figure: &mut Figure, view: &View<'_>) {
     let answer = view.answer;
     // Both unwrapped along the frequency, from one turn.
     let fitted = unwrapped(view.across().iter().map(|&f| (f, answer.fit.response(f))));
@@ -229,7 +215,7 @@ fn phase(figure: &mut Figure, corner: Point, view: &View<'_>) {
     let (low, high) = (all().fold(f64::INFINITY, f64::min), all().fold(f64::NEG_INFINITY, f64::max));
     let pad = 0.06 * (high - low).max(1.0);
     let y = Axis::linear(low - pad, high + pad, "phase against the drive [°]");
-    let mut panel = Panel::new(figure, corner, PANEL, "phase and fit", view.x_axis(), y);
+    let mut panel = Panel::new(figure, "phase and fit", view.x_axis(), y);
     let shown = |points: &[Point]| points.iter().map(|p| [view.x(p[0]), p[1]]).collect::<Vec<_>>();
     let mut legend = vec![(Mark::Dot(POINTS), "measured"), (Mark::Line(FIT_LINE), answer.model.name())];
     if answer.model.has_sliding() {
@@ -256,7 +242,7 @@ fn unwrapped(points: impl Iterator<Item = (f64, Phasor)>) -> Vec<Point> {
 }
 
 /// (c) What the fit leaves.
-fn residuals(figure: &mut Figure, corner: Point, view: &View<'_>) {
+fn residuals(figure: &mut Figure, view: &View<'_>) {
     let points = &view.answer.points;
     let all = || points.iter().flat_map(|p| [p.residual, p.residual_across]).filter(|v| v.is_finite());
     let mut sizes: Vec<f64> = all().map(f64::abs).collect();
@@ -270,7 +256,7 @@ fn residuals(figure: &mut Figure, corner: Point, view: &View<'_>) {
     let scale = Scale::for_size(size, &view.answer.unit);
     let s = scale.factor;
     let y = Axis::linear(-1.25 * size * s, 1.75 * size * s, titled("data − fit", &scale.unit));
-    let mut panel = Panel::new(figure, corner, PANEL, "residuals", view.x_axis(), y);
+    let mut panel = Panel::new(figure, "residuals", view.x_axis(), y);
     panel.line(view.range_hz.map(|f| [view.x(f), 0.0]), FIT_LINE);
     if points.len() <= MOST_BARS {
         let bar = |p: &CurvePoint| {
@@ -286,7 +272,8 @@ fn residuals(figure: &mut Figure, corner: Point, view: &View<'_>) {
         panel.dots(dots, view.radius(), REFERENCE);
         legend.push((Mark::Dot(REFERENCE), "across it"));
     }
-    panel.dots(points.iter().map(|p| [view.x(p.frequency_hz), p.residual * s]), view.radius(), POINTS);
+    let dots = points.iter().map(|p| ([view.x(p.frequency_hz), p.residual * s], p.std_error * s));
+    panel.sized_dots(dots, view.radius(), POINTS);
     let beyond = all().filter(|v| !(-1.25 * size..=1.75 * size).contains(v)).count();
     if beyond > 0 {
         panel.remark(&format!("{beyond} of {} beyond the axis", all().count()));
@@ -295,7 +282,7 @@ fn residuals(figure: &mut Figure, corner: Point, view: &View<'_>) {
 }
 
 /// (d) The response in the complex plane: a circle for viscous loss alone.
-fn circle(figure: &mut Figure, corner: Point, view: &View<'_>) {
+fn circle(figure: &mut Figure, view: &View<'_>) {
     let answer = view.answer;
     let a = view.amplitude.factor;
     let place = |z: Phasor| [z.re * a, z.im * a];
@@ -330,7 +317,7 @@ fn circle(figure: &mut Figure, corner: Point, view: &View<'_>) {
     let x = Axis::linear(x_mid - 0.4 * width, x_mid + 0.6 * width, titled("in phase with the drive", unit));
     let y = Axis::linear(y_mid - 0.5 * height, y_mid + 0.5 * height, titled("in quadrature", unit));
     let title = "complex plane: a circle without friction";
-    let mut panel = Panel::new(figure, corner, PANEL, title, x, y);
+    let mut panel = Panel::new(figure, title, x, y);
     let mut legend = vec![(Mark::Dot(POINTS), "measured"), (Mark::Line(FIT_LINE), answer.model.name())];
     if answer.model.has_sliding() {
         panel.line(ghost, GHOST_LINE);
@@ -342,7 +329,7 @@ fn circle(figure: &mut Figure, corner: Point, view: &View<'_>) {
 }
 
 /// (e) The force that takes energy out, over the stiffness, against amplitude.
-fn dissipative(figure: &mut Figure, corner: Point, view: &View<'_>) {
+fn dissipative(figure: &mut Figure, view: &View<'_>) {
     let answer = view.answer;
     let rows: Vec<[f64; 3]> =
         answer.force.iter().map(|p| [p.amplitude, p.dissipative, p.dissipative_std_error]).collect();
@@ -354,34 +341,18 @@ fn dissipative(figure: &mut Figure, corner: Point, view: &View<'_>) {
         line = vec![[0.0, intercept], [view.largest, intercept + slope * view.largest]];
     }
     let title = "dissipative force: sliding is what is left at zero";
-    force(figure, corner, view, title, "dissipative force / k", &rows, &line);
+    force(figure, view, title, "dissipative force / k", &rows, &line);
 }
 
 /// (f) The force of the spring, over the stiffness, against amplitude.
-fn elastic(figure: &mut Figure, corner: Point, view: &View<'_>) {
+fn elastic(figure: &mut Figure, view: &View<'_>) {
     let rows: Vec<[f64; 3]> =
         view.answer.force.iter().map(|p| [p.amplitude, p.elastic, p.elastic_std_error]).collect();
     let line = [[0.0, 0.0], [view.largest, view.largest]];
-    force(
-        figure,
-        corner,
-        view,
-        "elastic force: straight for a linear spring",
-        "elastic force / k",
-        &rows,
-        &line,
-    );
+    force(figure, view, "elastic force: straight for a linear spring", "elastic force / k", &rows, &line);
 }
 
-fn force(
-    figure: &mut Figure,
-    corner: Point,
-    view: &View<'_>,
-    title: &str,
-    name: &str,
-    rows: &[[f64; 3]],
-    line: &[Point],
-) {
+fn force(figure: &mut Figure, view: &View<'_>, title: &str, name: &str, rows: &[[f64; 3]], line: &[Point]) {
     let mut sizes: Vec<f64> = rows.iter().map(|r| r[1]).filter(|v| v.is_finite()).collect();
     sizes.sort_by(f64::total_cmp);
     let quantile = |q: f64| sizes.get(((sizes.len().max(1) - 1) as f64 * q) as usize).copied().unwrap_or(0.0);
@@ -397,13 +368,13 @@ fn force(
         (top + pad) * s,
         titled(name, &scale.unit),
     );
-    let mut panel = Panel::new(figure, corner, PANEL, title, x, y);
+    let mut panel = Panel::new(figure, title, x, y);
     let sigma = |r: &[f64; 3]| if r[2].is_finite() { r[2] } else { 0.0 };
     if rows.len() <= MOST_BARS {
         let bar = |r: &[f64; 3]| [r[0] * a, (r[1] - sigma(r)) * s, (r[1] + sigma(r)) * s];
         panel.bars(rows.iter().map(bar), Stroke::solid(POINTS.faded(0.5), 1.0));
     }
-    panel.dots(rows.iter().map(|r| [r[0] * a, r[1] * s]), view.radius(), POINTS);
+    panel.sized_dots(rows.iter().map(|r| ([r[0] * a, r[1] * s], r[2] * s)), view.radius(), POINTS);
     let mut legend = vec![(Mark::Dot(POINTS), "from each point, no model")];
     if !line.is_empty() {
         panel.line(line.iter().map(|p| [p[0] * a, p[1] * s]), FIT_LINE);

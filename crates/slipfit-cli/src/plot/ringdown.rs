@@ -2,19 +2,14 @@
 
 use super::axis::Axis;
 use super::decimate::decimate;
-use super::figure::{Anchor, Color, Figure, Point, Stroke, wrap};
-use super::panel::{INK, Mark, Panel};
+use super::figure::{Color, Figure, Point, Stroke};
+use super::grid::{PANEL, headed};
+use super::panel::{Mark, Panel};
 use crate::command::ringdown::Analysed;
 use crate::report::label;
 use slipfit::SignalKind;
 use slipfit::format::{Rounded, Scale};
 use slipfit::ringdown::{Answer, Candidate, EnvelopePoint, LossModel, LossPoint};
-
-const WIDTH: f64 = 1080.0;
-const PANEL: Point = [530.0, 330.0];
-const MARGIN: f64 = 10.0;
-const TITLE_SIZE: f32 = 18.0;
-const SUBTITLE_SIZE: f32 = 14.0;
 
 /// Okabe and Ito's palette, told apart by eyes of every kind.
 const DATA: Color = Color::new(0x8f, 0xb4, 0xd0);
@@ -34,28 +29,21 @@ const MOST_BARS: usize = 120;
 /// An amplitude this far below the largest is off the logarithmic axis.
 const LOG_FLOOR: f64 = 1e-4;
 
-pub(super) fn figure(analysed: &Analysed<'_>) -> Figure {
+/// The panels alone.
+pub(super) fn panels(analysed: &Analysed<'_>) -> Vec<Figure> {
     let answer = analysed.answer;
-    let title = wrap(&answer.sentence(), TITLE_SIZE, WIDTH - 4.0 * MARGIN);
-    let subtitle = wrap(&subtitle(analysed), SUBTITLE_SIZE, WIDTH - 4.0 * MARGIN);
-    let heading = 14.0 + 24.0 * title.len() as f64 + 20.0 * subtitle.len() as f64 + 10.0;
-    let mut figure = Figure::new(WIDTH, heading + 2.0 * PANEL[1] + MARGIN);
-    let mut y = 10.0;
-    for line in title {
-        y += 24.0;
-        figure.text([2.0 * MARGIN, y], line, TITLE_SIZE, INK, Anchor::Start);
-    }
-    for line in subtitle {
-        y += 20.0;
-        figure.text([2.0 * MARGIN, y + 2.0], line, SUBTITLE_SIZE, INK.faded(0.75), Anchor::Start);
-    }
     let scales = Scales::of(analysed);
-    let at = |column: f64, row: f64| [MARGIN + column * PANEL[0], heading + row * PANEL[1]];
-    signal(&mut figure, at(0.0, 0.0), analysed, &scales);
-    envelope(&mut figure, at(1.0, 0.0), analysed, &scales);
-    residuals(&mut figure, at(0.0, 1.0), answer, &scales);
-    loss(&mut figure, at(1.0, 1.0), answer);
-    figure
+    let mut panels: [Figure; 4] = std::array::from_fn(|_| Figure::new(PANEL[0], PANEL[1]));
+    let [first, second, third, fourth] = &mut panels;
+    signal(first, analysed, &scales);
+    envelope(second, analysed, &scales);
+    residuals(third, answer, &scales);
+    loss(fourth, answer);
+    panels.into()
+}
+
+pub(super) fn figure(analysed: &Analysed<'_>) -> Figure {
+    headed(&analysed.answer.sentence(), &subtitle(analysed), panels(analysed))
 }
 
 fn subtitle(analysed: &Analysed<'_>) -> String {
@@ -109,7 +97,7 @@ fn titled(name: &str, unit: &str) -> String {
 }
 
 /// (a) The record and the fit.
-fn signal(figure: &mut Figure, corner: Point, analysed: &Analysed<'_>, scales: &Scales) {
+fn signal(figure: &mut Figure, analysed: &Analysed<'_>, scales: &Scales) {
     let record = &analysed.reading.record;
     let answer = analysed.answer;
     let (t, a) = (scales.time.factor, scales.amplitude.factor);
@@ -132,7 +120,7 @@ fn signal(figure: &mut Figure, corner: Point, analysed: &Analysed<'_>, scales: &
         high + pad,
         titled(name, &scales.amplitude.unit),
     );
-    let mut panel = Panel::new(figure, corner, PANEL, "record and fit", scales.time_axis(), y);
+    let mut panel = Panel::new(figure, "record and fit", scales.time_axis(), y);
 
     let used = [answer.segment.start_s * t, answer.segment.end_s * t];
     let inside = |p: &Point| (used[0]..=used[1]).contains(&p[0]);
@@ -207,7 +195,7 @@ fn along(answer: &Answer, steps: i32) -> impl Iterator<Item = f64> + use<> {
 }
 
 /// (b) The envelope where a viscous decay is straight.
-fn envelope(figure: &mut Figure, corner: Point, analysed: &Analysed<'_>, scales: &Scales) {
+fn envelope(figure: &mut Figure, analysed: &Analysed<'_>, scales: &Scales) {
     let answer = analysed.answer;
     let (t, a) = (scales.time.factor, scales.amplitude.factor);
     let amplitudes = |used: bool| {
@@ -219,13 +207,14 @@ fn envelope(figure: &mut Figure, corner: Point, analysed: &Analysed<'_>, scales:
     let low = amplitudes(false).fold(used_low, f64::min).max(used_low / 20.0).max(LOG_FLOOR * high);
     let y = Axis::log(0.6 * low * a, 1.4 * high * a, titled("amplitude", &scales.amplitude.unit));
     let title = "envelope: a viscous decay would be straight";
-    let mut panel = Panel::new(figure, corner, PANEL, title, scales.time_axis(), y);
+    let mut panel = Panel::new(figure, title, scales.time_axis(), y);
     let dots = |used: bool| {
-        answer.envelope.iter().filter(move |p| p.used == used).map(move |p| [p.time_s * t, p.amplitude * a])
+        let kept = answer.envelope.iter().filter(move |p| p.used == used);
+        kept.map(move |p| ([p.time_s * t, p.amplitude * a], p.std_error * a))
     };
     let radius = if answer.envelope.len() > 300 { 1.8 } else { 2.6 };
-    panel.dots(dots(false), radius, LEFT_OUT);
-    panel.dots(dots(true), radius, POINTS);
+    panel.sized_dots(dots(false), radius, LEFT_OUT);
+    panel.sized_dots(dots(true), radius, POINTS);
     let mut legend = vec![(Mark::Dot(POINTS), "measured")];
     if let Some(candidate) = viscous(answer) {
         panel.line(
@@ -243,7 +232,7 @@ fn envelope(figure: &mut Figure, corner: Point, analysed: &Analysed<'_>, scales:
 }
 
 /// (c) What the fit leaves.
-fn residuals(figure: &mut Figure, corner: Point, answer: &Answer, scales: &Scales) {
+fn residuals(figure: &mut Figure, answer: &Answer, scales: &Scales) {
     let used: Vec<&EnvelopePoint> =
         answer.envelope.iter().filter(|p| p.used && (p.amplitude - p.fitted).is_finite()).collect();
     let extents = || used.iter().map(|p| (p.amplitude - p.fitted).abs() + finite_or_zero(p.std_error));
@@ -254,7 +243,7 @@ fn residuals(figure: &mut Figure, corner: Point, answer: &Answer, scales: &Scale
     let scale = Scale::for_size(size, &answer.signal_unit);
     let (t, a) = (scales.time.factor, scale.factor);
     let y = Axis::linear(-1.15 * size * a, 1.9 * size * a, titled("data − fit", &scale.unit));
-    let mut panel = Panel::new(figure, corner, PANEL, "residuals of the envelope", scales.time_axis(), y);
+    let mut panel = Panel::new(figure, "residuals of the envelope", scales.time_axis(), y);
     if used.is_empty() {
         panel.note("no amplitudes inside the fitted stretch");
         return;
@@ -286,12 +275,13 @@ fn residuals(figure: &mut Figure, corner: Point, answer: &Answer, scales: &Scale
         panel.remark(&format!("{outside} of {} beyond the axis", used.len()));
     }
     let radius = if used.len() > 300 { 1.8 } else { 2.6 };
-    panel.dots(used.iter().map(|p| [p.time_s * t, (p.amplitude - p.fitted) * a]), radius, POINTS);
+    let dots = used.iter().map(|p| ([p.time_s * t, (p.amplitude - p.fitted) * a], sigma(p)));
+    panel.sized_dots(dots, radius, POINTS);
     panel.legend(&legend);
 }
 
 /// (d) Loss against amplitude: sliding is the part that does not vanish with it.
-fn loss(figure: &mut Figure, corner: Point, answer: &Answer) {
+fn loss(figure: &mut Figure, answer: &Answer) {
     let mut points: Vec<&LossPoint> = answer.loss.iter().filter(|p| p.amplitude.is_finite()).collect();
     points.sort_by(|p, q| p.amplitude.total_cmp(&q.amplitude));
     let largest = points.iter().map(|p| p.amplitude).fold(0.0, f64::max);
@@ -308,7 +298,7 @@ fn loss(figure: &mut Figure, corner: Point, answer: &Answer) {
     let x_axis = Axis::linear(0.0, 1.04 * largest * x, titled("amplitude", &x_scale.unit));
     let y_axis =
         Axis::linear(lowest.max(-0.3 * high) * y, high * y, titled(&format!("loss {per}"), &y_scale.unit));
-    let mut panel = Panel::new(figure, corner, PANEL, &format!("amplitude lost {per}"), x_axis, y_axis);
+    let mut panel = Panel::new(figure, &format!("amplitude lost {per}"), x_axis, y_axis);
     if points.is_empty() {
         panel.note("the record gives no loss point by point");
         return;
@@ -332,7 +322,8 @@ fn loss(figure: &mut Figure, corner: Point, answer: &Answer) {
         };
         panel.bars(points.iter().map(bar), Stroke::solid(POINTS.faded(0.6), 1.0));
     }
-    panel.dots(points.iter().map(|p| [p.amplitude * x, p.loss_per_cycle * y]), 2.6, POINTS);
+    let dots = points.iter().map(|p| ([p.amplitude * x, p.loss_per_cycle * y], p.std_error * y));
+    panel.sized_dots(dots, 2.6, POINTS);
     panel.line(points.iter().map(|p| [p.amplitude * x, p.fitted * y]), FIT_LINE);
     panel.legend(&legend);
 }

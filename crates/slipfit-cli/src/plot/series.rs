@@ -1,19 +1,17 @@
 //! Friction and damping against the condition.
 
 use super::axis::Axis;
-use super::figure::{Anchor, Color, Figure, Point, Stroke, wrap};
-use super::panel::{INK, Mark, Panel};
+use super::figure::{Color, Figure, Stroke};
+use super::grid::{PANEL, headed};
+use super::panel::{Mark, Panel};
 use crate::command::series::AnalysedSeries;
 use crate::report::series_sentence;
 use slipfit::Quantity;
 use slipfit::format::Scale;
 use slipfit::series::{Cell, LawFit, LoadLaw, Row};
 
-const WIDTH: f64 = 1080.0;
-const PANEL: Point = [530.0, 360.0];
-const MARGIN: f64 = 10.0;
-const TITLE_SIZE: f32 = 18.0;
-const SUBTITLE_SIZE: f32 = 14.0;
+/// Higher than elsewhere: there is one row of panels only.
+const HEIGHT: f64 = 360.0;
 
 const RING_DOWN: Color = Color::new(0x00, 0x72, 0xb2);
 const RESONANCE: Color = Color::new(0xd5, 0x5e, 0x00);
@@ -22,47 +20,32 @@ const LAW: Stroke = Stroke::dashed(Color::new(0x8a, 0x92, 0x9c), 2.0);
 
 type Part = fn(&Cell) -> &Quantity;
 
-pub(super) fn figure(analysed: &AnalysedSeries<'_>) -> Figure {
-    let title = match analysed.manifest.title.as_str() {
-        "" => series_sentence(analysed.answer),
-        title => title.to_owned(),
-    };
-    let title = wrap(&title, TITLE_SIZE, WIDTH - 4.0 * MARGIN);
-    let said = match analysed.manifest.title.as_str() {
-        "" => String::new(),
-        _ => series_sentence(analysed.answer) + " ",
-    };
-    let subtitle = wrap(&format!("{said}Bars: one standard error."), SUBTITLE_SIZE, WIDTH - 4.0 * MARGIN);
-    let heading = 14.0 + 24.0 * title.len() as f64 + 20.0 * subtitle.len() as f64 + 14.0;
-    let mut figure = Figure::new(WIDTH, heading + PANEL[1] + MARGIN);
-    let mut y = 10.0;
-    for line in title {
-        y += 24.0;
-        figure.text([2.0 * MARGIN, y], line, TITLE_SIZE, INK, Anchor::Start);
-    }
-    for line in subtitle {
-        y += 20.0;
-        figure.text([2.0 * MARGIN, y + 2.0], line, SUBTITLE_SIZE, INK.faded(0.75), Anchor::Start);
-    }
+/// The panels alone.
+pub(super) fn panels(analysed: &AnalysedSeries<'_>) -> Vec<Figure> {
     let forces = analysed.options.calibration.is_some();
     let (friction, damping) = if forces {
         ("sliding friction F", "viscous coefficient γ")
     } else {
         ("friction displacement x_F", "decay rate δ")
     };
-    panel(&mut figure, [MARGIN, heading], analysed, friction, |c| &c.friction, &analysed.answer.laws);
-    panel(&mut figure, [MARGIN + PANEL[0], heading], analysed, damping, |c| &c.damping, &[]);
-    figure
+    vec![
+        panel(analysed, friction, |c| &c.friction, &analysed.answer.laws),
+        panel(analysed, damping, |c| &c.damping, &[]),
+    ]
 }
 
-fn panel(
-    figure: &mut Figure,
-    corner: Point,
-    analysed: &AnalysedSeries<'_>,
-    name: &str,
-    part: Part,
-    laws: &[LawFit],
-) {
+pub(super) fn figure(analysed: &AnalysedSeries<'_>) -> Figure {
+    let sentence = series_sentence(analysed.answer);
+    let bars = "Bars: one standard error.";
+    let panels = panels(analysed);
+    match analysed.manifest.title.as_str() {
+        "" => headed(&sentence, bars, panels),
+        title => headed(title, &format!("{sentence} {bars}"), panels),
+    }
+}
+
+fn panel(analysed: &AnalysedSeries<'_>, name: &str, part: Part, laws: &[LawFit]) -> Figure {
+    let mut figure = Figure::new(PANEL[0], HEIGHT);
     let rows = &analysed.answer.table;
     let cells = || rows.iter().flat_map(|r| [&r.ring_down, &r.resonance, &r.joint]).flatten().map(part);
     let ends =
@@ -86,7 +69,7 @@ fn panel(
         unit => format!("{name} [{unit}]"),
     };
     let y = Axis::linear(low * s, top * s, label);
-    let mut panel = Panel::new(figure, corner, PANEL, name, x, y);
+    let mut panel = Panel::new(&mut figure, name, x, y);
     let mut legend: Vec<(Mark, &str)> = Vec::new();
     let law_name = laws.first().map(|l| l.law.to_string()).unwrap_or_default();
     if let (Places::Values { range, .. }, Some(law)) = (&places, laws.first()) {
@@ -111,10 +94,12 @@ fn panel(
             continue;
         }
         panel.bars(points.iter().copied(), Stroke::solid(color, 2.0));
-        panel.dots(points.iter().map(|p| [p[0], 0.5 * (p[1] + p[2])]), 3.6, color);
+        let dots = points.iter().map(|p| ([p[0], 0.5 * (p[1] + p[2])], 0.5 * (p[2] - p[1])));
+        panel.sized_dots(dots, 3.6, color);
         legend.push((Mark::Dot(color), name));
     }
     panel.legend(&legend);
+    figure
 }
 
 /// Where the conditions stand.

@@ -1,5 +1,6 @@
 //! SVG: text stays text, in whatever sans-serif the viewer has.
 
+use super::axis::Axis;
 use super::figure::{Anchor, Color, Figure, Point, Shape, Stroke};
 use std::fmt::Write as _;
 
@@ -11,12 +12,49 @@ pub(super) fn render(figure: &Figure) -> Vec<u8> {
         "<svg xmlns=\"http://www.w3.org/2000/svg\" viewBox=\"0 0 {w} {h}\" width=\"{w}\" height=\"{h}\" \
          font-family=\"{FAMILY}\">\n<rect width=\"{w}\" height=\"{h}\" fill=\"#ffffff\"/>\n"
     );
+    write_shapes(&mut svg, figure);
+    svg.into_bytes()
+}
+
+/// For a page of HTML: as wide as there is room, on the page's own ground. Where the axes lie
+/// is written along, so that a script can tell the numbers under the pointer.
+pub(super) fn inline(figure: &Figure) -> String {
+    let (w, h) = (figure.width, figure.height);
+    let title = escape(&figure.title);
+    let mut svg = format!(
+        "<svg viewBox=\"0 0 {w} {h}\" role=\"img\" aria-label=\"{title}\" font-family=\"{FAMILY}\">\n"
+    );
+    for frame in &figure.frames {
+        let ([left, top], [width, height]) = (frame.corner, frame.size);
+        let axis = |axis: &Axis| {
+            // Names instead of numbers are told by the dots.
+            let kind = if !axis.names.is_empty() {
+                "names"
+            } else if axis.log {
+                "log"
+            } else {
+                "linear"
+            };
+            format!("{kind};{};{};{}", axis.low, axis.high, escape(&axis.label))
+        };
+        let _ = writeln!(
+            svg,
+            "<rect class=\"frame\" x=\"{left}\" y=\"{top}\" width=\"{width}\" height=\"{height}\" fill=\"none\" \
+             data-x=\"{}\" data-y=\"{}\"/>",
+            axis(&frame.x),
+            axis(&frame.y)
+        );
+    }
+    write_shapes(&mut svg, figure);
+    svg
+}
+
+fn write_shapes(svg: &mut String, figure: &Figure) {
     for shape in &figure.shapes {
         // Writing to a String cannot fail.
-        let _ = write_shape(&mut svg, shape);
+        let _ = write_shape(svg, shape);
     }
     svg.push_str("</svg>\n");
-    svg.into_bytes()
 }
 
 fn write_shape(svg: &mut String, shape: &Shape) -> std::fmt::Result {
@@ -34,12 +72,16 @@ fn write_shape(svg: &mut String, shape: &Shape) -> std::fmt::Result {
             write_color(svg, "fill", *color)?;
             svg.push_str("/>\n");
         }
-        Shape::Dots { points, radius, color } => {
+        Shape::Dots { points, radius, color, notes } => {
             svg.push_str("<g");
             write_color(svg, "fill", *color)?;
             svg.push_str(">\n");
-            for [x, y] in points {
-                writeln!(svg, "<circle cx=\"{x:.2}\" cy=\"{y:.2}\" r=\"{radius}\"/>")?;
+            for (i, [x, y]) in points.iter().enumerate() {
+                write!(svg, "<circle cx=\"{x:.2}\" cy=\"{y:.2}\" r=\"{radius}\"")?;
+                match notes.get(i) {
+                    Some(note) => writeln!(svg, "><title>{}</title></circle>", escape(note))?,
+                    None => svg.push_str("/>\n"),
+                }
             }
             svg.push_str("</g>\n");
         }
@@ -86,13 +128,17 @@ fn write_color(svg: &mut String, what: &str, color: Color) -> std::fmt::Result {
     Ok(())
 }
 
-fn escape(text: &str) -> String {
+/// Text as it may stand in XML and HTML, in an element or between double quotes.
+pub(crate) fn escape(text: &str) -> String {
     let mut safe = String::with_capacity(text.len());
     for c in text.chars() {
         match c {
             '&' => safe.push_str("&amp;"),
             '<' => safe.push_str("&lt;"),
             '>' => safe.push_str("&gt;"),
+            '"' => safe.push_str("&quot;"),
+            '\'' => safe.push_str("&#39;"),
+            '\n' => safe.push('\n'),
             // XML has no way to write these.
             c if c.is_control() => safe.push(' '),
             '\u{fffe}' | '\u{ffff}' => safe.push(' '),
@@ -108,6 +154,6 @@ mod tests {
 
     #[test]
     fn text_cannot_break_out_of_its_element() {
-        assert_eq!(escape("p < 1e-12 & \u{1}</text>"), "p &lt; 1e-12 &amp;  &lt;/text&gt;");
+        assert_eq!(escape("p < 1e-12 & \u{1}</text>\"'"), "p &lt; 1e-12 &amp;  &lt;/text&gt;&quot;&#39;");
     }
 }

@@ -1,6 +1,6 @@
 //! Where the answer comes from: what was read, what was used, how well it is described.
 
-use super::labelled;
+use super::facts::Facts;
 use crate::command::ringdown::{Analysed, named_frequency_hz};
 use slipfit::format::{Rounded, percent, plain};
 use slipfit::{ClockReport, SignalKind};
@@ -8,17 +8,16 @@ use slipfit_io::{ColumnTaken, ReadReport, Reading, TimeSource};
 use std::fmt::Write as _;
 
 /// What was read, what was used, how well it is described.
-pub(super) fn account(analysed: &Analysed<'_>) -> String {
+pub(crate) fn account(analysed: &Analysed<'_>) -> Facts {
     let report = &analysed.reading.report;
     let answer = analysed.answer;
-    let mut text = labelled("read", &format!("{}: {}", analysed.file.display(), rows_read(report)));
-    text += &columns_taken(report);
+    let mut facts = Facts::default();
+    facts.add("read", format!("{}: {}", analysed.file.display(), rows_read(report)));
+    columns_taken(&mut facts, report);
     if let Some(clock) = clock(analysed.reading.record.clock_report()) {
-        text += &labelled("clock", &clock);
+        facts.add("clock", clock);
     }
-    for note in &report.notes {
-        text += &labelled("note", note);
-    }
+    facts.notes(&report.notes);
     if let Some(f) =
         named_frequency_hz(analysed.reading).filter(|f| analysed.options.frequency_hz == Some(*f))
     {
@@ -26,13 +25,13 @@ pub(super) fn account(analysed: &Analysed<'_>) -> String {
             "frequency {} as the file's first lines name it (--frequency-hz overrides)",
             plain(f, 6, "Hz")
         );
-        text += &labelled("note", &named);
+        facts.add("note", named);
     }
     let s = &answer.segment;
     let cycles = if s.cycles > 0.0 { format!("{} cycles, ", plain(s.cycles, 3, "")) } else { String::new() };
-    text += &labelled(
+    facts.add(
         "used",
-        &format!(
+        format!(
             "{} ({}) to {} ({}): {cycles}{} samples",
             plain(s.start_s, 4, "s"),
             s.start_reason,
@@ -47,17 +46,14 @@ pub(super) fn account(analysed: &Analysed<'_>) -> String {
             let unit = &answer.signal_unit;
             format!("; static friction holds between {} and {}", plain(low, 3, unit), plain(high, 3, unit))
         });
-        text +=
-            &labelled("stop", &format!("at {}, {position} off the middle{hold}", plain(stop.time_s, 4, "s")));
+        facts.add("stop", format!("at {}, {position} off the middle{hold}", plain(stop.time_s, 4, "s")));
     }
     let d = &answer.diagnostics;
     let left_out = match d.left_out {
         0 => String::new(),
         n => format!("; {n} stretches far off every law left out"),
     };
-    text += &labelled(
-        "fit",
-        &format!(
+    facts.add("fit", format!(
             "of the {}; noise {}, {:.0} dB below the start; residuals {:.2} times what noise gives; {:.1} decay \
              times{left_out}",
             d.method,
@@ -67,14 +63,15 @@ pub(super) fn account(analysed: &Analysed<'_>) -> String {
             d.decay_times
         ),
     );
-    text
+    facts
 }
 
 /// What would be read of a file that is not analysed.
-pub(super) fn reading(reading: &Reading) -> String {
+pub(super) fn reading(reading: &Reading) -> Facts {
     let (record, report) = (&reading.record, &reading.report);
-    let mut text = labelled("read", &rows_read(report));
-    text += &columns_taken(report);
+    let mut facts = Facts::default();
+    facts.add("read", rows_read(report));
+    columns_taken(&mut facts, report);
     let mut rate = format!(
         "{} over {}",
         plain(1.0 / record.clock_report().median_step_s, 5, "Hz"),
@@ -83,20 +80,17 @@ pub(super) fn reading(reading: &Reading) -> String {
     if let Some(clock) = clock(record.clock_report()) {
         let _ = write!(rate, "; {clock}");
     }
-    text += &labelled("clock", &rate);
-    for note in &report.notes {
-        text += &labelled("note", note);
-    }
-    text
+    facts.add("clock", rate);
+    facts.notes(&report.notes);
+    facts
 }
 
-fn columns_taken(report: &ReadReport) -> String {
-    let mut text = labelled("time", &time_source(&report.time));
-    text += &labelled("signal", &signal_source(report));
+fn columns_taken(facts: &mut Facts, report: &ReadReport) {
+    facts.add("time", time_source(&report.time));
+    facts.add("signal", signal_source(report));
     if let Some(q) = &report.quadrature {
-        text += &labelled("", &column(q));
+        facts.add("", column(q));
     }
-    text
 }
 
 fn rows_read(report: &ReadReport) -> String {

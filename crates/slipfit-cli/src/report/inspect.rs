@@ -33,7 +33,7 @@ pub(crate) fn inspect(inspected: &Inspected<'_>) -> String {
     text.push('\n');
     match inspected.reading {
         Ok(reading) => {
-            text += &account::reading(reading);
+            text += &account::reading(reading).told();
             text += &picture(reading);
         }
         Err(error) => {

@@ -1,8 +1,9 @@
 //! The answer to drive levels on one screen.
 
 use super::account::column;
-use super::resonance::{p_words, quantity_row};
-use super::ringdown::label;
+use super::facts::Facts;
+use super::parameters::Told;
+use super::resonance::p_words;
 use super::table::{Align, columns};
 use super::{ANSWER, WIDTH, labelled, wrap};
 use crate::command::levels::AnalysedLevels;
@@ -35,25 +36,35 @@ pub(crate) fn levels_sentence(answer: &Answer) -> String {
 
 /// The whole report, styled.
 pub(crate) fn levels(analysed: &AnalysedLevels<'_>, written: &[&Path]) -> String {
-    let (answer, reading) = (analysed.answer, analysed.reading);
+    let answer = analysed.answer;
     let mut text = String::new();
     for line in wrap(&levels_sentence(answer), WIDTH) {
         let _ = writeln!(text, "{ANSWER}{line}{ANSWER:#}");
     }
     text.push('\n');
-    let rows: Vec<Vec<String>> = answer
-        .parameters
-        .iter()
-        .filter(|p| p.quantity.value.is_finite())
-        .map(|p| {
-            let (words, symbol) = label(p.name);
-            quantity_row(words, symbol, &p.quantity)
-        })
-        .collect();
+    let rows: Vec<Vec<String>> = told(answer).iter().map(Told::row).collect();
     let left = Align::Left;
     let lines = columns(&rows, &[left, left, Align::Right, left, left, left]);
     lines.iter().for_each(|line| text += &format!("  {line}\n"));
     text.push('\n');
+    text += &account(analysed).told();
+    if !written.is_empty() {
+        let names: Vec<String> = written.iter().map(|p| p.display().to_string()).collect();
+        text += &labelled("wrote", &names.join(", "));
+    }
+    text
+}
+
+/// The parameters that say something.
+pub(crate) fn told(answer: &Answer) -> Vec<Told> {
+    let finite = answer.parameters.iter().filter(|p| p.quantity.value.is_finite());
+    finite.map(|p| Told::new(p.name, &p.quantity)).collect()
+}
+
+/// Where the answer comes from.
+pub(crate) fn account(analysed: &AnalysedLevels<'_>) -> Facts {
+    let (answer, reading) = (analysed.answer, analysed.reading);
+    let mut facts = Facts::default();
     let skipped = match reading.rows_skipped() {
         0 => String::new(),
         n => {
@@ -61,18 +72,15 @@ pub(crate) fn levels(analysed: &AnalysedLevels<'_>, written: &[&Path]) -> String
             format!("; {n} skipped: {}", reasons.join(", "))
         }
     };
-    text += &labelled("read", &format!("{}: {} rows{skipped}", reading.path, reading.rows_read));
+    facts.add("read", format!("{}: {} rows{skipped}", reading.path, reading.rows_read));
     for (what, taken) in &reading.taken {
-        let what = if *what == "amplitude" { "ampl" } else { what };
-        text += &labelled(if what == "std_error" { "error" } else { what }, &column(taken));
+        facts.add(what, column(taken));
     }
-    for note in &reading.notes {
-        text += &labelled("note", note);
-    }
+    facts.notes(&reading.notes);
     let d = &answer.diagnostics;
-    text += &labelled(
+    facts.add(
         "fit",
-        &format!(
+        format!(
             "{} points, {} moving, {} stuck; residuals {}; a bend of the line: {}",
             d.points,
             d.moving,
@@ -87,11 +95,7 @@ pub(crate) fn levels(analysed: &AnalysedLevels<'_>, written: &[&Path]) -> String
         let above = b.stuck_above_threshold.map_or_else(String::new, |v| {
             format!("; stuck at {}, above the threshold, while the levels rose", drive(v))
         });
-        text += &labelled("moves", &format!("{stuck}moving from {} on{above}", drive(b.moving_from)));
+        facts.add("moves", format!("{stuck}moving from {} on{above}", drive(b.moving_from)));
     }
-    if !written.is_empty() {
-        let names: Vec<String> = written.iter().map(|p| p.display().to_string()).collect();
-        text += &labelled("wrote", &names.join(", "));
-    }
-    text
+    facts
 }

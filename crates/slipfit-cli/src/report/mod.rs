@@ -1,17 +1,21 @@
 //! Reports for the terminal: shared layout.
 
-mod account;
+pub(crate) mod account;
+mod facts;
 mod inspect;
-mod levels;
-mod resonance;
-mod ringdown;
-mod series;
+pub(crate) mod levels;
+mod parameters;
+pub(crate) mod resonance;
+pub(crate) mod ringdown;
+pub(crate) mod series;
 mod table;
 
+pub(crate) use facts::Facts;
 pub(crate) use inspect::inspect;
 pub(crate) use levels::{levels, levels_sentence};
+pub(crate) use parameters::{Told, label};
 pub(crate) use resonance::resonance;
-pub(crate) use ringdown::{label, ringdown};
+pub(crate) use ringdown::{UNSETTLED, ringdown};
 pub(crate) use series::{Form, series, series_sentence, table as series_table};
 
 use anstyle::{AnsiColor, Style};

@@ -1,13 +1,15 @@
 //! The answer to a resonance curve on one screen.
 
 use super::account::column;
-use super::ringdown::{absent_row, bic, headed, interval, label, relative, significant};
+use super::facts::Facts;
+use super::parameters::{Told, significant};
+use super::ringdown::{bic, headed, model_table};
 use super::table::{Align, columns};
-use super::{ANSWER, CHOSEN, DIM, HEADING, WIDTH, labelled, wrap};
+use super::{ANSWER, WIDTH, labelled, wrap};
 use crate::command::resonance::AnalysedCurve;
 use slipfit::Quantity;
 use slipfit::format::{Rounded, Scale, p_value, plain};
-use slipfit::resonance::{Answer, Candidate, DriveSource, Method, RunDirection};
+use slipfit::resonance::{Answer, Candidate, DriveSource, Method, Parameter, RunDirection};
 use slipfit_io::{Skipped, SweepReading};
 use std::fmt::Write as _;
 use std::path::Path;
@@ -24,7 +26,7 @@ pub(crate) fn resonance(analysed: &AnalysedCurve<'_>, written: &[&Path]) -> Stri
     text.push('\n');
     text += &models(answer);
     text.push('\n');
-    text += &account(analysed);
+    text += &account(analysed).told();
     if !written.is_empty() {
         let names: Vec<String> = written.iter().map(|p| p.display().to_string()).collect();
         text += &labelled("wrote", &names.join(", "));
@@ -33,38 +35,23 @@ pub(crate) fn resonance(analysed: &AnalysedCurve<'_>, written: &[&Path]) -> Stri
 }
 
 fn parameters(answer: &Answer) -> String {
-    let told = |name: &str, q: &Quantity| match name {
-        "drag_rate" | "duffing" => q.value != 0.0,
-        _ => q.value.is_finite(),
-    };
-    let rows: Vec<Vec<String>> = answer
-        .parameters
-        .iter()
-        .filter(|p| told(p.name, &p.quantity))
-        .map(|p| {
-            let (words, symbol) = label(p.name);
-            if is_absent(answer, p.name) {
-                return absent_row(words, symbol, &p.quantity);
-            }
-            quantity_row(words, symbol, &p.quantity)
-        })
-        .collect();
+    let rows: Vec<Vec<String>> = told(answer).iter().map(Told::row).collect();
     let left = Align::Left;
     let align = [left, left, Align::Right, left, left, left];
     columns(&rows, &align).iter().map(|line| format!("  {line}\n")).collect()
 }
 
-/// A parameter with its uncertainty, for the columns of a report.
-pub(super) fn quantity_row(words: String, symbol: &str, q: &Quantity) -> Vec<String> {
-    let shown = Rounded::new(q.value, q.std_error, &q.unit);
-    vec![
-        words,
-        symbol.to_owned(),
-        shown.value(),
-        shown.uncertainty().map_or_else(String::new, |u| format!("± {u}")),
-        shown.scale.unit.clone(),
-        format!("{:>8}  {}", relative(q), interval(q, &shown)).trim_end().to_owned(),
-    ]
+/// The parameters that say something.
+pub(crate) fn told(answer: &Answer) -> Vec<Told> {
+    let is_told = |p: &&Parameter| match p.name {
+        "drag_rate" | "duffing" => p.quantity.value != 0.0,
+        _ => p.quantity.value.is_finite(),
+    };
+    let tell = |p: &Parameter| match is_absent(answer, p.name) {
+        true => Told::absent(p.name, &p.quantity),
+        false => Told::new(p.name, &p.quantity),
+    };
+    answer.parameters.iter().filter(is_told).map(tell).collect()
 }
 
 /// Whether the model reported has no such term.
@@ -77,6 +64,14 @@ fn is_absent(answer: &Answer, name: &str) -> bool {
 }
 
 fn models(answer: &Answer) -> String {
+    let chosen = |i: usize| answer.comparison[i].model == answer.model;
+    let settled = answer.comparison.iter().all(|c| c.converged);
+    model_table(&model_rows(answer), chosen, settled)
+}
+
+/// All models on the same data: a line of headings, then one row each. Columns that say
+/// nothing are empty.
+pub(crate) fn model_rows(answer: &Answer) -> Vec<Vec<String>> {
     let unit = &answer.unit;
     let most = |of: fn(&Candidate) -> f64| {
         answer.comparison.iter().map(of).filter(|v| v.is_finite()).fold(0.0, f64::max)
@@ -113,29 +108,16 @@ fn models(answer: &Answer) -> String {
             if drag { term(m.has_drag(), "drag_rate", c.drag_rate, 1.0) } else { String::new() },
         ]);
     }
-    let right = Align::Right;
-    let lines = columns(&rows, &[Align::Left, right, right, right, right, right, right]);
-    let styled = lines.iter().enumerate().map(|(i, line)| {
-        let chosen = i.checked_sub(1).is_some_and(|i| answer.comparison[i].model == answer.model);
-        match (i, chosen) {
-            (0, _) => format!("  {HEADING}{line}{HEADING:#}\n"),
-            (_, true) => format!("{CHOSEN}> {line}{CHOSEN:#}\n"),
-            _ => format!("  {DIM}{line}{DIM:#}\n"),
-        }
-    });
-    let mut text: String = styled.collect();
-    if answer.comparison.iter().any(|c| !c.converged) {
-        text += &format!("  {DIM}* the fit did not settle to its tolerance{DIM:#}\n");
-    }
-    text
+    rows
 }
 
 /// Where the answer comes from.
-fn account(analysed: &AnalysedCurve<'_>) -> String {
+pub(crate) fn account(analysed: &AnalysedCurve<'_>) -> Facts {
     let answer = analysed.answer;
-    let mut text = source("read", analysed.reading);
+    let mut facts = Facts::default();
+    source(&mut facts, analysed.reading);
     if let Some(reference) = analysed.reference {
-        text += &labelled("against", &read_line(reference));
+        facts.add("against", read_line(reference));
     }
     let method = match answer.method {
         Method::Exact => "exact fundamental",
@@ -162,9 +144,7 @@ fn account(analysed: &AnalysedCurve<'_>) -> String {
         0 => String::new(),
         n => format!("; {n} points with stops in the cycle"),
     };
-    text += &labelled(
-        "fit",
-        &format!(
+    facts.add("fit", format!(
             "{method}, {drive}; {} points{left}, {} within the line, over {:.1} line widths; noise {}, {:.0} dB below \
              the peak; residuals {:.2} times what noise gives{stops}",
             d.points,
@@ -175,13 +155,13 @@ fn account(analysed: &AnalysedCurve<'_>) -> String {
             d.residual_excess.max(0.0).sqrt()
         ),
     );
-    text += &instrument(answer);
+    instrument(&mut facts, answer);
     if let Some(line) = &answer.force_line {
         let (x_f, delta) = (&line.friction_displacement, &line.decay_rate_per_s);
-        text += &labelled(
-            "model-",
-            &format!(
-                "free: the forces of {} points give x_F = {}, δ = {} (chi square {:.2} a degree of freedom)",
+        facts.add(
+            "forces",
+            format!(
+                "without a model, those of {} points give x_F = {}, δ = {} (chi square {:.2} a degree of freedom)",
                 line.points,
                 Rounded::new(x_f.value, x_f.std_error, &x_f.unit),
                 Rounded::new(delta.value, delta.std_error, &delta.unit),
@@ -189,11 +169,11 @@ fn account(analysed: &AnalysedCurve<'_>) -> String {
             ),
         );
     }
-    text += &paper(answer);
-    text
+    paper(&mut facts, answer);
+    facts
 }
 
-fn instrument(answer: &Answer) -> String {
+fn instrument(facts: &mut Facts, answer: &Answer) {
     let i = &answer.instrument;
     let mut said = Vec::new();
     if let Some(q) = &i.phase_offset_rad {
@@ -209,11 +189,13 @@ fn instrument(answer: &Answer) -> String {
     if i.phase_was_conjugated {
         said.push("phases turned over".to_owned());
     }
-    if said.is_empty() { String::new() } else { labelled("besides", &said.join(", ")) }
+    if !said.is_empty() {
+        facts.add("besides", said.join(", "));
+    }
 }
 
-fn paper(answer: &Answer) -> String {
-    let Some(p) = &answer.paper else { return String::new() };
+fn paper(facts: &mut Facts, answer: &Answer) {
+    let Some(p) = &answer.paper else { return };
     let mut text = format!("a Lorentzian of Q_f = {}", plain(p.effective_q_factor, 4, ""));
     if let (Some(q), Some(x_f)) = (p.q_factor, p.friction_displacement) {
         let _ = write!(
@@ -231,32 +213,16 @@ fn paper(answer: &Answer) -> String {
             );
         }
     }
-    labelled("paper", &text)
+    facts.add("paper", text);
 }
 
 /// What was read and how.
-pub(super) fn source(word: &str, reading: &SweepReading) -> String {
-    let report = &reading.report;
-    let mut text = labelled(word, &read_line(reading));
-    for (what, taken) in &report.taken {
-        let what = match *what {
-            "frequency" => "freq",
-            "amplitude" => "ampl",
-            "imaginary" => "imag",
-            "std_error" => "error",
-            "conductance" => "conduct",
-            "susceptance" => "suscept",
-            "resistance" => "resist",
-            "reactance" => "react",
-            "response" => "signal",
-            other => other,
-        };
-        text += &labelled(what, &column(taken));
+fn source(facts: &mut Facts, reading: &SweepReading) {
+    facts.add("read", read_line(reading));
+    for (what, taken) in &reading.report.taken {
+        facts.add(what, column(taken));
     }
-    for note in &report.notes {
-        text += &labelled("note", note);
-    }
-    text
+    facts.notes(&reading.report.notes);
 }
 
 fn read_line(reading: &SweepReading) -> String {

@@ -1,5 +1,6 @@
 //! The paper's Table 1 for a series, on the screen and for papers.
 
+use super::facts::Facts;
 use super::table::{Align, columns};
 use super::{ANSWER, HEADING, WIDTH, labelled, wrap};
 use crate::command::series::AnalysedSeries;
@@ -35,9 +36,7 @@ pub(crate) fn series(analysed: &AnalysedSeries<'_>, written: &[&Path]) -> String
         text += &if i < 2 { format!("  {HEADING}{line}{HEADING:#}\n") } else { format!("  {line}\n") };
     }
     text.push('\n');
-    text += &joint(analysed);
-    text += &laws(analysed);
-    text += &alone(analysed);
+    text += &account(analysed).told();
     if !written.is_empty() {
         let names: Vec<String> = written.iter().map(|p| p.display().to_string()).collect();
         text += &labelled("wrote", &names.join(", "));
@@ -159,6 +158,18 @@ fn cells(analysed: &AnalysedSeries<'_>, style: &Style) -> Vec<Vec<String>> {
             z(&row.damping),
             row.p_value.map_or(text(style.none), plain_p),
         ]);
+    }
+    rows
+}
+
+/// The table for a page: one line of headings, then one row for each condition.
+pub(crate) fn rows(analysed: &AnalysedSeries<'_>) -> Vec<Vec<String>> {
+    let mut rows = cells(analysed, &Style::PLAIN);
+    let top = rows.remove(0);
+    for (heading, above) in rows[0].iter_mut().zip(top) {
+        if !above.is_empty() {
+            *heading = format!("{above}, {heading}");
+        }
     }
     rows
 }
@@ -321,9 +332,17 @@ fn csv(analysed: &AnalysedSeries<'_>) -> String {
     text
 }
 
-fn joint(analysed: &AnalysedSeries<'_>) -> String {
+/// What the table is built from and what follows from it.
+pub(crate) fn account(analysed: &AnalysedSeries<'_>) -> Facts {
+    let mut facts = Facts::default();
+    joint(&mut facts, analysed);
+    laws(&mut facts, analysed);
+    alone(&mut facts, analysed);
+    facts
+}
+
+fn joint(facts: &mut Facts, analysed: &AnalysedSeries<'_>) {
     let answer = analysed.answer;
-    let mut text = String::new();
     if let Some(joint) = &answer.joint {
         let mut parts = Vec::new();
         for (name, q) in [
@@ -341,7 +360,7 @@ fn joint(analysed: &AnalysedSeries<'_>) -> String {
             joint.degrees_of_freedom,
             p_value(joint.p_value)
         ));
-        text += &labelled("joint", &parts.join(", "));
+        facts.add("joint", parts.join(", "));
     }
     let scales = Scales::of(analysed);
     let which = usize::from(scales.forces);
@@ -359,13 +378,11 @@ fn joint(analysed: &AnalysedSeries<'_>) -> String {
         ))
     };
     for (i, line) in answer.table.iter().filter_map(value).enumerate() {
-        text += &labelled(if i == 0 { "both" } else { "" }, &line);
+        facts.add(if i == 0 { "both" } else { "" }, line);
     }
-    text
 }
 
-fn laws(analysed: &AnalysedSeries<'_>) -> String {
-    let mut text = String::new();
+fn laws(facts: &mut Facts, analysed: &AnalysedSeries<'_>) {
     for (i, law) in analysed.answer.laws.iter().enumerate() {
         let c = &law.coefficient;
         let [low, high] = c.interval_95;
@@ -383,14 +400,12 @@ fn laws(analysed: &AnalysedSeries<'_>) -> String {
             law.degrees_of_freedom,
             law.delta_bic
         );
-        text += &labelled(if i == 0 { "load" } else { "" }, &said);
+        facts.add(if i == 0 { "load" } else { "" }, said);
     }
-    text
 }
 
 /// Each measurement alone, in its own words.
-fn alone(analysed: &AnalysedSeries<'_>) -> String {
-    let mut text = String::new();
+fn alone(facts: &mut Facts, analysed: &AnalysedSeries<'_>) {
     for (((name, solo), input), m) in
         analysed.answer.solo.iter().zip(analysed.inputs).zip(analysed.measurements)
     {
@@ -401,7 +416,7 @@ fn alone(analysed: &AnalysedSeries<'_>) -> String {
             Ok(_) => "analysed".to_owned(),
             Err(error) => format!("could not be analysed: {error}"),
         };
-        text += &labelled("alone", &format!("{name} ({}, {}): {said}", input.kind, m.condition.label));
+        facts.add("alone", format!("{name} ({}, {}): {said}", input.kind, m.condition.label));
         let doubts: Vec<String> = match solo {
             Ok(Solo::RingDown(a)) => a.warnings.iter().map(|w| w.code().to_owned()).collect(),
             Ok(Solo::Sweep(a)) => a.warnings.iter().map(|w| w.code().to_owned()).collect(),
@@ -409,8 +424,7 @@ fn alone(analysed: &AnalysedSeries<'_>) -> String {
             _ => Vec::new(),
         };
         if !doubts.is_empty() {
-            text += &labelled("", &format!("doubts: {} (its own command says more)", doubts.join(", ")));
+            facts.add("", format!("doubts: {} (its own command says more)", doubts.join(", ")));
         }
     }
-    text
 }

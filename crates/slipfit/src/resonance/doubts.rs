@@ -157,7 +157,7 @@ fn models(list: &mut Vec<Warning>, d: &Described, answer: &Answer, preferred: &E
         list.push(Warning::AmbiguousModel {
             chosen: preferred.model,
             rival: rival.model,
-            delta_bic: rival.bic - preferred.bic,
+            delta_bic: (rival.bic - preferred.bic).abs(),
         });
     }
 }

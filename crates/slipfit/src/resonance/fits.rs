@@ -26,6 +26,12 @@ pub(crate) struct Entry {
     pub(crate) bic: f64,
 }
 
+impl Entry {
+    fn rank(&self) -> f64 {
+        self.bic + self.model.handicap()
+    }
+}
+
 /// Everything the fits brought.
 #[derive(Debug)]
 pub(crate) struct Described {
@@ -247,8 +253,6 @@ fn describe_as(
         (&[DUFFING], wanted.duffing, true),
     ];
     for _ in 0..candidates.len() {
-        let (_, _, widening) = hang_together(&problem, &fit);
-        let scale = Scale { widening, ..plain_scale(&problem) };
         let mut found: Option<(f64, Vec<usize>, Fit)> = None;
         for (terms, asked, possible) in candidates {
             if asked.is_some() || !possible || free.contains(&terms[0]) {
@@ -266,10 +270,14 @@ fn describe_as(
             let mut trial = problem.clone();
             trial.used = more.iter().copied().filter(|&k| k < R_OMEGA).collect();
             // A step of the quadratic model first: most curves need no more to say no.
-            if !worth_trying(&trial, &fit, &more, &scale) {
+            if !worth_trying(&trial, &fit, &more, &plain_scale(&trial)) {
                 continue;
             }
             let Some(f) = minimise(&trial, &fit.parameters, &more) else { continue };
+            // A term that is missing makes residuals hang together: what counts is how they do
+            // with it.
+            let (_, _, widening) = hang_together(&trial, &f);
+            let scale = Scale { widening, ..plain_scale(&trial) };
             let gain = scale.bic(fit.rss, free.len()) - scale.bic(f.rss, more.len());
             if gain > TAKEN_UP && found.as_ref().is_none_or(|(g, ..)| gain > *g) {
                 found = Some((gain, more, f));
@@ -634,7 +642,7 @@ impl Described {
     /// The model of least BIC among those with every term inside its limit.
     pub(crate) fn preferred(&self) -> Option<&Entry> {
         let least = |list: &mut dyn Iterator<Item = &'_ Entry>| -> Option<LossModel> {
-            list.min_by(|a, b| a.bic.total_cmp(&b.bic)).map(|e| e.model)
+            list.min_by(|a, b| a.rank().total_cmp(&b.rank())).map(|e| e.model)
         };
         let model = least(&mut self.entries.iter().filter(|e| e.at_limit.is_none()))
             .or_else(|| least(&mut self.entries.iter()))?;
@@ -645,7 +653,7 @@ impl Described {
         self.entries
             .iter()
             .filter(|e| e.model.has_sliding() == sliding)
-            .min_by(|a, b| a.bic.total_cmp(&b.bic))
+            .min_by(|a, b| a.rank().total_cmp(&b.rank()))
     }
 
     /// The entry with the terms of `model` and one more.
@@ -664,7 +672,7 @@ impl Described {
             return (1.0, 0.0);
         };
         let p = self.with_term(without.model, X_F).map_or(1.0, |union| self.test(without, union));
-        (p, without.bic - with.bic)
+        (p, without.rank() - with.rank())
     }
 
     /// p value of a purely viscous loss against `model`.

@@ -66,6 +66,12 @@ pub(crate) struct Entry {
     pub(crate) bic: f64,
 }
 
+impl Entry {
+    fn rank(&self) -> f64 {
+        self.bic + self.model.handicap()
+    }
+}
+
 /// Every model that could be fitted.
 #[derive(Debug, Clone)]
 pub(crate) struct Comparison {
@@ -148,13 +154,15 @@ impl Comparison {
         self.entries.iter().find(|e| e.model == model)
     }
 
-    /// The model of least BIC among those with every term inside its limit.
+    /// The model of least BIC among those with every term inside its limit, handicaps
+    /// counted.
     pub(crate) fn best(&self) -> Option<&Entry> {
+        let least = |a: &&Entry, b: &&Entry| a.rank().total_cmp(&b.rank());
         self.entries
             .iter()
             .filter(|e| e.at_limit.is_none())
-            .min_by(|a, b| a.bic.total_cmp(&b.bic))
-            .or_else(|| self.entries.iter().min_by(|a, b| a.bic.total_cmp(&b.bic)))
+            .min_by(least)
+            .or_else(|| self.entries.iter().min_by(least))
     }
 
     /// The best model with or without sliding friction.
@@ -162,7 +170,7 @@ impl Comparison {
         self.entries
             .iter()
             .filter(|e| e.model.has_sliding() == sliding)
-            .min_by(|a, b| a.bic.total_cmp(&b.bic))
+            .min_by(|a, b| a.rank().total_cmp(&b.rank()))
     }
 
     /// The entry whose terms are those of `model` and one more.
@@ -182,7 +190,7 @@ impl Comparison {
             return (1.0, 0.0);
         };
         let p = self.with_term(without.model, X_F).map_or(1.0, |union| test(without, union, scale));
-        (p, without.bic - with.bic)
+        (p, without.rank() - with.rank())
     }
 
     /// p value of a purely viscous decay against `model`.

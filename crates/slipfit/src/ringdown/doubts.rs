@@ -54,21 +54,22 @@ pub(crate) fn doubts(e: &Evidence, answer: &Answer, preferred: LossModel) -> Vec
         let super::Distortion { order, relative_amplitude } = found;
         list.push(Warning::Harmonics { order, relative_amplitude });
     }
+    let chosen = answer.comparison.iter().find(|c| c.model == answer.model);
+    let (worse, free) = chosen.map_or((0.0, 0), |c| (c.delta_bic, c.free_parameters));
     if let Some(asked) = e.options.model {
-        let worse = answer.comparison.iter().find(|c| c.model == asked).map_or(0.0, |c| c.delta_bic);
         if asked != preferred && worse > 2.0 {
             list.push(Warning::ModelNotPreferred { asked, preferred, delta_bic: worse });
         }
     } else if let Some(rival) = answer
         .comparison
         .iter()
-        .find(|c| c.model != answer.model && c.at_limit.is_none() && c.delta_bic < 2.0)
-        .filter(|r| r.model.has_sliding() != answer.model.has_sliding() || r.free_parameters == free(answer))
+        .find(|c| c.model != answer.model && c.at_limit.is_none() && c.delta_bic < worse + 2.0)
+        .filter(|r| r.model.has_sliding() != answer.model.has_sliding() || r.free_parameters == free)
     {
         list.push(Warning::AmbiguousModel {
             chosen: answer.model,
             rival: rival.model,
-            delta_bic: rival.delta_bic,
+            delta_bic: (rival.delta_bic - worse).abs(),
         });
     }
     if !bare {
@@ -82,8 +83,4 @@ pub(crate) fn doubts(e: &Evidence, answer: &Answer, preferred: LossModel) -> Vec
         list.push(Warning::FrequencyUnknown);
     }
     list
-}
-
-fn free(answer: &Answer) -> usize {
-    answer.comparison.iter().find(|c| c.model == answer.model).map_or(0, |c| c.free_parameters)
 }

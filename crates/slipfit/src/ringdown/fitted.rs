@@ -2,6 +2,7 @@
 
 use super::envelope::Walker;
 use super::law::LossLaw;
+use std::f64::consts::PI;
 
 /// Points of the amplitude table.
 const TABLE: usize = 2048;
@@ -45,6 +46,16 @@ pub struct FittedMotion {
     table: Vec<f64>,
     /// Added in square under an envelope's amplitude: `R² = A² + floor²`.
     pub(crate) noise_floor: f64,
+    /// Where sliding friction stops the mass, if it does within the stretch.
+    rest: Option<Rest>,
+}
+
+/// The turning point from which the mass does not move any more.
+#[derive(Debug, Clone, Copy, PartialEq)]
+struct Rest {
+    time_s: f64,
+    /// Off the middle.
+    displacement: f64,
 }
 
 impl FittedMotion {
@@ -71,7 +82,40 @@ impl FittedMotion {
                 })
                 .collect()
         };
-        Self { start_s, end_s, law, friction_displacement, knots, backbone, table, noise_floor }
+        let mut motion = Self {
+            start_s,
+            end_s,
+            law,
+            friction_displacement,
+            knots,
+            backbone,
+            table,
+            noise_floor,
+            rest: None,
+        };
+        motion.rest = motion.find_rest();
+        motion
+    }
+
+    /// The first turning point within the stick zone, `|X_n| <= x_F`.
+    fn find_rest(&self) -> Option<Rest> {
+        let stuck = |elapsed: f64| self.amplitude_extended(elapsed) <= self.friction_displacement;
+        let (mut moving, mut resting) = (0.0, self.end_s - self.start_s);
+        if !(self.friction_displacement > 0.0 && resting > 0.0 && !stuck(moving) && stuck(resting)) {
+            return None;
+        }
+        // The amplitude only falls: halved until nothing is left between two doubles.
+        while moving < 0.5 * (moving + resting) && 0.5 * (moving + resting) < resting {
+            let middle = 0.5 * (moving + resting);
+            if stuck(middle) { resting = middle } else { moving = middle }
+        }
+        let knot = self.phase_at(self.start_s + resting)?;
+        let turns = (knot.phase / PI).ceil();
+        let elapsed = resting + (turns * PI - knot.phase) / knot.omega;
+        let sign = if turns.rem_euclid(2.0) == 0.0 { 1.0 } else { -1.0 };
+        let displacement = sign * self.amplitude_extended(elapsed);
+        (elapsed.is_finite() && displacement.is_finite())
+            .then_some(Rest { time_s: self.start_s + elapsed, displacement })
     }
 
     fn amplitude_extended(&self, elapsed: f64) -> f64 {
@@ -107,11 +151,13 @@ impl FittedMotion {
         let Some(knot) = self.phase_at(time_s) else {
             return amplitude.hypot(self.noise_floor);
         };
-        let theta = knot.phase.rem_euclid(std::f64::consts::PI);
-        let sign =
-            if (knot.phase / std::f64::consts::PI).floor().rem_euclid(2.0) == 0.0 { 1.0 } else { -1.0 };
+        if let Some(rest) = self.rest.filter(|rest| time_s >= rest.time_s) {
+            return knot.offset + rest.displacement;
+        }
+        let theta = knot.phase.rem_euclid(PI);
+        let sign = if (knot.phase / PI).floor().rem_euclid(2.0) == 0.0 { 1.0 } else { -1.0 };
         let since = theta / knot.omega;
-        let half_period = std::f64::consts::PI / knot.omega;
+        let half_period = PI / knot.omega;
         let elapsed = time_s - self.start_s - since;
         let before = self.amplitude_extended(elapsed);
         let after = self.amplitude_extended(elapsed + half_period);
@@ -163,7 +209,38 @@ pub(crate) fn half_cycle(before: f64, after: f64, x_f: f64, theta: f64) -> f64 {
         // At rest inside the friction zone.
         return before;
     }
-    let lambda = ratio.ln() / std::f64::consts::PI;
+    let lambda = ratio.ln() / PI;
     let (sin, cos) = theta.sin_cos();
     x_f + swing * (lambda * theta).exp() * (cos - lambda * sin)
+}
+
+#[cfg(test)]
+mod tests {
+    use crate::decay::FreeDecay;
+    use crate::ringdown::{Options, analyse};
+    use crate::{Oscillator, Record};
+
+    #[test]
+    fn the_fitted_motion_rests_where_friction_stops_it() {
+        let oscillator = Oscillator::kinematic(5.0, 0.028, 0.002).unwrap();
+        let decay = FreeDecay::from_rest(&oscillator, 0.3).unwrap();
+        let stop_s = decay.stop().unwrap().time_s;
+        let noise = 1e-3;
+        let time_s: Vec<f64> = (0..3000).map(|i| 0.02 * f64::from(i)).collect();
+        let signal = time_s
+            .iter()
+            .enumerate()
+            .map(|(i, &t)| decay.displacement(t) + 1.4 * noise * (7.7 * (i * i) as f64).sin())
+            .collect();
+        let record = Record::new(time_s, signal).unwrap();
+        let fit = analyse(&record, &Options::default()).unwrap().fit;
+        let [start, end] = fit.range_s();
+        assert!(end > stop_s + 10.0, "the rest belongs to the stretch: {stop_s} s of {end} s");
+        // Less than the noise of one sample off, moving and at rest.
+        for i in 0..=2000 {
+            let t = start + (end - start) * f64::from(i) / 2000.0;
+            let off = fit.signal_at(t) - decay.displacement(t);
+            assert!(off.abs() < noise, "{off} at {t} s; the stop is at {stop_s} s");
+        }
+    }
 }

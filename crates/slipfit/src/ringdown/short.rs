@@ -134,6 +134,7 @@ fn best_start(time: &[f64], signal: &[f64], top: f64, rest: f64, quarter: f64) -
         origin: time[0],
         duration: time[time.len() - 1] - time[0],
         bend: None,
+        rest_tells: true,
         active: free.to_vec(),
     };
     let mut best: Option<(f64, Vec<f64>)> = None;

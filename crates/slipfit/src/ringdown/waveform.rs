@@ -85,8 +85,19 @@ pub(crate) struct Waveform<'a> {
     pub(crate) duration: f64,
     /// Shape of the backbone; `None` leaves [`BEND`] without effect.
     pub(crate) bend: Option<Bend>,
+    /// Whether the place of rest tells which swing was the last. Where it does not, the samples
+    /// at rest have a level of their own: that level lies anywhere within `±x_F`, and its
+    /// derivative by the loss holds over no step a fit could take.
+    pub(crate) rest_tells: bool,
     /// Parameters whose derivatives are wanted.
     pub(crate) active: Vec<usize>,
+}
+
+/// Whether friction of this displacement leaves the mass at a place that tells the last swing:
+/// swings end `2 x_F` apart, and the last one is known to some three standard errors of an
+/// amplitude from all `n` samples shared by six parameters.
+pub(crate) fn rest_tells(x_f: f64, noise_rms: f64, n: usize) -> bool {
+    x_f > 8.0 * noise_rms * (12.0 / n.max(1) as f64).sqrt()
 }
 
 impl Waveform<'_> {
@@ -199,6 +210,7 @@ impl pulp::NullaryFnOnce for Pass<'_, '_> {
         let mut n = (p[PHASE] / PI).floor();
         let mut turn = self_turn(wave, p, n, (n * PI - p[PHASE]) / p[OMEGA], &mut walker, 0.0);
         let mut index = 0;
+        let mut at_rest = wave.time.len();
         while index < wave.time.len() {
             let mut next = self_turn(wave, p, n + 1.0, turn.time + PI / turn.omega, &mut walker, turn.time);
             if !(next.time > turn.time && next.amplitude.is_finite()) {
@@ -211,6 +223,7 @@ impl pulp::NullaryFnOnce for Pass<'_, '_> {
             if !(swing > 0.0 && landing > 0.0) {
                 // The spring no longer overcomes the friction: at rest for good.
                 next.time = f64::INFINITY;
+                at_rest = index;
             }
             let end = index + count_before(&wave.time[index..], wave.origin + next.time);
             let sign = if n.rem_euclid(2.0) == 0.0 { 1.0 } else { -1.0 };
@@ -227,6 +240,32 @@ impl pulp::NullaryFnOnce for Pass<'_, '_> {
             n += 1.0;
         }
         batch.flush(&wave.active, out, &mut residuals);
+        if !wave.rest_tells && at_rest < wave.time.len() {
+            level(wave, p, at_rest, out, residuals);
+        }
+    }
+}
+
+/// Frees the level of the samples at rest: their sums without what their mean explains.
+fn level(wave: &Waveform, p: &[f64], from: usize, out: &mut Normal, residuals: Option<&mut Vec<f64>>) {
+    let inverse_duration = 1.0 / wave.duration.max(f64::MIN_POSITIVE);
+    let (mut sums, mut left) = ([0.0; 3], 0.0);
+    for (t, x) in wave.time[from..].iter().zip(&wave.signal[from..]) {
+        let v = (t - wave.origin) * inverse_duration;
+        let powers = [1.0, v, v * v];
+        left += x - powers.iter().zip(&p[OFFSET..]).map(|(v, c)| v * c).sum::<f64>();
+        sums.iter_mut().zip(powers).for_each(|(s, v)| *s += v);
+    }
+    let n = (wave.time.len() - from) as f64;
+    for &i in wave.active.iter().filter(|i| (OFFSET..OFFSET + 3).contains(i)) {
+        out.jtr[i] -= sums[i - OFFSET] * left / n;
+        for &j in wave.active.iter().filter(|j| (OFFSET..=i).contains(j)) {
+            out.jtj[(i, j)] -= sums[i - OFFSET] * sums[j - OFFSET] / n;
+        }
+    }
+    out.rss -= left * left / n;
+    if let Some(list) = residuals {
+        list[from..].iter_mut().for_each(|r| *r -= left / n);
     }
 }
 
@@ -311,9 +350,10 @@ fn half_cycle(
             tau[k] = t;
         }
     } else {
+        let seen = if wave.rest_tells { sign } else { 0.0 };
         for k in 0..m {
-            value[k] = sign * turn.amplitude;
-            by_turn[k] = sign;
+            value[k] = seen * turn.amplitude;
+            by_turn[k] = seen;
             tau[k] = time[k] - wave.origin;
         }
     }
@@ -413,7 +453,7 @@ mod tests {
 
     fn wave<'a>(time: &'a [f64], signal: &'a [f64], bend: Option<Bend>) -> Waveform<'a> {
         let duration = time[time.len() - 1];
-        Waveform { time, signal, origin: 0.0, duration, bend, active: (0..11).collect() }
+        Waveform { time, signal, origin: 0.0, duration, bend, rest_tells: true, active: (0..11).collect() }
     }
 
     fn residuals(wave: &Waveform, p: &[f64]) -> f64 {
@@ -437,6 +477,40 @@ mod tests {
             (p[A0], p[X_F], p[DELTA], p[OMEGA], p[OFFSET]) = (1.0, x_f, delta, oscillator.omega_d(), 0.3);
             let rms = (residuals(&wave(&time, &signal, None), &p) / time.len() as f64).sqrt();
             assert!(rms < 1e-13, "Q {q}: {rms:e}");
+        }
+    }
+
+    /// With the level of the rest free, lifting all samples there changes nothing, and the
+    /// gradient by the offsets is that of what is left.
+    #[test]
+    fn the_samples_at_rest_have_their_own_level() {
+        let oscillator = Oscillator::kinematic(7.0, 0.02, 0.01).expect("valid");
+        let decay = FreeDecay::from_rest(&oscillator, 1.0).expect("valid");
+        let stop = decay.stop().expect("stops").time_s;
+        let time: Vec<f64> = (0..900).map(|i| f64::from(i) * 1.5 * stop / 900.0).collect();
+        let signal: Vec<f64> =
+            time.iter().map(|&t| decay.displacement(t) + 0.003 * (31.0 * t).sin()).collect();
+        let lifted: Vec<f64> =
+            time.iter().zip(&signal).map(|(&t, x)| x + if t > stop { 0.2 } else { 0.0 }).collect();
+        let mut p = [0.0; COUNT];
+        (p[A0], p[X_F], p[DELTA], p[OMEGA]) = (1.0, 0.01, 0.02, oscillator.omega_d());
+        (p[OFFSET], p[OFFSET + 1]) = (0.001, 0.002);
+        let free = |signal| Waveform { rest_tells: false, ..wave(&time, signal, None) };
+        let rss = residuals(&free(&signal), &p);
+        assert!((residuals(&free(&lifted), &p) / rss - 1.0).abs() < 1e-9);
+        let listed: f64 = free(&lifted).residuals(&p).iter().map(|r| r * r).sum();
+        assert!((listed / rss - 1.0).abs() < 1e-9);
+        let wave = free(&lifted);
+        let mut out = Normal::zeros(COUNT);
+        assert!(wave.normal(&p, &mut out));
+        for k in [OFFSET, OFFSET + 1, OFFSET + 2] {
+            let h = 1e-6;
+            let (mut up, mut down) = (p, p);
+            up[k] += h;
+            down[k] -= h;
+            let numeric = -(residuals(&wave, &up) - residuals(&wave, &down)) / (4.0 * h);
+            let error = (out.jtr[k] - numeric).abs() / (out.jtj[(k, k)] * out.rss).sqrt();
+            assert!(error < 1e-6, "parameter {k}: {} against {numeric}", out.jtr[k]);
         }
     }
 

@@ -4,7 +4,7 @@ use super::compare::{Scale, compare};
 use super::envelope::{A0, DELTA, DRAG, X_F};
 use super::fits::{Described, FULL, Problem, first_autocorrelation, rescored, widening};
 use super::measure::{Measured, Samples};
-use super::waveform::{BEND, Bend, CHIRP, COUNT, OFFSET, OMEGA, PHASE, Waveform};
+use super::waveform::{BEND, Bend, CHIRP, COUNT, OFFSET, OMEGA, PHASE, Waveform, rest_tells};
 use crate::estimate::least_squares::{Fit, LeastSquares, Normal, minimise, promised_gain};
 use crate::signal::blocks::{self, Block};
 use std::f64::consts::PI;
@@ -147,6 +147,7 @@ pub(crate) fn fit_waveform_window<'a>(
         origin,
         duration,
         bend: None,
+        rest_tells: rest_tells(start[X_F], measured.noise_rms, n),
         active: FULL.iter().chain(&always).copied().collect(),
     };
     let mut nuisance: Vec<usize> = always.to_vec();
@@ -311,4 +312,53 @@ fn left_over(
         .iter()
         .map(|b| (b.amplitude / b.unit_variance.sqrt(), b.quadrature / b.unit_variance.sqrt()))
         .collect()
+}
+
+#[cfg(test)]
+mod tests {
+    use crate::decay::FreeDecay;
+    use crate::ringdown::{Options, analyse};
+    use crate::{Oscillator, Record};
+    use std::f64::consts::{PI, TAU};
+
+    /// SplitMix64; twelve of them make a normal deviate good to three standard deviations.
+    fn normal(i: usize) -> f64 {
+        let uniform = |i: usize| {
+            let mut z = (i as u64 + 1).wrapping_mul(0x9e37_79b9_7f4a_7c15);
+            z = (z ^ (z >> 30)).wrapping_mul(0xbf58_476d_1ce4_e5b9);
+            z = (z ^ (z >> 27)).wrapping_mul(0x94d0_49bb_1331_11eb);
+            (z >> 11) as f64 / (1u64 << 53) as f64 - 0.5
+        };
+        (0..12).map(|k| uniform(12 * i + k)).sum()
+    }
+
+    /// Recorded on for two fifths of the motion after it stopped: the stop and the rest are part
+    /// of what is fitted and may not pull the friction along.
+    #[test]
+    fn a_rest_at_the_end_leaves_the_friction_where_it_is() {
+        for (q, share, noise) in [(50.0, 0.1, 0.007), (50.0, 0.5, 0.07), (1000.0, 0.5, 0.007)] {
+            let delta = PI / q;
+            let x_f = share / (1.0 - share) * delta / 4.0;
+            let oscillator = Oscillator::kinematic(TAU, delta, x_f).expect("valid");
+            let decay = FreeDecay::from_rest(&oscillator, 1.0).expect("valid");
+            let end = 1.4 * decay.stop().expect("stops").time_s;
+            let rate = (400.0 / end).max(8.3);
+            let time: Vec<f64> = (0..(end * rate) as usize).map(|i| i as f64 / rate).collect();
+            const REPEATS: usize = 12;
+            let z: Vec<f64> = (0..REPEATS)
+                .map(|repeat| {
+                    let first = repeat * time.len();
+                    let noisy = |(i, &t): (usize, &f64)| decay.displacement(t) + noise * normal(first + i);
+                    let signal = time.iter().enumerate().map(noisy).collect();
+                    let record = Record::new(time.clone(), signal).expect("valid");
+                    let answer = analyse(&record, &Options::default()).expect("fits");
+                    let found = answer.parameter("friction_displacement").expect("sliding found");
+                    (found.unbounded_value - x_f) / found.std_error
+                })
+                .collect();
+            let mean = z.iter().sum::<f64>() / REPEATS as f64;
+            assert!(mean.abs() < 4.0 / (REPEATS as f64).sqrt(), "Q {q}, share {share}: {z:.1?}");
+            assert!(z.iter().all(|z| z.abs() < 4.0), "Q {q}, share {share}: {z:.1?}");
+        }
+    }
 }

@@ -1,0 +1,54 @@
+//! The row of a ring-down.
+
+use super::row::{Column, Row, Value};
+use crate::command::ringdown::Done;
+use std::path::Path;
+
+pub(crate) const COLUMNS: &[Column] = &[
+    Column::text("model"),
+    Column::number("frequency_hz"),
+    Column::number("frequency_std_error_hz"),
+    Column::number("decay_rate_per_s"),
+    Column::number("decay_rate_low_per_s"),
+    Column::number("decay_rate_high_per_s"),
+    Column::number("friction_displacement"),
+    Column::number("friction_displacement_low"),
+    Column::number("friction_displacement_high"),
+    Column::number("initial_amplitude"),
+    Column::text("unit"),
+    Column::flag("sliding_detected"),
+    Column::number("sliding_p_value"),
+    Column::number("sliding_share_at_start"),
+    Column::number("cycles"),
+    Column::number("start_s"),
+    Column::number("end_s"),
+    Column::count("samples"),
+    Column::count("rows_skipped"),
+    Column::text("signal"),
+    Column::text("sha256"),
+];
+
+pub(crate) fn row(file: &Path, done: &Done) -> Row {
+    let (answer, reading) = (&done.answer, &done.reading);
+    let codes: Vec<&str> = answer.warnings.iter().map(slipfit::ringdown::Warning::code).collect();
+    let q = |name: &str| answer.parameter(name);
+    let mut values = vec![Value::text(answer.model.name())];
+    values.extend(Value::with_error(q("frequency_hz")));
+    values.extend(Value::ranged(q("decay_rate_per_s")));
+    values.extend(Value::ranged(q("friction_displacement")));
+    values.extend([
+        q("initial_amplitude").map_or(Value::None, |q| Value::number(q.value)),
+        Value::text(&answer.signal_unit),
+        Value::Flag(answer.sliding.detected),
+        Value::number(answer.sliding.p_value),
+        Value::number(answer.sliding.share_at_start),
+        Value::number(answer.segment.cycles),
+        Value::number(answer.segment.start_s),
+        Value::number(answer.segment.end_s),
+        Value::Count(reading.record.len() as u64),
+        Value::Count(reading.report.rows_skipped()),
+        Value::text(&reading.report.signal.column.header),
+        Value::text(&reading.report.sha256),
+    ]);
+    Row::answered(file, &codes, COLUMNS, values)
+}

@@ -1,0 +1,93 @@
+//! Symbols such as `x_F`, `δ`, `f₀` and units such as `µrad`, in each format's own spelling.
+
+use crate::plot::escape;
+
+/// Letter and index of a symbol: `x_F` and `x₀` have one.
+fn parts(symbol: &str) -> (String, String) {
+    let digit = |c: char| ('₀'..='₉').contains(&c).then(|| char::from(b'0' + (c as u32 - '₀' as u32) as u8));
+    if let Some((letter, index)) = symbol.split_once('_') {
+        return (letter.to_owned(), index.to_owned());
+    }
+    let letter: String = symbol.chars().filter(|c| digit(*c).is_none()).collect();
+    (letter, symbol.chars().filter_map(digit).collect())
+}
+
+/// Whether a text is a symbol, alone or over another: `δ`, `x_F`, `R/x₀`, not `rms`.
+fn is_symbol(text: &str) -> bool {
+    !text.is_empty() && text.split('/').all(|part| parts(part).0.chars().count() == 1)
+}
+
+pub(super) fn html(symbol: &str) -> String {
+    let one = |part: &str| match parts(part) {
+        (letter, index) if index.is_empty() => format!("<i>{}</i>", escape(&letter)),
+        (letter, index) => format!("<i>{}</i><sub>{}</sub>", escape(&letter), escape(&index)),
+    };
+    symbol.split('/').map(one).collect::<Vec<_>>().join("/")
+}
+
+pub(super) fn markdown(symbol: &str) -> String {
+    let one = |part: &str| match parts(part) {
+        (letter, index) if index.is_empty() => format!("*{letter}*"),
+        (letter, index) => format!("*{letter}*<sub>{index}</sub>"),
+    };
+    symbol.split('/').map(one).collect::<Vec<_>>().join("/")
+}
+
+pub(super) fn latex(symbol: &str) -> String {
+    let one = |part: &str| {
+        let (letter, index) = parts(part);
+        let letter = match letter.as_str() {
+            "δ" => r"\delta",
+            "γ" => r"\gamma",
+            "τ" => r"\tau",
+            "β" => r"\beta",
+            other => other,
+        }
+        .to_owned();
+        if index.is_empty() {
+            letter
+        } else if index.bytes().all(|b| b.is_ascii_digit()) {
+            format!("{letter}_{index}")
+        } else {
+            format!(r"{letter}_\mathrm{{{index}}}")
+        }
+    };
+    format!("${}$", symbol.split('/').map(one).collect::<Vec<_>>().join("/"))
+}
+
+/// A heading such as `x_F [mrad]`, its symbol spelled by `symbol` and the rest by `text`.
+pub(super) fn heading(
+    heading: &str,
+    symbol: impl Fn(&str) -> String,
+    text: impl Fn(&str) -> String,
+) -> String {
+    match heading.split_once(" [") {
+        Some((name, unit)) if is_symbol(name) => format!("{} [{}", symbol(name), text(unit)),
+        None if is_symbol(heading) => symbol(heading),
+        _ => text(heading),
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn every_format_has_its_spelling() {
+        assert_eq!(html("x_F"), "<i>x</i><sub>F</sub>");
+        assert_eq!(html("R/x₀"), "<i>R</i>/<i>x</i><sub>0</sub>");
+        assert_eq!(markdown("f₀"), "*f*<sub>0</sub>");
+        assert_eq!(latex("x_F"), r"$x_\mathrm{F}$");
+        assert_eq!(latex("δ"), r"$\delta$");
+        assert_eq!(latex("a₂"), "$a_2$");
+    }
+
+    #[test]
+    fn words_are_told_from_symbols() {
+        assert!(is_symbol("δ") && is_symbol("x_F") && is_symbol("R/x₀"));
+        assert!(!is_symbol("rms") && !is_symbol("model") && !is_symbol(""));
+        let told = heading("x_F [mrad]", markdown, str::to_owned);
+        assert_eq!(told, "*x*<sub>F</sub> [mrad]");
+        assert_eq!(heading("rms [mrad]", markdown, str::to_owned), "rms [mrad]");
+    }
+}

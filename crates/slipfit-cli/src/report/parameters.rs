@@ -1,0 +1,179 @@
+//! Parameters as people read them, the same on a screen, on a page and in a table.
+
+use slipfit::Quantity;
+use slipfit::format::{Rounded, Scale, plain};
+
+/// An interval this much longer on one side than on the other is printed on the screen.
+const ASYMMETRY: f64 = 1.15;
+
+/// One parameter in words and digits.
+#[derive(Debug, Clone, PartialEq)]
+pub(crate) struct Told {
+    pub(crate) words: String,
+    pub(crate) symbol: &'static str,
+    pub(crate) value: String,
+    /// Digits of the standard error; empty without one.
+    pub(crate) uncertainty: String,
+    /// With its prefix or power of ten.
+    pub(crate) unit: String,
+    /// Standard error in per cent; empty where it says nothing.
+    pub(crate) relative: String,
+    /// Both ends of the 95 % interval, in `unit`; empty without one.
+    pub(crate) interval: String,
+    /// Whether value and uncertainty alone would mislead.
+    lopsided: bool,
+    /// The model reported has no such term: `value` is how large it could be.
+    pub(crate) absent: bool,
+}
+
+impl Told {
+    pub(crate) fn new(name: &str, q: &Quantity) -> Self {
+        let (words, symbol) = label(name);
+        let shown = Rounded::new(q.value, q.std_error, &q.unit);
+        let [low, high] = q.interval_95;
+        let interval = if low.is_finite() || high.is_finite() {
+            format!("{} to {}", shown.also(low), shown.also(high))
+        } else {
+            String::new()
+        };
+        Self {
+            words,
+            symbol,
+            value: shown.value(),
+            uncertainty: shown.uncertainty().unwrap_or_default(),
+            unit: shown.scale.unit.clone(),
+            relative: relative(q),
+            lopsided: !interval.is_empty() && is_lopsided(q),
+            interval,
+            absent: false,
+        }
+    }
+
+    /// A term the model does not have: how large it could be.
+    pub(crate) fn absent(name: &str, q: &Quantity) -> Self {
+        let (words, symbol) = label(name);
+        let high = q.interval_95[1];
+        let (value, unit) = if high.is_finite() && high > 0.0 {
+            let scale = Scale::for_size(high, &q.unit);
+            (format!("< {}", significant(high * scale.factor, 2)), scale.unit)
+        } else {
+            ("-".to_owned(), String::new())
+        };
+        Self {
+            words,
+            symbol,
+            value,
+            uncertainty: String::new(),
+            unit,
+            relative: String::new(),
+            interval: String::new(),
+            lopsided: false,
+            absent: true,
+        }
+    }
+
+    /// Cells for the screen.
+    pub(crate) fn row(&self) -> Vec<String> {
+        let note = match (self.absent, self.lopsided) {
+            (true, _) if self.value == "-" => "not in model".to_owned(),
+            (true, _) => "95 %, not in model".to_owned(),
+            (_, true) => format!("{:>8}  95 %: {}", self.relative, self.interval),
+            _ => format!("{:>8}", self.relative).trim_end().to_owned(),
+        };
+        let uncertainty = match self.uncertainty.as_str() {
+            "" => String::new(),
+            digits => format!("± {digits}"),
+        };
+        vec![
+            self.words.clone(),
+            self.symbol.to_owned(),
+            self.value.clone(),
+            uncertainty,
+            self.unit.clone(),
+            note,
+        ]
+    }
+}
+
+/// Words and symbol of a parameter.
+pub(crate) fn label(name: &str) -> (String, &'static str) {
+    let (words, symbol) = match name {
+        "frequency_hz" => ("frequency", "f"),
+        "natural_frequency_hz" => ("natural frequency", "f₀"),
+        "drive_amplitude" => ("drive amplitude", "x₀"),
+        "friction_ratio" => ("friction ratio", "β"),
+        "slope" => ("slope", "R/x₀"),
+        "threshold" => ("threshold of the drive", "x_T"),
+        "decay_rate_per_s" => ("decay rate", "δ"),
+        "decay_time_s" => ("decay time", "τ"),
+        "friction_displacement" => ("friction displacement", "x_F"),
+        "sliding_rate" => ("sliding rate", "a₀"),
+        "drag_rate" => ("drag rate", "a₂"),
+        "q_factor" => ("viscous quality factor", "Q"),
+        "initial_amplitude" => ("initial amplitude", "A₀"),
+        "viscous_coefficient" => ("viscous coefficient", "γ"),
+        "coulomb_force" => ("sliding friction force", "F"),
+        "static_force" => ("static friction force", "F_s"),
+        other => return (other.replace('_', " "), ""),
+    };
+    (words.to_owned(), symbol)
+}
+
+fn relative(q: &Quantity) -> String {
+    let share = q.std_error / q.value.abs();
+    if !share.is_finite() || share <= 0.0 || share >= 10.0 {
+        return String::new();
+    }
+    match share * 100.0 {
+        p if p < 0.001 => "<0.001 %".to_owned(),
+        p => format!("{} %", plain(p, 2, "")),
+    }
+}
+
+fn is_lopsided(q: &Quantity) -> bool {
+    let [low, high] = q.interval_95;
+    let (below, above) = (q.value - low, high - q.value);
+    below.max(above) > ASYMMETRY * below.min(above)
+}
+
+/// A number of a table, to so many digits.
+pub(crate) fn significant(value: f64, digits: usize) -> String {
+    if value == 0.0 || !value.is_finite() {
+        return if value == 0.0 { "0".to_owned() } else { "?".to_owned() };
+    }
+    let decade = value.abs().log10().floor() as i64;
+    if !(-5..7).contains(&decade) {
+        return format!("{value:.*e}", digits - 1);
+    }
+    format!("{value:.*}", (digits as i64 - 1 - decade).max(0) as usize)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn numbers_of_a_table_keep_three_digits() {
+        assert_eq!(significant(0.031_234, 3), "0.0312");
+        assert_eq!(significant(1234.5, 3), "1234");
+        assert_eq!(significant(0.0, 3), "0");
+        assert_eq!(significant(1e-9, 3), "1.00e-9");
+        assert_eq!(significant(f64::NAN, 3), "?");
+    }
+
+    #[test]
+    fn an_interval_is_on_the_screen_where_it_is_lopsided() {
+        let mut q = Quantity::normal(1e-4, 1e-4, "rad");
+        assert_eq!(Told::new("x", &q).row()[5], "   100 %");
+        q.interval_95 = [0.0, 3.1e-4];
+        assert_eq!(Told::new("x", &q).row()[5], "   100 %  95 %: 0 to 310");
+        assert_eq!(Told::new("x", &q).interval, "0 to 310");
+    }
+
+    #[test]
+    fn relative_uncertainties_are_left_out_where_they_say_nothing() {
+        assert_eq!(relative(&Quantity::normal(2.0, 0.1, "")), "5 %");
+        assert_eq!(relative(&Quantity::normal(0.0, 0.1, "")), "");
+        assert_eq!(relative(&Quantity::normal(1.0, 1e-7, "")), "<0.001 %");
+    }
+}
