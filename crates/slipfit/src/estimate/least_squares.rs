@@ -89,6 +89,18 @@ const STEP_TOLERANCE: f64 = 3e-3;
 /// `None` if the model does not exist at `start` or a free parameter has no
 /// influence at all.
 pub(crate) fn minimise(problem: &dyn LeastSquares, start: &[f64], free: &[usize]) -> Option<Fit> {
+    minimise_until(problem, start, free, STEP_TOLERANCE, false)
+}
+
+/// The same to within `tolerance` standard errors. With `take_last` the step found that small is
+/// taken as well, unseen: what it leaves is a square smaller, and a pass over the data is saved.
+pub(crate) fn minimise_until(
+    problem: &dyn LeastSquares,
+    start: &[f64],
+    free: &[usize],
+    tolerance: f64,
+    take_last: bool,
+) -> Option<Fit> {
     let p = problem.parameters();
     let mut best = start.to_vec();
     let mut sums = Normal::zeros(p);
@@ -108,10 +120,15 @@ pub(crate) fn minimise(problem: &dyn LeastSquares, start: &[f64], free: &[usize]
         };
         // Change of rss the quadratic model foresees, in units of the noise variance.
         let noise = sums.rss / problem.observations().max(1.0);
-        let negligible =
-            predicted <= STEP_TOLERANCE * STEP_TOLERANCE * noise || predicted <= 1e-15 * sums.rss;
+        let negligible = predicted <= tolerance * tolerance * noise || predicted <= 1e-15 * sums.rss;
         if negligible && damping <= 1e-3 {
             converged = true;
+            if take_last && step.iter().all(|s| s.is_finite()) {
+                for (k, &i) in free.iter().enumerate() {
+                    best[i] += step[k];
+                }
+                sums.rss -= predicted;
+            }
             break;
         }
         let mut trial = best.clone();

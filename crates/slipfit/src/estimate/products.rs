@@ -1,5 +1,7 @@
 //! Sums of products of rows of numbers, many at a time.
 
+use crate::signal::trig::fused;
+
 /// Numbers in a row.
 pub(crate) const WIDTH: usize = 64;
 const LANES: usize = 16;
@@ -7,7 +9,7 @@ const LANES: usize = 16;
 /// `Σ row_a row_c` for every pair of up to `N` rows, over pieces of the data.
 #[derive(Debug, Clone)]
 pub(crate) struct Products<const N: usize> {
-    pub(crate) rows: [[f64; WIDTH]; N],
+    pub(crate) rows: Box<[[f64; WIDTH]; N]>,
     count: usize,
     sums: Vec<[f64; LANES]>,
 }
@@ -16,21 +18,32 @@ impl<const N: usize> Products<N> {
     /// For the first `count` rows.
     pub(crate) fn new(count: usize) -> Self {
         let count = count.min(N);
-        Self { rows: [[0.0; WIDTH]; N], count, sums: vec![[0.0; LANES]; count * (count + 1) / 2] }
+        Self { rows: Box::new([[0.0; WIDTH]; N]), count, sums: vec![[0.0; LANES]; count * (count + 1) / 2] }
     }
 
-    /// Adds the products of the first `width` numbers, rounded up to whole registers.
+    /// Adds the products of whole rows; `FUSED` where products and sums are one instruction.
     #[inline(always)]
-    pub(crate) fn add(&mut self, width: usize) {
-        let pieces = width.div_ceil(LANES).min(WIDTH / LANES);
+    pub(crate) fn add<const FUSED: bool>(&mut self) {
+        self.add_pieces::<{ WIDTH / LANES }, FUSED>();
+    }
+
+    /// Adds the products of the first halves of the rows.
+    #[inline(always)]
+    pub(crate) fn add_halves<const FUSED: bool>(&mut self) {
+        self.add_pieces::<{ WIDTH / LANES / 2 }, FUSED>();
+    }
+
+    #[inline(always)]
+    fn add_pieces<const PIECES: usize, const FUSED: bool>(&mut self) {
         let mut at = 0;
         for a in 0..self.count {
-            for c in 0..=a {
-                let (one, other) = (&self.rows[a], &self.rows[c]);
+            // A row is kept in registers for all its partners.
+            let one = self.rows[a];
+            for other in &self.rows[..=a] {
                 let mut sum = self.sums[at];
-                for j in 0..pieces {
+                for j in 0..PIECES {
                     for l in 0..LANES {
-                        sum[l] += one[j * LANES + l] * other[j * LANES + l];
+                        sum[l] = fused::<FUSED>(one[j * LANES + l], other[j * LANES + l], sum[l]);
                     }
                 }
                 self.sums[at] = sum;
@@ -59,7 +72,7 @@ mod tests {
                     p.rows[a][k] = if k < 20 { (a * 100 + piece * 20 + k) as f64 } else { 0.0 };
                 }
             }
-            p.add(20);
+            if piece == 0 { p.add::<false>() } else { p.add_halves::<true>() }
         }
         for (a, c) in [(0, 0), (2, 1), (0, 2)] {
             let expected: f64 = (0..40).map(|k| ((a * 100 + k) * (c * 100 + k)) as f64).sum();

@@ -104,6 +104,26 @@ impl Block {
         if square > 1e-280 && square < 1e280 { square.sqrt() } else { self.data[i].norm() }
     }
 
+    /// All of them.
+    pub(crate) fn amplitudes(&self) -> Vec<f64> {
+        (0..self.len()).map(|i| self.amplitude(i)).collect()
+    }
+
+    /// Every so manieth point.
+    pub(crate) fn thinned(&self, stride: usize) -> Self {
+        let every = |v: &[f64]| v.iter().step_by(stride).copied().collect::<Vec<_>>();
+        Self {
+            omega: every(&self.omega),
+            data: self.data.iter().step_by(stride).copied().collect(),
+            complex: self.complex,
+            precision: every(&self.precision),
+            weight: every(&self.weight),
+            drive: every(&self.drive),
+            index: self.index.iter().step_by(stride).copied().collect(),
+            rice: self.rice,
+        }
+    }
+
     /// Measured at point `i`, less what the model says.
     pub(crate) fn less(&self, i: usize, model: Phasor) -> Phasor {
         if self.complex {

@@ -5,7 +5,7 @@ use super::fits::{best, starts};
 use super::problem::{DELTA, OMEGA, PHASE, Problem, X_0, X_F};
 use super::{Curve, Method, look, start};
 use crate::Error;
-use crate::estimate::least_squares::{LeastSquares, minimise};
+use crate::estimate::least_squares::{LeastSquares, minimise_until};
 use std::f64::consts::TAU;
 
 /// The exact response fitted to a curve; standard errors from white residuals, limits lifted.
@@ -26,6 +26,12 @@ pub struct CurveFit {
     /// Whether the fit met its tolerance.
     pub converged: bool,
 }
+
+/// Points with which a fit begins.
+const FEW: usize = 56;
+/// Standard errors to which it goes with those, and with all: the step found last is taken.
+const ROUGH: f64 = 0.1;
+const CLOSE: f64 = 0.01;
 
 /// Fits the exact fundamental with viscous damping and sliding friction, nothing else: no
 /// model is compared, no instrument term but the phase offset is tried, no interval taken.
@@ -56,9 +62,13 @@ pub fn fit(curve: &Curve, drive_amplitude: Option<f64>) -> Result<CurveFit, Erro
     }
     let mut main = Block::new(curve);
     let line = look::line(&main).ok_or(Error::NoResonance { reason: "every amplitude is zero" })?;
-    let linear = start::linear(&main, &line, true);
+    // So many points within the line tell where to begin as well as all do.
+    let within = main.omega.iter().filter(|w| (**w - line.omega).abs() < line.half_width).count();
+    let stride = (main.len() / FEW).min(within / 8).max(1);
+    let mut few = (stride > 1).then(|| main.thinned(stride));
+    let linear = start::linear(few.as_ref().unwrap_or(&main), &line, true);
     if linear.is_some_and(|(_, mirrored)| mirrored) {
-        for z in &mut main.data {
+        for z in main.data.iter_mut().chain(few.iter_mut().flat_map(|few| &mut few.data)) {
             *z = z.conj();
         }
     }
@@ -85,13 +95,21 @@ pub fn fit(curve: &Curve, drive_amplitude: Option<f64>) -> Result<CurveFit, Erro
     if problem.observations() as usize <= free.len() {
         return Err(Error::TooFewPoints { points: problem.main.len(), parameters: free.len() });
     }
-    let all =
-        starts(&problem.main, &line, linear.map(|(s, _)| s), drive_amplitude, drive_amplitude.is_some());
-    // With phases the first is next to the minimum.
-    let found =
-        if linear.is_some() { minimise(&problem, &all[0], &free).filter(|f| f.converged) } else { None };
-    let found = found
-        .or_else(|| best(&problem, &all, &free))
+    let fixed = drive_amplitude.is_some();
+    // With phases the balance is next to the minimum.
+    let near = linear.and_then(|(s, _)| {
+        let mut start = start::of(&s, drive_amplitude);
+        if let Some(few) = few {
+            let few = Problem { main: few, used: problem.used.clone(), reference: None, ..problem };
+            start = minimise_until(&few, &start, &free, ROUGH, true)?.parameters;
+        }
+        minimise_until(&problem, &start, &free, CLOSE, true).filter(|f| f.converged)
+    });
+    let found = near
+        .or_else(|| {
+            let all = starts(&problem.main, &line, linear.map(|(s, _)| s), drive_amplitude, fixed);
+            best(&problem, &all, &free)
+        })
         .ok_or(Error::NoFit { reason: "no resonance curve with viscous and sliding loss was reached" })?;
     let n = problem.observations();
     let sigma = (found.rss / (n - free.len() as f64).max(1.0)).sqrt();

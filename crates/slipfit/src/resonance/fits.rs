@@ -374,26 +374,12 @@ pub(crate) fn starts(
     fixed: bool,
 ) -> Vec<Vec<f64>> {
     let phase = from_phases.map_or_else(|| start::phase_at_peak(b, line), |s| s.phase);
-    let mut list: Vec<Start> = Vec::new();
-    if let Some(mut s) = from_phases {
-        if let Some(x_0) = known {
-            // Another drive with the same height: x_0 - (4/pi) x_F stays.
-            s.x_f = (s.x_f + std::f64::consts::FRAC_PI_4 * (x_0 - s.x_0)).clamp(0.0, 0.76 * x_0);
-            s.x_0 = x_0;
-        }
-        list.push(s);
-    }
-    list.extend(start::grid(line, phase, known));
+    let first = from_phases.map(|s| start::of(&s, known));
+    let mut list: Vec<Start> = start::grid(line, phase, known);
     if known.is_some() && !fixed {
         list.extend(start::grid(line, phase, None));
     }
-    list.into_iter()
-        .map(|s| {
-            let mut p = vec![0.0; COUNT];
-            (p[OMEGA], p[DELTA], p[X_0], p[X_F], p[PHASE]) = (s.shift, s.delta, s.x_0, s.x_f, s.phase);
-            p
-        })
-        .collect()
+    first.into_iter().chain(list.iter().map(|s| start::of(s, None))).collect()
 }
 
 fn rss(problem: &Problem, p: &[f64], limit: f64) -> Option<f64> {

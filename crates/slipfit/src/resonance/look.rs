@@ -44,8 +44,14 @@ pub(crate) fn noise(b: &Block) -> f64 {
 
 pub(crate) fn line(b: &Block) -> Option<Line> {
     let n = b.len();
-    let top = (0..n).max_by(|&i, &j| b.amplitude(i).total_cmp(&b.amplitude(j)))?;
-    let height = b.amplitude(top);
+    let amplitude = b.amplitudes();
+    let (mut top, mut height) = (0, *amplitude.first()?);
+    for (i, &a) in amplitude.iter().enumerate() {
+        // Of equal ones the last.
+        if a >= height {
+            (top, height) = (i, a);
+        }
+    }
     if !(height > 0.0) {
         return None;
     }
@@ -53,8 +59,8 @@ pub(crate) fn line(b: &Block) -> Option<Line> {
     let crossing = |range: &mut dyn Iterator<Item = usize>| {
         let mut last = top;
         for i in range {
-            if b.amplitude(i) < cut {
-                let t = (b.amplitude(last) - cut) / (b.amplitude(last) - b.amplitude(i));
+            if amplitude[i] < cut {
+                let t = (amplitude[last] - cut) / (amplitude[last] - amplitude[i]);
                 return Some((b.omega[last] + t * (b.omega[i] - b.omega[last]) - b.omega[top]).abs());
             }
             last = i;

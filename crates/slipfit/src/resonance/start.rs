@@ -2,7 +2,9 @@
 
 use super::block::Block;
 use super::look::Line;
+use super::problem::{COUNT, DELTA, OMEGA, PHASE, X_0, X_F};
 use crate::estimate::products::{Products, WIDTH};
+use crate::signal::trig::has_fused;
 use nalgebra::{SMatrix, SVector};
 use std::f64::consts::{FRAC_1_SQRT_2, FRAC_PI_4, PI};
 
@@ -69,6 +71,19 @@ pub(crate) fn linear(b: &Block, line: &Line, friction: bool) -> Option<(Start, b
     (start.x_0 > 0.0 && start.shift.is_finite()).then_some((start, mirrored))
 }
 
+/// The minimiser's parameters; with another drive `known` at the same height, `x_0 - (4/pi) x_F`
+/// stays.
+pub(crate) fn of(start: &Start, known: Option<f64>) -> Vec<f64> {
+    let mut s = *start;
+    if let Some(x_0) = known {
+        s.x_f = (s.x_f + FRAC_PI_4 * (x_0 - s.x_0)).clamp(0.0, 0.76 * x_0);
+        s.x_0 = x_0;
+    }
+    let mut p = vec![0.0; COUNT];
+    (p[OMEGA], p[DELTA], p[X_0], p[X_F], p[PHASE]) = (s.shift, s.delta, s.x_0, s.x_f, s.phase);
+    p
+}
+
 /// The balance at every point, its rows weighted by a line of given centre and width.
 struct Balance<'a> {
     b: &'a Block,
@@ -79,12 +94,19 @@ struct Balance<'a> {
     width: f64,
 }
 
-impl pulp::NullaryFnOnce for Balance<'_> {
-    /// Five unknowns and the right-hand side.
+impl pulp::WithSimd for Balance<'_> {
     type Output = Products<6>;
 
     #[inline(always)]
-    fn call(self) -> Products<6> {
+    fn with_simd<S: pulp::Simd>(self, _: S) -> Products<6> {
+        if const { has_fused::<S>() } { self.sums::<true>() } else { self.sums::<false>() }
+    }
+}
+
+impl Balance<'_> {
+    /// Five unknowns and the right-hand side.
+    #[inline(always)]
+    fn sums<const FUSED: bool>(self) -> Products<6> {
         const PIECE: usize = WIDTH / 2;
         let Balance { b, line, friction, unit, centre, width } = self;
         let mut products = Products::new(6);
@@ -118,7 +140,7 @@ impl pulp::NullaryFnOnce for Balance<'_> {
                     products.rows[j][PIECE + k] = others[j];
                 }
             }
-            products.add(WIDTH);
+            products.add::<FUSED>();
         }
         products
     }

@@ -92,11 +92,18 @@ struct Lanes {
     sure: Row,
 }
 
-impl pulp::NullaryFnOnce for Pass<'_> {
+impl pulp::WithSimd for Pass<'_> {
     type Output = Option<Products<{ MAIN + 1 }>>;
 
     #[inline(always)]
-    fn call(mut self) -> Self::Output {
+    fn with_simd<S: pulp::Simd>(self, _: S) -> Self::Output {
+        if const { trig::has_fused::<S>() } { self.sums::<true>() } else { self.sums::<false>() }
+    }
+}
+
+impl Pass<'_> {
+    #[inline(always)]
+    fn sums<const FUSED: bool>(mut self) -> Option<Products<{ MAIN + 1 }>> {
         let mut points = Points {
             count: 0,
             index: [0; PIECE],
@@ -125,9 +132,9 @@ impl pulp::NullaryFnOnce for Pass<'_> {
             if self.problem.method == Method::Leading {
                 lanes.sure = [f64::NAN; PIECE];
             } else if self.at.bent {
-                lanes.bent(&self.at, &points);
+                lanes.bent::<FUSED>(&self.at, &points);
             } else {
-                lanes.closed(&self.at, &points);
+                lanes.closed::<FUSED>(&self.at, &points);
             }
             for k in 0..points.count {
                 if !(lanes.sure[k] >= 0.0) {
@@ -138,8 +145,12 @@ impl pulp::NullaryFnOnce for Pass<'_> {
                 lanes.repeat(k);
             }
             self.rows(&points, &mut lanes);
-            self.products.add(if self.block.complex { WIDTH } else { PIECE });
-            if self.products.total(n, n) > self.limit {
+            if self.block.complex {
+                self.products.add::<FUSED>();
+            } else {
+                self.products.add_halves::<FUSED>();
+            }
+            if self.limit < f64::INFINITY && self.products.total(n, n) > self.limit {
                 return None;
             }
         }
@@ -204,10 +215,12 @@ impl Points {
 
 /// The closed form where series for its functions hold; `sure` is no number elsewhere.
 #[inline(always)]
-fn quick(point: &Point) -> (Closed, f64) {
-    let decay = point.delta / point.omega;
-    let (sin, cos) = trig::quarter_turns(excess(point));
-    let c = closed_form(point, Halves { sin, cos, sinh: trig::small_sinh(FRAC_PI_2 * decay) });
+fn quick<const FUSED: bool>(point: &Point) -> (Closed, f64) {
+    let over_omega = 1.0 / point.omega;
+    let decay = point.delta * over_omega;
+    let (sin, cos) = trig::quarter_turns::<FUSED>(excess(point) * over_omega);
+    let halves = Halves { sin, cos, sinh: trig::small_sinh::<FUSED>(FRAC_PI_2 * decay) };
+    let c = closed_form(point, over_omega, halves);
     let series = decay.abs() <= 1.0;
     // Without friction below zero there is a motion whatever the turn looks like.
     let moves = if point.x_f > 0.0 { c.push(point.x_f) } else { c.turned() };
@@ -218,9 +231,9 @@ fn quick(point: &Point) -> (Closed, f64) {
 
 impl Lanes {
     #[inline(always)]
-    fn closed(&mut self, at: &Setting, points: &Points) {
+    fn closed<const FUSED: bool>(&mut self, at: &Setting, points: &Points) {
         for k in 0..PIECE {
-            let (c, sure) = quick(&at.point(points.omega[k], points.level[k]));
+            let (c, sure) = quick::<FUSED>(&at.point(points.omega[k], points.level[k]));
             self.put(k, &c, sure);
         }
     }
@@ -235,7 +248,7 @@ impl Lanes {
 
     /// With drag and lean: Newton's method for the amplitude at all points at once.
     #[inline(always)]
-    fn bent(&mut self, at: &Setting, points: &Points) {
+    fn bent<const FUSED: bool>(&mut self, at: &Setting, points: &Points) {
         const MOST: usize = 8;
         let mut r = points.guess;
         let mut next = r;
@@ -253,7 +266,7 @@ impl Lanes {
                     detuning: plain.detuning - lean,
                     ..plain
                 };
-                let (c, sure) = quick(&point);
+                let (c, sure) = quick::<FUSED>(&point);
                 let damped = (lean.abs() <= 0.5 * plain.omega_0) & (point.delta.abs() < point.omega_0);
                 self.put(k, &c, if damped { sure } else { f64::NAN });
                 let m = (c.value.re * c.value.re + c.value.im * c.value.im).sqrt();
@@ -335,21 +348,15 @@ impl Pass<'_> {
                 lanes.by_im[X_F][k] *= scale;
             }
         }
-        if at.phase != 0.0 || at.delay != 0.0 {
-            let (mut re, mut im) = ([at.phase.cos(); PIECE], [at.phase.sin(); PIECE]);
-            if at.delay != 0.0 {
-                for k in 0..PIECE {
-                    (im[k], re[k]) = trig::sin_cos(at.phase - (points.omega[k] - at.centre) * at.delay);
-                }
-            }
-            turn(&mut lanes.re, &mut lanes.im, &re, &im);
-            for &j in self.own.iter().filter(|&&j| j < OWN) {
-                turn(&mut lanes.by_re[j], &mut lanes.by_im[j], &re, &im);
+        // Phases do not matter to products: rather than the model, the data are turned, back.
+        let (mut cos, mut sin) = ([at.phase.cos(); PIECE], [at.phase.sin(); PIECE]);
+        if at.delay != 0.0 {
+            for k in 0..PIECE {
+                (sin[k], cos[k]) = trig::sin_cos(at.phase - (points.omega[k] - at.centre) * at.delay);
             }
         }
         let n = self.own.len();
         let rows = &mut self.products.rows;
-        // With the background in, the value is what is compared.
         for (row, &j) in rows.iter_mut().zip(self.own) {
             let [re, im] = halves(row);
             for k in 0..PIECE {
@@ -359,15 +366,11 @@ impl Pass<'_> {
                         let t = points.omega[k] - at.centre;
                         (lanes.im[k] * t, -lanes.re[k] * t)
                     }
-                    BG_RE => (1.0, 0.0),
-                    BG_IM => (0.0, 1.0),
+                    BG_RE => (cos[k], -sin[k]),
+                    BG_IM => (sin[k], cos[k]),
                     _ => (lanes.by_re[j][k], lanes.by_im[j][k]),
                 };
             }
-        }
-        for k in 0..PIECE {
-            lanes.re[k] += at.background.re;
-            lanes.im[k] += at.background.im;
         }
         if self.block.complex {
             for row in &mut rows[..n] {
@@ -379,10 +382,16 @@ impl Pass<'_> {
             }
             let [re, im] = halves(&mut rows[n]);
             for k in 0..PIECE {
-                re[k] = (points.re[k] - lanes.re[k]) * points.root[k];
-                im[k] = (points.im[k] - lanes.im[k]) * points.root[k];
+                let (x, y) = (points.re[k] - at.background.re, points.im[k] - at.background.im);
+                re[k] = (x * cos[k] + y * sin[k] - lanes.re[k]) * points.root[k];
+                im[k] = (y * cos[k] - x * sin[k] - lanes.im[k]) * points.root[k];
             }
             return;
+        }
+        let (x, y) = (at.background.re, at.background.im);
+        for k in 0..PIECE {
+            lanes.re[k] += x * cos[k] + y * sin[k];
+            lanes.im[k] += y * cos[k] - x * sin[k];
         }
         let (mut along_re, mut along_im) = ([0.0; PIECE], [0.0; PIECE]);
         let mut read = [0.0; PIECE];
@@ -419,11 +428,4 @@ impl Pass<'_> {
 fn halves(row: &mut [f64; WIDTH]) -> [&mut [f64]; 2] {
     let (re, im) = row.split_at_mut(PIECE);
     [re, im]
-}
-
-#[inline(always)]
-fn turn(re: &mut Row, im: &mut Row, cos: &Row, sin: &Row) {
-    for k in 0..PIECE {
-        (re[k], im[k]) = (re[k] * cos[k] - im[k] * sin[k], re[k] * sin[k] + im[k] * cos[k]);
-    }
 }

@@ -8,21 +8,37 @@ pub(crate) const PI_A: f64 = 3.141592651605606;
 pub(crate) const PI_B: f64 = 1.9841871479187034e-09;
 pub(crate) const PI_C: f64 = 1.1442377452219664e-17;
 
+/// `a b + c`; with `FUSED` as one instruction, which the processor must have.
+#[inline(always)]
+pub(crate) fn fused<const FUSED: bool>(a: f64, b: f64, c: f64) -> f64 {
+    if FUSED { a.mul_add(b, c) } else { a * b + c }
+}
+
+/// Whether [`fused`] is one instruction where `S` is the widest there is.
+pub(crate) const fn has_fused<S: pulp::Simd>() -> bool {
+    !S::IS_SCALAR && !cfg!(target_family = "wasm")
+}
+
 /// Sine and cosine for `|r| <= pi/2`, by their Taylor series: the first term
 /// left out is below 1e-17.
 #[inline(always)]
 pub(crate) fn half_turn(r: f64) -> (f64, f64) {
+    half_turn_as::<false>(r)
+}
+
+#[inline(always)]
+fn half_turn_as<const FUSED: bool>(r: f64) -> (f64, f64) {
     let z = r * r;
-    (r * horner(z, &SINE), horner(z, &COSINE))
+    (r * horner::<FUSED, _>(z, &SINE), horner::<FUSED, _>(z, &COSINE))
 }
 
 /// Sine and cosine of `pi x/2` up to one sign for both, for `|x| < 2^50`: enough for their squares
 /// and product.
 #[inline(always)]
-pub(crate) fn quarter_turns(x: f64) -> (f64, f64) {
+pub(crate) fn quarter_turns<const FUSED: bool>(x: f64) -> (f64, f64) {
     const MAGIC: f64 = 6_755_399_441_055_744.0;
     let whole = (0.5 * x + MAGIC) - MAGIC;
-    half_turn((x - 2.0 * whole) * std::f64::consts::FRAC_PI_2)
+    half_turn_as::<FUSED>((x - 2.0 * whole) * std::f64::consts::FRAC_PI_2)
 }
 
 /// Sine and cosine, absolute error below 4e-16 for `|x| < 2e8`.
@@ -39,8 +55,8 @@ pub(crate) fn sin_cos(x: f64) -> (f64, f64) {
 /// Hyperbolic sine for `|y| <= pi/2`, by its Taylor series: the first term left out is below
 /// 1e-17.
 #[inline(always)]
-pub(crate) fn small_sinh(y: f64) -> f64 {
-    y * horner(y * y, &HYPERBOLIC_SINE)
+pub(crate) fn small_sinh<const FUSED: bool>(y: f64) -> f64 {
+    y * horner::<FUSED, _>(y * y, &HYPERBOLIC_SINE)
 }
 
 const HYPERBOLIC_SINE: [f64; 11] = inverse_factorials(1, 2);
@@ -77,10 +93,10 @@ const fn alternating<const N: usize>(mut list: [f64; N]) -> [f64; N] {
 }
 
 #[inline(always)]
-fn horner<const N: usize>(x: f64, coefficients: &[f64; N]) -> f64 {
+fn horner<const FUSED: bool, const N: usize>(x: f64, coefficients: &[f64; N]) -> f64 {
     let mut sum = coefficients[N - 1];
     for k in (0..N - 1).rev() {
-        sum = sum * x + coefficients[k];
+        sum = fused::<FUSED>(sum, x, coefficients[k]);
     }
     sum
 }
@@ -95,7 +111,7 @@ pub(crate) fn exp(x: f64) -> f64 {
     let shifted = x * LOG2_E + MAGIC;
     let n = shifted - MAGIC;
     let r = (x - n * LN_2_HIGH) - n * LN_2_LOW;
-    let p = horner(r, &EXPONENTIAL);
+    let p = horner::<false, _>(r, &EXPONENTIAL);
     // The low bits of the shifted sum hold n: move them into the exponent.
     let scale = f64::from_bits((shifted.to_bits() << 52).wrapping_add(1023 << 52));
     p * scale
@@ -118,10 +134,10 @@ mod tests {
             let (s, c) = sin_cos(x);
             assert!((s - x.sin()).abs() < 4e-16 + 1e-25 * x.abs(), "sin {x}");
             assert!((c - x.cos()).abs() < 4e-16 + 1e-25 * x.abs(), "cos {x}");
-            assert!((small_sinh(r) - r.sinh()).abs() <= 1e-15 * r.sinh().abs(), "sinh {r}");
+            assert!((small_sinh::<false>(r) - r.sinh()).abs() <= 1e-15 * r.sinh().abs(), "sinh {r}");
             // 20 periods of the pair's product.
             let quarter = r * 25.0;
-            let (s, c) = quarter_turns(quarter);
+            let (s, c) = quarter_turns::<false>(quarter);
             let whole = quarter * std::f64::consts::PI;
             assert!(
                 (2.0 * s * c - whole.sin()).abs() < 3e-14 && (1.0 - 2.0 * s * s - whole.cos()).abs() < 3e-14

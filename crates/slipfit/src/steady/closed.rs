@@ -31,72 +31,76 @@ pub(crate) struct Halves {
     pub(crate) sinh: f64,
 }
 
-/// `(omega - omega_d)/omega`, in units of which half a turn is the angle of [`Halves`].
+/// `omega - omega_d`: over `omega`, a quarter turn is the angle of [`Halves`].
 #[inline(always)]
 pub(crate) fn excess(at: &Point) -> f64 {
     let omega_d = ((at.omega_0 - at.delta) * (at.omega_0 + at.delta)).sqrt();
-    (at.detuning + at.delta * at.delta / (at.omega_0 + omega_d)) / at.omega
+    at.detuning + at.delta * at.delta / (at.omega_0 + omega_d)
 }
 
 /// ```text
 /// Z = x_0/D - i (4/pi) (x_F/x_0) (D*/D) (p + i q),   q = H x_F,   p = sqrt((x_0/|D|)² - q²)
 /// ```
 #[inline(always)]
-pub(crate) fn closed_form(at: &Point, halves: Halves) -> Closed {
+pub(crate) fn closed_form(at: &Point, over_omega: f64, halves: Halves) -> Closed {
     let Point { omega, omega_0, detuning, delta, x_0, x_f } = *at;
     let Halves { sin: h, cos: k, sinh: g } = halves;
-    let one_over_omega = 1.0 / omega;
     let omega_d = ((omega_0 - delta) * (omega_0 + delta)).sqrt();
     let over_d = 1.0 / omega_d;
     let over_0 = 1.0 / omega_0;
     let (sin, cos) = (2.0 * h * k, 1.0 - 2.0 * h * h);
     let sinh = 2.0 * g * (1.0 + g * g).sqrt();
-    let over_n = 0.5 / (g * g + h * h);
-    let front = omega_0 * omega_0 * one_over_omega * over_d;
+    let over_2 = over_0 * over_0;
+    let d = Phasor::new(-detuning * (omega_0 + omega) * over_2, 2.0 * delta * omega * over_2);
+    // One division for two.
+    let (n, d_squared) = (g * g + h * h, d.norm_sqr());
+    let over = 1.0 / (n * d_squared);
+    let (over_n, c_squared) = (0.5 * over * d_squared, over * n);
+    let front = omega_0 * omega_0 * over_omega * over_d;
     let hh = front * sin * over_n;
     // d/d(omega_0) and d/d(delta): omega_d moves by omega_0/omega_d and -delta/omega_d.
     let (wd_0, wd_1) = (omega_0 * over_d, -delta * over_d);
-    let (e_0, e_1) = (-PI * wd_0 * one_over_omega, -PI * wd_1 * one_over_omega);
+    let (e_0, e_1) = (-PI * wd_0 * over_omega, -PI * wd_1 * over_omega);
     let part = front * over_n;
     let n_0 = sin * e_0;
-    let n_1 = sin * e_1 + sinh * (PI * one_over_omega);
+    let n_1 = sin * e_1 + sinh * (PI * over_omega);
     let h_0 = hh * (2.0 * over_0 - wd_0 * over_d - n_0 * over_n) + part * cos * e_0;
     let h_1 = hh * (-wd_1 * over_d - n_1 * over_n) + part * cos * e_1;
 
-    let over_2 = over_0 * over_0;
-    let d = Phasor::new(-detuning * (omega_0 + omega) * over_2, 2.0 * delta * omega * over_2);
     let d_0 = Phasor::new(2.0 * omega * omega * over_2 * over_0, -2.0 * d.im * over_0);
     let d_1 = 2.0 * omega * over_2;
-    let c_squared = 1.0 / d.norm_sqr();
     let c = d.conj() * c_squared;
-    let minus_c2 = -(c * c);
-    let (c_0, c_1) = (minus_c2 * d_0, minus_c2 * Phasor::new(0.0, d_1));
+    // Changes of D over D itself: its size and its angle.
+    let m_0 = d_0 * c;
+    let m_1 = Phasor::new(-c.im, c.re) * d_1;
     let turn = d.conj() * c;
-    let turn_0 = d_0.conj() * c + d.conj() * c_0;
-    let turn_1 = Phasor::new(0.0, -d_1) * c + d.conj() * c_1;
 
     let q = hh * x_f;
     let (q_0, q_1) = (h_0 * x_f, h_1 * x_f);
-    let square = x_0 * x_0;
-    let p = (square * c_squared - q * q).sqrt();
-    let over_p = 1.0 / p;
-    let by_c = square * over_p;
-    let p_0 = by_c * (c.re * c_0.re + c.im * c_0.im) - q * q_0 * over_p;
-    let p_1 = by_c * (c.re * c_1.re + c.im * c_1.im) - q * q_1 * over_p;
-    let p_3 = -q * hh * over_p;
+    let reach = x_0 * x_0 * c_squared;
+    let p = (reach - q * q).sqrt();
+    let over = 1.0 / (p * x_0);
+    let (over_p, over_x_0) = (over * x_0, over * p);
+    let (reach, back) = (reach * over_p, q * over_p);
+    let p_0 = -reach * m_0.re - back * q_0;
+    let p_1 = -reach * m_1.re - back * q_1;
+    let p_3 = -back * hh;
 
-    // -i (p + i q) = q - i p.
-    let over_x_0 = 1.0 / x_0;
-    let ratio = KAPPA * x_f * over_x_0;
-    let w = Phasor::new(q, -p);
-    let tw = turn * w;
-    let value = c * x_0 + tw * ratio;
-    let by_x_f = tw * (KAPPA * over_x_0) + turn * Phasor::new(hh, -p_3) * ratio;
+    // -i (p + i q) = q - i p; D*/D turns back by twice the angle of D.
+    let each = KAPPA * over_x_0;
+    let ratio = each * x_f;
+    let free = c * x_0;
+    let value = free + turn * Phasor::new(q * ratio, -p * ratio);
+    let by = |q_k: f64, p_k: f64, m: Phasor| {
+        let twice = 2.0 * m.im;
+        turn * Phasor::new((q_k - twice * p) * ratio, -(p_k + twice * q) * ratio) - free * m
+    };
+    let by_x_f = turn * Phasor::new(q * each + hh * ratio, -(p * each + p_3 * ratio));
     Closed {
         value,
         by: [
-            c_0 * x_0 + (turn_0 * w + turn * Phasor::new(q_0, -p_0)) * ratio,
-            c_1 * x_0 + (turn_1 * w + turn * Phasor::new(q_1, -p_1)) * ratio,
+            by(q_0, p_0, m_0),
+            by(q_1, p_1, m_1),
             // Drive and friction together only change the scale.
             (value - by_x_f * x_f) * over_x_0,
             by_x_f,

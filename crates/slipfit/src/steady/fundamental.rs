@@ -113,9 +113,10 @@ pub fn closed(at: &Point) -> Option<Fundamental> {
 
 #[inline]
 fn closed_at(at: &Point) -> Option<Closed> {
-    let (sin, cos) = (0.5 * PI * closed::excess(at)).sin_cos();
-    let sinh = (0.5 * PI * at.delta / at.omega).sinh();
-    let c = closed::closed_form(at, Halves { sin, cos, sinh });
+    let over_omega = 1.0 / at.omega;
+    let (sin, cos) = (0.5 * PI * closed::excess(at) * over_omega).sin_cos();
+    let sinh = (0.5 * PI * at.delta * over_omega).sinh();
+    let c = closed::closed_form(at, over_omega, Halves { sin, cos, sinh });
     (c.p > 0.0 && c.p.is_finite()).then_some(c)
 }
 
