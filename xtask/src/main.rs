@@ -35,8 +35,9 @@ cargo xtask statistics [--write] [--only TEXT] [--seeds N]
 cargo xtask statistics --resonance [--write] [--only TEXT] [--seeds N]
   the same of resonance curves, beside the paper's Lorentzian (docs/statistics_resonance.md; 300 seeds)
 
-cargo xtask statistics --table-one [--seeds N]
-  the paper's Table 1 in closed loop: ring-down and resonance at three loads, do they agree (200 repeats)
+cargo xtask statistics --table-one [--write] [--seeds N]
+  the paper's Table 1 in closed loop: ring-down and resonance at three loads, do they agree
+  (docs/table_one.md; 200 repeats)
 
 cargo xtask fuzz [--minutes N] [--seed N]
   --minutes N   for so long (default 10)
