@@ -37,8 +37,9 @@ cargo xtask statistics [--write] [--only TEXT] [--seeds N]
 cargo xtask statistics --resonance [--write] [--only TEXT] [--seeds N]
   the same of resonance curves, beside the paper's Lorentzian (docs/statistics_resonance.md; 300 seeds)
 
-cargo xtask statistics --table-one [--seeds N]
-  the paper's Table 1 in closed loop: ring-down and resonance at three loads, do they agree (200 repeats)
+cargo xtask statistics --table-one [--write] [--seeds N]
+  the paper's Table 1 in closed loop: ring-down and resonance at three loads, do they agree
+  (docs/table_one.md; 200 repeats)
 
 cargo xtask book [--write]
   --write       put what the commands print into the pages
