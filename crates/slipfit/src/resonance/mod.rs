@@ -4,6 +4,7 @@
 mod analyse;
 mod answer;
 mod assemble;
+mod block;
 mod curve;
 mod direct;
 mod doubts;
@@ -16,6 +17,7 @@ mod paper;
 mod problem;
 mod sentence;
 mod start;
+mod sums;
 mod warning;
 
 pub use analyse::analyse;
