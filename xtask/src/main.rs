@@ -2,6 +2,7 @@
 #![allow(clippy::print_stdout, clippy::print_stderr, reason = "a command speaks on both streams")]
 
 mod bench;
+mod book;
 mod check;
 mod fuzz;
 mod places;
@@ -21,6 +22,7 @@ Usage: cargo xtask <chore>
   bench         speed and memory next to SciPy, lmfit and heyoka (needs Python 3.11 or newer)
   statistics    bias, spread and coverage on decays whose truth is known
   fuzz          files of every format, changed at random: no panic, no hang, no excess of memory
+  book          every command of the documentation, its output compared
 
 cargo xtask bench [--write] [--only a,b, …] [--rounds N]
   --write       renew docs/benchmarks.md
@@ -35,8 +37,12 @@ cargo xtask statistics [--write] [--only TEXT] [--seeds N]
 cargo xtask statistics --resonance [--write] [--only TEXT] [--seeds N]
   the same of resonance curves, beside the paper's Lorentzian (docs/statistics_resonance.md; 300 seeds)
 
-cargo xtask statistics --table-one [--seeds N]
-  the paper's Table 1 in closed loop: ring-down and resonance at three loads, do they agree (200 repeats)
+cargo xtask statistics --table-one [--write] [--seeds N]
+  the paper's Table 1 in closed loop: ring-down and resonance at three loads, do they agree
+  (docs/table_one.md; 200 repeats)
+
+cargo xtask book [--write]
+  --write       put what the commands print into the pages
 
 cargo xtask fuzz [--minutes N] [--seed N]
   --minutes N   for so long (default 10)
@@ -71,6 +77,7 @@ fn main() -> ExitCode {
         "bench" => bench::run(&rest),
         "statistics" => statistics::run(&rest),
         "fuzz" => fuzz::run(&rest),
+        "book" => book::chore(&rest),
         "help" | "--help" | "-h" => {
             print!("{HELP}");
             return ExitCode::SUCCESS;

@@ -33,7 +33,7 @@ impl Tool {
                 return Ok(program);
             }
         }
-        if let Some(program) = self.wheel.and_then(|wheel| self.from_wheel(wheel, &folder)) {
+        if let Some(program) = self.wheel.and_then(|wheel| self.by_wheel(wheel, &folder)) {
             return Ok(program);
         }
         // Unoptimised: each runs for a second and would take minutes to optimise.
@@ -50,7 +50,7 @@ impl Tool {
     }
 
     /// `None` where there is no Python, no network, or no wheel for this machine.
-    fn from_wheel(&self, wheel: &str, folder: &Path) -> Option<PathBuf> {
+    fn by_wheel(&self, wheel: &str, folder: &Path) -> Option<PathBuf> {
         let programs = python::environment(&folder.join("venv")).ok()?;
         let program = programs.join(self.program).with_extension(std::env::consts::EXE_EXTENSION);
         if !self.fits(&program) {

@@ -7,7 +7,7 @@ use std::{
 
 use crate::{
     Format, ReadOptions, ReadProblem, Reading, Tables, archive, format,
-    hashing::Hashing,
+    hashing::{Hashing, Watch},
     input::Input,
     mat5, nanosurf, npy, samples,
     table::{self, TableSource},
@@ -33,8 +33,9 @@ pub(crate) fn record(
     name: &str,
     only_text: bool,
     options: &ReadOptions,
+    watch: Option<Watch<'_>>,
 ) -> Result<Reading, ReadProblem> {
-    let ((mut reading, format), sha256, bytes) = with(origin, only_text, |opened| match opened {
+    let ((mut reading, format), sha256, bytes) = with(origin, only_text, watch, |opened| match opened {
         Opened::Text(reader, size) => Ok((text::read(reader, size, options)?, Format::Text)),
         Opened::Tables(mut source, format) => Ok((samples::read(&mut *source, format, options)?, format)),
     })?;
@@ -46,7 +47,7 @@ pub(crate) fn record(
 
 /// All tables of any format, of each its first `most_rows` rows.
 pub(crate) fn tables(origin: Origin<'_>, name: &str, most_rows: usize) -> Result<Tables, ReadProblem> {
-    let ((tables, format, dialect), sha256, bytes) = with(origin, false, |opened| {
+    let ((tables, format, dialect), sha256, bytes) = with(origin, false, None, |opened| {
         let (mut source, format): (Box<dyn TableSource>, Format) = match opened {
             Opened::Text(reader, _) => (Box::new(text::hold(reader, most_rows)?), Format::Text),
             Opened::Tables(source, format) => (source, format),
@@ -62,6 +63,7 @@ pub(crate) fn tables(origin: Origin<'_>, name: &str, most_rows: usize) -> Result
 fn with<T>(
     origin: Origin<'_>,
     only_text: bool,
+    watch: Option<Watch<'_>>,
     then: impl FnOnce(Opened<'_>) -> Result<T, ReadProblem>,
 ) -> Result<(T, String, u64), ReadProblem> {
     let size = match &origin {
@@ -76,7 +78,7 @@ fn with<T>(
         Origin::File(file) => Box::new(file),
         Origin::Stream(reader) => reader,
     };
-    let mut hashing = Hashing::new(reader);
+    let mut hashing = Hashing::new(reader, watch);
     let mut head = Vec::with_capacity(format::HEAD);
     hashing.by_ref().take(format::HEAD as u64).read_to_end(&mut head).map_err(ReadProblem::Io)?;
     let format = Format::of(&head);

@@ -4,16 +4,20 @@ use std::{fmt::Write as _, io};
 
 use sha2::{Digest, Sha256};
 
+/// Told how many bytes have been read so far.
+pub(crate) type Watch<'a> = &'a mut dyn FnMut(u64);
+
 /// A reader that hashes and counts what passes through it.
-pub(crate) struct Hashing<R> {
+pub(crate) struct Hashing<'a, R> {
     inner: R,
+    watch: Option<Watch<'a>>,
     hash: Sha256,
     bytes: u64,
 }
 
-impl<R: io::Read> Hashing<R> {
-    pub(crate) fn new(inner: R) -> Self {
-        Self { inner, hash: Sha256::new(), bytes: 0 }
+impl<'a, R: io::Read> Hashing<'a, R> {
+    pub(crate) fn new(inner: R, watch: Option<Watch<'a>>) -> Self {
+        Self { inner, watch, hash: Sha256::new(), bytes: 0 }
     }
 
     /// SHA-256 in hexadecimal, and the number of bytes.
@@ -27,11 +31,14 @@ impl<R: io::Read> Hashing<R> {
     }
 }
 
-impl<R: io::Read> io::Read for Hashing<R> {
+impl<R: io::Read> io::Read for Hashing<'_, R> {
     fn read(&mut self, buffer: &mut [u8]) -> io::Result<usize> {
         let n = self.inner.read(buffer)?;
         self.hash.update(&buffer[..n]);
         self.bytes += n as u64;
+        if let Some(watch) = &mut self.watch {
+            watch(self.bytes);
+        }
         Ok(n)
     }
 }

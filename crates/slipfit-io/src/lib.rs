@@ -76,7 +76,34 @@ pub use table::{Column, Table, Tables};
 /// [`ReadError`], naming the file and what would help.
 pub fn read(path: impl AsRef<Path>, options: &ReadOptions) -> Result<Reading, ReadError> {
     let (name, file) = open(path.as_ref())?;
-    dispatch::record(Origin::File(file), &name, false, options).map_err(|p| ReadError::new(&name, p))
+    dispatch::record(Origin::File(file), &name, false, options, None).map_err(|p| ReadError::new(&name, p))
+}
+
+/// As [`read`], telling `watch` now and then how many bytes of the file have been read.
+///
+/// Text is decoded as it is read; other formats are decoded once all of their bytes have
+/// passed.
+///
+/// # Errors
+/// As [`read`].
+///
+/// ```
+/// # let file = std::env::temp_dir().join(format!("watched-{}.csv", std::process::id()));
+/// # std::fs::write(&file, "t (s),x (m)\n0,0.1\n1,0.7\n2,0.2\n")?;
+/// let mut seen = 0;
+/// let reading = slipfit_io::read_watched(&file, &Default::default(), &mut |bytes| seen = bytes)?;
+/// assert_eq!(seen, reading.report.bytes);
+/// # std::fs::remove_file(file)?;
+/// # Ok::<(), Box<dyn std::error::Error>>(())
+/// ```
+pub fn read_watched(
+    path: impl AsRef<Path>,
+    options: &ReadOptions,
+    watch: &mut dyn FnMut(u64),
+) -> Result<Reading, ReadError> {
+    let (name, file) = open(path.as_ref())?;
+    dispatch::record(Origin::File(file), &name, false, options, Some(watch))
+        .map_err(|p| ReadError::new(&name, p))
 }
 
 /// Reads any format known from a stream; `name` stands for it in the report
@@ -90,7 +117,7 @@ pub fn read(path: impl AsRef<Path>, options: &ReadOptions) -> Result<Reading, Re
 /// As [`read`].
 pub fn read_from(reader: impl Read, name: &str, options: &ReadOptions) -> Result<Reading, ReadError> {
     let origin = Origin::Stream(Box::new(reader));
-    dispatch::record(origin, name, false, options).map_err(|problem| ReadError::new(name, problem))
+    dispatch::record(origin, name, false, options, None).map_err(|problem| ReadError::new(name, problem))
 }
 
 /// Reads delimited text; `name` stands for it in the report and in errors.
@@ -104,7 +131,7 @@ pub fn read_from(reader: impl Read, name: &str, options: &ReadOptions) -> Result
 /// As [`read`]; any other format is refused.
 pub fn read_text(reader: impl Read, name: &str, options: &ReadOptions) -> Result<Reading, ReadError> {
     let origin = Origin::Stream(Box::new(reader));
-    dispatch::record(origin, name, true, options).map_err(|problem| ReadError::new(name, problem))
+    dispatch::record(origin, name, true, options, None).map_err(|problem| ReadError::new(name, problem))
 }
 
 /// All tables of a file of any format known, with every column of their first

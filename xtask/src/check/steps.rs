@@ -3,11 +3,11 @@
 use std::path::PathBuf;
 
 use super::{Outcome, Step};
-use crate::Failure;
 use crate::places::{cargo, command, root, run, succeeds};
 use crate::tools::{CARGO_DENY, TYPOS};
+use crate::{Failure, book};
 
-pub(super) const ALL: [Step; 11] = [
+pub(super) const ALL: [Step; 12] = [
     ("format", format),
     ("core links no C", core_links_no_c),
     ("core without default features", core_without_default_features),
@@ -16,6 +16,7 @@ pub(super) const ALL: [Step; 11] = [
     ("documentation", documentation),
     ("tests", tests),
     ("documentation tests", documentation_tests),
+    ("commands of the documentation", commands_of_the_documentation),
     ("licences, bans, sources", licences_bans_sources),
     ("advisories", advisories),
     ("spelling", spelling),
@@ -114,6 +115,23 @@ fn tests() -> Result<Outcome, Failure> {
 fn documentation_tests() -> Result<Outcome, Failure> {
     run(cargo().args(["test", "--workspace", "--all-features", "--doc", "--no-fail-fast"]))?;
     Ok(Outcome::passed())
+}
+
+fn commands_of_the_documentation() -> Result<Outcome, Failure> {
+    if !succeeds(command("sh").args(["-c", "true"])) {
+        return Ok(Outcome::Skipped("commands NOT run: there is no `sh`".into()));
+    }
+    let found = book::check(false)?;
+    for difference in &found.differ {
+        eprintln!("\n{difference}");
+    }
+    match found.differ.len() {
+        0 => Ok(Outcome::Passed(format!("{} commands on {} pages", found.commands, found.pages))),
+        n => {
+            Err(format!("{n} commands print something else; cargo xtask book --write renews the pages")
+                .into())
+        }
+    }
 }
 
 fn licences_bans_sources() -> Result<Outcome, Failure> {

@@ -5,11 +5,15 @@ use crate::args::RingdownArgs;
 use crate::failure::{Failure, warning_line};
 use crate::{batch, csv, json, page, plot, report};
 use anstream::ColorChoice;
+use indicatif::{ProgressBar, ProgressDrawTarget, ProgressStyle};
 use slipfit::SignalKind;
 use slipfit::ringdown::{Answer, Options, analyse};
 use slipfit_io::Reading;
 use std::path::Path;
 use std::process::ExitCode;
+
+/// A file this large, in bytes, is read with a bar; it takes about a tenth of a second.
+const LARGE: u64 = 32 << 20;
 
 /// A file, what was asked of it, and what it answered.
 pub(crate) struct Analysed<'a> {
@@ -34,7 +38,7 @@ pub(crate) fn run(args: &RingdownArgs, color: ColorChoice) -> Result<ExitCode, F
     }
     let plot_format = args.out.plot.as_deref().map(plot::Format::of).transpose()?;
     let file = &args.files[0];
-    let Done { reading, options, answer } = analyse_file(file, args)?;
+    let Done { reading, options, answer } = watched(file, args)?;
     let analysed = Analysed { file, reading: &reading, options: &options, answer: &answer };
 
     let picture = plot_format.map(|format| plot::ringdown(&analysed, format)).transpose()?;
@@ -58,9 +62,27 @@ pub(crate) struct Done {
     pub(crate) answer: Answer,
 }
 
+/// Reads and analyses one file, with a bar where that takes a while.
+fn watched(file: &Path, args: &RingdownArgs) -> Result<Done, Failure> {
+    let bytes = std::fs::metadata(file).map_or(0, |m| m.len());
+    if args.out.quiet || bytes < LARGE {
+        return analyse_file(file, args);
+    }
+    let bar = ProgressBar::with_draw_target(Some(bytes), ProgressDrawTarget::stderr());
+    if let Ok(style) = ProgressStyle::with_template("{bar:40} {bytes} of {total_bytes}, {eta} left") {
+        bar.set_style(style);
+    }
+    let read = slipfit_io::read_watched(file, &args.reading.options(), &mut |n| bar.set_position(n));
+    bar.finish_and_clear();
+    analyse_reading(file, read?, args)
+}
+
 /// Reads and analyses one file.
 pub(crate) fn analyse_file(file: &Path, args: &RingdownArgs) -> Result<Done, Failure> {
-    let reading = slipfit_io::read(file, &args.reading.options())?;
+    analyse_reading(file, slipfit_io::read(file, &args.reading.options())?, args)
+}
+
+fn analyse_reading(file: &Path, reading: Reading, args: &RingdownArgs) -> Result<Done, Failure> {
     check_calibration(args.calibration_flag(), reading.record.unit())?;
     let mut options = args.options();
     if options.frequency_hz.is_none() {

@@ -3,7 +3,6 @@
 use super::block::Block;
 use super::fits::{Described, Entry, loss_terms};
 use super::paper::Lorentzian;
-use super::physical::physical;
 use super::problem::{
     BG_IM, BG_RE, COUNT, DELAY, DELTA, DRAG, DUFFING, OMEGA, PHASE, Problem, R_BG_IM, R_BG_RE, R_DELTA,
     R_OMEGA, R_PHASE, X_0, X_F,
@@ -14,6 +13,7 @@ use super::{
 };
 use crate::estimate::least_squares::{Fit, minimise};
 use crate::estimate::profile::{Estimate, Profile};
+use crate::physical::physical;
 use crate::ringdown::LossModel;
 use crate::{Error, Quantity};
 use std::f64::consts::{FRAC_PI_4, PI, TAU};

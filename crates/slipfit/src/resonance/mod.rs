@@ -14,7 +14,6 @@ mod force;
 mod look;
 mod options;
 mod paper;
-pub(crate) mod physical;
 mod problem;
 mod sentence;
 mod start;

@@ -1,0 +1,97 @@
+//! The documentation names what there is: every warning, every page, every file it points to.
+#![allow(clippy::unwrap_used, reason = "a failed unwrap fails the test, as it should")]
+
+mod common;
+
+use common::root;
+use std::collections::BTreeSet;
+use std::fs;
+use std::path::{Path, PathBuf};
+
+fn read(path: &str) -> String {
+    fs::read_to_string(root().join(path)).unwrap_or_else(|e| panic!("{path}: {e}"))
+}
+
+fn pages() -> Vec<PathBuf> {
+    let entries = fs::read_dir(root().join("docs")).unwrap().map(|e| e.unwrap().path());
+    entries.filter(|p| p.extension().is_some_and(|e| e == "md")).collect()
+}
+
+/// Codes of warnings in a source file: what its `fn code` returns.
+fn codes(source: &str) -> BTreeSet<String> {
+    let after = source.split("impl Warning {").nth(1).unwrap();
+    let body = after.split("fn code(&self)").nth(1).unwrap().split("impl fmt::Display").next().unwrap();
+    let quoted = body.split('"').skip(1).step_by(2);
+    quoted.filter(|w| w.chars().all(|c| c.is_ascii_lowercase() || c == '_')).map(str::to_owned).collect()
+}
+
+#[test]
+fn every_warning_has_its_paragraph() {
+    let page = read("docs/warnings.md");
+    let sections: Vec<&str> = page.split("\n## ").collect();
+    let kinds = [
+        ("Ring-downs", "crates/slipfit/src/ringdown/warning.rs", 14),
+        ("Resonance curves", "crates/slipfit/src/resonance/warning.rs", 22),
+        ("Drive levels", "crates/slipfit/src/levels/answer.rs", 5),
+        ("Series", "crates/slipfit/src/series/answer.rs", 4),
+    ];
+    for (title, source, at_least) in kinds {
+        let section = sections.iter().find(|s| s.starts_with(title)).unwrap();
+        let told: BTreeSet<String> = section
+            .lines()
+            .filter_map(|line| line.strip_prefix('`')?.split_once("`: "))
+            .map(|(code, _)| code.to_owned())
+            .collect();
+        let codes = codes(&read(source));
+        assert!(codes.len() >= at_least, "{source}: {codes:?}");
+        assert_eq!(told, codes, "{title}");
+    }
+}
+
+#[test]
+fn every_page_is_in_the_summary_and_the_other_way_round() {
+    let summary = read("docs/SUMMARY.md");
+    let linked: BTreeSet<String> = links(&summary).into_iter().collect();
+    let there: BTreeSet<String> = pages()
+        .iter()
+        .map(|p| p.file_name().unwrap().to_string_lossy().into_owned())
+        .filter(|name| name != "SUMMARY.md")
+        .collect();
+    assert_eq!(linked, there);
+}
+
+/// Targets of links, without those to other sites and places within a page.
+fn links(text: &str) -> Vec<String> {
+    let mut outside = String::new();
+    let mut inside = false;
+    for line in text.lines() {
+        if line.starts_with("```") {
+            inside = !inside;
+        } else if !inside {
+            outside += line;
+            outside.push('\n');
+        }
+    }
+    outside
+        .split("](")
+        .skip(1)
+        .filter_map(|rest| rest.split_once(')'))
+        .map(|(target, _)| target.split('#').next().unwrap_or_default().to_owned())
+        .filter(|target| !target.is_empty() && !target.contains("://"))
+        .collect()
+}
+
+#[test]
+fn no_link_of_a_page_leads_nowhere() {
+    let mut seen = 0;
+    let folder = root();
+    let others = ["README.md", "ARCHITECTURE.md", "CONTRIBUTING.md", "examples/README.md"];
+    for page in pages().into_iter().chain(others.map(|p| folder.join(p))) {
+        for target in links(&fs::read_to_string(&page).unwrap()) {
+            let path = page.parent().unwrap_or(Path::new("")).join(&target);
+            assert!(path.exists(), "{}: {target}", page.display());
+            seen += 1;
+        }
+    }
+    assert!(seen > 40, "{seen}");
+}
