@@ -56,7 +56,7 @@ pub(super) fn charts() -> Result<Waveforms, Error> {
             if velocity {
                 let points = curve(&exact, STEPS)
                     .into_iter()
-                    .map(|[t, v]| [t, if v == 0.0 { 0.0 } else { -0.5 * gain * v.signum() }])
+                    .map(|[t, v]| [t, if v.abs() < 1e-9 * gain { 0.0 } else { -0.5 * gain * v.signum() }])
                     .collect();
                 curves.push(Series {
                     name: "friction force, rescaled".into(),
