@@ -9,6 +9,7 @@ pub mod format;
 pub mod levels;
 pub mod oscillator;
 pub mod paper;
+mod physical;
 mod quadrature;
 pub mod quantity;
 pub mod record;

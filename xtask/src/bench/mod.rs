@@ -4,6 +4,7 @@ mod contest;
 mod motion;
 mod ours;
 mod report;
+mod resonance;
 mod signal;
 
 use std::path::PathBuf;
@@ -65,7 +66,8 @@ pub(crate) fn run(arguments: &[String]) -> Result<ExitCode, Failure> {
             'h' => bench.dense_motion(),
             'i' => bench.stick_slip(),
             'j' => bench.cost_per_event(),
-            _ => bench.streaming_memory(),
+            'k' => bench.streaming_memory(),
+            _ => bench.resonance_fit(),
         };
         match measured {
             Ok(measured) => rows.extend(measured),
@@ -89,7 +91,7 @@ pub(crate) fn run(arguments: &[String]) -> Result<ExitCode, Failure> {
 }
 
 fn choices(arguments: &[String]) -> Result<Choices, Failure> {
-    const LINES: &str = "abcdefghijk";
+    const LINES: &str = "abcdefghijkl";
     let mut choices = Choices { write: false, only: LINES.into(), rounds: 7 };
     let mut words = arguments.iter();
     while let Some(word) = words.next() {
@@ -99,7 +101,7 @@ fn choices(arguments: &[String]) -> Result<Choices, Failure> {
                 let chosen = words.next().ok_or("--only needs lines of the table, e.g. a,c")?;
                 choices.only = chosen.chars().filter(|&c| c != ',').collect();
                 if let Some(other) = choices.only.chars().find(|&c| !LINES.contains(c)) {
-                    return Err(format!("--only {chosen}: there is no line `{other}`, only a to k").into());
+                    return Err(format!("--only {chosen}: there is no line `{other}`, only a to l").into());
                 }
             }
             "--rounds" => {

@@ -3,6 +3,7 @@
 pub(crate) mod evidence;
 pub(crate) mod interval;
 pub(crate) mod least_squares;
+pub(crate) mod products;
 pub(crate) mod profile;
 
 /// Two-sided 95 % point of the normal distribution.

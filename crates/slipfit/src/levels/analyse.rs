@@ -5,7 +5,7 @@ use super::{Levels, Options};
 use crate::estimate::evidence::{f_tail, one_sided, student_factor};
 use crate::estimate::interval::bounded_interval;
 use crate::estimate::least_squares::linear;
-use crate::resonance::physical::physical;
+use crate::physical::physical;
 use crate::ringdown::Parameter;
 use crate::{Error, Quantity};
 use nalgebra::DMatrix;

@@ -1,6 +1,6 @@
 //! The one way in.
 
-use super::problem::Block;
+use super::block::Block;
 use super::{Answer, Curve, Options, assemble, fits};
 use crate::Error;
 

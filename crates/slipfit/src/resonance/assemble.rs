@@ -1,11 +1,11 @@
 //! From fits to the answer a person reads.
 
+use super::block::Block;
 use super::fits::{Described, Entry, loss_terms};
 use super::paper::Lorentzian;
-use super::physical::physical;
 use super::problem::{
-    BG_IM, BG_RE, Block, COUNT, DELAY, DELTA, DRAG, DUFFING, OMEGA, PHASE, Problem, R_BG_IM, R_BG_RE,
-    R_DELTA, R_OMEGA, R_PHASE, X_0, X_F,
+    BG_IM, BG_RE, COUNT, DELAY, DELTA, DRAG, DUFFING, OMEGA, PHASE, Problem, R_BG_IM, R_BG_RE, R_DELTA,
+    R_OMEGA, R_PHASE, X_0, X_F,
 };
 use super::{
     Answer, Candidate, Curve, CurvePoint, Diagnostics, DriveSource, FittedCurve, Instrument, Method, Options,
@@ -13,6 +13,7 @@ use super::{
 };
 use crate::estimate::least_squares::{Fit, minimise};
 use crate::estimate::profile::{Estimate, Profile};
+use crate::physical::physical;
 use crate::ringdown::LossModel;
 use crate::{Error, Quantity};
 use std::f64::consts::{FRAC_PI_4, PI, TAU};
@@ -101,8 +102,10 @@ fn sliding_share(problem: &Problem, p: &[f64], amplitude: f64) -> f64 {
 
 /// Lowest and highest amplitude of the oscillator at the points.
 fn amplitudes(problem: &Problem, p: &[f64]) -> (f64, f64) {
-    (0..problem.main.len())
-        .filter_map(|i| problem.modelled(p, false, i).map(|m| m.oscillator.norm()))
+    problem
+        .everywhere(p, false)
+        .into_iter()
+        .filter_map(|m| m.map(|m| m.oscillator.norm()))
         .fold((f64::INFINITY, 0.0), |(l, h), a| (l.min(a), h.max(a)))
 }
 
@@ -302,8 +305,10 @@ fn candidate(d: &Described, e: &Entry, best_bic: f64) -> Candidate {
     let p = &e.bounded.parameters;
     let problem = d.problem_of(e);
     let mut sum = 0.0;
-    for i in (0..problem.main.len()).filter(|&i| problem.main.weight[i] > 0.0) {
-        sum += problem.residual(p, false, i).map_or(0.0, |r| r.norm_sqr());
+    for (r, weight) in problem.residuals(p).into_iter().zip(&problem.main.weight) {
+        if *weight > 0.0 {
+            sum += r.map_or(0.0, |r| r.norm_sqr());
+        }
     }
     Candidate {
         model: e.model,
@@ -368,9 +373,11 @@ fn points(problem: &Problem, p: &[f64], reference: bool, sigma: f64) -> Vec<Curv
     let Some(b) = (if reference { problem.reference.as_ref() } else { Some(&problem.main) }) else {
         return Vec::new();
     };
-    (0..b.len())
-        .map(|i| {
-            let m = problem.modelled(p, reference, i);
+    problem
+        .everywhere(p, reference)
+        .into_iter()
+        .enumerate()
+        .map(|(i, m)| {
             let value = m.map_or(crate::steady::Phasor::new(f64::NAN, f64::NAN), |m| m.value);
             let size = value.norm();
             let fitted_amplitude = if b.complex { size } else { b.read(size, i) };

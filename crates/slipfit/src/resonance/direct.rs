@@ -1,7 +1,8 @@
 //! The bare fit, for who knows the model already.
 
+use super::block::Block;
 use super::fits::{best, starts};
-use super::problem::{Block, DELTA, OMEGA, PHASE, Problem, X_0, X_F};
+use super::problem::{DELTA, OMEGA, PHASE, Problem, X_0, X_F};
 use super::{Curve, Method, look, start};
 use crate::Error;
 use crate::estimate::least_squares::{LeastSquares, minimise};

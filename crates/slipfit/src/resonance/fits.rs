@@ -1,9 +1,10 @@
 //! From a curve to all loss models, fitted: starts, instrument terms, noise.
 
+use super::block::Block;
 use super::look::{self, Line};
 use super::problem::{
-    BG_IM, BG_RE, Block, COUNT, DELAY, DELTA, DRAG, DUFFING, OMEGA, PHASE, Problem, R_BG_IM, R_BG_RE,
-    R_DELTA, R_OMEGA, R_PHASE, X_0, X_F,
+    BG_IM, BG_RE, COUNT, DELAY, DELTA, DRAG, DUFFING, OMEGA, PHASE, Problem, R_BG_IM, R_BG_RE, R_DELTA,
+    R_OMEGA, R_PHASE, X_0, X_F,
 };
 use super::start::{self, Start};
 use super::{DriveSource, Method, Options};
@@ -91,7 +92,7 @@ fn describe_as(
 ) -> Result<Described, Error> {
     let mut main = main;
     let no = |reason| Error::NoResonance { reason };
-    let line = look::line(&main).ok_or(no("every amplitude is zero"))?;
+    let mut line = look::line(&main).ok_or(no("every amplitude is zero"))?;
     if main.len() < 4 {
         return Err(Error::TooFewPoints { points: main.len(), parameters: 4 });
     }
@@ -114,6 +115,7 @@ fn describe_as(
     let group = (main.len() / ENOUGH).min(fine).max(1);
     let all = (group > 1).then(|| {
         let few = main.grouped(group);
+        line.top /= group;
         std::mem::replace(&mut main, few)
     });
     let source = match (options.drive_amplitude, &reference) {
@@ -483,9 +485,9 @@ fn settle_rice(problem: &mut Problem, p: &[f64], variance: f64) {
     let mut low: Vec<f64> = (0..n).map(|i| problem.main.data[i].re).collect();
     low.sort_by(f64::total_cmp);
     problem.main.rice = variance.min(low[n / 10].powi(2));
-    for i in 0..n {
+    for (i, modelled) in problem.everywhere(p, false).into_iter().enumerate() {
         if problem.main.weight[i] > 0.0
-            && let Some(m) = problem.modelled(p, false, i)
+            && let Some(m) = modelled
         {
             problem.main.weight[i] = problem.main.rice_weight(m.value.norm(), i);
         }
@@ -499,8 +501,11 @@ fn leave_out(problem: &mut Problem, p: &[f64], noise: f64) -> usize {
     if n < 20 {
         return 0;
     }
-    let sizes: Vec<f64> = (0..n)
-        .map(|i| problem.residual(p, false, i).map_or(0.0, |r| r.norm() * problem.main.precision[i].sqrt()))
+    let sizes: Vec<f64> = problem
+        .residuals(p)
+        .into_iter()
+        .zip(&problem.main.precision)
+        .map(|(r, precision)| r.map_or(0.0, |r| r.norm() * precision.sqrt()))
         .collect();
     let mut sorted = sizes.clone();
     sorted.sort_by(f64::total_cmp);
@@ -527,11 +532,14 @@ fn leave_out(problem: &mut Problem, p: &[f64], noise: f64) -> usize {
 /// variances that follows.
 fn hang_together(problem: &Problem, fit: &Fit) -> (f64, f64, f64) {
     let b = &problem.main;
-    let r: Vec<Phasor> = (0..b.len())
-        .filter(|&i| b.weight[i] > 0.0)
-        .filter_map(|i| {
-            let m = problem.modelled(&fit.parameters, false, i)?;
-            let r = problem.residual(&fit.parameters, false, i)? * b.precision[i].sqrt();
+    let r: Vec<Phasor> = problem
+        .everywhere(&fit.parameters, false)
+        .into_iter()
+        .enumerate()
+        .filter(|&(i, _)| b.weight[i] > 0.0)
+        .filter_map(|(i, m)| {
+            let m = m?;
+            let r = b.less(i, m.value) * b.precision[i].sqrt();
             // Along and across the fitted phase, which turns through the line.
             Some(if b.complex && m.value.norm() > 0.0 { r * m.value.conj() / m.value.norm() } else { r })
         })

@@ -1,7 +1,8 @@
 //! The fitted curve, to be drawn or subtracted.
 
-use super::problem::{BG_IM, BG_RE, Problem, X_F};
+use super::problem::{BG_IM, BG_RE, Modelled, Problem, X_F};
 use crate::steady::Phasor;
+use crate::steady::fundamental::Follower;
 use std::f64::consts::TAU;
 
 /// The fitted response at any frequency.
@@ -28,17 +29,18 @@ impl FittedCurve {
 
     /// The oscillator alone: no background, delay or phase offset.
     pub fn oscillator(&self, frequency_hz: f64) -> Phasor {
-        let omega = TAU * frequency_hz;
-        self.problem
-            .at(&self.parameters, false, omega, 1.0, self.guess(omega))
+        self.modelled(&self.parameters, frequency_hz)
             .map_or(Phasor::new(f64::NAN, f64::NAN), |m| m.oscillator)
     }
 
     fn at(&self, p: &[f64], frequency_hz: f64) -> Phasor {
+        self.modelled(p, frequency_hz).map_or(Phasor::new(f64::NAN, f64::NAN), |m| m.value)
+    }
+
+    fn modelled(&self, p: &[f64], frequency_hz: f64) -> Option<Modelled> {
         let omega = TAU * frequency_hz;
-        self.problem
-            .at(p, false, omega, 1.0, self.guess(omega))
-            .map_or(Phasor::new(f64::NAN, f64::NAN), |m| m.value)
+        let at = self.problem.setting(p, false);
+        self.problem.at(&at, omega, 1.0, self.guess(omega), &mut Follower::default())
     }
 
     /// Amplitude measured next to a frequency.

@@ -32,7 +32,7 @@ pub(super) fn balance(
     let background = Phasor::new(p[BG_RE], p[BG_IM]);
     let mut points = Vec::with_capacity(b.len());
     let mut rows: Vec<(f64, f64, f64, f64)> = Vec::new();
-    for i in 0..b.len() {
+    for (i, modelled) in problem.everywhere(p, false).into_iter().enumerate() {
         let turn = Phasor::from_polar(1.0, (b.omega[i] - problem.centre) * p[DELAY] - p[PHASE]);
         let z = (b.data[i] - background) * turn;
         let size = z.norm();
@@ -54,7 +54,7 @@ pub(super) fn balance(
             elastic: x_0 * cos + r * r * size,
             elastic_std_error: (x_0 * angle * sin.abs().max(angle)).hypot(r * r * noise),
         });
-        let slides = problem.modelled(p, false, i).is_some_and(|m| m.regime == Regime::Sliding);
+        let slides = modelled.is_some_and(|m| m.regime == Regime::Sliding);
         if slides && b.weight[i] > 0.0 && angle < 0.3 {
             rows.push((size * r, x_0 * sin, dissipative_std_error, noise * r));
         }

@@ -1,6 +1,6 @@
 //! What a curve looks like before any model: peak, width, noise, jumps, other peaks.
 
-use super::problem::Block;
+use super::block::Block;
 
 /// The main line as read off the points.
 #[derive(Debug, Clone, Copy, PartialEq)]

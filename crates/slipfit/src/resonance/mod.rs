@@ -4,6 +4,7 @@
 mod analyse;
 mod answer;
 mod assemble;
+mod block;
 mod curve;
 mod direct;
 mod doubts;
@@ -13,10 +14,10 @@ mod force;
 mod look;
 mod options;
 mod paper;
-pub(crate) mod physical;
 mod problem;
 mod sentence;
 mod start;
+mod sums;
 mod warning;
 
 pub use analyse::analyse;

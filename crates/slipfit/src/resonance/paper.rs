@@ -2,9 +2,10 @@
 
 use super::Method;
 use super::answer::PaperEstimate;
+use super::block::Block;
 use super::fits::best;
 use super::look;
-use super::problem::{BG_IM, BG_RE, Block, COUNT, DELTA, OMEGA, Problem, X_0};
+use super::problem::{BG_IM, BG_RE, COUNT, DELTA, OMEGA, Problem, X_0};
 use super::start;
 use crate::estimate::least_squares::Fit;
 use crate::steady::Phasor;
@@ -123,7 +124,7 @@ pub(super) fn estimate(problem: &Problem, p: &[f64], drive_known: bool) -> Optio
     let x_0 = p[X_0];
     let inverse = drive_known.then(|| found.invert(x_0));
     let exact: Option<Vec<f64>> =
-        (0..b.len()).map(|i| problem.modelled(p, false, i).map(|m| m.oscillator.norm())).collect();
+        problem.everywhere(p, false).into_iter().map(|m| m.map(|m| m.oscillator.norm())).collect();
     let truth_x_f = p[super::problem::X_F];
     let truth_q = (problem.centre + p[OMEGA]) / (2.0 * p[DELTA]);
     let ideal = exact.and_then(|e| Lorentzian::of(b, &e)).map(|l| l.invert(x_0));

@@ -1,10 +1,12 @@
 //! Curve and reference against the response of the oscillator, for the minimiser.
 
-use super::{Curve, Method, Response};
+use super::Method;
+use super::block::Block;
+use super::sums::{self, OWN};
 use crate::estimate::least_squares::{LeastSquares, Normal};
 use crate::steady::Phasor;
-use crate::steady::fundamental::{Fundamental, Point, Regime, fundamental, leading};
-use std::f64::consts::{FRAC_PI_4, TAU};
+use crate::steady::fundamental::{Follower, Fundamental, Point, Regime, leading};
+use std::f64::consts::FRAC_PI_4;
 
 /// `omega_0` less the centre, rad/s.
 pub(crate) const OMEGA: usize = 0;
@@ -20,7 +22,7 @@ pub(crate) const PHASE: usize = 6;
 pub(crate) const DELAY: usize = 7;
 pub(crate) const BG_RE: usize = 8;
 pub(crate) const BG_IM: usize = 9;
-const MAIN: usize = 10;
+pub(super) const MAIN: usize = 10;
 /// The same of the reference; drive and delay are shared.
 pub(crate) const R_OMEGA: usize = 10;
 pub(crate) const R_DELTA: usize = 11;
@@ -35,131 +37,6 @@ const OF_MAIN: [usize; MAIN] = [OMEGA, DELTA, X_0, X_F, DRAG, DUFFING, PHASE, DE
 const OF_REFERENCE: [usize; MAIN] =
     [R_OMEGA, R_DELTA, X_0, COUNT, COUNT, COUNT, R_PHASE, DELAY, R_BG_RE, R_BG_IM];
 
-/// Points by rising frequency.
-#[derive(Debug, Clone, PartialEq)]
-pub(crate) struct Block {
-    pub(crate) omega: Vec<f64>,
-    /// Real when there is no phase.
-    pub(crate) data: Vec<Phasor>,
-    pub(crate) complex: bool,
-    /// One over the variance of a point (of a quadrature), in units of the block's own.
-    pub(crate) precision: Vec<f64>,
-    /// What the sums use: precision, zero for points left out, corrected for Rice's noise.
-    pub(crate) weight: Vec<f64>,
-    /// Drive level over its mean.
-    pub(crate) drive: Vec<f64>,
-    /// Place in the order of measurement.
-    pub(crate) index: Vec<usize>,
-    /// Variance of a quadrature at precision 1, for amplitudes; zero: none assumed.
-    pub(crate) rice: f64,
-}
-
-impl Block {
-    pub(crate) fn new(curve: &Curve) -> Self {
-        let f = curve.frequency_hz();
-        let mut index: Vec<usize> = (0..curve.len()).collect();
-        index.sort_by(|&a, &b| f[a].total_cmp(&f[b]));
-        let data = index
-            .iter()
-            .map(|&i| match curve.response() {
-                Response::Amplitude(a) => Phasor::new(a[i], 0.0),
-                Response::Complex(z) => z[i],
-            })
-            .collect();
-        let mean = |v: &[f64]| v.iter().sum::<f64>() / v.len() as f64;
-        let drive = match curve.drive() {
-            Some(d) => index.iter().map(|&i| d[i] / mean(d)).collect(),
-            None => vec![1.0; index.len()],
-        };
-        let precision: Vec<f64> = match curve.std_error() {
-            Some(s) => {
-                let typical = mean(&s.iter().map(|s| s.ln()).collect::<Vec<_>>()).exp();
-                index.iter().map(|&i| (typical / s[i]).powi(2)).collect()
-            }
-            None => vec![1.0; index.len()],
-        };
-        Self {
-            omega: index.iter().map(|&i| TAU * f[i]).collect(),
-            data,
-            complex: curve.is_complex(),
-            weight: precision.clone(),
-            precision,
-            drive,
-            index,
-            rice: 0.0,
-        }
-    }
-
-    pub(crate) fn len(&self) -> usize {
-        self.omega.len()
-    }
-
-    /// Means of so many neighbours; what is lost is their curvature within a group.
-    pub(crate) fn grouped(&self, size: usize) -> Self {
-        let n = self.len().div_ceil(size);
-        let groups = (0..n).map(|g| g * size..((g + 1) * size).min(self.len()));
-        let mut out = Self {
-            omega: Vec::with_capacity(n),
-            data: Vec::with_capacity(n),
-            precision: Vec::with_capacity(n),
-            drive: Vec::with_capacity(n),
-            index: Vec::with_capacity(n),
-            weight: Vec::new(),
-            ..*self
-        };
-        for g in groups {
-            let total: f64 = self.precision[g.clone()].iter().sum();
-            let mean = |v: &[f64]| g.clone().map(|i| self.precision[i] * v[i]).sum::<f64>() / total;
-            out.omega.push(mean(&self.omega));
-            out.drive.push(mean(&self.drive));
-            out.data.push(g.clone().map(|i| self.data[i] * self.precision[i]).sum::<Phasor>() / total);
-            out.precision.push(total);
-            out.index.push(self.index[g.start]);
-        }
-        out.weight = out.precision.clone();
-        out
-    }
-
-    /// Numbers measured at points in use.
-    pub(crate) fn observations(&self) -> f64 {
-        let points = self.weight.iter().filter(|w| **w > 0.0).count() as f64;
-        if self.complex { 2.0 * points } else { points }
-    }
-
-    pub(crate) fn amplitude(&self, i: usize) -> f64 {
-        if self.complex { self.data[i].norm() } else { self.data[i].re }
-    }
-
-    pub(crate) fn highest(&self) -> f64 {
-        (0..self.len()).map(|i| self.amplitude(i)).fold(0.0, f64::max)
-    }
-
-    /// Square of what an amplitude of size `m` reads on average under noise in both
-    /// quadratures, over the variance `v` of one, less `m²/v`: Rice's mean to 0.1 %.
-    fn rice_excess(&self, m_squared: f64, v: f64) -> f64 {
-        let a = m_squared / v;
-        1.0 + (std::f64::consts::FRAC_PI_2 - 1.0) / (1.0 + a * (0.4 + 0.05 * a))
-    }
-
-    /// Variance of a quadrature at point `i`.
-    pub(crate) fn rice_at(&self, i: usize) -> f64 {
-        self.rice / self.precision[i]
-    }
-
-    /// What is read where the true amplitude is `m`.
-    pub(crate) fn read(&self, m: f64, i: usize) -> f64 {
-        let v = self.rice_at(i);
-        if v > 0.0 { (m * m + v * self.rice_excess(m * m, v)).sqrt() } else { m }
-    }
-
-    /// Weight that goes with it: the variance falls where the amplitude drowns.
-    pub(crate) fn rice_weight(&self, m: f64, i: usize) -> f64 {
-        let v = self.rice_at(i);
-        let share = if v > 0.0 { 2.0 - self.rice_excess(m * m, v) } else { 1.0 };
-        self.precision[i] / share
-    }
-}
-
 /// What the model says at one point.
 #[derive(Debug, Clone, Copy)]
 pub(crate) struct Modelled {
@@ -168,7 +45,39 @@ pub(crate) struct Modelled {
     /// The oscillator alone.
     pub(crate) oscillator: Phasor,
     pub(crate) regime: Regime,
-    by: [Phasor; MAIN],
+}
+
+/// The parameters as one block sees them.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub(crate) struct Setting {
+    pub(super) centre: f64,
+    pub(super) shift: f64,
+    pub(super) delta: f64,
+    pub(super) x_0: f64,
+    pub(super) x_f: f64,
+    /// With the friction ratio a parameter: `x_F` by the drive, and by the ratio.
+    pub(super) ratio: Option<[f64; 2]>,
+    /// Drag or lean are there.
+    pub(super) bent: bool,
+    pub(super) drag: f64,
+    pub(super) duffing: f64,
+    pub(super) phase: f64,
+    pub(super) delay: f64,
+    pub(super) background: Phasor,
+}
+
+impl Setting {
+    #[inline(always)]
+    pub(super) fn point(&self, omega: f64, level: f64) -> Point {
+        Point {
+            omega,
+            omega_0: self.centre + self.shift,
+            detuning: (omega - self.centre) - self.shift,
+            delta: self.delta,
+            x_0: self.x_0 * level,
+            x_f: self.x_f,
+        }
+    }
 }
 
 /// Everything that is fitted at once.
@@ -190,71 +99,86 @@ pub(crate) struct Problem {
 }
 
 impl Problem {
-    fn slots(reference: bool) -> &'static [usize; MAIN] {
+    pub(super) fn slots(reference: bool) -> &'static [usize; MAIN] {
         if reference { &OF_REFERENCE } else { &OF_MAIN }
     }
 
-    fn block(&self, reference: bool) -> Option<&Block> {
+    pub(super) fn block(&self, reference: bool) -> Option<&Block> {
         if reference { self.reference.as_ref() } else { Some(&self.main) }
+    }
+
+    /// Parameters of a block whose derivatives are wanted.
+    pub(super) fn columns(&self, reference: bool) -> Vec<usize> {
+        if !reference {
+            return self.used.clone();
+        }
+        let complex = self.reference.as_ref().is_some_and(|r| r.complex);
+        let mut own = vec![OMEGA, DELTA, X_0];
+        if complex || self.used.contains(&PHASE) {
+            own.push(PHASE);
+        }
+        own.extend([DELAY, BG_RE, BG_IM].into_iter().filter(|k| self.used.contains(k)));
+        own
+    }
+
+    /// The parameters as a block sees them.
+    pub(super) fn setting(&self, p: &[f64], reference: bool) -> Setting {
+        let slots = Self::slots(reference);
+        let get = |k: usize| p.get(slots[k]).copied().unwrap_or(0.0);
+        let (x_0, friction) = (get(X_0), get(X_F));
+        Setting {
+            centre: self.centre,
+            shift: get(OMEGA),
+            delta: get(DELTA),
+            x_0,
+            x_f: if self.ratio { FRAC_PI_4 * friction * x_0 } else { friction },
+            ratio: self.ratio.then_some([FRAC_PI_4 * friction, FRAC_PI_4 * x_0]),
+            bent: !reference && (self.used.contains(&DRAG) || self.used.contains(&DUFFING)),
+            drag: get(DRAG),
+            duffing: get(DUFFING),
+            phase: get(PHASE),
+            delay: get(DELAY),
+            background: Phasor::new(get(BG_RE), get(BG_IM)),
+        }
     }
 
     /// The model at one frequency; `level` is the relative drive, `guess` an amplitude that
     /// says which branch is meant where there are several.
     pub(crate) fn at(
         &self,
-        p: &[f64],
-        reference: bool,
+        at: &Setting,
         omega: f64,
         level: f64,
         guess: f64,
+        follower: &mut Follower,
     ) -> Option<Modelled> {
-        let slots = Self::slots(reference);
-        let get = |k: usize| p.get(slots[k]).copied().unwrap_or(0.0);
-        let (x_0, friction) = (get(X_0), get(X_F));
-        let x_f = if self.ratio { FRAC_PI_4 * friction * x_0 } else { friction };
-        let shift = get(OMEGA);
-        let point = Point {
-            omega,
-            omega_0: self.centre + shift,
-            detuning: (omega - self.centre) - shift,
-            delta: get(DELTA),
-            x_0: x_0 * level,
-            x_f,
-        };
-        let bent = !reference && (self.used.contains(&DRAG) || self.used.contains(&DUFFING));
-        let mut by = [Phasor::default(); MAIN];
-        let f = if bent {
-            self.bent(&point, [get(DRAG), get(DUFFING)], guess, &mut by)?
-        } else {
-            let f = self.kernel(&point)?;
-            (by[OMEGA], by[DELTA], by[X_0], by[X_F]) = (f.by_omega_0, f.by_delta, f.by_x_0, f.by_x_f);
-            f
-        };
-        by[X_0] *= level;
-        if self.ratio {
-            by[X_0] += by[X_F] * (FRAC_PI_4 * friction);
-            by[X_F] *= FRAC_PI_4 * x_0;
-        }
-        let (phase, delay) = (get(PHASE), get(DELAY));
-        let mut value = f.value;
-        if phase != 0.0 || delay != 0.0 {
-            let turn = Phasor::from_polar(1.0, phase - (omega - self.centre) * delay);
-            value *= turn;
-            for d in &mut by[..PHASE] {
-                *d *= turn;
-            }
-        }
-        by[PHASE] = Phasor::new(-value.im, value.re);
-        by[DELAY] = by[PHASE] * -(omega - self.centre);
-        by[BG_RE] = Phasor::new(1.0, 0.0);
-        by[BG_IM] = Phasor::new(0.0, 1.0);
-        value += Phasor::new(get(BG_RE), get(BG_IM));
-        Some(Modelled { value, oscillator: f.value, regime: f.regime, by })
+        let mut by = [Phasor::default(); OWN];
+        let f = self.oscillator(at, &at.point(omega, level), guess, follower, &mut by)?;
+        let turn = Phasor::from_polar(1.0, at.phase - (omega - self.centre) * at.delay);
+        let value = f.value * turn + at.background;
+        Some(Modelled { value, oscillator: f.value, regime: f.regime })
     }
 
-    fn kernel(&self, point: &Point) -> Option<Fundamental> {
+    /// The oscillator alone, and its derivatives.
+    pub(super) fn oscillator(
+        &self,
+        at: &Setting,
+        point: &Point,
+        guess: f64,
+        follower: &mut Follower,
+        by: &mut [Phasor; OWN],
+    ) -> Option<Fundamental> {
+        if at.bent {
+            return self.bent(point, [at.drag, at.duffing], guess, follower, by);
+        }
+        let f = self.kernel(point, follower)?;
+        (by[OMEGA], by[DELTA], by[X_0], by[X_F]) = (f.by_omega_0, f.by_delta, f.by_x_0, f.by_x_f);
+        Some(f)
+    }
+
+    fn kernel(&self, point: &Point, follower: &mut Follower) -> Option<Fundamental> {
         match self.method {
-            Method::Exact | Method::Paper => fundamental(point),
+            Method::Exact | Method::Paper => follower.fundamental(point),
             Method::Leading => {
                 let damped = point.delta.abs() < point.omega_0 && point.x_0 > 0.0 && point.omega_0 > 0.0;
                 if damped { leading(point) } else { None }
@@ -269,7 +193,8 @@ impl Problem {
         point: &Point,
         [drag, duffing]: [f64; 2],
         guess: f64,
-        by: &mut [Phasor; MAIN],
+        follower: &mut Follower,
+        by: &mut [Phasor; OWN],
     ) -> Option<Fundamental> {
         let rate = point.omega / self.centre;
         let mut r = guess.max(0.0);
@@ -285,14 +210,12 @@ impl Problem {
                 detuning: point.detuning - lean,
                 ..*point
             };
-            let f = self.kernel(&there)?;
+            let f = self.kernel(&there, follower)?;
             let m = f.value.norm();
             let z_r = f.by_delta * (drag * rate) + f.by_omega_0 * (2.0 * duffing * r);
             let along = |d: Phasor| if m > 0.0 { (f.value.re * d.re + f.value.im * d.im) / m } else { 0.0 };
             let slope = along(z_r);
-            // At a fold the root is double; a bounded slope keeps the step finite.
-            let gain = 1.0 - slope;
-            let gain = if gain.abs() < 0.02 { 0.02f64.copysign(gain) } else { gain };
+            let gain = sums::bounded(1.0 - slope);
             let step = (m - r) / gain;
             found = Some((f, m, r, z_r, gain));
             if (m - r).abs() <= 1e-12 * m.max(r) {
@@ -317,88 +240,24 @@ impl Problem {
         Some(f)
     }
 
-    /// The model at point `i` of a block.
-    pub(crate) fn modelled(&self, p: &[f64], reference: bool, i: usize) -> Option<Modelled> {
-        let b = self.block(reference)?;
-        let background = Phasor::new(p[BG_RE], p[BG_IM]);
-        let guess = if b.complex { (b.data[i] - background).norm() } else { b.data[i].re };
-        self.at(p, reference, b.omega[i], b.drive[i], guess)
+    /// The model at every point of a block, none where it has no motion.
+    pub(crate) fn everywhere(&self, p: &[f64], reference: bool) -> Vec<Option<Modelled>> {
+        let Some(b) = self.block(reference) else { return Vec::new() };
+        let at = self.setting(p, reference);
+        let mut follower = Follower::default();
+        (0..b.len())
+            .map(|i| {
+                let guess = if b.complex { (b.data[i] - at.background).norm() } else { b.data[i].re };
+                self.at(&at, b.omega[i], b.drive[i], guess, &mut follower)
+            })
+            .collect()
     }
 
-    /// Measured less modelled at point `i`: the complex difference, or that of amplitudes.
-    pub(crate) fn residual(&self, p: &[f64], reference: bool, i: usize) -> Option<Phasor> {
-        let b = self.block(reference)?;
-        let m = self.modelled(p, reference, i)?;
-        Some(if b.complex {
-            b.data[i] - m.value
-        } else {
-            Phasor::new(b.data[i].re - b.read(m.value.norm(), i), 0.0)
-        })
-    }
-
-    fn sum(&self, p: &[f64], reference: bool, factor: f64, limit: f64, out: &mut Normal) -> bool {
-        let Some(b) = self.block(reference) else { return true };
-        let slots = Self::slots(reference);
-        let own: Vec<usize> =
-            if reference { vec![OMEGA, DELTA, X_0, PHASE, DELAY, BG_RE, BG_IM] } else { self.used.clone() };
-        let n = own.len();
-        let mut jtj = [[0.0f64; MAIN]; MAIN];
-        let mut jtr = [0.0f64; MAIN];
-        let mut rss = 0.0;
-        let mut cols = [Phasor::default(); MAIN];
-        for i in 0..b.len() {
-            let w = b.weight[i];
-            if w == 0.0 {
-                continue;
-            }
-            if factor * rss > limit {
-                return false;
-            }
-            let Some(m) = self.modelled(p, reference, i) else { return false };
-            if b.complex {
-                let r = b.data[i] - m.value;
-                for (c, &k) in cols[..n].iter_mut().zip(&own) {
-                    *c = m.by[k];
-                }
-                for a in 0..n {
-                    let (re, im) = (w * cols[a].re, w * cols[a].im);
-                    jtr[a] += re * r.re + im * r.im;
-                    for c in 0..=a {
-                        jtj[a][c] += re * cols[c].re + im * cols[c].im;
-                    }
-                }
-                rss += w * r.norm_sqr();
-            } else {
-                let size = m.value.norm();
-                let v = b.rice_at(i);
-                let read = b.read(size, i);
-                let r = b.data[i].re - read;
-                // d read/d size; the excess hardly moves with it.
-                let slope = if v > 0.0 { size / read } else { 1.0 };
-                let along = if size > 0.0 { m.value.conj() * (slope / size) } else { Phasor::default() };
-                for (c, &k) in cols[..n].iter_mut().zip(&own) {
-                    c.re = (along * m.by[k]).re;
-                }
-                for a in 0..n {
-                    let re = w * cols[a].re;
-                    jtr[a] += re * r;
-                    for c in 0..=a {
-                        jtj[a][c] += re * cols[c].re;
-                    }
-                }
-                rss += w * r * r;
-            }
-        }
-        for a in 0..n {
-            let i = slots[own[a]];
-            out.jtr[i] += factor * jtr[a];
-            for c in 0..=a {
-                let j = slots[own[c]];
-                out.jtj[(i.max(j), i.min(j))] += factor * jtj[a][c];
-            }
-        }
-        out.rss += factor * rss;
-        rss.is_finite()
+    /// Measured less modelled at every point: the complex difference, or that of amplitudes.
+    pub(crate) fn residuals(&self, p: &[f64]) -> Vec<Option<Phasor>> {
+        let b = &self.main;
+        let of = |(i, m): (usize, Option<Modelled>)| m.map(|m| b.less(i, m.value));
+        self.everywhere(p, false).into_iter().enumerate().map(of).collect()
     }
 }
 
@@ -419,7 +278,10 @@ impl LeastSquares for Problem {
 
     fn normal_within(&self, p: &[f64], out: &mut Normal, limit: f64) -> bool {
         out.clear();
-        if !(p[X_0] > 0.0 && self.centre + p[OMEGA] > 0.0) {
+        // A resonance ten times outside the points leaves no line in them.
+        let omega_0 = self.centre + p[OMEGA];
+        let ends = [self.main.omega.first(), self.main.omega.last()].map(|w| w.copied().unwrap_or(omega_0));
+        if !(p[X_0] > 0.0 && omega_0 > 0.1 * ends[0] && omega_0 < 10.0 * ends[1]) {
             return false;
         }
         if let Some([value, weight]) = self.prior {
@@ -428,12 +290,14 @@ impl LeastSquares for Problem {
             out.jtr[X_0] += weight * r;
             out.rss += weight * r * r;
         }
-        self.sum(p, false, 1.0, limit, out) && self.sum(p, true, self.reference_weight, limit, out)
+        sums::add(self, p, false, 1.0, limit, out)
+            && sums::add(self, p, true, self.reference_weight, limit, out)
     }
 }
 
 #[cfg(test)]
 mod tests {
+    use super::super::Curve;
     use super::*;
 
     fn problem(complex: bool, used: Vec<usize>, ratio: bool) -> Problem {
@@ -512,6 +376,42 @@ mod tests {
         for (a, mean) in [(0.0, 1.253_314), (1.0, 1.548_572), (2.0, 2.272_383), (4.0, 4.127_194)] {
             let read = b.read(a * sigma, 0) / sigma;
             assert!((read / mean - 1.0).abs() < 1e-3, "{a}: {read} {mean}");
+        }
+    }
+
+    /// Against every point by itself: all the way round the regimes, bent, noisy and left out.
+    #[test]
+    fn sums_are_those_of_single_points() {
+        for (complex, bent, x_f, delta) in [
+            (true, false, 0.3, 0.3),
+            (false, false, 0.34, 0.6),
+            (true, true, 0.2, 0.4),
+            (true, false, -0.02, 0.4),
+        ] {
+            let mut used = vec![OMEGA, DELTA, X_0, X_F, PHASE, DELAY, BG_RE, BG_IM];
+            if bent {
+                used.extend([DRAG, DUFFING]);
+            }
+            let mut problem = problem(complex, used, false);
+            problem.main.omega.iter_mut().for_each(|w| *w = 2.0 + 2.0 * (*w - 5.0));
+            problem.reference = None;
+            problem.prior = None;
+            problem.main.weight[3] = 0.0;
+            let mut p = vec![0.0; COUNT];
+            (p[DELTA], p[X_0], p[X_F]) = (delta, 0.45, x_f);
+            (p[PHASE], p[DELAY], p[BG_RE], p[BG_IM]) = (0.2, 0.05, 0.1, -0.2);
+            if bent {
+                (p[DRAG], p[DUFFING]) = (0.02, 0.01);
+            }
+            let mut sums = Normal::zeros(COUNT);
+            assert!(problem.normal(&p, &mut sums), "{complex} {bent} {:?}", problem.everywhere(&p, false));
+            let weight = problem.main.weight.clone();
+            let single: f64 =
+                problem.residuals(&p).iter().zip(&weight).map(|(r, w)| w * r.unwrap().norm_sqr()).sum();
+            assert!((sums.rss / single - 1.0).abs() < 1e-11, "{complex} {bent}: {} {single}", sums.rss);
+            let stops =
+                problem.everywhere(&p, false).iter().filter(|m| m.unwrap().regime.stops() > 0).count();
+            assert!(bent || x_f < 0.0 || stops > 3, "{stops}");
         }
     }
 }

@@ -1,8 +1,8 @@
 //! Where a fit begins.
 
+use super::block::Block;
 use super::look::Line;
-use super::problem::Block;
-use crate::steady::Phasor;
+use crate::estimate::products::{Products, WIDTH};
 use nalgebra::{SMatrix, SVector};
 use std::f64::consts::{FRAC_1_SQRT_2, FRAC_PI_4, PI};
 
@@ -31,34 +31,12 @@ pub(crate) fn linear(b: &Block, line: &Line, friction: bool) -> Option<(Start, b
         return None;
     }
     let unit = 2.0 * line.half_width / line.omega;
-    let detuned = |w: f64| (w - line.omega) * (w + line.omega) / (line.omega * line.omega) / unit;
     let mut solution = SVector::<f64, 5>::zeros();
     let (mut centre, mut width) = (0.0, 1.0);
     for _ in 0..2 {
-        let mut m = SMatrix::<f64, 5, 5>::zeros();
-        let mut v = SVector::<f64, 5>::zeros();
-        for i in 0..b.len() {
-            let z = b.data[i] / line.height;
-            let size = z.norm();
-            if b.weight[i] == 0.0 || size == 0.0 {
-                continue;
-            }
-            let s = detuned(b.omega[i]);
-            let weight = b.weight[i] / ((s - centre).powi(2) + width * width);
-            let turned = Phasor::new(-z.im, z.re);
-            let rate = b.omega[i] / line.omega;
-            let level = b.drive[i];
-            let f = if friction { 1.0 / size } else { 0.0 };
-            let re = [z.re, turned.re * rate, turned.re * f, -level, 0.0];
-            let im = [z.im, turned.im * rate, turned.im * f, 0.0, -level];
-            let (rhs_re, rhs_im) = (s * z.re, s * z.im);
-            for a in 0..5 {
-                for c in 0..5 {
-                    m[(a, c)] += weight * (re[a] * re[c] + im[a] * im[c]);
-                }
-                v[a] += weight * (re[a] * rhs_re + im[a] * rhs_im);
-            }
-        }
+        let sums = pulp::Arch::new().dispatch(Balance { b, line, friction, unit, centre, width });
+        let mut m = SMatrix::<f64, 5, 5>::from_fn(|a, c| sums.total(a, c));
+        let v = SVector::<f64, 5>::from_fn(|a, _| sums.total(5, a));
         if !friction {
             m[(2, 2)] = 1.0;
         }
@@ -89,6 +67,61 @@ pub(crate) fn linear(b: &Block, line: &Line, friction: bool) -> Option<(Start, b
         phase: im.atan2(re),
     };
     (start.x_0 > 0.0 && start.shift.is_finite()).then_some((start, mirrored))
+}
+
+/// The balance at every point, its rows weighted by a line of given centre and width.
+struct Balance<'a> {
+    b: &'a Block,
+    line: &'a Line,
+    friction: bool,
+    unit: f64,
+    centre: f64,
+    width: f64,
+}
+
+impl pulp::NullaryFnOnce for Balance<'_> {
+    /// Five unknowns and the right-hand side.
+    type Output = Products<6>;
+
+    #[inline(always)]
+    fn call(self) -> Products<6> {
+        const PIECE: usize = WIDTH / 2;
+        let Balance { b, line, friction, unit, centre, width } = self;
+        let mut products = Products::new(6);
+        let over_height = 1.0 / line.height;
+        let over_omega = 1.0 / line.omega;
+        let over_unit = over_omega * over_omega / unit;
+        for first in (0..b.len()).step_by(PIECE) {
+            let m = (b.len() - first).min(PIECE);
+            let (mut re, mut im, mut level, mut weight, mut omega) =
+                ([0.0; PIECE], [0.0; PIECE], [0.0; PIECE], [0.0; PIECE], [line.omega; PIECE]);
+            for k in 0..m {
+                (re[k], im[k]) = (b.data[first + k].re * over_height, b.data[first + k].im * over_height);
+            }
+            level[..m].copy_from_slice(&b.drive[first..first + m]);
+            weight[..m].copy_from_slice(&b.weight[first..first + m]);
+            omega[..m].copy_from_slice(&b.omega[first..first + m]);
+            for k in 0..PIECE {
+                let s = (omega[k] - line.omega) * (omega[k] + line.omega) * over_unit;
+                let square = re[k] * re[k] + im[k] * im[k];
+                let apart = s - centre;
+                let root = (weight[k] / (apart * apart + width * width)).sqrt();
+                let root = if square > 0.0 { root } else { 0.0 };
+                let over = if square > 0.0 { 1.0 / square.sqrt() } else { 0.0 };
+                let f = if friction { over * root } else { 0.0 };
+                let rate = omega[k] * over_omega * root;
+                let (x, y) = (re[k], im[k]);
+                let columns = [x * root, -y * rate, -y * f, -level[k] * root, 0.0, s * x * root];
+                let others = [y * root, x * rate, x * f, 0.0, -level[k] * root, s * y * root];
+                for j in 0..6 {
+                    products.rows[j][k] = columns[j];
+                    products.rows[j][PIECE + k] = others[j];
+                }
+            }
+            products.add(WIDTH);
+        }
+        products
+    }
 }
 
 /// Friction ratios tried where nothing better is known.
@@ -135,6 +168,7 @@ pub(crate) fn wrapped(angle: f64) -> f64 {
 mod tests {
     use super::super::{Curve, look};
     use super::*;
+    use crate::steady::Phasor;
     use crate::steady::fundamental::{Point, fundamental};
 
     #[test]

@@ -5,9 +5,10 @@ use super::compare::{Bounded, Entry, interval};
 use super::envelope::{A0, DELTA, DRAG, X_F};
 use super::fits::Problem;
 use super::waveform::OMEGA;
-use super::{Calibration, LossModel, Parameter};
+use super::{LossModel, Parameter};
+use crate::physical::physical;
 use crate::{Quantity, SignalKind};
-use std::f64::consts::{PI, TAU};
+use std::f64::consts::TAU;
 /// Angular frequency at vanishing amplitude, rad/s.
 pub(crate) fn angular_frequency(e: &Evidence, chosen: &Entry) -> f64 {
     match &e.described.problem {
@@ -115,8 +116,15 @@ pub(crate) fn parameters(e: &Evidence, chosen: &Entry, omega: f64) -> Vec<Parame
         "initial_amplitude",
         Quantity::normal(chosen.bounded.parameters[A0], chosen.bounded.unit_std(A0) * sigma, unit),
     );
-    if let Some(calibration) = e.options.calibration {
-        for (name, quantity) in physical(e, calibration, &delta, &x_f, omega, known) {
+    if let Some(calibration) = e.options.calibration.filter(|_| known) {
+        // A velocity or acceleration record holds omega or omega² times the displacement.
+        let motion = match e.record.kind() {
+            SignalKind::Velocity => 1.0 / omega,
+            SignalKind::Acceleration => 1.0 / (omega * omega),
+            _ => 1.0,
+        };
+        let moved = x_f.scaled(motion, unit);
+        for (name, quantity) in physical(calibration, omega.hypot(delta.value), unit, &delta, &moved) {
             push(name, quantity);
         }
     }
@@ -137,71 +145,5 @@ fn q_factor(delta: &Quantity, omega: f64) -> Quantity {
         interval_95: [q(delta.interval_95[1]), q(delta.interval_95[0])],
         unbounded_value: value,
         unit: String::new(),
-    }
-}
-
-/// Forces from displacements: `gamma = 2 m delta`, `F = k x_F`, `k = m omega_0²`.
-fn physical(
-    e: &Evidence,
-    calibration: Calibration,
-    delta: &Quantity,
-    x_f: &Quantity,
-    omega: f64,
-    known: bool,
-) -> Vec<(&'static str, Quantity)> {
-    if !known {
-        return Vec::new();
-    }
-    let omega_0_squared = omega * omega + delta.value * delta.value;
-    let (mass, stiffness, relative) = match calibration {
-        Calibration::Stiffness { value, std_error } => (value / omega_0_squared, value, std_error / value),
-        Calibration::Mass { value, std_error } => (value, value * omega_0_squared, std_error / value),
-    };
-    let (metres, angle) = length_in_metres(e.record.unit());
-    // A velocity or acceleration record holds omega or omega² times the displacement.
-    let motion = match e.record.kind() {
-        SignalKind::Velocity => 1.0 / omega,
-        SignalKind::Acceleration => 1.0 / (omega * omega),
-        _ => 1.0,
-    };
-    let widened = |q: Quantity| -> Quantity {
-        let extra = q.value * relative;
-        let wide = |end: f64| {
-            let d = end - q.value;
-            q.value + d.signum() * d.hypot(crate::estimate::Z_95 * extra)
-        };
-        Quantity {
-            std_error: q.std_error.hypot(extra),
-            interval_95: [wide(q.interval_95[0]).max(0.0), wide(q.interval_95[1])],
-            ..q
-        }
-    };
-    let (gamma_unit, force_unit) = match (metres, angle) {
-        (_, true) => ("N m s".to_owned(), "N m".to_owned()),
-        (Some(_), _) => ("N s/m".to_owned(), "N".to_owned()),
-        (None, _) => ("N s/m".to_owned(), format!("N/m × {}", e.record.unit())),
-    };
-    vec![
-        ("viscous_coefficient", widened(delta.scaled(2.0 * mass, gamma_unit))),
-        ("coulomb_force", widened(x_f.scaled(stiffness * motion * metres.unwrap_or(1.0), force_unit))),
-    ]
-}
-
-/// Factor to metres (or radians), and whether the unit is an angle; `None` for a unit that is no length.
-fn length_in_metres(unit: &str) -> (Option<f64>, bool) {
-    let head = unit.split(['/', ' ', '·']).next().unwrap_or("");
-    match head {
-        "m" => (Some(1.0), false),
-        "cm" => (Some(1e-2), false),
-        "mm" => (Some(1e-3), false),
-        "µm" | "um" | "μm" => (Some(1e-6), false),
-        "nm" => (Some(1e-9), false),
-        "pm" => (Some(1e-12), false),
-        "g" => (Some(9.806_65), false),
-        "rad" => (Some(1.0), true),
-        "mrad" => (Some(1e-3), true),
-        "deg" | "°" => (Some(PI / 180.0), true),
-        "rev" => (Some(TAU), true),
-        _ => (None, false),
     }
 }

@@ -281,7 +281,7 @@ fn cell((value, covariance): Both, hz: Option<f64>, options: &Options) -> Cell {
                 Calibration::Mass { value, .. } => Calibration::Mass { value, std_error: 0.0 },
             };
             let [(_, damping), (_, friction)] =
-                resonance::physical::physical(exact, TAU * hz, &options.unit, &delta, &x_f);
+                crate::physical::physical(exact, TAU * hz, &options.unit, &delta, &x_f);
             Cell { friction, damping, correlation }
         }
         _ => Cell { friction: x_f, damping: delta, correlation },

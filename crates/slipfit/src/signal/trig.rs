@@ -4,9 +4,9 @@
 use std::f64::consts::LOG2_E;
 
 // pi in three parts, the first two with trailing zeros: n times each is exact for |n| < 2^26.
-pub(super) const PI_A: f64 = 3.141592651605606;
-pub(super) const PI_B: f64 = 1.9841871479187034e-09;
-pub(super) const PI_C: f64 = 1.1442377452219664e-17;
+pub(crate) const PI_A: f64 = 3.141592651605606;
+pub(crate) const PI_B: f64 = 1.9841871479187034e-09;
+pub(crate) const PI_C: f64 = 1.1442377452219664e-17;
 
 /// Sine and cosine for `|r| <= pi/2`, by their Taylor series: the first term
 /// left out is below 1e-17.
@@ -15,6 +15,35 @@ pub(crate) fn half_turn(r: f64) -> (f64, f64) {
     let z = r * r;
     (r * horner(z, &SINE), horner(z, &COSINE))
 }
+
+/// Sine and cosine of `pi x/2` up to one sign for both, for `|x| < 2^50`: enough for their squares
+/// and product.
+#[inline(always)]
+pub(crate) fn quarter_turns(x: f64) -> (f64, f64) {
+    const MAGIC: f64 = 6_755_399_441_055_744.0;
+    let whole = (0.5 * x + MAGIC) - MAGIC;
+    half_turn((x - 2.0 * whole) * std::f64::consts::FRAC_PI_2)
+}
+
+/// Sine and cosine, absolute error below 4e-16 for `|x| < 2e8`.
+#[inline(always)]
+pub(crate) fn sin_cos(x: f64) -> (f64, f64) {
+    const MAGIC: f64 = 6_755_399_441_055_744.0;
+    let n = (x * std::f64::consts::FRAC_1_PI + MAGIC) - MAGIC;
+    let (sin, cos) = half_turn(((x - n * PI_A) - n * PI_B) - n * PI_C);
+    let odd = (n - 2.0 * ((0.5 * n + MAGIC) - MAGIC)).abs();
+    let sign = 1.0 - 2.0 * odd;
+    (sign * sin, sign * cos)
+}
+
+/// Hyperbolic sine for `|y| <= pi/2`, by its Taylor series: the first term left out is below
+/// 1e-17.
+#[inline(always)]
+pub(crate) fn small_sinh(y: f64) -> f64 {
+    y * horner(y * y, &HYPERBOLIC_SINE)
+}
+
+const HYPERBOLIC_SINE: [f64; 11] = inverse_factorials(1, 2);
 
 /// Coefficients of `sin(r)/r` and `cos(r)` in powers of `r²`, and of `exp(r)` in powers of `r`.
 pub(super) const SINE: [f64; 11] = alternating(inverse_factorials(1, 2));
@@ -86,6 +115,17 @@ mod tests {
             assert!((c - r.cos()).abs() < 4e-16, "cos {r}");
             let y = x * 5e-3;
             assert!((exp(y) / y.exp() - 1.0).abs() < 1e-15, "exp {y}");
+            let (s, c) = sin_cos(x);
+            assert!((s - x.sin()).abs() < 4e-16 + 1e-25 * x.abs(), "sin {x}");
+            assert!((c - x.cos()).abs() < 4e-16 + 1e-25 * x.abs(), "cos {x}");
+            assert!((small_sinh(r) - r.sinh()).abs() <= 1e-15 * r.sinh().abs(), "sinh {r}");
+            // 20 periods of the pair's product.
+            let quarter = r * 25.0;
+            let (s, c) = quarter_turns(quarter);
+            let whole = quarter * std::f64::consts::PI;
+            assert!(
+                (2.0 * s * c - whole.sin()).abs() < 3e-14 && (1.0 - 2.0 * s * s - whole.cos()).abs() < 3e-14
+            );
         }
     }
 }

@@ -54,6 +54,31 @@ impl Constants {
     }
 }
 
+impl Constants {
+    /// `e^(lambda u)`.
+    #[inline(always)]
+    fn fade(&self, u: f64) -> C64 {
+        let (sin, cos) = (self.omega_d * u).sin_cos();
+        let rest = self.omega_d_rest * u;
+        C64::new(cos - sin * rest, sin + cos * rest) * (-self.delta * u).exp()
+    }
+
+    /// `∫_0^u e^(lambda s) ds`.
+    #[inline(always)]
+    fn ramp(&self, u: f64, e_lambda: C64) -> C64 {
+        convolve(-self.lambda, -self.inverse_lambda, u, C64::new(1.0, 0.0), e_lambda)
+    }
+}
+
+/// The root of a number of an angle in `[0, 2 pi)`, given as a phasor: that of half the angle.
+#[inline]
+fn half_way(z: C64) -> C64 {
+    let size = z.norm_sqr().sqrt();
+    // Both under the roots are at least zero but for rounding.
+    let (re, im) = ((0.5 * (size + z.re)).max(0.0).sqrt(), (0.5 * (size - z.re)).max(0.0).sqrt());
+    C64::new(if z.im < 0.0 { -re } else { re }, im)
+}
+
 /// Sliding in one direction under a known drive.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub(crate) struct Arc {
@@ -123,17 +148,17 @@ impl Arc {
     /// The state `u` seconds into the arc.
     #[inline]
     pub(crate) fn at(&self, k: &Constants, drive: &Local, u: f64) -> Point {
-        let (sin, cos) = (k.omega_d * u).sin_cos();
-        let rest = k.omega_d_rest * u;
-        let e_lambda = C64::new(cos - sin * rest, sin + cos * rest) * (-k.delta * u).exp();
-        let one = convolve(-k.lambda, -k.inverse_lambda, u, C64::new(1.0, 0.0), e_lambda);
-        let mut psi = e_lambda * self.velocity + one * self.pull;
-        let (mut rise, mut slope) = (0.0, 0.0);
-        if !drive.is_constant() {
-            let forced;
-            (forced, rise, slope) = drive.convolved(k, u, e_lambda, one);
-            psi += forced * k.square;
-        }
+        let e_lambda = k.fade(u);
+        let one = k.ramp(u, e_lambda);
+        let forced =
+            if drive.is_constant() { Default::default() } else { drive.convolved(k, u, e_lambda, one) };
+        self.point(k, e_lambda, one, forced)
+    }
+
+    /// From the exponentials and what the drive adds.
+    #[inline(always)]
+    fn point(&self, k: &Constants, e_lambda: C64, one: C64, (forced, rise, slope): (C64, f64, f64)) -> Point {
+        let psi = e_lambda * self.velocity + one * self.pull + forced * k.square;
         let moved = psi.im / k.omega_d;
         let velocity = psi.re - k.delta * moved;
         let acceleration = self.pull + k.square * (rise - moved) - 2.0 * k.delta * velocity;
@@ -167,7 +192,8 @@ impl Arc {
     /// `s v(a) > 0`: before it only `-, +`, after it only `+, -` could hide zeros.
     pub(crate) fn turn_near(&self, k: &Constants, drive: &Local, guess: f64) -> Option<(f64, f64)> {
         use std::f64::consts::{PI, TAU};
-        let (omega, phase) = drive.only_tone()?;
+        let tone = drive.only_tone()?;
+        let (omega, phase) = (tone.omega, tone.angle());
         let s = self.direction;
         let window = 0.999 * PI / k.omega_d;
         let leaves = s * self.pull > 0.0 || (self.pull == 0.0 && s * drive.slope_at_start() > 0.0);
@@ -176,8 +202,15 @@ impl Arc {
         }
         let steep = 1e-6 * (self.pull.abs() + k.square * drive.strength());
         let (mut u, mut moved, mut found) = (guess, 0.0, false);
+        // The last time computed, and its exponentials.
+        let mut last = (u, C64::default(), C64::default());
         for _ in 0..6 {
-            let p = self.at(k, drive, u);
+            let e_lambda = k.fade(u);
+            let one = k.ramp(u, e_lambda);
+            let (sin, cos) = (omega * u).sin_cos();
+            let e = C64::new(cos, sin);
+            let p = self.point(k, e_lambda, one, tone.convolved(u, e, e_lambda, one));
+            last = (u, e_lambda, e);
             // Halley's method; the last step is too short for what it leaves out.
             let step = p.velocity / (p.acceleration - 0.5 * p.velocity * p.jerk / p.acceleration);
             if !(s * p.acceleration < -steep && step.abs() < 0.1 * guess) {
@@ -203,6 +236,17 @@ impl Arc {
         let falls = ((theta + omega * u - PI) / TAU).floor();
         let falling = if falls >= 0.0 { (PI + TAU * falls - theta) / omega } else { 0.0 };
         let (low, high) = ((u - window).max(falling), window.min(rising));
+        let (at, e_lambda, e) = last;
+        let middle = 0.5 * at;
+        if low < middle && middle < high && omega * at < TAU {
+            // Half way the exponentials are roots; near zero theirs would be too rough a sign.
+            let (e_lambda, e) = (half_way(e_lambda), half_way(e));
+            let one = k.ramp(middle, e_lambda);
+            let p = self.point(k, e_lambda, one, tone.convolved(middle, e, e_lambda, one));
+            if s * p.velocity > steep * u {
+                return Some((u, moved));
+            }
+        }
         let above = |at: f64| s * self.at(k, drive, at).velocity > steep * 1e-6 * u;
         if low < high {
             return above(0.5 * (low + high)).then_some((u, moved));
@@ -250,5 +294,20 @@ impl Arc {
             let noise = 1e-16 * (self.velocity.abs() + u * force);
             [s * p.velocity, s * p.acceleration, s * p.jerk, noise]
         })
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn half_way_round_is_a_root_of_the_half_angle() {
+        for i in 0..400 {
+            let (size, angle) = (0.3 + 0.01 * f64::from(i % 7), std::f64::consts::TAU * f64::from(i) / 400.0);
+            let half = half_way(C64::from_polar(size, angle));
+            // A square root of a rounding is left where one part vanishes.
+            assert!((half - C64::from_polar(size.sqrt(), 0.5 * angle)).norm() < 2e-8, "{angle}");
+        }
     }
 }

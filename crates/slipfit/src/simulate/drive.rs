@@ -5,6 +5,7 @@ use super::local::{CHIRP_SPAN, Chirp, Local, Tone};
 use crate::double_double::{self as dd, Dd};
 use crate::error::Error;
 use crate::oscillator::{above_zero, finite, moderate};
+use crate::signal::trig::{PI_A, PI_B, PI_C};
 
 /// Motion `u(t)` of the base, the spring's far end; the force on the mass is `k (u - x)`.
 ///
@@ -268,12 +269,33 @@ fn turn(omega: f64, t: Dd, phase: f64) -> C64 {
 }
 
 /// `omega t + phase` within half a turn, reduced at doubled precision.
+#[inline]
 fn angle(omega: f64, t: Dd, phase: f64) -> f64 {
+    use std::f64::consts::{PI, TAU};
+    const MAGIC: f64 = 6_755_399_441_055_744.0;
+    const ONE_TURN: f64 = 1.0 / TAU;
+    let p = dd::two_product(t.hi, omega);
+    let turns = (p.hi * ONE_TURN + MAGIC) - MAGIC;
+    if turns.abs() < TURNS && phase.abs() <= PI {
+        // The first difference is exact, and so are the turns times the first two parts.
+        let small = (p.lo + t.lo * omega) - turns * (2.0 * PI_B) - turns * (2.0 * PI_C);
+        let angle = (p.hi - turns * (2.0 * PI_A)) + small + phase;
+        return if angle > PI {
+            angle - TAU
+        } else if angle < -PI {
+            angle + TAU
+        } else {
+            angle
+        };
+    }
     let p = t.scale(omega).add(Dd::from_f64(phase));
     let two_pi = dd::PI.scale(2.0);
     let turns = (p.hi / two_pi.hi).round();
     p.sub(two_pi.scale(turns)).value()
 }
+
+/// Turns below which [`angle`] may take pi in three parts.
+const TURNS: f64 = 33_554_432.0;
 
 /// Phase of a chirp, rad, and its frequency, `t` after its start.
 fn chirp_phase(omega: f64, rate: f64, t: Dd) -> (Dd, f64) {
@@ -376,6 +398,27 @@ impl Source {
                 } else {
                     out.range = (out.value, out.value);
                 }
+            }
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn an_angle_is_that_of_doubled_arithmetic_however_late() {
+        for (omega, phase) in [(0.3, 0.0), (7.7, 1.5), (1e5, -3.1), (1e-7, 3.0), (2.0, 40.0)] {
+            for k in 0..60 {
+                let t = Dd::from_f64(1e-3 * 1.7f64.powi(k)).div(Dd::from_f64(3.0 * omega));
+                let p = t.scale(omega).add(Dd::from_f64(phase));
+                let two_pi = dd::PI.scale(2.0);
+                let exact = p.sub(two_pi.scale((p.hi / two_pi.hi).round())).value();
+                let found = angle(omega, t, phase);
+                let apart = (found - exact).rem_euclid(std::f64::consts::TAU);
+                let apart = apart.min(std::f64::consts::TAU - apart);
+                assert!(found.abs() <= 3.2 && apart < 9e-16, "{omega} {phase} {t:?}: {found} {exact}");
             }
         }
     }

@@ -40,6 +40,20 @@ impl Tone {
         Self { omega, c: C64::default(), size, angle, z, inverse }.at(size, angle)
     }
 
+    /// [`Local::convolved`] of this tone alone, `e = e^(i omega u)`.
+    #[inline]
+    pub(super) fn convolved(&self, u: f64, e: C64, e_lambda: C64, one: C64) -> (C64, f64, f64) {
+        let up = convolve(self.z[0], self.inverse[0], u, e, e_lambda) - one;
+        let down = convolve(self.z[1], self.inverse[1], u, e.conj(), e_lambda) - one;
+        let there = self.c * e;
+        ((self.c * up + self.c.conj() * down) * 0.5, (self.c * (e - 1.0)).re, -self.omega * there.im)
+    }
+
+    /// Its angle at the start, rad.
+    pub(super) fn angle(&self) -> f64 {
+        self.angle
+    }
+
     /// The same harmonic of the same oscillator at another phase.
     pub(super) fn at(self, size: f64, angle: f64) -> Self {
         let (sin, cos) = angle.sin_cos();
@@ -114,12 +128,11 @@ impl Local {
         self.slope + tones + self.chirp.map_or(0.0, |c| -c.omega * c.c.im)
     }
 
-    /// Frequency and phase where the drive is one harmonic and nothing else.
-    pub(super) fn only_tone(&self) -> Option<(f64, f64)> {
-        match self.tones[..] {
-            [tone] if self.slope == 0.0 && self.chirp.is_none() && tone.size > 0.0 => {
-                Some((tone.omega, tone.angle))
-            }
+    /// The harmonic that is all of the drive, if it is one.
+    #[inline]
+    pub(super) fn only_tone(&self) -> Option<&Tone> {
+        match &self.tones[..] {
+            [tone] if self.slope == 0.0 && self.chirp.is_none() && tone.size > 0.0 => Some(tone),
             _ => None,
         }
     }
@@ -150,6 +163,10 @@ impl Local {
         };
         // The angle at which the cosine rises to a limit is -acos, at which it falls acos.
         let u = first_turn_of(-side * (limit / a).acos() - tone.angle) / tone.omega;
+        // Well below the crest the angle is as good as its limit.
+        if limit.abs() < 0.9 * a {
+            return Some((u, side));
+        }
         // One step of Newton's method against the rounding of the angles.
         let [rise, slope, _] = self.rise(u);
         Some((u - (tone.c.re + rise - limit) / slope, side))
@@ -183,12 +200,10 @@ impl Local {
         let (mut rise, mut slope) = (0.0, self.slope);
         for t in &self.tones {
             let (sin, cos) = (t.omega * u).sin_cos();
-            let e = C64::new(cos, sin);
-            let up = convolve(t.z[0], t.inverse[0], u, e, e_lambda) - one;
-            let down = convolve(t.z[1], t.inverse[1], u, e.conj(), e_lambda) - one;
-            psi += (t.c * up + t.c.conj() * down) * 0.5;
-            rise += (t.c * (e - 1.0)).re;
-            slope -= t.omega * (t.c * e).im;
+            let own = t.convolved(u, C64::new(cos, sin), e_lambda, one);
+            psi += own.0;
+            rise += own.1;
+            slope += own.2;
         }
         if self.slope != 0.0 {
             let y = k.lambda * u;

@@ -1,14 +1,14 @@
 //! The exact fundamental with its derivatives by the oscillator's parameters: what a
 //! resonance curve is fitted with.
 
+use super::closed::{self, Closed, Halves, KAPPA};
 use super::dual::{Dual, Pair};
+use super::one_stop::{self, Digits, Slip};
 use super::orbit::{OrbitOptions, PeriodicOrbit};
 use super::stops;
 use super::{HarmonicDrive, Phasor};
 use crate::oscillator::Oscillator;
 use std::f64::consts::PI;
-
-const KAPPA: f64 = 4.0 / PI;
 
 /// An oscillator at one frequency of its drive, with the differences kept apart that cancel.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -108,110 +108,27 @@ impl Fundamental {
 /// [`ClosedForm`](super::exact::ClosedForm). `None` where the root has no value.
 #[inline]
 pub fn closed(at: &Point) -> Option<Fundamental> {
-    closed_with(at).map(|(f, _)| f)
-}
-
-/// What [`moves_on`] needs of the closed form.
-#[derive(Debug, Clone, Copy)]
-struct Turn {
-    p: f64,
-    q: f64,
-    /// `G x_F`.
-    g_x: f64,
-    omega_d: f64,
-    d: Phasor,
+    closed_at(at).map(|c| Fundamental::from(&c))
 }
 
 #[inline]
-fn closed_with(at: &Point) -> Option<(Fundamental, Turn)> {
-    let Point { omega, omega_0, detuning, delta, x_0, x_f } = *at;
-    let one_over_omega = 1.0 / omega;
-    let omega_d = ((omega_0 - delta) * (omega_0 + delta)).sqrt();
-    let e = (detuning + delta * delta / (omega_0 + omega_d)) * one_over_omega;
-    let (h, k) = (0.5 * PI * e).sin_cos();
-    let g = (0.5 * PI * delta * one_over_omega).sinh();
-    let (sin, cos) = (2.0 * h * k, 1.0 - 2.0 * h * h);
-    let sinh = 2.0 * g * (1.0 + g * g).sqrt();
-    let over_n = 0.5 / (g * g + h * h);
-    let front = omega_0 * omega_0 * one_over_omega / omega_d;
-    let hh = front * sin * over_n;
-    // d/d(omega_0) and d/d(delta): omega_d moves by omega_0/omega_d and -delta/omega_d.
-    let (wd_0, wd_1) = (omega_0 / omega_d, -delta / omega_d);
-    let (e_0, e_1) = (-PI * wd_0 * one_over_omega, -PI * wd_1 * one_over_omega);
-    let part = front * over_n;
-    let n_0 = sin * e_0;
-    let n_1 = sin * e_1 + sinh * PI * one_over_omega;
-    let h_0 = hh * (2.0 / omega_0 - wd_0 / omega_d - n_0 * over_n) + part * cos * e_0;
-    let h_1 = hh * (-wd_1 / omega_d - n_1 * over_n) + part * cos * e_1;
+fn closed_at(at: &Point) -> Option<Closed> {
+    let (sin, cos) = (0.5 * PI * closed::excess(at)).sin_cos();
+    let sinh = (0.5 * PI * at.delta / at.omega).sinh();
+    let c = closed::closed_form(at, Halves { sin, cos, sinh });
+    (c.p > 0.0 && c.p.is_finite()).then_some(c)
+}
 
-    let over_2 = 1.0 / (omega_0 * omega_0);
-    let d = Phasor::new(-detuning * (omega_0 + omega) * over_2, 2.0 * delta * omega * over_2);
-    let d_0 = Phasor::new(2.0 * omega * omega * over_2 / omega_0, -2.0 * d.im / omega_0);
-    let d_1 = 2.0 * omega * over_2;
-    let c_squared = 1.0 / d.norm_sqr();
-    let c = d.conj() * c_squared;
-    let minus_c2 = -(c * c);
-    let (c_0, c_1) = (minus_c2 * d_0, minus_c2 * Phasor::new(0.0, d_1));
-    let turn = d.conj() * c;
-    let turn_0 = d_0.conj() * c + d.conj() * c_0;
-    let turn_1 = Phasor::new(0.0, -d_1) * c + d.conj() * c_1;
-
-    let q = hh * x_f;
-    let (q_0, q_1) = (h_0 * x_f, h_1 * x_f);
-    let reach = x_0 * x_0 * c_squared;
-    let p = (reach - q * q).sqrt();
-    if !(p > 0.0 && p.is_finite()) {
-        return None;
+impl From<&Closed> for Fundamental {
+    fn from(c: &Closed) -> Self {
+        let [by_omega_0, by_delta, by_x_0, by_x_f] = c.by;
+        Self { value: c.value, by_omega_0, by_delta, by_x_0, by_x_f, regime: Regime::Sliding }
     }
-    let over_p = 1.0 / p;
-    let by_c = x_0 * x_0 * over_p;
-    let p_0 = by_c * (c.re * c_0.re + c.im * c_0.im) - q * q_0 * over_p;
-    let p_1 = by_c * (c.re * c_1.re + c.im * c_1.im) - q * q_1 * over_p;
-    let p_2 = x_0 * c_squared * over_p;
-    let p_3 = -q * hh * over_p;
-
-    // -i (p + i q) = q - i p.
-    let ratio = KAPPA * x_f / x_0;
-    let w = Phasor::new(q, -p);
-    let w_0 = Phasor::new(q_0, -p_0);
-    let w_1 = Phasor::new(q_1, -p_1);
-    let tw = turn * w;
-    let fundamental = Fundamental {
-        value: c * x_0 + tw * ratio,
-        by_omega_0: c_0 * x_0 + (turn_0 * w + turn * w_0) * ratio,
-        by_delta: c_1 * x_0 + (turn_1 * w + turn * w_1) * ratio,
-        by_x_0: c - tw * (ratio / x_0) + turn * Phasor::new(0.0, -p_2 * ratio),
-        by_x_f: tw * (KAPPA / x_0) + turn * Phasor::new(hh, -p_3) * ratio,
-        regime: Regime::Sliding,
-    };
-    let g_x = (sinh - delta / omega_d * sin) * over_n * x_f;
-    Some((fundamental, Turn { p, q, g_x, omega_d, d }))
 }
 
 /// Whether the mass, just turned, moves on at once and keeps its direction for half a cycle.
-fn moves_on(at: &Point, t: &Turn) -> bool {
-    let amplitude = t.p - t.g_x;
-    // The drive at the turn must overcome spring and friction.
-    let drive = t.p * t.d.re + t.q * t.d.im;
-    if !(amplitude > 0.0 && drive <= amplitude - at.x_f) {
-        return false;
-    }
-    // Den Hartog: only a drive much slower than the oscillator makes it turn on the way.
-    if at.omega > 0.75 * at.omega_0 {
-        return true;
-    }
-    let (w, delta, omega) = (t.omega_d, at.delta, at.omega);
-    let a = -at.x_f - t.g_x;
-    let b = (delta * a - omega * t.q) / w;
-    let steps = (32.0 * at.omega_0 / omega).clamp(32.0, 4096.0) as u32;
-    (1..steps).all(|i| {
-        let u = PI / omega * f64::from(i) / f64::from(steps);
-        let (s, c) = (omega * u).sin_cos();
-        let (sd, cd) = (w * u).sin_cos();
-        let v = omega * (t.q * c - t.p * s)
-            + (-delta * u).exp() * ((w * b - delta * a) * cd - (w * a + delta * b) * sd);
-        v < 0.0
-    })
+fn moves_on(at: &Point, c: &Closed) -> bool {
+    c.push(at.x_f) >= 0.0 && (at.omega > closed::NEVER_TURNS * at.omega_0 || closed::keeps_direction(at, c))
 }
 
 /// The exact fundamental, whatever stops the motion has, with its derivatives.
@@ -225,21 +142,55 @@ fn moves_on(at: &Point, t: &Turn) -> bool {
 /// `None` where there is no such motion: no damping at resonance, an overdamped oscillator
 /// (`delta >= omega_0`), or values that are no numbers.
 pub fn fundamental(at: &Point) -> Option<Fundamental> {
-    if !(at.omega > 0.0 && at.omega_0 > 0.0 && at.delta.abs() < at.omega_0 && at.x_0 > 0.0) {
-        return None;
+    Follower::default().fundamental(at)
+}
+
+/// The same along a curve: the last motion with a stop begins the search for the next.
+#[derive(Debug, Clone, Copy, Default)]
+pub(crate) struct Follower {
+    last: Option<Slip>,
+}
+
+impl Follower {
+    /// [`fundamental`] at the next frequency.
+    pub(crate) fn fundamental(&mut self, at: &Point) -> Option<Fundamental> {
+        if !(at.omega > 0.0 && at.omega_0 > 0.0 && at.delta.abs() < at.omega_0 && at.x_0 > 0.0) {
+            return None;
+        }
+        let closed = closed_at(at);
+        if at.x_f <= 0.0 {
+            return closed.map(|c| Fundamental::from(&c));
+        }
+        if let Some(c) = closed.filter(|c| moves_on(at, c)) {
+            return Some(Fundamental::from(&c));
+        }
+        self.stopping(at, closed)
     }
-    let closed = closed_with(at);
-    if at.x_f <= 0.0 {
-        return closed.map(|(f, _)| f);
+
+    /// Where the mass does not move on at its turn.
+    fn stopping(&mut self, at: &Point, closed: Option<Closed>) -> Option<Fundamental> {
+        if at.x_0 <= at.x_f {
+            return Some(Fundamental::REST);
+        }
+        let last = self.last;
+        let (found, slip) = last
+            .and_then(|near| one_stop::fundamental(at, near, Digits::Twelve))
+            .map(|(f, slip)| (f, Some(slip)))
+            .or_else(|| {
+                let guess = closed.map_or(at.x_0, |c| c.turn_amplitude());
+                let cold = Slip::from_amplitude(at, guess);
+                let start = |near: Option<Slip>, digits| {
+                    one_stop::fundamental(at, near?, digits).map(|(f, slip)| (f, Some(slip)))
+                };
+                start(cold, Digits::Twelve)
+                    .or_else(|| stops::fundamental(at, guess))
+                    .or_else(|| start(last, Digits::Eight))
+                    .or_else(|| start(cold, Digits::Eight))
+            })
+            .or_else(|| shot(at, closed.map(|c| Fundamental::from(&c))).map(|f| (f, None)))?;
+        self.last = slip.or(last);
+        Some(found)
     }
-    if let Some((f, _)) = closed.filter(|(_, turn)| moves_on(at, turn)) {
-        return Some(f);
-    }
-    if at.x_0 <= at.x_f {
-        return Some(Fundamental::REST);
-    }
-    let guess = closed.map_or(0.0, |(_, t)| t.p - t.g_x);
-    stops::fundamental(at, guess).or_else(|| shot(at, closed.map(|(f, _)| f)))
 }
 
 /// Leading term, eq. (8), with derivatives; the mass rests where it has no root.

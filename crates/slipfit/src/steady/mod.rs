@@ -25,12 +25,14 @@
 //! ```
 
 pub mod atlas;
+pub(crate) mod closed;
 mod dual;
 pub mod exact;
 pub mod fundamental;
 pub mod leading;
 pub mod lorentzian;
 mod lorentzian_fit;
+mod one_stop;
 pub mod orbit;
 pub mod scan;
 pub mod series;

@@ -4,8 +4,11 @@
 //! the stop, onto the next. Its fixed point and everything that follows from it are carried
 //! with their derivatives.
 
+use super::Phasor;
+use super::closed::Walk;
 use super::dual::{Dual, Pair};
 use super::fundamental::{Fundamental, Point, Regime};
+use super::one_stop::Slip;
 use std::f64::consts::{PI, TAU};
 
 /// More slides in half a cycle than these are not followed.
@@ -80,12 +83,19 @@ struct Slide<'a, const N: usize> {
 }
 
 impl<const N: usize> Slide<'_, N> {
-    fn speed_value(&self, u: f64) -> f64 {
+    /// Speed `u` after the start, and its rate.
+    fn speed(&self, u: f64) -> (f64, f64) {
         let l = self.law;
         let (s, c) = (l.omega * u).sin_cos();
         let (sd, cd) = (l.omega_d.value * u).sin_cos();
-        let steady = self.steady.re.value * s + self.steady.im.value * c;
-        -l.omega * steady + (-l.delta.value * u).exp() * (self.big_a.value * cd + self.big_b.value * sd)
+        let e = (-l.delta.value * u).exp();
+        let (re, im) = (self.steady.re.value, self.steady.im.value);
+        let (a, b, w, delta) = (self.big_a.value, self.big_b.value, l.omega_d.value, l.delta.value);
+        (
+            -l.omega * (re * s + im * c) + e * (a * cd + b * sd),
+            -l.omega * l.omega * (re * c - im * s)
+                + e * ((w * b - delta * a) * cd - (w * a + delta * b) * sd),
+        )
     }
 
     /// Position and speed `u` after the start.
@@ -103,31 +113,35 @@ impl<const N: usize> Slide<'_, N> {
 
     /// When the speed is zero again, with derivatives; `None` if not within `longest`.
     fn duration(&self, direction: f64, longest: f64) -> Option<Dual<N>> {
-        let step = (PI / self.law.omega).min(PI / self.law.omega_d.value) / 12.0;
-        let forward = |u: f64| self.speed_value(u) * direction;
-        let (mut low, mut high) = (0.0, step);
-        let mut at_high = forward(high);
-        while at_high > 0.0 || low == 0.0 {
-            low = high;
+        let l = self.law;
+        let step = (PI / l.omega).min(PI / l.omega_d.value) / 12.0;
+        let steady = Phasor::new(self.steady.re.value, self.steady.im.value) * -l.omega;
+        let free = Phasor::new(self.big_a.value, self.big_b.value);
+        let mut walk = Walk::new([l.omega, l.omega_d.value, l.delta.value], step, steady, free);
+        // Within the first step it may not have moved yet.
+        walk.step();
+        let mut high = 2.0 * step;
+        while walk.step() * direction > 0.0 {
             high += step;
-            at_high = forward(high);
             if high > longest + 2.0 * step {
                 return None;
             }
         }
-        // Regula falsi (Illinois): both ends close in.
-        let mut at_low = forward(low);
+        let mut low = high - step;
         let mut u = 0.5 * (low + high);
-        for i in 0..60 {
-            let t = at_low / (at_low - at_high);
-            u = if i < 40 && t.is_finite() { low + t * (high - low) } else { 0.5 * (low + high) };
-            let here = forward(u);
-            if here > 0.0 {
-                (low, at_low, at_high) = (u, here, at_high * 0.5);
+        for _ in 0..60 {
+            let (v, rate) = self.speed(u);
+            if v * direction > 0.0 {
+                low = u;
             } else {
-                (high, at_high, at_low) = (u, here, at_low * 0.5);
+                high = u;
             }
-            if high - low < 1e-15 * high || here == 0.0 {
+            let next = u - v / rate;
+            let next = if next > low && next < high { next } else { 0.5 * (low + high) };
+            let moved = (next - u).abs();
+            u = next;
+            // The step after one so small would be one of rounding.
+            if moved < 1e-9 * u {
                 break;
             }
         }
@@ -135,8 +149,7 @@ impl<const N: usize> Slide<'_, N> {
             return Some(Dual::constant(u));
         }
         // du = -dv/v'.
-        let h = 1e-6 * step;
-        let slope = (self.speed_value(u + h) - self.speed_value(u - h)) / (2.0 * h);
+        let slope = self.speed(u).1;
         let v = self.at(Dual::constant(u)).1;
         Some(Dual { value: u, d: v.d.map(|d| -d / slope) })
     }
@@ -164,6 +177,8 @@ struct Half<const N: usize> {
     fundamental: Pair<N>,
     slides: usize,
     turned: f64,
+    /// Of the last slide, s.
+    duration: f64,
 }
 
 /// From the release downwards at `x` to the next release upwards.
@@ -196,7 +211,13 @@ fn half<const N: usize>(law: &Law<N>, x: Dual<N>) -> Option<Half<N>> {
         (phase, direction) = (release, next);
         if direction > 0.0 {
             let fundamental = sum.turned().scale(-2.0 / PI);
-            return Some(Half { end: x, fundamental, slides, turned: phase.value - begin.value });
+            return Some(Half {
+                end: x,
+                fundamental,
+                slides,
+                turned: phase.value - begin.value,
+                duration: u.value,
+            });
         }
     }
     None
@@ -218,11 +239,8 @@ fn after<const N: usize>(mut angle: Dual<N>, phase: f64) -> Dual<N> {
 }
 
 /// The fundamental of a symmetric motion with stops, if there is one; `guess` is an
-/// amplitude to begin with.
-pub(super) fn fundamental(at: &Point, guess: f64) -> Option<Fundamental> {
-    if !(at.delta >= 0.0) {
-        return None;
-    }
+/// amplitude to begin with. With one stop, also what tells it to a neighbour.
+pub(super) fn fundamental(at: &Point, guess: f64) -> Option<(Fundamental, Option<Slip>)> {
     let plain = Law::<0>::new(at);
     let (low, high) = (at.x_f - at.x_0, at.x_f + at.x_0);
     let margin = 1e-9 * at.x_0;
@@ -269,5 +287,6 @@ pub(super) fn fundamental(at: &Point, guess: f64) -> Option<Fundamental> {
     let regime = if h.slides == 1 { Regime::OneStop } else { Regime::ManyStops };
     let f = Fundamental::of_pair(&out, regime);
     let all = [f.value, f.by_omega_0, f.by_delta, f.by_x_0, f.by_x_f];
-    all.iter().all(|z| z.re.is_finite() && z.im.is_finite()).then_some(f)
+    let slip = (h.slides == 1).then(|| Slip::new(((x - at.x_f) / at.x_0).acos(), h.duration));
+    all.iter().all(|z| z.re.is_finite() && z.im.is_finite()).then_some((f, slip))
 }

@@ -42,7 +42,8 @@ pub(crate) fn physical(
     ]
 }
 
-/// Factor to metres or radians, and whether the unit is an angle; `None` for what is no length.
+/// Factor to metres or radians (of a rate or an acceleration, to those a second), and whether the
+/// unit is an angle; `None` for what is neither.
 fn length_in_metres(unit: &str) -> (Option<f64>, bool) {
     match unit.split(['/', ' ', '·']).next().unwrap_or("") {
         "m" => (Some(1.0), false),
@@ -51,6 +52,7 @@ fn length_in_metres(unit: &str) -> (Option<f64>, bool) {
         "µm" | "um" | "μm" => (Some(1e-6), false),
         "nm" => (Some(1e-9), false),
         "pm" => (Some(1e-12), false),
+        "g" => (Some(9.806_65), false),
         "rad" => (Some(1.0), true),
         "mrad" => (Some(1e-3), true),
         "deg" | "°" => (Some(PI / 180.0), true),

@@ -1,0 +1,147 @@
+//! Points of one curve as the sums want them.
+
+use super::{Curve, Response};
+use crate::steady::Phasor;
+use std::f64::consts::TAU;
+
+/// Points by rising frequency.
+#[derive(Debug, Clone, PartialEq)]
+pub(crate) struct Block {
+    pub(crate) omega: Vec<f64>,
+    /// Real when there is no phase.
+    pub(crate) data: Vec<Phasor>,
+    pub(crate) complex: bool,
+    /// One over the variance of a point (of a quadrature), in units of the block's own.
+    pub(crate) precision: Vec<f64>,
+    /// What the sums use: precision, zero for points left out, corrected for Rice's noise.
+    pub(crate) weight: Vec<f64>,
+    /// Drive level over its mean.
+    pub(crate) drive: Vec<f64>,
+    /// Place in the order of measurement.
+    pub(crate) index: Vec<usize>,
+    /// Variance of a quadrature at precision 1, for amplitudes; zero: none assumed.
+    pub(crate) rice: f64,
+}
+
+impl Block {
+    pub(crate) fn new(curve: &Curve) -> Self {
+        let f = curve.frequency_hz();
+        let mut index: Vec<usize> = (0..curve.len()).collect();
+        index.sort_by(|&a, &b| f[a].total_cmp(&f[b]));
+        let data = index
+            .iter()
+            .map(|&i| match curve.response() {
+                Response::Amplitude(a) => Phasor::new(a[i], 0.0),
+                Response::Complex(z) => z[i],
+            })
+            .collect();
+        let mean = |v: &[f64]| v.iter().sum::<f64>() / v.len() as f64;
+        let drive = match curve.drive() {
+            Some(d) => index.iter().map(|&i| d[i] / mean(d)).collect(),
+            None => vec![1.0; index.len()],
+        };
+        let precision: Vec<f64> = match curve.std_error() {
+            Some(s) => {
+                let typical = mean(&s.iter().map(|s| s.ln()).collect::<Vec<_>>()).exp();
+                index.iter().map(|&i| (typical / s[i]).powi(2)).collect()
+            }
+            None => vec![1.0; index.len()],
+        };
+        Self {
+            omega: index.iter().map(|&i| TAU * f[i]).collect(),
+            data,
+            complex: curve.is_complex(),
+            weight: precision.clone(),
+            precision,
+            drive,
+            index,
+            rice: 0.0,
+        }
+    }
+
+    pub(crate) fn len(&self) -> usize {
+        self.omega.len()
+    }
+
+    /// Means of so many neighbours; what is lost is their curvature within a group.
+    pub(crate) fn grouped(&self, size: usize) -> Self {
+        let n = self.len().div_ceil(size);
+        let groups = (0..n).map(|g| g * size..((g + 1) * size).min(self.len()));
+        let mut out = Self {
+            omega: Vec::with_capacity(n),
+            data: Vec::with_capacity(n),
+            precision: Vec::with_capacity(n),
+            drive: Vec::with_capacity(n),
+            index: Vec::with_capacity(n),
+            weight: Vec::new(),
+            ..*self
+        };
+        for g in groups {
+            let total: f64 = self.precision[g.clone()].iter().sum();
+            let mean = |v: &[f64]| g.clone().map(|i| self.precision[i] * v[i]).sum::<f64>() / total;
+            out.omega.push(mean(&self.omega));
+            out.drive.push(mean(&self.drive));
+            out.data.push(g.clone().map(|i| self.data[i] * self.precision[i]).sum::<Phasor>() / total);
+            out.precision.push(total);
+            out.index.push(self.index[g.start]);
+        }
+        out.weight = out.precision.clone();
+        out
+    }
+
+    /// Numbers measured at points in use.
+    pub(crate) fn observations(&self) -> f64 {
+        let points = self.weight.iter().filter(|w| **w > 0.0).count() as f64;
+        if self.complex { 2.0 * points } else { points }
+    }
+
+    pub(crate) fn amplitude(&self, i: usize) -> f64 {
+        if !self.complex {
+            return self.data[i].re;
+        }
+        let square = self.data[i].norm_sqr();
+        // Cheaper than the way that no square overflows.
+        if square > 1e-280 && square < 1e280 { square.sqrt() } else { self.data[i].norm() }
+    }
+
+    /// Measured at point `i`, less what the model says.
+    pub(crate) fn less(&self, i: usize, model: Phasor) -> Phasor {
+        if self.complex {
+            self.data[i] - model
+        } else {
+            Phasor::new(self.data[i].re - self.read(model.norm(), i), 0.0)
+        }
+    }
+
+    pub(crate) fn highest(&self) -> f64 {
+        (0..self.len()).map(|i| self.amplitude(i)).fold(0.0, f64::max)
+    }
+
+    /// Square of what an amplitude of size `m` reads on average under noise in both
+    /// quadratures, over the variance `v` of one, less `m²/v`: Rice's mean to 0.1 %.
+    #[inline(always)]
+    fn rice_excess(&self, m_squared: f64, v: f64) -> f64 {
+        let a = m_squared / v;
+        1.0 + (std::f64::consts::FRAC_PI_2 - 1.0) / (1.0 + a * (0.4 + 0.05 * a))
+    }
+
+    /// Variance of a quadrature at point `i`.
+    #[inline(always)]
+    pub(crate) fn rice_at(&self, i: usize) -> f64 {
+        self.rice / self.precision[i]
+    }
+
+    /// What is read where the true amplitude is `m`.
+    #[inline(always)]
+    pub(crate) fn read(&self, m: f64, i: usize) -> f64 {
+        let v = self.rice_at(i);
+        if v > 0.0 { (m * m + v * self.rice_excess(m * m, v)).sqrt() } else { m }
+    }
+
+    /// Weight that goes with it: the variance falls where the amplitude drowns.
+    pub(crate) fn rice_weight(&self, m: f64, i: usize) -> f64 {
+        let v = self.rice_at(i);
+        let share = if v > 0.0 { 2.0 - self.rice_excess(m * m, v) } else { 1.0 };
+        self.precision[i] / share
+    }
+}

@@ -1,0 +1,173 @@
+//! The closed form with two turns a cycle at one frequency, with its derivatives: straight
+//! through, so that a loop over it becomes vector instructions.
+
+use super::Phasor;
+use super::fundamental::Point;
+use std::f64::consts::PI;
+
+pub(super) const KAPPA: f64 = 4.0 / PI;
+
+/// What [`closed_form`] brings; no number where the root has no value.
+#[derive(Debug, Clone, Copy)]
+pub(crate) struct Closed {
+    pub(crate) value: Phasor,
+    /// By `omega_0`, `delta`, `x_0`, `x_F`.
+    pub(crate) by: [Phasor; 4],
+    pub(super) p: f64,
+    pub(super) q: f64,
+    /// `G x_F`.
+    pub(super) g_x: f64,
+    pub(super) omega_d: f64,
+    pub(super) d: Phasor,
+}
+
+/// What is asked of the angle `pi (omega - omega_d)/(2 omega)` and the decay `pi delta/(2 omega)`.
+#[derive(Debug, Clone, Copy)]
+pub(crate) struct Halves {
+    /// Sine and cosine, either sign for both.
+    pub(crate) sin: f64,
+    pub(crate) cos: f64,
+    /// Hyperbolic sine.
+    pub(crate) sinh: f64,
+}
+
+/// `(omega - omega_d)/omega`, in units of which half a turn is the angle of [`Halves`].
+#[inline(always)]
+pub(crate) fn excess(at: &Point) -> f64 {
+    let omega_d = ((at.omega_0 - at.delta) * (at.omega_0 + at.delta)).sqrt();
+    (at.detuning + at.delta * at.delta / (at.omega_0 + omega_d)) / at.omega
+}
+
+/// ```text
+/// Z = x_0/D - i (4/pi) (x_F/x_0) (D*/D) (p + i q),   q = H x_F,   p = sqrt((x_0/|D|)² - q²)
+/// ```
+#[inline(always)]
+pub(crate) fn closed_form(at: &Point, halves: Halves) -> Closed {
+    let Point { omega, omega_0, detuning, delta, x_0, x_f } = *at;
+    let Halves { sin: h, cos: k, sinh: g } = halves;
+    let one_over_omega = 1.0 / omega;
+    let omega_d = ((omega_0 - delta) * (omega_0 + delta)).sqrt();
+    let over_d = 1.0 / omega_d;
+    let over_0 = 1.0 / omega_0;
+    let (sin, cos) = (2.0 * h * k, 1.0 - 2.0 * h * h);
+    let sinh = 2.0 * g * (1.0 + g * g).sqrt();
+    let over_n = 0.5 / (g * g + h * h);
+    let front = omega_0 * omega_0 * one_over_omega * over_d;
+    let hh = front * sin * over_n;
+    // d/d(omega_0) and d/d(delta): omega_d moves by omega_0/omega_d and -delta/omega_d.
+    let (wd_0, wd_1) = (omega_0 * over_d, -delta * over_d);
+    let (e_0, e_1) = (-PI * wd_0 * one_over_omega, -PI * wd_1 * one_over_omega);
+    let part = front * over_n;
+    let n_0 = sin * e_0;
+    let n_1 = sin * e_1 + sinh * (PI * one_over_omega);
+    let h_0 = hh * (2.0 * over_0 - wd_0 * over_d - n_0 * over_n) + part * cos * e_0;
+    let h_1 = hh * (-wd_1 * over_d - n_1 * over_n) + part * cos * e_1;
+
+    let over_2 = over_0 * over_0;
+    let d = Phasor::new(-detuning * (omega_0 + omega) * over_2, 2.0 * delta * omega * over_2);
+    let d_0 = Phasor::new(2.0 * omega * omega * over_2 * over_0, -2.0 * d.im * over_0);
+    let d_1 = 2.0 * omega * over_2;
+    let c_squared = 1.0 / d.norm_sqr();
+    let c = d.conj() * c_squared;
+    let minus_c2 = -(c * c);
+    let (c_0, c_1) = (minus_c2 * d_0, minus_c2 * Phasor::new(0.0, d_1));
+    let turn = d.conj() * c;
+    let turn_0 = d_0.conj() * c + d.conj() * c_0;
+    let turn_1 = Phasor::new(0.0, -d_1) * c + d.conj() * c_1;
+
+    let q = hh * x_f;
+    let (q_0, q_1) = (h_0 * x_f, h_1 * x_f);
+    let square = x_0 * x_0;
+    let p = (square * c_squared - q * q).sqrt();
+    let over_p = 1.0 / p;
+    let by_c = square * over_p;
+    let p_0 = by_c * (c.re * c_0.re + c.im * c_0.im) - q * q_0 * over_p;
+    let p_1 = by_c * (c.re * c_1.re + c.im * c_1.im) - q * q_1 * over_p;
+    let p_3 = -q * hh * over_p;
+
+    // -i (p + i q) = q - i p.
+    let over_x_0 = 1.0 / x_0;
+    let ratio = KAPPA * x_f * over_x_0;
+    let w = Phasor::new(q, -p);
+    let tw = turn * w;
+    let value = c * x_0 + tw * ratio;
+    let by_x_f = tw * (KAPPA * over_x_0) + turn * Phasor::new(hh, -p_3) * ratio;
+    Closed {
+        value,
+        by: [
+            c_0 * x_0 + (turn_0 * w + turn * Phasor::new(q_0, -p_0)) * ratio,
+            c_1 * x_0 + (turn_1 * w + turn * Phasor::new(q_1, -p_1)) * ratio,
+            // Drive and friction together only change the scale.
+            (value - by_x_f * x_f) * over_x_0,
+            by_x_f,
+        ],
+        p,
+        q,
+        g_x: (sinh - delta * over_d * sin) * over_n * x_f,
+        omega_d,
+        d,
+    }
+}
+
+impl Closed {
+    /// What the drive exceeds spring and friction by at the turn; the mass, just turned, moves
+    /// on at once where this is not negative. No number where there is no turn.
+    #[inline(always)]
+    pub(crate) fn push(&self, x_f: f64) -> f64 {
+        let amplitude = self.p - self.g_x;
+        let push = amplitude - x_f - (self.p * self.d.re + self.q * self.d.im);
+        if amplitude > 0.0 { push } else { f64::NAN }
+    }
+
+    /// At least zero where the closed form has a value at all.
+    #[inline(always)]
+    pub(crate) fn turned(&self) -> f64 {
+        if self.p > 0.0 { self.p } else { f64::NAN }
+    }
+
+    pub(super) fn turn_amplitude(&self) -> f64 {
+        self.p - self.g_x
+    }
+}
+
+/// Above this frequency, over `omega_0`, a mass that moves on keeps its direction for half a cycle
+/// (Den Hartog: only a drive much slower than the oscillator makes it turn on the way).
+pub(crate) const NEVER_TURNS: f64 = 0.75;
+
+/// Whether it keeps its direction below that frequency as well.
+pub(super) fn keeps_direction(at: &Point, t: &Closed) -> bool {
+    let (w, delta, omega) = (t.omega_d, at.delta, at.omega);
+    let a = -at.x_f - t.g_x;
+    let b = (delta * a - omega * t.q) / w;
+    let steps = (32.0 * at.omega_0 / omega).clamp(32.0, 4096.0) as u32;
+    let h = PI / omega / f64::from(steps);
+    // v = Im of one phasor that turns plus Re of one that turns and fades.
+    let steady = Phasor::new(-omega * t.p, omega * t.q);
+    let free = Phasor::new(w * b - delta * a, -(w * a + delta * b));
+    let mut walk = Walk::new([omega, w, delta], h, steady, free);
+    (1..steps).all(|_| walk.step() < 0.0)
+}
+
+/// `Im(s e^(i omega u)) + Re(f e^(-(delta + i w) u))` at even steps of `u`.
+#[derive(Debug, Clone, Copy)]
+pub(super) struct Walk {
+    steady: Phasor,
+    free: Phasor,
+    turn: Phasor,
+    fade: Phasor,
+}
+
+impl Walk {
+    pub(super) fn new([omega, w, delta]: [f64; 3], h: f64, steady: Phasor, free: Phasor) -> Self {
+        let fade = Phasor::from_polar((-delta * h).exp(), -w * h);
+        Self { steady, free, turn: Phasor::from_polar(1.0, omega * h), fade }
+    }
+
+    /// One step on, and the value there.
+    #[inline]
+    pub(super) fn step(&mut self) -> f64 {
+        self.steady *= self.turn;
+        self.free *= self.fade;
+        self.steady.im + self.free.re
+    }
+}
