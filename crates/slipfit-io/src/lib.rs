@@ -89,7 +89,7 @@ pub fn read(path: impl AsRef<Path>, options: &ReadOptions) -> Result<Reading, Re
 ///
 /// ```
 /// # let file = std::env::temp_dir().join(format!("watched-{}.csv", std::process::id()));
-/// # std::fs::write(&file, "t (s),x (m)\n0,0.1\n1,0.7\n2,0.2\n")?;
+/// # std::fs::write(&file, "t (s),x (m)\n0,3\n1,-2\n2,3\n3,-2\n4,2\n5,-1\n6,1\n7,-1\n8,0\n")?;
 /// let mut seen = 0;
 /// let reading = slipfit_io::read_watched(&file, &Default::default(), &mut |bytes| seen = bytes)?;
 /// assert_eq!(seen, reading.report.bytes);

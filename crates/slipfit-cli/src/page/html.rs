@@ -159,3 +159,74 @@ fn reproduce(page: &mut String, document: &Document<'_>) {
         escape(&crate::version::long())
     );
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::command::ringdown::by_hand;
+    use slipfit::ringdown::Answer;
+
+    fn page(change: impl FnOnce(&mut Answer)) -> String {
+        by_hand(change, |analysed| html(&crate::page::ringdown(analysed)))
+    }
+
+    /// Whether it is well-formed, which every browser then reads alike.
+    fn whole(page: &str) -> bool {
+        let mut reader = quick_xml::Reader::from_str(page);
+        loop {
+            match reader.read_event() {
+                Ok(quick_xml::events::Event::Eof) => return true,
+                Ok(_) => {}
+                Err(_) => return false,
+            }
+        }
+    }
+
+    #[test]
+    fn numbers_that_are_none_still_make_a_page() {
+        type Change = fn(&mut Answer);
+        let changes: [Change; 4] = [
+            |_| (),
+            |a| {
+                for p in &mut a.parameters {
+                    p.quantity.std_error = f64::NAN;
+                    p.quantity.interval_95 = [f64::NEG_INFINITY, f64::INFINITY];
+                }
+            },
+            |a| {
+                a.parameters.clear();
+                a.comparison.clear();
+                a.envelope.clear();
+                a.loss.clear();
+            },
+            |a| {
+                a.comparison.iter_mut().for_each(|c| (c.rms, c.delta_bic) = (f64::NAN, f64::INFINITY));
+                a.diagnostics.noise_rms = f64::NAN;
+            },
+        ];
+        for change in changes {
+            let page = page(change);
+            assert!(whole(&page), "{page:.2000}");
+            for figure in page.split("<figure>").skip(1) {
+                let figure = figure.split("</figure>").next().unwrap_or_default();
+                assert!(!figure.contains("NaN") && !figure.contains("inf"), "{figure:.2000}");
+            }
+        }
+    }
+
+    #[test]
+    fn the_row_reported_is_marked() {
+        let page = page(|_| ());
+        let chosen = page.split("<tr class=\"chosen\">").nth(1).unwrap();
+        assert!(chosen.starts_with("<td>viscous+sliding</td>"), "{chosen:.200}");
+        assert_eq!(page.matches("class=\"chosen\"").count(), 1);
+    }
+
+    #[test]
+    fn a_page_without_a_script_lacks_nothing_but_haste() {
+        // Every value the script shows under the pointer is in the page for eyes without it.
+        let page = page(|_| ());
+        let told = page.matches("<title>time ").count() + page.matches("<title>amplitude ").count();
+        assert!(told > 30, "{told}");
+    }
+}

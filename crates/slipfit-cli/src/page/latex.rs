@@ -28,8 +28,8 @@ pub(crate) fn latex(document: &Document<'_>) -> String {
         }
         text += "\\hline\n\\end{tabular}\n";
     }
-    for table in &document.tables {
-        text.push('\n');
+    for (i, table) in document.tables.iter().enumerate() {
+        text += if i == 0 && document.parameters.is_empty() { "\n" } else { "\n\\bigskip\n\n" };
         text += &one(table);
     }
     text

@@ -36,7 +36,7 @@ const HALF_CYCLE: Step = step(
 const OFFSET: Step = step(
     "The same as an envelope",
     "|X_n| + C = e^{−nδT} (|X_0| + C),   C = x_F coth(πδ/2ω_d)",
-    "Eq. (16) of the paper prints the leading order of C, 4F/(πγω_0), which is low by π²/48Q²: 5 % at Q = 2.",
+    "Eq. (16) of the paper prints the leading order of C, 4F/(πγω_0), which is low by (π²/48 − 1/8)/Q²: 2 % at Q = 2.",
 );
 const AVERAGED: Step = step(
     "Amplitude law with all three losses",

@@ -143,7 +143,7 @@ pub(crate) fn significant(value: f64, digits: usize) -> String {
     }
     let decade = value.abs().log10().floor() as i64;
     if !(-5..7).contains(&decade) {
-        return format!("{value:.*e}", digits - 1);
+        return plain(value, digits as i32, "");
     }
     format!("{value:.*}", (digits as i64 - 1 - decade).max(0) as usize)
 }
@@ -157,7 +157,7 @@ mod tests {
         assert_eq!(significant(0.031_234, 3), "0.0312");
         assert_eq!(significant(1234.5, 3), "1234");
         assert_eq!(significant(0.0, 3), "0");
-        assert_eq!(significant(1e-9, 3), "1.00e-9");
+        assert_eq!(significant(1.234e-9, 3), "1.23×10⁻⁹");
         assert_eq!(significant(f64::NAN, 3), "?");
     }
 

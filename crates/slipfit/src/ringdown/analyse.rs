@@ -26,7 +26,7 @@ use std::f64::consts::TAU;
 ///
 /// The paper's eq. (16) has the leading order `C = 4F/(pi gamma omega_0)` of it
 /// (Vitorino, Vieira and Rodrigues, *Effect of sliding friction in harmonic
-/// oscillators*), short by 5 % at Q = 2. Where frequency or phase wander more
+/// oscillators*), short by 2 % at Q = 2. Where frequency or phase wander more
 /// than the exact motion allows, the amplitudes of short stretches are fitted
 /// instead, phase left free.
 ///

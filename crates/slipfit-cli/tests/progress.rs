@@ -1,0 +1,49 @@
+//! A bar while a large file is read: for eyes at a terminal, for nobody else.
+#![allow(clippy::unwrap_used, reason = "a failed unwrap fails the test, as it should")]
+
+mod common;
+
+use common::slipfit;
+use std::fmt::Write as _;
+use std::process::Command;
+use tempfile::TempDir;
+
+/// A record of some 34 MB.
+fn large() -> TempDir {
+    let folder = tempfile::tempdir().unwrap();
+    let mut text = String::from("t (s),x (rad)\n");
+    for i in 0..1_900_000 {
+        let t = 1e-4 * f64::from(i);
+        // The table repeats: making it must not take longer than reading it.
+        let phase = f64::from(i % 7850) * std::f64::consts::TAU / 7850.0;
+        writeln!(text, "{t:.4},{:.6}", 0.3 * (-0.02 * t).exp() * phase.cos()).unwrap();
+    }
+    assert!(text.len() > 32 << 20);
+    std::fs::write(folder.path().join("large.csv"), text).unwrap();
+    folder
+}
+
+#[test]
+fn a_large_file_has_a_bar_on_a_terminal_and_nowhere_else() {
+    let folder = large();
+    let output = slipfit().current_dir(folder.path()).args(["ringdown", "large.csv"]).output().unwrap();
+    assert!(output.status.success());
+    let said = String::from_utf8(output.stderr).unwrap();
+    assert!(said.lines().all(|line| line.starts_with("warning:")), "{said}");
+    let on_a_terminal = |flags: &str| {
+        let command =
+            format!("{} ringdown large.csv {flags}", assert_cmd::cargo::cargo_bin!("slipfit").display());
+        let mut script = Command::new("script");
+        script.current_dir(folder.path()).args(["-qec", &command, "/dev/null"]);
+        // Other systems have another script, or none.
+        let output = script.output().ok().filter(|_| cfg!(target_os = "linux"))?;
+        Some(String::from_utf8_lossy(&output.stdout).into_owned())
+    };
+    if let Some(seen) = on_a_terminal("") {
+        assert!(seen.contains(" MiB, ") && seen.contains(" left"), "{seen:.400}");
+        assert!(seen.contains("decay rate"), "the report follows: {seen:.400}");
+    }
+    if let Some(seen) = on_a_terminal("--quiet") {
+        assert_eq!(seen, "");
+    }
+}
