@@ -204,7 +204,9 @@ fn codes(answer: &Value) -> Vec<String> {
 fn odd_curves_are_told() {
     let folder = tempfile::tempdir().unwrap();
     let two = write(&folder, "two.csv", &lorentzian(&[(9.6, 1.0), (10.4, 0.8)], 201, None));
-    assert!(codes(&json(&["resonance", "--model", "leading"], &two)).contains(&"second_peak".to_owned()));
+    assert!(codes(&json(&["resonance"], &two)).contains(&"second_peak".to_owned()));
+    let flank = write(&folder, "flank.csv", &lorentzian(&[(8.9, 1.0)], 101, Some(1.0)));
+    assert!(codes(&json(&["resonance"], &flank)).contains(&"one_flank".to_owned()));
     let turned = write(&folder, "turned.csv", &lorentzian(&[(10.0, 1.0)], 101, Some(-1.0)));
     assert!(codes(&json(&["resonance"], &turned)).contains(&"phase_sign".to_owned()));
     let zero = lorentzian(&[(10.0, 1.0)], 101, Some(1.0)) + "0,0.01,0\n";
