@@ -245,7 +245,9 @@ fn quick<const FUSED: bool>(point: &Point) -> (Closed, f64) {
     let over_omega = 1.0 / point.omega;
     let decay = point.delta * over_omega;
     let (sin, cos) = trig::quarter_turns::<FUSED>(excess(point) * over_omega);
-    let halves = Halves { sin, cos, sinh: trig::small_sinh::<FUSED>(FRAC_PI_2 * decay) };
+    let angle = FRAC_PI_2 * decay;
+    let (sinh, cosh) = (trig::small_sinh::<FUSED>(angle), trig::small_cosh::<FUSED>(angle));
+    let halves = Halves { sin, cos, sinh, cosh };
     let c = closed_form(point, over_omega, halves);
     let series = decay.abs() <= 1.0;
     // Without friction below zero there is a motion whatever the turn looks like.
