@@ -31,6 +31,9 @@ pub(crate) fn show(text: &str) {
 const HEAD: &str = "| Q | share | dB | samples | cycles | δ bias | δ spread | δ covered | x_F bias | x_F spread | \
                     x_F covered | sliding claimed | misses |\n|---|---|---|---|---|---|---|---|---|---|---|---|---|\n";
 
+const REST: &str = "The bound is that of the samples up to the stop; where the place of rest tells which swing was \
+                    the last, the spread falls below it.\n\n";
+
 pub(crate) fn markdown(rows: &[(Cell, Option<Outcome>)], seeds: u64) -> String {
     let mut text = format!(
         "# Bias, spread and coverage\n\nMade by `cargo xtask statistics --write`, {seeds} seeds a cell. Exact decays \
@@ -98,7 +101,8 @@ pub(crate) fn markdown(rows: &[(Cell, Option<Outcome>)], seeds: u64) -> String {
     let mut last = None;
     for (cell, outcome) in rows.iter().filter(|r| r.0.nuisance != Nuisance::None) {
         if last != Some(cell.nuisance) {
-            let _ = write!(text, "\n### {}\n\n{HEAD}", cell.nuisance.name());
+            let note = if cell.nuisance == Nuisance::Rest { REST } else { "" };
+            let _ = write!(text, "\n### {}\n\n{note}{HEAD}", cell.nuisance.name());
             last = Some(cell.nuisance);
         }
         line(&mut text, cell, outcome);
