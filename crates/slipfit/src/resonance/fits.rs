@@ -74,7 +74,7 @@ impl Others {
 }
 
 /// A term is taken up unasked only when it lowers the BIC by this much.
-const TAKEN_UP: f64 = 12.0;
+const TAKEN_UP: f64 = 14.0;
 
 /// Fits everything; phases that fit no resonance while the amplitudes do are left aside.
 pub(crate) fn describe(main: Block, reference: Option<Block>, options: &Options) -> Result<Described, Error> {
@@ -211,9 +211,8 @@ fn describe_as(
             return Ok(described);
         }
     }
-    if let (Some(block), Some(r)) = (&block, &reference_start) {
+    if let Some(r) = &reference_start {
         problem.reference_weight = (sigma2 / r[COUNT]).clamp(1e-12, 1e12);
-        let _ = block;
     }
     problem.reference = block;
     if let Some(drive) = options.drive_amplitude.filter(|d| d.std_error > 0.0) {
@@ -229,6 +228,22 @@ fn describe_as(
 
     // Amplitudes carry Rice's noise; its size comes from the residuals.
     let mut fit = best(&problem, &starts, &full).unwrap_or(first);
+    // Without the reference the shape alone may have ended elsewhere, its residuals no measure of
+    // the noise: beside the reference they are.
+    if let Some(r) = &reference_start {
+        for _ in 0..3 {
+            let alone = Problem { reference: None, ..problem.clone() };
+            let free = (alone.observations() - own.len() as f64).max(1.0);
+            let Some(left) = rss(&alone, &fit.parameters, f64::INFINITY) else { break };
+            let weight = (left / free / r[COUNT]).clamp(1e-12, 1e12);
+            if (weight / problem.reference_weight).ln().abs() < 0.2 {
+                break;
+            }
+            problem.reference_weight = weight;
+            let Some(f) = best(&problem, &[fit.parameters.clone()], &full) else { break };
+            fit = f;
+        }
+    }
     if !complex {
         for _ in 0..2 {
             let v = variance(&fit, &problem);
