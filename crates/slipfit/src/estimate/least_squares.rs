@@ -101,6 +101,19 @@ pub(crate) fn minimise_until(
     tolerance: f64,
     take_last: bool,
 ) -> Option<Fit> {
+    let (parameters, sums, converged) = descend(problem, start, free, tolerance, take_last)?;
+    let unit_covariance = invert(&sums, free, problem.parameters())?;
+    Some(Fit { parameters, unit_covariance, rss: sums.rss, free: free.to_vec(), converged })
+}
+
+/// [`minimise_until`] without a covariance: parameters, the sums there, and whether it converged.
+pub(crate) fn descend(
+    problem: &dyn LeastSquares,
+    start: &[f64],
+    free: &[usize],
+    tolerance: f64,
+    take_last: bool,
+) -> Option<(Vec<f64>, Normal, bool)> {
     let p = problem.parameters();
     let mut best = start.to_vec();
     let mut sums = Normal::zeros(p);
@@ -154,8 +167,7 @@ pub(crate) fn minimise_until(
             }
         }
     }
-    let unit_covariance = invert(&sums, free, p)?;
-    Some(Fit { parameters: best, unit_covariance, rss: sums.rss, free: free.to_vec(), converged })
+    Some((best, sums, converged))
 }
 
 /// Solves `(JᵀJ + damping diag) step = Jᵀr` in scaled variables; also the decrease of rss it promises.

@@ -27,7 +27,9 @@ impl Block {
     pub(crate) fn new(curve: &Curve) -> Self {
         let f = curve.frequency_hz();
         let mut index: Vec<usize> = (0..curve.len()).collect();
-        index.sort_by(|&a, &b| f[a].total_cmp(&f[b]));
+        if !f.is_sorted() {
+            index.sort_by(|&a, &b| f[a].total_cmp(&f[b]));
+        }
         let data = index
             .iter()
             .map(|&i| match curve.response() {
@@ -106,7 +108,17 @@ impl Block {
 
     /// All of them.
     pub(crate) fn amplitudes(&self) -> Vec<f64> {
-        (0..self.len()).map(|i| self.amplitude(i)).collect()
+        if !self.complex {
+            return self.data.iter().map(|z| z.re).collect();
+        }
+        let mut all: Vec<f64> = self.data.iter().map(Phasor::norm_sqr).collect();
+        let plain = all.iter().fold(true, |plain, s| plain & (*s > 1e-280) & (*s < 1e280));
+        if plain {
+            all.iter_mut().for_each(|s| *s = s.sqrt());
+        } else {
+            all.iter_mut().zip(&self.data).for_each(|(s, z)| *s = z.norm());
+        }
+        all
     }
 
     /// Every so manieth point.

@@ -5,7 +5,7 @@ use super::fits::{best, starts};
 use super::problem::{DELTA, OMEGA, PHASE, Problem, X_0, X_F};
 use super::{Curve, Method, look, start};
 use crate::Error;
-use crate::estimate::least_squares::{LeastSquares, minimise_until};
+use crate::estimate::least_squares::{LeastSquares, descend, minimise_until};
 use std::f64::consts::TAU;
 
 /// The exact response fitted to a curve; standard errors from white residuals, limits lifted.
@@ -101,7 +101,7 @@ pub fn fit(curve: &Curve, drive_amplitude: Option<f64>) -> Result<CurveFit, Erro
         let mut start = start::of(&s, drive_amplitude);
         if let Some(few) = few {
             let few = Problem { main: few, used: problem.used.clone(), reference: None, ..problem };
-            start = minimise_until(&few, &start, &free, ROUGH, true)?.parameters;
+            start = descend(&few, &start, &free, ROUGH, true)?.0;
         }
         minimise_until(&problem, &start, &free, CLOSE, true).filter(|f| f.converged)
     });

@@ -301,7 +301,7 @@ mod tests {
     use super::*;
 
     fn problem(complex: bool, used: Vec<usize>, ratio: bool) -> Problem {
-        let f: Vec<f64> = (0..31).map(|i| 0.8 + 0.0131 * f64::from(i)).collect();
+        let f: Vec<f64> = (0..71).map(|i| 0.8 + 0.0056 * f64::from(i)).collect();
         let z: Vec<Phasor> =
             f.iter().map(|f| Phasor::from_polar(1.0 / (0.1 + (f - 1.0).abs()), -2.0 * f)).collect();
         let block = |factor: f64| {

@@ -180,6 +180,41 @@ fn single(
 impl Points {
     #[inline(always)]
     fn gather(&mut self, b: &Block, at: &Setting, from: usize) -> usize {
+        let whole = from..from + PIECE;
+        let all = b.weight.get(whole.clone()).is_some_and(|w| w.iter().fold(true, |all, w| all & (*w > 0.0)));
+        let next = if all {
+            self.whole(b, from);
+            whole.end
+        } else {
+            self.in_use(b, from)
+        };
+        for k in 0..PIECE {
+            self.root[k] = self.root[k].sqrt();
+        }
+        if at.bent {
+            for k in 0..PIECE {
+                let (re, im) = (self.re[k] - at.background.re, self.im[k] - at.background.im);
+                self.guess[k] = if b.complex { (re * re + im * im).sqrt() } else { self.re[k].max(0.0) };
+            }
+        }
+        next
+    }
+
+    /// A piece of which every point is in use.
+    #[inline(always)]
+    fn whole(&mut self, b: &Block, from: usize) {
+        let whole = from..from + PIECE;
+        self.count = PIECE;
+        self.omega.copy_from_slice(&b.omega[whole.clone()]);
+        self.level.copy_from_slice(&b.drive[whole.clone()]);
+        self.root.copy_from_slice(&b.weight[whole.clone()]);
+        for (k, z) in b.data[whole].iter().enumerate() {
+            (self.re[k], self.im[k], self.index[k]) = (z.re, z.im, from + k);
+        }
+    }
+
+    /// The next points in use, and where to go on.
+    fn in_use(&mut self, b: &Block, from: usize) -> usize {
         let mut i = from;
         let mut k = 0;
         while k < PIECE && i < b.len() {
@@ -200,15 +235,6 @@ impl Points {
             self.level[k] = self.level[last];
             (self.re[k], self.im[k], self.root[k]) = (0.0, 0.0, 0.0);
         }
-        for k in 0..PIECE {
-            self.root[k] = self.root[k].sqrt();
-        }
-        if at.bent {
-            for k in 0..PIECE {
-                let (re, im) = (self.re[k] - at.background.re, self.im[k] - at.background.im);
-                self.guess[k] = if b.complex { (re * re + im * im).sqrt() } else { self.re[k].max(0.0) };
-            }
-        }
         i
     }
 }
@@ -219,7 +245,9 @@ fn quick<const FUSED: bool>(point: &Point) -> (Closed, f64) {
     let over_omega = 1.0 / point.omega;
     let decay = point.delta * over_omega;
     let (sin, cos) = trig::quarter_turns::<FUSED>(excess(point) * over_omega);
-    let halves = Halves { sin, cos, sinh: trig::small_sinh::<FUSED>(FRAC_PI_2 * decay) };
+    let angle = FRAC_PI_2 * decay;
+    let (sinh, cosh) = (trig::small_sinh::<FUSED>(angle), trig::small_cosh::<FUSED>(angle));
+    let halves = Halves { sin, cos, sinh, cosh };
     let c = closed_form(point, over_omega, halves);
     let series = decay.abs() <= 1.0;
     // Without friction below zero there is a motion whatever the turn looks like.

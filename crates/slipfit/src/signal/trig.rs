@@ -61,6 +61,14 @@ pub(crate) fn small_sinh<const FUSED: bool>(y: f64) -> f64 {
 
 const HYPERBOLIC_SINE: [f64; 11] = inverse_factorials(1, 2);
 
+/// Hyperbolic cosine for `|y| <= pi/2`, likewise.
+#[inline(always)]
+pub(crate) fn small_cosh<const FUSED: bool>(y: f64) -> f64 {
+    horner::<FUSED, _>(y * y, &HYPERBOLIC_COSINE)
+}
+
+const HYPERBOLIC_COSINE: [f64; 11] = inverse_factorials(0, 2);
+
 /// Coefficients of `sin(r)/r` and `cos(r)` in powers of `r²`, and of `exp(r)` in powers of `r`.
 pub(super) const SINE: [f64; 11] = alternating(inverse_factorials(1, 2));
 pub(super) const COSINE: [f64; 11] = alternating(inverse_factorials(0, 2));
@@ -135,6 +143,7 @@ mod tests {
             assert!((s - x.sin()).abs() < 4e-16 + 1e-25 * x.abs(), "sin {x}");
             assert!((c - x.cos()).abs() < 4e-16 + 1e-25 * x.abs(), "cos {x}");
             assert!((small_sinh::<false>(r) - r.sinh()).abs() <= 1e-15 * r.sinh().abs(), "sinh {r}");
+            assert!((small_cosh::<false>(r) / r.cosh() - 1.0).abs() < 1e-15, "cosh {r}");
             // 20 periods of the pair's product.
             let quarter = r * 25.0;
             let (s, c) = quarter_turns::<false>(quarter);

@@ -27,8 +27,9 @@ pub(crate) struct Halves {
     /// Sine and cosine, either sign for both.
     pub(crate) sin: f64,
     pub(crate) cos: f64,
-    /// Hyperbolic sine.
+    /// Hyperbolic sine and cosine.
     pub(crate) sinh: f64,
+    pub(crate) cosh: f64,
 }
 
 /// `omega - omega_d`: over `omega`, a quarter turn is the angle of [`Halves`].
@@ -44,12 +45,12 @@ pub(crate) fn excess(at: &Point) -> f64 {
 #[inline(always)]
 pub(crate) fn closed_form(at: &Point, over_omega: f64, halves: Halves) -> Closed {
     let Point { omega, omega_0, detuning, delta, x_0, x_f } = *at;
-    let Halves { sin: h, cos: k, sinh: g } = halves;
+    let Halves { sin: h, cos: k, sinh: g, cosh } = halves;
     let omega_d = ((omega_0 - delta) * (omega_0 + delta)).sqrt();
     let over_d = 1.0 / omega_d;
     let over_0 = 1.0 / omega_0;
     let (sin, cos) = (2.0 * h * k, 1.0 - 2.0 * h * h);
-    let sinh = 2.0 * g * (1.0 + g * g).sqrt();
+    let sinh = 2.0 * g * cosh;
     let over_2 = over_0 * over_0;
     let d = Phasor::new(-detuning * (omega_0 + omega) * over_2, 2.0 * delta * omega * over_2);
     // One division for two.

@@ -116,7 +116,8 @@ fn closed_at(at: &Point) -> Option<Closed> {
     let over_omega = 1.0 / at.omega;
     let (sin, cos) = (0.5 * PI * closed::excess(at) * over_omega).sin_cos();
     let sinh = (0.5 * PI * at.delta * over_omega).sinh();
-    let c = closed::closed_form(at, over_omega, Halves { sin, cos, sinh });
+    let cosh = (1.0 + sinh * sinh).sqrt();
+    let c = closed::closed_form(at, over_omega, Halves { sin, cos, sinh, cosh });
     (c.p > 0.0 && c.p.is_finite()).then_some(c)
 }
 
