@@ -40,7 +40,9 @@ pub(super) fn doubts(
     } else if let Some(z) = runs {
         list.push(Warning::RunsDiffer { z });
     }
-    if let Some((omega, relative_height)) = look::second_peak(b, &d.line, noise)
+    // What stands on a pedestal has no height to compare with.
+    if d.line.height > 0.5 * b.highest()
+        && let Some((omega, relative_height)) = look::second_peak(b, &d.line, noise)
         && jump.is_none()
         && hysteresis.is_none()
     {

@@ -97,7 +97,14 @@ fn describe_as(
         return Err(Error::TooFewPoints { points: main.len(), parameters: 4 });
     }
     let noise = look::noise(&main);
-    let (from_phases, mirrored) = match start::linear(&main, &line, true) {
+    let wanted = options.terms;
+    let mut pedestal = look::pedestal(&main, &line).filter(|_| wanted.background != Some(false));
+    if let Some(p) = &pedestal {
+        line = p.line;
+    }
+    let background = wanted.background == Some(true) || pedestal.is_some();
+    let seen = pedestal.as_ref().map_or(&main, |p| &p.without);
+    let (from_phases, mirrored) = match start::linear(seen, &line, true) {
         Some((s, mirrored)) => (Some(s), mirrored),
         None => (None, false),
     };
@@ -107,6 +114,9 @@ fn describe_as(
             main.data.iter_mut().chain(reference.iter_mut().filter(|r| r.complex).flat_map(|r| &mut r.data))
         {
             *z = z.conj();
+        }
+        if let Some(p) = &mut pedestal {
+            p.height = p.height.conj();
         }
     }
     // A dense curve is fitted by the means of neighbours much closer than the line is wide.
@@ -139,12 +149,11 @@ fn describe_as(
     if !fixed {
         others.list.push(X_0);
     }
-    let wanted = options.terms;
     let complex = problem.main.complex;
     if complex && wanted.phase_offset != Some(false) {
         others.list.push(PHASE);
     }
-    if wanted.background == Some(true) {
+    if background {
         others.list.extend([BG_RE, BG_IM]);
     }
     if wanted.delay == Some(true) && complex {
@@ -157,12 +166,12 @@ fn describe_as(
     // The reference alone first: it must be a line by itself, and its noise is its own.
     let mut reference_start = None;
     if let Some(block) = reference {
-        let (block, fit) = reference_alone(block, &problem, wanted.background == Some(true))?;
+        let (block, fit) = reference_alone(block, &problem, background)?;
         others.list.extend([R_OMEGA, R_DELTA]);
         if block.complex && wanted.phase_offset != Some(false) {
             others.list.push(R_PHASE);
         }
-        if wanted.background == Some(true) {
+        if background {
             others.list.extend([R_BG_RE, R_BG_IM]);
         }
         reference_start = Some(fit);
@@ -176,6 +185,9 @@ fn describe_as(
     let known_level = known.or(reference_start.as_ref().map(|f| f[X_0]));
     let mut starts = starts(&problem.main, &line, from_phases, known_level, fixed);
     for s in &mut starts {
+        if let Some(p) = &pedestal {
+            (s[BG_RE], s[BG_IM]) = (p.height.re, p.height.im);
+        }
         if let Some(r) = &reference_start {
             for k in [R_OMEGA, R_DELTA, R_PHASE, R_BG_RE, R_BG_IM] {
                 s[k] = r[k];

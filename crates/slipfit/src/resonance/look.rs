@@ -1,6 +1,7 @@
 //! What a curve looks like before any model: peak, width, noise, jumps, other peaks.
 
 use super::block::Block;
+use crate::steady::Phasor;
 
 /// The main line as read off the points.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -80,6 +81,40 @@ pub(crate) fn line(b: &Block) -> Option<Line> {
     };
     let least = 1e-9 * b.omega[top];
     Some(Line { top, omega, height, half_width: half_width.max(least), sides })
+}
+
+/// A line that stands on more than its own height, as a quartz in liquid on its parallel
+/// capacitance.
+pub(crate) struct Pedestal {
+    /// The points without the straight line between the two ends of the window.
+    pub(crate) without: Block,
+    /// What is seen of the line then.
+    pub(crate) line: Line,
+    /// What was taken off at the line's top.
+    pub(crate) height: Phasor,
+}
+
+/// Looks for a line above the pedestal where the points as they are show none.
+pub(crate) fn pedestal(b: &Block, line: &Line) -> Option<Pedestal> {
+    let n = b.len();
+    if !b.complex || n < 20 || line.sides.iter().all(Option::is_some) {
+        return None;
+    }
+    let end = (n / 50).max(1);
+    let mean = |range: std::ops::Range<usize>| {
+        let count = range.len() as f64;
+        let omega = b.omega[range.clone()].iter().sum::<f64>() / count;
+        (omega, b.data[range].iter().sum::<Phasor>() / count)
+    };
+    let ((from, first), (to, last)) = (mean(0..end), mean(n - end..n));
+    let at = |omega: f64| first + (last - first) * ((omega - from) / (to - from));
+    let data = b.omega.iter().zip(&b.data).map(|(&w, z)| z - at(w)).collect();
+    let without = Block { data, ..b.clone() };
+    let line = self::line(&without)?;
+    // The differences of amplitudes beside the line are all noise once nothing else is left.
+    let seen = line.sides.iter().all(Option::is_some) && line.height > 12.0 * noise(&without);
+    let height = at(line.omega);
+    seen.then_some(Pedestal { without, line, height })
 }
 
 /// The highest other peak: frequency and height over the main one's.

@@ -181,13 +181,29 @@ pub(crate) fn dominant_of(
         let look = wider.as_ref().unwrap_or(look);
         let line = look.strongest(band_hz)?;
         let whole = look.samples >= signal.len() / width;
-        if whole || line.frequency_hz * look.duration >= 8.0 {
+        if line.frequency_hz * look.duration >= 8.0 {
             return Some(line);
+        }
+        if whole {
+            return Some(brief(time, signal, band_hz, &line).unwrap_or(line));
         }
         width *= 8;
         let (t, y) = averaged(time, signal, width);
         wider = Some(Look::at(&t, &y)?);
     }
+}
+
+/// An oscillation over long before the record is: the window has hidden what swings at its very
+/// beginning, and the place of rest is left. Where a part of it swings clearly wider, it counts.
+fn brief(time: &[f64], signal: &[f64], band_hz: Option<[f64; 2]>, line: &Line) -> Option<Line> {
+    let long_enough = |parts: &usize| signal.len() / parts >= 16;
+    [4, 16, 64].into_iter().filter(long_enough).find_map(|parts| {
+        let (from, to) = loudest(signal, signal.len() / parts);
+        let look = Look::at(&time[from..to], &signal[from..to])?;
+        let found = look.strongest(band_hz)?;
+        let cycles = found.frequency_hz * look.duration;
+        (cycles >= 3.0 && found.amplitude > 2.0 * line.amplitude).then_some(found)
+    })
 }
 
 /// The stretch of at most `longest` samples with the highest variance.
@@ -196,9 +212,10 @@ fn loudest(signal: &[f64], longest: usize) -> (usize, usize) {
         return (0, signal.len());
     }
     let hop = longest / 4;
+    let stride = (hop / 64).clamp(1, 8);
     let sums: Vec<[f64; 3]> = signal
         .chunks_exact(hop)
-        .map(|part| part.iter().step_by(8).fold([0.0; 3], |[n, s, q], &v| [n + 1.0, s + v, q + v * v]))
+        .map(|part| part.iter().step_by(stride).fold([0.0; 3], |[n, s, q], &v| [n + 1.0, s + v, q + v * v]))
         .collect();
     let mut best = (0, f64::NEG_INFINITY);
     for (i, four) in sums.windows(4).enumerate() {
@@ -317,6 +334,17 @@ mod tests {
             let y: Vec<f64> = t.iter().map(|t| (TAU * f * t).sin() + 5.0).collect();
             let line = dominant(&t, &y, None).expect("a line");
             assert!((line.frequency_hz / f - 1.0).abs() < 0.02, "{line:?} for {f}");
+        }
+    }
+
+    #[test]
+    fn finds_what_swings_at_the_very_beginning_only() {
+        for seconds in [8.0, 3.0] {
+            let t: Vec<f64> = (0..3000).map(|i| i as f64 * 0.02).collect();
+            let swing = |t: f64| 0.3 * (1.0 - t / seconds).max(0.0) * (TAU * 1.9 * t).cos();
+            let y: Vec<f64> = t.iter().map(|&t| swing(t) + if t > seconds { 0.02 } else { 0.0 }).collect();
+            let line = dominant(&t, &y, None).expect("a line");
+            assert!((line.frequency_hz / 1.9 - 1.0).abs() < 0.1, "{line:?}");
         }
     }
 
