@@ -70,11 +70,15 @@ fn alone(e: &Evidence, term: usize) -> Option<f64> {
     most.is_finite().then_some(most)
 }
 
+/// Where not even a variance can be formed nothing is known.
+fn known_error(std_error: f64) -> f64 {
+    if std_error.is_nan() { f64::INFINITY } else { std_error }
+}
+
 fn bounded_quantity(found: Bounded, present: bool, unit: String) -> Quantity {
     Quantity {
         value: if present { found.estimate.max(0.0) } else { 0.0 },
-        // Where not even a variance can be formed nothing is known.
-        std_error: if found.std_error.is_nan() { f64::INFINITY } else { found.std_error },
+        std_error: known_error(found.std_error),
         interval_95: found.interval.map(|v| v.max(0.0)),
         unbounded_value: found.estimate,
         unit,
@@ -114,7 +118,11 @@ pub(crate) fn parameters(e: &Evidence, chosen: &Entry, omega: f64) -> Vec<Parame
     let sigma = (e.described.scale.variance_of(&chosen.bounded) * e.described.scale.widening).sqrt();
     push(
         "initial_amplitude",
-        Quantity::normal(chosen.bounded.parameters[A0], chosen.bounded.unit_std(A0) * sigma, unit),
+        Quantity::normal(
+            chosen.bounded.parameters[A0],
+            known_error(chosen.bounded.unit_std(A0) * sigma),
+            unit,
+        ),
     );
     if let Some(calibration) = e.options.calibration.filter(|_| known) {
         // A velocity or acceleration record holds omega or omega² times the displacement.

@@ -225,7 +225,7 @@ fn loudest(signal: &[f64], longest: usize) -> (usize, usize) {
             best = (i * hop, variance);
         }
     }
-    (best.0, best.0 + longest)
+    (best.0, (best.0 + longest).min(signal.len()))
 }
 
 /// Lines of at least this amplitude other than the main one, its neighbourhood
