@@ -157,7 +157,7 @@ fn settled() -> impl Strategy<Value = (Oscillator, HarmonicDrive)> {
 }
 
 proptest! {
-    // One motion in some 1e5 may be left aside, not more than three here.
+    // A rare motion may be left aside, not more than three here.
     #![proptest_config(ProptestConfig {
         cases: 300, failure_persistence: None, max_global_rejects: 3, ..ProptestConfig::default()
     })]
@@ -166,7 +166,7 @@ proptest! {
     fn in_an_exact_motion_the_drive_works_exactly_what_is_lost((o, drive) in settled()) {
         let found = solve(&o, &drive);
         // With static friction above the sliding one the event map jumps: a motion that repeats
-        // with the drive need not exist (seen once in some 1e5 draws, at Q of 8000).
+        // with the drive need not exist (seen at a Q of 8000).
         let jumps = o.static_displacement() > o.friction_displacement();
         prop_assume!(!(jumps && matches!(found, Err(slipfit::Error::DoesNotHold { .. }))));
         prop_assert!(found.is_ok(), "{found:?}");
