@@ -156,19 +156,70 @@ fn settled() -> impl Strategy<Value = (Oscillator, HarmonicDrive)> {
     })
 }
 
+/// Whether the exact motion from rest ends up repeating after two to eight cycles and not after one.
+fn settles_to_several_cycles(o: &Oscillator, drive: &HarmonicDrive) -> bool {
+    let tone = Drive::harmonic(drive.amplitude(), drive.omega()).unwrap();
+    let mut motion = Motion::new(o, tone, 0.0, 0.0, 0.0).unwrap();
+    let mut after = |n: u32| motion.state_at(f64::from(8000 + n) * drive.period_s()).unwrap().position;
+    let then = after(0);
+    let first = (1..=8).find(|&n| (after(n) - then).abs() < 1e-9);
+    first.is_some_and(|n| n > 1)
+}
+
+/// Draws whose search from rest ends in no orbit, though there is one: the map over a cycle jumps.
+#[test]
+fn an_orbit_out_of_reach_from_rest_is_found_from_elsewhere() {
+    for (q, omega, beta, ratio) in [
+        (1_207.567_735_436_991, 0.338_688_884_449_387_7, 0.154_610_010_873_875_3, 1.271_086_052_486_754_7),
+        (3.951_406_791_731_078_4, 0.160_393_265_296_958_38, 0.642_215_956_898_669_6, 1.280_834_157_482_826_1),
+        (5_226.911_807_052_796, 0.353_629_214_774_222_27, 0.158_070_031_773_426_66, 1.294_211_232_306_874_8),
+        (20.303_693_479_594_283, 0.221_815_308_062_745_38, 0.410_109_327_982_281_17, 1.239_678_022_382_067_6),
+    ] {
+        let x_f = beta * PI / 4.0;
+        let o = Oscillator::builder()
+            .omega_0(1.0)
+            .q_factor(q)
+            .friction_displacement(x_f)
+            .static_displacement(x_f * ratio)
+            .build()
+            .unwrap();
+        let drive = HarmonicDrive::new(1.0, omega).unwrap();
+        let from_rest = OrbitOptions { start: Some((0.0, 0.0)), ..OrbitOptions::default() };
+        assert!(PeriodicOrbit::find(&o, &drive, from_rest).is_err());
+        let orbit = PeriodicOrbit::find(&o, &drive, OrbitOptions::default()).unwrap();
+        let (x, v) = orbit.start();
+        let tone = Drive::harmonic(1.0, omega).unwrap();
+        let mut motion = Motion::new(&o, tone, 0.0, x, v).unwrap();
+        let s = motion.state_at(drive.period_s()).unwrap();
+        assert!((s.position - x).abs() < 1e-11 && (s.velocity - v).abs() < 1e-11, "{q} {omega}");
+    }
+}
+
+#[test]
+fn a_motion_of_several_cycles_is_told_from_one_that_was_not_found() {
+    let x_f = 0.414_177_308_074_037_1 * PI / 4.0;
+    let o = Oscillator::builder()
+        .omega_0(1.0)
+        .q_factor(16.662_404_280_988_763)
+        .friction_displacement(x_f)
+        .static_displacement(x_f * 1.223_973_468_818_350_1)
+        .build()
+        .unwrap();
+    let drive = HarmonicDrive::new(1.0, 0.198_242_711_705_676_4).unwrap();
+    assert!(settles_to_several_cycles(&o, &drive));
+    let error = solve(&o, &drive).unwrap_err().to_string();
+    assert!(error.contains("only after two cycles"), "{error}");
+}
+
 proptest! {
-    // A rare motion may be left aside, not more than three here.
-    #![proptest_config(ProptestConfig {
-        cases: 300, failure_persistence: None, max_global_rejects: 3, ..ProptestConfig::default()
-    })]
+    #![proptest_config(ProptestConfig { cases: 300, failure_persistence: None, ..ProptestConfig::default() })]
 
     #[test]
     fn in_an_exact_motion_the_drive_works_exactly_what_is_lost((o, drive) in settled()) {
         let found = solve(&o, &drive);
-        // With static friction above the sliding one the event map jumps: a motion that repeats
-        // with the drive need not exist (seen at a Q of 8000).
-        let jumps = o.static_displacement() > o.friction_displacement();
-        prop_assume!(!(jumps && matches!(found, Err(slipfit::Error::DoesNotHold { .. }))));
+        if found.is_err() && settles_to_several_cycles(&o, &drive) {
+            return Ok(());
+        }
         prop_assert!(found.is_ok(), "{found:?}");
         let found = found.unwrap();
         let loss = found.state.loss();
@@ -176,10 +227,6 @@ proptest! {
         prop_assert!(loss.viscous >= 0.0 && loss.sliding >= 0.0 && loss.drag == 0.0);
         prop_assert!((loss.total() - found.state.work()).abs() < 1e-9 * scale * (1.0 + scale), "{:?} {loss:?} {}", found.way, found.state.work());
     }
-}
-
-proptest! {
-    #![proptest_config(ProptestConfig { cases: 300, failure_persistence: None, ..ProptestConfig::default() })]
 
     #[test]
     fn where_the_closed_form_holds_it_solves_its_equation((o, drive) in settled(), at in 0.0..1.0f64) {
