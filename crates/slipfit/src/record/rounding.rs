@@ -33,7 +33,8 @@ impl Shortening {
         match self {
             Self::Fixed(decimals) => 10f64.powi(-decimals),
             Self::Significant(digits) => {
-                let decade = time_s.abs().max(step_s).log10().floor() as i32;
+                // A double has no decade beyond these; a stamp and a step of zero have none at all.
+                let decade = time_s.abs().max(step_s).log10().floor().clamp(-400.0, 400.0) as i32;
                 10f64.powi(decade + 1 - digits)
             }
         }
@@ -115,4 +116,15 @@ fn fit(time_s: &[f64], shortening: Shortening, shift: f64) -> Option<Rebuilt> {
     }
     let clock = Clock::Uniform { start_s, interval_s };
     Some(Rebuilt { clock, quantum_s: coarsest_s, excess_s })
+}
+
+#[cfg(test)]
+mod tests {
+    use super::rebuild;
+
+    #[test]
+    fn stamps_that_end_where_they_began_have_no_clock() {
+        assert!(rebuild(&[0.0, 1.0, 1.0, 0.0]).is_none());
+        assert!(rebuild(&[1e-310, 1e300, 1e-310]).is_none());
+    }
 }
