@@ -29,6 +29,8 @@ const HEAD: usize = 256 << 10;
 const PREVIEW: usize = 8 << 20;
 /// Longest line of a table.
 const LONGEST_LINE: usize = 4 << 20;
+/// Bytes read while those before are turned into numbers.
+const BLOCK: usize = 2 << 20;
 /// Lines from which the dialect is told.
 const HEAD_LINES: usize = 2000;
 
@@ -52,16 +54,23 @@ pub(crate) fn read(
         choice.notes.push(format!("the columns were chosen from the first {} MB", PREVIEW >> 20));
     }
     let mut scan = start(&mut source, size, newline, &layout, &choice);
+    let mut spare = Vec::new();
     loop {
-        let used = scan.lines(source.window(), source.ended());
-        if source.ended() {
-            break;
-        }
-        source.consume(used);
-        if source.window().len() > LONGEST_LINE {
+        let (window, ended) = (source.window(), source.ended());
+        let whole =
+            if ended { window.len() } else { memchr::memrchr(newline, window).map_or(0, |at| at + 1) };
+        if whole == 0 && window.len() > LONGEST_LINE {
+            scan.join();
             return Err(ReadProblem::LineTooLong { row: scan.row + 1, limit: LONGEST_LINE });
         }
-        source.advance().map_err(ReadProblem::Io)?;
+        let taken = source.take(whole, spare);
+        // More than the rest of a long line.
+        let wanted = source.window().len() + BLOCK;
+        scan.block(taken.bytes(), || source.fill(wanted)).map_err(ReadProblem::Io)?;
+        if ended {
+            break;
+        }
+        spare = taken.memory();
     }
     drop(source);
     let samples = scan.samples();

@@ -2,7 +2,7 @@
 
 use std::collections::HashMap;
 
-use memchr::{memchr, memchr_iter, memrchr};
+use memchr::{memchr, memchr_iter, memchr2};
 
 use super::{
     dialect::{self, separator},
@@ -71,12 +71,28 @@ pub(super) struct Scan {
     pub(super) quadrature: Vec<f64>,
     /// Line number of the last line seen.
     pub(super) row: u64,
-    /// Rows that gave a sample.
+    /// Rows that gave a sample, and the line number of the first.
     pub(super) read: u64,
+    first: u64,
     elapsed: f64,
     started: bool,
     pub(super) backwards: Option<Backwards>,
     reasons: HashMap<Reason, Count>,
+    /// What other cores have read behind this.
+    parts: Vec<Scan>,
+}
+
+/// Whole lines in parts of about that many bytes.
+#[cfg(feature = "threads")]
+fn parts(mut bytes: &[u8], newline: u8, most: usize) -> impl Iterator<Item = &[u8]> {
+    std::iter::from_fn(move || {
+        let end = bytes
+            .get(most..)
+            .map_or(bytes.len(), |rest| memchr(newline, rest).map_or(bytes.len(), |at| most + at + 1));
+        let (part, rest) = bytes.split_at(end);
+        bytes = rest;
+        (!part.is_empty()).then_some(part)
+    })
 }
 
 impl Scan {
@@ -98,33 +114,135 @@ impl Scan {
             quadrature: room(plan.quadrature.is_some()),
             row: first_row - 1,
             read: 0,
+            first: 0,
             elapsed: 0.0,
             started: false,
             backwards: None,
             reasons: HashMap::new(),
+            parts: Vec::new(),
             plan,
         }
     }
 
-    /// Reads the whole lines in `bytes`, of the last one also an unfinished
-    /// part if `last`. Returns the bytes used.
-    pub(super) fn lines(&mut self, bytes: &[u8], last: bool) -> usize {
-        let newline = self.plan.newline;
-        let whole = memrchr(newline, bytes).map_or(0, |at| at + 1);
+    /// Reads whole lines, of which the last may lack its end.
+    pub(super) fn lines(&mut self, bytes: &[u8]) {
+        if let (Some(separator), Decimal::Point, false) =
+            (separator(self.plan.delimiter), self.plan.decimal, self.plan.quoted)
+        {
+            return self.separated_lines(bytes, separator);
+        }
         let mut start = 0;
-        for end in memchr_iter(newline, &bytes[..whole]) {
+        for end in memchr_iter(self.plan.newline, bytes) {
             self.line(&bytes[start..end]);
             start = end + 1;
         }
-        if last && whole < bytes.len() {
-            self.line(&bytes[whole..]);
-            return bytes.len();
+        if start < bytes.len() {
+            self.line(&bytes[start..]);
         }
-        whole
+    }
+
+    /// The same where a row of plain numbers ends where its last number does: no line is looked
+    /// through twice.
+    fn separated_lines(&mut self, mut bytes: &[u8], separator: u8) {
+        let newline = self.plan.newline;
+        while !bytes.is_empty() {
+            self.row += 1;
+            let mut values = [0.0; SLOTS];
+            let used = match self.quick_separated(bytes, separator, &mut values) {
+                Some(used) => {
+                    self.push(values);
+                    used
+                }
+                None => {
+                    let end = memchr(newline, bytes).unwrap_or(bytes.len());
+                    self.careful(&bytes[..end]);
+                    end
+                }
+            };
+            bytes = bytes.get(used + 1..).unwrap_or_default();
+        }
+    }
+
+    /// Reads whole lines on all cores and does something else meanwhile.
+    #[cfg(feature = "threads")]
+    pub(super) fn block<T>(&mut self, bytes: &[u8], meanwhile: impl FnOnce() -> T) -> T {
+        /// Less is read before another core has begun.
+        const PART: usize = 128 << 10;
+        // Times that are sums depend on every row before.
+        if bytes.len() < 2 * PART || matches!(self.plan.time, TimePlan::Intervals { .. }) {
+            self.join();
+            self.lines(bytes);
+            return meanwhile();
+        }
+        let mut parts: Vec<(Self, &[u8])> =
+            parts(bytes, self.plan.newline, PART).map(|part| (self.empty(part), part)).collect();
+        let done = rayon::in_place_scope(|scope| {
+            for (scan, part) in &mut parts {
+                scope.spawn(|_| scan.lines(part));
+            }
+            let done = meanwhile();
+            self.join();
+            done
+        });
+        self.parts = parts.into_iter().map(|(scan, _)| scan).collect();
+        done
+    }
+
+    /// Reads whole lines, then does something else.
+    #[cfg(not(feature = "threads"))]
+    pub(super) fn block<T>(&mut self, bytes: &[u8], meanwhile: impl FnOnce() -> T) -> T {
+        self.lines(bytes);
+        meanwhile()
+    }
+
+    /// A scan of the same columns with nothing in it yet, and room for what such a part holds.
+    #[cfg(feature = "threads")]
+    fn empty(&self, part: &[u8]) -> Self {
+        let line = memchr(self.plan.newline, part).map_or(part.len(), |at| at + 1).max(2);
+        Self::new(self.plan.clone(), 1, part.len() / line)
+    }
+
+    /// Puts the parts read last behind the rest.
+    pub(super) fn join(&mut self) {
+        for part in std::mem::take(&mut self.parts) {
+            self.absorb(part);
+        }
+    }
+
+    fn absorb(&mut self, part: Self) {
+        if self.backwards.is_none() {
+            if let (Some(&previous), Some(&next)) = (self.time_s.last(), part.time_s.first())
+                && next < previous
+            {
+                self.backwards = Some(Backwards { row: self.row + part.first, previous, next });
+            } else {
+                self.backwards = part.backwards.map(|b| Backwards { row: self.row + b.row, ..b });
+            }
+        }
+        if self.read == 0 {
+            self.first = self.row + part.first;
+        }
+        let mut reasons: Vec<(Reason, Count)> = part.reasons.into_iter().collect();
+        reasons.sort_by_key(|(_, count)| count.order);
+        for (reason, count) in reasons {
+            let (first_row, order) = (self.row + count.first_row, self.reasons.len());
+            self.reasons.entry(reason).and_modify(|mine| mine.rows += count.rows).or_insert(Count {
+                first_row,
+                order,
+                ..count
+            });
+        }
+        self.time_s.extend_from_slice(&part.time_s);
+        self.signal.extend_from_slice(&part.signal);
+        self.quadrature.extend_from_slice(&part.quadrature);
+        self.row += part.row;
+        self.read += part.read;
+        self.started |= part.started;
     }
 
     /// What was read.
-    pub(super) fn samples(self) -> Samples {
+    pub(super) fn samples(mut self) -> Samples {
+        self.join();
         let skipped = self.skipped();
         Samples {
             time_s: self.time_s,
@@ -168,6 +286,7 @@ impl Scan {
         }
     }
 
+    #[inline(always)]
     fn push(&mut self, values: [f64; SLOTS]) {
         let time_s = match self.plan.time {
             TimePlan::Stamps { seconds, .. } => seconds.of(values[0]),
@@ -181,6 +300,9 @@ impl Scan {
             TimePlan::Rate => f64::NAN,
         };
         self.started = true;
+        if self.read == 0 {
+            self.first = self.row;
+        }
         if self.plan.time != TimePlan::Rate {
             if let Some(&previous) = self.time_s.last()
                 && time_s < previous
@@ -198,43 +320,51 @@ impl Scan {
     }
 
     /// Reads a row of plain numbers; `false` if anything is unusual.
-    #[inline]
     fn quick(&self, line: &[u8], values: &mut [f64; SLOTS]) -> bool {
         if self.plan.quoted {
             return false;
         }
         match (separator(self.plan.delimiter), self.plan.decimal) {
-            (Some(separator), Decimal::Point) => self.quick_separated(line, separator, values),
             (Some(separator), Decimal::Comma) => self.quick_comma(line, separator, values),
             (None, Decimal::Point) => self.quick_blanks(line, values),
-            (None, Decimal::Comma) => false,
+            _ => false,
         }
     }
 
-    fn quick_separated(&self, line: &[u8], separator: u8, values: &mut [f64; SLOTS]) -> bool {
-        let (mut rest, mut column) = (line, 0);
+    /// Reads the first row of plain numbers and gives its length without its newline; `None` if
+    /// anything is unusual.
+    #[inline]
+    fn quick_separated(&self, bytes: &[u8], separator: u8, values: &mut [f64; SLOTS]) -> Option<usize> {
+        let newline = self.plan.newline;
+        // A remark in an unread first cell; one that reads as a number would begin with its mark.
+        if self.wanted[0].0 > 0 && dialect::is_comment(bytes) {
+            return None;
+        }
+        let (mut rest, mut column) = (bytes, 0);
         for &(index, slot) in &self.wanted {
             while column < index {
                 if rest.first() == Some(&b'"') {
-                    return false;
+                    return None;
                 }
-                let Some(at) = memchr(separator, rest) else { return false };
+                let at = memchr2(separator, newline, rest)?;
+                if rest[at] == newline {
+                    return None;
+                }
                 rest = &rest[at + 1..];
                 column += 1;
             }
-            // A remark that reads as a number would begin with its mark.
             let cell = skip_blanks(rest);
-            let Ok((value, used)) = fast_float2::parse_partial::<f64, _>(cell) else { return false };
-            let after = skip_blanks(&cell[used..]);
-            let closed = after.first().is_none_or(|b| *b == separator || *b == b'\r');
+            let (value, used) = fast_float2::parse_partial::<f64, _>(cell).ok()?;
+            rest = skip_blanks(&cell[used..]);
+            let closed = rest.first().is_none_or(|b| *b == separator || *b == newline || *b == b'\r');
             if !closed || !value.is_finite() {
-                return false;
+                return None;
             }
             values[slot] = value;
-            rest = after;
         }
-        // A remark in an unread first cell.
-        self.wanted[0].0 == 0 || !dialect::is_comment(line)
+        let behind =
+            if rest.first() == Some(&newline) { 0 } else { memchr(newline, rest).unwrap_or(rest.len()) };
+        Some(bytes.len() - rest.len() + behind)
     }
 
     fn quick_comma(&self, line: &[u8], separator: u8, values: &mut [f64; SLOTS]) -> bool {
@@ -340,4 +470,53 @@ fn skip_blanks(mut bytes: &[u8]) -> &[u8] {
         bytes = rest;
     }
     bytes
+}
+
+#[cfg(all(test, feature = "threads"))]
+mod tests {
+    use super::*;
+    use proptest::prelude::*;
+
+    fn plan(time: TimePlan, quadrature: Option<usize>) -> Plan {
+        let (delimiter, decimal) = (Delimiter::Semicolon, Decimal::Point);
+        Plan { delimiter, decimal, quoted: false, newline: b'\n', time, signal: 1, quadrature }
+    }
+
+    fn line() -> impl Strategy<Value = String> {
+        prop_oneof![
+            8 => (0..1000_u32, -9.0..9.0_f64, -9.0..9.0_f64).prop_map(|(t, x, y)| format!("{t};{x:.4};{y:.3}")),
+            1 => prop_oneof![
+                Just(""), Just("# 3;4;5"), Just("3"), Just("4;;1"), Just("5;word;1"), Just("nan;1;2"),
+                Just(" 6 ; 1.5 ;2\r"), Just("7;1.5"), Just("8;\"2\";3"), Just("1e3;1e999;1"), Just("\r")
+            ].prop_map(str::to_owned),
+        ]
+    }
+
+    proptest! {
+        #[test]
+        fn parts_read_apart_and_joined_are_the_whole(
+            lines in prop::collection::vec(line(), 0..200),
+            end in any::<bool>(),
+            most in 1..600_usize,
+            rate in any::<bool>(),
+            quadrature in prop::option::of(Just(2_usize)),
+        ) {
+            let text = lines.join("\n") + if end { "\n" } else { "" };
+            let stamps = TimePlan::Stamps { index: 0, seconds: Seconds::Same };
+            let plan = plan(if rate { TimePlan::Rate } else { stamps }, quadrature);
+            let mut whole = Scan::new(plan.clone(), 7, 0);
+            whole.lines(text.as_bytes());
+            let mut joined = Scan::new(plan, 7, 0);
+            let pieces = parts(text.as_bytes(), b'\n', most).map(|part| {
+                let mut scan = joined.empty(part);
+                scan.lines(part);
+                scan
+            });
+            joined.parts = pieces.collect();
+            joined.join();
+            prop_assert_eq!(joined.row, whole.row);
+            // Missing values of a rate's rows are no numbers and equal to nothing.
+            prop_assert_eq!(format!("{:?}", joined.samples()), format!("{:?}", whole.samples()));
+        }
+    }
 }

@@ -19,6 +19,23 @@ pub(super) struct Source<R> {
     raw: Vec<u8>,
 }
 
+/// Bytes taken out of a window.
+pub(super) struct Taken {
+    buffer: Vec<u8>,
+    taken: std::ops::Range<usize>,
+}
+
+impl Taken {
+    pub(super) fn bytes(&self) -> &[u8] {
+        &self.buffer[self.taken.clone()]
+    }
+
+    /// The memory, to be used again.
+    pub(super) fn memory(self) -> Vec<u8> {
+        self.buffer
+    }
+}
+
 impl<R: Read> Source<R> {
     pub(super) fn new(reader: R) -> Self {
         Self { reader, buffer: Vec::new(), start: 0, end: 0, ended: false, decoder: None, raw: Vec::new() }
@@ -37,6 +54,19 @@ impl<R: Read> Source<R> {
     /// Moves the beginning of the window on.
     pub(super) fn consume(&mut self, bytes: usize) {
         self.start = (self.start + bytes).min(self.end);
+    }
+
+    /// Takes the first `bytes` of the window out of it; `spare` is memory to go on with.
+    pub(super) fn take(&mut self, bytes: usize, spare: Vec<u8>) -> Taken {
+        let buffer = std::mem::replace(&mut self.buffer, spare);
+        let taken = self.start..self.start + bytes;
+        let rest = &buffer[taken.end..self.end];
+        if self.buffer.len() < rest.len() {
+            self.buffer.resize(rest.len(), 0);
+        }
+        self.buffer[..rest.len()].copy_from_slice(rest);
+        (self.start, self.end) = (0, rest.len());
+        Taken { buffer, taken }
     }
 
     /// Widens the window to `bytes` or to the end of the file.
