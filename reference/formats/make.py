@@ -26,6 +26,7 @@ import pyarrow as pa
 import pyarrow.feather
 import pyarrow.parquet as pq
 import scipy.io
+import scipy.io.wavfile
 import xlwt
 
 out = Path(sys.argv[1])
@@ -55,6 +56,11 @@ cells = np.empty((1, 2), dtype=object)
 cells[0, 0], cells[0, 1] = np.column_stack([t, x]), np.column_stack([t, 2 * x])
 scipy.io.savemat(out / "cells.mat", {"runs": cells})
 scipy.io.savemat(out / "integers.mat", {"fs": 50.0, "counts": np.round(x * 1e6).astype(np.int32)})
+
+# Sound
+scipy.io.wavfile.write(out / "stereo16.wav", 50, np.column_stack([np.round(x * 1e5), 0 * x]).astype(np.int16))
+scipy.io.wavfile.write(out / "bytes8.wav", 50, np.round(128 + 500 * x).astype(np.uint8))
+scipy.io.wavfile.write(out / "float32.wav", 50, x.astype(np.float32))
 
 # NumPy
 np.save(out / "columns.npy", np.column_stack([t, x]))

@@ -71,7 +71,7 @@ fn got(file: &str, options: &ReadOptions) -> Reading {
 
 #[rustfmt::skip]
 fn expected() -> Vec<Expected> {
-    use Format::{Arrow, Hdf5, Mat5, NanoSurf, Npy, Npz, Parquet, Text, Tracker, Xls, Xlsx, Zip};
+    use Format::{Arrow, Hdf5, Mat5, NanoSurf, Npy, Npz, Parquet, Text, Tracker, Wav, Xls, Xlsx, Zip};
     let e = Expected::default;
     vec![
         Expected { file: "vectors.mat", format: Mat5, sheet: "t, x", ..e() },
@@ -79,6 +79,9 @@ fn expected() -> Vec<Expected> {
         Expected { file: "struct.mat", format: Mat5, sheet: "run", unit: "rad", ..e() },
         Expected { file: "cells.mat", format: Mat5, sheet: "runs{2}", options: sheet("runs{2}"), gain: 2.0, ..e() },
         Expected { file: "integers.mat", format: Mat5, sheet: "counts", options: rate(), gain: 1e6, ..e() },
+        Expected { file: "stereo16.wav", format: Wav, options: signal("channel 1"), gain: 1e5 / 32768.0, tolerance: 1e-5, ..e() },
+        Expected { file: "bytes8.wav", format: Wav, gain: 500.0 / 128.0, tolerance: 1.1e-3, ..e() },
+        Expected { file: "float32.wav", format: Wav, tolerance: 1e-8, ..e() },
         Expected { file: "columns.npy", format: Npy, sheet: "x", ..e() },
         Expected { file: "fortran.npy", format: Npy, sheet: "x", ..e() },
         Expected { file: "wide.npy", format: Npy, sheet: "x", ..e() },
