@@ -1,20 +1,251 @@
-//! `cargo xtask fuzz`: files of every format, changed at random, for as long as wanted.
+//! `cargo xtask fuzz`: files of every format, changed at random where that reaches new code.
+//!
+//! The targets are `fuzz/targets`, one a format, driven by libFuzzer. What they start from is in
+//! `reference/formats` and `fuzz/corpus`; what they find is kept in `target/fuzz`.
+
+use std::fs;
+use std::path::{Path, PathBuf};
+use std::process::ExitCode;
+use std::sync::Mutex;
+use std::sync::atomic::{AtomicUsize, Ordering};
 
 use crate::Failure;
-use std::process::{Command, ExitCode};
+use crate::places::{self, cargo, command, root, target};
 
-/// Runs the fuzz targets; `--minutes N`, `--seed N`.
+/// Coverage for libFuzzer, from the stable compiler, and arithmetic that overflows as a failure.
+const FLAGS: &str = "-Cpasses=sancov-module -Cllvm-args=-sanitizer-coverage-level=4 \
+    -Cllvm-args=-sanitizer-coverage-inline-8bit-counters -Cllvm-args=-sanitizer-coverage-pc-table \
+    -Cllvm-args=-sanitizer-coverage-trace-compares -Coverflow-checks -Ccodegen-units=8";
+
+/// The targets and what each starts from: names of `reference/formats` hold one of these.
+const TARGETS: [(&str, &[&str]); 24] = [
+    ("arrow", &[".arrows", ".feather"]),
+    ("capstone", &["capstone"]),
+    ("gzip", &[".gz"]),
+    ("hdf5", &[".h5", "matlab73"]),
+    ("keysight", &["keysight"]),
+    ("klipper", &["klipper"]),
+    ("labone", &["labone"]),
+    ("mat5", &["cells.mat", "integers.mat", "packed.mat", "struct.mat", "vectors.mat"]),
+    ("moku", &["moku"]),
+    ("nanonis", &["nanonis"]),
+    ("nanosurf", &[".nid"]),
+    ("npy", &[".npy"]),
+    ("npz", &[".npz"]),
+    ("parquet", &[".parquet"]),
+    ("phyphox_text", &["phyphox_"]),
+    ("phyphox_zip", &["phyphox.zip"]),
+    ("siglent", &["siglent"]),
+    ("touchstone", &[".s1p", ".s2p"]),
+    ("tracker_text", &["tracker_"]),
+    ("tracker_trk", &[".trk"]),
+    ("vernier", &["vernier"]),
+    ("wav", &[".wav"]),
+    ("xls", &["sheets.xls"]),
+    ("xlsx", &["sheets.xlsx"]),
+];
+
+/// Longer than any file of this size may take, on a busy machine as well.
+const HANGS_AFTER_S: u32 = 30;
+const MOST_MEMORY_MB: u32 = 2048;
+/// What `--keep` leaves of a target's corpus in the repository: inputs, and bytes in all.
+const KEPT: (usize, u64) = (40, 32 << 10);
+
+struct Options {
+    minutes: f64,
+    seed: u32,
+    only: Option<Vec<String>>,
+    keep: bool,
+}
+
+impl Options {
+    fn of(arguments: &[String]) -> Result<Self, Failure> {
+        let mut options = Self { minutes: 10.0, seed: 1, only: None, keep: false };
+        let mut rest = arguments.iter();
+        while let Some(flag) = rest.next() {
+            let mut value = || rest.next().ok_or(format!("{flag} needs a value"));
+            match flag.as_str() {
+                "--minutes" => options.minutes = value()?.parse()?,
+                "--seed" => options.seed = value()?.parse()?,
+                "--only" => options.only = Some(value()?.split(',').map(str::to_owned).collect()),
+                "--keep" => options.keep = true,
+                other => return Err(format!("unknown option {other}").into()),
+            }
+        }
+        Ok(options)
+    }
+
+    fn targets(&self) -> Result<Vec<(&'static str, &'static [&'static str])>, Failure> {
+        let Some(only) = &self.only else { return Ok(TARGETS.to_vec()) };
+        let find = |name: &String| {
+            let known = TARGETS.iter().find(|t| t.0 == name);
+            known.copied().ok_or_else(|| {
+                let names = TARGETS.map(|t| t.0).join(", ");
+                format!("no target `{name}`; there are {names}").into()
+            })
+        };
+        only.iter().map(find).collect()
+    }
+}
+
+/// Builds the targets and gives each its share of the minutes, as many at once as there are cores.
 pub(crate) fn run(arguments: &[String]) -> Result<ExitCode, Failure> {
-    let value = |flag: &str, default: &str| {
-        let at = arguments.iter().position(|a| a == flag);
-        at.and_then(|i| arguments.get(i + 1)).map_or_else(|| default.to_owned(), Clone::clone)
-    };
-    let minutes: f64 = value("--minutes", "10").parse()?;
-    let seed: u64 = value("--seed", "1").parse()?;
-    let status = Command::new("cargo")
-        .args(["test", "-p", "slipfit-io", "--test", "fuzz", "--", "--ignored", "--nocapture"])
-        .env("SLIPFIT_FUZZ_MINUTES", minutes.to_string())
-        .env("SLIPFIT_FUZZ_SEED", seed.to_string())
-        .status()?;
-    Ok(if status.success() { ExitCode::SUCCESS } else { ExitCode::FAILURE })
+    let options = Options::of(arguments)?;
+    let targets = options.targets()?;
+    let folder = target()?.join("fuzz");
+    let programs = build(&folder)?;
+    let cores = std::thread::available_parallelism().map_or(1, usize::from);
+    let seconds = (60.0 * options.minutes * cores as f64 / targets.len() as f64).ceil().max(1.0);
+    let (next, failed) = (AtomicUsize::new(0), Mutex::new(Vec::new()));
+    println!("{} targets, {seconds:.0} s each, {cores} at once", targets.len());
+    std::thread::scope(|scope| {
+        for _ in 0..cores {
+            scope.spawn(|| {
+                while let Some(&(name, seeds)) = targets.get(next.fetch_add(1, Ordering::Relaxed)) {
+                    let target = Target { name, seeds, folder: &folder, program: programs.join(name) };
+                    match target.fuzz(seconds, options.seed) {
+                        Ok(line) => println!("{line}"),
+                        Err(error) => {
+                            println!("{name}: {error}");
+                            failed.lock().unwrap_or_else(|e| e.into_inner()).push(name);
+                        }
+                    }
+                }
+            });
+        }
+    });
+    if options.keep {
+        for &(name, seeds) in &targets {
+            Target { name, seeds, folder: &folder, program: programs.join(name) }.keep()?;
+        }
+    }
+    let failed = failed.into_inner().unwrap_or_else(|e| e.into_inner());
+    if failed.is_empty() {
+        return Ok(ExitCode::SUCCESS);
+    }
+    println!("failed: {}", failed.join(", "));
+    Ok(ExitCode::FAILURE)
+}
+
+/// The folder of the instrumented programs.
+fn build(folder: &Path) -> Result<PathBuf, Failure> {
+    let output = command("rustc").arg("-vV").output()?;
+    let said = String::from_utf8(output.stdout)?;
+    let host = said.lines().find_map(|l| l.strip_prefix("host: ")).ok_or("rustc names no host")?;
+    // With the host named as a target, build scripts and macros go without the instruments.
+    places::run(
+        cargo()
+            .args(["build", "--release", "--package", "slipfit-fuzz", "--bins", "--target", host])
+            .arg("--target-dir")
+            .arg(folder)
+            .env("RUSTFLAGS", FLAGS)
+            .env("CARGO_PROFILE_RELEASE_LTO", "off"),
+    )?;
+    Ok(folder.join(host).join("release"))
+}
+
+struct Target<'a> {
+    name: &'static str,
+    seeds: &'static [&'static str],
+    folder: &'a Path,
+    program: PathBuf,
+}
+
+impl Target<'_> {
+    /// The folders it starts from.
+    fn seeds(&self) -> Result<Vec<PathBuf>, Failure> {
+        let seeds = self.folder.join("seeds").join(self.name);
+        fs::create_dir_all(&seeds)?;
+        for entry in fs::read_dir(root().join("reference/formats"))? {
+            let path = entry?.path();
+            let name = path.file_name().unwrap_or_default().to_string_lossy().into_owned();
+            if self.seeds.iter().any(|part| name.contains(part)) {
+                fs::copy(&path, seeds.join(name))?;
+            }
+        }
+        let mut folders = vec![seeds];
+        folders.extend(Some(self.kept()).filter(|kept| kept.is_dir()));
+        Ok(folders)
+    }
+
+    fn found(&self) -> PathBuf {
+        self.folder.join("corpus").join(self.name)
+    }
+
+    fn kept(&self) -> PathBuf {
+        root().join("fuzz/corpus").join(self.name)
+    }
+
+    /// Runs it so long and tells what it did in one line.
+    fn fuzz(&self, seconds: f64, seed: u32) -> Result<String, Failure> {
+        let (found, failures) = (self.found(), self.folder.join("failures"));
+        fs::create_dir_all(&found)?;
+        fs::create_dir_all(&failures)?;
+        let prefix = failures.join(format!("{}-", self.name));
+        let output = command(&self.program)
+            .args([
+                format!("-max_total_time={seconds:.0}"),
+                format!("-timeout={HANGS_AFTER_S}"),
+                format!("-rss_limit_mb={MOST_MEMORY_MB}"),
+                format!("-seed={seed}"),
+                format!("-artifact_prefix={}", prefix.display()),
+                "-print_final_stats=1".into(),
+            ])
+            .arg(&found)
+            .args(self.seeds()?)
+            .output()?;
+        let said = String::from_utf8_lossy(&output.stderr).into_owned();
+        fs::write(self.folder.join(format!("{}.log", self.name)), &said)?;
+        let number = |what: &str| {
+            let line = said.lines().find_map(|l| l.strip_prefix("stat::")?.strip_prefix(what));
+            line.map_or("?", |l| l.trim_start_matches(':').trim()).to_owned()
+        };
+        let covered = said.lines().rev().find_map(|l| l.split(" cov: ").nth(1)?.split(' ').next());
+        let line = format!(
+            "{}: {} files, {} places of the code, {} MB at most",
+            self.name,
+            number("number_of_executed_units"),
+            covered.unwrap_or("?"),
+            number("peak_rss_mb"),
+        );
+        if output.status.success() {
+            return Ok(line);
+        }
+        let reason = said.lines().find(|l| l.contains("panicked at") || l.contains("ERROR: libFuzzer"));
+        let after = reason.and_then(|r| said.lines().skip_while(|l| *l != r).nth(1)).unwrap_or_default();
+        let file = said.lines().find_map(|l| l.split("Test unit written to ").nth(1)).unwrap_or("no file");
+        Err(format!("{} {after}\n    {file}", reason.unwrap_or("stopped without a word")).into())
+    }
+
+    /// Puts the smallest inputs that together reach what was reached into the repository.
+    fn keep(&self) -> Result<(), Failure> {
+        let merged = self.folder.join("merged").join(self.name);
+        if merged.is_dir() {
+            fs::remove_dir_all(&merged)?;
+        }
+        fs::create_dir_all(&merged)?;
+        let mut merge = command(&self.program);
+        merge.args(["-set_cover_merge=1", "-max_len=2048"]).arg(&merged).arg(self.found());
+        places::run(merge.args(self.seeds()?).stderr(std::process::Stdio::null()))?;
+        let mut files = Vec::new();
+        for entry in fs::read_dir(&merged)? {
+            let entry = entry?;
+            files.push((entry.metadata()?.len(), entry.path()));
+        }
+        files.sort();
+        let kept = self.kept();
+        if kept.is_dir() {
+            fs::remove_dir_all(&kept)?;
+        }
+        fs::create_dir_all(&kept)?;
+        let mut total = 0;
+        for (bytes, path) in files.iter().take(KEPT.0) {
+            total += bytes;
+            if total > KEPT.1 {
+                break;
+            }
+            fs::copy(path, kept.join(path.file_name().unwrap_or_default()))?;
+        }
+        Ok(())
+    }
 }

@@ -21,7 +21,8 @@ Usage: cargo xtask <chore>
   check         formatting, lints, documentation, every test, licences, spelling
   bench         speed and memory next to SciPy, lmfit and heyoka (needs Python 3.11 or newer)
   statistics    bias, spread and coverage on decays whose truth is known
-  fuzz          files of every format, changed at random: no panic, no hang, no excess of memory
+  fuzz          files of every format, changed where that reaches new code: no panic, no hang, no
+                excess of memory (needs a C++ compiler)
   book          every command of the documentation, its output compared
 
 cargo xtask bench [--write] [--only a,b, …] [--rounds N]
@@ -44,9 +45,11 @@ cargo xtask statistics --table-one [--write] [--seeds N]
 cargo xtask book [--write]
   --write       put what the commands print into the pages
 
-cargo xtask fuzz [--minutes N] [--seed N]
-  --minutes N   for so long (default 10)
+cargo xtask fuzz [--minutes N] [--only wav,npy, …] [--seed N] [--keep]
+  --minutes N   for so long in all (default 10)
+  --only        these targets only (fuzz/targets)
   --seed N      other changes than by the default, 1
+  --keep        renew fuzz/corpus, the small files that reach most of the readers
 ";
 
 /// Chores that measure run as users run the rest; the check, which only starts others, does not
@@ -69,7 +72,7 @@ fn main() -> ExitCode {
     let mut arguments = std::env::args().skip(1);
     let chore = arguments.next().unwrap_or_default();
     let rest: Vec<String> = arguments.collect();
-    if cfg!(debug_assertions) && ["bench", "fuzz", "statistics"].contains(&chore.as_str()) {
+    if cfg!(debug_assertions) && ["bench", "statistics"].contains(&chore.as_str()) {
         return optimised(&chore, &rest);
     }
     let outcome = match chore.as_str() {

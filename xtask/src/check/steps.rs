@@ -22,6 +22,8 @@ pub(super) const ALL: [Step; 12] = [
     ("spelling", spelling),
 ];
 
+/// Built by `cargo xtask fuzz` with libFuzzer in it, which takes a C++ compiler.
+const FUZZ: &str = "slipfit-fuzz";
 const WASM: &str = "wasm32-unknown-unknown";
 
 fn format() -> Result<Outcome, Failure> {
@@ -80,13 +82,17 @@ fn core_for_wasm32() -> Result<Outcome, Failure> {
 }
 
 fn clippy() -> Result<Outcome, Failure> {
-    run(cargo().args(["clippy", "--workspace", "--all-targets", "--all-features", "--", "-D", "warnings"]))?;
+    let mut clippy = cargo();
+    clippy.args(["clippy", "--workspace", "--all-targets", "--all-features", "--", "-D", "warnings"]);
+    // Nothing is linked here: libFuzzer need not be built.
+    run(clippy.env("CUSTOM_LIBFUZZER_PATH", root()))?;
     Ok(Outcome::passed())
 }
 
 fn documentation() -> Result<Outcome, Failure> {
     let mut doc = cargo();
-    doc.args(["doc", "--workspace", "--all-features", "--no-deps"]).env("RUSTDOCFLAGS", "-D warnings");
+    doc.args(["doc", "--workspace", "--exclude", FUZZ, "--all-features", "--no-deps"])
+        .env("RUSTDOCFLAGS", "-D warnings");
     run(&mut doc)?;
     Ok(Outcome::passed())
 }
@@ -95,7 +101,7 @@ fn tests() -> Result<Outcome, Failure> {
     let runner: &[&str] =
         if succeeds(cargo().args(["nextest", "--version"])) { &["nextest", "run"] } else { &["test"] };
     let mut tests = cargo();
-    tests.args(runner).args(["--workspace", "--all-features", "--no-fail-fast"]);
+    tests.args(runner).args(["--workspace", "--exclude", FUZZ, "--all-features", "--no-fail-fast"]);
     if runner == ["test"] {
         // The same targets as nextest: documentation tests are a step of their own.
         tests.args(["--lib", "--bins", "--tests", "--examples"]);
@@ -113,7 +119,15 @@ fn tests() -> Result<Outcome, Failure> {
 }
 
 fn documentation_tests() -> Result<Outcome, Failure> {
-    run(cargo().args(["test", "--workspace", "--all-features", "--doc", "--no-fail-fast"]))?;
+    run(cargo().args([
+        "test",
+        "--workspace",
+        "--exclude",
+        FUZZ,
+        "--all-features",
+        "--doc",
+        "--no-fail-fast",
+    ]))?;
     Ok(Outcome::passed())
 }
 

@@ -1,0 +1,94 @@
+//! What every target does with its bytes: read them in every way there is, and hold the memory
+//! that takes to a multiple of them.
+//!
+//! A checksum or a compressor keeps changed bytes from the reader behind it, so the packed
+//! formats have a way in which the bytes are packed first.
+
+use std::io::{Cursor, Write as _};
+
+use peak_alloc::PeakAlloc;
+use slipfit_io::{ReadOptions, SweepOptions, read_from, read_sweep_from, read_tables_from};
+use zip::write::SimpleFileOptions;
+use zip::{CompressionMethod, ZipWriter};
+
+#[global_allocator]
+static PEAK: PeakAlloc = PeakAlloc;
+
+/// What may be asked for beside a multiple of the input: windows of the readers.
+const WINDOWS: usize = 24 << 20;
+/// The multiple, and that of bytes which a compressor may have packed a thousandfold.
+const TIMES: usize = 64;
+const TIMES_PACKED: usize = 12_000;
+
+/// Reads bytes as they are.
+pub fn bytes(bytes: &[u8]) {
+    read(bytes, TIMES);
+}
+
+/// Reads gzip, of these bytes where they are none.
+pub fn gzip(bytes: &[u8]) {
+    if bytes.starts_with(b"\x1f\x8b") {
+        return read(bytes, TIMES_PACKED);
+    }
+    let mut packer = flate2::write::GzEncoder::new(Vec::new(), flate2::Compression::fast());
+    if packer.write_all(bytes).is_ok()
+        && let Ok(packed) = packer.finish()
+    {
+        read(&packed, TIMES_PACKED);
+    }
+}
+
+/// Reads a NumPy archive, of one or two arrays of these bytes where they are none.
+pub fn npz(bytes: &[u8]) {
+    members(bytes, &["t.npy", "x.npy"]);
+}
+
+/// Reads a phyphox archive, of these bytes as its texts where they are none.
+pub fn phyphox(bytes: &[u8]) {
+    members(bytes, &["Raw Data.csv", "meta/time.csv", "meta/device.csv"]);
+}
+
+/// Reads an Excel workbook, of these bytes as its parts where they are none.
+pub fn xlsx(bytes: &[u8]) {
+    const PARTS: [&str; 5] = [
+        "xl/worksheets/sheet1.xml",
+        "xl/sharedStrings.xml",
+        "xl/styles.xml",
+        "xl/workbook.xml",
+        "xl/_rels/workbook.xml.rels",
+    ];
+    members(bytes, &PARTS);
+}
+
+/// Splits the bytes at `\0\0\0\0` into the members of an archive.
+fn members(bytes: &[u8], names: &[&str]) {
+    if bytes.starts_with(b"PK") {
+        return read(bytes, TIMES_PACKED);
+    }
+    let mut archive = ZipWriter::new(Cursor::new(Vec::new()));
+    let stored = SimpleFileOptions::default().compression_method(CompressionMethod::Stored);
+    let mut rest = Some(bytes);
+    for name in names {
+        let Some(part) = rest else { break };
+        let cut = part.windows(4).position(|w| w == [0; 4]);
+        let (this, after) = cut.map_or((part, None), |at| (&part[..at], Some(&part[at + 4..])));
+        rest = after;
+        if archive.start_file(*name, stored).and_then(|()| Ok(archive.write_all(this)?)).is_err() {
+            return;
+        }
+    }
+    if let Ok(packed) = archive.finish() {
+        read(&packed.into_inner(), TIMES);
+    }
+}
+
+fn read(bytes: &[u8], times: usize) {
+    PEAK.reset_peak_usage();
+    let before = PEAK.current_usage();
+    drop(read_from(bytes, "fuzzed", &ReadOptions::default()));
+    drop(read_from(bytes, "fuzzed", &ReadOptions { rate_hz: Some(50.0), ..ReadOptions::default() }));
+    drop(read_tables_from(bytes, "fuzzed", 10_000));
+    drop(read_sweep_from(bytes, "fuzzed", &SweepOptions::default()));
+    let peak = PEAK.peak_usage().saturating_sub(before);
+    assert!(peak <= times * bytes.len() + WINDOWS, "{peak} bytes of memory for {} of a file", bytes.len());
+}
