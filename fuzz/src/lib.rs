@@ -5,6 +5,8 @@
 //! formats have a way in which the bytes are packed first.
 
 use std::io::{Cursor, Write as _};
+use std::panic;
+use std::sync::Once;
 
 use peak_alloc::PeakAlloc;
 use slipfit_io::{ReadOptions, SweepOptions, read_from, read_sweep_from, read_tables_from};
@@ -82,7 +84,21 @@ fn members(bytes: &[u8], names: &[&str]) {
     }
 }
 
+/// A panic ends the run, except in a decoder whose panics are errors.
+fn hook() {
+    static ONCE: Once = Once::new();
+    ONCE.call_once(|| {
+        let ends = panic::take_hook();
+        panic::set_hook(Box::new(move |info| {
+            if !slipfit_io::panic_becomes_error() {
+                ends(info);
+            }
+        }));
+    });
+}
+
 fn read(bytes: &[u8], times: usize) {
+    hook();
     PEAK.reset_peak_usage();
     let before = PEAK.current_usage();
     drop(read_from(bytes, "fuzzed", &ReadOptions::default()));

@@ -21,6 +21,13 @@ use std::process::ExitCode;
 const FAILED: u8 = 2;
 
 fn main() -> ExitCode {
+    let told = std::panic::take_hook();
+    std::panic::set_hook(Box::new(move |panic| {
+        // A decoder that gives up on a broken file: the error tells it.
+        if !slipfit_io::panic_becomes_error() {
+            told(panic);
+        }
+    }));
     let cli = args::Cli::parse();
     let color = cli.color.into();
     let done = match &cli.command {

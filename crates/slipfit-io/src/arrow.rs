@@ -15,6 +15,7 @@ use arrow_schema::{DataType, Schema, SchemaRef, TimeUnit};
 use crate::{
     Format, ReadProblem,
     columns::{Head, names::Name},
+    guard,
     report::Skipped,
     table::{Sink, TableSource},
 };
@@ -205,15 +206,11 @@ impl TableSource for Arrow {
             let batch = message.header_as_record_batch().ok_or_else(|| broken("a batch without its head"))?;
             let body = self.bytes.slice_with_length(frame.body.start, frame.body.len());
             check_claims(&batch, &body)?;
-            let read = reader::read_record_batch(
-                &body,
-                batch,
-                Arc::clone(&self.schema),
-                &dictionaries,
-                Some(&projection),
-                &message.version(),
-            )
-            .map_err(broken)?;
+            let decode = || {
+                let (schema, version) = (Arc::clone(&self.schema), message.version());
+                reader::read_record_batch(&body, batch, schema, &dictionaries, Some(&projection), &version)
+            };
+            let read = guard::guarded(Format::Arrow, decode, broken)?;
             let columns: Vec<Vec<f64>> = wanted
                 .iter()
                 .map(|&w| {

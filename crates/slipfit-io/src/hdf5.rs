@@ -5,6 +5,7 @@ use hdf5_reader::{ByteOrder, Dataset, Datatype, Hdf5File, OpenOptions, group::Gr
 use crate::{
     Format, ReadProblem,
     arrays::{self, Array, NamedValues},
+    guard,
     table::HeldTables,
 };
 
@@ -26,10 +27,13 @@ pub(crate) fn tables(bytes: Vec<u8>) -> Result<HeldTables, ReadProblem> {
         .with_max_read_bytes(most)
         .with_max_chunk_bytes(most)
         .with_max_object_header_bytes(bytes.len());
-    let file = Hdf5File::from_vec_with_options(bytes, options).map_err(|e| broken(e.to_string()))?;
-    let root = file.root_group().map_err(|e| broken(e.to_string()))?;
     let mut found = Found::default();
-    found.group(&root, "", 0);
+    let decode = || {
+        let file = Hdf5File::from_vec_with_options(bytes, options)?;
+        found.group(&file.root_group()?, "", 0);
+        Ok(())
+    };
+    guard::guarded(Format::Hdf5, decode, |e: hdf5_reader::error::Error| broken(e.to_string()))?;
     if found.arrays.is_empty() {
         return Err(broken(format!("no data set in it holds rows of numbers; {}", found.notes.join("; "))));
     }

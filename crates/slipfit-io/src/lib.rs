@@ -29,6 +29,8 @@ mod columns;
 mod dispatch;
 mod error;
 mod format;
+#[cfg(any(feature = "arrow", feature = "hdf5", feature = "parquet"))]
+mod guard;
 mod hashing;
 #[cfg(feature = "hdf5")]
 mod hdf5;
@@ -60,6 +62,8 @@ use dispatch::Origin;
 
 pub use error::{ReadError, ReadProblem};
 pub use format::Format;
+#[cfg(any(feature = "arrow", feature = "hdf5", feature = "parquet"))]
+pub use guard::panic_becomes_error;
 pub use options::ReadOptions;
 pub use report::{
     ColumnInfo, ColumnTaken, Decimal, Delimiter, Dialect, ReadReport, Reading, Skipped, TimeSource,

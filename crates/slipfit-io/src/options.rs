@@ -1,6 +1,8 @@
 //! What the person reading a file may decide.
 
-use slipfit::SignalKind;
+use slipfit::{SignalKind, record::Averaging};
+
+use crate::columns::{Choice, Time};
 
 /// Choices that override what the file itself suggests. The default leaves
 /// everything to the file.
@@ -31,4 +33,24 @@ pub struct ReadOptions {
     pub table: Option<usize>,
     /// Which of several runs in groups of columns, from 1.
     pub run: Option<usize>,
+    /// Samples held at most, [`ReadOptions::MOST_SAMPLES`] if not said: longer records of an even
+    /// clock are averaged while they are read ([`slipfit::record::Averaging`]).
+    pub most_samples: Option<usize>,
+}
+
+impl ReadOptions {
+    /// Half a gigabyte of times and values.
+    pub const MOST_SAMPLES: usize = 1 << 25;
+
+    /// Averages what the columns chosen give, where there is more than wanted.
+    pub(crate) fn averaging(&self, choice: &Choice) -> Averaging {
+        let interval_s = match choice.time {
+            Time::Rate(rate_hz) => Some(1.0 / rate_hz),
+            _ => None,
+        };
+        // The mean of levels is no level of the mean.
+        let level = choice.signal.level || choice.quadrature.as_ref().is_some_and(|q| q.level);
+        let most = if level { usize::MAX } else { self.most_samples.unwrap_or(Self::MOST_SAMPLES) };
+        Averaging::new(most, interval_s)
+    }
 }

@@ -9,6 +9,7 @@ use parquet::schema::types::ColumnDescriptor;
 use crate::{
     Format, ReadProblem,
     columns::{Head, names::Name},
+    guard,
     input::Input,
     report::Skipped,
     table::{BATCH, Sink, TableSource},
@@ -16,6 +17,11 @@ use crate::{
 
 fn broken(error: impl std::fmt::Display) -> ReadProblem {
     ReadProblem::Broken { format: Format::Parquet, reason: error.to_string() }
+}
+
+/// What the crate makes of the file: it panics on some broken ones.
+fn decoded<T>(decode: impl FnOnce() -> Result<T, ParquetError>) -> Result<T, ReadProblem> {
+    guard::guarded(Format::Parquet, decode, broken)
 }
 
 /// An open Parquet file.
@@ -52,10 +58,10 @@ impl Parquet {
     pub(crate) fn open(input: Input) -> Result<Self, ReadProblem> {
         let (size, input) = input.size().map_err(ReadProblem::Io)?;
         let reader = match input {
-            Input::File(file) => Reader::File(SerializedFileReader::new(file).map_err(broken)?),
+            Input::File(file) => Reader::File(decoded(|| SerializedFileReader::new(file))?),
             Input::Bytes(bytes) => {
                 let bytes = bytes::Bytes::from(bytes.into_inner());
-                Reader::Bytes(SerializedFileReader::new(bytes).map_err(broken)?)
+                Reader::Bytes(decoded(|| SerializedFileReader::new(bytes))?)
             }
         };
         check_places(reader.metadata(), size)?;
@@ -171,20 +177,17 @@ impl TableSource for Parquet {
         let metadata = self.reader.metadata();
         let schema = metadata.file_metadata().schema_descr_ptr();
         for group in 0..metadata.num_row_groups() {
-            let row_group = self.reader.row_group(group).map_err(broken)?;
-            let mut running = wanted
-                .iter()
-                .map(|&w| {
-                    let index = self.columns[w];
-                    let reader = row_group.get_column_reader(index)?;
-                    let nullable = schema.column(index).max_def_level();
-                    Ok(Running { reader, nullable, values: Vec::new() })
-                })
-                .collect::<Result<Vec<_>, ParquetError>>()
-                .map_err(broken)?;
+            let row_group = decoded(|| self.reader.row_group(group))?;
+            let open = |&w: &usize| {
+                let index = self.columns[w];
+                let reader = row_group.get_column_reader(index)?;
+                let nullable = schema.column(index).max_def_level();
+                Ok(Running { reader, nullable, values: Vec::new() })
+            };
+            let mut running = decoded(|| wanted.iter().map(open).collect::<Result<Vec<_>, ParquetError>>())?;
             loop {
                 for column in &mut running {
-                    column.fill(BATCH).map_err(broken)?;
+                    decoded(|| column.fill(BATCH))?;
                 }
                 // Columns of one group are equally long, but in a broken file.
                 let rows = running.iter().map(|c| c.values.len()).min().unwrap_or(0);

@@ -1,6 +1,6 @@
 //! From the columns chosen to a record with its account.
 
-use slipfit::Record;
+use slipfit::{Record, record::Averaging};
 
 use crate::{
     Format, ReadOptions, ReadProblem,
@@ -43,9 +43,10 @@ pub(crate) fn read(
     options: &ReadOptions,
 ) -> Result<Reading, ReadProblem> {
     let (table, choice) = pick(source, options)?;
-    let samples = scan(source, table, &choice)?;
+    let mut averaging = options.averaging(&choice);
+    let samples = scan(source, table, &choice, &mut averaging)?;
     let dialect = source.dialect();
-    finish(format, dialect, &source.heads()[table], choice, samples)
+    finish(format, dialect, &source.heads()[table], choice, samples, averaging)
 }
 
 /// The table to read and its columns.
@@ -147,7 +148,12 @@ fn choose(source: &mut dyn TableSource, table: usize, options: &ReadOptions) -> 
 }
 
 /// Reads the columns chosen.
-fn scan(source: &mut dyn TableSource, table: usize, choice: &Choice) -> Result<Samples, ReadProblem> {
+fn scan(
+    source: &mut dyn TableSource,
+    table: usize,
+    choice: &Choice,
+    averaging: &mut Averaging,
+) -> Result<Samples, ReadProblem> {
     let mut wanted = vec![choice.signal.index];
     let time = match &choice.time {
         Time::Column(taken) | Time::Intervals(taken) => {
@@ -204,6 +210,7 @@ fn scan(source: &mut dyn TableSource, table: usize, choice: &Choice) -> Result<S
             samples.signal.push(batch[0][i]);
             samples.quadrature.extend(batch.get(2).map(|q| q[i]));
         }
+        averaging.settle(&mut samples.time_s, &mut samples.signal, &mut samples.quadrature);
         true
     })?;
     let mut counted: Vec<Skipped> = wanted
@@ -227,15 +234,19 @@ pub(crate) fn finish(
     format: Format,
     dialect: Option<Dialect>,
     head: &Head,
-    choice: Choice,
+    mut choice: Choice,
     mut samples: Samples,
+    mut averaging: Averaging,
 ) -> Result<Reading, ReadProblem> {
     let column = columns::label(&columns::info(head, choice.signal.index));
+    let left_out_rows = averaging.finish(&mut samples.time_s, &mut samples.signal, &mut samples.quadrature);
+    choice.notes.extend(averaged(&averaging, samples.signal.len(), left_out_rows));
+    let factor = averaging.factor() as f64;
     linearise(&mut samples, &choice);
     let Samples { time_s, signal, quadrature, read: rows_read, backwards, skipped } = samples;
     let record = match (&choice.time, choice.quadrature.is_some()) {
-        (Time::Rate(rate), false) => Record::uniform(*rate, signal),
-        (Time::Rate(rate), true) => Record::lock_in_uniform(*rate, signal, quadrature),
+        (Time::Rate(rate), false) => Record::uniform(*rate / factor, signal),
+        (Time::Rate(rate), true) => Record::lock_in_uniform(*rate / factor, signal, quadrature),
         (_, false) => Record::new(time_s, signal),
         (_, true) => Record::lock_in(time_s, signal, quadrature),
     };
@@ -283,6 +294,27 @@ pub(crate) fn finish(
         notes: choice.notes,
     };
     Ok(Reading { record, report })
+}
+
+/// What averaging did, or why it did not.
+fn averaged(averaging: &Averaging, samples: usize, left_out: usize) -> Option<String> {
+    if let Some(why) = averaging.stopped() {
+        return Some(format!("{samples} samples are held, more than --most-samples: {why}"));
+    }
+    (averaging.factor() > 1).then(|| {
+        let rest = match left_out {
+            0 => String::new(),
+            1 => "; the last row makes up none".to_owned(),
+            n => format!("; the last {n} rows make up none"),
+        };
+        format!(
+            "{} rows each were averaged into one sample, so that no more than --most-samples are held; \
+             {:.0} samples a cycle are left, and the {:.2} % this takes of the amplitude was put back{rest}",
+            averaging.factor(),
+            averaging.samples_a_cycle(),
+            100.0 * (1.0 - averaging.gain())
+        )
+    })
 }
 
 /// Rows left out, as an error tells them.

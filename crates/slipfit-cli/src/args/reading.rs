@@ -47,6 +47,10 @@ pub(crate) struct ReadingArgs {
     /// Which of several runs in groups of columns, from 1
     #[arg(long, value_name = "N", help_heading = "Reading")]
     pub(crate) run: Option<usize>,
+
+    /// Samples held at most; longer records are averaged while they are read (33554432, half a gigabyte)
+    #[arg(long, value_name = "N", help_heading = "Reading")]
+    pub(crate) most_samples: Option<usize>,
 }
 
 #[derive(Debug, Clone, Copy, PartialEq, Eq, ValueEnum)]
@@ -88,6 +92,7 @@ impl ReadingArgs {
             sheet: self.sheet.clone(),
             table: self.part,
             run: self.run,
+            most_samples: self.most_samples,
         }
     }
 
@@ -107,6 +112,7 @@ impl ReadingArgs {
             ("--kind", self.kind.and_then(|k| k.to_possible_value()).map(|k| k.get_name().to_owned())),
             ("--rate-hz", self.rate_hz.map(|r| r.to_string())),
             ("--sheet", self.sheet.as_ref().map(quoted)),
+            ("--most-samples", number(self.most_samples)),
             ("--part", number(self.part)),
             ("--run", number(self.run)),
         ]

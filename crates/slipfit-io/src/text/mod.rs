@@ -53,7 +53,7 @@ pub(crate) fn read(
     if choice.by_content && !source.ended() {
         choice.notes.push(format!("the columns were chosen from the first {} MB", PREVIEW >> 20));
     }
-    let mut scan = start(&mut source, size, newline, &layout, &choice);
+    let mut scan = start(&mut source, size, newline, &layout, &choice, options);
     let mut spare = Vec::new();
     loop {
         let (window, ended) = (source.window(), source.ended());
@@ -73,8 +73,9 @@ pub(crate) fn read(
         spare = taken.memory();
     }
     drop(source);
-    let samples = scan.samples();
-    samples::finish(Format::Text, Some(written(encoding, &layout)), &layout.head, choice, samples)
+    let (samples, averaging) = scan.samples();
+    let dialect = Some(written(encoding, &layout));
+    samples::finish(Format::Text, dialect, &layout.head, choice, samples, averaging)
 }
 
 /// A text with its encoding, its line end and the table found in it.
@@ -168,9 +169,8 @@ fn start<R: Read>(
     newline: u8,
     layout: &Layout,
     choice: &Choice,
+    options: &ReadOptions,
 ) -> Scan {
-    /// Room made beforehand at most: half a gigabyte a column.
-    const MOST_ROWS: usize = 1 << 26;
     let time = match &choice.time {
         Time::Column(taken) => TimePlan::Stamps { index: taken.index, seconds: taken.seconds },
         Time::Intervals(taken) => TimePlan::Intervals { index: taken.index, seconds: taken.seconds },
@@ -197,7 +197,9 @@ fn start<R: Read>(
     let preamble: usize =
         window.split_inclusive(|b| *b == newline).take(layout.first_line).map(<[u8]>::len).sum();
     source.consume(preamble);
-    Scan::new(plan, layout.first_line as u64 + 1, room.min(MOST_ROWS))
+    // More than are held come within a block.
+    let most = options.most_samples.unwrap_or(ReadOptions::MOST_SAMPLES).saturating_add(BLOCK / 2);
+    Scan::new(plan, layout.first_line as u64 + 1, room.min(most), options.averaging(choice))
 }
 
 /// Reads all columns of the table, of its first `most_rows` rows.

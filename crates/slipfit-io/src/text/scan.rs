@@ -3,6 +3,7 @@
 use std::collections::HashMap;
 
 use memchr::{memchr, memchr_iter, memchr2};
+use slipfit::record::Averaging;
 
 use super::{
     dialect::{self, separator},
@@ -78,6 +79,7 @@ pub(super) struct Scan {
     started: bool,
     pub(super) backwards: Option<Backwards>,
     reasons: HashMap<Reason, Count>,
+    averaging: Averaging,
     /// What other cores have read behind this.
     parts: Vec<Scan>,
 }
@@ -97,7 +99,7 @@ fn parts(mut bytes: &[u8], newline: u8, most: usize) -> impl Iterator<Item = &[u
 
 impl Scan {
     /// A scan whose first line is number `first_row`, making room for `rows`.
-    pub(super) fn new(plan: Plan, first_row: u64, rows: usize) -> Self {
+    pub(super) fn new(plan: Plan, first_row: u64, rows: usize, averaging: Averaging) -> Self {
         let mut wanted = vec![(plan.signal, 1)];
         wanted.extend(plan.quadrature.map(|q| (q, 2)));
         match plan.time {
@@ -119,6 +121,7 @@ impl Scan {
             started: false,
             backwards: None,
             reasons: HashMap::new(),
+            averaging,
             parts: Vec::new(),
             plan,
         }
@@ -172,6 +175,7 @@ impl Scan {
         if bytes.len() < 2 * PART || matches!(self.plan.time, TimePlan::Intervals { .. }) {
             self.join();
             self.lines(bytes);
+            self.settle();
             return meanwhile();
         }
         let mut parts: Vec<(Self, &[u8])> =
@@ -192,6 +196,7 @@ impl Scan {
     #[cfg(not(feature = "threads"))]
     pub(super) fn block<T>(&mut self, bytes: &[u8], meanwhile: impl FnOnce() -> T) -> T {
         self.lines(bytes);
+        self.settle();
         meanwhile()
     }
 
@@ -199,7 +204,7 @@ impl Scan {
     #[cfg(feature = "threads")]
     fn empty(&self, part: &[u8]) -> Self {
         let line = memchr(self.plan.newline, part).map_or(part.len(), |at| at + 1).max(2);
-        Self::new(self.plan.clone(), 1, part.len() / line)
+        Self::new(self.plan.clone(), 1, part.len() / line, Averaging::new(usize::MAX, None))
     }
 
     /// Puts the parts read last behind the rest.
@@ -207,6 +212,12 @@ impl Scan {
         for part in std::mem::take(&mut self.parts) {
             self.absorb(part);
         }
+        self.settle();
+    }
+
+    /// Averages what has come, where there is more than wanted.
+    fn settle(&mut self) {
+        self.averaging.settle(&mut self.time_s, &mut self.signal, &mut self.quadrature);
     }
 
     fn absorb(&mut self, part: Self) {
@@ -241,17 +252,18 @@ impl Scan {
     }
 
     /// What was read.
-    pub(super) fn samples(mut self) -> Samples {
+    pub(super) fn samples(mut self) -> (Samples, Averaging) {
         self.join();
         let skipped = self.skipped();
-        Samples {
+        let samples = Samples {
             time_s: self.time_s,
             signal: self.signal,
             quadrature: self.quadrature,
             read: self.read,
             backwards: self.backwards,
             skipped,
-        }
+        };
+        (samples, self.averaging)
     }
 
     /// Rows left out, by reason.
@@ -504,9 +516,9 @@ mod tests {
             let text = lines.join("\n") + if end { "\n" } else { "" };
             let stamps = TimePlan::Stamps { index: 0, seconds: Seconds::Same };
             let plan = plan(if rate { TimePlan::Rate } else { stamps }, quadrature);
-            let mut whole = Scan::new(plan.clone(), 7, 0);
+            let mut whole = Scan::new(plan.clone(), 7, 0, Averaging::new(usize::MAX, None));
             whole.lines(text.as_bytes());
-            let mut joined = Scan::new(plan, 7, 0);
+            let mut joined = Scan::new(plan, 7, 0, Averaging::new(usize::MAX, None));
             let pieces = parts(text.as_bytes(), b'\n', most).map(|part| {
                 let mut scan = joined.empty(part);
                 scan.lines(part);
@@ -516,7 +528,7 @@ mod tests {
             joined.join();
             prop_assert_eq!(joined.row, whole.row);
             // Missing values of a rate's rows are no numbers and equal to nothing.
-            prop_assert_eq!(format!("{:?}", joined.samples()), format!("{:?}", whole.samples()));
+            prop_assert_eq!(format!("{:?}", joined.samples().0), format!("{:?}", whole.samples().0));
         }
     }
 }

@@ -1,11 +1,13 @@
 //! A measured record: when, how much, and what kind of signal.
 
+mod averaging;
 mod clean;
 mod clock;
 mod rounding;
 
 use std::ops::Range;
 
+pub use averaging::Averaging;
 pub use clock::{Clock, ClockReport, Gap};
 
 use crate::Error;

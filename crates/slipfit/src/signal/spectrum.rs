@@ -206,6 +206,27 @@ fn brief(time: &[f64], signal: &[f64], band_hz: Option<[f64; 2]>, line: &Line) -
     })
 }
 
+/// The strongest line where an evenly sampled signal is loudest; values that are no numbers count
+/// as the one before.
+pub(crate) fn loudest_line(signal: &[f64], interval_s: f64) -> Option<Line> {
+    if signal.len() < 8 {
+        return None;
+    }
+    let (from, to) = loudest(signal, LONGEST);
+    let mut last = 0.0;
+    let values: Vec<f64> = signal[from..to]
+        .iter()
+        .map(|&v| {
+            last = if v.is_finite() { v } else { last };
+            last
+        })
+        .collect();
+    let duration = values.len() as f64 * interval_s;
+    let samples = values.len();
+    let (spectrum, bin) = amplitudes(&Grid { interval_s, values });
+    Look { spectrum, bin, duration, samples }.strongest(None)
+}
+
 /// The stretch of at most `longest` samples with the highest variance.
 fn loudest(signal: &[f64], longest: usize) -> (usize, usize) {
     if signal.len() <= longest {

@@ -1,0 +1,130 @@
+//! A record averaged while it comes says what the whole record says.
+
+#![allow(clippy::unwrap_used, reason = "a test stops where something is wrong")]
+
+use proptest::prelude::*;
+use slipfit::record::Averaging;
+use slipfit::simulate::{Drive, Motion};
+use slipfit::{Oscillator, Record, ringdown};
+
+const ROW_S: f64 = 1e-4;
+
+/// A ring-down of 50 Hz with 1 % noise: 200 rows a cycle.
+fn rows(count: usize) -> (Vec<f64>, Vec<f64>) {
+    let o = Oscillator::builder()
+        .omega_0(std::f64::consts::TAU * 50.0)
+        .q_factor(400.0)
+        .friction_displacement(4e-4)
+        .build()
+        .unwrap();
+    let time_s: Vec<f64> = (0..count).map(|i| i as f64 * ROW_S).collect();
+    let mut signal = vec![0.0; count];
+    Motion::new(&o, Drive::none(), 0.0, 1.0, 0.0).unwrap().fill(&time_s, &mut signal).unwrap();
+    let mut state = 88_172_645_463_325_252_u64;
+    for v in &mut signal {
+        // Twelve uniform numbers less their mean: as good as normal here.
+        let mut sum = -6.0;
+        for _ in 0..12 {
+            state ^= state << 13;
+            state ^= state >> 7;
+            state ^= state << 17;
+            sum += (state >> 11) as f64 / (1_u64 << 53) as f64;
+        }
+        *v += 0.01 * sum + 3.0;
+    }
+    (time_s, signal)
+}
+
+/// What is left of rows that come in batches of different lengths.
+fn averaged(
+    time_s: &[f64],
+    signal: &[f64],
+    most: usize,
+    interval_s: Option<f64>,
+) -> (Averaging, Vec<f64>, Vec<f64>) {
+    let mut averaging = Averaging::new(most, interval_s);
+    let (mut t, mut x, mut none) = (Vec::new(), Vec::new(), Vec::new());
+    let (mut from, mut batch) = (0, 1);
+    while from < signal.len() {
+        let to = (from + batch).min(signal.len());
+        t.extend(time_s.get(from..to).unwrap_or_default());
+        x.extend_from_slice(&signal[from..to]);
+        averaging.settle(&mut t, &mut x, &mut none);
+        (from, batch) = (to, batch % 977 * 3 + 1);
+    }
+    let left_out = averaging.finish(&mut t, &mut x, &mut none);
+    assert!(left_out < averaging.factor() && none.is_empty());
+    (averaging, t, x)
+}
+
+#[test]
+fn friction_and_damping_stay_what_they_are_and_as_sure() {
+    let (time_s, signal) = rows(200_000);
+    let whole = Record::new(time_s.clone(), signal.clone()).unwrap();
+    let whole = ringdown::analyse(&whole, &ringdown::Options::default()).unwrap();
+    for interval_s in [None, Some(ROW_S)] {
+        let stamps = if interval_s.is_none() { &time_s[..] } else { &[] };
+        let (averaging, t, x) = averaged(stamps, &signal, 40_000, interval_s);
+        assert_eq!((averaging.factor(), averaging.stopped()), (8, None));
+        assert!((averaging.samples_a_cycle() - 25.0).abs() < 0.1, "{}", averaging.samples_a_cycle());
+        let record = match interval_s {
+            None => Record::new(t, x).unwrap(),
+            Some(s) => Record::uniform(1.0 / (8.0 * s), x).unwrap(),
+        };
+        assert_eq!(record.len(), 25_000);
+        let few = ringdown::analyse(&record, &ringdown::Options::default()).unwrap();
+        for name in ["friction_displacement", "decay_rate_per_s", "frequency_hz"] {
+            let (a, b) = (whole.parameter(name).unwrap(), few.parameter(name).unwrap());
+            assert!((a.value - b.value).abs() < 0.1 * a.std_error, "{name} {a:?} {b:?}");
+            assert!((b.std_error / a.std_error - 1.0).abs() < 0.03, "{name} {a:?} {b:?}");
+        }
+    }
+}
+
+#[test]
+fn a_clock_that_halts_or_few_samples_a_cycle_keep_every_row() {
+    let (mut time_s, signal) = rows(4000);
+    let (averaging, _, x) = averaged(&time_s, &signal, 100, None);
+    // 200 rows a cycle: three times a half leaves 25.
+    assert_eq!((averaging.factor(), x.len()), (8, 500));
+    assert!(averaging.stopped().unwrap().contains("too few samples a cycle"));
+    time_s.iter_mut().skip(50).for_each(|t| *t += 1.0);
+    let (averaging, _, x) = averaged(&time_s, &signal, 100, None);
+    assert_eq!((averaging.factor(), x.len()), (1, 4000));
+    assert!(averaging.stopped().unwrap().contains("evenly"));
+}
+
+proptest! {
+    #[test]
+    fn no_sample_stands_for_rows_on_both_sides_of_a_gap(most in 64..400_usize, gap_at in 500..2500_usize) {
+        let time_s: Vec<f64> = (0..3000).map(|i| i as f64 + if i > gap_at { 50.0 } else { 0.0 }).collect();
+        let signal: Vec<f64> = time_s.iter().map(|t| 10.0 * t).collect();
+        let (averaging, t, x) = averaged(&time_s, &signal, most, None);
+        prop_assert!(averaging.factor().is_power_of_two() && t.len() == x.len() && t.is_sorted());
+        let (before, after) = (gap_at as f64, gap_at as f64 + 51.0);
+        prop_assert!(t.iter().all(|t| *t <= before || *t >= after));
+        prop_assert!(t.iter().zip(&x).all(|(t, x)| (x - 10.0 * t).abs() < 1.0));
+    }
+
+    #[test]
+    fn missing_values_are_left_out_of_a_mean(
+        most in 64..400_usize,
+        missing in prop::collection::vec(0..3000_usize, 0..40),
+    ) {
+        let mut signal: Vec<f64> = (0..3000).map(|i| 10.0 * i as f64).collect();
+        missing.iter().for_each(|&i| signal[i] = f64::NAN);
+        let (averaging, _, x) = averaged(&[], &signal, most, Some(1.0));
+        let factor = averaging.factor();
+        prop_assert_eq!(x.len(), 3000 / factor);
+        // The amplitude given back, taken off again.
+        let finite: Vec<f64> = x.iter().copied().filter(|v| v.is_finite()).collect();
+        let mean = finite.iter().sum::<f64>() / finite.len() as f64;
+        for (rows, x) in signal.chunks(factor).zip(&x) {
+            let x = mean + (x - mean) * averaging.gain();
+            let finite: Vec<f64> = rows.iter().copied().filter(|v| v.is_finite()).collect();
+            prop_assert_eq!(finite.is_empty(), x.is_nan());
+            let within = |v: &f64| *v >= x - 10.0 * factor as f64 && *v <= x + 10.0 * factor as f64;
+            prop_assert!(finite.iter().all(within), "{rows:?} {x}");
+        }
+    }
+}
