@@ -112,7 +112,8 @@ pub fn analyse(measurements: &[Measurement], options: &Options) -> Result<Answer
         .collect();
     let agreement_p_value =
         (!compared.is_empty()).then(|| chi_square_tail(compared.iter().sum(), 2.0 * compared.len() as f64));
-    let joint = joint(&said, measurements, &labels, options);
+    let references = references(&said, measurements);
+    let joint = joint(&said, &references, measurements, &labels, options);
     if let Some(j) = &joint
         && j.p_value < 0.01
     {
@@ -288,9 +289,47 @@ fn cell((value, covariance): Both, hz: Option<f64>, options: &Options) -> Cell {
     }
 }
 
+/// A friction-free curve behind several sweeps, and the drive amplitude it tells by itself.
+struct Reference {
+    value: f64,
+    std_error: f64,
+    sweeps: usize,
+}
+
+/// The references that more than one sweep relies on.
+///
+/// A sweep with a reference says `C⁻¹ = S + h h'/σ_r²`, what its own shape tells and what the
+/// reference tells of the drive amplitude `h`; of `m` sweeps with one reference `m - 1` of its
+/// contributions are taken off again.
+fn references(said: &[Said], measurements: &[Measurement]) -> Vec<Reference> {
+    let mut seen: Vec<(&resonance::Curve, f64, Vec<&Said>)> = Vec::new();
+    for s in said.iter().filter(|s| s.drive.is_some()) {
+        let m = &measurements[s.measurement];
+        let Data::Sweep { options, .. } = &m.data else { continue };
+        let Some(curve) = &options.reference else { continue };
+        match seen.iter_mut().find(|(known, scale, _)| *known == curve && *scale == m.scale) {
+            Some((_, _, sweeps)) => sweeps.push(s),
+            None => seen.push((curve, m.scale, vec![s])),
+        }
+    }
+    let shared = seen.into_iter().filter(|(_, _, sweeps)| sweeps.len() > 1);
+    let alone = |(curve, scale, sweeps): (&resonance::Curve, f64, Vec<&Said>)| {
+        let viscous = resonance::Options { model: Some(LossModel::Viscous), ..resonance::Options::default() };
+        let answer = resonance::analyse(curve, &viscous).ok()?;
+        let drive = answer.parameter("drive_amplitude")?;
+        // No sweep knows less than its reference; where it says so, their noise was judged differently.
+        let widest = sweeps.iter().filter_map(|s| s.drive).map(|d| d.0[1]).fold(0.0, f64::max);
+        let std_error = (drive.std_error * scale).max(widest);
+        let told = std_error > 0.0 && std_error.is_finite();
+        told.then(|| Reference { value: drive.value * scale, std_error, sweeps: sweeps.len() })
+    };
+    shared.filter_map(alone).collect()
+}
+
 /// Generalised least squares of everything said.
 fn joint(
     said: &[Said],
+    references: &[Reference],
     measurements: &[Measurement],
     labels: &[&Condition],
     options: &Options,
@@ -373,6 +412,15 @@ fn joint(
             }
         }
         observations += value.len();
+    }
+    // Every sweep brought its reference along: each counts once.
+    for reference in references.iter().filter(|_| with_drive) {
+        let again = (reference.sweeps - 1) as f64 / reference.std_error.powi(2);
+        normal[(drive_at, drive_at)] -= again * scales[drive_at].powi(2);
+        rhs[drive_at] -= again * reference.value * scales[drive_at];
+        total -= again * reference.value.powi(2);
+        // What the shapes say, and the reference.
+        observations += 1;
     }
     let cholesky = normal.clone().cholesky()?;
     let solution = cholesky.solve(&rhs);
@@ -504,6 +552,51 @@ mod tests {
         );
         let mu = a.laws.iter().find(|l| l.law == super::super::LoadLaw::Proportional).unwrap();
         assert!((mu.coefficient.value - 0.02).abs() < 0.002, "{:?}", mu.coefficient);
+    }
+
+    /// Five loads, one curve without friction for all: its noise must not be averaged away.
+    #[test]
+    fn one_reference_of_many_sweeps_counts_once() {
+        const SEEDS: u64 = 60;
+        let sweep = |x_f: f64, seed: u64| {
+            let o = Oscillator::builder()
+                .frequency_hz(2.0)
+                .q_factor(80.0)
+                .friction_displacement(x_f)
+                .build()
+                .unwrap();
+            let hz: Vec<f64> = (0..61).map(|i| 1.9 + 0.2 * f64::from(i) / 60.0).collect();
+            let noisy = |(i, hz): (usize, &f64)| {
+                let r = scan::reading(&o, 0.3, *hz).unwrap();
+                r.fundamental + Phasor::new(0.05 * jitter(i, seed), 0.05 * jitter(i, seed + 1))
+            };
+            let z = hz.iter().enumerate().map(noisy).collect();
+            resonance::Curve::complex(hz, z).unit("mm").build().unwrap()
+        };
+        let mut square = 0.0;
+        for seed in 0..SEEDS {
+            let reference = sweep(0.0, 1000 * seed + 500);
+            let measurement = |i: u64| Measurement {
+                name: format!("load {i}"),
+                condition: Condition { label: i.to_string(), value: None },
+                data: Data::Sweep {
+                    curve: Box::new(sweep(0.03 * i as f64, 1000 * seed + 10 * i)),
+                    options: Box::new(resonance::Options {
+                        reference: Some(reference.clone()),
+                        ..resonance::Options::default()
+                    }),
+                },
+                scale: 1.0,
+            };
+            let all: Vec<Measurement> = (1..=5).map(measurement).collect();
+            let mut options = Options { unit: "mm".into(), ..Options::default() };
+            options.shared.drive_amplitude = true;
+            let drive = analyse(&all, &options).unwrap().joint.unwrap().drive_amplitude.unwrap();
+            square += ((drive.value - 0.3) / drive.std_error).powi(2);
+        }
+        let pull = (square / SEEDS as f64).sqrt();
+        // Itself uncertain by 9 %.
+        assert!((pull - 1.0).abs() < 0.25, "{pull}");
     }
 
     #[test]
