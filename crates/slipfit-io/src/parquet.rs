@@ -1,9 +1,11 @@
 //! Parquet files, read row group by row group.
 
+use std::io::{self, Read};
+
 use parquet::basic::{LogicalType, TimeUnit, Type};
 use parquet::column::reader::ColumnReader;
 use parquet::errors::ParquetError;
-use parquet::file::reader::{FileReader as _, RowGroupReader, SerializedFileReader};
+use parquet::file::reader::{ChunkReader, FileReader as _, Length, RowGroupReader, SerializedFileReader};
 use parquet::schema::types::ColumnDescriptor;
 
 use crate::{
@@ -33,8 +35,41 @@ pub(crate) struct Parquet {
 }
 
 enum Reader {
-    File(SerializedFileReader<std::fs::File>),
-    Bytes(SerializedFileReader<bytes::Bytes>),
+    File(SerializedFileReader<Chunks<std::fs::File>>),
+    Bytes(SerializedFileReader<Chunks<bytes::Bytes>>),
+}
+
+/// A file that ends with an error: the crate skips what a broken header claims, two thousand
+/// million lists, one by one, as long as reading nothing is no error.
+struct Chunks<R>(R);
+
+impl<R: Length> Length for Chunks<R> {
+    fn len(&self) -> u64 {
+        self.0.len()
+    }
+}
+
+impl<R: ChunkReader> ChunkReader for Chunks<R> {
+    type T = NotPastTheEnd<R::T>;
+
+    fn get_read(&self, start: u64) -> parquet::errors::Result<Self::T> {
+        self.0.get_read(start).map(NotPastTheEnd)
+    }
+
+    fn get_bytes(&self, start: u64, length: usize) -> parquet::errors::Result<bytes::Bytes> {
+        self.0.get_bytes(start, length)
+    }
+}
+
+struct NotPastTheEnd<R>(R);
+
+impl<R: Read> Read for NotPastTheEnd<R> {
+    fn read(&mut self, buffer: &mut [u8]) -> io::Result<usize> {
+        match self.0.read(buffer)? {
+            0 if !buffer.is_empty() => Err(io::ErrorKind::UnexpectedEof.into()),
+            n => Ok(n),
+        }
+    }
 }
 
 impl Reader {
@@ -58,10 +93,10 @@ impl Parquet {
     pub(crate) fn open(input: Input) -> Result<Self, ReadProblem> {
         let (size, input) = input.size().map_err(ReadProblem::Io)?;
         let reader = match input {
-            Input::File(file) => Reader::File(decoded(|| SerializedFileReader::new(file))?),
+            Input::File(file) => Reader::File(decoded(|| SerializedFileReader::new(Chunks(file)))?),
             Input::Bytes(bytes) => {
                 let bytes = bytes::Bytes::from(bytes.into_inner());
-                Reader::Bytes(decoded(|| SerializedFileReader::new(bytes))?)
+                Reader::Bytes(decoded(|| SerializedFileReader::new(Chunks(bytes)))?)
             }
         };
         check_places(reader.metadata(), size)?;
