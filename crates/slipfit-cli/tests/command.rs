@@ -315,3 +315,20 @@ fn simulate_names_what_is_missing() {
         .code(2)
         .stdout("");
 }
+
+#[test]
+fn messages_fit_the_screen_and_hang_behind_their_label() {
+    let name =
+        format!("{}.csv", "a_recording_with_a_name_as_long_as_folders_of_a_laboratory_make_them".repeat(2));
+    let folder = folder_with(&name, &table("x (rad)", |i| f64::from(i).cos().to_string()));
+    let output = slipfit().current_dir(folder.path()).args(["ringdown", &name]).output().unwrap();
+    let said = String::from_utf8(output.stderr).unwrap();
+    let words: Vec<&str> = said.split_whitespace().collect();
+    assert!(
+        words.join(" ").contains("no column of times among column 1 `x (rad)` hint: --rate-hz"),
+        "{said}"
+    );
+    // A name is never broken, what follows it is.
+    assert!(said.lines().all(|l| l.chars().count() <= 80 || l.contains(&name)), "{said}");
+    assert!(said.lines().nth(1).unwrap().starts_with("       no column of times"), "{said}");
+}
