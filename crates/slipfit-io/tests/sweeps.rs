@@ -279,3 +279,35 @@ fn a_conductance_asked_for_is_read_with_its_susceptance() {
     let read = with(&text, &SweepOptions { amplitude: Some("Gp".into()), ..Default::default() }).unwrap();
     assert!(read.report.column("phase").is_none() && read.report.column("susceptance").is_some());
 }
+
+/// Series resistance and reactance of a quartz with viscous loss alone, and constant noise in both.
+fn quartz_impedance(seed: u64) -> String {
+    let mut state = seed;
+    // Sum of twelve uniform numbers: variance 1.
+    let mut noise = || {
+        let mut uniform = || {
+            state = state.wrapping_mul(6_364_136_223_846_793_005).wrapping_add(1_442_695_040_888_963_407);
+            (state >> 11) as f64 / (1_u64 << 53) as f64
+        };
+        (0..12).map(|_| uniform()).sum::<f64>() - 6.0
+    };
+    let (resistance, f_0, q) = (100.0, 1000.0, 500.0);
+    let mut text = String::from("f (Hz),Rs (Ohm),Xs (Ohm)\n");
+    for i in 0..=200 {
+        let f = f_0 + 0.08 * f64::from(i - 100);
+        let reactance = resistance * q * (f / f_0 - f_0 / f);
+        text += &format!("{f},{},{}\n", resistance + 4.0 * noise(), reactance + 4.0 * noise());
+    }
+    text
+}
+
+#[test]
+fn noise_in_an_impedance_gives_no_friction() {
+    for seed in 1..=6 {
+        let reading = read(&quartz_impedance(seed));
+        let errors = reading.curve.std_error().unwrap();
+        assert!(errors[100] > 3.0 * errors[0], "{errors:?}");
+        let answer = slipfit::resonance::analyse(&reading.curve, &Default::default()).unwrap();
+        assert!(!answer.sliding.detected, "seed {seed}: {}", answer.sentence());
+    }
+}
