@@ -23,7 +23,9 @@ fn refusal(args: &str) -> String {
     let output = slipfit().arg("simulate").args(args.split_whitespace()).output().unwrap();
     assert_eq!(output.status.code(), Some(2), "{args}: {:.300}", String::from_utf8_lossy(&output.stdout));
     assert!(output.stdout.is_empty(), "{args}");
-    String::from_utf8(output.stderr).unwrap()
+    let said = String::from_utf8(output.stderr).unwrap();
+    // Messages are wrapped for the screen.
+    said.split_whitespace().collect::<Vec<_>>().join(" ")
 }
 
 #[test]
