@@ -1,5 +1,6 @@
 //! Why a command failed, and what would help.
 
+use crate::report::hanging;
 use anstyle::{AnsiColor, Style};
 use std::fmt;
 use std::path::Path;
@@ -96,6 +97,26 @@ impl Failure {
     }
 }
 
+impl Failure {
+    /// Amplitudes over drive levels that could not be analysed.
+    pub(crate) fn analysing_levels(file: &Path, error: &slipfit::Error) -> Self {
+        use slipfit::Error;
+        if let Error::Parameter { name, value, range } = error {
+            return Self::new(format!("{} {value}: must be among {}", flag(name), in_flags(range)));
+        }
+        let failure = Self::new(format!("{}: {error}", file.display()));
+        match error {
+            Error::TooFewPoints { .. } | Error::TooFewSamples { .. } => {
+                failure.hint("measure at more levels of the drive, below and above the threshold")
+            }
+            Error::NoFit { .. } | Error::NoResonance { .. } => {
+                failure.hint("--drive and --amplitude name other columns")
+            }
+            _ => failure,
+        }
+    }
+}
+
 /// The flag that sets an option of the core.
 fn flag(name: &str) -> &str {
     match name {
@@ -131,15 +152,15 @@ impl From<slipfit_io::ReadError> for Failure {
 
 impl fmt::Display for Complaint {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        writeln!(f, "{ERROR}error:{ERROR:#} {}", self.message)?;
-        if let Some(hint) = &self.hint {
-            writeln!(f, "  {HINT}hint:{HINT:#} {hint}")?;
+        f.write_str(&hanging("error:", ERROR, &self.message))?;
+        match &self.hint {
+            Some(hint) => f.write_str(&hanging("  hint:", HINT, hint)),
+            None => Ok(()),
         }
-        Ok(())
     }
 }
 
 /// A doubt, for standard error.
 pub(crate) fn warning_line(text: &str) -> String {
-    format!("{WARNING}warning:{WARNING:#} {text}\n")
+    hanging("warning:", WARNING, text)
 }

@@ -104,7 +104,7 @@ pub(crate) fn read(path: &Path) -> Result<Manifest, Failure> {
     let text = std::fs::read_to_string(path).map_err(|e| Failure::new(format!("{}: {e}", path.display())))?;
     let folder = path.parent().unwrap_or(Path::new(""));
     let manifest = parse(&text, folder).map_err(|said| {
-        Failure::new(format!("{}: {said}", path.display())).hint("docs/series.md says what a manifest holds")
+        Failure::new(format!("{}: {said}", path.display())).hint("https://github.com/slipfit/slipfit/blob/main/docs/series.md and slipfit help series say what a manifest holds")
     })?;
     let digest = Sha256::digest(text.as_bytes());
     Ok(Manifest { sha256: digest.iter().map(|byte| format!("{byte:02x}")).collect(), ..manifest })

@@ -39,5 +39,6 @@ fn a_sound_cut_off_in_its_header_is_refused() {
 fn numbers_beyond_reach_are_refused_with_the_value() {
     let rows: String = (0..100).map(|i| format!("{i},{:e}\n", 1e250 * f64::from(i).cos())).collect();
     let said = refusal("huge.csv", |path| fs::write(path, format!("t (s),x (m)\n{rows}")).unwrap());
-    assert!(said.contains("choose another unit"), "{said}");
+    let words: Vec<&str> = said.split_whitespace().collect();
+    assert!(words.join(" ").contains("choose another unit"), "{said}");
 }

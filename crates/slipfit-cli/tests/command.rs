@@ -315,3 +315,58 @@ fn simulate_names_what_is_missing() {
         .code(2)
         .stdout("");
 }
+
+#[test]
+fn messages_fit_the_screen_and_hang_behind_their_label() {
+    let name =
+        format!("{}.csv", "a_recording_with_a_name_as_long_as_folders_of_a_laboratory_make_them".repeat(2));
+    let folder = folder_with(&name, &table("x (rad)", |i| f64::from(i).cos().to_string()));
+    let output = slipfit().current_dir(folder.path()).args(["ringdown", &name]).output().unwrap();
+    let said = String::from_utf8(output.stderr).unwrap();
+    let words: Vec<&str> = said.split_whitespace().collect();
+    assert!(
+        words.join(" ").contains("no column of times among column 1 `x (rad)` hint: --rate-hz"),
+        "{said}"
+    );
+    // A name is never broken, what follows it is.
+    assert!(said.lines().all(|l| l.chars().count() <= 80 || l.contains(&name)), "{said}");
+    assert!(said.lines().nth(1).unwrap().starts_with("       no column of times"), "{said}");
+}
+
+#[test]
+fn a_flag_that_would_change_nothing_is_refused() {
+    let rows = |i: u32| {
+        let t = 0.05 * f64::from(i);
+        format!("{t:.2},{}", 0.3 * (-0.1 * t).exp() * (6.0 * t).cos())
+    };
+    let folder = folder_with("swing.csv", &table("t (s),angle (rad)", rows));
+    for (flags, word) in [
+        (["--min-amplitude", "5"], "the decay begins at"),
+        (["--frequency-hz", "7"], "only for a record of amplitudes"),
+        (["--sheet", "foo"], "a text has no sheets"),
+        (["--torsion-stiffness", "-3"], "must be above zero"),
+        (["--table", "nowhere/table.csv"], "there is no folder nowhere"),
+    ] {
+        let output = slipfit()
+            .current_dir(folder.path())
+            .args(["ringdown", "swing.csv"])
+            .args(flags)
+            .output()
+            .unwrap();
+        assert_eq!(output.status.code(), Some(2), "{flags:?}");
+        let said = String::from_utf8(output.stderr).unwrap();
+        let words: Vec<&str> = said.split_whitespace().collect();
+        assert!(words.join(" ").contains(word), "{said}");
+    }
+}
+
+#[test]
+fn an_empty_folder_is_called_so() {
+    let folder = tempfile::tempdir().unwrap();
+    let output = slipfit().arg("resonance").arg(folder.path()).output().unwrap();
+    let said = String::from_utf8(output.stderr).unwrap();
+    assert!(
+        said.split_whitespace().collect::<Vec<_>>().join(" ").contains("the folder holds no files"),
+        "{said}"
+    );
+}

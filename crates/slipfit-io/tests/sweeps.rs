@@ -202,3 +202,112 @@ fn drive_levels_come_one_a_row_or_one_a_curve() {
     assert_eq!(curves.levels.amplitude(), [0.5, 1.6, 2.9]);
     assert!(curves.notes.iter().any(|n| n.contains("largest amplitude at each of 3 drive levels")));
 }
+
+/// Rows of a curve over 41 frequencies around 100 Hz.
+fn curve_rows(row: impl Fn(f64, f64) -> String) -> String {
+    (0..41)
+        .map(|i| 99.0 + 0.05 * f64::from(i))
+        .map(|f| row(f, 1.0 / (1.0 + (20.0 * (f - 100.0)).powi(2)).sqrt()))
+        .collect()
+}
+
+#[test]
+fn a_drive_that_strays_is_one_level_and_a_single_curve_is_none() {
+    let mut text = String::from("f (Hz),force (N),amplitude (mm)\n");
+    for level in [0.2, 0.5, 1.0, 1.7] {
+        text += &curve_rows(|f, a| format!("{f},{},{}\n", level * (1.0 + 0.02 * (7.0 * f).sin()), level * a));
+    }
+    let read = levels(&text);
+    assert_eq!(read.levels.drive().len(), 4, "{:?}", read.levels.drive());
+    let one = curve_rows(|f, a| format!("{f},{},{a}\n", 1.0 + 0.2 * (7.0 * f).sin()));
+    let said = levels_refused(&format!("f (Hz),force (N),amplitude (mm)\n{one}"));
+    assert!(said.contains("resonance curve"), "{said}");
+    // Levels whose resonance shifts are levels.
+    let rows: String = (1..9).map(|i| format!("{},{i},{}\n", 100.0 - 0.1 * f64::from(i), 3 * i)).collect();
+    assert_eq!(levels(&format!("f (Hz),force (N),amplitude (mm)\n{rows}")).levels.drive().len(), 8);
+}
+
+fn refused(text: &str) -> String {
+    let error = with(text, &SweepOptions::default()).unwrap_err();
+    format!("{error}; {}", error.hint().unwrap_or_default())
+}
+
+fn levels_refused(text: &str) -> String {
+    let path = std::env::temp_dir().join(format!("slipfit-levels-{}-{:p}.csv", std::process::id(), text));
+    std::fs::write(&path, text).unwrap();
+    let error = slipfit_io::read_levels(&path, &slipfit_io::LevelOptions::default()).unwrap_err();
+    std::fs::remove_file(&path).unwrap();
+    format!("{error}; {}", error.hint().unwrap_or_default())
+}
+
+#[test]
+fn a_record_over_time_is_no_table_of_levels() {
+    let rows: String =
+        (0..50).map(|i| format!("{},{}\n", 0.1 * f64::from(i), f64::from(i).cos().abs())).collect();
+    let said = levels_refused(&format!("Zeit t / s,Winkel / rad\n{rows}"));
+    assert!(said.contains("holds times") && !said.contains("--frequency"), "{said}");
+}
+
+#[test]
+fn slips_below_zero_are_left_out_and_counted() {
+    let rows = curve_rows(|f, a| format!("{f},{a}\n"));
+    let slip = read(&format!("f (Hz),amplitude (mm)\n-99.5,0.1\n{rows}"));
+    assert_eq!((slip.curve.len(), slip.report.rows_skipped()), (41, 1));
+    assert_eq!(slip.report.skipped[0].reason, "frequency below zero");
+    let periods = |sign: f64| curve_rows(|f, a| format!("{},{a}\n", sign / f));
+    let slip = read(&format!("T (s),amplitude (mm)\n-0.01,0.1\n{}", periods(1.0)));
+    assert_eq!(slip.report.skipped[0].reason, "period below zero");
+    let said = refused(&format!("T (s),amplitude (mm)\n{}", periods(-1.0)));
+    assert!(said.contains("period -") && said.contains("below zero"), "{said}");
+    let shifts = curve_rows(|f, a| format!("{},{a}\n", f - 100.0));
+    assert!(refused(&format!("f (Hz),amplitude (mm)\n{shifts}")).contains("shifts"));
+}
+
+#[test]
+fn one_frequency_is_no_curve() {
+    for (f, word) in [("0", "is 0 Hz in all of 41 points"), ("32000", "is 32000 Hz in all of 41 points")] {
+        let rows = curve_rows(|_, a| format!("{f},{a}\n"));
+        let said = refused(&format!("f (Hz),amplitude (mm)\n{rows}"));
+        assert!(said.contains(word), "{said}");
+    }
+}
+
+#[test]
+fn a_conductance_asked_for_is_read_with_its_susceptance() {
+    let rows = curve_rows(|f, a| format!("{f},{},{},{a},45\n", a * a, a));
+    let text = format!("f (Hz),Gp,Bp,|Zs|,<Zs\n{rows}");
+    let read = with(&text, &SweepOptions { amplitude: Some("Gp".into()), ..Default::default() }).unwrap();
+    assert!(read.report.column("phase").is_none() && read.report.column("susceptance").is_some());
+}
+
+/// Series resistance and reactance of a quartz with viscous loss alone, and constant noise in both.
+fn quartz_impedance(seed: u64) -> String {
+    let mut state = seed;
+    // Sum of twelve uniform numbers: variance 1.
+    let mut noise = || {
+        let mut uniform = || {
+            state = state.wrapping_mul(6_364_136_223_846_793_005).wrapping_add(1_442_695_040_888_963_407);
+            (state >> 11) as f64 / (1_u64 << 53) as f64
+        };
+        (0..12).map(|_| uniform()).sum::<f64>() - 6.0
+    };
+    let (resistance, f_0, q) = (100.0, 1000.0, 500.0);
+    let mut text = String::from("f (Hz),Rs (Ohm),Xs (Ohm)\n");
+    for i in 0..=200 {
+        let f = f_0 + 0.08 * f64::from(i - 100);
+        let reactance = resistance * q * (f / f_0 - f_0 / f);
+        text += &format!("{f},{},{}\n", resistance + 4.0 * noise(), reactance + 4.0 * noise());
+    }
+    text
+}
+
+#[test]
+fn noise_in_an_impedance_gives_no_friction() {
+    for seed in 1..=6 {
+        let reading = read(&quartz_impedance(seed));
+        let errors = reading.curve.std_error().unwrap();
+        assert!(errors[100] > 3.0 * errors[0], "{errors:?}");
+        let answer = slipfit::resonance::analyse(&reading.curve, &Default::default()).unwrap();
+        assert!(!answer.sliding.detected, "seed {seed}: {}", answer.sentence());
+    }
+}

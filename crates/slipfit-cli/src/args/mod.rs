@@ -22,7 +22,7 @@ pub(crate) use inspect::InspectArgs;
 pub(crate) use levels::LevelFitArgs;
 pub(crate) use number::Uncertain;
 pub(crate) use pages::{AtlasArgs, PaperArgs};
-pub(crate) use reading::ReadingArgs;
+pub(crate) use reading::{ReadingArgs, quoted};
 pub(crate) use record::{MinusArgs, OscillatorArgs, OutArgs, RecordFormat, SampleArgs};
 pub(crate) use resonance::ResonanceArgs;
 pub(crate) use ringdown::RingdownArgs;

@@ -3,7 +3,7 @@
 use super::positive;
 use clap::{Args, ValueEnum};
 use slipfit::SignalKind;
-use slipfit_io::ReadOptions;
+use slipfit_io::{ReadOptions, SweepOptions};
 
 // A doc comment here would replace that of the command.
 #[derive(Debug, Clone, Default, Args)]
@@ -79,7 +79,37 @@ impl From<Kind> for SignalKind {
     }
 }
 
+/// A word as a shell takes it.
+pub(crate) fn quoted(text: &str) -> String {
+    let plain = |c: char| c.is_alphanumeric() || "./_-:".contains(c) || (cfg!(windows) && c == '\\');
+    if !text.is_empty() && text.chars().all(plain) {
+        text.to_owned()
+    } else if cfg!(windows) || !text.contains(['$', '`', '"', '\\', '!']) {
+        format!("\"{text}\"")
+    } else {
+        format!("'{}'", text.replace('\'', "'\\''"))
+    }
+}
+
 impl ReadingArgs {
+    /// The same for a resonance curve; `None` where a flag is one of records only.
+    pub(crate) fn curve_options(&self) -> Option<SweepOptions> {
+        let record_only = self.time.is_some()
+            || self.signal.is_some()
+            || self.quadrature.is_some()
+            || self.time_unit.is_some()
+            || self.kind.is_some()
+            || self.rate_hz.is_some()
+            || self.part.is_some()
+            || self.most_samples.is_some();
+        (!record_only).then(|| SweepOptions {
+            unit: self.unit.clone(),
+            sheet: self.sheet.clone(),
+            run: self.run,
+            ..SweepOptions::default()
+        })
+    }
+
     pub(crate) fn options(&self) -> ReadOptions {
         ReadOptions {
             time: self.time.clone(),
@@ -98,10 +128,7 @@ impl ReadingArgs {
 
     /// The flags as they were typed, for a command that goes on from here.
     pub(crate) fn as_flags(&self) -> String {
-        let quoted = |text: &String| {
-            let plain = !text.is_empty() && text.chars().all(|c| c.is_alphanumeric() || "._-/".contains(c));
-            if plain { text.clone() } else { format!("\"{text}\"") }
-        };
+        let quoted = |text: &String| quoted(text);
         let number = |n: Option<usize>| n.map(|n| n.to_string());
         [
             ("--time", self.time.as_ref().map(quoted)),

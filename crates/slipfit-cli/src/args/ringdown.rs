@@ -102,19 +102,19 @@ pub(crate) struct RingdownArgs {
 #[group(multiple = false)]
 pub(crate) struct CalibrationArgs {
     /// Stiffness k [N/m], for a displacement in m: 12000, 12000±300, 12000(300)
-    #[arg(long, value_name = "K", help_heading = "Forces")]
+    #[arg(long, value_name = "K", allow_negative_numbers = true, help_heading = "Forces")]
     stiffness: Option<Uncertain>,
 
     /// Mass m [kg], for a displacement in m
-    #[arg(long, value_name = "M", help_heading = "Forces")]
+    #[arg(long, value_name = "M", allow_negative_numbers = true, help_heading = "Forces")]
     mass: Option<Uncertain>,
 
     /// Torsion stiffness [N m/rad], for an angle
-    #[arg(long, value_name = "K", help_heading = "Forces")]
+    #[arg(long, value_name = "K", allow_negative_numbers = true, help_heading = "Forces")]
     torsion_stiffness: Option<Uncertain>,
 
     /// Moment of inertia [kg m²], for an angle
-    #[arg(long, value_name = "I", help_heading = "Forces")]
+    #[arg(long, value_name = "I", allow_negative_numbers = true, help_heading = "Forces")]
     inertia: Option<Uncertain>,
 }
 

@@ -39,6 +39,10 @@ impl Journal {
         let path = place(table);
         let name = path.display().to_string();
         let failed = |e: &std::io::Error| Failure::writing(&name, e);
+        if let Some(folder) = table.parent().filter(|f| !f.as_os_str().is_empty() && !f.is_dir()) {
+            let (table, folder) = (table.display(), folder.display());
+            return Err(Failure::new(format!("--table {table}: there is no folder {folder}")));
+        }
         let mut kept = Vec::new();
         let mut text = format!("{signature}\n");
         if resume && path.exists() {

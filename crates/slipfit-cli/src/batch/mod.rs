@@ -116,8 +116,9 @@ fn summary(task: &Task<'_>, rows: &[Row], interrupted: bool) -> String {
     let of = if interrupted { format!(" of {}", task.files.len()) } else { String::new() };
     let place = task.table.table.as_deref().map(|p| format!("; {}", p.display())).unwrap_or_default();
     let mut text = format!(
-        "{}{of} files: {} without doubt, {} with warnings, {} failed{place}\n",
+        "{}{of} {}: {} without doubt, {} with warnings, {} failed{place}\n",
         rows.len(),
+        if task.files.len() == 1 { "file" } else { "files" },
         count(Status::Done),
         count(Status::Warned),
         count(Status::Failed)

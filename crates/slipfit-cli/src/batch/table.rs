@@ -65,6 +65,10 @@ const HEADINGS: [&str; 7] =
 fn cells(row: &Row) -> [String; 7] {
     let number = |v: Option<f64>, unit: &str| v.map(|v| plain(v, 4, unit)).unwrap_or_default();
     let ranged = |v: Option<f64>, low: Option<f64>, high: Option<f64>, unit: &str| match (v, low, high) {
+        // A term the model leaves out has no value, only a bound.
+        (Some(v), Some(low), Some(high)) if v == 0.0 || !(low..=high).contains(&v) => {
+            format!("< {}", plain(high, 2, unit))
+        }
         (Some(_), Some(low), Some(high)) => {
             format!("{} ({} to {})", number(v, unit), plain(low, 3, ""), plain(high, 3, ""))
         }
@@ -116,6 +120,23 @@ mod tests {
         assert!(markdown(std::slice::from_ref(&row)).contains("a\\|b\\_%.csv"));
         let text = latex(&[row]);
         assert!(text.contains("a$|$b\\_\\%.csv & failed") && text.contains("x \\& y"), "{text}");
+    }
+
+    #[test]
+    fn a_value_outside_its_interval_is_a_bound() {
+        const COLUMNS: &[Column] = &[
+            Column::number("friction_displacement"),
+            Column::number("friction_displacement_low"),
+            Column::number("friction_displacement_high"),
+            Column::text("unit"),
+        ];
+        let row = |value: f64| {
+            let numbers = [value, 2.54e-4, 0.002_68].map(Value::number);
+            let values = numbers.into_iter().chain([Value::text("rad")]).collect();
+            cells(&Row::answered(Path::new("a.csv"), &[], COLUMNS, values))[5].clone()
+        };
+        assert_eq!(row(0.0), "< 2.7 mrad");
+        assert!(row(0.001).starts_with("1 mrad ("), "{}", row(0.001));
     }
 
     #[test]

@@ -1,10 +1,10 @@
 //! `slipfit inspect`: what a file holds.
 
-use crate::args::InspectArgs;
+use crate::args::{InspectArgs, quoted};
 use crate::failure::Failure;
 use crate::{output, report};
 use anstream::ColorChoice;
-use slipfit_io::{ReadError, Reading, Tables};
+use slipfit_io::{ReadError, Reading, SweepReading, Tables};
 use std::fs::File;
 use std::io::{BufRead as _, BufReader, Read as _};
 use std::path::Path;
@@ -22,6 +22,8 @@ pub(crate) struct Inspected<'a> {
     pub(crate) tables: &'a Tables,
     /// The record it would be read as, or why it is none.
     pub(crate) reading: &'a Result<Reading, ReadError>,
+    /// The resonance curve it is, rather than a record.
+    pub(crate) curve: Option<&'a SweepReading>,
     /// Its first lines, of text.
     pub(crate) lines: &'a [String],
     /// Flags given, for the command to go on with.
@@ -29,14 +31,54 @@ pub(crate) struct Inspected<'a> {
 }
 
 pub(crate) fn run(args: &InspectArgs, color: ColorChoice) -> Result<ExitCode, Failure> {
+    if args.file.is_dir() {
+        let name = args.file.display();
+        return Err(Failure::new(format!("{name}: this is a folder")).hint(format!(
+            "slipfit resonance {} reads driven records, one for each frequency",
+            typed(&args.file)
+        )));
+    }
     let tables = slipfit_io::read_tables(&args.file, PREVIEW_ROWS)?;
     let reading = slipfit_io::read(&args.file, &args.reading.options());
     let lines = if tables.dialect.is_some() { first_lines(&args.file) } else { Vec::new() };
     let flags = args.reading.as_flags();
-    let inspected =
-        Inspected { file: &args.file, tables: &tables, reading: &reading, lines: &lines, flags: &flags };
+    let curve = as_curve(args, &tables, &reading);
+    let inspected = Inspected {
+        file: &args.file,
+        tables: &tables,
+        reading: &reading,
+        curve: curve.as_ref(),
+        lines: &lines,
+        flags: &flags,
+    };
     output::print(&report::inspect(&inspected), color)?;
     Ok(ExitCode::SUCCESS)
+}
+
+/// The file as it is typed: no flag, and one word.
+pub(crate) fn typed(file: &Path) -> String {
+    let path = file.display().to_string();
+    quoted(&if path.starts_with('-') { format!("./{path}") } else { path })
+}
+
+/// The file as a resonance curve, where its names say so; without names, where it answers
+/// as a curve and not as a record. A file too long to be looked at as a whole is no curve.
+fn as_curve(
+    args: &InspectArgs,
+    tables: &Tables,
+    record: &Result<Reading, ReadError>,
+) -> Option<SweepReading> {
+    if tables.tables.iter().any(|t| t.cut) {
+        return None;
+    }
+    let curve =
+        slipfit_io::read_sweep(std::slice::from_ref(&args.file), &args.reading.curve_options()?).ok()?;
+    let rings =
+        || record.as_ref().is_ok_and(|r| slipfit::ringdown::analyse(&r.record, &Default::default()).is_ok());
+    let resonates = || slipfit::resonance::analyse(&curve.curve, &Default::default()).is_ok();
+    // Beside a record other tables hold spectra.
+    let named = curve.report.named && !(tables.tables.len() > 1 && rings());
+    (named || (!rings() && resonates())).then_some(curve)
 }
 
 /// The first lines as they stand; none of a packed file.

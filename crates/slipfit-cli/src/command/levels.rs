@@ -20,7 +20,7 @@ pub(crate) struct AnalysedLevels<'a> {
 pub(crate) fn run(args: &LevelFitArgs, color: ColorChoice) -> Result<ExitCode, Failure> {
     let plot_format = args.out.plot.as_deref().map(plot::Format::of).transpose()?;
     let (reading, options) = prepare(args)?;
-    let answer = analyse(&reading.levels, &options).map_err(|e| Failure::analysing_curve(&args.file, &e))?;
+    let answer = analyse(&reading.levels, &options).map_err(|e| Failure::analysing_levels(&args.file, &e))?;
     let analysed = AnalysedLevels { reading: &reading, options: &options, answer: &answer };
     let picture = plot_format.map(|format| plot::levels(&analysed, format)).transpose()?;
     let faces = Faces {

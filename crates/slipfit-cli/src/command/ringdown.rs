@@ -7,8 +7,9 @@ use crate::{batch, csv, json, page, plot, report};
 use anstream::ColorChoice;
 use indicatif::{ProgressBar, ProgressDrawTarget, ProgressStyle};
 use slipfit::SignalKind;
+use slipfit::format::plain;
 use slipfit::ringdown::{Answer, Options, analyse};
-use slipfit_io::Reading;
+use slipfit_io::{Format, Reading};
 use std::path::Path;
 use std::process::ExitCode;
 use std::time::Duration;
@@ -106,8 +107,38 @@ fn analyse_reading(file: &Path, reading: Reading, args: &RingdownArgs) -> Result
     if options.frequency_hz.is_none() {
         options.frequency_hz = named_frequency_hz(&reading);
     }
+    heeded(&reading, args)?;
     let answer = analyse(&reading.record, &options).map_err(|e| Failure::analysing(file, &e))?;
+    reached(&options, &answer)?;
     Ok(Done { reading, options, answer })
+}
+
+/// A flag that would change nothing is a mistake.
+fn heeded(reading: &Reading, args: &RingdownArgs) -> Result<(), Failure> {
+    let amplitudes = matches!(reading.record.kind(), SignalKind::Envelope | SignalKind::LockIn);
+    if let Some(f) = args.options().frequency_hz.filter(|_| !amplitudes) {
+        return Err(Failure::new(format!(
+            "--frequency-hz {f}: only for a record of amplitudes; this one oscillates and has its own frequency"
+        ))
+        .hint("--band says where to look for it"));
+    }
+    if let Some(sheet) = args.reading.sheet.as_ref().filter(|_| reading.report.format == Format::Text) {
+        return Err(Failure::new(format!("--sheet {sheet}: a text has no sheets"))
+            .hint("--part chooses one of several tables side by side, --run one of several runs"));
+    }
+    Ok(())
+}
+
+/// A least amplitude that no amplitude reaches leaves nothing to fit.
+fn reached(options: &Options, answer: &Answer) -> Result<(), Failure> {
+    let (Some(least), Some(first)) = (options.min_amplitude, answer.parameter("initial_amplitude")) else {
+        return Ok(());
+    };
+    if first.value.is_nan() || first.value > least {
+        return Ok(());
+    }
+    let (unit, first) = (&answer.signal_unit, plain(first.value, 3, &answer.signal_unit));
+    Err(Failure::new(format!("--min-amplitude {least} {unit}: the decay begins at {first} already")))
 }
 
 /// The frequency of the oscillation, where amplitudes alone were recorded and

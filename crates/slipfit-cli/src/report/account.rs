@@ -85,6 +85,11 @@ pub(super) fn reading(reading: &Reading) -> Facts {
     facts
 }
 
+/// `1 row`, `2 rows`.
+pub(super) fn counted(n: u64, thing: &str) -> String {
+    if n == 1 { format!("1 {thing}") } else { format!("{n} {thing}s") }
+}
+
 fn columns_taken(facts: &mut Facts, report: &ReadReport) {
     facts.add("time", time_source(&report.time));
     facts.add("signal", signal_source(report));
@@ -94,7 +99,7 @@ fn columns_taken(facts: &mut Facts, report: &ReadReport) {
 }
 
 fn rows_read(report: &ReadReport) -> String {
-    let mut text = format!("{} rows", report.rows_read);
+    let mut text = counted(report.rows_read, "row");
     if !report.skipped.is_empty() {
         let reasons: Vec<String> = report
             .skipped
@@ -161,8 +166,9 @@ fn clock(report: &ClockReport) -> Option<String> {
     }
     if let Some(gap) = &report.longest_gap {
         said.push(format!(
-            "{} gaps, the longest {} from {} on",
+            "{} {} {} from {} on",
             report.gaps,
+            if report.gaps == 1 { "gap," } else { "gaps, the longest" },
             plain(gap.length_s, 3, "s"),
             plain(gap.start_s, 4, "s")
         ));
@@ -176,6 +182,11 @@ fn clock(report: &ClockReport) -> Option<String> {
 #[cfg(test)]
 mod tests {
     use super::*;
+
+    #[test]
+    fn one_of_a_thing_is_singular() {
+        assert_eq!([counted(1, "row"), counted(2, "row")], ["1 row", "2 rows"]);
+    }
 
     #[test]
     fn an_ordinary_clock_needs_no_words() {

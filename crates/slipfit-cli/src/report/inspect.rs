@@ -1,12 +1,13 @@
 //! A file at a glance.
 
 use super::account;
-use super::table::{Align, columns};
+use super::table::{Align, columns, width};
 use super::{ANSWER, DIM, HEADING, WIDTH, labelled};
-use crate::command::inspect::Inspected;
+use crate::args::quoted;
+use crate::command::inspect::{Inspected, typed};
 use crate::plot::terminal;
 use slipfit::format::plain;
-use slipfit_io::{Delimiter, Dialect, ReadProblem, Reading, Table};
+use slipfit_io::{Delimiter, Dialect, ReadProblem, SweepReading, Table};
 use std::fmt::Write as _;
 
 /// Tables and columns shown before the rest is only counted.
@@ -31,12 +32,19 @@ pub(crate) fn inspect(inspected: &Inspected<'_>) -> String {
         }
     }
     text.push('\n');
-    match inspected.reading {
-        Ok(reading) => {
-            text += &account::reading(reading).told();
-            text += &picture(reading);
+    match (inspected.curve, inspected.reading) {
+        (Some(curve), _) => {
+            text += &super::resonance::read_as_curve(curve).told();
+            text += &curve_picture(curve);
         }
-        Err(error) => {
+        (None, Ok(reading)) => {
+            text += &account::reading(reading).told();
+            let record = &reading.record;
+            let points = (0..record.len()).map(|i| (record.time_s(i), record.signal()[i]));
+            let ends = [record.time_s(0), record.time_s(record.len() - 1)];
+            text += &picture(points, record.unit(), ends, "s");
+        }
+        (None, Err(error)) => {
             text += &labelled("record", &format!("none: {}", error.problem));
             if let Some(hint) = error.hint() {
                 text += &labelled("", &hint);
@@ -96,6 +104,13 @@ fn one_table(table: &Table, several: bool) -> String {
             number(finite().reduce(f64::max)),
         ]);
     }
+    // A name gives way before a number does.
+    for most in (6..24).rev() {
+        if width(&rows) <= WIDTH - 4 {
+            break;
+        }
+        rows.iter_mut().for_each(|row| row[1] = clipped(&row[1], most));
+    }
     let align =
         [Align::Right, Align::Left, Align::Left, Align::Right, Align::Right, Align::Right, Align::Right];
     let first = if table.cut { "first " } else { "" };
@@ -120,12 +135,25 @@ fn one_table(table: &Table, several: bool) -> String {
     text
 }
 
-/// The signal over time, as small as it can be.
-fn picture(reading: &Reading) -> String {
-    let record = &reading.record;
-    let points = (0..record.len()).map(|i| (record.time_s(i), record.signal()[i]));
+/// The amplitudes over frequency.
+fn curve_picture(reading: &SweepReading) -> String {
+    let curve = &reading.curve;
+    let hz = curve.frequency_hz();
+    let points = hz.iter().enumerate().map(|(i, f)| (*f, curve.response().amplitude(i)));
+    let low = hz.iter().copied().fold(f64::INFINITY, f64::min);
+    let high = hz.iter().copied().fold(0.0, f64::max);
+    picture(points, curve.unit(), [low, high], "Hz")
+}
+
+/// Values over their places between the ends, as small as it can be.
+fn picture(
+    points: impl Iterator<Item = (f64, f64)> + Clone,
+    unit: &str,
+    ends: [f64; 2],
+    ends_unit: &str,
+) -> String {
     let Some((lines, [low, high])) = terminal::plot(points) else { return String::new() };
-    let labels = [plain(high, 3, record.unit()), plain(low, 3, record.unit())];
+    let labels = [plain(high, 3, unit), plain(low, 3, unit)];
     let mut text = String::from("\n");
     for (i, line) in lines.iter().enumerate() {
         let label = match i {
@@ -135,7 +163,9 @@ fn picture(reading: &Reading) -> String {
         };
         let _ = writeln!(text, "{:>12} {line}", clipped(label, 12));
     }
-    let (start, end) = (plain(record.time_s(0), 4, "s"), plain(record.time_s(record.len() - 1), 4, "s"));
+    // Ends of a narrow span differ in their later digits.
+    let digits = (ends[1].abs() / (ends[1] - ends[0])).log10().ceil().clamp(0.0, 8.0) as i32 + 3;
+    let [start, end] = ends.map(|v| plain(v, digits.max(4), ends_unit));
     let blanks = 66_usize.saturating_sub(start.chars().count() + end.chars().count());
     let _ = writeln!(text, "{:13}{start}{:blanks$}{end}", "", "");
     text
@@ -143,12 +173,10 @@ fn picture(reading: &Reading) -> String {
 
 /// What to type next.
 fn command(inspected: &Inspected<'_>) -> String {
-    let sweep = inspected.reading.is_err() && inspected.tables.tables.iter().any(Table::is_sweep);
+    let sweep = inspected.curve.is_some()
+        || inspected.reading.is_err() && inspected.tables.tables.iter().any(Table::is_sweep);
     let verb = if sweep { "resonance" } else { "ringdown" };
-    let path = inspected.file.display().to_string();
-    let plain = path.chars().all(|c| c.is_alphanumeric() || "./_-\\:".contains(c));
-    let path = if plain { path } else { format!("\"{path}\"") };
-    let mut text = format!("slipfit {verb} {path}{}", inspected.flags);
+    let mut text = format!("slipfit {verb} {}{}", typed(inspected.file), inspected.flags);
     if let Err(error) = inspected.reading
         && !sweep
     {
@@ -160,7 +188,7 @@ fn command(inspected: &Inspected<'_>) -> String {
             ReadProblem::NoTickRate { .. } => " --time-unit CLOCK".to_owned(),
             ReadProblem::SeveralTables { .. } => {
                 let first = inspected.tables.tables.first().map_or("NAME", |t| t.name.as_str());
-                format!(" --sheet \"{first}\"")
+                format!(" --sheet {}", quoted(first))
             }
             _ => String::new(),
         };

@@ -2,9 +2,8 @@
 
 use super::account::column;
 use super::facts::Facts;
-use super::parameters::Told;
+use super::parameters::{Told, laid_out};
 use super::resonance::p_words;
-use super::table::{Align, columns};
 use super::{ANSWER, WIDTH, labelled, wrap};
 use crate::command::levels::AnalysedLevels;
 use slipfit::format::{Rounded, plain};
@@ -42,10 +41,7 @@ pub(crate) fn levels(analysed: &AnalysedLevels<'_>, written: &[&Path]) -> String
         let _ = writeln!(text, "{ANSWER}{line}{ANSWER:#}");
     }
     text.push('\n');
-    let rows: Vec<Vec<String>> = told(answer).iter().map(Told::row).collect();
-    let left = Align::Left;
-    let lines = columns(&rows, &[left, left, Align::Right, left, left, left]);
-    lines.iter().for_each(|line| text += &format!("  {line}\n"));
+    text += &laid_out(&told(answer));
     text.push('\n');
     text += &account(analysed).told();
     if !written.is_empty() {

@@ -77,9 +77,35 @@ pub(crate) fn labelled(label: &str, text: &str) -> String {
         .collect()
 }
 
+/// `label text`, the text wrapped and hanging behind the label; lines broken by the writer,
+/// such as a quoted piece of a file, stay as they are.
+pub(crate) fn hanging(label: &str, style: Style, text: &str) -> String {
+    let indent = label.chars().count() + 1;
+    let lines: Vec<String> = match text.lines().count() {
+        0 => vec![String::new()],
+        1 if indent + text.chars().count() > WIDTH => wrap(text, WIDTH - indent),
+        _ => text.lines().map(str::to_owned).collect(),
+    };
+    let word = label.trim_start();
+    let margin = &label[..label.len() - word.len()];
+    let first = format!("{margin}{style}{word}{style:#} {}\n", lines[0]);
+    lines[1..].iter().fold(first, |text, line| text + &format!("{:indent$}{line}\n", ""))
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;
+
+    #[test]
+    fn a_message_hangs_behind_its_label() {
+        let long = "one two three ".repeat(9);
+        let text = anstream::adapter::strip_str(&hanging("  hint:", HEADING, &long)).to_string();
+        let lines: Vec<&str> = text.lines().collect();
+        assert!(lines.len() == 2 && lines.iter().all(|l| l.chars().count() <= WIDTH), "{text}");
+        assert!(lines[0].starts_with("  hint: one two") && lines[1].starts_with("        one"), "{text}");
+        let quoted = hanging("error:", Style::new(), "line 3\n  | a = \n  |   ^");
+        assert_eq!(quoted, "error: line 3\n         | a = \n         |   ^\n");
+    }
 
     #[test]
     fn text_breaks_between_words_only() {

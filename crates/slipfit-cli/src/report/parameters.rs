@@ -1,5 +1,7 @@
 //! Parameters as people read them, the same on a screen, on a page and in a table.
 
+use super::WIDTH;
+use super::table::{Align, columns};
 use slipfit::Quantity;
 use slipfit::format::{Rounded, Scale, plain};
 
@@ -73,26 +75,53 @@ impl Told {
     }
 
     /// Cells for the screen.
-    pub(crate) fn row(&self) -> Vec<String> {
-        let note = match (self.absent, self.lopsided) {
-            (true, _) if self.value == "-" => "not in model".to_owned(),
-            (true, _) => "95 %, not in model".to_owned(),
-            (_, true) => format!("{:>8}  95 %: {}", self.relative, self.interval),
-            _ => format!("{:>8}", self.relative).trim_end().to_owned(),
-        };
+    fn row(&self) -> Vec<String> {
         let uncertainty = match self.uncertainty.as_str() {
             "" => String::new(),
             digits => format!("± {digits}"),
         };
-        vec![
-            self.words.clone(),
-            self.symbol.to_owned(),
-            self.value.clone(),
-            uncertainty,
-            self.unit.clone(),
-            note,
-        ]
+        let value = self.value.clone();
+        vec![self.words.clone(), self.symbol.to_owned(), value, uncertainty, self.unit.clone()]
     }
+
+    /// What stands behind the cells, and what may stand below them.
+    fn note(&self) -> [String; 2] {
+        let relative = format!("{:>8}", self.relative).trim_end().to_owned();
+        match (self.absent, self.lopsided) {
+            (true, _) if self.value == "-" => [String::new(), "not in model".to_owned()],
+            (true, _) => [String::new(), "95 %, not in model".to_owned()],
+            (_, true) => [relative, format!("95 %: {}", self.interval)],
+            _ => [relative, String::new()],
+        }
+    }
+}
+
+/// Parameters on the screen, a line each; an interval goes below where the line is full.
+pub(super) fn laid_out(told: &[Told]) -> String {
+    const MARGIN: usize = 2;
+    const RELATIVE: usize = 8;
+    let left = Align::Left;
+    let align = [left, left, Align::Right, left, left, left];
+    // A mark stands where the notes begin.
+    let marked = |t: &Told| t.row().into_iter().chain(["|".repeat(RELATIVE)]).collect();
+    let lines = columns(&told.iter().map(marked).collect::<Vec<_>>(), &align);
+    let mut text = String::new();
+    for (line, told) in lines.iter().zip(told) {
+        let cells = line.trim_end_matches('|');
+        let place = MARGIN + cells.chars().count();
+        let [behind, below] = told.note();
+        let gap = if behind.is_empty() || below.is_empty() { "" } else { "  " };
+        let all = format!("{behind}{gap}{below}");
+        if place + all.chars().count() <= WIDTH {
+            text += format!("{:MARGIN$}{cells}{all}", "").trim_end();
+        } else {
+            text += format!("{:MARGIN$}{cells}{behind}", "").trim_end();
+            let indent = place.min(WIDTH.saturating_sub(below.chars().count()));
+            text += &format!("\n{:indent$}{below}", "");
+        }
+        text.push('\n');
+    }
+    text
 }
 
 /// Words and symbol of a parameter.
@@ -164,10 +193,26 @@ mod tests {
     #[test]
     fn an_interval_is_on_the_screen_where_it_is_lopsided() {
         let mut q = Quantity::normal(1e-4, 1e-4, "rad");
-        assert_eq!(Told::new("x", &q).row()[5], "   100 %");
+        assert_eq!(Told::new("x", &q).note(), ["   100 %", ""]);
         q.interval_95 = [0.0, 3.1e-4];
-        assert_eq!(Told::new("x", &q).row()[5], "   100 %  95 %: 0 to 310");
+        assert_eq!(Told::new("x", &q).note(), ["   100 %", "95 %: 0 to 310"]);
         assert_eq!(Told::new("x", &q).interval, "0 to 310");
+    }
+
+    #[test]
+    fn an_interval_goes_below_where_the_line_is_full() {
+        let lopsided = |name: &str, unit: &str| {
+            let mut q = Quantity::normal(1e-4, 1e-4, unit);
+            q.interval_95 = [0.0, 3.1e-4];
+            Told::new(name, &q)
+        };
+        assert_eq!(laid_out(&[lopsided("x", "rad")]), "  x  100  ± 100  µrad     100 %  95 %: 0 to 310\n");
+        let long = "a name as long as those of quantities ever become";
+        let text = laid_out(&[lopsided(long, "rad"), lopsided("x", "rad")]);
+        let lines: Vec<&str> = text.lines().collect();
+        assert_eq!(lines.len(), 4, "{text}");
+        assert!(lines.iter().all(|l| l.chars().count() <= WIDTH), "{text}");
+        assert!(lines[1].trim_start() == "95 %: 0 to 310" && lines[3] == lines[1], "{text}");
     }
 
     #[test]

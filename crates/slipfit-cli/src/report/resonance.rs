@@ -1,10 +1,9 @@
 //! The answer to a resonance curve on one screen.
 
-use super::account::column;
+use super::account::{column, counted};
 use super::facts::Facts;
-use super::parameters::{Told, significant};
+use super::parameters::{Told, laid_out, significant};
 use super::ringdown::{bic, headed, model_table};
-use super::table::{Align, columns};
 use super::{ANSWER, WIDTH, labelled, wrap};
 use crate::command::resonance::AnalysedCurve;
 use slipfit::Quantity;
@@ -22,7 +21,7 @@ pub(crate) fn resonance(analysed: &AnalysedCurve<'_>, written: &[&Path]) -> Stri
         let _ = writeln!(text, "{ANSWER}{line}{ANSWER:#}");
     }
     text.push('\n');
-    text += &parameters(answer);
+    text += &laid_out(&told(answer));
     text.push('\n');
     text += &models(answer);
     text.push('\n');
@@ -32,13 +31,6 @@ pub(crate) fn resonance(analysed: &AnalysedCurve<'_>, written: &[&Path]) -> Stri
         text += &labelled("wrote", &names.join(", "));
     }
     text
-}
-
-fn parameters(answer: &Answer) -> String {
-    let rows: Vec<Vec<String>> = told(answer).iter().map(Told::row).collect();
-    let left = Align::Left;
-    let align = [left, left, Align::Right, left, left, left];
-    columns(&rows, &align).iter().map(|line| format!("  {line}\n")).collect()
 }
 
 /// The parameters that say something.
@@ -225,10 +217,36 @@ fn source(facts: &mut Facts, reading: &SweepReading) {
     facts.notes(&reading.report.notes);
 }
 
+/// What would be read of a file that is not analysed.
+pub(super) fn read_as_curve(reading: &SweepReading) -> Facts {
+    let mut facts = Facts::default();
+    let curve = &reading.curve;
+    let range = |values: &mut dyn Iterator<Item = f64>| {
+        values.fold([f64::INFINITY, 0.0], |[low, high]: [f64; 2], v| [low.min(v), high.max(v)])
+    };
+    let [from, to] = range(&mut curve.frequency_hz().iter().copied());
+    let [least, most] = range(&mut (0..curve.len()).map(|i| curve.response().amplitude(i)));
+    let unit = curve.unit();
+    facts.add(
+        "curve",
+        format!(
+            "{} points between {} and {}, amplitudes from {} to {}, {}",
+            curve.len(),
+            plain(from, 6, "Hz"),
+            plain(to, 6, "Hz"),
+            plain(least, 3, unit),
+            plain(most, 3, unit),
+            if curve.is_complex() { "with phase" } else { "without phase" }
+        ),
+    );
+    source(&mut facts, reading);
+    facts
+}
+
 fn read_line(reading: &SweepReading) -> String {
     let report = &reading.report;
-    let what = if report.runs.is_empty() { "rows" } else { "records" };
-    let mut text = format!("{}: {} {what}", report.path, report.rows_read);
+    let what = if report.runs.is_empty() { "row" } else { "record" };
+    let mut text = format!("{}: {}", report.path, counted(report.rows_read, what));
     if !report.skipped.is_empty() {
         let reason = |s: &Skipped| format!("{} {}, first in row {}", s.rows, s.reason, s.first_row);
         let _ =

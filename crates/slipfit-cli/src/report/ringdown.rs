@@ -1,8 +1,8 @@
 //! The answer to a ring-down on one screen.
 
 use super::account::account;
-use super::parameters::{Told, label, significant};
-use super::table::{Align, columns};
+use super::parameters::{Told, label, laid_out, significant};
+use super::table::{Align, columns, width};
 use super::{ANSWER, CHOSEN, DIM, HEADING, WIDTH, labelled, wrap};
 use crate::command::ringdown::Analysed;
 use slipfit::format::Scale;
@@ -18,7 +18,7 @@ pub(crate) fn ringdown(analysed: &Analysed<'_>, written: &[&Path]) -> String {
         let _ = writeln!(text, "{ANSWER}{line}{ANSWER:#}");
     }
     text.push('\n');
-    text += &parameters(answer);
+    text += &laid_out(&told(answer));
     text.push('\n');
     text += &models(answer);
     text.push('\n');
@@ -28,13 +28,6 @@ pub(crate) fn ringdown(analysed: &Analysed<'_>, written: &[&Path]) -> String {
         text += &labelled("wrote", &names.join(", "));
     }
     text
-}
-
-fn parameters(answer: &Answer) -> String {
-    let rows: Vec<Vec<String>> = told(answer).iter().map(Told::row).collect();
-    let left = Align::Left;
-    let align = [left, left, Align::Right, left, left, left];
-    columns(&rows, &align).iter().map(|line| format!("  {line}\n")).collect()
 }
 
 /// The parameters that say something.
@@ -101,9 +94,10 @@ pub(crate) fn model_rows(answer: &Answer) -> Vec<Vec<String>> {
 pub(super) fn model_table(rows: &[Vec<String>], chosen: impl Fn(usize) -> bool, settled: bool) -> String {
     let mut align = vec![Align::Right; rows[0].len()];
     align[0] = Align::Left;
-    let lines = columns(rows, &align);
-    let styled = lines.iter().enumerate().map(|(i, line)| match (i, i > 0 && chosen(i - 1)) {
-        (0, _) => format!("  {HEADING}{line}{HEADING:#}\n"),
+    let (rows, heads) = short_heads(rows);
+    let lines = columns(&rows, &align);
+    let styled = lines.iter().enumerate().map(|(i, line)| match (i, i >= heads && chosen(i - heads)) {
+        (i, _) if i < heads => format!("  {HEADING}{line}{HEADING:#}\n"),
         (_, true) => format!("{CHOSEN}> {line}{CHOSEN:#}\n"),
         _ => format!("  {DIM}{line}{DIM:#}\n"),
     });
@@ -112,6 +106,21 @@ pub(super) fn model_table(rows: &[Vec<String>], chosen: impl Fn(usize) -> bool, 
         text += &format!("  {DIM}* {UNSETTLED}{DIM:#}\n");
     }
     text
+}
+
+/// Headings in two lines, the name above its unit, where one is too wide; and how many lines
+/// they take.
+fn short_heads(rows: &[Vec<String>]) -> (Vec<Vec<String>>, usize) {
+    if width(rows) + 2 <= WIDTH {
+        return (rows.to_vec(), 1);
+    }
+    let split =
+        |cell: &String| cell.split_once(" [").map(|(name, unit)| [name.to_owned(), format!("[{unit}")]);
+    let halves: Vec<[String; 2]> =
+        rows[0].iter().map(|cell| split(cell).unwrap_or_else(|| [String::new(), cell.clone()])).collect();
+    let line = |at: usize| halves.iter().map(|h| h[at].clone()).collect::<Vec<String>>();
+    let heads = [line(0), line(1)];
+    (heads.into_iter().chain(rows[1..].iter().cloned()).collect(), 2)
 }
 
 /// What an asterisk behind a model means.

@@ -7,16 +7,25 @@ pub(crate) enum Align {
     Right,
 }
 
+fn widths(rows: &[Vec<String>], columns: usize) -> Vec<usize> {
+    (0..columns)
+        .map(|c| rows.iter().filter_map(|r| r.get(c)).map(|cell| cell.chars().count()).max().unwrap_or(0))
+        .collect()
+}
+
+/// Width of rows laid out two blanks apart.
+pub(crate) fn width(rows: &[Vec<String>]) -> usize {
+    let widths = widths(rows, rows.iter().map(Vec::len).max().unwrap_or(0));
+    let filled = widths.iter().filter(|w| **w > 0).count();
+    widths.iter().sum::<usize>() + 2 * filled.saturating_sub(1)
+}
+
 /// Lays rows out in columns two blanks apart, or one where the screen demands
 /// it; columns empty in every row vanish.
 pub(crate) fn columns(rows: &[Vec<String>], align: &[Align]) -> Vec<String> {
-    let widths: Vec<usize> = (0..align.len())
-        .map(|c| rows.iter().filter_map(|r| r.get(c)).map(|cell| cell.chars().count()).max().unwrap_or(0))
-        .collect();
-    let filled = widths.iter().filter(|w| **w > 0).count();
-    let wide = widths.iter().sum::<usize>() + 2 * filled.saturating_sub(1);
+    let widths = widths(rows, align.len());
     // Two of the columns are the margin.
-    let gap = if wide + 2 <= super::WIDTH { "  " } else { " " };
+    let gap = if width(rows) + 2 <= super::WIDTH { "  " } else { " " };
     rows.iter()
         .map(|row| {
             let mut line = String::new();

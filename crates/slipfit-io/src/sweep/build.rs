@@ -54,6 +54,24 @@ impl<'a> Rows<'a> {
         Self { table, columns, first_row, kept, skipped }
     }
 
+    /// A few frequencies or periods below zero are slips; as many as a tenth are meant.
+    fn leave_out_below_zero(&mut self, frequency: &Frequency) {
+        let (picked, word) = match frequency {
+            Frequency::Plain(p, _) => (p, "frequency below zero"),
+            Frequency::Period(p, _) => (p, "period below zero"),
+            Frequency::Shift(..) => return,
+        };
+        let column = &self.table.columns[picked.index].values;
+        let below: Vec<usize> = self.kept.iter().copied().filter(|&row| column[row] < 0.0).collect();
+        if let Some(&first) = below.first()
+            && below.len() * 10 <= self.kept.len()
+        {
+            self.kept.retain(|&row| !(column[row] < 0.0));
+            let (rows, first_row) = (below.len() as u64, self.first_row + first as u64);
+            self.skipped.push(Skipped { reason: word.to_owned(), rows, first_row });
+        }
+    }
+
     fn values(&self, picked: &Picked) -> Vec<f64> {
         self.kept.iter().map(|&row| self.table.columns[picked.index].values[row]).collect()
     }
@@ -76,7 +94,7 @@ pub(super) fn build(
     let mut needed = choice.frequency.indices();
     needed.extend(choice.response.indices());
     needed.extend([&choice.drive, &choice.std_error].into_iter().flatten().map(|p| p.index));
-    let rows = Rows::new(table, columns, &needed, first_row);
+    let mut rows = Rows::new(table, columns, &needed, first_row);
     if rows.kept.is_empty() {
         let names: Vec<String> = needed.iter().map(|&i| label(&columns[i])).collect();
         let reasons: Vec<String> =
@@ -86,9 +104,15 @@ pub(super) fn build(
         return Err(ReadProblem::Sweep(SweepProblem::NoPoints { columns: names.join(" and "), skipped }));
     }
     let mut notes = Vec::new();
+    rows.leave_out_below_zero(&choice.frequency);
     let frequency_hz = frequency(&rows, &choice.frequency)?;
+    varied(&frequency_hz, &rows, &choice.frequency)?;
     let (values, phased) = response(&rows, &choice.response, &mut notes)?;
-    let mut std_error = choice.std_error.as_ref().map(|p| rows.values(p));
+    let mut std_error = match (&choice.std_error, &choice.response) {
+        (Some(p), _) => Some(rows.values(p)),
+        (None, Response::Impedance(r, Some(x))) => inverted_error(&pairs(&rows, r, x), &values),
+        _ => None,
+    };
     let values =
         to_displacement(&frequency_hz, values, phased, std_error.as_deref_mut(), choice.kind, &mut notes);
     let unit =
@@ -130,10 +154,46 @@ fn frequency(rows: &Rows<'_>, frequency: &Frequency) -> Result<Vec<f64>, ReadPro
         Some(i) => Err(ReadProblem::Sweep(SweepProblem::NegativeFrequency {
             row: rows.row(i),
             column: rows.label(picked),
+            what: if matches!(frequency, Frequency::Period(..)) { "period" } else { "frequency" },
             value: rows.values(picked)[i],
             unit: picked.unit.clone(),
         })),
     }
+}
+
+/// A curve needs frequencies, and more than one of them.
+fn varied(hz: &[f64], rows: &Rows<'_>, frequency: &Frequency) -> Result<(), ReadProblem> {
+    let (Frequency::Plain(p, _) | Frequency::Period(p, _) | Frequency::Shift(p, ..)) = frequency;
+    let first = hz.first().copied().unwrap_or(f64::NAN);
+    if hz.iter().any(|f| *f != first) {
+        return Ok(());
+    }
+    let (value, unit) = (rows.values(p)[0], p.unit.clone());
+    Err(ReadProblem::Sweep(SweepProblem::OneFrequency {
+        column: rows.label(p),
+        value,
+        unit,
+        points: hz.len(),
+    }))
+}
+
+/// Standard error of the admittances `1/Z` where that of the impedances is one and the same:
+/// `|Y|^2` times it, from the scatter of neighbours; none where nothing scatters.
+///
+/// Of white noise the second difference has 3/2 of its variance, whatever the slope.
+fn inverted_error(impedances: &[Phasor], admittances: &[Phasor]) -> Option<Vec<f64>> {
+    /// Standard deviation over the median of the absolute value, of normal noise.
+    const OF_MEDIAN: f64 = 1.482_602_218_505_602;
+    let mut bends: Vec<f64> = impedances
+        .windows(3)
+        .flat_map(|z| [z[1].re - 0.5 * (z[0].re + z[2].re), z[1].im - 0.5 * (z[0].im + z[2].im)])
+        .map(f64::abs)
+        .filter(|v| v.is_finite())
+        .collect();
+    bends.sort_by(f64::total_cmp);
+    let noise = OF_MEDIAN * bends.get(bends.len() / 2)? / 1.5_f64.sqrt();
+    let errors: Vec<f64> = admittances.iter().map(|y| noise * y.norm_sqr()).collect();
+    errors.iter().all(|e| *e > 0.0 && e.is_finite()).then_some(errors)
 }
 
 /// The response of each row, and whether it has a phase.

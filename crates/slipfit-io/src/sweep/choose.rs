@@ -73,6 +73,8 @@ pub(super) struct Choice {
     pub(super) unit: String,
     pub(super) runs: usize,
     pub(super) run: usize,
+    /// Whether a name says that this is a curve.
+    pub(super) named: bool,
     pub(super) notes: Vec<String>,
 }
 
@@ -117,7 +119,9 @@ impl<'a> Chooser<'a> {
         let std_error = self.std_error(&response, &taken)?;
         let (kind, unit) = self.kind(&response);
         self.tell_unread(&taken, std_error.as_ref());
-        Ok(Choice { frequency, response, drive, std_error, kind, unit, runs, run, notes: self.notes })
+        let named = self.roles[taken[0]] != Role::Unknown && self.of_role(Role::Time, &[]).is_none();
+        let notes = self.notes;
+        Ok(Choice { frequency, response, drive, std_error, kind, unit, runs, run, named, notes })
     }
 
     /// Curves in groups of columns begin with a frequency each.
@@ -220,7 +224,9 @@ impl<'a> Chooser<'a> {
             }
             None => self.guessed_unit(index, &mut picked),
         };
-        let negative = self.finite(index).any(|v| v < 0.0);
+        // A slip of the pen is below zero here and there, shifts from a centre are as a rule.
+        let (all, below) = self.finite(index).fold((0, 0), |(n, m), v| (n + 1, m + usize::from(v < 0.0)));
+        let negative = below * 10 > all;
         let shift = self.options.centre_hz.is_some() || role == Role::Shift || (negative && given.is_none());
         if !shift {
             return Ok(Frequency::Plain(picked, factor));
@@ -354,7 +360,12 @@ impl<'a> Chooser<'a> {
             (None, None) => {}
         }
         if let Some(amplitude) = self.asked("--amplitude", &o.amplitude)? {
-            return self.amplitude(amplitude, "asked for", taken);
+            let alone = o.phase.is_none() && o.unit.is_none();
+            return match self.roles[amplitude] {
+                Role::Conductance if alone => Ok(self.admittance(amplitude, "asked for", taken)),
+                Role::Resistance if alone => Ok(self.impedance(amplitude, "asked for", taken)),
+                _ => self.amplitude(amplitude, "asked for", taken),
+            };
         }
         let role = |role| self.of_role(role, taken);
         if let (Some(re), Some(im)) = (role(Role::Real), role(Role::Imaginary)) {
@@ -367,15 +378,13 @@ impl<'a> Chooser<'a> {
             return Ok(Response::Complex(self.picked(x, why), self.picked(y, why)));
         }
         if let Some(g) = role(Role::Conductance) {
-            let b = role(Role::Susceptance).map(|b| self.picked(b, "named like a susceptance"));
-            return Ok(Response::Admittance(self.picked(g, "named like a conductance"), b));
+            return Ok(self.admittance(g, "named like a conductance", taken));
         }
         if let Some(amplitude) = role(Role::Amplitude) {
             return self.amplitude(amplitude, "named like an amplitude", taken);
         }
         if let Some(r) = role(Role::Resistance) {
-            let x = role(Role::Reactance).map(|x| self.picked(x, "named like a reactance"));
-            return Ok(Response::Impedance(self.picked(r, "named like a series resistance"), x));
+            return Ok(self.impedance(r, "named like a series resistance", taken));
         }
         let columns = self.list();
         let free = |i: &&usize| {
@@ -385,6 +394,18 @@ impl<'a> Chooser<'a> {
             Some(index) => self.amplitude(index, "the first column left", taken),
             None => Err(ReadProblem::Sweep(SweepProblem::NoResponse { columns })),
         }
+    }
+
+    /// A conductance with the susceptance that belongs to it.
+    fn admittance(&self, g: usize, why: &str, taken: &[usize]) -> Response {
+        let b = self.of_role(Role::Susceptance, taken).map(|b| self.picked(b, "named like a susceptance"));
+        Response::Admittance(self.picked(g, why), b)
+    }
+
+    /// A series resistance with the reactance that belongs to it.
+    fn impedance(&self, r: usize, why: &str, taken: &[usize]) -> Response {
+        let x = self.of_role(Role::Reactance, taken).map(|x| self.picked(x, "named like a reactance"));
+        Response::Impedance(self.picked(r, why), x)
     }
 
     /// `X` and `Y` beside `R`, a phase or a frequency, in volts or amperes.

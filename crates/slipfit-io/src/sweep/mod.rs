@@ -57,6 +57,8 @@ pub struct SweepReport {
     pub taken: Vec<(&'static str, ColumnTaken)>,
     /// What the response was taken to be, before it was made a displacement.
     pub kind: SignalKind,
+    /// Whether the name of a column says that this is a curve, not its numbers alone.
+    pub named: bool,
     /// All columns of the table, taken or not.
     pub columns: Vec<ColumnInfo>,
     /// Curves in groups of columns.
@@ -98,6 +100,7 @@ impl SweepReport {
             dialect: report.dialect,
             taken: Vec::new(),
             kind: report.kind,
+            named: false,
             columns: report.columns,
             column_runs: 1,
             column_run: 1,
@@ -120,7 +123,7 @@ pub fn read_sweep(paths: &[PathBuf], options: &SweepOptions) -> Result<SweepRead
             let name = one.display().to_string();
             let files = raw::files(one).map_err(|e| ReadError::new(&name, ReadProblem::Io(e)))?;
             if files.is_empty() {
-                return Err(ReadError::new(&name, ReadProblem::Empty));
+                return Err(ReadError::new(&name, ReadProblem::Sweep(SweepProblem::NoFiles)));
             }
             raw::read(&files, &name, options)
         }
@@ -212,6 +215,7 @@ fn from_table(
             dialect: None,
             taken: taken(&choice, &columns),
             kind: choice.kind,
+            named: choice.named,
             columns,
             column_runs: choice.runs,
             column_run: choice.run,

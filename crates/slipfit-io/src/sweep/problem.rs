@@ -39,8 +39,10 @@ pub enum SweepProblem {
         column: String,
     },
     /// A frequency below zero.
-    #[error("{column}: frequency {value} {unit} is below zero")]
+    #[error("{column}: {what} {value} {unit} is below zero")]
     NegativeFrequency {
+        /// `frequency` or `period`.
+        what: &'static str,
         /// Row of the table, from 1.
         row: u64,
         /// The column.
@@ -49,6 +51,24 @@ pub enum SweepProblem {
         value: f64,
         /// Its unit.
         unit: String,
+    },
+    /// No sweep: one frequency in all points.
+    #[error("{column} is {value} {unit} in all of {points} points: a curve needs several frequencies")]
+    OneFrequency {
+        /// The column.
+        column: String,
+        /// Its one value.
+        value: f64,
+        /// Its unit.
+        unit: String,
+        /// Points.
+        points: usize,
+    },
+    /// A table that should hold amplitudes over drive levels does not.
+    #[error("{reason}")]
+    NotLevels {
+        /// What it holds instead.
+        reason: String,
     },
     /// An amplitude below zero.
     #[error("{column}: amplitude {value} is below zero")]
@@ -78,6 +98,9 @@ pub enum SweepProblem {
         /// Rows left out, by reason; empty if none.
         skipped: String,
     },
+    /// A folder without files.
+    #[error("the folder holds no files")]
+    NoFiles,
     /// Files or a folder that hold no driven record at all.
     #[error("none of {files} files could be read as a driven record; the first: {first}")]
     NoRuns {
@@ -114,6 +137,14 @@ impl SweepProblem {
                 "slipfit ringdown reads a free decay; for driven runs give all their files, or their folder; \
                  --frequency names a column of frequencies"
             }
+            Self::OneFrequency { .. } => {
+                "--frequency names another column; slipfit levels reads amplitudes at several levels of the drive"
+            }
+            Self::NotLevels { .. } => {
+                "--drive and --amplitude name columns, --sheet a table; slipfit resonance reads a curve, slipfit \
+                 ringdown a free decay"
+            }
+            Self::NegativeFrequency { what: "period", .. } => "--frequency names another column",
             Self::NegativeFrequency { .. } => {
                 "shifts from a centre need --centre-hz; --frequency names another column"
             }
@@ -125,7 +156,7 @@ impl SweepProblem {
             Self::NoRuns { .. } => {
                 "each file needs columns of time and response: --time, --amplitude and --drive name them"
             }
-            Self::Curve(_) => return None,
+            Self::NoFiles | Self::Curve(_) => return None,
         };
         Some(hint.to_owned())
     }

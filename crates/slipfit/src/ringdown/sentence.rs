@@ -80,6 +80,14 @@ impl Answer {
         match (self.model.has_sliding(), self.sliding.detected) {
             (true, true) => self.found(),
             (true, false) => self.uncertain(),
+            // Evidence against the viscous law alone that another law without sliding takes up.
+            (false, true) if !self.not_preferred() => format!(
+                "{} describes the record best, without sliding friction; yet with it the decay is better described \
+                 than by the same law without, {}: whether sliding friction takes part stays undecided{}.",
+                capital(self.model.name()),
+                p_value(self.sliding.p_value),
+                self.open_question()
+            ),
             (false, true) => format!(
                 "Sliding friction is present, {}, which {} leaves out.",
                 p_value(self.sliding.p_value),
@@ -87,6 +95,10 @@ impl Answer {
             ),
             (false, false) => self.absent(),
         }
+    }
+
+    fn not_preferred(&self) -> bool {
+        self.warnings.iter().any(|w| matches!(w, Warning::ModelNotPreferred { .. }))
     }
 
     fn modes_hz(&self) -> Option<[f64; 2]> {
@@ -102,7 +114,7 @@ impl Answer {
         match viscous {
             Some(c) if c.decay_rate_per_s > 0.0 => {
                 format!(
-                    "; taken as viscous, both make a decay rate of {}",
+                    "; both together damp like a viscous decay rate of {}",
                     plain(c.decay_rate_per_s, 3, "1/s")
                 )
             }
@@ -190,6 +202,11 @@ impl Answer {
     }
 }
 
+fn capital(name: &str) -> String {
+    let mut letters = name.chars();
+    letters.next().map_or_else(String::new, |first| first.to_uppercase().chain(letters).collect())
+}
+
 #[cfg(test)]
 mod tests {
     use super::super::sample;
@@ -263,8 +280,8 @@ mod tests {
         a.warnings = vec![Warning::NotSeparable { correlation: -0.9991, decay_times: 0.7 }];
         assert_eq!(
             a.sentence(),
-            "0.7 of a decay time recorded: viscous and sliding loss cannot be told apart, correlation -0.999; taken \
-             as viscous, both make a decay rate of 0.05 1/s."
+            "0.7 of a decay time recorded: viscous and sliding loss cannot be told apart, correlation -0.999; both \
+             together damp like a viscous decay rate of 0.05 1/s."
         );
         a.warnings = vec![Warning::TooFewCycles { cycles: 3.1 }];
         assert!(a.sentence().starts_with("Only 3.1 cycles, too few to tell"));
@@ -285,6 +302,18 @@ mod tests {
             a.sentence(),
             "The data prefer viscous+sliding to viscous, the model asked for. Sliding friction is present, \
              p < 1e-12, which viscous leaves out."
+        );
+    }
+
+    #[test]
+    fn evidence_that_another_law_takes_up_is_left_open() {
+        let mut a = sample::answer();
+        a.model = LossModel::ViscousDrag;
+        a.sliding.p_value = 1e-4;
+        assert_eq!(
+            a.sentence(),
+            "Viscous+drag describes the record best, without sliding friction; yet with it the decay is better \
+             described than by the same law without, p = 1e-4: whether sliding friction takes part stays undecided."
         );
     }
 

@@ -135,7 +135,7 @@ impl fmt::Display for Warning {
                 "more than one mode: {main_hz:.5} Hz and {other_hz:.5} Hz ({:.0} % as strong); isolate one with \
                  --band {:.4} {:.4}",
                 relative_amplitude * 100.0,
-                main_hz - 0.4 * (main_hz - other_hz).abs(),
+                (main_hz - 0.4 * (main_hz - other_hz).abs()).max(0.1 * main_hz),
                 main_hz + 0.4 * (main_hz - other_hz).abs()
             ),
             Warning::ModelMisfit { excess } => write!(
@@ -150,8 +150,9 @@ impl fmt::Display for Warning {
             ),
             Warning::SlowTail { amplitude, time_s, unit } => write!(
                 f,
-                "from {time_s:.4} s on, below {amplitude:.3} {unit}, the decay is slower than any sliding law \
-                 gives (pre-sliding); left out (--end sets the limit by hand)"
+                "from {time_s:.4} s on, below {}, the decay is slower than any sliding law \
+                 gives (pre-sliding); left out (--end sets the limit by hand)",
+                format!("{amplitude:.3} {unit}").trim_end()
             ),
             Warning::Clipped { samples, inside } => write!(
                 f,
@@ -193,5 +194,24 @@ impl fmt::Display for Warning {
                 write!(f, "the data do not determine {parameter}; a longer record would")
             }
         }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_band_that_is_advised_can_be_typed() {
+        let modes = Warning::SeveralModes { main_hz: 80.52, other_hz: 297.667, relative_amplitude: 0.18 };
+        assert!(modes.to_string().ends_with("--band 8.0520 167.3788"), "{modes}");
+        let near = Warning::SeveralModes { main_hz: 0.59547, other_hz: 0.86035, relative_amplitude: 0.16 };
+        assert!(near.to_string().ends_with("--band 0.4895 0.7014"), "{near}");
+    }
+
+    #[test]
+    fn a_signal_without_a_unit_leaves_no_gap() {
+        let tail = Warning::SlowTail { amplitude: 0.024, time_s: 52.5, unit: String::new() };
+        assert!(tail.to_string().contains("below 0.024, the decay"), "{tail}");
     }
 }
