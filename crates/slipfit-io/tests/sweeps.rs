@@ -1,4 +1,5 @@
 //! Resonance curves as laboratories write them.
+#![allow(clippy::unwrap_used, reason = "a failed unwrap fails the test, as it should")]
 
 use slipfit_io::{ReadError, ReadProblem, SweepOptions, SweepProblem, SweepReading, read_sweep_from};
 
