@@ -137,7 +137,9 @@ fn loss_term(d: &Described, chosen: &Entry, term: usize) -> (Estimate, bool) {
     };
     let problem = d.problem_of(entry);
     // No loss exceeds what it would be alone.
-    let most = alone(d, term).map_or(f64::INFINITY, |m| m.max(entry.fit.parameters[term]));
+    let most = alone(d, term)
+        .filter(|_| !on_background(chosen))
+        .map_or(f64::INFINITY, |m| m.max(entry.fit.parameters[term]));
     let profile = Profile { problem: &problem, fit: &entry.fit, scale: d.scale, range: [0.0, most] };
     let mut found = profile.non_negative(term, bends(d));
     found.interval[1] = found.interval[1].min(most);
@@ -261,6 +263,11 @@ fn spanned(d: &Described, mut q: Quantity, of: fn(&[f64]) -> f64) -> Quantity {
     q
 }
 
+/// Whether a background takes part: then no smaller model bounds what the chosen one finds.
+fn on_background(chosen: &Entry) -> bool {
+    chosen.fit.free.contains(&BG_RE)
+}
+
 fn drive_amplitude(d: &Described, chosen: &Entry, unit: &str) -> Quantity {
     let bounded = &chosen.bounded;
     if !bounded.free.contains(&X_0) {
@@ -280,8 +287,11 @@ fn drive_amplitude(d: &Described, chosen: &Entry, unit: &str) -> Quantity {
     let low = end(LossModel::Viscous, -1.0).filter(|v| *v > 0.0).unwrap_or(0.0);
     let high = end(LossModel::Sliding, 1.0).unwrap_or(f64::INFINITY);
     let value = bounded.parameters[X_0];
-    let range =
-        if d.source == DriveSource::Shape { [low.min(value), high.max(value)] } else { [0.0, f64::INFINITY] };
+    let range = if d.source == DriveSource::Shape && !on_background(chosen) {
+        [low.min(value), high.max(value)]
+    } else {
+        [0.0, f64::INFINITY]
+    };
     let found = Profile { problem: &problem, fit: bounded, scale: d.scale, range }.two_sided(X_0, bends(d));
     Quantity {
         value,

@@ -8,6 +8,10 @@ use std::f64::consts::FRAC_PI_2;
 
 /// Delays tried turn the phase by this many quarters of a turn across the sweep, either way.
 const MOST_QUARTERS: usize = 40;
+/// So many first values are worth a fit.
+const MOST: usize = 4;
+/// One that leaves so many times the least is none.
+const FAR: f64 = 4.0;
 
 /// What may stand between the oscillator and the data.
 #[derive(Debug, Clone, Copy)]
@@ -24,26 +28,41 @@ pub(crate) struct Allowed {
 ///
 /// linear in `p`, `b`, `c` and `d` at each delay of a grid; weighted by `1/|s - p|²` of the round
 /// before (Sanathanan and Koerner's iteration), so that the sum is that of the data themselves.
-pub(crate) fn find(b: &Block, allowed: Allowed) -> Option<Pedestal> {
+pub(crate) fn find(b: &Block, allowed: Allowed) -> Vec<Pedestal> {
     let n = b.len();
     if !b.complex || n < 10 {
-        return None;
+        return Vec::new();
     }
     let middle = 0.5 * (b.omega[0] + b.omega[n - 1]);
     let half = (0.5 * (b.omega[n - 1] - b.omega[0])).max(f64::MIN_POSITIVE);
     let most = if allowed.delay { MOST_QUARTERS.min(n / 2) } else { 0 };
     let delays = (1..=most).flat_map(|k| [k as f64, -(k as f64)]).map(|k| 0.5 * FRAC_PI_2 * k);
-    let best = std::iter::once(0.0)
+    let tried: Vec<Pole> = std::iter::once(0.0)
         .chain(delays)
         .filter_map(|delay| pole(b, middle, half, delay, allowed.background))
-        .min_by(|a, b| a.rss.total_cmp(&b.rss))?;
-    let delay = best.delay / half;
-    let mut without = Block { data: b.data.iter().map(|z| z - best.background).collect(), ..b.clone() };
+        .collect();
+    // The least of each neighbourhood, the best first.
+    let beside = |p: &Pole, q: &Pole| (p.delay - q.delay).abs() < 0.6 * FRAC_PI_2;
+    let mut least: Vec<&Pole> =
+        tried.iter().filter(|p| tried.iter().all(|q| !beside(p, q) || q.rss >= p.rss)).collect();
+    least.sort_by(|p, q| p.rss.total_cmp(&q.rss));
+    least.truncate(MOST);
+    let most = least.first().map_or(0.0, |p| FAR * p.rss);
+    least
+        .into_iter()
+        .filter(|p| p.rss <= most)
+        .filter_map(|p| without(b, p.background, p.delay / half))
+        .collect()
+}
+
+/// The points with both taken off.
+fn without(b: &Block, background: Phasor, delay: f64) -> Option<Pedestal> {
+    let mut without = Block { data: b.data.iter().map(|z| z - background).collect(), ..b.clone() };
     let line = look::line(&without)?;
     for (z, omega) in without.data.iter_mut().zip(&b.omega) {
         *z *= Phasor::from_polar(1.0, (omega - line.omega) * delay);
     }
-    Some(Pedestal { without, line, height: best.background, delay })
+    Some(Pedestal { without, line, height: background, delay })
 }
 
 #[derive(Debug, Clone, Copy)]
@@ -123,7 +142,7 @@ mod tests {
         for (background, delay) in
             [(Phasor::new(-0.6, 0.7), 0.0), (Phasor::new(0.3, -0.2), 31.0), (Phasor::default(), -12.0)]
         {
-            let found = find(&make(background, delay), both).unwrap();
+            let found = find(&make(background, delay), both).swap_remove(0);
             assert!((found.delay - delay).abs() < 1.3, "{} {delay}", found.delay);
             assert!((found.height - background).norm() < 0.1, "{} {background}", found.height);
             assert!((found.line.omega - 6.3).abs() < 0.005, "{:?}", found.line);

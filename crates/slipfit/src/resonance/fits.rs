@@ -84,6 +84,15 @@ const PREFERRED: f64 = 6.0;
 
 /// Fits everything; phases that fit no resonance while the amplitudes do are left aside.
 pub(crate) fn describe(main: Block, reference: Option<Block>, options: &Options) -> Result<Described, Error> {
+    let wanted = options.terms;
+    if wanted.delay == Some(true) && main.complex {
+        // It may be many turns across the curve: no first value but its own leads there.
+        let allowed = Allowed { background: wanted.background != Some(false), delay: true };
+        if let Some(behind) = best_behind(&main, reference.as_ref(), options, allowed) {
+            let plain = describe_as(main, reference, options, Way::AsGiven);
+            return Ok(plain.ok().filter(|d| left(d) <= left(&behind)).unwrap_or(behind));
+        }
+    }
     describe_as(main, reference, options, Way::AsGiven)
 }
 
@@ -109,7 +118,7 @@ fn describe_as(
     let no = |reason| Error::NoResonance { reason };
     let mut line = look::line(&main).ok_or(no("every amplitude is zero"))?;
     if main.len() < 4 {
-        return Err(Error::TooFewPoints { points: main.len(), parameters: 4 });
+        return Err(Error::TooFewPoints { points: main.len(), parameters: 3 });
     }
     let noise = look::noise(&main);
     if let Some(reason) = look::no_line(&main, 0.0) {
@@ -122,8 +131,6 @@ fn describe_as(
         Allowed { background: wanted.background != Some(false), delay: wanted.delay != Some(false) };
     let mut pedestal = match way {
         Way::Behind(pedestal) => Some(pedestal),
-        // A delay asked for may be many turns across the curve: no first value but its own leads there.
-        _ if wanted.delay == Some(true) => crosstalk::find(&main, allowed),
         _ => look::pedestal(&main, &line).filter(|_| allowed.background),
     };
     if let Some(p) = &pedestal {
@@ -383,13 +390,8 @@ fn describe_as(
     }
     if complex && first_time && free.len() > before && variance(&fit, &problem) > 2.0 * noise * noise {
         // Terms were taken up one by one and leave more than noise: together they may not.
-        let pedestal = crosstalk::find(&problem.main, allowed);
-        let reference = problem.reference.clone();
-        if let Some(pedestal) = pedestal
-            && let Ok(mut other) =
-                describe_as(problem.main.clone(), reference, options, Way::Behind(pedestal))
-            && left(&other) < 0.8 * variance(&fit, &problem)
-        {
+        let other = best_behind(&problem.main, problem.reference.as_ref(), options, allowed);
+        if let Some(mut other) = other.filter(|d| left(d) < 0.8 * variance(&fit, &problem)) {
             other.mirrored ^= mirrored;
             other.all = all;
             other.left_out += left_out;
@@ -450,6 +452,29 @@ fn describe_as(
     })
 }
 
+/// The best description from all first values of background and delay.
+fn best_behind(
+    main: &Block,
+    reference: Option<&Block>,
+    options: &Options,
+    allowed: Allowed,
+) -> Option<Described> {
+    let noise = look::noise(main);
+    let mut best: Option<Described> = None;
+    for pedestal in crosstalk::find(main, allowed) {
+        let way = Way::Behind(pedestal);
+        let Ok(found) = describe_as(main.clone(), reference.cloned(), options, way) else { continue };
+        let enough = left(&found) < 2.0 * noise * noise;
+        if best.as_ref().is_none_or(|b| left(&found) < left(b)) {
+            best = Some(found);
+        }
+        if enough {
+            break;
+        }
+    }
+    best
+}
+
 /// Variance the preferred model leaves.
 fn left(d: &Described) -> f64 {
     d.preferred().map_or(f64::INFINITY, |e| d.scale.variance_of(&e.bounded))
@@ -464,10 +489,7 @@ fn otherwise(
     allowed: Allowed,
     variance: f64,
 ) -> Option<Described> {
-    let behind = crosstalk::find(main, allowed).and_then(|pedestal| {
-        let way = Way::Behind(pedestal);
-        describe_as(main.clone(), reference.cloned(), options, way).ok()
-    });
+    let behind = best_behind(main, reference, options, allowed);
     let with_phases = behind.as_ref().map_or(f64::INFINITY, left);
     let amplitudes = if main.separate_phase {
         let reference = reference.map(amplitudes_only);
