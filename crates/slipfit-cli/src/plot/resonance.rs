@@ -164,7 +164,7 @@ fn has_phases(answer: &Answer) -> bool {
     answer.points.iter().any(|p| p.phase_rad.is_some())
 }
 
-/// The background fitted, where it is higher than the line on it and phases tell the two apart.
+/// The background fitted, where it hides the line on it and phases tell the two apart.
 fn dominant_background(answer: &Answer) -> Phasor {
     let Some([re, im]) = answer.instrument.background.as_ref().filter(|_| has_phases(answer)) else {
         return Phasor::default();
@@ -172,7 +172,7 @@ fn dominant_background(answer: &Answer) -> Phasor {
     let background = Phasor::new(re.value, im.value);
     let line =
         answer.points.iter().map(|p| fitted(p, background)).filter(|v| v.is_finite()).fold(0.0, f64::max);
-    if background.norm() > line { background } else { Phasor::default() }
+    if background.norm() > 0.7 * line { background } else { Phasor::default() }
 }
 
 fn measured(p: &CurvePoint, background: Phasor) -> f64 {
