@@ -1,9 +1,9 @@
 //! Files of every format, changed at random: no panic, no hang, no memory
 //! beyond a few times the input.
 //!
-//! `cargo xtask fuzz --minutes N` runs it for as long as wanted; the suite runs
-//! it for a moment. Seeds are the fixtures in `reference/formats`, one target a
-//! format. What fails is written to `target/fuzz` and named.
+//! For a moment, without coverage; `cargo xtask fuzz` does it for as long as
+//! wanted, guided by coverage, one target a format. Seeds are the fixtures in
+//! `reference/formats`. What fails is written to `target/fuzz` and named.
 #![allow(clippy::unwrap_used, reason = "a failed unwrap fails the test, as it should")]
 
 use std::io::Write as _;
@@ -113,7 +113,7 @@ struct Watch {
 }
 
 fn keep(name: &str, bytes: &[u8]) -> PathBuf {
-    let folder = PathBuf::from(env!("CARGO_MANIFEST_DIR")).join("../../target/fuzz");
+    let folder = PathBuf::from(env!("CARGO_MANIFEST_DIR")).join("../../target/fuzz/failures");
     std::fs::create_dir_all(&folder).unwrap();
     let path = folder.join(name);
     std::fs::write(&path, bytes).unwrap();
@@ -148,10 +148,7 @@ fn run(time: Duration) {
             }
         }
     });
-    let mut random = Random(
-        0x2545_f491_4f6c_dd1d
-            ^ std::env::var("SLIPFIT_FUZZ_SEED").ok().and_then(|s| s.parse().ok()).unwrap_or(1),
-    );
+    let mut random = Random(0x2545_f491_4f6c_dd1c);
     let mut counts = vec![0_u64; seeds.len()];
     let mut worst = vec![0_usize; seeds.len()];
     while start.elapsed() < time {
@@ -213,9 +210,16 @@ fn columns_outside_of_a_parquet_file_are_refused() {
     }
 }
 
+/// What reached most of the readers, and what has broken one once.
 #[test]
-#[ignore = "for as long as SLIPFIT_FUZZ_MINUTES says: cargo xtask fuzz"]
-fn changed_files_for_long() {
-    let minutes: f64 = std::env::var("SLIPFIT_FUZZ_MINUTES").ok().and_then(|m| m.parse().ok()).unwrap_or(1.0);
-    run(Duration::from_secs_f64(60.0 * minutes));
+fn every_file_of_the_corpora_is_read_or_refused() {
+    let folder = concat!(env!("CARGO_MANIFEST_DIR"), "/../../fuzz/corpus");
+    let mut count = 0;
+    for target_folder in std::fs::read_dir(folder).unwrap() {
+        for file in std::fs::read_dir(target_folder.unwrap().path()).unwrap() {
+            target(&std::fs::read(file.unwrap().path()).unwrap());
+            count += 1;
+        }
+    }
+    assert!(count > 0, "no corpus in {folder}");
 }

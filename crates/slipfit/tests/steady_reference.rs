@@ -140,19 +140,22 @@ fn the_jacobian_through_stops_and_releases_is_the_difference_quotient() {
     assert!(((p.velocity - n.velocity) / 2.0 / h - m[1][1]).abs() < 1e-7, "{m:?}");
 }
 
+fn oscillator(q: f64, beta: f64, ratio: f64) -> Oscillator {
+    let x_f = beta * PI / 4.0;
+    Oscillator::builder()
+        .omega_0(1.0)
+        .q_factor(q)
+        .friction_displacement(x_f)
+        .static_displacement(x_f * ratio)
+        .build()
+        .unwrap()
+}
+
 fn settled() -> impl Strategy<Value = (Oscillator, HarmonicDrive)> {
     let q = prop_oneof![0.6..5.0f64, (0.7..4.0f64).prop_map(|e| 10f64.powf(e))];
     let omega = prop_oneof![0.1..0.6f64, 0.6..1.4f64, 1.4..5.0f64];
     (q, omega, 0.0..1.4f64, 1.0..1.3f64).prop_map(|(q, omega, beta, ratio)| {
-        let x_f = beta * PI / 4.0;
-        let o = Oscillator::builder()
-            .omega_0(1.0)
-            .q_factor(q)
-            .friction_displacement(x_f)
-            .static_displacement(x_f * ratio)
-            .build()
-            .unwrap();
-        (o, HarmonicDrive::new(1.0, omega).unwrap())
+        (oscillator(q, beta, ratio), HarmonicDrive::new(1.0, omega).unwrap())
     })
 }
 
@@ -175,14 +178,7 @@ fn an_orbit_out_of_reach_from_rest_is_found_from_elsewhere() {
         (5_226.911_807_052_796, 0.353_629_214_774_222_27, 0.158_070_031_773_426_66, 1.294_211_232_306_874_8),
         (20.303_693_479_594_283, 0.221_815_308_062_745_38, 0.410_109_327_982_281_17, 1.239_678_022_382_067_6),
     ] {
-        let x_f = beta * PI / 4.0;
-        let o = Oscillator::builder()
-            .omega_0(1.0)
-            .q_factor(q)
-            .friction_displacement(x_f)
-            .static_displacement(x_f * ratio)
-            .build()
-            .unwrap();
+        let o = oscillator(q, beta, ratio);
         let drive = HarmonicDrive::new(1.0, omega).unwrap();
         let from_rest = OrbitOptions { start: Some((0.0, 0.0)), ..OrbitOptions::default() };
         assert!(PeriodicOrbit::find(&o, &drive, from_rest).is_err());
@@ -197,14 +193,7 @@ fn an_orbit_out_of_reach_from_rest_is_found_from_elsewhere() {
 
 #[test]
 fn a_motion_of_several_cycles_is_told_from_one_that_was_not_found() {
-    let x_f = 0.414_177_308_074_037_1 * PI / 4.0;
-    let o = Oscillator::builder()
-        .omega_0(1.0)
-        .q_factor(16.662_404_280_988_763)
-        .friction_displacement(x_f)
-        .static_displacement(x_f * 1.223_973_468_818_350_1)
-        .build()
-        .unwrap();
+    let o = oscillator(16.662_404_280_988_763, 0.414_177_308_074_037_1, 1.223_973_468_818_350_1);
     let drive = HarmonicDrive::new(1.0, 0.198_242_711_705_676_4).unwrap();
     assert!(settles_to_several_cycles(&o, &drive));
     let error = solve(&o, &drive).unwrap_err().to_string();

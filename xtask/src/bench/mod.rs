@@ -1,13 +1,14 @@
 //! `cargo xtask bench`: the work users do, next to what they would use instead.
 
 mod contest;
+mod files;
 mod motion;
 mod ours;
 mod report;
 mod resonance;
 mod signal;
 
-use std::path::PathBuf;
+use std::path::{Path, PathBuf};
 use std::process::ExitCode;
 
 use contest::{Contestant, Peer, Process, Task, Timing, race};
@@ -41,6 +42,11 @@ struct Against {
 
 /// Runs the lines chosen and prints the table.
 pub(crate) fn run(arguments: &[String]) -> Result<ExitCode, Failure> {
+    if let [first, rest @ ..] = arguments
+        && first == "--read"
+    {
+        return files::read_alone(rest);
+    }
     let choices = choices(arguments)?;
     run_command(cargo().args(["build", "--release", "--package", "slipfit-cli"]))?;
     let target = target()?;
@@ -67,7 +73,10 @@ pub(crate) fn run(arguments: &[String]) -> Result<ExitCode, Failure> {
             'i' => bench.stick_slip(),
             'j' => bench.cost_per_event(),
             'k' => bench.streaming_memory(),
-            _ => bench.resonance_fit(),
+            'l' => bench.resonance_fit(),
+            'm' => bench.text_beside_polars(),
+            'n' => bench.memory_of_a_gigabyte(),
+            _ => bench.many_files(),
         };
         match measured {
             Ok(measured) => rows.extend(measured),
@@ -91,7 +100,7 @@ pub(crate) fn run(arguments: &[String]) -> Result<ExitCode, Failure> {
 }
 
 fn choices(arguments: &[String]) -> Result<Choices, Failure> {
-    const LINES: &str = "abcdefghijkl";
+    const LINES: &str = "abcdefghijklmno";
     let mut choices = Choices { write: false, only: LINES.into(), rounds: 7 };
     let mut words = arguments.iter();
     while let Some(word) = words.next() {
@@ -101,7 +110,7 @@ fn choices(arguments: &[String]) -> Result<Choices, Failure> {
                 let chosen = words.next().ok_or("--only needs lines of the table, e.g. a,c")?;
                 choices.only = chosen.chars().filter(|&c| c != ',').collect();
                 if let Some(other) = choices.only.chars().find(|&c| !LINES.contains(c)) {
-                    return Err(format!("--only {chosen}: there is no line `{other}`, only a to l").into());
+                    return Err(format!("--only {chosen}: there is no line `{other}`, only a to o").into());
                 }
             }
             "--rounds" => {
@@ -203,15 +212,7 @@ impl Bench {
     }
 
     fn memory(&self) -> Result<Vec<Row>, Failure> {
-        let file = self.long_csv()?;
-        let mut script = command(&self.python);
-        script.arg(python::peers().join("peak_memory.py")).arg(&self.slipfit).arg("ringdown").arg(&file);
-        let output = script.output()?;
-        if !output.status.success() {
-            return Err(String::from_utf8_lossy(&output.stderr).into());
-        }
-        let text = String::from_utf8_lossy(&output.stdout);
-        let peak: f64 = text.trim().parse().map_err(|_| format!("`{text}` is no number of bytes"))?;
+        let peak = self.peak_of(&self.long_csv()?)?;
         let samples = LONG as f64 * 16.0;
         Ok(vec![Row {
             line: 'f',
@@ -223,6 +224,18 @@ impl Bench {
             asked: Some(("≤ 3".into(), peak <= 3.0 * samples)),
             apart: None,
         }])
+    }
+
+    /// Greatest resident memory of the command on a file, in bytes.
+    fn peak_of(&self, file: &Path) -> Result<f64, Failure> {
+        let mut script = command(&self.python);
+        script.arg(python::peers().join("peak_memory.py")).arg(&self.slipfit).arg("ringdown").arg(file);
+        let output = script.output()?;
+        if !output.status.success() {
+            return Err(String::from_utf8_lossy(&output.stderr).into());
+        }
+        let text = String::from_utf8_lossy(&output.stdout);
+        Ok(text.trim().parse().map_err(|_| format!("`{text}` is no number of bytes"))?)
     }
 
     /// Times own work against the peers' and compares the losses found.

@@ -11,6 +11,7 @@ use slipfit::ringdown::{Answer, Options, analyse};
 use slipfit_io::Reading;
 use std::path::Path;
 use std::process::ExitCode;
+use std::time::Duration;
 
 /// A file this large, in bytes, is read with a bar; it takes about a tenth of a second.
 const LARGE: u64 = 32 << 20;
@@ -72,9 +73,26 @@ fn watched(file: &Path, args: &RingdownArgs) -> Result<Done, Failure> {
     if let Ok(style) = ProgressStyle::with_template("{bar:40} {bytes} of {total_bytes}, {eta} left") {
         bar.set_style(style);
     }
-    let read = slipfit_io::read_watched(file, &args.reading.options(), &mut |n| bar.set_position(n));
+    let spin = |message| {
+        if let Ok(style) = ProgressStyle::with_template("{spinner} {msg}, {elapsed}") {
+            bar.set_style(style);
+        }
+        bar.set_message(message);
+        bar.enable_steady_tick(Duration::from_millis(120));
+    };
+    let read = slipfit_io::read_watched(file, &args.reading.options(), &mut |n| {
+        bar.set_position(n);
+        // Formats other than text are decoded once all of their bytes have passed.
+        if n >= bytes {
+            spin("decoding");
+        }
+    });
+    let done = read.map_err(Failure::from).and_then(|reading| {
+        spin("analysing");
+        analyse_reading(file, reading, args)
+    });
     bar.finish_and_clear();
-    analyse_reading(file, read?, args)
+    done
 }
 
 /// Reads and analyses one file.

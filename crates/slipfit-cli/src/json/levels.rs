@@ -19,6 +19,7 @@ fn document(analysed: &AnalysedLevels<'_>) -> Node {
             ("stuck_below", b.stuck_below.into()),
             ("moving_from", b.moving_from.into()),
             ("stuck_above_threshold", b.stuck_above_threshold.into()),
+            ("static_ratio_at_least", b.static_ratio_at_least.into()),
         ])
     });
     Node::Object(vec![

@@ -93,7 +93,10 @@ pub(crate) fn account(analysed: &AnalysedLevels<'_>) -> Facts {
         let drive = |v: f64| plain(v, 3, &answer.drive_unit);
         let stuck = b.stuck_below.map_or_else(String::new, |v| format!("stuck up to {}, ", drive(v)));
         let above = b.stuck_above_threshold.map_or_else(String::new, |v| {
-            format!("; stuck at {}, above the threshold, while the levels rose", drive(v))
+            let ratio = b.static_ratio_at_least.map_or_else(String::new, |r| {
+                format!(": static friction is at least {r:.2} times the sliding one")
+            });
+            format!("; stuck at {}, above the threshold{ratio}", drive(v))
         });
         facts.add("moves", format!("{stuck}moving from {} on{above}", drive(b.moving_from)));
     }

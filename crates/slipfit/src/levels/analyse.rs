@@ -16,8 +16,8 @@ const DETECTED: f64 = 0.01;
 
 /// The straight line through the moving levels.
 struct Line {
-    /// Levels from this one on (by rising drive) move.
-    first: usize,
+    /// Which levels, by rising drive, move.
+    moving: Vec<bool>,
     slope: f64,
     intercept: f64,
     covariance: DMatrix<f64>,
@@ -75,7 +75,7 @@ pub fn analyse(levels: &Levels, options: &Options) -> Result<Answer, Error> {
     let line = split(&x, &y, &weight).ok_or(Error::NoFit {
         reason: "fewer than three levels move, or the amplitude does not rise with the drive",
     })?;
-    let moving = n - line.first;
+    let moving = line.moving.iter().filter(|m| **m).count();
     let dof = (moving as f64 - 2.0).max(1.0);
     let reduced = line.rss / dof;
     let variance = if known { reduced.max(1.0) } else { reduced };
@@ -134,10 +134,14 @@ pub fn analyse(levels: &Levels, options: &Options) -> Result<Answer, Error> {
             amplitude: y[i],
             std_error: (variance / weight[i]).sqrt(),
             fitted: fit.amplitude(x[i]),
-            moving: i >= line.first,
+            moving: line.moving[i],
         })
         .collect();
-    let (bend_p_value, falling) = bend(&x[line.first..], &y[line.first..], &weight[line.first..], &line);
+    let of_moving = |v: &[f64]| -> Vec<f64> {
+        v.iter().zip(&line.moving).filter(|(_, m)| **m).map(|(v, _)| *v).collect()
+    };
+    let weight_moving = of_moving(&weight);
+    let (bend_p_value, falling) = bend(&of_moving(&x), &of_moving(&y), &weight_moving, &line);
     let breakaway = breakaway(&points, &line);
     let mut warnings = Vec::new();
     if levels.not_finite() > 0 {
@@ -168,7 +172,7 @@ pub fn analyse(levels: &Levels, options: &Options) -> Result<Answer, Error> {
             points: n,
             moving,
             stuck: n - moving,
-            residual_rms: (line.rss / weight[line.first..].iter().sum::<f64>()).sqrt(),
+            residual_rms: (line.rss / weight_moving.iter().sum::<f64>()).sqrt(),
             bend_p_value,
         },
         points,
@@ -205,28 +209,50 @@ fn ratio_unit(of: &str, by: &str) -> String {
 }
 
 /// The split that describes stuck (about zero) and moving (a rising line) branch best.
+///
+/// Split by the drive, unless that leaves clearly more unexplained than a split by amplitude: levels
+/// that were raised and lowered, or raised only while the mass stuck beyond the threshold.
 fn split(x: &[f64], y: &[f64], weight: &[f64]) -> Option<Line> {
+    /// A split by amplitude chooses by the noise too, and so must gain much.
+    const CLEARLY: f64 = 0.5;
     let n = x.len();
+    let by_drive = best_split(x, y, weight, &(0..n).collect::<Vec<_>>(), true);
+    let mut order: Vec<usize> = (0..n).collect();
+    order.sort_by(|&a, &b| y[a].total_cmp(&y[b]));
+    let by_amplitude = best_split(x, y, weight, &order, false);
+    match (by_drive, by_amplitude) {
+        (Some(drive), Some(amplitude)) if amplitude.total < CLEARLY * drive.total => Some(amplitude),
+        (None, Some(amplitude)) => Some(amplitude),
+        (drive, _) => drive,
+    }
+}
+
+/// The best split where the levels move from one on in an order; `below` holds the stuck ones to
+/// lie below the line's threshold.
+fn best_split(x: &[f64], y: &[f64], weight: &[f64], order: &[usize], below: bool) -> Option<Line> {
+    let n = order.len();
     let mut best: Option<Line> = None;
-    for first in 0..=n - 3 {
-        let rows = (first..n).map(|i| (vec![1.0, x[i]], y[i], weight[i]));
+    for first in 0..=n.checked_sub(3)? {
+        let (stuck, moving) = order.split_at(first);
+        let rows = moving.iter().map(|&i| (vec![1.0, x[i]], y[i], weight[i]));
         let Some((c, covariance, rss)) = linear(rows, 2) else { continue };
         if !(c[1] > 0.0) {
             continue;
         }
-        // What sticks reads its own level, the noise floor of an amplitude.
-        let total_weight: f64 = weight[..first].iter().sum();
-        let floor =
-            if first > 0 { (0..first).map(|i| weight[i] * y[i]).sum::<f64>() / total_weight } else { 0.0 };
-        let stuck: f64 = (0..first).map(|i| weight[i] * (y[i] - floor).powi(2)).sum();
-        // A stuck branch must lie below the line's threshold.
-        if first > 0 && -c[0] / c[1] < 0.5 * x[first - 1] {
+        if below && stuck.last().is_some_and(|&i| -c[0] / c[1] < 0.5 * x[i]) {
             continue;
         }
-        let total = rss + stuck;
+        // What sticks reads its own level, the noise floor of an amplitude.
+        let total_weight: f64 = stuck.iter().map(|&i| weight[i]).sum();
+        let floor =
+            stuck.iter().map(|&i| weight[i] * y[i]).sum::<f64>() / total_weight.max(f64::MIN_POSITIVE);
+        let off: f64 = stuck.iter().map(|&i| weight[i] * (y[i] - floor).powi(2)).sum();
+        let total = rss + off;
         // One more level on the stuck branch costs nothing but must pay.
         if best.as_ref().is_none_or(|b| total < b.total * (1.0 - 1.0 / n as f64)) {
-            best = Some(Line { first, slope: c[1], intercept: c[0], covariance, rss, total });
+            let mut moves = vec![false; n];
+            moving.iter().for_each(|&i| moves[i] = true);
+            best = Some(Line { moving: moves, slope: c[1], intercept: c[0], covariance, rss, total });
         }
     }
     best
@@ -302,19 +328,22 @@ fn bend(x: &[f64], y: &[f64], weight: &[f64], line: &Line) -> (f64, bool) {
     }
 }
 
-/// Where the mass breaks loose, by the branches and by the order of measurement.
+/// Where the mass breaks loose, by the branches.
 fn breakaway(points: &[LevelPoint], line: &Line) -> Option<Breakaway> {
     let threshold = -line.intercept / line.slope;
-    // A level on the moving side that reads as if stuck.
-    let as_stuck = |p: &LevelPoint| {
+    // Above the threshold, and far from what the line expects there.
+    let against_the_line = |p: &&LevelPoint| {
         let expected = line.slope * (p.drive - threshold);
         p.amplitude < 0.25 * expected && expected > 4.0 * p.std_error
     };
-    let moving_from = points.iter().filter(|p| p.moving && !as_stuck(p)).map(|p| p.drive).next()?;
+    let stuck_above_threshold = points.iter().filter(against_the_line).map(|p| p.drive).next_back();
+    let ratio = |stuck_at: f64| stuck_at / (FRAC_PI_4 * threshold);
+    let drives = |moving: bool| points.iter().filter(move |p| p.moving == moving);
     Some(Breakaway {
-        stuck_below: points.iter().filter(|p| !p.moving).map(|p| p.drive).next_back(),
-        moving_from,
-        stuck_above_threshold: points.iter().filter(|p| p.moving && as_stuck(p)).map(|p| p.drive).next_back(),
+        stuck_below: drives(false).map(|p| p.drive).next_back(),
+        moving_from: drives(true).find(|p| !against_the_line(p)).map(|p| p.drive)?,
+        stuck_above_threshold,
+        static_ratio_at_least: stuck_above_threshold.map(ratio).filter(|r| *r > 1.0 && r.is_finite()),
     })
 }
 
@@ -351,6 +380,45 @@ mod tests {
         // The threshold 4 x_F/pi = 0.509 lies between 0.5 and 0.6.
         assert!(b.stuck_below.unwrap() < 0.55 && b.moving_from > 0.5, "{b:?}");
         assert!(a.detected && a.warnings.is_empty(), "{:?}", a.warnings);
+    }
+
+    /// Raised, then lowered: stuck up to 0.8 on the way up, moving down to the threshold.
+    #[test]
+    fn levels_raised_and_lowered_are_told_apart_by_what_they_do() {
+        let up: Vec<f64> = (1..=20).map(|i| 0.1 * f64::from(i)).collect();
+        let drive: Vec<f64> = up.iter().chain(up.iter().rev()).copied().collect();
+        let still = exact(50.0, 0.4, &drive, 0.05);
+        let moves = |i: usize, d: f64| if i < 20 { d > 0.85 } else { d > 0.55 };
+        let stuck = |i: usize| 0.02 + 0.001 * (i % 7) as f64;
+        let amplitude = drive.iter().enumerate();
+        let amplitude =
+            amplitude.map(|(i, &d)| if moves(i, d) { still.amplitude()[i] } else { stuck(i) }).collect();
+        let levels = Levels::builder(drive, amplitude).unit("mm").drive_unit("mm").build().unwrap();
+        let a = analyse(&levels, &Options::default()).unwrap();
+        assert!((a.parameter("friction_displacement").unwrap().value - 0.4).abs() < 0.01);
+        let b = a.breakaway.unwrap();
+        assert!((b.moving_from - 0.6).abs() < 1e-9, "{b:?}");
+        assert!((b.stuck_above_threshold.unwrap() - 0.8).abs() < 1e-9, "{b:?}");
+        assert!((b.static_ratio_at_least.unwrap() - 2.0).abs() < 0.05, "{b:?}");
+        assert!(a.warnings.iter().any(|w| w.code() == "hysteresis"), "{:?}", a.warnings);
+        for p in &a.points {
+            assert_eq!(p.moving, p.amplitude > 1.0, "{p:?}");
+        }
+    }
+
+    /// Raised only: the mass moves from 0.9 on, far above the threshold of its line.
+    #[test]
+    fn a_mass_that_stuck_beyond_the_threshold_is_seen_without_a_way_back() {
+        let drive: Vec<f64> = (1..=20).map(|i| 0.1 * f64::from(i)).collect();
+        let free = exact(50.0, 0.4, &drive, 0.05);
+        let amplitude = drive.iter().zip(free.amplitude());
+        let amplitude = amplitude.map(|(&d, &a)| if d > 0.85 { a } else { 0.02 }).collect();
+        let levels = Levels::builder(drive, amplitude).unit("mm").drive_unit("mm").build().unwrap();
+        let a = analyse(&levels, &Options::default()).unwrap();
+        assert!((a.parameter("friction_displacement").unwrap().value - 0.4).abs() < 0.01);
+        let b = a.breakaway.unwrap();
+        assert_eq!((b.stuck_below, b.stuck_above_threshold), (Some(b.stuck_below.unwrap()), b.stuck_below));
+        assert!((b.moving_from - 0.9).abs() < 1e-9 && (b.stuck_below.unwrap() - 0.8).abs() < 1e-9, "{b:?}");
     }
 
     #[test]

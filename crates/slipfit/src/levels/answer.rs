@@ -28,9 +28,11 @@ pub struct Breakaway {
     pub stuck_below: Option<f64>,
     /// Lowest level at which it was seen moving.
     pub moving_from: f64,
-    /// Highest level at which it stuck while the levels rose, above the threshold of the
-    /// moving branch: static friction above kinetic, or a jump.
+    /// Highest level above the threshold of the moving branch at which it stuck.
     pub stuck_above_threshold: Option<f64>,
+    /// Static over sliding friction, at least, where it stuck above the threshold `x_T`: at rest
+    /// the spring pulls with `k x_0 <= F_s`, while `F = (pi/4) k x_T`.
+    pub static_ratio_at_least: Option<f64>,
 }
 
 /// How well the line describes the points.

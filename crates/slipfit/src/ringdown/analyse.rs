@@ -69,8 +69,11 @@ pub fn analyse(record: &Record, options: &Options) -> Result<Answer, Error> {
     }
     within_reach(&samples)?;
     let bare = !oscillates(record.kind());
-    let found =
-        if bare { amplitudes(record, &samples, options) } else { oscillation(record, &samples, options) };
+    let found = if bare {
+        amplitudes(record, &samples, options)
+    } else {
+        followed(&mut samples, options).and_then(|m| oscillation(record, &samples, options, m))
+    };
     let (measured, described) = match found {
         Err(refusal) if measure::is_position(record.kind()) && refusal_of_length(&refusal) => {
             short(&samples).ok_or(refusal)?
@@ -97,14 +100,28 @@ fn amplitudes<'a>(
     Ok((measured, described))
 }
 
-/// The motion itself: amplitudes of short stretches, then every sample.
+/// Amplitudes of short stretches; where the decay is a small part of the record, of shorter ones
+/// about it, since their length follows the record's: a stretch must not see the law bend.
+fn followed(samples: &mut Samples, options: &Options) -> Result<Measured, Error> {
+    let coarse_hz = measure::frequency(samples, options)?;
+    let measured = measure::oscillation(samples, options, coarse_hz)?;
+    if let Some(range) = measured.closer(samples, coarse_hz) {
+        let part = samples.part(range);
+        if let Ok(closer) = measure::oscillation(&part, options, coarse_hz) {
+            *samples = part;
+            return Ok(closer);
+        }
+    }
+    Ok(measured)
+}
+
+/// The motion itself: from amplitudes of short stretches to every sample.
 fn oscillation<'a>(
     record: &Record,
     samples: &'a Samples,
     options: &Options,
+    mut measured: Measured,
 ) -> Result<(Measured, Described<'a>), Error> {
-    let coarse_hz = measure::frequency(samples, options)?;
-    let mut measured = measure::oscillation(samples, options, coarse_hz)?;
     let mut rough = amplitude_fit::fit_amplitudes(&mut measured, options)?;
     if options.start_s.is_none() && lead_in::trim_lead_in(&rough, &mut measured) {
         rough = amplitude_fit::fit_amplitudes(&mut measured, options)?;

@@ -8,6 +8,7 @@ use crate::signal::spectrum;
 use crate::{Error, Record, SignalKind};
 use std::borrow::Cow;
 use std::f64::consts::TAU;
+use std::ops::Range;
 
 /// Stamps and samples of the stretch under analysis.
 #[derive(Debug, Clone)]
@@ -45,6 +46,19 @@ impl<'a> Samples<'a> {
         })
     }
 
+    /// Some of the samples.
+    pub(crate) fn part(&self, range: Range<usize>) -> Self {
+        let cut = |column: &Cow<'a, [f64]>| match column {
+            Cow::Borrowed(all) => Cow::Borrowed(&all[range.clone()]),
+            Cow::Owned(all) => Cow::Owned(all[range.clone()].to_vec()),
+        };
+        Self {
+            time: cut(&self.time),
+            signal: cut(&self.signal),
+            quadrature: self.quadrature.as_ref().map(cut),
+        }
+    }
+
     pub(crate) fn duration(&self) -> f64 {
         self.time[self.time.len() - 1] - self.time[0]
     }
@@ -64,6 +78,23 @@ pub(crate) struct Measured {
     pub(crate) noise_rms: f64,
     /// `value = A² + floor` holds for the points (bare envelopes).
     pub(crate) squared: bool,
+}
+
+impl Measured {
+    /// The decay with as much before and after it, where the record is so much longer that its
+    /// stretches are twice as long as they need be.
+    pub(crate) fn closer(&self, samples: &Samples, frequency_hz: f64) -> Option<Range<usize>> {
+        let decay = &self.all[self.stretch.first..self.stretch.end];
+        let (first, last) = (decay.first()?.first, decay.last()?.end.min(samples.time.len()) - 1);
+        let (from_s, to_s) = (samples.time[first], samples.time[last]);
+        let length_s = to_s - from_s;
+        let from = samples.time.partition_point(|t| *t < from_s - length_s);
+        let end = samples.time.partition_point(|t| *t <= to_s + length_s);
+        let cycles = |samples: usize, span_s: f64| Cut::for_record(span_s, samples, frequency_hz).cycles;
+        let whole = cycles(samples.time.len(), samples.duration());
+        let part = cycles(end - from, samples.time[end - 1] - samples.time[from]);
+        (2.0 * part <= whole).then_some(from..end)
+    }
 }
 
 /// Amplitudes of an oscillating record.

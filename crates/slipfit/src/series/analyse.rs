@@ -1,25 +1,26 @@
 //! The one way in.
 
-use super::answer::{Answer, Cell, Joint, Pair, Row, Solo, Warning};
+use super::answer::{Answer, Cell, Pair, Row, Solo, Warning};
+use super::joint::{DISAGREE, birge, joint, references};
 use super::law::{LoadPoint, friction_against_load};
 use super::{Condition, Data, Measurement, Options};
 use crate::estimate::evidence::chi_square_tail;
 use crate::ringdown::{Calibration, LossModel};
 use crate::{Error, Quantity, levels, resonance, ringdown};
-use nalgebra::{DMatrix, DVector, Matrix2, Vector2};
+use nalgebra::{Matrix2, Vector2};
 use std::f64::consts::TAU;
 
 /// What one measurement says, limits lifted, in the common unit.
-struct Said {
-    measurement: usize,
-    ring_down: bool,
+pub(super) struct Said {
+    pub(super) measurement: usize,
+    pub(super) ring_down: bool,
     /// Damping rate and friction displacement.
-    value: Vector2<f64>,
-    covariance: Matrix2<f64>,
+    pub(super) value: Vector2<f64>,
+    pub(super) covariance: Matrix2<f64>,
     /// Natural frequency, Hz, and its standard error.
-    frequency: Option<[f64; 2]>,
+    pub(super) frequency: Option<[f64; 2]>,
     /// Drive amplitude, its standard error, and its correlation with the two.
-    drive: Option<([f64; 2], [f64; 2])>,
+    pub(super) drive: Option<([f64; 2], [f64; 2])>,
 }
 
 /// Analyses each measurement alone, compares the ways at each condition as Table 1 of
@@ -34,7 +35,9 @@ struct Said {
 /// ```
 ///
 /// The joint fit is the generalised least squares of all answers with the parameters said
-/// to be shared ([`Options::shared`]); damping and friction of one condition always are.
+/// to be shared ([`Options::shared`]); damping and friction of one condition always are. Where
+/// what is put together does not agree (p < 0.01), the errors of the mean are widened by the root of
+/// chi square over its degrees of freedom (R. T. Birge, Phys. Rev. 40, 207, 1932).
 ///
 /// Limits: answers enter by value and covariance, not by their samples; an answer close to a
 /// limit enters by its unbounded estimate. A common calibration takes no part in the
@@ -91,7 +94,7 @@ pub fn analyse(measurements: &[Measurement], options: &Options) -> Result<Answer
         })
         .collect();
     for r in &table {
-        if let Some(p_value) = r.p_value.filter(|p| *p < 0.01) {
+        if let Some(p_value) = r.p_value.filter(|p| *p < DISAGREE) {
             warnings.push(Warning::Disagree { condition: r.condition.clone(), p_value });
         }
     }
@@ -112,9 +115,10 @@ pub fn analyse(measurements: &[Measurement], options: &Options) -> Result<Answer
         .collect();
     let agreement_p_value =
         (!compared.is_empty()).then(|| chi_square_tail(compared.iter().sum(), 2.0 * compared.len() as f64));
-    let joint = joint(&said, measurements, &labels, options);
+    let references = references(&said, measurements);
+    let joint = joint(&said, &references, measurements, &labels, options);
     if let Some(j) = &joint
-        && j.p_value < 0.01
+        && j.p_value < DISAGREE
     {
         warnings.push(Warning::NotShared { p_value: j.p_value });
     }
@@ -124,40 +128,46 @@ pub fn analyse(measurements: &[Measurement], options: &Options) -> Result<Answer
 
 /// The answer as asked for, and the one with viscous damping and sliding friction.
 fn one(data: &Data) -> (Result<Solo, Error>, Option<Solo>) {
-    let both = LossModel::ViscousSliding;
     match data {
-        Data::RingDown { record, options } => match ringdown::analyse(record, options) {
-            Ok(answer) => {
-                let compared = if answer.model == both {
-                    Some(answer.clone())
-                } else {
-                    let forced = ringdown::Options { model: Some(both), ..(**options).clone() };
-                    ringdown::analyse(record, &forced).ok()
-                };
-                (Ok(Solo::RingDown(Box::new(answer))), compared.map(|a| Solo::RingDown(Box::new(a))))
-            }
-            Err(e) => (Err(e), None),
-        },
-        Data::Sweep { curve, options } => match resonance::analyse(curve, options) {
-            Ok(answer) => {
-                let compared = if answer.model == both {
-                    Some(answer.clone())
-                } else {
-                    let forced = resonance::Options { model: Some(both), ..(**options).clone() };
-                    resonance::analyse(curve, &forced).ok()
-                };
-                (Ok(Solo::Sweep(Box::new(answer))), compared.map(|a| Solo::Sweep(Box::new(a))))
-            }
-            Err(e) => (Err(e), None),
-        },
-        Data::Levels { levels, options } => match levels::analyse(levels, options) {
-            Ok(answer) => {
-                let compared = Some(Solo::Levels(Box::new(answer.clone())));
-                (Ok(Solo::Levels(Box::new(answer))), compared)
-            }
-            Err(e) => (Err(e), None),
-        },
+        Data::RingDown { record, options } => asked_and_both(
+            |forced| {
+                let model = forced.or(options.model);
+                ringdown::analyse(record, &ringdown::Options { model, ..(**options).clone() })
+            },
+            |answer| answer.model,
+            |answer| Solo::RingDown(Box::new(answer)),
+        ),
+        Data::Sweep { curve, options } => asked_and_both(
+            |forced| {
+                let model = forced.or(options.model);
+                resonance::analyse(curve, &resonance::Options { model, ..(**options).clone() })
+            },
+            |answer| answer.model,
+            |answer| Solo::Sweep(Box::new(answer)),
+        ),
+        // Levels know no other model.
+        Data::Levels { levels, options } => asked_and_both(
+            |_| levels::analyse(levels, options),
+            |_| LossModel::ViscousSliding,
+            |answer| Solo::Levels(Box::new(answer)),
+        ),
     }
+}
+
+/// An analysis as asked for, and once more where its model was not viscous damping and sliding
+/// friction.
+fn asked_and_both<A: Clone>(
+    analyse: impl Fn(Option<LossModel>) -> Result<A, Error>,
+    model: impl Fn(&A) -> LossModel,
+    solo: impl Fn(A) -> Solo,
+) -> (Result<Solo, Error>, Option<Solo>) {
+    const BOTH: LossModel = LossModel::ViscousSliding;
+    let answer = match analyse(None) {
+        Ok(answer) => answer,
+        Err(e) => return (Err(e), None),
+    };
+    let both = if model(&answer) == BOTH { Some(answer.clone()) } else { analyse(Some(BOTH)).ok() };
+    (Ok(solo(answer)), both.map(solo))
 }
 
 /// Values and covariance out of an answer.
@@ -226,6 +236,15 @@ fn together(list: &[&Said]) -> Option<Both> {
     Some((covariance * sum, covariance))
 }
 
+/// Where the parts do not agree their mean is less sure by the Birge ratio, the root of chi square
+/// over its degrees of freedom.
+fn widened((mean, covariance): Both, list: &[&Said]) -> Both {
+    let off =
+        |s: &&Said| Some(((s.value - mean).transpose() * s.covariance.try_inverse()? * (s.value - mean))[0]);
+    let chi_square: f64 = list.iter().filter_map(off).sum();
+    (mean, covariance * birge(chi_square, 2 * list.len().saturating_sub(1)))
+}
+
 /// Chi square of the difference, two degrees of freedom.
 fn difference(a: Both, b: Both) -> Option<f64> {
     let d = a.0 - b.0;
@@ -255,7 +274,7 @@ fn row(
         friction: pair(1),
         damping: pair(0),
         p_value: r.zip(s).and_then(|(a, b)| difference(a, b)).map(|c| chi_square_tail(c, 2.0)),
-        joint: together(all).map(|b| cell(b, hz, options)),
+        joint: together(all).map(|b| cell(widened(b, all), hz, options)),
     }
 }
 
@@ -288,115 +307,11 @@ fn cell((value, covariance): Both, hz: Option<f64>, options: &Options) -> Cell {
     }
 }
 
-/// Generalised least squares of everything said.
-fn joint(
-    said: &[Said],
-    measurements: &[Measurement],
-    labels: &[&Condition],
-    options: &Options,
-) -> Option<Joint> {
-    if said.len() < 2 {
-        return None;
-    }
-    let shared = options.shared;
-    // Unknowns: friction per condition, damping per condition or one, then the shared ones.
-    let n = labels.len();
-    let dampings = if shared.decay_rate { 1 } else { n };
-    let frequency_at = n + dampings;
-    let with_frequency = shared.natural_frequency && said.iter().any(|s| s.frequency.is_some());
-    let drive_at = frequency_at + usize::from(with_frequency);
-    let with_drive = shared.drive_amplitude && said.iter().any(|s| s.drive.is_some());
-    let unknowns = drive_at + usize::from(with_drive);
-    // Relative to first values, so that hertz and metres share a matrix.
-    let scale = |k: usize| -> f64 {
-        let typical =
-            |v: &mut dyn Iterator<Item = f64>| v.map(f64::abs).fold(0.0, f64::max).max(f64::MIN_POSITIVE);
-        if k < n {
-            typical(&mut said.iter().map(|s| s.covariance[(1, 1)].sqrt()))
-        } else if k < frequency_at {
-            typical(&mut said.iter().map(|s| s.covariance[(0, 0)].sqrt()))
-        } else if with_frequency && k == frequency_at {
-            typical(&mut said.iter().filter_map(|s| s.frequency.map(|f| f[1])))
-        } else {
-            typical(&mut said.iter().filter_map(|s| s.drive.map(|d| d.0[1])))
-        }
-    };
-    let centre = said.iter().find_map(|s| s.frequency).map_or(0.0, |f| f[0]);
-    let scales: Vec<f64> = (0..unknowns).map(scale).collect();
-    let mut normal = DMatrix::<f64>::zeros(unknowns, unknowns);
-    let mut rhs = DVector::<f64>::zeros(unknowns);
-    let (mut total, mut observations) = (0.0, 0);
-    for s in said {
-        let label = &measurements[s.measurement].condition.label;
-        let condition = labels.iter().position(|c| c.label == *label)?;
-        let damping = n + if shared.decay_rate { 0 } else { condition };
-        let mut place = vec![damping, condition];
-        let mut value = vec![s.value[0], s.value[1]];
-        let mut covariance = DMatrix::<f64>::zeros(2, 2);
-        covariance.view_mut((0, 0), (2, 2)).copy_from(&s.covariance);
-        let mut grow = |k: usize, v: f64, std: f64, rho: [f64; 2], covariance: &mut DMatrix<f64>| {
-            let m = value.len();
-            place.push(k);
-            value.push(v);
-            let old = covariance.clone();
-            *covariance = DMatrix::zeros(m + 1, m + 1);
-            covariance.view_mut((0, 0), (m, m)).copy_from(&old);
-            covariance[(m, m)] = std * std;
-            for (i, r) in rho.iter().enumerate() {
-                let c = r.clamp(-0.999_999, 0.999_999) * std * old[(i, i)].sqrt();
-                (covariance[(i, m)], covariance[(m, i)]) = (c, c);
-            }
-        };
-        if with_drive && let Some(([v, std], rho)) = s.drive {
-            grow(drive_at, v, std, rho, &mut covariance);
-        }
-        if with_frequency && let Some([v, std]) = s.frequency {
-            grow(frequency_at, v - centre, std, [0.0; 2], &mut covariance);
-        }
-        // Three pairwise correlations taken from rounded answers need not fit together.
-        let inverse = covariance.clone().cholesky().map(|c| c.inverse()).or_else(|| {
-            let m = covariance.nrows();
-            let bare =
-                DMatrix::from_fn(
-                    m,
-                    m,
-                    |i, j| if i == j || (i < 2 && j < 2) { covariance[(i, j)] } else { 0.0 },
-                );
-            bare.cholesky().map(|c| c.inverse())
-        })?;
-        for i in 0..value.len() {
-            for j in 0..value.len() {
-                let w = inverse[(i, j)];
-                normal[(place[i], place[j])] += w * scales[place[i]] * scales[place[j]];
-                rhs[place[i]] += w * value[j] * scales[place[i]];
-                total += w * value[i] * value[j];
-            }
-        }
-        observations += value.len();
-    }
-    let cholesky = normal.clone().cholesky()?;
-    let solution = cholesky.solve(&rhs);
-    let covariance = cholesky.inverse();
-    let chi_square = (total - solution.dot(&rhs)).max(0.0);
-    let degrees_of_freedom = observations.saturating_sub(unknowns);
-    if degrees_of_freedom == 0 {
-        return None;
-    }
-    let quantity = |k: usize, offset: f64, unit: &str| {
-        Quantity::normal(solution[k] * scales[k] + offset, covariance[(k, k)].sqrt() * scales[k], unit)
-    };
-    Some(Joint {
-        natural_frequency_hz: with_frequency.then(|| quantity(frequency_at, centre, "Hz")),
-        drive_amplitude: with_drive.then(|| quantity(drive_at, 0.0, &options.unit)),
-        decay_rate_per_s: shared.decay_rate.then(|| quantity(n, 0.0, "1/s")),
-        chi_square,
-        degrees_of_freedom,
-        p_value: chi_square_tail(chi_square, degrees_of_freedom as f64),
-    })
-}
-
-/// Friction against the conditions that are numbers.
+/// Friction against the conditions that are numbers, where they may be loads.
 fn laws(table: &[Row], options: &Options) -> Vec<super::LawFit> {
+    if !may_be_load(&options.condition_unit) {
+        return Vec::new();
+    }
     let cells: Vec<(&Row, &Cell)> = table
         .iter()
         .filter(|r| r.value.is_some_and(|v| v[0] >= 0.0))
@@ -418,14 +333,22 @@ fn laws(table: &[Row], options: &Options) -> Vec<super::LawFit> {
     friction_against_load(&points, [&options.condition_unit, unit]).unwrap_or_default()
 }
 
+/// Whether a unit is one of force or of a mass that weighs; without a unit anything may be.
+fn may_be_load(unit: &str) -> bool {
+    const LOADS: [&str; 9] = ["N", "g", "dyn", "gf", "pond", "lb", "lbf", "oz", "kgf"];
+    const PREFIXES: [&str; 11] = ["p", "n", "µ", "μ", "u", "m", "c", "d", "k", "M", "G"];
+    let plain = |unit: &str| LOADS.contains(&unit);
+    unit.is_empty() || plain(unit) || PREFIXES.iter().any(|p| unit.strip_prefix(p).is_some_and(plain))
+}
+
 #[cfg(test)]
-mod tests {
+pub(super) mod tests {
     use super::*;
     use crate::decay::FreeDecay;
     use crate::steady::{Phasor, scan};
     use crate::{Oscillator, Record};
 
-    fn jitter(i: usize, k: u64) -> f64 {
+    pub(in crate::series) fn jitter(i: usize, k: u64) -> f64 {
         // Sum of twelve even numbers: as good as normal.
         (0..12u64)
             .map(|j| {
@@ -507,6 +430,16 @@ mod tests {
     }
 
     #[test]
+    fn a_current_is_no_load() {
+        for unit in ["", "N", "mN", "µN", "kg", "g"] {
+            assert!(may_be_load(unit), "{unit}");
+        }
+        for unit in ["mA", "A", "mbar", "Pa", "V", "°C", "m"] {
+            assert!(!may_be_load(unit), "{unit}");
+        }
+    }
+
+    #[test]
     fn what_disagrees_is_said_and_what_fails_does_not_stop_the_rest() {
         let mut all = both("a", 1.0, 0.05, 3);
         all[1] = both("a", 1.0, 0.01, 5).remove(1);
@@ -522,6 +455,11 @@ mod tests {
         let a = analyse(&all, &Options::default()).unwrap();
         let codes: Vec<_> = a.warnings.iter().map(Warning::code).collect();
         assert!(codes.contains(&"failed") && codes.contains(&"disagree"), "{codes:?}");
+        // Friction of 0.05 and 0.01: what is between them must not look sure.
+        let [ring_down, sweep, joint] = [&a.table[0].ring_down, &a.table[0].resonance, &a.table[0].joint]
+            .map(|cell| &cell.as_ref().unwrap().friction);
+        let sure = ring_down.std_error.min(sweep.std_error);
+        assert!(joint.std_error > 5.0 * sure, "{ring_down:?} {sweep:?} {joint:?}");
         assert!(a.solo[2].1.is_err() && a.solo[0].1.is_ok());
         assert!(analyse(&[], &Options::default()).is_err());
     }

@@ -3,6 +3,7 @@
 
 mod analyse;
 mod answer;
+mod joint;
 mod law;
 mod measurement;
 

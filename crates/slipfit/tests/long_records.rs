@@ -1,13 +1,29 @@
-//! A record averaged while it comes says what the whole record says.
+//! Long records: averaged while they come they say what the whole record says, and so does a decay
+//! that is a small part of one.
 
 #![allow(clippy::unwrap_used, reason = "a test stops where something is wrong")]
 
 use proptest::prelude::*;
 use slipfit::record::Averaging;
 use slipfit::simulate::{Drive, Motion};
-use slipfit::{Oscillator, Record, ringdown};
+use slipfit::{Oscillator, Record, SignalKind, ringdown};
 
 const ROW_S: f64 = 1e-4;
+
+fn add_noise(signal: &mut [f64], rms: f64) {
+    let mut state = 88_172_645_463_325_252_u64;
+    for v in signal {
+        // Twelve uniform numbers less their mean: as good as normal here.
+        let mut sum = -6.0;
+        for _ in 0..12 {
+            state ^= state << 13;
+            state ^= state >> 7;
+            state ^= state << 17;
+            sum += (state >> 11) as f64 / (1_u64 << 53) as f64;
+        }
+        *v += rms * sum;
+    }
+}
 
 /// A ring-down of 50 Hz with 1 % noise: 200 rows a cycle.
 fn rows(count: usize) -> (Vec<f64>, Vec<f64>) {
@@ -20,18 +36,8 @@ fn rows(count: usize) -> (Vec<f64>, Vec<f64>) {
     let time_s: Vec<f64> = (0..count).map(|i| i as f64 * ROW_S).collect();
     let mut signal = vec![0.0; count];
     Motion::new(&o, Drive::none(), 0.0, 1.0, 0.0).unwrap().fill(&time_s, &mut signal).unwrap();
-    let mut state = 88_172_645_463_325_252_u64;
-    for v in &mut signal {
-        // Twelve uniform numbers less their mean: as good as normal here.
-        let mut sum = -6.0;
-        for _ in 0..12 {
-            state ^= state << 13;
-            state ^= state >> 7;
-            state ^= state << 17;
-            sum += (state >> 11) as f64 / (1_u64 << 53) as f64;
-        }
-        *v += 0.01 * sum + 3.0;
-    }
+    add_noise(&mut signal, 0.01);
+    signal.iter_mut().for_each(|v| *v += 3.0);
     (time_s, signal)
 }
 
@@ -78,6 +84,33 @@ fn friction_and_damping_stay_what_they_are_and_as_sure() {
             assert!((a.value - b.value).abs() < 0.1 * a.std_error, "{name} {a:?} {b:?}");
             assert!((b.std_error / a.std_error - 1.0).abs() < 0.03, "{name} {a:?} {b:?}");
         }
+    }
+}
+
+/// Twenty cycles a block, from a record of 8000, would hold the very bend that tells the friction.
+#[test]
+fn a_decay_that_is_a_tenth_of_its_record_is_looked_at_closely() {
+    let (rate_hz, noise) = (1.0 / (5.0 * ROW_S), 2e-4);
+    let o = Oscillator::builder()
+        .omega_0(std::f64::consts::TAU * 50.0)
+        .q_factor(523.6)
+        .friction_displacement(3e-5)
+        .build()
+        .unwrap();
+    let time_s: Vec<f64> = (0..(160.0 * rate_hz) as usize).map(|i| i as f64 / rate_hz).collect();
+    for before_s in [0.0, 40.0] {
+        let mut signal = vec![0.0; time_s.len()];
+        let silent = (before_s * rate_hz) as usize;
+        let mut motion = Motion::new(&o, Drive::none(), 0.0, 1.0, 0.0).unwrap();
+        motion.fill(&time_s[..time_s.len() - silent], &mut signal[silent..]).unwrap();
+        add_noise(&mut signal, noise);
+        // A velocity by name only: what is told of amplitudes, the samples' own fit left out.
+        let record = Record::new(time_s.clone(), signal).unwrap().with_kind(SignalKind::Velocity);
+        let answer = ringdown::analyse(&record, &ringdown::Options::default()).unwrap();
+        let x_f = answer.parameter("friction_displacement").unwrap();
+        assert!((x_f.value - 3e-5).abs() < 4.0 * x_f.std_error, "{x_f:?}");
+        let codes: Vec<_> = answer.warnings.iter().map(|w| w.code()).collect();
+        assert!(!codes.contains(&"model_misfit"), "{codes:?}");
     }
 }
 

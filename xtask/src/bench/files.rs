@@ -1,0 +1,143 @@
+//! Files: large texts, and many of them.
+
+use std::path::Path;
+use std::process::{Command, ExitCode};
+use std::time::Instant;
+
+use super::contest::{Contestant, Process, Timing, race};
+use super::report::{Row, three_digits};
+use super::signal::Signal;
+use super::{Against, Bench, faster};
+use crate::Failure;
+use crate::places::{command, spelled};
+use crate::python;
+
+/// Rows of a text of one gigabyte.
+const GIGABYTE: usize = 48_000_000;
+const FILES: usize = 1000;
+
+/// A process that tells on its last line how long its work took, its start not counted.
+struct Told(Command);
+
+impl Contestant for Told {
+    fn take(&mut self, _: usize) -> Result<Timing, Failure> {
+        let output = self.0.output()?;
+        let said = String::from_utf8_lossy(&output.stdout);
+        let seconds = said.lines().last().and_then(|line| line.trim().parse().ok());
+        let Some(seconds) = seconds.filter(|_| output.status.success()) else {
+            let why = String::from_utf8_lossy(&output.stderr);
+            return Err(format!("`{}` told no time: {why}", spelled(&self.0)).into());
+        };
+        Ok(Timing { seconds, estimates: Vec::new(), errors: Vec::new() })
+    }
+}
+
+/// `cargo xtask bench --read FILE TIMES`, a contestant of line m: seconds of the best of so many
+/// readings.
+pub(super) fn read_alone(arguments: &[String]) -> Result<ExitCode, Failure> {
+    let [file, times] = arguments else { return Err("--read needs FILE and TIMES".into()) };
+    let mut best = f64::INFINITY;
+    for _ in 0..times.parse()? {
+        let begun = Instant::now();
+        let reading = slipfit_io::read(Path::new(file), &slipfit_io::ReadOptions::default())?;
+        best = best.min(begun.elapsed().as_secs_f64());
+        std::hint::black_box(reading);
+    }
+    println!("{best}");
+    Ok(ExitCode::SUCCESS)
+}
+
+impl Bench {
+    /// The first reading in a process, on all cores, and the best of several on one.
+    pub(super) fn text_beside_polars(&self) -> Result<Vec<Row>, Failure> {
+        let file = self.long_csv()?;
+        let megabytes = std::fs::metadata(&file)?.len() as f64 / 1e6;
+        let contest = |times: &str, pinned: bool| -> Result<(Timing, Timing), Failure> {
+            let mut own = start(std::env::current_exe()?, pinned);
+            own.args(["bench", "--read"]).arg(&file).arg(times);
+            let mut polars = start(&self.python, pinned);
+            polars.arg(python::peers().join("read_polars.py")).arg(&file).arg(times);
+            if pinned {
+                polars.env("POLARS_MAX_THREADS", "1");
+                own.env("RAYON_NUM_THREADS", "1");
+            }
+            let best = race(self.rounds, &mut [&mut Told(own), &mut Told(polars)])?;
+            Ok((best[0].clone(), best[1].clone()))
+        };
+        let speed = |timing: &Timing| megabytes / timing.seconds;
+        let mut rows = Vec::new();
+        for (work, times, pinned) in [("all cores, first reading", "1", false), ("one core", "5", true)] {
+            let (own, polars) = match contest(times, pinned) {
+                Ok(both) => both,
+                // There is no `taskset` on other systems.
+                Err(_) if pinned && !cfg!(target_os = "linux") => continue,
+                Err(failure) => return Err(failure),
+            };
+            let ratio = speed(&own) / speed(&polars);
+            rows.push(Row {
+                line: 'm',
+                work: format!("text read, {megabytes:.0} MB, {work}"),
+                ours: format!("{} MB/s", three_digits(speed(&own))),
+                peer: "polars `read_csv`",
+                theirs: format!("{} MB/s", three_digits(speed(&polars))),
+                ratio: three_digits(ratio),
+                asked: Some(("≥ 1".into(), ratio >= 1.0)),
+                apart: None,
+            });
+        }
+        Ok(rows)
+    }
+
+    pub(super) fn memory_of_a_gigabyte(&self) -> Result<Vec<Row>, Failure> {
+        let file = self.folder.join("waveform_1GB.csv");
+        Signal::waveform(GIGABYTE)?.write_csv(&file)?;
+        let megabytes = std::fs::metadata(&file)?.len() as f64 / 1e6;
+        let peak = self.peak_of(&file);
+        std::fs::remove_file(&file)?;
+        let peak = peak?;
+        Ok(vec![Row {
+            line: 'n',
+            work: format!("memory, command on a text of {megabytes:.0} MB"),
+            ours: format!("{:.0} MB", peak / 1e6),
+            peer: "the text itself",
+            theirs: format!("{megabytes:.0} MB"),
+            ratio: three_digits(peak / 1e6 / megabytes),
+            asked: Some(("≤ 1 GB".into(), peak <= 1e9)),
+            apart: None,
+        }])
+    }
+
+    pub(super) fn many_files(&self) -> Result<Vec<Row>, Failure> {
+        let folder = self.folder.join("many");
+        std::fs::create_dir_all(&folder)?;
+        let signal = Signal::waveform(5_000)?;
+        for i in 0..FILES {
+            signal.write_csv(&folder.join(format!("{i:04}.csv")))?;
+        }
+        let mut paths: Vec<_> =
+            std::fs::read_dir(&folder)?.map(|entry| Ok(entry?.path())).collect::<std::io::Result<_>>()?;
+        paths.sort();
+        let mut slipfit = command(&self.slipfit);
+        slipfit.arg("ringdown").args(&paths).arg("--table").arg(self.folder.join("many.csv"));
+        let mut script = command(&self.python);
+        script.arg(python::peers().join("many_files.py")).args(&paths);
+        let rounds = self.rounds.min(2);
+        let best = race(rounds, &mut [&mut Process(slipfit), &mut Process(script)])?;
+        let against = Against { peer: "SciPy script, a process a core", at_least: None };
+        let mut row =
+            faster('o', "1000 files of 5 k rows, all cores", Some(&best[0]), &against, &best[1], None);
+        let rate = |timing: &Timing| format!("{} files/s", three_digits(FILES as f64 / timing.seconds));
+        (row.ours, row.theirs) = (rate(&best[0]), rate(&best[1]));
+        Ok(vec![row])
+    }
+}
+
+/// A program, on one core only if asked.
+fn start(program: impl AsRef<std::ffi::OsStr>, pinned: bool) -> Command {
+    if !pinned {
+        return command(program);
+    }
+    let mut start = command("taskset");
+    start.args(["--cpu-list", "0"]).arg(program);
+    start
+}
