@@ -37,9 +37,15 @@ pub(crate) fn find(b: &Block, allowed: Allowed) -> Vec<Pedestal> {
     let half = (0.5 * (b.omega[n - 1] - b.omega[0])).max(f64::MIN_POSITIVE);
     let most = if allowed.delay { MOST_QUARTERS.min(n / 2) } else { 0 };
     let delays = (1..=most).flat_map(|k| [k as f64, -(k as f64)]).map(|k| 0.5 * FRAC_PI_2 * k);
+    let total: f64 = b.data.iter().zip(&b.weight).map(|(z, w)| w * z.norm_sqr()).sum();
     let tried: Vec<Pole> = std::iter::once(0.0)
         .chain(delays)
         .filter_map(|delay| pole(b, middle, half, delay, allowed.background))
+        .map(|p| {
+            // Any delay holds the line without one as well: it must do better than that.
+            let least = 1e-9 * total;
+            Pole { rss: if p.delay == 0.0 { p.rss } else { 1.1 * p.rss + least }, ..p }
+        })
         .collect();
     // The least of each neighbourhood, the best first.
     let beside = |p: &Pole, q: &Pole| (p.delay - q.delay).abs() < 0.6 * FRAC_PI_2;
