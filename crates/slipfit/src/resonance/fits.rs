@@ -607,7 +607,12 @@ fn settle(problem: &Problem, fit: &Fit, line: &Line, free: &[usize]) -> Vec<Fit>
             minima.push(f);
         }
     }
+    let near = minima.first().cloned();
     minima.sort_by(|a, b| a.rss.total_cmp(&b.rss));
+    // Where the best leaves more than noise, a far one may only mend what the law lacks.
+    if minima.first().is_some_and(|m| hang_together(problem, m).2 > 1.0) {
+        return near.into_iter().collect();
+    }
     minima.truncate(8);
     minima
 }
