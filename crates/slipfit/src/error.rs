@@ -135,7 +135,8 @@ pub enum Error {
     },
     /// The curve holds fewer points than the model has parameters.
     #[error(
-        "{points} points for {parameters} free parameters: at least {parameters} are needed, better more"
+        "{points} points for {parameters} free parameters: at least {} are needed, better more",
+        parameters + 1
     )]
     TooFewPoints {
         /// Points of the curve (twice as many numbers when complex).

@@ -47,7 +47,8 @@ pub(crate) struct ResonanceArgs {
     #[arg(long, value_name = "FREE", conflicts_with = "drive_amplitude", help_heading = "Analysis")]
     pub(crate) reference: Option<PathBuf>,
 
-    /// Drive amplitude x_0, in the response's unit, such as 0.0625±0.001
+    /// Drive amplitude x_0, in the response's unit, such as 0.0625±0.001; with a column of drive
+    /// levels the one at their mean
     #[arg(long, value_name = "X0", help_heading = "Analysis")]
     drive_amplitude: Option<Uncertain>,
 

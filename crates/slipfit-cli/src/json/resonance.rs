@@ -24,6 +24,7 @@ fn document(analysed: &AnalysedCurve<'_>) -> Node {
         ("model", a.model.name().into()),
         ("method", method(a.method).into()),
         ("drive_source", a.drive_source.name().into()),
+        ("mean_drive", a.mean_drive.into()),
         ("sentence", a.sentence().into()),
         ("parameters", parameters(&a.parameters)),
         ("comparison", comparison(a)),

@@ -30,7 +30,7 @@ const STEPS: i32 = 800;
 pub(super) fn panels(analysed: &AnalysedCurve<'_>) -> Vec<Figure> {
     type Drawing = fn(&mut Figure, &View<'_>);
     let mut panels: Vec<Drawing> = vec![amplitude, residuals];
-    if analysed.reading.curve.is_complex() {
+    if has_phases(analysed.answer) {
         panels = vec![amplitude, phase, residuals, circle];
         if !analysed.answer.force.is_empty() {
             panels.extend([dissipative as Drawing, elastic as Drawing]);
@@ -78,6 +78,8 @@ struct View<'a> {
     /// Lowest and highest frequency measured, Hz.
     range_hz: [f64; 2],
     amplitude: Scale,
+    /// What was taken off the amplitudes: a background fitted that would hide them.
+    background: Phasor,
     /// Largest amplitude measured or fitted, response unit.
     largest: f64,
 }
@@ -100,15 +102,17 @@ impl<'a> View<'a> {
         let name =
             if shifted { format!("frequency − {base:.decimals$} Hz") } else { "frequency".to_owned() };
         let frequency_label = titled(&name, &frequency.unit);
+        let background = dominant_background(answer);
         let largest = answer
             .points
             .iter()
-            .flat_map(|p| [p.amplitude, p.fitted_amplitude])
+            .flat_map(|p| [measured(p, background), fitted(p, background)])
             .filter(|v| v.is_finite())
             .fold(0.0, f64::max);
         Self {
             answer,
-            complex: analysed.reading.curve.is_complex(),
+            complex: has_phases(answer),
+            background,
             base_hz,
             frequency,
             frequency_label,
@@ -140,6 +144,12 @@ impl<'a> View<'a> {
         list
     }
 
+    /// The title, and what was taken off.
+    fn beside(&self, title: &str) -> String {
+        let off = if self.background == Phasor::default() { "" } else { ", background taken off" };
+        format!("{title}{off}")
+    }
+
     fn radius(&self) -> f32 {
         match self.answer.points.len() {
             n if n > 2000 => 1.1,
@@ -147,6 +157,33 @@ impl<'a> View<'a> {
             _ => 2.8,
         }
     }
+}
+
+/// Whether the fit used phases.
+fn has_phases(answer: &Answer) -> bool {
+    answer.points.iter().any(|p| p.phase_rad.is_some())
+}
+
+/// The background fitted, where it hides the line on it and phases tell the two apart.
+fn dominant_background(answer: &Answer) -> Phasor {
+    let Some([re, im]) = answer.instrument.background.as_ref().filter(|_| has_phases(answer)) else {
+        return Phasor::default();
+    };
+    let background = Phasor::new(re.value, im.value);
+    let line =
+        answer.points.iter().map(|p| fitted(p, background)).filter(|v| v.is_finite()).fold(0.0, f64::max);
+    if background.norm() > 0.7 * line { background } else { Phasor::default() }
+}
+
+fn measured(p: &CurvePoint, background: Phasor) -> f64 {
+    p.phase_rad.map_or(p.amplitude, |phase| (Phasor::from_polar(p.amplitude, phase) - background).norm())
+}
+
+fn fitted(p: &CurvePoint, background: Phasor) -> f64 {
+    if background == Phasor::default() {
+        return p.fitted_amplitude;
+    }
+    (Phasor::from_polar(p.fitted_amplitude, p.fitted_phase_rad) - background).norm()
 }
 
 fn titled(name: &str, unit: &str) -> String {
@@ -160,7 +197,10 @@ fn amplitude(figure: &mut Figure, view: &View<'_>) {
     let a = view.amplitude.factor;
     let across = view.across();
     let ghost: Vec<Point> = if answer.model.has_sliding() {
-        across.iter().map(|&f| [view.x(f), answer.fit.friction_free(f).norm() * a]).collect()
+        across
+            .iter()
+            .map(|&f| [view.x(f), (answer.fit.friction_free(f) - view.background).norm() * a])
+            .collect()
     } else {
         Vec::new()
     };
@@ -171,7 +211,7 @@ fn amplitude(figure: &mut Figure, view: &View<'_>) {
     let behind = [peak, beside].into_iter().filter(|v| *v <= GHOST_HEIGHT * top).fold(top, f64::max);
     let high = if peak > GHOST_HEIGHT * top { 1.25 * behind } else { 1.06 * behind };
     let y = Axis::linear(0.0, high, titled("amplitude", &view.amplitude.unit));
-    let mut panel = Panel::new(figure, "amplitude and fit", view.x_axis(), y);
+    let mut panel = Panel::new(figure, &view.beside("amplitude and fit"), view.x_axis(), y);
     let mut legend = vec![(Mark::Dot(POINTS), "measured")];
     if !ghost.is_empty() {
         panel.line(ghost, GHOST_LINE);
@@ -185,9 +225,15 @@ fn amplitude(figure: &mut Figure, view: &View<'_>) {
         panel.dots(dots, view.radius() * 0.8, REFERENCE.faded(0.55));
         legend.push((Mark::Dot(REFERENCE), "reference"));
     }
-    let dots = answer.points.iter().map(|p| ([view.x(p.frequency_hz), p.amplitude * a], p.std_error * a));
+    let dots = answer
+        .points
+        .iter()
+        .map(|p| ([view.x(p.frequency_hz), measured(p, view.background) * a], p.std_error * a));
     panel.sized_dots(dots, view.radius(), POINTS);
-    panel.line(across.iter().map(|&f| [view.x(f), answer.fit.response(f).norm() * a]), FIT_LINE);
+    panel.line(
+        across.iter().map(|&f| [view.x(f), (answer.fit.response(f) - view.background).norm() * a]),
+        FIT_LINE,
+    );
     legend.push((Mark::Line(FIT_LINE), answer.model.name()));
     if answer.model.has_sliding() {
         legend.push((Mark::Line(GHOST_LINE), "without friction"));
@@ -289,11 +335,15 @@ fn circle(figure: &mut Figure, view: &View<'_>) {
     let measured: Vec<Point> = answer
         .points
         .iter()
-        .filter_map(|p| p.phase_rad.map(|phase| place(Phasor::from_polar(p.amplitude, phase))))
+        .filter_map(|p| {
+            p.phase_rad.map(|phase| place(Phasor::from_polar(p.amplitude, phase) - view.background))
+        })
         .collect();
     let across = view.across();
-    let fitted: Vec<Point> = across.iter().map(|&f| place(answer.fit.response(f))).collect();
-    let ghost: Vec<Point> = across.iter().map(|&f| place(answer.fit.friction_free(f))).collect();
+    let fitted: Vec<Point> =
+        across.iter().map(|&f| place(answer.fit.response(f) - view.background)).collect();
+    let ghost: Vec<Point> =
+        across.iter().map(|&f| place(answer.fit.friction_free(f) - view.background)).collect();
     let extent = |points: &[Point]| {
         points.iter().flatten().map(|v| v.abs()).filter(|v| v.is_finite()).fold(0.0, f64::max)
     };
@@ -317,7 +367,7 @@ fn circle(figure: &mut Figure, view: &View<'_>) {
     let x = Axis::linear(x_mid - 0.4 * width, x_mid + 0.6 * width, titled("in phase with the drive", unit));
     let y = Axis::linear(y_mid - 0.5 * height, y_mid + 0.5 * height, titled("in quadrature", unit));
     let title = "complex plane: a circle without friction";
-    let mut panel = Panel::new(figure, title, x, y);
+    let mut panel = Panel::new(figure, &view.beside(title), x, y);
     let mut legend = vec![(Mark::Dot(POINTS), "measured"), (Mark::Line(FIT_LINE), answer.model.name())];
     if answer.model.has_sliding() {
         panel.line(ghost, GHOST_LINE);

@@ -13,6 +13,9 @@ use slipfit_io::{Skipped, SweepReading};
 use std::fmt::Write as _;
 use std::path::Path;
 
+/// Forces with a chi square above this lie on no straight line.
+const NO_LINE: f64 = 3.0;
+
 /// The whole report, styled.
 pub(crate) fn resonance(analysed: &AnalysedCurve<'_>, written: &[&Path]) -> String {
     let answer = analysed.answer;
@@ -123,6 +126,12 @@ pub(crate) fn account(analysed: &AnalysedCurve<'_>) -> Facts {
         DriveSource::Shape => "x₀ from the shape alone",
         _ => "x₀ unknown",
     };
+    let level = answer.mean_drive.map(|mean| {
+        let taken = analysed.reading.report.taken.iter().find(|t| t.0 == "drive");
+        let unit = taken.map_or("", |t| t.1.unit.as_str());
+        format!(" (at the mean drive {})", plain(mean, 3, unit))
+    });
+    let level = level.unwrap_or_default();
     let d = &answer.diagnostics;
     let mut left = Vec::new();
     if d.outside_band > 0 {
@@ -137,7 +146,7 @@ pub(crate) fn account(analysed: &AnalysedCurve<'_>) -> Facts {
         n => format!("; {n} points with stops in the cycle"),
     };
     facts.add("fit", format!(
-            "{method}, {drive}; {} points{left}, {} within the line, over {:.1} line widths; noise {}, {:.0} dB below \
+            "{method}, {drive}{level}; {} points{left}, {} within the line, over {:.1} line widths; noise {}, {:.0} dB below \
              the peak; residuals {:.2} times what noise gives{stops}",
             d.points,
             d.points_in_line,
@@ -153,11 +162,12 @@ pub(crate) fn account(analysed: &AnalysedCurve<'_>) -> Facts {
         facts.add(
             "forces",
             format!(
-                "without a model, those of {} points give x_F = {}, δ = {} (chi square {:.2} a degree of freedom)",
+                "without a model, those of {} points give x_F = {}, δ = {} (chi square {:.2} a degree of freedom{})",
                 line.points,
                 Rounded::new(x_f.value, x_f.std_error, &x_f.unit),
                 Rounded::new(delta.value, delta.std_error, &delta.unit),
-                line.reduced_chi_square
+                line.reduced_chi_square,
+                if line.reduced_chi_square > NO_LINE { ": no straight line" } else { "" }
             ),
         );
     }

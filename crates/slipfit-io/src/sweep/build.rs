@@ -122,7 +122,8 @@ pub(super) fn build(
     } else {
         Curve::builder(frequency_hz, values.iter().map(|z| z.re).collect())
     };
-    let mut builder = builder.unit(unit);
+    let beside = matches!(choice.response, Response::Amplitude { .. });
+    let mut builder = if phased && beside { builder.separate_phase() } else { builder }.unit(unit);
     if let Some(drive) = &choice.drive {
         builder = builder.drive(rows.values(drive));
     }

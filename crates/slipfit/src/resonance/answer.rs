@@ -236,6 +236,9 @@ pub struct Answer {
     pub correlations: Vec<(&'static str, &'static str, f64)>,
     /// Instrument terms.
     pub instrument: Instrument,
+    /// Mean of the drive column, in its unit: the drive amplitude given or found is the one there.
+    /// `None` without such a column.
+    pub mean_drive: Option<f64>,
     /// The points used beside the fit, by rising frequency.
     pub points: Vec<CurvePoint>,
     /// Force balance without a model; empty without phases.

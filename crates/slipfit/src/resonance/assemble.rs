@@ -9,12 +9,13 @@ use super::problem::{
 };
 use super::{
     Answer, Candidate, Curve, CurvePoint, Diagnostics, DriveSource, FittedCurve, Instrument, Method, Options,
-    Parameter, ReferenceFit, SlidingEvidence, force, paper,
+    Parameter, ReferenceFit, RunDirection, SlidingEvidence, force, paper,
 };
 use crate::estimate::least_squares::{Fit, minimise};
 use crate::estimate::profile::{Estimate, Profile};
 use crate::physical::physical;
 use crate::ringdown::LossModel;
+use crate::steady::Phasor;
 use crate::{Error, Quantity};
 use std::f64::consts::{FRAC_PI_4, PI, TAU};
 
@@ -85,10 +86,27 @@ pub(super) fn answer(curve: &Curve, used: &Curve, options: &Options, d: &Describ
         warnings: Vec::new(),
         unit: used.unit().to_owned(),
         points,
-        fit: FittedCurve { parameters: p.clone(), problem },
+        mean_drive: used.drive().map(|d| d.iter().sum::<f64>() / d.len() as f64),
+        fit: FittedCurve { guide: guide(used, &problem, p), parameters: p.clone(), problem },
     };
     answer.warnings = super::doubts::doubts(curve, used, d, &answer, preferred);
     Ok(answer)
+}
+
+/// The first run's points, where there are runs up and down.
+fn guide(used: &Curve, problem: &Problem, p: &[f64]) -> Vec<[f64; 2]> {
+    let has = |direction| used.runs().iter().any(|r| r.direction == direction && r.points >= 5);
+    let Some(run) = used.runs().iter().find(|r| r.points >= 5) else { return Vec::new() };
+    if !(has(RunDirection::Up) && has(RunDirection::Down)) {
+        return Vec::new();
+    }
+    let b = &problem.main;
+    let background = Phasor::new(p[BG_RE], p[BG_IM]);
+    let amplitude = |i: usize| if b.complex { (b.data[i] - background).norm() } else { b.data[i].re };
+    (0..b.len())
+        .filter(|&i| (run.first..run.first + run.points).contains(&b.index[i]))
+        .map(|i| [b.omega[i], amplitude(i)])
+        .collect()
 }
 
 /// Sliding over all loss of a cycle at an amplitude.
@@ -119,7 +137,9 @@ fn loss_term(d: &Described, chosen: &Entry, term: usize) -> (Estimate, bool) {
     };
     let problem = d.problem_of(entry);
     // No loss exceeds what it would be alone.
-    let most = alone(d, term).map_or(f64::INFINITY, |m| m.max(entry.fit.parameters[term]));
+    let most = alone(d, term)
+        .filter(|_| !on_background(chosen))
+        .map_or(f64::INFINITY, |m| m.max(entry.fit.parameters[term]));
     let profile = Profile { problem: &problem, fit: &entry.fit, scale: d.scale, range: [0.0, most] };
     let mut found = profile.non_negative(term, bends(d));
     found.interval[1] = found.interval[1].min(most);
@@ -180,14 +200,16 @@ fn parameters(used: &Curve, options: &Options, d: &Described, chosen: &Entry) ->
     let omega_0 = d.problem.centre + bounded.parameters[OMEGA];
     push("natural_frequency_hz", plain(d, bounded, OMEGA, 1.0 / TAU, d.problem.centre, "Hz"));
     let (delta, has_delta) = loss_term(d, chosen, DELTA);
-    let delta = non_negative(delta, has_delta, "1/s");
+    let delta = spanned(d, non_negative(delta, has_delta, "1/s"), |p| p[DELTA]);
     push("decay_rate_per_s", delta.clone());
     push("q_factor", q_factor(&delta, omega_0));
     let (x_f, has_x_f) = loss_term(d, chosen, X_F);
-    let x_f = non_negative(x_f, has_x_f, unit);
+    let x_f = spanned(d, non_negative(x_f, has_x_f, unit), |p| p[X_F]);
     push("friction_displacement", x_f.clone());
     let x_0 = drive_amplitude(d, chosen, unit);
+    let x_0 = if bounded.free.contains(&X_0) { spanned(d, x_0, |p| p[X_0]) } else { x_0 };
     let beta = friction_ratio(d, chosen, &x_f, &x_0);
+    let beta = spanned(d, beta, |p| p[X_F] / (FRAC_PI_4 * p[X_0]));
     push("drive_amplitude", x_0);
     push("friction_ratio", beta);
     if chosen.fit.free.contains(&DRAG) {
@@ -205,6 +227,45 @@ fn parameters(used: &Curve, options: &Options, d: &Described, chosen: &Entry) ->
         }
     }
     list
+}
+
+/// The interval stretched over those of all minima that explain the data as well.
+fn spanned(d: &Described, mut q: Quantity, of: fn(&[f64]) -> f64) -> Quantity {
+    if d.minima.len() < 2 {
+        return q;
+    }
+    for fit in &d.minima {
+        let p = &fit.parameters;
+        let slopes: Vec<(usize, f64)> = fit
+            .free
+            .iter()
+            .filter(|&&k| [DELTA, X_0, X_F].contains(&k))
+            .map(|&k| {
+                let step = 1e-4 * fit.unit_std(k).max(1e-9 * p[k].abs()).min(p[k].abs().max(1e-12));
+                let (mut up, mut down) = (p.clone(), p.clone());
+                (up[k], down[k]) = (p[k] + step, p[k] - step);
+                (k, (of(&up) - of(&down)) / (2.0 * step))
+            })
+            .collect();
+        let mut square = 0.0;
+        for &(a, slope_a) in &slopes {
+            for &(b, slope_b) in &slopes {
+                square += slope_a * slope_b * fit.unit_covariance[(a, b)];
+            }
+        }
+        let variance = d.scale.variance_of(fit) * d.scale.widening;
+        let half = crate::estimate::Z_95 * (square.max(0.0) * variance).sqrt();
+        if half.is_finite() {
+            q.interval_95[0] = q.interval_95[0].min((of(p) - half).max(0.0));
+            q.interval_95[1] = q.interval_95[1].max(of(p) + half);
+        }
+    }
+    q
+}
+
+/// Whether a background takes part: then no smaller model bounds what the chosen one finds.
+fn on_background(chosen: &Entry) -> bool {
+    chosen.fit.free.contains(&BG_RE)
 }
 
 fn drive_amplitude(d: &Described, chosen: &Entry, unit: &str) -> Quantity {
@@ -226,8 +287,11 @@ fn drive_amplitude(d: &Described, chosen: &Entry, unit: &str) -> Quantity {
     let low = end(LossModel::Viscous, -1.0).filter(|v| *v > 0.0).unwrap_or(0.0);
     let high = end(LossModel::Sliding, 1.0).unwrap_or(f64::INFINITY);
     let value = bounded.parameters[X_0];
-    let range =
-        if d.source == DriveSource::Shape { [low.min(value), high.max(value)] } else { [0.0, f64::INFINITY] };
+    let range = if d.source == DriveSource::Shape && !on_background(chosen) {
+        [low.min(value), high.max(value)]
+    } else {
+        [0.0, f64::INFINITY]
+    };
     let found = Profile { problem: &problem, fit: bounded, scale: d.scale, range }.two_sided(X_0, bends(d));
     Quantity {
         value,

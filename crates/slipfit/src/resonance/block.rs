@@ -11,6 +11,8 @@ pub(crate) struct Block {
     /// Real when there is no phase.
     pub(crate) data: Vec<Phasor>,
     pub(crate) complex: bool,
+    /// Phases came beside the amplitudes, not as real and imaginary parts.
+    pub(crate) separate_phase: bool,
     /// One over the variance of a point (of a quadrature), in units of the block's own.
     pub(crate) precision: Vec<f64>,
     /// What the sums use: precision, zero for points left out, corrected for Rice's noise.
@@ -53,6 +55,7 @@ impl Block {
             omega: index.iter().map(|&i| TAU * f[i]).collect(),
             data,
             complex: curve.is_complex(),
+            separate_phase: curve.has_separate_phase(),
             weight: precision.clone(),
             precision,
             drive,
@@ -121,6 +124,27 @@ impl Block {
         all
     }
 
+    /// All amplitudes at the mean drive, were the response in proportion to it.
+    pub(crate) fn levels(&self) -> Vec<f64> {
+        let mut all = self.amplitudes();
+        all.iter_mut().zip(&self.drive).for_each(|(a, drive)| *a /= drive);
+        all
+    }
+
+    /// The points of these places.
+    pub(crate) fn picked(&self, places: &[usize]) -> Self {
+        let some = |v: &[f64]| places.iter().map(|&i| v[i]).collect::<Vec<_>>();
+        Self {
+            omega: some(&self.omega),
+            data: places.iter().map(|&i| self.data[i]).collect(),
+            precision: some(&self.precision),
+            weight: some(&self.weight),
+            drive: some(&self.drive),
+            index: places.iter().map(|&i| self.index[i]).collect(),
+            ..*self
+        }
+    }
+
     /// Every so manieth point.
     pub(crate) fn thinned(&self, stride: usize) -> Self {
         let every = |v: &[f64]| v.iter().step_by(stride).copied().collect::<Vec<_>>();
@@ -128,6 +152,7 @@ impl Block {
             omega: every(&self.omega),
             data: self.data.iter().step_by(stride).copied().collect(),
             complex: self.complex,
+            separate_phase: self.separate_phase,
             precision: every(&self.precision),
             weight: every(&self.weight),
             drive: every(&self.drive),

@@ -84,6 +84,7 @@ pub struct Curve {
     unit: String,
     runs: Vec<Run>,
     dropped: Dropped,
+    separate_phase: bool,
 }
 
 /// Builds a [`Curve`] and checks it.
@@ -95,6 +96,7 @@ pub struct CurveBuilder {
     drive: Option<Vec<f64>>,
     std_error: Option<Vec<f64>>,
     unit: String,
+    separate_phase: bool,
 }
 
 impl Curve {
@@ -117,6 +119,7 @@ impl Curve {
             drive: None,
             std_error: None,
             unit: String::new(),
+            separate_phase: false,
         }
     }
 
@@ -148,6 +151,12 @@ impl Curve {
     /// Whether there is a phase.
     pub fn is_complex(&self) -> bool {
         matches!(self.response, Response::Complex(_))
+    }
+
+    /// Whether the phases were measured beside the amplitudes, and may be folded or of another
+    /// quantity; those of real and imaginary parts cannot.
+    pub fn has_separate_phase(&self) -> bool {
+        self.separate_phase
     }
 
     /// Drive level of each point, in any unit, if it was recorded.
@@ -189,6 +198,7 @@ impl Curve {
             std_error: self.std_error.as_ref().map(chosen),
             unit: self.unit.clone(),
             dropped: self.dropped,
+            separate_phase: self.separate_phase,
         }
     }
 }
@@ -198,6 +208,14 @@ impl CurveBuilder {
     #[must_use]
     pub fn phase_rad(mut self, phase_rad: Vec<f64>) -> Self {
         self.phase_rad = Some(phase_rad);
+        self
+    }
+
+    /// Says that the phases of complex responses were measured beside their amplitudes: they are
+    /// left aside where they fit no resonance while the amplitudes do.
+    #[must_use]
+    pub fn separate_phase(mut self) -> Self {
+        self.separate_phase = true;
         self
     }
 
@@ -293,6 +311,7 @@ impl CurveBuilder {
             std_error: self.std_error.as_ref().map(chosen),
             unit: self.unit,
             dropped,
+            separate_phase: self.separate_phase || self.phase_rad.is_some(),
         })
     }
 }

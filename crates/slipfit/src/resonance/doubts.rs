@@ -1,6 +1,8 @@
 //! Which warnings an answer carries.
 
-use super::fits::{Described, Entry};
+use super::block::Block;
+use super::fits::{Described, Entry, oscillator_seen};
+use super::look::Line;
 use super::problem::{BG_IM, BG_RE, DELTA, DUFFING, OMEGA, R_DELTA, R_OMEGA, X_F};
 use super::{Answer, Curve, DriveSource, Method, RunDirection, Warning, look};
 use std::f64::consts::TAU;
@@ -31,32 +33,37 @@ pub(super) fn doubts(
     if d.mirrored {
         list.push(Warning::PhaseSign);
     }
-    let jump = look::jump(b, &d.line, noise);
-    let (hysteresis, runs) = runs_differ(used, d);
+    let shown = oscillator_seen(&d.problem, &answer.fit.parameters);
+    let shown = shown.as_ref().unwrap_or(b);
+    let noise = if std::ptr::eq(shown, b) { noise } else { look::noise(shown).max(noise) };
+    let runs = runs_of(used, shown);
+    let lines: Vec<(&Block, Line)> =
+        runs.iter().map(|r| &r.1).filter_map(|b| Some((b, look::line(b)?))).collect();
+    let jump = lines.iter().find_map(|(b, line)| look::jump(b, line, noise));
+    let width = lines.first().map_or(d.line.half_width, |l| l.1.half_width);
+    let (hysteresis, differ) =
+        runs_differ(&runs, d, width, lines.first().map_or(noise, |l| look::noise(l.0)));
     if let Some(omega) = jump {
         list.push(Warning::Jump { frequency_hz: omega / TAU, hysteresis: hysteresis.is_some() });
     } else if let Some(omega) = hysteresis {
         list.push(Warning::Jump { frequency_hz: omega / TAU, hysteresis: true });
-    } else if let Some(z) = runs {
+    } else if let Some(z) = differ {
         list.push(Warning::RunsDiffer { z });
     }
-    // What stands on a pedestal has no height to compare with.
-    if d.line.height > 0.5 * b.highest()
-        && let Some((omega, relative_height)) = look::second_peak(b, &d.line, noise)
-        && jump.is_none()
+    if jump.is_none()
         && hysteresis.is_none()
+        && let Some((omega, other, relative_height)) = lines.iter().find_map(|(b, line)| {
+            look::second_peak(b, line, noise).map(|(other, height)| (line.omega, other, height))
+        })
     {
-        list.push(Warning::SecondPeak {
-            main_hz: d.line.omega / TAU,
-            other_hz: omega / TAU,
-            relative_height,
-        });
+        list.push(Warning::SecondPeak { main_hz: omega / TAU, other_hz: other / TAU, relative_height });
     }
     shape(&mut list, d, answer);
     instrument(&mut list, d, answer);
     reference(&mut list, d, answer);
-    if answer.diagnostics.residual_excess > 1.0 {
-        let misfit = answer.diagnostics.residual_rms / answer.diagnostics.noise_rms.max(f64::MIN_POSITIVE);
+    let misfit = answer.diagnostics.residual_rms / answer.diagnostics.noise_rms.max(f64::MIN_POSITIVE);
+    // The noise between neighbours is itself known to about one part in the root of their number.
+    if answer.diagnostics.residual_excess > 1.0 && misfit > 1.0 + 1.0 / b.observations().sqrt() {
         list.push(Warning::ModelMisfit { excess: misfit });
     }
     models(&mut list, d, answer, preferred);
@@ -110,15 +117,24 @@ fn shape(list: &mut Vec<Warning>, d: &Described, answer: &Answer) {
 fn instrument(list: &mut Vec<Warning>, d: &Described, answer: &Answer) {
     let p = &answer.fit.parameters;
     if answer.instrument.background.is_some() {
-        list.push(Warning::Background { relative: p[BG_RE].hypot(p[BG_IM]) / d.problem.main.highest() });
+        list.push(Warning::Background {
+            relative: p[BG_RE].hypot(p[BG_IM]) / d.problem.main.highest(),
+            phases: d.problem.main.complex,
+        });
     }
     if let Some(delay) = &answer.instrument.delay_s {
         list.push(Warning::Delay { delay_s: delay.value });
     }
-    if p[DUFFING] != 0.0 {
+    let lean = answer.parameter("frequency_shift_by_amplitude");
+    // A term asked for that is nought within its error is no lean.
+    if p[DUFFING] != 0.0 && lean.is_none_or(|q| q.value.abs() > q.std_error) {
         let highest = d.problem.main.highest();
         let omega_0 = d.problem.centre + p[OMEGA];
-        list.push(Warning::Leaning { relative_shift: p[DUFFING] * highest * highest / omega_0 });
+        let shift = p[DUFFING] * highest * highest;
+        list.push(Warning::Leaning {
+            relative_shift: shift / omega_0,
+            line_widths: shift / (2.0 * d.line.half_width),
+        });
     }
 }
 
@@ -130,7 +146,7 @@ fn reference(list: &mut Vec<Warning>, d: &Described, answer: &Answer) {
     let ratio = p[R_DELTA] / p[DELTA];
     // One resonator keeps its frequency within some widths, and its damping within a factor.
     let width = d.line.half_width.max(p[R_DELTA]);
-    if apart > 5.0 * width || !(0.1..=10.0).contains(&ratio) {
+    if apart > 5.0 * width || !(1.0 / 3.0..=3.0).contains(&ratio) {
         list.push(Warning::ReferenceDiffers { relative_frequency, decay_rate_ratio: ratio });
     }
     if reference.sliding_p_value < 0.001 {
@@ -164,23 +180,41 @@ fn models(list: &mut Vec<Warning>, d: &Described, answer: &Answer, preferred: &E
     }
 }
 
-/// Up against down: where they differ by a jump, rad/s, or how sure they differ at all.
-fn runs_differ(used: &Curve, d: &Described) -> (Option<f64>, Option<f64>) {
-    let runs = used.runs();
-    let has = |direction| runs.iter().any(|r| r.direction == direction && r.points >= 5);
+/// The points of each run apart, where the frequency went both up and down; else all as one.
+fn runs_of(used: &Curve, b: &Block) -> Vec<(RunDirection, Block)> {
+    let runs: Vec<_> = used.runs().iter().filter(|r| r.points >= 5).collect();
+    let has = |direction| runs.iter().any(|r| r.direction == direction);
     if !(has(RunDirection::Up) && has(RunDirection::Down)) {
-        return (None, None);
+        return vec![(RunDirection::Unordered, b.clone())];
     }
-    let b = &d.problem.main;
-    let mut up = vec![false; used.len()];
-    for r in runs.iter().filter(|r| r.direction == RunDirection::Up) {
-        up[r.first..r.first + r.points].fill(true);
-    }
-    let of = |direction: bool| -> Vec<(f64, f64)> {
-        (0..b.len()).filter(|&i| up[b.index[i]] == direction).map(|i| (b.omega[i], b.amplitude(i))).collect()
+    runs.iter()
+        .map(|r| {
+            let of = r.first..r.first + r.points;
+            let places: Vec<usize> = (0..b.len()).filter(|&i| of.contains(&b.index[i])).collect();
+            (r.direction, b.picked(&places))
+        })
+        .collect()
+}
+
+/// Up against down: where they differ by a jump, rad/s, or how sure they differ at all.
+fn runs_differ(
+    runs: &[(RunDirection, Block)],
+    d: &Described,
+    half_width: f64,
+    run_noise: f64,
+) -> (Option<f64>, Option<f64>) {
+    let of = |direction: RunDirection| -> Vec<(f64, f64)> {
+        let mut all: Vec<(f64, f64)> = runs
+            .iter()
+            .filter(|r| r.0 == direction)
+            .flat_map(|(_, b)| (0..b.len()).map(|i| (b.omega[i], b.amplitude(i))))
+            .collect();
+        all.sort_by(|a, b| a.0.total_cmp(&b.0));
+        all
     };
-    let (rising, falling) = (of(true), of(false));
-    let noise = d.neighbour_noise.max(f64::MIN_POSITIVE);
+    let (rising, falling) = (of(RunDirection::Up), of(RunDirection::Down));
+    // Where the runs part ways the residuals of the fit to both are no noise.
+    let noise = d.neighbour_noise.min(1.5 * run_noise).max(f64::MIN_POSITIVE);
     let (mut sum, mut count, mut worst) = (0.0, 0.0, (0.0, 0.0));
     for &(omega, a) in &rising {
         let i = falling.partition_point(|f| f.0 < omega);
@@ -190,7 +224,7 @@ fn runs_differ(used: &Curve, d: &Described) -> (Option<f64>, Option<f64>) {
         let ((w0, a0), (w1, a1)) = (falling[i - 1], falling[i]);
         let t = if w1 > w0 { (omega - w0) / (w1 - w0) } else { 0.5 };
         // Between coarse points a straight line is no curve.
-        if w1 - w0 > 0.3 * d.line.half_width {
+        if w1 - w0 > 0.3 * half_width {
             continue;
         }
         let apart = a - (a0 + t * (a1 - a0));

@@ -1,7 +1,8 @@
 //! From a curve to all loss models, fitted: starts, instrument terms, noise.
 
 use super::block::Block;
-use super::look::{self, Line};
+use super::crosstalk::{self, Allowed};
+use super::look::{self, Line, Pedestal};
 use super::problem::{
     BG_IM, BG_RE, COUNT, DELAY, DELTA, DRAG, DUFFING, OMEGA, PHASE, Problem, R_BG_IM, R_BG_RE, R_DELTA,
     R_OMEGA, R_PHASE, X_0, X_F,
@@ -49,6 +50,9 @@ pub(crate) struct Described {
     /// Noise of one point as differences of the residuals between neighbours give it.
     pub(crate) neighbour_noise: f64,
     pub(crate) autocorrelation: f64,
+    /// Minima as good as the best within its errors, where there are several: amplitudes do not
+    /// tell on which side of the line a background lies.
+    pub(crate) minima: Vec<Fit>,
 }
 
 /// Terms beside the loss that are free.
@@ -75,10 +79,30 @@ impl Others {
 
 /// A term is taken up unasked only when it lowers the BIC by this much.
 const TAKEN_UP: f64 = 14.0;
+/// Drag may do worse than another term by so much and is taken up all the same.
+const PREFERRED: f64 = 6.0;
 
 /// Fits everything; phases that fit no resonance while the amplitudes do are left aside.
 pub(crate) fn describe(main: Block, reference: Option<Block>, options: &Options) -> Result<Described, Error> {
-    describe_as(main, reference, options, true)
+    let wanted = options.terms;
+    if wanted.delay == Some(true) && main.complex {
+        // It may be many turns across the curve: no first value but its own leads there.
+        let allowed = Allowed { background: wanted.background != Some(false), delay: true };
+        if let Some(behind) = best_behind(&main, reference.as_ref(), options, allowed) {
+            let plain = describe_as(main, reference, options, Way::AsGiven);
+            return Ok(plain.ok().filter(|d| left(d) <= left(&behind)).unwrap_or(behind));
+        }
+    }
+    describe_as(main, reference, options, Way::AsGiven)
+}
+
+/// How the data are taken.
+enum Way {
+    AsGiven,
+    /// Without the phases there were.
+    Amplitudes,
+    /// From background and delay known about.
+    Behind(Box<Pedestal>),
 }
 
 /// A residual above this part of the height makes phases suspect.
@@ -88,21 +112,32 @@ fn describe_as(
     main: Block,
     reference: Option<Block>,
     options: &Options,
-    may_ignore_phases: bool,
+    way: Way,
 ) -> Result<Described, Error> {
     let mut main = main;
     let no = |reason| Error::NoResonance { reason };
     let mut line = look::line(&main).ok_or(no("every amplitude is zero"))?;
     if main.len() < 4 {
-        return Err(Error::TooFewPoints { points: main.len(), parameters: 4 });
+        return Err(Error::TooFewPoints { points: main.len(), parameters: 3 });
     }
     let noise = look::noise(&main);
+    if let Some(reason) = look::no_line(&main, 0.0) {
+        return Err(no(reason));
+    }
     let wanted = options.terms;
-    let mut pedestal = look::pedestal(&main, &line).filter(|_| wanted.background != Some(false));
+    let first_time = matches!(way, Way::AsGiven);
+    let behind = matches!(way, Way::Behind(_));
+    let allowed =
+        Allowed { background: wanted.background != Some(false), delay: wanted.delay != Some(false) };
+    let mut pedestal = match way {
+        Way::Behind(pedestal) => Some(*pedestal),
+        _ => look::pedestal(&main, &line).filter(|_| allowed.background),
+    };
     if let Some(p) = &pedestal {
         line = p.line;
     }
-    let background = wanted.background == Some(true) || pedestal.is_some();
+    let raised = |p: &Pedestal| p.height != Phasor::default();
+    let background = wanted.background == Some(true) || pedestal.as_ref().is_some_and(raised);
     let seen = pedestal.as_ref().map_or(&main, |p| &p.without);
     let (from_phases, mirrored) = match start::linear(seen, &line, true) {
         Some((s, mirrored)) => (Some(s), mirrored),
@@ -117,6 +152,7 @@ fn describe_as(
         }
         if let Some(p) = &mut pedestal {
             p.height = p.height.conj();
+            p.delay = -p.delay;
         }
     }
     // A dense curve is fitted by the means of neighbours much closer than the line is wide.
@@ -156,7 +192,8 @@ fn describe_as(
     if background {
         others.list.extend([BG_RE, BG_IM]);
     }
-    if wanted.delay == Some(true) && complex {
+    let delay = pedestal.as_ref().map_or(0.0, |p| p.delay);
+    if (wanted.delay == Some(true) || delay != 0.0) && complex {
         others.list.push(DELAY);
     }
     if wanted.duffing == Some(true) {
@@ -186,7 +223,7 @@ fn describe_as(
     let mut starts = starts(&problem.main, &line, from_phases, known_level, fixed);
     for s in &mut starts {
         if let Some(p) = &pedestal {
-            (s[BG_RE], s[BG_IM]) = (p.height.re, p.height.im);
+            (s[BG_RE], s[BG_IM], s[DELAY]) = (p.height.re, p.height.im, delay);
         }
         if let Some(r) = &reference_start {
             for k in [R_OMEGA, R_DELTA, R_PHASE, R_BG_RE, R_BG_IM] {
@@ -213,13 +250,14 @@ fn describe_as(
     let variance =
         |fit: &Fit, problem: &Problem| fit.rss / (problem.observations() - fit.free.len() as f64).max(1.0);
     let sigma2 = variance(&first, &problem).max(f64::MIN_POSITIVE);
-    if complex && may_ignore_phases && sigma2.sqrt() > UNLIKELY * line.height {
-        let plain = amplitudes_only(&problem.main);
-        let reference = block.as_ref().map(amplitudes_only);
-        if let Ok(mut described) = describe_as(plain, reference, options, false)
-            && described.preferred().is_some_and(|e| described.scale.variance_of(&e.bounded) < 0.06 * sigma2)
-        {
-            described.phases_ignored = true;
+    if let Some(reason) = look::no_line(&problem.main, noise.min(sigma2.sqrt())) {
+        return Err(no(reason));
+    }
+    if complex && first_time && sigma2.sqrt() > UNLIKELY * line.height {
+        let other = otherwise(&problem.main, block.as_ref(), options, allowed, sigma2);
+        if let Some(mut described) = other {
+            described.mirrored ^= mirrored && !described.phases_ignored;
+            described.all = all.map(|a| if described.phases_ignored { amplitudes_only(&a) } else { a });
             return Ok(described);
         }
     }
@@ -272,8 +310,24 @@ fn describe_as(
         fit = f;
     }
 
-    // Instrument terms the data cannot do without.
     let mut free = full;
+    let before = free.len();
+    if behind {
+        let mut unasked: Vec<&[usize]> = Vec::new();
+        if wanted.delay.is_none() {
+            unasked.push(&[DELAY]);
+        }
+        if wanted.background.is_none() {
+            unasked.push(&[BG_RE, BG_IM, R_BG_RE, R_BG_IM]);
+        }
+        for terms in unasked {
+            drop_unneeded(&mut problem, &mut fit, &mut free, terms);
+        }
+    }
+
+    // Instrument terms the data cannot do without.
+    let drag_is_out = options.model.is_some_and(|m| !m.has_drag());
+    let mut minima: Vec<Fit> = Vec::new();
     let candidates: [(&[usize], Option<bool>, bool); 3] = [
         (&[BG_RE, BG_IM], wanted.background, true),
         (&[DELAY], wanted.delay, complex),
@@ -300,7 +354,12 @@ fn describe_as(
             if !worth_trying(&trial, &fit, &more, &plain_scale(&trial)) {
                 continue;
             }
-            let Some(f) = minimise(&trial, &fit.parameters, &more) else { continue };
+            let all_minima = if terms[0] == BG_RE && !complex {
+                settle(&trial, &fit, &line, &more)
+            } else {
+                minimise(&trial, &fit.parameters, &more).into_iter().collect()
+            };
+            let Some(f) = all_minima.first().cloned() else { continue };
             // A term that is missing makes residuals hang together: what counts is how they do
             // with it.
             let (_, _, widening) = hang_together(&trial, &f);
@@ -308,9 +367,20 @@ fn describe_as(
             let gain = scale.bic(fit.rss, free.len()) - scale.bic(f.rss, more.len());
             if gain > TAKEN_UP && found.as_ref().is_none_or(|(g, ..)| gain > *g) {
                 found = Some((gain, more, f));
+                if terms[0] == BG_RE && !complex {
+                    minima = all_minima;
+                }
             }
         }
-        let Some((_, more, f)) = found else { break };
+        let Some((gain, mut more, mut f)) = found else { break };
+        // Before the instrument or the spring is blamed: drag, a loss of its own.
+        if !drag_is_out
+            && !free.contains(&DRAG)
+            && let Some((own, list, dragged)) = with_drag(&problem, &fit, &free)
+            && own > TAKEN_UP.max(gain - PREFERRED)
+        {
+            (more, f) = (list, dragged);
+        }
         problem.used = more.iter().copied().filter(|&k| k < R_OMEGA).collect();
         (free, fit) = (more, f);
         if !complex {
@@ -318,19 +388,54 @@ fn describe_as(
             settle_rice(&mut problem, &fit.parameters, v);
         }
     }
+    if complex && first_time && free.len() > before && variance(&fit, &problem) > 2.0 * noise * noise {
+        // Terms were taken up one by one and leave more than noise: together they may not.
+        let other = best_behind(&problem.main, problem.reference.as_ref(), options, allowed);
+        if let Some(mut other) = other.filter(|d| left(d) < 0.8 * variance(&fit, &problem)) {
+            other.mirrored ^= mirrored;
+            other.all = all;
+            other.left_out += left_out;
+            return Ok(other);
+        }
+    }
+    let hidden = !complex && wanted.background == Some(true) && minima.is_empty();
+    if hidden {
+        minima = settle(&problem, &fit, &line, &free);
+        fit = minima.first().cloned().unwrap_or(fit);
+    }
+    if free.contains(&DUFFING) || free.contains(&DRAG) {
+        // Other minima were those without the terms taken up since.
+        minima = minima.iter().filter_map(|m| minimise(&problem, &m.parameters, &free)).collect();
+    }
     let others: Vec<usize> = free.iter().copied().filter(|k| ![X_F, DELTA, DRAG].contains(k)).collect();
     if let Some([value, _]) = problem.prior {
         let drive = options.drive_amplitude.map_or(1.0, |d| d.std_error);
         problem.prior = Some([value, variance(&fit, &problem) / (drive * drive)]);
     }
 
-    let (autocorrelation, neighbour_noise, widening) = hang_together(&problem, &fit);
-    let scale = Scale { widening, ..plain_scale(&problem) };
+    let (mut autocorrelation, mut neighbour_noise, widening) = hang_together(&problem, &fit);
+    let mut scale = Scale { widening, ..plain_scale(&problem) };
     starts.insert(0, fit.parameters.clone());
-    let entries = compare(&problem, &starts, &others, &scale, options.model);
+    starts.splice(1..1, minima.iter().map(|m| m.parameters.clone()));
+    let tries = if minima.is_empty() { TRIES } else { TRIES + 2 * minima.len() };
+    let fits = compare(&problem, &starts, &others, &scale, options.model, tries);
+    // What one loss term leaves over is no noise: it is judged beside all of them.
+    let richest = fits.iter().find(|(m, f)| *m == LossModel::ViscousSlidingDrag && f.converged);
+    if let Some((_, f)) = richest.filter(|_| widening > 1.0 && !drag_is_out) {
+        let mut own = problem.clone();
+        own.used = f.free.iter().copied().filter(|&k| k < R_OMEGA).collect();
+        (autocorrelation, neighbour_noise, scale.widening) = hang_together(&own, f);
+    }
+    let entries = ranked(&fits, &scale);
     if entries.is_empty() {
         return Err(Error::NoFit { reason: "no loss model could be fitted to the curve" });
     }
+    if let Some(seen) = oscillator_seen(&problem, &fit.parameters).and_then(|b| look::line(&b)) {
+        line = seen;
+    }
+    let least = minima.iter().map(|m| m.rss).fold(f64::INFINITY, f64::min);
+    let unit = entries.first().map_or(0.0, |e| scale.variance_of(&e.bounded) * scale.widening);
+    minima.retain(|m| m.rss - least < 4.0 * unit);
     Ok(Described {
         problem,
         line,
@@ -343,7 +448,63 @@ fn describe_as(
         left_out,
         neighbour_noise,
         autocorrelation,
+        minima,
     })
+}
+
+/// The best description from all first values of background and delay.
+fn best_behind(
+    main: &Block,
+    reference: Option<&Block>,
+    options: &Options,
+    allowed: Allowed,
+) -> Option<Described> {
+    let noise = look::noise(main);
+    let mut best: Option<Described> = None;
+    for pedestal in crosstalk::find(main, allowed) {
+        let way = Way::Behind(Box::new(pedestal));
+        let Ok(found) = describe_as(main.clone(), reference.cloned(), options, way) else { continue };
+        let enough = left(&found) < 2.0 * noise * noise;
+        if best.as_ref().is_none_or(|b| left(&found) < left(b)) {
+            best = Some(found);
+        }
+        if enough {
+            break;
+        }
+    }
+    best
+}
+
+/// Variance the preferred model leaves.
+fn left(d: &Described) -> f64 {
+    d.preferred().map_or(f64::INFINITY, |e| d.scale.variance_of(&e.bounded))
+}
+
+/// What explains data that no plain resonance does: background and delay, else the amplitudes
+/// alone, unless the phases are those of real and imaginary parts.
+fn otherwise(
+    main: &Block,
+    reference: Option<&Block>,
+    options: &Options,
+    allowed: Allowed,
+    variance: f64,
+) -> Option<Described> {
+    let behind = best_behind(main, reference, options, allowed);
+    let with_phases = behind.as_ref().map_or(f64::INFINITY, left);
+    let amplitudes = if main.separate_phase {
+        let reference = reference.map(amplitudes_only);
+        describe_as(amplitudes_only(main), reference, options, Way::Amplitudes).ok()
+    } else {
+        None
+    };
+    // Phases that were ever right double the data: they need not do as well to the last digit.
+    let without = amplitudes.as_ref().map_or(f64::INFINITY, left);
+    if with_phases < (2.0 * without).min(0.5 * variance) {
+        return behind;
+    }
+    let mut described = amplitudes.filter(|_| without < 0.06 * variance)?;
+    described.phases_ignored = true;
+    Some(described)
 }
 
 /// So many points tell a line as well as more do.
@@ -374,6 +535,86 @@ fn amplitudes_only(b: &Block) -> Block {
 
 fn plain_scale(problem: &Problem) -> Scale {
     Scale { observations: problem.observations(), least_variance: None, widening: 1.0 }
+}
+
+/// Takes out terms the fit does as well without.
+fn drop_unneeded(problem: &mut Problem, fit: &mut Fit, free: &mut Vec<usize>, terms: &[usize]) {
+    let fewer: Vec<usize> = free.iter().copied().filter(|k| !terms.contains(k)).collect();
+    let mut trial = problem.clone();
+    trial.used = fewer.iter().copied().filter(|&k| k < R_OMEGA).collect();
+    let mut start = fit.parameters.clone();
+    for &k in terms {
+        start[k] = 0.0;
+    }
+    let (_, _, widening) = hang_together(problem, fit);
+    let scale = Scale { widening, ..plain_scale(problem) };
+    if let Some(f) = minimise(&trial, &start, &fewer)
+        && scale.bic(f.rss, fewer.len()) - scale.bic(fit.rss, free.len()) < TAKEN_UP
+    {
+        (*problem, *fit, *free) = (trial, f, fewer);
+    }
+}
+
+/// The fit with drag beside what is free, and what that brings.
+fn with_drag(problem: &Problem, fit: &Fit, free: &[usize]) -> Option<(f64, Vec<usize>, Fit)> {
+    let mut more = free.to_vec();
+    more.push(DRAG);
+    more.sort_unstable();
+    if (problem.observations() as usize) < more.len() + 4 {
+        return None;
+    }
+    let mut trial = problem.clone();
+    trial.used = more.iter().copied().filter(|&k| k < R_OMEGA).collect();
+    let f = minimise(&trial, &fit.parameters, &more).filter(|f| f.parameters[DRAG] > 0.0)?;
+    let (_, _, widening) = hang_together(&trial, &f);
+    let scale = Scale { widening, ..plain_scale(&trial) };
+    let gain = scale.bic(fit.rss, fit.free.len()) - scale.bic(f.rss, more.len());
+    Some((gain, more, f))
+}
+
+/// Every minimum with a background under amplitudes alone, the best first: it may lie on either
+/// side of the line, and much of it looks like friction.
+fn settle(problem: &Problem, fit: &Fit, line: &Line, free: &[usize]) -> Vec<Fit> {
+    let mut minima: Vec<Fit> = Vec::new();
+    let mut from = vec![fit.parameters.clone()];
+    let fixed: Vec<usize> = free.iter().copied().filter(|k| ![BG_RE, BG_IM].contains(k)).collect();
+    let known = (!free.contains(&X_0)).then(|| fit.parameters[X_0]);
+    let mut oscillators: Vec<Vec<f64>> =
+        start::grid(line, 0.0, known).iter().map(|s| start::of(s, known)).collect();
+    oscillators.push(fit.parameters.clone());
+    for p in &mut oscillators {
+        p[R_OMEGA..].copy_from_slice(&fit.parameters[R_OMEGA..]);
+    }
+    for size in [0.04, 0.2, 0.6] {
+        for eighth in 0..8 {
+            let b = Phasor::from_polar(size * line.height, std::f64::consts::FRAC_PI_4 * f64::from(eighth));
+            for p in &mut oscillators {
+                (p[BG_RE], p[BG_IM]) = (b.re, b.im);
+            }
+            from.extend(best_of(problem, &oscillators, &fixed, 2).map(|f| f.parameters));
+        }
+    }
+    for p in from {
+        let Some(f) = minimise(problem, &p, free) else { continue };
+        let apart = |m: &Fit| {
+            [X_F, BG_RE, BG_IM].into_iter().any(|k| {
+                let error = (m.unit_std(k).powi(2) * m.rss / problem.observations()).sqrt();
+                (m.parameters[k] - f.parameters[k]).abs() > 0.1 * error.max(1e-9 * line.height)
+            })
+        };
+        let sound = f.parameters[X_F] >= 0.0 && f.parameters[DELTA] >= 0.0;
+        if (sound || minima.is_empty()) && minima.iter().all(apart) {
+            minima.push(f);
+        }
+    }
+    let near = minima.first().cloned();
+    minima.sort_by(|a, b| a.rss.total_cmp(&b.rss));
+    // Where the best leaves more than noise, a far one may only mend what the law lacks.
+    if minima.first().is_some_and(|m| hang_together(problem, m).2 > 1.0) {
+        return near.into_iter().collect();
+    }
+    minima.truncate(8);
+    minima
 }
 
 /// Whether the sums at the present fit promise enough for the new terms.
@@ -416,7 +657,13 @@ fn rss(problem: &Problem, p: &[f64], limit: f64) -> Option<f64> {
 
 /// The best fit from the best of several starts.
 pub(crate) fn best(problem: &Problem, starts: &[Vec<f64>], free: &[usize]) -> Option<Fit> {
-    const TRIES: usize = 3;
+    best_of(problem, starts, free, TRIES)
+}
+
+/// So many starts are followed to their end; with more, every one of them.
+const TRIES: usize = 3;
+
+fn best_of(problem: &Problem, starts: &[Vec<f64>], free: &[usize], tries: usize) -> Option<Fit> {
     // A start far worse than the best is not even summed to its end.
     let mut least = f64::INFINITY;
     let mut ranked: Vec<(f64, &Vec<f64>)> = starts
@@ -430,7 +677,7 @@ pub(crate) fn best(problem: &Problem, starts: &[Vec<f64>], free: &[usize]) -> Op
     ranked.sort_by(|a, b| a.0.total_cmp(&b.0));
     let mut found: Option<Fit> = None;
     let mut again = 0;
-    for (_, s) in ranked.into_iter().take(TRIES) {
+    for (_, s) in ranked.into_iter().take(tries) {
         let Some(fit) = minimise(problem, s, free) else { continue };
         // The same minimum twice is the minimum.
         let same =
@@ -441,7 +688,7 @@ pub(crate) fn best(problem: &Problem, starts: &[Vec<f64>], free: &[usize]) -> Op
         if same {
             again += 1;
         }
-        if again > 0 {
+        if again > 0 && tries == TRIES {
             break;
         }
     }
@@ -581,7 +828,8 @@ fn compare(
     others: &[usize],
     scale: &Scale,
     asked: Option<LossModel>,
-) -> Vec<Entry> {
+    tries: usize,
+) -> Vec<(LossModel, Fit)> {
     // The richer model of two comes first: its solution starts the smaller ones.
     let order = [
         LossModel::ViscousSliding,
@@ -619,7 +867,7 @@ fn compare(
         from.dedup();
         let mut own = problem.clone();
         own.used = free.iter().copied().filter(|&k| k < R_OMEGA).collect();
-        if let Some(fit) = best(&own, &from, &free) {
+        if let Some(fit) = best_of(&own, &from, &free, tries) {
             if model == LossModel::ViscousSliding {
                 // So far from zero no data call for a model without it.
                 surely_viscous = fit.parameters[DELTA] > 10.0 * scale.std_error(&fit, DELTA).0;
@@ -627,6 +875,11 @@ fn compare(
             fits.push((model, fit));
         }
     }
+    fits
+}
+
+/// The models with their evidence, none with a loss below zero.
+fn ranked(fits: &[(LossModel, Fit)], scale: &Scale) -> Vec<Entry> {
     let physical = |m: LossModel, f: &Fit| loss_terms(m).iter().all(|&t| f.parameters[t] >= 0.0);
     fits.iter()
         .map(|(model, fit)| {
@@ -645,6 +898,37 @@ fn compare(
             Entry { model: *model, fit: fit.clone(), bounded, at_limit, bic }
         })
         .collect()
+}
+
+/// Amplitudes of the oscillator as the points show them: without the background fitted, at the
+/// mean drive. `None` where that is what was measured.
+pub(crate) fn oscillator_seen(problem: &Problem, p: &[f64]) -> Option<Block> {
+    let b = &problem.main;
+    let background = Phasor::new(p[BG_RE], p[BG_IM]);
+    let even = b.drive.iter().all(|d| *d == 1.0);
+    if even && background == Phasor::default() {
+        return None;
+    }
+    let mut mean = problem.clone();
+    mean.main.drive.fill(1.0);
+    let data = problem
+        .everywhere(p, false)
+        .into_iter()
+        .zip(mean.everywhere(p, false))
+        .enumerate()
+        .map(|(i, pair)| {
+            let (Some(here), Some(mean)) = pair else { return Phasor::new(b.amplitude(i), 0.0) };
+            let (size, wanted) = (here.oscillator.norm(), mean.oscillator.norm());
+            let amplitude = if b.complex {
+                let ratio = if size > 0.0 { wanted / size } else { 1.0 };
+                (b.data[i] - background).norm() * ratio
+            } else {
+                (wanted + b.less(i, here.value).re).max(0.0)
+            };
+            Phasor::new(amplitude, 0.0)
+        })
+        .collect();
+    Some(Block { data, complex: false, drive: vec![1.0; b.len()], ..b.clone() })
 }
 
 impl Described {

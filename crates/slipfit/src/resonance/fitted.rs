@@ -10,6 +10,9 @@ use std::f64::consts::TAU;
 pub struct FittedCurve {
     pub(crate) problem: Problem,
     pub(crate) parameters: Vec<f64>,
+    /// Angular frequency and amplitude of the points that say which branch is meant, those of the
+    /// first run, where the frequency went both up and down.
+    pub(crate) guide: Vec<[f64; 2]>,
 }
 
 impl FittedCurve {
@@ -45,6 +48,11 @@ impl FittedCurve {
 
     /// Amplitude measured next to a frequency.
     fn guess(&self, omega: f64) -> f64 {
+        if !self.guide.is_empty() {
+            let near = |p: &&[f64; 2]| (p[0] - omega).abs();
+            let nearest = self.guide.iter().min_by(|p, q| near(p).total_cmp(&near(q)));
+            return nearest.map_or(0.0, |p| p[1]);
+        }
         let b = &self.problem.main;
         let above = b.omega.partition_point(|w| *w < omega).min(b.len() - 1);
         let below = above.saturating_sub(1);

@@ -24,17 +24,18 @@ pub(crate) fn noise(b: &Block) -> f64 {
     if n < 5 {
         return 0.0;
     }
+    let level = b.levels();
     let mut second: Vec<f64> = (1..n - 1)
         .filter_map(|i| {
             let (l, r) = (b.omega[i] - b.omega[i - 1], b.omega[i + 1] - b.omega[i]);
             let span = l + r;
             let between = if span > 0.0 {
-                (b.amplitude(i - 1) * r + b.amplitude(i + 1) * l) / span
+                (level[i - 1] * r + level[i + 1] * l) / span
             } else {
-                0.5 * (b.amplitude(i - 1) + b.amplitude(i + 1))
+                0.5 * (level[i - 1] + level[i + 1])
             };
             let (p, q) = if span > 0.0 { (r / span, l / span) } else { (0.5, 0.5) };
-            let d = (b.amplitude(i) - between).abs() / (1.0 + p * p + q * q).sqrt();
+            let d = (level[i] - between).abs() / (1.0 + p * p + q * q).sqrt();
             d.is_finite().then_some(d)
         })
         .collect();
@@ -45,7 +46,7 @@ pub(crate) fn noise(b: &Block) -> f64 {
 
 pub(crate) fn line(b: &Block) -> Option<Line> {
     let n = b.len();
-    let amplitude = b.amplitudes();
+    let amplitude = b.levels();
     let (mut top, mut height) = (0, *amplitude.first()?);
     for (i, &a) in amplitude.iter().enumerate() {
         // Of equal ones the last.
@@ -92,6 +93,8 @@ pub(crate) struct Pedestal {
     pub(crate) line: Line,
     /// What was taken off at the line's top.
     pub(crate) height: Phasor,
+    /// Delay taken out as well, s.
+    pub(crate) delay: f64,
 }
 
 /// Looks for a line above the pedestal where the points as they are show none.
@@ -114,7 +117,37 @@ pub(crate) fn pedestal(b: &Block, line: &Line) -> Option<Pedestal> {
     // The differences of amplitudes beside the line are all noise once nothing else is left.
     let seen = line.sides.iter().all(Option::is_some) && line.height > 12.0 * noise(&without);
     let height = at(line.omega);
-    seen.then_some(Pedestal { without, line, height })
+    seen.then_some(Pedestal { without, line, height, delay: 0.0 })
+}
+
+/// Why points show no line above the noise, if they do not.
+pub(crate) fn no_line(b: &Block, noise: f64) -> Option<&'static str> {
+    /// Of some hundred normal numbers hardly one lies this many deviations from the mean.
+    const ABOVE: f64 = 6.0;
+    let used: Vec<usize> = (0..b.len()).filter(|&i| b.weight[i] > 0.0).collect();
+    let mut level: Vec<Phasor> = used.iter().map(|&i| b.data[i] / b.drive[i]).collect();
+    let count = level.len().max(1) as f64;
+    let centre = level.iter().sum::<Phasor>() / count;
+    let mut apart: Vec<f64> = level.iter().map(|z| (z - centre).norm()).collect();
+    apart.sort_by(f64::total_cmp);
+    let most = *apart.last()?;
+    if most < 1e-6 * centre.norm() && noise == 0.0 {
+        return Some("every point has the same response");
+    }
+    if noise == 0.0 {
+        return None;
+    }
+    let spread = |level: &[Phasor]| {
+        let centre = level.iter().sum::<Phasor>() / level.len().max(1) as f64;
+        level.iter().map(|z| (z - centre).norm()).fold(0.0, f64::max)
+    };
+    if most < ABOVE * noise {
+        return Some("no line stands out of the noise");
+    }
+    let far = (0..level.len())
+        .max_by(|&i, &j| (level[i] - centre).norm_sqr().total_cmp(&(level[j] - centre).norm_sqr()))?;
+    level.swap_remove(far);
+    (spread(&level) < ABOVE * noise).then_some("a single point stands out of the noise and no line")
 }
 
 /// The highest other peak: frequency and height over the main one's.

@@ -5,6 +5,7 @@ mod analyse;
 mod answer;
 mod assemble;
 mod block;
+mod crosstalk;
 mod curve;
 mod direct;
 mod doubts;

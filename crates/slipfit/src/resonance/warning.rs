@@ -51,11 +51,15 @@ pub enum Warning {
     Leaning {
         /// Relative shift of the frequency at the highest amplitude.
         relative_shift: f64,
+        /// The same shift over the full width of the line.
+        line_widths: f64,
     },
     /// A background was needed and fitted.
     Background {
         /// Its size over the highest amplitude.
         relative: f64,
+        /// Whether phases tell it from friction.
+        phases: bool,
     },
     /// A delay was needed and fitted.
     Delay {
@@ -205,15 +209,17 @@ impl fmt::Display for Warning {
             Warning::FewPointsInLine { points } => {
                 write!(f, "only {points} points within the width of the line: its shape is hardly seen")
             }
-            Warning::Leaning { relative_shift } => write!(
+            Warning::Leaning { relative_shift, line_widths } => write!(
                 f,
-                "the curve leans: a Duffing term shifts the frequency by {:.3} % at the highest amplitude",
-                100.0 * relative_shift
+                "the curve leans: a Duffing term shifts the frequency by {:.2} line widths ({:.2e} of it) at the \
+                 highest amplitude",
+                line_widths, relative_shift
             ),
-            Warning::Background { relative } => write!(
+            Warning::Background { relative, phases } => write!(
                 f,
-                "a background (crosstalk) of {:.2} % of the highest amplitude was needed and fitted",
-                100.0 * relative
+                "a background (crosstalk) of {:.2} % of the highest amplitude was needed and fitted{}",
+                100.0 * relative,
+                if *phases { "" } else { "; amplitudes alone do not tell such a background from friction, phases would" }
             ),
             Warning::Delay { delay_s } => {
                 write!(f, "a delay of {delay_s:.4e} s in the signal chain was needed and fitted")
@@ -254,6 +260,12 @@ impl fmt::Display for Warning {
                 100.0 * friction,
                 100.0 * q_factor
             ),
+            Warning::Dropped { not_finite, zero_frequency: 0 } => {
+                write!(f, "left out: {not_finite} points that are no number")
+            }
+            Warning::Dropped { not_finite: 0, zero_frequency } => {
+                write!(f, "left out: {zero_frequency} points at frequency zero")
+            }
             Warning::Dropped { not_finite, zero_frequency } => write!(
                 f,
                 "left out: {not_finite} points that are no number, {zero_frequency} at frequency zero"
