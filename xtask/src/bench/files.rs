@@ -1,6 +1,6 @@
 //! Files: large texts, and many of them.
 
-use std::path::Path;
+use std::path::{Path, PathBuf};
 use std::process::{Command, ExitCode};
 use std::time::Instant;
 
@@ -32,6 +32,22 @@ impl Contestant for Told {
     }
 }
 
+/// A process that leaves a table of one line a file behind.
+struct Tabled(Command, PathBuf);
+
+impl Contestant for Tabled {
+    fn take(&mut self, _: usize) -> Result<Timing, Failure> {
+        let begun = Instant::now();
+        let output = self.0.output()?;
+        let seconds = begun.elapsed().as_secs_f64();
+        let lines = std::fs::read_to_string(&self.1)?.lines().count();
+        if !output.status.success() || lines != FILES + 1 {
+            return Err(format!("{lines} lines: {}", String::from_utf8_lossy(&output.stderr)).into());
+        }
+        Ok(Timing { seconds, estimates: Vec::new(), errors: Vec::new() })
+    }
+}
+
 /// `cargo xtask bench --read FILE TIMES`, a contestant of line m: seconds of the best of so many
 /// readings.
 pub(super) fn read_alone(arguments: &[String]) -> Result<ExitCode, Failure> {
@@ -48,7 +64,8 @@ pub(super) fn read_alone(arguments: &[String]) -> Result<ExitCode, Failure> {
 }
 
 impl Bench {
-    /// The first reading in a process, on all cores, and the best of several on one.
+    /// The first reading in a process, as a command does it, on all cores and on one; and the best of
+    /// several, where polars' allocator has kept its memory.
     pub(super) fn text_beside_polars(&self) -> Result<Vec<Row>, Failure> {
         let file = self.long_csv()?;
         let megabytes = std::fs::metadata(&file)?.len() as f64 / 1e6;
@@ -66,7 +83,12 @@ impl Bench {
         };
         let speed = |timing: &Timing| megabytes / timing.seconds;
         let mut rows = Vec::new();
-        for (work, times, pinned) in [("all cores, first reading", "1", false), ("one core", "5", true)] {
+        let ways = [
+            ("all cores, first reading", "1", false),
+            ("one core, first reading", "1", true),
+            ("one core, best of five", "5", true),
+        ];
+        for (work, times, pinned) in ways {
             let (own, polars) = match contest(times, pinned) {
                 Ok(both) => both,
                 // There is no `taskset` on other systems.
@@ -81,7 +103,7 @@ impl Bench {
                 peer: "polars `read_csv`",
                 theirs: format!("{} MB/s", three_digits(speed(&polars))),
                 ratio: three_digits(ratio),
-                asked: Some(("≥ 1".into(), ratio >= 1.0)),
+                asked: (times == "1").then(|| ("≥ 1".into(), ratio >= 1.0)),
                 apart: None,
             });
         }
@@ -118,11 +140,12 @@ impl Bench {
             std::fs::read_dir(&folder)?.map(|entry| Ok(entry?.path())).collect::<std::io::Result<_>>()?;
         paths.sort();
         let mut slipfit = command(&self.slipfit);
-        slipfit.arg("ringdown").args(&paths).arg("--table").arg(self.folder.join("many.csv"));
+        let table = self.folder.join("many.csv");
+        slipfit.arg("ringdown").args(&paths).arg("--table").arg(&table);
         let mut script = command(&self.python);
         script.arg(python::peers().join("many_files.py")).args(&paths);
         let rounds = self.rounds.min(2);
-        let best = race(rounds, &mut [&mut Process(slipfit), &mut Process(script)])?;
+        let best = race(rounds, &mut [&mut Tabled(slipfit, table), &mut Process(script)])?;
         let against = Against { peer: "SciPy script, a process a core", at_least: None };
         let mut row =
             faster('o', "1000 files of 5 k rows, all cores", Some(&best[0]), &against, &best[1], None);

@@ -99,7 +99,8 @@ difference of the last positions, `x_0 = 1`.
   of a Lorentzian, which knows no friction, to the squared amplitude.
 - **m** the text of **e** again, into times and values: slipfit also hashes it (SHA-256) and checks its clock. *First
   reading*: each reading in a process of its own, as a command does it, the start of the process not counted. *One core*:
-  the process pinned to it, polars with one thread, the best of five readings.
+  the process pinned to it, polars with one thread. *Best of five*: readings one after the other in one process; polars'
+  allocator keeps the memory of the one before, slipfit's gives it back.
 - **n** greatest resident memory of the command on a text of one gigabyte.
 - **o** ring-downs of 5 k rows each, from process start to the finished table, against the script of **d** as a function
   called by as many processes as there are cores.

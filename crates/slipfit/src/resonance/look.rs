@@ -39,9 +39,12 @@ pub(crate) fn noise(b: &Block) -> f64 {
             d.is_finite().then_some(d)
         })
         .collect();
-    second.sort_by(f64::total_cmp);
+    if second.is_empty() {
+        return 0.0;
+    }
+    let middle = second.len() / 2;
     // Half of a normal variable's absolute values lie below 0.6745 of its deviation.
-    second.get(second.len() / 2).copied().unwrap_or(0.0) / 0.6745
+    *second.select_nth_unstable_by(middle, f64::total_cmp).1 / 0.6745
 }
 
 pub(crate) fn line(b: &Block) -> Option<Line> {
@@ -124,30 +127,25 @@ pub(crate) fn pedestal(b: &Block, line: &Line) -> Option<Pedestal> {
 pub(crate) fn no_line(b: &Block, noise: f64) -> Option<&'static str> {
     /// Of some hundred normal numbers hardly one lies this many deviations from the mean.
     const ABOVE: f64 = 6.0;
-    let used: Vec<usize> = (0..b.len()).filter(|&i| b.weight[i] > 0.0).collect();
-    let mut level: Vec<Phasor> = used.iter().map(|&i| b.data[i] / b.drive[i]).collect();
-    let count = level.len().max(1) as f64;
-    let centre = level.iter().sum::<Phasor>() / count;
-    let mut apart: Vec<f64> = level.iter().map(|z| (z - centre).norm()).collect();
-    apart.sort_by(f64::total_cmp);
-    let most = *apart.last()?;
-    if most < 1e-6 * centre.norm() && noise == 0.0 {
-        return Some("every point has the same response");
-    }
-    if noise == 0.0 {
-        return None;
-    }
-    let spread = |level: &[Phasor]| {
-        let centre = level.iter().sum::<Phasor>() / level.len().max(1) as f64;
-        level.iter().map(|z| (z - centre).norm()).fold(0.0, f64::max)
+    let used = || (0..b.len()).filter(|&i| b.weight[i] > 0.0);
+    let level = |i: usize| b.data[i] / b.drive[i];
+    let (sum, count) = used().fold((Phasor::default(), 0.0), |(sum, n), i| (sum + level(i), n + 1.0));
+    // Distance and index of the point farthest from a centre, one left out.
+    let farthest = |centre: Phasor, but: usize| {
+        let apart = used().filter(|&i| i != but).map(|i| ((level(i) - centre).norm_sqr(), i));
+        apart.fold((0.0, 0), |most: (f64, usize), this| if this.0 > most.0 { this } else { most })
     };
+    let centre = sum / count;
+    let (square, far) = farthest(centre, usize::MAX);
+    let most = square.sqrt();
+    if noise == 0.0 {
+        return (most < 1e-6 * centre.norm()).then_some("every point has the same response");
+    }
     if most < ABOVE * noise {
         return Some("no line stands out of the noise");
     }
-    let far = (0..level.len())
-        .max_by(|&i, &j| (level[i] - centre).norm_sqr().total_cmp(&(level[j] - centre).norm_sqr()))?;
-    level.swap_remove(far);
-    (spread(&level) < ABOVE * noise).then_some("a single point stands out of the noise and no line")
+    let (square, _) = farthest((sum - level(far)) / (count - 1.0), far);
+    (square.sqrt() < ABOVE * noise).then_some("a single point stands out of the noise and no line")
 }
 
 /// The highest other peak: frequency and height over the main one's.
