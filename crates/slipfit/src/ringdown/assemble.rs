@@ -32,16 +32,21 @@ const DETECTED: f64 = 0.01;
 pub(crate) fn answer(e: &Evidence) -> Result<Answer, Error> {
     let comparison = &e.described.comparison;
     let preferred = comparison.best().ok_or(Error::NoFit { reason: "no model converged" })?;
+    let (p_value, delta_bic) = comparison.sliding_evidence(e.described.scale);
     let chosen = match e.options.model {
         Some(model) => comparison.get(model).ok_or(Error::NoFit {
             reason: "the model asked for has more parameters than the record determines",
         })?,
+        // Either alone would look far surer than it is.
+        None if matches!(preferred.model, LossModel::Viscous | LossModel::Sliding) => comparison
+            .get(LossModel::ViscousSliding)
+            .filter(|both| super::doubts::undecided(e, both, p_value))
+            .unwrap_or(preferred),
         None => preferred,
     };
     let omega = angular_frequency(e, chosen);
     let law = law_of(&chosen.bounded.parameters, omega);
     let duration = e.described.end - e.described.origin;
-    let (p_value, delta_bic) = comparison.sliding_evidence(e.described.scale);
     let sliding = SlidingEvidence {
         detected: p_value < DETECTED && delta_bic > 0.0,
         p_value,

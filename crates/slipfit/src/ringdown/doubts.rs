@@ -1,6 +1,8 @@
 //! Which warnings an answer deserves.
 
 use super::assemble::Evidence;
+use super::compare::Entry;
+use super::envelope::{DELTA, X_F};
 use super::segment;
 use super::{Answer, LossModel, Warning};
 use crate::SignalKind;
@@ -10,15 +12,30 @@ const FEW_CYCLES: f64 = 5.0;
 /// Beyond this correlation delta and x_F are one number.
 const INSEPARABLE: f64 = 0.99;
 
+/// Whether the record is too short to tell viscous from sliding loss.
+fn too_short(e: &Evidence) -> bool {
+    let bare = matches!(e.record.kind(), SignalKind::Envelope | SignalKind::LockIn);
+    !bare && e.cycles < FEW_CYCLES
+}
+
+/// Whether the two are one number, by their correlation; not where sliding is certain.
+fn inseparable(correlation: f64, sliding_p_value: f64) -> bool {
+    correlation.abs() > INSEPARABLE && sliding_p_value >= 1e-4
+}
+
+/// Whether viscous and sliding loss cannot be told apart, so that neither may pass for both.
+pub(crate) fn undecided(e: &Evidence, both: &Entry, sliding_p_value: f64) -> bool {
+    too_short(e) || inseparable(both.fit.correlation(DELTA, X_F), sliding_p_value)
+}
+
 pub(crate) fn doubts(e: &Evidence, answer: &Answer, preferred: LossModel) -> Vec<Warning> {
     let mut list = Vec::new();
     let bare = matches!(e.record.kind(), SignalKind::Envelope | SignalKind::LockIn);
-    if !bare && e.cycles < FEW_CYCLES {
+    if too_short(e) {
         list.push(Warning::TooFewCycles { cycles: e.cycles });
     }
     let correlation = answer.correlation("decay_rate_per_s", "friction_displacement").unwrap_or(0.0);
-    let x_f_known = answer.sliding.p_value < 1e-4;
-    if correlation.abs() > INSEPARABLE && !x_f_known {
+    if inseparable(correlation, answer.sliding.p_value) {
         list.push(Warning::NotSeparable { correlation, decay_times: answer.diagnostics.decay_times });
     }
     if let Some(other) = answer.diagnostics.other_modes.iter().find(|m| m.relative_amplitude > 0.12) {

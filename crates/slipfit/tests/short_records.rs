@@ -1,0 +1,33 @@
+//! Records too short to tell viscous from sliding loss must not look sure of either.
+
+#![allow(clippy::unwrap_used, reason = "a test stops where something is wrong")]
+
+use slipfit::simulate::{Drive, Motion};
+use slipfit::{Oscillator, Record, ringdown};
+
+#[test]
+fn three_cycles_do_not_claim_a_friction_they_cannot_know() {
+    let o =
+        Oscillator::builder().frequency_hz(0.8).q_factor(90.0).friction_displacement(2e-3).build().unwrap();
+    let time_s: Vec<f64> = (0..190).map(|i| 0.02 * f64::from(i)).collect();
+    let mut state = 88_172_645_463_325_252_u64;
+    let mut uniform = || {
+        state ^= state << 13;
+        state ^= state >> 7;
+        state ^= state << 17;
+        (state >> 11) as f64 / (1_u64 << 53) as f64
+    };
+    let mut covered = 0;
+    for _ in 0..20 {
+        let mut signal = vec![0.0; time_s.len()];
+        Motion::new(&o, Drive::none(), 0.0, 0.3, 0.0).unwrap().fill(&time_s, &mut signal).unwrap();
+        signal.iter_mut().for_each(|v| *v += 1e-3 * ((0..12).map(|_| uniform()).sum::<f64>() - 6.0));
+        let record = Record::new(time_s.clone(), signal).unwrap();
+        let answer = ringdown::analyse(&record, &ringdown::Options::default()).unwrap();
+        assert!(answer.warnings.iter().any(|w| w.code() == "too_few_cycles"), "{:?}", answer.warnings);
+        let [low, high] = answer.parameter("friction_displacement").unwrap().interval_95;
+        covered += usize::from((low..=high).contains(&2e-3));
+    }
+    // Of twenty 95 % intervals fewer than 16 hold the truth once in four hundred times.
+    assert!(covered >= 16, "{covered} of 20");
+}
