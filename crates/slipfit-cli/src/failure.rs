@@ -62,7 +62,9 @@ impl Failure {
             slipfit::Error::NoOscillation { .. } => {
                 failure.hint("--signal names another column, --kind says what it holds, --band where to look")
             }
-            slipfit::Error::NotARingDown { .. } | slipfit::Error::TooFewSamples { .. } => {
+            slipfit::Error::NotARingDown { .. }
+            | slipfit::Error::TooFewSamples { .. }
+            | slipfit::Error::OutsideRecord { .. } => {
                 failure.hint("--start and --end choose the free decay by hand; a longer record helps more")
             }
             slipfit::Error::NoFit { .. } => failure.hint("--start, --end and --band choose a cleaner part"),

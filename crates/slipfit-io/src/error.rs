@@ -69,7 +69,7 @@ pub enum ReadProblem {
         limit: usize,
     },
     /// Text without numbers in rows.
-    #[error("no table of numbers in the first {lines} lines; the first line reads `{first}`")]
+    #[error("no table of numbers {}; the first line reads `{first}`", looked_through(*.lines))]
     NoTable {
         /// Lines looked at.
         lines: usize,
@@ -225,6 +225,9 @@ impl ReadProblem {
             Self::NoSignal { .. } | Self::ConstantSignal { .. } | Self::TooFewRows { .. } => {
                 "--signal names another column".to_owned()
             }
+            Self::NoTable { .. } => {
+                "the samples belong into rows of numbers, one row each, below a header or without one".to_owned()
+            }
             Self::SeveralTables { .. } => "--sheet names the one to read".to_owned(),
             Self::NoTableFits { .. } => {
                 "--sheet names a table, --signal and --time its columns, --rate-hz a rate".to_owned()
@@ -245,4 +248,8 @@ impl ReadProblem {
         };
         Some(hint)
     }
+}
+
+fn looked_through(lines: usize) -> String {
+    if lines == 1 { "in its only line".to_owned() } else { format!("in the first {lines} lines") }
 }

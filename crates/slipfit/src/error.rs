@@ -17,6 +17,18 @@ pub enum Error {
         /// The allowed range, in words or as an interval.
         range: &'static str,
     },
+    /// A time that leaves nothing of the record.
+    #[error("{name} = {value_s} leaves nothing: the record goes from {from_s} s to {to_s} s")]
+    OutsideRecord {
+        /// The time, as the caller names it.
+        name: &'static str,
+        /// The time given (s).
+        value_s: f64,
+        /// First stamp (s).
+        from_s: f64,
+        /// Last stamp (s).
+        to_s: f64,
+    },
     /// A parameter that is needed was not given.
     #[error("{name} is missing: {hint}")]
     MissingParameter {

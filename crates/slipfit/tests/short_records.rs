@@ -31,3 +31,16 @@ fn three_cycles_do_not_claim_a_friction_they_cannot_know() {
     // Of twenty 95 % intervals fewer than 16 hold the truth once in four hundred times.
     assert!(covered >= 16, "{covered} of 20");
 }
+
+#[test]
+fn a_part_outside_of_the_record_is_called_that() {
+    let time_s: Vec<f64> = (0..100).map(f64::from).collect();
+    let signal = time_s.iter().map(|t| (0.7 * t).cos()).collect();
+    let record = Record::new(time_s, signal).unwrap();
+    for (start_s, end_s) in [(Some(500.0), None), (None, Some(-5.0))] {
+        let mut options = ringdown::Options::default();
+        (options.start_s, options.end_s) = (start_s, end_s);
+        let error = ringdown::analyse(&record, &options).unwrap_err().to_string();
+        assert!(error.ends_with("the record goes from 0 s to 99 s"), "{error}");
+    }
+}

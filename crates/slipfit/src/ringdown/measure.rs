@@ -32,6 +32,13 @@ impl<'a> Samples<'a> {
         };
         let first = options.start_s.map_or(0, below);
         let end = options.end_s.map_or(n, |e| below(e).max(first));
+        let (from_s, to_s) = (record.time_s(0), record.time_s(n - 1));
+        for (name, asked) in [("start_s", options.start_s), ("end_s", options.end_s)] {
+            let beyond = |t: &f64| if name == "start_s" { *t >= to_s } else { *t <= from_s };
+            if let Some(value_s) = asked.filter(beyond) {
+                return Err(Error::OutsideRecord { name, value_s, from_s, to_s });
+            }
+        }
         if end - first < crate::record::MIN_SAMPLES {
             return Err(Error::TooFewSamples { found: end - first, needed: crate::record::MIN_SAMPLES });
         }
