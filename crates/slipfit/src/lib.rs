@@ -7,6 +7,8 @@ pub mod error;
 pub mod estimate;
 pub mod format;
 pub mod levels;
+#[cfg(test)]
+mod noise;
 pub mod oscillator;
 pub mod paper;
 mod physical;

@@ -20,8 +20,8 @@ impl Normal {
     }
 
     pub(crate) fn clear(&mut self) {
-        self.jtj.fill(0.0);
-        self.jtr.fill(0.0);
+        self.jtj.as_mut_slice().fill(0.0);
+        self.jtr.as_mut_slice().fill(0.0);
         self.rss = 0.0;
     }
 
@@ -168,6 +168,44 @@ pub(crate) fn descend(
         }
     }
     Some((best, sums, converged))
+}
+
+/// One step over all observations from the minimum of a part of them, `part` with its `sums`
+/// there: what the step leaves is read off the part, whose gradient would change in proportion to
+/// it were the model linear. `None` where that says more than `tolerance` standard errors are left.
+pub(crate) fn one_step(
+    problem: &dyn LeastSquares,
+    part: &dyn LeastSquares,
+    sums: &Normal,
+    start: &[f64],
+    free: &[usize],
+    tolerance: f64,
+) -> Option<Fit> {
+    let mut all = Normal::zeros(problem.parameters());
+    if !problem.normal(start, &mut all) {
+        return None;
+    }
+    let (step, gained) = solve(&all, free, 0.0)?;
+    let mut parameters = start.to_vec();
+    for (k, &i) in free.iter().enumerate() {
+        parameters[i] += step[k];
+    }
+    let mut there = Normal::zeros(problem.parameters());
+    if !parameters.iter().all(|v| v.is_finite()) || !part.normal(&parameters, &mut there) {
+        return None;
+    }
+    for &i in free {
+        let foreseen: f64 = free.iter().zip(&step).map(|(&j, s)| sums.jtj[(i.max(j), i.min(j))] * s).sum();
+        there.jtr[i] += foreseen;
+    }
+    let left = solve(&there, free, 0.0)?.1 * problem.observations() / part.observations();
+    let rss = (all.rss - gained).max(0.0);
+    let noise = rss / problem.observations();
+    if !(left <= tolerance * tolerance * noise) {
+        return None;
+    }
+    let unit_covariance = invert(&all, free, problem.parameters())?;
+    Some(Fit { parameters, unit_covariance, rss, free: free.to_vec(), converged: true })
 }
 
 /// Solves `(JᵀJ + damping diag) step = Jᵀr` in scaled variables; also the decrease of rss it promises.

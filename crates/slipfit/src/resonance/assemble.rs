@@ -1,7 +1,7 @@
 //! From fits to the answer a person reads.
 
 use super::block::Block;
-use super::fits::{Described, Entry, loss_terms};
+use super::described::{Described, Entry, loss_terms};
 use super::paper::Lorentzian;
 use super::problem::{
     BG_IM, BG_RE, COUNT, DELAY, DELTA, DRAG, DUFFING, OMEGA, PHASE, Problem, R_BG_IM, R_BG_RE, R_DELTA,
@@ -28,8 +28,13 @@ pub(super) fn answer(curve: &Curve, used: &Curve, options: &Options, d: &Describ
         Some(model) => d.get(model).ok_or(Error::NoFit {
             reason: "the model asked for has more parameters than the curve determines",
         })?,
+        // Without a viscous loss, which BIC may spare, friction would look far surer than it is.
+        None if preferred.model == LossModel::Sliding => {
+            d.get(LossModel::ViscousSliding).unwrap_or(preferred)
+        }
         None => preferred,
     };
+    let preferred = if options.model.is_some() { preferred } else { chosen };
     if d.method() == Method::Paper && d.source == DriveSource::Shape {
         return Err(Error::MissingParameter {
             name: "drive_amplitude",
@@ -273,11 +278,7 @@ fn drive_amplitude(d: &Described, chosen: &Entry, unit: &str) -> Quantity {
     if !bounded.free.contains(&X_0) {
         return Quantity::normal(bounded.parameters[X_0], 0.0, unit);
     }
-    let problem = {
-        let mut own = d.problem_of(chosen);
-        own.used = bounded.free.iter().copied().filter(|&k| k < R_OMEGA).collect();
-        own
-    };
+    let problem = d.problem.with(&bounded.free);
     // By the shape alone: between no friction at all and nothing but friction.
     let end = |model: LossModel, side: f64| {
         d.get(model)
@@ -506,7 +507,7 @@ fn reference_slides(problem: &Problem, fit: &Fit) -> f64 {
     own.used = free.clone();
     let mut start = without.parameters.clone();
     start[X_F] = 0.05 * start[X_0];
-    match super::fits::best(&own, &[start, without.parameters.clone()], &free) {
+    match super::search::best(&own, &[start, without.parameters.clone()], &free) {
         Some(with) if with.parameters[X_F] > 0.0 => scale.test(without.rss, with.rss, &with),
         _ => 1.0,
     }

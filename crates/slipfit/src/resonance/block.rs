@@ -145,6 +145,17 @@ impl Block {
         }
     }
 
+    /// The same points without their phases.
+    pub(crate) fn without_phases(&self) -> Self {
+        let data = self.amplitudes().into_iter().map(|a| Phasor::new(a, 0.0)).collect();
+        Self { data, complex: false, weight: self.precision.clone(), ..self.clone() }
+    }
+
+    /// Phases counted the other way round.
+    pub(crate) fn turn_round(&mut self) {
+        self.data.iter_mut().for_each(|z| *z = z.conj());
+    }
+
     /// Every so manieth point.
     pub(crate) fn thinned(&self, stride: usize) -> Self {
         let every = |v: &[f64]| v.iter().step_by(stride).copied().collect::<Vec<_>>();

@@ -1,5 +1,6 @@
 //! A line on a background, and behind a delay, by linear equations alone.
 
+use super::Options;
 use super::block::Block;
 use super::look::{self, Pedestal};
 use crate::steady::Phasor;
@@ -18,6 +19,14 @@ const FAR: f64 = 4.0;
 pub(crate) struct Allowed {
     pub(crate) background: bool,
     pub(crate) delay: bool,
+}
+
+impl Allowed {
+    /// What is not ruled out.
+    pub(crate) fn by(options: &Options) -> Self {
+        let wanted = options.terms;
+        Self { background: wanted.background != Some(false), delay: wanted.delay != Some(false) }
+    }
 }
 
 /// First values of background and delay from one pole on both,

@@ -1,7 +1,7 @@
 //! Which warnings an answer carries.
 
 use super::block::Block;
-use super::fits::{Described, Entry, oscillator_seen};
+use super::described::{Described, Entry, oscillator_seen};
 use super::look::Line;
 use super::problem::{BG_IM, BG_RE, DELTA, DUFFING, OMEGA, R_DELTA, R_OMEGA, X_F};
 use super::{Answer, Curve, DriveSource, Method, RunDirection, Warning, look};

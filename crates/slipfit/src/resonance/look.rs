@@ -201,6 +201,7 @@ pub(crate) fn jump(b: &Block, line: &Line, noise: f64) -> Option<f64> {
 mod tests {
     use super::super::Curve;
     use super::*;
+    use crate::noise::jitter;
 
     fn block(f: impl Fn(f64) -> f64) -> Block {
         let frequency: Vec<f64> = (0..201).map(|i| 0.9 + 0.001 * f64::from(i)).collect();
@@ -232,16 +233,8 @@ mod tests {
 
     #[test]
     fn noise_is_read_beside_a_line() {
-        let state = std::cell::Cell::new(9u64);
-        let even = || {
-            state.set(
-                state.get().wrapping_mul(6_364_136_223_846_793_005).wrapping_add(1_442_695_040_888_963_407),
-            );
-            (state.get() >> 11) as f64 / (1u64 << 53) as f64
-        };
-        // Sums of twelve even numbers: as good as normal, deviation 1.
-        let normal = || (0..12).map(|_| even()).sum::<f64>() - 6.0;
-        let b = block(|w| lorentzian(w, 1.0, 0.02) + 1e-3 * normal());
+        let number = std::cell::Cell::new(0);
+        let b = block(|w| lorentzian(w, 1.0, 0.02) + 1e-3 * jitter(number.replace(number.get() + 1), 9));
         let n = noise(&b);
         assert!((0.8e-3..1.25e-3).contains(&n), "{n}");
     }

@@ -4,21 +4,28 @@
 mod analyse;
 mod answer;
 mod assemble;
+mod beside;
 mod block;
 mod crosstalk;
 mod curve;
+mod described;
 mod direct;
 mod doubts;
 mod fits;
 mod fitted;
 mod force;
 mod look;
+mod models;
 mod options;
 mod paper;
 mod problem;
+mod ready;
+mod residuals;
+mod search;
 mod sentence;
 mod start;
 mod sums;
+mod terms;
 mod warning;
 
 pub use analyse::analyse;

@@ -3,9 +3,9 @@
 use super::Method;
 use super::answer::PaperEstimate;
 use super::block::Block;
-use super::fits::best;
 use super::look;
 use super::problem::{BG_IM, BG_RE, COUNT, DELTA, OMEGA, Problem, X_0};
+use super::search::best;
 use super::start;
 use crate::estimate::least_squares::Fit;
 use crate::steady::Phasor;

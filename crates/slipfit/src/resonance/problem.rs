@@ -99,6 +99,12 @@ pub(crate) struct Problem {
 }
 
 impl Problem {
+    /// The same with the derivatives that these parameters need.
+    pub(crate) fn with(&self, free: &[usize]) -> Self {
+        let used = free.iter().copied().filter(|&k| k < R_OMEGA).collect();
+        Self { used, ..self.clone() }
+    }
+
     pub(super) fn slots(reference: bool) -> &'static [usize; MAIN] {
         if reference { &OF_REFERENCE } else { &OF_MAIN }
     }

@@ -36,11 +36,13 @@ pub(super) fn add(
     let Some(block) = problem.block(reference) else { return true };
     let own = problem.columns(reference);
     let n = own.len();
+    let at = problem.setting(p, reference);
     let pass = Pass {
         problem,
         block,
         own: &own,
-        at: problem.setting(p, reference),
+        at,
+        turn: Phasor::from_polar(1.0, at.phase),
         limit: limit / factor,
         products: Products::new(n + 1),
     };
@@ -64,6 +66,8 @@ struct Pass<'a> {
     block: &'a Block,
     own: &'a [usize],
     at: Setting,
+    /// By the phase offset.
+    turn: Phasor,
     limit: f64,
     products: Products<{ MAIN + 1 }>,
 }
@@ -77,6 +81,8 @@ struct Points {
     im: Row,
     /// Root of the weight.
     root: Row,
+    /// Every weight is one.
+    even: bool,
     level: Row,
     /// Amplitude measured, where it says which branch is meant.
     guess: Row,
@@ -111,6 +117,7 @@ impl Pass<'_> {
             re: [0.0; PIECE],
             im: [0.0; PIECE],
             root: [0.0; PIECE],
+            even: false,
             level: [1.0; PIECE],
             guess: [0.0; PIECE],
         };
@@ -133,12 +140,16 @@ impl Pass<'_> {
                 lanes.sure = [f64::NAN; PIECE];
             } else if self.at.bent {
                 lanes.bent::<FUSED>(&self.at, &points);
+            } else if points.near(&self.at) {
+                lanes.closed::<FUSED, true>(&self.at, &points);
             } else {
-                lanes.closed::<FUSED>(&self.at, &points);
+                lanes.closed::<FUSED, false>(&self.at, &points);
             }
-            for k in 0..points.count {
-                if !(lanes.sure[k] >= 0.0) {
-                    single(self.problem, &self.at, &points, k, &mut follower, &mut lanes)?;
+            if !lanes.sure.iter().fold(true, |all, s| all & (*s >= 0.0)) {
+                for k in 0..points.count {
+                    if !(lanes.sure[k] >= 0.0) {
+                        single(self.problem, &self.at, &points, k, &mut follower, &mut lanes)?;
+                    }
                 }
             }
             for k in points.count..PIECE {
@@ -181,15 +192,18 @@ impl Points {
     #[inline(always)]
     fn gather(&mut self, b: &Block, at: &Setting, from: usize) -> usize {
         let whole = from..from + PIECE;
-        let all = b.weight.get(whole.clone()).is_some_and(|w| w.iter().fold(true, |all, w| all & (*w > 0.0)));
-        let next = if all {
+        let piece = b.weight.get(whole.clone());
+        self.even = piece.is_some_and(|w| w.iter().fold(true, |all, w| all & (*w == 1.0)));
+        let next = if self.even || piece.is_some_and(|w| w.iter().fold(true, |all, w| all & (*w > 0.0))) {
             self.whole(b, from);
             whole.end
         } else {
             self.in_use(b, from)
         };
-        for k in 0..PIECE {
-            self.root[k] = self.root[k].sqrt();
+        if !self.even {
+            for k in 0..PIECE {
+                self.root[k] = self.root[k].sqrt();
+            }
         }
         if at.bent {
             for k in 0..PIECE {
@@ -198,6 +212,16 @@ impl Points {
             }
         }
         next
+    }
+
+    /// Whether short series do: points go by rising frequency, and `omega_d/omega` falls.
+    #[inline(always)]
+    fn near(&self, at: &Setting) -> bool {
+        [0, PIECE - 1].into_iter().all(|k| {
+            let point = at.point(self.omega[k], self.level[k]);
+            let limit = trig::SHORT_OF_A_QUARTER * point.omega;
+            excess(&point).abs() < limit && point.delta.abs() < limit
+        })
     }
 
     /// A piece of which every point is in use.
@@ -239,17 +263,21 @@ impl Points {
     }
 }
 
-/// The closed form where series for its functions hold; `sure` is no number elsewhere.
+/// `1/omega` and what the closed form asks of the angles, by series.
 #[inline(always)]
-fn quick<const FUSED: bool>(point: &Point) -> (Closed, f64) {
+fn turns<const FUSED: bool, const SHORT: bool>(point: &Point) -> (f64, Halves) {
     let over_omega = 1.0 / point.omega;
-    let decay = point.delta * over_omega;
-    let (sin, cos) = trig::quarter_turns::<FUSED>(excess(point) * over_omega);
-    let angle = FRAC_PI_2 * decay;
-    let (sinh, cosh) = (trig::small_sinh::<FUSED>(angle), trig::small_cosh::<FUSED>(angle));
-    let halves = Halves { sin, cos, sinh, cosh };
+    let (sin, cos) = trig::quarter_turns::<FUSED, SHORT>(excess(point) * over_omega);
+    let angle = FRAC_PI_2 * (point.delta * over_omega);
+    let sinh = trig::small_sinh::<FUSED, SHORT>(angle);
+    (over_omega, Halves { sin, cos, sinh, cosh: trig::small_cosh::<FUSED, SHORT>(angle) })
+}
+
+/// The closed form where these series hold; the second is no number elsewhere.
+#[inline(always)]
+fn quick(point: &Point, (over_omega, halves): (f64, Halves)) -> (Closed, f64) {
     let c = closed_form(point, over_omega, halves);
-    let series = decay.abs() <= 1.0;
+    let series = point.delta.abs() * over_omega <= 1.0;
     // Without friction below zero there is a motion whatever the turn looks like.
     let moves = if point.x_f > 0.0 { c.push(point.x_f) } else { c.turned() };
     let keeps = point.x_f <= 0.0 || point.omega > NEVER_TURNS * point.omega_0;
@@ -259,9 +287,18 @@ fn quick<const FUSED: bool>(point: &Point) -> (Closed, f64) {
 
 impl Lanes {
     #[inline(always)]
-    fn closed<const FUSED: bool>(&mut self, at: &Setting, points: &Points) {
+    fn closed<const FUSED: bool, const SHORT: bool>(&mut self, at: &Setting, points: &Points) {
+        // Two loops: divisions of one group of lanes go on beside the series of the next.
+        let mut over_omega = [0.0; PIECE];
+        let mut halves = [[0.0; PIECE]; 4];
         for k in 0..PIECE {
-            let (c, sure) = quick::<FUSED>(&at.point(points.omega[k], points.level[k]));
+            let (over, h) = turns::<FUSED, SHORT>(&at.point(points.omega[k], points.level[k]));
+            over_omega[k] = over;
+            (halves[0][k], halves[1][k], halves[2][k], halves[3][k]) = (h.sin, h.cos, h.sinh, h.cosh);
+        }
+        for k in 0..PIECE {
+            let h = Halves { sin: halves[0][k], cos: halves[1][k], sinh: halves[2][k], cosh: halves[3][k] };
+            let (c, sure) = quick(&at.point(points.omega[k], points.level[k]), (over_omega[k], h));
             self.put(k, &c, sure);
         }
     }
@@ -294,7 +331,7 @@ impl Lanes {
                     detuning: plain.detuning - lean,
                     ..plain
                 };
-                let (c, sure) = quick::<FUSED>(&point);
+                let (c, sure) = quick(&point, turns::<FUSED, false>(&point));
                 let damped = (lean.abs() <= 0.5 * plain.omega_0) & (point.delta.abs() < point.omega_0);
                 self.put(k, &c, if damped { sure } else { f64::NAN });
                 let m = (c.value.re * c.value.re + c.value.im * c.value.im).sqrt();
@@ -377,7 +414,7 @@ impl Pass<'_> {
             }
         }
         // Phases do not matter to products: rather than the model, the data are turned, back.
-        let (mut cos, mut sin) = ([at.phase.cos(); PIECE], [at.phase.sin(); PIECE]);
+        let (mut cos, mut sin) = ([self.turn.re; PIECE], [self.turn.im; PIECE]);
         if at.delay != 0.0 {
             for k in 0..PIECE {
                 (sin[k], cos[k]) = trig::sin_cos(at.phase - (points.omega[k] - at.centre) * at.delay);
@@ -401,7 +438,7 @@ impl Pass<'_> {
             }
         }
         if self.block.complex {
-            for row in &mut rows[..n] {
+            for row in rows[..n].iter_mut().filter(|_| !points.even) {
                 let [re, im] = halves(row);
                 for k in 0..PIECE {
                     re[k] *= points.root[k];

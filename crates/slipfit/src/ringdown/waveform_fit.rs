@@ -317,20 +317,10 @@ fn left_over(
 #[cfg(test)]
 mod tests {
     use crate::decay::FreeDecay;
+    use crate::noise::jitter;
     use crate::ringdown::{Options, analyse};
     use crate::{Oscillator, Record};
     use std::f64::consts::{PI, TAU};
-
-    /// SplitMix64; twelve of them make a normal deviate good to three standard deviations.
-    fn normal(i: usize) -> f64 {
-        let uniform = |i: usize| {
-            let mut z = (i as u64 + 1).wrapping_mul(0x9e37_79b9_7f4a_7c15);
-            z = (z ^ (z >> 30)).wrapping_mul(0xbf58_476d_1ce4_e5b9);
-            z = (z ^ (z >> 27)).wrapping_mul(0x94d0_49bb_1331_11eb);
-            (z >> 11) as f64 / (1u64 << 53) as f64 - 0.5
-        };
-        (0..12).map(|k| uniform(12 * i + k)).sum()
-    }
 
     /// Recorded on for two fifths of the motion after it stopped: the stop and the rest are part
     /// of what is fitted and may not pull the friction along.
@@ -348,7 +338,7 @@ mod tests {
             let z: Vec<f64> = (0..REPEATS)
                 .map(|repeat| {
                     let first = repeat * time.len();
-                    let noisy = |(i, &t): (usize, &f64)| decay.displacement(t) + noise * normal(first + i);
+                    let noisy = |(i, &t): (usize, &f64)| decay.displacement(t) + noise * jitter(first + i, 0);
                     let signal = time.iter().enumerate().map(noisy).collect();
                     let record = Record::new(time.clone(), signal).expect("valid");
                     let answer = analyse(&record, &Options::default()).expect("fits");

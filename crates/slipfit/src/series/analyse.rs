@@ -342,25 +342,12 @@ fn may_be_load(unit: &str) -> bool {
 }
 
 #[cfg(test)]
-pub(super) mod tests {
+mod tests {
     use super::*;
     use crate::decay::FreeDecay;
+    use crate::noise::jitter;
     use crate::steady::{Phasor, scan};
     use crate::{Oscillator, Record};
-
-    pub(in crate::series) fn jitter(i: usize, k: u64) -> f64 {
-        // Sum of twelve even numbers: as good as normal.
-        (0..12u64)
-            .map(|j| {
-                let x = (i as u64 * 12 + j + 1)
-                    .wrapping_mul(6_364_136_223_846_793_005)
-                    .wrapping_add(k.wrapping_mul(1_442_695_040_888_963_407));
-                let x = (x ^ (x >> 29)).wrapping_mul(0xBF58_476D_1CE4_E5B9);
-                ((x ^ (x >> 32)) >> 11) as f64 / (1u64 << 53) as f64
-            })
-            .sum::<f64>()
-            - 6.0
-    }
 
     fn both(label: &str, load: f64, x_f: f64, seed: u64) -> Vec<Measurement> {
         let o = Oscillator::builder()

@@ -178,7 +178,7 @@ mod tests {
     use super::super::analyse;
     use super::*;
     use crate::Oscillator;
-    use crate::series::analyse::tests::jitter;
+    use crate::noise::jitter;
     use crate::steady::{Phasor, scan};
 
     /// Five loads, one curve without friction for all: its noise must not be averaged away.

@@ -32,11 +32,24 @@ fn half_turn_as<const FUSED: bool>(r: f64) -> (f64, f64) {
     (r * horner::<FUSED, _>(z, &SINE), horner::<FUSED, _>(z, &COSINE))
 }
 
+/// Of [`quarter_turns`], [`small_sinh`] and [`small_cosh`] with `SHORT` series: up to this part of
+/// a quarter turn six terms leave out less than 1e-17.
+pub(crate) const SHORT_OF_A_QUARTER: f64 = 0.125;
+const SHORT_TERMS: usize = 6;
+
 /// Sine and cosine of `pi x/2` up to one sign for both, for `|x| < 2^50`: enough for their squares
-/// and product.
+/// and product. With `SHORT` for `|x| <= 1/8`.
 #[inline(always)]
-pub(crate) fn quarter_turns<const FUSED: bool>(x: f64) -> (f64, f64) {
+pub(crate) fn quarter_turns<const FUSED: bool, const SHORT: bool>(x: f64) -> (f64, f64) {
     const MAGIC: f64 = 6_755_399_441_055_744.0;
+    if SHORT {
+        let r = x * std::f64::consts::FRAC_PI_2;
+        let z = r * r;
+        return (
+            r * horner::<FUSED, SHORT_TERMS>(z, const { &alternating(inverse_factorials(1, 2)) }),
+            horner::<FUSED, SHORT_TERMS>(z, const { &alternating(inverse_factorials(0, 2)) }),
+        );
+    }
     let whole = (0.5 * x + MAGIC) - MAGIC;
     half_turn_as::<FUSED>((x - 2.0 * whole) * std::f64::consts::FRAC_PI_2)
 }
@@ -53,21 +66,27 @@ pub(crate) fn sin_cos(x: f64) -> (f64, f64) {
 }
 
 /// Hyperbolic sine for `|y| <= pi/2`, by its Taylor series: the first term left out is below
-/// 1e-17.
+/// 1e-17; with `SHORT` for `|y| <= pi/16`.
 #[inline(always)]
-pub(crate) fn small_sinh<const FUSED: bool>(y: f64) -> f64 {
-    y * horner::<FUSED, _>(y * y, &HYPERBOLIC_SINE)
+pub(crate) fn small_sinh<const FUSED: bool, const SHORT: bool>(y: f64) -> f64 {
+    let z = y * y;
+    if SHORT {
+        y * horner::<FUSED, SHORT_TERMS>(z, const { &inverse_factorials(1, 2) })
+    } else {
+        y * horner::<FUSED, 11>(z, const { &inverse_factorials(1, 2) })
+    }
 }
 
-const HYPERBOLIC_SINE: [f64; 11] = inverse_factorials(1, 2);
-
-/// Hyperbolic cosine for `|y| <= pi/2`, likewise.
+/// Hyperbolic cosine, likewise.
 #[inline(always)]
-pub(crate) fn small_cosh<const FUSED: bool>(y: f64) -> f64 {
-    horner::<FUSED, _>(y * y, &HYPERBOLIC_COSINE)
+pub(crate) fn small_cosh<const FUSED: bool, const SHORT: bool>(y: f64) -> f64 {
+    let z = y * y;
+    if SHORT {
+        horner::<FUSED, SHORT_TERMS>(z, const { &inverse_factorials(0, 2) })
+    } else {
+        horner::<FUSED, 11>(z, const { &inverse_factorials(0, 2) })
+    }
 }
-
-const HYPERBOLIC_COSINE: [f64; 11] = inverse_factorials(0, 2);
 
 /// Coefficients of `sin(r)/r` and `cos(r)` in powers of `r²`, and of `exp(r)` in powers of `r`.
 pub(super) const SINE: [f64; 11] = alternating(inverse_factorials(1, 2));
@@ -142,11 +161,16 @@ mod tests {
             let (s, c) = sin_cos(x);
             assert!((s - x.sin()).abs() < 4e-16 + 1e-25 * x.abs(), "sin {x}");
             assert!((c - x.cos()).abs() < 4e-16 + 1e-25 * x.abs(), "cos {x}");
-            assert!((small_sinh::<false>(r) - r.sinh()).abs() <= 1e-15 * r.sinh().abs(), "sinh {r}");
-            assert!((small_cosh::<false>(r) / r.cosh() - 1.0).abs() < 1e-15, "cosh {r}");
+            assert!((small_sinh::<false, false>(r) - r.sinh()).abs() <= 1e-15 * r.sinh().abs(), "sinh {r}");
+            assert!((small_cosh::<false, false>(r) / r.cosh() - 1.0).abs() < 1e-15, "cosh {r}");
+            let y = r * SHORT_OF_A_QUARTER;
+            assert!((small_sinh::<false, true>(y) - y.sinh()).abs() <= 4e-16 * y.sinh().abs(), "sinh {y}");
+            assert!((small_cosh::<false, true>(y) / y.cosh() - 1.0).abs() < 4e-16, "cosh {y}");
+            let (s, c) = quarter_turns::<false, true>(y * std::f64::consts::FRAC_2_PI);
+            assert!((s - y.sin()).abs() <= 8e-16 * y.abs() && (c - y.cos()).abs() < 4e-16, "sin {y}");
             // 20 periods of the pair's product.
             let quarter = r * 25.0;
-            let (s, c) = quarter_turns::<false>(quarter);
+            let (s, c) = quarter_turns::<false, false>(quarter);
             let whole = quarter * std::f64::consts::PI;
             assert!(
                 (2.0 * s * c - whole.sin()).abs() < 3e-14 && (1.0 - 2.0 * s * s - whole.cos()).abs() < 3e-14

@@ -1,0 +1,85 @@
+//! Every loss model fitted, each from its relatives, and their evidence.
+
+use super::described::{Entry, loss_terms};
+use super::problem::{DELTA, DRAG, Problem, X_0, X_F};
+use super::search::best_of;
+use crate::estimate::least_squares::{Fit, LeastSquares};
+use crate::estimate::profile::Scale;
+use crate::ringdown::LossModel;
+
+/// Fits every loss model, each from its relatives.
+pub(super) fn compare(
+    problem: &Problem,
+    starts: &[Vec<f64>],
+    others: &[usize],
+    scale: &Scale,
+    asked: Option<LossModel>,
+    tries: usize,
+) -> Vec<(LossModel, Fit)> {
+    // The richer model of two comes first: its solution starts the smaller ones.
+    let order = [
+        LossModel::ViscousSliding,
+        LossModel::Viscous,
+        LossModel::Sliding,
+        LossModel::ViscousDrag,
+        LossModel::SlidingDrag,
+        LossModel::ViscousSlidingDrag,
+    ];
+    let mut fits: Vec<(LossModel, Fit)> = Vec::new();
+    let mut surely_viscous = false;
+    for model in order {
+        let terms = loss_terms(model);
+        if surely_viscous && !model.has_viscous() && asked != Some(model) {
+            continue;
+        }
+        let mut free: Vec<usize> = others.iter().chain(&terms).copied().collect();
+        free.sort_unstable();
+        if (problem.observations() as usize) <= free.len() {
+            continue;
+        }
+        let mut from: Vec<Vec<f64>> =
+            fits.iter().map(|(_, f)| f.parameters.clone()).chain(starts.iter().cloned()).collect();
+        for p in &mut from {
+            for k in [X_F, DELTA, DRAG] {
+                if !terms.contains(&k) {
+                    p[k] = 0.0;
+                }
+            }
+            // Sliding alone has no height at resonance: the drive must fall short of it.
+            if model == LossModel::Sliding || model == LossModel::SlidingDrag {
+                p[X_F] = p[X_F].max(0.7 * p[X_0]);
+            }
+        }
+        from.dedup();
+        if let Some(fit) = best_of(&problem.with(&free), &from, &free, tries) {
+            if model == LossModel::ViscousSliding {
+                // So far from zero no data call for a model without it.
+                surely_viscous = fit.parameters[DELTA] > 10.0 * scale.std_error(&fit, DELTA).0;
+            }
+            fits.push((model, fit));
+        }
+    }
+    fits
+}
+
+/// The models with their evidence, none with a loss below zero.
+pub(super) fn ranked(fits: &[(LossModel, Fit)], scale: &Scale) -> Vec<Entry> {
+    let physical = |m: LossModel, f: &Fit| loss_terms(m).iter().all(|&t| f.parameters[t] >= 0.0);
+    fits.iter()
+        .map(|(model, fit)| {
+            let at_limit = loss_terms(*model).into_iter().find(|&t| fit.parameters[t] < 0.0);
+            let bounded = if at_limit.is_none() {
+                fit.clone()
+            } else {
+                fits.iter()
+                    .filter(|(m, f)| {
+                        physical(*m, f) && loss_terms(*m).iter().all(|t| loss_terms(*model).contains(t))
+                    })
+                    .min_by(|a, b| a.1.rss.total_cmp(&b.1.rss))
+                    .map_or_else(|| fit.clone(), |(_, f)| f.clone())
+            };
+            let bic = scale.bic(bounded.rss, fit.free.len());
+            Entry { model: *model, fit: fit.clone(), bounded, at_limit, bic }
+        })
+        .collect()
+}
