@@ -390,14 +390,16 @@ fn laws(facts: &mut Facts, analysed: &AnalysedSeries<'_>) {
             format!(", offset {}", Rounded::new(q.value, q.std_error, &q.unit))
         });
         let fit = law.p_value.map_or_else(String::new, |p| format!(", {}", p_value(p)));
+        let tested = match law.degrees_of_freedom {
+            0 => "as many parameters as loads".to_owned(),
+            free => format!("chi square {} for {free}{fit}", plain(law.chi_square, 3, "")),
+        };
         let shown = Rounded::new(c.value, c.std_error, &c.unit);
         let said = format!(
-            "{}: {shown} (95 %: {} to {}){offset}; chi square {} for {}{fit}, ΔBIC {:.1}",
+            "{}: {shown} (95 %: {} to {}){offset}; {tested}, ΔBIC {:.1}",
             law.law,
             shown.also(low),
             shown.also(high),
-            plain(law.chi_square, 3, ""),
-            law.degrees_of_freedom,
             law.delta_bic
         );
         facts.add(if i == 0 { "load" } else { "" }, said);

@@ -37,10 +37,13 @@ pub(crate) fn answer(e: &Evidence) -> Result<Answer, Error> {
         Some(model) => comparison.get(model).ok_or(Error::NoFit {
             reason: "the model asked for has more parameters than the record determines",
         })?,
-        // Either alone would look far surer than it is.
+        // Either alone would look far surer than it is. A viscous loss that BIC spares may be four
+        // standard errors large, and sliding friction would be given what is its.
         None if matches!(preferred.model, LossModel::Viscous | LossModel::Sliding) => comparison
             .get(LossModel::ViscousSliding)
-            .filter(|both| super::doubts::undecided(e, both, p_value))
+            .filter(|both| {
+                preferred.model == LossModel::Sliding || super::doubts::undecided(e, both, p_value)
+            })
             .unwrap_or(preferred),
         None => preferred,
     };
