@@ -150,6 +150,9 @@ fn the_papers_inversion_comes_with_its_bias() {
     // The bias foretold is the one made.
     assert!((found / 0.3 - 1.0 - paper.friction_bias.unwrap()).abs() < 0.02, "{found} {paper:?}");
     assert!(codes(&a).contains(&"paper_bias"));
+    // Shares of the loss are those of the numbers beside them.
+    let ratio = a.parameter("friction_ratio").unwrap().value;
+    assert!((a.sliding.share_at_peak - ratio).abs() < 0.05, "{:?} {ratio}", a.sliding);
     options.drive_amplitude = None;
     assert!(matches!(analyse(&curve, &options), Err(Error::MissingParameter { .. })));
 }

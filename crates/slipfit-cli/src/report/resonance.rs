@@ -76,7 +76,8 @@ pub(crate) fn model_rows(answer: &Answer) -> Vec<Vec<String>> {
     let x_0 = Scale::for_size(most(|c| c.drive_amplitude), unit);
     let drag = answer.comparison.iter().any(|c| c.model.has_drag());
     let mut head = vec![
-        "model".to_owned(),
+        // The paper's inversion compares no models: the exact curve does.
+        if answer.method == Method::Paper { "exact model" } else { "model" }.to_owned(),
         "ΔBIC".to_owned(),
         headed("rms", &rms),
         headed("δ", &Scale::for_size(1.0, "1/s")),

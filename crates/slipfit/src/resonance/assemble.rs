@@ -44,7 +44,16 @@ pub(super) fn answer(curve: &Curve, used: &Curve, options: &Options, d: &Describ
     let problem = d.problem_of(chosen);
     let p = &chosen.bounded.parameters;
     let (p_value, delta_bic) = d.sliding_evidence();
-    let share = |amplitude: f64| sliding_share(&problem, p, amplitude);
+    let parameters = match d.method() {
+        Method::Paper => papers_parameters(used, options, d, chosen)?,
+        _ => parameters(used, options, d, chosen),
+    };
+    let mut shown = p.clone();
+    if d.method() == Method::Paper {
+        let of = |name: &str| parameters.iter().find(|q| q.name == name).map_or(0.0, |q| q.quantity.value);
+        (shown[DELTA], shown[X_F]) = (of("decay_rate_per_s"), of("friction_displacement"));
+    }
+    let share = |amplitude: f64| sliding_share(&problem, &shown, amplitude);
     let (lowest, highest) = amplitudes(&problem, p);
     let sliding = SlidingEvidence {
         detected: p_value < DETECTED && delta_bic > 0.0,
@@ -55,10 +64,6 @@ pub(super) fn answer(curve: &Curve, used: &Curve, options: &Options, d: &Describ
         viscous_only_p_value: d.viscous_only(chosen.model),
     };
     let sigma = (d.scale.variance_of(&chosen.bounded)).sqrt();
-    let parameters = match d.method() {
-        Method::Paper => papers_parameters(used, options, d, chosen)?,
-        _ => parameters(used, options, d, chosen),
-    };
     let best_bic = d.entries.iter().map(|e| e.bic).fold(f64::INFINITY, f64::min);
     let mut comparison: Vec<Candidate> = d.entries.iter().map(|e| candidate(d, e, best_bic)).collect();
     comparison.sort_by(|a, b| a.bic.total_cmp(&b.bic));
