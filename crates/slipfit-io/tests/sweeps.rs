@@ -312,3 +312,21 @@ fn noise_in_an_impedance_gives_no_friction() {
         assert!(!answer.sliding.detected, "seed {seed}: {}", answer.sentence());
     }
 }
+
+#[test]
+fn errors_written_as_differentials_are_taken() {
+    for header in ["dA", "\u{394}A", "u_A", "s_A"] {
+        let rows = (0..30).map(|i| {
+            let f = 90.0 + 0.7 * f64::from(i);
+            let amplitude = 1.0 / (1.0 + (f - 100.0).powi(2));
+            format!("{f},{amplitude},{}\n", 0.01 + 0.001 * f64::from(i))
+        });
+        let text: String = std::iter::once(format!("f (Hz),A (nm),{header} (nm)\n")).chain(rows).collect();
+        let found = read(&text);
+        let errors = found.curve.std_error().unwrap_or_else(|| panic!("{header} was not taken"));
+        assert_eq!(errors.len(), 30);
+    }
+    // In another unit it is something else.
+    let text = "f (Hz),A (nm),dA (K)\n1,1,1\n2,3,1\n3,2,1\n4,1,2\n5,1,2\n6,1,2\n";
+    assert!(read(text).curve.std_error().is_none());
+}

@@ -6,7 +6,7 @@ use slipfit::{SignalKind, resonance::Curve, steady::Phasor};
 
 use super::{
     SweepProblem,
-    choose::{Centre, Choice, Frequency, Picked, Response, Scale},
+    choice::{Centre, Choice, Frequency, Picked, Response, Scale},
 };
 use crate::{
     ReadProblem, Table,

@@ -1,18 +1,22 @@
 //! Resonance curves of any dialect, and driven records demodulated to one.
 
 mod build;
+mod choice;
 mod choose;
+mod frequency;
 mod levels;
 mod options;
 mod problem;
 mod raw;
+mod response;
 mod role;
 
 use std::{io::Read, path::PathBuf};
 
 use slipfit::{SignalKind, resonance::Curve};
 
-use self::choose::{Centre, Choice, Chooser, Frequency, Response};
+use self::choice::{Centre, Choice, Frequency, Response};
+use self::choose::Chooser;
 use crate::{
     Format, ReadError, ReadProblem, ReadReport, Table, Tables,
     report::{ColumnInfo, ColumnTaken, Dialect, Skipped},

@@ -222,6 +222,11 @@ fn solve(sums: &Normal, free: &[usize], damping: f64) -> Option<(Vec<f64>, f64)>
     Some(((0..m).map(|k| step[k] * scale[k]).collect(), predicted))
 }
 
+/// The whole step `(JᵀJ)⁻¹ Jᵀr` of the free parameters.
+pub(crate) fn newton_step(sums: &Normal, free: &[usize]) -> Option<Vec<f64>> {
+    solve(sums, free, 0.0).map(|(step, _)| step)
+}
+
 /// Decrease of `rᵀr` that freeing these parameters promises, from one set of sums.
 pub(crate) fn promised_gain(sums: &Normal, free: &[usize]) -> Option<f64> {
     solve(sums, free, 0.0).map(|(_, gain)| gain)

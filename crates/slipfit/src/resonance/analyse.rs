@@ -25,6 +25,10 @@ use crate::Error;
 ///
 /// Units: frequencies in Hz; `x_0`, `x_F` in the response's unit.
 ///
+/// Where `x_F` is known to worse than 3 % of `x_0`, the bias of least squares to second order
+/// (M. J. Box, J. R. Stat. Soc. B 33, 171, 1971) is taken out of `delta`, `x_F`, `x_0` and their
+/// ratio; intervals are those of the profile either way.
+///
 /// Limits: one mode; static friction equal to kinetic; the curve is steady (a sweep slow
 /// against the decay); drag and lean are of leading order in the amplitude.
 ///

@@ -1,5 +1,6 @@
 //! From fits to the answer a person reads.
 
+use super::bias;
 use super::block::Block;
 use super::described::{Described, Entry, loss_terms};
 use super::paper::Lorentzian;
@@ -153,7 +154,29 @@ fn loss_term(d: &Described, chosen: &Entry, term: usize) -> (Estimate, bool) {
     let profile = Profile { problem: &problem, fit: &entry.fit, scale: d.scale, range: [0.0, most] };
     let mut found = profile.non_negative(term, bends(d));
     found.interval[1] = found.interval[1].min(most);
+    if present && let Some(by) = unbiased(d, chosen, &problem, &entry.fit) {
+        found = moved(found, by[term]);
+    }
     (found, present)
+}
+
+/// Standard error of `x_F` over the drive from which on the bias of least squares, which goes with
+/// its square, is worth taking out.
+const VAGUE: f64 = 0.03;
+
+/// What takes the bias out of a fit that tells little; not beside a limit, which has its own.
+fn unbiased(d: &Described, chosen: &Entry, problem: &Problem, fit: &Fit) -> Option<Vec<f64>> {
+    let (error, _) = d.scale.std_error(&chosen.fit, X_F);
+    let vague = error > VAGUE * chosen.fit.parameters[X_0];
+    let wanted = vague && chosen.at_limit.is_none() && chosen.fit.free.contains(&X_F);
+    let variance = d.scale.variance_of(fit) * d.scale.widening;
+    if wanted { bias::correction(problem, fit, variance) } else { None }
+}
+
+/// The estimate moved, not out of its interval.
+fn moved(e: Estimate, by: f64) -> Estimate {
+    let [low, high] = e.interval;
+    Estimate { value: (e.value + by).max(low).min(high), ..e }
 }
 
 /// Whether the sum of squares is far from a parabola: with the drive free, height and
@@ -298,12 +321,18 @@ fn drive_amplitude(d: &Described, chosen: &Entry, unit: &str) -> Quantity {
     } else {
         [0.0, f64::INFINITY]
     };
-    let found = Profile { problem: &problem, fit: bounded, scale: d.scale, range }.two_sided(X_0, bends(d));
+    let mut found =
+        Profile { problem: &problem, fit: bounded, scale: d.scale, range }.two_sided(X_0, bends(d));
+    let mut unbounded_value = chosen.fit.parameters[X_0];
+    if let Some(by) = unbiased(d, chosen, &problem, bounded) {
+        found = moved(found, by[X_0]);
+        unbounded_value = found.value;
+    }
     Quantity {
-        value,
+        value: found.value,
         std_error: found.std_error,
         interval_95: found.interval,
-        unbounded_value: chosen.fit.parameters[X_0],
+        unbounded_value,
         unit: unit.into(),
     }
 }
@@ -323,7 +352,10 @@ fn friction_ratio(d: &Described, chosen: &Entry, x_f: &Quantity, x_0: &Quantity)
         let fit = minimise(&problem, &start, &entry.fit.free)?;
         let most = if d.source == DriveSource::Shape { 4.0 / PI } else { f64::INFINITY };
         let range = [0.0, most.max(fit.parameters[X_F])];
-        let e = Profile { problem: &problem, fit: &fit, scale: d.scale, range }.non_negative(X_F, true);
+        let mut e = Profile { problem: &problem, fit: &fit, scale: d.scale, range }.non_negative(X_F, true);
+        if present && let Some(by) = unbiased(d, chosen, &problem, &fit) {
+            e = moved(e, by[X_F]);
+        }
         Some(non_negative(e, present, ""))
     });
     found.unwrap_or(scaled)

@@ -5,6 +5,7 @@ mod analyse;
 mod answer;
 mod assemble;
 mod beside;
+mod bias;
 mod block;
 mod crosstalk;
 mod curve;

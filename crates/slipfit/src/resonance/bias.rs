@@ -1,0 +1,130 @@
+//! Second-order bias of least squares, where a curve tells little.
+
+use super::block::Block;
+use super::problem::{COUNT, Problem, X_0};
+use crate::estimate::least_squares::{Fit, LeastSquares, Normal, newton_step};
+use crate::steady::Phasor;
+use nalgebra::{DMatrix, SymmetricEigen};
+
+/// What takes the bias out of every parameter, to second order in the noise (M. J. Box, J. R.
+/// Stat. Soc. B 33, 171, 1971):
+///
+/// ```text
+/// -bias = C Jᵀ d/2,   d_i = tr(C H_i),   C = variance (JᵀJ)⁻¹
+/// ```
+///
+/// with `H_i` the second derivatives of the model at point `i`, here second differences over one
+/// standard error along each axis of `C`. `None` where the model has no value there.
+pub(super) fn correction(problem: &Problem, fit: &Fit, variance: f64) -> Option<Vec<f64>> {
+    let free = &fit.free;
+    let size: Vec<f64> = free.iter().map(|&k| fit.unit_std(k)).collect();
+    if !size.iter().all(|s| s.is_finite() && *s > 0.0) {
+        return None;
+    }
+    let correlation = DMatrix::from_fn(free.len(), free.len(), |a, b| fit.correlation(free[a], free[b]));
+    let axes = SymmetricEigen::new(correlation);
+    let at = |axis: usize, side: f64| {
+        let length = side * (axes.eigenvalues[axis].max(0.0) * variance).sqrt();
+        let mut p = fit.parameters.clone();
+        for (a, &k) in free.iter().enumerate() {
+            p[k] += length * size[a] * axes.eigenvectors[(a, axis)];
+        }
+        p
+    };
+    let mut moved = problem.clone();
+    for reference in [false, true] {
+        let Some(block) = problem.block(reference) else { continue };
+        let centre = read(problem, block, &fit.parameters, reference)?;
+        let mut data = centre.clone();
+        for axis in 0..free.len() {
+            let up = read(problem, block, &at(axis, 1.0), reference)?;
+            let down = read(problem, block, &at(axis, -1.0), reference)?;
+            for (i, z) in data.iter_mut().enumerate() {
+                *z += (up[i] + down[i] - centre[i] * 2.0) * 0.5;
+            }
+        }
+        match &mut moved.reference {
+            Some(r) if reference => r.data = data,
+            _ => moved.main.data = data,
+        }
+    }
+    if let Some([_, weight]) = problem.prior {
+        moved.prior = Some([fit.parameters[X_0], weight]);
+    }
+    let mut sums = Normal::zeros(COUNT);
+    if !moved.normal(&fit.parameters, &mut sums) {
+        return None;
+    }
+    let step = newton_step(&sums, free).filter(|s| s.iter().all(|v| v.is_finite()))?;
+    let mut all = vec![0.0; COUNT];
+    for (&k, s) in free.iter().zip(step) {
+        all[k] = s;
+    }
+    Some(all)
+}
+
+/// What the model says is read at each point.
+fn read(problem: &Problem, block: &Block, p: &[f64], reference: bool) -> Option<Vec<Phasor>> {
+    let modelled = problem.everywhere(p, reference).into_iter().enumerate();
+    modelled
+        .map(|(i, m)| match m {
+            Some(m) if block.complex => Some(m.value),
+            Some(m) => Some(Phasor::new(block.read(m.value.norm(), i), 0.0)),
+            None if block.weight[i] > 0.0 => None,
+            None => Some(Phasor::default()),
+        })
+        .collect()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::super::problem::{DELTA, OMEGA, X_F};
+    use super::super::{Curve, Method};
+    use super::*;
+    use crate::estimate::least_squares::minimise;
+    use crate::noise::jitter;
+    use crate::steady::fundamental::{Point, fundamental};
+    use std::f64::consts::TAU;
+
+    /// Errors of `delta`, as fitted and corrected, over the noise.
+    fn errors(noise: f64, seed: u64) -> Option<[f64; 2]> {
+        let (delta, x_f) = (TAU / 100.0, 0.7);
+        let hz: Vec<f64> = (0..81).map(|i| 1.0 + 0.001 * f64::from(i - 40)).collect();
+        let noisy = |(i, f): (usize, &f64)| {
+            let detuning = TAU * (f - 1.0);
+            let at = Point { omega: TAU * f, omega_0: TAU, detuning, delta, x_0: 1.0, x_f };
+            fundamental(&at).unwrap().value.norm() + noise * jitter(i, seed)
+        };
+        let amplitudes = hz.iter().enumerate().map(noisy).collect();
+        let free = vec![OMEGA, DELTA, X_0, X_F];
+        let problem = Problem {
+            main: Block::new(&Curve::builder(hz, amplitudes).build().unwrap()),
+            reference: None,
+            reference_weight: 1.0,
+            centre: TAU,
+            method: Method::Exact,
+            prior: None,
+            ratio: false,
+            used: free.clone(),
+        };
+        let mut start = vec![0.0; COUNT];
+        (start[DELTA], start[X_0], start[X_F]) = (delta, 1.0, x_f);
+        let fit = minimise(&problem, &start, &free)?;
+        let variance = fit.rss / (problem.observations() - free.len() as f64);
+        let by = correction(&problem, &fit, variance)?;
+        let error = fit.parameters[DELTA] - delta;
+        Some([error / noise, (error + by[DELTA]) / noise])
+    }
+
+    /// The same noise a hundred times smaller has next to no second order: what is left of the
+    /// mean beside it is bias.
+    #[test]
+    fn the_bias_of_a_curve_that_tells_little_is_taken_out() {
+        let pairs: Vec<_> = (0..400).filter_map(|s| Some((errors(0.2, s)?, errors(0.002, s)?))).collect();
+        let n = pairs.len() as f64;
+        let mean = |k: usize| pairs.iter().map(|(large, small)| large[k] - small[k]).sum::<f64>() / n;
+        let spread = (pairs.iter().map(|(_, small)| small[0] * small[0]).sum::<f64>() / n).sqrt();
+        let (before, after) = (mean(0) / spread, mean(1) / spread);
+        assert!(pairs.len() > 380 && before > 0.15 && after.abs() < 0.3 * before, "{n} {before} {after}");
+    }
+}
