@@ -139,6 +139,29 @@ fn background_delay_and_turned_phases_are_found_and_said() {
 }
 
 #[test]
+fn background_and_delay_are_told_in_either_order() {
+    // The height is 100; the delays turn the phase by 0.04, 0.4 and 1.3 across half the sweep.
+    let (hz, z) = sweep(&oscillator(200.0, 0.35), [0.98, 1.02], 201, 0.1, 9);
+    for (turn, size) in [(0.04, 0.3), (0.04, 2.0), (0.4, 0.3), (0.4, 2.0), (1.3, 0.3), (1.3, 2.0)] {
+        let delay_s = turn / (2.0 * PI * 0.02);
+        for delayed in [false, true] {
+            let background = Phasor::from_polar(size * 110.0, 2.5);
+            let bent = hz.iter().zip(&z).map(|(f, z)| {
+                let late = Phasor::from_polar(1.0, -2.0 * PI * f * delay_s);
+                if delayed { (z + background) * late } else { z * late + background }
+            });
+            let a = analyse(&Curve::complex(hz.clone(), bent.collect()).build().unwrap(), &known()).unwrap();
+            let said = format!("{turn} {size} {delayed}: {:?}", a.parameter("friction_displacement"));
+            assert!(off(&a, "friction_displacement", 0.35).abs() < 4.0, "{said}");
+            assert!(off(&a, "decay_rate_per_s", PI / 200.0).abs() < 4.0, "{said}");
+            let found = a.instrument.delay_s.as_ref().unwrap();
+            assert!((found.value - delay_s).abs() < 5.0 * found.std_error, "{said} {found:?}");
+            assert_eq!(a.instrument.background_delayed, delayed, "{said}");
+        }
+    }
+}
+
+#[test]
 fn the_papers_inversion_comes_with_its_bias() {
     let (hz, z) = sweep(&oscillator(200.0, 0.3), [0.99, 1.01], 81, 0.01, 6);
     let curve = Curve::complex(hz, z).build().unwrap();

@@ -117,6 +117,7 @@ fn instrument(i: &Instrument) -> Node {
         ("phase_offset_rad", i.phase_offset_rad.as_ref().into()),
         ("delay_s", i.delay_s.as_ref().into()),
         ("background", i.background.as_ref().map(|b| Node::List(b.iter().map(Node::from).collect())).into()),
+        ("background_delayed", i.background_delayed.into()),
         ("phase_was_conjugated", i.phase_was_conjugated.into()),
         ("centre_hz", i.centre_hz.into()),
     ])

@@ -187,7 +187,8 @@ fn instrument(facts: &mut Facts, answer: &Answer) {
     }
     if let Some([re, im]) = &i.background {
         let show = |q: &Quantity| Rounded::new(q.value, q.std_error, &q.unit).to_string();
-        said.push(format!("background {} and {} in quadrature", show(re), show(im)));
+        let delayed = if i.background_delayed { ", behind the same delay" } else { "" };
+        said.push(format!("background {} and {} in quadrature{delayed}", show(re), show(im)));
     }
     if i.phase_was_conjugated {
         said.push("phases turned over".to_owned());

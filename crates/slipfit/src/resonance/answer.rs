@@ -88,6 +88,8 @@ pub struct Instrument {
     pub delay_s: Option<Quantity>,
     /// Background, real and imaginary part, response unit; `None` where not fitted.
     pub background: Option<[Quantity; 2]>,
+    /// The delay is the background's too; the background is then that at `centre_hz`.
+    pub background_delayed: bool,
     /// The phases given run the other way (`e^(-i omega t)`) and were turned over.
     pub phase_was_conjugated: bool,
     /// The frequency `omega_c/2 pi` about which the delay turns, Hz.

@@ -16,7 +16,6 @@ use crate::estimate::least_squares::{Fit, minimise};
 use crate::estimate::profile::{Estimate, Profile};
 use crate::physical::physical;
 use crate::ringdown::LossModel;
-use crate::steady::Phasor;
 use crate::{Error, Quantity};
 use std::f64::consts::{FRAC_PI_4, PI, TAU};
 
@@ -112,8 +111,9 @@ fn guide(used: &Curve, problem: &Problem, p: &[f64]) -> Vec<[f64; 2]> {
         return Vec::new();
     }
     let b = &problem.main;
-    let background = Phasor::new(p[BG_RE], p[BG_IM]);
-    let amplitude = |i: usize| if b.complex { (b.data[i] - background).norm() } else { b.data[i].re };
+    let at = problem.setting(p, false);
+    let seen = |i: usize| b.data[i] - at.background_at(b.omega[i]);
+    let amplitude = |i: usize| if b.complex { seen(i).norm() } else { b.data[i].re };
     (0..b.len())
         .filter(|&i| (run.first..run.first + run.points).contains(&b.index[i]))
         .map(|i| [b.omega[i], amplitude(i)])
@@ -466,6 +466,7 @@ fn instrument(d: &Described, chosen: &Entry) -> Instrument {
         phase_offset_rad: phase,
         delay_s: term(DELAY, "s"),
         background: term(BG_RE, "").zip(term(BG_IM, "")).map(|(a, b)| [a, b]),
+        background_delayed: d.problem.late && fit.free.contains(&DELAY) && fit.free.contains(&BG_RE),
         phase_was_conjugated: d.mirrored,
         centre_hz: d.problem.centre / TAU,
     }

@@ -105,6 +105,7 @@ mod tests {
             method: Method::Exact,
             prior: None,
             ratio: false,
+            late: false,
             used: free.clone(),
         };
         let mut start = vec![0.0; COUNT];

@@ -9,10 +9,13 @@ use std::f64::consts::FRAC_PI_2;
 
 /// Delays tried turn the phase by this many quarters of a turn across the sweep, either way.
 const MOST_QUARTERS: usize = 40;
+/// Between them, in units of one over half the span: an eighth of a turn.
+const STEP: f64 = 0.5 * FRAC_PI_2;
 /// So many first values are worth a fit.
 const MOST: usize = 4;
-/// One that leaves so many times the least is none.
-const FAR: f64 = 4.0;
+/// One that leaves so many times the least is none; a line with friction is not the pole it is
+/// taken for, and a wrong delay may hide some of that.
+const FAR: f64 = 10.0;
 
 /// What may stand between the oscillator and the data.
 #[derive(Debug, Clone, Copy)]
@@ -35,6 +38,7 @@ impl Allowed {
 /// z = b + c e^(-i s tau)/(s - p)   =>   z s = p z + b s + d + c e^(-i s tau),   d = -b p
 /// ```
 ///
+/// or, where the delay is the background's too, of `z e^(i s tau)` without one;
 /// linear in `p`, `b`, `c` and `d` at each delay of a grid; weighted by `1/|s - p|²` of the round
 /// before (Sanathanan and Koerner's iteration), so that the sum is that of the data themselves.
 pub(crate) fn find(b: &Block, allowed: Allowed) -> Vec<Pedestal> {
@@ -45,39 +49,73 @@ pub(crate) fn find(b: &Block, allowed: Allowed) -> Vec<Pedestal> {
     let middle = 0.5 * (b.omega[0] + b.omega[n - 1]);
     let half = (0.5 * (b.omega[n - 1] - b.omega[0])).max(f64::MIN_POSITIVE);
     let most = if allowed.delay { MOST_QUARTERS.min(n / 2) } else { 0 };
-    let delays = (1..=most).flat_map(|k| [k as f64, -(k as f64)]).map(|k| 0.5 * FRAC_PI_2 * k);
+    // A short one turns a large background all the same.
+    let short = [0.1, 0.5].into_iter().filter(|_| most > 0);
+    let delays = short.chain((1..=most).map(|k| k as f64)).flat_map(|k| [STEP * k, -STEP * k]);
     let total: f64 = b.data.iter().zip(&b.weight).map(|(z, w)| w * z.norm_sqr()).sum();
+    let tried_at = |delay: f64, late: bool| {
+        let p = pole(b, [middle, half], delay, allowed.background, late)?;
+        // Any delay holds the line without one as well: it must do better than that.
+        let least = 1e-9 * total;
+        Some(Pole { rss: if p.delay == 0.0 { p.rss } else { 1.1 * p.rss + least }, ..p })
+    };
     let tried: Vec<Pole> = std::iter::once(0.0)
         .chain(delays)
-        .filter_map(|delay| pole(b, middle, half, delay, allowed.background))
-        .map(|p| {
-            // Any delay holds the line without one as well: it must do better than that.
-            let least = 1e-9 * total;
-            Pole { rss: if p.delay == 0.0 { p.rss } else { 1.1 * p.rss + least }, ..p }
-        })
+        .flat_map(|delay| [(delay, false), (delay, true)])
+        .filter(|&(delay, late)| !late || (delay != 0.0 && allowed.background))
+        .filter_map(|(delay, late)| tried_at(delay, late))
         .collect();
     // The least of each neighbourhood, the best first.
-    let beside = |p: &Pole, q: &Pole| (p.delay - q.delay).abs() < 0.6 * FRAC_PI_2;
-    let mut least: Vec<&Pole> =
-        tried.iter().filter(|p| tried.iter().all(|q| !beside(p, q) || q.rss >= p.rss)).collect();
-    least.sort_by(|p, q| p.rss.total_cmp(&q.rss));
+    let beside = |p: &Pole, q: &Pole| p.late == q.late && (p.delay - q.delay).abs() < 1.2 * STEP;
+    let mut least: Vec<Pole> =
+        tried.iter().filter(|p| tried.iter().all(|q| !beside(p, q) || q.rss >= p.rss)).copied().collect();
+    let by_rss = |list: &mut Vec<Pole>| list.sort_by(|p, q| p.rss.total_cmp(&q.rss));
+    by_rss(&mut least);
+    least.truncate(2 * MOST);
+    for p in least.iter_mut().filter(|p| p.delay != 0.0) {
+        *p = refined(*p, |delay| tried_at(delay, p.late));
+    }
+    by_rss(&mut least);
     least.truncate(MOST);
     let most = least.first().map_or(0.0, |p| FAR * p.rss);
-    least
-        .into_iter()
-        .filter(|p| p.rss <= most)
-        .filter_map(|p| without(b, p.background, p.delay / half))
-        .collect()
+    least.iter().filter(|p| p.rss <= most).filter_map(|p| without(b, p, middle, p.delay / half)).collect()
+}
+
+/// Where between its neighbours on the grid a delay leaves least: golden section.
+fn refined(from: Pole, at: impl Fn(f64) -> Option<Pole>) -> Pole {
+    const GOLDEN: f64 = 0.618_033_988_749_894_8;
+    const ROUNDS: usize = 10;
+    let (mut low, mut high) = (from.delay - STEP, from.delay + STEP);
+    let mut best = from;
+    for _ in 0..ROUNDS {
+        let [left, right] = [high - GOLDEN * (high - low), low + GOLDEN * (high - low)];
+        let (Some(a), Some(b)) = (at(left), at(right)) else { break };
+        let lower = if a.rss < b.rss { a } else { b };
+        if a.rss < b.rss {
+            high = right
+        } else {
+            low = left
+        }
+        if lower.rss < best.rss {
+            best = lower;
+        }
+    }
+    best
 }
 
 /// The points with both taken off.
-fn without(b: &Block, background: Phasor, delay: f64) -> Option<Pedestal> {
-    let mut without = Block { data: b.data.iter().map(|z| z - background).collect(), ..b.clone() };
+fn without(b: &Block, pole: &Pole, middle: f64, delay: f64) -> Option<Pedestal> {
+    let background = |omega: f64| match pole.late {
+        true => pole.background * Phasor::from_polar(1.0, (middle - omega) * delay),
+        false => pole.background,
+    };
+    let data = b.data.iter().zip(&b.omega).map(|(z, omega)| z - background(*omega)).collect();
+    let mut without = Block { data, ..b.clone() };
     let line = look::line(&without)?;
     for (z, omega) in without.data.iter_mut().zip(&b.omega) {
         *z *= Phasor::from_polar(1.0, (omega - line.omega) * delay);
     }
-    Some(Pedestal { without, line, height: background, delay })
+    Some(Pedestal { without, line, height: background(line.omega), delay, late: pole.late })
 }
 
 #[derive(Debug, Clone, Copy)]
@@ -86,14 +124,16 @@ struct Pole {
     background: Phasor,
     /// In units of one over half the span.
     delay: f64,
+    /// The delay is the background's too.
+    late: bool,
 }
 
-fn pole(b: &Block, middle: f64, half: f64, delay: f64, background: bool) -> Option<Pole> {
+fn pole(b: &Block, [middle, half]: [f64; 2], delay: f64, background: bool, late: bool) -> Option<Pole> {
     const ROUNDS: usize = 6;
     let n = b.len();
     let one = Phasor::new(1.0, 0.0);
     // z, s, 1, e^(-i s tau): those that are asked for.
-    let width = match (background, delay != 0.0) {
+    let width = match (background, delay != 0.0 && !late) {
         (true, true) => 4,
         (true, false) => 3,
         (false, _) => 2,
@@ -101,7 +141,7 @@ fn pole(b: &Block, middle: f64, half: f64, delay: f64, background: bool) -> Opti
     let row = |i: usize| {
         let s = (b.omega[i] - middle) / half;
         let turn = Phasor::from_polar(1.0, -s * delay);
-        let z = b.data[i];
+        let z = if late { b.data[i] * turn.conj() } else { b.data[i] };
         let columns = if background { [z, one * s, one, turn] } else { [z, turn, one, one] };
         (s, columns, z)
     };
@@ -133,7 +173,7 @@ fn pole(b: &Block, middle: f64, half: f64, delay: f64, background: bool) -> Opti
     }
     let inside = p.re.abs() < 1.5 && p.im.abs() < 2.0;
     let background = if background { solution[1] } else { Phasor::default() };
-    (rss.is_finite() && inside).then_some(Pole { rss, background, delay })
+    (rss.is_finite() && inside).then_some(Pole { rss, background, delay, late })
 }
 
 #[cfg(test)]
@@ -143,21 +183,27 @@ mod tests {
 
     #[test]
     fn background_and_delay_are_found_together_and_alone() {
-        let make = |background: Phasor, delay: f64| {
+        let make = |background: Phasor, delay: f64, late: bool| {
             let hz: Vec<f64> = (0..201).map(|i| 0.95 + 5e-4 * f64::from(i)).collect();
             let z = hz.iter().map(|f| {
                 let omega = std::f64::consts::TAU * f;
                 let line = Phasor::new(0.02, 0.0) / Phasor::new(omega - 6.3, -0.02);
-                line * Phasor::from_polar(1.0, 0.4 - (omega - 6.3) * delay) + background
+                let turn = Phasor::from_polar(1.0, (6.3 - omega) * delay);
+                let offset = Phasor::from_polar(1.0, 0.4);
+                if late { (line * offset + background) * turn } else { line * offset * turn + background }
             });
             Block::new(&Curve::complex(hz.clone(), z.collect()).build().unwrap())
         };
         let both = Allowed { background: true, delay: true };
         // A turn across this sweep is a delay of 10.
-        for (background, delay) in
-            [(Phasor::new(-0.6, 0.7), 0.0), (Phasor::new(0.3, -0.2), 31.0), (Phasor::default(), -12.0)]
-        {
-            let found = find(&make(background, delay), both).swap_remove(0);
+        for (background, delay, late) in [
+            (Phasor::new(-0.6, 0.7), 0.0, false),
+            (Phasor::new(0.3, -0.2), 31.0, false),
+            (Phasor::new(0.3, -0.2), 31.0, true),
+            (Phasor::default(), -12.0, false),
+        ] {
+            let found = find(&make(background, delay, late), both).swap_remove(0);
+            assert!(found.late == late || background == Phasor::default());
             assert!((found.delay - delay).abs() < 1.3, "{} {delay}", found.delay);
             assert!((found.height - background).norm() < 0.1, "{} {background}", found.height);
             assert!((found.line.omega - 6.3).abs() < 0.005, "{:?}", found.line);

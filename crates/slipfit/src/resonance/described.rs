@@ -78,7 +78,7 @@ pub(crate) fn oscillator_seen(problem: &Problem, p: &[f64]) -> Option<Block> {
             let (size, wanted) = (here.oscillator.norm(), mean.oscillator.norm());
             let amplitude = if b.complex {
                 let ratio = if size > 0.0 { wanted / size } else { 1.0 };
-                (b.data[i] - background).norm() * ratio
+                (b.data[i] - problem.background_at(p, b.omega[i])).norm() * ratio
             } else {
                 (wanted + b.less(i, here.value).re).max(0.0)
             };

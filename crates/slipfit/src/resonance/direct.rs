@@ -87,6 +87,7 @@ pub fn fit(curve: &Curve, drive_amplitude: Option<f64>) -> Result<CurveFit, Erro
         method: Method::Exact,
         prior: None,
         ratio: false,
+        late: false,
         used,
     };
     // A fixed drive has no column of its own.
@@ -167,6 +168,7 @@ mod tests {
                     method: Method::Exact,
                     prior: None,
                     ratio: false,
+                    late: false,
                     used: used.clone(),
                 };
                 let begin = starts(&problem.main, &line, None, None, false);

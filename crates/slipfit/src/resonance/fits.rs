@@ -77,7 +77,10 @@ fn describe_as(
         fitting.drop_unneeded();
     }
     fitting.take_up();
-    let more = fitting.fit.free.len() > before;
+    fitting.settle_order();
+    let more = fitting.fit.free.len() > before || fitting.fit.free.contains(&BG_RE);
+    let (_, between_neighbours, _) = hang_together(&fitting.problem, &fitting.fit);
+    let noise = noise.min(between_neighbours);
     if fitting.problem.main.complex && first_time && more && fitting.variance() > 2.0 * noise * noise {
         // Terms were taken up one by one and leave more than noise: together they may not.
         let reference = fitting.problem.reference.as_ref();
@@ -119,6 +122,7 @@ impl<'a> Fitting<'a> {
             method: options.method,
             prior: None,
             ratio: false,
+            late: pedestal.as_ref().is_some_and(|p| p.late),
             used: Vec::new(),
             reference: None,
             reference_weight: 1.0,

@@ -1,6 +1,6 @@
 //! The fitted curve, to be drawn or subtracted.
 
-use super::problem::{BG_IM, BG_RE, Modelled, Problem, X_F};
+use super::problem::{Modelled, Problem, X_F};
 use crate::steady::Phasor;
 use crate::steady::fundamental::Follower;
 use std::f64::consts::TAU;
@@ -57,7 +57,7 @@ impl FittedCurve {
         let above = b.omega.partition_point(|w| *w < omega).min(b.len() - 1);
         let below = above.saturating_sub(1);
         let nearest = if omega - b.omega[below] < b.omega[above] - omega { below } else { above };
-        let background = Phasor::new(self.parameters[BG_RE], self.parameters[BG_IM]);
+        let background = self.problem.background_at(&self.parameters, b.omega[nearest]);
         if b.complex { (b.data[nearest] - background).norm() } else { b.data[nearest].re }
     }
 }

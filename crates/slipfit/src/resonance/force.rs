@@ -1,7 +1,7 @@
 //! Force balance point by point, without a model of the curve.
 
 use super::answer::{ForceLine, ForcePoint};
-use super::problem::{BG_IM, BG_RE, DELAY, OMEGA, PHASE, Problem, X_0};
+use super::problem::{DELAY, OMEGA, PHASE, Problem, X_0};
 use crate::Quantity;
 use crate::estimate::least_squares::linear;
 use crate::steady::Phasor;
@@ -29,12 +29,12 @@ pub(super) fn balance(
         return (Vec::new(), None);
     }
     let omega_0 = problem.centre + p[OMEGA];
-    let background = Phasor::new(p[BG_RE], p[BG_IM]);
+    let at = problem.setting(p, false);
     let mut points = Vec::with_capacity(b.len());
     let mut rows: Vec<(f64, f64, f64, f64)> = Vec::new();
     for (i, modelled) in problem.everywhere(p, false).into_iter().enumerate() {
         let turn = Phasor::from_polar(1.0, (b.omega[i] - problem.centre) * p[DELAY] - p[PHASE]);
-        let z = (b.data[i] - background) * turn;
+        let z = (b.data[i] - at.background_at(b.omega[i])) * turn;
         let size = z.norm();
         if !(size > 0.0) {
             continue;

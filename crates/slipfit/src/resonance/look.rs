@@ -98,6 +98,8 @@ pub(crate) struct Pedestal {
     pub(crate) height: Phasor,
     /// Delay taken out as well, s.
     pub(crate) delay: f64,
+    /// The delay is the pedestal's too.
+    pub(crate) late: bool,
 }
 
 /// Looks for a line above the pedestal where the points as they are show none.
@@ -120,7 +122,7 @@ pub(crate) fn pedestal(b: &Block, line: &Line) -> Option<Pedestal> {
     // The differences of amplitudes beside the line are all noise once nothing else is left.
     let seen = line.sides.iter().all(Option::is_some) && line.height > 12.0 * noise(&without);
     let height = at(line.omega);
-    seen.then_some(Pedestal { without, line, height, delay: 0.0 })
+    seen.then_some(Pedestal { without, line, height, delay: 0.0, late: false })
 }
 
 /// Why points show no line above the noise, if they do not.

@@ -4,7 +4,7 @@ use super::Method;
 use super::answer::PaperEstimate;
 use super::block::Block;
 use super::look;
-use super::problem::{BG_IM, BG_RE, COUNT, DELTA, OMEGA, Problem, X_0};
+use super::problem::{COUNT, DELTA, OMEGA, Problem, X_0};
 use super::search::best;
 use super::start;
 use crate::estimate::least_squares::Fit;
@@ -47,6 +47,7 @@ impl Lorentzian {
             method: Method::Exact,
             prior: None,
             ratio: false,
+            late: false,
             used: free.clone(),
         };
         let starts: Vec<Vec<f64>> = start::grid(&line, 0.0, None)
@@ -116,10 +117,10 @@ fn inverted(q_f: f64, rho: f64, x_0: f64) -> Inverted {
 /// answer's parameters.
 pub(super) fn estimate(problem: &Problem, p: &[f64], drive_known: bool) -> Option<PaperEstimate> {
     let b = &problem.main;
-    let background = Phasor::new(p[BG_RE], p[BG_IM]);
-    let measured: Vec<f64> = (0..b.len())
-        .map(|i| if b.complex { (b.data[i] - background).norm() } else { b.data[i].re })
-        .collect();
+    let at = problem.setting(p, false);
+    let seen = |i: usize| b.data[i] - at.background_at(b.omega[i]);
+    let measured: Vec<f64> =
+        (0..b.len()).map(|i| if b.complex { seen(i).norm() } else { b.data[i].re }).collect();
     let found = Lorentzian::of(b, &measured)?;
     let x_0 = p[X_0];
     let inverse = drive_known.then(|| found.invert(x_0));

@@ -64,9 +64,18 @@ pub(crate) struct Setting {
     pub(super) phase: f64,
     pub(super) delay: f64,
     pub(super) background: Phasor,
+    /// The delay is the background's too.
+    pub(super) late: bool,
 }
 
 impl Setting {
+    /// The background as it is read at one frequency.
+    pub(super) fn background_at(&self, omega: f64) -> Phasor {
+        let turned = self.late && self.delay != 0.0;
+        let turn = || Phasor::from_polar(1.0, (self.centre - omega) * self.delay);
+        if turned { self.background * turn() } else { self.background }
+    }
+
     #[inline(always)]
     pub(super) fn point(&self, omega: f64, level: f64) -> Point {
         Point {
@@ -94,6 +103,8 @@ pub(crate) struct Problem {
     pub(crate) prior: Option<[f64; 2]>,
     /// Slot [`X_F`] holds the friction ratio.
     pub(crate) ratio: bool,
+    /// The delay is the background's too: it lies beyond where the two meet.
+    pub(crate) late: bool,
     /// Parameters of the main block whose derivative is ever asked for.
     pub(crate) used: Vec<usize>,
 }
@@ -103,6 +114,11 @@ impl Problem {
     pub(crate) fn with(&self, free: &[usize]) -> Self {
         let used = free.iter().copied().filter(|&k| k < R_OMEGA).collect();
         Self { used, ..self.clone() }
+    }
+
+    /// The background as it is read at one frequency.
+    pub(crate) fn background_at(&self, p: &[f64], omega: f64) -> Phasor {
+        self.setting(p, false).background_at(omega)
     }
 
     pub(super) fn slots(reference: bool) -> &'static [usize; MAIN] {
@@ -145,6 +161,7 @@ impl Problem {
             phase: get(PHASE),
             delay: get(DELAY),
             background: Phasor::new(get(BG_RE), get(BG_IM)),
+            late: self.late,
         }
     }
 
@@ -161,7 +178,7 @@ impl Problem {
         let mut by = [Phasor::default(); OWN];
         let f = self.oscillator(at, &at.point(omega, level), guess, follower, &mut by)?;
         let turn = Phasor::from_polar(1.0, at.phase - (omega - self.centre) * at.delay);
-        let value = f.value * turn + at.background;
+        let value = f.value * turn + at.background_at(omega);
         Some(Modelled { value, oscillator: f.value, regime: f.regime })
     }
 
@@ -253,7 +270,8 @@ impl Problem {
         let mut follower = Follower::default();
         (0..b.len())
             .map(|i| {
-                let guess = if b.complex { (b.data[i] - at.background).norm() } else { b.data[i].re };
+                let here = b.data[i] - at.background_at(b.omega[i]);
+                let guess = if b.complex { here.norm() } else { b.data[i].re };
                 self.at(&at, b.omega[i], b.drive[i], guess, &mut follower)
             })
             .collect()
@@ -330,6 +348,7 @@ mod tests {
             method: Method::Exact,
             prior: Some([0.4, 3.0]),
             ratio,
+            late: ratio,
             used,
         }
     }

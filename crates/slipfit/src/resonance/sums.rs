@@ -207,7 +207,8 @@ impl Points {
         }
         if at.bent {
             for k in 0..PIECE {
-                let (re, im) = (self.re[k] - at.background.re, self.im[k] - at.background.im);
+                let background = at.background_at(self.omega[k]);
+                let (re, im) = (self.re[k] - background.re, self.im[k] - background.im);
                 self.guess[k] = if b.complex { (re * re + im * im).sqrt() } else { self.re[k].max(0.0) };
             }
         }
@@ -420,6 +421,16 @@ impl Pass<'_> {
                 (sin[k], cos[k]) = trig::sin_cos(at.phase - (points.omega[k] - at.centre) * at.delay);
             }
         }
+        // What meets the oscillator before the delay turns with the phase offset alone.
+        let (across, along) =
+            if at.late { ([self.turn.re; PIECE], [self.turn.im; PIECE]) } else { (cos, sin) };
+        let (mut ground_re, mut ground_im) = ([0.0; PIECE], [0.0; PIECE]);
+        let (x, y) = (at.background.re, at.background.im);
+        for k in 0..PIECE {
+            ground_re[k] = x * across[k] + y * along[k];
+            ground_im[k] = y * across[k] - x * along[k];
+        }
+        let late = if at.late { 1.0 } else { 0.0 };
         let n = self.own.len();
         let rows = &mut self.products.rows;
         for (row, &j) in rows.iter_mut().zip(self.own) {
@@ -429,10 +440,10 @@ impl Pass<'_> {
                     PHASE => (-lanes.im[k], lanes.re[k]),
                     DELAY => {
                         let t = points.omega[k] - at.centre;
-                        (lanes.im[k] * t, -lanes.re[k] * t)
+                        ((lanes.im[k] + late * ground_im[k]) * t, -(lanes.re[k] + late * ground_re[k]) * t)
                     }
-                    BG_RE => (cos[k], -sin[k]),
-                    BG_IM => (sin[k], cos[k]),
+                    BG_RE => (across[k], -along[k]),
+                    BG_IM => (along[k], across[k]),
                     _ => (lanes.by_re[j][k], lanes.by_im[j][k]),
                 };
             }
@@ -447,16 +458,15 @@ impl Pass<'_> {
             }
             let [re, im] = halves(&mut rows[n]);
             for k in 0..PIECE {
-                let (x, y) = (points.re[k] - at.background.re, points.im[k] - at.background.im);
-                re[k] = (x * cos[k] + y * sin[k] - lanes.re[k]) * points.root[k];
-                im[k] = (y * cos[k] - x * sin[k] - lanes.im[k]) * points.root[k];
+                let (x, y) = (points.re[k], points.im[k]);
+                re[k] = (x * cos[k] + y * sin[k] - ground_re[k] - lanes.re[k]) * points.root[k];
+                im[k] = (y * cos[k] - x * sin[k] - ground_im[k] - lanes.im[k]) * points.root[k];
             }
             return;
         }
-        let (x, y) = (at.background.re, at.background.im);
         for k in 0..PIECE {
-            lanes.re[k] += x * cos[k] + y * sin[k];
-            lanes.im[k] += y * cos[k] - x * sin[k];
+            lanes.re[k] += ground_re[k];
+            lanes.im[k] += ground_im[k];
         }
         let (mut along_re, mut along_im) = ([0.0; PIECE], [0.0; PIECE]);
         let mut read = [0.0; PIECE];

@@ -87,6 +87,18 @@ impl Fitting<'_> {
         }
     }
 
+    /// Whether the delay is the background's too, as the data have it.
+    pub(super) fn settle_order(&mut self) {
+        let free = &self.fit.free;
+        if !(self.problem.main.complex && free.contains(&BG_RE) && free.contains(&DELAY)) {
+            return;
+        }
+        let other = Problem { late: !self.problem.late, ..self.problem.clone() };
+        if let Some(fit) = minimise(&other, &self.fit.parameters, free).filter(|f| f.rss < self.fit.rss) {
+            (self.problem, self.fit) = (other, fit);
+        }
+    }
+
     fn with_terms(&self, terms: &[usize]) -> Option<Richer> {
         let hidden = terms[0] == BG_RE && !self.problem.main.complex;
         let mut more = self.fit.free.clone();
