@@ -2,7 +2,7 @@
 
 use super::bias;
 use super::block::Block;
-use super::described::{Described, Entry, loss_terms};
+use super::described::{Described, loss_terms};
 use super::paper::Lorentzian;
 use super::problem::{
     BG_IM, BG_RE, COUNT, DELAY, DELTA, DRAG, DUFFING, OMEGA, PHASE, Problem, R_BG_IM, R_BG_RE, R_DELTA,
@@ -15,7 +15,7 @@ use super::{
 use crate::estimate::least_squares::{Fit, minimise};
 use crate::estimate::profile::{Estimate, Profile};
 use crate::physical::physical;
-use crate::ringdown::LossModel;
+use crate::ringdown::{Entry, LossModel};
 use crate::{Error, Quantity};
 use std::f64::consts::{FRAC_PI_4, PI, TAU};
 

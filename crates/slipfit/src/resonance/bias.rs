@@ -78,8 +78,8 @@ fn read(problem: &Problem, block: &Block, p: &[f64], reference: bool) -> Option<
 
 #[cfg(test)]
 mod tests {
+    use super::super::Curve;
     use super::super::problem::{DELTA, OMEGA, X_F};
-    use super::super::{Curve, Method};
     use super::*;
     use crate::estimate::least_squares::minimise;
     use crate::noise::jitter;
@@ -97,17 +97,8 @@ mod tests {
         };
         let amplitudes = hz.iter().enumerate().map(noisy).collect();
         let free = vec![OMEGA, DELTA, X_0, X_F];
-        let problem = Problem {
-            main: Block::new(&Curve::builder(hz, amplitudes).build().unwrap()),
-            reference: None,
-            reference_weight: 1.0,
-            centre: TAU,
-            method: Method::Exact,
-            prior: None,
-            ratio: false,
-            late: false,
-            used: free.clone(),
-        };
+        let problem =
+            Problem::new(Block::new(&Curve::builder(hz, amplitudes).build().unwrap()), TAU, free.clone());
         let mut start = vec![0.0; COUNT];
         (start[DELTA], start[X_0], start[X_F]) = (delta, 1.0, x_f);
         let fit = minimise(&problem, &start, &free)?;

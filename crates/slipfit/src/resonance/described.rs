@@ -6,26 +6,8 @@ use super::problem::{BG_IM, BG_RE, DELTA, DRAG, Problem, X_F};
 use super::{DriveSource, Method};
 use crate::estimate::least_squares::Fit;
 use crate::estimate::profile::Scale;
-use crate::ringdown::LossModel;
+use crate::ringdown::{Entry, LossModel};
 use crate::steady::Phasor;
-
-/// One loss model's best fit.
-#[derive(Debug, Clone)]
-pub(crate) struct Entry {
-    pub(crate) model: LossModel,
-    /// Best fit, limits lifted.
-    pub(crate) fit: Fit,
-    /// Best fit with no loss term below zero.
-    pub(crate) bounded: Fit,
-    pub(crate) at_limit: Option<usize>,
-    pub(crate) bic: f64,
-}
-
-impl Entry {
-    fn rank(&self) -> f64 {
-        self.bic + self.model.handicap()
-    }
-}
 
 /// Everything the fits brought.
 #[derive(Debug)]

@@ -3,7 +3,7 @@
 use super::block::Block;
 use super::problem::{DELTA, OMEGA, PHASE, Problem, X_0, X_F};
 use super::search::{best, starts};
-use super::{Curve, Method, look, start};
+use super::{Curve, look, start};
 use crate::Error;
 use crate::estimate::least_squares::{LeastSquares, descend, minimise_until, one_step};
 use std::f64::consts::TAU;
@@ -79,20 +79,10 @@ pub fn fit(curve: &Curve, drive_amplitude: Option<f64>) -> Result<CurveFit, Erro
     if main.complex {
         used.push(PHASE);
     }
-    let mut problem = Problem {
-        main,
-        reference: None,
-        reference_weight: 1.0,
-        centre: line.omega,
-        method: Method::Exact,
-        prior: None,
-        ratio: false,
-        late: false,
-        used,
-    };
     // A fixed drive has no column of its own.
-    problem.used.sort_unstable();
-    let free = problem.used.clone();
+    used.sort_unstable();
+    let free = used.clone();
+    let problem = Problem::new(main, line.omega, used);
     if problem.observations() as usize <= free.len() {
         return Err(Error::TooFewPoints { points: problem.main.len(), parameters: free.len() });
     }
@@ -160,17 +150,7 @@ mod tests {
                 let main = Block::new(&curve);
                 let line = look::line(&main).unwrap();
                 let used = vec![OMEGA, DELTA, X_0, X_F, PHASE];
-                let problem = Problem {
-                    main,
-                    reference: None,
-                    reference_weight: 1.0,
-                    centre: line.omega,
-                    method: Method::Exact,
-                    prior: None,
-                    ratio: false,
-                    late: false,
-                    used: used.clone(),
-                };
+                let problem = Problem::new(main, line.omega, used.clone());
                 let begin = starts(&problem.main, &line, None, None, false);
                 let whole = best(&problem, &begin, &used).unwrap();
                 for (k, [value, error]) in

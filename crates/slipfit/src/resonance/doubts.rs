@@ -1,10 +1,11 @@
 //! Which warnings an answer carries.
 
 use super::block::Block;
-use super::described::{Described, Entry, oscillator_seen};
+use super::described::{Described, oscillator_seen};
 use super::look::Line;
 use super::problem::{BG_IM, BG_RE, DELTA, DUFFING, OMEGA, R_DELTA, R_OMEGA, X_F};
 use super::{Answer, Curve, DriveSource, Method, RunDirection, Warning, look};
+use crate::ringdown::Entry;
 use std::f64::consts::TAU;
 
 pub(super) fn doubts(

@@ -3,9 +3,9 @@
 use super::beside::Beside;
 use super::block::Block;
 use super::crosstalk::{self, Allowed};
-use super::described::{Described, oscillator_seen};
+use super::described::{Described, loss_terms, oscillator_seen};
 use super::look::{self, Line, Pedestal};
-use super::models::{compare, ranked};
+use super::models::compare;
 use super::problem::{BG_IM, BG_RE, DELAY, DELTA, DRAG, DUFFING, OMEGA, PHASE, Problem, R_OMEGA, X_0, X_F};
 use super::ready::Ready;
 use super::residuals::{hang_together, leave_out, plain_scale, settle_rice, variance};
@@ -14,7 +14,7 @@ use super::{DriveSource, Options};
 use crate::Error;
 use crate::estimate::least_squares::{Fit, LeastSquares, minimise};
 use crate::estimate::profile::Scale;
-use crate::ringdown::LossModel;
+use crate::ringdown::{LossModel, ranked};
 
 /// Fits everything; phases that fit no resonance while the amplitudes do are left aside.
 pub(crate) fn describe(main: Block, reference: Option<Block>, options: &Options) -> Result<Described, Error> {
@@ -118,15 +118,9 @@ impl<'a> Fitting<'a> {
         let wanted = options.terms;
         let phase = wanted.phase_offset != Some(false);
         let problem = Problem {
-            centre: line.omega,
             method: options.method,
-            prior: None,
-            ratio: false,
             late: pedestal.as_ref().is_some_and(|p| p.late),
-            used: Vec::new(),
-            reference: None,
-            reference_weight: 1.0,
-            main,
+            ..Problem::new(main, line.omega, Vec::new())
         };
         let delay = pedestal.as_ref().map_or(0.0, |p| p.delay);
         let complex = problem.main.complex;
@@ -266,7 +260,7 @@ impl<'a> Fitting<'a> {
             let own = self.problem.with(&f.free);
             (autocorrelation, neighbour_noise, scale.widening) = hang_together(&own, f);
         }
-        let entries = ranked(&fits, &scale);
+        let entries = ranked(&fits, loss_terms, |rss, parameters| scale.bic(rss, parameters));
         let Some(first) = entries.first() else {
             return Err(Error::NoFit { reason: "no loss model could be fitted to the curve" });
         };

@@ -1,6 +1,6 @@
-//! Every loss model fitted, each from its relatives, and their evidence.
+//! Every loss model fitted, each from its relatives.
 
-use super::described::{Entry, loss_terms};
+use super::described::loss_terms;
 use super::problem::{DELTA, DRAG, Problem, X_0, X_F};
 use super::search::best_of;
 use crate::estimate::least_squares::{Fit, LeastSquares};
@@ -60,26 +60,4 @@ pub(super) fn compare(
         }
     }
     fits
-}
-
-/// The models with their evidence, none with a loss below zero.
-pub(super) fn ranked(fits: &[(LossModel, Fit)], scale: &Scale) -> Vec<Entry> {
-    let physical = |m: LossModel, f: &Fit| loss_terms(m).iter().all(|&t| f.parameters[t] >= 0.0);
-    fits.iter()
-        .map(|(model, fit)| {
-            let at_limit = loss_terms(*model).into_iter().find(|&t| fit.parameters[t] < 0.0);
-            let bounded = if at_limit.is_none() {
-                fit.clone()
-            } else {
-                fits.iter()
-                    .filter(|(m, f)| {
-                        physical(*m, f) && loss_terms(*m).iter().all(|t| loss_terms(*model).contains(t))
-                    })
-                    .min_by(|a, b| a.1.rss.total_cmp(&b.1.rss))
-                    .map_or_else(|| fit.clone(), |(_, f)| f.clone())
-            };
-            let bic = scale.bic(bounded.rss, fit.free.len());
-            Entry { model: *model, fit: fit.clone(), bounded, at_limit, bic }
-        })
-        .collect()
 }

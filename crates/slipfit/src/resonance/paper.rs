@@ -1,6 +1,5 @@
 //! The paper's way: an effective Lorentzian, inverted with `a = 4/3`.
 
-use super::Method;
 use super::answer::PaperEstimate;
 use super::block::Block;
 use super::look;
@@ -39,17 +38,7 @@ impl Lorentzian {
         };
         let line = look::line(&own)?;
         let free = vec![OMEGA, DELTA, X_0];
-        let problem = Problem {
-            centre: line.omega,
-            main: own,
-            reference: None,
-            reference_weight: 1.0,
-            method: Method::Exact,
-            prior: None,
-            ratio: false,
-            late: false,
-            used: free.clone(),
-        };
+        let problem = Problem::new(own, line.omega, free.clone());
         let starts: Vec<Vec<f64>> = start::grid(&line, 0.0, None)
             .into_iter()
             .take(3)

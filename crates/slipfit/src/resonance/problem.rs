@@ -110,6 +110,21 @@ pub(crate) struct Problem {
 }
 
 impl Problem {
+    /// A curve by itself against the exact response.
+    pub(crate) fn new(main: Block, centre: f64, used: Vec<usize>) -> Self {
+        Self {
+            main,
+            reference: None,
+            reference_weight: 1.0,
+            centre,
+            method: Method::Exact,
+            prior: None,
+            ratio: false,
+            late: false,
+            used,
+        }
+    }
+
     /// The same with the derivatives that these parameters need.
     pub(crate) fn with(&self, free: &[usize]) -> Self {
         let used = free.iter().copied().filter(|&k| k < R_OMEGA).collect();

@@ -1,12 +1,12 @@
 //! What lies along the decay: the fitted motion, backbone, amplitudes, losses, the stop.
 
 use super::assemble::Evidence;
-use super::compare::Entry;
 use super::envelope::{X_F, backbone_factors};
 use super::fits::Problem;
 use super::fitted::{FittedMotion, Knot};
 use super::law::LossLaw;
 use super::quantities::frequency_known;
+use super::ranked::Entry;
 use super::segment;
 use super::waveform::{BEND, CHIRP, OFFSET};
 use super::{Backbone, EnvelopePoint, LossPoint, Stop};

@@ -1,12 +1,12 @@
 //! From fits to the answer a person reads.
 
 use super::along::{backbone, envelope_points, fitted_motion, loss_points, stop};
-use super::compare::Entry;
 use super::envelope::{A0, DELTA, DRAG, X_F, law_of};
 use super::fits::{Described, Problem};
 use super::law::LossLaw;
 use super::measure::{Measured, Samples};
 use super::quantities::{angular_frequency, parameters};
+use super::ranked::Entry;
 use super::waveform::OMEGA;
 use super::{
     Answer, Candidate, Diagnostics, Distortion, LossModel, Options, OtherMode, Segment, SlidingEvidence,

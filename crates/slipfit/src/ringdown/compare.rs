@@ -3,6 +3,7 @@
 
 use super::LossModel;
 use super::envelope::{A0, DELTA, DRAG, X_F};
+use super::ranked::{Entry, ranked};
 use crate::estimate::evidence::{bic, one_sided, student_factor};
 use crate::estimate::interval::bounded_interval;
 use crate::estimate::least_squares::{Fit, LeastSquares, minimise};
@@ -51,24 +52,6 @@ impl Scale {
     /// Independent observations: what is left of them after the widening.
     fn effective(&self) -> f64 {
         (self.observations / self.widening).max(2.0)
-    }
-}
-
-/// One model's best fit with non-negative loss terms.
-#[derive(Debug, Clone)]
-pub(crate) struct Entry {
-    pub(crate) model: LossModel,
-    /// Unbounded fit.
-    pub(crate) fit: Fit,
-    /// Best fit within the limits: that of this model or of the smaller one it falls to.
-    pub(crate) bounded: Fit,
-    pub(crate) at_limit: Option<usize>,
-    pub(crate) bic: f64,
-}
-
-impl Entry {
-    fn rank(&self) -> f64 {
-        self.bic + self.model.handicap()
     }
 }
 
@@ -128,24 +111,7 @@ pub(crate) fn compare(
             fits.push((model, fit));
         }
     }
-    let physical = |m: LossModel, f: &Fit| terms(m).iter().all(|&t| f.parameters[t] >= 0.0);
-    let entries = fits
-        .iter()
-        .map(|(model, fit)| {
-            let at_limit = terms(*model).into_iter().find(|&t| fit.parameters[t] < 0.0);
-            let bounded = if at_limit.is_none() {
-                fit.clone()
-            } else {
-                // On the limit the model is one of its smaller relatives.
-                fits.iter()
-                    .filter(|(m, f)| terms(*m).iter().all(|t| terms(*model).contains(t)) && physical(*m, f))
-                    .min_by(|a, b| a.1.rss.total_cmp(&b.1.rss))
-                    .map_or_else(|| fit.clone(), |(_, f)| f.clone())
-            };
-            let bic = scale.bic(bounded.rss, fit.free.len());
-            Entry { model: *model, fit: fit.clone(), bounded, at_limit, bic }
-        })
-        .collect();
+    let entries = ranked(&fits, terms, |rss, parameters| scale.bic(rss, parameters));
     Comparison { entries }
 }
 

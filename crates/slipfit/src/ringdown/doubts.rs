@@ -1,8 +1,8 @@
 //! Which warnings an answer deserves.
 
 use super::assemble::Evidence;
-use super::compare::Entry;
 use super::envelope::{DELTA, X_F};
+use super::ranked::Entry;
 use super::segment;
 use super::{Answer, LossModel, Warning};
 use crate::SignalKind;

@@ -23,12 +23,15 @@ mod options;
 mod sample;
 
 mod quantities;
+mod ranked;
 mod segment;
 mod sentence;
 mod short;
 mod warning;
 mod waveform;
 mod waveform_fit;
+
+pub(crate) use ranked::{Entry, ranked};
 
 pub use analyse::analyse;
 pub use answer::{

@@ -1,9 +1,10 @@
 //! The parameters a person reads, with their uncertainties and units.
 
 use super::assemble::Evidence;
-use super::compare::{Bounded, Entry, interval};
+use super::compare::{Bounded, interval};
 use super::envelope::{A0, DELTA, DRAG, X_F};
 use super::fits::Problem;
+use super::ranked::Entry;
 use super::waveform::OMEGA;
 use super::{LossModel, Parameter};
 use crate::physical::physical;
