@@ -57,7 +57,8 @@ pub(crate) struct LevelFitArgs {
     #[arg(long, value_name = "HZ", value_parser = positive, help_heading = "Analysis")]
     frequency_hz: Option<f64>,
 
-    /// Drive amplitude at the base for one unit of the drive level, such as 2.4e-9±0.1e-9
+    /// Drive amplitude at the base, in the unit of the amplitudes, for one unit of the drive level,
+    /// such as 2.4e-9±0.1e-9
     #[arg(long, value_name = "G", conflicts_with = "q", help_heading = "Analysis")]
     drive_gain: Option<Uncertain>,
 
