@@ -357,7 +357,7 @@ fn markdown(rows: &[(Cell, Outcome)], seeds: u64) -> String {
          free (wanted at most 1.10), *covered* the share of 95 % intervals that hold the truth (wanted 93 to 97 %; \
          with {seeds} repeats itself uncertain by {:.1} %). Bias and spread are those of the unbounded estimate, coverage \
          that of the reported interval. *Bound* is the Cramér-Rao bound of x_F over x_0: above about 0.1 the shape \
-         alone tells next to nothing; above 0.03 the second-order bias of least squares (Box, 1971) is taken out. *Paper Q* and *paper x_F* \
+         alone tells next to nothing; above 0.2 the second-order bias of least squares (Box, 1971) is taken out. *Paper Q* and *paper x_F* \
          are the mean errors of eq. (14) fitted to the same amplitudes and inverted with a = 4/3 (relative; over x_0 \
          where there is no friction).\n\n",
         100.0 * uncertainty(seeds as usize)

@@ -25,7 +25,7 @@ use crate::Error;
 ///
 /// Units: frequencies in Hz; `x_0`, `x_F` in the response's unit.
 ///
-/// Where `x_F` is known to worse than 3 % of `x_0`, the bias of least squares to second order
+/// Where `x_F` is known to worse than a fifth of `x_0`, the bias of least squares to second order
 /// (M. J. Box, J. R. Stat. Soc. B 33, 171, 1971) is taken out of `delta`, `x_F`, `x_0` and their
 /// ratio; intervals are those of the profile either way.
 ///

@@ -162,7 +162,7 @@ fn loss_term(d: &Described, chosen: &Entry, term: usize) -> (Estimate, bool) {
 
 /// Standard error of `x_F` over the drive from which on the bias of least squares, which goes with
 /// its square, is worth taking out.
-const VAGUE: f64 = 0.03;
+const VAGUE: f64 = 0.2;
 
 /// What takes the bias out of a fit that tells little; not beside a limit, which has its own.
 fn unbiased(d: &Described, chosen: &Entry, problem: &Problem, fit: &Fit) -> Option<Vec<f64>> {
@@ -173,10 +173,12 @@ fn unbiased(d: &Described, chosen: &Entry, problem: &Problem, fit: &Fit) -> Opti
     if wanted { bias::correction(problem, fit, variance) } else { None }
 }
 
-/// The estimate moved, not out of its interval.
+/// The estimate moved, not out of its interval; by more than half a standard error it is no second
+/// order any more.
 fn moved(e: Estimate, by: f64) -> Estimate {
     let [low, high] = e.interval;
-    Estimate { value: (e.value + by).max(low).min(high), ..e }
+    let most = 0.5 * e.std_error;
+    Estimate { value: (e.value + by.max(-most).min(most)).max(low).min(high), ..e }
 }
 
 /// Whether the sum of squares is far from a parabola: with the drive free, height and
