@@ -6,7 +6,7 @@ use super::problem::{BG_IM, BG_RE, DELTA, DRAG, Problem, X_F};
 use super::{DriveSource, Method};
 use crate::estimate::least_squares::Fit;
 use crate::estimate::profile::Scale;
-use crate::ringdown::{Entry, LossModel};
+use crate::ringdown::{Entry, LossModel, ranked};
 use crate::steady::Phasor;
 
 /// Everything the fits brought.
@@ -72,24 +72,12 @@ pub(crate) fn oscillator_seen(problem: &Problem, p: &[f64]) -> Option<Block> {
 
 impl Described {
     pub(crate) fn get(&self, model: LossModel) -> Option<&Entry> {
-        self.entries.iter().find(|e| e.model == model)
+        ranked::of(&self.entries, model)
     }
 
     /// The model of least BIC among those with every term inside its limit.
     pub(crate) fn preferred(&self) -> Option<&Entry> {
-        let least = |list: &mut dyn Iterator<Item = &'_ Entry>| -> Option<LossModel> {
-            list.min_by(|a, b| a.rank().total_cmp(&b.rank())).map(|e| e.model)
-        };
-        let model = least(&mut self.entries.iter().filter(|e| e.at_limit.is_none()))
-            .or_else(|| least(&mut self.entries.iter()))?;
-        self.get(model)
-    }
-
-    fn best_where(&self, sliding: bool) -> Option<&Entry> {
-        self.entries
-            .iter()
-            .filter(|e| e.model.has_sliding() == sliding)
-            .min_by(|a, b| a.rank().total_cmp(&b.rank()))
+        ranked::best(&self.entries)
     }
 
     /// The entry with the terms of `model` and one more.
@@ -104,11 +92,7 @@ impl Described {
 
     /// p value of sliding friction given the best model without it, and the BIC's verdict.
     pub(crate) fn sliding_evidence(&self) -> (f64, f64) {
-        let (Some(without), Some(with)) = (self.best_where(false), self.best_where(true)) else {
-            return (1.0, 0.0);
-        };
-        let p = self.with_term(without.model, X_F).map_or(1.0, |union| self.test(without, union));
-        (p, without.rank() - with.rank())
+        ranked::sliding_evidence(&self.entries, |small, large| self.test(small, large))
     }
 
     /// p value of a purely viscous loss against `model`.

@@ -14,7 +14,7 @@ use super::{DriveSource, Options};
 use crate::Error;
 use crate::estimate::least_squares::{Fit, LeastSquares, minimise};
 use crate::estimate::profile::Scale;
-use crate::ringdown::{LossModel, ranked};
+use crate::ringdown::{LossModel, ranked::ranked};
 
 /// Fits everything; phases that fit no resonance while the amplitudes do are left aside.
 pub(crate) fn describe(main: Block, reference: Option<Block>, options: &Options) -> Result<Described, Error> {

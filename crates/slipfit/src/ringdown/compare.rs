@@ -3,7 +3,7 @@
 
 use super::LossModel;
 use super::envelope::{A0, DELTA, DRAG, X_F};
-use super::ranked::{Entry, ranked};
+use super::ranked::{self, Entry};
 use crate::estimate::evidence::{bic, one_sided, student_factor};
 use crate::estimate::interval::bounded_interval;
 use crate::estimate::least_squares::{Fit, LeastSquares, minimise};
@@ -111,32 +111,19 @@ pub(crate) fn compare(
             fits.push((model, fit));
         }
     }
-    let entries = ranked(&fits, terms, |rss, parameters| scale.bic(rss, parameters));
+    let entries = ranked::ranked(&fits, terms, |rss, parameters| scale.bic(rss, parameters));
     Comparison { entries }
 }
 
 impl Comparison {
     pub(crate) fn get(&self, model: LossModel) -> Option<&Entry> {
-        self.entries.iter().find(|e| e.model == model)
+        ranked::of(&self.entries, model)
     }
 
     /// The model of least BIC among those with every term inside its limit, handicaps
     /// counted.
     pub(crate) fn best(&self) -> Option<&Entry> {
-        let least = |a: &&Entry, b: &&Entry| a.rank().total_cmp(&b.rank());
-        self.entries
-            .iter()
-            .filter(|e| e.at_limit.is_none())
-            .min_by(least)
-            .or_else(|| self.entries.iter().min_by(least))
-    }
-
-    /// The best model with or without sliding friction.
-    pub(crate) fn best_where(&self, sliding: bool) -> Option<&Entry> {
-        self.entries
-            .iter()
-            .filter(|e| e.model.has_sliding() == sliding)
-            .min_by(|a, b| a.rank().total_cmp(&b.rank()))
+        ranked::best(&self.entries)
     }
 
     /// The entry whose terms are those of `model` and one more.
@@ -152,11 +139,7 @@ impl Comparison {
     /// p value of sliding friction, given the best model without it, and the BIC's verdict;
     /// 1 and 0 where the record is too short for the models it takes.
     pub(crate) fn sliding_evidence(&self, scale: Scale) -> (f64, f64) {
-        let (Some(without), Some(with)) = (self.best_where(false), self.best_where(true)) else {
-            return (1.0, 0.0);
-        };
-        let p = self.with_term(without.model, X_F).map_or(1.0, |union| test(without, union, scale));
-        (p, without.rank() - with.rank())
+        ranked::sliding_evidence(&self.entries, |small, large| test(small, large, scale))
     }
 
     /// p value of a purely viscous decay against `model`.

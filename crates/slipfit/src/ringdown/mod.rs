@@ -23,7 +23,7 @@ mod options;
 mod sample;
 
 mod quantities;
-mod ranked;
+pub(crate) mod ranked;
 mod segment;
 mod sentence;
 mod short;
@@ -31,7 +31,7 @@ mod warning;
 mod waveform;
 mod waveform_fit;
 
-pub(crate) use ranked::{Entry, ranked};
+pub(crate) use ranked::Entry;
 
 pub use analyse::analyse;
 pub use answer::{

@@ -22,6 +22,36 @@ impl Entry {
     }
 }
 
+/// The entry of a model.
+pub(crate) fn of(entries: &[Entry], model: LossModel) -> Option<&Entry> {
+    entries.iter().find(|e| e.model == model)
+}
+
+fn least<'a>(of: impl Iterator<Item = &'a Entry>) -> Option<&'a Entry> {
+    of.min_by(|a, b| a.rank().total_cmp(&b.rank()))
+}
+
+/// The model of least rank among those with every term inside its limit.
+pub(crate) fn best(entries: &[Entry]) -> Option<&Entry> {
+    least(entries.iter().filter(|e| e.at_limit.is_none())).or_else(|| least(entries.iter()))
+}
+
+/// The best model with or without sliding friction.
+fn best_where(entries: &[Entry], sliding: bool) -> Option<&Entry> {
+    least(entries.iter().filter(|e| e.model.has_sliding() == sliding))
+}
+
+/// p value of sliding friction by `test` of a small model against a large one, given the best model
+/// without it, and the BIC's verdict; 1 and 0 where there are too few data for the models it takes.
+pub(crate) fn sliding_evidence(entries: &[Entry], test: impl Fn(&Entry, &Entry) -> f64) -> (f64, f64) {
+    let (Some(without), Some(with)) = (best_where(entries, false), best_where(entries, true)) else {
+        return (1.0, 0.0);
+    };
+    let m = without.model;
+    let union = LossModel::from_terms(m.has_viscous(), true, m.has_drag()).and_then(|m| of(entries, m));
+    (union.map_or(1.0, |union| test(without, union)), without.rank() - with.rank())
+}
+
 /// The fits held to their limits; `terms` are a model's losses, `bic` of a sum of squares and a
 /// number of parameters.
 pub(crate) fn ranked(
