@@ -5,9 +5,9 @@
 #![allow(clippy::print_stdout, clippy::unwrap_used, reason = "a program that reports to a person")]
 
 use slipfit::Oscillator;
-use slipfit::decay::FreeDecay;
-use slipfit::simulate::{Drive, Motion};
-use slipfit::steady::{HarmonicDrive, solve};
+use slipfit::motion::decay::FreeDecay;
+use slipfit::motion::simulate::{Drive, Motion};
+use slipfit::motion::steady::{HarmonicDrive, solve};
 use std::hint::black_box;
 use std::time::Instant;
 

@@ -1,28 +1,23 @@
 //! Tells sliding (Coulomb, dry) friction from viscous damping in any oscillator.
 
-pub mod decay;
-pub mod demodulate;
-mod double_double;
+pub mod answer;
 pub mod error;
-pub mod estimate;
 pub mod format;
+mod inference;
 pub mod levels;
+pub mod model;
+pub mod motion;
 #[cfg(test)]
 mod noise;
-pub mod oscillator;
+mod numeric;
 pub mod paper;
-mod physical;
-mod quadrature;
-pub mod quantity;
 pub mod record;
 pub mod resonance;
 pub mod ringdown;
 pub mod series;
-mod signal;
-pub mod simulate;
-pub mod steady;
+pub mod signal;
 
+pub use answer::quantity::Quantity;
 pub use error::Error;
-pub use oscillator::Oscillator;
-pub use quantity::Quantity;
+pub use model::oscillator::Oscillator;
 pub use record::{Clock, ClockReport, Gap, Record, SignalKind};

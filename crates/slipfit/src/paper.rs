@@ -3,12 +3,12 @@
 //! Vitorino, Vieira and Rodrigues, "Effect of sliding friction in harmonic oscillators".
 //! [`statements`] computes every place where the printed text does not hold.
 
-use crate::decay::{FreeDecay, averaged};
 use crate::error::Error;
-use crate::estimate::least_squares::{LeastSquares, Normal, minimise};
-use crate::oscillator::Oscillator;
-use crate::steady::exact::ClosedForm;
-use crate::steady::{HarmonicDrive, Method, Phasor, SteadyState, leading, lorentzian, series, solve};
+use crate::inference::least_squares::{LeastSquares, Normal, minimise};
+use crate::model::oscillator::Oscillator;
+use crate::motion::decay::{FreeDecay, averaged};
+use crate::motion::steady::exact::ClosedForm;
+use crate::motion::steady::{HarmonicDrive, Method, Phasor, SteadyState, leading, lorentzian, series, solve};
 use std::f64::consts::{PI, TAU};
 
 /// A place of the paper where the print does not hold.

@@ -4,8 +4,8 @@
 #![allow(clippy::unwrap_used, reason = "a test stops where something is wrong")]
 
 use proptest::prelude::*;
+use slipfit::motion::simulate::{Drive, Motion};
 use slipfit::record::Averaging;
-use slipfit::simulate::{Drive, Motion};
 use slipfit::{Oscillator, Record, SignalKind, ringdown};
 
 const ROW_S: f64 = 1e-4;

@@ -4,8 +4,8 @@
 
 use proptest::prelude::*;
 use slipfit::Oscillator;
-use slipfit::decay::FreeDecay;
-use slipfit::simulate::{Drive, Event, EventKind, Friction, Harmonic, Motion, State};
+use slipfit::motion::decay::FreeDecay;
+use slipfit::motion::simulate::{Drive, Event, EventKind, Friction, Harmonic, Motion, State};
 
 /// 10 000 cases when built for release, fewer otherwise; `SLIPFIT_CASES` overrides.
 fn cases() -> ProptestConfig {

@@ -3,8 +3,8 @@
 #![allow(clippy::unwrap_used, reason = "a test stops where something is wrong")]
 
 use slipfit::Oscillator;
-use slipfit::decay::FreeDecay;
-use slipfit::simulate::{Drive, EventKind, Harmonic, Motion};
+use slipfit::motion::decay::FreeDecay;
+use slipfit::motion::simulate::{Drive, EventKind, Harmonic, Motion};
 use std::f64::consts::TAU;
 
 const FREE: &str = include_str!("../../../reference/motion/free_decay.txt");

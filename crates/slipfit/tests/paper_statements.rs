@@ -3,10 +3,12 @@
 #![allow(clippy::unwrap_used, reason = "a test stops where something is wrong")]
 
 use slipfit::Oscillator;
-use slipfit::decay::{FreeDecay, averaged};
-use slipfit::steady::exact::ClosedForm;
-use slipfit::steady::orbit::{OrbitOptions, PeriodicOrbit};
-use slipfit::steady::{HarmonicDrive, Method, SteadyState, leading, lorentzian, series, solve, validity};
+use slipfit::motion::decay::{FreeDecay, averaged};
+use slipfit::motion::steady::exact::ClosedForm;
+use slipfit::motion::steady::orbit::{OrbitOptions, PeriodicOrbit};
+use slipfit::motion::steady::{
+    HarmonicDrive, Method, SteadyState, leading, lorentzian, series, solve, validity,
+};
 use std::f64::consts::{FRAC_PI_2, PI};
 
 /// Q = 50, x_0 = 1, omega_0 = 1 and beta = 0.9: the case of the table.
@@ -53,8 +55,8 @@ fn harmonics_of_equations_4_and_5_are_those_of_the_motion() {
     let turn = ClosedForm::new(&o, &drive).unwrap().turn_time_s();
     for n in [3, 5, 7] {
         // Time from the turn.
-        let exact =
-            orbit.harmonic(n) * slipfit::steady::Phasor::from_polar(1.0, f64::from(n) * drive.omega() * turn);
+        let exact = orbit.harmonic(n)
+            * slipfit::motion::steady::Phasor::from_polar(1.0, f64::from(n) * drive.omega() * turn);
         let r = series::harmonic_amplitude(&o, drive.omega(), n);
         assert!((exact.norm() / r - 1.0).abs() < 1e-9, "{n}");
         let wrap = |a: f64| (a + PI).rem_euclid(2.0 * PI) - PI;
@@ -286,7 +288,7 @@ fn a_fourier_series_of_sticking_friction_sums_to_the_motion_with_its_stops() {
     // Harmonic by harmonic the force that sticks gives the motion found by shooting.
     for n in [1, 2, 3, 5, 9] {
         let base = if n == 1 { 1.0 } else { 0.0 };
-        let d = slipfit::steady::dynamic_stiffness(&o, f64::from(n) * 0.3);
+        let d = slipfit::motion::steady::dynamic_stiffness(&o, f64::from(n) * 0.3);
         let by_force = (orbit.friction_harmonic(n) + base) / d;
         assert!((by_force - orbit.harmonic(n)).norm() < 1e-12, "{n}: {by_force} {}", orbit.harmonic(n));
     }

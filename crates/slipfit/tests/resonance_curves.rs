@@ -1,9 +1,9 @@
 //! Resonance curves from exact motion, good and bad, and the real ones where they are at hand.
 #![allow(clippy::print_stderr, reason = "a skipped test says so")]
 
+use slipfit::motion::steady::{Phasor, scan};
 use slipfit::resonance::{Answer, Curve, DriveAmplitude, DriveSource, Method, Options, analyse};
 use slipfit::ringdown::{Calibration, LossModel};
-use slipfit::steady::{Phasor, scan};
 use slipfit::{Error, Oscillator};
 use std::f64::consts::PI;
 use std::path::PathBuf;

@@ -2,7 +2,7 @@
 
 #![allow(clippy::unwrap_used, reason = "a test stops where something is wrong")]
 
-use slipfit::simulate::{Drive, Motion};
+use slipfit::motion::simulate::{Drive, Motion};
 use slipfit::{Oscillator, Record, ringdown};
 
 #[test]

@@ -5,9 +5,9 @@
 
 use proptest::prelude::*;
 use slipfit::Oscillator;
-use slipfit::decay::{Envelope, drag_rate};
-use slipfit::simulate::smooth::{SmoothMotion, drag, power, stribeck};
-use slipfit::simulate::{Drive, Event, EventKind, Friction, Harmonic, Motion};
+use slipfit::motion::decay::{Envelope, drag_rate};
+use slipfit::motion::simulate::smooth::{SmoothMotion, drag, power, stribeck};
+use slipfit::motion::simulate::{Drive, Event, EventKind, Friction, Harmonic, Motion};
 
 fn all<F: Fn(f64) -> f64>(motion: &mut SmoothMotion<F>, until: f64) -> Vec<Event> {
     std::iter::from_fn(|| motion.next_event(until).unwrap()).collect()

@@ -4,10 +4,10 @@
 
 use proptest::prelude::*;
 use slipfit::Oscillator;
-use slipfit::simulate::{Drive, Motion};
-use slipfit::steady::exact::ClosedForm;
-use slipfit::steady::orbit::{OrbitOptions, PeriodicOrbit};
-use slipfit::steady::{HarmonicDrive, Method, SteadyState, Way, solve};
+use slipfit::motion::simulate::{Drive, Motion};
+use slipfit::motion::steady::exact::ClosedForm;
+use slipfit::motion::steady::orbit::{OrbitOptions, PeriodicOrbit};
+use slipfit::motion::steady::{HarmonicDrive, Method, SteadyState, Way, solve};
 use std::f64::consts::PI;
 
 const STEADY: &str = include_str!("../../../reference/motion/steady.txt");

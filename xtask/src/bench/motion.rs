@@ -5,8 +5,8 @@ use std::path::PathBuf;
 use std::time::Instant;
 
 use slipfit::Oscillator;
-use slipfit::decay::FreeDecay;
-use slipfit::simulate::{Drive, Motion};
+use slipfit::motion::decay::FreeDecay;
+use slipfit::motion::simulate::{Drive, Motion};
 
 use super::contest::{Contestant, Peer, Task, Timing, race};
 use super::report::{Row, three_digits};

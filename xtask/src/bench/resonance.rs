@@ -4,8 +4,8 @@ use std::f64::consts::{FRAC_PI_4, TAU};
 use std::io::{BufWriter, Write};
 
 use slipfit::Oscillator;
+use slipfit::motion::steady::{Phasor, scan};
 use slipfit::resonance::{Curve, fit};
-use slipfit::steady::{Phasor, scan};
 
 use super::contest::{Contestant, Peer, Task, Timing, race};
 use super::report::Row;

@@ -6,7 +6,7 @@ use std::io::{BufWriter, Write};
 use std::path::Path;
 
 use slipfit::Oscillator;
-use slipfit::decay::FreeDecay;
+use slipfit::motion::decay::FreeDecay;
 
 use crate::Failure;
 

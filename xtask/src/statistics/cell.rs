@@ -3,7 +3,7 @@
 use rand::{RngExt, SeedableRng};
 use rand_chacha::ChaCha8Rng;
 use rand_distr::StandardNormal;
-use slipfit::decay::FreeDecay;
+use slipfit::motion::decay::FreeDecay;
 use slipfit::ringdown::{LossModel, Options, analyse};
 use slipfit::{Oscillator, Record};
 use std::f64::consts::{PI, SQRT_2, TAU};

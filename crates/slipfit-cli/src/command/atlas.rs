@@ -5,7 +5,7 @@ use crate::failure::{Failure, warning_line};
 use crate::output;
 use crate::plot::{self, HeatMap};
 use anstream::ColorChoice;
-use slipfit::steady::atlas::{Cell, FLANK_HALF_WIDTHS, cell};
+use slipfit::motion::steady::atlas::{Cell, FLANK_HALF_WIDTHS, cell};
 use std::io::{self, Write};
 use std::process::ExitCode;
 

@@ -175,7 +175,7 @@ pub(crate) fn by_hand<T>(change: impl FnOnce(&mut Answer), look: impl FnOnce(&An
     use slipfit::ringdown::{LossModel, Parameter};
 
     let decay = slipfit::Oscillator::kinematic(8.0, 0.03, 0.002)
-        .and_then(|o| slipfit::decay::FreeDecay::from_rest(&o, 0.35))
+        .and_then(|o| slipfit::motion::decay::FreeDecay::from_rest(&o, 0.35))
         .unwrap();
     let mut text = String::from("t (s);angle (rad)\n");
     for i in 0..1500 {

@@ -7,8 +7,8 @@ use super::panel::{Mark, Panel};
 use crate::command::resonance::AnalysedCurve;
 use crate::report::label;
 use slipfit::format::{Rounded, Scale};
+use slipfit::motion::steady::Phasor;
 use slipfit::resonance::{Answer, CurvePoint};
-use slipfit::steady::Phasor;
 
 /// The axes of a panel without its labels, width over height.
 const ASPECT: f64 = 442.0 / 252.0;

@@ -2,7 +2,7 @@
 
 use std::f64::consts::TAU;
 
-use slipfit::{SignalKind, resonance::Curve, steady::Phasor};
+use slipfit::{SignalKind, motion::steady::Phasor, resonance::Curve};
 
 use super::{
     SweepProblem,

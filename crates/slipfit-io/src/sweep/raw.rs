@@ -4,9 +4,9 @@ use std::path::{Path, PathBuf};
 
 use slipfit::{
     SignalKind,
-    demodulate::{self, SteadyMotion},
+    motion::steady::Phasor,
     resonance::Curve,
-    steady::Phasor,
+    signal::demodulate::{self, SteadyMotion},
 };
 
 use super::{

@@ -2,10 +2,10 @@
 
 use super::answer::{Answer, Breakaway, Diagnostics, FittedLevels, LevelPoint, Warning};
 use super::{Levels, Options};
-use crate::estimate::evidence::{f_tail, one_sided, student_factor};
-use crate::estimate::interval::bounded_interval;
-use crate::estimate::least_squares::linear;
-use crate::physical::physical;
+use crate::inference::evidence::{f_tail, one_sided, student_factor};
+use crate::inference::interval::bounded_interval;
+use crate::inference::least_squares::linear;
+use crate::model::calibration::physical;
 use crate::ringdown::Parameter;
 use crate::{Error, Quantity};
 use nalgebra::DMatrix;
@@ -95,7 +95,7 @@ pub fn analyse(levels: &Levels, options: &Options) -> Result<Answer, Error> {
 
     let drive_unit = levels.drive_unit();
     let slope = Quantity {
-        interval_95: [-1.0, 1.0].map(|s| line.slope + s * crate::estimate::Z_95 * factor * slope_std),
+        interval_95: [-1.0, 1.0].map(|s| line.slope + s * crate::inference::Z_95 * factor * slope_std),
         ..Quantity::normal(line.slope, slope_std, ratio_unit(levels.unit(), drive_unit))
     };
     let wide = threshold_std * factor;
@@ -185,12 +185,12 @@ pub fn analyse(levels: &Levels, options: &Options) -> Result<Answer, Error> {
 
 fn check(options: &Options) -> Result<(), Error> {
     if let Some(hz) = options.frequency_hz {
-        crate::oscillator::above_zero("frequency_hz", hz)?;
+        crate::model::oscillator::above_zero("frequency_hz", hz)?;
     }
     for (name, pair) in [("drive_gain", options.drive_gain), ("q_factor", options.q_factor)] {
         if let Some([value, std_error]) = pair {
-            crate::oscillator::above_zero(name, value)?;
-            crate::oscillator::at_least_zero(name, std_error)?;
+            crate::model::oscillator::above_zero(name, value)?;
+            crate::model::oscillator::at_least_zero(name, std_error)?;
         }
     }
     if options.drive_gain.is_some() && options.q_factor.is_some() {
@@ -269,7 +269,7 @@ fn calibrated(
         let extra = q.value * relative;
         let wide = |end: f64| {
             let d = end - q.value;
-            (q.value + d.signum() * d.hypot(crate::estimate::Z_95 * extra)).max(0.0)
+            (q.value + d.signum() * d.hypot(crate::inference::Z_95 * extra)).max(0.0)
         };
         Quantity {
             std_error: q.std_error.hypot(extra),
@@ -351,7 +351,7 @@ fn breakaway(points: &[LevelPoint], line: &Line) -> Option<Breakaway> {
 mod tests {
     use super::*;
     use crate::Oscillator;
-    use crate::steady::scan;
+    use crate::motion::steady::scan;
 
     fn exact(q: f64, x_f: f64, drive: &[f64], noise: f64) -> Levels {
         let o =

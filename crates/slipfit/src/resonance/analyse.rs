@@ -39,7 +39,7 @@ use crate::Error;
 ///
 /// ```
 /// use slipfit::resonance::{Curve, DriveAmplitude, Options, analyse};
-/// use slipfit::steady::scan;
+/// use slipfit::motion::steady::scan;
 ///
 /// let o = slipfit::Oscillator::builder().frequency_hz(1.0).q_factor(50.0).friction_displacement(0.3).build()?;
 /// let mut noise = 7.7f64;
@@ -48,7 +48,7 @@ use crate::Error;
 /// for i in 0..81 {
 ///     let r = scan::reading(&o, 1.0, 0.9 + 0.0025 * f64::from(i))?;
 ///     hz.push(r.frequency_hz);
-///     z.push(r.fundamental + slipfit::steady::Phasor::new(jitter(), jitter()));
+///     z.push(r.fundamental + slipfit::motion::steady::Phasor::new(jitter(), jitter()));
 /// }
 /// let curve = Curve::complex(hz, z).unit("mm").build()?;
 /// let mut options = Options::default();

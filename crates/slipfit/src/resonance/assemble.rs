@@ -12,9 +12,9 @@ use super::{
     Answer, Candidate, Curve, CurvePoint, Diagnostics, DriveSource, FittedCurve, Instrument, Method, Options,
     Parameter, ReferenceFit, RunDirection, SlidingEvidence, force, paper,
 };
-use crate::estimate::least_squares::{Fit, minimise};
-use crate::estimate::profile::{Estimate, Profile};
-use crate::physical::physical;
+use crate::inference::least_squares::{Fit, minimise};
+use crate::inference::profile::{Estimate, Profile};
+use crate::model::calibration::physical;
 use crate::ringdown::{Entry, LossModel};
 use crate::{Error, Quantity};
 use std::f64::consts::{FRAC_PI_4, PI, TAU};
@@ -209,7 +209,7 @@ fn non_negative(found: Estimate, present: bool, unit: &str) -> Quantity {
 fn plain(d: &Described, fit: &Fit, k: usize, factor: f64, offset: f64, unit: &str) -> Quantity {
     let (error, wide) = d.scale.std_error(fit, k);
     let mut q = Quantity::normal((fit.parameters[k] + offset) * factor, error * factor.abs(), unit);
-    let half = crate::estimate::Z_95 * error * wide * factor.abs();
+    let half = crate::inference::Z_95 * error * wide * factor.abs();
     q.interval_95 = [q.value - half, q.value + half];
     q
 }
@@ -289,7 +289,7 @@ fn spanned(d: &Described, mut q: Quantity, of: fn(&[f64]) -> f64) -> Quantity {
             }
         }
         let variance = d.scale.variance_of(fit) * d.scale.widening;
-        let half = crate::estimate::Z_95 * (square.max(0.0) * variance).sqrt();
+        let half = crate::inference::Z_95 * (square.max(0.0) * variance).sqrt();
         if half.is_finite() {
             q.interval_95[0] = q.interval_95[0].min((of(p) - half).max(0.0));
             q.interval_95[1] = q.interval_95[1].max(of(p) + half);
@@ -483,14 +483,14 @@ fn points(problem: &Problem, p: &[f64], reference: bool, sigma: f64) -> Vec<Curv
         .into_iter()
         .enumerate()
         .map(|(i, m)| {
-            let value = m.map_or(crate::steady::Phasor::new(f64::NAN, f64::NAN), |m| m.value);
+            let value = m.map_or(crate::motion::steady::Phasor::new(f64::NAN, f64::NAN), |m| m.value);
             let size = value.norm();
             let fitted_amplitude = if b.complex { size } else { b.read(size, i) };
             let apart = if b.complex {
                 // Along and across the fitted phase.
                 (b.data[i] - value) * value.conj() / size
             } else {
-                crate::steady::Phasor::new(b.data[i].re - fitted_amplitude, 0.0)
+                crate::motion::steady::Phasor::new(b.data[i].re - fitted_amplitude, 0.0)
             };
             CurvePoint {
                 index: b.index[i],
@@ -536,7 +536,7 @@ fn reference_slides(problem: &Problem, fit: &Fit) -> f64 {
     }
     let mut own =
         Problem { main: block, reference: None, prior: None, used: free.clone(), ..problem.clone() };
-    let scale = crate::estimate::profile::Scale {
+    let scale = crate::inference::profile::Scale {
         observations: own.main.observations(),
         least_variance: None,
         widening: 1.0,

@@ -9,7 +9,7 @@ use super::residuals::{settle_rice, variance};
 use super::search::{best, starts};
 use super::start;
 use crate::Error;
-use crate::estimate::least_squares::{LeastSquares, minimise};
+use crate::inference::least_squares::{LeastSquares, minimise};
 
 /// A reference fitted by itself.
 pub(super) struct Beside {

@@ -2,8 +2,8 @@
 
 use super::block::Block;
 use super::problem::{COUNT, Problem, X_0};
-use crate::estimate::least_squares::{Fit, LeastSquares, Normal, newton_step};
-use crate::steady::Phasor;
+use crate::inference::least_squares::{Fit, LeastSquares, Normal, newton_step};
+use crate::motion::steady::Phasor;
 use nalgebra::{DMatrix, SymmetricEigen};
 
 /// What takes the bias out of every parameter, to second order in the noise (M. J. Box, J. R.
@@ -81,9 +81,9 @@ mod tests {
     use super::super::Curve;
     use super::super::problem::{DELTA, OMEGA, X_F};
     use super::*;
-    use crate::estimate::least_squares::minimise;
+    use crate::inference::least_squares::minimise;
+    use crate::motion::steady::fundamental::{Point, fundamental};
     use crate::noise::jitter;
-    use crate::steady::fundamental::{Point, fundamental};
     use std::f64::consts::TAU;
 
     /// Errors of `delta`, as fitted and corrected, over the noise.

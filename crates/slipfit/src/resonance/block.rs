@@ -1,7 +1,7 @@
 //! Points of one curve as the sums want them.
 
 use super::{Curve, Response};
-use crate::steady::Phasor;
+use crate::motion::steady::Phasor;
 use std::f64::consts::TAU;
 
 /// Points by rising frequency.

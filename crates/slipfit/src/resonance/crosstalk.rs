@@ -3,7 +3,7 @@
 use super::Options;
 use super::block::Block;
 use super::look::{self, Pedestal};
-use crate::steady::Phasor;
+use crate::motion::steady::Phasor;
 use nalgebra::{DMatrix, DVector};
 use std::f64::consts::FRAC_PI_2;
 

@@ -1,7 +1,7 @@
 //! A resonance curve as it was measured.
 
 use crate::Error;
-use crate::steady::Phasor;
+use crate::motion::steady::Phasor;
 
 /// What was measured at each frequency.
 #[derive(Debug, Clone, PartialEq)]

@@ -4,10 +4,10 @@ use super::block::Block;
 use super::look::Line;
 use super::problem::{BG_IM, BG_RE, DELTA, DRAG, Problem, X_F};
 use super::{DriveSource, Method};
-use crate::estimate::least_squares::Fit;
-use crate::estimate::profile::Scale;
+use crate::inference::least_squares::Fit;
+use crate::inference::profile::Scale;
+use crate::motion::steady::Phasor;
 use crate::ringdown::{Entry, LossModel, ranked};
-use crate::steady::Phasor;
 
 /// Everything the fits brought.
 #[derive(Debug)]

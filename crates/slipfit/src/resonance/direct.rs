@@ -5,7 +5,7 @@ use super::problem::{DELTA, OMEGA, PHASE, Problem, X_0, X_F};
 use super::search::{best, starts};
 use super::{Curve, look, start};
 use crate::Error;
-use crate::estimate::least_squares::{LeastSquares, descend, minimise_until, one_step};
+use crate::inference::least_squares::{LeastSquares, descend, minimise_until, one_step};
 use std::f64::consts::TAU;
 
 /// The exact response fitted to a curve; standard errors from white residuals, limits lifted.
@@ -44,7 +44,7 @@ const CLOSE: f64 = 0.01;
 /// [`analyse`](super::analyse); [`Error::Parameter`] for a drive not above zero.
 ///
 /// ```
-/// use slipfit::{Oscillator, resonance::{Curve, fit}, steady::scan};
+/// use slipfit::{Oscillator, resonance::{Curve, fit}, motion::steady::scan};
 /// let o = Oscillator::builder().frequency_hz(1.0).q_factor(40.0).friction_displacement(0.3).build()?;
 /// let mut points = (Vec::new(), Vec::new());
 /// for i in 0..41 {
@@ -58,7 +58,7 @@ const CLOSE: f64 = 0.01;
 /// ```
 pub fn fit(curve: &Curve, drive_amplitude: Option<f64>) -> Result<CurveFit, Error> {
     if let Some(x_0) = drive_amplitude {
-        crate::oscillator::above_zero("drive_amplitude", x_0)?;
+        crate::model::oscillator::above_zero("drive_amplitude", x_0)?;
     }
     let mut main = Block::new(curve);
     let line = look::line(&main).ok_or(Error::NoResonance { reason: "every amplitude is zero" })?;
@@ -124,9 +124,9 @@ pub fn fit(curve: &Curve, drive_amplitude: Option<f64>) -> Result<CurveFit, Erro
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::motion::steady::Phasor;
+    use crate::motion::steady::fundamental::{Point, fundamental};
     use crate::noise::jitter;
-    use crate::steady::Phasor;
-    use crate::steady::fundamental::{Point, fundamental};
 
     /// However few passes it takes: where the fit ends is the minimum over all points.
     #[test]

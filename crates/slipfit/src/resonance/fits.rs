@@ -12,8 +12,8 @@ use super::residuals::{hang_together, leave_out, plain_scale, settle_rice, varia
 use super::search::{TRIES, best, rss, starts};
 use super::{DriveSource, Options};
 use crate::Error;
-use crate::estimate::least_squares::{Fit, LeastSquares, minimise};
-use crate::estimate::profile::Scale;
+use crate::inference::least_squares::{Fit, LeastSquares, minimise};
+use crate::inference::profile::Scale;
 use crate::ringdown::{LossModel, ranked::ranked};
 
 /// Fits everything; phases that fit no resonance while the amplitudes do are left aside.

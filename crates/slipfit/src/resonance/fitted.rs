@@ -1,8 +1,8 @@
 //! The fitted curve, to be drawn or subtracted.
 
 use super::problem::{Modelled, Problem, X_F};
-use crate::steady::Phasor;
-use crate::steady::fundamental::Follower;
+use crate::motion::steady::Phasor;
+use crate::motion::steady::fundamental::Follower;
 use std::f64::consts::TAU;
 
 /// The fitted response at any frequency.

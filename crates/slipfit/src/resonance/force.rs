@@ -3,9 +3,9 @@
 use super::answer::{ForceLine, ForcePoint};
 use super::problem::{DELAY, OMEGA, PHASE, Problem, X_0};
 use crate::Quantity;
-use crate::estimate::least_squares::linear;
-use crate::steady::Phasor;
-use crate::steady::fundamental::Regime;
+use crate::inference::least_squares::linear;
+use crate::motion::steady::Phasor;
+use crate::motion::steady::fundamental::Regime;
 use std::f64::consts::{FRAC_PI_4, TAU};
 
 /// Dissipative and elastic force at each point, and the line through the former:

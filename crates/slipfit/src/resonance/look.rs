@@ -1,7 +1,7 @@
 //! What a curve looks like before any model: peak, width, noise, jumps, other peaks.
 
 use super::block::Block;
-use crate::steady::Phasor;
+use crate::motion::steady::Phasor;
 
 /// The main line as read off the points.
 #[derive(Debug, Clone, Copy, PartialEq)]

@@ -3,8 +3,8 @@
 use super::described::loss_terms;
 use super::problem::{DELTA, DRAG, Problem, X_0, X_F};
 use super::search::best_of;
-use crate::estimate::least_squares::{Fit, LeastSquares};
-use crate::estimate::profile::Scale;
+use crate::inference::least_squares::{Fit, LeastSquares};
+use crate::inference::profile::Scale;
 use crate::ringdown::LossModel;
 
 /// Fits every loss model, each from its relatives.

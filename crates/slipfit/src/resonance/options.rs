@@ -69,7 +69,7 @@ impl Options {
             return Err(Error::Parameter { name: "band_hz", value, range: "rising pairs of frequencies" });
         }
         if let Some(drive) = self.drive_amplitude {
-            crate::oscillator::above_zero("drive_amplitude", drive.value)?;
+            crate::model::oscillator::above_zero("drive_amplitude", drive.value)?;
             if !(drive.std_error >= 0.0 && drive.std_error.is_finite()) {
                 let range = "the numbers from zero on";
                 return Err(Error::Parameter {
@@ -85,7 +85,7 @@ impl Options {
         if let Some(Calibration::Stiffness { value, std_error } | Calibration::Mass { value, std_error }) =
             self.calibration
         {
-            crate::oscillator::above_zero("calibration", value)?;
+            crate::model::oscillator::above_zero("calibration", value)?;
             if !(std_error >= 0.0 && std_error.is_finite()) {
                 let range = "the numbers from zero on";
                 return Err(Error::Parameter { name: "calibration std_error", value: std_error, range });

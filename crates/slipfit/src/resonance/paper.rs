@@ -6,9 +6,9 @@ use super::look;
 use super::problem::{COUNT, DELTA, OMEGA, Problem, X_0};
 use super::search::best;
 use super::start;
-use crate::estimate::least_squares::Fit;
-use crate::steady::Phasor;
-use crate::steady::lorentzian::PAPER_A;
+use crate::inference::least_squares::Fit;
+use crate::motion::steady::Phasor;
+use crate::motion::steady::lorentzian::PAPER_A;
 use std::f64::consts::{FRAC_PI_4, TAU};
 
 /// Eq. (14) fitted to the amplitudes, all points of equal weight.

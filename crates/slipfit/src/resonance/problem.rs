@@ -3,9 +3,9 @@
 use super::Method;
 use super::block::Block;
 use super::sums::{self, OWN};
-use crate::estimate::least_squares::{LeastSquares, Normal};
-use crate::steady::Phasor;
-use crate::steady::fundamental::{Follower, Fundamental, Point, Regime, leading};
+use crate::inference::least_squares::{LeastSquares, Normal};
+use crate::motion::steady::Phasor;
+use crate::motion::steady::fundamental::{Follower, Fundamental, Point, Regime, leading};
 use std::f64::consts::FRAC_PI_4;
 
 /// `omega_0` less the centre, rad/s.

@@ -8,7 +8,7 @@ use super::fits::Way;
 use super::look::{self, Line, Pedestal};
 use super::start::{self, Start};
 use crate::Error;
-use crate::steady::Phasor;
+use crate::motion::steady::Phasor;
 
 /// So many points tell a line as well as more do.
 const ENOUGH: usize = 1000;

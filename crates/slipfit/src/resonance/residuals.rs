@@ -1,9 +1,9 @@
 //! What a fit leaves: Rice's noise, points far off, residuals that hang together.
 
 use super::problem::Problem;
-use crate::estimate::least_squares::{Fit, LeastSquares};
-use crate::estimate::profile::Scale;
-use crate::steady::Phasor;
+use crate::inference::least_squares::{Fit, LeastSquares};
+use crate::inference::profile::Scale;
+use crate::motion::steady::Phasor;
 
 /// Variance of a point of precision one.
 pub(super) fn variance(problem: &Problem, fit: &Fit) -> f64 {

@@ -4,7 +4,7 @@ use super::block::Block;
 use super::look::Line;
 use super::problem::{COUNT, Problem};
 use super::start::{self, Start};
-use crate::estimate::least_squares::{Fit, LeastSquares, Normal, minimise};
+use crate::inference::least_squares::{Fit, LeastSquares, Normal, minimise};
 
 /// All first values for the minimiser, centre at the line.
 pub(crate) fn starts(

@@ -3,8 +3,8 @@
 use super::block::Block;
 use super::look::Line;
 use super::problem::{COUNT, DELTA, OMEGA, PHASE, X_0, X_F};
-use crate::estimate::products::{Products, WIDTH};
-use crate::signal::trig::has_fused;
+use crate::numeric::products::{Products, WIDTH};
+use crate::numeric::trig::has_fused;
 use nalgebra::{SMatrix, SVector};
 use std::f64::consts::{FRAC_1_SQRT_2, FRAC_PI_4, PI};
 
@@ -190,8 +190,8 @@ pub(crate) fn wrapped(angle: f64) -> f64 {
 mod tests {
     use super::super::{Curve, look};
     use super::*;
-    use crate::steady::Phasor;
-    use crate::steady::fundamental::{Point, fundamental};
+    use crate::motion::steady::Phasor;
+    use crate::motion::steady::fundamental::{Point, fundamental};
 
     #[test]
     fn the_linear_balance_finds_the_oscillator_and_the_sign_of_the_phase() {

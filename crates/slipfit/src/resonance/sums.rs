@@ -8,12 +8,12 @@ use super::block::Block;
 use super::problem::{
     BG_IM, BG_RE, DELAY, DELTA, DRAG, DUFFING, MAIN, OMEGA, PHASE, Problem, Setting, X_0, X_F,
 };
-use crate::estimate::least_squares::Normal;
-use crate::estimate::products::{Products, WIDTH};
-use crate::signal::trig;
-use crate::steady::Phasor;
-use crate::steady::closed::{Closed, Halves, NEVER_TURNS, closed_form, excess};
-use crate::steady::fundamental::{Follower, Point};
+use crate::inference::least_squares::Normal;
+use crate::motion::steady::Phasor;
+use crate::motion::steady::closed::{Closed, Halves, NEVER_TURNS, closed_form, excess};
+use crate::motion::steady::fundamental::{Follower, Point};
+use crate::numeric::products::{Products, WIDTH};
+use crate::numeric::trig;
 use std::f64::consts::FRAC_PI_2;
 
 /// Points computed together; real and imaginary parts fill a row.

@@ -8,9 +8,9 @@ use super::problem::{
 use super::residuals::{hang_together, plain_scale};
 use super::search::{best_of, thinned};
 use super::start;
-use crate::estimate::least_squares::{Fit, LeastSquares, Normal, minimise, promised_gain};
-use crate::estimate::profile::Scale;
-use crate::steady::Phasor;
+use crate::inference::least_squares::{Fit, LeastSquares, Normal, minimise, promised_gain};
+use crate::inference::profile::Scale;
+use crate::motion::steady::Phasor;
 
 /// A term is taken up unasked only when it lowers the BIC by this much.
 const TAKEN_UP: f64 = 14.0;

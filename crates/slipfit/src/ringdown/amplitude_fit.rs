@@ -7,7 +7,7 @@ use super::lowpass::Kernel;
 use super::measure::Measured;
 use super::options::Options;
 use crate::Error;
-use crate::estimate::least_squares::minimise;
+use crate::inference::least_squares::minimise;
 use std::f64::consts::PI;
 
 /// Fits the amplitudes of the blocks.

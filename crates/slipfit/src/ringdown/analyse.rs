@@ -8,7 +8,7 @@ use super::measure::{self, LEAST_CYCLES, Measured, Samples};
 use super::short::short;
 use super::waveform_fit;
 use super::{Answer, Options};
-use crate::signal::extremes;
+use crate::numeric::extremes;
 use crate::{Error, Record, SignalKind};
 use std::borrow::Cow;
 use std::f64::consts::TAU;
@@ -44,7 +44,7 @@ use std::f64::consts::TAU;
 /// A fit that merely disappoints is an [`Answer`] with warnings.
 ///
 /// ```
-/// use slipfit::{Oscillator, Record, decay::FreeDecay, ringdown};
+/// use slipfit::{Oscillator, Record, motion::decay::FreeDecay, ringdown};
 ///
 /// let oscillator = Oscillator::kinematic(6.0, 0.03, 0.002)?; // rad/s, 1/s, rad
 /// let decay = FreeDecay::from_rest(&oscillator, 0.5)?;

@@ -1,7 +1,7 @@
 //! Samples cut off at the ends of a range: the converter's, or a limiter's that moves.
 
+use crate::numeric::extremes;
 use crate::signal::blocks::Block;
-use crate::signal::extremes;
 
 /// Samples whose extremes are found together.
 const CHUNK: usize = 1024;

@@ -4,9 +4,9 @@
 use super::LossModel;
 use super::envelope::{A0, DELTA, DRAG, X_F};
 use super::ranked::{self, Entry};
-use crate::estimate::evidence::{bic, one_sided, student_factor};
-use crate::estimate::interval::bounded_interval;
-use crate::estimate::least_squares::{Fit, LeastSquares, minimise};
+use crate::inference::evidence::{bic, one_sided, student_factor};
+use crate::inference::interval::bounded_interval;
+use crate::inference::least_squares::{Fit, LeastSquares, minimise};
 
 /// The data's scale: how the sum of squares turns into evidence.
 #[derive(Debug, Clone, Copy)]
@@ -178,7 +178,7 @@ pub(crate) fn interval(problem: &dyn LeastSquares, fit: &Fit, parameter: usize, 
     let wide = std_error * factor;
     let z = estimate / wide;
     if !(z < NEAR) || !z.is_finite() {
-        let half = crate::estimate::Z_95 * wide;
+        let half = crate::inference::Z_95 * wide;
         return Bounded { estimate, std_error, interval: [estimate - half, estimate + half] };
     }
     let profile = Profile { problem, fit, parameter, unit: sigma * factor, std_error: wide };

@@ -1,7 +1,7 @@
 //! The amplitude law against the amplitudes of the blocks.
 
 use super::law::LossLaw;
-use crate::estimate::least_squares::{Fit, LeastSquares, Normal};
+use crate::inference::least_squares::{Fit, LeastSquares, Normal};
 use std::f64::consts::PI;
 
 /// Positions of the parameters in every fit of a decay.

@@ -4,7 +4,7 @@
 use super::compare::{Comparison, Scale};
 use super::envelope::{A0, DELTA, DRAG, EnvelopeProblem, X_F};
 use super::waveform::Waveform;
-use crate::estimate::least_squares::LeastSquares;
+use crate::inference::least_squares::LeastSquares;
 
 /// The data as one least-squares problem, all models fitted to it.
 pub(crate) struct Described<'a> {

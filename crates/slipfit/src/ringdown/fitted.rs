@@ -216,7 +216,7 @@ pub(crate) fn half_cycle(before: f64, after: f64, x_f: f64, theta: f64) -> f64 {
 
 #[cfg(test)]
 mod tests {
-    use crate::decay::FreeDecay;
+    use crate::motion::decay::FreeDecay;
     use crate::ringdown::{Options, analyse};
     use crate::{Oscillator, Record};
 

@@ -6,7 +6,7 @@ use super::fits::{Described, Problem};
 use super::measure::{self, Measured, Samples};
 use super::options::Options;
 use super::waveform_fit::{agrees, fit_samples};
-use crate::estimate::least_squares::minimise;
+use crate::inference::least_squares::minimise;
 
 /// Gives back first blocks that still belong to a drive: from the law of the
 /// later two thirds, extrapolated with its uncertainty, the blocks before are

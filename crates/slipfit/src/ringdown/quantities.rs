@@ -7,7 +7,7 @@ use super::fits::Problem;
 use super::ranked::Entry;
 use super::waveform::OMEGA;
 use super::{LossModel, Parameter};
-use crate::physical::physical;
+use crate::model::calibration::physical;
 use crate::{Quantity, SignalKind};
 use std::f64::consts::TAU;
 /// Angular frequency at vanishing amplitude, rad/s.

@@ -1,7 +1,7 @@
 //! Loss models with their evidence, none with a loss below zero.
 
 use super::LossModel;
-use crate::estimate::least_squares::Fit;
+use crate::inference::least_squares::Fit;
 
 /// One loss model's best fit.
 #[derive(Debug, Clone)]

@@ -5,7 +5,7 @@
 //! sure core for as long as one amplitude law predicts the next blocks.
 
 use super::envelope::{A0, DELTA, DRAG, EnvelopeProblem, X_F};
-use crate::estimate::least_squares::minimise;
+use crate::inference::least_squares::minimise;
 use crate::signal::blocks::Block;
 
 /// Blocks `first..end` are free decay.

@@ -7,7 +7,7 @@ use super::measure::{Measured, Samples};
 use super::segment::{LEAD_IN, RECORD_END, RECORD_START, REST, Stretch};
 use super::waveform::{COUNT, OFFSET, OMEGA, PHASE, Waveform};
 use super::waveform_fit::fit_waveform_window;
-use crate::estimate::least_squares::minimise;
+use crate::inference::least_squares::minimise;
 use crate::signal::blocks::Block;
 use crate::signal::phase::PhaseLaw;
 use std::f64::consts::PI;

@@ -5,8 +5,8 @@
 //! One pass over the samples gives the normal equations; nothing is stored.
 
 use super::envelope::{A0, DELTA, Walker, X_F, by_parameters, law_of};
-use crate::estimate::least_squares::{LeastSquares, Normal};
-use crate::signal::trig;
+use crate::inference::least_squares::{LeastSquares, Normal};
+use crate::numeric::trig;
 use std::f64::consts::{FRAC_PI_2, PI};
 
 /// Phase at the start, rad.
@@ -449,7 +449,7 @@ fn dot(a: &[f64], b: &[f64]) -> f64 {
 mod tests {
     use super::*;
     use crate::Oscillator;
-    use crate::decay::FreeDecay;
+    use crate::motion::decay::FreeDecay;
 
     fn wave<'a>(time: &'a [f64], signal: &'a [f64], bend: Option<Bend>) -> Waveform<'a> {
         let duration = time[time.len() - 1];

@@ -5,7 +5,7 @@ use super::envelope::{A0, DELTA, DRAG, X_F};
 use super::fits::{Described, FULL, Problem, first_autocorrelation, rescored, widening};
 use super::measure::{Measured, Samples};
 use super::waveform::{BEND, Bend, CHIRP, COUNT, OFFSET, OMEGA, PHASE, Waveform, rest_tells};
-use crate::estimate::least_squares::{Fit, LeastSquares, Normal, minimise, promised_gain};
+use crate::inference::least_squares::{Fit, LeastSquares, Normal, minimise, promised_gain};
 use crate::signal::blocks::{self, Block};
 use std::f64::consts::PI;
 
@@ -316,7 +316,7 @@ fn left_over(
 
 #[cfg(test)]
 mod tests {
-    use crate::decay::FreeDecay;
+    use crate::motion::decay::FreeDecay;
     use crate::noise::jitter;
     use crate::ringdown::{Options, analyse};
     use crate::{Oscillator, Record};

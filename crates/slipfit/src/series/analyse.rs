@@ -4,7 +4,7 @@ use super::answer::{Answer, Cell, Pair, Row, Solo, Warning};
 use super::joint::{DISAGREE, birge, joint, references};
 use super::law::{LoadPoint, friction_against_load};
 use super::{Condition, Data, Measurement, Options};
-use crate::estimate::evidence::chi_square_tail;
+use crate::inference::evidence::chi_square_tail;
 use crate::ringdown::{Calibration, LossModel};
 use crate::{Error, Quantity, levels, resonance, ringdown};
 use nalgebra::{Matrix2, Vector2};
@@ -52,7 +52,7 @@ pub fn analyse(measurements: &[Measurement], options: &Options) -> Result<Answer
         return Err(Error::TooFewSamples { found: 0, needed: 1 });
     }
     for m in measurements {
-        crate::oscillator::above_zero("scale", m.scale)?;
+        crate::model::oscillator::above_zero("scale", m.scale)?;
     }
     let mut warnings = Vec::new();
     let mut solo = Vec::with_capacity(measurements.len());
@@ -282,7 +282,7 @@ fn row(
 fn cell((value, covariance): Both, hz: Option<f64>, options: &Options) -> Cell {
     let limited = |k: usize, unit: &str| {
         let std = covariance[(k, k)].sqrt();
-        let [low, high] = crate::estimate::interval::bounded_interval(value[k] / std);
+        let [low, high] = crate::inference::interval::bounded_interval(value[k] / std);
         Quantity {
             value: value[k].max(0.0),
             std_error: std,
@@ -300,7 +300,7 @@ fn cell((value, covariance): Both, hz: Option<f64>, options: &Options) -> Cell {
                 Calibration::Mass { value, .. } => Calibration::Mass { value, std_error: 0.0 },
             };
             let [(_, damping), (_, friction)] =
-                crate::physical::physical(exact, TAU * hz, &options.unit, &delta, &x_f);
+                crate::model::calibration::physical(exact, TAU * hz, &options.unit, &delta, &x_f);
             Cell { friction, damping, correlation }
         }
         _ => Cell { friction: x_f, damping: delta, correlation },
@@ -344,9 +344,9 @@ fn may_be_load(unit: &str) -> bool {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::decay::FreeDecay;
+    use crate::motion::decay::FreeDecay;
+    use crate::motion::steady::{Phasor, scan};
     use crate::noise::jitter;
-    use crate::steady::{Phasor, scan};
     use crate::{Oscillator, Record};
 
     fn both(label: &str, load: f64, x_f: f64, seed: u64) -> Vec<Measurement> {

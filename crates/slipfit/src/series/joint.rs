@@ -3,7 +3,7 @@
 use super::analyse::Said;
 use super::answer::Joint;
 use super::{Condition, Data, Measurement, Options};
-use crate::estimate::evidence::chi_square_tail;
+use crate::inference::evidence::chi_square_tail;
 use crate::ringdown::LossModel;
 use crate::{Quantity, resonance};
 use nalgebra::{DMatrix, DVector};
@@ -178,8 +178,8 @@ mod tests {
     use super::super::analyse;
     use super::*;
     use crate::Oscillator;
+    use crate::motion::steady::{Phasor, scan};
     use crate::noise::jitter;
-    use crate::steady::{Phasor, scan};
 
     /// Five loads, one curve without friction for all: its noise must not be averaged away.
     #[test]

@@ -1,8 +1,8 @@
 //! Friction against load.
 
-use crate::estimate::Z_95;
-use crate::estimate::evidence::{chi_square_tail, student_factor};
-use crate::estimate::least_squares::linear;
+use crate::inference::Z_95;
+use crate::inference::evidence::{chi_square_tail, student_factor};
+use crate::inference::least_squares::linear;
 use crate::{Error, Quantity};
 use std::fmt;
 

@@ -1,7 +1,7 @@
 //! The record in short stretches ("blocks"): amplitude, phase, offset and noise
 //! of each, by local least squares. No step of it assumes even sampling.
 
-use super::wide;
+use crate::numeric::wide;
 use nalgebra::{SMatrix, SVector};
 use std::f64::consts::{PI, TAU};
 

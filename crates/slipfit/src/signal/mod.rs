@@ -1,24 +1,6 @@
 //! From samples to amplitude and phase.
 
 pub(crate) mod blocks;
+pub mod demodulate;
 pub(crate) mod phase;
 pub(crate) mod spectrum;
-pub(crate) mod trig;
-pub(crate) mod wide;
-
-/// Least and greatest value; lane by lane, since one chain of comparisons waits for each.
-pub(crate) fn extremes(values: &[f64]) -> (f64, f64) {
-    const LANES: usize = 8;
-    let mut low = [f64::INFINITY; LANES];
-    let mut high = [f64::NEG_INFINITY; LANES];
-    let mut chunks = values.chunks_exact(LANES);
-    for part in &mut chunks {
-        for k in 0..LANES {
-            low[k] = if part[k] < low[k] { part[k] } else { low[k] };
-            high[k] = if part[k] > high[k] { part[k] } else { high[k] };
-        }
-    }
-    let least = low.iter().chain(chunks.remainder()).fold(f64::INFINITY, |a, &v| a.min(v));
-    let greatest = high.iter().chain(chunks.remainder()).fold(f64::NEG_INFINITY, |a, &v| a.max(v));
-    (least, greatest)
-}

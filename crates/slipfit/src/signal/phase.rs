@@ -5,7 +5,7 @@
 //! carries the Rice bias `E[R²] = A² + 2 sigma²`.
 
 use super::blocks::{Block, PhaseAt};
-use crate::estimate::{evidence::bic, least_squares::linear};
+use crate::inference::{evidence::bic, least_squares::linear};
 use std::f64::consts::TAU;
 
 /// How the phase depends on time and amplitude:

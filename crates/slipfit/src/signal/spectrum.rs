@@ -1,6 +1,6 @@
 //! Coarse frequencies: which oscillations a stretch of record holds.
 
-use super::trig;
+use crate::numeric::trig;
 use realfft::RealFftPlanner;
 use std::cell::RefCell;
 use std::f64::consts::{FRAC_PI_2, PI};

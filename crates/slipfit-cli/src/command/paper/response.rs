@@ -3,8 +3,8 @@
 use super::ringdowns::{FREQUENCY_HZ, fork};
 use crate::plot::{Chart, Look, Scaled, Series};
 use slipfit::Error;
-use slipfit::steady::lorentzian::{self, Inversion, LorentzianFit};
-use slipfit::steady::{HarmonicDrive, scan, solve};
+use slipfit::motion::steady::lorentzian::{self, Inversion, LorentzianFit};
+use slipfit::motion::steady::{HarmonicDrive, scan, solve};
 use std::f64::consts::TAU;
 
 const VISCOUS: f64 = 20e-6;

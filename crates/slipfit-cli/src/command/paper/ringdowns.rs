@@ -2,7 +2,7 @@
 
 use crate::command::simulate::{Noise, lock_in};
 use crate::plot::{Chart, Look, Scaled, Series};
-use slipfit::decay::{FreeDecay, averaged};
+use slipfit::motion::decay::{FreeDecay, averaged};
 use slipfit::ringdown::{LossModel, Options, analyse};
 use slipfit::{Error, Oscillator, Quantity, Record, SignalKind};
 use std::f64::consts::TAU;

@@ -1,7 +1,7 @@
 //! Fig. 1: displacement and velocity where friction leaves a gain of 5, and of 1.
 
 use crate::plot::{Chart, Look, Scaled, Series};
-use slipfit::steady::{HarmonicDrive, Method, SteadyState, solve};
+use slipfit::motion::steady::{HarmonicDrive, Method, SteadyState, solve};
 use slipfit::{Error, Oscillator};
 
 const Q: f64 = 1e4;

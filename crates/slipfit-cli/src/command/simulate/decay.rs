@@ -5,8 +5,8 @@ use super::{Noise, friction, oscillator, rows, spoken, write};
 use crate::args::{DecayArgs, OutputKind};
 use crate::failure::Failure;
 use slipfit::Oscillator;
-use slipfit::decay::FreeDecay;
-use slipfit::simulate::{Drive, EventKind, Friction, Motion};
+use slipfit::motion::decay::FreeDecay;
+use slipfit::motion::simulate::{Drive, EventKind, Friction, Motion};
 use std::f64::consts::{PI, TAU};
 
 /// Points of a cycle the lock-in sums over: exact for all harmonics below this.

@@ -5,8 +5,8 @@ use super::spoken;
 use crate::args::{DrivenArgs, Tone, WaveArgs};
 use crate::failure::Failure;
 use slipfit::Oscillator;
-use slipfit::simulate::{Drive, Harmonic};
-use slipfit::steady::HarmonicDrive;
+use slipfit::motion::simulate::{Drive, Harmonic};
+use slipfit::motion::steady::HarmonicDrive;
 use slipfit_io::{ReadOptions, Reading};
 use std::f64::consts::TAU;
 

@@ -8,8 +8,8 @@ use crate::args::{Beginning, DrivenArgs};
 use crate::failure::{Failure, warning_line};
 use crate::output;
 use anstream::ColorChoice;
-use slipfit::simulate::{Event, EventKind, Motion};
-use slipfit::steady::solve_with_friction;
+use slipfit::motion::simulate::{Event, EventKind, Motion};
+use slipfit::motion::steady::solve_with_friction;
 
 pub(super) fn run(args: &DrivenArgs, color: ColorChoice) -> Result<(), Failure> {
     let o = oscillator(&args.oscillator, |o| drive::reference(&args.drive, o))?;

@@ -15,7 +15,7 @@ use rand::SeedableRng;
 use rand_chacha::ChaCha12Rng;
 use rand_distr::{Distribution, StandardNormal};
 use slipfit::Oscillator;
-use slipfit::simulate::Friction;
+use slipfit::motion::simulate::Friction;
 use std::process::ExitCode;
 
 pub(crate) use decay::lock_in;

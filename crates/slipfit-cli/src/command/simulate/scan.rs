@@ -4,8 +4,8 @@ use super::sheet::{Column, Digits, Parameters, Sheet, Step, converted};
 use super::{Noise, driven_oscillator, friction, oscillator, spoken, write};
 use crate::args::{LevelsArgs, SampleArgs, SweepArgs};
 use crate::failure::Failure;
-use slipfit::steady::Phasor;
-use slipfit::steady::scan::{Reading, chirp_with_friction, reading_with_friction, stepped};
+use slipfit::motion::steady::Phasor;
+use slipfit::motion::steady::scan::{Reading, chirp_with_friction, reading_with_friction, stepped};
 
 pub(super) fn sweep(args: &SweepArgs) -> Result<(), Failure> {
     let (o, x_0) = driven_oscillator(&args.oscillator, &args.drive)?;

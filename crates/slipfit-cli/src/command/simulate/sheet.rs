@@ -3,7 +3,7 @@
 use crate::args::SampleArgs;
 use crate::failure::Failure;
 use slipfit::Oscillator;
-use slipfit::simulate::Friction;
+use slipfit::motion::simulate::Friction;
 
 /// Fills a row.
 pub(super) type Fill<'a> = Box<dyn FnMut(u64, &mut Vec<f64>) -> Result<Step, Failure> + 'a>;

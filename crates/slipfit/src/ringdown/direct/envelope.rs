@@ -2,7 +2,7 @@
 
 use super::minimise::{Sums, minimise, spread};
 use crate::Error;
-use crate::signal::trig;
+use crate::numeric::trig;
 use pulp::Simd;
 
 /// Parameters of the envelope `A(t) = (A_0 + C) e^(-delta t) - C`.

@@ -1,7 +1,7 @@
 use super::envelope::{self, Trace};
 use super::waveform::Pass;
 use super::*;
-use crate::decay::FreeDecay;
+use crate::motion::decay::FreeDecay;
 use crate::{Error, Oscillator};
 use std::f64::consts::TAU;
 

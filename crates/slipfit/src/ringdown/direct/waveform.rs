@@ -2,10 +2,10 @@
 
 use super::minimise::{Sums, minimise, spread};
 use crate::Error;
+use crate::numeric::wide;
 use crate::ringdown::envelope::sliding_gain;
 use crate::ringdown::law::phi;
 use crate::signal::blocks::{self, Block, PhaseAt};
-use crate::signal::wide;
 use pulp::Simd;
 use std::f64::consts::{FRAC_PI_2, PI, TAU};
 
@@ -92,7 +92,7 @@ pub struct DecayFit {
 ///
 /// ```
 /// use slipfit::ringdown::{Decay, fit_waveform};
-/// use slipfit::{Oscillator, decay::FreeDecay};
+/// use slipfit::{Oscillator, motion::decay::FreeDecay};
 ///
 /// let oscillator = Oscillator::kinematic(40.0, 0.1, 0.002)?;
 /// let decay = FreeDecay::from_rest(&oscillator, 1.0)?;

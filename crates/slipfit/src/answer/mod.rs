@@ -1,0 +1,3 @@
+//! What every analysis answers with.
+
+pub mod quantity;

@@ -1,0 +1,53 @@
+//! A number as it should be read: value, uncertainty, interval, unit.
+
+/// An estimated quantity with its uncertainty.
+///
+/// `interval_95` need not be symmetric about `value`: close to a physical
+/// limit (no friction, no viscous damping) it comes from the profile
+/// likelihood and ends at the limit.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Quantity {
+    /// Best estimate inside the physical range, in `unit`.
+    pub value: f64,
+    /// Standard error, in `unit`.
+    pub std_error: f64,
+    /// 95 % confidence interval, in `unit`.
+    pub interval_95: [f64; 2],
+    /// The same estimate with its physical limit lifted, in `unit`: where no
+    /// friction acts it scatters about zero on both sides, so that averages
+    /// over many records stay unbiased. Equal to `value` inside the limits.
+    pub unbounded_value: f64,
+    /// Unit in plain text (`Hz`, `1/s`, `mrad`, …); empty for pure numbers.
+    pub unit: String,
+}
+
+impl Quantity {
+    /// A quantity with a symmetric interval of `1.96` standard errors.
+    ///
+    /// ```
+    /// let q = slipfit::Quantity::normal(2.0, 0.5, "rad");
+    /// assert!((q.interval_95[0] - 1.02).abs() < 1e-3);
+    /// ```
+    pub fn normal(value: f64, std_error: f64, unit: impl Into<String>) -> Self {
+        let half = crate::inference::Z_95 * std_error;
+        Self {
+            value,
+            std_error,
+            interval_95: [value - half, value + half],
+            unbounded_value: value,
+            unit: unit.into(),
+        }
+    }
+
+    /// The quantity times an exact factor, in another unit.
+    pub fn scaled(&self, factor: f64, unit: impl Into<String>) -> Self {
+        let [a, b] = [self.interval_95[0] * factor, self.interval_95[1] * factor];
+        Self {
+            value: self.value * factor,
+            std_error: self.std_error * factor.abs(),
+            interval_95: [a.min(b), a.max(b)],
+            unbounded_value: self.unbounded_value * factor,
+            unit: unit.into(),
+        }
+    }
+}

@@ -1,0 +1,62 @@
+//! From displacements to forces.
+
+use crate::Quantity;
+use crate::ringdown::Calibration;
+use std::f64::consts::{PI, TAU};
+
+/// `gamma = 2 m delta` and `F = k x_F`, with `k = m omega_0²`; a displacement in a unit of
+/// no known length gives the force in N/m times it.
+pub(crate) fn physical(
+    calibration: Calibration,
+    omega_0: f64,
+    unit: &str,
+    delta: &Quantity,
+    x_f: &Quantity,
+) -> [(&'static str, Quantity); 2] {
+    let square = omega_0 * omega_0;
+    let (mass, stiffness, relative) = match calibration {
+        Calibration::Stiffness { value, std_error } => (value / square, value, std_error / value),
+        Calibration::Mass { value, std_error } => (value, value * square, std_error / value),
+    };
+    let widened = |q: Quantity| -> Quantity {
+        let extra = q.value * relative;
+        let wide = |end: f64| {
+            let d = end - q.value;
+            q.value + d.signum() * d.hypot(crate::inference::Z_95 * extra)
+        };
+        Quantity {
+            std_error: q.std_error.hypot(extra),
+            interval_95: [wide(q.interval_95[0]).max(0.0), wide(q.interval_95[1])],
+            ..q
+        }
+    };
+    let (length, angle) = length_in_metres(unit);
+    let (gamma_unit, force_unit) = match (length, angle) {
+        (_, true) => ("N m s".to_owned(), "N m".to_owned()),
+        (Some(_), _) => ("N s/m".to_owned(), "N".to_owned()),
+        (None, _) => ("N s/m".to_owned(), format!("N/m × {unit}")),
+    };
+    [
+        ("viscous_coefficient", widened(delta.scaled(2.0 * mass, gamma_unit))),
+        ("coulomb_force", widened(x_f.scaled(stiffness * length.unwrap_or(1.0), force_unit))),
+    ]
+}
+
+/// Factor to metres or radians (of a rate or an acceleration, to those a second), and whether the
+/// unit is an angle; `None` for what is neither.
+fn length_in_metres(unit: &str) -> (Option<f64>, bool) {
+    match unit.split(['/', ' ', '·']).next().unwrap_or("") {
+        "m" => (Some(1.0), false),
+        "cm" => (Some(1e-2), false),
+        "mm" => (Some(1e-3), false),
+        "µm" | "um" | "μm" => (Some(1e-6), false),
+        "nm" => (Some(1e-9), false),
+        "pm" => (Some(1e-12), false),
+        "g" => (Some(9.806_65), false),
+        "rad" => (Some(1.0), true),
+        "mrad" => (Some(1e-3), true),
+        "deg" | "°" => (Some(PI / 180.0), true),
+        "rev" => (Some(TAU), true),
+        _ => (None, false),
+    }
+}

@@ -1,0 +1,350 @@
+//! The exact fundamental with its derivatives by the oscillator's parameters: what a
+//! resonance curve is fitted with.
+
+use super::closed::{self, Closed, Halves, KAPPA};
+use super::one_stop::{self, Digits, Slip};
+use super::orbit::{OrbitOptions, PeriodicOrbit};
+use super::stops;
+use super::{HarmonicDrive, Phasor};
+use crate::model::oscillator::Oscillator;
+use crate::numeric::dual::{Dual, Pair};
+use std::f64::consts::PI;
+
+/// An oscillator at one frequency of its drive, with the differences kept apart that cancel.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Point {
+    /// Angular frequency of the drive, rad/s.
+    pub omega: f64,
+    /// Natural angular frequency, rad/s.
+    pub omega_0: f64,
+    /// `omega - omega_0`, rad/s, given apart since it cancels at high Q.
+    pub detuning: f64,
+    /// Decay rate, 1/s.
+    pub delta: f64,
+    /// Drive amplitude `x_0`.
+    pub x_0: f64,
+    /// Friction displacement `x_F`.
+    pub x_f: f64,
+}
+
+/// How the motion looks that gave a fundamental.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Regime {
+    /// Two turns a cycle, no stop.
+    Sliding,
+    /// One stop each half cycle.
+    OneStop,
+    /// Several slides each half cycle.
+    ManyStops,
+    /// More turns than two without a symmetric stop: found by shooting, its derivatives only
+    /// those of the closed form.
+    ManyTurns,
+    /// Nothing moves.
+    Stuck,
+}
+
+impl Regime {
+    /// Stops in a cycle, at least.
+    pub fn stops(self) -> usize {
+        match self {
+            Regime::Sliding | Regime::Stuck | Regime::ManyTurns => 0,
+            Regime::OneStop => 2,
+            Regime::ManyStops => 4,
+        }
+    }
+}
+
+/// The fundamental `x = Re Z e^(i omega t)`, drive `x_0 cos(omega t)`, and its derivatives.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Fundamental {
+    /// `Z`.
+    pub value: Phasor,
+    /// By `omega_0` at fixed `omega` (the detuning follows).
+    pub by_omega_0: Phasor,
+    /// By the decay rate.
+    pub by_delta: Phasor,
+    /// By the drive amplitude.
+    pub by_x_0: Phasor,
+    /// By the friction displacement.
+    pub by_x_f: Phasor,
+    /// The motion behind it.
+    pub regime: Regime,
+}
+
+impl Fundamental {
+    const REST: Self = {
+        let zero = Phasor::new(0.0, 0.0);
+        Self {
+            value: zero,
+            by_omega_0: zero,
+            by_delta: zero,
+            by_x_0: zero,
+            by_x_f: zero,
+            regime: Regime::Stuck,
+        }
+    };
+
+    pub(super) fn of_pair(z: &Pair<4>, regime: Regime) -> Self {
+        let by = |i: usize| Phasor::new(z.re.d[i], z.im.d[i]);
+        Self {
+            value: Phasor::new(z.re.value, z.im.value),
+            by_omega_0: by(0),
+            by_delta: by(1),
+            by_x_0: by(2),
+            by_x_f: by(3),
+            regime,
+        }
+    }
+}
+
+/// The closed form with two turns a cycle, followed also where the motion would stop and
+/// for a friction below zero, so that a fit has something smooth to follow:
+///
+/// ```text
+/// Z = x_0/D - i (4/pi) (x_F/x_0) (D*/D) (p + i q),   q = H x_F,   p = sqrt((x_0/|D|)² - q²)
+/// ```
+///
+/// with `D` the dynamic over the static stiffness and `H` as in
+/// [`ClosedForm`](super::exact::ClosedForm). `None` where the root has no value.
+#[inline]
+pub fn closed(at: &Point) -> Option<Fundamental> {
+    closed_at(at).map(|c| Fundamental::from(&c))
+}
+
+#[inline]
+fn closed_at(at: &Point) -> Option<Closed> {
+    let over_omega = 1.0 / at.omega;
+    let (sin, cos) = (0.5 * PI * closed::excess(at) * over_omega).sin_cos();
+    let sinh = (0.5 * PI * at.delta * over_omega).sinh();
+    let cosh = (1.0 + sinh * sinh).sqrt();
+    let c = closed::closed_form(at, over_omega, Halves { sin, cos, sinh, cosh });
+    (c.p > 0.0 && c.p.is_finite()).then_some(c)
+}
+
+impl From<&Closed> for Fundamental {
+    fn from(c: &Closed) -> Self {
+        let [by_omega_0, by_delta, by_x_0, by_x_f] = c.by;
+        Self { value: c.value, by_omega_0, by_delta, by_x_0, by_x_f, regime: Regime::Sliding }
+    }
+}
+
+/// Whether the mass, just turned, moves on at once and keeps its direction for half a cycle.
+fn moves_on(at: &Point, c: &Closed) -> bool {
+    c.push(at.x_f) >= 0.0 && (at.omega > closed::NEVER_TURNS * at.omega_0 || closed::keeps_direction(at, c))
+}
+
+/// The exact fundamental, whatever stops the motion has, with its derivatives.
+///
+/// Static friction is taken as kinetic. Two turns a cycle and symmetric motion with stops
+/// are closed (the latter up to the roots of the slides' ends); for anything else (a drive far
+/// slower than a hardly damped oscillator) the orbit is found by shooting, with the
+/// derivatives of the closed form. A friction below zero, which has no motion, gets the
+/// closed form continued.
+///
+/// `None` where there is no such motion: no damping at resonance, an overdamped oscillator
+/// (`delta >= omega_0`), or values that are no numbers.
+pub fn fundamental(at: &Point) -> Option<Fundamental> {
+    Follower::default().fundamental(at)
+}
+
+/// The same along a curve: the last motion with a stop begins the search for the next.
+#[derive(Debug, Clone, Copy, Default)]
+pub(crate) struct Follower {
+    last: Option<Slip>,
+}
+
+impl Follower {
+    /// [`fundamental`] at the next frequency.
+    pub(crate) fn fundamental(&mut self, at: &Point) -> Option<Fundamental> {
+        if !(at.omega > 0.0 && at.omega_0 > 0.0 && at.delta.abs() < at.omega_0 && at.x_0 > 0.0) {
+            return None;
+        }
+        let closed = closed_at(at);
+        if at.x_f <= 0.0 {
+            return closed.map(|c| Fundamental::from(&c));
+        }
+        if let Some(c) = closed.filter(|c| moves_on(at, c)) {
+            return Some(Fundamental::from(&c));
+        }
+        self.stopping(at, closed)
+    }
+
+    /// Where the mass does not move on at its turn.
+    fn stopping(&mut self, at: &Point, closed: Option<Closed>) -> Option<Fundamental> {
+        if at.x_0 <= at.x_f {
+            return Some(Fundamental::REST);
+        }
+        let last = self.last;
+        let (found, slip) = last
+            .and_then(|near| one_stop::fundamental(at, near, Digits::Twelve))
+            .map(|(f, slip)| (f, Some(slip)))
+            .or_else(|| {
+                let guess = closed.map_or(at.x_0, |c| c.turn_amplitude());
+                let cold = Slip::from_amplitude(at, guess);
+                let start = |near: Option<Slip>, digits| {
+                    one_stop::fundamental(at, near?, digits).map(|(f, slip)| (f, Some(slip)))
+                };
+                start(cold, Digits::Twelve)
+                    .or_else(|| stops::fundamental(at, guess))
+                    .or_else(|| start(last, Digits::Eight))
+                    .or_else(|| start(cold, Digits::Eight))
+            })
+            .or_else(|| shot(at, closed.map(|c| Fundamental::from(&c))).map(|f| (f, None)))?;
+        self.last = slip.or(last);
+        Some(found)
+    }
+}
+
+/// Leading term, eq. (8), with derivatives; the mass rests where it has no root.
+pub fn leading(at: &Point) -> Option<Fundamental> {
+    let omega_0 = Dual::<4>::variable(at.omega_0, 0);
+    let delta = Dual::variable(at.delta, 1);
+    let x_0 = Dual::variable(at.x_0, 2);
+    let b = Dual::variable(at.x_f, 3).scale(KAPPA);
+    let over = (omega_0 * omega_0).recip();
+    // omega_0 - omega, kept apart.
+    let mut gap = omega_0;
+    gap.value = -at.detuning;
+    let re = gap * (omega_0 + Dual::constant(at.omega)) * over;
+    let im = (delta * over).scale(2.0 * at.omega);
+    let square = re * re + im * im;
+    let under = x_0 * x_0 * square - b * b * re * re;
+    if !(under.value > 0.0) {
+        return Some(Fundamental::REST);
+    }
+    let r = (under.sqrt() - b * im) * square.recip();
+    if !(r.value > 0.0 && r.value.is_finite()) {
+        return Some(Fundamental::REST);
+    }
+    // x_0 = (D R + i b) e^(i lag) turned back.
+    let z = Pair::new(re * r, im * r + b).conj().times(r * x_0.recip());
+    Some(Fundamental::of_pair(&z, Regime::Sliding))
+}
+
+/// Cycles after which the event machine gives up.
+const MOST_CYCLES: u32 = 60;
+
+/// By the event machine; `near` lends its derivatives.
+fn shot(at: &Point, near: Option<Fundamental>) -> Option<Fundamental> {
+    let oscillator = Oscillator::kinematic(at.omega_0, at.delta.max(0.0), at.x_f).ok()?;
+    let drive = HarmonicDrive::new(at.x_0, at.omega).ok()?;
+    let options = OrbitOptions { max_cycles: MOST_CYCLES, ..OrbitOptions::default() };
+    let orbit = PeriodicOrbit::find(&oscillator, &drive, options).ok()?;
+    if orbit.events().is_empty() {
+        return Some(Fundamental::REST);
+    }
+    let near = near.or_else(|| leading(at)).filter(|f| f.value.norm() > 0.0)?;
+    Some(Fundamental { value: orbit.harmonic(1), regime: Regime::ManyTurns, ..near })
+}
+
+#[cfg(test)]
+mod tests {
+    use super::super::solve;
+    use super::*;
+
+    fn point(r: f64, q: f64, beta: f64) -> Point {
+        let omega = r * 2.0;
+        let x_f = beta * PI / 4.0 * 0.3;
+        Point { omega, omega_0: 2.0, detuning: omega - 2.0, delta: 1.0 / q, x_0: 0.3, x_f }
+    }
+
+    fn reference(at: &Point) -> Option<Phasor> {
+        let o = Oscillator::kinematic(at.omega_0, at.delta, at.x_f).unwrap();
+        solve(&o, &HarmonicDrive::new(at.x_0, at.omega).unwrap()).ok().map(|s| s.state.harmonic(1))
+    }
+
+    /// Grid over flanks, stops and sticks.
+    fn grid() -> Vec<Point> {
+        let mut all = Vec::new();
+        for r in [0.23, 0.4, 0.62, 0.8, 0.9, 0.97, 0.999, 1.0, 1.004, 1.05, 1.2, 1.7, 2.6] {
+            for q in [2.0, 5.0, 50.0, 1000.0] {
+                for beta in [0.0, 0.05, 0.3, 0.8, 0.95, 1.1] {
+                    all.push(point(r, q, beta));
+                }
+            }
+        }
+        all
+    }
+
+    #[test]
+    fn it_is_the_motion_of_the_event_machine_everywhere() {
+        let mut seen = [0usize; 5];
+        for at in grid() {
+            let Some(f) = fundamental(&at) else { panic!("{at:?}") };
+            let truth = reference(&at).expect("damped");
+            let error = (f.value - truth).norm() / truth.norm().max(1e-3 * at.x_0);
+            assert!(error < 3e-9, "{at:?} {:?}: {} for {truth}, {error:e}", f.regime, f.value);
+            seen[f.regime as usize] += 1;
+        }
+        assert!(seen[0] > 100 && seen[1] > 30, "{seen:?}");
+    }
+
+    #[test]
+    fn derivatives_are_those_of_differences() {
+        for at in grid() {
+            let f = fundamental(&at).unwrap();
+            let step = 1e-6;
+            let check = |name: &str, by: Phasor, size: f64, moved: &dyn Fn(f64) -> Point| {
+                let (up, down) = (fundamental(&moved(step * size)), fundamental(&moved(-step * size)));
+                let (Some(up), Some(down)) = (up, down) else { return };
+                // Across the edge of a regime the slope itself jumps.
+                if f.regime == Regime::ManyTurns || up.regime != f.regime || down.regime != f.regime {
+                    return;
+                }
+                let numeric = (up.value - down.value) / (2.0 * step * size);
+                let scale = (f.value.norm() / size).max(numeric.norm());
+                let error = (by - numeric).norm() / scale.max(1e-9);
+                assert!(error < 3e-5, "{name} {at:?} {:?}: {by} {numeric} {error:e}", f.regime);
+            };
+            let delta = at.delta;
+            check("delta", f.by_delta, delta, &|s| Point { delta: at.delta + s, ..at });
+            check("x_0", f.by_x_0, at.x_0, &|s| Point { x_0: at.x_0 + s, ..at });
+            if at.x_f > 0.0 {
+                check("x_f", f.by_x_f, at.x_f, &|s| Point { x_f: at.x_f + s, ..at });
+            }
+            check("omega_0", f.by_omega_0, delta, &|s| Point {
+                omega_0: at.omega_0 + s,
+                detuning: at.detuning - s,
+                ..at
+            });
+            if let Some(f) = leading(&at).filter(|f| f.regime == Regime::Sliding) {
+                let moved = |s: f64| Point { x_f: at.x_f + s, ..at };
+                let size = 1e-6 * at.x_0;
+                let numeric = (leading(&moved(size)).unwrap().value - leading(&moved(-size)).unwrap().value)
+                    / (2.0 * size);
+                assert!((f.by_x_f - numeric).norm() < 1e-4 * (1.0 + numeric.norm()), "{at:?}");
+            }
+        }
+    }
+
+    #[test]
+    fn the_leading_term_is_that_of_eq_8() {
+        let at = point(0.97, 50.0, 0.9);
+        let o = Oscillator::kinematic(2.0, at.delta, at.x_f).unwrap();
+        let drive = HarmonicDrive::new(at.x_0, at.omega).unwrap();
+        let by_8 = super::super::leading::leading_amplitude(&o, &drive);
+        assert!((leading(&at).unwrap().value.norm() - by_8).abs() < 1e-12);
+    }
+
+    #[test]
+    fn friction_below_zero_continues_smoothly() {
+        let at = Point { x_f: 0.0, ..point(0.99, 50.0, 0.0) };
+        let here = fundamental(&at).unwrap();
+        let below = fundamental(&Point { x_f: -1e-6, ..at }).unwrap();
+        let foretold = here.value - here.by_x_f * 1e-6;
+        assert!((below.value - foretold).norm() < 1e-9 * here.value.norm());
+    }
+
+    #[test]
+    fn impossible_values_have_no_motion() {
+        let at = point(1.0, 50.0, 0.5);
+        for bad in [
+            Point { delta: 3.0, ..at },
+            Point { x_0: 0.0, ..at },
+            Point { omega: f64::NAN, ..at },
+            Point { delta: f64::NAN, ..at },
+        ] {
+            assert!(fundamental(&bad).is_none());
+        }
+    }
+}

@@ -1,0 +1,378 @@
+//! Periodic motion with any stops, by shooting on the event machine, and its stability.
+
+use super::{HarmonicDrive, Phasor};
+use crate::error::Error;
+use crate::model::oscillator::Oscillator;
+use crate::motion::simulate::{Drive, Event, EventKind, Friction, Motion};
+use crate::numeric::quadrature::integrate;
+use std::f64::consts::PI;
+
+/// A motion that repeats with the drive, whatever its turns and stops.
+#[derive(Debug, Clone)]
+pub struct PeriodicOrbit {
+    drive: HarmonicDrive,
+    oscillator: Oscillator,
+    friction: Friction,
+    start: (f64, f64),
+    /// Each segment at its start.
+    segments: Vec<Motion>,
+    events: Vec<Event>,
+    multipliers: [Phasor; 2],
+    residual: f64,
+    cycles: u32,
+}
+
+/// Where the search ended.
+struct Found {
+    start: (f64, f64),
+    matrix: [[f64; 2]; 2],
+    residual: f64,
+    cycles: u32,
+}
+
+/// How an orbit is sought.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct OrbitOptions {
+    /// Where to begin, position and velocity at the drive's crest; from rest without.
+    pub start: Option<(f64, f64)>,
+    /// Drive cycles run before shooting begins.
+    pub settle_cycles: u32,
+    /// Cycles after which to give up.
+    pub max_cycles: u32,
+}
+
+impl Default for OrbitOptions {
+    fn default() -> Self {
+        Self { start: None, settle_cycles: 4, max_cycles: 4000 }
+    }
+}
+
+/// Starts tried where the one from rest leads to no orbit, and the cycles each is given.
+const ELSEWHERE: u32 = 256;
+const ELSEWHERE_CYCLES: u32 = 200;
+
+/// Starts spread evenly over three drive amplitudes either way (the additive recurrence of the
+/// plastic number): with static friction above the sliding one the event map jumps, and an orbit
+/// may be reached from some starts only.
+fn elsewhere(amplitude: f64, omega_0: f64) -> impl Iterator<Item = (f64, f64)> {
+    const STEP: [f64; 2] = [0.754_877_666_246_692_8, 0.569_840_290_998_053_3];
+    (1..=ELSEWHERE).map(move |k| {
+        let [x, v] = STEP.map(|a| 3.0 * amplitude * (2.0 * (f64::from(k) * a).fract() - 1.0));
+        (x, v * omega_0)
+    })
+}
+
+/// The map over one cycle of the drive, and what is small in it.
+struct Sought<'a> {
+    begin: &'a dyn Fn((f64, f64)) -> Result<Motion, Error>,
+    period: f64,
+    amplitude: f64,
+    omega_0: f64,
+}
+
+impl Sought<'_> {
+    /// The orbit reached from a start, if any is.
+    fn from(&self, mut z: (f64, f64), settle_cycles: u32, max_cycles: u32) -> Result<Option<Found>, Error> {
+        let cycle = |z: (f64, f64)| Ok::<_, Error>((self.begin)(z)?.tangent(self.period));
+        let mut cycles = 0;
+        while cycles < settle_cycles {
+            let s = cycle(z)?.state;
+            z = (s.position, s.velocity);
+            cycles += 1;
+        }
+        let size = |d: (f64, f64)| d.0.abs().max(d.1.abs() / self.omega_0);
+        let mut best = f64::INFINITY;
+        while cycles < max_cycles {
+            let t = cycle(z)?;
+            cycles += 1;
+            let gap = (t.state.position - z.0, t.state.velocity - z.1);
+            let scale = size(z).max(self.amplitude * 1e-3).max(size((t.state.position, t.state.velocity)));
+            let residual = size(gap) / scale;
+            if residual < 4e-15 || (residual < 1e-12 && residual >= 0.5 * best) {
+                return Ok(Some(Found { start: z, matrix: t.matrix, residual, cycles }));
+            }
+            let [[a, b], [c, d]] = t.matrix;
+            let det = (a - 1.0) * (d - 1.0) - b * c;
+            let step = (-((d - 1.0) * gap.0 - b * gap.1) / det, -((a - 1.0) * gap.1 - c * gap.0) / det);
+            let newton = (z.0 + step.0, z.1 + step.1);
+            z = (t.state.position, t.state.velocity);
+            if newton.0.is_finite() && newton.1.is_finite() && size(newton) < 1e90 {
+                let n = cycle(newton)?.state;
+                cycles += 1;
+                let there = size((n.position - newton.0, n.velocity - newton.1)) / scale;
+                if there < residual {
+                    z = newton;
+                }
+            }
+            best = best.min(residual);
+        }
+        Ok(None)
+    }
+
+    /// Whether the motion, run on from a start, settles to a period of two to eight cycles.
+    fn repeats_later(&self, start: (f64, f64), settle_cycles: u32) -> Result<bool, Error> {
+        let mut motion = (self.begin)(start)?;
+        let mut at = |cycle: u32| motion.state_at(f64::from(cycle) * self.period);
+        let then = at(settle_cycles)?;
+        for cycle in 1..=8 {
+            let now = at(settle_cycles + cycle)?;
+            let gap = (now.position - then.position).abs();
+            if gap.max((now.velocity - then.velocity).abs() / self.omega_0) < 1e-9 * self.amplitude {
+                return Ok(cycle > 1);
+            }
+        }
+        Ok(false)
+    }
+}
+
+impl PeriodicOrbit {
+    /// Finds a periodic orbit by Newton's method on the map over one cycle of the drive,
+    /// with the map's exact Jacobian; where that does not help, by running on.
+    ///
+    /// An orbit that spans a full stick is found too: any position inside the zone then
+    /// repeats, and the one reached is given. Where several orbits exist, the one reached
+    /// from `start` is given; without a `start`, from rest, and where that leads to none, from
+    /// others spread over the plane, a stable orbit before one that is not
+    /// ([`PeriodicOrbit::is_stable`]).
+    ///
+    /// # Errors
+    /// [`Error::DoesNotHold`] if none was found within `max_cycles`: no damping at
+    /// resonance, or a period other than the drive's (where static friction exceeds the sliding
+    /// one, one draw in 100 000 settles to two or three cycles and has no orbit of one).
+    pub fn find(
+        oscillator: &Oscillator,
+        drive: &HarmonicDrive,
+        options: OrbitOptions,
+    ) -> Result<Self, Error> {
+        let friction = Friction::of(oscillator);
+        Self::find_with_friction(oscillator, friction, drive, options)
+    }
+
+    /// The same with friction that differs between the directions.
+    ///
+    /// # Errors
+    /// As [`PeriodicOrbit::find`].
+    pub fn find_with_friction(
+        oscillator: &Oscillator,
+        friction: Friction,
+        drive: &HarmonicDrive,
+        options: OrbitOptions,
+    ) -> Result<Self, Error> {
+        let period = 2.0 * PI / drive.omega();
+        let tone = Drive::harmonic(drive.amplitude(), drive.omega())?;
+        let begin = |(x, v): (f64, f64)| Motion::with_friction(oscillator, friction, tone.clone(), 0.0, x, v);
+        let collect = |found: &Found| -> Result<Self, Error> {
+            Ok(Self::collect(oscillator, friction, drive, begin(found.start)?, found))
+        };
+        let sought =
+            Sought { begin: &begin, period, amplitude: drive.amplitude(), omega_0: oscillator.omega_0() };
+        let first =
+            sought.from(options.start.unwrap_or((0.0, 0.0)), options.settle_cycles, options.max_cycles)?;
+        if let Some(found) = first {
+            return collect(&found);
+        }
+        let mut unstable = None;
+        if options.start.is_none() {
+            for start in elsewhere(drive.amplitude(), oscillator.omega_0()) {
+                let Some(found) = sought.from(start, 0, ELSEWHERE_CYCLES)? else { continue };
+                let orbit = collect(&found)?;
+                if orbit.is_stable() {
+                    return Ok(orbit);
+                }
+                unstable.get_or_insert(orbit);
+            }
+        }
+        if let Some(orbit) = unstable {
+            return Ok(orbit);
+        }
+        let start = options.start.unwrap_or((0.0, 0.0));
+        let why = if sought.repeats_later(start, options.max_cycles)? {
+            "the motion settled to one that repeats only after two cycles of the drive or more"
+        } else {
+            "none was reached; there is no damping at resonance, or the period is another"
+        };
+        Err(Error::DoesNotHold { method: "a motion that repeats with the drive", why })
+    }
+
+    fn collect(
+        oscillator: &Oscillator,
+        friction: Friction,
+        drive: &HarmonicDrive,
+        mut motion: Motion,
+        found: &Found,
+    ) -> Self {
+        let period = 2.0 * PI / drive.omega();
+        let (mut segments, mut events) = (Vec::new(), Vec::new());
+        loop {
+            let (length, _) = motion.outlook();
+            segments.push(motion.clone());
+            if length.is_infinite() || length >= motion.until(period) {
+                break;
+            }
+            events.extend(motion.advance());
+        }
+        let [[a, b], [c, d]] = found.matrix;
+        let (half, det) = (0.5 * (a + d), a * d - b * c);
+        let root = Phasor::new(half * half - det, 0.0).sqrt();
+        Self {
+            drive: *drive,
+            oscillator: *oscillator,
+            friction,
+            start: found.start,
+            segments,
+            events,
+            multipliers: [root + half, -root + half],
+            residual: found.residual,
+            cycles: found.cycles,
+        }
+    }
+
+    /// Position and velocity at the drive's crest.
+    pub fn start(&self) -> (f64, f64) {
+        self.start
+    }
+
+    /// Events of one cycle, time from the drive's crest.
+    pub fn events(&self) -> &[Event] {
+        &self.events
+    }
+
+    /// Stops in one cycle.
+    pub fn stops(&self) -> usize {
+        self.events.iter().filter(|e| matches!(e.kind, EventKind::Stop | EventKind::Rest)).count()
+    }
+
+    /// Floquet multipliers: the factors by which a small disturbance grows per cycle.
+    /// Stable while both are below one in magnitude. A stop makes one of them zero.
+    pub fn multipliers(&self) -> [Phasor; 2] {
+        self.multipliers
+    }
+
+    /// Whether small disturbances die out (a full stick, which keeps them, does not count).
+    pub fn is_stable(&self) -> bool {
+        self.multipliers.iter().all(|m| m.norm() < 1.0)
+    }
+
+    /// How well the orbit closes: largest difference of position and velocity/omega_0
+    /// after a cycle, relative to the motion.
+    pub fn residual(&self) -> f64 {
+        self.residual
+    }
+
+    /// Cycles of the drive that were run to find it.
+    pub fn cycles(&self) -> u32 {
+        self.cycles
+    }
+
+    /// Displacement and velocity, time from the drive's crest.
+    pub fn state(&self, time_s: f64) -> (f64, f64) {
+        let t = time_s.rem_euclid(2.0 * PI / self.drive.omega());
+        let i = self.segments.partition_point(|m| m.state().time_s <= t).saturating_sub(1);
+        let mut motion = self.segments[i].clone();
+        let u = motion.until(t).max(0.0);
+        motion.peek(u)
+    }
+
+    /// Turning points of one cycle, time from the drive's crest.
+    pub fn turning_points(&self) -> Vec<(f64, f64)> {
+        let turned = |e: &&Event| matches!(e.kind, EventKind::Turn | EventKind::Stop | EventKind::Rest);
+        self.events.iter().filter(turned).map(|e| (e.time_s, e.position)).collect()
+    }
+
+    /// `∫ f(t, x, v) dt` over a cycle.
+    pub(super) fn integral(&self, f: impl Fn(f64, f64, f64) -> f64) -> f64 {
+        let period = 2.0 * PI / self.drive.omega();
+        let mut sum = 0.0;
+        for (i, m) in self.segments.iter().enumerate() {
+            let from = m.state().time_s;
+            let to = self.segments.get(i + 1).map_or(period, |n| n.state().time_s);
+            let m = std::cell::RefCell::new(m.clone());
+            sum += integrate(
+                &|u: f64| {
+                    let (x, v) = m.borrow_mut().peek(u);
+                    f(from + u, x, v)
+                },
+                0.0,
+                to - from,
+            );
+        }
+        sum
+    }
+
+    /// Phasor of harmonic `n`, time from the drive's crest; `n = 0` gives the mean.
+    pub fn harmonic(&self, n: u32) -> Phasor {
+        let omega = self.drive.omega();
+        let w = f64::from(n) * omega;
+        let factor = if n == 0 { 0.5 } else { 1.0 } * omega / PI;
+        let re = self.integral(|t, x, _| x * (w * t).cos());
+        let im = self.integral(|t, x, _| -x * (w * t).sin());
+        Phasor::new(re, im) * factor
+    }
+
+    /// Friction force over the stiffness, time from the drive's crest: what sliding or
+    /// sticking exerts on the mass, positive along positive `x`.
+    ///
+    /// While sliding it is `-F sgn(x')`; while sticking whatever keeps the mass in place,
+    /// `k (x - u)`, at most `F_s`. It jumps at turns, stops and (`F_s > F`) releases.
+    pub fn friction(&self, time_s: f64) -> f64 {
+        let t = time_s.rem_euclid(2.0 * PI / self.drive.omega());
+        let i = self.segments.partition_point(|m| m.state().time_s <= t).saturating_sub(1);
+        self.friction_in(&self.segments[i], t)
+    }
+
+    fn friction_in(&self, segment: &Motion, time_s: f64) -> f64 {
+        let [up, down] = self.friction.kinetic();
+        match segment.direction() {
+            d if d > 0.0 => -up,
+            d if d < 0.0 => down,
+            _ => segment.state().position - self.drive.amplitude() * (self.drive.omega() * time_s).cos(),
+        }
+    }
+
+    /// Phasor of harmonic `n` of the friction force over the stiffness, time from the drive's
+    /// crest; `n = 0` gives the mean.
+    ///
+    /// The Fourier series of friction that sticks: Vitorino, Vieira and Rodrigues suggest, after
+    /// their eq. (8), that static friction "can also be treated using an appropriate Fourier
+    /// series", and leave it there. Without stops it is the square wave of eq. (1). With
+    /// `D(n omega)` the dynamic stiffness, each harmonic of the motion answers its own:
+    /// `X_n = (U_n + f_n) k/D(n omega)`.
+    pub fn friction_harmonic(&self, n: u32) -> Phasor {
+        let omega = self.drive.omega();
+        let period = 2.0 * PI / omega;
+        let [up, down] = self.friction.kinetic();
+        let mut sum = Phasor::default();
+        for (i, m) in self.segments.iter().enumerate() {
+            let from = m.state().time_s;
+            let to = self.segments.get(i + 1).map_or(period, |next| next.state().time_s);
+            // ∫ e^(-i k omega t) dt over the segment.
+            let wave = |k: i64| {
+                let w = k as f64 * omega;
+                let half = 0.5 * (to - from);
+                let sinc = if w == 0.0 { 1.0 } else { (w * half).sin() / (w * half) };
+                Phasor::from_polar(2.0 * half * sinc, -w * (from + half))
+            };
+            let n = i64::from(n);
+            sum += match m.direction() {
+                d if d > 0.0 => wave(n) * -up,
+                d if d < 0.0 => wave(n) * down,
+                _ => {
+                    wave(n) * m.state().position
+                        - (wave(n - 1) + wave(n + 1)) * (0.5 * self.drive.amplitude())
+                }
+            };
+        }
+        let factor = if n == 0 { 0.5 } else { 1.0 } * omega / PI;
+        sum * factor
+    }
+
+    /// Friction that acts.
+    pub fn friction_law(&self) -> Friction {
+        self.friction
+    }
+
+    /// The oscillator.
+    pub fn oscillator(&self) -> &Oscillator {
+        &self.oscillator
+    }
+}

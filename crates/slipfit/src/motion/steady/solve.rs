@@ -1,0 +1,138 @@
+//! Which exact way holds.
+
+use super::exact::ClosedForm;
+use super::orbit::{OrbitOptions, PeriodicOrbit};
+use super::{HarmonicDrive, Phasor, SteadyState};
+use crate::error::Error;
+use crate::model::oscillator::Oscillator;
+use crate::motion::simulate::{Drive, Friction, Motion};
+
+/// The way by which the exact steady motion was found.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
+#[non_exhaustive]
+pub enum Way {
+    /// Two turns a cycle and no stop: the closed form.
+    ClosedForm,
+    /// Shooting on the event map: there are stops, or more turns.
+    Shooting,
+    /// The mass never moves: the drive stays within static friction.
+    FullStick,
+}
+
+/// The exact steady motion and how it was found.
+#[derive(Debug, Clone)]
+pub struct Solution {
+    /// The motion.
+    pub state: SteadyState,
+    /// The way that holds.
+    pub way: Way,
+    /// Floquet multipliers of the motion.
+    pub multipliers: [Phasor; 2],
+    /// How well it closes after one cycle of the event machine, relative.
+    pub residual: f64,
+}
+
+/// The exact steady motion, by whichever way holds.
+///
+/// The closed form is tried first and believed only if the event machine confirms it;
+/// else shooting, from rest and after a short transient. Every answer is run through
+/// one cycle of the event machine: `residual` and `multipliers` come from there.
+///
+/// # Errors
+/// [`Error::DoesNotHold`] where no motion repeating with the drive was found.
+///
+/// ```
+/// # use slipfit::{Oscillator, motion::steady::{HarmonicDrive, Way, solve}};
+/// let o = Oscillator::kinematic(1.0, 0.01, 0.5)?;
+/// assert_eq!(solve(&o, &HarmonicDrive::new(1.0, 1.0)?)?.way, Way::ClosedForm);
+/// assert_eq!(solve(&o, &HarmonicDrive::new(1.0, 0.2)?)?.way, Way::Shooting);
+/// assert_eq!(solve(&o, &HarmonicDrive::new(0.4, 1.0)?)?.way, Way::FullStick);
+/// # Ok::<(), slipfit::Error>(())
+/// ```
+pub fn solve(oscillator: &Oscillator, drive: &HarmonicDrive) -> Result<Solution, Error> {
+    if let Some(closed) = ClosedForm::new(oscillator, drive).filter(ClosedForm::holds) {
+        let state = SteadyState::closed(oscillator, drive, closed);
+        // The orbit through the same point, one cycle of it.
+        let options = OrbitOptions { start: Some(state.state(0.0)), settle_cycles: 0, max_cycles: 4 };
+        if let Ok(orbit) = PeriodicOrbit::find(oscillator, drive, options) {
+            let (multipliers, residual) = (orbit.multipliers(), orbit.residual());
+            return Ok(Solution { state, way: Way::ClosedForm, multipliers, residual });
+        }
+    }
+    let orbit = PeriodicOrbit::find(oscillator, drive, OrbitOptions::default())?;
+    Ok(shot(drive, orbit))
+}
+
+/// [`solve`] with friction that differs between the directions: by shooting, as the closed
+/// form knows only one friction; by [`solve`] itself where both are the oscillator's own.
+///
+/// # Errors
+/// As [`solve`].
+pub fn solve_with_friction(
+    oscillator: &Oscillator,
+    friction: Friction,
+    drive: &HarmonicDrive,
+) -> Result<Solution, Error> {
+    if friction == Friction::of(oscillator) {
+        return solve(oscillator, drive);
+    }
+    let orbit = PeriodicOrbit::find_with_friction(oscillator, friction, drive, OrbitOptions::default())?;
+    Ok(shot(drive, orbit))
+}
+
+fn shot(drive: &HarmonicDrive, orbit: PeriodicOrbit) -> Solution {
+    let (multipliers, residual) = (orbit.multipliers(), orbit.residual());
+    let way = if orbit.events().is_empty() { Way::FullStick } else { Way::Shooting };
+    Solution { state: SteadyState::orbit(drive, orbit), way, multipliers, residual }
+}
+
+/// The amplitude at the turns by each of the three ways.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Ways {
+    /// The closed form's value, whether or not it holds; `None` where it has none.
+    pub closed_form: Option<f64>,
+    /// By shooting; `None` where no periodic motion was found.
+    pub shooting: Option<f64>,
+    /// Largest excursion in the last cycle of a long run from rest at zero.
+    pub transient: f64,
+    /// The way that holds; `None` where no motion repeating with the drive was found.
+    pub holds: Option<Way>,
+}
+
+/// The steady amplitude by closed form, by shooting and by a run of `cycles`, and which holds.
+///
+/// # Errors
+/// [`Error::Parameter`] for no cycles at all.
+///
+/// ```
+/// # use slipfit::{Oscillator, motion::steady::{HarmonicDrive, Way, ways}};
+/// // Driven slowly the mass stops on the way: the closed form has a value, but a wrong one.
+/// let o = Oscillator::kinematic(1.0, 0.05, 0.5)?;
+/// let w = ways(&o, &HarmonicDrive::new(1.0, 0.3)?, 300)?;
+/// assert_eq!(w.holds, Some(Way::Shooting));
+/// assert!((w.shooting.unwrap() - w.transient).abs() < 1e-12);
+/// # Ok::<(), slipfit::Error>(())
+/// ```
+pub fn ways(oscillator: &Oscillator, drive: &HarmonicDrive, cycles: u32) -> Result<Ways, Error> {
+    if cycles == 0 {
+        return Err(Error::Parameter { name: "cycles", value: 0.0, range: "1 or more" });
+    }
+    let shot = PeriodicOrbit::find(oscillator, drive, OrbitOptions::default()).ok();
+    let largest = |points: Vec<(f64, f64)>| points.iter().fold(0.0, |m, p| f64::max(m, p.1.abs()));
+    let tone = Drive::harmonic(drive.amplitude(), drive.omega())?;
+    let mut long = Motion::new(oscillator, tone, 0.0, 0.0, 0.0)?;
+    let until = f64::from(cycles) * drive.period_s();
+    let last = until - drive.period_s();
+    let mut transient: f64 = 0.0;
+    while let Some(e) = long.next_event(until) {
+        if e.time_s >= last {
+            transient = transient.max(e.position.abs());
+        }
+    }
+    Ok(Ways {
+        closed_form: ClosedForm::new(oscillator, drive).map(|c| c.amplitude()),
+        shooting: shot.map(|o| largest(o.turning_points())),
+        transient,
+        holds: solve(oscillator, drive).ok().map(|s| s.way),
+    })
+}

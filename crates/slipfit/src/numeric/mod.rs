@@ -1,0 +1,26 @@
+//! Numerical building blocks: trigonometry on vector lanes, double-double arithmetic, quadrature,
+//! dual numbers, sums of products.
+
+pub(crate) mod double_double;
+pub(crate) mod dual;
+pub(crate) mod products;
+pub(crate) mod quadrature;
+pub(crate) mod trig;
+pub(crate) mod wide;
+
+/// Least and greatest value; lane by lane, since one chain of comparisons waits for each.
+pub(crate) fn extremes(values: &[f64]) -> (f64, f64) {
+    const LANES: usize = 8;
+    let mut low = [f64::INFINITY; LANES];
+    let mut high = [f64::NEG_INFINITY; LANES];
+    let mut chunks = values.chunks_exact(LANES);
+    for part in &mut chunks {
+        for k in 0..LANES {
+            low[k] = if part[k] < low[k] { part[k] } else { low[k] };
+            high[k] = if part[k] > high[k] { part[k] } else { high[k] };
+        }
+    }
+    let least = low.iter().chain(chunks.remainder()).fold(f64::INFINITY, |a, &v| a.min(v));
+    let greatest = high.iter().chain(chunks.remainder()).fold(f64::NEG_INFINITY, |a, &v| a.max(v));
+    (least, greatest)
+}

@@ -1,0 +1,91 @@
+//! Sums of products of rows of numbers, many at a time.
+
+use crate::numeric::trig::fused;
+
+/// Numbers in a row.
+pub(crate) const WIDTH: usize = 64;
+const LANES: usize = 16;
+
+/// `Σ row_a row_c` for every pair of up to `N` rows, over pieces of the data.
+#[derive(Debug, Clone)]
+pub(crate) struct Products<const N: usize> {
+    pub(crate) rows: Box<[[f64; WIDTH]; N]>,
+    count: usize,
+    sums: Vec<[f64; LANES]>,
+}
+
+impl<const N: usize> Products<N> {
+    /// For the first `count` rows.
+    pub(crate) fn new(count: usize) -> Self {
+        let count = count.min(N);
+        Self { rows: Box::new([[0.0; WIDTH]; N]), count, sums: vec![[0.0; LANES]; count * (count + 1) / 2] }
+    }
+
+    /// Adds the products of whole rows; `FUSED` where products and sums are one instruction.
+    #[inline(always)]
+    pub(crate) fn add<const FUSED: bool>(&mut self) {
+        self.add_pieces::<{ WIDTH / LANES }, FUSED>();
+    }
+
+    /// Adds the products of the first halves of the rows.
+    #[inline(always)]
+    pub(crate) fn add_halves<const FUSED: bool>(&mut self) {
+        self.add_pieces::<{ WIDTH / LANES / 2 }, FUSED>();
+    }
+
+    #[inline(always)]
+    fn add_pieces<const PIECES: usize, const FUSED: bool>(&mut self) {
+        let mut at = 0;
+        for a in 0..self.count {
+            // A row is kept in registers for all its partners.
+            let one = self.rows[a];
+            for other in &self.rows[..=a] {
+                let mut sum = self.sums[at];
+                for j in 0..PIECES {
+                    for l in 0..LANES {
+                        sum[l] = fused::<FUSED>(one[j * LANES + l], other[j * LANES + l], sum[l]);
+                    }
+                }
+                self.sums[at] = sum;
+                at += 1;
+            }
+        }
+    }
+
+    /// The sum for a pair of rows.
+    pub(crate) fn total(&self, a: usize, c: usize) -> f64 {
+        let (a, c) = (a.max(c), a.min(c));
+        // Halves upon halves: sixteen additions in a row would wait for each other.
+        let mut all = self.sums[a * (a + 1) / 2 + c];
+        let mut half = LANES / 2;
+        while half > 0 {
+            for l in 0..half {
+                all[l] += all[l + half];
+            }
+            half /= 2;
+        }
+        all[0]
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn every_pair_is_summed_over_all_pieces() {
+        let mut p = Products::<4>::new(3);
+        for piece in 0..2 {
+            for a in 0..3 {
+                for k in 0..WIDTH {
+                    p.rows[a][k] = if k < 20 { (a * 100 + piece * 20 + k) as f64 } else { 0.0 };
+                }
+            }
+            if piece == 0 { p.add::<false>() } else { p.add_halves::<true>() }
+        }
+        for (a, c) in [(0, 0), (2, 1), (0, 2)] {
+            let expected: f64 = (0..40).map(|k| ((a * 100 + k) * (c * 100 + k)) as f64).sum();
+            assert_eq!(p.total(a, c), expected);
+        }
+    }
+}

@@ -1,0 +1,176 @@
+//! Where a transient has gone.
+
+use std::f64::consts::TAU;
+
+use crate::inference::least_squares;
+use crate::motion::steady::Phasor;
+
+/// Fewest samples of a block.
+const LEAST_SAMPLES: usize = 8;
+/// Blocks a record is cut into at most.
+const MOST_BLOCKS: usize = 400;
+/// Deviation, in standard deviations, that no steady block has.
+const FAR: f64 = 3.5;
+/// Decay times of the transient left out beyond the last block that shows it:
+/// what it adds to the mean falls below the mean's own noise.
+const GUARD: f64 = 2.0;
+
+/// Phasor of some whole cycles.
+#[derive(Debug, Clone, Copy)]
+pub(super) struct Block {
+    pub(super) phasor: Phasor,
+    pub(super) samples: usize,
+    /// Index of its first sample.
+    pub(super) first: usize,
+    /// Instant of its middle, from the first sample on, s.
+    pub(super) middle_s: f64,
+}
+
+/// Where the steady part begins.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub(super) struct Settled {
+    /// Index of its first sample.
+    pub(super) first: usize,
+    /// Whether there is one: its two halves agree.
+    pub(super) settled: bool,
+}
+
+impl Settled {
+    pub(super) fn at_once() -> Self {
+        Self { first: 0, settled: true }
+    }
+}
+
+/// Phasors of whole cycles one after the other, against one clock.
+pub(super) fn phasors(time: &[f64], values: &[f64], omega: f64) -> Option<Vec<Block>> {
+    let (start, end) = (*time.first()?, *time.last()?);
+    let period = TAU / omega;
+    let cycles = (end - start) / period;
+    let per_cycle = time.len() as f64 / cycles;
+    let whole = (LEAST_SAMPLES as f64 / per_cycle).ceil().max((cycles / MOST_BLOCKS as f64).ceil()).max(1.0);
+    let length = whole * period;
+    let count = ((end - start) / length + 1e-9).floor() as usize;
+    let mut blocks = Vec::with_capacity(count);
+    for k in 0..count {
+        let from = time.partition_point(|t| *t < start + k as f64 * length);
+        let to = time.partition_point(|t| *t < start + (k + 1) as f64 * length);
+        // Across a gap there is nothing to see.
+        if to - from < 5 {
+            continue;
+        }
+        let rows = (from..to).map(|i| {
+            let (sin, cos) = (omega * (time[i] - start)).sin_cos();
+            (vec![cos, sin, 1.0], values[i], 1.0)
+        });
+        if let Some((found, _, _)) = least_squares::linear(rows, 3) {
+            let middle_s = 0.5 * (time[from] + time[to - 1]) - start;
+            blocks.push(Block {
+                phasor: Phasor::new(found[0], -found[1]),
+                samples: to - from,
+                first: from,
+                middle_s,
+            });
+        }
+    }
+    (blocks.len() >= 2).then_some(blocks)
+}
+
+/// The instant from which the response is steady.
+pub(super) fn find(time: &[f64], response: &[f64], drive: Option<&[f64]>, omega: f64) -> Settled {
+    let Some(blocks) = phasors(time, response, omega) else { return Settled::at_once() };
+    let blocks = match drive {
+        None => blocks,
+        // Against the drive of the same moment: where the exciter's speed wanders, the response
+        // follows it, and only what it does besides is a transient.
+        Some(drive) => {
+            let Some(driving) = phasors(time, drive, omega) else { return Settled::at_once() };
+            let mean = driving.iter().map(|d| d.phasor.norm()).sum::<f64>() / driving.len() as f64;
+            let against = |block: &Block| {
+                let at = driving.binary_search_by_key(&block.first, |d| d.first).ok()?;
+                // A drive that is not yet on gives a huge ratio, as it should.
+                let drive = driving[at].phasor.norm().max(1e-6 * mean);
+                let turn = driving[at].phasor.arg();
+                Some(Block { phasor: block.phasor * Phasor::from_polar(mean / drive, -turn), ..*block })
+            };
+            blocks.iter().filter_map(against).collect()
+        }
+    };
+    of_blocks(&blocks)
+}
+
+fn of_blocks(blocks: &[Block]) -> Settled {
+    let n = blocks.len();
+    if n == 0 {
+        return Settled::at_once();
+    }
+    if n < 6 {
+        // Too short to see anything settle: the second half is the better one.
+        return Settled { first: blocks[n / 2].first, settled: false };
+    }
+    let tail = &blocks[n - (n / 3).max(3)..];
+    let sigma = scatter(tail);
+    let mut begin = n - tail.len();
+    let mut held: Phasor = tail.iter().map(|b| b.phasor).sum();
+    while begin > 0 {
+        let count = (n - begin) as f64;
+        let far = (blocks[begin - 1].phasor - held / count).norm();
+        if far > FAR * sigma * (1.0 + 1.0 / count).sqrt() {
+            break;
+        }
+        begin -= 1;
+        held += blocks[begin].phasor;
+    }
+    let steady = held / (n - begin) as f64;
+    if begin > 0 {
+        let guard = (GUARD * decay_blocks(&blocks[..begin], steady, sigma)).ceil() as usize;
+        // At least half of what looked steady stays.
+        begin += guard.min((n - begin) / 2);
+    }
+    Settled {
+        first: if begin == 0 { 0 } else { blocks[begin].first },
+        settled: halves_agree(&blocks[begin..]),
+    }
+}
+
+/// Standard deviation of one phasor about the mean, modulus.
+fn scatter(blocks: &[Block]) -> f64 {
+    let n = blocks.len() as f64;
+    let mean = blocks.iter().map(|b| b.phasor).sum::<Phasor>() / n;
+    let sum: f64 = blocks.iter().map(|b| (b.phasor - mean).norm_sqr()).sum();
+    let largest = blocks.iter().map(|b| b.phasor.norm()).fold(0.0, f64::max);
+    // Without noise there are still the digits, and a frequency known to so many only.
+    (sum / (n - 1.0)).sqrt().max(1e-6 * largest)
+}
+
+/// Blocks in which the transient falls by 1/e, by the slope of its logarithm.
+fn decay_blocks(blocks: &[Block], steady: Phasor, sigma: f64) -> f64 {
+    let mut seen: Vec<(f64, f64)> = Vec::new();
+    for (k, block) in blocks.iter().enumerate() {
+        let far = (block.phasor - steady).norm();
+        if far > 2.0 * sigma {
+            seen.push((k as f64, far.ln()));
+        }
+    }
+    let n = seen.len() as f64;
+    let (mk, ml) = (seen.iter().map(|s| s.0).sum::<f64>() / n, seen.iter().map(|s| s.1).sum::<f64>() / n);
+    let kk: f64 = seen.iter().map(|s| (s.0 - mk).powi(2)).sum();
+    let kl: f64 = seen.iter().map(|s| (s.0 - mk) * (s.1 - ml)).sum();
+    let slope = kl / kk;
+    // One block, or a transient that does not fall, tells no rate: as long again as it was seen.
+    let fallback = blocks.len() as f64 / GUARD;
+    if slope < 0.0 { (-1.0 / slope).min(fallback.max(1.0)) } else { fallback }
+}
+
+/// Whether the means of both halves agree within what their scatter allows.
+fn halves_agree(blocks: &[Block]) -> bool {
+    let half = blocks.len() / 2;
+    if half < 2 {
+        return false;
+    }
+    let (a, b) = (&blocks[..half], &blocks[blocks.len() - half..]);
+    let mean = |part: &[Block]| part.iter().map(|b| b.phasor).sum::<Phasor>() / part.len() as f64;
+    let difference = (mean(a) - mean(b)).norm();
+    let error = (scatter(a).powi(2) + scatter(b).powi(2)).sqrt() / (half as f64).sqrt();
+    // A difference nobody minds does not count, however small the noise.
+    difference < 4.0 * error || difference < 1e-3 * mean(b).norm()
+}
