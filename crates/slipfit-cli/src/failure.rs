@@ -2,6 +2,7 @@
 
 use crate::report::hanging;
 use anstyle::{AnsiColor, Style};
+use slipfit::answer::hint::{self, Hint, HintValue};
 use std::fmt;
 use std::path::Path;
 
@@ -70,7 +71,8 @@ impl Failure {
             slipfit::Error::NoFit { .. } => failure.hint("--start, --end and --band choose a cleaner part"),
             slipfit::Error::ConstantSignal { .. } => failure.hint("--signal names another column"),
             slipfit::Error::TimeBackwards { .. } | slipfit::Error::TimeStandsStill { .. } => {
-                failure.hint("--time names another column, --rate-hz replaces it")
+                let time = Hint::new("time", "names another column");
+                failure.hint(in_flags_with_values(&[time, Hint::new("rate_hz", "replaces it")]))
             }
             _ => failure,
         }
@@ -119,7 +121,26 @@ impl Failure {
     }
 }
 
-/// The flag that sets an option of the core.
+/// Hints of the libraries with the flags of this program: `--band 79 82 isolates one mode`.
+pub(crate) fn in_flags_with_values(hints: &[Hint]) -> String {
+    hint::spelled(hints, &spelled)
+}
+
+/// An option of a library with its value, as this program takes it: `--band 79 82`.
+pub(crate) fn spelled(option: &'static str, value: Option<&HintValue>) -> String {
+    let flag = match flag(option) {
+        known if known.starts_with("--") => known.to_owned(),
+        other => format!("--{}", other.replace('_', "-")),
+    };
+    match value {
+        None => flag,
+        Some(HintValue::Number(number)) => format!("{flag} {number}"),
+        Some(HintValue::Range([low, high])) => format!("{flag} {low} {high}"),
+        Some(HintValue::Text(word)) => format!("{flag} {word}"),
+    }
+}
+
+/// The flag that sets an option of a library, where it is not the option's name.
 fn flag(name: &str) -> &str {
     match name {
         "start_s" => "--start",

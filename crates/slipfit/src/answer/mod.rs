@@ -1,3 +1,4 @@
 //! What every analysis answers with.
 
+pub mod hint;
 pub mod quantity;
