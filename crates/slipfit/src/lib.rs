@@ -19,5 +19,6 @@ pub mod signal;
 
 pub use answer::quantity::Quantity;
 pub use error::Error;
+pub use inference::criteria::{Criterion, InferenceCriteria};
 pub use model::oscillator::Oscillator;
 pub use record::{Clock, ClockReport, Gap, Record, SignalKind};

@@ -1,5 +1,6 @@
 //! Least squares, intervals, evidence: the one place that knows statistics.
 
+pub(crate) mod criteria;
 pub(crate) mod evidence;
 pub(crate) mod interval;
 pub(crate) mod least_squares;

@@ -1,0 +1,121 @@
+//! Decision thresholds with their meaning, source and effect, and those that every analysis shares.
+
+/// A threshold that decides something in an analysis, as a row of a table.
+#[derive(Debug, Clone, Copy, PartialEq)]
+#[non_exhaustive]
+pub struct Criterion {
+    /// Group and field, e.g. `window.rise_ratio`.
+    pub name: &'static str,
+    /// Its value.
+    pub value: f64,
+    /// What is compared with it.
+    pub meaning: &'static str,
+    /// Where the value comes from.
+    pub source: &'static str,
+    /// Which statistic of simulated or measured records moves when it moves.
+    pub statistic: &'static str,
+}
+
+/// A number of either kind, for the table.
+pub(crate) trait Threshold: Copy {
+    fn number(self) -> f64;
+}
+
+impl Threshold for f64 {
+    fn number(self) -> f64 {
+        self
+    }
+}
+
+impl Threshold for usize {
+    fn number(self) -> f64 {
+        self as f64
+    }
+}
+
+/// Declares a structure of thresholds: field, documentation and table row at once.
+///
+/// ```text
+/// criteria! {
+///     /// What the group decides.
+///     pub struct WindowCriteria in "window" {
+///         /// What is compared with it.
+///         rise_ratio: f64 = 1.1, source "chosen by simulation", moves "window end";
+///     }
+/// }
+/// ```
+macro_rules! criteria {
+    (
+        $(#[$about:meta])*
+        pub struct $name:ident in $group:literal {
+            $(
+                $(#[doc = $meaning:literal])+
+                $field:ident: $type:ty = $value:expr, source $source:literal, moves $statistic:literal;
+            )+
+        }
+    ) => {
+        $(#[$about])*
+        #[derive(Debug, Clone, PartialEq)]
+        #[non_exhaustive]
+        pub struct $name {
+            $(
+                $(#[doc = $meaning])+
+                #[doc = ""]
+                #[doc = concat!("Source: ", $source, ". Moves: ", $statistic, ".")]
+                pub $field: $type,
+            )+
+        }
+
+        impl Default for $name {
+            fn default() -> Self {
+                Self { $($field: $value,)+ }
+            }
+        }
+
+        impl $name {
+            /// Every threshold of the group with its meaning.
+            pub fn table(&self) -> Vec<$crate::inference::criteria::Criterion> {
+                use $crate::inference::criteria::{Criterion, Threshold};
+                vec![$(
+                    Criterion {
+                        name: concat!($group, ".", stringify!($field)),
+                        value: Threshold::number(self.$field),
+                        meaning: concat!($($meaning),+).trim_start(),
+                        source: $source,
+                        statistic: $statistic,
+                    },
+                )+]
+            }
+        }
+    };
+}
+pub(crate) use criteria;
+
+criteria! {
+    /// Thresholds that every analysis shares.
+    pub struct InferenceCriteria in "inference" {
+        /// Standard errors by which a variance ratio must differ from that of white noise before it
+        /// counts.
+        excess_significance: f64 = 2.6, source "two-sided 1 % point of the normal distribution",
+            moves "coverage";
+        /// BIC by which a fit must improve before a term of the instrument (drift of the offset,
+        /// drift of the frequency, a backbone) is added automatically.
+        instrument_bic_margin: f64 = 14.0, source "leaves about one term in 1e5 to chance",
+            moves "spread of the loss parameters in short records";
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn the_table_names_group_field_and_value() {
+        let criteria = InferenceCriteria { excess_significance: 3.0, ..InferenceCriteria::default() };
+        let table = criteria.table();
+        assert_eq!(table[0].name, "inference.excess_significance");
+        assert_eq!(table[0].value, 3.0);
+        assert!(table[0].meaning.starts_with("Standard errors"), "{}", table[0].meaning);
+        assert_eq!(table[1].value, 14.0);
+    }
+}
