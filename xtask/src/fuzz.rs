@@ -1,7 +1,7 @@
 //! `cargo xtask fuzz`: files of every format, changed at random where that reaches new code.
 //!
 //! The targets are `fuzz/targets`, one a format, driven by libFuzzer. What they start from is in
-//! `reference/formats` and `fuzz/corpus`; what they find is kept in `target/fuzz`.
+//! `validation/reference/formats` and `fuzz/corpus`; what they find is kept in `target/fuzz`.
 
 use std::fs;
 use std::path::{Path, PathBuf};
@@ -17,7 +17,7 @@ const FLAGS: &str = "-Cpasses=sancov-module -Cllvm-args=-sanitizer-coverage-leve
     -Cllvm-args=-sanitizer-coverage-inline-8bit-counters -Cllvm-args=-sanitizer-coverage-pc-table \
     -Cllvm-args=-sanitizer-coverage-trace-compares -Coverflow-checks -Ccodegen-units=8";
 
-/// The targets and what each starts from: names of `reference/formats` hold one of these.
+/// The targets and what each starts from: names of `validation/reference/formats` hold one of these.
 const TARGETS: [(&str, &[&str]); 24] = [
     ("arrow", &[".arrows", ".feather"]),
     ("capstone", &["capstone"]),
@@ -156,7 +156,7 @@ impl Target<'_> {
     fn seeds(&self) -> Result<Vec<PathBuf>, Failure> {
         let seeds = self.folder.join("seeds").join(self.name);
         fs::create_dir_all(&seeds)?;
-        for entry in fs::read_dir(root().join("reference/formats"))? {
+        for entry in fs::read_dir(root().join("validation/reference/formats"))? {
             let path = entry?.path();
             let name = path.file_name().unwrap_or_default().to_string_lossy().into_owned();
             if self.seeds.iter().any(|part| name.contains(part)) {

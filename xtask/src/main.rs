@@ -1,14 +1,13 @@
 //! Project chores, run as `cargo xtask <chore>`.
 #![allow(clippy::print_stdout, clippy::print_stderr, reason = "a command speaks on both streams")]
 
-mod bench;
 mod book;
 mod check;
 mod fuzz;
 mod places;
 mod python;
-mod statistics;
 mod tools;
+mod validation;
 
 use std::process::ExitCode;
 
@@ -52,33 +51,13 @@ cargo xtask fuzz [--minutes N] [--only wav,npy, …] [--seed N] [--keep]
   --keep        renew fuzz/corpus, the small files that reach most of the readers
 ";
 
-/// Chores that measure run as users run the rest; the check, which only starts others, does not
-/// wait for that build.
-fn optimised(chore: &str, arguments: &[String]) -> ExitCode {
-    let mut run = places::cargo();
-    run.args(["run", "--quiet", "--release", "--package", "xtask", "--", chore]).args(arguments);
-    match run.status() {
-        Ok(status) => {
-            status.code().and_then(|code| u8::try_from(code).ok()).map_or(ExitCode::FAILURE, ExitCode::from)
-        }
-        Err(error) => {
-            eprintln!("error: cargo could not be started: {error}");
-            ExitCode::from(2)
-        }
-    }
-}
-
 fn main() -> ExitCode {
     let mut arguments = std::env::args().skip(1);
     let chore = arguments.next().unwrap_or_default();
     let rest: Vec<String> = arguments.collect();
-    if cfg!(debug_assertions) && ["bench", "statistics"].contains(&chore.as_str()) {
-        return optimised(&chore, &rest);
-    }
     let outcome = match chore.as_str() {
         "check" if rest.is_empty() => check::run(),
-        "bench" => bench::run(&rest),
-        "statistics" => statistics::run(&rest),
+        "bench" | "statistics" => validation::chore(&chore, &rest),
         "fuzz" => fuzz::run(&rest),
         "book" => book::chore(&rest),
         "help" | "--help" | "-h" => {

@@ -8,11 +8,11 @@ use crate::places::{command, root, run, target};
 
 /// Folder of the peers' scripts.
 pub(crate) fn peers() -> PathBuf {
-    root().join("xtask").join("peers")
+    root().join("validation").join("peers")
 }
 
 /// The interpreter in `target/venv`, made and filled with the packages of
-/// `xtask/peers/requirements.txt` where they are missing.
+/// `validation/peers/requirements.txt` where they are missing.
 pub(crate) fn interpreter() -> Result<PathBuf, Failure> {
     let programs = environment(&target()?.join("venv"))?;
     install(&programs, [OsStr::new("--requirement"), peers().join("requirements.txt").as_os_str()])?;

@@ -7,7 +7,7 @@ use common::{root, slipfit, stdout};
 
 /// What the command says of a fixture, from within its folder.
 fn inspected(arguments: &[&str]) -> String {
-    let folder = root().join("reference/formats");
+    let folder = root().join("validation/reference/formats");
     stdout(slipfit().current_dir(folder).arg("inspect").args(arguments))
 }
 
@@ -23,7 +23,7 @@ fn a_file_is_shown_with_its_tables_clock_plot_and_command() {
 
 #[test]
 fn every_line_fits_the_screen_and_the_command_given_works() {
-    let folder = root().join("reference/formats");
+    let folder = root().join("validation/reference/formats");
     for entry in std::fs::read_dir(&folder).unwrap() {
         let name = entry.unwrap().file_name().into_string().unwrap();
         if name.ends_with(".py") || name.ends_with(".md") {

@@ -1,4 +1,4 @@
-//! Every format, from files written by other programs (`reference/formats`):
+//! Every format, from files written by other programs (`validation/reference/formats`):
 //! the columns taken, units, clocks and every number.
 #![allow(clippy::unwrap_used, reason = "a failed unwrap fails the test, as it should")]
 
@@ -8,7 +8,7 @@ use slipfit::SignalKind::{self, Acceleration, Displacement, Envelope, LockIn};
 use slipfit_io::{Format, ReadOptions, ReadProblem, Reading, read, read_tables};
 
 fn fixture(name: &str) -> PathBuf {
-    PathBuf::from(env!("CARGO_MANIFEST_DIR")).join("../../reference/formats").join(name)
+    PathBuf::from(env!("CARGO_MANIFEST_DIR")).join("../../validation/reference/formats").join(name)
 }
 
 /// The ring-down that every file holds, as `make.py` states it.

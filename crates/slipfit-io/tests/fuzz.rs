@@ -3,7 +3,7 @@
 //!
 //! For a moment, without coverage; `cargo xtask fuzz` does it for as long as
 //! wanted, guided by coverage, one target a format. Seeds are the fixtures in
-//! `reference/formats`. What fails is written to `target/fuzz` and named.
+//! `validation/reference/formats`. What fails is written to `target/fuzz` and named.
 #![allow(clippy::unwrap_used, reason = "a failed unwrap fails the test, as it should")]
 
 use std::io::Write as _;
@@ -121,7 +121,7 @@ fn keep(name: &str, bytes: &[u8]) -> PathBuf {
 }
 
 fn run(time: Duration) {
-    let folder = concat!(env!("CARGO_MANIFEST_DIR"), "/../../reference/formats");
+    let folder = concat!(env!("CARGO_MANIFEST_DIR"), "/../../validation/reference/formats");
     let mut seeds: Vec<(String, Format, Vec<u8>)> = std::fs::read_dir(folder)
         .unwrap()
         .map(|e| e.unwrap().path())
@@ -199,7 +199,7 @@ fn changed_files_are_read_or_refused() {
 /// What fuzzing has found once.
 #[test]
 fn columns_outside_of_a_parquet_file_are_refused() {
-    let folder = concat!(env!("CARGO_MANIFEST_DIR"), "/../../reference/formats");
+    let folder = concat!(env!("CARGO_MANIFEST_DIR"), "/../../validation/reference/formats");
     let bytes = std::fs::read(Path::new(folder).join("snappy.parquet")).unwrap();
     for at in bytes.len().saturating_sub(900)..bytes.len() - 8 {
         for value in [0x7f, 0x80, 0xff] {

@@ -48,7 +48,7 @@ fn real_files() -> Vec<PathBuf> {
 }
 
 fn fixtures() -> Vec<PathBuf> {
-    let folder = concat!(env!("CARGO_MANIFEST_DIR"), "/../../reference/formats");
+    let folder = concat!(env!("CARGO_MANIFEST_DIR"), "/../../validation/reference/formats");
     let mut files: Vec<PathBuf> = std::fs::read_dir(folder).unwrap().map(|e| e.unwrap().path()).collect();
     files.retain(|p| !p.extension().is_some_and(|e| e == "py" || e == "md"));
     files.sort();

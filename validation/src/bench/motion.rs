@@ -1,7 +1,6 @@
 //! Exact motion next to heyoka's Taylor integrator with terminal events.
 
 use std::f64::consts::TAU;
-use std::path::PathBuf;
 use std::time::Instant;
 
 use slipfit::Oscillator;
@@ -12,8 +11,7 @@ use super::contest::{Contestant, Peer, Task, Timing, race};
 use super::report::{Row, three_digits};
 use super::{Against, Bench, faster};
 use crate::Failure;
-use crate::places::command;
-use crate::python;
+use crate::places::{command, peer};
 
 /// `delta` and `x_F` of the free decay, `omega_0 = 1`, from `x = 1`.
 const FREE: [f64; 2] = [1e-4, 1e-4];
@@ -119,8 +117,7 @@ impl Bench {
     pub(super) fn streaming_memory(&self) -> Result<Vec<Row>, Failure> {
         let peak = |duration_s: &str| -> Result<f64, Failure> {
             let mut script = command(&self.python);
-            let folder: PathBuf = python::peers();
-            script.arg(folder.join("peak_memory.py")).arg(&self.slipfit);
+            script.arg(peer("peak_memory.py")).arg(&self.slipfit);
             script.args(["simulate", "driven", "--frequency-hz", "1", "--q", "20", "--beta", "0.6"]);
             script.args(["--drive-amplitude", "1", "--drive-frequency-hz", "0.3", "--rate-hz", "10"]);
             let output = script.args(["--duration", duration_s]).output()?;

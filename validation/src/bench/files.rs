@@ -9,8 +9,7 @@ use super::report::{Row, three_digits};
 use super::signal::Signal;
 use super::{Against, Bench, faster};
 use crate::Failure;
-use crate::places::{command, spelled};
-use crate::python;
+use crate::places::{command, peer};
 
 /// Rows of a text of one gigabyte.
 const GIGABYTE: usize = 48_000_000;
@@ -26,7 +25,7 @@ impl Contestant for Told {
         let seconds = said.lines().last().and_then(|line| line.trim().parse().ok());
         let Some(seconds) = seconds.filter(|_| output.status.success()) else {
             let why = String::from_utf8_lossy(&output.stderr);
-            return Err(format!("`{}` told no time: {why}", spelled(&self.0)).into());
+            return Err(format!("{:?} printed no time: {why}", self.0).into());
         };
         Ok(Timing { seconds, estimates: Vec::new(), errors: Vec::new() })
     }
@@ -73,7 +72,7 @@ impl Bench {
             let mut own = start(std::env::current_exe()?, pinned);
             own.args(["bench", "--read"]).arg(&file).arg(times);
             let mut polars = start(&self.python, pinned);
-            polars.arg(python::peers().join("read_polars.py")).arg(&file).arg(times);
+            polars.arg(peer("read_polars.py")).arg(&file).arg(times);
             if pinned {
                 polars.env("POLARS_MAX_THREADS", "1");
                 own.env("RAYON_NUM_THREADS", "1");
@@ -143,7 +142,7 @@ impl Bench {
         let table = self.folder.join("many.csv");
         slipfit.arg("ringdown").args(&paths).arg("--table").arg(&table);
         let mut script = command(&self.python);
-        script.arg(python::peers().join("many_files.py")).args(&paths);
+        script.arg(peer("many_files.py")).args(&paths);
         let rounds = self.rounds.min(2);
         let best = race(rounds, &mut [&mut Tabled(slipfit, table), &mut Process(script)])?;
         let against = Against { peer: "SciPy script, a process a core", at_least: None };

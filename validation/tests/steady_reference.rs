@@ -10,7 +10,7 @@ use slipfit::motion::steady::orbit::{OrbitOptions, PeriodicOrbit};
 use slipfit::motion::steady::{HarmonicDrive, Method, SteadyState, Way, solve};
 use std::f64::consts::PI;
 
-const STEADY: &str = include_str!("../../../reference/motion/steady.txt");
+const STEADY: &str = include_str!("../reference/motion/steady.txt");
 
 #[test]
 fn the_closed_form_has_all_its_digits() {

@@ -6,8 +6,7 @@ use std::process::{Child, ChildStdin, ChildStdout, Command, Stdio};
 use std::time::Instant;
 
 use crate::Failure;
-use crate::places::{command, spelled};
-use crate::python;
+use crate::places::command;
 
 /// Mean time of one repetition, and the peer's answer if it told one.
 #[derive(Clone)]
@@ -68,7 +67,7 @@ impl Contestant for Process {
             let output = self.0.output()?;
             if !output.status.success() || output.stdout.is_empty() {
                 let said = String::from_utf8_lossy(&output.stderr);
-                return Err(format!("`{}` gave no answer: {said}", spelled(&self.0)).into());
+                return Err(format!("{:?} gave no answer: {said}", self.0).into());
             }
         }
         let seconds = begun.elapsed().as_secs_f64() / repetitions as f64;
@@ -76,7 +75,7 @@ impl Contestant for Process {
     }
 }
 
-/// A Python script that waits to be asked; see `xtask/peers/serve.py`.
+/// A Python script that waits to be asked; see `validation/peers/serve.py`.
 pub(super) struct Peer {
     script: String,
     child: Child,
@@ -91,7 +90,7 @@ impl Peer {
         arguments: impl IntoIterator<Item = String>,
     ) -> Result<Peer, Failure> {
         let mut call = command(interpreter);
-        call.arg("-B").arg(python::peers().join(script)).args(arguments);
+        call.arg("-B").arg(crate::places::peer(script)).args(arguments);
         let mut child = call.stdin(Stdio::piped()).stdout(Stdio::piped()).spawn()?;
         let questions = child.stdin.take();
         let answers = BufReader::new(child.stdout.take().ok_or("the peer has no output")?);

@@ -7,9 +7,9 @@ use slipfit::motion::decay::FreeDecay;
 use slipfit::motion::simulate::{Drive, EventKind, Harmonic, Motion};
 use std::f64::consts::TAU;
 
-const FREE: &str = include_str!("../../../reference/motion/free_decay.txt");
-const DRIVES: &str = include_str!("../../../reference/motion/drives.txt");
-const DRIVEN: &str = include_str!("../../../reference/motion/driven.txt");
+const FREE: &str = include_str!("../reference/motion/free_decay.txt");
+const DRIVES: &str = include_str!("../reference/motion/drives.txt");
+const DRIVEN: &str = include_str!("../reference/motion/driven.txt");
 
 /// Numbers of a line; the forty digits beyond a double are rounded correctly by the parser.
 fn rows(text: &str) -> impl Iterator<Item = Vec<f64>> + '_ {

@@ -3,8 +3,7 @@
 use std::process::Command;
 
 use crate::Failure;
-use crate::places::root;
-use crate::python::peers;
+use crate::places::{peer, root};
 
 /// One line of the table.
 pub(super) struct Row {
@@ -63,7 +62,7 @@ pub(super) fn table(rows: &[Row]) -> String {
 
 /// The page kept in `docs/benchmarks.md`.
 pub(super) fn page(rows: &[Row], rounds: usize) -> Result<String, Failure> {
-    let requirements = std::fs::read_to_string(peers().join("requirements.txt"))?;
+    let requirements = std::fs::read_to_string(peer("requirements.txt"))?;
     let versions = requirements.lines().collect::<Vec<_>>().join(", ").replace("==", " ");
     Ok(format!(
         "# Speed and memory
@@ -105,7 +104,7 @@ difference of the last positions, `x_0 = 1`.
 - **o** ring-downs of 5 k rows each, from process start to the finished table, against the script of **d** as a function
   called by as many processes as there are cores.
 
-The scripts of the peers are in `xtask/peers`.
+The scripts of the peers are in `validation/peers`.
 ",
         machine = machine(),
         rustc = rustc_version(),

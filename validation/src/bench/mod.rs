@@ -16,10 +16,11 @@ use report::{Row, duration, three_digits};
 use signal::{Signal, friction_displacement};
 
 use crate::Failure;
-use crate::places::{cargo, command, root, run as run_command, target};
-use crate::python;
+use crate::places::{command, peer, programs, write_page};
 
 struct Choices {
+    /// An interpreter with the peers' packages.
+    python: PathBuf,
     write: bool,
     only: String,
     rounds: usize,
@@ -48,12 +49,11 @@ pub(crate) fn run(arguments: &[String]) -> Result<ExitCode, Failure> {
         return files::read_alone(rest);
     }
     let choices = choices(arguments)?;
-    run_command(cargo().args(["build", "--release", "--package", "slipfit-cli"]))?;
-    let target = target()?;
+    let programs = programs()?;
     let bench = Bench {
-        python: python::interpreter()?,
-        slipfit: target.join("release").join("slipfit").with_extension(std::env::consts::EXE_EXTENSION),
-        folder: target.join("bench"),
+        python: choices.python,
+        slipfit: programs.join("slipfit").with_extension(std::env::consts::EXE_EXTENSION),
+        folder: programs.with_file_name("bench"),
         rounds: choices.rounds,
     };
     std::fs::create_dir_all(&bench.folder)?;
@@ -91,20 +91,18 @@ pub(crate) fn run(arguments: &[String]) -> Result<ExitCode, Failure> {
         return Ok(ExitCode::FAILURE);
     }
     if choices.write {
-        let page = root().join("docs").join("benchmarks.md");
-        std::fs::create_dir_all(root().join("docs"))?;
-        std::fs::write(&page, report::page(&rows, choices.rounds)?)?;
-        println!("written to {}", page.display());
+        write_page("benchmarks.md", &report::page(&rows, choices.rounds)?)?;
     }
     Ok(ExitCode::SUCCESS)
 }
 
 fn choices(arguments: &[String]) -> Result<Choices, Failure> {
     const LINES: &str = "abcdefghijklmno";
-    let mut choices = Choices { write: false, only: LINES.into(), rounds: 7 };
+    let mut choices = Choices { python: "python3".into(), write: false, only: LINES.into(), rounds: 7 };
     let mut words = arguments.iter();
     while let Some(word) = words.next() {
         match word.as_str() {
+            "--python" => choices.python = words.next().ok_or("--python needs an interpreter")?.into(),
             "--write" => choices.write = true,
             "--only" => {
                 let chosen = words.next().ok_or("--only needs lines of the table, e.g. a,c")?;
@@ -182,7 +180,7 @@ impl Bench {
         let mut slipfit = command(&self.slipfit);
         slipfit.arg("ringdown").arg(&file);
         let mut script = command(&self.python);
-        script.arg(python::peers().join("ringdown_script.py")).arg(&file);
+        script.arg(peer("ringdown_script.py")).arg(&file);
         script.env("PYTHONPYCACHEPREFIX", self.folder.join("pycache"));
         let best = race(self.rounds, &mut [&mut Process(slipfit), &mut Process(script)])?;
         let against = Against { peer: "SciPy script", at_least: Some(30.0) };
@@ -229,7 +227,7 @@ impl Bench {
     /// Greatest resident memory of the command on a file, in bytes.
     fn peak_of(&self, file: &Path) -> Result<f64, Failure> {
         let mut script = command(&self.python);
-        script.arg(python::peers().join("peak_memory.py")).arg(&self.slipfit).arg("ringdown").arg(file);
+        script.arg(peer("peak_memory.py")).arg(&self.slipfit).arg("ringdown").arg(file);
         let output = script.output()?;
         if !output.status.success() {
             return Err(String::from_utf8_lossy(&output.stderr).into());
