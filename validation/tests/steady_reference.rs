@@ -7,7 +7,7 @@ use slipfit::Oscillator;
 use slipfit::motion::simulate::{Drive, Motion};
 use slipfit::motion::steady::exact::ClosedForm;
 use slipfit::motion::steady::orbit::{OrbitOptions, PeriodicOrbit};
-use slipfit::motion::steady::{HarmonicDrive, Method, SteadyState, Way, solve};
+use slipfit::motion::steady::{HarmonicDrive, Method, SolutionMethod, SteadyState, solve};
 use std::f64::consts::PI;
 
 const STEADY: &str = include_str!("../reference/motion/steady.txt");
@@ -83,7 +83,7 @@ fn the_three_ways_agree_with_and_without_stops() {
             assert!((x - s.position).abs() < 1e-10 * size, "{q} {omega} {x} {s:?}");
         }
         assert!(found.residual < 1e-12);
-        assert_eq!(found.way == Way::ClosedForm, orbit.stops() == 0);
+        assert_eq!(found.method == SolutionMethod::ClosedForm, orbit.stops() == 0);
         // A motion settled into is stable; the multipliers must say so.
         assert!(orbit.is_stable(), "{:?}", orbit.multipliers());
         if orbit.stops() > 0 {
@@ -214,7 +214,7 @@ proptest! {
         let loss = found.state.loss();
         let scale = found.state.amplitude().max(1e-3);
         prop_assert!(loss.viscous >= 0.0 && loss.sliding >= 0.0 && loss.drag == 0.0);
-        prop_assert!((loss.total() - found.state.work()).abs() < 1e-9 * scale * (1.0 + scale), "{:?} {loss:?} {}", found.way, found.state.work());
+        prop_assert!((loss.total() - found.state.work()).abs() < 1e-9 * scale * (1.0 + scale), "{:?} {loss:?} {}", found.method, found.state.work());
     }
 
     #[test]
@@ -262,11 +262,11 @@ fn from_q_0_6_to_1e7_and_beta_0_past_1_a_steady_motion_is_always_found() {
                 );
                 // Past beta = 4/pi static friction exceeds the drive: nothing moves from rest.
                 assert_eq!(
-                    found.way == Way::FullStick,
+                    found.method == SolutionMethod::FullStick,
                     beta * PI / 4.0 >= 1.0,
                     "Q {q} beta {beta} {detuning}"
                 );
-                assert!((found.way == Way::FullStick) == (x == 0.0));
+                assert!((found.method == SolutionMethod::FullStick) == (x == 0.0));
             }
         }
     }

@@ -65,7 +65,7 @@ fn main() {
         println!("driven, 1000 cycles, {name:24} {events:6} events, {:7.0} ns each", t / events as f64 * 1e9);
         let found = HarmonicDrive::new(1.0, omega).unwrap();
         let t = best(|| {
-            black_box(solve(&o, &found).unwrap().way);
+            black_box(solve(&o, &found).unwrap().method);
         });
         println!("        steady state                                  {:9.2} us", t * 1e6);
     }

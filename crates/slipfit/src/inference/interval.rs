@@ -6,6 +6,7 @@
 //! is never empty, and turns from two-sided to an upper limit by itself.
 
 use super::Z_95;
+use crate::numeric::roots::root;
 use statrs::function::erf::erf;
 
 fn phi(x: f64) -> f64 {
@@ -19,12 +20,7 @@ fn acceptance(mu: f64) -> (f64, f64) {
     // lower edge of equal rank is mu - h while that is >= 0, else (mu² - h²)/(2 mu).
     let lower = |h: f64| if h <= mu { mu - h } else { (mu * mu - h * h) / (2.0 * mu) };
     let content = |h: f64| phi(h) - phi(lower(h) - mu);
-    let (mut a, mut b) = (1.0, 3.0);
-    for _ in 0..60 {
-        let h = 0.5 * (a + b);
-        if content(h) < 0.95 { a = h } else { b = h }
-    }
-    let h = 0.5 * (a + b);
+    let h = root(1.0, 3.0, |h| content(h) - 0.95);
     (lower(h), mu + h)
 }
 
@@ -34,14 +30,8 @@ pub(crate) fn bounded_interval(z: f64) -> [f64; 2] {
     if z > 6.0 {
         return [z - Z_95, z + Z_95];
     }
-    // acceptance edges rise with mu, so both ends follow by bisection.
-    let solve = |edge: fn((f64, f64)) -> f64, mut a: f64, mut b: f64| {
-        for _ in 0..50 {
-            let mu = 0.5 * (a + b);
-            if edge(acceptance(mu)) < z { a = mu } else { b = mu }
-        }
-        0.5 * (a + b)
-    };
+    // The edges of acceptance rise with mu.
+    let solve = |edge: fn((f64, f64)) -> f64, a: f64, b: f64| root(a, b, |mu| edge(acceptance(mu)) - z);
     let floor = 1e-6;
     let low = if acceptance(floor).1 >= z { 0.0 } else { solve(|e| e.1, floor, 8.0) };
     let high = solve(|e| e.0, floor, 12.0);

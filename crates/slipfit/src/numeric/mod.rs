@@ -1,10 +1,13 @@
 //! Numerical building blocks: trigonometry on vector lanes, double-double arithmetic, quadrature,
-//! dual numbers, sums of products.
+//! dual numbers,
+//! sums of products, roots, robust statistics.
 
 pub(crate) mod double_double;
 pub(crate) mod dual;
 pub(crate) mod products;
 pub(crate) mod quadrature;
+pub(crate) mod robust;
+pub(crate) mod roots;
 pub(crate) mod trig;
 pub(crate) mod wide;
 

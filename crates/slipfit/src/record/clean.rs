@@ -4,6 +4,7 @@ use std::ops::Range;
 
 use super::{Clock, ClockReport, Gap, MIN_SAMPLES, rounding};
 use crate::Error;
+use crate::numeric::robust::median;
 
 /// Share of repeated stamps above which a clock may be a rounded one.
 const REPEATED_SHARE: f64 = 0.05;
@@ -249,11 +250,6 @@ fn median_step(time_s: &[f64]) -> f64 {
     let mut sample: Vec<f64> =
         time_s.windows(2).step_by(stride).map(|w| w[1] - w[0]).filter(|s| *s > 0.0).collect();
     median(&mut sample).unwrap_or(0.0)
-}
-
-fn median(values: &mut [f64]) -> Option<f64> {
-    let middle = values.len() / 2;
-    (!values.is_empty()).then(|| *values.select_nth_unstable_by(middle, f64::total_cmp).1)
 }
 
 fn describe_steps(stamps: &[f64], report: &mut ClockReport) {

@@ -8,6 +8,7 @@ use super::measure::Measured;
 use super::options::Options;
 use crate::Error;
 use crate::inference::least_squares::minimise;
+use crate::numeric::{robust::deviation, roots::border};
 use std::f64::consts::PI;
 
 /// Fits the amplitudes of the blocks.
@@ -117,11 +118,7 @@ fn admit_law_error(problem: &mut EnvelopeProblem, start: &[f64], full: &[usize],
         if chi_squared(0.0) < dof + 2.6 * (2.0 * dof).sqrt() {
             break;
         }
-        let (mut low, mut high) = (0.0f64, 1.0f64);
-        for _ in 0..50 {
-            let middle = 0.5 * (low + high);
-            if chi_squared(middle) > dof { low = middle } else { high = middle }
-        }
+        let (_, high) = border(0.0, 1.0, |e| chi_squared(e) > dof);
         let before = relative;
         relative = high;
         for ((w, v), (_, _, a)) in problem.weight.iter_mut().zip(&noise_weights).zip(&misses) {
@@ -168,10 +165,11 @@ fn drop_outliers(problem: &mut EnvelopeProblem, start: &[f64], full: &[usize], m
         let Some(viscous) = minimise(problem, start, &[A0, DELTA]) else { break };
         let fit = minimise(problem, &viscous.parameters, full).unwrap_or(viscous);
         let residuals = problem.residuals(&fit.parameters);
-        let mut sizes: Vec<f64> = residuals.iter().map(|r| r.abs()).collect();
-        sizes.sort_by(f64::total_cmp);
-        let robust =
-            (sizes[sizes.len() / 2] / 0.674_49).max(if measured.squared { 0.0 } else { measured.noise_rms });
+        let robust = deviation(residuals.iter().copied()).unwrap_or(0.0).max(if measured.squared {
+            0.0
+        } else {
+            measured.noise_rms
+        });
         let keep: Vec<bool> = residuals.iter().map(|r| r.abs() <= 8.0 * robust || robust == 0.0).collect();
         let gone = keep.iter().filter(|k| !**k).count();
         // A law that misses many is wrong; its outliers are evidence.

@@ -11,6 +11,7 @@ use super::waveform::OMEGA;
 use super::{
     Answer, Candidate, Diagnostics, Distortion, LossModel, Options, OtherMode, Segment, SlidingEvidence,
 };
+use crate::numeric::roots::border;
 use crate::signal::blocks::Block;
 use crate::signal::spectrum;
 use crate::{Error, Record, SignalKind};
@@ -172,12 +173,7 @@ fn dominates_from(law: &LossLaw, duration: f64) -> Option<f64> {
         return Some(0.0);
     }
     // The share grows as the amplitude falls.
-    let (mut a, mut b) = (0.0, duration);
-    for _ in 0..60 {
-        let middle = 0.5 * (a + b);
-        if share(middle) > 0.95 { b = middle } else { a = middle }
-    }
-    Some(b)
+    Some(border(duration, 0.0, |t| share(t) > 0.95).0)
 }
 
 fn diagnostics(e: &Evidence, chosen: &Entry, law: &LossLaw) -> Diagnostics {
@@ -216,13 +212,15 @@ fn other_modes(e: &Evidence) -> (Vec<OtherMode>, Option<Distortion>) {
     let mean = |part: &[Block]| part.iter().map(|b| b.omega).sum::<f64>() / part.len() as f64 / TAU;
     let quarter = points.len().div_ceil(4);
     let spread = (mean(&points[..quarter]) - mean(&points[points.len() - quarter..])).abs() / main;
-    let Some(look) = spectrum::Look::at(time, signal) else { return (Vec::new(), None) };
-    let Some(own) = spectrum::dominant_of(&look, time, signal, None) else { return (Vec::new(), None) };
-    let others = spectrum::other_lines(&look, main, (2.0 * spread).max(0.02), 0.05 * own.amplitude)
+    let Some(periodogram) = spectrum::Periodogram::of(time, signal) else { return (Vec::new(), None) };
+    let Some(own) = spectrum::dominant_of(&periodogram, time, signal, None) else {
+        return (Vec::new(), None);
+    };
+    let others = spectrum::other_lines(&periodogram, main, (2.0 * spread).max(0.02), 0.05 * own.amplitude)
         .into_iter()
         .map(|l| OtherMode { frequency_hz: l.frequency_hz, relative_amplitude: l.amplitude / own.amplitude })
         .collect();
-    let distortion = spectrum::strongest_harmonic(&look, main)
+    let distortion = spectrum::strongest_harmonic(&periodogram, main)
         .map(|(order, amplitude)| Distortion { order, relative_amplitude: amplitude / own.amplitude });
     (others, distortion)
 }

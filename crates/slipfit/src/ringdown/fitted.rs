@@ -2,6 +2,7 @@
 
 use super::envelope::Walker;
 use super::law::LossLaw;
+use crate::numeric::roots::border;
 use std::f64::consts::PI;
 
 /// Points of the amplitude table.
@@ -100,15 +101,12 @@ impl FittedMotion {
     /// The first turning point within the stick zone, `|X_n| <= x_F`.
     fn find_rest(&self) -> Option<Rest> {
         let stuck = |elapsed: f64| self.amplitude_extended(elapsed) <= self.friction_displacement;
-        let (mut moving, mut resting) = (0.0, self.end_s - self.start_s);
-        if !(self.friction_displacement > 0.0 && resting > 0.0 && !stuck(moving) && stuck(resting)) {
+        let duration = self.end_s - self.start_s;
+        if !(self.friction_displacement > 0.0 && duration > 0.0 && !stuck(0.0) && stuck(duration)) {
             return None;
         }
-        // The amplitude only falls: halved until nothing is left between two doubles.
-        while moving < 0.5 * (moving + resting) && 0.5 * (moving + resting) < resting {
-            let middle = 0.5 * (moving + resting);
-            if stuck(middle) { resting = middle } else { moving = middle }
-        }
+        // The amplitude only falls.
+        let (resting, _) = border(duration, 0.0, stuck);
         let knot = self.phase_at(self.start_s + resting)?;
         let turns = (knot.phase / PI).ceil();
         let elapsed = resting + (turns * PI - knot.phase) / knot.omega;

@@ -2,6 +2,7 @@
 
 use super::options::Options;
 use super::segment::{self, Seen, Stretch};
+use crate::numeric::robust::neighbour_noise;
 use crate::signal::blocks::{self, Block, Cut, PhaseAt};
 use crate::signal::phase::{self, PhaseLaw};
 use crate::signal::spectrum;
@@ -265,10 +266,7 @@ pub(crate) fn envelope(samples: &Samples, options: &Options) -> Result<Measured,
     let n = signal.len();
     let width = n.div_ceil(500).max(1);
     // Scatter of neighbours about their mean: free of the slow decay.
-    let mut differences: Vec<f64> = signal.windows(3).map(|w| (w[1] - 0.5 * (w[0] + w[2])).abs()).collect();
-    let middle = differences.len() / 2;
-    let noise_rms =
-        differences.select_nth_unstable_by(middle, f64::total_cmp).1.abs() / 0.674_49 / 1.5f64.sqrt();
+    let noise_rms = neighbour_noise(signal.windows(3)).unwrap_or(0.0);
     let all: Vec<Block> = (0..n)
         .step_by(width)
         .filter(|&i| i + width <= n)
@@ -327,11 +325,7 @@ pub(crate) fn lock_in(samples: &Samples, options: &Options) -> Result<Measured, 
     let n = x.len();
     let width = n.div_ceil(500).max(1);
     let mut all: Vec<Block> = Vec::new();
-    let mut differences: Vec<f64> =
-        x.windows(3).chain(quadrature.windows(3)).map(|w| (w[1] - 0.5 * (w[0] + w[2])).abs()).collect();
-    let middle = differences.len() / 2;
-    let noise_rms =
-        differences.select_nth_unstable_by(middle, f64::total_cmp).1.abs() / 0.674_49 / 1.5f64.sqrt();
+    let noise_rms = neighbour_noise(x.windows(3).chain(quadrature.windows(3))).unwrap_or(0.0);
     for first in (0..n).step_by(width).filter(|&i| i + width <= n) {
         let end = first + width;
         let count = width as f64;

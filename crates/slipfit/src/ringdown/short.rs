@@ -8,6 +8,7 @@ use super::segment::{LEAD_IN, RECORD_END, RECORD_START, REST, Stretch};
 use super::waveform::{COUNT, OFFSET, OMEGA, PHASE, Waveform};
 use super::waveform_fit::fit_waveform_window;
 use crate::inference::least_squares::minimise;
+use crate::numeric::robust::neighbour_noise;
 use crate::signal::blocks::Block;
 use crate::signal::phase::PhaseLaw;
 use std::f64::consts::PI;
@@ -32,7 +33,7 @@ pub(crate) fn short<'a>(samples: &'a Samples) -> Option<(Measured, Described<'a>
     if n - release < 12 || quarter <= 0.0 {
         return None;
     }
-    let noise = fast_noise(&signal[release..]);
+    let noise = neighbour_noise(signal[release..].windows(3)).unwrap_or(0.0);
     // The largest sample owes part of its size to the noise: begin where the motion leaves it.
     let leaves = (release..crossing)
         .rev()
@@ -113,13 +114,6 @@ fn begun_at<'a>(
     measured.all.clone_from(&measured.points);
     measured.stretch.end = measured.points.len();
     (measured.points.len() >= 2).then_some((measured, described))
-}
-
-/// Noise from second differences: what the slow motion adds makes it an upper bound.
-fn fast_noise(signal: &[f64]) -> f64 {
-    let mut bends: Vec<f64> = signal.windows(3).map(|w| (w[0] - 2.0 * w[1] + w[2]).abs()).collect();
-    let middle = bends.len() / 2;
-    bends.select_nth_unstable_by(middle, f64::total_cmp).1.abs() / 0.674_49 / 6.0f64.sqrt()
 }
 
 /// The best of a coarse net of frequencies, decay rates and frictions, each fitted.

@@ -1,7 +1,7 @@
 //! The record in short stretches ("blocks"): amplitude, phase, offset and noise
 //! of each, by local least squares. No step of it assumes even sampling.
 
-use crate::numeric::wide;
+use crate::numeric::{robust::median, wide};
 use nalgebra::{SMatrix, SVector};
 use std::f64::consts::{PI, TAU};
 
@@ -406,11 +406,7 @@ pub(crate) fn noise_rms(blocks: &[Block]) -> f64 {
             b.rss / b.dof / median_bias
         })
         .collect();
-    if variances.is_empty() {
-        return 0.0;
-    }
-    let middle = variances.len() / 2;
-    variances.select_nth_unstable_by(middle, f64::total_cmp).1.sqrt()
+    median(&mut variances).unwrap_or(0.0).sqrt()
 }
 
 /// The phase folded to `(-pi, pi]`.

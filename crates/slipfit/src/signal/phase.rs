@@ -6,6 +6,7 @@
 
 use super::blocks::{Block, PhaseAt};
 use crate::inference::{evidence::bic, least_squares::linear};
+use crate::numeric::robust::median;
 use std::f64::consts::TAU;
 
 /// How the phase depends on time and amplitude:
@@ -128,11 +129,8 @@ pub(crate) fn smooth(blocks: &[Block], amplitude: &[f64], noise_rms: f64) -> Opt
         drift: 2.0 * get(Column::Chirp) / (span * span) / omega,
     };
     // A phase error e costs the amplitude e²/2: tolerable while that stays below the noise.
-    let typical_noise = {
-        let mut v: Vec<f64> = weight.iter().map(|w| 1.0 / w.sqrt()).collect();
-        v.sort_by(f64::total_cmp);
-        v[v.len() / 2]
-    };
+    let mut errors: Vec<f64> = weight.iter().map(|w| 1.0 / w.sqrt()).collect();
+    let typical_noise = median(&mut errors)?;
     let lawful = omega > 0.0
         && (omega / omega_0 - 1.0).abs() < 0.5
         && (excess < 3.0 || 0.5 * mean_square < 0.1 * typical_noise);

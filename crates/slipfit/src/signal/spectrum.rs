@@ -1,6 +1,6 @@
-//! Coarse frequencies: which oscillations a stretch of record holds.
+//! Periodogram: the oscillations of a stretch of record, and a band-pass filter.
 
-use crate::numeric::trig;
+use crate::numeric::{robust::median, trig};
 use realfft::RealFftPlanner;
 use std::cell::RefCell;
 use std::f64::consts::{FRAC_PI_2, PI};
@@ -10,7 +10,7 @@ thread_local! {
     static PLANNER: RefCell<RealFftPlanner<f64>> = RefCell::new(RealFftPlanner::new());
 }
 
-/// Longest transform used; longer records are looked at where they are loudest.
+/// Longest transform used; of a longer record its loudest part is taken.
 const LONGEST: usize = 1 << 15;
 
 /// One line of a spectrum.
@@ -31,11 +31,7 @@ pub(crate) fn median_step(time: &[f64]) -> f64 {
     let stride = (time.len() / 1000).max(1);
     let mut steps: Vec<f64> =
         time.windows(2).step_by(stride).map(|w| w[1] - w[0]).filter(|&d| d > 0.0).collect();
-    if steps.is_empty() {
-        return f64::NAN;
-    }
-    let middle = steps.len() / 2;
-    *steps.select_nth_unstable_by(middle, f64::total_cmp).1
+    median(&mut steps).unwrap_or(f64::NAN)
 }
 
 /// Boxcar means of `width` samples.
@@ -125,19 +121,19 @@ fn refine(spectrum: &[f64], i: usize, width: f64) -> Line {
     Line { frequency_hz: (i as f64 + shift) * width, amplitude: (b - 0.25 * (a - c) * shift).exp() }
 }
 
-/// The spectrum of a record where it is loudest.
-pub(crate) struct Look {
+/// Amplitude spectrum of a record, of its loudest part where it is long.
+pub(crate) struct Periodogram {
     spectrum: Vec<f64>,
     /// Width of a bin, Hz.
     bin: f64,
-    /// Length looked at, s, and in samples.
+    /// Length of the stretch, s, and in samples.
     duration: f64,
     samples: usize,
 }
 
-impl Look {
+impl Periodogram {
     /// `None` for fewer than eight samples.
-    pub(crate) fn at(time: &[f64], signal: &[f64]) -> Option<Self> {
+    pub(crate) fn of(time: &[f64], signal: &[f64]) -> Option<Self> {
         if time.len() < 8 {
             return None;
         }
@@ -165,23 +161,23 @@ impl Look {
 /// Long records are searched in the stretch of highest variance; when fewer
 /// than eight cycles fit into it, it is averaged eightfold and lengthened.
 pub(crate) fn dominant(time: &[f64], signal: &[f64], band_hz: Option<[f64; 2]>) -> Option<Line> {
-    dominant_of(&Look::at(time, signal)?, time, signal, band_hz)
+    dominant_of(&Periodogram::of(time, signal)?, time, signal, band_hz)
 }
 
-/// As [`dominant`], the first look already taken.
+/// As [`dominant`], its periodogram already at hand.
 pub(crate) fn dominant_of(
-    look: &Look,
+    periodogram: &Periodogram,
     time: &[f64],
     signal: &[f64],
     band_hz: Option<[f64; 2]>,
 ) -> Option<Line> {
     let mut width = 1;
-    let mut wider: Option<Look> = None;
+    let mut wider: Option<Periodogram> = None;
     loop {
-        let look = wider.as_ref().unwrap_or(look);
-        let line = look.strongest(band_hz)?;
-        let whole = look.samples >= signal.len() / width;
-        if line.frequency_hz * look.duration >= 8.0 {
+        let here = wider.as_ref().unwrap_or(periodogram);
+        let line = here.strongest(band_hz)?;
+        let whole = here.samples >= signal.len() / width;
+        if line.frequency_hz * here.duration >= 8.0 {
             return Some(line);
         }
         if whole {
@@ -189,7 +185,7 @@ pub(crate) fn dominant_of(
         }
         width *= 8;
         let (t, y) = averaged(time, signal, width);
-        wider = Some(Look::at(&t, &y)?);
+        wider = Some(Periodogram::of(&t, &y)?);
     }
 }
 
@@ -199,9 +195,9 @@ fn brief(time: &[f64], signal: &[f64], band_hz: Option<[f64; 2]>, line: &Line) -
     let long_enough = |parts: &usize| signal.len() / parts >= 16;
     [4, 16, 64].into_iter().filter(long_enough).find_map(|parts| {
         let (from, to) = loudest(signal, signal.len() / parts);
-        let look = Look::at(&time[from..to], &signal[from..to])?;
-        let found = look.strongest(band_hz)?;
-        let cycles = found.frequency_hz * look.duration;
+        let part = Periodogram::of(&time[from..to], &signal[from..to])?;
+        let found = part.strongest(band_hz)?;
+        let cycles = found.frequency_hz * part.duration;
         (cycles >= 3.0 && found.amplitude > 2.0 * line.amplitude).then_some(found)
     })
 }
@@ -224,7 +220,7 @@ pub(crate) fn loudest_line(signal: &[f64], interval_s: f64) -> Option<Line> {
     let duration = values.len() as f64 * interval_s;
     let samples = values.len();
     let (spectrum, bin) = amplitudes(&Grid { interval_s, values });
-    Look { spectrum, bin, duration, samples }.strongest(None)
+    Periodogram { spectrum, bin, duration, samples }.strongest(None)
 }
 
 /// The stretch of at most `longest` samples with the highest variance.
@@ -251,8 +247,13 @@ fn loudest(signal: &[f64], longest: usize) -> (usize, usize) {
 
 /// Lines of at least this amplitude other than the main one, its neighbourhood
 /// and its harmonics, strongest first.
-pub(crate) fn other_lines(look: &Look, main_hz: f64, relative_width: f64, least: f64) -> Vec<Line> {
-    let Look { spectrum, bin, duration, samples } = look;
+pub(crate) fn other_lines(
+    periodogram: &Periodogram,
+    main_hz: f64,
+    relative_width: f64,
+    least: f64,
+) -> Vec<Line> {
+    let Periodogram { spectrum, bin, duration, samples } = periodogram;
     if *samples < 32 {
         return Vec::new();
     }
@@ -275,8 +276,8 @@ pub(crate) fn other_lines(look: &Look, main_hz: f64, relative_width: f64, least:
 }
 
 /// The strongest harmonic up to the fifth: its order and amplitude.
-pub(crate) fn strongest_harmonic(look: &Look, main_hz: f64) -> Option<(usize, f64)> {
-    let Look { spectrum, bin, duration, .. } = look;
+pub(crate) fn strongest_harmonic(periodogram: &Periodogram, main_hz: f64) -> Option<(usize, f64)> {
+    let Periodogram { spectrum, bin, duration, .. } = periodogram;
     // Closer than this the main line's own width reaches the second harmonic.
     if main_hz * duration < 8.0 {
         return None;
@@ -375,7 +376,7 @@ mod tests {
         let y: Vec<f64> = t.iter().map(|t| (TAU * t).sin() + 0.3 * (TAU * 3.3 * t).sin()).collect();
         let line = dominant(&t, &y, Some([2.0, 5.0])).expect("a line");
         assert!((line.frequency_hz - 3.3).abs() < 0.05);
-        let others = other_lines(&Look::at(&t, &y).expect("long enough"), 1.0, 0.05, 0.01);
+        let others = other_lines(&Periodogram::of(&t, &y).expect("long enough"), 1.0, 0.05, 0.01);
         assert!(
             (others[0].frequency_hz - 3.3).abs() < 0.05 && (others[0].amplitude - 0.3).abs() < 0.03,
             "{others:?}"

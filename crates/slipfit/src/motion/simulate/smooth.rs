@@ -15,6 +15,7 @@ use super::local::Local;
 use super::motion::Motion;
 use crate::error::Error;
 use crate::model::oscillator::{Oscillator, above_zero, at_least_zero};
+use crate::numeric::roots::root;
 use differential_equations::interpolate::Interpolation;
 use differential_equations::methods::ExplicitRungeKutta;
 use differential_equations::ode::{ODE, OrdinaryNumericalMethod};
@@ -300,7 +301,7 @@ impl<F: Fn(f64) -> f64> SmoothMotion<F> {
                     .map_or([f64::NAN; 2], |y| [s * y[1], s * ode.acceleration(t, y[0], y[1])])
             };
             let Some((low, high)) = bracket(&mut speed_and_rise, a, b, speed_at_end) else { continue };
-            let mut at = bisect(&mut |t| speed_and_rise(t)[0], low, high);
+            let mut at = root(low, high, |t| speed_and_rise(t)[0]);
             // Integrate up to it, and correct by Newton's method on the integration itself.
             let from = *solver.y_prev();
             let mut y = from;
@@ -361,7 +362,7 @@ fn bracket(
         let rises = rise >= 0.0;
         if !rising && rises {
             // Speed passes a least value here, and may have touched zero.
-            let lowest = bisect(&mut |t| -speed_and_rise(t)[1], t(i - 1), t(i));
+            let lowest = root(t(i - 1), t(i), |t| speed_and_rise(t)[1]);
             if speed_and_rise(lowest)[0] <= 0.0 {
                 return Some((t(i - 1), lowest));
             }
@@ -369,16 +370,4 @@ fn bracket(
         rising = rises;
     }
     None
-}
-
-/// Where `f` passes from above zero to zero or below.
-fn bisect(f: &mut impl FnMut(f64) -> f64, mut low: f64, mut high: f64) -> f64 {
-    for _ in 0..80 {
-        let middle = 0.5 * (low + high);
-        if middle <= low || middle >= high {
-            break;
-        }
-        if f(middle) > 0.0 { low = middle } else { high = middle }
-    }
-    0.5 * (low + high)
 }

@@ -1,6 +1,6 @@
 //! Where each approximation may be used: errors over `Q` and `beta`.
 
-use super::{HarmonicDrive, SteadyState, Way, leading, lorentzian, solve, validity};
+use super::{HarmonicDrive, SolutionMethod, SteadyState, leading, lorentzian, solve, validity};
 use crate::error::Error;
 use crate::model::oscillator::Oscillator;
 use crate::motion::decay::{FreeDecay, averaged};
@@ -22,8 +22,8 @@ pub struct Cell {
     pub q_factor: f64,
     /// Friction ratio `4F/(pi k x_0)`.
     pub beta: f64,
-    /// The exact way that holds at resonance.
-    pub way: Way,
+    /// The exact method that holds at resonance.
+    pub method: SolutionMethod,
     /// Exact amplitude at resonance, over `x_0`.
     pub gain: f64,
     /// Error of eq. (8) at resonance.
@@ -89,7 +89,7 @@ pub fn cell(q_factor: f64, beta: f64) -> Result<Cell, Error> {
     Ok(Cell {
         q_factor,
         beta,
-        way: at_resonance.way,
+        method: at_resonance.method,
         gain,
         leading_error: at_resonance.leading_error,
         leading_flank_error: worst_leading,

@@ -2,6 +2,7 @@
 
 use super::{HarmonicDrive, Phasor, dynamic_stiffness};
 use crate::model::oscillator::Oscillator;
+use crate::numeric::roots::root;
 use std::f64::consts::PI;
 
 /// Leading amplitude, eq. (8):
@@ -48,21 +49,13 @@ pub fn with_drag(oscillator: &Oscillator, drive: &HarmonicDrive, drag_rate: f64)
         None if c > 0.0 => (x_0 / c).sqrt(),
         None => return None,
     };
-    let mut low = 0.0;
     while balance(high).norm() < x_0 {
         high *= 2.0;
         if !high.is_finite() {
             return None;
         }
     }
-    for _ in 0..2000 {
-        let mid = 0.5 * (low + high);
-        if mid <= low || mid >= high {
-            break;
-        }
-        if balance(mid).norm() < x_0 { low = mid } else { high = mid }
-    }
-    let r = 0.5 * (low + high);
+    let r = root(0.0, high, |r| balance(r).norm() - x_0);
     let base = balance(r);
     (r > 0.0).then(|| base.conj() * (r / base.norm()))
 }

@@ -6,12 +6,12 @@
 //! - [`lorentzian`]: effective quality factor and drive, eqs. (9) to (14), and back
 //! - [`exact`]: two turns a cycle and no stop, closed
 //! - [`orbit`]: with stops, by shooting on the event machine; stability
-//! - [`solve`]: whichever of the exact ways holds
+//! - [`solve`]: the exact motion by the method that holds
 //! - [`validity()`]: the paper's limits, with the error made
 //! - [`scan`]: what an instrument shows, point by point or swept
 //! - [`atlas`]: errors of the approximations over `Q` and `beta`
 //!
-//! [`SteadyState::new`] puts any of them behind one face:
+//! [`SteadyState::new`] puts any of them behind one interface:
 //!
 //! ```
 //! # use slipfit::{Oscillator, motion::steady::{HarmonicDrive, Method, SteadyState}};
@@ -42,7 +42,7 @@ mod stops;
 pub mod validity;
 
 pub use orbit::PeriodicOrbit;
-pub use solve::{Solution, Way, Ways, solve, solve_with_friction, ways};
+pub use solve::{MethodComparison, Solution, SolutionMethod, compare_methods, solve, solve_with_friction};
 pub use state::{CycleLoss, HarmonicDrive, Method, SteadyState};
 pub use validity::{Validity, validity};
 

@@ -1,4 +1,4 @@
-//! Which exact way holds.
+//! The exact steady motion by the method that holds, and a comparison of the methods.
 
 use super::exact::ClosedForm;
 use super::orbit::{OrbitOptions, PeriodicOrbit};
@@ -7,10 +7,10 @@ use crate::error::Error;
 use crate::model::oscillator::Oscillator;
 use crate::motion::simulate::{Drive, Friction, Motion};
 
-/// The way by which the exact steady motion was found.
+/// The method that gave the exact steady motion.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
 #[non_exhaustive]
-pub enum Way {
+pub enum SolutionMethod {
     /// Two turns a cycle and no stop: the closed form.
     ClosedForm,
     /// Shooting on the event map: there are stops, or more turns.
@@ -24,15 +24,15 @@ pub enum Way {
 pub struct Solution {
     /// The motion.
     pub state: SteadyState,
-    /// The way that holds.
-    pub way: Way,
+    /// The method that holds.
+    pub method: SolutionMethod,
     /// Floquet multipliers of the motion.
     pub multipliers: [Phasor; 2],
     /// How well it closes after one cycle of the event machine, relative.
     pub residual: f64,
 }
 
-/// The exact steady motion, by whichever way holds.
+/// The exact steady motion, by the method that holds.
 ///
 /// The closed form is tried first and believed only if the event machine confirms it;
 /// else shooting, from rest and after a short transient. Every answer is run through
@@ -42,11 +42,11 @@ pub struct Solution {
 /// [`Error::DoesNotHold`] where no motion repeating with the drive was found.
 ///
 /// ```
-/// # use slipfit::{Oscillator, motion::steady::{HarmonicDrive, Way, solve}};
+/// # use slipfit::{Oscillator, motion::steady::{HarmonicDrive, SolutionMethod, solve}};
 /// let o = Oscillator::kinematic(1.0, 0.01, 0.5)?;
-/// assert_eq!(solve(&o, &HarmonicDrive::new(1.0, 1.0)?)?.way, Way::ClosedForm);
-/// assert_eq!(solve(&o, &HarmonicDrive::new(1.0, 0.2)?)?.way, Way::Shooting);
-/// assert_eq!(solve(&o, &HarmonicDrive::new(0.4, 1.0)?)?.way, Way::FullStick);
+/// assert_eq!(solve(&o, &HarmonicDrive::new(1.0, 1.0)?)?.method, SolutionMethod::ClosedForm);
+/// assert_eq!(solve(&o, &HarmonicDrive::new(1.0, 0.2)?)?.method, SolutionMethod::Shooting);
+/// assert_eq!(solve(&o, &HarmonicDrive::new(0.4, 1.0)?)?.method, SolutionMethod::FullStick);
 /// # Ok::<(), slipfit::Error>(())
 /// ```
 pub fn solve(oscillator: &Oscillator, drive: &HarmonicDrive) -> Result<Solution, Error> {
@@ -56,7 +56,7 @@ pub fn solve(oscillator: &Oscillator, drive: &HarmonicDrive) -> Result<Solution,
         let options = OrbitOptions { start: Some(state.state(0.0)), settle_cycles: 0, max_cycles: 4 };
         if let Ok(orbit) = PeriodicOrbit::find(oscillator, drive, options) {
             let (multipliers, residual) = (orbit.multipliers(), orbit.residual());
-            return Ok(Solution { state, way: Way::ClosedForm, multipliers, residual });
+            return Ok(Solution { state, method: SolutionMethod::ClosedForm, multipliers, residual });
         }
     }
     let orbit = PeriodicOrbit::find(oscillator, drive, OrbitOptions::default())?;
@@ -82,21 +82,21 @@ pub fn solve_with_friction(
 
 fn shot(drive: &HarmonicDrive, orbit: PeriodicOrbit) -> Solution {
     let (multipliers, residual) = (orbit.multipliers(), orbit.residual());
-    let way = if orbit.events().is_empty() { Way::FullStick } else { Way::Shooting };
-    Solution { state: SteadyState::orbit(drive, orbit), way, multipliers, residual }
+    let method = if orbit.events().is_empty() { SolutionMethod::FullStick } else { SolutionMethod::Shooting };
+    Solution { state: SteadyState::orbit(drive, orbit), method, multipliers, residual }
 }
 
-/// The amplitude at the turns by each of the three ways.
+/// The amplitude at the turns by each of the three methods.
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub struct Ways {
+pub struct MethodComparison {
     /// The closed form's value, whether or not it holds; `None` where it has none.
     pub closed_form: Option<f64>,
     /// By shooting; `None` where no periodic motion was found.
     pub shooting: Option<f64>,
     /// Largest excursion in the last cycle of a long run from rest at zero.
     pub transient: f64,
-    /// The way that holds; `None` where no motion repeating with the drive was found.
-    pub holds: Option<Way>,
+    /// The method that holds; `None` where no motion repeating with the drive was found.
+    pub holds: Option<SolutionMethod>,
 }
 
 /// The steady amplitude by closed form, by shooting and by a run of `cycles`, and which holds.
@@ -105,15 +105,19 @@ pub struct Ways {
 /// [`Error::Parameter`] for no cycles at all.
 ///
 /// ```
-/// # use slipfit::{Oscillator, motion::steady::{HarmonicDrive, Way, ways}};
+/// # use slipfit::{Oscillator, motion::steady::{HarmonicDrive, SolutionMethod, compare_methods}};
 /// // Driven slowly the mass stops on the way: the closed form has a value, but a wrong one.
 /// let o = Oscillator::kinematic(1.0, 0.05, 0.5)?;
-/// let w = ways(&o, &HarmonicDrive::new(1.0, 0.3)?, 300)?;
-/// assert_eq!(w.holds, Some(Way::Shooting));
+/// let w = compare_methods(&o, &HarmonicDrive::new(1.0, 0.3)?, 300)?;
+/// assert_eq!(w.holds, Some(SolutionMethod::Shooting));
 /// assert!((w.shooting.unwrap() - w.transient).abs() < 1e-12);
 /// # Ok::<(), slipfit::Error>(())
 /// ```
-pub fn ways(oscillator: &Oscillator, drive: &HarmonicDrive, cycles: u32) -> Result<Ways, Error> {
+pub fn compare_methods(
+    oscillator: &Oscillator,
+    drive: &HarmonicDrive,
+    cycles: u32,
+) -> Result<MethodComparison, Error> {
     if cycles == 0 {
         return Err(Error::Parameter { name: "cycles", value: 0.0, range: "1 or more" });
     }
@@ -129,10 +133,10 @@ pub fn ways(oscillator: &Oscillator, drive: &HarmonicDrive, cycles: u32) -> Resu
             transient = transient.max(e.position.abs());
         }
     }
-    Ok(Ways {
+    Ok(MethodComparison {
         closed_form: ClosedForm::new(oscillator, drive).map(|c| c.amplitude()),
         shooting: shot.map(|o| largest(o.turning_points())),
         transient,
-        holds: solve(oscillator, drive).ok().map(|s| s.way),
+        holds: solve(oscillator, drive).ok().map(|s| s.method),
     })
 }

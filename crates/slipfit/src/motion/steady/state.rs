@@ -1,10 +1,11 @@
-//! One face for every way to the steady motion.
+//! The steady motion by any method, behind one interface.
 
 use super::exact::ClosedForm;
 use super::orbit::{OrbitOptions, PeriodicOrbit};
 use super::{Phasor, leading, lorentzian, series};
 use crate::error::Error;
 use crate::model::oscillator::Oscillator;
+use crate::numeric::roots::root;
 use std::f64::consts::PI;
 
 /// A harmonic drive at the base, `x_0 cos(omega t)`; a force `P cos(omega t)` is `x_0 = P/k`.
@@ -46,7 +47,7 @@ impl HarmonicDrive {
     }
 }
 
-/// A way to the steady motion.
+/// A method for the steady motion.
 #[derive(Debug, Clone, Copy, PartialEq)]
 #[non_exhaustive]
 pub enum Method {
@@ -181,7 +182,7 @@ impl SteadyState {
         }
     }
 
-    /// The way it was computed.
+    /// The method that computed it.
     pub fn method(&self) -> Method {
         self.method
     }
@@ -276,14 +277,11 @@ impl SteadyState {
         }
         let mut before = self.velocity(0.0);
         for i in 1..=steps {
-            let (mut a, mut b) = (period * (i - 1) as f64 / steps as f64, period * i as f64 / steps as f64);
+            let (a, b) = (period * (i - 1) as f64 / steps as f64, period * i as f64 / steps as f64);
             let after = self.velocity(b);
             if before != 0.0 && (before > 0.0) != (after > 0.0) {
-                for _ in 0..60 {
-                    let m = 0.5 * (a + b);
-                    if (self.velocity(m) > 0.0) == (before > 0.0) { a = m } else { b = m }
-                }
-                found.push((a, self.displacement(a)));
+                let turn = root(a, b, |t| self.velocity(t));
+                found.push((turn, self.displacement(turn)));
             }
             before = after;
         }

@@ -1,6 +1,6 @@
 //! The limits the paper states, and the error actually made.
 
-use super::{HarmonicDrive, Method, SteadyState, Way, leading, lorentzian, solve};
+use super::{HarmonicDrive, Method, SolutionMethod, SteadyState, leading, lorentzian, solve};
 use crate::error::Error;
 use crate::model::oscillator::Oscillator;
 use std::f64::consts::PI;
@@ -15,8 +15,8 @@ pub struct Validity {
     pub q_factor: f64,
     /// Phase of the fundamental behind the turn, rad, exact; the paper takes it as zero.
     pub fundamental_phase: f64,
-    /// The exact way that holds.
-    pub way: Way,
+    /// The exact method that holds.
+    pub method: SolutionMethod,
     /// Stops in a cycle of the exact motion.
     pub stops: usize,
     /// Exact amplitude, at the turns.
@@ -73,7 +73,7 @@ pub fn validity(oscillator: &Oscillator, drive: &HarmonicDrive) -> Result<Validi
         sliding_ratio: 4.0 * oscillator.friction_displacement() / (PI * amplitude),
         q_factor: oscillator.q_factor(),
         fundamental_phase,
-        way: exact.way,
+        method: exact.method,
         stops: exact.state.stops(),
         amplitude,
         leading_error: relative(leading::leading_amplitude(oscillator, drive)),
