@@ -98,6 +98,15 @@ impl Dd {
         Self::renorm(s, r.value() / (2.0 * s))
     }
 
+    /// Pieces of 26 bits, the last taking what is left: their products with whole numbers below
+    /// 2^27 are exact.
+    pub(crate) fn thirds(self) -> [f64; 3] {
+        let cut = |x: f64| f64::from_bits(x.to_bits() & !((1 << 27) - 1));
+        let a = cut(self.hi);
+        let b = cut((self.hi - a) + self.lo);
+        [a, b, ((self.hi - a) - b) + self.lo]
+    }
+
     /// `sqrt((a - b)(a + b))`, free of cancellation.
     pub(crate) fn root_of_difference_of_squares(a: f64, b: f64) -> Self {
         two_sum(a, -b).mul(two_sum(a, b)).sqrt()

@@ -4,6 +4,9 @@ use crate::error::Error;
 use crate::model::oscillator::{Oscillator, finite, moderate};
 use crate::numeric::double_double::{self as dd, Dd};
 
+/// Half cycles up to which `(n + 1/2) T` is formed without rounding.
+pub(super) const COUNTABLE: f64 = 6e7;
+
 /// Free decay with viscous and sliding friction, in closed form.
 ///
 /// Between two turning points the friction force is constant, so the motion
@@ -197,7 +200,7 @@ impl FreeDecay {
             last: self.stop.map_or(1 << 53, |s| s.index),
             keep: (-self.lambda).exp(),
             loss: (1.0 + (-self.lambda).exp()) * self.oscillator.friction_displacement(),
-            thirds: super::waveform::thirds(self.half_period),
+            thirds: self.half_period.thirds(),
             decay: *self,
             done: false,
         }
@@ -309,18 +312,6 @@ impl FreeDecay {
         self.state(time_s).1
     }
 
-    /// Displacement at many times, in any order.
-    ///
-    /// # Errors
-    /// [`Error::Length`] unless `out` is as long as `time_s`.
-    pub fn fill(&self, time_s: &[f64], out: &mut [f64]) -> Result<(), Error> {
-        if time_s.len() != out.len() {
-            return Err(Error::Length { name: "out", found: out.len(), expected: time_s.len() });
-        }
-        super::waveform::fill(self, time_s, out);
-        Ok(())
-    }
-
     /// Energy lost from turning point `n` to the next, split, over the stiffness:
     /// `x_F (|X_n| + |X_n+1|)` to sliding friction, the rest of
     /// `(X_n² - X_n+1²)/2` to viscous damping. Nothing after the stop.
@@ -370,7 +361,7 @@ impl Iterator for TurningPoints {
             return d.stop.map(|s| TurningPoint { index: s.index, time_s: s.time_s, position: s.position });
         }
         let n = self.count;
-        let time_s = if n < super::waveform::COUNTABLE {
+        let time_s = if n < COUNTABLE {
             let [a, b, c] = self.thirds;
             let sum = dd::two_sum(d.first_time.hi, n * a);
             sum.hi + (n * b + (sum.lo + (d.first_time.lo + n * c)))

@@ -1,11 +1,9 @@
 //! Free decays at many times: the same closed form, several samples at once.
 
-use super::exact::FreeDecay;
+use super::exact::{COUNTABLE, FreeDecay};
+use crate::error::Error;
 use crate::numeric::double_double::Dd;
 use pulp::{Arch, Simd, WithSimd};
-
-/// Half cycles up to which `(n + 1/2) T` is formed without rounding.
-pub(super) const COUNTABLE: f64 = 6e7;
 
 /// Largest decrement of a half cycle for which the series below suffice.
 const SLOW: f64 = 0.05;
@@ -20,7 +18,21 @@ const SHARED: usize = 1 << 15;
 /// Lanes of the widest registers there are.
 const MOST_LANES: usize = 16;
 
-pub(super) fn fill(decay: &FreeDecay, time_s: &[f64], out: &mut [f64]) {
+impl FreeDecay {
+    /// Displacement at many times, in any order.
+    ///
+    /// # Errors
+    /// [`Error::Length`] unless `out` is as long as `time_s`.
+    pub fn fill(&self, time_s: &[f64], out: &mut [f64]) -> Result<(), Error> {
+        if time_s.len() != out.len() {
+            return Err(Error::Length { name: "out", found: out.len(), expected: time_s.len() });
+        }
+        fill(self, time_s, out);
+        Ok(())
+    }
+}
+
+fn fill(decay: &FreeDecay, time_s: &[f64], out: &mut [f64]) {
     #[cfg(feature = "threads")]
     {
         use rayon::prelude::*;
@@ -175,7 +187,7 @@ impl<S: Simd> Kernel<S> {
         Self {
             first: v(first),
             rest: v(rest),
-            thirds: thirds(decay.half_period).map(v),
+            thirds: decay.half_period.thirds().map(v),
             per: v(1.0 / decay.half_period.hi),
             omega: v(o.omega_d()),
             lag: v((o.decay_rate_per_s() / o.omega_d()).atan()),
@@ -215,15 +227,6 @@ impl<S: Simd> Kernel<S> {
         }
         s.mul_add_e_f64s(s.mul_f64s(amplitude, e), s.mul_f64s(sin, phase), offset)
     }
-}
-
-/// A doubled number in pieces of 26 bits, the last taking what is left: their products with
-/// whole numbers below 2^27 are exact.
-pub(super) fn thirds(x: Dd) -> [f64; 3] {
-    let cut = |x: f64| f64::from_bits(x.to_bits() & !((1 << 27) - 1));
-    let a = cut(x.hi);
-    let b = cut((x.hi - a) + x.lo);
-    [a, b, ((x.hi - a) - b) + x.lo]
 }
 
 /// `sin(r)/r` in powers of `r²` for `|r| <= 1.62`, Chebyshev: off by less than 4e-19.

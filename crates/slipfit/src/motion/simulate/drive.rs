@@ -1,7 +1,7 @@
 //! Drives: what moves the far end of the spring.
 
-use super::arc::{C64, Constants};
 use super::local::{CHIRP_SPAN, Chirp, Local, Tone};
+use super::transition::{C64, Constants};
 use crate::error::Error;
 use crate::model::oscillator::{above_zero, finite, moderate};
 use crate::numeric::double_double::{self as dd, Dd};

@@ -1,6 +1,6 @@
 //! The drive as an arc sees it, counted from the arc's own start.
 
-use super::arc::{C64, Constants, convolve, phi_2};
+use super::transition::{C64, Constants, convolve, phi_2};
 
 /// `U(u) - U(0)` as tones, a slope and a chirp; good up to `end`.
 #[derive(Debug, Clone, PartialEq, Default)]

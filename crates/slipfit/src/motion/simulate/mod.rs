@@ -14,6 +14,7 @@ mod motion;
 #[cfg(feature = "smooth-laws")]
 pub mod smooth;
 mod tangent;
+mod transition;
 
 pub use drive::{Drive, Harmonic};
 pub use event::{Event, EventKind, Friction, State};

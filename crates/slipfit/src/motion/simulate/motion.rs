@@ -1,10 +1,11 @@
 //! The event machine: arcs of sliding, rests, and what separates them.
 
-use super::arc::{Arc, Constants};
+use super::arc::Arc;
 use super::certify::first_zero;
 use super::drive::Drive;
 use super::event::{Event, EventKind, Friction, State};
 use super::local::Local;
+use super::transition::Constants;
 use crate::error::Error;
 use crate::model::oscillator::{Oscillator, finite, moderate};
 use crate::numeric::double_double::Dd;

@@ -1,8 +1,8 @@
 //! How a small change of the start changes the state later.
 
-use super::arc::Constants;
 use super::event::{EventKind, State};
 use super::motion::Motion;
+use super::transition::Constants;
 
 /// A later state and its derivative by the start.
 #[derive(Debug, Clone, Copy, PartialEq)]

@@ -2,7 +2,7 @@
 //! through, so that a loop over it becomes vector instructions.
 
 use super::Phasor;
-use super::fundamental::Point;
+use super::response::{Fundamental, Point, Regime};
 use std::f64::consts::PI;
 
 pub(super) const KAPPA: f64 = 4.0 / PI;
@@ -128,6 +128,12 @@ impl Closed {
     #[inline(always)]
     pub(crate) fn turned(&self) -> f64 {
         if self.p > 0.0 { self.p } else { f64::NAN }
+    }
+
+    /// As the fundamental of a motion that slides all the time.
+    pub(super) fn fundamental(&self) -> Fundamental {
+        let [by_omega_0, by_delta, by_x_0, by_x_f] = self.by;
+        Fundamental { value: self.value, by_omega_0, by_delta, by_x_0, by_x_f, regime: Regime::Sliding }
     }
 
     pub(super) fn turn_amplitude(&self) -> f64 {

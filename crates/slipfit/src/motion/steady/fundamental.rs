@@ -4,98 +4,14 @@
 use super::closed::{self, Closed, Halves, KAPPA};
 use super::one_stop::{self, Digits, Slip};
 use super::orbit::{OrbitOptions, PeriodicOrbit};
+
+use super::HarmonicDrive;
 use super::stops;
-use super::{HarmonicDrive, Phasor};
 use crate::model::oscillator::Oscillator;
 use crate::numeric::dual::{Dual, Pair};
 use std::f64::consts::PI;
 
-/// An oscillator at one frequency of its drive, with the differences kept apart that cancel.
-#[derive(Debug, Clone, Copy, PartialEq)]
-pub struct Point {
-    /// Angular frequency of the drive, rad/s.
-    pub omega: f64,
-    /// Natural angular frequency, rad/s.
-    pub omega_0: f64,
-    /// `omega - omega_0`, rad/s, given apart since it cancels at high Q.
-    pub detuning: f64,
-    /// Decay rate, 1/s.
-    pub delta: f64,
-    /// Drive amplitude `x_0`.
-    pub x_0: f64,
-    /// Friction displacement `x_F`.
-    pub x_f: f64,
-}
-
-/// How the motion looks that gave a fundamental.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub enum Regime {
-    /// Two turns a cycle, no stop.
-    Sliding,
-    /// One stop each half cycle.
-    OneStop,
-    /// Several slides each half cycle.
-    ManyStops,
-    /// More turns than two without a symmetric stop: found by shooting, its derivatives only
-    /// those of the closed form.
-    ManyTurns,
-    /// Nothing moves.
-    Stuck,
-}
-
-impl Regime {
-    /// Stops in a cycle, at least.
-    pub fn stops(self) -> usize {
-        match self {
-            Regime::Sliding | Regime::Stuck | Regime::ManyTurns => 0,
-            Regime::OneStop => 2,
-            Regime::ManyStops => 4,
-        }
-    }
-}
-
-/// The fundamental `x = Re Z e^(i omega t)`, drive `x_0 cos(omega t)`, and its derivatives.
-#[derive(Debug, Clone, Copy, PartialEq)]
-pub struct Fundamental {
-    /// `Z`.
-    pub value: Phasor,
-    /// By `omega_0` at fixed `omega` (the detuning follows).
-    pub by_omega_0: Phasor,
-    /// By the decay rate.
-    pub by_delta: Phasor,
-    /// By the drive amplitude.
-    pub by_x_0: Phasor,
-    /// By the friction displacement.
-    pub by_x_f: Phasor,
-    /// The motion behind it.
-    pub regime: Regime,
-}
-
-impl Fundamental {
-    const REST: Self = {
-        let zero = Phasor::new(0.0, 0.0);
-        Self {
-            value: zero,
-            by_omega_0: zero,
-            by_delta: zero,
-            by_x_0: zero,
-            by_x_f: zero,
-            regime: Regime::Stuck,
-        }
-    };
-
-    pub(super) fn of_pair(z: &Pair<4>, regime: Regime) -> Self {
-        let by = |i: usize| Phasor::new(z.re.d[i], z.im.d[i]);
-        Self {
-            value: Phasor::new(z.re.value, z.im.value),
-            by_omega_0: by(0),
-            by_delta: by(1),
-            by_x_0: by(2),
-            by_x_f: by(3),
-            regime,
-        }
-    }
-}
+pub use super::response::{Fundamental, Point, Regime};
 
 /// The closed form with two turns a cycle, followed also where the motion would stop and
 /// for a friction below zero, so that a fit has something smooth to follow:
@@ -108,7 +24,7 @@ impl Fundamental {
 /// [`ClosedForm`](super::exact::ClosedForm). `None` where the root has no value.
 #[inline]
 pub fn closed(at: &Point) -> Option<Fundamental> {
-    closed_at(at).map(|c| Fundamental::from(&c))
+    closed_at(at).map(|c| c.fundamental())
 }
 
 #[inline]
@@ -119,13 +35,6 @@ fn closed_at(at: &Point) -> Option<Closed> {
     let cosh = (1.0 + sinh * sinh).sqrt();
     let c = closed::closed_form(at, over_omega, Halves { sin, cos, sinh, cosh });
     (c.p > 0.0 && c.p.is_finite()).then_some(c)
-}
-
-impl From<&Closed> for Fundamental {
-    fn from(c: &Closed) -> Self {
-        let [by_omega_0, by_delta, by_x_0, by_x_f] = c.by;
-        Self { value: c.value, by_omega_0, by_delta, by_x_0, by_x_f, regime: Regime::Sliding }
-    }
 }
 
 /// Whether the mass, just turned, moves on at once and keeps its direction for half a cycle.
@@ -161,10 +70,10 @@ impl Follower {
         }
         let closed = closed_at(at);
         if at.x_f <= 0.0 {
-            return closed.map(|c| Fundamental::from(&c));
+            return closed.map(|c| c.fundamental());
         }
         if let Some(c) = closed.filter(|c| moves_on(at, c)) {
-            return Some(Fundamental::from(&c));
+            return Some(c.fundamental());
         }
         self.stopping(at, closed)
     }
@@ -189,7 +98,7 @@ impl Follower {
                     .or_else(|| start(last, Digits::Eight))
                     .or_else(|| start(cold, Digits::Eight))
             })
-            .or_else(|| shot(at, closed.map(|c| Fundamental::from(&c))).map(|f| (f, None)))?;
+            .or_else(|| shot(at, closed.map(|c| c.fundamental())).map(|f| (f, None)))?;
         self.last = slip.or(last);
         Some(found)
     }
@@ -239,7 +148,7 @@ fn shot(at: &Point, near: Option<Fundamental>) -> Option<Fundamental> {
 
 #[cfg(test)]
 mod tests {
-    use super::super::solve;
+    use super::super::{Phasor, solve};
     use super::*;
 
     fn point(r: f64, q: f64, beta: f64) -> Point {
@@ -346,5 +255,54 @@ mod tests {
         ] {
             assert!(fundamental(&bad).is_none());
         }
+    }
+
+    /// `stops` integrates velocities and carries derivatives forward; `one_stop` does neither.
+    #[test]
+    fn one_stop_is_the_motion_followed_from_stop_to_stop() {
+        let (mut compared, mut warm) = (0, 0);
+        for (q, beta) in [(2.0, 0.7), (5.0, 0.5), (5.0, 0.95), (50.0, 0.95), (50.0, 1.2)] {
+            let (omega_0, delta) = (3.0, 1.5 / q);
+            let mut near: Option<Slip> = None;
+            let mut follower = Follower::default();
+            for i in 0..200 {
+                let omega = omega_0 * (0.35 + 0.01 * f64::from(i));
+                let x_f = std::f64::consts::FRAC_PI_4 * beta * 0.2;
+                let at = Point { omega, omega_0, detuning: omega - omega_0, delta, x_0: 0.2, x_f };
+                let Some(f) = follower.fundamental(&at).filter(|f| f.regime == Regime::OneStop) else {
+                    near = None;
+                    continue;
+                };
+                let found = near.and_then(|n| one_stop::fundamental(&at, n, Digits::Twelve));
+                warm += usize::from(found.is_some());
+                near = found.map(|f| f.1).or_else(|| {
+                    (0..20).find_map(|k| {
+                        Some(
+                            one_stop::fundamental(
+                                &at,
+                                Slip::from_amplitude(&at, 0.02 * f64::from(k))?,
+                                Digits::Twelve,
+                            )?
+                            .1,
+                        )
+                    })
+                });
+                let (truth, _) = stops::fundamental(&at, f.value.norm()).unwrap();
+                let pairs = [
+                    (f.value, truth.value),
+                    (f.by_omega_0, truth.by_omega_0),
+                    (f.by_delta, truth.by_delta),
+                    (f.by_x_0, truth.by_x_0),
+                    (f.by_x_f, truth.by_x_f),
+                ];
+                for (k, (one, other)) in pairs.into_iter().enumerate() {
+                    let error = (one - other).norm() / other.norm();
+                    assert!(error < [1e-11, 1e-8][usize::from(k > 0)], "{at:?} {k}: {one} {other} {error:e}");
+                }
+                compared += 1;
+            }
+        }
+        // A neighbour's motion is nearly always start enough.
+        assert!(compared > 500 && warm * 100 > 97 * compared, "{warm} of {compared}");
     }
 }

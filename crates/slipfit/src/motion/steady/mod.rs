@@ -26,7 +26,6 @@
 
 pub mod atlas;
 pub(crate) mod closed;
-
 pub mod exact;
 pub mod fundamental;
 pub mod leading;
@@ -34,6 +33,7 @@ pub mod lorentzian;
 mod lorentzian_fit;
 mod one_stop;
 pub mod orbit;
+mod response;
 pub mod scan;
 pub mod series;
 mod solve;

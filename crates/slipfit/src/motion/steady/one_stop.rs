@@ -20,7 +20,7 @@
 
 use super::Phasor;
 use super::closed::Walk;
-use super::fundamental::{Fundamental, Point, Regime};
+use super::response::{Fundamental, Point, Regime};
 use std::f64::consts::PI;
 
 /// Phase of the release downwards, and how long the slide lasts, s.
@@ -309,61 +309,5 @@ impl Law {
         };
         let all = [f.value, f.by_omega_0, f.by_delta, f.by_x_f];
         all.iter().all(|z| z.re.is_finite() && z.im.is_finite()).then_some(f)
-    }
-}
-
-#[cfg(test)]
-mod tests {
-    use super::super::{fundamental::Follower, stops};
-    use super::*;
-    use std::f64::consts::FRAC_PI_4;
-
-    /// The other way integrates velocities and carries derivatives forward.
-    #[test]
-    fn it_is_the_motion_followed_from_stop_to_stop() {
-        let (mut compared, mut warm) = (0, 0);
-        for (q, beta) in [(2.0, 0.7), (5.0, 0.5), (5.0, 0.95), (50.0, 0.95), (50.0, 1.2)] {
-            let (omega_0, delta) = (3.0, 1.5 / q);
-            let mut near: Option<Slip> = None;
-            let mut follower = Follower::default();
-            for i in 0..200 {
-                let omega = omega_0 * (0.35 + 0.01 * f64::from(i));
-                let x_f = FRAC_PI_4 * beta * 0.2;
-                let at = Point { omega, omega_0, detuning: omega - omega_0, delta, x_0: 0.2, x_f };
-                let Some(f) = follower.fundamental(&at).filter(|f| f.regime == Regime::OneStop) else {
-                    near = None;
-                    continue;
-                };
-                let found = near.and_then(|n| fundamental(&at, n, Digits::Twelve));
-                warm += usize::from(found.is_some());
-                near = found.map(|f| f.1).or_else(|| {
-                    (0..20).find_map(|k| {
-                        Some(
-                            fundamental(
-                                &at,
-                                Slip::from_amplitude(&at, 0.02 * f64::from(k))?,
-                                Digits::Twelve,
-                            )?
-                            .1,
-                        )
-                    })
-                });
-                let (truth, _) = stops::fundamental(&at, f.value.norm()).unwrap();
-                let pairs = [
-                    (f.value, truth.value),
-                    (f.by_omega_0, truth.by_omega_0),
-                    (f.by_delta, truth.by_delta),
-                    (f.by_x_0, truth.by_x_0),
-                    (f.by_x_f, truth.by_x_f),
-                ];
-                for (k, (one, other)) in pairs.into_iter().enumerate() {
-                    let error = (one - other).norm() / other.norm();
-                    assert!(error < [1e-11, 1e-8][usize::from(k > 0)], "{at:?} {k}: {one} {other} {error:e}");
-                }
-                compared += 1;
-            }
-        }
-        // A neighbour's motion is nearly always start enough.
-        assert!(compared > 500 && warm * 100 > 97 * compared, "{warm} of {compared}");
     }
 }

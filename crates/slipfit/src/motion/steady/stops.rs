@@ -6,8 +6,8 @@
 
 use super::Phasor;
 use super::closed::Walk;
-use super::fundamental::{Fundamental, Point, Regime};
 use super::one_stop::Slip;
+use super::response::{Fundamental, Point, Regime};
 use crate::numeric::dual::{Dual, Pair};
 use std::f64::consts::{PI, TAU};
 
