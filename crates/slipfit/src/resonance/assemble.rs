@@ -132,7 +132,7 @@ fn sliding_share(problem: &Problem, p: &[f64], amplitude: f64) -> f64 {
 /// Lowest and highest amplitude of the oscillator at the points.
 fn amplitudes(problem: &Problem, p: &[f64]) -> (f64, f64) {
     problem
-        .everywhere(p, false)
+        .predict(p, false)
         .into_iter()
         .filter_map(|m| m.map(|m| m.oscillator.norm()))
         .fold((f64::INFINITY, 0.0), |(l, h), a| (l.min(a), h.max(a)))
@@ -468,8 +468,10 @@ fn instrument(d: &Described, chosen: &Entry) -> Instrument {
         phase_offset_rad: phase,
         delay_s: term(DELAY, "s"),
         background: term(BG_RE, "").zip(term(BG_IM, "")).map(|(a, b)| [a, b]),
-        background_delayed: d.problem.late && fit.free.contains(&DELAY) && fit.free.contains(&BG_RE),
-        phase_was_conjugated: d.mirrored,
+        background_delayed: d.problem.background_delayed
+            && fit.free.contains(&DELAY)
+            && fit.free.contains(&BG_RE),
+        phase_was_conjugated: d.conjugated,
         centre_hz: d.problem.centre / TAU,
     }
 }
@@ -479,7 +481,7 @@ fn points(problem: &Problem, p: &[f64], reference: bool, sigma: f64) -> Vec<Curv
         return Vec::new();
     };
     problem
-        .everywhere(p, reference)
+        .predict(p, reference)
         .into_iter()
         .enumerate()
         .map(|(i, m)| {
@@ -556,7 +558,7 @@ fn reference_slides(problem: &Problem, fit: &Fit) -> f64 {
 fn diagnostics(curve: &Curve, used: &Curve, d: &Described, points: &[CurvePoint], sigma: f64) -> Diagnostics {
     let b = &d.problem.main;
     let span = b.omega[b.len() - 1] - b.omega[0];
-    let near = |w: &&f64| (**w - d.line.omega).abs() <= d.line.half_width;
+    let near = |w: &&f64| (**w - d.peak.omega).abs() <= d.peak.half_width;
     Diagnostics {
         points: d.all.as_ref().map_or(b.len(), Block::len) - d.left_out,
         outside_band: curve.len() - used.len(),
@@ -566,7 +568,7 @@ fn diagnostics(curve: &Curve, used: &Curve, d: &Described, points: &[CurvePoint]
         residual_excess: d.scale.widening,
         residual_autocorrelation: d.autocorrelation,
         signal_to_noise_db: 20.0 * (b.highest() / sigma.max(f64::MIN_POSITIVE)).log10(),
-        line_widths: span / (2.0 * d.line.half_width),
+        line_widths: span / (2.0 * d.peak.half_width),
         points_in_line: b.omega.iter().filter(near).count(),
         points_with_stops: points.iter().filter(|p| p.stops > 0).count(),
     }

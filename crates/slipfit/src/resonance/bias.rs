@@ -65,7 +65,7 @@ pub(super) fn correction(problem: &Problem, fit: &Fit, variance: f64) -> Option<
 
 /// What the model says is read at each point.
 fn read(problem: &Problem, block: &Block, p: &[f64], reference: bool) -> Option<Vec<Phasor>> {
-    let modelled = problem.everywhere(p, reference).into_iter().enumerate();
+    let modelled = problem.predict(p, reference).into_iter().enumerate();
     modelled
         .map(|(i, m)| match m {
             Some(m) if block.complex => Some(m.value),

@@ -132,7 +132,7 @@ impl Block {
     }
 
     /// The points of these places.
-    pub(crate) fn picked(&self, places: &[usize]) -> Self {
+    pub(crate) fn subset(&self, places: &[usize]) -> Self {
         let some = |v: &[f64]| places.iter().map(|&i| v[i]).collect::<Vec<_>>();
         Self {
             omega: some(&self.omega),
@@ -152,7 +152,7 @@ impl Block {
     }
 
     /// Phases counted the other way round.
-    pub(crate) fn turn_round(&mut self) {
+    pub(crate) fn conjugate(&mut self) {
         self.data.iter_mut().for_each(|z| *z = z.conj());
     }
 
@@ -173,7 +173,7 @@ impl Block {
     }
 
     /// Measured at point `i`, less what the model says.
-    pub(crate) fn less(&self, i: usize, model: Phasor) -> Phasor {
+    pub(crate) fn residual(&self, i: usize, model: Phasor) -> Phasor {
         if self.complex {
             self.data[i] - model
         } else {

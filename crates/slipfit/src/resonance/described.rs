@@ -1,7 +1,7 @@
 //! What the fits of a curve bring, and what they say of the loss models.
 
 use super::block::Block;
-use super::look::Line;
+use super::peak::Peak;
 use super::problem::{BG_IM, BG_RE, DELTA, DRAG, Problem, X_F};
 use super::{DriveSource, Method};
 use crate::inference::least_squares::Fit;
@@ -13,11 +13,11 @@ use crate::ringdown::{Entry, LossModel, ranked};
 #[derive(Debug)]
 pub(crate) struct Described {
     pub(crate) problem: Problem,
-    pub(crate) line: Line,
+    pub(crate) peak: Peak,
     pub(crate) entries: Vec<Entry>,
     pub(crate) scale: Scale,
     pub(crate) source: DriveSource,
-    pub(crate) mirrored: bool,
+    pub(crate) conjugated: bool,
     /// The phases fit no resonance; only amplitudes were used.
     pub(crate) phases_ignored: bool,
     /// Every point, where the fit used means of neighbours.
@@ -51,9 +51,9 @@ pub(crate) fn oscillator_seen(problem: &Problem, p: &[f64]) -> Option<Block> {
     let mut mean = problem.clone();
     mean.main.drive.fill(1.0);
     let data = problem
-        .everywhere(p, false)
+        .predict(p, false)
         .into_iter()
-        .zip(mean.everywhere(p, false))
+        .zip(mean.predict(p, false))
         .enumerate()
         .map(|(i, pair)| {
             let (Some(here), Some(mean)) = pair else { return Phasor::new(b.amplitude(i), 0.0) };
@@ -62,7 +62,7 @@ pub(crate) fn oscillator_seen(problem: &Problem, p: &[f64]) -> Option<Block> {
                 let ratio = if size > 0.0 { wanted / size } else { 1.0 };
                 (b.data[i] - problem.background_at(p, b.omega[i])).norm() * ratio
             } else {
-                (wanted + b.less(i, here.value).re).max(0.0)
+                (wanted + b.residual(i, here.value).re).max(0.0)
             };
             Phasor::new(amplitude, 0.0)
         })

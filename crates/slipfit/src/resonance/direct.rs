@@ -3,7 +3,7 @@
 use super::block::Block;
 use super::problem::{DELTA, OMEGA, PHASE, Problem, X_0, X_F};
 use super::search::{best, starts};
-use super::{Curve, look, start};
+use super::{Curve, peak, start};
 use crate::Error;
 use crate::inference::least_squares::{LeastSquares, descend, minimise_until, one_step};
 use std::f64::consts::TAU;
@@ -61,13 +61,13 @@ pub fn fit(curve: &Curve, drive_amplitude: Option<f64>) -> Result<CurveFit, Erro
         crate::model::oscillator::above_zero("drive_amplitude", x_0)?;
     }
     let mut main = Block::new(curve);
-    let line = look::line(&main).ok_or(Error::NoResonance { reason: "every amplitude is zero" })?;
+    let line = peak::find(&main).ok_or(Error::NoResonance { reason: "every amplitude is zero" })?;
     // So many points within the line tell where to begin as well as all do.
     let within = main.omega.iter().filter(|w| (**w - line.omega).abs() < line.half_width).count();
     let stride = (main.len() / FEW).min(within / 8).max(1);
     let mut few = (stride > 1).then(|| main.thinned(stride));
     let linear = start::linear(few.as_ref().unwrap_or(&main), &line, true);
-    if linear.is_some_and(|(_, mirrored)| mirrored) {
+    if linear.is_some_and(|(_, conjugated)| conjugated) {
         for z in main.data.iter_mut().chain(few.iter_mut().flat_map(|few| &mut few.data)) {
             *z = z.conj();
         }
@@ -148,7 +148,7 @@ mod tests {
                 let curve = Curve::complex(hz.clone(), z.collect()).build().unwrap();
                 let quick = fit(&curve, None).unwrap();
                 let main = Block::new(&curve);
-                let line = look::line(&main).unwrap();
+                let line = peak::find(&main).unwrap();
                 let used = vec![OMEGA, DELTA, X_0, X_F, PHASE];
                 let problem = Problem::new(main, line.omega, used.clone());
                 let begin = starts(&problem.main, &line, None, None, false);

@@ -2,9 +2,9 @@
 
 use super::block::Block;
 use super::described::{Described, oscillator_seen};
-use super::look::Line;
+use super::peak::Peak;
 use super::problem::{BG_IM, BG_RE, DELTA, DUFFING, OMEGA, R_DELTA, R_OMEGA, X_F};
-use super::{Answer, Curve, DriveSource, Method, RunDirection, Warning, look};
+use super::{Answer, Curve, DriveSource, Method, RunDirection, Warning, peak};
 use crate::ringdown::Entry;
 use std::f64::consts::TAU;
 
@@ -17,7 +17,7 @@ pub(super) fn doubts(
 ) -> Vec<Warning> {
     let mut list = Vec::new();
     let b = &d.problem.main;
-    let noise = look::noise(b).max(0.1 * d.neighbour_noise);
+    let noise = peak::noise(b).max(0.1 * d.neighbour_noise);
     let dropped = curve.dropped();
     if dropped.not_finite + dropped.zero_frequency > 0 {
         list.push(Warning::Dropped {
@@ -31,19 +31,19 @@ pub(super) fn doubts(
     if d.phases_ignored {
         list.push(Warning::PhasesIgnored);
     }
-    if d.mirrored {
+    if d.conjugated {
         list.push(Warning::PhaseSign);
     }
     let shown = oscillator_seen(&d.problem, &answer.fit.parameters);
     let shown = shown.as_ref().unwrap_or(b);
-    let noise = if std::ptr::eq(shown, b) { noise } else { look::noise(shown).max(noise) };
+    let noise = if std::ptr::eq(shown, b) { noise } else { peak::noise(shown).max(noise) };
     let runs = runs_of(used, shown);
-    let lines: Vec<(&Block, Line)> =
-        runs.iter().map(|r| &r.1).filter_map(|b| Some((b, look::line(b)?))).collect();
-    let jump = lines.iter().find_map(|(b, line)| look::jump(b, line, noise));
-    let width = lines.first().map_or(d.line.half_width, |l| l.1.half_width);
+    let lines: Vec<(&Block, Peak)> =
+        runs.iter().map(|r| &r.1).filter_map(|b| Some((b, peak::find(b)?))).collect();
+    let jump = lines.iter().find_map(|(b, line)| peak::jump(b, line, noise));
+    let width = lines.first().map_or(d.peak.half_width, |l| l.1.half_width);
     let (hysteresis, differ) =
-        runs_differ(&runs, d, width, lines.first().map_or(noise, |l| look::noise(l.0)));
+        runs_differ(&runs, d, width, lines.first().map_or(noise, |l| peak::noise(l.0)));
     if let Some(omega) = jump {
         list.push(Warning::Jump { frequency_hz: omega / TAU, hysteresis: hysteresis.is_some() });
     } else if let Some(omega) = hysteresis {
@@ -54,7 +54,7 @@ pub(super) fn doubts(
     if jump.is_none()
         && hysteresis.is_none()
         && let Some((omega, other, relative_height)) = lines.iter().find_map(|(b, line)| {
-            look::second_peak(b, line, noise).map(|(other, height)| (line.omega, other, height))
+            peak::second_peak(b, line, noise).map(|(other, height)| (line.omega, other, height))
         })
     {
         list.push(Warning::SecondPeak { main_hz: omega / TAU, other_hz: other / TAU, relative_height });
@@ -87,8 +87,8 @@ fn shape(list: &mut Vec<Warning>, d: &Described, answer: &Answer) {
     let b = &d.problem.main;
     let omega_0 = TAU * answer.parameter("natural_frequency_hz").map_or(0.0, |q| q.value);
     let (first, last) = (b.omega[0], b.omega[b.len() - 1]);
-    let edge = d.line.top == 0 || d.line.top + 1 == b.len();
-    if edge && d.line.sides.iter().any(Option::is_none) || omega_0 < first || omega_0 > last {
+    let edge = d.peak.index == 0 || d.peak.index + 1 == b.len();
+    if edge && d.peak.sides.iter().any(Option::is_none) || omega_0 < first || omega_0 > last {
         list.push(Warning::OneFlank { below: omega_0 > 0.5 * (first + last) });
     }
     if answer.diagnostics.points_in_line < 4 {
@@ -134,7 +134,7 @@ fn instrument(list: &mut Vec<Warning>, d: &Described, answer: &Answer) {
         let shift = p[DUFFING] * highest * highest;
         list.push(Warning::Leaning {
             relative_shift: shift / omega_0,
-            line_widths: shift / (2.0 * d.line.half_width),
+            line_widths: shift / (2.0 * d.peak.half_width),
         });
     }
 }
@@ -146,7 +146,7 @@ fn reference(list: &mut Vec<Warning>, d: &Described, answer: &Answer) {
     let relative_frequency = apart / (d.problem.centre + p[OMEGA]);
     let ratio = p[R_DELTA] / p[DELTA];
     // One resonator keeps its frequency within some widths, and its damping within a factor.
-    let width = d.line.half_width.max(p[R_DELTA]);
+    let width = d.peak.half_width.max(p[R_DELTA]);
     if apart > 5.0 * width || !(1.0 / 3.0..=3.0).contains(&ratio) {
         list.push(Warning::ReferenceDiffers { relative_frequency, decay_rate_ratio: ratio });
     }
@@ -192,7 +192,7 @@ fn runs_of(used: &Curve, b: &Block) -> Vec<(RunDirection, Block)> {
         .map(|r| {
             let of = r.first..r.first + r.points;
             let places: Vec<usize> = (0..b.len()).filter(|&i| of.contains(&b.index[i])).collect();
-            (r.direction, b.picked(&places))
+            (r.direction, b.subset(&places))
         })
         .collect()
 }
@@ -238,7 +238,7 @@ fn runs_differ(
     if count < 5.0 {
         return (None, None);
     }
-    if worst.1 > (0.25 * d.line.height).max(8.0 * noise) {
+    if worst.1 > (0.25 * d.peak.height).max(8.0 * noise) {
         return (Some(worst.0), None);
     }
     // Each difference holds the noise of two points, somewhat less by interpolation.

@@ -1,14 +1,14 @@
 //! From a curve to all loss models, fitted.
 
-use super::beside::Beside;
 use super::block::Block;
-use super::crosstalk::{self, Allowed};
 use super::described::{Described, loss_terms, oscillator_seen};
-use super::look::{self, Line, Pedestal};
+use super::instrument_start::{self, Allowed, InstrumentStart};
 use super::models::compare;
+use super::peak::{self, Peak};
+use super::prepared::PreparedCurve;
 use super::problem::{BG_IM, BG_RE, DELAY, DELTA, DRAG, DUFFING, OMEGA, PHASE, Problem, R_OMEGA, X_0, X_F};
-use super::ready::Ready;
-use super::residuals::{hang_together, leave_out, plain_scale, settle_rice, variance};
+use super::reference::FrictionFreeFit;
+use super::residuals::{autocorrelation_of, leave_out, plain_scale, settle_rice, variance};
 use super::search::{TRIES, best, rss, starts};
 use super::{DriveSource, Options};
 use crate::Error;
@@ -35,7 +35,7 @@ pub(super) enum Way {
     /// Without the phases there were.
     Amplitudes,
     /// From background and delay known about.
-    Behind(Box<Pedestal>),
+    Behind(Box<InstrumentStart>),
 }
 
 /// A residual above this part of the height makes phases suspect.
@@ -52,18 +52,18 @@ fn describe_as(
     let first_time = matches!(way, Way::AsGiven);
     let behind = matches!(way, Way::Behind(_));
     let allowed = Allowed::by(options);
-    let mut ready = Ready::new(main, reference, options, way)?;
-    let (all, mirrored, noise) = (ready.all.take(), ready.mirrored, ready.noise);
+    let mut ready = PreparedCurve::new(main, reference, options, way)?;
+    let (all, conjugated, noise) = (ready.all.take(), ready.conjugated, ready.noise);
     let (mut fitting, beside) = Fitting::begin(ready, options)?;
 
     let sigma2 = fitting.variance().max(f64::MIN_POSITIVE);
-    if let Some(reason) = look::no_line(&fitting.problem.main, noise.min(sigma2.sqrt())) {
+    if let Some(reason) = peak::absence(&fitting.problem.main, noise.min(sigma2.sqrt())) {
         return Err(Error::NoResonance { reason });
     }
     if fitting.problem.main.complex && first_time && sigma2.sqrt() > UNLIKELY * fitting.line.height {
         let block = beside.as_ref().map(|b| &b.block);
         if let Some(mut other) = otherwise(&fitting.problem.main, block, options, allowed, sigma2) {
-            other.mirrored ^= mirrored && !other.phases_ignored;
+            other.conjugated ^= conjugated && !other.phases_ignored;
             other.all = all.map(|a| if other.phases_ignored { a.without_phases() } else { a });
             return Ok(other);
         }
@@ -79,14 +79,14 @@ fn describe_as(
     fitting.take_up();
     fitting.settle_order();
     let more = fitting.fit.free.len() > before || fitting.fit.free.contains(&BG_RE);
-    let (_, between_neighbours, _) = hang_together(&fitting.problem, &fitting.fit);
+    let (_, between_neighbours, _) = autocorrelation_of(&fitting.problem, &fitting.fit);
     let noise = noise.min(between_neighbours);
     if fitting.problem.main.complex && first_time && more && fitting.variance() > 2.0 * noise * noise {
         // Terms were taken up one by one and leave more than noise: together they may not.
         let reference = fitting.problem.reference.as_ref();
         let other = best_behind(&fitting.problem.main, reference, options, allowed);
         if let Some(mut other) = other.filter(|d| left(d) < BETTER * fitting.variance()) {
-            other.mirrored ^= mirrored;
+            other.conjugated ^= conjugated;
             other.all = all;
             other.left_out += fitting.left_out;
             return Ok(other);
@@ -94,7 +94,7 @@ fn describe_as(
     }
     fitting.keep_minima();
     let described = fitting.models()?;
-    Ok(Described { mirrored, all, ..described })
+    Ok(Described { conjugated, all, ..described })
 }
 
 /// A curve on the way to its loss models: viscous damping and sliding friction are free, and
@@ -102,7 +102,7 @@ fn describe_as(
 pub(super) struct Fitting<'a> {
     pub(super) options: &'a Options,
     pub(super) problem: Problem,
-    pub(super) line: Line,
+    pub(super) line: Peak,
     pub(super) fit: Fit,
     /// Everything free before terms are taken up or dropped.
     full: Vec<usize>,
@@ -113,13 +113,13 @@ pub(super) struct Fitting<'a> {
 
 impl<'a> Fitting<'a> {
     /// The curve fitted without its reference, to learn the noise that weighs it.
-    fn begin(ready: Ready, options: &'a Options) -> Result<(Self, Option<Beside>), Error> {
-        let Ready { main, reference, line, pedestal, background, from_phases, .. } = ready;
+    fn begin(ready: PreparedCurve, options: &'a Options) -> Result<(Self, Option<FrictionFreeFit>), Error> {
+        let PreparedCurve { main, reference, line, pedestal, background, from_phases, .. } = ready;
         let wanted = options.terms;
         let phase = wanted.phase_offset != Some(false);
         let problem = Problem {
             method: options.method,
-            late: pedestal.as_ref().is_some_and(|p| p.late),
+            background_delayed: pedestal.as_ref().is_some_and(|p| p.delayed),
             ..Problem::new(main, line.omega, Vec::new())
         };
         let delay = pedestal.as_ref().map_or(0.0, |p| p.delay);
@@ -132,7 +132,7 @@ impl<'a> Fitting<'a> {
         free_if(background, &[BG_RE, BG_IM]);
         free_if(complex && (wanted.delay == Some(true) || delay != 0.0), &[DELAY]);
         free_if(wanted.duffing == Some(true), &[DUFFING]);
-        let beside = reference.map(|block| Beside::new(block, &problem, background)).transpose()?;
+        let beside = reference.map(|block| FrictionFreeFit::new(block, &problem, background)).transpose()?;
         if let Some(beside) = &beside {
             full.extend(beside.free(phase, background));
         }
@@ -141,14 +141,14 @@ impl<'a> Fitting<'a> {
         if (with_reference as usize) <= full.len() {
             return Err(Error::TooFewPoints { points: problem.main.len(), parameters: full.len() });
         }
-        let known = options.drive_amplitude.map(|d| d.value).or(beside.as_ref().map(Beside::drive));
+        let known = options.drive_amplitude.map(|d| d.value).or(beside.as_ref().map(FrictionFreeFit::drive));
         let mut starts = starts(&problem.main, &line, from_phases, known, fixed);
         for s in &mut starts {
             if let Some(p) = &pedestal {
                 (s[BG_RE], s[BG_IM], s[DELAY]) = (p.height.re, p.height.im, delay);
             }
             if let Some(beside) = &beside {
-                beside.lend(s);
+                beside.copy_to(s);
             }
             if !full.contains(&PHASE) {
                 s[PHASE] = 0.0;
@@ -167,7 +167,7 @@ impl<'a> Fitting<'a> {
     }
 
     /// Fits curve and reference together, each weighed by its own noise.
-    fn join(&mut self, beside: Option<Beside>) {
+    fn join(&mut self, beside: Option<FrictionFreeFit>) {
         let sigma2 = self.variance().max(f64::MIN_POSITIVE);
         let weight = |of_curve: f64, b: f64| (of_curve / b).clamp(1e-12, 1e12);
         if let Some(drive) = self.options.drive_amplitude.filter(|d| d.std_error > 0.0) {
@@ -176,7 +176,7 @@ impl<'a> Fitting<'a> {
         let mut here = self.fit.parameters.clone();
         let mut of_reference = None;
         if let Some(beside) = beside {
-            beside.lend(&mut here);
+            beside.copy_to(&mut here);
             of_reference = Some(beside.variance);
             self.problem.reference_weight = weight(sigma2, beside.variance);
             self.problem.reference = Some(beside.block);
@@ -248,7 +248,8 @@ impl<'a> Fitting<'a> {
             let error = self.options.drive_amplitude.map_or(1.0, |d| d.std_error);
             self.problem.prior = Some([value, self.variance() / (error * error)]);
         }
-        let (mut autocorrelation, mut neighbour_noise, widening) = hang_together(&self.problem, &self.fit);
+        let (mut autocorrelation, mut neighbour_noise, widening) =
+            autocorrelation_of(&self.problem, &self.fit);
         let mut scale = Scale { widening, ..plain_scale(&self.problem) };
         self.starts.insert(0, self.fit.parameters.clone());
         self.starts.splice(1..1, self.minima.iter().map(|m| m.parameters.clone()));
@@ -258,7 +259,7 @@ impl<'a> Fitting<'a> {
         let richest = fits.iter().find(|(m, f)| *m == LossModel::ViscousSlidingDrag && f.converged);
         if let Some((_, f)) = richest.filter(|_| widening > 1.0 && self.drag_is_possible()) {
             let own = self.problem.with(&f.free);
-            (autocorrelation, neighbour_noise, scale.widening) = hang_together(&own, f);
+            (autocorrelation, neighbour_noise, scale.widening) = autocorrelation_of(&own, f);
         }
         let entries = ranked(&fits, loss_terms, |rss, parameters| scale.bic(rss, parameters));
         let Some(first) = entries.first() else {
@@ -272,14 +273,14 @@ impl<'a> Fitting<'a> {
             (None, Some(_)) => DriveSource::Reference,
             (None, None) => DriveSource::Shape,
         };
-        let seen = oscillator_seen(&self.problem, &self.fit.parameters).and_then(|b| look::line(&b));
+        let seen = oscillator_seen(&self.problem, &self.fit.parameters).and_then(|b| peak::find(&b));
         Ok(Described {
             source,
-            line: seen.unwrap_or(self.line),
+            peak: seen.unwrap_or(self.line),
             problem: self.problem,
             entries,
             scale,
-            mirrored: false,
+            conjugated: false,
             phases_ignored: false,
             all: None,
             left_out: self.left_out,
@@ -297,9 +298,9 @@ fn best_behind(
     options: &Options,
     allowed: Allowed,
 ) -> Option<Described> {
-    let noise = look::noise(main);
+    let noise = peak::noise(main);
     let mut best: Option<Described> = None;
-    for pedestal in crosstalk::find(main, allowed) {
+    for pedestal in instrument_start::find(main, allowed) {
         let way = Way::Behind(Box::new(pedestal));
         let Ok(found) = describe_as(main.clone(), reference.cloned(), options, way) else { continue };
         let enough = left(&found) < 2.0 * noise * noise;

@@ -32,7 +32,7 @@ pub(super) fn balance(
     let at = problem.setting(p, false);
     let mut points = Vec::with_capacity(b.len());
     let mut rows: Vec<(f64, f64, f64, f64)> = Vec::new();
-    for (i, modelled) in problem.everywhere(p, false).into_iter().enumerate() {
+    for (i, modelled) in problem.predict(p, false).into_iter().enumerate() {
         let turn = Phasor::from_polar(1.0, (b.omega[i] - problem.centre) * p[DELAY] - p[PHASE]);
         let z = (b.data[i] - at.background_at(b.omega[i])) * turn;
         let size = z.norm();

@@ -2,7 +2,7 @@
 
 use super::answer::PaperEstimate;
 use super::block::Block;
-use super::look;
+use super::peak;
 use super::problem::{COUNT, DELTA, OMEGA, Problem, X_0};
 use super::search::best;
 use super::start;
@@ -36,7 +36,7 @@ impl Lorentzian {
             weight: block.precision.clone(),
             ..block.clone()
         };
-        let line = look::line(&own)?;
+        let line = peak::find(&own)?;
         let free = vec![OMEGA, DELTA, X_0];
         let problem = Problem::new(own, line.omega, free.clone());
         let starts: Vec<Vec<f64>> = start::grid(&line, 0.0, None)
@@ -114,7 +114,7 @@ pub(super) fn estimate(problem: &Problem, p: &[f64], drive_known: bool) -> Optio
     let x_0 = p[X_0];
     let inverse = drive_known.then(|| found.invert(x_0));
     let exact: Option<Vec<f64>> =
-        problem.everywhere(p, false).into_iter().map(|m| m.map(|m| m.oscillator.norm())).collect();
+        problem.predict(p, false).into_iter().map(|m| m.map(|m| m.oscillator.norm())).collect();
     let truth_x_f = p[super::problem::X_F];
     let truth_q = (problem.centre + p[OMEGA]) / (2.0 * p[DELTA]);
     let ideal = exact.and_then(|e| Lorentzian::of(b, &e)).map(|l| l.invert(x_0));

@@ -58,20 +58,20 @@ pub(crate) struct Setting {
     /// With the friction ratio a parameter: `x_F` by the drive, and by the ratio.
     pub(super) ratio: Option<[f64; 2]>,
     /// Drag or lean are there.
-    pub(super) bent: bool,
+    pub(super) amplitude_dependent: bool,
     pub(super) drag: f64,
     pub(super) duffing: f64,
     pub(super) phase: f64,
     pub(super) delay: f64,
     pub(super) background: Phasor,
     /// The delay is the background's too.
-    pub(super) late: bool,
+    pub(super) background_delayed: bool,
 }
 
 impl Setting {
     /// The background as it is read at one frequency.
     pub(super) fn background_at(&self, omega: f64) -> Phasor {
-        let turned = self.late && self.delay != 0.0;
+        let turned = self.background_delayed && self.delay != 0.0;
         let turn = || Phasor::from_polar(1.0, (self.centre - omega) * self.delay);
         if turned { self.background * turn() } else { self.background }
     }
@@ -104,7 +104,7 @@ pub(crate) struct Problem {
     /// Slot [`X_F`] holds the friction ratio.
     pub(crate) ratio: bool,
     /// The delay is the background's too: it lies beyond where the two meet.
-    pub(crate) late: bool,
+    pub(crate) background_delayed: bool,
     /// Parameters of the main block whose derivative is ever asked for.
     pub(crate) used: Vec<usize>,
 }
@@ -120,7 +120,7 @@ impl Problem {
             method: Method::Exact,
             prior: None,
             ratio: false,
-            late: false,
+            background_delayed: false,
             used,
         }
     }
@@ -170,13 +170,13 @@ impl Problem {
             x_0,
             x_f: if self.ratio { FRAC_PI_4 * friction * x_0 } else { friction },
             ratio: self.ratio.then_some([FRAC_PI_4 * friction, FRAC_PI_4 * x_0]),
-            bent: !reference && (self.used.contains(&DRAG) || self.used.contains(&DUFFING)),
+            amplitude_dependent: !reference && (self.used.contains(&DRAG) || self.used.contains(&DUFFING)),
             drag: get(DRAG),
             duffing: get(DUFFING),
             phase: get(PHASE),
             delay: get(DELAY),
             background: Phasor::new(get(BG_RE), get(BG_IM)),
-            late: self.late,
+            background_delayed: self.background_delayed,
         }
     }
 
@@ -206,8 +206,8 @@ impl Problem {
         follower: &mut Follower,
         by: &mut [Phasor; OWN],
     ) -> Option<Fundamental> {
-        if at.bent {
-            return self.bent(point, [at.drag, at.duffing], guess, follower, by);
+        if at.amplitude_dependent {
+            return self.amplitude_dependent(point, [at.drag, at.duffing], guess, follower, by);
         }
         let f = self.kernel(point, follower)?;
         (by[OMEGA], by[DELTA], by[X_0], by[X_F]) = (f.by_omega_0, f.by_delta, f.by_x_0, f.by_x_f);
@@ -226,7 +226,7 @@ impl Problem {
 
     /// With drag and lean, both by the amplitude itself: `R = |Z(delta + a2 R omega/omega_c,
     /// omega_0 + c R²)|`, found by Newton's method from the amplitude measured.
-    fn bent(
+    fn amplitude_dependent(
         &self,
         point: &Point,
         [drag, duffing]: [f64; 2],
@@ -279,7 +279,7 @@ impl Problem {
     }
 
     /// The model at every point of a block, none where it has no motion.
-    pub(crate) fn everywhere(&self, p: &[f64], reference: bool) -> Vec<Option<Modelled>> {
+    pub(crate) fn predict(&self, p: &[f64], reference: bool) -> Vec<Option<Modelled>> {
         let Some(b) = self.block(reference) else { return Vec::new() };
         let at = self.setting(p, reference);
         let mut follower = Follower::default();
@@ -295,8 +295,8 @@ impl Problem {
     /// Measured less modelled at every point: the complex difference, or that of amplitudes.
     pub(crate) fn residuals(&self, p: &[f64]) -> Vec<Option<Phasor>> {
         let b = &self.main;
-        let of = |(i, m): (usize, Option<Modelled>)| m.map(|m| b.less(i, m.value));
-        self.everywhere(p, false).into_iter().enumerate().map(of).collect()
+        let of = |(i, m): (usize, Option<Modelled>)| m.map(|m| b.residual(i, m.value));
+        self.predict(p, false).into_iter().enumerate().map(of).collect()
     }
 }
 
@@ -363,7 +363,7 @@ mod tests {
             method: Method::Exact,
             prior: Some([0.4, 3.0]),
             ratio,
-            late: ratio,
+            background_delayed: ratio,
             used,
         }
     }
@@ -371,12 +371,12 @@ mod tests {
     #[test]
     fn the_gradient_is_that_of_the_sum_of_squares() {
         let linear = vec![OMEGA, DELTA, X_0, X_F, PHASE, DELAY, BG_RE, BG_IM];
-        let bent = vec![OMEGA, DELTA, X_0, X_F, DRAG, DUFFING, PHASE, DELAY, BG_RE, BG_IM];
+        let amplitude_dependent = vec![OMEGA, DELTA, X_0, X_F, DRAG, DUFFING, PHASE, DELAY, BG_RE, BG_IM];
         for (complex, used, ratio) in [
             (true, linear.clone(), false),
             (false, linear.clone(), true),
-            (true, bent.clone(), true),
-            (false, bent, false),
+            (true, amplitude_dependent.clone(), true),
+            (false, amplitude_dependent, false),
         ] {
             let problem = problem(complex, used.clone(), ratio);
             let mut p = vec![0.0; COUNT];
@@ -419,17 +419,17 @@ mod tests {
         }
     }
 
-    /// Against every point by itself: all the way round the regimes, bent, noisy and left out.
+    /// Against every point by itself: all the way round the regimes, amplitude_dependent, noisy and left out.
     #[test]
     fn sums_are_those_of_single_points() {
-        for (complex, bent, x_f, delta) in [
+        for (complex, amplitude_dependent, x_f, delta) in [
             (true, false, 0.3, 0.3),
             (false, false, 0.34, 0.6),
             (true, true, 0.2, 0.4),
             (true, false, -0.02, 0.4),
         ] {
             let mut used = vec![OMEGA, DELTA, X_0, X_F, PHASE, DELAY, BG_RE, BG_IM];
-            if bent {
+            if amplitude_dependent {
                 used.extend([DRAG, DUFFING]);
             }
             let mut problem = problem(complex, used, false);
@@ -440,18 +440,25 @@ mod tests {
             let mut p = vec![0.0; COUNT];
             (p[DELTA], p[X_0], p[X_F]) = (delta, 0.45, x_f);
             (p[PHASE], p[DELAY], p[BG_RE], p[BG_IM]) = (0.2, 0.05, 0.1, -0.2);
-            if bent {
+            if amplitude_dependent {
                 (p[DRAG], p[DUFFING]) = (0.02, 0.01);
             }
             let mut sums = Normal::zeros(COUNT);
-            assert!(problem.normal(&p, &mut sums), "{complex} {bent} {:?}", problem.everywhere(&p, false));
+            assert!(
+                problem.normal(&p, &mut sums),
+                "{complex} {amplitude_dependent} {:?}",
+                problem.predict(&p, false)
+            );
             let weight = problem.main.weight.clone();
             let single: f64 =
                 problem.residuals(&p).iter().zip(&weight).map(|(r, w)| w * r.unwrap().norm_sqr()).sum();
-            assert!((sums.rss / single - 1.0).abs() < 1e-11, "{complex} {bent}: {} {single}", sums.rss);
-            let stops =
-                problem.everywhere(&p, false).iter().filter(|m| m.unwrap().regime.stops() > 0).count();
-            assert!(bent || x_f < 0.0 || stops > 3, "{stops}");
+            assert!(
+                (sums.rss / single - 1.0).abs() < 1e-11,
+                "{complex} {amplitude_dependent}: {} {single}",
+                sums.rss
+            );
+            let stops = problem.predict(&p, false).iter().filter(|m| m.unwrap().regime.stops() > 0).count();
+            assert!(amplitude_dependent || x_f < 0.0 || stops > 3, "{stops}");
         }
     }
 }

@@ -22,7 +22,7 @@ pub(super) fn settle_rice(problem: &mut Problem, p: &[f64], variance: f64) {
     let mut low: Vec<f64> = (0..n).map(|i| problem.main.data[i].re).collect();
     low.sort_by(f64::total_cmp);
     problem.main.rice = variance.min(low[n / 10].powi(2));
-    for (i, modelled) in problem.everywhere(p, false).into_iter().enumerate() {
+    for (i, modelled) in problem.predict(p, false).into_iter().enumerate() {
         if problem.main.weight[i] > 0.0
             && let Some(m) = modelled
         {
@@ -67,16 +67,16 @@ pub(super) fn leave_out(problem: &mut Problem, p: &[f64], noise: f64) -> usize {
 
 /// First autocorrelation of the residuals, the noise between neighbours, and the factor on
 /// variances that follows.
-pub(super) fn hang_together(problem: &Problem, fit: &Fit) -> (f64, f64, f64) {
+pub(super) fn autocorrelation_of(problem: &Problem, fit: &Fit) -> (f64, f64, f64) {
     let b = &problem.main;
     let r: Vec<Phasor> = problem
-        .everywhere(&fit.parameters, false)
+        .predict(&fit.parameters, false)
         .into_iter()
         .enumerate()
         .filter(|&(i, _)| b.weight[i] > 0.0)
         .filter_map(|(i, m)| {
             let m = m?;
-            let r = b.less(i, m.value) * b.precision[i].sqrt();
+            let r = b.residual(i, m.value) * b.precision[i].sqrt();
             // Along and across the fitted phase, which turns through the line.
             Some(if b.complex && m.value.norm() > 0.0 { r * m.value.conj() / m.value.norm() } else { r })
         })

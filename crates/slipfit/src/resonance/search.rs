@@ -1,7 +1,7 @@
 //! The least of the sum of squares, from many first values.
 
 use super::block::Block;
-use super::look::Line;
+use super::peak::Peak;
 use super::problem::{COUNT, Problem};
 use super::start::{self, Start};
 use crate::inference::least_squares::{Fit, LeastSquares, Normal, minimise};
@@ -9,7 +9,7 @@ use crate::inference::least_squares::{Fit, LeastSquares, Normal, minimise};
 /// All first values for the minimiser, centre at the line.
 pub(crate) fn starts(
     b: &Block,
-    line: &Line,
+    line: &Peak,
     from_phases: Option<Start>,
     known: Option<f64>,
     fixed: bool,

@@ -1,7 +1,7 @@
 //! Where a fit begins.
 
 use super::block::Block;
-use super::look::Line;
+use super::peak::Peak;
 use super::problem::{COUNT, DELTA, OMEGA, PHASE, X_0, X_F};
 use crate::numeric::products::{Products, WIDTH};
 use crate::numeric::trig::has_fused;
@@ -28,7 +28,7 @@ pub(crate) struct Start {
 /// solved twice, weighted by what the points tell, the second time with the first's line.
 /// Where the total loss comes out negative the phases run the other way: then it is solved
 /// for their mirror image, and the second value is true.
-pub(crate) fn linear(b: &Block, line: &Line, friction: bool) -> Option<(Start, bool)> {
+pub(crate) fn linear(b: &Block, line: &Peak, friction: bool) -> Option<(Start, bool)> {
     if !b.complex || b.len() < 4 {
         return None;
     }
@@ -51,8 +51,8 @@ pub(crate) fn linear(b: &Block, line: &Line, friction: bool) -> Option<(Start, b
         width = (solution[1] + solution[2]).abs().clamp(0.05, 20.0);
     }
     let [a, delta, f, re, im] = solution.data.0[0];
-    let mirrored = delta + f < 0.0;
-    let (delta, f, im) = if mirrored { (-delta, -f, -im) } else { (delta, f, im) };
+    let conjugated = delta + f < 0.0;
+    let (delta, f, im) = if conjugated { (-delta, -f, -im) } else { (delta, f, im) };
     // omega_0²/omega_c².
     let square = 1.0 + a * unit;
     if !(square > 0.0) {
@@ -68,7 +68,7 @@ pub(crate) fn linear(b: &Block, line: &Line, friction: bool) -> Option<(Start, b
         x_f: (f * FRAC_PI_4 * back).max(0.0),
         phase: im.atan2(re),
     };
-    (start.x_0 > 0.0 && start.shift.is_finite()).then_some((start, mirrored))
+    (start.x_0 > 0.0 && start.shift.is_finite()).then_some((start, conjugated))
 }
 
 /// The minimiser's parameters; with another drive `known` at the same height, `x_0 - (4/pi) x_F`
@@ -87,7 +87,7 @@ pub(crate) fn of(start: &Start, known: Option<f64>) -> Vec<f64> {
 /// The balance at every point, its rows weighted by a line of given centre and width.
 struct Balance<'a> {
     b: &'a Block,
-    line: &'a Line,
+    line: &'a Peak,
     friction: bool,
     unit: f64,
     centre: f64,
@@ -156,7 +156,7 @@ const RATIOS: [f64; 7] = [0.0, 0.2, 0.4, 0.6, 0.8, 0.9, 0.97];
 /// ```
 ///
 /// with `delta_e = delta/(1 - beta)` the whole loss at the peak.
-pub(crate) fn grid(line: &Line, phase: f64, known: Option<f64>) -> Vec<Start> {
+pub(crate) fn grid(line: &Peak, phase: f64, known: Option<f64>) -> Vec<Start> {
     RATIOS
         .iter()
         .map(|&beta| {
@@ -177,8 +177,8 @@ pub(crate) fn grid(line: &Line, phase: f64, known: Option<f64>) -> Vec<Start> {
 }
 
 /// Phase offset that turns the response at the peak to a lag of a quarter.
-pub(crate) fn phase_at_peak(b: &Block, line: &Line) -> f64 {
-    if b.complex { wrapped(b.data[line.top].arg() + 0.5 * PI) } else { 0.0 }
+pub(crate) fn phase_at_peak(b: &Block, line: &Peak) -> f64 {
+    if b.complex { wrapped(b.data[line.index].arg() + 0.5 * PI) } else { 0.0 }
 }
 
 pub(crate) fn wrapped(angle: f64) -> f64 {
@@ -188,7 +188,7 @@ pub(crate) fn wrapped(angle: f64) -> f64 {
 
 #[cfg(test)]
 mod tests {
-    use super::super::{Curve, look};
+    use super::super::{Curve, peak};
     use super::*;
     use crate::motion::steady::Phasor;
     use crate::motion::steady::fundamental::{Point, fundamental};
@@ -215,9 +215,9 @@ mod tests {
                 .collect();
             let hz = f.iter().map(|f| f * 6.0 / (2.0 * PI)).collect();
             let b = Block::new(&Curve::complex(hz, z).build().unwrap());
-            let line = look::line(&b).unwrap();
-            let (s, mirrored) = linear(&b, &line, true).unwrap();
-            assert_eq!(mirrored, sign < 0.0);
+            let line = peak::find(&b).unwrap();
+            let (s, conjugated) = linear(&b, &line, true).unwrap();
+            assert_eq!(conjugated, sign < 0.0);
             // The leading balance is right to some per cent.
             assert!((s.delta / 0.03 - 1.0).abs() < 0.1 && (s.x_f / 0.06 - 1.0).abs() < 0.1, "{s:?}");
             assert!((line.omega + s.shift - 6.0).abs() < 1e-3 && (s.phase - 0.4).abs() < 0.05, "{s:?}");

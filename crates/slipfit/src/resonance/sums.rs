@@ -138,8 +138,8 @@ impl Pass<'_> {
             }
             if self.problem.method == Method::Leading {
                 lanes.sure = [f64::NAN; PIECE];
-            } else if self.at.bent {
-                lanes.bent::<FUSED>(&self.at, &points);
+            } else if self.at.amplitude_dependent {
+                lanes.amplitude_dependent::<FUSED>(&self.at, &points);
             } else if points.near(&self.at) {
                 lanes.closed::<FUSED, true>(&self.at, &points);
             } else {
@@ -205,7 +205,7 @@ impl Points {
                 self.root[k] = self.root[k].sqrt();
             }
         }
-        if at.bent {
+        if at.amplitude_dependent {
             for k in 0..PIECE {
                 let background = at.background_at(self.omega[k]);
                 let (re, im) = (self.re[k] - background.re, self.im[k] - background.im);
@@ -314,7 +314,7 @@ impl Lanes {
 
     /// With drag and lean: Newton's method for the amplitude at all points at once.
     #[inline(always)]
-    fn bent<const FUSED: bool>(&mut self, at: &Setting, points: &Points) {
+    fn amplitude_dependent<const FUSED: bool>(&mut self, at: &Setting, points: &Points) {
         const MOST: usize = 8;
         let mut r = points.guess;
         let mut next = r;
@@ -423,14 +423,14 @@ impl Pass<'_> {
         }
         // What meets the oscillator before the delay turns with the phase offset alone.
         let (across, along) =
-            if at.late { ([self.turn.re; PIECE], [self.turn.im; PIECE]) } else { (cos, sin) };
+            if at.background_delayed { ([self.turn.re; PIECE], [self.turn.im; PIECE]) } else { (cos, sin) };
         let (mut ground_re, mut ground_im) = ([0.0; PIECE], [0.0; PIECE]);
         let (x, y) = (at.background.re, at.background.im);
         for k in 0..PIECE {
             ground_re[k] = x * across[k] + y * along[k];
             ground_im[k] = y * across[k] - x * along[k];
         }
-        let late = if at.late { 1.0 } else { 0.0 };
+        let background_delayed = if at.background_delayed { 1.0 } else { 0.0 };
         let n = self.own.len();
         let rows = &mut self.products.rows;
         for (row, &j) in rows.iter_mut().zip(self.own) {
@@ -440,7 +440,10 @@ impl Pass<'_> {
                     PHASE => (-lanes.im[k], lanes.re[k]),
                     DELAY => {
                         let t = points.omega[k] - at.centre;
-                        ((lanes.im[k] + late * ground_im[k]) * t, -(lanes.re[k] + late * ground_re[k]) * t)
+                        (
+                            (lanes.im[k] + background_delayed * ground_im[k]) * t,
+                            -(lanes.re[k] + background_delayed * ground_re[k]) * t,
+                        )
                     }
                     BG_RE => (across[k], -along[k]),
                     BG_IM => (along[k], across[k]),

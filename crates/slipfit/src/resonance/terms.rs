@@ -1,11 +1,11 @@
 //! Terms the fit of a curve takes up unasked, or drops again: background, delay, lean, drag.
 
 use super::fits::Fitting;
-use super::look::Line;
+use super::peak::Peak;
 use super::problem::{
     BG_IM, BG_RE, COUNT, DELAY, DELTA, DRAG, DUFFING, Problem, R_BG_IM, R_BG_RE, R_OMEGA, X_0, X_F,
 };
-use super::residuals::{hang_together, plain_scale};
+use super::residuals::{autocorrelation_of, plain_scale};
 use super::search::{best_of, thinned};
 use super::start;
 use crate::inference::least_squares::{Fit, LeastSquares, Normal, minimise, promised_gain};
@@ -93,7 +93,7 @@ impl Fitting<'_> {
         if !(self.problem.main.complex && free.contains(&BG_RE) && free.contains(&DELAY)) {
             return;
         }
-        let other = Problem { late: !self.problem.late, ..self.problem.clone() };
+        let other = Problem { background_delayed: !self.problem.background_delayed, ..self.problem.clone() };
         if let Some(fit) = minimise(&other, &self.fit.parameters, free).filter(|f| f.rss < self.fit.rss) {
             (self.problem, self.fit) = (other, fit);
         }
@@ -167,7 +167,7 @@ fn gain(richer: &Problem, poor: &Fit, rich: &Fit) -> f64 {
 }
 
 fn noisy_scale(problem: &Problem, fit: &Fit) -> Scale {
-    Scale { widening: hang_together(problem, fit).2, ..plain_scale(problem) }
+    Scale { widening: autocorrelation_of(problem, fit).2, ..plain_scale(problem) }
 }
 
 /// Minima that are kept.
@@ -175,7 +175,7 @@ const KEPT: usize = 8;
 
 /// Every minimum with a background under amplitudes alone, the best first: it may lie on either
 /// side of the line, and much of it looks like friction.
-fn backgrounds(problem: &Problem, fit: &Fit, line: &Line, free: &[usize]) -> Vec<Fit> {
+fn backgrounds(problem: &Problem, fit: &Fit, line: &Peak, free: &[usize]) -> Vec<Fit> {
     let few = thinned(problem);
     let coarse = few.as_ref().unwrap_or(problem);
     let mut from = vec![fit.parameters.clone()];
@@ -205,7 +205,7 @@ fn backgrounds(problem: &Problem, fit: &Fit, line: &Line, free: &[usize]) -> Vec
     let near = minima.first().cloned();
     by_rss(&mut minima);
     // Where the best leaves more than noise, a far one may only mend what the law lacks.
-    if minima.first().is_some_and(|m| hang_together(problem, m).2 > 1.0) {
+    if minima.first().is_some_and(|m| autocorrelation_of(problem, m).2 > 1.0) {
         return near.into_iter().collect();
     }
     minima.truncate(KEPT);
@@ -217,7 +217,7 @@ fn by_rss(minima: &mut [Fit]) {
 }
 
 /// Where these lead, each minimum once; no loss below zero but from the first.
-fn distinct(problem: &Problem, from: Vec<Vec<f64>>, line: &Line, free: &[usize]) -> Vec<Fit> {
+fn distinct(problem: &Problem, from: Vec<Vec<f64>>, line: &Peak, free: &[usize]) -> Vec<Fit> {
     let mut minima: Vec<Fit> = Vec::new();
     for p in from {
         let Some(f) = minimise(problem, &p, free) else { continue };

@@ -5,9 +5,9 @@ use crate::motion::steady::Phasor;
 
 /// The main line as read off the points.
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub(crate) struct Line {
+pub(crate) struct Peak {
     /// Point of the highest amplitude.
-    pub(crate) top: usize,
+    pub(crate) index: usize,
     /// Frequency of the peak, rad/s, by the parabola through its neighbours.
     pub(crate) omega: f64,
     /// Its height.
@@ -47,7 +47,7 @@ pub(crate) fn noise(b: &Block) -> f64 {
     *second.select_nth_unstable_by(middle, f64::total_cmp).1 / 0.6745
 }
 
-pub(crate) fn line(b: &Block) -> Option<Line> {
+pub(crate) fn find(b: &Block) -> Option<Peak> {
     let n = b.len();
     let amplitude = b.levels();
     let (mut top, mut height) = (0, *amplitude.first()?);
@@ -84,49 +84,11 @@ pub(crate) fn line(b: &Block) -> Option<Line> {
         _ => b.omega[top],
     };
     let least = 1e-9 * b.omega[top];
-    Some(Line { top, omega, height, half_width: half_width.max(least), sides })
-}
-
-/// A line that stands on more than its own height, as a quartz in liquid on its parallel
-/// capacitance.
-pub(crate) struct Pedestal {
-    /// The points without the straight line between the two ends of the window.
-    pub(crate) without: Block,
-    /// What is seen of the line then.
-    pub(crate) line: Line,
-    /// What was taken off at the line's top.
-    pub(crate) height: Phasor,
-    /// Delay taken out as well, s.
-    pub(crate) delay: f64,
-    /// The delay is the pedestal's too.
-    pub(crate) late: bool,
-}
-
-/// Looks for a line above the pedestal where the points as they are show none.
-pub(crate) fn pedestal(b: &Block, line: &Line) -> Option<Pedestal> {
-    let n = b.len();
-    if !b.complex || n < 20 || line.sides.iter().all(Option::is_some) {
-        return None;
-    }
-    let end = (n / 50).max(1);
-    let mean = |range: std::ops::Range<usize>| {
-        let count = range.len() as f64;
-        let omega = b.omega[range.clone()].iter().sum::<f64>() / count;
-        (omega, b.data[range].iter().sum::<Phasor>() / count)
-    };
-    let ((from, first), (to, last)) = (mean(0..end), mean(n - end..n));
-    let at = |omega: f64| first + (last - first) * ((omega - from) / (to - from));
-    let data = b.omega.iter().zip(&b.data).map(|(&w, z)| z - at(w)).collect();
-    let without = Block { data, ..b.clone() };
-    let line = self::line(&without)?;
-    // The differences of amplitudes beside the line are all noise once nothing else is left.
-    let seen = line.sides.iter().all(Option::is_some) && line.height > 12.0 * noise(&without);
-    let height = at(line.omega);
-    seen.then_some(Pedestal { without, line, height, delay: 0.0, late: false })
+    Some(Peak { index: top, omega, height, half_width: half_width.max(least), sides })
 }
 
 /// Why points show no line above the noise, if they do not.
-pub(crate) fn no_line(b: &Block, noise: f64) -> Option<&'static str> {
+pub(crate) fn absence(b: &Block, noise: f64) -> Option<&'static str> {
     /// Of some hundred normal numbers hardly one lies this many deviations from the mean.
     const ABOVE: f64 = 6.0;
     let used = || (0..b.len()).filter(|&i| b.weight[i] > 0.0);
@@ -151,12 +113,12 @@ pub(crate) fn no_line(b: &Block, noise: f64) -> Option<&'static str> {
 }
 
 /// The highest other peak: frequency and height over the main one's.
-pub(crate) fn second_peak(b: &Block, line: &Line, noise: f64) -> Option<(f64, f64)> {
+pub(crate) fn second_peak(b: &Block, peak: &Peak, noise: f64) -> Option<(f64, f64)> {
     let n = b.len();
     let mut best: Option<(f64, f64)> = None;
     let mut scan = |range: &mut dyn Iterator<Item = usize>| {
         // Lowest amplitude since the main peak.
-        let mut saddle = line.height;
+        let mut saddle = peak.height;
         for i in range {
             let a = b.amplitude(i);
             saddle = saddle.min(a);
@@ -164,36 +126,36 @@ pub(crate) fn second_peak(b: &Block, line: &Line, noise: f64) -> Option<(f64, f6
             // A single high point is a glitch: its neighbours must rise as well.
             let company = (i > 0 && b.amplitude(i - 1) - saddle > 0.4 * rises)
                 || (i + 1 < n && b.amplitude(i + 1) - saddle > 0.4 * rises);
-            let distinct = rises > (8.0 * noise).max(0.08 * line.height).max(0.25 * a);
+            let distinct = rises > (8.0 * noise).max(0.08 * peak.height).max(0.25 * a);
             if distinct && company && best.is_none_or(|(_, h)| a > h) {
                 best = Some((b.omega[i], a));
             }
         }
     };
-    scan(&mut (0..line.top).rev());
-    scan(&mut (line.top + 1..n));
-    best.map(|(omega, a)| (omega, a / line.height))
+    scan(&mut (0..peak.index).rev());
+    scan(&mut (peak.index + 1..n));
+    best.map(|(omega, a)| (omega, a / peak.height))
 }
 
 /// Between which points the amplitude jumps: a drop far steeper than anything on the other
 /// flank, which no single-valued line has.
-pub(crate) fn jump(b: &Block, line: &Line, noise: f64) -> Option<f64> {
+pub(crate) fn jump(b: &Block, peak: &Peak, noise: f64) -> Option<f64> {
     let n = b.len();
     let slope = |i: usize| {
         let step = (b.omega[i + 1] - b.omega[i]).max(1e-9 * b.omega[i]);
         (b.amplitude(i + 1) - b.amplitude(i)).abs() / step
     };
     let steepest = |range: std::ops::Range<usize>| range.map(slope).fold(0.0, f64::max);
-    let gentle = steepest(0..line.top).min(steepest(line.top..n - 1));
+    let gentle = steepest(0..peak.index).min(steepest(peak.index..n - 1));
     if gentle == 0.0 {
         return None;
     }
     // A Lorentzian is nowhere steeper than 0.385 of its height per half width.
-    let usual = gentle.max(0.385 * line.height / line.half_width);
+    let usual = gentle.max(0.385 * peak.height / peak.half_width);
     (0..n - 1)
         .filter(|&i| {
             let fall = (b.amplitude(i + 1) - b.amplitude(i)).abs();
-            fall > (0.35 * line.height).max(8.0 * noise) && slope(i) > 3.0 * usual
+            fall > (0.35 * peak.height).max(8.0 * noise) && slope(i) > 3.0 * usual
         })
         .map(|i| 0.5 * (b.omega[i] + b.omega[i + 1]))
         .next()
@@ -218,7 +180,7 @@ mod tests {
     #[test]
     fn one_line_has_a_width_and_nothing_else() {
         let b = block(|w| lorentzian(w, 1.0, 0.01));
-        let l = line(&b).unwrap();
+        let l = find(&b).unwrap();
         let hz = std::f64::consts::TAU;
         assert!((l.half_width / hz - 0.01).abs() < 1e-4 && (l.omega / hz - 1.0).abs() < 1e-6);
         assert_eq!((second_peak(&b, &l, 0.0), jump(&b, &l, 0.0)), (None, None));
@@ -227,10 +189,10 @@ mod tests {
     #[test]
     fn a_second_line_and_a_jump_are_seen() {
         let b = block(|w| lorentzian(w, 0.97, 0.005) + 0.4 * lorentzian(w, 1.04, 0.005));
-        let (omega, height) = second_peak(&b, &line(&b).unwrap(), 0.0).unwrap();
+        let (omega, height) = second_peak(&b, &find(&b).unwrap(), 0.0).unwrap();
         assert!((omega / std::f64::consts::TAU - 1.04).abs() < 2e-3 && (height - 0.45).abs() < 0.1);
         let b = block(|w| if w < 1.0 { lorentzian(w, 1.0, 0.02) } else { 0.3 * lorentzian(w, 1.0, 0.02) });
-        assert!(jump(&b, &line(&b).unwrap(), 0.0).is_some());
+        assert!(jump(&b, &find(&b).unwrap(), 0.0).is_some());
     }
 
     #[test]

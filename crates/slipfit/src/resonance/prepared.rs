@@ -3,9 +3,9 @@
 
 use super::Options;
 use super::block::Block;
-use super::crosstalk::Allowed;
 use super::fits::Way;
-use super::look::{self, Line, Pedestal};
+use super::instrument_start::{self, Allowed, InstrumentStart};
+use super::peak::{self, Peak};
 use super::start::{self, Start};
 use crate::Error;
 use crate::motion::steady::Phasor;
@@ -13,22 +13,22 @@ use crate::motion::steady::Phasor;
 /// So many points tell a line as well as more do.
 const ENOUGH: usize = 1000;
 
-pub(super) struct Ready {
+pub(super) struct PreparedCurve {
     pub(super) main: Block,
     pub(super) reference: Option<Block>,
     /// Every point, where the fit uses means of neighbours.
     pub(super) all: Option<Block>,
-    pub(super) line: Line,
-    pub(super) pedestal: Option<Pedestal>,
+    pub(super) line: Peak,
+    pub(super) pedestal: Option<InstrumentStart>,
     pub(super) background: bool,
     pub(super) from_phases: Option<Start>,
     /// Phases ran the other way, and are turned.
-    pub(super) mirrored: bool,
+    pub(super) conjugated: bool,
     /// Of one amplitude.
     pub(super) noise: f64,
 }
 
-impl Ready {
+impl PreparedCurve {
     pub(super) fn new(
         mut main: Block,
         mut reference: Option<Block>,
@@ -36,30 +36,30 @@ impl Ready {
         way: Way,
     ) -> Result<Self, Error> {
         let no = |reason| Error::NoResonance { reason };
-        let mut line = look::line(&main).ok_or(no("every amplitude is zero"))?;
+        let mut line = peak::find(&main).ok_or(no("every amplitude is zero"))?;
         if main.len() < 4 {
             return Err(Error::TooFewPoints { points: main.len(), parameters: 3 });
         }
-        let noise = look::noise(&main);
-        if let Some(reason) = look::no_line(&main, 0.0) {
+        let noise = peak::noise(&main);
+        if let Some(reason) = peak::absence(&main, 0.0) {
             return Err(no(reason));
         }
         let mut pedestal = match way {
             Way::Behind(pedestal) => Some(*pedestal),
-            _ => look::pedestal(&main, &line).filter(|_| Allowed::by(options).background),
+            _ => instrument_start::baseline(&main, &line).filter(|_| Allowed::by(options).background),
         };
         if let Some(p) = &pedestal {
             line = p.line;
         }
-        let raised = |p: &Pedestal| p.height != Phasor::default();
+        let raised = |p: &InstrumentStart| p.height != Phasor::default();
         let background = options.terms.background == Some(true) || pedestal.as_ref().is_some_and(raised);
         let seen = pedestal.as_ref().map_or(&main, |p| &p.without);
-        let (from_phases, mirrored) = start::linear(seen, &line, true)
-            .map_or((None, false), |(start, mirrored)| (Some(start), mirrored));
-        if mirrored {
-            main.turn_round();
+        let (from_phases, conjugated) = start::linear(seen, &line, true)
+            .map_or((None, false), |(start, conjugated)| (Some(start), conjugated));
+        if conjugated {
+            main.conjugate();
             if let Some(r) = reference.as_mut().filter(|r| r.complex) {
-                r.turn_round();
+                r.conjugate();
             }
             if let Some(p) = &mut pedestal {
                 p.height = p.height.conj();
@@ -72,9 +72,9 @@ impl Ready {
         let group = (main.len() / ENOUGH).min(fine).max(1);
         let all = (group > 1).then(|| {
             let few = main.grouped(group);
-            line.top /= group;
+            line.index /= group;
             std::mem::replace(&mut main, few)
         });
-        Ok(Self { main, reference, all, line, pedestal, background, from_phases, mirrored, noise })
+        Ok(Self { main, reference, all, line, pedestal, background, from_phases, conjugated, noise })
     }
 }

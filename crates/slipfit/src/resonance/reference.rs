@@ -1,7 +1,7 @@
 //! The friction-free reference beside the curve.
 
 use super::block::Block;
-use super::look;
+use super::peak;
 use super::problem::{
     BG_IM, BG_RE, COUNT, DELTA, OMEGA, PHASE, Problem, R_BG_IM, R_BG_RE, R_DELTA, R_OMEGA, R_PHASE, X_0, X_F,
 };
@@ -12,7 +12,7 @@ use crate::Error;
 use crate::inference::least_squares::{LeastSquares, minimise};
 
 /// A reference fitted by itself.
-pub(super) struct Beside {
+pub(super) struct FrictionFreeFit {
     pub(super) block: Block,
     /// Where its parameters, and its drive, begin in the joint fit.
     parameters: Vec<f64>,
@@ -20,11 +20,11 @@ pub(super) struct Beside {
     pub(super) variance: f64,
 }
 
-impl Beside {
+impl FrictionFreeFit {
     /// Fits a line without friction: the reference must be one by itself, and its noise is its own.
     pub(super) fn new(block: Block, problem: &Problem, background: bool) -> Result<Self, Error> {
         let no = |reason| Error::NoResonance { reason };
-        let line = look::line(&block).ok_or(no("the reference has no amplitude above zero"))?;
+        let line = peak::find(&block).ok_or(no("the reference has no amplitude above zero"))?;
         let mut own =
             Problem { main: block, centre: line.omega, reference: None, prior: None, ..problem.clone() };
         let mut free = vec![OMEGA, DELTA, X_0];
@@ -79,7 +79,7 @@ impl Beside {
     }
 
     /// Puts its own parameters into a first value of the joint fit.
-    pub(super) fn lend(&self, p: &mut [f64]) {
+    pub(super) fn copy_to(&self, p: &mut [f64]) {
         p[R_OMEGA..].copy_from_slice(&self.parameters[R_OMEGA..]);
     }
 }
