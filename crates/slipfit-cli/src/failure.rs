@@ -1,8 +1,8 @@
 //! Why a command failed, and what would help.
 
-use crate::report::hanging;
 use anstyle::{AnsiColor, Style};
 use slipfit::answer::hint::{self, Hint, HintValue};
+use slipfit_report::terminal::hanging;
 use std::fmt;
 use std::path::Path;
 

@@ -3,14 +3,9 @@
 mod args;
 mod batch;
 mod command;
-mod csv;
 mod failure;
-mod json;
 mod manifest;
 mod output;
-mod page;
-mod plot;
-mod report;
 mod version;
 
 use clap::Parser;

@@ -14,6 +14,18 @@ pub struct Reading {
     pub report: ReadReport,
 }
 
+impl Reading {
+    /// The frequency of the oscillation [Hz], where amplitudes alone were recorded and the lines
+    /// above the table name it `frequency_hz`.
+    pub fn named_frequency_hz(&self) -> Option<f64> {
+        if !matches!(self.record.kind(), SignalKind::Envelope | SignalKind::LockIn) {
+            return None;
+        }
+        let (_, value) = self.report.named_values.iter().find(|(name, _)| name == "frequency_hz")?;
+        value.parse().ok().filter(|f: &f64| f.is_finite() && *f > 0.0)
+    }
+}
+
 /// How a file was read.
 #[derive(Debug, Clone, PartialEq)]
 #[non_exhaustive]

@@ -3,6 +3,7 @@
 use crate::failure::Failure;
 use crate::output;
 use clap::Args;
+use slipfit_report::plot::Format;
 use std::path::{Path, PathBuf};
 
 // A doc comment here would replace that of the command.
@@ -54,6 +55,14 @@ pub(crate) struct TableArgs {
 }
 
 impl AnswerArgs {
+    /// The format of the picture asked for, by the ending of its name.
+    pub(crate) fn plot_format(&self) -> Result<Option<Format>, Failure> {
+        let Some(path) = &self.plot else { return Ok(None) };
+        let unknown =
+            || Failure::new(format!("--plot {}: no picture format is known by that ending", path.display()));
+        Format::of(path).map(Some).ok_or_else(|| unknown().hint("name the file .svg or .png"))
+    }
+
     /// The files asked for, with their flags.
     pub(crate) fn files(&self) -> impl Iterator<Item = (&'static str, &Path)> {
         [

@@ -1,8 +1,8 @@
 //! Rows on disk as soon as they are done, so that nothing finished is lost.
 
-use super::row::{Column, Row};
 use super::table::Form;
 use crate::failure::Failure;
+use slipfit_report::row::{Column, Row};
 use std::fs::{self, File, OpenOptions};
 use std::io::Write;
 use std::path::{Path, PathBuf};

@@ -5,20 +5,20 @@ mod journal;
 mod parquet;
 pub(crate) mod resonance;
 pub(crate) mod ringdown;
-mod row;
 mod table;
 
-pub(crate) use row::{Column, Row, Status};
-
 use crate::args::{AnswerArgs, TableArgs};
+use crate::command::show::drawn;
 use crate::failure::Failure;
-use crate::{output, page, plot};
+use crate::{output, version};
 use anstream::ColorChoice;
 use indicatif::{ProgressBar, ProgressDrawTarget, ProgressStyle};
 use interrupt::INTERRUPTED;
 use journal::Journal;
 use rayon::prelude::*;
 use sha2::{Digest, Sha256};
+use slipfit_report::plot;
+use slipfit_report::row::{Column, Row, Status};
 use std::collections::HashMap;
 use std::panic::{AssertUnwindSafe, catch_unwind};
 use std::path::{Path, PathBuf};
@@ -49,7 +49,7 @@ pub(crate) fn run(task: &Task<'_>, color: ColorChoice) -> Result<ExitCode, Failu
         return Err(Failure::new(format!("{flag} is for one file, not for a table of several"))
             .hint("a table ending in .json or .parquet holds every row in machine-readable form"));
     }
-    let plot_format = task.out.plot.as_deref().map(plot::Format::of).transpose()?;
+    let plot_format = task.out.plot_format()?;
     let table = task.table.table.as_deref();
     let form = table.map(Form::of).transpose()?;
     let (journal, known) = match table {
@@ -94,7 +94,7 @@ pub(crate) fn run(task: &Task<'_>, color: ColorChoice) -> Result<ExitCode, Failu
         _ => output::print(&table::markdown(&rows), color)?,
     }
     if let (Some(path), Some(format)) = (&task.out.plot, plot_format) {
-        let picture = plot::files(&rows, format)?;
+        let picture = drawn(&plot::files(&rows), format)?;
         output::to_path(path, |out| out.write_all(&picture))?;
     }
     if !task.out.quiet {
@@ -142,7 +142,7 @@ fn one(task: &Task<'_>, file: &Path) -> Row {
 /// all that does.
 fn signature(task: &Task<'_>) -> String {
     let mut words = Vec::new();
-    let mut arguments = page::arguments();
+    let mut arguments = version::arguments();
     let mut named = false;
     while let Some(word) = arguments.next() {
         let name = word.split('=').next().unwrap_or_default();

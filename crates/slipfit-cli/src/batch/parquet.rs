@@ -1,12 +1,12 @@
 //! Rows as Parquet: a typed column each, empty cells missing.
 
-use super::row::{Column, Kind, Row, Value};
 use parquet::basic::{LogicalType, Repetition, Type as Physical};
 use parquet::data_type::{BoolType, ByteArray, ByteArrayType, DoubleType, Int64Type};
 use parquet::errors::ParquetError;
 use parquet::file::properties::WriterProperties;
 use parquet::file::writer::{SerializedColumnWriter, SerializedFileWriter};
 use parquet::schema::types::Type;
+use slipfit_report::row::{Column, Kind, Row, Value};
 use std::sync::Arc;
 
 const FIRST: [Column; 3] = [Column::text("file"), Column::text("status"), Column::text("reason")];

@@ -1,8 +1,8 @@
 //! The row of a resonance curve.
 
-use super::row::{Column, Row, Value};
 use slipfit::resonance::Answer;
 use slipfit_io::SweepReading;
+use slipfit_report::row::{Column, Row, Value};
 use std::path::Path;
 
 pub(crate) const COLUMNS: &[Column] = &[

@@ -1,7 +1,7 @@
 //! The row of a ring-down.
 
-use super::row::{Column, Row, Value};
 use crate::command::ringdown::Done;
+use slipfit_report::row::{Column, Row, Value};
 use std::path::Path;
 
 pub(crate) const COLUMNS: &[Column] = &[

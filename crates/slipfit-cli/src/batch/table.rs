@@ -1,10 +1,10 @@
 //! Rows as a table in the form that the name of the file asks for.
 
 use super::parquet;
-use super::row::{Column, Row, Value};
 use crate::failure::Failure;
-use crate::page::{latex_escaped, markdown_cell};
 use slipfit::format::plain;
+use slipfit_report::page::{latex_escaped, markdown_cell};
+use slipfit_report::row::{Column, Row, Value};
 use std::fmt::Write as _;
 use std::path::Path;
 

@@ -1,11 +1,12 @@
 //! `slipfit atlas`: errors of the approximations over Q and beta.
 
 use crate::args::AtlasArgs;
+use crate::command::show::drawn;
 use crate::failure::{Failure, warning_line};
 use crate::output;
-use crate::plot::{self, HeatMap};
 use anstream::ColorChoice;
 use slipfit::motion::steady::atlas::{Cell, FLANK_HALF_WIDTHS, cell};
+use slipfit_report::plot::{self, HeatMap};
 use std::io::{self, Write};
 use std::process::ExitCode;
 
@@ -52,7 +53,7 @@ pub(crate) fn run(args: &AtlasArgs, color: ColorChoice) -> Result<ExitCode, Fail
     let labels = ["Q", "β = 4F/(πk x₀)", "relative error, or rad"];
     let picture = plot::heat_maps("Where each approximation may be used", &caption, labels, &q, &beta, &maps);
     for (name, format) in [("atlas.svg", plot::Format::Svg), ("atlas.png", plot::Format::Png)] {
-        let bytes = picture.render(format)?;
+        let bytes = drawn(&picture, format)?;
         output::to_path(&args.out.join(name), |out| out.write_all(&bytes))?;
     }
     let missing = cells.iter().filter(|c| c.is_none()).count();

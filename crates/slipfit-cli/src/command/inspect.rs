@@ -2,9 +2,10 @@
 
 use crate::args::{InspectArgs, quoted};
 use crate::failure::Failure;
-use crate::{output, report};
+use crate::output;
 use anstream::ColorChoice;
-use slipfit_io::{ReadError, Reading, SweepReading, Tables};
+use slipfit_io::{ReadError, ReadProblem, Reading, SweepReading, Table, Tables};
+use slipfit_report::terminal::{self, Inspected};
 use std::fs::File;
 use std::io::{BufRead as _, BufReader, Read as _};
 use std::path::Path;
@@ -15,20 +16,6 @@ const PREVIEW_ROWS: usize = 20_000;
 /// First lines of a text shown, and how far they are looked for.
 const FIRST_LINES: usize = 5;
 const FIRST_BYTES: u64 = 64 << 10;
-
-/// What is known of a file.
-pub(crate) struct Inspected<'a> {
-    pub(crate) file: &'a Path,
-    pub(crate) tables: &'a Tables,
-    /// The record it would be read as, or why it is none.
-    pub(crate) reading: &'a Result<Reading, ReadError>,
-    /// The resonance curve it is, rather than a record.
-    pub(crate) curve: Option<&'a SweepReading>,
-    /// Its first lines, of text.
-    pub(crate) lines: &'a [String],
-    /// Flags given, for the command to go on with.
-    pub(crate) flags: &'a str,
-}
 
 pub(crate) fn run(args: &InspectArgs, color: ColorChoice) -> Result<ExitCode, Failure> {
     if args.file.is_dir() {
@@ -43,20 +30,51 @@ pub(crate) fn run(args: &InspectArgs, color: ColorChoice) -> Result<ExitCode, Fa
     let lines = if tables.dialect.is_some() { first_lines(&args.file) } else { Vec::new() };
     let flags = args.reading.as_flags();
     let curve = as_curve(args, &tables, &reading);
+    let next_command = command(&args.file, &flags, &tables, &reading, curve.is_some());
     let inspected = Inspected {
         file: &args.file,
         tables: &tables,
         reading: &reading,
         curve: curve.as_ref(),
         lines: &lines,
-        flags: &flags,
+        next_command: &next_command,
     };
-    output::print(&report::inspect(&inspected), color)?;
+    output::print(&terminal::inspect(&inspected), color)?;
     Ok(ExitCode::SUCCESS)
 }
 
+/// What to type next.
+fn command(
+    file: &Path,
+    flags: &str,
+    tables: &Tables,
+    reading: &Result<Reading, ReadError>,
+    is_curve: bool,
+) -> String {
+    let sweep = is_curve || reading.is_err() && tables.tables.iter().any(Table::is_sweep);
+    let verb = if sweep { "resonance" } else { "ringdown" };
+    let mut text = format!("slipfit {verb} {}{}", typed(file), flags);
+    if let Err(error) = reading
+        && !sweep
+    {
+        // What is missing stands in capitals where the file does not suggest it.
+        text += &match &error.problem {
+            ReadProblem::NoTime { rate_hz, .. } => {
+                format!(" --rate-hz {}", rate_hz.map_or_else(|| "RATE".to_owned(), |r| r.to_string()))
+            }
+            ReadProblem::NoTickRate { .. } => " --time-unit CLOCK".to_owned(),
+            ReadProblem::SeveralTables { .. } => {
+                let first = tables.tables.first().map_or("NAME", |t| t.name.as_str());
+                format!(" --sheet {}", quoted(first))
+            }
+            _ => String::new(),
+        };
+    }
+    text
+}
+
 /// The file as it is typed: no flag, and one word.
-pub(crate) fn typed(file: &Path) -> String {
+fn typed(file: &Path) -> String {
     let path = file.display().to_string();
     quoted(&if path.starts_with('-') { format!("./{path}") } else { path })
 }

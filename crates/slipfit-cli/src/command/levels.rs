@@ -1,36 +1,31 @@
 //! `slipfit levels`: amplitude at resonance over the level of the drive.
 
 use super::ringdown::check_calibration;
-use super::show::{Faces, show};
+use super::show::{Faces, drawn, show};
 use crate::args::LevelFitArgs;
 use crate::failure::{Failure, warning_line};
-use crate::{csv, json, page, plot, report};
+use crate::version::provenance;
 use anstream::ColorChoice;
-use slipfit::levels::{Answer, Options, analyse};
+use slipfit::levels::{Options, analyse};
 use slipfit_io::{LevelReading, read_levels};
+use slipfit_report::{AnalysedLevels, csv, json, page, plot, terminal};
 use std::process::ExitCode;
 
-/// Levels, what was asked of them, and what they answered.
-pub(crate) struct AnalysedLevels<'a> {
-    pub(crate) reading: &'a LevelReading,
-    pub(crate) options: &'a Options,
-    pub(crate) answer: &'a Answer,
-}
-
 pub(crate) fn run(args: &LevelFitArgs, color: ColorChoice) -> Result<ExitCode, Failure> {
-    let plot_format = args.out.plot.as_deref().map(plot::Format::of).transpose()?;
+    let plot_format = args.out.plot_format()?;
     let (reading, options) = prepare(args)?;
     let answer = analyse(&reading.levels, &options).map_err(|e| Failure::analysing_levels(&args.file, &e))?;
     let analysed = AnalysedLevels { reading: &reading, options: &options, answer: &answer };
-    let picture = plot_format.map(|format| plot::levels(&analysed, format)).transpose()?;
+    let provenance = provenance();
+    let picture = plot_format.map(|format| drawn(&plot::levels(&analysed), format)).transpose()?;
     let faces = Faces {
         picture,
         csv: &|out| csv::levels(out, &analysed),
         json: &|out| json::levels(out, &analysed),
-        html: &|| page::html(&page::levels(&analysed)),
-        markdown: &|| page::markdown(&page::levels(&analysed)),
-        latex: &|| page::latex(&page::levels(&analysed)),
-        report: &|written| report::levels(&analysed, written),
+        html: &|| page::html(&page::levels(&analysed, &provenance)),
+        markdown: &|| page::markdown(&page::levels(&analysed, &provenance)),
+        latex: &|| page::latex(&page::levels(&analysed, &provenance)),
+        report: &|written| terminal::levels(&analysed, written),
         warnings: answer.warnings.iter().map(|w| warning_line(&w.to_string())).collect(),
     };
     show(&args.out, &faces, color)

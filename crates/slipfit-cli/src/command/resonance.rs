@@ -1,29 +1,23 @@
 //! `slipfit resonance`: from a curve, or raw driven records, to its answer.
 
 use super::ringdown::check_calibration;
-use super::show::{Faces, show};
+use super::show::{Faces, drawn, show};
 use crate::args::ResonanceArgs;
+use crate::batch;
 use crate::failure::{Failure, warning_line};
-use crate::{batch, csv, json, page, plot, report};
+use crate::version::provenance;
 use anstream::ColorChoice;
-use slipfit::resonance::{Answer, Options, analyse};
+use slipfit::resonance::{Options, analyse};
 use slipfit_io::{SweepReading, read_sweep};
+use slipfit_report::{AnalysedCurve, csv, json, page, plot, terminal};
 use std::path::{Path, PathBuf};
 use std::process::ExitCode;
-
-/// A curve, what was asked of it, and what it answered.
-pub(crate) struct AnalysedCurve<'a> {
-    pub(crate) reading: &'a SweepReading,
-    pub(crate) reference: Option<&'a SweepReading>,
-    pub(crate) options: &'a Options,
-    pub(crate) answer: &'a Answer,
-}
 
 pub(crate) fn run(args: &ResonanceArgs, color: ColorChoice) -> Result<ExitCode, Failure> {
     if args.table.table.is_some() {
         return many(args, color);
     }
-    let plot_format = args.out.plot.as_deref().map(plot::Format::of).transpose()?;
+    let plot_format = args.out.plot_format()?;
     let (reading, reference, options) = prepare(args)?;
     let file = Path::new(&reading.report.path);
     let answer = analyse(&reading.curve, &options).map_err(|e| Failure::analysing_curve(file, &e))?;
@@ -33,15 +27,16 @@ pub(crate) fn run(args: &ResonanceArgs, color: ColorChoice) -> Result<ExitCode, 
         options: &options,
         answer: &answer,
     };
-    let picture = plot_format.map(|format| plot::resonance(&analysed, format)).transpose()?;
+    let provenance = provenance();
+    let picture = plot_format.map(|format| drawn(&plot::resonance(&analysed), format)).transpose()?;
     let faces = Faces {
         picture,
         csv: &|out| csv::resonance(out, &analysed),
         json: &|out| json::resonance(out, &analysed),
-        html: &|| page::html(&page::resonance(&analysed)),
-        markdown: &|| page::markdown(&page::resonance(&analysed)),
-        latex: &|| page::latex(&page::resonance(&analysed)),
-        report: &|written| report::resonance(&analysed, written),
+        html: &|| page::html(&page::resonance(&analysed, &provenance)),
+        markdown: &|| page::markdown(&page::resonance(&analysed, &provenance)),
+        latex: &|| page::latex(&page::resonance(&analysed, &provenance)),
+        report: &|written| terminal::resonance(&analysed, written),
         warnings: answer.warnings.iter().map(|w| warning_line(&w.to_string())).collect(),
     };
     show(&args.out, &faces, color)

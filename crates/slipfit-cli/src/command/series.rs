@@ -1,37 +1,17 @@
 //! `slipfit series`: several measurements of one oscillator and what they agree on.
 
-use super::show::{Faces, show};
+use super::show::{Faces, drawn, show};
 use crate::args::{Command, SeriesArgs};
 use crate::failure::{Failure, warning_line};
 use crate::manifest::{self, Asked, Manifest};
-use crate::report::Form;
-use crate::{json, page, plot, report};
+use crate::version::provenance;
 use anstream::ColorChoice;
-use slipfit::series::{Answer, Data, Measurement, Options, analyse};
-use std::path::Path;
+use slipfit::series::{Data, Measurement, Options, analyse};
+use slipfit_report::{AnalysedSeries, SeriesHeading, SeriesInput as Input, json, page, plot, terminal};
 use std::process::ExitCode;
 
-/// A series and what it answered.
-pub(crate) struct AnalysedSeries<'a> {
-    pub(crate) path: &'a Path,
-    pub(crate) manifest: &'a Manifest,
-    pub(crate) inputs: &'a [Input],
-    pub(crate) measurements: &'a [Measurement],
-    pub(crate) options: &'a Options,
-    pub(crate) answer: &'a Answer,
-}
-
-/// A file of a series as it was read.
-pub(crate) struct Input {
-    pub(crate) path: String,
-    pub(crate) sha256: String,
-    pub(crate) kind: &'static str,
-    pub(crate) unit: String,
-    pub(crate) notes: Vec<String>,
-}
-
 pub(crate) fn run(args: &SeriesArgs, color: ColorChoice) -> Result<ExitCode, Failure> {
-    let plot_format = args.out.plot.as_deref().map(plot::Format::of).transpose()?;
+    let plot_format = args.out.plot_format()?;
     let manifest = manifest::read(&args.manifest)?;
     let mut measurements = Vec::new();
     let mut inputs = Vec::new();
@@ -56,23 +36,31 @@ pub(crate) fn run(args: &SeriesArgs, color: ColorChoice) -> Result<ExitCode, Fai
     options.condition_unit = manifest.condition_unit.clone();
     let answer =
         analyse(&measurements, &options).map_err(|e| Failure::analysing_curve(&args.manifest, &e))?;
+    let heading = SeriesHeading {
+        path: args.manifest.display().to_string(),
+        sha256: manifest.sha256.clone(),
+        title: manifest.title.clone(),
+        condition: manifest.condition.clone(),
+        condition_unit: manifest.condition_unit.clone(),
+        shared: manifest.shared,
+    };
     let analysed = AnalysedSeries {
-        path: &args.manifest,
-        manifest: &manifest,
+        heading: &heading,
         inputs: &inputs,
         measurements: &measurements,
         options: &options,
         answer: &answer,
     };
-    let picture = plot_format.map(|format| plot::series(&analysed, format)).transpose()?;
+    let provenance = provenance();
+    let picture = plot_format.map(|format| drawn(&plot::series(&analysed), format)).transpose()?;
     let faces = Faces {
         picture,
-        csv: &|out| out.write_all(report::series_table(&analysed, Form::Csv).as_bytes()),
+        csv: &|out| out.write_all(terminal::series_table(&analysed, terminal::Form::Csv).as_bytes()),
         json: &|out| json::series(out, &analysed),
-        html: &|| page::html(&page::series(&analysed)),
-        markdown: &|| report::series_table(&analysed, Form::Markdown),
-        latex: &|| report::series_table(&analysed, Form::Latex),
-        report: &|written| report::series(&analysed, written),
+        html: &|| page::html(&page::series(&analysed, &provenance)),
+        markdown: &|| terminal::series_table(&analysed, terminal::Form::Markdown),
+        latex: &|| terminal::series_table(&analysed, terminal::Form::Latex),
+        report: &|written| terminal::series(&analysed, written),
         warnings: answer.warnings.iter().map(|w| warning_line(&w.to_string())).collect(),
     };
     show(&args.out, &faces, color)
@@ -85,7 +73,7 @@ fn read(asked: &Asked) -> Result<(Data, Input), Failure> {
             let reading = slipfit_io::read(&args.files[0], &args.reading.options())?;
             let mut options = args.options();
             if options.frequency_hz.is_none() {
-                options.frequency_hz = super::ringdown::named_frequency_hz(&reading);
+                options.frequency_hz = reading.named_frequency_hz();
             }
             let input = Input {
                 path: reading.report.path,

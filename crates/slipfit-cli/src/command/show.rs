@@ -4,6 +4,7 @@ use crate::args::AnswerArgs;
 use crate::failure::Failure;
 use crate::output;
 use anstream::ColorChoice;
+use slipfit_report::plot::{Format, Picture};
 use std::io::{self, Write};
 use std::path::Path;
 use std::process::ExitCode;
@@ -24,6 +25,11 @@ pub(crate) struct Faces<'a> {
     pub(crate) latex: Text<'a>,
     pub(crate) report: &'a dyn Fn(&[&Path]) -> String,
     pub(crate) warnings: Vec<String>,
+}
+
+/// A figure in its file format.
+pub(crate) fn drawn(picture: &Picture, format: Format) -> Result<Vec<u8>, Failure> {
+    picture.render(format).ok_or_else(|| Failure::new("the picture could not be drawn"))
 }
 
 /// Writes the files asked for, then the report, then the doubts.

@@ -6,10 +6,11 @@ mod ringdowns;
 mod waveforms;
 
 use crate::args::PaperArgs;
+use crate::command::show::drawn;
 use crate::failure::Failure;
 use crate::output;
-use crate::plot::{self, Chart};
 use anstream::ColorChoice;
+use slipfit_report::plot::{self, Chart};
 use std::io::{self, Write};
 use std::path::Path;
 use std::process::ExitCode;
@@ -51,7 +52,7 @@ fn write_figure(
 ) -> Result<(), Failure> {
     let picture = plot::page(heading, caption, charts);
     for (ending, format) in [("svg", plot::Format::Svg), ("png", plot::Format::Png)] {
-        let bytes = picture.render(format)?;
+        let bytes = drawn(&picture, format)?;
         output::to_path(&folder.join(format!("{name}.{ending}")), |out| out.write_all(&bytes))?;
     }
     for chart in charts {

@@ -1,10 +1,10 @@
 //! Fig. 2 (c) and (d): resonance curves, and the response at omega_0 to a drive near omega_0/3.
 
 use super::ringdowns::{FREQUENCY_HZ, fork};
-use crate::plot::{Chart, Look, Scaled, Series};
 use slipfit::Error;
 use slipfit::motion::steady::lorentzian::{self, Inversion, LorentzianFit};
 use slipfit::motion::steady::{HarmonicDrive, scan, solve};
+use slipfit_report::plot::{Chart, Look, Scaled, Series};
 use std::f64::consts::TAU;
 
 const VISCOUS: f64 = 20e-6;

@@ -1,10 +1,10 @@
 //! Fig. 2 (a) and (b): ring-downs at three loads, fitted.
 
 use crate::command::simulate::{Noise, lock_in};
-use crate::plot::{Chart, Look, Scaled, Series};
 use slipfit::motion::decay::{FreeDecay, averaged};
 use slipfit::ringdown::{LossModel, Options, analyse};
 use slipfit::{Error, Oscillator, Quantity, Record, SignalKind};
+use slipfit_report::plot::{Chart, Look, Scaled, Series};
 use std::f64::consts::TAU;
 
 pub(super) const FREQUENCY_HZ: f64 = 32_700.0;

@@ -1,8 +1,8 @@
 //! Fig. 1: displacement and velocity where friction leaves a gain of 5, and of 1.
 
-use crate::plot::{Chart, Look, Scaled, Series};
 use slipfit::motion::steady::{HarmonicDrive, Method, SteadyState, solve};
 use slipfit::{Error, Oscillator};
+use slipfit_report::plot::{Chart, Look, Scaled, Series};
 
 const Q: f64 = 1e4;
 /// Cycles shown.

@@ -4,9 +4,10 @@ use super::parquet;
 use super::sheet::{Column, Digits, Parameter, Sheet, Value, number};
 use crate::args::{OutArgs, RecordFormat};
 use crate::failure::Failure;
-use crate::{json, output};
+use crate::output;
 use npyz::WriterBuilder as _;
 use serde_json::{Map, json};
+use slipfit_report::json::write as write_json;
 use std::io::{self, Cursor, Write};
 use std::path::Path;
 
@@ -46,7 +47,7 @@ pub(super) fn write(mut sheet: Sheet<'_>, out: &OutArgs) -> Result<(), Failure> 
     }
     if let Some(path) = &out.json {
         let whole = as_json(&sheet, &rows);
-        output::to_path(path, |out| json::write(out, &whole))?;
+        output::to_path(path, |out| write_json(out, &whole))?;
     }
     Ok(())
 }

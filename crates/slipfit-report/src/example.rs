@@ -1,0 +1,88 @@
+//! A ring-down for tests of reports.
+
+use crate::AnalysedRingdown;
+use slipfit::Quantity;
+use slipfit::ringdown::{Answer, LossModel, Options, Parameter, analyse};
+use std::path::Path;
+
+/// An answer whose numbers are set by hand and then changed.
+pub(crate) fn by_hand<T>(
+    change: impl FnOnce(&mut Answer),
+    look: impl FnOnce(&AnalysedRingdown<'_>) -> T,
+) -> T {
+    let decay = slipfit::Oscillator::kinematic(8.0, 0.03, 0.002)
+        .and_then(|o| slipfit::motion::decay::FreeDecay::from_rest(&o, 0.35))
+        .unwrap();
+    let mut text = String::from("t (s);angle (rad)\n");
+    for i in 0..1500 {
+        let t = 0.02 * f64::from(i);
+        text += &format!("{t:.2};{:.5}\n", decay.displacement(t) + 1e-4 * (7.7 * f64::from(i * i)).sin());
+    }
+    let reading = slipfit_io::read_text(text.as_bytes(), "swing.csv", &Default::default()).unwrap();
+    let mut options = Options::default();
+    options.model = Some(LossModel::ViscousSliding);
+    let mut answer = analyse(&reading.record, &options).unwrap();
+
+    let mut x_f = Quantity::normal(0.002, 2e-5, "rad");
+    x_f.interval_95 = [0.001_98, 0.002_1];
+    let mut drag = Quantity::normal(0.0, 2e-3, "1/(rad s)");
+    drag.interval_95 = [0.0, 4e-3];
+    answer.parameters = vec![
+        Parameter { name: "frequency_hz", quantity: Quantity::normal(1.2732, 1.2e-5, "Hz") },
+        Parameter { name: "decay_rate_per_s", quantity: Quantity::normal(0.0302, 4e-4, "1/s") },
+        Parameter { name: "friction_displacement", quantity: x_f },
+        Parameter { name: "sliding_rate", quantity: Quantity::normal(0.0102, 1e-4, "rad/s") },
+        Parameter { name: "drag_rate", quantity: drag },
+        Parameter { name: "initial_amplitude", quantity: Quantity::normal(0.35, 1e-5, "rad") },
+    ];
+    let template = answer.comparison[0].clone();
+    answer.comparison = [
+        (LossModel::ViscousSliding, 0.0),
+        (LossModel::ViscousSlidingDrag, 7.3),
+        (LossModel::Viscous, 1530.2),
+    ]
+    .into_iter()
+    .map(|(model, delta_bic)| slipfit::ringdown::Candidate {
+        model,
+        delta_bic,
+        rms: if delta_bic > 10.0 { 2.2e-3 } else { 1.0e-4 },
+        converged: true,
+        at_limit: model.has_drag().then_some("drag_rate"),
+        decay_rate_per_s: 0.0302,
+        friction_displacement: if model.has_sliding() { 0.002 } else { 0.0 },
+        drag_rate: 0.0,
+        ..template.clone()
+    })
+    .collect();
+    answer.model = LossModel::ViscousSliding;
+    answer.sliding.detected = true;
+    answer.sliding.share_at_start = 0.41;
+    answer.sliding.dominates_from_s = Some(16.0);
+    answer.sliding.viscous_only_p_value = 0.0;
+    answer.segment.start_s = 0.0;
+    answer.segment.end_s = 24.0;
+    answer.segment.samples = 1200;
+    answer.segment.cycles = 30.6;
+    answer.segment.start_reason = "the record starts";
+    answer.segment.end_reason = "the motion comes to rest";
+    answer.stop = Some(slipfit::ringdown::Stop {
+        time_s: 24.1,
+        position: 0.001_2,
+        position_std_error: 2e-5,
+        static_displacement: Some([0.001_2, 0.002_4]),
+    });
+    answer.diagnostics.method = "waveform";
+    answer.diagnostics.noise_rms = 1e-4;
+    answer.diagnostics.signal_to_noise_db = 68.0;
+    answer.diagnostics.residual_excess = 1.02;
+    answer.diagnostics.decay_times = 4.3;
+    answer.diagnostics.left_out = 0;
+    answer.warnings = Vec::new();
+    change(&mut answer);
+    look(&AnalysedRingdown {
+        file: Path::new("swing.csv"),
+        reading: &reading,
+        options: &options,
+        answer: &answer,
+    })
+}

@@ -1,0 +1,234 @@
+//! One page that needs nothing beside itself: no network, no fonts, no script to be read.
+
+use super::{Document, Table, formula, method, symbol};
+use crate::plot::{dark_rules, escape};
+use crate::terminal::Told;
+use std::fmt::Write as _;
+
+const STYLE: &str = include_str!("style.css");
+const SCRIPT: &str = include_str!("script.js");
+
+/// What a browser is allowed to do with the page: nothing but show it.
+const POLICY: &str = "default-src 'none'; style-src 'unsafe-inline'; script-src 'unsafe-inline'";
+
+/// The page. It is well-formed XML as well, so that other programs can take it apart.
+pub fn html(document: &Document<'_>) -> String {
+    let subject = escape(&document.subject);
+    let version = escape(&document.provenance.version);
+    let dark = dark_rules();
+    let mut page = format!(
+        "<!DOCTYPE html>\n<html lang=\"en\">\n<head>\n<meta charset=\"utf-8\"/>\n\
+         <meta name=\"viewport\" content=\"width=device-width, initial-scale=1\"/>\n\
+         <meta name=\"generator\" content=\"slipfit {version}\"/>\n\
+         <meta http-equiv=\"Content-Security-Policy\" content=\"{POLICY}\"/>\n\
+         <title>{subject} – slipfit {}</title>\n<style>\n{STYLE}{dark}</style>\n</head>\n<body>\n<main>\n",
+        document.command
+    );
+    let _ = write!(
+        page,
+        "<header>\n<p class=\"kind\">{}</p>\n<h1>{subject}</h1>\n<p class=\"answer\">{}</p>\n</header>\n",
+        kind(document.command),
+        escape(&document.sentence)
+    );
+    warnings(&mut page, document);
+    if !document.parameters.is_empty() {
+        page += "<section>\n<h2>Parameters</h2>\n";
+        parameters(&mut page, &document.parameters);
+        page += "</section>\n";
+    }
+    if document.parameters.is_empty() {
+        document.tables.iter().for_each(|table| section(&mut page, table));
+    }
+    page += "<section>\n<h2>Data and fit</h2>\n<div class=\"figures\">\n";
+    for picture in (document.pictures)() {
+        let _ = writeln!(page, "<figure>{}</figure>", picture.inline_svg());
+    }
+    page += "</div>\n</section>\n";
+    if !document.parameters.is_empty() {
+        document.tables.iter().for_each(|table| section(&mut page, table));
+    }
+    page += "<section>\n<h2>How it was read and fitted</h2>\n<dl>\n";
+    for (label, text) in document.facts.iter() {
+        let _ = writeln!(page, "<dt>{}</dt><dd>{}</dd>", escape(&label.replace('_', " ")), escape(text));
+    }
+    page += "</dl>\n</section>\n<section>\n<h2>Method</h2>\n<ol>\n";
+    for step in &document.method {
+        let _ = write!(page, "<li><b>{}</b>", escape(step.what));
+        if !step.formula.is_empty() {
+            let _ = write!(page, "<p class=\"formula\">{}</p>", formula::html(step.formula));
+        }
+        let _ = writeln!(page, "<p class=\"source\">{}</p></li>", formula::text(step.source));
+    }
+    let _ = write!(page, "</ol>\n<p class=\"note\">The paper: {}</p>\n</section>\n", escape(method::PAPER));
+    reproduce(&mut page, document);
+    let _ = write!(page, "</main>\n<script>\n{SCRIPT}</script>\n</body>\n</html>\n");
+    page
+}
+
+fn kind(command: &str) -> &str {
+    match command {
+        "ringdown" => "Ring-down: viscous and sliding loss of a free decay",
+        "resonance" => "Resonance curve: viscous and sliding loss of a driven oscillator",
+        "levels" => "Amplitude at resonance over the level of the drive",
+        "series" => "Several measurements of one oscillator",
+        other => other,
+    }
+}
+
+fn warnings(page: &mut String, document: &Document<'_>) {
+    if document.warnings.is_empty() {
+        page.push_str("<p class=\"note\">No warnings.</p>\n");
+        return;
+    }
+    page.push_str("<ul class=\"warnings\">\n");
+    for doubt in &document.warnings {
+        let code = escape(&doubt.code.replace('_', " "));
+        let _ = writeln!(page, "<li><b>Warning, {code}:</b> {}</li>", escape(&doubt.text));
+    }
+    page.push_str("</ul>\n");
+}
+
+fn parameters(page: &mut String, parameters: &[Told]) {
+    page.push_str(
+        "<div class=\"scroll\"><table>\n<thead><tr><th>parameter</th><th></th><th class=\"n\">value</th>\
+         <th class=\"n\">± standard error</th><th>unit</th><th>95 % interval</th><th class=\"n\">relative</th></tr></thead>\n\
+         <tbody>\n",
+    );
+    for told in parameters {
+        let symbol = if told.symbol.is_empty() { String::new() } else { symbol::html(told.symbol) };
+        let (class, interval) = match told.absent {
+            true => (" class=\"absent\"", "95 %, not in the model reported"),
+            false => ("", told.interval.as_str()),
+        };
+        let _ = writeln!(
+            page,
+            "<tr{class}><td>{}</td><td>{symbol}</td><td class=\"n\">{}</td><td class=\"n\">{}</td><td>{}</td><td>{}</td>\
+             <td class=\"n\">{}</td></tr>",
+            escape(&told.words),
+            escape(&told.value),
+            escape(&told.uncertainty),
+            escape(&told.unit),
+            escape(interval),
+            escape(&told.relative)
+        );
+    }
+    page.push_str("</tbody>\n</table></div>\n");
+}
+
+fn section(page: &mut String, table: &Table) {
+    let (head, rows) = table.split();
+    let _ = write!(
+        page,
+        "<section>\n<h2>{}</h2>\n<div class=\"scroll\"><table>\n<thead><tr>",
+        escape(table.title)
+    );
+    for (i, name) in head.iter().enumerate() {
+        let class = if i > 0 { " class=\"n\"" } else { "" };
+        let _ = write!(page, "<th{class}>{}</th>", symbol::heading(name, symbol::html, escape));
+    }
+    page.push_str("</tr></thead>\n<tbody>\n");
+    for (i, row) in rows.iter().enumerate() {
+        page.push_str(if table.chosen == Some(i) { "<tr class=\"chosen\">" } else { "<tr>" });
+        for (i, cell) in row.iter().enumerate() {
+            let class = if i > 0 { " class=\"n\"" } else { "" };
+            let _ = write!(page, "<td{class}>{}</td>", escape(cell));
+        }
+        page.push_str("</tr>\n");
+    }
+    page.push_str("</tbody>\n</table></div>\n");
+    if !table.note.is_empty() {
+        let _ = writeln!(page, "<p class=\"note\">{}</p>", escape(&table.note));
+    }
+    page.push_str("</section>\n");
+}
+
+fn reproduce(page: &mut String, document: &Document<'_>) {
+    let _ = write!(
+        page,
+        "<section>\n<h2>To reproduce</h2>\n<pre><code>{}</code></pre>\n<div class=\"scroll\"><table>\n\
+         <thead><tr><th>input</th><th>SHA-256</th></tr></thead>\n<tbody>\n",
+        escape(&document.provenance.call)
+    );
+    for input in &document.inputs {
+        let _ =
+            writeln!(page, "<tr><td>{}</td><td><code>{}</code></td></tr>", escape(&input.path), input.sha256);
+    }
+    let _ = write!(
+        page,
+        "</tbody>\n</table></div>\n</section>\n<footer>slipfit {}</footer>\n",
+        escape(&document.provenance.version)
+    );
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::example::by_hand;
+    use slipfit::ringdown::Answer;
+
+    fn page(change: impl FnOnce(&mut Answer)) -> String {
+        let provenance =
+            crate::Provenance { version: "0.0.0".into(), call: "slipfit ringdown swing.csv".into() };
+        by_hand(change, |analysed| html(&crate::page::ringdown(analysed, &provenance)))
+    }
+
+    /// Whether it is well-formed, which every browser then reads alike.
+    fn whole(page: &str) -> bool {
+        let mut reader = quick_xml::Reader::from_str(page);
+        loop {
+            match reader.read_event() {
+                Ok(quick_xml::events::Event::Eof) => return true,
+                Ok(_) => {}
+                Err(_) => return false,
+            }
+        }
+    }
+
+    #[test]
+    fn numbers_that_are_none_still_make_a_page() {
+        type Change = fn(&mut Answer);
+        let changes: [Change; 4] = [
+            |_| (),
+            |a| {
+                for p in &mut a.parameters {
+                    p.quantity.std_error = f64::NAN;
+                    p.quantity.interval_95 = [f64::NEG_INFINITY, f64::INFINITY];
+                }
+            },
+            |a| {
+                a.parameters.clear();
+                a.comparison.clear();
+                a.envelope.clear();
+                a.loss.clear();
+            },
+            |a| {
+                a.comparison.iter_mut().for_each(|c| (c.rms, c.delta_bic) = (f64::NAN, f64::INFINITY));
+                a.diagnostics.noise_rms = f64::NAN;
+            },
+        ];
+        for change in changes {
+            let page = page(change);
+            assert!(whole(&page), "{page:.2000}");
+            for figure in page.split("<figure>").skip(1) {
+                let figure = figure.split("</figure>").next().unwrap_or_default();
+                assert!(!figure.contains("NaN") && !figure.contains("inf"), "{figure:.2000}");
+            }
+        }
+    }
+
+    #[test]
+    fn the_row_reported_is_marked() {
+        let page = page(|_| ());
+        let chosen = page.split("<tr class=\"chosen\">").nth(1).unwrap();
+        assert!(chosen.starts_with("<td>viscous+sliding</td>"), "{chosen:.200}");
+        assert_eq!(page.matches("class=\"chosen\"").count(), 1);
+    }
+
+    #[test]
+    fn a_page_without_a_script_lacks_nothing_but_haste() {
+        // Every value the script shows under the pointer is in the page for eyes without it.
+        let page = page(|_| ());
+        let told = page.matches("<title>time ").count() + page.matches("<title>amplitude ").count();
+        assert!(told > 30, "{told}");
+    }
+}

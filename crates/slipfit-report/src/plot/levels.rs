@@ -1,0 +1,55 @@
+//! Amplitude over the level of the drive.
+
+use super::chart::{Chart, Look, Scaled, Series};
+use crate::AnalysedLevels;
+use slipfit::format::Scale;
+
+pub(super) fn charts(analysed: &AnalysedLevels<'_>) -> Vec<Chart> {
+    let answer = analysed.answer;
+    let most = |of: fn(&slipfit::levels::LevelPoint) -> f64| {
+        answer.points.iter().map(of).filter(|v| v.is_finite()).fold(0.0, f64::max)
+    };
+    let drive = Scale::for_size(most(|p| p.drive), &answer.drive_unit);
+    let amplitude = Scale::for_size(most(|p| p.amplitude), &answer.unit);
+    let (d, a) = (drive.factor, amplitude.factor);
+    let top = most(|p| p.drive);
+    let threshold = answer.parameter("threshold").map_or(0.0, |q| q.value).clamp(0.0, top);
+    let dots = |moving: bool| {
+        answer.points.iter().filter(|p| p.moving == moving).map(|p| [p.drive * d, p.amplitude * a]).collect()
+    };
+    let at = |x: f64| [x * d, answer.fit.amplitude(x) * a];
+    let free = |x: f64| [x * d, answer.fit.friction_free(x) * a];
+    let axis = |name: &str, scale: &Scale| {
+        let unit = scale.unit.trim_start_matches('×');
+        if unit.is_empty() { name.to_owned() } else { format!("{name} [{unit}]") }
+    };
+    let series = |name: &str, points, look| Series { name: name.to_owned(), points, look };
+    let curve = Chart {
+        file: "levels",
+        title: "amplitude at resonance".to_owned(),
+        x: Scaled::linear(&axis("drive", &drive), [0.0, 1.03 * top * d]),
+        y: Scaled::linear(&axis("amplitude", &amplitude), [0.0, 1.08 * most(|p| p.amplitude) * a]),
+        series: vec![
+            series("without friction", vec![free(0.0), free(top)], Look::Dashed(5)),
+            series("fit", vec![at(0.0), at(threshold), at(top)], Look::Line(1)),
+            series("moving", dots(true), Look::LargeDots(0)),
+            series("stuck", dots(false), Look::LargeDots(5)),
+        ],
+    };
+    let left: Vec<[f64; 2]> =
+        answer.points.iter().filter(|p| p.moving).map(|p| [p.drive * d, p.amplitude - p.fitted]).collect();
+    let size = left.iter().map(|p| p[1].abs()).filter(|v| v.is_finite()).fold(0.0, f64::max);
+    let residual = Scale::for_size(size, &answer.unit);
+    let r = residual.factor;
+    let residuals = Chart {
+        file: "residuals",
+        title: "residuals of the moving branch".to_owned(),
+        x: Scaled::linear(&axis("drive", &drive), [0.0, 1.03 * top * d]),
+        y: Scaled::linear(&axis("data − fit", &residual), [-1.3 * size * r, 1.3 * size * r]),
+        series: vec![
+            series("", vec![[0.0, 0.0], [top * d, 0.0]], Look::Line(1)),
+            series("", left.iter().map(|p| [p[0], p[1] * r]).collect(), Look::LargeDots(0)),
+        ],
+    };
+    vec![curve, residuals]
+}

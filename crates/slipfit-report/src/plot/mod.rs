@@ -1,0 +1,160 @@
+//! Pictures, drawn once and written as SVG or PNG.
+
+mod axis;
+mod chart;
+mod dark;
+mod decimate;
+mod figure;
+mod files;
+mod font;
+mod grid;
+mod heat;
+mod levels;
+mod panel;
+#[cfg(feature = "png")]
+mod png;
+mod resonance;
+mod ringdown;
+mod series;
+mod svg;
+
+pub use chart::{Chart, Look, Scaled, Series, page};
+pub(crate) use dark::dark_rules;
+pub use heat::{HeatMap, heat_maps};
+pub(crate) use svg::escape;
+
+use crate::row::Row;
+use crate::{AnalysedCurve, AnalysedLevels, AnalysedRingdown, AnalysedSeries};
+use std::path::Path;
+
+/// File format of a picture.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+#[non_exhaustive]
+pub enum Format {
+    /// Scalable; text stays text.
+    Svg,
+    /// Pixels, at twice the size.
+    #[cfg(feature = "png")]
+    Png,
+}
+
+impl Format {
+    /// The format that the ending of a file's name asks for; `None` where it is another.
+    pub fn of(path: &Path) -> Option<Self> {
+        let ending = path.extension()?.to_string_lossy().to_ascii_lowercase();
+        match ending.as_str() {
+            "svg" => Some(Self::Svg),
+            #[cfg(feature = "png")]
+            "png" => Some(Self::Png),
+            _ => None,
+        }
+    }
+}
+
+/// The figure of a ring-down.
+pub fn ringdown(analysed: &AnalysedRingdown<'_>) -> Picture {
+    Picture(ringdown::figure(analysed))
+}
+
+/// The figure of a resonance curve.
+pub fn resonance(analysed: &AnalysedCurve<'_>) -> Picture {
+    Picture(resonance::figure(analysed))
+}
+
+/// The figure of drive levels.
+pub fn levels(analysed: &AnalysedLevels<'_>) -> Picture {
+    let sentence = crate::terminal::levels_sentence(analysed.answer);
+    page("Amplitude over the level of the drive", &sentence, &levels::charts(analysed))
+}
+
+/// The figure of a series.
+pub fn series(analysed: &AnalysedSeries<'_>) -> Picture {
+    Picture(series::figure(analysed))
+}
+
+/// The figure across many files.
+pub fn files(rows: &[Row]) -> Picture {
+    Picture(files::figure(rows))
+}
+
+/// The panels of an answer, each a picture of its own.
+pub(crate) fn ringdown_panels(analysed: &AnalysedRingdown<'_>) -> Vec<Picture> {
+    ringdown::panels(analysed).into_iter().map(Picture).collect()
+}
+
+/// Likewise of a resonance curve.
+pub(crate) fn resonance_panels(analysed: &AnalysedCurve<'_>) -> Vec<Picture> {
+    resonance::panels(analysed).into_iter().map(Picture).collect()
+}
+
+/// Likewise of drive levels.
+pub(crate) fn levels_panels(analysed: &AnalysedLevels<'_>) -> Vec<Picture> {
+    levels::charts(analysed).iter().map(|chart| Picture(chart::draw(chart))).collect()
+}
+
+/// Likewise of a series.
+pub(crate) fn series_panels(analysed: &AnalysedSeries<'_>) -> Vec<Picture> {
+    series::panels(analysed).into_iter().map(Picture).collect()
+}
+
+/// A figure not yet in any format.
+pub struct Picture(figure::Figure);
+
+impl Picture {
+    /// As an element of an HTML page.
+    pub(crate) fn inline_svg(&self) -> String {
+        svg::inline(&self.0)
+    }
+
+    /// In a file format; `None` where there is not enough memory for its pixels.
+    pub fn render(&self, format: Format) -> Option<Vec<u8>> {
+        match format {
+            Format::Svg => Some(svg::render(&self.0)),
+            #[cfg(feature = "png")]
+            Format::Png => png::render(&self.0),
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// Numbers that are none, and nothing at all: still a picture.
+    #[test]
+    fn a_poor_answer_still_makes_a_picture() {
+        type Change = fn(&mut slipfit::ringdown::Answer);
+        let changes: [Change; 4] = [
+            |_| (),
+            |a| {
+                a.envelope.clear();
+                a.loss.clear();
+            },
+            |a| {
+                a.envelope
+                    .iter_mut()
+                    .for_each(|p| (p.amplitude, p.fitted, p.std_error) = (f64::NAN, 0.0, f64::INFINITY))
+            },
+            |a| {
+                a.comparison.clear();
+                a.parameters.clear();
+                a.loss.iter_mut().for_each(|p| (p.loss_per_cycle, p.fitted) = (f64::INFINITY, f64::NAN));
+            },
+        ];
+        for change in changes {
+            crate::example::by_hand(change, |analysed| {
+                let svg = String::from_utf8(ringdown(analysed).render(Format::Svg).unwrap()).unwrap();
+                assert!(!svg.contains("NaN") && !svg.contains("inf"), "{svg}");
+                assert!(ringdown(analysed).render(Format::Png).unwrap().len() > 1000);
+            });
+        }
+    }
+
+    #[test]
+    fn the_ending_decides() {
+        assert_eq!(Format::of(Path::new("a/b.SVG")), Some(Format::Svg));
+        assert_eq!(Format::of(Path::new("b.png")), Some(Format::Png));
+        assert_eq!(Format::of(Path::new("b.pdf")), None);
+        assert_eq!(Format::of(Path::new("svg")), None);
+    }
+}

@@ -1,0 +1,195 @@
+//! Where the answer comes from: what was read, what was used, how well it is described.
+
+use super::facts::Facts;
+use crate::AnalysedRingdown;
+use slipfit::format::{Rounded, percent, plain};
+use slipfit::{ClockReport, SignalKind};
+use slipfit_io::{ColumnTaken, ReadReport, Reading, TimeSource};
+use std::fmt::Write as _;
+
+/// What was read, what was used, how well it is described.
+pub(crate) fn account(analysed: &AnalysedRingdown<'_>) -> Facts {
+    let report = &analysed.reading.report;
+    let answer = analysed.answer;
+    let mut facts = Facts::default();
+    facts.add("read", format!("{}: {}", analysed.file.display(), rows_read(report)));
+    columns_taken(&mut facts, report);
+    if let Some(clock) = clock(analysed.reading.record.clock_report()) {
+        facts.add("clock", clock);
+    }
+    facts.notes(&report.notes);
+    if let Some(f) =
+        analysed.reading.named_frequency_hz().filter(|f| analysed.options.frequency_hz == Some(*f))
+    {
+        let named = format!(
+            "frequency {} as the file's first lines name it (--frequency-hz overrides)",
+            plain(f, 6, "Hz")
+        );
+        facts.add("note", named);
+    }
+    let s = &answer.segment;
+    let cycles = if s.cycles > 0.0 { format!("{} cycles, ", plain(s.cycles, 3, "")) } else { String::new() };
+    facts.add(
+        "used",
+        format!(
+            "{} ({}) to {} ({}): {cycles}{} samples",
+            plain(s.start_s, 4, "s"),
+            s.start_reason,
+            plain(s.end_s, 4, "s"),
+            s.end_reason,
+            s.samples
+        ),
+    );
+    if let Some(stop) = &answer.stop {
+        let position = Rounded::new(stop.position, stop.position_std_error, &answer.signal_unit);
+        let hold = stop.static_displacement.map_or_else(String::new, |[low, high]| {
+            let unit = &answer.signal_unit;
+            format!("; static friction holds between {} and {}", plain(low, 3, unit), plain(high, 3, unit))
+        });
+        facts.add("stop", format!("at {}, {position} off the middle{hold}", plain(stop.time_s, 4, "s")));
+    }
+    let d = &answer.diagnostics;
+    let left_out = match d.left_out {
+        0 => String::new(),
+        n => format!("; {n} stretches far off every law left out"),
+    };
+    facts.add("fit", format!(
+            "of the {}; noise {}, {:.0} dB below the start; residuals {:.2} times what noise gives; {:.1} decay \
+             times{left_out}",
+            d.method,
+            plain(d.noise_rms, 2, &answer.signal_unit),
+            d.signal_to_noise_db,
+            d.residual_excess.max(0.0).sqrt(),
+            d.decay_times
+        ),
+    );
+    facts
+}
+
+/// What would be read of a file that is not analysed.
+pub(super) fn reading(reading: &Reading) -> Facts {
+    let (record, report) = (&reading.record, &reading.report);
+    let mut facts = Facts::default();
+    facts.add("read", rows_read(report));
+    columns_taken(&mut facts, report);
+    let mut rate = format!(
+        "{} over {}",
+        plain(1.0 / record.clock_report().median_step_s, 5, "Hz"),
+        plain(record.duration_s(), 4, "s")
+    );
+    if let Some(clock) = clock(record.clock_report()) {
+        let _ = write!(rate, "; {clock}");
+    }
+    facts.add("clock", rate);
+    facts.notes(&report.notes);
+    facts
+}
+
+/// `1 row`, `2 rows`.
+pub(super) fn counted(n: u64, thing: &str) -> String {
+    if n == 1 { format!("1 {thing}") } else { format!("{n} {thing}s") }
+}
+
+fn columns_taken(facts: &mut Facts, report: &ReadReport) {
+    facts.add("time", time_source(&report.time));
+    facts.add("signal", signal_source(report));
+    if let Some(q) = &report.quadrature {
+        facts.add("", column(q));
+    }
+}
+
+fn rows_read(report: &ReadReport) -> String {
+    let mut text = counted(report.rows_read, "row");
+    if !report.skipped.is_empty() {
+        let reasons: Vec<String> = report
+            .skipped
+            .iter()
+            .map(|s| format!("{} {}, first in row {}", s.rows, s.reason, s.first_row))
+            .collect();
+        let _ = write!(text, "; skipped {}", reasons.join("; "));
+    }
+    let mut choice = Vec::new();
+    if report.tables > 1 {
+        choice.push(format!("table {} of {} (--part)", report.table, report.tables));
+    }
+    if report.runs > 1 {
+        choice.push(format!("run {} of {} (--run)", report.run, report.runs));
+    }
+    if !choice.is_empty() {
+        let _ = write!(text, "; {}", choice.join(", "));
+    }
+    text
+}
+
+pub(super) fn column(taken: &ColumnTaken) -> String {
+    if taken.unit.is_empty() { taken.why.clone() } else { format!("{}; in {}", taken.why, taken.unit) }
+}
+
+fn time_source(source: &TimeSource) -> String {
+    match source {
+        TimeSource::Column(taken) => column(taken),
+        TimeSource::Intervals(taken) => format!("{}, added up", column(taken)),
+        TimeSource::Rate(rate) => format!("{} samples a second", plain(*rate, 6, "")),
+        _ => "as the file says".to_owned(),
+    }
+}
+
+fn signal_source(report: &ReadReport) -> String {
+    let kind = match report.kind {
+        SignalKind::Displacement => "displacement or angle",
+        SignalKind::Velocity => "velocity",
+        SignalKind::Acceleration => "acceleration",
+        SignalKind::Envelope => "amplitude",
+        SignalKind::LockIn => "X of a lock-in",
+        _ => "signal",
+    };
+    format!("{}; taken as {kind}", column(&report.signal))
+}
+
+/// What there is to say about the clock, if anything.
+fn clock(report: &ClockReport) -> Option<String> {
+    let mut said = Vec::new();
+    let mut count = |n: usize, what: &str| {
+        if n > 0 {
+            said.push(format!("{n} {what}"));
+        }
+    };
+    count(report.nonfinite(), "rows without a number left out");
+    count(report.corrupt_stamps, "rows with a corrupt stamp left out");
+    count(report.reordered, "rows put in order");
+    count(report.repeated_stamps, "repeated stamps");
+    if report.resets > 0 {
+        said.push(format!("{} resets: {} rows of other runs left out", report.resets, report.other_run_rows));
+    }
+    if let Some(quantum) = report.rebuilt_quantum_s {
+        said.push(format!("uniform clock rebuilt from stamps rounded to {}", plain(quantum, 2, "s")));
+    }
+    if let Some(gap) = &report.longest_gap {
+        said.push(format!(
+            "{} {} {} from {} on",
+            report.gaps,
+            if report.gaps == 1 { "gap," } else { "gaps, the longest" },
+            plain(gap.length_s, 3, "s"),
+            plain(gap.start_s, 4, "s")
+        ));
+    }
+    if report.step_spread > 0.02 {
+        said.push(format!("steps vary by {}", percent(report.step_spread)));
+    }
+    (!said.is_empty()).then(|| said.join("; "))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn one_of_a_thing_is_singular() {
+        assert_eq!([counted(1, "row"), counted(2, "row")], ["1 row", "2 rows"]);
+    }
+
+    #[test]
+    fn an_ordinary_clock_needs_no_words() {
+        assert_eq!(clock(&ClockReport::default()), None);
+    }
+}

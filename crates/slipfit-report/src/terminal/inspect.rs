@@ -1,0 +1,197 @@
+//! A file at a glance.
+
+use super::table::{Align, columns, width};
+use super::{ANSWER, DIM, HEADING, WIDTH, labelled};
+use super::{account, braille};
+use slipfit::format::plain;
+use slipfit_io::{Delimiter, Dialect, ReadError, Reading, SweepReading, Table, Tables};
+use std::fmt::Write as _;
+use std::path::Path;
+
+/// Tables and columns shown before the rest is only counted.
+const MOST_TABLES: usize = 8;
+const MOST_COLUMNS: usize = 16;
+
+/// What is known of a file.
+#[derive(Debug, Clone, Copy)]
+pub struct Inspected<'a> {
+    /// Its name, for display.
+    pub file: &'a Path,
+    /// Everything it holds.
+    pub tables: &'a Tables,
+    /// The record it would be read as, or why it is none.
+    pub reading: &'a Result<Reading, ReadError>,
+    /// The resonance curve it is, rather than a record.
+    pub curve: Option<&'a SweepReading>,
+    /// Its first lines, of text.
+    pub lines: &'a [String],
+    /// The command that analyses it.
+    pub next_command: &'a str,
+}
+
+/// What a file holds, how it would be read and the command for it.
+pub fn inspect(inspected: &Inspected<'_>) -> String {
+    let tables = inspected.tables;
+    let mut text = format!("{ANSWER}{}{ANSWER:#}\n", inspected.file.display());
+    text += &labelled("format", &format!("{}; {}", format_name(inspected), size(tables.bytes)));
+    for table in tables.tables.iter().take(MOST_TABLES) {
+        text += &one_table(table, tables.tables.len() > 1);
+    }
+    if tables.tables.len() > MOST_TABLES {
+        text += &labelled("", &format!("and {} further tables", tables.tables.len() - MOST_TABLES));
+    }
+    if !inspected.lines.is_empty() {
+        text.push('\n');
+        for line in inspected.lines {
+            let _ = writeln!(text, "  {DIM}{}{DIM:#}", clipped(line, WIDTH - 2));
+        }
+    }
+    text.push('\n');
+    match (inspected.curve, inspected.reading) {
+        (Some(curve), _) => {
+            text += &super::resonance::read_as_curve(curve).told();
+            text += &curve_picture(curve);
+        }
+        (None, Ok(reading)) => {
+            text += &account::reading(reading).told();
+            let record = &reading.record;
+            let points = (0..record.len()).map(|i| (record.time_s(i), record.signal()[i]));
+            let ends = [record.time_s(0), record.time_s(record.len() - 1)];
+            text += &picture(points, record.unit(), ends, "s");
+        }
+        (None, Err(error)) => {
+            text += &labelled("record", &format!("none: {}", error.problem));
+            if let Some(hint) = error.hint() {
+                text += &labelled("", &hint);
+            }
+        }
+    }
+    let _ = writeln!(text, "\n> {}", inspected.next_command);
+    text
+}
+
+fn format_name(inspected: &Inspected<'_>) -> String {
+    let name = inspected.tables.format.name();
+    let name = name.strip_prefix("a ").or_else(|| name.strip_prefix("an ")).unwrap_or(name);
+    match &inspected.tables.dialect {
+        Some(dialect) => dialect_name(name, dialect),
+        None => name.to_owned(),
+    }
+}
+
+fn dialect_name(name: &str, dialect: &Dialect) -> String {
+    let cells = match dialect.delimiter {
+        Delimiter::Comma => "commas between cells",
+        Delimiter::Semicolon => "semicolons between cells",
+        Delimiter::Tab => "tabs between cells",
+        Delimiter::Bar => "bars between cells",
+        Delimiter::Blanks => "blanks between cells",
+        _ => "one cell a row",
+    };
+    let decimal = if dialect.decimal == slipfit_io::Decimal::Comma { ", decimal comma" } else { "" };
+    let writer = dialect.convention.map(|w| format!(" as {w} writes it")).unwrap_or_default();
+    format!("{name}{writer}, {cells}{decimal}, {}", dialect.encoding)
+}
+
+fn size(bytes: u64) -> String {
+    match bytes {
+        0..1000 => format!("{bytes} bytes"),
+        1000..1_000_000 => format!("{:.1} kB", bytes as f64 / 1e3),
+        1_000_000..1_000_000_000 => format!("{:.1} MB", bytes as f64 / 1e6),
+        _ => format!("{:.2} GB", bytes as f64 / 1e9),
+    }
+}
+
+/// The columns of a table with their units, first and last values.
+fn one_table(table: &Table, several: bool) -> String {
+    let mut rows =
+        vec![["#", "column", "unit", "first", "last", "least", "greatest"].map(str::to_owned).to_vec()];
+    for (i, column) in table.columns.iter().enumerate().take(MOST_COLUMNS) {
+        let finite = || column.values.iter().copied().filter(|v| v.is_finite());
+        let number = |v: Option<f64>| v.map_or_else(|| "–".to_owned(), |v| plain(v, 4, ""));
+        rows.push(vec![
+            (i + 1).to_string(),
+            clipped(if column.header.is_empty() { "–" } else { &column.header }, 24),
+            clipped(if column.unit.is_empty() { "–" } else { &column.unit }, 8),
+            number(finite().next()),
+            number(finite().next_back()),
+            number(finite().reduce(f64::min)),
+            number(finite().reduce(f64::max)),
+        ]);
+    }
+    // A name gives way before a number does.
+    for most in (6..24).rev() {
+        if width(&rows) <= WIDTH - 4 {
+            break;
+        }
+        rows.iter_mut().for_each(|row| row[1] = clipped(&row[1], most));
+    }
+    let align =
+        [Align::Right, Align::Left, Align::Left, Align::Right, Align::Right, Align::Right, Align::Right];
+    let first = if table.cut { "first " } else { "" };
+    let rate = table.rate_hz.map(|r| format!(", {}", plain(r, 6, "Hz"))).unwrap_or_default();
+    let counted = format!("{first}{} rows, {} columns{rate}", table.rows(), table.columns.len());
+    let title = if several { format!("`{}`: {counted}", table.name) } else { counted };
+    let mut text = labelled("table", &title);
+    for (i, line) in columns(&rows, &align).iter().enumerate() {
+        let line = clipped(line, WIDTH - 4);
+        match i {
+            0 => {
+                let _ = writeln!(text, "    {HEADING}{line}{HEADING:#}");
+            }
+            _ => {
+                let _ = writeln!(text, "    {line}");
+            }
+        }
+    }
+    if table.columns.len() > MOST_COLUMNS {
+        let _ = writeln!(text, "    and {} further columns", table.columns.len() - MOST_COLUMNS);
+    }
+    text
+}
+
+/// The amplitudes over frequency.
+fn curve_picture(reading: &SweepReading) -> String {
+    let curve = &reading.curve;
+    let hz = curve.frequency_hz();
+    let points = hz.iter().enumerate().map(|(i, f)| (*f, curve.response().amplitude(i)));
+    let low = hz.iter().copied().fold(f64::INFINITY, f64::min);
+    let high = hz.iter().copied().fold(0.0, f64::max);
+    picture(points, curve.unit(), [low, high], "Hz")
+}
+
+/// Values over their places between the ends, as small as it can be.
+fn picture(
+    points: impl Iterator<Item = (f64, f64)> + Clone,
+    unit: &str,
+    ends: [f64; 2],
+    ends_unit: &str,
+) -> String {
+    let Some((lines, [low, high])) = braille::plot(points) else { return String::new() };
+    let labels = [plain(high, 3, unit), plain(low, 3, unit)];
+    let mut text = String::from("\n");
+    for (i, line) in lines.iter().enumerate() {
+        let label = match i {
+            0 => labels[0].as_str(),
+            i if i + 1 == lines.len() => labels[1].as_str(),
+            _ => "",
+        };
+        let _ = writeln!(text, "{:>12} {line}", clipped(label, 12));
+    }
+    // Ends of a narrow span differ in their later digits.
+    let digits = (ends[1].abs() / (ends[1] - ends[0])).log10().ceil().clamp(0.0, 8.0) as i32 + 3;
+    let [start, end] = ends.map(|v| plain(v, digits.max(4), ends_unit));
+    let blanks = 66_usize.saturating_sub(start.chars().count() + end.chars().count());
+    let _ = writeln!(text, "{:13}{start}{:blanks$}{end}", "", "");
+    text
+}
+
+/// Text of at most so many characters.
+fn clipped(text: &str, most: usize) -> String {
+    if text.chars().count() <= most {
+        return text.to_owned();
+    }
+    let mut short: String = text.chars().take(most.saturating_sub(1)).collect();
+    short.push('…');
+    short
+}

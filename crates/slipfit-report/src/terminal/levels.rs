@@ -1,0 +1,100 @@
+//! The answer to drive levels on one screen.
+
+use super::account::column;
+use super::facts::Facts;
+use super::parameters::{Told, laid_out};
+use super::resonance::p_words;
+use super::{ANSWER, WIDTH, labelled, wrap};
+use crate::AnalysedLevels;
+use slipfit::format::{Rounded, plain};
+use slipfit::levels::Answer;
+use std::fmt::Write as _;
+use std::path::Path;
+
+/// The answer in a sentence.
+pub(crate) fn levels_sentence(answer: &Answer) -> String {
+    let Some(threshold) = answer.parameter("threshold") else {
+        return "The levels give no threshold.".to_owned();
+    };
+    let shown = Rounded::new(threshold.value, threshold.std_error, &threshold.unit);
+    if !answer.detected {
+        let high = plain(threshold.interval_95[1], 2, &threshold.unit);
+        return format!(
+            "No threshold is seen ({}): sliding friction holds the mass below a drive of {high} at most.",
+            p_words(answer.p_value)
+        );
+    }
+    let friction = answer.parameter("friction_displacement").map_or_else(String::new, |q| {
+        format!(", a friction displacement of {}", Rounded::new(q.value, q.std_error, &q.unit))
+    });
+    format!(
+        "Sliding friction holds the mass up to a drive of {shown}{friction}; a line through zero is excluded, {}.",
+        p_words(answer.p_value)
+    )
+}
+
+/// The whole report, styled.
+pub fn levels(analysed: &AnalysedLevels<'_>, written: &[&Path]) -> String {
+    let answer = analysed.answer;
+    let mut text = String::new();
+    for line in wrap(&levels_sentence(answer), WIDTH) {
+        let _ = writeln!(text, "{ANSWER}{line}{ANSWER:#}");
+    }
+    text.push('\n');
+    text += &laid_out(&told(answer));
+    text.push('\n');
+    text += &account(analysed).told();
+    if !written.is_empty() {
+        let names: Vec<String> = written.iter().map(|p| p.display().to_string()).collect();
+        text += &labelled("wrote", &names.join(", "));
+    }
+    text
+}
+
+/// The parameters that say something.
+pub(crate) fn told(answer: &Answer) -> Vec<Told> {
+    let finite = answer.parameters.iter().filter(|p| p.quantity.value.is_finite());
+    finite.map(|p| Told::new(p.name, &p.quantity)).collect()
+}
+
+/// Where the answer comes from.
+pub(crate) fn account(analysed: &AnalysedLevels<'_>) -> Facts {
+    let (answer, reading) = (analysed.answer, analysed.reading);
+    let mut facts = Facts::default();
+    let skipped = match reading.rows_skipped() {
+        0 => String::new(),
+        n => {
+            let reasons: Vec<String> = reading.skipped.iter().map(|s| s.reason.clone()).collect();
+            format!("; {n} skipped: {}", reasons.join(", "))
+        }
+    };
+    facts.add("read", format!("{}: {} rows{skipped}", reading.path, reading.rows_read));
+    for (what, taken) in &reading.taken {
+        facts.add(what, column(taken));
+    }
+    facts.notes(&reading.notes);
+    let d = &answer.diagnostics;
+    facts.add(
+        "fit",
+        format!(
+            "{} points, {} moving, {} stuck; residuals {}; a bend of the line: {}",
+            d.points,
+            d.moving,
+            d.stuck,
+            plain(d.residual_rms, 2, &answer.unit),
+            p_words(d.bend_p_value)
+        ),
+    );
+    if let Some(b) = &answer.breakaway {
+        let drive = |v: f64| plain(v, 3, &answer.drive_unit);
+        let stuck = b.stuck_below.map_or_else(String::new, |v| format!("stuck up to {}, ", drive(v)));
+        let above = b.stuck_above_threshold.map_or_else(String::new, |v| {
+            let ratio = b.static_ratio_at_least.map_or_else(String::new, |r| {
+                format!(": static friction is at least {r:.2} times the sliding one")
+            });
+            format!("; stuck at {}, above the threshold{ratio}", drive(v))
+        });
+        facts.add("moves", format!("{stuck}moving from {} on{above}", drive(b.moving_from)));
+    }
+    facts
+}

@@ -1,0 +1,199 @@
+//! The answer to a ring-down on one screen.
+
+use super::account::account;
+use super::parameters::{Told, label, laid_out, significant};
+use super::table::{Align, columns, width};
+use super::{ANSWER, CHOSEN, DIM, HEADING, WIDTH, labelled, wrap};
+use crate::AnalysedRingdown;
+use slipfit::format::Scale;
+use slipfit::ringdown::{Answer, Candidate, Parameter};
+use std::fmt::Write as _;
+use std::path::Path;
+
+/// The whole report, styled.
+pub fn ringdown(analysed: &AnalysedRingdown<'_>, written: &[&Path]) -> String {
+    let answer = analysed.answer;
+    let mut text = String::new();
+    for line in wrap(&answer.sentence(), WIDTH) {
+        let _ = writeln!(text, "{ANSWER}{line}{ANSWER:#}");
+    }
+    text.push('\n');
+    text += &laid_out(&told(answer));
+    text.push('\n');
+    text += &models(answer);
+    text.push('\n');
+    text += &account(analysed).told();
+    if !written.is_empty() {
+        let names: Vec<String> = written.iter().map(|p| p.display().to_string()).collect();
+        text += &labelled("wrote", &names.join(", "));
+    }
+    text
+}
+
+/// The parameters that say something.
+pub(crate) fn told(answer: &Answer) -> Vec<Told> {
+    let parameters = answer.parameters.iter().filter(|p| is_told(answer, p));
+    let tell = |p: &Parameter| match is_absent(answer, p.name) {
+        true => Told::absent(p.name, &p.quantity),
+        false => Told::new(p.name, &p.quantity),
+    };
+    parameters.map(tell).collect()
+}
+
+/// Whether a parameter says something the others do not; JSON has them all.
+fn is_told(answer: &Answer, parameter: &Parameter) -> bool {
+    match parameter.name {
+        "sliding_rate" => answer.parameter("friction_displacement").is_none(),
+        "drag_rate" => answer.model.has_drag(),
+        _ => parameter.quantity.value.is_finite(),
+    }
+}
+
+/// Whether the model reported has no such term.
+fn is_absent(answer: &Answer, name: &str) -> bool {
+    match name {
+        "friction_displacement" | "sliding_rate" | "coulomb_force" => !answer.model.has_sliding(),
+        "decay_rate_per_s" | "viscous_coefficient" => !answer.model.has_viscous(),
+        "drag_rate" => !answer.model.has_drag(),
+        _ => false,
+    }
+}
+
+fn models(answer: &Answer) -> String {
+    let chosen = |i: usize| answer.comparison[i].model == answer.model;
+    let settled = answer.comparison.iter().all(|c| c.converged);
+    model_table(&model_rows(answer), chosen, settled)
+}
+
+/// All models on the same data: a line of headings, then one row each. Columns that say
+/// nothing are empty.
+pub(crate) fn model_rows(answer: &Answer) -> Vec<Vec<String>> {
+    let unit = &answer.signal_unit;
+    let drag_unit = answer.parameter("drag_rate").map_or_else(|| format!("1/({unit} s)"), |q| q.unit.clone());
+    let terms: [Term; 3] = [
+        Term::new(answer, "decay_rate_per_s", "1/s", |c| c.model.has_viscous().then_some(c.decay_rate_per_s)),
+        Term::new(answer, "friction_displacement", unit, |c| {
+            c.model.has_sliding().then_some(c.friction_displacement)
+        }),
+        Term::new(answer, "drag_rate", &drag_unit, |c| c.model.has_drag().then_some(c.drag_rate)),
+    ];
+    let rms = Scale::for_size(answer.comparison.first().map_or(0.0, |c| c.rms), unit);
+    let mut rows = vec![vec!["model".to_owned(), "ΔBIC".to_owned(), headed("rms", &rms)]];
+    rows[0].extend(terms.iter().map(Term::heading));
+    for c in &answer.comparison {
+        let settled = if c.converged { "" } else { " *" };
+        let mut row =
+            vec![format!("{}{settled}", c.model), bic(c.delta_bic), significant(c.rms * rms.factor, 3)];
+        row.extend(terms.iter().map(|t| t.cell(c)));
+        rows.push(row);
+    }
+    rows
+}
+
+/// Models on the screen, the one reported marked.
+pub(super) fn model_table(rows: &[Vec<String>], chosen: impl Fn(usize) -> bool, settled: bool) -> String {
+    let mut align = vec![Align::Right; rows[0].len()];
+    align[0] = Align::Left;
+    let (rows, heads) = short_heads(rows);
+    let lines = columns(&rows, &align);
+    let styled = lines.iter().enumerate().map(|(i, line)| match (i, i >= heads && chosen(i - heads)) {
+        (i, _) if i < heads => format!("  {HEADING}{line}{HEADING:#}\n"),
+        (_, true) => format!("{CHOSEN}> {line}{CHOSEN:#}\n"),
+        _ => format!("  {DIM}{line}{DIM:#}\n"),
+    });
+    let mut text: String = styled.collect();
+    if !settled {
+        text += &format!("  {DIM}* {UNSETTLED}{DIM:#}\n");
+    }
+    text
+}
+
+/// Headings in two lines, the name above its unit, where one is too wide; and how many lines
+/// they take.
+fn short_heads(rows: &[Vec<String>]) -> (Vec<Vec<String>>, usize) {
+    if width(rows) + 2 <= WIDTH {
+        return (rows.to_vec(), 1);
+    }
+    let split =
+        |cell: &String| cell.split_once(" [").map(|(name, unit)| [name.to_owned(), format!("[{unit}")]);
+    let halves: Vec<[String; 2]> =
+        rows[0].iter().map(|cell| split(cell).unwrap_or_else(|| [String::new(), cell.clone()])).collect();
+    let line = |at: usize| halves.iter().map(|h| h[at].clone()).collect::<Vec<String>>();
+    let heads = [line(0), line(1)];
+    (heads.into_iter().chain(rows[1..].iter().cloned()).collect(), 2)
+}
+
+/// What an asterisk behind a model means.
+pub(crate) const UNSETTLED: &str = "the fit did not settle to its tolerance";
+
+pub(super) fn headed(name: &str, scale: &Scale) -> String {
+    let unit = scale.unit.trim_start_matches('×');
+    if unit.is_empty() { name.to_owned() } else { format!("{name} [{unit}]") }
+}
+
+/// One loss term across the models.
+struct Term {
+    name: &'static str,
+    value: fn(&Candidate) -> Option<f64>,
+    scale: Scale,
+    /// Whether any model has it and the record can tell it.
+    shown: bool,
+}
+
+impl Term {
+    fn new(answer: &Answer, name: &'static str, unit: &str, value: fn(&Candidate) -> Option<f64>) -> Self {
+        let largest = answer.comparison.iter().filter_map(value).fold(0.0, f64::max);
+        let shown = largest > 0.0 && answer.parameter(name).is_some();
+        Self { name, value, scale: Scale::for_size(largest, unit), shown }
+    }
+
+    fn heading(&self) -> String {
+        if self.shown { headed(label(self.name).1, &self.scale) } else { String::new() }
+    }
+
+    fn cell(&self, candidate: &Candidate) -> String {
+        match (self.value)(candidate) {
+            _ if !self.shown => String::new(),
+            None => "-".to_owned(),
+            Some(_) if candidate.at_limit == Some(self.name) => "at 0".to_owned(),
+            Some(value) => significant(value * self.scale.factor, 3),
+        }
+    }
+}
+
+pub(super) fn bic(delta: f64) -> String {
+    if delta < 100.0 { format!("{delta:.1}") } else { format!("{delta:.0}") }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::example::by_hand;
+    use slipfit::ringdown::LossModel;
+
+    #[test]
+    fn a_term_the_model_lacks_shows_its_limit() {
+        let change = |answer: &mut Answer| answer.model = LossModel::Viscous;
+        let text = by_hand(change, |analysed| ringdown(analysed, &[]));
+        let text = anstream::adapter::strip_str(&text).to_string();
+        let line = text.lines().find(|l| l.starts_with("  friction displacement")).unwrap();
+        assert!(
+            line.contains("< 2.1") && line.contains(" mrad ") && line.ends_with("95 %, not in model"),
+            "{line}"
+        );
+    }
+
+    #[test]
+    fn a_fit_that_did_not_settle_is_marked() {
+        let change = |answer: &mut Answer| answer.comparison[2].converged = false;
+        let text = by_hand(change, |analysed| ringdown(analysed, &[]));
+        assert!(text.contains("viscous * ") && text.contains("* the fit did not settle"), "{text}");
+    }
+
+    /// Every number set by hand, so that only the layout is under test.
+    #[test]
+    fn a_report_reads_like_this() {
+        let text = by_hand(|_| (), |analysed| ringdown(analysed, &[Path::new("swing.svg")]));
+        insta::assert_snapshot!(anstream::adapter::strip_str(&text).to_string());
+    }
+}
