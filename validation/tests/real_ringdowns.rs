@@ -11,7 +11,10 @@ use std::ops::RangeInclusive;
 use std::path::PathBuf;
 
 use slipfit::Error;
-use slipfit::ringdown::{Answer, LossModel, Options, analyse};
+use slipfit::LossModel;
+use slipfit::LossTerm;
+use slipfit::Parameter;
+use slipfit::ringdown::{Answer, Options, analyse};
 use slipfit_io::{ReadOptions, ReadProblem, Reading, TimeSource, read};
 
 /// A measured file, or `None`, said aloud, where there is none.
@@ -91,16 +94,16 @@ fn exponential_tau_s(answer: &Answer) -> f64 {
 
 /// The answer, and every way in which it misses what is expected of it.
 fn misses(answer: &Answer, want: &Expected) -> Vec<String> {
-    let value = |name: &str| answer.parameter(name).map_or(f64::NAN, |q| q.value);
+    let value = |name: Parameter| answer.parameter(name).map_or(f64::NAN, |q| q.value);
     let tau = answer
         .comparison
         .iter()
-        .find(|c| c.model == LossModel::Viscous)
-        .map_or(f64::NAN, |c| 1.0 / c.decay_rate_per_s);
+        .find(|c| c.model == LossModel::VISCOUS)
+        .map_or(f64::NAN, |c| 1.0 / c.value(Parameter::DECAY_RATE));
     let numbers = [
-        ("frequency_hz", &want.frequency_hz, value("frequency_hz")),
-        ("decay_rate_per_s", &want.decay_rate_per_s, value("decay_rate_per_s")),
-        ("friction_displacement", &want.friction_displacement, value("friction_displacement")),
+        ("frequency_hz", &want.frequency_hz, value(Parameter::Frequency)),
+        ("decay_rate_per_s", &want.decay_rate_per_s, value(Parameter::DECAY_RATE)),
+        ("friction_displacement", &want.friction_displacement, value(Parameter::FRICTION_DISPLACEMENT)),
         ("tau of the viscous model", &want.viscous_tau_s, tau),
         ("tau of one exponential", &want.exponential_tau_s, exponential_tau_s(answer)),
         ("start", &want.start_s, answer.segment.start_s),
@@ -116,7 +119,7 @@ fn misses(answer: &Answer, want: &Expected) -> Vec<String> {
         .collect();
     let signs = [
         ("sliding detected", want.sliding, answer.sliding.detected),
-        ("drag in the model", want.drag, answer.model.has_drag()),
+        ("drag in the model", want.drag, answer.model.has(LossTerm::Drag)),
     ];
     for (name, wanted, found) in signs {
         if wanted.is_some_and(|w| w != found) {
@@ -312,7 +315,7 @@ fn without_a_time_column_the_rate_is_asked_for_by_name() {
     let reading = read_it(&path, Some(100.0));
     let answer = analyse(&reading.record, &Options::default()).unwrap();
     // 38 cycles counted in its 30.4 s.
-    let frequency = answer.parameter("frequency_hz").unwrap().value;
+    let frequency = answer.parameter(Parameter::Frequency).unwrap().value;
     assert!((1.2..1.3).contains(&frequency), "{frequency}");
 }
 

@@ -8,7 +8,7 @@ use crate::failure::Failure;
 use clap::Parser;
 use serde::Deserialize;
 use sha2::{Digest, Sha256};
-use slipfit::ringdown::Calibration;
+use slipfit::Calibration;
 use slipfit::series::{Condition, Shared};
 use std::path::{Path, PathBuf};
 

@@ -11,6 +11,7 @@ use std::path::{Path, PathBuf};
 use std::sync::Mutex;
 
 use peak_alloc::PeakAlloc;
+use slipfit::Parameter;
 use slipfit::SignalKind;
 use slipfit::ringdown::{Options, analyse};
 use slipfit_io::{Format, ReadOptions, TimeSource, read, read_from, read_tables, read_tables_from};
@@ -103,7 +104,7 @@ fn every_real_file_is_read_or_refused_with_a_reason() {
                         format!(
                             "{}, {:.4} Hz; {}",
                             answer.model,
-                            answer.parameter("frequency_hz").map_or(f64::NAN, |f| f.value),
+                            answer.parameter(Parameter::Frequency).map_or(f64::NAN, |f| f.value),
                             codes.join(", ")
                         )
                     }
@@ -163,7 +164,7 @@ fn the_beam_hit_by_a_hammer_is_flagged_and_its_mode_found_in_a_band() {
     let mut band = Options::default();
     band.band_hz = Some([70.0, 90.0]);
     let mode = analyse(&reading.record, &band).unwrap();
-    let frequency = mode.parameter("frequency_hz").unwrap().value;
+    let frequency = mode.parameter(Parameter::Frequency).unwrap().value;
     assert!((80.0..81.0).contains(&frequency), "{frequency}");
     let tau_s = (mode.segment.end_s - mode.segment.start_s) / mode.diagnostics.decay_times;
     assert!((0.99..=1.21).contains(&tau_s), "{tau_s}");

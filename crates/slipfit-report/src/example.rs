@@ -1,8 +1,11 @@
 //! A ring-down for tests of reports.
 
 use crate::AnalysedRingdown;
+use slipfit::LossModel;
+use slipfit::LossTerm;
+use slipfit::Parameter;
 use slipfit::Quantity;
-use slipfit::ringdown::{Answer, LossModel, Options, Parameter, analyse};
+use slipfit::ringdown::{Answer, Options, analyse};
 use std::path::Path;
 
 /// An answer whose numbers are set by hand and then changed.
@@ -20,43 +23,48 @@ pub(crate) fn by_hand<T>(
     }
     let reading = slipfit_io::read_text(text.as_bytes(), "swing.csv", &Default::default()).unwrap();
     let mut options = Options::default();
-    options.model = Some(LossModel::ViscousSliding);
+    options.model = Some(LossModel::VISCOUS_SLIDING);
     let mut answer = analyse(&reading.record, &options).unwrap();
 
     let mut x_f = Quantity::normal(0.002, 2e-5, "rad");
     x_f.interval_95 = [0.001_98, 0.002_1];
     let mut drag = Quantity::normal(0.0, 2e-3, "1/(rad s)");
     drag.interval_95 = [0.0, 4e-3];
-    answer.parameters = vec![
-        Parameter { name: "frequency_hz", quantity: Quantity::normal(1.2732, 1.2e-5, "Hz") },
-        Parameter { name: "decay_rate_per_s", quantity: Quantity::normal(0.0302, 4e-4, "1/s") },
-        Parameter { name: "friction_displacement", quantity: x_f },
-        Parameter { name: "sliding_rate", quantity: Quantity::normal(0.0102, 1e-4, "rad/s") },
-        Parameter { name: "drag_rate", quantity: drag },
-        Parameter { name: "initial_amplitude", quantity: Quantity::normal(0.35, 1e-5, "rad") },
-    ];
-    let template = answer.comparison[0].clone();
-    answer.comparison = [
-        (LossModel::ViscousSliding, 0.0),
-        (LossModel::ViscousSlidingDrag, 7.3),
-        (LossModel::Viscous, 1530.2),
+    answer.parameters = [
+        (Parameter::Frequency, Quantity::normal(1.2732, 1.2e-5, "Hz")),
+        (Parameter::DECAY_RATE, Quantity::normal(0.0302, 4e-4, "1/s")),
+        (Parameter::FRICTION_DISPLACEMENT, x_f),
+        (Parameter::SlidingRate, Quantity::normal(0.0102, 1e-4, "rad/s")),
+        (Parameter::DRAG_RATE, drag),
+        (Parameter::InitialAmplitude, Quantity::normal(0.35, 1e-5, "rad")),
     ]
     .into_iter()
-    .map(|(model, delta_bic)| slipfit::ringdown::Candidate {
+    .collect();
+    let template = answer.comparison[0].clone();
+    answer.comparison = [
+        (LossModel::VISCOUS_SLIDING, 0.0),
+        (LossModel::VISCOUS_SLIDING_DRAG, 7.3),
+        (LossModel::VISCOUS, 1530.2),
+    ]
+    .into_iter()
+    .map(|(model, delta_bic)| slipfit::answer::Candidate {
         model,
         delta_bic,
         rms: if delta_bic > 10.0 { 2.2e-3 } else { 1.0e-4 },
         converged: true,
-        at_limit: model.has_drag().then_some("drag_rate"),
-        decay_rate_per_s: 0.0302,
-        friction_displacement: if model.has_sliding() { 0.002 } else { 0.0 },
-        drag_rate: 0.0,
+        at_limit: model.has(LossTerm::Drag).then_some(Parameter::DRAG_RATE),
+        values: [
+            (Parameter::DECAY_RATE, 0.0302),
+            (Parameter::FRICTION_DISPLACEMENT, if model.has_sliding() { 0.002 } else { 0.0 }),
+        ]
+        .into_iter()
+        .collect(),
         ..template.clone()
     })
     .collect();
-    answer.model = LossModel::ViscousSliding;
+    answer.model = LossModel::VISCOUS_SLIDING;
     answer.sliding.detected = true;
-    answer.sliding.share_at_start = 0.41;
+    answer.sliding.share_at_highest = 0.41;
     answer.sliding.dominates_from_s = Some(16.0);
     answer.sliding.viscous_only_p_value = 0.0;
     answer.segment.start_s = 0.0;

@@ -3,7 +3,9 @@
 #![allow(clippy::unwrap_used, reason = "a failed unwrap fails the test, as it should")]
 
 use proptest::prelude::*;
-use slipfit::ringdown::{Answer, LossModel, Options, analyse};
+use slipfit::LossModel;
+use slipfit::Parameter;
+use slipfit::ringdown::{Answer, Options, analyse};
 use slipfit::{Record, SignalKind};
 
 /// A stretch of a record as instruments and accidents make it.
@@ -94,22 +96,21 @@ fn options() -> impl Strategy<Value = Options> {
 }
 
 fn check(answer: &Answer) -> Result<(), TestCaseError> {
-    for parameter in &answer.parameters {
-        let value = parameter.quantity.value;
+    for (parameter, quantity) in answer.parameters.iter() {
+        let value = quantity.value;
         // Without viscous loss there is no limit to Q.
         prop_assert!(
-            value.is_finite() || parameter.name == "q_factor" && value > 0.0,
-            "{} = {value}",
-            parameter.name
+            value.is_finite() || parameter == Parameter::QFactor && value > 0.0,
+            "{parameter} = {value}"
         );
-        prop_assert!(!parameter.quantity.std_error.is_nan(), "{}: {:?}", parameter.name, parameter.quantity);
+        prop_assert!(!quantity.std_error.is_nan(), "{parameter}: {quantity:?}");
     }
     for candidate in &answer.comparison {
         prop_assert!(candidate.bic.is_finite() && candidate.rms.is_finite(), "{candidate:?}");
     }
     let sliding = &answer.sliding;
     prop_assert!((0.0..=1.0).contains(&sliding.p_value), "{sliding:?}");
-    for share in [sliding.share_at_start, sliding.share_at_end] {
+    for share in [sliding.share_at_highest, sliding.share_at_lowest] {
         prop_assert!((0.0..=1.0).contains(&share), "{sliding:?}");
     }
     prop_assert!(answer.segment.start_s <= answer.segment.end_s, "{:?}", answer.segment);

@@ -4,6 +4,7 @@
 #![allow(clippy::unwrap_used, reason = "a test stops where something is wrong")]
 
 use proptest::prelude::*;
+use slipfit::Parameter;
 use slipfit::motion::simulate::{Drive, Motion};
 use slipfit::record::Averaging;
 use slipfit::{Oscillator, Record, SignalKind, ringdown};
@@ -79,7 +80,7 @@ fn friction_and_damping_stay_what_they_are_and_as_sure() {
         };
         assert_eq!(record.len(), 25_000);
         let few = ringdown::analyse(&record, &ringdown::Options::default()).unwrap();
-        for name in ["friction_displacement", "decay_rate_per_s", "frequency_hz"] {
+        for name in [Parameter::FRICTION_DISPLACEMENT, Parameter::DECAY_RATE, Parameter::Frequency] {
             let (a, b) = (whole.parameter(name).unwrap(), few.parameter(name).unwrap());
             assert!((a.value - b.value).abs() < 0.1 * a.std_error, "{name} {a:?} {b:?}");
             assert!((b.std_error / a.std_error - 1.0).abs() < 0.03, "{name} {a:?} {b:?}");
@@ -107,7 +108,7 @@ fn a_decay_that_is_a_tenth_of_its_record_is_looked_at_closely() {
         // A velocity by name only: what is told of amplitudes, the samples' own fit left out.
         let record = Record::new(time_s.clone(), signal).unwrap().with_kind(SignalKind::Velocity);
         let answer = ringdown::analyse(&record, &ringdown::Options::default()).unwrap();
-        let x_f = answer.parameter("friction_displacement").unwrap();
+        let x_f = answer.parameter(Parameter::FRICTION_DISPLACEMENT).unwrap();
         assert!((x_f.value - 3e-5).abs() < 4.0 * x_f.std_error, "{x_f:?}");
         let codes: Vec<_> = answer.warnings.iter().map(|w| w.code()).collect();
         assert!(!codes.contains(&"model_misfit"), "{codes:?}");

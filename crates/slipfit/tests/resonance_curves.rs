@@ -1,9 +1,11 @@
 //! Resonance curves from exact motion, good and bad, and the real ones where they are at hand.
 #![allow(clippy::print_stderr, reason = "a skipped test says so")]
 
+use slipfit::Calibration;
+use slipfit::LossModel;
+use slipfit::Parameter;
 use slipfit::motion::steady::{Phasor, scan};
 use slipfit::resonance::{Answer, Curve, DriveAmplitude, DriveSource, Method, Options, analyse};
-use slipfit::ringdown::{Calibration, LossModel};
 use slipfit::{Error, Oscillator};
 use std::f64::consts::PI;
 use std::path::PathBuf;
@@ -49,7 +51,7 @@ fn known() -> Options {
     options
 }
 
-fn off(answer: &Answer, name: &str, truth: f64) -> f64 {
+fn off(answer: &Answer, name: Parameter, truth: f64) -> f64 {
     let q = answer.parameter(name).expect("always reported");
     (q.unbounded_value - truth) / q.std_error
 }
@@ -65,15 +67,17 @@ fn an_exact_curve_is_taken_apart_with_the_drive_known_or_from_a_reference() {
     let mut options = known();
     options.calibration = Some(Calibration::Stiffness { value: 1000.0, std_error: 0.0 });
     let a = analyse(&curve, &options).unwrap();
-    assert_eq!((a.model, a.drive_source), (LossModel::ViscousSliding, DriveSource::Known));
+    assert_eq!((a.model, a.drive_source), (LossModel::VISCOUS_SLIDING, DriveSource::Known));
     assert!(a.sliding.detected && a.sentence().contains("excluded"), "{}", a.sentence());
-    for (name, truth) in
-        [("natural_frequency_hz", 1.0), ("decay_rate_per_s", PI / 50.0), ("friction_displacement", 0.4)]
-    {
+    for (name, truth) in [
+        (Parameter::NaturalFrequency, 1.0),
+        (Parameter::DECAY_RATE, PI / 50.0),
+        (Parameter::FRICTION_DISPLACEMENT, 0.4),
+    ] {
         assert!(off(&a, name, truth).abs() < 4.0, "{name} {:?}", a.parameter(name));
     }
     // 0.4 mm times 1 N/mm.
-    assert!((a.parameter("coulomb_force").unwrap().value - 0.4).abs() < 0.01);
+    assert!((a.parameter(Parameter::CoulombForce).unwrap().value - 0.4).abs() < 0.01);
     let line = a.force_line.as_ref().unwrap();
     assert!((line.friction_displacement.value - 0.4).abs() < 0.02);
     // Without friction the ghost is higher.
@@ -84,7 +88,7 @@ fn an_exact_curve_is_taken_apart_with_the_drive_known_or_from_a_reference() {
     options.reference = Some(Curve::complex(hz, z).unit("mm").build().unwrap());
     let a = analyse(&curve, &options).unwrap();
     assert_eq!(a.drive_source, DriveSource::Reference);
-    for (name, truth) in [("drive_amplitude", 1.0), ("friction_displacement", 0.4)] {
+    for (name, truth) in [(Parameter::DriveAmplitude, 1.0), (Parameter::FRICTION_DISPLACEMENT, 0.4)] {
         assert!(off(&a, name, truth).abs() < 4.0, "{name} {:?}", a.parameter(name));
     }
 }
@@ -97,8 +101,12 @@ fn amplitudes_and_curves_with_stops_do_as_well() {
     let curve = Curve::builder(hz, amplitude).build().unwrap();
     let a = analyse(&curve, &known()).unwrap();
     assert!(a.diagnostics.points_with_stops > 10);
-    assert!(off(&a, "friction_displacement", 0.7).abs() < 4.0, "{:?}", a.parameter("friction_displacement"));
-    assert!(off(&a, "decay_rate_per_s", PI / 5.0).abs() < 4.0);
+    assert!(
+        off(&a, Parameter::FRICTION_DISPLACEMENT, 0.7).abs() < 4.0,
+        "{:?}",
+        a.parameter(Parameter::FRICTION_DISPLACEMENT)
+    );
+    assert!(off(&a, Parameter::DECAY_RATE, PI / 5.0).abs() < 4.0);
 }
 
 #[test]
@@ -109,7 +117,7 @@ fn the_shape_alone_gives_a_wide_interval_that_holds_the_truth() {
             let (hz, z) = sweep(&oscillator(50.0, 0.2), [0.95, 1.05], 61, 0.2, 1000 * seed);
             let amplitude = z.iter().map(|z| z.norm()).collect();
             let a = analyse(&Curve::builder(hz, amplitude).build().unwrap(), &Options::default()).unwrap();
-            let beta = a.parameter("friction_ratio").unwrap();
+            let beta = a.parameter(Parameter::FrictionRatio).unwrap();
             assert!(codes(&a).contains(&"shape_alone"), "{:?}", codes(&a));
             beta.interval_95[0] <= truth && truth <= beta.interval_95[1]
         })
@@ -135,7 +143,7 @@ fn background_delay_and_turned_phases_are_found_and_said() {
     }
     let delay = a.instrument.delay_s.as_ref().unwrap();
     assert!((delay.value - 0.5).abs() < 0.05, "{delay:?}");
-    assert!(off(&a, "friction_displacement", 0.3).abs() < 4.0);
+    assert!(off(&a, Parameter::FRICTION_DISPLACEMENT, 0.3).abs() < 4.0);
 }
 
 #[test]
@@ -151,9 +159,10 @@ fn background_and_delay_are_told_in_either_order() {
                 if delayed { (z + background) * late } else { z * late + background }
             });
             let a = analyse(&Curve::complex(hz.clone(), bent.collect()).build().unwrap(), &known()).unwrap();
-            let said = format!("{turn} {size} {delayed}: {:?}", a.parameter("friction_displacement"));
-            assert!(off(&a, "friction_displacement", 0.35).abs() < 4.0, "{said}");
-            assert!(off(&a, "decay_rate_per_s", PI / 200.0).abs() < 4.0, "{said}");
+            let said =
+                format!("{turn} {size} {delayed}: {:?}", a.parameter(Parameter::FRICTION_DISPLACEMENT));
+            assert!(off(&a, Parameter::FRICTION_DISPLACEMENT, 0.35).abs() < 4.0, "{said}");
+            assert!(off(&a, Parameter::DECAY_RATE, PI / 200.0).abs() < 4.0, "{said}");
             let found = a.instrument.delay_s.as_ref().unwrap();
             assert!((found.value - delay_s).abs() < 5.0 * found.std_error, "{said} {found:?}");
             assert_eq!(a.instrument.background_delayed, delayed, "{said}");
@@ -169,13 +178,13 @@ fn the_papers_inversion_comes_with_its_bias() {
     options.method = Method::Paper;
     let a = analyse(&curve, &options).unwrap();
     let paper = a.paper.unwrap();
-    let found = a.parameter("friction_displacement").unwrap().value;
+    let found = a.parameter(Parameter::FRICTION_DISPLACEMENT).unwrap().value;
     // The bias foretold is the one made.
     assert!((found / 0.3 - 1.0 - paper.friction_bias.unwrap()).abs() < 0.02, "{found} {paper:?}");
     assert!(codes(&a).contains(&"paper_bias"));
     // Shares of the loss are those of the numbers beside them.
-    let ratio = a.parameter("friction_ratio").unwrap().value;
-    assert!((a.sliding.share_at_peak - ratio).abs() < 0.05, "{:?} {ratio}", a.sliding);
+    let ratio = a.parameter(Parameter::FrictionRatio).unwrap().value;
+    assert!((a.sliding.share_at_highest - ratio).abs() < 0.05, "{:?} {ratio}", a.sliding);
     options.drive_amplitude = None;
     assert!(matches!(analyse(&curve, &options), Err(Error::MissingParameter { .. })));
 }
@@ -233,14 +242,14 @@ fn the_pohl_wheel_agrees_with_its_ring_down() {
     let curve =
         Curve::builder(column(&rows, 0), column(&rows, 1)).phase_rad(phase).unit("rad").build().unwrap();
     let a = analyse(&curve, &Options::default()).unwrap();
-    let within = |name: &str, low: f64, high: f64| {
+    let within = |name: Parameter, low: f64, high: f64| {
         let v = a.parameter(name).unwrap().value;
         assert!((low..=high).contains(&v), "{name} = {v}");
     };
-    within("natural_frequency_hz", 0.5208, 0.5218);
-    within("decay_rate_per_s", 0.203, 0.213);
-    within("friction_displacement", 1.6e-3, 3.4e-3);
-    within("drive_amplitude", 0.061, 0.064);
+    within(Parameter::NaturalFrequency, 0.5208, 0.5218);
+    within(Parameter::DECAY_RATE, 0.203, 0.213);
+    within(Parameter::FRICTION_DISPLACEMENT, 1.6e-3, 3.4e-3);
+    within(Parameter::DriveAmplitude, 0.061, 0.064);
 }
 
 #[test]
@@ -249,9 +258,9 @@ fn the_torsion_pendulum_has_its_q_and_the_wheel_its_jump() {
         let phase = column(&rows, 2).iter().map(|p| p.to_radians()).collect();
         let curve = Curve::builder(column(&rows, 0), column(&rows, 1)).phase_rad(phase).build().unwrap();
         let a = analyse(&curve, &Options::default()).unwrap();
-        let q = a.parameter("q_factor").unwrap();
+        let q = a.parameter(Parameter::QFactor).unwrap();
         assert!((q.value - 61.0).abs() < 4.0, "{q:?}");
-        assert!((a.parameter("natural_frequency_hz").unwrap().value - 0.9565).abs() < 1e-3);
+        assert!((a.parameter(Parameter::NaturalFrequency).unwrap().value - 0.9565).abs() < 1e-3);
     }
     if let Some(rows) = real("wheel_period_amplitude_jump.csv") {
         let hz = column(&rows, 0).iter().map(|t| 1.0 / t).collect();
@@ -281,7 +290,8 @@ fn a_large_crosstalk_keeps_its_phases() {
             assert!(!codes(&a).contains(&"phases_ignored"), "{relative}: {:?}", codes(&a));
             assert!(a.instrument.background.is_some() && a.sliding.detected, "{relative}: {:?}", codes(&a));
             assert!(a.instrument.delay_s.is_none(), "{relative}: {:?}", a.instrument);
-            for (name, truth) in [("friction_displacement", 0.15), ("drive_amplitude", 1.0)] {
+            for (name, truth) in [(Parameter::FRICTION_DISPLACEMENT, 0.15), (Parameter::DriveAmplitude, 1.0)]
+            {
                 assert!(off(&a, name, truth).abs() < 4.0, "{relative} {name}: {:?}", a.parameter(name));
             }
         }
@@ -296,7 +306,7 @@ fn folded_phases_are_left_aside_and_real_and_imaginary_parts_never() {
     let a = analyse(&Curve::builder(hz.clone(), amplitude).phase_rad(folded).build().unwrap(), &known());
     let a = a.unwrap();
     assert!(codes(&a).contains(&"phases_ignored"), "{:?}", codes(&a));
-    assert!(off(&a, "friction_displacement", 0.3).abs() < 4.0);
+    assert!(off(&a, Parameter::FRICTION_DISPLACEMENT, 0.3).abs() < 4.0);
     let folded = z.iter().map(|z| Phasor::from_polar(z.norm(), (3.0 * z.arg()).sin().abs())).collect();
     let a = analyse(&Curve::complex(hz, folded).build().unwrap(), &known()).unwrap();
     assert!(!codes(&a).contains(&"phases_ignored"), "{:?}", codes(&a));
@@ -319,7 +329,7 @@ fn a_delay_of_many_turns_is_found() {
             let a = analyse(&curve, &options).unwrap();
             let found = a.instrument.delay_s.as_ref().unwrap();
             assert!((found.value - delay).abs() < 4.0 * found.std_error, "{turns}: {found:?} {delay}");
-            assert!(off(&a, "friction_displacement", 0.15).abs() < 4.0, "{turns} {asked:?}");
+            assert!(off(&a, Parameter::FRICTION_DISPLACEMENT, 0.15).abs() < 4.0, "{turns} {asked:?}");
         }
     }
 }
@@ -370,7 +380,11 @@ fn a_drive_that_changes_from_point_to_point_is_no_jump() {
                 assert!(!codes(&a).contains(&code), "{:?}", codes(&a));
             }
             assert!((a.mean_drive.unwrap() - mean).abs() < 1e-9);
-            assert!(off(&a, "drive_amplitude", mean).abs() < 4.0, "{:?}", a.parameter("drive_amplitude"));
+            assert!(
+                off(&a, Parameter::DriveAmplitude, mean).abs() < 4.0,
+                "{:?}",
+                a.parameter(Parameter::DriveAmplitude)
+            );
             let widths = a.diagnostics.line_widths;
             assert!((4.5..8.0).contains(&widths), "{widths}");
         }
@@ -417,12 +431,16 @@ fn drag_is_a_loss_and_no_misfit() {
     let hz: Vec<f64> = (0..101).map(|i| 0.97 + 6e-4 * f64::from(i)).collect();
     let z = bent_sweep(&hz, 0.1, 0.0, 5e-5, 0.1, &mut Normal(17));
     let a = analyse(&Curve::complex(hz, z).build().unwrap(), &Options::default()).unwrap();
-    assert_eq!(a.model, LossModel::ViscousSlidingDrag);
+    assert_eq!(a.model, LossModel::VISCOUS_SLIDING_DRAG);
     assert!(!codes(&a).iter().any(|c| ["model_misfit", "delay", "background", "leaning"].contains(c)));
     let d = &a.diagnostics;
     assert!(d.residual_excess < 1.2 && (d.residual_rms / d.noise_rms - 1.0).abs() < 0.2, "{d:?}");
-    assert!((off(&a, "drag_rate", 5e-5 * PI)).abs() < 4.0, "{:?}", a.parameter("drag_rate"));
-    assert!(off(&a, "friction_displacement", 0.1).abs() < 4.0);
+    assert!(
+        (off(&a, Parameter::DRAG_RATE, 5e-5 * PI)).abs() < 4.0,
+        "{:?}",
+        a.parameter(Parameter::DRAG_RATE)
+    );
+    assert!(off(&a, Parameter::FRICTION_DISPLACEMENT, 0.1).abs() < 4.0);
 }
 
 #[test]
@@ -476,8 +494,8 @@ fn amplitudes_on_a_background_have_intervals_that_hold_the_truth() {
                 !codes(&a).contains(&"background")
                     || said.contains("do not tell such a background from friction")
             );
-            let q = a.parameter("friction_ratio").unwrap();
-            let x_0 = a.parameter("drive_amplitude").unwrap();
+            let q = a.parameter(Parameter::FrictionRatio).unwrap();
+            let x_0 = a.parameter(Parameter::DriveAmplitude).unwrap();
             q.interval_95[0] <= beta
                 && beta <= q.interval_95[1]
                 && x_0.interval_95[0] <= 1.0

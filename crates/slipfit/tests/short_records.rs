@@ -2,6 +2,7 @@
 
 #![allow(clippy::unwrap_used, reason = "a test stops where something is wrong")]
 
+use slipfit::Parameter;
 use slipfit::motion::simulate::{Drive, Motion};
 use slipfit::{Oscillator, Record, ringdown};
 
@@ -25,7 +26,7 @@ fn three_cycles_do_not_claim_a_friction_they_cannot_know() {
         let record = Record::new(time_s.clone(), signal).unwrap();
         let answer = ringdown::analyse(&record, &ringdown::Options::default()).unwrap();
         assert!(answer.warnings.iter().any(|w| w.code() == "too_few_cycles"), "{:?}", answer.warnings);
-        let [low, high] = answer.parameter("friction_displacement").unwrap().interval_95;
+        let [low, high] = answer.parameter(Parameter::FRICTION_DISPLACEMENT).unwrap().interval_95;
         covered += usize::from((low..=high).contains(&2e-3));
     }
     // Of twenty 95 % intervals fewer than 16 hold the truth once in four hundred times.

@@ -7,6 +7,7 @@
 use std::f64::consts::TAU;
 use std::path::Path;
 
+use slipfit::Parameter;
 use slipfit::Record;
 use slipfit::ringdown::{Decay, EnvelopeStart, Options, analyse, fit_envelope, fit_waveform};
 
@@ -38,7 +39,7 @@ pub(super) fn analysis(signal: &Signal) -> Result<Option<Task<'_>>, Failure> {
     Ok(Some(Task(Box::new(move || {
         let answer = analyse(&record, &options)?;
         let value = |name| answer.parameter(name).map_or(f64::NAN, |quantity| quantity.value);
-        Ok(vec![value("decay_rate_per_s"), value("friction_displacement")])
+        Ok(vec![value(Parameter::DECAY_RATE), value(Parameter::FRICTION_DISPLACEMENT)])
     }))))
 }
 

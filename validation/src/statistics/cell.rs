@@ -3,8 +3,10 @@
 use rand::{RngExt, SeedableRng};
 use rand_chacha::ChaCha8Rng;
 use rand_distr::StandardNormal;
+use slipfit::LossModel;
+use slipfit::Parameter;
 use slipfit::motion::decay::FreeDecay;
-use slipfit::ringdown::{LossModel, Options, analyse};
+use slipfit::ringdown::{Options, analyse};
 use slipfit::{Oscillator, Record};
 use std::f64::consts::{PI, SQRT_2, TAU};
 
@@ -273,13 +275,16 @@ impl Prepared {
             options.model = model;
             Record::new(time.clone(), signal.clone()).and_then(|r| analyse(&r, &options))
         };
-        let found = analysed(Some(LossModel::ViscousSliding)).ok().and_then(|answer| {
-            let one = |name: &str, truth: f64| {
+        let found = analysed(Some(LossModel::VISCOUS_SLIDING)).ok().and_then(|answer| {
+            let one = |name: Parameter, truth: f64| {
                 let q = answer.parameter(name)?;
                 Some((q.unbounded_value, q.interval_95[0] <= truth && truth <= q.interval_95[1]))
             };
             let claimed = answer.sliding.detected;
-            Some(([one("decay_rate_per_s", self.delta)?, one("friction_displacement", self.x_f)?], claimed))
+            Some((
+                [one(Parameter::DECAY_RATE, self.delta)?, one(Parameter::FRICTION_DISPLACEMENT, self.x_f)?],
+                claimed,
+            ))
         });
         Run { found: found.map(|f| f.0), claimed: found.is_some_and(|f| f.1) }
     }

@@ -8,10 +8,11 @@ use rand::{RngExt, SeedableRng};
 use rand_chacha::ChaCha8Rng;
 use rand_distr::StandardNormal;
 use rayon::prelude::*;
+use slipfit::LossModel;
+use slipfit::Parameter;
 use slipfit::motion::steady::Phasor;
 use slipfit::motion::steady::fundamental::{Fundamental, Point, fundamental};
 use slipfit::resonance::{Curve, DriveAmplitude, Method, Options, analyse};
-use slipfit::ringdown::LossModel;
 use std::f64::consts::{FRAC_PI_4, TAU};
 use std::fmt::Write;
 use std::process::ExitCode;
@@ -208,7 +209,7 @@ impl Prepared {
     fn run(&self, seed: u64) -> Run {
         let mut rng = ChaCha8Rng::seed_from_u64(seed.wrapping_mul(0x9E37_79B9) ^ self.cell.seed());
         let mut options = Options::default();
-        options.model = Some(LossModel::ViscousSliding);
+        options.model = Some(LossModel::VISCOUS_SLIDING);
         options.method = Method::Exact;
         let curve = self.curve(&self.clean, self.sigma, &mut rng);
         match self.cell.drive {
@@ -221,11 +222,12 @@ impl Prepared {
         let Some(answer) = curve.and_then(|c| analyse(&c, &options).ok()) else {
             return Run { found: None, claimed: false, paper: None };
         };
-        let one = |name: &str, truth: f64| {
+        let one = |name: Parameter, truth: f64| {
             let q = answer.parameter(name)?;
             Some((q.unbounded_value, q.interval_95[0] <= truth && truth <= q.interval_95[1]))
         };
-        let found = one("decay_rate_per_s", self.truth[0]).zip(one("friction_displacement", self.truth[1]));
+        let found = one(Parameter::DECAY_RATE, self.truth[0])
+            .zip(one(Parameter::FRICTION_DISPLACEMENT, self.truth[1]));
         let paper = answer.paper.and_then(|p| Some([p.q_factor?, p.friction_displacement?]));
         Run { found: found.map(|(a, b)| [a, b]), claimed: answer.sliding.detected, paper }
     }

@@ -4,8 +4,8 @@ use super::curve::CurveArgs;
 use super::ringdown::CalibrationArgs;
 use super::{AnswerArgs, TableArgs, Uncertain, positive};
 use clap::{Args, ValueEnum};
+use slipfit::LossModel;
 use slipfit::resonance::{DriveAmplitude, Method, Options, Terms};
-use slipfit::ringdown::LossModel;
 use std::path::PathBuf;
 use std::str::FromStr;
 

@@ -2,7 +2,9 @@
 
 use super::{AnswerArgs, ReadingArgs, TableArgs, Uncertain, finite, positive};
 use clap::Args;
-use slipfit::ringdown::{Calibration, LossModel, LowPass, Options};
+use slipfit::Calibration;
+use slipfit::LossModel;
+use slipfit::ringdown::{LowPass, Options};
 use std::path::PathBuf;
 
 const AFTER_HELP: &str = "\

@@ -1,5 +1,6 @@
 //! The row of a resonance curve.
 
+use slipfit::Parameter;
 use slipfit::resonance::Answer;
 use slipfit_io::SweepReading;
 use slipfit_report::row::{Column, Row, Value};
@@ -22,7 +23,7 @@ pub(crate) const COLUMNS: &[Column] = &[
     Column::text("unit"),
     Column::flag("sliding_detected"),
     Column::number("sliding_p_value"),
-    Column::number("sliding_share_at_peak"),
+    Column::number("sliding_share_at_highest"),
     Column::number("line_widths"),
     Column::count("points"),
     Column::count("rows_skipped"),
@@ -31,19 +32,19 @@ pub(crate) const COLUMNS: &[Column] = &[
 
 pub(crate) fn row(file: &Path, reading: &SweepReading, answer: &Answer) -> Row {
     let codes: Vec<&str> = answer.warnings.iter().map(slipfit::resonance::Warning::code).collect();
-    let q = |name: &str| answer.parameter(name);
+    let q = |name: Parameter| answer.parameter(name);
     let mut values = vec![Value::text(answer.model.name())];
-    values.extend(Value::with_error(q("natural_frequency_hz")));
-    values.extend(Value::ranged(q("decay_rate_per_s")));
-    values.extend(Value::ranged(q("friction_displacement")));
-    values.extend(Value::with_error(q("drive_amplitude")));
+    values.extend(Value::with_error(q(Parameter::NaturalFrequency)));
+    values.extend(Value::ranged(q(Parameter::DECAY_RATE)));
+    values.extend(Value::ranged(q(Parameter::FRICTION_DISPLACEMENT)));
+    values.extend(Value::with_error(q(Parameter::DriveAmplitude)));
     values.extend([
         Value::text(answer.drive_source.name()),
-        q("friction_ratio").map_or(Value::None, |q| Value::number(q.value)),
+        q(Parameter::FrictionRatio).map_or(Value::None, |q| Value::number(q.value)),
         Value::text(&answer.unit),
         Value::Flag(answer.sliding.detected),
         Value::number(answer.sliding.p_value),
-        Value::number(answer.sliding.share_at_peak),
+        Value::number(answer.sliding.share_at_highest),
         Value::number(answer.diagnostics.line_widths),
         Value::Count(answer.diagnostics.points as u64),
         Value::Count(reading.report.rows_skipped()),

@@ -1,6 +1,7 @@
 //! The row of a ring-down.
 
 use crate::command::ringdown::Done;
+use slipfit::Parameter;
 use slipfit_report::row::{Column, Row, Value};
 use std::path::Path;
 
@@ -18,7 +19,7 @@ pub(crate) const COLUMNS: &[Column] = &[
     Column::text("unit"),
     Column::flag("sliding_detected"),
     Column::number("sliding_p_value"),
-    Column::number("sliding_share_at_start"),
+    Column::number("sliding_share_at_highest"),
     Column::number("cycles"),
     Column::number("start_s"),
     Column::number("end_s"),
@@ -31,17 +32,17 @@ pub(crate) const COLUMNS: &[Column] = &[
 pub(crate) fn row(file: &Path, done: &Done) -> Row {
     let (answer, reading) = (&done.answer, &done.reading);
     let codes: Vec<&str> = answer.warnings.iter().map(slipfit::ringdown::Warning::code).collect();
-    let q = |name: &str| answer.parameter(name);
+    let q = |name: Parameter| answer.parameter(name);
     let mut values = vec![Value::text(answer.model.name())];
-    values.extend(Value::with_error(q("frequency_hz")));
-    values.extend(Value::ranged(q("decay_rate_per_s")));
-    values.extend(Value::ranged(q("friction_displacement")));
+    values.extend(Value::with_error(q(Parameter::Frequency)));
+    values.extend(Value::ranged(q(Parameter::DECAY_RATE)));
+    values.extend(Value::ranged(q(Parameter::FRICTION_DISPLACEMENT)));
     values.extend([
-        q("initial_amplitude").map_or(Value::None, |q| Value::number(q.value)),
+        q(Parameter::InitialAmplitude).map_or(Value::None, |q| Value::number(q.value)),
         Value::text(&answer.signal_unit),
         Value::Flag(answer.sliding.detected),
         Value::number(answer.sliding.p_value),
-        Value::number(answer.sliding.share_at_start),
+        Value::number(answer.sliding.share_at_highest),
         Value::number(answer.segment.cycles),
         Value::number(answer.segment.start_s),
         Value::number(answer.segment.end_s),

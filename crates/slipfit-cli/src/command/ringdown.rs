@@ -7,6 +7,7 @@ use crate::failure::{Failure, warning_line};
 use crate::version::provenance;
 use anstream::ColorChoice;
 use indicatif::{ProgressBar, ProgressDrawTarget, ProgressStyle};
+use slipfit::Parameter;
 use slipfit::SignalKind;
 use slipfit::format::plain;
 use slipfit::ringdown::{Answer, Options, analyse};
@@ -126,7 +127,8 @@ fn heeded(reading: &Reading, args: &RingdownArgs) -> Result<(), Failure> {
 
 /// A least amplitude that no amplitude reaches leaves nothing to fit.
 fn reached(options: &Options, answer: &Answer) -> Result<(), Failure> {
-    let (Some(least), Some(first)) = (options.min_amplitude, answer.parameter("initial_amplitude")) else {
+    let (Some(least), Some(first)) = (options.min_amplitude, answer.parameter(Parameter::InitialAmplitude))
+    else {
         return Ok(());
     };
     if first.value.is_nan() || first.value > least {

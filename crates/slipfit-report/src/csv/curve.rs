@@ -3,8 +3,8 @@
 use super::unit_or_unknown;
 use crate::AnalysedCurve;
 use crate::AnalysedLevels;
+use slipfit::Parameters;
 use slipfit::resonance::CurvePoint;
-use slipfit::ringdown::Parameter;
 use std::io::{self, Write};
 
 /// One row per point; the parameters stand in the header. A value that does
@@ -82,11 +82,10 @@ fn head(out: &mut dyn Write, command: &str, path: &str, sha256: &str) -> io::Res
     writeln!(out, "# sha256 = {sha256}")
 }
 
-fn parameters(out: &mut dyn Write, parameters: &[Parameter]) -> io::Result<()> {
-    for p in parameters {
-        let q = &p.quantity;
+fn parameters(out: &mut dyn Write, parameters: &Parameters) -> io::Result<()> {
+    for (name, q) in parameters.iter() {
         let [low, high] = q.interval_95;
-        writeln!(out, "# {} = {} +- {} {} (95 %: {low} to {high})", p.name, q.value, q.std_error, q.unit)?;
+        writeln!(out, "# {name} = {} +- {} {} (95 %: {low} to {high})", q.value, q.std_error, q.unit)?;
     }
     Ok(())
 }

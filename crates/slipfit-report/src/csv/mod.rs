@@ -17,10 +17,9 @@ pub fn ringdown(out: &mut dyn Write, analysed: &AnalysedRingdown<'_>) -> io::Res
     writeln!(out, "# sha256 = {}", analysed.reading.report.sha256)?;
     writeln!(out, "# {}", answer.sentence())?;
     writeln!(out, "# model = {}", answer.model)?;
-    for p in &answer.parameters {
-        let q = &p.quantity;
+    for (name, q) in answer.parameters.iter() {
         let [low, high] = q.interval_95;
-        writeln!(out, "# {} = {} +- {} {} (95 %: {low} to {high})", p.name, q.value, q.std_error, q.unit)?;
+        writeln!(out, "# {name} = {} +- {} {} (95 %: {low} to {high})", q.value, q.std_error, q.unit)?;
     }
     writeln!(out, "# amplitude, std_error, fitted, residual in {}", unit_or_unknown(&answer.signal_unit))?;
     writeln!(out, "time_s,amplitude,std_error,fitted,residual,frequency_hz,used")?;

@@ -4,8 +4,8 @@
 //! the contract unseen.
 
 use serde::{Serialize, Serializer};
+use slipfit::Parameters;
 use slipfit::Quantity;
-use slipfit::ringdown::Parameter;
 
 /// Name and version of the contract: the number grows when a key changes its
 /// meaning or vanishes; new keys may come at any time.
@@ -21,7 +21,7 @@ pub(super) struct Document<'a> {
     pub(super) model: &'static str,
     pub(super) sentence: String,
     #[serde(serialize_with = "by_name")]
-    pub(super) parameters: &'a [Parameter],
+    pub(super) parameters: &'a Parameters,
     pub(super) comparison: Vec<Compared>,
     pub(super) sliding: Sliding,
     pub(super) correlations: Vec<Correlated>,
@@ -154,8 +154,8 @@ pub(super) struct Sliding {
     pub(super) detected: bool,
     pub(super) p_value: f64,
     pub(super) delta_bic: f64,
-    pub(super) share_at_start: f64,
-    pub(super) share_at_end: f64,
+    pub(super) share_at_highest: f64,
+    pub(super) share_at_lowest: f64,
     pub(super) dominates_from_s: Option<f64>,
     pub(super) viscous_only_p_value: f64,
 }
@@ -238,8 +238,8 @@ pub(super) struct Envelope {
     pub(super) used: Vec<bool>,
 }
 
-fn by_name<S: Serializer>(parameters: &&[Parameter], serializer: S) -> Result<S::Ok, S::Error> {
-    serializer.collect_map(parameters.iter().map(|p| (p.name, measured(&p.quantity))))
+fn by_name<S: Serializer>(parameters: &&Parameters, serializer: S) -> Result<S::Ok, S::Error> {
+    serializer.collect_map(parameters.iter().map(|(p, q)| (p.name(), measured(q))))
 }
 
 fn measured(q: &Quantity) -> Measured<'_> {

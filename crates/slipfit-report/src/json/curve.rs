@@ -1,11 +1,12 @@
 //! What the answers to curves, levels and series share.
 
 use super::node::{Node, list};
-use slipfit::ringdown::{Calibration, Parameter};
+use slipfit::Calibration;
+use slipfit::Parameters;
 use slipfit_io::{ColumnInfo, ColumnTaken, Skipped, SweepReading};
 
-pub(super) fn parameters(parameters: &[Parameter]) -> Node {
-    Node::Named(parameters.iter().map(|p| (p.name.to_owned(), (&p.quantity).into())).collect())
+pub(super) fn parameters(parameters: &Parameters) -> Node {
+    Node::Named(parameters.iter().map(|(p, q)| (p.name().to_owned(), q.into())).collect())
 }
 
 pub(super) fn calibration(calibration: Option<&Calibration>) -> Node {

@@ -4,6 +4,7 @@ use super::curve::{calibration, input, parameters, warnings};
 use super::layout;
 use super::node::{Node, list, numbers};
 use crate::AnalysedCurve;
+use slipfit::Parameter;
 use slipfit::resonance::{Answer, CurvePoint, Instrument, Method, Options, RunDirection};
 use std::io::{self, Write};
 
@@ -31,8 +32,9 @@ fn document(analysed: &AnalysedCurve<'_>) -> Node {
         ("sliding", sliding(a)),
         (
             "correlations",
-            list(&a.correlations, |(p, q, value)| {
-                Node::Object(vec![("parameters", [*p, *q].into()), ("value", (*value).into())])
+            list(&a.correlations, |c| {
+                let names = c.parameters.map(|p| p.name());
+                Node::Object(vec![("parameters", names.into()), ("value", c.value.into())])
             }),
         ),
         ("instrument", instrument(&a.instrument)),
@@ -90,12 +92,12 @@ fn comparison(a: &Answer) -> Node {
             ("rms", c.rms.into()),
             ("free_parameters", c.free_parameters.into()),
             ("converged", c.converged.into()),
-            ("at_limit", c.at_limit.into()),
-            ("natural_frequency_hz", c.natural_frequency_hz.into()),
-            ("decay_rate_per_s", c.decay_rate_per_s.into()),
-            ("friction_displacement", c.friction_displacement.into()),
-            ("drive_amplitude", c.drive_amplitude.into()),
-            ("drag_rate", c.drag_rate.into()),
+            ("at_limit", c.at_limit.map(|p| p.name()).into()),
+            ("natural_frequency_hz", c.value(Parameter::NaturalFrequency).into()),
+            ("decay_rate_per_s", c.value(Parameter::DECAY_RATE).into()),
+            ("friction_displacement", c.value(Parameter::FRICTION_DISPLACEMENT).into()),
+            ("drive_amplitude", c.value(Parameter::DriveAmplitude).into()),
+            ("drag_rate", c.value(Parameter::DRAG_RATE).into()),
         ])
     })
 }
@@ -106,7 +108,7 @@ fn sliding(a: &Answer) -> Node {
         ("detected", s.detected.into()),
         ("p_value", s.p_value.into()),
         ("delta_bic", s.delta_bic.into()),
-        ("share_at_peak", s.share_at_peak.into()),
+        ("share_at_highest", s.share_at_highest.into()),
         ("share_at_lowest", s.share_at_lowest.into()),
         ("viscous_only_p_value", s.viscous_only_p_value.into()),
     ])

@@ -3,7 +3,9 @@
 use super::contract::*;
 use super::layout;
 use crate::AnalysedRingdown;
-use slipfit::ringdown::{Answer, Calibration, Options};
+use slipfit::Calibration;
+use slipfit::Parameter;
+use slipfit::ringdown::{Answer, Options};
 use slipfit::{ClockReport, SignalKind};
 use slipfit_io::{ColumnInfo, ColumnTaken, TimeSource};
 use std::io::{self, Write};
@@ -30,7 +32,7 @@ impl<'a> Document<'a> {
             correlations: a
                 .correlations
                 .iter()
-                .map(|&(first, second, value)| Correlated { parameters: [first, second], value })
+                .map(|c| Correlated { parameters: c.parameters.map(|p| p.name()), value: c.value })
                 .collect(),
             segment: segment(a),
             backbone: backbone(a),
@@ -145,18 +147,18 @@ impl Asked {
 }
 
 fn compared(a: &Answer) -> Vec<Compared> {
-    let one = |c: &slipfit::ringdown::Candidate| Compared {
+    let one = |c: &slipfit::answer::Candidate| Compared {
         model: c.model.name(),
         bic: c.bic,
         delta_bic: c.delta_bic,
         rms: c.rms,
         free_parameters: c.free_parameters,
         converged: c.converged,
-        at_limit: c.at_limit,
-        initial_amplitude: c.initial_amplitude,
-        decay_rate_per_s: c.decay_rate_per_s,
-        friction_displacement: c.friction_displacement,
-        drag_rate: c.drag_rate,
+        at_limit: c.at_limit.map(|p| p.name()),
+        initial_amplitude: c.value(Parameter::InitialAmplitude),
+        decay_rate_per_s: c.value(Parameter::DECAY_RATE),
+        friction_displacement: c.value(Parameter::FRICTION_DISPLACEMENT),
+        drag_rate: c.value(Parameter::DRAG_RATE),
     };
     a.comparison.iter().map(one).collect()
 }
@@ -167,8 +169,8 @@ fn sliding(a: &Answer) -> Sliding {
         detected: s.detected,
         p_value: s.p_value,
         delta_bic: s.delta_bic,
-        share_at_start: s.share_at_start,
-        share_at_end: s.share_at_end,
+        share_at_highest: s.share_at_highest,
+        share_at_lowest: s.share_at_lowest,
         dominates_from_s: s.dominates_from_s,
         viscous_only_p_value: s.viscous_only_p_value,
     }
@@ -255,8 +257,9 @@ mod tests {
     #[test]
     fn what_is_no_number_is_null() {
         let spoil = |answer: &mut Answer| {
-            answer.parameters[0].quantity.value = f64::NAN;
-            answer.parameters[0].quantity.interval_95 = [f64::NEG_INFINITY, f64::INFINITY];
+            let frequency = answer.parameters.get_mut(Parameter::Frequency).unwrap();
+            frequency.value = f64::NAN;
+            frequency.interval_95 = [f64::NEG_INFINITY, f64::INFINITY];
             answer.sliding.p_value = f64::NAN;
             answer.envelope[0].fitted = f64::NAN;
         };

@@ -96,8 +96,13 @@ fn measurements(analysed: &AnalysedSeries<'_>) -> Node {
                     parameters(&a.parameters),
                     warnings(&a.warnings, |w| w.code()),
                 ),
-                Ok(_) => (None, String::new(), parameters(&[]), Node::List(Vec::new())),
-                Err(e) => (Some(e.to_string()), String::new(), parameters(&[]), Node::List(Vec::new())),
+                Ok(_) => (None, String::new(), parameters(&Default::default()), Node::List(Vec::new())),
+                Err(e) => (
+                    Some(e.to_string()),
+                    String::new(),
+                    parameters(&Default::default()),
+                    Node::List(Vec::new()),
+                ),
             };
             Node::Object(vec![
                 ("name", name.as_str().into()),

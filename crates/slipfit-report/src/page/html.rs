@@ -190,13 +190,14 @@ mod tests {
         let changes: [Change; 4] = [
             |_| (),
             |a| {
-                for p in &mut a.parameters {
-                    p.quantity.std_error = f64::NAN;
-                    p.quantity.interval_95 = [f64::NEG_INFINITY, f64::INFINITY];
+                for parameter in slipfit::Parameter::all() {
+                    let Some(q) = a.parameters.get_mut(parameter) else { continue };
+                    q.std_error = f64::NAN;
+                    q.interval_95 = [f64::NEG_INFINITY, f64::INFINITY];
                 }
             },
             |a| {
-                a.parameters.clear();
+                a.parameters = Default::default();
                 a.comparison.clear();
                 a.envelope.clear();
                 a.loss.clear();

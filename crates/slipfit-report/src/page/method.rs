@@ -3,6 +3,7 @@
 //! "The paper" is Vitorino, Vieira and Rodrigues, Effect of sliding friction in harmonic
 //! oscillators; where its print does not hold, that is said beside the equation.
 
+use slipfit::LossTerm;
 use slipfit::resonance::Method;
 use slipfit::{levels, resonance, ringdown, series};
 
@@ -117,7 +118,7 @@ const LOAD: Step = step(
 
 pub(super) fn of_ringdown(answer: &ringdown::Answer, bare: bool) -> Vec<Step> {
     let mut steps = vec![MOTION, HALF_CYCLE, OFFSET];
-    if answer.comparison.iter().any(|c| c.model.has_drag()) {
+    if answer.comparison.iter().any(|c| c.model.has(LossTerm::Drag)) {
         steps.push(AVERAGED);
     }
     if bare {

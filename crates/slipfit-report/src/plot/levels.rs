@@ -2,6 +2,7 @@
 
 use super::chart::{Chart, Look, Scaled, Series};
 use crate::AnalysedLevels;
+use slipfit::Parameter;
 use slipfit::format::Scale;
 
 pub(super) fn charts(analysed: &AnalysedLevels<'_>) -> Vec<Chart> {
@@ -13,7 +14,7 @@ pub(super) fn charts(analysed: &AnalysedLevels<'_>) -> Vec<Chart> {
     let amplitude = Scale::for_size(most(|p| p.amplitude), &answer.unit);
     let (d, a) = (drive.factor, amplitude.factor);
     let top = most(|p| p.drive);
-    let threshold = answer.parameter("threshold").map_or(0.0, |q| q.value).clamp(0.0, top);
+    let threshold = answer.parameter(Parameter::Threshold).map_or(0.0, |q| q.value).clamp(0.0, top);
     let dots = |moving: bool| {
         answer.points.iter().filter(|p| p.moving == moving).map(|p| [p.drive * d, p.amplitude * a]).collect()
     };

@@ -137,7 +137,7 @@ mod tests {
             },
             |a| {
                 a.comparison.clear();
-                a.parameters.clear();
+                a.parameters = Default::default();
                 a.loss.iter_mut().for_each(|p| (p.loss_per_cycle, p.fitted) = (f64::INFINITY, f64::NAN));
             },
         ];

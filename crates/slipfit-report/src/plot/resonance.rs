@@ -5,7 +5,7 @@ use super::figure::{Color, Figure, Point, Stroke};
 use super::grid::{PANEL, headed};
 use super::panel::{Mark, Panel};
 use crate::AnalysedCurve;
-use crate::terminal::label;
+use slipfit::Parameter;
 use slipfit::format::{Rounded, Scale};
 use slipfit::motion::steady::Phasor;
 use slipfit::resonance::{Answer, CurvePoint};
@@ -54,14 +54,14 @@ fn subtitle(analysed: &AnalysedCurve<'_>) -> String {
     let file = path.file_name().unwrap_or(path.as_os_str()).to_string_lossy();
     let mut parts = vec![file.into_owned(), analysed.answer.model.to_string()];
     for name in [
-        "natural_frequency_hz",
-        "decay_rate_per_s",
-        "friction_displacement",
-        "drive_amplitude",
-        "coulomb_force",
+        Parameter::NaturalFrequency,
+        Parameter::DECAY_RATE,
+        Parameter::FRICTION_DISPLACEMENT,
+        Parameter::DriveAmplitude,
+        Parameter::CoulombForce,
     ] {
         if let Some(q) = analysed.answer.parameter(name).filter(|q| q.value != 0.0 && q.value.is_finite()) {
-            parts.push(format!("{} = {}", label(name).1, Rounded::new(q.value, q.std_error, &q.unit)));
+            parts.push(format!("{} = {}", name.symbol(), Rounded::new(q.value, q.std_error, &q.unit)));
         }
     }
     parts.join("  ·  ")
@@ -92,7 +92,7 @@ impl<'a> View<'a> {
         let high = answer.points.iter().map(f).fold(f64::NEG_INFINITY, f64::max);
         let span = high - low;
         // A narrow line far from zero is read from its middle.
-        let natural = answer.parameter("natural_frequency_hz").map_or(0.5 * (low + high), |q| q.value);
+        let natural = answer.parameter(Parameter::NaturalFrequency).map_or(0.5 * (low + high), |q| q.value);
         let decade = 10f64.powf((0.02 * span).log10().floor());
         let base = (natural / decade).round() * decade;
         let shifted = span < 0.03 * natural && base.is_finite();
@@ -136,8 +136,9 @@ impl<'a> View<'a> {
     fn across(&self) -> Vec<f64> {
         let [low, high] = self.range_hz;
         let even = (0..=STEPS).map(|i| low + (high - low) * f64::from(i) / f64::from(STEPS));
-        let natural = self.answer.parameter("natural_frequency_hz").map_or(f64::NAN, |q| q.value);
-        let width = self.answer.parameter("decay_rate_per_s").map_or(0.0, |q| q.value) / std::f64::consts::PI;
+        let natural = self.answer.parameter(Parameter::NaturalFrequency).map_or(f64::NAN, |q| q.value);
+        let width =
+            self.answer.parameter(Parameter::DECAY_RATE).map_or(0.0, |q| q.value) / std::f64::consts::PI;
         let near = (-200..=200).map(|i| natural + 4.0 * width * f64::from(i) / 200.0);
         let mut list: Vec<f64> = even.chain(near).filter(|f| (low..=high).contains(f)).collect();
         list.sort_by(f64::total_cmp);
@@ -385,7 +386,7 @@ fn dissipative(figure: &mut Figure, view: &View<'_>) {
         answer.force.iter().map(|p| [p.amplitude, p.dissipative, p.dissipative_std_error]).collect();
     let mut line = Vec::new();
     if let Some(fit) = &answer.force_line {
-        let natural = answer.parameter("natural_frequency_hz").map_or(f64::NAN, |q| q.value);
+        let natural = answer.parameter(Parameter::NaturalFrequency).map_or(f64::NAN, |q| q.value);
         let slope = fit.decay_rate_per_s.value / (std::f64::consts::PI * natural);
         let intercept = 4.0 / std::f64::consts::PI * fit.friction_displacement.value;
         line = vec![[0.0, intercept], [view.largest, intercept + slope * view.largest]];

@@ -6,10 +6,12 @@ use super::figure::{Color, Figure, Point, Stroke};
 use super::grid::{PANEL, headed};
 use super::panel::{Mark, Panel};
 use crate::AnalysedRingdown;
-use crate::terminal::label;
+use slipfit::LossModel;
+use slipfit::Parameter;
 use slipfit::SignalKind;
+use slipfit::answer::Candidate;
 use slipfit::format::{Rounded, Scale};
-use slipfit::ringdown::{Answer, Candidate, EnvelopePoint, LossModel, LossPoint};
+use slipfit::ringdown::{Answer, EnvelopePoint, LossPoint};
 
 /// Okabe and Ito's palette, told apart by eyes of every kind.
 const DATA: Color = Color::new(0x8f, 0xb4, 0xd0);
@@ -50,16 +52,17 @@ fn subtitle(analysed: &AnalysedRingdown<'_>) -> String {
     let file = analysed.file.file_name().unwrap_or(analysed.file.as_os_str()).to_string_lossy();
     let mut parts = vec![file.into_owned(), analysed.answer.model.to_string()];
     for name in [
-        "frequency_hz",
-        "decay_rate_per_s",
-        "friction_displacement",
-        "sliding_rate",
-        "drag_rate",
-        "coulomb_force",
+        Parameter::Frequency,
+        Parameter::DECAY_RATE,
+        Parameter::FRICTION_DISPLACEMENT,
+        Parameter::SlidingRate,
+        Parameter::DRAG_RATE,
+        Parameter::CoulombForce,
     ] {
-        let twice = name == "sliding_rate" && analysed.answer.parameter("friction_displacement").is_some();
+        let twice = name == Parameter::SlidingRate
+            && analysed.answer.parameter(Parameter::FRICTION_DISPLACEMENT).is_some();
         if let Some(q) = analysed.answer.parameter(name).filter(|q| q.value != 0.0 && !twice) {
-            parts.push(format!("{} = {}", label(name).1, Rounded::new(q.value, q.std_error, &q.unit)));
+            parts.push(format!("{} = {}", name.symbol(), Rounded::new(q.value, q.std_error, &q.unit)));
         }
     }
     parts.join("  ·  ")
@@ -157,7 +160,7 @@ fn fit_lines(answer: &Answer, scales: &Scales, columns: usize) -> Vec<Vec<Point>
     if !(end > start && per_column_s > 0.0) {
         return Vec::new();
     }
-    let frequency_hz = answer.parameter("frequency_hz").map_or(0.0, |q| q.value);
+    let frequency_hz = answer.parameter(Parameter::Frequency).map_or(0.0, |q| q.value);
     let cycle_s =
         if answer.segment.cycles > 0.0 && frequency_hz > 0.0 { 1.0 / frequency_hz } else { f64::INFINITY };
     let sample = |steps: usize| (0..=steps).map(move |i| start + (end - start) * i as f64 / steps as f64);
@@ -179,13 +182,14 @@ fn fit_lines(answer: &Answer, scales: &Scales, columns: usize) -> Vec<Vec<Point>
 }
 
 fn viscous(answer: &Answer) -> Option<&Candidate> {
-    let alternative = |c: &&Candidate| c.model == LossModel::Viscous && c.converged;
-    (answer.model != LossModel::Viscous).then(|| answer.comparison.iter().find(alternative)).flatten()
+    let alternative = |c: &&Candidate| c.model == LossModel::VISCOUS && c.converged;
+    (answer.model != LossModel::VISCOUS).then(|| answer.comparison.iter().find(alternative)).flatten()
 }
 
 /// Amplitude of the viscous alternative.
 fn viscous_amplitude(answer: &Answer, candidate: &Candidate, time_s: f64) -> f64 {
-    candidate.initial_amplitude * (-candidate.decay_rate_per_s * (time_s - answer.segment.start_s)).exp()
+    candidate.value(Parameter::InitialAmplitude)
+        * (-candidate.value(Parameter::DECAY_RATE) * (time_s - answer.segment.start_s)).exp()
 }
 
 /// Instants along the fitted stretch.
@@ -293,7 +297,7 @@ fn loss(figure: &mut Figure, answer: &Answer) {
     let y_scale = Scale::for_size(high, &answer.signal_unit);
     let (x, y) = (x_scale.factor, y_scale.factor);
     // Without a frequency the core gives losses per second.
-    let per = if answer.parameter("frequency_hz").is_some() { "per cycle" } else { "per second" };
+    let per = if answer.parameter(Parameter::Frequency).is_some() { "per cycle" } else { "per second" };
     let lowest = points.iter().map(|p| p.loss_per_cycle).filter(|v| v.is_finite()).fold(0.0, f64::min);
     let x_axis = Axis::linear(0.0, 1.04 * largest * x, titled("amplitude", &x_scale.unit));
     let y_axis =

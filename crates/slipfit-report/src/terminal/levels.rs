@@ -6,6 +6,7 @@ use super::parameters::{Told, laid_out};
 use super::resonance::p_words;
 use super::{ANSWER, WIDTH, labelled, wrap};
 use crate::AnalysedLevels;
+use slipfit::Parameter;
 use slipfit::format::{Rounded, plain};
 use slipfit::levels::Answer;
 use std::fmt::Write as _;
@@ -13,7 +14,7 @@ use std::path::Path;
 
 /// The answer in a sentence.
 pub(crate) fn levels_sentence(answer: &Answer) -> String {
-    let Some(threshold) = answer.parameter("threshold") else {
+    let Some(threshold) = answer.parameter(Parameter::Threshold) else {
         return "The levels give no threshold.".to_owned();
     };
     let shown = Rounded::new(threshold.value, threshold.std_error, &threshold.unit);
@@ -24,7 +25,7 @@ pub(crate) fn levels_sentence(answer: &Answer) -> String {
             p_words(answer.p_value)
         );
     }
-    let friction = answer.parameter("friction_displacement").map_or_else(String::new, |q| {
+    let friction = answer.parameter(Parameter::FRICTION_DISPLACEMENT).map_or_else(String::new, |q| {
         format!(", a friction displacement of {}", Rounded::new(q.value, q.std_error, &q.unit))
     });
     format!(
@@ -53,8 +54,8 @@ pub fn levels(analysed: &AnalysedLevels<'_>, written: &[&Path]) -> String {
 
 /// The parameters that say something.
 pub(crate) fn told(answer: &Answer) -> Vec<Told> {
-    let finite = answer.parameters.iter().filter(|p| p.quantity.value.is_finite());
-    finite.map(|p| Told::new(p.name, &p.quantity)).collect()
+    let finite = answer.parameters.iter().filter(|(_, q)| q.value.is_finite());
+    finite.map(|(p, q)| Told::new(p, q)).collect()
 }
 
 /// Where the answer comes from.

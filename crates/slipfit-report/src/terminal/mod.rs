@@ -15,7 +15,7 @@ pub(crate) use facts::Facts;
 pub use inspect::{Inspected, inspect};
 pub use levels::levels;
 pub(crate) use levels::levels_sentence;
-pub(crate) use parameters::{Told, label};
+pub(crate) use parameters::Told;
 pub use resonance::resonance;
 pub(crate) use ringdown::UNSETTLED;
 pub use ringdown::ringdown;

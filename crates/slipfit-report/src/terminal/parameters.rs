@@ -2,8 +2,8 @@
 
 use super::WIDTH;
 use super::table::{Align, columns};
-use slipfit::Quantity;
 use slipfit::format::{Rounded, Scale, plain};
+use slipfit::{Parameter, Quantity};
 
 /// An interval this much longer on one side than on the other is printed on the screen.
 const ASYMMETRY: f64 = 1.15;
@@ -29,8 +29,8 @@ pub(crate) struct Told {
 }
 
 impl Told {
-    pub(crate) fn new(name: &str, q: &Quantity) -> Self {
-        let (words, symbol) = label(name);
+    pub(crate) fn new(parameter: Parameter, q: &Quantity) -> Self {
+        let (words, symbol) = (parameter.label().to_owned(), parameter.symbol());
         let shown = Rounded::new(q.value, q.std_error, &q.unit);
         let [low, high] = q.interval_95;
         let interval = if low.is_finite() || high.is_finite() {
@@ -52,8 +52,8 @@ impl Told {
     }
 
     /// A term the model does not have: how large it could be.
-    pub(crate) fn absent(name: &str, q: &Quantity) -> Self {
-        let (words, symbol) = label(name);
+    pub(crate) fn absent(parameter: Parameter, q: &Quantity) -> Self {
+        let (words, symbol) = (parameter.label().to_owned(), parameter.symbol());
         let high = q.interval_95[1];
         let (value, unit) = if high.is_finite() && high > 0.0 {
             let scale = Scale::for_size(high, &q.unit);
@@ -124,30 +124,6 @@ pub(super) fn laid_out(told: &[Told]) -> String {
     text
 }
 
-/// Words and symbol of a parameter.
-pub(crate) fn label(name: &str) -> (String, &'static str) {
-    let (words, symbol) = match name {
-        "frequency_hz" => ("frequency", "f"),
-        "natural_frequency_hz" => ("natural frequency", "f₀"),
-        "drive_amplitude" => ("drive amplitude", "x₀"),
-        "friction_ratio" => ("friction ratio", "β"),
-        "slope" => ("slope", "R/x₀"),
-        "threshold" => ("threshold of the drive", "x_T"),
-        "decay_rate_per_s" => ("decay rate", "δ"),
-        "decay_time_s" => ("decay time", "τ"),
-        "friction_displacement" => ("friction displacement", "x_F"),
-        "sliding_rate" => ("sliding rate", "a₀"),
-        "drag_rate" => ("drag rate", "a₂"),
-        "q_factor" => ("viscous quality factor", "Q"),
-        "initial_amplitude" => ("initial amplitude", "A₀"),
-        "viscous_coefficient" => ("viscous coefficient", "γ"),
-        "coulomb_force" => ("sliding friction force", "F"),
-        "static_force" => ("static friction force", "F_s"),
-        other => return (other.replace('_', " "), ""),
-    };
-    (words.to_owned(), symbol)
-}
-
 fn relative(q: &Quantity) -> String {
     let share = q.std_error / q.value.abs();
     if !share.is_finite() || share <= 0.0 || share >= 10.0 {
@@ -193,26 +169,27 @@ mod tests {
     #[test]
     fn an_interval_is_on_the_screen_where_it_is_lopsided() {
         let mut q = Quantity::normal(1e-4, 1e-4, "rad");
-        assert_eq!(Told::new("x", &q).note(), ["   100 %", ""]);
+        assert_eq!(Told::new(Parameter::InitialAmplitude, &q).note(), ["   100 %", ""]);
         q.interval_95 = [0.0, 3.1e-4];
-        assert_eq!(Told::new("x", &q).note(), ["   100 %", "95 %: 0 to 310"]);
-        assert_eq!(Told::new("x", &q).interval, "0 to 310");
+        assert_eq!(Told::new(Parameter::InitialAmplitude, &q).note(), ["   100 %", "95 %: 0 to 310"]);
+        assert_eq!(Told::new(Parameter::InitialAmplitude, &q).interval, "0 to 310");
     }
 
     #[test]
     fn an_interval_goes_below_where_the_line_is_full() {
-        let lopsided = |name: &str, unit: &str| {
-            let mut q = Quantity::normal(1e-4, 1e-4, unit);
+        let lopsided = |words: &str| {
+            let mut q = Quantity::normal(1e-4, 1e-4, "rad");
             q.interval_95 = [0.0, 3.1e-4];
-            Told::new(name, &q)
+            Told { words: words.to_owned(), symbol: "", ..Told::new(Parameter::InitialAmplitude, &q) }
         };
-        assert_eq!(laid_out(&[lopsided("x", "rad")]), "  x  100  ± 100  µrad     100 %  95 %: 0 to 310\n");
+        assert_eq!(laid_out(&[lopsided("x")]), "  x  100  ± 100  µrad     100 %  95 %: 0 to 310\n");
         let long = "a name as long as those of quantities ever become";
-        let text = laid_out(&[lopsided(long, "rad"), lopsided("x", "rad")]);
+        let text = laid_out(&[lopsided(long), lopsided("x")]);
         let lines: Vec<&str> = text.lines().collect();
         assert_eq!(lines.len(), 4, "{text}");
         assert!(lines.iter().all(|l| l.chars().count() <= WIDTH), "{text}");
-        assert!(lines[1].trim_start() == "95 %: 0 to 310" && lines[3] == lines[1], "{text}");
+        assert_eq!(lines[1].trim_start(), "95 %: 0 to 310", "{text}");
+        assert_eq!(lines[3], lines[1], "{text}");
     }
 
     #[test]

@@ -6,9 +6,12 @@ use super::parameters::{Told, laid_out, significant};
 use super::ringdown::{bic, headed, model_table};
 use super::{ANSWER, WIDTH, labelled, wrap};
 use crate::AnalysedCurve;
+use slipfit::LossTerm;
+use slipfit::Parameter;
 use slipfit::Quantity;
+use slipfit::answer::Candidate;
 use slipfit::format::{Rounded, Scale, p_value, plain};
-use slipfit::resonance::{Answer, Candidate, DriveSource, Method, Parameter, RunDirection};
+use slipfit::resonance::{Answer, DriveSource, Method, RunDirection};
 use slipfit_io::{Skipped, SweepReading};
 use std::fmt::Write as _;
 use std::path::Path;
@@ -38,22 +41,24 @@ pub fn resonance(analysed: &AnalysedCurve<'_>, written: &[&Path]) -> String {
 
 /// The parameters that say something.
 pub(crate) fn told(answer: &Answer) -> Vec<Told> {
-    let is_told = |p: &&Parameter| match p.name {
-        "drag_rate" | "duffing" => p.quantity.value != 0.0,
-        _ => p.quantity.value.is_finite(),
+    let is_told = |(p, q): &(Parameter, &Quantity)| match p {
+        &Parameter::DRAG_RATE | Parameter::DuffingCoefficient => q.value != 0.0,
+        _ => q.value.is_finite(),
     };
-    let tell = |p: &Parameter| match is_absent(answer, p.name) {
-        true => Told::absent(p.name, &p.quantity),
-        false => Told::new(p.name, &p.quantity),
+    let tell = |(p, q): (Parameter, &Quantity)| match is_absent(answer, p) {
+        true => Told::absent(p, q),
+        false => Told::new(p, q),
     };
     answer.parameters.iter().filter(is_told).map(tell).collect()
 }
 
 /// Whether the model reported has no such term.
-fn is_absent(answer: &Answer, name: &str) -> bool {
-    match name {
-        "friction_displacement" | "coulomb_force" | "friction_ratio" => !answer.model.has_sliding(),
-        "decay_rate_per_s" | "viscous_coefficient" | "q_factor" => !answer.model.has_viscous(),
+fn is_absent(answer: &Answer, parameter: Parameter) -> bool {
+    match parameter {
+        Parameter::Loss(LossTerm::Drag) => false,
+        Parameter::Loss(term) => !answer.model.has(term),
+        Parameter::CoulombForce | Parameter::FrictionRatio => !answer.model.has_sliding(),
+        Parameter::ViscousCoefficient | Parameter::QFactor => !answer.model.has(LossTerm::Viscous),
         _ => false,
     }
 }
@@ -72,9 +77,9 @@ pub(crate) fn model_rows(answer: &Answer) -> Vec<Vec<String>> {
         answer.comparison.iter().map(of).filter(|v| v.is_finite()).fold(0.0, f64::max)
     };
     let rms = Scale::for_size(most(|c| c.rms), unit);
-    let x_f = Scale::for_size(most(|c| c.friction_displacement), unit);
-    let x_0 = Scale::for_size(most(|c| c.drive_amplitude), unit);
-    let drag = answer.comparison.iter().any(|c| c.model.has_drag());
+    let x_f = Scale::for_size(most(|c| c.value(Parameter::FRICTION_DISPLACEMENT)), unit);
+    let x_0 = Scale::for_size(most(|c| c.value(Parameter::DriveAmplitude)), unit);
+    let drag = answer.comparison.iter().any(|c| c.model.has(LossTerm::Drag));
     let mut head = vec![
         // The paper's inversion compares no models: the exact curve does.
         if answer.method == Method::Paper { "exact model" } else { "model" }.to_owned(),
@@ -88,20 +93,19 @@ pub(crate) fn model_rows(answer: &Answer) -> Vec<Vec<String>> {
     let mut rows = vec![head];
     for c in &answer.comparison {
         let settled = if c.converged { "" } else { " *" };
-        let term = |has: bool, name: &str, value: f64, scale: f64| match has {
+        let term = |term: LossTerm, scale: f64| match c.model.has(term) {
             false => "-".to_owned(),
-            true if c.at_limit == Some(name) => "at 0".to_owned(),
-            true => significant(value * scale, 3),
+            true if c.at_limit == Some(Parameter::Loss(term)) => "at 0".to_owned(),
+            true => significant(c.value(Parameter::Loss(term)) * scale, 3),
         };
-        let m = c.model;
         rows.push(vec![
-            format!("{m}{settled}"),
+            format!("{}{settled}", c.model),
             bic(c.delta_bic),
             significant(c.rms * rms.factor, 3),
-            term(m.has_viscous(), "decay_rate_per_s", c.decay_rate_per_s, 1.0),
-            term(m.has_sliding(), "friction_displacement", c.friction_displacement, x_f.factor),
-            significant(c.drive_amplitude * x_0.factor, 3),
-            if drag { term(m.has_drag(), "drag_rate", c.drag_rate, 1.0) } else { String::new() },
+            term(LossTerm::Viscous, 1.0),
+            term(LossTerm::Sliding, x_f.factor),
+            significant(c.value(Parameter::DriveAmplitude) * x_0.factor, 3),
+            if drag { term(LossTerm::Drag, 1.0) } else { String::new() },
         ]);
     }
     rows

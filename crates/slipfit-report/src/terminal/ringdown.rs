@@ -1,12 +1,15 @@
 //! The answer to a ring-down on one screen.
 
 use super::account::account;
-use super::parameters::{Told, label, laid_out, significant};
+use super::parameters::{Told, laid_out, significant};
 use super::table::{Align, columns, width};
 use super::{ANSWER, CHOSEN, DIM, HEADING, WIDTH, labelled, wrap};
 use crate::AnalysedRingdown;
+use slipfit::LossTerm;
+use slipfit::answer::Candidate;
 use slipfit::format::Scale;
-use slipfit::ringdown::{Answer, Candidate, Parameter};
+use slipfit::ringdown::Answer;
+use slipfit::{Parameter, Quantity};
 use std::fmt::Write as _;
 use std::path::Path;
 
@@ -32,29 +35,30 @@ pub fn ringdown(analysed: &AnalysedRingdown<'_>, written: &[&Path]) -> String {
 
 /// The parameters that say something.
 pub(crate) fn told(answer: &Answer) -> Vec<Told> {
-    let parameters = answer.parameters.iter().filter(|p| is_told(answer, p));
-    let tell = |p: &Parameter| match is_absent(answer, p.name) {
-        true => Told::absent(p.name, &p.quantity),
-        false => Told::new(p.name, &p.quantity),
+    let parameters = answer.parameters.iter().filter(|(p, q)| is_told(answer, *p, q));
+    let tell = |(p, q): (Parameter, &Quantity)| match is_absent(answer, p) {
+        true => Told::absent(p, q),
+        false => Told::new(p, q),
     };
     parameters.map(tell).collect()
 }
 
 /// Whether a parameter says something the others do not; JSON has them all.
-fn is_told(answer: &Answer, parameter: &Parameter) -> bool {
-    match parameter.name {
-        "sliding_rate" => answer.parameter("friction_displacement").is_none(),
-        "drag_rate" => answer.model.has_drag(),
-        _ => parameter.quantity.value.is_finite(),
+fn is_told(answer: &Answer, parameter: Parameter, quantity: &Quantity) -> bool {
+    match parameter {
+        Parameter::SlidingRate => answer.parameter(Parameter::FRICTION_DISPLACEMENT).is_none(),
+        Parameter::Loss(LossTerm::Viscous | LossTerm::Sliding) => quantity.value.is_finite(),
+        Parameter::Loss(term) => answer.model.has(term),
+        _ => quantity.value.is_finite(),
     }
 }
 
 /// Whether the model reported has no such term.
-fn is_absent(answer: &Answer, name: &str) -> bool {
-    match name {
-        "friction_displacement" | "sliding_rate" | "coulomb_force" => !answer.model.has_sliding(),
-        "decay_rate_per_s" | "viscous_coefficient" => !answer.model.has_viscous(),
-        "drag_rate" => !answer.model.has_drag(),
+fn is_absent(answer: &Answer, parameter: Parameter) -> bool {
+    match parameter {
+        Parameter::Loss(term) => !answer.model.has(term),
+        Parameter::SlidingRate | Parameter::CoulombForce => !answer.model.has_sliding(),
+        Parameter::ViscousCoefficient => !answer.model.has(LossTerm::Viscous),
         _ => false,
     }
 }
@@ -69,14 +73,7 @@ fn models(answer: &Answer) -> String {
 /// nothing are empty.
 pub(crate) fn model_rows(answer: &Answer) -> Vec<Vec<String>> {
     let unit = &answer.signal_unit;
-    let drag_unit = answer.parameter("drag_rate").map_or_else(|| format!("1/({unit} s)"), |q| q.unit.clone());
-    let terms: [Term; 3] = [
-        Term::new(answer, "decay_rate_per_s", "1/s", |c| c.model.has_viscous().then_some(c.decay_rate_per_s)),
-        Term::new(answer, "friction_displacement", unit, |c| {
-            c.model.has_sliding().then_some(c.friction_displacement)
-        }),
-        Term::new(answer, "drag_rate", &drag_unit, |c| c.model.has_drag().then_some(c.drag_rate)),
-    ];
+    let terms: Vec<Term> = LossTerm::ALL.iter().map(|term| Term::new(answer, *term)).collect();
     let rms = Scale::for_size(answer.comparison.first().map_or(0.0, |c| c.rms), unit);
     let mut rows = vec![vec!["model".to_owned(), "ΔBIC".to_owned(), headed("rms", &rms)]];
     rows[0].extend(terms.iter().map(Term::heading));
@@ -133,30 +130,32 @@ pub(super) fn headed(name: &str, scale: &Scale) -> String {
 
 /// One loss term across the models.
 struct Term {
-    name: &'static str,
-    value: fn(&Candidate) -> Option<f64>,
+    term: LossTerm,
     scale: Scale,
     /// Whether any model has it and the record can tell it.
     shown: bool,
 }
 
 impl Term {
-    fn new(answer: &Answer, name: &'static str, unit: &str, value: fn(&Candidate) -> Option<f64>) -> Self {
-        let largest = answer.comparison.iter().filter_map(value).fold(0.0, f64::max);
-        let shown = largest > 0.0 && answer.parameter(name).is_some();
-        Self { name, value, scale: Scale::for_size(largest, unit), shown }
+    fn new(answer: &Answer, term: LossTerm) -> Self {
+        let parameter = Parameter::Loss(term);
+        let with = answer.comparison.iter().filter(|c| c.model.has(term));
+        let largest = with.map(|c| c.value(parameter)).fold(0.0, f64::max);
+        let shown = largest > 0.0 && answer.parameter(parameter).is_some();
+        Self { term, scale: Scale::for_size(largest, &parameter.unit(&answer.signal_unit)), shown }
     }
 
     fn heading(&self) -> String {
-        if self.shown { headed(label(self.name).1, &self.scale) } else { String::new() }
+        if self.shown { headed(self.term.symbol(), &self.scale) } else { String::new() }
     }
 
     fn cell(&self, candidate: &Candidate) -> String {
-        match (self.value)(candidate) {
+        let parameter = Parameter::Loss(self.term);
+        match candidate.model.has(self.term) {
             _ if !self.shown => String::new(),
-            None => "-".to_owned(),
-            Some(_) if candidate.at_limit == Some(self.name) => "at 0".to_owned(),
-            Some(value) => significant(value * self.scale.factor, 3),
+            false => "-".to_owned(),
+            true if candidate.at_limit == Some(parameter) => "at 0".to_owned(),
+            true => significant(candidate.value(parameter) * self.scale.factor, 3),
         }
     }
 }
@@ -169,11 +168,11 @@ pub(super) fn bic(delta: f64) -> String {
 mod tests {
     use super::*;
     use crate::example::by_hand;
-    use slipfit::ringdown::LossModel;
+    use slipfit::LossModel;
 
     #[test]
     fn a_term_the_model_lacks_shows_its_limit() {
-        let change = |answer: &mut Answer| answer.model = LossModel::Viscous;
+        let change = |answer: &mut Answer| answer.model = LossModel::VISCOUS;
         let text = by_hand(change, |analysed| ringdown(analysed, &[]));
         let text = anstream::adapter::strip_str(&text).to_string();
         let line = text.lines().find(|l| l.starts_with("  friction displacement")).unwrap();

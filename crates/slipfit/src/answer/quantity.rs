@@ -6,6 +6,8 @@
 /// limit (no friction, no viscous damping) it comes from the profile
 /// likelihood and ends at the limit.
 #[derive(Debug, Clone, PartialEq)]
+#[cfg_attr(feature = "serde", derive(serde::Serialize))]
+#[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
 pub struct Quantity {
     /// Best estimate inside the physical range, in `unit`.
     pub value: f64,

@@ -1,9 +1,11 @@
-//! Least squares, intervals, evidence: the one place that knows statistics.
+//! Estimation and inference: least squares, noise model, intervals, model comparison.
 
 pub(crate) mod criteria;
 pub(crate) mod evidence;
 pub(crate) mod interval;
 pub(crate) mod least_squares;
+pub(crate) mod model_selection;
+pub(crate) mod noise;
 pub(crate) mod profile;
 
 /// Two-sided 95 % point of the normal distribution.

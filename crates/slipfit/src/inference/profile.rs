@@ -1,55 +1,9 @@
 //! Intervals from the profile of the sum of squares.
 
 use super::Z_95;
-use super::evidence::{bic, one_sided, student_factor};
 use super::interval::bounded_interval;
 use super::least_squares::{Fit, LeastSquares, minimise};
-
-/// How a sum of squares turns into evidence.
-#[derive(Debug, Clone, Copy)]
-pub(crate) struct Scale {
-    /// Observations behind the sum of squares.
-    pub(crate) observations: f64,
-    /// Variance of one weighted observation, if known at least; `None`: from the residuals.
-    pub(crate) least_variance: Option<f64>,
-    /// Factor on variances for residuals that hang together.
-    pub(crate) widening: f64,
-}
-
-impl Scale {
-    /// Variance of one weighted observation.
-    pub(crate) fn variance_of(&self, fit: &Fit) -> f64 {
-        let dof = (self.observations - fit.free.len() as f64).max(1.0);
-        (fit.rss / dof).max(self.least_variance.unwrap_or(0.0))
-    }
-
-    fn dof(&self, fit: &Fit) -> f64 {
-        // Squares of AR(1) residuals correlate as rho², widening = (1 + rho)/(1 - rho).
-        let share = 2.0 * self.widening / (1.0 + self.widening * self.widening);
-        ((self.observations - fit.free.len() as f64) * share).max(1.0)
-    }
-
-    pub(crate) fn bic(&self, rss: f64, parameters: usize) -> f64 {
-        let effective = (self.observations / self.widening).max(2.0);
-        match self.least_variance {
-            // With the noise known the likelihood needs no estimate of it.
-            Some(v) => rss / (v * self.widening) + parameters as f64 * effective.ln(),
-            None => bic(rss, self.observations, effective, parameters),
-        }
-    }
-
-    /// One-sided p value of one more term that cannot be negative.
-    pub(crate) fn test(&self, small_rss: f64, large_rss: f64, large: &Fit) -> f64 {
-        let variance = self.variance_of(large) * self.widening;
-        one_sided((small_rss - large_rss) / variance, self.dof(large))
-    }
-
-    /// Standard error of one parameter, and the factor on 1.96 for few observations.
-    pub(crate) fn std_error(&self, fit: &Fit, parameter: usize) -> (f64, f64) {
-        let sigma = (self.variance_of(fit) * self.widening).sqrt();
-        (fit.unit_std(parameter) * sigma, student_factor(self.dof(fit)))
-    }
-}
+use super::noise::NoiseModel;
 
 /// A parameter with its interval.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -63,7 +17,7 @@ pub(crate) struct Estimate {
 pub(crate) struct Profile<'a> {
     pub(crate) problem: &'a dyn LeastSquares,
     pub(crate) fit: &'a Fit,
-    pub(crate) scale: Scale,
+    pub(crate) noise: NoiseModel,
     /// No value beyond these is possible.
     pub(crate) range: [f64; 2],
 }
@@ -105,8 +59,9 @@ impl Profile<'_> {
     }
 
     fn basics(&self, parameter: usize) -> (f64, f64, f64, f64) {
-        let (std_error, factor) = self.scale.std_error(self.fit, parameter);
-        let unit = (self.scale.variance_of(self.fit) * self.scale.widening).sqrt() * factor;
+        let factor = self.noise.student_factor(self.fit);
+        let std_error = self.noise.std_error(self.fit, parameter);
+        let unit = self.noise.variance(self.fit).sqrt() * factor;
         (self.fit.parameters[parameter], std_error, unit, std_error * factor)
     }
 }
@@ -214,9 +169,9 @@ mod tests {
             .map(|i| (f64::from(i % 20) - 9.5, 0.3 + 0.5 * (f64::from(i % 20) - 9.5) + 4.0 * noise(i)));
         let problem = Cubic { points: points.collect() };
         let fit = minimise(&problem, &[0.0, 1.0], &[0, 1]).unwrap();
-        let scale = Scale { observations: 200.0, least_variance: None, widening: 1.0 };
+        let noise_model = NoiseModel::white(200.0);
         let range = [f64::NEG_INFINITY, f64::INFINITY];
-        let e = Profile { problem: &problem, fit: &fit, scale, range }.two_sided(1, true);
+        let e = Profile { problem: &problem, fit: &fit, noise: noise_model, range }.two_sided(1, true);
         // In b³ the interval is symmetric.
         let [low, high] = e.interval.map(|b| b.powi(3));
         let centre = e.value.powi(3);
@@ -229,9 +184,9 @@ mod tests {
     fn a_range_ends_the_interval() {
         let problem = Cubic { points: (0..20).map(|i| (f64::from(i % 3), f64::from(i % 5))).collect() };
         let fit = minimise(&problem, &[0.0, 1.0], &[0, 1]).unwrap();
-        let scale = Scale { observations: 20.0, least_variance: None, widening: 1.0 };
+        let noise = NoiseModel::white(20.0);
         let most = fit.parameters[1] + 1e-3;
-        let p = Profile { problem: &problem, fit: &fit, scale, range: [0.0, most] };
+        let p = Profile { problem: &problem, fit: &fit, noise, range: [0.0, most] };
         assert_eq!(p.two_sided(1, true).interval[1], most);
     }
 }

@@ -2,17 +2,15 @@
 
 use super::answer::{Answer, Breakaway, Diagnostics, FittedLevels, LevelPoint, Warning};
 use super::{Levels, Options};
+use crate::answer::describe::DETECTED;
+use crate::answer::{Parameter, Parameters};
 use crate::inference::evidence::{f_tail, one_sided, student_factor};
 use crate::inference::interval::bounded_interval;
 use crate::inference::least_squares::linear;
 use crate::model::calibration::physical;
-use crate::ringdown::Parameter;
 use crate::{Error, Quantity};
 use nalgebra::DMatrix;
 use std::f64::consts::{FRAC_PI_4, TAU};
-
-/// p value below which a threshold counts as seen.
-const DETECTED: f64 = 0.01;
 
 /// The straight line through the moving levels.
 struct Line {
@@ -48,6 +46,7 @@ struct Line {
 /// moving levels, or with a line that does not rise.
 ///
 /// ```
+/// use slipfit::Parameter;
 /// use slipfit::levels::{Levels, Options, analyse};
 /// let drive: Vec<f64> = (1..=12).map(|i| 0.1 * f64::from(i)).collect();
 /// // Q = 40, threshold 0.35, a little noise.
@@ -56,7 +55,7 @@ struct Line {
 /// }).collect();
 /// let levels = Levels::builder(drive, amplitude).unit("mm").drive_unit("mm").build()?;
 /// let answer = analyse(&levels, &Options::default())?;
-/// let q = answer.parameter("q_factor").expect("one unit for both");
+/// let q = answer.parameter(Parameter::QFactor).expect("one unit for both");
 /// assert!((q.value - 40.0).abs() < 1.0 && answer.detected);
 /// # Ok::<(), slipfit::Error>(())
 /// ```
@@ -108,20 +107,19 @@ pub fn analyse(levels: &Levels, options: &Options) -> Result<Answer, Error> {
         unbounded_value: threshold,
         unit: drive_unit.to_owned(),
     };
-    let mut parameters = vec![
-        Parameter { name: "slope", quantity: slope.clone() },
-        Parameter { name: "threshold", quantity: threshold.clone() },
-    ];
+    let mut parameters = Parameters::default();
+    parameters.set(Parameter::Slope, slope.clone());
+    parameters.set(Parameter::Threshold, threshold.clone());
     let calibrated = calibrated(levels, options, &slope, &threshold);
     if let Some((q, x_f)) = &calibrated {
-        parameters.push(Parameter { name: "q_factor", quantity: q.clone() });
-        parameters.push(Parameter { name: "friction_displacement", quantity: x_f.clone() });
+        parameters.set(Parameter::QFactor, q.clone());
+        parameters.set(Parameter::FRICTION_DISPLACEMENT, x_f.clone());
         if let Some(hz) = options.frequency_hz {
             let delta = inverse(q, std::f64::consts::PI * hz, "1/s");
-            parameters.push(Parameter { name: "decay_rate_per_s", quantity: delta.clone() });
+            parameters.set(Parameter::DECAY_RATE, delta.clone());
             if let Some(calibration) = options.calibration {
-                for (name, quantity) in physical(calibration, TAU * hz, levels.unit(), &delta, x_f) {
-                    parameters.push(Parameter { name, quantity });
+                for (parameter, quantity) in physical(calibration, TAU * hz, levels.unit(), &delta, x_f) {
+                    parameters.set(parameter, quantity);
                 }
             }
         }
@@ -372,10 +370,10 @@ mod tests {
         let drive: Vec<f64> = (1..=20).map(|i| 0.1 * f64::from(i)).collect();
         let options = Options { frequency_hz: Some(2.0), ..Options::default() };
         let a = analyse(&exact(50.0, 0.4, &drive, 0.05), &options).unwrap();
-        let of = |name: &str| a.parameter(name).unwrap();
-        assert!((of("q_factor").value - 50.0).abs() < 0.5, "{:?}", of("q_factor"));
-        assert!((of("friction_displacement").value - 0.4).abs() < 0.01);
-        assert!((of("decay_rate_per_s").value - TAU / 50.0).abs() < 2e-3);
+        let of = |parameter| a.parameter(parameter).unwrap();
+        assert!((of(Parameter::QFactor).value - 50.0).abs() < 0.5, "{:?}", of(Parameter::QFactor));
+        assert!((of(Parameter::FRICTION_DISPLACEMENT).value - 0.4).abs() < 0.01);
+        assert!((of(Parameter::DECAY_RATE).value - TAU / 50.0).abs() < 2e-3);
         let b = a.breakaway.unwrap();
         // The threshold 4 x_F/pi = 0.509 lies between 0.5 and 0.6.
         assert!(b.stuck_below.unwrap() < 0.55 && b.moving_from > 0.5, "{b:?}");
@@ -395,7 +393,7 @@ mod tests {
             amplitude.map(|(i, &d)| if moves(i, d) { still.amplitude()[i] } else { stuck(i) }).collect();
         let levels = Levels::builder(drive, amplitude).unit("mm").drive_unit("mm").build().unwrap();
         let a = analyse(&levels, &Options::default()).unwrap();
-        assert!((a.parameter("friction_displacement").unwrap().value - 0.4).abs() < 0.01);
+        assert!((a.parameter(Parameter::FRICTION_DISPLACEMENT).unwrap().value - 0.4).abs() < 0.01);
         let b = a.breakaway.unwrap();
         assert!((b.moving_from - 0.6).abs() < 1e-9, "{b:?}");
         assert!((b.stuck_above_threshold.unwrap() - 0.8).abs() < 1e-9, "{b:?}");
@@ -415,9 +413,9 @@ mod tests {
         let amplitude = amplitude.map(|(&d, &a)| if d > 0.85 { a } else { 0.02 }).collect();
         let levels = Levels::builder(drive, amplitude).unit("mm").drive_unit("mm").build().unwrap();
         let a = analyse(&levels, &Options::default()).unwrap();
-        assert!((a.parameter("friction_displacement").unwrap().value - 0.4).abs() < 0.01);
+        assert!((a.parameter(Parameter::FRICTION_DISPLACEMENT).unwrap().value - 0.4).abs() < 0.01);
         let b = a.breakaway.unwrap();
-        assert_eq!((b.stuck_below, b.stuck_above_threshold), (Some(b.stuck_below.unwrap()), b.stuck_below));
+        assert_eq!(b.stuck_above_threshold, b.stuck_below);
         assert!((b.moving_from - 0.9).abs() < 1e-9 && (b.stuck_below.unwrap() - 0.8).abs() < 1e-9, "{b:?}");
     }
 
@@ -425,7 +423,7 @@ mod tests {
     fn without_friction_the_threshold_is_an_upper_limit() {
         let drive: Vec<f64> = (1..=15).map(|i| 0.1 * f64::from(i)).collect();
         let a = analyse(&exact(50.0, 0.0, &drive, 0.2), &Options::default()).unwrap();
-        let t = a.parameter("threshold").unwrap();
+        let t = a.parameter(Parameter::Threshold).unwrap();
         assert!(!a.detected && t.interval_95[0] == 0.0 && t.interval_95[1] > 0.0, "{t:?}");
     }
 
@@ -434,12 +432,14 @@ mod tests {
         let volts = Levels::builder(vec![1.0, 2.0, 3.0, 4.0], vec![0.5, 1.5, 2.5, 3.5]);
         let volts = volts.unit("mm").drive_unit("V").build().unwrap();
         let a = analyse(&volts, &Options::default()).unwrap();
-        assert!(a.parameter("q_factor").is_none());
+        assert!(a.parameter(Parameter::QFactor).is_none());
         assert!(a.warnings.iter().any(|w| w.code() == "drive_uncalibrated"));
         let options = Options { q_factor: Some([100.0, 1.0]), ..Options::default() };
         let a = analyse(&volts, &options).unwrap();
         // gain = 1 mm/V / 100, x_F = (pi/4) 0.01 · 0.5.
-        assert!((a.parameter("friction_displacement").unwrap().value - FRAC_PI_4 * 0.005).abs() < 1e-9);
+        assert!(
+            (a.parameter(Parameter::FRICTION_DISPLACEMENT).unwrap().value - FRAC_PI_4 * 0.005).abs() < 1e-9
+        );
     }
 
     #[test]

@@ -1,7 +1,7 @@
 //! The answer to a series of drive levels.
 
 use crate::Quantity;
-use crate::ringdown::Parameter;
+use crate::answer::{Parameter, Parameters};
 use std::fmt;
 
 /// One level beside the fit.
@@ -152,7 +152,7 @@ impl FittedLevels {
 pub struct Answer {
     /// Parameters by name: `slope`, `threshold`, and, where the drive is calibrated,
     /// `q_factor`, `friction_displacement`, `decay_rate_per_s`, forces.
-    pub parameters: Vec<Parameter>,
+    pub parameters: Parameters,
     /// p value of the threshold: no sliding friction would do as well. One-sided.
     pub p_value: f64,
     /// Whether a threshold is seen (`p_value` below 0.01).
@@ -176,8 +176,8 @@ pub struct Answer {
 }
 
 impl Answer {
-    /// The parameter of that name.
-    pub fn parameter(&self, name: &str) -> Option<&Quantity> {
-        self.parameters.iter().find(|p| p.name == name).map(|p| &p.quantity)
+    /// The value of a parameter, if the analysis reports it.
+    pub fn parameter(&self, parameter: Parameter) -> Option<&Quantity> {
+        self.parameters.get(parameter)
     }
 }

@@ -1,8 +1,39 @@
 //! From displacements to forces.
 
 use crate::Quantity;
-use crate::ringdown::Calibration;
+use crate::answer::Parameter;
 use std::f64::consts::{PI, TAU};
+
+/// The one mechanical constant a displacement record cannot give.
+#[derive(Debug, Clone, Copy, PartialEq)]
+#[non_exhaustive]
+pub enum Calibration {
+    /// Stiffness `k` in N/m (or torsion stiffness in N m/rad for angles), with its standard error.
+    Stiffness {
+        /// Value.
+        value: f64,
+        /// Standard error; zero when exact.
+        std_error: f64,
+    },
+    /// Mass `m` in kg (or moment of inertia in kg m² for angles), with its standard error.
+    Mass {
+        /// Value.
+        value: f64,
+        /// Standard error; zero when exact.
+        std_error: f64,
+    },
+}
+
+impl Calibration {
+    /// Value and standard error as a quantity.
+    pub fn quantity(self) -> Quantity {
+        let (value, std_error, unit) = match self {
+            Calibration::Stiffness { value, std_error } => (value, std_error, "N/m"),
+            Calibration::Mass { value, std_error } => (value, std_error, "kg"),
+        };
+        Quantity::normal(value, std_error, unit)
+    }
+}
 
 /// `gamma = 2 m delta` and `F = k x_F`, with `k = m omega_0²`; a displacement in a unit of
 /// no known length gives the force in N/m times it.
@@ -12,7 +43,7 @@ pub(crate) fn physical(
     unit: &str,
     delta: &Quantity,
     x_f: &Quantity,
-) -> [(&'static str, Quantity); 2] {
+) -> [(Parameter, Quantity); 2] {
     let square = omega_0 * omega_0;
     let (mass, stiffness, relative) = match calibration {
         Calibration::Stiffness { value, std_error } => (value / square, value, std_error / value),
@@ -37,8 +68,8 @@ pub(crate) fn physical(
         (None, _) => ("N s/m".to_owned(), format!("N/m × {unit}")),
     };
     [
-        ("viscous_coefficient", widened(delta.scaled(2.0 * mass, gamma_unit))),
-        ("coulomb_force", widened(x_f.scaled(stiffness * length.unwrap_or(1.0), force_unit))),
+        (Parameter::ViscousCoefficient, widened(delta.scaled(2.0 * mass, gamma_unit))),
+        (Parameter::CoulombForce, widened(x_f.scaled(stiffness * length.unwrap_or(1.0), force_unit))),
     ]
 }
 

@@ -1,4 +1,5 @@
 //! The oscillator and its loss: parameters, units, calibration to forces.
 
-pub(crate) mod calibration;
+pub mod calibration;
+pub mod loss;
 pub mod oscillator;

@@ -38,6 +38,7 @@ use crate::Error;
 /// to answer. A fit that merely disappoints is an [`Answer`] with warnings.
 ///
 /// ```
+/// use slipfit::Parameter;
 /// use slipfit::resonance::{Curve, DriveAmplitude, Options, analyse};
 /// use slipfit::motion::steady::scan;
 ///
@@ -54,7 +55,7 @@ use crate::Error;
 /// let mut options = Options::default();
 /// options.drive_amplitude = Some(DriveAmplitude { value: 1.0, std_error: 0.0 });
 /// let answer = analyse(&curve, &options)?;
-/// let x_f = answer.parameter("friction_displacement").expect("always reported");
+/// let x_f = answer.parameter(Parameter::FRICTION_DISPLACEMENT).expect("always reported");
 /// assert!((x_f.value - 0.3).abs() < 0.01 && answer.sliding.detected);
 /// # Ok::<(), slipfit::Error>(())
 /// ```

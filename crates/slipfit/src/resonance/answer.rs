@@ -3,57 +3,9 @@
 use super::fitted::FittedCurve;
 use super::{Method, Warning};
 use crate::Quantity;
-use crate::ringdown::LossModel;
-
-pub use crate::ringdown::Parameter;
-
-/// One loss model, fitted.
-#[derive(Debug, Clone, PartialEq)]
-pub struct Candidate {
-    /// The model.
-    pub model: LossModel,
-    /// Bayesian information criterion; differences count, the zero is arbitrary.
-    pub bic: f64,
-    /// `bic` above the best candidate's.
-    pub delta_bic: f64,
-    /// Root mean square of the residual (of each quadrature when complex), response unit.
-    pub rms: f64,
-    /// Number of free parameters, those of the instrument included.
-    pub free_parameters: usize,
-    /// Whether the fit met its tolerance.
-    pub converged: bool,
-    /// A loss term this model ended on the limit (zero), if any.
-    pub at_limit: Option<&'static str>,
-    /// Natural frequency, Hz.
-    pub natural_frequency_hz: f64,
-    /// Decay rate delta, 1/s.
-    pub decay_rate_per_s: f64,
-    /// Friction displacement x_F, response unit.
-    pub friction_displacement: f64,
-    /// Drive amplitude x_0, response unit.
-    pub drive_amplitude: f64,
-    /// Drag rate a2 at resonance, 1/(s × response unit).
-    pub drag_rate: f64,
-}
-
-/// Is there sliding friction, and how much of the loss is it?
-#[derive(Debug, Clone, PartialEq)]
-pub struct SlidingEvidence {
-    /// Sliding friction is needed: `p_value` below 0.01 and the BIC prefers it.
-    pub detected: bool,
-    /// Probability that a curve without sliding friction would look at least this much like
-    /// one with it, given the best model without it. One-sided: friction is never negative.
-    pub p_value: f64,
-    /// BIC of the best model without sliding minus the best with it.
-    pub delta_bic: f64,
-    /// Sliding share of the loss at the highest amplitude, in the chosen model.
-    pub share_at_peak: f64,
-    /// Sliding share of the loss at the lowest amplitude measured.
-    pub share_at_lowest: f64,
-    /// Probability of the data without any sliding friction or drag (one-sided F test
-    /// against the chosen model); 1 when the chosen model is viscous.
-    pub viscous_only_p_value: f64,
-}
+use crate::answer::comparison::correlation;
+use crate::answer::{Candidate, Correlation, Parameter, Parameters, SlidingEvidence};
+use crate::model::loss::LossModel;
 
 /// Where the drive amplitude came from.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
@@ -229,13 +181,13 @@ pub struct Answer {
     /// Where the drive amplitude came from.
     pub drive_source: DriveSource,
     /// Parameters by name, in the order they should be read.
-    pub parameters: Vec<Parameter>,
+    pub parameters: Parameters,
     /// All models, best first.
     pub comparison: Vec<Candidate>,
     /// Evidence for sliding friction.
     pub sliding: SlidingEvidence,
     /// Correlations between the estimated parameters, by pairs of names.
-    pub correlations: Vec<(&'static str, &'static str, f64)>,
+    pub correlations: Vec<Correlation>,
     /// Instrument terms.
     pub instrument: Instrument,
     /// Mean of the drive column, in its unit: the drive amplitude given or found is the one there.
@@ -262,13 +214,13 @@ pub struct Answer {
 }
 
 impl Answer {
-    /// The parameter of that name.
-    pub fn parameter(&self, name: &str) -> Option<&Quantity> {
-        self.parameters.iter().find(|p| p.name == name).map(|p| &p.quantity)
+    /// The value of a parameter, if the analysis reports it.
+    pub fn parameter(&self, parameter: Parameter) -> Option<&Quantity> {
+        self.parameters.get(parameter)
     }
 
     /// The correlation of two estimated parameters, in either order.
-    pub fn correlation(&self, a: &str, b: &str) -> Option<f64> {
-        self.correlations.iter().find(|(p, q, _)| (*p, *q) == (a, b) || (*q, *p) == (a, b)).map(|c| c.2)
+    pub fn correlation(&self, a: Parameter, b: Parameter) -> Option<f64> {
+        correlation(&self.correlations, a, b)
     }
 }

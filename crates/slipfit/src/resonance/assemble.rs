@@ -2,35 +2,40 @@
 
 use super::bias;
 use super::block::Block;
-use super::described::{Described, loss_terms};
+use super::described::{Described, slot};
 use super::paper::Lorentzian;
 use super::problem::{
     BG_IM, BG_RE, COUNT, DELAY, DELTA, DRAG, DUFFING, OMEGA, PHASE, Problem, R_BG_IM, R_BG_RE, R_DELTA,
     R_OMEGA, R_PHASE, X_0, X_F,
 };
 use super::{
-    Answer, Candidate, Curve, CurvePoint, Diagnostics, DriveSource, FittedCurve, Instrument, Method, Options,
-    Parameter, ReferenceFit, RunDirection, SlidingEvidence, force, paper,
+    Answer, Curve, CurvePoint, Diagnostics, DriveSource, FittedCurve, Instrument, Method, Options,
+    ReferenceFit, RunDirection, force, paper,
 };
+use crate::answer::describe::{
+    candidates, correlations, fit_of, loss_estimate, non_negative, q_factor, sliding_evidence, symmetric,
+    unknown,
+};
+use crate::answer::{Parameter, Parameters, Values};
 use crate::inference::least_squares::{Fit, minimise};
+use crate::inference::model_selection::ModelFit;
+use crate::inference::noise::NoiseModel;
 use crate::inference::profile::{Estimate, Profile};
 use crate::model::calibration::physical;
-use crate::ringdown::{Entry, LossModel};
+use crate::model::loss::{LossModel, LossTerm};
 use crate::{Error, Quantity};
 use std::f64::consts::{FRAC_PI_4, PI, TAU};
 
-/// p value below which sliding friction counts as seen.
-const DETECTED: f64 = 0.01;
-
 pub(super) fn answer(curve: &Curve, used: &Curve, options: &Options, d: &Described) -> Result<Answer, Error> {
-    let preferred = d.preferred().ok_or(Error::NoFit { reason: "no model converged" })?;
+    let comparison = &d.comparison;
+    let preferred = comparison.preferred().ok_or(Error::NoFit { reason: "no model converged" })?;
     let chosen = match options.model {
-        Some(model) => d.get(model).ok_or(Error::NoFit {
+        Some(model) => comparison.get(model).ok_or(Error::NoFit {
             reason: "the model asked for has more parameters than the curve determines",
         })?,
-        // Without a viscous loss, which BIC may spare, friction would look far surer than it is.
-        None if preferred.model == LossModel::Sliding => {
-            d.get(LossModel::ViscousSliding).unwrap_or(preferred)
+        // Without a viscous term, which BIC may drop, friction would look far surer than it is.
+        None if preferred.model == LossModel::SLIDING => {
+            comparison.get(LossModel::VISCOUS_SLIDING).unwrap_or(preferred)
         }
         None => preferred,
     };
@@ -43,30 +48,18 @@ pub(super) fn answer(curve: &Curve, used: &Curve, options: &Options, d: &Describ
     }
     let problem = d.problem_of(chosen);
     let p = &chosen.bounded.parameters;
-    let (p_value, delta_bic) = d.sliding_evidence();
     let parameters = match d.method() {
         Method::Paper => papers_parameters(used, options, d, chosen)?,
         _ => parameters(used, options, d, chosen),
     };
     let mut shown = p.clone();
     if d.method() == Method::Paper {
-        let of = |name: &str| parameters.iter().find(|q| q.name == name).map_or(0.0, |q| q.quantity.value);
-        (shown[DELTA], shown[X_F]) = (of("decay_rate_per_s"), of("friction_displacement"));
+        let of = |parameter| parameters.get(parameter).map_or(0.0, |q| q.value);
+        (shown[DELTA], shown[X_F]) = (of(Parameter::DECAY_RATE), of(Parameter::FRICTION_DISPLACEMENT));
     }
-    let share = |amplitude: f64| sliding_share(&problem, &shown, amplitude);
     let (lowest, highest) = amplitudes(&problem, p);
-    let sliding = SlidingEvidence {
-        detected: p_value < DETECTED && delta_bic > 0.0,
-        p_value,
-        delta_bic,
-        share_at_peak: share(highest),
-        share_at_lowest: share(lowest),
-        viscous_only_p_value: d.viscous_only(chosen.model),
-    };
-    let sigma = (d.scale.variance_of(&chosen.bounded)).sqrt();
-    let best_bic = d.entries.iter().map(|e| e.bic).fold(f64::INFINITY, f64::min);
-    let mut comparison: Vec<Candidate> = d.entries.iter().map(|e| candidate(d, e, best_bic)).collect();
-    comparison.sort_by(|a, b| a.bic.total_cmp(&b.bic));
+    let shares = [highest, lowest].map(|amplitude| sliding_share(&problem, &shown, amplitude));
+    let sigma = comparison.noise.residual_variance(&chosen.bounded).sqrt();
     let (force, force_line) = force::balance(&problem, p, sigma, used.unit());
     let points = match &d.all {
         // Every point beside the fit, of which the groups' means were part.
@@ -84,9 +77,9 @@ pub(super) fn answer(curve: &Curve, used: &Curve, options: &Options, d: &Describ
         method: d.method(),
         drive_source: d.source,
         parameters,
-        comparison,
-        sliding,
-        correlations: correlations(chosen),
+        comparison: candidates(comparison, |f| rms(d, f), |f| values(d, f)),
+        sliding: sliding_evidence(comparison, chosen, shares),
+        correlations: correlations(&chosen.unbounded, &NAMED),
         instrument: instrument(d, chosen),
         force,
         force_line,
@@ -138,26 +131,18 @@ fn amplitudes(problem: &Problem, p: &[f64]) -> (f64, f64) {
         .fold((f64::INFINITY, 0.0), |(l, h), a| (l.min(a), h.max(a)))
 }
 
-/// A loss term of the chosen model, or of the model with it besides.
-fn loss_term(d: &Described, chosen: &Entry, term: usize) -> (Estimate, bool) {
-    let present = chosen.fit.free.contains(&term);
-    let entry = if present { Some(chosen) } else { d.with_term(chosen.model, term) };
-    let Some(entry) = entry else {
-        let open = [0.0, f64::INFINITY];
-        return (Estimate { value: 0.0, std_error: f64::INFINITY, interval: open }, false);
-    };
-    let problem = d.problem_of(entry);
-    // No loss exceeds what it would be alone.
-    let most = alone(d, term)
-        .filter(|_| !on_background(chosen))
-        .map_or(f64::INFINITY, |m| m.max(entry.fit.parameters[term]));
-    let profile = Profile { problem: &problem, fit: &entry.fit, scale: d.scale, range: [0.0, most] };
-    let mut found = profile.non_negative(term, bends(d));
-    found.interval[1] = found.interval[1].min(most);
-    if present && let Some(by) = unbiased(d, chosen, &problem, &entry.fit) {
-        found = moved(found, by[term]);
-    }
-    (found, present)
+/// The coefficient of a loss term, in the chosen model or the one with the term besides.
+fn loss_term(d: &Described, chosen: &ModelFit, term: LossTerm, unit: &str) -> Quantity {
+    let (fit, present) = fit_of(&d.comparison, chosen, term);
+    let found = fit.map_or_else(unknown, |fit| {
+        let problem = d.problem_of(fit);
+        // No loss exceeds what it would be alone.
+        let most = d.comparison.most(term, slot(term)).filter(|_| !on_background(chosen));
+        let found = loss_estimate(&problem, &fit.unbounded, d.comparison.noise, slot(term), most, bends(d));
+        let by = if present { unbiased(d, chosen, &problem, &fit.unbounded) } else { None };
+        by.map_or(found, |by| moved(found, by[slot(term)]))
+    });
+    non_negative(found, present, Parameter::Loss(term).unit(unit))
 }
 
 /// Standard error of `x_F` over the drive from which on the bias of least squares, which goes with
@@ -165,11 +150,11 @@ fn loss_term(d: &Described, chosen: &Entry, term: usize) -> (Estimate, bool) {
 const VAGUE: f64 = 0.2;
 
 /// What takes the bias out of a fit that tells little; not beside a limit, which has its own.
-fn unbiased(d: &Described, chosen: &Entry, problem: &Problem, fit: &Fit) -> Option<Vec<f64>> {
-    let (error, _) = d.scale.std_error(&chosen.fit, X_F);
-    let vague = error > VAGUE * chosen.fit.parameters[X_0];
-    let wanted = vague && chosen.at_limit.is_none() && chosen.fit.free.contains(&X_F);
-    let variance = d.scale.variance_of(fit) * d.scale.widening;
+fn unbiased(d: &Described, chosen: &ModelFit, problem: &Problem, fit: &Fit) -> Option<Vec<f64>> {
+    let noise = d.comparison.noise;
+    let vague = noise.std_error(&chosen.unbounded, X_F) > VAGUE * chosen.unbounded.parameters[X_0];
+    let wanted = vague && chosen.at_limit.is_none() && chosen.model.has_sliding();
+    let variance = noise.variance(fit);
     if wanted { bias::correction(problem, fit, variance) } else { None }
 }
 
@@ -187,81 +172,49 @@ fn bends(d: &Described) -> bool {
     d.source != DriveSource::Known || d.problem.prior.is_some()
 }
 
-/// Far upper end of a loss term in the model that holds nothing else.
-fn alone(d: &Described, term: usize) -> Option<f64> {
-    let model = LossModel::from_terms(term == DELTA, term == X_F, false)?;
-    let entry = d.get(model)?;
-    let (error, _) = d.scale.std_error(&entry.fit, term);
-    let most = entry.fit.parameters[term].max(0.0) + 4.0 * error;
-    most.is_finite().then_some(most)
-}
-
-fn non_negative(found: Estimate, present: bool, unit: &str) -> Quantity {
-    Quantity {
-        value: if present { found.value.max(0.0) } else { 0.0 },
-        std_error: found.std_error,
-        interval_95: found.interval.map(|v| v.max(0.0)),
-        unbounded_value: found.value,
-        unit: unit.into(),
-    }
-}
-
-fn plain(d: &Described, fit: &Fit, k: usize, factor: f64, offset: f64, unit: &str) -> Quantity {
-    let (error, wide) = d.scale.std_error(fit, k);
-    let mut q = Quantity::normal((fit.parameters[k] + offset) * factor, error * factor.abs(), unit);
-    let half = crate::inference::Z_95 * error * wide * factor.abs();
-    q.interval_95 = [q.value - half, q.value + half];
-    q
-}
-
-/// `Q = omega_0/(2 delta)`; infinite where no viscous loss is seen.
-fn q_factor(delta: &Quantity, omega_0: f64) -> Quantity {
-    let q = |d: f64| if d > 0.0 { omega_0 / (2.0 * d) } else { f64::INFINITY };
-    let value = q(delta.value);
-    Quantity {
-        value,
-        std_error: if delta.value > 0.0 { value * delta.std_error / delta.value } else { f64::INFINITY },
-        interval_95: [q(delta.interval_95[1]), q(delta.interval_95[0])],
-        unbounded_value: omega_0 / (2.0 * delta.unbounded_value),
-        unit: String::new(),
-    }
-}
-
-fn parameters(used: &Curve, options: &Options, d: &Described, chosen: &Entry) -> Vec<Parameter> {
+fn parameters(used: &Curve, options: &Options, d: &Described, chosen: &ModelFit) -> Parameters {
     let unit = used.unit();
-    let mut list = Vec::new();
-    let mut push = |name, quantity| list.push(Parameter { name, quantity });
+    let noise = d.comparison.noise;
+    let mut list = Parameters::default();
     let bounded = &chosen.bounded;
     let omega_0 = d.problem.centre + bounded.parameters[OMEGA];
-    push("natural_frequency_hz", plain(d, bounded, OMEGA, 1.0 / TAU, d.problem.centre, "Hz"));
-    let (delta, has_delta) = loss_term(d, chosen, DELTA);
-    let delta = spanned(d, non_negative(delta, has_delta, "1/s"), |p| p[DELTA]);
-    push("decay_rate_per_s", delta.clone());
-    push("q_factor", q_factor(&delta, omega_0));
-    let (x_f, has_x_f) = loss_term(d, chosen, X_F);
-    let x_f = spanned(d, non_negative(x_f, has_x_f, unit), |p| p[X_F]);
-    push("friction_displacement", x_f.clone());
+    let to_hz = [1.0 / TAU, d.problem.centre];
+    list.set(Parameter::NaturalFrequency, symmetric(noise, bounded, OMEGA, to_hz, "Hz"));
+    let delta = spanned(d, loss_term(d, chosen, LossTerm::Viscous, unit), |p| p[DELTA]);
+    list.set(Parameter::DECAY_RATE, delta.clone());
+    list.set(Parameter::QFactor, q_factor(&delta, |_| omega_0));
+    let x_f = spanned(d, loss_term(d, chosen, LossTerm::Sliding, unit), |p| p[X_F]);
+    list.set(Parameter::FRICTION_DISPLACEMENT, x_f.clone());
     let x_0 = drive_amplitude(d, chosen, unit);
     let x_0 = if bounded.free.contains(&X_0) { spanned(d, x_0, |p| p[X_0]) } else { x_0 };
     let beta = friction_ratio(d, chosen, &x_f, &x_0);
-    let beta = spanned(d, beta, |p| p[X_F] / (FRAC_PI_4 * p[X_0]));
-    push("drive_amplitude", x_0);
-    push("friction_ratio", beta);
-    if chosen.fit.free.contains(&DRAG) {
-        let (drag, present) = loss_term(d, chosen, DRAG);
-        let drag_unit = if unit.is_empty() { "1/s".to_owned() } else { format!("1/({unit} s)") };
-        push("drag_rate", non_negative(drag, present, &drag_unit));
+    list.set(Parameter::DriveAmplitude, x_0);
+    list.set(Parameter::FrictionRatio, spanned(d, beta, |p| p[X_F] / (FRAC_PI_4 * p[X_0])));
+    for term in chosen.model.terms().filter(|t| !matches!(t, LossTerm::Viscous | LossTerm::Sliding)) {
+        list.set(Parameter::Loss(term), loss_term(d, chosen, term, unit));
     }
     if bounded.free.contains(&DUFFING) {
-        let lean_unit = if unit.is_empty() { "Hz".to_owned() } else { format!("Hz/{unit}²") };
-        push("frequency_shift_by_amplitude", plain(d, bounded, DUFFING, 1.0 / TAU, 0.0, &lean_unit));
+        let unit = Parameter::DuffingCoefficient.unit(unit);
+        list.set(Parameter::DuffingCoefficient, symmetric(noise, bounded, DUFFING, [1.0 / TAU, 0.0], unit));
     }
+    calibrated(&mut list, options, omega_0, unit, &delta, &x_f);
+    list
+}
+
+/// Adds force and viscous coefficient where a stiffness or mass is known.
+fn calibrated(
+    list: &mut Parameters,
+    options: &Options,
+    omega_0: f64,
+    unit: &str,
+    delta: &Quantity,
+    x_f: &Quantity,
+) {
     if let Some(calibration) = options.calibration {
-        for (name, quantity) in physical(calibration, omega_0, unit, &delta, &x_f) {
-            push(name, quantity);
+        for (parameter, quantity) in physical(calibration, omega_0, unit, delta, x_f) {
+            list.set(parameter, quantity);
         }
     }
-    list
 }
 
 /// The interval stretched over those of all minima that explain the data as well.
@@ -288,7 +241,7 @@ fn spanned(d: &Described, mut q: Quantity, of: fn(&[f64]) -> f64) -> Quantity {
                 square += slope_a * slope_b * fit.unit_covariance[(a, b)];
             }
         }
-        let variance = d.scale.variance_of(fit) * d.scale.widening;
+        let variance = d.comparison.noise.variance(fit);
         let half = crate::inference::Z_95 * (square.max(0.0) * variance).sqrt();
         if half.is_finite() {
             q.interval_95[0] = q.interval_95[0].min((of(p) - half).max(0.0));
@@ -299,33 +252,33 @@ fn spanned(d: &Described, mut q: Quantity, of: fn(&[f64]) -> f64) -> Quantity {
 }
 
 /// Whether a background takes part: then no smaller model bounds what the chosen one finds.
-fn on_background(chosen: &Entry) -> bool {
-    chosen.fit.free.contains(&BG_RE)
+fn on_background(chosen: &ModelFit) -> bool {
+    chosen.unbounded.free.contains(&BG_RE)
 }
 
-fn drive_amplitude(d: &Described, chosen: &Entry, unit: &str) -> Quantity {
-    let bounded = &chosen.bounded;
+fn drive_amplitude(d: &Described, chosen: &ModelFit, unit: &str) -> Quantity {
+    let (noise, bounded) = (d.comparison.noise, &chosen.bounded);
     if !bounded.free.contains(&X_0) {
         return Quantity::normal(bounded.parameters[X_0], 0.0, unit);
     }
     let problem = d.problem.with(&bounded.free);
     // By the shape alone: between no friction at all and nothing but friction.
     let end = |model: LossModel, side: f64| {
-        d.get(model)
-            .map(|e| e.bounded.parameters[X_0] + side * 4.0 * d.scale.std_error(&e.bounded, X_0).0)
+        d.comparison
+            .get(model)
+            .map(|f| f.bounded.parameters[X_0] + side * 4.0 * noise.std_error(&f.bounded, X_0))
             .filter(|v| v.is_finite())
     };
-    let low = end(LossModel::Viscous, -1.0).filter(|v| *v > 0.0).unwrap_or(0.0);
-    let high = end(LossModel::Sliding, 1.0).unwrap_or(f64::INFINITY);
+    let low = end(LossModel::VISCOUS, -1.0).filter(|v| *v > 0.0).unwrap_or(0.0);
+    let high = end(LossModel::SLIDING, 1.0).unwrap_or(f64::INFINITY);
     let value = bounded.parameters[X_0];
     let range = if d.source == DriveSource::Shape && !on_background(chosen) {
         [low.min(value), high.max(value)]
     } else {
         [0.0, f64::INFINITY]
     };
-    let mut found =
-        Profile { problem: &problem, fit: bounded, scale: d.scale, range }.two_sided(X_0, bends(d));
-    let mut unbounded_value = chosen.fit.parameters[X_0];
+    let mut found = Profile { problem: &problem, fit: bounded, noise, range }.two_sided(X_0, bends(d));
+    let mut unbounded_value = chosen.unbounded.parameters[X_0];
     if let Some(by) = unbiased(d, chosen, &problem, bounded) {
         found = moved(found, by[X_0]);
         unbounded_value = found.value;
@@ -340,25 +293,22 @@ fn drive_amplitude(d: &Described, chosen: &Entry, unit: &str) -> Quantity {
 }
 
 /// `beta = 4 x_F/(pi x_0)`; with the drive free, from a fit in which it is a parameter.
-fn friction_ratio(d: &Described, chosen: &Entry, x_f: &Quantity, x_0: &Quantity) -> Quantity {
+fn friction_ratio(d: &Described, chosen: &ModelFit, x_f: &Quantity, x_0: &Quantity) -> Quantity {
     let scaled = x_f.scaled(1.0 / (FRAC_PI_4 * x_0.value), "");
     if x_0.std_error == 0.0 {
         return scaled;
     }
-    let present = chosen.fit.free.contains(&X_F);
-    let found = (if present { Some(chosen) } else { d.with_term(chosen.model, X_F) }).and_then(|entry| {
-        let mut problem = d.problem_of(entry);
+    let (with, present) = fit_of(&d.comparison, chosen, LossTerm::Sliding);
+    let found = with.and_then(|with| {
+        let mut problem = d.problem_of(with);
         problem.ratio = true;
-        let mut start = entry.fit.parameters.clone();
+        let mut start = with.unbounded.parameters.clone();
         start[X_F] /= FRAC_PI_4 * start[X_0];
-        let fit = minimise(&problem, &start, &entry.fit.free)?;
-        let most = if d.source == DriveSource::Shape { 4.0 / PI } else { f64::INFINITY };
-        let range = [0.0, most.max(fit.parameters[X_F])];
-        let mut e = Profile { problem: &problem, fit: &fit, scale: d.scale, range }.non_negative(X_F, true);
-        if present && let Some(by) = unbiased(d, chosen, &problem, &fit) {
-            e = moved(e, by[X_F]);
-        }
-        Some(non_negative(e, present, ""))
+        let fit = minimise(&problem, &start, &with.unbounded.free)?;
+        let most = (d.source == DriveSource::Shape).then_some(4.0 / PI);
+        let found = loss_estimate(&problem, &fit, d.comparison.noise, X_F, most, true);
+        let by = if present { unbiased(d, chosen, &problem, &fit) } else { None };
+        Some(non_negative(by.map_or(found, |by| moved(found, by[X_F])), present, String::new()))
     });
     found.unwrap_or(scaled)
 }
@@ -368,8 +318,8 @@ fn papers_parameters(
     used: &Curve,
     options: &Options,
     d: &Described,
-    chosen: &Entry,
-) -> Result<Vec<Parameter>, Error> {
+    chosen: &ModelFit,
+) -> Result<Parameters, Error> {
     let b = &d.problem.main;
     let measured: Vec<f64> = (0..b.len()).map(|i| b.amplitude(i)).collect();
     let lorentzian =
@@ -389,74 +339,53 @@ fn papers_parameters(
     let delta = limited(delta, delta * q_std / found.q, "1/s");
     let x_f = limited(found.x_f, x_f_std, unit);
     let hz = Quantity::normal(omega_0 / TAU, lorentzian.omega_0_std() / TAU, "Hz");
-    let mut list = vec![
-        Parameter { name: "natural_frequency_hz", quantity: hz },
-        Parameter { name: "decay_rate_per_s", quantity: delta.clone() },
-        Parameter { name: "q_factor", quantity: Quantity::normal(found.q, q_std, "") },
-        Parameter { name: "friction_displacement", quantity: x_f.clone() },
-        Parameter { name: "drive_amplitude", quantity: x_0 },
-        Parameter { name: "friction_ratio", quantity: limited(found.beta, beta_std, "") },
-    ];
-    if let Some(calibration) = options.calibration {
-        for (name, quantity) in physical(calibration, omega_0, unit, &delta, &x_f) {
-            list.push(Parameter { name, quantity });
-        }
-    }
+    let mut list: Parameters = [
+        (Parameter::NaturalFrequency, hz),
+        (Parameter::DECAY_RATE, delta.clone()),
+        (Parameter::QFactor, Quantity::normal(found.q, q_std, "")),
+        (Parameter::FRICTION_DISPLACEMENT, x_f.clone()),
+        (Parameter::DriveAmplitude, x_0),
+        (Parameter::FrictionRatio, limited(found.beta, beta_std, "")),
+    ]
+    .into_iter()
+    .collect();
+    calibrated(&mut list, options, omega_0, unit, &delta, &x_f);
     Ok(list)
 }
 
-fn candidate(d: &Described, e: &Entry, best_bic: f64) -> Candidate {
-    let p = &e.bounded.parameters;
-    let problem = d.problem_of(e);
-    let mut sum = 0.0;
-    for (r, weight) in problem.residuals(p).into_iter().zip(&problem.main.weight) {
-        if *weight > 0.0 {
-            sum += r.map_or(0.0, |r| r.norm_sqr());
-        }
-    }
-    Candidate {
-        model: e.model,
-        bic: e.bic,
-        delta_bic: e.bic - best_bic,
-        rms: (sum / problem.main.observations().max(1.0)).sqrt(),
-        free_parameters: e.fit.free.len(),
-        converged: e.fit.converged,
-        at_limit: e.at_limit.map(|t| match t {
-            X_F => "friction_displacement",
-            DELTA => "decay_rate_per_s",
-            _ => "drag_rate",
-        }),
-        natural_frequency_hz: (d.problem.centre + p[OMEGA]) / TAU,
-        decay_rate_per_s: p[DELTA],
-        friction_displacement: p[X_F],
-        drive_amplitude: p[X_0],
-        drag_rate: if loss_terms(e.model).contains(&DRAG) { p[DRAG] } else { 0.0 },
-    }
+/// Root mean square of what a model leaves, response unit.
+fn rms(d: &Described, fit: &ModelFit) -> f64 {
+    let problem = d.problem_of(fit);
+    let left = problem.residuals(&fit.bounded.parameters).into_iter().zip(&problem.main.weight);
+    let sum: f64 = left.filter(|(_, weight)| **weight > 0.0).filter_map(|(r, _)| Some(r?.norm_sqr())).sum();
+    (sum / problem.main.observations().max(1.0)).sqrt()
 }
 
-fn correlations(chosen: &Entry) -> Vec<(&'static str, &'static str, f64)> {
-    let named = [
-        (OMEGA, "natural_frequency_hz"),
-        (DELTA, "decay_rate_per_s"),
-        (X_F, "friction_displacement"),
-        (X_0, "drive_amplitude"),
-        (DRAG, "drag_rate"),
-        (DUFFING, "frequency_shift_by_amplitude"),
-    ];
-    let mut list = Vec::new();
-    for (i, &(a, name_a)) in named.iter().enumerate() {
-        for &(b, name_b) in &named[i + 1..] {
-            if chosen.fit.free.contains(&a) && chosen.fit.free.contains(&b) {
-                list.push((name_a, name_b, chosen.fit.correlation(a, b)));
-            }
-        }
-    }
-    list
+/// Where each parameter stands in a fit.
+const NAMED: [(usize, Parameter); 6] = [
+    (OMEGA, Parameter::NaturalFrequency),
+    (DELTA, Parameter::DECAY_RATE),
+    (X_F, Parameter::FRICTION_DISPLACEMENT),
+    (X_0, Parameter::DriveAmplitude),
+    (DRAG, Parameter::DRAG_RATE),
+    (DUFFING, Parameter::DuffingCoefficient),
+];
+
+fn values(d: &Described, fit: &ModelFit) -> Values {
+    let value = |slot: usize, parameter: Parameter| match parameter {
+        Parameter::NaturalFrequency => (d.problem.centre + fit.bounded.parameters[slot]) / TAU,
+        Parameter::Loss(LossTerm::Drag) if !fit.model.has(LossTerm::Drag) => 0.0,
+        _ => fit.bounded.parameters[slot],
+    };
+    let shown = NAMED.iter().filter(|(_, parameter)| *parameter != Parameter::DuffingCoefficient);
+    shown.map(|&(slot, parameter)| (parameter, value(slot, parameter))).collect()
 }
 
-fn instrument(d: &Described, chosen: &Entry) -> Instrument {
+fn instrument(d: &Described, chosen: &ModelFit) -> Instrument {
     let fit = &chosen.bounded;
-    let term = |k: usize, unit: &str| fit.free.contains(&k).then(|| plain(d, fit, k, 1.0, 0.0, unit));
+    let noise = d.comparison.noise;
+    let term =
+        |k: usize, unit: &str| fit.free.contains(&k).then(|| symmetric(noise, fit, k, [1.0, 0.0], unit));
     let phase = term(PHASE, "rad").map(|mut q| {
         let turn = super::start::wrapped(q.value) - q.value;
         q.value += turn;
@@ -511,12 +440,12 @@ fn points(problem: &Problem, p: &[f64], reference: bool, sigma: f64) -> Vec<Curv
         .collect()
 }
 
-fn reference(d: &Described, chosen: &Entry, problem: &Problem, sigma: f64) -> ReferenceFit {
-    let fit = &chosen.bounded;
+fn reference(d: &Described, chosen: &ModelFit, problem: &Problem, sigma: f64) -> ReferenceFit {
+    let (noise, fit) = (d.comparison.noise, &chosen.bounded);
     let own_sigma = sigma / problem.reference_weight.sqrt();
     ReferenceFit {
-        natural_frequency_hz: plain(d, fit, R_OMEGA, 1.0 / TAU, d.problem.centre, "Hz"),
-        decay_rate_per_s: plain(d, fit, R_DELTA, 1.0, 0.0, "1/s"),
+        natural_frequency_hz: symmetric(noise, fit, R_OMEGA, [1.0 / TAU, d.problem.centre], "Hz"),
+        decay_rate_per_s: symmetric(noise, fit, R_DELTA, [1.0, 0.0], "1/s"),
         points: points(problem, &fit.parameters, true, own_sigma),
         sliding_p_value: reference_slides(problem, fit),
     }
@@ -538,11 +467,7 @@ fn reference_slides(problem: &Problem, fit: &Fit) -> f64 {
     }
     let mut own =
         Problem { main: block, reference: None, prior: None, used: free.clone(), ..problem.clone() };
-    let scale = crate::inference::profile::Scale {
-        observations: own.main.observations(),
-        least_variance: None,
-        widening: 1.0,
-    };
+    let noise = NoiseModel::white(own.main.observations());
     let Some(without) = minimise(&own, &p, &free) else { return 1.0 };
     free.push(X_F);
     free.sort_unstable();
@@ -550,7 +475,7 @@ fn reference_slides(problem: &Problem, fit: &Fit) -> f64 {
     let mut start = without.parameters.clone();
     start[X_F] = 0.05 * start[X_0];
     match super::search::best(&own, &[start, without.parameters.clone()], &free) {
-        Some(with) if with.parameters[X_F] > 0.0 => scale.test(without.rss, with.rss, &with),
+        Some(with) if with.parameters[X_F] > 0.0 => noise.p_value(without.rss, &with),
         _ => 1.0,
     }
 }
@@ -565,7 +490,7 @@ fn diagnostics(curve: &Curve, used: &Curve, d: &Described, points: &[CurvePoint]
         left_out: d.left_out,
         noise_rms: d.neighbour_noise,
         residual_rms: sigma,
-        residual_excess: d.scale.widening,
+        residual_excess: d.comparison.noise.variance_inflation,
         residual_autocorrelation: d.autocorrelation,
         signal_to_noise_db: 20.0 * (b.highest() / sigma.max(f64::MIN_POSITIVE)).log10(),
         line_widths: span / (2.0 * d.peak.half_width),

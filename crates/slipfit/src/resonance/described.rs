@@ -5,17 +5,16 @@ use super::peak::Peak;
 use super::problem::{BG_IM, BG_RE, DELTA, DRAG, Problem, X_F};
 use super::{DriveSource, Method};
 use crate::inference::least_squares::Fit;
-use crate::inference::profile::Scale;
+use crate::inference::model_selection::{ModelComparison, ModelFit};
+use crate::model::loss::LossTerm;
 use crate::motion::steady::Phasor;
-use crate::ringdown::{Entry, LossModel, ranked};
 
 /// Everything the fits brought.
 #[derive(Debug)]
 pub(crate) struct Described {
     pub(crate) problem: Problem,
     pub(crate) peak: Peak,
-    pub(crate) entries: Vec<Entry>,
-    pub(crate) scale: Scale,
+    pub(crate) comparison: ModelComparison,
     pub(crate) source: DriveSource,
     pub(crate) conjugated: bool,
     /// The phases fit no resonance; only amplitudes were used.
@@ -31,12 +30,13 @@ pub(crate) struct Described {
     pub(crate) minima: Vec<Fit>,
 }
 
-/// Terms beside the loss that are free.
-pub(crate) fn loss_terms(model: LossModel) -> Vec<usize> {
-    [(model.has_sliding(), X_F), (model.has_viscous(), DELTA), (model.has_drag(), DRAG)]
-        .into_iter()
-        .filter_map(|(has, k)| has.then_some(k))
-        .collect()
+/// Where a problem keeps the coefficient of a loss term.
+pub(crate) fn slot(term: LossTerm) -> usize {
+    match term {
+        LossTerm::Viscous => DELTA,
+        LossTerm::Sliding => X_F,
+        LossTerm::Drag => DRAG,
+    }
 }
 
 /// Amplitudes of the oscillator as the points show them: without the background fitted, at the
@@ -71,49 +71,9 @@ pub(crate) fn oscillator_seen(problem: &Problem, p: &[f64]) -> Option<Block> {
 }
 
 impl Described {
-    pub(crate) fn get(&self, model: LossModel) -> Option<&Entry> {
-        ranked::of(&self.entries, model)
-    }
-
-    /// The model of least BIC among those with every term inside its limit.
-    pub(crate) fn preferred(&self) -> Option<&Entry> {
-        ranked::best(&self.entries)
-    }
-
-    /// The entry with the terms of `model` and one more.
-    pub(crate) fn with_term(&self, model: LossModel, term: usize) -> Option<&Entry> {
-        LossModel::from_terms(
-            model.has_viscous() || term == DELTA,
-            model.has_sliding() || term == X_F,
-            model.has_drag() || term == DRAG,
-        )
-        .and_then(|m| self.get(m))
-    }
-
-    /// p value of sliding friction given the best model without it, and the BIC's verdict.
-    pub(crate) fn sliding_evidence(&self) -> (f64, f64) {
-        ranked::sliding_evidence(&self.entries, |small, large| self.test(small, large))
-    }
-
-    /// p value of a purely viscous loss against `model`.
-    pub(crate) fn viscous_only(&self, model: LossModel) -> f64 {
-        let Some(viscous) = self.get(LossModel::Viscous) else { return 1.0 };
-        let against = match model {
-            LossModel::Viscous => return 1.0,
-            LossModel::Sliding => LossModel::ViscousSliding,
-            LossModel::SlidingDrag => LossModel::ViscousSlidingDrag,
-            m => m,
-        };
-        self.get(against).map_or(1.0, |m| self.test(viscous, m))
-    }
-
-    fn test(&self, small: &Entry, large: &Entry) -> f64 {
-        self.scale.test(small.bounded.rss, large.bounded.rss, &large.bounded)
-    }
-
-    /// The problem as the entry's model uses it.
-    pub(crate) fn problem_of(&self, entry: &Entry) -> Problem {
-        self.problem.with(&entry.fit.free)
+    /// The problem as a model's fit uses it.
+    pub(crate) fn problem_of(&self, fit: &ModelFit) -> Problem {
+        self.problem.with(&fit.unbounded.free)
     }
 
     pub(crate) fn method(&self) -> Method {

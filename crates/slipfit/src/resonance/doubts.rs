@@ -5,7 +5,9 @@ use super::described::{Described, oscillator_seen};
 use super::peak::Peak;
 use super::problem::{BG_IM, BG_RE, DELTA, DUFFING, OMEGA, R_DELTA, R_OMEGA, X_F};
 use super::{Answer, Curve, DriveSource, Method, RunDirection, Warning, peak};
-use crate::ringdown::Entry;
+use crate::answer::Parameter;
+use crate::inference::model_selection::ModelFit;
+use crate::model::loss::LossModel;
 use std::f64::consts::TAU;
 
 pub(super) fn doubts(
@@ -13,7 +15,7 @@ pub(super) fn doubts(
     used: &Curve,
     d: &Described,
     answer: &Answer,
-    preferred: &Entry,
+    preferred: &ModelFit,
 ) -> Vec<Warning> {
     let mut list = Vec::new();
     let b = &d.problem.main;
@@ -74,9 +76,9 @@ pub(super) fn doubts(
     {
         list.push(Warning::PaperBias { friction, q_factor });
     }
-    for name in ["decay_rate_per_s", "friction_displacement"] {
-        if answer.parameter(name).is_some_and(|q| !q.interval_95[1].is_finite()) {
-            list.push(Warning::Undetermined { parameter: name });
+    for parameter in [Parameter::DECAY_RATE, Parameter::FRICTION_DISPLACEMENT] {
+        if answer.parameter(parameter).is_some_and(|q| !q.interval_95[1].is_finite()) {
+            list.push(Warning::Undetermined { parameter });
         }
     }
     list
@@ -85,7 +87,7 @@ pub(super) fn doubts(
 /// Where the points lie, and what the shape alone can tell.
 fn shape(list: &mut Vec<Warning>, d: &Described, answer: &Answer) {
     let b = &d.problem.main;
-    let omega_0 = TAU * answer.parameter("natural_frequency_hz").map_or(0.0, |q| q.value);
+    let omega_0 = TAU * answer.parameter(Parameter::NaturalFrequency).map_or(0.0, |q| q.value);
     let (first, last) = (b.omega[0], b.omega[b.len() - 1]);
     let edge = d.peak.index == 0 || d.peak.index + 1 == b.len();
     if edge && d.peak.sides.iter().any(Option::is_none) || omega_0 < first || omega_0 > last {
@@ -95,17 +97,18 @@ fn shape(list: &mut Vec<Warning>, d: &Described, answer: &Answer) {
         list.push(Warning::FewPointsInLine { points: answer.diagnostics.points_in_line });
     }
     if d.source == DriveSource::Shape
-        && let Some(beta) = answer.parameter("friction_ratio")
+        && let Some(beta) = answer.parameter(Parameter::FrictionRatio)
     {
         let [low, high] = beta.interval_95;
         if high - low > 0.3 * beta.value.max(0.3) {
             list.push(Warning::ShapeAlone { friction_ratio: [low, high.min(1.0f64.max(low))] });
         }
     }
-    if let Some(entry) = d.get(crate::ringdown::LossModel::ViscousSliding) {
-        let correlation = entry.fit.correlation(DELTA, X_F);
-        let (error, _) = d.scale.std_error(&entry.fit, DELTA);
-        if correlation.abs() > 0.99 && error > 0.5 * entry.fit.parameters[DELTA].abs() {
+    if let Some(entry) = d.comparison.get(LossModel::VISCOUS_SLIDING) {
+        let fit = &entry.unbounded;
+        let correlation = fit.correlation(DELTA, X_F);
+        let error = d.comparison.noise.std_error(fit, DELTA);
+        if correlation.abs() > 0.99 && error > 0.5 * fit.parameters[DELTA].abs() {
             list.push(Warning::NotSeparable { correlation });
         }
     }
@@ -126,7 +129,7 @@ fn instrument(list: &mut Vec<Warning>, d: &Described, answer: &Answer) {
     if let Some(delay) = &answer.instrument.delay_s {
         list.push(Warning::Delay { delay_s: delay.value });
     }
-    let lean = answer.parameter("frequency_shift_by_amplitude");
+    let lean = answer.parameter(Parameter::DuffingCoefficient);
     // A term asked for that is nought within its error is no lean.
     if p[DUFFING] != 0.0 && lean.is_none_or(|q| q.value.abs() > q.std_error) {
         let highest = d.problem.main.highest();
@@ -155,9 +158,9 @@ fn reference(list: &mut Vec<Warning>, d: &Described, answer: &Answer) {
     }
 }
 
-fn models(list: &mut Vec<Warning>, d: &Described, answer: &Answer, preferred: &Entry) {
+fn models(list: &mut Vec<Warning>, d: &Described, answer: &Answer, preferred: &ModelFit) {
     if answer.model != preferred.model {
-        let asked = d.get(answer.model).map_or(0.0, |e| e.bic);
+        let asked = d.comparison.get(answer.model).map_or(0.0, |e| e.bic);
         if asked - preferred.bic > 2.0 {
             list.push(Warning::ModelNotPreferred {
                 asked: answer.model,
@@ -168,7 +171,8 @@ fn models(list: &mut Vec<Warning>, d: &Described, answer: &Answer, preferred: &E
         return;
     }
     let rival = d
-        .entries
+        .comparison
+        .fits
         .iter()
         .filter(|e| e.model != preferred.model && e.at_limit.is_none())
         .min_by(|a, b| a.bic.total_cmp(&b.bic));

@@ -1,7 +1,7 @@
 //! From a curve to all loss models, fitted.
 
 use super::block::Block;
-use super::described::{Described, loss_terms, oscillator_seen};
+use super::described::{Described, oscillator_seen, slot};
 use super::instrument_start::{self, Allowed, InstrumentStart};
 use super::models::compare;
 use super::peak::{self, Peak};
@@ -13,8 +13,9 @@ use super::search::{TRIES, best, rss, starts};
 use super::{DriveSource, Options};
 use crate::Error;
 use crate::inference::least_squares::{Fit, LeastSquares, minimise};
-use crate::inference::profile::Scale;
-use crate::ringdown::{LossModel, ranked::ranked};
+use crate::inference::model_selection::ModelComparison;
+use crate::inference::noise::NoiseModel;
+use crate::model::loss::LossModel;
 
 /// Fits everything; phases that fit no resonance while the amplitudes do are left aside.
 pub(crate) fn describe(main: Block, reference: Option<Block>, options: &Options) -> Result<Described, Error> {
@@ -250,22 +251,22 @@ impl<'a> Fitting<'a> {
         }
         let (mut autocorrelation, mut neighbour_noise, widening) =
             autocorrelation_of(&self.problem, &self.fit);
-        let mut scale = Scale { widening, ..plain_scale(&self.problem) };
+        let mut noise = NoiseModel { variance_inflation: widening, ..plain_scale(&self.problem) };
         self.starts.insert(0, self.fit.parameters.clone());
         self.starts.splice(1..1, self.minima.iter().map(|m| m.parameters.clone()));
         let tries = if self.minima.is_empty() { TRIES } else { TRIES + 2 * self.minima.len() };
-        let fits = compare(&self.problem, &self.starts, &others, &scale, asked, tries);
+        let fits = compare(&self.problem, &self.starts, &others, noise, asked, tries);
         // What one loss term leaves over is no noise: it is judged beside all of them.
-        let richest = fits.iter().find(|(m, f)| *m == LossModel::ViscousSlidingDrag && f.converged);
+        let richest = fits.iter().find(|(m, f)| *m == LossModel::VISCOUS_SLIDING_DRAG && f.converged);
         if let Some((_, f)) = richest.filter(|_| widening > 1.0 && self.drag_is_possible()) {
             let own = self.problem.with(&f.free);
-            (autocorrelation, neighbour_noise, scale.widening) = autocorrelation_of(&own, f);
+            (autocorrelation, neighbour_noise, noise.variance_inflation) = autocorrelation_of(&own, f);
         }
-        let entries = ranked(&fits, loss_terms, |rss, parameters| scale.bic(rss, parameters));
-        let Some(first) = entries.first() else {
+        let comparison = ModelComparison::new(&fits, slot, noise);
+        let Some(first) = comparison.fits.first() else {
             return Err(Error::NoFit { reason: "no loss model could be fitted to the curve" });
         };
-        let unit = scale.variance_of(&first.bounded) * scale.widening;
+        let unit = noise.variance(&first.bounded);
         let least = self.minima.iter().map(|m| m.rss).fold(f64::INFINITY, f64::min);
         self.minima.retain(|m| m.rss - least < 4.0 * unit);
         let source = match (self.options.drive_amplitude, &self.problem.reference) {
@@ -278,8 +279,7 @@ impl<'a> Fitting<'a> {
             source,
             peak: seen.unwrap_or(self.line),
             problem: self.problem,
-            entries,
-            scale,
+            comparison,
             conjugated: false,
             phases_ignored: false,
             all: None,
@@ -316,7 +316,7 @@ fn best_behind(
 
 /// Variance the preferred model leaves.
 fn left(d: &Described) -> f64 {
-    d.preferred().map_or(f64::INFINITY, |e| d.scale.variance_of(&e.bounded))
+    d.comparison.preferred().map_or(f64::INFINITY, |f| d.comparison.noise.residual_variance(&f.bounded))
 }
 
 /// What explains data that no plain resonance does: background and delay, else the amplitudes

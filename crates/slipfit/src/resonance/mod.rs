@@ -31,8 +31,8 @@ mod warning;
 
 pub use analyse::analyse;
 pub use answer::{
-    Answer, Candidate, CurvePoint, Diagnostics, DriveSource, ForceLine, ForcePoint, Instrument,
-    PaperEstimate, Parameter, ReferenceFit, SlidingEvidence,
+    Answer, CurvePoint, Diagnostics, DriveSource, ForceLine, ForcePoint, Instrument, PaperEstimate,
+    ReferenceFit,
 };
 pub use curve::{Curve, CurveBuilder, Dropped, Response, Run, RunDirection};
 pub use direct::{CurveFit, fit};

@@ -1,35 +1,35 @@
 //! Every loss model fitted, each from its relatives.
 
-use super::described::loss_terms;
+use super::described::slot;
 use super::problem::{DELTA, DRAG, Problem, X_0, X_F};
 use super::search::best_of;
 use crate::inference::least_squares::{Fit, LeastSquares};
-use crate::inference::profile::Scale;
-use crate::ringdown::LossModel;
+use crate::inference::noise::NoiseModel;
+use crate::model::loss::{LossModel, LossTerm};
 
 /// Fits every loss model, each from its relatives.
 pub(super) fn compare(
     problem: &Problem,
     starts: &[Vec<f64>],
     others: &[usize],
-    scale: &Scale,
+    noise: NoiseModel,
     asked: Option<LossModel>,
     tries: usize,
 ) -> Vec<(LossModel, Fit)> {
     // The richer model of two comes first: its solution starts the smaller ones.
     let order = [
-        LossModel::ViscousSliding,
-        LossModel::Viscous,
-        LossModel::Sliding,
-        LossModel::ViscousDrag,
-        LossModel::SlidingDrag,
-        LossModel::ViscousSlidingDrag,
+        LossModel::VISCOUS_SLIDING,
+        LossModel::VISCOUS,
+        LossModel::SLIDING,
+        LossModel::VISCOUS_DRAG,
+        LossModel::SLIDING_DRAG,
+        LossModel::VISCOUS_SLIDING_DRAG,
     ];
     let mut fits: Vec<(LossModel, Fit)> = Vec::new();
     let mut surely_viscous = false;
     for model in order {
-        let terms = loss_terms(model);
-        if surely_viscous && !model.has_viscous() && asked != Some(model) {
+        let terms: Vec<usize> = model.terms().map(slot).collect();
+        if surely_viscous && !model.has(LossTerm::Viscous) && asked != Some(model) {
             continue;
         }
         let mut free: Vec<usize> = others.iter().chain(&terms).copied().collect();
@@ -46,15 +46,15 @@ pub(super) fn compare(
                 }
             }
             // Sliding alone has no height at resonance: the drive must fall short of it.
-            if model == LossModel::Sliding || model == LossModel::SlidingDrag {
+            if model == LossModel::SLIDING || model == LossModel::SLIDING_DRAG {
                 p[X_F] = p[X_F].max(0.7 * p[X_0]);
             }
         }
         from.dedup();
         if let Some(fit) = best_of(&problem.with(&free), &from, &free, tries) {
-            if model == LossModel::ViscousSliding {
+            if model == LossModel::VISCOUS_SLIDING {
                 // So far from zero no data call for a model without it.
-                surely_viscous = fit.parameters[DELTA] > 10.0 * scale.std_error(&fit, DELTA).0;
+                surely_viscous = fit.parameters[DELTA] > 10.0 * noise.std_error(&fit, DELTA);
             }
             fits.push((model, fit));
         }

@@ -2,7 +2,8 @@
 
 use super::Curve;
 use crate::Error;
-use crate::ringdown::{Calibration, LossModel};
+use crate::model::calibration::Calibration;
+use crate::model::loss::LossModel;
 
 /// Choices for [`analyse`](super::analyse). The default finds everything by itself.
 #[derive(Debug, Clone, PartialEq, Default)]

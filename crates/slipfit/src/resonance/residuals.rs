@@ -2,7 +2,7 @@
 
 use super::problem::Problem;
 use crate::inference::least_squares::{Fit, LeastSquares};
-use crate::inference::profile::Scale;
+use crate::inference::noise::{NoiseModel, ar1_variance_inflation};
 use crate::motion::steady::Phasor;
 
 /// Variance of a point of precision one.
@@ -11,8 +11,8 @@ pub(super) fn variance(problem: &Problem, fit: &Fit) -> f64 {
 }
 
 /// The noise as the residuals give it, none of it known beforehand.
-pub(super) fn plain_scale(problem: &Problem) -> Scale {
-    Scale { observations: problem.observations(), least_variance: None, widening: 1.0 }
+pub(super) fn plain_scale(problem: &Problem) -> NoiseModel {
+    NoiseModel::white(problem.observations())
 }
 
 /// Sets Rice's noise and the weights that go with it.
@@ -92,8 +92,8 @@ pub(super) fn autocorrelation_of(problem: &Problem, fit: &Fit) -> (f64, f64, f64
     let rho = product / square;
     let noise = (0.5 * difference / count).sqrt();
     // Fitting takes correlation away: about the number of parameters over that of points.
-    let mended = (rho + fit.free.len() as f64 / (per * r.len() as f64) * 0.5).min(0.95);
+    let mended = rho + fit.free.len() as f64 / (per * r.len() as f64) * 0.5;
     let sure = rho * count.sqrt() > 2.8;
-    let widening = if sure { (1.0 + mended) / (1.0 - mended) } else { 1.0 };
+    let widening = if sure { ar1_variance_inflation(mended) } else { 1.0 };
     (rho, noise, widening)
 }

@@ -1,6 +1,7 @@
 //! The answer in one plain sentence.
 
 use super::{Answer, DriveSource, Method, Warning};
+use crate::answer::Parameter;
 use crate::format::{p_value, percent, plain};
 
 impl Answer {
@@ -39,7 +40,7 @@ impl Answer {
         };
         let by = if self.method == Method::Paper { ", inverted with a = 4/3" } else { "" };
         if self.model.has_sliding() && s.detected {
-            let rest = if s.share_at_lowest > s.share_at_peak + 0.05 {
+            let rest = if s.share_at_lowest > s.share_at_highest + 0.05 {
                 format!(" and {} at the lowest amplitude", percent(s.share_at_lowest))
             } else {
                 String::new()
@@ -47,18 +48,18 @@ impl Answer {
             return format!(
                 "Sliding friction carries {} of the loss at the peak{rest}, {drive}{by}; a curve without it is \
                  excluded, {}.",
-                percent(s.share_at_peak),
+                percent(s.share_at_highest),
                 p_value(s.p_value)
             );
         }
-        let limit = |name: &str| self.parameter(name).map(|q| (q.interval_95, q.unit.clone()));
-        let ratio = limit("friction_ratio").map(|(i, _)| i);
+        let limit = |parameter| self.parameter(parameter).map(|q| (q.interval_95, q.unit.clone()));
+        let ratio = limit(Parameter::FrictionRatio).map(|(i, _)| i);
         if self.model.has_sliding() {
             return format!(
                 "Sliding friction is possible but not certain, {}, {drive}: it would carry {} of the loss at the \
                  peak.",
                 p_value(s.p_value),
-                percent(s.share_at_peak)
+                percent(s.share_at_highest)
             );
         }
         if s.detected {
@@ -68,7 +69,7 @@ impl Answer {
                 self.model
             );
         }
-        let below = limit("friction_displacement")
+        let below = limit(Parameter::FRICTION_DISPLACEMENT)
             .filter(|(i, _)| i[1].is_finite() && i[1] > 0.0)
             .map(|(i, unit)| format!(": x_F is below {} (95 %)", plain(i[1], 2, &unit)))
             .unwrap_or_default();

@@ -9,7 +9,8 @@ use super::residuals::{autocorrelation_of, plain_scale};
 use super::search::{best_of, thinned};
 use super::start;
 use crate::inference::least_squares::{Fit, LeastSquares, Normal, minimise, promised_gain};
-use crate::inference::profile::Scale;
+use crate::inference::noise::NoiseModel;
+use crate::model::loss::LossTerm;
 use crate::motion::steady::Phasor;
 
 /// A term is taken up unasked only when it lowers the BIC by this much.
@@ -139,7 +140,7 @@ impl Fitting<'_> {
     }
 
     pub(super) fn drag_is_possible(&self) -> bool {
-        self.options.model.is_none_or(|m| m.has_drag())
+        self.options.model.is_none_or(|m| m.has(LossTerm::Drag))
     }
 
     /// Keeps the minima that belong to the terms now free; looks for them where a background was
@@ -166,8 +167,8 @@ fn gain(richer: &Problem, poor: &Fit, rich: &Fit) -> f64 {
     scale.bic(poor.rss, poor.free.len()) - scale.bic(rich.rss, rich.free.len())
 }
 
-fn noisy_scale(problem: &Problem, fit: &Fit) -> Scale {
-    Scale { widening: autocorrelation_of(problem, fit).2, ..plain_scale(problem) }
+fn noisy_scale(problem: &Problem, fit: &Fit) -> NoiseModel {
+    NoiseModel { variance_inflation: autocorrelation_of(problem, fit).2, ..plain_scale(problem) }
 }
 
 /// Minima that are kept.

@@ -1,6 +1,7 @@
 //! Doubts about an answer, each with the flag or the measurement that helps.
 
-use crate::ringdown::LossModel;
+use crate::answer::Parameter;
+use crate::model::loss::LossModel;
 use std::fmt;
 
 /// A doubt about an answer.
@@ -133,7 +134,7 @@ pub enum Warning {
     /// An interval was refused: the estimate is not determined.
     Undetermined {
         /// The parameter.
-        parameter: &'static str,
+        parameter: Parameter,
     },
 }
 

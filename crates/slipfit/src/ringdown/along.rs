@@ -6,14 +6,14 @@ use super::fits::Problem;
 use super::fitted::{FittedMotion, Knot};
 use super::law::LossLaw;
 use super::quantities::frequency_known;
-use super::ranked::Entry;
 use super::segment;
 use super::waveform::{BEND, CHIRP, OFFSET};
 use super::{Backbone, EnvelopePoint, LossPoint, Stop};
 use crate::SignalKind;
+use crate::inference::model_selection::ModelFit;
 use crate::signal::blocks::Block;
 use std::f64::consts::TAU;
-pub(crate) fn fitted_motion(e: &Evidence, chosen: &Entry, law: LossLaw, omega: f64) -> FittedMotion {
+pub(crate) fn fitted_motion(e: &Evidence, chosen: &ModelFit, law: LossLaw, omega: f64) -> FittedMotion {
     let p = &chosen.bounded.parameters;
     let knots = match &e.described.problem {
         Problem::Waveform(problem) => {
@@ -49,14 +49,14 @@ pub(crate) fn fitted_motion(e: &Evidence, chosen: &Entry, law: LossLaw, omega: f
 }
 
 /// Relative frequency shift per A² and A⁴.
-fn backbone_terms(e: &Evidence, chosen: &Entry, omega: f64) -> [f64; 2] {
+fn backbone_terms(e: &Evidence, chosen: &ModelFit, omega: f64) -> [f64; 2] {
     match &e.described.problem {
         Problem::Waveform(_) => [chosen.bounded.parameters[BEND] / omega, 0.0],
         Problem::Envelope(problem) => problem.backbone,
     }
 }
 
-pub(crate) fn backbone(e: &Evidence, chosen: &Entry, law: &LossLaw, omega: f64) -> Option<Backbone> {
+pub(crate) fn backbone(e: &Evidence, chosen: &ModelFit, law: &LossLaw, omega: f64) -> Option<Backbone> {
     if matches!(e.record.kind(), SignalKind::Envelope | SignalKind::LockIn) {
         return None;
     }

@@ -1,14 +1,15 @@
 //! The amplitudes of the blocks against the loss laws.
 
-use super::compare::{Scale, compare};
+use super::compare::compare;
 use super::envelope::{A0, DELTA, EnvelopeProblem, FLOOR, X_F};
-use super::fits::{Described, FULL, Problem, first_autocorrelation, rescored, widening};
+use super::fits::{Described, FULL, Problem};
 use super::lowpass::Kernel;
 use super::measure::Measured;
 use super::options::Options;
 use crate::Error;
 use crate::inference::least_squares::minimise;
 use crate::numeric::{robust::deviation, roots::border};
+use crate::inference::noise::{NoiseModel, autocorrelation, significant_inflation};
 use std::f64::consts::PI;
 
 /// Fits the amplitudes of the blocks.
@@ -52,9 +53,9 @@ pub(crate) fn fit_amplitudes<'a>(measured: &mut Measured, options: &Options) -> 
     let noise = (!measured.squared).then(|| measured.noise_rms.powi(2));
     let noise_weights = problem.weight.clone();
     let law_error = admit_law_error(&mut problem, &start, &full, measured.noise_rms.powi(2));
-    let mut scale = Scale { observations: n as f64, variance: None, widening: 1.0 };
-    let comparison = compare(&problem, &start, nuisance, scale, sliding_start(&problem));
-    let best = comparison.best().ok_or(Error::NoFit { reason: "no model converged" })?;
+    let mut model = NoiseModel::white(n as f64);
+    let comparison = compare(&problem, &start, nuisance, model, sliding_start(&problem));
+    let best = comparison.preferred().ok_or(Error::NoFit { reason: "no model converged" })?;
     let residuals = problem.residuals(&best.bounded.parameters);
     let dof = (n as f64 - best.bounded.free.len() as f64).max(1.0);
     // Against the noise alone, whatever the law was forgiven.
@@ -62,17 +63,15 @@ pub(crate) fn fit_amplitudes<'a>(measured: &mut Measured, options: &Options) -> 
         residuals.iter().zip(&problem.weight).zip(&noise_weights).map(|((r, w), v)| r * r / w * v).sum();
     let excess = noise.map_or(1.0, |v| (chi_squared / dof / v.max(f64::MIN_POSITIVE)).min(f64::MAX.sqrt()));
     if noise.is_some() && law_error == 0.0 && (excess - 1.0).abs() < 2.6 * (2.0 / dof).sqrt() {
-        scale.variance = noise;
+        model.known_variance = noise;
     }
-    let autocorrelation = first_autocorrelation(&residuals);
-    scale.widening = widening(autocorrelation, n);
+    let autocorrelation = autocorrelation(&residuals);
+    model.variance_inflation = significant_inflation(autocorrelation, n);
     let last = measured.points[measured.points.len() - 1];
     let end = last.time_s + 0.5 * last.span_s;
-    let comparison = rescored(comparison, scale);
     Ok(Described {
         problem: Problem::Envelope(problem),
-        comparison,
-        scale,
+        comparison: comparison.with_noise(model),
         origin,
         end,
         excess,

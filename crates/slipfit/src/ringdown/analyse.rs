@@ -44,7 +44,7 @@ use std::f64::consts::TAU;
 /// A fit that merely disappoints is an [`Answer`] with warnings.
 ///
 /// ```
-/// use slipfit::{Oscillator, Record, motion::decay::FreeDecay, ringdown};
+/// use slipfit::{Oscillator, Parameter, Record, motion::decay::FreeDecay, ringdown};
 ///
 /// let oscillator = Oscillator::kinematic(6.0, 0.03, 0.002)?; // rad/s, 1/s, rad
 /// let decay = FreeDecay::from_rest(&oscillator, 0.5)?;
@@ -54,7 +54,7 @@ use std::f64::consts::TAU;
 ///     .collect();
 /// let record = Record::new(time, angle)?.with_unit("rad");
 /// let answer = ringdown::analyse(&record, &ringdown::Options::default())?;
-/// let x_f = answer.parameter("friction_displacement").expect("always reported");
+/// let x_f = answer.parameter(Parameter::FRICTION_DISPLACEMENT).expect("always reported");
 /// assert!((x_f.value - 0.002).abs() < 1e-4);
 /// assert!(answer.sliding.detected);
 /// # Ok::<(), slipfit::Error>(())
@@ -199,7 +199,7 @@ fn cycles(measured: &Measured) -> f64 {
 
 /// Whether the exact waveform describes the samples down to their noise.
 fn holds(described: &Described, measured: &Measured) -> bool {
-    let Some(best) = described.comparison.best() else { return false };
-    let variance = described.scale.variance_of(&best.bounded);
+    let Some(best) = described.comparison.preferred() else { return false };
+    let variance = described.comparison.noise.residual_variance(&best.bounded);
     variance <= 1.3 * measured.noise_rms.powi(2)
 }

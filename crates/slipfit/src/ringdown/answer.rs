@@ -1,65 +1,10 @@
 //! The answer to a ring-down: parameters, evidence, doubts.
 
-use super::{LossModel, Warning};
+use super::Warning;
 use crate::Quantity;
-
-/// One named parameter of the answer.
-#[derive(Debug, Clone, PartialEq)]
-pub struct Parameter {
-    /// Name as in the JSON answer, e.g. `decay_rate_per_s`.
-    pub name: &'static str,
-    /// Its value and uncertainty.
-    pub quantity: Quantity,
-}
-
-/// One loss model, fitted.
-#[derive(Debug, Clone, PartialEq)]
-pub struct Candidate {
-    /// The model.
-    pub model: LossModel,
-    /// Bayesian information criterion; differences count, the zero is arbitrary.
-    pub bic: f64,
-    /// `bic` above the best candidate's.
-    pub delta_bic: f64,
-    /// Root mean square of the residual, in the signal's unit.
-    pub rms: f64,
-    /// Number of free parameters, nuisances included.
-    pub free_parameters: usize,
-    /// Whether the fit met its tolerance.
-    pub converged: bool,
-    /// A loss term this model ended on the limit (zero), if any.
-    pub at_limit: Option<&'static str>,
-    /// Amplitude at the start of the segment, signal unit.
-    pub initial_amplitude: f64,
-    /// Decay rate delta, 1/s (zero where the model has none).
-    pub decay_rate_per_s: f64,
-    /// Friction displacement x_F, signal unit (zero where the model has none).
-    pub friction_displacement: f64,
-    /// Drag rate a2, 1/(s × signal unit) (zero where the model has none).
-    pub drag_rate: f64,
-}
-
-/// Is there sliding friction, and how much of the loss is it?
-#[derive(Debug, Clone, PartialEq)]
-pub struct SlidingEvidence {
-    /// Sliding friction is needed: `p_value` below 0.01 and the BIC prefers it.
-    pub detected: bool,
-    /// Probability that a record without sliding friction would look at least
-    /// this much like one with it, given the best model without it. One-sided:
-    /// friction cannot be negative.
-    pub p_value: f64,
-    /// BIC of the best model without sliding minus the best with it.
-    pub delta_bic: f64,
-    /// Sliding share of the loss at the first amplitude used, in the chosen model.
-    pub share_at_start: f64,
-    /// Sliding share of the loss at the last amplitude used.
-    pub share_at_end: f64,
-    /// From this instant on sliding carries more than 95 % of the loss.
-    pub dominates_from_s: Option<f64>,
-    /// Probability of the data under a purely viscous decay (one-sided F test
-    /// against the chosen model); 1 when the chosen model is viscous.
-    pub viscous_only_p_value: f64,
-}
+use crate::answer::comparison::correlation;
+use crate::answer::{Candidate, Correlation, Parameter, Parameters, SlidingEvidence};
+use crate::model::loss::LossModel;
 
 /// The stretch of the record taken as free decay, and why it ends where it does.
 #[derive(Debug, Clone, PartialEq)]
@@ -192,13 +137,13 @@ pub struct Answer {
     /// The model reported.
     pub model: LossModel,
     /// Parameters by name, in the order they should be read.
-    pub parameters: Vec<Parameter>,
+    pub parameters: Parameters,
     /// All models, best first.
     pub comparison: Vec<Candidate>,
     /// Evidence for sliding friction.
     pub sliding: SlidingEvidence,
     /// Correlations between the estimated parameters, by pairs of names.
-    pub correlations: Vec<(&'static str, &'static str, f64)>,
+    pub correlations: Vec<Correlation>,
     /// The stretch used.
     pub segment: Segment,
     /// Amplitudes along the whole record.
@@ -220,13 +165,13 @@ pub struct Answer {
 }
 
 impl Answer {
-    /// The parameter of that name.
-    pub fn parameter(&self, name: &str) -> Option<&Quantity> {
-        self.parameters.iter().find(|p| p.name == name).map(|p| &p.quantity)
+    /// The value of a parameter, if the analysis reports it.
+    pub fn parameter(&self, parameter: Parameter) -> Option<&Quantity> {
+        self.parameters.get(parameter)
     }
 
     /// The correlation of two estimated parameters, in either order.
-    pub fn correlation(&self, a: &str, b: &str) -> Option<f64> {
-        self.correlations.iter().find(|(p, q, _)| (*p, *q) == (a, b) || (*q, *p) == (a, b)).map(|c| c.2)
+    pub fn correlation(&self, a: Parameter, b: Parameter) -> Option<f64> {
+        correlation(&self.correlations, a, b)
     }
 }

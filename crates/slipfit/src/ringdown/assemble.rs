@@ -6,11 +6,12 @@ use super::fits::{Described, Problem};
 use super::law::LossLaw;
 use super::measure::{Measured, Samples};
 use super::quantities::{angular_frequency, parameters};
-use super::ranked::Entry;
 use super::waveform::OMEGA;
-use super::{
-    Answer, Candidate, Diagnostics, Distortion, LossModel, Options, OtherMode, Segment, SlidingEvidence,
-};
+use super::{Answer, Diagnostics, Distortion, Options, OtherMode, Segment};
+use crate::answer::describe::{self, candidates, sliding_evidence};
+use crate::answer::{Correlation, Parameter, SlidingEvidence, Values};
+use crate::inference::model_selection::ModelFit;
+use crate::model::loss::LossModel;
 use crate::numeric::roots::border;
 use crate::signal::blocks::Block;
 use crate::signal::spectrum;
@@ -27,23 +28,20 @@ pub(crate) struct Evidence<'a> {
     pub(crate) cycles: f64,
 }
 
-/// p value below which sliding friction counts as seen.
-const DETECTED: f64 = 0.01;
-
 pub(crate) fn answer(e: &Evidence) -> Result<Answer, Error> {
     let comparison = &e.described.comparison;
-    let preferred = comparison.best().ok_or(Error::NoFit { reason: "no model converged" })?;
-    let (p_value, delta_bic) = comparison.sliding_evidence(e.described.scale);
+    let preferred = comparison.preferred().ok_or(Error::NoFit { reason: "no model converged" })?;
+    let (p_value, _) = comparison.sliding_evidence();
     let chosen = match e.options.model {
         Some(model) => comparison.get(model).ok_or(Error::NoFit {
             reason: "the model asked for has more parameters than the record determines",
         })?,
-        // Either alone would look far surer than it is. A viscous loss that BIC spares may be four
+        // Either alone would look far surer than it is. A viscous term that BIC drops may be four
         // standard errors large, and sliding friction would be given what is its.
-        None if matches!(preferred.model, LossModel::Viscous | LossModel::Sliding) => comparison
-            .get(LossModel::ViscousSliding)
+        None if [LossModel::VISCOUS, LossModel::SLIDING].contains(&preferred.model) => comparison
+            .get(LossModel::VISCOUS_SLIDING)
             .filter(|both| {
-                preferred.model == LossModel::Sliding || super::doubts::undecided(e, both, p_value)
+                preferred.model == LossModel::SLIDING || super::doubts::undecided(e, both, p_value)
             })
             .unwrap_or(preferred),
         None => preferred,
@@ -51,37 +49,25 @@ pub(crate) fn answer(e: &Evidence) -> Result<Answer, Error> {
     let omega = angular_frequency(e, chosen);
     let law = law_of(&chosen.bounded.parameters, omega);
     let duration = e.described.end - e.described.origin;
+    let shares = [law.amplitude_0, last_amplitude(e, &law)].map(|amplitude| law.shares(amplitude)[0]);
     let sliding = SlidingEvidence {
-        detected: p_value < DETECTED && delta_bic > 0.0,
-        p_value,
-        delta_bic,
-        share_at_start: law.shares(law.amplitude_0)[0],
-        share_at_end: law.shares(last_amplitude(e, &law))[0],
         dominates_from_s: dominates_from(&law, duration).map(|t| e.described.origin + t),
-        viscous_only_p_value: comparison.viscous_only(chosen.model, e.described.scale),
+        ..sliding_evidence(comparison, chosen, shares)
     };
     let fit = fitted_motion(e, chosen, law, omega);
-    let parameters = parameters(e, chosen, omega);
-    let best_bic = comparison.entries.iter().map(|c| c.bic).fold(f64::INFINITY, f64::min);
-    let mut candidates: Vec<Candidate> =
-        comparison.entries.iter().map(|c| candidate(e, c, best_bic)).collect();
-    candidates.sort_by(|a, b| a.bic.total_cmp(&b.bic));
-    let correlations = correlations(e, chosen);
     let envelope = envelope_points(e, &fit);
-    let diagnostics = diagnostics(e, chosen, &law);
-    let stop = stop(e);
     let mut answer = Answer {
         model: chosen.model,
-        parameters,
-        comparison: candidates,
+        parameters: parameters(e, chosen, omega),
+        comparison: candidates(comparison, |f| rms(e, f), values),
         sliding,
-        correlations,
+        correlations: correlations(e, chosen),
         segment: segment_of(e),
         loss: loss_points(e, &law, omega),
         envelope,
         backbone: backbone(e, chosen, &law, omega),
-        stop,
-        diagnostics,
+        stop: stop(e),
+        diagnostics: diagnostics(e, chosen, &law),
         warnings: Vec::new(),
         signal_unit: e.record.unit().to_owned(),
         fit,
@@ -90,54 +76,37 @@ pub(crate) fn answer(e: &Evidence) -> Result<Answer, Error> {
     Ok(answer)
 }
 
-fn candidate(e: &Evidence, entry: &Entry, best_bic: f64) -> Candidate {
-    let p = &entry.bounded.parameters;
-    let n = e.described.scale.observations;
-    Candidate {
-        model: entry.model,
-        bic: entry.bic,
-        delta_bic: entry.bic - best_bic,
-        rms: match &e.described.problem {
-            Problem::Waveform(_) => (entry.bounded.rss / n).sqrt(),
-            Problem::Envelope(problem) => problem.unweighted_rms(p),
-        },
-        free_parameters: entry.fit.free.len(),
-        converged: entry.fit.converged,
-        at_limit: entry.at_limit.map(|t| match t {
-            X_F => "friction_displacement",
-            DELTA => "decay_rate_per_s",
-            _ => "drag_rate",
-        }),
-        initial_amplitude: p[A0],
-        decay_rate_per_s: p[DELTA],
-        friction_displacement: p[X_F],
-        drag_rate: p[DRAG],
+/// Root mean square of what a model leaves, signal unit.
+fn rms(e: &Evidence, fit: &ModelFit) -> f64 {
+    match &e.described.problem {
+        Problem::Waveform(_) => (fit.bounded.rss / e.described.comparison.noise.observations).sqrt(),
+        Problem::Envelope(problem) => problem.unweighted_rms(&fit.bounded.parameters),
     }
 }
 
-fn correlations(e: &Evidence, chosen: &Entry) -> Vec<(&'static str, &'static str, f64)> {
-    let mut named = vec![
-        (A0, "initial_amplitude"),
-        (DELTA, "decay_rate_per_s"),
-        (X_F, "friction_displacement"),
-        (DRAG, "drag_rate"),
-    ];
+/// Where each parameter stands in a fit.
+const NAMED: [(usize, Parameter); 4] = [
+    (A0, Parameter::InitialAmplitude),
+    (DELTA, Parameter::DECAY_RATE),
+    (X_F, Parameter::FRICTION_DISPLACEMENT),
+    (DRAG, Parameter::DRAG_RATE),
+];
+
+fn values(fit: &ModelFit) -> Values {
+    NAMED.iter().map(|&(slot, parameter)| (parameter, fit.bounded.parameters[slot])).collect()
+}
+
+fn correlations(e: &Evidence, chosen: &ModelFit) -> Vec<Correlation> {
+    let mut named = NAMED.to_vec();
     if matches!(e.described.problem, Problem::Waveform(_)) {
-        named.push((OMEGA, "frequency_hz"));
+        named.push((OMEGA, Parameter::Frequency));
     }
-    let mut list = Vec::new();
-    for (i, &(a, name_a)) in named.iter().enumerate() {
-        for &(b, name_b) in &named[i + 1..] {
-            if chosen.fit.free.contains(&a) && chosen.fit.free.contains(&b) {
-                list.push((name_a, name_b, chosen.fit.correlation(a, b)));
-            }
-        }
-    }
-    let pair = ("decay_rate_per_s", "friction_displacement");
-    if !list.iter().any(|c| (c.0, c.1) == pair)
-        && let Some(both) = e.described.comparison.get(LossModel::ViscousSliding)
+    let mut list = describe::correlations(&chosen.unbounded, &named);
+    let pair = [Parameter::DECAY_RATE, Parameter::FRICTION_DISPLACEMENT];
+    if !list.iter().any(|c| c.parameters == pair)
+        && let Some(both) = e.described.comparison.get(LossModel::VISCOUS_SLIDING)
     {
-        list.push((pair.0, pair.1, both.fit.correlation(DELTA, X_F)));
+        list.push(Correlation { parameters: pair, value: both.unbounded.correlation(DELTA, X_F) });
     }
     list
 }
@@ -176,10 +145,10 @@ fn dominates_from(law: &LossLaw, duration: f64) -> Option<f64> {
     Some(border(duration, 0.0, |t| share(t) > 0.95).0)
 }
 
-fn diagnostics(e: &Evidence, chosen: &Entry, law: &LossLaw) -> Diagnostics {
-    let variance = e.described.scale.variance_of(&chosen.bounded);
+fn diagnostics(e: &Evidence, chosen: &ModelFit, law: &LossLaw) -> Diagnostics {
+    let variance = e.described.comparison.noise.residual_variance(&chosen.bounded);
     let residual_rms = match &e.described.problem {
-        Problem::Waveform(_) => (chosen.bounded.rss / e.described.scale.observations).sqrt(),
+        Problem::Waveform(_) => (chosen.bounded.rss / e.described.comparison.noise.observations).sqrt(),
         Problem::Envelope(_) => variance.sqrt(),
     };
     let noise = e.measured.noise_rms;

@@ -2,10 +2,12 @@
 
 use super::assemble::Evidence;
 use super::envelope::{DELTA, X_F};
-use super::ranked::Entry;
 use super::segment;
-use super::{Answer, LossModel, Warning};
+use super::{Answer, Warning};
 use crate::SignalKind;
+use crate::answer::Parameter;
+use crate::inference::model_selection::ModelFit;
+use crate::model::loss::LossModel;
 
 /// Fewer cycles than this cannot separate the loss terms.
 const FEW_CYCLES: f64 = 5.0;
@@ -24,8 +26,8 @@ fn inseparable(correlation: f64, sliding_p_value: f64) -> bool {
 }
 
 /// Whether viscous and sliding loss cannot be told apart, so that neither may pass for both.
-pub(crate) fn undecided(e: &Evidence, both: &Entry, sliding_p_value: f64) -> bool {
-    too_short(e) || inseparable(both.fit.correlation(DELTA, X_F), sliding_p_value)
+pub(crate) fn undecided(e: &Evidence, both: &ModelFit, sliding_p_value: f64) -> bool {
+    too_short(e) || inseparable(both.unbounded.correlation(DELTA, X_F), sliding_p_value)
 }
 
 pub(crate) fn doubts(e: &Evidence, answer: &Answer, preferred: LossModel) -> Vec<Warning> {
@@ -34,13 +36,14 @@ pub(crate) fn doubts(e: &Evidence, answer: &Answer, preferred: LossModel) -> Vec
     if too_short(e) {
         list.push(Warning::TooFewCycles { cycles: e.cycles });
     }
-    let correlation = answer.correlation("decay_rate_per_s", "friction_displacement").unwrap_or(0.0);
+    let correlation =
+        answer.correlation(Parameter::DECAY_RATE, Parameter::FRICTION_DISPLACEMENT).unwrap_or(0.0);
     if inseparable(correlation, answer.sliding.p_value) {
         list.push(Warning::NotSeparable { correlation, decay_times: answer.diagnostics.decay_times });
     }
     if let Some(other) = answer.diagnostics.other_modes.iter().find(|m| m.relative_amplitude > 0.12) {
         list.push(Warning::SeveralModes {
-            main_hz: answer.parameter("frequency_hz").map_or(f64::NAN, |q| q.value),
+            main_hz: answer.parameter(Parameter::Frequency).map_or(f64::NAN, |q| q.value),
             other_hz: other.frequency_hz,
             relative_amplitude: other.relative_amplitude,
         });

@@ -39,7 +39,7 @@ pub(crate) fn trim_lead_in(described: &Described, measured: &mut Measured) -> bo
         weight: problem.weight[from..].to_vec(),
         ..problem.clone()
     };
-    let Some(best) = described.comparison.best() else { return false };
+    let Some(best) = described.comparison.preferred() else { return false };
     let free: Vec<usize> = best.bounded.free.clone();
     let Some(fit) = minimise(&later, &best.bounded.parameters, &free) else { return false };
     let variance = fit.rss / (n - from - free.len().min(n - from - 1)) as f64;

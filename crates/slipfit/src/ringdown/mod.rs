@@ -17,13 +17,10 @@ pub(crate) mod law;
 mod lead_in;
 mod lowpass;
 mod measure;
-mod model;
 mod options;
+mod quantities;
 #[cfg(test)]
 mod sample;
-
-mod quantities;
-pub(crate) mod ranked;
 mod segment;
 mod sentence;
 mod short;
@@ -31,15 +28,11 @@ mod warning;
 mod waveform;
 mod waveform_fit;
 
-pub(crate) use ranked::Entry;
-
 pub use analyse::analyse;
 pub use answer::{
-    Answer, Backbone, Candidate, Diagnostics, Distortion, EnvelopePoint, LossPoint, OtherMode, Parameter,
-    Segment, SlidingEvidence, Stop,
+    Answer, Backbone, Diagnostics, Distortion, EnvelopePoint, LossPoint, OtherMode, Segment, Stop,
 };
 pub use direct::{Decay, DecayFit, EnvelopeFit, EnvelopeStart, fit_envelope, fit_waveform};
 pub use fitted::FittedMotion;
-pub use model::LossModel;
-pub use options::{Calibration, LowPass, Options};
+pub use options::{LowPass, Options};
 pub use warning::Warning;

@@ -1,7 +1,8 @@
 //! What a caller may fix before the analysis.
 
-use super::LossModel;
-use crate::{Error, Quantity};
+use crate::Error;
+use crate::model::calibration::Calibration;
+use crate::model::loss::LossModel;
 
 /// Choices for [`analyse`](super::analyse). The default finds everything by
 /// itself.
@@ -35,26 +36,6 @@ pub struct LowPass {
     pub time_constant_s: f64,
     /// Number of stages, 1 to 8.
     pub order: u32,
-}
-
-/// The one mechanical constant a displacement record cannot give.
-#[derive(Debug, Clone, Copy, PartialEq)]
-#[non_exhaustive]
-pub enum Calibration {
-    /// Stiffness `k` in N/m (or torsion stiffness in N m/rad for angles), with its standard error.
-    Stiffness {
-        /// Value.
-        value: f64,
-        /// Standard error; zero when exact.
-        std_error: f64,
-    },
-    /// Mass `m` in kg (or moment of inertia in kg m² for angles), with its standard error.
-    Mass {
-        /// Value.
-        value: f64,
-        /// Standard error; zero when exact.
-        std_error: f64,
-    },
 }
 
 impl Options {
@@ -106,16 +87,5 @@ impl Options {
             });
         }
         Ok(())
-    }
-}
-
-impl Calibration {
-    /// Value and standard error as a quantity.
-    pub fn quantity(self) -> Quantity {
-        let (value, std_error, unit) = match self {
-            Calibration::Stiffness { value, std_error } => (value, std_error, "N/m"),
-            Calibration::Mass { value, std_error } => (value, std_error, "kg"),
-        };
-        Quantity::normal(value, std_error, unit)
     }
 }

@@ -1,25 +1,28 @@
 //! The parameters a person reads, with their uncertainties and units.
 
 use super::assemble::Evidence;
-use super::compare::{Bounded, interval};
-use super::envelope::{A0, DELTA, DRAG, X_F};
+use super::compare::slot;
+use super::envelope::A0;
 use super::fits::Problem;
-use super::ranked::Entry;
 use super::waveform::OMEGA;
-use super::{LossModel, Parameter};
+use crate::answer::describe::{fit_of, known_error, loss_estimate, non_negative, q_factor, unknown};
+use crate::answer::{Parameter, Parameters};
+use crate::inference::model_selection::ModelFit;
 use crate::model::calibration::physical;
+use crate::model::loss::LossTerm;
 use crate::{Quantity, SignalKind};
 use std::f64::consts::TAU;
+
 /// Angular frequency at vanishing amplitude, rad/s.
-pub(crate) fn angular_frequency(e: &Evidence, chosen: &Entry) -> f64 {
+pub(crate) fn angular_frequency(e: &Evidence, chosen: &ModelFit) -> f64 {
     match &e.described.problem {
         Problem::Waveform(_) => chosen.bounded.parameters[OMEGA],
         Problem::Envelope(problem) => problem.omega,
     }
 }
 
-/// Mean frequency over the stretch and its standard error, Hz.
-pub(crate) fn mean_frequency(e: &Evidence, chosen: &Entry) -> Quantity {
+/// Mean frequency over the window and its standard error, Hz.
+fn mean_frequency(e: &Evidence, chosen: &ModelFit) -> Quantity {
     let (omega, std) = match &e.described.problem {
         Problem::Waveform(problem) => {
             let p = &chosen.bounded.parameters;
@@ -30,8 +33,7 @@ pub(crate) fn mean_frequency(e: &Evidence, chosen: &Entry) -> Quantity {
                 .flat_map(|&(i, a)| across.iter().map(move |&(k, b)| (i, k, a * b)))
                 .map(|(i, k, ab)| ab * chosen.bounded.unit_covariance[(i, k)])
                 .sum();
-            let scale = e.described.scale;
-            (mean, (variance.max(0.0) * scale.variance_of(&chosen.bounded) * scale.widening).sqrt())
+            (mean, (variance.max(0.0) * e.described.comparison.noise.variance(&chosen.bounded)).sqrt())
         }
         Problem::Envelope(problem) if e.options.frequency_hz.is_some() => (problem.omega, 0.0),
         Problem::Envelope(_) => (e.measured.law.mean_omega, e.measured.law.mean_omega_std),
@@ -44,87 +46,44 @@ pub(crate) fn frequency_known(e: &Evidence) -> bool {
     e.options.frequency_hz.is_some() || !matches!(e.record.kind(), SignalKind::Envelope | SignalKind::LockIn)
 }
 
-pub(crate) fn loss_term(e: &Evidence, chosen: &Entry, term: usize) -> (Bounded, bool) {
-    let present = chosen.fit.free.contains(&term);
-    let entry = if present { Some(chosen) } else { e.described.comparison.with_term(chosen.model, term) };
-    match entry {
-        Some(entry) => {
-            let mut found =
-                interval(e.described.problem.least_squares(), &entry.fit, term, e.described.scale);
-            // No loss exceeds what it would be alone: the others are not negative.
-            if let Some(most) = alone(e, term) {
-                found.interval[1] = found.interval[1].min(most.max(found.estimate));
-            }
-            (found, present)
-        }
-        None => (Bounded { estimate: 0.0, std_error: f64::INFINITY, interval: [0.0, f64::INFINITY] }, false),
-    }
+/// The coefficient of a loss term, in the chosen model or the one with the term besides.
+fn loss_term(e: &Evidence, chosen: &ModelFit, term: LossTerm) -> Quantity {
+    let comparison = &e.described.comparison;
+    let (fit, present) = fit_of(comparison, chosen, term);
+    let found = fit.map_or_else(unknown, |fit| {
+        let problem = e.described.problem.least_squares();
+        // No loss exceeds what it would be alone: the others are not negative.
+        let most = comparison.most(term, slot(term));
+        loss_estimate(problem, &fit.unbounded, comparison.noise, slot(term), most, false)
+    });
+    non_negative(found, present, Parameter::Loss(term).unit(e.record.unit()))
 }
 
-/// Far upper end of a loss term in the model that holds nothing else.
-fn alone(e: &Evidence, term: usize) -> Option<f64> {
-    let model = LossModel::from_terms(term == DELTA, term == X_F, false)?;
-    let entry = e.described.comparison.get(model)?;
-    let scale = e.described.scale;
-    let error = entry.fit.unit_std(term) * (scale.variance_of(&entry.fit) * scale.widening).sqrt();
-    let most = entry.fit.parameters[term].max(0.0) + 4.0 * error;
-    most.is_finite().then_some(most)
-}
-
-/// Where not even a variance can be formed nothing is known.
-fn known_error(std_error: f64) -> f64 {
-    if std_error.is_nan() { f64::INFINITY } else { std_error }
-}
-
-fn bounded_quantity(found: Bounded, present: bool, unit: String) -> Quantity {
-    Quantity {
-        value: if present { found.estimate.max(0.0) } else { 0.0 },
-        std_error: known_error(found.std_error),
-        interval_95: found.interval.map(|v| v.max(0.0)),
-        unbounded_value: found.estimate,
-        unit,
-    }
-}
-
-pub(crate) fn parameters(e: &Evidence, chosen: &Entry, omega: f64) -> Vec<Parameter> {
+pub(crate) fn parameters(e: &Evidence, chosen: &ModelFit, omega: f64) -> Parameters {
     let unit = e.record.unit();
     let known = frequency_known(e);
-    let mut list = Vec::new();
-    let mut push = |name, quantity| list.push(Parameter { name, quantity });
+    let mut list = Parameters::default();
     if known {
-        push("frequency_hz", mean_frequency(e, chosen));
+        list.set(Parameter::Frequency, mean_frequency(e, chosen));
     }
-    let (delta, has_delta) = loss_term(e, chosen, DELTA);
-    let delta = bounded_quantity(delta, has_delta, "1/s".into());
-    let (x_f, has_x_f) = loss_term(e, chosen, X_F);
-    let x_f = bounded_quantity(x_f, has_x_f, unit.into());
-    let (drag, has_drag) = loss_term(e, chosen, DRAG);
-    push("decay_rate_per_s", delta.clone());
+    let delta = loss_term(e, chosen, LossTerm::Viscous);
+    let x_f = loss_term(e, chosen, LossTerm::Sliding);
+    list.set(Parameter::DECAY_RATE, delta.clone());
     if known {
-        push("friction_displacement", x_f.clone());
+        list.set(Parameter::FRICTION_DISPLACEMENT, x_f.clone());
     }
     let gain = super::envelope::sliding_gain(delta.value, omega).0;
-    push("sliding_rate", x_f.scaled(gain, per_second(unit)));
-    push(
-        "drag_rate",
-        bounded_quantity(
-            drag,
-            has_drag,
-            if unit.is_empty() { "1/s".into() } else { format!("1/({unit} s)") },
-        ),
-    );
-    if known {
-        push("q_factor", q_factor(&delta, omega));
+    list.set(Parameter::SlidingRate, x_f.scaled(gain, Parameter::SlidingRate.unit(unit)));
+    for &term in LossTerm::ALL {
+        if !matches!(term, LossTerm::Viscous | LossTerm::Sliding) {
+            list.set(Parameter::Loss(term), loss_term(e, chosen, term));
+        }
     }
-    let sigma = (e.described.scale.variance_of(&chosen.bounded) * e.described.scale.widening).sqrt();
-    push(
-        "initial_amplitude",
-        Quantity::normal(
-            chosen.bounded.parameters[A0],
-            known_error(chosen.bounded.unit_std(A0) * sigma),
-            unit,
-        ),
-    );
+    if known {
+        list.set(Parameter::QFactor, q_factor(&delta, |d| omega.hypot(d)));
+    }
+    let error = known_error(e.described.comparison.noise.std_error(&chosen.bounded, A0));
+    list.set(Parameter::InitialAmplitude, Quantity::normal(chosen.bounded.parameters[A0], error, unit));
     if let Some(calibration) = e.options.calibration.filter(|_| known) {
         // A velocity or acceleration record holds omega or omega² times the displacement.
         let motion = match e.record.kind() {
@@ -132,27 +91,12 @@ pub(crate) fn parameters(e: &Evidence, chosen: &Entry, omega: f64) -> Vec<Parame
             SignalKind::Acceleration => 1.0 / (omega * omega),
             _ => 1.0,
         };
-        let moved = x_f.scaled(motion, unit);
-        for (name, quantity) in physical(calibration, omega.hypot(delta.value), unit, &delta, &moved) {
-            push(name, quantity);
+        let displacement = x_f.scaled(motion, unit);
+        for (parameter, quantity) in
+            physical(calibration, omega.hypot(delta.value), unit, &delta, &displacement)
+        {
+            list.set(parameter, quantity);
         }
     }
     list
-}
-
-fn per_second(unit: &str) -> String {
-    if unit.is_empty() { "1/s".into() } else { format!("{unit}/s") }
-}
-
-/// `Q = omega_0/(2 delta)`, the viscous part only; infinite where no viscous loss is seen.
-fn q_factor(delta: &Quantity, omega: f64) -> Quantity {
-    let q = |d: f64| if d > 0.0 { omega.hypot(d) / (2.0 * d) } else { f64::INFINITY };
-    let value = q(delta.value);
-    Quantity {
-        value,
-        std_error: if delta.value > 0.0 { value * delta.std_error / delta.value } else { f64::INFINITY },
-        interval_95: [q(delta.interval_95[1]), q(delta.interval_95[0])],
-        unbounded_value: value,
-        unit: String::new(),
-    }
 }

@@ -1,11 +1,10 @@
 //! An answer made by hand, for tests of wording and output.
 
 use super::law::LossLaw;
-use super::{
-    Answer, Backbone, Candidate, Diagnostics, EnvelopePoint, FittedMotion, LossModel, LossPoint, Parameter,
-    Segment, SlidingEvidence,
-};
+use super::{Answer, Backbone, Diagnostics, EnvelopePoint, FittedMotion, LossPoint, Segment};
 use crate::Quantity;
+use crate::answer::{Candidate, Correlation, Parameter, SlidingEvidence};
+use crate::model::loss::LossModel;
 use crate::ringdown::fitted::Knot;
 
 /// A pendulum at 1.29 Hz for 40 s: half of its loss sliding at the start.
@@ -59,36 +58,45 @@ pub(crate) fn answer() -> Answer {
         free_parameters: 6,
         converged: true,
         at_limit: None,
-        initial_amplitude: start,
-        decay_rate_per_s: delta,
-        friction_displacement: x_f,
-        drag_rate: 0.0,
+        values: [
+            (Parameter::InitialAmplitude, start),
+            (Parameter::DECAY_RATE, delta),
+            (Parameter::FRICTION_DISPLACEMENT, x_f),
+        ]
+        .into_iter()
+        .collect(),
     };
-    let parameter =
-        |name, value, std_error, unit| Parameter { name, quantity: Quantity::normal(value, std_error, unit) };
+    let quantity = |parameter: Parameter, value, std_error| {
+        (parameter, Quantity::normal(value, std_error, parameter.unit("rad")))
+    };
     Answer {
-        model: LossModel::ViscousSliding,
-        parameters: vec![
-            parameter("frequency_hz", f_hz, 3e-5, "Hz"),
-            parameter("decay_rate_per_s", delta, 8e-4, "1/s"),
-            parameter("friction_displacement", x_f, 4e-5, "rad"),
-            parameter("initial_amplitude", start, 3e-4, "rad"),
-        ],
+        model: LossModel::VISCOUS_SLIDING,
+        parameters: [
+            quantity(Parameter::Frequency, f_hz, 3e-5),
+            quantity(Parameter::DECAY_RATE, delta, 8e-4),
+            quantity(Parameter::FRICTION_DISPLACEMENT, x_f, 4e-5),
+            quantity(Parameter::InitialAmplitude, start, 3e-4),
+        ]
+        .into_iter()
+        .collect(),
         comparison: vec![
-            candidate(LossModel::ViscousSliding, 0.0, 3.1e-4, delta, x_f),
-            candidate(LossModel::Sliding, 412.0, 9e-4, 0.0, 0.0029),
-            candidate(LossModel::Viscous, 1530.0, 2.2e-3, 0.05, 0.0),
+            candidate(LossModel::VISCOUS_SLIDING, 0.0, 3.1e-4, delta, x_f),
+            candidate(LossModel::SLIDING, 412.0, 9e-4, 0.0, 0.0029),
+            candidate(LossModel::VISCOUS, 1530.0, 2.2e-3, 0.05, 0.0),
         ],
         sliding: SlidingEvidence {
             detected: true,
             p_value: 0.0,
             delta_bic: 1530.0,
-            share_at_start: law.shares(start)[0],
-            share_at_end: 0.9,
+            share_at_highest: law.shares(start)[0],
+            share_at_lowest: 0.9,
             dominates_from_s: None,
             viscous_only_p_value: 0.0,
         },
-        correlations: vec![("decay_rate_per_s", "friction_displacement", -0.93)],
+        correlations: vec![Correlation {
+            parameters: [Parameter::DECAY_RATE, Parameter::FRICTION_DISPLACEMENT],
+            value: -0.93,
+        }],
         segment: Segment {
             start_s: 0.0,
             end_s,

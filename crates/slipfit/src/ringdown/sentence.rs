@@ -1,7 +1,9 @@
 //! The answer in one plain sentence.
 
-use super::{Answer, LossModel, Warning};
+use super::{Answer, Warning};
+use crate::answer::Parameter;
 use crate::format::{p_value, percent, plain};
+use crate::model::loss::{LossModel, LossTerm};
 
 /// A share from here on is called nearly all.
 const NEARLY_ALL: f64 = 0.95;
@@ -110,12 +112,12 @@ impl Answer {
 
     /// What both losses come to, taken as one.
     fn total_loss(&self) -> String {
-        let viscous = self.comparison.iter().find(|c| c.model == LossModel::Viscous && c.converged);
+        let viscous = self.comparison.iter().find(|c| c.model == LossModel::VISCOUS && c.converged);
         match viscous {
-            Some(c) if c.decay_rate_per_s > 0.0 => {
+            Some(c) if c.value(Parameter::DECAY_RATE) > 0.0 => {
                 format!(
                     "; both together damp like a viscous decay rate of {}",
-                    plain(c.decay_rate_per_s, 3, "1/s")
+                    plain(c.value(Parameter::DECAY_RATE), 3, "1/s")
                 )
             }
             _ => String::new(),
@@ -126,30 +128,30 @@ impl Answer {
         let s = &self.sliding;
         let length_s = self.segment.end_s - self.segment.start_s;
         let last_s = s.dominates_from_s.map(|t| self.segment.end_s - t).filter(|last| *last > 0.0);
-        let start = percent(s.share_at_start);
-        let share = if self.model == LossModel::Sliding {
+        let start = percent(s.share_at_highest);
+        let share = if self.model == LossModel::SLIDING {
             "Sliding friction carries all of the loss".to_owned()
-        } else if s.share_at_start >= NEARLY_ALL && s.share_at_end >= NEARLY_ALL {
+        } else if s.share_at_highest >= NEARLY_ALL && s.share_at_lowest >= NEARLY_ALL {
             "Sliding friction carries nearly all of the loss throughout".to_owned()
         } else if let Some(last_s) = last_s.filter(|last| *last < length_s) {
             format!(
                 "Sliding friction carries {start} of the loss at the start and nearly all of it in the last {}",
                 plain(last_s, 2, "s")
             )
-        } else if (s.share_at_end - s.share_at_start).abs() < SAME_SHARE {
+        } else if (s.share_at_lowest - s.share_at_highest).abs() < SAME_SHARE {
             format!("Sliding friction carries {start} of the loss")
         } else {
             format!(
                 "Sliding friction carries {start} of the loss at the start and {} at the end",
-                percent(s.share_at_end)
+                percent(s.share_at_lowest)
             )
         };
         let rest = match self.model {
-            LossModel::SlidingDrag => ", drag the rest",
-            LossModel::ViscousSlidingDrag => ", viscous damping and drag the rest",
+            LossModel::SLIDING_DRAG => ", drag the rest",
+            LossModel::VISCOUS_SLIDING_DRAG => ", viscous damping and drag the rest",
             _ => "",
         };
-        let evidence = if self.model.has_drag() || s.viscous_only_p_value >= 0.01 {
+        let evidence = if self.model.has(LossTerm::Drag) || s.viscous_only_p_value >= 0.01 {
             format!("a decay without it is excluded, {}", p_value(s.p_value))
         } else {
             format!("a purely viscous decay is excluded, {}", p_value(s.viscous_only_p_value))
@@ -163,20 +165,22 @@ impl Answer {
              from sliding at the start.",
             p_value(self.sliding.p_value),
             self.model,
-            percent(self.sliding.share_at_start)
+            percent(self.sliding.share_at_highest)
         )
     }
 
     fn absent(&self) -> String {
-        let no_viscous = self.parameter("decay_rate_per_s").is_some_and(|q| q.value == 0.0);
+        let no_viscous = self.parameter(Parameter::DECAY_RATE).is_some_and(|q| q.value == 0.0);
         let cause = match self.model {
-            LossModel::ViscousDrag if no_viscous => "Quadratic drag alone explains",
-            LossModel::ViscousDrag => "Viscous damping and quadratic drag explain",
+            LossModel::VISCOUS_DRAG if no_viscous => "Quadratic drag alone explains",
+            LossModel::VISCOUS_DRAG => "Viscous damping and quadratic drag explain",
             _ => "Viscous damping alone explains",
         };
-        let limit = [("friction_displacement", "x_F is"), ("sliding_rate", "it takes")]
+        let limit = [(Parameter::FRICTION_DISPLACEMENT, "x_F is"), (Parameter::SlidingRate, "it takes")]
             .into_iter()
-            .find_map(|(name, is)| self.parameter(name).map(|q| (q.interval_95[1], q.unit.as_str(), is)))
+            .find_map(|(parameter, is)| {
+                self.parameter(parameter).map(|q| (q.interval_95[1], q.unit.as_str(), is))
+            })
             .filter(|(high, ..)| high.is_finite() && *high > 0.0)
             .map(|(high, unit, is)| format!(": {is} below {} (95 %)", plain(high, 2, unit)))
             .unwrap_or_default();
@@ -216,7 +220,7 @@ mod tests {
     #[test]
     fn found_sliding_is_told_by_its_shares() {
         let mut a = sample::answer();
-        a.sliding.share_at_start = 0.41;
+        a.sliding.share_at_highest = 0.41;
         a.sliding.dominates_from_s = Some(a.segment.end_s - 8.0);
         assert_eq!(
             a.sentence(),
@@ -224,20 +228,20 @@ mod tests {
              viscous decay is excluded, p < 1e-12."
         );
         a.sliding.dominates_from_s = None;
-        a.sliding.share_at_end = 0.78;
+        a.sliding.share_at_lowest = 0.78;
         a.sliding.viscous_only_p_value = 3.2e-5;
         assert_eq!(
             a.sentence(),
             "Sliding friction carries 41 % of the loss at the start and 78 % at the end; a purely viscous decay is \
              excluded, p = 3e-5."
         );
-        a.model = LossModel::ViscousSlidingDrag;
+        a.model = LossModel::VISCOUS_SLIDING_DRAG;
         assert_eq!(
             a.sentence(),
             "Sliding friction carries 41 % of the loss at the start and 78 % at the end, viscous damping and drag \
              the rest; a decay without it is excluded, p < 1e-12."
         );
-        a.model = LossModel::Sliding;
+        a.model = LossModel::SLIDING;
         a.sliding.viscous_only_p_value = 0.0;
         assert_eq!(
             a.sentence(),
@@ -248,26 +252,26 @@ mod tests {
     #[test]
     fn sliding_not_found_comes_with_its_upper_limit() {
         let mut a = sample::answer();
-        a.model = LossModel::Viscous;
+        a.model = LossModel::VISCOUS;
         a.sliding.detected = false;
         a.sliding.p_value = 0.42;
         let mut x_f = Quantity::normal(0.0, 1e-4, "rad");
         x_f.interval_95 = [0.0, 2.5e-4];
-        a.parameters.retain(|p| p.name != "friction_displacement");
+        a.parameters.remove(Parameter::FRICTION_DISPLACEMENT);
         assert_eq!(
             a.sentence(),
             "Viscous damping alone explains the decay; no sliding friction is found, p = 0.42."
         );
-        a.parameters.push(super::super::Parameter { name: "friction_displacement", quantity: x_f });
+        a.parameters.set(Parameter::FRICTION_DISPLACEMENT, x_f);
         assert_eq!(
             a.sentence(),
             "Viscous damping alone explains the decay; no sliding friction is found, p = 0.42: x_F is below \
              250 µrad (95 %)."
         );
-        a.model = LossModel::ViscousDrag;
+        a.model = LossModel::VISCOUS_DRAG;
         a.warnings = vec![Warning::AmbiguousModel {
-            chosen: LossModel::ViscousDrag,
-            rival: LossModel::ViscousSliding,
+            chosen: LossModel::VISCOUS_DRAG,
+            rival: LossModel::VISCOUS_SLIDING,
             delta_bic: 0.7,
         }];
         assert!(a.sentence().starts_with("Viscous damping and quadratic drag explain the decay; no sliding"));
@@ -292,10 +296,10 @@ mod tests {
     #[test]
     fn a_model_asked_for_against_the_data_says_so() {
         let mut a = sample::answer();
-        a.model = LossModel::Viscous;
+        a.model = LossModel::VISCOUS;
         a.warnings = vec![Warning::ModelNotPreferred {
-            asked: LossModel::Viscous,
-            preferred: LossModel::ViscousSliding,
+            asked: LossModel::VISCOUS,
+            preferred: LossModel::VISCOUS_SLIDING,
             delta_bic: 900.0,
         }];
         assert_eq!(
@@ -308,7 +312,7 @@ mod tests {
     #[test]
     fn evidence_that_another_law_takes_up_is_left_open() {
         let mut a = sample::answer();
-        a.model = LossModel::ViscousDrag;
+        a.model = LossModel::VISCOUS_DRAG;
         a.sliding.p_value = 1e-4;
         assert_eq!(
             a.sentence(),
@@ -322,7 +326,7 @@ mod tests {
         let mut a = sample::answer();
         a.sliding.detected = false;
         a.sliding.p_value = 0.03;
-        a.sliding.share_at_start = 0.05;
+        a.sliding.share_at_highest = 0.05;
         assert_eq!(
             a.sentence(),
             "Sliding friction is possible but not certain, p = 0.03: viscous+sliding describes the decay best, with \

@@ -54,7 +54,7 @@ pub(crate) fn short<'a>(samples: &'a Samples) -> Option<(Measured, Described<'a>
 /// before `leaves` than noise, and of the later ones no more than their own fit.
 fn describes(whole: &(Measured, Described<'_>), later: &(Measured, Described<'_>), leaves: usize) -> bool {
     let Problem::Waveform(problem) = &whole.1.problem else { return false };
-    let Some(best) = whole.1.comparison.best() else { return false };
+    let Some(best) = whole.1.comparison.preferred() else { return false };
     let residual = problem.residuals(&best.bounded.parameters);
     let variance = later.0.noise_rms.powi(2);
     let calm = |r: &[f64]| {
@@ -96,7 +96,7 @@ fn begun_at<'a>(
         squared: false,
     };
     let described = fit_waveform_window(samples, &measured, release..n, origin, duration, start)?;
-    let best = &described.comparison.best()?.bounded;
+    let best = &described.comparison.preferred()?.bounded;
     let sigma = (best.rss / (n - release) as f64).sqrt();
     let p = best.parameters.clone();
     let law = law_of(&p, p[OMEGA]);

@@ -1,5 +1,7 @@
 //! Doubts about an answer, each with the flag or the measurement that helps.
 
+use crate::answer::Parameter;
+use crate::model::loss::LossModel;
 use std::fmt;
 
 /// A doubt about an answer.
@@ -56,18 +58,18 @@ pub enum Warning {
     /// Two loss models explain the data equally well.
     AmbiguousModel {
         /// The one reported.
-        chosen: super::LossModel,
+        chosen: LossModel,
         /// Its rival.
-        rival: super::LossModel,
+        rival: LossModel,
         /// BIC of the rival above the chosen one's.
         delta_bic: f64,
     },
     /// The model asked for is not the one the data prefer.
     ModelNotPreferred {
         /// The one asked for.
-        asked: super::LossModel,
+        asked: LossModel,
         /// The one preferred.
-        preferred: super::LossModel,
+        preferred: LossModel,
         /// BIC of the one asked for above the preferred one's.
         delta_bic: f64,
     },
@@ -93,7 +95,7 @@ pub enum Warning {
     /// An interval was refused: the estimate is not determined.
     Undetermined {
         /// The parameter.
-        parameter: &'static str,
+        parameter: Parameter,
     },
 }
 

@@ -1,11 +1,12 @@
 //! Every sample against the exact motion, in the widest window it describes.
 
-use super::compare::{Scale, compare};
+use super::compare::compare;
 use super::envelope::{A0, DELTA, DRAG, X_F};
-use super::fits::{Described, FULL, Problem, first_autocorrelation, rescored, widening};
+use super::fits::{Described, FULL, Problem};
 use super::measure::{Measured, Samples};
 use super::waveform::{BEND, Bend, CHIRP, COUNT, OFFSET, OMEGA, PHASE, Waveform, rest_tells};
 use crate::inference::least_squares::{Fit, LeastSquares, Normal, minimise, promised_gain};
+use crate::inference::noise::{NoiseModel, autocorrelation, significant_inflation};
 use crate::signal::blocks::{self, Block};
 use std::f64::consts::PI;
 
@@ -25,7 +26,7 @@ pub(crate) fn fit_samples<'a>(
     let first = measured.points.first()?;
     let last = measured.points.last()?;
     let (from, to) = (first.first, last.end);
-    let best = rough.comparison.best()?;
+    let best = rough.comparison.preferred()?;
     let law = super::envelope::law_of(&best.bounded.parameters, measured.law.omega);
     let loss_per_cycle = law.rate(law.amplitude_0) / law.amplitude_0 * 2.0 * PI / measured.law.omega;
     if to - from > MOST_SAMPLES || !measured.lawful || loss_per_cycle < LEAST_LOSS_A_CYCLE {
@@ -51,7 +52,7 @@ pub(crate) fn fit_samples<'a>(
     }
     // Below the noise of single blocks the samples still know, and so does the place of rest:
     // all of them where one motion agrees with all, else as far as it does.
-    let start = found.comparison.best()?.bounded.parameters.clone();
+    let start = found.comparison.preferred()?.bounded.parameters.clone();
     let n = samples.time.len();
     if n - from <= MOST_SAMPLES
         && let Some(whole) = fit(n, start.clone()).filter(|w| agrees(w, samples, measured))
@@ -69,7 +70,7 @@ pub(crate) fn fit_samples<'a>(
 /// blocks, in runs of them, in phase and in quadrature.
 pub(crate) fn agrees(described: &Described, samples: &Samples, measured: &Measured) -> bool {
     let Problem::Waveform(problem) = &described.problem else { return false };
-    let Some(best) = described.comparison.best() else { return false };
+    let Some(best) = described.comparison.preferred() else { return false };
     let variance = measured.noise_rms.powi(2);
     let first = samples.time.partition_point(|&t| t < problem.origin);
     let residual = problem.residuals(&best.bounded.parameters);
@@ -99,9 +100,9 @@ fn agreeing_end(
     to: usize,
 ) -> Option<usize> {
     let Problem::Waveform(problem) = &found.problem else { return None };
-    let best = &found.comparison.best()?.bounded;
+    let best = &found.comparison.preferred()?.bounded;
     let law = super::envelope::law_of(&best.parameters, best.parameters[OMEGA]);
-    let variance = found.scale.variance_of(best);
+    let variance = found.comparison.noise.residual_variance(best);
     // Block by block, then what is left behind the last whole one.
     let rest = measured.all.last().map(|b| (b.end, samples.time.len()));
     let pieces = measured.all.iter().map(|b| (b.first, b.end)).filter(|p| p.0 >= to).chain(rest);
@@ -185,24 +186,22 @@ pub(crate) fn fit_waveform_window<'a>(
         a.sort_unstable();
         a
     };
-    let mut scale = Scale { observations: n as f64, variance: None, widening: 1.0 };
+    let mut noise = NoiseModel::white(n as f64);
     let sliding = {
         let span = 1.0 / fit.parameters[DELTA].abs().max(1e-3 / duration);
         0.5 * fit.parameters[A0] * PI / (2.0 * fit.parameters[OMEGA] * span)
     };
-    let comparison = compare(&problem, &fit.parameters, &nuisance, scale, sliding);
-    let best = comparison.best()?;
+    let comparison = compare(&problem, &fit.parameters, &nuisance, noise, sliding);
+    let best = comparison.preferred()?;
     let (excess, autocorrelation, count) =
         residual_scatter(&problem, samples, &best.bounded, &measured.points, range.start);
     if excess > 1.0 + 2.6 * (2.0 / count.max(1) as f64).sqrt() {
-        scale.widening = excess;
+        noise.variance_inflation = excess;
     }
-    scale.widening *= widening(autocorrelation, count);
-    let comparison = rescored(comparison, scale);
+    noise.variance_inflation *= significant_inflation(autocorrelation, count);
     Some(Described {
         problem: Problem::Waveform(problem),
-        comparison,
-        scale,
+        comparison: comparison.with_noise(noise),
         origin,
         end: origin + duration,
         excess,
@@ -288,7 +287,7 @@ fn residual_scatter(
     // The loss parameters already took their share of these blocks.
     let dof = (count as f64 - 3.0).max(1.0);
     let excess = scaled.iter().map(|s| s * s).sum::<f64>() / dof / variance.max(f64::MIN_POSITIVE);
-    (excess, first_autocorrelation(&scaled), count)
+    (excess, autocorrelation(&scaled), count)
 }
 
 /// Fundamental left in the residual of each block, in phase and in quadrature,
@@ -319,7 +318,7 @@ mod tests {
     use crate::motion::decay::FreeDecay;
     use crate::noise::jitter;
     use crate::ringdown::{Options, analyse};
-    use crate::{Oscillator, Record};
+    use crate::{Oscillator, Parameter, Record};
     use std::f64::consts::{PI, TAU};
 
     /// Recorded on for two fifths of the motion after it stopped: the stop and the rest are part
@@ -342,7 +341,7 @@ mod tests {
                     let signal = time.iter().enumerate().map(noisy).collect();
                     let record = Record::new(time.clone(), signal).expect("valid");
                     let answer = analyse(&record, &Options::default()).expect("fits");
-                    let found = answer.parameter("friction_displacement").expect("sliding found");
+                    let found = answer.parameter(Parameter::FRICTION_DISPLACEMENT).expect("sliding found");
                     (found.unbounded_value - x_f) / found.std_error
                 })
                 .collect();

@@ -4,8 +4,10 @@ use super::answer::{Answer, Cell, Pair, Row, Solo, Warning};
 use super::joint::{DISAGREE, birge, joint, references};
 use super::law::{LoadPoint, friction_against_load};
 use super::{Condition, Data, Measurement, Options};
+use crate::answer::Parameter;
 use crate::inference::evidence::chi_square_tail;
-use crate::ringdown::{Calibration, LossModel};
+use crate::model::calibration::Calibration;
+use crate::model::loss::LossModel;
 use crate::{Error, Quantity, levels, resonance, ringdown};
 use nalgebra::{Matrix2, Vector2};
 use std::f64::consts::TAU;
@@ -148,7 +150,7 @@ fn one(data: &Data) -> (Result<Solo, Error>, Option<Solo>) {
         // Levels know no other model.
         Data::Levels { levels, options } => asked_and_both(
             |_| levels::analyse(levels, options),
-            |_| LossModel::ViscousSliding,
+            |_| LossModel::VISCOUS_SLIDING,
             |answer| Solo::Levels(Box::new(answer)),
         ),
     }
@@ -161,7 +163,7 @@ fn asked_and_both<A: Clone>(
     model: impl Fn(&A) -> LossModel,
     solo: impl Fn(A) -> Solo,
 ) -> (Result<Solo, Error>, Option<Solo>) {
-    const BOTH: LossModel = LossModel::ViscousSliding;
+    const BOTH: LossModel = LossModel::VISCOUS_SLIDING;
     let answer = match analyse(None) {
         Ok(answer) => answer,
         Err(e) => return (Err(e), None),
@@ -172,20 +174,13 @@ fn asked_and_both<A: Clone>(
 
 /// Values and covariance out of an answer.
 fn speak(measurement: usize, scale: f64, answer: &Solo) -> Result<Said, &'static str> {
-    const NAMES: [&str; 2] = ["decay_rate_per_s", "friction_displacement"];
-    let get = |name: &str| -> Option<Quantity> {
-        match answer {
-            Solo::RingDown(a) => a.parameter(name),
-            Solo::Sweep(a) => a.parameter(name),
-            Solo::Levels(a) => a.parameter(name),
-        }
-        .cloned()
-    };
-    let delta = get(NAMES[0]).ok_or("it gives no decay rate")?;
-    let x_f = get(NAMES[1]).ok_or("it gives no friction displacement")?.scaled(scale, "");
+    const PAIR: [Parameter; 2] = [Parameter::DECAY_RATE, Parameter::FRICTION_DISPLACEMENT];
+    let get = |parameter: Parameter| answer.parameters().get(parameter).cloned();
+    let delta = get(PAIR[0]).ok_or("it gives no decay rate")?;
+    let x_f = get(PAIR[1]).ok_or("it gives no friction displacement")?.scaled(scale, "");
     let rho = match answer {
-        Solo::RingDown(a) => a.correlation(NAMES[0], NAMES[1]).unwrap_or(0.0),
-        Solo::Sweep(a) => a.correlation(NAMES[0], NAMES[1]).unwrap_or(0.0),
+        Solo::RingDown(a) => a.correlation(PAIR[0], PAIR[1]).unwrap_or(0.0),
+        Solo::Sweep(a) => a.correlation(PAIR[0], PAIR[1]).unwrap_or(0.0),
         // delta falls as the slope rises.
         Solo::Levels(a) => -a.correlation,
     };
@@ -197,16 +192,18 @@ fn speak(measurement: usize, scale: f64, answer: &Solo) -> Result<Said, &'static
     let covariance = Matrix2::new(s_d * s_d, rho * s_d * s_x, rho * s_d * s_x, s_x * s_x);
     let frequency = match answer {
         // A ring-down swings at omega_d.
-        Solo::RingDown(_) => get("frequency_hz").map(|q| [q.value.hypot(delta.value / TAU), q.std_error]),
-        Solo::Sweep(_) => get("natural_frequency_hz").map(|q| [q.value, q.std_error]),
+        Solo::RingDown(_) => {
+            get(Parameter::Frequency).map(|q| [q.value.hypot(delta.value / TAU), q.std_error])
+        }
+        Solo::Sweep(_) => get(Parameter::NaturalFrequency).map(|q| [q.value, q.std_error]),
         Solo::Levels(_) => None,
     }
     .filter(|f| f[1] > 0.0 && f[1].is_finite());
     let drive = match answer {
         Solo::Sweep(a) => {
-            get("drive_amplitude").filter(|q| q.std_error > 0.0 && q.std_error.is_finite()).map(|q| {
-                let with = |name: &str| a.correlation("drive_amplitude", name).unwrap_or(0.0);
-                ([q.value * scale, q.std_error * scale], [with(NAMES[0]), with(NAMES[1])])
+            get(Parameter::DriveAmplitude).filter(|q| q.std_error > 0.0 && q.std_error.is_finite()).map(|q| {
+                let with = |other| a.correlation(Parameter::DriveAmplitude, other).unwrap_or(0.0);
+                ([q.value * scale, q.std_error * scale], PAIR.map(with))
             })
         }
         _ => None,

@@ -1,6 +1,7 @@
 //! The answer to a series.
 
 use super::law::LawFit;
+use crate::answer::Parameters;
 use crate::{Error, Quantity, levels, resonance, ringdown};
 use std::fmt;
 
@@ -14,6 +15,17 @@ pub enum Solo {
     Sweep(Box<resonance::Answer>),
     /// Drive levels.
     Levels(Box<levels::Answer>),
+}
+
+impl Solo {
+    /// The parameters of its answer.
+    pub fn parameters(&self) -> &Parameters {
+        match self {
+            Solo::RingDown(a) => &a.parameters,
+            Solo::Sweep(a) => &a.parameters,
+            Solo::Levels(a) => &a.parameters,
+        }
+    }
 }
 
 /// Estimate of friction and damping by one kind of experiment.

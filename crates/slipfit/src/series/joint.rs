@@ -3,8 +3,9 @@
 use super::analyse::Said;
 use super::answer::Joint;
 use super::{Condition, Data, Measurement, Options};
+use crate::answer::Parameter;
 use crate::inference::evidence::chi_square_tail;
-use crate::ringdown::LossModel;
+use crate::model::loss::LossModel;
 use crate::{Quantity, resonance};
 use nalgebra::{DMatrix, DVector};
 
@@ -42,9 +43,9 @@ pub(super) fn references(said: &[Said], measurements: &[Measurement]) -> Vec<Ref
     }
     let shared = seen.into_iter().filter(|(_, _, sweeps)| sweeps.len() > 1);
     let alone = |(curve, scale, sweeps): (&resonance::Curve, f64, Vec<&Said>)| {
-        let viscous = resonance::Options { model: Some(LossModel::Viscous), ..resonance::Options::default() };
+        let viscous = resonance::Options { model: Some(LossModel::VISCOUS), ..resonance::Options::default() };
         let answer = resonance::analyse(curve, &viscous).ok()?;
-        let drive = answer.parameter("drive_amplitude")?;
+        let drive = answer.parameter(Parameter::DriveAmplitude)?;
         // No sweep knows less than its reference; where it says so, their noise was judged differently.
         let widest = sweeps.iter().filter_map(|s| s.drive).map(|d| d.0[1]).fold(0.0, f64::max);
         let std_error = (drive.std_error * scale).max(widest);

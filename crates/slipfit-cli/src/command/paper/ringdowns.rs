@@ -1,8 +1,10 @@
 //! Fig. 2 (a) and (b): ring-downs at three loads, fitted.
 
 use crate::command::simulate::{Noise, lock_in};
+use slipfit::LossModel;
+use slipfit::Parameter;
 use slipfit::motion::decay::{FreeDecay, averaged};
-use slipfit::ringdown::{LossModel, Options, analyse};
+use slipfit::ringdown::{Options, analyse};
 use slipfit::{Error, Oscillator, Quantity, Record, SignalKind};
 use slipfit_report::plot::{Chart, Look, Scaled, Series};
 use std::f64::consts::TAU;
@@ -62,21 +64,20 @@ fn one((load, coulomb_force, viscous): (&'static str, f64, f64), seed: u64) -> R
     let record =
         Record::new(time_s.clone(), amplitude.clone())?.with_unit("m").with_kind(SignalKind::Envelope);
     let mut options = Options::default();
-    options.model = Some(LossModel::ViscousSliding);
+    options.model = Some(LossModel::VISCOUS_SLIDING);
     options.frequency_hz = Some(FREQUENCY_HZ);
-    options.calibration =
-        Some(slipfit::ringdown::Calibration::Stiffness { value: STIFFNESS, std_error: 0.0 });
+    options.calibration = Some(slipfit::Calibration::Stiffness { value: STIFFNESS, std_error: 0.0 });
     let answer = analyse(&record, &options)?;
-    let named = |name: &'static str| {
+    let named = |name: Parameter| {
         answer.parameter(name).cloned().ok_or(Error::NoFit { reason: "a parameter of eq. (16) is missing" })
     };
     let fitted = Oscillator::builder()
         .frequency_hz(FREQUENCY_HZ)
-        .decay_rate_per_s(named("decay_rate_per_s")?.value)
-        .friction_displacement(named("friction_displacement")?.value)
+        .decay_rate_per_s(named(Parameter::DECAY_RATE)?.value)
+        .friction_displacement(named(Parameter::FRICTION_DISPLACEMENT)?.value)
         .build()?;
     let start = answer.segment.start_s;
-    let initial = named("initial_amplitude")?.value;
+    let initial = named(Parameter::InitialAmplitude)?.value;
     let omega = TAU * FREQUENCY_HZ;
     let velocity = |t: f64, a: f64| [t * 1e3, a * omega * 1e3];
     let fit = (0..)
@@ -89,7 +90,7 @@ fn one((load, coulomb_force, viscous): (&'static str, f64, f64), seed: u64) -> R
         load,
         coulomb_force,
         viscous,
-        found: [named("coulomb_force")?, named("viscous_coefficient")?],
+        found: [named(Parameter::CoulombForce)?, named(Parameter::ViscousCoefficient)?],
         stop_time_s: motion.stop().map(|s| s.time_s),
         data: time_s.iter().zip(&amplitude).map(|(t, a)| velocity(*t, *a)).collect(),
         fit,

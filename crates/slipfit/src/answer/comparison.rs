@@ -1,0 +1,106 @@
+//! What the comparison of loss models says: each model's fit, the evidence for sliding friction,
+//! correlations of the estimates.
+
+use super::parameter::Parameter;
+use crate::model::loss::LossModel;
+
+/// One loss model, fitted.
+#[derive(Debug, Clone, PartialEq)]
+#[cfg_attr(feature = "serde", derive(serde::Serialize))]
+#[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
+pub struct Candidate {
+    /// The model.
+    pub model: LossModel,
+    /// Bayesian information criterion; differences count, the zero is arbitrary.
+    pub bic: f64,
+    /// `bic` above the best candidate's.
+    pub delta_bic: f64,
+    /// Root mean square of the residual (of each quadrature when complex), signal unit.
+    pub rms: f64,
+    /// Number of free parameters, nuisances included.
+    pub free_parameters: usize,
+    /// Whether the fit met its tolerance.
+    pub converged: bool,
+    /// The loss coefficient that this model ended on the limit (zero) with, if any.
+    pub at_limit: Option<Parameter>,
+    /// Fitted values; zero for loss terms the model does not have.
+    #[cfg_attr(feature = "serde", serde(flatten))]
+    pub values: Values,
+}
+
+impl Candidate {
+    /// Fitted value of a parameter; zero where the model has none.
+    pub fn value(&self, parameter: Parameter) -> f64 {
+        self.values.get(parameter).unwrap_or(0.0)
+    }
+}
+
+/// Fitted values by parameter.
+#[derive(Debug, Clone, PartialEq, Default)]
+pub struct Values(Vec<(Parameter, f64)>);
+
+impl Values {
+    /// The value of a parameter, if there is one.
+    pub fn get(&self, parameter: Parameter) -> Option<f64> {
+        self.0.iter().find(|(p, _)| *p == parameter).map(|(_, v)| *v)
+    }
+
+    /// Sets or adds a value.
+    pub fn set(&mut self, parameter: Parameter, value: f64) {
+        match self.0.iter_mut().find(|(p, _)| *p == parameter) {
+            Some((_, old)) => *old = value,
+            None => self.0.push((parameter, value)),
+        }
+    }
+
+    /// Parameters and values in order.
+    pub fn iter(&self) -> impl Iterator<Item = (Parameter, f64)> {
+        self.0.iter().copied()
+    }
+}
+
+impl FromIterator<(Parameter, f64)> for Values {
+    fn from_iter<I: IntoIterator<Item = (Parameter, f64)>>(values: I) -> Self {
+        Self(values.into_iter().collect())
+    }
+}
+
+/// Is there sliding friction, and how much of the loss is it?
+#[derive(Debug, Clone, PartialEq)]
+#[cfg_attr(feature = "serde", derive(serde::Serialize))]
+#[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
+pub struct SlidingEvidence {
+    /// Sliding friction is needed: `p_value` below 0.01 and the BIC prefers it.
+    pub detected: bool,
+    /// Probability that data without sliding friction would look at least this much like data with
+    /// it, given the best model without it. One-sided: friction cannot be negative.
+    pub p_value: f64,
+    /// BIC of the best model without sliding minus that of the best with it.
+    pub delta_bic: f64,
+    /// Sliding share of the loss at the highest amplitude used (the start of a decay, the peak of a
+    /// curve), in the chosen model.
+    pub share_at_highest: f64,
+    /// Sliding share of the loss at the lowest amplitude used.
+    pub share_at_lowest: f64,
+    /// From this instant on, s, sliding carries more than 95 % of the loss of a decay.
+    pub dominates_from_s: Option<f64>,
+    /// Probability of the data under a purely viscous loss (one-sided F test against the chosen
+    /// model); 1 when the chosen model is viscous.
+    pub viscous_only_p_value: f64,
+}
+
+/// Correlation of two estimates.
+#[derive(Debug, Clone, Copy, PartialEq)]
+#[cfg_attr(feature = "serde", derive(serde::Serialize))]
+#[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
+pub struct Correlation {
+    /// The two parameters.
+    pub parameters: [Parameter; 2],
+    /// Their correlation coefficient, in `[-1, 1]`.
+    pub value: f64,
+}
+
+/// The correlation of two parameters in a list, in either order.
+pub(crate) fn correlation(list: &[Correlation], a: Parameter, b: Parameter) -> Option<f64> {
+    list.iter().find(|c| c.parameters == [a, b] || c.parameters == [b, a]).map(|c| c.value)
+}

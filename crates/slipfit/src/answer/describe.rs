@@ -1,0 +1,138 @@
+//! From fits to reported values: estimates inside their limits, candidates, correlations.
+
+use super::comparison::{Candidate, Correlation, SlidingEvidence, Values};
+use super::parameter::Parameter;
+use super::quantity::Quantity;
+use crate::inference::Z_95;
+use crate::inference::least_squares::{Fit, LeastSquares};
+use crate::inference::model_selection::{ModelComparison, ModelFit};
+use crate::inference::noise::NoiseModel;
+use crate::inference::profile::{Estimate, Profile};
+use crate::model::loss::LossTerm;
+
+/// p value below which sliding friction counts as detected.
+pub(crate) const DETECTED: f64 = 0.01;
+
+/// Estimate and interval of a coefficient that lies between zero and `most`; `curved` asks for the
+/// profile also far from zero.
+pub(crate) fn loss_estimate(
+    problem: &dyn LeastSquares,
+    fit: &Fit,
+    noise: NoiseModel,
+    slot: usize,
+    most: Option<f64>,
+    curved: bool,
+) -> Estimate {
+    let most = most.map_or(f64::INFINITY, |m| m.max(fit.parameters[slot]));
+    let mut found = Profile { problem, fit, noise, range: [0.0, most] }.non_negative(slot, curved);
+    found.interval[1] = found.interval[1].min(most);
+    found
+}
+
+/// A coefficient the data were never asked for.
+pub(crate) fn unknown() -> Estimate {
+    Estimate { value: 0.0, std_error: f64::INFINITY, interval: [0.0, f64::INFINITY] }
+}
+
+/// A value that cannot be negative as it is reported: zero where the chosen model has no such term
+/// (`present`), its interval the one with the term.
+pub(crate) fn non_negative(found: Estimate, present: bool, unit: String) -> Quantity {
+    Quantity {
+        value: if present { found.value.max(0.0) } else { 0.0 },
+        std_error: known_error(found.std_error),
+        interval_95: found.interval.map(|v| v.max(0.0)),
+        unbounded_value: found.value,
+        unit,
+    }
+}
+
+/// Where not even a variance can be formed nothing is known.
+pub(crate) fn known_error(std_error: f64) -> f64 {
+    if std_error.is_nan() { f64::INFINITY } else { std_error }
+}
+
+/// `Q = omega_0/(2 delta)`, the viscous part only, with `omega_0` for each decay rate; infinite where
+/// no viscous loss is seen.
+pub(crate) fn q_factor(delta: &Quantity, omega_0: impl Fn(f64) -> f64) -> Quantity {
+    let q = |d: f64| if d > 0.0 { omega_0(d) / (2.0 * d) } else { f64::INFINITY };
+    let value = q(delta.value);
+    Quantity {
+        value,
+        std_error: if delta.value > 0.0 { value * delta.std_error / delta.value } else { f64::INFINITY },
+        interval_95: [q(delta.interval_95[1]), q(delta.interval_95[0])],
+        unbounded_value: omega_0(delta.unbounded_value) / (2.0 * delta.unbounded_value),
+        unit: String::new(),
+    }
+}
+
+/// A parameter of a fit in another unit, its interval symmetric: `factor (p + offset)`.
+pub(crate) fn symmetric(
+    noise: NoiseModel,
+    fit: &Fit,
+    slot: usize,
+    [factor, offset]: [f64; 2],
+    unit: impl Into<String>,
+) -> Quantity {
+    let error = noise.std_error(fit, slot);
+    let mut q = Quantity::normal((fit.parameters[slot] + offset) * factor, error * factor.abs(), unit);
+    let half = Z_95 * error * noise.student_factor(fit) * factor.abs();
+    q.interval_95 = [q.value - half, q.value + half];
+    q
+}
+
+/// Every model as the table of candidates has it, best first; `rms` and `values` describe one fit.
+pub(crate) fn candidates(
+    comparison: &ModelComparison,
+    rms: impl Fn(&ModelFit) -> f64,
+    values: impl Fn(&ModelFit) -> Values,
+) -> Vec<Candidate> {
+    let best = comparison.lowest_bic();
+    let candidate = |f: &ModelFit| Candidate {
+        model: f.model,
+        bic: f.bic,
+        delta_bic: f.bic - best,
+        rms: rms(f),
+        free_parameters: f.unbounded.free.len(),
+        converged: f.unbounded.converged,
+        at_limit: f.at_limit.map(Parameter::Loss),
+        values: values(f),
+    };
+    let mut list: Vec<Candidate> = comparison.fits.iter().map(candidate).collect();
+    list.sort_by(|a, b| a.bic.total_cmp(&b.bic));
+    list
+}
+
+/// Correlations of the free parameters among those named, in their order.
+pub(crate) fn correlations(fit: &Fit, named: &[(usize, Parameter)]) -> Vec<Correlation> {
+    let free: Vec<_> = named.iter().filter(|(slot, _)| fit.free.contains(slot)).collect();
+    let pairs = free.iter().enumerate().flat_map(|(i, a)| free[i + 1..].iter().map(move |b| (a, b)));
+    pairs.map(|(a, b)| Correlation { parameters: [a.1, b.1], value: fit.correlation(a.0, b.0) }).collect()
+}
+
+/// The evidence for sliding friction beside the chosen model, given its shares of the loss.
+pub(crate) fn sliding_evidence(
+    comparison: &ModelComparison,
+    chosen: &ModelFit,
+    [share_at_highest, share_at_lowest]: [f64; 2],
+) -> SlidingEvidence {
+    let (p_value, delta_bic) = comparison.sliding_evidence();
+    SlidingEvidence {
+        detected: p_value < DETECTED && delta_bic > 0.0,
+        p_value,
+        delta_bic,
+        share_at_highest,
+        share_at_lowest,
+        dominates_from_s: None,
+        viscous_only_p_value: comparison.viscous_only(chosen.model),
+    }
+}
+
+/// The fit that tells a loss coefficient, and whether the chosen model has it.
+pub(crate) fn fit_of<'a>(
+    comparison: &'a ModelComparison,
+    chosen: &'a ModelFit,
+    term: LossTerm,
+) -> (Option<&'a ModelFit>, bool) {
+    let present = chosen.model.has(term);
+    (if present { Some(chosen) } else { comparison.fit_with(chosen, term) }, present)
+}

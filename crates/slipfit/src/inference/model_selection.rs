@@ -1,0 +1,144 @@
+//! Model comparison: every loss model fitted to the same data, physical limits kept, ranked by BIC.
+
+use super::least_squares::Fit;
+use super::noise::NoiseModel;
+use crate::model::loss::{LossModel, LossTerm};
+
+/// One loss model, fitted.
+#[derive(Debug, Clone)]
+pub(crate) struct ModelFit {
+    pub(crate) model: LossModel,
+    /// Best fit with the limits lifted: losses may come out negative.
+    pub(crate) unbounded: Fit,
+    /// Best fit within the limits: this one, or that of the smaller model it falls to.
+    pub(crate) bounded: Fit,
+    /// The loss term that came out negative, if any.
+    pub(crate) at_limit: Option<LossTerm>,
+    pub(crate) bic: f64,
+}
+
+impl ModelFit {
+    /// What models are ranked by, the lower the better.
+    fn rank(&self) -> f64 {
+        self.bic + bic_penalty(self.model)
+    }
+}
+
+/// What the BIC of a model with drag but without viscous damping must be better by.
+///
+/// Every oscillator has some loss linear in velocity: one that seems to have none beside its drag is
+/// more often chance (one record in a hundred with two losses and 20 dB), and its `x_F` is then far
+/// off. 6 is strong evidence on the scale of the BIC (Kass and Raftery 1995, J. Am. Stat. Assoc. 90,
+/// 773).
+const NO_VISCOUS_PENALTY: f64 = 6.0;
+
+fn bic_penalty(model: LossModel) -> f64 {
+    if model.has(LossTerm::Drag) && !model.has(LossTerm::Viscous) { NO_VISCOUS_PENALTY } else { 0.0 }
+}
+
+/// All loss models that could be fitted to one set of data.
+#[derive(Debug, Clone)]
+pub(crate) struct ModelComparison {
+    pub(crate) fits: Vec<ModelFit>,
+    pub(crate) noise: NoiseModel,
+}
+
+fn lowest<'a>(of: impl Iterator<Item = &'a ModelFit>) -> Option<&'a ModelFit> {
+    of.min_by(|a, b| a.rank().total_cmp(&b.rank()))
+}
+
+impl ModelComparison {
+    /// Holds the fits to their limits and ranks them; `slot` is where a problem keeps the
+    /// coefficient of a loss term.
+    pub(crate) fn new(
+        fits: &[(LossModel, Fit)],
+        slot: impl Fn(LossTerm) -> usize,
+        noise: NoiseModel,
+    ) -> Self {
+        let negative = |m: LossModel, f: &Fit| m.terms().find(|t| f.parameters[slot(*t)] < 0.0);
+        let fits = fits
+            .iter()
+            .map(|(model, fit)| {
+                let at_limit = negative(*model, fit);
+                let bounded = if at_limit.is_none() {
+                    fit
+                } else {
+                    // On the limit the model is one of the smaller models within it.
+                    fits.iter()
+                        .filter(|(m, f)| m.is_within(*model) && negative(*m, f).is_none())
+                        .min_by(|a, b| a.1.rss.total_cmp(&b.1.rss))
+                        .map_or(fit, |(_, f)| f)
+                };
+                ModelFit {
+                    model: *model,
+                    unbounded: fit.clone(),
+                    bounded: bounded.clone(),
+                    at_limit,
+                    bic: noise.bic(bounded.rss, fit.free.len()),
+                }
+            })
+            .collect();
+        Self { fits, noise }
+    }
+
+    /// The same fits judged by another noise model.
+    pub(crate) fn with_noise(mut self, noise: NoiseModel) -> Self {
+        for fit in &mut self.fits {
+            fit.bic = noise.bic(fit.bounded.rss, fit.unbounded.free.len());
+        }
+        self.noise = noise;
+        self
+    }
+
+    /// The fit of a model.
+    pub(crate) fn get(&self, model: LossModel) -> Option<&ModelFit> {
+        self.fits.iter().find(|f| f.model == model)
+    }
+
+    /// The model of lowest BIC, penalties counted, among those with every term inside its limit.
+    pub(crate) fn preferred(&self) -> Option<&ModelFit> {
+        lowest(self.fits.iter().filter(|f| f.at_limit.is_none())).or_else(|| lowest(self.fits.iter()))
+    }
+
+    /// Lowest BIC of all models.
+    pub(crate) fn lowest_bic(&self) -> f64 {
+        self.fits.iter().map(|f| f.bic).fold(f64::INFINITY, f64::min)
+    }
+
+    /// The fit that determines a loss term: the chosen model's where it has the term, else that of
+    /// the model with it besides.
+    pub(crate) fn fit_with(&self, chosen: &ModelFit, term: LossTerm) -> Option<&ModelFit> {
+        self.get(chosen.model.with(term))
+    }
+
+    /// p value of sliding friction given the best model without it, and how much the best model
+    /// with it is better by BIC; 1 and 0 where there are too few data for the models it takes.
+    pub(crate) fn sliding_evidence(&self) -> (f64, f64) {
+        let best = |sliding: bool| lowest(self.fits.iter().filter(|f| f.model.has_sliding() == sliding));
+        let (Some(without), Some(with)) = (best(false), best(true)) else { return (1.0, 0.0) };
+        let both = self.get(without.model.with(LossTerm::Sliding));
+        (both.map_or(1.0, |both| self.p_value(without, both)), without.rank() - with.rank())
+    }
+
+    /// p value of a purely viscous loss against a model; 1 for the viscous model itself.
+    pub(crate) fn viscous_only(&self, model: LossModel) -> f64 {
+        let pair = self.get(LossModel::VISCOUS).zip(self.get(model.with(LossTerm::Viscous)));
+        match pair {
+            Some((viscous, both)) if model != LossModel::VISCOUS => self.p_value(viscous, both),
+            _ => 1.0,
+        }
+    }
+
+    /// p value of the smaller model against the larger.
+    fn p_value(&self, small: &ModelFit, large: &ModelFit) -> f64 {
+        self.noise.p_value(small.bounded.rss, &large.bounded)
+    }
+
+    /// Largest value of a loss coefficient that the data allow: what it would be alone, four
+    /// standard errors up. `None` where that model was not fitted.
+    pub(crate) fn most(&self, term: LossTerm, slot: usize) -> Option<f64> {
+        let alone = &self.get(LossModel::from_terms(&[term])?)?.unbounded;
+        let most = alone.parameters[slot].max(0.0) + 4.0 * self.noise.std_error(alone, slot);
+        most.is_finite().then_some(most)
+    }
+}

@@ -1,0 +1,141 @@
+//! Loss models: sets of loss terms.
+
+use super::LossTerm;
+use std::fmt;
+use std::sync::LazyLock;
+
+/// Which loss terms act on the oscillator.
+///
+/// The amplitude obeys `dA/dt = -(a0 + a1 A + a2 A²)`: sliding friction gives the constant term
+/// (eqs. (15)-(18) of Vitorino, Vieira and Rodrigues), viscous damping the linear one, quadratic
+/// drag the last.
+///
+/// ```
+/// use slipfit::{LossModel, LossTerm};
+/// let model: LossModel = "viscous+sliding".parse()?;
+/// assert_eq!(model, LossModel::VISCOUS_SLIDING);
+/// assert!(model.has(LossTerm::Sliding) && !model.has(LossTerm::Drag));
+/// # Ok::<(), String>(())
+/// ```
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Hash, PartialOrd, Ord)]
+pub struct LossModel {
+    /// One bit for each term of [`LossTerm::ALL`].
+    terms: u8,
+}
+
+/// The names of all sets of terms.
+static NAMES: LazyLock<Vec<String>> = LazyLock::new(|| {
+    let name = |terms| LossModel { terms }.terms().map(LossTerm::name).collect::<Vec<_>>().join("+");
+    (0..1 << LossTerm::ALL.len()).map(name).collect()
+});
+
+const fn set(terms: &[LossTerm]) -> LossModel {
+    let (mut bits, mut i) = (0, 0);
+    while i < terms.len() {
+        bits |= 1 << terms[i] as u8;
+        i += 1;
+    }
+    LossModel { terms: bits }
+}
+
+impl LossModel {
+    /// Viscous damping only: the exponential decay.
+    pub const VISCOUS: LossModel = set(&[LossTerm::Viscous]);
+    /// Sliding friction only: the amplitude falls along a straight line.
+    pub const SLIDING: LossModel = set(&[LossTerm::Sliding]);
+    /// Viscous damping and sliding friction: the paper's model.
+    pub const VISCOUS_SLIDING: LossModel = set(&[LossTerm::Viscous, LossTerm::Sliding]);
+    /// Viscous damping and quadratic drag (air, water).
+    pub const VISCOUS_DRAG: LossModel = set(&[LossTerm::Viscous, LossTerm::Drag]);
+    /// Sliding friction and quadratic drag.
+    pub const SLIDING_DRAG: LossModel = set(&[LossTerm::Sliding, LossTerm::Drag]);
+    /// All three.
+    pub const VISCOUS_SLIDING_DRAG: LossModel = set(&[LossTerm::Viscous, LossTerm::Sliding, LossTerm::Drag]);
+
+    /// The models compared by default, simplest first.
+    pub const ALL: [LossModel; 6] = [
+        LossModel::VISCOUS,
+        LossModel::SLIDING,
+        LossModel::VISCOUS_SLIDING,
+        LossModel::VISCOUS_DRAG,
+        LossModel::SLIDING_DRAG,
+        LossModel::VISCOUS_SLIDING_DRAG,
+    ];
+
+    /// The model with these terms; `None` when there is no loss at all.
+    pub fn from_terms(terms: &[LossTerm]) -> Option<Self> {
+        (!terms.is_empty()).then(|| set(terms))
+    }
+
+    /// Its terms, in the order of [`LossTerm::ALL`].
+    pub fn terms(self) -> impl Iterator<Item = LossTerm> {
+        LossTerm::ALL.iter().copied().filter(move |t| self.has(*t))
+    }
+
+    /// Whether a term is part of the model.
+    pub const fn has(self, term: LossTerm) -> bool {
+        self.terms & (1 << term as u8) != 0
+    }
+
+    /// Whether sliding friction is part of the model.
+    pub const fn has_sliding(self) -> bool {
+        self.has(LossTerm::Sliding)
+    }
+
+    /// The model with one term more.
+    #[must_use]
+    pub const fn with(self, term: LossTerm) -> Self {
+        LossModel { terms: self.terms | 1 << term as u8 }
+    }
+
+    /// Whether every term of this model is one of the other's.
+    pub const fn is_within(self, other: LossModel) -> bool {
+        self.terms & !other.terms == 0
+    }
+
+    /// Name, as in the JSON answer: the terms joined by `+`.
+    pub fn name(self) -> &'static str {
+        &NAMES[usize::from(self.terms)]
+    }
+}
+
+impl fmt::Display for LossModel {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        f.pad(self.name())
+    }
+}
+
+impl std::str::FromStr for LossModel {
+    type Err = String;
+
+    fn from_str(text: &str) -> Result<Self, String> {
+        Self::ALL.into_iter().find(|m| m.name() == text).ok_or_else(|| {
+            let names: Vec<_> = Self::ALL.iter().map(|m| m.name()).collect();
+            format!("no loss model `{text}`; one of {}", names.join(", "))
+        })
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn every_name_reads_back() {
+        for model in LossModel::ALL {
+            assert_eq!(model.name().parse(), Ok(model));
+            let terms: Vec<_> = model.terms().collect();
+            assert_eq!(LossModel::from_terms(&terms), Some(model));
+        }
+        assert_eq!(LossModel::VISCOUS_SLIDING_DRAG.name(), "viscous+sliding+drag");
+        assert_eq!(LossModel::from_terms(&[]), None);
+        assert!("elastic".parse::<LossModel>().is_err());
+    }
+
+    #[test]
+    fn a_model_lies_within_those_with_more_terms() {
+        assert!(LossModel::VISCOUS.is_within(LossModel::VISCOUS_DRAG));
+        assert!(!LossModel::VISCOUS_DRAG.is_within(LossModel::VISCOUS_SLIDING));
+        assert_eq!(LossModel::VISCOUS.with(LossTerm::Sliding), LossModel::VISCOUS_SLIDING);
+    }
+}

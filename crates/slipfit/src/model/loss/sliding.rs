@@ -1,0 +1,27 @@
+//! Sliding friction.
+
+use super::{Loss, UnitRule};
+
+/// Sliding friction `F sgn(x')`: the amplitude falls along a straight line, `dA/dt = -a0` with
+/// `a0 = 2 omega x_F/pi` (eq. (16) of Vitorino, Vieira and Rodrigues; exactly
+/// `delta x_F coth(pi delta/2 omega_d)` beside viscous damping).
+///
+/// The coefficient reported is the friction displacement `x_F = F/k`.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub struct Sliding;
+
+impl Loss for Sliding {
+    const NAME: &'static str = "sliding";
+    const COEFFICIENT: &'static str = "friction_displacement";
+    const LABEL: &'static str = "friction displacement";
+    const SYMBOL: &'static str = "x_F";
+    const UNIT: UnitRule = UnitRule::Signal;
+
+    fn shape(_: f64) -> f64 {
+        1.0
+    }
+
+    fn shape_derivative(_: f64) -> f64 {
+        0.0
+    }
+}

@@ -1,0 +1,24 @@
+//! Viscous damping.
+
+use super::{Loss, UnitRule};
+
+/// Viscous damping, `gamma x'`: the amplitude falls exponentially, `dA/dt = -delta A` with
+/// `delta = gamma/2m`.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub struct Viscous;
+
+impl Loss for Viscous {
+    const NAME: &'static str = "viscous";
+    const COEFFICIENT: &'static str = "decay_rate_per_s";
+    const LABEL: &'static str = "decay rate";
+    const SYMBOL: &'static str = "δ";
+    const UNIT: UnitRule = UnitRule::Fixed("1/s");
+
+    fn shape(amplitude: f64) -> f64 {
+        amplitude
+    }
+
+    fn shape_derivative(_: f64) -> f64 {
+        1.0
+    }
+}
