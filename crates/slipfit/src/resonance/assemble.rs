@@ -4,9 +4,10 @@ use super::bias;
 use super::block::Block;
 use super::described::{Described, slot};
 use super::paper::Lorentzian;
-use super::problem::{
-    BG_IM, BG_RE, COUNT, DELAY, DELTA, DRAG, DUFFING, OMEGA, PHASE, Problem, R_BG_IM, R_BG_RE, R_DELTA,
-    R_OMEGA, R_PHASE, X_0, X_F,
+use super::problem::Problem;
+use super::response::{
+    BG_IM, BG_RE, COUNT, DELAY, DELTA, DRAG, DUFFING, OMEGA, PHASE, R_BG_IM, R_BG_RE, R_DELTA, R_OMEGA,
+    R_PHASE, X_0, X_F,
 };
 use super::{
     Answer, Curve, CurvePoint, Diagnostics, DriveSource, FittedCurve, Instrument, Method, Options,
@@ -104,7 +105,7 @@ fn guide(used: &Curve, problem: &Problem, p: &[f64]) -> Vec<[f64; 2]> {
         return Vec::new();
     }
     let b = &problem.main;
-    let at = problem.setting(p, false);
+    let at = problem.response(p, false);
     let seen = |i: usize| b.data[i] - at.background_at(b.omega[i]);
     let amplitude = |i: usize| if b.complex { seen(i).norm() } else { b.data[i].re };
     (0..b.len())

@@ -1,7 +1,8 @@
 //! Second-order bias of least squares, where a curve tells little.
 
 use super::block::Block;
-use super::problem::{COUNT, Problem, X_0};
+use super::problem::Problem;
+use super::response::{COUNT, X_0};
 use crate::inference::least_squares::{Fit, LeastSquares, Normal, newton_step};
 use crate::motion::steady::Phasor;
 use nalgebra::{DMatrix, SymmetricEigen};
@@ -79,7 +80,7 @@ fn read(problem: &Problem, block: &Block, p: &[f64], reference: bool) -> Option<
 #[cfg(test)]
 mod tests {
     use super::super::Curve;
-    use super::super::problem::{DELTA, OMEGA, X_F};
+    use super::super::response::{DELTA, OMEGA, X_F};
     use super::*;
     use crate::inference::least_squares::minimise;
     use crate::motion::steady::fundamental::{Point, fundamental};

@@ -2,7 +2,8 @@
 
 use super::block::Block;
 use super::peak::Peak;
-use super::problem::{BG_IM, BG_RE, DELTA, DRAG, Problem, X_F};
+use super::problem::Problem;
+use super::response::{BG_IM, BG_RE, DELTA, DRAG, X_F};
 use super::{DriveSource, Method};
 use crate::inference::least_squares::Fit;
 use crate::inference::model_selection::{ModelComparison, ModelFit};

@@ -1,7 +1,8 @@
 //! The bare fit, for who knows the model already.
 
 use super::block::Block;
-use super::problem::{DELTA, OMEGA, PHASE, Problem, X_0, X_F};
+use super::problem::Problem;
+use super::response::{DELTA, OMEGA, PHASE, X_0, X_F};
 use super::search::{best, starts};
 use super::{Curve, peak, start};
 use crate::Error;

@@ -3,7 +3,7 @@
 use super::block::Block;
 use super::described::{Described, oscillator_seen};
 use super::peak::Peak;
-use super::problem::{BG_IM, BG_RE, DELTA, DUFFING, OMEGA, R_DELTA, R_OMEGA, X_F};
+use super::response::{BG_IM, BG_RE, DELTA, DUFFING, OMEGA, R_DELTA, R_OMEGA, X_F};
 use super::{Answer, Curve, DriveSource, Method, RunDirection, Warning, peak};
 use crate::answer::Parameter;
 use crate::inference::model_selection::ModelFit;

@@ -1,6 +1,7 @@
 //! The fitted curve, to be drawn or subtracted.
 
-use super::problem::{Modelled, Problem, X_F};
+use super::problem::Problem;
+use super::response::{Modelled, X_F};
 use crate::motion::steady::Phasor;
 use crate::motion::steady::fundamental::Follower;
 use std::f64::consts::TAU;
@@ -42,8 +43,8 @@ impl FittedCurve {
 
     fn modelled(&self, p: &[f64], frequency_hz: f64) -> Option<Modelled> {
         let omega = TAU * frequency_hz;
-        let at = self.problem.setting(p, false);
-        self.problem.at(&at, omega, 1.0, self.guess(omega), &mut Follower::default())
+        let at = self.problem.response(p, false);
+        at.at(omega, 1.0, self.guess(omega), &mut Follower::default())
     }
 
     /// Amplitude measured next to a frequency.

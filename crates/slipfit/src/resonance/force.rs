@@ -1,7 +1,8 @@
 //! Force balance point by point, without a model of the curve.
 
 use super::answer::{ForceLine, ForcePoint};
-use super::problem::{DELAY, OMEGA, PHASE, Problem, X_0};
+use super::problem::Problem;
+use super::response::{DELAY, OMEGA, PHASE, X_0};
 use crate::Quantity;
 use crate::inference::least_squares::linear;
 use crate::motion::steady::Phasor;
@@ -29,7 +30,7 @@ pub(super) fn balance(
         return (Vec::new(), None);
     }
     let omega_0 = problem.centre + p[OMEGA];
-    let at = problem.setting(p, false);
+    let at = problem.response(p, false);
     let mut points = Vec::with_capacity(b.len());
     let mut rows: Vec<(f64, f64, f64, f64)> = Vec::new();
     for (i, modelled) in problem.predict(p, false).into_iter().enumerate() {

@@ -1,7 +1,8 @@
 //! Every loss model fitted, each from its relatives.
 
 use super::described::slot;
-use super::problem::{DELTA, DRAG, Problem, X_0, X_F};
+use super::problem::Problem;
+use super::response::{DELTA, DRAG, X_0, X_F};
 use super::search::best_of;
 use crate::inference::least_squares::{Fit, LeastSquares};
 use crate::inference::noise::NoiseModel;

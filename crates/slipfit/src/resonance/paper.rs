@@ -3,7 +3,8 @@
 use super::answer::PaperEstimate;
 use super::block::Block;
 use super::peak;
-use super::problem::{COUNT, DELTA, OMEGA, Problem, X_0};
+use super::problem::Problem;
+use super::response::{COUNT, DELTA, OMEGA, X_0};
 use super::search::best;
 use super::start;
 use crate::inference::least_squares::Fit;
@@ -106,7 +107,7 @@ fn inverted(q_f: f64, rho: f64, x_0: f64) -> Inverted {
 /// answer's parameters.
 pub(super) fn estimate(problem: &Problem, p: &[f64], drive_known: bool) -> Option<PaperEstimate> {
     let b = &problem.main;
-    let at = problem.setting(p, false);
+    let at = problem.response(p, false);
     let seen = |i: usize| b.data[i] - at.background_at(b.omega[i]);
     let measured: Vec<f64> =
         (0..b.len()).map(|i| if b.complex { seen(i).norm() } else { b.data[i].re }).collect();
@@ -115,7 +116,7 @@ pub(super) fn estimate(problem: &Problem, p: &[f64], drive_known: bool) -> Optio
     let inverse = drive_known.then(|| found.invert(x_0));
     let exact: Option<Vec<f64>> =
         problem.predict(p, false).into_iter().map(|m| m.map(|m| m.oscillator.norm())).collect();
-    let truth_x_f = p[super::problem::X_F];
+    let truth_x_f = p[super::response::X_F];
     let truth_q = (problem.centre + p[OMEGA]) / (2.0 * p[DELTA]);
     let ideal = exact.and_then(|e| Lorentzian::of(b, &e)).map(|l| l.invert(x_0));
     let parameters = &found.fit.parameters;

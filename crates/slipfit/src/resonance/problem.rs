@@ -1,93 +1,22 @@
-//! Curve and reference against the response of the oscillator, for the minimiser.
+//! The least-squares problem: curve and reference against the response of the oscillator.
 
 use super::Method;
 use super::block::Block;
-use super::sums::{self, OWN};
+use super::response::{
+    BG_IM, BG_RE, COUNT, DELAY, DELTA, DRAG, DUFFING, MAIN, ModelResponse, Modelled, OMEGA, PHASE, R_BG_IM,
+    R_BG_RE, R_DELTA, R_OMEGA, R_PHASE, X_0, X_F,
+};
+use super::sums;
 use crate::inference::least_squares::{LeastSquares, Normal};
 use crate::motion::steady::Phasor;
-use crate::motion::steady::fundamental::{Follower, Fundamental, Point, Regime, leading};
+use crate::motion::steady::fundamental::Follower;
 use std::f64::consts::FRAC_PI_4;
-
-/// `omega_0` less the centre, rad/s.
-pub(crate) const OMEGA: usize = 0;
-pub(crate) const DELTA: usize = 1;
-pub(crate) const X_0: usize = 2;
-/// Friction displacement, or the friction ratio where [`Problem::ratio`] is set.
-pub(crate) const X_F: usize = 3;
-/// Drag rate a2 at the centre frequency, per s and unit.
-pub(crate) const DRAG: usize = 4;
-/// Shift of `omega_0` by the squared amplitude, rad/s per unit².
-pub(crate) const DUFFING: usize = 5;
-pub(crate) const PHASE: usize = 6;
-pub(crate) const DELAY: usize = 7;
-pub(crate) const BG_RE: usize = 8;
-pub(crate) const BG_IM: usize = 9;
-pub(super) const MAIN: usize = 10;
-/// The same of the reference; drive and delay are shared.
-pub(crate) const R_OMEGA: usize = 10;
-pub(crate) const R_DELTA: usize = 11;
-pub(crate) const R_PHASE: usize = 12;
-pub(crate) const R_BG_RE: usize = 13;
-pub(crate) const R_BG_IM: usize = 14;
-pub(crate) const COUNT: usize = 15;
 
 /// Where each parameter of a block stands among all.
 const OF_MAIN: [usize; MAIN] = [OMEGA, DELTA, X_0, X_F, DRAG, DUFFING, PHASE, DELAY, BG_RE, BG_IM];
-/// The reference has no friction, drag or lean; those slots are never read.
+/// The reference has no friction, drag or Duffing term; those slots are never read.
 const OF_REFERENCE: [usize; MAIN] =
     [R_OMEGA, R_DELTA, X_0, COUNT, COUNT, COUNT, R_PHASE, DELAY, R_BG_RE, R_BG_IM];
-
-/// What the model says at one point.
-#[derive(Debug, Clone, Copy)]
-pub(crate) struct Modelled {
-    /// Instrument terms included.
-    pub(crate) value: Phasor,
-    /// The oscillator alone.
-    pub(crate) oscillator: Phasor,
-    pub(crate) regime: Regime,
-}
-
-/// The parameters as one block sees them.
-#[derive(Debug, Clone, Copy, PartialEq)]
-pub(crate) struct Setting {
-    pub(super) centre: f64,
-    pub(super) shift: f64,
-    pub(super) delta: f64,
-    pub(super) x_0: f64,
-    pub(super) x_f: f64,
-    /// With the friction ratio a parameter: `x_F` by the drive, and by the ratio.
-    pub(super) ratio: Option<[f64; 2]>,
-    /// Drag or lean are there.
-    pub(super) amplitude_dependent: bool,
-    pub(super) drag: f64,
-    pub(super) duffing: f64,
-    pub(super) phase: f64,
-    pub(super) delay: f64,
-    pub(super) background: Phasor,
-    /// The delay is the background's too.
-    pub(super) background_delayed: bool,
-}
-
-impl Setting {
-    /// The background as it is read at one frequency.
-    pub(super) fn background_at(&self, omega: f64) -> Phasor {
-        let turned = self.background_delayed && self.delay != 0.0;
-        let turn = || Phasor::from_polar(1.0, (self.centre - omega) * self.delay);
-        if turned { self.background * turn() } else { self.background }
-    }
-
-    #[inline(always)]
-    pub(super) fn point(&self, omega: f64, level: f64) -> Point {
-        Point {
-            omega,
-            omega_0: self.centre + self.shift,
-            detuning: (omega - self.centre) - self.shift,
-            delta: self.delta,
-            x_0: self.x_0 * level,
-            x_f: self.x_f,
-        }
-    }
-}
 
 /// Everything that is fitted at once.
 #[derive(Debug, Clone, PartialEq)]
@@ -133,10 +62,10 @@ impl Problem {
 
     /// The background as it is read at one frequency.
     pub(crate) fn background_at(&self, p: &[f64], omega: f64) -> Phasor {
-        self.setting(p, false).background_at(omega)
+        self.response(p, false).background_at(omega)
     }
 
-    pub(super) fn slots(reference: bool) -> &'static [usize; MAIN] {
+    fn slots(reference: bool) -> &'static [usize; MAIN] {
         if reference { &OF_REFERENCE } else { &OF_MAIN }
     }
 
@@ -145,7 +74,7 @@ impl Problem {
     }
 
     /// Parameters of a block whose derivatives are wanted.
-    pub(super) fn columns(&self, reference: bool) -> Vec<usize> {
+    fn columns(&self, reference: bool) -> Vec<usize> {
         if !reference {
             return self.used.clone();
         }
@@ -158,12 +87,13 @@ impl Problem {
         own
     }
 
-    /// The parameters as a block sees them.
-    pub(super) fn setting(&self, p: &[f64], reference: bool) -> Setting {
+    /// The response of a block with these parameters.
+    pub(super) fn response(&self, p: &[f64], reference: bool) -> ModelResponse {
         let slots = Self::slots(reference);
         let get = |k: usize| p.get(slots[k]).copied().unwrap_or(0.0);
         let (x_0, friction) = (get(X_0), get(X_F));
-        Setting {
+        ModelResponse {
+            method: self.method,
             centre: self.centre,
             shift: get(OMEGA),
             delta: get(DELTA),
@@ -180,114 +110,16 @@ impl Problem {
         }
     }
 
-    /// The model at one frequency; `level` is the relative drive, `guess` an amplitude that
-    /// says which branch is meant where there are several.
-    pub(crate) fn at(
-        &self,
-        at: &Setting,
-        omega: f64,
-        level: f64,
-        guess: f64,
-        follower: &mut Follower,
-    ) -> Option<Modelled> {
-        let mut by = [Phasor::default(); OWN];
-        let f = self.oscillator(at, &at.point(omega, level), guess, follower, &mut by)?;
-        let turn = Phasor::from_polar(1.0, at.phase - (omega - self.centre) * at.delay);
-        let value = f.value * turn + at.background_at(omega);
-        Some(Modelled { value, oscillator: f.value, regime: f.regime })
-    }
-
-    /// The oscillator alone, and its derivatives.
-    pub(super) fn oscillator(
-        &self,
-        at: &Setting,
-        point: &Point,
-        guess: f64,
-        follower: &mut Follower,
-        by: &mut [Phasor; OWN],
-    ) -> Option<Fundamental> {
-        if at.amplitude_dependent {
-            return self.amplitude_dependent(point, [at.drag, at.duffing], guess, follower, by);
-        }
-        let f = self.kernel(point, follower)?;
-        (by[OMEGA], by[DELTA], by[X_0], by[X_F]) = (f.by_omega_0, f.by_delta, f.by_x_0, f.by_x_f);
-        Some(f)
-    }
-
-    fn kernel(&self, point: &Point, follower: &mut Follower) -> Option<Fundamental> {
-        match self.method {
-            Method::Exact | Method::Paper => follower.fundamental(point),
-            Method::Leading => {
-                let damped = point.delta.abs() < point.omega_0 && point.x_0 > 0.0 && point.omega_0 > 0.0;
-                if damped { leading(point) } else { None }
-            }
-        }
-    }
-
-    /// With drag and lean, both by the amplitude itself: `R = |Z(delta + a2 R omega/omega_c,
-    /// omega_0 + c R²)|`, found by Newton's method from the amplitude measured.
-    fn amplitude_dependent(
-        &self,
-        point: &Point,
-        [drag, duffing]: [f64; 2],
-        guess: f64,
-        follower: &mut Follower,
-        by: &mut [Phasor; OWN],
-    ) -> Option<Fundamental> {
-        let rate = point.omega / self.centre;
-        let mut r = guess.max(0.0);
-        let mut found = None;
-        for _ in 0..60 {
-            let lean = duffing * r * r;
-            if lean.abs() > 0.5 * point.omega_0 {
-                return None;
-            }
-            let there = Point {
-                delta: point.delta + drag * rate * r,
-                omega_0: point.omega_0 + lean,
-                detuning: point.detuning - lean,
-                ..*point
-            };
-            let f = self.kernel(&there, follower)?;
-            let m = f.value.norm();
-            let z_r = f.by_delta * (drag * rate) + f.by_omega_0 * (2.0 * duffing * r);
-            let along = |d: Phasor| if m > 0.0 { (f.value.re * d.re + f.value.im * d.im) / m } else { 0.0 };
-            let slope = along(z_r);
-            let gain = sums::bounded(1.0 - slope);
-            let step = (m - r) / gain;
-            found = Some((f, m, r, z_r, gain));
-            if (m - r).abs() <= 1e-12 * m.max(r) {
-                break;
-            }
-            let reach = 0.5 * (r + m);
-            r = (r + step.clamp(-reach, reach)).max(0.0);
-        }
-        let (f, m, r, z_r, gain) = found?;
-        if (m - r).abs() > 1e-6 * m.max(r) {
-            return None;
-        }
-        let through = |d: Phasor| {
-            if m > 0.0 { d + z_r * ((f.value.re * d.re + f.value.im * d.im) / m / gain) } else { d }
-        };
-        by[OMEGA] = through(f.by_omega_0);
-        by[DELTA] = through(f.by_delta);
-        by[X_0] = through(f.by_x_0);
-        by[X_F] = through(f.by_x_f);
-        by[DRAG] = through(f.by_delta * (rate * r));
-        by[DUFFING] = through(f.by_omega_0 * (r * r));
-        Some(f)
-    }
-
     /// The model at every point of a block, none where it has no motion.
     pub(crate) fn predict(&self, p: &[f64], reference: bool) -> Vec<Option<Modelled>> {
         let Some(b) = self.block(reference) else { return Vec::new() };
-        let at = self.setting(p, reference);
+        let at = self.response(p, reference);
         let mut follower = Follower::default();
         (0..b.len())
             .map(|i| {
                 let here = b.data[i] - at.background_at(b.omega[i]);
                 let guess = if b.complex { here.norm() } else { b.data[i].re };
-                self.at(&at, b.omega[i], b.drive[i], guess, &mut follower)
+                at.at(b.omega[i], b.drive[i], guess, &mut follower)
             })
             .collect()
     }
@@ -297,6 +129,28 @@ impl Problem {
         let b = &self.main;
         let of = |(i, m): (usize, Option<Modelled>)| m.map(|m| b.residual(i, m.value));
         self.predict(p, false).into_iter().enumerate().map(of).collect()
+    }
+
+    /// Adds the sums of one block times `factor`; `false` where the model does not exist or the sum
+    /// of squares exceeds `limit`.
+    fn add_sums(&self, p: &[f64], reference: bool, factor: f64, limit: f64, out: &mut Normal) -> bool {
+        let Some(block) = self.block(reference) else { return true };
+        let columns = self.columns(reference);
+        let at = self.response(p, reference);
+        let Some(sums) = sums::products(block, at, &columns, limit / factor) else { return false };
+        let slots = Self::slots(reference);
+        let n = columns.len();
+        for a in 0..n {
+            let i = slots[columns[a]];
+            out.jtr[i] += factor * sums.total(n, a);
+            for c in 0..=a {
+                let j = slots[columns[c]];
+                out.jtj[(i.max(j), i.min(j))] += factor * sums.total(a, c);
+            }
+        }
+        let rss = sums.total(n, n);
+        out.rss += factor * rss;
+        rss.is_finite()
     }
 }
 
@@ -329,8 +183,7 @@ impl LeastSquares for Problem {
             out.jtr[X_0] += weight * r;
             out.rss += weight * r * r;
         }
-        sums::add(self, p, false, 1.0, limit, out)
-            && sums::add(self, p, true, self.reference_weight, limit, out)
+        self.add_sums(p, false, 1.0, limit, out) && self.add_sums(p, true, self.reference_weight, limit, out)
     }
 }
 

@@ -2,10 +2,11 @@
 
 use super::block::Block;
 use super::peak;
-use super::problem::{
-    BG_IM, BG_RE, COUNT, DELTA, OMEGA, PHASE, Problem, R_BG_IM, R_BG_RE, R_DELTA, R_OMEGA, R_PHASE, X_0, X_F,
-};
+use super::problem::Problem;
 use super::residuals::{settle_rice, variance};
+use super::response::{
+    BG_IM, BG_RE, COUNT, DELTA, OMEGA, PHASE, R_BG_IM, R_BG_RE, R_DELTA, R_OMEGA, R_PHASE, X_0, X_F,
+};
 use super::search::{best, starts};
 use super::start;
 use crate::Error;

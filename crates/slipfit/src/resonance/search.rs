@@ -2,7 +2,8 @@
 
 use super::block::Block;
 use super::peak::Peak;
-use super::problem::{COUNT, Problem};
+use super::problem::Problem;
+use super::response::COUNT;
 use super::start::{self, Start};
 use crate::inference::least_squares::{Fit, LeastSquares, Normal, minimise};
 

@@ -2,7 +2,7 @@
 
 use super::block::Block;
 use super::peak::Peak;
-use super::problem::{COUNT, DELTA, OMEGA, PHASE, X_0, X_F};
+use super::response::{COUNT, DELTA, OMEGA, PHASE, X_0, X_F};
 use crate::numeric::products::{Products, WIDTH};
 use crate::numeric::trig::has_fused;
 use nalgebra::{SMatrix, SVector};

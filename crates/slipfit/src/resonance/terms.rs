@@ -2,10 +2,11 @@
 
 use super::fits::Fitting;
 use super::peak::Peak;
-use super::problem::{
-    BG_IM, BG_RE, COUNT, DELAY, DELTA, DRAG, DUFFING, Problem, R_BG_IM, R_BG_RE, R_OMEGA, X_0, X_F,
-};
+use super::problem::Problem;
 use super::residuals::{autocorrelation_of, plain_scale};
+use super::response::{
+    BG_IM, BG_RE, COUNT, DELAY, DELTA, DRAG, DUFFING, R_BG_IM, R_BG_RE, R_OMEGA, X_0, X_F,
+};
 use super::search::{best_of, thinned};
 use super::start;
 use crate::inference::least_squares::{Fit, LeastSquares, Normal, minimise, promised_gain};

@@ -1,0 +1,186 @@
+//! The response of the oscillator with its instrument terms, and where its parameters stand.
+
+use super::Method;
+use crate::motion::steady::Phasor;
+use crate::motion::steady::fundamental::{Follower, Fundamental, Point, Regime, leading};
+
+/// `omega_0` less the centre, rad/s.
+pub(crate) const OMEGA: usize = 0;
+pub(crate) const DELTA: usize = 1;
+pub(crate) const X_0: usize = 2;
+/// Friction displacement, or the friction ratio where [`Problem::ratio`](super::problem::Problem) is
+/// set.
+pub(crate) const X_F: usize = 3;
+/// Drag rate a2 at the centre frequency, per s and unit.
+pub(crate) const DRAG: usize = 4;
+/// Shift of `omega_0` by the squared amplitude (Duffing), rad/s per unit².
+pub(crate) const DUFFING: usize = 5;
+pub(crate) const PHASE: usize = 6;
+pub(crate) const DELAY: usize = 7;
+pub(crate) const BG_RE: usize = 8;
+pub(crate) const BG_IM: usize = 9;
+/// Parameters of the main block.
+pub(super) const MAIN: usize = 10;
+/// The same of the reference; drive and delay are shared.
+pub(crate) const R_OMEGA: usize = 10;
+pub(crate) const R_DELTA: usize = 11;
+pub(crate) const R_PHASE: usize = 12;
+pub(crate) const R_BG_RE: usize = 13;
+pub(crate) const R_BG_IM: usize = 14;
+pub(crate) const COUNT: usize = 15;
+/// Parameters of the oscillator come first.
+pub(super) const OWN: usize = PHASE;
+
+/// What the model gives at one point.
+#[derive(Debug, Clone, Copy)]
+pub(crate) struct Modelled {
+    /// Instrument terms included.
+    pub(crate) value: Phasor,
+    /// The oscillator alone.
+    pub(crate) oscillator: Phasor,
+    pub(crate) regime: Regime,
+}
+
+/// The response of one block: oscillator and instrument with their parameters.
+///
+/// Measured is `Z e^(i (phase - (omega - centre) delay)) + background`.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub(crate) struct ModelResponse {
+    pub(super) method: Method,
+    pub(super) centre: f64,
+    pub(super) shift: f64,
+    pub(super) delta: f64,
+    pub(super) x_0: f64,
+    pub(super) x_f: f64,
+    /// With the friction ratio a parameter: `x_F` by the drive, and by the ratio.
+    pub(super) ratio: Option<[f64; 2]>,
+    /// Drag or a Duffing term takes part.
+    pub(super) amplitude_dependent: bool,
+    pub(super) drag: f64,
+    pub(super) duffing: f64,
+    pub(super) phase: f64,
+    pub(super) delay: f64,
+    pub(super) background: Phasor,
+    /// The delay is the background's too.
+    pub(super) background_delayed: bool,
+}
+
+impl ModelResponse {
+    /// The background as it is read at one frequency.
+    pub(super) fn background_at(&self, omega: f64) -> Phasor {
+        let delayed = self.background_delayed && self.delay != 0.0;
+        let rotation = || Phasor::from_polar(1.0, (self.centre - omega) * self.delay);
+        if delayed { self.background * rotation() } else { self.background }
+    }
+
+    #[inline(always)]
+    pub(super) fn point(&self, omega: f64, level: f64) -> Point {
+        Point {
+            omega,
+            omega_0: self.centre + self.shift,
+            detuning: (omega - self.centre) - self.shift,
+            delta: self.delta,
+            x_0: self.x_0 * level,
+            x_f: self.x_f,
+        }
+    }
+
+    /// The model at one frequency; `level` is the relative drive, `guess` an amplitude that
+    /// says which branch is meant where there are several.
+    pub(crate) fn at(&self, omega: f64, level: f64, guess: f64, follower: &mut Follower) -> Option<Modelled> {
+        let mut by = [Phasor::default(); OWN];
+        let f = self.oscillator(&self.point(omega, level), guess, follower, &mut by)?;
+        let rotation = Phasor::from_polar(1.0, self.phase - (omega - self.centre) * self.delay);
+        let value = f.value * rotation + self.background_at(omega);
+        Some(Modelled { value, oscillator: f.value, regime: f.regime })
+    }
+
+    /// The oscillator alone, and its derivatives.
+    pub(super) fn oscillator(
+        &self,
+        point: &Point,
+        guess: f64,
+        follower: &mut Follower,
+        by: &mut [Phasor; OWN],
+    ) -> Option<Fundamental> {
+        if self.amplitude_dependent {
+            return self.at_own_amplitude(point, guess, follower, by);
+        }
+        let f = self.kernel(point, follower)?;
+        (by[OMEGA], by[DELTA], by[X_0], by[X_F]) = (f.by_omega_0, f.by_delta, f.by_x_0, f.by_x_f);
+        Some(f)
+    }
+
+    fn kernel(&self, point: &Point, follower: &mut Follower) -> Option<Fundamental> {
+        match self.method {
+            Method::Exact | Method::Paper => follower.fundamental(point),
+            Method::Leading => {
+                let damped = point.delta.abs() < point.omega_0 && point.x_0 > 0.0 && point.omega_0 > 0.0;
+                if damped { leading(point) } else { None }
+            }
+        }
+    }
+
+    /// With drag and a Duffing term, both by the amplitude itself:
+    /// `R = |Z(delta + a2 R omega/omega_c, omega_0 + c R²)|`, by Newton's method from the amplitude
+    /// measured.
+    fn at_own_amplitude(
+        &self,
+        point: &Point,
+        guess: f64,
+        follower: &mut Follower,
+        by: &mut [Phasor; OWN],
+    ) -> Option<Fundamental> {
+        const MOST_STEPS: usize = 60;
+        let (drag, duffing) = (self.drag, self.duffing);
+        let rate = point.omega / self.centre;
+        let mut r = guess.max(0.0);
+        let mut found = None;
+        for _ in 0..MOST_STEPS {
+            let shift = duffing * r * r;
+            if shift.abs() > 0.5 * point.omega_0 {
+                return None;
+            }
+            let there = Point {
+                delta: point.delta + drag * rate * r,
+                omega_0: point.omega_0 + shift,
+                detuning: point.detuning - shift,
+                ..*point
+            };
+            let f = self.kernel(&there, follower)?;
+            let m = f.value.norm();
+            let z_r = f.by_delta * (drag * rate) + f.by_omega_0 * (2.0 * duffing * r);
+            let along = |d: Phasor| if m > 0.0 { (f.value.re * d.re + f.value.im * d.im) / m } else { 0.0 };
+            let slope = along(z_r);
+            let gain = bounded(1.0 - slope);
+            let step = (m - r) / gain;
+            found = Some((f, m, r, z_r, gain));
+            if (m - r).abs() <= 1e-12 * m.max(r) {
+                break;
+            }
+            let reach = 0.5 * (r + m);
+            r = (r + step.clamp(-reach, reach)).max(0.0);
+        }
+        let (f, m, r, z_r, gain) = found?;
+        if (m - r).abs() > 1e-6 * m.max(r) {
+            return None;
+        }
+        let through = |d: Phasor| {
+            if m > 0.0 { d + z_r * ((f.value.re * d.re + f.value.im * d.im) / m / gain) } else { d }
+        };
+        by[OMEGA] = through(f.by_omega_0);
+        by[DELTA] = through(f.by_delta);
+        by[X_0] = through(f.by_x_0);
+        by[X_F] = through(f.by_x_f);
+        by[DRAG] = through(f.by_delta * (rate * r));
+        by[DUFFING] = through(f.by_omega_0 * (r * r));
+        Some(f)
+    }
+}
+
+/// At a fold the root is double; a bounded slope keeps the step finite.
+#[inline(always)]
+pub(super) fn bounded(gain: f64) -> f64 {
+    let least = if gain < 0.0 { -0.02 } else { 0.02 };
+    if gain.abs() < 0.02 { least } else { gain }
+}
