@@ -5,7 +5,6 @@ use super::sheet::{Column, Digits, Parameter, Sheet, Value, number};
 use crate::args::{OutArgs, RecordFormat};
 use crate::failure::Failure;
 use crate::output;
-use npyz::WriterBuilder as _;
 use serde_json::{Map, json};
 use slipfit_report::json::write as write_json;
 use std::io::{self, Cursor, Write};
@@ -35,7 +34,7 @@ pub(super) fn write(mut sheet: Sheet<'_>, out: &OutArgs) -> Result<(), Failure> 
                 })?;
             }
             RecordFormat::Npy => {
-                let bytes = npy(&rows, sheet.columns.len()).map_err(|e| Failure::writing("NPY", &e))?;
+                let bytes = npy(&rows, sheet.columns.len());
                 output::to_path(target, |out| out.write_all(&bytes))?;
             }
             RecordFormat::Wav => {
@@ -114,14 +113,20 @@ fn csv_row(out: &mut dyn Write, sheet: &Sheet<'_>, row: &[f64]) -> io::Result<()
     out.write_all(b"\n")
 }
 
-/// An array of shape (rows, columns), C order.
-fn npy(rows: &[f64], columns: usize) -> io::Result<Vec<u8>> {
-    let mut bytes = Vec::new();
-    let shape = [(rows.len() / columns.max(1)) as u64, columns as u64];
-    let mut writer = npyz::WriteOptions::new().default_dtype().shape(&shape).writer(&mut bytes).begin_nd()?;
-    writer.extend(rows.iter().copied())?;
-    writer.finish()?;
-    Ok(bytes)
+/// A NumPy array (format 1.0) of little-endian doubles, shape (rows, columns), C order.
+fn npy(rows: &[f64], columns: usize) -> Vec<u8> {
+    const MAGIC: &[u8] = b"\x93NUMPY\x01\x00";
+    let shape = (rows.len() / columns.max(1), columns);
+    let mut header = format!("{{'descr': '<f8', 'fortran_order': False, 'shape': {shape:?}, }}");
+    // NumPy aligns the values to 64 bytes; the header's length takes two and a line feed ends it.
+    let before = MAGIC.len() + 2 + header.len() + 1;
+    header.push_str(&" ".repeat(before.next_multiple_of(64) - before));
+    header.push('\n');
+    let mut bytes = MAGIC.to_vec();
+    bytes.extend((header.len() as u16).to_le_bytes());
+    bytes.extend(header.as_bytes());
+    bytes.extend(rows.iter().flat_map(|value| value.to_le_bytes()));
+    bytes
 }
 
 fn wav(sheet: &Sheet<'_>, rows: &[f64]) -> Result<Vec<u8>, Failure> {
