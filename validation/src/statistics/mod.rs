@@ -1,77 +1,64 @@
-//! `cargo xtask statistics`: what the intervals are worth, on decays whose truth is known.
+//! Bias, spread and coverage on simulated measurements whose truth is known.
 //!
-//! Every cell simulates the exact decay many times with white noise, runs the
-//! whole analysis on it (nothing is handed over: release, end and start values
-//! are found as on a measured file), and compares bias, spread and coverage with
-//! what the Cramér-Rao bound of the waveform allows.
+//! Every experiment is simulated exactly, many times with other noise, and analysed as a measured
+//! file is: release, end and start values are found, not given. The spread is compared with the
+//! Cramér-Rao bound, the least that any unbiased estimate can have.
 
-mod cell;
+mod hardening;
 mod resonance;
-mod table;
+mod ring_down;
 mod table_one;
+mod trials;
+
+use std::process::ExitCode;
 
 use crate::Failure;
-use cell::{Cell, Nuisance, Outcome};
-use rayon::prelude::*;
-use std::process::ExitCode;
-use std::time::Instant;
+use crate::places::write_page;
 
-const Q: [f64; 4] = [5.0, 50.0, 1_000.0, 20_000.0];
-const SHARE: [f64; 4] = [0.0, 0.1, 0.5, 0.9];
-const SNR_DB: [f64; 3] = [20.0, 40.0, 60.0];
-const NUISANCES: [Nuisance; 6] = [
-    Nuisance::Hardening,
-    Nuisance::OffsetDrift,
-    Nuisance::EightBit,
-    Nuisance::MissingSamples,
-    Nuisance::DrivenLeadIn,
-    Nuisance::Rest,
-];
+/// What the arguments ask for.
+struct Choices {
+    /// Trials of each experiment.
+    seeds: u64,
+    /// Only the experiments whose name contains this.
+    only: String,
+    /// Whether to renew the page of the documentation.
+    write: bool,
+}
 
-/// Runs the tables; `--seeds N`, `--only TEXT`, `--write`.
+impl Choices {
+    fn publish(&self, page: &str, text: &str) -> Result<(), Failure> {
+        if self.write {
+            write_page(page, text)
+        } else {
+            println!("{text}");
+            Ok(())
+        }
+    }
+}
+
+/// Runs one of the tables: `[--resonance|--table-one] [--seeds N] [--only TEXT] [--write]`.
 pub(crate) fn run(arguments: &[String]) -> Result<ExitCode, Failure> {
-    if arguments.iter().any(|a| a == "--resonance") {
-        return resonance::run(arguments);
-    }
-    if arguments.iter().any(|a| a == "--table-one") {
-        return table_one::run(arguments);
-    }
-    let value = |flag: &str| arguments.iter().position(|a| a == flag).and_then(|i| arguments.get(i + 1));
-    let seeds: u64 = value("--seeds").and_then(|s| s.parse().ok()).unwrap_or(1000);
-    let only = value("--only").cloned().unwrap_or_default();
-    let mut cells = Vec::new();
-    for q in Q {
-        for share in SHARE {
-            for snr_db in SNR_DB {
-                cells.push(Cell { q, share, snr_db, nuisance: Nuisance::None });
+    let mut choices = Choices { seeds: 0, only: String::new(), write: false };
+    let mut table: fn(Choices) -> Result<ExitCode, Failure> = ring_down::run;
+    let mut usual = 1000;
+    let mut words = arguments.iter();
+    while let Some(word) = words.next() {
+        match word.as_str() {
+            "--resonance" => (table, usual) = (resonance::run, 300),
+            "--table-one" => (table, usual) = (table_one::run, 200),
+            "--write" => choices.write = true,
+            "--only" => choices.only = words.next().ok_or("--only needs a part of a name")?.clone(),
+            "--seeds" => {
+                let count = words.next().ok_or("--seeds needs a number")?;
+                choices.seeds = count.parse().map_err(|error| format!("--seeds {count}: {error}"))?;
+            }
+            other => {
+                return Err(format!("`{other}` is not an option of statistics; see cargo xtask help").into());
             }
         }
     }
-    for nuisance in NUISANCES {
-        for q in [50.0, 1_000.0] {
-            for share in [0.1, 0.5] {
-                if nuisance == Nuisance::Rest {
-                    cells.push(Cell { q, share, snr_db: 20.0, nuisance });
-                }
-                cells.push(Cell { q, share, snr_db: 40.0, nuisance });
-            }
-        }
+    if choices.seeds == 0 {
+        choices.seeds = usual;
     }
-    let mut rows: Vec<(Cell, Option<Outcome>)> = Vec::new();
-    for cell in cells.into_iter().filter(|c| c.name().contains(&only)) {
-        let begun = Instant::now();
-        let outcome = cell.prepare().map(|prepared| {
-            let runs: Vec<_> = (0..seeds).into_par_iter().map(|seed| prepared.run(seed)).collect();
-            prepared.summarise(&runs)
-        });
-        table::progress(&cell, outcome.as_ref(), begun.elapsed());
-        rows.push((cell, outcome));
-    }
-    let text = table::markdown(&rows, seeds);
-    if arguments.iter().any(|a| a == "--write") {
-        std::fs::write("docs/statistics.md", &text)?;
-    } else {
-        table::show(&text);
-    }
-    Ok(ExitCode::SUCCESS)
+    table(choices)
 }

@@ -1,10 +1,8 @@
-//! `cargo xtask statistics --table-one`: the paper's Table 1 in closed loop.
+//! The paper's Table 1 in closed loop.
 //!
 //! At the loads of the paper both experiments are simulated exactly, analysed, and
 //! compared; over many repeats the p values of their agreement must be flat.
-#![allow(clippy::print_stdout, clippy::print_stderr, reason = "a chore speaks to its terminal")]
 
-use crate::Failure;
 use rand::{RngExt, SeedableRng};
 use rand_chacha::ChaCha8Rng;
 use rand_distr::StandardNormal;
@@ -19,6 +17,10 @@ use slipfit::{Oscillator, Record, resonance, ringdown};
 use std::f64::consts::TAU;
 use std::fmt::Write;
 use std::process::ExitCode;
+
+use super::Choices;
+use super::trials::mean_and_deviation;
+use crate::Failure;
 
 /// A quartz tuning fork as in the paper: 32.7 kHz; friction in nN, damping in µN s/m.
 const FREQUENCY_HZ: f64 = 32_700.0;
@@ -140,10 +142,9 @@ fn kolmogorov(p: &mut [f64]) -> (f64, f64) {
     (d, sum.clamp(0.0, 1.0))
 }
 
-/// Runs it; `--seeds N`, `--write`.
-pub(crate) fn run(arguments: &[String]) -> Result<ExitCode, Failure> {
-    let value = |flag: &str| arguments.iter().position(|a| a == flag).and_then(|i| arguments.get(i + 1));
-    let repeats: u64 = value("--seeds").and_then(|s| s.parse().ok()).unwrap_or(200);
+/// Runs the table.
+pub(super) fn run(choices: Choices) -> Result<ExitCode, Failure> {
+    let repeats = choices.seeds;
     let loads: Vec<Load> =
         LOADS.into_iter().map(|l| load(l).ok_or("a load has no motion")).collect::<Result<_, _>>()?;
     let answers: Vec<series::Answer> =
@@ -161,11 +162,7 @@ pub(crate) fn run(arguments: &[String]) -> Result<ExitCode, Failure> {
         table(&first.table),
         answers.len()
     );
-    if arguments.iter().any(|a| a == "--write") {
-        std::fs::write("docs/table_one.md", &text)?;
-    } else {
-        println!("{text}");
-    }
+    choices.publish("table_one.md", &text)?;
     let whole = answers.len() as u64 == repeats;
     Ok(if agrees && whole { ExitCode::SUCCESS } else { ExitCode::FAILURE })
 }
@@ -211,11 +208,9 @@ fn agreement(loads: &[Load], answers: &[series::Answer]) -> (String, bool) {
             answers.iter().filter_map(|a| f(&a.table[i])).collect()
         };
         let mean = |f: &dyn Fn(&Row) -> Option<f64>| {
-            let v = column(f);
-            let n = v.len() as f64;
-            let mean = v.iter().sum::<f64>() / n;
-            let variance = v.iter().map(|x| (x - mean).powi(2)).sum::<f64>() / (n - 1.0);
-            format!("{mean:.2} ± {:.2}", (variance / n).sqrt())
+            let values = column(f);
+            let (mean, deviation) = mean_and_deviation(&values);
+            format!("{mean:.2} ± {:.2}", deviation / (values.len() as f64).sqrt())
         };
         let (d, p) = kolmogorov(&mut column(&|r| r.p_value));
         agrees &= p > 0.01;

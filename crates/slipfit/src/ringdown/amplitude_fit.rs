@@ -8,8 +8,8 @@ use super::measure::Measured;
 use super::options::Options;
 use crate::Error;
 use crate::inference::least_squares::minimise;
-use crate::numeric::{robust::deviation, roots::border};
 use crate::inference::noise::{NoiseModel, autocorrelation, significant_inflation};
+use crate::numeric::{robust::deviation, roots::border};
 use std::f64::consts::PI;
 
 /// Fits the amplitudes of the blocks.
