@@ -32,6 +32,15 @@ pub enum SignalKind {
     LockIn,
 }
 
+impl SignalKind {
+    /// Whether the samples swing with the motion; those of [`SignalKind::Envelope`] and
+    /// [`SignalKind::LockIn`] follow its amplitude.
+    #[must_use]
+    pub fn oscillates(self) -> bool {
+        !matches!(self, SignalKind::Envelope | SignalKind::LockIn)
+    }
+}
+
 /// Samples of one oscillating quantity with their times.
 ///
 /// Every constructor cleans the clock and says in the [`ClockReport`] what it

@@ -1,17 +1,15 @@
-//! The one way in.
+//! The analysis of a ring-down, from a record to its answer.
 
-use super::amplitude_fit;
+use super::amplitude_fit::fit_amplitudes;
 use super::assemble::{self, Evidence};
-use super::fits::Described;
-use super::lead_in;
-use super::measure::{self, LEAST_CYCLES, Measured, Samples};
-use super::short::short;
-use super::waveform_fit;
-use super::{Answer, Options};
-use crate::numeric::extremes;
+use super::criteria::Criteria;
+use super::few_cycles::fit_few_cycles;
+use super::hypotheses::{FittedDecay, by_waveform};
+use super::samples::Samples;
+use super::window::EndReason;
+use super::window::by_law::{change_of_law, end_of_lead_in};
+use super::{Answer, Options, oscillation, recorded_amplitudes};
 use crate::{Error, Record, SignalKind};
-use std::borrow::Cow;
-use std::f64::consts::TAU;
 
 /// Tells viscous from sliding loss in a record of a decaying oscillation.
 ///
@@ -60,146 +58,74 @@ use std::f64::consts::TAU;
 /// # Ok::<(), slipfit::Error>(())
 /// ```
 pub fn analyse(record: &Record, options: &Options) -> Result<Answer, Error> {
+    analyse_with(record, options, &Criteria::default())
+}
+
+/// [`analyse`] with thresholds of your own.
+///
+/// # Errors
+/// As [`analyse`].
+pub fn analyse_with(record: &Record, options: &Options, criteria: &Criteria) -> Result<Answer, Error> {
     options.check()?;
-    let mut samples = Samples::of(record, options)?;
-    if let Some(band) = options.band_hz
-        && oscillates(record.kind())
-    {
-        samples.signal = Cow::Owned(measure::band_passed(&samples, band));
-    }
-    within_reach(&samples)?;
-    let bare = !oscillates(record.kind());
-    let found = if bare {
-        amplitudes(record, &samples, options)
-    } else {
-        followed(&mut samples, options).and_then(|m| oscillation(record, &samples, options, m))
-    };
-    let (measured, described) = match found {
-        Err(refusal) if measure::is_position(record.kind()) && refusal_of_length(&refusal) => {
-            short(&samples).ok_or(refusal)?
+    let mut samples = Samples::prepare(record, options)?;
+    let by_amplitudes = amplitudes(&mut samples, record.kind(), options, criteria);
+    let waveform = record.kind() == SignalKind::Displacement;
+    let decay = match by_amplitudes {
+        Ok(decay) if waveform && options.band_hz.is_none() && options.lockin.is_none() => {
+            by_waveform(&samples, decay, options, criteria)
         }
-        found => found?,
+        Ok(decay) => decay,
+        Err(refusal) if waveform && of_length(&refusal) => {
+            fit_few_cycles(&samples, criteria).ok_or(refusal)?
+        }
+        Err(refusal) => return Err(refusal),
     };
-    let cycles = cycles(&measured);
-    let evidence =
-        Evidence { record, options, samples: &samples, measured: &measured, described: &described, cycles };
-    assemble::answer(&evidence)
+    let FittedDecay { measured, fit } = &decay;
+    let cycles = measured.cycles();
+    let samples = &samples;
+    assemble::answer(&Evidence { record, options, criteria, samples, measured, described: fit, cycles })
 }
 
-/// Amplitudes recorded as such, or a lock-in's outputs.
+/// The free decay with its amplitudes, and every loss model fitted to them.
 fn amplitudes<'a>(
-    record: &Record,
-    samples: &'a Samples,
+    samples: &mut Samples,
+    kind: SignalKind,
     options: &Options,
-) -> Result<(Measured, Described<'a>), Error> {
-    let mut measured = match record.kind() {
-        SignalKind::Envelope => measure::envelope(samples, options)?,
-        _ => measure::lock_in(samples, options)?,
-    };
-    let described = amplitude_fit::fit_amplitudes(&mut measured, options)?;
-    Ok((measured, described))
-}
-
-/// Amplitudes of short stretches; where the decay is a small part of the record, of shorter ones
-/// about it, since their length follows the record's: a stretch must not see the law bend.
-fn followed(samples: &mut Samples, options: &Options) -> Result<Measured, Error> {
-    let coarse_hz = measure::frequency(samples, options)?;
-    let measured = measure::oscillation(samples, options, coarse_hz)?;
-    if let Some(range) = measured.closer(samples, coarse_hz) {
-        let part = samples.part(range);
-        if let Ok(closer) = measure::oscillation(&part, options, coarse_hz) {
-            *samples = part;
-            return Ok(closer);
-        }
+    criteria: &Criteria,
+) -> Result<FittedDecay<'a>, Error> {
+    if !kind.oscillates() {
+        let mut measured = recorded_amplitudes::measure(samples, kind, options, criteria)?;
+        let fit = fit_amplitudes(&mut measured, options, criteria)?;
+        return Ok(FittedDecay { measured, fit });
     }
-    Ok(measured)
-}
-
-/// The motion itself: from amplitudes of short stretches to every sample.
-fn oscillation<'a>(
-    record: &Record,
-    samples: &'a Samples,
-    options: &Options,
-    mut measured: Measured,
-) -> Result<(Measured, Described<'a>), Error> {
-    let mut rough = amplitude_fit::fit_amplitudes(&mut measured, options)?;
-    if options.start_s.is_none() && lead_in::trim_lead_in(&rough, &mut measured) {
-        rough = amplitude_fit::fit_amplitudes(&mut measured, options)?;
+    let mut measured = oscillation::measure(samples, options, criteria)?;
+    let mut fit = fit_amplitudes(&mut measured, options, criteria)?;
+    if options.start_s.is_none()
+        && let Some(time_s) = end_of_lead_in(&fit, &measured, options, &criteria.lead_in)
+    {
+        measured.begin_at(time_s);
+        fit = fit_amplitudes(&mut measured, options, criteria)?;
     }
     if options.end_s.is_none()
-        && let Some(time_s) = amplitude_fit::change_of_law(&rough, &measured)
+        && let Some(time_s) = change_of_law(&fit, &measured, options, &criteria.window)
     {
-        measured.points.retain(|b| b.time_s < time_s);
-        measured.stretch.end_reason = super::segment::OTHER_LAW;
-        measured.stretch.slow_tail = false;
-        measured.stretch.disturbed = false;
-        rough = amplitude_fit::fit_amplitudes(&mut measured, options)?;
+        measured.end_before(time_s, EndReason::LawChange);
+        fit = fit_amplitudes(&mut measured, options, criteria)?;
     }
-    let cycles = cycles(&measured);
-    if cycles < LEAST_CYCLES {
-        return Err(Error::NotARingDown {
-            cycles,
-            needed: LEAST_CYCLES,
-            reason: "too strongly damped or too short a record",
-        });
+    let (cycles, needed) = (measured.cycles(), criteria.blocks.least_cycles);
+    if cycles < needed {
+        let reason = "too strongly damped or too short a record";
+        return Err(Error::NotARingDown { cycles, needed, reason });
     }
     if options.band_hz.is_some() {
         // A band leaves no noise inside a block to measure: what the law leaves is the noise.
-        measured.noise_rms *= rough.excess.sqrt();
-        rough.excess = 1.0;
-        return Ok((measured, rough));
+        measured.noise_rms *= fit.excess.sqrt();
+        fit.excess = 1.0;
     }
-    if !measure::is_position(record.kind()) || options.lockin.is_some() {
-        return Ok((measured, rough));
-    }
-    let exact = waveform_fit::fit_samples(samples, &measured, &rough).filter(|w| holds(w, &measured));
-    let found = (measured, exact.unwrap_or(rough));
-    if options.start_s.is_some() || found.0.stretch.start_reason != super::segment::LEAD_IN {
-        return Ok(found);
-    }
-    Ok(lead_in::from_the_first_sample(samples, options, &found.0)
-        .or_else(|| lead_in::past_the_lead_in(samples, options, &found))
-        .unwrap_or(found))
+    Ok(FittedDecay { measured, fit })
 }
 
-/// Squares of squares are summed: outside these scales they leave the range of numbers.
-fn within_reach(samples: &Samples) -> Result<(), Error> {
-    const REACH: std::ops::RangeInclusive<f64> = 1e-60..=1e60;
-    let spread = |v: &[f64]| {
-        let (low, high) = extremes(v);
-        low.abs().max(high.abs()).max(v[0] - low).max(high - v[0])
-    };
-    let signal = spread(&samples.signal).max(samples.quadrature.as_deref().map_or(0.0, spread));
-    if [signal, samples.duration()].iter().all(|v| REACH.contains(v)) {
-        return Ok(());
-    }
-    Err(Error::NoFit {
-        reason: "signal or duration lie beyond 1e-60 to 1e60, where powers leave the range of numbers; \
-                 choose another unit",
-    })
-}
-
-fn refusal_of_length(refusal: &Error) -> bool {
+/// Whether a record was refused for what may be too few cycles.
+fn of_length(refusal: &Error) -> bool {
     matches!(refusal, Error::NotARingDown { .. } | Error::NoFit { .. } | Error::NoOscillation { .. })
-}
-
-fn oscillates(kind: SignalKind) -> bool {
-    !matches!(kind, SignalKind::Envelope | SignalKind::LockIn)
-}
-
-fn cycles(measured: &Measured) -> f64 {
-    // Spans end at the last sample of their blocks: the steps between blocks count as well.
-    let points = &measured.points;
-    let (Some(first), Some(last)) = (points.first(), points.last()) else { return 0.0 };
-    let spans: f64 = points.iter().map(|b| b.span_s).sum();
-    let turns: f64 = points.iter().map(|b| b.span_s * b.omega / TAU).sum();
-    let whole = last.time_s + 0.5 * last.span_s - (first.time_s - 0.5 * first.span_s);
-    if spans > 0.0 { turns / spans * whole } else { 0.0 }
-}
-
-/// Whether the exact waveform describes the samples down to their noise.
-fn holds(described: &Described, measured: &Measured) -> bool {
-    let Some(best) = described.comparison.preferred() else { return false };
-    let variance = described.comparison.noise.residual_variance(&best.bounded);
-    variance <= 1.3 * measured.noise_rms.powi(2)
 }

@@ -1,13 +1,16 @@
 //! From fits to the answer a person reads.
 
-use super::along::{backbone, envelope_points, fitted_motion, loss_points, stop};
+use super::criteria::Criteria;
+use super::decay_series::{backbone, envelope_points, fitted_motion, loss_points};
 use super::envelope::{A0, DELTA, DRAG, X_F, law_of};
 use super::fits::{Described, Problem};
 use super::law::LossLaw;
-use super::measure::{Measured, Samples};
+use super::measured::MeasuredDecay;
 use super::quantities::{angular_frequency, parameters};
+use super::samples::Samples;
+use super::stop::stop;
 use super::waveform::OMEGA;
-use super::{Answer, Diagnostics, Distortion, Options, OtherMode, Segment};
+use super::{Answer, Diagnostics, Distortion, Options, OtherMode, Segment, Stop};
 use crate::answer::describe::{self, candidates, sliding_evidence};
 use crate::answer::{Correlation, Parameter, SlidingEvidence, Values};
 use crate::inference::model_selection::ModelFit;
@@ -22,8 +25,9 @@ use std::f64::consts::TAU;
 pub(crate) struct Evidence<'a> {
     pub(crate) record: &'a Record,
     pub(crate) options: &'a Options,
+    pub(crate) criteria: &'a Criteria,
     pub(crate) samples: &'a Samples<'a>,
-    pub(crate) measured: &'a Measured,
+    pub(crate) measured: &'a MeasuredDecay,
     pub(crate) described: &'a Described<'a>,
     pub(crate) cycles: f64,
 }
@@ -66,7 +70,7 @@ pub(crate) fn answer(e: &Evidence) -> Result<Answer, Error> {
         loss: loss_points(e, &law, omega),
         envelope,
         backbone: backbone(e, chosen, &law, omega),
-        stop: stop(e),
+        stop: stop_of(e),
         diagnostics: diagnostics(e, chosen, &law),
         warnings: Vec::new(),
         signal_unit: e.record.unit().to_owned(),
@@ -111,14 +115,23 @@ fn correlations(e: &Evidence, chosen: &ModelFit) -> Vec<Correlation> {
     list
 }
 
+/// The rest after the motion, where the samples are positions and the end is not set by hand.
+fn stop_of(e: &Evidence) -> Option<Stop> {
+    if e.record.kind() != SignalKind::Displacement || e.options.end_s.is_some() {
+        return None;
+    }
+    let converter_step = e.samples.converter_step(e.criteria.blocks.distinct_values);
+    stop(e.samples, e.measured, converter_step, &e.criteria.stop)
+}
+
 fn segment_of(e: &Evidence) -> Segment {
     let points = &e.measured.points;
     Segment {
         start_s: e.described.origin,
         end_s: e.described.end.min(e.samples.time[e.samples.time.len() - 1]),
         samples: points[points.len() - 1].end - points[0].first,
-        start_reason: e.measured.stretch.start_reason,
-        end_reason: e.measured.stretch.end_reason,
+        start_reason: e.measured.window.start_reason.as_str(),
+        end_reason: e.measured.window.end_reason.as_str(),
         cycles: if matches!(e.record.kind(), SignalKind::Envelope | SignalKind::LockIn) {
             0.0
         } else {

@@ -2,7 +2,7 @@
 
 use super::assemble::Evidence;
 use super::envelope::{DELTA, X_F};
-use super::segment;
+use super::window::EndReason;
 use super::{Answer, Warning};
 use crate::SignalKind;
 use crate::answer::Parameter;
@@ -52,20 +52,20 @@ pub(crate) fn doubts(e: &Evidence, answer: &Answer, preferred: LossModel) -> Vec
     if excess > 4.0 {
         list.push(Warning::ModelMisfit { excess });
     }
-    if e.measured.stretch.slow_tail {
+    if e.measured.window.end_reason == EndReason::SlowTail {
         let end = answer.segment.end_s;
         list.push(Warning::SlowTail {
             amplitude: answer.fit.amplitude_at(end),
             time_s: end,
             unit: answer.signal_unit.clone(),
         });
-    } else if e.measured.stretch.end_reason == segment::OTHER_LAW {
+    } else if e.measured.window.end_reason == EndReason::LawChange {
         list.push(Warning::LawChanges { time_s: answer.segment.end_s });
     }
-    if e.measured.stretch.disturbed {
+    if e.measured.window.disturbed {
         list.push(Warning::Disturbance { time_s: answer.segment.end_s });
     }
-    let clipped = super::clipping::clipped(&e.samples.signal);
+    let clipped = super::clipping::clipped_samples(&e.samples.signal, &e.criteria.clipping);
     if !bare && clipped.0 > 0 {
         let first = e.measured.points[0].first;
         list.push(Warning::Clipped { samples: clipped.0, inside: clipped.1 > first });

@@ -1,38 +1,46 @@
 //! Ring-down: from samples of a free decay to how much of the loss is viscous
 //! and how much is sliding.
 
-mod along;
 mod amplitude_fit;
 mod analyse;
 mod answer;
 mod assemble;
+mod block_amplitudes;
 mod clipping;
 mod compare;
+pub mod criteria;
+mod decay_series;
 mod direct;
 mod doubts;
 mod envelope;
+mod few_cycles;
 mod fits;
 mod fitted;
+mod hypotheses;
 pub(crate) mod law;
-mod lead_in;
 mod lowpass;
-mod measure;
+mod measured;
 mod options;
+mod oscillation;
 mod quantities;
+mod recorded_amplitudes;
 #[cfg(test)]
 mod sample;
-mod segment;
+mod samples;
 mod sentence;
-mod short;
+mod stop;
 mod warning;
 mod waveform;
 mod waveform_fit;
+mod window;
 
-pub use analyse::analyse;
+pub use analyse::{analyse, analyse_with};
 pub use answer::{
     Answer, Backbone, Diagnostics, Distortion, EnvelopePoint, LossPoint, OtherMode, Segment, Stop,
 };
+pub use criteria::Criteria;
 pub use direct::{Decay, DecayFit, EnvelopeFit, EnvelopeStart, fit_envelope, fit_waveform};
 pub use fitted::FittedMotion;
 pub use options::{LowPass, Options};
 pub use warning::Warning;
+pub use window::{EndReason, StartReason};

@@ -1,147 +1,53 @@
-//! Every sample against the exact motion, in the widest window it describes.
+//! Every sample of a window against the exact motion.
 
 use super::compare::compare;
-use super::envelope::{A0, DELTA, DRAG, X_F};
+use super::criteria::Criteria;
+use super::envelope::{A0, DELTA, DRAG, X_F, law_of};
 use super::fits::{Described, FULL, Problem};
-use super::measure::{Measured, Samples};
+use super::measured::MeasuredDecay;
+use super::samples::Samples;
 use super::waveform::{BEND, Bend, CHIRP, COUNT, OFFSET, OMEGA, PHASE, Waveform, rest_tells};
 use crate::inference::least_squares::{Fit, LeastSquares, Normal, minimise, promised_gain};
 use crate::inference::noise::{NoiseModel, autocorrelation, significant_inflation};
 use crate::signal::blocks::{self, Block};
 use std::f64::consts::PI;
+use std::ops::Range;
 
-/// Longest window fitted sample by sample; beyond it the blocks hold the same information.
-const MOST_SAMPLES: usize = 300_000;
+/// Parameters of phase and offset that every motion has.
+const ALWAYS: [usize; 3] = [PHASE, OMEGA, OFFSET];
+/// Disturbances of phase and offset, in the model only where the data pay for them.
+const OPTIONAL: [usize; 4] = [BEND, CHIRP, OFFSET + 1, OFFSET + 2];
 
-/// With less lost per cycle the motion is an ellipse to 1e-4 and the blocks lose nothing either.
-const LEAST_LOSS_A_CYCLE: f64 = 1e-3;
-
-/// Fits every sample, starting from what the amplitudes told. `None` where the
-/// waveform cannot be followed.
-pub(crate) fn fit_samples<'a>(
-    samples: &'a Samples,
-    measured: &Measured,
-    rough: &Described,
-) -> Option<Described<'a>> {
+/// Start values from the fit of the amplitudes, for a window that begins with the first block.
+pub(crate) fn start_values(
+    samples: &Samples,
+    measured: &MeasuredDecay,
+    by_amplitudes: &Described,
+) -> Option<Vec<f64>> {
     let first = measured.points.first()?;
-    let last = measured.points.last()?;
-    let (from, to) = (first.first, last.end);
-    let best = rough.comparison.preferred()?;
-    let law = super::envelope::law_of(&best.bounded.parameters, measured.law.omega);
-    let loss_per_cycle = law.rate(law.amplitude_0) / law.amplitude_0 * 2.0 * PI / measured.law.omega;
-    if to - from > MOST_SAMPLES || !measured.lawful || loss_per_cycle < LEAST_LOSS_A_CYCLE {
-        return None;
-    }
-    // A record that ends in free decay is used to its last sample, not its last whole block.
-    let ends_free = measured.all.last().is_some_and(|b| b.end == last.end);
-    let to = if ends_free { samples.time.len() } else { to };
-    let origin = samples.time[from];
+    let best = by_amplitudes.comparison.preferred()?;
     let mut start = vec![0.0; COUNT];
     start[..4].copy_from_slice(&best.bounded.parameters[..4]);
     start[OMEGA] = measured.law.omega;
-    // Phase at the origin from the first block's, with the backbone on the way.
-    start[PHASE] = blocks::wrap(first.phase - first.omega * (first.time_s - origin));
+    start[PHASE] = blocks::wrap(first.phase - first.omega * (first.time_s - samples.time[first.first]));
     start[OFFSET] = measured.points.iter().map(|b| b.offset).sum::<f64>() / measured.points.len() as f64;
-    let fit = |to: usize, start: Vec<f64>| {
-        fit_waveform_window(samples, measured, from..to, origin, samples.time[to - 1] - origin, start)
-    };
-    let found = fit(to, start)?;
-    let fades = [super::segment::FLOOR, super::segment::REST].contains(&measured.stretch.end_reason);
-    if !fades || ends_free {
-        return Some(found);
-    }
-    // Below the noise of single blocks the samples still know, and so does the place of rest:
-    // all of them where one motion agrees with all, else as far as it does.
-    let start = found.comparison.preferred()?.bounded.parameters.clone();
-    let n = samples.time.len();
-    if n - from <= MOST_SAMPLES
-        && let Some(whole) = fit(n, start.clone()).filter(|w| agrees(w, samples, measured))
-    {
-        return Some(whole);
-    }
-    let longer = agreeing_end(samples, measured, &found, from, to)?;
-    if longer <= to {
-        return Some(found);
-    }
-    fit(longer, start).or(Some(found))
+    Some(start)
 }
 
-/// Whether nothing but noise is left of every block in the window: in single
-/// blocks, in runs of them, in phase and in quadrature.
-pub(crate) fn agrees(described: &Described, samples: &Samples, measured: &Measured) -> bool {
-    let Problem::Waveform(problem) = &described.problem else { return false };
-    let Some(best) = described.comparison.preferred() else { return false };
-    let variance = measured.noise_rms.powi(2);
-    let first = samples.time.partition_point(|&t| t < problem.origin);
-    let residual = problem.residuals(&best.bounded.parameters);
-    let scatter = |r: &[f64]| r.iter().map(|r| r * r).sum::<f64>() / r.len() as f64;
-    let tolerated = |n: usize| variance * (1.0 + 4.0 * (2.0 / n as f64).sqrt());
-    if scatter(&residual) > tolerated(residual.len()) {
-        return false;
-    }
-    let left = left_over(problem, samples, &residual, &best.bounded, &measured.all, first);
-    let unit = variance.sqrt();
-    // Four and a half standard errors: one in 1e5 by chance, whatever the number of blocks.
-    const MOST: f64 = 4.5;
-    let calm = |part: fn(&(f64, f64)) -> f64| {
-        let values: Vec<f64> = left.iter().map(|v| part(v) / unit).collect();
-        values.iter().all(|v| v.abs() < MOST)
-            && values.windows(8).all(|w| (w.iter().sum::<f64>() / 8f64.sqrt()).abs() < MOST)
-    };
-    calm(|v| v.0) && calm(|v| v.1)
-}
-
-/// Last sample up to which the fitted motion, followed on, leaves nothing but noise.
-fn agreeing_end(
-    samples: &Samples,
-    measured: &Measured,
-    found: &Described,
-    from: usize,
-    to: usize,
-) -> Option<usize> {
-    let Problem::Waveform(problem) = &found.problem else { return None };
-    let best = &found.comparison.preferred()?.bounded;
-    let law = super::envelope::law_of(&best.parameters, best.parameters[OMEGA]);
-    let variance = found.comparison.noise.residual_variance(best);
-    // Block by block, then what is left behind the last whole one.
-    let rest = measured.all.last().map(|b| (b.end, samples.time.len()));
-    let pieces = measured.all.iter().map(|b| (b.first, b.end)).filter(|p| p.0 >= to).chain(rest);
-    let mut end = to;
-    for (first, last) in pieces.filter(|p| p.1 > p.0) {
-        let elapsed = samples.time[first] - found.origin;
-        // Some thousandths of the start, or the last swing before a stop, carry no more.
-        if first > end || law.amplitude(elapsed) < (2e-3 * law.amplitude_0).max(1.2 * best.parameters[X_F]) {
-            break;
-        }
-        let part = Waveform {
-            time: &samples.time[from..last],
-            signal: &samples.signal[from..last],
-            ..problem.clone()
-        };
-        let residual = part.residuals(&best.parameters);
-        let here = &residual[first - from..];
-        let n = here.len() as f64;
-        let mean_square = here.iter().map(|r| r * r).sum::<f64>() / n;
-        if mean_square > variance * (1.0 + 4.0 * (2.0 / n).sqrt()) {
-            break;
-        }
-        end = last;
-    }
-    Some(end)
-}
-
-pub(crate) fn fit_waveform_window<'a>(
+/// Fits every loss model to the samples of a window. `None` where the phase wanders too much for
+/// the exact motion.
+pub(crate) fn fit_waveform<'a>(
     samples: &'a Samples,
-    measured: &Measured,
-    range: std::ops::Range<usize>,
-    origin: f64,
-    duration: f64,
+    measured: &MeasuredDecay,
+    range: Range<usize>,
     mut start: Vec<f64>,
+    criteria: &Criteria,
 ) -> Option<Described<'a>> {
     let n = range.len();
-    let law = super::envelope::law_of(&start, start[OMEGA]);
-    let bend = Bend::along(|t| law.amplitude(t), duration);
-    let always = [PHASE, OMEGA, OFFSET];
+    let origin = samples.time[range.start];
+    let duration = samples.time[range.end - 1] - origin;
+    let law = law_of(&start, start[OMEGA]);
+    let backbone = Bend::along(|t| law.amplitude(t), duration);
     let mut problem = Waveform {
         time: &samples.time[range.clone()],
         signal: &samples.signal[range.clone()],
@@ -149,12 +55,12 @@ pub(crate) fn fit_waveform_window<'a>(
         duration,
         bend: None,
         rest_tells: rest_tells(start[X_F], measured.noise_rms, n),
-        active: FULL.iter().chain(&always).copied().collect(),
+        active: FULL.iter().chain(&ALWAYS).chain(&OPTIONAL).copied().collect(),
     };
-    let mut nuisance: Vec<usize> = always.to_vec();
-    // A bend already seen in the block phases starts inside.
+    let mut nuisance = ALWAYS.to_vec();
+    // What the phases of the blocks show already is in the model from the start.
     if measured.law.quadratic != 0.0 || measured.law.quartic != 0.0 {
-        problem.bend = Some(bend.clone());
+        problem.bend = Some(backbone.clone());
         start[BEND] = measured.law.quadratic * measured.law.omega;
         nuisance.push(BEND);
     }
@@ -162,59 +68,47 @@ pub(crate) fn fit_waveform_window<'a>(
         start[CHIRP] = measured.law.drift * measured.law.omega;
         nuisance.push(CHIRP);
     }
-    let all: Vec<usize> = FULL.iter().chain(&always).chain(&OPTIONAL).copied().collect();
-    problem.active.clone_from(&all);
-    let mut fit = minimise(&problem, &start, &freed(&nuisance))?;
-    // The price leaves one in 1e5 to chance: in a record of a cycle or two an offset that
-    // drifts by chance would cost most of what is known about the loss.
-    let price = (n as f64).ln() + 14.0;
-    problem.bend.get_or_insert(bend);
+    let mut fit = minimise(&problem, &start, &with_loss(&nuisance))?;
+    problem.bend.get_or_insert(backbone);
+    // In a record of a cycle or two an offset that drifts by chance would cost most of what is
+    // known about the loss.
+    let price = (n as f64).ln() + criteria.inference.instrument_bic_margin;
     add_nuisances(&problem, &mut fit, &mut nuisance, price)?;
-    // Still far above the noise: the phase wanders.
-    if fit.rss / n as f64 > 4.0 * measured.noise_rms.powi(2) {
+    if fit.rss / n as f64 > criteria.waveform.most_excess * measured.noise_rms.powi(2) {
         return None;
     }
     // What was started with must also pay.
-    for extra in [CHIRP, BEND] {
-        drop_nuisance(&problem, &mut fit, &mut nuisance, extra, price);
+    for term in [CHIRP, BEND] {
+        drop_nuisance(&problem, &mut fit, &mut nuisance, term, price);
     }
     if !nuisance.contains(&BEND) {
         problem.bend = None;
     }
-    problem.active = {
-        let mut a: Vec<usize> = FULL.iter().chain(&nuisance).copied().collect();
-        a.sort_unstable();
-        a
-    };
+    problem.active = FULL.iter().chain(&nuisance).copied().collect();
+    problem.active.sort_unstable();
     let mut noise = NoiseModel::white(n as f64);
-    let sliding = {
-        let span = 1.0 / fit.parameters[DELTA].abs().max(1e-3 / duration);
-        0.5 * fit.parameters[A0] * PI / (2.0 * fit.parameters[OMEGA] * span)
-    };
+    let decay_time = 1.0 / fit.parameters[DELTA].abs().max(1e-3 / duration);
+    let sliding = 0.5 * fit.parameters[A0] * PI / (2.0 * fit.parameters[OMEGA] * decay_time);
     let comparison = compare(&problem, &fit.parameters, &nuisance, noise, sliding);
-    let best = comparison.preferred()?;
-    let (excess, autocorrelation, count) =
-        residual_scatter(&problem, samples, &best.bounded, &measured.points, range.start);
-    if excess > 1.0 + 2.6 * (2.0 / count.max(1) as f64).sqrt() {
-        noise.variance_inflation = excess;
+    let left = Remainder::new(&problem, range.start, &comparison.preferred()?.bounded, &measured.points);
+    let white = 1.0 + criteria.inference.excess_significance * (2.0 / left.blocks.max(1) as f64).sqrt();
+    if left.excess > white {
+        noise.variance_inflation = left.excess;
     }
-    noise.variance_inflation *= significant_inflation(autocorrelation, count);
+    noise.variance_inflation *= significant_inflation(left.autocorrelation, left.blocks);
     Some(Described {
-        problem: Problem::Waveform(problem),
         comparison: comparison.with_noise(noise),
+        problem: Problem::Waveform(problem),
         origin,
         end: origin + duration,
-        excess,
-        autocorrelation,
+        excess: left.excess,
+        autocorrelation: left.autocorrelation,
         outliers: 0,
     })
 }
 
-/// Disturbances of phase and offset, in the model only where the data pay for them.
-const OPTIONAL: [usize; 4] = [BEND, CHIRP, OFFSET + 1, OFFSET + 2];
-
 /// Viscous and sliding loss and the nuisances, in order.
-fn freed(nuisance: &[usize]) -> Vec<usize> {
+fn with_loss(nuisance: &[usize]) -> Vec<usize> {
     let mut free: Vec<usize> = [A0, X_F, DELTA].iter().chain(nuisance).copied().collect();
     free.sort_unstable();
     free
@@ -231,11 +125,11 @@ fn add_nuisances(problem: &Waveform, fit: &mut Fit, nuisance: &mut Vec<usize>, p
         let variance = sums.rss / (n - fit.free.len() as f64).max(1.0);
         // Beside drag, which may explain the same.
         let promised = |nuisance: &[usize]| {
-            let mut free = freed(nuisance);
+            let mut free = with_loss(nuisance);
             free.push(DRAG);
             promised_gain(&sums, &free)
         };
-        let with = |extra: usize| -> Vec<usize> { nuisance.iter().copied().chain([extra]).collect() };
+        let with = |term: usize| -> Vec<usize> { nuisance.iter().copied().chain([term]).collect() };
         let Some(alone) = promised(nuisance) else { break };
         let candidate = OPTIONAL
             .into_iter()
@@ -244,9 +138,9 @@ fn add_nuisances(problem: &Waveform, fit: &mut Fit, nuisance: &mut Vec<usize>, p
             .filter_map(|o| Some((o, (promised(&with(o))? - alone) / variance)))
             .max_by(|a, b| a.1.total_cmp(&b.1))
             .filter(|(_, gain)| *gain > price);
-        let Some((extra, _)) = candidate else { break };
-        let wider = with(extra);
-        let Some(next) = minimise(problem, &fit.parameters, &freed(&wider)) else { break };
+        let Some((term, _)) = candidate else { break };
+        let wider = with(term);
+        let Some(next) = minimise(problem, &fit.parameters, &with_loss(&wider)) else { break };
         *nuisance = wider;
         *fit = next;
     }
@@ -254,14 +148,14 @@ fn add_nuisances(problem: &Waveform, fit: &mut Fit, nuisance: &mut Vec<usize>, p
 }
 
 /// Leaves a nuisance out again if the fit without it is worse by less than its price.
-fn drop_nuisance(problem: &Waveform, fit: &mut Fit, nuisance: &mut Vec<usize>, extra: usize, price: f64) {
-    if !nuisance.contains(&extra) {
+fn drop_nuisance(problem: &Waveform, fit: &mut Fit, nuisance: &mut Vec<usize>, term: usize, price: f64) {
+    if !nuisance.contains(&term) {
         return;
     }
-    let fewer: Vec<usize> = nuisance.iter().copied().filter(|&o| o != extra).collect();
+    let fewer: Vec<usize> = nuisance.iter().copied().filter(|&o| o != term).collect();
     let mut start = fit.parameters.clone();
-    start[extra] = 0.0;
-    let Some(without) = minimise(problem, &start, &freed(&fewer)) else { return };
+    start[term] = 0.0;
+    let Some(without) = minimise(problem, &start, &with_loss(&fewer)) else { return };
     let variance = fit.rss / (problem.time.len() as f64 - fit.free.len() as f64).max(1.0);
     if (without.rss - fit.rss) / variance < price {
         *nuisance = fewer;
@@ -269,50 +163,53 @@ fn drop_nuisance(problem: &Waveform, fit: &mut Fit, nuisance: &mut Vec<usize>, e
     }
 }
 
-/// The residual's own fundamental: its variance over that of white noise, and
-/// how it hangs together from block to block.
-fn residual_scatter(
-    problem: &Waveform,
-    samples: &Samples,
-    fit: &Fit,
-    points: &[Block],
-    first: usize,
-) -> (f64, f64, usize) {
-    let residual = problem.residuals(&fit.parameters);
-    let n = residual.len() as f64;
-    let variance = fit.rss / (n - fit.free.len() as f64).max(1.0);
-    let left = left_over(problem, samples, &residual, fit, points, first);
-    let scaled: Vec<f64> = left.iter().map(|v| v.0).collect();
-    let count = scaled.len();
-    // The loss parameters already took their share of these blocks.
-    let dof = (count as f64 - 3.0).max(1.0);
-    let excess = scaled.iter().map(|s| s * s).sum::<f64>() / dof / variance.max(f64::MIN_POSITIVE);
-    (excess, autocorrelation(&scaled), count)
+/// The fundamental left in the residuals of the blocks.
+struct Remainder {
+    /// Its variance over that of white noise.
+    excess: f64,
+    /// From block to block.
+    autocorrelation: f64,
+    blocks: usize,
 }
 
-/// Fundamental left in the residual of each block, in phase and in quadrature,
-/// scaled so that white noise gives each its own variance.
-fn left_over(
+impl Remainder {
+    fn new(problem: &Waveform, first: usize, fit: &Fit, points: &[Block]) -> Self {
+        let residual = problem.residuals(&fit.parameters);
+        let variance = fit.rss / (residual.len() as f64 - fit.free.len() as f64).max(1.0);
+        let left: Vec<f64> = remaining_fundamental(problem, first, &residual, fit, points)
+            .iter()
+            .map(|(in_phase, _)| *in_phase)
+            .collect();
+        // The loss parameters already took their share of these blocks.
+        let dof = (left.len() as f64 - 3.0).max(1.0);
+        Self {
+            excess: left.iter().map(|s| s * s).sum::<f64>() / dof / variance.max(f64::MIN_POSITIVE),
+            autocorrelation: autocorrelation(&left),
+            blocks: left.len(),
+        }
+    }
+}
+
+/// Fundamental left in the residual of each block inside the window that begins with sample
+/// `first`, in phase and in quadrature, scaled so that white noise gives each its own variance.
+pub(crate) fn remaining_fundamental(
     problem: &Waveform,
-    samples: &Samples,
+    first: usize,
     residual: &[f64],
     fit: &Fit,
-    points: &[Block],
-    first: usize,
+    blocks: &[Block],
 ) -> Vec<(f64, f64)> {
-    let shifted: Vec<Block> = points
+    let inside: Vec<Block> = blocks
         .iter()
         .filter(|b| b.first >= first && b.end <= first + residual.len())
         .map(|b| Block { first: b.first - first, end: b.end - first, ..*b })
         .collect();
-    let phases: Vec<_> = shifted.iter().map(|b| problem.phase_at(&fit.parameters, b.time_s)).collect();
-    let found = blocks::demodulate(&samples.time[first..first + residual.len()], residual, &shifted, &phases);
-    found
+    let phases: Vec<_> = inside.iter().map(|b| problem.phase_at(&fit.parameters, b.time_s)).collect();
+    blocks::demodulate(problem.time, residual, &inside, &phases)
         .iter()
         .map(|b| (b.amplitude / b.unit_variance.sqrt(), b.quadrature / b.unit_variance.sqrt()))
         .collect()
 }
-
 #[cfg(test)]
 mod tests {
     use crate::motion::decay::FreeDecay;

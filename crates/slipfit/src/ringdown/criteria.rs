@@ -1,0 +1,348 @@
+//! Every threshold that decides something in the analysis of a ring-down.
+
+use crate::inference::criteria::{Criterion, InferenceCriteria, criteria};
+
+/// The thresholds of [`analyse_with`](super::analyse_with), by the step that they decide.
+///
+/// ```
+/// let mut criteria = slipfit::ringdown::Criteria::default();
+/// criteria.window.rise_ratio = 1.2;
+/// let table = criteria.table();
+/// let row = table.iter().find(|row| row.name == "window.rise_ratio").expect("listed");
+/// assert_eq!(row.value, 1.2);
+/// ```
+#[derive(Debug, Clone, PartialEq, Default)]
+#[non_exhaustive]
+pub struct Criteria {
+    /// Shared with the other analyses.
+    pub inference: InferenceCriteria,
+    /// Amplitudes of blocks.
+    pub blocks: BlockCriteria,
+    /// Blocks with clipped samples.
+    pub clipping: ClippingCriteria,
+    /// The free decay among the blocks.
+    pub window: WindowCriteria,
+    /// The start of the decay.
+    pub lead_in: LeadInCriteria,
+    /// Agreement of the waveform with the samples.
+    pub agreement: AgreementCriteria,
+    /// The fit of the amplitudes.
+    pub amplitude: AmplitudeCriteria,
+    /// The fit of the waveform.
+    pub waveform: WaveformCriteria,
+    /// Records of one to three cycles.
+    pub few_cycles: FewCyclesCriteria,
+    /// The rest after the motion.
+    pub stop: StopCriteria,
+}
+
+impl Criteria {
+    /// Every threshold with its value, meaning, source and effect, in the order of the steps.
+    pub fn table(&self) -> Vec<Criterion> {
+        let groups = [
+            self.inference.table(),
+            self.blocks.table(),
+            self.clipping.table(),
+            self.window.table(),
+            self.lead_in.table(),
+            self.agreement.table(),
+            self.amplitude.table(),
+            self.waveform.table(),
+            self.few_cycles.table(),
+            self.stop.table(),
+        ];
+        groups.concat()
+    }
+}
+
+criteria! {
+    /// Amplitudes of blocks of some cycles along the record.
+    pub struct BlockCriteria in "blocks" {
+        /// Cycles that the free decay must hold.
+        least_cycles: f64 = 2.0, source "two loss terms and an amplitude are three unknowns",
+            moves "refusals";
+        /// Blocks without which no decay is followed.
+        least_blocks: usize = 3, source "as many amplitudes as unknowns", moves "refusals";
+        /// Lowest frequency followed, over the dominant one.
+        tracking_low: f64 = 0.4, source "chosen by simulation", moves "refusals";
+        /// Highest frequency followed, over the dominant one.
+        tracking_high: f64 = 2.5, source "chosen by simulation", moves "refusals";
+        /// Where blocks cut for the decay and its surroundings alone are shorter by this factor,
+        /// they are cut anew.
+        recut_factor: f64 = 2.0, source "chosen by simulation", moves "bias in long records";
+        /// Relative error of the first amplitude above which longer blocks are taken.
+        relative_error: f64 = 0.015, source "chosen by simulation", moves "window start and end";
+        /// Blocks above the noise that longer blocks must leave.
+        least_visible: usize = 30, source "chosen by simulation", moves "window start and end";
+        /// Standard errors below which the amplitude of a block is noise.
+        floor_errors: f64 = 4.0, source "one block in 1e4 by chance", moves "window end";
+        /// Steps of the converter below which an amplitude is not resolved.
+        floor_steps: f64 = 1.5, source "chosen by simulation", moves "window end";
+        /// Part of the largest amplitude below which no amplitude counts.
+        floor_of_top: f64 = 1e-5, source "chosen by simulation", moves "window end";
+        /// Standard errors above which the fall of the amplitude inside a block is measured.
+        loss_errors: f64 = 10.0, source "chosen by simulation", moves "bias of late amplitudes";
+        /// Most blocks of a record of amplitudes.
+        recorded_blocks: usize = 500, source "chosen by simulation", moves "time of analysis";
+        /// The noise floor of an envelope is below this fraction (one in so many) of its amplitudes.
+        envelope_floor_fraction: usize = 50, source "chosen by simulation", moves "window end";
+        /// Most that the noise floor of an envelope takes of its largest amplitude.
+        envelope_floor_of_top: f64 = 0.2, source "chosen by simulation", moves "window end";
+        /// Standard errors above its noise floor that an envelope must lie.
+        envelope_floor_errors: f64 = 2.0, source "chosen by simulation", moves "window end";
+        /// Most different values among the samples, as a part of them, that show the steps of a
+        /// converter.
+        distinct_values: f64 = 2.0 / 3.0, source "chosen by simulation",
+            moves "window end of coarse records";
+        /// Mean amplitude of the last third over the first third of a record that grows.
+        growth_ratio: f64 = 1.2, source "chosen by simulation", moves "the reason of a refusal";
+    }
+}
+
+criteria! {
+    /// Samples cut off at the ends of a range.
+    pub struct ClippingCriteria in "clipping" {
+        /// Equal samples in a row at an extreme of the record that count as clipped.
+        run: usize = 4, source "chosen by simulation", moves "clipping warnings";
+        /// Such runs in a clipped record.
+        runs: usize = 3, source "chosen by simulation", moves "clipping warnings";
+        /// Part of the largest amplitude from which on crests may be clipped.
+        from_amplitude: f64 = 0.9, source "chosen by simulation", moves "window start";
+        /// Blocks with round crests that end the clipped part.
+        round_blocks: usize = 2, source "chosen by simulation", moves "window start";
+        /// One in so many clipped blocks is left out behind the last flat one.
+        margin_part: usize = 20, source "chosen by simulation", moves "bias after clipping";
+        /// Converter steps in an amplitude whose crests can be told from flat ones.
+        least_steps: f64 = 8.0, source "chosen by simulation", moves "window start";
+        /// Length of a flat crest over that of a sinusoid's on the converter's steps.
+        plateau_ratio: f64 = 2.5, source "chosen by simulation", moves "window start";
+        /// Samples of a flat crest at least.
+        plateau_samples: usize = 4, source "chosen by simulation", moves "window start";
+        /// Part of the amplitude above which a run of equal samples is a crest.
+        plateau_height: f64 = 0.5, source "chosen by simulation", moves "window start";
+        /// Flat crests in a clipped block at least.
+        plateaus: usize = 2, source "chosen by simulation", moves "window start";
+        /// One flat crest in so many cycles of a clipped block at least.
+        plateau_cycles: f64 = 8.0, source "chosen by simulation", moves "window start";
+        /// A last clipped sample belongs to the clipped blocks if it lies at most one in so many of
+        /// them behind.
+        straggler_part: usize = 5, source "chosen by simulation", moves "window start";
+        /// Blocks that must remain after the clipped ones.
+        least_after: usize = 8, source "chosen by simulation", moves "window start";
+    }
+}
+
+criteria! {
+    /// The free decay among the blocks: a run of falling amplitude, a seed fit inside it, and how
+    /// far the law of the seed is extended.
+    pub struct WindowCriteria in "window" {
+        /// Rise of the amplitude over the least one so far that ends a run.
+        rise_ratio: f64 = 1.1, source "chosen by simulation", moves "window end";
+        /// Standard errors that a rise must exceed besides.
+        rise_errors: f64 = 4.0, source "one block in 1e4 by chance", moves "window end";
+        /// Part of the largest amplitude from which on a block belongs to the top of a run.
+        top_ratio: f64 = 0.98, source "chosen by simulation", moves "window start";
+        /// Standard errors below the largest amplitude that belong to the top as well.
+        top_errors: f64 = 3.0, source "chosen by simulation", moves "window start";
+        /// Part of the top at which the seed begins.
+        seed_from: f64 = 0.9, source "chosen by simulation", moves "window start";
+        /// Part of its first amplitude at which the seed ends.
+        seed_to: f64 = 0.15, source "chosen by simulation", moves "window end";
+        /// Blocks without which there is no seed.
+        seed_least: usize = 5, source "as many amplitudes as fit viscous and sliding loss",
+            moves "window end";
+        /// Blocks of a seed where the amplitude falls fast.
+        seed_blocks: usize = 8, source "chosen by simulation", moves "window end";
+        /// Amplitudes above which the seed's law has sliding friction.
+        sliding_from: usize = 5, source "chosen by simulation", moves "window end";
+        /// Amplitudes above which the seed's law has drag.
+        drag_from: usize = 8, source "chosen by simulation", moves "window end";
+        /// Error of the law, as a part of the amplitude.
+        law_error: f64 = 0.01, source "chosen by simulation", moves "window end";
+        /// Logarithmic loss between two blocks of a drive that leaks into the signal and is
+        /// switched off.
+        step: f64 = 0.1, source "chosen by simulation", moves "window start";
+        /// That loss over the median loss of the blocks that follow.
+        step_factor: f64 = 8.0, source "chosen by simulation", moves "window start";
+        /// Standard errors that a block may lie off the law.
+        miss_errors: f64 = 5.0, source "chosen by simulation", moves "window end";
+        /// Standard deviations about the law that a block may lie off it.
+        miss_deviations: f64 = 2.0, source "chosen by simulation", moves "window end";
+        /// Most scatter about the law over its errors that is tolerated as such.
+        most_scatter: f64 = 20.0, source "chosen by simulation", moves "window end";
+        /// Part of the amplitude that later blocks may lie off the law.
+        later_tolerance: f64 = 0.3, source "chosen by simulation", moves "window end";
+        /// Part of the amplitude that the last blocks may lie off where the law is left.
+        last_tolerance: f64 = 0.08, source "chosen by simulation", moves "window end";
+        /// Part of the amplitude that earlier blocks may lie off the law.
+        earlier_tolerance: f64 = 0.02, source "chosen by simulation", moves "window start";
+        /// Blocks off the law in a row that leave it.
+        misses: usize = 3, source "chosen by simulation", moves "window end";
+        /// Blocks above which two instead of one are left out beside a lead-in.
+        lead_in_margin: usize = 20, source "chosen by simulation", moves "window start";
+        /// Amplitude over the noise, some blocks before the end, of a motion that stops.
+        stop_ratio: f64 = 4.0, source "chosen by simulation", moves "end reason";
+        /// Blocks within which a stop takes the amplitude away.
+        stop_blocks: usize = 3, source "chosen by simulation", moves "end reason";
+        /// Standard errors that the law must predict for a block inside the noise.
+        noise_prediction: f64 = 0.3, source "chosen by simulation", moves "window end";
+        /// Standard errors that a block inside the noise may lie off the law.
+        noise_errors: f64 = 4.0, source "one block in 1e4 by chance", moves "window end";
+        /// Blocks on each side of a change of law.
+        kink_blocks: usize = 30, source "chosen by simulation", moves "window end";
+        /// Residual variance over the noise from which on a change of law is looked for.
+        kink_excess: f64 = 100.0, source "ten times the noise", moves "window end";
+        /// Residual variance over the noise that the earlier law may leave.
+        kink_earlier: f64 = 4.0, source "twice the noise", moves "window end";
+        /// Factor by which a change of law must lower the residual variance.
+        kink_gain: f64 = 5.0, source "chosen by simulation", moves "window end";
+    }
+}
+
+criteria! {
+    /// First blocks that still belong to a drive.
+    pub struct LeadInCriteria in "lead_in" {
+        /// Blocks of a decay whose law is extrapolated to its start.
+        least_blocks: usize = 60, source "chosen by simulation", moves "window start";
+        /// One in so many blocks is left out of the law that is extrapolated.
+        tested_part: usize = 3, source "chosen by simulation", moves "window start";
+        /// Residual variance over the noise above which the law says nothing of a drive.
+        most_excess: f64 = 4.0, source "twice the noise", moves "window start";
+        /// Blocks in a run that are tested together.
+        run: usize = 8, source "chosen by simulation", moves "window start";
+        /// Standard errors that the mean of a run may lie off the law.
+        run_errors: f64 = 4.0, source "one run in 1e4 by chance", moves "window start";
+        /// Standard errors that a block may lie off the law.
+        block_errors: f64 = 4.5, source "one block in 1e5 by chance", moves "window start";
+        /// One in so many blocks at most belongs to a drive.
+        most_part: usize = 6, source "chosen by simulation", moves "window start";
+        /// One in so many blocks, and two at least, is left out behind the run that lies off.
+        margin_part: usize = 60, source "chosen by simulation", moves "window start";
+        /// Blocks of a decay of which the first may be left out for the waveform's sake.
+        spare_blocks: usize = 40, source "chosen by simulation", moves "window start";
+    }
+}
+
+criteria! {
+    /// Whether a motion leaves nothing but noise of the samples.
+    pub struct AgreementCriteria in "agreement" {
+        /// Standard errors of the residual variance that noise may show.
+        scatter_errors: f64 = 4.0, source "one record in 1e4 by chance", moves "window start and end";
+        /// Standard errors of the fundamental left in a block, or in a run of blocks.
+        fundamental_errors: f64 = 4.5, source "one block in 1e5 by chance",
+            moves "window start and end";
+        /// Blocks in a run that are tested together.
+        run: usize = 8, source "chosen by simulation", moves "window start and end";
+        /// Part of the first amplitude below which the decay is not followed on.
+        least_amplitude: f64 = 2e-3, source "smaller amplitudes carry no information",
+            moves "window end";
+        /// Friction displacements below which the decay is not followed on.
+        least_frictions: f64 = 1.2, source "the last swing before a stop", moves "window end";
+    }
+}
+
+criteria! {
+    /// The fit of the amplitudes.
+    pub struct AmplitudeCriteria in "amplitude" {
+        /// Part of the first amplitude below which an envelope's noise floor is fitted.
+        floor_visible: f64 = 0.2, source "chosen by simulation", moves "bias of envelopes";
+        /// Least amplitude that the error of the law refers to, as a part of the first one.
+        law_error_base: f64 = 0.05, source "chosen by simulation", moves "bias where the law is off";
+        /// Robust standard deviations beyond which a block is an outlier.
+        outlier_deviations: f64 = 8.0, source "chosen by simulation", moves "spread with glitches";
+        /// One in so many blocks at most is an outlier.
+        outlier_part: usize = 10, source "chosen by simulation", moves "spread with glitches";
+        /// Blocks beyond the number of parameters without which none is an outlier.
+        outlier_spare: usize = 6, source "chosen by simulation", moves "spread with glitches";
+        /// Friction displacements below which the averaged law does not hold.
+        least_frictions: f64 = 2.0, source "below two x_F the motion is no ellipse",
+            moves "bias of x_F";
+        /// Amplitudes without which the end of the law is not looked for.
+        rest_blocks: usize = 8, source "chosen by simulation", moves "bias of x_F";
+        /// Amplitudes kept before the end of the law.
+        rest_kept: usize = 6, source "chosen by simulation", moves "bias of x_F";
+    }
+}
+
+criteria! {
+    /// The fit of the waveform.
+    pub struct WaveformCriteria in "waveform" {
+        /// Most samples of a window; beyond it the blocks hold the same information.
+        most_samples: usize = 300_000, source "chosen by simulation", moves "time of analysis";
+        /// Least loss per cycle, as a part of the amplitude.
+        least_loss: f64 = 1e-3, source "with less the motion is an ellipse to 1e-4",
+            moves "time of analysis";
+        /// Residual variance over the noise above which the phase wanders.
+        most_excess: f64 = 4.0, source "twice the noise", moves "the method chosen";
+        /// Residual variance over the noise down to which the waveform must describe the samples.
+        variance_ratio: f64 = 1.3, source "chosen by simulation", moves "the method chosen";
+    }
+}
+
+criteria! {
+    /// Records of one to three cycles.
+    pub struct FewCyclesCriteria in "few_cycles" {
+        /// Most samples of such a record.
+        most_samples: usize = 20_000, source "chosen by simulation", moves "time of analysis";
+        /// The last one in so many samples show the place of rest.
+        tail_part: usize = 10, source "chosen by simulation", moves "refusals";
+        /// Samples from the release on.
+        least_samples: usize = 12, source "as many as a waveform has parameters", moves "refusals";
+        /// Noise that the largest sample may owe part of its size to.
+        release_noise: f64 = 2.0, source "95 % of normal noise", moves "bias of short records";
+        /// Residual over the noise that the fit may leave.
+        most_residual: f64 = 2.0, source "chosen by simulation", moves "refusals";
+        /// Part of the first swing that the swing back must reach.
+        least_return: f64 = 0.2, source "chosen by simulation", moves "refusals";
+        /// Standard errors of an amplitude that the swing back must reach.
+        return_errors: f64 = 3.0, source "chosen by simulation", moves "refusals";
+        /// Samples in a half cycle whose amplitude is shown.
+        half_cycle_samples: usize = 3, source "chosen by simulation", moves "the amplitudes shown";
+        /// Part of the noise below which no amplitude is shown.
+        half_cycle_noise: f64 = 0.3, source "chosen by simulation", moves "the amplitudes shown";
+    }
+}
+
+criteria! {
+    /// The rest after the motion, and where it begins.
+    pub struct StopCriteria in "stop" {
+        /// Periods without a sample that show a recorder at rest.
+        silence_periods: f64 = 3.0, source "chosen by simulation", moves "stops reported";
+        /// Periods' worth of samples that may follow the silence.
+        samples_after: f64 = 0.5, source "chosen by simulation", moves "stops reported";
+        /// One in so many samples after the decay shows the place of rest.
+        tail_part: usize = 4, source "chosen by simulation", moves "stops reported";
+        /// Samples that show the place of rest at least.
+        tail_samples: usize = 8, source "chosen by simulation", moves "stops reported";
+        /// Periods that the record must go on after the decay.
+        tail_periods: f64 = 2.0, source "chosen by simulation", moves "stops reported";
+        /// Standard deviations about the place of rest within which the mass rests.
+        rest_deviations: f64 = 4.0, source "one sample in 1e4 by chance", moves "time of the stop";
+        /// Converter steps about the place of rest within which the mass rests.
+        rest_steps: f64 = 2.0, source "chosen by simulation", moves "time of the stop";
+        /// Periods that a rest must last.
+        rest_periods: f64 = 1.5, source "chosen by simulation", moves "stops reported";
+        /// Swing before the rest, over the width of the rest, of a motion that stops.
+        last_swing: f64 = 3.0, source "chosen by simulation", moves "stops reported";
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn every_row_of_the_table_is_complete_and_named_once() {
+        let table = Criteria::default().table();
+        let mut names: Vec<&str> = table.iter().map(|row| row.name).collect();
+        names.sort_unstable();
+        names.dedup();
+        assert_eq!(names.len(), table.len());
+        for row in table {
+            assert!(row.value.is_finite(), "{}", row.name);
+            assert!(row.meaning.ends_with('.'), "{}: {}", row.name, row.meaning);
+            assert!(!row.source.is_empty(), "{}", row.name);
+            assert!(!row.statistic.is_empty(), "{}", row.name);
+        }
+    }
+}

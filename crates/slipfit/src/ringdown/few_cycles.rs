@@ -1,0 +1,222 @@
+//! Records of one to three cycles: too short for amplitudes of whole cycles,
+//! long enough for the exact motion to be fitted to every sample.
+
+use super::criteria::{AgreementCriteria, Criteria, FewCyclesCriteria};
+use super::envelope::{A0, DELTA, X_F, law_of};
+use super::fits::Problem;
+use super::hypotheses::FittedDecay;
+use super::measured::MeasuredDecay;
+use super::samples::Samples;
+use super::waveform::{COUNT, OFFSET, OMEGA, PHASE, Waveform};
+use super::waveform_fit::fit_waveform;
+use super::window::by_waveform::is_noise;
+use super::window::{DecayWindow, EndReason, StartReason};
+use crate::inference::least_squares::minimise;
+use crate::numeric::robust::neighbour_noise;
+use crate::signal::blocks::Block;
+use crate::signal::phase::PhaseLaw;
+use std::f64::consts::PI;
+
+/// Samples of the search for start values; more say no more.
+const SEARCH_SAMPLES: usize = 400;
+/// Half cycles shown at most.
+const MOST_HALF_CYCLES: i32 = 1000;
+
+/// Fits the motion of a record of a few cycles, from its first sample or from its largest
+/// deflection on. `None` where it does not describe the samples, or swings back too little to be
+/// called an oscillation.
+pub(crate) fn fit_few_cycles<'a>(samples: &'a Samples, criteria: &Criteria) -> Option<FittedDecay<'a>> {
+    let c = &criteria.few_cycles;
+    let (time, signal) = (&samples.time[..], &samples.signal[..]);
+    let n = signal.len();
+    if n > c.most_samples {
+        return None;
+    }
+    let tail = &signal[n - (n / c.tail_part).max(2)..];
+    let rest = tail.iter().sum::<f64>() / tail.len() as f64;
+    let release = (0..n).max_by(|&a, &b| (signal[a] - rest).abs().total_cmp(&(signal[b] - rest).abs()))?;
+    let top = signal[release] - rest;
+    let crossing = (release..n).find(|&i| (signal[i] - rest) * top <= 0.0)?;
+    let quarter = time[crossing] - time[release];
+    if n - release < c.least_samples || quarter <= 0.0 {
+        return None;
+    }
+    let noise_rms = neighbour_noise(signal[release..].windows(3)).unwrap_or(0.0);
+    let swing = Swing { top, rest, quarter, noise_rms };
+    // The largest sample owes part of its size to the noise: the motion begins where it leaves it.
+    let leaves = (release..crossing)
+        .rev()
+        .find(|&i| (signal[i] - rest).abs() >= top.abs() - c.release_noise * noise_rms)
+        .unwrap_or(release);
+    let from_release = fit_from(samples, leaves, &swing, criteria)?;
+    if leaves == 0 {
+        return Some(from_release);
+    }
+    // Most records begin with the release: their first samples count as well.
+    let whole = fit_from(samples, 0, &swing, criteria);
+    let agreeing = whole.filter(|w| describes(w, &from_release, leaves, &criteria.agreement));
+    agreeing.or(Some(from_release))
+}
+
+/// The first swing of a motion after its release.
+struct Swing {
+    /// Largest deflection, signed.
+    top: f64,
+    /// Place of rest.
+    rest: f64,
+    /// Time from there to the place of rest, s.
+    quarter: f64,
+    noise_rms: f64,
+}
+
+/// Whether the fit from the first sample on leaves no more than noise of the samples before
+/// `leaves`, and of the later ones no more than their own fit.
+fn describes(whole: &FittedDecay, later: &FittedDecay, leaves: usize, criteria: &AgreementCriteria) -> bool {
+    let Problem::Waveform(problem) = &whole.fit.problem else { return false };
+    let Some(best) = whole.fit.comparison.preferred() else { return false };
+    let residual = problem.residuals(&best.bounded.parameters);
+    let variance = later.measured.noise_rms.powi(2);
+    residual.len() > leaves
+        && is_noise(&residual[..leaves], variance, criteria)
+        && is_noise(&residual[leaves..], variance, criteria)
+}
+
+/// The motion from sample `release` on, fitted.
+fn fit_from<'a>(
+    samples: &'a Samples,
+    release: usize,
+    swing: &Swing,
+    criteria: &Criteria,
+) -> Option<FittedDecay<'a>> {
+    let c = &criteria.few_cycles;
+    let n = samples.len();
+    let count = (n - release) as f64;
+    if n - release < c.least_samples {
+        return None;
+    }
+    let start = start_values(&samples.time[release..], &samples.signal[release..], swing)?;
+    let mut measured = MeasuredDecay {
+        all: Vec::new(),
+        window: DecayWindow {
+            first: 0,
+            end: 0,
+            start_reason: if release == 0 { StartReason::RecordStart } else { StartReason::LeadIn },
+            end_reason: EndReason::RecordEnd,
+            disturbed: false,
+        },
+        points: Vec::new(),
+        law: PhaseLaw { omega: start[OMEGA], mean_omega: start[OMEGA], ..PhaseLaw::default() },
+        phase_follows_law: true,
+        noise_rms: swing.noise_rms,
+        root_mean_squares: false,
+    };
+    let fit = fit_waveform(samples, &measured, release..n, start, criteria)?;
+    let best = &fit.comparison.preferred()?.bounded;
+    let p = &best.parameters;
+    let sigma = (best.rss / count).sqrt();
+    let law = law_of(p, p[OMEGA]);
+    let duration = fit.end - fit.origin;
+    let back = law.amplitude(PI / p[OMEGA]);
+    let visible = c.return_errors * sigma / (swing.quarter / duration * count).sqrt();
+    if sigma > c.most_residual * swing.noise_rms || back < c.least_return * p[A0] || back < visible {
+        return None;
+    }
+    let Problem::Waveform(problem) = &fit.problem else { return None };
+    measured.points = half_cycles(problem, p, release, sigma, c);
+    measured.noise_rms = sigma;
+    if p[X_F] > 0.0 && law.stop_time() < duration {
+        measured.window.end_reason = EndReason::Rest;
+    }
+    measured.all.clone_from(&measured.points);
+    measured.window.end = measured.points.len();
+    (measured.points.len() >= 2).then_some(FittedDecay { measured, fit })
+}
+
+/// The best of a coarse net of frequencies, decay rates and frictions, each fitted.
+fn start_values(time: &[f64], signal: &[f64], swing: &Swing) -> Option<Vec<f64>> {
+    let &Swing { top, rest, quarter, .. } = swing;
+    let stride = (time.len() / SEARCH_SAMPLES).max(1);
+    let thin = |v: &[f64]| v.iter().step_by(stride).copied().collect::<Vec<f64>>();
+    let (time, signal) = (thin(time), thin(signal));
+    let free = [A0, X_F, DELTA, PHASE, OMEGA, OFFSET];
+    let problem = Waveform {
+        time: &time,
+        signal: &signal,
+        origin: time[0],
+        duration: time[time.len() - 1] - time[0],
+        bend: None,
+        rest_tells: true,
+        active: free.to_vec(),
+    };
+    let mut best: Option<(f64, Vec<f64>)> = None;
+    for slower in [0.8, 1.0, 1.25] {
+        let omega = PI / (2.0 * quarter * slower);
+        for damping in [0.02, 0.1, 0.3] {
+            for friction in [0.0, 0.05, 0.15] {
+                let mut start = vec![0.0; COUNT];
+                start[A0] = top.abs();
+                start[X_F] = friction * top.abs();
+                start[DELTA] = damping * omega;
+                start[PHASE] = if top > 0.0 { 0.0 } else { PI };
+                start[OMEGA] = omega;
+                start[OFFSET] = rest;
+                let Some(fit) = minimise(&problem, &start, &free) else { continue };
+                if best.as_ref().is_none_or(|b| fit.rss < b.0) {
+                    best = Some((fit.rss, fit.parameters));
+                }
+            }
+        }
+    }
+    best.map(|b| b.1)
+}
+
+/// Amplitudes of the half cycles, measured along the fitted motion.
+fn half_cycles(
+    problem: &Waveform,
+    p: &[f64],
+    first: usize,
+    sigma: f64,
+    criteria: &FewCyclesCriteria,
+) -> Vec<Block> {
+    let law = law_of(p, p[OMEGA]);
+    let half = PI / p[OMEGA];
+    let residual = problem.residuals(p);
+    let mut blocks: Vec<Block> = Vec::new();
+    let mut from = 0;
+    let mut index = 0;
+    while from < residual.len() {
+        index += 1;
+        let limit = problem.origin + f64::from(index) * half;
+        let to = from + problem.time[from..].partition_point(|&t| t < limit);
+        let middle = (f64::from(index) - 0.5) * half;
+        let amplitude = law.amplitude(middle);
+        if amplitude <= 0.0 || index > MOST_HALF_CYCLES {
+            break;
+        }
+        if to - from >= criteria.half_cycle_samples {
+            let model: Vec<f64> = (from..to).map(|i| problem.signal[i] - residual[i] - p[OFFSET]).collect();
+            let power: f64 = model.iter().map(|m| m * m).sum();
+            let gain: f64 = model.iter().zip(&residual[from..to]).map(|(m, r)| m * r).sum::<f64>() / power;
+            let rss: f64 = residual[from..to].iter().map(|r| r * r).sum();
+            blocks.push(Block {
+                first: first + from,
+                end: first + to,
+                time_s: problem.origin + middle,
+                span_s: half,
+                amplitude: amplitude * (1.0 + gain),
+                quadrature: 0.0,
+                phase: p[PHASE] + p[OMEGA] * middle,
+                omega: p[OMEGA],
+                offset: p[OFFSET],
+                unit_variance: amplitude * amplitude / power.max(f64::MIN_POSITIVE),
+                rss,
+                dof: (to - from) as f64,
+            });
+        }
+        from = to.max(from + 1);
+        if sigma > 0.0 && amplitude < criteria.half_cycle_noise * sigma {
+            break;
+        }
+    }
+    blocks
+}

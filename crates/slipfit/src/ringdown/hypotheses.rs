@@ -1,0 +1,128 @@
+//! Windows in which the exact motion may describe every sample, and the choice among them.
+
+use super::amplitude_fit::fit_amplitudes;
+use super::criteria::Criteria;
+use super::envelope::law_of;
+use super::fits::Described;
+use super::measured::MeasuredDecay;
+use super::options::Options;
+use super::oscillation::from_the_first_block;
+use super::samples::Samples;
+use super::waveform_fit::{fit_waveform, start_values};
+use super::window::by_waveform::{agreeing_end, agrees};
+use super::window::{EndReason, StartReason};
+use std::f64::consts::TAU;
+
+/// Parts of the first blocks, one in so many, that may still belong to a drive.
+const LEAD_IN_PARTS: [usize; 7] = [50, 25, 16, 12, 8, 6, 4];
+
+/// A free decay and the fit that describes it.
+pub(crate) struct FittedDecay<'a> {
+    pub(crate) measured: MeasuredDecay,
+    pub(crate) fit: Described<'a>,
+}
+
+/// The decay described sample by sample, or by its amplitudes where no exact motion holds.
+///
+/// The hypotheses, of which the first that leaves nothing but noise is taken:
+///
+/// 1. the decay begins with the record: what the amplitudes of single blocks made look like a
+///    lead-in was their noise;
+/// 2. it begins where the amplitudes say;
+/// 3. it begins later, by a part of the blocks after another: first blocks that still belong to a
+///    drive bend the law a little and hide in it.
+///
+/// Where none does the law is at fault, and the second is taken; and where the record itself, or
+/// an option, says where the decay begins.
+pub(crate) fn by_waveform<'a>(
+    samples: &'a Samples,
+    by_amplitudes: FittedDecay<'a>,
+    options: &Options,
+    criteria: &Criteria,
+) -> FittedDecay<'a> {
+    let fit = |mut measured: MeasuredDecay| {
+        let amplitudes = fit_amplitudes(&mut measured, options, criteria).ok()?;
+        let fit = to_the_end(samples, &measured, &amplitudes, criteria)?;
+        Some(FittedDecay { measured, fit })
+    };
+    let agrees = |d: &FittedDecay| agrees(&d.fit, samples, &d.measured, &criteria.agreement);
+    let in_doubt =
+        options.start_s.is_none() && by_amplitudes.measured.window.start_reason == StartReason::LeadIn;
+    if in_doubt
+        && let Some(whole) =
+            from_the_first_block(samples, &by_amplitudes.measured, criteria).and_then(fit).filter(agrees)
+    {
+        return whole;
+    }
+    let exact = to_the_end(samples, &by_amplitudes.measured, &by_amplitudes.fit, criteria)
+        .filter(|fit| reaches_the_noise(fit, &by_amplitudes.measured, criteria));
+    let as_measured = match exact {
+        Some(fit) => FittedDecay { fit, ..by_amplitudes },
+        None => by_amplitudes,
+    };
+    if !in_doubt || agrees(&as_measured) {
+        return as_measured;
+    }
+    let later = later_starts(&as_measured.measured, criteria.lead_in.spare_blocks);
+    let later = later.filter_map(fit).find(agrees);
+    later.unwrap_or(as_measured)
+}
+
+/// The decay without some of its first blocks; of a few blocks none can be spared.
+fn later_starts(measured: &MeasuredDecay, spare: usize) -> impl Iterator<Item = MeasuredDecay> {
+    let n = measured.points.len();
+    let parts = if n < spare { &[] } else { &LEAD_IN_PARTS[..] };
+    parts.iter().map(move |part| {
+        let mut later = measured.clone();
+        later.points.drain(..n.div_ceil(*part));
+        later
+    })
+}
+
+/// Whether the exact waveform describes the samples down to their noise.
+fn reaches_the_noise(fit: &Described, measured: &MeasuredDecay, criteria: &Criteria) -> bool {
+    let Some(best) = fit.comparison.preferred() else { return false };
+    let variance = fit.comparison.noise.residual_variance(&best.bounded);
+    variance <= criteria.waveform.variance_ratio * measured.noise_rms.powi(2)
+}
+
+/// The waveform fitted to every sample from the first block on. Where the decay fades, the window
+/// ends with the record if one motion agrees with all samples, else as far as it does: below the
+/// noise of single blocks the samples still know, and so does the place of rest.
+fn to_the_end<'a>(
+    samples: &'a Samples,
+    measured: &MeasuredDecay,
+    by_amplitudes: &Described,
+    criteria: &Criteria,
+) -> Option<Described<'a>> {
+    let (from, to) = (measured.points.first()?.first, measured.points.last()?.end);
+    let best = by_amplitudes.comparison.preferred()?;
+    let law = law_of(&best.bounded.parameters, measured.law.omega);
+    let loss_per_cycle = law.rate(law.amplitude_0) / law.amplitude_0 * TAU / measured.law.omega;
+    if to - from > criteria.waveform.most_samples
+        || !measured.phase_follows_law
+        || loss_per_cycle < criteria.waveform.least_loss
+    {
+        return None;
+    }
+    let n = samples.len();
+    let fit = |end, start| fit_waveform(samples, measured, from..end, start, criteria);
+    // A record that ends in free decay is used to its last sample, not its last whole block.
+    let ends_free = measured.all.last().is_some_and(|b| b.end == to);
+    let to = if ends_free { n } else { to };
+    let found = fit(to, start_values(samples, measured, by_amplitudes)?)?;
+    let fades = matches!(measured.window.end_reason, EndReason::Noise | EndReason::Rest);
+    if !fades || ends_free {
+        return Some(found);
+    }
+    let start = &found.comparison.preferred()?.bounded.parameters;
+    if n - from <= criteria.waveform.most_samples
+        && let Some(whole) = fit(n, start.clone())
+        && agrees(&whole, samples, measured, &criteria.agreement)
+    {
+        return Some(whole);
+    }
+    let end = agreeing_end(samples, measured, &found, from, to, &criteria.agreement)?;
+    let longer = if end > to { fit(end, start.clone()) } else { None };
+    longer.or(Some(found))
+}

@@ -1,0 +1,185 @@
+//! From an oscillating record to the amplitudes along its free decay.
+
+use super::criteria::Criteria;
+use super::measured::MeasuredDecay;
+use super::options::Options;
+use super::samples::Samples;
+use super::window::{DecayWindow, StartReason, decide};
+use crate::Error;
+use crate::signal::blocks::{self, Block, Cut, PhaseAt};
+use crate::signal::phase::{self, PhaseLaw};
+use crate::signal::spectrum;
+use std::ops::Range;
+
+/// Amplitudes of blocks along the free decay. Where the decay is a small part of the record, the
+/// samples are narrowed to it and its surroundings: the length of a block follows the record's,
+/// and the law must not change within a block.
+pub(crate) fn measure(
+    samples: &mut Samples,
+    options: &Options,
+    criteria: &Criteria,
+) -> Result<MeasuredDecay, Error> {
+    let frequency_hz = spectrum::dominant(&samples.time, &samples.signal, options.band_hz)
+        .map(|line| line.frequency_hz)
+        .filter(|f| *f > 0.0 && f.is_finite())
+        .ok_or(Error::NoOscillation { reason: "the spectrum has no line above the record's own length" })?;
+    let whole = along_decay(samples, frequency_hz, options, criteria)?;
+    let Some(range) = surroundings(&whole, samples, frequency_hz, criteria.blocks.recut_factor) else {
+        return Ok(whole);
+    };
+    let part = samples.part(range);
+    match along_decay(&part, frequency_hz, options, criteria) {
+        Ok(closer) => {
+            *samples = part;
+            Ok(closer)
+        }
+        Err(_) => Ok(whole),
+    }
+}
+
+/// The same free decay, begun with the record.
+pub(crate) fn from_the_first_block(
+    samples: &Samples,
+    found: &MeasuredDecay,
+    criteria: &Criteria,
+) -> Option<MeasuredDecay> {
+    let last = found.points.last()?;
+    let end = found.all.iter().position(|b| b.end >= last.end)? + 1;
+    let window = DecayWindow { first: 0, end, start_reason: StartReason::RecordStart, ..found.window };
+    let along = project(samples, &found.all[..end], found.noise_rms, criteria).ok()?;
+    let Projected { points, law, follows_law } = along;
+    Some(MeasuredDecay {
+        all: found.all.clone(),
+        window,
+        points,
+        law,
+        phase_follows_law: follows_law,
+        ..*found
+    })
+}
+
+/// The decay with as much before and after it, where blocks cut for that part alone are shorter
+/// by the factor.
+fn surroundings(
+    found: &MeasuredDecay,
+    samples: &Samples,
+    frequency_hz: f64,
+    factor: f64,
+) -> Option<Range<usize>> {
+    let decay = &found.all[found.window.first..found.window.end];
+    let (first, last) = (decay.first()?.first, decay.last()?.end.min(samples.len()) - 1);
+    let (from_s, to_s) = (samples.time[first], samples.time[last]);
+    let length_s = to_s - from_s;
+    let from = samples.time.partition_point(|t| *t < from_s - length_s);
+    let end = samples.time.partition_point(|t| *t <= to_s + length_s);
+    let cycles = |samples: usize, span_s: f64| Cut::for_record(span_s, samples, frequency_hz).cycles;
+    let whole = cycles(samples.len(), samples.duration());
+    let part = cycles(end - from, samples.time[end - 1] - samples.time[from]);
+    (factor * part <= whole).then_some(from..end)
+}
+
+/// Blocks along the record, the free decay among them, and its amplitudes along a smooth phase.
+fn along_decay(
+    samples: &Samples,
+    frequency_hz: f64,
+    options: &Options,
+    criteria: &Criteria,
+) -> Result<MeasuredDecay, Error> {
+    let cut = Cut::for_record(samples.duration(), samples.len(), frequency_hz);
+    let follow = |cut: Cut| Followed::new(samples, frequency_hz, cut, options, criteria);
+    let mut found = follow(cut)?;
+    // Where single blocks are uncertain, longer ones find start, end and phase more surely.
+    let longer = (found.relative_error / criteria.blocks.relative_error).powi(2);
+    let longest = found.visible as f64 / criteria.blocks.least_visible as f64;
+    let longer = longer.min(longest).floor();
+    if longer >= 2.0
+        && let Ok(surer) = follow(Cut { cycles: cut.cycles * longer, ..cut })
+    {
+        found = surer;
+    }
+    let Followed { blocks: all, window, .. } = found;
+    let decay = &all[window.first..window.end];
+    let Projected { points, law, follows_law } = project(samples, decay, blocks::noise_rms(&all), criteria)?;
+    let noise_rms = blocks::noise_rms(&points);
+    Ok(MeasuredDecay {
+        all,
+        window,
+        points,
+        law,
+        phase_follows_law: follows_law,
+        noise_rms,
+        root_mean_squares: false,
+    })
+}
+
+/// A record cut into blocks, and the free decay among them.
+struct Followed {
+    blocks: Vec<Block>,
+    window: DecayWindow,
+    /// Relative error of the first amplitude.
+    relative_error: f64,
+    /// Number of amplitudes above the noise.
+    visible: usize,
+}
+
+impl Followed {
+    fn new(
+        samples: &Samples,
+        frequency_hz: f64,
+        cut: Cut,
+        options: &Options,
+        criteria: &Criteria,
+    ) -> Result<Self, Error> {
+        let (low, high) = (criteria.blocks.tracking_low, criteria.blocks.tracking_high);
+        let band_hz = options.band_hz.unwrap_or([low * frequency_hz, high * frequency_hz]);
+        let blocks = blocks::track(&samples.time, &samples.signal, frequency_hz, band_hz, cut);
+        if blocks.len() < criteria.blocks.least_blocks {
+            return Err(Error::NotARingDown {
+                cycles: samples.duration() * frequency_hz,
+                needed: criteria.blocks.least_cycles,
+                reason: "too few samples or cycles to follow an oscillation",
+            });
+        }
+        let (window, seen) = decide::of_oscillation(&blocks, samples, frequency_hz, options, criteria)?;
+        let relative_error = seen.error[window.first] / seen.amplitude(window.first).max(f64::MIN_POSITIVE);
+        let visible = (0..blocks.len()).filter(|&i| seen.amplitude(i) > seen.floor[i]).count();
+        Ok(Self { window, relative_error, visible, blocks })
+    }
+}
+
+/// Amplitudes as projections on a smooth phase.
+struct Projected {
+    points: Vec<Block>,
+    law: PhaseLaw,
+    follows_law: bool,
+}
+
+fn project(
+    samples: &Samples,
+    blocks: &[Block],
+    noise_rms: f64,
+    criteria: &Criteria,
+) -> Result<Projected, Error> {
+    let modulus: Vec<f64> = blocks.iter().map(|b| b.amplitude).collect();
+    let smooth = phase::smooth(blocks, &modulus, noise_rms)
+        .ok_or(Error::NoFit { reason: "the phase of the oscillation cannot be followed" })?;
+    let mut phases: Vec<PhaseAt> = smooth.at;
+    let mut loss = 0.0;
+    for (j, phase) in phases.iter_mut().enumerate() {
+        let (a, b) = (j.saturating_sub(2), (j + 2).min(blocks.len() - 1));
+        let span = blocks[b].time_s - blocks[a].time_s;
+        let slope = (modulus[a].max(f64::MIN_POSITIVE) / modulus[b].max(f64::MIN_POSITIVE)).ln() / span;
+        let most = 1.0 / blocks[j].span_s;
+        // In the noise the slope of the modulus is the noise's; the last one known goes on.
+        let visible = |i: usize| modulus[i] > criteria.blocks.loss_errors * blocks[i].std_error(noise_rms);
+        if visible(a) && visible(b) && slope.is_finite() {
+            loss = slope.clamp(-most, most);
+        }
+        phase.loss = loss.clamp(-most, most);
+        if !phase.omega.is_finite() {
+            phase.omega = blocks[j].omega;
+        }
+    }
+    let points = blocks::demodulate(&samples.time, &samples.signal, blocks, &phases);
+    Ok(Projected { points, law: smooth.law, follows_law: smooth.lawful })
+}

@@ -1,0 +1,134 @@
+//! Records that hold amplitudes: a bare envelope, or the two outputs of a lock-in amplifier.
+
+use super::block_amplitudes::BlockAmplitudes;
+use super::criteria::Criteria;
+use super::measured::MeasuredDecay;
+use super::options::Options;
+use super::samples::Samples;
+use super::window::decide;
+use crate::numeric::robust::neighbour_noise;
+use crate::signal::blocks::Block;
+use crate::signal::phase::{self, PhaseLaw};
+use crate::{Error, SignalKind};
+use std::f64::consts::TAU;
+use std::ops::Range;
+
+/// Amplitudes along the free decay of a record that holds amplitudes.
+pub(crate) fn measure(
+    samples: &Samples,
+    kind: SignalKind,
+    options: &Options,
+    criteria: &Criteria,
+) -> Result<MeasuredDecay, Error> {
+    match (kind, samples.quadrature.as_deref()) {
+        (SignalKind::Envelope, _) => envelope(samples, options, criteria),
+        (_, Some(quadrature)) => lock_in(samples, quadrature, options, criteria),
+        (_, None) => {
+            Err(Error::MissingParameter { name: "quadrature", hint: "a lock-in record needs both outputs" })
+        }
+    }
+}
+
+/// A bare envelope: means of R² over blocks, so that the noise adds a constant
+/// (`E[R²] = A² + 2 sigma²`) whatever the amplitude.
+fn envelope(samples: &Samples, options: &Options, criteria: &Criteria) -> Result<MeasuredDecay, Error> {
+    let noise_rms = neighbour_noise(samples.signal.windows(3)).unwrap_or(0.0);
+    let all: Vec<Block> = ranges(samples, criteria.blocks.recorded_blocks)
+        .map(|range| {
+            let block = empty_block(samples, &range);
+            let square = samples.signal[range].iter().map(|v| v * v).sum::<f64>() / block.dof;
+            Block { amplitude: square.sqrt(), omega: f64::NAN, ..block }
+        })
+        .collect();
+    let c = &criteria.blocks;
+    let mut sorted: Vec<f64> = all.iter().map(|b| b.amplitude).collect();
+    sorted.sort_by(f64::total_cmp);
+    let (low, top) = (sorted[sorted.len() / c.envelope_floor_fraction], sorted[sorted.len() - 1]);
+    let floor = |error: f64| low.min(c.envelope_floor_of_top * top) + c.envelope_floor_errors * error;
+    let omega = angular_frequency(samples, options);
+    let seen = BlockAmplitudes::with_floor(&all, omega, noise_rms, floor);
+    let window = decide::of_amplitudes(&seen, options, criteria)?;
+    let points = all[window.first..window.end].to_vec();
+    Ok(MeasuredDecay {
+        all,
+        window,
+        points,
+        law: constant_frequency(omega),
+        phase_follows_law: true,
+        noise_rms,
+        root_mean_squares: true,
+    })
+}
+
+/// A lock-in's two outputs, along the smooth phase of their beat.
+fn lock_in(
+    samples: &Samples,
+    quadrature: &[f64],
+    options: &Options,
+    criteria: &Criteria,
+) -> Result<MeasuredDecay, Error> {
+    let noise_rms = neighbour_noise(samples.signal.windows(3).chain(quadrature.windows(3))).unwrap_or(0.0);
+    let mut all: Vec<Block> = Vec::new();
+    for range in ranges(samples, criteria.blocks.recorded_blocks) {
+        let block = empty_block(samples, &range);
+        let mean = |v: &[f64]| v.iter().sum::<f64>() / block.dof;
+        let (p, q) = (mean(&samples.signal[range.clone()]), mean(&quadrature[range]));
+        let mut phase = q.atan2(p);
+        if let Some(last) = all.last() {
+            phase += TAU * ((last.phase - phase) / TAU).round();
+        }
+        all.push(Block { amplitude: p.hypot(q), phase, ..block });
+    }
+    let omega = angular_frequency(samples, options);
+    let floor = |error: f64| criteria.blocks.floor_errors * error;
+    let seen = BlockAmplitudes::with_floor(&all, omega, noise_rms, floor);
+    let window = decide::of_amplitudes(&seen, options, criteria)?;
+    let mut points = all[window.first..window.end].to_vec();
+    let modulus: Vec<f64> = points.iter().map(|b| b.amplitude).collect();
+    // The beat phase is small and slow: project on its local mean.
+    if let Some(smooth) = phase::smooth_locally(&points, &modulus, noise_rms) {
+        for (point, phase) in points.iter_mut().zip(smooth) {
+            let turn = point.phase - phase;
+            point.quadrature = point.amplitude * turn.sin();
+            point.amplitude *= turn.cos();
+        }
+    }
+    Ok(MeasuredDecay {
+        all,
+        window,
+        points,
+        law: constant_frequency(omega),
+        phase_follows_law: true,
+        noise_rms,
+        root_mean_squares: false,
+    })
+}
+
+/// Ranges of equal length that hold all samples but the last few.
+fn ranges(samples: &Samples, most: usize) -> impl Iterator<Item = Range<usize>> {
+    let n = samples.len();
+    let width = n.div_ceil(most).max(1);
+    (0..n).step_by(width).map(move |first| first..first + width).filter(move |r| r.end <= n)
+}
+
+/// A block of independent samples whose mean is its amplitude.
+fn empty_block(samples: &Samples, range: &Range<usize>) -> Block {
+    let time = &samples.time[range.clone()];
+    let count = range.len() as f64;
+    Block {
+        span_s: time[time.len() - 1] - time[0],
+        unit_variance: 1.0 / count,
+        dof: count,
+        ..Block::of(range.start, range.end, time.iter().sum::<f64>() / count)
+    }
+}
+
+/// Angular frequency behind the amplitudes; where unknown one so high that only the loss rate
+/// matters.
+fn angular_frequency(samples: &Samples, options: &Options) -> f64 {
+    options.frequency_hz.map_or(1e6 * samples.len() as f64 / samples.duration(), |f| TAU * f)
+}
+
+fn constant_frequency(omega: f64) -> PhaseLaw {
+    PhaseLaw { omega, mean_omega: omega, ..PhaseLaw::default() }
+}

@@ -1,0 +1,151 @@
+//! The samples under analysis: the part of the record and the band that are asked for.
+
+use super::options::Options;
+use crate::numeric::extremes;
+use crate::record::MIN_SAMPLES;
+use crate::signal::spectrum;
+use crate::{Clock, Error, Record};
+use std::borrow::Cow;
+use std::ops::Range;
+
+/// Scales between which squares of squares can be summed.
+const REPRESENTABLE: std::ops::RangeInclusive<f64> = 1e-60..=1e60;
+/// Differences below this part of the range are rounding, not steps of a converter.
+const ROUNDING: f64 = 1e-9;
+/// Samples looked at for the steps of a converter.
+const STEP_SAMPLES: usize = 2000;
+
+/// Stamps and samples under analysis.
+#[derive(Debug, Clone)]
+pub(crate) struct Samples<'a> {
+    pub(crate) time: Cow<'a, [f64]>,
+    pub(crate) signal: Cow<'a, [f64]>,
+    pub(crate) quadrature: Option<Cow<'a, [f64]>>,
+}
+
+impl<'a> Samples<'a> {
+    /// The part of the record between `start_s` and `end_s`, inside the band if one is given.
+    pub(crate) fn prepare(record: &'a Record, options: &Options) -> Result<Self, Error> {
+        let mut samples = Self::between(record, options.start_s, options.end_s)?;
+        if let Some(band) = options.band_hz
+            && record.kind().oscillates()
+        {
+            samples.signal = Cow::Owned(spectrum::band_pass(&samples.time, &samples.signal, band));
+        }
+        samples.check_scales()?;
+        Ok(samples)
+    }
+
+    fn between(record: &'a Record, start_s: Option<f64>, end_s: Option<f64>) -> Result<Self, Error> {
+        let n = record.len();
+        let (from_s, to_s) = (record.time_s(0), record.time_s(n - 1));
+        let outside = |name, value_s| Error::OutsideRecord { name, value_s, from_s, to_s };
+        if let Some(start_s) = start_s.filter(|start_s| *start_s >= to_s) {
+            return Err(outside("start_s", start_s));
+        }
+        if let Some(end_s) = end_s.filter(|end_s| *end_s <= from_s) {
+            return Err(outside("end_s", end_s));
+        }
+        let first = start_s.map_or(0, |start_s| first_at(record, start_s));
+        let end = end_s.map_or(n, |end_s| first_at(record, end_s).max(first));
+        if end - first < MIN_SAMPLES {
+            return Err(Error::TooFewSamples { found: end - first, needed: MIN_SAMPLES });
+        }
+        let time = match record.clock() {
+            Clock::Stamps(stamps) => Cow::Borrowed(&stamps[first..end]),
+            Clock::Uniform { .. } => Cow::Owned(record.times_s(first..end)),
+        };
+        Ok(Self {
+            time,
+            signal: Cow::Borrowed(&record.signal()[first..end]),
+            quadrature: record.quadrature().map(|q| Cow::Borrowed(&q[first..end])),
+        })
+    }
+
+    /// Some of the samples.
+    pub(crate) fn part(&self, range: Range<usize>) -> Self {
+        let cut = |column: &Cow<'a, [f64]>| match column {
+            Cow::Borrowed(all) => Cow::Borrowed(&all[range.clone()]),
+            Cow::Owned(all) => Cow::Owned(all[range.clone()].to_vec()),
+        };
+        Self {
+            time: cut(&self.time),
+            signal: cut(&self.signal),
+            quadrature: self.quadrature.as_ref().map(cut),
+        }
+    }
+
+    pub(crate) fn len(&self) -> usize {
+        self.time.len()
+    }
+
+    /// Time from the first to the last sample, s.
+    pub(crate) fn duration(&self) -> f64 {
+        self.time[self.time.len() - 1] - self.time[0]
+    }
+
+    /// Smallest step between different values where many repeat: that of the converter. Zero
+    /// where more than `distinct_values` of the samples differ.
+    pub(crate) fn converter_step(&self, distinct_values: f64) -> f64 {
+        let stride = (self.signal.len() / STEP_SAMPLES).max(1);
+        let mut values: Vec<f64> = self.signal.iter().step_by(stride).copied().collect();
+        values.sort_by(f64::total_cmp);
+        let range = values[values.len() - 1] - values[0];
+        let count = values.len();
+        values.dedup();
+        if values.len() < 2 || values.len() as f64 > distinct_values * count as f64 {
+            return 0.0;
+        }
+        values
+            .windows(2)
+            .map(|w| w[1] - w[0])
+            .filter(|d| *d > ROUNDING * range)
+            .fold(f64::INFINITY, f64::min)
+            .min(range)
+    }
+
+    fn check_scales(&self) -> Result<(), Error> {
+        let spread = |v: &[f64]| {
+            let (low, high) = extremes(v);
+            low.abs().max(high.abs()).max(v[0] - low).max(high - v[0])
+        };
+        let signal = spread(&self.signal).max(self.quadrature.as_deref().map_or(0.0, spread));
+        if [signal, self.duration()].iter().all(|v| REPRESENTABLE.contains(v)) {
+            return Ok(());
+        }
+        Err(Error::NoFit {
+            reason: "signal or duration lie beyond 1e-60 to 1e60, where powers leave the range of \
+                     numbers; choose another unit",
+        })
+    }
+}
+
+/// Index of the first sample at or after a time.
+fn first_at(record: &Record, time_s: f64) -> usize {
+    let (mut before, mut found) = (0, record.len());
+    while before < found {
+        let middle = usize::midpoint(before, found);
+        if record.time_s(middle) < time_s { before = middle + 1 } else { found = middle }
+    }
+    before
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn samples(signal: Vec<f64>) -> Samples<'static> {
+        let time = (0..signal.len()).map(|i| i as f64).collect();
+        Samples { time: Cow::Owned(time), signal: Cow::Owned(signal), quadrature: None }
+    }
+
+    #[test]
+    fn the_step_of_a_converter_shows_where_values_repeat() {
+        let wave = |step: f64| {
+            let value = |i: u32| ((f64::from(i) * 0.1).sin() / step).round() * step;
+            samples((0..1500).map(value).collect()).converter_step(2.0 / 3.0)
+        };
+        assert!((wave(0.01) - 0.01).abs() < 1e-12);
+        assert_eq!(wave(1e-9), 0.0);
+    }
+}

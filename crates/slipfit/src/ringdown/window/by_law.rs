@@ -1,0 +1,128 @@
+//! Limits of the free decay that show once its law is known.
+
+use super::StartReason;
+use crate::inference::least_squares::minimise;
+use crate::ringdown::amplitude_fit::{amplitude_problem, fit_from_viscous, start_values};
+use crate::ringdown::criteria::{LeadInCriteria, WindowCriteria};
+use crate::ringdown::envelope::EnvelopeProblem;
+use crate::ringdown::fits::{Described, FULL, Problem};
+use crate::ringdown::measured::MeasuredDecay;
+use crate::ringdown::options::Options;
+use std::ops::Range;
+
+/// Number of splits tried at first for a change of law.
+const SPLITS: usize = 40;
+
+/// The instant until which first blocks still belong to a drive: from the law of the later
+/// blocks, extrapolated with its uncertainty, the blocks before are let in one by one until a run
+/// of them lies off. `None` where none do.
+pub(crate) fn end_of_lead_in(
+    fitted: &Described,
+    measured: &MeasuredDecay,
+    options: &Options,
+    criteria: &LeadInCriteria,
+) -> Option<f64> {
+    let n = measured.points.len();
+    if measured.window.start_reason != StartReason::LeadIn || n < criteria.least_blocks {
+        return None;
+    }
+    // Weights of the noise alone: a drive let in by mistake would excuse itself as an error of
+    // the law.
+    let problem = amplitude_problem(measured, options);
+    let tested = n / criteria.tested_part;
+    let best = &fitted.comparison.preferred()?.bounded;
+    let free = &best.free;
+    let fit = minimise(&part(&problem, tested..n), &best.parameters, free)?;
+    let variance = fit.rss / (n - tested - free.len().min(n - tested - 1)) as f64;
+    // Where the law itself is off, its extrapolation says nothing about a drive.
+    if variance > criteria.most_excess * measured.noise_rms.powi(2) {
+        return None;
+    }
+    let predictions = problem.predictions(&fit);
+    // Mean residual of a run over its standard error, the law's own uncertainty in common.
+    let miss = |run: Range<usize>| {
+        let (mut weight, mut sum, mut row) = (0.0, 0.0, [0.0; 5]);
+        for j in run {
+            let (residual, by) = &predictions[j];
+            let w = problem.weight[j];
+            weight += w;
+            sum += w * residual;
+            for (r, b) in row.iter_mut().zip(by) {
+                *r += w * b;
+            }
+        }
+        let law: f64 = free
+            .iter()
+            .flat_map(|&a| free.iter().map(move |&b| (a, b)))
+            .map(|(a, b)| row[a] * row[b] * fit.unit_covariance[(a, b)])
+            .sum::<f64>()
+            / (weight * weight);
+        sum / weight / (variance * (1.0 / weight + law.max(0.0))).sqrt()
+    };
+    let off = |first: usize| {
+        miss(first..(first + criteria.run).min(tested)).abs() > criteria.run_errors
+            || miss(first..first + 1).abs() > criteria.block_errors
+    };
+    let start = (0..tested).rev().find(|&first| off(first))? + 1;
+    // A law that misses all the way is bent; a drive holds the first blocks only.
+    if start > n / criteria.most_part {
+        return None;
+    }
+    // The run that fell out began some blocks later than it showed.
+    let start = (start + (n / criteria.margin_part).max(2)).min(n - 6);
+    Some(fitted.origin + problem.elapsed[start])
+}
+
+/// The instant where one law gives way to another: the split after which each side has a law of
+/// its own. It counts only if the earlier side then holds nearly to its noise, which a law that
+/// bends slowly away never does.
+pub(crate) fn change_of_law(
+    fitted: &Described,
+    measured: &MeasuredDecay,
+    options: &Options,
+    criteria: &WindowCriteria,
+) -> Option<f64> {
+    let noise = measured.noise_rms.powi(2);
+    let n = measured.points.len();
+    let least = criteria.kink_blocks;
+    // Less is a bend, not a kink.
+    if fitted.excess < criteria.kink_excess || n < 2 * least || noise <= 0.0 {
+        return None;
+    }
+    // Outliers that the fit leaves out would bend the laws here.
+    if !matches!(&fitted.problem, Problem::Envelope(used) if used.value.len() == n) {
+        return None;
+    }
+    let problem = amplitude_problem(measured, options);
+    let left = |range: Range<usize>| -> Option<f64> {
+        let mut side = part(&problem, range);
+        let origin = side.elapsed[0];
+        side.elapsed.iter_mut().for_each(|t| *t -= origin);
+        Some(fit_from_viscous(&side, &start_values(&side), &FULL)?.rss / noise)
+    };
+    let best = |splits: &mut dyn Iterator<Item = usize>| {
+        splits
+            .filter_map(|k| Some((left(0..k)?, left(k..n)?, k)))
+            .min_by(|a, b| (a.0 + a.1).total_cmp(&(b.0 + b.1)))
+            .map(|(earlier, _, k)| (earlier / (k as f64 - FULL.len() as f64), k))
+    };
+    let step = (n / SPLITS).max(1);
+    let (_, coarse) = best(&mut (least..n - least).step_by(step))?;
+    let near = coarse.saturating_sub(step).max(least)..(coarse + step + 1).min(n - least);
+    let (earlier, split) = best(&mut { near })?;
+    (earlier < criteria.kink_earlier && fitted.excess > criteria.kink_gain * earlier)
+        .then(|| fitted.origin + problem.elapsed[split])
+}
+
+/// Some of the amplitudes.
+fn part(problem: &EnvelopeProblem, range: Range<usize>) -> EnvelopeProblem {
+    EnvelopeProblem {
+        elapsed: problem.elapsed[range.clone()].to_vec(),
+        value: problem.value[range.clone()].to_vec(),
+        weight: problem.weight[range].to_vec(),
+        omega: problem.omega,
+        backbone: problem.backbone,
+        squared: problem.squared,
+        lowpass: problem.lowpass.clone(),
+    }
+}

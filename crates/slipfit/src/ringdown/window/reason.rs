@@ -1,0 +1,78 @@
+//! Why a free decay starts and ends where it does.
+
+use std::fmt;
+
+/// Why the free decay starts where it does.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
+#[non_exhaustive]
+pub enum StartReason {
+    /// The record starts.
+    RecordStart,
+    /// Before it the motion is driven or disturbed.
+    LeadIn,
+    /// Before it samples are clipped.
+    Clipped,
+    /// The start was asked for.
+    Requested,
+}
+
+/// Why the free decay ends where it does.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
+#[non_exhaustive]
+pub enum EndReason {
+    /// The record ends.
+    RecordEnd,
+    /// The oscillation reaches the noise.
+    Noise,
+    /// The motion comes to rest.
+    Rest,
+    /// The amplitude jumps up.
+    Disturbance,
+    /// The amplitude falls below the law of the earlier decay, or follows another one.
+    LawChange,
+    /// The amplitude stays above what the law of the earlier decay predicts.
+    SlowTail,
+    /// The end was asked for.
+    Requested,
+    /// The least amplitude that was asked for is reached.
+    LeastAmplitude,
+}
+
+impl StartReason {
+    /// The reason in words, as in reports and in the JSON answer.
+    pub const fn as_str(self) -> &'static str {
+        match self {
+            StartReason::RecordStart => "the record starts",
+            StartReason::LeadIn => "before it the motion is driven or disturbed",
+            StartReason::Clipped => "before it samples are clipped",
+            StartReason::Requested => "asked for",
+        }
+    }
+}
+
+impl EndReason {
+    /// The reason in words, as in reports and in the JSON answer.
+    pub const fn as_str(self) -> &'static str {
+        match self {
+            EndReason::RecordEnd => "the record ends",
+            EndReason::Noise => "the oscillation reaches the noise",
+            EndReason::Rest => "the motion comes to rest",
+            EndReason::Disturbance => "a disturbance",
+            EndReason::LawChange | EndReason::SlowTail => "the amplitude leaves the law of the earlier decay",
+            EndReason::Requested => "asked for",
+            EndReason::LeastAmplitude => "the least amplitude asked for",
+        }
+    }
+}
+
+impl fmt::Display for StartReason {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        f.pad(self.as_str())
+    }
+}
+
+impl fmt::Display for EndReason {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        f.pad(self.as_str())
+    }
+}
