@@ -4,6 +4,7 @@ mod args;
 mod batch;
 mod command;
 mod failure;
+mod interrupt;
 mod manifest;
 mod output;
 mod version;

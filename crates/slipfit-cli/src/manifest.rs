@@ -17,6 +17,12 @@ const NOT_HERE: &[(&str, &str)] = &[
     ("json", "output is asked for on the command line"),
     ("plot", "output is asked for on the command line"),
     ("csv", "output is asked for on the command line"),
+    ("html", "output is asked for on the command line"),
+    ("md", "output is asked for on the command line"),
+    ("latex", "output is asked for on the command line"),
+    ("table", "output is asked for on the command line"),
+    ("resume", "output is asked for on the command line"),
+    ("force", "output is asked for on the command line"),
     ("strict", "output is asked for on the command line"),
     ("quiet", "output is asked for on the command line"),
     ("color", "output is asked for on the command line"),
@@ -88,6 +94,20 @@ pub(crate) struct Manifest {
     /// Whether the constant is one of a torsion pendulum.
     pub(crate) angular: bool,
     pub(crate) entries: Vec<Asked>,
+}
+
+impl Manifest {
+    /// Every file it names.
+    pub(crate) fn inputs(&self) -> impl Iterator<Item = &Path> {
+        self.entries.iter().flat_map(|entry| -> Vec<&Path> {
+            match &entry.command {
+                Command::Ringdown(args) => args.inputs().collect(),
+                Command::Resonance(args) => args.inputs().collect(),
+                Command::Levels(args) => vec![&args.file],
+                _ => Vec::new(),
+            }
+        })
+    }
 }
 
 /// One measurement: its command as if it had been typed.

@@ -1,9 +1,6 @@
 //! Where an answer goes.
 
-use crate::failure::Failure;
-use crate::output;
 use clap::Args;
-use slipfit_report::plot::Format;
 use std::path::{Path, PathBuf};
 
 // A doc comment here would replace that of the command.
@@ -33,6 +30,9 @@ pub(crate) struct AnswerArgs {
     #[arg(long, value_name = "FILE", help_heading = "Output")]
     pub(crate) plot: Option<PathBuf>,
 
+    #[command(flatten)]
+    pub(crate) replace: ReplaceArgs,
+
     /// Exit with status 1 on any warning
     #[arg(long, help_heading = "Output")]
     pub(crate) strict: bool,
@@ -40,6 +40,14 @@ pub(crate) struct AnswerArgs {
     /// Print nothing but errors
     #[arg(long, short, help_heading = "Output")]
     pub(crate) quiet: bool,
+}
+
+// What may be lost.
+#[derive(Debug, Args)]
+pub(crate) struct ReplaceArgs {
+    /// Replace a file that slipfit did not write; without it such a file is an error
+    #[arg(long, help_heading = "Output")]
+    pub(crate) force: bool,
 }
 
 // One row a file.
@@ -55,14 +63,6 @@ pub(crate) struct TableArgs {
 }
 
 impl AnswerArgs {
-    /// The format of the picture asked for, by the ending of its name.
-    pub(crate) fn plot_format(&self) -> Result<Option<Format>, Failure> {
-        let Some(path) = &self.plot else { return Ok(None) };
-        let unknown =
-            || Failure::new(format!("--plot {}: no picture format is known by that ending", path.display()));
-        Format::of(path).map(Some).ok_or_else(|| unknown().hint("name the file .svg or .png"))
-    }
-
     /// The files asked for, with their flags.
     pub(crate) fn files(&self) -> impl Iterator<Item = (&'static str, &Path)> {
         [
@@ -74,19 +74,5 @@ impl AnswerArgs {
         ]
         .into_iter()
         .filter_map(|(flag, path)| Some((flag, path.as_deref()?)))
-    }
-
-    /// Whether one of them is standard output, which then has no room for the report.
-    ///
-    /// # Errors
-    /// Two outputs into one stream could not be told apart.
-    pub(crate) fn speaks(&self) -> Result<bool, Failure> {
-        let spoken: Vec<&str> =
-            self.files().filter(|(_, path)| output::is_stdout(path)).map(|f| f.0).collect();
-        match spoken.as_slice() {
-            [one, other, ..] => Err(Failure::new(format!("{one} and {other} both go to standard output"))
-                .hint("name a file for all but one of them")),
-            spoken => Ok(!spoken.is_empty()),
-        }
     }
 }

@@ -17,7 +17,7 @@ mod simulate;
 use clap::builder::styling::{AnsiColor, Styles};
 use clap::{Parser, Subcommand, ValueEnum};
 
-pub(crate) use answer::{AnswerArgs, TableArgs};
+pub(crate) use answer::{AnswerArgs, ReplaceArgs, TableArgs};
 pub(crate) use inspect::InspectArgs;
 pub(crate) use levels::LevelFitArgs;
 pub(crate) use number::Uncertain;
@@ -49,6 +49,10 @@ Examples:
       what the file holds, how it would be read, and the command for it
   slipfit help ringdown
       every option of a command
+
+Files are written beside their place and renamed: a full disk or a kill leaves the old one whole.
+No output may be an input. A file that slipfit did not write is replaced with --force only; its
+own it knows by their schema, first comment, last line or metadata (.npy has room for none).
 
 Exit status: 0 done, 1 warnings under --strict, 2 failed, 130 interrupted.";
 

@@ -1,5 +1,6 @@
 //! `slipfit paper` and `slipfit atlas`.
 
+use super::ReplaceArgs;
 use clap::Args;
 use std::path::PathBuf;
 
@@ -13,6 +14,9 @@ pub(crate) struct PaperArgs {
     /// Folder to write to; made if need be
     #[arg(long, value_name = "DIR", help_heading = "Output")]
     pub(crate) out: PathBuf,
+
+    #[command(flatten)]
+    pub(crate) replace: ReplaceArgs,
 
     /// Seed of the noise in the ring-downs of Fig. 2
     #[arg(long, value_name = "N", default_value_t = 1, help_heading = "Output")]
@@ -29,6 +33,9 @@ pub(crate) struct AtlasArgs {
     /// Folder to write to; made if need be
     #[arg(long, value_name = "DIR", help_heading = "Output")]
     pub(crate) out: PathBuf,
+
+    #[command(flatten)]
+    pub(crate) replace: ReplaceArgs,
 
     /// Values of Q, evenly spaced in its logarithm
     #[arg(long, value_name = "N", value_parser = clap::value_parser!(u32).range(2..=400), default_value_t = 48, help_heading = "Map")]

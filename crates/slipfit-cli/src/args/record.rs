@@ -1,6 +1,6 @@
 //! What every simulated record takes: an oscillator, a sensor, a place to go.
 
-use super::{not_negative, positive};
+use super::{ReplaceArgs, not_negative, positive};
 use clap::{Args, ValueEnum};
 use std::path::PathBuf;
 
@@ -153,6 +153,9 @@ pub(crate) struct OutArgs {
     /// Write parameters and samples as JSON as well, `-` for standard output
     #[arg(long, value_name = "PATH", help_heading = "Output")]
     pub(crate) json: Option<PathBuf>,
+
+    #[command(flatten)]
+    pub(crate) replace: ReplaceArgs,
 }
 
 /// File format of a record.

@@ -6,7 +6,7 @@ use super::{AnswerArgs, TableArgs, Uncertain, positive};
 use clap::{Args, ValueEnum};
 use slipfit::LossModel;
 use slipfit::resonance::{DriveAmplitude, Method, Options, Terms};
-use std::path::PathBuf;
+use std::path::{Path, PathBuf};
 use std::str::FromStr;
 
 const AFTER_HELP: &str = "\
@@ -119,6 +119,11 @@ pub(crate) enum Switch {
 }
 
 impl ResonanceArgs {
+    /// Every file that is read.
+    pub(crate) fn inputs(&self) -> impl Iterator<Item = &Path> {
+        self.files.iter().chain(&self.reference).map(PathBuf::as_path)
+    }
+
     /// Everything but the reference, which is a file.
     pub(crate) fn options(&self) -> Options {
         let switch = |s: Option<Switch>| s.map(|s| s == Switch::On);

@@ -5,7 +5,7 @@ use clap::Args;
 use slipfit::Calibration;
 use slipfit::LossModel;
 use slipfit::ringdown::{LowPass, Options};
-use std::path::PathBuf;
+use std::path::{Path, PathBuf};
 
 const AFTER_HELP: &str = "\
 Examples:
@@ -121,6 +121,11 @@ pub(crate) struct CalibrationArgs {
 }
 
 impl RingdownArgs {
+    /// Every file that is read.
+    pub(crate) fn inputs(&self) -> impl Iterator<Item = &Path> {
+        self.files.iter().map(PathBuf::as_path)
+    }
+
     pub(crate) fn options(&self) -> Options {
         let mut options = Options::default();
         options.start_s = self.start;

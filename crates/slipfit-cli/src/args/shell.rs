@@ -1,5 +1,6 @@
 //! `slipfit completions` and `slipfit man`.
 
+use super::ReplaceArgs;
 use clap::Args;
 use clap_complete::Shell;
 use std::path::PathBuf;
@@ -29,4 +30,7 @@ pub(crate) struct ManArgs {
     /// Folder to write to; made if need be
     #[arg(long, value_name = "DIR", help_heading = "Output")]
     pub(crate) out: Option<PathBuf>,
+
+    #[command(flatten)]
+    pub(crate) replace: ReplaceArgs,
 }

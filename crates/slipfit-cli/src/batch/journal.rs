@@ -1,20 +1,21 @@
 //! Rows on disk as soon as they are done, so that nothing finished is lost.
 
-use super::table::Form;
+use super::table::Table;
 use crate::failure::Failure;
-use slipfit_report::row::{Column, Row};
-use std::fs::{self, File, OpenOptions};
-use std::io::Write;
+use crate::output::Outputs;
+use slipfit_report::row::Row;
+use std::fs::{self, File, OpenOptions, TryLockError};
+use std::io::{self, Read as _, Seek as _, SeekFrom, Write as _};
 use std::path::{Path, PathBuf};
 use std::time::{Duration, Instant};
 
 /// A file that rows are added to, one line each; what is written stays, whenever
-/// and however the program ends.
-pub(crate) struct Journal {
+/// and however the program ends. It is locked while the program runs.
+pub(super) struct Journal {
     path: PathBuf,
     file: File,
+    table: Table,
     rows: Vec<Row>,
-    columns: &'static [Column],
     shown: Instant,
 }
 
@@ -30,55 +31,50 @@ fn place(table: &Path) -> PathBuf {
 
 impl Journal {
     /// Begins a table, or goes on with one and gives the rows it has.
-    pub(crate) fn open(
-        table: &Path,
+    pub(super) fn open(
+        table: Table,
+        outputs: &mut Outputs,
         signature: &str,
-        columns: &'static [Column],
         resume: bool,
     ) -> Result<(Self, Vec<Row>), Failure> {
-        let path = place(table);
+        let Some(target) = table.to.file() else {
+            return Err(Failure::new(format!("--table {}: this is no file", table.to.named().display()))
+                .hint("--json - or --md - write the answer to one file to standard output"));
+        };
+        let path = place(target);
+        outputs.add("--table, its journal", &path)?;
         let name = path.display().to_string();
-        let failed = |e: &std::io::Error| Failure::writing(&name, e);
-        if let Some(folder) = table.parent().filter(|f| !f.as_os_str().is_empty() && !f.is_dir()) {
-            let (table, folder) = (table.display(), folder.display());
-            return Err(Failure::new(format!("--table {table}: there is no folder {folder}")));
-        }
+        let failed = |e: io::Error| Failure::writing(&name, &e);
+        let mut file = lock(&path, &table)?;
+        let mut text = String::new();
+        file.read_to_string(&mut text).map_err(failed)?;
+        // A line without an end was being written when the program ended.
+        let whole = text.rfind('\n').map_or("", |end| &text[..=end]);
+        let before = whole.lines().next().unwrap_or_default();
         let mut kept = Vec::new();
-        let mut text = format!("{signature}\n");
-        if resume && path.exists() {
-            let held = fs::read_to_string(&path).map_err(|e| failed(&e))?;
-            // A line without an end was being written when the program ended.
-            let whole = held.rfind('\n').map_or("", |end| &held[..end]);
-            let mut lines = whole.split('\n');
-            let before = lines.next().unwrap_or_default();
-            if !before.is_empty() && before != signature {
-                return Err(Failure::new(format!(
-                    "--resume: {name} was begun by `{before}`, not by `{signature}`"
-                ))
-                .hint("the same options go on with it; without --resume the table begins anew"));
-            }
-            for line in lines {
-                if let Some(row) = Row::parse(line, columns) {
-                    text.push_str(line);
-                    text.push('\n');
-                    kept.push(row);
-                }
-            }
+        if !resume || before.is_empty() {
+            file.set_len(0).map_err(failed)?;
+            file.write_all(format!("{signature}\n").as_bytes()).map_err(failed)?;
+        } else if before == signature {
+            kept.extend(whole.lines().skip(1).filter_map(|line| Row::parse(line, table.columns)));
+            file.set_len(whole.len() as u64).map_err(failed)?;
+        } else {
+            return Err(Failure::new(format!(
+                "--resume: {name} was begun by `{before}`, not by `{signature}`"
+            ))
+            .hint("the same options go on with it; without --resume the table begins anew"));
         }
-        // What is kept is in place before the new file takes the old one's name.
-        let fresh = path.with_extension("rows.new");
-        fs::write(&fresh, &text).and_then(|()| fs::rename(&fresh, &path)).map_err(|e| failed(&e))?;
-        let file = OpenOptions::new().append(true).open(&path).map_err(|e| failed(&e))?;
-        Ok((Self { path, file, rows: kept.clone(), columns, shown: Instant::now() }, kept))
+        file.seek(SeekFrom::End(0)).map_err(failed)?;
+        Ok((Self { path, file, table, rows: kept.clone(), shown: Instant::now() }, kept))
     }
 
     /// Adds a row: one write of one line. Now and then the table is renewed too,
     /// so that there is one to look at.
-    pub(crate) fn add(&mut self, row: &Row, table: &Path, form: Form) -> Result<(), Failure> {
+    pub(super) fn add(&mut self, row: &Row) -> Result<(), Failure> {
         self.write(row)?;
         self.rows.push(row.clone());
         if self.shown.elapsed() >= RENEWED_EVERY {
-            self.replace(table, &form.render(&self.rows, self.columns)?)?;
+            self.table.write(&self.rows)?;
             self.shown = Instant::now();
         }
         Ok(())
@@ -94,21 +90,49 @@ impl Journal {
             .map_err(|e| Failure::writing(&self.path.display().to_string(), &e))
     }
 
-    /// Writes the complete table in one step and removes the journal.
-    pub(crate) fn finish(self, table: &Path, content: &[u8]) -> Result<(), Failure> {
-        self.replace(table, content)?;
+    /// Writes the table in one step and removes the journal, unless there is more to come.
+    pub(super) fn finish(self, rows: &[Row], interrupted: bool) -> Result<(), Failure> {
+        self.table.write(rows)?;
+        if interrupted {
+            return Ok(());
+        }
         fs::remove_file(&self.path).map_err(|e| Failure::writing(&self.path.display().to_string(), &e))
     }
+}
 
-    /// Writes what there is of the table and keeps the journal, to be gone on with.
-    pub(crate) fn suspend(self, table: &Path, content: &[u8]) -> Result<(), Failure> {
-        self.replace(table, content)
+/// The journal, held by this run alone.
+fn lock(path: &Path, table: &Table) -> Result<File, Failure> {
+    let failed = |e: io::Error| Failure::writing(&path.display().to_string(), &e);
+    loop {
+        let mut options = OpenOptions::new();
+        let file = options.read(true).write(true).create(true).truncate(false).open(path).map_err(failed)?;
+        match file.try_lock() {
+            Ok(()) => {}
+            Err(TryLockError::WouldBlock) => {
+                let table = table.to.named().display();
+                return Err(Failure::new(format!("--table {table}: another run is writing it"))
+                    .hint("wait for it, or name another table"));
+            }
+            // A file system without locks: nothing tells the runs apart.
+            Err(TryLockError::Error(e)) if e.kind() == io::ErrorKind::Unsupported => return Ok(file),
+            Err(TryLockError::Error(e)) => return Err(failed(e)),
+        }
+        // The run before may have removed the file between its opening and its locking.
+        let held = file.metadata().map_err(failed)?;
+        if fs::metadata(path).is_ok_and(|there| same(&held, &there)) {
+            return Ok(file);
+        }
     }
+}
 
-    fn replace(&self, table: &Path, content: &[u8]) -> Result<(), Failure> {
-        let fresh = self.path.with_extension("rows.new");
-        fs::write(&fresh, content)
-            .and_then(|()| fs::rename(&fresh, table))
-            .map_err(|e| Failure::writing(&table.display().to_string(), &e))
-    }
+#[cfg(unix)]
+fn same(a: &fs::Metadata, b: &fs::Metadata) -> bool {
+    use std::os::unix::fs::MetadataExt as _;
+    (a.dev(), a.ino()) == (b.dev(), b.ino())
+}
+
+/// A name is free again only when nobody has the file open.
+#[cfg(not(unix))]
+fn same(_: &fs::Metadata, _: &fs::Metadata) -> bool {
+    true
 }

@@ -1,6 +1,5 @@
 //! Many files at once: one row a file, written as it is done.
 
-mod interrupt;
 mod journal;
 mod parquet;
 pub(crate) mod resonance;
@@ -8,12 +7,13 @@ pub(crate) mod ringdown;
 mod table;
 
 use crate::args::{AnswerArgs, TableArgs};
-use crate::command::show::drawn;
+use crate::command::show::{drawn, plot_target};
 use crate::failure::Failure;
-use crate::{output, version};
+use crate::interrupt::{self, INTERRUPTED};
+use crate::output::{self, Outputs};
+use crate::version;
 use anstream::ColorChoice;
 use indicatif::{ProgressBar, ProgressDrawTarget, ProgressStyle};
-use interrupt::INTERRUPTED;
 use journal::Journal;
 use rayon::prelude::*;
 use sha2::{Digest, Sha256};
@@ -24,7 +24,7 @@ use std::panic::{AssertUnwindSafe, catch_unwind};
 use std::path::{Path, PathBuf};
 use std::process::ExitCode;
 use std::sync::{Mutex, PoisonError};
-use table::Form;
+use table::{Form, Table};
 
 /// Exit status of doubtful answers under `--strict`, and of nothing but failures.
 const DOUBTFUL: u8 = 1;
@@ -35,6 +35,8 @@ pub(crate) struct Task<'a> {
     /// The command, `ringdown`.
     pub(crate) command: &'static str,
     pub(crate) files: &'a [PathBuf],
+    /// Read beside them.
+    pub(crate) reference: Option<&'a Path>,
     pub(crate) table: &'a TableArgs,
     pub(crate) out: &'a AnswerArgs,
     pub(crate) columns: &'static [Column],
@@ -49,12 +51,14 @@ pub(crate) fn run(task: &Task<'_>, color: ColorChoice) -> Result<ExitCode, Failu
         return Err(Failure::new(format!("{flag} is for one file, not for a table of several"))
             .hint("a table ending in .json or .parquet holds every row in machine-readable form"));
     }
-    let plot_format = task.out.plot_format()?;
-    let table = task.table.table.as_deref();
-    let form = table.map(Form::of).transpose()?;
-    let (journal, known) = match table {
+    let inputs = task.files.iter().map(PathBuf::as_path).chain(task.reference);
+    let mut outputs = Outputs::new(task.out.replace.force, inputs)?;
+    let plot = plot_target(task.out, &mut outputs)?;
+    let (journal, known) = match &task.table.table {
         Some(path) => {
-            let (journal, rows) = Journal::open(path, &signature(task), task.columns, task.table.resume)?;
+            let table =
+                Table { form: Form::of(path)?, columns: task.columns, to: outputs.add("--table", path)? };
+            let (journal, rows) = Journal::open(table, &mut outputs, &signature(task), task.table.resume)?;
             (Some(Mutex::new(journal)), rows)
         }
         None => (None, Vec::new()),
@@ -74,8 +78,8 @@ pub(crate) fn run(task: &Task<'_>, color: ColorChoice) -> Result<ExitCode, Failu
                 return Ok(None);
             }
             let row = one(task, file);
-            if let (Some(journal), Some(path), Some(form)) = (&journal, table, form) {
-                journal.lock().unwrap_or_else(PoisonError::into_inner).add(&row, path, form)?;
+            if let Some(journal) = &journal {
+                journal.lock().unwrap_or_else(PoisonError::into_inner).add(&row)?;
             }
             bar.inc(1);
             Ok(Some(row))
@@ -85,17 +89,16 @@ pub(crate) fn run(task: &Task<'_>, color: ColorChoice) -> Result<ExitCode, Failu
     let interrupted = rows.iter().any(Option::is_none);
     // Rows were written as they came; the table has the order of the files.
     let rows: Vec<Row> = rows.into_iter().flatten().collect();
-    match (table, form, journal) {
-        (Some(path), Some(form), Some(journal)) => {
+    match journal {
+        Some(journal) => {
             let journal = journal.into_inner().unwrap_or_else(PoisonError::into_inner);
-            let content = form.render(&rows, task.columns)?;
-            if interrupted { journal.suspend(path, &content)? } else { journal.finish(path, &content)? }
+            journal.finish(&rows, interrupted)?;
         }
-        _ => output::print(&table::markdown(&rows), color)?,
+        None => output::print(&table::markdown(&rows), color)?,
     }
-    if let (Some(path), Some(format)) = (&task.out.plot, plot_format) {
-        let picture = drawn(&plot::files(&rows), format)?;
-        output::to_path(path, |out| out.write_all(&picture))?;
+    if let Some((target, format)) = &plot {
+        let picture = drawn(&plot::files(&rows), *format)?;
+        target.write(|out| out.write_all(&picture))?;
     }
     if !task.out.quiet {
         output::print_error(&summary(task, &rows, interrupted), color);
@@ -152,7 +155,7 @@ fn signature(task: &Task<'_>) -> String {
             }
         } else if !named && word == task.command {
             named = true;
-        } else if !["--resume", "--quiet", "-q", "--strict"].contains(&name)
+        } else if !["--resume", "--quiet", "-q", "--strict", "--force"].contains(&name)
             && !task.files.iter().any(|f| f.to_string_lossy() == word)
         {
             words.push(word);

@@ -2,6 +2,7 @@
 
 use super::parquet;
 use crate::failure::Failure;
+use crate::output::Target;
 use slipfit::format::plain;
 use slipfit_report::page::{latex_escaped, markdown_cell};
 use slipfit_report::row::{Column, Row, Value};
@@ -32,7 +33,7 @@ impl Form {
         }
     }
 
-    pub(crate) fn render(self, rows: &[Row], columns: &'static [Column]) -> Result<Vec<u8>, Failure> {
+    fn render(self, rows: &[Row], columns: &'static [Column]) -> Result<Vec<u8>, Failure> {
         let failed = |e: &dyn std::fmt::Display| Failure::new(format!("--table: {e}"));
         match self {
             Self::Csv => {
@@ -55,6 +56,21 @@ impl Form {
             Self::Latex => Ok(latex(rows).into_bytes()),
             Self::Parquet => parquet::render(rows, columns).map_err(|e| failed(&e)),
         }
+    }
+}
+
+/// A table and where it goes.
+pub(super) struct Table {
+    pub(super) form: Form,
+    pub(super) columns: &'static [Column],
+    pub(super) to: Target,
+}
+
+impl Table {
+    /// Replaces the file by one of these rows.
+    pub(super) fn write(&self, rows: &[Row]) -> Result<(), Failure> {
+        let content = self.form.render(rows, self.columns)?;
+        self.to.write(|out| out.write_all(&content))
     }
 }
 

@@ -3,7 +3,7 @@
 use crate::args::AtlasArgs;
 use crate::command::show::drawn;
 use crate::failure::{Failure, warning_line};
-use crate::output;
+use crate::output::{self, Outputs};
 use anstream::ColorChoice;
 use slipfit::motion::steady::atlas::{Cell, FLANK_HALF_WIDTHS, cell};
 use slipfit_report::plot::{self, HeatMap};
@@ -25,7 +25,8 @@ const MAPS: [(&str, &str, Pick); 6] = [
 ];
 
 pub(crate) fn run(args: &AtlasArgs, color: ColorChoice) -> Result<ExitCode, Failure> {
-    output::make_folder(&args.out)?;
+    let files = ["atlas.csv", "atlas.svg", "atlas.png"];
+    let to = Outputs::new(args.replace.force, [])?.folder(&args.out, files)?;
     let along = |i: u32, n: u32| f64::from(i) / f64::from(n - 1);
     let [q_low, q_high] = Q_RANGE;
     let q: Vec<f64> =
@@ -36,7 +37,7 @@ pub(crate) fn run(args: &AtlasArgs, color: ColorChoice) -> Result<ExitCode, Fail
     let cells: Vec<Option<Cell>> =
         beta.iter().flat_map(|b| q.iter().map(move |q| cell(*q, *b).ok())).collect();
 
-    output::to_path(&args.out.join("atlas.csv"), |out| table(out, &q, &beta, &cells))?;
+    to.write("atlas.csv", |out| table(out, &q, &beta, &cells))?;
     let maps: Vec<HeatMap> = MAPS
         .iter()
         .map(|(title, _, pick)| HeatMap {
@@ -54,7 +55,7 @@ pub(crate) fn run(args: &AtlasArgs, color: ColorChoice) -> Result<ExitCode, Fail
     let picture = plot::heat_maps("Where each approximation may be used", &caption, labels, &q, &beta, &maps);
     for (name, format) in [("atlas.svg", plot::Format::Svg), ("atlas.png", plot::Format::Png)] {
         let bytes = drawn(&picture, format)?;
-        output::to_path(&args.out.join(name), |out| out.write_all(&bytes))?;
+        to.write(name, |out| out.write_all(&bytes))?;
     }
     let missing = cells.iter().filter(|c| c.is_none()).count();
     if missing > 0 {

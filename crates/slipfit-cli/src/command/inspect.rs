@@ -25,6 +25,8 @@ pub(crate) fn run(args: &InspectArgs, color: ColorChoice) -> Result<ExitCode, Fa
             typed(&args.file)
         )));
     }
+    // Standard output may be redirected into the file itself.
+    output::Outputs::new(false, [args.file.as_path()])?;
     let tables = slipfit_io::read_tables(&args.file, PREVIEW_ROWS)?;
     let reading = slipfit_io::read(&args.file, &args.reading.options());
     let lines = if tables.dialect.is_some() { first_lines(&args.file) } else { Vec::new() };

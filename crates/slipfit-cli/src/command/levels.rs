@@ -1,7 +1,7 @@
 //! `slipfit levels`: amplitude at resonance over the level of the drive.
 
 use super::ringdown::check_calibration;
-use super::show::{Faces, drawn, show};
+use super::show::{Destinations, Faces, show};
 use crate::args::LevelFitArgs;
 use crate::failure::{Failure, warning_line};
 use crate::version::provenance;
@@ -12,12 +12,12 @@ use slipfit_report::{AnalysedLevels, csv, json, page, plot, terminal};
 use std::process::ExitCode;
 
 pub(crate) fn run(args: &LevelFitArgs, color: ColorChoice) -> Result<ExitCode, Failure> {
-    let plot_format = args.out.plot_format()?;
+    let to = Destinations::new(&args.out, [args.file.as_path()])?;
     let (reading, options) = prepare(args)?;
     let answer = analyse(&reading.levels, &options).map_err(|e| Failure::analysing_levels(&args.file, &e))?;
     let analysed = AnalysedLevels { reading: &reading, options: &options, answer: &answer };
     let provenance = provenance();
-    let picture = plot_format.map(|format| drawn(&plot::levels(&analysed), format)).transpose()?;
+    let picture = to.picture(|| plot::levels(&analysed))?;
     let faces = Faces {
         picture,
         csv: &|out| csv::levels(out, &analysed),
@@ -28,7 +28,7 @@ pub(crate) fn run(args: &LevelFitArgs, color: ColorChoice) -> Result<ExitCode, F
         report: &|written| terminal::levels(&analysed, written),
         warnings: answer.warnings.iter().map(|w| warning_line(&w.to_string())).collect(),
     };
-    show(&args.out, &faces, color)
+    show(&args.out, &to, &faces, color)
 }
 
 /// Reads what an analysis needs.

@@ -1,7 +1,7 @@
 //! `slipfit resonance`: from a curve, or raw driven records, to its answer.
 
 use super::ringdown::check_calibration;
-use super::show::{Faces, drawn, show};
+use super::show::{Destinations, Faces, show};
 use crate::args::ResonanceArgs;
 use crate::batch;
 use crate::failure::{Failure, warning_line};
@@ -17,7 +17,7 @@ pub(crate) fn run(args: &ResonanceArgs, color: ColorChoice) -> Result<ExitCode, 
     if args.table.table.is_some() {
         return many(args, color);
     }
-    let plot_format = args.out.plot_format()?;
+    let to = Destinations::new(&args.out, args.inputs())?;
     let (reading, reference, options) = prepare(args)?;
     let file = Path::new(&reading.report.path);
     let answer = analyse(&reading.curve, &options).map_err(|e| Failure::analysing_curve(file, &e))?;
@@ -28,7 +28,7 @@ pub(crate) fn run(args: &ResonanceArgs, color: ColorChoice) -> Result<ExitCode, 
         answer: &answer,
     };
     let provenance = provenance();
-    let picture = plot_format.map(|format| drawn(&plot::resonance(&analysed), format)).transpose()?;
+    let picture = to.picture(|| plot::resonance(&analysed))?;
     let faces = Faces {
         picture,
         csv: &|out| csv::resonance(out, &analysed),
@@ -39,7 +39,7 @@ pub(crate) fn run(args: &ResonanceArgs, color: ColorChoice) -> Result<ExitCode, 
         report: &|written| terminal::resonance(&analysed, written),
         warnings: answer.warnings.iter().map(|w| warning_line(&w.to_string())).collect(),
     };
-    show(&args.out, &faces, color)
+    show(&args.out, &to, &faces, color)
 }
 
 /// A table of curves, one a file.
@@ -55,6 +55,7 @@ fn many(args: &ResonanceArgs, color: ColorChoice) -> Result<ExitCode, Failure> {
     let task = batch::Task {
         command: "resonance",
         files: &args.files,
+        reference: args.reference.as_deref(),
         table: &args.table,
         out: &args.out,
         columns: batch::resonance::COLUMNS,

@@ -1,6 +1,6 @@
 //! `slipfit ringdown`: from a file to its answer.
 
-use super::show::{Faces, drawn, show};
+use super::show::{Destinations, Faces, show};
 use crate::args::RingdownArgs;
 use crate::batch;
 use crate::failure::{Failure, warning_line};
@@ -25,6 +25,7 @@ pub(crate) fn run(args: &RingdownArgs, color: ColorChoice) -> Result<ExitCode, F
         let task = batch::Task {
             command: "ringdown",
             files: &args.files,
+            reference: None,
             table: &args.table,
             out: &args.out,
             columns: batch::ringdown::COLUMNS,
@@ -33,13 +34,13 @@ pub(crate) fn run(args: &RingdownArgs, color: ColorChoice) -> Result<ExitCode, F
         };
         return batch::run(&task, color);
     }
-    let plot_format = args.out.plot_format()?;
+    let to = Destinations::new(&args.out, args.inputs())?;
     let file = &args.files[0];
     let Done { reading, options, answer } = watched(file, args)?;
     let analysed = AnalysedRingdown { file, reading: &reading, options: &options, answer: &answer };
 
     let provenance = provenance();
-    let picture = plot_format.map(|format| drawn(&plot::ringdown(&analysed), format)).transpose()?;
+    let picture = to.picture(|| plot::ringdown(&analysed))?;
     let faces = Faces {
         picture,
         csv: &|out| csv::ringdown(out, &analysed),
@@ -50,7 +51,7 @@ pub(crate) fn run(args: &RingdownArgs, color: ColorChoice) -> Result<ExitCode, F
         report: &|written| terminal::ringdown(&analysed, written),
         warnings: answer.warnings.iter().map(|w| warning_line(&w.to_string())).collect(),
     };
-    show(&args.out, &faces, color)
+    show(&args.out, &to, &faces, color)
 }
 
 /// A file read and analysed.

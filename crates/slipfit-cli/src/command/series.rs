@@ -1,6 +1,6 @@
 //! `slipfit series`: several measurements of one oscillator and what they agree on.
 
-use super::show::{Faces, drawn, show};
+use super::show::{Destinations, Faces, show};
 use crate::args::{Command, SeriesArgs};
 use crate::failure::{Failure, warning_line};
 use crate::manifest::{self, Asked, Manifest};
@@ -11,8 +11,9 @@ use slipfit_report::{AnalysedSeries, SeriesHeading, SeriesInput as Input, json, 
 use std::process::ExitCode;
 
 pub(crate) fn run(args: &SeriesArgs, color: ColorChoice) -> Result<ExitCode, Failure> {
-    let plot_format = args.out.plot_format()?;
     let manifest = manifest::read(&args.manifest)?;
+    let inputs = std::iter::once(args.manifest.as_path()).chain(manifest.inputs());
+    let to = Destinations::new(&args.out, inputs)?;
     let mut measurements = Vec::new();
     let mut inputs = Vec::new();
     for asked in &manifest.entries {
@@ -52,7 +53,7 @@ pub(crate) fn run(args: &SeriesArgs, color: ColorChoice) -> Result<ExitCode, Fai
         answer: &answer,
     };
     let provenance = provenance();
-    let picture = plot_format.map(|format| drawn(&plot::series(&analysed), format)).transpose()?;
+    let picture = to.picture(|| plot::series(&analysed))?;
     let faces = Faces {
         picture,
         csv: &|out| out.write_all(terminal::series_table(&analysed, terminal::Form::Csv).as_bytes()),
@@ -63,7 +64,7 @@ pub(crate) fn run(args: &SeriesArgs, color: ColorChoice) -> Result<ExitCode, Fai
         report: &|written| terminal::series(&analysed, written),
         warnings: answer.warnings.iter().map(|w| warning_line(&w.to_string())).collect(),
     };
-    show(&args.out, &faces, color)
+    show(&args.out, &to, &faces, color)
 }
 
 fn read(asked: &Asked) -> Result<(Data, Input), Failure> {

@@ -2,16 +2,15 @@
 
 use crate::args::{Cli, CompletionsArgs, ManArgs};
 use crate::failure::Failure;
-use crate::output;
+use crate::output::{Outputs, Target};
 use clap::CommandFactory;
 use clap_mangen::Man;
-use std::path::Path;
 use std::process::ExitCode;
 
 pub(crate) fn completions(args: &CompletionsArgs) -> Result<ExitCode, Failure> {
     let mut script = Vec::new();
     clap_complete::generate(args.shell, &mut Cli::command(), "slipfit", &mut script);
-    output::to_path(Path::new("-"), |out| out.write_all(&script))?;
+    Target::stdout().write(|out| out.write_all(&script))?;
     Ok(ExitCode::SUCCESS)
 }
 
@@ -21,13 +20,28 @@ pub(crate) fn man(args: &ManArgs) -> Result<ExitCode, Failure> {
             // As the pages of the folder have it.
             let mut command = Cli::command().disable_help_subcommand(true);
             command.build();
-            output::to_path(Path::new("-"), |out| Man::new(command).render(out))?;
+            Target::stdout().write(|out| Man::new(command).render(out))?;
         }
         Some(folder) => {
-            output::make_folder(folder)?;
-            clap_mangen::generate_to(Cli::command(), folder)
-                .map_err(|e| Failure::writing(&folder.display().to_string(), &e))?;
+            let mut command = Cli::command().disable_help_subcommand(true);
+            command.build();
+            let mut pages = Vec::new();
+            collect(command, &mut pages);
+            let names = pages.iter().map(|(name, _)| name.as_str());
+            let to = Outputs::new(args.replace.force, [])?.folder(folder, names)?;
+            for (name, page) in &pages {
+                to.write(name, |out| page.render(out))?;
+            }
         }
     }
     Ok(ExitCode::SUCCESS)
+}
+
+/// The pages of a command and of those below it, with the names of their files.
+fn collect(command: clap::Command, pages: &mut Vec<(String, Man)>) {
+    for below in command.get_subcommands().filter(|c| !c.is_hide_set()).cloned() {
+        collect(below, pages);
+    }
+    let page = Man::new(command);
+    pages.push((page.get_filename(), page));
 }

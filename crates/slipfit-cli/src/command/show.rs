@@ -2,7 +2,7 @@
 
 use crate::args::AnswerArgs;
 use crate::failure::Failure;
-use crate::output;
+use crate::output::{self, Outputs, Target};
 use anstream::ColorChoice;
 use slipfit_report::plot::{Format, Picture};
 use std::io::{self, Write};
@@ -14,6 +14,44 @@ const DOUBTFUL: u8 = 1;
 
 type Bytes<'a> = &'a dyn Fn(&mut dyn Write) -> io::Result<()>;
 type Text<'a> = &'a dyn Fn() -> String;
+
+/// Where an answer goes, checked.
+pub(crate) struct Destinations {
+    pub(crate) plot: Option<(Target, Format)>,
+    /// With their flags.
+    files: Vec<(&'static str, Target)>,
+}
+
+impl Destinations {
+    /// Those of a run that reads `inputs`.
+    pub(crate) fn new<'a>(
+        out: &AnswerArgs,
+        inputs: impl IntoIterator<Item = &'a Path>,
+    ) -> Result<Self, Failure> {
+        let mut outputs = Outputs::new(out.replace.force, inputs)?;
+        let plot = plot_target(out, &mut outputs)?;
+        let files = out.files().map(|(flag, path)| Ok((flag, outputs.add(flag, path)?)));
+        Ok(Self { plot, files: files.collect::<Result<_, Failure>>()? })
+    }
+
+    /// The picture, where one is asked for.
+    pub(crate) fn picture(&self, draw: impl FnOnce() -> Picture) -> Result<Option<Vec<u8>>, Failure> {
+        self.plot.as_ref().map(|(_, format)| drawn(&draw(), *format)).transpose()
+    }
+}
+
+/// Where the picture goes, and the format that the ending of its name asks for.
+pub(crate) fn plot_target(
+    out: &AnswerArgs,
+    outputs: &mut Outputs,
+) -> Result<Option<(Target, Format)>, Failure> {
+    let Some(path) = &out.plot else { return Ok(None) };
+    let format = Format::of(path).ok_or_else(|| {
+        Failure::new(format!("--plot {}: no picture format is known by that ending", path.display()))
+            .hint("name the file .svg or .png")
+    })?;
+    Ok(Some((outputs.add("--plot", path)?, format)))
+}
 
 /// The ways out of an analysis.
 pub(crate) struct Faces<'a> {
@@ -33,29 +71,34 @@ pub(crate) fn drawn(picture: &Picture, format: Format) -> Result<Vec<u8>, Failur
 }
 
 /// Writes the files asked for, then the report, then the doubts.
-pub(crate) fn show(out: &AnswerArgs, faces: &Faces<'_>, color: ColorChoice) -> Result<ExitCode, Failure> {
-    let spoken = out.speaks()?;
+pub(crate) fn show(
+    out: &AnswerArgs,
+    to: &Destinations,
+    faces: &Faces<'_>,
+    color: ColorChoice,
+) -> Result<ExitCode, Failure> {
     let mut written: Vec<&Path> = Vec::new();
-    if let (Some(path), Some(picture)) = (&out.plot, &faces.picture) {
-        output::to_path(path, |o| o.write_all(picture))?;
-        written.push(path);
+    if let (Some((target, _)), Some(picture)) = (&to.plot, &faces.picture) {
+        target.write(|o| o.write_all(picture))?;
+        written.push(target.named());
     }
-    for (flag, path) in out.files() {
-        let text = |text: Text<'_>| output::to_path(path, |o| o.write_all(text().as_bytes()));
-        match flag {
-            "--json" => output::to_path(path, faces.json)?,
-            "--csv" => output::to_path(path, faces.csv)?,
+    for (flag, target) in &to.files {
+        let text = |text: Text<'_>| target.write(|o| o.write_all(text().as_bytes()));
+        match *flag {
+            "--json" => target.write(faces.json)?,
+            "--csv" => target.write(faces.csv)?,
             "--html" => text(faces.html)?,
             "--md" => text(faces.markdown)?,
             _ => text(faces.latex)?,
         }
-        if !output::is_stdout(path) {
-            written.push(path);
+        if !target.is_stdout() {
+            written.push(target.named());
         }
     }
     if !out.quiet {
-        // On a terminal both streams meet: the doubts come after the answer.
-        if !spoken {
+        // On a terminal both streams meet: the doubts come after the answer. Standard output
+        // that holds an answer already has no room for the report.
+        if !to.files.iter().any(|(_, target)| target.is_stdout()) {
             output::print(&(faces.report)(&written), color)?;
         }
         output::print_error(&faces.warnings.concat(), color);

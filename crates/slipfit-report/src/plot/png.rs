@@ -15,7 +15,20 @@ pub(super) fn render(figure: &Figure) -> Option<Vec<u8>> {
     for shape in &figure.shapes {
         draw(&mut pixels, shape, page);
     }
-    pixels.encode_png().ok()
+    encode(pixels).ok()
+}
+
+fn encode(pixels: Pixmap) -> Result<Vec<u8>, png::EncodingError> {
+    let mut bytes = Vec::new();
+    let mut encoder = png::Encoder::new(&mut bytes, pixels.width(), pixels.height());
+    encoder.set_color(png::ColorType::Rgba);
+    encoder.set_depth(png::BitDepth::Eight);
+    let program = concat!("slipfit ", env!("CARGO_PKG_VERSION"));
+    encoder.add_text_chunk("Software".to_owned(), program.to_owned())?;
+    let mut writer = encoder.write_header()?;
+    writer.write_image_data(&pixels.take_demultiplied())?;
+    writer.finish()?;
+    Ok(bytes)
 }
 
 fn draw(pixels: &mut Pixmap, shape: &Shape, page: Transform) {

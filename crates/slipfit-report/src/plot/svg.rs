@@ -8,9 +8,10 @@ const FAMILY: &str = "DejaVu Sans, Verdana, Helvetica, Arial, sans-serif";
 
 pub(super) fn render(figure: &Figure) -> Vec<u8> {
     let (w, h) = (figure.width, figure.height);
+    let version = env!("CARGO_PKG_VERSION");
     let mut svg = format!(
         "<svg xmlns=\"http://www.w3.org/2000/svg\" viewBox=\"0 0 {w} {h}\" width=\"{w}\" height=\"{h}\" \
-         font-family=\"{FAMILY}\">\n<rect width=\"{w}\" height=\"{h}\" fill=\"#ffffff\"/>\n"
+         font-family=\"{FAMILY}\">\n<!-- slipfit {version} -->\n<rect width=\"{w}\" height=\"{h}\" fill=\"#ffffff\"/>\n"
     );
     write_shapes(&mut svg, figure);
     svg.into_bytes()

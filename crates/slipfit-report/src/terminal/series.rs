@@ -226,7 +226,8 @@ fn markdown(analysed: &AnalysedSeries<'_>) -> String {
     text += &line(&head);
     text += "|---|--:|--:|--:|--:|--:|--:|--:|\n";
     rows[2..].iter().for_each(|r| text += &line(r));
-    let _ = write!(text, "\n{} z: difference over its standard error.\n", series_sentence(analysed.answer));
+    let _ = writeln!(text, "\n{} z: difference over its standard error.", series_sentence(analysed.answer));
+    let _ = writeln!(text, "\nslipfit {}", env!("CARGO_PKG_VERSION"));
     text
 }
 
@@ -251,6 +252,7 @@ fn latex(analysed: &AnalysedSeries<'_>) -> String {
     };
     let mut text = String::from("% Needs no package. z: difference over its standard error.\n");
     let _ = writeln!(text, "% {}", series_sentence(analysed.answer));
+    let _ = writeln!(text, "% slipfit {}", env!("CARGO_PKG_VERSION"));
     text += "\\begin{tabular}{lrrrrrrr}\n\\hline\n";
     let _ = writeln!(
         text,

@@ -8,15 +8,31 @@ mod waveforms;
 use crate::args::PaperArgs;
 use crate::command::show::drawn;
 use crate::failure::Failure;
-use crate::output;
+use crate::output::{self, Folder, Outputs};
 use anstream::ColorChoice;
 use slipfit_report::plot::{self, Chart};
 use std::io::{self, Write};
-use std::path::Path;
 use std::process::ExitCode;
 
+/// Everything that is written.
+const FILES: [&str; 13] = [
+    "paper.md",
+    "fig1.svg",
+    "fig1.png",
+    "fig1_a.csv",
+    "fig1_b.csv",
+    "fig1_c.csv",
+    "fig1_d.csv",
+    "fig2.svg",
+    "fig2.png",
+    "fig2_a.csv",
+    "fig2_b.csv",
+    "fig2_c.csv",
+    "fig2_d.csv",
+];
+
 pub(crate) fn run(args: &PaperArgs, color: ColorChoice) -> Result<ExitCode, Failure> {
-    output::make_folder(&args.out)?;
+    let to = Outputs::new(args.replace.force, [])?.folder(&args.out, FILES)?;
     let computed = |e: slipfit::Error| Failure::new(format!("the paper's case could not be computed: {e}"));
     let first = waveforms::charts().map_err(computed)?;
     let ringdowns = ringdowns::measure(args.seed).map_err(computed)?;
@@ -27,13 +43,13 @@ pub(crate) fn run(args: &PaperArgs, color: ColorChoice) -> Result<ExitCode, Fail
     second.push(third.chart);
 
     let heading = "Fig. 1: steady motion with sliding friction, Q = 10⁴, ω = ω₀";
-    write_figure(&args.out, "fig1", heading, &first.caption, &first.charts)?;
+    write_figure(&to, "fig1", heading, &first.caption, &first.charts)?;
     let heading = "Fig. 2: a tuning fork under load, f₀ = 32.7 kHz, k = 10⁴ N/m";
     let caption = format!("{} {}", ringdowns::CAPTION, response::caption(third.left_out));
-    write_figure(&args.out, "fig2", heading, &caption, &second)?;
+    write_figure(&to, "fig2", heading, &caption, &second)?;
     let statements = slipfit::paper::statements().map_err(computed)?;
     let text = page::markdown(&statements, &first.notes, &ringdowns, &response.fits, args.seed);
-    output::to_path(&args.out.join("paper.md"), |out| out.write_all(text.as_bytes()))?;
+    to.write("paper.md", |out| out.write_all(text.as_bytes()))?;
     let said = format!(
         "{}: paper.md, fig1 and fig2 as .svg and .png, {} tables as .csv\n",
         args.out.display(),
@@ -44,7 +60,7 @@ pub(crate) fn run(args: &PaperArgs, color: ColorChoice) -> Result<ExitCode, Fail
 }
 
 fn write_figure(
-    folder: &Path,
+    to: &Folder,
     name: &str,
     heading: &str,
     caption: &str,
@@ -53,10 +69,10 @@ fn write_figure(
     let picture = plot::page(heading, caption, charts);
     for (ending, format) in [("svg", plot::Format::Svg), ("png", plot::Format::Png)] {
         let bytes = drawn(&picture, format)?;
-        output::to_path(&folder.join(format!("{name}.{ending}")), |out| out.write_all(&bytes))?;
+        to.write(&format!("{name}.{ending}"), |out| out.write_all(&bytes))?;
     }
     for chart in charts {
-        output::to_path(&folder.join(format!("{}.csv", chart.file)), |out| table(out, chart))?;
+        to.write(&format!("{}.csv", chart.file), |out| table(out, chart))?;
     }
     Ok(())
 }

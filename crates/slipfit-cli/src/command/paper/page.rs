@@ -117,7 +117,7 @@ fn write_page(
             f.line.residual_rms * 1e12,
         )?;
     }
-    Ok(())
+    writeln!(text, "\nslipfit {}", env!("CARGO_PKG_VERSION"))
 }
 
 /// A bar would end the cell.

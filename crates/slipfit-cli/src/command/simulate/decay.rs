@@ -12,7 +12,7 @@ use std::f64::consts::{PI, TAU};
 /// Points of a cycle the lock-in sums over: exact for all harmonics below this.
 const LOCK_IN_POINTS: u32 = 64;
 
-pub(super) fn run(args: &DecayArgs) -> Result<(), Failure> {
+pub(super) fn run(args: &DecayArgs, to: &write::Destinations) -> Result<(), Failure> {
     let rows = rows(args.sampling.duration, args.sampling.rate_hz)?;
     let oscillator = oscillator(&args.oscillator, |_| Ok(args.amplitude.abs()))?;
     let friction = friction(&args.oscillator.minus, &oscillator)?;
@@ -51,7 +51,7 @@ pub(super) fn run(args: &DecayArgs) -> Result<(), Failure> {
             Ok(Step::Row)
         });
     }
-    write::write(sheet, &args.out)
+    write::write(sheet, to)
 }
 
 /// The closed form, or the event machine where friction differs by direction.

@@ -11,7 +11,7 @@ use anstream::ColorChoice;
 use slipfit::motion::simulate::{Event, EventKind, Motion};
 use slipfit::motion::steady::solve_with_friction;
 
-pub(super) fn run(args: &DrivenArgs, color: ColorChoice) -> Result<(), Failure> {
+pub(super) fn run(args: &DrivenArgs, to: &write::Destinations, color: ColorChoice) -> Result<(), Failure> {
     let o = oscillator(&args.oscillator, |o| drive::reference(&args.drive, o))?;
     let friction = friction(&args.oscillator.minus, &o)?;
     let wave = drive::wave(args, &o)?;
@@ -86,7 +86,7 @@ pub(super) fn run(args: &DrivenArgs, color: ColorChoice) -> Result<(), Failure> 
             Ok(Step::Row)
         });
     }
-    write::write(sheet, &args.out)
+    write::write(sheet, to)
 }
 
 fn trace(args: &DrivenArgs, mut motion: Motion, full_scale: f64) -> super::sheet::Fill<'_> {

@@ -17,6 +17,7 @@ use rand_distr::{Distribution, StandardNormal};
 use slipfit::Oscillator;
 use slipfit::motion::simulate::Friction;
 use std::process::ExitCode;
+use write::Destinations;
 
 pub(crate) use decay::lock_in;
 
@@ -25,10 +26,13 @@ const MOST_ROWS: f64 = 1e9;
 
 pub(crate) fn run(args: &SimulateArgs, color: ColorChoice) -> Result<ExitCode, Failure> {
     match &args.command {
-        SimulateCommand::Decay(args) => decay::run(args)?,
-        SimulateCommand::Driven(args) => driven::run(args, color)?,
-        SimulateCommand::Sweep(args) => scan::sweep(args)?,
-        SimulateCommand::Levels(args) => scan::levels(args)?,
+        SimulateCommand::Decay(args) => decay::run(args, &Destinations::new(&args.out, None)?)?,
+        SimulateCommand::Driven(args) => {
+            let to = Destinations::new(&args.out, args.drive.drive_file.as_deref())?;
+            driven::run(args, &to, color)?;
+        }
+        SimulateCommand::Sweep(args) => scan::sweep(args, &Destinations::new(&args.out, None)?)?,
+        SimulateCommand::Levels(args) => scan::levels(args, &Destinations::new(&args.out, None)?)?,
     }
     Ok(ExitCode::SUCCESS)
 }

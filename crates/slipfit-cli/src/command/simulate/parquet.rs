@@ -2,7 +2,7 @@
 
 use super::sheet::{Parameter, Sheet, Value};
 use crate::failure::Failure;
-use crate::output;
+use crate::output::{Sink, Target};
 use ::parquet::basic::{Repetition, Type as Physical};
 use ::parquet::data_type::DoubleType;
 use ::parquet::errors::ParquetError;
@@ -10,21 +10,20 @@ use ::parquet::file::metadata::KeyValue;
 use ::parquet::file::properties::WriterProperties;
 use ::parquet::file::writer::SerializedFileWriter;
 use ::parquet::schema::types::Type;
-use std::path::Path;
 use std::sync::Arc;
 
 /// Rows of one row group: what is kept in memory.
 const GROUP: usize = 1 << 16;
 
 /// Writes the rows as they are made: memory stays flat.
-pub(super) fn stream(sheet: &mut Sheet<'_>, target: &Path) -> Result<(), Failure> {
+pub(super) fn stream(sheet: &mut Sheet<'_>, target: &Target) -> Result<(), Failure> {
     let mut file = Table::create(sheet, target)?;
     sheet.for_each(|_, row| file.push(row))?;
     file.finish()
 }
 
 /// Writes rows that are there already, one after the other.
-pub(super) fn write(sheet: &Sheet<'_>, rows: &[f64], target: &Path) -> Result<(), Failure> {
+pub(super) fn write(sheet: &Sheet<'_>, rows: &[f64], target: &Target) -> Result<(), Failure> {
     let mut file = Table::create(sheet, target)?;
     for row in rows.chunks(sheet.columns.len()) {
         file.push(row)?;
@@ -34,13 +33,14 @@ pub(super) fn write(sheet: &Sheet<'_>, rows: &[f64], target: &Path) -> Result<()
 
 struct Table {
     name: String,
-    writer: SerializedFileWriter<output::Sink>,
+    writer: SerializedFileWriter<Sink>,
     columns: Vec<Vec<f64>>,
 }
 
 impl Table {
-    fn create(sheet: &Sheet<'_>, target: &Path) -> Result<Self, Failure> {
-        let (name, sink) = output::open(target)?;
+    fn create(sheet: &Sheet<'_>, target: &Target) -> Result<Self, Failure> {
+        let name = target.named().display().to_string();
+        let sink = target.open()?;
         let made = schema(sheet).and_then(|schema| {
             // Numbers with noise neither repeat nor compress.
             let properties = WriterProperties::builder()
@@ -62,7 +62,7 @@ impl Table {
     }
 
     fn flush(&mut self) -> Result<(), Failure> {
-        let put = |writer: &mut SerializedFileWriter<output::Sink>, columns: &mut [Vec<f64>]| {
+        let put = |writer: &mut SerializedFileWriter<Sink>, columns: &mut [Vec<f64>]| {
             let mut group = writer.next_row_group()?;
             for values in columns {
                 if let Some(mut column) = group.next_column()? {
@@ -80,7 +80,7 @@ impl Table {
         if !self.columns[0].is_empty() {
             self.flush()?;
         }
-        self.writer.close().map(|_| ()).map_err(|e| failed(&self.name, e))
+        self.writer.into_inner().map_err(|e| failed(&self.name, e))?.finish()
     }
 }
 

@@ -7,7 +7,7 @@ use crate::failure::Failure;
 use slipfit::motion::steady::Phasor;
 use slipfit::motion::steady::scan::{Reading, chirp_with_friction, reading_with_friction, stepped};
 
-pub(super) fn sweep(args: &SweepArgs) -> Result<(), Failure> {
+pub(super) fn sweep(args: &SweepArgs, to: &write::Destinations) -> Result<(), Failure> {
     let (o, x_0) = driven_oscillator(&args.oscillator, &args.drive)?;
     let (start, stop) = (args.start_hz, args.stop_hz);
     let friction = friction(&args.oscillator.minus, &o)?;
@@ -55,10 +55,10 @@ pub(super) fn sweep(args: &SweepArgs) -> Result<(), Failure> {
         fill: seen.rows(|r| r.frequency_hz),
         even_rate_hz: None,
     };
-    write::write(sheet, &args.out)
+    write::write(sheet, to)
 }
 
-pub(super) fn levels(args: &LevelsArgs) -> Result<(), Failure> {
+pub(super) fn levels(args: &LevelsArgs, to: &write::Destinations) -> Result<(), Failure> {
     let o = oscillator(&args.oscillator, |_| Ok(args.stop_amplitude))?;
     let frequency_hz = args.drive_frequency_hz.unwrap_or(o.frequency_hz());
     let friction = friction(&args.oscillator.minus, &o)?;
@@ -99,7 +99,7 @@ pub(super) fn levels(args: &LevelsArgs) -> Result<(), Failure> {
         fill: seen.rows(|r| r.drive_amplitude),
         even_rate_hz: None,
     };
-    write::write(sheet, &args.out)
+    write::write(sheet, to)
 }
 
 /// `points` values from one end to the other, both met exactly.

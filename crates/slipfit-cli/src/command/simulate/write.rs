@@ -4,7 +4,7 @@ use super::parquet;
 use super::sheet::{Column, Digits, Parameter, Sheet, Value, number};
 use crate::args::{OutArgs, RecordFormat};
 use crate::failure::Failure;
-use crate::output;
+use crate::output::{Outputs, Target};
 use serde_json::{Map, json};
 use slipfit_report::json::write as write_json;
 use std::io::{self, Cursor, Write};
@@ -13,40 +13,58 @@ use std::path::Path;
 /// Values kept in memory for the formats that need them all.
 const MOST_VALUES: u64 = 200_000_000;
 
-/// Writes the table wherever it was asked for.
-pub(super) fn write(mut sheet: Sheet<'_>, out: &OutArgs) -> Result<(), Failure> {
-    let target = out.out.as_deref().unwrap_or(Path::new("-"));
-    let format = out.format.map_or_else(|| by_ending(target), Ok)?;
-    let json_alone = out.json.as_deref().is_some_and(output::is_stdout) && output::is_stdout(target);
-    if format == RecordFormat::Csv && out.json.is_none() {
-        return stream(&mut sheet, target);
+/// Where a table goes, checked.
+pub(super) struct Destinations {
+    /// None where JSON alone is asked for on standard output.
+    table: Option<Target>,
+    format: RecordFormat,
+    json: Option<Target>,
+}
+
+impl Destinations {
+    /// Those of a run that reads `input`.
+    pub(super) fn new(out: &OutArgs, input: Option<&Path>) -> Result<Self, Failure> {
+        let mut outputs = Outputs::new(out.replace.force, input)?;
+        let json = out.json.as_deref().map(|path| outputs.add("--json", path)).transpose()?;
+        let path = out.out.as_deref().unwrap_or(Path::new("-"));
+        let format = out.format.map_or_else(|| by_ending(path), Ok)?;
+        let json_alone = json.as_ref().is_some_and(Target::is_stdout) && path == Path::new("-");
+        let table = if json_alone { None } else { Some(outputs.add("--out", path)?) };
+        Ok(Self { table, format, json })
     }
-    if format == RecordFormat::Parquet && out.json.is_none() {
-        return parquet::stream(&mut sheet, target);
+}
+
+/// Writes the table wherever it was asked for.
+pub(super) fn write(mut sheet: Sheet<'_>, to: &Destinations) -> Result<(), Failure> {
+    if let (Some(table), None) = (&to.table, &to.json) {
+        // Row by row where the format allows it: memory stays flat.
+        match to.format {
+            RecordFormat::Csv => return stream(&mut sheet, table),
+            RecordFormat::Parquet => return parquet::stream(&mut sheet, table),
+            _ => {}
+        }
     }
     let rows = collect(&mut sheet)?;
-    if !json_alone {
-        match format {
-            RecordFormat::Csv => {
-                output::to_path(target, |out| {
-                    csv_header(out, &sheet)?;
-                    rows.chunks(sheet.columns.len()).try_for_each(|row| csv_row(out, &sheet, row))
-                })?;
-            }
+    if let Some(table) = &to.table {
+        match to.format {
+            RecordFormat::Csv => table.write(|out| {
+                csv_header(out, &sheet)?;
+                rows.chunks(sheet.columns.len()).try_for_each(|row| csv_row(out, &sheet, row))
+            })?,
             RecordFormat::Npy => {
                 let bytes = npy(&rows, sheet.columns.len());
-                output::to_path(target, |out| out.write_all(&bytes))?;
+                table.write(|out| out.write_all(&bytes))?;
             }
             RecordFormat::Wav => {
                 let bytes = wav(&sheet, &rows)?;
-                output::to_path(target, |out| out.write_all(&bytes))?;
+                table.write(|out| out.write_all(&bytes))?;
             }
-            RecordFormat::Parquet => parquet::write(&sheet, &rows, target)?,
+            RecordFormat::Parquet => parquet::write(&sheet, &rows, table)?,
         }
     }
-    if let Some(path) = &out.json {
+    if let Some(target) = &to.json {
         let whole = as_json(&sheet, &rows);
-        output::to_path(path, |out| write_json(out, &whole))?;
+        target.write(|out| write_json(out, &whole))?;
     }
     Ok(())
 }
@@ -62,13 +80,13 @@ fn by_ending(path: &Path) -> Result<RecordFormat, Failure> {
     }
 }
 
-/// CSV row by row: memory stays flat.
-fn stream(sheet: &mut Sheet<'_>, target: &Path) -> Result<(), Failure> {
-    let (name, mut out) = output::open(target)?;
+fn stream(sheet: &mut Sheet<'_>, target: &Target) -> Result<(), Failure> {
+    let mut out = target.open()?;
+    let name = target.named().display().to_string();
     let failed = |e: io::Error| Failure::writing(&name, &e);
     csv_header(&mut out, sheet).map_err(failed)?;
     sheet.for_each(|sheet, row| csv_row(&mut out, sheet, row).map_err(failed))?;
-    out.flush().map_err(failed)
+    out.finish()
 }
 
 fn collect(sheet: &mut Sheet<'_>) -> Result<Vec<f64>, Failure> {
@@ -151,7 +169,25 @@ fn wav(sheet: &Sheet<'_>, rows: &[f64]) -> Result<Vec<u8>, Failure> {
         writer.write_sample(row[1] as f32).map_err(failed)?;
     }
     writer.finalize().map_err(failed)?;
-    Ok(bytes.into_inner())
+    Ok(with_software(bytes.into_inner()))
+}
+
+/// The sound with the name of this program in it, as the chunk `LIST` of type `INFO`.
+fn with_software(mut sound: Vec<u8>) -> Vec<u8> {
+    let mut name = format!("slipfit {}\0", env!("CARGO_PKG_VERSION")).into_bytes();
+    let length = (name.len() as u32).to_le_bytes();
+    // Chunks begin at even places.
+    name.resize(name.len().next_multiple_of(2), 0);
+    let mut info = b"INFOISFT".to_vec();
+    info.extend(length);
+    info.extend(name);
+    sound.extend(b"LIST");
+    sound.extend((info.len() as u32).to_le_bytes());
+    sound.extend(info);
+    // Beyond 4 GB the size of the whole does not fit its field, whatever is appended.
+    let size = u32::try_from(sound.len() - 8).unwrap_or(u32::MAX);
+    sound[4..8].copy_from_slice(&size.to_le_bytes());
+    sound
 }
 
 fn as_json(sheet: &Sheet<'_>, rows: &[f64]) -> serde_json::Value {

@@ -1,0 +1,269 @@
+//! What a run reads and where it may write, checked before anything is analysed.
+//!
+//! No output is an input, no two outputs are one file, and a file that slipfit did not
+//! write is replaced with `--force` only.
+
+use super::origin;
+use super::sink::Sink;
+use crate::failure::Failure;
+use file_id::{FileId, get_file_id};
+use std::collections::{BTreeMap, HashMap};
+use std::fs::{self, OpenOptions};
+use std::io::{self, Write};
+use std::path::{Path, PathBuf};
+
+/// The files of a run.
+pub(crate) struct Outputs {
+    force: bool,
+    /// Files that are read, by their identity on the disk, whatever their names.
+    inputs: HashMap<Identity, PathBuf>,
+    /// Flag and path of the outputs added so far.
+    taken: HashMap<Identity, String>,
+}
+
+/// What tells one file from every other.
+#[derive(Debug, Clone, PartialEq, Eq, Hash)]
+enum Identity {
+    Stdout,
+    OnDisk(FileId),
+    /// There is none yet.
+    ByName(PathBuf),
+}
+
+/// An output that was checked.
+#[derive(Debug, Clone)]
+pub(crate) struct Target {
+    /// As it was asked for.
+    named: PathBuf,
+    place: Place,
+    force: bool,
+}
+
+/// Where the bytes go.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub(super) enum Place {
+    Stdout,
+    /// A device or a pipe: written to as it is.
+    Direct(PathBuf),
+    /// A regular file, links resolved: replaced as a whole.
+    File(PathBuf),
+}
+
+/// Links followed before a chain of them counts as a circle.
+const MOST_LINKS: usize = 40;
+
+impl Outputs {
+    /// A run that reads `inputs`; of a folder, the files in it.
+    ///
+    /// # Errors
+    /// Standard output is redirected into one of them.
+    pub(crate) fn new<'a>(force: bool, inputs: impl IntoIterator<Item = &'a Path>) -> Result<Self, Failure> {
+        let mut outputs = Self { force, inputs: HashMap::new(), taken: HashMap::new() };
+        for path in inputs {
+            outputs.read(path);
+        }
+        let stdout = Path::new("/dev/stdout");
+        if fs::metadata(stdout).is_ok_and(|m| m.is_file())
+            && let Ok(id) = get_file_id(stdout)
+        {
+            let id = Identity::OnDisk(id);
+            if let Some(input) = outputs.inputs.get(&id) {
+                return Err(Failure::new(format!("standard output is the input {}", input.display()))
+                    .hint("redirect it to another file"));
+            }
+            outputs.taken.insert(id, "standard output".to_owned());
+        }
+        Ok(outputs)
+    }
+
+    fn read(&mut self, path: &Path) {
+        let path = if path.as_os_str() == "-" { Path::new("/dev/stdin") } else { path };
+        if let Ok(entries) = fs::read_dir(path) {
+            for entry in entries.flatten() {
+                if let Ok(id) = get_file_id(entry.path()) {
+                    self.inputs.insert(Identity::OnDisk(id), entry.path());
+                }
+            }
+        } else if let Ok(identity) = identity(path) {
+            self.inputs.insert(identity, path.to_owned());
+        }
+    }
+
+    /// Where the output that `flag` asks for goes; `-` is standard output.
+    ///
+    /// # Errors
+    /// It is an input, or another output, or a file that slipfit did not write, or cannot be written.
+    pub(crate) fn add(&mut self, flag: &str, path: &Path) -> Result<Target, Failure> {
+        let shown = format!("{flag} {}", path.display());
+        let failed = |e: io::Error| Failure::new(format!("{shown}: cannot be written: {e}"));
+        let place = Place::of(path).map_err(failed)?;
+        let identity = match &place {
+            Place::Stdout => Identity::Stdout,
+            Place::Direct(path) | Place::File(path) => identity(path).map_err(failed)?,
+        };
+        if let Some(input) = self.inputs.get(&identity) {
+            let same = if input == path { String::new() } else { format!(" {}", input.display()) };
+            return Err(Failure::new(format!(
+                "{shown}: this is the input{same}, which is never overwritten"
+            ))
+            .hint("name another file"));
+        }
+        if !matches!(place, Place::Direct(_))
+            && let Some(other) = self.taken.insert(identity, shown.clone())
+        {
+            return Err(match place {
+                Place::Stdout => {
+                    let other = other.trim_end_matches(" -");
+                    Failure::new(format!("{other} and {flag} both go to standard output"))
+                        .hint("name a file for all but one of them")
+                }
+                _ => Failure::new(format!("{other} and {shown} are the same file")).hint("name another file"),
+            });
+        }
+        if let Place::File(file) = &place
+            && file.exists()
+        {
+            OpenOptions::new().write(true).open(file).map_err(failed)?;
+            if !self.force && !origin::is_ours(file).map_err(failed)? {
+                return Err(foreign(&shown));
+            }
+        }
+        Ok(Target { named: path.to_owned(), place, force: self.force })
+    }
+
+    /// The files `names` in `folder`, which is made if need be.
+    ///
+    /// # Errors
+    /// The folder cannot be made, or as [`Self::add`] has it.
+    pub(crate) fn folder<'a>(
+        mut self,
+        folder: &Path,
+        names: impl IntoIterator<Item = &'a str>,
+    ) -> Result<Folder, Failure> {
+        fs::create_dir_all(folder)
+            .map_err(|e| Failure::new(format!("--out {}: cannot be made: {e}", folder.display())))?;
+        let mut targets = BTreeMap::new();
+        for name in names {
+            targets.insert(name.to_owned(), self.add("--out", &folder.join(name))?);
+        }
+        Ok(Folder(targets))
+    }
+}
+
+fn foreign(shown: &str) -> Failure {
+    Failure::new(format!("{shown}: the file exists and was not written by slipfit"))
+        .hint("--force replaces it; another name keeps it")
+}
+
+/// Files of one folder, by name.
+pub(crate) struct Folder(BTreeMap<String, Target>);
+
+impl Folder {
+    /// Writes one of them.
+    pub(crate) fn write(
+        &self,
+        name: &str,
+        write: impl FnOnce(&mut dyn Write) -> io::Result<()>,
+    ) -> Result<(), Failure> {
+        match self.0.get(name) {
+            Some(target) => target.write(write),
+            None => Err(Failure::new(format!("{name}: a file nobody checked: please report this"))),
+        }
+    }
+}
+
+impl Target {
+    /// Standard output, where there is nothing to check.
+    pub(crate) fn stdout() -> Self {
+        Self { named: PathBuf::from("-"), place: Place::Stdout, force: false }
+    }
+
+    /// As it was asked for.
+    pub(crate) fn named(&self) -> &Path {
+        &self.named
+    }
+
+    pub(crate) fn is_stdout(&self) -> bool {
+        self.place == Place::Stdout
+    }
+
+    /// The regular file behind it, links resolved.
+    pub(crate) fn file(&self) -> Option<&Path> {
+        match &self.place {
+            Place::File(path) => Some(path),
+            _ => None,
+        }
+    }
+
+    pub(super) fn place(&self) -> &Place {
+        &self.place
+    }
+
+    pub(super) fn name(&self) -> String {
+        if self.is_stdout() { "standard output".to_owned() } else { self.named.display().to_string() }
+    }
+
+    /// Whether the file may still be replaced: another program may have made one meanwhile.
+    pub(super) fn check_again(&self) -> Result<(), Failure> {
+        match self.file().filter(|file| !self.force && file.exists()) {
+            Some(file) if !origin::is_ours(file).unwrap_or(false) => Err(foreign(&self.name())),
+            _ => Ok(()),
+        }
+    }
+
+    /// Opens it for a writer that outlives a call; nothing is changed before [`Sink::finish`].
+    pub(crate) fn open(&self) -> Result<Sink, Failure> {
+        Sink::open(self.clone())
+    }
+
+    /// Lets `write` fill it.
+    pub(crate) fn write(&self, write: impl FnOnce(&mut dyn Write) -> io::Result<()>) -> Result<(), Failure> {
+        let mut sink = self.open()?;
+        write(&mut sink).map_err(|e| Failure::writing(&self.name(), &e))?;
+        sink.finish()
+    }
+}
+
+impl Place {
+    fn of(path: &Path) -> io::Result<Self> {
+        if path.as_os_str() == "-" || path == Path::new("/dev/stdout") {
+            return Ok(Self::Stdout);
+        }
+        // A redirected descriptor belongs to the shell, even where a file stands behind it.
+        let device = ["/dev", "/proc"].iter().any(|folder| path.starts_with(folder));
+        match fs::metadata(path) {
+            Ok(m) if m.is_dir() => Err(io::Error::new(io::ErrorKind::IsADirectory, "this is a folder")),
+            Ok(m) if device || !m.is_file() => Ok(Self::Direct(path.to_owned())),
+            _ if path.as_os_str().as_encoded_bytes().ends_with(b"/") => {
+                Err(io::Error::new(io::ErrorKind::NotADirectory, "this names a folder"))
+            }
+            Ok(_) => fs::canonicalize(path).map(Self::File),
+            Err(e) if e.kind() == io::ErrorKind::NotFound => resolve(path).map(Self::File),
+            Err(e) => Err(e),
+        }
+    }
+}
+
+fn identity(path: &Path) -> io::Result<Identity> {
+    match get_file_id(path) {
+        Ok(id) => Ok(Identity::OnDisk(id)),
+        Err(_) => resolve(path).map(Identity::ByName),
+    }
+}
+
+/// The full name of a file that does not exist yet, at the end of its links.
+fn resolve(path: &Path) -> io::Result<PathBuf> {
+    let mut path = path.to_owned();
+    for _ in 0..MOST_LINKS {
+        let folder = path.parent().filter(|f| !f.as_os_str().is_empty()).unwrap_or(Path::new("."));
+        let name = path.file_name().ok_or(io::ErrorKind::InvalidFilename)?;
+        let folder = fs::canonicalize(folder)
+            .map_err(|e| io::Error::new(e.kind(), format!("there is no folder {}", folder.display())))?;
+        let full = folder.join(name);
+        match fs::read_link(&full) {
+            Ok(next) => path = folder.join(next),
+            Err(_) => return Ok(full),
+        }
+    }
+    Err(io::Error::other("its links lead in a circle"))
+}

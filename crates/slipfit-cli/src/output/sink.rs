@@ -1,0 +1,140 @@
+//! Bytes on their way into an output.
+//!
+//! A regular file is written beside the old one under a name of its own, brought to the disk
+//! and renamed, so that a full disk, a crash or a kill leaves the old one as it was.
+
+use super::plan::{Place, Target};
+use crate::failure::Failure;
+use crate::interrupt::Unfinished;
+use std::fs::{self, File, OpenOptions};
+use std::io::{self, BufWriter, Write};
+use std::path::Path;
+use std::time::Duration;
+use tempfile::NamedTempFile;
+
+const PREFIX: &str = ".slipfit-";
+const SUFFIX: &str = ".tmp";
+/// What a killed run left is removed by the next one, when it is at least this old.
+const STALE: Duration = Duration::from_secs(60);
+
+/// An output being written; dropped before [`Sink::finish`] it leaves everything as it was.
+pub(crate) struct Sink {
+    target: Target,
+    out: BufWriter<Out>,
+}
+
+enum Out {
+    Stdout(io::Stdout),
+    Direct(File),
+    Beside(NamedTempFile, Unfinished),
+}
+
+impl Sink {
+    pub(super) fn open(target: Target) -> Result<Self, Failure> {
+        let out = match target.place() {
+            Place::Stdout => Ok(Out::Stdout(io::stdout())),
+            // Appending, so that a redirected file keeps what it holds.
+            Place::Direct(path) => OpenOptions::new().append(true).open(path).map(Out::Direct),
+            Place::File(path) => beside(path).map(|file| {
+                let unfinished = Unfinished::new(file.path());
+                Out::Beside(file, unfinished)
+            }),
+        };
+        let out = out.map_err(|e| Failure::writing(&target.name(), &e))?;
+        Ok(Self { target, out: BufWriter::with_capacity(1 << 16, out) })
+    }
+
+    /// Puts the file in place of the old one.
+    pub(crate) fn finish(self) -> Result<(), Failure> {
+        let name = self.target.name();
+        let failed = |e: &io::Error| Failure::writing(&name, e);
+        let out = self.out.into_inner().map_err(|e| failed(e.error()))?;
+        match (out, self.target.file()) {
+            (Out::Beside(file, unfinished), Some(path)) => {
+                keep_permissions(path, file.as_file()).map_err(|e| failed(&e))?;
+                file.as_file().sync_all().map_err(|e| failed(&e))?;
+                self.target.check_again()?;
+                file.persist(path).map_err(|e| failed(&e.error))?;
+                drop(unfinished);
+                Ok(())
+            }
+            (mut out, _) => out.flush().map_err(|e| failed(&e)),
+        }
+    }
+}
+
+/// A new file in the folder of `path`.
+fn beside(path: &Path) -> io::Result<NamedTempFile> {
+    let folder = path.parent().unwrap_or(Path::new("."));
+    remove_stale(folder);
+    let mut builder = tempfile::Builder::new();
+    builder.prefix(PREFIX).suffix(SUFFIX);
+    #[cfg(unix)]
+    {
+        use std::os::unix::fs::PermissionsExt as _;
+        // As any new file: less what the umask takes.
+        builder.permissions(fs::Permissions::from_mode(0o666));
+    }
+    let file = builder.tempfile_in(folder)?;
+    // Tells other runs that somebody is at work; a folder without locks works without.
+    let _ = file.as_file().try_lock();
+    Ok(file)
+}
+
+fn remove_stale(folder: &Path) {
+    for entry in fs::read_dir(folder).into_iter().flatten().flatten() {
+        let name = entry.file_name();
+        let name = name.to_string_lossy();
+        if !(name.starts_with(PREFIX) && name.ends_with(SUFFIX)) {
+            continue;
+        }
+        let modified = entry.metadata().and_then(|m| m.modified()).ok();
+        let old = modified.and_then(|m| m.elapsed().ok()).is_some_and(|age| age > STALE);
+        if old && File::open(entry.path()).is_ok_and(|f| f.try_lock().is_ok()) {
+            let _ = fs::remove_file(entry.path());
+        }
+    }
+}
+
+/// Gives the new file the permissions of the old one, and its owner where that is allowed.
+fn keep_permissions(old: &Path, new: &File) -> io::Result<()> {
+    let Ok(held) = fs::metadata(old) else { return Ok(()) };
+    #[cfg(unix)]
+    {
+        use std::os::unix::fs::{MetadataExt as _, fchown};
+        let ours = new.metadata()?;
+        if (held.uid(), held.gid()) != (ours.uid(), ours.gid()) {
+            // Only root may give files away; the contents matter more.
+            let _ = fchown(new, Some(held.uid()), Some(held.gid()));
+        }
+    }
+    new.set_permissions(held.permissions())
+}
+
+impl Write for Out {
+    fn write(&mut self, bytes: &[u8]) -> io::Result<usize> {
+        match self {
+            Self::Stdout(out) => out.write(bytes),
+            Self::Direct(out) => out.write(bytes),
+            Self::Beside(out, _) => out.write(bytes),
+        }
+    }
+
+    fn flush(&mut self) -> io::Result<()> {
+        match self {
+            Self::Stdout(out) => out.flush(),
+            Self::Direct(out) => out.flush(),
+            Self::Beside(out, _) => out.flush(),
+        }
+    }
+}
+
+impl Write for Sink {
+    fn write(&mut self, bytes: &[u8]) -> io::Result<usize> {
+        self.out.write(bytes)
+    }
+
+    fn flush(&mut self) -> io::Result<()> {
+        self.out.flush()
+    }
+}
