@@ -2,7 +2,7 @@
 //!
 //! | format | mark |
 //! |---|---|
-//! | JSON | `"schema": "slipfit/…"` first |
+//! | JSON | `"schema": "slipfit/…"`, first or after the samples |
 //! | CSV, LaTeX | a first comment `# slipfit …`, a comment `% slipfit …` |
 //! | Markdown | a last line `slipfit …` |
 //! | SVG, HTML | a comment, `<meta name="generator">` |
@@ -75,7 +75,7 @@ fn bytes_are_ours(head: &[u8], tail: &[u8]) -> bool {
             || (squeezed.starts_with("[{\"file\":")
                 && head.contains("\"status\":")
                 && head.contains("\"reason\":"))
-            || squeezed == "[]"
+            || (squeezed.starts_with('{') && tail.contains("\n  \"schema\": \"slipfit/"))
     }
 }
 
