@@ -48,10 +48,11 @@ fn run(folder: &Path, line: &str) -> Output {
 
 fn refusal(folder: &Path, line: &str) -> String {
     let output = run(folder, line);
-    let said = String::from_utf8_lossy(&output.stderr).into_owned();
+    let said = String::from_utf8_lossy(&output.stderr);
     assert_eq!(output.status.code(), Some(2), "{line}: {said}");
     assert!(output.stdout.is_empty(), "{line}: nothing is written");
-    said
+    // As one line, wherever the screen broke it.
+    said.split_whitespace().collect::<Vec<_>>().join(" ")
 }
 
 fn done(folder: &Path, line: &str) {

@@ -3,6 +3,7 @@
 use std::{
     fs::File,
     io::{self, Read, Seek, SeekFrom},
+    time::SystemTime,
 };
 
 use crate::{
@@ -88,6 +89,8 @@ fn with<T>(
         other if only_text => return Err(ReadProblem::Unsupported(other)),
         other => {
             // These are read from several places: a file as it is, a stream once it is held.
+            let held = file.as_ref().and_then(|f| f.try_clone().ok());
+            let before = held.as_ref().and_then(stamp);
             let mut input = match file.take() {
                 Some(file) => {
                     io::copy(&mut hashing, &mut io::sink()).map_err(ReadProblem::Io)?;
@@ -99,14 +102,24 @@ fn with<T>(
                 }
             };
             input.seek(SeekFrom::Start(0)).map_err(ReadProblem::Io)?;
-            let (source, format) = source(input, other)?;
-            then(Opened::Tables(source, format))?
+            let done = source(input, other).and_then(|(source, format)| then(Opened::Tables(source, format)));
+            // The hash and the tables are read one after the other: both must see the same bytes.
+            if before != held.as_ref().and_then(stamp) {
+                return Err(ReadProblem::Changed);
+            }
+            done?
         }
     };
     // What follows the samples belongs to the file.
     io::copy(&mut hashing, &mut io::sink()).map_err(ReadProblem::Io)?;
     let (sha256, bytes) = hashing.finish();
     Ok((done, sha256, bytes))
+}
+
+/// Length and time of the last change.
+fn stamp(file: &File) -> Option<(u64, SystemTime)> {
+    let about = file.metadata().ok()?;
+    Some((about.len(), about.modified().ok()?))
 }
 
 /// What a gzip file holds: text streams, anything else is held.

@@ -38,6 +38,9 @@ pub enum ReadProblem {
     /// The system refused.
     #[error("{0}")]
     Io(io::Error),
+    /// Another program wrote to the file while it was read.
+    #[error("the file changed while it was read")]
+    Changed,
     /// No bytes, or nothing but blanks.
     #[error("the file is empty")]
     Empty,
@@ -214,6 +217,7 @@ impl ReadProblem {
             Self::Unsupported(_) | Self::Binary { .. } | Self::LineTooLong { .. } => {
                 "export the data as text: one row per sample, columns for time and signal".to_owned()
             }
+            Self::Changed => "read it again once it is complete, or read a copy".to_owned(),
             Self::NoTime { rate_hz: Some(rate), .. } => {
                 format!(
                     "--rate-hz {rate} takes the rate named in the file's first lines; --time names a column"

@@ -13,11 +13,13 @@ pub(crate) struct Hashing<'a, R> {
     watch: Option<Watch<'a>>,
     hash: Sha256,
     bytes: u64,
+    /// What a growing file gets after its end was met is not read any more.
+    ended: bool,
 }
 
 impl<'a, R: io::Read> Hashing<'a, R> {
     pub(crate) fn new(inner: R, watch: Option<Watch<'a>>) -> Self {
-        Self { inner, watch, hash: Sha256::new(), bytes: 0 }
+        Self { inner, watch, hash: Sha256::new(), bytes: 0, ended: false }
     }
 
     /// SHA-256 in hexadecimal, and the number of bytes.
@@ -33,7 +35,11 @@ impl<'a, R: io::Read> Hashing<'a, R> {
 
 impl<R: io::Read> io::Read for Hashing<'_, R> {
     fn read(&mut self, buffer: &mut [u8]) -> io::Result<usize> {
+        if self.ended {
+            return Ok(0);
+        }
         let n = self.inner.read(buffer)?;
+        self.ended = n == 0 && !buffer.is_empty();
         self.hash.update(&buffer[..n]);
         self.bytes += n as u64;
         if let Some(watch) = &mut self.watch {
