@@ -8,6 +8,11 @@ use slipfit::Quantity;
 use slipfit::ringdown::{Answer, Options, analyse};
 use std::path::Path;
 
+/// Its answer alone.
+pub(crate) fn answer() -> Answer {
+    by_hand(|_| (), |analysed| analysed.answer.clone())
+}
+
 /// An answer whose numbers are set by hand and then changed.
 pub(crate) fn by_hand<T>(
     change: impl FnOnce(&mut Answer),

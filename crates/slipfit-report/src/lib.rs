@@ -36,11 +36,13 @@
 //! ```
 
 pub mod csv;
+pub mod format;
 mod input;
 pub mod json;
 pub mod page;
 pub mod plot;
 pub mod row;
+mod sentence;
 pub mod terminal;
 
 #[cfg(test)]
@@ -49,3 +51,4 @@ mod example;
 pub use input::{
     AnalysedCurve, AnalysedLevels, AnalysedRingdown, AnalysedSeries, Provenance, SeriesHeading, SeriesInput,
 };
+pub use sentence::Sentence;

@@ -2,7 +2,6 @@
 
 pub mod answer;
 pub mod error;
-pub mod format;
 mod inference;
 pub mod levels;
 pub mod model;

@@ -68,7 +68,7 @@ fn an_exact_curve_is_taken_apart_with_the_drive_known_or_from_a_reference() {
     options.calibration = Some(Calibration::Stiffness { value: 1000.0, std_error: 0.0 });
     let a = analyse(&curve, &options).unwrap();
     assert_eq!((a.model, a.drive_source), (LossModel::VISCOUS_SLIDING, DriveSource::Known));
-    assert!(a.sliding.detected && a.sentence().contains("excluded"), "{}", a.sentence());
+    assert!(a.sliding.detected, "{:?}", a.sliding);
     for (name, truth) in [
         (Parameter::NaturalFrequency, 1.0),
         (Parameter::DECAY_RATE, PI / 50.0),

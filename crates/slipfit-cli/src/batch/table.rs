@@ -3,7 +3,7 @@
 use super::parquet;
 use crate::failure::Failure;
 use crate::output::Target;
-use slipfit::format::plain;
+use slipfit_report::format::plain;
 use slipfit_report::page::{latex_escaped, markdown_cell};
 use slipfit_report::row::{Column, Row, Value};
 use std::fmt::Write as _;

@@ -3,6 +3,7 @@
 use super::unit_or_unknown;
 use crate::AnalysedCurve;
 use crate::AnalysedLevels;
+use crate::Sentence;
 use slipfit::Parameters;
 use slipfit::resonance::CurvePoint;
 use std::io::{self, Write};
@@ -59,7 +60,7 @@ fn rows(out: &mut dyn Write, name: &str, points: &[CurvePoint]) -> io::Result<()
 pub fn levels(out: &mut dyn Write, analysed: &AnalysedLevels<'_>) -> io::Result<()> {
     let answer = analysed.answer;
     head(out, "levels", &analysed.reading.path, &analysed.reading.sha256)?;
-    writeln!(out, "# {}", crate::terminal::levels_sentence(answer))?;
+    writeln!(out, "# {}", answer.sentence())?;
     parameters(out, &answer.parameters)?;
     writeln!(
         out,

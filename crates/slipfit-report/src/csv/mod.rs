@@ -5,6 +5,7 @@ mod curve;
 pub use curve::{levels, resonance};
 
 use crate::AnalysedRingdown;
+use crate::Sentence;
 use std::io::{self, Write};
 
 /// One row per stretch of the envelope; the parameters stand in the header.

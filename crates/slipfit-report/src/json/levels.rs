@@ -4,6 +4,7 @@ use super::curve::{calibration, columns, parameters, skipped, taken, warnings};
 use super::layout;
 use super::node::{Node, numbers};
 use crate::AnalysedLevels;
+use crate::Sentence;
 use std::io::{self, Write};
 
 /// Writes the whole answer.
@@ -51,7 +52,7 @@ fn document(analysed: &AnalysedLevels<'_>) -> Node {
                 ("calibration", calibration(o.calibration.as_ref())),
             ]),
         ),
-        ("sentence", crate::terminal::levels_sentence(a).into()),
+        ("sentence", a.sentence().into()),
         ("parameters", parameters(&a.parameters)),
         ("detected", a.detected.into()),
         ("p_value", a.p_value.into()),

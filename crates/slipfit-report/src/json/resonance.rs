@@ -4,6 +4,7 @@ use super::curve::{calibration, input, parameters, warnings};
 use super::layout;
 use super::node::{Node, list, numbers};
 use crate::AnalysedCurve;
+use crate::Sentence;
 use slipfit::Parameter;
 use slipfit::resonance::{Answer, CurvePoint, Instrument, Method, Options, RunDirection};
 use std::io::{self, Write};

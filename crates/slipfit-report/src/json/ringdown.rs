@@ -3,6 +3,7 @@
 use super::contract::*;
 use super::layout;
 use crate::AnalysedRingdown;
+use crate::Sentence;
 use slipfit::Calibration;
 use slipfit::Parameter;
 use slipfit::ringdown::{Answer, Options};

@@ -4,6 +4,7 @@ use super::curve::{calibration, parameters, warnings};
 use super::layout;
 use super::node::{Node, list};
 use crate::AnalysedSeries;
+use crate::Sentence;
 use slipfit::series::{Cell, Pair, Solo};
 use std::io::{self, Write};
 
@@ -69,7 +70,7 @@ fn document(analysed: &AnalysedSeries<'_>) -> Node {
         ("unit", analysed.options.unit.as_str().into()),
         ("shared", shared.into()),
         ("calibration", calibration(analysed.options.calibration.as_ref())),
-        ("sentence", crate::terminal::series_sentence(a).into()),
+        ("sentence", a.sentence().into()),
         ("table", rows),
         ("agreement_p_value", a.agreement_p_value.into()),
         ("joint", joint.into()),
@@ -90,12 +91,9 @@ fn measurements(analysed: &AnalysedSeries<'_>) -> Node {
                 Ok(Solo::Sweep(a)) => {
                     (None, a.sentence(), parameters(&a.parameters), warnings(&a.warnings, |w| w.code()))
                 }
-                Ok(Solo::Levels(a)) => (
-                    None,
-                    crate::terminal::levels_sentence(a),
-                    parameters(&a.parameters),
-                    warnings(&a.warnings, |w| w.code()),
-                ),
+                Ok(Solo::Levels(a)) => {
+                    (None, a.sentence(), parameters(&a.parameters), warnings(&a.warnings, |w| w.code()))
+                }
                 Ok(_) => (None, String::new(), parameters(&Default::default()), Node::List(Vec::new())),
                 Err(e) => (
                     Some(e.to_string()),

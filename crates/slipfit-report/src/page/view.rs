@@ -7,6 +7,7 @@ use crate::AnalysedLevels;
 use crate::AnalysedRingdown;
 use crate::AnalysedSeries;
 use crate::Provenance;
+use crate::Sentence;
 use crate::{plot, terminal};
 use slipfit::SignalKind;
 use slipfit_io::SweepReading;
@@ -66,7 +67,7 @@ pub fn levels<'a>(analysed: &'a AnalysedLevels<'a>, provenance: &'a Provenance) 
         provenance,
         command: "levels",
         subject: name_of(Path::new(&analysed.reading.path)),
-        sentence: terminal::levels_sentence(answer),
+        sentence: answer.sentence(),
         parameters: terminal::levels::told(answer),
         tables: Vec::new(),
         facts: terminal::levels::account(analysed),
@@ -89,7 +90,7 @@ pub fn series<'a>(analysed: &'a AnalysedSeries<'a>, provenance: &'a Provenance) 
         provenance,
         command: "series",
         subject: if title.is_empty() { name_of(Path::new(&analysed.heading.path)) } else { title.clone() },
-        sentence: terminal::series_sentence(answer),
+        sentence: answer.sentence(),
         parameters: Vec::new(),
         tables: vec![table],
         facts: terminal::series::account(analysed),

@@ -71,7 +71,7 @@ impl Axis {
         let named = (value.round() as usize).checked_sub(1).and_then(|i| self.names.get(i));
         let number = match named {
             Some(name) => name.clone(),
-            None if self.log => slipfit::format::plain(value, 4, ""),
+            None if self.log => crate::format::plain(value, 4, ""),
             None => {
                 let finest = (self.high - self.low) / 5e3;
                 let decimals = (-finest.log10().floor()).clamp(0.0, 12.0) as usize;

@@ -4,8 +4,8 @@ use super::axis::Axis;
 use super::figure::{Color, Figure, Stroke};
 use super::grid::{PANEL, headed};
 use super::panel::{Mark, Panel};
+use crate::format::Scale;
 use crate::row::{Row, Status};
-use slipfit::format::Scale;
 
 const SURE: Color = Color::new(0x00, 0x72, 0xb2);
 const DOUBTED: Color = Color::new(0xd5, 0x5e, 0x00);

@@ -2,8 +2,8 @@
 
 use super::chart::{Chart, Look, Scaled, Series};
 use crate::AnalysedLevels;
+use crate::format::Scale;
 use slipfit::Parameter;
-use slipfit::format::Scale;
 
 pub(super) fn charts(analysed: &AnalysedLevels<'_>) -> Vec<Chart> {
     let answer = analysed.answer;

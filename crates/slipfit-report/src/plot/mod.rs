@@ -23,6 +23,7 @@ pub(crate) use dark::dark_rules;
 pub use heat::{HeatMap, heat_maps};
 pub(crate) use svg::escape;
 
+use crate::Sentence;
 use crate::row::Row;
 use crate::{AnalysedCurve, AnalysedLevels, AnalysedRingdown, AnalysedSeries};
 use std::path::Path;
@@ -63,7 +64,7 @@ pub fn resonance(analysed: &AnalysedCurve<'_>) -> Picture {
 
 /// The figure of drive levels.
 pub fn levels(analysed: &AnalysedLevels<'_>) -> Picture {
-    let sentence = crate::terminal::levels_sentence(analysed.answer);
+    let sentence = analysed.answer.sentence();
     page("Amplitude over the level of the drive", &sentence, &levels::charts(analysed))
 }
 

@@ -182,7 +182,7 @@ impl<'f> Panel<'f> {
     /// A point in words, a line for each axis.
     fn told(&self, [x, y]: Point, error: f64) -> String {
         let error = if error.is_finite() && error > 0.0 {
-            format!(" ± {}", slipfit::format::plain(error, 2, ""))
+            format!(" ± {}", crate::format::plain(error, 2, ""))
         } else {
             String::new()
         };

@@ -5,8 +5,9 @@ use super::figure::{Color, Figure, Point, Stroke};
 use super::grid::{PANEL, headed};
 use super::panel::{Mark, Panel};
 use crate::AnalysedCurve;
+use crate::Sentence;
+use crate::format::{Rounded, Scale};
 use slipfit::Parameter;
-use slipfit::format::{Rounded, Scale};
 use slipfit::motion::steady::Phasor;
 use slipfit::resonance::{Answer, CurvePoint};
 

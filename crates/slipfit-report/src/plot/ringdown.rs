@@ -6,11 +6,12 @@ use super::figure::{Color, Figure, Point, Stroke};
 use super::grid::{PANEL, headed};
 use super::panel::{Mark, Panel};
 use crate::AnalysedRingdown;
+use crate::Sentence;
+use crate::format::{Rounded, Scale};
 use slipfit::LossModel;
 use slipfit::Parameter;
 use slipfit::SignalKind;
 use slipfit::answer::Candidate;
-use slipfit::format::{Rounded, Scale};
 use slipfit::ringdown::{Answer, EnvelopePoint, LossPoint};
 
 /// Okabe and Ito's palette, told apart by eyes of every kind.

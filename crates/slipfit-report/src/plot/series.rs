@@ -5,9 +5,9 @@ use super::figure::{Color, Figure, Stroke};
 use super::grid::{PANEL, headed};
 use super::panel::{Mark, Panel};
 use crate::AnalysedSeries;
-use crate::terminal::series_sentence;
+use crate::Sentence;
+use crate::format::Scale;
 use slipfit::Quantity;
-use slipfit::format::Scale;
 use slipfit::series::{Cell, LawFit, LoadLaw, Row};
 
 /// Higher than elsewhere: there is one row of panels only.
@@ -35,7 +35,7 @@ pub(super) fn panels(analysed: &AnalysedSeries<'_>) -> Vec<Figure> {
 }
 
 pub(super) fn figure(analysed: &AnalysedSeries<'_>) -> Figure {
-    let sentence = series_sentence(analysed.answer);
+    let sentence = analysed.answer.sentence();
     let bars = "Bars: one standard error.";
     let panels = panels(analysed);
     match analysed.heading.title.as_str() {

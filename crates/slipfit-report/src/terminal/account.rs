@@ -2,7 +2,7 @@
 
 use super::facts::Facts;
 use crate::AnalysedRingdown;
-use slipfit::format::{Rounded, percent, plain};
+use crate::format::{Rounded, percent, plain};
 use slipfit::{ClockReport, SignalKind};
 use slipfit_io::{ColumnTaken, ReadReport, Reading, TimeSource};
 use std::fmt::Write as _;

@@ -3,7 +3,7 @@
 use super::table::{Align, columns, width};
 use super::{ANSWER, DIM, HEADING, WIDTH, labelled};
 use super::{account, braille};
-use slipfit::format::plain;
+use crate::format::plain;
 use slipfit_io::{Delimiter, Dialect, ReadError, Reading, SweepReading, Table, Tables};
 use std::fmt::Write as _;
 use std::path::Path;

@@ -6,39 +6,17 @@ use super::parameters::{Told, laid_out};
 use super::resonance::p_words;
 use super::{ANSWER, WIDTH, labelled, wrap};
 use crate::AnalysedLevels;
-use slipfit::Parameter;
-use slipfit::format::{Rounded, plain};
+use crate::Sentence;
+use crate::format::plain;
 use slipfit::levels::Answer;
 use std::fmt::Write as _;
 use std::path::Path;
-
-/// The answer in a sentence.
-pub(crate) fn levels_sentence(answer: &Answer) -> String {
-    let Some(threshold) = answer.parameter(Parameter::Threshold) else {
-        return "The levels give no threshold.".to_owned();
-    };
-    let shown = Rounded::new(threshold.value, threshold.std_error, &threshold.unit);
-    if !answer.detected {
-        let high = plain(threshold.interval_95[1], 2, &threshold.unit);
-        return format!(
-            "No threshold is seen ({}): sliding friction holds the mass below a drive of {high} at most.",
-            p_words(answer.p_value)
-        );
-    }
-    let friction = answer.parameter(Parameter::FRICTION_DISPLACEMENT).map_or_else(String::new, |q| {
-        format!(", a friction displacement of {}", Rounded::new(q.value, q.std_error, &q.unit))
-    });
-    format!(
-        "Sliding friction holds the mass up to a drive of {shown}{friction}; a line through zero is excluded, {}.",
-        p_words(answer.p_value)
-    )
-}
 
 /// The whole report, styled.
 pub fn levels(analysed: &AnalysedLevels<'_>, written: &[&Path]) -> String {
     let answer = analysed.answer;
     let mut text = String::new();
-    for line in wrap(&levels_sentence(answer), WIDTH) {
+    for line in wrap(&answer.sentence(), WIDTH) {
         let _ = writeln!(text, "{ANSWER}{line}{ANSWER:#}");
     }
     text.push('\n');

@@ -14,12 +14,10 @@ mod table;
 pub(crate) use facts::Facts;
 pub use inspect::{Inspected, inspect};
 pub use levels::levels;
-pub(crate) use levels::levels_sentence;
 pub(crate) use parameters::Told;
 pub use resonance::resonance;
 pub(crate) use ringdown::UNSETTLED;
 pub use ringdown::ringdown;
-pub(crate) use series::series_sentence;
 pub use series::{Form, series, table as series_table};
 
 use anstyle::{AnsiColor, Style};

@@ -2,7 +2,7 @@
 
 use super::WIDTH;
 use super::table::{Align, columns};
-use slipfit::format::{Rounded, Scale, plain};
+use crate::format::{Rounded, Scale, plain};
 use slipfit::{Parameter, Quantity};
 
 /// An interval this much longer on one side than on the other is printed on the screen.

@@ -4,9 +4,10 @@ use super::facts::Facts;
 use super::table::{Align, columns};
 use super::{ANSWER, HEADING, WIDTH, labelled, wrap};
 use crate::AnalysedSeries;
+use crate::Sentence;
+use crate::format::{Rounded, Scale, p_value, plain};
 use slipfit::Quantity;
-use slipfit::format::{Rounded, Scale, p_value, plain};
-use slipfit::series::{Answer, Cell, Pair, Row, Solo};
+use slipfit::series::{Cell, Pair, Row, Solo};
 use std::fmt::Write as _;
 use std::path::Path;
 
@@ -28,7 +29,7 @@ pub fn series(analysed: &AnalysedSeries<'_>, written: &[&Path]) -> String {
     if !analysed.heading.title.is_empty() {
         let _ = writeln!(text, "{HEADING}{}{HEADING:#}", analysed.heading.title);
     }
-    for line in wrap(&series_sentence(answer), WIDTH) {
+    for line in wrap(&answer.sentence(), WIDTH) {
         let _ = writeln!(text, "{ANSWER}{line}{ANSWER:#}");
     }
     text.push('\n');
@@ -45,29 +46,6 @@ pub fn series(analysed: &AnalysedSeries<'_>, written: &[&Path]) -> String {
         text += &labelled("wrote", &names.join(", "));
     }
     text
-}
-
-/// The verdict in a sentence.
-pub(crate) fn series_sentence(answer: &Answer) -> String {
-    let both = answer.table.iter().filter(|r| r.ring_down.is_some() && r.resonance.is_some()).count();
-    let conditions = |n: usize| if n == 1 { "one condition".to_owned() } else { format!("{n} conditions") };
-    match answer.agreement_p_value {
-        Some(p) => {
-            let verdict = if p < 0.01 { "disagree" } else { "agree" };
-            format!(
-                "Ring-down and resonance {verdict} on friction and damping at {} ({}).",
-                conditions(both),
-                p_value(p)
-            )
-        }
-        None => format!(
-            "{} measured; at none of them by ring-down and by resonance both.",
-            match answer.table.len() {
-                1 => "One condition".to_owned(),
-                n => format!("{n} conditions"),
-            }
-        ),
-    }
 }
 
 /// How a table spells its symbols.
@@ -226,7 +204,7 @@ fn markdown(analysed: &AnalysedSeries<'_>) -> String {
     text += &line(&head);
     text += "|---|--:|--:|--:|--:|--:|--:|--:|\n";
     rows[2..].iter().for_each(|r| text += &line(r));
-    let _ = writeln!(text, "\n{} z: difference over its standard error.", series_sentence(analysed.answer));
+    let _ = writeln!(text, "\n{} z: difference over its standard error.", analysed.answer.sentence());
     let _ = writeln!(text, "\nslipfit {}", env!("CARGO_PKG_VERSION"));
     text
 }
@@ -251,7 +229,7 @@ fn latex(analysed: &AnalysedSeries<'_>) -> String {
         None => text.to_owned(),
     };
     let mut text = String::from("% Needs no package. z: difference over its standard error.\n");
-    let _ = writeln!(text, "% {}", series_sentence(analysed.answer));
+    let _ = writeln!(text, "% {}", analysed.answer.sentence());
     let _ = writeln!(text, "% slipfit {}", env!("CARGO_PKG_VERSION"));
     text += "\\begin{tabular}{lrrrrrrr}\n\\hline\n";
     let _ = writeln!(
@@ -288,7 +266,7 @@ fn csv(analysed: &AnalysedSeries<'_>) -> String {
     };
     let mut text = format!("# slipfit {} series\n", env!("CARGO_PKG_VERSION"));
     let _ = writeln!(text, "# manifest = {}", analysed.heading.path.replace(['\n', '\r'], " "));
-    let _ = writeln!(text, "# {}", series_sentence(analysed.answer));
+    let _ = writeln!(text, "# {}", analysed.answer.sentence());
     let names = if scales.forces {
         ["sliding friction force F", "viscous coefficient gamma"]
     } else {
@@ -419,7 +397,7 @@ fn alone(facts: &mut Facts, analysed: &AnalysedSeries<'_>) {
         let said = match solo {
             Ok(Solo::RingDown(a)) => a.sentence(),
             Ok(Solo::Sweep(a)) => a.sentence(),
-            Ok(Solo::Levels(a)) => super::levels_sentence(a),
+            Ok(Solo::Levels(a)) => a.sentence(),
             Ok(_) => "analysed".to_owned(),
             Err(error) => format!("could not be analysed: {error}"),
         };

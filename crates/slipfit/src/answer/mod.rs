@@ -3,6 +3,7 @@
 pub mod comparison;
 pub(crate) mod describe;
 pub mod hint;
+mod p_value;
 pub mod parameter;
 pub mod quantity;
 #[cfg(feature = "serde")]
@@ -10,4 +11,5 @@ mod serialise;
 
 pub use comparison::{Candidate, Correlation, SlidingEvidence, Values};
 pub use hint::Hint;
+pub(crate) use p_value::p_value;
 pub use parameter::{Parameter, Parameters, UnitRule};

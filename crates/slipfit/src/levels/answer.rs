@@ -106,7 +106,7 @@ impl fmt::Display for Warning {
             Warning::Bent { p_value, falling } => write!(
                 f,
                 "the moving branch is bent ({}): {}",
-                crate::format::p_value(*p_value),
+                crate::answer::p_value(*p_value),
                 if *falling {
                     "the slope falls with the drive, as drag or a detuned hardening spring make it"
                 } else {

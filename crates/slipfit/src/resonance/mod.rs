@@ -25,7 +25,6 @@ mod reference;
 mod residuals;
 mod response;
 mod search;
-mod sentence;
 mod start;
 mod sums;
 mod terms;

@@ -237,7 +237,7 @@ impl fmt::Display for Warning {
             Warning::ReferenceSlides { p_value } => write!(
                 f,
                 "the reference curve itself shows sliding friction ({}): x_0 comes out too small",
-                crate::format::p_value(*p_value)
+                crate::answer::p_value(*p_value)
             ),
             Warning::Stuck { points } => {
                 write!(f, "{points} points lie where friction holds the mass for all or part of the cycle")

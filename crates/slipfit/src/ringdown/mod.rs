@@ -24,10 +24,7 @@ mod options;
 mod oscillation;
 mod quantities;
 mod recorded_amplitudes;
-#[cfg(test)]
-mod sample;
 mod samples;
-mod sentence;
 mod stop;
 mod warning;
 mod waveform;

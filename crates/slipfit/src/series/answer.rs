@@ -130,7 +130,7 @@ impl Warning {
 
 impl fmt::Display for Warning {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        let p_value = crate::format::p_value;
+        use crate::answer::p_value;
         match self {
             Warning::Disagree { condition, p_value: p } => {
                 write!(f, "{condition}: ring-down and resonance disagree ({})", p_value(*p))

@@ -56,7 +56,7 @@ impl Scale {
     /// The scale in which numbers of this size read well.
     ///
     /// ```
-    /// use slipfit::format::Scale;
+    /// use slipfit_report::format::Scale;
     /// assert_eq!(Scale::for_size(0.00227, "rad").unit, "mrad");
     /// assert_eq!(Scale::for_size(0.25, "rad").unit, "rad");
     /// assert_eq!(Scale::for_size(2e-5, "kg/s").unit, "mg/s");
@@ -125,7 +125,7 @@ fn superscript(number: i32) -> String {
 /// two again (as 1000) beyond.
 ///
 /// ```
-/// use slipfit::format::Rounded;
+/// use slipfit_report::format::Rounded;
 /// assert_eq!(Rounded::new(0.0022713, 0.0000512, "rad").to_string(), "2.27 ± 0.05 mrad");
 /// assert_eq!(Rounded::new(0.519164, 0.0000277, "Hz").to_string(), "0.519164 ± 0.000028 Hz");
 /// assert_eq!(Rounded::new(3.21e-7, 4e-9, "1/s").to_string(), "(3.21 ± 0.04)×10⁻⁷ 1/s");
@@ -194,8 +194,8 @@ impl fmt::Display for Rounded {
 /// A number to so many significant digits, in a unit that fits.
 ///
 /// ```
-/// assert_eq!(slipfit::format::plain(0.0002499, 2, "rad"), "250 µrad");
-/// assert_eq!(slipfit::format::plain(482.04, 4, "s"), "482 s");
+/// assert_eq!(slipfit_report::format::plain(0.0002499, 2, "rad"), "250 µrad");
+/// assert_eq!(slipfit_report::format::plain(482.04, 4, "s"), "482 s");
 /// ```
 pub fn plain(value: f64, significant: i32, unit: &str) -> String {
     // Rounded first: 999.96 µm to three digits is 1 mm.
@@ -212,8 +212,8 @@ pub fn plain(value: f64, significant: i32, unit: &str) -> String {
 /// `p < 1e-12`, `p = 3e-5`, `p = 0.012`.
 ///
 /// ```
-/// assert_eq!(slipfit::format::p_value(0.0), "p < 1e-12");
-/// assert_eq!(slipfit::format::p_value(0.0123), "p = 0.012");
+/// assert_eq!(slipfit_report::format::p_value(0.0), "p < 1e-12");
+/// assert_eq!(slipfit_report::format::p_value(0.0123), "p = 0.012");
 /// ```
 pub fn p_value(p: f64) -> String {
     if p < 1e-12 {
@@ -228,7 +228,7 @@ pub fn p_value(p: f64) -> String {
 /// A share of the whole in per cent, `41 %`; never `0 %` or `100 %` unless it is.
 ///
 /// ```
-/// use slipfit::format::percent;
+/// use slipfit_report::format::percent;
 /// assert_eq!(percent(0.414), "41 %");
 /// assert_eq!(percent(0.0042), "0.4 %");
 /// assert_eq!(percent(0.9999), "over 99 %");

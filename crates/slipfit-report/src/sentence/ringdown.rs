@@ -1,0 +1,330 @@
+//! A ring-down in a sentence.
+
+use crate::format::{p_value, percent, plain};
+use slipfit::ringdown::{Answer, Warning};
+use slipfit::{LossModel, LossTerm, Parameter};
+
+/// A share from here on is called nearly all.
+const NEARLY_ALL: f64 = 0.95;
+/// Shares closer than this at both ends are one share.
+const SAME_SHARE: f64 = 0.05;
+
+/// What the record says about sliding friction, in plain words: how much of
+/// the loss it carries and how sure that is, or why it cannot be told.
+///
+/// For instance "Sliding friction carries 41 % of the loss at the start and
+/// nearly all of it in the last 8 s; a purely viscous decay is excluded,
+/// p < 1e-12." Shares are those of the chosen model between the first and
+/// the last amplitude used.
+pub(super) fn sentence(a: &Answer) -> String {
+    let mut text = String::new();
+    if let Some([main_hz, other_hz]) = modes_hz(a) {
+        text = format!(
+            "The record holds more than one mode ({} and {}); what follows holds for neither alone. ",
+            plain(main_hz, 4, "Hz"),
+            plain(other_hz, 4, "Hz")
+        );
+    }
+    text.push_str(&loss_sentence(a));
+    text
+}
+
+fn loss_sentence(a: &Answer) -> String {
+    let asked = a.warnings.iter().find_map(|w| match w {
+        Warning::ModelNotPreferred { asked, preferred, .. } => Some((*asked, *preferred)),
+        _ => None,
+    });
+    if let Some((asked, preferred)) = asked {
+        return format!("The data prefer {preferred} to {asked}, the model asked for. {}", conclusion(a));
+    }
+    conclusion(a)
+}
+
+fn conclusion(a: &Answer) -> String {
+    for warning in &a.warnings {
+        match warning {
+            Warning::TooFewCycles { cycles } => {
+                return format!(
+                    "{}, too few to tell viscous from sliding loss{}.",
+                    if *cycles < 1.0 {
+                        "Less than one cycle".to_owned()
+                    } else {
+                        format!("Only {cycles:.1} cycles")
+                    },
+                    total_loss(a)
+                );
+            }
+            Warning::NotSeparable { decay_times, .. } if *decay_times < 0.01 => {
+                return format!(
+                    "The amplitude does not fall: {} of a decay time is recorded, and no kind of loss can be \
+                     told from it.",
+                    plain(*decay_times, 1, "")
+                );
+            }
+            Warning::NotSeparable { correlation, decay_times } => {
+                let recorded = match *decay_times {
+                    d if d < 0.95 => format!("{} of a decay time recorded", plain(d, 2, "")),
+                    d => format!("{d:.1} decay times recorded"),
+                };
+                return format!(
+                    "{recorded}: viscous and sliding loss cannot be told apart, correlation {correlation:.3}{}.",
+                    total_loss(a)
+                );
+            }
+            _ => {}
+        }
+    }
+    match (a.model.has_sliding(), a.sliding.detected) {
+        (true, true) => found(a),
+        (true, false) => uncertain(a),
+        // Evidence against the viscous law alone that another law without sliding takes up.
+        (false, true) if !not_preferred(a) => format!(
+            "{} describes the record best, without sliding friction; yet with it the decay is better described \
+             than by the same law without, {}: whether sliding friction takes part stays undecided{}.",
+            capital(a.model.name()),
+            p_value(a.sliding.p_value),
+            open_question(a)
+        ),
+        (false, true) => format!(
+            "Sliding friction is present, {}, which {} leaves out.",
+            p_value(a.sliding.p_value),
+            a.model
+        ),
+        (false, false) => absent(a),
+    }
+}
+
+fn not_preferred(a: &Answer) -> bool {
+    a.warnings.iter().any(|w| matches!(w, Warning::ModelNotPreferred { .. }))
+}
+
+fn modes_hz(a: &Answer) -> Option<[f64; 2]> {
+    a.warnings.iter().find_map(|w| match w {
+        Warning::SeveralModes { main_hz, other_hz, .. } => Some([*main_hz, *other_hz]),
+        _ => None,
+    })
+}
+
+/// What both losses come to, taken as one.
+fn total_loss(a: &Answer) -> String {
+    let viscous = a.comparison.iter().find(|c| c.model == LossModel::VISCOUS && c.converged);
+    match viscous {
+        Some(c) if c.value(Parameter::DECAY_RATE) > 0.0 => {
+            format!(
+                "; both together damp like a viscous decay rate of {}",
+                plain(c.value(Parameter::DECAY_RATE), 3, "1/s")
+            )
+        }
+        _ => String::new(),
+    }
+}
+
+fn found(a: &Answer) -> String {
+    let s = &a.sliding;
+    let length_s = a.segment.end_s - a.segment.start_s;
+    let last_s = s.dominates_from_s.map(|t| a.segment.end_s - t).filter(|last| *last > 0.0);
+    let start = percent(s.share_at_highest);
+    let share = if a.model == LossModel::SLIDING {
+        "Sliding friction carries all of the loss".to_owned()
+    } else if s.share_at_highest >= NEARLY_ALL && s.share_at_lowest >= NEARLY_ALL {
+        "Sliding friction carries nearly all of the loss throughout".to_owned()
+    } else if let Some(last_s) = last_s.filter(|last| *last < length_s) {
+        format!(
+            "Sliding friction carries {start} of the loss at the start and nearly all of it in the last {}",
+            plain(last_s, 2, "s")
+        )
+    } else if (s.share_at_lowest - s.share_at_highest).abs() < SAME_SHARE {
+        format!("Sliding friction carries {start} of the loss")
+    } else {
+        format!(
+            "Sliding friction carries {start} of the loss at the start and {} at the end",
+            percent(s.share_at_lowest)
+        )
+    };
+    let rest = match a.model {
+        LossModel::SLIDING_DRAG => ", drag the rest",
+        LossModel::VISCOUS_SLIDING_DRAG => ", viscous damping and drag the rest",
+        _ => "",
+    };
+    let evidence = if a.model.has(LossTerm::Drag) || s.viscous_only_p_value >= 0.01 {
+        format!("a decay without it is excluded, {}", p_value(s.p_value))
+    } else {
+        format!("a purely viscous decay is excluded, {}", p_value(s.viscous_only_p_value))
+    };
+    format!("{share}{rest}; {evidence}{}.", open_question(a))
+}
+
+fn uncertain(a: &Answer) -> String {
+    format!(
+        "Sliding friction is possible but not certain, {}: {} describes the decay best, with {} of the loss \
+         from sliding at the start.",
+        p_value(a.sliding.p_value),
+        a.model,
+        percent(a.sliding.share_at_highest)
+    )
+}
+
+fn absent(a: &Answer) -> String {
+    let no_viscous = a.parameter(Parameter::DECAY_RATE).is_some_and(|q| q.value == 0.0);
+    let cause = match a.model {
+        LossModel::VISCOUS_DRAG if no_viscous => "Quadratic drag alone explains",
+        LossModel::VISCOUS_DRAG => "Viscous damping and quadratic drag explain",
+        _ => "Viscous damping alone explains",
+    };
+    let limit = [(Parameter::FRICTION_DISPLACEMENT, "x_F is"), (Parameter::SlidingRate, "it takes")]
+        .into_iter()
+        .find_map(|(parameter, is)| a.parameter(parameter).map(|q| (q.interval_95[1], q.unit.as_str(), is)))
+        .filter(|(high, ..)| high.is_finite() && *high > 0.0)
+        .map(|(high, unit, is)| format!(": {is} below {} (95 %)", plain(high, 2, unit)))
+        .unwrap_or_default();
+    format!(
+        "{cause} the decay; no sliding friction is found, {}{limit}{}.",
+        p_value(a.sliding.p_value),
+        open_question(a)
+    )
+}
+
+fn open_question(a: &Answer) -> String {
+    let rival = a.warnings.iter().find_map(|w| match w {
+        Warning::AmbiguousModel { rival, .. } => Some(*rival),
+        _ => None,
+    });
+    match rival {
+        Some(rival) if rival.has_sliding() == a.model.has_sliding() => {
+            format!("; whether the rest is that of {} or {rival} stays open", a.model)
+        }
+        Some(rival) => format!("; {rival} describes the record as well"),
+        None => String::new(),
+    }
+}
+
+fn capital(name: &str) -> String {
+    let mut letters = name.chars();
+    letters.next().map_or_else(String::new, |first| first.to_uppercase().chain(letters).collect())
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::Sentence;
+    use crate::example;
+    use slipfit::Quantity;
+
+    #[test]
+    fn found_sliding_is_told_by_its_shares() {
+        let mut a = example::answer();
+        a.sliding.share_at_highest = 0.41;
+        a.sliding.dominates_from_s = Some(a.segment.end_s - 8.0);
+        assert_eq!(
+            a.sentence(),
+            "Sliding friction carries 41 % of the loss at the start and nearly all of it in the last 8 s; a purely \
+             viscous decay is excluded, p < 1e-12."
+        );
+        a.sliding.dominates_from_s = None;
+        a.sliding.share_at_lowest = 0.78;
+        a.sliding.viscous_only_p_value = 3.2e-5;
+        assert_eq!(
+            a.sentence(),
+            "Sliding friction carries 41 % of the loss at the start and 78 % at the end; a purely viscous decay is \
+             excluded, p = 3e-5."
+        );
+        a.model = LossModel::VISCOUS_SLIDING_DRAG;
+        assert_eq!(
+            a.sentence(),
+            "Sliding friction carries 41 % of the loss at the start and 78 % at the end, viscous damping and drag \
+             the rest; a decay without it is excluded, p < 1e-12."
+        );
+        a.model = LossModel::SLIDING;
+        a.sliding.viscous_only_p_value = 0.0;
+        assert_eq!(
+            a.sentence(),
+            "Sliding friction carries all of the loss; a purely viscous decay is excluded, p < 1e-12."
+        );
+    }
+
+    #[test]
+    fn sliding_not_found_comes_with_its_upper_limit() {
+        let mut a = example::answer();
+        a.model = LossModel::VISCOUS;
+        a.sliding.detected = false;
+        a.sliding.p_value = 0.42;
+        let mut x_f = Quantity::normal(0.0, 1e-4, "rad");
+        x_f.interval_95 = [0.0, 2.5e-4];
+        a.parameters.remove(Parameter::FRICTION_DISPLACEMENT);
+        a.parameters.remove(Parameter::SlidingRate);
+        assert_eq!(
+            a.sentence(),
+            "Viscous damping alone explains the decay; no sliding friction is found, p = 0.42."
+        );
+        a.parameters.set(Parameter::FRICTION_DISPLACEMENT, x_f);
+        assert_eq!(
+            a.sentence(),
+            "Viscous damping alone explains the decay; no sliding friction is found, p = 0.42: x_F is below \
+             250 µrad (95 %)."
+        );
+        a.model = LossModel::VISCOUS_DRAG;
+        a.warnings = vec![Warning::AmbiguousModel {
+            chosen: LossModel::VISCOUS_DRAG,
+            rival: LossModel::VISCOUS_SLIDING,
+            delta_bic: 0.7,
+        }];
+        assert!(a.sentence().starts_with("Viscous damping and quadratic drag explain the decay; no sliding"));
+        assert!(a.sentence().ends_with("; viscous+sliding describes the record as well."));
+    }
+
+    #[test]
+    fn what_cannot_be_told_is_said_with_its_number() {
+        let mut a = example::answer();
+        a.warnings = vec![Warning::NotSeparable { correlation: -0.9991, decay_times: 0.7 }];
+        assert_eq!(
+            a.sentence(),
+            "0.7 of a decay time recorded: viscous and sliding loss cannot be told apart, correlation -0.999; both \
+             together damp like a viscous decay rate of 0.0302 1/s."
+        );
+        a.warnings = vec![Warning::TooFewCycles { cycles: 3.1 }];
+        assert!(a.sentence().starts_with("Only 3.1 cycles, too few to tell"));
+        a.warnings = vec![Warning::SeveralModes { main_hz: 80.5, other_hz: 297.7, relative_amplitude: 0.4 }];
+        assert!(a.sentence().starts_with("The record holds more than one mode (80.5 Hz and 297.7 Hz);"));
+    }
+
+    #[test]
+    fn a_model_asked_for_against_the_data_says_so() {
+        let mut a = example::answer();
+        a.model = LossModel::VISCOUS;
+        a.warnings = vec![Warning::ModelNotPreferred {
+            asked: LossModel::VISCOUS,
+            preferred: LossModel::VISCOUS_SLIDING,
+            delta_bic: 900.0,
+        }];
+        assert_eq!(
+            a.sentence(),
+            "The data prefer viscous+sliding to viscous, the model asked for. Sliding friction is present, \
+             p < 1e-12, which viscous leaves out."
+        );
+    }
+
+    #[test]
+    fn evidence_that_another_law_takes_up_is_left_open() {
+        let mut a = example::answer();
+        a.model = LossModel::VISCOUS_DRAG;
+        a.sliding.p_value = 1e-4;
+        assert_eq!(
+            a.sentence(),
+            "Viscous+drag describes the record best, without sliding friction; yet with it the decay is better \
+             described than by the same law without, p = 1e-4: whether sliding friction takes part stays undecided."
+        );
+    }
+
+    #[test]
+    fn weak_evidence_is_called_weak() {
+        let mut a = example::answer();
+        a.sliding.detected = false;
+        a.sliding.p_value = 0.03;
+        a.sliding.share_at_highest = 0.05;
+        assert_eq!(
+            a.sentence(),
+            "Sliding friction is possible but not certain, p = 0.03: viscous+sliding describes the decay best, with \
+             5 % of the loss from sliding at the start."
+        );
+    }
+}
