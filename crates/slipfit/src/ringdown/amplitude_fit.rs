@@ -3,10 +3,10 @@
 use super::compare::compare;
 use super::criteria::{AmplitudeCriteria, Criteria};
 use super::envelope::{A0, DELTA, EnvelopeProblem, FLOOR, X_F};
-use super::fits::{Described, FULL, Problem};
 use super::lowpass::Kernel;
 use super::measured::MeasuredDecay;
 use super::options::Options;
+use super::window_fit::{LOSS_PARAMETERS, Problem, WindowFit};
 use crate::Error;
 use crate::inference::least_squares::{Fit, minimise};
 use crate::inference::noise::{NoiseModel, autocorrelation, significant_inflation};
@@ -27,7 +27,7 @@ pub(crate) fn fit_amplitudes<'a>(
     measured: &mut MeasuredDecay,
     options: &Options,
     criteria: &Criteria,
-) -> Result<Described<'a>, Error> {
+) -> Result<WindowFit<'a>, Error> {
     let too_few = Error::NoFit { reason: "fewer than three amplitudes of a falling oscillation remain" };
     if measured.points.len() < criteria.blocks.least_blocks {
         return Err(too_few);
@@ -40,7 +40,7 @@ pub(crate) fn fit_amplitudes<'a>(
             < c.floor_visible * measured.points[0].amplitude;
     let nuisance: &[usize] = if has_floor { &[FLOOR] } else { &[] };
     let start = start_values(&problem);
-    let full: Vec<usize> = FULL.iter().chain(nuisance).copied().collect();
+    let full: Vec<usize> = LOSS_PARAMETERS.iter().chain(nuisance).copied().collect();
     let least_deviation = if measured.root_mean_squares { 0.0 } else { measured.noise_rms };
     let outliers = drop_outliers(&mut problem, &start, &full, least_deviation, c);
     if !measured.root_mean_squares
@@ -75,7 +75,7 @@ pub(crate) fn fit_amplitudes<'a>(
         }
     }
     noise_model.variance_inflation = significant_inflation(autocorrelation, n);
-    Ok(Described {
+    Ok(WindowFit {
         comparison: comparison.with_noise(noise_model),
         problem: Problem::Envelope(problem),
         origin,

@@ -1,8 +1,9 @@
 //! The analysis of a ring-down, from a record to its answer.
 
 use super::amplitude_fit::fit_amplitudes;
-use super::assemble::{self, Evidence};
+use super::assemble;
 use super::criteria::Criteria;
+use super::evidence::Evidence;
 use super::few_cycles::fit_few_cycles;
 use super::hypotheses::{FittedDecay, by_waveform};
 use super::samples::Samples;
@@ -83,7 +84,7 @@ pub fn analyse_with(record: &Record, options: &Options, criteria: &Criteria) -> 
     let FittedDecay { measured, fit } = &decay;
     let cycles = measured.cycles();
     let samples = &samples;
-    assemble::answer(&Evidence { record, options, criteria, samples, measured, described: fit, cycles })
+    assemble::answer(&Evidence { record, options, criteria, samples, measured, fit, cycles })
 }
 
 /// The free decay with its amplitudes, and every loss model fitted to them.

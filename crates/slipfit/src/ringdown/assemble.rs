@@ -1,16 +1,14 @@
 //! From fits to the answer a person reads.
 
-use super::criteria::Criteria;
 use super::decay_series::{backbone, envelope_points, fitted_motion, loss_points};
 use super::envelope::{A0, DELTA, DRAG, X_F, law_of};
-use super::fits::{Described, Problem};
+use super::evidence::Evidence;
 use super::law::LossLaw;
-use super::measured::MeasuredDecay;
 use super::quantities::{angular_frequency, parameters};
-use super::samples::Samples;
 use super::stop::stop;
 use super::waveform::OMEGA;
-use super::{Answer, Diagnostics, Distortion, Options, OtherMode, Segment, Stop};
+use super::window_fit::Problem;
+use super::{Answer, Diagnostics, Distortion, OtherMode, Segment, Stop};
 use crate::answer::describe::{self, candidates, sliding_evidence};
 use crate::answer::{Correlation, Parameter, SlidingEvidence, Values};
 use crate::inference::model_selection::ModelFit;
@@ -18,22 +16,11 @@ use crate::model::loss::LossModel;
 use crate::numeric::roots::border;
 use crate::signal::blocks::Block;
 use crate::signal::spectrum;
-use crate::{Error, Record, SignalKind};
+use crate::{Error, SignalKind};
 use std::f64::consts::TAU;
 
-/// All that was found out.
-pub(crate) struct Evidence<'a> {
-    pub(crate) record: &'a Record,
-    pub(crate) options: &'a Options,
-    pub(crate) criteria: &'a Criteria,
-    pub(crate) samples: &'a Samples<'a>,
-    pub(crate) measured: &'a MeasuredDecay,
-    pub(crate) described: &'a Described<'a>,
-    pub(crate) cycles: f64,
-}
-
 pub(crate) fn answer(e: &Evidence) -> Result<Answer, Error> {
-    let comparison = &e.described.comparison;
+    let comparison = &e.fit.comparison;
     let preferred = comparison.preferred().ok_or(Error::NoFit { reason: "no model converged" })?;
     let (p_value, _) = comparison.sliding_evidence();
     let chosen = match e.options.model {
@@ -52,10 +39,10 @@ pub(crate) fn answer(e: &Evidence) -> Result<Answer, Error> {
     };
     let omega = angular_frequency(e, chosen);
     let law = law_of(&chosen.bounded.parameters, omega);
-    let duration = e.described.end - e.described.origin;
+    let duration = e.fit.end - e.fit.origin;
     let shares = [law.amplitude_0, last_amplitude(e, &law)].map(|amplitude| law.shares(amplitude)[0]);
     let sliding = SlidingEvidence {
-        dominates_from_s: dominates_from(&law, duration).map(|t| e.described.origin + t),
+        dominates_from_s: dominates_from(&law, duration).map(|t| e.fit.origin + t),
         ..sliding_evidence(comparison, chosen, shares)
     };
     let fit = fitted_motion(e, chosen, law, omega);
@@ -82,8 +69,8 @@ pub(crate) fn answer(e: &Evidence) -> Result<Answer, Error> {
 
 /// Root mean square of what a model leaves, signal unit.
 fn rms(e: &Evidence, fit: &ModelFit) -> f64 {
-    match &e.described.problem {
-        Problem::Waveform(_) => (fit.bounded.rss / e.described.comparison.noise.observations).sqrt(),
+    match &e.fit.problem {
+        Problem::Waveform(_) => (fit.bounded.rss / e.fit.comparison.noise.observations).sqrt(),
         Problem::Envelope(problem) => problem.unweighted_rms(&fit.bounded.parameters),
     }
 }
@@ -102,13 +89,13 @@ fn values(fit: &ModelFit) -> Values {
 
 fn correlations(e: &Evidence, chosen: &ModelFit) -> Vec<Correlation> {
     let mut named = NAMED.to_vec();
-    if matches!(e.described.problem, Problem::Waveform(_)) {
+    if matches!(e.fit.problem, Problem::Waveform(_)) {
         named.push((OMEGA, Parameter::Frequency));
     }
     let mut list = describe::correlations(&chosen.unbounded, &named);
     let pair = [Parameter::DECAY_RATE, Parameter::FRICTION_DISPLACEMENT];
     if !list.iter().any(|c| c.parameters == pair)
-        && let Some(both) = e.described.comparison.get(LossModel::VISCOUS_SLIDING)
+        && let Some(both) = e.fit.comparison.get(LossModel::VISCOUS_SLIDING)
     {
         list.push(Correlation { parameters: pair, value: both.unbounded.correlation(DELTA, X_F) });
     }
@@ -127,22 +114,18 @@ fn stop_of(e: &Evidence) -> Option<Stop> {
 fn segment_of(e: &Evidence) -> Segment {
     let points = &e.measured.points;
     Segment {
-        start_s: e.described.origin,
-        end_s: e.described.end.min(e.samples.time[e.samples.time.len() - 1]),
+        start_s: e.fit.origin,
+        end_s: e.fit.end.min(e.samples.time[e.samples.time.len() - 1]),
         samples: points[points.len() - 1].end - points[0].first,
         start_reason: e.measured.window.start_reason.as_str(),
         end_reason: e.measured.window.end_reason.as_str(),
-        cycles: if matches!(e.record.kind(), SignalKind::Envelope | SignalKind::LockIn) {
-            0.0
-        } else {
-            e.cycles
-        },
+        cycles: if !e.record.kind().oscillates() { 0.0 } else { e.cycles },
     }
 }
 
 /// Last amplitude of the law inside the segment, never below zero.
 pub(crate) fn last_amplitude(e: &Evidence, law: &LossLaw) -> f64 {
-    law.amplitude(e.described.end - e.described.origin)
+    law.amplitude(e.fit.end - e.fit.origin)
 }
 
 /// First time from which sliding carries more than 95 % of the loss to the end.
@@ -159,23 +142,23 @@ fn dominates_from(law: &LossLaw, duration: f64) -> Option<f64> {
 }
 
 fn diagnostics(e: &Evidence, chosen: &ModelFit, law: &LossLaw) -> Diagnostics {
-    let variance = e.described.comparison.noise.residual_variance(&chosen.bounded);
-    let residual_rms = match &e.described.problem {
-        Problem::Waveform(_) => (chosen.bounded.rss / e.described.comparison.noise.observations).sqrt(),
+    let variance = e.fit.comparison.noise.residual_variance(&chosen.bounded);
+    let residual_rms = match &e.fit.problem {
+        Problem::Waveform(_) => (chosen.bounded.rss / e.fit.comparison.noise.observations).sqrt(),
         Problem::Envelope(_) => variance.sqrt(),
     };
     let noise = e.measured.noise_rms;
     let (other_modes, distortion) = other_modes(e);
     Diagnostics {
-        method: e.described.problem.method(),
+        method: e.fit.problem.method(),
         noise_rms: noise,
         residual_rms,
-        residual_excess: e.described.excess,
-        residual_autocorrelation: e.described.autocorrelation,
+        residual_excess: e.fit.excess,
+        residual_autocorrelation: e.fit.autocorrelation,
         signal_to_noise_db: 20.0
             * (law.amplitude_0 / std::f64::consts::SQRT_2 / noise.max(f64::MIN_POSITIVE)).log10(),
         decay_times: (law.amplitude_0 / last_amplitude(e, law).max(1e-9 * law.amplitude_0)).ln().max(0.0),
-        left_out: e.described.outliers,
+        left_out: e.fit.outliers,
         other_modes,
         distortion,
     }
@@ -183,7 +166,7 @@ fn diagnostics(e: &Evidence, chosen: &ModelFit, law: &LossLaw) -> Diagnostics {
 
 /// Lines of the free decay that are neither the main one nor its harmonics.
 fn other_modes(e: &Evidence) -> (Vec<OtherMode>, Option<Distortion>) {
-    if matches!(e.record.kind(), SignalKind::Envelope | SignalKind::LockIn) {
+    if !e.record.kind().oscillates() {
         return (Vec::new(), None);
     }
     let points = &e.measured.points;

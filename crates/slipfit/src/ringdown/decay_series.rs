@@ -1,12 +1,12 @@
 //! Series along the decay: the fitted motion, amplitudes, losses, frequency, and the stop.
 
-use super::assemble::Evidence;
 use super::envelope::{X_F, backbone_factors};
-use super::fits::Problem;
+use super::evidence::Evidence;
 use super::fitted::{FittedMotion, Knot};
 use super::law::LossLaw;
 use super::quantities::frequency_known;
 use super::waveform::{BEND, CHIRP, OFFSET};
+use super::window_fit::Problem;
 use super::{Backbone, EnvelopePoint, LossPoint};
 use crate::inference::model_selection::ModelFit;
 use std::f64::consts::TAU;
@@ -19,14 +19,14 @@ const LEAST_IN_GROUP: usize = 3;
 
 pub(crate) fn fitted_motion(e: &Evidence, chosen: &ModelFit, law: LossLaw, omega: f64) -> FittedMotion {
     let p = &chosen.bounded.parameters;
-    let knots = match &e.described.problem {
+    let knots = match &e.fit.problem {
         Problem::Waveform(problem) => {
-            let duration = e.described.end - e.described.origin;
+            let duration = e.fit.end - e.fit.origin;
             (0..KNOTS)
                 .map(|i| {
-                    let time_s = e.described.origin + duration * f64::from(i) / f64::from(KNOTS - 1);
+                    let time_s = e.fit.origin + duration * f64::from(i) / f64::from(KNOTS - 1);
                     let at = problem.phase_at(p, time_s);
-                    let v = (time_s - e.described.origin) / problem.duration.max(f64::MIN_POSITIVE);
+                    let v = (time_s - e.fit.origin) / problem.duration.max(f64::MIN_POSITIVE);
                     let offset = p[OFFSET] + v * (p[OFFSET + 1] + v * p[OFFSET + 2]);
                     Knot { time_s, phase: at.phase, omega: at.omega, offset }
                 })
@@ -40,18 +40,18 @@ pub(crate) fn fitted_motion(e: &Evidence, chosen: &ModelFit, law: LossLaw, omega
             .map(|b| Knot { time_s: b.time_s, phase: b.phase, omega: b.omega, offset: b.offset })
             .collect(),
     };
-    let floor = match &e.described.problem {
+    let floor = match &e.fit.problem {
         Problem::Envelope(problem) if problem.squared => p[super::envelope::FLOOR].max(0.0).sqrt(),
         _ => 0.0,
     };
     let backbone = backbone_terms(e, chosen, omega);
-    let x_f = if matches!(e.described.problem, Problem::Waveform(_)) { p[X_F] } else { 0.0 };
-    FittedMotion::new(e.described.origin, e.described.end, law, backbone, x_f, knots, floor)
+    let x_f = if matches!(e.fit.problem, Problem::Waveform(_)) { p[X_F] } else { 0.0 };
+    FittedMotion::new(e.fit.origin, e.fit.end, law, backbone, x_f, knots, floor)
 }
 
 /// Relative frequency shift per A² and A⁴.
 fn backbone_terms(e: &Evidence, chosen: &ModelFit, omega: f64) -> [f64; 2] {
-    match &e.described.problem {
+    match &e.fit.problem {
         Problem::Waveform(_) => [chosen.bounded.parameters[BEND] / omega, 0.0],
         Problem::Envelope(problem) => problem.backbone,
     }
@@ -61,11 +61,11 @@ pub(crate) fn backbone(e: &Evidence, chosen: &ModelFit, law: &LossLaw, omega: f6
     if !e.record.kind().oscillates() {
         return None;
     }
-    let [quadratic, quartic] = match &e.described.problem {
+    let [quadratic, quartic] = match &e.fit.problem {
         Problem::Waveform(_) => backbone_terms(e, chosen, omega),
         Problem::Envelope(_) => [e.measured.law.quadratic, e.measured.law.quartic],
     };
-    let drift = match &e.described.problem {
+    let drift = match &e.fit.problem {
         Problem::Waveform(_) => chosen.bounded.parameters[CHIRP] / omega,
         Problem::Envelope(_) => e.measured.law.drift,
     };

@@ -1,10 +1,9 @@
 //! Which warnings an answer deserves.
 
-use super::assemble::Evidence;
 use super::envelope::{DELTA, X_F};
+use super::evidence::Evidence;
 use super::window::EndReason;
 use super::{Answer, Warning};
-use crate::SignalKind;
 use crate::answer::Parameter;
 use crate::inference::model_selection::ModelFit;
 use crate::model::loss::LossModel;
@@ -16,7 +15,7 @@ const INSEPARABLE: f64 = 0.99;
 
 /// Whether the record is too short to tell viscous from sliding loss.
 fn too_short(e: &Evidence) -> bool {
-    let bare = matches!(e.record.kind(), SignalKind::Envelope | SignalKind::LockIn);
+    let bare = !e.record.kind().oscillates();
     !bare && e.cycles < FEW_CYCLES
 }
 
@@ -32,7 +31,7 @@ pub(crate) fn undecided(e: &Evidence, both: &ModelFit, sliding_p_value: f64) -> 
 
 pub(crate) fn doubts(e: &Evidence, answer: &Answer, preferred: LossModel) -> Vec<Warning> {
     let mut list = Vec::new();
-    let bare = matches!(e.record.kind(), SignalKind::Envelope | SignalKind::LockIn);
+    let bare = !e.record.kind().oscillates();
     if too_short(e) {
         list.push(Warning::TooFewCycles { cycles: e.cycles });
     }

@@ -3,7 +3,6 @@
 
 use super::criteria::{AgreementCriteria, Criteria, FewCyclesCriteria};
 use super::envelope::{A0, DELTA, X_F, law_of};
-use super::fits::Problem;
 use super::hypotheses::FittedDecay;
 use super::measured::MeasuredDecay;
 use super::samples::Samples;
@@ -11,6 +10,7 @@ use super::waveform::{COUNT, OFFSET, OMEGA, PHASE, Waveform};
 use super::waveform_fit::fit_waveform;
 use super::window::by_waveform::is_noise;
 use super::window::{DecayWindow, EndReason, StartReason};
+use super::window_fit::Problem;
 use crate::inference::least_squares::minimise;
 use crate::numeric::robust::neighbour_noise;
 use crate::signal::blocks::Block;

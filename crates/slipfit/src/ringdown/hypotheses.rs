@@ -3,7 +3,6 @@
 use super::amplitude_fit::fit_amplitudes;
 use super::criteria::Criteria;
 use super::envelope::law_of;
-use super::fits::Described;
 use super::measured::MeasuredDecay;
 use super::options::Options;
 use super::oscillation::from_the_first_block;
@@ -11,6 +10,7 @@ use super::samples::Samples;
 use super::waveform_fit::{fit_waveform, start_values};
 use super::window::by_waveform::{agreeing_end, agrees};
 use super::window::{EndReason, StartReason};
+use super::window_fit::WindowFit;
 use std::f64::consts::TAU;
 
 /// Parts of the first blocks, one in so many, that may still belong to a drive.
@@ -19,7 +19,7 @@ const LEAD_IN_PARTS: [usize; 7] = [50, 25, 16, 12, 8, 6, 4];
 /// A free decay and the fit that describes it.
 pub(crate) struct FittedDecay<'a> {
     pub(crate) measured: MeasuredDecay,
-    pub(crate) fit: Described<'a>,
+    pub(crate) fit: WindowFit<'a>,
 }
 
 /// The decay described sample by sample, or by its amplitudes where no exact motion holds.
@@ -80,7 +80,7 @@ fn later_starts(measured: &MeasuredDecay, spare: usize) -> impl Iterator<Item = 
 }
 
 /// Whether the exact waveform describes the samples down to their noise.
-fn reaches_the_noise(fit: &Described, measured: &MeasuredDecay, criteria: &Criteria) -> bool {
+fn reaches_the_noise(fit: &WindowFit, measured: &MeasuredDecay, criteria: &Criteria) -> bool {
     let Some(best) = fit.comparison.preferred() else { return false };
     let variance = fit.comparison.noise.residual_variance(&best.bounded);
     variance <= criteria.waveform.variance_ratio * measured.noise_rms.powi(2)
@@ -92,9 +92,9 @@ fn reaches_the_noise(fit: &Described, measured: &MeasuredDecay, criteria: &Crite
 fn to_the_end<'a>(
     samples: &'a Samples,
     measured: &MeasuredDecay,
-    by_amplitudes: &Described,
+    by_amplitudes: &WindowFit,
     criteria: &Criteria,
-) -> Option<Described<'a>> {
+) -> Option<WindowFit<'a>> {
     let (from, to) = (measured.points.first()?.first, measured.points.last()?.end);
     let best = by_amplitudes.comparison.preferred()?;
     let law = law_of(&best.bounded.parameters, measured.law.omega);

@@ -13,8 +13,8 @@ mod decay_series;
 mod direct;
 mod doubts;
 mod envelope;
+mod evidence;
 mod few_cycles;
-mod fits;
 mod fitted;
 mod hypotheses;
 pub(crate) mod law;
@@ -30,6 +30,7 @@ mod warning;
 mod waveform;
 mod waveform_fit;
 mod window;
+mod window_fit;
 
 pub use analyse::{analyse, analyse_with};
 pub use answer::{

@@ -1,10 +1,10 @@
 //! The parameters a person reads, with their uncertainties and units.
 
-use super::assemble::Evidence;
 use super::compare::slot;
 use super::envelope::A0;
-use super::fits::Problem;
+use super::evidence::Evidence;
 use super::waveform::OMEGA;
+use super::window_fit::Problem;
 use crate::answer::describe::{fit_of, known_error, loss_estimate, non_negative, q_factor, unknown};
 use crate::answer::{Parameter, Parameters};
 use crate::inference::model_selection::ModelFit;
@@ -15,7 +15,7 @@ use std::f64::consts::TAU;
 
 /// Angular frequency at vanishing amplitude, rad/s.
 pub(crate) fn angular_frequency(e: &Evidence, chosen: &ModelFit) -> f64 {
-    match &e.described.problem {
+    match &e.fit.problem {
         Problem::Waveform(_) => chosen.bounded.parameters[OMEGA],
         Problem::Envelope(problem) => problem.omega,
     }
@@ -23,7 +23,7 @@ pub(crate) fn angular_frequency(e: &Evidence, chosen: &ModelFit) -> f64 {
 
 /// Mean frequency over the window and its standard error, Hz.
 fn mean_frequency(e: &Evidence, chosen: &ModelFit) -> Quantity {
-    let (omega, std) = match &e.described.problem {
+    let (omega, std) = match &e.fit.problem {
         Problem::Waveform(problem) => {
             let p = &chosen.bounded.parameters;
             let across = problem.mean_rate();
@@ -33,7 +33,7 @@ fn mean_frequency(e: &Evidence, chosen: &ModelFit) -> Quantity {
                 .flat_map(|&(i, a)| across.iter().map(move |&(k, b)| (i, k, a * b)))
                 .map(|(i, k, ab)| ab * chosen.bounded.unit_covariance[(i, k)])
                 .sum();
-            (mean, (variance.max(0.0) * e.described.comparison.noise.variance(&chosen.bounded)).sqrt())
+            (mean, (variance.max(0.0) * e.fit.comparison.noise.variance(&chosen.bounded)).sqrt())
         }
         Problem::Envelope(problem) if e.options.frequency_hz.is_some() => (problem.omega, 0.0),
         Problem::Envelope(_) => (e.measured.law.mean_omega, e.measured.law.mean_omega_std),
@@ -43,15 +43,15 @@ fn mean_frequency(e: &Evidence, chosen: &ModelFit) -> Quantity {
 
 /// Whether the frequency of the oscillation is known.
 pub(crate) fn frequency_known(e: &Evidence) -> bool {
-    e.options.frequency_hz.is_some() || !matches!(e.record.kind(), SignalKind::Envelope | SignalKind::LockIn)
+    e.options.frequency_hz.is_some() || e.record.kind().oscillates()
 }
 
 /// The coefficient of a loss term, in the chosen model or the one with the term besides.
 fn loss_term(e: &Evidence, chosen: &ModelFit, term: LossTerm) -> Quantity {
-    let comparison = &e.described.comparison;
+    let comparison = &e.fit.comparison;
     let (fit, present) = fit_of(comparison, chosen, term);
     let found = fit.map_or_else(unknown, |fit| {
-        let problem = e.described.problem.least_squares();
+        let problem = e.fit.problem.least_squares();
         // No loss exceeds what it would be alone: the others are not negative.
         let most = comparison.most(term, slot(term));
         loss_estimate(problem, &fit.unbounded, comparison.noise, slot(term), most, false)
@@ -82,7 +82,7 @@ pub(crate) fn parameters(e: &Evidence, chosen: &ModelFit, omega: f64) -> Paramet
     if known {
         list.set(Parameter::QFactor, q_factor(&delta, |d| omega.hypot(d)));
     }
-    let error = known_error(e.described.comparison.noise.std_error(&chosen.bounded, A0));
+    let error = known_error(e.fit.comparison.noise.std_error(&chosen.bounded, A0));
     list.set(Parameter::InitialAmplitude, Quantity::normal(chosen.bounded.parameters[A0], error, unit));
     if let Some(calibration) = e.options.calibration.filter(|_| known) {
         // A velocity or acceleration record holds omega or omega² times the displacement.

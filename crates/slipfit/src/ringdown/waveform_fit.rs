@@ -3,10 +3,10 @@
 use super::compare::compare;
 use super::criteria::Criteria;
 use super::envelope::{A0, DELTA, DRAG, X_F, law_of};
-use super::fits::{Described, FULL, Problem};
 use super::measured::MeasuredDecay;
 use super::samples::Samples;
 use super::waveform::{BEND, Bend, CHIRP, COUNT, OFFSET, OMEGA, PHASE, Waveform, rest_tells};
+use super::window_fit::{LOSS_PARAMETERS, Problem, WindowFit};
 use crate::inference::least_squares::{Fit, LeastSquares, Normal, minimise, promised_gain};
 use crate::inference::noise::{NoiseModel, autocorrelation, significant_inflation};
 use crate::signal::blocks::{self, Block};
@@ -22,7 +22,7 @@ const OPTIONAL: [usize; 4] = [BEND, CHIRP, OFFSET + 1, OFFSET + 2];
 pub(crate) fn start_values(
     samples: &Samples,
     measured: &MeasuredDecay,
-    by_amplitudes: &Described,
+    by_amplitudes: &WindowFit,
 ) -> Option<Vec<f64>> {
     let first = measured.points.first()?;
     let best = by_amplitudes.comparison.preferred()?;
@@ -42,7 +42,7 @@ pub(crate) fn fit_waveform<'a>(
     range: Range<usize>,
     mut start: Vec<f64>,
     criteria: &Criteria,
-) -> Option<Described<'a>> {
+) -> Option<WindowFit<'a>> {
     let n = range.len();
     let origin = samples.time[range.start];
     let duration = samples.time[range.end - 1] - origin;
@@ -55,7 +55,7 @@ pub(crate) fn fit_waveform<'a>(
         duration,
         bend: None,
         rest_tells: rest_tells(start[X_F], measured.noise_rms, n),
-        active: FULL.iter().chain(&ALWAYS).chain(&OPTIONAL).copied().collect(),
+        active: LOSS_PARAMETERS.iter().chain(&ALWAYS).chain(&OPTIONAL).copied().collect(),
     };
     let mut nuisance = ALWAYS.to_vec();
     // What the phases of the blocks show already is in the model from the start.
@@ -84,7 +84,7 @@ pub(crate) fn fit_waveform<'a>(
     if !nuisance.contains(&BEND) {
         problem.bend = None;
     }
-    problem.active = FULL.iter().chain(&nuisance).copied().collect();
+    problem.active = LOSS_PARAMETERS.iter().chain(&nuisance).copied().collect();
     problem.active.sort_unstable();
     let mut noise = NoiseModel::white(n as f64);
     let decay_time = 1.0 / fit.parameters[DELTA].abs().max(1e-3 / duration);
@@ -96,7 +96,7 @@ pub(crate) fn fit_waveform<'a>(
         noise.variance_inflation = left.excess;
     }
     noise.variance_inflation *= significant_inflation(left.autocorrelation, left.blocks);
-    Some(Described {
+    Some(WindowFit {
         comparison: comparison.with_noise(noise),
         problem: Problem::Waveform(problem),
         origin,

@@ -5,9 +5,9 @@ use crate::inference::least_squares::minimise;
 use crate::ringdown::amplitude_fit::{amplitude_problem, fit_from_viscous, start_values};
 use crate::ringdown::criteria::{LeadInCriteria, WindowCriteria};
 use crate::ringdown::envelope::EnvelopeProblem;
-use crate::ringdown::fits::{Described, FULL, Problem};
 use crate::ringdown::measured::MeasuredDecay;
 use crate::ringdown::options::Options;
+use crate::ringdown::window_fit::{LOSS_PARAMETERS, Problem, WindowFit};
 use std::ops::Range;
 
 /// Number of splits tried at first for a change of law.
@@ -17,7 +17,7 @@ const SPLITS: usize = 40;
 /// blocks, extrapolated with its uncertainty, the blocks before are let in one by one until a run
 /// of them lies off. `None` where none do.
 pub(crate) fn end_of_lead_in(
-    fitted: &Described,
+    fitted: &WindowFit,
     measured: &MeasuredDecay,
     options: &Options,
     criteria: &LeadInCriteria,
@@ -77,7 +77,7 @@ pub(crate) fn end_of_lead_in(
 /// its own. It counts only if the earlier side then holds nearly to its noise, which a law that
 /// bends slowly away never does.
 pub(crate) fn change_of_law(
-    fitted: &Described,
+    fitted: &WindowFit,
     measured: &MeasuredDecay,
     options: &Options,
     criteria: &WindowCriteria,
@@ -98,13 +98,13 @@ pub(crate) fn change_of_law(
         let mut side = part(&problem, range);
         let origin = side.elapsed[0];
         side.elapsed.iter_mut().for_each(|t| *t -= origin);
-        Some(fit_from_viscous(&side, &start_values(&side), &FULL)?.rss / noise)
+        Some(fit_from_viscous(&side, &start_values(&side), &LOSS_PARAMETERS)?.rss / noise)
     };
     let best = |splits: &mut dyn Iterator<Item = usize>| {
         splits
             .filter_map(|k| Some((left(0..k)?, left(k..n)?, k)))
             .min_by(|a, b| (a.0 + a.1).total_cmp(&(b.0 + b.1)))
-            .map(|(earlier, _, k)| (earlier / (k as f64 - FULL.len() as f64), k))
+            .map(|(earlier, _, k)| (earlier / (k as f64 - LOSS_PARAMETERS.len() as f64), k))
     };
     let step = (n / SPLITS).max(1);
     let (_, coarse) = best(&mut (least..n - least).step_by(step))?;

@@ -2,16 +2,16 @@
 
 use crate::ringdown::criteria::AgreementCriteria;
 use crate::ringdown::envelope::{X_F, law_of};
-use crate::ringdown::fits::{Described, Problem};
 use crate::ringdown::measured::MeasuredDecay;
 use crate::ringdown::samples::Samples;
 use crate::ringdown::waveform::{OMEGA, Waveform};
 use crate::ringdown::waveform_fit::remaining_fundamental;
+use crate::ringdown::window_fit::{Problem, WindowFit};
 
 /// Whether nothing but noise is left of every block in the window: in single blocks, in runs of
 /// them, in phase and in quadrature.
 pub(crate) fn agrees(
-    fitted: &Described,
+    fitted: &WindowFit,
     samples: &Samples,
     measured: &MeasuredDecay,
     criteria: &AgreementCriteria,
@@ -45,7 +45,7 @@ pub(crate) fn is_noise(residual: &[f64], variance: f64, criteria: &AgreementCrit
 pub(crate) fn agreeing_end(
     samples: &Samples,
     measured: &MeasuredDecay,
-    fitted: &Described,
+    fitted: &WindowFit,
     from: usize,
     to: usize,
     criteria: &AgreementCriteria,

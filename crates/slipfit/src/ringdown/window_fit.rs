@@ -1,26 +1,28 @@
-//! The data as one least-squares problem: the amplitudes of the blocks with the
-//! phase left free, or every sample against the exact motion.
+//! The loss models fitted to the data of one window: the amplitudes of the blocks with the phase
+//! left free, or every sample against the exact motion.
 
 use super::envelope::{A0, DELTA, DRAG, EnvelopeProblem, X_F};
 use super::waveform::Waveform;
 use crate::inference::least_squares::LeastSquares;
 use crate::inference::model_selection::ModelComparison;
 
-/// The data as one least-squares problem, all models fitted to it.
-pub(crate) struct Described<'a> {
+/// Every loss model fitted to the data of one window.
+pub(crate) struct WindowFit<'a> {
     pub(crate) problem: Problem<'a>,
     pub(crate) comparison: ModelComparison,
-    /// Window start the parameters refer to, s.
+    /// Start of the window, to which the parameters refer, s.
     pub(crate) origin: f64,
+    /// End of the window, s.
     pub(crate) end: f64,
     /// Residual variance of the fundamental over that of the noise.
     pub(crate) excess: f64,
+    /// First autocorrelation of the residuals.
     pub(crate) autocorrelation: f64,
     /// Blocks left out because they lie far off every law.
     pub(crate) outliers: usize,
 }
 
-/// Either description.
+/// The data of a window with the motion that they are compared with.
 pub(crate) enum Problem<'a> {
     /// Amplitudes of blocks.
     Envelope(EnvelopeProblem),
@@ -44,5 +46,5 @@ impl Problem<'_> {
     }
 }
 
-/// The loss parameters, all of them.
-pub(super) const FULL: [usize; 4] = [A0, X_F, DELTA, DRAG];
+/// Initial amplitude and the coefficients of all loss terms.
+pub(super) const LOSS_PARAMETERS: [usize; 4] = [A0, X_F, DELTA, DRAG];
