@@ -1,34 +1,17 @@
-//! Files that somebody measured, read and analysed as they are: each answer
-//! lands in the band that an analysis written apart from this project gives,
-//! or the record is refused or flagged.
-//!
-//! The files are no part of the repository. `SLIPFIT_REAL_DATA` says where they
-//! are, `../shared/data` beside the workspace by default.
+//! Measured ring-downs as they are: each answer lands in the band of an independent analysis, or
+//! the record is refused or flagged.
 #![allow(clippy::unwrap_used, reason = "a failed unwrap fails the test, as it should")]
 
-use std::io::Write as _;
 use std::ops::RangeInclusive;
-use std::path::PathBuf;
 
-use slipfit::Error;
-use slipfit::LossModel;
-use slipfit::LossTerm;
-use slipfit::Parameter;
 use slipfit::ringdown::{Answer, Options, analyse};
-use slipfit_io::{ReadOptions, ReadProblem, Reading, TimeSource, read};
+use slipfit::{Error, LossModel, LossTerm, Parameter, Record};
+use slipfit_io::{ReadOptions, read};
 
-/// A measured file, or `None`, said aloud, where there is none.
-fn measured(file: &str) -> Option<PathBuf> {
-    let workspace = concat!(env!("CARGO_MANIFEST_DIR"), "/../..");
-    let data = std::env::var_os("SLIPFIT_REAL_DATA")
-        .map_or_else(|| PathBuf::from(workspace).join("../shared/data"), PathBuf::from);
-    let path = data.join("ringdown").join(file);
-    if path.is_file() {
-        return Some(path);
-    }
-    // Not by a macro: what those print, a passing test hides.
-    let _ = writeln!(std::io::stderr(), "SKIPPED: no {}; set SLIPFIT_REAL_DATA", path.display());
-    None
+/// Record of a measured file.
+fn record(file: &str, rate_hz: Option<f64>) -> Record {
+    let path = slipfit_real_data::path("ringdown").join(file);
+    read(&path, &ReadOptions { rate_hz, ..ReadOptions::default() }).unwrap_or_else(|e| panic!("{e}")).record
 }
 
 /// What a good analysis says of a file. A field left out is not judged.
@@ -65,10 +48,6 @@ fn near_frequency(hz: f64) -> Option<RangeInclusive<f64>> {
 /// stretch used as soon as the decay is not quite exponential.
 fn near_tau(s: f64) -> Option<RangeInclusive<f64>> {
     Some(0.9 * s..=1.1 * s)
-}
-
-fn read_it(path: &PathBuf, rate_hz: Option<f64>) -> Reading {
-    read(path, &ReadOptions { rate_hz, ..ReadOptions::default() }).unwrap_or_else(|e| panic!("{e}"))
 }
 
 /// Decay time of the one exponential through the amplitudes, all of one weight:
@@ -134,10 +113,8 @@ fn misses(answer: &Answer, want: &Expected) -> Vec<String> {
 }
 
 fn lands(want: &Expected) {
-    let Some(path) = measured(want.file) else { return };
-    let reading = read_it(&path, want.rate_hz);
-    let answer =
-        analyse(&reading.record, &Options::default()).unwrap_or_else(|e| panic!("{}: {e}", want.file));
+    let record = record(want.file, want.rate_hz);
+    let answer = analyse(&record, &Options::default()).unwrap_or_else(|e| panic!("{}: {e}", want.file));
     let misses = misses(&answer, want);
     assert!(
         misses.is_empty(),
@@ -156,11 +133,11 @@ fn lands(want: &Expected) {
 macro_rules! files {
     ($($name:ident => { $($field:ident: $value:expr),* $(,)? })*) => {
         $(
-            #[test]
             fn $name() {
                 lands(&Expected { $($field: $value,)* ..Expected::default() });
             }
         )*
+        slipfit_real_data::tests! { $($name,)* a_near_critical_record_is_no_ring_down }
     };
 }
 
@@ -289,6 +266,12 @@ files! {
         file: "two_mode_beats.txt",
         warned: &["several_modes"],
     }
+    spring_without_a_time_column => {
+        file: "spring_no_time_column.csv",
+        rate_hz: Some(100.0),
+        // 38 cycles counted in its 30.4 s.
+        frequency_hz: Some(1.2..=1.3),
+    }
     triple_pendulum_in_water => {
         file: "triple_pendulum_in_water.csv",
         frequency_hz: near_frequency(0.596),
@@ -296,42 +279,8 @@ files! {
     }
 }
 
-#[test]
 fn a_near_critical_record_is_no_ring_down() {
-    let Some(path) = measured("seismometer_near_critical.txt") else { return };
-    let refusal = analyse(&read_it(&path, None).record, &Options::default()).unwrap_err();
+    let record = record("seismometer_near_critical.txt", None);
+    let refusal = analyse(&record, &Options::default()).unwrap_err();
     assert!(matches!(refusal, Error::NotARingDown { .. }), "{refusal}");
-}
-
-#[test]
-fn without_a_time_column_the_rate_is_asked_for_by_name() {
-    for file in ["spring_no_time_column.csv", "rotary_pendulum_no_time_column.txt"] {
-        let Some(path) = measured(file) else { return };
-        let refusal = read(&path, &ReadOptions::default()).unwrap_err();
-        assert!(matches!(refusal.problem, ReadProblem::NoTime { .. }), "{refusal}");
-        assert!(refusal.hint().unwrap().contains("--rate-hz"), "{refusal}");
-    }
-    let Some(path) = measured("spring_no_time_column.csv") else { return };
-    let reading = read_it(&path, Some(100.0));
-    let answer = analyse(&reading.record, &Options::default()).unwrap();
-    // 38 cycles counted in its 30.4 s.
-    let frequency = answer.parameter(Parameter::Frequency).unwrap().value;
-    assert!((1.2..1.3).contains(&frequency), "{frequency}");
-}
-
-#[test]
-fn of_two_tables_the_first_is_read_and_that_is_said() {
-    let Some(path) = measured("two_tables_side_by_side.csv") else { return };
-    let reading = read_it(&path, None);
-    assert_eq!((reading.report.tables, reading.report.table), (2, 1));
-    assert!(reading.report.notes.iter().any(|n| n.contains("--part")), "{:?}", reading.report.notes);
-    analyse(&reading.record, &Options::default()).unwrap();
-}
-
-#[test]
-fn swapped_columns_are_read_the_right_way_round() {
-    let Some(path) = measured("video_pendulum_swapped_columns.txt") else { return };
-    let reading = read_it(&path, None);
-    let TimeSource::Column(time) = &reading.report.time else { panic!("{:?}", reading.report.time) };
-    assert_eq!((time.column.number, reading.report.signal.column.number), (2, 1));
 }

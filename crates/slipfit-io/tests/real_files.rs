@@ -1,27 +1,22 @@
-//! Files that somebody measured: the expected columns, units, clocks and counts.
-//!
-//! They are no part of the repository. `SLIPFIT_REAL_DATA` says where they are,
-//! `../shared/data` beside the workspace by default.
+//! Measured ring-downs are read with the expected columns, units, clocks and counts.
+#![allow(clippy::unwrap_used, reason = "a failed unwrap fails the test, as it should")]
 
 use std::path::PathBuf;
 
 use slipfit::{Clock, SignalKind};
 use slipfit_io::{Decimal, Delimiter, ReadOptions, ReadProblem, Reading, TimeSource, read};
 
-/// The folder of ring-downs, or `None`, said aloud, where there is none.
-fn ringdown() -> Option<PathBuf> {
-    let workspace = concat!(env!("CARGO_MANIFEST_DIR"), "/../..");
-    let data = std::env::var_os("SLIPFIT_REAL_DATA")
-        .map_or_else(|| PathBuf::from(workspace).join("../shared/data"), PathBuf::from);
-    let folder = data.join("ringdown");
-    if folder.is_dir() {
-        return Some(folder);
-    }
-    #[allow(clippy::print_stderr, reason = "a skipped test must show")]
-    {
-        eprintln!("SKIPPED: no real data at {}; set SLIPFIT_REAL_DATA", folder.display());
-    }
-    None
+slipfit_real_data::tests! {
+    real_text_files_are_read_right,
+    real_clocks_are_reported_as_they_are,
+    real_files_with_a_choice_offer_it,
+    real_files_without_times_ask_for_the_rate,
+    a_real_sound_is_read,
+}
+
+/// A file of the ring-downs.
+fn ringdown(file: &str) -> PathBuf {
+    slipfit_real_data::path("ringdown").join(file)
 }
 
 /// What a file should be read as.
@@ -80,12 +75,10 @@ fn columns(reading: &Reading) -> (usize, usize) {
     (time, reading.report.signal.column.number)
 }
 
-#[test]
 fn real_text_files_are_read_right() {
-    let Some(folder) = ringdown() else { return };
     for want in EXPECTED {
         let options = ReadOptions { rate_hz: want.rate_hz, ..ReadOptions::default() };
-        let reading = read(folder.join(want.file), &options).unwrap_or_else(|e| panic!("{e}"));
+        let reading = read(ringdown(want.file), &options).unwrap_or_else(|e| panic!("{e}"));
         let (file, record, report) = (want.file, &reading.record, &reading.report);
         assert_eq!(columns(&reading), want.columns, "{file}");
         assert_eq!((record.unit(), record.kind()), (want.unit, want.kind), "{file}");
@@ -111,22 +104,9 @@ fn real_text_files_are_read_right() {
     }
 }
 
-#[test]
-fn every_real_text_file_is_among_the_expected() {
-    let Some(folder) = ringdown() else { return };
-    for entry in std::fs::read_dir(folder).unwrap() {
-        let name = entry.unwrap().file_name().into_string().unwrap();
-        if name.ends_with(".csv") || name.ends_with(".txt") {
-            assert!(EXPECTED.iter().any(|e| e.file == name), "{name}");
-        }
-    }
-}
-
-#[test]
 fn real_clocks_are_reported_as_they_are() {
-    let Some(folder) = ringdown() else { return };
     let clock = |file: &str| {
-        let reading = read(folder.join(file), &ReadOptions::default()).unwrap();
+        let reading = read(ringdown(file), &ReadOptions::default()).unwrap();
         (reading.record.clock().clone(), reading.record.clock_report().clone())
     };
     let (_, encoder) = clock("bearing_pendulum_encoder.csv");
@@ -143,16 +123,17 @@ fn real_clocks_are_reported_as_they_are() {
     assert_eq!(motor.gaps, 1);
 }
 
-#[test]
 fn real_files_with_a_choice_offer_it() {
-    let Some(folder) = ringdown() else { return };
-    let tables = folder.join("two_tables_side_by_side.csv");
+    let tables = ringdown("two_tables_side_by_side.csv");
     let second = read(&tables, &ReadOptions { table: Some(2), ..Default::default() }).unwrap();
     assert_eq!((columns(&second), second.report.tables, second.record.len()), ((5, 6), 2, 184));
-    let pendulum = folder.join("triple_pendulum_in_water.csv");
+    let first = read(&tables, &ReadOptions::default()).unwrap();
+    assert_eq!((first.report.tables, first.report.table), (2, 1));
+    assert!(first.report.notes.iter().any(|note| note.contains("--part")), "{:?}", first.report.notes);
+    let pendulum = ringdown("triple_pendulum_in_water.csv");
     let third = read(&pendulum, &ReadOptions { run: Some(3), ..Default::default() }).unwrap();
     assert_eq!((columns(&third), third.report.runs), ((7, 8), 3));
-    let pohl = folder.join("pohl_brake_400mA.csv");
+    let pohl = ringdown("pohl_brake_400mA.csv");
     let velocity =
         read(pohl, &ReadOptions { signal: Some("ableitung".into()), ..Default::default() }).unwrap();
     assert_eq!((columns(&velocity), velocity.record.kind()), ((1, 5), SignalKind::Velocity));
@@ -160,10 +141,8 @@ fn real_files_with_a_choice_offer_it() {
     assert_eq!((velocity.report.rows_read, velocity.report.rows_skipped()), (239, 2));
 }
 
-#[test]
 fn real_files_without_times_ask_for_the_rate() {
-    let Some(folder) = ringdown() else { return };
-    let ask = |file: &str| read(folder.join(file), &ReadOptions::default()).unwrap_err();
+    let ask = |file: &str| read(ringdown(file), &ReadOptions::default()).unwrap_err();
     let rotary = ask("rotary_pendulum_no_time_column.txt");
     assert!(matches!(rotary.problem, ReadProblem::NoTime { rate_hz: Some(1000.0), .. }), "{rotary}");
     assert!(rotary.hint().unwrap().starts_with("--rate-hz 1000 "));
@@ -171,10 +150,8 @@ fn real_files_without_times_ask_for_the_rate() {
     assert!(spring.hint().unwrap().starts_with("--rate-hz RATE"), "{spring}");
 }
 
-#[test]
 fn a_real_sound_is_read() {
-    let Some(folder) = ringdown() else { return };
-    let bell = read(folder.join("bell_440hz.wav"), &ReadOptions::default()).unwrap();
+    let bell = read(ringdown("bell_440hz.wav"), &ReadOptions::default()).unwrap();
     assert_eq!(bell.report.time, TimeSource::Rate(44100.0));
     assert_eq!(bell.report.bytes, 2_355_756);
     // 16 bit mono behind a header of 44 bytes and a tail of tags.

@@ -1,9 +1,5 @@
-//! Every measured file, ring-downs and sweeps: read right, or refused with a
-//! reason; and damaged copies of each: an answer or a clear error, in memory
-//! that stays within a few times the input.
-//!
-//! The files are no part of the repository. `SLIPFIT_REAL_DATA` says where they
-//! are, `../shared/data` beside the workspace by default.
+//! Every measured file is read right or refused with a reason; damaged copies of each give an
+//! answer or a clear error, in memory that stays within a few times the input.
 #![allow(clippy::unwrap_used, reason = "a failed unwrap fails the test, as it should")]
 
 use std::io::Write as _;
@@ -15,6 +11,13 @@ use slipfit::Parameter;
 use slipfit::SignalKind;
 use slipfit::ringdown::{Options, analyse};
 use slipfit_io::{Format, ReadOptions, TimeSource, read, read_from, read_tables, read_tables_from};
+
+slipfit_real_data::tests! {
+    every_real_file_is_read_or_refused_with_a_reason,
+    the_beam_hit_by_a_hammer_is_flagged_and_its_mode_found_in_a_band,
+    a_workbook_of_a_few_cycles_is_too_short,
+    damaged_real_files_are_read_or_refused,
+}
 
 #[global_allocator]
 static PEAK: PeakAlloc = PeakAlloc;
@@ -31,27 +34,13 @@ fn say(line: &str) {
     let _ = writeln!(std::io::stderr(), "{line}");
 }
 
-/// Every measured file, or none, said aloud.
+/// Every measured file.
 fn real_files() -> Vec<PathBuf> {
-    let workspace = concat!(env!("CARGO_MANIFEST_DIR"), "/../..");
-    let data = std::env::var_os("SLIPFIT_REAL_DATA")
-        .map_or_else(|| PathBuf::from(workspace).join("../shared/data"), PathBuf::from);
     let mut files = Vec::new();
     for folder in ["ringdown", "sweep", "sweep/pohl_forced_400mA_raw"] {
-        let Ok(entries) = std::fs::read_dir(data.join(folder)) else {
-            say(&format!("SKIPPED: no real data at {}; set SLIPFIT_REAL_DATA", data.join(folder).display()));
-            return Vec::new();
-        };
+        let entries = std::fs::read_dir(slipfit_real_data::path(folder)).unwrap();
         files.extend(entries.map(|e| e.unwrap().path()).filter(|p| p.is_file()));
     }
-    files.sort();
-    files
-}
-
-fn fixtures() -> Vec<PathBuf> {
-    let folder = concat!(env!("CARGO_MANIFEST_DIR"), "/../../validation/reference/formats");
-    let mut files: Vec<PathBuf> = std::fs::read_dir(folder).unwrap().map(|e| e.unwrap().path()).collect();
-    files.retain(|p| !p.extension().is_some_and(|e| e == "py" || e == "md"));
     files.sort();
     files
 }
@@ -81,7 +70,6 @@ const OUTCOMES: &[(&str, Format, Outcome)] = &[
     ("pohl_forced_400mA.csv", Format::Text, Refused("no column of times")),
 ];
 
-#[test]
 fn every_real_file_is_read_or_refused_with_a_reason() {
     let _alone = alone();
     let mut lines =
@@ -145,15 +133,12 @@ fn every_real_file_is_read_or_refused_with_a_reason() {
             }
         }
     }
-    if lines.len() > 2 {
-        say(&lines.join("\n"));
-    }
+    say(&lines.join("\n"));
 }
 
-#[test]
 fn the_beam_hit_by_a_hammer_is_flagged_and_its_mode_found_in_a_band() {
     let _alone = alone();
-    let Some(path) = real_files().into_iter().find(|p| name(p) == "bolted_beam_hammer.mat") else { return };
+    let path = slipfit_real_data::path("ringdown/bolted_beam_hammer.mat");
     let reading = read(&path, &ReadOptions::default()).unwrap();
     assert!(matches!(reading.report.time, TimeSource::Column(_)), "{:?}", reading.report.time);
     assert!((1.0 / reading.record.clock_report().median_step_s / 12_800.0 - 1.0).abs() < 1e-3);
@@ -179,10 +164,9 @@ fn doubts(path: &Path, sheet: &str) -> Vec<&'static str> {
     answer.warnings.iter().map(slipfit::ringdown::Warning::code).collect()
 }
 
-#[test]
 fn a_workbook_of_a_few_cycles_is_too_short() {
     let _alone = alone();
-    let Some(path) = real_files().into_iter().find(|p| name(p) == "phyphox_five_sheets.xls") else { return };
+    let path = slipfit_real_data::path("ringdown/phyphox_five_sheets.xls");
     // Its raw data hold seven cycles of hardly any decay, its autocorrelation three.
     let unasked = read(&path, &ReadOptions::default()).unwrap();
     assert_eq!(unasked.report.sheet, "Raw Data");
@@ -227,18 +211,16 @@ const TIMES: f64 = 40.0;
 /// So much of a text or a sound is damaged where time is short: what decides is in the beginning.
 const BEGINNING: usize = 32 << 10;
 
-fn damaged(path: &Path, truncated: usize, flipped: usize, most: usize) -> f64 {
+fn damaged(path: &Path, truncated: usize, flipped: usize) {
     let whole = std::fs::read(path).unwrap();
     let is_seekable =
         !matches!(path.extension().and_then(|e| e.to_str()), Some("csv" | "txt" | "dat" | "wav"));
-    let bytes = if is_seekable { &whole[..] } else { &whole[..whole.len().min(most)] };
+    let bytes = if is_seekable { &whole[..] } else { &whole[..whole.len().min(BEGINNING)] };
     let mut seeded = Seeded(0x9e37_79b9_7f4a_7c15 ^ bytes.len() as u64);
-    let mut worst = 0.0_f64;
-    let mut check = |damaged: &[u8]| {
+    let check = |damaged: &[u8]| {
         let peak = survive(damaged, &name(path), 1000);
         let allowed = TIMES * whole.len() as f64 + WINDOWS;
         assert!(peak <= allowed, "{}: {peak} bytes for {}", path.display(), damaged.len());
-        worst = worst.max(peak / whole.len() as f64);
     };
     for _ in 0..truncated {
         check(&bytes[..seeded.below(bytes.len())]);
@@ -249,7 +231,6 @@ fn damaged(path: &Path, truncated: usize, flipped: usize, most: usize) -> f64 {
         copy[at] ^= 1 << seeded.below(8);
         check(&copy);
     }
-    worst
 }
 
 /// Copies of one file share the time there is: large ones are damaged less often.
@@ -258,29 +239,9 @@ fn share(path: &Path, most: usize) -> usize {
     (most * (40 << 10) / size.max(40 << 10)).max(most / 60).max(1)
 }
 
-#[test]
 fn damaged_real_files_are_read_or_refused() {
     let _alone = alone();
     for path in real_files() {
-        damaged(&path, share(&path, 20), share(&path, 60), BEGINNING);
-    }
-}
-
-#[test]
-fn damaged_fixtures_are_read_or_refused() {
-    let _alone = alone();
-    for path in fixtures() {
-        damaged(&path, 20, 200, BEGINNING);
-    }
-}
-
-/// The whole measurement: 20 lengths and 200 flips of every file, in some minutes.
-#[test]
-#[ignore = "takes minutes; damaged_real_files_are_read_or_refused does a part of it"]
-fn every_real_file_damaged_to_the_full() {
-    let _alone = alone();
-    for path in real_files() {
-        let worst = damaged(&path, 20, 200, usize::MAX);
-        say(&format!("{}: peak memory {worst:.1} times the file", name(&path)));
+        damaged(&path, share(&path, 20), share(&path, 60));
     }
 }

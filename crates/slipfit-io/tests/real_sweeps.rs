@@ -1,24 +1,17 @@
-//! Resonance curves that somebody measured: which columns, units and frequencies.
-//!
-//! They are no part of the repository; `SLIPFIT_REAL_DATA` says where they are.
+//! Measured resonance curves are read with the expected columns, units and frequencies.
+#![allow(clippy::unwrap_used, reason = "a failed unwrap fails the test, as it should")]
 
 use std::path::PathBuf;
 
 use slipfit_io::{SweepOptions, SweepReading, read_sweep};
 
-fn folder() -> Option<PathBuf> {
-    let workspace = concat!(env!("CARGO_MANIFEST_DIR"), "/../..");
-    let data = std::env::var_os("SLIPFIT_REAL_DATA")
-        .map_or_else(|| PathBuf::from(workspace).join("../shared/data"), PathBuf::from);
-    let folder = data.join("sweep");
-    if folder.is_dir() {
-        return Some(folder);
-    }
-    #[allow(clippy::print_stderr, reason = "a skipped test must show")]
-    {
-        eprintln!("SKIPPED: no real data at {}; set SLIPFIT_REAL_DATA", folder.display());
-    }
-    None
+slipfit_real_data::tests! {
+    real_sweeps_are_read_right,
+    real_raw_runs_become_the_curve_made_of_them_by_hand,
+}
+
+fn sweep(file: &str) -> PathBuf {
+    slipfit_real_data::path("sweep").join(file)
 }
 
 fn columns(reading: &SweepReading) -> Vec<(&'static str, usize, &str)> {
@@ -46,12 +39,10 @@ const EXPECTED: &[Expected] = &[
     Expected { file: "sloshing_near_linear.txt", columns: &[("frequency", 1, "rad/s"), ("amplitude", 2, "%"), ("phase", 3, "deg")], points: 26, unit: "%", first_hz: 0.153_743, last_hz: 0.161_470 },
 ];
 
-#[test]
 fn real_sweeps_are_read_right() {
-    let Some(folder) = folder() else { return };
     for want in EXPECTED {
         let reading =
-            read_sweep(&[folder.join(want.file)], &SweepOptions::default()).unwrap_or_else(|e| panic!("{e}"));
+            read_sweep(&[sweep(want.file)], &SweepOptions::default()).unwrap_or_else(|e| panic!("{e}"));
         let file = want.file;
         assert_eq!(columns(&reading), want.columns, "{file}: {:?}", reading.report.notes);
         assert_eq!((reading.curve.len(), reading.curve.unit()), (want.points, want.unit), "{file}");
@@ -61,23 +52,9 @@ fn real_sweeps_are_read_right() {
     }
 }
 
-#[test]
-fn every_real_text_sweep_is_among_the_expected() {
-    let Some(folder) = folder() else { return };
-    for entry in std::fs::read_dir(folder).unwrap() {
-        let name = entry.unwrap().file_name().into_string().unwrap();
-        if [".csv", ".txt", ".dat"].iter().any(|end| name.ends_with(end)) {
-            assert!(EXPECTED.iter().any(|e| e.file == name), "{name}");
-        }
-    }
-}
-
-#[test]
 fn real_raw_runs_become_the_curve_made_of_them_by_hand() {
-    let Some(folder) = folder() else { return };
-    let by_hand =
-        read_sweep(&[folder.join("pohl_forced_400mA.csv")], &SweepOptions::default()).unwrap().curve;
-    let raw = read_sweep(&[folder.join("pohl_forced_400mA_raw")], &SweepOptions::default()).unwrap();
+    let by_hand = read_sweep(&[sweep("pohl_forced_400mA.csv")], &SweepOptions::default()).unwrap().curve;
+    let raw = read_sweep(&[sweep("pohl_forced_400mA_raw")], &SweepOptions::default()).unwrap();
     assert_eq!((raw.curve.len(), raw.curve.unit(), raw.report.files_left_out), (13, "rad", 0));
     let why = |what: &str| raw.report.column(what).unwrap().why.clone();
     assert_eq!(why("response"), "column 4 `Weg &b_A1 / rad`: named like a position");

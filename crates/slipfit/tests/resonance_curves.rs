@@ -8,7 +8,6 @@ use slipfit::motion::steady::{Phasor, scan};
 use slipfit::resonance::{Answer, Curve, DriveAmplitude, DriveSource, Method, Options, analyse};
 use slipfit::{Error, Oscillator};
 use std::f64::consts::PI;
-use std::path::PathBuf;
 
 /// Sum of twelve even numbers: as good as normal, deviation 1.
 struct Normal(u64);
@@ -217,56 +216,6 @@ fn bad_curves_are_refused_or_flagged() {
     options.reference = Some(Curve::complex(hz, z).build().unwrap());
     let a = analyse(&part(0..61), &options).unwrap();
     assert!(codes(&a).contains(&"reference_differs"), "{:?}", codes(&a));
-}
-
-fn real(name: &str) -> Option<Vec<Vec<f64>>> {
-    let default = PathBuf::from(env!("CARGO_MANIFEST_DIR")).join("../../../shared/data");
-    let folder = std::env::var_os("SLIPFIT_REAL_DATA").map_or(default, PathBuf::from);
-    let path = folder.join("sweep").join(name);
-    let Ok(text) = std::fs::read_to_string(&path) else {
-        eprintln!("skipped: {} is not here", path.display());
-        return None;
-    };
-    let rows = text.lines().skip(1);
-    Some(rows.map(|l| l.split(',').map(|v| v.trim().parse().unwrap_or(f64::NAN)).collect()).collect())
-}
-
-fn column(rows: &[Vec<f64>], k: usize) -> Vec<f64> {
-    rows.iter().map(|r| r[k]).collect()
-}
-
-#[test]
-fn the_pohl_wheel_agrees_with_its_ring_down() {
-    let Some(rows) = real("pohl_forced_400mA.csv") else { return };
-    let phase = column(&rows, 2).iter().map(|p| p.to_radians()).collect();
-    let curve =
-        Curve::builder(column(&rows, 0), column(&rows, 1)).phase_rad(phase).unit("rad").build().unwrap();
-    let a = analyse(&curve, &Options::default()).unwrap();
-    let within = |name: Parameter, low: f64, high: f64| {
-        let v = a.parameter(name).unwrap().value;
-        assert!((low..=high).contains(&v), "{name} = {v}");
-    };
-    within(Parameter::NaturalFrequency, 0.5208, 0.5218);
-    within(Parameter::DECAY_RATE, 0.203, 0.213);
-    within(Parameter::FRICTION_DISPLACEMENT, 1.6e-3, 3.4e-3);
-    within(Parameter::DriveAmplitude, 0.061, 0.064);
-}
-
-#[test]
-fn the_torsion_pendulum_has_its_q_and_the_wheel_its_jump() {
-    if let Some(rows) = real("torsion_forced.csv") {
-        let phase = column(&rows, 2).iter().map(|p| p.to_radians()).collect();
-        let curve = Curve::builder(column(&rows, 0), column(&rows, 1)).phase_rad(phase).build().unwrap();
-        let a = analyse(&curve, &Options::default()).unwrap();
-        let q = a.parameter(Parameter::QFactor).unwrap();
-        assert!((q.value - 61.0).abs() < 4.0, "{q:?}");
-        assert!((a.parameter(Parameter::NaturalFrequency).unwrap().value - 0.9565).abs() < 1e-3);
-    }
-    if let Some(rows) = real("wheel_period_amplitude_jump.csv") {
-        let hz = column(&rows, 0).iter().map(|t| 1.0 / t).collect();
-        let a = analyse(&Curve::builder(hz, column(&rows, 1)).build().unwrap(), &Options::default()).unwrap();
-        assert!(codes(&a).contains(&"jump"), "{:?}", codes(&a));
-    }
 }
 
 /// With a background of this part of the peak, at this angle.
