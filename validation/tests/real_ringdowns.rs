@@ -105,7 +105,7 @@ fn misses(answer: &Answer, want: &Expected) -> Vec<String> {
             list.push(format!("{name}: {found}"));
         }
     }
-    let codes: Vec<&str> = answer.warnings.iter().map(slipfit::ringdown::Warning::code).collect();
+    let codes: Vec<&str> = answer.warnings.iter().map(slipfit::answer::Warning::code).collect();
     list.extend(
         want.warned.iter().filter(|w| !codes.contains(w)).map(|w| format!("no warning {w} in {codes:?}")),
     );

@@ -1,6 +1,7 @@
 //! Why a command failed, and what would help.
 
 use anstyle::{AnsiColor, Style};
+use slipfit::answer::Warning;
 use slipfit::answer::hint::{self, Hint, HintValue};
 use slipfit_report::terminal::hanging;
 use std::fmt;
@@ -183,7 +184,12 @@ impl fmt::Display for Complaint {
     }
 }
 
-/// A doubt, for standard error.
+/// A warning of an analysis with what helps, for standard error.
+pub(crate) fn warned(warning: &Warning) -> String {
+    warning_line(&slipfit_report::warning_text(warning, &spelled))
+}
+
+/// A warning, for standard error.
 pub(crate) fn warning_line(text: &str) -> String {
     hanging("warning:", WARNING, text)
 }

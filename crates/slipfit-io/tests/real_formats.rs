@@ -88,7 +88,7 @@ fn every_real_file_is_read_or_refused_with_a_reason() {
                 let answer = match analyse(record, &Options::default()) {
                     Ok(answer) => {
                         let codes: Vec<&str> =
-                            answer.warnings.iter().map(slipfit::ringdown::Warning::code).collect();
+                            answer.warnings.iter().map(slipfit::answer::Warning::code).collect();
                         format!(
                             "{}, {:.4} Hz; {}",
                             answer.model,
@@ -144,7 +144,7 @@ fn the_beam_hit_by_a_hammer_is_flagged_and_its_mode_found_in_a_band() {
     assert!((1.0 / reading.record.clock_report().median_step_s / 12_800.0 - 1.0).abs() < 1e-3);
     assert_eq!(reading.record.kind(), SignalKind::Acceleration);
     let whole = analyse(&reading.record, &Options::default()).unwrap();
-    let codes: Vec<&str> = whole.warnings.iter().map(slipfit::ringdown::Warning::code).collect();
+    let codes: Vec<&str> = whole.warnings.iter().map(slipfit::answer::Warning::code).collect();
     assert!(codes.contains(&"several_modes"), "{codes:?}");
     let mut band = Options::default();
     band.band_hz = Some([70.0, 90.0]);
@@ -161,7 +161,7 @@ fn doubts(path: &Path, sheet: &str) -> Vec<&'static str> {
     let reading = read(path, &options).unwrap();
     assert_eq!(reading.report.sheet, sheet);
     let answer = analyse(&reading.record, &Options::default()).unwrap();
-    answer.warnings.iter().map(slipfit::ringdown::Warning::code).collect()
+    answer.warnings.iter().map(slipfit::answer::Warning::code).collect()
 }
 
 fn a_workbook_of_a_few_cycles_is_too_short() {

@@ -44,6 +44,7 @@ pub mod plot;
 pub mod row;
 mod sentence;
 pub mod terminal;
+mod warning;
 
 #[cfg(test)]
 mod example;
@@ -52,3 +53,4 @@ pub use input::{
     AnalysedCurve, AnalysedLevels, AnalysedRingdown, AnalysedSeries, Provenance, SeriesHeading, SeriesInput,
 };
 pub use sentence::Sentence;
+pub use warning::warning_text;

@@ -12,7 +12,7 @@ use slipfit::motion::decay::FreeDecay;
 use slipfit::motion::steady::Phasor;
 use slipfit::motion::steady::fundamental::{Point, fundamental};
 use slipfit::resonance::{Curve, DriveAmplitude};
-use slipfit::series::{self, Condition, Data, Measurement, Row};
+use slipfit::series::{self, Condition, ConditionRow, Data, Measurement};
 use slipfit::{Oscillator, Record, resonance, ringdown};
 use std::f64::consts::TAU;
 use std::fmt::Write;
@@ -168,7 +168,7 @@ pub(super) fn run(choices: Choices) -> Result<ExitCode, Failure> {
 }
 
 /// Condition, both frictions in nN and both dampings in µN s/m, and how well they agree.
-fn table(rows: &[Row]) -> String {
+fn table(rows: &[ConditionRow]) -> String {
     let mut text = String::from(
         "| condition | F ring-down, nN | F resonance, nN | γ ring-down, µN s/m | γ resonance, µN s/m | p |\n\
          |---|---|---|---|---|---|\n",
@@ -180,8 +180,8 @@ fn table(rows: &[Row]) -> String {
         })
     };
     for r in rows {
-        let friction = |c: &Option<series::Cell>| show(c.as_ref().map(|c| (&c.friction, 1e9)));
-        let damping = |c: &Option<series::Cell>| show(c.as_ref().map(|c| (&c.damping, 1e6)));
+        let friction = |c: &Option<series::Estimate>| show(c.as_ref().map(|c| (&c.friction, 1e9)));
+        let damping = |c: &Option<series::Estimate>| show(c.as_ref().map(|c| (&c.damping, 1e6)));
         let _ = writeln!(
             text,
             "| {} | {} | {} | {} | {} | {:.2} |",
@@ -204,10 +204,10 @@ fn agreement(loads: &[Load], answers: &[series::Answer]) -> (String, bool) {
     );
     let mut agrees = true;
     for (i, l) in loads.iter().enumerate() {
-        let column = |f: &dyn Fn(&Row) -> Option<f64>| -> Vec<f64> {
+        let column = |f: &dyn Fn(&ConditionRow) -> Option<f64>| -> Vec<f64> {
             answers.iter().filter_map(|a| f(&a.table[i])).collect()
         };
-        let mean = |f: &dyn Fn(&Row) -> Option<f64>| {
+        let mean = |f: &dyn Fn(&ConditionRow) -> Option<f64>| {
             let values = column(f);
             let (mean, deviation) = mean_and_deviation(&values);
             format!("{mean:.2} ± {:.2}", deviation / (values.len() as f64).sqrt())

@@ -31,7 +31,7 @@ pub(crate) const COLUMNS: &[Column] = &[
 ];
 
 pub(crate) fn row(file: &Path, reading: &SweepReading, answer: &Answer) -> Row {
-    let codes: Vec<&str> = answer.warnings.iter().map(slipfit::resonance::Warning::code).collect();
+    let codes: Vec<&str> = answer.warnings.iter().map(slipfit::answer::Warning::code).collect();
     let q = |name: Parameter| answer.parameter(name);
     let mut values = vec![Value::text(answer.model.name())];
     values.extend(Value::with_error(q(Parameter::NaturalFrequency)));

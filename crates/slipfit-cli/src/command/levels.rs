@@ -3,7 +3,7 @@
 use super::ringdown::check_calibration;
 use super::show::{Destinations, Faces, show};
 use crate::args::LevelFitArgs;
-use crate::failure::{Failure, warning_line};
+use crate::failure::{Failure, warned};
 use crate::version::provenance;
 use anstream::ColorChoice;
 use slipfit::levels::{Options, analyse};
@@ -26,7 +26,7 @@ pub(crate) fn run(args: &LevelFitArgs, color: ColorChoice) -> Result<ExitCode, F
         markdown: &|| page::markdown(&page::levels(&analysed, &provenance)),
         latex: &|| page::latex(&page::levels(&analysed, &provenance)),
         report: &|written| terminal::levels(&analysed, written),
-        warnings: answer.warnings.iter().map(|w| warning_line(&w.to_string())).collect(),
+        warnings: answer.warnings.iter().map(warned).collect(),
     };
     show(&args.out, &to, &faces, color)
 }

@@ -4,7 +4,7 @@ use super::ringdown::check_calibration;
 use super::show::{Destinations, Faces, show};
 use crate::args::ResonanceArgs;
 use crate::batch;
-use crate::failure::{Failure, warning_line};
+use crate::failure::{Failure, warned};
 use crate::version::provenance;
 use anstream::ColorChoice;
 use slipfit::resonance::{Options, analyse};
@@ -37,7 +37,7 @@ pub(crate) fn run(args: &ResonanceArgs, color: ColorChoice) -> Result<ExitCode, 
         markdown: &|| page::markdown(&page::resonance(&analysed, &provenance)),
         latex: &|| page::latex(&page::resonance(&analysed, &provenance)),
         report: &|written| terminal::resonance(&analysed, written),
-        warnings: answer.warnings.iter().map(|w| warning_line(&w.to_string())).collect(),
+        warnings: answer.warnings.iter().map(warned).collect(),
     };
     show(&args.out, &to, &faces, color)
 }

@@ -3,7 +3,7 @@
 use super::show::{Destinations, Faces, show};
 use crate::args::RingdownArgs;
 use crate::batch;
-use crate::failure::{Failure, warning_line};
+use crate::failure::{Failure, warned};
 use crate::version::provenance;
 use anstream::ColorChoice;
 use indicatif::{ProgressBar, ProgressDrawTarget, ProgressStyle};
@@ -49,7 +49,7 @@ pub(crate) fn run(args: &RingdownArgs, color: ColorChoice) -> Result<ExitCode, F
         markdown: &|| page::markdown(&page::ringdown(&analysed, &provenance)),
         latex: &|| page::latex(&page::ringdown(&analysed, &provenance)),
         report: &|written| terminal::ringdown(&analysed, written),
-        warnings: answer.warnings.iter().map(|w| warning_line(&w.to_string())).collect(),
+        warnings: answer.warnings.iter().map(warned).collect(),
     };
     show(&args.out, &to, &faces, color)
 }

@@ -2,7 +2,7 @@
 
 use super::show::{Destinations, Faces, show};
 use crate::args::{Command, SeriesArgs};
-use crate::failure::{Failure, warning_line};
+use crate::failure::{Failure, warned};
 use crate::manifest::{self, Asked, Manifest};
 use crate::version::provenance;
 use anstream::ColorChoice;
@@ -62,7 +62,7 @@ pub(crate) fn run(args: &SeriesArgs, color: ColorChoice) -> Result<ExitCode, Fai
         markdown: &|| terminal::series_table(&analysed, terminal::Form::Markdown),
         latex: &|| terminal::series_table(&analysed, terminal::Form::Latex),
         report: &|written| terminal::series(&analysed, written),
-        warnings: answer.warnings.iter().map(|w| warning_line(&w.to_string())).collect(),
+        warnings: answer.warnings.iter().map(warned).collect(),
     };
     show(&args.out, &to, &faces, color)
 }

@@ -5,7 +5,7 @@ use super::layout;
 use super::node::{Node, list};
 use crate::AnalysedSeries;
 use crate::Sentence;
-use slipfit::series::{Cell, Pair, Solo};
+use slipfit::series::{Consistency, Estimate, SingleAnswer};
 use std::io::{self, Write};
 
 /// Writes the whole answer.
@@ -85,13 +85,13 @@ fn measurements(analysed: &AnalysedSeries<'_>) -> Node {
     Node::List(
         each.map(|(((name, solo), input), m)| {
             let (error, sentence, told, doubts) = match solo {
-                Ok(Solo::RingDown(a)) => {
+                Ok(SingleAnswer::RingDown(a)) => {
                     (None, a.sentence(), parameters(&a.parameters), warnings(&a.warnings, |w| w.code()))
                 }
-                Ok(Solo::Sweep(a)) => {
+                Ok(SingleAnswer::Sweep(a)) => {
                     (None, a.sentence(), parameters(&a.parameters), warnings(&a.warnings, |w| w.code()))
                 }
-                Ok(Solo::Levels(a)) => {
+                Ok(SingleAnswer::Levels(a)) => {
                     (None, a.sentence(), parameters(&a.parameters), warnings(&a.warnings, |w| w.code()))
                 }
                 Ok(_) => (None, String::new(), parameters(&Default::default()), Node::List(Vec::new())),
@@ -121,7 +121,7 @@ fn measurements(analysed: &AnalysedSeries<'_>) -> Node {
     )
 }
 
-fn cell(cell: Option<&Cell>) -> Node {
+fn cell(cell: Option<&Estimate>) -> Node {
     let Some(cell) = cell else { return Node::Null };
     Node::Object(vec![
         ("friction", (&cell.friction).into()),
@@ -130,7 +130,7 @@ fn cell(cell: Option<&Cell>) -> Node {
     ])
 }
 
-fn pair(pair: Option<&Pair>) -> Node {
+fn pair(pair: Option<&Consistency>) -> Node {
     let Some(pair) = pair else { return Node::Null };
     Node::Object(vec![("z", pair.z.into()), ("p_value", pair.p_value.into())])
 }

@@ -152,13 +152,13 @@ pub(super) fn of_levels(_: &levels::Answer) -> Vec<Step> {
 pub(super) fn of_series(answer: &series::Answer) -> Vec<Step> {
     let solos = || answer.solo.iter().filter_map(|(_, solo)| solo.as_ref().ok());
     let mut steps = vec![MOTION];
-    if solos().any(|s| matches!(s, series::Solo::RingDown(_))) {
+    if solos().any(|s| matches!(s, series::SingleAnswer::RingDown(_))) {
         steps.extend([HALF_CYCLE, OFFSET]);
     }
-    if solos().any(|s| matches!(s, series::Solo::Sweep(_))) {
+    if solos().any(|s| matches!(s, series::SingleAnswer::Sweep(_))) {
         steps.push(STEADY);
     }
-    if solos().any(|s| matches!(s, series::Solo::Levels(_))) {
+    if solos().any(|s| matches!(s, series::SingleAnswer::Levels(_))) {
         steps.push(LEVELS);
     }
     steps.push(AGREE);

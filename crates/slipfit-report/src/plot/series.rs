@@ -8,7 +8,7 @@ use crate::AnalysedSeries;
 use crate::Sentence;
 use crate::format::Scale;
 use slipfit::Quantity;
-use slipfit::series::{Cell, LawFit, LoadLaw, Row};
+use slipfit::series::{ConditionRow, Estimate, LawFit, LoadLaw};
 
 /// Higher than elsewhere: there is one row of panels only.
 const HEIGHT: f64 = 360.0;
@@ -18,7 +18,7 @@ const RESONANCE: Color = Color::new(0xd5, 0x5e, 0x00);
 const JOINT: Color = Color::new(0x22, 0x22, 0x22);
 const LAW: Stroke = Stroke::dashed(Color::new(0x8a, 0x92, 0x9c), 2.0);
 
-type Part = fn(&Cell) -> &Quantity;
+type Part = fn(&Estimate) -> &Quantity;
 
 /// The panels alone.
 pub(super) fn panels(analysed: &AnalysedSeries<'_>) -> Vec<Figure> {
@@ -77,7 +77,7 @@ fn panel(analysed: &AnalysedSeries<'_>, name: &str, part: Part, laws: &[LawFit])
         panel.line(along.map(|n| [n, at_load(law, n) * s]), LAW);
         legend.push((Mark::Line(LAW), &law_name));
     }
-    type Way = fn(&Row) -> &Option<Cell>;
+    type Way = fn(&ConditionRow) -> &Option<Estimate>;
     let ways: [(Way, Color, &str, f64); 3] = [
         (|r| &r.joint, JOINT, "both together", 0.0),
         (|r| &r.ring_down, RING_DOWN, "ring-down", -1.0),
@@ -109,7 +109,7 @@ enum Places {
 }
 
 impl Places {
-    fn of(rows: &[Row]) -> Self {
+    fn of(rows: &[ConditionRow]) -> Self {
         let values: Option<Vec<f64>> = rows.iter().map(|r| r.value.map(|v| v[0])).collect();
         match values {
             Some(values) => {
@@ -141,7 +141,7 @@ impl Places {
         }
     }
 
-    fn axis(&self, analysed: &AnalysedSeries<'_>, rows: &[Row]) -> Axis {
+    fn axis(&self, analysed: &AnalysedSeries<'_>, rows: &[ConditionRow]) -> Axis {
         let (name, unit) = (&analysed.heading.condition, &analysed.heading.condition_unit);
         match self {
             Self::Values { range, .. } => {

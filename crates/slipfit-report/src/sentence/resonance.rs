@@ -2,7 +2,8 @@
 
 use crate::format::{p_value, percent, plain};
 use slipfit::Parameter;
-use slipfit::resonance::{Answer, DriveSource, Method, Warning};
+use slipfit::answer::Warning;
+use slipfit::resonance::{Answer, DriveSource, Method};
 
 /// What the curve says about sliding friction, in plain words: how much of the loss it
 /// carries at the peak and how sure that is, or why it cannot be told.

@@ -1,7 +1,8 @@
 //! A ring-down in a sentence.
 
 use crate::format::{p_value, percent, plain};
-use slipfit::ringdown::{Answer, Warning};
+use slipfit::answer::Warning;
+use slipfit::ringdown::Answer;
 use slipfit::{LossModel, LossTerm, Parameter};
 
 /// A share from here on is called nearly all.
@@ -54,14 +55,14 @@ fn conclusion(a: &Answer) -> String {
                     total_loss(a)
                 );
             }
-            Warning::NotSeparable { decay_times, .. } if *decay_times < 0.01 => {
+            Warning::NotSeparable { decay_times: Some(decay_times), .. } if *decay_times < 0.01 => {
                 return format!(
                     "The amplitude does not fall: {} of a decay time is recorded, and no kind of loss can be \
                      told from it.",
                     plain(*decay_times, 1, "")
                 );
             }
-            Warning::NotSeparable { correlation, decay_times } => {
+            Warning::NotSeparable { correlation, decay_times: Some(decay_times) } => {
                 let recorded = match *decay_times {
                     d if d < 0.95 => format!("{} of a decay time recorded", plain(d, 2, "")),
                     d => format!("{d:.1} decay times recorded"),
@@ -275,7 +276,7 @@ mod tests {
     #[test]
     fn what_cannot_be_told_is_said_with_its_number() {
         let mut a = example::answer();
-        a.warnings = vec![Warning::NotSeparable { correlation: -0.9991, decay_times: 0.7 }];
+        a.warnings = vec![Warning::NotSeparable { correlation: -0.9991, decay_times: Some(0.7) }];
         assert_eq!(
             a.sentence(),
             "0.7 of a decay time recorded: viscous and sliding loss cannot be told apart, correlation -0.999; both \

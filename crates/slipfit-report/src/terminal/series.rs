@@ -7,7 +7,7 @@ use crate::AnalysedSeries;
 use crate::Sentence;
 use crate::format::{Rounded, Scale, p_value, plain};
 use slipfit::Quantity;
-use slipfit::series::{Cell, Pair, Row, Solo};
+use slipfit::series::{ConditionRow, Consistency, Estimate, SingleAnswer};
 use std::fmt::Write as _;
 use std::path::Path;
 
@@ -91,10 +91,10 @@ impl Scales {
     fn of(analysed: &AnalysedSeries<'_>) -> Self {
         let all =
             || analysed.answer.table.iter().flat_map(|r| [&r.ring_down, &r.resonance, &r.joint]).flatten();
-        let most = |of: fn(&Cell) -> &Quantity| {
+        let most = |of: fn(&Estimate) -> &Quantity| {
             all().map(|c| of(c).value.abs()).filter(|v| v.is_finite()).fold(0.0, f64::max)
         };
-        let unit = |of: fn(&Cell) -> &Quantity| all().next().map_or("", |c| of(c).unit.as_str());
+        let unit = |of: fn(&Estimate) -> &Quantity| all().next().map_or("", |c| of(c).unit.as_str());
         Self {
             friction: Scale::for_size(most(|c| &c.friction), unit(|c| &c.friction)),
             damping: Scale::for_size(most(|c| &c.damping), unit(|c| &c.damping)),
@@ -124,11 +124,12 @@ fn cells(analysed: &AnalysedSeries<'_>, style: &Style) -> Vec<Vec<String>> {
         ],
     ];
     for row in &analysed.answer.table {
-        let value = |cell: &Option<Cell>, of: fn(&Cell) -> &Quantity, scale: &Scale| match cell {
+        let value = |cell: &Option<Estimate>, of: fn(&Estimate) -> &Quantity, scale: &Scale| match cell {
             Some(cell) => shown(of(cell), scale, style),
             None => text(style.none),
         };
-        let z = |pair: &Option<Pair>| pair.as_ref().map_or(text(style.none), |p| format!("{:+.1}", p.z));
+        let z =
+            |pair: &Option<Consistency>| pair.as_ref().map_or(text(style.none), |p| format!("{:+.1}", p.z));
         rows.push(vec![
             row.condition.clone(),
             value(&row.ring_down, |c| &c.friction, &scales.friction),
@@ -260,7 +261,7 @@ fn csv(analysed: &AnalysedSeries<'_>) -> String {
         }
     };
     let scales = Scales::of(analysed);
-    let unit_of = |of: fn(&Cell) -> &Quantity| {
+    let unit_of = |of: fn(&Estimate) -> &Quantity| {
         let all = analysed.answer.table.iter().flat_map(|r| [&r.ring_down, &r.resonance, &r.joint]).flatten();
         all.map(|c| of(c).unit.clone()).next().unwrap_or_default()
     };
@@ -347,7 +348,7 @@ fn joint(facts: &mut Facts, analysed: &AnalysedSeries<'_>) {
     }
     let scales = Scales::of(analysed);
     let which = usize::from(scales.forces);
-    let value = |row: &Row| {
+    let value = |row: &ConditionRow| {
         let joint = row.joint.as_ref()?;
         Some(format!(
             "{}: {} = {} {}, {} = {} {}",
@@ -395,17 +396,17 @@ fn alone(facts: &mut Facts, analysed: &AnalysedSeries<'_>) {
         analysed.answer.solo.iter().zip(analysed.inputs).zip(analysed.measurements)
     {
         let said = match solo {
-            Ok(Solo::RingDown(a)) => a.sentence(),
-            Ok(Solo::Sweep(a)) => a.sentence(),
-            Ok(Solo::Levels(a)) => a.sentence(),
+            Ok(SingleAnswer::RingDown(a)) => a.sentence(),
+            Ok(SingleAnswer::Sweep(a)) => a.sentence(),
+            Ok(SingleAnswer::Levels(a)) => a.sentence(),
             Ok(_) => "analysed".to_owned(),
             Err(error) => format!("could not be analysed: {error}"),
         };
         facts.add("alone", format!("{name} ({}, {}): {said}", input.kind, m.condition.label));
         let doubts: Vec<String> = match solo {
-            Ok(Solo::RingDown(a)) => a.warnings.iter().map(|w| w.code().to_owned()).collect(),
-            Ok(Solo::Sweep(a)) => a.warnings.iter().map(|w| w.code().to_owned()).collect(),
-            Ok(Solo::Levels(a)) => a.warnings.iter().map(|w| w.code().to_owned()).collect(),
+            Ok(SingleAnswer::RingDown(a)) => a.warnings.iter().map(|w| w.code().to_owned()).collect(),
+            Ok(SingleAnswer::Sweep(a)) => a.warnings.iter().map(|w| w.code().to_owned()).collect(),
+            Ok(SingleAnswer::Levels(a)) => a.warnings.iter().map(|w| w.code().to_owned()).collect(),
             _ => Vec::new(),
         };
         if !doubts.is_empty() {

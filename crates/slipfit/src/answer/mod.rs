@@ -1,5 +1,6 @@
 //! What every analysis answers with: parameters with uncertainties, and what they rest on.
 
+pub(crate) mod columns;
 pub mod comparison;
 pub(crate) mod describe;
 pub mod hint;
@@ -8,8 +9,10 @@ pub mod parameter;
 pub mod quantity;
 #[cfg(feature = "serde")]
 mod serialise;
+pub mod warning;
 
 pub use comparison::{Candidate, Correlation, SlidingEvidence, Values};
 pub use hint::Hint;
 pub(crate) use p_value::p_value;
 pub use parameter::{Parameter, Parameters, UnitRule};
+pub use warning::Warning;

@@ -1,9 +1,9 @@
 //! The one way in.
 
-use super::answer::{Answer, Breakaway, Diagnostics, FittedLevels, LevelPoint, Warning};
+use super::answer::{Answer, Breakaway, Diagnostics, FittedLevels, LevelPoint};
 use super::{Levels, Options};
 use crate::answer::describe::DETECTED;
-use crate::answer::{Parameter, Parameters};
+use crate::answer::{Parameter, Parameters, Warning};
 use crate::inference::evidence::{f_tail, one_sided, student_factor};
 use crate::inference::interval::bounded_interval;
 use crate::inference::least_squares::linear;
@@ -143,7 +143,7 @@ pub fn analyse(levels: &Levels, options: &Options) -> Result<Answer, Error> {
     let breakaway = breakaway(&points, &line);
     let mut warnings = Vec::new();
     if levels.not_finite() > 0 {
-        warnings.push(Warning::Dropped { points: levels.not_finite() });
+        warnings.push(Warning::Dropped { not_finite: levels.not_finite(), zero_frequency: 0 });
     }
     if threshold.value > 0.0 && x[0] > threshold.value {
         warnings.push(Warning::ThresholdExtrapolated { ratio: x[0] / threshold.value });

@@ -1,8 +1,8 @@
 //! The answer to a series of drive levels.
 
 use crate::Quantity;
-use crate::answer::{Parameter, Parameters};
-use std::fmt;
+use crate::answer::columns::columns;
+use crate::answer::{Parameter, Parameters, Warning};
 
 /// One level beside the fit.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -23,6 +23,8 @@ pub struct LevelPoint {
 
 /// Where the mass breaks loose: between these drive levels, drive unit.
 #[derive(Debug, Clone, Copy, PartialEq)]
+#[cfg_attr(feature = "serde", derive(serde::Serialize))]
+#[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
 pub struct Breakaway {
     /// Highest level at which it was seen stuck; `None` where none was.
     pub stuck_below: Option<f64>,
@@ -37,6 +39,8 @@ pub struct Breakaway {
 
 /// How well the line describes the points.
 #[derive(Debug, Clone, Copy, PartialEq)]
+#[cfg_attr(feature = "serde", derive(serde::Serialize))]
+#[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
 pub struct Diagnostics {
     /// Points used.
     pub points: usize,
@@ -48,83 +52,6 @@ pub struct Diagnostics {
     pub residual_rms: f64,
     /// p value of a bend (drag, hardening) in the moving branch.
     pub bend_p_value: f64,
-}
-
-/// A doubt about an answer.
-#[derive(Debug, Clone, PartialEq)]
-#[non_exhaustive]
-pub enum Warning {
-    /// No level lies below the threshold: it is extrapolated.
-    ThresholdExtrapolated {
-        /// Lowest level over the threshold.
-        ratio: f64,
-    },
-    /// The moving branch is bent: drag or a nonlinear spring besides.
-    Bent {
-        /// p value of a straight line.
-        p_value: f64,
-        /// Whether the slope falls with the amplitude.
-        falling: bool,
-    },
-    /// Drive and amplitude have different units: no Q and no friction displacement.
-    DriveUncalibrated,
-    /// Levels at which the mass stuck lie above those at which it moved.
-    Hysteresis {
-        /// Highest stuck level.
-        stuck_at: f64,
-        /// Lowest moving level.
-        moving_at: f64,
-    },
-    /// Points left out because a value is no number.
-    Dropped {
-        /// How many.
-        points: usize,
-    },
-}
-
-impl Warning {
-    /// Machine-readable code, as in the JSON answer.
-    pub fn code(&self) -> &'static str {
-        match self {
-            Warning::ThresholdExtrapolated { .. } => "threshold_extrapolated",
-            Warning::Bent { .. } => "bent",
-            Warning::DriveUncalibrated => "drive_uncalibrated",
-            Warning::Hysteresis { .. } => "hysteresis",
-            Warning::Dropped { .. } => "dropped",
-        }
-    }
-}
-
-impl fmt::Display for Warning {
-    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        match self {
-            Warning::ThresholdExtrapolated { ratio } => write!(
-                f,
-                "every level lies above the threshold (the lowest {ratio:.1} times): it is extrapolated along the \
-                 line; lower levels would show it"
-            ),
-            Warning::Bent { p_value, falling } => write!(
-                f,
-                "the moving branch is bent ({}): {}",
-                crate::answer::p_value(*p_value),
-                if *falling {
-                    "the slope falls with the drive, as drag or a detuned hardening spring make it"
-                } else {
-                    "the slope rises with the drive; friction may weaken with speed"
-                }
-            ),
-            Warning::DriveUncalibrated => f.write_str(
-                "drive levels have a unit of their own: the threshold is given in it; --drive-gain or --q gives Q \
-                 and the friction displacement",
-            ),
-            Warning::Hysteresis { stuck_at, moving_at } => write!(
-                f,
-                "stuck at {stuck_at:.4e}, moving at {moving_at:.4e}: static friction above kinetic, or a level not \
-                 waited out"
-            ),
-            Warning::Dropped { points } => write!(f, "{points} points that are no number were left out"),
-        }
-    }
 }
 
 /// The fitted line with its threshold.
@@ -146,8 +73,16 @@ impl FittedLevels {
     }
 }
 
+columns! {
+    level_columns of crate::levels::LevelPoint {
+        drive: f64, amplitude: f64, std_error: f64, fitted: f64, moving: bool,
+    }
+}
+
 /// Everything [`analyse`](super::analyse) found out.
 #[derive(Debug, Clone, PartialEq)]
+#[cfg_attr(feature = "serde", derive(serde::Serialize))]
+#[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
 #[non_exhaustive]
 pub struct Answer {
     /// Parameters by name: `slope`, `threshold`, and, where the drive is calibrated,
@@ -162,16 +97,21 @@ pub struct Answer {
     /// Where the mass breaks loose.
     pub breakaway: Option<Breakaway>,
     /// The points beside the fit, by rising drive.
+    #[cfg_attr(feature = "serde", serde(rename = "levels", serialize_with = "level_columns::serialize"))]
+    #[cfg_attr(feature = "schema", schemars(with = "level_columns::Columns"))]
     pub points: Vec<LevelPoint>,
     /// Quality of the description.
     pub diagnostics: Diagnostics,
-    /// Doubts.
+    /// What limits the answer.
     pub warnings: Vec<Warning>,
     /// Unit of the amplitudes.
+    #[cfg_attr(feature = "serde", serde(skip))]
     pub unit: String,
     /// Unit of the drive levels.
+    #[cfg_attr(feature = "serde", serde(skip))]
     pub drive_unit: String,
     /// The fitted line.
+    #[cfg_attr(feature = "serde", serde(skip))]
     pub fit: FittedLevels,
 }
 

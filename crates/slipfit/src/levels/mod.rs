@@ -6,5 +6,5 @@ mod answer;
 mod measurement;
 
 pub use analyse::analyse;
-pub use answer::{Answer, Breakaway, Diagnostics, FittedLevels, LevelPoint, Warning};
+pub use answer::{Answer, Breakaway, Diagnostics, FittedLevels, LevelPoint};
 pub use measurement::{Levels, LevelsBuilder, Options};

@@ -1,14 +1,18 @@
-//! The answer to a resonance curve: parameters, evidence, doubts.
+//! The answer to a resonance curve: parameters, evidence, warnings.
 
+use super::Method;
 use super::fitted::FittedCurve;
-use super::{Method, Warning};
 use crate::Quantity;
+use crate::answer::columns::columns;
 use crate::answer::comparison::correlation;
-use crate::answer::{Candidate, Correlation, Parameter, Parameters, SlidingEvidence};
+use crate::answer::{Candidate, Correlation, Parameter, Parameters, SlidingEvidence, Warning};
 use crate::model::loss::LossModel;
 
 /// Where the drive amplitude came from.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
+#[cfg_attr(feature = "serde", derive(serde::Serialize))]
+#[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
+#[cfg_attr(feature = "serde", serde(rename_all = "lowercase"))]
 #[non_exhaustive]
 pub enum DriveSource {
     /// Given.
@@ -33,6 +37,8 @@ impl DriveSource {
 /// What the instrument adds: measured is
 /// `Z e^(i (phase_offset - (omega - omega_c) delay)) + background`.
 #[derive(Debug, Clone, PartialEq, Default)]
+#[cfg_attr(feature = "serde", derive(serde::Serialize))]
+#[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
 pub struct Instrument {
     /// Phase offset, rad; `None` where not fitted.
     pub phase_offset_rad: Option<Quantity>,
@@ -96,6 +102,8 @@ pub struct ForcePoint {
 
 /// The line through the dissipative forces: `x_0 sin(lag) = 4 x_F/pi + (2 delta/omega_0) |Z| omega/omega_0`.
 #[derive(Debug, Clone, PartialEq)]
+#[cfg_attr(feature = "serde", derive(serde::Serialize))]
+#[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
 pub struct ForceLine {
     /// Friction displacement from the intercept.
     pub friction_displacement: Quantity,
@@ -109,6 +117,8 @@ pub struct ForceLine {
 
 /// The paper's way for the same data: eq. (14) fitted, inverted with `a = 4/3`.
 #[derive(Debug, Clone, Copy, PartialEq)]
+#[cfg_attr(feature = "serde", derive(serde::Serialize))]
+#[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
 pub struct PaperEstimate {
     /// Effective quality factor `Q_f`.
     pub effective_q_factor: f64,
@@ -131,12 +141,16 @@ pub struct PaperEstimate {
 
 /// The friction-free reference, fitted jointly.
 #[derive(Debug, Clone, PartialEq)]
+#[cfg_attr(feature = "serde", derive(serde::Serialize))]
+#[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
 pub struct ReferenceFit {
     /// Its natural frequency, Hz.
     pub natural_frequency_hz: Quantity,
     /// Its decay rate, 1/s.
     pub decay_rate_per_s: Quantity,
     /// Its points beside the fit.
+    #[cfg_attr(feature = "serde", serde(rename = "curve", serialize_with = "curve_columns::serialize"))]
+    #[cfg_attr(feature = "schema", schemars(with = "curve_columns::Columns"))]
     pub points: Vec<CurvePoint>,
     /// p value of sliding friction in the reference itself, `x_0` free: small means it is
     /// not free of friction.
@@ -145,6 +159,8 @@ pub struct ReferenceFit {
 
 /// How well the model describes the data.
 #[derive(Debug, Clone, PartialEq)]
+#[cfg_attr(feature = "serde", derive(serde::Serialize))]
+#[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
 pub struct Diagnostics {
     /// Points used.
     pub points: usize,
@@ -170,8 +186,24 @@ pub struct Diagnostics {
     pub points_with_stops: usize,
 }
 
+columns! {
+    curve_columns of crate::resonance::CurvePoint {
+        index: usize, frequency_hz: f64, amplitude: f64, phase_rad: Option<f64>, std_error: f64,
+        fitted_amplitude: f64, fitted_phase_rad: f64, residual: f64, residual_across: f64, stops: usize,
+        drive: f64,
+    }
+}
+columns! {
+    force_columns of crate::resonance::ForcePoint {
+        frequency_hz: f64, amplitude: f64, dissipative: f64, dissipative_std_error: f64, elastic: f64,
+        elastic_std_error: f64,
+    }
+}
+
 /// Everything [`analyse`](super::analyse) found out.
 #[derive(Debug, Clone, PartialEq)]
+#[cfg_attr(feature = "serde", derive(serde::Serialize))]
+#[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
 #[non_exhaustive]
 pub struct Answer {
     /// The loss model reported.
@@ -194,8 +226,12 @@ pub struct Answer {
     /// `None` without such a column.
     pub mean_drive: Option<f64>,
     /// The points used beside the fit, by rising frequency.
+    #[cfg_attr(feature = "serde", serde(rename = "curve", serialize_with = "curve_columns::serialize"))]
+    #[cfg_attr(feature = "schema", schemars(with = "curve_columns::Columns"))]
     pub points: Vec<CurvePoint>,
     /// Force balance without a model; empty without phases.
+    #[cfg_attr(feature = "serde", serde(serialize_with = "force_columns::serialize"))]
+    #[cfg_attr(feature = "schema", schemars(with = "force_columns::Columns"))]
     pub force: Vec<ForcePoint>,
     /// The line through it.
     pub force_line: Option<ForceLine>,
@@ -205,11 +241,13 @@ pub struct Answer {
     pub reference: Option<ReferenceFit>,
     /// Quality of the description.
     pub diagnostics: Diagnostics,
-    /// Doubts.
+    /// What limits the answer.
     pub warnings: Vec<Warning>,
     /// Unit of the response.
+    #[cfg_attr(feature = "serde", serde(skip))]
     pub unit: String,
     /// The fitted curve, to be evaluated at any frequency.
+    #[cfg_attr(feature = "serde", serde(skip))]
     pub fit: FittedCurve,
 }
 

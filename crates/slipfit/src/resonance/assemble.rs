@@ -93,7 +93,7 @@ pub(super) fn answer(curve: &Curve, used: &Curve, options: &Options, d: &Describ
         mean_drive: used.drive().map(|d| d.iter().sum::<f64>() / d.len() as f64),
         fit: FittedCurve { guide: guide(used, &problem, p), parameters: p.clone(), problem },
     };
-    answer.warnings = super::doubts::doubts(curve, used, d, &answer, preferred);
+    answer.warnings = super::warnings::warnings(curve, used, d, &answer, preferred);
     Ok(answer)
 }
 

@@ -45,6 +45,9 @@ impl Response {
 
 /// Which way the frequency went while a run was measured.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
+#[cfg_attr(feature = "serde", derive(serde::Serialize))]
+#[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
+#[cfg_attr(feature = "serde", serde(rename_all = "lowercase"))]
 pub enum RunDirection {
     /// Rising.
     Up,

@@ -9,7 +9,6 @@ mod block;
 mod curve;
 mod described;
 mod direct;
-mod doubts;
 mod fits;
 mod fitted;
 mod force;
@@ -28,7 +27,7 @@ mod search;
 mod start;
 mod sums;
 mod terms;
-mod warning;
+mod warnings;
 
 pub use analyse::analyse;
 pub use answer::{
@@ -39,4 +38,3 @@ pub use curve::{Curve, CurveBuilder, Dropped, Response, Run, RunDirection};
 pub use direct::{CurveFit, fit};
 pub use fitted::FittedCurve;
 pub use options::{DriveAmplitude, Method, Options, Terms};
-pub use warning::Warning;

@@ -1,13 +1,15 @@
-//! The answer to a ring-down: parameters, evidence, doubts.
+//! The answer to a ring-down: parameters, evidence, warnings.
 
-use super::Warning;
 use crate::Quantity;
+use crate::answer::columns::columns;
 use crate::answer::comparison::correlation;
-use crate::answer::{Candidate, Correlation, Parameter, Parameters, SlidingEvidence};
+use crate::answer::{Candidate, Correlation, Parameter, Parameters, SlidingEvidence, Warning};
 use crate::model::loss::LossModel;
 
 /// The stretch of the record taken as free decay, and why it ends where it does.
 #[derive(Debug, Clone, PartialEq)]
+#[cfg_attr(feature = "serde", derive(serde::Serialize))]
+#[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
 pub struct Segment {
     /// First instant used, s on the record's clock.
     pub start_s: f64,
@@ -57,6 +59,8 @@ pub struct LossPoint {
 
 /// Frequency against amplitude, `f(A) = f_0 (1 + c2 A² + c4 A⁴)`.
 #[derive(Debug, Clone, PartialEq)]
+#[cfg_attr(feature = "serde", derive(serde::Serialize))]
+#[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
 pub struct Backbone {
     /// Frequency at vanishing amplitude, Hz.
     pub frequency_at_zero_hz: f64,
@@ -72,6 +76,8 @@ pub struct Backbone {
 
 /// Where and when the motion came to rest, when the record shows it.
 #[derive(Debug, Clone, PartialEq)]
+#[cfg_attr(feature = "serde", derive(serde::Serialize))]
+#[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
 pub struct Stop {
     /// Instant of the last turning point, s on the record's clock.
     pub time_s: f64,
@@ -86,6 +92,8 @@ pub struct Stop {
 
 /// How well the model describes the data.
 #[derive(Debug, Clone, PartialEq)]
+#[cfg_attr(feature = "serde", derive(serde::Serialize))]
+#[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
 pub struct Diagnostics {
     /// `waveform` (every sample against the exact motion) or `envelope`
     /// (phase left free, amplitudes of short stretches).
@@ -114,6 +122,8 @@ pub struct Diagnostics {
 
 /// Another oscillation in the record.
 #[derive(Debug, Clone, Copy, PartialEq)]
+#[cfg_attr(feature = "serde", derive(serde::Serialize))]
+#[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
 pub struct OtherMode {
     /// Frequency, Hz.
     pub frequency_hz: f64,
@@ -123,6 +133,8 @@ pub struct OtherMode {
 
 /// A harmonic of the motion: sensors bend, springs harden, joints hit stops.
 #[derive(Debug, Clone, Copy, PartialEq)]
+#[cfg_attr(feature = "serde", derive(serde::Serialize))]
+#[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
 pub struct Distortion {
     /// Multiple of the frequency.
     pub order: usize,
@@ -130,8 +142,21 @@ pub struct Distortion {
     pub relative_amplitude: f64,
 }
 
+columns! {
+    envelope_columns of crate::ringdown::EnvelopePoint {
+        time_s: f64, amplitude: f64, std_error: f64, fitted: f64, frequency_hz: f64, used: bool,
+    }
+}
+columns! {
+    loss_columns of crate::ringdown::LossPoint {
+        amplitude: f64, loss_per_cycle: f64, std_error: f64, fitted: f64, fitted_sliding: f64,
+    }
+}
+
 /// Everything [`analyse`](super::analyse) found out.
 #[derive(Debug, Clone, PartialEq)]
+#[cfg_attr(feature = "serde", derive(serde::Serialize))]
+#[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
 #[non_exhaustive]
 pub struct Answer {
     /// The model reported.
@@ -147,8 +172,12 @@ pub struct Answer {
     /// The stretch used.
     pub segment: Segment,
     /// Amplitudes along the whole record.
+    #[cfg_attr(feature = "serde", serde(serialize_with = "envelope_columns::serialize"))]
+    #[cfg_attr(feature = "schema", schemars(with = "envelope_columns::Columns"))]
     pub envelope: Vec<EnvelopePoint>,
     /// Loss per cycle against amplitude.
+    #[cfg_attr(feature = "serde", serde(serialize_with = "loss_columns::serialize"))]
+    #[cfg_attr(feature = "schema", schemars(with = "loss_columns::Columns"))]
     pub loss: Vec<LossPoint>,
     /// Frequency against amplitude; `None` for a bare envelope.
     pub backbone: Option<Backbone>,
@@ -156,11 +185,13 @@ pub struct Answer {
     pub stop: Option<Stop>,
     /// Quality of the description.
     pub diagnostics: Diagnostics,
-    /// Doubts.
+    /// What limits the answer.
     pub warnings: Vec<Warning>,
     /// Unit of the signal.
+    #[cfg_attr(feature = "serde", serde(skip))]
     pub signal_unit: String,
     /// The fitted waveform, to be evaluated at any instant.
+    #[cfg_attr(feature = "serde", serde(skip))]
     pub fit: super::FittedMotion,
 }
 

@@ -32,7 +32,7 @@ pub(crate) fn answer(e: &Evidence) -> Result<Answer, Error> {
         None if [LossModel::VISCOUS, LossModel::SLIDING].contains(&preferred.model) => comparison
             .get(LossModel::VISCOUS_SLIDING)
             .filter(|both| {
-                preferred.model == LossModel::SLIDING || super::doubts::undecided(e, both, p_value)
+                preferred.model == LossModel::SLIDING || super::warnings::undecided(e, both, p_value)
             })
             .unwrap_or(preferred),
         None => preferred,
@@ -63,7 +63,7 @@ pub(crate) fn answer(e: &Evidence) -> Result<Answer, Error> {
         signal_unit: e.record.unit().to_owned(),
         fit,
     };
-    answer.warnings = super::doubts::doubts(e, &answer, preferred.model);
+    answer.warnings = super::warnings::warnings(e, &answer, preferred.model);
     Ok(answer)
 }
 

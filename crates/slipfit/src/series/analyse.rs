@@ -1,10 +1,10 @@
 //! The one way in.
 
-use super::answer::{Answer, Cell, Pair, Row, Solo, Warning};
+use super::answer::{Answer, ConditionRow, Consistency, Estimate, SingleAnswer};
 use super::joint::{DISAGREE, birge, joint, references};
 use super::law::{LoadPoint, friction_against_load};
 use super::{Condition, Data, Measurement, Options};
-use crate::answer::Parameter;
+use crate::answer::{Parameter, Warning};
 use crate::inference::evidence::chi_square_tail;
 use crate::model::calibration::Calibration;
 use crate::model::loss::LossModel;
@@ -13,7 +13,7 @@ use nalgebra::{Matrix2, Vector2};
 use std::f64::consts::TAU;
 
 /// What one measurement says, limits lifted, in the common unit.
-pub(super) struct Said {
+pub(super) struct SolvedMeasurement {
     pub(super) measurement: usize,
     pub(super) ring_down: bool,
     /// Damping rate and friction displacement.
@@ -83,10 +83,10 @@ pub fn analyse(measurements: &[Measurement], options: &Options) -> Result<Answer
             labels.push(&m.condition);
         }
     }
-    let table: Vec<Row> = labels
+    let table: Vec<ConditionRow> = labels
         .iter()
         .map(|condition| {
-            let here = |ring_down: Option<bool>| -> Vec<&Said> {
+            let here = |ring_down: Option<bool>| -> Vec<&SolvedMeasurement> {
                 said.iter()
                     .filter(|s| measurements[s.measurement].condition.label == condition.label)
                     .filter(|s| ring_down.is_none_or(|r| r == s.ring_down))
@@ -104,7 +104,7 @@ pub fn analyse(measurements: &[Measurement], options: &Options) -> Result<Answer
         .iter()
         .filter_map(|c| {
             let of = |ring_down: bool| {
-                let list: Vec<&Said> = said
+                let list: Vec<&SolvedMeasurement> = said
                     .iter()
                     .filter(|s| {
                         s.ring_down == ring_down && measurements[s.measurement].condition.label == c.label
@@ -129,7 +129,7 @@ pub fn analyse(measurements: &[Measurement], options: &Options) -> Result<Answer
 }
 
 /// The answer as asked for, and the one with viscous damping and sliding friction.
-fn one(data: &Data) -> (Result<Solo, Error>, Option<Solo>) {
+fn one(data: &Data) -> (Result<SingleAnswer, Error>, Option<SingleAnswer>) {
     match data {
         Data::RingDown { record, options } => asked_and_both(
             |forced| {
@@ -137,7 +137,7 @@ fn one(data: &Data) -> (Result<Solo, Error>, Option<Solo>) {
                 ringdown::analyse(record, &ringdown::Options { model, ..(**options).clone() })
             },
             |answer| answer.model,
-            |answer| Solo::RingDown(Box::new(answer)),
+            |answer| SingleAnswer::RingDown(Box::new(answer)),
         ),
         Data::Sweep { curve, options } => asked_and_both(
             |forced| {
@@ -145,13 +145,13 @@ fn one(data: &Data) -> (Result<Solo, Error>, Option<Solo>) {
                 resonance::analyse(curve, &resonance::Options { model, ..(**options).clone() })
             },
             |answer| answer.model,
-            |answer| Solo::Sweep(Box::new(answer)),
+            |answer| SingleAnswer::Sweep(Box::new(answer)),
         ),
         // Levels know no other model.
         Data::Levels { levels, options } => asked_and_both(
             |_| levels::analyse(levels, options),
             |_| LossModel::VISCOUS_SLIDING,
-            |answer| Solo::Levels(Box::new(answer)),
+            |answer| SingleAnswer::Levels(Box::new(answer)),
         ),
     }
 }
@@ -161,8 +161,8 @@ fn one(data: &Data) -> (Result<Solo, Error>, Option<Solo>) {
 fn asked_and_both<A: Clone>(
     analyse: impl Fn(Option<LossModel>) -> Result<A, Error>,
     model: impl Fn(&A) -> LossModel,
-    solo: impl Fn(A) -> Solo,
-) -> (Result<Solo, Error>, Option<Solo>) {
+    solo: impl Fn(A) -> SingleAnswer,
+) -> (Result<SingleAnswer, Error>, Option<SingleAnswer>) {
     const BOTH: LossModel = LossModel::VISCOUS_SLIDING;
     let answer = match analyse(None) {
         Ok(answer) => answer,
@@ -173,16 +173,16 @@ fn asked_and_both<A: Clone>(
 }
 
 /// Values and covariance out of an answer.
-fn speak(measurement: usize, scale: f64, answer: &Solo) -> Result<Said, &'static str> {
+fn speak(measurement: usize, scale: f64, answer: &SingleAnswer) -> Result<SolvedMeasurement, &'static str> {
     const PAIR: [Parameter; 2] = [Parameter::DECAY_RATE, Parameter::FRICTION_DISPLACEMENT];
     let get = |parameter: Parameter| answer.parameters().get(parameter).cloned();
     let delta = get(PAIR[0]).ok_or("it gives no decay rate")?;
     let x_f = get(PAIR[1]).ok_or("it gives no friction displacement")?.scaled(scale, "");
     let rho = match answer {
-        Solo::RingDown(a) => a.correlation(PAIR[0], PAIR[1]).unwrap_or(0.0),
-        Solo::Sweep(a) => a.correlation(PAIR[0], PAIR[1]).unwrap_or(0.0),
+        SingleAnswer::RingDown(a) => a.correlation(PAIR[0], PAIR[1]).unwrap_or(0.0),
+        SingleAnswer::Sweep(a) => a.correlation(PAIR[0], PAIR[1]).unwrap_or(0.0),
         // delta falls as the slope rises.
-        Solo::Levels(a) => -a.correlation,
+        SingleAnswer::Levels(a) => -a.correlation,
     };
     let rho = rho.clamp(-0.999_999, 0.999_999);
     let (s_d, s_x) = (delta.std_error, x_f.std_error);
@@ -192,15 +192,15 @@ fn speak(measurement: usize, scale: f64, answer: &Solo) -> Result<Said, &'static
     let covariance = Matrix2::new(s_d * s_d, rho * s_d * s_x, rho * s_d * s_x, s_x * s_x);
     let frequency = match answer {
         // A ring-down swings at omega_d.
-        Solo::RingDown(_) => {
+        SingleAnswer::RingDown(_) => {
             get(Parameter::Frequency).map(|q| [q.value.hypot(delta.value / TAU), q.std_error])
         }
-        Solo::Sweep(_) => get(Parameter::NaturalFrequency).map(|q| [q.value, q.std_error]),
-        Solo::Levels(_) => None,
+        SingleAnswer::Sweep(_) => get(Parameter::NaturalFrequency).map(|q| [q.value, q.std_error]),
+        SingleAnswer::Levels(_) => None,
     }
     .filter(|f| f[1] > 0.0 && f[1].is_finite());
     let drive = match answer {
-        Solo::Sweep(a) => {
+        SingleAnswer::Sweep(a) => {
             get(Parameter::DriveAmplitude).filter(|q| q.std_error > 0.0 && q.std_error.is_finite()).map(|q| {
                 let with = |other| a.correlation(Parameter::DriveAmplitude, other).unwrap_or(0.0);
                 ([q.value * scale, q.std_error * scale], PAIR.map(with))
@@ -208,9 +208,9 @@ fn speak(measurement: usize, scale: f64, answer: &Solo) -> Result<Said, &'static
         }
         _ => None,
     };
-    Ok(Said {
+    Ok(SolvedMeasurement {
         measurement,
-        ring_down: matches!(answer, Solo::RingDown(_)),
+        ring_down: matches!(answer, SingleAnswer::RingDown(_)),
         value: Vector2::new(delta.unbounded_value, x_f.unbounded_value),
         covariance,
         frequency,
@@ -221,7 +221,7 @@ fn speak(measurement: usize, scale: f64, answer: &Solo) -> Result<Said, &'static
 type Both = (Vector2<f64>, Matrix2<f64>);
 
 /// Mean of several by their covariances.
-fn together(list: &[&Said]) -> Option<Both> {
+fn together(list: &[&SolvedMeasurement]) -> Option<Both> {
     let mut weight = Matrix2::zeros();
     let mut sum = Vector2::zeros();
     for s in list {
@@ -235,9 +235,10 @@ fn together(list: &[&Said]) -> Option<Both> {
 
 /// Where the parts do not agree their mean is less sure by the Birge ratio, the root of chi square
 /// over its degrees of freedom.
-fn widened((mean, covariance): Both, list: &[&Said]) -> Both {
-    let off =
-        |s: &&Said| Some(((s.value - mean).transpose() * s.covariance.try_inverse()? * (s.value - mean))[0]);
+fn widened((mean, covariance): Both, list: &[&SolvedMeasurement]) -> Both {
+    let off = |s: &&SolvedMeasurement| {
+        Some(((s.value - mean).transpose() * s.covariance.try_inverse()? * (s.value - mean))[0])
+    };
     let chi_square: f64 = list.iter().filter_map(off).sum();
     (mean, covariance * birge(chi_square, 2 * list.len().saturating_sub(1)))
 }
@@ -251,19 +252,19 @@ fn difference(a: Both, b: Both) -> Option<f64> {
 
 fn row(
     condition: &Condition,
-    ring_downs: &[&Said],
-    resonances: &[&Said],
-    all: &[&Said],
+    ring_downs: &[&SolvedMeasurement],
+    resonances: &[&SolvedMeasurement],
+    all: &[&SolvedMeasurement],
     options: &Options,
-) -> Row {
+) -> ConditionRow {
     let (r, s) = (together(ring_downs), together(resonances));
     let hz = all.iter().find_map(|s| s.frequency).map(|f| f[0]);
     let pair = |k: usize| {
         let (a, b) = (r?, s?);
         let z = (a.0[k] - b.0[k]) / (a.1[(k, k)] + b.1[(k, k)]).sqrt();
-        Some(Pair { z, p_value: chi_square_tail(z * z, 1.0) })
+        Some(Consistency { z, p_value: chi_square_tail(z * z, 1.0) })
     };
-    Row {
+    ConditionRow {
         condition: condition.label.clone(),
         value: condition.value,
         ring_down: r.map(|b| cell(b, hz, options)),
@@ -276,7 +277,7 @@ fn row(
 }
 
 /// As a person reads it: within the limits, in newtons where a calibration is given.
-fn cell((value, covariance): Both, hz: Option<f64>, options: &Options) -> Cell {
+fn cell((value, covariance): Both, hz: Option<f64>, options: &Options) -> Estimate {
     let limited = |k: usize, unit: &str| {
         let std = covariance[(k, k)].sqrt();
         let [low, high] = crate::inference::interval::bounded_interval(value[k] / std);
@@ -298,18 +299,18 @@ fn cell((value, covariance): Both, hz: Option<f64>, options: &Options) -> Cell {
             };
             let [(_, damping), (_, friction)] =
                 crate::model::calibration::physical(exact, TAU * hz, &options.unit, &delta, &x_f);
-            Cell { friction, damping, correlation }
+            Estimate { friction, damping, correlation }
         }
-        _ => Cell { friction: x_f, damping: delta, correlation },
+        _ => Estimate { friction: x_f, damping: delta, correlation },
     }
 }
 
 /// Friction against the conditions that are numbers, where they may be loads.
-fn laws(table: &[Row], options: &Options) -> Vec<super::LawFit> {
+fn laws(table: &[ConditionRow], options: &Options) -> Vec<super::LawFit> {
     if !may_be_load(&options.condition_unit) {
         return Vec::new();
     }
-    let cells: Vec<(&Row, &Cell)> = table
+    let cells: Vec<(&ConditionRow, &Estimate)> = table
         .iter()
         .filter(|r| r.value.is_some_and(|v| v[0] >= 0.0))
         .filter_map(|r| Some((r, r.joint.as_ref()?)))

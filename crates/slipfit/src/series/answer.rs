@@ -1,14 +1,13 @@
 //! The answer to a series.
 
 use super::law::LawFit;
-use crate::answer::Parameters;
+use crate::answer::{Parameters, Warning};
 use crate::{Error, Quantity, levels, resonance, ringdown};
-use std::fmt;
 
 /// One measurement alone.
 #[derive(Debug, Clone, PartialEq)]
 #[non_exhaustive]
-pub enum Solo {
+pub enum SingleAnswer {
     /// A ring-down.
     RingDown(Box<ringdown::Answer>),
     /// A resonance curve.
@@ -17,20 +16,22 @@ pub enum Solo {
     Levels(Box<levels::Answer>),
 }
 
-impl Solo {
+impl SingleAnswer {
     /// The parameters of its answer.
     pub fn parameters(&self) -> &Parameters {
         match self {
-            Solo::RingDown(a) => &a.parameters,
-            Solo::Sweep(a) => &a.parameters,
-            Solo::Levels(a) => &a.parameters,
+            SingleAnswer::RingDown(a) => &a.parameters,
+            SingleAnswer::Sweep(a) => &a.parameters,
+            SingleAnswer::Levels(a) => &a.parameters,
         }
     }
 }
 
 /// Estimate of friction and damping by one kind of experiment.
 #[derive(Debug, Clone, PartialEq)]
-pub struct Cell {
+#[cfg_attr(feature = "serde", derive(serde::Serialize))]
+#[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
+pub struct Estimate {
     /// Friction: x_F, or F with a calibration.
     pub friction: Quantity,
     /// Damping: delta in 1/s, or gamma with a calibration.
@@ -41,7 +42,9 @@ pub struct Cell {
 
 /// Two estimates of one quantity, compared.
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub struct Pair {
+#[cfg_attr(feature = "serde", derive(serde::Serialize))]
+#[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
+pub struct Consistency {
     /// Difference over its standard error.
     pub z: f64,
     /// Two-sided p value of it.
@@ -50,27 +53,34 @@ pub struct Pair {
 
 /// One condition: a row of the paper's Table 1.
 #[derive(Debug, Clone, PartialEq)]
-pub struct Row {
+#[cfg_attr(feature = "serde", derive(serde::Serialize))]
+#[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
+pub struct ConditionRow {
     /// Label of the condition.
     pub condition: String,
     /// Its value with standard error.
     pub value: Option<[f64; 2]>,
     /// By ring-down (all ring-downs of this condition together).
-    pub ring_down: Option<Cell>,
+    #[cfg_attr(feature = "serde", serde(rename = "ringdown"))]
+    pub ring_down: Option<Estimate>,
     /// By resonance (sweeps and levels together).
-    pub resonance: Option<Cell>,
+    pub resonance: Option<Estimate>,
     /// Do the frictions agree?
-    pub friction: Option<Pair>,
+    #[cfg_attr(feature = "serde", serde(rename = "friction_agreement"))]
+    pub friction: Option<Consistency>,
     /// Do the dampings agree?
-    pub damping: Option<Pair>,
+    #[cfg_attr(feature = "serde", serde(rename = "damping_agreement"))]
+    pub damping: Option<Consistency>,
     /// p value of both together, their correlations counted.
     pub p_value: Option<f64>,
     /// All measurements of this condition fitted jointly.
-    pub joint: Option<Cell>,
+    pub joint: Option<Estimate>,
 }
 
 /// The joint fit of all measurements with the shared parameters.
 #[derive(Debug, Clone, PartialEq)]
+#[cfg_attr(feature = "serde", derive(serde::Serialize))]
+#[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
 pub struct Joint {
     /// Natural frequency, Hz, where shared.
     pub natural_frequency_hz: Option<Quantity>,
@@ -86,80 +96,20 @@ pub struct Joint {
     pub p_value: f64,
 }
 
-/// A doubt about a series.
-#[derive(Debug, Clone, PartialEq)]
-#[non_exhaustive]
-pub enum Warning {
-    /// Two ways disagree at one condition.
-    Disagree {
-        /// The condition.
-        condition: String,
-        /// p value of their agreement.
-        p_value: f64,
-    },
-    /// The measurements do not share what they were said to.
-    NotShared {
-        /// p value of it.
-        p_value: f64,
-    },
-    /// A measurement could not be analysed; the others were.
-    Failed {
-        /// Its name.
-        name: String,
-    },
-    /// A measurement gives no friction displacement and damping (units, too short).
-    NotUsed {
-        /// Its name.
-        name: String,
-        /// Why.
-        why: &'static str,
-    },
-}
-
-impl Warning {
-    /// Machine-readable code.
-    pub fn code(&self) -> &'static str {
-        match self {
-            Warning::Disagree { .. } => "disagree",
-            Warning::NotShared { .. } => "not_shared",
-            Warning::Failed { .. } => "failed",
-            Warning::NotUsed { .. } => "not_used",
-        }
-    }
-}
-
-impl fmt::Display for Warning {
-    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        use crate::answer::p_value;
-        match self {
-            Warning::Disagree { condition, p_value: p } => {
-                write!(f, "{condition}: ring-down and resonance disagree ({})", p_value(*p))
-            }
-            Warning::NotShared { p_value: p } => write!(
-                f,
-                "the measurements do not share the parameters they were said to share ({})",
-                p_value(*p)
-            ),
-            Warning::Failed { name } => write!(f, "{name} could not be analysed; the others were"),
-            Warning::NotUsed { name, why } => write!(f, "{name} is not in the joint fit: {why}"),
-        }
-    }
-}
-
 /// Everything [`analyse`](super::analyse) found out.
 #[derive(Debug, Clone, PartialEq)]
 #[non_exhaustive]
 pub struct Answer {
     /// Each measurement alone, in the order given, with its name.
-    pub solo: Vec<(String, Result<Solo, Error>)>,
+    pub solo: Vec<(String, Result<SingleAnswer, Error>)>,
     /// The paper's Table 1 for these data.
-    pub table: Vec<Row>,
+    pub table: Vec<ConditionRow>,
     /// p value that ring-down and resonance agree at every condition.
     pub agreement_p_value: Option<f64>,
     /// Everything fitted jointly.
     pub joint: Option<Joint>,
     /// Friction against load, laws compared, best first; empty without numeric conditions.
     pub laws: Vec<LawFit>,
-    /// Doubts.
+    /// What limits the answer.
     pub warnings: Vec<Warning>,
 }

@@ -1,6 +1,6 @@
 //! Generalised least squares of everything said, with what is shared.
 
-use super::analyse::Said;
+use super::analyse::SolvedMeasurement;
 use super::answer::Joint;
 use super::{Condition, Data, Measurement, Options};
 use crate::answer::Parameter;
@@ -30,8 +30,8 @@ pub(super) struct Reference {
 /// A sweep with a reference says `C⁻¹ = S + h h'/σ_r²`, what its own shape tells and what the
 /// reference tells of the drive amplitude `h`; of `m` sweeps with one reference `m - 1` of its
 /// contributions are taken off again.
-pub(super) fn references(said: &[Said], measurements: &[Measurement]) -> Vec<Reference> {
-    let mut seen: Vec<(&resonance::Curve, f64, Vec<&Said>)> = Vec::new();
+pub(super) fn references(said: &[SolvedMeasurement], measurements: &[Measurement]) -> Vec<Reference> {
+    let mut seen: Vec<(&resonance::Curve, f64, Vec<&SolvedMeasurement>)> = Vec::new();
     for s in said.iter().filter(|s| s.drive.is_some()) {
         let m = &measurements[s.measurement];
         let Data::Sweep { options, .. } = &m.data else { continue };
@@ -42,7 +42,7 @@ pub(super) fn references(said: &[Said], measurements: &[Measurement]) -> Vec<Ref
         }
     }
     let shared = seen.into_iter().filter(|(_, _, sweeps)| sweeps.len() > 1);
-    let alone = |(curve, scale, sweeps): (&resonance::Curve, f64, Vec<&Said>)| {
+    let alone = |(curve, scale, sweeps): (&resonance::Curve, f64, Vec<&SolvedMeasurement>)| {
         let viscous = resonance::Options { model: Some(LossModel::VISCOUS), ..resonance::Options::default() };
         let answer = resonance::analyse(curve, &viscous).ok()?;
         let drive = answer.parameter(Parameter::DriveAmplitude)?;
@@ -57,7 +57,7 @@ pub(super) fn references(said: &[Said], measurements: &[Measurement]) -> Vec<Ref
 
 /// Generalised least squares of everything said.
 pub(super) fn joint(
-    said: &[Said],
+    said: &[SolvedMeasurement],
     references: &[Reference],
     measurements: &[Measurement],
     labels: &[&Condition],

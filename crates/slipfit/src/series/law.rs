@@ -8,15 +8,21 @@ use std::fmt;
 
 /// A law of friction against load.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
+#[cfg_attr(feature = "serde", derive(serde::Serialize))]
+#[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
 #[non_exhaustive]
 pub enum LoadLaw {
     /// `F = mu N` through zero.
+    #[cfg_attr(feature = "serde", serde(rename = "F = mu N"))]
     Proportional,
     /// Amontons with an offset, `F = mu N + F_0`.
+    #[cfg_attr(feature = "serde", serde(rename = "F = mu N + F_0"))]
     Amontons,
     /// Adhesive: `F = mu (N + N_0)`, `N_0 >= 0`: Amontons with a pull-off load.
+    #[cfg_attr(feature = "serde", serde(rename = "F = mu (N + N_0)"))]
     Adhesive,
     /// Hertz-like: `F = c N^(2/3)`.
+    #[cfg_attr(feature = "serde", serde(rename = "F = c N^(2/3)"))]
     Hertz,
 }
 
@@ -35,6 +41,8 @@ pub struct LoadPoint {
 
 /// One law, fitted.
 #[derive(Debug, Clone, PartialEq)]
+#[cfg_attr(feature = "serde", derive(serde::Serialize))]
+#[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
 pub struct LawFit {
     /// The law.
     pub law: LoadLaw,

@@ -8,6 +8,6 @@ mod law;
 mod measurement;
 
 pub use analyse::analyse;
-pub use answer::{Answer, Cell, Joint, Pair, Row, Solo, Warning};
+pub use answer::{Answer, ConditionRow, Consistency, Estimate, Joint, SingleAnswer};
 pub use law::{LawFit, LoadLaw, LoadPoint, friction_against_load};
 pub use measurement::{Condition, Data, Measurement, Options, Shared};

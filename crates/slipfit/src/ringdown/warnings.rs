@@ -1,10 +1,10 @@
-//! Which warnings an answer deserves.
+//! Which warnings the answer to a ring-down carries.
 
+use super::Answer;
 use super::envelope::{DELTA, X_F};
 use super::evidence::Evidence;
 use super::window::EndReason;
-use super::{Answer, Warning};
-use crate::answer::Parameter;
+use crate::answer::{Parameter, Warning};
 use crate::inference::model_selection::ModelFit;
 use crate::model::loss::LossModel;
 
@@ -29,7 +29,7 @@ pub(crate) fn undecided(e: &Evidence, both: &ModelFit, sliding_p_value: f64) -> 
     too_short(e) || inseparable(both.unbounded.correlation(DELTA, X_F), sliding_p_value)
 }
 
-pub(crate) fn doubts(e: &Evidence, answer: &Answer, preferred: LossModel) -> Vec<Warning> {
+pub(crate) fn warnings(e: &Evidence, answer: &Answer, preferred: LossModel) -> Vec<Warning> {
     let mut list = Vec::new();
     let bare = !e.record.kind().oscillates();
     if too_short(e) {
@@ -38,7 +38,7 @@ pub(crate) fn doubts(e: &Evidence, answer: &Answer, preferred: LossModel) -> Vec
     let correlation =
         answer.correlation(Parameter::DECAY_RATE, Parameter::FRICTION_DISPLACEMENT).unwrap_or(0.0);
     if inseparable(correlation, answer.sliding.p_value) {
-        list.push(Warning::NotSeparable { correlation, decay_times: answer.diagnostics.decay_times });
+        list.push(Warning::NotSeparable { correlation, decay_times: Some(answer.diagnostics.decay_times) });
     }
     if let Some(other) = answer.diagnostics.other_modes.iter().find(|m| m.relative_amplitude > 0.12) {
         list.push(Warning::SeveralModes {
@@ -49,7 +49,7 @@ pub(crate) fn doubts(e: &Evidence, answer: &Answer, preferred: LossModel) -> Vec
     }
     let excess = answer.diagnostics.residual_excess;
     if excess > 4.0 {
-        list.push(Warning::ModelMisfit { excess });
+        list.push(Warning::ModelMisfit { ratio: excess.sqrt() });
     }
     if e.measured.window.end_reason == EndReason::SlowTail {
         let end = answer.segment.end_s;

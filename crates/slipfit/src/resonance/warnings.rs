@@ -1,16 +1,16 @@
-//! Which warnings an answer carries.
+//! Which warnings the answer to a curve carries.
 
 use super::block::Block;
 use super::described::{Described, oscillator_seen};
 use super::peak::Peak;
 use super::response::{BG_IM, BG_RE, DELTA, DUFFING, OMEGA, R_DELTA, R_OMEGA, X_F};
-use super::{Answer, Curve, DriveSource, Method, RunDirection, Warning, peak};
-use crate::answer::Parameter;
+use super::{Answer, Curve, DriveSource, Method, RunDirection, peak};
+use crate::answer::{Parameter, Warning};
 use crate::inference::model_selection::ModelFit;
 use crate::model::loss::LossModel;
 use std::f64::consts::TAU;
 
-pub(super) fn doubts(
+pub(super) fn warnings(
     curve: &Curve,
     used: &Curve,
     d: &Described,
@@ -67,7 +67,7 @@ pub(super) fn doubts(
     let misfit = answer.diagnostics.residual_rms / answer.diagnostics.noise_rms.max(f64::MIN_POSITIVE);
     // The noise between neighbours is itself known to about one part in the root of their number.
     if answer.diagnostics.residual_excess > 1.0 && misfit > 1.0 + 1.0 / b.observations().sqrt() {
-        list.push(Warning::ModelMisfit { excess: misfit });
+        list.push(Warning::ModelMisfit { ratio: misfit });
     }
     models(&mut list, d, answer, preferred);
     if answer.method == Method::Paper
@@ -109,7 +109,7 @@ fn shape(list: &mut Vec<Warning>, d: &Described, answer: &Answer) {
         let correlation = fit.correlation(DELTA, X_F);
         let error = d.comparison.noise.std_error(fit, DELTA);
         if correlation.abs() > 0.99 && error > 0.5 * fit.parameters[DELTA].abs() {
-            list.push(Warning::NotSeparable { correlation });
+            list.push(Warning::NotSeparable { correlation, decay_times: None });
         }
     }
     let stuck = answer.diagnostics.points_with_stops;
