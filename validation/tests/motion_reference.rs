@@ -40,7 +40,8 @@ fn free_decays_hold_to_1e_12_after_ten_thousand_half_cycles() {
         assert!((point.position - turn).abs() < 2e-15, "{row:?} {point:?}");
         assert!((point.time_s / turn_time - 1.0).abs() < 2e-16 || n == 0.0);
         // The time of each row is a double: nothing is lost there.
-        assert!((xx - x).abs() < 1e-14 && (vv - v).abs() < 1e-14, "{row:?} {xx} {vv}");
+        assert!((xx - x).abs() < 1e-14, "{row:?} {xx} {vv}");
+        assert!((vv - v).abs() < 1e-14, "{row:?} {xx} {vv}");
 
         let mut motion = Motion::new(&o, Drive::none(), 0.0, x_0, 0.0).unwrap();
         let turns: Vec<_> = motion.events(turn_time * (1.0 + 1e-15)).collect();
@@ -52,7 +53,8 @@ fn free_decays_hold_to_1e_12_after_ten_thousand_half_cycles() {
             }
         }
         let s = motion.state_at(t).unwrap();
-        assert!((s.position - x).abs() < 1e-12 && (s.velocity - v).abs() < 1e-12, "{row:?} {s:?}");
+        assert!((s.position - x).abs() < 1e-12, "{row:?} {s:?}");
+        assert!((s.velocity - v).abs() < 1e-12, "{row:?} {s:?}");
         count += 1;
     }
     assert_eq!(count, 47);

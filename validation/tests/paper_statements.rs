@@ -77,7 +77,7 @@ fn phi_1_of_equation_7_is_two_hundred_times_what_is_printed() {
     assert!((holds - exact.fundamental_phase()).abs() < 1e-6, "{holds}");
     assert!((holds - 0.045).abs() < 1e-4);
     assert!((holds / (o.friction_displacement() / (PI * r)) - 1.0).abs() < 1e-3);
-    assert!(printed < 2.5e-4 && printed > 1.5e-4, "{printed}");
+    assert!((1.5e-4..=2.5e-4).contains(&printed), "{printed}");
 }
 
 #[test]
@@ -103,7 +103,8 @@ fn equation_8_is_very_effective_at_resonance_and_not_on_the_flanks() {
     // Low below resonance, high above: 20 % at 6 % above it, and growing.
     let worst = (0..=120).map(|i| error(0.94 + 0.001 * f64::from(i)).abs()).fold(0.0, f64::max);
     assert!((worst - 0.2).abs() < 0.002, "{worst}");
-    assert!(error(0.95) < 0.0 && error(1.05) > 0.0);
+    assert!(error(0.95) < 0.0);
+    assert!(error(1.05) > 0.0);
     // The series with more terms heals it.
     let exact = ClosedForm::new(&o, &at(0.97)).unwrap().amplitude();
     let by = |terms| SteadyState::new(&o, &at(0.97), Method::Series { terms }).unwrap().amplitude();
@@ -131,7 +132,8 @@ fn the_gains_of_figure_1_are_met() {
         let error = 1.0 - r / found.state.gain();
         let lag = found.state.phase_lag() - FRAC_PI_2;
         let expected = if gain > 2.0 { (0.00125, 0.0499) } else { (0.0298, 0.2449) };
-        assert!((error - expected.0).abs() < 1e-4 && (lag - expected.1).abs() < 1e-4, "{error} {lag}");
+        assert!((error - expected.0).abs() < 1e-4, "{error} {lag}");
+        assert!((lag - expected.1).abs() < 1e-4, "{error} {lag}");
     }
 }
 
@@ -175,7 +177,8 @@ fn equations_9_to_13_are_consistent_with_each_other() {
             < 1e-12
     );
     let back = lorentzian::invert(x, q, 1.0, a).unwrap();
-    assert!((back.beta - 0.9).abs() < 1e-12 && (back.q_factor - 50.0).abs() < 1e-10);
+    assert!((back.beta - 0.9).abs() < 1e-12);
+    assert!((back.q_factor - 50.0).abs() < 1e-10);
     assert!(lorentzian::invert(1.1, q, 1.0, a).is_err());
 }
 
@@ -217,7 +220,8 @@ fn the_a_of_equation_14_is_no_constant_and_four_thirds_biases_the_inversion() {
             let (x, q) = lorentzian_fit(&o, lines, curve);
             let back = lorentzian::invert(x, q, 1.0, lorentzian::PAPER_A).unwrap();
             let (f, g) = (back.beta / beta - 1.0, back.q_factor / 50.0 - 1.0);
-            assert!((f - f_bias).abs() < within && (g - q_bias).abs() < within, "beta {beta}: {f} {g}");
+            assert!((f - f_bias).abs() < within, "beta {beta}: {f} {g}");
+            assert!((g - q_bias).abs() < within, "beta {beta}: {f} {g}");
             // The a that would have given the truth, from Q_f = Q (1 - beta/a).
             let a = beta / (1.0 - q / 50.0);
             assert!((a - 4.0 / 3.0).abs() > 0.09, "{a}");
@@ -234,7 +238,7 @@ fn the_offset_of_equation_16_against_the_turning_points_themselves() {
     let offset = (b * b - a * c) / (a + c - 2.0 * b);
     assert!((offset / o.decay_offset() - 1.0).abs() < 1e-12);
     let printed = averaged::decay_offset(&o) / offset - 1.0;
-    assert!(printed < -0.015 && printed > -0.025, "{printed}");
+    assert!((-0.025..=-0.015).contains(&printed), "{printed}");
 }
 
 #[test]
@@ -242,10 +246,13 @@ fn validity_gives_the_size_of_the_error_not_only_a_verdict() {
     let v = validity(&strong(), &at(1.0)).unwrap();
     assert!(v.within_stated_limits());
     assert!((v.fundamental_phase - 0.04497).abs() < 1e-4, "{v:?}");
-    assert!(v.leading_error.abs() < 1e-3 && v.leading_error != 0.0);
+    assert!(v.leading_error.abs() < 1e-3);
+    assert!(v.leading_error != 0.0);
     assert!((v.leading_phase_error).abs() < 0.05);
     let stuck = validity(&strong(), &HarmonicDrive::new(0.5, 1.0).unwrap()).unwrap();
-    assert!(!stuck.within_stated_limits() && stuck.amplitude == 0.0 && stuck.leading_error == 0.0);
+    assert!(!stuck.within_stated_limits());
+    assert!(stuck.amplitude == 0.0);
+    assert!(stuck.leading_error == 0.0);
     let low = Oscillator::builder().omega_0(1.0).q_factor(1.5).friction_displacement(0.1).build().unwrap();
     assert!(!validity(&low, &at(1.0)).unwrap().within_stated_limits());
 }
@@ -258,7 +265,8 @@ fn drag_by_energy_matches_the_balance_of_its_fundamental() {
     assert!((none.amplitude() - leading::leading_amplitude(&o, &drive)).abs() < 1e-12 * none.amplitude());
     let with = SteadyState::new(&o, &drive, Method::LeadingWithDrag { drag_rate: 1e-3 }).unwrap();
     let loss = with.loss();
-    assert!(with.amplitude() < none.amplitude() && loss.drag > 0.0);
+    assert!(with.amplitude() < none.amplitude());
+    assert!(loss.drag > 0.0);
     assert!((loss.total() - with.work()).abs() < 1e-10 * loss.total(), "{loss:?} {}", with.work());
 }
 
@@ -297,7 +305,9 @@ fn a_fourier_series_of_sticking_friction_sums_to_the_motion_with_its_stops() {
         let t = |i: u32| f64::from(i) * drive.period_s() / 200.0;
         (0..200).map(|i| (series.displacement(t(i)) - orbit.state(t(i)).0).abs()).fold(0.0, f64::max)
     };
-    assert!(error(30) < 2e-2 && error(300) < 2e-4 && error(3000) < 2e-6, "{} {}", error(30), error(3000));
+    assert!(error(30) < 2e-2, "{} {}", error(30), error(3000));
+    assert!(error(300) < 2e-4, "{} {}", error(30), error(3000));
+    assert!(error(3000) < 2e-6, "{} {}", error(30), error(3000));
     // The square wave of eq. (1), which knows no stick, stays wrong however many its terms.
     let square = SteadyState::new(&o, &drive, Method::Series { terms: 3000 }).unwrap();
     let amplitude = orbit.turning_points().iter().fold(0.0, |m: f64, p| m.max(p.1.abs()));
@@ -326,7 +336,8 @@ fn equations_1_and_3_sum_to_force_and_motion() {
             .map(|t| series::displacement(&o, drive.omega(), (r, phi), t, terms) - exact.state(t + turn).0)
             .fold(0.0, |m: f64, e| m.max(e.abs()))
     };
-    assert!(error(20_000) < 1e-6 && error(1) > 1e-2, "{} {}", error(20_000), error(1));
+    assert!(error(20_000) < 1e-6, "{} {}", error(20_000), error(1));
+    assert!(error(1) > 1e-2, "{} {}", error(20_000), error(1));
 }
 
 #[test]
@@ -357,7 +368,8 @@ fn equations_9_and_11_to_14_meet_the_exact_motion_at_resonance_only() {
     let exact = |omega: f64| ClosedForm::new(&o, &at(omega)).unwrap().amplitude();
     assert!((lorentzian::resonance_amplitude(&o, 1.0) / exact(1.0) - 1.0).abs() < 2e-4);
     let error = |omega: f64| lorentzian::lorentzian_amplitude(&o, &at(omega), a) / exact(omega) - 1.0;
-    assert!(error(1.0).abs() < 2e-4 && error(0.97) < -0.09, "{} {}", error(1.0), error(0.97));
+    assert!(error(1.0).abs() < 2e-4, "{} {}", error(1.0), error(0.97));
+    assert!(error(0.97) < -0.09, "{} {}", error(1.0), error(0.97));
     // Half the square of the amplitude is where eq. (12) with 4/3 puts it only roughly: the exact
     // line is narrower by a tenth and more.
     let half = |f: &dyn Fn(f64) -> f64| {
@@ -372,7 +384,8 @@ fn equations_9_and_11_to_14_meet_the_exact_motion_at_resonance_only() {
     let by_11 = lorentzian::effective_decay_rate(&o, 1.0, a);
     assert!((by_11 - by_12).abs() < 1e-15);
     let found = half(&exact);
-    assert!((found / by_12 - 1.0).abs() > 0.05 && (found / by_12 - 1.0).abs() < 0.5, "{found} {by_12}");
+    assert!((found / by_12 - 1.0).abs() > 0.05, "{found} {by_12}");
+    assert!((found / by_12 - 1.0).abs() < 0.5, "{found} {by_12}");
     assert!(lorentzian::effective_drive(&o, 1.0, a) < 1.0 - 0.9 / 2.0);
 }
 

@@ -79,7 +79,8 @@ fn the_three_ways_agree_with_and_without_stops() {
             let s = long.state_at(settled + t).unwrap();
             let size = found.state.amplitude();
             // The settling time is a double of its own: its phase is good to 1e-12.
-            assert!((x - y).abs() < 1e-12 * size && (v - w).abs() < 1e-12 * size, "{q} {omega} {x} {y}");
+            assert!((x - y).abs() < 1e-12 * size, "{q} {omega} {x} {y}");
+            assert!((v - w).abs() < 1e-12 * size, "{q} {omega} {x} {y}");
             assert!((x - s.position).abs() < 1e-10 * size, "{q} {omega} {x} {s:?}");
         }
         assert!(found.residual < 1e-12);
@@ -187,7 +188,8 @@ fn an_orbit_out_of_reach_from_rest_is_found_from_elsewhere() {
         let tone = Drive::harmonic(1.0, omega).unwrap();
         let mut motion = Motion::new(&o, tone, 0.0, x, v).unwrap();
         let s = motion.state_at(drive.period_s()).unwrap();
-        assert!((s.position - x).abs() < 1e-11 && (s.velocity - v).abs() < 1e-11, "{q} {omega}");
+        assert!((s.position - x).abs() < 1e-11, "{q} {omega}");
+        assert!((s.velocity - v).abs() < 1e-11, "{q} {omega}");
     }
 }
 
@@ -213,7 +215,9 @@ proptest! {
         let found = found.unwrap();
         let loss = found.state.loss();
         let scale = found.state.amplitude().max(1e-3);
-        prop_assert!(loss.viscous >= 0.0 && loss.sliding >= 0.0 && loss.drag == 0.0);
+        prop_assert!(loss.viscous >= 0.0);
+        prop_assert!(loss.sliding >= 0.0);
+        prop_assert!(loss.drag == 0.0);
         prop_assert!((loss.total() - found.state.work()).abs() < 1e-9 * scale * (1.0 + scale), "{:?} {loss:?} {}", found.method, found.state.work());
     }
 
@@ -256,10 +260,8 @@ fn from_q_0_6_to_1e7_and_beta_0_past_1_a_steady_motion_is_always_found() {
                 assert!(found.is_ok(), "Q {q} beta {beta} omega {detuning}: {found:?}");
                 let found = found.unwrap();
                 let x = found.state.amplitude();
-                assert!(
-                    x.is_finite() && found.residual < 1e-9,
-                    "Q {q} beta {beta} omega {detuning}: {found:?}"
-                );
+                assert!(x.is_finite(), "Q {q} beta {beta} omega {detuning}: {found:?}");
+                assert!(found.residual < 1e-9, "Q {q} beta {beta} omega {detuning}: {found:?}");
                 // Past beta = 4/pi static friction exceeds the drive: nothing moves from rest.
                 assert_eq!(
                     found.method == SolutionMethod::FullStick,

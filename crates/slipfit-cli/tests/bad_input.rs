@@ -15,7 +15,9 @@ fn refusal(name: &str, prepare: impl Fn(&std::path::Path)) -> String {
     assert_eq!(output.status.code(), Some(2), "{output:?}");
     assert!(output.stdout.is_empty(), "{output:?}");
     let said = String::from_utf8(output.stderr).unwrap();
-    assert!(said.starts_with("error: ") && said.contains(name) && !said.contains("panicked"), "{said}");
+    assert!(said.starts_with("error: "), "{said}");
+    assert!(said.contains(name), "{said}");
+    assert!(!said.contains("panicked"), "{said}");
     said
 }
 

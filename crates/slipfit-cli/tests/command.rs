@@ -124,13 +124,16 @@ fn pictures_are_whole_in_both_formats() {
         stdout(slipfit().arg("ringdown").arg(example(file)).arg("--plot").arg(&path));
     }
     let png = fs::read(folder.path().join("a.png")).unwrap();
-    assert!(png.starts_with(b"\x89PNG\r\n\x1a\n") && png.ends_with(b"IEND\xaeB`\x82"));
+    assert!(png.starts_with(b"\x89PNG\r\n\x1a\n"));
+    assert!(png.ends_with(b"IEND\xaeB`\x82"));
     let svg = fs::read_to_string(folder.path().join("b.svg")).unwrap();
-    assert!(svg.starts_with("<svg ") && svg.ends_with("</svg>\n"));
+    assert!(svg.starts_with("<svg "));
+    assert!(svg.ends_with("</svg>\n"));
     for said in ["Sliding friction", "purely viscous", "time [ms]", "amplitude [nm]", "loss per cycle [pm]"] {
         assert!(svg.contains(said), "{said}");
     }
-    assert!(!svg.contains("NaN") && !svg.contains("inf"));
+    assert!(!svg.contains("NaN"));
+    assert!(!svg.contains("inf"));
 }
 
 #[test]
@@ -243,7 +246,8 @@ fn complaint(folder: &Path, args: &[&str]) -> String {
     assert_eq!(output.status.code(), Some(2), "{output:?}");
     assert!(output.stdout.is_empty(), "{output:?}");
     let said = String::from_utf8(output.stderr).unwrap();
-    assert!(said.starts_with("error: ") && !said.contains("panicked"), "{said}");
+    assert!(said.starts_with("error: "), "{said}");
+    assert!(!said.contains("panicked"), "{said}");
     said
 }
 
@@ -272,7 +276,8 @@ fn bad_input_is_told_apart() {
         let folder = folder_with(name, &content);
         let args: Vec<&str> = std::iter::once(name).chain(more.iter().copied()).collect();
         let said = complaint(folder.path(), &args);
-        assert!(said.contains(name) && said.contains(expected), "{said}");
+        assert!(said.contains(name), "{said}");
+        assert!(said.contains(expected), "{said}");
     }
     assert!(complaint(Path::new("."), &["no_such_file.csv"]).contains("no_such_file.csv"));
 }

@@ -92,7 +92,8 @@ fn the_reference_gives_the_friction_of_the_example() {
     // Made with F = 15 nN, gamma = 20 µN s/m.
     let force = &answer["parameters"]["coulomb_force"];
     let (value, error) = (force["value"].as_f64().unwrap(), force["std_error"].as_f64().unwrap());
-    assert!((value - 15e-9).abs() < 4.0 * error && error < 1.5e-9, "{force}");
+    assert!((value - 15e-9).abs() < 4.0 * error, "{force}");
+    assert!(error < 1.5e-9, "{force}");
     assert_eq!(answer["drive_source"], "reference");
     assert_eq!(answer["sliding"]["detected"], true);
 }
@@ -130,11 +131,14 @@ fn every_output_is_written() {
             .args(["--reference", free.to_str().unwrap(), "--plot", &at("a.svg"), "--csv", &at("a.csv")])
             .args(["--json", &at("a.json")]),
     );
-    assert!(report.contains("natural frequency") && report.contains("wrote"), "{report}");
+    assert!(report.contains("natural frequency"), "{report}");
+    assert!(report.contains("wrote"), "{report}");
     let svg = std::fs::read_to_string(at("a.svg")).unwrap();
-    assert!(svg.contains("without friction") && !svg.contains("NaN"));
+    assert!(svg.contains("without friction"));
+    assert!(!svg.contains("NaN"));
     let csv = std::fs::read_to_string(at("a.csv")).unwrap();
-    assert!(csv.contains("curve,frequency_hz,amplitude") && csv.contains("\nreference,"));
+    assert!(csv.contains("curve,frequency_hz,amplitude"));
+    assert!(csv.contains("\nreference,"));
     let manifest = example("tuning_fork.toml");
     let table = stdout(slipfit().arg("series").arg(&manifest).args([
         "--plot",
@@ -146,11 +150,13 @@ fn every_output_is_written() {
         "--latex",
         &at("s.tex"),
     ]));
-    assert!(table.contains("ring-down") && table.contains("resonance"), "{table}");
+    assert!(table.contains("ring-down"), "{table}");
+    assert!(table.contains("resonance"), "{table}");
     assert!(std::fs::read(at("s.png")).unwrap().starts_with(b"\x89PNG"));
     assert!(std::fs::read_to_string(at("s.md")).unwrap().contains("|---|"));
     let latex = std::fs::read_to_string(at("s.tex")).unwrap();
-    assert!(latex.contains("\\begin{tabular}") && latex.contains("\\pm"), "{latex}");
+    assert!(latex.contains("\\begin{tabular}"), "{latex}");
+    assert!(latex.contains("\\pm"), "{latex}");
     let csv = std::fs::read_to_string(at("s.csv")).unwrap();
     assert!(csv.contains("condition,value,value_std_error,friction_ringdown"), "{csv}");
 }
@@ -160,7 +166,8 @@ fn bad_curves_are_refused_or_flagged() {
     let folder = tempfile::tempdir().unwrap();
     let few = write(&folder, "few.csv", "f (Hz),A (mm)\n9,1\n10,5\n11,1\n");
     let said = refused(&["resonance"], &few);
-    assert!(said.contains("points") && said.contains("hint"), "{said}");
+    assert!(said.contains("points"), "{said}");
+    assert!(said.contains("hint"), "{said}");
     let negative = write(&folder, "negative.csv", "f (Hz),A (mm)\n9,1\n-10,5\n11,1\n");
     assert!(refused(&["resonance", "--frequency", "1"], &negative).contains("row 3"));
     let columns = write(&folder, "columns.csv", "f (Hz),phase (deg)\n9,1\n10,5\n11,1\n");
@@ -171,7 +178,8 @@ fn bad_curves_are_refused_or_flagged() {
     assert!(refused(&["resonance"], &missing).contains("missing.csv"));
     let other_unit = write(&folder, "free.csv", "f (Hz),A (V)\n9,1\n10,5\n11,1\n");
     let said = refused(&["resonance", "--reference", other_unit.to_str().unwrap()], &few);
-    assert!(said.contains("--reference") && said.contains("`V`"), "{said}");
+    assert!(said.contains("--reference"), "{said}");
+    assert!(said.contains("`V`"), "{said}");
 }
 
 /// Amplitudes of a damped oscillator, as text.
@@ -226,7 +234,8 @@ fn manifests_that_cannot_be_meant_are_refused() {
     let folder = tempfile::tempdir().unwrap();
     let typo = write(&folder, "typo.toml", "stifness = 3\n");
     let said = refused(&["series"], &typo);
-    assert!(said.contains("stifness") && said.contains("docs/series.md"), "{said}");
+    assert!(said.contains("stifness"), "{said}");
+    assert!(said.contains("docs/series.md"), "{said}");
     let absent = write(&folder, "absent.toml", "[[measurement]]\nringdown = 'nothing.csv'\ncondition = 1\n");
     assert!(refused(&["series"], &absent).contains("nothing.csv"));
 }

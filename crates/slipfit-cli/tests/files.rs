@@ -199,7 +199,8 @@ fn a_file_of_others_is_kept_and_an_own_one_replaced() {
         let (line, file) = (format!("{command} {name}"), path.join(&name));
         fs::write(&file, FOREIGN).unwrap();
         let said = refusal(path, &line);
-        assert!(said.contains("was not written by slipfit") && said.contains("--force"), "{line}: {said}");
+        assert!(said.contains("was not written by slipfit"), "{line}: {said}");
+        assert!(said.contains("--force"), "{line}: {said}");
         assert_eq!(fs::read_to_string(&file).unwrap(), FOREIGN, "{line}");
         done(path, &format!("{line} --force"));
         let first = fs::read(&file).unwrap();

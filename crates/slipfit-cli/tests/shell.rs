@@ -17,7 +17,8 @@ fn the_version_names_the_commit_where_there_is_a_repository() {
         .is_ok_and(|o| o.status.success() && o.stdout.starts_with(b"crates/slipfit-cli/"));
     if repository {
         let commit = said.strip_prefix(" (").and_then(|s| s.strip_suffix(')')).unwrap();
-        assert!(commit.len() == 12 && commit.bytes().all(|b| b.is_ascii_hexdigit()), "{said}");
+        assert!(commit.len() == 12, "{said}");
+        assert!(commit.bytes().all(|b| b.is_ascii_hexdigit()), "{said}");
     } else {
         assert!(said.is_empty() || said.starts_with(" ("), "{said}");
     }
@@ -56,7 +57,8 @@ fn there_is_a_manual_page_for_every_command() {
     assert_eq!(stdout(slipfit().args(["man", "--out"]).arg(&pages)), "");
     for page in ["slipfit", "slipfit-ringdown", "slipfit-simulate-decay", "slipfit-series"] {
         let text = std::fs::read_to_string(pages.join(format!("{page}.1"))).unwrap();
-        assert!(text.contains(".TH") && text.contains(".SH NAME"), "{page}");
+        assert!(text.contains(".TH"), "{page}");
+        assert!(text.contains(".SH NAME"), "{page}");
     }
     let main = stdout(slipfit().arg("man"));
     assert_eq!(main, std::fs::read_to_string(pages.join("slipfit.1")).unwrap());

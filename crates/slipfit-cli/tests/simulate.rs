@@ -69,8 +69,9 @@ fn a_driven_record_is_the_exact_steady_motion() {
     assert_eq!(all.len(), 8001);
     let largest = all.iter().map(|r| r[1].abs()).fold(0.0, f64::max);
     // The table of the closed form: X = 4.205794275 at 0.97 omega_0.
-    assert!(largest <= 4.205_795 && largest > 4.2055, "{largest}");
-    assert!(text.contains("# friction_ratio = 0.9\n") && text.contains("# q_factor = 50\n"), "{text:.900}");
+    assert!((4.2055..=4.205_795).contains(&largest), "{largest}");
+    assert!(text.contains("# friction_ratio = 0.9\n"), "{text:.900}");
+    assert!(text.contains("# q_factor = 50\n"), "{text:.900}");
 }
 
 #[test]
@@ -97,7 +98,8 @@ fn turning_points_are_those_of_the_closed_form_at_17_digits() {
     assert_eq!(all.len(), 18);
     for (n, row) in all.iter().enumerate() {
         let expected = (1.0 - 0.06 * n as f64) * if n % 2 == 0 { 1.0 } else { -1.0 };
-        assert!((row[0] - 0.5 * n as f64).abs() < 1e-12 && (row[1] - expected).abs() < 1e-7, "{row:?}");
+        assert!((row[0] - 0.5 * n as f64).abs() < 1e-12, "{row:?}");
+        assert!((row[1] - expected).abs() < 1e-7, "{row:?}");
     }
     assert!(text.lines().last().unwrap().split(',').all(|c| c.split('e').next().unwrap().len() >= 18));
 
@@ -106,7 +108,8 @@ fn turning_points_are_those_of_the_closed_form_at_17_digits() {
          --drive-amplitude 1 --drive-frequency-hz 0.05 --duration 100 --rate-hz 0.01 --turning-points",
     );
     let points = rows(&slow, "time (s),turning point (m)");
-    assert!(points.len() > 8 && points.windows(2).all(|w| w[0][0] < w[1][0]));
+    assert!(points.len() > 8);
+    assert!(points.windows(2).all(|w| w[0][0] < w[1][0]));
 }
 
 #[test]
@@ -118,12 +121,10 @@ fn sweeps_and_levels_show_what_the_equations_say() {
     assert_eq!((all.len(), all[0][0], all[40][0]), (41, 32680.0, 32720.0));
     // Without friction: Q P/k at resonance, a quarter behind.
     let q = 1e4 / (20e-6 * std::f64::consts::TAU * 32700.0);
-    assert!(
-        (all[20][1] / (q * 1e-11) - 1.0).abs() < 1e-6 && (all[20][2] + 90.0).abs() < 1e-3,
-        "{:?}",
-        all[20]
-    );
-    assert!(all[0][2] > -45.0 && all[40][2] < -135.0);
+    assert!((all[20][1] / (q * 1e-11) - 1.0).abs() < 1e-6, "{:?}", all[20]);
+    assert!((all[20][2] + 90.0).abs() < 1e-3, "{:?}", all[20]);
+    assert!(all[0][2] > -45.0);
+    assert!(all[40][2] < -135.0);
 
     let up = simulate(
         "sweep --frequency-hz 1 --q 50 --beta 0.5 --drive-amplitude 1 --start-hz 0.94 --stop-hz 1.06 \
@@ -185,7 +186,8 @@ fn every_format_holds_the_same_numbers() {
     for (i, row) in csv.iter().enumerate() {
         let json = alone["columns"][1]["values"][i].as_f64().unwrap();
         assert_eq!((npy[2 * i], npy[2 * i + 1]), (row[0], json));
-        assert!((json - row[1]).abs() < 1e-6 * json.abs() && (f64::from(wav[i]) - json).abs() < 1e-6);
+        assert!((json - row[1]).abs() < 1e-6 * json.abs());
+        assert!((f64::from(wav[i]) - json).abs() < 1e-6);
     }
     assert!(refusal(&format!("{args} --output envelope --out {}", at("b.wav").display())).contains("sound"));
 }
@@ -217,13 +219,16 @@ fn what_cannot_be_is_named_with_value_and_range() {
     let text = refusal(
         "driven --frequency-hz 1 --drive-amplitude 1 --drive-frequency-hz 60 --duration 1 --rate-hz 100",
     );
-    assert!(text.contains("--drive-frequency-hz = 60 ") && text.contains("half the sampling rate"), "{text}");
+    assert!(text.contains("--drive-frequency-hz = 60 "), "{text}");
+    assert!(text.contains("half the sampling rate"), "{text}");
     let text = refusal("driven --frequency-hz 1 --drive-force 1 --duration 1 --rate-hz 100");
-    assert!(text.contains("--drive-force") && text.contains("--stiffness"), "{text}");
+    assert!(text.contains("--drive-force"), "{text}");
+    assert!(text.contains("--stiffness"), "{text}");
     let text = refusal(
         "sweep --frequency-hz 1 --q 9 --drive-amplitude 1 --start-hz 0.9 --stop-hz 1.1 --sweep-time 5 --points 50",
     );
-    assert!(text.contains("--points = 50 ") && text.contains("--sweep-time"), "{text}");
+    assert!(text.contains("--points = 50 "), "{text}");
+    assert!(text.contains("--sweep-time"), "{text}");
 }
 
 #[test]
@@ -242,11 +247,14 @@ fn help_of_every_command_fits_the_screen_and_reads_well() {
 fn whole(folder: &Path, name: &str) -> String {
     let bytes = fs::read(folder.join(name)).unwrap();
     if name.ends_with(".png") {
-        assert!(bytes.starts_with(b"\x89PNG\r\n\x1a\n") && bytes.len() > 20_000, "{name}");
+        assert!(bytes.starts_with(b"\x89PNG\r\n\x1a\n"), "{name}");
+        assert!(bytes.len() > 20_000, "{name}");
         return String::new();
     }
     let text = String::from_utf8(bytes).unwrap();
-    assert!(!text.contains("NaN") && !text.contains(",inf") && !text.contains("-inf"), "{name}");
+    assert!(!text.contains("NaN"), "{name}");
+    assert!(!text.contains(",inf"), "{name}");
+    assert!(!text.contains("-inf"), "{name}");
     text
 }
 
@@ -277,7 +285,8 @@ fn the_paper_is_reproduced_with_its_numbers() {
     assert!(of("free").iter().all(|a| *a < 1e-9));
     let loaded = of("F = 16 nN");
     let top = loaded.iter().copied().fold(0.0, f64::max);
-    assert!(top > 3.0 * loaded[0] && top > 0.5, "{top} {}", loaded[0]);
+    assert!(top > 3.0 * loaded[0], "{top} {}", loaded[0]);
+    assert!(top > 0.5, "{top} {}", loaded[0]);
     // The same seed, the same bytes.
     let again = folder.path().join("again");
     stdout(slipfit().arg("paper").arg("--out").arg(&again));
@@ -352,7 +361,8 @@ fn parquet_holds_every_digit_and_every_parameter() {
     assert_eq!(names, ["time (s)", "displacement (m)"]);
     assert_eq!((table.len(), csv.len()), (70_001, 70_001));
     for (p, c) in table.iter().zip(&csv) {
-        assert!(p[0] == c[0] && (p[1] - c[1]).abs() <= 1e-6 * c[1].abs(), "{p:?} {c:?}");
+        assert!(p[0] == c[0], "{p:?} {c:?}");
+        assert!((p[1] - c[1]).abs() <= 1e-6 * c[1].abs(), "{p:?} {c:?}");
     }
     assert_eq!(table, parquet(&at("b.parquet")).1);
     let json: serde_json::Value = serde_json::from_slice(&fs::read(at("b.json")).unwrap()).unwrap();
@@ -461,7 +471,8 @@ fn several_harmonics_and_a_wave_from_a_file_drive_as_they_should() {
         assert!(text.contains(said), "{args}: {text}");
     }
     let text = refusal("driven --frequency-hz 1 --beta 0.5 --tone 1,1 --duration 1 --rate-hz 50");
-    assert!(text.contains("--beta") && text.contains("--drive-amplitude"), "{text}");
+    assert!(text.contains("--beta"), "{text}");
+    assert!(text.contains("--drive-amplitude"), "{text}");
 }
 
 #[test]
@@ -474,7 +485,8 @@ fn a_sweep_stepped_too_fast_has_not_settled() {
     };
     let (settled, long, short) = (column(""), column("--wait 400"), column("--wait 1"));
     let off = |a: &[f64]| a.iter().zip(&settled).map(|(a, b)| (a / b - 1.0).abs()).fold(0.0, f64::max);
-    assert!(off(&long) < 1e-3 && off(&short) > 0.1, "{} {}", off(&long), off(&short));
+    assert!(off(&long) < 1e-3, "{} {}", off(&long), off(&short));
+    assert!(off(&short) > 0.1, "{} {}", off(&long), off(&short));
     assert!(refusal(&format!("{args} --wait -1")).contains("--wait"));
     assert!(refusal(&format!("{args} --wait 1 --sweep-time 9")).contains("--sweep-time"));
     let text = simulate(

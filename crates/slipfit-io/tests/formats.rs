@@ -148,7 +148,8 @@ fn every_format_is_read_to_the_last_digit() {
         let span = record.time_s(399) - record.time_s(0);
         let paused = if file == "phyphox.zip" { 2.0 } else { 0.0 };
         assert!((span - 7.98 - paused).abs() < 1e-6, "{file}: {span} s");
-        assert!(report.bytes > 0 && report.sha256.len() == 64, "{file}");
+        assert!(report.bytes > 0, "{file}");
+        assert!(report.sha256.len() == 64, "{file}");
     }
 }
 
@@ -233,13 +234,15 @@ fn of_several_variables_none_is_guessed() {
         assert!(error.hint().unwrap().contains("--sheet"));
     }
     let error = read(fixture("groups.h5"), &sheet("run7")).unwrap_err().to_string();
-    assert!(error.contains("--sheet run7") && error.contains("`/run2`"), "{error}");
+    assert!(error.contains("--sheet run7"), "{error}");
+    assert!(error.contains("`/run2`"), "{error}");
 }
 
 #[test]
 fn sheets_that_were_not_read_are_named() {
     let notes = got("sheets.xlsx", &ReadOptions::default()).report.notes.join("\n");
-    assert!(notes.contains("`Second`") && notes.contains("sheet `Notes`"), "{notes}");
+    assert!(notes.contains("`Second`"), "{notes}");
+    assert!(notes.contains("sheet `Notes`"), "{notes}");
 }
 
 #[test]
@@ -252,7 +255,8 @@ fn a_rate_named_in_the_file_is_offered() {
 #[test]
 fn angles_without_a_unit_are_said_to_be_so() {
     let notes = got("tracker_angle.txt", &ReadOptions::default()).report.notes.join("\n");
-    assert!(notes.contains("degrees or radians") && notes.contains("--unit"), "{notes}");
+    assert!(notes.contains("degrees or radians"), "{notes}");
+    assert!(notes.contains("--unit"), "{notes}");
 }
 
 #[test]

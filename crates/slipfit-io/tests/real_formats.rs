@@ -84,7 +84,8 @@ fn every_real_file_is_read_or_refused_with_a_reason() {
         let said = match &reading {
             Ok(reading) => {
                 let (record, report) = (&reading.record, &reading.report);
-                assert!(record.signal().iter().all(|v| v.is_finite()) && record.len() >= 8);
+                assert!(record.signal().iter().all(|v| v.is_finite()));
+                assert!(record.len() >= 8);
                 let answer = match analyse(record, &Options::default()) {
                     Ok(answer) => {
                         let codes: Vec<&str> =
@@ -192,10 +193,8 @@ fn survive(bytes: &[u8], name: &str, rows: usize) -> f64 {
     let before = PEAK.current_usage();
     for options in [ReadOptions::default(), ReadOptions { rate_hz: Some(100.0), ..Default::default() }] {
         if let Err(error) = read_from(bytes, name, &options) {
-            assert!(
-                error.to_string().starts_with(name) && error.to_string().len() > name.len() + 4,
-                "{error}"
-            );
+            assert!(error.to_string().starts_with(name), "{error}");
+            assert!(error.to_string().len() > name.len() + 4, "{error}");
         }
     }
     let _ = read_tables_from(bytes, name, rows);

@@ -126,7 +126,8 @@ fn a_quartz_is_read_by_its_admittance() {
     let reading = read("f (MHz),Gp,Bp\n9,1e-4,1e-3\n10,2e-2,1e-3\n11,1e-4,-1e-3\n");
     let slipfit::resonance::Response::Complex(z) = reading.curve.response() else { panic!() };
     // Y/(i omega): a conductance of 20 mS lags by a quarter.
-    assert!((z[1].im * TAU * 1e7 + 2e-2).abs() < 1e-12 && (z[1].re * TAU * 1e7 - 1e-3).abs() < 1e-12);
+    assert!((z[1].im * TAU * 1e7 + 2e-2).abs() < 1e-12);
+    assert!((z[1].re * TAU * 1e7 - 1e-3).abs() < 1e-12);
     let alone = read("f (MHz),Rs (Ohm)\n9,1\n10,100\n11,4\n");
     let a = amplitudes(&alone);
     assert!((a[2] / a[1] - 0.2 * 10.0 / 11.0).abs() < 1e-12);
@@ -167,15 +168,21 @@ fn what_is_no_curve_is_refused_with_a_hint() {
         (error.to_string(), error.hint().unwrap_or_default())
     };
     let (said, hint) = problem("f,A\n9,1\n-10,2\n11,1\n");
-    assert!(said.contains("shifts") && hint.contains("--centre-hz"), "{said} {hint}");
+    assert!(said.contains("shifts"), "{said} {hint}");
+    assert!(hint.contains("--centre-hz"), "{said} {hint}");
     let (said, hint) = problem("f,A\n9,1\n10,-2\n11,1\n");
-    assert!(said.contains("row 3") && said.contains("`A`") && hint.contains("--unit dB"), "{said} {hint}");
+    assert!(said.contains("row 3"), "{said} {hint}");
+    assert!(said.contains("`A`"), "{said} {hint}");
+    assert!(hint.contains("--unit dB"), "{said} {hint}");
     let (said, hint) = problem("t (s),x (mm)\n0,1\n0.1,-2\n0.2,1\n");
-    assert!(said.contains("not a resonance curve") && hint.contains("ringdown"), "{said} {hint}");
+    assert!(said.contains("not a resonance curve"), "{said} {hint}");
+    assert!(hint.contains("ringdown"), "{said} {hint}");
     let (said, hint) = problem("phase (deg),A\n9,1\n10,2\n11,1\n");
-    assert!(said.contains("no column of frequencies") && hint.contains("--frequency"), "{said} {hint}");
+    assert!(said.contains("no column of frequencies"), "{said} {hint}");
+    assert!(hint.contains("--frequency"), "{said} {hint}");
     let (said, hint) = problem("f (Hz),phase (deg)\n9,1\n10,2\n11,1\n");
-    assert!(said.contains("could be the amplitude") && hint.contains("--amplitude"), "{said} {hint}");
+    assert!(said.contains("could be the amplitude"), "{said} {hint}");
+    assert!(hint.contains("--amplitude"), "{said} {hint}");
     let units = SweepOptions { frequency_unit: Some("horses".into()), ..Default::default() };
     let error = with("f,A\n9,1\n10,2\n", &units).unwrap_err();
     assert!(error.hint().unwrap().contains("MHz"));
@@ -246,7 +253,8 @@ fn a_record_over_time_is_no_table_of_levels() {
     let rows: String =
         (0..50).map(|i| format!("{},{}\n", 0.1 * f64::from(i), f64::from(i).cos().abs())).collect();
     let said = levels_refused(&format!("Zeit t / s,Winkel / rad\n{rows}"));
-    assert!(said.contains("holds times") && !said.contains("--frequency"), "{said}");
+    assert!(said.contains("holds times"), "{said}");
+    assert!(!said.contains("--frequency"), "{said}");
 }
 
 #[test]
@@ -259,7 +267,8 @@ fn slips_below_zero_are_left_out_and_counted() {
     let slip = read(&format!("T (s),amplitude (mm)\n-0.01,0.1\n{}", periods(1.0)));
     assert_eq!(slip.report.skipped[0].reason, "period below zero");
     let said = refused(&format!("T (s),amplitude (mm)\n{}", periods(-1.0)));
-    assert!(said.contains("period -") && said.contains("below zero"), "{said}");
+    assert!(said.contains("period -"), "{said}");
+    assert!(said.contains("below zero"), "{said}");
     let shifts = curve_rows(|f, a| format!("{},{a}\n", f - 100.0));
     assert!(refused(&format!("f (Hz),amplitude (mm)\n{shifts}")).contains("shifts"));
 }
@@ -278,7 +287,8 @@ fn a_conductance_asked_for_is_read_with_its_susceptance() {
     let rows = curve_rows(|f, a| format!("{f},{},{},{a},45\n", a * a, a));
     let text = format!("f (Hz),Gp,Bp,|Zs|,<Zs\n{rows}");
     let read = with(&text, &SweepOptions { amplitude: Some("Gp".into()), ..Default::default() }).unwrap();
-    assert!(read.report.column("phase").is_none() && read.report.column("susceptance").is_some());
+    assert!(read.report.column("phase").is_none());
+    assert!(read.report.column("susceptance").is_some());
 }
 
 /// Series resistance and reactance of a quartz with viscous loss alone, and constant noise in both.

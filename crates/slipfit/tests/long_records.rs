@@ -60,7 +60,8 @@ fn averaged(
         (from, batch) = (to, batch % 977 * 3 + 1);
     }
     let left_out = averaging.finish(&mut t, &mut x, &mut none);
-    assert!(left_out < averaging.factor() && none.is_empty());
+    assert!(left_out < averaging.factor());
+    assert!(none.is_empty());
     (averaging, t, x)
 }
 
@@ -134,7 +135,9 @@ proptest! {
         let time_s: Vec<f64> = (0..3000).map(|i| i as f64 + if i > gap_at { 50.0 } else { 0.0 }).collect();
         let signal: Vec<f64> = time_s.iter().map(|t| 10.0 * t).collect();
         let (averaging, t, x) = averaged(&time_s, &signal, most, None);
-        prop_assert!(averaging.factor().is_power_of_two() && t.len() == x.len() && t.is_sorted());
+        prop_assert!(averaging.factor().is_power_of_two());
+        prop_assert!(t.len() == x.len());
+        prop_assert!(t.is_sorted());
         let (before, after) = (gap_at as f64, gap_at as f64 + 51.0);
         prop_assert!(t.iter().all(|t| *t <= before || *t >= after));
         prop_assert!(t.iter().zip(&x).all(|(t, x)| (x - 10.0 * t).abs() < 1.0));

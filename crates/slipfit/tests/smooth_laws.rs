@@ -57,7 +57,9 @@ fn a_closure_that_is_not_finite_is_an_error() {
     let o = Oscillator::kinematic(1.0, 0.01, 0.0).unwrap();
     let mut motion = SmoothMotion::new(&o, |_| f64::NAN, Drive::none(), 0.0, 1.0, 0.0).unwrap();
     assert!(motion.next_event(10.0).is_err());
-    assert!(drag(-1.0).is_err() && power(1.0, 0.0).is_err() && stribeck(0.1, 0.0).is_err());
+    assert!(drag(-1.0).is_err());
+    assert!(power(1.0, 0.0).is_err());
+    assert!(stribeck(0.1, 0.0).is_err());
     assert!(motion.with_tolerance(0.1).is_err());
 }
 
@@ -75,7 +77,7 @@ fn a_stribeck_law_can_excite_by_itself_where_coulomb_cannot() {
     assert_eq!(weak.last().unwrap().kind, EventKind::Rest);
     // At speed friction is 0.02, so a half cycle takes a little more than twice that.
     let lost = weak[0].position.abs() - weak[1].position.abs();
-    assert!(lost > 0.04 && lost < 0.05, "{lost}");
+    assert!((0.04..=0.05).contains(&lost), "{lost}");
 }
 
 proptest! {
@@ -121,7 +123,8 @@ fn asymmetric_friction_agrees_with_the_closed_form() {
         let mut other =
             SmoothMotion::with_friction(&bare, friction, law, drive.clone(), 0.0, 0.6, 0.0).unwrap();
         let (a, b): (Vec<_>, Vec<_>) = (exact.events(80.0).collect(), all(&mut other, 80.0));
-        assert!(a.len() > 10 && a.len() == b.len(), "{kinetic:?} {} {}", a.len(), b.len());
+        assert!(a.len() > 10, "{kinetic:?} {} {}", a.len(), b.len());
+        assert!(a.len() == b.len(), "{kinetic:?} {} {}", a.len(), b.len());
         for (e, f) in a.iter().zip(&b) {
             assert_eq!(e.kind, f.kind);
             assert!((e.position - f.position).abs() < 1e-10, "{e:?} {f:?}");
