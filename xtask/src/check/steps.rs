@@ -7,11 +7,12 @@ use crate::places::{cargo, command, root, run, succeeds};
 use crate::tools::{CARGO_DENY, TYPOS};
 use crate::{Failure, book};
 
-pub(super) const ALL: [Step; 12] = [
+pub(super) const ALL: [Step; 13] = [
     ("format", format),
     ("core links no C", core_links_no_c),
     ("core without default features", core_without_default_features),
     ("core for wasm32", core_for_wasm32),
+    ("libraries without a feature", libraries_without_a_feature),
     ("clippy", clippy),
     ("documentation", documentation),
     ("tests", tests),
@@ -68,6 +69,28 @@ fn core_without_default_features() -> Result<Outcome, Failure> {
     run(cargo().arg("build").args(alone))?;
     run(cargo().arg("clippy").args(alone).args(["--", "-D", "warnings"]))?;
     Ok(Outcome::passed())
+}
+
+/// Each library compiles without each of its default features, the others on.
+fn libraries_without_a_feature() -> Result<Outcome, Failure> {
+    let mut builds = 0;
+    for package in ["slipfit", "slipfit-io", "slipfit-report"] {
+        let manifest = std::fs::read_to_string(root().join("crates").join(package).join("Cargo.toml"))?;
+        let features = default_features(&manifest);
+        for left_out in &features {
+            let others: Vec<&str> = features.iter().copied().filter(|other| other != left_out).collect();
+            let mut clippy = cargo();
+            clippy.args(["clippy", "--package", package, "--lib", "--no-default-features", "--features"]);
+            run(clippy.arg(others.join(",")).args(["--", "-D", "warnings"]))?;
+            builds += 1;
+        }
+    }
+    Ok(Outcome::Passed(format!("{builds} combinations")))
+}
+
+fn default_features(manifest: &str) -> Vec<&str> {
+    let list = manifest.lines().find_map(|line| line.strip_prefix("default = ["));
+    list.map_or_else(Vec::new, |list| list.split('"').skip(1).step_by(2).collect())
 }
 
 fn core_for_wasm32() -> Result<Outcome, Failure> {
@@ -202,7 +225,7 @@ fn spelling() -> Result<Outcome, Failure> {
 
 #[cfg(test)]
 mod tests {
-    use super::brings_c;
+    use super::{brings_c, default_features};
 
     #[test]
     fn crates_that_compile_or_link_c_are_told_from_those_that_only_look_so() {
@@ -212,5 +235,12 @@ mod tests {
         for package in ["nalgebra", "windows-sys", "linux-raw-sys", "web-sys", "accelerate"] {
             assert!(!brings_c(package), "{package}");
         }
+    }
+
+    #[test]
+    fn default_features_are_read_from_a_manifest() {
+        let manifest = "[features]\ndefault = [\"arrow\", \"excel\"]\narrow = [\"dep:arrow\"]\n";
+        assert_eq!(default_features(manifest), ["arrow", "excel"]);
+        assert!(default_features("[dependencies]\n").is_empty());
     }
 }

@@ -1,4 +1,5 @@
 //! The one typeface, carried along so that a picture needs none installed.
+#![cfg_attr(not(feature = "png"), allow(dead_code, reason = "only PNG draws outlines"))]
 
 use ab_glyph::{Font as _, FontRef, OutlineCurve, Point, ScaleFont as _};
 use std::sync::LazyLock;
