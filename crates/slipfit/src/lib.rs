@@ -16,11 +16,11 @@ pub mod ringdown;
 pub mod series;
 pub mod signal;
 
+pub use answer::calibration::Calibration;
 pub use answer::quantity::Quantity;
 pub use answer::{Parameter, Parameters};
 pub use error::Error;
 pub use inference::criteria::{Criterion, InferenceCriteria};
-pub use model::calibration::Calibration;
 pub use model::loss::{LossModel, LossTerm};
 pub use model::oscillator::Oscillator;
 pub use record::{Clock, ClockReport, Gap, Record, SignalKind};

@@ -1,5 +1,6 @@
 //! What every analysis answers with: parameters with uncertainties, and what they rest on.
 
+pub mod calibration;
 pub(crate) mod columns;
 pub mod comparison;
 pub(crate) mod describe;
@@ -11,8 +12,9 @@ pub mod quantity;
 mod serialise;
 pub mod warning;
 
+pub use crate::model::unit::UnitRule;
 pub use comparison::{Candidate, Correlation, SlidingEvidence, Values};
 pub use hint::Hint;
 pub(crate) use p_value::p_value;
-pub use parameter::{Parameter, Parameters, UnitRule};
+pub use parameter::{Parameter, Parameters};
 pub use warning::Warning;

@@ -2,41 +2,8 @@
 
 use super::quantity::Quantity;
 use crate::model::loss::LossTerm;
+use crate::model::unit::UnitRule;
 use std::fmt;
-
-/// How the unit of a parameter follows from the signal's.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
-#[non_exhaustive]
-pub enum UnitRule {
-    /// The same for every signal; empty for pure numbers.
-    Fixed(&'static str),
-    /// The signal's own.
-    Signal,
-    /// The signal's per second.
-    SignalPerSecond,
-    /// One over the signal's and a second.
-    PerSignalSecond,
-    /// Hertz over the squared signal's.
-    HertzPerSignalSquared,
-    /// Set by the analysis: forces and ratios of two units.
-    Derived,
-}
-
-impl UnitRule {
-    /// The unit beside a signal of the given unit; empty where the analysis sets it.
-    pub fn unit(self, signal: &str) -> String {
-        match (self, signal) {
-            (UnitRule::Fixed(unit), _) => unit.to_owned(),
-            (UnitRule::Derived, _) => String::new(),
-            (UnitRule::Signal, signal) => signal.to_owned(),
-            (UnitRule::SignalPerSecond | UnitRule::PerSignalSecond, "") => "1/s".to_owned(),
-            (UnitRule::SignalPerSecond, signal) => format!("{signal}/s"),
-            (UnitRule::PerSignalSecond, signal) => format!("1/({signal} s)"),
-            (UnitRule::HertzPerSignalSquared, "") => "Hz".to_owned(),
-            (UnitRule::HertzPerSignalSquared, signal) => format!("Hz/{signal}²"),
-        }
-    }
-}
 
 macro_rules! parameters {
     ($($(#[$docs:meta])* $variant:ident: $name:literal, $label:literal, $symbol:literal, $unit:expr;)+) => {

@@ -2,12 +2,12 @@
 
 use super::answer::{Answer, Breakaway, Diagnostics, FittedLevels, LevelPoint};
 use super::{Levels, Options};
+use crate::answer::calibration::physical;
 use crate::answer::describe::DETECTED;
 use crate::answer::{Parameter, Parameters, Warning};
 use crate::inference::evidence::{f_tail, one_sided, student_factor};
 use crate::inference::interval::bounded_interval;
 use crate::inference::least_squares::linear;
-use crate::model::calibration::physical;
 use crate::{Error, Quantity};
 use nalgebra::DMatrix;
 use std::f64::consts::{FRAC_PI_4, TAU};

@@ -1,7 +1,7 @@
 //! Amplitudes over drive levels as they were measured.
 
 use crate::Error;
-use crate::model::calibration::Calibration;
+use crate::answer::calibration::Calibration;
 
 /// Amplitude at resonance over drive level, points in the order of measurement.
 #[derive(Debug, Clone, PartialEq)]

@@ -1,5 +1,5 @@
-//! The oscillator and its loss: parameters, units, calibration to forces.
+//! The oscillator and its loss: parameters and units.
 
-pub mod calibration;
 pub mod loss;
 pub mod oscillator;
+pub mod unit;

@@ -13,6 +13,7 @@ use super::{
     Answer, Curve, CurvePoint, Diagnostics, DriveSource, FittedCurve, Instrument, Method, Options,
     ReferenceFit, RunDirection, force, paper,
 };
+use crate::answer::calibration::physical;
 use crate::answer::describe::{
     candidates, correlations, fit_of, loss_estimate, non_negative, q_factor, sliding_evidence, symmetric,
     unknown,
@@ -22,7 +23,6 @@ use crate::inference::least_squares::{Fit, minimise};
 use crate::inference::model_selection::ModelFit;
 use crate::inference::noise::NoiseModel;
 use crate::inference::profile::{Estimate, Profile};
-use crate::model::calibration::physical;
 use crate::model::loss::{LossModel, LossTerm};
 use crate::{Error, Quantity};
 use std::f64::consts::{FRAC_PI_4, PI, TAU};

@@ -2,7 +2,7 @@
 
 use super::Curve;
 use crate::Error;
-use crate::model::calibration::Calibration;
+use crate::answer::calibration::Calibration;
 use crate::model::loss::LossModel;
 
 /// Choices for [`analyse`](super::analyse). The default finds everything by itself.

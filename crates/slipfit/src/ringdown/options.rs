@@ -1,7 +1,7 @@
 //! What a caller may fix before the analysis.
 
 use crate::Error;
-use crate::model::calibration::Calibration;
+use crate::answer::calibration::Calibration;
 use crate::model::loss::LossModel;
 
 /// Choices for [`analyse`](super::analyse). The default finds everything by

@@ -4,9 +4,9 @@ use super::answer::{Answer, ConditionRow, Consistency, Estimate, SingleAnswer};
 use super::joint::{DISAGREE, birge, joint, references};
 use super::law::{LoadPoint, friction_against_load};
 use super::{Condition, Data, Measurement, Options};
+use crate::answer::calibration::Calibration;
 use crate::answer::{Parameter, Warning};
 use crate::inference::evidence::chi_square_tail;
-use crate::model::calibration::Calibration;
 use crate::model::loss::LossModel;
 use crate::{Error, Quantity, levels, resonance, ringdown};
 use nalgebra::{Matrix2, Vector2};
@@ -298,7 +298,7 @@ fn cell((value, covariance): Both, hz: Option<f64>, options: &Options) -> Estima
                 Calibration::Mass { value, .. } => Calibration::Mass { value, std_error: 0.0 },
             };
             let [(_, damping), (_, friction)] =
-                crate::model::calibration::physical(exact, TAU * hz, &options.unit, &delta, &x_f);
+                crate::answer::calibration::physical(exact, TAU * hz, &options.unit, &delta, &x_f);
             Estimate { friction, damping, correlation }
         }
         _ => Estimate { friction: x_f, damping: delta, correlation },

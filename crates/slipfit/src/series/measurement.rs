@@ -1,6 +1,6 @@
 //! What a series is made of.
 
-use crate::model::calibration::Calibration;
+use crate::answer::calibration::Calibration;
 use crate::{Record, levels, resonance, ringdown};
 
 /// The data of one measurement with the choices for its analysis.

@@ -14,7 +14,7 @@ pub use model::LossModel;
 pub use sliding::Sliding;
 pub use viscous::Viscous;
 
-use crate::answer::parameter::UnitRule;
+use crate::model::unit::UnitRule;
 
 /// One kind of loss: how fast it takes amplitude, and what its coefficient is called.
 ///

@@ -1,7 +1,7 @@
 //! From displacements to forces.
 
-use crate::Quantity;
-use crate::answer::Parameter;
+use super::parameter::Parameter;
+use super::quantity::Quantity;
 use std::f64::consts::{PI, TAU};
 
 /// The one mechanical constant a displacement record cannot give.
