@@ -5,7 +5,7 @@ use slipfit::LossModel;
 use slipfit::LossTerm;
 use slipfit::Parameter;
 use slipfit::Quantity;
-use slipfit::ringdown::{Answer, Options, analyse};
+use slipfit::ringdown::{Answer, EndReason, Options, StartReason, analyse};
 use std::path::Path;
 
 /// Its answer alone.
@@ -76,8 +76,8 @@ pub(crate) fn by_hand<T>(
     answer.segment.end_s = 24.0;
     answer.segment.samples = 1200;
     answer.segment.cycles = 30.6;
-    answer.segment.start_reason = "the record starts";
-    answer.segment.end_reason = "the motion comes to rest";
+    answer.segment.start_reason = StartReason::RecordStart;
+    answer.segment.end_reason = EndReason::Rest;
     answer.stop = Some(slipfit::ringdown::Stop {
         time_s: 24.1,
         position: 0.001_2,

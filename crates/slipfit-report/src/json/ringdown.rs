@@ -184,8 +184,8 @@ fn segment(a: &Answer) -> Stretch {
         end_s: s.end_s,
         samples: s.samples,
         cycles: s.cycles,
-        start_reason: s.start_reason,
-        end_reason: s.end_reason,
+        start_reason: s.start_reason.as_str(),
+        end_reason: s.end_reason.as_str(),
     }
 }
 

@@ -1,12 +1,13 @@
 //! The answer to a ring-down: parameters, evidence, warnings.
 
+use super::window::{EndReason, StartReason};
 use crate::Quantity;
 use crate::answer::columns::columns;
 use crate::answer::comparison::correlation;
 use crate::answer::{Candidate, Correlation, Parameter, Parameters, SlidingEvidence, Warning};
 use crate::model::loss::LossModel;
 
-/// The stretch of the record taken as free decay, and why it ends where it does.
+/// The part of the record taken as free decay, and why it starts and ends where it does.
 #[derive(Debug, Clone, PartialEq)]
 #[cfg_attr(feature = "serde", derive(serde::Serialize))]
 #[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
@@ -18,9 +19,11 @@ pub struct Segment {
     /// Samples inside.
     pub samples: usize,
     /// Why it starts there.
-    pub start_reason: &'static str,
+    #[cfg_attr(feature = "schema", schemars(with = "String"))]
+    pub start_reason: StartReason,
     /// Why it ends there.
-    pub end_reason: &'static str,
+    #[cfg_attr(feature = "schema", schemars(with = "String"))]
+    pub end_reason: EndReason,
     /// Cycles inside (zero for a bare envelope, where none is seen).
     pub cycles: f64,
 }

@@ -117,8 +117,8 @@ fn segment_of(e: &Evidence) -> Segment {
         start_s: e.fit.origin,
         end_s: e.fit.end.min(e.samples.time[e.samples.time.len() - 1]),
         samples: points[points.len() - 1].end - points[0].first,
-        start_reason: e.measured.window.start_reason.as_str(),
-        end_reason: e.measured.window.end_reason.as_str(),
+        start_reason: e.measured.window.start_reason,
+        end_reason: e.measured.window.end_reason,
         cycles: if !e.record.kind().oscillates() { 0.0 } else { e.cycles },
     }
 }

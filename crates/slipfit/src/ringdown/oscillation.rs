@@ -140,9 +140,10 @@ impl Followed {
                 reason: "too few samples or cycles to follow an oscillation",
             });
         }
-        let (window, seen) = decide::of_oscillation(&blocks, samples, frequency_hz, options, criteria)?;
-        let relative_error = seen.error[window.first] / seen.amplitude(window.first).max(f64::MIN_POSITIVE);
-        let visible = (0..blocks.len()).filter(|&i| seen.amplitude(i) > seen.floor[i]).count();
+        let (window, amplitudes) = decide::of_oscillation(&blocks, samples, frequency_hz, options, criteria)?;
+        let relative_error =
+            amplitudes.error[window.first] / amplitudes.amplitude(window.first).max(f64::MIN_POSITIVE);
+        let visible = (0..blocks.len()).filter(|&i| amplitudes.amplitude(i) > amplitudes.floor[i]).count();
         Ok(Self { window, relative_error, visible, blocks })
     }
 }

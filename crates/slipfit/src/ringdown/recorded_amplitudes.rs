@@ -46,8 +46,8 @@ fn envelope(samples: &Samples, options: &Options, criteria: &Criteria) -> Result
     let (low, top) = (sorted[sorted.len() / c.envelope_floor_fraction], sorted[sorted.len() - 1]);
     let floor = |error: f64| low.min(c.envelope_floor_of_top * top) + c.envelope_floor_errors * error;
     let omega = angular_frequency(samples, options);
-    let seen = BlockAmplitudes::with_floor(&all, omega, noise_rms, floor);
-    let window = decide::of_amplitudes(&seen, options, criteria)?;
+    let amplitudes = BlockAmplitudes::with_floor(&all, omega, noise_rms, floor);
+    let window = decide::of_amplitudes(&amplitudes, options, criteria)?;
     let points = all[window.first..window.end].to_vec();
     Ok(MeasuredDecay {
         all,
@@ -81,8 +81,8 @@ fn lock_in(
     }
     let omega = angular_frequency(samples, options);
     let floor = |error: f64| criteria.blocks.floor_errors * error;
-    let seen = BlockAmplitudes::with_floor(&all, omega, noise_rms, floor);
-    let window = decide::of_amplitudes(&seen, options, criteria)?;
+    let amplitudes = BlockAmplitudes::with_floor(&all, omega, noise_rms, floor);
+    let window = decide::of_amplitudes(&amplitudes, options, criteria)?;
     let mut points = all[window.first..window.end].to_vec();
     let modulus: Vec<f64> = points.iter().map(|b| b.amplitude).collect();
     // The beat phase is small and slow: project on its local mean.

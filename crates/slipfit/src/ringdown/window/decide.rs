@@ -20,40 +20,41 @@ pub(crate) fn of_oscillation<'a>(
     criteria: &Criteria,
 ) -> Result<(DecayWindow, BlockAmplitudes<'a>), Error> {
     let step = samples.converter_step(criteria.blocks.distinct_values);
-    let amplitudes =
+    let amplitudes_of =
         |blocks| BlockAmplitudes::of_oscillation(blocks, TAU * frequency_hz, step, &criteria.blocks);
     let after_clipping = || {
         let clipped = clipping::clipped_blocks(blocks, &samples.signal, step, &criteria.clipping)?;
-        let found = find(&amplitudes(&blocks[clipped..]), &criteria.window)?;
+        let found = find(&amplitudes_of(&blocks[clipped..]), &criteria.window)?;
         let start_reason = if found.first == 0 { StartReason::Clipped } else { found.start_reason };
         Some(DecayWindow { first: found.first + clipped, end: found.end + clipped, start_reason, ..found })
     };
-    let seen = amplitudes(blocks);
+    let amplitudes = amplitudes_of(blocks);
     let found = if options.start_s.is_none() { after_clipping() } else { None };
-    let window = found.or_else(|| find(&seen, &criteria.window)).ok_or_else(|| Error::NotARingDown {
-        cycles: 0.0,
-        needed: criteria.blocks.least_cycles,
-        reason: if grows(blocks, &criteria.blocks) {
-            "the amplitude grows along the record; a decay must fall"
-        } else {
-            NOTHING_FALLS
-        },
-    })?;
-    Ok((limited(window, &seen, options), seen))
+    let window =
+        found.or_else(|| find(&amplitudes, &criteria.window)).ok_or_else(|| Error::NotARingDown {
+            cycles: 0.0,
+            needed: criteria.blocks.least_cycles,
+            reason: if grows(blocks, &criteria.blocks) {
+                "the amplitude grows along the record; a decay must fall"
+            } else {
+                NOTHING_FALLS
+            },
+        })?;
+    Ok((limited(window, &amplitudes, options), amplitudes))
 }
 
 /// The free decay among blocks of recorded amplitudes.
 pub(crate) fn of_amplitudes(
-    seen: &BlockAmplitudes,
+    amplitudes: &BlockAmplitudes,
     options: &Options,
     criteria: &Criteria,
 ) -> Result<DecayWindow, Error> {
-    let window = find(seen, &criteria.window).ok_or(Error::NotARingDown {
+    let window = find(amplitudes, &criteria.window).ok_or(Error::NotARingDown {
         cycles: 0.0,
         needed: criteria.blocks.least_cycles,
         reason: NOTHING_FALLS,
     })?;
-    Ok(limited(window, seen, options))
+    Ok(limited(window, amplitudes, options))
 }
 
 const NOTHING_FALLS: &str = "the amplitude nowhere falls out of the noise";
@@ -66,16 +67,16 @@ fn grows(blocks: &[Block], criteria: &BlockCriteria) -> bool {
 }
 
 /// The window within the limits that are asked for.
-fn limited(mut window: DecayWindow, seen: &BlockAmplitudes, options: &Options) -> DecayWindow {
+fn limited(mut window: DecayWindow, amplitudes: &BlockAmplitudes, options: &Options) -> DecayWindow {
     if options.start_s.is_some() {
         (window.first, window.start_reason) = (0, StartReason::Requested);
     }
     if options.end_s.is_some() {
-        (window.end, window.end_reason) = (seen.blocks.len(), EndReason::Requested);
+        (window.end, window.end_reason) = (amplitudes.blocks.len(), EndReason::Requested);
         window.disturbed = false;
     }
     let least = options.min_amplitude.unwrap_or(0.0);
-    if let Some(end) = (window.first..window.end).find(|&i| seen.amplitude(i) < least) {
+    if let Some(end) = (window.first..window.end).find(|&i| amplitudes.amplitude(i) < least) {
         (window.end, window.end_reason) = (end, EndReason::LeastAmplitude);
         window.disturbed = false;
     }

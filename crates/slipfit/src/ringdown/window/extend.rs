@@ -7,12 +7,12 @@ use crate::ringdown::criteria::WindowCriteria;
 use std::ops::Range;
 
 /// Finds the free decay among the blocks.
-pub(super) fn find(seen: &BlockAmplitudes, c: &WindowCriteria) -> Option<DecayWindow> {
-    let smooth = seen.smooth();
-    let run = best_run(seen, &smooth, c)?;
+pub(super) fn find(amplitudes: &BlockAmplitudes, c: &WindowCriteria) -> Option<DecayWindow> {
+    let smooth = amplitudes.smooth();
+    let run = best_run(amplitudes, &smooth, c)?;
     let start_reason = if run.start == 0 { StartReason::RecordStart } else { StartReason::LeadIn };
     let Some(seed) = seed(&smooth, &run, c) else {
-        let end_reason = end_reason(seen, &smooth, run.end, c);
+        let end_reason = end_reason(amplitudes, &smooth, run.end, c);
         return Some(DecayWindow {
             first: run.start,
             end: run.end,
@@ -21,13 +21,13 @@ pub(super) fn find(seen: &BlockAmplitudes, c: &WindowCriteria) -> Option<DecayWi
             disturbed: false,
         });
     };
-    let search = Search { seen, c, run, law: SeedFit::new(seen, seed.clone(), c) };
+    let search = Search { amplitudes, c, run, law: SeedFit::new(amplitudes, seed.clone(), c) };
     Some(search.extend(seed, &smooth, start_reason))
 }
 
 /// The law of the blocks found so far, and the run that they may be extended in.
 struct Search<'a> {
-    seen: &'a BlockAmplitudes<'a>,
+    amplitudes: &'a BlockAmplitudes<'a>,
     c: &'a WindowCriteria,
     run: Range<usize>,
     law: Option<SeedFit<'a>>,
@@ -39,17 +39,18 @@ impl Search<'_> {
         // Backward only now: the start is where a drive would bend the law.
         self.refit(seed.start..end);
         let (first, start_reason) = self.earlier(seed.start, end, start_reason);
-        let end_reason = left.unwrap_or_else(|| end_reason(self.seen, smooth, end, self.c));
+        let end_reason = left.unwrap_or_else(|| end_reason(self.amplitudes, smooth, end, self.c));
         if end_reason == EndReason::Noise {
             end = self.into_the_noise(first..end);
         }
-        let disturbed =
-            left.is_none() && end < smooth.len() && rises(self.seen, smooth, end, smooth[end - 1], self.c);
+        let disturbed = left.is_none()
+            && end < smooth.len()
+            && rises(self.amplitudes, smooth, end, smooth[end - 1], self.c);
         DecayWindow { first, end, start_reason, end_reason, disturbed }
     }
 
     fn refit(&mut self, blocks: Range<usize>) {
-        if let Some(law) = SeedFit::new(self.seen, blocks, self.c) {
+        if let Some(law) = SeedFit::new(self.amplitudes, blocks, self.c) {
             self.law = Some(law);
         }
     }
@@ -118,12 +119,12 @@ impl Search<'_> {
     /// do: as long as each agrees with it and it predicts a part of a block's error.
     fn into_the_noise(&self, blocks: Range<usize>) -> usize {
         let mut end = blocks.end;
-        let Some(law) = SeedFit::new(self.seen, blocks, self.c) else { return end };
-        while end < self.seen.blocks.len() {
-            let (predicted, error) = (law.predict(end), self.seen.error[end]);
+        let Some(law) = SeedFit::new(self.amplitudes, blocks, self.c) else { return end };
+        while end < self.amplitudes.blocks.len() {
+            let (predicted, error) = (law.predict(end), self.amplitudes.error[end]);
             // The modulus of signal and noise together scatters below A + 4 sigma.
             if predicted < self.c.noise_prediction * error
-                || (self.seen.amplitude(end) - predicted).abs() > self.c.noise_errors * error
+                || (self.amplitudes.amplitude(end) - predicted).abs() > self.c.noise_errors * error
             {
                 break;
             }
@@ -133,14 +134,75 @@ impl Search<'_> {
     }
 }
 
-fn end_reason(seen: &BlockAmplitudes, smooth: &[f64], end: usize, c: &WindowCriteria) -> EndReason {
+fn end_reason(amplitudes: &BlockAmplitudes, smooth: &[f64], end: usize, c: &WindowCriteria) -> EndReason {
     if end >= smooth.len() {
         return EndReason::RecordEnd;
     }
-    if rises(seen, smooth, end, smooth[end - 1], c) {
+    if rises(amplitudes, smooth, end, smooth[end - 1], c) {
         return EndReason::Disturbance;
     }
     // A stop takes the amplitude away within a block or two; noise is reached slowly.
     let back = end.saturating_sub(c.stop_blocks);
-    if smooth[back] > c.stop_ratio * seen.floor[end] { EndReason::Rest } else { EndReason::Noise }
+    if smooth[back] > c.stop_ratio * amplitudes.floor[end] { EndReason::Rest } else { EndReason::Noise }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::noise::jitter;
+    use crate::signal::blocks::Block;
+
+    const NOISE: f64 = 1e-3;
+
+    /// The window found among amplitudes a second apart, with the noise of a modulus.
+    fn window(amplitude: impl Fn(f64) -> f64) -> DecayWindow {
+        let block = |i: usize| Block {
+            amplitude: (amplitude(i as f64) + NOISE * jitter(i, 0)).hypot(NOISE * jitter(i, 1)),
+            span_s: 1.0,
+            unit_variance: 1.0,
+            ..Block::of(100 * i, 100 * i + 100, i as f64 + 0.5)
+        };
+        let blocks: Vec<Block> = (0..200).map(block).collect();
+        let amplitudes = BlockAmplitudes::with_floor(&blocks, 60.0, NOISE, |error| 4.0 * error);
+        find(&amplitudes, &WindowCriteria::default()).expect("a decay")
+    }
+
+    #[test]
+    fn a_decay_is_followed_from_the_start_of_the_record_into_the_noise() {
+        let found = window(|t| (-t / 20.0).exp());
+        assert_eq!(found.start_reason, StartReason::RecordStart);
+        assert_eq!(found.end_reason, EndReason::Noise);
+        assert_eq!(found.first, 0);
+        // The law falls to four standard errors after 110 s.
+        assert!(found.end > 110, "{}", found.end);
+    }
+
+    #[test]
+    fn a_driven_lead_in_is_left_out() {
+        let found = window(|t| if t < 40.0 { 1.0 } else { ((40.0 - t) / 20.0).exp() });
+        assert_eq!(found.start_reason, StartReason::LeadIn);
+        assert!((39..=43).contains(&found.first), "{}", found.first);
+    }
+
+    #[test]
+    fn a_jolt_ends_the_decay() {
+        let found = window(|t| if t < 60.0 { (-t / 40.0).exp() } else { 0.6 * ((60.0 - t) / 400.0).exp() });
+        assert_eq!(found.end_reason, EndReason::Disturbance);
+        assert_eq!(found.end, 60);
+        assert!(found.disturbed);
+    }
+
+    #[test]
+    fn a_stop_ends_the_decay_at_rest() {
+        let found = window(|t| (1.0 - t / 100.0).max(0.0));
+        assert_eq!(found.end_reason, EndReason::Rest);
+        assert!((98..=100).contains(&found.end), "{}", found.end);
+    }
+
+    #[test]
+    fn a_tail_above_the_law_ends_the_decay() {
+        let found = window(|t| if t < 80.0 { 1.0 - t / 100.0 } else { 0.2 * ((80.0 - t) / 1000.0).exp() });
+        assert_eq!(found.end_reason, EndReason::SlowTail);
+        assert!((78..=90).contains(&found.end), "{}", found.end);
+    }
 }

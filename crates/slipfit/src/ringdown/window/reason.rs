@@ -4,6 +4,7 @@ use std::fmt;
 
 /// Why the free decay starts where it does.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
+#[cfg_attr(feature = "serde", derive(serde::Serialize), serde(into = "&'static str"))]
 #[non_exhaustive]
 pub enum StartReason {
     /// The record starts.
@@ -18,6 +19,7 @@ pub enum StartReason {
 
 /// Why the free decay ends where it does.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
+#[cfg_attr(feature = "serde", derive(serde::Serialize), serde(into = "&'static str"))]
 #[non_exhaustive]
 pub enum EndReason {
     /// The record ends.
@@ -74,5 +76,17 @@ impl fmt::Display for StartReason {
 impl fmt::Display for EndReason {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         f.pad(self.as_str())
+    }
+}
+
+impl From<StartReason> for &'static str {
+    fn from(reason: StartReason) -> Self {
+        reason.as_str()
+    }
+}
+
+impl From<EndReason> for &'static str {
+    fn from(reason: EndReason) -> Self {
+        reason.as_str()
     }
 }

@@ -18,29 +18,33 @@ const STEP_REACH: usize = 6;
 
 /// Whether the amplitude of a block rises above `least` by more than noise and a slow beat.
 pub(super) fn rises(
-    seen: &BlockAmplitudes,
+    amplitudes: &BlockAmplitudes,
     smooth: &[f64],
     block: usize,
     least: f64,
     c: &WindowCriteria,
 ) -> bool {
-    smooth[block] > c.rise_ratio * least + c.rise_errors * seen.error[block]
+    smooth[block] > c.rise_ratio * least + c.rise_errors * amplitudes.error[block]
 }
 
 /// The run of falling amplitude with the largest fall: a new maximum ends a run.
-pub(super) fn best_run(seen: &BlockAmplitudes, smooth: &[f64], c: &WindowCriteria) -> Option<Range<usize>> {
+pub(super) fn best_run(
+    amplitudes: &BlockAmplitudes,
+    smooth: &[f64],
+    c: &WindowCriteria,
+) -> Option<Range<usize>> {
     let n = smooth.len();
     let mut best: Option<(f64, Range<usize>)> = None;
     let mut i = 0;
     while i < n {
-        if smooth[i] <= seen.floor[i] {
+        if smooth[i] <= amplitudes.floor[i] {
             i += 1;
             continue;
         }
         let mut least = smooth[i];
         let mut top = (i, smooth[i]);
         let mut end = i + 1;
-        while end < n && smooth[end] > seen.floor[end] && !rises(seen, smooth, end, least, c) {
+        while end < n && smooth[end] > amplitudes.floor[end] && !rises(amplitudes, smooth, end, least, c) {
             least = least.min(smooth[end]);
             if smooth[end] > top.1 {
                 top = (end, smooth[end]);
@@ -49,7 +53,7 @@ pub(super) fn best_run(seen: &BlockAmplitudes, smooth: &[f64], c: &WindowCriteri
         }
         // A slow fall hides its own maximum.
         let from = (i..=top.0)
-            .find(|&k| smooth[k] >= c.top_ratio * top.1 - c.top_errors * seen.error[k])
+            .find(|&k| smooth[k] >= c.top_ratio * top.1 - c.top_errors * amplitudes.error[k])
             .unwrap_or(top.0);
         if end - from >= 2 {
             let fall = (top.1 / smooth[end - 1].max(f64::MIN_POSITIVE)).ln();
@@ -96,7 +100,7 @@ fn after_step(smooth: &[f64], run: &Range<usize>, start: usize, c: &WindowCriter
 
 /// An amplitude law through a few blocks, to judge their neighbours by.
 pub(super) struct SeedFit<'a> {
-    seen: &'a BlockAmplitudes<'a>,
+    amplitudes: &'a BlockAmplitudes<'a>,
     criteria: &'a WindowCriteria,
     parameters: Vec<f64>,
     origin: f64,
@@ -106,27 +110,29 @@ pub(super) struct SeedFit<'a> {
 
 impl<'a> SeedFit<'a> {
     pub(super) fn new(
-        seen: &'a BlockAmplitudes<'a>,
+        amplitudes: &'a BlockAmplitudes<'a>,
         blocks: Range<usize>,
         criteria: &'a WindowCriteria,
     ) -> Option<Self> {
         let stride = (blocks.len() / MOST_POINTS).max(1);
-        let origin = seen.blocks[blocks.start].time_s;
-        let top = seen.amplitude(blocks.start);
+        let origin = amplitudes.blocks[blocks.start].time_s;
+        let top = amplitudes.amplitude(blocks.start);
         let index: Vec<usize> = blocks.step_by(stride).collect();
         // Errors in proportion to the amplitude keep the late blocks in the vote.
         let variance = |i: usize| {
-            seen.error[i].powi(2) + (criteria.law_error * seen.amplitude(i)).powi(2) + 1e-8 * top * top
+            amplitudes.error[i].powi(2)
+                + (criteria.law_error * amplitudes.amplitude(i)).powi(2)
+                + 1e-8 * top * top
         };
         let problem = EnvelopeProblem {
-            elapsed: index.iter().map(|&i| seen.blocks[i].time_s - origin).collect(),
-            value: index.iter().map(|&i| seen.amplitude(i)).collect(),
+            elapsed: index.iter().map(|&i| amplitudes.blocks[i].time_s - origin).collect(),
+            value: index.iter().map(|&i| amplitudes.amplitude(i)).collect(),
             weight: index.iter().map(|&i| 1.0 / variance(i)).collect(),
-            ..blank(seen.omega)
+            ..blank(amplitudes.omega)
         };
         let last = index[index.len() - 1];
-        let span = (seen.blocks[last].time_s - origin).max(f64::MIN_POSITIVE);
-        let delta = ((top / seen.amplitude(last).max(1e-6 * top)).ln() / span).max(1e-9 / span);
+        let span = (amplitudes.blocks[last].time_s - origin).max(f64::MIN_POSITIVE);
+        let delta = ((top / amplitudes.amplitude(last).max(1e-6 * top)).ln() / span).max(1e-9 / span);
         let start = [top, 0.0, delta, 0.0, 0.0];
         let mut free = vec![A0, DELTA];
         if index.len() >= criteria.sliding_from {
@@ -139,13 +145,13 @@ impl<'a> SeedFit<'a> {
         let fit =
             minimise(&problem, &viscous.parameters, &free).filter(|f| f.rss.is_finite()).unwrap_or(viscous);
         let scatter = (fit.rss / (index.len() as f64 - fit.free.len() as f64).max(1.0)).sqrt().max(1.0);
-        Some(Self { seen, criteria, parameters: fit.parameters, origin, scatter })
+        Some(Self { amplitudes, criteria, parameters: fit.parameters, origin, scatter })
     }
 
     /// Amplitude that the law gives a block.
     pub(super) fn predict(&self, block: usize) -> f64 {
-        let elapsed = vec![self.seen.blocks[block].time_s - self.origin];
-        let one = EnvelopeProblem { elapsed, ..blank(self.seen.omega) };
+        let elapsed = vec![self.amplitudes.blocks[block].time_s - self.origin];
+        let one = EnvelopeProblem { elapsed, ..blank(self.amplitudes.omega) };
         one.amplitudes(&self.parameters)[0].max(0.0)
     }
 
@@ -153,7 +159,7 @@ impl<'a> SeedFit<'a> {
     /// proportion to the amplitude; positive above the law.
     pub(super) fn miss(&self, block: usize, relative: f64) -> f64 {
         let c = self.criteria;
-        let (amplitude, error) = (self.seen.amplitude(block), self.seen.error[block]);
+        let (amplitude, error) = (self.amplitudes.amplitude(block), self.amplitudes.error[block]);
         let deviation =
             (error.powi(2) + (c.law_error * amplitude).powi(2)).sqrt() * self.scatter.min(c.most_scatter);
         let tolerated = c.miss_errors * error + relative * amplitude + c.miss_deviations * deviation;
