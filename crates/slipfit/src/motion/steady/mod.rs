@@ -26,6 +26,7 @@
 
 pub mod atlas;
 pub(crate) mod closed;
+mod drive;
 pub mod exact;
 pub mod fundamental;
 pub mod leading;
@@ -41,9 +42,10 @@ mod state;
 mod stops;
 pub mod validity;
 
+pub use drive::HarmonicDrive;
 pub use orbit::PeriodicOrbit;
 pub use solve::{MethodComparison, Solution, SolutionMethod, compare_methods, solve, solve_with_friction};
-pub use state::{CycleLoss, HarmonicDrive, Method, SteadyState};
+pub use state::{CycleLoss, Method, SteadyState};
 pub use validity::{Validity, validity};
 
 use crate::model::oscillator::Oscillator;

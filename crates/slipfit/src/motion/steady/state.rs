@@ -1,5 +1,6 @@
 //! The steady motion by any method, behind one interface.
 
+use super::drive::HarmonicDrive;
 use super::exact::ClosedForm;
 use super::orbit::{OrbitOptions, PeriodicOrbit};
 use super::{Phasor, leading, lorentzian, series};
@@ -7,45 +8,6 @@ use crate::error::Error;
 use crate::model::oscillator::Oscillator;
 use crate::numeric::roots::root;
 use std::f64::consts::PI;
-
-/// A harmonic drive at the base, `x_0 cos(omega t)`; a force `P cos(omega t)` is `x_0 = P/k`.
-#[derive(Debug, Clone, Copy, PartialEq)]
-pub struct HarmonicDrive {
-    amplitude: f64,
-    omega: f64,
-}
-
-impl HarmonicDrive {
-    /// Amplitude `x_0` and angular frequency, rad/s.
-    ///
-    /// # Errors
-    /// [`Error::Parameter`] unless both are above zero and finite.
-    pub fn new(amplitude: f64, omega: f64) -> Result<Self, Error> {
-        if !(1e-150..=1e100).contains(&amplitude) {
-            let range = "0 < amplitude, 1e-150 to 1e100";
-            return Err(Error::Parameter { name: "drive amplitude", value: amplitude, range });
-        }
-        if !(omega > 0.0 && omega <= 1e50) {
-            return Err(Error::Parameter { name: "omega", value: omega, range: "0 < omega <= 1e50 rad/s" });
-        }
-        Ok(Self { amplitude, omega })
-    }
-
-    /// Amplitude `x_0`.
-    pub fn amplitude(&self) -> f64 {
-        self.amplitude
-    }
-
-    /// Angular frequency, rad/s.
-    pub fn omega(&self) -> f64 {
-        self.omega
-    }
-
-    /// Period, s.
-    pub fn period_s(&self) -> f64 {
-        2.0 * PI / self.omega
-    }
-}
 
 /// A method for the steady motion.
 #[derive(Debug, Clone, Copy, PartialEq)]

@@ -1,0 +1,240 @@
+//! The core's rooms use each other in one direction, and no file leads back to itself.
+#![allow(clippy::unwrap_used, reason = "a failed unwrap fails the test, as it should")]
+
+use std::collections::{BTreeMap, BTreeSet};
+use std::path::{Path, PathBuf};
+
+/// A room uses only rooms that stand before it, in ARCHITECTURE.md as well.
+const ROOMS: [&str; 13] = [
+    "error",
+    "numeric",
+    "model",
+    "inference",
+    "answer",
+    "motion",
+    "paper",
+    "signal",
+    "record",
+    "ringdown",
+    "resonance",
+    "levels",
+    "series",
+];
+
+type Module = Vec<String>;
+
+/// The modules of the core with what each uses, tests left out.
+struct Core {
+    /// Text without comments and tests.
+    texts: BTreeMap<Module, String>,
+    /// Names that a module takes from elsewhere and offers as its own.
+    reexports: BTreeMap<Module, Vec<(String, Module)>>,
+}
+
+impl Core {
+    fn read() -> Self {
+        let root = Path::new(env!("CARGO_MANIFEST_DIR")).join("../crates/slipfit/src");
+        let mut texts = BTreeMap::new();
+        for file in files(&root) {
+            let module: Module = file
+                .strip_prefix(&root)
+                .unwrap()
+                .with_extension("")
+                .iter()
+                .map(|part| part.to_string_lossy().into_owned())
+                .filter(|part| part != "mod" && part != "lib")
+                .collect();
+            if module.last().is_none_or(|name| name != "tests" && name != "noise") {
+                texts.insert(module, code(&std::fs::read_to_string(&file).unwrap()));
+            }
+        }
+        let mut core = Self { texts, reexports: BTreeMap::new() };
+        let reexports =
+            core.texts.iter().map(|(module, text)| (module.clone(), core.uses(module, text, true)));
+        core.reexports = reexports.collect();
+        core
+    }
+
+    /// Paths that a module names by `use` or in full: last name and absolute path.
+    fn uses(&self, module: &Module, text: &str, public: bool) -> Vec<(String, Module)> {
+        let mut found = Vec::new();
+        let mut rest = text;
+        while let Some(at) = rest.find("use ") {
+            let before = rest[..at].lines().last().unwrap_or_default().trim();
+            let end = rest[at..].find(';').map_or(rest.len(), |length| at + length);
+            let declared = before.is_empty() || before.starts_with("pub");
+            if declared && (!public || before.starts_with("pub")) {
+                for path in expanded(&rest[at + 4..end]) {
+                    found.extend(self.absolute(module, &path));
+                }
+            }
+            rest = &rest[end..];
+        }
+        if !public {
+            for (at, _) in text.match_indices("crate::") {
+                let path: String =
+                    text[at..].chars().take_while(|c| c.is_alphanumeric() || "_:".contains(*c)).collect();
+                found.extend(self.absolute(module, &path));
+            }
+        }
+        found
+    }
+
+    /// A path from the root of the crate, and the name it brings; `None` for other crates.
+    fn absolute(&self, module: &Module, path: &str) -> Option<(String, Module)> {
+        let mut parts: Vec<&str> = path.split("::").filter(|part| !part.is_empty()).collect();
+        let mut name = (*parts.last()?).to_owned();
+        if let Some((renamed, alias)) = path.split_once(" as ") {
+            parts = renamed.split("::").collect();
+            name = alias.trim().to_owned();
+        }
+        let mut base = module.clone();
+        match parts.first()?.trim() {
+            "crate" => base.clear(),
+            "self" => {}
+            "super" => {
+                base.pop();
+            }
+            first => {
+                base.push(first.to_owned());
+                if !self.texts.contains_key(&base) {
+                    return None;
+                }
+            }
+        }
+        for part in &parts[1..] {
+            if *part == "super" {
+                base.pop();
+            } else {
+                base.push(part.trim().to_owned());
+            }
+        }
+        Some((name, base))
+    }
+
+    /// The module that defines what a path names, re-exports followed.
+    fn definition(&self, path: &Module) -> Module {
+        let mut path = path.clone();
+        for _ in 0..8 {
+            let length = (0..=path.len()).rev().find(|n| self.texts.contains_key(&path[..*n])).unwrap_or(0);
+            let (module, inside) = path.split_at(length);
+            let Some(name) = inside.first() else { return module.to_vec() };
+            let offered = self.reexports.get(module).and_then(|list| list.iter().find(|(n, _)| n == name));
+            match offered {
+                Some((_, elsewhere)) if *elsewhere != path => path = elsewhere.clone(),
+                _ => return module.to_vec(),
+            }
+        }
+        path
+    }
+
+    /// What each module needs of others.
+    fn needs(&self) -> BTreeMap<Module, BTreeSet<Module>> {
+        let needs = |(module, text): (&Module, &String)| {
+            // A module that offers names of its parts does not need them.
+            let offered: Vec<&Module> = self.reexports[module].iter().map(|(_, path)| path).collect();
+            let used = self.uses(module, text, false).into_iter().map(|(_, path)| path);
+            let used = used.filter(|path| !offered.contains(&path)).map(|path| self.definition(&path));
+            (module.clone(), used.filter(|used| used != module && !used.is_empty()).collect())
+        };
+        self.texts.iter().map(needs).collect()
+    }
+}
+
+fn files(folder: &Path) -> Vec<PathBuf> {
+    let mut all = Vec::new();
+    for entry in std::fs::read_dir(folder).unwrap() {
+        let path = entry.unwrap().path();
+        if path.is_dir() {
+            all.extend(files(&path));
+        } else if path.extension().is_some_and(|e| e == "rs") {
+            all.push(path);
+        }
+    }
+    all
+}
+
+/// Text up to the tests at the end, without comments.
+fn code(text: &str) -> String {
+    let end = text.find("#[cfg(test)]\nmod tests").unwrap_or(text.len());
+    let lines = text[..end].lines().map(|line| line.split("//").next().unwrap_or_default());
+    lines.collect::<Vec<_>>().join("\n")
+}
+
+/// `a::{b, c::{d, e}}` as `a::b`, `a::c::d`, `a::c::e`.
+fn expanded(path: &str) -> Vec<String> {
+    let path = path.split_whitespace().collect::<Vec<_>>().join(" ");
+    let Some((head, rest)) = path.split_once('{') else { return vec![path.trim().to_owned()] };
+    let inner = rest.rsplit_once('}').map_or(rest, |(inner, _)| inner);
+    let (mut depth, mut start, mut all) = (0, 0, Vec::new());
+    for (at, c) in inner.char_indices().chain([(inner.len(), ',')]) {
+        match c {
+            '{' => depth += 1,
+            '}' => depth -= 1,
+            ',' if depth == 0 => {
+                let one = inner[start..at].trim();
+                start = at + 1;
+                let whole = |rest: String| format!("{}{rest}", head.trim()).replace("::self", "");
+                all.extend(expanded(one).into_iter().filter(|rest| !rest.is_empty()).map(whole));
+            }
+            _ => {}
+        }
+    }
+    all
+}
+
+#[test]
+fn a_room_uses_only_rooms_before_it() {
+    let core = Core::read();
+    let place = |room: &str| ROOMS.iter().position(|r| *r == room).unwrap_or_else(|| panic!("room {room}"));
+    let mut backwards = Vec::new();
+    for (module, needs) in core.needs() {
+        for need in needs {
+            if let [room, ..] = &module[..]
+                && place(&need[0]) > place(room)
+            {
+                backwards.push(format!("{} uses {}", module.join("/"), need.join("/")));
+            }
+        }
+    }
+    assert!(backwards.is_empty(), "{}", backwards.join("\n"));
+}
+
+#[test]
+fn the_rooms_stand_in_the_same_order_in_the_architecture() {
+    let page = Path::new(env!("CARGO_MANIFEST_DIR")).join("../ARCHITECTURE.md");
+    let text = std::fs::read_to_string(page).unwrap();
+    let (_, table) = text.split_once("## The core's rooms").unwrap();
+    let rows =
+        table.lines().take_while(|line| !line.starts_with("## ")).filter_map(|line| line.strip_prefix("| `"));
+    let rooms: Vec<&str> = rows.filter_map(|row| row.split_once('`')).map(|(room, _)| room).collect();
+    assert_eq!(rooms, ROOMS);
+}
+
+/// Modules from which a way leads back to themselves.
+#[test]
+fn no_file_leads_back_to_itself() {
+    let needs = Core::read().needs();
+    let reach = |from: &Module| {
+        let (mut reached, mut next) = (BTreeSet::new(), vec![from.clone()]);
+        while let Some(module) = next.pop() {
+            for need in needs.get(&module).into_iter().flatten() {
+                if reached.insert(need.clone()) {
+                    next.push(need.clone());
+                }
+            }
+        }
+        reached
+    };
+    let circular: Vec<String> = needs.keys().filter(|m| reach(m).contains(*m)).map(|m| m.join("/")).collect();
+    assert!(circular.is_empty(), "{}", circular.join(", "));
+}
+
+#[test]
+fn grouped_uses_are_taken_apart() {
+    assert_eq!(
+        expanded("crate::a::{self, b, c::{D, E}}"),
+        ["crate::a", "crate::a::b", "crate::a::c::D", "crate::a::c::E"]
+    );
+    assert_eq!(expanded("super::x"), ["super::x"]);
+}
