@@ -131,7 +131,7 @@ impl ModelComparison {
 
     /// p value of the smaller model against the larger.
     fn p_value(&self, small: &ModelFit, large: &ModelFit) -> f64 {
-        self.noise.p_value(small.bounded.rss, &large.bounded)
+        self.noise.p_value(small.bounded.rss, &large.bounded, &large.unbounded)
     }
 
     /// Largest value of a loss coefficient that the data allow: what it would be alone, four

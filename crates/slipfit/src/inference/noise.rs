@@ -58,9 +58,10 @@ impl NoiseModel {
         }
     }
 
-    /// One-sided p value of one more term that cannot be negative: `large` has it.
-    pub(crate) fn p_value(&self, small_rss: f64, large: &Fit) -> f64 {
-        one_sided((small_rss - large.rss) / self.variance(large), self.degrees_of_freedom(large))
+    /// One-sided p value of one more term that cannot be negative: `large` is the fit that has it,
+    /// within its limits, and `offered` the one with every parameter the data were offered.
+    pub(crate) fn p_value(&self, small_rss: f64, large: &Fit, offered: &Fit) -> f64 {
+        one_sided((small_rss - large.rss) / self.variance(large), self.degrees_of_freedom(offered))
     }
 
     /// Standard error of one parameter.

@@ -476,7 +476,7 @@ fn reference_slides(problem: &Problem, fit: &Fit) -> f64 {
     let mut start = without.parameters.clone();
     start[X_F] = 0.05 * start[X_0];
     match super::search::best(&own, &[start, without.parameters.clone()], &free) {
-        Some(with) if with.parameters[X_F] > 0.0 => noise.p_value(without.rss, &with),
+        Some(with) if with.parameters[X_F] > 0.0 => noise.p_value(without.rss, &with, &with),
         _ => 1.0,
     }
 }
