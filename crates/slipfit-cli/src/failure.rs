@@ -3,6 +3,7 @@
 use anstyle::{AnsiColor, Style};
 use slipfit::answer::Warning;
 use slipfit::answer::hint::{self, Hint, HintValue};
+use slipfit_report::numbers::plain;
 use slipfit_report::terminal::hanging;
 use std::fmt;
 use std::path::Path;
@@ -70,6 +71,10 @@ impl Failure {
                 failure.hint("--start and --end choose the free decay by hand; a longer record helps more")
             }
             slipfit::Error::NoFit { .. } => failure.hint("--start, --end and --band choose a cleaner part"),
+            slipfit::Error::BelowLeastAmplitude { least, initial, unit } => {
+                let initial = plain(*initial, 3, unit);
+                Self::new(format!("--min-amplitude {least} {unit}: the decay begins at {initial} already"))
+            }
             slipfit::Error::ConstantSignal { .. } => failure.hint("--signal names another column"),
             slipfit::Error::TimeBackwards { .. } | slipfit::Error::TimeStandsStill { .. } => {
                 let time = Hint::new("time", "names another column");
@@ -182,6 +187,11 @@ impl fmt::Display for Complaint {
             None => Ok(()),
         }
     }
+}
+
+/// Something to know about how the program is used, for standard error.
+pub(crate) fn note_line(text: &str) -> String {
+    hanging("note:", HINT, text)
 }
 
 /// A warning of an analysis with what helps, for standard error.

@@ -21,9 +21,14 @@ impl Reading {
         if !matches!(self.record.kind(), SignalKind::Envelope | SignalKind::LockIn) {
             return None;
         }
-        let (_, value) = self.report.named_values.iter().find(|(name, _)| name == "frequency_hz")?;
-        value.parse().ok().filter(|f: &f64| f.is_finite() && *f > 0.0)
+        named_number(&self.report.named_values, "frequency_hz")
     }
+}
+
+/// The positive number of this name.
+pub(crate) fn named_number(values: &[(String, String)], wanted: &str) -> Option<f64> {
+    let (_, value) = values.iter().find(|(name, _)| name == wanted)?;
+    value.parse().ok().filter(|v: &f64| v.is_finite() && *v > 0.0)
 }
 
 /// How a file was read.

@@ -60,6 +60,15 @@ pub struct LevelReading {
 }
 
 impl LevelReading {
+    /// The frequency of the drive [Hz], where the lines above the table name it `drive_frequency_hz`,
+    /// as simulated levels do.
+    #[must_use]
+    pub fn named_frequency_hz(&self) -> Option<f64> {
+        crate::report::named_number(&self.named_values, "drive_frequency_hz")
+    }
+}
+
+impl LevelReading {
     /// Rows that gave no point.
     #[must_use]
     pub fn rows_skipped(&self) -> u64 {

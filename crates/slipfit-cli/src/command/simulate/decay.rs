@@ -1,6 +1,7 @@
 //! `slipfit simulate decay`.
 
 use super::sheet::{Column, Digits, Parameters, Sheet, Step, converted};
+use super::turning::{turning_point_columns, turning_points};
 use super::{Noise, friction, oscillator, rows, spoken, write};
 use crate::args::{DecayArgs, OutputKind};
 use crate::failure::Failure;
@@ -39,7 +40,7 @@ pub(super) fn run(args: &DecayArgs, to: &write::Destinations) -> Result<(), Fail
             Decaying::Even(d) => Box::new(d.turning_points().map(|p| [p.time_s, p.position])),
             Decaying::Uneven(m) => {
                 let start = [0.0, args.amplitude];
-                Box::new(std::iter::once(start).chain(super::driven::turning_points(*m, until_s)))
+                Box::new(std::iter::once(start).chain(turning_points(*m, until_s)))
             }
         };
         sheet.rows = most as u64;
@@ -89,10 +90,6 @@ impl Decaying {
             Self::Uneven(m) => m.state_at(time_s).map(|s| s.position),
         }
     }
-}
-
-pub(super) fn turning_point_columns(unit: &str) -> Vec<Column> {
-    vec![Column::new("time", "s", Digits::All), Column::new("turning point", unit, Digits::All)]
 }
 
 fn header(

@@ -1,14 +1,14 @@
 //! `slipfit simulate driven`.
 
-use super::decay::turning_point_columns;
 use super::drive::{self, Kind};
 use super::sheet::{Column, Digits, Parameters, Sheet, Step, converted};
+use super::turning::{turning_point_columns, turning_points};
 use super::{Noise, friction, oscillator, rows, spoken, write};
 use crate::args::{Beginning, DrivenArgs};
 use crate::failure::{Failure, warning_line};
 use crate::output;
 use anstream::ColorChoice;
-use slipfit::motion::simulate::{Event, EventKind, Motion};
+use slipfit::motion::simulate::Motion;
 use slipfit::motion::steady::solve_with_friction;
 
 pub(super) fn run(args: &DrivenArgs, to: &write::Destinations, color: ColorChoice) -> Result<(), Failure> {
@@ -97,11 +97,6 @@ fn trace(args: &DrivenArgs, mut motion: Motion, full_scale: f64) -> super::sheet
         row.extend([time_s, converted(&args.sample, full_scale, x)]);
         Ok(Step::Row)
     })
-}
-
-pub(super) fn turning_points(mut motion: Motion, until_s: f64) -> impl Iterator<Item = [f64; 2]> {
-    let turned = |e: &Event| matches!(e.kind, EventKind::Turn | EventKind::Stop | EventKind::Rest);
-    std::iter::from_fn(move || motion.next_event(until_s)).filter(turned).map(|e| [e.time_s, e.position])
 }
 
 fn largest(motion: Motion, until_s: f64, start: f64) -> f64 {

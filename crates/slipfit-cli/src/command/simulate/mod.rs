@@ -6,6 +6,7 @@ mod driven;
 mod parquet;
 mod scan;
 mod sheet;
+mod turning;
 mod write;
 
 use crate::args::{DriveArgs, MinusArgs, OscillatorArgs, SimulateArgs, SimulateCommand};
