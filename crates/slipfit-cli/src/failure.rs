@@ -3,7 +3,7 @@
 use anstyle::{AnsiColor, Style};
 use slipfit::answer::Warning;
 use slipfit::answer::hint::{self, Hint, HintValue};
-use slipfit_report::numbers::plain;
+use slipfit_report::format::plain;
 use slipfit_report::terminal::hanging;
 use std::fmt;
 use std::path::Path;

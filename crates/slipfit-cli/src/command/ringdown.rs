@@ -10,7 +10,6 @@ use indicatif::{ProgressBar, ProgressDrawTarget, ProgressStyle};
 use slipfit::SignalKind;
 use slipfit::ringdown::{Answer, Options, analyse};
 use slipfit_io::{Format, Reading};
-use slipfit_report::format::plain;
 use slipfit_report::{AnalysedRingdown, csv, json, page, plot, terminal};
 use std::path::Path;
 use std::process::ExitCode;
