@@ -12,12 +12,17 @@ const ERROR: Style = AnsiColor::Red.on_default().bold();
 const WARNING: Style = AnsiColor::Yellow.on_default().bold();
 const HINT: Style = AnsiColor::Cyan.on_default();
 
-/// A failure as the person sees it; exit status 2.
+/// Exit status of warnings under `--strict`.
+pub(crate) const WARNED: u8 = 1;
+/// Exit status of a failure; clap uses the same for a wrong command line.
+pub(crate) const FAILED: u8 = 2;
+
+/// A failure as the person sees it; exit status [`FAILED`].
 #[derive(Debug)]
 pub(crate) enum Failure {
-    /// Something to say.
-    Said(Complaint),
-    /// The reader of our output has gone: nothing to say, and to nobody.
+    /// An error with its message.
+    Message(Complaint),
+    /// The reader of the output has gone: there is nobody to tell.
     ClosedPipe,
 }
 
@@ -29,11 +34,11 @@ pub(crate) struct Complaint {
 
 impl Failure {
     pub(crate) fn new(message: impl Into<String>) -> Self {
-        Self::Said(Complaint { message: message.into(), hint: None })
+        Self::Message(Complaint { message: message.into(), hint: None })
     }
 
     pub(crate) fn hint(mut self, hint: impl Into<String>) -> Self {
-        if let Self::Said(complaint) = &mut self {
+        if let Self::Message(complaint) = &mut self {
             complaint.hint = Some(hint.into());
         }
         self
@@ -42,7 +47,7 @@ impl Failure {
     /// What went wrong, in one line.
     pub(crate) fn message(&self) -> String {
         match self {
-            Self::Said(complaint) => complaint.message.clone(),
+            Self::Message(complaint) => complaint.message.clone(),
             Self::ClosedPipe => "the output was closed".to_owned(),
         }
     }

@@ -103,7 +103,7 @@ fn analyse_reading(file: &Path, reading: Reading, args: &RingdownArgs) -> Result
     args.calibration.check(reading.record.unit())?;
     let mut options = args.options();
     options.frequency_hz = options.frequency_hz.or_else(|| reading.named_frequency_hz());
-    heeded(&reading, args)?;
+    check_flags(&reading, args)?;
     let failed = |e: slipfit::Error| Failure::analysing(file, &e);
     let answer = analyse(&reading.record, &options).map_err(failed)?;
     options.check_reached(&answer).map_err(failed)?;
@@ -111,7 +111,7 @@ fn analyse_reading(file: &Path, reading: Reading, args: &RingdownArgs) -> Result
 }
 
 /// A flag that would change nothing is a mistake.
-fn heeded(reading: &Reading, args: &RingdownArgs) -> Result<(), Failure> {
+fn check_flags(reading: &Reading, args: &RingdownArgs) -> Result<(), Failure> {
     let amplitudes = matches!(reading.record.kind(), SignalKind::Envelope | SignalKind::LockIn);
     if let Some(f) = args.options().frequency_hz.filter(|_| !amplitudes) {
         return Err(Failure::new(format!(

@@ -3,7 +3,7 @@
 use super::show::{Destinations, Faces, show};
 use crate::args::SeriesArgs;
 use crate::failure::{Failure, warned};
-use crate::manifest::{self, Asked, Source};
+use crate::manifest::{self, Entry, Source};
 use crate::version::provenance;
 use anstream::ColorChoice;
 use slipfit::model::displacement::DisplacementUnit;
@@ -17,12 +17,12 @@ pub(crate) fn run(args: &SeriesArgs, color: ColorChoice) -> Result<ExitCode, Fai
     let to = Destinations::new(&args.out, inputs)?;
     let mut measurements = Vec::new();
     let mut inputs = Vec::new();
-    for asked in &manifest.entries {
-        let (data, input) = read(asked)?;
+    for entry in &manifest.entries {
+        let (data, input) = read(entry)?;
         inputs.push(input);
         measurements.push(Measurement {
-            name: asked.name.clone(),
-            condition: asked.condition.clone(),
+            name: entry.name.clone(),
+            condition: entry.condition.clone(),
             data,
             scale: 1.0,
         });
@@ -30,8 +30,8 @@ pub(crate) fn run(args: &SeriesArgs, color: ColorChoice) -> Result<ExitCode, Fai
     let first = inputs.first().map_or("", |i| i.unit.as_str());
     let coordinate = manifest.calibration.map(|(_, coordinate)| coordinate);
     let unit = common_unit(coordinate, manifest.unit.as_deref(), first);
-    for ((measurement, input), asked) in measurements.iter_mut().zip(&mut inputs).zip(&manifest.entries) {
-        measurement.scale = scale(asked, input, &unit)?;
+    for ((measurement, input), entry) in measurements.iter_mut().zip(&mut inputs).zip(&manifest.entries) {
+        measurement.scale = scale(entry, input, &unit)?;
     }
     let mut options = Options::default();
     options.shared = manifest.shared;
@@ -70,8 +70,8 @@ pub(crate) fn run(args: &SeriesArgs, color: ColorChoice) -> Result<ExitCode, Fai
     show(&args.out, &to, &faces, color)
 }
 
-fn read(asked: &Asked) -> Result<(Data, Input), Failure> {
-    let (data, mut input) = match &asked.source {
+fn read(entry: &Entry) -> Result<(Data, Input), Failure> {
+    let (data, mut input) = match &entry.source {
         Source::Ringdown { file, reading, options } => {
             let reading = slipfit_io::read(file, reading)?;
             let mut options = options.clone();
@@ -110,13 +110,13 @@ fn read(asked: &Asked) -> Result<(Data, Input), Failure> {
             (Data::Levels { levels: Box::new(reading.levels), options: Box::new(options) }, input)
         }
     };
-    input.notes.extend(asked.notes.iter().cloned());
+    input.notes.extend(entry.notes.iter().cloned());
     Ok((data, input))
 }
 
 /// The factor from the unit of a measurement to the common one.
-fn scale(asked: &Asked, input: &mut Input, unit: &str) -> Result<f64, Failure> {
-    if let Some(scale) = asked.scale {
+fn scale(entry: &Entry, input: &mut Input, unit: &str) -> Result<f64, Failure> {
+    if let Some(scale) = entry.scale {
         return Ok(scale);
     }
     if input.unit.is_empty() && !unit.is_empty() {
@@ -126,7 +126,7 @@ fn scale(asked: &Asked, input: &mut Input, unit: &str) -> Result<f64, Failure> {
         return Ok(1.0);
     }
     DisplacementUnit::factor(&input.unit, unit).map_err(|_| {
-        Failure::new(format!("{}: it is in `{}`, the series in `{unit}`", asked.name, input.unit))
+        Failure::new(format!("{}: it is in `{}`, the series in `{unit}`", entry.name, input.unit))
             .hint("scale = gives the factor between the two, unit = says what the file is in")
     })
 }

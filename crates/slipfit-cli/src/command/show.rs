@@ -1,16 +1,13 @@
-//! From an answer to the files, the report and the doubts of it.
+//! From an answer to the files, the report and the warnings.
 
 use crate::args::AnswerArgs;
-use crate::failure::Failure;
+use crate::failure::{Failure, WARNED};
 use crate::output::{self, Outputs, Target};
 use anstream::ColorChoice;
 use slipfit_report::plot::{Format, Picture};
 use std::io::{self, Write};
 use std::path::Path;
 use std::process::ExitCode;
-
-/// Exit status of a doubtful answer under `--strict`.
-const DOUBTFUL: u8 = 1;
 
 type Bytes<'a> = &'a dyn Fn(&mut dyn Write) -> io::Result<()>;
 type Text<'a> = &'a dyn Fn() -> String;
@@ -70,7 +67,7 @@ pub(crate) fn drawn(picture: &Picture, format: Format) -> Result<Vec<u8>, Failur
     picture.render(format).ok_or_else(|| Failure::new("the picture could not be drawn"))
 }
 
-/// Writes the files asked for, then the report, then the doubts.
+/// Writes the files asked for, then the report, then the warnings.
 pub(crate) fn show(
     out: &AnswerArgs,
     to: &Destinations,
@@ -96,13 +93,13 @@ pub(crate) fn show(
         }
     }
     if !out.quiet {
-        // On a terminal both streams meet: the doubts come after the answer. Standard output
+        // On a terminal both streams meet: the warnings come after the answer. Standard output
         // that holds an answer already has no room for the report.
         if !to.files.iter().any(|(_, target)| target.is_stdout()) {
             output::print(&(faces.report)(&written), color)?;
         }
         output::print_error(&faces.warnings.concat(), color);
     }
-    let doubtful = out.strict && !faces.warnings.is_empty();
-    Ok(if doubtful { ExitCode::from(DOUBTFUL) } else { ExitCode::SUCCESS })
+    let warned = out.strict && !faces.warnings.is_empty();
+    Ok(if warned { ExitCode::from(WARNED) } else { ExitCode::SUCCESS })
 }

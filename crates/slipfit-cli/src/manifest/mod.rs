@@ -72,7 +72,7 @@ struct Heading {
 /// What every measurement has.
 #[derive(Debug, Default, Deserialize)]
 #[serde(default)]
-struct Entry {
+struct EntryKeys {
     name: Option<String>,
     ringdown: Option<PathBuf>,
     sweep: Option<Files>,
@@ -118,12 +118,12 @@ pub(crate) struct Manifest {
     pub(crate) shared: Shared,
     /// One constant for all, and what it is for.
     pub(crate) calibration: Option<(Calibration, Coordinate)>,
-    pub(crate) entries: Vec<Asked>,
+    pub(crate) entries: Vec<Entry>,
 }
 
 /// One measurement.
 #[derive(Debug)]
-pub(crate) struct Asked {
+pub(crate) struct Entry {
     pub(crate) name: String,
     pub(crate) condition: Condition,
     pub(crate) scale: Option<f64>,
@@ -184,7 +184,7 @@ fn parse(text: &str, folder: &Path) -> Result<Manifest, Problem> {
     keys.finish(&[])?;
     let mut entries = Vec::new();
     for (i, keys) in measurements(written)?.into_iter().enumerate() {
-        entries.push(asked(keys, i + 1, folder, &heading.condition_unit)?);
+        entries.push(entry(keys, i + 1, folder, &heading.condition_unit)?);
     }
     // Two measurements of one name could not be told apart.
     for i in 0..entries.len() {
@@ -268,9 +268,9 @@ fn shared(names: &[String]) -> Result<Shared, String> {
     Ok(shared)
 }
 
-fn asked(mut keys: Keys<'_>, number: usize, folder: &Path, unit: &str) -> Result<Asked, Problem> {
+fn entry(mut keys: Keys<'_>, number: usize, folder: &Path, unit: &str) -> Result<Entry, Problem> {
     let start = keys.at;
-    let entry: Entry = keys.take()?;
+    let entry: EntryKeys = keys.take()?;
     let heading = match &entry.name {
         Some(name) => format!("measurement {number} `{name}`"),
         None => format!("measurement {number}"),
@@ -321,10 +321,10 @@ fn asked(mut keys: Keys<'_>, number: usize, folder: &Path, unit: &str) -> Result
     };
     let file = file.and_then(|f| f.file_name()).map(|n| n.to_string_lossy().into_owned());
     let name = entry.name.or(file).unwrap_or_else(|| word.to_owned());
-    Ok(Asked { name, condition, scale: entry.scale, source, notes })
+    Ok(Entry { name, condition, scale: entry.scale, source, notes })
 }
 
-fn condition(entry: &Entry, unit: &str) -> Result<Condition, String> {
+fn condition(entry: &EntryKeys, unit: &str) -> Result<Condition, String> {
     let beside = |text: &str| if unit.is_empty() { text.to_owned() } else { format!("{text} {unit}") };
     let (label, own) = match &entry.condition {
         None => (String::new(), None),

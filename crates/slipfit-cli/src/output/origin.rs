@@ -21,7 +21,7 @@ use std::fs::File;
 use std::io::{self, Read as _, Seek as _, SeekFrom};
 use std::path::Path;
 
-/// What is said of a file that is not ours.
+/// The error for a file that is not ours.
 pub(super) fn foreign(shown: &str) -> Failure {
     Failure::new(format!("{shown}: the file exists and was not written by slipfit"))
         .hint("--force replaces it; another name keeps it")

@@ -141,7 +141,7 @@ impl Folder {
     ) -> Result<(), Failure> {
         match self.0.get(name) {
             Some(target) => target.write(write),
-            None => Err(Failure::new(format!("{name}: a file nobody checked: please report this"))),
+            None => Err(Failure::new(format!("{name}: a file that was not planned; please report this"))),
         }
     }
 }
