@@ -1,8 +1,9 @@
 //! Why a command failed, and what would help.
 
 use anstyle::{AnsiColor, Style};
+use slipfit::Error;
 use slipfit::answer::Warning;
-use slipfit::answer::hint::{self, Hint, HintValue};
+use slipfit::answer::hint::HintValue;
 use slipfit_report::format::plain;
 use slipfit_report::terminal::hanging;
 use std::fmt;
@@ -61,80 +62,71 @@ impl Failure {
     }
 
     /// An analysis that could not be done.
-    pub(crate) fn analysing(file: &Path, error: &slipfit::Error) -> Self {
-        if let slipfit::Error::Parameter { name, value, range } = error {
-            return Self::new(format!("{} {value}: must be among {}", flag(name), in_flags(range)));
-        }
-        let failure = Self::new(format!("{}: {error}", file.display()));
+    pub(crate) fn analysing(what: Analysis, file: &Path, error: &Error) -> Self {
         match error {
-            slipfit::Error::NoOscillation { .. } => {
-                failure.hint("--signal names another column, --kind says what it holds, --band where to look")
+            Error::Parameter { name, value, range } => {
+                return Self::new(format!("{} {value}: must be among {}", flag(name), in_flags(range)));
             }
-            slipfit::Error::NotARingDown { .. }
-            | slipfit::Error::TooFewSamples { .. }
-            | slipfit::Error::OutsideRecord { .. } => {
-                failure.hint("--start and --end choose the free decay by hand; a longer record helps more")
-            }
-            slipfit::Error::NoFit { .. } => failure.hint("--start, --end and --band choose a cleaner part"),
-            slipfit::Error::BelowLeastAmplitude { least, initial, unit } => {
+            Error::BelowLeastAmplitude { least, initial, unit } => {
                 let initial = plain(*initial, 3, unit);
-                Self::new(format!("--min-amplitude {least} {unit}: the decay begins at {initial} already"))
+                return Self::new(format!(
+                    "--min-amplitude {least} {unit}: the decay begins at {initial} already"
+                ));
             }
-            slipfit::Error::ConstantSignal { .. } => failure.hint("--signal names another column"),
-            slipfit::Error::TimeBackwards { .. } | slipfit::Error::TimeStandsStill { .. } => {
-                let time = Hint::new("time", "names another column");
-                failure.hint(in_flags_with_values(&[time, Hint::new("rate_hz", "replaces it")]))
-            }
-            _ => failure,
-        }
-    }
-}
-
-impl Failure {
-    /// A curve, levels or a series that could not be analysed.
-    pub(crate) fn analysing_curve(file: &Path, error: &slipfit::Error) -> Self {
-        use slipfit::Error;
-        if let Error::Parameter { name, value, range } = error {
-            return Self::new(format!("{} {value}: must be among {}", flag(name), in_flags(range)));
+            _ => {}
         }
         let failure = Self::new(format!("{}: {error}", file.display()));
-        match error {
-            Error::TooFewPoints { .. } | Error::TooFewSamples { .. } => failure.hint(
-                "measure more points across the line; --background off, --delay off and --duffing off need fewer",
-            ),
-            Error::NoResonance { .. } => {
-                failure.hint("--amplitude names another column, --frequency-unit its unit, --band where to look")
-            }
-            Error::NoFit { .. } => failure.hint("--band chooses a cleaner part, --model another law"),
-            Error::ConflictingParameters { .. } => failure.hint("give --drive-amplitude or --reference, not both"),
-            _ => failure,
+        match what.hint(error) {
+            "" => failure,
+            hint => failure.hint(hint),
         }
     }
 }
 
-impl Failure {
-    /// Amplitudes over drive levels that could not be analysed.
-    pub(crate) fn analysing_levels(file: &Path, error: &slipfit::Error) -> Self {
-        use slipfit::Error;
-        if let Error::Parameter { name, value, range } = error {
-            return Self::new(format!("{} {value}: must be among {}", flag(name), in_flags(range)));
-        }
-        let failure = Self::new(format!("{}: {error}", file.display()));
-        match error {
-            Error::TooFewPoints { .. } | Error::TooFewSamples { .. } => {
-                failure.hint("measure at more levels of the drive, below and above the threshold")
-            }
-            Error::NoFit { .. } | Error::NoResonance { .. } => {
-                failure.hint("--drive and --amplitude name other columns")
-            }
-            _ => failure,
-        }
-    }
+/// What was analysed.
+#[derive(Debug, Clone, Copy)]
+pub(crate) enum Analysis {
+    Ringdown,
+    /// A resonance curve, or a series.
+    Curve,
+    Levels,
 }
 
-/// Hints of the libraries with the flags of this program: `--band 79 82 isolates one mode`.
-pub(crate) fn in_flags_with_values(hints: &[Hint]) -> String {
-    hint::spelled(hints, &spelled)
+impl Analysis {
+    /// What helps against an error; may be empty.
+    fn hint(self, error: &Error) -> &'static str {
+        match (self, error) {
+            (Self::Ringdown, Error::NoOscillation { .. }) => {
+                "--signal names another column, --kind says what it holds, --band where to look"
+            }
+            (
+                Self::Ringdown,
+                Error::NotARingDown { .. } | Error::TooFewSamples { .. } | Error::OutsideRecord { .. },
+            ) => "--start and --end choose the free decay by hand; a longer record helps more",
+            (Self::Ringdown, Error::NoFit { .. }) => "--start, --end and --band choose a cleaner part",
+            (Self::Ringdown, Error::ConstantSignal { .. }) => "--signal names another column",
+            (Self::Ringdown, Error::TimeBackwards { .. } | Error::TimeStandsStill { .. }) => {
+                "--time names another column, --rate-hz replaces it"
+            }
+            (Self::Curve, Error::TooFewPoints { .. } | Error::TooFewSamples { .. }) => {
+                "measure more points across the line; --background off, --delay off and --duffing off need fewer"
+            }
+            (Self::Curve, Error::NoResonance { .. }) => {
+                "--amplitude names another column, --frequency-unit its unit, --band where to look"
+            }
+            (Self::Curve, Error::NoFit { .. }) => "--band chooses a cleaner part, --model another law",
+            (Self::Curve, Error::ConflictingParameters { .. }) => {
+                "give --drive-amplitude or --reference, not both"
+            }
+            (Self::Levels, Error::TooFewPoints { .. } | Error::TooFewSamples { .. }) => {
+                "measure at more levels of the drive, below and above the threshold"
+            }
+            (Self::Levels, Error::NoFit { .. } | Error::NoResonance { .. }) => {
+                "--drive and --amplitude name other columns"
+            }
+            _ => "",
+        }
+    }
 }
 
 /// An option of a library with its value, as this program takes it: `--band 79 82`.

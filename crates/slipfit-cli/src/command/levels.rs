@@ -2,7 +2,7 @@
 
 use super::show::{Destinations, Faces, show};
 use crate::args::LevelFitArgs;
-use crate::failure::{Failure, warned};
+use crate::failure::{Analysis, Failure, warned};
 use crate::version::provenance;
 use anstream::ColorChoice;
 use slipfit::levels::{Options, analyse};
@@ -15,17 +15,16 @@ pub(crate) fn run(args: &LevelFitArgs, color: ColorChoice) -> Result<ExitCode, F
     let to = Destinations::new(&args.out, [args.file.as_path()])?;
     let (reading, options) = prepare(&args.file, &args.reading.options(), args.options())?;
     args.calibration.check(reading.levels.unit())?;
-    let answer = analyse(&reading.levels, &options).map_err(|e| Failure::analysing_levels(&args.file, &e))?;
+    let answer = analyse(&reading.levels, &options)
+        .map_err(|e| Failure::analysing(Analysis::Levels, &args.file, &e))?;
     let analysed = AnalysedLevels { reading: &reading, options: &options, answer: &answer };
     let provenance = provenance();
-    let picture = to.picture(|| plot::levels(&analysed))?;
     let faces = Faces {
-        picture,
+        picture: &|| plot::levels(&analysed),
         csv: &|out| csv::levels(out, &analysed),
         json: &|out| json::levels(out, &analysed),
-        html: &|| page::html(&page::levels(&analysed, &provenance)),
-        markdown: &|| page::markdown(&page::levels(&analysed, &provenance)),
-        latex: &|| page::latex(&page::levels(&analysed, &provenance)),
+        document: &|| page::levels(&analysed, &provenance),
+        tables: None,
         report: &|written| terminal::levels(&analysed, written),
         warnings: answer.warnings.iter().map(warned).collect(),
     };

@@ -3,7 +3,7 @@
 use super::show::{Destinations, Faces, show};
 use crate::args::ResonanceArgs;
 use crate::batch;
-use crate::failure::{Failure, note_line, warned};
+use crate::failure::{Analysis, Failure, note_line, warned};
 use crate::output;
 use crate::version::provenance;
 use anstream::ColorChoice;
@@ -26,7 +26,8 @@ pub(crate) fn run(args: &ResonanceArgs, color: ColorChoice) -> Result<ExitCode, 
     let (reading, options) = prepare(&args.files, &curve, args.options(), reference.as_ref())?;
     args.calibration.check(reading.curve.unit())?;
     let file = Path::new(&reading.report.path);
-    let answer = analyse(&reading.curve, &options).map_err(|e| Failure::analysing_curve(file, &e))?;
+    let answer =
+        analyse(&reading.curve, &options).map_err(|e| Failure::analysing(Analysis::Curve, file, &e))?;
     let analysed = AnalysedCurve {
         reading: &reading,
         reference: reference.as_ref(),
@@ -34,14 +35,12 @@ pub(crate) fn run(args: &ResonanceArgs, color: ColorChoice) -> Result<ExitCode, 
         answer: &answer,
     };
     let provenance = provenance();
-    let picture = to.picture(|| plot::resonance(&analysed))?;
     let faces = Faces {
-        picture,
+        picture: &|| plot::resonance(&analysed),
         csv: &|out| csv::resonance(out, &analysed),
         json: &|out| json::resonance(out, &analysed),
-        html: &|| page::html(&page::resonance(&analysed, &provenance)),
-        markdown: &|| page::markdown(&page::resonance(&analysed, &provenance)),
-        latex: &|| page::latex(&page::resonance(&analysed, &provenance)),
+        document: &|| page::resonance(&analysed, &provenance),
+        tables: None,
         report: &|written| terminal::resonance(&analysed, written),
         warnings: answer.warnings.iter().map(warned).collect(),
     };
@@ -57,7 +56,8 @@ fn many(args: &ResonanceArgs, color: ColorChoice) -> Result<ExitCode, Failure> {
     let one = |file: &Path| {
         let (reading, options) = prepare(&[file.to_owned()], &curve, options.clone(), reference.as_ref())?;
         args.calibration.check(reading.curve.unit())?;
-        let answer = analyse(&reading.curve, &options).map_err(|e| Failure::analysing_curve(file, &e))?;
+        let answer =
+            analyse(&reading.curve, &options).map_err(|e| Failure::analysing(Analysis::Curve, file, &e))?;
         Ok(batch::resonance::row(file, &reading, &answer))
     };
     let task = batch::Task {

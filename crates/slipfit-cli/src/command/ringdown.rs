@@ -3,7 +3,7 @@
 use super::show::{Destinations, Faces, show};
 use crate::args::RingdownArgs;
 use crate::batch;
-use crate::failure::{Failure, warned};
+use crate::failure::{Analysis, Failure, warned};
 use crate::version::provenance;
 use anstream::ColorChoice;
 use indicatif::{ProgressBar, ProgressDrawTarget, ProgressStyle};
@@ -41,14 +41,12 @@ pub(crate) fn run(args: &RingdownArgs, color: ColorChoice) -> Result<ExitCode, F
     let analysed = AnalysedRingdown { file, reading: &reading, options: &options, answer: &answer };
 
     let provenance = provenance();
-    let picture = to.picture(|| plot::ringdown(&analysed))?;
     let faces = Faces {
-        picture,
+        picture: &|| plot::ringdown(&analysed),
         csv: &|out| csv::ringdown(out, &analysed),
         json: &|out| json::ringdown(out, &analysed),
-        html: &|| page::html(&page::ringdown(&analysed, &provenance)),
-        markdown: &|| page::markdown(&page::ringdown(&analysed, &provenance)),
-        latex: &|| page::latex(&page::ringdown(&analysed, &provenance)),
+        document: &|| page::ringdown(&analysed, &provenance),
+        tables: None,
         report: &|written| terminal::ringdown(&analysed, written),
         warnings: answer.warnings.iter().map(warned).collect(),
     };
@@ -104,7 +102,7 @@ fn analyse_reading(file: &Path, reading: Reading, args: &RingdownArgs) -> Result
     let mut options = args.options();
     options.frequency_hz = options.frequency_hz.or_else(|| reading.named_frequency_hz());
     check_flags(&reading, args)?;
-    let failed = |e: slipfit::Error| Failure::analysing(file, &e);
+    let failed = |e: slipfit::Error| Failure::analysing(Analysis::Ringdown, file, &e);
     let answer = analyse(&reading.record, &options).map_err(failed)?;
     options.check_reached(&answer).map_err(failed)?;
     Ok(Done { reading, options, answer })

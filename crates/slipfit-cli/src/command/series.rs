@@ -2,7 +2,7 @@
 
 use super::show::{Destinations, Faces, show};
 use crate::args::SeriesArgs;
-use crate::failure::{Failure, warned};
+use crate::failure::{Analysis, Failure, warned};
 use crate::manifest::{self, Entry, Source};
 use crate::version::provenance;
 use anstream::ColorChoice;
@@ -38,8 +38,8 @@ pub(crate) fn run(args: &SeriesArgs, color: ColorChoice) -> Result<ExitCode, Fai
     options.calibration = manifest.calibration.map(|(constant, _)| constant);
     options.unit = unit;
     options.condition_unit = manifest.condition_unit.clone();
-    let answer =
-        analyse(&measurements, &options).map_err(|e| Failure::analysing_curve(&args.manifest, &e))?;
+    let answer = analyse(&measurements, &options)
+        .map_err(|e| Failure::analysing(Analysis::Curve, &args.manifest, &e))?;
     let heading = SeriesHeading {
         path: args.manifest.display().to_string(),
         sha256: manifest.sha256.clone(),
@@ -56,14 +56,14 @@ pub(crate) fn run(args: &SeriesArgs, color: ColorChoice) -> Result<ExitCode, Fai
         answer: &answer,
     };
     let provenance = provenance();
-    let picture = to.picture(|| plot::series(&analysed))?;
     let faces = Faces {
-        picture,
+        picture: &|| plot::series(&analysed),
         csv: &|out| out.write_all(terminal::series_table(&analysed, terminal::Form::Csv).as_bytes()),
         json: &|out| json::series(out, &analysed),
-        html: &|| page::html(&page::series(&analysed, &provenance)),
-        markdown: &|| terminal::series_table(&analysed, terminal::Form::Markdown),
-        latex: &|| terminal::series_table(&analysed, terminal::Form::Latex),
+        document: &|| page::series(&analysed, &provenance),
+        tables: Some([&|| terminal::series_table(&analysed, terminal::Form::Markdown), &|| {
+            terminal::series_table(&analysed, terminal::Form::Latex)
+        }]),
         report: &|written| terminal::series(&analysed, written),
         warnings: answer.warnings.iter().map(warned).collect(),
     };

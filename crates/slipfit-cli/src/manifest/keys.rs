@@ -72,10 +72,10 @@ impl<'i> Keys<'i> {
     }
 
     /// Refuses whatever no structure took; `elsewhere` says of some keys where they belong.
-    pub(super) fn finish(self, elsewhere: &[(&str, &str)]) -> Result<(), Problem> {
+    pub(super) fn finish(self, elsewhere: &[(&[&str], &str)]) -> Result<(), Problem> {
         let Some(key) = self.table.keys().min_by_key(|key| key.span().start) else { return Ok(()) };
         let (at, name) = (key.span().start, key.get_ref().as_ref());
-        if let Some((_, why)) = elsewhere.iter().find(|(known, _)| *known == name) {
+        if let Some((_, why)) = elsewhere.iter().find(|(known, _)| known.contains(&name)) {
             return Err(Problem::new(format!("{name}: {why}"), at));
         }
         let similar = |known: &&str| strsim::jaro_winkler(name, known);

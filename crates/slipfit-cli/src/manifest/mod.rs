@@ -22,27 +22,19 @@ use std::path::{Path, PathBuf};
 use toml::Spanned;
 use toml::de::{DeTable, DeValue};
 
-const ON_THE_COMMAND_LINE: &str = "output is asked for on the command line";
-const ABOVE: &str = "one constant holds for the series: it stands above the measurements";
-
 /// Keys of a measurement that belong elsewhere, and where.
-const ELSEWHERE: &[(&str, &str)] = &[
-    ("json", ON_THE_COMMAND_LINE),
-    ("html", ON_THE_COMMAND_LINE),
-    ("md", ON_THE_COMMAND_LINE),
-    ("latex", ON_THE_COMMAND_LINE),
-    ("csv", ON_THE_COMMAND_LINE),
-    ("plot", ON_THE_COMMAND_LINE),
-    ("table", ON_THE_COMMAND_LINE),
-    ("resume", ON_THE_COMMAND_LINE),
-    ("force", ON_THE_COMMAND_LINE),
-    ("strict", ON_THE_COMMAND_LINE),
-    ("quiet", ON_THE_COMMAND_LINE),
-    ("color", ON_THE_COMMAND_LINE),
-    ("stiffness", ABOVE),
-    ("mass", ABOVE),
-    ("torsion_stiffness", ABOVE),
-    ("inertia", ABOVE),
+const ELSEWHERE: &[(&[&str], &str)] = &[
+    (
+        &[
+            "json", "html", "md", "latex", "csv", "plot", "table", "resume", "force", "strict", "quiet",
+            "color",
+        ],
+        "output is asked for on the command line",
+    ),
+    (
+        &["stiffness", "mass", "torsion_stiffness", "inertia"],
+        "one constant holds for the series: it stands above the measurements",
+    ),
 ];
 
 /// Options of one measurement that exclude each other.
