@@ -42,7 +42,8 @@ pub(crate) fn answer(e: &Evidence) -> Result<Answer, Error> {
     let duration = e.fit.end - e.fit.origin;
     let shares = [law.amplitude_0, last_amplitude(e, &law)].map(|amplitude| law.shares(amplitude)[0]);
     let sliding = SlidingEvidence {
-        dominates_from_s: dominates_from(&law, duration).map(|t| e.fit.origin + t),
+        dominates_from_s: dominates_from(&law, duration, e.criteria.answer.dominating_share)
+            .map(|t| e.fit.origin + t),
         ..sliding_evidence(comparison, chosen, shares)
     };
     let fit = fitted_motion(e, chosen, law, omega);
@@ -128,17 +129,17 @@ pub(crate) fn last_amplitude(e: &Evidence, law: &LossLaw) -> f64 {
     law.amplitude(e.fit.end - e.fit.origin)
 }
 
-/// First time from which sliding carries more than 95 % of the loss to the end.
-fn dominates_from(law: &LossLaw, duration: f64) -> Option<f64> {
-    let share = |t: f64| law.shares(law.amplitude(t))[0];
-    if !(law.a0 > 0.0) || share(duration) <= 0.95 {
+/// First time from which sliding carries more than a share of the loss to the end.
+fn dominates_from(law: &LossLaw, duration: f64, share: f64) -> Option<f64> {
+    let dominates = |t: f64| law.shares(law.amplitude(t))[0] > share;
+    if !(law.a0 > 0.0) || !dominates(duration) {
         return None;
     }
-    if share(0.0) > 0.95 {
+    if dominates(0.0) {
         return Some(0.0);
     }
     // The share grows as the amplitude falls.
-    Some(border(duration, 0.0, |t| share(t) > 0.95).0)
+    Some(border(duration, 0.0, dominates).0)
 }
 
 fn diagnostics(e: &Evidence, chosen: &ModelFit, law: &LossLaw) -> Diagnostics {
@@ -181,7 +182,9 @@ fn other_modes(e: &Evidence) -> (Vec<OtherMode>, Option<Distortion>) {
     let Some(own) = spectrum::dominant_of(&periodogram, time, signal, None) else {
         return (Vec::new(), None);
     };
-    let others = spectrum::other_lines(&periodogram, main, (2.0 * spread).max(0.02), 0.05 * own.amplitude)
+    let criteria = &e.criteria.answer;
+    let width = (criteria.line_changes * spread).max(criteria.line_width);
+    let others = spectrum::other_lines(&periodogram, main, width, criteria.other_mode * own.amplitude)
         .into_iter()
         .map(|l| OtherMode { frequency_hz: l.frequency_hz, relative_amplitude: l.amplitude / own.amplitude })
         .collect();

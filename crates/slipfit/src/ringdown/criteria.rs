@@ -34,6 +34,8 @@ pub struct Criteria {
     pub few_cycles: FewCyclesCriteria,
     /// The rest after the motion.
     pub stop: StopCriteria,
+    /// What the answer states and warns of.
+    pub answer: AnswerCriteria,
 }
 
 impl Criteria {
@@ -50,6 +52,7 @@ impl Criteria {
             self.waveform.table(),
             self.few_cycles.table(),
             self.stop.table(),
+            self.answer.table(),
         ];
         groups.concat()
     }
@@ -324,6 +327,39 @@ criteria! {
         rest_periods: f64 = 1.5, source "chosen by simulation", moves "stops reported";
         /// Swing before the rest, over the width of the rest, of a motion that stops.
         last_swing: f64 = 3.0, source "chosen by simulation", moves "stops reported";
+    }
+}
+
+criteria! {
+    /// What the answer states and warns of.
+    pub struct AnswerCriteria in "answer" {
+        /// Sliding share of the loss above which sliding friction dominates.
+        dominating_share: f64 = 0.95, source "a convention", moves "the instant reported";
+        /// Cycles below which the loss terms cannot be separated.
+        few_cycles: f64 = 5.0, source "chosen by simulation", moves "warnings, and the model reported";
+        /// Correlation above which the viscous and the sliding term are one number.
+        inseparable: f64 = 0.99, source "chosen by simulation",
+            moves "warnings, and the model reported";
+        /// p value below which sliding friction is certain in spite of such a correlation.
+        certain_sliding: f64 = 1e-4, source "chosen by simulation",
+            moves "warnings, and the model reported";
+        /// Relative amplitude of another mode that is reported.
+        other_mode: f64 = 0.05, source "chosen by simulation", moves "modes reported";
+        /// Relative amplitude of another mode that is warned of.
+        strong_mode: f64 = 0.12, source "chosen by simulation", moves "warnings";
+        /// Relative distance within which a line belongs to the main one.
+        line_width: f64 = 0.02, source "chosen by simulation", moves "modes reported";
+        /// Changes of the main frequency along the decay within which a line belongs to it.
+        line_changes: f64 = 2.0, source "chosen by simulation", moves "modes reported";
+        /// Relative amplitude of a harmonic that is warned of.
+        strong_harmonic: f64 = 0.05, source "chosen by simulation", moves "warnings";
+        /// Residual variance over the noise that is warned of.
+        misfit: f64 = 4.0, source "twice the noise", moves "warnings";
+        /// Difference of BIC below which two models explain the data equally well.
+        rival_bic: f64 = 2.0, source "Kass and Raftery 1995: not worth more than a bare mention",
+            moves "warnings";
+        /// Samples in a cycle below which the frequency may be an alias.
+        samples_per_cycle: f64 = 3.0, source "chosen by simulation", moves "warnings";
     }
 }
 

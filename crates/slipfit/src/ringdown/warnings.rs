@@ -8,28 +8,24 @@ use crate::answer::{Parameter, Warning};
 use crate::inference::model_selection::ModelFit;
 use crate::model::loss::LossModel;
 
-/// Fewer cycles than this cannot separate the loss terms.
-const FEW_CYCLES: f64 = 5.0;
-/// Beyond this correlation delta and x_F are one number.
-const INSEPARABLE: f64 = 0.99;
-
 /// Whether the record is too short to tell viscous from sliding loss.
 fn too_short(e: &Evidence) -> bool {
-    let bare = !e.record.kind().oscillates();
-    !bare && e.cycles < FEW_CYCLES
+    e.record.kind().oscillates() && e.cycles < e.criteria.answer.few_cycles
 }
 
 /// Whether the two are one number, by their correlation; not where sliding is certain.
-fn inseparable(correlation: f64, sliding_p_value: f64) -> bool {
-    correlation.abs() > INSEPARABLE && sliding_p_value >= 1e-4
+fn inseparable(e: &Evidence, correlation: f64, sliding_p_value: f64) -> bool {
+    let criteria = &e.criteria.answer;
+    correlation.abs() > criteria.inseparable && sliding_p_value >= criteria.certain_sliding
 }
 
 /// Whether viscous and sliding loss cannot be told apart, so that neither may pass for both.
 pub(crate) fn undecided(e: &Evidence, both: &ModelFit, sliding_p_value: f64) -> bool {
-    too_short(e) || inseparable(both.unbounded.correlation(DELTA, X_F), sliding_p_value)
+    too_short(e) || inseparable(e, both.unbounded.correlation(DELTA, X_F), sliding_p_value)
 }
 
 pub(crate) fn warnings(e: &Evidence, answer: &Answer, preferred: LossModel) -> Vec<Warning> {
+    let criteria = &e.criteria.answer;
     let mut list = Vec::new();
     let bare = !e.record.kind().oscillates();
     if too_short(e) {
@@ -37,10 +33,12 @@ pub(crate) fn warnings(e: &Evidence, answer: &Answer, preferred: LossModel) -> V
     }
     let correlation =
         answer.correlation(Parameter::DECAY_RATE, Parameter::FRICTION_DISPLACEMENT).unwrap_or(0.0);
-    if inseparable(correlation, answer.sliding.p_value) {
+    if inseparable(e, correlation, answer.sliding.p_value) {
         list.push(Warning::NotSeparable { correlation, decay_times: Some(answer.diagnostics.decay_times) });
     }
-    if let Some(other) = answer.diagnostics.other_modes.iter().find(|m| m.relative_amplitude > 0.12) {
+    if let Some(other) =
+        answer.diagnostics.other_modes.iter().find(|m| m.relative_amplitude > criteria.strong_mode)
+    {
         list.push(Warning::SeveralModes {
             main_hz: answer.parameter(Parameter::Frequency).map_or(f64::NAN, |q| q.value),
             other_hz: other.frequency_hz,
@@ -48,7 +46,7 @@ pub(crate) fn warnings(e: &Evidence, answer: &Answer, preferred: LossModel) -> V
         });
     }
     let excess = answer.diagnostics.residual_excess;
-    if excess > 4.0 {
+    if excess > criteria.misfit {
         list.push(Warning::ModelMisfit { ratio: excess.sqrt() });
     }
     if e.measured.window.end_reason == EndReason::SlowTail {
@@ -69,20 +67,22 @@ pub(crate) fn warnings(e: &Evidence, answer: &Answer, preferred: LossModel) -> V
         let first = e.measured.points[0].first;
         list.push(Warning::Clipped { samples: clipped.0, inside: clipped.1 > first });
     }
-    if let Some(found) = answer.diagnostics.distortion.filter(|d| d.relative_amplitude > 0.05) {
+    if let Some(found) =
+        answer.diagnostics.distortion.filter(|d| d.relative_amplitude > criteria.strong_harmonic)
+    {
         let super::Distortion { order, relative_amplitude } = found;
         list.push(Warning::Harmonics { order, relative_amplitude });
     }
     let chosen = answer.comparison.iter().find(|c| c.model == answer.model);
     let (worse, free) = chosen.map_or((0.0, 0), |c| (c.delta_bic, c.free_parameters));
     if let Some(asked) = e.options.model {
-        if asked != preferred && worse > 2.0 {
+        if asked != preferred && worse > criteria.rival_bic {
             list.push(Warning::ModelNotPreferred { asked, preferred, delta_bic: worse });
         }
     } else if let Some(rival) = answer
         .comparison
         .iter()
-        .find(|c| c.model != answer.model && c.at_limit.is_none() && c.delta_bic < worse + 2.0)
+        .find(|c| c.model != answer.model && c.at_limit.is_none() && c.delta_bic < worse + criteria.rival_bic)
         .filter(|r| r.model.has_sliding() != answer.model.has_sliding() || r.free_parameters == free)
     {
         list.push(Warning::AmbiguousModel {
@@ -95,7 +95,7 @@ pub(crate) fn warnings(e: &Evidence, answer: &Answer, preferred: LossModel) -> V
         let points = &e.measured.points;
         let samples = points.iter().map(|b| b.end - b.first).sum::<usize>() as f64;
         let per_cycle = samples / e.cycles;
-        if per_cycle < 3.0 {
+        if per_cycle < criteria.samples_per_cycle {
             list.push(Warning::CoarseSampling { samples_per_cycle: per_cycle });
         }
     } else if e.options.frequency_hz.is_none() {
