@@ -1,4 +1,4 @@
-//! Interrupts (Ctrl-C): a half-written file is removed; a run over many files finishes those it has begun.
+//! Interrupts (Ctrl-C): a half-written file is removed; many files end with those at hand.
 
 use crate::failure::Failure;
 use std::path::{Path, PathBuf};

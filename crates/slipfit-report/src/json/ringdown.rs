@@ -4,6 +4,7 @@ use super::contract::*;
 use super::layout;
 use crate::AnalysedRingdown;
 use crate::Sentence;
+use crate::input::spelled;
 use slipfit::Calibration;
 use slipfit::Parameter;
 use slipfit::ringdown::{Answer, Options};
@@ -62,20 +63,20 @@ impl<'a> Input<'a> {
                 .map(|s| Skipped { reason: &s.reason, rows: s.rows, first_row: s.first_row })
                 .collect(),
             columns: report.columns.iter().map(column).collect(),
-            table: report.table,
-            tables: report.tables,
+            table: report.part,
+            tables: report.parts,
             run: report.run,
             runs: report.runs,
-            time: time(&report.time),
-            signal: taken(&report.signal),
-            quadrature: report.quadrature.as_ref().map(taken),
+            time: time(report.time.as_ref()),
+            signal: report.column("signal").map(taken),
+            quadrature: report.column("quadrature").map(taken),
             kind: kind(report.kind),
             unit: record.unit(),
             samples: record.len(),
             time_range_s: [record.time_s(0), record.time_s(record.len() - 1)],
             time_range_used_s: [analysed.answer.segment.start_s, analysed.answer.segment.end_s],
             clock: clock(record.clock_report(), record.clock().is_uniform()),
-            notes: &report.notes,
+            notes: spelled(&report.notes, analysed.spell),
         }
     }
 }
@@ -88,11 +89,11 @@ fn taken(taken: &ColumnTaken) -> Taken<'_> {
     Taken { number: taken.column.number, header: &taken.column.header, unit: &taken.unit, why: &taken.why }
 }
 
-fn time(source: &TimeSource) -> Time<'_> {
+fn time(source: Option<&TimeSource>) -> Time<'_> {
     match source {
-        TimeSource::Column(c) => Time { source: "column", column: Some(taken(c)), rate_hz: None },
-        TimeSource::Intervals(c) => Time { source: "intervals", column: Some(taken(c)), rate_hz: None },
-        TimeSource::Rate(rate) => Time { source: "rate", column: None, rate_hz: Some(*rate) },
+        Some(TimeSource::Column(c)) => Time { source: "column", column: Some(taken(c)), rate_hz: None },
+        Some(TimeSource::Intervals(c)) => Time { source: "intervals", column: Some(taken(c)), rate_hz: None },
+        Some(TimeSource::Rate(rate)) => Time { source: "rate", column: None, rate_hz: Some(*rate) },
         _ => Time { source: "other", column: None, rate_hz: None },
     }
 }

@@ -7,6 +7,7 @@ use super::ringdown::{bic, headed, model_table};
 use super::{ANSWER, WIDTH, labelled, wrap};
 use crate::AnalysedCurve;
 use crate::Sentence;
+use crate::Spell;
 use crate::format::{Rounded, Scale, p_value, plain};
 use slipfit::LossTerm;
 use slipfit::Parameter;
@@ -116,7 +117,7 @@ pub(crate) fn model_rows(answer: &Answer) -> Vec<Vec<String>> {
 pub(crate) fn account(analysed: &AnalysedCurve<'_>) -> Facts {
     let answer = analysed.answer;
     let mut facts = Facts::default();
-    source(&mut facts, analysed.reading);
+    source(&mut facts, analysed.reading, analysed.spell);
     if let Some(reference) = analysed.reference {
         facts.add("against", read_line(reference));
     }
@@ -226,16 +227,16 @@ fn paper(facts: &mut Facts, answer: &Answer) {
 }
 
 /// What was read and how.
-fn source(facts: &mut Facts, reading: &SweepReading) {
+fn source(facts: &mut Facts, reading: &SweepReading, spell: Spell) {
     facts.add("read", read_line(reading));
     for (what, taken) in &reading.report.taken {
         facts.add(what, column(taken));
     }
-    facts.notes(&reading.report.notes);
+    facts.notes(&reading.report.notes, spell);
 }
 
 /// What would be read of a file that is not analysed.
-pub(super) fn read_as_curve(reading: &SweepReading) -> Facts {
+pub(super) fn read_as_curve(reading: &SweepReading, spell: Spell) -> Facts {
     let mut facts = Facts::default();
     let curve = &reading.curve;
     let range = |values: &mut dyn Iterator<Item = f64>| {
@@ -256,13 +257,13 @@ pub(super) fn read_as_curve(reading: &SweepReading) -> Facts {
             if curve.is_complex() { "with phase" } else { "without phase" }
         ),
     );
-    source(&mut facts, reading);
+    source(&mut facts, reading, spell);
     facts
 }
 
 fn read_line(reading: &SweepReading) -> String {
     let report = &reading.report;
-    let what = if report.runs.is_empty() { "row" } else { "record" };
+    let what = if report.records.is_empty() { "row" } else { "record" };
     let mut text = format!("{}: {}", report.path, counted(report.rows_read, what));
     if !report.skipped.is_empty() {
         let reason = |s: &Skipped| format!("{} {}, first in row {}", s.rows, s.reason, s.first_row);
@@ -286,8 +287,8 @@ fn read_line(reading: &SweepReading) -> String {
         }
         let _ = write!(text, "; swept {}", parts.join(", "));
     }
-    if report.column_runs > 1 {
-        let _ = write!(text, "; curve {} of {} (--run)", report.column_run, report.column_runs);
+    if report.runs > 1 {
+        let _ = write!(text, "; curve {} of {} (--run)", report.run, report.runs);
     }
     text
 }

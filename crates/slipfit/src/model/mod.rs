@@ -1,6 +1,5 @@
 //! The oscillator and its loss: parameters and units.
 
-pub mod displacement;
 pub mod loss;
 pub mod oscillator;
 pub mod unit;

@@ -6,7 +6,6 @@ mod driven;
 mod parquet;
 mod scan;
 mod sheet;
-mod turning;
 mod write;
 
 use crate::args::{DriveArgs, MinusArgs, OscillatorArgs, SimulateArgs, SimulateCommand};
@@ -87,7 +86,7 @@ fn oscillator(
         builder = builder.viscous_coefficient(v);
     }
     if let Some(beta) = args.beta {
-        let bare = builder.build().map_err(in_flags)?;
+        let bare = builder.build().map_err(|e| spoken(&e))?;
         builder =
             builder.friction_displacement(Oscillator::friction_displacement_for(beta, reference(&bare)?));
     }
@@ -103,7 +102,7 @@ fn oscillator(
     if let Some(v) = args.static_displacement {
         builder = builder.static_displacement(v);
     }
-    builder.build().map_err(in_flags)
+    builder.build().map_err(|e| spoken(&e))
 }
 
 /// Friction, which may differ by direction.
@@ -136,7 +135,7 @@ fn friction(args: &MinusArgs, o: &Oscillator) -> Result<Friction, Failure> {
         )));
     }
     Friction::asymmetric([o.friction_displacement(), minus], [o.static_displacement(), held])
-        .map_err(in_flags)
+        .map_err(|e| spoken(&e))
 }
 
 /// Amplitude `x_0` of the base, a force over the stiffness.
@@ -157,8 +156,8 @@ fn driven_oscillator(args: &OscillatorArgs, drive: &DriveArgs) -> Result<(Oscill
 }
 
 /// The core names parameters as its functions do; here they are flags.
-fn in_flags(error: slipfit::Error) -> Failure {
-    let flags = |text: &str| {
+fn spoken(error: &slipfit::Error) -> Failure {
+    let in_flags = |text: &str| {
         let mut text = text.to_owned();
         for (name, flag) in [
             ("drive frequency_hz", "--drive-frequency-hz"),
@@ -181,18 +180,18 @@ fn in_flags(error: slipfit::Error) -> Failure {
     };
     match error {
         slipfit::Error::Parameter { name, value, range } => {
-            let name = flags(&format!(" {name}"));
+            let name = in_flags(&format!(" {name}"));
             let name = name.trim_start();
             let name = if name.starts_with("--") || name.contains(' ') {
                 name.to_owned()
             } else {
                 format!("--{name}")
             };
-            let value = sheet::number(value);
-            Failure::new(format!("{name} = {value} is out of range; allowed: {}", flags(range)))
+            let value = sheet::number(*value);
+            Failure::new(format!("{name} = {value} is out of range; allowed: {}", in_flags(range)))
         }
-        slipfit::Error::MissingParameter { .. } => Failure::new(flags(&format!(" {error}")).trim_start())
+        slipfit::Error::MissingParameter { .. } => Failure::new(in_flags(&format!(" {error}")).trim_start())
             .hint("--frequency-hz, or two of --mass, --stiffness and --frequency-hz, fix the oscillator"),
-        _ => Failure::new(flags(&format!(" {error}")).trim_start()),
+        _ => Failure::new(in_flags(&format!(" {error}")).trim_start()),
     }
 }
