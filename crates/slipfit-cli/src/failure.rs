@@ -1,8 +1,10 @@
 //! Why a command failed, and what would help.
 
 use anstyle::{AnsiColor, Style};
+use slipfit::Error;
 use slipfit::answer::Warning;
-use slipfit::answer::hint::{self, Hint, HintValue};
+use slipfit::answer::hint::HintValue;
+use slipfit_report::format::plain;
 use slipfit_report::terminal::hanging;
 use std::fmt;
 use std::path::Path;
@@ -11,12 +13,17 @@ const ERROR: Style = AnsiColor::Red.on_default().bold();
 const WARNING: Style = AnsiColor::Yellow.on_default().bold();
 const HINT: Style = AnsiColor::Cyan.on_default();
 
-/// A failure as the person sees it; exit status 2.
+/// Exit status of warnings under `--strict`.
+pub(crate) const WARNED: u8 = 1;
+/// Exit status of a failure; clap uses the same for a wrong command line.
+pub(crate) const FAILED: u8 = 2;
+
+/// A failure as the person sees it; exit status [`FAILED`].
 #[derive(Debug)]
 pub(crate) enum Failure {
-    /// Something to say.
-    Said(Complaint),
-    /// The reader of our output has gone: nothing to say, and to nobody.
+    /// An error with its message.
+    Message(Complaint),
+    /// The reader of the output has gone: there is nobody to tell.
     ClosedPipe,
 }
 
@@ -28,11 +35,11 @@ pub(crate) struct Complaint {
 
 impl Failure {
     pub(crate) fn new(message: impl Into<String>) -> Self {
-        Self::Said(Complaint { message: message.into(), hint: None })
+        Self::Message(Complaint { message: message.into(), hint: None })
     }
 
     pub(crate) fn hint(mut self, hint: impl Into<String>) -> Self {
-        if let Self::Said(complaint) = &mut self {
+        if let Self::Message(complaint) = &mut self {
             complaint.hint = Some(hint.into());
         }
         self
@@ -41,7 +48,7 @@ impl Failure {
     /// What went wrong, in one line.
     pub(crate) fn message(&self) -> String {
         match self {
-            Self::Said(complaint) => complaint.message.clone(),
+            Self::Message(complaint) => complaint.message.clone(),
             Self::ClosedPipe => "the output was closed".to_owned(),
         }
     }
@@ -55,76 +62,71 @@ impl Failure {
     }
 
     /// An analysis that could not be done.
-    pub(crate) fn analysing(file: &Path, error: &slipfit::Error) -> Self {
-        if let slipfit::Error::Parameter { name, value, range } = error {
-            return Self::new(format!("{} {value}: must be among {}", flag(name), in_flags(range)));
+    pub(crate) fn analysing(what: Analysis, file: &Path, error: &Error) -> Self {
+        match error {
+            Error::Parameter { name, value, range } => {
+                return Self::new(format!("{} {value}: must be among {}", flag(name), in_flags(range)));
+            }
+            Error::BelowLeastAmplitude { least, initial, unit } => {
+                let initial = plain(*initial, 3, unit);
+                return Self::new(format!(
+                    "--min-amplitude {least} {unit}: the decay begins at {initial} already"
+                ));
+            }
+            _ => {}
         }
         let failure = Self::new(format!("{}: {error}", file.display()));
-        match error {
-            slipfit::Error::NoOscillation { .. } => {
-                failure.hint("--signal names another column, --kind says what it holds, --band where to look")
-            }
-            slipfit::Error::NotARingDown { .. }
-            | slipfit::Error::TooFewSamples { .. }
-            | slipfit::Error::OutsideRecord { .. } => {
-                failure.hint("--start and --end choose the free decay by hand; a longer record helps more")
-            }
-            slipfit::Error::NoFit { .. } => failure.hint("--start, --end and --band choose a cleaner part"),
-            slipfit::Error::ConstantSignal { .. } => failure.hint("--signal names another column"),
-            slipfit::Error::TimeBackwards { .. } | slipfit::Error::TimeStandsStill { .. } => {
-                let time = Hint::new("time", "names another column");
-                failure.hint(in_flags_with_values(&[time, Hint::new("rate_hz", "replaces it")]))
-            }
-            _ => failure,
+        match what.hint(error) {
+            "" => failure,
+            hint => failure.hint(hint),
         }
     }
 }
 
-impl Failure {
-    /// A curve, levels or a series that could not be analysed.
-    pub(crate) fn analysing_curve(file: &Path, error: &slipfit::Error) -> Self {
-        use slipfit::Error;
-        if let Error::Parameter { name, value, range } = error {
-            return Self::new(format!("{} {value}: must be among {}", flag(name), in_flags(range)));
-        }
-        let failure = Self::new(format!("{}: {error}", file.display()));
-        match error {
-            Error::TooFewPoints { .. } | Error::TooFewSamples { .. } => failure.hint(
-                "measure more points across the line; --background off, --delay off and --duffing off need fewer",
-            ),
-            Error::NoResonance { .. } => {
-                failure.hint("--amplitude names another column, --frequency-unit its unit, --band where to look")
-            }
-            Error::NoFit { .. } => failure.hint("--band chooses a cleaner part, --model another law"),
-            Error::ConflictingParameters { .. } => failure.hint("give --drive-amplitude or --reference, not both"),
-            _ => failure,
-        }
-    }
+/// What was analysed.
+#[derive(Debug, Clone, Copy)]
+pub(crate) enum Analysis {
+    Ringdown,
+    /// A resonance curve, or a series.
+    Curve,
+    Levels,
 }
 
-impl Failure {
-    /// Amplitudes over drive levels that could not be analysed.
-    pub(crate) fn analysing_levels(file: &Path, error: &slipfit::Error) -> Self {
-        use slipfit::Error;
-        if let Error::Parameter { name, value, range } = error {
-            return Self::new(format!("{} {value}: must be among {}", flag(name), in_flags(range)));
-        }
-        let failure = Self::new(format!("{}: {error}", file.display()));
-        match error {
-            Error::TooFewPoints { .. } | Error::TooFewSamples { .. } => {
-                failure.hint("measure at more levels of the drive, below and above the threshold")
+impl Analysis {
+    /// What helps against an error; may be empty.
+    fn hint(self, error: &Error) -> &'static str {
+        match (self, error) {
+            (Self::Ringdown, Error::NoOscillation { .. }) => {
+                "--signal names another column, --kind says what it holds, --band where to look"
             }
-            Error::NoFit { .. } | Error::NoResonance { .. } => {
-                failure.hint("--drive and --amplitude name other columns")
+            (
+                Self::Ringdown,
+                Error::NotARingDown { .. } | Error::TooFewSamples { .. } | Error::OutsideRecord { .. },
+            ) => "--start and --end choose the free decay by hand; a longer record helps more",
+            (Self::Ringdown, Error::NoFit { .. }) => "--start, --end and --band choose a cleaner part",
+            (Self::Ringdown, Error::ConstantSignal { .. }) => "--signal names another column",
+            (Self::Ringdown, Error::TimeBackwards { .. } | Error::TimeStandsStill { .. }) => {
+                "--time names another column, --rate-hz replaces it"
             }
-            _ => failure,
+            (Self::Curve, Error::TooFewPoints { .. } | Error::TooFewSamples { .. }) => {
+                "measure more points across the line; --background off, --delay off and --duffing off need fewer"
+            }
+            (Self::Curve, Error::NoResonance { .. }) => {
+                "--amplitude names another column, --frequency-unit its unit, --band where to look"
+            }
+            (Self::Curve, Error::NoFit { .. }) => "--band chooses a cleaner part, --model another law",
+            (Self::Curve, Error::ConflictingParameters { .. }) => {
+                "give --drive-amplitude or --reference, not both"
+            }
+            (Self::Levels, Error::TooFewPoints { .. } | Error::TooFewSamples { .. }) => {
+                "measure at more levels of the drive, below and above the threshold"
+            }
+            (Self::Levels, Error::NoFit { .. } | Error::NoResonance { .. }) => {
+                "--drive and --amplitude name other columns"
+            }
+            _ => "",
         }
     }
-}
-
-/// Hints of the libraries with the flags of this program: `--band 79 82 isolates one mode`.
-pub(crate) fn in_flags_with_values(hints: &[Hint]) -> String {
-    hint::spelled(hints, &spelled)
 }
 
 /// An option of a library with its value, as this program takes it: `--band 79 82`.
@@ -166,10 +168,10 @@ fn in_flags(text: &str) -> String {
 
 impl From<slipfit_io::ReadError> for Failure {
     fn from(error: slipfit_io::ReadError) -> Self {
-        let failure = Self::new(error.spelled(&spelled));
-        match &error.hints()[..] {
-            [] => failure,
-            hints => failure.hint(in_flags_with_values(hints)),
+        let failure = Self::new(error.to_string());
+        match error.hint() {
+            Some(hint) => failure.hint(hint),
+            None => failure,
         }
     }
 }
@@ -182,6 +184,11 @@ impl fmt::Display for Complaint {
             None => Ok(()),
         }
     }
+}
+
+/// Something to know about how the program is used, for standard error.
+pub(crate) fn note_line(text: &str) -> String {
+    hanging("note:", HINT, text)
 }
 
 /// A warning of an analysis with what helps, for standard error.

@@ -1,4 +1,4 @@
-//! Interrupts (Ctrl-C): a half-written file is removed; many files end with those at hand.
+//! Interrupts (Ctrl-C): a half-written file is removed; a run over many files finishes those it has begun.
 
 use crate::failure::Failure;
 use std::path::{Path, PathBuf};

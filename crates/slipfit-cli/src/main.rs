@@ -10,18 +10,15 @@ mod output;
 mod version;
 
 use clap::Parser;
-use failure::Failure;
+use failure::{FAILED, Failure};
 use std::process::ExitCode;
 
-/// Exit status of a failure; clap uses the same for a wrong command line.
-const FAILED: u8 = 2;
-
 fn main() -> ExitCode {
-    let told = std::panic::take_hook();
+    let report = std::panic::take_hook();
     std::panic::set_hook(Box::new(move |panic| {
         // A decoder that gives up on a broken file: the error tells it.
         if !slipfit_io::panic_becomes_error() {
-            told(panic);
+            report(panic);
         }
     }));
     let cli = args::Cli::parse();
@@ -41,7 +38,7 @@ fn main() -> ExitCode {
     match done {
         Ok(code) => code,
         Err(Failure::ClosedPipe) => ExitCode::SUCCESS,
-        Err(Failure::Said(complaint)) => {
+        Err(Failure::Message(complaint)) => {
             output::print_error(&complaint.to_string(), color);
             ExitCode::from(FAILED)
         }

@@ -77,11 +77,33 @@ fn answers_keep_to_their_schemas() {
     let free = free.to_str().unwrap();
     keeps(&json(&["resonance", "--reference", free, "--stiffness", "10000"], &example(SWEEP)), "resonance");
     keeps(
-        &json(&["resonance", "--drive-amplitude", "10e-12", "--model", "paper"], &example(SWEEP)),
+        &json(&["resonance", "--drive-amplitude", "10e-12", "--response", "paper"], &example(SWEEP)),
         "resonance",
     );
     keeps(&json(&["levels", "--stiffness", "1e4±100"], &example("tuning_fork_9nN_levels.csv")), "levels");
     keeps(&json(&["series"], &example("tuning_fork.toml")), "series");
+}
+
+/// `--model paper` was once the way to say it.
+#[test]
+fn the_response_may_be_spelled_as_it_was() {
+    let run = |flags: &[&str]| {
+        let output = slipfit()
+            .args(["resonance", "--drive-amplitude", "10e-12", "--json", "-"])
+            .args(flags)
+            .arg(example(SWEEP))
+            .output()
+            .unwrap();
+        assert!(output.status.success(), "{flags:?}");
+        let answer: serde_json::Value = serde_json::from_slice(&output.stdout).unwrap();
+        let note =
+            String::from_utf8(output.stderr).unwrap().contains("--model paper is --response paper now");
+        (answer, note)
+    };
+    let (new, note) = run(&["--response", "paper", "--model", "viscous+sliding"]);
+    assert!(!note);
+    assert_eq!((&new["method"], &new["options"]["model"]), (&"paper".into(), &"viscous+sliding".into()));
+    assert_eq!(run(&["--model", "paper", "--model", "viscous+sliding"]), (new, true));
 }
 
 #[test]

@@ -49,6 +49,36 @@ fn the_schema_is_able_to_refuse() {
     assert!(!validator.is_valid(&answer));
 }
 
+/// What was asked is told again, every option of it.
+#[test]
+fn every_option_is_echoed() {
+    let folder = tempfile::tempdir().unwrap();
+    let at = |name: &str| folder.path().join(name).display().to_string();
+    let decay = "simulate decay --frequency-hz 100 --q 60 --friction-displacement 0.002 --amplitude 0.3 \
+                 --duration 2 --rate-hz 400 --noise-rms 1e-3 --output envelope --out";
+    stdout(slipfit().args(decay.split_whitespace()).arg(at("decay.csv")));
+    let [decay, sweep, levels] = [
+        ("ringdown --start 0.01 --end 1 --min-amplitude 0.01 --band 0.001 150 --model viscous+sliding \
+          --lockin-time-constant 1e-4 --lockin-order 2 --frequency-hz 100 --stiffness 3", at("decay.csv")),
+        ("resonance --drive-amplitude 10e-12 --response leading --model viscous+sliding --band 32000 33500 \
+          --background on --delay on --phase-offset on --duffing on --stiffness 3",
+         example("tuning_fork_9nN_sweep.csv").display().to_string()),
+        ("levels --frequency-hz 100 --drive-gain 3 --stiffness 3",
+         example("tuning_fork_9nN_levels.csv").display().to_string()),
+    ]
+    .map(|(line, file)| {
+        let text = stdout(slipfit().args(line.split_whitespace()).arg(file).args(["--json", "-"]));
+        let answer: Value = serde_json::from_str(&text).unwrap();
+        answer["options"].as_object().unwrap().clone()
+    });
+    for options in [decay, sweep] {
+        let left_out: Vec<_> = options.iter().filter(|(_, value)| value.is_null()).collect();
+        assert!(left_out.is_empty(), "{left_out:?}");
+    }
+    let left_out: Vec<_> = levels.iter().filter(|(_, value)| value.is_null()).map(|(key, _)| key).collect();
+    assert_eq!(left_out, ["q_factor"], "which --drive-gain excludes");
+}
+
 /// Every key written is described; a schema that allows more would not notice.
 #[test]
 fn no_key_is_undocumented() {

@@ -49,12 +49,13 @@ fn a_file_read_in_pieces_must_not_change() {
     let mut writer = hound::WavWriter::create(&path, spec).unwrap();
     (0..5000).for_each(|i| writer.write_sample((0.1 * i as f32).sin()).unwrap());
     writer.finalize().unwrap();
-    let mut changed = false;
-    let error = read_watched(&path, &ReadOptions::default(), &mut |_| {
-        if !changed {
-            changed = true;
+    let mut last = 0;
+    let error = read_watched(&path, &ReadOptions::default(), &mut |bytes| {
+        // Its end is met when nothing more comes: the hash is complete, the samples are not read yet.
+        if bytes == last {
             OpenOptions::new().append(true).open(&path).unwrap().write_all(b"more").unwrap();
         }
+        last = bytes;
     })
     .unwrap_err();
     fs::remove_file(&path).unwrap();

@@ -1,19 +1,9 @@
 //! What is reported: an answer together with what was read and what was asked.
 
-use slipfit::answer::hint::HintValue;
 use slipfit::series::{Measurement, Shared};
 use slipfit::{levels, resonance, ringdown, series};
-use slipfit_io::{LevelReading, Note, Reading, SweepReading};
+use slipfit_io::{LevelReading, Reading, SweepReading};
 use std::path::Path;
-
-/// How the program that shows a report writes an option and its value: `--band 79 82`,
-/// `band_hz=(79, 82)`.
-pub type Spell = fn(&'static str, Option<&HintValue>) -> String;
-
-/// Remarks on what was read, with options as the program writes them.
-pub(crate) fn spelled(notes: &[Note], spell: Spell) -> Vec<String> {
-    notes.iter().map(|note| note.spelled(&spell)).collect()
-}
 
 /// An analysed ring-down.
 #[derive(Debug, Clone, Copy)]
@@ -26,8 +16,6 @@ pub struct AnalysedRingdown<'a> {
     pub options: &'a ringdown::Options,
     /// What it answered.
     pub answer: &'a ringdown::Answer,
-    /// How options are written in it.
-    pub spell: Spell,
 }
 
 /// An analysed resonance curve.
@@ -41,8 +29,6 @@ pub struct AnalysedCurve<'a> {
     pub options: &'a resonance::Options,
     /// What it answered.
     pub answer: &'a resonance::Answer,
-    /// How options are written in it.
-    pub spell: Spell,
 }
 
 /// An analysed level sweep.
@@ -54,8 +40,6 @@ pub struct AnalysedLevels<'a> {
     pub options: &'a levels::Options,
     /// What it answered.
     pub answer: &'a levels::Answer,
-    /// How options are written in it.
-    pub spell: Spell,
 }
 
 /// An analysed series of measurements.

@@ -22,7 +22,7 @@
 //! #     let t = 0.05 * f64::from(i);
 //! #     text += &format!("{t},{}\n", 0.3 * (-0.05 * t).exp() * (6.3 * t).cos());
 //! # }
-//! let reading = slipfit_io::read_from(text.as_bytes(), "swing.csv", &Default::default())?;
+//! let reading = slipfit_io::read_text(text.as_bytes(), "swing.csv", &Default::default())?;
 //! let options = slipfit::ringdown::Options::default();
 //! let answer = slipfit::ringdown::analyse(&reading.record, &options)?;
 //! let analysed = AnalysedRingdown {
@@ -30,7 +30,6 @@
 //!     reading: &reading,
 //!     options: &options,
 //!     answer: &answer,
-//!     spell: |option, _| option.to_owned(),
 //! };
 //! assert!(terminal::ringdown(&analysed, &[]).contains("decay rate"));
 //! # Ok::<(), Box<dyn std::error::Error>>(())
@@ -52,7 +51,6 @@ mod example;
 
 pub use input::{
     AnalysedCurve, AnalysedLevels, AnalysedRingdown, AnalysedSeries, Provenance, SeriesHeading, SeriesInput,
-    Spell,
 };
 pub use sentence::Sentence;
 pub use warning::warning_text;

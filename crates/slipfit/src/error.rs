@@ -119,6 +119,32 @@ pub enum Error {
         /// The least that would do.
         needed: f64,
     },
+    /// A mechanical constant of a displacement was given for an angle, or the other way round.
+    #[error("the constant is for {expected}; the signal is in {unit}")]
+    WrongCoordinate {
+        /// What the constant is for: a displacement or an angle.
+        expected: &'static str,
+        /// The unit of the signal.
+        unit: String,
+    },
+    /// Two units of which one cannot be converted into the other.
+    #[error("`{found}` cannot be converted to `{expected}`")]
+    UnitMismatch {
+        /// The unit found.
+        found: String,
+        /// The unit needed.
+        expected: String,
+    },
+    /// The decay begins below the least amplitude asked for.
+    #[error("min_amplitude = {least} {unit}: the decay begins at {initial} {unit} already")]
+    BelowLeastAmplitude {
+        /// The least amplitude.
+        least: f64,
+        /// The amplitude at the start.
+        initial: f64,
+        /// Unit of both.
+        unit: String,
+    },
     /// No loss model could be fitted.
     #[error("no loss model could be fitted: {reason}")]
     NoFit {

@@ -57,7 +57,7 @@ pub(crate) struct TableArgs {
     #[arg(long, value_name = "FILE", help_heading = "Output")]
     pub(crate) table: Option<PathBuf>,
 
-    /// Go on with a table that was interrupted
+    /// Continue a table that was interrupted
     #[arg(long, requires = "table", help_heading = "Output")]
     pub(crate) resume: bool,
 }

@@ -1,10 +1,12 @@
 //! `slipfit levels`.
 
-use super::ringdown::CalibrationArgs;
-use super::{AnswerArgs, Uncertain, positive};
+use super::AnswerArgs;
+use super::calibration::CalibrationArgs;
+use super::value::{Positive, Text, Uncertain, number, text};
 use clap::Args;
+use serde::Deserialize;
 use slipfit::levels::Options;
-use slipfit_io::ReadOptions;
+use slipfit_io::LevelOptions;
 use std::path::PathBuf;
 
 const AFTER_HELP: &str = "\
@@ -29,33 +31,55 @@ pub(crate) struct LevelFitArgs {
     #[arg(value_name = "FILE")]
     pub(crate) file: PathBuf,
 
+    #[command(flatten)]
+    pub(crate) reading: LevelReadingArgs,
+
+    #[command(flatten)]
+    pub(crate) analysis: LevelAnalysisArgs,
+
+    #[command(flatten)]
+    pub(crate) calibration: CalibrationArgs,
+
+    #[command(flatten)]
+    pub(crate) out: AnswerArgs,
+}
+
+// Columns and units of levels.
+#[derive(Debug, Clone, Default, Args, Deserialize)]
+#[serde(default)]
+pub(crate) struct LevelReadingArgs {
     /// Column of the drive levels, by number (from 1) or name
     #[arg(long, value_name = "COL", help_heading = "Reading")]
-    drive: Option<String>,
+    drive: Option<Text>,
 
     /// Column of the amplitudes
     #[arg(long, value_name = "COL", help_heading = "Reading")]
-    amplitude: Option<String>,
+    amplitude: Option<Text>,
 
     /// Column of the standard errors of the amplitudes
     #[arg(long, value_name = "COL", help_heading = "Reading")]
-    std_error: Option<String>,
+    std_error: Option<Text>,
 
     /// Unit of the amplitudes, such as nm, V, dB
     #[arg(long, value_name = "UNIT", help_heading = "Reading")]
-    unit: Option<String>,
+    unit: Option<Text>,
 
     /// Unit of the drive levels
     #[arg(long, value_name = "UNIT", help_heading = "Reading")]
-    drive_unit: Option<String>,
+    drive_unit: Option<Text>,
 
     /// Which of several sheets, variables or groups: name, part of it, or number
     #[arg(long, value_name = "NAME", help_heading = "Reading")]
-    sheet: Option<String>,
+    sheet: Option<Text>,
+}
 
+// What is known beside them.
+#[derive(Debug, Clone, Default, Args, Deserialize)]
+#[serde(default)]
+pub(crate) struct LevelAnalysisArgs {
     /// Frequency of the resonance [Hz], for the decay rate
-    #[arg(long, value_name = "HZ", value_parser = positive, help_heading = "Analysis")]
-    frequency_hz: Option<f64>,
+    #[arg(long, value_name = "HZ", help_heading = "Analysis")]
+    frequency_hz: Option<Positive>,
 
     /// Drive amplitude at the base, in the unit of the amplitudes, for one unit of the drive level,
     /// such as 2.4e-9±0.1e-9
@@ -65,34 +89,38 @@ pub(crate) struct LevelFitArgs {
     /// Quality factor of the viscous loss, in place of --drive-gain
     #[arg(long, value_name = "Q", help_heading = "Analysis")]
     q: Option<Uncertain>,
-
-    #[command(flatten)]
-    pub(crate) calibration: CalibrationArgs,
-
-    #[command(flatten)]
-    pub(crate) out: AnswerArgs,
 }
 
 impl LevelFitArgs {
-    pub(crate) fn read_options(&self) -> ReadOptions {
-        ReadOptions {
-            drive: self.drive.clone(),
-            amplitude: self.amplitude.clone(),
-            std_error: self.std_error.clone(),
-            unit: self.unit.clone(),
-            drive_unit: self.drive_unit.clone(),
-            sheet: self.sheet.clone(),
-            ..ReadOptions::default()
+    /// Everything fixed before the analysis.
+    pub(crate) fn options(&self) -> Options {
+        let mut options = self.analysis.options();
+        options.calibration = self.calibration.constant();
+        options
+    }
+}
+
+impl LevelReadingArgs {
+    pub(crate) fn options(&self) -> LevelOptions {
+        LevelOptions {
+            drive: text(&self.drive),
+            amplitude: text(&self.amplitude),
+            std_error: text(&self.std_error),
+            unit: text(&self.unit),
+            drive_unit: text(&self.drive_unit),
+            sheet: text(&self.sheet),
         }
     }
+}
 
+impl LevelAnalysisArgs {
+    /// Everything but the calibration.
     pub(crate) fn options(&self) -> Options {
         let pair = |u: Option<Uncertain>| u.map(|u| [u.value, u.std_error]);
         let mut options = Options::default();
-        options.frequency_hz = self.frequency_hz;
+        options.frequency_hz = number(self.frequency_hz);
         options.drive_gain = pair(self.drive_gain);
         options.q_factor = pair(self.q);
-        options.calibration = self.calibration.constant();
         options
     }
 }

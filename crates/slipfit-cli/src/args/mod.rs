@@ -1,10 +1,10 @@
 //! What can be typed.
 
 mod answer;
+mod calibration;
 mod curve;
 mod inspect;
 mod levels;
-mod number;
 mod pages;
 mod reading;
 mod record;
@@ -13,25 +13,28 @@ mod ringdown;
 mod series;
 mod shell;
 mod simulate;
+mod value;
 
 use clap::builder::styling::{AnsiColor, Styles};
 use clap::{Parser, Subcommand, ValueEnum};
 
 pub(crate) use answer::{AnswerArgs, ReplaceArgs, TableArgs};
+pub(crate) use curve::CurveArgs;
 pub(crate) use inspect::InspectArgs;
-pub(crate) use levels::LevelFitArgs;
-pub(crate) use number::Uncertain;
+pub(crate) use levels::{LevelAnalysisArgs, LevelFitArgs, LevelReadingArgs};
 pub(crate) use pages::{AtlasArgs, PaperArgs};
 pub(crate) use reading::{ReadingArgs, quoted};
 pub(crate) use record::{MinusArgs, OscillatorArgs, OutArgs, RecordFormat, SampleArgs};
-pub(crate) use resonance::ResonanceArgs;
-pub(crate) use ringdown::RingdownArgs;
+pub(crate) use resonance::{ResonanceAnalysisArgs, ResonanceArgs};
+pub(crate) use ringdown::{RingdownAnalysisArgs, RingdownArgs};
 pub(crate) use series::SeriesArgs;
 pub(crate) use shell::{CompletionsArgs, ManArgs};
 pub(crate) use simulate::{
     Beginning, DecayArgs, DriveArgs, DrivenArgs, LevelsArgs, OutputKind, SimulateArgs, SimulateCommand,
     SweepArgs, Tone, WaveArgs,
 };
+pub(crate) use value::Uncertain;
+use value::{finite, not_negative, positive};
 
 const STYLES: Styles = Styles::styled()
     .header(AnsiColor::Green.on_default().bold())
@@ -114,25 +117,6 @@ impl From<Color> for anstream::ColorChoice {
     }
 }
 
-/// A number that is finite: clap's own parser takes `nan` and `inf`.
-pub(crate) fn finite(text: &str) -> Result<f64, String> {
-    match text.trim().parse::<f64>() {
-        Ok(value) if value.is_finite() => Ok(value),
-        Ok(_) => Err("not a finite number".to_owned()),
-        Err(_) => Err("not a number".to_owned()),
-    }
-}
-
-/// A finite number above zero.
-pub(crate) fn positive(text: &str) -> Result<f64, String> {
-    finite(text).and_then(|v| if v > 0.0 { Ok(v) } else { Err("must be above zero".to_owned()) })
-}
-
-/// A finite number, zero or above.
-pub(crate) fn not_negative(text: &str) -> Result<f64, String> {
-    finite(text).and_then(|v| if v >= 0.0 { Ok(v) } else { Err("must not be negative".to_owned()) })
-}
-
 #[cfg(test)]
 mod tests {
     use super::*;
@@ -141,12 +125,5 @@ mod tests {
     #[test]
     fn the_command_line_is_consistent() {
         Cli::command().debug_assert();
-    }
-
-    #[test]
-    fn numbers_must_be_finite() {
-        assert_eq!(finite("1e-3"), Ok(1e-3));
-        assert!(finite("nan").is_err() && finite("inf").is_err() && finite("x").is_err());
-        assert!(positive("0").is_err() && not_negative("0").is_ok() && not_negative("-1").is_err());
     }
 }

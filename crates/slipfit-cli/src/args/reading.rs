@@ -1,44 +1,47 @@
 //! How a file is read, where it does not say so itself.
 
-use super::positive;
+use super::value::{Positive, Text, number, text};
 use clap::{Args, ValueEnum};
+use serde::Deserialize;
 use slipfit::SignalKind;
-use slipfit_io::ReadOptions;
+use slipfit_io::{ReadOptions, SweepOptions};
 
 // A doc comment here would replace that of the command.
-#[derive(Debug, Clone, Default, Args)]
+#[derive(Debug, Clone, Default, Args, Deserialize)]
+#[serde(default)]
 pub(crate) struct ReadingArgs {
     /// Column of the times, by number (from 1) or name
     #[arg(long, value_name = "COL", help_heading = "Reading")]
-    pub(crate) time: Option<String>,
+    pub(crate) time: Option<Text>,
 
     /// Column of the signal (of a lock-in: its X output)
     #[arg(long, value_name = "COL", help_heading = "Reading")]
-    pub(crate) signal: Option<String>,
+    pub(crate) signal: Option<Text>,
 
     /// Column of a lock-in's Y output
     #[arg(long, value_name = "COL", help_heading = "Reading")]
-    pub(crate) quadrature: Option<String>,
+    pub(crate) quadrature: Option<Text>,
 
     /// Unit of the times: s, ms, us, ns, min, h, or the rate of a clock whose ticks they are, such as 60MHz
     #[arg(long, value_name = "UNIT", help_heading = "Reading")]
-    pub(crate) time_unit: Option<String>,
+    pub(crate) time_unit: Option<Text>,
 
     /// Unit of the signal, such as rad, deg, mm, V, dBm
     #[arg(long, value_name = "UNIT", help_heading = "Reading")]
-    pub(crate) unit: Option<String>,
+    pub(crate) unit: Option<Text>,
 
     /// What the signal is
     #[arg(long, value_enum, value_name = "KIND", help_heading = "Reading", hide_possible_values = false)]
     pub(crate) kind: Option<Kind>,
 
     /// Samples per second, where the file has no times
-    #[arg(long, value_name = "RATE", value_parser = positive, help_heading = "Reading")]
-    pub(crate) rate_hz: Option<f64>,
+    #[arg(long, value_name = "RATE", help_heading = "Reading")]
+    pub(crate) rate_hz: Option<Positive>,
 
     /// Which sheet, variable, group or track of the file, by name or number
     #[arg(long, value_name = "NAME", visible_aliases = ["variable", "group", "track"], help_heading = "Reading")]
-    pub(crate) sheet: Option<String>,
+    #[serde(alias = "variable", alias = "group", alias = "track")]
+    pub(crate) sheet: Option<Text>,
 
     /// Which of several tables side by side, from 1
     #[arg(long, value_name = "N", help_heading = "Reading")]
@@ -53,7 +56,8 @@ pub(crate) struct ReadingArgs {
     pub(crate) most_samples: Option<usize>,
 }
 
-#[derive(Debug, Clone, Copy, PartialEq, Eq, ValueEnum)]
+#[derive(Debug, Clone, Copy, PartialEq, Eq, ValueEnum, Deserialize)]
+#[serde(rename_all = "kebab-case")]
 pub(crate) enum Kind {
     /// Position or angle
     Displacement,
@@ -93,7 +97,7 @@ pub(crate) fn quoted(text: &str) -> String {
 
 impl ReadingArgs {
     /// The same for a resonance curve; `None` where a flag is one of records only.
-    pub(crate) fn curve_options(&self) -> Option<ReadOptions> {
+    pub(crate) fn curve_options(&self) -> Option<SweepOptions> {
         let record_only = self.time.is_some()
             || self.signal.is_some()
             || self.quadrature.is_some()
@@ -102,35 +106,34 @@ impl ReadingArgs {
             || self.rate_hz.is_some()
             || self.part.is_some()
             || self.most_samples.is_some();
-        (!record_only).then(|| ReadOptions {
-            unit: self.unit.clone(),
-            sheet: self.sheet.clone(),
+        (!record_only).then(|| SweepOptions {
+            unit: text(&self.unit),
+            sheet: text(&self.sheet),
             run: self.run,
-            ..ReadOptions::default()
+            ..SweepOptions::default()
         })
     }
 
     pub(crate) fn options(&self) -> ReadOptions {
         ReadOptions {
-            time: self.time.clone(),
-            signal: self.signal.clone(),
-            quadrature: self.quadrature.clone(),
-            time_unit: self.time_unit.clone(),
-            unit: self.unit.clone(),
+            time: text(&self.time),
+            signal: text(&self.signal),
+            quadrature: text(&self.quadrature),
+            time_unit: text(&self.time_unit),
+            signal_unit: text(&self.unit),
             kind: self.kind.map(Into::into),
-            rate_hz: self.rate_hz,
-            sheet: self.sheet.clone(),
-            part: self.part,
+            rate_hz: number(self.rate_hz),
+            sheet: text(&self.sheet),
+            table: self.part,
             run: self.run,
             most_samples: self.most_samples,
-            ..ReadOptions::default()
         }
     }
 
     /// The flags as they were typed, for a command that goes on from here.
     pub(crate) fn as_flags(&self) -> String {
-        let quoted = |text: &String| quoted(text);
-        let number = |n: Option<usize>| n.map(|n| n.to_string());
+        let quoted = |text: &Text| quoted(&text.0);
+        let count = |n: Option<usize>| n.map(|n| n.to_string());
         [
             ("--time", self.time.as_ref().map(quoted)),
             ("--signal", self.signal.as_ref().map(quoted)),
@@ -138,11 +141,11 @@ impl ReadingArgs {
             ("--time-unit", self.time_unit.as_ref().map(quoted)),
             ("--unit", self.unit.as_ref().map(quoted)),
             ("--kind", self.kind.and_then(|k| k.to_possible_value()).map(|k| k.get_name().to_owned())),
-            ("--rate-hz", self.rate_hz.map(|r| r.to_string())),
+            ("--rate-hz", self.rate_hz.map(|r| r.0.to_string())),
             ("--sheet", self.sheet.as_ref().map(quoted)),
-            ("--most-samples", number(self.most_samples)),
-            ("--part", number(self.part)),
-            ("--run", number(self.run)),
+            ("--most-samples", count(self.most_samples)),
+            ("--part", count(self.part)),
+            ("--run", count(self.run)),
         ]
         .into_iter()
         .filter_map(|(flag, value)| Some(format!(" {flag} {}", value?)))

@@ -1,9 +1,12 @@
 //! `slipfit resonance`.
 
+use super::calibration::CalibrationArgs;
 use super::curve::CurveArgs;
-use super::ringdown::CalibrationArgs;
-use super::{AnswerArgs, TableArgs, Uncertain, positive};
+use super::value::{Positive, Uncertain, band};
+use super::{AnswerArgs, TableArgs};
 use clap::{Args, ValueEnum};
+use serde::Deserialize;
+use serde::de::{self, Deserializer};
 use slipfit::LossModel;
 use slipfit::resonance::{DriveAmplitude, Method, Options, Terms};
 use std::path::{Path, PathBuf};
@@ -21,7 +24,7 @@ Examples:
       a unit the file does not name; one of several peaks
   slipfit resonance runs/*.csv --reference free.csv --table runs.csv
       many curves at once, one row each
-  slipfit resonance fork.dat --model paper
+  slipfit resonance fork.dat --response paper
       the effective Lorentzian of the paper, its bias beside the answer";
 
 /// Viscous and sliding loss from a resonance curve.
@@ -47,20 +50,41 @@ pub(crate) struct ResonanceArgs {
     #[arg(long, value_name = "FREE", conflicts_with = "drive_amplitude", help_heading = "Analysis")]
     pub(crate) reference: Option<PathBuf>,
 
+    #[command(flatten)]
+    pub(crate) analysis: ResonanceAnalysisArgs,
+
+    #[command(flatten)]
+    pub(crate) calibration: CalibrationArgs,
+
+    #[command(flatten)]
+    pub(crate) out: AnswerArgs,
+
+    #[command(flatten)]
+    pub(crate) table: TableArgs,
+}
+
+// What is fixed before the analysis.
+#[derive(Debug, Clone, Default, Args, Deserialize)]
+#[serde(default)]
+pub(crate) struct ResonanceAnalysisArgs {
     /// Drive amplitude x_0, in the response's unit, such as 0.0625±0.001; with a column of drive
     /// levels the one at their mean
     #[arg(long, value_name = "X0", help_heading = "Analysis")]
     drive_amplitude: Option<Uncertain>,
 
-    /// How the response is computed: exact (the default), leading, paper; or a loss model to report:
-    /// viscous, sliding, viscous+sliding, viscous+drag, sliding+drag, viscous+sliding+drag. May be
-    /// given twice, once for each
+    /// How the response is computed: exact (the default), leading, paper
+    #[arg(long, value_enum, value_name = "NAME", hide_possible_values = true, help_heading = "Analysis")]
+    response: Option<Response>,
+
+    /// Report this model, whichever the data prefer: viscous, sliding, viscous+sliding, viscous+drag,
+    /// sliding+drag, viscous+sliding+drag
     #[arg(long, value_name = "NAME", num_args = 1, help_heading = "Analysis")]
+    #[serde(deserialize_with = "one_or_several")]
     model: Vec<Model>,
 
     /// Only points between these frequencies [Hz]
-    #[arg(long, num_args = 2, value_names = ["LO", "HI"], value_parser = positive, help_heading = "Analysis")]
-    band: Option<Vec<f64>>,
+    #[arg(long, num_args = 2, value_names = ["LO", "HI"], help_heading = "Analysis")]
+    band: Option<Vec<Positive>>,
 
     /// A constant complex background (crosstalk, feed-through): on, off; as needed unless given
     #[arg(long, value_enum, value_name = "WHEN", hide_possible_values = true, help_heading = "Analysis")]
@@ -77,42 +101,65 @@ pub(crate) struct ResonanceArgs {
     /// A frequency that moves with the amplitude (Duffing): on, off; as needed unless given
     #[arg(long, value_enum, value_name = "WHEN", hide_possible_values = true, help_heading = "Analysis")]
     duffing: Option<Switch>,
-
-    #[command(flatten)]
-    pub(crate) calibration: CalibrationArgs,
-
-    #[command(flatten)]
-    pub(crate) out: AnswerArgs,
-
-    #[command(flatten)]
-    pub(crate) table: TableArgs,
 }
 
-/// A way to compute the response, or a loss model.
+/// How the response is computed.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, ValueEnum, Deserialize)]
+#[serde(rename_all = "kebab-case")]
+enum Response {
+    Exact,
+    Leading,
+    Paper,
+}
+
+impl From<Response> for Method {
+    fn from(response: Response) -> Self {
+        match response {
+            Response::Exact => Self::Exact,
+            Response::Leading => Self::Leading,
+            Response::Paper => Self::Paper,
+        }
+    }
+}
+
+/// What `--model` takes: a loss model, or a response as it was once spelled.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 enum Model {
-    Method(Method),
     Loss(LossModel),
+    Response(Response),
 }
 
 impl FromStr for Model {
     type Err = String;
 
     fn from_str(text: &str) -> Result<Self, String> {
-        match text.trim().to_lowercase().as_str() {
-            "exact" => Ok(Self::Method(Method::Exact)),
-            "leading" => Ok(Self::Method(Method::Leading)),
-            "paper" => Ok(Self::Method(Method::Paper)),
-            other => other.parse().map(Self::Loss).map_err(|_| {
-                "exact, leading and paper are known, and the loss models viscous, sliding, viscous+sliding, \
-                 viscous+drag, sliding+drag, viscous+sliding+drag"
-                    .to_owned()
-            }),
+        let word = text.trim().to_lowercase();
+        if let Ok(response) = Response::from_str(&word, true) {
+            return Ok(Self::Response(response));
         }
+        word.parse().map(Self::Loss).map_err(|_| {
+            "viscous, sliding, viscous+sliding, viscous+drag, sliding+drag, viscous+sliding+drag are known".to_owned()
+        })
     }
 }
 
-#[derive(Debug, Clone, Copy, PartialEq, Eq, ValueEnum)]
+/// A model, or a list of them.
+fn one_or_several<'de, D: Deserializer<'de>>(from: D) -> Result<Vec<Model>, D::Error> {
+    #[derive(Deserialize)]
+    #[serde(untagged)]
+    enum Written {
+        One(String),
+        Several(Vec<String>),
+    }
+    let words = match Written::deserialize(from)? {
+        Written::One(word) => vec![word],
+        Written::Several(words) => words,
+    };
+    words.iter().map(|w| w.parse().map_err(|e| de::Error::custom(format!("{w}: {e}")))).collect()
+}
+
+#[derive(Debug, Clone, Copy, PartialEq, Eq, ValueEnum, Deserialize)]
+#[serde(rename_all = "kebab-case")]
 pub(crate) enum Switch {
     On,
     Off,
@@ -126,17 +173,37 @@ impl ResonanceArgs {
 
     /// Everything but the reference, which is a file.
     pub(crate) fn options(&self) -> Options {
+        let mut options = self.analysis.options();
+        options.calibration = self.calibration.constant();
+        options
+    }
+}
+
+impl ResonanceAnalysisArgs {
+    /// What to say where the response is named by `--model`, as it once was.
+    pub(crate) fn old_spelling(&self) -> Option<String> {
+        self.model.iter().find_map(|model| match model {
+            Model::Response(response) => {
+                let word = format!("{response:?}").to_lowercase();
+                Some(format!("--model {word} is --response {word} now; --model names a loss model"))
+            }
+            Model::Loss(_) => None,
+        })
+    }
+
+    /// Everything but the reference and the calibration.
+    pub(crate) fn options(&self) -> Options {
         let switch = |s: Option<Switch>| s.map(|s| s == Switch::On);
         let mut options = Options::default();
-        options.band_hz = match self.band.as_deref() {
-            Some(&[low, high]) => Some([low, high]),
-            _ => None,
-        };
+        options.band_hz = band(self.band.as_deref());
         for model in &self.model {
             match model {
-                Model::Method(method) => options.method = *method,
+                Model::Response(response) => options.method = (*response).into(),
                 Model::Loss(loss) => options.model = Some(*loss),
             }
+        }
+        if let Some(response) = self.response {
+            options.method = response.into();
         }
         options.drive_amplitude =
             self.drive_amplitude.map(|u| DriveAmplitude { value: u.value, std_error: u.std_error });
@@ -146,7 +213,6 @@ impl ResonanceArgs {
         terms.phase_offset = switch(self.phase_offset);
         terms.duffing = switch(self.duffing);
         options.terms = terms;
-        options.calibration = self.calibration.constant();
         options
     }
 }

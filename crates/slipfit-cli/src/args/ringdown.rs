@@ -1,9 +1,10 @@
 //! `slipfit ringdown`.
 
-use super::{AnswerArgs, ReadingArgs, TableArgs, Uncertain, finite, positive};
+use super::calibration::CalibrationArgs;
+use super::value::{Finite, Loss, Positive, band, number};
+use super::{AnswerArgs, ReadingArgs, TableArgs};
 use clap::Args;
-use slipfit::Calibration;
-use slipfit::LossModel;
+use serde::Deserialize;
 use slipfit::ringdown::{LowPass, Options};
 use std::path::{Path, PathBuf};
 
@@ -44,36 +45,47 @@ pub(crate) struct RingdownArgs {
     #[command(flatten)]
     pub(crate) reading: ReadingArgs,
 
+    #[command(flatten)]
+    pub(crate) analysis: RingdownAnalysisArgs,
+
+    #[command(flatten)]
+    pub(crate) calibration: CalibrationArgs,
+
+    #[command(flatten)]
+    pub(crate) out: AnswerArgs,
+
+    #[command(flatten)]
+    pub(crate) table: TableArgs,
+}
+
+// What is fixed before the analysis.
+#[derive(Debug, Clone, Default, Args, Deserialize)]
+#[serde(default)]
+pub(crate) struct RingdownAnalysisArgs {
     /// Use nothing before this instant [s]
-    #[arg(long, value_name = "S", value_parser = finite, allow_negative_numbers = true, help_heading = "Analysis")]
-    start: Option<f64>,
+    #[arg(long, value_name = "S", allow_negative_numbers = true, help_heading = "Analysis")]
+    start: Option<Finite>,
 
     /// Use nothing after this instant [s]
-    #[arg(long, value_name = "S", value_parser = finite, allow_negative_numbers = true, help_heading = "Analysis")]
-    end: Option<f64>,
+    #[arg(long, value_name = "S", allow_negative_numbers = true, help_heading = "Analysis")]
+    end: Option<Finite>,
 
     /// Follow the decay down to this amplitude only [unit of the signal]
-    #[arg(long, value_name = "A", value_parser = positive, help_heading = "Analysis")]
-    min_amplitude: Option<f64>,
+    #[arg(long, value_name = "A", help_heading = "Analysis")]
+    min_amplitude: Option<Positive>,
 
     /// Only oscillations between these frequencies [Hz]
-    #[arg(long, num_args = 2, value_names = ["LO", "HI"], value_parser = positive, help_heading = "Analysis")]
-    band: Option<Vec<f64>>,
+    #[arg(long, num_args = 2, value_names = ["LO", "HI"], help_heading = "Analysis")]
+    band: Option<Vec<Positive>>,
 
     /// Report this model, whichever the data prefer: viscous, sliding, viscous+sliding, viscous+drag,
     /// sliding+drag, viscous+sliding+drag
     #[arg(long, value_name = "NAME", help_heading = "Analysis")]
-    model: Option<LossModel>,
+    model: Option<Loss>,
 
     /// Time constant of the lock-in's output filter [s]
-    #[arg(
-        long,
-        value_name = "S",
-        value_parser = positive,
-        requires = "lockin_order",
-        help_heading = "Analysis"
-    )]
-    lockin_time_constant: Option<f64>,
+    #[arg(long, value_name = "S", requires = "lockin_order", help_heading = "Analysis")]
+    lockin_time_constant: Option<Positive>,
 
     /// Order of that filter: 1 for 6 dB/octave, 4 for 24 dB/octave
     #[arg(
@@ -86,38 +98,8 @@ pub(crate) struct RingdownArgs {
     lockin_order: Option<u32>,
 
     /// Frequency of the oscillation [Hz], where the record holds amplitudes only
-    #[arg(long, value_name = "HZ", value_parser = positive, help_heading = "Analysis")]
-    frequency_hz: Option<f64>,
-
-    #[command(flatten)]
-    calibration: CalibrationArgs,
-
-    #[command(flatten)]
-    pub(crate) out: AnswerArgs,
-
-    #[command(flatten)]
-    pub(crate) table: TableArgs,
-}
-
-/// At most one mechanical constant.
-#[derive(Debug, Args)]
-#[group(multiple = false)]
-pub(crate) struct CalibrationArgs {
-    /// Stiffness k [N/m], for a displacement in m: 12000, 12000±300, 12000(300)
-    #[arg(long, value_name = "K", allow_negative_numbers = true, help_heading = "Forces")]
-    stiffness: Option<Uncertain>,
-
-    /// Mass m [kg], for a displacement in m
-    #[arg(long, value_name = "M", allow_negative_numbers = true, help_heading = "Forces")]
-    mass: Option<Uncertain>,
-
-    /// Torsion stiffness [N m/rad], for an angle
-    #[arg(long, value_name = "K", allow_negative_numbers = true, help_heading = "Forces")]
-    torsion_stiffness: Option<Uncertain>,
-
-    /// Moment of inertia [kg m²], for an angle
-    #[arg(long, value_name = "I", allow_negative_numbers = true, help_heading = "Forces")]
-    inertia: Option<Uncertain>,
+    #[arg(long, value_name = "HZ", help_heading = "Analysis")]
+    frequency_hz: Option<Positive>,
 }
 
 impl RingdownArgs {
@@ -126,49 +108,28 @@ impl RingdownArgs {
         self.files.iter().map(PathBuf::as_path)
     }
 
+    /// Everything fixed before the analysis.
     pub(crate) fn options(&self) -> Options {
-        let mut options = Options::default();
-        options.start_s = self.start;
-        options.end_s = self.end;
-        options.min_amplitude = self.min_amplitude;
-        options.band_hz = match self.band.as_deref() {
-            Some(&[low, high]) => Some([low, high]),
-            _ => None,
-        };
-        options.model = self.model;
-        options.lockin = self
-            .lockin_time_constant
-            .zip(self.lockin_order)
-            .map(|(time_constant_s, order)| LowPass { time_constant_s, order });
-        options.frequency_hz = self.frequency_hz;
+        let mut options = self.analysis.options();
         options.calibration = self.calibration.constant();
         options
     }
-
-    /// The flag of the calibration given, and whether it is meant for angles.
-    pub(crate) fn calibration_flag(&self) -> Option<(&'static str, bool)> {
-        self.calibration.flag()
-    }
 }
 
-impl CalibrationArgs {
-    /// The flag of the calibration given, and whether it is meant for angles.
-    pub(crate) fn flag(&self) -> Option<(&'static str, bool)> {
-        [
-            (self.stiffness.is_some(), "--stiffness", false),
-            (self.mass.is_some(), "--mass", false),
-            (self.torsion_stiffness.is_some(), "--torsion-stiffness", true),
-            (self.inertia.is_some(), "--inertia", true),
-        ]
-        .into_iter()
-        .find_map(|(given, flag, angular)| given.then_some((flag, angular)))
-    }
-
-    pub(crate) fn constant(&self) -> Option<Calibration> {
-        let stiffness = self.stiffness.or(self.torsion_stiffness);
-        let mass = self.mass.or(self.inertia);
-        stiffness
-            .map(|u| Calibration::Stiffness { value: u.value, std_error: u.std_error })
-            .or_else(|| mass.map(|u| Calibration::Mass { value: u.value, std_error: u.std_error }))
+impl RingdownAnalysisArgs {
+    /// Everything but the calibration.
+    pub(crate) fn options(&self) -> Options {
+        let mut options = Options::default();
+        options.start_s = self.start.map(|t| t.0);
+        options.end_s = self.end.map(|t| t.0);
+        options.min_amplitude = number(self.min_amplitude);
+        options.band_hz = band(self.band.as_deref());
+        options.model = self.model.map(|m| m.0);
+        options.lockin = self
+            .lockin_time_constant
+            .zip(self.lockin_order)
+            .map(|(time_constant, order)| LowPass { time_constant_s: time_constant.0, order });
+        options.frequency_hz = number(self.frequency_hz);
+        options
     }
 }

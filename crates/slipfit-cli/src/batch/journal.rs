@@ -30,7 +30,7 @@ fn place(table: &Path) -> PathBuf {
 }
 
 impl Journal {
-    /// Begins a table, or goes on with one and gives the rows it has.
+    /// Begins a table, or continues one and gives the rows it has.
     pub(super) fn open(
         table: Table,
         outputs: &mut Outputs,
@@ -62,7 +62,7 @@ impl Journal {
             return Err(Failure::new(format!(
                 "--resume: {name} was begun by `{before}`, not by `{signature}`"
             ))
-            .hint("the same options go on with it; without --resume the table begins anew"));
+            .hint("the same options continue it; without --resume the table begins anew"));
         }
         file.seek(SeekFrom::End(0)).map_err(failed)?;
         Ok((Self { path, file, table, rows: kept.clone(), shown: Instant::now() }, kept))

@@ -8,7 +8,7 @@ mod table;
 
 use crate::args::{AnswerArgs, TableArgs};
 use crate::command::show::{drawn, plot_target};
-use crate::failure::Failure;
+use crate::failure::{FAILED, Failure, WARNED};
 use crate::interrupt::{self, INTERRUPTED};
 use crate::output::{self, Outputs};
 use crate::version;
@@ -26,10 +26,6 @@ use std::process::ExitCode;
 use std::sync::{Mutex, PoisonError};
 use table::{Form, Table};
 
-/// Exit status of doubtful answers under `--strict`, and of nothing but failures.
-const DOUBTFUL: u8 = 1;
-const FAILED: u8 = 2;
-
 /// What is done with every file.
 pub(crate) struct Task<'a> {
     /// The command, `ringdown`.
@@ -40,7 +36,7 @@ pub(crate) struct Task<'a> {
     pub(crate) table: &'a TableArgs,
     pub(crate) out: &'a AnswerArgs,
     pub(crate) columns: &'static [Column],
-    /// Everything that changes a row, written out: a table is gone on with by the same only.
+    /// Everything that changes a row, written out: a table is continued by the same only.
     pub(crate) options: String,
     pub(crate) one: &'a (dyn Fn(&Path) -> Result<Row, Failure> + Sync),
 }
@@ -108,7 +104,7 @@ pub(crate) fn run(task: &Task<'_>, color: ColorChoice) -> Result<ExitCode, Failu
     Ok(match (failed == rows.len(), task.out.strict && warned + failed > 0) {
         _ if interrupted => ExitCode::from(INTERRUPTED),
         (true, _) => ExitCode::from(FAILED),
-        (_, true) => ExitCode::from(DOUBTFUL),
+        (_, true) => ExitCode::from(WARNED),
         _ => ExitCode::SUCCESS,
     })
 }
@@ -119,7 +115,7 @@ fn summary(task: &Task<'_>, rows: &[Row], interrupted: bool) -> String {
     let of = if interrupted { format!(" of {}", task.files.len()) } else { String::new() };
     let place = task.table.table.as_deref().map(|p| format!("; {}", p.display())).unwrap_or_default();
     let mut text = format!(
-        "{}{of} {}: {} without doubt, {} with warnings, {} failed{place}\n",
+        "{}{of} {}: {} without warnings, {} with warnings, {} failed{place}\n",
         rows.len(),
         if task.files.len() == 1 { "file" } else { "files" },
         count(Status::Done),
@@ -127,7 +123,7 @@ fn summary(task: &Task<'_>, rows: &[Row], interrupted: bool) -> String {
         count(Status::Failed)
     );
     if interrupted && task.table.table.is_some() {
-        text.push_str("interrupted; the same command with --resume goes on\n");
+        text.push_str("interrupted; the same command with --resume continues it\n");
     }
     text
 }

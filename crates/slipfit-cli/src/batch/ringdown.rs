@@ -1,7 +1,8 @@
 //! The row of a ring-down.
 
-use crate::command::ringdown::Done;
 use slipfit::Parameter;
+use slipfit::ringdown::Answer;
+use slipfit_io::Reading;
 use slipfit_report::row::{Column, Row, Value};
 use std::path::Path;
 
@@ -29,8 +30,7 @@ pub(crate) const COLUMNS: &[Column] = &[
     Column::text("sha256"),
 ];
 
-pub(crate) fn row(file: &Path, done: &Done) -> Row {
-    let (answer, reading) = (&done.answer, &done.reading);
+pub(crate) fn row(file: &Path, reading: &Reading, answer: &Answer) -> Row {
     let codes: Vec<&str> = answer.warnings.iter().map(slipfit::answer::Warning::code).collect();
     let q = |name: Parameter| answer.parameter(name);
     let mut values = vec![Value::text(answer.model.name())];
@@ -48,7 +48,7 @@ pub(crate) fn row(file: &Path, done: &Done) -> Row {
         Value::number(answer.segment.end_s),
         Value::Count(reading.record.len() as u64),
         Value::Count(reading.report.rows_skipped()),
-        Value::text(reading.report.column("signal").map_or("", |s| &s.column.header)),
+        Value::text(&reading.report.signal.column.header),
         Value::text(&reading.report.sha256),
     ]);
     Row::answered(file, &codes, COLUMNS, values)

@@ -1,7 +1,7 @@
 //! `slipfit inspect`: what a file holds.
 
 use crate::args::{InspectArgs, quoted};
-use crate::failure::{Failure, spelled};
+use crate::failure::Failure;
 use crate::output;
 use anstream::ColorChoice;
 use slipfit_io::{ReadError, ReadProblem, Reading, SweepReading, Table, Tables};
@@ -40,7 +40,6 @@ pub(crate) fn run(args: &InspectArgs, color: ColorChoice) -> Result<ExitCode, Fa
         curve: curve.as_ref(),
         lines: &lines,
         next_command: &next_command,
-        spell: spelled,
     };
     output::print(&terminal::inspect(&inspected), color)?;
     Ok(ExitCode::SUCCESS)

@@ -1,30 +1,30 @@
 //! `slipfit levels`: amplitude at resonance over the level of the drive.
 
-use super::ringdown::check_calibration;
 use super::show::{Destinations, Faces, show};
 use crate::args::LevelFitArgs;
-use crate::failure::{Failure, spelled, warned};
+use crate::failure::{Analysis, Failure, warned};
 use crate::version::provenance;
 use anstream::ColorChoice;
 use slipfit::levels::{Options, analyse};
-use slipfit_io::{LevelReading, read_levels};
+use slipfit_io::{LevelOptions, LevelReading, read_levels};
 use slipfit_report::{AnalysedLevels, csv, json, page, plot, terminal};
+use std::path::Path;
 use std::process::ExitCode;
 
 pub(crate) fn run(args: &LevelFitArgs, color: ColorChoice) -> Result<ExitCode, Failure> {
     let to = Destinations::new(&args.out, [args.file.as_path()])?;
-    let (reading, options) = prepare(args)?;
-    let answer = analyse(&reading.levels, &options).map_err(|e| Failure::analysing_levels(&args.file, &e))?;
-    let analysed = AnalysedLevels { reading: &reading, options: &options, answer: &answer, spell: spelled };
+    let (reading, options) = prepare(&args.file, &args.reading.options(), args.options())?;
+    args.calibration.check(reading.levels.unit())?;
+    let answer = analyse(&reading.levels, &options)
+        .map_err(|e| Failure::analysing(Analysis::Levels, &args.file, &e))?;
+    let analysed = AnalysedLevels { reading: &reading, options: &options, answer: &answer };
     let provenance = provenance();
-    let picture = to.picture(|| plot::levels(&analysed))?;
     let faces = Faces {
-        picture,
+        picture: &|| plot::levels(&analysed),
         csv: &|out| csv::levels(out, &analysed),
         json: &|out| json::levels(out, &analysed),
-        html: &|| page::html(&page::levels(&analysed, &provenance)),
-        markdown: &|| page::markdown(&page::levels(&analysed, &provenance)),
-        latex: &|| page::latex(&page::levels(&analysed, &provenance)),
+        document: &|| page::levels(&analysed, &provenance),
+        tables: None,
         report: &|written| terminal::levels(&analysed, written),
         warnings: answer.warnings.iter().map(warned).collect(),
     };
@@ -32,15 +32,12 @@ pub(crate) fn run(args: &LevelFitArgs, color: ColorChoice) -> Result<ExitCode, F
 }
 
 /// Reads what an analysis needs.
-pub(crate) fn prepare(args: &LevelFitArgs) -> Result<(LevelReading, Options), Failure> {
-    let reading = read_levels(&args.file, &args.read_options())?;
-    check_calibration(args.calibration.flag(), reading.levels.unit())?;
-    let mut options = args.options();
-    // Simulated levels name the frequency they stand at.
-    let named = reading.report.named_values.iter().find(|(name, _)| name == "drive_frequency_hz");
-    if options.frequency_hz.is_none() {
-        options.frequency_hz =
-            named.and_then(|(_, value)| value.parse().ok()).filter(|f: &f64| f.is_finite() && *f > 0.0);
-    }
+pub(crate) fn prepare(
+    file: &Path,
+    reading: &LevelOptions,
+    mut options: Options,
+) -> Result<(LevelReading, Options), Failure> {
+    let reading = read_levels(file, reading)?;
+    options.frequency_hz = options.frequency_hz.or_else(|| reading.named_frequency_hz());
     Ok((reading, options))
 }

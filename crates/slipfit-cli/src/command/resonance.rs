@@ -1,42 +1,46 @@
 //! `slipfit resonance`: from a curve, or raw driven records, to its answer.
 
-use super::ringdown::check_calibration;
 use super::show::{Destinations, Faces, show};
 use crate::args::ResonanceArgs;
 use crate::batch;
-use crate::failure::{Failure, spelled, warned};
+use crate::failure::{Analysis, Failure, note_line, warned};
+use crate::output;
 use crate::version::provenance;
 use anstream::ColorChoice;
 use slipfit::resonance::{Options, analyse};
-use slipfit_io::{SweepReading, read_sweep};
+use slipfit_io::{SweepOptions, SweepReading, read_sweep};
 use slipfit_report::{AnalysedCurve, csv, json, page, plot, terminal};
 use std::path::{Path, PathBuf};
 use std::process::ExitCode;
 
 pub(crate) fn run(args: &ResonanceArgs, color: ColorChoice) -> Result<ExitCode, Failure> {
+    if let Some(note) = args.analysis.old_spelling().filter(|_| !args.out.quiet) {
+        output::print_error(&note_line(&note), color);
+    }
     if args.table.table.is_some() {
         return many(args, color);
     }
     let to = Destinations::new(&args.out, args.inputs())?;
-    let (reading, reference, options) = prepare(args)?;
+    let curve = args.curve.options();
+    let reference = read_reference(args.reference.as_deref(), &curve)?;
+    let (reading, options) = prepare(&args.files, &curve, args.options(), reference.as_ref())?;
+    args.calibration.check(reading.curve.unit())?;
     let file = Path::new(&reading.report.path);
-    let answer = analyse(&reading.curve, &options).map_err(|e| Failure::analysing_curve(file, &e))?;
+    let answer =
+        analyse(&reading.curve, &options).map_err(|e| Failure::analysing(Analysis::Curve, file, &e))?;
     let analysed = AnalysedCurve {
         reading: &reading,
         reference: reference.as_ref(),
         options: &options,
         answer: &answer,
-        spell: spelled,
     };
     let provenance = provenance();
-    let picture = to.picture(|| plot::resonance(&analysed))?;
     let faces = Faces {
-        picture,
+        picture: &|| plot::resonance(&analysed),
         csv: &|out| csv::resonance(out, &analysed),
         json: &|out| json::resonance(out, &analysed),
-        html: &|| page::html(&page::resonance(&analysed, &provenance)),
-        markdown: &|| page::markdown(&page::resonance(&analysed, &provenance)),
-        latex: &|| page::latex(&page::resonance(&analysed, &provenance)),
+        document: &|| page::resonance(&analysed, &provenance),
+        tables: None,
         report: &|written| terminal::resonance(&analysed, written),
         warnings: answer.warnings.iter().map(warned).collect(),
     };
@@ -45,12 +49,15 @@ pub(crate) fn run(args: &ResonanceArgs, color: ColorChoice) -> Result<ExitCode, 
 
 /// A table of curves, one a file.
 fn many(args: &ResonanceArgs, color: ColorChoice) -> Result<ExitCode, Failure> {
+    let (curve, options) = (args.curve.options(), args.options());
     // Read once: it is the same for all of them.
-    let reference = read_reference(args)?;
+    let reference = read_reference(args.reference.as_deref(), &curve)?;
     let fingerprint = reference.as_ref().map(|r| r.report.sha256.as_str()).unwrap_or_default();
     let one = |file: &Path| {
-        let (reading, options) = prepare_curve(args, &[file.to_owned()], reference.as_ref())?;
-        let answer = analyse(&reading.curve, &options).map_err(|e| Failure::analysing_curve(file, &e))?;
+        let (reading, options) = prepare(&[file.to_owned()], &curve, options.clone(), reference.as_ref())?;
+        args.calibration.check(reading.curve.unit())?;
+        let answer =
+            analyse(&reading.curve, &options).map_err(|e| Failure::analysing(Analysis::Curve, file, &e))?;
         Ok(batch::resonance::row(file, &reading, &answer))
     };
     let task = batch::Task {
@@ -60,34 +67,29 @@ fn many(args: &ResonanceArgs, color: ColorChoice) -> Result<ExitCode, Failure> {
         table: &args.table,
         out: &args.out,
         columns: batch::resonance::COLUMNS,
-        options: format!("{:?} {:?} {fingerprint}", args.curve.options(), args.options()),
+        options: format!("{curve:?} {options:?} {fingerprint}"),
         one: &one,
     };
     batch::run(&task, color)
 }
 
+/// Reads the friction-free curve, where there is one.
+pub(crate) fn read_reference(
+    file: Option<&Path>,
+    options: &SweepOptions,
+) -> Result<Option<SweepReading>, Failure> {
+    let read = |file: &Path| read_sweep(&[file.to_owned()], options);
+    Ok(file.map(read).transpose()?)
+}
+
 /// Reads what an analysis needs.
 pub(crate) fn prepare(
-    args: &ResonanceArgs,
-) -> Result<(SweepReading, Option<SweepReading>, Options), Failure> {
-    let reference = read_reference(args)?;
-    let (reading, options) = prepare_curve(args, &args.files, reference.as_ref())?;
-    Ok((reading, reference, options))
-}
-
-fn read_reference(args: &ResonanceArgs) -> Result<Option<SweepReading>, Failure> {
-    let read = |file| read_sweep(std::slice::from_ref(file), &args.curve.options());
-    Ok(args.reference.as_ref().map(read).transpose()?)
-}
-
-fn prepare_curve(
-    args: &ResonanceArgs,
     files: &[PathBuf],
+    reading: &SweepOptions,
+    mut options: Options,
     reference: Option<&SweepReading>,
 ) -> Result<(SweepReading, Options), Failure> {
-    let reading = read_sweep(files, &args.curve.options())?;
-    check_calibration(args.calibration.flag(), reading.curve.unit())?;
-    let mut options = args.options();
+    let reading = read_sweep(files, reading)?;
     if let Some(reference) = reference {
         let (unit, other) = (reading.curve.unit(), reference.curve.unit());
         if unit != other {

@@ -3,15 +3,13 @@
 use super::show::{Destinations, Faces, show};
 use crate::args::RingdownArgs;
 use crate::batch;
-use crate::failure::{Failure, spelled, warned};
+use crate::failure::{Analysis, Failure, warned};
 use crate::version::provenance;
 use anstream::ColorChoice;
 use indicatif::{ProgressBar, ProgressDrawTarget, ProgressStyle};
-use slipfit::Parameter;
 use slipfit::SignalKind;
 use slipfit::ringdown::{Answer, Options, analyse};
 use slipfit_io::{Format, Reading};
-use slipfit_report::format::plain;
 use slipfit_report::{AnalysedRingdown, csv, json, page, plot, terminal};
 use std::path::Path;
 use std::process::ExitCode;
@@ -30,25 +28,25 @@ pub(crate) fn run(args: &RingdownArgs, color: ColorChoice) -> Result<ExitCode, F
             out: &args.out,
             columns: batch::ringdown::COLUMNS,
             options: format!("{:?} {:?}", args.reading.options(), args.options()),
-            one: &|file| Ok(batch::ringdown::row(file, &analyse_file(file, args)?)),
+            one: &|file| {
+                let done = analyse_file(file, args)?;
+                Ok(batch::ringdown::row(file, &done.reading, &done.answer))
+            },
         };
         return batch::run(&task, color);
     }
     let to = Destinations::new(&args.out, args.inputs())?;
     let file = &args.files[0];
     let Done { reading, options, answer } = watched(file, args)?;
-    let analysed =
-        AnalysedRingdown { file, reading: &reading, options: &options, answer: &answer, spell: spelled };
+    let analysed = AnalysedRingdown { file, reading: &reading, options: &options, answer: &answer };
 
     let provenance = provenance();
-    let picture = to.picture(|| plot::ringdown(&analysed))?;
     let faces = Faces {
-        picture,
+        picture: &|| plot::ringdown(&analysed),
         csv: &|out| csv::ringdown(out, &analysed),
         json: &|out| json::ringdown(out, &analysed),
-        html: &|| page::html(&page::ringdown(&analysed, &provenance)),
-        markdown: &|| page::markdown(&page::ringdown(&analysed, &provenance)),
-        latex: &|| page::latex(&page::ringdown(&analysed, &provenance)),
+        document: &|| page::ringdown(&analysed, &provenance),
+        tables: None,
         report: &|written| terminal::ringdown(&analysed, written),
         warnings: answer.warnings.iter().map(warned).collect(),
     };
@@ -56,10 +54,10 @@ pub(crate) fn run(args: &RingdownArgs, color: ColorChoice) -> Result<ExitCode, F
 }
 
 /// A file read and analysed.
-pub(crate) struct Done {
-    pub(crate) reading: Reading,
-    pub(crate) options: Options,
-    pub(crate) answer: Answer,
+struct Done {
+    reading: Reading,
+    options: Options,
+    answer: Answer,
 }
 
 /// Reads and analyses one file, with a bar where that takes a while.
@@ -95,24 +93,23 @@ fn watched(file: &Path, args: &RingdownArgs) -> Result<Done, Failure> {
 }
 
 /// Reads and analyses one file.
-pub(crate) fn analyse_file(file: &Path, args: &RingdownArgs) -> Result<Done, Failure> {
+fn analyse_file(file: &Path, args: &RingdownArgs) -> Result<Done, Failure> {
     analyse_reading(file, slipfit_io::read(file, &args.reading.options())?, args)
 }
 
 fn analyse_reading(file: &Path, reading: Reading, args: &RingdownArgs) -> Result<Done, Failure> {
-    check_calibration(args.calibration_flag(), reading.record.unit())?;
+    args.calibration.check(reading.record.unit())?;
     let mut options = args.options();
-    if options.frequency_hz.is_none() {
-        options.frequency_hz = reading.named_frequency_hz();
-    }
-    heeded(&reading, args)?;
-    let answer = analyse(&reading.record, &options).map_err(|e| Failure::analysing(file, &e))?;
-    reached(&options, &answer)?;
+    options.frequency_hz = options.frequency_hz.or_else(|| reading.named_frequency_hz());
+    check_flags(&reading, args)?;
+    let failed = |e: slipfit::Error| Failure::analysing(Analysis::Ringdown, file, &e);
+    let answer = analyse(&reading.record, &options).map_err(failed)?;
+    options.check_reached(&answer).map_err(failed)?;
     Ok(Done { reading, options, answer })
 }
 
 /// A flag that would change nothing is a mistake.
-fn heeded(reading: &Reading, args: &RingdownArgs) -> Result<(), Failure> {
+fn check_flags(reading: &Reading, args: &RingdownArgs) -> Result<(), Failure> {
     let amplitudes = matches!(reading.record.kind(), SignalKind::Envelope | SignalKind::LockIn);
     if let Some(f) = args.options().frequency_hz.filter(|_| !amplitudes) {
         return Err(Failure::new(format!(
@@ -121,38 +118,8 @@ fn heeded(reading: &Reading, args: &RingdownArgs) -> Result<(), Failure> {
         .hint("--band says where to look for it"));
     }
     if let Some(sheet) = args.reading.sheet.as_ref().filter(|_| reading.report.format == Format::Text) {
-        return Err(Failure::new(format!("--sheet {sheet}: a text has no sheets"))
+        return Err(Failure::new(format!("--sheet {}: a text has no sheets", sheet.0))
             .hint("--part chooses one of several tables side by side, --run one of several runs"));
     }
     Ok(())
-}
-
-/// A least amplitude that no amplitude reaches leaves nothing to fit.
-fn reached(options: &Options, answer: &Answer) -> Result<(), Failure> {
-    let (Some(least), Some(first)) = (options.min_amplitude, answer.parameter(Parameter::InitialAmplitude))
-    else {
-        return Ok(());
-    };
-    if first.value.is_nan() || first.value > least {
-        return Ok(());
-    }
-    let (unit, first) = (&answer.signal_unit, plain(first.value, 3, &answer.signal_unit));
-    Err(Failure::new(format!("--min-amplitude {least} {unit}: the decay begins at {first} already")))
-}
-
-/// A stiffness in N/m says nothing about an angle, nor a torsion stiffness about a length.
-pub(crate) fn check_calibration(given: Option<(&'static str, bool)>, unit: &str) -> Result<(), Failure> {
-    let angle = matches!(unit, "rad" | "mrad" | "deg" | "°" | "rev");
-    let length = matches!(unit, "m" | "cm" | "mm" | "µm" | "um" | "nm" | "pm");
-    match given {
-        Some((flag, false)) if angle => {
-            Err(Failure::new(format!("{flag} is for a displacement; the signal is in {unit}"))
-                .hint("--torsion-stiffness or --inertia calibrates an angle, --unit changes the unit read"))
-        }
-        Some((flag, true)) if length => {
-            Err(Failure::new(format!("{flag} is for an angle; the signal is in {unit}"))
-                .hint("--stiffness or --mass calibrates a displacement, --unit changes the unit read"))
-        }
-        _ => Ok(()),
-    }
 }

@@ -1,13 +1,13 @@
 //! `slipfit series`: several measurements of one oscillator and what they agree on.
 
 use super::show::{Destinations, Faces, show};
-use crate::args::{Command, SeriesArgs};
-use crate::failure::{Failure, spelled, warned};
-use crate::manifest::{self, Asked, Manifest};
+use crate::args::SeriesArgs;
+use crate::failure::{Analysis, Failure, warned};
+use crate::manifest::{self, Entry, Source};
 use crate::version::provenance;
 use anstream::ColorChoice;
-use slipfit::series::{Data, Measurement, Options, analyse};
-use slipfit_io::Note;
+use slipfit::model::displacement::DisplacementUnit;
+use slipfit::series::{Data, Measurement, Options, analyse, common_unit};
 use slipfit_report::{AnalysedSeries, SeriesHeading, SeriesInput as Input, json, page, plot, terminal};
 use std::process::ExitCode;
 
@@ -17,27 +17,29 @@ pub(crate) fn run(args: &SeriesArgs, color: ColorChoice) -> Result<ExitCode, Fai
     let to = Destinations::new(&args.out, inputs)?;
     let mut measurements = Vec::new();
     let mut inputs = Vec::new();
-    for asked in &manifest.entries {
-        let (data, input) = read(asked)?;
+    for entry in &manifest.entries {
+        let (data, input) = read(entry)?;
         inputs.push(input);
         measurements.push(Measurement {
-            name: asked.name.clone(),
-            condition: asked.condition.clone(),
+            name: entry.name.clone(),
+            condition: entry.condition.clone(),
             data,
             scale: 1.0,
         });
     }
-    let unit = common_unit(&manifest, &inputs);
-    for ((measurement, input), asked) in measurements.iter_mut().zip(&mut inputs).zip(&manifest.entries) {
-        measurement.scale = scale(asked, input, &unit)?;
+    let first = inputs.first().map_or("", |i| i.unit.as_str());
+    let coordinate = manifest.calibration.map(|(_, coordinate)| coordinate);
+    let unit = common_unit(coordinate, manifest.unit.as_deref(), first);
+    for ((measurement, input), entry) in measurements.iter_mut().zip(&mut inputs).zip(&manifest.entries) {
+        measurement.scale = scale(entry, input, &unit)?;
     }
     let mut options = Options::default();
     options.shared = manifest.shared;
-    options.calibration = manifest.calibration;
+    options.calibration = manifest.calibration.map(|(constant, _)| constant);
     options.unit = unit;
     options.condition_unit = manifest.condition_unit.clone();
-    let answer =
-        analyse(&measurements, &options).map_err(|e| Failure::analysing_curve(&args.manifest, &e))?;
+    let answer = analyse(&measurements, &options)
+        .map_err(|e| Failure::analysing(Analysis::Curve, &args.manifest, &e))?;
     let heading = SeriesHeading {
         path: args.manifest.display().to_string(),
         sha256: manifest.sha256.clone(),
@@ -54,134 +56,77 @@ pub(crate) fn run(args: &SeriesArgs, color: ColorChoice) -> Result<ExitCode, Fai
         answer: &answer,
     };
     let provenance = provenance();
-    let picture = to.picture(|| plot::series(&analysed))?;
     let faces = Faces {
-        picture,
+        picture: &|| plot::series(&analysed),
         csv: &|out| out.write_all(terminal::series_table(&analysed, terminal::Form::Csv).as_bytes()),
         json: &|out| json::series(out, &analysed),
-        html: &|| page::html(&page::series(&analysed, &provenance)),
-        markdown: &|| terminal::series_table(&analysed, terminal::Form::Markdown),
-        latex: &|| terminal::series_table(&analysed, terminal::Form::Latex),
+        document: &|| page::series(&analysed, &provenance),
+        tables: Some([&|| terminal::series_table(&analysed, terminal::Form::Markdown), &|| {
+            terminal::series_table(&analysed, terminal::Form::Latex)
+        }]),
         report: &|written| terminal::series(&analysed, written),
         warnings: answer.warnings.iter().map(warned).collect(),
     };
     show(&args.out, &to, &faces, color)
 }
 
-/// Remarks on what was read, with the flags of this program.
-fn in_flags_of(notes: &[Note]) -> Vec<String> {
-    notes.iter().map(|note| note.spelled(&spelled)).collect()
-}
-
-fn read(asked: &Asked) -> Result<(Data, Input), Failure> {
-    match &asked.command {
-        Command::Ringdown(args) => {
-            // One measurement an entry: the manifest gives one file.
-            let reading = slipfit_io::read(&args.files[0], &args.reading.options())?;
-            let mut options = args.options();
-            if options.frequency_hz.is_none() {
-                options.frequency_hz = reading.named_frequency_hz();
-            }
+fn read(entry: &Entry) -> Result<(Data, Input), Failure> {
+    let (data, mut input) = match &entry.source {
+        Source::Ringdown { file, reading, options } => {
+            let reading = slipfit_io::read(file, reading)?;
+            let mut options = options.clone();
+            options.frequency_hz = options.frequency_hz.or_else(|| reading.named_frequency_hz());
             let input = Input {
                 path: reading.report.path,
                 sha256: reading.report.sha256,
                 kind: "ringdown",
                 unit: reading.record.unit().to_owned(),
-                notes: in_flags_of(&reading.report.notes),
+                notes: reading.report.notes,
             };
-            Ok((Data::RingDown { record: Box::new(reading.record), options: Box::new(options) }, input))
+            (Data::RingDown { record: Box::new(reading.record), options: Box::new(options) }, input)
         }
-        Command::Resonance(args) => {
-            let (reading, _, options) = super::resonance::prepare(args)?;
+        Source::Sweep { files, reference, reading, options } => {
+            let reference = super::resonance::read_reference(reference.as_deref(), reading)?;
+            let (reading, options) =
+                super::resonance::prepare(files, reading, options.clone(), reference.as_ref())?;
             let input = Input {
                 path: reading.report.path,
                 sha256: reading.report.sha256,
                 kind: "sweep",
                 unit: reading.curve.unit().to_owned(),
-                notes: in_flags_of(&reading.report.notes),
+                notes: reading.report.notes,
             };
-            Ok((Data::Sweep { curve: Box::new(reading.curve), options: Box::new(options) }, input))
+            (Data::Sweep { curve: Box::new(reading.curve), options: Box::new(options) }, input)
         }
-        Command::Levels(args) => {
-            let (reading, options) = super::levels::prepare(args)?;
+        Source::Levels { file, reading, options } => {
+            let (reading, options) = super::levels::prepare(file, reading, options.clone())?;
             let input = Input {
-                path: reading.report.path,
-                sha256: reading.report.sha256,
+                path: reading.path,
+                sha256: reading.sha256,
                 kind: "levels",
                 unit: reading.levels.unit().to_owned(),
-                notes: in_flags_of(&reading.report.notes),
+                notes: reading.notes,
             };
-            Ok((Data::Levels { levels: Box::new(reading.levels), options: Box::new(options) }, input))
+            (Data::Levels { levels: Box::new(reading.levels), options: Box::new(options) }, input)
         }
-        _ => Err(Failure::new(format!("{}: not a measurement", asked.name))),
-    }
-}
-
-/// The unit displacements of all measurements are turned into.
-fn common_unit(manifest: &Manifest, inputs: &[Input]) -> String {
-    let first = inputs.first().map_or("", |i| i.unit.as_str());
-    match &manifest.unit {
-        _ if manifest.calibration.is_some() => {
-            // Forces follow from SI displacements.
-            if manifest.angular { "rad" } else { "m" }.to_owned()
-        }
-        Some(unit) => unit.trim().to_owned(),
-        None => first.to_owned(),
-    }
+    };
+    input.notes.extend(entry.notes.iter().cloned());
+    Ok((data, input))
 }
 
 /// The factor from the unit of a measurement to the common one.
-fn scale(asked: &Asked, input: &mut Input, unit: &str) -> Result<f64, Failure> {
-    if let Some(scale) = asked.scale {
+fn scale(entry: &Entry, input: &mut Input, unit: &str) -> Result<f64, Failure> {
+    if let Some(scale) = entry.scale {
         return Ok(scale);
     }
-    if input.unit == unit {
-        return Ok(1.0);
-    }
-    if let (Some((from, a)), Some((to, b))) = (in_si(&input.unit), in_si(unit))
-        && a == b
-    {
-        return Ok(from / to);
-    }
-    if input.unit.is_empty() {
+    if input.unit.is_empty() && !unit.is_empty() {
         input.notes.push(format!(
             "no unit is named: its numbers were taken as {unit}; unit or scale says otherwise"
         ));
         return Ok(1.0);
     }
-    Err(Failure::new(format!("{}: it is in `{}`, the series in `{unit}`", asked.name, input.unit))
-        .hint("scale = gives the factor between the two, unit = says what the file is in"))
-}
-
-/// A displacement's unit in m or rad, and which of the two.
-fn in_si(unit: &str) -> Option<(f64, char)> {
-    let found = match unit.trim() {
-        "m" => (1.0, 'm'),
-        "dm" => (0.1, 'm'),
-        "cm" => (1e-2, 'm'),
-        "mm" => (1e-3, 'm'),
-        "um" | "µm" | "μm" => (1e-6, 'm'),
-        "nm" => (1e-9, 'm'),
-        "pm" => (1e-12, 'm'),
-        "fm" => (1e-15, 'm'),
-        "rad" => (1.0, 'r'),
-        "mrad" => (1e-3, 'r'),
-        "urad" | "µrad" | "μrad" => (1e-6, 'r'),
-        "deg" | "°" | "degrees" => (1f64.to_radians(), 'r'),
-        "rev" | "turn" | "turns" => (std::f64::consts::TAU, 'r'),
-        _ => return None,
-    };
-    Some(found)
-}
-
-#[cfg(test)]
-mod tests {
-    use super::in_si;
-
-    #[test]
-    fn units_of_one_kind_are_turned_into_each_other() {
-        assert_eq!(in_si("mm"), Some((1e-3, 'm')));
-        assert!((in_si("rev").unwrap().0 / in_si("deg").unwrap().0 - 360.0).abs() < 1e-9);
-        assert_eq!(in_si("V"), None);
-    }
+    DisplacementUnit::factor(&input.unit, unit).map_err(|_| {
+        Failure::new(format!("{}: it is in `{}`, the series in `{unit}`", entry.name, input.unit))
+            .hint("scale = gives the factor between the two, unit = says what the file is in")
+    })
 }

@@ -1,16 +1,15 @@
-//! From an answer to the files, the report and the doubts of it.
+//! From an answer to the files, the report and the warnings.
 
 use crate::args::AnswerArgs;
-use crate::failure::Failure;
+use crate::failure::{Failure, WARNED};
 use crate::output::{self, Outputs, Target};
 use anstream::ColorChoice;
+
+use slipfit_report::page::{self, Document};
 use slipfit_report::plot::{Format, Picture};
 use std::io::{self, Write};
 use std::path::Path;
 use std::process::ExitCode;
-
-/// Exit status of a doubtful answer under `--strict`.
-const DOUBTFUL: u8 = 1;
 
 type Bytes<'a> = &'a dyn Fn(&mut dyn Write) -> io::Result<()>;
 type Text<'a> = &'a dyn Fn() -> String;
@@ -33,11 +32,6 @@ impl Destinations {
         let files = out.files().map(|(flag, path)| Ok((flag, outputs.add(flag, path)?)));
         Ok(Self { plot, files: files.collect::<Result<_, Failure>>()? })
     }
-
-    /// The picture, where one is asked for.
-    pub(crate) fn picture(&self, draw: impl FnOnce() -> Picture) -> Result<Option<Vec<u8>>, Failure> {
-        self.plot.as_ref().map(|(_, format)| drawn(&draw(), *format)).transpose()
-    }
 }
 
 /// Where the picture goes, and the format that the ending of its name asks for.
@@ -55,12 +49,12 @@ pub(crate) fn plot_target(
 
 /// The ways out of an analysis.
 pub(crate) struct Faces<'a> {
-    pub(crate) picture: Option<Vec<u8>>,
+    pub(crate) picture: &'a dyn Fn() -> Picture,
     pub(crate) csv: Bytes<'a>,
     pub(crate) json: Bytes<'a>,
-    pub(crate) html: Text<'a>,
-    pub(crate) markdown: Text<'a>,
-    pub(crate) latex: Text<'a>,
+    pub(crate) document: &'a dyn Fn() -> Document<'a>,
+    /// In place of the document's tables as Markdown and LaTeX.
+    pub(crate) tables: Option<[Text<'a>; 2]>,
     pub(crate) report: &'a dyn Fn(&[&Path]) -> String,
     pub(crate) warnings: Vec<String>,
 }
@@ -70,7 +64,7 @@ pub(crate) fn drawn(picture: &Picture, format: Format) -> Result<Vec<u8>, Failur
     picture.render(format).ok_or_else(|| Failure::new("the picture could not be drawn"))
 }
 
-/// Writes the files asked for, then the report, then the doubts.
+/// Writes the files asked for, then the report, then the warnings.
 pub(crate) fn show(
     out: &AnswerArgs,
     to: &Destinations,
@@ -78,31 +72,42 @@ pub(crate) fn show(
     color: ColorChoice,
 ) -> Result<ExitCode, Failure> {
     let mut written: Vec<&Path> = Vec::new();
-    if let (Some((target, _)), Some(picture)) = (&to.plot, &faces.picture) {
-        target.write(|o| o.write_all(picture))?;
+    if let Some((target, format)) = &to.plot {
+        let picture = drawn(&(faces.picture)(), *format)?;
+        target.write(|o| o.write_all(&picture))?;
         written.push(target.named());
     }
     for (flag, target) in &to.files {
-        let text = |text: Text<'_>| target.write(|o| o.write_all(text().as_bytes()));
-        match *flag {
-            "--json" => target.write(faces.json)?,
-            "--csv" => target.write(faces.csv)?,
-            "--html" => text(faces.html)?,
-            "--md" => text(faces.markdown)?,
-            _ => text(faces.latex)?,
+        let text = match (*flag, faces.tables) {
+            ("--json", _) => {
+                target.write(faces.json)?;
+                None
+            }
+            ("--csv", _) => {
+                target.write(faces.csv)?;
+                None
+            }
+            ("--html", _) => Some(page::html(&(faces.document)())),
+            ("--md", Some([markdown, _])) => Some(markdown()),
+            ("--md", None) => Some(page::markdown(&(faces.document)())),
+            (_, Some([_, latex])) => Some(latex()),
+            (_, None) => Some(page::latex(&(faces.document)())),
+        };
+        if let Some(text) = text {
+            target.write(|o| o.write_all(text.as_bytes()))?;
         }
         if !target.is_stdout() {
             written.push(target.named());
         }
     }
     if !out.quiet {
-        // On a terminal both streams meet: the doubts come after the answer. Standard output
+        // On a terminal both streams meet: the warnings come after the answer. Standard output
         // that holds an answer already has no room for the report.
         if !to.files.iter().any(|(_, target)| target.is_stdout()) {
             output::print(&(faces.report)(&written), color)?;
         }
         output::print_error(&faces.warnings.concat(), color);
     }
-    let doubtful = out.strict && !faces.warnings.is_empty();
-    Ok(if doubtful { ExitCode::from(DOUBTFUL) } else { ExitCode::SUCCESS })
+    let warned = out.strict && !faces.warnings.is_empty();
+    Ok(if warned { ExitCode::from(WARNED) } else { ExitCode::SUCCESS })
 }

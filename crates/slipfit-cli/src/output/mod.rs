@@ -1,6 +1,7 @@
 //! Where output goes: the screen, and files that are replaced as a whole or not at all.
 
 mod origin;
+mod place;
 mod plan;
 mod sink;
 

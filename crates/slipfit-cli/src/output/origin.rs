@@ -15,10 +15,17 @@
 //! An empty file holds nothing to lose. NPY has no room for a mark: such a file always
 //! needs `--force`.
 
+use crate::failure::Failure;
 use parquet::file::reader::{FileReader as _, SerializedFileReader};
 use std::fs::File;
 use std::io::{self, Read as _, Seek as _, SeekFrom};
 use std::path::Path;
+
+/// The error for a file that is not ours.
+pub(super) fn foreign(shown: &str) -> Failure {
+    Failure::new(format!("{shown}: the file exists and was not written by slipfit"))
+        .hint("--force replaces it; another name keeps it")
+}
 
 /// Bytes looked at, from the front and from the end.
 const LOOK: u64 = 4096;

@@ -4,9 +4,10 @@
 //! write is replaced with `--force` only.
 
 use super::origin;
+use super::place::{Identity, Place, identity};
 use super::sink::Sink;
 use crate::failure::Failure;
-use file_id::{FileId, get_file_id};
+use file_id::get_file_id;
 use std::collections::{BTreeMap, HashMap};
 use std::fs::{self, OpenOptions};
 use std::io::{self, Write};
@@ -21,15 +22,6 @@ pub(crate) struct Outputs {
     taken: HashMap<Identity, String>,
 }
 
-/// What tells one file from every other.
-#[derive(Debug, Clone, PartialEq, Eq, Hash)]
-enum Identity {
-    Stdout,
-    OnDisk(FileId),
-    /// There is none yet.
-    ByName(PathBuf),
-}
-
 /// An output that was checked.
 #[derive(Debug, Clone)]
 pub(crate) struct Target {
@@ -38,19 +30,6 @@ pub(crate) struct Target {
     place: Place,
     force: bool,
 }
-
-/// Where the bytes go.
-#[derive(Debug, Clone, PartialEq, Eq)]
-pub(super) enum Place {
-    Stdout,
-    /// A device or a pipe: written to as it is.
-    Direct(PathBuf),
-    /// A regular file, links resolved: replaced as a whole.
-    File(PathBuf),
-}
-
-/// Links followed before a chain of them counts as a circle.
-const MOST_LINKS: usize = 40;
 
 impl Outputs {
     /// A run that reads `inputs`; of a folder, the files in it.
@@ -125,7 +104,7 @@ impl Outputs {
         {
             OpenOptions::new().write(true).open(file).map_err(failed)?;
             if !self.force && !origin::is_ours(file).map_err(failed)? {
-                return Err(foreign(&shown));
+                return Err(origin::foreign(&shown));
             }
         }
         Ok(Target { named: path.to_owned(), place, force: self.force })
@@ -150,11 +129,6 @@ impl Outputs {
     }
 }
 
-fn foreign(shown: &str) -> Failure {
-    Failure::new(format!("{shown}: the file exists and was not written by slipfit"))
-        .hint("--force replaces it; another name keeps it")
-}
-
 /// Files of one folder, by name.
 pub(crate) struct Folder(BTreeMap<String, Target>);
 
@@ -167,7 +141,7 @@ impl Folder {
     ) -> Result<(), Failure> {
         match self.0.get(name) {
             Some(target) => target.write(write),
-            None => Err(Failure::new(format!("{name}: a file nobody checked: please report this"))),
+            None => Err(Failure::new(format!("{name}: a file that was not planned; please report this"))),
         }
     }
 }
@@ -195,25 +169,13 @@ impl Target {
         }
     }
 
-    pub(super) fn place(&self) -> &Place {
-        &self.place
-    }
-
-    pub(super) fn name(&self) -> String {
+    fn name(&self) -> String {
         if self.is_stdout() { "standard output".to_owned() } else { self.named.display().to_string() }
-    }
-
-    /// Whether the file may still be replaced: another program may have made one meanwhile.
-    pub(super) fn check_again(&self) -> Result<(), Failure> {
-        match self.file().filter(|file| !self.force && file.exists()) {
-            Some(file) if !origin::is_ours(file).unwrap_or(false) => Err(foreign(&self.name())),
-            _ => Ok(()),
-        }
     }
 
     /// Opens it for a writer that outlives a call; nothing is changed before [`Sink::finish`].
     pub(crate) fn open(&self) -> Result<Sink, Failure> {
-        Sink::open(self.clone())
+        Sink::open(self.name(), &self.place, self.force)
     }
 
     /// Lets `write` fill it.
@@ -222,48 +184,4 @@ impl Target {
         write(&mut sink).map_err(|e| Failure::writing(&self.name(), &e))?;
         sink.finish()
     }
-}
-
-impl Place {
-    fn of(path: &Path) -> io::Result<Self> {
-        if path.as_os_str() == "-" || path == Path::new("/dev/stdout") {
-            return Ok(Self::Stdout);
-        }
-        // A redirected descriptor belongs to the shell, even where a file stands behind it.
-        let device = ["/dev", "/proc"].iter().any(|folder| path.starts_with(folder));
-        match fs::metadata(path) {
-            Ok(m) if m.is_dir() => Err(io::Error::new(io::ErrorKind::IsADirectory, "this is a folder")),
-            Ok(m) if device || !m.is_file() => Ok(Self::Direct(path.to_owned())),
-            _ if path.as_os_str().as_encoded_bytes().ends_with(b"/") => {
-                Err(io::Error::new(io::ErrorKind::NotADirectory, "this names a folder"))
-            }
-            Ok(_) => fs::canonicalize(path).map(Self::File),
-            Err(e) if e.kind() == io::ErrorKind::NotFound => resolve(path).map(Self::File),
-            Err(e) => Err(e),
-        }
-    }
-}
-
-fn identity(path: &Path) -> io::Result<Identity> {
-    match get_file_id(path) {
-        Ok(id) => Ok(Identity::OnDisk(id)),
-        Err(_) => resolve(path).map(Identity::ByName),
-    }
-}
-
-/// The full name of a file that does not exist yet, at the end of its links.
-fn resolve(path: &Path) -> io::Result<PathBuf> {
-    let mut path = path.to_owned();
-    for _ in 0..MOST_LINKS {
-        let folder = path.parent().filter(|f| !f.as_os_str().is_empty()).unwrap_or(Path::new("."));
-        let name = path.file_name().ok_or(io::ErrorKind::InvalidFilename)?;
-        let folder = fs::canonicalize(folder)
-            .map_err(|e| io::Error::new(e.kind(), format!("there is no folder {}", folder.display())))?;
-        let full = folder.join(name);
-        match fs::read_link(&full) {
-            Ok(next) => path = folder.join(next),
-            Err(_) => return Ok(full),
-        }
-    }
-    Err(io::Error::other("its links lead in a circle"))
 }

@@ -3,12 +3,13 @@
 //! A regular file is written beside the old one under a name of its own, brought to the disk
 //! and renamed, so that a full disk, a crash or a kill leaves the old one as it was.
 
-use super::plan::{Place, Target};
+use super::origin;
+use super::place::Place;
 use crate::failure::Failure;
 use crate::interrupt::Unfinished;
 use std::fs::{self, File, OpenOptions};
 use std::io::{self, BufWriter, Write};
-use std::path::Path;
+use std::path::{Path, PathBuf};
 use std::time::Duration;
 use tempfile::NamedTempFile;
 
@@ -19,7 +20,10 @@ const STALE: Duration = Duration::from_secs(60);
 
 /// An output being written; dropped before [`Sink::finish`] it leaves everything as it was.
 pub(crate) struct Sink {
-    target: Target,
+    name: String,
+    /// The regular file it replaces.
+    file: Option<PathBuf>,
+    force: bool,
     out: BufWriter<Out>,
 }
 
@@ -30,31 +34,38 @@ enum Out {
 }
 
 impl Sink {
-    pub(super) fn open(target: Target) -> Result<Self, Failure> {
-        let out = match target.place() {
+    pub(super) fn open(name: String, place: &Place, force: bool) -> Result<Self, Failure> {
+        let mut file = None;
+        let out = match place {
             Place::Stdout => Ok(Out::Stdout(io::stdout())),
             // Appending, so that a redirected file keeps what it holds.
             Place::Direct(path) => OpenOptions::new().append(true).open(path).map(Out::Direct),
-            Place::File(path) => beside(path).map(|file| {
-                let unfinished = Unfinished::new(file.path());
-                Out::Beside(file, unfinished)
-            }),
+            Place::File(path) => {
+                file = Some(path.clone());
+                beside(path).map(|new| {
+                    let unfinished = Unfinished::new(new.path());
+                    Out::Beside(new, unfinished)
+                })
+            }
         };
-        let out = out.map_err(|e| Failure::writing(&target.name(), &e))?;
-        Ok(Self { target, out: BufWriter::with_capacity(1 << 16, out) })
+        let out = out.map_err(|e| Failure::writing(&name, &e))?;
+        Ok(Self { name, file, force, out: BufWriter::with_capacity(1 << 16, out) })
     }
 
     /// Puts the file in place of the old one.
     pub(crate) fn finish(self) -> Result<(), Failure> {
-        let name = self.target.name();
+        let Self { name, file, force, out } = self;
         let failed = |e: &io::Error| Failure::writing(&name, e);
-        let out = self.out.into_inner().map_err(|e| failed(e.error()))?;
-        match (out, self.target.file()) {
-            (Out::Beside(file, unfinished), Some(path)) => {
-                keep_permissions(path, file.as_file()).map_err(|e| failed(&e))?;
-                file.as_file().sync_all().map_err(|e| failed(&e))?;
-                self.target.check_again()?;
-                file.persist(path).map_err(|e| failed(&e.error))?;
+        let out = out.into_inner().map_err(|e| failed(e.error()))?;
+        match (out, file) {
+            (Out::Beside(new, unfinished), Some(path)) => {
+                keep_permissions(&path, new.as_file()).map_err(|e| failed(&e))?;
+                new.as_file().sync_all().map_err(|e| failed(&e))?;
+                // Another program may have made one meanwhile.
+                if !force && path.exists() && !origin::is_ours(&path).unwrap_or(false) {
+                    return Err(origin::foreign(&name));
+                }
+                new.persist(path).map_err(|e| failed(&e.error))?;
                 drop(unfinished);
                 Ok(())
             }

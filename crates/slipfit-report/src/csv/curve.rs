@@ -59,7 +59,7 @@ fn rows(out: &mut dyn Write, name: &str, points: &[CurvePoint]) -> io::Result<()
 /// One row per level.
 pub fn levels(out: &mut dyn Write, analysed: &AnalysedLevels<'_>) -> io::Result<()> {
     let answer = analysed.answer;
-    head(out, "levels", &analysed.reading.report.path, &analysed.reading.report.sha256)?;
+    head(out, "levels", &analysed.reading.path, &analysed.reading.sha256)?;
     writeln!(out, "# {}", answer.sentence())?;
     parameters(out, &answer.parameters)?;
     writeln!(

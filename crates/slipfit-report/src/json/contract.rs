@@ -48,7 +48,7 @@ pub(super) struct Input<'a> {
     pub(super) run: usize,
     pub(super) runs: usize,
     pub(super) time: Time<'a>,
-    pub(super) signal: Option<Taken<'a>>,
+    pub(super) signal: Taken<'a>,
     pub(super) quadrature: Option<Taken<'a>>,
     pub(super) kind: &'static str,
     pub(super) unit: &'a str,
@@ -56,7 +56,7 @@ pub(super) struct Input<'a> {
     pub(super) time_range_s: [f64; 2],
     pub(super) time_range_used_s: [f64; 2],
     pub(super) clock: ClockAccount,
-    pub(super) notes: Vec<String>,
+    pub(super) notes: &'a [String],
 }
 
 #[derive(Serialize)]

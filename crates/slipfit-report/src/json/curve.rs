@@ -1,7 +1,6 @@
 //! What the answers to curves, levels and series share.
 
 use super::node::{Node, list};
-use crate::input::{Spell, spelled};
 use slipfit::Calibration;
 use slipfit::Parameters;
 use slipfit_io::{ColumnInfo, ColumnTaken, Skipped, SweepReading};
@@ -56,7 +55,7 @@ pub(super) fn warnings<W: ToString>(warnings: &[W], code: impl Fn(&W) -> &'stati
 }
 
 /// How a curve was read.
-pub(super) fn input(reading: &SweepReading, spell: Spell) -> Node {
+pub(super) fn input(reading: &SweepReading) -> Node {
     let report = &reading.report;
     let curve = &reading.curve;
     let (low, high) = curve
@@ -70,7 +69,7 @@ pub(super) fn input(reading: &SweepReading, spell: Spell) -> Node {
             ("direction", super::resonance::direction(r.direction).into()),
         ])
     });
-    let records = list(&report.records, |r| {
+    let records = list(&report.runs, |r| {
         let s = &r.steady;
         Node::Object(vec![
             ("path", r.path.as_str().into()),
@@ -97,8 +96,8 @@ pub(super) fn input(reading: &SweepReading, spell: Spell) -> Node {
         ("rows_skipped", report.rows_skipped().into()),
         ("skipped", skipped(&report.skipped)),
         ("columns", columns(&report.columns)),
-        ("run", report.run.into()),
-        ("runs", report.runs.into()),
+        ("run", report.column_run.into()),
+        ("runs", report.column_runs.into()),
         ("taken", taken(&report.taken)),
         ("kind", super::ringdown::kind(report.kind).into()),
         ("unit", curve.unit().into()),
@@ -108,6 +107,6 @@ pub(super) fn input(reading: &SweepReading, spell: Spell) -> Node {
         ("sweeps", runs),
         ("records", records),
         ("files_left_out", report.files_left_out.into()),
-        ("notes", spelled(&report.notes, spell).into()),
+        ("notes", report.notes.clone().into()),
     ])
 }

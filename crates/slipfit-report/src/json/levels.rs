@@ -5,7 +5,6 @@ use super::layout;
 use super::node::{Node, numbers};
 use crate::AnalysedLevels;
 use crate::Sentence;
-use crate::input::spelled;
 use std::io::{self, Write};
 
 /// Writes the whole answer.
@@ -31,17 +30,17 @@ fn document(analysed: &AnalysedLevels<'_>) -> Node {
         (
             "input",
             Node::Object(vec![
-                ("path", r.report.path.as_str().into()),
-                ("sha256", r.report.sha256.as_str().into()),
-                ("bytes", r.report.bytes.into()),
-                ("rows_read", r.report.rows_read.into()),
-                ("rows_skipped", r.report.rows_skipped().into()),
-                ("skipped", skipped(&r.report.skipped)),
-                ("columns", columns(&r.report.columns)),
-                ("taken", taken(&r.report.taken)),
+                ("path", r.path.as_str().into()),
+                ("sha256", r.sha256.as_str().into()),
+                ("bytes", r.bytes.into()),
+                ("rows_read", r.rows_read.into()),
+                ("rows_skipped", r.rows_skipped().into()),
+                ("skipped", skipped(&r.skipped)),
+                ("columns", columns(&r.columns)),
+                ("taken", taken(&r.taken)),
                 ("unit", a.unit.as_str().into()),
                 ("drive_unit", a.drive_unit.as_str().into()),
-                ("notes", spelled(&r.report.notes, analysed.spell).into()),
+                ("notes", r.notes.clone().into()),
             ]),
         ),
         (

@@ -4,7 +4,6 @@ use super::contract::*;
 use super::layout;
 use crate::AnalysedRingdown;
 use crate::Sentence;
-use crate::input::spelled;
 use slipfit::Calibration;
 use slipfit::Parameter;
 use slipfit::ringdown::{Answer, Options};
@@ -63,20 +62,20 @@ impl<'a> Input<'a> {
                 .map(|s| Skipped { reason: &s.reason, rows: s.rows, first_row: s.first_row })
                 .collect(),
             columns: report.columns.iter().map(column).collect(),
-            table: report.part,
-            tables: report.parts,
+            table: report.table,
+            tables: report.tables,
             run: report.run,
             runs: report.runs,
-            time: time(report.time.as_ref()),
-            signal: report.column("signal").map(taken),
-            quadrature: report.column("quadrature").map(taken),
+            time: time(&report.time),
+            signal: taken(&report.signal),
+            quadrature: report.quadrature.as_ref().map(taken),
             kind: kind(report.kind),
             unit: record.unit(),
             samples: record.len(),
             time_range_s: [record.time_s(0), record.time_s(record.len() - 1)],
             time_range_used_s: [analysed.answer.segment.start_s, analysed.answer.segment.end_s],
             clock: clock(record.clock_report(), record.clock().is_uniform()),
-            notes: spelled(&report.notes, analysed.spell),
+            notes: &report.notes,
         }
     }
 }
@@ -89,11 +88,11 @@ fn taken(taken: &ColumnTaken) -> Taken<'_> {
     Taken { number: taken.column.number, header: &taken.column.header, unit: &taken.unit, why: &taken.why }
 }
 
-fn time(source: Option<&TimeSource>) -> Time<'_> {
+fn time(source: &TimeSource) -> Time<'_> {
     match source {
-        Some(TimeSource::Column(c)) => Time { source: "column", column: Some(taken(c)), rate_hz: None },
-        Some(TimeSource::Intervals(c)) => Time { source: "intervals", column: Some(taken(c)), rate_hz: None },
-        Some(TimeSource::Rate(rate)) => Time { source: "rate", column: None, rate_hz: Some(*rate) },
+        TimeSource::Column(c) => Time { source: "column", column: Some(taken(c)), rate_hz: None },
+        TimeSource::Intervals(c) => Time { source: "intervals", column: Some(taken(c)), rate_hz: None },
+        TimeSource::Rate(rate) => Time { source: "rate", column: None, rate_hz: Some(*rate) },
         _ => Time { source: "other", column: None, rate_hz: None },
     }
 }

@@ -66,17 +66,14 @@ pub fn levels<'a>(analysed: &'a AnalysedLevels<'a>, provenance: &'a Provenance) 
     Document {
         provenance,
         command: "levels",
-        subject: name_of(Path::new(&analysed.reading.report.path)),
+        subject: name_of(Path::new(&analysed.reading.path)),
         sentence: answer.sentence(),
         parameters: terminal::levels::told(answer),
         tables: Vec::new(),
         facts: terminal::levels::account(analysed),
         warnings: answer.warnings.iter().map(|w| Doubt { code: w.code(), text: w.to_string() }).collect(),
         method: of_levels(answer),
-        inputs: vec![Input {
-            path: analysed.reading.report.path.clone(),
-            sha256: analysed.reading.report.sha256.clone(),
-        }],
+        inputs: vec![Input { path: analysed.reading.path.clone(), sha256: analysed.reading.sha256.clone() }],
         pictures: Box::new(|| plot::levels_panels(analysed)),
     }
 }

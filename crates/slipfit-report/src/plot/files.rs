@@ -7,15 +7,15 @@ use super::panel::{Mark, Panel};
 use crate::format::Scale;
 use crate::row::{Row, Status};
 
-const SURE: Color = Color::new(0x00, 0x72, 0xb2);
-const DOUBTED: Color = Color::new(0xd5, 0x5e, 0x00);
+const CLEAN: Color = Color::new(0x00, 0x72, 0xb2);
+const WARNED: Color = Color::new(0xd5, 0x5e, 0x00);
 /// With more files than this, bars are thin and dots small.
 const MANY: usize = 60;
 
 /// A value of one file, with its interval where there is one.
 struct Entry {
     place: f64,
-    doubted: bool,
+    warned: bool,
     value: f64,
     low: f64,
     high: f64,
@@ -24,7 +24,7 @@ struct Entry {
 pub(super) fn figure(rows: &[Row]) -> Figure {
     let count = |status| rows.iter().filter(|r| r.status == status).count();
     let title = format!(
-        "{} files: {} without doubt, {} with warnings, {} failed",
+        "{} files: {} without warnings, {} with warnings, {} failed",
         rows.len(),
         count(Status::Done),
         count(Status::Warned),
@@ -67,7 +67,7 @@ fn entries(rows: &[Row], name: &str, ends: &str, behind: &str, kept: impl Fn(&Ro
         let value = value.filter(|_| kept(row))?;
         Some(Entry {
             place: i as f64 + 1.0,
-            doubted: row.status == Status::Warned,
+            warned: row.status == Status::Warned,
             value,
             low: low.unwrap_or(value),
             // An interval open above ends beyond the axis.
@@ -80,8 +80,8 @@ fn entries(rows: &[Row], name: &str, ends: &str, behind: &str, kept: impl Fn(&Ro
 fn plain(rows: &[Row], names: &[&str], factor: f64) -> Vec<Entry> {
     let one = |(i, row): (usize, &Row)| {
         let value = row.number(names)? * factor;
-        let doubted = row.status == Status::Warned;
-        Some(Entry { place: i as f64 + 1.0, doubted, value, low: value, high: value })
+        let warned = row.status == Status::Warned;
+        Some(Entry { place: i as f64 + 1.0, warned, value, low: value, high: value })
     };
     rows.iter().enumerate().filter_map(one).collect()
 }
@@ -118,15 +118,15 @@ fn panel(rows: &[Row], title: &str, name: &str, unit: &str, entries: &[Entry]) -
         return figure;
     }
     let (width, radius) = if rows.len() > MANY { (0.8, 1.8) } else { (1.6, 3.2) };
-    for (doubted, color) in [(false, SURE), (true, DOUBTED)] {
-        let of = || entries.iter().filter(move |e| e.doubted == doubted);
+    for (warned, color) in [(false, CLEAN), (true, WARNED)] {
+        let of = || entries.iter().filter(move |e| e.warned == warned);
         let bars = of().filter(|e| e.high > e.low).map(|e| [e.place, e.low * s, e.high.min(1e3 * top) * s]);
         panel.bars(bars, Stroke::solid(color.faded(0.6), width));
         panel.dots(of().map(|e| [e.place, e.value * s]), radius, color);
     }
-    let mut legend = vec![(Mark::Dot(SURE), "without doubt")];
-    if entries.iter().any(|e| e.doubted) {
-        legend.push((Mark::Dot(DOUBTED), "with warnings"));
+    let mut legend = vec![(Mark::Dot(CLEAN), "without warnings")];
+    if entries.iter().any(|e| e.warned) {
+        legend.push((Mark::Dot(WARNED), "with warnings"));
     }
     panel.legend(&legend);
     figure

@@ -2,7 +2,6 @@
 
 use super::facts::Facts;
 use crate::AnalysedRingdown;
-use crate::Spell;
 use crate::format::{Rounded, percent, plain};
 use slipfit::{ClockReport, SignalKind};
 use slipfit_io::{ColumnTaken, ReadReport, Reading, TimeSource};
@@ -18,7 +17,7 @@ pub(crate) fn account(analysed: &AnalysedRingdown<'_>) -> Facts {
     if let Some(clock) = clock(analysed.reading.record.clock_report()) {
         facts.add("clock", clock);
     }
-    facts.notes(&report.notes, analysed.spell);
+    facts.notes(&report.notes);
     if let Some(f) =
         analysed.reading.named_frequency_hz().filter(|f| analysed.options.frequency_hz == Some(*f))
     {
@@ -68,7 +67,7 @@ pub(crate) fn account(analysed: &AnalysedRingdown<'_>) -> Facts {
 }
 
 /// What would be read of a file that is not analysed.
-pub(super) fn reading(reading: &Reading, spell: Spell) -> Facts {
+pub(super) fn reading(reading: &Reading) -> Facts {
     let (record, report) = (&reading.record, &reading.report);
     let mut facts = Facts::default();
     facts.add("read", rows_read(report));
@@ -82,7 +81,7 @@ pub(super) fn reading(reading: &Reading, spell: Spell) -> Facts {
         let _ = write!(rate, "; {clock}");
     }
     facts.add("clock", rate);
-    facts.notes(&report.notes, spell);
+    facts.notes(&report.notes);
     facts
 }
 
@@ -92,9 +91,9 @@ pub(super) fn counted(n: u64, thing: &str) -> String {
 }
 
 fn columns_taken(facts: &mut Facts, report: &ReadReport) {
-    facts.add("time", time_source(report.time.as_ref()));
+    facts.add("time", time_source(&report.time));
     facts.add("signal", signal_source(report));
-    if let Some(q) = report.column("quadrature") {
+    if let Some(q) = &report.quadrature {
         facts.add("", column(q));
     }
 }
@@ -110,8 +109,8 @@ fn rows_read(report: &ReadReport) -> String {
         let _ = write!(text, "; skipped {}", reasons.join("; "));
     }
     let mut choice = Vec::new();
-    if report.parts > 1 {
-        choice.push(format!("table {} of {} (--part)", report.part, report.parts));
+    if report.tables > 1 {
+        choice.push(format!("table {} of {} (--part)", report.table, report.tables));
     }
     if report.runs > 1 {
         choice.push(format!("run {} of {} (--run)", report.run, report.runs));
@@ -126,11 +125,11 @@ pub(super) fn column(taken: &ColumnTaken) -> String {
     if taken.unit.is_empty() { taken.why.clone() } else { format!("{}; in {}", taken.why, taken.unit) }
 }
 
-fn time_source(source: Option<&TimeSource>) -> String {
+fn time_source(source: &TimeSource) -> String {
     match source {
-        Some(TimeSource::Column(taken)) => column(taken),
-        Some(TimeSource::Intervals(taken)) => format!("{}, added up", column(taken)),
-        Some(TimeSource::Rate(rate)) => format!("{} samples a second", plain(*rate, 6, "")),
+        TimeSource::Column(taken) => column(taken),
+        TimeSource::Intervals(taken) => format!("{}, added up", column(taken)),
+        TimeSource::Rate(rate) => format!("{} samples a second", plain(*rate, 6, "")),
         _ => "as the file says".to_owned(),
     }
 }
@@ -144,8 +143,7 @@ fn signal_source(report: &ReadReport) -> String {
         SignalKind::LockIn => "X of a lock-in",
         _ => "signal",
     };
-    let signal = report.column("signal").map(column).unwrap_or_default();
-    format!("{signal}; taken as {kind}")
+    format!("{}; taken as {kind}", column(&report.signal))
 }
 
 /// What there is to say about the clock, if anything.

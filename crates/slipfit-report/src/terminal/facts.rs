@@ -1,8 +1,6 @@
 //! What there is to say besides the numbers, each under a label.
 
 use super::labelled;
-use crate::input::{Spell, spelled};
-use slipfit_io::Note;
 
 /// Labelled sentences in the order they are read; an empty label goes on with the one before.
 #[derive(Debug, Clone, Default, PartialEq)]
@@ -13,8 +11,8 @@ impl Facts {
         self.0.push((label, text.into()));
     }
 
-    pub(crate) fn notes(&mut self, notes: &[Note], spell: Spell) {
-        spelled(notes, spell).into_iter().for_each(|note| self.add("note", note));
+    pub(crate) fn notes(&mut self, notes: &[String]) {
+        notes.iter().for_each(|note| self.add("note", note));
     }
 
     pub(crate) fn iter(&self) -> impl Iterator<Item = (&'static str, &str)> {

@@ -3,9 +3,7 @@
 use super::table::{Align, columns, width};
 use super::{ANSWER, DIM, HEADING, WIDTH, labelled};
 use super::{account, braille};
-use crate::Spell;
 use crate::format::plain;
-use slipfit::answer::hint;
 use slipfit_io::{Delimiter, Dialect, ReadError, Reading, SweepReading, Table, Tables};
 use std::fmt::Write as _;
 use std::path::Path;
@@ -29,8 +27,6 @@ pub struct Inspected<'a> {
     pub lines: &'a [String],
     /// The command that analyses it.
     pub next_command: &'a str,
-    /// How options are written in it.
-    pub spell: Spell,
 }
 
 /// What a file holds, how it would be read and the command for it.
@@ -53,21 +49,20 @@ pub fn inspect(inspected: &Inspected<'_>) -> String {
     text.push('\n');
     match (inspected.curve, inspected.reading) {
         (Some(curve), _) => {
-            text += &super::resonance::read_as_curve(curve, inspected.spell).told();
+            text += &super::resonance::read_as_curve(curve).told();
             text += &curve_picture(curve);
         }
         (None, Ok(reading)) => {
-            text += &account::reading(reading, inspected.spell).told();
+            text += &account::reading(reading).told();
             let record = &reading.record;
             let points = (0..record.len()).map(|i| (record.time_s(i), record.signal()[i]));
             let ends = [record.time_s(0), record.time_s(record.len() - 1)];
             text += &picture(points, record.unit(), ends, "s");
         }
         (None, Err(error)) => {
-            text += &labelled("record", &format!("none: {}", error.problem.spelled(&inspected.spell)));
-            let hints = error.hints();
-            if !hints.is_empty() {
-                text += &labelled("", &hint::spelled(&hints, &inspected.spell));
+            text += &labelled("record", &format!("none: {}", error.problem));
+            if let Some(hint) = error.hint() {
+                text += &labelled("", &hint);
             }
         }
     }

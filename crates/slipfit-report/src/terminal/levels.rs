@@ -40,18 +40,18 @@ pub(crate) fn told(answer: &Answer) -> Vec<Told> {
 pub(crate) fn account(analysed: &AnalysedLevels<'_>) -> Facts {
     let (answer, reading) = (analysed.answer, analysed.reading);
     let mut facts = Facts::default();
-    let skipped = match reading.report.rows_skipped() {
+    let skipped = match reading.rows_skipped() {
         0 => String::new(),
         n => {
-            let reasons: Vec<String> = reading.report.skipped.iter().map(|s| s.reason.clone()).collect();
+            let reasons: Vec<String> = reading.skipped.iter().map(|s| s.reason.clone()).collect();
             format!("; {n} skipped: {}", reasons.join(", "))
         }
     };
-    facts.add("read", format!("{}: {} rows{skipped}", reading.report.path, reading.report.rows_read));
-    for (what, taken) in &reading.report.taken {
+    facts.add("read", format!("{}: {} rows{skipped}", reading.path, reading.rows_read));
+    for (what, taken) in &reading.taken {
         facts.add(what, column(taken));
     }
-    facts.notes(&reading.report.notes, analysed.spell);
+    facts.notes(&reading.notes);
     let d = &answer.diagnostics;
     facts.add(
         "fit",

@@ -7,7 +7,6 @@ use super::ringdown::{bic, headed, model_table};
 use super::{ANSWER, WIDTH, labelled, wrap};
 use crate::AnalysedCurve;
 use crate::Sentence;
-use crate::Spell;
 use crate::format::{Rounded, Scale, p_value, plain};
 use slipfit::LossTerm;
 use slipfit::Parameter;
@@ -117,7 +116,7 @@ pub(crate) fn model_rows(answer: &Answer) -> Vec<Vec<String>> {
 pub(crate) fn account(analysed: &AnalysedCurve<'_>) -> Facts {
     let answer = analysed.answer;
     let mut facts = Facts::default();
-    source(&mut facts, analysed.reading, analysed.spell);
+    source(&mut facts, analysed.reading);
     if let Some(reference) = analysed.reference {
         facts.add("against", read_line(reference));
     }
@@ -227,16 +226,16 @@ fn paper(facts: &mut Facts, answer: &Answer) {
 }
 
 /// What was read and how.
-fn source(facts: &mut Facts, reading: &SweepReading, spell: Spell) {
+fn source(facts: &mut Facts, reading: &SweepReading) {
     facts.add("read", read_line(reading));
     for (what, taken) in &reading.report.taken {
         facts.add(what, column(taken));
     }
-    facts.notes(&reading.report.notes, spell);
+    facts.notes(&reading.report.notes);
 }
 
 /// What would be read of a file that is not analysed.
-pub(super) fn read_as_curve(reading: &SweepReading, spell: Spell) -> Facts {
+pub(super) fn read_as_curve(reading: &SweepReading) -> Facts {
     let mut facts = Facts::default();
     let curve = &reading.curve;
     let range = |values: &mut dyn Iterator<Item = f64>| {
@@ -257,13 +256,13 @@ pub(super) fn read_as_curve(reading: &SweepReading, spell: Spell) -> Facts {
             if curve.is_complex() { "with phase" } else { "without phase" }
         ),
     );
-    source(&mut facts, reading, spell);
+    source(&mut facts, reading);
     facts
 }
 
 fn read_line(reading: &SweepReading) -> String {
     let report = &reading.report;
-    let what = if report.records.is_empty() { "row" } else { "record" };
+    let what = if report.runs.is_empty() { "row" } else { "record" };
     let mut text = format!("{}: {}", report.path, counted(report.rows_read, what));
     if !report.skipped.is_empty() {
         let reason = |s: &Skipped| format!("{} {}, first in row {}", s.rows, s.reason, s.first_row);
@@ -287,8 +286,8 @@ fn read_line(reading: &SweepReading) -> String {
         }
         let _ = write!(text, "; swept {}", parts.join(", "));
     }
-    if report.runs > 1 {
-        let _ = write!(text, "; curve {} of {} (--run)", report.run, report.runs);
+    if report.column_runs > 1 {
+        let _ = write!(text, "; curve {} of {} (--run)", report.column_run, report.column_runs);
     }
     text
 }

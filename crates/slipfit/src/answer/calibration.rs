@@ -2,7 +2,7 @@
 
 use super::parameter::Parameter;
 use super::quantity::Quantity;
-use std::f64::consts::{PI, TAU};
+use crate::model::displacement::{Coordinate, DisplacementUnit};
 
 /// The one mechanical constant a displacement record cannot give.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -76,18 +76,9 @@ pub(crate) fn physical(
 /// Factor to metres or radians (of a rate or an acceleration, to those a second), and whether the
 /// unit is an angle; `None` for what is neither.
 fn length_in_metres(unit: &str) -> (Option<f64>, bool) {
-    match unit.split(['/', ' ', '·']).next().unwrap_or("") {
-        "m" => (Some(1.0), false),
-        "cm" => (Some(1e-2), false),
-        "mm" => (Some(1e-3), false),
-        "µm" | "um" | "μm" => (Some(1e-6), false),
-        "nm" => (Some(1e-9), false),
-        "pm" => (Some(1e-12), false),
-        "g" => (Some(9.806_65), false),
-        "rad" => (Some(1.0), true),
-        "mrad" => (Some(1e-3), true),
-        "deg" | "°" => (Some(PI / 180.0), true),
-        "rev" => (Some(TAU), true),
-        _ => (None, false),
+    let unit = unit.split(['/', ' ', '·']).next().unwrap_or("");
+    match DisplacementUnit::named(unit) {
+        Some(known) => (Some(known.si), known.coordinate == Coordinate::Angle),
+        None => ((unit == "g").then_some(9.806_65), false),
     }
 }

@@ -1,5 +1,6 @@
 //! The oscillator and its loss: parameters and units.
 
+pub mod displacement;
 pub mod loss;
 pub mod oscillator;
 pub mod unit;

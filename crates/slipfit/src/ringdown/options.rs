@@ -39,6 +39,22 @@ pub struct LowPass {
 }
 
 impl Options {
+    /// Whether the decay of an answer reaches below [`min_amplitude`](Self::min_amplitude): one that
+    /// begins there leaves nothing to fit.
+    ///
+    /// # Errors
+    /// [`Error::BelowLeastAmplitude`].
+    pub fn check_reached(&self, answer: &super::Answer) -> Result<(), Error> {
+        match (self.min_amplitude, answer.parameter(crate::Parameter::InitialAmplitude)) {
+            (Some(least), Some(initial)) if initial.value <= least => Err(Error::BelowLeastAmplitude {
+                least,
+                initial: initial.value,
+                unit: answer.signal_unit.clone(),
+            }),
+            _ => Ok(()),
+        }
+    }
+
     /// Checks every number given.
     pub(crate) fn check(&self) -> Result<(), Error> {
         let finite = [("start_s", self.start_s), ("end_s", self.end_s)];

@@ -1,6 +1,7 @@
 //! What a series is made of.
 
 use crate::answer::calibration::Calibration;
+use crate::model::displacement::Coordinate;
 use crate::{Record, levels, resonance, ringdown};
 
 /// The data of one measurement with the choices for its analysis.
@@ -63,6 +64,19 @@ pub struct Shared {
     pub drive_amplitude: bool,
     /// One viscous decay rate for all conditions.
     pub decay_rate: bool,
+}
+
+/// Unit into which the displacements of a series are converted: m or rad where a constant turns
+/// them into forces, else the one asked for, else that of the first measurement.
+#[must_use]
+pub fn common_unit(calibrated: Option<Coordinate>, asked: Option<&str>, first: &str) -> String {
+    match (calibrated, asked) {
+        (Some(Coordinate::Length), _) => "m",
+        (Some(Coordinate::Angle), _) => "rad",
+        (None, Some(unit)) => unit.trim(),
+        (None, None) => first,
+    }
+    .to_owned()
 }
 
 /// Choices for [`analyse`](super::analyse).

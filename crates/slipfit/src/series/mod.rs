@@ -10,4 +10,4 @@ mod measurement;
 pub use analyse::analyse;
 pub use answer::{Answer, ConditionRow, Consistency, Estimate, Joint, SingleAnswer};
 pub use law::{LawFit, LoadLaw, LoadPoint, friction_against_load};
-pub use measurement::{Condition, Data, Measurement, Options, Shared};
+pub use measurement::{Condition, Data, Measurement, Options, Shared, common_unit};

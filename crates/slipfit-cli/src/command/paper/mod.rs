@@ -50,12 +50,12 @@ pub(crate) fn run(args: &PaperArgs, color: ColorChoice) -> Result<ExitCode, Fail
     let statements = slipfit::paper::statements().map_err(computed)?;
     let text = page::markdown(&statements, &first.notes, &ringdowns, &response.fits, args.seed);
     to.write("paper.md", |out| out.write_all(text.as_bytes()))?;
-    let said = format!(
+    let summary = format!(
         "{}: paper.md, fig1 and fig2 as .svg and .png, {} tables as .csv\n",
         args.out.display(),
         first.charts.len() + second.len()
     );
-    output::print(&said, color)?;
+    output::print(&summary, color)?;
     Ok(ExitCode::SUCCESS)
 }
 

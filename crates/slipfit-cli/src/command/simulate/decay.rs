@@ -1,7 +1,8 @@
 //! `slipfit simulate decay`.
 
 use super::sheet::{Column, Digits, Parameters, Sheet, Step, converted};
-use super::{Noise, friction, oscillator, rows, spoken, write};
+use super::turning::{turning_point_columns, turning_points};
+use super::{Noise, friction, in_flags, oscillator, rows, write};
 use crate::args::{DecayArgs, OutputKind};
 use crate::failure::Failure;
 use slipfit::Oscillator;
@@ -16,7 +17,7 @@ pub(super) fn run(args: &DecayArgs, to: &write::Destinations) -> Result<(), Fail
     let rows = rows(args.sampling.duration, args.sampling.rate_hz)?;
     let oscillator = oscillator(&args.oscillator, |_| Ok(args.amplitude.abs()))?;
     let friction = friction(&args.oscillator.minus, &oscillator)?;
-    let motion = Decaying::new(&oscillator, friction, args.amplitude).map_err(|e| spoken(&e))?;
+    let motion = Decaying::new(&oscillator, friction, args.amplitude).map_err(in_flags)?;
     let mut sheet = Sheet {
         command: "decay",
         title: "exact free decay with viscous and sliding friction, released at rest",
@@ -39,7 +40,7 @@ pub(super) fn run(args: &DecayArgs, to: &write::Destinations) -> Result<(), Fail
             Decaying::Even(d) => Box::new(d.turning_points().map(|p| [p.time_s, p.position])),
             Decaying::Uneven(m) => {
                 let start = [0.0, args.amplitude];
-                Box::new(std::iter::once(start).chain(super::driven::turning_points(*m, until_s)))
+                Box::new(std::iter::once(start).chain(turning_points(*m, until_s)))
             }
         };
         sheet.rows = most as u64;
@@ -91,10 +92,6 @@ impl Decaying {
     }
 }
 
-pub(super) fn turning_point_columns(unit: &str) -> Vec<Column> {
-    vec![Column::new("time", "s", Digits::All), Column::new("turning point", unit, Digits::All)]
-}
-
 fn header(
     args: &DecayArgs,
     o: &Oscillator,
@@ -131,18 +128,18 @@ fn columns(args: &DecayArgs) -> Vec<Column> {
 
 fn fill(args: &DecayArgs, half_period_s: f64, mut motion: Decaying) -> super::sheet::Fill<'_> {
     let mut noise = Noise::new(args.sample.seed, args.sample.noise_rms);
-    let said = |e: slipfit::Error| spoken(&e);
     Box::new(move |i, row| {
         let time_s = i as f64 / args.sampling.rate_hz;
         let value = match args.output {
-            OutputKind::Waveform => motion.displacement(time_s).map_err(said)? + noise.next(),
+            OutputKind::Waveform => motion.displacement(time_s).map_err(in_flags)? + noise.next(),
             // The first cycle has no middle before half a period.
             OutputKind::Envelope if time_s < half_period_s => return Ok(Step::LeftOut),
             OutputKind::Envelope => {
                 // Cycles overlap: the motion waits at the start of this one for the next.
-                motion.displacement(time_s - half_period_s).map_err(said)?;
+                motion.displacement(time_s - half_period_s).map_err(in_flags)?;
                 let mut cycle = motion.clone();
-                let [x, y] = fundamental(half_period_s, time_s, |t| cycle.displacement(t)).map_err(said)?;
+                let [x, y] =
+                    fundamental(half_period_s, time_s, |t| cycle.displacement(t)).map_err(in_flags)?;
                 (x + noise.next()).hypot(y + noise.next())
             }
         };

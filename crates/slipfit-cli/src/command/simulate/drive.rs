@@ -1,7 +1,7 @@
 //! The drive of `slipfit simulate driven`: a harmonic, several, or a wave from a file.
 
+use super::in_flags;
 use super::sheet::{Parameters, number};
-use super::spoken;
 use crate::args::{DrivenArgs, Tone, WaveArgs};
 use crate::failure::Failure;
 use slipfit::Oscillator;
@@ -15,7 +15,7 @@ pub(super) struct Wave {
     pub(super) drive: Drive,
     pub(super) kind: Kind,
     /// Rows of a file that gave no sample, and why.
-    pub(super) doubts: Vec<String>,
+    pub(super) warnings: Vec<String>,
 }
 
 pub(super) enum Kind {
@@ -71,15 +71,15 @@ pub(super) fn wave(args: &DrivenArgs, o: &Oscillator) -> Result<Wave, Failure> {
             phase: t.phase_deg.rem_euclid(360.0).to_radians(),
         })
         .collect();
-    let drive = Drive::harmonics(0.0, &harmonics).map_err(|e| spoken(&e))?;
+    let drive = Drive::harmonics(0.0, &harmonics).map_err(in_flags)?;
     let kind = match tones[..] {
         [t] if t.phase_deg == 0.0 && t.amplitude > 0.0 => {
-            let drive = HarmonicDrive::new(t.amplitude, TAU * t.frequency_hz).map_err(|e| spoken(&e))?;
+            let drive = HarmonicDrive::new(t.amplitude, TAU * t.frequency_hz).map_err(in_flags)?;
             Kind::Harmonic { drive }
         }
         _ => Kind::Tones(tones),
     };
-    Ok(Wave { drive, kind, doubts: Vec::new() })
+    Ok(Wave { drive, kind, warnings: Vec::new() })
 }
 
 fn from_file(reading: Reading) -> Result<Wave, Failure> {
@@ -88,7 +88,7 @@ fn from_file(reading: Reading) -> Result<Wave, Failure> {
     let mut times = record.times_s(0..samples);
     let mut values = record.signal().to_vec();
     // Of stamps written twice the later sample holds: a drive has one value at a time.
-    let mut doubts: Vec<String> = report
+    let mut warnings: Vec<String> = report
         .skipped
         .iter()
         .map(|s| {
@@ -98,15 +98,15 @@ fn from_file(reading: Reading) -> Result<Wave, Failure> {
     let keep: Vec<bool> = (0..samples).map(|i| i + 1 == samples || times[i] < times[i + 1]).collect();
     let doubled = keep.iter().filter(|k| !**k).count();
     if doubled > 0 {
-        doubts.push(format!("{}: of {doubled} repeated times the later sample was taken", report.path));
+        warnings.push(format!("{}: of {doubled} repeated times the later sample was taken", report.path));
         let mut of = keep.iter();
         times.retain(|_| *of.next().unwrap_or(&true));
         let mut of = keep.iter();
         values.retain(|_| *of.next().unwrap_or(&true));
     }
     let kind = Kind::File { name: report.path, samples: times.len(), sha256: report.sha256 };
-    let drive = Drive::sampled(times, values).map_err(|e| spoken(&e))?;
-    Ok(Wave { drive, kind, doubts })
+    let drive = Drive::sampled(times, values).map_err(in_flags)?;
+    Ok(Wave { drive, kind, warnings })
 }
 
 impl Wave {

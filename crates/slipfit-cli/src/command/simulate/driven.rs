@@ -1,47 +1,46 @@
 //! `slipfit simulate driven`.
 
-use super::decay::turning_point_columns;
 use super::drive::{self, Kind};
 use super::sheet::{Column, Digits, Parameters, Sheet, Step, converted};
-use super::{Noise, friction, oscillator, rows, spoken, write};
+use super::turning::{turning_point_columns, turning_points};
+use super::{Noise, friction, in_flags, oscillator, rows, write};
 use crate::args::{Beginning, DrivenArgs};
 use crate::failure::{Failure, warning_line};
 use crate::output;
 use anstream::ColorChoice;
-use slipfit::motion::simulate::{Event, EventKind, Motion};
+use slipfit::motion::simulate::Motion;
 use slipfit::motion::steady::solve_with_friction;
 
 pub(super) fn run(args: &DrivenArgs, to: &write::Destinations, color: ColorChoice) -> Result<(), Failure> {
     let o = oscillator(&args.oscillator, |o| drive::reference(&args.drive, o))?;
     let friction = friction(&args.oscillator.minus, &o)?;
     let wave = drive::wave(args, &o)?;
-    let said = |e: slipfit::Error| spoken(&e);
     if !args.turning_points {
-        wave.drive.check_sampling(args.sampling.rate_hz).map_err(said)?;
+        wave.drive.check_sampling(args.sampling.rate_hz).map_err(in_flags)?;
     }
     let rows = rows(args.sampling.duration, args.sampling.rate_hz)?;
     let (position, velocity) = match (args.from, &wave.kind) {
         (Beginning::Rest, _) => (0.0, 0.0),
         (Beginning::Steady, Kind::Harmonic { drive }) => {
-            solve_with_friction(&o, friction, drive).map_err(said)?.state.state(0.0)
+            solve_with_friction(&o, friction, drive).map_err(in_flags)?.state.state(0.0)
         }
         (Beginning::Steady, _) => {
             return Err(Failure::new("--from steady is for one harmonic without a phase")
                 .hint("--from rest and a longer --duration let any other drive settle"));
         }
     };
-    for doubt in &wave.doubts {
-        output::print_error(&warning_line(doubt), color);
+    for warning in &wave.warnings {
+        output::print_error(&warning_line(warning), color);
     }
     let mut all = Parameters::of(&o, &args.sample.unit);
     all.uneven(friction, &o, &args.sample.unit);
     wave.describe(args, &o, &mut all);
     let mut drive = wave.drive;
     if let Some(off_at) = args.off_at {
-        drive = drive.until(off_at).map_err(said)?;
+        drive = drive.until(off_at).map_err(in_flags)?;
         all.number("drive_off_at_s", off_at, "");
     }
-    let motion = Motion::with_friction(&o, friction, drive, 0.0, position, velocity).map_err(said)?;
+    let motion = Motion::with_friction(&o, friction, drive, 0.0, position, velocity).map_err(in_flags)?;
     // A converter is set to what it is going to see.
     let full_scale = if args.sample.quantize_bits.is_some() {
         largest(motion.clone(), args.sampling.duration, position)
@@ -93,15 +92,10 @@ fn trace(args: &DrivenArgs, mut motion: Motion, full_scale: f64) -> super::sheet
     let mut noise = Noise::new(args.sample.seed, args.sample.noise_rms);
     Box::new(move |i, row| {
         let time_s = i as f64 / args.sampling.rate_hz;
-        let x = motion.state_at(time_s).map_err(|e| spoken(&e))?.position + noise.next();
+        let x = motion.state_at(time_s).map_err(in_flags)?.position + noise.next();
         row.extend([time_s, converted(&args.sample, full_scale, x)]);
         Ok(Step::Row)
     })
-}
-
-pub(super) fn turning_points(mut motion: Motion, until_s: f64) -> impl Iterator<Item = [f64; 2]> {
-    let turned = |e: &Event| matches!(e.kind, EventKind::Turn | EventKind::Stop | EventKind::Rest);
-    std::iter::from_fn(move || motion.next_event(until_s)).filter(turned).map(|e| [e.time_s, e.position])
 }
 
 fn largest(motion: Motion, until_s: f64, start: f64) -> f64 {

@@ -6,6 +6,7 @@ mod driven;
 mod parquet;
 mod scan;
 mod sheet;
+mod turning;
 mod write;
 
 use crate::args::{DriveArgs, MinusArgs, OscillatorArgs, SimulateArgs, SimulateCommand};
@@ -86,7 +87,7 @@ fn oscillator(
         builder = builder.viscous_coefficient(v);
     }
     if let Some(beta) = args.beta {
-        let bare = builder.build().map_err(|e| spoken(&e))?;
+        let bare = builder.build().map_err(in_flags)?;
         builder =
             builder.friction_displacement(Oscillator::friction_displacement_for(beta, reference(&bare)?));
     }
@@ -102,7 +103,7 @@ fn oscillator(
     if let Some(v) = args.static_displacement {
         builder = builder.static_displacement(v);
     }
-    builder.build().map_err(|e| spoken(&e))
+    builder.build().map_err(in_flags)
 }
 
 /// Friction, which may differ by direction.
@@ -135,7 +136,7 @@ fn friction(args: &MinusArgs, o: &Oscillator) -> Result<Friction, Failure> {
         )));
     }
     Friction::asymmetric([o.friction_displacement(), minus], [o.static_displacement(), held])
-        .map_err(|e| spoken(&e))
+        .map_err(in_flags)
 }
 
 /// Amplitude `x_0` of the base, a force over the stiffness.
@@ -156,8 +157,8 @@ fn driven_oscillator(args: &OscillatorArgs, drive: &DriveArgs) -> Result<(Oscill
 }
 
 /// The core names parameters as its functions do; here they are flags.
-fn spoken(error: &slipfit::Error) -> Failure {
-    let in_flags = |text: &str| {
+fn in_flags(error: slipfit::Error) -> Failure {
+    let flags = |text: &str| {
         let mut text = text.to_owned();
         for (name, flag) in [
             ("drive frequency_hz", "--drive-frequency-hz"),
@@ -180,18 +181,18 @@ fn spoken(error: &slipfit::Error) -> Failure {
     };
     match error {
         slipfit::Error::Parameter { name, value, range } => {
-            let name = in_flags(&format!(" {name}"));
+            let name = flags(&format!(" {name}"));
             let name = name.trim_start();
             let name = if name.starts_with("--") || name.contains(' ') {
                 name.to_owned()
             } else {
                 format!("--{name}")
             };
-            let value = sheet::number(*value);
-            Failure::new(format!("{name} = {value} is out of range; allowed: {}", in_flags(range)))
+            let value = sheet::number(value);
+            Failure::new(format!("{name} = {value} is out of range; allowed: {}", flags(range)))
         }
-        slipfit::Error::MissingParameter { .. } => Failure::new(in_flags(&format!(" {error}")).trim_start())
+        slipfit::Error::MissingParameter { .. } => Failure::new(flags(&format!(" {error}")).trim_start())
             .hint("--frequency-hz, or two of --mass, --stiffness and --frequency-hz, fix the oscillator"),
-        _ => Failure::new(in_flags(&format!(" {error}")).trim_start()),
+        _ => Failure::new(flags(&format!(" {error}")).trim_start()),
     }
 }

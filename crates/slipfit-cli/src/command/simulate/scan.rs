@@ -1,7 +1,7 @@
 //! `slipfit simulate sweep` and `slipfit simulate levels`.
 
 use super::sheet::{Column, Digits, Parameters, Sheet, Step, converted};
-use super::{Noise, driven_oscillator, friction, oscillator, spoken, write};
+use super::{Noise, driven_oscillator, friction, in_flags, oscillator, write};
 use crate::args::{LevelsArgs, SampleArgs, SweepArgs};
 use crate::failure::Failure;
 use slipfit::motion::steady::Phasor;
@@ -23,7 +23,7 @@ pub(super) fn sweep(args: &SweepArgs, to: &write::Destinations) -> Result<(), Fa
             Ok(all)
         }),
     }
-    .map_err(|e| spoken(&e))?;
+    .map_err(in_flags)?;
     let unit = &args.sample.unit;
     let mut all = Parameters::of(&o, unit);
     all.uneven(friction, &o, unit);
@@ -40,22 +40,14 @@ pub(super) fn sweep(args: &SweepArgs, to: &write::Destinations) -> Result<(), Fa
         (None, Some(s)) => all.number("wait_s", s, ""),
         (None, None) => all.text("settled", "every point is the steady motion"),
     }
-    let seen = Seen::new(readings, &args.sample);
-    all.sensor(&args.sample, seen.largest);
-    let sheet = Sheet {
+    let about = About {
         command: "sweep",
         title: "amplitude and phase of the fundamental over the frequency of the drive",
-        parameters: all.0,
-        columns: vec![
-            Column::new("frequency", "Hz", Digits::Shortest),
-            Column::new("amplitude", unit, Digits::Shortest),
-            Column::new("phase", "deg", Digits::Shortest),
-        ],
-        rows: seen.readings.len() as u64,
-        fill: seen.rows(|r| r.frequency_hz),
-        even_rate_hz: None,
+        parameters: all,
+        column: Column::new("frequency", "Hz", Digits::Shortest),
+        place: |r| r.frequency_hz,
     };
-    write::write(sheet, to)
+    record(about, &readings, &args.sample, to)
 }
 
 pub(super) fn levels(args: &LevelsArgs, to: &write::Destinations) -> Result<(), Failure> {
@@ -73,7 +65,7 @@ pub(super) fn levels(args: &LevelsArgs, to: &write::Destinations) -> Result<(), 
             Ok(all)
         }),
     }
-    .map_err(|e| spoken(&e))?;
+    .map_err(in_flags)?;
     let unit = &args.sample.unit;
     let mut all = Parameters::of(&o, unit);
     all.uneven(friction, &o, unit);
@@ -84,22 +76,14 @@ pub(super) fn levels(args: &LevelsArgs, to: &write::Destinations) -> Result<(), 
     if let Some(wait) = args.wait {
         all.number("wait_s", wait, "");
     }
-    let seen = Seen::new(readings, &args.sample);
-    all.sensor(&args.sample, seen.largest);
-    let sheet = Sheet {
+    let about = About {
         command: "levels",
         title: "amplitude and phase of the fundamental over the amplitude of the drive",
-        parameters: all.0,
-        columns: vec![
-            Column::new("drive amplitude", unit, Digits::Shortest),
-            Column::new("amplitude", unit, Digits::Shortest),
-            Column::new("phase", "deg", Digits::Shortest),
-        ],
-        rows: seen.readings.len() as u64,
-        fill: seen.rows(|r| r.drive_amplitude),
-        even_rate_hz: None,
+        parameters: all,
+        column: Column::new("drive amplitude", unit, Digits::Shortest),
+        place: |r| r.drive_amplitude,
     };
-    write::write(sheet, to)
+    record(about, &readings, &args.sample, to)
 }
 
 /// `points` values from one end to the other, both met exactly.
@@ -115,27 +99,45 @@ fn spaced(from: f64, to: f64, points: u32, log: bool) -> impl Iterator<Item = f6
     })
 }
 
-/// Readings through the sensor.
-struct Seen<'a> {
-    readings: Vec<Reading>,
-    sample: &'a SampleArgs,
-    largest: f64,
+/// What is recorded beside the readings.
+struct About {
+    command: &'static str,
+    title: &'static str,
+    parameters: Parameters,
+    /// Column of what was varied, and its value.
+    column: Column,
+    place: fn(&Reading) -> f64,
 }
 
-impl<'a> Seen<'a> {
-    fn new(readings: Vec<Reading>, sample: &'a SampleArgs) -> Self {
-        let largest = readings.iter().map(Reading::amplitude).fold(0.0, f64::max);
-        Self { readings, sample, largest }
-    }
-
-    fn rows(&self, place: fn(&Reading) -> f64) -> super::sheet::Fill<'_> {
-        let mut noise = Noise::new(self.sample.seed, self.sample.noise_rms);
-        Box::new(move |i, row| {
-            let mut seen = self.readings[i as usize];
-            seen.fundamental += Phasor::new(noise.next(), noise.next());
-            let amplitude = converted(self.sample, self.largest, seen.amplitude());
-            row.extend([place(&seen), amplitude, seen.phase_deg()]);
+/// Writes the readings as the sensor shows them.
+fn record(
+    about: About,
+    readings: &[Reading],
+    sample: &SampleArgs,
+    to: &write::Destinations,
+) -> Result<(), Failure> {
+    let largest = readings.iter().map(Reading::amplitude).fold(0.0, f64::max);
+    let About { command, title, mut parameters, column, place } = about;
+    parameters.sensor(sample, largest);
+    let mut noise = Noise::new(sample.seed, sample.noise_rms);
+    let sheet = Sheet {
+        command,
+        title,
+        parameters: parameters.0,
+        columns: vec![
+            column,
+            Column::new("amplitude", &sample.unit, Digits::Shortest),
+            Column::new("phase", "deg", Digits::Shortest),
+        ],
+        rows: readings.len() as u64,
+        fill: Box::new(move |i, row| {
+            let mut reading = readings[i as usize];
+            reading.fundamental += Phasor::new(noise.next(), noise.next());
+            let amplitude = converted(sample, largest, reading.amplitude());
+            row.extend([place(&reading), amplitude, reading.phase_deg()]);
             Ok(Step::Row)
-        })
-    }
+        }),
+        even_rate_hz: None,
+    };
+    write::write(sheet, to)
 }

@@ -1,0 +1,62 @@
+//! A mechanical constant that turns displacements into forces.
+
+use super::Uncertain;
+use crate::failure::Failure;
+use clap::Args;
+use slipfit::Calibration;
+use slipfit::model::displacement::Coordinate;
+
+/// At most one mechanical constant.
+#[derive(Debug, Args)]
+#[group(multiple = false)]
+pub(crate) struct CalibrationArgs {
+    /// Stiffness k [N/m], for a displacement in m: 12000, 12000±300, 12000(300)
+    #[arg(long, value_name = "K", allow_negative_numbers = true, help_heading = "Forces")]
+    stiffness: Option<Uncertain>,
+
+    /// Mass m [kg], for a displacement in m
+    #[arg(long, value_name = "M", allow_negative_numbers = true, help_heading = "Forces")]
+    mass: Option<Uncertain>,
+
+    /// Torsion stiffness [N m/rad], for an angle
+    #[arg(long, value_name = "K", allow_negative_numbers = true, help_heading = "Forces")]
+    torsion_stiffness: Option<Uncertain>,
+
+    /// Moment of inertia [kg m²], for an angle
+    #[arg(long, value_name = "I", allow_negative_numbers = true, help_heading = "Forces")]
+    inertia: Option<Uncertain>,
+}
+
+impl CalibrationArgs {
+    fn given(&self) -> Option<(&'static str, Coordinate)> {
+        [
+            (self.stiffness.is_some(), "--stiffness", Coordinate::Length),
+            (self.mass.is_some(), "--mass", Coordinate::Length),
+            (self.torsion_stiffness.is_some(), "--torsion-stiffness", Coordinate::Angle),
+            (self.inertia.is_some(), "--inertia", Coordinate::Angle),
+        ]
+        .into_iter()
+        .find_map(|(given, flag, coordinate)| given.then_some((flag, coordinate)))
+    }
+
+    /// Whether the constant fits a signal in `unit`.
+    pub(crate) fn check(&self, unit: &str) -> Result<(), Failure> {
+        let Some((flag, coordinate)) = self.given() else { return Ok(()) };
+        coordinate.check_unit(unit).map_err(|_| {
+            let others = match coordinate {
+                Coordinate::Length => "--torsion-stiffness or --inertia calibrates an angle",
+                Coordinate::Angle => "--stiffness or --mass calibrates a displacement",
+            };
+            Failure::new(format!("{flag} is for {}; the signal is in {unit}", coordinate.words()))
+                .hint(format!("{others}, --unit changes the unit read"))
+        })
+    }
+
+    pub(crate) fn constant(&self) -> Option<Calibration> {
+        let stiffness = self.stiffness.or(self.torsion_stiffness);
+        let mass = self.mass.or(self.inertia);
+        stiffness
+            .map(|u| Calibration::Stiffness { value: u.value, std_error: u.std_error })
+            .or_else(|| mass.map(|u| Calibration::Mass { value: u.value, std_error: u.std_error }))
+    }
+}

@@ -1,0 +1,229 @@
+//! Values as they are typed on a command line and written in a manifest.
+
+use serde::de::{self, Deserialize, Deserializer, Visitor};
+use slipfit::LossModel;
+use std::fmt;
+use std::marker::PhantomData;
+use std::str::FromStr;
+
+/// A column, a unit, a name; also written as a number.
+#[derive(Debug, Clone, PartialEq)]
+pub(crate) struct Text(pub(crate) String);
+
+/// A finite number.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub(crate) struct Finite(pub(crate) f64);
+
+/// A finite number above zero.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub(crate) struct Positive(pub(crate) f64);
+
+/// A loss model by its name.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub(crate) struct Loss(pub(crate) LossModel);
+
+impl FromStr for Text {
+    type Err = std::convert::Infallible;
+
+    fn from_str(text: &str) -> Result<Self, Self::Err> {
+        Ok(Self(text.to_owned()))
+    }
+}
+
+impl FromStr for Finite {
+    type Err = String;
+
+    fn from_str(text: &str) -> Result<Self, String> {
+        finite(text).map(Self)
+    }
+}
+
+impl FromStr for Positive {
+    type Err = String;
+
+    fn from_str(text: &str) -> Result<Self, String> {
+        positive(text).map(Self)
+    }
+}
+
+impl FromStr for Loss {
+    type Err = String;
+
+    fn from_str(text: &str) -> Result<Self, String> {
+        text.parse().map(Self)
+    }
+}
+
+/// In a manifest what is typed may be a text or a number.
+struct Scalar<T>(PhantomData<T>);
+
+impl<T: FromStr<Err: fmt::Display>> Visitor<'_> for Scalar<T> {
+    type Value = T;
+
+    fn expecting(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        f.write_str("a text or a number")
+    }
+
+    fn visit_str<E: de::Error>(self, text: &str) -> Result<T, E> {
+        text.parse().map_err(|e| E::custom(format!("{text}: {e}")))
+    }
+
+    fn visit_i64<E: de::Error>(self, number: i64) -> Result<T, E> {
+        self.visit_str(&number.to_string())
+    }
+
+    fn visit_f64<E: de::Error>(self, number: f64) -> Result<T, E> {
+        self.visit_str(&number.to_string())
+    }
+}
+
+macro_rules! as_typed {
+    ($($value:ty),*) => {
+        $(impl<'de> Deserialize<'de> for $value {
+            fn deserialize<D: Deserializer<'de>>(from: D) -> Result<Self, D::Error> {
+                from.deserialize_any(Scalar(PhantomData))
+            }
+        })*
+    };
+}
+as_typed!(Text, Finite, Positive, Loss, Uncertain);
+
+/// A number that is finite: clap's own parser takes `nan` and `inf`.
+pub(super) fn finite(text: &str) -> Result<f64, String> {
+    match text.trim().parse::<f64>() {
+        Ok(value) if value.is_finite() => Ok(value),
+        Ok(_) => Err("not a finite number".to_owned()),
+        Err(_) => Err("not a number".to_owned()),
+    }
+}
+
+/// A finite number above zero.
+pub(super) fn positive(text: &str) -> Result<f64, String> {
+    finite(text).and_then(|v| if v > 0.0 { Ok(v) } else { Err("must be above zero".to_owned()) })
+}
+
+/// A finite number, zero or above.
+pub(super) fn not_negative(text: &str) -> Result<f64, String> {
+    finite(text).and_then(|v| if v >= 0.0 { Ok(v) } else { Err("must not be negative".to_owned()) })
+}
+
+/// The text of a value that is given.
+pub(super) fn text(value: &Option<Text>) -> Option<String> {
+    value.as_ref().map(|text| text.0.clone())
+}
+
+pub(super) fn number(value: Option<Positive>) -> Option<f64> {
+    value.map(|number| number.0)
+}
+
+/// A band of two frequencies.
+pub(super) fn band(ends: Option<&[Positive]>) -> Option<[f64; 2]> {
+    match ends {
+        Some(&[low, high]) => Some([low.0, high.0]),
+        _ => None,
+    }
+}
+
+/// `12000`, `12000±300`, `12000+-300`, `12000±2%`, `12000(300)`, `1.20(3)e4`.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub(crate) struct Uncertain {
+    pub(crate) value: f64,
+    /// Zero when none is given.
+    pub(crate) std_error: f64,
+}
+
+impl FromStr for Uncertain {
+    type Err = String;
+
+    fn from_str(text: &str) -> Result<Self, String> {
+        let compact: String = text.chars().filter(|c| !c.is_whitespace()).collect();
+        let parsed = if let Some((value, error)) = split_plus_minus(&compact) {
+            plus_minus(value, error)
+        } else if let Some((value, rest)) = compact.split_once('(') {
+            parenthesis(value, rest)
+        } else {
+            compact.parse().ok().map(|value| Self { value, std_error: 0.0 })
+        };
+        let number = parsed.ok_or("write it as 12000, 12000±300, 12000+-300 or 12000(300)")?;
+        if !(number.value > 0.0 && number.value.is_finite()) {
+            return Err("must be above zero".to_owned());
+        }
+        if !(number.std_error >= 0.0 && number.std_error.is_finite()) {
+            return Err("the uncertainty must not be negative".to_owned());
+        }
+        Ok(number)
+    }
+}
+
+fn split_plus_minus(text: &str) -> Option<(&str, &str)> {
+    ["±", "+/-", "+-"].into_iter().find_map(|sign| text.split_once(sign))
+}
+
+fn plus_minus(value: &str, error: &str) -> Option<Uncertain> {
+    let value: f64 = value.parse().ok()?;
+    let std_error = match error.strip_suffix('%') {
+        Some(percent) => value.abs() * percent.parse::<f64>().ok()? / 100.0,
+        None => error.parse().ok()?,
+    };
+    Some(Uncertain { value, std_error })
+}
+
+/// The metrologist's shorthand: digits in parentheses count in units of the
+/// last digit of the value, unless they carry a decimal point of their own.
+fn parenthesis(value: &str, rest: &str) -> Option<Uncertain> {
+    let (error, exponent) = rest.split_once(')')?;
+    let scale: f64 = format!("1{exponent}").parse().ok()?;
+    if !(exponent.is_empty() || exponent.starts_with(['e', 'E'])) {
+        return None;
+    }
+    let mut std_error: f64 = error.parse().ok()?;
+    if !error.contains('.') {
+        let decimals = value.split_once('.').map_or(0, |(_, fraction)| fraction.len());
+        std_error *= 10f64.powi(-i32::try_from(decimals).ok()?);
+    }
+    Some(Uncertain { value: value.parse::<f64>().ok()? * scale, std_error: std_error * scale })
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn every_way_of_writing_an_uncertainty_is_read() {
+        let near = |text: &str, value: f64, error: f64| {
+            let u: Uncertain = text.parse().unwrap_or_else(|e| panic!("{text}: {e}"));
+            assert!((u.value - value).abs() <= 1e-12 * value, "{text}: {u:?}");
+            assert!((u.std_error - error).abs() <= 1e-12 * value, "{text}: {u:?}");
+        };
+        near("12000", 12000.0, 0.0);
+        near("12000±300", 12000.0, 300.0);
+        near("12000 ± 300", 12000.0, 300.0);
+        near("12000+-300", 12000.0, 300.0);
+        near("12000+/-300", 12000.0, 300.0);
+        near("12000±2.5%", 12000.0, 300.0);
+        near("12000(300)", 12000.0, 300.0);
+        near("1.20(3)e4", 12000.0, 300.0);
+        near("1.234(5)", 1.234, 0.005);
+        near("1.2(0.3)", 1.2, 0.3);
+        near("1e-3±2e-5", 1e-3, 2e-5);
+    }
+
+    #[test]
+    fn numbers_must_be_finite() {
+        assert_eq!(finite("1e-3"), Ok(1e-3));
+        for text in ["nan", "inf", "x", ""] {
+            assert!(finite(text).is_err(), "{text}");
+        }
+        assert!(positive("0").is_err());
+        assert_eq!(not_negative("0"), Ok(0.0));
+        assert!(not_negative("-1").is_err());
+    }
+
+    #[test]
+    fn nonsense_is_refused() {
+        for text in ["", "±3", "12±", "12(3", "12(3)x", "nan", "-5", "0", "5±-1", "5±nan", "1(2)3", "12()"]
+        {
+            assert!(text.parse::<Uncertain>().is_err(), "{text}");
+        }
+    }
+}

@@ -1,0 +1,508 @@
+//! The manifest of a series: which files, under which conditions, what they share.
+//!
+//! A measurement takes the options of its command as keys, `_` for `-`: the same structures are
+//! filled from both.
+
+mod keys;
+
+use crate::args::{
+    CurveArgs, LevelAnalysisArgs, LevelReadingArgs, ReadingArgs, ResonanceAnalysisArgs, RingdownAnalysisArgs,
+    Uncertain,
+};
+use crate::failure::Failure;
+use keys::{Keys, Problem};
+use serde::Deserialize;
+use sha2::{Digest, Sha256};
+use slipfit::Calibration;
+use slipfit::model::displacement::Coordinate;
+use slipfit::series::{Condition, Shared};
+use slipfit::{levels, resonance, ringdown};
+use slipfit_io::{LevelOptions, ReadOptions, SweepOptions};
+use std::path::{Path, PathBuf};
+use toml::Spanned;
+use toml::de::{DeTable, DeValue};
+
+/// Keys of a measurement that belong elsewhere, and where.
+const ELSEWHERE: &[(&[&str], &str)] = &[
+    (
+        &[
+            "json", "html", "md", "latex", "csv", "plot", "table", "resume", "force", "strict", "quiet",
+            "color",
+        ],
+        "output is asked for on the command line",
+    ),
+    (
+        &["stiffness", "mass", "torsion_stiffness", "inertia"],
+        "one constant holds for the series: it stands above the measurements",
+    ),
+];
+
+/// Options of one measurement that exclude each other.
+const EXCLUSIVE: [[&str; 2]; 5] = [
+    ["real", "amplitude"],
+    ["real", "phase"],
+    ["imaginary", "amplitude"],
+    ["imaginary", "phase"],
+    ["drive_gain", "q"],
+];
+
+/// What stands above the measurements.
+#[derive(Debug, Default, Deserialize)]
+#[serde(default)]
+struct Heading {
+    title: String,
+    unit: Option<String>,
+    condition: Option<String>,
+    condition_unit: String,
+    shared: Vec<String>,
+    stiffness: Option<Uncertain>,
+    mass: Option<Uncertain>,
+    torsion_stiffness: Option<Uncertain>,
+    inertia: Option<Uncertain>,
+}
+
+/// What every measurement has.
+#[derive(Debug, Default, Deserialize)]
+#[serde(default)]
+struct EntryKeys {
+    name: Option<String>,
+    ringdown: Option<PathBuf>,
+    sweep: Option<Files>,
+    levels: Option<PathBuf>,
+    condition: Option<Number>,
+    value: Option<Number>,
+    scale: Option<f64>,
+}
+
+/// A friction-free sweep beside one.
+#[derive(Debug, Default, Deserialize)]
+#[serde(default)]
+struct Reference {
+    reference: Option<PathBuf>,
+}
+
+#[derive(Debug, Deserialize)]
+#[serde(untagged)]
+enum Files {
+    One(PathBuf),
+    Several(Vec<PathBuf>),
+}
+
+/// A number, alone or as text with its uncertainty.
+#[derive(Debug, Clone, Deserialize)]
+#[serde(untagged)]
+enum Number {
+    Plain(f64),
+    Text(String),
+}
+
+/// What a manifest asks for.
+#[derive(Debug)]
+pub(crate) struct Manifest {
+    /// Of the file's bytes, in hexadecimal.
+    pub(crate) sha256: String,
+    pub(crate) title: String,
+    /// Unit of displacements in the table, if it is given.
+    pub(crate) unit: Option<String>,
+    /// What the condition is, such as `load`.
+    pub(crate) condition: String,
+    pub(crate) condition_unit: String,
+    pub(crate) shared: Shared,
+    /// One constant for all, and what it is for.
+    pub(crate) calibration: Option<(Calibration, Coordinate)>,
+    pub(crate) entries: Vec<Entry>,
+}
+
+/// One measurement.
+#[derive(Debug)]
+pub(crate) struct Entry {
+    pub(crate) name: String,
+    pub(crate) condition: Condition,
+    pub(crate) scale: Option<f64>,
+    pub(crate) source: Source,
+    /// Remarks on how it was asked for.
+    pub(crate) notes: Vec<String>,
+}
+
+/// Where the data of a measurement are and how they are analysed.
+#[derive(Debug)]
+pub(crate) enum Source {
+    Ringdown {
+        file: PathBuf,
+        reading: ReadOptions,
+        options: ringdown::Options,
+    },
+    Sweep {
+        files: Vec<PathBuf>,
+        reference: Option<PathBuf>,
+        reading: SweepOptions,
+        options: resonance::Options,
+    },
+    Levels {
+        file: PathBuf,
+        reading: LevelOptions,
+        options: levels::Options,
+    },
+}
+
+impl Manifest {
+    /// Every file it names.
+    pub(crate) fn inputs(&self) -> impl Iterator<Item = &Path> {
+        self.entries.iter().flat_map(|entry| match &entry.source {
+            Source::Ringdown { file, .. } | Source::Levels { file, .. } => vec![file.as_path()],
+            Source::Sweep { files, reference, .. } => {
+                files.iter().chain(reference).map(PathBuf::as_path).collect()
+            }
+        })
+    }
+}
+
+/// Reads a manifest; its paths are relative to its own folder.
+pub(crate) fn read(path: &Path) -> Result<Manifest, Failure> {
+    let text = std::fs::read_to_string(path).map_err(|e| Failure::new(format!("{}: {e}", path.display())))?;
+    let folder = path.parent().unwrap_or(Path::new(""));
+    let manifest = parse(&text, folder).map_err(|problem| {
+        Failure::new(format!("{}: {}", path.display(), problem.in_text(&text))).hint("https://github.com/slipfit/slipfit/blob/main/docs/series.md and slipfit help series say what a manifest holds")
+    })?;
+    let digest = Sha256::digest(text.as_bytes());
+    Ok(Manifest { sha256: digest.iter().map(|byte| format!("{byte:02x}")).collect(), ..manifest })
+}
+
+fn parse(text: &str, folder: &Path) -> Result<Manifest, Problem> {
+    let mut table = DeTable::parse(text).map_err(|e| Problem::from_toml(&e))?;
+    let written = table.get_mut().remove("measurement");
+    let mut keys = Keys::new(table);
+    let heading: Heading = keys.take()?;
+    keys.finish(&[])?;
+    let mut entries = Vec::new();
+    for (i, keys) in measurements(written)?.into_iter().enumerate() {
+        entries.push(entry(keys, i + 1, folder, &heading.condition_unit)?);
+    }
+    // Two measurements of one name could not be told apart.
+    for i in 0..entries.len() {
+        let same = entries[..i].iter().filter(|e| e.name == entries[i].name).count();
+        if same > 0 {
+            entries[i].name = format!("{} ({})", entries[i].name, same + 1);
+        }
+    }
+    Ok(Manifest {
+        sha256: String::new(),
+        shared: shared(&heading.shared).map_err(|e| Problem::new(e, 0))?,
+        calibration: calibration(&heading).map_err(|e| Problem::new(e, 0))?,
+        title: heading.title,
+        unit: heading.unit,
+        condition: heading.condition.unwrap_or_else(|| "condition".to_owned()),
+        condition_unit: heading.condition_unit,
+        entries,
+    })
+}
+
+/// The tables `[[measurement]]`.
+fn measurements(written: Option<Spanned<DeValue<'_>>>) -> Result<Vec<Keys<'_>>, Problem> {
+    let Some(written) = written else { return Err(Problem::new("no [[measurement]] stands in it", 0)) };
+    let at = written.span().start;
+    let wrong = |at| Problem::new("measurement: a table for each, [[measurement]]", at);
+    let DeValue::Array(list) = written.into_inner() else { return Err(wrong(at)) };
+    let each = list.into_iter().map(|value| {
+        let span = value.span();
+        match value.into_inner() {
+            DeValue::Table(table) => Ok(Keys::new(Spanned::new(span, table))),
+            _ => Err(wrong(span.start)),
+        }
+    });
+    each.collect()
+}
+
+fn calibration(heading: &Heading) -> Result<Option<(Calibration, Coordinate)>, String> {
+    use Coordinate::{Angle, Length};
+    let given: Vec<_> = [
+        ("stiffness", heading.stiffness, Length),
+        ("mass", heading.mass, Length),
+        ("torsion_stiffness", heading.torsion_stiffness, Angle),
+        ("inertia", heading.inertia, Angle),
+    ]
+    .into_iter()
+    .filter_map(|(name, number, coordinate)| Some((name, number?, coordinate)))
+    .collect();
+    match given[..] {
+        [] => Ok(None),
+        [(name, Uncertain { value, std_error }, coordinate)] => {
+            let constant = if name.ends_with("stiffness") {
+                Calibration::Stiffness { value, std_error }
+            } else {
+                Calibration::Mass { value, std_error }
+            };
+            Ok(Some((constant, coordinate)))
+        }
+        [(a, ..), (b, ..), ..] => {
+            Err(format!("{a} and {b} are both given: one of them calibrates the forces"))
+        }
+    }
+}
+
+fn shared(names: &[String]) -> Result<Shared, String> {
+    let mut shared = Shared::default();
+    for name in names {
+        match name.as_str() {
+            "natural_frequency" | "natural_frequency_hz" => shared.natural_frequency = true,
+            "drive_amplitude" => shared.drive_amplitude = true,
+            "decay_rate" | "decay_rate_per_s" => shared.decay_rate = true,
+            "stiffness" | "mass" | "torsion_stiffness" | "inertia" => {
+                return Err(format!("shared: {name} is shared by standing above the measurements"));
+            }
+            other => {
+                return Err(format!(
+                    "shared: `{other}` cannot be shared; natural_frequency, drive_amplitude and decay_rate can"
+                ));
+            }
+        }
+    }
+    Ok(shared)
+}
+
+fn entry(mut keys: Keys<'_>, number: usize, folder: &Path, unit: &str) -> Result<Entry, Problem> {
+    let start = keys.at;
+    let entry: EntryKeys = keys.take()?;
+    let heading = match &entry.name {
+        Some(name) => format!("measurement {number} `{name}`"),
+        None => format!("measurement {number}"),
+    };
+    let within = |problem: Problem| problem.within(&heading);
+    let here = |message: String| Problem::new(message, start).within(&heading);
+    for [one, other] in EXCLUSIVE {
+        if keys.has(one) && keys.has(other) {
+            return Err(here(format!("{one} and {other} exclude each other")));
+        }
+    }
+    let mut notes = Vec::new();
+    let (word, source) = match (&entry.ringdown, &entry.sweep, &entry.levels) {
+        (Some(file), None, None) => {
+            let reading = keys.take::<ReadingArgs>().map_err(within)?.options();
+            let options = keys.take::<RingdownAnalysisArgs>().map_err(within)?.options();
+            ("ringdown", Source::Ringdown { file: folder.join(file), reading, options })
+        }
+        (None, Some(files), None) => {
+            let files = match files {
+                Files::One(file) => vec![folder.join(file)],
+                Files::Several(files) => files.iter().map(|file| folder.join(file)).collect(),
+            };
+            let reading = keys.take::<CurveArgs>().map_err(within)?.options();
+            let analysis = keys.take::<ResonanceAnalysisArgs>().map_err(within)?;
+            let reference = keys.take::<Reference>().map_err(within)?.reference.map(|file| folder.join(file));
+            notes.extend(analysis.old_spelling());
+            ("resonance", Source::Sweep { files, reference, reading, options: analysis.options() })
+        }
+        (None, None, Some(file)) => {
+            let reading = keys.take::<LevelReadingArgs>().map_err(within)?.options();
+            let options = keys.take::<LevelAnalysisArgs>().map_err(within)?.options();
+            ("levels", Source::Levels { file: folder.join(file), reading, options })
+        }
+        (None, None, None) => {
+            return Err(here("one of ringdown, sweep and levels names its file".to_owned()));
+        }
+        _ => return Err(here("ringdown, sweep and levels exclude each other".to_owned())),
+    };
+    keys.finish(ELSEWHERE).map_err(within)?;
+    if let Some(scale) = entry.scale.filter(|s| !(s.is_finite() && *s > 0.0)) {
+        return Err(here(format!("scale = {scale}: must be above zero")));
+    }
+    let condition = condition(&entry, unit).map_err(here)?;
+    let file = match &source {
+        Source::Ringdown { file, .. } | Source::Levels { file, .. } => Some(file),
+        Source::Sweep { files, .. } => files.first(),
+    };
+    let file = file.and_then(|f| f.file_name()).map(|n| n.to_string_lossy().into_owned());
+    let name = entry.name.or(file).unwrap_or_else(|| word.to_owned());
+    Ok(Entry { name, condition, scale: entry.scale, source, notes })
+}
+
+fn condition(entry: &EntryKeys, unit: &str) -> Result<Condition, String> {
+    let beside = |text: &str| if unit.is_empty() { text.to_owned() } else { format!("{text} {unit}") };
+    let (label, own) = match &entry.condition {
+        None => (String::new(), None),
+        Some(Number::Plain(value)) => (beside(&value.to_string()), Some([*value, 0.0])),
+        Some(Number::Text(text)) => {
+            let number = text.trim_end_matches(|c: char| !c.is_ascii_digit() && c != ')' && c != '%');
+            (text.clone(), pair(number).ok())
+        }
+    };
+    let value = match &entry.value {
+        Some(Number::Plain(value)) => Some([*value, 0.0]),
+        Some(Number::Text(text)) => Some(pair(text).map_err(|e| format!("value: {e}"))?),
+        None => own,
+    };
+    let label = if label.is_empty() {
+        value.map_or_else(|| "(none)".to_owned(), |v| beside(&v[0].to_string()))
+    } else {
+        label
+    };
+    if let Some([value, _]) = value.filter(|v| !v[0].is_finite()) {
+        return Err(format!("value = {value}: must be a finite number"));
+    }
+    Ok(Condition { label, value })
+}
+
+/// A value of any sign with its standard error.
+fn pair(text: &str) -> Result<[f64; 2], String> {
+    if let Ok(value) = text.trim().parse::<f64>() {
+        return Ok([value, 0.0]);
+    }
+    let negative = text.trim().starts_with('-');
+    let u: Uncertain = text.trim().trim_start_matches('-').parse()?;
+    Ok([if negative { -u.value } else { u.value }, u.std_error])
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn read(text: &str) -> Result<Manifest, String> {
+        parse(text, Path::new("data")).map_err(|problem| problem.in_text(text))
+    }
+
+    #[test]
+    fn a_manifest_is_read() {
+        let m = read(
+            r#"
+            title = "Pohl wheel"
+            condition = "brake current"
+            condition_unit = "mA"
+            shared = ["natural_frequency", "drive_amplitude"]
+            torsion_stiffness = "0.02±0.001"
+            [[measurement]]
+            ringdown = "a.csv"
+            condition = 400
+            start = 1.5
+            band = [0.3, 0.9]
+            model = "viscous+sliding"
+            signal = 3
+            run = 2
+            [[measurement]]
+            name = "swept"
+            sweep = ["b.csv", "c.csv"]
+            condition = "0.4(1) A"
+            reference = "free.csv"
+            model = ["paper", "viscous"]
+            [[measurement]]
+            levels = "d.csv"
+            condition = "wet"
+            value = "-2±0.5"
+            scale = 1e-3
+            "#,
+        )
+        .unwrap();
+        assert!(matches!(m.calibration, Some((Calibration::Stiffness { .. }, Coordinate::Angle))));
+        assert!(m.shared.natural_frequency);
+        assert!(!m.shared.decay_rate);
+        assert_eq!(m.entries[0].condition, Condition { label: "400 mA".into(), value: Some([400.0, 0.0]) });
+        let Source::Ringdown { file, reading, options } = &m.entries[0].source else { panic!() };
+        assert_eq!(file, Path::new("data/a.csv"));
+        assert_eq!((options.start_s, options.band_hz), (Some(1.5), Some([0.3, 0.9])));
+        assert_eq!((reading.signal.as_deref(), reading.run), (Some("3"), Some(2)));
+        assert_eq!((m.entries[0].name.as_str(), m.entries[1].name.as_str()), ("a.csv", "swept"));
+        let Source::Sweep { files, reference, options, .. } = &m.entries[1].source else { panic!() };
+        assert_eq!(files.len(), 2);
+        assert_eq!(reference.as_deref(), Some(Path::new("data/free.csv")));
+        assert_eq!(options.method, slipfit::resonance::Method::Paper);
+        assert_eq!(options.model.map(|m| m.name()), Some("viscous"));
+        assert!(m.entries[1].notes[0].contains("--response paper"), "{:?}", m.entries[1].notes);
+        assert_eq!(m.entries[1].condition.value, Some([0.4, 0.1]));
+        assert_eq!(m.entries[2].condition, Condition { label: "wet".into(), value: Some([-2.0, 0.5]) });
+        assert_eq!(m.entries[2].scale, Some(1e-3));
+    }
+
+    #[test]
+    fn what_cannot_be_meant_is_said() {
+        for (text, word) in [
+            ("", "no [[measurement]]"),
+            ("stifness = 3\n", "unknown key `stifness`; did you mean `stiffness`?"),
+            ("[[measurement]]\ncondition = 1\n", "one of ringdown, sweep and levels"),
+            ("[[measurement]]\nringdown = 'a'\nsweep = 'b'\n", "exclude"),
+            (
+                "[[measurement]]\nringdown = 'a'\n  bamd = [1, 2]\n",
+                "line 3, column 3: measurement 1: unknown key `bamd`; did you mean `band`?",
+            ),
+            ("[[measurement]]\nlevels = 'a'\nband = [1, 2]\n", "unknown key `band`"),
+            (
+                "[[measurement]]\nringdown = 'a'\nrate_hz = -1\n",
+                "line 3, column 11: measurement 1: -1: must be above zero",
+            ),
+            ("[[measurement]]\nlevels = 'a'\nq = 3\ndrive_gain = 2\n", "exclude each other"),
+            ("measurement = 3\n", "line 1, column 15"),
+            ("[[measurement]]\nringdown = 'a'\nstart = 'soon'\n", "soon"),
+            ("[[measurement]]\nringdown = 'a'\nplot = 'x.svg'\n", "command line"),
+            ("[[measurement]]\nringdown = 'a'\nmass = 3\n", "above the measurements"),
+            ("mass = 1\nstiffness = 2\n[[measurement]]\nringdown = 'a'\n", "both given"),
+            ("mass = -1\n[[measurement]]\nringdown = 'a'\n", "above zero"),
+            ("shared = ['colour']\n[[measurement]]\nringdown = 'a'\n", "`colour` cannot be shared"),
+            ("[[measurement]]\nringdown = 'a'\nscale = -1\n", "scale"),
+            ("[[measurement\n", "line 1"),
+        ] {
+            let said = read(text).unwrap_err();
+            assert!(said.contains(word), "{text}: {said}");
+        }
+    }
+
+    /// What can be typed and what can be written are the fields of one structure.
+    fn agrees<T: clap::Args + for<'de> Deserialize<'de>>() {
+        let command = T::augment_args(clap::Command::new("test"));
+        let mut typed = Vec::new();
+        for arg in command.get_arguments() {
+            typed.push(arg.get_id().as_str().to_owned());
+            let aliases = arg.get_all_aliases().unwrap_or_default();
+            typed.extend(aliases.into_iter().map(|alias| alias.replace('-', "_")));
+        }
+        let mut written: Vec<String> = keys::fields::<T>().iter().map(|&f| f.to_owned()).collect();
+        typed.sort();
+        written.sort();
+        assert_eq!(typed, written);
+        assert!(!typed.is_empty());
+    }
+
+    #[test]
+    fn keys_are_flags() {
+        agrees::<ReadingArgs>();
+        agrees::<RingdownAnalysisArgs>();
+        agrees::<CurveArgs>();
+        agrees::<ResonanceAnalysisArgs>();
+        agrees::<LevelReadingArgs>();
+        agrees::<LevelAnalysisArgs>();
+    }
+
+    /// Fills `T` with everything that can be written.
+    fn full<T: for<'de> Deserialize<'de>>() -> T {
+        let text: String = keys::fields::<T>()
+            .iter()
+            .filter(|key| !["variable", "group", "track", "center_hz"].contains(key))
+            .map(|key| match *key {
+                "band" => "band = [1, 2]\n".to_owned(),
+                "model" => "model = \"viscous\"\n".to_owned(),
+                "response" => "response = \"paper\"\n".to_owned(),
+                "kind" => "kind = \"velocity\"\n".to_owned(),
+                "background" | "delay" | "phase_offset" | "duffing" => format!("{key} = \"on\"\n"),
+                key => format!("{key} = 3\n"),
+            })
+            .collect();
+        toml::from_str(&text).unwrap()
+    }
+
+    /// Every option of the libraries can be given, but for what only the command line or another
+    /// file gives.
+    #[test]
+    fn keys_reach_every_option() {
+        for (options, elsewhere) in [
+            (format!("{:?}", full::<ReadingArgs>().options()), vec![]),
+            (format!("{:?}", full::<CurveArgs>().options()), vec![]),
+            (format!("{:?}", full::<LevelReadingArgs>().options()), vec![]),
+            (format!("{:?}", full::<RingdownAnalysisArgs>().options()), vec!["calibration: None"]),
+            (
+                format!("{:?}", full::<ResonanceAnalysisArgs>().options()),
+                vec!["reference: None", "calibration: None"],
+            ),
+            (format!("{:?}", full::<LevelAnalysisArgs>().options()), vec!["calibration: None"]),
+        ] {
+            let rest = elsewhere.iter().fold(options.clone(), |text, option| text.replace(option, ""));
+            assert!(!rest.contains("None"), "{options}");
+        }
+    }
+}
