@@ -184,14 +184,13 @@ impl Bench {
         script.env("PYTHONPYCACHEPREFIX", self.folder.join("pycache"));
         let best = race(self.rounds, &mut [&mut Process(slipfit), &mut Process(script)])?;
         let against = Against { peer: "SciPy script", at_least: Some(30.0) };
-        Ok(vec![faster('d', "command, CSV of 5 k rows", Some(&best[0]), &against, &best[1], None)])
+        Ok(vec![faster('d', "command, CSV of 5 k rows", &best[0], &against, &best[1], None)])
     }
 
     fn text_read(&self) -> Result<Vec<Row>, Failure> {
         let file = self.long_csv()?;
         let megabytes = std::fs::metadata(&file)?.len() as f64 / 1e6;
-        let mut own = ours::text_read(&file);
-        let own = own.as_mut().map(|task| alone(self.rounds, task)).transpose()?;
+        let own = alone(self.rounds, &mut ours::text_read(&file))?;
         // NumPy takes long enough for one turn to tell.
         let data = file.to_string_lossy().into_owned();
         let theirs = alone(0, &mut Peer::start(&self.python, "read_text.py", [data])?)?;
@@ -200,11 +199,11 @@ impl Bench {
         Ok(vec![Row {
             line: 'e',
             work: format!("text read, {megabytes:.0} MB"),
-            ours: own.as_ref().map_or_else(not_offered, show),
+            ours: show(&own),
             peer: "NumPy `loadtxt`",
             theirs: show(&theirs),
-            ratio: own.as_ref().map_or_else(String::new, |own| three_digits(speed(own) / speed(&theirs))),
-            asked: own.as_ref().map(|own| ("≥ 300 MB/s".into(), speed(own) >= 300.0)),
+            ratio: three_digits(speed(&own) / speed(&theirs)),
+            asked: Some(("≥ 300 MB/s".into(), speed(&own) >= 300.0)),
             apart: None,
         }])
     }
@@ -242,23 +241,21 @@ impl Bench {
         line: char,
         work: &str,
         signal: &Signal,
-        mut own: Option<Task>,
+        mut own: Task,
         against: &[Against],
         mut peers: Vec<Peer>,
     ) -> Result<Vec<Row>, Failure> {
-        let offered = own.is_some();
-        let mut contestants: Vec<&mut dyn Contestant> = Vec::new();
-        contestants.extend(own.as_mut().map(|task| task as &mut dyn Contestant));
+        let mut contestants: Vec<&mut dyn Contestant> = vec![&mut own];
         contestants.extend(peers.iter_mut().map(|peer| peer as &mut dyn Contestant));
         let best = race(self.rounds, &mut contestants)?;
-        let (own, theirs) = best.split_at(usize::from(offered));
+        let (own, theirs) = best.split_first().ok_or("nobody ran")?;
         for (against, theirs) in against.iter().zip(theirs) {
             found_the_decay(signal, against.peer, theirs)?;
         }
-        let rows = against.iter().zip(theirs).map(|(against, theirs)| {
-            let apart = own.first().and_then(|own| apart(signal, own, theirs));
-            faster(line, work, own.first(), against, theirs, apart)
-        });
+        let rows = against
+            .iter()
+            .zip(theirs)
+            .map(|(against, theirs)| faster(line, work, own, against, theirs, apart(signal, own, theirs)));
         Ok(rows.collect())
     }
 
@@ -287,27 +284,23 @@ fn alone(rounds: usize, contestant: &mut dyn Contestant) -> Result<Timing, Failu
     best.into_iter().next().ok_or_else(|| "nobody ran".into())
 }
 
-fn not_offered() -> String {
-    "not measured".into()
-}
-
 fn faster(
     line: char,
     work: &str,
-    own: Option<&Timing>,
+    own: &Timing,
     against: &Against,
     theirs: &Timing,
     apart: Option<f64>,
 ) -> Row {
-    let ratio = own.map(|own| theirs.seconds / own.seconds);
-    let asked = against.at_least.zip(ratio).map(|(least, ratio)| (format!("≥ {least:.0}"), ratio >= least));
+    let ratio = theirs.seconds / own.seconds;
+    let asked = against.at_least.map(|least| (format!("≥ {least:.0}"), ratio >= least));
     Row {
         line,
         work: work.into(),
-        ours: own.map_or_else(not_offered, |own| duration(own.seconds)),
+        ours: duration(own.seconds),
         peer: against.peer,
         theirs: duration(theirs.seconds),
-        ratio: ratio.map_or_else(String::new, three_digits),
+        ratio: three_digits(ratio),
         asked,
         apart: apart.map(|apart| format!("{apart:.2} σ")),
     }

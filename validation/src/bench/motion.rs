@@ -38,7 +38,7 @@ impl Bench {
         let best = race(self.rounds, &mut [&mut own as &mut dyn Contestant, &mut peer])?;
         let [ours, theirs] = &best[..] else { return Err("two contestants were expected".into()) };
         let apart = apart(ours, theirs)?;
-        let mut row = faster(line, work, Some(ours), &against, theirs, None);
+        let mut row = faster(line, work, ours, &against, theirs, None);
         row.apart = Some(format!("{apart:.0e}"));
         Ok(vec![row])
     }

@@ -1,8 +1,7 @@
-//! slipfit's side: the only file of the benchmark that calls the library.
+//! slipfit's side of the fits and of the reading of text.
 //!
 //! Each function prepares one piece of work, untimed, and returns what is
 //! timed; that returns the decay rate (1/s) and the friction displacement.
-//! `None` stands for work the library does not offer, which the table shows.
 
 use std::f64::consts::TAU;
 use std::path::Path;
@@ -16,7 +15,7 @@ use super::signal::{Signal, friction_displacement};
 use crate::Failure;
 
 /// Six-parameter fit of every sample, from the peers' start.
-pub(super) fn waveform_fit(signal: &Signal) -> Option<Task<'_>> {
+pub(super) fn waveform_fit(signal: &Signal) -> Task<'_> {
     let [initial_amplitude, c, decay_rate_per_s, omega, phase_rad, offset] = signal.waveform_start();
     let start = Decay {
         initial_amplitude,
@@ -26,40 +25,40 @@ pub(super) fn waveform_fit(signal: &Signal) -> Option<Task<'_>> {
         frequency_hz: omega / TAU,
         offset,
     };
-    Some(Task(Box::new(move || {
+    Task(Box::new(move || {
         let fit = fit_waveform(&signal.time_s, &signal.values, &start)?;
         Ok(vec![fit.best.decay_rate_per_s, fit.best.friction_displacement])
-    })))
+    }))
 }
 
-/// The whole analysis, nothing given.
-pub(super) fn analysis(signal: &Signal) -> Result<Option<Task<'_>>, Failure> {
+/// The whole analysis with default options.
+pub(super) fn analysis(signal: &Signal) -> Result<Task<'_>, Failure> {
     let record = Record::new(signal.time_s.clone(), signal.values.clone())?;
     let options = Options::default();
-    Ok(Some(Task(Box::new(move || {
+    Ok(Task(Box::new(move || {
         let answer = analyse(&record, &options)?;
         let value = |name| answer.parameter(name).map_or(f64::NAN, |quantity| quantity.value);
         Ok(vec![value(Parameter::DECAY_RATE), value(Parameter::FRICTION_DISPLACEMENT)])
-    }))))
+    })))
 }
 
 /// Three-parameter fit of an amplitude trace, from the peers' start.
-pub(super) fn envelope_fit(signal: &Signal) -> Option<Task<'_>> {
+pub(super) fn envelope_fit(signal: &Signal) -> Task<'_> {
     let [initial_amplitude, offset_amplitude, decay_rate_per_s] = signal.envelope_start();
     let start = EnvelopeStart { initial_amplitude, offset_amplitude, decay_rate_per_s };
-    Some(Task(Box::new(move || {
+    Task(Box::new(move || {
         let best = fit_envelope(&signal.time_s, &signal.values, &start)?.best;
         let omega = signal.truth.omega();
         let x_f = friction_displacement(best.offset_amplitude, best.decay_rate_per_s, omega);
         Ok(vec![best.decay_rate_per_s, x_f])
-    })))
+    }))
 }
 
 /// Reading a file of two columns.
-pub(super) fn text_read(path: &Path) -> Option<Task<'_>> {
-    Some(Task(Box::new(move || {
+pub(super) fn text_read(path: &Path) -> Task<'_> {
+    Task(Box::new(move || {
         let reading = slipfit_io::read(path, &slipfit_io::ReadOptions::default())?;
         let last = reading.record.len() - 1;
         Ok(vec![reading.record.time_s(last), reading.record.signal()[last]])
-    })))
+    }))
 }

@@ -85,7 +85,7 @@ impl Bench {
         let [ours, scipy, minpack, lmfit] = &best[..] else { return Err("four were expected".into()) };
         let work = "fit, resonance curve, 401 points, 5 parameters";
         let row = |peer: &'static str, at_least: Option<f64>, theirs: &Timing, apart: Option<f64>| {
-            faster('l', work, Some(ours), &Against { peer, at_least }, theirs, apart)
+            faster('l', work, ours, &Against { peer, at_least }, theirs, apart)
         };
         let same = |peer: &str, theirs: &Timing| apart(&sweep, peer, ours, theirs).map(Some);
         Ok(vec![
