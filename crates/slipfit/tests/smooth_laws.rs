@@ -5,7 +5,7 @@
 
 use proptest::prelude::*;
 use slipfit::Oscillator;
-use slipfit::motion::decay::{Envelope, drag_rate};
+use slipfit::motion::decay::{AmplitudeLaw, drag_rate};
 use slipfit::motion::simulate::smooth::{SmoothMotion, drag, power, stribeck};
 use slipfit::motion::simulate::{Drive, Event, EventKind, Friction, Harmonic, Motion};
 
@@ -43,7 +43,7 @@ fn sliding_and_drag_turn_where_the_first_integral_says() {
 fn a_weak_drag_follows_the_slow_envelope() {
     let o = Oscillator::physical(1.0, 1e-3, 1.0, 2e-4).unwrap();
     let c = 1e-3;
-    let envelope = Envelope::of(&o, drag_rate(c, 1.0, 1.0), 1.0).unwrap();
+    let envelope = AmplitudeLaw::of(&o, drag_rate(c, 1.0, 1.0), 1.0).unwrap();
     let mut motion = SmoothMotion::new(&o, drag(c).unwrap(), Drive::none(), 0.0, 1.0, 0.0).unwrap();
     let events = all(&mut motion, 500.0);
     assert!(events.len() > 150);

@@ -93,7 +93,8 @@ pub(super) const SINE: [f64; 11] = alternating(inverse_factorials(1, 2));
 pub(super) const COSINE: [f64; 11] = alternating(inverse_factorials(0, 2));
 const EXPONENTIAL: [f64; 13] = inverse_factorials(0, 1);
 
-const fn inverse_factorials<const N: usize>(first: usize, step: usize) -> [f64; N] {
+/// `1/first!`, `1/(first + step)!` …: coefficients of a Taylor series.
+pub(crate) const fn inverse_factorials<const N: usize>(first: usize, step: usize) -> [f64; N] {
     let mut out = [0.0; N];
     let mut factorial = 1.0;
     let mut of = 1;
@@ -119,6 +120,7 @@ const fn alternating<const N: usize>(mut list: [f64; N]) -> [f64; N] {
     list
 }
 
+/// Polynomial by Horner's rule.
 #[inline(always)]
 fn horner<const FUSED: bool, const N: usize>(x: f64, coefficients: &[f64; N]) -> f64 {
     let mut sum = coefficients[N - 1];

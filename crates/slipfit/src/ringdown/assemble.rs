@@ -3,7 +3,6 @@
 use super::decay_series::{backbone, envelope_points, fitted_motion, loss_points};
 use super::envelope::{A0, DELTA, DRAG, X_F, law_of};
 use super::evidence::Evidence;
-use super::law::LossLaw;
 use super::quantities::{angular_frequency, parameters};
 use super::stop::stop;
 use super::waveform::OMEGA;
@@ -13,6 +12,7 @@ use crate::answer::describe::{self, candidates, sliding_evidence};
 use crate::answer::{Correlation, Parameter, SlidingEvidence, Values};
 use crate::inference::model_selection::ModelFit;
 use crate::model::loss::LossModel;
+use crate::motion::decay::AmplitudeLaw;
 use crate::numeric::roots::border;
 use crate::signal::blocks::Block;
 use crate::signal::spectrum;
@@ -40,7 +40,7 @@ pub(crate) fn answer(e: &Evidence) -> Result<Answer, Error> {
     let omega = angular_frequency(e, chosen);
     let law = law_of(&chosen.bounded.parameters, omega);
     let duration = e.fit.end - e.fit.origin;
-    let shares = [law.amplitude_0, last_amplitude(e, &law)].map(|amplitude| law.shares(amplitude)[0]);
+    let shares = [law.initial, last_amplitude(e, &law)].map(|amplitude| law.shares(amplitude)[0]);
     let sliding = SlidingEvidence {
         dominates_from_s: dominates_from(&law, duration, e.criteria.answer.dominating_share)
             .map(|t| e.fit.origin + t),
@@ -125,12 +125,12 @@ fn segment_of(e: &Evidence) -> Segment {
 }
 
 /// Last amplitude of the law inside the segment, never below zero.
-pub(crate) fn last_amplitude(e: &Evidence, law: &LossLaw) -> f64 {
+pub(crate) fn last_amplitude(e: &Evidence, law: &AmplitudeLaw) -> f64 {
     law.amplitude(e.fit.end - e.fit.origin)
 }
 
 /// First time from which sliding carries more than a share of the loss to the end.
-fn dominates_from(law: &LossLaw, duration: f64, share: f64) -> Option<f64> {
+fn dominates_from(law: &AmplitudeLaw, duration: f64, share: f64) -> Option<f64> {
     let dominates = |t: f64| law.shares(law.amplitude(t))[0] > share;
     if !(law.a0 > 0.0) || !dominates(duration) {
         return None;
@@ -142,7 +142,7 @@ fn dominates_from(law: &LossLaw, duration: f64, share: f64) -> Option<f64> {
     Some(border(duration, 0.0, dominates).0)
 }
 
-fn diagnostics(e: &Evidence, chosen: &ModelFit, law: &LossLaw) -> Diagnostics {
+fn diagnostics(e: &Evidence, chosen: &ModelFit, law: &AmplitudeLaw) -> Diagnostics {
     let variance = e.fit.comparison.noise.residual_variance(&chosen.bounded);
     let residual_rms = match &e.fit.problem {
         Problem::Waveform(_) => (chosen.bounded.rss / e.fit.comparison.noise.observations).sqrt(),
@@ -157,8 +157,8 @@ fn diagnostics(e: &Evidence, chosen: &ModelFit, law: &LossLaw) -> Diagnostics {
         residual_excess: e.fit.excess,
         residual_autocorrelation: e.fit.autocorrelation,
         signal_to_noise_db: 20.0
-            * (law.amplitude_0 / std::f64::consts::SQRT_2 / noise.max(f64::MIN_POSITIVE)).log10(),
-        decay_times: (law.amplitude_0 / last_amplitude(e, law).max(1e-9 * law.amplitude_0)).ln().max(0.0),
+            * (law.initial / std::f64::consts::SQRT_2 / noise.max(f64::MIN_POSITIVE)).log10(),
+        decay_times: (law.initial / last_amplitude(e, law).max(1e-9 * law.initial)).ln().max(0.0),
         left_out: e.fit.outliers,
         other_modes,
         distortion,

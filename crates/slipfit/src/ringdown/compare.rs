@@ -5,6 +5,7 @@ use crate::inference::least_squares::{Fit, LeastSquares, minimise};
 use crate::inference::model_selection::ModelComparison;
 use crate::inference::noise::NoiseModel;
 use crate::model::loss::{LossModel, LossTerm};
+use crate::motion::decay::amplitude::FURTHER;
 
 /// Where every fit of a decay keeps the coefficient of a loss term.
 pub(crate) fn slot(term: LossTerm) -> usize {
@@ -12,6 +13,9 @@ pub(crate) fn slot(term: LossTerm) -> usize {
         LossTerm::Sliding => X_F,
         LossTerm::Viscous => DELTA,
         LossTerm::Drag => DRAG,
+        // Further terms follow in the order of their list.
+        #[allow(unreachable_patterns, reason = "there may be none")]
+        further => A0 + 1 + further as usize,
     }
 }
 
@@ -35,7 +39,8 @@ pub(crate) fn compare(
 ) -> ModelComparison {
     let mut fits: Vec<(LossModel, Fit)> = Vec::new();
     let mut base = start.to_vec();
-    (base[X_F], base[DRAG]) = (0.0, 0.0);
+    base[X_F] = 0.0;
+    base[DRAG..DRAG + 1 + FURTHER].fill(0.0);
     let mut sliding = base.clone();
     (sliding[DELTA], sliding[X_F]) = (0.0, sliding_start);
     for model in LossModel::ALL {

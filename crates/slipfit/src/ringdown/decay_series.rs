@@ -1,14 +1,15 @@
 //! Series along the decay: the fitted motion, amplitudes, losses, frequency, and the stop.
 
-use super::envelope::{X_F, backbone_factors};
+use super::envelope::X_F;
 use super::evidence::Evidence;
 use super::fitted::{FittedMotion, Knot};
-use super::law::LossLaw;
 use super::quantities::frequency_known;
 use super::waveform::{BEND, CHIRP, OFFSET};
 use super::window_fit::Problem;
 use super::{Backbone, EnvelopePoint, LossPoint};
 use crate::inference::model_selection::ModelFit;
+use crate::motion::decay::AmplitudeLaw;
+use crate::motion::decay::path::backbone_factors;
 use std::f64::consts::TAU;
 
 /// Knots of the phase along a fitted waveform.
@@ -17,7 +18,7 @@ const KNOTS: i32 = 1024;
 const LOSS_GROUPS: usize = 24;
 const LEAST_IN_GROUP: usize = 3;
 
-pub(crate) fn fitted_motion(e: &Evidence, chosen: &ModelFit, law: LossLaw, omega: f64) -> FittedMotion {
+pub(crate) fn fitted_motion(e: &Evidence, chosen: &ModelFit, law: AmplitudeLaw, omega: f64) -> FittedMotion {
     let p = &chosen.bounded.parameters;
     let knots = match &e.fit.problem {
         Problem::Waveform(problem) => {
@@ -57,7 +58,7 @@ fn backbone_terms(e: &Evidence, chosen: &ModelFit, omega: f64) -> [f64; 2] {
     }
 }
 
-pub(crate) fn backbone(e: &Evidence, chosen: &ModelFit, law: &LossLaw, omega: f64) -> Option<Backbone> {
+pub(crate) fn backbone(e: &Evidence, chosen: &ModelFit, law: &AmplitudeLaw, omega: f64) -> Option<Backbone> {
     if !e.record.kind().oscillates() {
         return None;
     }
@@ -69,7 +70,7 @@ pub(crate) fn backbone(e: &Evidence, chosen: &ModelFit, law: &LossLaw, omega: f6
         Problem::Waveform(_) => chosen.bounded.parameters[CHIRP] / omega,
         Problem::Envelope(_) => e.measured.law.drift,
     };
-    let s = law.amplitude_0 * law.amplitude_0;
+    let s = law.initial * law.initial;
     Some(Backbone {
         frequency_at_zero_hz: omega / TAU,
         frequency_at_start_hz: omega / TAU * (1.0 + s * (quadratic + s * quartic)),
@@ -101,7 +102,7 @@ pub(crate) fn envelope_points(e: &Evidence, fit: &FittedMotion) -> Vec<EnvelopeP
 }
 
 /// Slopes of the amplitude over groups of points, times the period.
-pub(crate) fn loss_points(e: &Evidence, law: &LossLaw, omega: f64) -> Vec<LossPoint> {
+pub(crate) fn loss_points(e: &Evidence, law: &AmplitudeLaw, omega: f64) -> Vec<LossPoint> {
     let points = &e.measured.points;
     if points.len() < 2 * LEAST_IN_GROUP {
         return Vec::new();

@@ -124,7 +124,7 @@ fn fit_from<'a>(
     let Problem::Waveform(problem) = &fit.problem else { return None };
     measured.points = half_cycles(problem, p, release, sigma, c);
     measured.noise_rms = sigma;
-    if p[X_F] > 0.0 && law.stop_time() < duration {
+    if p[X_F] > 0.0 && law.stop_time_s().is_some_and(|stop| stop < duration) {
         measured.window.end_reason = EndReason::Rest;
     }
     measured.all.clone_from(&measured.points);

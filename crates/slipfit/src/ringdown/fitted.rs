@@ -1,7 +1,6 @@
 //! The fitted motion, to be drawn or subtracted.
 
-use super::envelope::Walker;
-use super::law::LossLaw;
+use crate::motion::decay::{amplitude::AmplitudeLaw, path::AmplitudePath};
 use crate::numeric::roots::border;
 use std::f64::consts::PI;
 
@@ -37,7 +36,7 @@ pub(crate) struct Knot {
 pub struct FittedMotion {
     pub(crate) start_s: f64,
     pub(crate) end_s: f64,
-    pub(crate) law: LossLaw,
+    pub(crate) law: AmplitudeLaw,
     pub(crate) friction_displacement: f64,
     /// Empty for a bare envelope.
     pub(crate) knots: Vec<Knot>,
@@ -63,7 +62,7 @@ impl FittedMotion {
     pub(crate) fn new(
         start_s: f64,
         end_s: f64,
-        law: LossLaw,
+        law: AmplitudeLaw,
         backbone: [f64; 2],
         friction_displacement: f64,
         knots: Vec<Knot>,
@@ -73,13 +72,13 @@ impl FittedMotion {
             Vec::new()
         } else {
             let step = (end_s - start_s) / (TABLE - 1) as f64;
-            let mut walker = Walker::new(law, backbone);
+            let mut path = AmplitudePath::new(law, backbone);
             (0..TABLE)
                 .map(|i| {
                     if i > 0 {
-                        walker.advance(step);
+                        path.advance(step);
                     }
-                    walker.amplitude
+                    path.amplitude
                 })
                 .collect()
         };
@@ -118,7 +117,7 @@ impl FittedMotion {
 
     fn amplitude_extended(&self, elapsed: f64) -> f64 {
         if self.table.is_empty() {
-            return self.law.amplitude_extended(elapsed);
+            return self.law.after(self.law.initial, elapsed);
         }
         let x = (elapsed / (self.end_s - self.start_s) * (TABLE - 1) as f64).clamp(-1.0, TABLE as f64);
         let i = (x.max(0.0) as usize).min(TABLE - 2);

@@ -98,7 +98,7 @@ fn to_the_end<'a>(
     let (from, to) = (measured.points.first()?.first, measured.points.last()?.end);
     let best = by_amplitudes.comparison.preferred()?;
     let law = law_of(&best.bounded.parameters, measured.law.omega);
-    let loss_per_cycle = law.rate(law.amplitude_0) / law.amplitude_0 * TAU / measured.law.omega;
+    let loss_per_cycle = law.rate(law.initial) / law.initial * TAU / measured.law.omega;
     if to - from > criteria.waveform.most_samples
         || !measured.phase_follows_law
         || loss_per_cycle < criteria.waveform.least_loss

@@ -72,7 +72,7 @@ pub(crate) fn parameters(e: &Evidence, chosen: &ModelFit, omega: f64) -> Paramet
     if known {
         list.set(Parameter::FRICTION_DISPLACEMENT, x_f.clone());
     }
-    let gain = super::envelope::sliding_gain(delta.value, omega).0;
+    let gain = crate::motion::decay::amplitude::sliding_gain(delta.value, omega)[0];
     list.set(Parameter::SlidingRate, x_f.scaled(gain, Parameter::SlidingRate.unit(unit)));
     for &term in LossTerm::ALL {
         if !matches!(term, LossTerm::Viscous | LossTerm::Sliding) {

@@ -27,7 +27,7 @@ pub(crate) fn start_values(
     let first = measured.points.first()?;
     let best = by_amplitudes.comparison.preferred()?;
     let mut start = vec![0.0; COUNT];
-    start[..4].copy_from_slice(&best.bounded.parameters[..4]);
+    start[..PHASE].copy_from_slice(&best.bounded.parameters[..PHASE]);
     start[OMEGA] = measured.law.omega;
     start[PHASE] = blocks::wrap(first.phase - first.omega * (first.time_s - samples.time[first.first]));
     start[OFFSET] = measured.points.iter().map(|b| b.offset).sum::<f64>() / measured.points.len() as f64;

@@ -2,17 +2,20 @@
 //!
 //! - [`FreeDecay`]: viscous and sliding friction in closed form, at any time,
 //!   any quality factor, with the stop.
-//! - [`Envelope`]: amplitude against time for sliding, viscous and drag loss
+//! - [`AmplitudeLaw`]: amplitude against time for sliding, viscous and drag loss
 //!   together, averaged over a cycle.
 //! - [`law`]: the loss rate of any other friction law.
 //! - [`averaged`]: the ring-down of Vitorino, Vieira and Rodrigues, eqs.
 //!   (15) to (18), beside the exact forms they approximate.
 
+pub(crate) mod amplitude;
 pub mod averaged;
-mod envelope;
 mod exact;
+pub(crate) mod half_cycle;
 pub mod law;
+pub(crate) mod parameters;
+pub(crate) mod path;
 mod waveform;
 
-pub use envelope::{Envelope, drag_rate, sliding_rate};
+pub use amplitude::{AmplitudeLaw, drag_rate, sliding_rate};
 pub use exact::{FreeDecay, HalfCycleLoss, Stop, TurningPoint, TurningPoints};

@@ -2,9 +2,8 @@
 
 use super::minimise::{Sums, minimise, spread};
 use crate::Error;
+use crate::motion::decay::amplitude::{exp_share as phi, sliding_gain};
 use crate::numeric::wide;
-use crate::ringdown::envelope::sliding_gain;
-use crate::ringdown::law::phi;
 use crate::signal::blocks::{self, Block, PhaseAt};
 use pulp::Simd;
 use std::f64::consts::{FRAC_PI_2, PI, TAU};
@@ -183,7 +182,7 @@ pub fn fit_waveform(time_s: &[f64], signal: &[f64], start: &Decay) -> Result<Dec
 /// Whether friction holds the motion before `duration` is over.
 fn stopped(&[a0, x_f, delta, _, omega, _]: &[f64; 6], duration: f64) -> bool {
     let fall = Fall::after(delta, duration);
-    a0 * fall.e - x_f * (sliding_gain(delta, omega).0 * fall.g + 1.0) <= 0.0
+    a0 * fall.e - x_f * (sliding_gain(delta, omega)[0] * fall.g + 1.0) <= 0.0
 }
 
 /// Pieces whose amplitudes and phases lead the start to its goal.
@@ -229,7 +228,7 @@ fn nearer(time: &[f64], signal: &[f64], at: &[f64; 6]) -> Option<([f64; 6], f64)
     let bend = w * wtt - wt * wt;
     let (shift, rate) = ((wtt * wp - wt * wtp) / bend, (w * wtp - wt * wp) / bend);
     let next = omega + rate;
-    let offset_amplitude = x_f * sliding_gain(delta, omega).0 / delta;
+    let offset_amplitude = x_f * sliding_gain(delta, omega)[0] / delta;
     let start = super::EnvelopeStart {
         initial_amplitude: amplitudes[0],
         offset_amplitude: if offset_amplitude.is_finite() { offset_amplitude } else { 0.0 },
@@ -239,7 +238,7 @@ fn nearer(time: &[f64], signal: &[f64], at: &[f64; 6]) -> Option<([f64; 6], f64)
     let (c, delta) = (law.offset_amplitude, law.decay_rate_per_s);
     let first = (law.initial_amplitude + c) * (delta * (centres[0] - origin)).exp() - c;
     let mean = found.iter().map(|b| b.offset).sum::<f64>() / count as f64;
-    let near = [first, c * delta / sliding_gain(delta, next).0, delta, phase + shift, next, mean];
+    let near = [first, c * delta / sliding_gain(delta, next)[0], delta, phase + shift, next, mean];
     let sound = near.iter().all(|v| v.is_finite()) && next > 0.5 * omega && next < 2.0 * omega && first > 0.0;
     sound.then(|| (near, found.iter().map(|b| b.rss).sum()))
 }
@@ -358,9 +357,7 @@ impl pulp::WithSimd for Pass<'_> {
             }
         }
         let exponent = simd.splat_f64s(-delta * 0.5f64.powi(squarings));
-        let (gain, gain_by_delta) = sliding_gain(delta, omega);
-        // delta coth(pi delta/2 omega) is homogeneous of degree one in both.
-        let gain_by_omega = (gain - delta * gain_by_delta) / omega;
+        let [gain, gain_by_delta, gain_by_omega] = sliding_gain(delta, omega);
         let tilt = delta / omega;
         let half = Fall::after(delta, period);
 

@@ -41,7 +41,7 @@ pub(crate) fn end_of_lead_in(
     let predictions = problem.predictions(&fit);
     // Mean residual of a run over its standard error, the law's own uncertainty in common.
     let miss = |run: Range<usize>| {
-        let (mut weight, mut sum, mut row) = (0.0, 0.0, [0.0; 5]);
+        let (mut weight, mut sum, mut row) = (0.0, 0.0, vec![0.0; fit.parameters.len()]);
         for j in run {
             let (residual, by) = &predictions[j];
             let w = problem.weight[j];

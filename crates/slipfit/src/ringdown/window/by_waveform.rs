@@ -54,8 +54,7 @@ pub(crate) fn agreeing_end(
     let best = &fitted.comparison.preferred()?.bounded;
     let law = law_of(&best.parameters, best.parameters[OMEGA]);
     let variance = fitted.comparison.noise.residual_variance(best);
-    let least =
-        (criteria.least_amplitude * law.amplitude_0).max(criteria.least_frictions * best.parameters[X_F]);
+    let least = (criteria.least_amplitude * law.initial).max(criteria.least_frictions * best.parameters[X_F]);
     // Block by block, then what is left behind the last whole one.
     let rest = measured.all.last().map(|b| (b.end, samples.len()));
     let pieces = measured.all.iter().map(|b| (b.first, b.end)).filter(|p| p.0 >= to).chain(rest);

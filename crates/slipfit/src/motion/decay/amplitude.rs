@@ -1,0 +1,397 @@
+//! The amplitude law: loss of amplitude to sliding, viscous and drag loss together, solved.
+
+use crate::error::Error;
+use crate::model::loss::LossTerm;
+use crate::model::oscillator::{Oscillator, at_least_zero};
+use crate::numeric::quadrature::integrate;
+use std::f64::consts::PI;
+
+/// Loss terms beside sliding, viscous and drag loss: those behind the three in [`LossTerm::ALL`].
+/// They have no closed form here; the law is integrated.
+pub(crate) const FURTHER: usize = LossTerm::ALL.len() - 3;
+
+/// Longest step of the integration, over the time in which the loss changes.
+pub(super) const STEP: f64 = 0.1;
+/// Most steps of one integration.
+pub(super) const MOST_STEPS: f64 = 4096.0;
+
+/// Amplitude of a decay whose loss is a constant, a linear and a quadratic part.
+///
+/// ```text
+/// dA/dt = -(a0 + a1 A + a2 A²)
+/// A(t) = [A_0 (1 - a1 T) - 2 a0 T] / [1 + (2 a2 A_0 + a1) T],
+/// D = 4 a0 a2 - a1²;   T = tan(t sqrt(D)/2)/sqrt(D),  tanh(t sqrt(-D)/2)/sqrt(-D)  or  t/2
+/// ```
+///
+/// evaluated without cancellation through every degenerate case. The three
+/// losses are
+///
+/// ```text
+/// sliding  F         a0 = 2 omega x_F / pi         per s, in units of displacement
+/// viscous  gamma     a1 = delta = gamma / 2m       per s
+/// drag     c v|v|    a2 = 4 c omega / (3 pi m)     per s and displacement
+/// ```
+///
+/// With `a2 = 0` this is the amplitude of eq. (16) of Vitorino, Vieira and
+/// Rodrigues; with drag it is the extension they propose after eq. (18).
+/// Averaged over a cycle: holds to first order in the loss per cycle. The turning points of the
+/// exact motion with viscous and sliding friction lie on it when
+/// `a0 = delta x_F coth(pi delta / 2 omega_d)`.
+///
+/// ```
+/// # use slipfit::motion::decay::AmplitudeLaw;
+/// let sliding = AmplitudeLaw::new(1.0, 0.1, 0.0, 0.0)?;
+/// assert!((sliding.amplitude(4.0) - 0.6).abs() < 1e-15); // a straight line
+/// assert_eq!(sliding.stop_time_s(), Some(10.0));
+/// # Ok::<(), slipfit::Error>(())
+/// ```
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct AmplitudeLaw {
+    /// Amplitude at the start.
+    pub(crate) initial: f64,
+    /// Sliding, viscous and drag term. Estimates of them may be negative.
+    pub(crate) a0: f64,
+    pub(crate) a1: f64,
+    pub(crate) a2: f64,
+    /// Coefficients of the further terms.
+    pub(crate) further: [f64; FURTHER],
+}
+
+impl AmplitudeLaw {
+    /// From the initial amplitude and the three rates.
+    ///
+    /// # Errors
+    /// [`Error::Parameter`] if one is negative or not finite.
+    pub fn new(initial_amplitude: f64, a0: f64, a1: f64, a2: f64) -> Result<Self, Error> {
+        at_least_zero("initial_amplitude", initial_amplitude)?;
+        at_least_zero("a0 (sliding rate)", a0)?;
+        at_least_zero("a1 (decay rate)", a1)?;
+        at_least_zero("a2 (drag rate)", a2)?;
+        Ok(Self::from_rates(initial_amplitude, [a0, a1, a2]))
+    }
+
+    /// The same of any rates, as a fit may try them.
+    pub(crate) fn from_rates(initial: f64, [a0, a1, a2]: [f64; 3]) -> Self {
+        Self { initial, a0, a1, a2, further: [0.0; FURTHER] }
+    }
+
+    /// From an oscillator, its drag rate `a2` (per s and displacement), and the initial amplitude.
+    ///
+    /// # Errors
+    /// As [`AmplitudeLaw::new`].
+    pub fn of(oscillator: &Oscillator, drag_rate: f64, initial_amplitude: f64) -> Result<Self, Error> {
+        Self::new(
+            initial_amplitude,
+            sliding_rate(oscillator.friction_displacement(), oscillator.omega_d()),
+            oscillator.decay_rate_per_s(),
+            drag_rate,
+        )
+    }
+
+    /// The rates `a0`, `a1`, `a2`.
+    pub fn rates(&self) -> [f64; 3] {
+        [self.a0, self.a1, self.a2]
+    }
+
+    /// Loss `-dA/dt` at an amplitude: constant, linear and quadratic part.
+    pub fn losses(&self, amplitude: f64) -> [f64; 3] {
+        [self.a0, self.a1 * amplitude, self.a2 * amplitude * amplitude]
+    }
+
+    /// Loss `-dA/dt` at an amplitude.
+    pub(crate) fn rate(&self, amplitude: f64) -> f64 {
+        let closed = self.a0 + amplitude * (self.a1 + amplitude * self.a2);
+        let shapes = further_shapes(amplitude);
+        self.further.iter().zip(shapes).fold(closed, |sum, (c, shape)| sum + c * shape)
+    }
+
+    /// Derivative of the loss by the amplitude.
+    pub(crate) fn rate_slope(&self, amplitude: f64) -> f64 {
+        let closed = self.a1 + 2.0 * amplitude * self.a2;
+        let terms = self.further.iter().zip(&LossTerm::ALL[LossTerm::ALL.len() - FURTHER..]);
+        terms.fold(closed, |sum, (c, term)| sum + c * term.shape_derivative(amplitude.max(0.0)))
+    }
+
+    /// Whether the closed form is the whole law.
+    pub(crate) fn is_closed(&self) -> bool {
+        self.further.iter().all(|c| *c == 0.0)
+    }
+
+    /// Shares of the loss at an amplitude: sliding, viscous, drag.
+    pub(crate) fn shares(&self, amplitude: f64) -> [f64; 3] {
+        let parts = self.losses(amplitude).map(|p| p.max(0.0));
+        let further =
+            self.further.iter().zip(further_shapes(amplitude)).map(|(c, shape)| (c * shape).max(0.0));
+        let total: f64 = parts.iter().sum::<f64>() + further.sum::<f64>();
+        parts.map(|p| if total > 0.0 { p / total } else { 0.0 })
+    }
+
+    /// Amplitude at `time_s`, zero after the stop, the initial one before zero.
+    pub fn amplitude(&self, time_s: f64) -> f64 {
+        if time_s <= 0.0 { self.initial } else { self.after(self.initial, time_s).max(0.0) }
+    }
+
+    /// The amplitude `time_s` after it was `amplitude`, below zero after the stop: a fit needs a
+    /// function that stays smooth there.
+    pub(crate) fn after(&self, amplitude: f64, time_s: f64) -> f64 {
+        let (a, t) = (amplitude, time_s);
+        if !self.is_closed() {
+            let steps = (self.rate_slope(a).abs() * t.abs() / STEP).ceil().clamp(1.0, MOST_STEPS);
+            return (0..steps as usize).fold(a, |a, _| integrate_step(|a| self.rate(a), a, t / steps));
+        }
+        let Self { a0, a1, a2, .. } = *self;
+        if a2 == 0.0 {
+            let x = a1 * t;
+            return a * (-x).exp() - a0 * t * exp_share(x);
+        }
+        let d = 4.0 * a0 * a2 - a1 * a1;
+        if d > 0.0 {
+            let root = d.sqrt();
+            let half = 0.5 * t * root;
+            // The pole of the tangent lies past the stop.
+            if half >= 1.5 && (half >= 0.5 * PI || t >= self.fall_time(a, 0.0)) {
+                return 0.0;
+            }
+            let (sin, cos) = half.sin_cos();
+            let s = sin / root;
+            return (a * (cos - a1 * s) - 2.0 * a0 * s) / (cos + (2.0 * a2 * a + a1) * s);
+        }
+        // T = (1 - E)/(r (1 + E)), E = e^-rt, both sides times (1 + E)/2.
+        let r = (-d).sqrt();
+        let e = (-r * t).exp();
+        let s = t * exp_share(r * t);
+        let (less, more) = self.roots(r);
+        (a * e - s * (a0 + 0.5 * a * less)) / (e + s * (0.5 * more + a2 * a))
+    }
+
+    /// `a1 - r` and `a1 + r`, `r² = a1² - 4 a0 a2`: the one that cancels by the product of both.
+    fn roots(&self, r: f64) -> (f64, f64) {
+        let big = self.a1.abs() + r;
+        let small = if big > 0.0 { 4.0 * self.a0 * self.a2 / big } else { 0.0 };
+        if self.a1 >= 0.0 { (small, big) } else { (-big, -small) }
+    }
+
+    /// Time at which the amplitude has fallen to `amplitude`, s.
+    ///
+    /// `None` if it never gets there, or starts below it.
+    pub fn time_to(&self, amplitude: f64) -> Option<f64> {
+        if !(0.0..=self.initial).contains(&amplitude) {
+            return None;
+        }
+        let t = self.fall_time(self.initial, amplitude);
+        t.is_finite().then_some(t)
+    }
+
+    /// Time to fall from `a` to `b`, from T of the closed form; not a finite number where it
+    /// never does.
+    fn fall_time(&self, a: f64, b: f64) -> f64 {
+        if a == b {
+            return 0.0;
+        }
+        if !self.is_closed() {
+            return integrate(&|amplitude: f64| 1.0 / self.rate(amplitude), b, a);
+        }
+        let Self { a0, a1, a2, .. } = *self;
+        let fall = a - b;
+        let d = 4.0 * a0 * a2 - a1 * a1;
+        if d > 0.0 {
+            let root = d.sqrt();
+            let rate = 2.0 * a0 + a1 * (a + b) + 2.0 * a2 * a * b;
+            return 2.0 * f64::atan2(root * fall, rate) / root;
+        }
+        let r = (-d).sqrt();
+        let (less, more) = self.roots(r);
+        // rate - r fall, its cancelling parts joined beforehand.
+        let rest = 2.0 * a0 + a * less + b * more + 2.0 * a2 * a * b;
+        let x = 2.0 * r * fall / rest;
+        if x.abs() < 1e-40 { 2.0 * fall / rest } else { x.ln_1p() / r }
+    }
+
+    /// Time at which the amplitude reaches zero, s; `None` without sliding friction.
+    ///
+    /// The mass itself stops up to half a period from there, with an offset of
+    /// up to `F_s/k`: see [`FreeDecay::stop`](super::FreeDecay::stop).
+    pub fn stop_time_s(&self) -> Option<f64> {
+        if self.a0 <= 0.0 && self.initial > 0.0 { None } else { self.time_to(0.0) }
+    }
+}
+
+/// Shapes `g(A)` of the further loss terms.
+pub(super) fn further_shapes(amplitude: f64) -> [f64; FURTHER] {
+    std::array::from_fn(|k| LossTerm::ALL[LossTerm::ALL.len() - FURTHER + k].shape(amplitude.max(0.0)))
+}
+
+/// One step of `dA/dt = -rate(A)`: the classical Runge-Kutta rule over the step and over its
+/// halves, extrapolated to fifth order. Off by less than 1e-9 of the amplitude over a step of
+/// [`STEP`].
+pub(super) fn integrate_step(rate: impl Fn(f64) -> f64, amplitude: f64, h: f64) -> f64 {
+    let classical = |a: f64, h: f64| {
+        let k1 = -rate(a);
+        let k2 = -rate(a + 0.5 * h * k1);
+        let k3 = -rate(a + 0.5 * h * k2);
+        let k4 = -rate(a + h * k3);
+        a + h / 6.0 * (k1 + 2.0 * (k2 + k3) + k4)
+    };
+    let once = classical(amplitude, h);
+    let twice = classical(classical(amplitude, 0.5 * h), 0.5 * h);
+    twice + (twice - once) / 15.0
+}
+
+/// `(1 - e^(-x))/x`, right also at zero.
+pub(crate) fn exp_share(x: f64) -> f64 {
+    if x.abs() < 1e-5 { 1.0 - 0.5 * x + x * x / 6.0 } else { -(-x).exp_m1() / x }
+}
+
+/// `K` of `a0 = K x_F` and its derivatives by delta and omega: `K = delta coth(pi delta/2 omega)`,
+/// with which the turning points of the exact motion lie on the law.
+pub(crate) fn sliding_gain(delta: f64, omega: f64) -> [f64; 3] {
+    let y = PI * delta / (2.0 * omega);
+    if y.abs() < 1e-4 {
+        [2.0 * omega / PI * (1.0 + y * y / 3.0), 2.0 * y / 3.0, 2.0 / PI]
+    } else {
+        let coth = 1.0 / y.tanh();
+        let slope = y / y.sinh().powi(2);
+        [delta * coth, coth - slope, slope * delta / omega]
+    }
+}
+
+/// `a0 = 2 omega x_F / pi`: loss of amplitude per second to sliding friction.
+pub fn sliding_rate(friction_displacement: f64, omega: f64) -> f64 {
+    2.0 * omega * friction_displacement / PI
+}
+
+/// `a2 = 4 c omega / (3 pi m)`: drag rate of a force `c v|v|`.
+pub fn drag_rate(drag_coefficient: f64, mass: f64, omega: f64) -> f64 {
+    4.0 * drag_coefficient * omega / (3.0 * PI * mass)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use proptest::prelude::*;
+
+    fn slope(e: &AmplitudeLaw, a: f64) -> f64 {
+        e.losses(a).iter().sum()
+    }
+
+    #[test]
+    fn a_viscous_decay_stays_relatively_exact_to_the_end() {
+        let e = AmplitudeLaw::new(2.0, 0.0, 0.3, 0.0).unwrap();
+        assert!((e.amplitude(1000.0) / (2.0 * (-300.0f64).exp()) - 1.0).abs() < 1e-13);
+        assert_eq!(e.stop_time_s(), None);
+    }
+
+    #[test]
+    fn pure_drag_falls_as_one_over_time() {
+        let e = AmplitudeLaw::new(2.0, 0.0, 0.0, 0.25).unwrap();
+        assert!((e.amplitude(6.0) - 2.0 / (1.0 + 0.25 * 2.0 * 6.0)).abs() < 1e-15);
+        assert!((e.time_to(0.5).unwrap() - 6.0).abs() < 1e-13);
+    }
+
+    #[test]
+    fn sliding_and_drag_run_along_a_tangent() {
+        let (a0, a2): (f64, f64) = (0.02, 0.5);
+        let e = AmplitudeLaw::new(1.0, a0, 0.0, a2).unwrap();
+        let k = (a0 * a2).sqrt();
+        let exact = |t: f64| (a0 / a2).sqrt() * ((1.0 * (a2 / a0).sqrt()).atan() - k * t).tan();
+        for t in [0.1, 1.0, 5.0, 13.0] {
+            assert!((e.amplitude(t) - exact(t)).abs() < 1e-14, "{t}");
+        }
+    }
+
+    #[test]
+    fn the_law_goes_on_past_zero_and_back_in_time_for_any_sign() {
+        for (a0, a1, a2) in
+            [(0.1, 0.2, 0.1), (-0.02, 0.2, 0.1), (0.1, -0.05, 0.1), (0.02, 0.3, -0.05), (0.1, 0.2, 0.0)]
+        {
+            let law = AmplitudeLaw::from_rates(1.0, [a0, a1, a2]);
+            for t in [-1.0, 0.5, 3.0, 6.0] {
+                let (here, there) = (law.after(1.0, t), law.after(law.after(1.0, t), -t));
+                assert!((there - 1.0).abs() < 1e-12, "{law:?} {t}: {there}");
+                let h = 1e-5;
+                let slope = (law.after(1.0, t + h) - law.after(1.0, t - h)) / (2.0 * h);
+                assert!((slope + law.rate(here)).abs() < 1e-8, "{law:?} {t}: {slope}");
+            }
+        }
+    }
+
+    #[test]
+    fn a_law_without_a_closed_form_is_integrated() {
+        // dA/dt = -c A^1.5 has A = A0/(1 + c sqrt(A0) t/2)².
+        let (c, a0): (f64, f64) = (0.4, 2.0);
+        let mut a = a0;
+        for i in 1..=40 {
+            a = integrate_step(|a| c * a.powf(1.5), a, 0.1);
+            let exact = a0 / (1.0 + 0.5 * c * a0.sqrt() * 0.1 * f64::from(i)).powi(2);
+            assert!((a / exact - 1.0).abs() < 1e-8, "step {i}: {a} for {exact}");
+        }
+        let law = AmplitudeLaw::from_rates(1.0, [0.02, 0.1, 0.3]);
+        let there = integrate_step(|a| law.rate(a), 1.0, 0.15);
+        assert!((there / law.after(1.0, 0.15) - 1.0).abs() < 1e-9);
+    }
+
+    #[test]
+    fn the_gain_of_sliding_has_its_derivatives() {
+        for (delta, omega) in [(0.3, 5.0), (2.0, 5.0), (3e-4, 5.0), (0.0, 5.0)] {
+            let h = 1e-6;
+            let [_, by_delta, by_omega] = sliding_gain(delta, omega);
+            let numeric = (sliding_gain(delta + h, omega)[0] - sliding_gain(delta - h, omega)[0]) / (2.0 * h);
+            assert!((by_delta - numeric).abs() < 1e-7, "{delta}: {by_delta} {numeric}");
+            let numeric = (sliding_gain(delta, omega + h)[0] - sliding_gain(delta, omega - h)[0]) / (2.0 * h);
+            assert!((by_omega - numeric).abs() < 1e-7, "{delta}: {by_omega} {numeric}");
+        }
+    }
+
+    #[test]
+    fn neighbours_of_a_degenerate_case_agree_with_it() {
+        let e = |a0, a1, a2| AmplitudeLaw::new(1.0, a0, a1, a2).unwrap();
+        let pairs = [
+            (e(0.1, 0.2, 0.1), e(0.1, 0.2 + 1e-12, 0.1)),
+            (e(0.1, 0.2, 0.1), e(0.1, 0.2 - 1e-12, 0.1)),
+            (e(0.1, 0.2, 0.0), e(0.1, 0.2, 1e-14)),
+            (e(0.1, 0.0, 0.0), e(0.1, 1e-14, 0.0)),
+            (e(0.0, 0.2, 0.3), e(1e-15, 0.2, 0.3)),
+            (e(0.0, 0.0, 0.3), e(1e-30, 1e-15, 0.3)),
+            (e(0.0, 0.0, 0.0), e(1e-15, 1e-15, 1e-15)),
+        ];
+        for (a, b) in pairs {
+            for t in [1e-9, 0.3, 2.0, 4.0] {
+                assert!((a.amplitude(t) - b.amplitude(t)).abs() < 1e-12, "{a:?} {b:?} {t}");
+            }
+        }
+    }
+
+    proptest! {
+        #[test]
+        fn the_closed_form_solves_its_equation(
+            a0 in prop_oneof![Just(0.0), 1e-6..0.5f64],
+            a1 in prop_oneof![Just(0.0), 1e-6..0.5f64],
+            a2 in prop_oneof![Just(0.0), 1e-6..0.5f64],
+            initial in 0.1..3.0f64,
+            t in 0.0..3.0f64,
+        ) {
+            let e = AmplitudeLaw::new(initial, a0, a1, a2).unwrap();
+            let (h, a) = (1e-4, e.amplitude(t + 1e-4));
+            prop_assume!(e.amplitude(t + 2.0 * h) > 0.0);
+            let numeric = (e.amplitude(t) - e.amplitude(t + 2.0 * h)) / (2.0 * h);
+            prop_assert!((numeric - slope(&e, a)).abs() < 1e-7);
+        }
+
+        #[test]
+        fn times_and_amplitudes_invert_each_other(
+            a0 in prop_oneof![Just(0.0), 1e-6..0.5f64],
+            a1 in prop_oneof![Just(0.0), 1e-6..0.5f64],
+            a2 in prop_oneof![Just(0.0), 1e-6..0.5f64],
+            initial in 0.1..3.0f64,
+            fraction in 0.01..1.0f64,
+        ) {
+            prop_assume!(a0 + a1 + a2 > 0.0);
+            let e = AmplitudeLaw::new(initial, a0, a1, a2).unwrap();
+            let t = e.time_to(fraction * initial).unwrap();
+            prop_assert!((e.amplitude(t) - fraction * initial).abs() < 1e-11 * initial);
+            if let Some(stop) = e.stop_time_s() {
+                prop_assert!(stop >= t && e.amplitude(stop * (1.0 + 1e-12)) < 1e-9 * initial);
+            }
+        }
+    }
+}

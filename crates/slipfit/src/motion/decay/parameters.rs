@@ -1,0 +1,44 @@
+//! Parameters of a free decay as every fit lays them out: the amplitude, its losses, the
+//! phase, the offset.
+
+use super::amplitude::{AmplitudeLaw, sliding_gain};
+use super::path::CARRIED;
+
+/// Amplitude at the start.
+pub(crate) const A0: usize = 0;
+/// Friction displacement.
+pub(crate) const X_F: usize = 1;
+/// Decay rate, 1/s.
+pub(crate) const DELTA: usize = 2;
+/// Drag rate; the coefficients of further loss terms follow it.
+pub(crate) const DRAG: usize = 3;
+/// Phase at the start, rad.
+pub(crate) const PHASE: usize = CARRIED;
+/// Angular frequency at vanishing amplitude, rad/s.
+pub(crate) const OMEGA: usize = PHASE + 1;
+/// Change of angular frequency per squared reference amplitude, rad/s per A².
+pub(crate) const BEND: usize = PHASE + 2;
+/// Change of angular frequency with time, rad/s².
+pub(crate) const CHIRP: usize = PHASE + 3;
+/// Offset, its slope and its curvature over the window.
+pub(crate) const OFFSET: usize = PHASE + 4;
+/// All of them.
+pub(crate) const COUNT: usize = OFFSET + 3;
+
+/// Amplitude law of a parameter vector, before the backbone changes it.
+pub(crate) fn law_of(p: &[f64], omega: f64) -> AmplitudeLaw {
+    let [gain, ..] = sliding_gain(p[DELTA], omega);
+    let further = std::array::from_fn(|k| p[DRAG + 1 + k]);
+    AmplitudeLaw { further, ..AmplitudeLaw::from_rates(p[A0], [gain * p[X_F], p[DELTA], p[DRAG]]) }
+}
+
+/// Derivatives by A0, x_F, delta, drag and further terms from those by A0, a0, a1, a2 …
+///
+/// `gain`: [`sliding_gain`] of these parameters.
+#[inline(always)]
+pub(crate) fn by_parameters(mut by: [f64; CARRIED], p: &[f64], gain: &[f64; 3]) -> [f64; CARRIED] {
+    let [gain, gain_by_delta, _] = *gain;
+    by[DELTA] += by[X_F] * p[X_F] * gain_by_delta;
+    by[X_F] *= gain;
+    by
+}

@@ -1,0 +1,209 @@
+//! The amplitude followed from point to point with its derivatives by start and loss terms.
+
+use super::amplitude::{self, AmplitudeLaw, FURTHER, exp_share, further_shapes, integrate_step};
+
+/// Derivatives carried: by the start, `a0`, `a1`, `a2` and the further terms.
+pub(crate) const CARRIED: usize = 4 + FURTHER;
+
+/// Longest step of the closed law, over the time in which the loss changes.
+const STEP: f64 = 0.3;
+/// Most parts of one step.
+const MOST_PARTS: f64 = 64.0;
+
+/// Factors on the sliding, viscous and drag terms of an oscillator whose
+/// frequency differs by the relative `shift` at the present amplitude.
+///
+/// For a spring `k (x + alpha x³)`, shift = 3/8 alpha A². Energy lost per cycle,
+/// over dE/dA, both for the fundamental amplitude A and to first order in
+/// alpha: sliding `1 - 23/32 alpha A²`, viscous `1 - 3/8 alpha A²`, drag
+/// `1 - 9/160 alpha A²`.
+pub(crate) fn backbone_factors(shift: f64) -> [f64; 3] {
+    [1.0 - 23.0 / 12.0 * shift, 1.0 - shift, 1.0 - 0.15 * shift].map(|f| f.clamp(0.3, 3.0))
+}
+
+/// The amplitude carried from point to point with its derivatives.
+#[derive(Debug, Clone, Copy)]
+pub(crate) struct AmplitudePath {
+    pub(crate) amplitude: f64,
+    /// By start, a0, a1, a2 and the further terms.
+    pub(crate) by: [f64; CARRIED],
+    law: AmplitudeLaw,
+    /// Relative shift of frequency per A² and A⁴, which changes the loss terms.
+    backbone: [f64; 2],
+}
+
+/// The propagator of `dA/dt = -(a0 + a1 A)` over one step: `A -> A e - a0 g`,
+/// `e = e^(-a1 h)`, `g = (1 - e)/a1`.
+#[derive(Debug, Clone, Copy)]
+struct LinearStep {
+    duration: f64,
+    e: f64,
+    g: f64,
+    /// `e` and `g` of half the step.
+    half: [f64; 2],
+}
+
+impl LinearStep {
+    fn new(a1: f64, duration: f64) -> Self {
+        let h = duration;
+        let x = 0.5 * a1 * h;
+        // expm1 twice over: e^(-2x) - 1 = m (2 + m).
+        let m = (-x).exp_m1();
+        let share = if x.abs() < 1e-5 { exp_share(x) } else { -m / x };
+        let (e, share_of_all) = ((1.0 + m) * (1.0 + m), 0.5 * share * (2.0 + m));
+        Self { duration, e, g: h * share_of_all, half: [1.0 + m, 0.5 * h * share] }
+    }
+}
+
+impl AmplitudePath {
+    pub(crate) fn new(law: AmplitudeLaw, backbone: [f64; 2]) -> Self {
+        let mut by = [0.0; CARRIED];
+        by[0] = 1.0;
+        Self { amplitude: law.initial, by, law, backbone }
+    }
+
+    /// The law in force at an amplitude, and the factors that make it so.
+    fn local(&self, amplitude: f64) -> (AmplitudeLaw, [f64; 3]) {
+        let s = amplitude * amplitude;
+        let shift = s * (self.backbone[0] + s * self.backbone[1]);
+        if shift == 0.0 {
+            return (self.law, [1.0; 3]);
+        }
+        let f = backbone_factors(shift);
+        let AmplitudeLaw { a0, a1, a2, .. } = self.law;
+        (AmplitudeLaw { a0: a0 * f[0], a1: a1 * f[1], a2: a2 * f[2], ..self.law }, f)
+    }
+
+    /// Loss `-dA/dt` here.
+    pub(crate) fn rate(&self) -> f64 {
+        self.local(self.amplitude).0.rate(self.amplitude)
+    }
+
+    /// Whether viscous and sliding loss act alone and the frequency is constant.
+    fn is_linear(&self) -> bool {
+        self.backbone == [0.0; 2] && self.law.a2 == 0.0 && self.law.is_closed()
+    }
+
+    /// How fast the loss changes with the amplitude, 1/s.
+    fn stiffness(&self) -> f64 {
+        let closed = self.law.a1.abs() + 2.0 * self.law.a2.abs() * self.amplitude.abs();
+        if self.law.is_closed() { closed } else { closed.max(self.law.rate_slope(self.amplitude).abs()) }
+    }
+
+    /// Moves on by `duration` seconds (negative: back).
+    pub(crate) fn advance(&mut self, duration: f64) {
+        if duration == 0.0 {
+            return;
+        }
+        let (step, most) =
+            if self.law.is_closed() { (STEP, MOST_PARTS) } else { (amplitude::STEP, amplitude::MOST_STEPS) };
+        let stiff = self.stiffness() * duration.abs();
+        // Each part is exact where the law is closed, so that parts only serve the derivatives.
+        let parts = (stiff / step).ceil().clamp(1.0, most);
+        let part = duration / parts;
+        if self.is_linear() {
+            let step = LinearStep::new(self.law.a1, part);
+            (0..parts as usize).for_each(|_| self.advance_linear(&step));
+        } else {
+            (0..parts as usize).for_each(|_| self.advance_part(part));
+        }
+    }
+
+    /// One step of viscous and sliding loss alone.
+    #[inline(always)]
+    fn advance_linear(&mut self, step: &LinearStep) {
+        let [e_half, g_half] = step.half;
+        let before = self.amplitude;
+        let middle = before * e_half - self.law.a0 * g_half;
+        self.amplitude = before * step.e - self.law.a0 * step.g;
+        self.carry([before, middle, self.amplitude], step.duration, [step.e, e_half, 1.0], [1.0; 3]);
+    }
+
+    /// One step of any law, its terms taken as those in the middle.
+    fn advance_part(&mut self, part: f64) {
+        let before = self.amplitude;
+        let (here, _) = self.local(before);
+        let (law, f) =
+            self.local(if self.backbone == [0.0; 2] { before } else { here.after(before, 0.5 * part) });
+        let (middle, after) = if law.is_closed() {
+            (law.after(before, 0.5 * part), law.after(before, part))
+        } else {
+            let half = |a| integrate_step(|a| law.rate(a), a, 0.5 * part);
+            let middle = half(before);
+            (middle, half(middle))
+        };
+        let slopes = [carry(&law, before, after, part), carry(&law, middle, after, 0.5 * part), 1.0];
+        self.carry([before, middle, after], part, slopes, f);
+        self.amplitude = after;
+    }
+
+    /// Carries the derivatives over a step by Simpson's rule: `points` are the amplitudes at its
+    /// begin, middle and end, `slopes` the derivatives of the last by each of them.
+    fn carry(&mut self, points: [f64; 3], duration: f64, slopes: [f64; 3], factors: [f64; 3]) {
+        for v in &mut self.by {
+            *v *= slopes[0];
+        }
+        let shapes = [[1.0; 3], points, points.map(|a| a * a)];
+        for k in 0..3 {
+            self.by[k + 1] -= factors[k] * simpson(duration, slopes, shapes[k]);
+        }
+        let shapes = points.map(further_shapes);
+        for k in 0..FURTHER {
+            self.by[4 + k] -= simpson(duration, slopes, shapes.map(|s| s[k]));
+        }
+    }
+}
+
+/// Simpson's rule for `∫ carry f` over a step, from its ends and its middle.
+#[inline(always)]
+fn simpson(duration: f64, carry: [f64; 3], f: [f64; 3]) -> f64 {
+    duration / 6.0 * (carry[0] * f[0] + 4.0 * carry[1] * f[1] + carry[2] * f[2])
+}
+
+/// Derivative of a later amplitude by an earlier one, `h` before it: both lie on one curve, so it
+/// is the ratio of its slopes.
+fn carry(law: &AmplitudeLaw, before: f64, after: f64, h: f64) -> f64 {
+    let ratio = law.rate(after) / law.rate(before);
+    if (law.a2 == 0.0 && law.is_closed()) || !(ratio > 0.0 && ratio.is_finite()) {
+        (-law.rate_slope(0.5 * (before + after)) * h).exp()
+    } else {
+        ratio
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn moved(mut rates: [f64; 4], k: usize, by: f64) -> AmplitudeLaw {
+        rates[k] += by;
+        let [initial, a0, a1, a2] = rates;
+        AmplitudeLaw::from_rates(initial, [a0, a1, a2])
+    }
+
+    #[test]
+    fn derivatives_are_those_of_differences() {
+        for rates in
+            [[1.0, 0.02, 0.2, 0.0], [1.0, 0.05, 0.0, 0.0], [1.5, 0.0, 0.1, 0.2], [1.0, 0.01, 0.9, 0.1]]
+        {
+            for step in [0.05, 0.7] {
+                let follow = |law| {
+                    let mut path = AmplitudePath::new(law, [0.0; 2]);
+                    (0..4).for_each(|_| path.advance(step));
+                    path
+                };
+                let path = follow(moved(rates, 0, 0.0));
+                let law = moved(rates, 0, 0.0);
+                assert!((path.amplitude - law.after(law.initial, 4.0 * step)).abs() < 1e-14);
+                for k in 0..4 {
+                    let h = 1e-6;
+                    let numeric = (follow(moved(rates, k, h)).amplitude
+                        - follow(moved(rates, k, -h)).amplitude)
+                        / (2.0 * h);
+                    let error = (path.by[k] - numeric).abs();
+                    assert!(error < 1e-5, "{rates:?}, step {step}, {k}: {} for {numeric}", path.by[k]);
+                }
+            }
+        }
+    }
+}
