@@ -88,7 +88,7 @@ fn read(entry: &Entry) -> Result<(Data, Input), Failure> {
         Source::Sweep { files, reference, reading, options } => {
             let reference = super::resonance::read_reference(reference.as_deref(), reading)?;
             let (reading, options) =
-                super::resonance::prepare(files, reading, options.clone(), reference.as_ref())?;
+                super::resonance::prepare(files, reading, (**options).clone(), reference.as_ref())?;
             let input = Input {
                 path: reading.report.path,
                 sha256: reading.report.sha256,

@@ -3,6 +3,7 @@
 //! A measurement takes the options of its command as keys, `_` for `-`: the same structures are
 //! filled from both.
 
+mod condition;
 mod keys;
 
 use crate::args::{
@@ -10,6 +11,7 @@ use crate::args::{
     Uncertain,
 };
 use crate::failure::Failure;
+use condition::{Number, condition};
 use keys::{Keys, Problem};
 use serde::Deserialize;
 use sha2::{Digest, Sha256};
@@ -88,14 +90,6 @@ enum Files {
     Several(Vec<PathBuf>),
 }
 
-/// A number, alone or as text with its uncertainty.
-#[derive(Debug, Clone, Deserialize)]
-#[serde(untagged)]
-enum Number {
-    Plain(f64),
-    Text(String),
-}
-
 /// What a manifest asks for.
 #[derive(Debug)]
 pub(crate) struct Manifest {
@@ -135,8 +129,8 @@ pub(crate) enum Source {
     Sweep {
         files: Vec<PathBuf>,
         reference: Option<PathBuf>,
-        reading: SweepOptions,
-        options: resonance::Options,
+        reading: Box<SweepOptions>,
+        options: Box<resonance::Options>,
     },
     Levels {
         file: PathBuf,
@@ -286,11 +280,11 @@ fn entry(mut keys: Keys<'_>, number: usize, folder: &Path, unit: &str) -> Result
                 Files::One(file) => vec![folder.join(file)],
                 Files::Several(files) => files.iter().map(|file| folder.join(file)).collect(),
             };
-            let reading = keys.take::<CurveArgs>().map_err(within)?.options();
+            let reading = Box::new(keys.take::<CurveArgs>().map_err(within)?.options());
             let analysis = keys.take::<ResonanceAnalysisArgs>().map_err(within)?;
             let reference = keys.take::<Reference>().map_err(within)?.reference.map(|file| folder.join(file));
             notes.extend(analysis.old_spelling());
-            ("resonance", Source::Sweep { files, reference, reading, options: analysis.options() })
+            ("resonance", Source::Sweep { files, reference, reading, options: Box::new(analysis.options()) })
         }
         (None, None, Some(file)) => {
             let reading = keys.take::<LevelReadingArgs>().map_err(within)?.options();
@@ -306,7 +300,7 @@ fn entry(mut keys: Keys<'_>, number: usize, folder: &Path, unit: &str) -> Result
     if let Some(scale) = entry.scale.filter(|s| !(s.is_finite() && *s > 0.0)) {
         return Err(here(format!("scale = {scale}: must be above zero")));
     }
-    let condition = condition(&entry, unit).map_err(here)?;
+    let condition = condition(entry.condition.as_ref(), entry.value.as_ref(), unit).map_err(here)?;
     let file = match &source {
         Source::Ringdown { file, .. } | Source::Levels { file, .. } => Some(file),
         Source::Sweep { files, .. } => files.first(),
@@ -314,42 +308,6 @@ fn entry(mut keys: Keys<'_>, number: usize, folder: &Path, unit: &str) -> Result
     let file = file.and_then(|f| f.file_name()).map(|n| n.to_string_lossy().into_owned());
     let name = entry.name.or(file).unwrap_or_else(|| word.to_owned());
     Ok(Entry { name, condition, scale: entry.scale, source, notes })
-}
-
-fn condition(entry: &EntryKeys, unit: &str) -> Result<Condition, String> {
-    let beside = |text: &str| if unit.is_empty() { text.to_owned() } else { format!("{text} {unit}") };
-    let (label, own) = match &entry.condition {
-        None => (String::new(), None),
-        Some(Number::Plain(value)) => (beside(&value.to_string()), Some([*value, 0.0])),
-        Some(Number::Text(text)) => {
-            let number = text.trim_end_matches(|c: char| !c.is_ascii_digit() && c != ')' && c != '%');
-            (text.clone(), pair(number).ok())
-        }
-    };
-    let value = match &entry.value {
-        Some(Number::Plain(value)) => Some([*value, 0.0]),
-        Some(Number::Text(text)) => Some(pair(text).map_err(|e| format!("value: {e}"))?),
-        None => own,
-    };
-    let label = if label.is_empty() {
-        value.map_or_else(|| "(none)".to_owned(), |v| beside(&v[0].to_string()))
-    } else {
-        label
-    };
-    if let Some([value, _]) = value.filter(|v| !v[0].is_finite()) {
-        return Err(format!("value = {value}: must be a finite number"));
-    }
-    Ok(Condition { label, value })
-}
-
-/// A value of any sign with its standard error.
-fn pair(text: &str) -> Result<[f64; 2], String> {
-    if let Ok(value) = text.trim().parse::<f64>() {
-        return Ok([value, 0.0]);
-    }
-    let negative = text.trim().starts_with('-');
-    let u: Uncertain = text.trim().trim_start_matches('-').parse()?;
-    Ok([if negative { -u.value } else { u.value }, u.std_error])
 }
 
 #[cfg(test)]
