@@ -2,7 +2,6 @@
 
 use anstyle::{AnsiColor, Style};
 use slipfit::Error;
-use slipfit::answer::Warning;
 use slipfit::answer::hint::HintValue;
 use slipfit_report::format::plain;
 use slipfit_report::terminal::hanging;
@@ -132,6 +131,8 @@ impl Analysis {
 /// An option of a library with its value, as this program takes it: `--band 79 82`.
 pub(crate) fn spelled(option: &'static str, value: Option<&HintValue>) -> String {
     let flag = match flag(option) {
+        // One of several tables side by side.
+        "table" => "--part".to_owned(),
         known if known.starts_with("--") => known.to_owned(),
         other => format!("--{}", other.replace('_', "-")),
     };
@@ -189,11 +190,6 @@ impl fmt::Display for Complaint {
 /// Something to know about how the program is used, for standard error.
 pub(crate) fn note_line(text: &str) -> String {
     hanging("note:", HINT, text)
-}
-
-/// A warning of an analysis with what helps, for standard error.
-pub(crate) fn warned(warning: &Warning) -> String {
-    warning_line(&slipfit_report::warning_text(warning, &spelled))
 }
 
 /// A warning, for standard error.

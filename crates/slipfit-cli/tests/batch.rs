@@ -271,8 +271,8 @@ fn curves_make_a_table_as_ring_downs_do() {
             "-",
         ])))
         .unwrap();
-    let share = alone["sliding"]["share_at_highest"].as_f64();
-    assert_eq!(rows[2]["sliding_share_at_highest"].as_f64(), share, "the same as the file alone");
+    let share = alone["sliding"]["share_at_peak"].as_f64();
+    assert_eq!(rows[2]["sliding_share_at_peak"].as_f64(), share, "the same as the file alone");
     let picture = fs::read_to_string(folder.path().join("out.svg")).unwrap();
     for word in ["friction displacement", "decay rate", "sliding share", "file c.csv", "1 failed"] {
         assert!(picture.contains(word), "{word}");

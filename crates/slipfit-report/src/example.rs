@@ -5,8 +5,14 @@ use slipfit::LossModel;
 use slipfit::LossTerm;
 use slipfit::Parameter;
 use slipfit::Quantity;
+use slipfit::answer::hint::HintValue;
 use slipfit::ringdown::{Answer, EndReason, Options, StartReason, analyse};
 use std::path::Path;
+
+/// Options by their own names.
+pub(crate) fn spell(option: &'static str, _: Option<&HintValue>) -> String {
+    option.to_owned()
+}
 
 /// Its answer alone.
 pub(crate) fn answer() -> Answer {

@@ -89,6 +89,23 @@ impl Scale {
         let factor = 10f64.powi(-half) * 10f64.powi(half - power);
         Self { factor, unit, power: Some(power) }
     }
+
+    /// A name with the unit as a heading or an axis has it, `x_F [mrad]`; the name alone for pure
+    /// numbers.
+    ///
+    /// ```
+    /// use slipfit_report::format::Scale;
+    /// assert_eq!(Scale::for_size(0.002, "rad").titled("x_F"), "x_F [mrad]");
+    /// assert_eq!(Scale::for_size(3e-7, "").titled("β"), "β [10⁻⁷]");
+    /// ```
+    pub fn titled(&self, name: &str) -> String {
+        with_unit(name, self.unit.trim_start_matches('×'))
+    }
+}
+
+/// A name with its unit in brackets, the name alone without one.
+pub(crate) fn with_unit(name: &str, unit: &str) -> String {
+    if unit.is_empty() { name.to_owned() } else { format!("{name} [{unit}]") }
 }
 
 /// Exponent of the prefix, base, whether it takes prefixes above one, the rest.

@@ -75,6 +75,17 @@ impl Value {
         Self::Text(text.to_owned())
     }
 
+    /// As a cell of a CSV file; text of others cannot be a formula there.
+    pub fn csv(&self) -> String {
+        match self {
+            Self::None => String::new(),
+            Self::Text(text) => crate::escape::csv(text),
+            Self::Number(value) => serde_json::Value::from(*value).to_string(),
+            Self::Count(value) => value.to_string(),
+            Self::Flag(value) => value.to_string(),
+        }
+    }
+
     /// Value and both ends of the 95 % interval.
     pub fn ranged(q: Option<&Quantity>) -> [Self; 3] {
         q.map_or([Self::None, Self::None, Self::None], |q| {

@@ -23,7 +23,7 @@ pub(crate) const COLUMNS: &[Column] = &[
     Column::text("unit"),
     Column::flag("sliding_detected"),
     Column::number("sliding_p_value"),
-    Column::number("sliding_share_at_highest"),
+    Column::number("sliding_share_at_peak"),
     Column::number("line_widths"),
     Column::count("points"),
     Column::count("rows_skipped"),

@@ -20,7 +20,7 @@ pub(crate) const COLUMNS: &[Column] = &[
     Column::text("unit"),
     Column::flag("sliding_detected"),
     Column::number("sliding_p_value"),
-    Column::number("sliding_share_at_highest"),
+    Column::number("sliding_share_at_start"),
     Column::number("cycles"),
     Column::number("start_s"),
     Column::number("end_s"),

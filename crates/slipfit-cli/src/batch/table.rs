@@ -3,8 +3,8 @@
 use super::parquet;
 use crate::failure::Failure;
 use crate::output::Target;
+use slipfit_report::escape;
 use slipfit_report::format::plain;
-use slipfit_report::page::{latex_escaped, markdown_cell};
 use slipfit_report::row::{Column, Row, Value};
 use std::fmt::Write as _;
 use std::path::Path;
@@ -37,15 +37,14 @@ impl Form {
         let failed = |e: &dyn std::fmt::Display| Failure::new(format!("--table: {e}"));
         match self {
             Self::Csv => {
-                let mut writer = csv::Writer::from_writer(Vec::new());
                 let names = ["file", "status", "reason"].into_iter().chain(columns.iter().map(|c| c.name));
-                writer.write_record(names).map_err(|e| failed(&e))?;
+                let mut text = names.collect::<Vec<_>>().join(",") + "\n";
                 for row in rows {
                     let first = [&row.file, row.status.name(), &row.reason].map(Value::text);
-                    let cells: Vec<&Value> = first.iter().chain(&row.values).collect();
-                    writer.serialize(cells).map_err(|e| failed(&e))?;
+                    let cells: Vec<String> = first.iter().chain(&row.values).map(Value::csv).collect();
+                    let _ = writeln!(text, "{}", cells.join(","));
                 }
-                writer.into_inner().map_err(|e| failed(&e))
+                Ok(text.into_bytes())
             }
             Self::Json => {
                 let mut text = serde_json::to_vec_pretty(rows).map_err(|e| failed(&e))?;
@@ -110,7 +109,7 @@ fn cells(row: &Row) -> [String; 7] {
 pub(crate) fn markdown(rows: &[Row]) -> String {
     let mut text = format!("| {} |\n|{}\n", HEADINGS.join(" | "), "---|".repeat(HEADINGS.len()));
     for row in rows {
-        let cells = cells(row).map(|c| markdown_cell(&c));
+        let cells = cells(row).map(|c| escape::markdown_cell(&c));
         let _ = writeln!(text, "| {} |", cells.join(" | "));
     }
     text
@@ -120,7 +119,7 @@ fn latex(rows: &[Row]) -> String {
     let mut text = format!("\\begin{{tabular}}{{{}}}\n", "l".repeat(HEADINGS.len()));
     let _ = writeln!(text, "{} \\\\ \\hline", HEADINGS.join(" & "));
     for row in rows {
-        let _ = writeln!(text, "{} \\\\", cells(row).map(|c| latex_escaped(&c)).join(" & "));
+        let _ = writeln!(text, "{} \\\\", cells(row).map(|c| escape::latex(&c)).join(" & "));
     }
     text.push_str("\\end{tabular}\n");
     text

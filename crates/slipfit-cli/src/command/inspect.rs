@@ -1,7 +1,7 @@
 //! `slipfit inspect`: what a file holds.
 
 use crate::args::{InspectArgs, quoted};
-use crate::failure::Failure;
+use crate::failure::{Failure, spelled};
 use crate::output;
 use anstream::ColorChoice;
 use slipfit_io::{ReadError, ReadProblem, Reading, SweepReading, Table, Tables};
@@ -41,7 +41,7 @@ pub(crate) fn run(args: &InspectArgs, color: ColorChoice) -> Result<ExitCode, Fa
         lines: &lines,
         next_command: &next_command,
     };
-    output::print(&terminal::inspect(&inspected), color)?;
+    output::print(&terminal::inspect(&inspected, &spelled), color)?;
     Ok(ExitCode::SUCCESS)
 }
 

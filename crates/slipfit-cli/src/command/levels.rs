@@ -1,13 +1,12 @@
 //! `slipfit levels`: amplitude at resonance over the level of the drive.
 
-use super::show::{Destinations, Faces, show};
+use super::show::{Destinations, show};
 use crate::args::LevelFitArgs;
-use crate::failure::{Analysis, Failure, warned};
-use crate::version::provenance;
+use crate::failure::{Analysis, Failure};
 use anstream::ColorChoice;
 use slipfit::levels::{Options, analyse};
 use slipfit_io::{LevelOptions, LevelReading, read_levels};
-use slipfit_report::{AnalysedLevels, csv, json, page, plot, terminal};
+use slipfit_report::AnalysedLevels;
 use std::path::Path;
 use std::process::ExitCode;
 
@@ -18,17 +17,7 @@ pub(crate) fn run(args: &LevelFitArgs, color: ColorChoice) -> Result<ExitCode, F
     let answer = analyse(&reading.levels, &options)
         .map_err(|e| Failure::analysing(Analysis::Levels, &args.file, &e))?;
     let analysed = AnalysedLevels { reading: &reading, options: &options, answer: &answer };
-    let provenance = provenance();
-    let faces = Faces {
-        picture: &|| plot::levels(&analysed),
-        csv: &|out| csv::levels(out, &analysed),
-        json: &|out| json::levels(out, &analysed),
-        document: &|| page::levels(&analysed, &provenance),
-        tables: None,
-        report: &|written| terminal::levels(&analysed, written),
-        warnings: answer.warnings.iter().map(warned).collect(),
-    };
-    show(&args.out, &to, &faces, color)
+    show(&args.out, &to, &analysed, color)
 }
 
 /// Reads what an analysis needs.

@@ -1,15 +1,14 @@
 //! `slipfit resonance`: from a curve, or raw driven records, to its answer.
 
-use super::show::{Destinations, Faces, show};
+use super::show::{Destinations, show};
 use crate::args::ResonanceArgs;
 use crate::batch;
-use crate::failure::{Analysis, Failure, note_line, warned};
+use crate::failure::{Analysis, Failure, note_line};
 use crate::output;
-use crate::version::provenance;
 use anstream::ColorChoice;
 use slipfit::resonance::{Options, analyse};
 use slipfit_io::{SweepOptions, SweepReading, read_sweep};
-use slipfit_report::{AnalysedCurve, csv, json, page, plot, terminal};
+use slipfit_report::AnalysedCurve;
 use std::path::{Path, PathBuf};
 use std::process::ExitCode;
 
@@ -34,17 +33,7 @@ pub(crate) fn run(args: &ResonanceArgs, color: ColorChoice) -> Result<ExitCode, 
         options: &options,
         answer: &answer,
     };
-    let provenance = provenance();
-    let faces = Faces {
-        picture: &|| plot::resonance(&analysed),
-        csv: &|out| csv::resonance(out, &analysed),
-        json: &|out| json::resonance(out, &analysed),
-        document: &|| page::resonance(&analysed, &provenance),
-        tables: None,
-        report: &|written| terminal::resonance(&analysed, written),
-        warnings: answer.warnings.iter().map(warned).collect(),
-    };
-    show(&args.out, &to, &faces, color)
+    show(&args.out, &to, &analysed, color)
 }
 
 /// A table of curves, one a file.

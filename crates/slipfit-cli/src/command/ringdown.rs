@@ -1,16 +1,15 @@
 //! `slipfit ringdown`: from a file to its answer.
 
-use super::show::{Destinations, Faces, show};
+use super::show::{Destinations, show};
 use crate::args::RingdownArgs;
 use crate::batch;
-use crate::failure::{Analysis, Failure, warned};
-use crate::version::provenance;
+use crate::failure::{Analysis, Failure};
 use anstream::ColorChoice;
 use indicatif::{ProgressBar, ProgressDrawTarget, ProgressStyle};
 use slipfit::SignalKind;
 use slipfit::ringdown::{Answer, Options, analyse};
 use slipfit_io::{Format, Reading};
-use slipfit_report::{AnalysedRingdown, csv, json, page, plot, terminal};
+use slipfit_report::AnalysedRingdown;
 use std::path::Path;
 use std::process::ExitCode;
 use std::time::Duration;
@@ -40,17 +39,7 @@ pub(crate) fn run(args: &RingdownArgs, color: ColorChoice) -> Result<ExitCode, F
     let Done { reading, options, answer } = watched(file, args)?;
     let analysed = AnalysedRingdown { file, reading: &reading, options: &options, answer: &answer };
 
-    let provenance = provenance();
-    let faces = Faces {
-        picture: &|| plot::ringdown(&analysed),
-        csv: &|out| csv::ringdown(out, &analysed),
-        json: &|out| json::ringdown(out, &analysed),
-        document: &|| page::ringdown(&analysed, &provenance),
-        tables: None,
-        report: &|written| terminal::ringdown(&analysed, written),
-        warnings: answer.warnings.iter().map(warned).collect(),
-    };
-    show(&args.out, &to, &faces, color)
+    show(&args.out, &to, &analysed, color)
 }
 
 /// A file read and analysed.

@@ -1,14 +1,13 @@
 //! `slipfit series`: several measurements of one oscillator and what they agree on.
 
-use super::show::{Destinations, Faces, show};
+use super::show::{Destinations, show};
 use crate::args::SeriesArgs;
-use crate::failure::{Analysis, Failure, warned};
+use crate::failure::{Analysis, Failure};
 use crate::manifest::{self, Entry, Source};
-use crate::version::provenance;
 use anstream::ColorChoice;
 use slipfit::model::displacement::DisplacementUnit;
 use slipfit::series::{Data, Measurement, Options, analyse, common_unit};
-use slipfit_report::{AnalysedSeries, SeriesHeading, SeriesInput as Input, json, page, plot, terminal};
+use slipfit_report::{AnalysedSeries, SeriesHeading, SeriesInput as Input};
 use std::process::ExitCode;
 
 pub(crate) fn run(args: &SeriesArgs, color: ColorChoice) -> Result<ExitCode, Failure> {
@@ -55,19 +54,7 @@ pub(crate) fn run(args: &SeriesArgs, color: ColorChoice) -> Result<ExitCode, Fai
         options: &options,
         answer: &answer,
     };
-    let provenance = provenance();
-    let faces = Faces {
-        picture: &|| plot::series(&analysed),
-        csv: &|out| out.write_all(terminal::series_table(&analysed, terminal::Form::Csv).as_bytes()),
-        json: &|out| json::series(out, &analysed),
-        document: &|| page::series(&analysed, &provenance),
-        tables: Some([&|| terminal::series_table(&analysed, terminal::Form::Markdown), &|| {
-            terminal::series_table(&analysed, terminal::Form::Latex)
-        }]),
-        report: &|written| terminal::series(&analysed, written),
-        warnings: answer.warnings.iter().map(warned).collect(),
-    };
-    show(&args.out, &to, &faces, color)
+    show(&args.out, &to, &analysed, color)
 }
 
 fn read(entry: &Entry) -> Result<(Data, Input), Failure> {

@@ -1,18 +1,14 @@
 //! From an answer to the files, the report and the warnings.
 
 use crate::args::AnswerArgs;
-use crate::failure::{Failure, WARNED};
+use crate::failure::{Failure, WARNED, spelled, warning_line};
 use crate::output::{self, Outputs, Target};
+use crate::version::provenance;
 use anstream::ColorChoice;
-
-use slipfit_report::page::{self, Document};
 use slipfit_report::plot::{Format, Picture};
-use std::io::{self, Write};
+use slipfit_report::{Document, Provenance, Report, page, terminal};
 use std::path::Path;
 use std::process::ExitCode;
-
-type Bytes<'a> = &'a dyn Fn(&mut dyn Write) -> io::Result<()>;
-type Text<'a> = &'a dyn Fn() -> String;
 
 /// Where an answer goes, checked.
 pub(crate) struct Destinations {
@@ -47,18 +43,6 @@ pub(crate) fn plot_target(
     Ok(Some((outputs.add("--plot", path)?, format)))
 }
 
-/// The ways out of an analysis.
-pub(crate) struct Faces<'a> {
-    pub(crate) picture: &'a dyn Fn() -> Picture,
-    pub(crate) csv: Bytes<'a>,
-    pub(crate) json: Bytes<'a>,
-    pub(crate) document: &'a dyn Fn() -> Document<'a>,
-    /// In place of the document's tables as Markdown and LaTeX.
-    pub(crate) tables: Option<[Text<'a>; 2]>,
-    pub(crate) report: &'a dyn Fn(&[&Path]) -> String,
-    pub(crate) warnings: Vec<String>,
-}
-
 /// A figure in its file format.
 pub(crate) fn drawn(picture: &Picture, format: Format) -> Result<Vec<u8>, Failure> {
     picture.render(format).ok_or_else(|| Failure::new("the picture could not be drawn"))
@@ -68,46 +52,41 @@ pub(crate) fn drawn(picture: &Picture, format: Format) -> Result<Vec<u8>, Failur
 pub(crate) fn show(
     out: &AnswerArgs,
     to: &Destinations,
-    faces: &Faces<'_>,
+    report: &dyn Report,
     color: ColorChoice,
 ) -> Result<ExitCode, Failure> {
-    let mut written: Vec<&Path> = Vec::new();
+    let document = report.document(&spelled);
+    let mut written = Vec::new();
     if let Some((target, format)) = &to.plot {
-        let picture = drawn(&(faces.picture)(), *format)?;
+        let picture = drawn(&report.figure(), *format)?;
         target.write(|o| o.write_all(&picture))?;
-        written.push(target.named());
+        written.push(target.named().display().to_string());
     }
+    let provenance = provenance();
     for (flag, target) in &to.files {
-        let text = match (*flag, faces.tables) {
-            ("--json", _) => {
-                target.write(faces.json)?;
-                None
-            }
-            ("--csv", _) => {
-                target.write(faces.csv)?;
-                None
-            }
-            ("--html", _) => Some(page::html(&(faces.document)())),
-            ("--md", Some([markdown, _])) => Some(markdown()),
-            ("--md", None) => Some(page::markdown(&(faces.document)())),
-            (_, Some([_, latex])) => Some(latex()),
-            (_, None) => Some(page::latex(&(faces.document)())),
+        let text = |text: fn(&Document<'_>, &Provenance) -> String| {
+            target.write(|o| o.write_all(text(&document, &provenance).as_bytes()))
         };
-        if let Some(text) = text {
-            target.write(|o| o.write_all(text.as_bytes()))?;
+        match *flag {
+            "--json" => target.write(|o| report.write_json(o))?,
+            "--csv" => target.write(|o| report.write_csv(o))?,
+            "--html" => text(page::html)?,
+            "--md" => text(page::markdown)?,
+            _ => text(page::latex)?,
         }
         if !target.is_stdout() {
-            written.push(target.named());
+            written.push(target.named().display().to_string());
         }
     }
     if !out.quiet {
         // On a terminal both streams meet: the warnings come after the answer. Standard output
         // that holds an answer already has no room for the report.
         if !to.files.iter().any(|(_, target)| target.is_stdout()) {
-            output::print(&(faces.report)(&written), color)?;
+            output::print(&terminal::screen(&document, &written), color)?;
         }
-        output::print_error(&faces.warnings.concat(), color);
+        let warnings = document.warnings().iter().map(|w| warning_line(&w.text));
+        output::print_error(&warnings.collect::<String>(), color);
     }
-    let warned = out.strict && !faces.warnings.is_empty();
+    let warned = out.strict && !document.warnings().is_empty();
     Ok(if warned { ExitCode::from(WARNED) } else { ExitCode::SUCCESS })
 }

@@ -1,136 +1,139 @@
-//! The answer to a series: docs/schema/series-1.json.
+//! The answer to a series, each measurement alone included.
 
-use super::curve::{calibration, parameters, warnings};
-use super::layout;
-use super::node::{Node, list};
-use crate::AnalysedSeries;
-use crate::Sentence;
-use slipfit::series::{Consistency, Estimate, SingleAnswer};
+use super::options::Constant;
+use super::{VERSION, write};
+use crate::{AnalysedSeries, Sentence};
+use serde::Serialize;
+use slipfit::Parameters;
+use slipfit::answer::Warning;
+use slipfit::series::{ConditionRow, Joint, LawFit, SingleAnswer};
 use std::io::{self, Write};
 
-/// Writes the whole answer.
+/// Writes the whole answer to a series.
 pub fn series(out: &mut dyn Write, analysed: &AnalysedSeries<'_>) -> io::Result<()> {
-    layout::write(out, &document(analysed))
+    write(out, &SeriesEnvelope::new(analysed))
 }
 
-fn document(analysed: &AnalysedSeries<'_>) -> Node {
-    let (a, m) = (analysed.answer, analysed.heading);
-    let rows = list(&a.table, |r| {
-        Node::Object(vec![
-            ("condition", r.condition.as_str().into()),
-            ("value", r.value.map(|v| v[0]).into()),
-            ("value_std_error", r.value.map(|v| v[1]).into()),
-            ("ringdown", cell(r.ring_down.as_ref())),
-            ("resonance", cell(r.resonance.as_ref())),
-            ("friction_agreement", pair(r.friction.as_ref())),
-            ("damping_agreement", pair(r.damping.as_ref())),
-            ("p_value", r.p_value.into()),
-            ("joint", cell(r.joint.as_ref())),
-        ])
-    });
-    let laws = list(&a.laws, |l| {
-        Node::Object(vec![
-            ("law", l.law.to_string().into()),
-            ("coefficient", (&l.coefficient).into()),
-            ("offset", l.offset.as_ref().into()),
-            ("chi_square", l.chi_square.into()),
-            ("degrees_of_freedom", l.degrees_of_freedom.into()),
-            ("p_value", l.p_value.into()),
-            ("bic", l.bic.into()),
-            ("delta_bic", l.delta_bic.into()),
-        ])
-    });
-    let joint = a.joint.as_ref().map(|j| {
-        Node::Object(vec![
-            ("natural_frequency_hz", j.natural_frequency_hz.as_ref().into()),
-            ("drive_amplitude", j.drive_amplitude.as_ref().into()),
-            ("decay_rate_per_s", j.decay_rate_per_s.as_ref().into()),
-            ("chi_square", j.chi_square.into()),
-            ("degrees_of_freedom", j.degrees_of_freedom.into()),
-            ("p_value", j.p_value.into()),
-        ])
-    });
-    let s = m.shared;
-    let shared: Vec<&str> = [
-        (s.natural_frequency, "natural_frequency"),
-        (s.drive_amplitude, "drive_amplitude"),
-        (s.decay_rate, "decay_rate"),
-    ]
-    .into_iter()
-    .filter_map(|(is, name)| is.then_some(name))
-    .collect();
-    Node::Object(vec![
-        ("schema", "slipfit/series-1".into()),
-        ("version", env!("CARGO_PKG_VERSION").into()),
-        ("command", "series".into()),
-        ("manifest", m.path.as_str().into()),
-        ("title", m.title.as_str().into()),
-        ("condition", m.condition.as_str().into()),
-        ("condition_unit", m.condition_unit.as_str().into()),
-        ("unit", analysed.options.unit.as_str().into()),
-        ("shared", shared.into()),
-        ("calibration", calibration(analysed.options.calibration.as_ref())),
-        ("sentence", a.sentence().into()),
-        ("table", rows),
-        ("agreement_p_value", a.agreement_p_value.into()),
-        ("joint", joint.into()),
-        ("laws", laws),
-        ("measurements", measurements(analysed)),
-        ("warnings", warnings(&a.warnings, |w| w.code())),
-    ])
+#[derive(Serialize)]
+struct SeriesEnvelope<'a> {
+    /// Name and version of this contract.
+    schema: &'static str,
+    /// Version of the program.
+    version: &'static str,
+    /// The command that wrote it.
+    command: &'static str,
+    /// The manifest as named by the caller.
+    manifest: &'a str,
+    /// Its title; empty without one.
+    title: &'a str,
+    /// What the conditions are.
+    condition: &'a str,
+    /// Unit of their values; empty if unknown.
+    condition_unit: &'a str,
+    /// Unit displacements were turned into.
+    unit: &'a str,
+    /// Parameters shared by all measurements.
+    shared: Vec<&'static str>,
+    /// The constant that turns displacements into forces.
+    calibration: Option<Constant>,
+    /// The answer in words.
+    sentence: String,
+    /// One row for each condition: Table 1 of the paper.
+    table: &'a [ConditionRow],
+    /// p value that ring-down and resonance agree at every condition.
+    agreement_p_value: Option<f64>,
+    /// The joint fit; null where there is none.
+    joint: Option<&'a Joint>,
+    /// Friction against load, best first; empty without numeric conditions.
+    laws: &'a [LawFit],
+    /// Each measurement alone, in the order of the manifest.
+    measurements: Vec<Alone<'a>>,
+    /// What limits the answer.
+    warnings: &'a [Warning],
 }
 
-fn measurements(analysed: &AnalysedSeries<'_>) -> Node {
-    let each = analysed.answer.solo.iter().zip(analysed.inputs).zip(analysed.measurements);
-    Node::List(
-        each.map(|(((name, solo), input), m)| {
-            let (error, sentence, told, doubts) = match solo {
-                Ok(SingleAnswer::RingDown(a)) => {
-                    (None, a.sentence(), parameters(&a.parameters), warnings(&a.warnings, |w| w.code()))
-                }
-                Ok(SingleAnswer::Sweep(a)) => {
-                    (None, a.sentence(), parameters(&a.parameters), warnings(&a.warnings, |w| w.code()))
-                }
-                Ok(SingleAnswer::Levels(a)) => {
-                    (None, a.sentence(), parameters(&a.parameters), warnings(&a.warnings, |w| w.code()))
-                }
-                Ok(_) => (None, String::new(), parameters(&Default::default()), Node::List(Vec::new())),
-                Err(e) => (
-                    Some(e.to_string()),
-                    String::new(),
-                    parameters(&Default::default()),
-                    Node::List(Vec::new()),
-                ),
-            };
-            Node::Object(vec![
-                ("name", name.as_str().into()),
-                ("kind", input.kind.into()),
-                ("condition", m.condition.label.as_str().into()),
-                ("path", input.path.as_str().into()),
-                ("sha256", input.sha256.as_str().into()),
-                ("unit", input.unit.as_str().into()),
-                ("scale", m.scale.into()),
-                ("error", error.into()),
-                ("sentence", sentence.into()),
-                ("parameters", told),
-                ("warnings", doubts),
-                ("notes", input.notes.clone().into()),
-            ])
-        })
-        .collect(),
-    )
+impl<'a> SeriesEnvelope<'a> {
+    fn new(analysed: &AnalysedSeries<'a>) -> Self {
+        let (answer, heading, options) = (analysed.answer, analysed.heading, analysed.options);
+        let shared = [
+            (heading.shared.natural_frequency, "natural_frequency"),
+            (heading.shared.drive_amplitude, "drive_amplitude"),
+            (heading.shared.decay_rate, "decay_rate"),
+        ];
+        Self {
+            schema: "slipfit/series-1",
+            version: VERSION,
+            command: "series",
+            manifest: &heading.path,
+            title: &heading.title,
+            condition: &heading.condition,
+            condition_unit: &heading.condition_unit,
+            unit: &options.unit,
+            shared: shared.into_iter().filter_map(|(is, name)| is.then_some(name)).collect(),
+            calibration: options.calibration.and_then(Constant::new),
+            sentence: answer.sentence(),
+            table: &answer.table,
+            agreement_p_value: answer.agreement_p_value,
+            joint: answer.joint.as_ref(),
+            laws: &answer.laws,
+            measurements: (0..answer.solo.len()).map(|i| Alone::new(analysed, i)).collect(),
+            warnings: &answer.warnings,
+        }
+    }
 }
 
-fn cell(cell: Option<&Estimate>) -> Node {
-    let Some(cell) = cell else { return Node::Null };
-    Node::Object(vec![
-        ("friction", (&cell.friction).into()),
-        ("damping", (&cell.damping).into()),
-        ("correlation", cell.correlation.into()),
-    ])
+/// A measurement of a series alone.
+#[derive(Serialize)]
+struct Alone<'a> {
+    /// Its name.
+    name: &'a str,
+    /// `ringdown`, `sweep` or `levels`.
+    kind: &'static str,
+    /// Its condition.
+    condition: &'a str,
+    /// Its file.
+    path: &'a str,
+    /// SHA-256 of its bytes.
+    sha256: &'a str,
+    /// Unit of the file.
+    unit: &'a str,
+    /// Factor to the unit of the series.
+    scale: f64,
+    /// Why it could not be analysed; null where it could.
+    error: Option<String>,
+    /// Its answer in words; empty without one.
+    sentence: String,
+    /// Its parameters; empty without an answer.
+    parameters: Parameters,
+    /// What limits its answer.
+    warnings: &'a [Warning],
+    /// Whatever else a reader should know.
+    notes: &'a [String],
 }
 
-fn pair(pair: Option<&Consistency>) -> Node {
-    let Some(pair) = pair else { return Node::Null };
-    Node::Object(vec![("z", pair.z.into()), ("p_value", pair.p_value.into())])
+impl<'a> Alone<'a> {
+    fn new(analysed: &AnalysedSeries<'a>, i: usize) -> Self {
+        let (name, solo) = &analysed.answer.solo[i];
+        let (input, measurement) = (&analysed.inputs[i], &analysed.measurements[i]);
+        let (sentence, warnings): (String, &[Warning]) = match solo {
+            Ok(SingleAnswer::RingDown(a)) => (a.sentence(), &a.warnings),
+            Ok(SingleAnswer::Sweep(a)) => (a.sentence(), &a.warnings),
+            Ok(SingleAnswer::Levels(a)) => (a.sentence(), &a.warnings),
+            _ => (String::new(), &[]),
+        };
+        Self {
+            name,
+            kind: input.kind,
+            condition: &measurement.condition.label,
+            path: &input.path,
+            sha256: &input.sha256,
+            unit: &input.unit,
+            scale: measurement.scale,
+            error: solo.as_ref().err().map(ToString::to_string),
+            sentence,
+            parameters: solo.as_ref().map(|a| a.parameters().clone()).unwrap_or_default(),
+            warnings,
+            notes: &input.notes,
+        }
+    }
 }

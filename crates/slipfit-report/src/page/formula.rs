@@ -1,6 +1,6 @@
 //! Formulas written as one types them, `|X_{n+1}| = e^{−δT} |X_n|`, for a page.
 
-use crate::plot::escape;
+use crate::escape::html as escape;
 
 /// HTML of a formula: `_` and `^` lower and raise the next sign or `{group}`, single Latin
 /// letters lean, names of functions do not.

@@ -1,8 +1,10 @@
 //! One page that needs nothing beside itself: no network, no fonts, no script to be read.
 
-use super::{Document, Table, formula, method, symbol};
-use crate::plot::{dark_rules, escape};
-use crate::terminal::Told;
+use super::{formula, symbol};
+use crate::Provenance;
+use crate::document::{Document, ParameterRow, Table, method};
+use crate::escape::html as escape;
+use crate::plot::dark_rules;
 use std::fmt::Write as _;
 
 const STYLE: &str = include_str!("style.css");
@@ -12,9 +14,9 @@ const SCRIPT: &str = include_str!("script.js");
 const POLICY: &str = "default-src 'none'; style-src 'unsafe-inline'; script-src 'unsafe-inline'";
 
 /// The page. It is well-formed XML as well, so that other programs can take it apart.
-pub fn html(document: &Document<'_>) -> String {
+pub fn html(document: &Document<'_>, provenance: &Provenance) -> String {
     let subject = escape(&document.subject);
-    let version = escape(&document.provenance.version);
+    let version = escape(&provenance.version);
     let dark = dark_rules();
     let mut page = format!(
         "<!DOCTYPE html>\n<html lang=\"en\">\n<head>\n<meta charset=\"utf-8\"/>\n\
@@ -60,7 +62,7 @@ pub fn html(document: &Document<'_>) -> String {
         let _ = writeln!(page, "<p class=\"source\">{}</p></li>", formula::text(step.source));
     }
     let _ = write!(page, "</ol>\n<p class=\"note\">The paper: {}</p>\n</section>\n", escape(method::PAPER));
-    reproduce(&mut page, document);
+    reproduce(&mut page, document, provenance);
     let _ = write!(page, "</main>\n<script>\n{SCRIPT}</script>\n</body>\n</html>\n");
     page
 }
@@ -81,48 +83,48 @@ fn warnings(page: &mut String, document: &Document<'_>) {
         return;
     }
     page.push_str("<ul class=\"warnings\">\n");
-    for doubt in &document.warnings {
-        let code = escape(&doubt.code.replace('_', " "));
-        let _ = writeln!(page, "<li><b>Warning, {code}:</b> {}</li>", escape(&doubt.text));
+    for warning in &document.warnings {
+        let code = escape(&warning.code.replace('_', " "));
+        let _ = writeln!(page, "<li><b>Warning, {code}:</b> {}</li>", escape(&warning.text));
     }
     page.push_str("</ul>\n");
 }
 
-fn parameters(page: &mut String, parameters: &[Told]) {
+fn parameters(page: &mut String, parameters: &[ParameterRow]) {
     page.push_str(
         "<div class=\"scroll\"><table>\n<thead><tr><th>parameter</th><th></th><th class=\"n\">value</th>\
          <th class=\"n\">± standard error</th><th>unit</th><th>95 % interval</th><th class=\"n\">relative</th></tr></thead>\n\
          <tbody>\n",
     );
-    for told in parameters {
-        let symbol = if told.symbol.is_empty() { String::new() } else { symbol::html(told.symbol) };
-        let (class, interval) = match told.absent {
+    for row in parameters {
+        let symbol = if row.symbol.is_empty() { String::new() } else { symbol::html(row.symbol) };
+        let (class, interval) = match row.absent {
             true => (" class=\"absent\"", "95 %, not in the model reported"),
-            false => ("", told.interval.as_str()),
+            false => ("", row.interval.as_str()),
         };
         let _ = writeln!(
             page,
             "<tr{class}><td>{}</td><td>{symbol}</td><td class=\"n\">{}</td><td class=\"n\">{}</td><td>{}</td><td>{}</td>\
              <td class=\"n\">{}</td></tr>",
-            escape(&told.words),
-            escape(&told.value),
-            escape(&told.uncertainty),
-            escape(&told.unit),
+            escape(&row.words),
+            escape(&row.value),
+            escape(&row.uncertainty),
+            escape(&row.unit),
             escape(interval),
-            escape(&told.relative)
+            escape(&row.relative)
         );
     }
     page.push_str("</tbody>\n</table></div>\n");
 }
 
 fn section(page: &mut String, table: &Table) {
-    let (head, rows) = table.split();
+    let (_, rows) = table.split();
     let _ = write!(
         page,
         "<section>\n<h2>{}</h2>\n<div class=\"scroll\"><table>\n<thead><tr>",
         escape(table.title)
     );
-    for (i, name) in head.iter().enumerate() {
+    for (i, name) in table.headings().iter().enumerate() {
         let class = if i > 0 { " class=\"n\"" } else { "" };
         let _ = write!(page, "<th{class}>{}</th>", symbol::heading(name, symbol::html, escape));
     }
@@ -142,12 +144,12 @@ fn section(page: &mut String, table: &Table) {
     page.push_str("</section>\n");
 }
 
-fn reproduce(page: &mut String, document: &Document<'_>) {
+fn reproduce(page: &mut String, document: &Document<'_>, provenance: &Provenance) {
     let _ = write!(
         page,
         "<section>\n<h2>To reproduce</h2>\n<pre><code>{}</code></pre>\n<div class=\"scroll\"><table>\n\
          <thead><tr><th>input</th><th>SHA-256</th></tr></thead>\n<tbody>\n",
-        escape(&document.provenance.call)
+        escape(&provenance.call)
     );
     for input in &document.inputs {
         let _ =
@@ -156,7 +158,7 @@ fn reproduce(page: &mut String, document: &Document<'_>) {
     let _ = write!(
         page,
         "</tbody>\n</table></div>\n</section>\n<footer>slipfit {}</footer>\n",
-        escape(&document.provenance.version)
+        escape(&provenance.version)
     );
 }
 
@@ -169,7 +171,7 @@ mod tests {
     fn page(change: impl FnOnce(&mut Answer)) -> String {
         let provenance =
             crate::Provenance { version: "0.0.0".into(), call: "slipfit ringdown swing.csv".into() };
-        by_hand(change, |analysed| html(&crate::page::ringdown(analysed, &provenance)))
+        by_hand(change, |analysed| html(&Document::ringdown(analysed, &crate::example::spell), &provenance))
     }
 
     /// Whether it is well-formed, which every browser then reads alike.

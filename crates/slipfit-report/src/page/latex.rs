@@ -1,29 +1,32 @@
 //! Tables in LaTeX, which need no package.
 
-use super::{Document, Table, symbol};
+use super::symbol;
+use crate::Provenance;
+use crate::document::{Document, Table};
+use crate::escape::{comment, latex as escaped};
 use std::fmt::Write as _;
 
-/// Parameters and models, the sentence and the doubts as comments.
-pub fn latex(document: &Document<'_>) -> String {
+/// Parameters and models, the sentence and the warnings as comments.
+pub fn latex(document: &Document<'_>, provenance: &Provenance) -> String {
     let mut text = format!("% {}: {}\n", comment(&document.subject), comment(&document.sentence));
-    for doubt in &document.warnings {
-        let _ = writeln!(text, "% {}: {}", doubt.code.replace('_', " "), comment(&doubt.text));
+    for warning in &document.warnings {
+        let _ = writeln!(text, "% {}: {}", warning.code.replace('_', " "), comment(&warning.text));
     }
     for input in &document.inputs {
         let _ = writeln!(text, "% {} SHA-256 {}", comment(&input.path), input.sha256);
     }
-    let _ = writeln!(text, "% slipfit {}", document.provenance.version);
+    let _ = writeln!(text, "% slipfit {}", comment(&provenance.version));
     if !document.parameters.is_empty() {
         text += "\\begin{tabular}{llrll}\n\\hline\n";
         text += "parameter & & value & unit & 95\\,\\% interval \\\\\n\\hline\n";
-        for told in &document.parameters {
-            let symbol = if told.symbol.is_empty() { String::new() } else { symbol::latex(told.symbol) };
-            let value = match told.uncertainty.as_str() {
-                "" => number(&told.value),
-                error => format!("${} \\pm {}$", bare(&told.value), bare(error)),
+        for row in &document.parameters {
+            let symbol = if row.symbol.is_empty() { String::new() } else { symbol::latex(row.symbol) };
+            let value = match row.uncertainty.as_str() {
+                "" => number(&row.value),
+                error => format!("${} \\pm {}$", bare(&row.value), bare(error)),
             };
-            let interval = if told.absent { "not in the model".to_owned() } else { range(&told.interval) };
-            let cells = [escaped(&told.words), symbol, value, escaped(&told.unit), interval];
+            let interval = if row.absent { "not in the model".to_owned() } else { range(&row.interval) };
+            let cells = [escaped(&row.words), symbol, value, escaped(&row.unit), interval];
             let _ = writeln!(text, "{} \\\\", cells.join(" & "));
         }
         text += "\\hline\n\\end{tabular}\n";
@@ -38,8 +41,18 @@ pub fn latex(document: &Document<'_>) -> String {
 fn one(table: &Table) -> String {
     let (head, rows) = table.split();
     let columns = format!("l{}", "r".repeat(head.len().saturating_sub(1)));
-    let heads: Vec<String> = head.iter().map(|h| symbol::heading(h, symbol::latex, escaped)).collect();
-    let mut text = format!("\\begin{{tabular}}{{{columns}}}\n\\hline\n{} \\\\\n\\hline\n", heads.join(" & "));
+    let heading = |text: &String| symbol::heading(text, symbol::latex, escaped);
+    let mut text = format!("\\begin{{tabular}}{{{columns}}}\n\\hline\n");
+    let group = |(name, columns): &(String, usize)| match name.as_str() {
+        "" => String::new(),
+        _ => format!("\\multicolumn{{{columns}}}{{c}}{{{}}}", heading(name)),
+    };
+    if !table.groups.is_empty() {
+        let groups: Vec<String> = table.groups.iter().map(group).collect();
+        let _ = writeln!(text, "{} \\\\", groups.join(" & "));
+    }
+    let heads: Vec<String> = head.iter().map(heading).collect();
+    let _ = writeln!(text, "{} \\\\\n\\hline", heads.join(" & "));
     for (i, row) in rows.iter().enumerate() {
         let cell = |(column, c): (usize, &String)| match (column, table.chosen == Some(i)) {
             (0, true) => format!("\\textbf{{{}}}", escaped(c)),
@@ -65,6 +78,9 @@ fn range(text: &str) -> String {
 
 /// A number in mathematics, anything else as text.
 fn number(text: &str) -> String {
+    if let Some((value, error)) = text.split_once(" ± ") {
+        return format!("${} \\pm {}$", bare(value), bare(error));
+    }
     let plain = bare(text);
     if plain.trim_start_matches(['<', ' ']).replace("\\infty", "1").parse::<f64>().is_ok() {
         format!("${plain}$")
@@ -79,68 +95,16 @@ fn bare(text: &str) -> String {
     text.replace('\u{2212}', "-").replace('∞', "\\infty")
 }
 
-/// Text in which LaTeX sees no commands, signs beyond ASCII as it writes them.
-pub fn escaped(text: &str) -> String {
-    let mut out = String::with_capacity(text.len());
-    for c in text.chars() {
-        match c {
-            '\\' => out.push_str("\\textbackslash{}"),
-            '~' => out.push_str("\\textasciitilde{}"),
-            '^' => out.push_str("\\textasciicircum{}"),
-            '<' => out.push_str("$<$"),
-            '>' => out.push_str("$>$"),
-            '|' => out.push_str("$|$"),
-            '&' | '%' | '$' | '#' | '_' | '{' | '}' => out.extend(['\\', c]),
-            'µ' | 'μ' => out.push_str("$\\mu$"),
-            'Δ' => out.push_str("$\\Delta$"),
-            'δ' => out.push_str("$\\delta$"),
-            'γ' => out.push_str("$\\gamma$"),
-            'β' => out.push_str("$\\beta$"),
-            'Ω' => out.push_str("$\\Omega$"),
-            '±' => out.push_str("$\\pm$"),
-            '×' => out.push_str("$\\times$"),
-            '·' => out.push_str("$\\cdot$"),
-            '°' => out.push_str("$^\\circ$"),
-            '√' => out.push_str("$\\surd$"),
-            '∞' => out.push_str("$\\infty$"),
-            '\u{2212}' => out.push_str("$-$"),
-            '–' => out.push_str("--"),
-            '⁻' => out.push_str("$^{-}$"),
-            c if raised(c).is_some() => {
-                let _ = write!(out, "$^{}$", raised(c).unwrap_or(' '));
-            }
-            c if c.is_control() => out.push(' '),
-            c => out.push(c),
-        }
-    }
-    out
-}
-
-fn raised(c: char) -> Option<char> {
-    "⁰¹²³⁴⁵⁶⁷⁸⁹".chars().zip('0'..='9').find_map(|(up, digit)| (up == c).then_some(digit))
-}
-
-/// Text that stays in its comment.
-fn comment(text: &str) -> String {
-    text.replace(|c: char| c.is_control(), " ")
-}
-
 #[cfg(test)]
 mod tests {
     use super::*;
-
-    #[test]
-    fn names_cannot_give_commands() {
-        assert_eq!(escaped("a_b%$\\input{x}"), "a\\_b\\%\\$\\textbackslash{}input\\{x\\}");
-        assert_eq!(escaped("×10⁻⁷ µm²"), "$\\times$10$^{-}$$^7$ $\\mu$m$^2$");
-        assert_eq!(comment("a\n\\input{x}"), "a \\input{x}");
-    }
 
     #[test]
     fn numbers_are_mathematics() {
         assert_eq!(number("-1.5e-9"), "$-1.5e-9$");
         assert_eq!(number("< 2.1"), "$< 2.1$");
         assert_eq!(number("-"), "--");
+        assert_eq!(number("15.01 ± 0.09"), "$15.01 \\pm 0.09$");
         assert_eq!(number("at 0"), "at 0");
         assert_eq!(range("0.1 to ∞"), "$0.1$ to $\\infty$");
     }

@@ -1,6 +1,6 @@
 //! Symbols such as `x_F`, `δ`, `f₀` and units such as `µrad`, in each format's own spelling.
 
-use crate::plot::escape;
+use crate::escape::html as escape;
 
 /// Letter and index of a symbol: `x_F` and `x₀` have one.
 fn parts(symbol: &str) -> (String, String) {

@@ -2,7 +2,7 @@
 
 use super::axis::Axis;
 use super::font;
-use crate::terminal::words;
+use crate::text::words;
 
 /// An opaque or translucent colour.
 #[derive(Debug, Clone, Copy, PartialEq)]

@@ -39,7 +39,7 @@ pub(super) fn figure(rows: &[Row]) -> Figure {
     let same_unit = |r: &Row| r.text("unit") == unit;
     let x_f = entries(rows, "friction_displacement", "friction_displacement", "", same_unit);
     let delta = entries(rows, "decay_rate", "decay_rate", "_per_s", |_| true);
-    let share = plain(rows, &["sliding_share_at_highest", "sliding_share_at_highest"], 100.0);
+    let share = plain(rows, &["sliding_share_at_start", "sliding_share_at_peak"], 100.0);
     let frequency = plain(rows, &["frequency_hz", "natural_frequency_hz"], 1.0);
     let share_title = match rows.first().and_then(|r| r.columns.iter().find(|c| c.name.contains("share"))) {
         Some(column) if column.name.ends_with("peak") => "sliding share of the loss at the peak",

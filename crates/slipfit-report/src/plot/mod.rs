@@ -21,7 +21,6 @@ mod svg;
 pub use chart::{Chart, Look, Scaled, Series, page};
 pub(crate) use dark::dark_rules;
 pub use heat::{HeatMap, heat_maps};
-pub(crate) use svg::escape;
 
 use crate::Sentence;
 use crate::row::Row;

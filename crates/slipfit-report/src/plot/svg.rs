@@ -2,6 +2,7 @@
 
 use super::axis::Axis;
 use super::figure::{Anchor, Color, Figure, Point, Shape, Stroke};
+use crate::escape::html as escape;
 use std::fmt::Write as _;
 
 const FAMILY: &str = "DejaVu Sans, Verdana, Helvetica, Arial, sans-serif";
@@ -127,34 +128,4 @@ fn write_color(svg: &mut String, what: &str, color: Color) -> std::fmt::Result {
         write!(svg, " {what}-opacity=\"{}\"", color.opacity)?;
     }
     Ok(())
-}
-
-/// Text as it may stand in XML and HTML, in an element or between double quotes.
-pub(crate) fn escape(text: &str) -> String {
-    let mut safe = String::with_capacity(text.len());
-    for c in text.chars() {
-        match c {
-            '&' => safe.push_str("&amp;"),
-            '<' => safe.push_str("&lt;"),
-            '>' => safe.push_str("&gt;"),
-            '"' => safe.push_str("&quot;"),
-            '\'' => safe.push_str("&#39;"),
-            '\n' => safe.push('\n'),
-            // XML has no way to write these.
-            c if c.is_control() => safe.push(' '),
-            '\u{fffe}' | '\u{ffff}' => safe.push(' '),
-            c => safe.push(c),
-        }
-    }
-    safe
-}
-
-#[cfg(test)]
-mod tests {
-    use super::*;
-
-    #[test]
-    fn text_cannot_break_out_of_its_element() {
-        assert_eq!(escape("p < 1e-12 & \u{1}</text>\"'"), "p &lt; 1e-12 &amp;  &lt;/text&gt;&quot;&#39;");
-    }
 }

@@ -1,9 +1,12 @@
 //! A file at a glance.
 
+use super::braille;
 use super::table::{Align, columns, width};
 use super::{ANSWER, DIM, HEADING, WIDTH, labelled};
-use super::{account, braille};
+use crate::document::{reading, resonance};
+use crate::escape;
 use crate::format::plain;
+use slipfit::answer::hint::Spelling;
 use slipfit_io::{Delimiter, Dialect, ReadError, Reading, SweepReading, Table, Tables};
 use std::fmt::Write as _;
 use std::path::Path;
@@ -30,9 +33,9 @@ pub struct Inspected<'a> {
 }
 
 /// What a file holds, how it would be read and the command for it.
-pub fn inspect(inspected: &Inspected<'_>) -> String {
+pub fn inspect(inspected: &Inspected<'_>, spell: Spelling<'_>) -> String {
     let tables = inspected.tables;
-    let mut text = format!("{ANSWER}{}{ANSWER:#}\n", inspected.file.display());
+    let mut text = format!("{ANSWER}{}{ANSWER:#}\n", escape::terminal(&inspected.file.display().to_string()));
     text += &labelled("format", &format!("{}; {}", format_name(inspected), size(tables.bytes)));
     for table in tables.tables.iter().take(MOST_TABLES) {
         text += &one_table(table, tables.tables.len() > 1);
@@ -49,11 +52,11 @@ pub fn inspect(inspected: &Inspected<'_>) -> String {
     text.push('\n');
     match (inspected.curve, inspected.reading) {
         (Some(curve), _) => {
-            text += &super::resonance::read_as_curve(curve).told();
+            text += &super::labelled_facts(&resonance::curve(curve, spell));
             text += &curve_picture(curve);
         }
         (None, Ok(reading)) => {
-            text += &account::reading(reading).told();
+            text += &super::labelled_facts(&reading::record(reading, spell));
             let record = &reading.record;
             let points = (0..record.len()).map(|i| (record.time_s(i), record.signal()[i]));
             let ends = [record.time_s(0), record.time_s(record.len() - 1)];

@@ -1,25 +1,15 @@
-//! Reports for the terminal: shared layout.
+//! Reports for a terminal of 80 columns, styled by ANSI escapes.
 
-pub(crate) mod account;
 mod braille;
-mod facts;
 mod inspect;
-pub(crate) mod levels;
 mod parameters;
-pub(crate) mod resonance;
-pub(crate) mod ringdown;
-pub(crate) mod series;
 mod table;
 
-pub(crate) use facts::Facts;
 pub use inspect::{Inspected, inspect};
-pub use levels::levels;
-pub(crate) use parameters::Told;
-pub use resonance::resonance;
-pub(crate) use ringdown::UNSETTLED;
-pub use ringdown::ringdown;
-pub use series::{Form, series, table as series_table};
 
+use crate::document::{Document, Facts};
+use crate::escape;
+use crate::text::wrap;
 use anstyle::{AnsiColor, Style};
 
 /// Columns of the screen a report is laid out for.
@@ -30,46 +20,55 @@ pub(crate) const HEADING: Style = AnsiColor::Cyan.on_default();
 pub(crate) const CHOSEN: Style = AnsiColor::Green.on_default();
 pub(crate) const DIM: Style = Style::new().dimmed();
 
-/// The words of a text; a number keeps its sign and unit beside it.
-pub(crate) fn words(text: &str) -> Vec<String> {
-    let mut words: Vec<String> = Vec::new();
-    let mut glue = false;
-    for word in text.split_whitespace() {
-        let unit = word.trim_end_matches(['.', ',', ';', ':', ')']);
-        let after_number = words.last().is_some_and(|w| w.ends_with(|c: char| c.is_ascii_digit()));
-        let sign = matches!(word, "<" | "=" | "±");
-        let is_unit = matches!(unit, "%" | "s" | "ms" | "Hz" | "kHz" | "1/s" | "cycles" | "samples");
-        match words.last_mut() {
-            Some(last) if glue || sign || (after_number && is_unit) => {
-                last.push(' ');
-                last.push_str(word);
-            }
-            _ => words.push(word.to_owned()),
-        }
-        glue = sign;
+/// The whole report. `written` names the files written beside it.
+pub fn screen(document: &Document<'_>, written: &[String]) -> String {
+    let mut text = String::new();
+    if let Some(title) = &document.title {
+        text += &format!("{HEADING}{}{HEADING:#}\n", escape::terminal(title));
     }
-    words
+    for line in wrap(&escape::terminal(&document.sentence), WIDTH) {
+        text += &format!("{ANSWER}{line}{ANSWER:#}\n");
+    }
+    text.push('\n');
+    if !document.parameters.is_empty() {
+        text += &parameters::laid_out(&document.parameters);
+        text.push('\n');
+    }
+    for table in &document.tables {
+        text += &table::styled(table);
+        text.push('\n');
+    }
+    text += &labelled_facts(&document.facts);
+    if !written.is_empty() {
+        text += &labelled("wrote", &written.join(", "));
+    }
+    text
 }
 
-/// Breaks text between words into lines of at most `width` characters.
-pub(crate) fn wrap(text: &str, width: usize) -> Vec<String> {
-    let mut lines: Vec<String> = Vec::new();
-    for word in words(text) {
-        match lines.last_mut() {
-            Some(line) if line.chars().count() + 1 + word.chars().count() <= width => {
-                line.push(' ');
-                line.push_str(&word);
-            }
-            _ => lines.push(word),
-        }
+fn labelled_facts(facts: &Facts) -> String {
+    facts.iter().map(|(label, text)| labelled(short(label), text)).collect()
+}
+
+/// Labels that fit their column.
+fn short(label: &str) -> &str {
+    match label {
+        "frequency" => "freq",
+        "amplitude" => "ampl",
+        "imaginary" => "imag",
+        "std_error" => "error",
+        "conductance" => "conduct",
+        "susceptance" => "suscept",
+        "resistance" => "resist",
+        "reactance" => "react",
+        "response" => "signal",
+        other => other,
     }
-    lines
 }
 
 /// `label   text`, the text wrapped and hanging.
 pub(crate) fn labelled(label: &str, text: &str) -> String {
     const INDENT: usize = 10;
-    wrap(text, WIDTH - INDENT)
+    wrap(&escape::terminal(text), WIDTH - INDENT)
         .iter()
         .enumerate()
         .map(|(i, line)| match i {
@@ -82,6 +81,7 @@ pub(crate) fn labelled(label: &str, text: &str) -> String {
 /// `label text`, the text wrapped and hanging behind the label; lines broken by the writer,
 /// such as a quoted piece of a file, stay as they are.
 pub fn hanging(label: &str, style: Style, text: &str) -> String {
+    let text = &escape::terminal(text);
     let indent = label.chars().count() + 1;
     let lines: Vec<String> = match text.lines().count() {
         0 => vec![String::new()],
@@ -97,6 +97,47 @@ pub fn hanging(label: &str, style: Style, text: &str) -> String {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::example::by_hand;
+    use anstream::adapter::strip_str;
+    use slipfit::LossModel;
+    use slipfit::ringdown::Answer;
+
+    fn report(change: impl FnOnce(&mut Answer), written: &[String]) -> String {
+        by_hand(change, |analysed| {
+            strip_str(&screen(&Document::ringdown(analysed, &crate::example::spell), written)).to_string()
+        })
+    }
+
+    #[test]
+    fn a_term_the_model_lacks_shows_its_limit() {
+        let text = report(|answer| answer.model = LossModel::VISCOUS, &[]);
+        let line = text.lines().find(|l| l.starts_with("  friction displacement")).unwrap();
+        for part in ["< 2.1", " mrad ", "95 %, not in model"] {
+            assert!(line.contains(part), "{part} in {line}");
+        }
+    }
+
+    #[test]
+    fn a_fit_that_did_not_settle_is_marked() {
+        let text = report(|answer| answer.comparison[2].converged = false, &[]);
+        assert!(text.contains("viscous * "), "{text}");
+        assert!(text.contains("* the fit did not settle"), "{text}");
+    }
+
+    /// Every number set by hand, so that only the layout is under test.
+    #[test]
+    fn a_report_reads_like_this() {
+        insta::assert_snapshot!(report(|_| (), &["swing.svg".to_owned()]));
+    }
+
+    #[test]
+    fn labels_fit_their_column_on_the_screen() {
+        let mut facts = Facts::default();
+        facts.add("conductance", "column 3");
+        facts.add("", "and its unit");
+        let text = strip_str(&labelled_facts(&facts)).to_string();
+        assert_eq!(text, "  conduct column 3\n          and its unit\n");
+    }
 
     #[test]
     fn a_message_hangs_behind_its_label() {
@@ -107,14 +148,5 @@ mod tests {
         assert!(lines[0].starts_with("  hint: one two") && lines[1].starts_with("        one"), "{text}");
         let quoted = hanging("error:", Style::new(), "line 3\n  | a = \n  |   ^");
         assert_eq!(quoted, "error: line 3\n         | a = \n         |   ^\n");
-    }
-
-    #[test]
-    fn text_breaks_between_words_only() {
-        assert_eq!(wrap("one two three", 7), ["one two", "three"]);
-        assert_eq!(wrap("indivisible", 3), ["indivisible"]);
-        assert!(wrap("", 10).is_empty());
-        assert_eq!(wrap("excluded, p < 1e-12.", 15), ["excluded,", "p < 1e-12."]);
-        assert_eq!(wrap("in the last 8 s; then", 13), ["in the last", "8 s; then"]);
     }
 }

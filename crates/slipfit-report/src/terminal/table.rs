@@ -1,4 +1,8 @@
-//! Columns that line up.
+//! Tables on the screen.
+
+use super::{CHOSEN, DIM, HEADING, WIDTH};
+use crate::document::Table;
+use crate::escape;
 
 /// Which side of its column a cell keeps to.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -23,9 +27,12 @@ pub(crate) fn width(rows: &[Vec<String>]) -> usize {
 /// Lays rows out in columns two blanks apart, or one where the screen demands
 /// it; columns empty in every row vanish.
 pub(crate) fn columns(rows: &[Vec<String>], align: &[Align]) -> Vec<String> {
+    let inert = |cell: &String| escape::terminal(cell).replace('\n', " ");
+    let rows: Vec<Vec<String>> = rows.iter().map(|row| row.iter().map(inert).collect()).collect();
+    let rows = &rows[..];
     let widths = widths(rows, align.len());
     // Two of the columns are the margin.
-    let gap = if width(rows) + 2 <= super::WIDTH { "  " } else { " " };
+    let gap = if width(rows) + 2 <= WIDTH { "  " } else { " " };
     rows.iter()
         .map(|row| {
             let mut line = String::new();
@@ -46,6 +53,48 @@ pub(crate) fn columns(rows: &[Vec<String>], align: &[Align]) -> Vec<String> {
             line.trim_end().to_owned()
         })
         .collect()
+}
+
+/// A table with coloured headings, the row reported marked.
+pub(super) fn styled(table: &Table) -> String {
+    let (heads, rows) = lines(table);
+    let count = heads.len();
+    let all: Vec<Vec<String>> = heads.into_iter().chain(rows).collect();
+    let mut align = vec![Align::Right; all[0].len()];
+    align[0] = Align::Left;
+    let mut text = String::new();
+    for (i, line) in columns(&all, &align).iter().enumerate() {
+        text += &match (i.checked_sub(count), table.chosen) {
+            (None, _) => format!("  {HEADING}{line}{HEADING:#}\n"),
+            (_, None) => format!("  {line}\n"),
+            (row, chosen) if row == chosen => format!("{CHOSEN}> {line}{CHOSEN:#}\n"),
+            _ => format!("  {DIM}{line}{DIM:#}\n"),
+        };
+    }
+    if !table.note.is_empty() {
+        text += &format!("  {DIM}{}{DIM:#}\n", table.note);
+    }
+    text
+}
+
+/// Headings in one line, or in two where groups of columns have one or the line is too wide; and
+/// the rows below them.
+fn lines(table: &Table) -> (Vec<Vec<String>>, Vec<Vec<String>>) {
+    let (own, rows) = table.split();
+    let rows = rows.to_vec();
+    if !table.groups.is_empty() {
+        return (vec![table.group_of_each(), own.to_vec()], rows);
+    }
+    if width(&table.rows) + 2 <= WIDTH {
+        return (vec![own.to_vec()], rows);
+    }
+    // The name above its unit.
+    let split =
+        |cell: &String| cell.split_once(" [").map(|(name, unit)| [name.to_owned(), format!("[{unit}")]);
+    let halves: Vec<[String; 2]> =
+        own.iter().map(|cell| split(cell).unwrap_or_else(|| [String::new(), cell.clone()])).collect();
+    let line = |at: usize| halves.iter().map(|h| h[at].clone()).collect::<Vec<String>>();
+    (vec![line(0), line(1)], rows)
 }
 
 #[cfg(test)]

@@ -9,7 +9,7 @@ mod p_value;
 pub mod parameter;
 pub mod quantity;
 #[cfg(feature = "serde")]
-mod serialise;
+pub(crate) mod serialise;
 pub mod warning;
 
 pub use crate::model::unit::UnitRule;

@@ -1,7 +1,7 @@
 //! JSON shapes that derives do not give: names for parameters and models, maps for lists of pairs,
 //! columns for lists of points.
 
-use super::comparison::Values;
+use super::comparison::{SlidingEvidence, Values};
 use super::hint::{Hint, HintValue};
 use super::parameter::{Parameter, Parameters};
 use super::warning::Warning;
@@ -80,6 +80,86 @@ impl Serialize for LossModel {
     fn serialize<S: Serializer>(&self, serializer: S) -> Result<S::Ok, S::Error> {
         serializer.serialize_str(self.name())
     }
+}
+
+/// Evidence for sliding friction in a decay, its shares named by where the decay has them.
+#[derive(Serialize)]
+#[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
+pub(crate) struct DecayEvidence {
+    /// Sliding friction is needed: `p_value` below 0.01 and the BIC prefers it.
+    detected: bool,
+    /// Probability of the data without sliding friction, one-sided.
+    p_value: f64,
+    /// BIC of the best model without sliding minus that of the best with it.
+    delta_bic: f64,
+    /// Sliding share of the loss at the start.
+    share_at_start: f64,
+    /// Sliding share of the loss at the end.
+    share_at_end: f64,
+    /// From this instant on, s, sliding carries more than 95 % of the loss.
+    dominates_from_s: Option<f64>,
+    /// Probability of the data under a purely viscous loss.
+    viscous_only_p_value: f64,
+}
+
+pub(crate) fn decay_evidence<S: Serializer>(e: &SlidingEvidence, serializer: S) -> Result<S::Ok, S::Error> {
+    let named = DecayEvidence {
+        detected: e.detected,
+        p_value: e.p_value,
+        delta_bic: e.delta_bic,
+        share_at_start: e.share_at_highest,
+        share_at_end: e.share_at_lowest,
+        dominates_from_s: e.dominates_from_s,
+        viscous_only_p_value: e.viscous_only_p_value,
+    };
+    named.serialize(serializer)
+}
+
+/// Evidence for sliding friction in a resonance curve, its shares named by where the curve has them.
+#[derive(Serialize)]
+#[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
+pub(crate) struct CurveEvidence {
+    /// Sliding friction is needed: `p_value` below 0.01 and the BIC prefers it.
+    detected: bool,
+    /// Probability of the data without sliding friction, one-sided.
+    p_value: f64,
+    /// BIC of the best model without sliding minus that of the best with it.
+    delta_bic: f64,
+    /// Sliding share of the loss at the peak.
+    share_at_peak: f64,
+    /// Sliding share of the loss at the lowest amplitude used.
+    share_at_lowest: f64,
+    /// Probability of the data under a purely viscous loss.
+    viscous_only_p_value: f64,
+}
+
+pub(crate) fn curve_evidence<S: Serializer>(e: &SlidingEvidence, serializer: S) -> Result<S::Ok, S::Error> {
+    let named = CurveEvidence {
+        detected: e.detected,
+        p_value: e.p_value,
+        delta_bic: e.delta_bic,
+        share_at_peak: e.share_at_highest,
+        share_at_lowest: e.share_at_lowest,
+        viscous_only_p_value: e.viscous_only_p_value,
+    };
+    named.serialize(serializer)
+}
+
+/// A value with its standard error as two keys.
+#[derive(Serialize)]
+#[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
+pub(crate) struct ConditionValue {
+    /// Value of the condition; null where it is not a number.
+    value: Option<f64>,
+    /// Its standard error.
+    value_std_error: Option<f64>,
+}
+
+pub(crate) fn condition_value<S: Serializer>(
+    value: &Option<[f64; 2]>,
+    serializer: S,
+) -> Result<S::Ok, S::Error> {
+    ConditionValue { value: value.map(|v| v[0]), value_std_error: value.map(|v| v[1]) }.serialize(serializer)
 }
 
 #[cfg(feature = "schema")]

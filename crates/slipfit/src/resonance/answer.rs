@@ -217,6 +217,8 @@ pub struct Answer {
     /// All models, best first.
     pub comparison: Vec<Candidate>,
     /// Evidence for sliding friction.
+    #[cfg_attr(feature = "serde", serde(serialize_with = "crate::answer::serialise::curve_evidence"))]
+    #[cfg_attr(feature = "schema", schemars(with = "crate::answer::serialise::CurveEvidence"))]
     pub sliding: SlidingEvidence,
     /// Correlations between the estimated parameters, by pairs of names.
     pub correlations: Vec<Correlation>,

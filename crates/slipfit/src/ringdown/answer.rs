@@ -169,6 +169,8 @@ pub struct Answer {
     /// All models, best first.
     pub comparison: Vec<Candidate>,
     /// Evidence for sliding friction.
+    #[cfg_attr(feature = "serde", serde(serialize_with = "crate::answer::serialise::decay_evidence"))]
+    #[cfg_attr(feature = "schema", schemars(with = "crate::answer::serialise::DecayEvidence"))]
     pub sliding: SlidingEvidence,
     /// Correlations between the estimated parameters, by pairs of names.
     pub correlations: Vec<Correlation>,

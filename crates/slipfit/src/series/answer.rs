@@ -59,6 +59,11 @@ pub struct ConditionRow {
     /// Label of the condition.
     pub condition: String,
     /// Its value with standard error.
+    #[cfg_attr(
+        feature = "serde",
+        serde(flatten, serialize_with = "crate::answer::serialise::condition_value")
+    )]
+    #[cfg_attr(feature = "schema", schemars(with = "crate::answer::serialise::ConditionValue"))]
     pub value: Option<[f64; 2]>,
     /// By ring-down (all ring-downs of this condition together).
     #[cfg_attr(feature = "serde", serde(rename = "ringdown"))]

@@ -1,43 +1,33 @@
-//! The answer to drive levels on one screen.
+//! The report of drive levels.
 
-use super::account::column;
 use super::facts::Facts;
-use super::parameters::{Told, laid_out};
-use super::resonance::p_words;
-use super::{ANSWER, WIDTH, labelled, wrap};
-use crate::AnalysedLevels;
-use crate::Sentence;
-use crate::format::plain;
-use slipfit::levels::Answer;
-use std::fmt::Write as _;
-use std::path::Path;
+use super::method;
+use super::parameter::ParameterRow;
+use super::reading::column;
+use super::{Document, Input, file_name, warnings};
+use crate::format::{p_value, plain};
+use crate::{AnalysedLevels, Sentence, plot};
+use slipfit::answer::hint::Spelling;
 
-/// The whole report, styled.
-pub fn levels(analysed: &AnalysedLevels<'_>, written: &[&Path]) -> String {
-    let answer = analysed.answer;
-    let mut text = String::new();
-    for line in wrap(&answer.sentence(), WIDTH) {
-        let _ = writeln!(text, "{ANSWER}{line}{ANSWER:#}");
+pub(super) fn document<'a>(analysed: &'a AnalysedLevels<'a>, spell: Spelling<'_>) -> Document<'a> {
+    let (answer, reading) = (analysed.answer, analysed.reading);
+    Document {
+        command: "levels",
+        title: None,
+        subject: file_name(&reading.path),
+        sentence: answer.sentence(),
+        parameters: ParameterRow::list(&answer.parameters, None),
+        tables: Vec::new(),
+        facts: facts(analysed),
+        warnings: warnings(&answer.warnings, spell),
+        method: method::of_levels(answer),
+        inputs: vec![Input { path: reading.path.clone(), sha256: reading.sha256.clone() }],
+        pictures: Box::new(|| plot::levels_panels(analysed)),
     }
-    text.push('\n');
-    text += &laid_out(&told(answer));
-    text.push('\n');
-    text += &account(analysed).told();
-    if !written.is_empty() {
-        let names: Vec<String> = written.iter().map(|p| p.display().to_string()).collect();
-        text += &labelled("wrote", &names.join(", "));
-    }
-    text
-}
-
-/// The parameters that say something.
-pub(crate) fn told(answer: &Answer) -> Vec<Told> {
-    let finite = answer.parameters.iter().filter(|(_, q)| q.value.is_finite());
-    finite.map(|(p, q)| Told::new(p, q)).collect()
 }
 
 /// Where the answer comes from.
-pub(crate) fn account(analysed: &AnalysedLevels<'_>) -> Facts {
+fn facts(analysed: &AnalysedLevels<'_>) -> Facts {
     let (answer, reading) = (analysed.answer, analysed.reading);
     let mut facts = Facts::default();
     let skipped = match reading.rows_skipped() {
@@ -61,7 +51,7 @@ pub(crate) fn account(analysed: &AnalysedLevels<'_>) -> Facts {
             d.moving,
             d.stuck,
             plain(d.residual_rms, 2, &answer.unit),
-            p_words(d.bend_p_value)
+            p_value(d.bend_p_value)
         ),
     );
     if let Some(b) = &answer.breakaway {

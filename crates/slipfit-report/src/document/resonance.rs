@@ -1,124 +1,55 @@
-//! The answer to a resonance curve on one screen.
+//! The report of a resonance curve.
 
-use super::account::{column, counted};
 use super::facts::Facts;
-use super::parameters::{Told, laid_out, significant};
-use super::ringdown::{bic, headed, model_table};
-use super::{ANSWER, WIDTH, labelled, wrap};
-use crate::AnalysedCurve;
-use crate::Sentence;
-use crate::format::{Rounded, Scale, p_value, plain};
-use slipfit::LossTerm;
-use slipfit::Parameter;
-use slipfit::Quantity;
-use slipfit::answer::Candidate;
+use super::method;
+use super::models::Comparison;
+use super::parameter::ParameterRow;
+use super::reading::{column, counted};
+use super::{Document, Input, file_name, warnings};
+use crate::format::{Rounded, plain};
+use crate::{AnalysedCurve, Sentence, plot};
+use slipfit::answer::hint::Spelling;
 use slipfit::resonance::{Answer, DriveSource, Method, RunDirection};
+use slipfit::{Parameter, Quantity};
 use slipfit_io::{Skipped, SweepReading};
 use std::fmt::Write as _;
-use std::path::Path;
 
 /// Forces with a chi square above this lie on no straight line.
 const NO_LINE: f64 = 3.0;
 
-/// The whole report, styled.
-pub fn resonance(analysed: &AnalysedCurve<'_>, written: &[&Path]) -> String {
+pub(super) fn document<'a>(analysed: &'a AnalysedCurve<'a>, spell: Spelling<'_>) -> Document<'a> {
     let answer = analysed.answer;
-    let mut text = String::new();
-    for line in wrap(&answer.sentence(), WIDTH) {
-        let _ = writeln!(text, "{ANSWER}{line}{ANSWER:#}");
-    }
-    text.push('\n');
-    text += &laid_out(&told(answer));
-    text.push('\n');
-    text += &models(answer);
-    text.push('\n');
-    text += &account(analysed).told();
-    if !written.is_empty() {
-        let names: Vec<String> = written.iter().map(|p| p.display().to_string()).collect();
-        text += &labelled("wrote", &names.join(", "));
-    }
-    text
-}
-
-/// The parameters that say something.
-pub(crate) fn told(answer: &Answer) -> Vec<Told> {
-    let is_told = |(p, q): &(Parameter, &Quantity)| match p {
-        &Parameter::DRAG_RATE | Parameter::DuffingCoefficient => q.value != 0.0,
-        _ => q.value.is_finite(),
-    };
-    let tell = |(p, q): (Parameter, &Quantity)| match is_absent(answer, p) {
-        true => Told::absent(p, q),
-        false => Told::new(p, q),
-    };
-    answer.parameters.iter().filter(is_told).map(tell).collect()
-}
-
-/// Whether the model reported has no such term.
-fn is_absent(answer: &Answer, parameter: Parameter) -> bool {
-    match parameter {
-        Parameter::Loss(LossTerm::Drag) => false,
-        Parameter::Loss(term) => !answer.model.has(term),
-        Parameter::CoulombForce | Parameter::FrictionRatio => !answer.model.has_sliding(),
-        Parameter::ViscousCoefficient | Parameter::QFactor => !answer.model.has(LossTerm::Viscous),
-        _ => false,
-    }
-}
-
-fn models(answer: &Answer) -> String {
-    let chosen = |i: usize| answer.comparison[i].model == answer.model;
-    let settled = answer.comparison.iter().all(|c| c.converged);
-    model_table(&model_rows(answer), chosen, settled)
-}
-
-/// All models on the same data: a line of headings, then one row each. Columns that say
-/// nothing are empty.
-pub(crate) fn model_rows(answer: &Answer) -> Vec<Vec<String>> {
-    let unit = &answer.unit;
-    let most = |of: fn(&Candidate) -> f64| {
-        answer.comparison.iter().map(of).filter(|v| v.is_finite()).fold(0.0, f64::max)
-    };
-    let rms = Scale::for_size(most(|c| c.rms), unit);
-    let x_f = Scale::for_size(most(|c| c.value(Parameter::FRICTION_DISPLACEMENT)), unit);
-    let x_0 = Scale::for_size(most(|c| c.value(Parameter::DriveAmplitude)), unit);
-    let drag = answer.comparison.iter().any(|c| c.model.has(LossTerm::Drag));
-    let mut head = vec![
+    let models = Comparison {
+        candidates: &answer.comparison,
+        reported: answer.model,
+        parameters: &answer.parameters,
+        unit: &answer.unit,
         // The paper's inversion compares no models: the exact curve does.
-        if answer.method == Method::Paper { "exact model" } else { "model" }.to_owned(),
-        "ΔBIC".to_owned(),
-        headed("rms", &rms),
-        headed("δ", &Scale::for_size(1.0, "1/s")),
-        headed("x_F", &x_f),
-        headed("x₀", &x_0),
-    ];
-    head.push(if drag { "a₂".to_owned() } else { String::new() });
-    let mut rows = vec![head];
-    for c in &answer.comparison {
-        let settled = if c.converged { "" } else { " *" };
-        let term = |term: LossTerm, scale: f64| match c.model.has(term) {
-            false => "-".to_owned(),
-            true if c.at_limit == Some(Parameter::Loss(term)) => "at 0".to_owned(),
-            true => significant(c.value(Parameter::Loss(term)) * scale, 3),
-        };
-        rows.push(vec![
-            format!("{}{settled}", c.model),
-            bic(c.delta_bic),
-            significant(c.rms * rms.factor, 3),
-            term(LossTerm::Viscous, 1.0),
-            term(LossTerm::Sliding, x_f.factor),
-            significant(c.value(Parameter::DriveAmplitude) * x_0.factor, 3),
-            if drag { term(LossTerm::Drag, 1.0) } else { String::new() },
-        ]);
+        heading: if answer.method == Method::Paper { "exact model" } else { "model" },
+    };
+    let input = |r: &SweepReading| Input { path: r.report.path.clone(), sha256: r.report.sha256.clone() };
+    Document {
+        command: "resonance",
+        title: None,
+        subject: file_name(&analysed.reading.report.path),
+        sentence: answer.sentence(),
+        parameters: ParameterRow::list(&answer.parameters, Some(answer.model)),
+        tables: vec![models.table(&[Parameter::DriveAmplitude])],
+        facts: facts(analysed, spell),
+        warnings: warnings(&answer.warnings, spell),
+        method: method::of_resonance(answer),
+        inputs: std::iter::once(analysed.reading).chain(analysed.reference).map(input).collect(),
+        pictures: Box::new(|| plot::resonance_panels(analysed)),
     }
-    rows
 }
 
 /// Where the answer comes from.
-pub(crate) fn account(analysed: &AnalysedCurve<'_>) -> Facts {
+fn facts(analysed: &AnalysedCurve<'_>, spell: Spelling<'_>) -> Facts {
     let answer = analysed.answer;
     let mut facts = Facts::default();
-    source(&mut facts, analysed.reading);
+    source(&mut facts, analysed.reading, spell);
     if let Some(reference) = analysed.reference {
-        facts.add("against", read_line(reference));
+        facts.add("against", read_line(reference, spell));
     }
     let method = match answer.method {
         Method::Exact => "exact fundamental",
@@ -196,7 +127,7 @@ fn instrument(facts: &mut Facts, answer: &Answer) {
         said.push(format!("background {} and {} in quadrature{delayed}", show(re), show(im)));
     }
     if i.phase_was_conjugated {
-        said.push("phases turned over".to_owned());
+        said.push("phases conjugated".to_owned());
     }
     if !said.is_empty() {
         facts.add("besides", said.join(", "));
@@ -226,8 +157,8 @@ fn paper(facts: &mut Facts, answer: &Answer) {
 }
 
 /// What was read and how.
-fn source(facts: &mut Facts, reading: &SweepReading) {
-    facts.add("read", read_line(reading));
+fn source(facts: &mut Facts, reading: &SweepReading, spell: Spelling<'_>) {
+    facts.add("read", read_line(reading, spell));
     for (what, taken) in &reading.report.taken {
         facts.add(what, column(taken));
     }
@@ -235,7 +166,7 @@ fn source(facts: &mut Facts, reading: &SweepReading) {
 }
 
 /// What would be read of a file that is not analysed.
-pub(super) fn read_as_curve(reading: &SweepReading) -> Facts {
+pub(crate) fn curve(reading: &SweepReading, spell: Spelling<'_>) -> Facts {
     let mut facts = Facts::default();
     let curve = &reading.curve;
     let range = |values: &mut dyn Iterator<Item = f64>| {
@@ -256,11 +187,11 @@ pub(super) fn read_as_curve(reading: &SweepReading) -> Facts {
             if curve.is_complex() { "with phase" } else { "without phase" }
         ),
     );
-    source(&mut facts, reading);
+    source(&mut facts, reading, spell);
     facts
 }
 
-fn read_line(reading: &SweepReading) -> String {
+fn read_line(reading: &SweepReading, spell: Spelling<'_>) -> String {
     let report = &reading.report;
     let what = if report.runs.is_empty() { "row" } else { "record" };
     let mut text = format!("{}: {}", report.path, counted(report.rows_read, what));
@@ -287,12 +218,8 @@ fn read_line(reading: &SweepReading) -> String {
         let _ = write!(text, "; swept {}", parts.join(", "));
     }
     if report.column_runs > 1 {
-        let _ = write!(text, "; curve {} of {} (--run)", report.column_run, report.column_runs);
+        let _ =
+            write!(text, "; curve {} of {} ({})", report.column_run, report.column_runs, spell("run", None));
     }
     text
-}
-
-/// Evidence for sliding friction, for sentences of tables.
-pub(super) fn p_words(p: f64) -> String {
-    p_value(p)
 }

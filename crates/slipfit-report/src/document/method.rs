@@ -20,7 +20,7 @@ const fn step(what: &'static str, formula: &'static str, source: &'static str) -
 }
 
 /// The work itself, for the foot of a page.
-pub(super) const PAPER: &str = "Vitorino, Vieira and Rodrigues, “Effect of sliding friction in harmonic oscillators”; \
+pub(crate) const PAPER: &str = "Vitorino, Vieira and Rodrigues, “Effect of sliding friction in harmonic oscillators”; \
      its numbered equations run from (1) to (18).";
 
 const MOTION: Step = step(

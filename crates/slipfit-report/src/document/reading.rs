@@ -1,76 +1,17 @@
-//! Where the answer comes from: what was read, what was used, how well it is described.
+//! How a record was read.
 
 use super::facts::Facts;
-use crate::AnalysedRingdown;
-use crate::format::{Rounded, percent, plain};
+use crate::format::{percent, plain};
+use slipfit::answer::hint::Spelling;
 use slipfit::{ClockReport, SignalKind};
 use slipfit_io::{ColumnTaken, ReadReport, Reading, TimeSource};
 use std::fmt::Write as _;
 
-/// What was read, what was used, how well it is described.
-pub(crate) fn account(analysed: &AnalysedRingdown<'_>) -> Facts {
-    let report = &analysed.reading.report;
-    let answer = analysed.answer;
-    let mut facts = Facts::default();
-    facts.add("read", format!("{}: {}", analysed.file.display(), rows_read(report)));
-    columns_taken(&mut facts, report);
-    if let Some(clock) = clock(analysed.reading.record.clock_report()) {
-        facts.add("clock", clock);
-    }
-    facts.notes(&report.notes);
-    if let Some(f) =
-        analysed.reading.named_frequency_hz().filter(|f| analysed.options.frequency_hz == Some(*f))
-    {
-        let named = format!(
-            "frequency {} as the file's first lines name it (--frequency-hz overrides)",
-            plain(f, 6, "Hz")
-        );
-        facts.add("note", named);
-    }
-    let s = &answer.segment;
-    let cycles = if s.cycles > 0.0 { format!("{} cycles, ", plain(s.cycles, 3, "")) } else { String::new() };
-    facts.add(
-        "used",
-        format!(
-            "{} ({}) to {} ({}): {cycles}{} samples",
-            plain(s.start_s, 4, "s"),
-            s.start_reason,
-            plain(s.end_s, 4, "s"),
-            s.end_reason,
-            s.samples
-        ),
-    );
-    if let Some(stop) = &answer.stop {
-        let position = Rounded::new(stop.position, stop.position_std_error, &answer.signal_unit);
-        let hold = stop.static_displacement.map_or_else(String::new, |[low, high]| {
-            let unit = &answer.signal_unit;
-            format!("; static friction holds between {} and {}", plain(low, 3, unit), plain(high, 3, unit))
-        });
-        facts.add("stop", format!("at {}, {position} off the middle{hold}", plain(stop.time_s, 4, "s")));
-    }
-    let d = &answer.diagnostics;
-    let left_out = match d.left_out {
-        0 => String::new(),
-        n => format!("; {n} stretches far off every law left out"),
-    };
-    facts.add("fit", format!(
-            "of the {}; noise {}, {:.0} dB below the start; residuals {:.2} times what noise gives; {:.1} decay \
-             times{left_out}",
-            d.method,
-            plain(d.noise_rms, 2, &answer.signal_unit),
-            d.signal_to_noise_db,
-            d.residual_excess.max(0.0).sqrt(),
-            d.decay_times
-        ),
-    );
-    facts
-}
-
 /// What would be read of a file that is not analysed.
-pub(super) fn reading(reading: &Reading) -> Facts {
+pub(crate) fn record(reading: &Reading, spell: Spelling<'_>) -> Facts {
     let (record, report) = (&reading.record, &reading.report);
     let mut facts = Facts::default();
-    facts.add("read", rows_read(report));
+    facts.add("read", rows_read(report, spell));
     columns_taken(&mut facts, report);
     let mut rate = format!(
         "{} over {}",
@@ -90,7 +31,7 @@ pub(super) fn counted(n: u64, thing: &str) -> String {
     if n == 1 { format!("1 {thing}") } else { format!("{n} {thing}s") }
 }
 
-fn columns_taken(facts: &mut Facts, report: &ReadReport) {
+pub(super) fn columns_taken(facts: &mut Facts, report: &ReadReport) {
     facts.add("time", time_source(&report.time));
     facts.add("signal", signal_source(report));
     if let Some(q) = &report.quadrature {
@@ -98,7 +39,7 @@ fn columns_taken(facts: &mut Facts, report: &ReadReport) {
     }
 }
 
-fn rows_read(report: &ReadReport) -> String {
+pub(super) fn rows_read(report: &ReadReport, spell: Spelling<'_>) -> String {
     let mut text = counted(report.rows_read, "row");
     if !report.skipped.is_empty() {
         let reasons: Vec<String> = report
@@ -110,10 +51,10 @@ fn rows_read(report: &ReadReport) -> String {
     }
     let mut choice = Vec::new();
     if report.tables > 1 {
-        choice.push(format!("table {} of {} (--part)", report.table, report.tables));
+        choice.push(format!("table {} of {} ({})", report.table, report.tables, spell("table", None)));
     }
     if report.runs > 1 {
-        choice.push(format!("run {} of {} (--run)", report.run, report.runs));
+        choice.push(format!("run {} of {} ({})", report.run, report.runs, spell("run", None)));
     }
     if !choice.is_empty() {
         let _ = write!(text, "; {}", choice.join(", "));
@@ -147,7 +88,7 @@ fn signal_source(report: &ReadReport) -> String {
 }
 
 /// What there is to say about the clock, if anything.
-fn clock(report: &ClockReport) -> Option<String> {
+pub(super) fn clock(report: &ClockReport) -> Option<String> {
     let mut said = Vec::new();
     let mut count = |n: usize, what: &str| {
         if n > 0 {

@@ -1,0 +1,155 @@
+//! Parameters as people read them, the same on a screen, on a page and in a table.
+
+use crate::format::{Rounded, Scale, plain};
+use slipfit::{LossModel, LossTerm, Parameter, Parameters, Quantity};
+
+/// An interval this much longer on one side than on the other is printed on the screen.
+const ASYMMETRY: f64 = 1.15;
+
+/// One parameter in words and digits.
+#[derive(Debug, Clone, PartialEq)]
+pub(crate) struct ParameterRow {
+    pub(crate) words: String,
+    pub(crate) symbol: &'static str,
+    pub(crate) value: String,
+    /// Digits of the standard error; empty without one.
+    pub(crate) uncertainty: String,
+    /// With its prefix or power of ten.
+    pub(crate) unit: String,
+    /// Standard error in per cent; empty where it says nothing.
+    pub(crate) relative: String,
+    /// Both ends of the 95 % interval, in `unit`; empty without one.
+    pub(crate) interval: String,
+    /// Whether value and uncertainty alone would mislead.
+    pub(crate) asymmetric: bool,
+    /// The model reported has no such term: `value` is how large it could be.
+    pub(crate) absent: bool,
+}
+
+impl ParameterRow {
+    /// The parameters that say something; JSON has them all. `model` is the loss model reported.
+    pub(super) fn list(parameters: &Parameters, model: Option<LossModel>) -> Vec<Self> {
+        let shown = parameters.iter().filter(|(p, q)| is_shown(*p, q, parameters, model));
+        let row = |(p, q): (Parameter, &Quantity)| match model.is_some_and(|m| is_absent(p, m)) {
+            true => Self::absent(p, q),
+            false => Self::new(p, q),
+        };
+        shown.map(row).collect()
+    }
+
+    pub(crate) fn new(parameter: Parameter, q: &Quantity) -> Self {
+        let (words, symbol) = (parameter.label().to_owned(), parameter.symbol());
+        let shown = Rounded::new(q.value, q.std_error, &q.unit);
+        let [low, high] = q.interval_95;
+        let interval = if low.is_finite() || high.is_finite() {
+            format!("{} to {}", shown.also(low), shown.also(high))
+        } else {
+            String::new()
+        };
+        Self {
+            words,
+            symbol,
+            value: shown.value(),
+            uncertainty: shown.uncertainty().unwrap_or_default(),
+            unit: shown.scale.unit.clone(),
+            relative: relative(q),
+            asymmetric: !interval.is_empty() && is_asymmetric(q),
+            interval,
+            absent: false,
+        }
+    }
+
+    /// A term the model does not have: how large it could be.
+    pub(crate) fn absent(parameter: Parameter, q: &Quantity) -> Self {
+        let (words, symbol) = (parameter.label().to_owned(), parameter.symbol());
+        let high = q.interval_95[1];
+        let (value, unit) = if high.is_finite() && high > 0.0 {
+            let scale = Scale::for_size(high, &q.unit);
+            (format!("< {}", significant(high * scale.factor, 2)), scale.unit)
+        } else {
+            ("-".to_owned(), String::new())
+        };
+        Self {
+            words,
+            symbol,
+            value,
+            uncertainty: String::new(),
+            unit,
+            relative: String::new(),
+            interval: String::new(),
+            asymmetric: false,
+            absent: true,
+        }
+    }
+}
+
+/// Whether a parameter says something the others do not.
+fn is_shown(parameter: Parameter, q: &Quantity, all: &Parameters, model: Option<LossModel>) -> bool {
+    match parameter {
+        Parameter::SlidingRate => all.get(Parameter::FRICTION_DISPLACEMENT).is_none(),
+        Parameter::DuffingCoefficient => q.value != 0.0,
+        Parameter::Loss(LossTerm::Viscous | LossTerm::Sliding) => q.value.is_finite(),
+        Parameter::Loss(term) => model.is_some_and(|m| m.has(term)),
+        _ => q.value.is_finite(),
+    }
+}
+
+/// Whether the model reported has no such term.
+fn is_absent(parameter: Parameter, model: LossModel) -> bool {
+    match parameter {
+        Parameter::Loss(term) => !model.has(term),
+        Parameter::SlidingRate | Parameter::CoulombForce | Parameter::FrictionRatio => !model.has_sliding(),
+        Parameter::ViscousCoefficient | Parameter::QFactor => !model.has(LossTerm::Viscous),
+        _ => false,
+    }
+}
+
+fn relative(q: &Quantity) -> String {
+    let share = q.std_error / q.value.abs();
+    if !share.is_finite() || share <= 0.0 || share >= 10.0 {
+        return String::new();
+    }
+    match share * 100.0 {
+        p if p < 0.001 => "<0.001 %".to_owned(),
+        p => format!("{} %", plain(p, 2, "")),
+    }
+}
+
+fn is_asymmetric(q: &Quantity) -> bool {
+    let [low, high] = q.interval_95;
+    let (below, above) = (q.value - low, high - q.value);
+    below.max(above) > ASYMMETRY * below.min(above)
+}
+
+/// A number of a table, to so many digits.
+pub(crate) fn significant(value: f64, digits: usize) -> String {
+    if value == 0.0 || !value.is_finite() {
+        return if value == 0.0 { "0".to_owned() } else { "?".to_owned() };
+    }
+    let decade = value.abs().log10().floor() as i64;
+    if !(-5..7).contains(&decade) {
+        return plain(value, digits as i32, "");
+    }
+    format!("{value:.*}", (digits as i64 - 1 - decade).max(0) as usize)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn numbers_of_a_table_keep_three_digits() {
+        assert_eq!(significant(0.031_234, 3), "0.0312");
+        assert_eq!(significant(1234.5, 3), "1234");
+        assert_eq!(significant(0.0, 3), "0");
+        assert_eq!(significant(1.234e-9, 3), "1.23×10⁻⁹");
+        assert_eq!(significant(f64::NAN, 3), "?");
+    }
+
+    #[test]
+    fn relative_uncertainties_are_left_out_where_they_say_nothing() {
+        assert_eq!(relative(&Quantity::normal(2.0, 0.1, "")), "5 %");
+        assert_eq!(relative(&Quantity::normal(0.0, 0.1, "")), "");
+        assert_eq!(relative(&Quantity::normal(1.0, 1e-7, "")), "<0.001 %");
+    }
+}

@@ -1,0 +1,102 @@
+//! The report of a ring-down.
+
+use super::facts::Facts;
+use super::method;
+use super::models::Comparison;
+use super::parameter::ParameterRow;
+use super::reading::{clock, columns_taken, rows_read};
+use super::{Document, Input, file_name, warnings};
+use crate::format::{Rounded, plain};
+use crate::{AnalysedRingdown, Sentence, plot};
+use slipfit::SignalKind;
+use slipfit::answer::hint::Spelling;
+
+pub(super) fn document<'a>(analysed: &'a AnalysedRingdown<'a>, spell: Spelling<'_>) -> Document<'a> {
+    let answer = analysed.answer;
+    let models = Comparison {
+        candidates: &answer.comparison,
+        reported: answer.model,
+        parameters: &answer.parameters,
+        unit: &answer.signal_unit,
+        heading: "model",
+    };
+    let file = analysed.file.display().to_string();
+    Document {
+        command: "ringdown",
+        title: None,
+        subject: file_name(&file),
+        sentence: answer.sentence(),
+        parameters: ParameterRow::list(&answer.parameters, Some(answer.model)),
+        tables: vec![models.table(&[])],
+        facts: facts(analysed, spell),
+        warnings: warnings(&answer.warnings, spell),
+        method: method::of_ringdown(answer, is_bare(analysed.reading.record.kind())),
+        inputs: vec![Input { path: file, sha256: analysed.reading.report.sha256.clone() }],
+        pictures: Box::new(|| plot::ringdown_panels(analysed)),
+    }
+}
+
+/// Whether the record holds amplitudes, not the motion itself.
+fn is_bare(kind: SignalKind) -> bool {
+    matches!(kind, SignalKind::Envelope | SignalKind::LockIn)
+}
+
+/// What was read, what was used, how well it is described.
+fn facts(analysed: &AnalysedRingdown<'_>, spell: Spelling<'_>) -> Facts {
+    let report = &analysed.reading.report;
+    let answer = analysed.answer;
+    let mut facts = Facts::default();
+    facts.add("read", format!("{}: {}", analysed.file.display(), rows_read(report, spell)));
+    columns_taken(&mut facts, report);
+    if let Some(clock) = clock(analysed.reading.record.clock_report()) {
+        facts.add("clock", clock);
+    }
+    facts.notes(&report.notes);
+    if let Some(f) =
+        analysed.reading.named_frequency_hz().filter(|f| analysed.options.frequency_hz == Some(*f))
+    {
+        let named = format!(
+            "frequency {} as the file's first lines name it ({} overrides)",
+            plain(f, 6, "Hz"),
+            spell("frequency_hz", None)
+        );
+        facts.add("note", named);
+    }
+    let s = &answer.segment;
+    let cycles = if s.cycles > 0.0 { format!("{} cycles, ", plain(s.cycles, 3, "")) } else { String::new() };
+    facts.add(
+        "used",
+        format!(
+            "{} ({}) to {} ({}): {cycles}{} samples",
+            plain(s.start_s, 4, "s"),
+            s.start_reason,
+            plain(s.end_s, 4, "s"),
+            s.end_reason,
+            s.samples
+        ),
+    );
+    if let Some(stop) = &answer.stop {
+        let position = Rounded::new(stop.position, stop.position_std_error, &answer.signal_unit);
+        let hold = stop.static_displacement.map_or_else(String::new, |[low, high]| {
+            let unit = &answer.signal_unit;
+            format!("; static friction holds between {} and {}", plain(low, 3, unit), plain(high, 3, unit))
+        });
+        facts.add("stop", format!("at {}, {position} off the middle{hold}", plain(stop.time_s, 4, "s")));
+    }
+    let d = &answer.diagnostics;
+    let left_out = match d.left_out {
+        0 => String::new(),
+        n => format!("; {n} stretches far off every law left out"),
+    };
+    facts.add("fit", format!(
+            "of the {}; noise {}, {:.0} dB below the start; residuals {:.2} times what noise gives; {:.1} decay \
+             times{left_out}",
+            d.method,
+            plain(d.noise_rms, 2, &answer.signal_unit),
+            d.signal_to_noise_db,
+            d.residual_excess.max(0.0).sqrt(),
+            d.decay_times
+        ),
+    );
+    facts
+}

@@ -1,0 +1,213 @@
+//! The report of a series: the paper's Table 1 with uncertainties.
+
+use super::facts::Facts;
+use super::method;
+use super::{Document, Input, Table, file_name, warnings};
+use crate::format::{Rounded, Scale, p_value, plain};
+use crate::{AnalysedSeries, Sentence, plot};
+use slipfit::Quantity;
+use slipfit::answer::hint::Spelling;
+use slipfit::series::{ConditionRow, Consistency, Estimate, SingleAnswer};
+
+pub(super) fn document<'a>(analysed: &'a AnalysedSeries<'a>, spell: Spelling<'_>) -> Document<'a> {
+    let (answer, heading) = (analysed.answer, analysed.heading);
+    let manifest = Input { path: heading.path.clone(), sha256: heading.sha256.clone() };
+    let files = analysed.inputs.iter().map(|i| Input { path: i.path.clone(), sha256: i.sha256.clone() });
+    let title = Some(heading.title.clone()).filter(|title| !title.is_empty());
+    Document {
+        command: "series",
+        subject: title.clone().unwrap_or_else(|| file_name(&heading.path)),
+        title,
+        sentence: answer.sentence(),
+        parameters: Vec::new(),
+        tables: vec![table(analysed)],
+        facts: facts(analysed),
+        warnings: warnings(&answer.warnings, spell),
+        method: method::of_series(answer),
+        inputs: std::iter::once(manifest).chain(files).collect(),
+        pictures: Box::new(|| plot::series_panels(analysed)),
+    }
+}
+
+/// Units all rows of a column share.
+struct Scales {
+    friction: Scale,
+    damping: Scale,
+    /// Whether the columns are forces and coefficients, not x_F and delta.
+    forces: bool,
+}
+
+impl Scales {
+    fn of(analysed: &AnalysedSeries<'_>) -> Self {
+        let all =
+            || analysed.answer.table.iter().flat_map(|r| [&r.ring_down, &r.resonance, &r.joint]).flatten();
+        let most = |of: fn(&Estimate) -> &Quantity| {
+            all().map(|c| of(c).value.abs()).filter(|v| v.is_finite()).fold(0.0, f64::max)
+        };
+        let unit = |of: fn(&Estimate) -> &Quantity| all().next().map_or("", |c| of(c).unit.as_str());
+        Self {
+            friction: Scale::for_size(most(|c| &c.friction), unit(|c| &c.friction)),
+            damping: Scale::for_size(most(|c| &c.damping), unit(|c| &c.damping)),
+            forces: analysed.options.calibration.is_some(),
+        }
+    }
+
+    /// Symbols of friction and damping.
+    fn symbols(&self) -> [&'static str; 2] {
+        if self.forces { ["F", "γ"] } else { ["x_F", "δ"] }
+    }
+}
+
+const NONE: &str = "-";
+
+/// One row for each condition.
+fn table(analysed: &AnalysedSeries<'_>) -> Table {
+    let scales = Scales::of(analysed);
+    let [friction, damping] = scales.symbols();
+    let ways = ["ring-down", "resonance", "z"];
+    let heads = [analysed.heading.condition.as_str()].into_iter().chain(ways).chain(ways).chain(["p"]);
+    let mut rows = vec![heads.map(str::to_owned).collect()];
+    for row in &analysed.answer.table {
+        let value = |cell: &Option<Estimate>, of: fn(&Estimate) -> &Quantity, scale: &Scale| match cell {
+            Some(cell) => shown(of(cell), scale),
+            None => NONE.to_owned(),
+        };
+        let z =
+            |pair: &Option<Consistency>| pair.as_ref().map_or(NONE.to_owned(), |p| format!("{:+.1}", p.z));
+        rows.push(vec![
+            row.condition.clone(),
+            value(&row.ring_down, |c| &c.friction, &scales.friction),
+            value(&row.resonance, |c| &c.friction, &scales.friction),
+            z(&row.friction),
+            value(&row.ring_down, |c| &c.damping, &scales.damping),
+            value(&row.resonance, |c| &c.damping, &scales.damping),
+            z(&row.damping),
+            row.p_value
+                .map_or(NONE.to_owned(), |p| p_value(p).trim_start_matches(['p', ' ', '=']).to_owned()),
+        ]);
+    }
+    let mut table = Table::new("Friction and damping at each condition", rows);
+    table.groups = vec![
+        (String::new(), 1),
+        (scales.friction.titled(friction), 3),
+        (scales.damping.titled(damping), 3),
+        (String::new(), 1),
+    ];
+    table.note = "z: difference of the two ways over its standard error.".to_owned();
+    table
+}
+
+/// A value in the unit of its column, rounded by its uncertainty.
+fn shown(q: &Quantity, scale: &Scale) -> String {
+    let (value, error) = (q.value * scale.factor, q.std_error * scale.factor);
+    if !value.is_finite() {
+        return NONE.to_owned();
+    }
+    if !(error.is_finite() && error > 0.0) {
+        return plain(value, 4, "");
+    }
+    // Two digits of the uncertainty where it begins with one or two, else one.
+    let decade = error.log10().floor();
+    let two = error / 10f64.powf(decade) < 2.95;
+    let decimals = (if two { 1.0 - decade } else { -decade }).clamp(0.0, 12.0) as usize;
+    format!("{value:.decimals$} ± {error:.decimals$}")
+}
+
+/// What the table is built from and what follows from it.
+fn facts(analysed: &AnalysedSeries<'_>) -> Facts {
+    let mut facts = Facts::default();
+    joint(&mut facts, analysed);
+    laws(&mut facts, analysed);
+    alone(&mut facts, analysed);
+    facts
+}
+
+fn joint(facts: &mut Facts, analysed: &AnalysedSeries<'_>) {
+    let answer = analysed.answer;
+    if let Some(joint) = &answer.joint {
+        let mut parts = Vec::new();
+        for (name, q) in [
+            ("f₀", &joint.natural_frequency_hz),
+            ("x₀", &joint.drive_amplitude),
+            ("δ", &joint.decay_rate_per_s),
+        ] {
+            if let Some(q) = q {
+                parts.push(format!("{name} = {}", Rounded::new(q.value, q.std_error, &q.unit)));
+            }
+        }
+        parts.push(format!(
+            "chi square {} for {} degrees of freedom, {}",
+            plain(joint.chi_square, 3, ""),
+            joint.degrees_of_freedom,
+            p_value(joint.p_value)
+        ));
+        facts.add("joint", parts.join(", "));
+    }
+    let scales = Scales::of(analysed);
+    let symbols = scales.symbols();
+    let value = |row: &ConditionRow| {
+        let joint = row.joint.as_ref()?;
+        Some(format!(
+            "{}: {} = {} {}, {} = {} {}",
+            row.condition,
+            symbols[0],
+            shown(&joint.friction, &scales.friction),
+            scales.friction.unit,
+            symbols[1],
+            shown(&joint.damping, &scales.damping),
+            scales.damping.unit
+        ))
+    };
+    for (i, line) in answer.table.iter().filter_map(value).enumerate() {
+        facts.add(if i == 0 { "both" } else { "" }, line);
+    }
+}
+
+fn laws(facts: &mut Facts, analysed: &AnalysedSeries<'_>) {
+    for (i, law) in analysed.answer.laws.iter().enumerate() {
+        let c = &law.coefficient;
+        let [low, high] = c.interval_95;
+        let offset = law.offset.as_ref().map_or_else(String::new, |q| {
+            format!(", offset {}", Rounded::new(q.value, q.std_error, &q.unit))
+        });
+        let fit = law.p_value.map_or_else(String::new, |p| format!(", {}", p_value(p)));
+        let tested = match law.degrees_of_freedom {
+            0 => "as many parameters as loads".to_owned(),
+            free => format!("chi square {} for {free}{fit}", plain(law.chi_square, 3, "")),
+        };
+        let shown = Rounded::new(c.value, c.std_error, &c.unit);
+        let said = format!(
+            "{}: {shown} (95 %: {} to {}){offset}; {tested}, ΔBIC {:.1}",
+            law.law,
+            shown.also(low),
+            shown.also(high),
+            law.delta_bic
+        );
+        facts.add(if i == 0 { "load" } else { "" }, said);
+    }
+}
+
+/// Each measurement alone, in its own words.
+fn alone(facts: &mut Facts, analysed: &AnalysedSeries<'_>) {
+    for (((name, solo), input), m) in
+        analysed.answer.solo.iter().zip(analysed.inputs).zip(analysed.measurements)
+    {
+        let said = match solo {
+            Ok(SingleAnswer::RingDown(a)) => a.sentence(),
+            Ok(SingleAnswer::Sweep(a)) => a.sentence(),
+            Ok(SingleAnswer::Levels(a)) => a.sentence(),
+            Ok(_) => "analysed".to_owned(),
+            Err(error) => format!("could not be analysed: {error}"),
+        };
+        facts.add("alone", format!("{name} ({}, {}): {said}", input.kind, m.condition.label));
+        let codes: Vec<String> = match solo {
+            Ok(SingleAnswer::RingDown(a)) => a.warnings.iter().map(|w| w.code().to_owned()).collect(),
+            Ok(SingleAnswer::Sweep(a)) => a.warnings.iter().map(|w| w.code().to_owned()).collect(),
+            Ok(SingleAnswer::Levels(a)) => a.warnings.iter().map(|w| w.code().to_owned()).collect(),
+            _ => Vec::new(),
+        };
+        if !codes.is_empty() {
+            facts.add("", format!("warnings: {} (its own command says more)", codes.join(", ")));
+        }
+    }
+}
