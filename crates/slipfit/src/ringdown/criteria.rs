@@ -321,6 +321,8 @@ criteria! {
         tail_periods: f64 = 2.0, source "chosen by simulation", moves "stops reported";
         /// Standard deviations about the place of rest within which the mass rests.
         rest_deviations: f64 = 4.0, source "one sample in 1e4 by chance", moves "time of the stop";
+        /// Deviations at rest that the noise of the motion may take the place of.
+        most_deviation: f64 = 3.0, source "chosen by simulation", moves "time of the stop";
         /// Converter steps about the place of rest within which the mass rests.
         rest_steps: f64 = 2.0, source "chosen by simulation", moves "time of the stop";
         /// Periods that a rest must last.

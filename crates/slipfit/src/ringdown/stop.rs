@@ -36,7 +36,9 @@ pub(crate) fn stop(
     let rest = &signal[n - tail..];
     let position = rest.iter().sum::<f64>() / tail as f64;
     let scatter = (rest.iter().map(|v| (v - position).powi(2)).sum::<f64>() / tail as f64).sqrt();
-    let within = (criteria.rest_deviations * scatter)
+    // Samples at rest may show less than their noise where the converter rounds it away.
+    let deviation = scatter.max(measured.noise_rms.min(criteria.most_deviation * scatter));
+    let within = (criteria.rest_deviations * deviation)
         .max(criteria.rest_steps * converter_step)
         .max(1e-9 * measured.points[0].amplitude);
     let moving = (last.first..n).rev().find(|&i| (signal[i] - position).abs() > within)?;

@@ -201,8 +201,8 @@ mod tests {
 
     #[test]
     fn a_tail_above_the_law_ends_the_decay() {
-        let found = window(|t| if t < 80.0 { 1.0 - t / 100.0 } else { 0.2 * ((80.0 - t) / 1000.0).exp() });
+        let found = window(|t| if t < 95.0 { 1.0 - t / 100.0 } else { 0.05 * ((95.0 - t) / 1000.0).exp() });
         assert_eq!(found.end_reason, EndReason::SlowTail);
-        assert!((78..=90).contains(&found.end), "{}", found.end);
+        assert!((94..=102).contains(&found.end), "{}", found.end);
     }
 }
