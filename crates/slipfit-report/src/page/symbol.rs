@@ -84,8 +84,12 @@ mod tests {
 
     #[test]
     fn words_are_told_from_symbols() {
-        assert!(is_symbol("δ") && is_symbol("x_F") && is_symbol("R/x₀"));
-        assert!(!is_symbol("rms") && !is_symbol("model") && !is_symbol(""));
+        assert!(is_symbol("δ"));
+        assert!(is_symbol("x_F"));
+        assert!(is_symbol("R/x₀"));
+        assert!(!is_symbol("rms"));
+        assert!(!is_symbol("model"));
+        assert!(!is_symbol(""));
         let told = heading("x_F [mrad]", markdown, str::to_owned);
         assert_eq!(told, "*x*<sub>F</sub> [mrad]");
         assert_eq!(heading("rms [mrad]", markdown, str::to_owned), "rms [mrad]");

@@ -108,7 +108,8 @@ mod tests {
     fn edges_lie_between_and_beyond() {
         assert_eq!(edges(&[0.0, 1.0, 2.0], false), [-0.5, 0.5, 1.5, 2.5]);
         let log = edges(&[1.0, 100.0], true);
-        assert!((log[1] - 10.0).abs() < 1e-12 && (log[0] - 0.1).abs() < 1e-12);
+        assert!((log[1] - 10.0).abs() < 1e-12);
+        assert!((log[0] - 0.1).abs() < 1e-12);
     }
 
     #[test]

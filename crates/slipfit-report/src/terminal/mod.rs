@@ -144,8 +144,10 @@ mod tests {
         let long = "one two three ".repeat(9);
         let text = anstream::adapter::strip_str(&hanging("  hint:", HEADING, &long)).to_string();
         let lines: Vec<&str> = text.lines().collect();
-        assert!(lines.len() == 2 && lines.iter().all(|l| l.chars().count() <= WIDTH), "{text}");
-        assert!(lines[0].starts_with("  hint: one two") && lines[1].starts_with("        one"), "{text}");
+        assert!(lines.len() == 2, "{text}");
+        assert!(lines.iter().all(|l| l.chars().count() <= WIDTH), "{text}");
+        assert!(lines[0].starts_with("  hint: one two"), "{text}");
+        assert!(lines[1].starts_with("        one"), "{text}");
         let quoted = hanging("error:", Style::new(), "line 3\n  | a = \n  |   ^");
         assert_eq!(quoted, "error: line 3\n         | a = \n         |   ^\n");
     }

@@ -118,6 +118,8 @@ mod tests {
         let mean = |k: usize| pairs.iter().map(|(large, small)| large[k] - small[k]).sum::<f64>() / n;
         let spread = (pairs.iter().map(|(_, small)| small[0] * small[0]).sum::<f64>() / n).sqrt();
         let (before, after) = (mean(0) / spread, mean(1) / spread);
-        assert!(pairs.len() > 380 && before > 0.15 && after.abs() < 0.3 * before, "{n} {before} {after}");
+        assert!(pairs.len() > 380, "{n} {before} {after}");
+        assert!(before > 0.15, "{n} {before} {after}");
+        assert!(after.abs() < 0.3 * before, "{n} {before} {after}");
     }
 }

@@ -182,7 +182,8 @@ mod tests {
         let b = block(|w| lorentzian(w, 1.0, 0.01));
         let l = find(&b).unwrap();
         let hz = std::f64::consts::TAU;
-        assert!((l.half_width / hz - 0.01).abs() < 1e-4 && (l.omega / hz - 1.0).abs() < 1e-6);
+        assert!((l.half_width / hz - 0.01).abs() < 1e-4);
+        assert!((l.omega / hz - 1.0).abs() < 1e-6);
         assert_eq!((second_peak(&b, &l, 0.0), jump(&b, &l, 0.0)), (None, None));
     }
 
@@ -190,7 +191,8 @@ mod tests {
     fn a_second_line_and_a_jump_are_seen() {
         let b = block(|w| lorentzian(w, 0.97, 0.005) + 0.4 * lorentzian(w, 1.04, 0.005));
         let (omega, height) = second_peak(&b, &find(&b).unwrap(), 0.0).unwrap();
-        assert!((omega / std::f64::consts::TAU - 1.04).abs() < 2e-3 && (height - 0.45).abs() < 0.1);
+        assert!((omega / std::f64::consts::TAU - 1.04).abs() < 2e-3);
+        assert!((height - 0.45).abs() < 0.1);
         let b = block(|w| if w < 1.0 { lorentzian(w, 1.0, 0.02) } else { 0.3 * lorentzian(w, 1.0, 0.02) });
         assert!(jump(&b, &find(&b).unwrap(), 0.0).is_some());
     }

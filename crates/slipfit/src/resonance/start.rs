@@ -219,8 +219,10 @@ mod tests {
             let (s, conjugated) = linear(&b, &line, true).unwrap();
             assert_eq!(conjugated, sign < 0.0);
             // The leading balance is right to some per cent.
-            assert!((s.delta / 0.03 - 1.0).abs() < 0.1 && (s.x_f / 0.06 - 1.0).abs() < 0.1, "{s:?}");
-            assert!((line.omega + s.shift - 6.0).abs() < 1e-3 && (s.phase - 0.4).abs() < 0.05, "{s:?}");
+            assert!((s.delta / 0.03 - 1.0).abs() < 0.1, "{s:?}");
+            assert!((s.x_f / 0.06 - 1.0).abs() < 0.1, "{s:?}");
+            assert!((line.omega + s.shift - 6.0).abs() < 1e-3, "{s:?}");
+            assert!((s.phase - 0.4).abs() < 0.05, "{s:?}");
         }
     }
 }

@@ -403,13 +403,12 @@ mod tests {
         for (row, load) in a.table.iter().zip([1.0, 2.0, 4.0]) {
             let joint = row.joint.as_ref().unwrap();
             let z = (joint.friction.unbounded_value - 0.02 * load) / joint.friction.std_error;
-            assert!(z.abs() < 3.5 && row.p_value.unwrap() > 1e-3, "{row:?}");
+            assert!(z.abs() < 3.5, "{row:?}");
+            assert!(row.p_value.unwrap() > 1e-3, "{row:?}");
         }
         let j = a.joint.unwrap();
-        assert!(
-            j.p_value > 1e-3 && (j.natural_frequency_hz.as_ref().unwrap().value - 2.0).abs() < 1e-3,
-            "{j:?}"
-        );
+        assert!(j.p_value > 1e-3, "{j:?}");
+        assert!((j.natural_frequency_hz.as_ref().unwrap().value - 2.0).abs() < 1e-3, "{j:?}");
         let mu = a.laws.iter().find(|l| l.law == super::super::LoadLaw::Proportional).unwrap();
         assert!((mu.coefficient.value - 0.02).abs() < 0.002, "{:?}", mu.coefficient);
     }
@@ -439,13 +438,15 @@ mod tests {
         all.push(broken);
         let a = analyse(&all, &Options::default()).unwrap();
         let codes: Vec<_> = a.warnings.iter().map(Warning::code).collect();
-        assert!(codes.contains(&"failed") && codes.contains(&"disagree"), "{codes:?}");
+        assert!(codes.contains(&"failed"), "{codes:?}");
+        assert!(codes.contains(&"disagree"), "{codes:?}");
         // Friction of 0.05 and 0.01: what is between them must not look sure.
         let [ring_down, sweep, joint] = [&a.table[0].ring_down, &a.table[0].resonance, &a.table[0].joint]
             .map(|cell| &cell.as_ref().unwrap().friction);
         let sure = ring_down.std_error.min(sweep.std_error);
         assert!(joint.std_error > 5.0 * sure, "{ring_down:?} {sweep:?} {joint:?}");
-        assert!(a.solo[2].1.is_err() && a.solo[0].1.is_ok());
+        assert!(a.solo[2].1.is_err());
+        assert!(a.solo[0].1.is_ok());
         assert!(analyse(&[], &Options::default()).is_err());
     }
 }

@@ -459,7 +459,8 @@ mod tests {
             for p in decay.turning_points().take(30) {
                 let next = decay.turning_point(p.index + 1);
                 let loss = decay.loss(p.index);
-                prop_assert!(loss.viscous >= 0.0 && loss.sliding >= 0.0, "{loss:?}");
+                prop_assert!(loss.viscous >= 0.0, "{loss:?}");
+                prop_assert!(loss.sliding >= 0.0, "{loss:?}");
                 let missing = 0.5 * (p.position * p.position - next.position * next.position);
                 prop_assert!((loss.viscous + loss.sliding - missing).abs() < 1e-12, "{loss:?} {missing}");
             }

@@ -136,8 +136,10 @@ mod tests {
     #[test]
     fn without_friction_only_the_turning_points_of_low_q_are_off() {
         let c = cell(1000.0, 0.0).unwrap();
-        assert!(c.leading_flank_error < 1e-9 && c.lorentzian_flank_error < 1e-9, "{c:?}");
-        assert!(c.fundamental_phase.abs() < 1e-9 && c.ring_down_error.unwrap() < 1e-5, "{c:?}");
+        assert!(c.leading_flank_error < 1e-9, "{c:?}");
+        assert!(c.lorentzian_flank_error < 1e-9, "{c:?}");
+        assert!(c.fundamental_phase.abs() < 1e-9, "{c:?}");
+        assert!(c.ring_down_error.unwrap() < 1e-5, "{c:?}");
     }
 
     #[test]
@@ -160,6 +162,8 @@ mod tests {
 
     #[test]
     fn outside_the_map_is_an_error() {
-        assert!(cell(0.4, 0.5).is_err() && cell(10.0, 1.0).is_err() && cell(10.0, f64::NAN).is_err());
+        assert!(cell(0.4, 0.5).is_err());
+        assert!(cell(10.0, 1.0).is_err());
+        assert!(cell(10.0, f64::NAN).is_err());
     }
 }

@@ -185,7 +185,8 @@ mod tests {
             assert!(error < 3e-9, "{at:?} {:?}: {} for {truth}, {error:e}", f.regime, f.value);
             seen[f.regime as usize] += 1;
         }
-        assert!(seen[0] > 100 && seen[1] > 30, "{seen:?}");
+        assert!(seen[0] > 100, "{seen:?}");
+        assert!(seen[1] > 30, "{seen:?}");
     }
 
     #[test]
@@ -303,6 +304,7 @@ mod tests {
             }
         }
         // A neighbour's motion is nearly always start enough.
-        assert!(compared > 500 && warm * 100 > 97 * compared, "{warm} of {compared}");
+        assert!(compared > 500, "{warm} of {compared}");
+        assert!(warm * 100 > 97 * compared, "{warm} of {compared}");
     }
 }
