@@ -9,7 +9,7 @@ use std::panic;
 use std::sync::Once;
 
 use peak_alloc::PeakAlloc;
-use slipfit_io::{ReadOptions, SweepOptions, read_from, read_sweep_from, read_tables_from};
+use slipfit_io::{ReadOptions, read_from, read_sweep_from, read_tables_from};
 use zip::write::SimpleFileOptions;
 use zip::{CompressionMethod, ZipWriter};
 
@@ -104,7 +104,7 @@ fn read(bytes: &[u8], times: usize) {
     drop(read_from(bytes, "fuzzed", &ReadOptions::default()));
     drop(read_from(bytes, "fuzzed", &ReadOptions { rate_hz: Some(50.0), ..ReadOptions::default() }));
     drop(read_tables_from(bytes, "fuzzed", 10_000));
-    drop(read_sweep_from(bytes, "fuzzed", &SweepOptions::default()));
+    drop(read_sweep_from(bytes, "fuzzed", &ReadOptions::default()));
     let peak = PEAK.peak_usage().saturating_sub(before);
     assert!(peak <= times * bytes.len() + WINDOWS, "{peak} bytes of memory for {} of a file", bytes.len());
 }

@@ -131,8 +131,6 @@ impl Analysis {
 /// An option of a library with its value, as this program takes it: `--band 79 82`.
 pub(crate) fn spelled(option: &'static str, value: Option<&HintValue>) -> String {
     let flag = match flag(option) {
-        // One of several tables side by side.
-        "table" => "--part".to_owned(),
         known if known.starts_with("--") => known.to_owned(),
         other => format!("--{}", other.replace('_', "-")),
     };
@@ -169,10 +167,10 @@ fn in_flags(text: &str) -> String {
 
 impl From<slipfit_io::ReadError> for Failure {
     fn from(error: slipfit_io::ReadError) -> Self {
-        let failure = Self::new(error.to_string());
-        match error.hint() {
-            Some(hint) => failure.hint(hint),
-            None => failure,
+        let failure = Self::new(error.spelled(&spelled));
+        match &error.hints()[..] {
+            [] => failure,
+            hints => failure.hint(slipfit::answer::hint::spelled(hints, &spelled)),
         }
     }
 }

@@ -1,12 +1,13 @@
 //! Why a file could not be read, and what would help.
 
-use std::io;
+use std::{fmt, io};
 
-use crate::{Format, SweepProblem};
+use slipfit::answer::hint::{Hint, HintValue, Spelling};
+
+use crate::Format;
 
 /// A file that could not be read.
 #[derive(Debug, thiserror::Error)]
-#[error("{file}{}: {problem}", row_suffix(.problem))]
 pub struct ReadError {
     /// The file, as named by the caller.
     pub file: String,
@@ -15,23 +16,35 @@ pub struct ReadError {
     pub problem: ReadProblem,
 }
 
-fn row_suffix(problem: &ReadProblem) -> String {
-    problem.row().map(|row| format!(", row {row}")).unwrap_or_default()
-}
-
 impl ReadError {
     pub(crate) fn new(file: &str, problem: ReadProblem) -> Self {
         Self { file: file.to_owned(), problem }
     }
 
-    /// What the person can do about it, if anything: a flag, mostly.
+    /// What the person can do about it, if anything: mostly an option.
     #[must_use]
-    pub fn hint(&self) -> Option<String> {
-        self.problem.hint()
+    pub fn hints(&self) -> Vec<Hint> {
+        self.problem.hints()
+    }
+
+    /// The message, with the option it is about as `spell` writes it.
+    #[must_use]
+    pub fn spelled(&self, spell: Spelling<'_>) -> String {
+        let row = self.problem.row().map(|row| format!(", row {row}")).unwrap_or_default();
+        format!("{}{row}: {}", self.file, self.problem.spelled(spell))
     }
 }
 
-/// What is wrong with a file.
+impl fmt::Display for ReadError {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        f.write_str(&self.spelled(&|option, value| match value {
+            Some(value) => format!("{option} = {value}"),
+            None => option.to_owned(),
+        }))
+    }
+}
+
+/// What is wrong with a file. Columns are named as a sentence names them.
 #[derive(Debug, thiserror::Error)]
 #[non_exhaustive]
 pub enum ReadProblem {
@@ -79,6 +92,30 @@ pub enum ReadProblem {
         /// Beginning of the first of them.
         first: String,
     },
+    /// Several tables could be meant and none was named.
+    #[error("several tables could be read: {tables}")]
+    SeveralTables {
+        /// Those that could be read, with their columns.
+        tables: String,
+    },
+    /// None of several tables holds what is needed.
+    #[error("none of the tables holds a record: {tables}; of the first: {first}")]
+    NoTableFits {
+        /// The tables, with their columns.
+        tables: String,
+        /// What is wrong with the first.
+        first: Box<ReadProblem>,
+    },
+    /// An option that does not fit the file.
+    #[error("{option} = {value}: {problem}")]
+    Option {
+        /// The field of [`crate::ReadOptions`].
+        option: &'static str,
+        /// Its value.
+        value: String,
+        /// What is wrong with it.
+        problem: OptionProblem,
+    },
     /// No column of times and no rate.
     #[error("no column of times among {columns}")]
     NoTime {
@@ -87,69 +124,13 @@ pub enum ReadProblem {
         /// A rate (Hz) the preamble names.
         rate_hz: Option<f64>,
     },
-    /// Nothing left to be the signal.
-    #[error("no column could be the signal among {columns}")]
-    NoSignal {
+    /// No column of another kind that is needed.
+    #[error("{} among {columns}", .needed.missing())]
+    NoColumn {
+        /// What is needed.
+        needed: Needed,
         /// The columns there are.
         columns: String,
-    },
-    /// The column asked for does not exist.
-    #[error("{flag} {wanted}: no such column; there are {columns}")]
-    UnknownColumn {
-        /// The flag it was asked for with.
-        flag: &'static str,
-        /// The column asked for.
-        wanted: String,
-        /// The columns there are.
-        columns: String,
-    },
-    /// Several columns fit what was asked for.
-    #[error("{flag} {wanted} could be {candidates}")]
-    AmbiguousColumn {
-        /// The flag it was asked for with.
-        flag: &'static str,
-        /// The column asked for.
-        wanted: String,
-        /// The columns that fit.
-        candidates: String,
-    },
-    /// The table or run asked for does not exist.
-    #[error("{flag} {wanted}: the file has {found}")]
-    UnknownGroup {
-        /// `--part` or `--run`.
-        flag: &'static str,
-        /// The one asked for.
-        wanted: usize,
-        /// How many there are.
-        found: usize,
-    },
-    /// The sheet, variable or group asked for does not exist, or several fit.
-    #[error("--sheet {wanted}: no such table, or several; there are {tables}")]
-    UnknownTable {
-        /// The one asked for.
-        wanted: String,
-        /// Those there are.
-        tables: String,
-    },
-    /// Several tables could be meant and none was named.
-    #[error("several tables could be read: {tables}")]
-    SeveralTables {
-        /// Those that could be read, with their columns.
-        tables: String,
-    },
-    /// None of several tables holds what is needed.
-    #[error("none of the tables holds a record: {tables}; of the first: {reason}")]
-    NoTableFits {
-        /// The tables, with their columns.
-        tables: String,
-        /// What is wrong with the first.
-        reason: String,
-    },
-    /// A unit that is not known for times.
-    #[error("`{unit}` is no unit of time known here")]
-    UnknownTimeUnit {
-        /// The unit given.
-        unit: String,
     },
     /// Times in ticks of a clock whose rate the file does not name.
     #[error("{column} counts ticks of the instrument's clock, whose rate the file does not name")]
@@ -157,9 +138,6 @@ pub enum ReadProblem {
         /// The time column.
         column: String,
     },
-    /// Two options that exclude each other.
-    #[error("{0} and {1} exclude each other")]
-    Conflict(&'static str, &'static str),
     /// Time runs backwards.
     #[error("{column}: time goes backwards ({previous} s, then {next} s)")]
     TimeBackwards {
@@ -192,68 +170,274 @@ pub enum ReadProblem {
         /// Its one value.
         value: f64,
     },
-    /// The record could not be made.
+    /// A real part without an imaginary one, or the reverse.
+    #[error("{given} is only half of a complex response: its {missing} part is missing among {columns}")]
+    HalfComplex {
+        /// The column there is.
+        given: String,
+        /// `real` or `imaginary`.
+        missing: &'static str,
+        /// The columns there are.
+        columns: String,
+    },
+    /// Shifts from an unknown centre.
+    #[error("{column} holds shifts, and nothing says from which frequency")]
+    NoCentre {
+        /// The column of shifts.
+        column: String,
+    },
+    /// Samples over time instead of a curve over frequency or amplitudes over drive levels.
+    #[error("{column} holds times: this is a record of the motion, not {instead_of}")]
+    TimeRecord {
+        /// The column of times.
+        column: String,
+        /// What it should be.
+        instead_of: &'static str,
+    },
+    /// A frequency, a period or an amplitude below zero.
+    #[error("{column}: {what} {value}{} is below zero", spaced(.unit))]
+    Negative {
+        /// `frequency`, `period` or `amplitude`.
+        what: &'static str,
+        /// Row of the table, from 1.
+        row: u64,
+        /// The column.
+        column: String,
+        /// The number.
+        value: f64,
+        /// Its unit.
+        unit: String,
+    },
+    /// No sweep: one frequency in all points.
+    #[error("{column} is {value} {unit} in all of {points} points: a curve needs several frequencies")]
+    OneFrequency {
+        /// The column.
+        column: String,
+        /// Its one value.
+        value: f64,
+        /// Its unit.
+        unit: String,
+        /// Points.
+        points: usize,
+    },
+    /// A curve over frequency instead of amplitudes over drive levels.
+    #[error(
+        "{column} varies and the drive does not: this is a resonance curve, not amplitudes at {needed} levels \
+         of the drive or more"
+    )]
+    OneLevel {
+        /// The column of frequencies.
+        column: String,
+        /// The least number of levels.
+        needed: usize,
+    },
+    /// No row with everything a point needs.
+    #[error("no row has a number in {columns}{skipped}")]
+    NoPoints {
+        /// The columns read.
+        columns: String,
+        /// Rows left out, by reason; empty if none.
+        skipped: String,
+    },
+    /// A folder without files.
+    #[error("the folder holds no files")]
+    NoFiles,
+    /// Files or a folder that hold no driven record at all.
+    #[error("none of {files} files could be read as a driven record; the first: {first}")]
+    NoDrivenRecords {
+        /// How many were tried.
+        files: usize,
+        /// Why the first one could not.
+        first: String,
+    },
+    /// The record, the curve or the levels could not be made of what was read.
     #[error("{0}")]
-    Record(slipfit::Error),
-    /// A file that should hold a resonance curve does not.
-    #[error("{0}")]
-    Sweep(SweepProblem),
+    Data(slipfit::Error),
+}
+
+/// A column that cannot be done without.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+#[non_exhaustive]
+pub enum Needed {
+    /// The signal of a record.
+    Signal,
+    /// The frequencies of a curve.
+    Frequency,
+    /// The amplitudes of a curve.
+    Amplitude,
+    /// The amplitudes at drive levels.
+    LevelAmplitude,
+}
+
+impl Needed {
+    fn missing(self) -> &'static str {
+        match self {
+            Self::Signal => "no column could be the signal",
+            Self::Frequency => "no column of frequencies",
+            Self::Amplitude | Self::LevelAmplitude => "no column could be the amplitude",
+        }
+    }
+}
+
+/// What is wrong with the value of an option.
+#[derive(Debug, Clone, PartialEq, thiserror::Error)]
+#[non_exhaustive]
+pub enum OptionProblem {
+    /// No column is named so.
+    #[error("no such column; there are {0}")]
+    NoSuchColumn(String),
+    /// Several columns have it in their names.
+    #[error("could be {0}")]
+    SeveralColumns(String),
+    /// No table, or several, of that name or number.
+    #[error("no such table, or several; there are {0}")]
+    NoSuchTable(String),
+    /// More tables side by side or runs than there are.
+    #[error("the file has {0}")]
+    OnlySo(usize),
+    /// A unit that is not known for this column; those that are.
+    #[error("no unit known here")]
+    UnknownUnit(&'static str),
+    /// Not together with another option.
+    #[error("not together with {0}")]
+    Excludes(&'static str),
 }
 
 impl ReadProblem {
-    /// The line of the file it is about, from 1.
+    /// The line of the file or row of the table it is about, from 1.
     #[must_use]
     pub fn row(&self) -> Option<u64> {
         match self {
-            Self::LineTooLong { row, .. } | Self::TimeBackwards { row, .. } => Some(*row),
-            Self::Sweep(problem) => problem.row(),
+            Self::LineTooLong { row, .. } | Self::TimeBackwards { row, .. } | Self::Negative { row, .. } => {
+                Some(*row)
+            }
             _ => None,
         }
     }
 
-    fn hint(&self) -> Option<String> {
-        let hint = match self {
-            Self::Sweep(problem) => return problem.hint(),
-            Self::Unsupported(_) | Self::Binary { .. } | Self::LineTooLong { .. } => {
-                "export the data as text: one row per sample, columns for time and signal".to_owned()
+    /// The message, with the option it is about as `spell` writes it.
+    #[must_use]
+    pub fn spelled(&self, spell: Spelling<'_>) -> String {
+        match self {
+            Self::Option { option, value, problem } => {
+                format!("{}: {problem}", spell(option, Some(&HintValue::Text(value.clone()))))
             }
-            Self::Changed => "read it again once it is complete, or read a copy".to_owned(),
-            Self::NoTime { rate_hz: Some(rate), .. } => {
-                format!(
-                    "--rate-hz {rate} takes the rate named in the file's first lines; --time names a column"
-                )
+            Self::NoTableFits { tables, first } => {
+                let first = first.spelled(spell);
+                format!("none of the tables holds a record: {tables}; of the first: {first}")
             }
-            Self::NoTime { rate_hz: None, .. } => {
-                "--rate-hz RATE gives the samples per second; --time names a column".to_owned()
-            }
-            Self::NoSignal { .. } | Self::ConstantSignal { .. } | Self::TooFewRows { .. } => {
-                "--signal names another column".to_owned()
-            }
-            Self::NoTable { .. } => {
-                "the samples belong into rows of numbers, one row each, below a header or without one".to_owned()
-            }
-            Self::SeveralTables { .. } => "--sheet names the one to read".to_owned(),
-            Self::NoTableFits { .. } => {
-                "--sheet names a table, --signal and --time its columns, --rate-hz a rate".to_owned()
-            }
-            Self::AmbiguousColumn { .. } => "give the column's number".to_owned(),
-            Self::NoTickRate { .. } => {
-                "--time-unit takes the clock's rate: 60MHz for an MFLI, 210MHz for an HF2LI, 1.8GHz for a UHFLI"
-                    .to_owned()
-            }
-            Self::UnknownTimeUnit { .. } => "--time-unit takes s, ms, us, ns, min, h or the rate of a clock such as 60MHz".to_owned(),
-            Self::TimeBackwards { .. } | Self::Record(slipfit::Error::TimeStandsStill { .. }) => {
-                "--time names another column, --rate-hz replaces it".to_owned()
-            }
-            Self::Record(slipfit::Error::Parameter { name: "rate_hz", .. }) => {
-                "--rate-hz takes a positive number of samples per second".to_owned()
-            }
-            _ => return None,
-        };
-        Some(hint)
+            other => other.to_string(),
+        }
     }
+
+    fn hints(&self) -> Vec<Hint> {
+        match self {
+            Self::Unsupported(_) | Self::Binary { .. } | Self::LineTooLong { .. } => {
+                vec![Hint::advice("export the data as text: one row per sample, columns for time and signal")]
+            }
+            Self::Changed => vec![Hint::advice("read it again once it is complete, or read a copy")],
+            Self::NoTable { .. } => vec![Hint::advice(
+                "the samples belong into rows of numbers, one row each, below a header or without one",
+            )],
+            Self::SeveralTables { .. } => vec![Hint::new("sheet", "names the one to read")],
+            Self::NoTableFits { .. } => vec![
+                Hint::new("sheet", "names a table"),
+                Hint::new("signal", "names its column of the signal"),
+                Hint::new("time", "names its column of times"),
+                Hint::new("rate_hz", "gives a rate"),
+            ],
+            Self::Option { problem: OptionProblem::SeveralColumns(_), .. } => {
+                vec![Hint::advice("give the column's number")]
+            }
+            Self::Option { option, problem: OptionProblem::UnknownUnit(known), .. } => {
+                vec![Hint::new(option, format!("takes {known}"))]
+            }
+            Self::NoTime { rate_hz, .. } => vec![
+                match rate_hz {
+                    Some(rate) => {
+                        Hint::new("rate_hz", "takes the rate named in the file's first lines").with(*rate)
+                    }
+                    None => Hint::new("rate_hz", "gives the samples per second").with("RATE"),
+                },
+                Hint::new("time", "names a column"),
+            ],
+            Self::NoColumn { needed: Needed::Frequency, .. } => vec![
+                Hint::new("frequency", "names a column"),
+                Hint::new("frequency_unit", "gives its unit (s or ms of a period)"),
+            ],
+            Self::NoColumn { needed: Needed::Amplitude, .. } | Self::NoPoints { .. } => vec![
+                Hint::new("amplitude", "names a column"),
+                Hint::new("real", "names a part of a complex response"),
+                Hint::new("imaginary", "names a part of a complex response"),
+            ],
+            Self::NoColumn { needed: Needed::Signal, .. }
+            | Self::ConstantSignal { .. }
+            | Self::TooFewRows { .. } => vec![Hint::new("signal", "names another column")],
+            Self::NoColumn { needed: Needed::LevelAmplitude, .. } | Self::OneLevel { .. } => levels_hints(),
+            Self::TimeRecord { instead_of, .. } if instead_of.contains("levels") => levels_hints(),
+            Self::NoTickRate { .. } => vec![Hint::new(
+                "time_unit",
+                "takes the clock's rate: 60MHz for an MFLI, 210MHz for an HF2LI, 1.8GHz for a UHFLI",
+            )],
+            Self::TimeBackwards { .. } | Self::Data(slipfit::Error::TimeStandsStill { .. }) => {
+                vec![Hint::new("time", "names another column"), Hint::new("rate_hz", "replaces it")]
+            }
+            Self::Data(slipfit::Error::Parameter { name: "rate_hz", .. }) => {
+                vec![Hint::new("rate_hz", "takes a positive number of samples per second")]
+            }
+            Self::HalfComplex { .. } => vec![
+                Hint::new("real", "names the other part"),
+                Hint::new("imaginary", "names the other part"),
+                Hint::new("amplitude", "names a column that stands alone"),
+            ],
+            Self::NoCentre { .. } => {
+                vec![Hint::new("centre_hz", "gives the frequency the shifts are counted from")]
+            }
+            Self::TimeRecord { .. } => vec![
+                Hint::advice(
+                    "slipfit ringdown reads a free decay; for driven runs give all their files, or their folder",
+                ),
+                Hint::new("frequency", "names a column of frequencies"),
+            ],
+            Self::OneFrequency { .. } => vec![
+                Hint::new("frequency", "names another column"),
+                Hint::advice("slipfit levels reads amplitudes at several levels of the drive"),
+            ],
+            Self::Negative { what: "frequency", .. } => vec![
+                Hint::new("centre_hz", "gives the frequency that shifts are counted from"),
+                Hint::new("frequency", "names another column"),
+            ],
+            Self::Negative { what: "period", .. } => vec![Hint::new("frequency", "names another column")],
+            Self::Negative { .. } => vec![
+                Hint::new("unit", "reads levels").with("dB"),
+                Hint::new("real", "names a part of a complex response"),
+                Hint::new("imaginary", "names a part of a complex response"),
+                Hint::new("amplitude", "names another column"),
+            ],
+            Self::NoDrivenRecords { .. } => vec![
+                Hint::advice("each file needs columns of time and response"),
+                Hint::new("time", "names one of them"),
+                Hint::new("amplitude", "names one of them"),
+                Hint::new("drive", "names one of them"),
+            ],
+            _ => Vec::new(),
+        }
+    }
+}
+
+fn levels_hints() -> Vec<Hint> {
+    vec![
+        Hint::new("drive", "names a column"),
+        Hint::new("amplitude", "names a column"),
+        Hint::new("sheet", "names a table"),
+        Hint::advice("slipfit resonance reads a curve, slipfit ringdown a free decay"),
+    ]
 }
 
 fn looked_through(lines: usize) -> String {
     if lines == 1 { "in its only line".to_owned() } else { format!("in the first {lines} lines") }
+}
+
+fn spaced(unit: &str) -> String {
+    if unit.is_empty() { String::new() } else { format!(" {unit}") }
 }

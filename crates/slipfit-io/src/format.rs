@@ -99,7 +99,7 @@ impl Format {
         if xml && memchr::memmem::find(head, b"cabrillo.tracker").is_some() {
             return Some(Self::Tracker);
         }
-        crate::touchstone::fits(head).then_some(Self::Touchstone)
+        crate::formats::touchstone::fits(head).then_some(Self::Touchstone)
     }
 
     /// Its name in a sentence.

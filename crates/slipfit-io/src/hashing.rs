@@ -24,13 +24,16 @@ impl<'a, R: io::Read> Hashing<'a, R> {
 
     /// SHA-256 in hexadecimal, and the number of bytes.
     pub(crate) fn finish(self) -> (String, u64) {
-        let hex = self.hash.finalize().iter().fold(String::with_capacity(64), |mut hex, byte| {
-            // Writing to a String cannot fail.
-            let _ = write!(hex, "{byte:02x}");
-            hex
-        });
-        (hex, self.bytes)
+        (hexadecimal(&self.hash.finalize()), self.bytes)
     }
+}
+
+pub(crate) fn hexadecimal(bytes: &[u8]) -> String {
+    bytes.iter().fold(String::with_capacity(64), |mut hex, byte| {
+        // Writing to a String cannot fail.
+        let _ = write!(hex, "{byte:02x}");
+        hex
+    })
 }
 
 impl<R: io::Read> io::Read for Hashing<'_, R> {

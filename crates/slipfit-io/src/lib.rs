@@ -7,80 +7,57 @@
 //! and every row.
 //!
 //! ```
-//! use slipfit_io::{ReadOptions, read_text};
+//! use slipfit_io::{ReadOptions, read_from};
 //! let mut file = String::from("Zeit t / s;Weg / mm\n");
 //! for i in 0..100 {
 //!     let t = 0.1 * f64::from(i);
 //!     let x = 5.0 * (-0.2 * t).exp() * (3.0 * t).cos();
 //!     file += &format!("{t:.1};{x:.3}\n").replace('.', ",");
 //! }
-//! let reading = read_text(file.as_bytes(), "swing.csv", &ReadOptions::default())?;
+//! let reading = read_from(file.as_bytes(), "swing.csv", &ReadOptions::default())?;
 //! assert_eq!(reading.record.len(), 100);
 //! assert_eq!(reading.record.unit(), "mm");
-//! assert_eq!(reading.report.signal.why, "column 2 `Weg / mm`: named like a position");
+//! let signal = reading.report.column("signal").expect("a record has a signal");
+//! assert_eq!(signal.why, "column 2 `Weg / mm`: named like a position");
 //! # Ok::<(), slipfit_io::ReadError>(())
 //! ```
 
-mod archive;
-mod arrays;
-#[cfg(feature = "arrow")]
-mod arrow;
 mod columns;
-mod dispatch;
 mod error;
 mod format;
-#[cfg(any(feature = "arrow", feature = "hdf5", feature = "parquet"))]
-mod guard;
+mod formats;
 mod hashing;
-#[cfg(feature = "hdf5")]
-mod hdf5;
 mod input;
-mod mat5;
-mod nanosurf;
-mod npy;
 mod options;
-#[cfg(feature = "parquet")]
-mod parquet;
+mod read;
 mod report;
-mod samples;
-#[cfg(feature = "excel")]
-mod sheet;
-mod sweep;
-mod table;
-mod text;
-mod touchstone;
-mod tracker;
-mod wav;
-#[cfg(feature = "excel")]
-mod xls;
-#[cfg(feature = "excel")]
-mod xlsx;
+mod tables;
 
-use std::{fs::File, io::Read, path::Path};
+use std::{
+    io::Read,
+    path::{Path, PathBuf},
+};
 
-use dispatch::Origin;
+use read::open::Origin;
 
-pub use error::{ReadError, ReadProblem};
+pub use error::{Needed, OptionProblem, ReadError, ReadProblem};
 pub use format::Format;
-#[cfg(any(feature = "arrow", feature = "hdf5", feature = "parquet"))]
-pub use guard::panic_becomes_error;
 pub use options::ReadOptions;
 pub use report::{
-    ColumnInfo, ColumnTaken, Decimal, Delimiter, Dialect, ReadReport, Reading, Skipped, TimeSource,
+    ColumnInfo, ColumnTaken, Decimal, Delimiter, Dialect, DrivenRecord, LevelReading, Note, ReadReport,
+    Reading, Skipped, SweepReading, TimeSource,
 };
-pub use sweep::{
-    LevelOptions, LevelReading, Run, SweepOptions, SweepProblem, SweepReading, SweepReport, read_levels,
-    read_sweep, read_sweep_from,
-};
-pub use table::{Column, Table, Tables};
+#[cfg(any(feature = "arrow", feature = "hdf5", feature = "parquet"))]
+pub use tables::guard::panic_becomes_error;
+pub use tables::table::{Column, Table, Tables};
 
-/// Reads a file of any format known.
+/// Reads a record from a file of any format known.
 ///
 /// # Errors
 /// [`ReadError`], naming the file and what would help.
 pub fn read(path: impl AsRef<Path>, options: &ReadOptions) -> Result<Reading, ReadError> {
-    let (name, file) = open(path.as_ref())?;
-    dispatch::record(Origin::File(file), &name, false, options, None).map_err(|p| ReadError::new(&name, p))
+    let (origin, name) = Origin::file(path.as_ref())?;
+    read::record::read(origin, &name, options, None)
 }
 
 /// As [`read`], telling `watch` now and then how many bytes of the file have been read.
@@ -105,37 +82,20 @@ pub fn read_watched(
     options: &ReadOptions,
     watch: &mut dyn FnMut(u64),
 ) -> Result<Reading, ReadError> {
-    let (name, file) = open(path.as_ref())?;
-    dispatch::record(Origin::File(file), &name, false, options, Some(watch))
-        .map_err(|p| ReadError::new(&name, p))
+    let (origin, name) = Origin::file(path.as_ref())?;
+    read::record::read(origin, &name, options, Some(watch))
 }
 
-/// Reads any format known from a stream; `name` stands for it in the report
-/// and in errors.
+/// As [`read`], from a stream; `name` stands for it in the report and in errors.
 ///
-/// Text, packed by gzip or not, is read once, from front to back, and never
-/// held as a whole; other formats are, because they are read from several
-/// places.
+/// Text, packed by gzip or not, is read once, from front to back, and never held as a whole: what
+/// is kept are the samples and a window of some megabytes. Other formats are held, because they
+/// are read from several places.
 ///
 /// # Errors
 /// As [`read`].
 pub fn read_from(reader: impl Read, name: &str, options: &ReadOptions) -> Result<Reading, ReadError> {
-    let origin = Origin::Stream(Box::new(reader));
-    dispatch::record(origin, name, false, options, None).map_err(|problem| ReadError::new(name, problem))
-}
-
-/// Reads delimited text; `name` stands for it in the report and in errors.
-///
-/// The text is read once, from front to back, and never held as a whole: what
-/// is kept are the samples and a window of some hundred kilobytes, of some
-/// megabytes where columns without telling names must be told apart by their
-/// numbers.
-///
-/// # Errors
-/// As [`read`]; any other format is refused.
-pub fn read_text(reader: impl Read, name: &str, options: &ReadOptions) -> Result<Reading, ReadError> {
-    let origin = Origin::Stream(Box::new(reader));
-    dispatch::record(origin, name, true, options, None).map_err(|problem| ReadError::new(name, problem))
+    read::record::read(Origin::Stream(Box::new(reader)), name, options, None)
 }
 
 /// All tables of a file of any format known, with every column of their first
@@ -155,8 +115,8 @@ pub fn read_text(reader: impl Read, name: &str, options: &ReadOptions) -> Result
 /// # Ok::<(), Box<dyn std::error::Error>>(())
 /// ```
 pub fn read_tables(path: impl AsRef<Path>, most_rows: usize) -> Result<Tables, ReadError> {
-    let (name, file) = open(path.as_ref())?;
-    dispatch::tables(Origin::File(file), &name, most_rows).map_err(|p| ReadError::new(&name, p))
+    let (origin, name) = Origin::file(path.as_ref())?;
+    read::open::tables(origin, &name, most_rows)
 }
 
 /// As [`read_tables`], from a stream; `name` stands for it.
@@ -164,12 +124,61 @@ pub fn read_tables(path: impl AsRef<Path>, most_rows: usize) -> Result<Tables, R
 /// # Errors
 /// As [`read_tables`].
 pub fn read_tables_from(reader: impl Read, name: &str, most_rows: usize) -> Result<Tables, ReadError> {
-    let origin = Origin::Stream(Box::new(reader));
-    dispatch::tables(origin, name, most_rows).map_err(|problem| ReadError::new(name, problem))
+    read::open::tables(Origin::Stream(Box::new(reader)), name, most_rows)
 }
 
-fn open(path: &Path) -> Result<(String, File), ReadError> {
-    let name = path.display().to_string();
-    let file = File::open(path).map_err(|e| ReadError::new(&name, ReadProblem::Io(e)))?;
-    Ok((name, file))
+/// Reads a resonance curve: from one file that holds it, or from several files
+/// or a folder of driven records, one for each frequency.
+///
+/// # Errors
+/// [`ReadError`], naming the file and what would help.
+pub fn read_sweep(paths: &[PathBuf], options: &ReadOptions) -> Result<SweepReading, ReadError> {
+    read::curve::read_paths(paths, options)
+}
+
+/// Reads a resonance curve from a stream; `name` stands for it in the report
+/// and in errors.
+///
+/// # Errors
+/// As [`read_sweep`].
+///
+/// ```
+/// use slipfit_io::{ReadOptions, read_sweep_from};
+/// let file = "f (kHz);R (dBm);phi (deg)\n32,5;-40;-10\n32,75;-20;-90\n33;-40;-170\n";
+/// let reading = read_sweep_from(file.as_bytes(), "fork.csv", &ReadOptions::default())?;
+/// assert_eq!(reading.curve.frequency_hz(), [32500.0, 32750.0, 33000.0]);
+/// assert!((reading.curve.response().amplitude(1) - 0.1).abs() < 1e-12);
+/// assert_eq!(reading.curve.unit(), "√mW");
+/// # Ok::<(), slipfit_io::ReadError>(())
+/// ```
+pub fn read_sweep_from(
+    reader: impl Read,
+    name: &str,
+    options: &ReadOptions,
+) -> Result<SweepReading, ReadError> {
+    read::curve::read(Origin::Stream(Box::new(reader)), name, options)
+}
+
+/// Reads drive levels and the amplitudes they gave.
+///
+/// A table with a column of frequencies besides holds a curve for each level;
+/// of each the largest amplitude is taken.
+///
+/// # Errors
+/// [`ReadError`], naming the file and what would help.
+pub fn read_levels(path: impl AsRef<Path>, options: &ReadOptions) -> Result<LevelReading, ReadError> {
+    let (origin, name) = Origin::file(path.as_ref())?;
+    read::levels::read(origin, &name, options)
+}
+
+/// As [`read_levels`], from a stream; `name` stands for it.
+///
+/// # Errors
+/// As [`read_levels`].
+pub fn read_levels_from(
+    reader: impl Read,
+    name: &str,
+    options: &ReadOptions,
+) -> Result<LevelReading, ReadError> {
+    read::levels::read(Origin::Stream(Box::new(reader)), name, options)
 }

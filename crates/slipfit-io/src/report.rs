@@ -1,6 +1,14 @@
 //! What was read, how, and what was left out.
 
-use slipfit::{Record, SignalKind};
+use std::fmt;
+
+use slipfit::{
+    Record, SignalKind,
+    answer::hint::{Hint, Spelling, spelled},
+    levels::Levels,
+    resonance::Curve,
+    signal::demodulate::SteadyMotion,
+};
 
 use crate::Format;
 
@@ -21,67 +29,168 @@ impl Reading {
         if !matches!(self.record.kind(), SignalKind::Envelope | SignalKind::LockIn) {
             return None;
         }
-        named_number(&self.report.named_values, "frequency_hz")
+        self.report.named_number("frequency_hz")
     }
 }
 
-/// The positive number of this name.
-pub(crate) fn named_number(values: &[(String, String)], wanted: &str) -> Option<f64> {
-    let (_, value) = values.iter().find(|(name, _)| name == wanted)?;
-    value.parse().ok().filter(|v: &f64| v.is_finite() && *v > 0.0)
+/// A resonance curve and the account of how it was read.
+#[derive(Debug, Clone, PartialEq)]
+#[non_exhaustive]
+pub struct SweepReading {
+    /// The points, in the order of measurement.
+    pub curve: Curve,
+    /// The account.
+    pub report: ReadReport,
+}
+
+/// Amplitudes over drive levels and the account of how they were read.
+#[derive(Debug, Clone, PartialEq)]
+#[non_exhaustive]
+pub struct LevelReading {
+    /// The points, in the order of measurement.
+    pub levels: Levels,
+    /// The account.
+    pub report: ReadReport,
 }
 
 /// How a file was read.
 #[derive(Debug, Clone, PartialEq)]
 #[non_exhaustive]
 pub struct ReadReport {
-    /// The file, as named by the caller.
+    /// The file or the folder, as named by the caller.
     pub path: String,
-    /// Its format.
+    /// Its format; of several files that of the first.
     pub format: Format,
+    /// SHA-256 of its bytes, in hexadecimal; of several files that of their fingerprints in a row.
+    pub sha256: String,
+    /// Its length in bytes; of several files that of the first.
+    pub bytes: u64,
     /// The sheet, variable, group or track read; empty where the file has one table only.
     pub sheet: String,
-    /// SHA-256 of its bytes, in hexadecimal.
-    pub sha256: String,
-    /// Its length in bytes.
-    pub bytes: u64,
-    /// Rows of the table read as samples. The record may hold fewer: see its
-    /// clock report.
-    pub rows_read: u64,
-    /// Rows of the table that gave no sample, by reason, in order of
-    /// appearance.
-    pub skipped: Vec<Skipped>,
     /// How the text is written; `None` of other formats.
     pub dialect: Option<Dialect>,
-    /// Where the times come from.
-    pub time: TimeSource,
-    /// The signal.
-    pub signal: ColumnTaken,
-    /// The quadrature output of a lock-in.
-    pub quadrature: Option<ColumnTaken>,
-    /// What the signal was taken to be.
-    pub kind: SignalKind,
-    /// All columns of the file, taken or not.
+    /// All columns of the table, taken or not.
     pub columns: Vec<ColumnInfo>,
+    /// Rows of the table read as samples or points. The record or curve may hold fewer.
+    pub rows_read: u64,
+    /// Rows of the table that gave none, by reason, in order of appearance.
+    pub skipped: Vec<Skipped>,
+    /// The columns read, with what they are: `signal`, `quadrature`, `frequency`, `amplitude`, …
+    pub taken: Vec<(&'static str, ColumnTaken)>,
+    /// Where the times of a record come from; `None` of a curve or of levels.
+    pub time: Option<TimeSource>,
+    /// What the signal was taken to be; a response before it was made a displacement.
+    pub kind: SignalKind,
+    /// Whether the name of a column says that this is a curve, not its numbers alone.
+    pub named: bool,
     /// Tables side by side in the file.
-    pub tables: usize,
+    pub parts: usize,
     /// The one read, from 1.
-    pub table: usize,
-    /// Runs in column groups of that table.
+    pub part: usize,
+    /// Runs or curves in groups of columns.
     pub runs: usize,
     /// The one read, from 1.
     pub run: usize,
-    /// Values named in the lines before the table, such as a sampling rate, as written.
+    /// Values named beside the table, such as a sampling rate, as written.
     pub named_values: Vec<(String, String)>,
-    /// Whatever else a reader of the result should know, one sentence each.
-    pub notes: Vec<String>,
+    /// The driven records the points of a curve come from; empty where the file held the curve.
+    pub records: Vec<DrivenRecord>,
+    /// Files that could not be read as driven records; `notes` says why.
+    pub files_left_out: usize,
+    /// Whatever else a reader of the result should know.
+    pub notes: Vec<Note>,
+}
+
+impl LevelReading {
+    /// The frequency of the drive [Hz], where the lines above the table name it `drive_frequency_hz`,
+    /// as simulated levels do.
+    #[must_use]
+    pub fn named_frequency_hz(&self) -> Option<f64> {
+        self.report.named_number("drive_frequency_hz")
+    }
 }
 
 impl ReadReport {
-    /// Rows of the table that gave no sample.
+    /// The positive number of this name beside the table.
+    fn named_number(&self, wanted: &str) -> Option<f64> {
+        let (_, value) = self.named_values.iter().find(|(name, _)| name == wanted)?;
+        value.parse().ok().filter(|v: &f64| v.is_finite() && *v > 0.0)
+    }
+
+    /// Rows of the table that gave no sample or point.
     #[must_use]
     pub fn rows_skipped(&self) -> u64 {
         self.skipped.iter().map(|s| s.rows).sum()
+    }
+
+    /// The column read as `signal`, `quadrature`, `frequency`, `amplitude`, …
+    #[must_use]
+    pub fn column(&self, what: &str) -> Option<&ColumnTaken> {
+        self.taken.iter().find(|(name, _)| *name == what).map(|(_, taken)| taken)
+    }
+}
+
+/// A file of driven motion and what came of it.
+#[derive(Debug, Clone, PartialEq)]
+#[non_exhaustive]
+pub struct DrivenRecord {
+    /// The file.
+    pub path: String,
+    /// SHA-256 of its bytes, in hexadecimal.
+    pub sha256: String,
+    /// Samples read.
+    pub samples: usize,
+    /// The steady motion.
+    pub steady: SteadyMotion,
+}
+
+/// A sentence about what was read, with the options that would change it.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Note {
+    /// The sentence.
+    pub text: String,
+    /// The options.
+    pub hints: Vec<Hint>,
+}
+
+impl Note {
+    pub(crate) fn new(text: impl Into<String>) -> Self {
+        Self { text: text.into(), hints: Vec::new() }
+    }
+
+    /// The same with an option that would change what it says.
+    pub(crate) fn hint(
+        mut self,
+        option: &'static str,
+        advice: impl Into<std::borrow::Cow<'static, str>>,
+    ) -> Self {
+        self.hints.push(Hint::new(option, advice));
+        self
+    }
+
+    /// The sentence with its options as `spell` writes them.
+    #[must_use]
+    pub fn spelled(&self, spell: Spelling<'_>) -> String {
+        let semicolon = if self.hints.is_empty() { "" } else { "; " };
+        format!("{}{semicolon}{}", self.text, spelled(&self.hints, spell))
+    }
+}
+
+impl From<&str> for Note {
+    fn from(text: &str) -> Self {
+        Self::new(text)
+    }
+}
+
+impl From<String> for Note {
+    fn from(text: String) -> Self {
+        Self::new(text)
+    }
+}
+
+impl fmt::Display for Note {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        f.write_str(&self.spelled(&|option, _| option.to_owned()))
     }
 }
 

@@ -1,9 +1,9 @@
 //! Any bytes are a resonance curve or are refused; nothing panics.
 
 use proptest::prelude::*;
-use slipfit_io::{SweepOptions, read_sweep_from};
+use slipfit_io::{ReadOptions, read_sweep_from};
 
-fn answered(bytes: &[u8], options: &SweepOptions) {
+fn answered(bytes: &[u8], options: &ReadOptions) {
     match read_sweep_from(bytes, "any", options) {
         Ok(reading) => {
             let curve = &reading.curve;
@@ -60,7 +60,7 @@ fn cell() -> impl Strategy<Value = String> {
 proptest! {
     #[test]
     fn random_bytes_are_answered_or_refused(bytes in prop::collection::vec(any::<u8>(), 0..2000)) {
-        answered(&bytes, &SweepOptions::default());
+        answered(&bytes, &ReadOptions::default());
     }
 
     #[test]
@@ -75,11 +75,11 @@ proptest! {
         for row in rows {
             text += &(row.join(",") + "\n");
         }
-        let options = SweepOptions {
+        let options = ReadOptions {
             centre_hz,
             unit: unit.map(str::to_owned),
             frequency_unit: frequency_unit.map(str::to_owned),
-            ..SweepOptions::default()
+            ..ReadOptions::default()
         };
         answered(text.as_bytes(), &options);
     }

@@ -1,7 +1,7 @@
 //! No bytes make the reader panic, and what a table says is what is read.
 
 use proptest::prelude::*;
-use slipfit_io::{ReadOptions, read_text};
+use slipfit_io::{ReadOptions, read_from};
 
 fn sample_file() -> String {
     let mut text = String::from("# made up\nrate: 10\nTime (s);Angle (°);\"v (°/s)\"\n");
@@ -27,7 +27,7 @@ fn options() -> impl Strategy<Value = ReadOptions> {
             signal: signal.map(Into::into),
             quadrature: quadrature.map(Into::into),
             rate_hz,
-            table,
+            part: table,
             run,
             ..ReadOptions::default()
         })
@@ -61,14 +61,14 @@ fn tabular() -> impl Strategy<Value = Vec<u8>> {
 proptest! {
     #[test]
     fn random_bytes_are_read_or_refused(bytes in prop::collection::vec(any::<u8>(), 0..2000), options in options()) {
-        if let Err(error) = read_text(&bytes[..], "bytes", &options) {
+        if let Err(error) = read_from(&bytes[..], "bytes", &options) {
             prop_assert!(error.to_string().starts_with("bytes"));
         }
     }
 
     #[test]
     fn random_tabular_bytes_are_read_or_refused(bytes in tabular(), options in options()) {
-        if let Ok(reading) = read_text(&bytes[..], "bytes", &options) {
+        if let Ok(reading) = read_from(&bytes[..], "bytes", &options) {
             prop_assert!(reading.record.signal().iter().all(|v| v.is_finite()));
             let clock = reading.record.clock_report();
             let left = clock.nonfinite() + clock.corrupt_stamps + clock.other_run_rows;
@@ -90,14 +90,14 @@ proptest! {
                 _ => { bytes.remove(at); }
             }
         }
-        let _ = read_text(&bytes[..], "mutated", &options);
+        let _ = read_from(&bytes[..], "mutated", &options);
     }
 
     #[test]
     fn the_size_of_reads_changes_nothing(size in 1..200usize) {
         let text = sample_file();
-        let whole = read_text(text.as_bytes(), "f", &ReadOptions::default()).unwrap();
-        let parts = read_text(Trickle(text.as_bytes(), size), "f", &ReadOptions::default()).unwrap();
+        let whole = read_from(text.as_bytes(), "f", &ReadOptions::default()).unwrap();
+        let parts = read_from(Trickle(text.as_bytes(), size), "f", &ReadOptions::default()).unwrap();
         prop_assert_eq!(whole, parts);
     }
 
@@ -145,7 +145,7 @@ proptest! {
             text += line_end;
         }
         let named = ReadOptions { signal: header.then(|| "angle".into()), ..ReadOptions::default() };
-        let reading = read_text(text.as_bytes(), "table", &named);
+        let reading = read_from(text.as_bytes(), "table", &named);
         let reading = reading.map_err(|e| TestCaseError::fail(format!("{e}\n{text}")))?;
         prop_assert_eq!(reading.record.signal(), &signal[..], "{}", text);
         prop_assert_eq!(reading.report.rows_skipped(), 0);

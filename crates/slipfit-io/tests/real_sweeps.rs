@@ -3,7 +3,7 @@
 
 use std::path::PathBuf;
 
-use slipfit_io::{SweepOptions, SweepReading, read_sweep};
+use slipfit_io::{ReadOptions, SweepReading, read_sweep};
 
 slipfit_real_data::tests! {
     real_sweeps_are_read_right,
@@ -42,7 +42,7 @@ const EXPECTED: &[Expected] = &[
 fn real_sweeps_are_read_right() {
     for want in EXPECTED {
         let reading =
-            read_sweep(&[sweep(want.file)], &SweepOptions::default()).unwrap_or_else(|e| panic!("{e}"));
+            read_sweep(&[sweep(want.file)], &ReadOptions::default()).unwrap_or_else(|e| panic!("{e}"));
         let file = want.file;
         assert_eq!(columns(&reading), want.columns, "{file}: {:?}", reading.report.notes);
         assert_eq!((reading.curve.len(), reading.curve.unit()), (want.points, want.unit), "{file}");
@@ -53,15 +53,15 @@ fn real_sweeps_are_read_right() {
 }
 
 fn real_raw_runs_become_the_curve_made_of_them_by_hand() {
-    let by_hand = read_sweep(&[sweep("pohl_forced_400mA.csv")], &SweepOptions::default()).unwrap().curve;
-    let raw = read_sweep(&[sweep("pohl_forced_400mA_raw")], &SweepOptions::default()).unwrap();
+    let by_hand = read_sweep(&[sweep("pohl_forced_400mA.csv")], &ReadOptions::default()).unwrap().curve;
+    let raw = read_sweep(&[sweep("pohl_forced_400mA_raw")], &ReadOptions::default()).unwrap();
     assert_eq!((raw.curve.len(), raw.curve.unit(), raw.report.files_left_out), (13, "rad", 0));
     let why = |what: &str| raw.report.column(what).unwrap().why.clone();
     assert_eq!(why("response"), "column 4 `Weg &b_A1 / rad`: named like a position");
     assert_eq!(why("drive"), "column 3 `Spannung U_B1 / V`: a measured signal beside the response");
     let slipfit::resonance::Response::Complex(hand) = by_hand.response() else { panic!() };
     let slipfit::resonance::Response::Complex(ours) = raw.curve.response() else { panic!() };
-    for (i, run) in raw.report.runs.iter().enumerate() {
+    for (i, run) in raw.report.records.iter().enumerate() {
         let f = run.steady.frequency_hz.value;
         let j = (0..13).min_by(|a, b| {
             (by_hand.frequency_hz()[*a] - f).abs().total_cmp(&(by_hand.frequency_hz()[*b] - f).abs())

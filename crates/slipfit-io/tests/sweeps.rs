@@ -1,14 +1,24 @@
 //! Resonance curves as laboratories write them.
 #![allow(clippy::unwrap_used, reason = "a failed unwrap fails the test, as it should")]
 
-use slipfit_io::{ReadError, ReadProblem, SweepOptions, SweepProblem, SweepReading, read_sweep_from};
+use slipfit::answer::hint::spelled;
+use slipfit_io::{
+    LevelReading, ReadError, ReadOptions, ReadProblem, SweepReading, read_levels_from, read_sweep_from,
+};
 
 fn read(text: &str) -> SweepReading {
-    with(text, &SweepOptions::default()).unwrap_or_else(|e| panic!("{e}"))
+    with(text, &ReadOptions::default()).unwrap_or_else(|e| panic!("{e}"))
 }
 
-fn with(text: &str, options: &SweepOptions) -> Result<SweepReading, ReadError> {
+fn with(text: &str, options: &ReadOptions) -> Result<SweepReading, ReadError> {
     read_sweep_from(text.as_bytes(), "sweep.csv", options)
+}
+
+fn hint_of(error: &ReadError) -> String {
+    spelled(&error.hints(), &|option, value| match value {
+        Some(value) => format!("{option} = {value}"),
+        None => option.to_owned(),
+    })
 }
 
 fn close(found: &[f64], wanted: &[f64]) {
@@ -57,11 +67,11 @@ fn shifts_are_counted_from_their_centre() {
     let column = read("Frequency Shift (Hz),Center Frequency (Hz),Amplitude (m)\n-1,50,2\n0,50,5\n1,50,2\n");
     close(column.curve.frequency_hz(), &[49.0, 50.0, 51.0]);
     assert_eq!(column.report.column("centre").unwrap().column.number, 2);
-    let given = SweepOptions { centre_hz: Some(100.0), ..Default::default() };
+    let given = ReadOptions { centre_hz: Some(100.0), ..Default::default() };
     close(with(&format!("df,A\n{rows}"), &given).unwrap().curve.frequency_hz(), &[99.0, 100.0, 101.0]);
-    let error = with(&format!("df,A\n{rows}"), &SweepOptions::default()).unwrap_err();
-    assert!(matches!(error.problem, ReadProblem::Sweep(SweepProblem::NoCentre { .. })), "{error}");
-    assert!(error.hint().unwrap().contains("--centre-hz"));
+    let error = with(&format!("df,A\n{rows}"), &ReadOptions::default()).unwrap_err();
+    assert!(matches!(error.problem, ReadProblem::NoCentre { .. }), "{error}");
+    assert!(hint_of(&error).contains("centre_hz"));
 }
 
 #[test]
@@ -77,7 +87,7 @@ fn amplitudes_come_as_numbers_levels_and_powers() {
         close(&amplitudes(&reading)[1..2], &[wanted]);
         assert_eq!(reading.curve.unit(), unit);
     }
-    let options = SweepOptions { unit: Some("dB".into()), ..Default::default() };
+    let options = ReadOptions { unit: Some("dB".into()), ..Default::default() };
     let reading = with("f (Hz),A\n9,-20\n10,0\n11,-20\n", &options).unwrap();
     close(&amplitudes(&reading), &[0.1, 1.0, 0.1]);
 }
@@ -107,8 +117,8 @@ fn complex_responses_come_in_parts() {
         let slipfit::resonance::Response::Complex(z) = reading.curve.response() else { panic!("{header}") };
         assert_eq!((z[1].re, z[1].im), (0.0, -5.0), "{header}");
     }
-    let half = with("f,Re(X)\n9,1\n10,0\n", &SweepOptions { real: Some("2".into()), ..Default::default() });
-    assert!(matches!(half.unwrap_err().problem, ReadProblem::Sweep(SweepProblem::HalfComplex { .. })));
+    let half = with("f,Re(X)\n9,1\n10,0\n", &ReadOptions { real: Some("2".into()), ..Default::default() });
+    assert!(matches!(half.unwrap_err().problem, ReadProblem::HalfComplex { .. }));
 }
 
 #[test]
@@ -117,7 +127,7 @@ fn drives_and_standard_errors_are_taken_along() {
         read("f (Hz),amp (mm),amp_err,drive (V),temp\n9,1,0.1,2,20\n10,3,0.1,2,20\n11,1,0.2,3,21\n");
     assert_eq!(reading.curve.drive(), Some(&[2.0, 2.0, 3.0][..]));
     assert_eq!(reading.curve.std_error(), Some(&[0.1, 0.1, 0.2][..]));
-    assert!(reading.report.notes.iter().any(|n| n.contains("not used: column 5 `temp`")));
+    assert!(reading.report.notes.iter().any(|n| n.text.contains("not used: column 5 `temp`")));
 }
 
 #[test]
@@ -131,7 +141,7 @@ fn a_quartz_is_read_by_its_admittance() {
     let alone = read("f (MHz),Rs (Ohm)\n9,1\n10,100\n11,4\n");
     let a = amplitudes(&alone);
     assert!((a[2] / a[1] - 0.2 * 10.0 / 11.0).abs() < 1e-12);
-    assert!(alone.report.notes.iter().any(|n| n.contains("stands alone")));
+    assert!(alone.report.notes.iter().any(|n| n.text.contains("stands alone")));
 }
 
 #[test]
@@ -140,7 +150,7 @@ fn velocities_and_accelerations_become_displacements() {
     let reading = read(text);
     close(&amplitudes(&reading)[1..2], &[1.0]);
     assert_eq!((reading.curve.unit(), reading.report.kind), ("mm", slipfit::SignalKind::Velocity));
-    let options = SweepOptions { kind: Some(slipfit::SignalKind::Displacement), ..Default::default() };
+    let options = ReadOptions { kind: Some(slipfit::SignalKind::Displacement), ..Default::default() };
     close(&amplitudes(&with(text, &options).unwrap())[..1], &[1.0]);
 }
 
@@ -148,11 +158,11 @@ fn velocities_and_accelerations_become_displacements() {
 fn several_curves_in_groups_of_columns_offer_a_choice() {
     let text = "f (Hz),A (mm),f (Hz),A (mm)\n9,1,19,4\n10,2,20,5\n11,1,,\n";
     assert_eq!(read(text).curve.frequency_hz(), [9.0, 10.0, 11.0]);
-    let second = with(text, &SweepOptions { run: Some(2), ..Default::default() }).unwrap();
+    let second = with(text, &ReadOptions { run: Some(2), ..Default::default() }).unwrap();
     assert_eq!(second.curve.frequency_hz(), [19.0, 20.0]);
     assert_eq!(second.report.rows_skipped(), 1);
-    let third = with(text, &SweepOptions { run: Some(3), ..Default::default() }).unwrap_err();
-    assert!(matches!(third.problem, ReadProblem::UnknownGroup { flag: "--run", .. }));
+    let third = with(text, &ReadOptions { run: Some(3), ..Default::default() }).unwrap_err();
+    assert!(matches!(third.problem, ReadProblem::Option { option: "run", .. }));
 }
 
 #[test]
@@ -164,38 +174,32 @@ fn rows_without_a_number_are_counted() {
 #[test]
 fn what_is_no_curve_is_refused_with_a_hint() {
     let problem = |text: &str| {
-        let error = with(text, &SweepOptions::default()).unwrap_err();
-        (error.to_string(), error.hint().unwrap_or_default())
+        let error = with(text, &ReadOptions::default()).unwrap_err();
+        (error.to_string(), hint_of(&error))
     };
     let (said, hint) = problem("f,A\n9,1\n-10,2\n11,1\n");
     assert!(said.contains("shifts"), "{said} {hint}");
-    assert!(hint.contains("--centre-hz"), "{said} {hint}");
+    assert!(hint.contains("centre_hz"), "{said} {hint}");
     let (said, hint) = problem("f,A\n9,1\n10,-2\n11,1\n");
     assert!(said.contains("row 3"), "{said} {hint}");
     assert!(said.contains("`A`"), "{said} {hint}");
-    assert!(hint.contains("--unit dB"), "{said} {hint}");
+    assert!(hint.contains("unit = dB"), "{said} {hint}");
     let (said, hint) = problem("t (s),x (mm)\n0,1\n0.1,-2\n0.2,1\n");
     assert!(said.contains("not a resonance curve"), "{said} {hint}");
     assert!(hint.contains("ringdown"), "{said} {hint}");
     let (said, hint) = problem("phase (deg),A\n9,1\n10,2\n11,1\n");
     assert!(said.contains("no column of frequencies"), "{said} {hint}");
-    assert!(hint.contains("--frequency"), "{said} {hint}");
+    assert!(hint.contains("frequency"), "{said} {hint}");
     let (said, hint) = problem("f (Hz),phase (deg)\n9,1\n10,2\n11,1\n");
     assert!(said.contains("could be the amplitude"), "{said} {hint}");
-    assert!(hint.contains("--amplitude"), "{said} {hint}");
-    let units = SweepOptions { frequency_unit: Some("horses".into()), ..Default::default() };
+    assert!(hint.contains("amplitude"), "{said} {hint}");
+    let units = ReadOptions { frequency_unit: Some("horses".into()), ..Default::default() };
     let error = with("f,A\n9,1\n10,2\n", &units).unwrap_err();
-    assert!(error.hint().unwrap().contains("MHz"));
+    assert!(hint_of(&error).contains("MHz"));
 }
 
-/// A file in a folder of its own, gone with the guard.
-fn levels(text: &str) -> slipfit_io::LevelReading {
-    let name = format!("slipfit-levels-{}-{:p}.csv", std::process::id(), text);
-    let path = std::env::temp_dir().join(name);
-    std::fs::write(&path, text).expect("a writable folder");
-    let reading = slipfit_io::read_levels(&path, &slipfit_io::LevelOptions::default());
-    std::fs::remove_file(&path).expect("the file is there");
-    reading.unwrap_or_else(|e| panic!("{e}"))
+fn levels(text: &str) -> LevelReading {
+    read_levels_from(text.as_bytes(), "levels.csv", &ReadOptions::default()).unwrap_or_else(|e| panic!("{e}"))
 }
 
 #[test]
@@ -208,7 +212,9 @@ fn drive_levels_come_one_a_row_or_one_a_curve() {
         "force (N),f (Hz),R (V)\n1,9,0.1\n1,10,0.5\n1,11,0.2\n2,9,0.3\n2,10,1.6\n2,11,0.4\n3,9,1\n3,10,2.9\n3,11,0\n",
     );
     assert_eq!(curves.levels.amplitude(), [0.5, 1.6, 2.9]);
-    assert!(curves.notes.iter().any(|n| n.contains("largest amplitude at each of 3 drive levels")));
+    assert!(
+        curves.report.notes.iter().any(|n| n.text.contains("largest amplitude at each of 3 drive levels"))
+    );
 }
 
 /// Rows of a curve over 41 frequencies around 100 Hz.
@@ -236,16 +242,13 @@ fn a_drive_that_strays_is_one_level_and_a_single_curve_is_none() {
 }
 
 fn refused(text: &str) -> String {
-    let error = with(text, &SweepOptions::default()).unwrap_err();
-    format!("{error}; {}", error.hint().unwrap_or_default())
+    let error = with(text, &ReadOptions::default()).unwrap_err();
+    format!("{error}; {}", hint_of(&error))
 }
 
 fn levels_refused(text: &str) -> String {
-    let path = std::env::temp_dir().join(format!("slipfit-levels-{}-{:p}.csv", std::process::id(), text));
-    std::fs::write(&path, text).unwrap();
-    let error = slipfit_io::read_levels(&path, &slipfit_io::LevelOptions::default()).unwrap_err();
-    std::fs::remove_file(&path).unwrap();
-    format!("{error}; {}", error.hint().unwrap_or_default())
+    let error = read_levels_from(text.as_bytes(), "levels.csv", &ReadOptions::default()).unwrap_err();
+    format!("{error}; {}", hint_of(&error))
 }
 
 #[test]
@@ -254,7 +257,7 @@ fn a_record_over_time_is_no_table_of_levels() {
         (0..50).map(|i| format!("{},{}\n", 0.1 * f64::from(i), f64::from(i).cos().abs())).collect();
     let said = levels_refused(&format!("Zeit t / s,Winkel / rad\n{rows}"));
     assert!(said.contains("holds times"), "{said}");
-    assert!(!said.contains("--frequency"), "{said}");
+    assert!(!said.contains("frequency "), "{said}");
 }
 
 #[test]
@@ -286,7 +289,7 @@ fn one_frequency_is_no_curve() {
 fn a_conductance_asked_for_is_read_with_its_susceptance() {
     let rows = curve_rows(|f, a| format!("{f},{},{},{a},45\n", a * a, a));
     let text = format!("f (Hz),Gp,Bp,|Zs|,<Zs\n{rows}");
-    let read = with(&text, &SweepOptions { amplitude: Some("Gp".into()), ..Default::default() }).unwrap();
+    let read = with(&text, &ReadOptions { amplitude: Some("Gp".into()), ..Default::default() }).unwrap();
     assert!(read.report.column("phase").is_none());
     assert!(read.report.column("susceptance").is_some());
 }

@@ -80,7 +80,7 @@ fn points(out: &mut dyn Write, curve: &str, points: &[CurvePoint]) -> io::Result
 /// One row for each level.
 pub fn levels(out: &mut dyn Write, analysed: &AnalysedLevels<'_>) -> io::Result<()> {
     let answer = analysed.answer;
-    head(out, "levels", &analysed.reading.path, &analysed.reading.sha256)?;
+    head(out, "levels", &analysed.reading.report.path, &analysed.reading.report.sha256)?;
     writeln!(out, "# {}", comment(&answer.sentence()))?;
     parameters(out, &answer.parameters)?;
     writeln!(

@@ -32,7 +32,7 @@ pub(crate) fn by_hand<T>(
         let t = 0.02 * f64::from(i);
         text += &format!("{t:.2};{:.5}\n", decay.displacement(t) + 1e-4 * (7.7 * f64::from(i * i)).sin());
     }
-    let reading = slipfit_io::read_text(text.as_bytes(), "swing.csv", &Default::default()).unwrap();
+    let reading = slipfit_io::read_from(text.as_bytes(), "swing.csv", &Default::default()).unwrap();
     let mut options = Options::default();
     options.model = Some(LossModel::VISCOUS_SLIDING);
     let mut answer = analyse(&reading.record, &options).unwrap();

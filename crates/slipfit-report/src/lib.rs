@@ -24,7 +24,7 @@
 //! #     let t = 0.05 * f64::from(i);
 //! #     text += &format!("{t},{}\n", 0.3 * (-0.05 * t).exp() * (6.3 * t).cos());
 //! # }
-//! let reading = slipfit_io::read_text(text.as_bytes(), "swing.csv", &Default::default())?;
+//! let reading = slipfit_io::read_from(text.as_bytes(), "swing.csv", &Default::default())?;
 //! let options = slipfit::ringdown::Options::default();
 //! let answer = slipfit::ringdown::analyse(&reading.record, &options)?;
 //! let analysed = AnalysedRingdown {

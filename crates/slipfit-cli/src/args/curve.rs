@@ -4,7 +4,7 @@ use super::reading::Kind;
 use super::value::{Positive, Text, number, text};
 use clap::Args;
 use serde::Deserialize;
-use slipfit_io::SweepOptions;
+use slipfit_io::ReadOptions;
 
 // Columns and units of a curve.
 #[derive(Debug, Clone, Default, Args, Deserialize)]
@@ -81,8 +81,8 @@ pub(crate) struct CurveArgs {
 }
 
 impl CurveArgs {
-    pub(crate) fn options(&self) -> SweepOptions {
-        SweepOptions {
+    pub(crate) fn options(&self) -> ReadOptions {
+        ReadOptions {
             frequency: text(&self.frequency),
             amplitude: text(&self.amplitude),
             phase: text(&self.phase),
@@ -100,6 +100,7 @@ impl CurveArgs {
             time: text(&self.time),
             time_unit: text(&self.time_unit),
             rate_hz: number(self.rate_hz),
+            ..ReadOptions::default()
         }
     }
 }

@@ -6,7 +6,7 @@ use super::value::{Positive, Text, Uncertain, number, text};
 use clap::Args;
 use serde::Deserialize;
 use slipfit::levels::Options;
-use slipfit_io::LevelOptions;
+use slipfit_io::ReadOptions;
 use std::path::PathBuf;
 
 const AFTER_HELP: &str = "\
@@ -101,14 +101,15 @@ impl LevelFitArgs {
 }
 
 impl LevelReadingArgs {
-    pub(crate) fn options(&self) -> LevelOptions {
-        LevelOptions {
+    pub(crate) fn options(&self) -> ReadOptions {
+        ReadOptions {
             drive: text(&self.drive),
             amplitude: text(&self.amplitude),
             std_error: text(&self.std_error),
             unit: text(&self.unit),
             drive_unit: text(&self.drive_unit),
             sheet: text(&self.sheet),
+            ..ReadOptions::default()
         }
     }
 }

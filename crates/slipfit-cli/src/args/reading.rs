@@ -4,7 +4,7 @@ use super::value::{Positive, Text, number, text};
 use clap::{Args, ValueEnum};
 use serde::Deserialize;
 use slipfit::SignalKind;
-use slipfit_io::{ReadOptions, SweepOptions};
+use slipfit_io::ReadOptions;
 
 // A doc comment here would replace that of the command.
 #[derive(Debug, Clone, Default, Args, Deserialize)]
@@ -97,7 +97,7 @@ pub(crate) fn quoted(text: &str) -> String {
 
 impl ReadingArgs {
     /// The same for a resonance curve; `None` where a flag is one of records only.
-    pub(crate) fn curve_options(&self) -> Option<SweepOptions> {
+    pub(crate) fn curve_options(&self) -> Option<ReadOptions> {
         let record_only = self.time.is_some()
             || self.signal.is_some()
             || self.quadrature.is_some()
@@ -106,11 +106,11 @@ impl ReadingArgs {
             || self.rate_hz.is_some()
             || self.part.is_some()
             || self.most_samples.is_some();
-        (!record_only).then(|| SweepOptions {
+        (!record_only).then(|| ReadOptions {
             unit: text(&self.unit),
             sheet: text(&self.sheet),
             run: self.run,
-            ..SweepOptions::default()
+            ..ReadOptions::default()
         })
     }
 
@@ -120,13 +120,14 @@ impl ReadingArgs {
             signal: text(&self.signal),
             quadrature: text(&self.quadrature),
             time_unit: text(&self.time_unit),
-            signal_unit: text(&self.unit),
+            unit: text(&self.unit),
             kind: self.kind.map(Into::into),
             rate_hz: number(self.rate_hz),
             sheet: text(&self.sheet),
-            table: self.part,
+            part: self.part,
             run: self.run,
             most_samples: self.most_samples,
+            ..ReadOptions::default()
         }
     }
 

@@ -48,7 +48,7 @@ pub(crate) fn row(file: &Path, reading: &Reading, answer: &Answer) -> Row {
         Value::number(answer.segment.end_s),
         Value::Count(reading.record.len() as u64),
         Value::Count(reading.report.rows_skipped()),
-        Value::text(&reading.report.signal.column.header),
+        Value::text(reading.report.column("signal").map_or("", |s| &s.column.header)),
         Value::text(&reading.report.sha256),
     ]);
     Row::answered(file, &codes, COLUMNS, values)

@@ -5,7 +5,7 @@ use crate::args::LevelFitArgs;
 use crate::failure::{Analysis, Failure};
 use anstream::ColorChoice;
 use slipfit::levels::{Options, analyse};
-use slipfit_io::{LevelOptions, LevelReading, read_levels};
+use slipfit_io::{LevelReading, ReadOptions, read_levels};
 use slipfit_report::AnalysedLevels;
 use std::path::Path;
 use std::process::ExitCode;
@@ -23,7 +23,7 @@ pub(crate) fn run(args: &LevelFitArgs, color: ColorChoice) -> Result<ExitCode, F
 /// Reads what an analysis needs.
 pub(crate) fn prepare(
     file: &Path,
-    reading: &LevelOptions,
+    reading: &ReadOptions,
     mut options: Options,
 ) -> Result<(LevelReading, Options), Failure> {
     let reading = read_levels(file, reading)?;

@@ -7,7 +7,7 @@ use crate::failure::{Analysis, Failure, note_line};
 use crate::output;
 use anstream::ColorChoice;
 use slipfit::resonance::{Options, analyse};
-use slipfit_io::{SweepOptions, SweepReading, read_sweep};
+use slipfit_io::{ReadOptions, SweepReading, read_sweep};
 use slipfit_report::AnalysedCurve;
 use std::path::{Path, PathBuf};
 use std::process::ExitCode;
@@ -65,7 +65,7 @@ fn many(args: &ResonanceArgs, color: ColorChoice) -> Result<ExitCode, Failure> {
 /// Reads the friction-free curve, where there is one.
 pub(crate) fn read_reference(
     file: Option<&Path>,
-    options: &SweepOptions,
+    options: &ReadOptions,
 ) -> Result<Option<SweepReading>, Failure> {
     let read = |file: &Path| read_sweep(&[file.to_owned()], options);
     Ok(file.map(read).transpose()?)
@@ -74,7 +74,7 @@ pub(crate) fn read_reference(
 /// Reads what an analysis needs.
 pub(crate) fn prepare(
     files: &[PathBuf],
-    reading: &SweepOptions,
+    reading: &ReadOptions,
     mut options: Options,
     reference: Option<&SweepReading>,
 ) -> Result<(SweepReading, Options), Failure> {

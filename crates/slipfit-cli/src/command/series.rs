@@ -2,11 +2,12 @@
 
 use super::show::{Destinations, show};
 use crate::args::SeriesArgs;
-use crate::failure::{Analysis, Failure};
+use crate::failure::{Analysis, Failure, spelled};
 use crate::manifest::{self, Entry, Source};
 use anstream::ColorChoice;
 use slipfit::model::displacement::DisplacementUnit;
 use slipfit::series::{Data, Measurement, Options, analyse, common_unit};
+use slipfit_io::Note;
 use slipfit_report::{AnalysedSeries, SeriesHeading, SeriesInput as Input};
 use std::process::ExitCode;
 
@@ -57,6 +58,11 @@ pub(crate) fn run(args: &SeriesArgs, color: ColorChoice) -> Result<ExitCode, Fai
     show(&args.out, &to, &analysed, color)
 }
 
+/// Remarks on what was read, with the flags of this program.
+fn in_flags(notes: &[Note]) -> Vec<String> {
+    notes.iter().map(|note| note.spelled(&spelled)).collect()
+}
+
 fn read(entry: &Entry) -> Result<(Data, Input), Failure> {
     let (data, mut input) = match &entry.source {
         Source::Ringdown { file, reading, options } => {
@@ -68,7 +74,7 @@ fn read(entry: &Entry) -> Result<(Data, Input), Failure> {
                 sha256: reading.report.sha256,
                 kind: "ringdown",
                 unit: reading.record.unit().to_owned(),
-                notes: reading.report.notes,
+                notes: in_flags(&reading.report.notes),
             };
             (Data::RingDown { record: Box::new(reading.record), options: Box::new(options) }, input)
         }
@@ -81,18 +87,18 @@ fn read(entry: &Entry) -> Result<(Data, Input), Failure> {
                 sha256: reading.report.sha256,
                 kind: "sweep",
                 unit: reading.curve.unit().to_owned(),
-                notes: reading.report.notes,
+                notes: in_flags(&reading.report.notes),
             };
             (Data::Sweep { curve: Box::new(reading.curve), options: Box::new(options) }, input)
         }
         Source::Levels { file, reading, options } => {
             let (reading, options) = super::levels::prepare(file, reading, options.clone())?;
             let input = Input {
-                path: reading.path,
-                sha256: reading.sha256,
+                path: reading.report.path,
+                sha256: reading.report.sha256,
                 kind: "levels",
                 unit: reading.levels.unit().to_owned(),
-                notes: reading.notes,
+                notes: in_flags(&reading.report.notes),
             };
             (Data::Levels { levels: Box::new(reading.levels), options: Box::new(options) }, input)
         }

@@ -19,7 +19,7 @@ use slipfit::Calibration;
 use slipfit::model::displacement::Coordinate;
 use slipfit::series::{Condition, Shared};
 use slipfit::{levels, resonance, ringdown};
-use slipfit_io::{LevelOptions, ReadOptions, SweepOptions};
+use slipfit_io::ReadOptions;
 use std::path::{Path, PathBuf};
 use toml::Spanned;
 use toml::de::{DeTable, DeValue};
@@ -129,12 +129,12 @@ pub(crate) enum Source {
     Sweep {
         files: Vec<PathBuf>,
         reference: Option<PathBuf>,
-        reading: Box<SweepOptions>,
+        reading: Box<ReadOptions>,
         options: Box<resonance::Options>,
     },
     Levels {
         file: PathBuf,
-        reading: LevelOptions,
+        reading: ReadOptions,
         options: levels::Options,
     },
 }

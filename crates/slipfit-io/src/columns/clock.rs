@@ -1,23 +1,42 @@
 //! Where the times of the rows come from.
 
 use super::{
-    Chooser, Group, Taken, Time, named,
-    names::Role,
+    chooser::{Chooser, Picked},
+    named,
+    role::Role,
     units::{self, Measures, Seconds},
 };
-use crate::ReadProblem;
+use crate::{
+    error::{OptionProblem, ReadProblem},
+    report::Note,
+};
+
+/// Where the times come from.
+#[derive(Debug, Clone, PartialEq)]
+pub(crate) enum Time {
+    Column(Picked, Seconds),
+    /// Times since the row before.
+    Intervals(Picked, Seconds),
+    /// A sampling rate (Hz).
+    Rate(f64),
+}
+
+impl Time {
+    /// The column of times, if there is one.
+    pub(crate) fn column(&self) -> Option<&Picked> {
+        match self {
+            Self::Column(picked, _) | Self::Intervals(picked, _) => Some(picked),
+            Self::Rate(_) => None,
+        }
+    }
+}
 
 impl Chooser<'_> {
-    pub(super) fn time(
-        &mut self,
-        asked: Option<usize>,
-        group: &Group,
-        signal: Option<usize>,
-    ) -> Result<Time, ReadProblem> {
+    pub(super) fn time(&mut self, asked: Option<usize>, signal: Option<usize>) -> Result<Time, ReadProblem> {
         if let Some(rate) = self.options.rate_hz {
-            if let Some(&named) = group.columns.iter().find(|&&c| self.role(c) == Role::Time) {
+            if let Some(&named) = self.near.iter().find(|&&c| self.roles[c] == Role::Time) {
                 let label = self.label(named);
-                self.notes.push(format!("{label} was not read: the rate given stands in its place"));
+                self.notes.push(format!("{label} was not read: the rate given stands in its place").into());
             }
             return Ok(Time::Rate(rate));
         }
@@ -28,44 +47,43 @@ impl Chooser<'_> {
             return Ok(Time::Rate(rate));
         }
         let others =
-            || group.columns.iter().copied().filter(|&c| Some(c) != signal && self.contents[c].filled > 0.0);
-        let named: Vec<usize> = others().filter(|&c| self.role(c) == Role::Time).collect();
+            || self.near.iter().copied().filter(|&c| Some(c) != signal && self.contents[c].filled > 0.0);
+        let named: Vec<usize> = others().filter(|&c| self.roles[c] == Role::Time).collect();
         let usable = |c: usize| self.contents[c].is_monotone() || self.is_interval(c);
-        let monotone: Vec<usize> =
-            others().filter(|&c| self.contents[c].is_monotone() && self.role(c) != Role::Never).collect();
-        // A counter of rows tells no rate.
-        let by_content = monotone
-            .iter()
-            .copied()
-            .find(|&c| !self.contents[c].counts)
-            .filter(|_| others().count() > 1 || signal.is_some());
+        // A counter of rows has no rate.
+        let steady = |&c: &usize| {
+            self.contents[c].is_monotone() && self.roles[c] != Role::Never && !self.contents[c].counts
+        };
+        let by_content = others().find(steady).filter(|_| others().count() > 1 || signal.is_some());
         if let Some(index) = named.iter().copied().find(|&c| usable(c)) {
             return self.time_taken(index, "named like a time");
         }
+        const STEADY: &str = "its numbers go up steadily";
         match (named.first().copied(), by_content) {
             (Some(wrong), Some(index)) => {
-                self.misnamed = Some(wrong);
+                self.roles[wrong] = Role::Unknown;
                 let (wrong, right) = (self.label(wrong), self.label(index));
-                self.notes.push(format!("{wrong} is named like a time but does not go up; {right} does"));
+                self.notes
+                    .push(format!("{wrong} is named like a time but does not go up; {right} does").into());
                 self.by_content = true;
-                self.time_taken(index, "its numbers go up steadily")
+                self.time_taken(index, STEADY)
             }
             (Some(index), None) => self.time_taken(index, "named like a time"),
             (None, Some(index)) => {
                 self.by_content = true;
-                self.time_taken(index, "its numbers go up steadily")
+                self.time_taken(index, STEADY)
             }
             (None, None) => {
                 // What is named as something else is no time, however constant.
-                let unnamed = |c: usize| self.role(c) == Role::Unknown || self.head.names[c].is_step();
+                let unnamed = |c: usize| self.roles[c] == Role::Unknown || self.head.names[c].is_step();
                 let interval = others().rfind(|&c| unnamed(c) && self.is_interval(c));
                 match interval {
-                    Some(index) if self.columns.len() > 1 => self.time_taken(
+                    Some(index) if self.values.len() > 1 => self.time_taken(
                         index,
                         "its numbers are nearly constant, as times since the row before are",
                     ),
                     _ => Err(ReadProblem::NoTime {
-                        columns: self.list(&group.columns),
+                        columns: self.head.list(&self.near),
                         rate_hz: named::named_rate_hz(&self.head.named_values),
                     }),
                 }
@@ -81,47 +99,55 @@ impl Chooser<'_> {
     }
 
     fn time_taken(&mut self, index: usize, why: &str) -> Result<Time, ReadProblem> {
-        let content = self.contents[index];
         let interval = self.is_interval(index);
-        let name = &self.head.names[index];
-        let label = self.label(index);
-        let known = self.options.time_unit.as_deref().or(Some(name.unit.as_str()).filter(|u| !u.is_empty()));
-        let (unit, seconds) = match known {
+        let (unit, seconds) = match &self.options.time_unit {
             Some(unit) => match units::measures(unit) {
-                Some(Measures::Time(seconds)) => (unit.to_owned(), seconds),
-                _ if unit == "ticks" && self.options.time_unit.is_none() => {
-                    return Err(ReadProblem::NoTickRate { column: label });
+                Some(Measures::Time(seconds)) => (unit.clone(), seconds),
+                _ => {
+                    let known = "s, ms, us, ns, min, h or the rate of a clock such as 60MHz";
+                    let problem = OptionProblem::UnknownUnit(known);
+                    return Err(ReadProblem::Option { option: "time_unit", value: unit.clone(), problem });
                 }
-                _ if self.options.time_unit.is_some() => {
-                    return Err(ReadProblem::UnknownTimeUnit { unit: unit.to_owned() });
-                }
-                _ => ("s".to_owned(), Seconds::Same),
             },
-            None if name.bare.to_lowercase().starts_with("milli") => ("ms".to_owned(), Seconds::Over(1e3)),
-            None if name.bare.to_lowercase().starts_with("micro") => ("us".to_owned(), Seconds::Over(1e6)),
-            None if interval && content.greatest >= 1.0 => {
-                self.notes.push(format!(
-                    "{label}: steps of {:.0} were taken as milliseconds; --time-unit says otherwise",
-                    content.greatest
-                ));
-                ("ms".to_owned(), Seconds::Over(1e3))
-            }
-            // Microcontrollers count milliseconds; nobody samples an oscillator every few seconds.
-            None if !interval && content.whole && (2.0..=1000.0).contains(&content.mean_step) => {
-                self.notes.push(format!(
-                    "{label} names no unit and holds whole numbers {:.1} apart: they were taken as milliseconds; --time-unit says otherwise",
-                    content.mean_step
-                ));
-                ("ms".to_owned(), Seconds::Over(1e3))
-            }
-            None => {
-                self.notes.push(format!(
-                    "{label} names no unit: its times were taken as seconds; --time-unit says otherwise"
-                ));
-                ("s".to_owned(), Seconds::Same)
-            }
+            None => self.time_unit(index, interval)?,
         };
-        let taken = Taken { index, unit, why: format!("{label}: {why}"), seconds, level: false };
-        Ok(if interval { Time::Intervals(taken) } else { Time::Column(taken) })
+        let picked = Picked { unit, ..self.picked(index, why) };
+        Ok(if interval { Time::Intervals(picked, seconds) } else { Time::Column(picked, seconds) })
+    }
+
+    /// The unit of times as their header or their numbers have it.
+    fn time_unit(&mut self, index: usize, interval: bool) -> Result<(String, Seconds), ReadProblem> {
+        let (content, name, label) = (self.contents[index], &self.head.names[index], self.label(index));
+        let milliseconds = || ("ms".to_owned(), Seconds::Over(1e3));
+        if !name.unit.is_empty() {
+            return match units::measures(&name.unit) {
+                Some(Measures::Time(seconds)) => Ok((name.unit.clone(), seconds)),
+                _ if name.unit == "ticks" => Err(ReadProblem::NoTickRate { column: label }),
+                _ => Ok(("s".to_owned(), Seconds::Same)),
+            };
+        }
+        let bare = name.bare.to_lowercase();
+        if bare.starts_with("milli") {
+            return Ok(milliseconds());
+        }
+        if bare.starts_with("micro") {
+            return Ok(("us".to_owned(), Seconds::Over(1e6)));
+        }
+        let (text, taken) = if interval && content.greatest >= 1.0 {
+            let text = format!("{label}: steps of {:.0} were taken as milliseconds", content.greatest);
+            (text, milliseconds())
+        } else if !interval && content.whole && (2.0..=1000.0).contains(&content.mean_step) {
+            // Microcontrollers count milliseconds; nobody samples an oscillator every few seconds.
+            let text = format!(
+                "{label} names no unit and holds whole numbers {:.1} apart: they were taken as milliseconds",
+                content.mean_step
+            );
+            (text, milliseconds())
+        } else {
+            let text = format!("{label} names no unit: its times were taken as seconds");
+            (text, ("s".to_owned(), Seconds::Same))
+        };
+        self.notes.push(Note::new(text).hint("time_unit", "says otherwise"));
+        Ok(taken)
     }
 }

@@ -1,6 +1,6 @@
 //! Tables side by side and runs in groups of columns.
 
-use super::names::{Name, Role};
+use super::{name::Name, role::Role};
 
 /// Columns that belong together.
 #[derive(Debug, Clone, PartialEq)]
@@ -43,7 +43,7 @@ fn merge_if_timeless(groups: Vec<Group>, names: &[Name]) -> Vec<Group> {
         groups
             .iter()
             .filter(|g| g.table == table)
-            .any(|g| g.columns.iter().any(|&c| names[c].role() == Role::Time))
+            .any(|g| g.columns.iter().any(|&c| Role::in_record(&names[c]) == Role::Time))
     };
     if tables < 2 || (named && (1..=tables).all(timed)) {
         return groups;
@@ -68,12 +68,12 @@ fn runs(names: &[Name], columns: &[usize]) -> Vec<Vec<usize>> {
         };
         return tags.into_iter().map(of).collect();
     }
-    let Some(first) = columns.iter().position(|&c| names[c].role() == Role::Time) else {
+    let Some(first) = columns.iter().position(|&c| Role::in_record(&names[c]) == Role::Time) else {
         return vec![columns.to_vec()];
     };
     let stem = names[columns[first]].stem();
     let starts: Vec<usize> = (first..columns.len())
-        .filter(|&i| names[columns[i]].role() == Role::Time && names[columns[i]].stem() == stem)
+        .filter(|&i| Role::in_record(&names[columns[i]]) == Role::Time && names[columns[i]].stem() == stem)
         .collect();
     let mut runs: Vec<Vec<usize>> = Vec::new();
     for (k, &start) in starts.iter().enumerate() {

@@ -3,36 +3,36 @@
 use slipfit::SignalKind;
 
 use super::{
-    Chooser, Group, Taken, content, named,
-    names::Role,
-    units::{self, Measures, Seconds},
+    chooser::{Chooser, Picked},
+    content, named,
+    role::Role,
+    units::{self, Measures},
 };
-use crate::ReadProblem;
+use crate::error::{Needed, ReadProblem};
 
 /// Rank of a column whose name says nothing.
 const UNKNOWN_RANK: u8 = 40;
 
 impl Chooser<'_> {
     /// Columns that could be the signal.
-    pub(super) fn candidates(&self, group: &Group, time: Option<usize>) -> Vec<usize> {
-        group
-            .columns
+    pub(super) fn candidates(&self, time: Option<usize>) -> Vec<usize> {
+        self.near
             .iter()
             .copied()
             .filter(|&c| Some(c) != time && self.contents[c].filled > 0.0)
-            .filter(|&c| !matches!(self.role(c), Role::Time | Role::Never))
-            .filter(|&c| self.role(c) != Role::Unknown || !self.is_second_clock(c, group))
+            .filter(|&c| !matches!(self.roles[c], Role::Time | Role::Never))
+            .filter(|&c| self.roles[c] != Role::Unknown || !self.is_second_clock(c))
             .collect()
     }
 
     /// An unnamed column beside others that goes up like a time or a counter.
-    fn is_second_clock(&self, column: usize, group: &Group) -> bool {
-        group.columns.len() > 2 && self.contents[column].is_monotone() && self.contents[column].moving > 0.5
+    fn is_second_clock(&self, column: usize) -> bool {
+        self.near.len() > 2 && self.contents[column].is_monotone() && self.contents[column].moving > 0.5
     }
 
     pub(super) fn lock_in_pair(&self, candidates: &[usize]) -> Option<(usize, usize)> {
-        let by_role = |role: Role| candidates.iter().copied().find(|&c| self.role(c) == role);
-        if let (Some(i), Some(q)) = (by_role(Role::InPhase), by_role(Role::Quadrature)) {
+        let by_role = |role: Role| candidates.iter().copied().find(|&c| self.roles[c] == role);
+        if let (Some(i), Some(q)) = (by_role(Role::Real), by_role(Role::Imaginary)) {
             return Some((i, q));
         }
         let named = |name: &str| {
@@ -53,7 +53,7 @@ impl Chooser<'_> {
     }
 
     fn rank(&self, index: usize) -> u8 {
-        match self.role(index) {
+        match self.roles[index] {
             // An amplitude is no phase's poor relation: R and theta come from one instrument.
             Role::Signal { like: "named like an angle", .. } if self.has_r() => 0,
             Role::Signal { rank, .. } => rank,
@@ -72,10 +72,9 @@ impl Chooser<'_> {
         let from = if varying.is_empty() { candidates } else { &varying };
         let top = from.iter().map(|&c| self.rank(c)).max();
         let mut best: Vec<usize> = from.iter().copied().filter(|&c| Some(self.rank(c)) == top).collect();
-        let like = match best.first().map(|&c| self.role(c)) {
+        let like = match best.first().map(|&c| self.roles[c]) {
             None => {
-                let all: Vec<usize> = (0..self.columns.len()).collect();
-                return Err(ReadProblem::NoSignal { columns: self.list(&all) });
+                return Err(ReadProblem::NoColumn { needed: Needed::Signal, columns: self.list() });
             }
             Some(Role::Signal { like, .. }) => like,
             Some(_) => "",
@@ -85,14 +84,14 @@ impl Chooser<'_> {
             return Ok((only, why.to_owned()));
         }
         self.by_content = true;
-        let among = self.list(&best);
+        let among = self.head.list(&best);
         let ringing: Vec<usize> = best.iter().copied().filter(|&c| self.contents[c].is_ringing()).collect();
         if !ringing.is_empty() {
             best = ringing;
         }
         let derived = |c: usize| {
             best.iter()
-                .any(|&other| other != c && content::is_derivative(&self.columns[c], &self.columns[other]))
+                .any(|&other| other != c && content::is_derivative(&self.values[c], &self.values[other]))
         };
         let original: Vec<usize> = best.iter().copied().filter(|&c| !derived(c)).collect();
         if !original.is_empty() {
@@ -112,15 +111,15 @@ impl Chooser<'_> {
 
     pub(super) fn kind_of(&self, index: usize) -> SignalKind {
         // A unit given or named apart says more than the name; m alone says nothing.
-        let named_apart = self.options.signal_unit.is_some() || self.head.names[index].unit.is_empty();
+        let named_apart = self.options.unit.is_some() || self.head.names[index].unit.is_empty();
         match units::measures(self.written_unit(index)).filter(|_| named_apart) {
             Some(Measures::Signal(kind)) if kind != SignalKind::Displacement => return kind,
             _ => {}
         }
-        match self.role(index) {
+        match self.roles[index] {
             // Oscilloscopes call a waveform an amplitude; an envelope is never negative.
             Role::Signal { kind: SignalKind::Envelope, .. }
-                if self.contents[index].least < 0.0 && !self.signal_taken(index, "").level =>
+                if self.contents[index].least < 0.0 && !self.signal_taken(index, "").1 =>
             {
                 SignalKind::Displacement
             }
@@ -133,20 +132,18 @@ impl Chooser<'_> {
     fn written_unit(&self, index: usize) -> &str {
         let in_header = self.head.names[index].unit.as_str();
         let named = || named::named_unit(&self.head.named_values).unwrap_or_default();
-        match &self.options.signal_unit {
+        match &self.options.unit {
             Some(given) => given.trim(),
             None if in_header.is_empty() => named(),
             None => in_header,
         }
     }
 
-    pub(super) fn signal_taken(&self, index: usize, why: &str) -> Taken {
+    /// The signal, and whether its levels are to be made linear.
+    pub(super) fn signal_taken(&self, index: usize, why: &str) -> (Picked, bool) {
         let written = self.written_unit(index);
-        let (unit, level) = match units::measures(written) {
-            Some(Measures::Level(linear)) => (linear.to_owned(), true),
-            _ => (written.to_owned(), false),
-        };
-        let why = format!("{}: {why}", self.label(index));
-        Taken { index, unit, why, seconds: Seconds::Same, level }
+        let linear = units::linear_unit(written);
+        let unit = linear.unwrap_or(written).to_owned();
+        (Picked { unit, ..self.picked(index, why) }, linear.is_some())
     }
 }

@@ -1,5 +1,7 @@
 //! Units as they stand in headers.
 
+use std::f64::consts::TAU;
+
 use slipfit::SignalKind;
 
 /// From a unit of time to seconds.
@@ -39,143 +41,49 @@ pub(crate) enum Measures {
     Other,
 }
 
-const SECONDS: &[(&str, Seconds)] = &[
-    ("s", Seconds::Same),
-    ("sec", Seconds::Same),
-    ("secs", Seconds::Same),
-    ("sek", Seconds::Same),
-    ("second", Seconds::Same),
-    ("seconds", Seconds::Same),
-    ("sekunde", Seconds::Same),
-    ("sekunden", Seconds::Same),
-    ("seconde", Seconds::Same),
-    ("secondes", Seconds::Same),
-    ("secondi", Seconds::Same),
-    ("secondo", Seconds::Same),
-    ("segundo", Seconds::Same),
-    ("segundos", Seconds::Same),
-    ("сек", Seconds::Same),
-    ("с", Seconds::Same),
-    ("秒", Seconds::Same),
-    ("ms", Seconds::Over(1e3)),
-    ("msec", Seconds::Over(1e3)),
-    ("millis", Seconds::Over(1e3)),
-    ("millisecond", Seconds::Over(1e3)),
-    ("milliseconds", Seconds::Over(1e3)),
-    ("millisekunden", Seconds::Over(1e3)),
-    ("us", Seconds::Over(1e6)),
-    ("usec", Seconds::Over(1e6)),
-    ("\u{b5}s", Seconds::Over(1e6)),
-    ("\u{3bc}s", Seconds::Over(1e6)),
-    ("micros", Seconds::Over(1e6)),
-    ("microsecond", Seconds::Over(1e6)),
-    ("microseconds", Seconds::Over(1e6)),
-    ("ns", Seconds::Over(1e9)),
-    ("nanosecond", Seconds::Over(1e9)),
-    ("nanoseconds", Seconds::Over(1e9)),
-    ("ps", Seconds::Over(1e12)),
-    ("min", Seconds::Times(60.0)),
-    ("minute", Seconds::Times(60.0)),
-    ("minutes", Seconds::Times(60.0)),
-    ("minuten", Seconds::Times(60.0)),
-    ("h", Seconds::Times(3600.0)),
-    ("hr", Seconds::Times(3600.0)),
-    ("hour", Seconds::Times(3600.0)),
-    ("hours", Seconds::Times(3600.0)),
+/// Units of time by their length; every table here has its spellings between blanks.
+const TIMES: &[(Seconds, &str)] = &[
+    (
+        Seconds::Same,
+        "s sec secs sek second seconds sekunde sekunden seconde secondes secondi secondo segundo segundos сек с 秒",
+    ),
+    (Seconds::Over(1e3), "ms msec millis millisecond milliseconds millisekunden"),
+    (Seconds::Over(1e6), "us usec \u{b5}s \u{3bc}s micros microsecond microseconds"),
+    (Seconds::Over(1e9), "ns nanosecond nanoseconds"),
+    (Seconds::Over(1e12), "ps"),
+    (Seconds::Times(60.0), "min minute minutes minuten"),
+    (Seconds::Times(3600.0), "h hr hour hours"),
 ];
 
 /// Lengths, angles and electrical signals that stand for them.
-const POSITIONS: &[&str] = &[
-    "m",
-    "meter",
-    "metre",
-    "meters",
-    "dm",
-    "cm",
-    "mm",
-    "um",
-    "\u{b5}m",
-    "\u{3bc}m",
-    "nm",
-    "pm",
-    "fm",
-    "in",
-    "inch",
-    "ft",
-    "mil",
-    "px",
-    "pixel",
-    "pixels",
-    "rad",
-    "mrad",
-    "urad",
-    "\u{b5}rad",
-    "\u{3bc}rad",
-    "nrad",
-    "deg",
-    "degree",
-    "degrees",
-    "grad",
-    "\u{b0}",
-    "rev",
-    "revs",
-    "turn",
-    "turns",
-    "arcsec",
-    "arcmin",
-    "v",
-    "mv",
-    "uv",
-    "\u{b5}v",
-    "\u{3bc}v",
-    "nv",
-    "kv",
-    "volt",
-    "volts",
-    "a",
-    "ma",
-    "ua",
-    "\u{b5}a",
-    "\u{3bc}a",
-    "na",
-    "pa",
-    "counts",
-    "count",
-    "lsb",
-    "adc",
-    "a.u.",
-    "arb",
-    "au",
-    "%",
+const POSITIONS: &str = "m meter metre meters dm cm mm um \u{b5}m \u{3bc}m nm pm fm in inch ft mil px pixel pixels \
+    rad mrad urad \u{b5}rad \u{3bc}rad nrad deg degree degrees grad \u{b0} rev revs turn turns arcsec arcmin \
+    v mv uv \u{b5}v \u{3bc}v nv kv volt volts a ma ua \u{b5}a \u{3bc}a na pa counts count lsb adc a.u. arb au %";
+
+const ACCELERATIONS: &str = "g mg ug \u{b5}g gal";
+
+const OTHERS: &str = "hz khz mhz ghz n mn kn kg \u{b0}c degc mbar bar hpa mw nm/rad n/m ohm \u{3a9} v^2 db/hz \
+    v/\u{221a}hz rad^2 m^2";
+
+const LEVELS: &[(&str, &str)] = &[
+    ("", "db dbc dbfs"),
+    ("\u{221a}mW", "dbm"),
+    ("V", "dbv"),
+    ("mV", "dbmv"),
+    ("\u{b5}V", "dbuv db\u{b5}v db\u{3bc}v"),
 ];
 
-const ACCELERATIONS: &[&str] = &["g", "mg", "ug", "\u{b5}g", "gal"];
+/// Endings that make a derivative of a position.
+const DERIVATIVES: &[(SignalKind, &str)] =
+    &[(SignalKind::Acceleration, "/s^2 /s2 /s**2 /s/s s^-2 /sec^2"), (SignalKind::Velocity, "/s /sec s^-1")];
 
-const OTHERS: &[&str] = &[
-    "hz",
-    "khz",
-    "mhz",
-    "ghz",
-    "n",
-    "mn",
-    "kn",
-    "kg",
-    "\u{b0}c",
-    "degc",
-    "mbar",
-    "bar",
-    "hpa",
-    "mw",
-    "nm/rad",
-    "n/m",
-    "ohm",
-    "\u{3a9}",
-    "v^2",
-    "db/hz",
-    "v/\u{221a}hz",
-    "rad^2",
-    "m^2",
-];
+/// Units whose square roots are amplitudes.
+const SQUARES: &str = "w mw uw \u{b5}w \u{3bc}w nw v^2 v\u{b2} m^2 m\u{b2} rad^2 rad\u{b2}";
+
+/// Whether a list of words between blanks has a word.
+pub(super) fn listed(list: &str, word: &str) -> bool {
+    list.split_ascii_whitespace().any(|known| known == word)
+}
 
 /// What a unit measures, or `None` if it is not known.
 pub(crate) fn measures(unit: &str) -> Option<Measures> {
@@ -183,43 +91,93 @@ pub(crate) fn measures(unit: &str) -> Option<Measures> {
     if let Some(hz) = unit.strip_suffix("hz").and_then(tick_rate) {
         return Some(Measures::Time(Seconds::Over(hz)));
     }
-    if let Some(&(_, seconds)) = SECONDS.iter().find(|(name, _)| *name == unit) {
-        return Some(Measures::Time(seconds));
+    if let Some((seconds, _)) = TIMES.iter().find(|(_, names)| listed(names, &unit)) {
+        return Some(Measures::Time(*seconds));
     }
-    match unit.as_str() {
-        "db" | "dbc" | "dbfs" | "db re" => return Some(Measures::Level("")),
-        "dbm" => return Some(Measures::Level("\u{221a}mW")),
-        "dbv" => return Some(Measures::Level("V")),
-        "dbmv" => return Some(Measures::Level("mV")),
-        "dbuv" | "db\u{b5}v" | "db\u{3bc}v" => return Some(Measures::Level("\u{b5}V")),
-        _ => {}
+    if unit == "db re" {
+        return Some(Measures::Level(""));
     }
-    if OTHERS.contains(&unit.as_str()) {
+    if let Some((linear, _)) = LEVELS.iter().find(|(_, names)| listed(names, &unit)) {
+        return Some(Measures::Level(linear));
+    }
+    if listed(OTHERS, &unit) {
         return Some(Measures::Other);
     }
-    if ACCELERATIONS.contains(&unit.as_str()) {
+    if listed(ACCELERATIONS, &unit) {
         return Some(Measures::Signal(SignalKind::Acceleration));
     }
-    if POSITIONS.contains(&unit.as_str()) {
+    if listed(POSITIONS, &unit) {
         return Some(Measures::Signal(SignalKind::Displacement));
     }
-    for (suffix, kind) in [
-        ("/s^2", SignalKind::Acceleration),
-        ("/s2", SignalKind::Acceleration),
-        ("/s**2", SignalKind::Acceleration),
-        ("/s/s", SignalKind::Acceleration),
-        ("s^-2", SignalKind::Acceleration),
-        ("/sec^2", SignalKind::Acceleration),
-        ("/s", SignalKind::Velocity),
-        ("/sec", SignalKind::Velocity),
-        ("s^-1", SignalKind::Velocity),
-    ] {
+    let of_position = |suffix: &str| {
         let base = unit.strip_suffix(suffix).map(|base| base.trim_end_matches(['*', '\u{b7}', ' ']));
-        if base.is_some_and(|base| POSITIONS.contains(&base)) {
-            return Some(Measures::Signal(kind));
-        }
+        base.is_some_and(|base| listed(POSITIONS, base))
+    };
+    let derivative = DERIVATIVES.iter().find(|(_, ends)| ends.split_ascii_whitespace().any(of_position));
+    derivative.map(|(kind, _)| Measures::Signal(*kind))
+}
+
+/// The unit of the linear amplitudes that levels in `unit` stand for.
+pub(crate) fn linear_unit(unit: &str) -> Option<&'static str> {
+    match measures(unit) {
+        Some(Measures::Level(linear)) => Some(linear),
+        _ => None,
     }
-    None
+}
+
+/// The linear amplitude of a level in dB, `10^(x/20)`.
+pub(crate) fn from_decibels(level: f64) -> f64 {
+    10f64.powf(level / 20.0)
+}
+
+/// Whether numbers in a unit are squares of amplitudes.
+pub(crate) fn is_squared(unit: &str) -> bool {
+    listed(SQUARES, &unit.trim().to_lowercase())
+}
+
+/// What turns numbers in a unit of frequency into Hz.
+pub(crate) fn hertz(unit: &str) -> Option<f64> {
+    let unit = unit.trim().replace(['\u{b7}', ' '], "");
+    // The prefixes that only their case tells apart: mHz and MHz.
+    let mega = unit.starts_with('M');
+    Some(match unit.to_lowercase().as_str() {
+        _ if unit == "mHz" => 1e-3,
+        "hz" | "1/s" | "s^-1" | "s-1" | "cps" | "hertz" => 1.0,
+        "khz" => 1e3,
+        "mhz" => 1e6,
+        "ghz" => 1e9,
+        "uhz" | "\u{b5}hz" | "\u{3bc}hz" => 1e-6,
+        "rad/s" | "rads^-1" | "rads-1" | "rad/sec" | "s^-1rad" => 1.0 / TAU,
+        "krad/s" => 1e3 / TAU,
+        "mrad/s" if mega => 1e6 / TAU,
+        "mrad/s" => 1e-3 / TAU,
+        "deg/s" | "\u{b0}/s" => 1.0 / 360.0,
+        "rpm" | "1/min" | "u/min" | "min^-1" | "/min" => 1.0 / 60.0,
+        _ => return None,
+    })
+}
+
+/// What turns numbers in a unit of angle into radians.
+pub(crate) fn radians(unit: &str) -> Option<f64> {
+    Some(match unit.trim().to_lowercase().as_str() {
+        "rad" | "radian" | "radians" => 1.0,
+        "mrad" => 1e-3,
+        "deg" | "degree" | "degrees" | "grad" | "\u{b0}" => 1f64.to_radians(),
+        "turn" | "turns" | "rev" => TAU,
+        _ => return None,
+    })
+}
+
+/// The unit of what has been integrated over time: `m/s` and `m/s^2` become `m`.
+pub(crate) fn integrated(unit: &str) -> String {
+    let unit = unit.trim();
+    let ends = ["/s^2", "/s²", "/s2", "/s/s", "/s", " s^-2", " s^-1"];
+    match (ends.iter().find_map(|end| unit.strip_suffix(end)), unit) {
+        (Some(base), _) => base.trim().to_owned(),
+        (None, "" | "F") => unit.to_owned(),
+        (None, "g") => "g s^2".to_owned(),
+        (None, other) => format!("{other} s"),
+    }
 }
 
 /// The rate of a clock whose ticks are the unit, `60 M` of `60 MHz`.
@@ -270,5 +228,15 @@ mod tests {
         assert_eq!(measures("60 MHz"), Some(Measures::Time(Seconds::Over(60e6))));
         assert_eq!(measures("1.8GHz"), Some(Measures::Time(Seconds::Over(1.8e9))));
         assert_eq!(measures("horse"), None);
+    }
+
+    #[test]
+    fn units_of_frequency_are_known_by_many_spellings() {
+        assert_eq!(hertz("mHz"), Some(1e-3));
+        assert_eq!(hertz("MHz"), Some(1e6));
+        assert_eq!(hertz("kHz"), Some(1e3));
+        assert_eq!(hertz("rad / s"), Some(1.0 / TAU));
+        assert_eq!(hertz("rpm"), Some(1.0 / 60.0));
+        assert_eq!(hertz("horse"), None);
     }
 }

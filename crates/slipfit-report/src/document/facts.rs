@@ -1,5 +1,8 @@
 //! What there is to say besides the numbers, each under a label.
 
+use slipfit::answer::hint::Spelling;
+use slipfit_io::Note;
+
 /// Labelled sentences in the order they are read; an empty label goes on with the one before.
 #[derive(Debug, Clone, Default, PartialEq)]
 pub(crate) struct Facts(Vec<(&'static str, String)>);
@@ -9,8 +12,8 @@ impl Facts {
         self.0.push((label, text.into()));
     }
 
-    pub(crate) fn notes(&mut self, notes: &[String]) {
-        notes.iter().for_each(|note| self.add("note", note));
+    pub(crate) fn notes(&mut self, notes: &[Note], spell: Spelling<'_>) {
+        notes.iter().for_each(|note| self.add("note", note.spelled(spell)));
     }
 
     pub(crate) fn iter(&self) -> impl Iterator<Item = (&'static str, &str)> {

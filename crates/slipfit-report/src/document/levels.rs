@@ -10,7 +10,7 @@ use crate::{AnalysedLevels, Sentence, plot};
 use slipfit::answer::hint::Spelling;
 
 pub(super) fn document<'a>(analysed: &'a AnalysedLevels<'a>, spell: Spelling<'_>) -> Document<'a> {
-    let (answer, reading) = (analysed.answer, analysed.reading);
+    let (answer, reading) = (analysed.answer, &analysed.reading.report);
     Document {
         command: "levels",
         title: None,
@@ -18,7 +18,7 @@ pub(super) fn document<'a>(analysed: &'a AnalysedLevels<'a>, spell: Spelling<'_>
         sentence: answer.sentence(),
         parameters: ParameterRow::list(&answer.parameters, None),
         tables: Vec::new(),
-        facts: facts(analysed),
+        facts: facts(analysed, spell),
         warnings: warnings(&answer.warnings, spell),
         method: method::of_levels(answer),
         inputs: vec![Input { path: reading.path.clone(), sha256: reading.sha256.clone() }],
@@ -27,8 +27,8 @@ pub(super) fn document<'a>(analysed: &'a AnalysedLevels<'a>, spell: Spelling<'_>
 }
 
 /// Where the answer comes from.
-fn facts(analysed: &AnalysedLevels<'_>) -> Facts {
-    let (answer, reading) = (analysed.answer, analysed.reading);
+fn facts(analysed: &AnalysedLevels<'_>, spell: Spelling<'_>) -> Facts {
+    let (answer, reading) = (analysed.answer, &analysed.reading.report);
     let mut facts = Facts::default();
     let skipped = match reading.rows_skipped() {
         0 => String::new(),
@@ -41,7 +41,7 @@ fn facts(analysed: &AnalysedLevels<'_>) -> Facts {
     for (what, taken) in &reading.taken {
         facts.add(what, column(taken));
     }
-    facts.notes(&reading.notes);
+    facts.notes(&reading.notes, spell);
     let d = &answer.diagnostics;
     facts.add(
         "fit",

@@ -22,7 +22,7 @@ pub(crate) fn record(reading: &Reading, spell: Spelling<'_>) -> Facts {
         let _ = write!(rate, "; {clock}");
     }
     facts.add("clock", rate);
-    facts.notes(&report.notes);
+    facts.notes(&report.notes, spell);
     facts
 }
 
@@ -32,9 +32,9 @@ pub(super) fn counted(n: u64, thing: &str) -> String {
 }
 
 pub(super) fn columns_taken(facts: &mut Facts, report: &ReadReport) {
-    facts.add("time", time_source(&report.time));
+    facts.add("time", time_source(report.time.as_ref()));
     facts.add("signal", signal_source(report));
-    if let Some(q) = &report.quadrature {
+    if let Some(q) = report.column("quadrature") {
         facts.add("", column(q));
     }
 }
@@ -50,8 +50,8 @@ pub(super) fn rows_read(report: &ReadReport, spell: Spelling<'_>) -> String {
         let _ = write!(text, "; skipped {}", reasons.join("; "));
     }
     let mut choice = Vec::new();
-    if report.tables > 1 {
-        choice.push(format!("table {} of {} ({})", report.table, report.tables, spell("table", None)));
+    if report.parts > 1 {
+        choice.push(format!("table {} of {} ({})", report.part, report.parts, spell("part", None)));
     }
     if report.runs > 1 {
         choice.push(format!("run {} of {} ({})", report.run, report.runs, spell("run", None)));
@@ -66,11 +66,11 @@ pub(super) fn column(taken: &ColumnTaken) -> String {
     if taken.unit.is_empty() { taken.why.clone() } else { format!("{}; in {}", taken.why, taken.unit) }
 }
 
-fn time_source(source: &TimeSource) -> String {
+fn time_source(source: Option<&TimeSource>) -> String {
     match source {
-        TimeSource::Column(taken) => column(taken),
-        TimeSource::Intervals(taken) => format!("{}, added up", column(taken)),
-        TimeSource::Rate(rate) => format!("{} samples a second", plain(*rate, 6, "")),
+        Some(TimeSource::Column(taken)) => column(taken),
+        Some(TimeSource::Intervals(taken)) => format!("{}, added up", column(taken)),
+        Some(TimeSource::Rate(rate)) => format!("{} samples a second", plain(*rate, 6, "")),
         _ => "as the file says".to_owned(),
     }
 }
@@ -84,7 +84,8 @@ fn signal_source(report: &ReadReport) -> String {
         SignalKind::LockIn => "X of a lock-in",
         _ => "signal",
     };
-    format!("{}; taken as {kind}", column(&report.signal))
+    let signal = report.column("signal").map(column).unwrap_or_default();
+    format!("{signal}; taken as {kind}")
 }
 
 /// What there is to say about the clock, if anything.

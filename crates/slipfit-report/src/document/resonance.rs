@@ -162,7 +162,7 @@ fn source(facts: &mut Facts, reading: &SweepReading, spell: Spelling<'_>) {
     for (what, taken) in &reading.report.taken {
         facts.add(what, column(taken));
     }
-    facts.notes(&reading.report.notes);
+    facts.notes(&reading.report.notes, spell);
 }
 
 /// What would be read of a file that is not analysed.
@@ -193,7 +193,7 @@ pub(crate) fn curve(reading: &SweepReading, spell: Spelling<'_>) -> Facts {
 
 fn read_line(reading: &SweepReading, spell: Spelling<'_>) -> String {
     let report = &reading.report;
-    let what = if report.runs.is_empty() { "row" } else { "record" };
+    let what = if report.records.is_empty() { "row" } else { "record" };
     let mut text = format!("{}: {}", report.path, counted(report.rows_read, what));
     if !report.skipped.is_empty() {
         let reason = |s: &Skipped| format!("{} {}, first in row {}", s.rows, s.reason, s.first_row);
@@ -217,9 +217,8 @@ fn read_line(reading: &SweepReading, spell: Spelling<'_>) -> String {
         }
         let _ = write!(text, "; swept {}", parts.join(", "));
     }
-    if report.column_runs > 1 {
-        let _ =
-            write!(text, "; curve {} of {} ({})", report.column_run, report.column_runs, spell("run", None));
+    if report.runs > 1 {
+        let _ = write!(text, "; curve {} of {} ({})", report.run, report.runs, spell("run", None));
     }
     text
 }

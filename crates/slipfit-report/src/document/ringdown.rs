@@ -51,7 +51,7 @@ fn facts(analysed: &AnalysedRingdown<'_>, spell: Spelling<'_>) -> Facts {
     if let Some(clock) = clock(analysed.reading.record.clock_report()) {
         facts.add("clock", clock);
     }
-    facts.notes(&report.notes);
+    facts.notes(&report.notes, spell);
     if let Some(f) =
         analysed.reading.named_frequency_hz().filter(|f| analysed.options.frequency_hz == Some(*f))
     {

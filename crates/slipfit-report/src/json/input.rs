@@ -4,7 +4,7 @@ use crate::{AnalysedLevels, AnalysedRingdown};
 use serde::{Serialize, Serializer};
 use slipfit::resonance::RunDirection;
 use slipfit::{ClockReport, Quantity, SignalKind};
-use slipfit_io::{ColumnInfo, ColumnTaken, ReadReport, Run, SweepReading, TimeSource};
+use slipfit_io::{ColumnInfo, ColumnTaken, DrivenRecord, Note, ReadReport, SweepReading, TimeSource};
 
 /// The record of a ring-down.
 #[derive(Serialize)]
@@ -34,7 +34,7 @@ pub(super) struct RecordInput<'a> {
     /// Where the times come from.
     time: Time<'a>,
     /// The signal.
-    signal: Taken<'a>,
+    signal: Option<Taken<'a>>,
     /// The Y output of a lock-in; null without.
     quadrature: Option<Taken<'a>>,
     /// What the signal is.
@@ -50,7 +50,7 @@ pub(super) struct RecordInput<'a> {
     /// How the clock was cleaned.
     clock: Clock,
     /// Whatever else a reader should know.
-    notes: &'a [String],
+    notes: Vec<String>,
 }
 
 impl<'a> RecordInput<'a> {
@@ -65,20 +65,20 @@ impl<'a> RecordInput<'a> {
             rows_skipped: report.rows_skipped(),
             skipped: Skipped::list(&report.skipped),
             columns: Column::list(&report.columns),
-            table: report.table,
-            tables: report.tables,
+            table: report.part,
+            tables: report.parts,
             run: report.run,
             runs: report.runs,
-            time: Time::new(&report.time),
-            signal: Taken::new(&report.signal),
-            quadrature: report.quadrature.as_ref().map(Taken::new),
+            time: Time::new(report.time.as_ref()),
+            signal: report.column("signal").map(Taken::new),
+            quadrature: report.column("quadrature").map(Taken::new),
             kind: kind(report.kind),
             unit: record.unit(),
             samples: record.len(),
             time_range_s: [record.time_s(0), record.time_s(record.len() - 1)],
             time_range_used_s: [analysed.answer.segment.start_s, analysed.answer.segment.end_s],
             clock: Clock::new(record.clock_report(), record.clock().is_uniform()),
-            notes: &report.notes,
+            notes: notes(&report.notes),
         }
     }
 }
@@ -125,7 +125,7 @@ pub(super) struct CurveInput<'a> {
     /// Files of a folder that were no driven record.
     files_left_out: usize,
     /// Whatever else a reader should know.
-    notes: &'a [String],
+    notes: Vec<String>,
 }
 
 impl<'a> CurveInput<'a> {
@@ -143,8 +143,8 @@ impl<'a> CurveInput<'a> {
             rows_skipped: report.rows_skipped(),
             skipped: Skipped::list(&report.skipped),
             columns: Column::list(&report.columns),
-            run: report.column_run,
-            runs: report.column_runs,
+            run: report.run,
+            runs: report.runs,
             taken: TakenByName(&report.taken),
             kind: kind(report.kind),
             unit: curve.unit(),
@@ -152,9 +152,9 @@ impl<'a> CurveInput<'a> {
             has_phase: curve.is_complex(),
             frequency_range_hz: [hz().fold(f64::INFINITY, f64::min), hz().fold(f64::NEG_INFINITY, f64::max)],
             sweeps: curve.runs().iter().map(sweep).collect(),
-            records: report.runs.iter().map(Demodulated::new).collect(),
+            records: report.records.iter().map(Demodulated::new).collect(),
             files_left_out: report.files_left_out,
-            notes: &report.notes,
+            notes: notes(&report.notes),
         }
     }
 }
@@ -202,7 +202,7 @@ struct Demodulated<'a> {
 }
 
 impl<'a> Demodulated<'a> {
-    fn new(run: &'a Run) -> Self {
+    fn new(run: &'a DrivenRecord) -> Self {
         let s = &run.steady;
         Self {
             path: &run.path,
@@ -246,26 +246,31 @@ pub(super) struct LevelsInput<'a> {
     /// Unit of the drive levels.
     drive_unit: &'a str,
     /// Whatever else a reader should know.
-    notes: &'a [String],
+    notes: Vec<String>,
 }
 
 impl<'a> LevelsInput<'a> {
     pub(super) fn new(analysed: &AnalysedLevels<'a>) -> Self {
-        let reading = analysed.reading;
+        let report = &analysed.reading.report;
         Self {
-            path: &reading.path,
-            sha256: &reading.sha256,
-            bytes: reading.bytes,
-            rows_read: reading.rows_read,
-            rows_skipped: reading.rows_skipped(),
-            skipped: Skipped::list(&reading.skipped),
-            columns: Column::list(&reading.columns),
-            taken: TakenByName(&reading.taken),
+            path: &report.path,
+            sha256: &report.sha256,
+            bytes: report.bytes,
+            rows_read: report.rows_read,
+            rows_skipped: report.rows_skipped(),
+            skipped: Skipped::list(&report.skipped),
+            columns: Column::list(&report.columns),
+            taken: TakenByName(&report.taken),
             unit: &analysed.answer.unit,
             drive_unit: &analysed.answer.drive_unit,
-            notes: &reading.notes,
+            notes: notes(&report.notes),
         }
     }
+}
+
+/// Remarks, with options by their names.
+fn notes(notes: &[Note]) -> Vec<String> {
+    notes.iter().map(ToString::to_string).collect()
 }
 
 /// Rows skipped for one reason.
@@ -344,11 +349,11 @@ struct Time<'a> {
 }
 
 impl<'a> Time<'a> {
-    fn new(source: &'a TimeSource) -> Self {
+    fn new(source: Option<&'a TimeSource>) -> Self {
         let (source, column, rate_hz) = match source {
-            TimeSource::Column(c) => ("column", Some(Taken::new(c)), None),
-            TimeSource::Intervals(c) => ("intervals", Some(Taken::new(c)), None),
-            TimeSource::Rate(rate) => ("rate", None, Some(*rate)),
+            Some(TimeSource::Column(c)) => ("column", Some(Taken::new(c)), None),
+            Some(TimeSource::Intervals(c)) => ("intervals", Some(Taken::new(c)), None),
+            Some(TimeSource::Rate(rate)) => ("rate", None, Some(*rate)),
             _ => ("other", None, None),
         };
         Self { source, column, rate_hz }

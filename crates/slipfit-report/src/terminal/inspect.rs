@@ -63,9 +63,10 @@ pub fn inspect(inspected: &Inspected<'_>, spell: Spelling<'_>) -> String {
             text += &picture(points, record.unit(), ends, "s");
         }
         (None, Err(error)) => {
-            text += &labelled("record", &format!("none: {}", error.problem));
-            if let Some(hint) = error.hint() {
-                text += &labelled("", &hint);
+            text += &labelled("record", &format!("none: {}", error.problem.spelled(spell)));
+            let hints = error.hints();
+            if !hints.is_empty() {
+                text += &labelled("", &slipfit::answer::hint::spelled(&hints, spell));
             }
         }
     }

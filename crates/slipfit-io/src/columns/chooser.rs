@@ -1,0 +1,130 @@
+//! The columns of a table while they are chosen.
+
+use super::{content::Content, head::Head, role::Role};
+use crate::{
+    error::{OptionProblem, ReadProblem},
+    options::ReadOptions,
+    report::{ColumnTaken, Note},
+};
+
+/// A column that will be read.
+#[derive(Debug, Clone, PartialEq)]
+pub(crate) struct Picked {
+    pub(crate) index: usize,
+    /// The unit its numbers are taken to have.
+    pub(crate) unit: String,
+    /// Why this column.
+    pub(crate) why: String,
+}
+
+impl Picked {
+    /// As the report has it.
+    pub(crate) fn taken(&self, head: &Head) -> ColumnTaken {
+        ColumnTaken { column: head.info(self.index), unit: self.unit.clone(), why: self.why.clone() }
+    }
+}
+
+/// A table on its way to a choice.
+pub(crate) struct Chooser<'a> {
+    pub(crate) head: &'a Head,
+    /// The numbers, all of them or those of the first rows.
+    pub(crate) values: &'a [Vec<f64>],
+    pub(crate) options: &'a ReadOptions,
+    pub(crate) roles: Vec<Role>,
+    /// Columns of the table and run that are read.
+    pub(crate) near: Vec<usize>,
+    pub(crate) notes: Vec<Note>,
+    /// What the numbers of a record look like.
+    pub(super) contents: Vec<Content>,
+    /// Whether the numbers decided, so that more of them could decide better.
+    pub(super) by_content: bool,
+}
+
+impl<'a> Chooser<'a> {
+    /// Columns over time.
+    pub(super) fn of_record(head: &'a Head, values: &'a [Vec<f64>], options: &'a ReadOptions) -> Self {
+        let roles = head.names.iter().map(Role::in_record).collect();
+        let contents = values.iter().map(|column| Content::of(column)).collect();
+        Self { contents, ..Self::new(head, values, options, roles) }
+    }
+
+    /// Columns over frequency or over drive levels.
+    pub(crate) fn of_curve(head: &'a Head, values: &'a [Vec<f64>], options: &'a ReadOptions) -> Self {
+        Self::new(head, values, options, head.names.iter().map(Role::in_curve).collect())
+    }
+
+    fn new(head: &'a Head, values: &'a [Vec<f64>], options: &'a ReadOptions, roles: Vec<Role>) -> Self {
+        let (near, notes) = (head.all(), head.notes.clone());
+        Self { head, values, options, roles, near, notes, contents: Vec::new(), by_content: false }
+    }
+
+    pub(crate) fn label(&self, index: usize) -> String {
+        self.head.label(index)
+    }
+
+    /// All columns as a sentence names them.
+    pub(crate) fn list(&self) -> String {
+        self.head.list(&self.head.all())
+    }
+
+    /// The column an option asks for.
+    pub(crate) fn asked(
+        &self,
+        option: &'static str,
+        wanted: &Option<String>,
+    ) -> Result<Option<usize>, ReadProblem> {
+        wanted.as_ref().map(|wanted| self.head.find(option, wanted, &self.near)).transpose()
+    }
+
+    pub(crate) fn picked(&self, index: usize, why: &str) -> Picked {
+        let unit = self.head.names[index].unit.clone();
+        Picked { index, unit, why: format!("{}: {why}", self.label(index)) }
+    }
+
+    pub(crate) fn finite(&self, index: usize) -> impl Iterator<Item = f64> + '_ {
+        self.values[index].iter().copied().filter(|v| v.is_finite())
+    }
+
+    pub(crate) fn filled(&self, index: usize) -> bool {
+        self.finite(index).next().is_some()
+    }
+
+    pub(crate) fn varies(&self, index: usize) -> bool {
+        let mut values = self.finite(index);
+        values.next().is_some_and(|first| values.any(|v| v != first))
+    }
+
+    /// The first column of a role that holds numbers; those that vary before those that do not.
+    pub(crate) fn of_role(&self, wanted: Role, without: &[usize]) -> Option<usize> {
+        let fits = |i: &&usize| self.roles[**i] == wanted && !without.contains(i) && self.filled(**i);
+        let varying = self.near.iter().filter(fits).find(|i| self.varies(**i));
+        varying.or_else(|| self.near.iter().find(fits)).copied()
+    }
+
+    /// Columns with numbers that are not read, so that nobody has to wonder.
+    pub(crate) fn note_unread(&mut self, taken: &[usize]) {
+        let unread: Vec<usize> = (0..self.values.len())
+            .filter(|i| !taken.contains(i) && self.filled(*i))
+            .filter(|i| !self.head.names[*i].header.is_empty() || self.near.contains(i))
+            .collect();
+        if !unread.is_empty() {
+            self.notes.push(Note::new(format!("not used: {}", self.head.list(&unread))));
+        }
+    }
+}
+
+/// The number asked for, or the first, of so many tables or runs.
+pub(super) fn numbered(
+    option: &'static str,
+    wanted: Option<usize>,
+    found: usize,
+) -> Result<usize, ReadProblem> {
+    match wanted.unwrap_or(1) {
+        number if (1..=found).contains(&number) => Ok(number),
+        number => Err(ReadProblem::Option {
+            option,
+            value: number.to_string(),
+            problem: OptionProblem::OnlySo(found),
+        }),
+    }
+}

@@ -1,0 +1,173 @@
+//! Which columns make a curve over frequency, and why.
+
+use slipfit::SignalKind;
+
+use super::{
+    chooser::{Chooser, Picked, numbered},
+    frequency::Frequency,
+    head::Head,
+    name,
+    response::{Response, Scale},
+    role::Role,
+    units::{self, Measures},
+};
+use crate::{error::ReadProblem, options::ReadOptions, report::Note};
+
+/// Everything to be read of a curve.
+#[derive(Debug, Clone, PartialEq)]
+pub(crate) struct Choice {
+    pub(crate) frequency: Frequency,
+    pub(crate) response: Response,
+    pub(crate) drive: Option<Picked>,
+    pub(crate) std_error: Option<Picked>,
+    pub(crate) kind: SignalKind,
+    pub(crate) unit: String,
+    pub(crate) runs: usize,
+    pub(crate) run: usize,
+    /// Whether a name says that this is a curve.
+    pub(crate) named: bool,
+    pub(crate) notes: Vec<Note>,
+}
+
+impl Choice {
+    /// The columns read, with what they are.
+    pub(crate) fn columns(&self) -> Vec<(&'static str, &Picked)> {
+        let mut columns = self.frequency.columns();
+        columns.extend(self.response.columns());
+        columns.extend(self.drive.as_ref().map(|d| ("drive", d)));
+        columns.extend(self.std_error.as_ref().map(|e| ("std_error", e)));
+        columns
+    }
+}
+
+/// Chooses the columns of a curve.
+pub(crate) fn choose(head: &Head, values: &[Vec<f64>], options: &ReadOptions) -> Result<Choice, ReadProblem> {
+    Chooser::of_curve(head, values, options).curve()
+}
+
+impl Chooser<'_> {
+    fn curve(mut self) -> Result<Choice, ReadProblem> {
+        let (runs, run) = self.take_run()?;
+        let frequency = self.frequency()?;
+        let indices = |columns: Vec<(&str, &Picked)>| columns.into_iter().map(|c| c.1.index).collect();
+        let mut taken: Vec<usize> = indices(frequency.columns());
+        let response = self.response(&taken)?;
+        taken.extend::<Vec<usize>>(indices(response.columns()));
+        let drive = self.drive(&taken)?;
+        taken.extend(drive.as_ref().map(|d| d.index));
+        let std_error = self.std_error(&response, &taken)?;
+        taken.extend(std_error.as_ref().map(|e| e.index));
+        let (kind, unit) = self.kind(&response);
+        self.note_unread(&taken);
+        let named = self.roles[taken[0]] != Role::Unknown && self.of_role(Role::Time, &[]).is_none();
+        let notes = self.notes;
+        Ok(Choice { frequency, response, drive, std_error, kind, unit, runs, run, named, notes })
+    }
+
+    /// Curves in groups of columns begin with a frequency each.
+    fn take_run(&mut self) -> Result<(usize, usize), ReadProblem> {
+        let leads = |role: Role| matches!(role, Role::Frequency | Role::Period | Role::Shift);
+        let names = &self.head.names;
+        let starts: Vec<usize> =
+            (0..names.len()).filter(|&i| leads(self.roles[i]) && self.filled(i)).collect();
+        let stem = |i: usize| names[i].stem();
+        let alike = starts.len() > 1 && starts.iter().all(|&i| stem(i) == stem(starts[0]));
+        let apart = starts.windows(2).all(|w| w[1] > w[0] + 1);
+        let runs = if alike && apart { starts.len() } else { 1 };
+        let run = numbered("run", self.options.run, runs)?;
+        if runs > 1 {
+            let from = if run == 1 { 0 } else { starts[run - 1] };
+            self.near = (from..starts.get(run).copied().unwrap_or(names.len())).collect();
+            let text = format!("{runs} curves stand in groups of columns; number {run} was read");
+            self.notes.push(Note::new(text).hint("run", "reads another"));
+        }
+        Ok((runs, run))
+    }
+
+    fn drive(&mut self, taken: &[usize]) -> Result<Option<Picked>, ReadProblem> {
+        if let Some(index) = self.asked("drive", &self.options.drive)? {
+            return Ok(Some(self.picked(index, "asked for")));
+        }
+        let Some(index) = self.of_role(Role::Drive, taken) else { return Ok(None) };
+        if self.finite(index).any(|v| v <= 0.0) {
+            self.note_not_positive(index, "a drive", "divided out", "drive");
+            return Ok(None);
+        }
+        Ok(Some(self.picked(index, "named like a drive; divided out")))
+    }
+
+    fn note_not_positive(&mut self, index: usize, like: &str, used: &str, option: &'static str) {
+        let label = self.label(index);
+        let text =
+            format!("{label} is named like {like} but is not above zero throughout: it was not {used}");
+        self.notes.push(Note::new(text).hint(option, "insists"));
+    }
+
+    fn std_error(&mut self, response: &Response, taken: &[usize]) -> Result<Option<Picked>, ReadProblem> {
+        if let Some(index) = self.asked("std_error", &self.options.std_error)? {
+            return Ok(Some(self.picked(index, "asked for")));
+        }
+        let Response::Amplitude(amplitude, Scale::Linear, _) = response else { return Ok(None) };
+        let names = &self.head.names;
+        let theirs = name::words(&names[amplitude.index].bare);
+        // Errors of something else name it, or stand behind it.
+        let own = |i: usize| {
+            let words = name::words(&names[i].bare);
+            let of_other = ["f", "freq", "frequency", "phase", "phi", "drive", "t"];
+            !words.iter().any(|w| of_other.contains(&w.as_str()))
+                && (words.iter().any(|w| theirs.contains(w)) || i == amplitude.index + 1)
+        };
+        let fits = |i: &&usize| {
+            let error = self.roles[**i] == Role::StdError && own(**i);
+            (error || self.is_differential(**i, amplitude.index)) && !taken.contains(i)
+        };
+        let Some(index) = self.near.iter().find(fits).copied() else { return Ok(None) };
+        if self.finite(index).any(|v| v <= 0.0) || !self.filled(index) {
+            self.note_not_positive(index, "a standard error", "used", "std_error");
+            return Ok(None);
+        }
+        Ok(Some(self.picked(index, "named like the standard error of the amplitude")))
+    }
+
+    /// `dA`, `ΔA` or `u_A` beside `A`, in its unit.
+    fn is_differential(&self, index: usize, of: usize) -> bool {
+        let (name, amplitude) = (&self.head.names[index], &self.head.names[of]);
+        let bare = name.bare.to_lowercase();
+        let rest = ["d", "δ", "∆", "u", "s", "e", "σ"].iter().filter_map(|p| bare.strip_prefix(p));
+        let wanted = amplitude.bare.to_lowercase();
+        let says = |rest: &str| rest.trim_matches(['_', ' ']) == wanted;
+        matches!(self.roles[index], Role::Unknown | Role::Amplitude)
+            && !wanted.is_empty()
+            && (name.unit.is_empty() || name.unit == amplitude.unit)
+            && rest.into_iter().any(says)
+    }
+
+    /// What the response is, and the unit of the curve.
+    fn kind(&mut self, response: &Response) -> (SignalKind, String) {
+        let (unit, index) = match response {
+            Response::Amplitude(amplitude, ..) => (amplitude.unit.clone(), amplitude.index),
+            Response::Complex(re, _) => {
+                (self.options.unit.clone().unwrap_or_else(|| re.unit.clone()), re.index)
+            }
+            Response::Admittance(..) | Response::Impedance(..) => {
+                return (SignalKind::Velocity, "F".to_owned());
+            }
+        };
+        if let Some(kind) = self.options.kind {
+            return (kind, unit);
+        }
+        let name = &self.head.names[index];
+        // A name says so by a word, not by a letter that means something else here.
+        let long = name::words(&name.bare).first().is_some_and(|w| w.chars().count() > 3);
+        let kind = match (Role::in_record(name), units::measures(&unit)) {
+            (Role::Signal { kind: kind @ (SignalKind::Velocity | SignalKind::Acceleration), .. }, _)
+                if long =>
+            {
+                kind
+            }
+            (_, Some(Measures::Signal(kind))) => kind,
+            _ => SignalKind::Displacement,
+        };
+        (kind, unit)
+    }
+}

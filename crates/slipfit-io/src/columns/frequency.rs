@@ -1,0 +1,198 @@
+//! Which column holds the frequencies of a curve.
+
+use std::f64::consts::TAU;
+
+use super::{
+    chooser::{Chooser, Picked},
+    name::Name,
+    role::Role,
+    units::{self, Measures},
+};
+use crate::{
+    error::{Needed, OptionProblem, ReadProblem},
+    report::Note,
+};
+
+/// How the frequency is written.
+#[derive(Debug, Clone, PartialEq)]
+pub(crate) enum Frequency {
+    /// Times a factor to Hz.
+    Plain(Picked, f64),
+    /// The factor for its unit to seconds.
+    Period(Picked, f64),
+    /// Times a factor, from a centre in Hz or from one that stands in a column, with its factor.
+    Shift(Picked, f64, Centre),
+}
+
+#[derive(Debug, Clone, PartialEq)]
+pub(crate) enum Centre {
+    Hz(f64),
+    Column(Picked, f64),
+}
+
+impl Frequency {
+    /// The columns read, with what they are; the first is the one swept.
+    pub(super) fn columns(&self) -> Vec<(&'static str, &Picked)> {
+        match self {
+            Self::Plain(p, _) => vec![("frequency", p)],
+            Self::Period(p, _) => vec![("period", p)],
+            Self::Shift(p, _, Centre::Hz(_)) => vec![("shift", p)],
+            Self::Shift(p, _, Centre::Column(c, _)) => vec![("shift", p), ("centre", c)],
+        }
+    }
+
+    /// The column of the frequencies, periods or shifts.
+    pub(super) fn swept(&self) -> &Picked {
+        let (Self::Plain(p, _) | Self::Period(p, _) | Self::Shift(p, ..)) = self;
+        p
+    }
+}
+
+impl Chooser<'_> {
+    pub(super) fn frequency(&mut self) -> Result<Frequency, ReadProblem> {
+        let given = self.asked("frequency", &self.options.frequency)?;
+        let (index, role, why) = match given {
+            Some(index) => (index, self.roles[index], "asked for"),
+            None => self.find_frequency()?,
+        };
+        let unit = match self.options.frequency_unit.as_deref() {
+            Some(unit) => unit.trim().to_owned(),
+            None => self.head.names[index].unit.clone(),
+        };
+        let seconds = match units::measures(&unit) {
+            Some(Measures::Time(seconds)) if units::hertz(&unit).is_none() => Some(seconds.of(1.0)),
+            _ => None,
+        };
+        let mut picked = self.picked(index, why);
+        if let Some(seconds) = seconds {
+            picked.unit = unit;
+            return Ok(Frequency::Period(picked, seconds));
+        }
+        let factor = match units::hertz(&unit) {
+            Some(factor) => {
+                picked.unit = unit;
+                factor
+            }
+            None if self.options.frequency_unit.is_some() => {
+                let known = "Hz, kHz, MHz, rad/s, rpm, or s, ms and us of a period";
+                let problem = OptionProblem::UnknownUnit(known);
+                return Err(ReadProblem::Option { option: "frequency_unit", value: unit, problem });
+            }
+            None if role == Role::Period => {
+                picked.unit = "s".to_owned();
+                self.note_unit(index, "periods", "seconds");
+                return Ok(Frequency::Period(picked, 1.0));
+            }
+            None => self.guessed_unit(index, &mut picked),
+        };
+        // A slip of the pen is below zero here and there, shifts from a centre are as a rule.
+        let (all, below) = self.finite(index).fold((0, 0), |(n, m), v| (n + 1, m + usize::from(v < 0.0)));
+        let negative = below * 10 > all;
+        let shift = self.options.centre_hz.is_some() || role == Role::Shift || (negative && given.is_none());
+        if !shift {
+            return Ok(Frequency::Plain(picked, factor));
+        }
+        let centre = self.centre(index)?;
+        Ok(Frequency::Shift(picked, factor, centre))
+    }
+
+    /// The unit of a frequency that names none.
+    fn guessed_unit(&mut self, index: usize, picked: &mut Picked) -> f64 {
+        let bare = self.head.names[index].bare.to_lowercase();
+        let header = self.head.names[index].header.trim().to_lowercase();
+        let angular = ["omega", "ω", "kreisfreq", "angular", "pulsa"].iter().any(|w| bare.contains(w));
+        let (unit, factor) = if angular || bare == "w" {
+            ("rad/s", 1.0 / TAU)
+        } else {
+            match units::hertz(&header).filter(|_| header.ends_with("hz") || header == "rpm") {
+                // A column headed by its unit alone.
+                Some(factor) => {
+                    picked.unit = self.head.names[index].header.trim().to_owned();
+                    return if picked.unit == "mHz" { 1e-3 } else { factor };
+                }
+                None => ("Hz", 1.0),
+            }
+        };
+        self.note_unit(index, "frequencies", unit);
+        picked.unit = unit.to_owned();
+        factor
+    }
+
+    fn note_unit(&mut self, index: usize, what: &str, taken: &str) {
+        let text = format!("{} names no unit: its {what} were taken as {taken}", self.label(index));
+        self.notes.push(Note::new(text).hint("frequency_unit", "says otherwise"));
+    }
+
+    fn find_frequency(&mut self) -> Result<(usize, Role, &'static str), ReadProblem> {
+        for (role, why) in [
+            (Role::Frequency, "named like a frequency"),
+            (Role::Shift, "named like a shift of the frequency"),
+            (Role::Period, "named like a period"),
+        ] {
+            let found = self.of_role(role, &[]);
+            let Some(index) = found else { continue };
+            // Of a frequency that never changes and shifts from it, the shifts are the sweep.
+            let constant = || !self.varies(index) && self.of_role(Role::Shift, &[]).is_some();
+            if role == Role::Frequency && constant() {
+                continue;
+            }
+            if let Some(time) = self.time_record(Some(index)) {
+                return Err(self.is_record(time));
+            }
+            return Ok((index, role, why));
+        }
+        if let Some(time) = self.time_record(None) {
+            return Err(self.is_record(time));
+        }
+        // Without a name: the first column that never repeats itself much and is never negative.
+        let unnamed = |i: &usize| self.roles[*i] == Role::Unknown && self.filled(*i);
+        let usable = |i: &usize| {
+            let values: Vec<f64> = self.finite(*i).collect();
+            let steps = || values.windows(2).filter(|w| w[0] != w[1]);
+            let up = steps().filter(|w| w[1] > w[0]).count();
+            let all = steps().count();
+            let one_way = up.max(all - up) * 50 >= all * 49;
+            all > 0 && one_way && values.iter().all(|v| *v >= 0.0)
+        };
+        let named = self.head.names.iter().any(|n| !n.header.is_empty());
+        match self.near.iter().copied().filter(|i| unnamed(i)).find(|i| usable(i)) {
+            Some(index) if !named || self.near.len() > 1 => {
+                Ok((index, Role::Unknown, "its numbers go one way, as frequencies do"))
+            }
+            _ => Err(ReadProblem::NoColumn { needed: Needed::Frequency, columns: self.list() }),
+        }
+    }
+
+    fn is_record(&self, time: usize) -> ReadProblem {
+        ReadProblem::TimeRecord { column: self.label(time), instead_of: "a resonance curve" }
+    }
+
+    /// A column of times beside samples that swing about: no curve.
+    fn time_record(&self, frequency: Option<usize>) -> Option<usize> {
+        let time = self.of_role(Role::Time, &[])?;
+        let curve = |i: &usize| {
+            matches!(self.roles[*i], Role::Amplitude | Role::Real | Role::Conductance | Role::Phase)
+        };
+        let has_curve = self.near.iter().any(curve) && frequency.is_some();
+        (!has_curve).then_some(time)
+    }
+
+    fn centre(&self, shift: usize) -> Result<Centre, ReadProblem> {
+        if let Some(hz) = self.options.centre_hz {
+            return Ok(Centre::Hz(hz));
+        }
+        if let Some(index) = self.of_role(Role::Centre, &[shift]) {
+            let unit = &self.head.names[index].unit;
+            let factor = units::hertz(unit).unwrap_or(1.0);
+            return Ok(Centre::Column(self.picked(index, "named like a centre frequency"), factor));
+        }
+        let named = self.head.named_values.iter().find_map(|(name, value)| {
+            let parsed = Name::parse(name);
+            let number: f64 = value.split_whitespace().next()?.parse().ok()?;
+            let factor = units::hertz(&parsed.unit).unwrap_or(1.0);
+            (Role::in_curve(&parsed) == Role::Centre && number > 0.0).then_some(number * factor)
+        });
+        let missing = || ReadProblem::NoCentre { column: self.label(shift) };
+        named.map(Centre::Hz).ok_or_else(missing)
+    }
+}

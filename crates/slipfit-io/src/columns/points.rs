@@ -1,0 +1,257 @@
+//! The points of a curve from its columns.
+
+use std::f64::consts::TAU;
+
+use slipfit::{SignalKind, motion::steady::Phasor, resonance::Curve};
+
+use super::{
+    chooser::Picked,
+    curve::Choice,
+    frequency::{Centre, Frequency},
+    head::Head,
+    response::{Response, Scale},
+    rows, units,
+};
+use crate::{
+    error::ReadProblem,
+    report::{Note, Skipped},
+};
+
+/// A curve and the rows it is made of.
+pub(crate) struct Points {
+    pub(crate) curve: Curve,
+    pub(crate) rows_read: u64,
+    pub(crate) skipped: Vec<Skipped>,
+    pub(crate) notes: Vec<Note>,
+}
+
+/// Rows with everything a point needs.
+struct Rows<'a> {
+    head: &'a Head,
+    values: &'a [Vec<f64>],
+    /// Line of the file of the first row, where rows are lines.
+    first_row: u64,
+    kept: Vec<usize>,
+    skipped: Vec<Skipped>,
+}
+
+impl Rows<'_> {
+    /// A few frequencies or periods below zero are slips; as many as a tenth are meant.
+    fn leave_out_below_zero(&mut self, frequency: &Frequency) {
+        let (picked, reason) = match frequency {
+            Frequency::Plain(p, _) => (p, "frequency below zero"),
+            Frequency::Period(p, _) => (p, "period below zero"),
+            Frequency::Shift(..) => return,
+        };
+        let column = &self.values[picked.index];
+        let below: Vec<usize> = self.kept.iter().copied().filter(|&row| column[row] < 0.0).collect();
+        if let Some(&first) = below.first()
+            && below.len() * 10 <= self.kept.len()
+        {
+            self.kept.retain(|&row| !(column[row] < 0.0));
+            let (rows, first_row) = (below.len() as u64, self.first_row + first as u64);
+            self.skipped.push(Skipped { reason: reason.to_owned(), rows, first_row });
+        }
+    }
+
+    fn values(&self, picked: &Picked) -> Vec<f64> {
+        self.kept.iter().map(|&row| self.values[picked.index][row]).collect()
+    }
+
+    fn pairs(&self, re: &Picked, im: &Picked) -> Vec<Phasor> {
+        self.values(re).into_iter().zip(self.values(im)).map(|(re, im)| Phasor::new(re, im)).collect()
+    }
+
+    /// The refusal of a number below zero in a row that was kept.
+    fn negative(&self, what: &'static str, picked: &Picked, kept: usize) -> ReadProblem {
+        let row = self.kept[kept];
+        ReadProblem::Negative {
+            what,
+            row: self.first_row + row as u64,
+            column: self.head.label(picked.index),
+            value: self.values[picked.index][row],
+            unit: if what == "amplitude" { String::new() } else { picked.unit.clone() },
+        }
+    }
+
+    fn frequency(&self, frequency: &Frequency) -> Result<Vec<f64>, ReadProblem> {
+        let picked = frequency.swept();
+        let written = self.values(picked);
+        let hz: Vec<f64> = match frequency {
+            Frequency::Plain(_, factor) => written.iter().map(|v| v * factor).collect(),
+            // A period of zero is no number of Hz, and is counted as such with the points.
+            Frequency::Period(_, seconds) => written.iter().map(|v| 1.0 / (v * seconds)).collect(),
+            Frequency::Shift(_, factor, Centre::Hz(hz)) => written.iter().map(|v| hz + v * factor).collect(),
+            Frequency::Shift(_, factor, Centre::Column(c, to_hz)) => {
+                written.iter().zip(self.values(c)).map(|(v, c)| c * to_hz + v * factor).collect()
+            }
+        };
+        if let Some(i) = hz.iter().position(|f| *f < 0.0) {
+            let what = if matches!(frequency, Frequency::Period(..)) { "period" } else { "frequency" };
+            return Err(self.negative(what, picked, i));
+        }
+        let first = hz.first().copied().unwrap_or(f64::NAN);
+        if hz.iter().all(|f| *f == first) {
+            return Err(ReadProblem::OneFrequency {
+                column: self.head.label(picked.index),
+                value: written[0],
+                unit: picked.unit.clone(),
+                points: hz.len(),
+            });
+        }
+        Ok(hz)
+    }
+
+    /// The response of each row, and whether it has a phase.
+    fn response(
+        &self,
+        response: &Response,
+        notes: &mut Vec<Note>,
+    ) -> Result<(Vec<Phasor>, bool), ReadProblem> {
+        const CHARGE: &str = "divided by i omega: charge over voltage, in which the parallel capacitance is a \
+                              constant background";
+        match response {
+            Response::Amplitude(amplitude, scale, phase) => {
+                let written = self.values(amplitude);
+                if *scale != Scale::Decibel
+                    && let Some(i) = written.iter().position(|v| *v < 0.0)
+                {
+                    return Err(self.negative("amplitude", amplitude, i));
+                }
+                let amplitudes = written.into_iter().map(|v| scale.linear(v));
+                Ok(match phase {
+                    None => (amplitudes.map(|a| Phasor::new(a, 0.0)).collect(), false),
+                    Some((column, factor)) => {
+                        let phases = self.values(column);
+                        let points = amplitudes.zip(phases).map(|(a, p)| Phasor::from_polar(a, p * factor));
+                        (points.collect(), true)
+                    }
+                })
+            }
+            Response::Complex(re, im) => Ok((self.pairs(re, im), true)),
+            Response::Admittance(g, Some(b)) => {
+                notes.push(format!("the admittance was {CHARGE}").into());
+                Ok((self.pairs(g, b), true))
+            }
+            Response::Impedance(r, Some(x)) => {
+                notes.push(format!("the series impedance was inverted to an admittance and {CHARGE}").into());
+                Ok((self.pairs(r, x).into_iter().map(|z| Phasor::new(1.0, 0.0) / z).collect(), true))
+            }
+            Response::Admittance(only, None) | Response::Impedance(only, None) => {
+                let values = self.values(only);
+                let largest = values.iter().copied().fold(0.0, f64::max);
+                if largest <= 0.0 {
+                    return Err(self.negative("amplitude", only, 0));
+                }
+                let negative = match values.iter().filter(|v| **v < 0.0).count() {
+                    0 => String::new(),
+                    n => format!("; {n} points below zero were taken as zero"),
+                };
+                let label = self.head.label(only.index);
+                notes.push(Note::new(format!(
+                    "{label} stands alone: the amplitude was taken as the square root of it times its maximum, \
+                     which holds for viscous loss; with its other part the exact response can be fitted{negative}"
+                )));
+                let root = |v: &f64| Phasor::new((v.max(0.0) * largest).sqrt(), 0.0);
+                Ok((values.iter().map(root).collect(), false))
+            }
+        }
+    }
+}
+
+/// Makes the curve of the columns chosen; the first row of the table is line `first_row`.
+pub(crate) fn build(
+    head: &Head,
+    values: &[Vec<f64>],
+    choice: &Choice,
+    first_row: u64,
+    mut skipped: Vec<Skipped>,
+) -> Result<Points, ReadProblem> {
+    let needed: Vec<usize> = choice.columns().into_iter().map(|(_, picked)| picked.index).collect();
+    let kept = rows::complete(values, &needed, first_row, &mut skipped);
+    if kept.is_empty() {
+        let names: Vec<String> = needed.iter().map(|&i| head.label(i)).collect();
+        let reasons: Vec<String> =
+            skipped.iter().map(|s| format!("{} ({} rows)", s.reason, s.rows)).collect();
+        let skipped =
+            if reasons.is_empty() { String::new() } else { format!("; left out: {}", reasons.join(", ")) };
+        return Err(ReadProblem::NoPoints { columns: names.join(" and "), skipped });
+    }
+    let mut rows = Rows { head, values, first_row, kept, skipped };
+    let mut notes = Vec::new();
+    rows.leave_out_below_zero(&choice.frequency);
+    let frequency_hz = rows.frequency(&choice.frequency)?;
+    let (values, phased) = rows.response(&choice.response, &mut notes)?;
+    let mut std_error = match (&choice.std_error, &choice.response) {
+        (Some(p), _) => Some(rows.values(p)),
+        (None, Response::Impedance(r, Some(x))) => inverted_error(&rows.pairs(r, x), &values),
+        _ => None,
+    };
+    let values =
+        to_displacement(&frequency_hz, values, phased, std_error.as_deref_mut(), choice.kind, &mut notes);
+    let is_displacement = choice.kind == SignalKind::Displacement;
+    let unit = if is_displacement { choice.unit.clone() } else { units::integrated(&choice.unit) };
+    let builder = if phased {
+        Curve::complex(frequency_hz, values)
+    } else {
+        Curve::builder(frequency_hz, values.iter().map(|z| z.re).collect())
+    };
+    let beside = matches!(choice.response, Response::Amplitude(..));
+    let mut builder = if phased && beside { builder.separate_phase() } else { builder }.unit(unit);
+    if let Some(drive) = &choice.drive {
+        builder = builder.drive(rows.values(drive));
+    }
+    if let Some(errors) = std_error {
+        builder = builder.std_error(errors);
+    }
+    let curve = builder.build().map_err(ReadProblem::Data)?;
+    Ok(Points { curve, rows_read: rows.kept.len() as u64, skipped: rows.skipped, notes })
+}
+
+/// Standard error of the admittances `1/Z` where that of the impedances is one and the same:
+/// `|Y|^2` times it, from the scatter of neighbours; none where nothing scatters.
+///
+/// Of white noise the second difference has 3/2 of its variance, whatever the slope.
+fn inverted_error(impedances: &[Phasor], admittances: &[Phasor]) -> Option<Vec<f64>> {
+    /// Standard deviation over the median of the absolute value, of normal noise.
+    const OF_MEDIAN: f64 = 1.482_602_218_505_602;
+    let mut bends: Vec<f64> = impedances
+        .windows(3)
+        .flat_map(|z| [z[1].re - 0.5 * (z[0].re + z[2].re), z[1].im - 0.5 * (z[0].im + z[2].im)])
+        .map(f64::abs)
+        .filter(|v| v.is_finite())
+        .collect();
+    bends.sort_by(f64::total_cmp);
+    let noise = OF_MEDIAN * bends.get(bends.len() / 2)? / 1.5_f64.sqrt();
+    let errors: Vec<f64> = admittances.iter().map(|y| noise * y.norm_sqr()).collect();
+    errors.iter().all(|e| *e > 0.0 && e.is_finite()).then_some(errors)
+}
+
+/// Divides a velocity by `i omega`, an acceleration by `-omega²`.
+fn to_displacement(
+    frequency_hz: &[f64],
+    mut values: Vec<Phasor>,
+    phased: bool,
+    std_error: Option<&mut [f64]>,
+    kind: SignalKind,
+    notes: &mut Vec<Note>,
+) -> Vec<Phasor> {
+    let (times, word) = match kind {
+        SignalKind::Velocity => (1, "a velocity"),
+        SignalKind::Acceleration => (2, "an acceleration"),
+        _ => return values,
+    };
+    if !notes.iter().any(|n| n.text.contains("divided by i omega")) {
+        let twice = if times == 2 { " twice" } else { "" };
+        let text = format!("{word}: divided by i omega{twice} to a displacement");
+        notes.push(Note::new(text).hint("kind", "says otherwise"));
+    }
+    for (z, f) in values.iter_mut().zip(frequency_hz) {
+        let i_omega = if phased { Phasor::new(0.0, TAU * f) } else { Phasor::new(TAU * f, 0.0) };
+        *z /= i_omega.powi(times);
+    }
+    if let Some(errors) = std_error {
+        errors.iter_mut().zip(frequency_hz).for_each(|(e, f)| *e /= (TAU * f).powi(times));
+    }
+    values
+}

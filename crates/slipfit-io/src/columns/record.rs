@@ -1,0 +1,137 @@
+//! Which columns make a record.
+
+use slipfit::SignalKind;
+
+use super::{
+    chooser::{Chooser, Picked, numbered},
+    clock::Time,
+    groups::{self, Group},
+    head::Head,
+    role::Role,
+};
+use crate::{
+    error::{Needed, OptionProblem, ReadProblem},
+    options::ReadOptions,
+    report::Note,
+};
+
+/// What will be read from a table.
+#[derive(Debug, Clone, PartialEq)]
+pub(crate) struct Choice {
+    pub(crate) time: Time,
+    pub(crate) signal: Picked,
+    pub(crate) quadrature: Option<Picked>,
+    /// Whether signal and quadrature are in decibels to be made linear.
+    pub(crate) levels: [bool; 2],
+    pub(crate) kind: SignalKind,
+    pub(crate) parts: usize,
+    pub(crate) part: usize,
+    pub(crate) runs: usize,
+    pub(crate) run: usize,
+    pub(crate) notes: Vec<Note>,
+    /// Whether the numbers decided, so that more of them could decide better.
+    pub(crate) by_content: bool,
+}
+
+/// Chooses columns from what the first rows hold.
+pub(crate) fn choose(head: &Head, values: &[Vec<f64>], options: &ReadOptions) -> Result<Choice, ReadProblem> {
+    if let (Some(time), Some(_)) = (&options.time, options.rate_hz) {
+        let problem = OptionProblem::Excludes("a sampling rate");
+        return Err(ReadProblem::Option { option: "time", value: time.clone(), problem });
+    }
+    Chooser::of_record(head, values, options).record()
+}
+
+impl Chooser<'_> {
+    fn record(mut self) -> Result<Choice, ReadProblem> {
+        let options = self.options;
+        let (group, parts, runs) = self.group()?;
+        self.near = group.columns;
+        let signal = self.asked("signal", &options.signal)?;
+        let quadrature = self.asked("quadrature", &options.quadrature)?;
+        let time = self.asked("time", &options.time)?;
+        let time = self.time(time, signal)?;
+        let candidates = self.candidates(time.column().map(|t| t.index));
+        let pair = match (signal, quadrature) {
+            (None, None) => self.lock_in_pair(&candidates),
+            (None, Some(q)) => candidates.iter().copied().find(|&c| c != q).map(|i| (i, q)),
+            (Some(s), None) if options.kind == Some(SignalKind::LockIn) => {
+                candidates.iter().copied().find(|&c| c > s).map(|q| (s, q))
+            }
+            (Some(s), q) => q.map(|q| (s, q)),
+        };
+        let (signal, quadrature, why, found_kind) = match (pair, signal) {
+            (Some((x, y)), _) => {
+                let why = if options.quadrature.is_some() { "asked for" } else { "an output of a lock-in" };
+                (x, Some(y), why.to_owned(), SignalKind::LockIn)
+            }
+            (None, Some(index)) => (index, None, "asked for".to_owned(), self.kind_of(index)),
+            (None, None) => {
+                let (index, why) = self.best(&candidates)?;
+                (index, None, why, self.kind_of(index))
+            }
+        };
+        let (signal_taken, level) = self.signal_taken(signal, &why);
+        let kind = match options.kind.unwrap_or(found_kind) {
+            SignalKind::LockIn if quadrature.is_none() => {
+                let columns = self.head.list(&self.near);
+                return Err(ReadProblem::NoColumn { needed: Needed::Signal, columns });
+            }
+            _ if level && options.kind.is_none() => SignalKind::Envelope,
+            _ if quadrature.is_some() => SignalKind::LockIn,
+            kind => kind,
+        };
+        let unsaid = options.kind.is_none() && signal_taken.unit.is_empty() && !level;
+        if unsaid && quadrature.is_none() && self.roles[signal] == Role::Unknown {
+            let text = format!("nothing says what {} is: it was taken as a displacement", self.label(signal));
+            self.notes.push(Note::new(text).hint("kind", "says otherwise"));
+        }
+        if parts > 1 {
+            let text = format!("{parts} tables stand side by side; number {} was read", group.table);
+            self.notes.push(Note::new(text).hint("part", "reads another"));
+        }
+        if runs > 1 {
+            let text = format!("{runs} runs stand in groups of columns; number {} was read", group.run);
+            self.notes.push(Note::new(text).hint("run", "reads another"));
+        }
+        let quadrature = quadrature.map(|q| self.signal_taken(q, &why));
+        Ok(Choice {
+            time,
+            signal: signal_taken,
+            levels: [level, quadrature.as_ref().is_some_and(|q| q.1)],
+            quadrature: quadrature.map(|q| q.0),
+            kind,
+            parts,
+            part: group.table,
+            runs,
+            run: group.run,
+            notes: self.notes,
+            by_content: self.by_content,
+        })
+    }
+
+    /// The group of columns to read, how many tables there are and how many runs in its table.
+    fn group(&mut self) -> Result<(Group, usize, usize), ReadProblem> {
+        let empty: Vec<bool> = self.contents.iter().map(|c| c.filled == 0.0).collect();
+        let groups = groups::groups(&self.head.names, &empty);
+        let parts = groups.iter().map(|g| g.table).max().unwrap_or(0);
+        let options = self.options;
+        if let Some(first) = groups.first() {
+            self.near.clone_from(&first.columns);
+        }
+        let unasked = options.part.is_none() && options.run.is_none();
+        let holder = match &options.signal {
+            Some(_) if unasked => {
+                let index = self.asked("signal", &options.signal)?;
+                groups.iter().find(|g| index.is_some_and(|i| g.columns.contains(&i)))
+            }
+            _ => None,
+        };
+        let part = numbered("part", holder.map(|g| g.table).or(options.part), parts)?;
+        let runs = groups.iter().filter(|g| g.table == part).count();
+        let run = numbered("run", holder.map(|g| g.run).or(options.run), runs)?;
+        let group = groups.iter().find(|g| g.table == part && g.run == run).cloned();
+        let missing = ReadProblem::NoColumn { needed: Needed::Signal, columns: self.list() };
+        Ok((group.ok_or(missing)?, parts, runs))
+    }
+}

@@ -1,0 +1,314 @@
+//! What a column may hold, by its header and unit alone.
+
+use slipfit::SignalKind::{self, Acceleration, Displacement, Envelope, Velocity};
+
+use super::{
+    name::{Name, words},
+    units::{self, Measures, listed},
+};
+
+/// What a column may be taken for.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub(crate) enum Role {
+    Time,
+    /// The signal of a record; the greater rank is preferred.
+    Signal {
+        rank: u8,
+        kind: SignalKind,
+        like: &'static str,
+    },
+    Frequency,
+    /// A frequency counted from a centre.
+    Shift,
+    Centre,
+    Period,
+    Amplitude,
+    Phase,
+    /// Real part, or in-phase output of a lock-in.
+    Real,
+    /// Imaginary part, or quadrature output of a lock-in.
+    Imaginary,
+    /// Quartz: real and imaginary part of the admittance.
+    Conductance,
+    Susceptance,
+    /// Quartz: real and imaginary part of the impedance in series.
+    Resistance,
+    Reactance,
+    Drive,
+    StdError,
+    /// Beside the motion: a counter, a file name, a temperature, a spectrum.
+    Never,
+    Unknown,
+}
+
+/// A header as the rules look at it. Lists have their words between blanks.
+struct Header<'a> {
+    name: &'a Name,
+    bare: &'a str,
+    words: Vec<String>,
+    measures: Option<Measures>,
+}
+
+impl<'a> Header<'a> {
+    fn new(name: &'a Name) -> Self {
+        Self { name, bare: name.bare.trim(), words: words(&name.bare), measures: name.measures() }
+    }
+
+    /// Whether one of its words is listed.
+    fn has(&self, list: &str) -> bool {
+        self.words.iter().any(|word| listed(list, word))
+    }
+
+    /// Whether the first is: short words mean something only in front, the A of `Weg b_A` is an index.
+    fn begins(&self, list: &str) -> bool {
+        self.words.first().is_some_and(|word| listed(list, word))
+    }
+
+    /// Whether one of its words contains one listed.
+    fn within(&self, list: &str) -> bool {
+        self.words.iter().any(|word| list.split_ascii_whitespace().any(|part| word.contains(part)))
+    }
+
+    fn is_time(&self) -> bool {
+        matches!(self.measures, Some(Measures::Time(_)))
+    }
+
+    fn is_signal(&self, kind: SignalKind) -> bool {
+        self.measures == Some(Measures::Signal(kind))
+    }
+
+    fn is_level(&self) -> bool {
+        matches!(self.measures, Some(Measures::Level(_)))
+    }
+
+    /// Whether the unit is one of frequencies and of nothing else.
+    fn in_hertz(&self) -> bool {
+        let unit = self.name.unit.as_str();
+        units::hertz(unit).is_some() && !listed("deg/s \u{b0}/s mrad/s 1/s", &unit.trim().to_lowercase())
+    }
+
+    fn names_frequency(&self) -> bool {
+        self.within("freq frequen fréquen frecuen kreisfrequ puls част 频率")
+    }
+
+    fn unit_in(&self, list: &str) -> bool {
+        listed(list, &self.name.unit.trim().to_lowercase())
+    }
+
+    /// Whether the header is a letter for a quantity of a quartz, in its unit or none.
+    fn letter(&self, letter: &str, units: &str) -> bool {
+        self.bare.eq_ignore_ascii_case(letter) && (self.name.unit.trim().is_empty() || self.unit_in(units))
+    }
+
+    fn is_any(&self, list: &str) -> bool {
+        listed(list, &self.bare.to_lowercase())
+    }
+}
+
+type Rule = (Role, fn(&Header<'_>) -> bool);
+
+const fn signal(rank: u8, kind: SignalKind, like: &'static str) -> Role {
+    Role::Signal { rank, kind, like }
+}
+
+/// Roles in a record over time; the first rule that fits decides.
+const RECORD: &[Rule] = &[
+    (Role::Never, |h| {
+        h.has("sigma err error errors unc uncert uncertainty std stdev fehler unsicherheit incertezza errore \
+               erreur incertidumbre freq frequency frequenz frequenza fréquence frecuencia f index idx nr sample \
+               samples no drive antrieb excitation temperature temperatur temp pressure druck force kraft forza \
+               fit model residual residuals mass masse massa energy energie row frame fps n period periode date \
+               datum fecha")
+            || h.within("fft uncert residu frequen")
+            || h.measures == Some(Measures::Other)
+    }),
+    (Role::Time, |h| {
+        let named = h.has(
+            "time timed times timestamp zeit laufzeit tempo temps tiempo tid tijd czas aika zaman čas idő время час \
+             时间 時間 시간 elapsed seconds millis clock sekunden secondi segundos hora",
+        );
+        (h.is_time() || named || h.begins("t dt δt sec secs ms") || h.within("time zeit tiempo timestamp"))
+            && !matches!(h.measures, Some(Measures::Signal(_) | Measures::Level(_)))
+    }),
+    (Role::Real, |h| h.words.concat().contains("inphase")),
+    (Role::Imaginary, |h| h.has("quadrature quad")),
+    (signal(90, Envelope, "named like a level in dB"), |h| h.is_level()),
+    (signal(30, Acceleration, "named like an acceleration"), |h| {
+        is_acceleration(h) && h.within("absolut betrag norm abs total magnitude")
+    }),
+    (signal(50, Acceleration, "named like an acceleration"), is_acceleration),
+    (signal(60, Velocity, "named like a velocity"), |h| {
+        h.is_signal(Velocity)
+            || h.within("ableitung derivative derivata dérivée derivada")
+            || h.within("veloc speed geschwindig vitesse omega angvel gyro скорость 速度")
+            || h.begins("v vx vy vz w ω vel")
+    }),
+    (signal(80, Envelope, "named like an amplitude"), |h| {
+        h.within("magnitude envelope einhüllende hüllkurve inviluppo amplitud power") || h.begins("r mag amp")
+    }),
+    (signal(100, Displacement, "named like an angle"), |h| {
+        h.within("angle angol ángul angul winkel theta угол 角度 twist rotation")
+            || h.begins("θ ϑ phi φ ϕ alpha α ang")
+    }),
+    (signal(100, Displacement, "named like a position"), |h| {
+        h.within(
+            "position posizion posici displace auslenk weg elongat elongac spostament déplacem deplacem desplaz \
+             ausschlag deflection distanc distanz abstand waveform переме 位移",
+        ) || h.begins("x y z pos disp s height höhe altezza length dist")
+    }),
+    (signal(70, Displacement, "named like a measured signal"), |h| {
+        h.is_signal(Displacement)
+            || h.within("voltag spannung tension voltaj signal detector photodiode")
+            || h.begins("u volt volts ch cha chb kanal canal adc value wert")
+    }),
+];
+
+fn is_acceleration(h: &Header<'_>) -> bool {
+    h.is_signal(Acceleration)
+        || h.within("accel beschleunig acelera accélér ускорен 加速度")
+        || h.begins("a ax ay az acc gx gy gz")
+}
+
+/// Roles in a curve over frequency or over drive levels; the first rule that fits decides.
+const CURVE: &[Rule] = &[
+    (Role::StdError, |h| {
+        h.has("sigma err error unc std stdev fehler errore erreur se σ")
+            || h.within("uncert unsicher incert stderr")
+    }),
+    (Role::Never, |h| h.within("resid fft outlier temperat pressure bandwidth")),
+    // `Oscillation Control>Center Frequency (Hz)` and `Frequency Shift (Hz)` before `Frequency`.
+    (Role::Centre, |h| {
+        h.within("center centre mitten carrier central") && (h.in_hertz() || h.names_frequency())
+    }),
+    (Role::Shift, |h| {
+        h.within("shift detun verstimm offset delta") && (h.in_hertz() || h.names_frequency())
+            || h.begins("df δf dω δω dw ∆f")
+    }),
+    (Role::Phase, |h| h.within("phase fase phas phasenv фаз") && !h.words.concat().starts_with("inphase")),
+    (Role::Real, |h| {
+        h.begins("re real realteil inphase reale réel") || h.words.concat().starts_with("inphase")
+    }),
+    (Role::Imaginary, |h| h.begins("im imag imaginary imaginärteil quadrature quad immaginaria")),
+    (Role::Drive, |h| {
+        h.within("drive driving antrieb excit anreg erreg force kraft forza stimul")
+            || h.has("input exc force")
+    }),
+    (Role::Period, |h| h.within("period schwingungsdauer umlauf") || h.is_time() && h.bare == "T"),
+    (Role::Time, |h| {
+        h.within("time zeit tempo temps tiempo timestamp elapsed время")
+            || h.is_time() && ["t", "T"].contains(&h.bare)
+    }),
+    (Role::Frequency, |h| h.names_frequency() || h.in_hertz()),
+    (Role::Conductance, |h| h.is_any("gp conductance leitwert") || h.letter("g", SIEMENS)),
+    (Role::Susceptance, |h| h.is_any("bp susceptance") || h.letter("b", SIEMENS)),
+    (Role::Resistance, |h| h.is_any("rs resistance") || h.bare.eq_ignore_ascii_case("r") && h.unit_in(OHM)),
+    (Role::Reactance, |h| {
+        h.is_any("xs reactance reaktanz") || h.bare.eq_ignore_ascii_case("x") && h.unit_in(OHM)
+    }),
+    // An oscillator's angle is a response; the phase of one is called so or stands in degrees.
+    (Role::Unknown, |h| {
+        h.begins("theta θ ϑ angle")
+            && !listed("deg \u{b0} rad degree degrees grad", &h.name.unit.to_lowercase())
+    }),
+    (Role::Phase, |h| {
+        h.begins("phi φ ϕ theta θ ϑ arg ph angle lag") || h.bare.starts_with(['<', '\u{2220}'])
+    }),
+    (Role::Amplitude, |h| {
+        h.within(
+            "amplitud ampiezza magnitud betrag response respons transmiss ausschlag амплит 振幅 level pegel power gain \
+             deflection elongat",
+        ) || h.bare.starts_with('|')
+            || h.is_level()
+    }),
+    (Role::Frequency, |h| h.begins("f ν nu hz khz mhz ghz omega ω w rpm drehzahl")),
+    (Role::Period, |h| h.bare == "T"),
+    (Role::Time, |h| h.bare == "t"),
+    (Role::Amplitude, |h| {
+        h.begins("a amp ampl mag r max peak pk pp vpp rms abs s db dbm y z")
+            || h.begins("x") && h.words.len() == 1
+    }),
+    (Role::Never, |h| {
+        h.has("index idx nr no n row source file temp temperature temperatur outliers samples points q vswr fwhm date \
+               datum run id label comment")
+    }),
+];
+
+const SIEMENS: &str = "s ms us \u{b5}s \u{3bc}s siemens mho";
+const OHM: &str = "ohm ohms \u{3c9} kohm k\u{3c9} \u{2126}";
+
+impl Role {
+    /// In a record over time.
+    pub(crate) fn in_record(name: &Name) -> Self {
+        Self::by(RECORD, name)
+    }
+
+    /// In a curve over frequency or over drive levels.
+    pub(crate) fn in_curve(name: &Name) -> Self {
+        Self::by(CURVE, name)
+    }
+
+    fn by(rules: &[Rule], name: &Name) -> Self {
+        if name.header.is_empty() {
+            return Self::Unknown;
+        }
+        let header = Header::new(name);
+        rules.iter().find(|(_, fits)| fits(&header)).map_or(Self::Unknown, |(role, _)| *role)
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn roles_in_a_record_follow_the_words() {
+        for header in
+            ["Time (s)", "t", "timestamp", "Zeit t / s", "Tempo", "Δt (ms)", "Timed", "t1", "Temps (s)"]
+        {
+            assert_eq!(Role::in_record(&Name::parse(header)), Role::Time, "{header}");
+        }
+        for (header, wanted) in [
+            ("Weg &b_A1 / rad", Displacement),
+            ("zeiliche Ableitung w_1 / rad/s", Velocity),
+            ("AngVel/rad/s", Velocity),
+            ("With TMD (m/s^2)", Acceleration),
+            ("power [dBm]", Envelope),
+            ("omega1", Velocity),
+            ("Voltage ( V )", Displacement),
+        ] {
+            let role = Role::in_record(&Name::parse(header));
+            assert!(matches!(role, Role::Signal { kind, .. } if kind == wanted), "{header}: {role:?}");
+        }
+        for header in ["FFT f_3 / rad", "Frequenz f / Hz", "sigma", "Neue Größe f_2 / V"] {
+            assert_eq!(Role::in_record(&Name::parse(header)), Role::Never, "{header}");
+        }
+    }
+
+    #[test]
+    fn roles_in_a_curve_follow_the_words() {
+        for (headers, wanted) in [
+            ("f_Hz|freq|Frequenz f / Hz|Omega|ω (rad/s)|MHz", Role::Frequency),
+            ("Frequency Shift (Hz)", Role::Shift),
+            ("Center Frequency (Hz)", Role::Centre),
+            ("T_s|Period (ms)", Role::Period),
+            ("amp_rad|A_Skt|Amplitude (m)|S21 (dB)|X[%]", Role::Amplitude),
+            ("phase_deg|phi[deg]|Phase (rad)|<Zs", Role::Phase),
+            ("Re(X)", Role::Real),
+            ("Im (V)", Role::Imaginary),
+            ("drive_V|drive_amp|Excitation (V)", Role::Drive),
+            ("sigma_A|amp err", Role::StdError),
+            ("Gp", Role::Conductance),
+            ("Bp", Role::Susceptance),
+            ("Rs", Role::Resistance),
+            ("Xs (Ω)", Role::Reactance),
+            ("resid_rms_rad|FFT fft / rad|n_outliers|source", Role::Never),
+            ("Zeit t / s", Role::Time),
+            ("Weg|", Role::Unknown),
+        ] {
+            for header in headers.split('|') {
+                assert_eq!(Role::in_curve(&Name::parse(header)), wanted, "{header}");
+            }
+        }
+        assert_eq!(Role::in_curve(&Name::parse("|Zs|")), Role::Amplitude);
+    }
+}

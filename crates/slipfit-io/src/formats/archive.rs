@@ -1,0 +1,153 @@
+//! ZIP archives: NPZ, phyphox, Tracker's `.trz`, or texts packed together.
+
+use std::io::{Cursor, Read as _};
+
+use zip::ZipArchive;
+
+use super::{npy, tracker};
+use crate::{
+    columns::named,
+    error::ReadProblem,
+    format::Format,
+    tables::{
+        arrays::{self, NamedValues},
+        table::HeldTables,
+        text,
+    },
+};
+
+/// Members looked at.
+const MOST_MEMBERS: usize = 1000;
+
+fn broken(reason: impl Into<String>) -> ReadProblem {
+    ReadProblem::Broken { format: Format::Zip, reason: reason.into() }
+}
+
+/// Reads whichever of these an archive is.
+pub(crate) fn tables(bytes: Vec<u8>) -> Result<(HeldTables, Format), ReadProblem> {
+    let mut archive = ZipArchive::new(Cursor::new(&bytes[..])).map_err(|e| broken(e.to_string()))?;
+    let mut names: Vec<String> =
+        archive.file_names().take(MOST_MEMBERS).flatten().map(|n| n.into_owned()).collect();
+    names.sort_unstable();
+    let ends = |name: &str, with: &str| name.to_ascii_lowercase().ends_with(with);
+    if names.iter().any(|n| n == "xl/workbook.xml") {
+        drop(archive);
+        #[cfg(feature = "excel")]
+        return Ok((super::xlsx::tables(bytes)?, Format::Xlsx));
+        #[cfg(not(feature = "excel"))]
+        return Err(ReadProblem::Unsupported(Format::Xlsx));
+    }
+    if names.iter().any(|n| ends(n, ".npy")) {
+        return Ok((npz(&mut archive, &names)?, Format::Npz));
+    }
+    if let Some(name) = names.iter().find(|n| ends(n, ".trk")) {
+        let track = member(&mut archive, name)?;
+        return Ok((tracker::tables(&track)?, Format::Tracker));
+    }
+    let texts: Vec<&String> =
+        names.iter().filter(|n| [".csv", ".txt", ".tsv", ".dat"].iter().any(|e| ends(n, e))).collect();
+    if texts.is_empty() {
+        let first: Vec<&str> = names.iter().take(6).map(String::as_str).collect();
+        return Err(broken(format!("no table is known among its members {}", first.join(", "))));
+    }
+    Ok((packed_texts(&mut archive, &texts)?, Format::Zip))
+}
+
+type Archive<'a> = ZipArchive<Cursor<&'a [u8]>>;
+
+fn member(archive: &mut Archive<'_>, name: &str) -> Result<Vec<u8>, ReadProblem> {
+    let mut member = archive.by_name(name).map_err(|e| broken(format!("{name}: {e}")))?;
+    let mut bytes = Vec::new();
+    // The size a member names is not believed beforehand.
+    member.read_to_end(&mut bytes).map_err(|e| broken(format!("{name}: {e}")))?;
+    Ok(bytes)
+}
+
+fn npz(archive: &mut Archive<'_>, names: &[String]) -> Result<HeldTables, ReadProblem> {
+    let (mut found, mut notes, named) = (Vec::new(), Vec::new(), NamedValues::new());
+    for name in names {
+        let Some(plain) = name.strip_suffix(".npy") else { continue };
+        let (parent, own) = plain.rsplit_once('/').unwrap_or(("", plain));
+        match member(archive, name).and_then(|bytes| npy::arrays(&bytes, parent, own)) {
+            Ok((arrays, note)) => {
+                found.extend(arrays);
+                notes.extend(note.map(|n| format!("{own}: {n}")));
+            }
+            Err(problem) => notes.push(format!("{own} was not read: {problem}")),
+        }
+    }
+    if found.is_empty() {
+        return Err(broken(format!("no array in it holds rows of numbers; {}", notes.join("; "))));
+    }
+    let mut tables = arrays::tables(found, &named);
+    tables.note_all(&notes);
+    Ok(tables)
+}
+
+/// Texts packed together, as phyphox packs them: tables beside `meta/`.
+fn packed_texts(archive: &mut Archive<'_>, names: &[&String]) -> Result<HeldTables, ReadProblem> {
+    let (meta, data): (Vec<&String>, Vec<&String>) =
+        names.iter().copied().partition(|n| n.starts_with("meta/") || n.contains("/meta/"));
+    let mut tables = HeldTables::default();
+    let mut problems = Vec::new();
+    for name in data {
+        match member(archive, name).and_then(|bytes| text::hold(&bytes)) {
+            Ok((held, dialect)) => {
+                tables.absorb(held, name.rsplit('/').next().unwrap_or(name));
+                tables.dialect = tables.dialect.take().or(dialect);
+            }
+            Err(problem) => problems.push(format!("{name} was not read: {problem}")),
+        }
+    }
+    if tables.is_empty() {
+        return Err(broken(problems.join("; ")));
+    }
+    let mut named_values = Vec::new();
+    for name in &meta {
+        let Ok(bytes) = member(archive, name) else { continue };
+        let text = String::from_utf8_lossy(&bytes).into_owned();
+        if name.ends_with("time.csv") {
+            problems.extend(phyphox_pauses(&mut tables, &text));
+        } else {
+            named_values.extend(named::values(text.lines().map(str::to_owned)));
+        }
+    }
+    tables.note_all(&problems);
+    tables.name_all(&named_values);
+    Ok(tables)
+}
+
+/// The clock of a phyphox experiment stands still while it is paused and the
+/// oscillator swings on: `meta/time.csv` says for how long. Times after a
+/// pause are moved on by it.
+fn phyphox_pauses(tables: &mut HeldTables, text: &str) -> Option<String> {
+    let mut pauses: Vec<(f64, f64)> = Vec::new();
+    let mut paused: Option<(f64, f64)> = None;
+    for line in text.lines() {
+        let cells: Vec<&str> = line.split([',', ';', '\t']).map(|c| c.trim().trim_matches('"')).collect();
+        let number = |i: usize| cells.get(i).and_then(|c| c.parse::<f64>().ok()).filter(|v| v.is_finite());
+        let (Some(event), Some(experiment_s), Some(system_s)) = (cells.first(), number(1), number(2)) else {
+            continue;
+        };
+        match (*event, paused) {
+            ("PAUSE", _) => paused = Some((experiment_s, system_s)),
+            ("START", Some((at, since))) if system_s > since => {
+                pauses.push((at, system_s - since));
+                paused = None;
+            }
+            _ => {}
+        }
+    }
+    if pauses.is_empty() {
+        return None;
+    }
+    tables.map_times(|time_s| {
+        time_s + pauses.iter().filter(|(at, _)| time_s > *at).map(|(_, length)| length).sum::<f64>()
+    });
+    let total: f64 = pauses.iter().map(|(_, length)| length).sum();
+    Some(format!(
+        "the recording was paused {} times for {total:.1} s in all, as meta/time.csv tells: times after a pause were \
+         moved on by it",
+        pauses.len()
+    ))
+}

@@ -1,0 +1,224 @@
+//! Arrow IPC: files (also called Feather) and streams, message by message.
+//!
+//! A file is a stream between two magic words and a footer. Reading it as the
+//! stream that it is needs no footer, so that one cut off is read as far as it
+//! goes.
+
+use std::collections::HashMap;
+use std::sync::Arc;
+
+use arrow_array::{Array as _, ArrayRef, cast::AsArray as _, types};
+use arrow_buffer::Buffer;
+use arrow_ipc::{MessageHeader, convert::try_fb_to_schema, reader, root_as_message};
+use arrow_schema::{DataType, Schema, SchemaRef, TimeUnit};
+
+use crate::{
+    columns::{head::Head, name::Name},
+    error::ReadProblem,
+    format::Format,
+    report::Skipped,
+    tables::guard,
+    tables::table::{Batch, Sink, TableSource},
+};
+
+const MAGIC: &[u8] = b"ARROW1\0\0";
+/// Numbers that unpack to more than this times their packed size are no measurement.
+const MOST_EXPANSION: u64 = 256;
+
+fn broken(error: impl std::fmt::Display) -> ReadProblem {
+    ReadProblem::Broken { format: Format::Arrow, reason: error.to_string() }
+}
+
+/// A held file with its schema read.
+pub(crate) struct Arrow {
+    bytes: Buffer,
+    schema: SchemaRef,
+    head: Head,
+    /// Index in the schema of each column that holds numbers.
+    columns: Vec<usize>,
+    /// Where the messages after the schema begin.
+    start: usize,
+}
+
+/// A message: its description and its body, and where the next one begins.
+struct Framed {
+    description: std::ops::Range<usize>,
+    body: std::ops::Range<usize>,
+}
+
+/// The message at a place, `None` at the end of the stream or of the bytes.
+fn framed(bytes: &[u8], at: usize) -> Result<Option<Framed>, ReadProblem> {
+    let word = |at: usize| Some(u32::from_le_bytes(bytes.get(at..at + 4)?.try_into().ok()?));
+    // Older writers leave the marker out.
+    let (length, start) = match word(at) {
+        Some(u32::MAX) => (word(at + 4), at + 8),
+        other => (other, at + 4),
+    };
+    let Some(length) = length.filter(|l| *l > 0) else { return Ok(None) };
+    let end = start.saturating_add(length as usize);
+    if end > bytes.len() {
+        return Ok(None);
+    }
+    let message = root_as_message(&bytes[start..end]).map_err(broken)?;
+    let body = usize::try_from(message.bodyLength()).map_err(|_| broken("a body of negative length"))?;
+    let body_end = end.checked_add(body).ok_or_else(|| broken("a body longer than any memory"))?;
+    if body_end > bytes.len() {
+        return Ok(None);
+    }
+    Ok(Some(Framed { description: start..end, body: end..body_end }))
+}
+
+impl Arrow {
+    /// Reads the schema.
+    pub(crate) fn open(bytes: Vec<u8>) -> Result<Self, ReadProblem> {
+        let at = if bytes.starts_with(MAGIC) { MAGIC.len() } else { 0 };
+        let first = framed(&bytes, at)?.ok_or_else(|| broken("it ends before its schema"))?;
+        let message = root_as_message(&bytes[first.description]).map_err(broken)?;
+        let schema = message.header_as_schema().ok_or_else(|| broken("it does not begin with a schema"))?;
+        let schema: Schema = try_fb_to_schema(schema).map_err(broken)?;
+        let mut head = Head::default();
+        let mut columns = Vec::new();
+        for (i, field) in schema.fields().iter().enumerate() {
+            if is_number(field.data_type()) {
+                let stated = field.metadata().get("unit").or_else(|| field.metadata().get("units"));
+                let unit = stated.map(String::as_str).or_else(|| time_unit(field.data_type()));
+                let unit = unit.map(|u| format!(" ({u})")).unwrap_or_default();
+                head.names.push(Name::parse(&format!("{}{unit}", field.name())));
+                columns.push(i);
+            } else {
+                head.notes
+                    .push(format!("column `{}` holds no numbers and was left out", field.name()).into());
+            }
+        }
+        for (name, value) in schema.metadata().iter().filter(|(_, v)| v.len() < 200) {
+            head.named_values.push((name.clone(), value.clone()));
+        }
+        head.named_values.sort_unstable();
+        if columns.is_empty() {
+            return Err(broken("no column in it holds numbers"));
+        }
+        let start = first.body.end;
+        Ok(Self { bytes: Buffer::from_vec(bytes), schema: Arc::new(schema), head, columns, start })
+    }
+}
+
+fn is_number(kind: &DataType) -> bool {
+    kind.is_primitive() && !matches!(kind, DataType::Interval(_)) && !kind.is_decimal()
+        || *kind == DataType::Boolean
+}
+
+fn time_unit(kind: &DataType) -> Option<&'static str> {
+    let (DataType::Timestamp(unit, _)
+    | DataType::Duration(unit)
+    | DataType::Time32(unit)
+    | DataType::Time64(unit)) = kind
+    else {
+        return None;
+    };
+    Some(match unit {
+        TimeUnit::Second => "s",
+        TimeUnit::Millisecond => "ms",
+        TimeUnit::Microsecond => "us",
+        TimeUnit::Nanosecond => "ns",
+    })
+}
+
+/// The numbers of an array; NaN where there is none.
+fn numbers(array: &ArrayRef) -> Vec<f64> {
+    macro_rules! read {
+        ($type:ident, $as:expr) => {
+            array
+                .as_primitive_opt::<types::$type>()
+                .map(|a| a.iter().map(|v| v.map_or(f64::NAN, $as)).collect())
+        };
+    }
+    let integer = |v: i64| v as f64;
+    let found: Option<Vec<f64>> = match array.data_type() {
+        DataType::Float64 => read!(Float64Type, |v| v),
+        DataType::Float32 => read!(Float32Type, f64::from),
+        DataType::Float16 => read!(Float16Type, f64::from),
+        DataType::Int8 => read!(Int8Type, f64::from),
+        DataType::Int16 => read!(Int16Type, f64::from),
+        DataType::Int32 => read!(Int32Type, f64::from),
+        DataType::Int64 => read!(Int64Type, integer),
+        DataType::UInt8 => read!(UInt8Type, f64::from),
+        DataType::UInt16 => read!(UInt16Type, f64::from),
+        DataType::UInt32 => read!(UInt32Type, f64::from),
+        DataType::UInt64 => read!(UInt64Type, |v| v as f64),
+        DataType::Timestamp(TimeUnit::Second, _) => read!(TimestampSecondType, integer),
+        DataType::Timestamp(TimeUnit::Millisecond, _) => read!(TimestampMillisecondType, integer),
+        DataType::Timestamp(TimeUnit::Microsecond, _) => read!(TimestampMicrosecondType, integer),
+        DataType::Timestamp(TimeUnit::Nanosecond, _) => read!(TimestampNanosecondType, integer),
+        DataType::Duration(TimeUnit::Second) => read!(DurationSecondType, integer),
+        DataType::Duration(TimeUnit::Millisecond) => read!(DurationMillisecondType, integer),
+        DataType::Duration(TimeUnit::Microsecond) => read!(DurationMicrosecondType, integer),
+        DataType::Duration(TimeUnit::Nanosecond) => read!(DurationNanosecondType, integer),
+        DataType::Boolean => array
+            .as_boolean_opt()
+            .map(|a| a.iter().map(|v| v.map_or(f64::NAN, |v| f64::from(u8::from(v)))).collect()),
+        _ => None,
+    };
+    found.unwrap_or_else(|| vec![f64::NAN; array.len()])
+}
+
+/// Refuses columns that lie outside of their batch, and packed ones that claim
+/// to unpack to more than numbers can: the claim is what memory is asked for.
+fn check_claims(batch: &arrow_ipc::RecordBatch<'_>, body: &[u8]) -> Result<(), ReadProblem> {
+    let packed_batch = batch.compression().is_some();
+    for buffer in batch.buffers().into_iter().flatten() {
+        let range = usize::try_from(buffer.offset()).ok().zip(usize::try_from(buffer.length()).ok());
+        let packed = range.and_then(|(at, length)| body.get(at..at.checked_add(length)?));
+        let packed = packed.ok_or_else(|| broken("a column lies outside of its batch"))?;
+        if !packed_batch {
+            continue;
+        }
+        let Some(claim) = packed.first_chunk::<8>() else { continue };
+        let claim = i64::from_le_bytes(*claim);
+        if claim > 0 && claim.unsigned_abs() > MOST_EXPANSION * packed.len() as u64 {
+            return Err(broken(format!("{} packed bytes claim to unpack to {claim}", packed.len())));
+        }
+    }
+    Ok(())
+}
+
+impl TableSource for Arrow {
+    fn heads(&self) -> Vec<&Head> {
+        vec![&self.head]
+    }
+
+    fn scan(&mut self, _: usize, wanted: &[usize], sink: Sink<'_>) -> Result<Vec<Skipped>, ReadProblem> {
+        // A projection keeps the order of the file.
+        let mut projection: Vec<usize> = wanted.iter().map(|&w| self.columns[w]).collect();
+        projection.sort_unstable();
+        projection.dedup();
+        let dictionaries = HashMap::new();
+        let mut at = self.start;
+        while let Some(frame) = framed(&self.bytes, at)? {
+            at = frame.body.end;
+            let message = root_as_message(&self.bytes[frame.description]).map_err(broken)?;
+            if message.header_type() != MessageHeader::RecordBatch {
+                continue;
+            }
+            let batch = message.header_as_record_batch().ok_or_else(|| broken("a batch without its head"))?;
+            let body = self.bytes.slice_with_length(frame.body.start, frame.body.len());
+            check_claims(&batch, &body)?;
+            let decode = || {
+                let (schema, version) = (Arc::clone(&self.schema), message.version());
+                reader::read_record_batch(&body, batch, schema, &dictionaries, Some(&projection), &version)
+            };
+            let read = guard::guarded(Format::Arrow, decode, broken)?;
+            let columns: Vec<Vec<f64>> = wanted
+                .iter()
+                .map(|&w| {
+                    let place = projection.binary_search(&self.columns[w]).unwrap_or(0);
+                    numbers(read.column(place))
+                })
+                .collect();
+            let slices: Vec<&[f64]> = columns.iter().map(Vec::as_slice).collect();
+            if read.num_rows() > 0 && !sink(Batch::of(&slices)) {
+                break;
+            }
+        }
+        Ok(Vec::new())
+    }
+}

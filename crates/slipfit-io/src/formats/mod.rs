@@ -1,0 +1,19 @@
+//! File formats, one file each: from bytes to tables of named columns.
+
+pub(crate) mod archive;
+#[cfg(feature = "arrow")]
+pub(crate) mod arrow;
+#[cfg(feature = "hdf5")]
+pub(crate) mod hdf5;
+pub(crate) mod mat5;
+pub(crate) mod nanosurf;
+pub(crate) mod npy;
+#[cfg(feature = "parquet")]
+pub(crate) mod parquet;
+pub(crate) mod touchstone;
+pub(crate) mod tracker;
+pub(crate) mod wav;
+#[cfg(feature = "excel")]
+pub(crate) mod xls;
+#[cfg(feature = "excel")]
+pub(crate) mod xlsx;

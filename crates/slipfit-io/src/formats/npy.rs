@@ -1,0 +1,291 @@
+//! NumPy arrays: plain, of several columns, or with named fields.
+
+use crate::{
+    error::ReadProblem,
+    format::Format,
+    tables::arrays::{self, Array},
+    tables::table::HeldTables,
+};
+
+/// Brackets in brackets of a header, at most.
+const DEEPEST: usize = 8;
+
+fn broken(reason: impl Into<String>) -> ReadProblem {
+    ReadProblem::Broken { format: Format::Npy, reason: reason.into() }
+}
+
+/// The tables of one `.npy` file.
+pub(crate) fn tables(bytes: &[u8]) -> Result<HeldTables, ReadProblem> {
+    let (arrays, note) = arrays(bytes, "", "x")?;
+    if arrays.is_empty() {
+        return Err(broken("it holds no rows of numbers"));
+    }
+    let mut tables = arrays::tables(arrays, &Vec::new());
+    tables.note_all(&Vec::from_iter(note));
+    Ok(tables)
+}
+
+/// The columns of an array, and what is odd about it.
+pub(crate) fn arrays(
+    bytes: &[u8],
+    parent: &str,
+    name: &str,
+) -> Result<(Vec<Array>, Option<String>), ReadProblem> {
+    let header = Header::read(bytes)?;
+    let size = header.fields.iter().try_fold(0_usize, |sum, f| sum.checked_add(f.bytes));
+    let size = size.filter(|s| *s > 0).ok_or_else(|| broken("its elements have no size"))?;
+    let count = header.shape.iter().try_fold(1_usize, |n, d| n.checked_mul(*d));
+    let count = count.ok_or_else(|| broken("its shape is larger than any memory"))?;
+    let there = header.data.len() / size;
+    let (count, mut dims, mut note) = (count.min(there), header.shape.clone(), None);
+    if header.shape.iter().product::<usize>() > there {
+        note = Some(format!("the array ends early: {there} of the elements its header names"));
+        // Only the slowest index can be short.
+        let slowest = if header.first_fastest { dims.last_mut() } else { dims.first_mut() };
+        if let Some(slowest) = slowest {
+            let others = (header.shape.iter().product::<usize>() / (*slowest).max(1)).max(1);
+            *slowest = count / others;
+        }
+    }
+    let count = dims.iter().product::<usize>();
+    let mut found = Vec::new();
+    let mut at = 0;
+    for field in &header.fields {
+        if let Some(read) = field.reader() {
+            let values =
+                header.data.chunks_exact(size).take(count).map(|e| read(&e[at..at + field.bytes])).collect();
+            let name = if field.name.is_empty() { name } else { &field.name };
+            found.extend(Array::new(parent, name, &dims, values, header.first_fastest));
+        }
+        at += field.bytes;
+    }
+    Ok((found, note))
+}
+
+/// What stands before the numbers.
+struct Header<'a> {
+    fields: Vec<Field>,
+    shape: Vec<usize>,
+    first_fastest: bool,
+    data: &'a [u8],
+}
+
+/// A number in each element.
+struct Field {
+    name: String,
+    /// `<f8` and the like; empty where it is an array of its own.
+    code: String,
+    bytes: usize,
+}
+
+impl Field {
+    fn new(name: &str, code: &str) -> Option<Self> {
+        let digits = code.trim_start_matches(|c: char| !c.is_ascii_digit());
+        let digits = digits.split('[').next().unwrap_or_default();
+        // Text counts characters of four bytes.
+        let wide = if code.contains('U') { 4 } else { 1 };
+        let bytes = digits.parse::<usize>().ok()?.checked_mul(wide)?;
+        Some(Self { name: name.to_owned(), code: code.to_owned(), bytes })
+    }
+
+    /// How its bytes become a number.
+    fn reader(&self) -> Option<fn(&[u8]) -> f64> {
+        macro_rules! read {
+            ($type:ty, $from:ident) => {
+                Some(|b| b.try_into().map_or(f64::NAN, |b| <$type>::$from(b) as f64))
+            };
+        }
+        let code = self.code.split('[').next().unwrap_or_default();
+        match code {
+            "<f8" | "=f8" => read!(f64, from_le_bytes),
+            "<f4" | "=f4" => read!(f32, from_le_bytes),
+            ">f8" => read!(f64, from_be_bytes),
+            ">f4" => read!(f32, from_be_bytes),
+            "<f2" => Some(|b| b.try_into().map_or(f64::NAN, |b| half(u16::from_le_bytes(b)))),
+            ">f2" => Some(|b| b.try_into().map_or(f64::NAN, |b| half(u16::from_be_bytes(b)))),
+            "<i8" | "<m8" | "<M8" => read!(i64, from_le_bytes),
+            "<i4" => read!(i32, from_le_bytes),
+            "<i2" => read!(i16, from_le_bytes),
+            "|i1" | "<i1" => read!(i8, from_le_bytes),
+            "<u8" => read!(u64, from_le_bytes),
+            "<u4" => read!(u32, from_le_bytes),
+            "<u2" => read!(u16, from_le_bytes),
+            "|u1" | "<u1" | "|b1" => read!(u8, from_le_bytes),
+            ">i8" | ">m8" | ">M8" => read!(i64, from_be_bytes),
+            ">i4" => read!(i32, from_be_bytes),
+            ">i2" => read!(i16, from_be_bytes),
+            ">u8" => read!(u64, from_be_bytes),
+            ">u4" => read!(u32, from_be_bytes),
+            ">u2" => read!(u16, from_be_bytes),
+            _ => None,
+        }
+    }
+
+    /// The unit in the code of a time, such as `<m8[ns]`.
+    fn time_unit(&self) -> Option<&str> {
+        let (kind, rest) = self.code.split_once('[')?;
+        kind.ends_with(['m', 'M', '8']).then(|| rest.trim_end_matches(']'))
+    }
+}
+
+/// Sixteen-bit floats.
+fn half(bits: u16) -> f64 {
+    let sign = if bits >> 15 == 0 { 1.0 } else { -1.0 };
+    let (exponent, fraction) = (i32::from(bits >> 10 & 0x1f), f64::from(bits & 0x3ff));
+    sign * match exponent {
+        0 => fraction * 2f64.powi(-24),
+        31 => f64::NAN,
+        e => (1024.0 + fraction) * 2f64.powi(e - 25),
+    }
+}
+
+/// A literal of Python, as the header uses them.
+#[derive(Debug, PartialEq)]
+enum Literal {
+    Text(String),
+    Number(usize),
+    Word(String),
+    List(Vec<Literal>),
+    Dict(Vec<(Literal, Literal)>),
+}
+
+impl<'a> Header<'a> {
+    fn read(bytes: &'a [u8]) -> Result<Self, ReadProblem> {
+        let length = |n: usize| -> Option<usize> {
+            let bytes = bytes.get(8..8 + n)?;
+            Some(bytes.iter().rev().fold(0, |sum, b| sum << 8 | usize::from(*b)))
+        };
+        let (start, length) = match bytes.get(6) {
+            Some(1) => (10, length(2)),
+            Some(2 | 3) => (12, length(4)),
+            _ => return Err(broken("its version is unknown")),
+        };
+        let end = length.and_then(|l| l.checked_add(start)).filter(|end| *end <= bytes.len());
+        let end = end.ok_or_else(|| broken("it ends in its header"))?;
+        let text = std::str::from_utf8(&bytes[start..end]).map_err(|_| broken("its header is no text"))?;
+        let mut parser = Parser { rest: text };
+        let Some(Literal::Dict(entries)) = parser.literal(0) else {
+            return Err(broken("its header is no dictionary"));
+        };
+        let entry = |name: &str| {
+            entries.iter().find(|(key, _)| *key == Literal::Text(name.to_owned())).map(|(_, value)| value)
+        };
+        let shape = match entry("shape") {
+            Some(Literal::List(dims)) => dims
+                .iter()
+                .map(|d| if let Literal::Number(n) = d { Some(*n) } else { None })
+                .collect::<Option<Vec<usize>>>(),
+            _ => None,
+        };
+        let shape = shape.ok_or_else(|| broken("its header has no shape"))?;
+        let fields = match entry("descr") {
+            Some(Literal::Text(code)) => Field::new("", code).map(|f| vec![f]),
+            Some(Literal::List(fields)) => fields.iter().map(Self::field).collect(),
+            _ => None,
+        };
+        let mut fields = fields.ok_or_else(|| broken("its header has no type this program knows"))?;
+        for field in &mut fields {
+            if let Some(unit) = field.time_unit() {
+                field.name = format!("{} ({unit})", field.name);
+            }
+            field.code.truncate(field.code.find('[').unwrap_or(field.code.len()));
+        }
+        if fields.iter().all(|f| f.reader().is_none()) {
+            let codes: Vec<&str> = fields.iter().map(|f| f.code.as_str()).collect();
+            return Err(broken(format!("its elements are no numbers: {}", codes.join(", "))));
+        }
+        let first_fastest = entry("fortran_order") == Some(&Literal::Word("True".to_owned()));
+        Ok(Self { fields, shape, first_fastest, data: &bytes[end..] })
+    }
+
+    /// `('name', '<f8')`, or `('name', '<f8', (3,))` of which the size is kept and the numbers are not.
+    fn field(literal: &Literal) -> Option<Field> {
+        let Literal::List(parts) = literal else { return None };
+        match &parts[..] {
+            [Literal::Text(name), Literal::Text(code)] => Field::new(name, code),
+            [Literal::Text(name), Literal::Text(code), Literal::List(dims)] => {
+                let mut field = Field::new(name, code)?;
+                for dim in dims {
+                    let Literal::Number(n) = dim else { return None };
+                    field.bytes = field.bytes.checked_mul(*n)?;
+                }
+                field.code = String::new();
+                Some(field)
+            }
+            _ => None,
+        }
+    }
+}
+
+struct Parser<'a> {
+    rest: &'a str,
+}
+
+impl Parser<'_> {
+    fn next_is(&mut self, mark: char) -> bool {
+        self.rest = self.rest.trim_start();
+        match self.rest.strip_prefix(mark) {
+            Some(rest) => {
+                self.rest = rest;
+                true
+            }
+            None => false,
+        }
+    }
+
+    fn literal(&mut self, depth: usize) -> Option<Literal> {
+        if depth > DEEPEST {
+            return None;
+        }
+        if self.next_is('{') {
+            let mut entries = Vec::new();
+            while !self.next_is('}') {
+                let key = self.literal(depth + 1)?;
+                if !self.next_is(':') {
+                    return None;
+                }
+                entries.push((key, self.literal(depth + 1)?));
+                self.next_is(',');
+            }
+            return Some(Literal::Dict(entries));
+        }
+        for (open, close) in [('(', ')'), ('[', ']')] {
+            if self.next_is(open) {
+                let mut items = Vec::new();
+                while !self.next_is(close) {
+                    items.push(self.literal(depth + 1)?);
+                    self.next_is(',');
+                }
+                return Some(Literal::List(items));
+            }
+        }
+        for quote in ['\'', '"'] {
+            if self.next_is(quote) {
+                let (text, rest) = self.rest.split_once(quote)?;
+                self.rest = rest;
+                return Some(Literal::Text(text.to_owned()));
+            }
+        }
+        let end = self.rest.find(|c: char| !c.is_ascii_alphanumeric()).unwrap_or(self.rest.len());
+        let (word, rest) = self.rest.split_at(end);
+        self.rest = rest;
+        match word.trim_end_matches('L').parse() {
+            Ok(number) => Some(Literal::Number(number)),
+            Err(_) if word.is_empty() => None,
+            Err(_) => Some(Literal::Word(word.to_owned())),
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn halves_are_numbers() {
+        for (bits, value) in [(0x3c00, 1.0), (0xc000, -2.0), (0x0001, 2f64.powi(-24)), (0x7bff, 65504.0)] {
+            assert_eq!(half(bits), value);
+        }
+        assert!(half(0x7e00).is_nan());
+    }
+}

@@ -1,0 +1,242 @@
+//! Parquet files, read row group by row group.
+
+use std::io::{self, Read};
+
+use parquet::basic::{LogicalType, TimeUnit, Type};
+use parquet::column::reader::ColumnReader;
+use parquet::errors::ParquetError;
+use parquet::file::reader::{ChunkReader, FileReader as _, Length, RowGroupReader, SerializedFileReader};
+use parquet::schema::types::ColumnDescriptor;
+
+use crate::{
+    columns::{head::Head, name::Name},
+    error::ReadProblem,
+    format::Format,
+    input::Input,
+    report::Skipped,
+    tables::guard,
+    tables::table::{BATCH, Batch, Sink, TableSource},
+};
+
+fn broken(error: impl std::fmt::Display) -> ReadProblem {
+    ReadProblem::Broken { format: Format::Parquet, reason: error.to_string() }
+}
+
+/// What the crate makes of the file: it panics on some broken ones.
+fn decoded<T>(decode: impl FnOnce() -> Result<T, ParquetError>) -> Result<T, ReadProblem> {
+    guard::guarded(Format::Parquet, decode, broken)
+}
+
+/// An open Parquet file.
+pub(crate) struct Parquet {
+    reader: Reader,
+    head: Head,
+    /// Index in the file of each column that holds numbers.
+    columns: Vec<usize>,
+}
+
+enum Reader {
+    File(SerializedFileReader<Chunks<std::fs::File>>),
+    Bytes(SerializedFileReader<Chunks<bytes::Bytes>>),
+}
+
+/// A file that ends with an error: the crate skips what a broken header claims, two thousand
+/// million lists, one by one, as long as reading nothing is no error.
+struct Chunks<R>(R);
+
+impl<R: Length> Length for Chunks<R> {
+    fn len(&self) -> u64 {
+        self.0.len()
+    }
+}
+
+impl<R: ChunkReader> ChunkReader for Chunks<R> {
+    type T = NotPastTheEnd<R::T>;
+
+    fn get_read(&self, start: u64) -> parquet::errors::Result<Self::T> {
+        self.0.get_read(start).map(NotPastTheEnd)
+    }
+
+    fn get_bytes(&self, start: u64, length: usize) -> parquet::errors::Result<bytes::Bytes> {
+        self.0.get_bytes(start, length)
+    }
+}
+
+struct NotPastTheEnd<R>(R);
+
+impl<R: Read> Read for NotPastTheEnd<R> {
+    fn read(&mut self, buffer: &mut [u8]) -> io::Result<usize> {
+        match self.0.read(buffer)? {
+            0 if !buffer.is_empty() => Err(io::ErrorKind::UnexpectedEof.into()),
+            n => Ok(n),
+        }
+    }
+}
+
+impl Reader {
+    fn metadata(&self) -> &parquet::file::metadata::ParquetMetaData {
+        match self {
+            Self::File(reader) => reader.metadata(),
+            Self::Bytes(reader) => reader.metadata(),
+        }
+    }
+
+    fn row_group(&self, i: usize) -> Result<Box<dyn RowGroupReader + '_>, ParquetError> {
+        match self {
+            Self::File(reader) => reader.get_row_group(i),
+            Self::Bytes(reader) => reader.get_row_group(i),
+        }
+    }
+}
+
+impl Parquet {
+    /// Reads the footer.
+    pub(crate) fn open(input: Input) -> Result<Self, ReadProblem> {
+        let (size, input) = input.size().map_err(ReadProblem::Io)?;
+        let reader = match input {
+            Input::File(file) => Reader::File(decoded(|| SerializedFileReader::new(Chunks(file)))?),
+            Input::Bytes(bytes) => {
+                let bytes = bytes::Bytes::from(bytes.into_inner());
+                Reader::Bytes(decoded(|| SerializedFileReader::new(Chunks(bytes)))?)
+            }
+        };
+        check_places(reader.metadata(), size)?;
+        let schema = reader.metadata().file_metadata().schema_descr_ptr();
+        let mut head = Head::default();
+        let mut columns = Vec::new();
+        for (i, column) in schema.columns().iter().enumerate() {
+            let numbers = !matches!(
+                column.physical_type(),
+                Type::BYTE_ARRAY | Type::FIXED_LEN_BYTE_ARRAY | Type::INT96
+            );
+            if numbers && column.max_rep_level() == 0 {
+                let unit = time_unit(column).map(|u| format!(" ({u})")).unwrap_or_default();
+                head.names.push(Name::parse(&format!("{}{unit}", column.path().string())));
+                columns.push(i);
+            } else {
+                head.notes
+                    .push(format!("column `{}` holds no numbers and was left out", column.path()).into());
+            }
+        }
+        for pair in reader.metadata().file_metadata().key_value_metadata().into_iter().flatten() {
+            // Schemas of other programs are kept here too; they are no values.
+            if let Some(value) = pair.value.as_ref().filter(|v| v.len() < 200) {
+                head.named_values.push((pair.key.clone(), value.clone()));
+            }
+        }
+        if columns.is_empty() {
+            return Err(broken("no column in it holds numbers"));
+        }
+        Ok(Self { reader, head, columns })
+    }
+}
+
+/// Refuses columns that lie outside of the file: the crate takes their places
+/// for granted.
+fn check_places(metadata: &parquet::file::metadata::ParquetMetaData, size: u64) -> Result<(), ReadProblem> {
+    for column in metadata.row_groups().iter().flat_map(|group| group.columns()) {
+        let start = column.dictionary_page_offset().unwrap_or_else(|| column.data_page_offset());
+        let length = column.compressed_size();
+        let end = start.checked_add(length).and_then(|end| u64::try_from(end).ok());
+        if start < 0 || length < 0 || column.data_page_offset() < 0 || end.is_none_or(|end| end > size) {
+            return Err(broken(format!("column `{}` lies outside of the file", column.column_path())));
+        }
+    }
+    Ok(())
+}
+
+/// The unit of a time stamp, where the column says that it is one.
+fn time_unit(column: &ColumnDescriptor) -> Option<&'static str> {
+    let unit = match column.logical_type_ref()? {
+        LogicalType::Timestamp(t) => &t.unit,
+        LogicalType::Time(t) => &t.unit,
+        _ => return None,
+    };
+    Some(match unit {
+        TimeUnit::MILLIS => "ms",
+        TimeUnit::MICROS => "us",
+        TimeUnit::NANOS => "ns",
+    })
+}
+
+/// A column on its way, with the buffer its numbers come in.
+struct Running {
+    reader: ColumnReader,
+    nullable: i16,
+    values: Vec<f64>,
+}
+
+impl Running {
+    /// Reads up to `rows` rows; those without a value are NaN.
+    fn fill(&mut self, rows: usize) -> Result<(), ParquetError> {
+        self.values.clear();
+        let nullable = self.nullable;
+        let values = &mut self.values;
+        macro_rules! read {
+            ($reader:expr, $as:expr) => {{
+                while values.len() < rows {
+                    let (mut numbers, mut levels) = (Vec::new(), Vec::new());
+                    let wanted = if nullable > 0 { Some(&mut levels) } else { None };
+                    let (records, ..) =
+                        $reader.read_records(rows - values.len(), wanted, None, &mut numbers)?;
+                    if records == 0 {
+                        break;
+                    }
+                    let mut numbers = numbers.into_iter().map($as);
+                    if nullable > 0 {
+                        values.extend(levels.iter().map(|level| {
+                            if *level == nullable { numbers.next().unwrap_or(f64::NAN) } else { f64::NAN }
+                        }));
+                    } else {
+                        values.extend(numbers);
+                    }
+                }
+            }};
+        }
+        match &mut self.reader {
+            ColumnReader::BoolColumnReader(r) => read!(r, |v| f64::from(u8::from(v))),
+            ColumnReader::Int32ColumnReader(r) => read!(r, f64::from),
+            ColumnReader::Int64ColumnReader(r) => read!(r, |v| v as f64),
+            ColumnReader::FloatColumnReader(r) => read!(r, f64::from),
+            ColumnReader::DoubleColumnReader(r) => read!(r, |v| v),
+            _ => {}
+        }
+        Ok(())
+    }
+}
+
+impl TableSource for Parquet {
+    fn heads(&self) -> Vec<&Head> {
+        vec![&self.head]
+    }
+
+    fn scan(&mut self, _: usize, wanted: &[usize], sink: Sink<'_>) -> Result<Vec<Skipped>, ReadProblem> {
+        let metadata = self.reader.metadata();
+        let schema = metadata.file_metadata().schema_descr_ptr();
+        for group in 0..metadata.num_row_groups() {
+            let row_group = decoded(|| self.reader.row_group(group))?;
+            let open = |&w: &usize| {
+                let index = self.columns[w];
+                let reader = row_group.get_column_reader(index)?;
+                let nullable = schema.column(index).max_def_level();
+                Ok(Running { reader, nullable, values: Vec::new() })
+            };
+            let mut running = decoded(|| wanted.iter().map(open).collect::<Result<Vec<_>, ParquetError>>())?;
+            loop {
+                for column in &mut running {
+                    decoded(|| column.fill(BATCH))?;
+                }
+                // Columns of one group are equally long, but in a broken file.
+                let rows = running.iter().map(|c| c.values.len()).min().unwrap_or(0);
+                let batch: Vec<&[f64]> = running.iter().map(|c| &c.values[..rows]).collect();
+                if rows > 0 && !sink(Batch::of(&batch)) {
+                    return Ok(Vec::new());
+                }
+                if rows < BATCH {
+                    break;
+                }
+            }
+        }
+        Ok(Vec::new())
+    }
+}

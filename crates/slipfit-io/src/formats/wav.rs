@@ -1,0 +1,342 @@
+//! Sound files: RIFF WAVE and RF64 with integer or float samples of any depth.
+
+use std::io::{BufReader, Read, Seek, SeekFrom};
+
+use crate::{
+    columns::head::Head,
+    error::ReadProblem,
+    format::Format,
+    input::Input,
+    report::{Note, Skipped},
+    tables::table::{BATCH, Batch, Sink, TableSource},
+};
+
+/// A sound: one column a channel, in parts of full scale.
+pub(crate) struct Sound {
+    input: Input,
+    head: Head,
+    spec: Spec,
+    /// Where the samples begin, and their bytes.
+    start: u64,
+    length: u64,
+}
+
+/// How a sample is stored.
+#[derive(Debug, Clone, Copy)]
+struct Spec {
+    float: bool,
+    /// Bytes of one sample of one channel.
+    bytes: usize,
+    channels: usize,
+    rate_hz: u32,
+}
+
+fn broken(reason: impl Into<String>) -> ReadProblem {
+    ReadProblem::Broken { format: Format::Wav, reason: reason.into() }
+}
+
+fn u32_at(bytes: &[u8], at: usize) -> u32 {
+    bytes.get(at..at + 4).and_then(|b| b.try_into().ok()).map_or(0, u32::from_le_bytes)
+}
+
+fn u64_at(bytes: &[u8], at: usize) -> u64 {
+    u64::from(u32_at(bytes, at)) | u64::from(u32_at(bytes, at + 4)) << 32
+}
+
+fn u16_at(bytes: &[u8], at: usize) -> u16 {
+    bytes.get(at..at + 2).and_then(|b| b.try_into().ok()).map_or(0, u16::from_le_bytes)
+}
+
+impl Spec {
+    fn of(chunk: &[u8]) -> Result<Self, ReadProblem> {
+        if chunk.len() < 16 {
+            return Err(broken("its format chunk is too short"));
+        }
+        let (mut coding, bits) = (u16_at(chunk, 0), u16_at(chunk, 14));
+        if coding == 0xfffe && chunk.len() >= 26 {
+            // The extensible form names the coding in the first bytes of its GUID.
+            coding = u16_at(chunk, 24);
+        }
+        let float = match coding {
+            1 => false,
+            3 => true,
+            other => return Err(broken(format!("samples in coding {other:#06x}, not PCM or float"))),
+        };
+        let (channels, block) = (usize::from(u16_at(chunk, 2)), usize::from(u16_at(chunk, 12)));
+        if channels == 0 || block == 0 || block % channels != 0 {
+            return Err(broken(format!("{channels} channels in blocks of {block} bytes")));
+        }
+        let spec = Self { float, bytes: block / channels, channels, rate_hz: u32_at(chunk, 4) };
+        let known = if float { matches!(spec.bytes, 4 | 8) } else { (1..=8).contains(&spec.bytes) };
+        if !known || usize::from(bits) > 8 * spec.bytes {
+            return Err(broken(format!("samples of {bits} bits in {} bytes", spec.bytes)));
+        }
+        if spec.rate_hz == 0 {
+            return Err(broken("a sampling rate of zero"));
+        }
+        Ok(spec)
+    }
+
+    /// One sample in parts of full scale. Samples stand at the upper end of
+    /// their container, so that its size alone gives the scale.
+    fn value(self, bytes: &[u8]) -> f64 {
+        let word = bytes.iter().rev().fold(0_u64, |word, b| word << 8 | u64::from(*b));
+        match (self.float, self.bytes) {
+            (true, 4) => f64::from(f32::from_bits(word as u32)),
+            (true, _) => f64::from_bits(word),
+            // Eight bits are unsigned about 128.
+            (false, 1) => (word as f64 - 128.0) / 128.0,
+            (false, bytes) => {
+                let shift = 64 - 8 * bytes as u32;
+                ((word << shift) as i64) as f64 / 2f64.powi(63)
+            }
+        }
+    }
+}
+
+impl Sound {
+    /// Reads the header.
+    pub(crate) fn open(mut input: Input) -> Result<Self, ReadProblem> {
+        let size = input.seek(SeekFrom::End(0)).map_err(ReadProblem::Io)?;
+        input.seek(SeekFrom::Start(0)).map_err(ReadProblem::Io)?;
+        let mut riff = [0; 12];
+        input.read_exact(&mut riff).map_err(|_| broken("it ends in its header"))?;
+        let (mut at, mut spec, mut wide) = (12_u64, None, None);
+        loop {
+            let mut header = [0; 8];
+            if input.read_exact(&mut header).is_err() {
+                return Err(broken("it ends before its samples"));
+            }
+            let id = &header[..4];
+            let mut length = u64::from(u32_at(&header, 4));
+            at += 8;
+            match id {
+                b"data" => {
+                    let spec: Spec = spec.ok_or_else(|| broken("samples before their format"))?;
+                    if length == u64::from(u32::MAX) {
+                        // RF64 keeps the size apart; recorders that never came to an end, nowhere.
+                        length = wide.unwrap_or(size - at.min(size));
+                    }
+                    let mut head = Head::of((1..=spec.channels).map(|c| format!("channel {c}")));
+                    head.rate_hz = Some(f64::from(spec.rate_hz));
+                    let mut sound = Self { input, head, spec, start: at, length };
+                    sound.account(size);
+                    return Ok(sound);
+                }
+                b"fmt " | b"ds64" => {
+                    // Known chunks are short; a length field may say anything.
+                    let mut chunk = vec![0; length.min(64) as usize];
+                    let n = read_up_to(&mut input, &mut chunk)?;
+                    if id == b"ds64" {
+                        wide = Some(u64_at(&chunk, 8)).filter(|_| n >= 16);
+                    } else {
+                        spec = Some(Spec::of(&chunk[..n])?);
+                    }
+                }
+                _ => {}
+            }
+            at = at.saturating_add(length).saturating_add(length & 1);
+            if at > size {
+                return Err(broken("it ends before its samples"));
+            }
+            input.seek(SeekFrom::Start(at)).map_err(ReadProblem::Io)?;
+        }
+    }
+
+    /// Notes what the header promises and the file does not hold.
+    fn account(&mut self, size: u64) {
+        let there = size.saturating_sub(self.start);
+        let notes = &mut self.head.notes;
+        if self.length > there {
+            // A recorder that lost power leaves a header that promises too much.
+            notes.push(
+                format!(
+                    "the sound ends early: {there} bytes of samples where its header names {}",
+                    self.length
+                )
+                .into(),
+            );
+            self.length = there;
+        }
+        if self.spec.channels > 1 {
+            let text = format!("the sound has {} channels", self.spec.channels);
+            notes.push(Note::new(text).hint("signal", "chooses one"));
+        }
+    }
+}
+
+fn read_up_to(input: &mut Input, buffer: &mut [u8]) -> Result<usize, ReadProblem> {
+    let mut n = 0;
+    while n < buffer.len() {
+        match input.read(&mut buffer[n..]).map_err(ReadProblem::Io)? {
+            0 => break,
+            more => n += more,
+        }
+    }
+    Ok(n)
+}
+
+impl TableSource for Sound {
+    fn heads(&self) -> Vec<&Head> {
+        vec![&self.head]
+    }
+
+    fn scan(&mut self, _: usize, wanted: &[usize], sink: Sink<'_>) -> Result<Vec<Skipped>, ReadProblem> {
+        let Spec { bytes, channels, .. } = self.spec;
+        let block = bytes * channels;
+        self.input.seek(SeekFrom::Start(self.start)).map_err(ReadProblem::Io)?;
+        let mut reader = BufReader::with_capacity(1 << 16, (&mut self.input).take(self.length));
+        let rows = BATCH.min((1 << 22) / block).max(1);
+        let mut buffer = vec![0; rows * block];
+        let mut columns: Vec<Vec<f64>> = vec![Vec::with_capacity(rows); wanted.len()];
+        loop {
+            let mut filled = 0;
+            while filled < buffer.len() {
+                match reader.read(&mut buffer[filled..]).map_err(ReadProblem::Io)? {
+                    0 => break,
+                    n => filled += n,
+                }
+            }
+            let whole = filled / block;
+            for (column, &channel) in columns.iter_mut().zip(wanted) {
+                let at = channel * bytes;
+                column.clear();
+                column.extend(
+                    buffer[..whole * block].chunks_exact(block).map(|b| self.spec.value(&b[at..at + bytes])),
+                );
+            }
+            let batch: Vec<&[f64]> = columns.iter().map(Vec::as_slice).collect();
+            if whole > 0 && !sink(Batch::of(&batch)) || filled < buffer.len() {
+                return Ok(Vec::new());
+            }
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use std::io::Cursor;
+
+    use hound::{SampleFormat, WavSpec, WavWriter};
+    use proptest::prelude::*;
+
+    use crate::{ReadError, ReadOptions, Reading, TimeSource, read_from};
+
+    fn ring(i: i32) -> f64 {
+        (-0.001 * f64::from(i)).exp() * (0.3 * f64::from(i)).cos()
+    }
+
+    fn sound(bits_per_sample: u16, sample_format: SampleFormat, channels: u16) -> Vec<u8> {
+        let mut bytes = Cursor::new(Vec::new());
+        let spec = WavSpec { channels, sample_rate: 8000, bits_per_sample, sample_format };
+        let mut writer = WavWriter::new(&mut bytes, spec).unwrap();
+        for i in 0..400 {
+            for channel in 0..channels {
+                let value = ring(i) / f64::from(channel + 1);
+                if sample_format == SampleFormat::Float {
+                    writer.write_sample(value as f32).unwrap();
+                } else {
+                    let full_scale = 2f64.powi(i32::from(bits_per_sample) - 1) - 1.0;
+                    writer.write_sample((value * full_scale) as i32).unwrap();
+                }
+            }
+        }
+        writer.finalize().unwrap();
+        bytes.into_inner()
+    }
+
+    /// A sound as no crate writes it: 64-bit floats, or in an RF64 file.
+    fn sound_by_hand(wide: bool) -> Vec<u8> {
+        let samples: Vec<u8> = (0..400).flat_map(|i| ring(i).to_le_bytes()).collect();
+        let mut bytes = if wide { b"RF64" } else { b"RIFF" }.to_vec();
+        bytes.extend(u32::MAX.to_le_bytes());
+        bytes.extend(b"WAVE");
+        if wide {
+            bytes.extend(b"ds64");
+            bytes.extend(28_u32.to_le_bytes());
+            bytes.extend(0_u64.to_le_bytes());
+            bytes.extend((samples.len() as u64).to_le_bytes());
+            bytes.extend([0; 12]);
+        }
+        bytes.extend(b"LIST\x03\0\0\0abc\0fmt \x10\0\0\0\x03\0\x01\0");
+        bytes.extend(8000_u32.to_le_bytes());
+        bytes.extend(64000_u32.to_le_bytes());
+        bytes.extend(b"\x08\0\x40\0data");
+        bytes.extend(if wide { u32::MAX } else { samples.len() as u32 }.to_le_bytes());
+        bytes.extend(samples);
+        bytes.extend(b"tail of tags");
+        bytes
+    }
+
+    fn read(bytes: &[u8], options: &ReadOptions) -> Result<Reading, ReadError> {
+        read_from(bytes, "bell.wav", options)
+    }
+
+    #[test]
+    fn sounds_are_read_in_parts_of_full_scale() {
+        for (bits, format) in [
+            (8, SampleFormat::Int),
+            (16, SampleFormat::Int),
+            (24, SampleFormat::Int),
+            (32, SampleFormat::Int),
+            (32, SampleFormat::Float),
+        ] {
+            let bytes = sound(bits, format, 1);
+            let reading = read(&bytes, &ReadOptions::default()).unwrap();
+            assert_eq!((reading.record.len(), reading.report.bytes), (400, bytes.len() as u64));
+            assert_eq!(reading.report.time, Some(TimeSource::Rate(8000.0)));
+            // Two steps of the converter: one is cut off, one is the missing end of the scale.
+            let tolerance =
+                if format == SampleFormat::Float { 1e-7 } else { 2.0 * 2f64.powi(1 - i32::from(bits)) };
+            for (i, value) in reading.record.signal().iter().enumerate() {
+                assert!((value - ring(i as i32)).abs() <= tolerance, "{bits} bits, sample {i}");
+            }
+        }
+    }
+
+    #[test]
+    fn wide_samples_and_wide_files_are_read_exactly() {
+        for wide in [false, true] {
+            let reading = read(&sound_by_hand(wide), &ReadOptions::default()).unwrap();
+            let expected: Vec<f64> = (0..400).map(ring).collect();
+            assert_eq!(reading.record.signal(), &expected[..], "{wide}");
+        }
+    }
+
+    #[test]
+    fn a_channel_is_chosen_by_number_or_name() {
+        let bytes = sound(16, SampleFormat::Int, 2);
+        let first = read(&bytes, &ReadOptions::default()).unwrap();
+        assert!((first.record.signal()[0] - 1.0).abs() < 1e-4);
+        assert!(first.report.notes.iter().any(|n| n.text.contains("2 channels")), "{:?}", first.report.notes);
+        for name in ["2", "channel 2"] {
+            let second = ReadOptions { signal: Some(name.into()), ..Default::default() };
+            assert!((read(&bytes, &second).unwrap().record.signal()[0] - 0.5).abs() < 1e-4);
+        }
+        let third = ReadOptions { signal: Some("3".into()), ..Default::default() };
+        let message = read(&bytes, &third).unwrap_err().to_string();
+        assert!(message.starts_with("bell.wav: signal = 3: no such column; there are"), "{message}");
+    }
+
+    #[test]
+    fn a_sound_cut_short_is_read_as_far_as_it_goes() {
+        let bytes = sound(16, SampleFormat::Int, 1);
+        let reading = read(&bytes[..bytes.len() - 201], &ReadOptions::default()).unwrap();
+        assert_eq!(reading.record.len(), 299);
+        assert!(reading.report.notes[0].text.starts_with("the sound ends early"));
+    }
+
+    proptest! {
+        #[test]
+        fn mutated_sounds_are_read_or_refused(
+            changes in prop::collection::vec((0..60usize, any::<u8>()), 0..8),
+            length in 12..900usize,
+        ) {
+            let mut bytes = sound(16, SampleFormat::Int, 1);
+            for (at, byte) in changes {
+                bytes[at] = byte;
+            }
+            let _ = read(&bytes[..length.min(bytes.len())], &ReadOptions::default());
+        }
+    }
+}

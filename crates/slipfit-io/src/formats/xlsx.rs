@@ -1,0 +1,323 @@
+//! Excel workbooks (.xlsx): sheets in XML, in an archive.
+
+use std::collections::HashMap;
+use std::io::{BufRead, BufReader, Cursor};
+
+use quick_xml::{
+    Reader,
+    events::{BytesRef, BytesStart, Event},
+};
+use zip::ZipArchive;
+
+use crate::{
+    error::ReadProblem,
+    format::Format,
+    tables::sheet::{self, Cell, Sheet},
+    tables::table::HeldTables,
+};
+
+/// The last row and column Excel has.
+const MOST_ROWS: u32 = 1 << 20;
+const MOST_COLUMNS: u32 = 1 << 14;
+/// A day, in which Excel counts times.
+const DAY_S: f64 = 86400.0;
+
+fn broken(reason: impl std::fmt::Display) -> ReadProblem {
+    ReadProblem::Broken { format: Format::Xlsx, reason: reason.to_string() }
+}
+
+type Archive = ZipArchive<Cursor<Vec<u8>>>;
+
+/// Reads every sheet, cell by cell.
+pub(crate) fn tables(bytes: Vec<u8>) -> Result<HeldTables, ReadProblem> {
+    let mut archive = ZipArchive::new(Cursor::new(bytes)).map_err(broken)?;
+    let strings = strings(&mut archive)?;
+    let dates = date_styles(&mut archive)?;
+    let mut sheets = Vec::new();
+    for (name, part) in parts(&mut archive)? {
+        let mut sheet = Sheet::new(&name);
+        // Charts have parts of their own; one that is missing is an empty sheet.
+        if archive.index_for_name(&part).is_some() {
+            cells(&mut archive, &part, &strings, &dates, &mut sheet)?;
+        }
+        sheets.push(sheet);
+    }
+    sheet::tables(&sheets).map_err(broken)
+}
+
+/// Every event of a part, handed to `each`; nothing where the part is missing.
+fn events(
+    archive: &mut Archive,
+    part: &str,
+    mut each: impl FnMut(Event<'_>) -> Result<(), ReadProblem>,
+) -> Result<(), ReadProblem> {
+    let Ok(file) = archive.by_name(part) else { return Ok(()) };
+    let mut reader = Reader::from_reader(Box::new(BufReader::new(file)) as Box<dyn BufRead + '_>);
+    let mut buffer = Vec::new();
+    loop {
+        buffer.clear();
+        match reader.read_event_into(&mut buffer) {
+            Ok(Event::Eof) => return Ok(()),
+            Ok(event) => each(event)?,
+            Err(error) => return Err(broken(format!("{part}: {error}"))),
+        }
+    }
+}
+
+fn attribute(tag: &BytesStart<'_>, name: &str) -> Option<String> {
+    let found = tag.attributes().flatten().find(|a| a.key.as_ref() == name)?;
+    Some(unescaped(&found.value))
+}
+
+/// Text with the five marks that XML spells out.
+fn unescaped(text: &str) -> String {
+    if !text.contains('&') {
+        return text.to_owned();
+    }
+    let plain = text.replace("&lt;", "<").replace("&gt;", ">").replace("&quot;", "\"");
+    plain.replace("&apos;", "'").replace("&amp;", "&")
+}
+
+/// The character that a reference within text stands for.
+fn character(reference: &BytesRef<'_>) -> Option<char> {
+    match &**reference {
+        "lt" => Some('<'),
+        "gt" => Some('>'),
+        "amp" => Some('&'),
+        "quot" => Some('"'),
+        "apos" => Some('\''),
+        _ => reference.resolve_char_ref().ok().flatten(),
+    }
+}
+
+/// Name and part of each sheet, in the order of the workbook.
+fn parts(archive: &mut Archive) -> Result<Vec<(String, String)>, ReadProblem> {
+    let mut targets = HashMap::new();
+    events(archive, "xl/_rels/workbook.xml.rels", |event| {
+        if let Event::Start(tag) | Event::Empty(tag) = &event
+            && let (Some(id), Some(target)) = (attribute(tag, "Id"), attribute(tag, "Target"))
+        {
+            let absolute = target.strip_prefix('/').map(str::to_owned);
+            targets.insert(id, absolute.unwrap_or_else(|| format!("xl/{target}")));
+        }
+        Ok(())
+    })?;
+    let mut sheets = Vec::new();
+    events(archive, "xl/workbook.xml", |event| {
+        if let Event::Start(tag) | Event::Empty(tag) = &event
+            && tag.local_name().as_ref() == "sheet"
+            && let Some(part) = attribute(tag, "r:id").and_then(|id| targets.get(&id).cloned())
+        {
+            sheets.push((attribute(tag, "name").unwrap_or_default(), part));
+        }
+        Ok(())
+    })?;
+    Ok(sheets)
+}
+
+/// Texts that cells name by number.
+fn strings(archive: &mut Archive) -> Result<Vec<String>, ReadProblem> {
+    let (mut strings, mut current, mut within, mut aside) = (Vec::new(), String::new(), false, false);
+    events(archive, "xl/sharedStrings.xml", |event| {
+        match &event {
+            Event::Start(tag) => match tag.local_name().as_ref() {
+                "si" => current.clear(),
+                "t" => within = true,
+                // How a text is pronounced is no part of it.
+                "rPh" => aside = true,
+                _ => {}
+            },
+            Event::End(tag) => match tag.local_name().as_ref() {
+                "si" => strings.push(std::mem::take(&mut current)),
+                "t" => within = false,
+                "rPh" => aside = false,
+                _ => {}
+            },
+            Event::Empty(tag) if tag.local_name().as_ref() == "si" => strings.push(String::new()),
+            Event::Text(piece) if within && !aside => current.push_str(piece),
+            Event::GeneralRef(reference) if within && !aside => current.extend(character(reference)),
+            _ => {}
+        }
+        Ok(())
+    })?;
+    Ok(strings)
+}
+
+/// Whether each style of cells shows a date or a time.
+fn date_styles(archive: &mut Archive) -> Result<Vec<bool>, ReadProblem> {
+    let (mut codes, mut dates, mut within) = (HashMap::new(), Vec::new(), false);
+    events(archive, "xl/styles.xml", |event| {
+        match &event {
+            Event::Start(tag) | Event::Empty(tag) => match tag.local_name().as_ref() {
+                "numFmt" => {
+                    if let (Some(id), Some(code)) = (attribute(tag, "numFmtId"), attribute(tag, "formatCode"))
+                    {
+                        codes.insert(id, code);
+                    }
+                }
+                "cellXfs" => within = matches!(event, Event::Start(_)),
+                "xf" if within => {
+                    let id = attribute(tag, "numFmtId").unwrap_or_default();
+                    let own = id.parse::<u32>().is_ok_and(|id| matches!(id, 14..=22 | 45..=47));
+                    dates.push(own || codes.get(&id).is_some_and(|code| shows_time(code)));
+                }
+                _ => {}
+            },
+            Event::End(tag) if tag.local_name().as_ref() == "cellXfs" => within = false,
+            _ => {}
+        }
+        Ok(())
+    })?;
+    Ok(dates)
+}
+
+/// Whether a format such as `hh:mm:ss.000` shows a time: letters of one outside
+/// of quotes, colours and conditions.
+fn shows_time(code: &str) -> bool {
+    let (mut quoted, mut bracket, mut found) = (false, String::new(), false);
+    let (mut bracketed, mut escaped) = (false, false);
+    for c in code.chars().flat_map(char::to_lowercase) {
+        match c {
+            _ if escaped => escaped = false,
+            '\\' | '_' | '*' => escaped = true,
+            '"' => quoted = !quoted,
+            _ if quoted => {}
+            '[' => {
+                bracketed = true;
+                bracket.clear();
+            }
+            ']' => {
+                bracketed = false;
+                found |= !bracket.is_empty() && bracket.chars().all(|c| matches!(c, 'h' | 'm' | 's'));
+            }
+            c if bracketed => bracket.push(c),
+            'y' | 'd' | 'h' | 's' => found = true,
+            _ => {}
+        }
+    }
+    found
+}
+
+/// Row and column of a name such as `AB12`, from 0.
+fn place(name: &str) -> Option<(u32, u32)> {
+    let digits = name.find(|c: char| c.is_ascii_digit())?;
+    let (letters, digits) = name.split_at(digits);
+    let mut column = 0_u32;
+    for letter in letters.bytes() {
+        let letter = letter.to_ascii_uppercase();
+        if !letter.is_ascii_uppercase() {
+            return None;
+        }
+        column = column.checked_mul(26)?.checked_add(u32::from(letter - b'A') + 1)?;
+    }
+    let row = digits.parse::<u32>().ok()?.checked_sub(1)?;
+    let column = column.checked_sub(1)?;
+    (row < MOST_ROWS && column < MOST_COLUMNS).then_some((row, column))
+}
+
+/// A cell on its way.
+#[derive(Default)]
+struct Open {
+    kind: String,
+    style: usize,
+    value: String,
+    within: bool,
+}
+
+/// The cells of one sheet.
+fn cells(
+    archive: &mut Archive,
+    part: &str,
+    strings: &[String],
+    dates: &[bool],
+    sheet: &mut Sheet,
+) -> Result<(), ReadProblem> {
+    // Rows and cells without a name follow the ones before them.
+    let (mut row, mut column) = (0_u32, 0_u32);
+    let mut open = Open::default();
+    events(archive, part, |event| {
+        match &event {
+            Event::Start(tag) | Event::Empty(tag) => match tag.local_name().as_ref() {
+                "row" => {
+                    let named = attribute(tag, "r").and_then(|r| r.parse::<u32>().ok()?.checked_sub(1));
+                    row = named.unwrap_or(row);
+                    column = 0;
+                }
+                "c" => {
+                    if let Some(name) = attribute(tag, "r") {
+                        (row, column) = place(&name)
+                            .ok_or_else(|| broken(format!("{part}: no cell is named `{name:.20}`")))?;
+                    }
+                    open = Open {
+                        kind: attribute(tag, "t").unwrap_or_default(),
+                        style: attribute(tag, "s").and_then(|s| s.parse().ok()).unwrap_or(usize::MAX),
+                        ..Open::default()
+                    };
+                    if matches!(event, Event::Empty(_)) {
+                        column += 1;
+                    }
+                }
+                "v" | "t" => open.within = matches!(event, Event::Start(_)),
+                _ => {}
+            },
+            Event::Text(piece) if open.within => open.value.push_str(piece),
+            Event::GeneralRef(reference) if open.within => open.value.extend(character(reference)),
+            Event::End(tag) => match tag.local_name().as_ref() {
+                "v" | "t" => open.within = false,
+                "c" => {
+                    let date = dates.get(open.style).copied().unwrap_or(false);
+                    if let Some(cell) = finished(&open, strings, date)
+                        && row < MOST_ROWS
+                        && column < MOST_COLUMNS
+                    {
+                        sheet.set(row, column, cell);
+                    }
+                    column += 1;
+                }
+                "row" => row = row.saturating_add(1),
+                _ => {}
+            },
+            _ => {}
+        }
+        Ok(())
+    })
+}
+
+fn finished(open: &Open, strings: &[String], date: bool) -> Option<Cell> {
+    let value = open.value.as_str();
+    match open.kind.as_str() {
+        "s" => strings.get(value.trim().parse::<usize>().ok()?).map(|t| Cell::Text(t.clone())),
+        "str" | "inlineStr" | "d" => (!value.is_empty()).then(|| Cell::Text(value.to_owned())),
+        "e" => None,
+        _ => {
+            let number = value.trim().parse::<f64>().ok().filter(|v| v.is_finite())?;
+            Some(Cell::Number(if date { number * DAY_S } else { number }))
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn cells_are_named_by_letters_and_digits() {
+        assert_eq!(
+            (place("A1"), place("AB12"), place("XFD1048576")),
+            (Some((0, 0)), Some((11, 27)), Some((1_048_575, 16_383)))
+        );
+        for name in ["", "A", "7", "A0", "XFE1", "A1048577", "A99999999999", "ZZZZZZZZZZ1", "A1B", "é1"] {
+            assert_eq!(place(name), None, "{name}");
+        }
+    }
+
+    #[test]
+    fn formats_of_times_are_told_from_formats_of_numbers() {
+        for code in ["hh:mm:ss", "yyyy-mm-dd", "[h]:mm", "[ss].000", "d/m"] {
+            assert!(shows_time(code), "{code}");
+        }
+        for code in ["General", "0.00E+00", "[Red]0.0", "0.0\" s\"", "#,##0\\s", "0%"] {
+            assert!(!shows_time(code), "{code}");
+        }
+    }
+}

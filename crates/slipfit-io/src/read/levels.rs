@@ -1,0 +1,283 @@
+//! Amplitudes at resonance over the level of the drive.
+
+use slipfit::levels::Levels;
+
+use super::{
+    open::{Origin, opened},
+    pick,
+};
+use crate::{
+    columns::{Chooser, Picked, head::Head, role::Role, rows, units},
+    error::{Needed, ReadError, ReadProblem},
+    options::ReadOptions,
+    report::{LevelReading, Note, ReadReport},
+    tables::table::{Held, TableSource, gather},
+};
+
+/// Reads drive levels and the amplitudes they gave.
+pub(crate) fn read(origin: Origin<'_>, name: &str, options: &ReadOptions) -> Result<LevelReading, ReadError> {
+    let from_source = |source: &mut dyn TableSource| {
+        let count = source.heads().len();
+        let tables = (0..count).map(|t| gather(source, t, usize::MAX)).collect::<Result<Vec<_>, _>>()?;
+        from_tables(&tables, options)
+    };
+    let (mut reading, fingerprint) =
+        opened(origin, None, from_source).map_err(|problem| ReadError::new(name, problem))?;
+    fingerprint.write(&mut reading.report, name);
+    Ok(reading)
+}
+
+fn from_tables(tables: &[Held], options: &ReadOptions) -> Result<LevelReading, ReadProblem> {
+    let names: Vec<&str> = tables.iter().map(|t| t.head.name.as_str()).collect();
+    if let Some(wanted) = &options.sheet {
+        return from_table(&tables[pick::find(wanted, &names)?], &[], options);
+    }
+    let (mut reading, note) = match curves(tables) {
+        Some((joint, starts)) => {
+            let note = Note::new(format!("of {} tables a level each was read", starts.len()));
+            (from_table(&joint, &starts, options)?, note.hint("sheet", "reads one"))
+        }
+        None => {
+            let read = |index: usize| from_table(&tables[index], &[], options);
+            let found = (0..tables.len()).find_map(|index| Some((index, read(index).ok()?)));
+            let (index, reading) = match found {
+                Some(found) => found,
+                None => (0, read(0)?),
+            };
+            let note = Note::new(format!("the table `{}` was read", names[index]));
+            (reading, note.hint("sheet", "reads another"))
+        }
+    };
+    if tables.len() > 1 {
+        reading.report.notes.push(note);
+    }
+    Ok(reading)
+}
+
+/// Tables of the same columns, each a curve over frequency, one below the other; and the
+/// first row of each. `None` where there are not several.
+fn curves(tables: &[Held]) -> Option<(Held, Vec<usize>)> {
+    let has = |t: &Held, wanted: Role| {
+        let varies = |c: &[f64]| c.windows(2).any(|w| w[0] != w[1]);
+        let columns = t.head.names.iter().zip(&t.columns);
+        columns.into_iter().any(|(name, values)| Role::in_curve(name) == wanted && varies(values))
+    };
+    let is_curve = |t: &&Held| [Role::Frequency, Role::Drive, Role::Amplitude].iter().all(|r| has(t, *r));
+    let first = tables.iter().find(is_curve)?;
+    let headers = |t: &Held| t.head.names.iter().map(|n| n.header.clone()).collect::<Vec<_>>();
+    let mut joint = first.clone();
+    joint.head.name.clear();
+    joint.columns.iter_mut().for_each(Vec::clear);
+    let mut starts = Vec::new();
+    for table in tables.iter().filter(is_curve).filter(|t| headers(t) == headers(first)) {
+        starts.push(joint.rows());
+        for (held, new) in joint.columns.iter_mut().zip(&table.columns) {
+            held.extend_from_slice(new);
+        }
+    }
+    (starts.len() > 1).then_some((joint, starts))
+}
+
+/// What will be read of a table.
+struct Choice {
+    drive: Picked,
+    amplitude: Picked,
+    std_error: Option<Picked>,
+    frequency: Option<usize>,
+    /// Whether drive and amplitude are in decibels to be made linear.
+    levels: [bool; 2],
+}
+
+impl Choice {
+    /// The columns read, with what they are.
+    fn columns(&self) -> Vec<(&'static str, &Picked)> {
+        let std_error = self.std_error.as_ref().map(|p| ("std_error", p));
+        [Some(("drive", &self.drive)), Some(("amplitude", &self.amplitude)), std_error]
+            .into_iter()
+            .flatten()
+            .collect()
+    }
+}
+
+impl Chooser<'_> {
+    fn levels(&mut self) -> Result<Choice, ReadProblem> {
+        let options = self.options;
+        let missing = |head: &Head| ReadProblem::NoColumn {
+            needed: Needed::LevelAmplitude,
+            columns: head.list(&head.all()),
+        };
+        let of = |chooser: &Self, wanted: Role, without: &[usize]| {
+            let fits = |i: &usize| chooser.roles[*i] == wanted && !without.contains(i) && chooser.filled(*i);
+            (0..chooser.roles.len()).find(fits)
+        };
+        let (drive, why_drive) = if let Some(index) = self.asked("drive", &options.drive)? {
+            (index, "asked for")
+        } else if let Some(index) = of(self, Role::Drive, &[]) {
+            (index, "named like a drive")
+        } else if let Some(time) = of(self, Role::Time, &[]) {
+            let instead_of = "amplitudes over levels of the drive";
+            return Err(ReadProblem::TimeRecord { column: self.label(time), instead_of });
+        } else {
+            let other = |i: usize| matches!(self.roles[i], Role::Frequency | Role::Phase | Role::Never);
+            let first = (0..self.roles.len()).find(|&i| self.filled(i) && !other(i));
+            (first.ok_or_else(|| missing(self.head))?, "the first column")
+        };
+        let (amplitude, why_amplitude) = if let Some(index) = self.asked("amplitude", &options.amplitude)? {
+            (index, "asked for")
+        } else if let Some(index) = of(self, Role::Amplitude, &[drive]) {
+            (index, "named like an amplitude")
+        } else {
+            let next = of(self, Role::Unknown, &[drive]);
+            (next.ok_or_else(|| missing(self.head))?, "the next column")
+        };
+        let std_error = match self.asked("std_error", &options.std_error)? {
+            Some(index) => Some((index, "asked for")),
+            None => of(self, Role::StdError, &[drive, amplitude])
+                .filter(|&i| i > amplitude && self.values[i].iter().all(|v| !(*v <= 0.0)))
+                .map(|i| (i, "named like a standard error")),
+        };
+        let frequency = of(self, Role::Frequency, &[drive, amplitude]);
+        let (amplitude, linear_amplitude) = self.in_unit(amplitude, why_amplitude, options.unit.as_ref());
+        let (drive, linear_drive) = self.in_unit(drive, why_drive, options.drive_unit.as_ref());
+        let error = |(index, why)| Picked { unit: amplitude.unit.clone(), ..self.picked(index, why) };
+        let std_error = std_error.map(error);
+        Ok(Choice { drive, amplitude, std_error, frequency, levels: [linear_drive, linear_amplitude] })
+    }
+
+    /// A column in its unit or the one given, and whether it holds decibels.
+    fn in_unit(&mut self, index: usize, why: &str, given: Option<&String>) -> (Picked, bool) {
+        let mut picked = self.picked(index, why);
+        let written = given.unwrap_or(&picked.unit).trim().to_owned();
+        let linear = units::linear_unit(&written);
+        if linear.is_some() {
+            let text = format!("{}: levels in {written} were made linear, 10^(x/20)", self.label(index));
+            self.notes.push(text.into());
+        }
+        picked.unit = linear.map_or(written, str::to_owned);
+        (picked, linear.is_some())
+    }
+}
+
+/// The points of a table, or of several that begin in the rows `starts`.
+fn from_table(table: &Held, starts: &[usize], options: &ReadOptions) -> Result<LevelReading, ReadProblem> {
+    let Held { head, columns, .. } = table;
+    let mut chooser = Chooser::of_curve(head, columns, options);
+    let choice = chooser.levels()?;
+    let mut taken: Vec<usize> = choice.columns().into_iter().map(|(_, picked)| picked.index).collect();
+    let mut skipped = table.skipped.clone();
+    let rows = rows::complete(columns, &taken, 1, &mut skipped);
+    let linear = |v: f64, level: bool| if level { units::from_decibels(v) } else { v };
+    let mut points: Vec<[f64; 3]> = Vec::with_capacity(rows.len());
+    for &row in &rows {
+        let amplitude = linear(columns[choice.amplitude.index][row], choice.levels[1]);
+        if amplitude < 0.0 {
+            return Err(ReadProblem::Negative {
+                what: "amplitude",
+                row: row as u64 + 1,
+                column: head.label(choice.amplitude.index),
+                value: amplitude,
+                unit: String::new(),
+            });
+        }
+        let error = choice.std_error.as_ref().map_or(f64::NAN, |p| columns[p.index][row]);
+        points.push([linear(columns[choice.drive.index][row], choice.levels[0]), amplitude, error]);
+    }
+    if let Some(frequency) = choice.frequency {
+        let hz: Vec<f64> = rows.iter().map(|&row| columns[frequency][row]).collect();
+        let curve_of = |i: usize| starts.iter().filter(|&&start| start <= rows[i]).count();
+        if let Some(groups) = groups(&points, &hz, starts.len() > 1, curve_of) {
+            points = peaks(&points, &groups);
+            let column = head.label(frequency);
+            if points.len() < FEWEST {
+                return Err(ReadProblem::OneLevel { column, needed: FEWEST });
+            }
+            chooser.notes.push(Note::new(format!(
+                "{column} holds frequencies: of the {} rows the largest amplitude at each of {} drive levels was taken",
+                rows.len(),
+                points.len()
+            )));
+        }
+    }
+    let column = |at: usize| points.iter().map(|p| p[at]).collect::<Vec<f64>>();
+    let builder = Levels::builder(column(0), column(1));
+    let builder = builder.unit(choice.amplitude.unit.clone()).drive_unit(choice.drive.unit.clone());
+    let builder = if choice.std_error.is_some() { builder.std_error(column(2)) } else { builder };
+    let levels = builder.build().map_err(ReadProblem::Data)?;
+    taken.extend(choice.frequency);
+    chooser.note_unread(&taken);
+    let report = ReadReport {
+        rows_read: rows.len() as u64,
+        skipped,
+        taken: choice.columns().into_iter().map(|(what, picked)| (what, picked.taken(head))).collect(),
+        notes: chooser.notes,
+        ..head.report()
+    };
+    Ok(LevelReading { levels, report })
+}
+
+/// Levels that make a line and a threshold.
+const FEWEST: usize = 3;
+/// Rows of a curve, on average.
+const OF_A_CURVE: usize = 3;
+/// A measured level strays by less than this from row to row, levels differ by more.
+const JITTER: f64 = 0.05;
+
+/// Which curve over frequency each point belongs to; `None` where every row is a level of its own.
+fn groups(
+    points: &[[f64; 3]],
+    hz: &[f64],
+    tables: bool,
+    table_of: impl Fn(usize) -> usize,
+) -> Option<Vec<usize>> {
+    if tables {
+        return Some((0..points.len()).map(table_of).collect());
+    }
+    let count = |groups: &[usize]| groups.iter().max().map_or(0, |m| m + 1);
+    let levels = clusters(points);
+    let tight = (0..count(&levels)).all(|group| {
+        let drive = || points.iter().zip(&levels).filter(|(_, g)| **g == group).map(|(p, _)| p[0]);
+        drive().fold(0.0, f64::max) <= (1.0 + 2.0 * JITTER) * drive().fold(f64::INFINITY, f64::min)
+    });
+    if count(&levels) >= FEWEST && tight {
+        return (points.len() >= OF_A_CURVE * count(&levels)).then_some(levels);
+    }
+    // A drive that goes one way is set from row to row; one that strays is swept along.
+    let steps = |values: &[f64]| {
+        let rising = values.windows(2).filter(|w| w[1] > w[0]).count();
+        let falling = values.windows(2).filter(|w| w[1] < w[0]).count();
+        (rising, falling)
+    };
+    let drive: Vec<f64> = points.iter().map(|p| p[0]).collect();
+    let set = matches!(steps(&drive), (rising, falling) if rising + 1 == points.len() || falling + 1 == points.len());
+    let (rising, falling) = steps(hz);
+    let swept = rising + falling >= OF_A_CURVE;
+    (swept && !set).then(|| vec![0; points.len()])
+}
+
+/// Points of one level of the drive, by number.
+fn clusters(points: &[[f64; 3]]) -> Vec<usize> {
+    let mut order: Vec<usize> = (0..points.len()).collect();
+    order.sort_by(|&a, &b| points[a][0].total_cmp(&points[b][0]));
+    let mut groups = vec![0; points.len()];
+    let mut group = 0;
+    for pair in order.windows(2) {
+        let [low, high] = [points[pair[0]][0], points[pair[1]][0]];
+        group += usize::from(high - low > JITTER * high.abs());
+        groups[pair[1]] = group;
+    }
+    groups
+}
+
+/// Of each curve the point of the largest amplitude for its drive, in the order in which the curves come.
+fn peaks(points: &[[f64; 3]], groups: &[usize]) -> Vec<[f64; 3]> {
+    let mut list: Vec<(usize, [f64; 3])> = Vec::new();
+    let higher = |a: &[f64; 3], b: &[f64; 3]| a[1] * b[0] > b[1] * a[0];
+    for (point, group) in points.iter().zip(groups) {
+        match list.iter_mut().find(|(held, _)| held == group) {
+            Some((_, held)) if higher(point, held) => *held = *point,
+            Some(_) => {}
+            None => list.push((*group, *point)),
+        }
+    }
+    list.into_iter().map(|(_, point)| point).collect()
+}

@@ -1,0 +1,185 @@
+//! From a file or a stream of any format to its tables, with its fingerprint.
+
+use std::{
+    fs::File,
+    io::{self, Read, Seek, SeekFrom},
+    path::Path,
+    time::SystemTime,
+};
+
+use crate::{
+    error::{ReadError, ReadProblem},
+    format::{self, Format},
+    formats::{self, mat5, nanosurf, npy, touchstone, tracker, wav},
+    hashing::Hashing,
+    input::Input,
+    report::{Dialect, ReadReport},
+    tables::{
+        table::{self, TableSource, Tables},
+        text::Text,
+    },
+};
+
+/// A file, or bytes that come once.
+pub(crate) enum Origin<'a> {
+    File(File),
+    Stream(Box<dyn Read + 'a>),
+}
+
+/// The format of a file, its dialect, its SHA-256 in hexadecimal and its length in bytes.
+pub(crate) struct Fingerprint {
+    pub(super) format: Format,
+    pub(super) dialect: Option<Dialect>,
+    pub(super) sha256: String,
+    pub(super) bytes: u64,
+}
+
+impl Fingerprint {
+    /// Puts it into the report of a file of that name.
+    pub(super) fn write(self, report: &mut ReadReport, name: &str) {
+        name.clone_into(&mut report.path);
+        (report.format, report.dialect) = (self.format, self.dialect);
+        (report.sha256, report.bytes) = (self.sha256, self.bytes);
+    }
+}
+
+impl Origin<'_> {
+    /// A file and its name.
+    pub(crate) fn file(path: &Path) -> Result<(Self, String), ReadError> {
+        let name = path.display().to_string();
+        match File::open(path) {
+            Ok(file) => Ok((Self::File(file), name)),
+            Err(error) => Err(ReadError::new(&name, ReadProblem::Io(error))),
+        }
+    }
+}
+
+/// All tables of any format, of each its first `most_rows` rows.
+pub(crate) fn tables(origin: Origin<'_>, name: &str, most_rows: usize) -> Result<Tables, ReadError> {
+    let gather = |source: &mut dyn TableSource| {
+        let count = source.heads().len();
+        (0..count).map(|t| table::gather(source, t, most_rows)).collect::<Result<Vec<_>, _>>()
+    };
+    let (held, fingerprint) =
+        opened(origin, None, gather).map_err(|problem| ReadError::new(name, problem))?;
+    let Fingerprint { format, dialect, sha256, bytes } = fingerprint;
+    let tables = held.into_iter().map(Into::into).collect();
+    Ok(Tables { path: name.to_owned(), format, sha256, bytes, dialect, tables })
+}
+
+/// Opens a file, lets `then` read its tables, and gives its fingerprint too.
+pub(super) fn opened<T>(
+    origin: Origin<'_>,
+    watch: Option<&mut dyn FnMut(u64)>,
+    then: impl FnOnce(&mut dyn TableSource) -> Result<T, ReadProblem>,
+) -> Result<(T, Fingerprint), ReadProblem> {
+    let (reader, mut file): (Box<dyn Read>, Option<File>) = match origin {
+        Origin::File(file) => (Box::new(file.try_clone().map_err(ReadProblem::Io)?), Some(file)),
+        Origin::Stream(reader) => (reader, None),
+    };
+    let size = file.as_ref().and_then(|file| file.metadata().ok()).map(|m| m.len());
+    let watched = file.as_ref().and_then(|file| file.try_clone().ok());
+    let before = watched.as_ref().and_then(stamp);
+    let mut hashing = Hashing::new(reader, watch);
+    let (head, whole) = beginning(&mut hashing);
+    whole.map_err(ReadProblem::Io)?;
+    let format = Format::of(&head);
+    let source = match format {
+        Format::Text => text(head.chain(&mut hashing), size),
+        Format::Gzip => unpacked(head.chain(&mut hashing)),
+        other => {
+            // These are read from several places: a file as it is, a stream once it is held.
+            let input = match file.take() {
+                Some(mut file) => {
+                    io::copy(&mut hashing, &mut io::sink()).map_err(ReadProblem::Io)?;
+                    file.seek(SeekFrom::Start(0)).map_err(ReadProblem::Io)?;
+                    Input::File(file)
+                }
+                None => {
+                    let mut bytes = head;
+                    hashing.read_to_end(&mut bytes).map_err(ReadProblem::Io)?;
+                    Input::of(bytes)
+                }
+            };
+            source(input, other)
+        }
+    };
+    let done = source.and_then(|(mut source, format)| {
+        let done = then(&mut *source)?;
+        Ok((done, format, source.dialect()))
+    });
+    // The hash and the tables are read one after the other: both must see the same bytes.
+    let is_stream = matches!(format, Format::Text | Format::Gzip);
+    if !is_stream && before != watched.as_ref().and_then(stamp) {
+        return Err(ReadProblem::Changed);
+    }
+    let (done, format, dialect) = done?;
+    // What follows the samples belongs to the file.
+    io::copy(&mut hashing, &mut io::sink()).map_err(ReadProblem::Io)?;
+    let (sha256, bytes) = hashing.finish();
+    Ok((done, Fingerprint { format, dialect, sha256, bytes }))
+}
+
+/// Length and time of the last change.
+fn stamp(file: &File) -> Option<(u64, SystemTime)> {
+    let about = file.metadata().ok()?;
+    Some((about.len(), about.modified().ok()?))
+}
+
+type Opened<'a> = (Box<dyn TableSource + 'a>, Format);
+
+/// The bytes that tell a format, and whether all of them could be had.
+fn beginning(reader: &mut impl Read) -> (Vec<u8>, io::Result<usize>) {
+    let mut head = Vec::with_capacity(format::HEAD);
+    let whole = reader.take(format::HEAD as u64).read_to_end(&mut head);
+    (head, whole)
+}
+
+fn text<'a>(reader: impl Read + 'a, size: Option<u64>) -> Result<Opened<'a>, ReadProblem> {
+    Ok((Box::new(Text::open(reader, size)?), Format::Text))
+}
+
+/// What a gzip file holds: text streams, anything else is held.
+fn unpacked<'a>(packed: impl Read + 'a) -> Result<Opened<'a>, ReadProblem> {
+    let broken = |error: io::Error| ReadProblem::Broken { format: Format::Gzip, reason: error.to_string() };
+    let mut reader = flate2::read::MultiGzDecoder::new(packed);
+    let (mut head, whole) = beginning(&mut reader);
+    if head.is_empty() {
+        whole.map_err(broken)?;
+    }
+    match Format::of(&head) {
+        Format::Text => text(io::Cursor::new(head).chain(reader), None),
+        Format::Gzip => Err(ReadProblem::Unsupported(Format::Gzip)),
+        other => {
+            reader.read_to_end(&mut head).map_err(broken)?;
+            source(Input::of(head), other)
+        }
+    }
+}
+
+/// The tables of a format that is no text, and what it is more precisely.
+fn source<'a>(input: Input, format: Format) -> Result<Opened<'a>, ReadProblem> {
+    let bytes = |input: Input| input.into_bytes().map_err(ReadProblem::Io);
+    let source: Box<dyn TableSource> = match format {
+        Format::Wav => Box::new(wav::Sound::open(input)?),
+        Format::Mat5 => Box::new(mat5::tables(&bytes(input)?)?),
+        Format::Npy => Box::new(npy::tables(&bytes(input)?)?),
+        Format::Zip => {
+            let (tables, format) = formats::archive::tables(bytes(input)?)?;
+            return Ok((Box::new(tables), format));
+        }
+        #[cfg(feature = "excel")]
+        Format::Xls => Box::new(formats::xls::tables(bytes(input)?)?),
+        #[cfg(feature = "hdf5")]
+        Format::Hdf5 => Box::new(formats::hdf5::tables(bytes(input)?)?),
+        #[cfg(feature = "parquet")]
+        Format::Parquet => Box::new(formats::parquet::Parquet::open(input)?),
+        #[cfg(feature = "arrow")]
+        Format::Arrow => Box::new(formats::arrow::Arrow::open(bytes(input)?)?),
+        Format::Touchstone => Box::new(touchstone::tables(&bytes(input)?)?),
+        Format::Tracker => Box::new(tracker::tables(&bytes(input)?)?),
+        Format::NanoSurf => Box::new(nanosurf::tables(&bytes(input)?)?),
+        other => return Err(ReadProblem::Unsupported(other)),
+    };
+    Ok((source, format))
+}

@@ -1,0 +1,307 @@
+//! A record over time from a table, with its account.
+
+use slipfit::{Record, record::Averaging};
+
+use super::{
+    open::{Origin, opened},
+    pick,
+};
+use crate::{
+    columns::{
+        clock::Time,
+        head::Head,
+        record::{self, Choice},
+        units,
+    },
+    error::{ReadError, ReadProblem},
+    options::ReadOptions,
+    report::{Note, ReadReport, Reading, Skipped, TimeSource},
+    tables::table::{self, LeftOut, Reason, TableSource},
+};
+
+/// Tables looked into where none is named.
+const MOST_TABLES: usize = 64;
+
+/// A stamp before its predecessor.
+#[derive(Debug, Clone, Copy, PartialEq)]
+struct Backwards {
+    row: u64,
+    previous: f64,
+    next: f64,
+}
+
+/// The columns read, row by row, and what was left out.
+#[derive(Debug)]
+struct Samples {
+    /// Empty where a rate stands in for times.
+    time_s: Vec<f64>,
+    signal: Vec<f64>,
+    /// Empty but for a lock-in.
+    quadrature: Vec<f64>,
+    /// Rows that gave a sample.
+    read: u64,
+    backwards: Option<Backwards>,
+    skipped: Vec<Skipped>,
+    averaging: Averaging,
+}
+
+/// Reads a record from any format; `watch` is told how many bytes have been read.
+pub(crate) fn read(
+    origin: Origin<'_>,
+    name: &str,
+    options: &ReadOptions,
+    watch: Option<&mut dyn FnMut(u64)>,
+) -> Result<Reading, ReadError> {
+    let from_source = |source: &mut dyn TableSource| {
+        let (table, choice) = choose_table(source, options)?;
+        let samples = scan(source, table, &choice, options)?;
+        finish(source.heads()[table], choice, samples)
+    };
+    let (mut reading, fingerprint) =
+        opened(origin, watch, from_source).map_err(|problem| ReadError::new(name, problem))?;
+    fingerprint.write(&mut reading.report, name);
+    Ok(reading)
+}
+
+/// The table to read and its columns.
+fn choose_table(source: &mut dyn TableSource, options: &ReadOptions) -> Result<(usize, Choice), ReadProblem> {
+    let heads = source.heads();
+    let names: Vec<&str> = heads.iter().map(|h| h.name.as_str()).collect();
+    // A text has one table and no sheets.
+    let is_text = source.dialect().is_some() && names == [""];
+    let only = match &options.sheet {
+        Some(wanted) if !is_text => Some(pick::find(wanted, &names)?),
+        _ => (names.len() == 1).then_some(0),
+    };
+    if let Some(table) = only {
+        return Ok((table, choose(source, table, options)?));
+    }
+    let mut fit: Vec<(usize, Choice)> = Vec::new();
+    let mut first_problem = None;
+    for table in 0..names.len().min(MOST_TABLES) {
+        match choose(source, table, options) {
+            Ok(choice) => fit.push((table, choice)),
+            Err(problem) => first_problem = first_problem.or(Some(problem)),
+        }
+        if !fit.is_empty() && !source.must_choose() {
+            break;
+        }
+    }
+    let heads = source.heads();
+    if fit.len() > 1 {
+        let fitting: Vec<String> = fit.iter().map(|(t, _)| pick::describe(heads[*t])).collect();
+        return Err(ReadProblem::SeveralTables { tables: fitting.join("; ") });
+    }
+    let Some((table, mut choice)) = fit.pop() else {
+        let tables: Vec<String> = heads.iter().take(MOST_TABLES).map(|head| pick::describe(head)).collect();
+        let first = Box::new(first_problem.unwrap_or(ReadProblem::Empty));
+        return Err(ReadProblem::NoTableFits { tables: tables.join("; "), first });
+    };
+    let names: Vec<&str> = heads.iter().map(|h| h.name.as_str()).collect();
+    let text = format!("of {} the table `{}` was read", names.len(), names[table]);
+    let others = format!("reads another: {}", pick::others(&names, table));
+    choice.notes.push(Note::new(text).hint("sheet", others));
+    Ok((table, choice))
+}
+
+/// The columns of a table, from its first rows.
+fn choose(source: &mut dyn TableSource, table: usize, options: &ReadOptions) -> Result<Choice, ReadProblem> {
+    let mut choice = Err(ReadProblem::Empty);
+    for attempt in 0.. {
+        let Some(preview) = table::preview(source, table, attempt)? else { break };
+        choice = record::choose(&preview.head, &preview.columns, options);
+        let decided = choice.as_ref().is_ok_and(|choice| !choice.by_content);
+        if decided || !preview.cut {
+            return choice;
+        }
+    }
+    let mut choice = choice?;
+    choice.notes.push(format!("the columns were chosen from the first {}", source.previewed()).into());
+    Ok(choice)
+}
+
+/// Reads the columns chosen.
+fn scan(
+    source: &mut dyn TableSource,
+    table: usize,
+    choice: &Choice,
+    options: &ReadOptions,
+) -> Result<Samples, ReadProblem> {
+    let mut wanted = vec![choice.signal.index];
+    let time = match &choice.time {
+        Time::Column(picked, seconds) | Time::Intervals(picked, seconds) => {
+            wanted.push(picked.index);
+            Some(*seconds)
+        }
+        Time::Rate(_) => None,
+    };
+    wanted.extend(choice.quadrature.as_ref().map(|q| q.index));
+    let is_interval = matches!(choice.time, Time::Intervals(..));
+    let interval_s = if let Time::Rate(rate_hz) = choice.time { Some(1.0 / rate_hz) } else { None };
+    // The mean of levels is no level of the mean.
+    let is_level = choice.levels.contains(&true);
+    let most = options.most_samples.unwrap_or(ReadOptions::MOST_SAMPLES);
+    let averaging = Averaging::new(if is_level { usize::MAX } else { most }, interval_s);
+    // More than are held come within a batch.
+    let room = source.rows_expected().min(most.saturating_add(1 << 20));
+    let reserved = |used: bool| Vec::with_capacity(if used { room } else { 0 });
+    let mut samples = Samples {
+        time_s: reserved(time.is_some()),
+        signal: reserved(true),
+        quadrature: reserved(choice.quadrature.is_some()),
+        read: 0,
+        backwards: None,
+        skipped: Vec::new(),
+        averaging,
+    };
+    let (mut rows_before, mut elapsed, mut started) = (0_u64, 0.0, false);
+    let mut left_out = LeftOut::default();
+    let skipped = source.scan(table, &wanted, &mut |batch| {
+        let first_line = batch.line.unwrap_or(rows_before + 1);
+        let mut odd = batch.odd.iter().peekable();
+        let mut lines_passed = 0;
+        for i in 0..=batch.rows() {
+            let mut reason = None;
+            while let Some(next) = odd.next_if(|odd| odd.row == i) {
+                if next.reason.is_no_row() {
+                    left_out.count(&next.reason, first_line + i as u64 + lines_passed);
+                    lines_passed += 1;
+                } else {
+                    reason = Some(&next.reason);
+                }
+            }
+            if i == batch.rows() {
+                break;
+            }
+            let line = first_line + i as u64 + lines_passed;
+            let gap = batch.columns.iter().position(|column| !column[i].is_finite());
+            match gap {
+                Some(at) => left_out.count(reason.unwrap_or(&Reason::NoValue(wanted[at] + 1)), line),
+                None => samples.read += 1,
+            }
+            let Some(seconds) = time else {
+                // The row was sampled: it keeps its time.
+                samples.signal.push(if gap.is_none() { batch.columns[0][i] } else { f64::NAN });
+                if let Some(quadrature) = batch.columns.get(1) {
+                    samples.quadrature.push(if gap.is_none() { quadrature[i] } else { f64::NAN });
+                }
+                continue;
+            };
+            let mut stamp = batch.columns[1][i];
+            if is_interval && stamp.is_finite() {
+                // The first sample has nothing before it.
+                elapsed += if started { stamp } else { 0.0 };
+                started = true;
+                stamp = elapsed;
+            }
+            if gap.is_some() {
+                continue;
+            }
+            let time_s = seconds.of(stamp);
+            if let Some(&previous) = samples.time_s.last()
+                && time_s < previous
+                && samples.backwards.is_none()
+            {
+                samples.backwards = Some(Backwards { row: line, previous, next: time_s });
+            }
+            samples.time_s.push(time_s);
+            samples.signal.push(batch.columns[0][i]);
+            samples.quadrature.extend(batch.columns.get(2).map(|q| q[i]));
+        }
+        rows_before += batch.rows() as u64;
+        if !batch.more {
+            samples.averaging.settle(&mut samples.time_s, &mut samples.signal, &mut samples.quadrature);
+        }
+        true
+    })?;
+    samples.skipped = skipped;
+    samples.skipped.extend(left_out.skipped());
+    Ok(samples)
+}
+
+/// Makes the record of what was read, and its account.
+fn finish(head: &Head, mut choice: Choice, mut samples: Samples) -> Result<Reading, ReadProblem> {
+    let column = head.label(choice.signal.index);
+    let left_out_rows =
+        samples.averaging.finish(&mut samples.time_s, &mut samples.signal, &mut samples.quadrature);
+    choice.notes.extend(averaged(&samples.averaging, samples.signal.len(), left_out_rows));
+    let factor = samples.averaging.factor() as f64;
+    for (values, level) in [&mut samples.signal, &mut samples.quadrature].into_iter().zip(choice.levels) {
+        if level {
+            values.iter_mut().for_each(|v| *v = units::from_decibels(*v));
+        }
+    }
+    let Samples { time_s, signal, quadrature, read: rows_read, backwards, skipped, .. } = samples;
+    let record = match (&choice.time, choice.quadrature.is_some()) {
+        (Time::Rate(rate), false) => Record::uniform(*rate / factor, signal),
+        (Time::Rate(rate), true) => Record::lock_in_uniform(*rate / factor, signal, quadrature),
+        (_, false) => Record::new(time_s, signal),
+        (_, true) => Record::lock_in(time_s, signal, quadrature),
+    };
+    let record = record.map_err(|error| match (error, backwards) {
+        (slipfit::Error::ConstantSignal { value }, _) => ReadProblem::ConstantSignal { column, value },
+        (slipfit::Error::TooFewSamples { found, needed }, _) => {
+            ReadProblem::TooFewRows { read: found, needed, column, skipped: left_out(&skipped) }
+        }
+        (slipfit::Error::TimeBackwards { .. }, Some(Backwards { row, previous, next })) => {
+            let column = choice.time.column().map(|t| head.label(t.index)).unwrap_or_default();
+            ReadProblem::TimeBackwards { row, column, previous, next }
+        }
+        (other, _) => ReadProblem::Data(other),
+    })?;
+    let record = record.with_kind(choice.kind).with_unit(choice.signal.unit.clone());
+    let signal = ("signal", choice.signal.taken(head));
+    let quadrature = choice.quadrature.map(|q| ("quadrature", q.taken(head)));
+    let report = ReadReport {
+        rows_read,
+        skipped,
+        kind: choice.kind,
+        parts: choice.parts,
+        part: choice.part,
+        runs: choice.runs,
+        run: choice.run,
+        time: Some(match choice.time {
+            Time::Column(picked, _) => TimeSource::Column(picked.taken(head)),
+            Time::Intervals(picked, _) => TimeSource::Intervals(picked.taken(head)),
+            Time::Rate(rate) => TimeSource::Rate(rate),
+        }),
+        taken: [Some(signal), quadrature].into_iter().flatten().collect(),
+        notes: choice.notes,
+        ..head.report()
+    };
+    Ok(Reading { record, report })
+}
+
+/// What averaging did, or why it did not.
+fn averaged(averaging: &Averaging, samples: usize, left_out: usize) -> Option<Note> {
+    if let Some(why) = averaging.stopped() {
+        return Some(
+            Note::new(format!("{samples} samples are held, more than allowed: {why}"))
+                .hint("most_samples", "allows more"),
+        );
+    }
+    (averaging.factor() > 1).then(|| {
+        let rest = match left_out {
+            0 => String::new(),
+            1 => "; the last row makes up none".to_owned(),
+            n => format!("; the last {n} rows make up none"),
+        };
+        let text = format!(
+            "{} rows each were averaged into one sample; {:.0} samples a cycle are left, and the {:.2} % this takes \
+             of the amplitude was put back{rest}",
+            averaging.factor(),
+            averaging.samples_a_cycle(),
+            100.0 * (1.0 - averaging.gain())
+        );
+        Note::new(text).hint("most_samples", "sets how many are held")
+    })
+}
+
+/// Rows left out, as an error names them.
+fn left_out(skipped: &[Skipped]) -> String {
+    let reasons: Vec<String> = skipped
+        .iter()
+        .map(|s| format!("{} (row {}{})", s.reason, s.first_row, if s.rows > 1 { " and others" } else { "" }))
+        .collect();
+    if reasons.is_empty() { String::new() } else { format!("; left out: {}", reasons.join(", ")) }
+}

@@ -1,0 +1,41 @@
+//! Decoders of others that panic on some broken files.
+
+use std::any::Any;
+use std::cell::Cell;
+use std::panic::{AssertUnwindSafe, catch_unwind};
+
+use crate::{error::ReadProblem, format::Format};
+
+thread_local! {
+    static GUARDED: Cell<bool> = const { Cell::new(false) };
+}
+
+/// Whether this thread runs a decoder whose panic becomes a [`ReadProblem::Broken`].
+///
+/// A program that does not want such a panic's message on stderr asks this in its panic hook.
+#[must_use]
+pub fn panic_becomes_error() -> bool {
+    GUARDED.get()
+}
+
+/// Runs a decoder; what it breaks on in a panic is not used again.
+pub(crate) fn guarded<T, E>(
+    format: Format,
+    decode: impl FnOnce() -> Result<T, E>,
+    problem: impl FnOnce(E) -> ReadProblem,
+) -> Result<T, ReadProblem> {
+    let before = GUARDED.replace(true);
+    let outcome = catch_unwind(AssertUnwindSafe(decode));
+    GUARDED.set(before);
+    match outcome {
+        Ok(done) => done.map_err(problem),
+        Err(panic) => {
+            Err(ReadProblem::Broken { format, reason: format!("its decoder gave up: {}", said(&*panic)) })
+        }
+    }
+}
+
+fn said(panic: &(dyn Any + Send)) -> &str {
+    let text = panic.downcast_ref::<&str>().copied();
+    text.or_else(|| panic.downcast_ref::<String>().map(String::as_str)).unwrap_or("without a word")
+}

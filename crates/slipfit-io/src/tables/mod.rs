@@ -1,0 +1,9 @@
+//! Tables of named columns: their sources, arrays and sheets put together to tables, and text.
+
+pub(crate) mod arrays;
+#[cfg(any(feature = "arrow", feature = "hdf5", feature = "parquet"))]
+pub(crate) mod guard;
+#[cfg(feature = "excel")]
+pub(crate) mod sheet;
+pub(crate) mod table;
+pub(crate) mod text;

@@ -1,0 +1,88 @@
+//! Sheets of a workbook, laid out as text so that the reader of texts finds
+//! header, units, tables side by side and runs in them as in any other table.
+
+use std::collections::BTreeMap;
+use std::fmt::Write as _;
+
+use super::{table::HeldTables, text};
+
+/// A cell before its place in the text is known.
+#[derive(Debug, Clone, PartialEq)]
+pub(crate) enum Cell {
+    Number(f64),
+    Text(String),
+}
+
+/// The cells of one sheet by row and column.
+#[derive(Debug, Default)]
+pub(crate) struct Sheet {
+    pub(crate) name: String,
+    cells: BTreeMap<(u32, u32), Cell>,
+}
+
+impl Sheet {
+    pub(crate) fn new(name: &str) -> Self {
+        Self { name: name.to_owned(), cells: BTreeMap::new() }
+    }
+
+    pub(crate) fn set(&mut self, row: u32, column: u32, cell: Cell) {
+        self.cells.insert((row, column), cell);
+    }
+
+    /// One line a row, tabs between cells, or why not.
+    fn text(&self) -> Result<String, String> {
+        // A lone cell far out would make a line of nothing but tabs: with few
+        // cells there are few tabs.
+        let mut wide: BTreeMap<u32, u32> = BTreeMap::new();
+        for &(row, column) in self.cells.keys() {
+            wide.entry(row).and_modify(|w| *w = column.max(*w)).or_insert(column);
+        }
+        let tabs: u64 = wide.values().map(|w| u64::from(*w)).sum();
+        let rows = wide.keys().next_back().map_or(0, |r| u64::from(*r));
+        let cells = self.cells.len() as u64;
+        if tabs + rows > 64 * cells + (1 << 16) {
+            return Err(format!("its {cells} cells are scattered over {rows} rows"));
+        }
+        let mut text = String::with_capacity(self.cells.len() * 8);
+        let (mut at_row, mut at_column) = (0, 0);
+        for (&(row, column), cell) in &self.cells {
+            while at_row < row {
+                text.push('\n');
+                (at_row, at_column) = (at_row + 1, 0);
+            }
+            while at_column < column {
+                text.push('\t');
+                at_column += 1;
+            }
+            match cell {
+                Cell::Number(value) => {
+                    // Writing to a String cannot fail. The shortest form reads back exactly.
+                    let _ = write!(text, "{value:?}");
+                }
+                Cell::Text(words) => {
+                    text.extend(words.chars().map(|c| if c.is_control() { ' ' } else { c }));
+                }
+            }
+        }
+        text.push('\n');
+        Ok(text)
+    }
+}
+
+/// The tables of all sheets that hold one, and why the others do not.
+pub(crate) fn tables(sheets: &[Sheet]) -> Result<HeldTables, String> {
+    let mut tables = HeldTables::default();
+    let mut problems = Vec::new();
+    for sheet in sheets {
+        let held = sheet.text().and_then(|text| text::hold(text.as_bytes()).map_err(|e| e.to_string()));
+        match held {
+            Ok((held, _)) => tables.absorb(held, &sheet.name),
+            Err(problem) => problems.push(format!("sheet `{}`: {problem}", sheet.name)),
+        }
+    }
+    if tables.is_empty() {
+        return Err(if problems.is_empty() { "it has no sheet".to_owned() } else { problems.join("; ") });
+    }
+    tables.note_all(&problems);
+    Ok(tables)
+}

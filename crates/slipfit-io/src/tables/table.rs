@@ -1,0 +1,386 @@
+//! Tables of named columns, whatever the format.
+
+use crate::{
+    columns::{head::Head, name::Name, role::Role},
+    error::ReadProblem,
+    format::Format,
+    report::{Dialect, Note, Skipped},
+};
+
+/// Rows handed on at once.
+pub(crate) const BATCH: usize = 8192;
+
+/// All tables of a file, every column of them.
+///
+/// This is what a sheet, a variable, a group or a text holds before anybody
+/// has decided which column is what.
+#[derive(Debug, Clone, PartialEq)]
+#[non_exhaustive]
+pub struct Tables {
+    /// The file, as named by the caller.
+    pub path: String,
+    /// Its format.
+    pub format: Format,
+    /// SHA-256 of its bytes, in hexadecimal.
+    pub sha256: String,
+    /// Its length in bytes.
+    pub bytes: u64,
+    /// How the text is written; `None` of other formats.
+    pub dialect: Option<Dialect>,
+    /// The tables in the order of the file, at least one.
+    pub tables: Vec<Table>,
+}
+
+/// A table: columns of equal length.
+#[derive(Debug, Clone, PartialEq, Default)]
+#[non_exhaustive]
+pub struct Table {
+    /// Sheet, variable, group or track; empty where the file has one table only.
+    pub name: String,
+    /// The columns in the order of the file.
+    pub columns: Vec<Column>,
+    /// Samples per second (Hz), where the format itself states it.
+    pub rate_hz: Option<f64>,
+    /// Values named beside the table, such as a centre frequency, as written.
+    pub named_values: Vec<(String, String)>,
+    /// Rows that gave no number in any column, by reason.
+    pub skipped: Vec<Skipped>,
+    /// Whether rows were left unread because enough had been seen.
+    pub cut: bool,
+    /// Whatever else a reader of the numbers should know.
+    pub notes: Vec<Note>,
+}
+
+/// A column of numbers.
+#[derive(Debug, Clone, PartialEq, Default)]
+#[non_exhaustive]
+pub struct Column {
+    /// Its header as written; empty without one.
+    pub header: String,
+    /// Its unit as written; empty if none is known.
+    pub unit: String,
+    /// One value a row; NaN where the cell holds no number.
+    pub values: Vec<f64>,
+}
+
+impl Table {
+    /// Number of rows.
+    #[must_use]
+    pub fn rows(&self) -> usize {
+        self.columns.first().map_or(0, |c| c.values.len())
+    }
+
+    /// Whether a column is a frequency or a period of a drive: the table is a
+    /// sweep rather than a record in time.
+    #[must_use]
+    pub fn is_sweep(&self) -> bool {
+        self.columns.iter().any(|c| {
+            let name = Name::parse(&c.header);
+            let word = name.bare.to_lowercase();
+            let frequency = ["hz", "khz", "mhz", "ghz"].contains(&name.unit.to_lowercase().as_str())
+                || ["f", "freq", "omega", "ω"].contains(&word.as_str())
+                || ["frequen", "frecuen"].iter().any(|w| word.starts_with(w));
+            frequency && c.values.windows(2).any(|w| w[0] != w[1])
+        }) && !self.columns.iter().any(|c| Role::in_record(&Name::parse(&c.header)) == Role::Time)
+    }
+}
+
+/// Some rows of the columns wanted.
+pub(crate) struct Batch<'a> {
+    /// One slice a column, NaN where a row has no number.
+    pub(crate) columns: &'a [&'a [f64]],
+    /// Number of the first row in the file, where rows are lines of it.
+    pub(crate) line: Option<u64>,
+    /// Lines that are no rows and rows without a number, in order; empty where rows are no lines.
+    pub(crate) odd: &'a [Odd],
+    /// Whether more rows have been read already.
+    pub(crate) more: bool,
+}
+
+impl<'a> Batch<'a> {
+    /// Rows that are no lines of a text.
+    pub(crate) fn of(columns: &'a [&'a [f64]]) -> Self {
+        Self { columns, line: None, odd: &[], more: false }
+    }
+
+    pub(crate) fn rows(&self) -> usize {
+        self.columns.first().map_or(0, |column| column.len())
+    }
+}
+
+/// A line that is no row, or a row in which a number is missing.
+#[derive(Debug, Clone, PartialEq)]
+pub(crate) struct Odd {
+    /// The row of the batch, or the one after the line.
+    pub(crate) row: usize,
+    pub(crate) reason: Reason,
+}
+
+/// Why a row or a line gave no sample.
+#[derive(Debug, Clone, PartialEq)]
+pub(crate) enum Reason {
+    BlankLine,
+    Remark,
+    /// Number of the column, from 1.
+    TooFewCells(usize),
+    NoValue(usize),
+    Text(usize, String),
+    NoNumber,
+}
+
+impl Reason {
+    /// Whether it is a line that holds no row.
+    pub(crate) fn is_no_row(&self) -> bool {
+        matches!(self, Self::BlankLine | Self::Remark)
+    }
+
+    fn is_same(&self, other: &Self) -> bool {
+        match (self, other) {
+            (Self::Text(column, _), Self::Text(other, _)) => column == other,
+            _ => self == other,
+        }
+    }
+
+    fn text(&self) -> String {
+        match self {
+            Self::BlankLine => "blank line".to_owned(),
+            Self::Remark => "remark".to_owned(),
+            Self::TooFewCells(column) => format!("row ends before column {column}"),
+            Self::NoValue(column) => format!("no value in column {column}"),
+            Self::Text(column, example) => format!("`{example}` in column {column} is not a number"),
+            Self::NoNumber => "no number in any column".to_owned(),
+        }
+    }
+}
+
+/// Rows left out, counted by reason.
+#[derive(Debug, Default)]
+pub(crate) struct LeftOut(Vec<(Reason, u64, u64)>);
+
+impl LeftOut {
+    pub(crate) fn count(&mut self, reason: &Reason, row: u64) {
+        match self.0.iter_mut().find(|(known, ..)| known.is_same(reason)) {
+            Some((_, rows, _)) => *rows += 1,
+            None => self.0.push((reason.clone(), 1, row)),
+        }
+    }
+
+    /// In order of appearance.
+    pub(crate) fn skipped(&self) -> Vec<Skipped> {
+        let skipped = |(reason, rows, first_row): &(Reason, u64, u64)| Skipped {
+            reason: reason.text(),
+            rows: *rows,
+            first_row: *first_row,
+        };
+        self.0.iter().map(skipped).collect()
+    }
+}
+
+/// Takes rows as they come; answers whether it wants more.
+pub(crate) type Sink<'a> = &'a mut dyn FnMut(Batch<'_>) -> bool;
+
+/// Rows from which columns are told apart.
+const PREVIEW_ROWS: usize = 1 << 17;
+
+/// What every format is read through: tables that are described first and
+/// handed on column by column.
+pub(crate) trait TableSource {
+    /// The tables in the order of the file.
+    fn heads(&self) -> Vec<&Head>;
+
+    /// Hands the columns `wanted` of a table to `sink`, some rows at a time,
+    /// NaN where a row has no number, until it answers `false`. Returns the
+    /// rows that could not be handed on.
+    fn scan(&mut self, table: usize, wanted: &[usize], sink: Sink<'_>) -> Result<Vec<Skipped>, ReadProblem>;
+
+    /// The first rows of a source that cannot be read twice; the second attempt gives more of them.
+    fn window(&mut self, _attempt: usize) -> Result<Option<Held>, ReadProblem> {
+        Ok(None)
+    }
+
+    /// How much a preview holds at the most.
+    fn previewed(&self) -> String {
+        format!("{PREVIEW_ROWS} rows")
+    }
+
+    /// Rows of a table, as far as they are known before they are read.
+    fn rows_expected(&self) -> usize {
+        0
+    }
+
+    /// Whether its tables are unlike each other, so that the first is no
+    /// better guess than any other: variables, not sheets or runs.
+    fn must_choose(&self) -> bool {
+        false
+    }
+
+    /// How it is written, if it is text.
+    fn dialect(&self) -> Option<Dialect> {
+        None
+    }
+}
+
+/// A table that is held as a whole.
+#[derive(Debug, Clone, Default, PartialEq)]
+pub(crate) struct Held {
+    pub(crate) head: Head,
+    pub(crate) columns: Vec<Vec<f64>>,
+    /// Rows that gave no number, by reason.
+    pub(crate) skipped: Vec<Skipped>,
+    /// Whether rows were left unread because enough had been seen.
+    pub(crate) cut: bool,
+}
+
+impl Held {
+    pub(crate) fn rows(&self) -> usize {
+        self.columns.first().map_or(0, Vec::len)
+    }
+}
+
+impl From<Held> for Table {
+    fn from(held: Held) -> Self {
+        let Held { head, columns, skipped, cut } = held;
+        let column = |(name, values): (Name, _)| Column { header: name.header, unit: name.unit, values };
+        Self {
+            name: head.name,
+            columns: head.names.into_iter().zip(columns).map(column).collect(),
+            rate_hz: head.rate_hz,
+            named_values: head.named_values,
+            skipped,
+            cut,
+            notes: head.notes,
+        }
+    }
+}
+
+/// Tables that are held as a whole, as small formats are.
+#[derive(Debug, Default)]
+pub(crate) struct HeldTables {
+    tables: Vec<Held>,
+    pub(crate) must_choose: bool,
+    pub(crate) dialect: Option<Dialect>,
+}
+
+impl HeldTables {
+    /// Adds a table; its columns may end one before the other.
+    pub(crate) fn push(&mut self, head: Head, mut columns: Vec<Vec<f64>>, skipped: Vec<Skipped>) {
+        let rows = columns.iter().map(Vec::len).max().unwrap_or(0);
+        columns.iter_mut().for_each(|c| c.resize(rows, f64::NAN));
+        self.tables.push(Held { head, columns, skipped, cut: false });
+    }
+
+    /// Says something of every table.
+    pub(crate) fn note_all(&mut self, notes: &[String]) {
+        let notes = || notes.iter().map(|note| Note::new(note.as_str()));
+        self.tables.iter_mut().for_each(|t| t.head.notes.extend(notes()));
+    }
+
+    /// Adds values named beside every table.
+    pub(crate) fn name_all(&mut self, named: &[(String, String)]) {
+        self.tables.iter_mut().for_each(|t| t.head.named_values.extend_from_slice(named));
+    }
+
+    /// Takes over a table under a name.
+    pub(crate) fn absorb(&mut self, mut table: Held, name: &str) {
+        name.clone_into(&mut table.head.name);
+        self.tables.push(table);
+    }
+
+    /// Changes every time that is in seconds.
+    pub(crate) fn map_times(&mut self, change: impl Fn(f64) -> f64) {
+        for Held { head, columns, .. } in &mut self.tables {
+            for (name, column) in head.names.iter().zip(columns) {
+                if Role::in_record(name) == Role::Time && name.unit == "s" {
+                    column.iter_mut().for_each(|v| *v = change(*v));
+                }
+            }
+        }
+    }
+
+    pub(crate) fn is_empty(&self) -> bool {
+        self.tables.is_empty()
+    }
+}
+
+impl TableSource for HeldTables {
+    fn heads(&self) -> Vec<&Head> {
+        self.tables.iter().map(|t| &t.head).collect()
+    }
+
+    fn scan(&mut self, table: usize, wanted: &[usize], sink: Sink<'_>) -> Result<Vec<Skipped>, ReadProblem> {
+        let table = &self.tables[table];
+        let columns: Vec<&[f64]> = wanted.iter().map(|&c| &table.columns[c][..]).collect();
+        let rows = columns.first().map_or(0, |c| c.len());
+        for from in (0..rows).step_by(BATCH) {
+            let to = rows.min(from + BATCH);
+            let batch: Vec<&[f64]> = columns.iter().map(|c| &c[from..to]).collect();
+            if !sink(Batch::of(&batch)) {
+                break;
+            }
+        }
+        Ok(table.skipped.clone())
+    }
+
+    fn must_choose(&self) -> bool {
+        self.must_choose
+    }
+
+    fn dialect(&self) -> Option<Dialect> {
+        self.dialect.clone()
+    }
+}
+
+/// The first rows of a table. A second attempt gives more of them, or `None` if there are no more.
+pub(crate) fn preview(
+    source: &mut dyn TableSource,
+    table: usize,
+    attempt: usize,
+) -> Result<Option<Held>, ReadProblem> {
+    match source.window(attempt)? {
+        None if attempt == 0 => gather(source, table, PREVIEW_ROWS).map(Some),
+        window => Ok(window),
+    }
+}
+
+/// All columns of one table, of its first `most_rows` rows; rows of a text without any number are
+/// left out and counted.
+pub(crate) fn gather(
+    source: &mut dyn TableSource,
+    table: usize,
+    most_rows: usize,
+) -> Result<Held, ReadProblem> {
+    let head = source.heads()[table].clone();
+    let wanted = head.all();
+    let mut columns: Vec<Vec<f64>> = vec![Vec::new(); wanted.len()];
+    let (mut held, mut cut) = (0, false);
+    let mut left_out = LeftOut::default();
+    let mut skipped = source.scan(table, &wanted, &mut |batch| {
+        let mut take = |from: usize, to: usize| {
+            let to = to.min(from.saturating_add(most_rows - held));
+            for (held, new) in columns.iter_mut().zip(batch.columns) {
+                held.extend_from_slice(&new[from..to]);
+            }
+            held += to - from;
+            to
+        };
+        let (mut row, mut lines) = (0, 0);
+        for odd in batch.odd {
+            let empty = !odd.reason.is_no_row() && batch.columns.iter().all(|c| c[odd.row].is_nan());
+            if !empty && !odd.reason.is_no_row() {
+                continue;
+            }
+            if take(row, odd.row) < odd.row {
+                cut = true;
+                return false;
+            }
+            let reason = if empty { &Reason::NoNumber } else { &odd.reason };
+            left_out.count(reason, batch.line.unwrap_or(1) + (odd.row + lines) as u64);
+            lines += usize::from(!empty);
+            row = odd.row + usize::from(empty);
+        }
+        cut = take(row, batch.rows()) < batch.rows();
+        !cut
+    })?;
+    skipped.extend(left_out.skipped());
+    Ok(Held { head, columns, skipped, cut })
+}

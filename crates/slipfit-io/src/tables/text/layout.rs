@@ -1,0 +1,229 @@
+//! Where the table begins, what its columns are called and how they group.
+
+use std::borrow::Cow;
+
+use super::{
+    dialect::{self, RowKind, Shape},
+    number,
+};
+use crate::{
+    columns::{head::Head, name::Name, named, role::Role, units},
+    report::{Delimiter, Note},
+};
+
+/// Rows after the first that must be rows as well.
+const LOOK_AHEAD: usize = 5;
+
+/// A table found in the first lines of a file.
+#[derive(Debug, Clone)]
+pub(super) struct Layout {
+    pub(super) shape: Shape,
+    /// Index of the header line.
+    pub(super) header_line: Option<usize>,
+    /// Index of the first line of numbers.
+    pub(super) first_line: usize,
+    /// Whether the rows quote cells.
+    pub(super) quoted: bool,
+    /// The program or instrument that wrote it, if that can be told.
+    pub(super) convention: Option<&'static str>,
+    /// Its columns, and what stands above it.
+    pub(super) head: Head,
+}
+
+/// Bytes as text: UTF-8, else Windows-1252, which has every byte.
+pub(crate) fn text(bytes: &[u8]) -> Cow<'_, str> {
+    match std::str::from_utf8(bytes) {
+        Ok(text) => Cow::Borrowed(text),
+        Err(_) => encoding_rs::WINDOWS_1252.decode_without_bom_handling(bytes).0,
+    }
+}
+
+/// Finds the table in the first lines of a file.
+pub(super) fn find(lines: &[&[u8]]) -> Option<Layout> {
+    let shape = dialect::detect(lines)?;
+    let kinds: Vec<RowKind> =
+        lines.iter().map(|l| dialect::row_kind(l, shape.delimiter, shape.decimal, shape.words)).collect();
+    let first_line = first_row(&kinds, shape.width)?;
+    let mut notes = Vec::new();
+    let header = header(lines, &kinds, first_line, shape, &mut notes);
+    let (header_line, names) = match header {
+        Some((line, names)) => (Some(line), names),
+        None => (None, vec![Name::default(); shape.width]),
+    };
+    let quoted = lines[first_line..].iter().any(|l| memchr::memchr(b'"', l).is_some());
+    let named_values =
+        named::values(lines[..first_line].iter().map(|line| text(uncommented(line)).into_owned()));
+    let head = Head { names, named_values, notes, ..Head::default() };
+    Some(Layout { shape, header_line, first_line, quoted, convention: None, head })
+}
+
+/// The first row of numbers of the usual width that others follow.
+fn first_row(kinds: &[RowKind], width: usize) -> Option<usize> {
+    let is_row = |kind: &RowKind| matches!(kind, RowKind::Numbers(_));
+    let usual = |i: usize| kinds[i] == RowKind::Numbers(width);
+    let followed = |i: usize| {
+        let next: Vec<&RowKind> =
+            kinds[i..].iter().filter(|k| **k != RowKind::Blank).take(LOOK_AHEAD).collect();
+        next.iter().filter(|k| is_row(k)).count() * 5 >= next.len() * 4
+    };
+    (0..kinds.len()).find(|&i| usual(i) && followed(i)).or_else(|| (0..kinds.len()).find(|&i| usual(i)))
+}
+
+fn header(
+    lines: &[&[u8]],
+    kinds: &[RowKind],
+    first_line: usize,
+    shape: Shape,
+    notes: &mut Vec<Note>,
+) -> Option<(usize, Vec<Name>)> {
+    let above = || (0..first_line).rev().filter(|&i| kinds[i] != RowKind::Blank);
+    let nearest = above().next()?;
+    if holds_numbers(lines[nearest], shape) {
+        notes.push(
+            format!(
+                "line {} holds numbers among its words: it was taken for preamble and not read",
+                nearest + 1
+            )
+            .into(),
+        );
+    } else if matches!(kinds[nearest], RowKind::Text(_)) {
+        if let Some(cells) = header_cells(lines[nearest], shape) {
+            let cells = join_unit_row(cells, nearest, lines, kinds, shape);
+            return Some((nearest, cells.iter().map(|c| Name::parse(c)).collect()));
+        }
+        let cells = plain_header_cells(lines[nearest]);
+        let numeric =
+            |c: &String| matches!(number::cell(c.as_bytes(), shape.decimal), number::Cell::Number(_));
+        if cells.len() != shape.width && !cells.iter().any(numeric) {
+            notes.push(
+                format!(
+                    "line {} names {} columns (`{}`) but the rows hold {}: its names were not used",
+                    nearest + 1,
+                    cells.len(),
+                    text(lines[nearest]).trim(),
+                    shape.width
+                )
+                .into(),
+            );
+        }
+    }
+    // Among remarks a header is one whose words are those of columns.
+    above().filter(|&i| kinds[i] == RowKind::Comment).find_map(|i| {
+        let cells = header_cells(uncommented(lines[i]), shape)?;
+        let names: Vec<Name> = cells.iter().map(|c| Name::parse(c)).collect();
+        let known = names.iter().filter(|n| Role::in_record(n) != Role::Unknown).count();
+        (known * 2 >= names.len() && known > 0).then_some((i, names))
+    })
+}
+
+/// Whether half the cells of a line are numbers: no header has so many.
+fn holds_numbers(line: &[u8], shape: Shape) -> bool {
+    let cells = dialect::cells(line, shape.delimiter);
+    let filled = cells.iter().filter(|c| !number::trim(c).is_empty()).count();
+    let numeric = |c: &&&[u8]| matches!(number::cell(c, shape.decimal), number::Cell::Number(_));
+    cells.len() == shape.width && shape.width > 1 && cells.iter().filter(numeric).count() * 2 >= filled
+}
+
+/// The line without the mark of a remark.
+fn uncommented(line: &[u8]) -> &[u8] {
+    let line = line.trim_ascii();
+    let marks = line.iter().take_while(|b| matches!(b, b'#' | b'%' | b'/')).count();
+    line[marks..].trim_ascii()
+}
+
+/// The cells of a header, if there is a way to see as many as the rows have.
+fn header_cells(line: &[u8], shape: Shape) -> Option<Vec<String>> {
+    let line = line.trim_ascii_end();
+    if shape.delimiter == Delimiter::None {
+        // A line with a number among its words is a value of something else.
+        let numeric = |c: &[u8]| matches!(number::cell(c, shape.decimal), number::Cell::Number(_));
+        if line.split(|b| b",;\t=: ".contains(b)).any(numeric) && !line.starts_with(b"\"") {
+            return None;
+        }
+        return Some(vec![text(number::trim(line)).into_owned()]);
+    }
+    let own = || texts(&dialect::cells(line, shape.delimiter));
+    let ways: [&dyn Fn() -> Vec<String>; 4] = [
+        &own,
+        &|| joined_units(&text(line)),
+        &|| text(line).split("  ").map(|c| c.trim().to_owned()).filter(|c| !c.is_empty()).collect(),
+        &|| {
+            [Delimiter::Tab, Delimiter::Semicolon, Delimiter::Comma]
+                .into_iter()
+                .map(|d| texts(&dialect::cells(line, d)))
+                .find(|cells| cells.len() == shape.width)
+                .unwrap_or_default()
+        },
+    ];
+    ways.iter().find_map(|way| fitted(way(), shape.width))
+}
+
+/// Empty cells at the end may be too many or too few.
+fn fitted(mut cells: Vec<String>, width: usize) -> Option<Vec<String>> {
+    while cells.len() > width && cells.last().is_some_and(String::is_empty) {
+        cells.pop();
+    }
+    if cells.len() + 1 == width && width > 2 {
+        cells.push(String::new());
+    }
+    (cells.len() == width && cells.iter().any(|c| !c.is_empty())).then_some(cells)
+}
+
+fn texts(cells: &[&[u8]]) -> Vec<String> {
+    cells.iter().map(|c| text(number::trim(c)).into_owned()).collect()
+}
+
+/// Words between blanks, with units in brackets put to the word before.
+fn joined_units(line: &str) -> Vec<String> {
+    let mut cells: Vec<String> = Vec::new();
+    for word in line.split_whitespace() {
+        match cells.last_mut() {
+            Some(last) if word.starts_with(['(', '[']) => {
+                last.push(' ');
+                last.push_str(word);
+            }
+            _ => cells.push(word.to_owned()),
+        }
+    }
+    cells
+}
+
+/// How a reader would count the names of a line.
+fn plain_header_cells(line: &[u8]) -> Vec<String> {
+    let by = |d| texts(&dialect::cells(line, d));
+    [by(Delimiter::Tab), by(Delimiter::Semicolon), by(Delimiter::Comma)]
+        .into_iter()
+        .find(|cells| cells.len() > 1)
+        .unwrap_or_else(|| joined_units(&text(line)))
+}
+
+/// Where the line above the numbers holds units only, names stand above it.
+fn join_unit_row(
+    cells: Vec<String>,
+    line: usize,
+    lines: &[&[u8]],
+    kinds: &[RowKind],
+    shape: Shape,
+) -> Vec<String> {
+    let is_unit = |cell: &String| {
+        let inner = cell.trim_matches(['(', ')', '[', ']', ' ']);
+        cell.is_empty()
+            || units::measures(inner).is_some()
+            || (cell.starts_with(['(', '[']) && cell.ends_with([')', ']']))
+    };
+    if !cells.iter().all(is_unit) || cells.iter().all(String::is_empty) {
+        return cells;
+    }
+    let above = (0..line).rev().find(|&i| kinds[i] != RowKind::Blank);
+    let names = above.and_then(|i| header_cells(lines[i], shape));
+    match names {
+        // `x` and `s` are units and names: two rows of them are needed.
+        Some(names) => names
+            .iter()
+            .zip(&cells)
+            .map(|(name, unit)| format!("{name} ({})", unit.trim_matches(['(', ')', '[', ']', ' '])))
+            .map(|joined| joined.trim_end_matches("()").trim().to_owned())
+            .collect(),
+        None => cells,
+    }
+}

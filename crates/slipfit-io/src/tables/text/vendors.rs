@@ -1,0 +1,273 @@
+//! Vendor metadata that is not in the layout of a text: units, clocks and names of values.
+//!
+//! A text is read by its layout alone. Where the program or instrument that wrote it is
+//! recognised by its first lines, what its documentation says is added. One line a vendor.
+
+use super::{
+    dialect,
+    layout::{self, Layout},
+};
+use crate::{columns::name::Name, report::Note};
+
+/// The lines above the numbers.
+struct Preamble {
+    /// All lines before the first row of numbers.
+    lines: Vec<String>,
+    /// The names of the columns as written.
+    headers: Vec<String>,
+}
+
+impl Preamble {
+    /// Whether a line holds a word, in any case.
+    fn says(&self, word: &str) -> bool {
+        self.lines.iter().any(|l| l.to_lowercase().contains(word))
+    }
+
+    /// The first value named so, in any case: `Sweep Time,7.98 s`.
+    fn value(&self, name: &str) -> Option<&str> {
+        self.lines.iter().find_map(|line| {
+            let (key, value) =
+                line.trim_start_matches(['#', '%', '!', ' ']).split_once([',', ';', '\t', ':', '='])?;
+            let key = key.trim().trim_matches('"').to_lowercase();
+            key.starts_with(name).then(|| value.trim().trim_matches('"'))
+        })
+    }
+}
+
+/// A program or instrument: its name, whether it wrote a text, and what it does not write.
+type Vendor = (&'static str, fn(&Preamble) -> bool, fn(&Preamble, &mut Layout));
+
+const VENDORS: &[Vendor] = &[
+    ("Zurich Instruments LabOne", is_labone, add_labone_units),
+    ("Nanonis", |p| p.lines.iter().any(|l| l == "[DATA]"), add_nanonis_values),
+    ("Klipper", is_klipper, add_klipper_units),
+    ("Moku", |p| p.lines.iter().any(|l| l.starts_with('%') && l.contains("Moku")), |_, _| {}),
+    ("a spectrum analyser", is_analyser, add_analyser_axes),
+    ("PASCO Capstone", is_capstone, |_, _| {}),
+    ("Vernier", is_vernier, |_, _| {}),
+    ("Tracker", is_tracker, add_tracker_names),
+    ("phyphox", is_phyphox, |_, _| {}),
+];
+
+/// Adds the vendor's metadata to a layout; gives the vendor's name.
+pub(super) fn apply(lines: &[&[u8]], layout: &mut Layout) -> Option<&'static str> {
+    let above = lines[..layout.first_line.min(lines.len())].iter();
+    let preamble = Preamble {
+        lines: above.map(|l| layout::text(l).trim().to_owned()).collect(),
+        headers: layout.head.names.iter().map(|n| n.header.clone()).collect(),
+    };
+    let (name, _, add) = VENDORS.iter().find(|(_, wrote, _)| wrote(&preamble))?;
+    add(&preamble, layout);
+    Some(name)
+}
+
+/// A header with a unit that it does not state.
+fn with_unit(header: &str, unit: &str) -> Name {
+    Name { unit: unit.to_owned(), ..Name::parse(header) }
+}
+
+/// `chunk;timestamp;x;y;…`, times in ticks of the instrument's clock.
+fn is_labone(preamble: &Preamble) -> bool {
+    let has = |name: &str| preamble.headers.iter().any(|h| h.trim_start_matches(['%', ' ']) == name);
+    has("chunk") && has("timestamp")
+}
+
+/// Ticks become seconds by a clock that the file may name (`clockbase`) and mostly does not.
+fn add_labone_units(preamble: &Preamble, layout: &mut Layout) {
+    let clock = preamble.value("clockbase").and_then(|v| v.parse::<f64>().ok()).filter(|v| *v > 0.0);
+    let ticks = clock.map_or_else(|| "ticks".to_owned(), |c| format!("{c} Hz"));
+    for name in &mut layout.head.names {
+        let plain = name.header.trim_start_matches(['%', ' ']);
+        let unit = match plain {
+            "timestamp" => ticks.as_str(),
+            "x" | "y" | "r" | "auxin0" | "auxin1" => "V",
+            "freq" | "frequency" => "Hz",
+            "phase" => "rad",
+            _ => continue,
+        };
+        *name = with_unit(plain, unit);
+    }
+}
+
+/// Every line before `[DATA]` names a value, in words as well as in numbers.
+fn add_nanonis_values(preamble: &Preamble, layout: &mut Layout) {
+    layout.head.named_values = preamble
+        .lines
+        .iter()
+        .take_while(|l| *l != "[DATA]")
+        .filter_map(|l| l.split_once('\t'))
+        .map(|(name, value)| (name.trim().to_owned(), value.trim().to_owned()))
+        .filter(|(_, value)| !value.is_empty())
+        .collect();
+}
+
+/// Firmware of 3D printers: raw accelerations and their spectra.
+fn is_klipper(preamble: &Preamble) -> bool {
+    let headers: Vec<&str> = preamble.headers.iter().map(String::as_str).collect();
+    matches!(
+        headers[..],
+        ["time", "accel_x", "accel_y", "accel_z", ..] | ["freq", "psd_x", "psd_y", "psd_z", ..]
+    )
+}
+
+/// Raw data are in seconds and mm/s², as Klipper's documentation says.
+fn add_klipper_units(_: &Preamble, layout: &mut Layout) {
+    for name in &mut layout.head.names {
+        let unit = match name.header.as_str() {
+            "time" => "s",
+            "freq" => "Hz",
+            header if header.starts_with("accel_") => "mm/s^2",
+            _ => continue,
+        };
+        *name = with_unit(&name.header, unit);
+    }
+    layout.head.notes.push("Klipper names no units: seconds and mm/s^2 are those it writes".into());
+}
+
+/// Spectrum analysers of Keysight and Siglent: lines of names and values, then the trace.
+fn is_analyser(preamble: &Preamble) -> bool {
+    let sweep = preamble.says("sweep time") || preamble.says("swptime");
+    sweep && ["span", "start freq", "rbw", "dbm"].iter().any(|word| preamble.says(word))
+}
+
+/// At zero span the first column is time, or there is none and the sweep time spaces the points.
+fn add_analyser_axes(preamble: &Preamble, layout: &mut Layout) {
+    let of = |name: &str| preamble.value(name).and_then(quantity);
+    let first_of = |names: &[&str]| names.iter().find_map(|name| of(name));
+    let span = of("span").or_else(|| Some(of("stop freq")? - of("start freq")?));
+    let in_seconds = || preamble.value("x axis unit").is_some_and(|u| u.eq_ignore_ascii_case("s"));
+    let zero_span = span == Some(0.0) || in_seconds();
+    let unit = preamble.value("y axis unit").or_else(|| preamble.value("yunit"));
+    let unit = unit.or_else(|| preamble.says("dbm").then_some("dBm")).unwrap_or_default();
+    let trace = Name::parse(&format!("Power ({unit})"));
+    let head = &mut layout.head;
+    match head.names.len() {
+        1 if zero_span => {
+            head.names[0] = trace;
+            let points = first_of(&["number of points", "points", "sweep points"]);
+            match (first_of(&["sweep time", "swptime"]), points) {
+                (Some(sweep_s), Some(points)) if sweep_s > 0.0 && points > 1.0 => {
+                    head.rate_hz = Some((points - 1.0) / sweep_s);
+                    let spaced =
+                        format!("the {points} points were spaced evenly over the sweep time of {sweep_s} s");
+                    head.notes.push(format!("zero span: {spaced}").into());
+                }
+                _ => head.notes.push("the sweep time or the number of points is missing".into()),
+            }
+        }
+        n if n >= 2 => {
+            let unnamed = |n: &Name| n.unit.is_empty();
+            if unnamed(&head.names[0]) {
+                head.names[0] = Name::parse(if zero_span { "Time (s)" } else { "Frequency (Hz)" });
+            }
+            for (i, name) in head.names.iter_mut().enumerate().skip(1).filter(|(_, n)| unnamed(n)) {
+                *name = if i == 1 { trace.clone() } else { Name::parse(&format!("Trace {i} ({unit})")) };
+            }
+            if zero_span {
+                head.notes.push("zero span: the first column was taken as time in seconds".into());
+            }
+        }
+        _ => {}
+    }
+}
+
+/// A number with a unit of time or frequency, such as `100 ms`, in s or Hz.
+fn quantity(text: &str) -> Option<f64> {
+    let text = text.trim();
+    let end = text.find(|c: char| c.is_alphabetic() && !matches!(c, 'e' | 'E')).unwrap_or(text.len());
+    let number: f64 = text[..end].trim().parse().ok()?;
+    let factor = match text[end..].trim().to_lowercase().as_str() {
+        "" | "s" | "hz" => 1.0,
+        "ms" => 1e-3,
+        "us" | "\u{b5}s" => 1e-6,
+        "khz" => 1e3,
+        "mhz" => 1e6,
+        "ghz" => 1e9,
+        _ => return None,
+    };
+    Some(number * factor).filter(|v| v.is_finite())
+}
+
+/// `Time (s) Run #1`, several runs a file.
+fn is_capstone(preamble: &Preamble) -> bool {
+    let headers = preamble.headers.iter().filter(|h| !h.is_empty());
+    let tagged = headers.clone().filter(|h| h.contains("Run #")).count();
+    tagged > 0 && tagged * 2 >= headers.count()
+}
+
+/// Logger Pro and Graphical Analysis: `Latest: Time (s)`, further runs in further groups of columns.
+fn is_vernier(preamble: &Preamble) -> bool {
+    let of_a_set = |h: &String| {
+        let h = h.to_lowercase();
+        h.starts_with("latest:") || h.starts_with("data set") || h.starts_with("run ") && h.contains(':')
+    };
+    !preamble.headers.is_empty() && preamble.headers.iter().all(of_a_set)
+}
+
+/// Video analysis: names of the tracks over `t x y …`, blanks where a mark is missing.
+fn is_tracker(preamble: &Preamble) -> bool {
+    let names: Vec<String> = preamble.headers.iter().map(|h| h.trim().to_lowercase()).collect();
+    let letters = names.iter().all(|n| n.is_empty() || n.chars().count() <= 5 && !n.contains(['(', '[']));
+    let marked = preamble.says("#multi:") || preamble.says("mass ");
+    names.first().is_some_and(|n| n == "t") && letters && marked
+}
+
+/// Times are in seconds, lengths in the unit of the calibration; the file does not say whether
+/// angles are degrees or radians.
+fn add_tracker_names(preamble: &Preamble, layout: &mut Layout) {
+    const ANGLES: &[&str] = &["θ", "θr", "θv", "θa", "φ", "ϕ", "theta"];
+    name_tracks(preamble, layout);
+    let mut angle = false;
+    for name in &mut layout.head.names {
+        if name.bare == "t" {
+            name.unit = "s".to_owned();
+        }
+        angle |= ANGLES.contains(&name.bare.to_lowercase().as_str());
+    }
+    let text = "Tracker writes no units: times were taken as seconds, lengths as the unit of its calibration";
+    let note = Note::new(text);
+    layout.head.notes.push(if angle {
+        note.hint("unit", "says whether its angles are degrees or radians (deg or rad)")
+    } else {
+        note
+    });
+}
+
+/// Puts the name of the track before the columns below it.
+fn name_tracks(preamble: &Preamble, layout: &mut Layout) {
+    let Some(header) = layout.header_line else { return };
+    let above = preamble.lines.get(..header).and_then(|l| l.iter().rev().find(|l| !l.is_empty()));
+    let separator = dialect::separator(layout.shape.delimiter).map(char::from);
+    let (Some(above), Some(separator)) = (above, separator) else { return };
+    let tracks: Vec<&str> = above.trim_start_matches("#multi:").split(separator).map(str::trim).collect();
+    if tracks.iter().filter(|t| !t.is_empty()).count() < 2 {
+        return;
+    }
+    let mut current = "";
+    for (i, name) in layout.head.names.iter_mut().enumerate() {
+        current = tracks.get(i).copied().filter(|t| !t.is_empty()).unwrap_or(current);
+        if name.bare != "t" && !current.is_empty() {
+            let parsed = Name::parse(&name.header);
+            *name = Name { header: format!("{current}: {}", parsed.header), ..parsed };
+        }
+    }
+}
+
+/// Quoted headers with units in brackets, numbers such as `0.000000000E0`, in five dialects.
+fn is_phyphox(preamble: &Preamble) -> bool {
+    let header = preamble.lines.last().map(String::as_str).unwrap_or_default();
+    header.starts_with("\"Time (s)\"") && preamble.headers.iter().all(|h| h.ends_with(')'))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn quantities_carry_their_prefix() {
+        for (text, value) in [("0.1", 0.1), ("100 ms", 0.1), ("1e9", 1e9), ("2.4GHz", 2.4e9), ("0 Hz", 0.0)] {
+            assert_eq!(quantity(text), Some(value), "{text}");
+        }
+        assert_eq!(quantity("10 dB"), None);
+    }
+}
