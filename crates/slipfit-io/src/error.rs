@@ -255,6 +255,13 @@ pub enum ReadProblem {
     Data(slipfit::Error),
 }
 
+impl Format {
+    /// A file that breaks the rules of this format.
+    pub(crate) fn broken(self, reason: impl fmt::Display) -> ReadProblem {
+        ReadProblem::Broken { format: self, reason: reason.to_string() }
+    }
+}
+
 /// A column that cannot be done without.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 #[non_exhaustive]

@@ -57,40 +57,45 @@ pub enum Format {
 /// Bytes that tell a format.
 pub(crate) const HEAD: usize = 1024;
 
-const MAGIC: &[(usize, &[u8], Format)] = &[
-    (0, b"RIFF", Format::Wav),
-    (0, b"RF64", Format::Wav),
-    (0, b"MATLAB 5.0", Format::Mat5),
-    (0, b"\x89HDF\r\n\x1a\n", Format::Hdf5),
-    (512, b"\x89HDF\r\n\x1a\n", Format::Hdf5),
-    (0, b"\xd0\xcf\x11\xe0\xa1\xb1\x1a\xe1", Format::Xls),
-    (0, b"PK\x03\x04", Format::Zip),
-    (0, b"\x1f\x8b", Format::Gzip),
-    (0, b"\xfd7zXZ\0", Format::Xz),
-    (0, b"BZh", Format::Bzip2),
-    (0, b"\x28\xb5\x2f\xfd", Format::Zstd),
-    (0, b"\x93NUMPY", Format::Npy),
-    (0, b"PAR1", Format::Parquet),
-    (0, b"ARROW1\0\0", Format::Arrow),
-    (0, b"\xff\xff\xff\xff", Format::Arrow),
-    (0, b"[DataSet]", Format::NanoSurf),
-    (0, b"TDSm", Format::Tdms),
-    (0, b"%PDF-", Format::Pdf),
-    (0, b"\x89PNG\r\n\x1a\n", Format::Png),
-    (0, b"SQLite format 3\0", Format::Sqlite),
-    (0, b"fLaC", Format::Flac),
-    (0, b"ID3", Format::Mp3),
+/// Each format with its name in a sentence and the bytes, at their place, that tell it.
+const KNOWN: &[(Format, &str, &[(usize, &[u8])])] = &[
+    (Format::Text, "delimited text", &[]),
+    (Format::Wav, "a WAV sound file", &[(0, b"RIFF"), (0, b"RF64")]),
+    (Format::Mat5, "a MATLAB file (level 5)", &[(0, b"MATLAB 5.0")]),
+    (
+        Format::Hdf5,
+        "an HDF5 file (MATLAB 7.3 writes these too)",
+        &[(0, b"\x89HDF\r\n\x1a\n"), (512, b"\x89HDF\r\n\x1a\n")],
+    ),
+    (Format::Xls, "an old Excel file (.xls)", &[(0, b"\xd0\xcf\x11\xe0\xa1\xb1\x1a\xe1")]),
+    (Format::Xlsx, "an Excel file (.xlsx)", &[]),
+    (Format::Zip, "a ZIP archive", &[(0, b"PK\x03\x04")]),
+    (Format::Npz, "NumPy arrays in an archive (.npz)", &[]),
+    (Format::Arrow, "an Arrow IPC file", &[(0, b"ARROW1\0\0"), (0, b"\xff\xff\xff\xff")]),
+    (Format::Touchstone, "a Touchstone file", &[]),
+    (Format::Tracker, "a Tracker project (.trk)", &[]),
+    (Format::NanoSurf, "a NanoSurf file (.nid)", &[(0, b"[DataSet]")]),
+    (Format::Gzip, "a gzip file", &[(0, b"\x1f\x8b")]),
+    (Format::Xz, "an xz file", &[(0, b"\xfd7zXZ\0")]),
+    (Format::Bzip2, "a bzip2 file", &[(0, b"BZh")]),
+    (Format::Zstd, "a Zstandard file", &[(0, b"\x28\xb5\x2f\xfd")]),
+    (Format::Npy, "a NumPy array (.npy)", &[(0, b"\x93NUMPY")]),
+    (Format::Parquet, "a Parquet file", &[(0, b"PAR1")]),
+    (Format::Tdms, "a LabVIEW TDMS file", &[(0, b"TDSm")]),
+    (Format::Pdf, "a PDF document", &[(0, b"%PDF-")]),
+    (Format::Png, "a PNG picture", &[(0, b"\x89PNG\r\n\x1a\n")]),
+    (Format::Sqlite, "an SQLite database", &[(0, b"SQLite format 3\0")]),
+    (Format::Flac, "a FLAC sound file", &[(0, b"fLaC")]),
+    (Format::Mp3, "an MP3 sound file", &[(0, b"ID3")]),
 ];
 
 impl Format {
     /// The format of a file that begins with `head`; text if nothing else.
     pub(crate) fn of(head: &[u8]) -> Self {
-        MAGIC
-            .iter()
-            .find(|(at, magic, _)| head.get(*at..).is_some_and(|rest| rest.starts_with(magic)))
-            .map(|(_, _, format)| *format)
-            .or_else(|| Self::of_text(head))
-            .unwrap_or(Self::Text)
+        let begins =
+            |(at, magic): &(usize, &[u8])| head.get(*at..).is_some_and(|rest| rest.starts_with(magic));
+        let known = KNOWN.iter().find(|(.., magic)| magic.iter().any(begins)).map(|(format, ..)| *format);
+        known.or_else(|| Self::of_text(head)).unwrap_or(Self::Text)
     }
 
     /// Formats that are written as text and are no tables of rows.
@@ -105,31 +110,6 @@ impl Format {
     /// Its name in a sentence.
     #[must_use]
     pub fn name(self) -> &'static str {
-        match self {
-            Self::Text => "delimited text",
-            Self::Wav => "a WAV sound file",
-            Self::Mat5 => "a MATLAB file (level 5)",
-            Self::Hdf5 => "an HDF5 file (MATLAB 7.3 writes these too)",
-            Self::Xls => "an old Excel file (.xls)",
-            Self::Xlsx => "an Excel file (.xlsx)",
-            Self::Zip => "a ZIP archive",
-            Self::Npz => "NumPy arrays in an archive (.npz)",
-            Self::Arrow => "an Arrow IPC file",
-            Self::Touchstone => "a Touchstone file",
-            Self::Tracker => "a Tracker project (.trk)",
-            Self::NanoSurf => "a NanoSurf file (.nid)",
-            Self::Gzip => "a gzip file",
-            Self::Xz => "an xz file",
-            Self::Bzip2 => "a bzip2 file",
-            Self::Zstd => "a Zstandard file",
-            Self::Npy => "a NumPy array (.npy)",
-            Self::Parquet => "a Parquet file",
-            Self::Tdms => "a LabVIEW TDMS file",
-            Self::Pdf => "a PDF document",
-            Self::Png => "a PNG picture",
-            Self::Sqlite => "an SQLite database",
-            Self::Flac => "a FLAC sound file",
-            Self::Mp3 => "an MP3 sound file",
-        }
+        KNOWN.iter().find(|(format, ..)| *format == self).map_or("a file", |(_, name, _)| name)
     }
 }

@@ -73,6 +73,12 @@ fn signal(reading: &Reading) -> &ColumnTaken {
     reading.report.column("signal").unwrap()
 }
 
+/// Everything noted about a file.
+fn notes(file: &str) -> String {
+    let notes = got(file, &ReadOptions::default()).report.notes;
+    notes.iter().map(ToString::to_string).collect::<Vec<_>>().join("\n")
+}
+
 fn offers(error: &ReadError, option: &str) -> bool {
     error.hints().iter().any(|hint| hint.option == Some(option))
 }
@@ -253,13 +259,7 @@ fn of_several_variables_none_is_guessed() {
 
 #[test]
 fn sheets_that_were_not_read_are_named() {
-    let notes = got("sheets.xlsx", &ReadOptions::default())
-        .report
-        .notes
-        .iter()
-        .map(ToString::to_string)
-        .collect::<Vec<_>>()
-        .join("\n");
+    let notes = notes("sheets.xlsx");
     assert!(notes.contains("`Second`"), "{notes}");
     assert!(notes.contains("sheet `Notes`"), "{notes}");
 }
@@ -273,13 +273,7 @@ fn a_rate_named_in_the_file_is_offered() {
 
 #[test]
 fn angles_without_a_unit_are_said_to_be_so() {
-    let notes = got("tracker_angle.txt", &ReadOptions::default())
-        .report
-        .notes
-        .iter()
-        .map(ToString::to_string)
-        .collect::<Vec<_>>()
-        .join("\n");
+    let notes = notes("tracker_angle.txt");
     assert!(notes.contains("degrees or radians"), "{notes}");
     assert!(notes.contains("unit says"), "{notes}");
 }

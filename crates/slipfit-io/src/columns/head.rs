@@ -31,6 +31,11 @@ impl Head {
         Self { names, ..Self::default() }
     }
 
+    /// Notes that a column was left out.
+    pub(crate) fn note_not_numbers(&mut self, header: &str) {
+        self.notes.push(format!("column `{header}` holds no numbers and was left out").into());
+    }
+
     /// The columns as the report names them.
     pub(crate) fn infos(&self) -> Vec<ColumnInfo> {
         (0..self.names.len()).map(|index| self.info(index)).collect()

@@ -24,6 +24,11 @@ impl Name {
         Self { header, bare, unit, run }
     }
 
+    /// A header and the unit stated apart from it.
+    pub(crate) fn with_unit(header: &str, unit: Option<&str>) -> Self {
+        unit.map_or_else(|| Self::parse(header), |unit| Self::parse(&format!("{header} ({unit})")))
+    }
+
     /// The unit, if it is known.
     pub(crate) fn measures(&self) -> Option<Measures> {
         units::measures(&self.unit)

@@ -19,13 +19,9 @@ use crate::{
 /// Members looked at.
 const MOST_MEMBERS: usize = 1000;
 
-fn broken(reason: impl Into<String>) -> ReadProblem {
-    ReadProblem::Broken { format: Format::Zip, reason: reason.into() }
-}
-
 /// Reads whichever of these an archive is.
 pub(crate) fn tables(bytes: Vec<u8>) -> Result<(HeldTables, Format), ReadProblem> {
-    let mut archive = ZipArchive::new(Cursor::new(&bytes[..])).map_err(|e| broken(e.to_string()))?;
+    let mut archive = ZipArchive::new(Cursor::new(&bytes[..])).map_err(|e| Format::Zip.broken(e))?;
     let mut names: Vec<String> =
         archive.file_names().take(MOST_MEMBERS).flatten().map(|n| n.into_owned()).collect();
     names.sort_unstable();
@@ -48,7 +44,7 @@ pub(crate) fn tables(bytes: Vec<u8>) -> Result<(HeldTables, Format), ReadProblem
         names.iter().filter(|n| [".csv", ".txt", ".tsv", ".dat"].iter().any(|e| ends(n, e))).collect();
     if texts.is_empty() {
         let first: Vec<&str> = names.iter().take(6).map(String::as_str).collect();
-        return Err(broken(format!("no table is known among its members {}", first.join(", "))));
+        return Err(Format::Zip.broken(format!("no table is known among its members {}", first.join(", "))));
     }
     Ok((packed_texts(&mut archive, &texts)?, Format::Zip))
 }
@@ -56,10 +52,10 @@ pub(crate) fn tables(bytes: Vec<u8>) -> Result<(HeldTables, Format), ReadProblem
 type Archive<'a> = ZipArchive<Cursor<&'a [u8]>>;
 
 fn member(archive: &mut Archive<'_>, name: &str) -> Result<Vec<u8>, ReadProblem> {
-    let mut member = archive.by_name(name).map_err(|e| broken(format!("{name}: {e}")))?;
+    let mut member = archive.by_name(name).map_err(|e| Format::Zip.broken(format!("{name}: {e}")))?;
     let mut bytes = Vec::new();
     // The size a member names is not believed beforehand.
-    member.read_to_end(&mut bytes).map_err(|e| broken(format!("{name}: {e}")))?;
+    member.read_to_end(&mut bytes).map_err(|e| Format::Zip.broken(format!("{name}: {e}")))?;
     Ok(bytes)
 }
 
@@ -77,7 +73,7 @@ fn npz(archive: &mut Archive<'_>, names: &[String]) -> Result<HeldTables, ReadPr
         }
     }
     if found.is_empty() {
-        return Err(broken(format!("no array in it holds rows of numbers; {}", notes.join("; "))));
+        return Err(Format::Zip.broken(format!("no array in it holds rows of numbers; {}", notes.join("; "))));
     }
     let mut tables = arrays::tables(found, &named);
     tables.note_all(&notes);
@@ -100,7 +96,7 @@ fn packed_texts(archive: &mut Archive<'_>, names: &[&String]) -> Result<HeldTabl
         }
     }
     if tables.is_empty() {
-        return Err(broken(problems.join("; ")));
+        return Err(Format::Zip.broken(problems.join("; ")));
     }
     let mut named_values = Vec::new();
     for name in &meta {

@@ -25,10 +25,6 @@ const MAGIC: &[u8] = b"ARROW1\0\0";
 /// Numbers that unpack to more than this times their packed size are no measurement.
 const MOST_EXPANSION: u64 = 256;
 
-fn broken(error: impl std::fmt::Display) -> ReadProblem {
-    ReadProblem::Broken { format: Format::Arrow, reason: error.to_string() }
-}
-
 /// A held file with its schema read.
 pub(crate) struct Arrow {
     bytes: Buffer,
@@ -59,9 +55,11 @@ fn framed(bytes: &[u8], at: usize) -> Result<Option<Framed>, ReadProblem> {
     if end > bytes.len() {
         return Ok(None);
     }
-    let message = root_as_message(&bytes[start..end]).map_err(broken)?;
-    let body = usize::try_from(message.bodyLength()).map_err(|_| broken("a body of negative length"))?;
-    let body_end = end.checked_add(body).ok_or_else(|| broken("a body longer than any memory"))?;
+    let message = root_as_message(&bytes[start..end]).map_err(|e| Format::Arrow.broken(e))?;
+    let body = usize::try_from(message.bodyLength())
+        .map_err(|_| Format::Arrow.broken("a body of negative length"))?;
+    let body_end =
+        end.checked_add(body).ok_or_else(|| Format::Arrow.broken("a body longer than any memory"))?;
     if body_end > bytes.len() {
         return Ok(None);
     }
@@ -72,22 +70,22 @@ impl Arrow {
     /// Reads the schema.
     pub(crate) fn open(bytes: Vec<u8>) -> Result<Self, ReadProblem> {
         let at = if bytes.starts_with(MAGIC) { MAGIC.len() } else { 0 };
-        let first = framed(&bytes, at)?.ok_or_else(|| broken("it ends before its schema"))?;
-        let message = root_as_message(&bytes[first.description]).map_err(broken)?;
-        let schema = message.header_as_schema().ok_or_else(|| broken("it does not begin with a schema"))?;
-        let schema: Schema = try_fb_to_schema(schema).map_err(broken)?;
+        let first = framed(&bytes, at)?.ok_or_else(|| Format::Arrow.broken("it ends before its schema"))?;
+        let message = root_as_message(&bytes[first.description]).map_err(|e| Format::Arrow.broken(e))?;
+        let schema = message
+            .header_as_schema()
+            .ok_or_else(|| Format::Arrow.broken("it does not begin with a schema"))?;
+        let schema: Schema = try_fb_to_schema(schema).map_err(|e| Format::Arrow.broken(e))?;
         let mut head = Head::default();
         let mut columns = Vec::new();
         for (i, field) in schema.fields().iter().enumerate() {
             if is_number(field.data_type()) {
                 let stated = field.metadata().get("unit").or_else(|| field.metadata().get("units"));
                 let unit = stated.map(String::as_str).or_else(|| time_unit(field.data_type()));
-                let unit = unit.map(|u| format!(" ({u})")).unwrap_or_default();
-                head.names.push(Name::parse(&format!("{}{unit}", field.name())));
+                head.names.push(Name::with_unit(field.name(), unit));
                 columns.push(i);
             } else {
-                head.notes
-                    .push(format!("column `{}` holds no numbers and was left out", field.name()).into());
+                head.note_not_numbers(field.name());
             }
         }
         for (name, value) in schema.metadata().iter().filter(|(_, v)| v.len() < 200) {
@@ -95,7 +93,7 @@ impl Arrow {
         }
         head.named_values.sort_unstable();
         if columns.is_empty() {
-            return Err(broken("no column in it holds numbers"));
+            return Err(Format::Arrow.broken("no column in it holds numbers"));
         }
         let start = first.body.end;
         Ok(Self { bytes: Buffer::from_vec(bytes), schema: Arc::new(schema), head, columns, start })
@@ -168,14 +166,16 @@ fn check_claims(batch: &arrow_ipc::RecordBatch<'_>, body: &[u8]) -> Result<(), R
     for buffer in batch.buffers().into_iter().flatten() {
         let range = usize::try_from(buffer.offset()).ok().zip(usize::try_from(buffer.length()).ok());
         let packed = range.and_then(|(at, length)| body.get(at..at.checked_add(length)?));
-        let packed = packed.ok_or_else(|| broken("a column lies outside of its batch"))?;
+        let packed = packed.ok_or_else(|| Format::Arrow.broken("a column lies outside of its batch"))?;
         if !packed_batch {
             continue;
         }
         let Some(claim) = packed.first_chunk::<8>() else { continue };
         let claim = i64::from_le_bytes(*claim);
         if claim > 0 && claim.unsigned_abs() > MOST_EXPANSION * packed.len() as u64 {
-            return Err(broken(format!("{} packed bytes claim to unpack to {claim}", packed.len())));
+            return Err(
+                Format::Arrow.broken(format!("{} packed bytes claim to unpack to {claim}", packed.len()))
+            );
         }
     }
     Ok(())
@@ -195,18 +195,21 @@ impl TableSource for Arrow {
         let mut at = self.start;
         while let Some(frame) = framed(&self.bytes, at)? {
             at = frame.body.end;
-            let message = root_as_message(&self.bytes[frame.description]).map_err(broken)?;
+            let message =
+                root_as_message(&self.bytes[frame.description]).map_err(|e| Format::Arrow.broken(e))?;
             if message.header_type() != MessageHeader::RecordBatch {
                 continue;
             }
-            let batch = message.header_as_record_batch().ok_or_else(|| broken("a batch without its head"))?;
+            let batch = message
+                .header_as_record_batch()
+                .ok_or_else(|| Format::Arrow.broken("a batch without its head"))?;
             let body = self.bytes.slice_with_length(frame.body.start, frame.body.len());
             check_claims(&batch, &body)?;
             let decode = || {
                 let (schema, version) = (Arc::clone(&self.schema), message.version());
                 reader::read_record_batch(&body, batch, schema, &dictionaries, Some(&projection), &version)
             };
-            let read = guard::guarded(Format::Arrow, decode, broken)?;
+            let read = guard::guarded(Format::Arrow, decode, |e| Format::Arrow.broken(e))?;
             let columns: Vec<Vec<f64>> = wanted
                 .iter()
                 .map(|&w| {

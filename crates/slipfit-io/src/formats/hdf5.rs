@@ -6,6 +6,7 @@ use crate::{
     error::ReadProblem,
     format::Format,
     tables::arrays::{self, Array, NamedValues},
+    tables::binary::{Kind, Stored},
     tables::guard,
     tables::table::HeldTables,
 };
@@ -16,10 +17,6 @@ const DEEPEST: usize = 12;
 const MOST_SETS: usize = 2048;
 /// Numbers that unpack to so many times the file are no measurement.
 const MOST_EXPANSION: usize = 64;
-
-fn broken(reason: impl Into<String>) -> ReadProblem {
-    ReadProblem::Broken { format: Format::Hdf5, reason: reason.into() }
-}
 
 /// Reads all data sets of one or two dimensions.
 pub(crate) fn tables(bytes: Vec<u8>) -> Result<HeldTables, ReadProblem> {
@@ -34,9 +31,10 @@ pub(crate) fn tables(bytes: Vec<u8>) -> Result<HeldTables, ReadProblem> {
         found.group(&file.root_group()?, "", 0);
         Ok(())
     };
-    guard::guarded(Format::Hdf5, decode, |e: hdf5_reader::error::Error| broken(e.to_string()))?;
+    guard::guarded(Format::Hdf5, decode, |e: hdf5_reader::error::Error| Format::Hdf5.broken(e))?;
     if found.arrays.is_empty() {
-        return Err(broken(format!("no data set in it holds rows of numbers; {}", found.notes.join("; "))));
+        return Err(Format::Hdf5
+            .broken(format!("no data set in it holds rows of numbers; {}", found.notes.join("; "))));
     }
     let mut tables = arrays::tables(found.arrays, &found.named);
     tables.note_all(&found.notes);
@@ -108,16 +106,16 @@ impl Found {
             }
             other => vec![(String::new(), 0, other.clone())],
         };
-        if !fields.iter().any(|(.., kind)| size(kind).is_some()) {
+        if !fields.iter().any(|(.., kind)| stored(kind).is_some()) {
             return Ok(());
         }
         let step = set.raw_element_size()?;
         let raw = set.read_raw_bytes()?;
         for (field, offset, kind) in fields {
-            let Some(bytes) = size(&kind) else { continue };
+            let Some(stored) = stored(&kind) else { continue };
             let values: Vec<f64> = raw
                 .chunks_exact(step.max(1))
-                .map(|e| e.get(offset..offset + bytes).map_or(f64::NAN, |b| number(b, &kind)))
+                .map(|e| e.get(offset..).map_or(f64::NAN, |bytes| stored.read(bytes)))
                 .collect();
             let own = match (field.is_empty(), path.is_empty() && single) {
                 (true, _) => set.name().to_owned(),
@@ -138,28 +136,14 @@ impl Found {
     }
 }
 
-/// Bytes of a number, `None` of what is none.
-fn size(kind: &Datatype) -> Option<usize> {
-    match kind {
-        Datatype::FloatingPoint { size: size @ (4 | 8), .. } => Some(usize::from(*size)),
-        Datatype::FixedPoint { size: size @ (1 | 2 | 4 | 8), .. } => Some(usize::from(*size)),
-        _ => None,
-    }
-}
-
-fn number(bytes: &[u8], kind: &Datatype) -> f64 {
-    let word = |order: &ByteOrder| match order {
-        ByteOrder::LittleEndian => bytes.iter().rev().fold(0_u64, |w, b| w << 8 | u64::from(*b)),
-        ByteOrder::BigEndian => bytes.iter().fold(0_u64, |w, b| w << 8 | u64::from(*b)),
-    };
-    match kind {
-        Datatype::FloatingPoint { size: 4, byte_order } => f64::from(f32::from_bits(word(byte_order) as u32)),
-        Datatype::FloatingPoint { byte_order, .. } => f64::from_bits(word(byte_order)),
-        Datatype::FixedPoint { signed: true, byte_order, .. } => {
-            let shift = 64 - 8 * bytes.len() as u32;
-            ((word(byte_order) << shift) as i64 >> shift) as f64
+/// How a number is stored, `None` of what is none.
+fn stored(kind: &Datatype) -> Option<Stored> {
+    let (kind, size, order) = match kind {
+        Datatype::FloatingPoint { size: size @ (4 | 8), byte_order } => (Kind::Float, size, byte_order),
+        Datatype::FixedPoint { size: size @ (1 | 2 | 4 | 8), signed, byte_order, .. } => {
+            (if *signed { Kind::Signed } else { Kind::Unsigned }, size, byte_order)
         }
-        Datatype::FixedPoint { byte_order, .. } => word(byte_order) as f64,
-        _ => f64::NAN,
-    }
+        _ => return None,
+    };
+    Stored::new(kind, usize::from(*size), matches!(order, ByteOrder::BigEndian))
 }

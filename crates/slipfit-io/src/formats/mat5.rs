@@ -6,6 +6,7 @@ use crate::{
     error::ReadProblem,
     format::Format,
     tables::arrays::{self, Array, NamedValues},
+    tables::binary::{Kind, Stored},
     tables::table::HeldTables,
 };
 
@@ -16,10 +17,6 @@ const MOST_ARRAYS: usize = 4096;
 
 const MATRIX: u32 = 14;
 const COMPRESSED: u32 = 15;
-
-fn broken(reason: impl Into<String>) -> ReadProblem {
-    ReadProblem::Broken { format: Format::Mat5, reason: reason.into() }
-}
 
 /// Bytes of a file in its byte order, read from the front.
 #[derive(Clone, Copy)]
@@ -69,32 +66,20 @@ impl<'a> Bytes<'a> {
 impl Element<'_> {
     /// Numbers of any storage type; those cut off are missing at the end.
     fn numbers(&self) -> Option<Vec<f64>> {
-        let (bytes, big) = (self.data.rest, self.data.big);
-        macro_rules! all {
-            ($type:ty) => {
-                bytes
-                    .chunks_exact(size_of::<$type>())
-                    .map(|chunk| {
-                        let mut word = [0; size_of::<$type>()];
-                        word.copy_from_slice(chunk);
-                        (if big { <$type>::from_be_bytes(word) } else { <$type>::from_le_bytes(word) }) as f64
-                    })
-                    .collect()
-            };
-        }
-        Some(match self.kind {
-            1 => all!(i8),
-            2 => all!(u8),
-            3 => all!(i16),
-            4 => all!(u16),
-            5 => all!(i32),
-            6 => all!(u32),
-            7 => all!(f32),
-            9 => all!(f64),
-            12 => all!(i64),
-            13 => all!(u64),
+        let (kind, bytes) = match self.kind {
+            1 => (Kind::Signed, 1),
+            2 => (Kind::Unsigned, 1),
+            3 => (Kind::Signed, 2),
+            4 => (Kind::Unsigned, 2),
+            5 => (Kind::Signed, 4),
+            6 => (Kind::Unsigned, 4),
+            7 => (Kind::Float, 4),
+            9 => (Kind::Float, 8),
+            12 => (Kind::Signed, 8),
+            13 => (Kind::Unsigned, 8),
             _ => return None,
-        })
+        };
+        Some(Stored { kind, bytes, big_endian: self.data.big }.all(self.data.rest))
     }
 
     /// Text of any storage type.
@@ -136,7 +121,7 @@ pub(crate) fn tables(bytes: &[u8]) -> Result<HeldTables, ReadProblem> {
     let big = match bytes.get(126..128) {
         Some(b"IM") => false,
         Some(b"MI") => true,
-        _ => return Err(broken("its header does not end with the byte order")),
+        _ => return Err(Format::Mat5.broken("its header does not end with the byte order")),
     };
     let mut rest = Bytes { rest: &bytes[128..], big };
     let mut found = Found::default();
@@ -167,7 +152,7 @@ pub(crate) fn tables(bytes: &[u8]) -> Result<HeldTables, ReadProblem> {
     let mut tables = arrays::tables(found.arrays, &found.named);
     if tables.is_empty() {
         let cut = found.notes.first().map(|n| format!("; {n}")).unwrap_or_default();
-        return Err(broken(format!("it holds no array of numbers with more than one row{cut}")));
+        return Err(Format::Mat5.broken(format!("it holds no array of numbers with more than one row{cut}")));
     }
     if found.left > 0 {
         found.notes.push(format!("{} further arrays were left aside", found.left));

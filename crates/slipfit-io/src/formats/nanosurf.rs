@@ -1,13 +1,15 @@
 //! NanoSurf .nid: an INI header, then the samples of every channel.
 
-use crate::{columns::head::Head, error::ReadProblem, format::Format, tables::table::HeldTables};
+use crate::{
+    columns::head::Head,
+    error::ReadProblem,
+    format::Format,
+    tables::binary::{Kind, Stored},
+    tables::table::HeldTables,
+};
 
 /// Points along a line, at most.
 const MOST_POINTS: usize = 1 << 28;
-
-fn broken(reason: impl Into<String>) -> ReadProblem {
-    ReadProblem::Broken { format: Format::NanoSurf, reason: reason.into() }
-}
 
 /// The header: sections with their keys.
 struct Header<'a> {
@@ -33,8 +35,8 @@ impl<'a> Header<'a> {
 
 /// One table for each line of each channel group.
 pub(crate) fn tables(bytes: &[u8]) -> Result<HeldTables, ReadProblem> {
-    let end =
-        memchr::memmem::find(bytes, b"#!").ok_or_else(|| broken("no samples follow its header (#!)"))?;
+    let end = memchr::memmem::find(bytes, b"#!")
+        .ok_or_else(|| Format::NanoSurf.broken("no samples follow its header (#!)"))?;
     let text = crate::tables::text::decoded(&bytes[..end]);
     let header = Header { text: &text };
     let mut samples = &bytes[end + 2..];
@@ -54,13 +56,13 @@ pub(crate) fn tables(bytes: &[u8]) -> Result<HeldTables, ReadProblem> {
         let lines = header.number(section, "Lines").unwrap_or(1.0).max(0.0) as usize;
         let bits = header.number(section, "SaveBits").unwrap_or(16.0);
         let bytes_each = match bits as u32 {
-            8 => 1,
-            16 => 2,
-            32 => 4,
-            _ => return Err(broken(format!("[{section}] samples of {bits} bits"))),
+            bits @ (8 | 16 | 32) => bits as usize / 8,
+            _ => return Err(Format::NanoSurf.broken(format!("[{section}] samples of {bits} bits"))),
         };
+        let stored = Stored { kind: Kind::Signed, bytes: bytes_each, big_endian: false };
+        let full = 2f64.powi(8 * bytes_each as i32);
         if points > MOST_POINTS {
-            return Err(broken(format!("[{section}] names {points} points a line")));
+            return Err(Format::NanoSurf.broken(format!("[{section}] names {points} points a line")));
         }
         let needed = points.checked_mul(lines).and_then(|n| n.checked_mul(bytes_each));
         let there = needed.filter(|n| *n <= samples.len()).unwrap_or(samples.len());
@@ -82,7 +84,7 @@ pub(crate) fn tables(bytes: &[u8]) -> Result<HeldTables, ReadProblem> {
                 continue;
             }
             let values: Vec<f64> =
-                raw.chunks_exact(bytes_each).map(|b| low + range * share(b, bits)).collect();
+                stored.all(raw).into_iter().map(|v| low + range * (v / full + 0.5)).collect();
             let steps = points.saturating_sub(1).max(1) as f64;
             let x = (0..whole).map(|i| x_min + x_range * i as f64 / steps).collect();
             let x_name = x_name.unwrap_or("Time").trim_end_matches('*');
@@ -94,16 +96,8 @@ pub(crate) fn tables(bytes: &[u8]) -> Result<HeldTables, ReadProblem> {
         }
     }
     if tables.is_empty() {
-        return Err(broken("no channel in it holds a line of samples"));
+        return Err(Format::NanoSurf.broken("no channel in it holds a line of samples"));
     }
     tables.note_all(&notes);
     Ok(tables)
-}
-
-/// A signed sample as a share of the channel's range.
-fn share(bytes: &[u8], bits: f64) -> f64 {
-    let word = bytes.iter().rev().fold(0_u32, |word, b| word << 8 | u32::from(*b));
-    let shift = 32 - 8 * bytes.len() as u32;
-    let signed = f64::from((word << shift) as i32) / f64::from(1_u32 << shift);
-    (signed + 2f64.powf(bits - 1.0)) / 2f64.powf(bits)
 }

@@ -4,21 +4,18 @@ use crate::{
     error::ReadProblem,
     format::Format,
     tables::arrays::{self, Array},
+    tables::binary::{Kind, Stored},
     tables::table::HeldTables,
 };
 
 /// Brackets in brackets of a header, at most.
 const DEEPEST: usize = 8;
 
-fn broken(reason: impl Into<String>) -> ReadProblem {
-    ReadProblem::Broken { format: Format::Npy, reason: reason.into() }
-}
-
 /// The tables of one `.npy` file.
 pub(crate) fn tables(bytes: &[u8]) -> Result<HeldTables, ReadProblem> {
     let (arrays, note) = arrays(bytes, "", "x")?;
     if arrays.is_empty() {
-        return Err(broken("it holds no rows of numbers"));
+        return Err(Format::Npy.broken("it holds no rows of numbers"));
     }
     let mut tables = arrays::tables(arrays, &Vec::new());
     tables.note_all(&Vec::from_iter(note));
@@ -33,9 +30,9 @@ pub(crate) fn arrays(
 ) -> Result<(Vec<Array>, Option<String>), ReadProblem> {
     let header = Header::read(bytes)?;
     let size = header.fields.iter().try_fold(0_usize, |sum, f| sum.checked_add(f.bytes));
-    let size = size.filter(|s| *s > 0).ok_or_else(|| broken("its elements have no size"))?;
+    let size = size.filter(|s| *s > 0).ok_or_else(|| Format::Npy.broken("its elements have no size"))?;
     let count = header.shape.iter().try_fold(1_usize, |n, d| n.checked_mul(*d));
-    let count = count.ok_or_else(|| broken("its shape is larger than any memory"))?;
+    let count = count.ok_or_else(|| Format::Npy.broken("its shape is larger than any memory"))?;
     let there = header.data.len() / size;
     let (count, mut dims, mut note) = (count.min(there), header.shape.clone(), None);
     if header.shape.iter().product::<usize>() > there {
@@ -51,9 +48,13 @@ pub(crate) fn arrays(
     let mut found = Vec::new();
     let mut at = 0;
     for field in &header.fields {
-        if let Some(read) = field.reader() {
-            let values =
-                header.data.chunks_exact(size).take(count).map(|e| read(&e[at..at + field.bytes])).collect();
+        if let Some(stored) = field.stored() {
+            let values = header
+                .data
+                .chunks_exact(size)
+                .take(count)
+                .map(|e| stored.read(&e[at..at + field.bytes]))
+                .collect();
             let name = if field.name.is_empty() { name } else { &field.name };
             found.extend(Array::new(parent, name, &dims, values, header.first_fastest));
         }
@@ -89,53 +90,25 @@ impl Field {
     }
 
     /// How its bytes become a number.
-    fn reader(&self) -> Option<fn(&[u8]) -> f64> {
-        macro_rules! read {
-            ($type:ty, $from:ident) => {
-                Some(|b| b.try_into().map_or(f64::NAN, |b| <$type>::$from(b) as f64))
-            };
-        }
-        let code = self.code.split('[').next().unwrap_or_default();
-        match code {
-            "<f8" | "=f8" => read!(f64, from_le_bytes),
-            "<f4" | "=f4" => read!(f32, from_le_bytes),
-            ">f8" => read!(f64, from_be_bytes),
-            ">f4" => read!(f32, from_be_bytes),
-            "<f2" => Some(|b| b.try_into().map_or(f64::NAN, |b| half(u16::from_le_bytes(b)))),
-            ">f2" => Some(|b| b.try_into().map_or(f64::NAN, |b| half(u16::from_be_bytes(b)))),
-            "<i8" | "<m8" | "<M8" => read!(i64, from_le_bytes),
-            "<i4" => read!(i32, from_le_bytes),
-            "<i2" => read!(i16, from_le_bytes),
-            "|i1" | "<i1" => read!(i8, from_le_bytes),
-            "<u8" => read!(u64, from_le_bytes),
-            "<u4" => read!(u32, from_le_bytes),
-            "<u2" => read!(u16, from_le_bytes),
-            "|u1" | "<u1" | "|b1" => read!(u8, from_le_bytes),
-            ">i8" | ">m8" | ">M8" => read!(i64, from_be_bytes),
-            ">i4" => read!(i32, from_be_bytes),
-            ">i2" => read!(i16, from_be_bytes),
-            ">u8" => read!(u64, from_be_bytes),
-            ">u4" => read!(u32, from_be_bytes),
-            ">u2" => read!(u16, from_be_bytes),
-            _ => None,
-        }
+    fn stored(&self) -> Option<Stored> {
+        let code = self.code.split('[').next()?;
+        let order = code.chars().next()?;
+        let kind = match code.get(1..2)? {
+            "f" => Kind::Float,
+            // Times are counts of their unit.
+            "i" | "m" | "M" => Kind::Signed,
+            "u" => Kind::Unsigned,
+            "b" if code == "|b1" => Kind::Unsigned,
+            _ => return None,
+        };
+        let bytes = code.get(2..)?.parse().ok().filter(|bytes| matches!(bytes, 1 | 2 | 4 | 8))?;
+        matches!(order, '<' | '>' | '=' | '|').then(|| Stored::new(kind, bytes, order == '>'))?
     }
 
     /// The unit in the code of a time, such as `<m8[ns]`.
     fn time_unit(&self) -> Option<&str> {
         let (kind, rest) = self.code.split_once('[')?;
         kind.ends_with(['m', 'M', '8']).then(|| rest.trim_end_matches(']'))
-    }
-}
-
-/// Sixteen-bit floats.
-fn half(bits: u16) -> f64 {
-    let sign = if bits >> 15 == 0 { 1.0 } else { -1.0 };
-    let (exponent, fraction) = (i32::from(bits >> 10 & 0x1f), f64::from(bits & 0x3ff));
-    sign * match exponent {
-        0 => fraction * 2f64.powi(-24),
-        31 => f64::NAN,
-        e => (1024.0 + fraction) * 2f64.powi(e - 25),
     }
 }
 
@@ -158,14 +131,15 @@ impl<'a> Header<'a> {
         let (start, length) = match bytes.get(6) {
             Some(1) => (10, length(2)),
             Some(2 | 3) => (12, length(4)),
-            _ => return Err(broken("its version is unknown")),
+            _ => return Err(Format::Npy.broken("its version is unknown")),
         };
         let end = length.and_then(|l| l.checked_add(start)).filter(|end| *end <= bytes.len());
-        let end = end.ok_or_else(|| broken("it ends in its header"))?;
-        let text = std::str::from_utf8(&bytes[start..end]).map_err(|_| broken("its header is no text"))?;
+        let end = end.ok_or_else(|| Format::Npy.broken("it ends in its header"))?;
+        let text = std::str::from_utf8(&bytes[start..end])
+            .map_err(|_| Format::Npy.broken("its header is no text"))?;
         let mut parser = Parser { rest: text };
         let Some(Literal::Dict(entries)) = parser.literal(0) else {
-            return Err(broken("its header is no dictionary"));
+            return Err(Format::Npy.broken("its header is no dictionary"));
         };
         let entry = |name: &str| {
             entries.iter().find(|(key, _)| *key == Literal::Text(name.to_owned())).map(|(_, value)| value)
@@ -177,22 +151,23 @@ impl<'a> Header<'a> {
                 .collect::<Option<Vec<usize>>>(),
             _ => None,
         };
-        let shape = shape.ok_or_else(|| broken("its header has no shape"))?;
+        let shape = shape.ok_or_else(|| Format::Npy.broken("its header has no shape"))?;
         let fields = match entry("descr") {
             Some(Literal::Text(code)) => Field::new("", code).map(|f| vec![f]),
             Some(Literal::List(fields)) => fields.iter().map(Self::field).collect(),
             _ => None,
         };
-        let mut fields = fields.ok_or_else(|| broken("its header has no type this program knows"))?;
+        let mut fields =
+            fields.ok_or_else(|| Format::Npy.broken("its header has no type this program knows"))?;
         for field in &mut fields {
             if let Some(unit) = field.time_unit() {
                 field.name = format!("{} ({unit})", field.name);
             }
             field.code.truncate(field.code.find('[').unwrap_or(field.code.len()));
         }
-        if fields.iter().all(|f| f.reader().is_none()) {
+        if fields.iter().all(|f| f.stored().is_none()) {
             let codes: Vec<&str> = fields.iter().map(|f| f.code.as_str()).collect();
-            return Err(broken(format!("its elements are no numbers: {}", codes.join(", "))));
+            return Err(Format::Npy.broken(format!("its elements are no numbers: {}", codes.join(", "))));
         }
         let first_fastest = entry("fortran_order") == Some(&Literal::Word("True".to_owned()));
         Ok(Self { fields, shape, first_fastest, data: &bytes[end..] })
@@ -274,18 +249,5 @@ impl Parser<'_> {
             Err(_) if word.is_empty() => None,
             Err(_) => Some(Literal::Word(word.to_owned())),
         }
-    }
-}
-
-#[cfg(test)]
-mod tests {
-    use super::*;
-
-    #[test]
-    fn halves_are_numbers() {
-        for (bits, value) in [(0x3c00, 1.0), (0xc000, -2.0), (0x0001, 2f64.powi(-24)), (0x7bff, 65504.0)] {
-            assert_eq!(half(bits), value);
-        }
-        assert!(half(0x7e00).is_nan());
     }
 }

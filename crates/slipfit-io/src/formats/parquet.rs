@@ -5,7 +5,7 @@ use std::io::{self, Read};
 use parquet::basic::{LogicalType, TimeUnit, Type};
 use parquet::column::reader::ColumnReader;
 use parquet::errors::ParquetError;
-use parquet::file::reader::{ChunkReader, FileReader as _, Length, RowGroupReader, SerializedFileReader};
+use parquet::file::reader::{ChunkReader, FileReader, Length, SerializedFileReader};
 use parquet::schema::types::ColumnDescriptor;
 
 use crate::{
@@ -18,26 +18,17 @@ use crate::{
     tables::table::{BATCH, Batch, Sink, TableSource},
 };
 
-fn broken(error: impl std::fmt::Display) -> ReadProblem {
-    ReadProblem::Broken { format: Format::Parquet, reason: error.to_string() }
-}
-
 /// What the crate makes of the file: it panics on some broken ones.
 fn decoded<T>(decode: impl FnOnce() -> Result<T, ParquetError>) -> Result<T, ReadProblem> {
-    guard::guarded(Format::Parquet, decode, broken)
+    guard::guarded(Format::Parquet, decode, |e| Format::Parquet.broken(e))
 }
 
 /// An open Parquet file.
 pub(crate) struct Parquet {
-    reader: Reader,
+    reader: Box<dyn FileReader>,
     head: Head,
     /// Index in the file of each column that holds numbers.
     columns: Vec<usize>,
-}
-
-enum Reader {
-    File(SerializedFileReader<Chunks<std::fs::File>>),
-    Bytes(SerializedFileReader<Chunks<bytes::Bytes>>),
 }
 
 /// A file that ends with an error: the crate skips what a broken header claims, two thousand
@@ -73,31 +64,15 @@ impl<R: Read> Read for NotPastTheEnd<R> {
     }
 }
 
-impl Reader {
-    fn metadata(&self) -> &parquet::file::metadata::ParquetMetaData {
-        match self {
-            Self::File(reader) => reader.metadata(),
-            Self::Bytes(reader) => reader.metadata(),
-        }
-    }
-
-    fn row_group(&self, i: usize) -> Result<Box<dyn RowGroupReader + '_>, ParquetError> {
-        match self {
-            Self::File(reader) => reader.get_row_group(i),
-            Self::Bytes(reader) => reader.get_row_group(i),
-        }
-    }
-}
-
 impl Parquet {
     /// Reads the footer.
     pub(crate) fn open(input: Input) -> Result<Self, ReadProblem> {
         let (size, input) = input.size().map_err(ReadProblem::Io)?;
-        let reader = match input {
-            Input::File(file) => Reader::File(decoded(|| SerializedFileReader::new(Chunks(file)))?),
+        let reader: Box<dyn FileReader> = match input {
+            Input::File(file) => Box::new(decoded(|| SerializedFileReader::new(Chunks(file)))?),
             Input::Bytes(bytes) => {
                 let bytes = bytes::Bytes::from(bytes.into_inner());
-                Reader::Bytes(decoded(|| SerializedFileReader::new(Chunks(bytes)))?)
+                Box::new(decoded(|| SerializedFileReader::new(Chunks(bytes)))?)
             }
         };
         check_places(reader.metadata(), size)?;
@@ -110,12 +85,10 @@ impl Parquet {
                 Type::BYTE_ARRAY | Type::FIXED_LEN_BYTE_ARRAY | Type::INT96
             );
             if numbers && column.max_rep_level() == 0 {
-                let unit = time_unit(column).map(|u| format!(" ({u})")).unwrap_or_default();
-                head.names.push(Name::parse(&format!("{}{unit}", column.path().string())));
+                head.names.push(Name::with_unit(&column.path().string(), time_unit(column)));
                 columns.push(i);
             } else {
-                head.notes
-                    .push(format!("column `{}` holds no numbers and was left out", column.path()).into());
+                head.note_not_numbers(&column.path().string());
             }
         }
         for pair in reader.metadata().file_metadata().key_value_metadata().into_iter().flatten() {
@@ -125,7 +98,7 @@ impl Parquet {
             }
         }
         if columns.is_empty() {
-            return Err(broken("no column in it holds numbers"));
+            return Err(Format::Parquet.broken("no column in it holds numbers"));
         }
         Ok(Self { reader, head, columns })
     }
@@ -139,7 +112,9 @@ fn check_places(metadata: &parquet::file::metadata::ParquetMetaData, size: u64) 
         let length = column.compressed_size();
         let end = start.checked_add(length).and_then(|end| u64::try_from(end).ok());
         if start < 0 || length < 0 || column.data_page_offset() < 0 || end.is_none_or(|end| end > size) {
-            return Err(broken(format!("column `{}` lies outside of the file", column.column_path())));
+            return Err(
+                Format::Parquet.broken(format!("column `{}` lies outside of the file", column.column_path()))
+            );
         }
     }
     Ok(())
@@ -214,7 +189,7 @@ impl TableSource for Parquet {
         let metadata = self.reader.metadata();
         let schema = metadata.file_metadata().schema_descr_ptr();
         for group in 0..metadata.num_row_groups() {
-            let row_group = decoded(|| self.reader.row_group(group))?;
+            let row_group = decoded(|| self.reader.get_row_group(group))?;
             let open = |&w: &usize| {
                 let index = self.columns[w];
                 let reader = row_group.get_column_reader(index)?;

@@ -4,10 +4,6 @@ use crate::{
     columns::head::Head, error::ReadProblem, format::Format, report::Skipped, tables::table::HeldTables,
 };
 
-fn broken(reason: impl Into<String>) -> ReadProblem {
-    ReadProblem::Broken { format: Format::Touchstone, reason: reason.into() }
-}
-
 /// Words after `#`: unit of frequency, kind of parameter, form of the pairs.
 #[derive(Debug, Clone, PartialEq)]
 struct Options {
@@ -101,13 +97,18 @@ pub(crate) fn tables(bytes: &[u8]) -> Result<HeldTables, ReadProblem> {
             (Some(numbers), None) => rows.push(numbers),
         }
     }
-    let options = options.ok_or_else(|| broken("it has no line of options (# Hz S MA R 50)"))?;
+    let options =
+        options.ok_or_else(|| Format::Touchstone.broken("it has no line of options (# Hz S MA R 50)"))?;
     let ports: &[&str] = match rows.first().map(Vec::len) {
         Some(3) => &["11"],
         // Two ports alone are written column by column.
         Some(9) => &["11", "21", "12", "22"],
-        Some(n) => return Err(broken(format!("rows of {n} numbers; one port has 3, two ports 9"))),
-        None => return Err(broken("it has no rows of numbers")),
+        Some(n) => {
+            return Err(
+                Format::Touchstone.broken(format!("rows of {n} numbers; one port has 3, two ports 9"))
+            );
+        }
+        None => return Err(Format::Touchstone.broken("it has no rows of numbers")),
     };
     let mut headers = vec![format!("Frequency ({})", options.unit)];
     for port in ports {

@@ -11,10 +11,6 @@ const DEEPEST: usize = 64;
 /// Frames of a video, at most.
 const MOST_FRAMES: usize = 1 << 24;
 
-fn broken(reason: impl Into<String>) -> ReadProblem {
-    ReadProblem::Broken { format: Format::Tracker, reason: reason.into() }
-}
-
 /// A property: its name, the class of its object, its text and those within it.
 #[derive(Debug, Default)]
 struct Property {
@@ -126,7 +122,7 @@ pub(crate) fn tables(bytes: &[u8]) -> Result<HeldTables, ReadProblem> {
         tables.push(head, columns, Vec::new());
     }
     if tables.is_empty() {
-        return Err(broken("no point mass in it has marked positions"));
+        return Err(Format::Tracker.broken("no point mass in it has marked positions"));
     }
     Ok(tables)
 }
@@ -143,7 +139,9 @@ fn parse(text: &str) -> Result<Property, ReadProblem> {
         };
         match event {
             Event::Start(tag) | Event::Empty(tag) if open.len() > DEEPEST => {
-                return Err(broken(format!("more than {DEEPEST} levels at <{:?}>", tag.name())));
+                return Err(
+                    Format::Tracker.broken(format!("more than {DEEPEST} levels at <{:?}>", tag.name()))
+                );
             }
             Event::Start(tag) => {
                 let attribute = |wanted: &str| {
@@ -177,7 +175,7 @@ fn parse(text: &str) -> Result<Property, ReadProblem> {
     while open.len() > 1 {
         close(&mut open);
     }
-    open.pop().ok_or_else(|| broken("no properties"))
+    open.pop().ok_or_else(|| Format::Tracker.broken("no properties"))
 }
 
 fn close(open: &mut Vec<Property>) {

@@ -22,21 +22,18 @@ const NUMBER: u16 = 0x0203;
 const LABEL: u16 = 0x0204;
 const BOF: u16 = 0x0809;
 
-fn broken(reason: impl Into<String>) -> ReadProblem {
-    ReadProblem::Broken { format: Format::Xls, reason: reason.into() }
-}
-
 /// Reads every sheet.
 pub(crate) fn tables(bytes: Vec<u8>) -> Result<HeldTables, ReadProblem> {
     let size = bytes.len() as u64;
-    let mut file = cfb::CompoundFile::open(Cursor::new(bytes)).map_err(|e| broken(e.to_string()))?;
+    let mut file = cfb::CompoundFile::open(Cursor::new(bytes)).map_err(|e| Format::Xls.broken(e))?;
     let name = ["/Workbook", "/Book"].into_iter().find(|n| file.is_stream(n));
-    let name =
-        name.ok_or_else(|| broken("no workbook is in it; other OLE files (.doc, .opj) are no tables"))?;
-    let stream = file.open_stream(name).map_err(|e| broken(e.to_string()))?;
+    let name = name.ok_or_else(|| {
+        Format::Xls.broken("no workbook is in it; other OLE files (.doc, .opj) are no tables")
+    })?;
+    let stream = file.open_stream(name).map_err(|e| Format::Xls.broken(e))?;
     let mut book = Vec::new();
     // The stream's own length is not believed: it cannot be longer than the file.
-    stream.take(size).read_to_end(&mut book).map_err(|e| broken(e.to_string()))?;
+    stream.take(size).read_to_end(&mut book).map_err(|e| Format::Xls.broken(e))?;
     let records = Records { rest: &book };
     let mut bounds: Vec<(usize, String)> = Vec::new();
     let mut strings = Vec::new();
@@ -57,7 +54,7 @@ pub(crate) fn tables(bytes: Vec<u8>) -> Result<HeldTables, ReadProblem> {
     }
     let sheets: Vec<Sheet> =
         bounds.iter().filter_map(|(at, name)| Some(sheet(book.get(*at..)?, name, &strings))).collect();
-    sheet::tables(&sheets).map_err(broken)
+    sheet::tables(&sheets).map_err(|e| Format::Xls.broken(e))
 }
 
 /// The records of a stream, one after the other.

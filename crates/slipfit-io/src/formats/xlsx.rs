@@ -22,15 +22,11 @@ const MOST_COLUMNS: u32 = 1 << 14;
 /// A day, in which Excel counts times.
 const DAY_S: f64 = 86400.0;
 
-fn broken(reason: impl std::fmt::Display) -> ReadProblem {
-    ReadProblem::Broken { format: Format::Xlsx, reason: reason.to_string() }
-}
-
 type Archive = ZipArchive<Cursor<Vec<u8>>>;
 
 /// Reads every sheet, cell by cell.
 pub(crate) fn tables(bytes: Vec<u8>) -> Result<HeldTables, ReadProblem> {
-    let mut archive = ZipArchive::new(Cursor::new(bytes)).map_err(broken)?;
+    let mut archive = ZipArchive::new(Cursor::new(bytes)).map_err(|e| Format::Xlsx.broken(e))?;
     let strings = strings(&mut archive)?;
     let dates = date_styles(&mut archive)?;
     let mut sheets = Vec::new();
@@ -42,7 +38,7 @@ pub(crate) fn tables(bytes: Vec<u8>) -> Result<HeldTables, ReadProblem> {
         }
         sheets.push(sheet);
     }
-    sheet::tables(&sheets).map_err(broken)
+    sheet::tables(&sheets).map_err(|e| Format::Xlsx.broken(e))
 }
 
 /// Every event of a part, handed to `each`; nothing where the part is missing.
@@ -59,7 +55,7 @@ fn events(
         match reader.read_event_into(&mut buffer) {
             Ok(Event::Eof) => return Ok(()),
             Ok(event) => each(event)?,
-            Err(error) => return Err(broken(format!("{part}: {error}"))),
+            Err(error) => return Err(Format::Xlsx.broken(format!("{part}: {error}"))),
         }
     }
 }
@@ -245,8 +241,9 @@ fn cells(
                 }
                 "c" => {
                     if let Some(name) = attribute(tag, "r") {
-                        (row, column) = place(&name)
-                            .ok_or_else(|| broken(format!("{part}: no cell is named `{name:.20}`")))?;
+                        (row, column) = place(&name).ok_or_else(|| {
+                            Format::Xlsx.broken(format!("{part}: no cell is named `{name:.20}`"))
+                        })?;
                     }
                     open = Open {
                         kind: attribute(tag, "t").unwrap_or_default(),

@@ -4,7 +4,7 @@ use std::path::PathBuf;
 
 use super::{
     driven,
-    open::{Origin, opened},
+    open::{Origin, gathered, opened},
     pick,
 };
 use crate::{
@@ -12,7 +12,7 @@ use crate::{
     error::{ReadError, ReadProblem},
     options::ReadOptions,
     report::{Note, ReadReport, SweepReading},
-    tables::table::{Held, TableSource, gather},
+    tables::table::{Held, TableSource},
 };
 
 /// Reads a curve from one file that holds it, or from several files or a folder of driven records.
@@ -41,9 +41,8 @@ pub(crate) fn read_paths(paths: &[PathBuf], options: &ReadOptions) -> Result<Swe
 /// Reads the curve of one of the tables: the one asked for, or the first that holds one.
 pub(crate) fn read(origin: Origin<'_>, name: &str, options: &ReadOptions) -> Result<SweepReading, ReadError> {
     let from_source = |source: &mut dyn TableSource| {
-        let count = source.heads().len();
         let first_row = source.dialect().map(|d| d.first_data_row);
-        let tables = (0..count).map(|t| gather(source, t, usize::MAX)).collect::<Result<Vec<_>, _>>()?;
+        let tables = gathered(source, usize::MAX)?;
         from_tables(&tables, first_row, options)
     };
     let (mut reading, fingerprint) =

@@ -3,7 +3,7 @@
 use slipfit::levels::Levels;
 
 use super::{
-    open::{Origin, opened},
+    open::{Origin, gathered, opened},
     pick,
 };
 use crate::{
@@ -11,14 +11,13 @@ use crate::{
     error::{Needed, ReadError, ReadProblem},
     options::ReadOptions,
     report::{LevelReading, Note, ReadReport},
-    tables::table::{Held, TableSource, gather},
+    tables::table::{Held, TableSource},
 };
 
 /// Reads drive levels and the amplitudes they gave.
 pub(crate) fn read(origin: Origin<'_>, name: &str, options: &ReadOptions) -> Result<LevelReading, ReadError> {
     let from_source = |source: &mut dyn TableSource| {
-        let count = source.heads().len();
-        let tables = (0..count).map(|t| gather(source, t, usize::MAX)).collect::<Result<Vec<_>, _>>()?;
+        let tables = gathered(source, usize::MAX)?;
         from_tables(&tables, options)
     };
     let (mut reading, fingerprint) =

@@ -15,7 +15,7 @@ use crate::{
     input::Input,
     report::{Dialect, ReadReport},
     tables::{
-        table::{self, TableSource, Tables},
+        table::{self, Held, TableSource, Tables},
         text::Text,
     },
 };
@@ -56,15 +56,16 @@ impl Origin<'_> {
 
 /// All tables of any format, of each its first `most_rows` rows.
 pub(crate) fn tables(origin: Origin<'_>, name: &str, most_rows: usize) -> Result<Tables, ReadError> {
-    let gather = |source: &mut dyn TableSource| {
-        let count = source.heads().len();
-        (0..count).map(|t| table::gather(source, t, most_rows)).collect::<Result<Vec<_>, _>>()
-    };
-    let (held, fingerprint) =
-        opened(origin, None, gather).map_err(|problem| ReadError::new(name, problem))?;
+    let (held, fingerprint) = opened(origin, None, |source| gathered(source, most_rows))
+        .map_err(|problem| ReadError::new(name, problem))?;
     let Fingerprint { format, dialect, sha256, bytes } = fingerprint;
     let tables = held.into_iter().map(Into::into).collect();
     Ok(Tables { path: name.to_owned(), format, sha256, bytes, dialect, tables })
+}
+
+/// All tables of a source, of each its first `most_rows` rows.
+pub(super) fn gathered(source: &mut dyn TableSource, most_rows: usize) -> Result<Vec<Held>, ReadProblem> {
+    (0..source.heads().len()).map(|table| table::gather(source, table, most_rows)).collect()
 }
 
 /// Opens a file, lets `then` read its tables, and gives its fingerprint too.
@@ -141,7 +142,7 @@ fn text<'a>(reader: impl Read + 'a, size: Option<u64>) -> Result<Opened<'a>, Rea
 
 /// What a gzip file holds: text streams, anything else is held.
 fn unpacked<'a>(packed: impl Read + 'a) -> Result<Opened<'a>, ReadProblem> {
-    let broken = |error: io::Error| ReadProblem::Broken { format: Format::Gzip, reason: error.to_string() };
+    let broken = |error: io::Error| Format::Gzip.broken(error);
     let mut reader = flate2::read::MultiGzDecoder::new(packed);
     let (mut head, whole) = beginning(&mut reader);
     if head.is_empty() {

@@ -1,6 +1,7 @@
 //! Tables of named columns: their sources, arrays and sheets put together to tables, and text.
 
 pub(crate) mod arrays;
+pub(crate) mod binary;
 #[cfg(any(feature = "arrow", feature = "hdf5", feature = "parquet"))]
 pub(crate) mod guard;
 #[cfg(feature = "excel")]
