@@ -148,8 +148,8 @@ impl AmplitudeLaw {
         if d > 0.0 {
             let root = d.sqrt();
             let half = 0.5 * t * root;
-            // The pole of the tangent lies past the stop.
-            if half >= 1.5 && (half >= 0.5 * PI || t >= self.fall_time(a, 0.0)) {
+            // Where viscous loss is below zero the stop may lie past the pole of the tangent.
+            if half >= 1.5 && t >= self.fall_time(a, 0.0) {
                 return 0.0;
             }
             let (sin, cos) = half.sin_cos();
@@ -313,6 +313,22 @@ mod tests {
                 assert!((slope + law.rate(here)).abs() < 1e-8, "{law:?} {t}: {slope}");
             }
         }
+    }
+
+    #[test]
+    fn a_law_with_negative_viscous_loss_reaches_its_stop_past_a_quarter_turn() {
+        let law = AmplitudeLaw::from_rates(1.0, [0.1, -0.3, 0.3]);
+        let stop = law.fall_time(1.0, 0.0);
+        let root = (4.0f64 * 0.1 * 0.3 - 0.09).sqrt();
+        assert!(0.5 * root * stop > 0.5 * PI, "{stop}");
+        let h = 1e-5;
+        for t in [0.9 * stop, 0.97 * stop] {
+            let slope = (law.after(1.0, t + h) - law.after(1.0, t - h)) / (2.0 * h);
+            let here = law.after(1.0, t);
+            assert!(here > 0.0, "{here} at {t}");
+            assert!((slope + law.rate(here)).abs() < 1e-8, "{slope} at {t}");
+        }
+        assert_eq!(law.after(1.0, 1.001 * stop), 0.0);
     }
 
     #[test]
