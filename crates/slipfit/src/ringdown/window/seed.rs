@@ -1,7 +1,7 @@
 //! Where a decay is looked for first: the run with the largest fall, and an amplitude law through
 //! its middle.
 
-use crate::inference::least_squares::minimise;
+use crate::inference::least_squares::{LeastSquares, minimise};
 use crate::ringdown::block_amplitudes::BlockAmplitudes;
 use crate::ringdown::criteria::WindowCriteria;
 use crate::ringdown::envelope::{A0, DELTA, DRAG, EnvelopeProblem, X_F};
@@ -133,7 +133,8 @@ impl<'a> SeedFit<'a> {
         let last = index[index.len() - 1];
         let span = (amplitudes.blocks[last].time_s - origin).max(f64::MIN_POSITIVE);
         let delta = ((top / amplitudes.amplitude(last).max(1e-6 * top)).ln() / span).max(1e-9 / span);
-        let start = [top, 0.0, delta, 0.0, 0.0];
+        let mut start = vec![0.0; problem.parameters()];
+        (start[A0], start[DELTA]) = (top, delta);
         let mut free = vec![A0, DELTA];
         if index.len() >= criteria.sliding_from {
             free.push(X_F);
