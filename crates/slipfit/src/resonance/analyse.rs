@@ -1,7 +1,9 @@
-//! The one way in.
+//! The analysis of a resonance curve, step by step.
 
 use super::block::Block;
-use super::{Answer, Curve, Options, assemble, fits};
+use super::criteria::Criteria;
+use super::prepared::PreparedCurve;
+use super::{Answer, Curve, Options, assemble, selection};
 use crate::Error;
 
 /// Tells viscous from sliding loss in a resonance curve.
@@ -16,7 +18,7 @@ use crate::Error;
 ///
 /// All loss models (viscous, sliding, drag and their sums) are compared on the same points.
 /// A phase offset is always fitted where there are phases; background, delay and a Duffing
-/// term only where the data cannot do without (a BIC lower by 12), and a warning says so.
+/// term only where the data need it (a BIC lower by 14, autocorrelation counted), and a warning says so.
 ///
 /// The height of a curve is `Q x_0 (1 - 4 x_F/(pi x_0))`: with the drive amplitude `x_0` known
 /// ([`Options::drive_amplitude`], or a friction-free [`Options::reference`]) friction and Q
@@ -26,11 +28,11 @@ use crate::Error;
 /// Units: frequencies in Hz; `x_0`, `x_F` in the response's unit.
 ///
 /// Where `x_F` is known to worse than a fifth of `x_0`, the bias of least squares to second order
-/// (M. J. Box, J. R. Stat. Soc. B 33, 171, 1971) is taken out of `delta`, `x_F`, `x_0` and their
+/// (M. J. Box, J. R. Stat. Soc. B 33, 171, 1971) is corrected in `delta`, `x_F`, `x_0` and their
 /// ratio; intervals are those of the profile either way.
 ///
 /// Limits: one mode; static friction equal to kinetic; the curve is steady (a sweep slow
-/// against the decay); drag and lean are of leading order in the amplitude.
+/// against the decay); drag and the Duffing term are of leading order in the amplitude.
 ///
 /// # Errors
 /// [`Error::Parameter`] for an option out of range, [`Error::TooFewPoints`] below one point
@@ -60,6 +62,14 @@ use crate::Error;
 /// # Ok::<(), slipfit::Error>(())
 /// ```
 pub fn analyse(curve: &Curve, options: &Options) -> Result<Answer, Error> {
+    analyse_with(curve, options, &Criteria::default())
+}
+
+/// [`analyse`] by other thresholds than the default ones.
+///
+/// # Errors
+/// As [`analyse`].
+pub fn analyse_with(curve: &Curve, options: &Options, criteria: &Criteria) -> Result<Answer, Error> {
     options.check()?;
     let used = match options.band_hz {
         Some(band) => curve.within(band),
@@ -69,6 +79,7 @@ pub fn analyse(curve: &Curve, options: &Options) -> Result<Answer, Error> {
         return Err(Error::NoResonance { reason: "no point lies in the band asked for" });
     }
     let reference = options.reference.as_ref().map(Block::new);
-    let described = fits::describe(Block::new(&used), reference, options)?;
-    assemble::answer(curve, &used, options, &described)
+    let prepared = PreparedCurve::new(Block::new(&used), reference, options, criteria)?;
+    let described = selection::best_hypothesis(&prepared, options, criteria)?;
+    assemble::answer(curve, &used, options, &described, criteria)
 }

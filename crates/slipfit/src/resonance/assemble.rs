@@ -2,16 +2,14 @@
 
 use super::bias;
 use super::block::Block;
+use super::criteria::Criteria;
 use super::described::{Described, slot};
 use super::paper::Lorentzian;
 use super::problem::Problem;
-use super::response::{
-    BG_IM, BG_RE, COUNT, DELAY, DELTA, DRAG, DUFFING, OMEGA, PHASE, R_BG_IM, R_BG_RE, R_DELTA, R_OMEGA,
-    R_PHASE, X_0, X_F,
-};
+use super::response::{BG_IM, BG_RE, DELAY, DELTA, DRAG, DUFFING, OMEGA, PHASE, R_DELTA, R_OMEGA, X_0, X_F};
 use super::{
     Answer, Curve, CurvePoint, Diagnostics, DriveSource, FittedCurve, Instrument, Method, Options,
-    ReferenceFit, RunDirection, force, paper,
+    ReferenceFit, RunDirection, force, paper, reference,
 };
 use crate::answer::calibration::physical;
 use crate::answer::describe::{
@@ -21,13 +19,18 @@ use crate::answer::describe::{
 use crate::answer::{Parameter, Parameters, Values};
 use crate::inference::least_squares::{Fit, minimise};
 use crate::inference::model_selection::ModelFit;
-use crate::inference::noise::NoiseModel;
 use crate::inference::profile::{Estimate, Profile};
 use crate::model::loss::{LossModel, LossTerm};
 use crate::{Error, Quantity};
 use std::f64::consts::{FRAC_PI_4, PI, TAU};
 
-pub(super) fn answer(curve: &Curve, used: &Curve, options: &Options, d: &Described) -> Result<Answer, Error> {
+pub(super) fn answer(
+    curve: &Curve,
+    used: &Curve,
+    options: &Options,
+    d: &Described,
+    criteria: &Criteria,
+) -> Result<Answer, Error> {
     let comparison = &d.comparison;
     let preferred = comparison.preferred().ok_or(Error::NoFit { reason: "no model converged" })?;
     let chosen = match options.model {
@@ -50,7 +53,7 @@ pub(super) fn answer(curve: &Curve, used: &Curve, options: &Options, d: &Describ
     let problem = d.problem_of(chosen);
     let p = &chosen.bounded.parameters;
     let parameters = match d.method() {
-        Method::Paper => papers_parameters(used, options, d, chosen)?,
+        Method::Paper => papers_parameters(used, options, d, chosen, criteria)?,
         _ => parameters(used, options, d, chosen),
     };
     let mut shown = p.clone();
@@ -61,7 +64,7 @@ pub(super) fn answer(curve: &Curve, used: &Curve, options: &Options, d: &Describ
     let (lowest, highest) = amplitudes(&problem, p);
     let shares = [highest, lowest].map(|amplitude| sliding_share(&problem, &shown, amplitude));
     let sigma = comparison.noise.residual_variance(&chosen.bounded).sqrt();
-    let (force, force_line) = force::balance(&problem, p, sigma, used.unit());
+    let (force, force_line) = force::balance(&problem, p, sigma, used.unit(), &criteria.force);
     let points = match &d.all {
         // Every point beside the fit, of which the groups' means were part.
         Some(all) => {
@@ -72,7 +75,7 @@ pub(super) fn answer(curve: &Curve, used: &Curve, options: &Options, d: &Describ
         }
         None => points(&problem, p, false, sigma),
     };
-    let reference = problem.reference.is_some().then(|| reference(d, chosen, &problem, sigma));
+    let reference = problem.reference.is_some().then(|| reference(d, chosen, &problem, sigma, criteria));
     let mut answer = Answer {
         model: chosen.model,
         method: d.method(),
@@ -84,7 +87,7 @@ pub(super) fn answer(curve: &Curve, used: &Curve, options: &Options, d: &Describ
         instrument: instrument(d, chosen),
         force,
         force_line,
-        paper: paper::estimate(&problem, p, d.source != DriveSource::Shape),
+        paper: paper::estimate(&problem, p, d.source != DriveSource::Shape, &criteria.search),
         reference,
         diagnostics: diagnostics(curve, used, d, &points, sigma),
         warnings: Vec::new(),
@@ -93,7 +96,7 @@ pub(super) fn answer(curve: &Curve, used: &Curve, options: &Options, d: &Describ
         mean_drive: used.drive().map(|d| d.iter().sum::<f64>() / d.len() as f64),
         fit: FittedCurve { guide: guide(used, &problem, p), parameters: p.clone(), problem },
     };
-    answer.warnings = super::warnings::warnings(curve, used, d, &answer, preferred);
+    answer.warnings = super::warnings::warnings(curve, used, d, &answer, preferred, criteria);
     Ok(answer)
 }
 
@@ -320,11 +323,12 @@ fn papers_parameters(
     options: &Options,
     d: &Described,
     chosen: &ModelFit,
+    criteria: &Criteria,
 ) -> Result<Parameters, Error> {
     let b = &d.problem.main;
     let measured: Vec<f64> = (0..b.len()).map(|i| b.amplitude(i)).collect();
-    let lorentzian =
-        Lorentzian::of(b, &measured).ok_or(Error::NoFit { reason: "no effective Lorentzian was reached" })?;
+    let lorentzian = Lorentzian::of(b, &measured, &criteria.search)
+        .ok_or(Error::NoFit { reason: "no effective Lorentzian was reached" })?;
     let unit = used.unit();
     let x_0 = drive_amplitude(d, chosen, unit);
     let found = lorentzian.invert(x_0.value);
@@ -441,43 +445,20 @@ fn points(problem: &Problem, p: &[f64], reference: bool, sigma: f64) -> Vec<Curv
         .collect()
 }
 
-fn reference(d: &Described, chosen: &ModelFit, problem: &Problem, sigma: f64) -> ReferenceFit {
+fn reference(
+    d: &Described,
+    chosen: &ModelFit,
+    problem: &Problem,
+    sigma: f64,
+    criteria: &Criteria,
+) -> ReferenceFit {
     let (noise, fit) = (d.comparison.noise, &chosen.bounded);
     let own_sigma = sigma / problem.reference_weight.sqrt();
     ReferenceFit {
         natural_frequency_hz: symmetric(noise, fit, R_OMEGA, [1.0 / TAU, d.problem.centre], "Hz"),
         decay_rate_per_s: symmetric(noise, fit, R_DELTA, [1.0, 0.0], "1/s"),
         points: points(problem, &fit.parameters, true, own_sigma),
-        sliding_p_value: reference_slides(problem, fit),
-    }
-}
-
-/// p value of sliding friction in the reference alone, its drive free.
-fn reference_slides(problem: &Problem, fit: &Fit) -> f64 {
-    let Some(block) = problem.reference.clone() else { return 1.0 };
-    let q = &fit.parameters;
-    let mut p = vec![0.0; COUNT];
-    (p[OMEGA], p[DELTA], p[X_0], p[PHASE]) = (q[R_OMEGA], q[R_DELTA], q[X_0], q[R_PHASE]);
-    (p[BG_RE], p[BG_IM], p[DELAY]) = (q[R_BG_RE], q[R_BG_IM], q[DELAY]);
-    let mut free = vec![OMEGA, DELTA, X_0];
-    if block.complex {
-        free.push(PHASE);
-    }
-    if fit.free.contains(&R_BG_RE) {
-        free.extend([BG_RE, BG_IM]);
-    }
-    let mut own =
-        Problem { main: block, reference: None, prior: None, used: free.clone(), ..problem.clone() };
-    let noise = NoiseModel::white(own.main.observations());
-    let Some(without) = minimise(&own, &p, &free) else { return 1.0 };
-    free.push(X_F);
-    free.sort_unstable();
-    own.used = free.clone();
-    let mut start = without.parameters.clone();
-    start[X_F] = 0.05 * start[X_0];
-    match super::search::best(&own, &[start, without.parameters.clone()], &free) {
-        Some(with) if with.parameters[X_F] > 0.0 => noise.p_value(without.rss, &with, &with),
-        _ => 1.0,
+        sliding_p_value: reference::sliding_p_value(problem, fit, &criteria.search),
     }
 }
 

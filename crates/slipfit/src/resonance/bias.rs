@@ -1,4 +1,4 @@
-//! Second-order bias of least squares, where a curve tells little.
+//! Second-order bias of least squares.
 
 use super::block::Block;
 use super::problem::Problem;
@@ -7,7 +7,7 @@ use crate::inference::least_squares::{Fit, LeastSquares, Normal, newton_step};
 use crate::motion::steady::Phasor;
 use nalgebra::{DMatrix, SymmetricEigen};
 
-/// What takes the bias out of every parameter, to second order in the noise (M. J. Box, J. R.
+/// Correction of the bias of every parameter, to second order in the noise (M. J. Box, J. R.
 /// Stat. Soc. B 33, 171, 1971):
 ///
 /// ```text
@@ -64,7 +64,7 @@ pub(super) fn correction(problem: &Problem, fit: &Fit, variance: f64) -> Option<
     Some(all)
 }
 
-/// What the model says is read at each point.
+/// The reading that the model predicts at each point.
 fn read(problem: &Problem, block: &Block, p: &[f64], reference: bool) -> Option<Vec<Phasor>> {
     let modelled = problem.predict(p, reference).into_iter().enumerate();
     modelled
@@ -112,7 +112,7 @@ mod tests {
     /// The same noise a hundred times smaller has next to no second order: what is left of the
     /// mean beside it is bias.
     #[test]
-    fn the_bias_of_a_curve_that_tells_little_is_taken_out() {
+    fn the_bias_of_a_vague_curve_is_corrected() {
         let pairs: Vec<_> = (0..400).filter_map(|s| Some((errors(0.2, s)?, errors(0.002, s)?))).collect();
         let n = pairs.len() as f64;
         let mean = |k: usize| pairs.iter().map(|(large, small)| large[k] - small[k]).sum::<f64>() / n;

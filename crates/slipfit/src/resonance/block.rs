@@ -1,10 +1,10 @@
-//! Points of one curve as the sums want them.
+//! Points of one curve by rising frequency, with their weights.
 
 use super::{Curve, Response};
 use crate::motion::steady::Phasor;
 use std::f64::consts::TAU;
 
-/// Points by rising frequency.
+/// Points of a curve by rising frequency.
 #[derive(Debug, Clone, PartialEq)]
 pub(crate) struct Block {
     pub(crate) omega: Vec<f64>,
@@ -68,7 +68,7 @@ impl Block {
         self.omega.len()
     }
 
-    /// Means of so many neighbours; what is lost is their curvature within a group.
+    /// Means of `size` neighbours; what is lost is the curvature within a group.
     pub(crate) fn grouped(&self, size: usize) -> Self {
         let n = self.len().div_ceil(size);
         let groups = (0..n).map(|g| g * size..((g + 1) * size).min(self.len()));
@@ -109,7 +109,7 @@ impl Block {
         if square > 1e-280 && square < 1e280 { square.sqrt() } else { self.data[i].norm() }
     }
 
-    /// All of them.
+    /// The amplitudes of all points.
     pub(crate) fn amplitudes(&self) -> Vec<f64> {
         if !self.complex {
             return self.data.iter().map(|z| z.re).collect();
@@ -131,16 +131,16 @@ impl Block {
         all
     }
 
-    /// The points of these places.
-    pub(crate) fn subset(&self, places: &[usize]) -> Self {
-        let some = |v: &[f64]| places.iter().map(|&i| v[i]).collect::<Vec<_>>();
+    /// The points at these indices.
+    pub(crate) fn subset(&self, indices: &[usize]) -> Self {
+        let some = |v: &[f64]| indices.iter().map(|&i| v[i]).collect::<Vec<_>>();
         Self {
             omega: some(&self.omega),
-            data: places.iter().map(|&i| self.data[i]).collect(),
+            data: indices.iter().map(|&i| self.data[i]).collect(),
             precision: some(&self.precision),
             weight: some(&self.weight),
             drive: some(&self.drive),
-            index: places.iter().map(|&i| self.index[i]).collect(),
+            index: indices.iter().map(|&i| self.index[i]).collect(),
             ..*self
         }
     }
@@ -151,12 +151,12 @@ impl Block {
         Self { data, complex: false, weight: self.precision.clone(), ..self.clone() }
     }
 
-    /// Phases counted the other way round.
-    pub(crate) fn conjugate(&mut self) {
-        self.data.iter_mut().for_each(|z| *z = z.conj());
+    /// The same points with the phases of `e^(-i omega t)`.
+    pub(crate) fn conjugated(&self) -> Self {
+        Self { data: self.data.iter().map(Phasor::conj).collect(), ..self.clone() }
     }
 
-    /// Every so manieth point.
+    /// Every `stride`-th point.
     pub(crate) fn thinned(&self, stride: usize) -> Self {
         let every = |v: &[f64]| v.iter().step_by(stride).copied().collect::<Vec<_>>();
         Self {
@@ -172,7 +172,7 @@ impl Block {
         }
     }
 
-    /// Measured at point `i`, less what the model says.
+    /// Measured at point `i` less modelled: the complex difference, or that of amplitudes.
     pub(crate) fn residual(&self, i: usize, model: Phasor) -> Phasor {
         if self.complex {
             self.data[i] - model

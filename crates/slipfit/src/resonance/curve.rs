@@ -57,7 +57,7 @@ pub enum RunDirection {
     Unordered,
 }
 
-/// A stretch of rows measured in one direction.
+/// Consecutive points measured in one direction.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub struct Run {
     /// First point of it, in the order of measurement.
@@ -71,7 +71,7 @@ pub struct Run {
 /// Points that were left out when the curve was built.
 #[derive(Debug, Clone, Copy, Default, PartialEq, Eq)]
 pub struct Dropped {
-    /// A frequency, response, drive or standard error that is no number.
+    /// Points with a frequency, response, drive or standard error that is not finite.
     pub not_finite: usize,
     /// Frequency zero, which has no phase and no period.
     pub zero_frequency: usize,
@@ -243,8 +243,8 @@ impl CurveBuilder {
         self
     }
 
-    /// Checks and builds. Points that are no number, and those at frequency zero, are left
-    /// out and counted ([`Curve::dropped`]).
+    /// Checks and builds. Non-finite points and those at frequency zero are left out and
+    /// counted ([`Curve::dropped`]).
     ///
     /// # Errors
     /// [`Error::Length`] for columns of different length; [`Error::FrequencyNegative`];

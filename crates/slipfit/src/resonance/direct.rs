@@ -1,6 +1,7 @@
-//! The bare fit, for who knows the model already.
+//! The bare fit of one model, without comparison or intervals.
 
 use super::block::Block;
+use super::criteria::SearchCriteria;
 use super::problem::Problem;
 use super::response::{DELTA, OMEGA, PHASE, X_0, X_F};
 use super::search::{best, starts};
@@ -62,35 +63,32 @@ pub fn fit(curve: &Curve, drive_amplitude: Option<f64>) -> Result<CurveFit, Erro
         crate::model::oscillator::above_zero("drive_amplitude", x_0)?;
     }
     let mut main = Block::new(curve);
-    let line = peak::find(&main).ok_or(Error::NoResonance { reason: "every amplitude is zero" })?;
-    // So many points within the line tell where to begin as well as all do.
-    let within = main.omega.iter().filter(|w| (**w - line.omega).abs() < line.half_width).count();
+    let peak = peak::find(&main).ok_or(Error::NoResonance { reason: "every amplitude is zero" })?;
+    // So many points within the peak give start values as good as all do.
+    let within = main.omega.iter().filter(|w| (**w - peak.omega).abs() < peak.half_width).count();
     let stride = (main.len() / FEW).min(within / 8).max(1);
     let mut few = (stride > 1).then(|| main.thinned(stride));
-    let linear = start::linear(few.as_ref().unwrap_or(&main), &line, true);
+    let linear = start::linear(few.as_ref().unwrap_or(&main), &peak, true);
     if linear.is_some_and(|(_, conjugated)| conjugated) {
         for z in main.data.iter_mut().chain(few.iter_mut().flat_map(|few| &mut few.data)) {
             *z = z.conj();
         }
     }
-    let mut used = vec![OMEGA, DELTA, X_F];
-    if drive_amplitude.is_none() {
-        used.insert(2, X_0);
-    }
-    if main.complex {
-        used.push(PHASE);
-    }
     // A fixed drive has no column of its own.
-    used.sort_unstable();
+    let used: Vec<usize> = [(OMEGA, true), (DELTA, true), (X_0, drive_amplitude.is_none()), (X_F, true)]
+        .into_iter()
+        .chain([(PHASE, main.complex)])
+        .filter_map(|(k, free)| free.then_some(k))
+        .collect();
     let free = used.clone();
-    let problem = Problem::new(main, line.omega, used);
+    let problem = Problem::new(main, peak.omega, used);
     if problem.observations() as usize <= free.len() {
         return Err(Error::TooFewPoints { points: problem.main.len(), parameters: free.len() });
     }
     let fixed = drive_amplitude.is_some();
     // With phases the balance is next to the minimum.
     let near = linear.and_then(|(s, _)| {
-        let mut start = start::of(&s, drive_amplitude);
+        let mut start = start::parameters(&s, drive_amplitude);
         let mut stepped = None;
         if let Some(few) = few {
             let few = Problem { main: few, used: problem.used.clone(), reference: None, ..problem };
@@ -102,8 +100,8 @@ pub fn fit(curve: &Curve, drive_amplitude: Option<f64>) -> Result<CurveFit, Erro
     });
     let found = near
         .or_else(|| {
-            let all = starts(&problem.main, &line, linear.map(|(s, _)| s), drive_amplitude, fixed);
-            best(&problem, &all, &free)
+            let all = starts(&problem.main, &peak, linear.map(|(s, _)| s), drive_amplitude, fixed);
+            best(&problem, &all, &free, &SearchCriteria::default())
         })
         .ok_or(Error::NoFit { reason: "no resonance curve with viscous and sliding loss was reached" })?;
     let n = problem.observations();
@@ -149,11 +147,11 @@ mod tests {
                 let curve = Curve::complex(hz.clone(), z.collect()).build().unwrap();
                 let quick = fit(&curve, None).unwrap();
                 let main = Block::new(&curve);
-                let line = peak::find(&main).unwrap();
+                let peak = peak::find(&main).unwrap();
                 let used = vec![OMEGA, DELTA, X_0, X_F, PHASE];
-                let problem = Problem::new(main, line.omega, used.clone());
-                let begin = starts(&problem.main, &line, None, None, false);
-                let whole = best(&problem, &begin, &used).unwrap();
+                let problem = Problem::new(main, peak.omega, used.clone());
+                let begin = starts(&problem.main, &peak, None, None, false);
+                let whole = best(&problem, &begin, &used, &SearchCriteria::default()).unwrap();
                 for (k, [value, error]) in
                     [(DELTA, quick.decay_rate_per_s), (X_F, quick.friction_displacement)]
                 {

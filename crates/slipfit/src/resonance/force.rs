@@ -1,6 +1,7 @@
-//! Force balance point by point, without a model of the curve.
+//! Force balance at each point, without a model of the curve.
 
 use super::answer::{ForceLine, ForcePoint};
+use super::criteria::ForceCriteria;
 use super::problem::Problem;
 use super::response::{DELAY, OMEGA, PHASE, X_0};
 use crate::Quantity;
@@ -24,6 +25,7 @@ pub(super) fn balance(
     p: &[f64],
     sigma: f64,
     unit: &str,
+    c: &ForceCriteria,
 ) -> (Vec<ForcePoint>, Option<ForceLine>) {
     let b = &problem.main;
     if !b.complex {
@@ -56,17 +58,27 @@ pub(super) fn balance(
             elastic_std_error: (x_0 * angle * sin.abs().max(angle)).hypot(r * r * noise),
         });
         let slides = modelled.is_some_and(|m| m.regime == Regime::Sliding);
-        if slides && b.weight[i] > 0.0 && angle < 0.3 {
+        if slides && b.weight[i] > 0.0 && angle < c.most_noise {
             rows.push((size * r, x_0 * sin, dissipative_std_error, noise * r));
         }
     }
-    (points, line(&rows, omega_0, unit))
+    (points, line(&rows, omega_0, unit, c))
 }
 
-fn line(rows: &[(f64, f64, f64, f64)], omega_0: f64, unit: &str) -> Option<ForceLine> {
+/// The line by errors of both axes, the slope of the round before in the weights.
+fn line(
+    rows: &[(f64, f64, f64, f64)],
+    omega_0: f64,
+    unit: &str,
+    criteria: &ForceCriteria,
+) -> Option<ForceLine> {
+    const ROUNDS: usize = 4;
+    if rows.len() < criteria.least_points {
+        return None;
+    }
     let mut slope = 0.0;
     let mut found = None;
-    for _ in 0..4 {
+    for _ in 0..ROUNDS {
         let weighted = rows.iter().map(|&(x, y, ey, ex)| {
             (vec![1.0, x], y, 1.0 / (ey * ey + slope * slope * ex * ex).max(f64::MIN_POSITIVE))
         });
@@ -75,9 +87,6 @@ fn line(rows: &[(f64, f64, f64, f64)], omega_0: f64, unit: &str) -> Option<Force
         found = Some((c, covariance, chi2));
     }
     let (c, covariance, chi2) = found?;
-    if rows.len() < 4 {
-        return None;
-    }
     let reduced = chi2 / (rows.len() as f64 - 2.0);
     let error = |k: usize| (covariance[(k, k)] * reduced.max(1.0)).sqrt();
     Some(ForceLine {

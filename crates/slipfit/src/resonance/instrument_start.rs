@@ -1,44 +1,45 @@
-//! A line on a background, and behind a delay, by linear equations alone.
+//! Start values of background and delay, by linear equations alone.
 
 use super::Options;
 use super::block::Block;
+use super::criteria::InstrumentCriteria;
 use super::peak::{self, Peak};
 use crate::motion::steady::Phasor;
 use nalgebra::{DMatrix, DVector};
 use std::f64::consts::FRAC_PI_2;
 
-/// Delays tried turn the phase by this many quarters of a turn across the sweep, either way.
-const MOST_QUARTERS: usize = 40;
-/// Between them, in units of one over half the span: an eighth of a turn.
+/// Between delays tried, in units of one over half the span: an eighth of a turn.
 const STEP: f64 = 0.5 * FRAC_PI_2;
-/// So many first values are worth a fit.
-const MOST: usize = 4;
-/// One that leaves so many times the least is none; a line with friction is not the pole it is
-/// taken for, and a wrong delay may hide some of that.
-const FAR: f64 = 10.0;
 
-/// A line that stands on more than its own height, as a quartz in liquid on its parallel
-/// capacitance.
-pub(crate) struct InstrumentStart {
-    /// The points without the straight line between the two ends of the window.
-    pub(crate) without: Block,
-    /// What is seen of the line then.
-    pub(crate) line: Peak,
-    /// What was taken off at the line's top.
-    pub(crate) height: Phasor,
-    /// Delay taken out as well, s.
-    pub(crate) delay: f64,
-    /// The delay is the pedestal's too.
-    pub(crate) delayed: bool,
+/// Background and delay to start from.
+#[derive(Debug, Clone, Copy, Default)]
+pub(super) struct InstrumentTerms {
+    /// Background at the peak.
+    pub(super) background: Phasor,
+    /// Delay, s.
+    pub(super) delay: f64,
+    /// The delay is the background's too.
+    pub(super) delayed: bool,
 }
 
-/// Looks for a line above the pedestal where the points as they are show none.
-pub(crate) fn baseline(b: &Block, line: &Peak) -> Option<InstrumentStart> {
+/// The same with what they leave.
+#[derive(Clone)]
+pub(super) struct InstrumentStart {
+    pub(super) terms: InstrumentTerms,
+    /// The points without background and delay.
+    pub(super) without: Block,
+    /// The peak of those.
+    pub(super) peak: Peak,
+}
+
+/// A peak above the straight line between the two ends of the curve, as of a quartz in liquid on its
+/// parallel capacitance, where the points as they are show no whole peak.
+pub(super) fn baseline(b: &Block, peak: &Peak, c: &InstrumentCriteria) -> Option<InstrumentStart> {
     let n = b.len();
-    if !b.complex || n < 20 || line.sides.iter().all(Option::is_some) {
+    if !b.complex || n < c.baseline_points || peak.sides.iter().all(Option::is_some) {
         return None;
     }
-    let end = (n / 50).max(1);
+    let end = (n / c.baseline_part).max(1);
     let mean = |range: std::ops::Range<usize>| {
         let count = range.len() as f64;
         let omega = b.omega[range.clone()].iter().sum::<f64>() / count;
@@ -48,29 +49,15 @@ pub(crate) fn baseline(b: &Block, line: &Peak) -> Option<InstrumentStart> {
     let at = |omega: f64| first + (last - first) * ((omega - from) / (to - from));
     let data = b.omega.iter().zip(&b.data).map(|(&w, z)| z - at(w)).collect();
     let without = Block { data, ..b.clone() };
-    let line = peak::find(&without)?;
-    // The differences of amplitudes beside the line are all noise once nothing else is left.
-    let seen = line.sides.iter().all(Option::is_some) && line.height > 12.0 * peak::noise(&without);
-    let height = at(line.omega);
-    seen.then_some(InstrumentStart { without, line, height, delay: 0.0, delayed: false })
+    let peak = peak::find(&without)?;
+    // The differences of amplitudes beside the peak are all noise once nothing else is left.
+    let whole = peak.sides.iter().all(Option::is_some);
+    let stands_out = whole && peak.height > c.baseline_above_noise * peak::noise(&without);
+    let terms = InstrumentTerms { background: at(peak.omega), ..InstrumentTerms::default() };
+    stands_out.then_some(InstrumentStart { terms, without, peak })
 }
 
-/// What may stand between the oscillator and the data.
-#[derive(Debug, Clone, Copy)]
-pub(crate) struct Allowed {
-    pub(crate) background: bool,
-    pub(crate) delay: bool,
-}
-
-impl Allowed {
-    /// What is not ruled out.
-    pub(crate) fn by(options: &Options) -> Self {
-        let wanted = options.terms;
-        Self { background: wanted.background != Some(false), delay: wanted.delay != Some(false) }
-    }
-}
-
-/// First values of background and delay from one pole on both,
+/// Start values of background and delay, the best first, from one pole on both,
 ///
 /// ```text
 /// z = b + c e^(-i s tau)/(s - p)   =>   z s = p z + b s + d + c e^(-i s tau),   d = -b p
@@ -79,43 +66,45 @@ impl Allowed {
 /// or, where the delay is the background's too, of `z e^(i s tau)` without one;
 /// linear in `p`, `b`, `c` and `d` at each delay of a grid; weighted by `1/|s - p|²` of the round
 /// before (Sanathanan and Koerner's iteration), so that the sum is that of the data themselves.
-pub(crate) fn find(b: &Block, allowed: Allowed) -> Vec<InstrumentStart> {
+pub(super) fn find(b: &Block, options: &Options, c: &InstrumentCriteria) -> Vec<InstrumentStart> {
     let n = b.len();
-    if !b.complex || n < 10 {
+    if !b.complex || n < c.pole_points {
         return Vec::new();
     }
+    let background = options.terms.background != Some(false);
     let middle = 0.5 * (b.omega[0] + b.omega[n - 1]);
     let half = (0.5 * (b.omega[n - 1] - b.omega[0])).max(f64::MIN_POSITIVE);
-    let most = if allowed.delay { MOST_QUARTERS.min(n / 2) } else { 0 };
-    // A short one turns a large background all the same.
+    let may_be_delayed = options.terms.delay != Some(false);
+    let most = if may_be_delayed { c.most_quarters.min(n / 2) } else { 0 };
+    // A short delay turns a large background all the same.
     let short = [0.1, 0.5].into_iter().filter(|_| most > 0);
     let delays = short.chain((1..=most).map(|k| k as f64)).flat_map(|k| [STEP * k, -STEP * k]);
     let total: f64 = b.data.iter().zip(&b.weight).map(|(z, w)| w * z.norm_sqr()).sum();
     let tried_at = |delay: f64, delayed: bool| {
-        let p = pole(b, [middle, half], delay, allowed.background, delayed)?;
-        // Any delay holds the line without one as well: it must do better than that.
+        let p = pole(b, [middle, half], delay, background, delayed)?;
+        // A pole with a delay describes one without as well: it must do better than that.
         let least = 1e-9 * total;
-        Some(Pole { rss: if p.delay == 0.0 { p.rss } else { 1.1 * p.rss + least }, ..p })
+        Some(Pole { rss: if p.delay == 0.0 { p.rss } else { c.delay_handicap * p.rss + least }, ..p })
     };
     let tried: Vec<Pole> = std::iter::once(0.0)
         .chain(delays)
         .flat_map(|delay| [(delay, false), (delay, true)])
-        .filter(|&(delay, delayed)| !delayed || (delay != 0.0 && allowed.background))
+        .filter(|&(delay, delayed)| !delayed || (delay != 0.0 && background))
         .filter_map(|(delay, delayed)| tried_at(delay, delayed))
         .collect();
-    // The least of each neighbourhood, the best first.
+    // The least of each neighbourhood.
     let beside = |p: &Pole, q: &Pole| p.delayed == q.delayed && (p.delay - q.delay).abs() < 1.2 * STEP;
     let mut least: Vec<Pole> =
         tried.iter().filter(|p| tried.iter().all(|q| !beside(p, q) || q.rss >= p.rss)).copied().collect();
     let by_rss = |list: &mut Vec<Pole>| list.sort_by(|p, q| p.rss.total_cmp(&q.rss));
     by_rss(&mut least);
-    least.truncate(2 * MOST);
+    least.truncate(2 * c.most_starts);
     for p in least.iter_mut().filter(|p| p.delay != 0.0) {
         *p = refined(*p, |delay| tried_at(delay, p.delayed));
     }
     by_rss(&mut least);
-    least.truncate(MOST);
-    let most = least.first().map_or(0.0, |p| FAR * p.rss);
+    least.truncate(c.most_starts);
+    let most = least.first().map_or(0.0, |p| c.worth_a_fit * p.rss);
     least.iter().filter(|p| p.rss <= most).filter_map(|p| without(b, p, middle, p.delay / half)).collect()
 }
 
@@ -141,7 +130,7 @@ fn refined(from: Pole, at: impl Fn(f64) -> Option<Pole>) -> Pole {
     best
 }
 
-/// The points with both taken off.
+/// The points without background and delay.
 fn without(b: &Block, pole: &Pole, middle: f64, delay: f64) -> Option<InstrumentStart> {
     let background = |omega: f64| match pole.delayed {
         true => pole.background * Phasor::from_polar(1.0, (middle - omega) * delay),
@@ -149,11 +138,12 @@ fn without(b: &Block, pole: &Pole, middle: f64, delay: f64) -> Option<Instrument
     };
     let data = b.data.iter().zip(&b.omega).map(|(z, omega)| z - background(*omega)).collect();
     let mut without = Block { data, ..b.clone() };
-    let line = peak::find(&without)?;
+    let peak = peak::find(&without)?;
     for (z, omega) in without.data.iter_mut().zip(&b.omega) {
-        *z *= Phasor::from_polar(1.0, (omega - line.omega) * delay);
+        *z *= Phasor::from_polar(1.0, (omega - peak.omega) * delay);
     }
-    Some(InstrumentStart { without, line, height: background(line.omega), delay, delayed: pole.delayed })
+    let terms = InstrumentTerms { background: background(peak.omega), delay, delayed: pole.delayed };
+    Some(InstrumentStart { terms, without, peak })
 }
 
 #[derive(Debug, Clone, Copy)]
@@ -178,9 +168,9 @@ fn pole(b: &Block, [middle, half]: [f64; 2], delay: f64, background: bool, delay
     };
     let row = |i: usize| {
         let s = (b.omega[i] - middle) / half;
-        let turn = Phasor::from_polar(1.0, -s * delay);
-        let z = if delayed { b.data[i] * turn.conj() } else { b.data[i] };
-        let columns = if background { [z, one * s, one, turn] } else { [z, turn, one, one] };
+        let rotation = Phasor::from_polar(1.0, -s * delay);
+        let z = if delayed { b.data[i] * rotation.conj() } else { b.data[i] };
+        let columns = if background { [z, one * s, one, rotation] } else { [z, rotation, one, one] };
         (s, columns, z)
     };
     let mut place: Option<Phasor> = None;
@@ -216,7 +206,7 @@ fn pole(b: &Block, [middle, half]: [f64; 2], delay: f64, background: bool, delay
 
 #[cfg(test)]
 mod tests {
-    use super::super::Curve;
+    use super::super::{Criteria, Curve};
     use super::*;
 
     #[test]
@@ -225,14 +215,15 @@ mod tests {
             let hz: Vec<f64> = (0..201).map(|i| 0.95 + 5e-4 * f64::from(i)).collect();
             let z = hz.iter().map(|f| {
                 let omega = std::f64::consts::TAU * f;
-                let line = Phasor::new(0.02, 0.0) / Phasor::new(omega - 6.3, -0.02);
+                let resonance = Phasor::new(0.02, 0.0) / Phasor::new(omega - 6.3, -0.02);
                 let turn = Phasor::from_polar(1.0, (6.3 - omega) * delay);
                 let offset = Phasor::from_polar(1.0, 0.4);
-                if delayed { (line * offset + background) * turn } else { line * offset * turn + background }
+                let seen = resonance * offset;
+                if delayed { (seen + background) * turn } else { seen * turn + background }
             });
             Block::new(&Curve::complex(hz.clone(), z.collect()).build().unwrap())
         };
-        let both = Allowed { background: true, delay: true };
+        let c = Criteria::default().instrument;
         // A turn across this sweep is a delay of 10.
         for (background, delay, delayed) in [
             (Phasor::new(-0.6, 0.7), 0.0, false),
@@ -240,11 +231,15 @@ mod tests {
             (Phasor::new(0.3, -0.2), 31.0, true),
             (Phasor::default(), -12.0, false),
         ] {
-            let found = find(&make(background, delay, delayed), both).swap_remove(0);
-            assert!(found.delayed == delayed || background == Phasor::default());
-            assert!((found.delay - delay).abs() < 1.3, "{} {delay}", found.delay);
-            assert!((found.height - background).norm() < 0.1, "{} {background}", found.height);
-            assert!((found.line.omega - 6.3).abs() < 0.005, "{:?}", found.line);
+            let found = find(&make(background, delay, delayed), &Options::default(), &c).swap_remove(0);
+            assert!(found.terms.delayed == delayed || background == Phasor::default());
+            assert!((found.terms.delay - delay).abs() < 1.3, "{} {delay}", found.terms.delay);
+            assert!(
+                (found.terms.background - background).norm() < 0.1,
+                "{} {background}",
+                found.terms.background
+            );
+            assert!((found.peak.omega - 6.3).abs() < 0.005, "{:?}", found.peak);
         }
     }
 }

@@ -4,14 +4,17 @@
 mod analyse;
 mod answer;
 mod assemble;
+mod background_minima;
 mod bias;
 mod block;
+mod criteria;
 mod curve;
 mod described;
 mod direct;
-mod fits;
 mod fitted;
 mod force;
+mod hypothesis;
+mod hypothesis_fit;
 mod instrument_start;
 mod lanes;
 mod models;
@@ -24,15 +27,20 @@ mod reference;
 mod residuals;
 mod response;
 mod search;
+mod selection;
 mod start;
 mod sums;
 mod terms;
 mod warnings;
 
-pub use analyse::analyse;
+pub use analyse::{analyse, analyse_with};
 pub use answer::{
     Answer, CurvePoint, Diagnostics, DriveSource, ForceLine, ForcePoint, Instrument, PaperEstimate,
     ReferenceFit,
+};
+pub use criteria::{
+    Criteria, ForceCriteria, InstrumentCriteria, LossModelCriteria, PeakCriteria, PreparationCriteria,
+    ReferenceCriteria, ResidualCriteria, SearchCriteria, SelectionCriteria, TermCriteria,
 };
 pub use curve::{Curve, CurveBuilder, Dropped, Response, Run, RunDirection};
 pub use direct::{CurveFit, fit};

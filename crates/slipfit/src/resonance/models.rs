@@ -1,22 +1,91 @@
-//! Every loss model fitted, each from its relatives.
+//! Every loss model fitted beside the terms of the hypothesis taken.
 
-use super::described::slot;
+use super::criteria::Criteria;
+use super::described::{Described, oscillator_seen, slot};
+use super::hypothesis::Kind;
+use super::hypothesis_fit::HypothesisFit;
+use super::peak;
+use super::prepared::PreparedCurve;
 use super::problem::Problem;
+use super::residuals::autocorrelation;
 use super::response::{DELTA, DRAG, X_0, X_F};
 use super::search::best_of;
+use super::{DriveSource, Options};
+use crate::Error;
 use crate::inference::least_squares::{Fit, LeastSquares};
+use crate::inference::model_selection::ModelComparison;
 use crate::inference::noise::NoiseModel;
 use crate::model::loss::{LossModel, LossTerm};
 
-/// Fits every loss model, each from its relatives.
-pub(super) fn compare(
+/// Start value of the friction displacement over the drive where it is the only loss.
+const SLIDING_ALONE: f64 = 0.7;
+
+/// Compares the loss models on the points as the hypothesis takes them.
+pub(super) fn compare(curve: &PreparedCurve, mut chosen: HypothesisFit) -> Result<Described, Error> {
+    let (options, criteria) = (chosen.options, chosen.criteria);
+    if let Some([value, _]) = chosen.problem.prior {
+        let error = options.drive_amplitude.map_or(1.0, |d| d.std_error);
+        chosen.problem.prior = Some([value, chosen.variance() / (error * error)]);
+    }
+    let HypothesisFit { problem, fit, mut minima, .. } = chosen;
+    let mut residuals = autocorrelation(&problem, &fit, &criteria.residuals);
+    let inflated = |variance_inflation: f64| NoiseModel {
+        variance_inflation,
+        ..NoiseModel::white(problem.observations())
+    };
+    let starts: Vec<Vec<f64>> =
+        std::iter::once(&fit).chain(&minima).map(|f| f.parameters.clone()).chain(chosen.starts).collect();
+    let tries = criteria.search.tries + 2 * minima.len();
+    let noise = inflated(residuals.variance_inflation);
+    let fits = fit_models(&problem, &starts, &fit.free, noise, tries, options, criteria);
+    // What one loss term leaves over is no noise: it is judged beside all of them.
+    let richest = fits.iter().find(|(m, f)| *m == LossModel::VISCOUS_SLIDING_DRAG && f.converged);
+    let drag_is_possible = options.model.is_none_or(|m| m.has(LossTerm::Drag));
+    if let Some((_, f)) = richest.filter(|_| residuals.variance_inflation > 1.0 && drag_is_possible) {
+        residuals = autocorrelation(&problem.with(&f.free), f, &criteria.residuals);
+    }
+    let noise = inflated(residuals.variance_inflation);
+    let comparison = ModelComparison::new(&fits, slot, noise);
+    let Some(first) = comparison.fits.first() else {
+        return Err(Error::NoFit { reason: "no loss model could be fitted to the curve" });
+    };
+    let most = criteria.models.equal_minima * noise.variance(&first.bounded);
+    let least = minima.iter().map(|m| m.rss).fold(f64::INFINITY, f64::min);
+    minima.retain(|m| m.rss - least < most);
+    let source = match (options.drive_amplitude, &problem.reference) {
+        (Some(_), _) => DriveSource::Known,
+        (None, Some(_)) => DriveSource::Reference,
+        (None, None) => DriveSource::Shape,
+    };
+    let seen = oscillator_seen(&problem, &fit.parameters).and_then(|b| peak::find(&b));
+    let hypothesis = chosen.hypothesis;
+    Ok(Described {
+        source,
+        peak: seen.unwrap_or(hypothesis.peak),
+        comparison,
+        conjugated: hypothesis.conjugated,
+        phases_ignored: hypothesis.kind == Kind::Amplitudes,
+        all: curve.all.as_ref().map(|all| hypothesis.view(all)),
+        left_out: chosen.outliers,
+        neighbour_noise: residuals.neighbour_noise,
+        autocorrelation: residuals.rho,
+        minima,
+        problem,
+    })
+}
+
+/// Fits every loss model, each from its relatives; `free` are the parameters of the fit so far.
+fn fit_models(
     problem: &Problem,
     starts: &[Vec<f64>],
-    others: &[usize],
+    free: &[usize],
     noise: NoiseModel,
-    asked: Option<LossModel>,
     tries: usize,
+    options: &Options,
+    criteria: &Criteria,
 ) -> Vec<(LossModel, Fit)> {
+    let losses = [X_F, DELTA, DRAG];
+    let others: Vec<usize> = free.iter().copied().filter(|k| !losses.contains(k)).collect();
     // The richer model of two comes first: its solution starts the smaller ones.
     let order = [
         LossModel::VISCOUS_SLIDING,
@@ -30,7 +99,7 @@ pub(super) fn compare(
     let mut surely_viscous = false;
     for model in order {
         let terms: Vec<usize> = model.terms().map(slot).collect();
-        if surely_viscous && !model.has(LossTerm::Viscous) && asked != Some(model) {
+        if surely_viscous && !model.has(LossTerm::Viscous) && options.model != Some(model) {
             continue;
         }
         let mut free: Vec<usize> = others.iter().chain(&terms).copied().collect();
@@ -48,14 +117,15 @@ pub(super) fn compare(
             }
             // Sliding alone has no height at resonance: the drive must fall short of it.
             if model == LossModel::SLIDING || model == LossModel::SLIDING_DRAG {
-                p[X_F] = p[X_F].max(0.7 * p[X_0]);
+                p[X_F] = p[X_F].max(SLIDING_ALONE * p[X_0]);
             }
         }
         from.dedup();
-        if let Some(fit) = best_of(&problem.with(&free), &from, &free, tries) {
+        if let Some(fit) = best_of(&problem.with(&free), &from, &free, tries, &criteria.search) {
             if model == LossModel::VISCOUS_SLIDING {
                 // So far from zero no data call for a model without it.
-                surely_viscous = fit.parameters[DELTA] > 10.0 * noise.std_error(&fit, DELTA);
+                surely_viscous =
+                    fit.parameters[DELTA] > criteria.models.surely_viscous * noise.std_error(&fit, DELTA);
             }
             fits.push((model, fit));
         }

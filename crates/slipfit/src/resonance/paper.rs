@@ -1,7 +1,8 @@
-//! The paper's way: an effective Lorentzian, inverted with `a = 4/3`.
+//! The paper's method: an effective Lorentzian, inverted with `a = 4/3`.
 
 use super::answer::PaperEstimate;
 use super::block::Block;
+use super::criteria::SearchCriteria;
 use super::peak;
 use super::problem::Problem;
 use super::response::{COUNT, DELTA, OMEGA, X_0};
@@ -29,7 +30,7 @@ pub(super) struct Inverted {
 
 impl Lorentzian {
     /// From points and their amplitudes.
-    pub(super) fn of(block: &Block, amplitudes: &[f64]) -> Option<Self> {
+    pub(super) fn of(block: &Block, amplitudes: &[f64], c: &SearchCriteria) -> Option<Self> {
         let own = Block {
             data: amplitudes.iter().map(|a| Phasor::new(*a, 0.0)).collect(),
             complex: false,
@@ -37,10 +38,10 @@ impl Lorentzian {
             weight: block.precision.clone(),
             ..block.clone()
         };
-        let line = peak::find(&own)?;
+        let peak = peak::find(&own)?;
         let free = vec![OMEGA, DELTA, X_0];
-        let problem = Problem::new(own, line.omega, free.clone());
-        let starts: Vec<Vec<f64>> = start::grid(&line, 0.0, None)
+        let problem = Problem::new(own, peak.omega, free.clone());
+        let starts: Vec<Vec<f64>> = start::grid(&peak, 0.0, None)
             .into_iter()
             .take(3)
             .map(|s| {
@@ -49,10 +50,10 @@ impl Lorentzian {
                 p
             })
             .collect();
-        let fit = best(&problem, &starts, &free)?;
+        let fit = best(&problem, &starts, &free, c)?;
         let dof = (problem.main.len() as f64 - 3.0).max(1.0);
         let good = fit.parameters[DELTA] > 0.0;
-        good.then(|| Self { variance: fit.rss / dof, fit, centre: line.omega })
+        good.then(|| Self { variance: fit.rss / dof, fit, centre: peak.omega })
     }
 
     pub(super) fn omega_0(&self) -> f64 {
@@ -105,20 +106,25 @@ fn inverted(q_f: f64, rho: f64, x_0: f64) -> Inverted {
 
 /// The paper's numbers for a curve, and their bias: the same fit to the exact curve of the
 /// answer's parameters.
-pub(super) fn estimate(problem: &Problem, p: &[f64], drive_known: bool) -> Option<PaperEstimate> {
+pub(super) fn estimate(
+    problem: &Problem,
+    p: &[f64],
+    drive_known: bool,
+    c: &SearchCriteria,
+) -> Option<PaperEstimate> {
     let b = &problem.main;
     let at = problem.response(p, false);
     let seen = |i: usize| b.data[i] - at.background_at(b.omega[i]);
     let measured: Vec<f64> =
         (0..b.len()).map(|i| if b.complex { seen(i).norm() } else { b.data[i].re }).collect();
-    let found = Lorentzian::of(b, &measured)?;
+    let found = Lorentzian::of(b, &measured, c)?;
     let x_0 = p[X_0];
     let inverse = drive_known.then(|| found.invert(x_0));
     let exact: Option<Vec<f64>> =
         problem.predict(p, false).into_iter().map(|m| m.map(|m| m.oscillator.norm())).collect();
     let truth_x_f = p[super::response::X_F];
     let truth_q = (problem.centre + p[OMEGA]) / (2.0 * p[DELTA]);
-    let ideal = exact.and_then(|e| Lorentzian::of(b, &e)).map(|l| l.invert(x_0));
+    let ideal = exact.and_then(|e| Lorentzian::of(b, &e, c)).map(|l| l.invert(x_0));
     let parameters = &found.fit.parameters;
     Some(PaperEstimate {
         effective_q_factor: found.omega_0() / (2.0 * parameters[DELTA]),

@@ -1,9 +1,10 @@
-//! What a curve looks like before any model: peak, width, noise, jumps, other peaks.
+//! Peak, width and noise of a curve before any model, other peaks and jumps.
 
 use super::block::Block;
+use super::criteria::PeakCriteria;
 use crate::motion::steady::Phasor;
 
-/// The main line as read off the points.
+/// The main peak as read off the points.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub(crate) struct Peak {
     /// Point of the highest amplitude.
@@ -87,10 +88,8 @@ pub(crate) fn find(b: &Block) -> Option<Peak> {
     Some(Peak { index: top, omega, height, half_width: half_width.max(least), sides })
 }
 
-/// Why points show no line above the noise, if they do not.
-pub(crate) fn absence(b: &Block, noise: f64) -> Option<&'static str> {
-    /// Of some hundred normal numbers hardly one lies this many deviations from the mean.
-    const ABOVE: f64 = 6.0;
+/// Why points show no peak above the noise, if they do not.
+pub(crate) fn absence(b: &Block, noise: f64, c: &PeakCriteria) -> Option<&'static str> {
     let used = || (0..b.len()).filter(|&i| b.weight[i] > 0.0);
     let level = |i: usize| b.data[i] / b.drive[i];
     let (sum, count) = used().fold((Phasor::default(), 0.0), |(sum, n), i| (sum + level(i), n + 1.0));
@@ -103,17 +102,17 @@ pub(crate) fn absence(b: &Block, noise: f64) -> Option<&'static str> {
     let (square, far) = farthest(centre, usize::MAX);
     let most = square.sqrt();
     if noise == 0.0 {
-        return (most < 1e-6 * centre.norm()).then_some("every point has the same response");
+        return (most < c.above_mean * centre.norm()).then_some("every point has the same response");
     }
-    if most < ABOVE * noise {
-        return Some("no line stands out of the noise");
+    if most < c.above_noise * noise {
+        return Some("no peak stands out of the noise");
     }
     let (square, _) = farthest((sum - level(far)) / (count - 1.0), far);
-    (square.sqrt() < ABOVE * noise).then_some("a single point stands out of the noise and no line")
+    (square.sqrt() < c.above_noise * noise).then_some("a single point stands out of the noise and no peak")
 }
 
 /// The highest other peak: frequency and height over the main one's.
-pub(crate) fn second_peak(b: &Block, peak: &Peak, noise: f64) -> Option<(f64, f64)> {
+pub(crate) fn second_peak(b: &Block, peak: &Peak, noise: f64, c: &PeakCriteria) -> Option<(f64, f64)> {
     let n = b.len();
     let mut best: Option<(f64, f64)> = None;
     let mut scan = |range: &mut dyn Iterator<Item = usize>| {
@@ -124,10 +123,11 @@ pub(crate) fn second_peak(b: &Block, peak: &Peak, noise: f64) -> Option<(f64, f6
             saddle = saddle.min(a);
             let rises = a - saddle;
             // A single high point is a glitch: its neighbours must rise as well.
-            let company = (i > 0 && b.amplitude(i - 1) - saddle > 0.4 * rises)
-                || (i + 1 < n && b.amplitude(i + 1) - saddle > 0.4 * rises);
-            let distinct = rises > (8.0 * noise).max(0.08 * peak.height).max(0.25 * a);
-            if distinct && company && best.is_none_or(|(_, h)| a > h) {
+            let shares = |i: usize| b.amplitude(i) - saddle > c.second_neighbour * rises;
+            let company = (i > 0 && shares(i - 1)) || (i + 1 < n && shares(i + 1));
+            let least =
+                (c.second_above_noise * noise).max(c.second_of_height * peak.height).max(c.second_of_own * a);
+            if rises > least && company && best.is_none_or(|(_, h)| a > h) {
                 best = Some((b.omega[i], a));
             }
         }
@@ -138,8 +138,8 @@ pub(crate) fn second_peak(b: &Block, peak: &Peak, noise: f64) -> Option<(f64, f6
 }
 
 /// Between which points the amplitude jumps: a drop far steeper than anything on the other
-/// flank, which no single-valued line has.
-pub(crate) fn jump(b: &Block, peak: &Peak, noise: f64) -> Option<f64> {
+/// flank, which no single-valued peak has.
+pub(crate) fn jump(b: &Block, peak: &Peak, noise: f64, c: &PeakCriteria) -> Option<f64> {
     let n = b.len();
     let slope = |i: usize| {
         let step = (b.omega[i + 1] - b.omega[i]).max(1e-9 * b.omega[i]);
@@ -155,7 +155,8 @@ pub(crate) fn jump(b: &Block, peak: &Peak, noise: f64) -> Option<f64> {
     (0..n - 1)
         .filter(|&i| {
             let fall = (b.amplitude(i + 1) - b.amplitude(i)).abs();
-            fall > (0.35 * peak.height).max(8.0 * noise) && slope(i) > 3.0 * usual
+            fall > (c.jump_of_height * peak.height).max(c.jump_above_noise * noise)
+                && slope(i) > c.jump_steepness * usual
         })
         .map(|i| 0.5 * (b.omega[i] + b.omega[i + 1]))
         .next()
@@ -163,7 +164,7 @@ pub(crate) fn jump(b: &Block, peak: &Peak, noise: f64) -> Option<f64> {
 
 #[cfg(test)]
 mod tests {
-    use super::super::Curve;
+    use super::super::{Criteria, Curve};
     use super::*;
     use crate::noise::jitter;
 
@@ -178,27 +179,30 @@ mod tests {
     }
 
     #[test]
-    fn one_line_has_a_width_and_nothing_else() {
+    fn one_peak_has_a_width_and_nothing_else() {
         let b = block(|w| lorentzian(w, 1.0, 0.01));
         let l = find(&b).unwrap();
         let hz = std::f64::consts::TAU;
-        assert!((l.half_width / hz - 0.01).abs() < 1e-4);
-        assert!((l.omega / hz - 1.0).abs() < 1e-6);
-        assert_eq!((second_peak(&b, &l, 0.0), jump(&b, &l, 0.0)), (None, None));
+        assert!((l.half_width / hz - 0.01).abs() < 1e-4, "{l:?}");
+        assert!((l.omega / hz - 1.0).abs() < 1e-6, "{l:?}");
+        let c = Criteria::default().peak;
+        assert_eq!(second_peak(&b, &l, 0.0, &c), None);
+        assert_eq!(jump(&b, &l, 0.0, &c), None);
     }
 
     #[test]
-    fn a_second_line_and_a_jump_are_seen() {
+    fn a_second_peak_and_a_jump_are_found() {
+        let c = Criteria::default().peak;
         let b = block(|w| lorentzian(w, 0.97, 0.005) + 0.4 * lorentzian(w, 1.04, 0.005));
-        let (omega, height) = second_peak(&b, &find(&b).unwrap(), 0.0).unwrap();
-        assert!((omega / std::f64::consts::TAU - 1.04).abs() < 2e-3);
-        assert!((height - 0.45).abs() < 0.1);
+        let (omega, height) = second_peak(&b, &find(&b).unwrap(), 0.0, &c).unwrap();
+        assert!((omega / std::f64::consts::TAU - 1.04).abs() < 2e-3, "{omega}");
+        assert!((height - 0.45).abs() < 0.1, "{height}");
         let b = block(|w| if w < 1.0 { lorentzian(w, 1.0, 0.02) } else { 0.3 * lorentzian(w, 1.0, 0.02) });
-        assert!(jump(&b, &find(&b).unwrap(), 0.0).is_some());
+        assert!(jump(&b, &find(&b).unwrap(), 0.0, &c).is_some());
     }
 
     #[test]
-    fn noise_is_read_beside_a_line() {
+    fn noise_is_read_beside_a_peak() {
         let number = std::cell::Cell::new(0);
         let b = block(|w| lorentzian(w, 1.0, 0.02) + 1e-3 * jitter(number.replace(number.get() + 1), 9));
         let n = noise(&b);

@@ -1,80 +1,74 @@
-//! A curve made ready for its fits: what is seen of the line, phases the right way round, dense
-//! points put together.
+//! Preparation of a curve: checks, peak and noise, means of dense points.
 
 use super::Options;
 use super::block::Block;
-use super::fits::Way;
-use super::instrument_start::{self, Allowed, InstrumentStart};
+use super::criteria::Criteria;
+use super::instrument_start::{InstrumentStart, baseline};
 use super::peak::{self, Peak};
-use super::start::{self, Start};
 use crate::Error;
-use crate::motion::steady::Phasor;
 
-/// So many points tell a line as well as more do.
-const ENOUGH: usize = 1000;
-
+/// A curve before any hypothesis about it.
+#[derive(Clone)]
 pub(super) struct PreparedCurve {
+    /// The points that are fitted.
     pub(super) main: Block,
     pub(super) reference: Option<Block>,
     /// Every point, where the fit uses means of neighbours.
     pub(super) all: Option<Block>,
-    pub(super) line: Peak,
-    pub(super) pedestal: Option<InstrumentStart>,
-    pub(super) background: bool,
-    pub(super) from_phases: Option<Start>,
-    /// Phases ran the other way, and are turned.
-    pub(super) conjugated: bool,
-    /// Of one amplitude.
+    /// The peak of the points, or of those above their baseline.
+    pub(super) peak: Peak,
+    /// The straight line on which the peak stands.
+    pub(super) baseline: Option<InstrumentStart>,
+    /// Noise of one amplitude as measured.
     pub(super) noise: f64,
+    /// The same of the points that are fitted.
+    pub(super) fitted_noise: f64,
 }
 
 impl PreparedCurve {
     pub(super) fn new(
         mut main: Block,
-        mut reference: Option<Block>,
+        reference: Option<Block>,
         options: &Options,
-        way: Way,
+        criteria: &Criteria,
     ) -> Result<Self, Error> {
         let no = |reason| Error::NoResonance { reason };
-        let mut line = peak::find(&main).ok_or(no("every amplitude is zero"))?;
-        if main.len() < 4 {
-            return Err(Error::TooFewPoints { points: main.len(), parameters: 3 });
+        let mut peak = peak::find(&main).ok_or(no("every amplitude is zero"))?;
+        if main.len() < criteria.preparation.least_points {
+            let parameters = criteria.preparation.least_points - 1;
+            return Err(Error::TooFewPoints { points: main.len(), parameters });
         }
         let noise = peak::noise(&main);
-        if let Some(reason) = peak::absence(&main, 0.0) {
+        if let Some(reason) = peak::absence(&main, 0.0, &criteria.peak) {
             return Err(no(reason));
         }
-        let mut pedestal = match way {
-            Way::Behind(pedestal) => Some(*pedestal),
-            _ => instrument_start::baseline(&main, &line).filter(|_| Allowed::by(options).background),
-        };
-        if let Some(p) = &pedestal {
-            line = p.line;
+        let allowed = options.terms.background != Some(false);
+        let baseline = baseline(&main, &peak, &criteria.instrument).filter(|_| allowed);
+        if let Some(baseline) = &baseline {
+            peak = baseline.peak;
         }
-        let raised = |p: &InstrumentStart| p.height != Phasor::default();
-        let background = options.terms.background == Some(true) || pedestal.as_ref().is_some_and(raised);
-        let seen = pedestal.as_ref().map_or(&main, |p| &p.without);
-        let (from_phases, conjugated) = start::linear(seen, &line, true)
-            .map_or((None, false), |(start, conjugated)| (Some(start), conjugated));
-        if conjugated {
-            main.conjugate();
-            if let Some(r) = reference.as_mut().filter(|r| r.complex) {
-                r.conjugate();
-            }
-            if let Some(p) = &mut pedestal {
-                p.height = p.height.conj();
-                p.delay = -p.delay;
-            }
-        }
-        // A dense curve is fitted by the means of neighbours much closer than the line is wide.
+        // A dense curve is fitted by the means of neighbours much closer than the peak is wide.
         let spacing = (main.omega[main.len() - 1] - main.omega[0]) / main.len() as f64;
-        let fine = (0.03 * line.half_width / spacing.max(f64::MIN_POSITIVE)) as usize;
-        let group = (main.len() / ENOUGH).min(fine).max(1);
+        let width = criteria.preparation.group_width * peak.half_width;
+        let most = (width / spacing.max(f64::MIN_POSITIVE)) as usize;
+        let group = (main.len() / criteria.preparation.dense_points).min(most).max(1);
         let all = (group > 1).then(|| {
-            let few = main.grouped(group);
-            line.index /= group;
-            std::mem::replace(&mut main, few)
+            let means = main.grouped(group);
+            peak.index /= group;
+            std::mem::replace(&mut main, means)
         });
-        Ok(Self { main, reference, all, line, pedestal, background, from_phases, conjugated, noise })
+        let fitted_noise = if all.is_some() { peak::noise(&main) } else { noise };
+        Ok(Self { main, reference, all, peak, baseline, noise, fitted_noise })
+    }
+
+    /// The same curve with these weights of the points that are fitted.
+    pub(super) fn weighted(&self, weight: &[f64]) -> Self {
+        let main = Block { weight: weight.to_vec(), ..self.main.clone() };
+        Self { main, ..self.clone() }
+    }
+
+    /// Every point, fitted or part of a mean.
+    pub(super) fn every_point(&self) -> &Block {
+        self.all.as_ref().unwrap_or(&self.main)
     }
 }

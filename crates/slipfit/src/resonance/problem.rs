@@ -171,7 +171,7 @@ impl LeastSquares for Problem {
 
     fn normal_within(&self, p: &[f64], out: &mut Normal, limit: f64) -> bool {
         out.clear();
-        // A resonance ten times outside the points leaves no line in them.
+        // A resonance ten times outside the points leaves no peak in them.
         let omega_0 = self.centre + p[OMEGA];
         let ends = [self.main.omega.first(), self.main.omega.last()].map(|w| w.copied().unwrap_or(omega_0));
         if !(p[X_0] > 0.0 && omega_0 > 0.1 * ends[0] && omega_0 < 10.0 * ends[1]) {

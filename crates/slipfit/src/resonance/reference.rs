@@ -1,18 +1,20 @@
-//! The friction-free reference beside the curve.
+//! The friction-free reference fitted by itself.
 
 use super::block::Block;
+use super::criteria::{Criteria, SearchCriteria};
 use super::peak;
 use super::problem::Problem;
-use super::residuals::{settle_rice, variance};
+use super::residuals::{refit_with_rice, variance};
 use super::response::{
-    BG_IM, BG_RE, COUNT, DELTA, OMEGA, PHASE, R_BG_IM, R_BG_RE, R_DELTA, R_OMEGA, R_PHASE, X_0, X_F,
+    BG_IM, BG_RE, COUNT, DELAY, DELTA, OMEGA, PHASE, R_BG_IM, R_BG_RE, R_DELTA, R_OMEGA, R_PHASE, X_0, X_F,
 };
 use super::search::{best, starts};
 use super::start;
 use crate::Error;
-use crate::inference::least_squares::{LeastSquares, minimise};
+use crate::inference::least_squares::{Fit, LeastSquares, minimise};
+use crate::inference::noise::NoiseModel;
 
-/// A reference fitted by itself.
+/// A reference without friction, fitted by itself.
 pub(super) struct FrictionFreeFit {
     pub(super) block: Block,
     /// Where its parameters, and its drive, begin in the joint fit.
@@ -22,12 +24,18 @@ pub(super) struct FrictionFreeFit {
 }
 
 impl FrictionFreeFit {
-    /// Fits a line without friction: the reference must be one by itself, and its noise is its own.
-    pub(super) fn new(block: Block, problem: &Problem, background: bool) -> Result<Self, Error> {
+    /// The reference must be a resonance by itself, and its noise is its own; method and centre are
+    /// those of the curve's `problem`.
+    pub(super) fn new(
+        block: Block,
+        problem: &Problem,
+        background: bool,
+        criteria: &Criteria,
+    ) -> Result<Self, Error> {
         let no = |reason| Error::NoResonance { reason };
-        let line = peak::find(&block).ok_or(no("the reference has no amplitude above zero"))?;
+        let peak = peak::find(&block).ok_or(no("the reference has no amplitude above zero"))?;
         let mut own =
-            Problem { main: block, centre: line.omega, reference: None, prior: None, ..problem.clone() };
+            Problem { main: block, centre: peak.omega, reference: None, prior: None, ..problem.clone() };
         let mut free = vec![OMEGA, DELTA, X_0];
         if own.main.complex {
             free.push(PHASE);
@@ -36,27 +44,20 @@ impl FrictionFreeFit {
             free.extend([BG_RE, BG_IM]);
         }
         own.used = free.clone();
-        let linear = start::linear(&own.main, &line, false).map(|(s, _)| s);
-        let mut list = starts(&own.main, &line, linear, None, false);
+        let linear = start::linear(&own.main, &peak, false).map(|(s, _)| s);
+        let mut list = starts(&own.main, &peak, linear, None, false);
         for p in &mut list {
             p[X_F] = 0.0;
         }
         if own.observations() as usize <= free.len() {
             return Err(Error::TooFewPoints { points: own.main.len(), parameters: free.len() });
         }
-        let mut fit = best(&own, &list, &free).ok_or(no("no line was reached in the reference"))?;
-        if !own.main.complex {
-            for _ in 0..2 {
-                let v = variance(&own, &fit);
-                settle_rice(&mut own, &fit.parameters, v);
-                if let Some(f) = minimise(&own, &fit.parameters, &free) {
-                    fit = f;
-                }
-            }
-        }
+        let mut fit = best(&own, &list, &free, &criteria.search)
+            .ok_or(no("no resonance was reached in the reference"))?;
+        refit_with_rice(&mut own, &mut fit, &free, &criteria.residuals);
         let p = &fit.parameters;
         let mut parameters = vec![0.0; COUNT];
-        parameters[R_OMEGA] = p[OMEGA] + line.omega - problem.centre;
+        parameters[R_OMEGA] = p[OMEGA] + peak.omega - problem.centre;
         (parameters[R_DELTA], parameters[X_0]) = (p[DELTA], p[X_0]);
         (parameters[R_PHASE], parameters[R_BG_RE], parameters[R_BG_IM]) = (p[PHASE], p[BG_RE], p[BG_IM]);
         let variance = variance(&own, &fit).max(f64::MIN_POSITIVE);
@@ -79,8 +80,41 @@ impl FrictionFreeFit {
         free
     }
 
-    /// Puts its own parameters into a first value of the joint fit.
+    /// Copies its own parameters into start values of the joint fit.
     pub(super) fn copy_to(&self, p: &mut [f64]) {
         p[R_OMEGA..].copy_from_slice(&self.parameters[R_OMEGA..]);
     }
 }
+
+/// p value of sliding friction in the reference by itself, its drive free; `fit` is the joint one.
+pub(super) fn sliding_p_value(problem: &Problem, fit: &Fit, c: &SearchCriteria) -> f64 {
+    let Some(block) = problem.reference.clone() else { return 1.0 };
+    let q = &fit.parameters;
+    let mut p = vec![0.0; COUNT];
+    (p[OMEGA], p[DELTA], p[X_0], p[PHASE]) = (q[R_OMEGA], q[R_DELTA], q[X_0], q[R_PHASE]);
+    (p[BG_RE], p[BG_IM], p[DELAY]) = (q[R_BG_RE], q[R_BG_IM], q[DELAY]);
+    let mut free = vec![OMEGA, DELTA, X_0];
+    if block.complex {
+        free.push(PHASE);
+    }
+    if fit.free.contains(&R_BG_RE) {
+        free.extend([BG_RE, BG_IM]);
+    }
+    let mut own =
+        Problem { main: block, reference: None, prior: None, used: free.clone(), ..problem.clone() };
+    let Some(without) = minimise(&own, &p, &free) else { return 1.0 };
+    free.push(X_F);
+    free.sort_unstable();
+    own.used = free.clone();
+    let mut start = without.parameters.clone();
+    start[X_F] = SLIDING_START * start[X_0];
+    match best(&own, &[start, without.parameters.clone()], &free, c) {
+        Some(with) if with.parameters[X_F] > 0.0 => {
+            NoiseModel::white(own.main.observations()).p_value(without.rss, &with, &with)
+        }
+        _ => 1.0,
+    }
+}
+
+/// Start value of the friction displacement over the drive.
+const SLIDING_START: f64 = 0.05;

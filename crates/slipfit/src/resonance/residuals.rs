@@ -1,7 +1,8 @@
-//! What a fit leaves: Rice's noise, points far off, residuals that hang together.
+//! Residuals of a fit: Rice's noise, outliers, autocorrelation.
 
+use super::criteria::ResidualCriteria;
 use super::problem::Problem;
-use crate::inference::least_squares::{Fit, LeastSquares};
+use crate::inference::least_squares::{Fit, LeastSquares, minimise};
 use crate::inference::noise::{NoiseModel, ar1_variance_inflation};
 use crate::motion::steady::Phasor;
 
@@ -10,18 +11,13 @@ pub(super) fn variance(problem: &Problem, fit: &Fit) -> f64 {
     fit.rss / (problem.observations() - fit.free.len() as f64).max(1.0)
 }
 
-/// The noise as the residuals give it, none of it known beforehand.
-pub(super) fn plain_scale(problem: &Problem) -> NoiseModel {
-    NoiseModel::white(problem.observations())
-}
-
 /// Sets Rice's noise and the weights that go with it.
-pub(super) fn settle_rice(problem: &mut Problem, p: &[f64], variance: f64) {
+pub(super) fn set_rice(problem: &mut Problem, p: &[f64], variance: f64, c: &ResidualCriteria) {
     let n = problem.main.len();
     // Noise above the lowest amplitudes read is none of Rice's.
     let mut low: Vec<f64> = (0..n).map(|i| problem.main.data[i].re).collect();
     low.sort_by(f64::total_cmp);
-    problem.main.rice = variance.min(low[n / 10].powi(2));
+    problem.main.rice = variance.min(low[n / c.rice_part].powi(2));
     for (i, modelled) in problem.predict(p, false).into_iter().enumerate() {
         if problem.main.weight[i] > 0.0
             && let Some(m) = modelled
@@ -31,11 +27,25 @@ pub(super) fn settle_rice(problem: &mut Problem, p: &[f64], variance: f64) {
     }
 }
 
-/// Takes single points far off out of the sums; how many.
-pub(super) fn leave_out(problem: &mut Problem, p: &[f64], noise: f64) -> usize {
-    const FAR: f64 = 7.0;
+/// Fits amplitudes with Rice's noise, whose size comes from the fit before.
+pub(super) fn refit_with_rice(problem: &mut Problem, fit: &mut Fit, free: &[usize], c: &ResidualCriteria) {
+    const ROUNDS: usize = 2;
+    if problem.main.complex {
+        return;
+    }
+    for _ in 0..ROUNDS {
+        let variance = variance(problem, fit);
+        set_rice(problem, &fit.parameters, variance, c);
+        if let Some(better) = minimise(problem, &fit.parameters, free) {
+            *fit = better;
+        }
+    }
+}
+
+/// Leaves single points far off the curve out of the sums; how many.
+pub(super) fn drop_outliers(problem: &mut Problem, p: &[f64], noise: f64, c: &ResidualCriteria) -> usize {
     let n = problem.main.len();
-    if n < 20 {
+    if n < c.outlier_points {
         return 0;
     }
     let sizes: Vec<f64> = problem
@@ -48,15 +58,15 @@ pub(super) fn leave_out(problem: &mut Problem, p: &[f64], noise: f64) -> usize {
     sorted.sort_by(f64::total_cmp);
     // Median of |r|: 0.6745 sigma for one, 1.177 sigma for two quadratures.
     let sigma = sorted[n / 2] / if problem.main.complex { 1.177 } else { 0.6745 };
-    let limit = FAR * sigma.max(noise);
+    let limit = c.outlier_deviations * sigma.max(noise);
     let far: Vec<usize> = (0..n)
         .filter(|&i| sizes[i] > limit)
         .filter(|&i| {
-            let near = |j: usize| sizes.get(j).is_some_and(|s| *s > 0.5 * limit);
+            let near = |j: usize| sizes.get(j).is_some_and(|s| *s > c.outlier_neighbour * limit);
             !(near(i + 1) || (i > 0 && near(i - 1)))
         })
         .collect();
-    if far.len() * 20 > n {
+    if far.len() * c.outlier_part > n {
         return 0;
     }
     for &i in &far {
@@ -65,9 +75,17 @@ pub(super) fn leave_out(problem: &mut Problem, p: &[f64], noise: f64) -> usize {
     far.len()
 }
 
-/// First autocorrelation of the residuals, the noise between neighbours, and the factor on
-/// variances that follows.
-pub(super) fn autocorrelation_of(problem: &Problem, fit: &Fit) -> (f64, f64, f64) {
+/// First autocorrelation of the residuals along the frequency.
+#[derive(Debug, Clone, Copy)]
+pub(super) struct Autocorrelation {
+    pub(super) rho: f64,
+    /// Noise of one point from differences of the residuals of neighbours.
+    pub(super) neighbour_noise: f64,
+    /// Factor on variances; 1 where the autocorrelation is not significant.
+    pub(super) variance_inflation: f64,
+}
+
+pub(super) fn autocorrelation(problem: &Problem, fit: &Fit, c: &ResidualCriteria) -> Autocorrelation {
     let b = &problem.main;
     let r: Vec<Phasor> = problem
         .predict(&fit.parameters, false)
@@ -77,23 +95,30 @@ pub(super) fn autocorrelation_of(problem: &Problem, fit: &Fit) -> (f64, f64, f64
         .filter_map(|(i, m)| {
             let m = m?;
             let r = b.residual(i, m.value) * b.precision[i].sqrt();
-            // Along and across the fitted phase, which turns through the line.
+            // Along and across the fitted phase, which turns through the peak.
             Some(if b.complex && m.value.norm() > 0.0 { r * m.value.conj() / m.value.norm() } else { r })
         })
         .collect();
     let square: f64 = r.iter().map(Phasor::norm_sqr).sum();
     if r.len() < 5 || !(square > 0.0) {
-        return (0.0, square.max(0.0).sqrt(), 1.0);
+        let neighbour_noise = square.max(0.0).sqrt();
+        return Autocorrelation { rho: 0.0, neighbour_noise, variance_inflation: 1.0 };
     }
     let product: f64 = r.windows(2).map(|w| w[0].re * w[1].re + w[0].im * w[1].im).sum();
     let difference: f64 = r.windows(2).map(|w| (w[1] - w[0]).norm_sqr()).sum();
     let per = if b.complex { 2.0 } else { 1.0 };
     let count = per * (r.len() - 1) as f64;
     let rho = product / square;
-    let noise = (0.5 * difference / count).sqrt();
-    // Fitting takes correlation away: about the number of parameters over that of points.
-    let mended = rho + fit.free.len() as f64 / (per * r.len() as f64) * 0.5;
-    let sure = rho * count.sqrt() > 2.8;
-    let widening = if sure { ar1_variance_inflation(mended) } else { 1.0 };
-    (rho, noise, widening)
+    let neighbour_noise = (0.5 * difference / count).sqrt();
+    // Fitting takes correlation away: about half the number of parameters over that of points.
+    let corrected = rho + fit.free.len() as f64 / (per * r.len() as f64) * 0.5;
+    let significant = rho * count.sqrt() > c.autocorrelation_errors;
+    let variance_inflation = if significant { ar1_variance_inflation(corrected) } else { 1.0 };
+    Autocorrelation { rho, neighbour_noise, variance_inflation }
+}
+
+/// The noise as the residuals give it, their autocorrelation counted.
+pub(super) fn noise_model(problem: &Problem, fit: &Fit, c: &ResidualCriteria) -> NoiseModel {
+    let variance_inflation = autocorrelation(problem, fit, c).variance_inflation;
+    NoiseModel { variance_inflation, ..NoiseModel::white(problem.observations()) }
 }

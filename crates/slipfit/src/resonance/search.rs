@@ -1,63 +1,75 @@
-//! The least of the sum of squares, from many first values.
+//! Multi-start: the least sum of squares from many start values.
 
 use super::block::Block;
+use super::criteria::SearchCriteria;
 use super::peak::Peak;
 use super::problem::Problem;
 use super::response::COUNT;
 use super::start::{self, Start};
 use crate::inference::least_squares::{Fit, LeastSquares, Normal, minimise};
 
-/// All first values for the minimiser, centre at the line.
+/// All start values for the minimiser, centre at the peak.
 pub(crate) fn starts(
     b: &Block,
-    line: &Peak,
+    peak: &Peak,
     from_phases: Option<Start>,
     known: Option<f64>,
     fixed: bool,
 ) -> Vec<Vec<f64>> {
-    let phase = from_phases.map_or_else(|| start::phase_at_peak(b, line), |s| s.phase);
-    let first = from_phases.map(|s| start::of(&s, known));
-    let mut list: Vec<Start> = start::grid(line, phase, known);
+    let phase = from_phases.map_or_else(|| start::phase_at_peak(b, peak), |s| s.phase);
+    let first = from_phases.map(|s| start::parameters(&s, known));
+    let mut list: Vec<Start> = start::grid(peak, phase, known);
     if known.is_some() && !fixed {
-        list.extend(start::grid(line, phase, None));
+        list.extend(start::grid(peak, phase, None));
     }
-    first.into_iter().chain(list.iter().map(|s| start::of(s, None))).collect()
+    first.into_iter().chain(list.iter().map(|s| start::parameters(s, None))).collect()
 }
 
-/// So many starts are followed to their end; with more, every one of them.
-pub(super) const TRIES: usize = 3;
-
 /// The best fit from the best of several starts.
-pub(crate) fn best(problem: &Problem, starts: &[Vec<f64>], free: &[usize]) -> Option<Fit> {
-    best_of(problem, starts, free, TRIES)
+pub(crate) fn best(
+    problem: &Problem,
+    starts: &[Vec<f64>],
+    free: &[usize],
+    c: &SearchCriteria,
+) -> Option<Fit> {
+    best_of(problem, starts, free, c.tries, c)
 }
 
 /// Among many points the starts are followed with some of them, and only where they lead is
 /// followed with all.
-pub(super) fn best_of(problem: &Problem, starts: &[Vec<f64>], free: &[usize], tries: usize) -> Option<Fit> {
+pub(super) fn best_of(
+    problem: &Problem,
+    starts: &[Vec<f64>],
+    free: &[usize],
+    tries: usize,
+    c: &SearchCriteria,
+) -> Option<Fit> {
     if starts.len() > 1
-        && let Some(few) = thinned(problem)
+        && let Some(few) = thinned(problem, c)
     {
         let ends: Vec<Vec<f64>> =
-            followed(&few, starts, free, tries).into_iter().map(|f| f.parameters).collect();
-        if let Some(fit) = followed(problem, &ends, free, LAST).into_iter().next() {
+            followed(&few, starts, free, tries, c).into_iter().map(|f| f.parameters).collect();
+        if let Some(fit) = followed(problem, &ends, free, c.last_tries, c).into_iter().next() {
             return Some(fit);
         }
     }
-    followed(problem, starts, free, tries).into_iter().next()
+    followed(problem, starts, free, tries, c).into_iter().next()
 }
 
-/// So many of the ends are followed with all points.
-const LAST: usize = 2;
-
 /// Where the best of the starts lead, the best end first.
-fn followed(problem: &Problem, starts: &[Vec<f64>], free: &[usize], tries: usize) -> Vec<Fit> {
+fn followed(
+    problem: &Problem,
+    starts: &[Vec<f64>],
+    free: &[usize],
+    tries: usize,
+    c: &SearchCriteria,
+) -> Vec<Fit> {
     // A start far worse than the best is not even summed to its end.
     let mut least = f64::INFINITY;
     let mut ranked: Vec<(f64, &Vec<f64>)> = starts
         .iter()
         .filter_map(|s| {
-            let r = rss(problem, s, 30.0 * least)?;
+            let r = rss(problem, s, c.hopeless * least)?;
             least = least.min(r);
             Some((r, s))
         })
@@ -66,37 +78,33 @@ fn followed(problem: &Problem, starts: &[Vec<f64>], free: &[usize], tries: usize
     let mut found: Vec<Fit> = Vec::new();
     for (_, s) in ranked.into_iter().take(tries) {
         let Some(fit) = minimise(problem, s, free) else { continue };
-        let near = |f: &Fit| (f.rss - fit.rss).abs() < 1e-3 * f.rss / problem.observations();
+        let near = |f: &Fit| (f.rss - fit.rss).abs() < c.same_minimum * fit.rss / problem.observations();
         if !found.iter().any(near) {
             found.push(fit);
             found.sort_by(|a, b| a.rss.total_cmp(&b.rss));
-        } else if tries == TRIES && near(&found[0]) {
-            // The same minimum twice is the minimum.
+        } else if tries == c.tries && near(&found[0]) {
+            // The same minimum twice is the minimum; with more or fewer tries every start counts.
             break;
         }
     }
     found
 }
 
+/// The sum of squares at one place; `None` where there is no motion or it exceeds `limit`.
 pub(super) fn rss(problem: &Problem, p: &[f64], limit: f64) -> Option<f64> {
     let mut sums = Normal::zeros(COUNT);
     (problem.normal_within(p, &mut sums, limit) && sums.rss.is_finite()).then_some(sums.rss)
 }
 
-/// So many points tell where a start leads.
-const FEW: usize = 200;
-/// So many must lie on the feature itself.
-const ON_THE_LINE: usize = 20;
-
 /// Some of the points, where there are many.
-pub(super) fn thinned(problem: &Problem) -> Option<Problem> {
+pub(super) fn thinned(problem: &Problem, c: &SearchCriteria) -> Option<Problem> {
     let n = problem.main.len();
-    if n < 2 * FEW {
+    if n < 2 * c.few_points {
         return None;
     }
     let level = problem.main.levels();
     let (low, high) = level.iter().fold((f64::INFINITY, 0.0f64), |(l, h), a| (l.min(*a), h.max(*a)));
     let above = level.iter().filter(|a| **a > 0.5 * (low + high)).count();
-    let stride = (n / FEW).min(above.min(n - above) / ON_THE_LINE);
+    let stride = (n / c.few_points).min(above.min(n - above) / c.few_on_peak);
     (stride > 1).then(|| Problem { main: problem.main.thinned(stride), ..problem.clone() })
 }

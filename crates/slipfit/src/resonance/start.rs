@@ -1,4 +1,4 @@
-//! Where a fit begins.
+//! Start values of the oscillator.
 
 use super::block::Block;
 use super::peak::Peak;
@@ -8,10 +8,10 @@ use crate::numeric::trig::has_fused;
 use nalgebra::{SMatrix, SVector};
 use std::f64::consts::{FRAC_1_SQRT_2, FRAC_PI_4, PI};
 
-/// First values of the oscillator.
+/// Start values of the oscillator.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub(crate) struct Start {
-    /// Natural frequency less the line's, rad/s.
+    /// Natural frequency less the peak's, rad/s.
     pub(crate) shift: f64,
     pub(crate) delta: f64,
     pub(crate) x_0: f64,
@@ -25,18 +25,18 @@ pub(crate) struct Start {
 /// (omega_0² - omega²) Z + 2 i delta omega Z + i (4/pi) x_F omega_0² Z/|Z| = omega_0² x_0 e^(i phase)
 /// ```
 ///
-/// solved twice, weighted by what the points tell, the second time with the first's line.
+/// solved twice, weighted by what the points tell, the second time with the peak of the first.
 /// Where the total loss comes out negative the phases run the other way: then it is solved
 /// for their mirror image, and the second value is true.
-pub(crate) fn linear(b: &Block, line: &Peak, friction: bool) -> Option<(Start, bool)> {
+pub(crate) fn linear(b: &Block, peak: &Peak, friction: bool) -> Option<(Start, bool)> {
     if !b.complex || b.len() < 4 {
         return None;
     }
-    let unit = 2.0 * line.half_width / line.omega;
+    let unit = 2.0 * peak.half_width / peak.omega;
     let mut solution = SVector::<f64, 5>::zeros();
     let (mut centre, mut width) = (0.0, 1.0);
     for _ in 0..2 {
-        let sums = pulp::Arch::new().dispatch(Balance { b, line, friction, unit, centre, width });
+        let sums = pulp::Arch::new().dispatch(Balance { b, peak, friction, unit, centre, width });
         let mut m = SMatrix::<f64, 5, 5>::from_fn(|a, c| sums.total(a, c));
         let v = SVector::<f64, 5>::from_fn(|a, _| sums.total(5, a));
         if !friction {
@@ -58,12 +58,12 @@ pub(crate) fn linear(b: &Block, line: &Peak, friction: bool) -> Option<(Start, b
     if !(square > 0.0) {
         return None;
     }
-    let omega_0 = line.omega * square.sqrt();
-    let shift = line.omega * a * unit / (1.0 + square.sqrt());
-    let back = unit * line.height / square;
+    let omega_0 = peak.omega * square.sqrt();
+    let shift = peak.omega * a * unit / (1.0 + square.sqrt());
+    let back = unit * peak.height / square;
     let start = Start {
         shift,
-        delta: (delta * line.half_width).clamp(1e-3 * line.half_width, 0.7 * omega_0),
+        delta: (delta * peak.half_width).clamp(1e-3 * peak.half_width, 0.7 * omega_0),
         x_0: re.hypot(im) * back,
         x_f: (f * FRAC_PI_4 * back).max(0.0),
         phase: im.atan2(re),
@@ -73,7 +73,7 @@ pub(crate) fn linear(b: &Block, line: &Peak, friction: bool) -> Option<(Start, b
 
 /// The minimiser's parameters; with another drive `known` at the same height, `x_0 - (4/pi) x_F`
 /// stays.
-pub(crate) fn of(start: &Start, known: Option<f64>) -> Vec<f64> {
+pub(crate) fn parameters(start: &Start, known: Option<f64>) -> Vec<f64> {
     let mut s = *start;
     if let Some(x_0) = known {
         s.x_f = (s.x_f + FRAC_PI_4 * (x_0 - s.x_0)).clamp(0.0, 0.76 * x_0);
@@ -84,10 +84,10 @@ pub(crate) fn of(start: &Start, known: Option<f64>) -> Vec<f64> {
     p
 }
 
-/// The balance at every point, its rows weighted by a line of given centre and width.
+/// The balance at every point, its rows weighted by a peak of given centre and width.
 struct Balance<'a> {
     b: &'a Block,
-    line: &'a Peak,
+    peak: &'a Peak,
     friction: bool,
     unit: f64,
     centre: f64,
@@ -108,15 +108,15 @@ impl Balance<'_> {
     #[inline(always)]
     fn sums<const FUSED: bool>(self) -> Products<6> {
         const PIECE: usize = WIDTH / 2;
-        let Balance { b, line, friction, unit, centre, width } = self;
+        let Balance { b, peak, friction, unit, centre, width } = self;
         let mut products = Products::new(6);
-        let over_height = 1.0 / line.height;
-        let over_omega = 1.0 / line.omega;
+        let over_height = 1.0 / peak.height;
+        let over_omega = 1.0 / peak.omega;
         let over_unit = over_omega * over_omega / unit;
         for first in (0..b.len()).step_by(PIECE) {
             let m = (b.len() - first).min(PIECE);
             let (mut re, mut im, mut level, mut weight, mut omega) =
-                ([0.0; PIECE], [0.0; PIECE], [0.0; PIECE], [0.0; PIECE], [line.omega; PIECE]);
+                ([0.0; PIECE], [0.0; PIECE], [0.0; PIECE], [0.0; PIECE], [peak.omega; PIECE]);
             for k in 0..m {
                 (re[k], im[k]) = (b.data[first + k].re * over_height, b.data[first + k].im * over_height);
             }
@@ -124,7 +124,7 @@ impl Balance<'_> {
             weight[..m].copy_from_slice(&b.weight[first..first + m]);
             omega[..m].copy_from_slice(&b.omega[first..first + m]);
             for k in 0..PIECE {
-                let s = (omega[k] - line.omega) * (omega[k] + line.omega) * over_unit;
+                let s = (omega[k] - peak.omega) * (omega[k] + peak.omega) * over_unit;
                 let square = re[k] * re[k] + im[k] * im[k];
                 let apart = s - centre;
                 let root = (weight[k] / (apart * apart + width * width)).sqrt();
@@ -149,36 +149,36 @@ impl Balance<'_> {
 /// Friction ratios tried where nothing better is known.
 const RATIOS: [f64; 7] = [0.0, 0.2, 0.4, 0.6, 0.8, 0.9, 0.97];
 
-/// Starts from height and width of the line, by the leading term: at 1/√2 of the height
+/// Starts from height and width of the peak, by the leading term: at 1/√2 of the height
 ///
 /// ```text
 /// delta_e = half width / sqrt(2 [1 - ((1 - beta)/√2 + beta)²]),   x_0 = 2 delta_e height/omega_0
 /// ```
 ///
 /// with `delta_e = delta/(1 - beta)` the whole loss at the peak.
-pub(crate) fn grid(line: &Peak, phase: f64, known: Option<f64>) -> Vec<Start> {
+pub(crate) fn grid(peak: &Peak, phase: f64, known: Option<f64>) -> Vec<Start> {
     RATIOS
         .iter()
         .map(|&beta| {
             let at_cut: f64 = (1.0 - beta) * FRAC_1_SQRT_2 + beta;
-            let from_width = line.half_width / (2.0 * (1.0 - at_cut * at_cut)).sqrt();
+            let from_width = peak.half_width / (2.0 * (1.0 - at_cut * at_cut)).sqrt();
             let whole = match known {
-                Some(x_0) => x_0 * line.omega / (2.0 * line.height),
+                Some(x_0) => x_0 * peak.omega / (2.0 * peak.height),
                 None => from_width,
             }
-            .min(0.7 * line.omega);
-            let x_0 = known.unwrap_or(2.0 * whole * line.height / line.omega);
+            .min(0.7 * peak.omega);
+            let x_0 = known.unwrap_or(2.0 * whole * peak.height / peak.omega);
             let delta = (1.0 - beta) * whole;
             // The peak of the displacement lies below omega_0.
-            let shift = line.omega.hypot(std::f64::consts::SQRT_2 * delta) - line.omega;
+            let shift = peak.omega.hypot(std::f64::consts::SQRT_2 * delta) - peak.omega;
             Start { shift, delta, x_0, x_f: FRAC_PI_4 * beta * x_0, phase }
         })
         .collect()
 }
 
 /// Phase offset that turns the response at the peak to a lag of a quarter.
-pub(crate) fn phase_at_peak(b: &Block, line: &Peak) -> f64 {
-    if b.complex { wrapped(b.data[line.index].arg() + 0.5 * PI) } else { 0.0 }
+pub(crate) fn phase_at_peak(b: &Block, peak: &Peak) -> f64 {
+    if b.complex { wrapped(b.data[peak.index].arg() + 0.5 * PI) } else { 0.0 }
 }
 
 pub(crate) fn wrapped(angle: f64) -> f64 {
@@ -215,13 +215,13 @@ mod tests {
                 .collect();
             let hz = f.iter().map(|f| f * 6.0 / (2.0 * PI)).collect();
             let b = Block::new(&Curve::complex(hz, z).build().unwrap());
-            let line = peak::find(&b).unwrap();
-            let (s, conjugated) = linear(&b, &line, true).unwrap();
+            let peak = peak::find(&b).unwrap();
+            let (s, conjugated) = linear(&b, &peak, true).unwrap();
             assert_eq!(conjugated, sign < 0.0);
             // The leading balance is right to some per cent.
             assert!((s.delta / 0.03 - 1.0).abs() < 0.1, "{s:?}");
             assert!((s.x_f / 0.06 - 1.0).abs() < 0.1, "{s:?}");
-            assert!((line.omega + s.shift - 6.0).abs() < 1e-3, "{s:?}");
+            assert!((peak.omega + s.shift - 6.0).abs() < 1e-3, "{s:?}");
             assert!((s.phase - 0.4).abs() < 0.05, "{s:?}");
         }
     }

@@ -1,6 +1,7 @@
 //! Which warnings the answer to a curve carries.
 
 use super::block::Block;
+use super::criteria::Criteria;
 use super::described::{Described, oscillator_seen};
 use super::peak::Peak;
 use super::response::{BG_IM, BG_RE, DELTA, DUFFING, OMEGA, R_DELTA, R_OMEGA, X_F};
@@ -16,6 +17,7 @@ pub(super) fn warnings(
     d: &Described,
     answer: &Answer,
     preferred: &ModelFit,
+    criteria: &Criteria,
 ) -> Vec<Warning> {
     let mut list = Vec::new();
     let b = &d.problem.main;
@@ -42,7 +44,7 @@ pub(super) fn warnings(
     let runs = runs_of(used, shown);
     let lines: Vec<(&Block, Peak)> =
         runs.iter().map(|r| &r.1).filter_map(|b| Some((b, peak::find(b)?))).collect();
-    let jump = lines.iter().find_map(|(b, line)| peak::jump(b, line, noise));
+    let jump = lines.iter().find_map(|(b, line)| peak::jump(b, line, noise, &criteria.peak));
     let width = lines.first().map_or(d.peak.half_width, |l| l.1.half_width);
     let (hysteresis, differ) =
         runs_differ(&runs, d, width, lines.first().map_or(noise, |l| peak::noise(l.0)));
@@ -56,7 +58,8 @@ pub(super) fn warnings(
     if jump.is_none()
         && hysteresis.is_none()
         && let Some((omega, other, relative_height)) = lines.iter().find_map(|(b, line)| {
-            peak::second_peak(b, line, noise).map(|(other, height)| (line.omega, other, height))
+            peak::second_peak(b, line, noise, &criteria.peak)
+                .map(|(other, height)| (line.omega, other, height))
         })
     {
         list.push(Warning::SecondPeak { main_hz: omega / TAU, other_hz: other / TAU, relative_height });

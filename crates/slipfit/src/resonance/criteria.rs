@@ -1,0 +1,232 @@
+//! Every threshold that decides something in the analysis of a resonance curve.
+
+use crate::inference::criteria::{Criterion, InferenceCriteria, criteria};
+
+/// The thresholds of [`analyse_with`](super::analyse_with), by the step that they decide.
+///
+/// ```
+/// let mut criteria = slipfit::resonance::Criteria::default();
+/// criteria.peak.above_noise = 8.0;
+/// let table = criteria.table();
+/// let row = table.iter().find(|row| row.name == "peak.above_noise").expect("listed");
+/// assert_eq!(row.value, 8.0);
+/// ```
+#[derive(Debug, Clone, PartialEq, Default)]
+#[non_exhaustive]
+pub struct Criteria {
+    /// Shared with the other analyses.
+    pub inference: InferenceCriteria,
+    /// Points before any fit.
+    pub preparation: PreparationCriteria,
+    /// Peaks and jumps before any model.
+    pub peak: PeakCriteria,
+    /// Start values of background and delay.
+    pub instrument: InstrumentCriteria,
+    /// The minimum among many start values.
+    pub search: SearchCriteria,
+    /// Residuals of a fit.
+    pub residuals: ResidualCriteria,
+    /// The friction-free reference.
+    pub reference: ReferenceCriteria,
+    /// Terms added automatically.
+    pub terms: TermCriteria,
+    /// The choice among hypotheses.
+    pub selection: SelectionCriteria,
+    /// The loss models.
+    pub models: LossModelCriteria,
+    /// The force balance without a model.
+    pub force: ForceCriteria,
+}
+
+impl Criteria {
+    /// Every threshold with its value, meaning, source and effect, in the order of the steps.
+    pub fn table(&self) -> Vec<Criterion> {
+        let groups = [
+            self.inference.table(),
+            self.preparation.table(),
+            self.peak.table(),
+            self.instrument.table(),
+            self.search.table(),
+            self.residuals.table(),
+            self.reference.table(),
+            self.terms.table(),
+            self.selection.table(),
+            self.models.table(),
+            self.force.table(),
+        ];
+        groups.concat()
+    }
+}
+
+criteria! {
+    /// Points before any fit.
+    pub struct PreparationCriteria in "preparation" {
+        /// Points without which no curve is fitted.
+        least_points: usize = 4, source "one more than frequency, loss and height",
+            moves "refusals";
+        /// Points from which on a curve may be fitted by means of neighbours.
+        dense_points: usize = 1000, source "chosen by simulation", moves "time of analysis";
+        /// Most width of such a group, over the half width of the peak.
+        group_width: f64 = 0.03, source "curvature lost is below a thousandth of the height",
+            moves "bias of dense curves";
+    }
+}
+
+criteria! {
+    /// Peaks and jumps before any model.
+    pub struct PeakCriteria in "peak" {
+        /// Deviations of the noise by which the farthest point lies from the mean of all where there
+        /// is a peak.
+        above_noise: f64 = 6.0, source "of some hundred normal numbers hardly one lies so far",
+            moves "refusals";
+        /// The same over the mean, of a curve without noise.
+        above_mean: f64 = 1e-6, source "digits of a text file", moves "refusals";
+        /// Deviations of the noise that a second peak rises above the saddle.
+        second_above_noise: f64 = 8.0, source "chosen by simulation", moves "warnings of second peaks";
+        /// The same over the height of the main peak.
+        second_of_height: f64 = 0.08, source "chosen by simulation", moves "warnings of second peaks";
+        /// The same over the height of the second peak itself.
+        second_of_own: f64 = 0.25, source "chosen by simulation", moves "warnings of second peaks";
+        /// Part of the rise that a neighbour of the second peak must share.
+        second_neighbour: f64 = 0.4, source "chosen by simulation", moves "warnings of second peaks";
+        /// Step between neighbours over the height of the peak that counts as a jump.
+        jump_of_height: f64 = 0.35, source "chosen by simulation", moves "warnings of jumps";
+        /// The same in deviations of the noise.
+        jump_above_noise: f64 = 8.0, source "chosen by simulation", moves "warnings of jumps";
+        /// Slope of a jump over the steepest of the other flank.
+        jump_steepness: f64 = 3.0, source "chosen by simulation", moves "warnings of jumps";
+    }
+}
+
+criteria! {
+    /// Start values of background and delay.
+    pub struct InstrumentCriteria in "instrument" {
+        /// Points from which on a straight baseline is looked for.
+        baseline_points: usize = 20, source "chosen by simulation", moves "start values";
+        /// One in so many points at either end gives the baseline.
+        baseline_part: usize = 50, source "chosen by simulation", moves "start values";
+        /// Deviations of the noise by which a peak stands above its baseline.
+        baseline_above_noise: f64 = 12.0, source "twice that of a peak", moves "start values";
+        /// Points from which on a pole with background and delay is looked for.
+        pole_points: usize = 10, source "twice its complex unknowns", moves "start values";
+        /// Longest delay tried, in quarters of a turn across the sweep either way.
+        most_quarters: usize = 40, source "ten turns across a sweep", moves "delays found";
+        /// Sum of squares of a pole with a delay over one without, at which they count as equal.
+        delay_handicap: f64 = 1.1, source "chosen by simulation", moves "delays found";
+        /// Start values that are worth a fit.
+        most_starts: usize = 4, source "chosen by simulation", moves "time of analysis";
+        /// Sum of squares over the least, above which a start is not worth a fit: a peak with friction
+        /// is not the pole it is taken for, and a wrong delay may hide some of that.
+        worth_a_fit: f64 = 10.0, source "chosen by simulation", moves "delays found";
+    }
+}
+
+criteria! {
+    /// The minimum among many start values.
+    pub struct SearchCriteria in "search" {
+        /// Starts that are followed to their minimum.
+        tries: usize = 3, source "chosen by simulation", moves "minima missed";
+        /// Minima of thinned points that are followed with all points.
+        last_tries: usize = 2, source "chosen by simulation", moves "minima missed";
+        /// Points that show where a start leads.
+        few_points: usize = 200, source "chosen by simulation", moves "time of analysis";
+        /// Points of those that must lie on the peak, or beside it.
+        few_on_peak: usize = 20, source "chosen by simulation", moves "minima missed";
+        /// Sum of squares over the least, above which a start is not followed.
+        hopeless: f64 = 30.0, source "chosen by simulation", moves "minima missed";
+        /// Difference of two sums of squares, in variances of one observation, below which they are
+        /// one minimum.
+        same_minimum: f64 = 1e-3, source "far below one standard error", moves "time of analysis";
+    }
+}
+
+criteria! {
+    /// Residuals of a fit.
+    pub struct ResidualCriteria in "residuals" {
+        /// One in so many of the amplitudes, the lowest, bounds the noise that adds to amplitudes
+        /// (Rice).
+        rice_part: usize = 10, source "chosen by simulation", moves "bias of amplitudes";
+        /// Points from which on outliers are left out.
+        outlier_points: usize = 20, source "chosen by simulation", moves "outliers";
+        /// Robust deviations from which on a single point is an outlier.
+        outlier_deviations: f64 = 7.0, source "no normal number in 1e11", moves "outliers";
+        /// Part of that from which on a neighbour makes a feature of it.
+        outlier_neighbour: f64 = 0.5, source "chosen by simulation", moves "outliers";
+        /// At most one in so many points is an outlier.
+        outlier_part: usize = 20, source "chosen by simulation", moves "outliers";
+        /// Standard errors from which on an autocorrelation counts.
+        autocorrelation_errors: f64 = 2.8, source "one curve in 400 by chance", moves "coverage";
+    }
+}
+
+criteria! {
+    /// The friction-free reference.
+    pub struct ReferenceCriteria in "reference" {
+        /// Change of the logarithm of its weight below which the weight is settled.
+        weight_change: f64 = 0.2, source "hardly moves an estimate", moves "coverage";
+        /// Times that the weight is renewed.
+        weight_rounds: usize = 3, source "chosen by simulation", moves "coverage";
+    }
+}
+
+criteria! {
+    /// Terms added automatically.
+    pub struct TermCriteria in "terms" {
+        /// By how much less than another term drag may lower the BIC and is added instead.
+        drag_preference: f64 = 6.0, source "strong evidence (Kass and Raftery 1995)",
+            moves "bias of friction under drag";
+        /// Observations that must be left beside the parameters.
+        spare_observations: usize = 4, source "chosen by simulation", moves "terms added";
+        /// Times its gain that one linear step may promise: several steps bring more.
+        promise_factor: f64 = 3.0, source "chosen by simulation", moves "terms missed";
+        /// Least part of the sum of squares that a promise leaves.
+        promise_rest: f64 = 0.05, source "chosen by simulation", moves "terms missed";
+        /// Minima with a background under amplitudes that are kept.
+        kept_minima: usize = 8, source "chosen by simulation", moves "coverage under a background";
+        /// Standard errors by which two such minima differ.
+        distinct_errors: f64 = 0.1, source "far below one standard error", moves "time of analysis";
+    }
+}
+
+criteria! {
+    /// The choice among hypotheses: the plain curve, background and delay from the start, amplitudes
+    /// alone.
+    pub struct SelectionCriteria in "selection" {
+        /// Residual of the plain curve over the height of the peak, from which on its phases are
+        /// suspect.
+        implausible_residual: f64 = 0.08, source "chosen by simulation", moves "phases ignored";
+        /// Variance over that of the noise below which nothing is left to explain.
+        noise_variances: f64 = 2.0, source "chosen by simulation", moves "background and delay";
+        /// Variance with background and delay from the start, over the plain curve's with the terms
+        /// added to it one by one, below which the former is taken.
+        together: f64 = 0.8, source "chosen by simulation", moves "background and delay";
+        /// Most variance with phases over that of the amplitudes alone: phases that were ever right
+        /// double the data and need not do as well to the last digit.
+        phases_over_amplitudes: f64 = 2.0, source "phases are half the data", moves "phases ignored";
+        /// Most variance with phases over that of the plain curve whose phases are suspect.
+        phases_over_plain: f64 = 0.5, source "chosen by simulation", moves "phases ignored";
+        /// Most variance of amplitudes alone over that of the plain curve.
+        amplitudes_over_plain: f64 = 0.06, source "chosen by simulation", moves "phases ignored";
+    }
+}
+
+criteria! {
+    /// The loss models.
+    pub struct LossModelCriteria in "models" {
+        /// Standard errors above zero from which on no model without a viscous loss is fitted.
+        surely_viscous: f64 = 10.0, source "no data prefer such a model", moves "time of analysis";
+        /// Sum of squares above the least, in variances, up to which a minimum explains the data as
+        /// well.
+        equal_minima: f64 = 4.0, source "95 % point of chi square", moves "coverage under a background";
+    }
+}
+
+criteria! {
+    /// The force balance without a model.
+    pub struct ForceCriteria in "force" {
+        /// Noise over amplitude from which on a point takes no part in the line.
+        most_noise: f64 = 0.3, source "phases are normal below", moves "the line through the forces";
+        /// Points without which there is no line.
+        least_points: usize = 4, source "two more than unknowns", moves "the line through the forces";
+    }
+}

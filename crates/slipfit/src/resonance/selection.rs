@@ -1,0 +1,220 @@
+//! Which hypotheses about a curve are fitted, and which of the fits is taken.
+
+use super::criteria::{Criteria, SelectionCriteria};
+use super::described::Described;
+use super::hypothesis::{Hypothesis, Kind};
+use super::hypothesis_fit::HypothesisFit;
+use super::prepared::PreparedCurve;
+use super::residuals::autocorrelation;
+use super::{Options, models};
+use crate::Error;
+
+/// Fits the plain curve, and the other hypotheses that it or the options ask for; the loss models of
+/// the one that the rules of [`select`] take.
+pub(super) fn best_hypothesis(
+    curve: &PreparedCurve,
+    options: &Options,
+    criteria: &Criteria,
+) -> Result<Described, Error> {
+    let c = &criteria.selection;
+    let fit = |hypothesis| fit(curve, hypothesis, options, criteria);
+    let plain = fit(Hypothesis::plain(curve));
+    // A delay asked for may be many turns across the curve: no start value but its own leads there.
+    let delay_asked = options.terms.delay == Some(true) && curve.main.complex;
+    let first = plain.as_ref().ok().map(PlainOutcome::of);
+    let implausible = first.is_some_and(|f| f.implausible(c));
+    let insufficient = first.is_some_and(|f| f.insufficient(c));
+    let mut others: Vec<Described> = Vec::new();
+    if delay_asked || implausible || insufficient {
+        // Where the plain curve is plausible, its outliers are outliers.
+        let plausible = plain.as_ref().ok().filter(|_| insufficient && !implausible);
+        let without = plausible.map(|plain| curve.weighted(&plain.problem.main.weight));
+        others = with_instrument(without.as_ref().unwrap_or(curve), options, criteria);
+    }
+    if implausible && curve.main.separate_phase {
+        let amplitudes = Hypothesis::amplitudes(curve).and_then(|h| fit(h).ok());
+        others.extend(amplitudes.and_then(|f| models::compare(curve, f).ok()));
+    }
+    let outcomes: Vec<Outcome> = others.iter().map(Outcome::of).collect();
+    let chosen = plain.and_then(|plain| match select(&PlainOutcome::of(&plain), &outcomes, c) {
+        Some(other) => Ok(others.swap_remove(other)),
+        None => models::compare(curve, plain),
+    });
+    if !delay_asked {
+        return chosen;
+    }
+    let left = |d: &Described| Outcome::of(d).variance;
+    let with_delay =
+        others.into_iter().filter(|d| !d.phases_ignored).min_by(|a, b| left(a).total_cmp(&left(b)));
+    match (chosen, with_delay) {
+        (Ok(chosen), Some(with_delay)) if left(&with_delay) < left(&chosen) => Ok(with_delay),
+        (Err(_), Some(with_delay)) => Ok(with_delay),
+        (chosen, _) => chosen,
+    }
+}
+
+/// Backgrounds and delays from the start, until one leaves nothing but noise.
+fn with_instrument(curve: &PreparedCurve, options: &Options, criteria: &Criteria) -> Vec<Described> {
+    let noise = criteria.selection.noise_variances * curve.fitted_noise * curve.fitted_noise;
+    let mut found = Vec::new();
+    for hypothesis in Hypothesis::with_instrument(curve, options, criteria) {
+        let fit = fit(curve, hypothesis, options, criteria);
+        let Ok(described) = fit.and_then(|f| models::compare(curve, f)) else { continue };
+        let nothing_left = Outcome::of(&described).variance < noise;
+        found.push(described);
+        if nothing_left {
+            break;
+        }
+    }
+    found
+}
+
+/// One hypothesis with the terms that the data need.
+fn fit<'a>(
+    curve: &PreparedCurve,
+    hypothesis: Hypothesis,
+    options: &'a Options,
+    criteria: &'a Criteria,
+) -> Result<HypothesisFit<'a>, Error> {
+    let mut fit = HypothesisFit::new(curve, hypothesis, options, criteria)?;
+    if hypothesis.kind == Kind::Instrument {
+        fit.drop_unneeded();
+    }
+    fit.add_needed();
+    fit.settle_order();
+    fit.settle_minima();
+    Ok(fit)
+}
+
+/// What the rules look at in the plain curve.
+#[derive(Debug, Clone, Copy)]
+struct PlainOutcome {
+    complex: bool,
+    /// Height of the peak.
+    height: f64,
+    /// Variance of a point that curve and oscillator left before terms were added.
+    first_variance: f64,
+    /// The same in the end.
+    variance: f64,
+    /// Variance of the noise between neighbours.
+    noise_variance: f64,
+    /// Instrument terms, drag or Duffing were added, or a background takes part.
+    more_terms: bool,
+}
+
+impl PlainOutcome {
+    fn of(fit: &HypothesisFit) -> Self {
+        let residuals = autocorrelation(&fit.problem, &fit.fit, &fit.criteria.residuals);
+        Self {
+            complex: fit.problem.main.complex,
+            height: fit.hypothesis.peak.height,
+            first_variance: fit.first_variance,
+            variance: fit.variance(),
+            noise_variance: fit.noise.min(residuals.neighbour_noise).powi(2),
+            more_terms: fit.has_more_terms(),
+        }
+    }
+
+    /// Its phases fit no resonance.
+    fn implausible(&self, c: &SelectionCriteria) -> bool {
+        self.complex && self.first_variance.sqrt() > c.implausible_residual * self.height
+    }
+
+    /// Terms were added one by one and leave more than noise: together they may not.
+    fn insufficient(&self, c: &SelectionCriteria) -> bool {
+        self.complex && self.more_terms && self.variance > c.noise_variances * self.noise_variance
+    }
+}
+
+/// What the rules look at in another hypothesis.
+#[derive(Debug, Clone, Copy)]
+struct Outcome {
+    /// Amplitudes alone, without phases.
+    amplitudes: bool,
+    /// Variance of a point that the preferred loss model leaves, none of its losses below zero.
+    variance: f64,
+}
+
+impl Outcome {
+    fn of(d: &Described) -> Self {
+        let preferred = d.comparison.preferred();
+        let variance = preferred.map_or(f64::INFINITY, |f| d.comparison.noise.residual_variance(&f.bounded));
+        Self { amplitudes: d.phases_ignored, variance }
+    }
+}
+
+/// The hypothesis that explains what the plain curve cannot; `None`: the plain curve.
+fn select(plain: &PlainOutcome, others: &[Outcome], c: &SelectionCriteria) -> Option<usize> {
+    let least = |amplitudes: bool| {
+        let of_kind = (0..others.len()).filter(|&i| others[i].amplitudes == amplitudes);
+        of_kind.min_by(|&i, &j| others[i].variance.total_cmp(&others[j].variance))
+    };
+    let left = |i: Option<usize>| i.map_or(f64::INFINITY, |i| others[i].variance);
+    let (instrument, amplitudes) = (least(false), least(true));
+    if plain.implausible(c) {
+        let with_phases = c.phases_over_amplitudes * left(amplitudes);
+        if left(instrument) < with_phases.min(c.phases_over_plain * plain.first_variance) {
+            return instrument;
+        }
+        if left(amplitudes) < c.amplitudes_over_plain * plain.first_variance {
+            return amplitudes;
+        }
+    }
+    let better = plain.insufficient(c) && left(instrument) < c.together * plain.variance;
+    instrument.filter(|_| better)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn plain(variance: f64, more_terms: bool) -> PlainOutcome {
+        PlainOutcome {
+            complex: true,
+            height: 1.0,
+            first_variance: variance,
+            variance,
+            noise_variance: 1e-6,
+            more_terms,
+        }
+    }
+
+    fn instrument(variance: f64) -> Outcome {
+        Outcome { amplitudes: false, variance }
+    }
+
+    fn amplitudes(variance: f64) -> Outcome {
+        Outcome { amplitudes: true, variance }
+    }
+
+    #[test]
+    fn a_curve_that_fits_asks_for_nothing_else() {
+        let c = SelectionCriteria::default();
+        let plain = plain(1e-6, true);
+        assert!(!plain.implausible(&c));
+        assert!(!plain.insufficient(&c));
+        assert_eq!(select(&plain, &[], &c), None);
+    }
+
+    #[test]
+    fn phases_that_fit_no_resonance_are_ignored_where_the_amplitudes_fit() {
+        let c = SelectionCriteria::default();
+        let plain = plain(0.1, false);
+        assert!(plain.implausible(&c));
+        assert_eq!(select(&plain, &[instrument(0.02), amplitudes(1e-6)], &c), Some(1));
+        // Phases that fit with a background and a delay are twice the data.
+        assert_eq!(select(&plain, &[instrument(0.02), instrument(1.5e-6), amplitudes(1e-6)], &c), Some(1));
+        // Amplitudes that fit hardly better prove nothing against the phases.
+        assert_eq!(select(&plain, &[instrument(0.02), amplitudes(0.011)], &c), Some(0));
+        assert_eq!(select(&plain, &[instrument(0.06), amplitudes(0.05)], &c), None);
+    }
+
+    #[test]
+    fn terms_together_must_leave_clearly_less_than_one_by_one() {
+        let c = SelectionCriteria::default();
+        let plain = plain(1e-4, true);
+        assert!(plain.insufficient(&c));
+        assert_eq!(select(&plain, &[instrument(0.9e-4)], &c), None);
+        assert_eq!(select(&plain, &[instrument(0.9e-4), instrument(0.7e-4)], &c), Some(1));
+    }
+}
