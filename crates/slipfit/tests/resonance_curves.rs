@@ -445,7 +445,7 @@ fn amplitudes_on_a_background_have_intervals_that_hold_the_truth() {
             assert!(!codes(&a).contains(&"leaning"), "{said}");
             assert!(
                 !codes(&a).contains(&"background")
-                    || said.contains("do not tell such a background from friction")
+                    || said.contains("amplitudes alone do not separate it from friction")
             );
             let q = a.parameter(Parameter::FrictionRatio).unwrap();
             let x_0 = a.parameter(Parameter::DriveAmplitude).unwrap();
