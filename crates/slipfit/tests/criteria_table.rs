@@ -1,28 +1,51 @@
 //! The page of thresholds in the book is the table of the code.
 
-use slipfit::ringdown::Criteria;
+use slipfit::{Criterion, resonance, ringdown};
 use std::fmt::Write;
 use std::path::Path;
 
 const HEAD: &str = "\
 # Criteria
 
-Every number that decides something in the analysis of a ring-down, in the order of the steps. A
-program sets them through `slipfit::ringdown::analyse_with`. Lengths without a unit count blocks of
-some cycles, samples, or parts of an amplitude, as the meaning says.
+Every number that decides something in an analysis, in the order of the steps. Numbers without a
+unit are counts or ratios, as the meaning says.
+
+";
+
+const RINGDOWN: &str = "\
+## Ring-downs
+
+A program sets these through `slipfit::ringdown::analyse_with`. Lengths count blocks of some cycles,
+samples, or parts of an amplitude.
+
+";
+
+const RESONANCE: &str = "
+## Resonance curves
+
+A program sets these through `slipfit::resonance::analyse_with`.
 
 ";
 
 fn page() -> String {
-    let mut page = HEAD.to_owned();
-    page.push_str("| name | value | meaning | source | moves |\n|---|---|---|---|---|\n");
-    for row in Criteria::default().table() {
+    let ringdown = table(&ringdown::Criteria::default().table());
+    let resonance = table(&resonance::Criteria::default().table());
+    [HEAD, RINGDOWN, &ringdown, RESONANCE, &resonance].concat()
+}
+
+fn table(rows: &[Criterion]) -> String {
+    let mut table = "| name | value | meaning | source | moves |\n|---|---|---|---|---|\n".to_owned();
+    for row in rows {
         // Two thirds are the only value with many digits.
         let value = if row.value.fract() == 0.0 { row.value.to_string() } else { rounded(row.value) };
-        writeln!(page, "| `{}` | {value} | {} | {} | {} |", row.name, row.meaning, row.source, row.statistic)
-            .expect("a string takes all");
+        writeln!(
+            table,
+            "| `{}` | {value} | {} | {} | {} |",
+            row.name, row.meaning, row.source, row.statistic
+        )
+        .expect("a string takes all");
     }
-    page
+    table
 }
 
 fn rounded(value: f64) -> String {

@@ -80,7 +80,7 @@ criteria! {
         above_noise: f64 = 6.0, source "of some hundred normal numbers hardly one lies so far",
             moves "refusals";
         /// The same over the mean, of a curve without noise.
-        above_mean: f64 = 1e-6, source "digits of a text file", moves "refusals";
+        above_mean: f64 = 1e-6, source "chosen by simulation", moves "refusals";
         /// Deviations of the noise that a second peak rises above the saddle.
         second_above_noise: f64 = 8.0, source "chosen by simulation", moves "warnings of second peaks";
         /// The same over the height of the main peak.
@@ -106,9 +106,9 @@ criteria! {
         /// One in so many points at either end gives the baseline.
         baseline_part: usize = 50, source "chosen by simulation", moves "start values";
         /// Deviations of the noise by which a peak stands above its baseline.
-        baseline_above_noise: f64 = 12.0, source "twice that of a peak", moves "start values";
+        baseline_above_noise: f64 = 12.0, source "chosen by simulation", moves "start values";
         /// Points from which on a pole with background and delay is looked for.
-        pole_points: usize = 10, source "twice its complex unknowns", moves "start values";
+        pole_points: usize = 10, source "chosen by simulation", moves "start values";
         /// Longest delay tried, in quarters of a turn across the sweep either way.
         most_quarters: usize = 40, source "ten turns across a sweep", moves "delays found";
         /// Sum of squares of a pole with a delay over one without, at which they count as equal.
@@ -163,7 +163,7 @@ criteria! {
     /// The friction-free reference.
     pub struct ReferenceCriteria in "reference" {
         /// Change of the logarithm of its weight below which the weight is settled.
-        weight_change: f64 = 0.2, source "hardly moves an estimate", moves "coverage";
+        weight_change: f64 = 0.2, source "chosen by simulation", moves "coverage";
         /// Times that the weight is renewed.
         weight_rounds: usize = 3, source "chosen by simulation", moves "coverage";
     }
@@ -173,7 +173,7 @@ criteria! {
     /// Terms added automatically.
     pub struct TermCriteria in "terms" {
         /// By how much less than another term drag may lower the BIC and is added instead.
-        drag_preference: f64 = 6.0, source "strong evidence (Kass and Raftery 1995)",
+        drag_preference: f64 = 6.0, source "strong evidence on the scale of Kass and Raftery (1995)",
             moves "bias of friction under drag";
         /// Observations that must be left beside the parameters.
         spare_observations: usize = 4, source "chosen by simulation", moves "terms added";
@@ -217,7 +217,7 @@ criteria! {
         surely_viscous: f64 = 10.0, source "no data prefer such a model", moves "time of analysis";
         /// Sum of squares above the least, in variances, up to which a minimum explains the data as
         /// well.
-        equal_minima: f64 = 4.0, source "95 % point of chi square", moves "coverage under a background";
+        equal_minima: f64 = 4.0, source "about the 95 % point of chi square", moves "coverage under a background";
     }
 }
 
@@ -225,7 +225,7 @@ criteria! {
     /// The force balance without a model.
     pub struct ForceCriteria in "force" {
         /// Noise over amplitude from which on a point takes no part in the line.
-        most_noise: f64 = 0.3, source "phases are normal below", moves "the line through the forces";
+        most_noise: f64 = 0.3, source "chosen by simulation", moves "the line through the forces";
         /// Points without which there is no line.
         least_points: usize = 4, source "two more than unknowns", moves "the line through the forces";
     }
