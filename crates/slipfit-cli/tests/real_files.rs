@@ -83,7 +83,7 @@ fn compound_pendulum_in_its_own_unit() {
     in_band(&a, "q_factor", [3.7, 4.5]);
     let untold = answer("compound_pendulum_rad_per_s.csv", &[]);
     let notes = untold["input"]["notes"].to_string();
-    assert!(notes.contains("--frequency-unit"), "{notes}");
+    assert!(notes.contains("frequency_unit says otherwise"), "{notes}");
 }
 
 fn quartz_in_decibels() {
@@ -155,8 +155,18 @@ fn the_real_table_1_from_raw_runs() {
 
 /// The command that `inspect` gives for a file must answer.
 fn every_command_given_for_a_real_file_runs() {
-    // A rate that no file names; a decay of fewer than two cycles.
-    let unanswered = ["spring_no_time_column.csv", "seismometer_near_critical.txt"];
+    let unanswered = [
+        // A rate that no file names, or that slipfit does not read in it yet.
+        "spring_no_time_column.csv",
+        "bicycle_fork.mat",
+        // A decay of fewer than two cycles; no oscillation at all.
+        "seismometer_near_critical.txt",
+        "kinxy.lvm",
+        "pisa_quadrifilar.txt",
+        // Stamps in ns beside seconds, signals apart from their time: not read yet.
+        "lynch_acc.csv",
+        "ptibbets_idf_wah.mat",
+    ];
     for folder in ["ringdown", "sweep"] {
         let data = slipfit_real_data::path(folder);
         for entry in std::fs::read_dir(&data).unwrap() {

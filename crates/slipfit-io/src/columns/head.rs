@@ -32,6 +32,7 @@ impl Head {
     }
 
     /// Notes that a column was left out.
+    #[cfg(any(feature = "arrow", feature = "parquet"))]
     pub(crate) fn note_not_numbers(&mut self, header: &str) {
         self.notes.push(format!("column `{header}` holds no numbers and was left out").into());
     }

@@ -25,6 +25,7 @@ impl Name {
     }
 
     /// A header and the unit stated apart from it.
+    #[cfg(any(feature = "arrow", feature = "parquet"))]
     pub(crate) fn with_unit(header: &str, unit: Option<&str>) -> Self {
         unit.map_or_else(|| Self::parse(header), |unit| Self::parse(&format!("{header} ({unit})")))
     }

@@ -73,7 +73,8 @@ mod tests {
 
     #[test]
     fn roots_of_hard_functions_take_few_steps() {
-        let cases: [(&dyn Fn(f64) -> f64, f64, f64, f64); 6] = [
+        type Case<'a> = (&'a dyn Fn(f64) -> f64, f64, f64, f64);
+        let cases: [Case<'_>; 6] = [
             (&|x| x * x - 2.0, 0.0, 2.0, 2f64.sqrt()),
             (&|x| (x - 1.0).powi(9), -1.0, 4.0, 1.0),
             (&|x| x.exp() - 1e-8, -30.0, 10.0, 1e-8f64.ln()),

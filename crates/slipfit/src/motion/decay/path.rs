@@ -148,8 +148,8 @@ impl AmplitudePath {
             self.by[k + 1] -= factors[k] * simpson(duration, slopes, shapes[k]);
         }
         let shapes = points.map(further_shapes);
-        for k in 0..FURTHER {
-            self.by[4 + k] -= simpson(duration, slopes, shapes.map(|s| s[k]));
+        for (k, by) in self.by[4..].iter_mut().enumerate() {
+            *by -= simpson(duration, slopes, shapes.map(|s| s[k]));
         }
     }
 }

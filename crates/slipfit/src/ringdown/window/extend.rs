@@ -41,7 +41,7 @@ impl Search<'_> {
         let (first, start_reason) = self.earlier(seed.start, end, start_reason);
         let end_reason = left.unwrap_or_else(|| end_reason(self.amplitudes, smooth, end, self.c));
         if end_reason == EndReason::Noise {
-            end = self.into_the_noise(first..end);
+            end = self.follow_into_noise(first..end);
         }
         let disturbed = left.is_none()
             && end < smooth.len()
@@ -61,10 +61,11 @@ impl Search<'_> {
 
     /// Lets later blocks in until several in a row leave the law: the end, and how it was left.
     fn later(&mut self, seed: Range<usize>) -> (usize, Option<EndReason>) {
-        let Range { start, mut end } = seed;
+        let Range { start, end: seed_end } = seed;
+        let mut end = seed_end;
         let mut fitted = end - start;
         let (mut misses, mut balance) = (0, 0.0);
-        for j in end..self.run.end {
+        for j in seed_end..self.run.end {
             let miss = self.miss(j, self.c.later_tolerance);
             if miss.abs() > 1.0 {
                 misses += 1;
@@ -117,7 +118,7 @@ impl Search<'_> {
 
     /// Follows the law on into the noise, where single blocks say little but many together still
     /// do: as long as each agrees with it and it predicts a part of a block's error.
-    fn into_the_noise(&self, blocks: Range<usize>) -> usize {
+    fn follow_into_noise(&self, blocks: Range<usize>) -> usize {
         let mut end = blocks.end;
         let Some(law) = SeedFit::new(self.amplitudes, blocks, self.c) else { return end };
         while end < self.amplitudes.blocks.len() {
@@ -168,7 +169,7 @@ mod tests {
     }
 
     #[test]
-    fn a_decay_is_followed_from_the_start_of_the_record_into_the_noise() {
+    fn a_decay_is_followed_from_the_start_of_the_record_follow_into_noise() {
         let found = window(|t| (-t / 20.0).exp());
         assert_eq!(found.start_reason, StartReason::RecordStart);
         assert_eq!(found.end_reason, EndReason::Noise);
