@@ -57,8 +57,11 @@ pub enum Format {
 /// Bytes that tell a format.
 pub(crate) const HEAD: usize = 1024;
 
-/// Each format with its name in a sentence and the bytes, at their place, that tell it.
-const KNOWN: &[(Format, &str, &[(usize, &[u8])])] = &[
+/// A format, its name in a sentence, and bytes at offsets that mark it.
+type Known = (Format, &'static str, &'static [(usize, &'static [u8])]);
+
+/// Each format with its marks.
+const KNOWN: &[Known] = &[
     (Format::Text, "delimited text", &[]),
     (Format::Wav, "a WAV sound file", &[(0, b"RIFF"), (0, b"RF64")]),
     (Format::Mat5, "a MATLAB file (level 5)", &[(0, b"MATLAB 5.0")]),
