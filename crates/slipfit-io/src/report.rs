@@ -23,7 +23,7 @@ pub struct Reading {
 }
 
 impl Reading {
-    /// The frequency of the oscillation [Hz], where amplitudes alone were recorded and the lines
+    /// The frequency of the oscillation, Hz, where amplitudes alone were recorded and the lines
     /// above the table name it `frequency_hz`.
     pub fn named_frequency_hz(&self) -> Option<f64> {
         if !matches!(self.record.kind(), SignalKind::Envelope | SignalKind::LockIn) {
@@ -102,7 +102,7 @@ pub struct ReadReport {
 }
 
 impl LevelReading {
-    /// The frequency of the drive [Hz], where the lines above the table name it `drive_frequency_hz`,
+    /// The frequency of the drive, Hz, where the lines above the table name it `drive_frequency_hz`,
     /// as simulated levels do.
     #[must_use]
     pub fn named_frequency_hz(&self) -> Option<f64> {
