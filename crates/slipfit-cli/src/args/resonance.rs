@@ -34,8 +34,8 @@ Examples:
 /// are raw records, one for each frequency, and are demodulated; with --table
 /// each file is a curve of its own. Fits the exact
 /// fundamental of the driven oscillator with sliding friction, compares the
-/// loss models, and says what the curve can and cannot tell. Friction is told
-/// from viscous loss far better with --reference or --drive-amplitude.
+/// loss models, and says what the curve can and cannot tell. Friction is
+/// separated from viscous loss far better with --reference or --drive-amplitude.
 #[derive(Debug, Args)]
 #[command(after_help = AFTER_HELP, after_long_help = AFTER_HELP)]
 pub(crate) struct ResonanceArgs {

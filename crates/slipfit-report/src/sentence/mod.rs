@@ -8,7 +8,7 @@ mod series;
 /// An answer that can be said in a sentence.
 pub trait Sentence {
     /// What the data say about sliding friction: how much of the loss it carries and how sure
-    /// that is, or why it cannot be told.
+    /// that is, or why that cannot be determined.
     fn sentence(&self) -> String;
 }
 

@@ -6,13 +6,13 @@ use slipfit::answer::Warning;
 use slipfit::resonance::{Answer, DriveSource, Method};
 
 /// What the curve says about sliding friction, in plain words: how much of the loss it
-/// carries at the peak and how sure that is, or why it cannot be told.
+/// carries at the peak and how sure that is, or why that cannot be determined.
 pub(super) fn sentence(a: &Answer) -> String {
     for warning in &a.warnings {
         match warning {
             Warning::Jump { frequency_hz, .. } => {
                 return format!(
-                    "The curve jumps at {}: it has more than one amplitude there, and no loss is told from it \
+                    "The curve jumps at {}: it has more than one amplitude there, and no loss follows from it \
                      as it stands.",
                     plain(*frequency_hz, 4, "Hz")
                 );

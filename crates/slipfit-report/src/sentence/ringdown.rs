@@ -11,7 +11,7 @@ const NEARLY_ALL: f64 = 0.95;
 const SAME_SHARE: f64 = 0.05;
 
 /// What the record says about sliding friction, in plain words: how much of
-/// the loss it carries and how sure that is, or why it cannot be told.
+/// the loss it carries and how sure that is, or why that cannot be determined.
 ///
 /// For instance "Sliding friction carries 41 % of the loss at the start and
 /// nearly all of it in the last 8 s; a purely viscous decay is excluded,
@@ -58,7 +58,7 @@ fn conclusion(a: &Answer) -> String {
             Warning::NotSeparable { decay_times: Some(decay_times), .. } if *decay_times < 0.01 => {
                 return format!(
                     "The amplitude does not fall: {} of a decay time is recorded, and no kind of loss can be \
-                     told from it.",
+                     determined from it.",
                     plain(*decay_times, 1, "")
                 );
             }

@@ -6,7 +6,7 @@ use super::parameter::Parameter;
 use crate::model::loss::LossModel;
 use std::fmt;
 
-/// A reason to doubt an answer, or to read it with care.
+/// A reason to treat an answer with caution.
 ///
 /// Its text says what was found; [`Warning::hints`] say what helps, naming options by their field, so
 /// that each program spells them its own way.

@@ -94,8 +94,8 @@ pub(crate) use criteria;
 criteria! {
     /// Thresholds that every analysis shares.
     pub struct InferenceCriteria in "inference" {
-        /// Standard errors by which a variance ratio must differ from that of white noise before it
-        /// counts.
+        /// Standard errors by which a variance ratio or an autocorrelation of residuals must differ
+        /// from that of white noise before it counts.
         excess_significance: f64 = 2.6, source "two-sided 1 % point of the normal distribution",
             moves "coverage";
         /// BIC by which a fit must improve before a term of the instrument (drift of the offset,

@@ -89,14 +89,11 @@ pub(crate) fn autocorrelation(residuals: &[f64]) -> f64 {
     if c0 > 0.0 { c1 / c0 } else { 0.0 }
 }
 
-/// [`ar1_variance_inflation`] of `n` residuals where their autocorrelation is significant, else 1.
-pub(crate) fn significant_inflation(rho: f64, n: usize) -> f64 {
-    if rho > SIGNIFICANT / (n as f64).sqrt() { ar1_variance_inflation(rho) } else { 1.0 }
+/// [`ar1_variance_inflation`] of `n` residuals where their autocorrelation exceeds `significance`
+/// standard errors (`1/sqrt(n)` for white residuals), else 1.
+pub(crate) fn significant_inflation(rho: f64, n: usize, significance: f64) -> f64 {
+    if rho > significance / (n as f64).sqrt() { ar1_variance_inflation(rho) } else { 1.0 }
 }
-
-/// Standard errors (`1/sqrt(n)` for white residuals) from which an autocorrelation counts: one record
-/// in two hundred by chance.
-const SIGNIFICANT: f64 = 2.6;
 
 /// Variance inflation `(1 + rho)/(1 - rho)` of AR(1) residuals about a slowly varying model.
 pub(crate) fn ar1_variance_inflation(rho: f64) -> f64 {

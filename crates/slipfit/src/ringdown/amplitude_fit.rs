@@ -74,7 +74,7 @@ pub(crate) fn fit_amplitudes<'a>(
             noise_model.known_variance = Some(noise);
         }
     }
-    noise_model.variance_inflation = significant_inflation(autocorrelation, n);
+    noise_model.variance_inflation = significant_inflation(autocorrelation, n, significance);
     Ok(WindowFit {
         comparison: comparison.with_noise(noise_model),
         problem: Problem::Envelope(problem),

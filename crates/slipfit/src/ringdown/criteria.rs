@@ -115,7 +115,7 @@ criteria! {
         round_blocks: usize = 2, source "chosen by simulation", moves "window start";
         /// One in so many clipped blocks is left out behind the last flat one.
         margin_part: usize = 20, source "chosen by simulation", moves "bias after clipping";
-        /// Converter steps in an amplitude whose crests can be told from flat ones.
+        /// Converter steps in an amplitude whose crests can be distinguished from flat ones.
         least_steps: f64 = 8.0, source "chosen by simulation", moves "window start";
         /// Length of a flat crest over that of a sinusoid's on the converter's steps.
         plateau_ratio: f64 = 2.5, source "chosen by simulation", moves "window start";

@@ -91,11 +91,12 @@ pub(crate) fn fit_waveform<'a>(
     let sliding = 0.5 * fit.parameters[A0] * PI / (2.0 * fit.parameters[OMEGA] * decay_time);
     let comparison = compare(&problem, &fit.parameters, &nuisance, noise, sliding);
     let left = Remainder::new(&problem, range.start, &comparison.preferred()?.bounded, &measured.points);
-    let white = 1.0 + criteria.inference.excess_significance * (2.0 / left.blocks.max(1) as f64).sqrt();
+    let significance = criteria.inference.excess_significance;
+    let white = 1.0 + significance * (2.0 / left.blocks.max(1) as f64).sqrt();
     if left.excess > white {
         noise.variance_inflation = left.excess;
     }
-    noise.variance_inflation *= significant_inflation(left.autocorrelation, left.blocks);
+    noise.variance_inflation *= significant_inflation(left.autocorrelation, left.blocks, significance);
     Some(WindowFit {
         comparison: comparison.with_noise(noise),
         problem: Problem::Waveform(problem),
