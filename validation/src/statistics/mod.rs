@@ -4,9 +4,11 @@
 //! file is: release, end and start values are found, not given. The spread is compared with the
 //! Cramér-Rao bound, the least that any unbiased estimate can have.
 
+mod default_decay;
 mod hardening;
 mod resonance;
 mod ring_down;
+mod scores;
 mod table_one;
 mod trials;
 
@@ -44,6 +46,7 @@ pub(crate) fn run(arguments: &[String]) -> Result<ExitCode, Failure> {
     let mut words = arguments.iter();
     while let Some(word) = words.next() {
         match word.as_str() {
+            "--default" => (table, usual) = (default_decay::run, 100),
             "--resonance" => (table, usual) = (resonance::run, 300),
             "--table-one" => (table, usual) = (table_one::run, 200),
             "--write" => choices.write = true,

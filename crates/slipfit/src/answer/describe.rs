@@ -4,29 +4,72 @@ use super::comparison::{Candidate, Correlation, SlidingEvidence, Values};
 use super::parameter::Parameter;
 use super::quantity::Quantity;
 use crate::inference::Z_95;
-use crate::inference::least_squares::{Fit, LeastSquares};
+use crate::inference::least_squares::{Fit, LeastSquares, minimise_bounded};
 use crate::inference::model_selection::{ModelComparison, ModelFit};
 use crate::inference::noise::NoiseModel;
 use crate::inference::profile::{Estimate, Profile};
 use crate::model::loss::LossTerm;
+use std::borrow::Cow;
 
 /// p value below which sliding friction counts as detected.
 pub(crate) const DETECTED: f64 = 0.01;
 
-/// Estimate and interval of a coefficient that lies between zero and `most`; `curved` asks for the
+/// Estimate and interval of the coefficient in `slot`, which lies between zero and `most`, with the
+/// coefficients in `others` of the same fit kept from falling below zero; `curved` asks for the
 /// profile also far from zero.
+///
+/// The value is that of the constrained optimum. Where another coefficient is at or near its limit the
+/// sum of squares has a kink there, and the interval is the profile's.
 pub(crate) fn loss_estimate(
     problem: &dyn LeastSquares,
-    fit: &Fit,
+    unbounded: &Fit,
     noise: NoiseModel,
     slot: usize,
+    others: &[usize],
     most: Option<f64>,
     curved: bool,
 ) -> Estimate {
-    let most = most.map_or(f64::INFINITY, |m| m.max(fit.parameters[slot]));
-    let mut found = Profile { problem, fit, noise, range: [0.0, most] }.non_negative(slot, curved);
+    let Some(constrained) = constrained(problem, unbounded, others) else { return unknown() };
+    let near = near_limit(unbounded, noise, others);
+    let most = most.map_or(f64::INFINITY, |m| m.max(constrained.parameters[slot]));
+    let range = [0.0, most];
+    let profile = Profile {
+        problem,
+        fit: &constrained,
+        free: &unbounded.free,
+        noise,
+        range,
+        non_negative: others,
+    };
+    let mut found = profile.non_negative(slot, curved || near);
     found.interval[1] = found.interval[1].min(most);
+    if near {
+        // The error beside the kink is that of the interval, not that of the optimum on the limit.
+        let half = (found.interval[1] - found.interval[0]) / (2.0 * Z_95);
+        found.std_error = found.std_error.max(half);
+    }
     found
+}
+
+/// The fit with these coefficients kept from falling below zero.
+pub(crate) fn constrained<'a>(
+    problem: &dyn LeastSquares,
+    unbounded: &'a Fit,
+    non_negative: &[usize],
+) -> Option<Cow<'a, Fit>> {
+    if non_negative.iter().all(|&i| unbounded.parameters[i] >= 0.0) {
+        return Some(Cow::Borrowed(unbounded));
+    }
+    minimise_bounded(problem, &unbounded.parameters, &unbounded.free, non_negative).map(Cow::Owned)
+}
+
+/// Standard errors above its limit within which a coefficient bends the profile of another.
+const NEAR_LIMIT: f64 = 3.0;
+
+/// Whether one of these coefficients is at its limit or near it.
+pub(crate) fn near_limit(unbounded: &Fit, noise: NoiseModel, slots: &[usize]) -> bool {
+    let near = |i: usize| !(unbounded.parameters[i] > NEAR_LIMIT * noise.std_error(unbounded, i));
+    slots.iter().any(|&i| unbounded.free.contains(&i) && near(i))
 }
 
 /// A coefficient the data were never asked for.

@@ -100,6 +100,17 @@ impl ModelComparison {
         lowest(self.fits.iter().filter(|f| f.at_limit.is_none())).or_else(|| lowest(self.fits.iter()))
     }
 
+    /// The model whose values are reported: the preferred one with viscous and sliding loss in any
+    /// case, at their limit where the data want none.
+    ///
+    /// A term left out because the data do not show it is not known to be zero: intervals of the
+    /// others would hold the truth far less often than they say (Leeb and Pötscher 2005,
+    /// Econometric Theory 21, 21).
+    pub(crate) fn reported(&self) -> Option<&ModelFit> {
+        let preferred = self.preferred()?.model;
+        self.get(preferred.with(LossTerm::Viscous).with(LossTerm::Sliding))
+    }
+
     /// Lowest BIC of all models.
     pub(crate) fn lowest_bic(&self) -> f64 {
         self.fits.iter().map(|f| f.bic).fold(f64::INFINITY, f64::min)

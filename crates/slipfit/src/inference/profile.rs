@@ -2,7 +2,7 @@
 
 use super::Z_95;
 use super::interval::bounded_interval;
-use super::least_squares::{Fit, LeastSquares, minimise};
+use super::least_squares::{Fit, LeastSquares, minimise_bounded};
 use super::noise::NoiseModel;
 
 /// A parameter with its interval.
@@ -16,10 +16,15 @@ pub(crate) struct Estimate {
 /// What a profile is taken of.
 pub(crate) struct Profile<'a> {
     pub(crate) problem: &'a dyn LeastSquares,
+    /// The optimum; parameters on their limit may be fixed in it.
     pub(crate) fit: &'a Fit,
+    /// Parameters that move along the profile.
+    pub(crate) free: &'a [usize],
     pub(crate) noise: NoiseModel,
     /// No value beyond these is possible.
     pub(crate) range: [f64; 2],
+    /// Other parameters that cannot be negative.
+    pub(crate) non_negative: &'a [usize],
 }
 
 /// Nearer to its limit than this many standard errors an estimate gets a profile.
@@ -85,9 +90,10 @@ impl Root<'_> {
         start[k] = value;
         let mut plain = fit.parameters.clone();
         plain[k] = value;
-        let free: Vec<usize> = fit.free.iter().copied().filter(|&i| i != k).collect();
-        let found = minimise(self.profile.problem, &start, &free)
-            .or_else(|| minimise(self.profile.problem, &plain, &free))?;
+        let free: Vec<usize> = self.profile.free.iter().copied().filter(|&i| i != k).collect();
+        let Profile { problem, non_negative, .. } = *self.profile;
+        let found = minimise_bounded(problem, &start, &free, non_negative)
+            .or_else(|| minimise_bounded(problem, &plain, &free, non_negative))?;
         Some(shift.signum() * (found.rss - fit.rss).max(0.0).sqrt() / self.unit)
     }
 
@@ -138,7 +144,7 @@ fn between((a, root_a): (f64, f64), (b, root_b): (f64, f64), target: f64) -> f64
 
 #[cfg(test)]
 mod tests {
-    use super::super::least_squares::Normal;
+    use super::super::least_squares::{Normal, minimise};
     use super::*;
 
     /// `y = a + b³ x`: linear in `b³`, so the profile of `b` is that of `b³` bent.
@@ -171,7 +177,7 @@ mod tests {
         let fit = minimise(&problem, &[0.0, 1.0], &[0, 1]).unwrap();
         let noise_model = NoiseModel::white(200.0);
         let range = [f64::NEG_INFINITY, f64::INFINITY];
-        let e = Profile { problem: &problem, fit: &fit, noise: noise_model, range }.two_sided(1, true);
+        let e = Profile { problem: &problem, fit: &fit, free: &fit.free, noise: noise_model, range, non_negative: &[] }.two_sided(1, true);
         // In b³ the interval is symmetric.
         let [low, high] = e.interval.map(|b| b.powi(3));
         let centre = e.value.powi(3);
@@ -186,7 +192,7 @@ mod tests {
         let fit = minimise(&problem, &[0.0, 1.0], &[0, 1]).unwrap();
         let noise = NoiseModel::white(20.0);
         let most = fit.parameters[1] + 1e-3;
-        let p = Profile { problem: &problem, fit: &fit, noise, range: [0.0, most] };
+        let p = Profile { problem: &problem, fit: &fit, free: &fit.free, noise, range: [0.0, most], non_negative: &[] };
         assert_eq!(p.two_sided(1, true).interval[1], most);
     }
 }

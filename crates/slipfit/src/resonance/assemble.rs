@@ -135,6 +135,11 @@ fn amplitudes(problem: &Problem, p: &[f64]) -> (f64, f64) {
         .fold((f64::INFINITY, 0.0), |(l, h), a| (l.min(a), h.max(a)))
 }
 
+/// Coefficients of the other loss terms of a model.
+fn others(fit: &ModelFit, term: LossTerm) -> Vec<usize> {
+    fit.model.terms().filter(|other| *other != term).map(slot).collect()
+}
+
 /// The coefficient of a loss term, in the chosen model or the one with the term besides.
 fn loss_term(d: &Described, chosen: &ModelFit, term: LossTerm, unit: &str) -> Quantity {
     let (fit, present) = fit_of(&d.comparison, chosen, term);
@@ -142,7 +147,15 @@ fn loss_term(d: &Described, chosen: &ModelFit, term: LossTerm, unit: &str) -> Qu
         let problem = d.problem_of(fit);
         // No loss exceeds what it would be alone.
         let most = d.comparison.most(term, slot(term)).filter(|_| !on_background(chosen));
-        let found = loss_estimate(&problem, &fit.unbounded, d.comparison.noise, slot(term), most, bends(d));
+        let found = loss_estimate(
+            &problem,
+            &fit.unbounded,
+            d.comparison.noise,
+            slot(term),
+            &others(fit, term),
+            most,
+            bends(d),
+        );
         let by = if present { unbiased(d, chosen, &problem, &fit.unbounded) } else { None };
         by.map_or(found, |by| moved(found, by[slot(term)]))
     });
@@ -281,7 +294,8 @@ fn drive_amplitude(d: &Described, chosen: &ModelFit, unit: &str) -> Quantity {
     } else {
         [0.0, f64::INFINITY]
     };
-    let mut found = Profile { problem: &problem, fit: bounded, noise, range }.two_sided(X_0, bends(d));
+    let losses: Vec<usize> = chosen.model.terms().map(slot).collect();
+    let mut found = Profile { problem: &problem, fit: bounded, free: &chosen.unbounded.free, noise, range, non_negative: &losses }.two_sided(X_0, bends(d));
     let mut unbounded_value = chosen.unbounded.parameters[X_0];
     if let Some(by) = unbiased(d, chosen, &problem, bounded) {
         found = moved(found, by[X_0]);
@@ -310,7 +324,7 @@ fn friction_ratio(d: &Described, chosen: &ModelFit, x_f: &Quantity, x_0: &Quanti
         start[X_F] /= FRAC_PI_4 * start[X_0];
         let fit = minimise(&problem, &start, &with.unbounded.free)?;
         let most = (d.source == DriveSource::Shape).then_some(4.0 / PI);
-        let found = loss_estimate(&problem, &fit, d.comparison.noise, X_F, most, true);
+        let found = loss_estimate(&problem, &fit, d.comparison.noise, X_F, &others(with, LossTerm::Sliding), most, true);
         let by = if present { unbiased(d, chosen, &problem, &fit) } else { None };
         Some(non_negative(by.map_or(found, |by| moved(found, by[X_F])), present, String::new()))
     });

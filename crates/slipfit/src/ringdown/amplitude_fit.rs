@@ -1,6 +1,6 @@
 //! The amplitudes of the blocks against the loss laws.
 
-use super::compare::compare;
+use super::compare::{WholeLoss, compare};
 use super::criteria::{AmplitudeCriteria, Criteria};
 use super::envelope::{A0, DELTA, EnvelopeProblem, FLOOR, X_F};
 use super::lowpass::Kernel;
@@ -11,7 +11,6 @@ use crate::Error;
 use crate::inference::least_squares::{Fit, minimise};
 use crate::inference::noise::{NoiseModel, autocorrelation, significant_inflation};
 use crate::numeric::{robust, roots};
-use std::f64::consts::PI;
 
 /// Rounds of leaving out outliers, and of weighing the error of the law.
 const ROUNDS: usize = 3;
@@ -59,7 +58,8 @@ pub(crate) fn fit_amplitudes<'a>(
     let significance = criteria.inference.excess_significance;
     let law_errs = admit_law_error(&mut problem, &start, &full, noise, significance, c);
     let mut noise_model = NoiseModel::white(n as f64);
-    let comparison = compare(&problem, &start, nuisance, noise_model, sliding_start(&problem));
+    let whole = WholeLoss::new(start[DELTA], start[A0], problem.omega);
+    let comparison = compare(&problem, &start, nuisance, noise_model, whole);
     let best = comparison.preferred().ok_or(Error::NoFit { reason: "no model converged" })?;
     let residuals = problem.residuals(&best.bounded.parameters);
     let autocorrelation = autocorrelation(&residuals);
@@ -127,12 +127,6 @@ pub(crate) fn start_values(problem: &EnvelopeProblem) -> Vec<f64> {
 pub(crate) fn fit_from_viscous(problem: &EnvelopeProblem, start: &[f64], free: &[usize]) -> Option<Fit> {
     let viscous = minimise(problem, start, &[A0, DELTA])?;
     Some(minimise(problem, &viscous.parameters, free).filter(|f| f.rss.is_finite()).unwrap_or(viscous))
-}
-
-/// Friction displacement that alone would explain half of the mean fall.
-fn sliding_start(problem: &EnvelopeProblem) -> f64 {
-    let start = start_values(problem);
-    0.5 * start[A0] * start[DELTA] * PI / (2.0 * problem.omega)
 }
 
 /// Where the amplitudes scatter about the full law by more than their noise, the law itself is

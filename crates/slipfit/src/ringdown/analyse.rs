@@ -1,5 +1,6 @@
 //! The analysis of a ring-down, from a record to its answer.
 
+use super::active_part::active_part;
 use super::amplitude_fit::fit_amplitudes;
 use super::assemble;
 use super::criteria::Criteria;
@@ -9,6 +10,7 @@ use super::hypotheses::{FittedDecay, by_waveform};
 use super::samples::Samples;
 use super::window::EndReason;
 use super::window::by_law::{change_of_law, end_of_lead_in};
+use super::window_fit::Problem;
 use super::{Answer, Options, oscillation, recorded_amplitudes};
 use crate::{Error, Record, SignalKind};
 
@@ -68,12 +70,34 @@ pub fn analyse(record: &Record, options: &Options) -> Result<Answer, Error> {
 /// As [`analyse`].
 pub fn analyse_with(record: &Record, options: &Options, criteria: &Criteria) -> Result<Answer, Error> {
     options.check()?;
-    let mut samples = Samples::prepare(record, options)?;
+    let whole = Samples::prepare(record, options)?;
+    if record.kind().oscillates()
+        && let Some(range) = active_part(&whole.signal, &criteria.active_part)
+        && let Ok(answer) = analyse_samples(whole.part(range), record, options, criteria)
+    {
+        return Ok(answer);
+    }
+    analyse_samples(whole, record, options, criteria)
+}
+
+/// The analysis of these samples of a record.
+fn analyse_samples(
+    mut samples: Samples,
+    record: &Record,
+    options: &Options,
+    criteria: &Criteria,
+) -> Result<Answer, Error> {
     let by_amplitudes = amplitudes(&mut samples, record.kind(), options, criteria);
     let waveform = record.kind() == SignalKind::Displacement;
     let decay = match by_amplitudes {
         Ok(decay) if waveform && options.band_hz.is_none() && options.lockin.is_none() => {
-            by_waveform(&samples, decay, options, criteria)
+            let described = by_waveform(&samples, decay, options, criteria);
+            let short = described.measured.cycles() < criteria.few_cycles.most_cycles;
+            match described.fit.problem {
+                // Blocks of whole cycles see little of so short a motion.
+                Problem::Envelope(_) if short => fit_few_cycles(&samples, criteria).unwrap_or(described),
+                _ => described,
+            }
         }
         Ok(decay) => decay,
         Err(refusal) if waveform && of_length(&refusal) => {

@@ -22,20 +22,11 @@ use std::f64::consts::TAU;
 pub(crate) fn answer(e: &Evidence) -> Result<Answer, Error> {
     let comparison = &e.fit.comparison;
     let preferred = comparison.preferred().ok_or(Error::NoFit { reason: "no model converged" })?;
-    let (p_value, _) = comparison.sliding_evidence();
     let chosen = match e.options.model {
         Some(model) => comparison.get(model).ok_or(Error::NoFit {
             reason: "the model asked for has more parameters than the record determines",
         })?,
-        // Either alone would look far surer than it is. A viscous term that BIC drops may be four
-        // standard errors large, and sliding friction would be given what is its.
-        None if [LossModel::VISCOUS, LossModel::SLIDING].contains(&preferred.model) => comparison
-            .get(LossModel::VISCOUS_SLIDING)
-            .filter(|both| {
-                preferred.model == LossModel::SLIDING || super::warnings::undecided(e, both, p_value)
-            })
-            .unwrap_or(preferred),
-        None => preferred,
+        None => comparison.reported().unwrap_or(preferred),
     };
     let omega = angular_frequency(e, chosen);
     let law = law_of(&chosen.bounded.parameters, omega);

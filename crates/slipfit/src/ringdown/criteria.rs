@@ -32,6 +32,8 @@ pub struct Criteria {
     pub waveform: WaveformCriteria,
     /// Records of one to three cycles.
     pub few_cycles: FewCyclesCriteria,
+    /// A short motion in a long quiet record.
+    pub active_part: ActivePartCriteria,
     /// The rest after the motion.
     pub stop: StopCriteria,
     /// What the answer states and warns of.
@@ -51,6 +53,7 @@ impl Criteria {
             self.amplitude.table(),
             self.waveform.table(),
             self.few_cycles.table(),
+            self.active_part.table(),
             self.stop.table(),
             self.answer.table(),
         ];
@@ -301,8 +304,26 @@ criteria! {
         return_errors: f64 = 3.0, source "chosen by simulation", moves "refusals";
         /// Samples in a half cycle whose amplitude is shown.
         half_cycle_samples: usize = 3, source "chosen by simulation", moves "the amplitudes shown";
+        /// Cycles of a decay followed by its amplitudes up to which the search over the whole motion is
+        /// tried as well.
+        most_cycles: f64 = 8.0, source "chosen by simulation", moves "coverage of records of few cycles";
         /// Part of the noise below which no amplitude is shown.
         half_cycle_noise: f64 = 0.3, source "chosen by simulation", moves "the amplitudes shown";
+    }
+}
+
+criteria! {
+    /// A short motion in a record that is quiet for most of its length.
+    pub struct ActivePartCriteria in "active_part" {
+        /// Variance of the strongest window over the median of all.
+        strongest_ratio: f64 = 10.0, source "amplitude over noise of 4", moves "refusals of long records";
+        /// Variance over the median from which on a window belongs to the motion.
+        active_ratio: f64 = 3.0, source "amplitude over noise of 2", moves "refusals of long records";
+        /// Quiet samples kept behind the motion, over its length.
+        rest_kept: f64 = 2.0, source "the place of rest is known as well as the motion",
+            moves "bias after a stop";
+        /// Most of the record that such a part may be.
+        most_of_record: f64 = 0.5, source "chosen by simulation", moves "refusals of long records";
     }
 }
 

@@ -123,7 +123,8 @@ fn fit_from<'a>(
     }
     let Problem::Waveform(problem) = &fit.problem else { return None };
     measured.points = half_cycles(problem, p, release, sigma, c);
-    measured.noise_rms = sigma;
+    // Neighbouring samples overestimate the noise where few of them make up a cycle.
+    measured.noise_rms = sigma.min(swing.noise_rms);
     if p[X_F] > 0.0 && law.stop_time_s().is_some_and(|stop| stop < duration) {
         measured.window.end_reason = EndReason::Rest;
     }

@@ -1,6 +1,7 @@
 //! Ring-down: from samples of a free decay to how much of the loss is viscous
 //! and how much is sliding.
 
+mod active_part;
 mod amplitude_fit;
 mod analyse;
 mod answer;

@@ -6,9 +6,13 @@ use super::evidence::Evidence;
 use super::waveform::OMEGA;
 use super::window_fit::Problem;
 use crate::answer::calibration::physical;
-use crate::answer::describe::{fit_of, known_error, loss_estimate, non_negative, q_factor, unknown};
+use crate::answer::describe::{
+    fit_of, known_error, loss_estimate, near_limit, non_negative, q_factor, symmetric, unknown,
+};
 use crate::answer::{Parameter, Parameters};
+use crate::inference::Z_95;
 use crate::inference::model_selection::ModelFit;
+use crate::inference::profile::Profile;
 use crate::model::loss::LossTerm;
 use crate::{Quantity, SignalKind};
 use std::f64::consts::TAU;
@@ -54,9 +58,35 @@ fn loss_term(e: &Evidence, chosen: &ModelFit, term: LossTerm) -> Quantity {
         let problem = e.fit.problem.least_squares();
         // No loss exceeds what it would be alone: the others are not negative.
         let most = comparison.most(term, slot(term));
-        loss_estimate(problem, &fit.unbounded, comparison.noise, slot(term), most, false)
+        loss_estimate(problem, &fit.unbounded, comparison.noise, slot(term), &others(fit, term), most, false)
     });
     non_negative(found, present, Parameter::Loss(term).unit(e.record.unit()))
+}
+
+/// The first amplitude; with a loss at its limit or near it the interval is the profile's.
+fn initial_amplitude(e: &Evidence, chosen: &ModelFit) -> Quantity {
+    let (noise, unit) = (e.fit.comparison.noise, e.record.unit());
+    let slots: Vec<usize> = chosen.model.terms().map(slot).collect();
+    if !near_limit(&chosen.unbounded, noise, &slots) {
+        return symmetric(noise, &chosen.unbounded, A0, [1.0, 0.0], unit);
+    }
+    let problem = e.fit.problem.least_squares();
+    let range = [0.0, f64::INFINITY];
+    let profile = Profile { problem, fit: &chosen.bounded, free: &chosen.unbounded.free, noise, range, non_negative: &slots };
+    let found = profile.two_sided(A0, true);
+    let half = (found.interval[1] - found.interval[0]) / (2.0 * Z_95);
+    Quantity {
+        value: found.value,
+        std_error: known_error(found.std_error.max(half)),
+        interval_95: found.interval,
+        unbounded_value: chosen.unbounded.parameters[A0],
+        unit: unit.to_owned(),
+    }
+}
+
+/// Coefficients of the other loss terms of a model.
+fn others(fit: &ModelFit, term: LossTerm) -> Vec<usize> {
+    fit.model.terms().filter(|other| *other != term).map(slot).collect()
 }
 
 pub(crate) fn parameters(e: &Evidence, chosen: &ModelFit, omega: f64) -> Parameters {
@@ -82,8 +112,7 @@ pub(crate) fn parameters(e: &Evidence, chosen: &ModelFit, omega: f64) -> Paramet
     if known {
         list.set(Parameter::QFactor, q_factor(&delta, |d| omega.hypot(d)));
     }
-    let error = known_error(e.fit.comparison.noise.std_error(&chosen.bounded, A0));
-    list.set(Parameter::InitialAmplitude, Quantity::normal(chosen.bounded.parameters[A0], error, unit));
+    list.set(Parameter::InitialAmplitude, initial_amplitude(e, chosen));
     if let Some(calibration) = e.options.calibration.filter(|_| known) {
         // A velocity or acceleration record holds omega or omega² times the displacement.
         let motion = match e.record.kind() {

@@ -1,16 +1,15 @@
 //! Which warnings the answer to a ring-down carries.
 
 use super::Answer;
-use super::envelope::{DELTA, X_F};
 use super::evidence::Evidence;
 use super::window::EndReason;
-use crate::answer::{Parameter, Warning};
-use crate::inference::model_selection::ModelFit;
-use crate::model::loss::LossModel;
+use crate::answer::{Candidate, Parameter, Warning};
+use crate::model::loss::{LossModel, LossTerm};
 
-/// Whether the record is too short to tell viscous from sliding loss.
-fn too_short(e: &Evidence) -> bool {
-    e.record.kind().oscillates() && e.cycles < e.criteria.answer.few_cycles
+/// Whether the record is too short to tell viscous from sliding loss; not where sliding is certain.
+fn too_short(e: &Evidence, sliding_p_value: f64) -> bool {
+    let criteria = &e.criteria.answer;
+    e.record.kind().oscillates() && e.cycles < criteria.few_cycles && sliding_p_value >= criteria.certain_sliding
 }
 
 /// Whether the two are one number, by their correlation; not where sliding is certain.
@@ -19,16 +18,19 @@ fn inseparable(e: &Evidence, correlation: f64, sliding_p_value: f64) -> bool {
     correlation.abs() > criteria.inseparable && sliding_p_value >= criteria.certain_sliding
 }
 
-/// Whether viscous and sliding loss cannot be told apart, so that neither may pass for both.
-pub(crate) fn undecided(e: &Evidence, both: &ModelFit, sliding_p_value: f64) -> bool {
-    too_short(e) || inseparable(e, both.unbounded.correlation(DELTA, X_F), sliding_p_value)
+/// A model with another set of terms beside viscous and sliding loss, both of which are always part of
+/// what is reported, that describes the data about as well as the preferred one.
+fn rival<'a>(e: &Evidence, answer: &'a Answer, most_bic: f64) -> Option<&'a Candidate> {
+    let reported = e.fit.comparison.reported()?.model;
+    let other = |m: LossModel| m.with(LossTerm::Viscous).with(LossTerm::Sliding) != reported;
+    answer.comparison.iter().find(|c| other(c.model) && c.at_limit.is_none() && c.delta_bic < most_bic)
 }
 
 pub(crate) fn warnings(e: &Evidence, answer: &Answer, preferred: LossModel) -> Vec<Warning> {
     let criteria = &e.criteria.answer;
     let mut list = Vec::new();
     let bare = !e.record.kind().oscillates();
-    if too_short(e) {
+    if too_short(e, answer.sliding.p_value) {
         list.push(Warning::TooFewCycles { cycles: e.cycles });
     }
     let correlation =
@@ -73,22 +75,17 @@ pub(crate) fn warnings(e: &Evidence, answer: &Answer, preferred: LossModel) -> V
         let super::Distortion { order, relative_amplitude } = found;
         list.push(Warning::Harmonics { order, relative_amplitude });
     }
-    let chosen = answer.comparison.iter().find(|c| c.model == answer.model);
-    let (worse, free) = chosen.map_or((0.0, 0), |c| (c.delta_bic, c.free_parameters));
+    let delta_bic =
+        |model: LossModel| answer.comparison.iter().find(|c| c.model == model).map_or(0.0, |c| c.delta_bic);
     if let Some(asked) = e.options.model {
-        if asked != preferred && worse > criteria.rival_bic {
-            list.push(Warning::ModelNotPreferred { asked, preferred, delta_bic: worse });
+        if asked != preferred && delta_bic(asked) > criteria.rival_bic {
+            list.push(Warning::ModelNotPreferred { asked, preferred, delta_bic: delta_bic(asked) });
         }
-    } else if let Some(rival) = answer
-        .comparison
-        .iter()
-        .find(|c| c.model != answer.model && c.at_limit.is_none() && c.delta_bic < worse + criteria.rival_bic)
-        .filter(|r| r.model.has_sliding() != answer.model.has_sliding() || r.free_parameters == free)
-    {
+    } else if let Some(rival) = rival(e, answer, delta_bic(preferred) + criteria.rival_bic) {
         list.push(Warning::AmbiguousModel {
-            chosen: answer.model,
+            chosen: preferred,
             rival: rival.model,
-            delta_bic: (rival.delta_bic - worse).abs(),
+            delta_bic: (rival.delta_bic - delta_bic(preferred)).abs(),
         });
     }
     if !bare {

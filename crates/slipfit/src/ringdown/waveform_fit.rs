@@ -1,6 +1,6 @@
 //! Every sample of a window against the exact motion.
 
-use super::compare::compare;
+use super::compare::{WholeLoss, compare};
 use super::criteria::Criteria;
 use super::envelope::{A0, DELTA, DRAG, X_F, law_of};
 use super::measured::MeasuredDecay;
@@ -17,6 +17,9 @@ use std::ops::Range;
 const ALWAYS: [usize; 3] = [PHASE, OMEGA, OFFSET];
 /// Disturbances of phase and offset, in the model only where the data pay for them.
 const OPTIONAL: [usize; 4] = [BEND, CHIRP, OFFSET + 1, OFFSET + 2];
+
+/// Least decay over a window that a search begins with.
+const LEAST_DECAY: f64 = 1e-3;
 
 /// Start values from the fit of the amplitudes, for a window that begins with the first block.
 pub(crate) fn start_values(
@@ -87,9 +90,11 @@ pub(crate) fn fit_waveform<'a>(
     problem.active = LOSS_PARAMETERS.iter().chain(&nuisance).copied().collect();
     problem.active.sort_unstable();
     let mut noise = NoiseModel::white(n as f64);
-    let decay_time = 1.0 / fit.parameters[DELTA].abs().max(1e-3 / duration);
-    let sliding = 0.5 * fit.parameters[A0] * PI / (2.0 * fit.parameters[OMEGA] * decay_time);
-    let comparison = compare(&problem, &fit.parameters, &nuisance, noise, sliding);
+    let p = &fit.parameters;
+    let least = LEAST_DECAY / duration;
+    let decay_rate = (p[DELTA] + 2.0 * p[OMEGA] * p[X_F] / (PI * p[A0])).max(least);
+    let whole = WholeLoss::new(decay_rate, p[A0], p[OMEGA]);
+    let comparison = compare(&problem, &fit.parameters, &nuisance, noise, whole);
     let left = Remainder::new(&problem, range.start, &comparison.preferred()?.bounded, &measured.points);
     let significance = criteria.inference.excess_significance;
     let white = 1.0 + significance * (2.0 / left.blocks.max(1) as f64).sqrt();

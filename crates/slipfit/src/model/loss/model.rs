@@ -43,6 +43,8 @@ impl LossModel {
     pub const VISCOUS: LossModel = set(&[LossTerm::Viscous]);
     /// Sliding friction only: the amplitude falls along a straight line.
     pub const SLIDING: LossModel = set(&[LossTerm::Sliding]);
+    /// Quadratic drag only.
+    pub const DRAG: LossModel = set(&[LossTerm::Drag]);
     /// Viscous damping and sliding friction: the paper's model.
     pub const VISCOUS_SLIDING: LossModel = set(&[LossTerm::Viscous, LossTerm::Sliding]);
     /// Viscous damping and quadratic drag (air, water).
@@ -53,9 +55,10 @@ impl LossModel {
     pub const VISCOUS_SLIDING_DRAG: LossModel = set(&[LossTerm::Viscous, LossTerm::Sliding, LossTerm::Drag]);
 
     /// The models compared by default, simplest first.
-    pub const ALL: [LossModel; 6] = [
+    pub const ALL: [LossModel; 7] = [
         LossModel::VISCOUS,
         LossModel::SLIDING,
+        LossModel::DRAG,
         LossModel::VISCOUS_SLIDING,
         LossModel::VISCOUS_DRAG,
         LossModel::SLIDING_DRAG,

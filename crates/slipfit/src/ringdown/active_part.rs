@@ -1,0 +1,81 @@
+//! Active part of a record: the short stretch that moves while the rest of the record is quiet.
+
+use super::criteria::ActivePartCriteria;
+use crate::numeric::robust::median;
+use std::ops::Range;
+
+/// Windows the record is divided into.
+const WINDOWS: usize = 256;
+/// Samples of a window at least.
+const LEAST_WINDOW: usize = 4;
+/// Quiet windows between two active ones that belong to the motion: turning points, beats.
+const GAP: usize = 3;
+
+/// The samples of the strongest motion with their surroundings, where the record is quiet for most
+/// of its length; `None` where it is not.
+///
+/// The variance of each of [`WINDOWS`] windows about its own mean is compared with the median of
+/// all, which is that of the noise if more than half of the record is at rest. Blocks cut for the
+/// whole record would be longer than such a motion, and its line would drown in the noise of the
+/// rest.
+pub(crate) fn active_part(signal: &[f64], criteria: &ActivePartCriteria) -> Option<Range<usize>> {
+    let n = signal.len();
+    let length = n.div_ceil(WINDOWS).max(LEAST_WINDOW);
+    let variance: Vec<f64> = signal.chunks(length).map(variance).collect();
+    let quiet = median(&mut variance.clone())?;
+    let strongest = (0..variance.len()).max_by(|&a, &b| variance[a].total_cmp(&variance[b]))?;
+    if !(variance[strongest] > criteria.strongest_ratio * quiet) {
+        return None;
+    }
+    let active = |i: usize| variance[i] > criteria.active_ratio * quiet;
+    let reach = |indices: &mut dyn Iterator<Item = usize>| {
+        let mut last = strongest;
+        for i in indices {
+            if active(i) {
+                last = i;
+            } else if i.abs_diff(last) > GAP {
+                break;
+            }
+        }
+        last
+    };
+    let first = reach(&mut (0..strongest).rev());
+    let last = reach(&mut (strongest + 1..variance.len()));
+    let moving = (last - first + 1) * length;
+    let from = (first * length).saturating_sub(moving);
+    let end = ((last + 1) * length + (criteria.rest_kept * moving as f64) as usize).min(n);
+    ((end - from) as f64 <= criteria.most_of_record * n as f64).then_some(from..end)
+}
+
+fn variance(part: &[f64]) -> f64 {
+    let n = part.len() as f64;
+    let mean = part.iter().sum::<f64>() / n;
+    part.iter().map(|x| (x - mean).powi(2)).sum::<f64>() / n
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::noise::jitter;
+
+    fn record(n: usize, from: usize, decay: f64) -> Vec<f64> {
+        let motion = |i: usize| if i < from { 0.0 } else { (-((i - from) as f64) / decay).exp() };
+        (0..n).map(|i| motion(i) * (0.2 * i as f64).sin() + 0.1 * jitter(i, 3)).collect()
+    }
+
+    #[test]
+    fn a_short_motion_in_a_long_record_is_found() {
+        let criteria = ActivePartCriteria::default();
+        let part = active_part(&record(100_000, 60_000, 300.0), &criteria).expect("quiet for most of it");
+        assert!(part.contains(&59_990) && part.contains(&61_000), "{part:?}");
+        assert!(part.len() < 8_000, "{part:?}");
+    }
+
+    #[test]
+    fn a_record_that_moves_for_most_of_its_length_stays_whole() {
+        let criteria = ActivePartCriteria::default();
+        assert_eq!(active_part(&record(10_000, 0, 3_000.0), &criteria), None);
+        assert_eq!(active_part(&record(10_000, 10_000, 1.0), &criteria), None);
+        assert_eq!(active_part(&[0.0; 50], &criteria), None);
+    }
+}

@@ -1,0 +1,164 @@
+//! Ring-downs analysed by default, no option given: the answer as every user gets it.
+
+use std::f64::consts::{PI, TAU};
+use std::process::ExitCode;
+use std::time::Instant;
+
+use rand::RngExt;
+use rand::SeedableRng;
+use rand_chacha::ChaCha8Rng;
+use rand_distr::StandardNormal;
+use rayon::prelude::*;
+use slipfit::model::loss::LossTerm;
+use slipfit::motion::decay::FreeDecay;
+use slipfit::ringdown::{Options, analyse};
+use slipfit::{Oscillator, Parameter, Record};
+
+use super::Choices;
+use super::scores::{Estimated, Outcome, Scores, True};
+use super::trials::seed;
+use crate::Failure;
+
+const Q: [f64; 4] = [5.0, 30.0, 300.0, 5_000.0];
+const SHARE: [f64; 4] = [0.0, 0.03, 0.2, 0.7];
+const SNR_DB: [f64; 3] = [20.0, 40.0, 60.0];
+const DECAY_TIMES: [f64; 4] = [0.5, 1.0, 3.0, 8.0];
+const SAMPLES_PER_CYCLE: [f64; 3] = [6.0, 30.0, 200.0];
+const FREQUENCY_HZ: f64 = 1.7;
+/// Fewer samples or cycles are no ring-down.
+const LEAST_SAMPLES: usize = 12;
+const LEAST_CYCLES: f64 = 2.0;
+/// Samples of all repeats of a cell together: long records are repeated less often.
+const MOST_SAMPLES: f64 = 2e7;
+/// A longer record tells nothing that a tenth of it does not.
+const LONGEST: usize = 1_000_000;
+
+#[derive(Debug, Clone, Copy)]
+struct Cell {
+    q: f64,
+    share: f64,
+    snr_db: f64,
+    decay_times: f64,
+    samples_per_cycle: f64,
+}
+
+struct Decay {
+    cell: Cell,
+    time: Vec<f64>,
+    decay: FreeDecay,
+    clean: Vec<f64>,
+    sigma: f64,
+    oscillator: Oscillator,
+}
+
+pub(super) fn run(choices: Choices) -> Result<ExitCode, Failure> {
+    let mut text = String::new();
+    let begun = Instant::now();
+    for cell in cells().into_iter().filter(|c| c.name().contains(&choices.only)) {
+        let Some(decay) = cell.decay() else { continue };
+        let seeds = choices.seeds.min((MOST_SAMPLES / decay.time.len() as f64).ceil() as u64).max(4);
+        let started = Instant::now();
+        let outcomes: Vec<Outcome> = (0..seeds).into_par_iter().map(|s| decay.outcome(s)).collect();
+        let scores = Scores::of(&outcomes, &decay.truth(0.0));
+        let line = format!("| {} | {} | {} | {}", cell.row(), decay.time.len(), seeds, scores.columns());
+        eprintln!("{line} | {:.1?}", started.elapsed() / seeds as u32);
+        text.push_str(&line);
+        text.push('\n');
+    }
+    eprintln!("{:.1?}", begun.elapsed());
+    choices.publish("statistics_default.md", &text)?;
+    Ok(ExitCode::SUCCESS)
+}
+
+fn cells() -> Vec<Cell> {
+    let mut cells = Vec::new();
+    for q in Q {
+        for share in SHARE {
+            for snr_db in SNR_DB {
+                for decay_times in DECAY_TIMES {
+                    cells.extend(SAMPLES_PER_CYCLE.map(|samples_per_cycle| Cell {
+                        q,
+                        share,
+                        snr_db,
+                        decay_times,
+                        samples_per_cycle,
+                    }));
+                }
+            }
+        }
+    }
+    cells
+}
+
+impl Cell {
+    fn name(&self) -> String {
+        let Self { q, share, snr_db, decay_times, samples_per_cycle } = self;
+        format!("Q={q} share={share} snr={snr_db} L={decay_times} spc={samples_per_cycle};")
+    }
+
+    fn row(&self) -> String {
+        let Self { q, share, snr_db, decay_times, samples_per_cycle } = self;
+        format!("{q} | {share} | {snr_db} | {decay_times} | {samples_per_cycle}")
+    }
+
+    /// The record without noise; `None` for less than a ring-down.
+    fn decay(self) -> Option<Decay> {
+        let omega_0 = TAU * FREQUENCY_HZ;
+        let delta = omega_0 / (2.0 * self.q);
+        let x_f = self.share / (1.0 - self.share) * delta * PI / (2.0 * omega_0);
+        let oscillator = Oscillator::kinematic(omega_0, delta, x_f).ok()?;
+        let decay = FreeDecay::from_rest(&oscillator, 1.0).ok()?;
+        let end = self.decay_times / delta;
+        let moving = decay.stop().map_or(end, |s| s.time_s.min(end));
+        let rate = FREQUENCY_HZ * self.samples_per_cycle;
+        let count = (end * rate) as usize;
+        if moving * FREQUENCY_HZ < LEAST_CYCLES || count < LEAST_SAMPLES || count > LONGEST {
+            return None;
+        }
+        let time: Vec<f64> = (0..count).map(|i| i as f64 / rate).collect();
+        let mut clean = vec![0.0; count];
+        decay.fill(&time, &mut clean).ok()?;
+        let sigma = 10f64.powf(-self.snr_db / 20.0);
+        Some(Decay { cell: self, time, decay, clean, sigma, oscillator })
+    }
+}
+
+impl Decay {
+    /// Truth for a window that begins at `start_s`.
+    fn truth(&self, start_s: f64) -> [True; 4] {
+        let (delta, x_f) = (self.oscillator.decay_rate_per_s(), self.oscillator.friction_displacement());
+        let offset = self.oscillator.decay_offset();
+        let offset = if offset.is_finite() { offset } else { 0.0 };
+        let amplitude = (1.0 + offset) * (-delta * start_s).exp() - offset;
+        let frequency = self.oscillator.omega_d() / TAU;
+        [
+            (Parameter::DECAY_RATE, delta),
+            (Parameter::FRICTION_DISPLACEMENT, x_f),
+            (Parameter::Frequency, frequency),
+            (Parameter::InitialAmplitude, amplitude),
+        ]
+        .map(|(parameter, value)| True { parameter, value, bound: f64::NAN })
+    }
+
+    fn outcome(&self, number: u64) -> Outcome {
+        let Cell { q, share, snr_db, decay_times, samples_per_cycle } = self.cell;
+        let own = seed(0xDEFA_0171, &[q, share, snr_db, decay_times, samples_per_cycle]);
+        let mut rng = ChaCha8Rng::seed_from_u64(number.wrapping_mul(0x9E37_79B9) ^ own);
+        let signal: Vec<f64> =
+            self.clean.iter().map(|x| x + self.sigma * rng.sample::<f64, _>(StandardNormal)).collect();
+        let answer =
+            Record::new(self.time.clone(), signal).and_then(|record| analyse(&record, &Options::default()));
+        let Ok(answer) = answer else { return Outcome::default() };
+        let estimates = self
+            .truth(answer.segment.start_s)
+            .iter()
+            .map(|t| answer.parameter(t.parameter).map(|q| Estimated::of(q, t.value)))
+            .collect::<Option<Vec<_>>>();
+        Outcome {
+            estimates,
+            warned: !answer.warnings.is_empty(),
+            sliding_detected: answer.sliding.detected,
+            drag_chosen: answer.model.has(LossTerm::Drag),
+        }
+    }
+}

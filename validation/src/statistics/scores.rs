@@ -1,0 +1,108 @@
+//! Scores of the default analysis over many simulated measurements: coverage, errors, outliers
+//! without a warning, false and missed friction, refusals.
+
+use std::fmt::Write;
+
+use slipfit::{Parameter, Quantity};
+
+/// A parameter with the value put in and the least standard error an unbiased estimate can have.
+#[derive(Debug, Clone, Copy)]
+pub(super) struct True {
+    pub(super) parameter: Parameter,
+    pub(super) value: f64,
+    /// Cramér-Rao standard error; NaN where it is not computed.
+    pub(super) bound: f64,
+}
+
+/// What became of one measurement.
+#[derive(Debug, Clone, Default)]
+pub(super) struct Outcome {
+    /// One per [`True`]; `None` where the analysis refused.
+    pub(super) estimates: Option<Vec<Estimated>>,
+    pub(super) warned: bool,
+    pub(super) sliding_detected: bool,
+    pub(super) drag_chosen: bool,
+}
+
+/// One reported value beside its truth.
+#[derive(Debug, Clone, Copy)]
+pub(super) struct Estimated {
+    pub(super) error: f64,
+    /// Error over the reported standard error.
+    pub(super) standard_errors: f64,
+    pub(super) covered: bool,
+}
+
+/// Errors beyond this many of the answer's own standard errors are outliers.
+const OUTLIER: f64 = 4.0;
+
+impl Estimated {
+    pub(super) fn of(quantity: &Quantity, truth: f64) -> Self {
+        let error = quantity.value - truth;
+        let [low, high] = quantity.interval_95;
+        // Equal values agree, however narrow the interval.
+        let tolerance = 1e-9 * truth.abs();
+        Self {
+            error,
+            standard_errors: if error.abs() <= tolerance { 0.0 } else { error.abs() / quantity.std_error },
+            covered: (low - tolerance..=high + tolerance).contains(&truth),
+        }
+    }
+}
+
+/// Shares of the outcomes of one cell.
+#[derive(Debug, Clone)]
+pub(super) struct Scores {
+    pub(super) outcomes: usize,
+    /// Coverage by parameter.
+    pub(super) coverage: Vec<f64>,
+    /// Root mean square error over the bound, by parameter.
+    pub(super) error_over_bound: Vec<f64>,
+    /// Answers with a parameter beyond [`OUTLIER`] standard errors and without a warning.
+    pub(super) unwarned_outliers: f64,
+    pub(super) warned: f64,
+    pub(super) sliding_detected: f64,
+    pub(super) drag_chosen: f64,
+    pub(super) refused: f64,
+}
+
+impl Scores {
+    pub(super) fn of(outcomes: &[Outcome], truth: &[True]) -> Self {
+        let n = outcomes.len() as f64;
+        let answered: Vec<&Vec<Estimated>> = outcomes.iter().filter_map(|o| o.estimates.as_ref()).collect();
+        let mean = |f: &dyn Fn(&Vec<Estimated>) -> f64| {
+            answered.iter().map(|e| f(e)).sum::<f64>() / answered.len() as f64
+        };
+        let share = |f: &dyn Fn(&Outcome) -> bool| outcomes.iter().filter(|o| f(o)).count() as f64 / n;
+        let outlier = |o: &Outcome| {
+            let far = |e: &Estimated| !(e.standard_errors <= OUTLIER);
+            o.estimates.as_ref().is_some_and(|list| list.iter().any(far))
+        };
+        Self {
+            outcomes: outcomes.len(),
+            coverage: (0..truth.len()).map(|k| mean(&|e| f64::from(u8::from(e[k].covered)))).collect(),
+            error_over_bound: truth
+                .iter()
+                .enumerate()
+                .map(|(k, t)| mean(&|e| e[k].error.powi(2)).sqrt() / t.bound)
+                .collect(),
+            unwarned_outliers: share(&|o| outlier(o) && !o.warned),
+            warned: share(&|o| o.warned),
+            sliding_detected: share(&|o| o.sliding_detected),
+            drag_chosen: share(&|o| o.drag_chosen),
+            refused: share(&|o| o.estimates.is_none()),
+        }
+    }
+
+    /// The cells of a table row.
+    pub(super) fn columns(&self) -> String {
+        let mut text = String::new();
+        for (covered, error) in self.coverage.iter().zip(&self.error_over_bound) {
+            let _ = write!(text, "{:.1} % | {error:.2} | ", 100.0 * covered);
+        }
+        let percent =
+            [self.unwarned_outliers, self.sliding_detected, self.drag_chosen, self.refused, self.warned];
+        let _ = write!(text, "{}", percent.map(|p| format!("{:.1} %", 100.0 * p)).join(" | "));
+        text
+    }
+}
