@@ -4,10 +4,12 @@ use super::comparison::{Candidate, Correlation, SlidingEvidence, Values};
 use super::parameter::Parameter;
 use super::quantity::Quantity;
 use crate::inference::Z_95;
-use crate::inference::least_squares::{Fit, LeastSquares, minimise_bounded};
+use crate::inference::bounded::minimise_bounded;
+use crate::inference::least_squares::{Fit, LeastSquares, STEP_TOLERANCE};
 use crate::inference::model_selection::{ModelComparison, ModelFit};
 use crate::inference::noise::NoiseModel;
 use crate::inference::profile::{Estimate, Profile};
+use crate::inference::quadratic::given;
 use crate::model::loss::LossTerm;
 use std::borrow::Cow;
 
@@ -36,7 +38,7 @@ pub(crate) fn loss_estimate(
     let profile = Profile {
         problem,
         fit: &constrained,
-        free: &unbounded.free,
+        unbounded,
         noise,
         range,
         non_negative: others,
@@ -57,10 +59,17 @@ pub(crate) fn constrained<'a>(
     unbounded: &'a Fit,
     non_negative: &[usize],
 ) -> Option<Cow<'a, Fit>> {
-    if non_negative.iter().all(|&i| unbounded.parameters[i] >= 0.0) {
+    let negative = |i: usize| unbounded.parameters[i] < 0.0;
+    let below: Vec<(usize, f64)> =
+        non_negative.iter().copied().filter(|&i| negative(i)).map(|i| (i, 0.0)).collect();
+    if below.is_empty() {
         return Some(Cow::Borrowed(unbounded));
     }
-    minimise_bounded(problem, &unbounded.parameters, &unbounded.free, non_negative).map(Cow::Owned)
+    // On its limit each such coefficient pulls the others along.
+    let start = given(unbounded, &below).map_or_else(|| unbounded.parameters.clone(), |(_, p)| p);
+    let fixed: Vec<usize> = below.iter().map(|b| b.0).collect();
+    let free: Vec<usize> = unbounded.free.iter().copied().filter(|i| !fixed.contains(i)).collect();
+    minimise_bounded(problem, &start, &free, non_negative, STEP_TOLERANCE).map(Cow::Owned)
 }
 
 /// Standard errors above its limit within which a coefficient bends the profile of another.

@@ -82,7 +82,7 @@ impl Fit {
 const MAX_STEPS: usize = 40;
 /// A step is small enough when it moves no parameter by more than this part of
 /// its standard error: far below anything the data can tell.
-const STEP_TOLERANCE: f64 = 3e-3;
+pub(crate) const STEP_TOLERANCE: f64 = 3e-3;
 
 /// Minimises `rᵀr` over the `free` parameters from `start`.
 ///
@@ -104,32 +104,6 @@ pub(crate) fn minimise_until(
     let (parameters, sums, converged) = descend(problem, start, free, tolerance, take_last)?;
     let unit_covariance = invert(&sums, free, problem.parameters())?;
     Some(Fit { parameters, unit_covariance, rss: sums.rss, free: free.to_vec(), converged })
-}
-
-/// Minimises `rᵀr` over the `free` parameters with those of `non_negative` kept at zero or above:
-/// where the free minimum has one below, the lowest minimum with such parameters on their limit.
-pub(crate) fn minimise_bounded(
-    problem: &dyn LeastSquares,
-    start: &[f64],
-    free: &[usize],
-    non_negative: &[usize],
-) -> Option<Fit> {
-    let fit = minimise(problem, start, free);
-    let negative = |f: &Fit| non_negative.iter().copied().filter(|&i| f.parameters[i] < 0.0).collect::<Vec<_>>();
-    let below = match &fit {
-        Some(f) => negative(f),
-        None => non_negative.iter().copied().filter(|i| free.contains(i)).collect(),
-    };
-    if below.is_empty() {
-        return fit;
-    }
-    let on_limit = |limit: usize| {
-        let mut from = fit.as_ref().map_or_else(|| start.to_vec(), |f| f.parameters.clone());
-        from[limit] = 0.0;
-        let rest: Vec<usize> = free.iter().copied().filter(|&i| i != limit).collect();
-        minimise_bounded(problem, &from, &rest, non_negative)
-    };
-    below.into_iter().filter_map(on_limit).min_by(|a, b| a.rss.total_cmp(&b.rss))
 }
 
 /// [`minimise_until`] without a covariance: parameters, the sums there, and whether it converged.

@@ -1,5 +1,6 @@
 //! Estimation and inference: least squares, noise model, intervals, model comparison.
 
+pub(crate) mod bounded;
 pub(crate) mod criteria;
 pub(crate) mod evidence;
 pub(crate) mod interval;
@@ -7,6 +8,7 @@ pub(crate) mod least_squares;
 pub(crate) mod model_selection;
 pub(crate) mod noise;
 pub(crate) mod profile;
+pub(crate) mod quadratic;
 
 /// Two-sided 95 % point of the normal distribution.
 pub(crate) const Z_95: f64 = 1.959_963_984_540_054;

@@ -1,9 +1,11 @@
 //! Intervals from the profile of the sum of squares.
 
 use super::Z_95;
+use super::bounded::minimise_bounded;
 use super::interval::bounded_interval;
-use super::least_squares::{Fit, LeastSquares, minimise_bounded};
+use super::least_squares::{Fit, LeastSquares};
 use super::noise::NoiseModel;
+use super::quadratic::QuadraticProfile;
 
 /// A parameter with its interval.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -18,8 +20,8 @@ pub(crate) struct Profile<'a> {
     pub(crate) problem: &'a dyn LeastSquares,
     /// The optimum; parameters on their limit may be fixed in it.
     pub(crate) fit: &'a Fit,
-    /// Parameters that move along the profile.
-    pub(crate) free: &'a [usize],
+    /// The fit without limits, whose covariance says where to look.
+    pub(crate) unbounded: &'a Fit,
     pub(crate) noise: NoiseModel,
     /// No value beyond these is possible.
     pub(crate) range: [f64; 2],
@@ -43,7 +45,7 @@ impl Profile<'_> {
         if !z.is_finite() || z >= NEAR {
             return Estimate { value, std_error, interval: [value - Z_95 * wide, value + Z_95 * wide] };
         }
-        let root = Root { profile: self, parameter, unit };
+        let root = Root::new(self, parameter, unit);
         let distance = root.at(0.0).map_or(z, |r| -r);
         let [low, high] = bounded_interval(distance);
         let lower = if low <= 0.0 { 0.0 } else { root.find(low - distance, wide).max(0.0) };
@@ -55,7 +57,7 @@ impl Profile<'_> {
     pub(crate) fn two_sided(&self, parameter: usize, curved: bool) -> Estimate {
         let (value, std_error, unit, wide) = self.basics(parameter);
         let interval = if curved && wide.is_finite() {
-            let root = Root { profile: self, parameter, unit };
+            let root = Root::new(self, parameter, unit);
             [root.find(-Z_95, wide), root.find(Z_95, wide)]
         } else {
             [value - Z_95 * wide, value + Z_95 * wide]
@@ -71,35 +73,81 @@ impl Profile<'_> {
     }
 }
 
+/// Accuracy of the signed root beyond which a straight line through the origin gives the rest.
+const ROOT_TOLERANCE: f64 = 0.1;
+/// Standard errors to within which a fit along the profile is found.
+const FIT_TOLERANCE: f64 = 0.05;
+/// Accuracy of the root by the quadratic form, which is only where the search begins.
+const GUESS_TOLERANCE: f64 = 0.02;
+const MOST_TRIALS: usize = 14;
+
 struct Root<'a> {
     profile: &'a Profile<'a>,
     parameter: usize,
     unit: f64,
+    quadratic: QuadraticProfile<'a>,
 }
 
-impl Root<'_> {
+impl<'a> Root<'a> {
+    fn new(profile: &'a Profile<'a>, parameter: usize, unit: f64) -> Self {
+        let quadratic = QuadraticProfile::new(profile.unbounded, parameter, profile.non_negative);
+        Self { profile, parameter, unit, quadratic }
+    }
+
+    fn centre(&self) -> f64 {
+        self.profile.fit.parameters[self.parameter]
+    }
+
     /// Signed root of the likelihood ratio at a fixed value of the parameter.
     fn at(&self, value: f64) -> Option<f64> {
-        let (k, fit) = (self.parameter, self.profile.fit);
-        let shift = value - fit.parameters[k];
-        let variance = fit.unit_covariance[(k, k)];
-        let mut start = fit.parameters.clone();
-        for (i, p) in start.iter_mut().enumerate() {
-            *p += shift * fit.unit_covariance[(i, k)] / variance;
+        let Profile { problem, fit, unbounded, non_negative, .. } = *self.profile;
+        let free: Vec<usize> = unbounded.free.iter().copied().filter(|&i| i != self.parameter).collect();
+        let foreseen = self.quadratic.at(value).and_then(|near| {
+            let moving: Vec<usize> = free.iter().copied().filter(|i| !near.on_limit.contains(i)).collect();
+            minimise_bounded(problem, &near.parameters, &moving, non_negative, FIT_TOLERANCE)
+        });
+        let found = foreseen.or_else(|| {
+            let mut plain = fit.parameters.clone();
+            plain[self.parameter] = value;
+            minimise_bounded(problem, &plain, &free, non_negative, FIT_TOLERANCE)
+        })?;
+        Some((value - self.centre()).signum() * (found.rss - fit.rss).max(0.0).sqrt() / self.unit)
+    }
+
+    /// The same root by the quadratic form.
+    fn foreseen(&self, value: f64) -> Option<f64> {
+        let least = self.quadratic.at(self.centre())?.rise;
+        let rise = (self.quadratic.at(value)?.rise - least).max(0.0);
+        Some((value - self.centre()).signum() * rise.sqrt() / self.unit)
+    }
+
+    /// About where the quadratic form puts the root; `wide` for each unit of it where it says nothing.
+    fn guess(&self, target: f64, wide: f64) -> f64 {
+        let centre = self.centre();
+        let plain = centre + target * wide;
+        let (mut inner, mut outer) = ((centre, 0.0), None);
+        let mut value = plain;
+        for _ in 0..MOST_TRIALS {
+            let Some(root) = self.foreseen(value) else { return plain };
+            if (root - target).abs() < GUESS_TOLERANCE {
+                return value;
+            }
+            if root.abs() < target.abs() {
+                inner = (value, root);
+            } else {
+                outer = Some((value, root));
+            }
+            value = match outer {
+                Some(outer) => between(inner, outer, target),
+                None => centre + 2.0 * (value - centre),
+            };
         }
-        start[k] = value;
-        let mut plain = fit.parameters.clone();
-        plain[k] = value;
-        let free: Vec<usize> = self.profile.free.iter().copied().filter(|&i| i != k).collect();
-        let Profile { problem, non_negative, .. } = *self.profile;
-        let found = minimise_bounded(problem, &start, &free, non_negative)
-            .or_else(|| minimise_bounded(problem, &plain, &free, non_negative))?;
-        Some(shift.signum() * (found.rss - fit.rss).max(0.0).sqrt() / self.unit)
+        value
     }
 
     /// The value where the root is `target`, inside the range.
     fn find(&self, target: f64, wide: f64) -> f64 {
-        let centre = self.profile.fit.parameters[self.parameter];
+        let centre = self.centre();
         let [least, most] = self.profile.range;
         let limit = if target < 0.0 { least } else { most };
         if target == 0.0 || !((limit - centre) * target > 0.0) {
@@ -109,11 +157,11 @@ impl Root<'_> {
         // Inner end known to lie short of the target, outer end beyond it once found.
         let (mut inner, mut inner_root) = (centre, 0.0);
         let mut outer: Option<(f64, f64)> = None;
-        let mut value = clip(centre + target * wide);
-        for _ in 0..14 {
+        let mut value = clip(self.guess(target, wide));
+        for _ in 0..MOST_TRIALS {
             let root = self.at(value).unwrap_or(f64::INFINITY * target.signum());
-            if (root - target).abs() < 0.005 {
-                return value;
+            if (root - target).abs() < ROOT_TOLERANCE {
+                return clip(centre + (value - centre) * target / root);
             }
             if root * target.signum() < target.abs() {
                 if value == limit {
@@ -177,7 +225,7 @@ mod tests {
         let fit = minimise(&problem, &[0.0, 1.0], &[0, 1]).unwrap();
         let noise_model = NoiseModel::white(200.0);
         let range = [f64::NEG_INFINITY, f64::INFINITY];
-        let e = Profile { problem: &problem, fit: &fit, free: &fit.free, noise: noise_model, range, non_negative: &[] }.two_sided(1, true);
+        let e = Profile { problem: &problem, fit: &fit, unbounded: &fit, noise: noise_model, range, non_negative: &[] }.two_sided(1, true);
         // In b³ the interval is symmetric.
         let [low, high] = e.interval.map(|b| b.powi(3));
         let centre = e.value.powi(3);
@@ -192,7 +240,7 @@ mod tests {
         let fit = minimise(&problem, &[0.0, 1.0], &[0, 1]).unwrap();
         let noise = NoiseModel::white(20.0);
         let most = fit.parameters[1] + 1e-3;
-        let p = Profile { problem: &problem, fit: &fit, free: &fit.free, noise, range: [0.0, most], non_negative: &[] };
+        let p = Profile { problem: &problem, fit: &fit, unbounded: &fit, noise, range: [0.0, most], non_negative: &[] };
         assert_eq!(p.two_sided(1, true).interval[1], most);
     }
 }

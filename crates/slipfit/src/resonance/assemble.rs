@@ -295,7 +295,7 @@ fn drive_amplitude(d: &Described, chosen: &ModelFit, unit: &str) -> Quantity {
         [0.0, f64::INFINITY]
     };
     let losses: Vec<usize> = chosen.model.terms().map(slot).collect();
-    let mut found = Profile { problem: &problem, fit: bounded, free: &chosen.unbounded.free, noise, range, non_negative: &losses }.two_sided(X_0, bends(d));
+    let mut found = Profile { problem: &problem, fit: bounded, unbounded: &chosen.unbounded, noise, range, non_negative: &losses }.two_sided(X_0, bends(d));
     let mut unbounded_value = chosen.unbounded.parameters[X_0];
     if let Some(by) = unbiased(d, chosen, &problem, bounded) {
         found = moved(found, by[X_0]);

@@ -59,7 +59,7 @@ pub(crate) fn fit_amplitudes<'a>(
     let law_errs = admit_law_error(&mut problem, &start, &full, noise, significance, c);
     let mut noise_model = NoiseModel::white(n as f64);
     let whole = WholeLoss::new(start[DELTA], start[A0], problem.omega);
-    let comparison = compare(&problem, &start, nuisance, noise_model, whole);
+    let comparison = compare(&problem, &start, nuisance, noise_model, whole, true);
     let best = comparison.preferred().ok_or(Error::NoFit { reason: "no model converged" })?;
     let residuals = problem.residuals(&best.bounded.parameters);
     let autocorrelation = autocorrelation(&residuals);

@@ -1,9 +1,10 @@
 //! Every loss model on the data of one decay.
 
 use super::envelope::{A0, DELTA, DRAG, X_F};
-use crate::inference::least_squares::{Fit, LeastSquares, Normal, minimise};
+use crate::inference::least_squares::{Fit, LeastSquares, Normal, minimise, minimise_until};
 use crate::inference::model_selection::ModelComparison;
 use crate::inference::noise::NoiseModel;
+use crate::inference::quadratic::given;
 use crate::model::loss::{LossModel, LossTerm};
 use std::f64::consts::PI;
 
@@ -36,6 +37,15 @@ pub(crate) struct WholeLoss {
 }
 
 impl WholeLoss {
+    /// The coefficient of each term that makes up all of the loss.
+    fn terms(&self) -> [(LossTerm, f64); 3] {
+        [
+            (LossTerm::Viscous, self.decay_rate),
+            (LossTerm::Sliding, self.friction_displacement),
+            (LossTerm::Drag, self.drag_rate),
+        ]
+    }
+
     /// Those of a loss of `decay_rate` per second of the `amplitude` at `omega`.
     pub(crate) fn new(decay_rate: f64, amplitude: f64, omega: f64) -> Self {
         Self {
@@ -52,71 +62,115 @@ const SLIDING_SHARES: [f64; 4] = [0.1, 0.35, 0.65, 0.9];
 /// Fits every model from several starts and keeps the lowest sum of squares of each.
 ///
 /// `start` holds the amplitude, loss coefficients and the nuisances; `whole` is the coefficient that
-/// each term would have if it made up all loss at the first amplitude. Where friction stops the motion the sum of squares has a
-/// minimum for every number of swings: viscous and sliding loss are begun at `start`, at the best
-/// fit of every model within theirs, and at [`SLIDING_SHARES`] of the loss; larger models at the
-/// best fits of the smaller ones.
+/// each term would have if it made up all loss at the first amplitude. Where friction stops the
+/// motion inside the record, the sum of squares has a minimum for every number of swings: with
+/// `side_minima` viscous and sliding loss are begun at [`SLIDING_SHARES`] of the loss as well. Models
+/// with more terms begin at their fit, models with fewer where the quadratic form of a larger one is
+/// least without the terms they lack, or with all loss in one of theirs.
 pub(crate) fn compare(
     problem: &dyn LeastSquares,
     start: &[f64],
     nuisance: &[usize],
     noise: NoiseModel,
     whole: WholeLoss,
+    side_minima: bool,
 ) -> ModelComparison {
     let mut fits: Vec<(LossModel, Fit)> = Vec::new();
-    let only = |model: LossModel| {
-        let mut p = start.to_vec();
-        for &term in LossTerm::ALL.iter().filter(|t| !model.has(**t)) {
-            p[slot(term)] = 0.0;
-        }
-        p
-    };
-    let shared = |share: f64| {
-        let mut p = only(LossModel::VISCOUS_SLIDING);
-        (p[DELTA], p[X_F]) = ((1.0 - share) * whole.decay_rate, share * whole.friction_displacement);
-        p
-    };
-    for model in LossModel::ALL {
+    for model in FITTED_FIRST.into_iter().chain(LossModel::ALL) {
         let free = free_of(model, nuisance);
-        if (noise.observations as usize) <= free.len() {
+        if (noise.observations as usize) <= free.len() || fits.iter().any(|(m, _)| *m == model) {
             continue;
         }
-        let mut starts: Vec<Vec<f64>> =
-            fits.iter().filter(|(m, _)| m.is_within(model)).map(|(_, f)| f.parameters.clone()).collect();
-        match model {
-            LossModel::VISCOUS_SLIDING => {
-                starts.push(only(model));
-                starts.extend(SLIDING_SHARES.map(shared));
-            }
-            LossModel::SLIDING => starts.push(shared(1.0)),
-            LossModel::VISCOUS => starts.push(shared(0.0)),
-            LossModel::DRAG => {
-                let mut p = only(model);
-                p[DRAG] = whole.drag_rate;
-                starts.push(p);
-            }
-            _ if starts.is_empty() => starts.push(only(model)),
-            _ => {}
-        }
-        if let Some(fit) = best_of(problem, &starts, &free) {
+        let starts = starts(model, &fits, start, &whole, side_minima);
+        let tried = if side_minima { FITTED_STARTS } else { 1 };
+        if let Some(fit) = best_of(problem, &starts, &free, tried) {
             fits.push((model, fit));
         }
     }
+    // No model is worse than one within it.
+    for i in 0..fits.len() {
+        let (model, rss) = (fits[i].0, fits[i].1.rss);
+        let within = fits.iter().filter(|(m, f)| m.is_within(model) && f.rss < rss * (1.0 - NESTED_TOLERANCE));
+        let Some((_, better)) = within.min_by(|a, b| a.1.rss.total_cmp(&b.1.rss)) else { continue };
+        if let Some(fit) = minimise(problem, &better.parameters, &free_of(model, nuisance)) {
+            fits[i].1 = fit;
+        }
+    }
+    let place = |model| LossModel::ALL.into_iter().position(|m| m == model);
+    fits.sort_by_key(|(model, _)| place(*model));
     ModelComparison::new(&fits, slot, noise)
 }
 
-/// Starts from which a model is fitted, of those with the lowest sums of squares.
+/// Models that the others begin from.
+const FITTED_FIRST: [LossModel; 2] = [LossModel::VISCOUS_SLIDING, LossModel::VISCOUS_SLIDING_DRAG];
+
+/// Relative difference of sums of squares that is rounding.
+const NESTED_TOLERANCE: f64 = 1e-9;
+
+/// Where the search for the minimum of a model begins.
+fn starts(
+    model: LossModel,
+    fits: &[(LossModel, Fit)],
+    start: &[f64],
+    whole: &WholeLoss,
+    side_minima: bool,
+) -> Vec<Vec<f64>> {
+    let with_losses = |losses: &[(LossTerm, f64)]| {
+        let mut p = start.to_vec();
+        for &term in LossTerm::ALL {
+            p[slot(term)] = losses.iter().find(|(t, _)| *t == term).map_or(0.0, |(_, c)| *c);
+        }
+        p
+    };
+    if model == LossModel::VISCOUS_SLIDING {
+        let mut list = vec![with_losses(&[
+            (LossTerm::Viscous, start[DELTA]),
+            (LossTerm::Sliding, start[X_F]),
+        ])];
+        if side_minima {
+            list.extend(SLIDING_SHARES.map(|share| {
+                with_losses(&[
+                    (LossTerm::Viscous, (1.0 - share) * whole.decay_rate),
+                    (LossTerm::Sliding, share * whole.friction_displacement),
+                ])
+            }));
+        }
+        return list;
+    }
+    let mut list: Vec<Vec<f64>> = Vec::new();
+    if let Some((_, smaller)) = fits.iter().rfind(|(m, _)| m.is_within(model)) {
+        list.push(smaller.parameters.clone());
+    }
+    if let Some((larger, fit)) = fits.iter().find(|(m, _)| model.is_within(*m)) {
+        let absent: Vec<(usize, f64)> =
+            larger.terms().filter(|t| !model.has(*t)).map(|t| (slot(t), 0.0)).collect();
+        list.extend(given(fit, &absent).map(|(_, p)| p));
+    }
+    let alone = |term: LossTerm| model.terms().eq([term]);
+    list.extend(whole.terms().into_iter().filter(|(term, _)| alone(*term)).map(|all| with_losses(&[all])));
+    if list.is_empty() {
+        list.push(with_losses(&[(LossTerm::Viscous, whole.decay_rate)]));
+    }
+    list
+}
+
+/// Standard errors to within which a model is fitted; the last step, smaller than that, is taken.
+const FIT_TOLERANCE: f64 = 0.03;
+
+/// Starts from which a model with several minima is fitted, of those with the lowest sums of squares.
 const FITTED_STARTS: usize = 2;
 
 /// The lowest minimum reached from the starts with the lowest sums of squares.
-fn best_of(problem: &dyn LeastSquares, starts: &[Vec<f64>], free: &[usize]) -> Option<Fit> {
+fn best_of(problem: &dyn LeastSquares, starts: &[Vec<f64>], free: &[usize], tried: usize) -> Option<Fit> {
+    let minimise = |start: &[f64]| minimise_until(problem, start, free, FIT_TOLERANCE, true);
     if let [start] = starts {
-        return minimise(problem, start, free);
+        return minimise(start);
     }
     let mut sums = Normal::zeros(problem.parameters());
     let mut ranked: Vec<(f64, &Vec<f64>)> =
         starts.iter().filter_map(|s| problem.normal(s, &mut sums).then_some((sums.rss, s))).collect();
     ranked.sort_by(|a, b| a.0.total_cmp(&b.0));
-    let fits = ranked.iter().take(FITTED_STARTS).filter_map(|(_, start)| minimise(problem, start, free));
-    fits.min_by(|a, b| a.rss.total_cmp(&b.rss))
+    let mut fits = ranked.iter().filter_map(|(_, start)| minimise(start));
+    let first = fits.by_ref().take(tried).min_by(|a, b| a.rss.total_cmp(&b.rss));
+    first.or_else(|| fits.next())
 }

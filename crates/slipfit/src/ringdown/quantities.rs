@@ -72,7 +72,14 @@ fn initial_amplitude(e: &Evidence, chosen: &ModelFit) -> Quantity {
     }
     let problem = e.fit.problem.least_squares();
     let range = [0.0, f64::INFINITY];
-    let profile = Profile { problem, fit: &chosen.bounded, free: &chosen.unbounded.free, noise, range, non_negative: &slots };
+    let profile = Profile {
+        problem,
+        fit: &chosen.bounded,
+        unbounded: &chosen.unbounded,
+        noise,
+        range,
+        non_negative: &slots,
+    };
     let found = profile.two_sided(A0, true);
     let half = (found.interval[1] - found.interval[0]) / (2.0 * Z_95);
     Quantity {

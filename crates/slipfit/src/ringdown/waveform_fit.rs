@@ -94,7 +94,9 @@ pub(crate) fn fit_waveform<'a>(
     let least = LEAST_DECAY / duration;
     let decay_rate = (p[DELTA] + 2.0 * p[OMEGA] * p[X_F] / (PI * p[A0])).max(least);
     let whole = WholeLoss::new(decay_rate, p[A0], p[OMEGA]);
-    let comparison = compare(&problem, &fit.parameters, &nuisance, noise, whole);
+    // A fit that leaves no more than the noise is no side minimum.
+    let side_minima = fit.rss / n as f64 > criteria.waveform.variance_ratio * measured.noise_rms.powi(2);
+    let comparison = compare(&problem, &fit.parameters, &nuisance, noise, whole, side_minima);
     let left = Remainder::new(&problem, range.start, &comparison.preferred()?.bounded, &measured.points);
     let significance = criteria.inference.excess_significance;
     let white = 1.0 + significance * (2.0 / left.blocks.max(1) as f64).sqrt();
