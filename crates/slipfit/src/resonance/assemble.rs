@@ -37,13 +37,8 @@ pub(super) fn answer(
         Some(model) => comparison.get(model).ok_or(Error::NoFit {
             reason: "the model asked for has more parameters than the curve determines",
         })?,
-        // Without a viscous term, which BIC may drop, friction would look far surer than it is.
-        None if preferred.model == LossModel::SLIDING => {
-            comparison.get(LossModel::VISCOUS_SLIDING).unwrap_or(preferred)
-        }
-        None => preferred,
+        None => comparison.reported().unwrap_or(preferred),
     };
-    let preferred = if options.model.is_some() { preferred } else { chosen };
     if d.method() == Method::Paper && d.source == DriveSource::Shape {
         return Err(Error::MissingParameter {
             name: "drive_amplitude",
@@ -96,7 +91,7 @@ pub(super) fn answer(
         mean_drive: used.drive().map(|d| d.iter().sum::<f64>() / d.len() as f64),
         fit: FittedCurve { guide: guide(used, &problem, p), parameters: p.clone(), problem },
     };
-    answer.warnings = super::warnings::warnings(curve, used, d, &answer, preferred, criteria);
+    answer.warnings = super::warnings::warnings(curve, used, d, &answer, options, criteria);
     Ok(answer)
 }
 
@@ -295,7 +290,15 @@ fn drive_amplitude(d: &Described, chosen: &ModelFit, unit: &str) -> Quantity {
         [0.0, f64::INFINITY]
     };
     let losses: Vec<usize> = chosen.model.terms().map(slot).collect();
-    let mut found = Profile { problem: &problem, fit: bounded, unbounded: &chosen.unbounded, noise, range, non_negative: &losses }.two_sided(X_0, bends(d));
+    let mut found = Profile {
+        problem: &problem,
+        fit: bounded,
+        unbounded: &chosen.unbounded,
+        noise,
+        range,
+        non_negative: &losses,
+    }
+    .two_sided(X_0, bends(d));
     let mut unbounded_value = chosen.unbounded.parameters[X_0];
     if let Some(by) = unbiased(d, chosen, &problem, bounded) {
         found = moved(found, by[X_0]);
@@ -324,7 +327,15 @@ fn friction_ratio(d: &Described, chosen: &ModelFit, x_f: &Quantity, x_0: &Quanti
         start[X_F] /= FRAC_PI_4 * start[X_0];
         let fit = minimise(&problem, &start, &with.unbounded.free)?;
         let most = (d.source == DriveSource::Shape).then_some(4.0 / PI);
-        let found = loss_estimate(&problem, &fit, d.comparison.noise, X_F, &others(with, LossTerm::Sliding), most, true);
+        let found = loss_estimate(
+            &problem,
+            &fit,
+            d.comparison.noise,
+            X_F,
+            &others(with, LossTerm::Sliding),
+            most,
+            true,
+        );
         let by = if present { unbiased(d, chosen, &problem, &fit) } else { None };
         Some(non_negative(by.map_or(found, |by| moved(found, by[X_F])), present, String::new()))
     });

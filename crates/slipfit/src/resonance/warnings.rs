@@ -5,18 +5,21 @@ use super::criteria::Criteria;
 use super::described::{Described, oscillator_seen};
 use super::peak::Peak;
 use super::response::{BG_IM, BG_RE, DELTA, DUFFING, OMEGA, R_DELTA, R_OMEGA, X_F};
-use super::{Answer, Curve, DriveSource, Method, RunDirection, peak};
+use super::{Answer, Curve, DriveSource, Method, Options, RunDirection, peak};
+use crate::answer::describe::model_choice;
 use crate::answer::{Parameter, Warning};
-use crate::inference::model_selection::ModelFit;
 use crate::model::loss::LossModel;
 use std::f64::consts::TAU;
+
+/// BIC within which two models describe a curve equally well.
+const RIVAL_BIC: f64 = 2.0;
 
 pub(super) fn warnings(
     curve: &Curve,
     used: &Curve,
     d: &Described,
     answer: &Answer,
-    preferred: &ModelFit,
+    options: &Options,
     criteria: &Criteria,
 ) -> Vec<Warning> {
     let mut list = Vec::new();
@@ -72,7 +75,7 @@ pub(super) fn warnings(
     if answer.diagnostics.residual_excess > 1.0 && misfit > 1.0 + 1.0 / b.observations().sqrt() {
         list.push(Warning::ModelMisfit { ratio: misfit });
     }
-    models(&mut list, d, answer, preferred);
+    list.extend(model_choice(&d.comparison, options.model, RIVAL_BIC));
     if answer.method == Method::Paper
         && let Some(paper) = &answer.paper
         && let (Some(friction), Some(q_factor)) = (paper.friction_bias, paper.q_factor_bias)
@@ -158,33 +161,6 @@ fn reference(list: &mut Vec<Warning>, d: &Described, answer: &Answer) {
     }
     if reference.sliding_p_value < 0.001 {
         list.push(Warning::ReferenceSlides { p_value: reference.sliding_p_value });
-    }
-}
-
-fn models(list: &mut Vec<Warning>, d: &Described, answer: &Answer, preferred: &ModelFit) {
-    if answer.model != preferred.model {
-        let asked = d.comparison.get(answer.model).map_or(0.0, |e| e.bic);
-        if asked - preferred.bic > 2.0 {
-            list.push(Warning::ModelNotPreferred {
-                asked: answer.model,
-                preferred: preferred.model,
-                delta_bic: asked - preferred.bic,
-            });
-        }
-        return;
-    }
-    let rival = d
-        .comparison
-        .fits
-        .iter()
-        .filter(|e| e.model != preferred.model && e.at_limit.is_none())
-        .min_by(|a, b| a.bic.total_cmp(&b.bic));
-    if let Some(rival) = rival.filter(|r| r.bic - preferred.bic < 2.0) {
-        list.push(Warning::AmbiguousModel {
-            chosen: preferred.model,
-            rival: rival.model,
-            delta_bic: (rival.bic - preferred.bic).abs(),
-        });
     }
 }
 
