@@ -8,10 +8,12 @@ use slipfit_io::{ColumnInfo, ColumnTaken, DrivenRecord, Note, ReadReport, SweepR
 
 /// The record of a ring-down.
 #[derive(Serialize)]
+#[cfg_attr(test, derive(schemars::JsonSchema))]
 pub(super) struct RecordInput<'a> {
     /// The file as named by the caller.
     path: String,
     /// SHA-256 of its bytes.
+    #[cfg_attr(test, schemars(extend("pattern" = "^[0-9a-f]{64}$")))]
     sha256: &'a str,
     /// Its length.
     bytes: u64,
@@ -38,6 +40,7 @@ pub(super) struct RecordInput<'a> {
     /// The Y output of a lock-in; null without.
     quadrature: Option<Taken<'a>>,
     /// What the signal is.
+    #[cfg_attr(test, schemars(extend("enum" = ["displacement", "velocity", "acceleration", "envelope", "lock-in", "other"])))]
     kind: &'static str,
     /// Unit of the signal; empty if unknown.
     unit: &'a str,
@@ -85,6 +88,7 @@ impl<'a> RecordInput<'a> {
 
 /// A resonance curve.
 #[derive(Serialize)]
+#[cfg_attr(test, derive(schemars::JsonSchema))]
 pub(super) struct CurveInput<'a> {
     /// The file or folder as named by the caller.
     path: &'a str,
@@ -107,8 +111,10 @@ pub(super) struct CurveInput<'a> {
     /// Curves in groups of columns.
     runs: usize,
     /// The columns read, by what they are.
+    #[cfg_attr(test, schemars(with = "std::collections::BTreeMap<String, Taken<'_>>"))]
     taken: TakenByName<'a>,
     /// What the response is.
+    #[cfg_attr(test, schemars(extend("enum" = ["displacement", "velocity", "acceleration", "envelope", "lock-in", "other"])))]
     kind: &'static str,
     /// Unit of the amplitudes.
     unit: &'a str,
@@ -161,6 +167,7 @@ impl<'a> CurveInput<'a> {
 
 /// A part of a curve measured one way.
 #[derive(Serialize)]
+#[cfg_attr(test, derive(schemars::JsonSchema))]
 struct Sweep {
     /// Index of its first point.
     first: usize,
@@ -172,6 +179,7 @@ struct Sweep {
 
 /// A driven record that became a point of a curve.
 #[derive(Serialize)]
+#[cfg_attr(test, derive(schemars::JsonSchema))]
 struct Demodulated<'a> {
     /// The file.
     path: &'a str,
@@ -224,6 +232,7 @@ impl<'a> Demodulated<'a> {
 
 /// Drive levels.
 #[derive(Serialize)]
+#[cfg_attr(test, derive(schemars::JsonSchema))]
 pub(super) struct LevelsInput<'a> {
     /// The file as named by the caller.
     path: &'a str,
@@ -240,6 +249,7 @@ pub(super) struct LevelsInput<'a> {
     /// All columns of the table.
     columns: Vec<Column<'a>>,
     /// The columns read, by what they are.
+    #[cfg_attr(test, schemars(with = "std::collections::BTreeMap<String, Taken<'_>>"))]
     taken: TakenByName<'a>,
     /// Unit of the amplitudes.
     unit: &'a str,
@@ -275,6 +285,7 @@ fn notes(notes: &[Note]) -> Vec<String> {
 
 /// Rows skipped for one reason.
 #[derive(Serialize)]
+#[cfg_attr(test, derive(schemars::JsonSchema))]
 struct Skipped<'a> {
     /// The reason.
     reason: &'a str,
@@ -294,6 +305,7 @@ impl<'a> Skipped<'a> {
 
 /// A column of the file.
 #[derive(Serialize)]
+#[cfg_attr(test, derive(schemars::JsonSchema))]
 struct Column<'a> {
     /// From 1.
     number: usize,
@@ -311,6 +323,7 @@ impl<'a> Column<'a> {
 
 /// A column that was read.
 #[derive(Serialize)]
+#[cfg_attr(test, derive(schemars::JsonSchema))]
 struct Taken<'a> {
     /// From 1.
     number: usize,
@@ -339,8 +352,10 @@ impl Serialize for TakenByName<'_> {
 
 /// Where the times come from.
 #[derive(Serialize)]
+#[cfg_attr(test, derive(schemars::JsonSchema))]
 struct Time<'a> {
     /// `column`, `intervals` (times since the sample before) or `rate`.
+    #[cfg_attr(test, schemars(extend("enum" = ["column", "intervals", "rate", "other"])))]
     source: &'static str,
     /// The column; null for a rate.
     column: Option<Taken<'a>>,
@@ -362,6 +377,7 @@ impl<'a> Time<'a> {
 
 /// How a clock was cleaned.
 #[derive(Serialize)]
+#[cfg_attr(test, derive(schemars::JsonSchema))]
 struct Clock {
     /// Whether the samples are evenly spaced.
     uniform: bool,

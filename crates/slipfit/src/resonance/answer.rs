@@ -56,6 +56,7 @@ pub struct Instrument {
 
 /// One measured point beside the fit.
 #[derive(Debug, Clone, Copy, PartialEq)]
+#[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
 pub struct CurvePoint {
     /// Index in the order of measurement.
     pub index: usize,
@@ -85,6 +86,7 @@ pub struct CurvePoint {
 /// Force balance at one point, without a model; "forces" are over the stiffness, in the
 /// response's unit.
 #[derive(Debug, Clone, Copy, PartialEq)]
+#[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
 pub struct ForcePoint {
     /// Frequency, Hz.
     pub frequency_hz: f64,
