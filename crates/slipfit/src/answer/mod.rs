@@ -4,6 +4,7 @@ pub mod calibration;
 pub(crate) mod columns;
 pub mod comparison;
 pub(crate) mod describe;
+mod error_hints;
 pub mod hint;
 mod p_value;
 pub mod parameter;
