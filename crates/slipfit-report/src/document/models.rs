@@ -1,6 +1,6 @@
 //! Loss models compared on the same data, as a table.
 
-use super::Table;
+use super::content::Table;
 use super::parameter::significant;
 use crate::format::Scale;
 use slipfit::answer::Candidate;

@@ -8,12 +8,10 @@ mod rounding;
 use std::ops::Range;
 
 pub use averaging::Averaging;
+pub use clean::MIN_SAMPLES;
 pub use clock::{Clock, ClockReport, Gap};
 
 use crate::Error;
-
-/// The fewest samples a record may have.
-pub const MIN_SAMPLES: usize = 8;
 
 /// What the numbers of a record are.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash, Default)]

@@ -1,7 +1,7 @@
 //! Generalised least squares of everything said, with what is shared.
 
-use super::analyse::SolvedMeasurement;
 use super::answer::Joint;
+use super::solved::SolvedMeasurement;
 use super::{Condition, Data, Measurement, Options};
 use crate::answer::Parameter;
 use crate::inference::evidence::chi_square_tail;
