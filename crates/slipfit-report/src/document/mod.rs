@@ -11,8 +11,8 @@ pub(crate) mod resonance;
 mod ringdown;
 mod series;
 
-pub use content::{Document, DocumentWarning};
 pub(crate) use content::Table;
+pub use content::{Document, DocumentWarning};
 pub(crate) use facts::Facts;
 pub(crate) use parameter::ParameterRow;
 

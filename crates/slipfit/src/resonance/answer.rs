@@ -174,7 +174,7 @@ pub struct Diagnostics {
     pub noise_rms: f64,
     /// Residual of the chosen model, response unit.
     pub residual_rms: f64,
-    /// Factor on variances for residuals that hang together; 1 when they do not.
+    /// Factor on variances for autocorrelated residuals; 1 where they are white.
     pub residual_excess: f64,
     /// First autocorrelation of the residuals along the frequency.
     pub residual_autocorrelation: f64,
