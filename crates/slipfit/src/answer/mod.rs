@@ -13,7 +13,6 @@ pub mod quantity;
 pub(crate) mod serialise;
 pub mod warning;
 
-pub use crate::model::unit::UnitRule;
 pub use comparison::{Candidate, Correlation, SlidingEvidence, Values};
 pub use hint::Hint;
 pub(crate) use p_value::p_value;
