@@ -5,6 +5,7 @@
 
 mod input;
 mod layout;
+mod object;
 mod options;
 #[cfg(test)]
 mod schema;
