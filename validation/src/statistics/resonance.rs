@@ -14,7 +14,7 @@ use slipfit::motion::steady::Phasor;
 use slipfit::motion::steady::fundamental::{Fundamental, Point, fundamental};
 use slipfit::resonance::{Curve, DriveAmplitude, Options, analyse};
 
-use super::Choices;
+use super::choices::Choices;
 use super::trials::{
     COLUMNS, Experiment, Summary, Trial, Truth, WITHIN_CHANCE, Wanted, coverage_error, cramer_rao, seed,
     trials,

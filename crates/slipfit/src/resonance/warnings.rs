@@ -2,7 +2,7 @@
 
 use super::block::Block;
 use super::criteria::Criteria;
-use super::described::{Described, oscillator_seen};
+use super::fitted_models::{FittedModels, oscillator_seen};
 use super::peak::Peak;
 use super::response::{BG_IM, BG_RE, DELTA, DUFFING, OMEGA, R_DELTA, R_OMEGA, X_F};
 use super::{Answer, Curve, DriveSource, Method, Options, RunDirection, peak};
@@ -17,7 +17,7 @@ const RIVAL_BIC: f64 = 2.0;
 pub(super) fn warnings(
     curve: &Curve,
     used: &Curve,
-    d: &Described,
+    d: &FittedModels,
     answer: &Answer,
     options: &Options,
     criteria: &Criteria,
@@ -91,7 +91,7 @@ pub(super) fn warnings(
 }
 
 /// Where the points lie, and what the shape alone can tell.
-fn shape(list: &mut Vec<Warning>, d: &Described, answer: &Answer) {
+fn shape(list: &mut Vec<Warning>, d: &FittedModels, answer: &Answer) {
     let b = &d.problem.main;
     let omega_0 = TAU * answer.parameter(Parameter::NaturalFrequency).map_or(0.0, |q| q.value);
     let (first, last) = (b.omega[0], b.omega[b.len() - 1]);
@@ -124,7 +124,7 @@ fn shape(list: &mut Vec<Warning>, d: &Described, answer: &Answer) {
     }
 }
 
-fn instrument(list: &mut Vec<Warning>, d: &Described, answer: &Answer) {
+fn instrument(list: &mut Vec<Warning>, d: &FittedModels, answer: &Answer) {
     let p = &answer.fit.parameters;
     if answer.instrument.background.is_some() {
         list.push(Warning::Background {
@@ -148,7 +148,7 @@ fn instrument(list: &mut Vec<Warning>, d: &Described, answer: &Answer) {
     }
 }
 
-fn reference(list: &mut Vec<Warning>, d: &Described, answer: &Answer) {
+fn reference(list: &mut Vec<Warning>, d: &FittedModels, answer: &Answer) {
     let Some(reference) = &answer.reference else { return };
     let p = &answer.fit.parameters;
     let apart = (p[R_OMEGA] - p[OMEGA]).abs();
@@ -183,7 +183,7 @@ fn runs_of(used: &Curve, b: &Block) -> Vec<(RunDirection, Block)> {
 /// Up against down: where they differ by a jump, rad/s, or how sure they differ at all.
 fn runs_differ(
     runs: &[(RunDirection, Block)],
-    d: &Described,
+    d: &FittedModels,
     half_width: f64,
     run_noise: f64,
 ) -> (Option<f64>, Option<f64>) {

@@ -6,12 +6,15 @@ use super::window::EndReason;
 use crate::answer::describe::model_choice;
 use crate::answer::{Parameter, Warning};
 
-/// Whether the record is too short to tell viscous from sliding loss; not where sliding is certain.
-fn too_short(e: &Evidence, sliding_p_value: f64) -> bool {
+/// Whether the record is too short to tell viscous from sliding loss; not where both are determined.
+fn too_short(e: &Evidence, answer: &Answer) -> bool {
     let criteria = &e.criteria.answer;
-    e.record.kind().oscillates()
-        && e.cycles < criteria.few_cycles
-        && sliding_p_value >= criteria.certain_sliding
+    let determined = |parameter| {
+        let q = answer.parameter(parameter);
+        q.is_some_and(|q| q.std_error < criteria.determined * q.value)
+    };
+    let both = determined(Parameter::DECAY_RATE) && determined(Parameter::FRICTION_DISPLACEMENT);
+    e.record.kind().oscillates() && e.cycles < criteria.few_cycles && !both
 }
 
 /// Whether the two are one number, by their correlation; not where sliding is certain.
@@ -24,7 +27,7 @@ pub(crate) fn warnings(e: &Evidence, answer: &Answer) -> Vec<Warning> {
     let criteria = &e.criteria.answer;
     let mut list = Vec::new();
     let bare = !e.record.kind().oscillates();
-    if too_short(e, answer.sliding.p_value) {
+    if too_short(e, answer) {
         list.push(Warning::TooFewCycles { cycles: e.cycles });
     }
     let correlation =

@@ -6,6 +6,7 @@ mod answer;
 mod joint;
 mod law;
 mod measurement;
+mod solved;
 
 pub use analyse::analyse;
 pub use answer::{Answer, ConditionRow, Consistency, Estimate, Joint, SingleAnswer};

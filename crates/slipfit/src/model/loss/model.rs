@@ -92,7 +92,7 @@ impl LossModel {
     }
 
     /// Whether every term of this model is one of the other's.
-    pub const fn is_within(self, other: LossModel) -> bool {
+    pub(crate) const fn is_within(self, other: LossModel) -> bool {
         self.terms & !other.terms == 0
     }
 
