@@ -45,7 +45,6 @@ struct Cell {
 struct Decay {
     cell: Cell,
     time: Vec<f64>,
-    decay: FreeDecay,
     clean: Vec<f64>,
     sigma: f64,
     oscillator: Oscillator,
@@ -119,7 +118,7 @@ impl Cell {
         let mut clean = vec![0.0; count];
         decay.fill(&time, &mut clean).ok()?;
         let sigma = 10f64.powf(-self.snr_db / 20.0);
-        Some(Decay { cell: self, time, decay, clean, sigma, oscillator })
+        Some(Decay { cell: self, time, clean, sigma, oscillator })
     }
 }
 

@@ -53,7 +53,6 @@ impl Estimated {
 /// Shares of the outcomes of one cell.
 #[derive(Debug, Clone)]
 pub(super) struct Scores {
-    pub(super) outcomes: usize,
     /// Coverage by parameter.
     pub(super) coverage: Vec<f64>,
     /// Root mean square error over the bound, by parameter.
@@ -79,7 +78,6 @@ impl Scores {
             o.estimates.as_ref().is_some_and(|list| list.iter().any(far))
         };
         Self {
-            outcomes: outcomes.len(),
             coverage: (0..truth.len()).map(|k| mean(&|e| f64::from(u8::from(e[k].covered)))).collect(),
             error_over_bound: truth
                 .iter()
