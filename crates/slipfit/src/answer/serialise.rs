@@ -184,7 +184,7 @@ mod schema {
     }
 
     names!(Parameter, "Parameter", Parameter::all());
-    names!(LossModel, "LossModel", LossModel::ALL.into_iter());
+    names!(LossModel, "LossModel", LossModel::all());
 
     /// The same schema as another type's.
     macro_rules! same_as {

@@ -24,7 +24,7 @@ impl ModelFit {
     }
 }
 
-/// What the BIC of a model with drag but without viscous damping must be better by.
+/// What the BIC of a model with drag or a further term but without viscous damping must be better by.
 ///
 /// Every oscillator has some loss linear in velocity: one that seems to have none beside its drag is
 /// more often chance (one record in a hundred with two losses and 20 dB), and its `x_F` is then far
@@ -33,7 +33,8 @@ impl ModelFit {
 const NO_VISCOUS_PENALTY: f64 = 6.0;
 
 fn bic_penalty(model: LossModel) -> f64 {
-    if model.has(LossTerm::Drag) && !model.has(LossTerm::Viscous) { NO_VISCOUS_PENALTY } else { 0.0 }
+    let further = !model.is_within(LossModel::VISCOUS_SLIDING);
+    if further && !model.has(LossTerm::Viscous) { NO_VISCOUS_PENALTY } else { 0.0 }
 }
 
 /// All loss models that could be fitted to one set of data.
@@ -88,6 +89,12 @@ impl ModelComparison {
         }
         self.noise = noise;
         self
+    }
+
+    /// The terms of the models compared; those compared by default also where data were too few.
+    pub(crate) fn terms(&self) -> impl Iterator<Item = LossTerm> {
+        let fitted = |t: LossTerm| self.fits.iter().any(|f| f.model.has(t));
+        LossTerm::ALL.iter().copied().filter(move |t| t.is_compared() || fitted(*t))
     }
 
     /// The fit of a model.

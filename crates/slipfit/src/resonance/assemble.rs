@@ -3,10 +3,12 @@
 use super::bias;
 use super::block::Block;
 use super::criteria::Criteria;
-use super::described::{Described, slot};
+use super::described::Described;
 use super::paper::Lorentzian;
 use super::problem::Problem;
-use super::response::{BG_IM, BG_RE, DELAY, DELTA, DRAG, DUFFING, OMEGA, PHASE, R_DELTA, R_OMEGA, X_0, X_F};
+use super::response::{
+    BG_IM, BG_RE, DELAY, DELTA, DRAG, DUFFING, ModelResponse, OMEGA, PHASE, R_DELTA, R_OMEGA, X_0, X_F, slot,
+};
 use super::{
     Answer, Curve, CurvePoint, Diagnostics, DriveSource, FittedCurve, Instrument, Method, Options,
     ReferenceFit, RunDirection, force, paper, reference,
@@ -18,7 +20,7 @@ use crate::answer::describe::{
 };
 use crate::answer::{Parameter, Parameters, Values};
 use crate::inference::least_squares::{Fit, minimise};
-use crate::inference::model_selection::ModelFit;
+use crate::inference::model_selection::{ModelComparison, ModelFit};
 use crate::inference::profile::{Estimate, Profile};
 use crate::model::loss::{LossModel, LossTerm};
 use crate::{Error, Quantity};
@@ -83,7 +85,7 @@ pub(super) fn answer(
         parameters,
         comparison: candidates(comparison, |f| rms(d, f), |f| values(d, f)),
         sliding: sliding_evidence(comparison, chosen, shares),
-        correlations: correlations(&chosen.unbounded, &NAMED),
+        correlations: correlations(&chosen.unbounded, &named(comparison)),
         instrument: instrument(d, chosen),
         force,
         force_line,
@@ -120,9 +122,11 @@ fn guide(used: &Curve, problem: &Problem, p: &[f64]) -> Vec<[f64; 2]> {
 /// Sliding over all loss of a cycle at an amplitude.
 fn sliding_share(problem: &Problem, p: &[f64], amplitude: f64) -> f64 {
     let omega_0 = problem.centre + p[OMEGA];
-    // Losses as forces over the stiffness: 4 x_F/pi, 2 delta A/omega_0, 2 a2 A²/omega_0.
+    // Losses as forces over the stiffness: 4 x_F/pi, 2 delta A/omega_0, 2 a2 A²/omega_0 ...
     let sliding = 4.0 / PI * p[X_F].max(0.0);
-    let rest = 2.0 * amplitude / omega_0 * (p[DELTA].max(0.0) + p[DRAG].max(0.0) * amplitude);
+    let damping = ModelResponse::further_damping(amplitude, 1.0);
+    let further: f64 = damping.iter().zip(&p[DRAG + 1..]).map(|([d, _], c)| c.max(0.0) * d).sum();
+    let rest = 2.0 * amplitude / omega_0 * (p[DELTA].max(0.0) + p[DRAG].max(0.0) * amplitude + further);
     if sliding + rest > 0.0 { sliding / (sliding + rest) } else { 0.0 }
 }
 
@@ -207,7 +211,7 @@ fn parameters(used: &Curve, options: &Options, d: &Described, chosen: &ModelFit)
     let beta = friction_ratio(d, chosen, &x_f, &x_0);
     list.set(Parameter::DriveAmplitude, x_0);
     list.set(Parameter::FrictionRatio, spanned(d, beta, |p| p[X_F] / (FRAC_PI_4 * p[X_0])));
-    for term in chosen.model.terms().filter(|t| !matches!(t, LossTerm::Viscous | LossTerm::Sliding)) {
+    for term in chosen.model.terms().filter(|t| !is_exact(*t)) {
         list.set(Parameter::Loss(term), loss_term(d, chosen, term, unit));
     }
     if bounded.free.contains(&DUFFING) {
@@ -380,24 +384,31 @@ fn rms(d: &Described, fit: &ModelFit) -> f64 {
     (sum / problem.main.observations().max(1.0)).sqrt()
 }
 
+/// Whether a loss is one of the two that the exact response has.
+fn is_exact(term: LossTerm) -> bool {
+    matches!(term, LossTerm::Viscous | LossTerm::Sliding)
+}
+
 /// Where each parameter stands in a fit.
-const NAMED: [(usize, Parameter); 6] = [
-    (OMEGA, Parameter::NaturalFrequency),
-    (DELTA, Parameter::DECAY_RATE),
-    (X_F, Parameter::FRICTION_DISPLACEMENT),
-    (X_0, Parameter::DriveAmplitude),
-    (DRAG, Parameter::DRAG_RATE),
-    (DUFFING, Parameter::DuffingCoefficient),
-];
+fn named(comparison: &ModelComparison) -> Vec<(usize, Parameter)> {
+    let loss = |term: LossTerm| (slot(term), Parameter::Loss(term));
+    let mut list = vec![(OMEGA, Parameter::NaturalFrequency)];
+    list.extend(comparison.terms().filter(|term| is_exact(*term)).map(loss));
+    list.push((X_0, Parameter::DriveAmplitude));
+    list.extend(comparison.terms().filter(|term| !is_exact(*term)).map(loss));
+    list.push((DUFFING, Parameter::DuffingCoefficient));
+    list
+}
 
 fn values(d: &Described, fit: &ModelFit) -> Values {
     let value = |slot: usize, parameter: Parameter| match parameter {
         Parameter::NaturalFrequency => (d.problem.centre + fit.bounded.parameters[slot]) / TAU,
-        Parameter::Loss(LossTerm::Drag) if !fit.model.has(LossTerm::Drag) => 0.0,
+        Parameter::Loss(term) if !is_exact(term) && !fit.model.has(term) => 0.0,
         _ => fit.bounded.parameters[slot],
     };
-    let shown = NAMED.iter().filter(|(_, parameter)| *parameter != Parameter::DuffingCoefficient);
-    shown.map(|&(slot, parameter)| (parameter, value(slot, parameter))).collect()
+    let named = named(&d.comparison).into_iter();
+    let shown = named.filter(|(_, parameter)| *parameter != Parameter::DuffingCoefficient);
+    shown.map(|(slot, parameter)| (parameter, value(slot, parameter))).collect()
 }
 
 fn instrument(d: &Described, chosen: &ModelFit) -> Instrument {
