@@ -4,11 +4,13 @@
 //! kind needs its file and its line in the list below: model comparison, reports, JSON and tables
 //! follow from there. `docs/extending.md` shows it step by step.
 
+mod cubic;
 mod drag;
 mod model;
 mod sliding;
 mod viscous;
 
+pub use cubic::Cubic;
 pub use drag::Drag;
 pub use model::LossModel;
 pub use sliding::Sliding;
@@ -156,6 +158,7 @@ loss_terms! {
     Viscous: "Loss proportional to velocity.",
     Sliding: "Sliding (Coulomb, dry) friction: a force of constant size.",
     Drag: "Loss proportional to the square of velocity.",
+    Cubic: "Nonlinear damping, proportional to the cube of the amplitude.",
 }
 
 #[cfg(test)]
