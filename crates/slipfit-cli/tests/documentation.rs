@@ -99,7 +99,8 @@ fn the_worked_example_is_the_code() {
     let line = shown("    Cubic: ");
     assert!(read("crates/slipfit/src/model/loss/mod.rs").contains(line.as_str()), "{line}");
 
-    let folders = ["crates/slipfit/src", "crates/slipfit-report/src", "crates/slipfit-io/src", "crates/slipfit"];
+    let folders =
+        ["crates/slipfit/src", "crates/slipfit-report/src", "crates/slipfit-io/src", "crates/slipfit"];
     let named = page.split('`').skip(1).step_by(2).filter(|n| n.ends_with(".rs") && n.contains('/'));
     let missing: Vec<&str> =
         named.filter(|n| !folders.iter().any(|f| root().join(f).join(n).exists())).collect();

@@ -55,7 +55,7 @@ fn conclusion(a: &Answer) -> String {
                     total_loss(a)
                 );
             }
-            Warning::NotSeparable { decay_times: Some(decay_times), .. } if *decay_times < 0.01 => {
+            Warning::NotSeparable { decay_times: Some(decay_times), .. } if !a.diagnostics.falls => {
                 return format!(
                     "The amplitude does not fall: {} of a decay time is recorded, and no kind of loss can be \
                      determined from it.",
@@ -145,7 +145,7 @@ fn found(a: &Answer) -> String {
     let more = !a.model.is_within(LossModel::VISCOUS_SLIDING);
     let others = a.model.terms().filter(|term| *term != LossTerm::Sliding);
     let rest = if more { format!(", {} the rest", in_words(others)) } else { String::new() };
-    let evidence = if more || s.viscous_only_p_value >= 0.01 {
+    let evidence = if more || !s.viscous_only_excluded {
         format!("a decay without it is excluded, {}", p_value(s.p_value))
     } else {
         format!("a purely viscous decay is excluded, {}", p_value(s.viscous_only_p_value))

@@ -96,16 +96,20 @@ pub(super) fn answer(
         unit: used.unit().to_owned(),
         points,
         mean_drive: used.drive().map(|d| d.iter().sum::<f64>() / d.len() as f64),
-        fit: FittedCurve { guide: guide(used, &problem, p), parameters: p.clone(), problem },
+        fit: FittedCurve {
+            guide: guide(used, &problem, p, criteria.answer.run_points),
+            parameters: p.clone(),
+            problem,
+        },
     };
     answer.warnings = super::warnings::warnings(curve, used, d, &answer, preferred, criteria);
     Ok(answer)
 }
 
 /// The first run's points, where there are runs up and down.
-fn guide(used: &Curve, problem: &Problem, p: &[f64]) -> Vec<[f64; 2]> {
-    let has = |direction| used.runs().iter().any(|r| r.direction == direction && r.points >= 5);
-    let Some(run) = used.runs().iter().find(|r| r.points >= 5) else { return Vec::new() };
+fn guide(used: &Curve, problem: &Problem, p: &[f64], least: usize) -> Vec<[f64; 2]> {
+    let has = |direction| used.runs().iter().any(|r| r.direction == direction && r.points >= least);
+    let Some(run) = used.runs().iter().find(|r| r.points >= least) else { return Vec::new() };
     if !(has(RunDirection::Up) && has(RunDirection::Down)) {
         return Vec::new();
     }
@@ -161,29 +165,25 @@ fn loss_term(d: &Described, chosen: &ModelFit, term: LossTerm, unit: &str) -> Qu
             bends(d),
         );
         let by = if present { unbiased(d, chosen, &problem, &fit.unbounded) } else { None };
-        by.map_or(found, |by| moved(found, by[slot(term)]))
+        by.map_or(found, |by| moved(found, by[slot(term)], d.criteria.most_correction))
     });
     non_negative(found, present, Parameter::Loss(term).unit(unit))
 }
 
-/// Standard error of `x_F` over the drive from which on the bias of least squares, which goes with
-/// its square, is worth taking out.
-const VAGUE: f64 = 0.2;
-
 /// What takes the bias out of a fit that tells little; not beside a limit, which has its own.
 fn unbiased(d: &Described, chosen: &ModelFit, problem: &Problem, fit: &Fit) -> Option<Vec<f64>> {
     let noise = d.comparison.noise;
-    let vague = noise.std_error(&chosen.unbounded, X_F) > VAGUE * chosen.unbounded.parameters[X_0];
+    let most = d.criteria.vague_friction * chosen.unbounded.parameters[X_0];
+    let vague = noise.std_error(&chosen.unbounded, X_F) > most;
     let wanted = vague && chosen.at_limit.is_none() && chosen.model.has_sliding();
     let variance = noise.variance(fit);
     if wanted { bias::correction(problem, fit, variance) } else { None }
 }
 
-/// The estimate moved, not out of its interval; by more than half a standard error it is no second
-/// order any more.
-fn moved(e: Estimate, by: f64) -> Estimate {
+/// The estimate moved, not out of its interval, by `most` standard errors at most.
+fn moved(e: Estimate, by: f64, most: f64) -> Estimate {
     let [low, high] = e.interval;
-    let most = 0.5 * e.std_error;
+    let most = most * e.std_error;
     Estimate { value: (e.value + by.max(-most).min(most)).max(low).min(high), ..e }
 }
 
@@ -302,7 +302,7 @@ fn drive_amplitude(d: &Described, chosen: &ModelFit, unit: &str) -> Quantity {
     let mut found = Profile { problem: &problem, fit: bounded, unbounded: &chosen.unbounded, noise, range, non_negative: &losses }.two_sided(X_0, bends(d));
     let mut unbounded_value = chosen.unbounded.parameters[X_0];
     if let Some(by) = unbiased(d, chosen, &problem, bounded) {
-        found = moved(found, by[X_0]);
+        found = moved(found, by[X_0], d.criteria.most_correction);
         unbounded_value = found.value;
     }
     Quantity {
@@ -330,7 +330,11 @@ fn friction_ratio(d: &Described, chosen: &ModelFit, x_f: &Quantity, x_0: &Quanti
         let most = (d.source == DriveSource::Shape).then_some(4.0 / PI);
         let found = loss_estimate(&problem, &fit, d.comparison.noise, X_F, &others(with, LossTerm::Sliding), most, true);
         let by = if present { unbiased(d, chosen, &problem, &fit) } else { None };
-        Some(non_negative(by.map_or(found, |by| moved(found, by[X_F])), present, String::new()))
+        Some(non_negative(
+            by.map_or(found, |by| moved(found, by[X_F], d.criteria.most_correction)),
+            present,
+            String::new(),
+        ))
     });
     found.unwrap_or(scaled)
 }

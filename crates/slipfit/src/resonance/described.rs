@@ -1,6 +1,7 @@
 //! What the fits of a curve bring, and what they say of the loss models.
 
 use super::block::Block;
+use super::criteria::AnswerCriteria;
 use super::peak::Peak;
 use super::problem::Problem;
 use super::response::{BG_IM, BG_RE};
@@ -28,6 +29,7 @@ pub(crate) struct Described {
     /// Minima as good as the best within its errors, where there are several: amplitudes do not
     /// tell on which side of the line a background lies.
     pub(crate) minima: Vec<Fit>,
+    pub(crate) criteria: AnswerCriteria,
 }
 
 /// Amplitudes of the oscillator as the points show them: without the background fitted, at the

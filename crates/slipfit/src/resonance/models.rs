@@ -47,7 +47,7 @@ pub(super) fn compare(curve: &PreparedCurve, mut chosen: HypothesisFit) -> Resul
         residuals = autocorrelation(&problem.with(&f.free), f, &criteria.residuals);
     }
     let noise = inflated(residuals.variance_inflation);
-    let comparison = ModelComparison::new(&fits, slot, noise);
+    let comparison = ModelComparison::new(&fits, slot, noise, &criteria.inference);
     let Some(first) = comparison.fits.first() else {
         return Err(Error::NoFit { reason: "no loss model could be fitted to the curve" });
     };
@@ -72,6 +72,7 @@ pub(super) fn compare(curve: &PreparedCurve, mut chosen: HypothesisFit) -> Resul
         neighbour_noise: residuals.neighbour_noise,
         autocorrelation: residuals.rho,
         minima,
+        criteria: criteria.answer.clone(),
         problem,
     })
 }

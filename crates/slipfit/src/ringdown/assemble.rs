@@ -140,6 +140,7 @@ fn diagnostics(e: &Evidence, chosen: &ModelFit, law: &AmplitudeLaw) -> Diagnosti
         Problem::Envelope(_) => variance.sqrt(),
     };
     let noise = e.measured.noise_rms;
+    let decay_times = (law.initial / last_amplitude(e, law).max(1e-9 * law.initial)).ln().max(0.0);
     let (other_modes, distortion) = other_modes(e);
     Diagnostics {
         method: e.fit.problem.method(),
@@ -149,7 +150,8 @@ fn diagnostics(e: &Evidence, chosen: &ModelFit, law: &AmplitudeLaw) -> Diagnosti
         residual_autocorrelation: e.fit.autocorrelation,
         signal_to_noise_db: 20.0
             * (law.initial / std::f64::consts::SQRT_2 / noise.max(f64::MIN_POSITIVE)).log10(),
-        decay_times: (law.initial / last_amplitude(e, law).max(1e-9 * law.initial)).ln().max(0.0),
+        decay_times,
+        falls: !(decay_times < e.criteria.answer.least_decay),
         left_out: e.fit.outliers,
         other_modes,
         distortion,

@@ -1,6 +1,7 @@
 //! Every loss model on the data of one decay.
 
 use super::envelope::{A0, DELTA, DRAG, X_F};
+use crate::inference::criteria::InferenceCriteria;
 use crate::inference::least_squares::{Fit, LeastSquares, Normal, minimise, minimise_until};
 use crate::inference::model_selection::ModelComparison;
 use crate::inference::noise::NoiseModel;
@@ -63,6 +64,16 @@ impl WholeLoss {
     }
 }
 
+/// What is compared, and how.
+#[derive(Debug, Clone, Copy)]
+pub(crate) struct Search<'a> {
+    /// The model asked for, whose terms take part.
+    pub(crate) asked: Option<LossModel>,
+    /// Whether there may be several minima.
+    pub(crate) side_minima: bool,
+    pub(crate) criteria: &'a InferenceCriteria,
+}
+
 /// Shares of the loss at the first amplitude that sliding friction takes in the starts of the search.
 const SLIDING_SHARES: [f64; 4] = [0.1, 0.35, 0.65, 0.9];
 
@@ -81,8 +92,7 @@ pub(crate) fn compare(
     nuisance: &[usize],
     noise: NoiseModel,
     whole: WholeLoss,
-    side_minima: bool,
-    asked: Option<LossModel>,
+    Search { asked, side_minima, criteria }: Search,
 ) -> ModelComparison {
     let mut fits: Vec<(LossModel, Fit)> = Vec::new();
     // Models that the others begin from.
@@ -110,7 +120,7 @@ pub(crate) fn compare(
     }
     let place = |model| LossModel::compared(asked).position(|m| m == model);
     fits.sort_by_key(|(model, _)| place(*model));
-    ModelComparison::new(&fits, slot, noise)
+    ModelComparison::new(&fits, slot, noise, criteria)
 }
 
 /// Relative difference of sums of squares that is rounding.

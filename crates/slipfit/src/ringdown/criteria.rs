@@ -360,6 +360,9 @@ criteria! {
         dominating_share: f64 = 0.95, source "a convention", moves "the instant reported";
         /// Cycles below which the loss terms cannot be separated.
         few_cycles: f64 = 5.0, source "chosen by simulation", moves "warnings, and the model reported";
+        /// Decay times recorded below which the amplitude does not fall at all.
+        least_decay: f64 = 0.01, source "far below what any kind of loss shows in",
+            moves "the sentence of the answer";
         /// Correlation above which the viscous and the sliding term are one number.
         inseparable: f64 = 0.99, source "chosen by simulation",
             moves "warnings, and the model reported";

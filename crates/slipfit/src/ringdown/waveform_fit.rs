@@ -1,6 +1,6 @@
 //! Every sample of a window against the exact motion.
 
-use super::compare::{WholeLoss, compare, loss_parameters, slot};
+use super::compare::{Search, WholeLoss, compare, loss_parameters, slot};
 use super::criteria::Criteria;
 use super::envelope::{A0, DELTA, DRAG, X_F, law_of};
 use super::measured::MeasuredDecay;
@@ -102,7 +102,8 @@ pub(crate) fn fit_waveform<'a>(
     let whole = WholeLoss::new(decay_rate, p[A0], p[OMEGA]);
     // A fit that leaves no more than the noise is no side minimum.
     let side_minima = fit.rss / n as f64 > criteria.waveform.variance_ratio * measured.noise_rms.powi(2);
-    let comparison = compare(&problem, &fit.parameters, &nuisance, noise, whole, side_minima, asked);
+    let search = Search { asked, side_minima, criteria: &criteria.inference };
+    let comparison = compare(&problem, &fit.parameters, &nuisance, noise, whole, search);
     let left = Remainder::new(&problem, range.start, &comparison.preferred()?.bounded, &measured.points);
     let significance = criteria.inference.excess_significance;
     let white = 1.0 + significance * (2.0 / left.blocks.max(1) as f64).sqrt();
