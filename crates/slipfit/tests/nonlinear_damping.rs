@@ -150,6 +150,24 @@ fn a_bare_amplitude_tells_it() {
     found_again(&o, a3, "viscous+sliding+cubic", "envelope", record, options);
 }
 
+/// Averaged over a cycle, the law holds in a few cycles to the order of the loss per cycle.
+#[test]
+fn a_few_cycles_give_its_size() {
+    let o = Oscillator::kinematic(6.0, 0.02, 0.0).unwrap();
+    let time_s = times(260, 0.01);
+    let motion = released(&o, 0.6, &time_s);
+    let mut n = noise(5);
+    let signal = motion.iter().map(|x| x + 1e-4 * n.next()).collect();
+    let record = Record::new(time_s, signal).unwrap().with_unit("rad");
+    let mut options = ringdown::Options::default();
+    options.model = Some(model("viscous+cubic"));
+    let answer = ringdown::analyse(&record, &options).unwrap();
+    assert!(answer.warnings.iter().any(|w| w.code() == "too_few_cycles"), "{:?}", answer.warnings);
+    let found = answer.parameter(CUBIC).unwrap();
+    println!("few cycles: {found:?}");
+    assert!((found.value / 0.6 - 1.0).abs() < 0.3, "{found:?}");
+}
+
 #[test]
 fn the_default_answer_knows_nothing_of_it() {
     let o = Oscillator::kinematic(6.0, 0.01, 3e-4).unwrap();
