@@ -150,22 +150,28 @@ fn a_bare_amplitude_tells_it() {
     found_again(&o, a3, "viscous+sliding+cubic", "envelope", record, options);
 }
 
-/// Averaged over a cycle, the law holds in a few cycles to the order of the loss per cycle.
+/// Averaged over a cycle, the law holds in a few cycles to the order of the loss per cycle: the third
+/// harmonic it leaves out, 3e-3 at most, lies below the noise of a sample.
 #[test]
 fn a_few_cycles_give_its_size() {
     let o = Oscillator::kinematic(6.0, 0.02, 0.0).unwrap();
     let time_s = times(260, 0.01);
-    let motion = released(&o, 0.6, &time_s);
-    let mut n = noise(5);
-    let signal = motion.iter().map(|x| x + 1e-4 * n.next()).collect();
-    let record = Record::new(time_s, signal).unwrap().with_unit("rad");
-    let mut options = ringdown::Options::default();
-    options.model = Some(model("viscous+cubic"));
-    let answer = ringdown::analyse(&record, &options).unwrap();
-    assert!(answer.warnings.iter().any(|w| w.code() == "too_few_cycles"), "{:?}", answer.warnings);
-    let found = answer.parameter(CUBIC).unwrap();
-    println!("few cycles: {found:?}");
-    assert!((found.value / 0.6 - 1.0).abs() < 0.3, "{found:?}");
+    for a3 in [0.2, 0.6] {
+        let motion = released(&o, a3, &time_s);
+        let mut z = Vec::new();
+        for seed in 1..=SEEDS {
+            let mut n = noise(seed);
+            let signal = motion.iter().map(|x| x + 5e-3 * n.next()).collect();
+            let record = Record::new(time_s.clone(), signal).unwrap().with_unit("rad");
+            let mut options = ringdown::Options::default();
+            options.model = Some(model("viscous+cubic"));
+            let answer = ringdown::analyse(&record, &options).unwrap();
+            assert_eq!((answer.model, answer.diagnostics.method), (model("viscous+cubic"), "waveform"));
+            z.push(off(answer.parameter(CUBIC).unwrap(), a3));
+        }
+        println!("few cycles, {a3}: {z:.2?}");
+        scatters_about_zero("a3 of a few cycles", &z);
+    }
 }
 
 #[test]

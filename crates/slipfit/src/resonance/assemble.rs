@@ -328,7 +328,15 @@ fn friction_ratio(d: &Described, chosen: &ModelFit, x_f: &Quantity, x_0: &Quanti
         start[X_F] /= FRAC_PI_4 * start[X_0];
         let fit = minimise(&problem, &start, &with.unbounded.free)?;
         let most = (d.source == DriveSource::Shape).then_some(4.0 / PI);
-        let found = loss_estimate(&problem, &fit, d.comparison.noise, X_F, &others(with, LossTerm::Sliding), most, true);
+        let found = loss_estimate(
+            &problem,
+            &fit,
+            d.comparison.noise,
+            X_F,
+            &others(with, LossTerm::Sliding),
+            most,
+            true,
+        );
         let by = if present { unbiased(d, chosen, &problem, &fit) } else { None };
         Some(non_negative(
             by.map_or(found, |by| moved(found, by[X_F], d.criteria.most_correction)),

@@ -92,8 +92,8 @@ fn fit_models(
     // The richer model of two comes first: its solution starts the smaller ones.
     // A curve by drag or a further loss alone has no start: the exact response needs one of the two.
     let has_start = |m: &LossModel| m.has(LossTerm::Viscous) || m.has(LossTerm::Sliding);
-    let simpler_first = LossModel::compared(options.model)
-        .filter(|m| has_start(m) && *m != LossModel::VISCOUS_SLIDING);
+    let simpler_first =
+        LossModel::compared(options.model).filter(|m| has_start(m) && *m != LossModel::VISCOUS_SLIDING);
     let order = std::iter::once(LossModel::VISCOUS_SLIDING).chain(simpler_first);
     let mut fits: Vec<(LossModel, Fit)> = Vec::new();
     let mut surely_viscous = false;

@@ -95,7 +95,9 @@ fn analyse_samples(
             let short = described.measured.cycles() < criteria.few_cycles.most_cycles;
             match described.fit.problem {
                 // Blocks of whole cycles see little of so short a motion.
-                Problem::Envelope(_) if short => fit_few_cycles(&samples, criteria).unwrap_or(described),
+                Problem::Envelope(_) if short => {
+                    fit_few_cycles(&samples, options.model, criteria).unwrap_or(described)
+                }
                 _ => described,
             }
         }

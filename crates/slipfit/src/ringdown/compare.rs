@@ -47,11 +47,7 @@ pub(crate) struct WholeLoss {
 impl WholeLoss {
     /// Those of a loss of `decay_rate` per second of the `amplitude` at `omega`.
     pub(crate) fn new(decay_rate: f64, amplitude: f64, omega: f64) -> Self {
-        Self {
-            decay_rate,
-            friction_displacement: decay_rate * amplitude * PI / (2.0 * omega),
-            amplitude,
-        }
+        Self { decay_rate, friction_displacement: decay_rate * amplitude * PI / (2.0 * omega), amplitude }
     }
 
     /// The coefficient of a term that makes up all of the loss.
