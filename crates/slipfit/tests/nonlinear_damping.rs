@@ -82,7 +82,6 @@ fn found_again(
         assert_eq!(cubic.unit, "1/(rad² s)");
     }
     for (z, what) in z.iter().zip(["a3", "delta", "x_F"]) {
-        println!("{name} {method} {what}: {z:.2?}");
         scatters_about_zero(&format!("{name}, {method}, {what}"), z);
     }
 }
@@ -169,7 +168,6 @@ fn a_few_cycles_give_its_size() {
             assert_eq!((answer.model, answer.diagnostics.method), (model("viscous+cubic"), "waveform"));
             z.push(off(answer.parameter(CUBIC).unwrap(), a3));
         }
-        println!("few cycles, {a3}: {z:.2?}");
         scatters_about_zero("a3 of a few cycles", &z);
     }
 }
@@ -237,7 +235,6 @@ fn a_resonance_curve_tells_it() {
             assert!(answer.parameter(CUBIC).unwrap().std_error < 0.2 * a3);
         }
         for (z, what) in z.iter().zip(["a3", "delta", "f_0"]) {
-            println!("curve {complex} {what}: {z:.2?}");
             scatters_about_zero(&format!("curve, phases {complex}, {what}"), z);
         }
     }
