@@ -2,7 +2,7 @@
 
 use anstyle::{AnsiColor, Style};
 use slipfit::Error;
-use slipfit::answer::hint::HintValue;
+use slipfit::answer::hint::{self, Analysis, Hint, HintValue};
 use slipfit_report::format::plain;
 use slipfit_report::terminal::hanging;
 use std::fmt;
@@ -74,62 +74,20 @@ impl Failure {
             }
             _ => {}
         }
-        let failure = Self::new(format!("{}: {error}", file.display()));
-        match what.hint(error) {
-            "" => failure,
-            hint => failure.hint(hint),
-        }
+        Self::new(format!("{}: {error}", file.display())).hints(&error.hints(what))
+    }
+
+    /// The same with what helps, if anything does.
+    fn hints(self, hints: &[Hint]) -> Self {
+        if hints.is_empty() { self } else { self.hint(hint::spelled(hints, &spelled)) }
     }
 }
 
-/// What was analysed.
-#[derive(Debug, Clone, Copy)]
-pub(crate) enum Analysis {
-    Ringdown,
-    /// A resonance curve, or a series.
-    Curve,
-    Levels,
-}
-
-impl Analysis {
-    /// What helps against an error; may be empty.
-    fn hint(self, error: &Error) -> &'static str {
-        match (self, error) {
-            (Self::Ringdown, Error::NoOscillation { .. }) => {
-                "--signal names another column, --kind says what it holds, --band where to look"
-            }
-            (
-                Self::Ringdown,
-                Error::NotARingDown { .. } | Error::TooFewSamples { .. } | Error::OutsideRecord { .. },
-            ) => "--start and --end choose the free decay by hand; a longer record helps more",
-            (Self::Ringdown, Error::NoFit { .. }) => "--start, --end and --band choose a cleaner part",
-            (Self::Ringdown, Error::ConstantSignal { .. }) => "--signal names another column",
-            (Self::Ringdown, Error::TimeBackwards { .. } | Error::TimeStandsStill { .. }) => {
-                "--time names another column, --rate-hz replaces it"
-            }
-            (Self::Curve, Error::TooFewPoints { .. } | Error::TooFewSamples { .. }) => {
-                "measure more points across the line; --background off, --delay off and --duffing off need fewer"
-            }
-            (Self::Curve, Error::NoResonance { .. }) => {
-                "--amplitude names another column, --frequency-unit its unit, --band where to look"
-            }
-            (Self::Curve, Error::NoFit { .. }) => "--band chooses a cleaner part, --model another law",
-            (Self::Curve, Error::ConflictingParameters { .. }) => {
-                "give --drive-amplitude or --reference, not both"
-            }
-            (Self::Levels, Error::TooFewPoints { .. } | Error::TooFewSamples { .. }) => {
-                "measure at more levels of the drive, below and above the threshold"
-            }
-            (Self::Levels, Error::NoFit { .. } | Error::NoResonance { .. }) => {
-                "--drive and --amplitude name other columns"
-            }
-            _ => "",
-        }
-    }
-}
-
-/// An option of a library with its value, as this program takes it: `--band 79 82`.
+/// An option of a library with its value, as this program takes it: `--band 79 82`, `slipfit levels`.
 pub(crate) fn spelled(option: &'static str, value: Option<&HintValue>) -> String {
+    if let ("analysis", Some(analysis)) = (option, value) {
+        return format!("slipfit {analysis}");
+    }
     let flag = match flag(option) {
         known if known.starts_with("--") => known.to_owned(),
         other => format!("--{}", other.replace('_', "-")),
@@ -167,11 +125,7 @@ fn in_flags(text: &str) -> String {
 
 impl From<slipfit_io::ReadError> for Failure {
     fn from(error: slipfit_io::ReadError) -> Self {
-        let failure = Self::new(error.spelled(&spelled));
-        match &error.hints()[..] {
-            [] => failure,
-            hints => failure.hint(slipfit::answer::hint::spelled(hints, &spelled)),
-        }
+        Self::new(error.spelled(&spelled)).hints(&error.hints())
     }
 }
 
@@ -193,4 +147,28 @@ pub(crate) fn note_line(text: &str) -> String {
 /// A warning, for standard error.
 pub(crate) fn warning_line(text: &str) -> String {
     hanging("warning:", WARNING, text)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn hints_of_an_analysis_are_spelled_as_flags() {
+        let hint = |what, error| match Failure::analysing(what, Path::new("a.csv"), &error) {
+            Failure::Message(complaint) => complaint.hint.unwrap_or_default(),
+            Failure::ClosedPipe => String::new(),
+        };
+        let refused = Error::NotARingDown { cycles: 1.0, needed: 3.0, reason: "it does not decay" };
+        assert_eq!(
+            hint(Analysis::Ringdown, refused),
+            "--start or --end chooses the free decay by hand; a longer record helps more"
+        );
+        let few = Error::TooFewPoints { points: 4, parameters: 6 };
+        assert_eq!(
+            hint(Analysis::Resonance, few),
+            "measure more points across the line; --background off or --delay off or --duffing off needs fewer"
+        );
+        assert_eq!(spelled("analysis", Some(&Analysis::Levels.into())), "slipfit levels");
+    }
 }

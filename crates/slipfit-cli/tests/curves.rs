@@ -3,55 +3,13 @@
 
 mod common;
 
-use common::{example, root, slipfit, stdout};
+use common::{example, keeps_to_schema, root, slipfit, stdout};
 use serde_json::Value;
 use std::path::Path;
-
-fn schema(name: &str) -> Value {
-    let path = root().join(format!("docs/schema/{name}-1.json"));
-    serde_json::from_str(&std::fs::read_to_string(path).unwrap()).unwrap()
-}
 
 fn json(args: &[&str], file: &Path) -> Value {
     let text = stdout(slipfit().args(&args[..1]).arg(file).args(&args[1..]).args(["--json", "-"]));
     serde_json::from_str(&text).unwrap_or_else(|e| panic!("{args:?}: {e}\n{text}"))
-}
-
-fn keeps(answer: &Value, name: &str) {
-    let schema = schema(name);
-    let validator = jsonschema::draft202012::new(&schema).unwrap();
-    let errors: Vec<String> =
-        validator.iter_errors(answer).map(|e| format!("{}: {e}", e.instance_path())).collect();
-    assert!(errors.is_empty(), "{errors:#?}");
-    described(answer, &schema, &schema, "");
-}
-
-/// Every key written is described.
-fn described(value: &Value, schema: &Value, root: &Value, path: &str) {
-    let schema = match schema.get("$ref").and_then(Value::as_str) {
-        Some(reference) => root.pointer(reference.trim_start_matches('#')).unwrap(),
-        None => schema,
-    };
-    let schema = schema.get("anyOf").and_then(|any| any.get(0)).unwrap_or(schema);
-    if schema.get("$ref").is_some() {
-        return described(value, schema, root, path);
-    }
-    match value {
-        Value::Object(map) => {
-            for (key, inner) in map {
-                let path = format!("{path}/{key}");
-                let of = schema.get("properties").and_then(|p| p.get(key));
-                let of = of.or_else(|| schema.get("additionalProperties"));
-                described(inner, of.unwrap_or_else(|| panic!("{path} is not in the schema")), root, &path);
-            }
-        }
-        Value::Array(list) => {
-            for inner in list {
-                described(inner, schema.get("items").unwrap_or(&Value::Null), root, path);
-            }
-        }
-        _ => {}
-    }
 }
 
 /// A file in a folder.
@@ -75,13 +33,19 @@ const FREE: &str = "tuning_fork_free_sweep.csv";
 fn answers_keep_to_their_schemas() {
     let free = example(FREE);
     let free = free.to_str().unwrap();
-    keeps(&json(&["resonance", "--reference", free, "--stiffness", "10000"], &example(SWEEP)), "resonance");
-    keeps(
+    keeps_to_schema(
+        &json(&["resonance", "--reference", free, "--stiffness", "10000"], &example(SWEEP)),
+        "resonance",
+    );
+    keeps_to_schema(
         &json(&["resonance", "--drive-amplitude", "10e-12", "--response", "paper"], &example(SWEEP)),
         "resonance",
     );
-    keeps(&json(&["levels", "--stiffness", "1e4±100"], &example("tuning_fork_9nN_levels.csv")), "levels");
-    keeps(&json(&["series"], &example("tuning_fork.toml")), "series");
+    keeps_to_schema(
+        &json(&["levels", "--stiffness", "1e4±100"], &example("tuning_fork_9nN_levels.csv")),
+        "levels",
+    );
+    keeps_to_schema(&json(&["series"], &example("tuning_fork.toml")), "series");
 }
 
 /// `--model paper` was once the way to say it.

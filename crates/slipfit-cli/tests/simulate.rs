@@ -496,14 +496,9 @@ fn a_sweep_stepped_too_fast_has_not_settled() {
     assert!(text.contains("# wait_s = 300\n"), "{text:.600}");
 }
 
-fn schema() -> serde_json::Value {
-    let path = common::root().join("docs/schema/simulate-1.json");
-    serde_json::from_str(&fs::read_to_string(path).unwrap()).unwrap()
-}
-
 #[test]
 fn json_keeps_to_its_schema() {
-    let validator = jsonschema::draft202012::new(&schema()).unwrap();
+    let validator = jsonschema::draft202012::new(&common::schema("simulate")).unwrap();
     for args in [
         "decay --frequency-hz 5 --friction-displacement 0.002 --amplitude 1 --duration 1 --rate-hz 20",
         "decay --frequency-hz 5 --q 40 --amplitude 1 --duration 1 --rate-hz 20 --quantize-bits 8 --turning-points",

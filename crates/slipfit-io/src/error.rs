@@ -2,7 +2,7 @@
 
 use std::{fmt, io};
 
-use slipfit::answer::hint::{Hint, HintValue, Spelling};
+use slipfit::answer::hint::{Analysis, Hint, HintValue, Spelling};
 
 use crate::Format;
 
@@ -401,14 +401,13 @@ impl ReadProblem {
                 vec![Hint::new("centre_hz", "gives the frequency the shifts are counted from")]
             }
             Self::TimeRecord { .. } => vec![
-                Hint::advice(
-                    "slipfit ringdown reads a free decay; for driven runs give all their files, or their folder",
-                ),
+                Hint::analysis(Analysis::Ringdown, "reads a free decay"),
+                Hint::advice("for driven runs give all their files, or their folder"),
                 Hint::new("frequency", "names a column of frequencies"),
             ],
             Self::OneFrequency { .. } => vec![
                 Hint::new("frequency", "names another column"),
-                Hint::advice("slipfit levels reads amplitudes at several levels of the drive"),
+                Hint::analysis(Analysis::Levels, "reads amplitudes at several levels of the drive"),
             ],
             Self::Negative { what: "frequency", .. } => vec![
                 Hint::new("centre_hz", "gives the frequency that shifts are counted from"),
@@ -437,7 +436,8 @@ fn levels_hints() -> Vec<Hint> {
         Hint::new("drive", "names a column"),
         Hint::new("amplitude", "names a column"),
         Hint::new("sheet", "names a table"),
-        Hint::advice("slipfit resonance reads a curve, slipfit ringdown a free decay"),
+        Hint::analysis(Analysis::Resonance, "reads a curve"),
+        Hint::analysis(Analysis::Ringdown, "reads a free decay"),
     ]
 }
 

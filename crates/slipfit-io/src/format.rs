@@ -93,21 +93,11 @@ const KNOWN: &[Known] = &[
 ];
 
 impl Format {
-    /// The format of a file that begins with `head`; text if nothing else.
-    pub(crate) fn of(head: &[u8]) -> Self {
+    /// The format of a file that begins with these bytes, as far as they tell it.
+    pub(crate) fn by_magic(head: &[u8]) -> Option<Self> {
         let begins =
             |(at, magic): &(usize, &[u8])| head.get(*at..).is_some_and(|rest| rest.starts_with(magic));
-        let known = KNOWN.iter().find(|(.., magic)| magic.iter().any(begins)).map(|(format, ..)| *format);
-        known.or_else(|| Self::of_text(head)).unwrap_or(Self::Text)
-    }
-
-    /// Formats that are written as text and are no tables of rows.
-    fn of_text(head: &[u8]) -> Option<Self> {
-        let xml = head.strip_prefix(b"\xef\xbb\xbf").unwrap_or(head).trim_ascii_start().starts_with(b"<?xml");
-        if xml && memchr::memmem::find(head, b"cabrillo.tracker").is_some() {
-            return Some(Self::Tracker);
-        }
-        crate::formats::touchstone::fits(head).then_some(Self::Touchstone)
+        KNOWN.iter().find(|(.., magic)| magic.iter().any(begins)).map(|(format, ..)| *format)
     }
 
     /// Its name in a sentence.

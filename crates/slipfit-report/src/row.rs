@@ -1,7 +1,6 @@
 //! What a table says of one file.
 
 use serde::ser::{Serialize, SerializeMap, Serializer};
-use slipfit::Quantity;
 use std::path::Path;
 
 /// A column behind `file`, `status` and `reason`, which every table begins with.
@@ -75,6 +74,16 @@ impl Value {
         Self::Text(text.to_owned())
     }
 
+    /// A whole number of things.
+    pub fn count(count: u64) -> Self {
+        Self::Count(count)
+    }
+
+    /// True or false.
+    pub fn flag(flag: bool) -> Self {
+        Self::Flag(flag)
+    }
+
     /// As a cell of a CSV file; text of others cannot be a formula there.
     pub fn csv(&self) -> String {
         match self {
@@ -84,18 +93,6 @@ impl Value {
             Self::Count(value) => value.to_string(),
             Self::Flag(value) => value.to_string(),
         }
-    }
-
-    /// Value and both ends of the 95 % interval.
-    pub fn ranged(q: Option<&Quantity>) -> [Self; 3] {
-        q.map_or([Self::None, Self::None, Self::None], |q| {
-            [q.value, q.interval_95[0], q.interval_95[1]].map(Self::number)
-        })
-    }
-
-    /// Value and standard error.
-    pub fn with_error(q: Option<&Quantity>) -> [Self; 2] {
-        q.map_or([Self::None, Self::None], |q| [q.value, q.std_error].map(Self::number))
     }
 }
 

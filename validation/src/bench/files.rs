@@ -1,7 +1,7 @@
 //! Files: large texts, and many of them.
 
-use std::path::{Path, PathBuf};
-use std::process::{Command, ExitCode};
+use std::path::PathBuf;
+use std::process::Command;
 use std::time::Instant;
 
 use super::contest::{Contestant, Process, Timing, race};
@@ -45,21 +45,6 @@ impl Contestant for Tabled {
         }
         Ok(Timing { seconds, estimates: Vec::new(), errors: Vec::new() })
     }
-}
-
-/// `cargo xtask bench --read FILE TIMES`, a contestant of line m: seconds of the best of so many
-/// readings.
-pub(super) fn read_alone(arguments: &[String]) -> Result<ExitCode, Failure> {
-    let [file, times] = arguments else { return Err("--read needs FILE and TIMES".into()) };
-    let mut best = f64::INFINITY;
-    for _ in 0..times.parse()? {
-        let begun = Instant::now();
-        let reading = slipfit_io::read(Path::new(file), &slipfit_io::ReadOptions::default())?;
-        best = best.min(begun.elapsed().as_secs_f64());
-        std::hint::black_box(reading);
-    }
-    println!("{best}");
-    Ok(ExitCode::SUCCESS)
 }
 
 impl Bench {

@@ -46,7 +46,7 @@ pub(crate) fn run(arguments: &[String]) -> Result<ExitCode, Failure> {
     if let [first, rest @ ..] = arguments
         && first == "--read"
     {
-        return files::read_alone(rest);
+        return ours::read_alone(rest);
     }
     let choices = choices(arguments)?;
     let programs = programs()?;

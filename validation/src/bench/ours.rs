@@ -5,6 +5,8 @@
 
 use std::f64::consts::TAU;
 use std::path::Path;
+use std::process::ExitCode;
+use std::time::Instant;
 
 use slipfit::Parameter;
 use slipfit::Record;
@@ -61,4 +63,19 @@ pub(super) fn text_read(path: &Path) -> Task<'_> {
         let last = reading.record.len() - 1;
         Ok(vec![reading.record.time_s(last), reading.record.signal()[last]])
     }))
+}
+
+/// `cargo xtask bench --read FILE TIMES`, a contestant of line m: seconds of the best of so many
+/// readings.
+pub(super) fn read_alone(arguments: &[String]) -> Result<ExitCode, Failure> {
+    let [file, times] = arguments else { return Err("--read needs FILE and TIMES".into()) };
+    let mut best = f64::INFINITY;
+    for _ in 0..times.parse()? {
+        let begun = Instant::now();
+        let reading = slipfit_io::read(Path::new(file), &slipfit_io::ReadOptions::default())?;
+        best = best.min(begun.elapsed().as_secs_f64());
+        std::hint::black_box(reading);
+    }
+    println!("{best}");
+    Ok(ExitCode::SUCCESS)
 }

@@ -14,7 +14,7 @@ use slipfit::motion::decay::FreeDecay;
 use slipfit::ringdown::{Options, analyse};
 use slipfit::{Oscillator, Parameter, Record};
 
-use super::Choices;
+use super::choices::Choices;
 use super::scores::{Estimated, Outcome, Scores, True};
 use super::trials::seed;
 use crate::Failure;

@@ -4,6 +4,7 @@
 //! file is: release, end and start values are found, not given. The spread is compared with the
 //! Cramér-Rao bound, the least that any unbiased estimate can have.
 
+mod choices;
 mod default_decay;
 mod hardening;
 mod resonance;
@@ -15,28 +16,7 @@ mod trials;
 use std::process::ExitCode;
 
 use crate::Failure;
-use crate::places::write_page;
-
-/// What the arguments ask for.
-struct Choices {
-    /// Trials of each experiment.
-    seeds: u64,
-    /// Only the experiments whose name contains this.
-    only: String,
-    /// Whether to renew the page of the documentation.
-    write: bool,
-}
-
-impl Choices {
-    fn publish(&self, page: &str, text: &str) -> Result<(), Failure> {
-        if self.write {
-            write_page(page, text)
-        } else {
-            println!("{text}");
-            Ok(())
-        }
-    }
-}
+use choices::Choices;
 
 /// Runs one of the tables: `[--resonance|--table-one] [--seeds N] [--only TEXT] [--write]`.
 pub(crate) fn run(arguments: &[String]) -> Result<ExitCode, Failure> {

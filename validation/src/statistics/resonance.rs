@@ -10,12 +10,11 @@ use nalgebra::DMatrix;
 use rand::RngExt;
 use rand_chacha::ChaCha8Rng;
 use rand_distr::StandardNormal;
-use slipfit::LossModel;
 use slipfit::motion::steady::Phasor;
 use slipfit::motion::steady::fundamental::{Fundamental, Point, fundamental};
-use slipfit::resonance::{Curve, DriveAmplitude, Method, Options, analyse};
+use slipfit::resonance::{Curve, DriveAmplitude, Options, analyse};
 
-use super::Choices;
+use super::choices::Choices;
 use super::trials::{
     COLUMNS, Experiment, Summary, Trial, Truth, WITHIN_CHANCE, Wanted, coverage_error, cramer_rao, seed,
     trials,
@@ -245,8 +244,6 @@ impl Experiment for Sweep {
 
     fn trial(&self, rng: &mut ChaCha8Rng) -> Trial {
         let mut options = Options::default();
-        options.model = Some(LossModel::VISCOUS_SLIDING);
-        options.method = Method::Exact;
         let curve = self.curve(&self.clean, self.sigma, rng);
         match self.cell.drive {
             Drive::Known => options.drive_amplitude = Some(DriveAmplitude { value: X_0, std_error: 0.0 }),

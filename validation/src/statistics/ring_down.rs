@@ -14,7 +14,7 @@ use slipfit::motion::decay::FreeDecay;
 use slipfit::ringdown::{Options, analyse};
 use slipfit::{Oscillator, Record};
 
-use super::Choices;
+use super::choices::Choices;
 use super::hardening::hardening;
 use super::trials::{
     COLUMNS, Experiment, Summary, Trial, Truth, Wanted, coverage_error, cramer_rao, seed, trials,

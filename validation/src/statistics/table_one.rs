@@ -18,7 +18,7 @@ use std::f64::consts::TAU;
 use std::fmt::Write;
 use std::process::ExitCode;
 
-use super::Choices;
+use super::choices::Choices;
 use super::trials::mean_and_deviation;
 use crate::Failure;
 

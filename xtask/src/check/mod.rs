@@ -1,25 +1,13 @@
 //! Everything that must hold before a change goes in.
 
+mod outcome;
 mod steps;
 
 use std::process::ExitCode;
 use std::time::{Duration, Instant};
 
 use crate::Failure;
-
-/// How a step ended that did not fail; the text is the note in the table.
-enum Outcome {
-    Passed(String),
-    Skipped(String),
-}
-
-impl Outcome {
-    fn passed() -> Outcome {
-        Outcome::Passed(String::new())
-    }
-}
-
-type Step = (&'static str, fn() -> Result<Outcome, Failure>);
+use outcome::{Outcome, Step};
 
 struct Row {
     name: &'static str,

@@ -2,7 +2,7 @@
 
 use std::path::PathBuf;
 
-use super::{Outcome, Step};
+use super::outcome::{Outcome, Step};
 use crate::places::{cargo, command, root, run, succeeds};
 use crate::tools::{CARGO_DENY, TYPOS};
 use crate::{Failure, book};

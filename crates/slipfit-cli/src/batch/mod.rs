@@ -1,5 +1,6 @@
 //! Many files at once: one row a file, written as it is done.
 
+mod columns;
 mod journal;
 mod parquet;
 pub(crate) mod resonance;

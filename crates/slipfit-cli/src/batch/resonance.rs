@@ -1,54 +1,32 @@
 //! The row of a resonance curve.
 
+use super::columns::{columns, high, low, std_error, value};
 use slipfit::Parameter;
 use slipfit::resonance::Answer;
 use slipfit_io::SweepReading;
 use slipfit_report::row::{Column, Row, Value};
 use std::path::Path;
 
-pub(crate) const COLUMNS: &[Column] = &[
-    Column::text("model"),
-    Column::number("natural_frequency_hz"),
-    Column::number("natural_frequency_std_error_hz"),
-    Column::number("decay_rate_per_s"),
-    Column::number("decay_rate_low_per_s"),
-    Column::number("decay_rate_high_per_s"),
-    Column::number("friction_displacement"),
-    Column::number("friction_displacement_low"),
-    Column::number("friction_displacement_high"),
-    Column::number("drive_amplitude"),
-    Column::number("drive_amplitude_std_error"),
-    Column::text("drive_source"),
-    Column::number("friction_ratio"),
-    Column::text("unit"),
-    Column::flag("sliding_detected"),
-    Column::number("sliding_p_value"),
-    Column::number("sliding_share_at_peak"),
-    Column::number("line_widths"),
-    Column::count("points"),
-    Column::count("rows_skipped"),
-    Column::text("sha256"),
-];
-
-pub(crate) fn row(file: &Path, reading: &SweepReading, answer: &Answer) -> Row {
-    let codes: Vec<&str> = answer.warnings.iter().map(slipfit::answer::Warning::code).collect();
-    let q = |name: Parameter| answer.parameter(name);
-    let mut values = vec![Value::text(answer.model.name())];
-    values.extend(Value::with_error(q(Parameter::NaturalFrequency)));
-    values.extend(Value::ranged(q(Parameter::DECAY_RATE)));
-    values.extend(Value::ranged(q(Parameter::FRICTION_DISPLACEMENT)));
-    values.extend(Value::with_error(q(Parameter::DriveAmplitude)));
-    values.extend([
-        Value::text(answer.drive_source.name()),
-        q(Parameter::FrictionRatio).map_or(Value::None, |q| Value::number(q.value)),
-        Value::text(&answer.unit),
-        Value::Flag(answer.sliding.detected),
-        Value::number(answer.sliding.p_value),
-        Value::number(answer.sliding.share_at_highest),
-        Value::number(answer.diagnostics.line_widths),
-        Value::Count(answer.diagnostics.points as u64),
-        Value::Count(reading.report.rows_skipped()),
-        Value::text(&reading.report.sha256),
-    ]);
-    Row::answered(file, &codes, COLUMNS, values)
-}
+columns! { |reading: &SweepReading, answer: &Answer| {
+    text "model" = answer.model.name(),
+    number "natural_frequency_hz" = value(answer.parameter(Parameter::NaturalFrequency)),
+    number "natural_frequency_std_error_hz" = std_error(answer.parameter(Parameter::NaturalFrequency)),
+    number "decay_rate_per_s" = value(answer.parameter(Parameter::DECAY_RATE)),
+    number "decay_rate_low_per_s" = low(answer.parameter(Parameter::DECAY_RATE)),
+    number "decay_rate_high_per_s" = high(answer.parameter(Parameter::DECAY_RATE)),
+    number "friction_displacement" = value(answer.parameter(Parameter::FRICTION_DISPLACEMENT)),
+    number "friction_displacement_low" = low(answer.parameter(Parameter::FRICTION_DISPLACEMENT)),
+    number "friction_displacement_high" = high(answer.parameter(Parameter::FRICTION_DISPLACEMENT)),
+    number "drive_amplitude" = value(answer.parameter(Parameter::DriveAmplitude)),
+    number "drive_amplitude_std_error" = std_error(answer.parameter(Parameter::DriveAmplitude)),
+    text "drive_source" = answer.drive_source.name(),
+    number "friction_ratio" = value(answer.parameter(Parameter::FrictionRatio)),
+    text "unit" = &answer.unit,
+    flag "sliding_detected" = answer.sliding.detected,
+    number "sliding_p_value" = answer.sliding.p_value,
+    number "sliding_share_at_peak" = answer.sliding.share_at_highest,
+    number "line_widths" = answer.diagnostics.line_widths,
+    count "points" = answer.diagnostics.points as u64,
+    count "rows_skipped" = reading.report.rows_skipped(),
+    text "sha256" = &reading.report.sha256,
+} }

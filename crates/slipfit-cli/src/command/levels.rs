@@ -2,8 +2,9 @@
 
 use super::show::{Destinations, show};
 use crate::args::LevelFitArgs;
-use crate::failure::{Analysis, Failure};
+use crate::failure::Failure;
 use anstream::ColorChoice;
+use slipfit::answer::hint::Analysis;
 use slipfit::levels::{Options, analyse};
 use slipfit_io::{LevelReading, ReadOptions, read_levels};
 use slipfit_report::AnalysedLevels;

@@ -3,9 +3,10 @@
 use super::show::{Destinations, show};
 use crate::args::ResonanceArgs;
 use crate::batch;
-use crate::failure::{Analysis, Failure, note_line};
+use crate::failure::{Failure, note_line};
 use crate::output;
 use anstream::ColorChoice;
+use slipfit::answer::hint::Analysis;
 use slipfit::resonance::{Options, analyse};
 use slipfit_io::{ReadOptions, SweepReading, read_sweep};
 use slipfit_report::AnalysedCurve;
@@ -26,7 +27,7 @@ pub(crate) fn run(args: &ResonanceArgs, color: ColorChoice) -> Result<ExitCode, 
     args.calibration.check(reading.curve.unit())?;
     let file = Path::new(&reading.report.path);
     let answer =
-        analyse(&reading.curve, &options).map_err(|e| Failure::analysing(Analysis::Curve, file, &e))?;
+        analyse(&reading.curve, &options).map_err(|e| Failure::analysing(Analysis::Resonance, file, &e))?;
     let analysed = AnalysedCurve {
         reading: &reading,
         reference: reference.as_ref(),
@@ -45,8 +46,8 @@ fn many(args: &ResonanceArgs, color: ColorChoice) -> Result<ExitCode, Failure> {
     let one = |file: &Path| {
         let (reading, options) = prepare(&[file.to_owned()], &curve, options.clone(), reference.as_ref())?;
         args.calibration.check(reading.curve.unit())?;
-        let answer =
-            analyse(&reading.curve, &options).map_err(|e| Failure::analysing(Analysis::Curve, file, &e))?;
+        let answer = analyse(&reading.curve, &options)
+            .map_err(|e| Failure::analysing(Analysis::Resonance, file, &e))?;
         Ok(batch::resonance::row(file, &reading, &answer))
     };
     let task = batch::Task {

@@ -3,10 +3,11 @@
 use super::show::{Destinations, show};
 use crate::args::RingdownArgs;
 use crate::batch;
-use crate::failure::{Analysis, Failure};
+use crate::failure::Failure;
 use anstream::ColorChoice;
 use indicatif::{ProgressBar, ProgressDrawTarget, ProgressStyle};
 use slipfit::SignalKind;
+use slipfit::answer::hint::Analysis;
 use slipfit::ringdown::{Answer, Options, analyse};
 use slipfit_io::{Format, Reading};
 use slipfit_report::AnalysedRingdown;

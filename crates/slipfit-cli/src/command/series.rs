@@ -2,9 +2,10 @@
 
 use super::show::{Destinations, show};
 use crate::args::SeriesArgs;
-use crate::failure::{Analysis, Failure, spelled};
+use crate::failure::{Failure, spelled};
 use crate::manifest::{self, Entry, Source};
 use anstream::ColorChoice;
+use slipfit::answer::hint::Analysis;
 use slipfit::model::displacement::DisplacementUnit;
 use slipfit::series::{Data, Measurement, Options, analyse, common_unit};
 use slipfit_io::Note;
@@ -39,7 +40,7 @@ pub(crate) fn run(args: &SeriesArgs, color: ColorChoice) -> Result<ExitCode, Fai
     options.unit = unit;
     options.condition_unit = manifest.condition_unit.clone();
     let answer = analyse(&measurements, &options)
-        .map_err(|e| Failure::analysing(Analysis::Curve, &args.manifest, &e))?;
+        .map_err(|e| Failure::analysing(Analysis::Resonance, &args.manifest, &e))?;
     let heading = SeriesHeading {
         path: args.manifest.display().to_string(),
         sha256: manifest.sha256.clone(),

@@ -2,6 +2,7 @@
 #![allow(dead_code, reason = "each test binary uses some of it")]
 
 use assert_cmd::Command;
+use serde_json::Value;
 use std::path::PathBuf;
 
 /// The command, away from any terminal and any preference of the person testing.
@@ -26,4 +27,33 @@ pub(crate) fn stdout(command: &mut Command) -> String {
     let output = command.output().unwrap();
     assert!(output.status.success(), "{}", String::from_utf8_lossy(&output.stderr));
     String::from_utf8(output.stdout).unwrap()
+}
+
+/// The schema of a command's answer.
+pub(crate) fn schema(command: &str) -> Value {
+    let path = root().join(format!("docs/schema/{command}-1.json"));
+    serde_json::from_str(&std::fs::read_to_string(path).unwrap()).unwrap()
+}
+
+/// Every key written is described: a schema that allows more would not notice.
+pub(crate) fn keeps_to_schema(answer: &Value, command: &str) {
+    let mut schema = schema(command);
+    refuse_other_keys(&mut schema);
+    let validator = jsonschema::draft202012::new(&schema).unwrap();
+    let errors: Vec<String> =
+        validator.iter_errors(answer).map(|e| format!("{}: {e}", e.instance_path())).collect();
+    assert!(errors.is_empty(), "{errors:#?}");
+}
+
+fn refuse_other_keys(schema: &mut Value) {
+    match schema {
+        Value::Object(map) => {
+            if map.get("properties").is_some_and(Value::is_object) {
+                map.entry("additionalProperties").or_insert(Value::Bool(false));
+            }
+            map.values_mut().for_each(refuse_other_keys);
+        }
+        Value::Array(list) => list.iter_mut().for_each(refuse_other_keys),
+        _ => {}
+    }
 }

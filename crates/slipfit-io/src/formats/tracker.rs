@@ -78,6 +78,12 @@ impl Scale {
     }
 }
 
+/// Whether a text begins as a project does.
+pub(crate) fn fits(head: &[u8]) -> bool {
+    let text = head.strip_prefix(b"\xef\xbb\xbf").unwrap_or(head).trim_ascii_start();
+    text.starts_with(b"<?xml") && memchr::memmem::find(head, b"cabrillo.tracker").is_some()
+}
+
 /// One table for each point mass of the project.
 pub(crate) fn tables(bytes: &[u8]) -> Result<HeldTables, ReadProblem> {
     let text = String::from_utf8_lossy(bytes);

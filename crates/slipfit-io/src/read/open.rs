@@ -84,7 +84,7 @@ pub(super) fn opened<T>(
     let mut hashing = Hashing::new(reader, watch);
     let (head, whole) = beginning(&mut hashing);
     whole.map_err(ReadProblem::Io)?;
-    let format = Format::of(&head);
+    let format = format_of(&head);
     let source = match format {
         Format::Text => text(head.chain(&mut hashing), size),
         Format::Gzip => unpacked(head.chain(&mut hashing)),
@@ -148,7 +148,7 @@ fn unpacked<'a>(packed: impl Read + 'a) -> Result<Opened<'a>, ReadProblem> {
     if head.is_empty() {
         whole.map_err(broken)?;
     }
-    match Format::of(&head) {
+    match format_of(&head) {
         Format::Text => text(io::Cursor::new(head).chain(reader), None),
         Format::Gzip => Err(ReadProblem::Unsupported(Format::Gzip)),
         other => {
@@ -156,6 +156,19 @@ fn unpacked<'a>(packed: impl Read + 'a) -> Result<Opened<'a>, ReadProblem> {
             source(Input::of(head), other)
         }
     }
+}
+
+/// The format of a file that begins with `head`; text if nothing else.
+fn format_of(head: &[u8]) -> Format {
+    Format::by_magic(head).unwrap_or_else(|| {
+        if tracker::fits(head) {
+            Format::Tracker
+        } else if touchstone::fits(head) {
+            Format::Touchstone
+        } else {
+            Format::Text
+        }
+    })
 }
 
 /// The tables of a format that is no text, and what it is more precisely.

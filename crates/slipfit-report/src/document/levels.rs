@@ -1,10 +1,10 @@
 //! The report of drive levels.
 
+use super::content::{Document, Input, file_name, warnings};
 use super::facts::Facts;
 use super::method;
 use super::parameter::ParameterRow;
 use super::reading::column;
-use super::{Document, Input, file_name, warnings};
 use crate::format::{p_value, plain};
 use crate::{AnalysedLevels, Sentence, plot};
 use slipfit::answer::hint::Spelling;

@@ -47,13 +47,13 @@ const RICE: Step = step(
 const COMPARED: Step = step(
     "Models compared",
     "ΔBIC = n ln(RSS/RSS_{best}) + (p − p_{best}) ln n",
-    "Schwarz (1978); n counts independent observations, so residuals that hang together weigh less. Loss terms \
+    "Schwarz (1978); n counts independent observations, so autocorrelated residuals weigh less. Loss terms \
      are not allowed below zero; sliding is tested one-sided against the best model without it (Chernoff 1954).",
 );
 const INTERVALS: Step = step(
     "Intervals",
     "",
-    "95 % from the profile of the sum of squares, widened where residuals hang together; beside a limit such as \
+    "95 % from the profile of the sum of squares, wider for autocorrelated residuals; beside a limit such as \
      zero friction those of Feldman and Cousins (1998), which cover 95 % there as well.",
 );
 const STEADY: Step = step(

@@ -1,5 +1,6 @@
 //! Everything a report says, before it takes the form of a screen or a page.
 
+mod content;
 mod facts;
 mod levels;
 pub(crate) mod method;
@@ -10,48 +11,13 @@ pub(crate) mod resonance;
 mod ringdown;
 mod series;
 
+pub(crate) use content::Table;
+pub use content::{Document, DocumentWarning};
 pub(crate) use facts::Facts;
 pub(crate) use parameter::ParameterRow;
 
-use crate::plot::Picture;
-use crate::warning::warning_text;
 use crate::{AnalysedCurve, AnalysedLevels, AnalysedRingdown, AnalysedSeries};
-use method::Step;
-use slipfit::answer::Warning;
 use slipfit::answer::hint::Spelling;
-
-/// Everything a report says, in no format yet.
-pub struct Document<'a> {
-    /// The command, `ringdown`.
-    pub(crate) command: &'static str,
-    /// Title given by the user.
-    pub(crate) title: Option<String>,
-    /// What was measured: the file's name, or the title.
-    pub(crate) subject: String,
-    pub(crate) sentence: String,
-    pub(crate) parameters: Vec<ParameterRow>,
-    pub(crate) tables: Vec<Table>,
-    pub(crate) facts: Facts,
-    pub(crate) warnings: Vec<DocumentWarning>,
-    pub(crate) method: Vec<Step>,
-    pub(crate) inputs: Vec<Input>,
-    /// Drawn only where they are shown.
-    pub(crate) pictures: Box<dyn Fn() -> Vec<Picture> + 'a>,
-}
-
-/// A warning with its code.
-pub struct DocumentWarning {
-    /// Machine-readable, as in the JSON answer.
-    pub code: &'static str,
-    /// For people.
-    pub text: String,
-}
-
-/// A file, and what tells it from every other.
-pub(crate) struct Input {
-    pub(crate) path: String,
-    pub(crate) sha256: String,
-}
 
 impl<'a> Document<'a> {
     /// The report of a ring-down; `spell` writes the options that hints name.
@@ -77,84 +43,5 @@ impl<'a> Document<'a> {
     /// What limits the answer.
     pub fn warnings(&self) -> &[DocumentWarning] {
         &self.warnings
-    }
-}
-
-/// A table: the first row are its headings, columns without any content are left out.
-pub(crate) struct Table {
-    pub(crate) title: &'static str,
-    pub(crate) rows: Vec<Vec<String>>,
-    /// Headings above so many columns each; none where a line of headings is enough.
-    pub(crate) groups: Vec<(String, usize)>,
-    /// The row reported, counted without the headings.
-    pub(crate) chosen: Option<usize>,
-    /// Below it; may be empty.
-    pub(crate) note: String,
-}
-
-impl Table {
-    pub(crate) fn new(title: &'static str, rows: Vec<Vec<String>>) -> Self {
-        let columns = rows.iter().map(Vec::len).max().unwrap_or(0);
-        let filled: Vec<usize> =
-            (0..columns).filter(|&c| rows.iter().any(|r| r.get(c).is_some_and(|s| !s.is_empty()))).collect();
-        let kept =
-            |row: &Vec<String>| filled.iter().map(|&c| row.get(c).cloned().unwrap_or_default()).collect();
-        Self {
-            title,
-            rows: rows.iter().map(kept).collect(),
-            groups: Vec::new(),
-            chosen: None,
-            note: String::new(),
-        }
-    }
-
-    /// Headings and the rows below them.
-    pub(crate) fn split(&self) -> (&[String], &[Vec<String>]) {
-        match self.rows.split_first() {
-            Some((head, rows)) => (head, rows),
-            None => (&[], &[]),
-        }
-    }
-
-    /// The heading of its group above each column; empty where it has none.
-    pub(crate) fn group_of_each(&self) -> Vec<String> {
-        let groups = self.groups.iter().flat_map(|(name, columns)| std::iter::repeat_n(name, *columns));
-        // What compares the columns of a group has not its unit.
-        let own = self.split().0;
-        groups.zip(own).map(|(name, own)| if own == "z" { String::new() } else { name.clone() }).collect()
-    }
-
-    /// Headings in one line, those of groups before their own: `x_F [mrad], ring-down`.
-    pub(crate) fn headings(&self) -> Vec<String> {
-        let own = self.split().0;
-        let groups = self.group_of_each().into_iter().chain(std::iter::repeat(String::new()));
-        let joined = |(own, group): (&String, String)| match group.as_str() {
-            "" => own.clone(),
-            group => format!("{group}, {own}"),
-        };
-        own.iter().zip(groups).map(joined).collect()
-    }
-}
-
-/// Warnings with their codes.
-fn warnings(list: &[Warning], spell: Spelling<'_>) -> Vec<DocumentWarning> {
-    list.iter().map(|w| DocumentWarning { code: w.code(), text: warning_text(w, spell) }).collect()
-}
-
-/// The last part of a path.
-fn file_name(path: &str) -> String {
-    let path = std::path::Path::new(path);
-    path.file_name().unwrap_or(path.as_os_str()).to_string_lossy().into_owned()
-}
-
-#[cfg(test)]
-mod tests {
-    use super::*;
-
-    #[test]
-    fn columns_that_say_nothing_are_left_out() {
-        let row = |cells: [&str; 3]| cells.map(str::to_owned).to_vec();
-        let table = Table::new("t", vec![row(["a", "", "c"]), row(["1", "", "2"])]);
-        assert_eq!(table.rows, [["a", "c"], ["1", "2"]]);
     }
 }

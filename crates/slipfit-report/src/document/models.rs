@@ -1,6 +1,6 @@
 //! Loss models compared on the same data, as a table.
 
-use super::Table;
+use super::content::Table;
 use super::parameter::significant;
 use crate::format::Scale;
 use slipfit::answer::Candidate;
@@ -61,15 +61,15 @@ impl Column {
     fn loss(comparison: &Comparison<'_>, term: LossTerm) -> Self {
         let parameter = Parameter::Loss(term);
         // A record of amplitudes without a frequency gives no friction displacement.
-        let told = term != LossTerm::Sliding || comparison.parameters.get(parameter).is_some();
-        Self::new(comparison, parameter, told)
+        let reported = term != LossTerm::Sliding || comparison.parameters.get(parameter).is_some();
+        Self::new(comparison, parameter, reported)
     }
 
-    fn new(comparison: &Comparison<'_>, parameter: Parameter, told: bool) -> Self {
+    fn new(comparison: &Comparison<'_>, parameter: Parameter, reported: bool) -> Self {
         let with = comparison.candidates.iter().filter(|c| has(c.model, parameter));
         let largest = with.map(|c| c.value(parameter)).filter(|v| v.is_finite()).fold(0.0, f64::max);
         let scale = Scale::for_size(largest, &parameter.unit(comparison.unit));
-        Self { parameter, scale, shown: told && largest > 0.0 }
+        Self { parameter, scale, shown: reported && largest > 0.0 }
     }
 
     fn heading(&self) -> String {

@@ -1,11 +1,11 @@
 //! The report of a resonance curve.
 
+use super::content::{Document, Input, file_name, warnings};
 use super::facts::Facts;
 use super::method;
 use super::models::Comparison;
 use super::parameter::ParameterRow;
 use super::reading::{column, counted};
-use super::{Document, Input, file_name, warnings};
 use crate::format::{Rounded, plain};
 use crate::{AnalysedCurve, Sentence, plot};
 use slipfit::answer::hint::Spelling;

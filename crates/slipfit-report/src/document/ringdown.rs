@@ -1,11 +1,11 @@
 //! The report of a ring-down.
 
+use super::content::{Document, Input, file_name, warnings};
 use super::facts::Facts;
 use super::method;
 use super::models::Comparison;
 use super::parameter::ParameterRow;
 use super::reading::{clock, columns_taken, rows_read};
-use super::{Document, Input, file_name, warnings};
 use crate::format::{Rounded, plain};
 use crate::{AnalysedRingdown, Sentence, plot};
 use slipfit::SignalKind;

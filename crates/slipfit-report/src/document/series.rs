@@ -1,8 +1,8 @@
 //! The report of a series: the paper's Table 1 with uncertainties.
 
+use super::content::{Document, Input, Table, file_name, warnings};
 use super::facts::Facts;
 use super::method;
-use super::{Document, Input, Table, file_name, warnings};
 use crate::format::{Rounded, Scale, p_value, plain};
 use crate::{AnalysedSeries, Sentence, plot};
 use slipfit::Quantity;

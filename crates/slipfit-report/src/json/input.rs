@@ -1,271 +1,191 @@
 //! What was read and how, for the JSON answer.
 
+use super::object::object;
 use crate::{AnalysedLevels, AnalysedRingdown};
 use serde::{Serialize, Serializer};
 use slipfit::resonance::RunDirection;
-use slipfit::{ClockReport, Quantity, SignalKind};
-use slipfit_io::{ColumnInfo, ColumnTaken, DrivenRecord, Note, ReadReport, SweepReading, TimeSource};
+use slipfit::{Quantity, Record, SignalKind};
+use slipfit_io::{ColumnInfo, ColumnTaken, DrivenRecord, Note, SweepReading, TimeSource};
 
-/// The record of a ring-down.
-#[derive(Serialize)]
-pub(super) struct RecordInput<'a> {
-    /// The file as named by the caller.
-    path: String,
-    /// SHA-256 of its bytes.
-    sha256: &'a str,
-    /// Its length.
-    bytes: u64,
-    /// Rows read as samples.
-    rows_read: u64,
-    /// Rows that gave no sample.
-    rows_skipped: u64,
-    /// The skipped rows, by reason.
-    skipped: Vec<Skipped<'a>>,
-    /// All columns of the table.
-    columns: Vec<Column<'a>>,
-    /// The table read, from 1.
-    table: usize,
-    /// Tables side by side.
-    tables: usize,
-    /// The run read, from 1.
-    run: usize,
-    /// Runs in groups of columns.
-    runs: usize,
-    /// Where the times come from.
-    time: Time<'a>,
-    /// The signal.
-    signal: Option<Taken<'a>>,
-    /// The Y output of a lock-in; null without.
-    quadrature: Option<Taken<'a>>,
-    /// What the signal is.
-    kind: &'static str,
-    /// Unit of the signal; empty if unknown.
-    unit: &'a str,
-    /// Samples of the record.
-    samples: usize,
-    /// First and last instant of the record, s.
-    time_range_s: [f64; 2],
-    /// First and last instant used, s.
-    time_range_used_s: [f64; 2],
-    /// How the clock was cleaned.
-    clock: Clock,
-    /// Whatever else a reader should know.
-    notes: Vec<String>,
-}
-
-impl<'a> RecordInput<'a> {
-    pub(super) fn new(analysed: &AnalysedRingdown<'a>) -> Self {
-        let report: &ReadReport = &analysed.reading.report;
-        let record = &analysed.reading.record;
-        Self {
-            path: analysed.file.display().to_string(),
-            sha256: &report.sha256,
-            bytes: report.bytes,
-            rows_read: report.rows_read,
-            rows_skipped: report.rows_skipped(),
-            skipped: Skipped::list(&report.skipped),
-            columns: Column::list(&report.columns),
-            table: report.part,
-            tables: report.parts,
-            run: report.run,
-            runs: report.runs,
-            time: Time::new(report.time.as_ref()),
-            signal: report.column("signal").map(Taken::new),
-            quadrature: report.column("quadrature").map(Taken::new),
-            kind: kind(report.kind),
-            unit: record.unit(),
-            samples: record.len(),
-            time_range_s: [record.time_s(0), record.time_s(record.len() - 1)],
-            time_range_used_s: [analysed.answer.segment.start_s, analysed.answer.segment.end_s],
-            clock: Clock::new(record.clock_report(), record.clock().is_uniform()),
-            notes: notes(&report.notes),
-        }
+object! {
+    /// The record of a ring-down.
+    pub(super) struct RecordInput<'a> of analysed: &AnalysedRingdown<'a> {
+        /// The file as named by the caller.
+        path: String = analysed.file.display().to_string(),
+        /// SHA-256 of its bytes.
+        #[cfg_attr(test, schemars(extend("pattern" = "^[0-9a-f]{64}$")))]
+        sha256: &'a str = &analysed.reading.report.sha256,
+        /// Its length.
+        bytes: u64 = analysed.reading.report.bytes,
+        /// Rows read as samples.
+        rows_read: u64 = analysed.reading.report.rows_read,
+        /// Rows that gave no sample.
+        rows_skipped: u64 = analysed.reading.report.rows_skipped(),
+        /// The skipped rows, by reason.
+        skipped: Vec<Skipped<'a>> = analysed.reading.report.skipped.iter().map(Skipped::new).collect(),
+        /// All columns of the table.
+        columns: Vec<Column<'a>> = analysed.reading.report.columns.iter().map(Column::new).collect(),
+        /// The table read, from 1.
+        table: usize = analysed.reading.report.part,
+        /// Tables side by side.
+        tables: usize = analysed.reading.report.parts,
+        /// The run read, from 1.
+        run: usize = analysed.reading.report.run,
+        /// Runs in groups of columns.
+        runs: usize = analysed.reading.report.runs,
+        /// Where the times come from.
+        time: Time<'a> = Time::new(analysed.reading.report.time.as_ref()),
+        /// The signal.
+        signal: Option<Taken<'a>> = analysed.reading.report.column("signal").map(Taken::new),
+        /// The Y output of a lock-in; null without.
+        quadrature: Option<Taken<'a>> = analysed.reading.report.column("quadrature").map(Taken::new),
+        /// What the signal is.
+        #[cfg_attr(test, schemars(extend("enum" = KINDS)))]
+        kind: &'static str = kind(analysed.reading.report.kind),
+        /// Unit of the signal; empty if unknown.
+        unit: &'a str = analysed.reading.record.unit(),
+        /// Samples of the record.
+        samples: usize = analysed.reading.record.len(),
+        /// First and last instant of the record, s.
+        time_range_s: [f64; 2] = time_range(&analysed.reading.record),
+        /// First and last instant used, s.
+        time_range_used_s: [f64; 2] = [analysed.answer.segment.start_s, analysed.answer.segment.end_s],
+        /// How the clock was cleaned.
+        clock: Clock = Clock::new(&analysed.reading.record),
+        /// Whatever else a reader should know.
+        notes: Vec<String> = notes(&analysed.reading.report.notes),
     }
 }
 
-/// A resonance curve.
-#[derive(Serialize)]
-pub(super) struct CurveInput<'a> {
-    /// The file or folder as named by the caller.
-    path: &'a str,
-    /// SHA-256 of its bytes.
-    sha256: &'a str,
-    /// Its length.
-    bytes: u64,
-    /// Sheet, variable or group; empty where there is one only.
-    sheet: &'a str,
-    /// Rows or records read.
-    rows_read: u64,
-    /// Rows that gave no point.
-    rows_skipped: u64,
-    /// The skipped rows, by reason.
-    skipped: Vec<Skipped<'a>>,
-    /// All columns of the table.
-    columns: Vec<Column<'a>>,
-    /// The curve read, from 1.
-    run: usize,
-    /// Curves in groups of columns.
-    runs: usize,
-    /// The columns read, by what they are.
-    taken: TakenByName<'a>,
-    /// What the response is.
-    kind: &'static str,
-    /// Unit of the amplitudes.
-    unit: &'a str,
-    /// Points of the curve.
-    points: usize,
-    /// Whether it has phases.
-    has_phase: bool,
-    /// Lowest and highest frequency, Hz.
-    frequency_range_hz: [f64; 2],
-    /// Runs of the sweep up and down.
-    sweeps: Vec<Sweep>,
-    /// Driven records demodulated to points; empty for a curve.
-    records: Vec<Demodulated<'a>>,
-    /// Files of a folder that were no driven record.
-    files_left_out: usize,
-    /// Whatever else a reader should know.
-    notes: Vec<String>,
-}
-
-impl<'a> CurveInput<'a> {
-    pub(super) fn new(reading: &'a SweepReading) -> Self {
-        let (report, curve) = (&reading.report, &reading.curve);
-        let hz = || curve.frequency_hz().iter().copied();
-        let sweep =
-            |r: &slipfit::resonance::Run| Sweep { first: r.first, points: r.points, direction: r.direction };
-        Self {
-            path: &report.path,
-            sha256: &report.sha256,
-            bytes: report.bytes,
-            sheet: &report.sheet,
-            rows_read: report.rows_read,
-            rows_skipped: report.rows_skipped(),
-            skipped: Skipped::list(&report.skipped),
-            columns: Column::list(&report.columns),
-            run: report.run,
-            runs: report.runs,
-            taken: TakenByName(&report.taken),
-            kind: kind(report.kind),
-            unit: curve.unit(),
-            points: curve.len(),
-            has_phase: curve.is_complex(),
-            frequency_range_hz: [hz().fold(f64::INFINITY, f64::min), hz().fold(f64::NEG_INFINITY, f64::max)],
-            sweeps: curve.runs().iter().map(sweep).collect(),
-            records: report.records.iter().map(Demodulated::new).collect(),
-            files_left_out: report.files_left_out,
-            notes: notes(&report.notes),
-        }
+object! {
+    /// A resonance curve.
+    pub(super) struct CurveInput<'a> of reading: &'a SweepReading {
+        /// The file or folder as named by the caller.
+        path: &'a str = &reading.report.path,
+        /// SHA-256 of its bytes.
+        sha256: &'a str = &reading.report.sha256,
+        /// Its length.
+        bytes: u64 = reading.report.bytes,
+        /// Sheet, variable or group; empty where there is one only.
+        sheet: &'a str = &reading.report.sheet,
+        /// Rows or records read.
+        rows_read: u64 = reading.report.rows_read,
+        /// Rows that gave no point.
+        rows_skipped: u64 = reading.report.rows_skipped(),
+        /// The skipped rows, by reason.
+        skipped: Vec<Skipped<'a>> = reading.report.skipped.iter().map(Skipped::new).collect(),
+        /// All columns of the table.
+        columns: Vec<Column<'a>> = reading.report.columns.iter().map(Column::new).collect(),
+        /// The curve read, from 1.
+        run: usize = reading.report.run,
+        /// Curves in groups of columns.
+        runs: usize = reading.report.runs,
+        /// The columns read, by what they are.
+        #[cfg_attr(test, schemars(with = "std::collections::BTreeMap<String, Taken<'_>>"))]
+        taken: TakenByName<'a> = TakenByName(&reading.report.taken),
+        /// What the response is.
+        #[cfg_attr(test, schemars(extend("enum" = KINDS)))]
+        kind: &'static str = kind(reading.report.kind),
+        /// Unit of the amplitudes.
+        unit: &'a str = reading.curve.unit(),
+        /// Points of the curve.
+        points: usize = reading.curve.len(),
+        /// Whether it has phases.
+        has_phase: bool = reading.curve.is_complex(),
+        /// Lowest and highest frequency, Hz.
+        frequency_range_hz: [f64; 2] = ends(reading.curve.frequency_hz()),
+        /// Runs of the sweep up and down.
+        sweeps: Vec<Sweep> = reading.curve.runs().iter().map(Sweep::new).collect(),
+        /// Driven records demodulated to points; empty for a curve.
+        records: Vec<Demodulated<'a>> = reading.report.records.iter().map(Demodulated::new).collect(),
+        /// Files of a folder that were no driven record.
+        files_left_out: usize = reading.report.files_left_out,
+        /// Whatever else a reader should know.
+        notes: Vec<String> = notes(&reading.report.notes),
     }
 }
 
-/// A part of a curve measured one way.
-#[derive(Serialize)]
-struct Sweep {
-    /// Index of its first point.
-    first: usize,
-    /// Its points.
-    points: usize,
-    /// Which way the frequency went.
-    direction: RunDirection,
-}
-
-/// A driven record that became a point of a curve.
-#[derive(Serialize)]
-struct Demodulated<'a> {
-    /// The file.
-    path: &'a str,
-    /// SHA-256 of its bytes.
-    sha256: &'a str,
-    /// Its samples.
-    samples: usize,
-    /// Frequency of the drive.
-    frequency_hz: &'a Quantity,
-    /// Amplitude of the fundamental.
-    amplitude: &'a Quantity,
-    /// Its phase against the drive; null without a recorded drive.
-    phase_rad: Option<&'a Quantity>,
-    /// Amplitude of the drive; null where it was not recorded.
-    drive_amplitude: Option<&'a Quantity>,
-    /// How far the frequency wandered, root mean square.
-    frequency_wander_hz: f64,
-    /// Length of the transient left out.
-    transient_s: f64,
-    /// Beginning and end of the part used.
-    time_range_used_s: [f64; 2],
-    /// Cycles in it.
-    cycles: f64,
-    /// Whether amplitude and phase had settled.
-    settled: bool,
-    /// What fundamental, harmonics, offset and drift leave.
-    residual_rms: f64,
-}
-
-impl<'a> Demodulated<'a> {
-    fn new(run: &'a DrivenRecord) -> Self {
-        let s = &run.steady;
-        Self {
-            path: &run.path,
-            sha256: &run.sha256,
-            samples: run.samples,
-            frequency_hz: &s.frequency_hz,
-            amplitude: &s.amplitude,
-            phase_rad: s.phase_rad.as_ref(),
-            drive_amplitude: s.drive_amplitude.as_ref(),
-            frequency_wander_hz: s.frequency_wander_hz,
-            transient_s: s.transient_s,
-            time_range_used_s: [s.start_s, s.end_s],
-            cycles: s.cycles,
-            settled: s.settled,
-            residual_rms: s.residual_rms,
-        }
+object! {
+    /// A part of a curve measured one way.
+    struct Sweep of run: &slipfit::resonance::Run {
+        /// Index of its first point.
+        first: usize = run.first,
+        /// Its points.
+        points: usize = run.points,
+        /// Which way the frequency went.
+        direction: RunDirection = run.direction,
     }
 }
 
-/// Drive levels.
-#[derive(Serialize)]
-pub(super) struct LevelsInput<'a> {
-    /// The file as named by the caller.
-    path: &'a str,
-    /// SHA-256 of its bytes.
-    sha256: &'a str,
-    /// Its length.
-    bytes: u64,
-    /// Rows read.
-    rows_read: u64,
-    /// Rows without a level or an amplitude.
-    rows_skipped: u64,
-    /// The skipped rows, by reason.
-    skipped: Vec<Skipped<'a>>,
-    /// All columns of the table.
-    columns: Vec<Column<'a>>,
-    /// The columns read, by what they are.
-    taken: TakenByName<'a>,
-    /// Unit of the amplitudes.
-    unit: &'a str,
-    /// Unit of the drive levels.
-    drive_unit: &'a str,
-    /// Whatever else a reader should know.
-    notes: Vec<String>,
+object! {
+    /// A driven record that became a point of a curve.
+    struct Demodulated<'a> of run: &'a DrivenRecord {
+        /// The file.
+        path: &'a str = &run.path,
+        /// SHA-256 of its bytes.
+        sha256: &'a str = &run.sha256,
+        /// Its samples.
+        samples: usize = run.samples,
+        /// Frequency of the drive.
+        frequency_hz: &'a Quantity = &run.steady.frequency_hz,
+        /// Amplitude of the fundamental.
+        amplitude: &'a Quantity = &run.steady.amplitude,
+        /// Its phase against the drive; null without a recorded drive.
+        phase_rad: Option<&'a Quantity> = run.steady.phase_rad.as_ref(),
+        /// Amplitude of the drive; null where it was not recorded.
+        drive_amplitude: Option<&'a Quantity> = run.steady.drive_amplitude.as_ref(),
+        /// How far the frequency wandered, root mean square.
+        frequency_wander_hz: f64 = run.steady.frequency_wander_hz,
+        /// Length of the transient left out.
+        transient_s: f64 = run.steady.transient_s,
+        /// Beginning and end of the part used.
+        time_range_used_s: [f64; 2] = [run.steady.start_s, run.steady.end_s],
+        /// Cycles in it.
+        cycles: f64 = run.steady.cycles,
+        /// Whether amplitude and phase had settled.
+        settled: bool = run.steady.settled,
+        /// What fundamental, harmonics, offset and drift leave.
+        residual_rms: f64 = run.steady.residual_rms,
+    }
 }
 
-impl<'a> LevelsInput<'a> {
-    pub(super) fn new(analysed: &AnalysedLevels<'a>) -> Self {
-        let report = &analysed.reading.report;
-        Self {
-            path: &report.path,
-            sha256: &report.sha256,
-            bytes: report.bytes,
-            rows_read: report.rows_read,
-            rows_skipped: report.rows_skipped(),
-            skipped: Skipped::list(&report.skipped),
-            columns: Column::list(&report.columns),
-            taken: TakenByName(&report.taken),
-            unit: &analysed.answer.unit,
-            drive_unit: &analysed.answer.drive_unit,
-            notes: notes(&report.notes),
-        }
+object! {
+    /// Drive levels.
+    pub(super) struct LevelsInput<'a> of analysed: &AnalysedLevels<'a> {
+        /// The file as named by the caller.
+        path: &'a str = &analysed.reading.report.path,
+        /// SHA-256 of its bytes.
+        sha256: &'a str = &analysed.reading.report.sha256,
+        /// Its length.
+        bytes: u64 = analysed.reading.report.bytes,
+        /// Rows read.
+        rows_read: u64 = analysed.reading.report.rows_read,
+        /// Rows without a level or an amplitude.
+        rows_skipped: u64 = analysed.reading.report.rows_skipped(),
+        /// The skipped rows, by reason.
+        skipped: Vec<Skipped<'a>> = analysed.reading.report.skipped.iter().map(Skipped::new).collect(),
+        /// All columns of the table.
+        columns: Vec<Column<'a>> = analysed.reading.report.columns.iter().map(Column::new).collect(),
+        /// The columns read, by what they are.
+        #[cfg_attr(test, schemars(with = "std::collections::BTreeMap<String, Taken<'_>>"))]
+        taken: TakenByName<'a> = TakenByName(&analysed.reading.report.taken),
+        /// Unit of the amplitudes.
+        unit: &'a str = &analysed.answer.unit,
+        /// Unit of the drive levels.
+        drive_unit: &'a str = &analysed.answer.drive_unit,
+        /// Whatever else a reader should know.
+        notes: Vec<String> = notes(&analysed.reading.report.notes),
     }
+}
+
+fn time_range(record: &Record) -> [f64; 2] {
+    [record.time_s(0), record.time_s(record.len() - 1)]
+}
+
+/// The lowest and the highest.
+fn ends(values: &[f64]) -> [f64; 2] {
+    let all = || values.iter().copied();
+    [all().fold(f64::INFINITY, f64::min), all().fold(f64::NEG_INFINITY, f64::max)]
 }
 
 /// Remarks, with options by their names.
@@ -273,58 +193,41 @@ fn notes(notes: &[Note]) -> Vec<String> {
     notes.iter().map(ToString::to_string).collect()
 }
 
-/// Rows skipped for one reason.
-#[derive(Serialize)]
-struct Skipped<'a> {
-    /// The reason.
-    reason: &'a str,
-    /// How many rows.
-    rows: u64,
-    /// Line of the file where it first happened, from 1.
-    first_row: u64,
-}
-
-impl<'a> Skipped<'a> {
-    fn list(skipped: &'a [slipfit_io::Skipped]) -> Vec<Self> {
-        let one =
-            |s: &'a slipfit_io::Skipped| Self { reason: &s.reason, rows: s.rows, first_row: s.first_row };
-        skipped.iter().map(one).collect()
+object! {
+    /// Rows skipped for one reason.
+    struct Skipped<'a> of skipped: &'a slipfit_io::Skipped {
+        /// The reason.
+        reason: &'a str = &skipped.reason,
+        /// How many rows.
+        rows: u64 = skipped.rows,
+        /// Line of the file where it first happened, from 1.
+        first_row: u64 = skipped.first_row,
     }
 }
 
-/// A column of the file.
-#[derive(Serialize)]
-struct Column<'a> {
-    /// From 1.
-    number: usize,
-    /// Its header; empty without one.
-    header: &'a str,
-    /// The unit in its header; empty without one.
-    unit: &'a str,
-}
-
-impl<'a> Column<'a> {
-    fn list(columns: &'a [ColumnInfo]) -> Vec<Self> {
-        columns.iter().map(|c| Self { number: c.number, header: &c.header, unit: &c.unit }).collect()
+object! {
+    /// A column of the file.
+    struct Column<'a> of column: &'a ColumnInfo {
+        /// From 1.
+        number: usize = column.number,
+        /// Its header; empty without one.
+        header: &'a str = &column.header,
+        /// The unit in its header; empty without one.
+        unit: &'a str = &column.unit,
     }
 }
 
-/// A column that was read.
-#[derive(Serialize)]
-struct Taken<'a> {
-    /// From 1.
-    number: usize,
-    /// Its header.
-    header: &'a str,
-    /// Unit its numbers were taken to have; empty if unknown.
-    unit: &'a str,
-    /// Why this column.
-    why: &'a str,
-}
-
-impl<'a> Taken<'a> {
-    fn new(taken: &'a ColumnTaken) -> Self {
-        Self { number: taken.column.number, header: &taken.column.header, unit: &taken.unit, why: &taken.why }
+object! {
+    /// A column that was read.
+    struct Taken<'a> of taken: &'a ColumnTaken {
+        /// From 1.
+        number: usize = taken.column.number,
+        /// Its header.
+        header: &'a str = &taken.column.header,
+        /// Unit its numbers were taken to have; empty if unknown.
+        unit: &'a str = &taken.unit,
+        /// Why this column.
+        why: &'a str = &taken.why,
     }
 }
 
@@ -339,8 +242,10 @@ impl Serialize for TakenByName<'_> {
 
 /// Where the times come from.
 #[derive(Serialize)]
+#[cfg_attr(test, derive(schemars::JsonSchema))]
 struct Time<'a> {
     /// `column`, `intervals` (times since the sample before) or `rate`.
+    #[cfg_attr(test, schemars(extend("enum" = ["column", "intervals", "rate", "other"])))]
     source: &'static str,
     /// The column; null for a rate.
     column: Option<Taken<'a>>,
@@ -360,53 +265,38 @@ impl<'a> Time<'a> {
     }
 }
 
-/// How a clock was cleaned.
-#[derive(Serialize)]
-struct Clock {
-    /// Whether the samples are evenly spaced.
-    uniform: bool,
-    /// Usual time between samples.
-    median_step_s: f64,
-    /// Spread of the steps relative to it.
-    step_spread: f64,
-    /// Rows left out because a number is missing.
-    nonfinite_rows: usize,
-    /// Stamps that occur more than once.
-    repeated_stamps: usize,
-    /// Rows put in order.
-    reordered_rows: usize,
-    /// Rows left out because of a corrupt stamp.
-    corrupt_stamps: usize,
-    /// Times at which the clock began anew.
-    resets: usize,
-    /// Rows of other runs left out.
-    other_run_rows: usize,
-    /// Gaps.
-    gaps: usize,
-    /// The longest one; null without.
-    longest_gap_s: Option<f64>,
-    /// Rounding of the stamps from which a uniform clock was rebuilt; null where it was not.
-    rebuilt_quantum_s: Option<f64>,
-}
-
-impl Clock {
-    fn new(report: &ClockReport, uniform: bool) -> Self {
-        Self {
-            uniform,
-            median_step_s: report.median_step_s,
-            step_spread: report.step_spread,
-            nonfinite_rows: report.nonfinite(),
-            repeated_stamps: report.repeated_stamps,
-            reordered_rows: report.reordered,
-            corrupt_stamps: report.corrupt_stamps,
-            resets: report.resets,
-            other_run_rows: report.other_run_rows,
-            gaps: report.gaps,
-            longest_gap_s: report.longest_gap.map(|g| g.length_s),
-            rebuilt_quantum_s: report.rebuilt_quantum_s,
-        }
+object! {
+    /// How a clock was cleaned.
+    struct Clock of record: &Record {
+        /// Whether the samples are evenly spaced.
+        uniform: bool = record.clock().is_uniform(),
+        /// Usual time between samples.
+        median_step_s: f64 = record.clock_report().median_step_s,
+        /// Spread of the steps relative to it.
+        step_spread: f64 = record.clock_report().step_spread,
+        /// Rows left out because a number is missing.
+        nonfinite_rows: usize = record.clock_report().nonfinite(),
+        /// Stamps that occur more than once.
+        repeated_stamps: usize = record.clock_report().repeated_stamps,
+        /// Rows put in order.
+        reordered_rows: usize = record.clock_report().reordered,
+        /// Rows left out because of a corrupt stamp.
+        corrupt_stamps: usize = record.clock_report().corrupt_stamps,
+        /// Times at which the clock began anew.
+        resets: usize = record.clock_report().resets,
+        /// Rows of other runs left out.
+        other_run_rows: usize = record.clock_report().other_run_rows,
+        /// Gaps.
+        gaps: usize = record.clock_report().gaps,
+        /// The longest one; null without.
+        longest_gap_s: Option<f64> = record.clock_report().longest_gap.map(|g| g.length_s),
+        /// Rounding of the stamps from which a uniform clock was rebuilt; null where it was not.
+        rebuilt_quantum_s: Option<f64> = record.clock_report().rebuilt_quantum_s,
     }
 }
+
+#[cfg(test)]
+const KINDS: [&str; 6] = ["displacement", "velocity", "acceleration", "envelope", "lock-in", "other"];
 
 fn kind(kind: SignalKind) -> &'static str {
     match kind {

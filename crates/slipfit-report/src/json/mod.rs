@@ -5,7 +5,10 @@
 
 mod input;
 mod layout;
+mod object;
 mod options;
+#[cfg(test)]
+mod schema;
 mod series;
 
 pub use layout::write;
@@ -22,6 +25,7 @@ const VERSION: &str = env!("CARGO_PKG_VERSION");
 
 /// What stands around an answer.
 #[derive(Serialize)]
+#[cfg_attr(test, derive(schemars::JsonSchema))]
 struct Envelope<'a, I, O, A> {
     /// Name and version of this contract: the number grows when a key changes its meaning or
     /// vanishes; new keys may come at any time.
@@ -30,10 +34,8 @@ struct Envelope<'a, I, O, A> {
     version: &'static str,
     /// The command that wrote it.
     command: &'static str,
-    /// The file and how it was read.
-    input: I,
     #[serde(flatten)]
-    more: Option<Reference<'a>>,
+    read: I,
     /// What the person fixed; null was left to the analysis.
     options: O,
     /// The answer in words.
@@ -42,21 +44,35 @@ struct Envelope<'a, I, O, A> {
     answer: &'a A,
 }
 
-/// What a resonance curve has beside its own file.
+/// One file.
 #[derive(Serialize)]
-struct Reference<'a> {
+#[cfg_attr(test, derive(schemars::JsonSchema))]
+struct OneFile<I> {
+    /// The file and how it was read.
+    input: I,
+}
+
+/// A curve and its reference.
+#[derive(Serialize)]
+#[cfg_attr(test, derive(schemars::JsonSchema))]
+struct CurveFiles<'a> {
+    /// The curve and how it was read.
+    input: CurveInput<'a>,
     /// The friction-free reference and how it was read; null without one.
     reference_input: Option<CurveInput<'a>>,
 }
 
+type RingdownEnvelope<'a> = Envelope<'a, OneFile<RecordInput<'a>>, RecordOptions, slipfit::ringdown::Answer>;
+type CurveEnvelope<'a> = Envelope<'a, CurveFiles<'a>, CurveOptions, slipfit::resonance::Answer>;
+type LevelsEnvelope<'a> = Envelope<'a, OneFile<LevelsInput<'a>>, LevelsOptions, slipfit::levels::Answer>;
+
 /// Writes the whole answer to a ring-down.
 pub fn ringdown(out: &mut dyn Write, analysed: &AnalysedRingdown<'_>) -> io::Result<()> {
-    let envelope = Envelope {
+    let envelope = RingdownEnvelope {
         schema: "slipfit/ringdown-1",
         version: VERSION,
         command: "ringdown",
-        input: RecordInput::new(analysed),
-        more: None,
+        read: OneFile { input: RecordInput::new(analysed) },
         options: RecordOptions::new(analysed.options),
         sentence: analysed.answer.sentence(),
         answer: analysed.answer,
@@ -66,12 +82,14 @@ pub fn ringdown(out: &mut dyn Write, analysed: &AnalysedRingdown<'_>) -> io::Res
 
 /// Writes the whole answer to a resonance curve.
 pub fn resonance(out: &mut dyn Write, analysed: &AnalysedCurve<'_>) -> io::Result<()> {
-    let envelope = Envelope {
+    let envelope = CurveEnvelope {
         schema: "slipfit/resonance-1",
         version: VERSION,
         command: "resonance",
-        input: CurveInput::new(analysed.reading),
-        more: Some(Reference { reference_input: analysed.reference.map(CurveInput::new) }),
+        read: CurveFiles {
+            input: CurveInput::new(analysed.reading),
+            reference_input: analysed.reference.map(CurveInput::new),
+        },
         options: CurveOptions::new(analysed.options),
         sentence: analysed.answer.sentence(),
         answer: analysed.answer,
@@ -81,12 +99,11 @@ pub fn resonance(out: &mut dyn Write, analysed: &AnalysedCurve<'_>) -> io::Resul
 
 /// Writes the whole answer to drive levels.
 pub fn levels(out: &mut dyn Write, analysed: &AnalysedLevels<'_>) -> io::Result<()> {
-    let envelope = Envelope {
+    let envelope = LevelsEnvelope {
         schema: "slipfit/levels-1",
         version: VERSION,
         command: "levels",
-        input: LevelsInput::new(analysed),
-        more: None,
+        read: OneFile { input: LevelsInput::new(analysed) },
         options: LevelsOptions::new(analysed.options),
         sentence: analysed.answer.sentence(),
         answer: analysed.answer,

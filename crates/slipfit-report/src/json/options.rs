@@ -1,103 +1,92 @@
 //! What the person fixed, for the JSON answer; null was left to the analysis.
 
+use super::object::object;
 use serde::Serialize;
 use slipfit::resonance::Method;
 use slipfit::{Calibration, LossModel, levels, resonance, ringdown};
 
-/// Options of a ring-down.
-#[derive(Serialize)]
-pub(super) struct RecordOptions {
-    start_s: Option<f64>,
-    end_s: Option<f64>,
-    min_amplitude: Option<f64>,
-    band_hz: Option<[f64; 2]>,
-    model: Option<LossModel>,
-    lockin_time_constant_s: Option<f64>,
-    lockin_order: Option<u32>,
-    frequency_hz: Option<f64>,
-    calibration: Option<Constant>,
-}
-
-impl RecordOptions {
-    pub(super) fn new(options: &ringdown::Options) -> Self {
-        Self {
-            start_s: options.start_s,
-            end_s: options.end_s,
-            min_amplitude: options.min_amplitude,
-            band_hz: options.band_hz,
-            model: options.model,
-            lockin_time_constant_s: options.lockin.map(|l| l.time_constant_s),
-            lockin_order: options.lockin.map(|l| l.order),
-            frequency_hz: options.frequency_hz,
-            calibration: options.calibration.and_then(Constant::new),
-        }
+object! {
+    /// Options of a ring-down.
+    pub(super) struct RecordOptions of options: &ringdown::Options {
+        /// First instant to use.
+        start_s: Option<f64> = options.start_s,
+        /// Last instant to use.
+        end_s: Option<f64> = options.end_s,
+        /// Amplitude below which nothing is used, unit of the signal.
+        min_amplitude: Option<f64> = options.min_amplitude,
+        /// Lowest and highest frequency to use.
+        band_hz: Option<[f64; 2]> = options.band_hz,
+        /// Loss model to report.
+        model: Option<LossModel> = options.model,
+        /// Time constant of the low-pass of the lock-in.
+        lockin_time_constant_s: Option<f64> = options.lockin.map(|l| l.time_constant_s),
+        /// Order of that low-pass.
+        lockin_order: Option<u32> = options.lockin.map(|l| l.order),
+        /// Frequency of the oscillation.
+        frequency_hz: Option<f64> = options.frequency_hz,
+        /// The constant that turns displacements into forces.
+        calibration: Option<Constant> = options.calibration.and_then(Constant::new),
     }
 }
 
-/// Options of a resonance curve.
-#[derive(Serialize)]
-pub(super) struct CurveOptions {
-    band_hz: Option<[f64; 2]>,
-    method: Method,
-    model: Option<LossModel>,
-    drive_amplitude: Option<DriveAmplitude>,
-    background: Option<bool>,
-    delay: Option<bool>,
-    phase_offset: Option<bool>,
-    duffing: Option<bool>,
-    calibration: Option<Constant>,
-}
-
-/// The drive amplitude as known from elsewhere.
-#[derive(Serialize)]
-struct DriveAmplitude {
-    value: f64,
-    std_error: f64,
-}
-
-impl CurveOptions {
-    pub(super) fn new(options: &resonance::Options) -> Self {
-        let drive = |d: resonance::DriveAmplitude| DriveAmplitude { value: d.value, std_error: d.std_error };
-        Self {
-            band_hz: options.band_hz,
-            method: options.method,
-            model: options.model,
-            drive_amplitude: options.drive_amplitude.map(drive),
-            background: options.terms.background,
-            delay: options.terms.delay,
-            phase_offset: options.terms.phase_offset,
-            duffing: options.terms.duffing,
-            calibration: options.calibration.and_then(Constant::new),
-        }
+object! {
+    /// Options of a resonance curve.
+    pub(super) struct CurveOptions of options: &resonance::Options {
+        /// Lowest and highest frequency to use.
+        band_hz: Option<[f64; 2]> = options.band_hz,
+        /// How the response is computed.
+        method: Method = options.method,
+        /// Loss model to report.
+        model: Option<LossModel> = options.model,
+        /// The drive amplitude as known from elsewhere.
+        drive_amplitude: Option<DriveAmplitude> = options.drive_amplitude.map(DriveAmplitude::new),
+        /// Whether a complex background is fitted.
+        background: Option<bool> = options.terms.background,
+        /// Whether a delay is fitted.
+        delay: Option<bool> = options.terms.delay,
+        /// Whether a phase offset is fitted.
+        phase_offset: Option<bool> = options.terms.phase_offset,
+        /// Whether a frequency that depends on the amplitude is fitted.
+        duffing: Option<bool> = options.terms.duffing,
+        /// The constant that turns displacements into forces.
+        calibration: Option<Constant> = options.calibration.and_then(Constant::new),
     }
 }
 
-/// Options of drive levels.
-#[derive(Serialize)]
-pub(super) struct LevelsOptions {
-    frequency_hz: Option<f64>,
-    drive_gain: Option<[f64; 2]>,
-    q_factor: Option<[f64; 2]>,
-    calibration: Option<Constant>,
+object! {
+    /// The drive amplitude as known from elsewhere.
+    struct DriveAmplitude of drive: resonance::DriveAmplitude {
+        /// Its value.
+        value: f64 = drive.value,
+        /// Its standard error; zero when exact.
+        std_error: f64 = drive.std_error,
+    }
 }
 
-impl LevelsOptions {
-    pub(super) fn new(options: &levels::Options) -> Self {
-        Self {
-            frequency_hz: options.frequency_hz,
-            drive_gain: options.drive_gain,
-            q_factor: options.q_factor,
-            calibration: options.calibration.and_then(Constant::new),
-        }
+object! {
+    /// Options of drive levels.
+    pub(super) struct LevelsOptions of options: &levels::Options {
+        /// Frequency of the oscillation.
+        frequency_hz: Option<f64> = options.frequency_hz,
+        /// Drive amplitude for one unit of the drive level, and its standard error.
+        drive_gain: Option<[f64; 2]> = options.drive_gain,
+        /// Quality factor of the viscous loss, and its standard error.
+        q_factor: Option<[f64; 2]> = options.q_factor,
+        /// The constant that turns displacements into forces.
+        calibration: Option<Constant> = options.calibration.and_then(Constant::new),
     }
 }
 
 /// The constant that turns displacements into forces.
 #[derive(Serialize)]
+#[cfg_attr(test, derive(schemars::JsonSchema))]
 pub(super) struct Constant {
     /// Stiffness (N/m, N m/rad) or mass (kg, kg m²).
+    #[cfg_attr(test, schemars(extend("enum" = ["stiffness", "mass"])))]
     kind: &'static str,
+    /// Its value.
     value: f64,
+    /// Its standard error; zero when exact.
     std_error: f64,
 }
 

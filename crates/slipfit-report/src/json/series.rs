@@ -15,7 +15,8 @@ pub fn series(out: &mut dyn Write, analysed: &AnalysedSeries<'_>) -> io::Result<
 }
 
 #[derive(Serialize)]
-struct SeriesEnvelope<'a> {
+#[cfg_attr(test, derive(schemars::JsonSchema))]
+pub(super) struct SeriesEnvelope<'a> {
     /// Name and version of this contract.
     schema: &'static str,
     /// Version of the program.
@@ -84,10 +85,12 @@ impl<'a> SeriesEnvelope<'a> {
 
 /// A measurement of a series alone.
 #[derive(Serialize)]
+#[cfg_attr(test, derive(schemars::JsonSchema))]
 struct Alone<'a> {
     /// Its name.
     name: &'a str,
     /// `ringdown`, `sweep` or `levels`.
+    #[cfg_attr(test, schemars(extend("enum" = ["ringdown", "sweep", "levels"])))]
     kind: &'static str,
     /// Its condition.
     condition: &'a str,

@@ -232,7 +232,7 @@ mod tests {
     fn a_page_without_a_script_lacks_nothing_but_haste() {
         // Every value the script shows under the pointer is in the page for eyes without it.
         let page = page(|_| ());
-        let told = page.matches("<title>time ").count() + page.matches("<title>amplitude ").count();
-        assert!(told > 30, "{told}");
+        let with_values = page.matches("<title>time ").count() + page.matches("<title>amplitude ").count();
+        assert!(with_values > 30, "{with_values}");
     }
 }

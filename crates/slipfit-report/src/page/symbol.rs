@@ -90,8 +90,8 @@ mod tests {
         assert!(!is_symbol("rms"));
         assert!(!is_symbol("model"));
         assert!(!is_symbol(""));
-        let told = heading("x_F [mrad]", markdown, str::to_owned);
-        assert_eq!(told, "*x*<sub>F</sub> [mrad]");
+        let written = heading("x_F [mrad]", markdown, str::to_owned);
+        assert_eq!(written, "*x*<sub>F</sub> [mrad]");
         assert_eq!(heading("rms [mrad]", markdown, str::to_owned), "rms [mrad]");
     }
 }

@@ -46,7 +46,7 @@ impl Axis {
         Self { low: 0.5, high: high.max(1.5), log: false, label: label.into(), names, hidden: false }
     }
 
-    /// Names at 1, 2, 3, … that are told but not written: there may be many, and long ones.
+    /// Names at 1, 2, 3, … that stand in the values of the dots only: there may be many, and long ones.
     pub(super) fn numbered(names: Vec<String>, label: impl Into<String>) -> Self {
         Self { hidden: true, ..Self::named(names, label) }
     }

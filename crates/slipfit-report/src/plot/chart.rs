@@ -1,9 +1,9 @@
 //! Charts side by side, as on the page of a paper.
 
-use super::Picture;
 use super::axis::Axis;
 use super::figure::{Anchor, Color, Figure, Point, Stroke, wrap};
 use super::panel::{INK, Mark, Panel};
+use super::picture::Picture;
 
 const PANEL: Point = [540.0, 350.0];
 const MARGIN: f64 = 10.0;

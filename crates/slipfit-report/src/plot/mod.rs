@@ -11,6 +11,7 @@ mod grid;
 mod heat;
 mod levels;
 mod panel;
+mod picture;
 #[cfg(feature = "png")]
 mod png;
 mod resonance;
@@ -21,35 +22,11 @@ mod svg;
 pub use chart::{Chart, Look, Scaled, Series, page};
 pub(crate) use dark::dark_rules;
 pub use heat::{HeatMap, heat_maps};
+pub use picture::{Format, Picture};
 
 use crate::Sentence;
 use crate::row::Row;
 use crate::{AnalysedCurve, AnalysedLevels, AnalysedRingdown, AnalysedSeries};
-use std::path::Path;
-
-/// File format of a picture.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
-#[non_exhaustive]
-pub enum Format {
-    /// Scalable; text stays text.
-    Svg,
-    /// Pixels, at twice the size.
-    #[cfg(feature = "png")]
-    Png,
-}
-
-impl Format {
-    /// The format that the ending of a file's name asks for; `None` where it is another.
-    pub fn of(path: &Path) -> Option<Self> {
-        let ending = path.extension()?.to_string_lossy().to_ascii_lowercase();
-        match ending.as_str() {
-            "svg" => Some(Self::Svg),
-            #[cfg(feature = "png")]
-            "png" => Some(Self::Png),
-            _ => None,
-        }
-    }
-}
 
 /// The figure of a ring-down.
 pub fn ringdown(analysed: &AnalysedRingdown<'_>) -> Picture {
@@ -97,28 +74,10 @@ pub(crate) fn series_panels(analysed: &AnalysedSeries<'_>) -> Vec<Picture> {
     series::panels(analysed).into_iter().map(Picture).collect()
 }
 
-/// A figure not yet in any format.
-pub struct Picture(figure::Figure);
-
-impl Picture {
-    /// As an element of an HTML page.
-    pub(crate) fn inline_svg(&self) -> String {
-        svg::inline(&self.0)
-    }
-
-    /// In a file format; `None` where there is not enough memory for its pixels.
-    pub fn render(&self, format: Format) -> Option<Vec<u8>> {
-        match format {
-            Format::Svg => Some(svg::render(&self.0)),
-            #[cfg(feature = "png")]
-            Format::Png => png::render(&self.0),
-        }
-    }
-}
-
 #[cfg(test)]
 mod tests {
     use super::*;
+    use std::path::Path;
 
     /// Numbers that are none, and nothing at all: still a picture.
     #[test]

@@ -13,8 +13,8 @@ const LEFT: f64 = 74.0;
 const BELOW: f64 = 52.0;
 const ABOVE: f64 = 26.0;
 const RIGHT: f64 = 14.0;
-/// More dots than this do not say what they stand for: nobody could point at one.
-const MOST_TOLD: usize = 3000;
+/// More dots than this carry no values: nobody could point at one.
+const MOST_LABELLED: usize = 3000;
 
 /// How an entry of the legend looks.
 pub(super) enum Mark {
@@ -160,7 +160,7 @@ impl<'f> Panel<'f> {
         self.sized_dots(points.into_iter().map(|p| (p, f64::NAN)), radius, color);
     }
 
-    /// Dots with their standard errors, which are told but not drawn; NaN where unknown.
+    /// Dots with their standard errors, which are in the values but not drawn; NaN where unknown.
     pub(super) fn sized_dots(
         &mut self,
         points: impl IntoIterator<Item = (Point, f64)>,
@@ -173,14 +173,14 @@ impl<'f> Panel<'f> {
             .filter(|(place, ..)| self.inside(*place))
             .collect();
         let places: Vec<Point> = seen.iter().map(|(place, ..)| *place).collect();
-        let told = if seen.len() <= MOST_TOLD { &seen[..] } else { &[] };
-        let notes = told.iter().map(|(_, p, error)| self.told(*p, *error)).collect();
+        let labelled = if seen.len() <= MOST_LABELLED { &seen[..] } else { &[] };
+        let notes = labelled.iter().map(|(_, p, error)| self.values(*p, *error)).collect();
         self.occupied.extend_from_slice(&places);
         self.figure.dots(places, radius, color, notes);
     }
 
-    /// A point in words, a line for each axis.
-    fn told(&self, [x, y]: Point, error: f64) -> String {
+    /// Values of a point, a line for each axis.
+    fn values(&self, [x, y]: Point, error: f64) -> String {
         let error = if error.is_finite() && error > 0.0 {
             format!(" ± {}", crate::format::plain(error, 2, ""))
         } else {

@@ -29,7 +29,7 @@ pub(super) fn inline(figure: &Figure) -> String {
     for frame in &figure.frames {
         let ([left, top], [width, height]) = (frame.corner, frame.size);
         let axis = |axis: &Axis| {
-            // Names instead of numbers are told by the dots.
+            // Names instead of numbers stand in the values of the dots.
             let kind = if !axis.names.is_empty() {
                 "names"
             } else if axis.log {

@@ -3,22 +3,16 @@
 mod braille;
 mod inspect;
 mod parameters;
+mod style;
 mod table;
 
 pub use inspect::{Inspected, inspect};
+pub(crate) use style::{ANSWER, CHOSEN, DIM, HEADING, WIDTH};
 
 use crate::document::{Document, Facts};
 use crate::escape;
 use crate::text::wrap;
-use anstyle::{AnsiColor, Style};
-
-/// Columns of the screen a report is laid out for.
-pub(crate) const WIDTH: usize = 80;
-
-pub(crate) const ANSWER: Style = Style::new().bold();
-pub(crate) const HEADING: Style = AnsiColor::Cyan.on_default();
-pub(crate) const CHOSEN: Style = AnsiColor::Green.on_default();
-pub(crate) const DIM: Style = Style::new().dimmed();
+use anstyle::Style;
 
 /// The whole report. `written` names the files written beside it.
 pub fn screen(document: &Document<'_>, written: &[String]) -> String {

@@ -1,14 +1,14 @@
 //! Lists of points as columns: a notebook wants arrays, not an array of objects.
 
 /// Declares the columns that a list of points becomes in JSON, and a module with their serialiser:
-/// `#[serde(serialize_with = "module::serialize")]`, `#[schemars(with = "module::Columns")]`.
+/// `#[serde(serialize_with = "module::serialize")]`, `#[schemars(with = "module::Columns")]`. Their
+/// schema tells what the fields of a point mean.
 macro_rules! columns {
     ($module:ident of $point:ty { $($field:ident: $type:ty),+ $(,)? }) => {
         #[cfg(feature = "serde")]
         pub(crate) mod $module {
             /// The points, column by column.
             #[derive(serde::Serialize)]
-            #[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
             pub(crate) struct Columns {
                 $($field: Vec<$type>),+
             }
@@ -20,7 +20,39 @@ macro_rules! columns {
                 let columns = Columns { $($field: points.iter().map(|p| p.$field).collect()),+ };
                 serde::Serialize::serialize(&columns, serializer)
             }
+
+            #[cfg(feature = "schema")]
+            impl schemars::JsonSchema for Columns {
+                fn schema_name() -> std::borrow::Cow<'static, str> {
+                    format!("{}s", <$point as schemars::JsonSchema>::schema_name()).into()
+                }
+
+                fn json_schema(generator: &mut schemars::SchemaGenerator) -> schemars::Schema {
+                    $crate::answer::columns::schema(
+                        &<$point as schemars::JsonSchema>::json_schema(generator),
+                        &[$(stringify!($field)),+],
+                    )
+                }
+            }
         }
     };
 }
 pub(crate) use columns;
+
+/// A list under the name of each field of a point.
+#[cfg(feature = "schema")]
+pub(crate) fn schema(point: &schemars::Schema, fields: &[&'static str]) -> schemars::Schema {
+    let column = |field: &&'static str| {
+        let mut item = point.get("properties").and_then(|all| all.get(field)).cloned().unwrap_or_default();
+        let description = item.as_object_mut().and_then(|item| item.remove("description"));
+        let column = schemars::json_schema!({ "description": description, "type": "array", "items": item });
+        (*field, column)
+    };
+    let columns: std::collections::BTreeMap<&str, schemars::Schema> = fields.iter().map(column).collect();
+    schemars::json_schema!({
+        "description": "The points, column by column.",
+        "type": "object",
+        "properties": columns,
+        "required": fields,
+    })
+}

@@ -45,14 +45,6 @@ impl Values {
         self.0.iter().find(|(p, _)| *p == parameter).map(|(_, v)| *v)
     }
 
-    /// Sets or adds a value.
-    pub fn set(&mut self, parameter: Parameter, value: f64) {
-        match self.0.iter_mut().find(|(p, _)| *p == parameter) {
-            Some((_, old)) => *old = value,
-            None => self.0.push((parameter, value)),
-        }
-    }
-
     /// Parameters and values in order.
     pub fn iter(&self) -> impl Iterator<Item = (Parameter, f64)> {
         self.0.iter().copied()

@@ -3,6 +3,7 @@
 use super::comparison::{Candidate, Correlation, SlidingEvidence, Values};
 use super::parameter::Parameter;
 use super::quantity::Quantity;
+use crate::answer::Warning;
 use crate::inference::Z_95;
 use crate::inference::bounded::minimise_bounded;
 use crate::inference::least_squares::{Fit, LeastSquares, STEP_TOLERANCE};
@@ -10,7 +11,7 @@ use crate::inference::model_selection::{ModelComparison, ModelFit};
 use crate::inference::noise::NoiseModel;
 use crate::inference::profile::{Estimate, Profile};
 use crate::inference::quadratic::given;
-use crate::model::loss::LossTerm;
+use crate::model::loss::{LossModel, LossTerm};
 use std::borrow::Cow;
 
 /// Estimate and interval of the coefficient in `slot`, which lies between zero and `most`, with the
@@ -32,14 +33,7 @@ pub(crate) fn loss_estimate(
     let near = near_limit(unbounded, noise, others);
     let most = most.map_or(f64::INFINITY, |m| m.max(constrained.parameters[slot]));
     let range = [0.0, most];
-    let profile = Profile {
-        problem,
-        fit: &constrained,
-        unbounded,
-        noise,
-        range,
-        non_negative: others,
-    };
+    let profile = Profile { problem, fit: &constrained, unbounded, noise, range, non_negative: others };
     let mut found = profile.non_negative(slot, curved || near);
     found.interval[1] = found.interval[1].min(most);
     if near {
@@ -127,6 +121,28 @@ pub(crate) fn symmetric(
     let half = Z_95 * error * noise.student_factor(fit) * factor.abs();
     q.interval_95 = [q.value - half, q.value + half];
     q
+}
+
+/// What is to be said about the choice of the model: one asked for that is worse by more than `bic`, or
+/// a rival as good as the preferred one to within it.
+pub(crate) fn model_choice(
+    comparison: &ModelComparison,
+    asked: Option<LossModel>,
+    bic: f64,
+) -> Option<Warning> {
+    let preferred = comparison.preferred()?;
+    if let Some(asked) = asked {
+        let worse = comparison.get(asked)?.bic - preferred.bic;
+        let preferred = preferred.model;
+        return (asked != preferred && worse > bic).then_some(Warning::ModelNotPreferred {
+            asked,
+            preferred,
+            delta_bic: worse,
+        });
+    }
+    let rival = comparison.rival(bic)?;
+    let delta_bic = (rival.bic - preferred.bic).abs();
+    Some(Warning::AmbiguousModel { chosen: preferred.model, rival: rival.model, delta_bic })
 }
 
 /// Every model as the table of candidates has it, best first; `rms` and `values` describe one fit.

@@ -18,7 +18,7 @@ use std::{borrow::Cow, fmt};
 /// ```
 #[derive(Debug, Clone, PartialEq)]
 pub struct Hint {
-    /// Field of an options structure, such as `rate_hz`; `None` if no option helps.
+    /// Field of an options structure, such as `rate_hz`, or `analysis`; `None` if no option helps.
     pub option: Option<&'static str>,
     /// The value to give it, where one is known.
     pub value: Option<HintValue>,
@@ -36,6 +36,36 @@ pub enum HintValue {
     Range([f64; 2]),
     /// A word, such as the name of a model or a unit.
     Text(String),
+}
+
+/// An analysis, for hints that depend on it or lead to another one.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+#[non_exhaustive]
+pub enum Analysis {
+    /// A free decay.
+    Ringdown,
+    /// A resonance curve.
+    Resonance,
+    /// Amplitudes over drive levels.
+    Levels,
+}
+
+impl Analysis {
+    /// Name of its module.
+    #[must_use]
+    pub fn name(self) -> &'static str {
+        match self {
+            Self::Ringdown => "ringdown",
+            Self::Resonance => "resonance",
+            Self::Levels => "levels",
+        }
+    }
+}
+
+impl From<Analysis> for HintValue {
+    fn from(analysis: Analysis) -> Self {
+        analysis.name().into()
+    }
 }
 
 impl From<f64> for HintValue {
@@ -63,6 +93,11 @@ impl Hint {
     /// Advice about an option, named by its field.
     pub fn new(option: &'static str, advice: impl Into<Cow<'static, str>>) -> Self {
         Self { option: Some(option), value: None, advice: advice.into() }
+    }
+
+    /// Advice to use another analysis: the option `analysis` with its name.
+    pub fn analysis(analysis: Analysis, advice: impl Into<Cow<'static, str>>) -> Self {
+        Self::new("analysis", advice).with(analysis)
     }
 
     /// Advice that is not about an option.

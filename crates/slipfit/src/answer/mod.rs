@@ -4,6 +4,7 @@ pub mod calibration;
 pub(crate) mod columns;
 pub mod comparison;
 pub(crate) mod describe;
+mod error_hints;
 pub mod hint;
 mod p_value;
 pub mod parameter;
@@ -12,7 +13,6 @@ pub mod quantity;
 pub(crate) mod serialise;
 pub mod warning;
 
-pub use crate::model::unit::UnitRule;
 pub use comparison::{Candidate, Correlation, SlidingEvidence, Values};
 pub use hint::Hint;
 pub(crate) use p_value::p_value;

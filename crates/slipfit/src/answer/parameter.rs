@@ -44,7 +44,7 @@ macro_rules! parameters {
             }
 
             /// How its unit follows from the signal's.
-            pub const fn unit_rule(self) -> UnitRule {
+            pub(crate) const fn unit_rule(self) -> UnitRule {
                 match self {
                     Parameter::Loss(term) => term.unit(),
                     $(Parameter::$variant => $unit,)+

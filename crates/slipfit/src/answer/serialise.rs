@@ -32,6 +32,7 @@ impl Serialize for Values {
 #[cfg_attr(feature = "schema", schemars(rename = "Warning"))]
 struct WarningText {
     /// Machine-readable code.
+    #[cfg_attr(feature = "schema", schemars(extend("pattern" = "^[a-z_]+$")))]
     code: &'static str,
     /// What was found.
     message: String,
@@ -44,13 +45,18 @@ struct WarningText {
 #[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
 #[cfg_attr(feature = "schema", schemars(rename = "Hint"))]
 struct HintText {
+    /// The option, by its name in the library; null where no option helps.
     option: Option<&'static str>,
+    /// A value for it; null where none is known.
     value: Option<ValueText>,
+    /// What it does.
     advice: String,
 }
 
+/// A number or a range in the unit of the option, or a word.
 #[derive(Serialize)]
 #[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
+#[cfg_attr(feature = "schema", schemars(rename = "HintValue"))]
 #[serde(untagged)]
 enum ValueText {
     Number(f64),
@@ -167,6 +173,7 @@ mod schema {
     use super::*;
     use schemars::{JsonSchema, Schema, SchemaGenerator, json_schema};
     use std::borrow::Cow;
+    use std::collections::BTreeMap;
 
     macro_rules! names {
         ($type:ty, $name:literal, $all:expr) => {
@@ -186,23 +193,17 @@ mod schema {
     names!(Parameter, "Parameter", Parameter::all());
     names!(LossModel, "LossModel", LossModel::all());
 
-    /// The same schema as another type's.
-    macro_rules! same_as {
-        ($type:ty, $other:ty) => {
-            impl JsonSchema for $type {
-                fn schema_name() -> Cow<'static, str> {
-                    <$other>::schema_name()
-                }
+    impl JsonSchema for Warning {
+        fn schema_name() -> Cow<'static, str> {
+            WarningText::schema_name()
+        }
 
-                fn json_schema(generator: &mut SchemaGenerator) -> Schema {
-                    <$other>::json_schema(generator)
-                }
-            }
-        };
+        fn json_schema(generator: &mut SchemaGenerator) -> Schema {
+            WarningText::json_schema(generator)
+        }
     }
 
-    same_as!(Warning, WarningText);
-
+    /// Values by parameter.
     macro_rules! map_of {
         ($type:ty, $name:literal, $value:ty) => {
             impl JsonSchema for $type {
@@ -212,7 +213,14 @@ mod schema {
 
                 fn json_schema(generator: &mut SchemaGenerator) -> Schema {
                     let value = generator.subschema_for::<$value>();
-                    json_schema!({ "type": "object", "additionalProperties": value })
+                    let known = |parameter: Parameter| {
+                        let mut value = value.clone();
+                        let text = format!("{} {}", parameter.label(), parameter.symbol());
+                        value.insert("description".to_owned(), text.trim().into());
+                        (parameter.name(), value)
+                    };
+                    let known: BTreeMap<&str, Schema> = Parameter::all().map(known).collect();
+                    json_schema!({ "type": "object", "properties": known, "additionalProperties": value })
                 }
             }
         };

@@ -109,6 +109,16 @@ impl ModelComparison {
         self.get(preferred.with(LossTerm::Viscous).with(LossTerm::Sliding))
     }
 
+    /// A model that describes the data as well as the preferred one, to within `bic`, with terms that
+    /// are not part of what is reported, or without some that are beside viscous and sliding loss.
+    pub(crate) fn rival(&self, bic: f64) -> Option<&ModelFit> {
+        let preferred = self.preferred()?;
+        let reported = |m: LossModel| m.with(LossTerm::Viscous).with(LossTerm::Sliding);
+        let other = |f: &&ModelFit| reported(f.model) != reported(preferred.model) && f.at_limit.is_none();
+        let close = self.fits.iter().filter(other).filter(|f| f.bic < preferred.bic + bic);
+        close.min_by(|a, b| a.bic.total_cmp(&b.bic))
+    }
+
     /// Lowest BIC of all models.
     pub(crate) fn lowest_bic(&self) -> f64 {
         self.fits.iter().map(|f| f.bic).fold(f64::INFINITY, f64::min)

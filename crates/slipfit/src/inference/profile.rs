@@ -225,7 +225,15 @@ mod tests {
         let fit = minimise(&problem, &[0.0, 1.0], &[0, 1]).unwrap();
         let noise_model = NoiseModel::white(200.0);
         let range = [f64::NEG_INFINITY, f64::INFINITY];
-        let e = Profile { problem: &problem, fit: &fit, unbounded: &fit, noise: noise_model, range, non_negative: &[] }.two_sided(1, true);
+        let e = Profile {
+            problem: &problem,
+            fit: &fit,
+            unbounded: &fit,
+            noise: noise_model,
+            range,
+            non_negative: &[],
+        }
+        .two_sided(1, true);
         // In b³ the interval is symmetric.
         let [low, high] = e.interval.map(|b| b.powi(3));
         let centre = e.value.powi(3);
@@ -240,7 +248,14 @@ mod tests {
         let fit = minimise(&problem, &[0.0, 1.0], &[0, 1]).unwrap();
         let noise = NoiseModel::white(20.0);
         let most = fit.parameters[1] + 1e-3;
-        let p = Profile { problem: &problem, fit: &fit, unbounded: &fit, noise, range: [0.0, most], non_negative: &[] };
+        let p = Profile {
+            problem: &problem,
+            fit: &fit,
+            unbounded: &fit,
+            noise,
+            range: [0.0, most],
+            non_negative: &[],
+        };
         assert_eq!(p.two_sided(1, true).interval[1], most);
     }
 }

@@ -6,6 +6,7 @@ use crate::answer::{Parameter, Parameters, Warning};
 
 /// One level beside the fit.
 #[derive(Debug, Clone, Copy, PartialEq)]
+#[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
 pub struct LevelPoint {
     /// Index in the order of measurement.
     pub index: usize,

@@ -3,4 +3,4 @@
 pub mod displacement;
 pub mod loss;
 pub mod oscillator;
-pub mod unit;
+pub(crate) mod unit;

@@ -20,7 +20,7 @@ use std::f64::consts::PI;
 /// N/m (or N m/rad). Units of time are seconds throughout.
 ///
 /// ```
-/// # use slipfit::model::Oscillator;
+/// # use slipfit::Oscillator;
 /// let fork = Oscillator::builder()
 ///     .frequency_hz(32_700.0)
 ///     .stiffness(1e4)

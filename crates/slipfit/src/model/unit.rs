@@ -3,7 +3,7 @@
 /// How the unit of a parameter follows from the signal's.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 #[non_exhaustive]
-pub enum UnitRule {
+pub(crate) enum UnitRule {
     /// The same for every signal; empty for pure numbers.
     Fixed(&'static str),
     /// The signal's own.
@@ -20,7 +20,7 @@ pub enum UnitRule {
 
 impl UnitRule {
     /// The unit beside a signal of the given unit; empty where the analysis sets it.
-    pub fn unit(self, signal: &str) -> String {
+    pub(crate) fn unit(self, signal: &str) -> String {
         match (self, signal) {
             (UnitRule::Fixed(unit), _) => unit.to_owned(),
             (UnitRule::Derived, _) => String::new(),

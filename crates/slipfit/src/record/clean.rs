@@ -2,7 +2,10 @@
 
 use std::ops::Range;
 
-use super::{Clock, ClockReport, Gap, MIN_SAMPLES, rounding};
+/// The fewest samples a record may have.
+pub const MIN_SAMPLES: usize = 8;
+
+use super::{Clock, ClockReport, Gap, rounding};
 use crate::Error;
 use crate::numeric::robust::median;
 

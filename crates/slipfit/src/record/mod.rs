@@ -8,12 +8,10 @@ mod rounding;
 use std::ops::Range;
 
 pub use averaging::Averaging;
+pub use clean::MIN_SAMPLES;
 pub use clock::{Clock, ClockReport, Gap};
 
 use crate::Error;
-
-/// The fewest samples a record may have.
-pub const MIN_SAMPLES: usize = 8;
 
 /// What the numbers of a record are.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash, Default)]
@@ -135,31 +133,6 @@ impl Record {
     pub fn with_unit(mut self, unit: impl Into<String>) -> Self {
         self.unit = unit.into();
         self
-    }
-
-    /// Adds the quadrature output of a lock-in and sets the kind to
-    /// [`SignalKind::LockIn`].
-    ///
-    /// Where rows may have been left out, use [`Record::lock_in`]: it cleans
-    /// both outputs together.
-    ///
-    /// # Errors
-    /// [`Error::Length`] if the length is not that of the cleaned signal,
-    /// [`Error::Parameter`] if a value is not finite.
-    pub fn with_quadrature(mut self, quadrature: Vec<f64>) -> Result<Self, Error> {
-        if quadrature.len() != self.signal.len() {
-            return Err(Error::Length {
-                name: "quadrature",
-                found: quadrature.len(),
-                expected: self.signal.len(),
-            });
-        }
-        if let Some(&value) = quadrature.iter().find(|v| !v.is_finite()) {
-            return Err(Error::Parameter { name: "quadrature", value, range: "the finite numbers" });
-        }
-        self.quadrature = Some(quadrature);
-        self.kind = SignalKind::LockIn;
-        Ok(self)
     }
 
     /// Number of samples, at least [`MIN_SAMPLES`].

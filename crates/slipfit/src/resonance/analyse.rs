@@ -80,6 +80,6 @@ pub fn analyse_with(curve: &Curve, options: &Options, criteria: &Criteria) -> Re
     }
     let reference = options.reference.as_ref().map(Block::new);
     let prepared = PreparedCurve::new(Block::new(&used), reference, options, criteria)?;
-    let described = selection::best_hypothesis(&prepared, options, criteria)?;
-    assemble::answer(curve, &used, options, &described, criteria)
+    let fitted = selection::best_hypothesis(&prepared, options, criteria)?;
+    assemble::answer(curve, &used, options, &fitted, criteria)
 }

@@ -56,6 +56,7 @@ pub struct Instrument {
 
 /// One measured point beside the fit.
 #[derive(Debug, Clone, Copy, PartialEq)]
+#[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
 pub struct CurvePoint {
     /// Index in the order of measurement.
     pub index: usize,
@@ -85,6 +86,7 @@ pub struct CurvePoint {
 /// Force balance at one point, without a model; "forces" are over the stiffness, in the
 /// response's unit.
 #[derive(Debug, Clone, Copy, PartialEq)]
+#[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
 pub struct ForcePoint {
     /// Frequency, Hz.
     pub frequency_hz: f64,
@@ -172,7 +174,7 @@ pub struct Diagnostics {
     pub noise_rms: f64,
     /// Residual of the chosen model, response unit.
     pub residual_rms: f64,
-    /// Factor on variances for residuals that hang together; 1 when they do not.
+    /// Factor on variances for autocorrelated residuals; 1 where they are white.
     pub residual_excess: f64,
     /// First autocorrelation of the residuals along the frequency.
     pub residual_autocorrelation: f64,

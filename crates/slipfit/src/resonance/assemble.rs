@@ -3,7 +3,7 @@
 use super::bias;
 use super::block::Block;
 use super::criteria::Criteria;
-use super::described::Described;
+use super::fitted_models::FittedModels;
 use super::paper::Lorentzian;
 use super::problem::Problem;
 use super::response::{
@@ -30,7 +30,7 @@ pub(super) fn answer(
     curve: &Curve,
     used: &Curve,
     options: &Options,
-    d: &Described,
+    d: &FittedModels,
     criteria: &Criteria,
 ) -> Result<Answer, Error> {
     let comparison = &d.comparison;
@@ -39,13 +39,8 @@ pub(super) fn answer(
         Some(model) => comparison.get(model).ok_or(Error::NoFit {
             reason: "the model asked for has more parameters than the curve determines",
         })?,
-        // Without a viscous term, which BIC may drop, friction would look far surer than it is.
-        None if preferred.model == LossModel::SLIDING => {
-            comparison.get(LossModel::VISCOUS_SLIDING).unwrap_or(preferred)
-        }
-        None => preferred,
+        None => comparison.reported().unwrap_or(preferred),
     };
-    let preferred = if options.model.is_some() { preferred } else { chosen };
     if d.method() == Method::Paper && d.source == DriveSource::Shape {
         return Err(Error::MissingParameter {
             name: "drive_amplitude",
@@ -102,7 +97,7 @@ pub(super) fn answer(
             problem,
         },
     };
-    answer.warnings = super::warnings::warnings(curve, used, d, &answer, preferred, criteria);
+    answer.warnings = super::warnings::warnings(curve, used, d, &answer, options, criteria);
     Ok(answer)
 }
 
@@ -149,7 +144,7 @@ fn others(fit: &ModelFit, term: LossTerm) -> Vec<usize> {
 }
 
 /// The coefficient of a loss term, in the chosen model or the one with the term besides.
-fn loss_term(d: &Described, chosen: &ModelFit, term: LossTerm, unit: &str) -> Quantity {
+fn loss_term(d: &FittedModels, chosen: &ModelFit, term: LossTerm, unit: &str) -> Quantity {
     let (fit, present) = fit_of(&d.comparison, chosen, term);
     let found = fit.map_or_else(unknown, |fit| {
         let problem = d.problem_of(fit);
@@ -171,7 +166,7 @@ fn loss_term(d: &Described, chosen: &ModelFit, term: LossTerm, unit: &str) -> Qu
 }
 
 /// What takes the bias out of a fit that tells little; not beside a limit, which has its own.
-fn unbiased(d: &Described, chosen: &ModelFit, problem: &Problem, fit: &Fit) -> Option<Vec<f64>> {
+fn unbiased(d: &FittedModels, chosen: &ModelFit, problem: &Problem, fit: &Fit) -> Option<Vec<f64>> {
     let noise = d.comparison.noise;
     let most = d.criteria.vague_friction * chosen.unbounded.parameters[X_0];
     let vague = noise.std_error(&chosen.unbounded, X_F) > most;
@@ -189,11 +184,11 @@ fn moved(e: Estimate, by: f64, most: f64) -> Estimate {
 
 /// Whether the sum of squares is far from a parabola: with the drive free, height and
 /// width say one thing less than there are parameters.
-fn bends(d: &Described) -> bool {
+fn bends(d: &FittedModels) -> bool {
     d.source != DriveSource::Known || d.problem.prior.is_some()
 }
 
-fn parameters(used: &Curve, options: &Options, d: &Described, chosen: &ModelFit) -> Parameters {
+fn parameters(used: &Curve, options: &Options, d: &FittedModels, chosen: &ModelFit) -> Parameters {
     let unit = used.unit();
     let noise = d.comparison.noise;
     let mut list = Parameters::default();
@@ -239,7 +234,7 @@ fn calibrated(
 }
 
 /// The interval stretched over those of all minima that explain the data as well.
-fn spanned(d: &Described, mut q: Quantity, of: fn(&[f64]) -> f64) -> Quantity {
+fn spanned(d: &FittedModels, mut q: Quantity, of: fn(&[f64]) -> f64) -> Quantity {
     if d.minima.len() < 2 {
         return q;
     }
@@ -277,7 +272,7 @@ fn on_background(chosen: &ModelFit) -> bool {
     chosen.unbounded.free.contains(&BG_RE)
 }
 
-fn drive_amplitude(d: &Described, chosen: &ModelFit, unit: &str) -> Quantity {
+fn drive_amplitude(d: &FittedModels, chosen: &ModelFit, unit: &str) -> Quantity {
     let (noise, bounded) = (d.comparison.noise, &chosen.bounded);
     if !bounded.free.contains(&X_0) {
         return Quantity::normal(bounded.parameters[X_0], 0.0, unit);
@@ -299,7 +294,15 @@ fn drive_amplitude(d: &Described, chosen: &ModelFit, unit: &str) -> Quantity {
         [0.0, f64::INFINITY]
     };
     let losses: Vec<usize> = chosen.model.terms().map(slot).collect();
-    let mut found = Profile { problem: &problem, fit: bounded, unbounded: &chosen.unbounded, noise, range, non_negative: &losses }.two_sided(X_0, bends(d));
+    let mut found = Profile {
+        problem: &problem,
+        fit: bounded,
+        unbounded: &chosen.unbounded,
+        noise,
+        range,
+        non_negative: &losses,
+    }
+    .two_sided(X_0, bends(d));
     let mut unbounded_value = chosen.unbounded.parameters[X_0];
     if let Some(by) = unbiased(d, chosen, &problem, bounded) {
         found = moved(found, by[X_0], d.criteria.most_correction);
@@ -315,7 +318,7 @@ fn drive_amplitude(d: &Described, chosen: &ModelFit, unit: &str) -> Quantity {
 }
 
 /// `beta = 4 x_F/(pi x_0)`; with the drive free, from a fit in which it is a parameter.
-fn friction_ratio(d: &Described, chosen: &ModelFit, x_f: &Quantity, x_0: &Quantity) -> Quantity {
+fn friction_ratio(d: &FittedModels, chosen: &ModelFit, x_f: &Quantity, x_0: &Quantity) -> Quantity {
     let scaled = x_f.scaled(1.0 / (FRAC_PI_4 * x_0.value), "");
     if x_0.std_error == 0.0 {
         return scaled;
@@ -351,7 +354,7 @@ fn friction_ratio(d: &Described, chosen: &ModelFit, x_f: &Quantity, x_0: &Quanti
 fn papers_parameters(
     used: &Curve,
     options: &Options,
-    d: &Described,
+    d: &FittedModels,
     chosen: &ModelFit,
     criteria: &Criteria,
 ) -> Result<Parameters, Error> {
@@ -389,7 +392,7 @@ fn papers_parameters(
 }
 
 /// Root mean square of what a model leaves, response unit.
-fn rms(d: &Described, fit: &ModelFit) -> f64 {
+fn rms(d: &FittedModels, fit: &ModelFit) -> f64 {
     let problem = d.problem_of(fit);
     let left = problem.residuals(&fit.bounded.parameters).into_iter().zip(&problem.main.weight);
     let sum: f64 = left.filter(|(_, weight)| **weight > 0.0).filter_map(|(r, _)| Some(r?.norm_sqr())).sum();
@@ -412,7 +415,7 @@ fn named(comparison: &ModelComparison) -> Vec<(usize, Parameter)> {
     list
 }
 
-fn values(d: &Described, fit: &ModelFit) -> Values {
+fn values(d: &FittedModels, fit: &ModelFit) -> Values {
     let value = |slot: usize, parameter: Parameter| match parameter {
         Parameter::NaturalFrequency => (d.problem.centre + fit.bounded.parameters[slot]) / TAU,
         Parameter::Loss(term) if !is_exact(term) && !fit.model.has(term) => 0.0,
@@ -423,7 +426,7 @@ fn values(d: &Described, fit: &ModelFit) -> Values {
     shown.map(|(slot, parameter)| (parameter, value(slot, parameter))).collect()
 }
 
-fn instrument(d: &Described, chosen: &ModelFit) -> Instrument {
+fn instrument(d: &FittedModels, chosen: &ModelFit) -> Instrument {
     let fit = &chosen.bounded;
     let noise = d.comparison.noise;
     let term =
@@ -483,7 +486,7 @@ fn points(problem: &Problem, p: &[f64], reference: bool, sigma: f64) -> Vec<Curv
 }
 
 fn reference(
-    d: &Described,
+    d: &FittedModels,
     chosen: &ModelFit,
     problem: &Problem,
     sigma: f64,
@@ -499,7 +502,13 @@ fn reference(
     }
 }
 
-fn diagnostics(curve: &Curve, used: &Curve, d: &Described, points: &[CurvePoint], sigma: f64) -> Diagnostics {
+fn diagnostics(
+    curve: &Curve,
+    used: &Curve,
+    d: &FittedModels,
+    points: &[CurvePoint],
+    sigma: f64,
+) -> Diagnostics {
     let b = &d.problem.main;
     let span = b.omega[b.len() - 1] - b.omega[0];
     let near = |w: &&f64| (**w - d.peak.omega).abs() <= d.peak.half_width;

@@ -158,7 +158,7 @@ impl Curve {
 
     /// Whether the phases were measured beside the amplitudes, and may be folded or of another
     /// quantity; those of real and imaginary parts cannot.
-    pub fn has_separate_phase(&self) -> bool {
+    pub(crate) fn has_separate_phase(&self) -> bool {
         self.separate_phase
     }
 

@@ -1,7 +1,7 @@
 //! Every loss model fitted beside the terms of the hypothesis taken.
 
 use super::criteria::Criteria;
-use super::described::{Described, oscillator_seen};
+use super::fitted_models::{FittedModels, oscillator_seen};
 use super::hypothesis::Kind;
 use super::hypothesis_fit::HypothesisFit;
 use super::peak;
@@ -21,7 +21,7 @@ use crate::model::loss::{LossModel, LossTerm};
 const SLIDING_ALONE: f64 = 0.7;
 
 /// Compares the loss models on the points as the hypothesis takes them.
-pub(super) fn compare(curve: &PreparedCurve, mut chosen: HypothesisFit) -> Result<Described, Error> {
+pub(super) fn compare(curve: &PreparedCurve, mut chosen: HypothesisFit) -> Result<FittedModels, Error> {
     let (options, criteria) = (chosen.options, chosen.criteria);
     if let Some([value, _]) = chosen.problem.prior {
         let error = options.drive_amplitude.map_or(1.0, |d| d.std_error);
@@ -61,7 +61,7 @@ pub(super) fn compare(curve: &PreparedCurve, mut chosen: HypothesisFit) -> Resul
     };
     let seen = oscillator_seen(&problem, &fit.parameters).and_then(|b| peak::find(&b));
     let hypothesis = chosen.hypothesis;
-    Ok(Described {
+    Ok(FittedModels {
         source,
         peak: seen.unwrap_or(hypothesis.peak),
         comparison,

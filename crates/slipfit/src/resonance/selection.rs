@@ -1,7 +1,7 @@
 //! Which hypotheses about a curve are fitted, and which of the fits is taken.
 
 use super::criteria::{Criteria, SelectionCriteria};
-use super::described::Described;
+use super::fitted_models::FittedModels;
 use super::hypothesis::{Hypothesis, Kind};
 use super::hypothesis_fit::HypothesisFit;
 use super::prepared::PreparedCurve;
@@ -15,7 +15,7 @@ pub(super) fn best_hypothesis(
     curve: &PreparedCurve,
     options: &Options,
     criteria: &Criteria,
-) -> Result<Described, Error> {
+) -> Result<FittedModels, Error> {
     let c = &criteria.selection;
     let fit = |hypothesis| fit(curve, hypothesis, options, criteria);
     let plain = fit(Hypothesis::plain(curve));
@@ -24,7 +24,7 @@ pub(super) fn best_hypothesis(
     let first = plain.as_ref().ok().map(PlainOutcome::of);
     let implausible = first.is_some_and(|f| f.implausible(c));
     let insufficient = first.is_some_and(|f| f.insufficient(c));
-    let mut others: Vec<Described> = Vec::new();
+    let mut others: Vec<FittedModels> = Vec::new();
     if delay_asked || implausible || insufficient {
         // Where the plain curve is plausible, its outliers are outliers.
         let plausible = plain.as_ref().ok().filter(|_| insufficient && !implausible);
@@ -43,7 +43,7 @@ pub(super) fn best_hypothesis(
     if !delay_asked {
         return chosen;
     }
-    let left = |d: &Described| Outcome::of(d).variance;
+    let left = |d: &FittedModels| Outcome::of(d).variance;
     let with_delay =
         others.into_iter().filter(|d| !d.phases_ignored).min_by(|a, b| left(a).total_cmp(&left(b)));
     match (chosen, with_delay) {
@@ -54,7 +54,7 @@ pub(super) fn best_hypothesis(
 }
 
 /// Backgrounds and delays from the start, until one leaves nothing but noise.
-fn with_instrument(curve: &PreparedCurve, options: &Options, criteria: &Criteria) -> Vec<Described> {
+fn with_instrument(curve: &PreparedCurve, options: &Options, criteria: &Criteria) -> Vec<FittedModels> {
     let noise = criteria.selection.noise_variances * curve.fitted_noise * curve.fitted_noise;
     let mut found = Vec::new();
     for hypothesis in Hypothesis::with_instrument(curve, options, criteria) {
@@ -136,7 +136,7 @@ struct Outcome {
 }
 
 impl Outcome {
-    fn of(d: &Described) -> Self {
+    fn of(d: &FittedModels) -> Self {
         let preferred = d.comparison.preferred();
         let variance = preferred.map_or(f64::INFINITY, |f| d.comparison.noise.residual_variance(&f.bounded));
         Self { amplitudes: d.phases_ignored, variance }

@@ -2,21 +2,21 @@
 
 use super::block::Block;
 use super::criteria::{AnswerCriteria, Criteria};
-use super::described::{Described, oscillator_seen};
+use super::fitted_models::{FittedModels, oscillator_seen};
 use super::peak::Peak;
 use super::response::{BG_IM, BG_RE, DELTA, DUFFING, OMEGA, R_DELTA, R_OMEGA, X_F};
-use super::{Answer, Curve, DriveSource, Method, RunDirection, peak};
+use super::{Answer, Curve, DriveSource, Method, Options, RunDirection, peak};
+use crate::answer::describe::model_choice;
 use crate::answer::{Parameter, Warning};
-use crate::inference::model_selection::ModelFit;
 use crate::model::loss::LossModel;
 use std::f64::consts::TAU;
 
 pub(super) fn warnings(
     curve: &Curve,
     used: &Curve,
-    d: &Described,
+    d: &FittedModels,
     answer: &Answer,
-    preferred: &ModelFit,
+    options: &Options,
     criteria: &Criteria,
 ) -> Vec<Warning> {
     let c = &criteria.answer;
@@ -73,7 +73,7 @@ pub(super) fn warnings(
     if answer.diagnostics.residual_excess > 1.0 && misfit > 1.0 + 1.0 / b.observations().sqrt() {
         list.push(Warning::ModelMisfit { ratio: misfit });
     }
-    models(&mut list, d, answer, preferred, c.rival_bic);
+    list.extend(model_choice(&d.comparison, options.model, c.rival_bic));
     if answer.method == Method::Paper
         && let Some(paper) = &answer.paper
         && let (Some(friction), Some(q_factor)) = (paper.friction_bias, paper.q_factor_bias)
@@ -89,7 +89,7 @@ pub(super) fn warnings(
 }
 
 /// Where the points lie, and what the shape alone can tell.
-fn shape(list: &mut Vec<Warning>, d: &Described, answer: &Answer, c: &AnswerCriteria) {
+fn shape(list: &mut Vec<Warning>, d: &FittedModels, answer: &Answer, c: &AnswerCriteria) {
     let b = &d.problem.main;
     let omega_0 = TAU * answer.parameter(Parameter::NaturalFrequency).map_or(0.0, |q| q.value);
     let (first, last) = (b.omega[0], b.omega[b.len() - 1]);
@@ -122,7 +122,7 @@ fn shape(list: &mut Vec<Warning>, d: &Described, answer: &Answer, c: &AnswerCrit
     }
 }
 
-fn instrument(list: &mut Vec<Warning>, d: &Described, answer: &Answer) {
+fn instrument(list: &mut Vec<Warning>, d: &FittedModels, answer: &Answer) {
     let p = &answer.fit.parameters;
     if answer.instrument.background.is_some() {
         list.push(Warning::Background {
@@ -146,7 +146,7 @@ fn instrument(list: &mut Vec<Warning>, d: &Described, answer: &Answer) {
     }
 }
 
-fn reference(list: &mut Vec<Warning>, d: &Described, answer: &Answer, c: &AnswerCriteria) {
+fn reference(list: &mut Vec<Warning>, d: &FittedModels, answer: &Answer, c: &AnswerCriteria) {
     let Some(reference) = &answer.reference else { return };
     let p = &answer.fit.parameters;
     let apart = (p[R_OMEGA] - p[OMEGA]).abs();
@@ -160,33 +160,6 @@ fn reference(list: &mut Vec<Warning>, d: &Described, answer: &Answer, c: &Answer
     }
     if reference.sliding_p_value < c.reference_slides {
         list.push(Warning::ReferenceSlides { p_value: reference.sliding_p_value });
-    }
-}
-
-fn models(list: &mut Vec<Warning>, d: &Described, answer: &Answer, preferred: &ModelFit, rival_bic: f64) {
-    if answer.model != preferred.model {
-        let asked = d.comparison.get(answer.model).map_or(0.0, |e| e.bic);
-        if asked - preferred.bic > rival_bic {
-            list.push(Warning::ModelNotPreferred {
-                asked: answer.model,
-                preferred: preferred.model,
-                delta_bic: asked - preferred.bic,
-            });
-        }
-        return;
-    }
-    let rival = d
-        .comparison
-        .fits
-        .iter()
-        .filter(|e| e.model != preferred.model && e.at_limit.is_none())
-        .min_by(|a, b| a.bic.total_cmp(&b.bic));
-    if let Some(rival) = rival.filter(|r| r.bic - preferred.bic < rival_bic) {
-        list.push(Warning::AmbiguousModel {
-            chosen: preferred.model,
-            rival: rival.model,
-            delta_bic: (rival.bic - preferred.bic).abs(),
-        });
     }
 }
 
@@ -209,7 +182,7 @@ fn runs_of(used: &Curve, b: &Block, least_points: usize) -> Vec<(RunDirection, B
 /// Up against down: where they differ by a jump, rad/s, or how sure they differ at all.
 fn runs_differ(
     runs: &[(RunDirection, Block)],
-    d: &Described,
+    d: &FittedModels,
     half_width: f64,
     run_noise: f64,
     c: &AnswerCriteria,

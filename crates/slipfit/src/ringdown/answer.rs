@@ -30,6 +30,7 @@ pub struct Segment {
 
 /// Amplitude of one short stretch of the record.
 #[derive(Debug, Clone, Copy, PartialEq)]
+#[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
 pub struct EnvelopePoint {
     /// Middle of the stretch, s on the record's clock.
     pub time_s: f64,
@@ -47,6 +48,7 @@ pub struct EnvelopePoint {
 
 /// Loss per cycle against amplitude, measured and by the model.
 #[derive(Debug, Clone, Copy, PartialEq)]
+#[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
 pub struct LossPoint {
     /// Amplitude, signal unit.
     pub amplitude: f64,

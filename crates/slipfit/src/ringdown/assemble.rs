@@ -56,7 +56,7 @@ pub(crate) fn answer(e: &Evidence) -> Result<Answer, Error> {
         signal_unit: e.record.unit().to_owned(),
         fit,
     };
-    answer.warnings = super::warnings::warnings(e, &answer, preferred.model);
+    answer.warnings = super::warnings::warnings(e, &answer);
     Ok(answer)
 }
 

@@ -108,7 +108,8 @@ pub(crate) fn compare(
     // No model is worse than one within it.
     for i in 0..fits.len() {
         let (model, rss) = (fits[i].0, fits[i].1.rss);
-        let within = fits.iter().filter(|(m, f)| m.is_within(model) && f.rss < rss * (1.0 - NESTED_TOLERANCE));
+        let within =
+            fits.iter().filter(|(m, f)| m.is_within(model) && f.rss < rss * (1.0 - NESTED_TOLERANCE));
         let Some((_, better)) = within.min_by(|a, b| a.1.rss.total_cmp(&b.1.rss)) else { continue };
         if let Some(fit) = minimise(problem, &better.parameters, &free_of(model, nuisance)) {
             fits[i].1 = fit;
@@ -138,10 +139,8 @@ fn starts(
         p
     };
     if model == LossModel::VISCOUS_SLIDING {
-        let mut list = vec![with_losses(&[
-            (LossTerm::Viscous, start[DELTA]),
-            (LossTerm::Sliding, start[X_F]),
-        ])];
+        let mut list =
+            vec![with_losses(&[(LossTerm::Viscous, start[DELTA]), (LossTerm::Sliding, start[X_F])])];
         if side_minima {
             list.extend(SLIDING_SHARES.map(|share| {
                 with_losses(&[

@@ -282,6 +282,9 @@ criteria! {
         most_excess: f64 = 4.0, source "twice the noise", moves "the method chosen";
         /// Residual variance over the noise down to which the waveform must describe the samples.
         variance_ratio: f64 = 1.3, source "chosen by simulation", moves "the method chosen";
+        /// Samples of a window up to which a motion that stops in it is fitted from several starts,
+        /// also where the first fit leaves no more than noise.
+        multi_start_samples: usize = 10_000, source "chosen by simulation", moves "coverage, time of analysis";
     }
 }
 
@@ -359,7 +362,9 @@ criteria! {
         /// Sliding share of the loss above which sliding friction dominates.
         dominating_share: f64 = 0.95, source "a convention", moves "the instant reported";
         /// Cycles below which the loss terms cannot be separated.
-        few_cycles: f64 = 5.0, source "chosen by simulation", moves "warnings, and the model reported";
+        few_cycles: f64 = 5.0, source "chosen by simulation", moves "warnings";
+        /// Relative error of decay rate and friction below which so few cycles determine both.
+        determined: f64 = 0.25, source "four standard errors from zero", moves "warnings";
         /// Decay times recorded below which the amplitude does not fall at all.
         least_decay: f64 = 0.01, source "far below what any kind of loss shows in",
             moves "the sentence of the answer";

@@ -182,5 +182,5 @@ fn project(
         }
     }
     let points = blocks::demodulate(&samples.time, &samples.signal, blocks, &phases);
-    Ok(Projected { points, law: smooth.law, follows_law: smooth.lawful })
+    Ok(Projected { points, law: smooth.law, follows_law: smooth.follows_law })
 }

@@ -3,13 +3,18 @@
 use super::Answer;
 use super::evidence::Evidence;
 use super::window::EndReason;
-use crate::answer::{Candidate, Parameter, Warning};
-use crate::model::loss::{LossModel, LossTerm};
+use crate::answer::describe::model_choice;
+use crate::answer::{Parameter, Warning};
 
-/// Whether the record is too short to tell viscous from sliding loss; not where sliding is certain.
-fn too_short(e: &Evidence, sliding_p_value: f64) -> bool {
+/// Whether the record is too short to tell viscous from sliding loss; not where both are determined.
+fn too_short(e: &Evidence, answer: &Answer) -> bool {
     let criteria = &e.criteria.answer;
-    e.record.kind().oscillates() && e.cycles < criteria.few_cycles && sliding_p_value >= criteria.certain_sliding
+    let determined = |parameter| {
+        let q = answer.parameter(parameter);
+        q.is_some_and(|q| q.std_error < criteria.determined * q.value)
+    };
+    let both = determined(Parameter::DECAY_RATE) && determined(Parameter::FRICTION_DISPLACEMENT);
+    e.record.kind().oscillates() && e.cycles < criteria.few_cycles && !both
 }
 
 /// Whether the two are one number, by their correlation; not where sliding is certain.
@@ -18,19 +23,11 @@ fn inseparable(e: &Evidence, correlation: f64, sliding_p_value: f64) -> bool {
     correlation.abs() > criteria.inseparable && sliding_p_value >= criteria.certain_sliding
 }
 
-/// A model with another set of terms beside viscous and sliding loss, both of which are always part of
-/// what is reported, that describes the data about as well as the preferred one.
-fn rival<'a>(e: &Evidence, answer: &'a Answer, most_bic: f64) -> Option<&'a Candidate> {
-    let reported = e.fit.comparison.reported()?.model;
-    let other = |m: LossModel| m.with(LossTerm::Viscous).with(LossTerm::Sliding) != reported;
-    answer.comparison.iter().find(|c| other(c.model) && c.at_limit.is_none() && c.delta_bic < most_bic)
-}
-
-pub(crate) fn warnings(e: &Evidence, answer: &Answer, preferred: LossModel) -> Vec<Warning> {
+pub(crate) fn warnings(e: &Evidence, answer: &Answer) -> Vec<Warning> {
     let criteria = &e.criteria.answer;
     let mut list = Vec::new();
     let bare = !e.record.kind().oscillates();
-    if too_short(e, answer.sliding.p_value) {
+    if too_short(e, answer) {
         list.push(Warning::TooFewCycles { cycles: e.cycles });
     }
     let correlation =
@@ -75,19 +72,8 @@ pub(crate) fn warnings(e: &Evidence, answer: &Answer, preferred: LossModel) -> V
         let super::Distortion { order, relative_amplitude } = found;
         list.push(Warning::Harmonics { order, relative_amplitude });
     }
-    let delta_bic =
-        |model: LossModel| answer.comparison.iter().find(|c| c.model == model).map_or(0.0, |c| c.delta_bic);
-    if let Some(asked) = e.options.model {
-        if asked != preferred && delta_bic(asked) > criteria.rival_bic {
-            list.push(Warning::ModelNotPreferred { asked, preferred, delta_bic: delta_bic(asked) });
-        }
-    } else if let Some(rival) = rival(e, answer, delta_bic(preferred) + criteria.rival_bic) {
-        list.push(Warning::AmbiguousModel {
-            chosen: preferred,
-            rival: rival.model,
-            delta_bic: (rival.delta_bic - delta_bic(preferred)).abs(),
-        });
-    }
+    let comparison = &e.fit.comparison;
+    list.extend(model_choice(comparison, e.options.model, criteria.rival_bic));
     if !bare {
         let points = &e.measured.points;
         let samples = points.iter().map(|b| b.end - b.first).sum::<usize>() as f64;

@@ -4,7 +4,7 @@
 
 use crate::inference::least_squares::{LeastSquares, Normal};
 use crate::motion::decay::half_cycle::Window;
-use crate::motion::decay::parameters::A0;
+use crate::motion::decay::parameters::{A0, X_F};
 use std::f64::consts::PI;
 
 pub(crate) use crate::motion::decay::half_cycle::Bend;
@@ -60,13 +60,14 @@ impl Waveform<'_> {
         }
         out.rss = sums.total(n, n);
         if !self.rest_tells && at_rest < self.time.len() {
-            self.free_level(p, at_rest, out, residuals);
+            self.level_of_rest(p, at_rest, out, residuals);
         }
         out.rss.is_finite()
     }
 
-    /// Frees the level of the samples at rest: their sums without what their mean explains.
-    fn free_level(&self, p: &[f64], from: usize, out: &mut Normal, residuals: Option<&mut Vec<f64>>) {
+    /// Gives the samples at rest a level of their own, within `±x_F` of the middle: their sums with
+    /// the mean of what is left of them, or with `±x_F` where that mean lies beyond.
+    fn level_of_rest(&self, p: &[f64], from: usize, out: &mut Normal, residuals: Option<&mut Vec<f64>>) {
         let inverse_duration = 1.0 / self.duration.max(f64::MIN_POSITIVE);
         let (mut sums, mut left) = ([0.0; 3], 0.0);
         for (t, x) in self.time[from..].iter().zip(&self.signal[from..]) {
@@ -76,15 +77,29 @@ impl Waveform<'_> {
             sums.iter_mut().zip(powers).for_each(|(s, v)| *s += v);
         }
         let n = (self.time.len() - from) as f64;
-        for &i in self.active.iter().filter(|i| (OFFSET..OFFSET + 3).contains(i)) {
-            out.jtr[i] -= sums[i - OFFSET] * left / n;
-            for &j in self.active.iter().filter(|j| (OFFSET..=i).contains(j)) {
-                out.jtj[(i, j)] -= sums[i - OFFSET] * sums[j - OFFSET] / n;
+        let x_f = p[X_F].max(0.0);
+        let level = (left / n).clamp(-x_f, x_f);
+        let offsets = || self.active.iter().copied().filter(|i| (OFFSET..OFFSET + 3).contains(i));
+        for i in offsets() {
+            out.jtr[i] -= sums[i - OFFSET] * level;
+        }
+        if level == left / n {
+            for i in offsets() {
+                for j in offsets().filter(|j| *j <= i) {
+                    out.jtj[(i, j)] -= sums[i - OFFSET] * sums[j - OFFSET] / n;
+                }
+            }
+        } else if self.active.contains(&X_F) {
+            let sign = left.signum();
+            out.jtr[X_F] += sign * (left - n * level);
+            out.jtj[(X_F, X_F)] += n;
+            for i in offsets() {
+                out.jtj[(i.max(X_F), i.min(X_F))] += sign * sums[i - OFFSET];
             }
         }
-        out.rss -= left * left / n;
+        out.rss += n * level * level - 2.0 * level * left;
         if let Some(list) = residuals {
-            list[from..].iter_mut().for_each(|r| *r -= left / n);
+            list[from..].iter_mut().for_each(|r| *r -= level);
         }
     }
 }
@@ -143,7 +158,7 @@ mod tests {
     use super::*;
     use crate::Oscillator;
     use crate::motion::decay::FreeDecay;
-    use crate::motion::decay::parameters::{DELTA, X_F};
+    use crate::motion::decay::parameters::DELTA;
 
     fn wave<'a>(time: &'a [f64], signal: &'a [f64], bend: Option<Bend>) -> Waveform<'a> {
         let duration = time[time.len() - 1];

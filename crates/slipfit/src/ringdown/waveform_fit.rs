@@ -100,8 +100,11 @@ pub(crate) fn fit_waveform<'a>(
     let least = LEAST_DECAY / duration;
     let decay_rate = (p[DELTA] + 2.0 * p[OMEGA] * p[X_F] / (PI * p[A0])).max(least);
     let whole = WholeLoss::new(decay_rate, p[A0], p[OMEGA]);
-    // A fit that leaves no more than the noise is no side minimum.
-    let side_minima = fit.rss / n as f64 > criteria.waveform.variance_ratio * measured.noise_rms.powi(2);
+    // A fit that leaves no more than the noise is hardly a side minimum, unless swings are few.
+    let excess = fit.rss / n as f64 / measured.noise_rms.powi(2);
+    let stops = law_of(p, p[OMEGA]).stop_time_s().is_some_and(|t| t < duration);
+    let side_minima =
+        excess > criteria.waveform.variance_ratio || stops && n <= criteria.waveform.multi_start_samples;
     let search = Search { asked, side_minima, criteria: &criteria.inference };
     let comparison = compare(&problem, &fit.parameters, &nuisance, noise, whole, search);
     let left = Remainder::new(&problem, range.start, &comparison.preferred()?.bounded, &measured.points);

@@ -4,6 +4,7 @@ use super::answer::{Answer, ConditionRow, Consistency, Estimate, SingleAnswer};
 use super::criteria::Criteria;
 use super::joint::{birge, joint, references};
 use super::law::{LoadPoint, friction_against_load};
+use super::solved::SolvedMeasurement;
 use super::{Condition, Data, Measurement, Options};
 use crate::answer::calibration::Calibration;
 use crate::answer::{Parameter, Warning};
@@ -12,19 +13,6 @@ use crate::model::loss::LossModel;
 use crate::{Error, Quantity, levels, resonance, ringdown};
 use nalgebra::{Matrix2, Vector2};
 use std::f64::consts::TAU;
-
-/// What one measurement says, limits lifted, in the common unit.
-pub(super) struct SolvedMeasurement {
-    pub(super) measurement: usize,
-    pub(super) ring_down: bool,
-    /// Damping rate and friction displacement.
-    pub(super) value: Vector2<f64>,
-    pub(super) covariance: Matrix2<f64>,
-    /// Natural frequency, Hz, and its standard error.
-    pub(super) frequency: Option<[f64; 2]>,
-    /// Drive amplitude, its standard error, and its correlation with the two.
-    pub(super) drive: Option<([f64; 2], [f64; 2])>,
-}
 
 /// Analyses each measurement alone, compares the ways at each condition as Table 1 of
 /// Vitorino, Vieira and Rodrigues does, and fits everything jointly.

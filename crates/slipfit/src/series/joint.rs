@@ -1,8 +1,8 @@
 //! Generalised least squares of everything said, with what is shared.
 
-use super::analyse::SolvedMeasurement;
 use super::answer::Joint;
 use super::criteria::Criteria;
+use super::solved::SolvedMeasurement;
 use super::{Condition, Data, Measurement, Options};
 use crate::answer::Parameter;
 use crate::inference::evidence::chi_square_tail;
@@ -47,8 +47,8 @@ pub(super) fn references(said: &[SolvedMeasurement], measurements: &[Measurement
         // No sweep knows less than its reference; where it says so, their noise was judged differently.
         let widest = sweeps.iter().filter_map(|s| s.drive).map(|d| d.0[1]).fold(0.0, f64::max);
         let std_error = (drive.std_error * scale).max(widest);
-        let told = std_error > 0.0 && std_error.is_finite();
-        told.then_some(Reference { value: drive.value * scale, std_error, sweeps: sweeps.len() })
+        let determined = std_error > 0.0 && std_error.is_finite();
+        determined.then_some(Reference { value: drive.value * scale, std_error, sweeps: sweeps.len() })
     };
     shared.filter_map(alone).collect()
 }

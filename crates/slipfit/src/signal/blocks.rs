@@ -183,7 +183,7 @@ struct Local {
 }
 
 /// Least squares of offset, two phasor components and their slopes; the
-/// phasor's rotation corrects the frequency, twice at most.
+/// phasor's rotation corrects the frequency, three times at most.
 fn refine(
     (time, signal): (&[f64], &[f64]),
     guess: f64,

@@ -60,7 +60,7 @@ pub struct SteadyMotion {
     pub settled: bool,
     /// Root mean square of what fundamental, harmonics, offset and drift leave.
     pub residual_rms: f64,
-    /// Factor on variances for residuals that hang together; 1 where they do not.
+    /// Factor on variances for autocorrelated residuals; 1 where they are white.
     pub residual_excess: f64,
 }
 

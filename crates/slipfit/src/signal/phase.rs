@@ -43,7 +43,7 @@ pub(crate) struct Smooth {
     pub(crate) at: Vec<PhaseAt>,
     pub(crate) law: PhaseLaw,
     /// The law holds; otherwise the phase was smoothed locally.
-    pub(crate) lawful: bool,
+    pub(crate) follows_law: bool,
 }
 
 /// Fits backbone laws of growing freedom to the phases of `blocks`, keeps the
@@ -131,10 +131,10 @@ pub(crate) fn smooth(blocks: &[Block], amplitude: &[f64], noise_rms: f64) -> Opt
     // A phase error e costs the amplitude e²/2: tolerable while that stays below the noise.
     let mut errors: Vec<f64> = weight.iter().map(|w| 1.0 / w.sqrt()).collect();
     let typical_noise = median(&mut errors)?;
-    let lawful = omega > 0.0
+    let follows_law = omega > 0.0
         && (omega / omega_0 - 1.0).abs() < 0.5
         && (excess < 3.0 || 0.5 * mean_square < 0.1 * typical_noise);
-    let at = if lawful {
+    let at = if follows_law {
         (0..blocks.len())
             .map(|j| {
                 let a = amplitude[j];
@@ -149,7 +149,7 @@ pub(crate) fn smooth(blocks: &[Block], amplitude: &[f64], noise_rms: f64) -> Opt
     } else {
         local(&tau, &phase, &weight)
     };
-    Some(Smooth { at, law, lawful })
+    Some(Smooth { at, law, follows_law })
 }
 
 /// Takes back turns lost in the noise: a line through the surest half of the

@@ -1,8 +1,10 @@
 //! `slipfit simulate decay`.
 
+use super::oscillator::{friction, in_flags, oscillator};
+use super::sampling::{MOST_ROWS, Noise, rows};
 use super::sheet::{Column, Digits, Parameters, Sheet, Step, converted};
 use super::turning::{turning_point_columns, turning_points};
-use super::{Noise, friction, in_flags, oscillator, rows, write};
+use super::write;
 use crate::args::{DecayArgs, OutputKind};
 use crate::failure::Failure;
 use slipfit::Oscillator;
@@ -30,7 +32,7 @@ pub(super) fn run(args: &DecayArgs, to: &write::Destinations) -> Result<(), Fail
     if args.turning_points {
         // Past the last one the iterator ends, or the record does.
         let most = args.sampling.duration / oscillator.half_period_s() + 2.0;
-        if most > super::MOST_ROWS {
+        if most > MOST_ROWS {
             return Err(
                 Failure::new(format!("{most:.0} turning points asked for")).hint("--duration is shorter")
             );

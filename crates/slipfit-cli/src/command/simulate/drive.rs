@@ -1,6 +1,6 @@
 //! The drive of `slipfit simulate driven`: a harmonic, several, or a wave from a file.
 
-use super::in_flags;
+use super::oscillator::{base_amplitude, in_flags};
 use super::sheet::{Parameters, number};
 use crate::args::{DrivenArgs, Tone, WaveArgs};
 use crate::failure::Failure;
@@ -37,7 +37,7 @@ pub(super) fn amplitude(args: &WaveArgs, oscillator: &Oscillator) -> Result<Opti
         (None, None) => Ok(None),
         (drive_amplitude, drive_force) => {
             let one = crate::args::DriveArgs { drive_amplitude, drive_force };
-            super::base_amplitude(&one, oscillator).map(Some)
+            base_amplitude(&one, oscillator).map(Some)
         }
     }
 }

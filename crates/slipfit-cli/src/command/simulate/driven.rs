@@ -1,9 +1,11 @@
 //! `slipfit simulate driven`.
 
 use super::drive::{self, Kind};
+use super::oscillator::{friction, in_flags, oscillator};
+use super::sampling::{Noise, rows};
 use super::sheet::{Column, Digits, Parameters, Sheet, Step, converted};
 use super::turning::{turning_point_columns, turning_points};
-use super::{Noise, friction, in_flags, oscillator, rows, write};
+use super::write;
 use crate::args::{Beginning, DrivenArgs};
 use crate::failure::{Failure, warning_line};
 use crate::output;

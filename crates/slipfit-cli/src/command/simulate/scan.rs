@@ -1,7 +1,9 @@
 //! `slipfit simulate sweep` and `slipfit simulate levels`.
 
+use super::oscillator::{driven_oscillator, friction, in_flags, oscillator};
+use super::sampling::Noise;
 use super::sheet::{Column, Digits, Parameters, Sheet, Step, converted};
-use super::{Noise, driven_oscillator, friction, in_flags, oscillator, write};
+use super::write;
 use crate::args::{LevelsArgs, SampleArgs, SweepArgs};
 use crate::failure::Failure;
 use slipfit::motion::steady::Phasor;

@@ -11,7 +11,7 @@ use super::{Loss, UnitRule};
 /// Sources: R. Lifshitz and M. C. Cross (2008), Reviews of Nonlinear Dynamics and Complexity 1, 1;
 /// A. Eichler et al. (2011), Nature Nanotechnology 6, 339.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub struct Cubic;
+pub(crate) struct Cubic;
 
 impl Loss for Cubic {
     const NAME: &'static str = "cubic";

@@ -1,10 +1,11 @@
 //! Quadratic drag.
 
-use super::{Loss, UnitRule};
+use super::kind::Loss;
+use crate::model::unit::UnitRule;
 
 /// Drag `c x'|x'|` of air or water: `dA/dt = -a2 A²` with `a2 = 4 c omega/(3 pi m)`.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub struct Drag;
+pub(crate) struct Drag;
 
 impl Loss for Drag {
     const NAME: &'static str = "drag";

@@ -1,6 +1,7 @@
 //! Sliding friction.
 
-use super::{Loss, UnitRule};
+use super::kind::Loss;
+use crate::model::unit::UnitRule;
 
 /// Sliding friction `F sgn(x')`: the amplitude falls along a straight line, `dA/dt = -a0` with
 /// `a0 = 2 omega x_F/pi` (eq. (16) of Vitorino, Vieira and Rodrigues; exactly
@@ -8,7 +9,7 @@ use super::{Loss, UnitRule};
 ///
 /// The coefficient reported is the friction displacement `x_F = F/k`.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub struct Sliding;
+pub(crate) struct Sliding;
 
 impl Loss for Sliding {
     const NAME: &'static str = "sliding";

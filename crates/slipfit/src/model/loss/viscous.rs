@@ -1,11 +1,12 @@
 //! Viscous damping.
 
-use super::{Loss, UnitRule};
+use super::kind::Loss;
+use crate::model::unit::UnitRule;
 
 /// Viscous damping, `gamma x'`: the amplitude falls exponentially, `dA/dt = -delta A` with
 /// `delta = gamma/2m`.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub struct Viscous;
+pub(crate) struct Viscous;
 
 impl Loss for Viscous {
     const NAME: &'static str = "viscous";

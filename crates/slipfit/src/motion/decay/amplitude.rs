@@ -175,7 +175,7 @@ impl AmplitudeLaw {
     /// Time at which the amplitude has fallen to `amplitude`, s.
     ///
     /// `None` if it never gets there, or starts below it.
-    pub fn time_to(&self, amplitude: f64) -> Option<f64> {
+    pub(crate) fn time_to(&self, amplitude: f64) -> Option<f64> {
         if !(0.0..=self.initial).contains(&amplitude) {
             return None;
         }

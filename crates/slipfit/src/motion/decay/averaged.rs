@@ -43,14 +43,6 @@ pub fn ring_down_amplitude(oscillator: &Oscillator, initial_amplitude: f64, time
     initial_amplitude - initial_amplitude * fall - loss * time
 }
 
-/// The ring-down of eq. (16): [`ring_down_amplitude`] times `cos(omega_r t)`.
-///
-/// Assumes `4 Q² >> 1`, release at rest from `initial_amplitude`. The exact
-/// motion is a cosine about `± x_F`, alternating; its mid-line is missing here.
-pub fn ring_down_displacement(oscillator: &Oscillator, initial_amplitude: f64, time_s: f64) -> f64 {
-    ring_down_amplitude(oscillator, initial_amplitude, time_s) * (oscillator.omega_d() * time_s).cos()
-}
-
 /// Energy lost in half a cycle at velocity amplitude `v`, eq. (17), over the mass:
 /// `2 (F/m) v/omega_r + (pi/2)(gamma/m) v²/omega_r`.
 ///

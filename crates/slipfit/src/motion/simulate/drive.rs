@@ -186,7 +186,7 @@ impl Drive {
 
     /// The highest angular frequency a harmonic or a sweep reaches, rad/s; `None` for a
     /// drive without any.
-    pub fn highest_omega(&self) -> Option<f64> {
+    pub(crate) fn highest_omega(&self) -> Option<f64> {
         let of = |source: &Source| match source {
             Source::Harmonics { harmonics, .. } => harmonics.iter().map(|h| h.omega).reduce(f64::max),
             Source::Chirp { omega, .. } => Some(omega.0.max(omega.1)),

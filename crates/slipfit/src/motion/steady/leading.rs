@@ -33,7 +33,7 @@ pub fn leading_amplitude(oscillator: &Oscillator, drive: &HarmonicDrive) -> f64 
 /// ```
 ///
 /// The left side grows with `R`, so the root is one. `None` where the drive is too weak.
-pub fn with_drag(oscillator: &Oscillator, drive: &HarmonicDrive, drag_rate: f64) -> Option<Phasor> {
+pub(crate) fn with_drag(oscillator: &Oscillator, drive: &HarmonicDrive, drag_rate: f64) -> Option<Phasor> {
     let omega = drive.omega();
     let d = dynamic_stiffness(oscillator, omega);
     let b = 4.0 / PI * oscillator.friction_displacement();

@@ -152,7 +152,7 @@ impl PeriodicOrbit {
     ///
     /// # Errors
     /// As [`PeriodicOrbit::find`].
-    pub fn find_with_friction(
+    pub(crate) fn find_with_friction(
         oscillator: &Oscillator,
         friction: Friction,
         drive: &HarmonicDrive,
@@ -367,7 +367,7 @@ impl PeriodicOrbit {
     }
 
     /// Friction that acts.
-    pub fn friction_law(&self) -> Friction {
+    pub(crate) fn friction_law(&self) -> Friction {
         self.friction
     }
 

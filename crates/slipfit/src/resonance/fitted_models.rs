@@ -12,7 +12,7 @@ use crate::motion::steady::Phasor;
 
 /// Everything the fits brought.
 #[derive(Debug)]
-pub(crate) struct Described {
+pub(crate) struct FittedModels {
     pub(crate) problem: Problem,
     pub(crate) peak: Peak,
     pub(crate) comparison: ModelComparison,
@@ -63,7 +63,7 @@ pub(crate) fn oscillator_seen(problem: &Problem, p: &[f64]) -> Option<Block> {
     Some(Block { data, complex: false, drive: vec![1.0; b.len()], ..b.clone() })
 }
 
-impl Described {
+impl FittedModels {
     /// The problem as a model's fit uses it.
     pub(crate) fn problem_of(&self, fit: &ModelFit) -> Problem {
         self.problem.with(&fit.unbounded.free)

@@ -1,0 +1,142 @@
+//! The oscillator, its friction and its drive, as the flags give them.
+
+use super::sheet;
+use crate::args::{DriveArgs, MinusArgs, OscillatorArgs};
+use crate::failure::Failure;
+use slipfit::Oscillator;
+use slipfit::motion::simulate::Friction;
+
+/// The oscillator; `reference` is the displacement that `--beta` refers to.
+pub(super) fn oscillator(
+    args: &OscillatorArgs,
+    reference: impl Fn(&Oscillator) -> Result<f64, Failure>,
+) -> Result<Oscillator, Failure> {
+    let mut builder = Oscillator::builder();
+    if let Some(v) = args.frequency_hz {
+        builder = builder.frequency_hz(v);
+    }
+    if let Some(v) = args.stiffness {
+        builder = builder.stiffness(v);
+    }
+    if let Some(v) = args.mass {
+        builder = builder.mass(v);
+    }
+    if let Some(v) = args.q {
+        builder = builder.q_factor(v);
+    }
+    if let Some(v) = args.viscous {
+        builder = builder.viscous_coefficient(v);
+    }
+    if let Some(beta) = args.beta {
+        let bare = builder.build().map_err(in_flags)?;
+        builder =
+            builder.friction_displacement(Oscillator::friction_displacement_for(beta, reference(&bare)?));
+    }
+    if let Some(v) = args.friction_displacement {
+        builder = builder.friction_displacement(v);
+    }
+    if let Some(v) = args.coulomb_force {
+        builder = builder.coulomb_force(v);
+    }
+    if let Some(v) = args.static_force {
+        builder = builder.static_force(v);
+    }
+    if let Some(v) = args.static_displacement {
+        builder = builder.static_displacement(v);
+    }
+    builder.build().map_err(in_flags)
+}
+
+/// Friction, which may differ by direction.
+pub(super) fn friction(args: &MinusArgs, o: &Oscillator) -> Result<Friction, Failure> {
+    let over_stiffness =
+        |flag: &str, displacement: Option<f64>, force: Option<f64>| match (force, o.stiffness()) {
+            (None, _) => Ok(displacement),
+            (Some(f), Some(k)) => Ok(Some(f / k)),
+            (Some(_), None) => {
+                Err(Failure::new(format!("{flag} is a force, and the oscillator has no stiffness"))
+                    .hint("--stiffness or --mass gives it one"))
+            }
+        };
+    let kinetic =
+        over_stiffness("--coulomb-force-minus", args.friction_displacement_minus, args.coulomb_force_minus)?;
+    let holding =
+        over_stiffness("--static-force-minus", args.static_displacement_minus, args.static_force_minus)?;
+    let minus = kinetic.unwrap_or(o.friction_displacement());
+    let held = holding.unwrap_or(o.static_displacement().max(minus));
+    if held < minus {
+        let (flag, value) = match args.static_force_minus {
+            Some(f) => ("--static-force-minus", f),
+            None => ("--static-displacement-minus", held),
+        };
+        return Err(Failure::new(format!(
+            "{flag} = {} is out of range; allowed: at least the sliding friction the same way (F_s- >= F-), \
+             {} as a displacement",
+            sheet::number(value),
+            sheet::number(minus)
+        )));
+    }
+    Friction::asymmetric([o.friction_displacement(), minus], [o.static_displacement(), held])
+        .map_err(in_flags)
+}
+
+/// Amplitude `x_0` of the base, a force over the stiffness.
+pub(super) fn base_amplitude(drive: &DriveArgs, oscillator: &Oscillator) -> Result<f64, Failure> {
+    match (drive.drive_amplitude, drive.drive_force, oscillator.stiffness()) {
+        (Some(x), _, _) => Ok(x),
+        (None, Some(p), Some(k)) => Ok(p / k),
+        _ => Err(Failure::new("--drive-force is a force, and the oscillator has no stiffness")
+            .hint("--stiffness or --mass gives it one; --drive-amplitude drives the base instead")),
+    }
+}
+
+/// The oscillator and the drive's amplitude, which `--beta` needs.
+pub(super) fn driven_oscillator(
+    args: &OscillatorArgs,
+    drive: &DriveArgs,
+) -> Result<(Oscillator, f64), Failure> {
+    let oscillator = oscillator(args, |o| base_amplitude(drive, o))?;
+    let amplitude = base_amplitude(drive, &oscillator)?;
+    Ok((oscillator, amplitude))
+}
+
+/// The core names parameters as its functions do; here they are flags.
+pub(super) fn in_flags(error: slipfit::Error) -> Failure {
+    let flags = |text: &str| {
+        let mut text = text.to_owned();
+        for (name, flag) in [
+            ("drive frequency_hz", "--drive-frequency-hz"),
+            ("drive amplitude", "--drive-amplitude"),
+            (" frequency_hz", " --frequency-hz"),
+            ("omega_0", "--frequency-hz"),
+            ("viscous_coefficient", "--viscous"),
+            ("q_factor", "--q"),
+            ("friction_displacement", "--friction-displacement"),
+            ("static_displacement", "--static-displacement"),
+            ("coulomb_force", "--coulomb-force"),
+            ("static_force", "--static-force"),
+            ("sweep_time_s", "--sweep-time"),
+            ("wait_s", "--wait"),
+            ("rate_hz", "--rate-hz"),
+        ] {
+            text = text.replace(name, flag);
+        }
+        text
+    };
+    match error {
+        slipfit::Error::Parameter { name, value, range } => {
+            let name = flags(&format!(" {name}"));
+            let name = name.trim_start();
+            let name = if name.starts_with("--") || name.contains(' ') {
+                name.to_owned()
+            } else {
+                format!("--{name}")
+            };
+            let value = sheet::number(value);
+            Failure::new(format!("{name} = {value} is out of range; allowed: {}", flags(range)))
+        }
+        slipfit::Error::MissingParameter { .. } => Failure::new(flags(&format!(" {error}")).trim_start())
+            .hint("--frequency-hz, or two of --mass, --stiffness and --frequency-hz, fix the oscillator"),
+        _ => Failure::new(flags(&format!(" {error}")).trim_start()),
+    }
+}

@@ -1,0 +1,89 @@
+//! What helps where an analysis could not be done.
+
+use super::hint::{Analysis, Hint};
+use crate::Error;
+
+impl Error {
+    /// What a person can do about it in the analysis that was asked for, mostly an option; empty where
+    /// nothing is known to help beyond what the message says.
+    ///
+    /// ```
+    /// use slipfit::{Error, answer::hint::Analysis};
+    /// let error = Error::ConstantSignal { value: 0.0 };
+    /// assert_eq!(error.hints(Analysis::Ringdown)[0].to_string(), "signal names another column");
+    /// ```
+    #[must_use]
+    pub fn hints(&self, analysis: Analysis) -> Vec<Hint> {
+        match self {
+            Self::NoOscillation { .. } => vec![
+                Hint::new("signal", "names another column"),
+                Hint::new("kind", "says what it holds"),
+                Hint::new("band_hz", "says where to look"),
+            ],
+            Self::ConstantSignal { .. } => vec![Hint::new("signal", "names another column")],
+            Self::TimeBackwards { .. } | Self::TimeStandsStill { .. } => {
+                vec![Hint::new("time", "names another column"), Hint::new("rate_hz", "replaces it")]
+            }
+            Self::NotARingDown { .. } | Self::OutsideRecord { .. } => free_decay_by_hand(),
+            Self::TooFewSamples { .. } | Self::TooFewPoints { .. } => match analysis {
+                Analysis::Ringdown => free_decay_by_hand(),
+                Analysis::Resonance => vec![
+                    Hint::advice("measure more points across the line"),
+                    Hint::new("background", "needs fewer").with("off"),
+                    Hint::new("delay", "needs fewer").with("off"),
+                    Hint::new("duffing", "needs fewer").with("off"),
+                ],
+                Analysis::Levels => {
+                    vec![Hint::advice("measure at more levels of the drive, below and above the threshold")]
+                }
+            },
+            Self::NoFit { .. } => match analysis {
+                Analysis::Ringdown => {
+                    alternatives(["start_s", "end_s", "band_hz"], "chooses a cleaner part").into()
+                }
+                Analysis::Resonance => vec![
+                    Hint::new("band_hz", "chooses a cleaner part"),
+                    Hint::new("model", "chooses another law"),
+                ],
+                Analysis::Levels => other_columns_of_levels(),
+            },
+            Self::NoResonance { .. } => match analysis {
+                Analysis::Levels => other_columns_of_levels(),
+                Analysis::Ringdown | Analysis::Resonance => vec![
+                    Hint::new("amplitude", "names another column"),
+                    Hint::new("frequency_unit", "gives the unit of the frequencies"),
+                    Hint::new("band_hz", "says where to look"),
+                ],
+            },
+            Self::ConflictingParameters { .. } => match analysis {
+                Analysis::Resonance => alternatives(["drive_amplitude", "reference"], "is enough").into(),
+                Analysis::Ringdown | Analysis::Levels => Vec::new(),
+            },
+            // The message says it.
+            Self::Parameter { .. }
+            | Self::MissingParameter { .. }
+            | Self::DoesNotHold { .. }
+            | Self::Length { .. }
+            | Self::NoSteadyMotion { .. }
+            | Self::WrongCoordinate { .. }
+            | Self::UnitMismatch { .. }
+            | Self::BelowLeastAmplitude { .. }
+            | Self::FrequencyNegative { .. }
+            | Self::PointOutOfRange { .. } => Vec::new(),
+        }
+    }
+}
+
+fn alternatives<const N: usize>(options: [&'static str; N], advice: &'static str) -> [Hint; N] {
+    options.map(|option| Hint::new(option, advice))
+}
+
+fn free_decay_by_hand() -> Vec<Hint> {
+    let mut hints = alternatives(["start_s", "end_s"], "chooses the free decay by hand").to_vec();
+    hints.push(Hint::advice("a longer record helps more"));
+    hints
+}
+
+fn other_columns_of_levels() -> Vec<Hint> {
+    alternatives(["drive", "amplitude"], "names another column").into()
+}

@@ -1,0 +1,42 @@
+//! What a kind of loss says of itself.
+
+use crate::model::unit::UnitRule;
+
+/// One kind of loss: how fast it takes amplitude, and what its coefficient is called.
+///
+/// The amplitude of a slowly decaying oscillation obeys, with a coefficient `c` for each kind,
+///
+/// ```text
+/// dA/dt = - sum c g(A),      g(A) = 1 (sliding), A (viscous), A² (drag)
+/// ```
+///
+/// (averaged over a cycle; eqs. (15) to (18) of Vitorino, Vieira and Rodrigues have the first two).
+pub(crate) trait Loss {
+    /// Name in a model, e.g. `viscous` in `viscous+sliding`.
+    const NAME: &'static str;
+    /// Name of the coefficient that is reported, as in JSON, e.g. `decay_rate_per_s`.
+    const COEFFICIENT: &'static str;
+    /// The coefficient in words.
+    const LABEL: &'static str;
+    /// Its symbol.
+    const SYMBOL: &'static str;
+    /// Its unit, given the signal's.
+    const UNIT: UnitRule;
+    /// The loss in a sentence, e.g. `viscous damping`.
+    const WORDS: &'static str;
+    /// Title, formula and source for the list of equations in a report; none where the equations of
+    /// the exact motion say it.
+    const METHOD: Option<[&'static str; 3]> = None;
+    /// Whether every analysis compares models with the term. One that is not compared takes part
+    /// where a model asked for has it.
+    const COMPARED: bool = true;
+    /// Power of the angular frequency in the damping `c g(A)/A` of a motion driven at that frequency.
+    const FREQUENCY_POWER: i32;
+    /// Relative fall of the loss over the relative rise of the frequency with amplitude, for a
+    /// spring `k (x + alpha x³)` to first order in alpha, both at the amplitude of the fundamental.
+    const BACKBONE: f64;
+    /// Shape of the loss, `g(A)`, for an amplitude `A >= 0`.
+    fn shape(amplitude: f64) -> f64;
+    /// Its derivative, `dg/dA`.
+    fn shape_derivative(amplitude: f64) -> f64;
+}
