@@ -84,3 +84,25 @@ fn no_link_of_a_page_leads_nowhere() {
     }
     assert!(seen > 40, "{seen}");
 }
+
+/// The worked example of a loss term is the code itself, and the files it names are there.
+#[test]
+fn the_worked_example_is_the_code() {
+    let page = read("docs/extending.md");
+    let shown = |begin: &str| {
+        let from = page.find(begin).unwrap_or_else(|| panic!("{begin}"));
+        page[from..].split("```").next().unwrap().to_owned()
+    };
+    let file = read("crates/slipfit/src/model/loss/cubic.rs");
+    let code = file.split("\n#[cfg(test)]").next().unwrap().trim_end();
+    assert_eq!(shown("//! Nonlinear damping").trim_end(), code);
+    let line = shown("    Cubic: ");
+    assert!(read("crates/slipfit/src/model/loss/mod.rs").contains(line.as_str()), "{line}");
+
+    let folders = ["slipfit/src", "slipfit-report/src", "slipfit-io/src", "slipfit", "slipfit-io"]
+        .map(|folder| root().join("crates").join(folder));
+    let named = page.split('`').skip(1).step_by(2).filter(|n| n.ends_with(".rs") && n.contains('/'));
+    let missing: Vec<&str> = named.filter(|n| !folders.iter().any(|f| f.join(n).exists())).collect();
+    // The reader of the other example, which does not exist.
+    assert_eq!(missing, ["crates/slipfit-io/src/formats/ring.rs"]);
+}

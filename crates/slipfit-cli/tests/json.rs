@@ -99,3 +99,44 @@ fn the_hash_is_that_of_the_file() {
     let hex: String = digest.iter().map(|b| format!("{b:02x}")).collect();
     assert_eq!(answer("classroom_pendulum.csv", &[])["input"]["sha256"], hex);
 }
+
+/// A term that no analysis compares by itself takes part where a model names it.
+#[test]
+fn a_term_is_compared_where_the_model_asked_for_has_it() {
+    let folder = tempfile::tempdir().unwrap();
+    let path = folder.path().join("nonlinear.csv");
+    // Amplitudes under dA/dt = -(delta A + a3 A³): 1/A² + a3/delta grows as e^(2 delta t).
+    let (delta, a3) = (0.01f64, 0.12f64);
+    let mut text = String::from("time (s),angle (rad)\n");
+    for i in 0..4000u32 {
+        let t = 0.05 * f64::from(i);
+        let growth = (2.0 * delta * t).exp();
+        let amplitude = (growth / 0.25 + a3 / delta * (growth - 1.0)).sqrt().recip();
+        let noise = 1e-3 * (7.7 * f64::from(i) * f64::from(i)).sin();
+        text += &format!("{t:.3},{:.7}\n", amplitude * (6.0 * t).cos() + noise);
+    }
+    std::fs::write(&path, text).unwrap();
+    let json = |more: &[&str]| -> Value {
+        let text = stdout(slipfit().arg("ringdown").arg(&path).args(["--json", "-"]).args(more));
+        serde_json::from_str(&text).unwrap()
+    };
+    let answer = json(&["--model", "viscous+cubic"]);
+    assert_eq!(answer["model"], "viscous+cubic");
+    let found = &answer["parameters"]["cubic_rate"];
+    assert!((found["value"].as_f64().unwrap() / a3 - 1.0).abs() < 0.05, "{found}");
+    assert_eq!(found["unit"], "1/(rad² s)");
+    assert_eq!(answer["comparison"].as_array().unwrap().len(), 15);
+    let validator = jsonschema::draft202012::new(&schema()).unwrap();
+    let errors: Vec<String> = validator.iter_errors(&answer).map(|e| e.to_string()).collect();
+    assert!(errors.is_empty(), "{errors:#?}");
+    // Not asked for it is nowhere.
+    assert!(!json(&[]).to_string().contains("cubic"));
+    // The table, the equations and the sentence follow.
+    let page = folder.path().join("page.md");
+    let report =
+        stdout(slipfit().arg("ringdown").arg(&path).args(["--model", "viscous+cubic", "--md"]).arg(&page));
+    assert!(report.contains("\n  cubic damping rate      a₃"), "{report}");
+    assert!(report.starts_with("Viscous damping and cubic damping explain the decay"), "{report}");
+    let page = std::fs::read_to_string(page).unwrap();
+    assert!(page.contains("| *a*<sub>3</sub> [1/(rad² s)] |"), "{page}");
+}

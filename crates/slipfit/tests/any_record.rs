@@ -81,7 +81,7 @@ fn steps() -> impl Strategy<Value = Vec<f64>> {
 fn options() -> impl Strategy<Value = Options> {
     let instant = || prop::option::weighted(0.1, prop_oneof![-10.0..200.0f64, any::<f64>()]);
     let band = prop::option::weighted(0.1, [0.001..0.3f64, 0.001..0.6f64]);
-    let model = prop::option::weighted(0.1, prop::sample::select(LossModel::ALL.to_vec()));
+    let model = prop::option::weighted(0.1, prop::sample::select(LossModel::all().collect::<Vec<_>>()));
     (instant(), instant(), prop::option::weighted(0.1, value()), band, model).prop_map(
         |(start_s, end_s, min_amplitude, band_hz, model)| {
             let mut options = Options::default();

@@ -1,6 +1,6 @@
 //! The page of thresholds in the book is the table of the code.
 
-use slipfit::{Criterion, resonance, ringdown};
+use slipfit::{Criterion, resonance, ringdown, series};
 use std::fmt::Write;
 use std::path::Path;
 
@@ -27,10 +27,19 @@ A program sets these through `slipfit::resonance::analyse_with`.
 
 ";
 
+const SERIES: &str = "
+## Series
+
+A program sets these through `slipfit::series::analyse_with`; `slipfit::levels::analyse_with` takes the group `inference`
+of the analyses above.
+
+";
+
 fn page() -> String {
     let ringdown = table(&ringdown::Criteria::default().table());
     let resonance = table(&resonance::Criteria::default().table());
-    [HEAD, RINGDOWN, &ringdown, RESONANCE, &resonance].concat()
+    let series = table(&series::Criteria::default().table());
+    [HEAD, RINGDOWN, &ringdown, RESONANCE, &resonance, SERIES, &series].concat()
 }
 
 fn table(rows: &[Criterion]) -> String {

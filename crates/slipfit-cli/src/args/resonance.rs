@@ -2,7 +2,7 @@
 
 use super::calibration::CalibrationArgs;
 use super::curve::CurveArgs;
-use super::value::{Positive, Uncertain, band};
+use super::value::{Positive, Uncertain, band, model_help};
 use super::{AnswerArgs, TableArgs};
 use clap::{Args, ValueEnum};
 use serde::Deserialize;
@@ -76,9 +76,8 @@ pub(crate) struct ResonanceAnalysisArgs {
     #[arg(long, value_enum, value_name = "NAME", hide_possible_values = true, help_heading = "Analysis")]
     response: Option<Response>,
 
-    /// Report this model, whichever the data prefer: viscous, sliding, viscous+sliding, viscous+drag,
-    /// sliding+drag, viscous+sliding+drag
-    #[arg(long, value_name = "NAME", num_args = 1, help_heading = "Analysis")]
+    // Its help is made from the list of loss terms.
+    #[arg(long, help = model_help(), value_name = "NAME", num_args = 1, help_heading = "Analysis")]
     #[serde(deserialize_with = "one_or_several")]
     model: Vec<Model>,
 
@@ -137,9 +136,7 @@ impl FromStr for Model {
         if let Ok(response) = Response::from_str(&word, true) {
             return Ok(Self::Response(response));
         }
-        word.parse().map(Self::Loss).map_err(|_| {
-            "viscous, sliding, viscous+sliding, viscous+drag, sliding+drag, viscous+sliding+drag are known".to_owned()
-        })
+        word.parse().map(Self::Loss)
     }
 }
 

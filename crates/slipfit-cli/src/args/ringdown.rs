@@ -1,7 +1,7 @@
 //! `slipfit ringdown`.
 
 use super::calibration::CalibrationArgs;
-use super::value::{Finite, Loss, Positive, band, number};
+use super::value::{Finite, Loss, Positive, band, model_help, number};
 use super::{AnswerArgs, ReadingArgs, TableArgs};
 use clap::Args;
 use serde::Deserialize;
@@ -78,9 +78,8 @@ pub(crate) struct RingdownAnalysisArgs {
     #[arg(long, num_args = 2, value_names = ["LO", "HI"], help_heading = "Analysis")]
     band: Option<Vec<Positive>>,
 
-    /// Report this model, whichever the data prefer: viscous, sliding, viscous+sliding, viscous+drag,
-    /// sliding+drag, viscous+sliding+drag
-    #[arg(long, value_name = "NAME", help_heading = "Analysis")]
+    // Its help is made from the list of loss terms.
+    #[arg(long, help = model_help(), value_name = "NAME", help_heading = "Analysis")]
     model: Option<Loss>,
 
     /// Time constant of the lock-in's output filter [s]

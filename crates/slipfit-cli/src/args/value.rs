@@ -1,7 +1,7 @@
 //! Values as they are typed on a command line and written in a manifest.
 
 use serde::de::{self, Deserialize, Deserializer, Visitor};
-use slipfit::LossModel;
+use slipfit::{LossModel, LossTerm};
 use std::fmt;
 use std::marker::PhantomData;
 use std::str::FromStr;
@@ -21,6 +21,16 @@ pub(crate) struct Positive(pub(crate) f64);
 /// A loss model by its name.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub(crate) struct Loss(pub(crate) LossModel);
+
+/// What the help says of `--model`.
+pub(crate) fn model_help() -> String {
+    let compared: Vec<&str> = LossModel::compared(None).map(LossModel::name).collect();
+    let mut help = format!("Report this model, whichever the data prefer: {}", compared.join(", "));
+    for term in LossTerm::ALL.iter().filter(|term| !term.is_compared()) {
+        help += &format!("; {} takes part where it is named, as in viscous+{}", term.words(), term.name());
+    }
+    help
+}
 
 impl FromStr for Text {
     type Err = std::convert::Infallible;

@@ -39,12 +39,6 @@ const OFFSET: Step = step(
     "|X_n| + C = e^{−nδT} (|X_0| + C),   C = x_F coth(πδ/2ω_d)",
     "Eq. (16) of the paper prints the leading order of C, 4F/(πγω_0), which is low by (π²/48 − 1/8)/Q²: 2 % at Q = 2.",
 );
-const AVERAGED: Step = step(
-    "Amplitude law with all three losses",
-    "dA/dt = −(a_0 + a_1 A + a_2 A²),   a_0 = 2ωx_F/π,   a_1 = δ,   a_2 = 4cω/3πm   for drag c v|v|",
-    "Energy lost in a cycle, as in eqs. (17) and (18) of the paper, which proposes the square term. Eq. (17) \
-     prints the viscous loss as (π/2)γv²; (π/2)γv²/ω_r holds, and (18) follows from it.",
-);
 const RICE: Step = step(
     "Amplitudes without a phase",
     "E[R²] = A² + 2σ²",
@@ -118,14 +112,18 @@ const LOAD: Step = step(
 
 pub(super) fn of_ringdown(answer: &ringdown::Answer, bare: bool) -> Vec<Step> {
     let mut steps = vec![MOTION, HALF_CYCLE, OFFSET];
-    if answer.comparison.iter().any(|c| c.model.has(LossTerm::Drag)) {
-        steps.push(AVERAGED);
-    }
+    steps.extend(laws(|term| answer.comparison.iter().any(|c| c.model.has(term))));
     if bare {
         steps.push(RICE);
     }
     steps.extend([COMPARED, INTERVALS]);
     steps
+}
+
+/// The laws of the loss terms that have one of their own.
+fn laws(wanted: impl Fn(LossTerm) -> bool) -> impl Iterator<Item = Step> {
+    let terms = LossTerm::ALL.iter().filter(move |term| wanted(**term));
+    terms.filter_map(|term| term.method()).map(|[what, formula, source]| step(what, formula, source))
 }
 
 pub(super) fn of_resonance(answer: &resonance::Answer) -> Vec<Step> {
@@ -135,6 +133,7 @@ pub(super) fn of_resonance(answer: &resonance::Answer) -> Vec<Step> {
         _ => STEADY,
     };
     let mut steps = vec![MOTION, response];
+    steps.extend(laws(|term| answer.model.has(term) && !term.is_compared()));
     if answer.paper.is_some() && answer.method != Method::Paper {
         steps.push(LORENTZIAN);
     }

@@ -8,11 +8,9 @@ use super::panel::{Mark, Panel};
 use crate::AnalysedRingdown;
 use crate::Sentence;
 use crate::format::{Rounded, Scale};
-use slipfit::LossModel;
-use slipfit::Parameter;
-use slipfit::SignalKind;
 use slipfit::answer::Candidate;
 use slipfit::ringdown::{Answer, EnvelopePoint, LossPoint};
+use slipfit::{LossModel, LossTerm, Parameter, SignalKind};
 
 /// Okabe and Ito's palette, told apart by eyes of every kind.
 const DATA: Color = Color::new(0x8f, 0xb4, 0xd0);
@@ -52,14 +50,10 @@ pub(super) fn figure(analysed: &AnalysedRingdown<'_>) -> Figure {
 fn subtitle(analysed: &AnalysedRingdown<'_>) -> String {
     let file = analysed.file.file_name().unwrap_or(analysed.file.as_os_str()).to_string_lossy();
     let mut parts = vec![file.into_owned(), analysed.answer.model.to_string()];
-    for name in [
-        Parameter::Frequency,
-        Parameter::DECAY_RATE,
-        Parameter::FRICTION_DISPLACEMENT,
-        Parameter::SlidingRate,
-        Parameter::DRAG_RATE,
-        Parameter::CoulombForce,
-    ] {
+    let linear = [Parameter::DECAY_RATE, Parameter::FRICTION_DISPLACEMENT, Parameter::SlidingRate];
+    let others = LossTerm::ALL.iter().map(|term| Parameter::Loss(*term)).filter(|p| !linear.contains(p));
+    let first = std::iter::once(Parameter::Frequency).chain(linear);
+    for name in first.chain(others).chain([Parameter::CoulombForce]) {
         let twice = name == Parameter::SlidingRate
             && analysed.answer.parameter(Parameter::FRICTION_DISPLACEMENT).is_some();
         if let Some(q) = analysed.answer.parameter(name).filter(|q| q.value != 0.0 && !twice) {

@@ -55,7 +55,7 @@ fn conclusion(a: &Answer) -> String {
                     total_loss(a)
                 );
             }
-            Warning::NotSeparable { decay_times: Some(decay_times), .. } if *decay_times < 0.01 => {
+            Warning::NotSeparable { decay_times: Some(decay_times), .. } if !a.diagnostics.falls => {
                 return format!(
                     "The amplitude does not fall: {} of a decay time is recorded, and no kind of loss can be \
                      determined from it.",
@@ -142,12 +142,10 @@ fn found(a: &Answer) -> String {
             percent(s.share_at_lowest)
         )
     };
-    let rest = match a.model {
-        LossModel::SLIDING_DRAG => ", drag the rest",
-        LossModel::VISCOUS_SLIDING_DRAG => ", viscous damping and drag the rest",
-        _ => "",
-    };
-    let evidence = if a.model.has(LossTerm::Drag) || s.viscous_only_p_value >= 0.01 {
+    let more = !a.model.is_within(LossModel::VISCOUS_SLIDING);
+    let others = a.model.terms().filter(|term| *term != LossTerm::Sliding);
+    let rest = if more { format!(", {} the rest", in_words(others)) } else { String::new() };
+    let evidence = if more || !s.viscous_only_excluded {
         format!("a decay without it is excluded, {}", p_value(s.p_value))
     } else {
         format!("a purely viscous decay is excluded, {}", p_value(s.viscous_only_p_value))
@@ -167,11 +165,10 @@ fn uncertain(a: &Answer) -> String {
 
 fn absent(a: &Answer) -> String {
     let no_viscous = a.parameter(Parameter::DECAY_RATE).is_some_and(|q| q.value == 0.0);
-    let cause = match a.model {
-        LossModel::VISCOUS_DRAG if no_viscous => "Quadratic drag alone explains",
-        LossModel::VISCOUS_DRAG => "Viscous damping and quadratic drag explain",
-        _ => "Viscous damping alone explains",
-    };
+    let acts = |term: &LossTerm| a.model == LossModel::VISCOUS || *term != LossTerm::Viscous || !no_viscous;
+    let terms: Vec<LossTerm> = a.model.terms().filter(acts).collect();
+    let explain = if terms.len() == 1 { "alone explains" } else { "explain" };
+    let cause = format!("{} {explain}", capital(&in_words(terms.into_iter())));
     let limit = [(Parameter::FRICTION_DISPLACEMENT, "x_F is"), (Parameter::SlidingRate, "it takes")]
         .into_iter()
         .find_map(|(parameter, is)| a.parameter(parameter).map(|q| (q.interval_95[1], q.unit.as_str(), is)))
@@ -195,6 +192,16 @@ fn open_question(a: &Answer) -> String {
             format!("; whether the rest is that of {} or {rival} stays open", a.model)
         }
         Some(rival) => format!("; {rival} describes the record as well"),
+        None => String::new(),
+    }
+}
+
+/// The losses in words: `viscous damping and quadratic drag`.
+fn in_words(terms: impl Iterator<Item = LossTerm>) -> String {
+    let words: Vec<&str> = terms.map(LossTerm::words).collect();
+    match words.split_last() {
+        Some((last, [])) => (*last).to_owned(),
+        Some((last, first)) => format!("{} and {last}", first.join(", ")),
         None => String::new(),
     }
 }
@@ -232,8 +239,8 @@ mod tests {
         a.model = LossModel::VISCOUS_SLIDING_DRAG;
         assert_eq!(
             a.sentence(),
-            "Sliding friction carries 41 % of the loss at the start and 78 % at the end, viscous damping and drag \
-             the rest; a decay without it is excluded, p < 1e-12."
+            "Sliding friction carries 41 % of the loss at the start and 78 % at the end, viscous damping and \
+             quadratic drag the rest; a decay without it is excluded, p < 1e-12."
         );
         a.model = LossModel::SLIDING;
         a.sliding.viscous_only_p_value = 0.0;

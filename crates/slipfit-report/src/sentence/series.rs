@@ -9,7 +9,7 @@ pub(super) fn sentence(answer: &Answer) -> String {
     let conditions = |n: usize| if n == 1 { "one condition".to_owned() } else { format!("{n} conditions") };
     match answer.agreement_p_value {
         Some(p) => {
-            let verdict = if p < 0.01 { "disagree" } else { "agree" };
+            let verdict = if answer.agrees == Some(false) { "disagree" } else { "agree" };
             format!(
                 "Ring-down and resonance {verdict} on friction and damping at {} ({}).",
                 conditions(both),

@@ -79,6 +79,10 @@ pub struct SlidingEvidence {
     /// Probability of the data under a purely viscous loss (one-sided F test against the chosen
     /// model); 1 when the chosen model is viscous.
     pub viscous_only_p_value: f64,
+    /// Whether a purely viscous loss is excluded: that probability is below the threshold of
+    /// [`detected`](Self::detected).
+    #[cfg_attr(feature = "serde", serde(skip))]
+    pub viscous_only_excluded: bool,
 }
 
 /// Correlation of two estimates.

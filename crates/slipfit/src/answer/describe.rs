@@ -14,9 +14,6 @@ use crate::inference::quadratic::given;
 use crate::model::loss::{LossModel, LossTerm};
 use std::borrow::Cow;
 
-/// p value below which sliding friction counts as detected.
-pub(crate) const DETECTED: f64 = 0.01;
-
 /// Estimate and interval of the coefficient in `slot`, which lies between zero and `most`, with the
 /// coefficients in `others` of the same fit kept from falling below zero; `curved` asks for the
 /// profile also far from zero.
@@ -184,14 +181,17 @@ pub(crate) fn sliding_evidence(
     [share_at_highest, share_at_lowest]: [f64; 2],
 ) -> SlidingEvidence {
     let (p_value, delta_bic) = comparison.sliding_evidence();
+    let viscous_only_p_value = comparison.viscous_only(chosen.model);
+    let detected = comparison.criteria.detected;
     SlidingEvidence {
-        detected: p_value < DETECTED && delta_bic > 0.0,
+        detected: p_value < detected && delta_bic > 0.0,
         p_value,
         delta_bic,
         share_at_highest,
         share_at_lowest,
         dominates_from_s: None,
-        viscous_only_p_value: comparison.viscous_only(chosen.model),
+        viscous_only_p_value,
+        viscous_only_excluded: viscous_only_p_value < detected,
     }
 }
 

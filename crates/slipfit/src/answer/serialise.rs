@@ -191,7 +191,7 @@ mod schema {
     }
 
     names!(Parameter, "Parameter", Parameter::all());
-    names!(LossModel, "LossModel", LossModel::ALL.into_iter());
+    names!(LossModel, "LossModel", LossModel::all());
 
     impl JsonSchema for Warning {
         fn schema_name() -> Cow<'static, str> {

@@ -102,6 +102,15 @@ criteria! {
         /// drift of the frequency, a backbone) is added automatically.
         instrument_bic_margin: f64 = 14.0, source "leaves about one term in 1e5 to chance",
             moves "spread of the loss parameters in short records";
+        /// p value below which sliding friction counts as detected, where the BIC prefers it as well,
+        /// and below which a purely viscous loss counts as excluded.
+        detected: f64 = 0.01, source "one record in a hundred without friction",
+            moves "false detections, and friction missed";
+        /// What the BIC of a model with drag or a further loss but without viscous damping must be
+        /// better by: every oscillator has some loss linear in velocity, and one that seems to have none
+        /// is more often chance, with a friction far off.
+        no_viscous_penalty: f64 = 6.0, source "strong evidence on the scale of Kass and Raftery (1995)",
+            moves "bias of friction in records with two losses and 20 dB";
     }
 }
 

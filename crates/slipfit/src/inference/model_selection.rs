@@ -1,5 +1,6 @@
 //! Model comparison: every loss model fitted to the same data, physical limits kept, ranked by BIC.
 
+use super::criteria::InferenceCriteria;
 use super::least_squares::Fit;
 use super::noise::NoiseModel;
 use crate::model::loss::{LossModel, LossTerm};
@@ -17,34 +18,12 @@ pub(crate) struct ModelFit {
     pub(crate) bic: f64,
 }
 
-impl ModelFit {
-    /// What models are ranked by, the lower the better.
-    fn rank(&self) -> f64 {
-        self.bic + bic_penalty(self.model)
-    }
-}
-
-/// What the BIC of a model with drag but without viscous damping must be better by.
-///
-/// Every oscillator has some loss linear in velocity: one that seems to have none beside its drag is
-/// more often chance (one record in a hundred with two losses and 20 dB), and its `x_F` is then far
-/// off. 6 is strong evidence on the scale of the BIC (Kass and Raftery 1995, J. Am. Stat. Assoc. 90,
-/// 773).
-const NO_VISCOUS_PENALTY: f64 = 6.0;
-
-fn bic_penalty(model: LossModel) -> f64 {
-    if model.has(LossTerm::Drag) && !model.has(LossTerm::Viscous) { NO_VISCOUS_PENALTY } else { 0.0 }
-}
-
 /// All loss models that could be fitted to one set of data.
 #[derive(Debug, Clone)]
 pub(crate) struct ModelComparison {
     pub(crate) fits: Vec<ModelFit>,
     pub(crate) noise: NoiseModel,
-}
-
-fn lowest<'a>(of: impl Iterator<Item = &'a ModelFit>) -> Option<&'a ModelFit> {
-    of.min_by(|a, b| a.rank().total_cmp(&b.rank()))
+    pub(crate) criteria: InferenceCriteria,
 }
 
 impl ModelComparison {
@@ -54,6 +33,7 @@ impl ModelComparison {
         fits: &[(LossModel, Fit)],
         slot: impl Fn(LossTerm) -> usize,
         noise: NoiseModel,
+        criteria: &InferenceCriteria,
     ) -> Self {
         let negative = |m: LossModel, f: &Fit| m.terms().find(|t| f.parameters[slot(*t)] < 0.0);
         let fits = fits
@@ -78,7 +58,7 @@ impl ModelComparison {
                 }
             })
             .collect();
-        Self { fits, noise }
+        Self { fits, noise, criteria: criteria.clone() }
     }
 
     /// The same fits judged by another noise model.
@@ -90,6 +70,23 @@ impl ModelComparison {
         self
     }
 
+    /// The terms of the models compared; those compared by default also where data were too few.
+    pub(crate) fn terms(&self) -> impl Iterator<Item = LossTerm> {
+        let fitted = |t: LossTerm| self.fits.iter().any(|f| f.model.has(t));
+        LossTerm::ALL.iter().copied().filter(move |t| t.is_compared() || fitted(*t))
+    }
+
+    /// What models are ranked by, the lower the better.
+    fn rank(&self, fit: &ModelFit) -> f64 {
+        let further = !fit.model.is_within(LossModel::VISCOUS_SLIDING);
+        let penalised = further && !fit.model.has(LossTerm::Viscous);
+        fit.bic + if penalised { self.criteria.no_viscous_penalty } else { 0.0 }
+    }
+
+    fn lowest<'a>(&self, of: impl Iterator<Item = &'a ModelFit>) -> Option<&'a ModelFit> {
+        of.min_by(|a, b| self.rank(a).total_cmp(&self.rank(b)))
+    }
+
     /// The fit of a model.
     pub(crate) fn get(&self, model: LossModel) -> Option<&ModelFit> {
         self.fits.iter().find(|f| f.model == model)
@@ -97,7 +94,8 @@ impl ModelComparison {
 
     /// The model of lowest BIC, penalties counted, among those with every term inside its limit.
     pub(crate) fn preferred(&self) -> Option<&ModelFit> {
-        lowest(self.fits.iter().filter(|f| f.at_limit.is_none())).or_else(|| lowest(self.fits.iter()))
+        let inside = self.fits.iter().filter(|f| f.at_limit.is_none());
+        self.lowest(inside).or_else(|| self.lowest(self.fits.iter()))
     }
 
     /// The model whose values are reported: the preferred one with viscous and sliding loss in any
@@ -135,10 +133,10 @@ impl ModelComparison {
     /// p value of sliding friction given the best model without it, and how much the best model
     /// with it is better by BIC; 1 and 0 where there are too few data for the models it takes.
     pub(crate) fn sliding_evidence(&self) -> (f64, f64) {
-        let best = |sliding: bool| lowest(self.fits.iter().filter(|f| f.model.has_sliding() == sliding));
+        let best = |sliding: bool| self.lowest(self.fits.iter().filter(|f| f.model.has_sliding() == sliding));
         let (Some(without), Some(with)) = (best(false), best(true)) else { return (1.0, 0.0) };
         let both = self.get(without.model.with(LossTerm::Sliding));
-        (both.map_or(1.0, |both| self.p_value(without, both)), without.rank() - with.rank())
+        (both.map_or(1.0, |both| self.p_value(without, both)), self.rank(without) - self.rank(with))
     }
 
     /// p value of a purely viscous loss against a model; 1 for the viscous model itself.

@@ -3,8 +3,8 @@
 use super::answer::{Answer, Breakaway, Diagnostics, FittedLevels, LevelPoint};
 use super::{Levels, Options};
 use crate::answer::calibration::physical;
-use crate::answer::describe::DETECTED;
 use crate::answer::{Parameter, Parameters, Warning};
+use crate::inference::criteria::InferenceCriteria;
 use crate::inference::evidence::{f_tail, one_sided, student_factor};
 use crate::inference::interval::bounded_interval;
 use crate::inference::least_squares::linear;
@@ -60,6 +60,18 @@ struct Line {
 /// # Ok::<(), slipfit::Error>(())
 /// ```
 pub fn analyse(levels: &Levels, options: &Options) -> Result<Answer, Error> {
+    analyse_with(levels, options, &InferenceCriteria::default())
+}
+
+/// [`analyse`] with thresholds of your own; of them `detected` decides something here.
+///
+/// # Errors
+/// As [`analyse`].
+pub fn analyse_with(
+    levels: &Levels,
+    options: &Options,
+    criteria: &InferenceCriteria,
+) -> Result<Answer, Error> {
     check(options)?;
     let n = levels.drive().len();
     let mut order: Vec<usize> = (0..n).collect();
@@ -163,7 +175,7 @@ pub fn analyse(levels: &Levels, options: &Options) -> Result<Answer, Error> {
     Ok(Answer {
         parameters,
         p_value,
-        detected: p_value < DETECTED,
+        detected: p_value < criteria.detected,
         correlation,
         breakaway,
         diagnostics: Diagnostics {

@@ -5,6 +5,6 @@ mod analyse;
 mod answer;
 mod measurement;
 
-pub use analyse::analyse;
+pub use analyse::{analyse, analyse_with};
 pub use answer::{Answer, Breakaway, Diagnostics, FittedLevels, LevelPoint};
 pub use measurement::{Levels, LevelsBuilder, Options};

@@ -10,8 +10,8 @@ pub(crate) enum UnitRule {
     Signal,
     /// The signal's per second.
     SignalPerSecond,
-    /// One over the signal's and a second.
-    PerSignalSecond,
+    /// Of `c` in `dA/dt = -c A^n`, `n` above one: one over a second and the signal's to the power `n - 1`.
+    LossRate(u32),
     /// Hertz over the squared signal's.
     HertzPerSignalSquared,
     /// Set by the analysis: forces and ratios of two units.
@@ -25,9 +25,11 @@ impl UnitRule {
             (UnitRule::Fixed(unit), _) => unit.to_owned(),
             (UnitRule::Derived, _) => String::new(),
             (UnitRule::Signal, signal) => signal.to_owned(),
-            (UnitRule::SignalPerSecond | UnitRule::PerSignalSecond, "") => "1/s".to_owned(),
+            (UnitRule::SignalPerSecond | UnitRule::LossRate(_), "") => "1/s".to_owned(),
             (UnitRule::SignalPerSecond, signal) => format!("{signal}/s"),
-            (UnitRule::PerSignalSecond, signal) => format!("1/({signal} s)"),
+            (UnitRule::LossRate(2), signal) => format!("1/({signal} s)"),
+            (UnitRule::LossRate(3), signal) => format!("1/({signal}² s)"),
+            (UnitRule::LossRate(n), signal) => format!("1/({signal}^{} s)", n - 1),
             (UnitRule::HertzPerSignalSquared, "") => "Hz".to_owned(),
             (UnitRule::HertzPerSignalSquared, signal) => format!("Hz/{signal}²"),
         }

@@ -3,10 +3,12 @@
 use super::bias;
 use super::block::Block;
 use super::criteria::Criteria;
-use super::fitted_models::{FittedModels, slot};
+use super::fitted_models::FittedModels;
 use super::paper::Lorentzian;
 use super::problem::Problem;
-use super::response::{BG_IM, BG_RE, DELAY, DELTA, DRAG, DUFFING, OMEGA, PHASE, R_DELTA, R_OMEGA, X_0, X_F};
+use super::response::{
+    BG_IM, BG_RE, DELAY, DELTA, DRAG, DUFFING, ModelResponse, OMEGA, PHASE, R_DELTA, R_OMEGA, X_0, X_F, slot,
+};
 use super::{
     Answer, Curve, CurvePoint, Diagnostics, DriveSource, FittedCurve, Instrument, Method, Options,
     ReferenceFit, RunDirection, force, paper, reference,
@@ -18,7 +20,7 @@ use crate::answer::describe::{
 };
 use crate::answer::{Parameter, Parameters, Values};
 use crate::inference::least_squares::{Fit, minimise};
-use crate::inference::model_selection::ModelFit;
+use crate::inference::model_selection::{ModelComparison, ModelFit};
 use crate::inference::profile::{Estimate, Profile};
 use crate::model::loss::{LossModel, LossTerm};
 use crate::{Error, Quantity};
@@ -78,7 +80,7 @@ pub(super) fn answer(
         parameters,
         comparison: candidates(comparison, |f| rms(d, f), |f| values(d, f)),
         sliding: sliding_evidence(comparison, chosen, shares),
-        correlations: correlations(&chosen.unbounded, &NAMED),
+        correlations: correlations(&chosen.unbounded, &named(comparison)),
         instrument: instrument(d, chosen),
         force,
         force_line,
@@ -89,16 +91,20 @@ pub(super) fn answer(
         unit: used.unit().to_owned(),
         points,
         mean_drive: used.drive().map(|d| d.iter().sum::<f64>() / d.len() as f64),
-        fit: FittedCurve { guide: guide(used, &problem, p), parameters: p.clone(), problem },
+        fit: FittedCurve {
+            guide: guide(used, &problem, p, criteria.answer.run_points),
+            parameters: p.clone(),
+            problem,
+        },
     };
     answer.warnings = super::warnings::warnings(curve, used, d, &answer, options, criteria);
     Ok(answer)
 }
 
 /// The first run's points, where there are runs up and down.
-fn guide(used: &Curve, problem: &Problem, p: &[f64]) -> Vec<[f64; 2]> {
-    let has = |direction| used.runs().iter().any(|r| r.direction == direction && r.points >= 5);
-    let Some(run) = used.runs().iter().find(|r| r.points >= 5) else { return Vec::new() };
+fn guide(used: &Curve, problem: &Problem, p: &[f64], least: usize) -> Vec<[f64; 2]> {
+    let has = |direction| used.runs().iter().any(|r| r.direction == direction && r.points >= least);
+    let Some(run) = used.runs().iter().find(|r| r.points >= least) else { return Vec::new() };
     if !(has(RunDirection::Up) && has(RunDirection::Down)) {
         return Vec::new();
     }
@@ -115,9 +121,11 @@ fn guide(used: &Curve, problem: &Problem, p: &[f64]) -> Vec<[f64; 2]> {
 /// Sliding over all loss of a cycle at an amplitude.
 fn sliding_share(problem: &Problem, p: &[f64], amplitude: f64) -> f64 {
     let omega_0 = problem.centre + p[OMEGA];
-    // Losses as forces over the stiffness: 4 x_F/pi, 2 delta A/omega_0, 2 a2 A²/omega_0.
+    // Losses as forces over the stiffness: 4 x_F/pi, 2 delta A/omega_0, 2 a2 A²/omega_0 ...
     let sliding = 4.0 / PI * p[X_F].max(0.0);
-    let rest = 2.0 * amplitude / omega_0 * (p[DELTA].max(0.0) + p[DRAG].max(0.0) * amplitude);
+    let damping = ModelResponse::further_damping(amplitude, 1.0);
+    let further: f64 = damping.iter().zip(&p[DRAG + 1..]).map(|([d, _], c)| c.max(0.0) * d).sum();
+    let rest = 2.0 * amplitude / omega_0 * (p[DELTA].max(0.0) + p[DRAG].max(0.0) * amplitude + further);
     if sliding + rest > 0.0 { sliding / (sliding + rest) } else { 0.0 }
 }
 
@@ -152,29 +160,25 @@ fn loss_term(d: &FittedModels, chosen: &ModelFit, term: LossTerm, unit: &str) ->
             bends(d),
         );
         let by = if present { unbiased(d, chosen, &problem, &fit.unbounded) } else { None };
-        by.map_or(found, |by| moved(found, by[slot(term)]))
+        by.map_or(found, |by| moved(found, by[slot(term)], d.criteria.most_correction))
     });
     non_negative(found, present, Parameter::Loss(term).unit(unit))
 }
 
-/// Standard error of `x_F` over the drive from which on the bias of least squares, which goes with
-/// its square, is worth taking out.
-const VAGUE: f64 = 0.2;
-
 /// What takes the bias out of a fit that tells little; not beside a limit, which has its own.
 fn unbiased(d: &FittedModels, chosen: &ModelFit, problem: &Problem, fit: &Fit) -> Option<Vec<f64>> {
     let noise = d.comparison.noise;
-    let vague = noise.std_error(&chosen.unbounded, X_F) > VAGUE * chosen.unbounded.parameters[X_0];
+    let most = d.criteria.vague_friction * chosen.unbounded.parameters[X_0];
+    let vague = noise.std_error(&chosen.unbounded, X_F) > most;
     let wanted = vague && chosen.at_limit.is_none() && chosen.model.has_sliding();
     let variance = noise.variance(fit);
     if wanted { bias::correction(problem, fit, variance) } else { None }
 }
 
-/// The estimate moved, not out of its interval; by more than half a standard error it is no second
-/// order any more.
-fn moved(e: Estimate, by: f64) -> Estimate {
+/// The estimate moved, not out of its interval, by `most` standard errors at most.
+fn moved(e: Estimate, by: f64, most: f64) -> Estimate {
     let [low, high] = e.interval;
-    let most = 0.5 * e.std_error;
+    let most = most * e.std_error;
     Estimate { value: (e.value + by.max(-most).min(most)).max(low).min(high), ..e }
 }
 
@@ -202,7 +206,7 @@ fn parameters(used: &Curve, options: &Options, d: &FittedModels, chosen: &ModelF
     let beta = friction_ratio(d, chosen, &x_f, &x_0);
     list.set(Parameter::DriveAmplitude, x_0);
     list.set(Parameter::FrictionRatio, spanned(d, beta, |p| p[X_F] / (FRAC_PI_4 * p[X_0])));
-    for term in chosen.model.terms().filter(|t| !matches!(t, LossTerm::Viscous | LossTerm::Sliding)) {
+    for term in chosen.model.terms().filter(|t| !is_exact(*t)) {
         list.set(Parameter::Loss(term), loss_term(d, chosen, term, unit));
     }
     if bounded.free.contains(&DUFFING) {
@@ -301,7 +305,7 @@ fn drive_amplitude(d: &FittedModels, chosen: &ModelFit, unit: &str) -> Quantity 
     .two_sided(X_0, bends(d));
     let mut unbounded_value = chosen.unbounded.parameters[X_0];
     if let Some(by) = unbiased(d, chosen, &problem, bounded) {
-        found = moved(found, by[X_0]);
+        found = moved(found, by[X_0], d.criteria.most_correction);
         unbounded_value = found.value;
     }
     Quantity {
@@ -337,7 +341,11 @@ fn friction_ratio(d: &FittedModels, chosen: &ModelFit, x_f: &Quantity, x_0: &Qua
             true,
         );
         let by = if present { unbiased(d, chosen, &problem, &fit) } else { None };
-        Some(non_negative(by.map_or(found, |by| moved(found, by[X_F])), present, String::new()))
+        Some(non_negative(
+            by.map_or(found, |by| moved(found, by[X_F], d.criteria.most_correction)),
+            present,
+            String::new(),
+        ))
     });
     found.unwrap_or(scaled)
 }
@@ -391,24 +399,31 @@ fn rms(d: &FittedModels, fit: &ModelFit) -> f64 {
     (sum / problem.main.observations().max(1.0)).sqrt()
 }
 
+/// Whether a loss is one of the two that the exact response has.
+fn is_exact(term: LossTerm) -> bool {
+    matches!(term, LossTerm::Viscous | LossTerm::Sliding)
+}
+
 /// Where each parameter stands in a fit.
-const NAMED: [(usize, Parameter); 6] = [
-    (OMEGA, Parameter::NaturalFrequency),
-    (DELTA, Parameter::DECAY_RATE),
-    (X_F, Parameter::FRICTION_DISPLACEMENT),
-    (X_0, Parameter::DriveAmplitude),
-    (DRAG, Parameter::DRAG_RATE),
-    (DUFFING, Parameter::DuffingCoefficient),
-];
+fn named(comparison: &ModelComparison) -> Vec<(usize, Parameter)> {
+    let loss = |term: LossTerm| (slot(term), Parameter::Loss(term));
+    let mut list = vec![(OMEGA, Parameter::NaturalFrequency)];
+    list.extend(comparison.terms().filter(|term| is_exact(*term)).map(loss));
+    list.push((X_0, Parameter::DriveAmplitude));
+    list.extend(comparison.terms().filter(|term| !is_exact(*term)).map(loss));
+    list.push((DUFFING, Parameter::DuffingCoefficient));
+    list
+}
 
 fn values(d: &FittedModels, fit: &ModelFit) -> Values {
     let value = |slot: usize, parameter: Parameter| match parameter {
         Parameter::NaturalFrequency => (d.problem.centre + fit.bounded.parameters[slot]) / TAU,
-        Parameter::Loss(LossTerm::Drag) if !fit.model.has(LossTerm::Drag) => 0.0,
+        Parameter::Loss(term) if !is_exact(term) && !fit.model.has(term) => 0.0,
         _ => fit.bounded.parameters[slot],
     };
-    let shown = NAMED.iter().filter(|(_, parameter)| *parameter != Parameter::DuffingCoefficient);
-    shown.map(|&(slot, parameter)| (parameter, value(slot, parameter))).collect()
+    let named = named(&d.comparison).into_iter();
+    let shown = named.filter(|(_, parameter)| *parameter != Parameter::DuffingCoefficient);
+    shown.map(|(slot, parameter)| (parameter, value(slot, parameter))).collect()
 }
 
 fn instrument(d: &FittedModels, chosen: &ModelFit) -> Instrument {

@@ -36,6 +36,8 @@ pub struct Criteria {
     pub models: LossModelCriteria,
     /// The force balance without a model.
     pub force: ForceCriteria,
+    /// The answer and its warnings.
+    pub answer: AnswerCriteria,
 }
 
 impl Criteria {
@@ -53,6 +55,7 @@ impl Criteria {
             self.selection.table(),
             self.models.table(),
             self.force.table(),
+            self.answer.table(),
         ];
         groups.concat()
     }
@@ -228,5 +231,55 @@ criteria! {
         most_noise: f64 = 0.3, source "chosen by simulation", moves "the line through the forces";
         /// Points without which there is no line.
         least_points: usize = 4, source "two more than unknowns", moves "the line through the forces";
+    }
+}
+
+criteria! {
+    /// The answer and its warnings.
+    pub struct AnswerCriteria in "answer" {
+        /// Standard error of the friction displacement over the drive from which on the bias of least
+        /// squares, which goes with its square, is corrected.
+        vague_friction: f64 = 0.2, source "chosen by simulation", moves "bias of friction and drive";
+        /// Standard errors by which that correction may move an estimate: more is no second order.
+        most_correction: f64 = 0.5, source "chosen by simulation", moves "bias of friction and drive";
+        /// Points of a run up or down without which it is not taken by itself.
+        run_points: usize = 5, source "as many as describe a line", moves "warnings, and the curve drawn";
+        /// Noise between neighbouring points over that between residuals below which the former is too
+        /// small to be that of the curve.
+        least_noise: f64 = 0.1, source "chosen by simulation", moves "warnings";
+        /// Points within the line below which its shape is poorly sampled.
+        points_in_line: usize = 4, source "as many as unknowns", moves "warnings";
+        /// Width of the interval of the friction ratio over the ratio above which the shape alone says
+        /// little.
+        shape_interval: f64 = 0.3, source "chosen by simulation", moves "warnings";
+        /// Friction ratio below which that width is taken over this one.
+        shape_ratio: f64 = 0.3, source "chosen by simulation", moves "warnings";
+        /// Correlation above which the viscous and the sliding term are one number.
+        inseparable: f64 = 0.99, source "chosen by simulation", moves "warnings";
+        /// Standard error of the decay rate over the rate above which such a correlation matters.
+        inseparable_error: f64 = 0.5, source "chosen by simulation", moves "warnings";
+        /// Half widths of the line by which the reference may lie off.
+        reference_widths: f64 = 5.0, source "one resonator keeps its frequency", moves "warnings";
+        /// Factor by which the damping of the reference may differ.
+        reference_damping: f64 = 3.0, source "one resonator keeps its damping", moves "warnings";
+        /// p value below which the reference has friction of its own.
+        reference_slides: f64 = 0.001, source "chosen by simulation", moves "warnings";
+        /// Difference of BIC below which two models explain the data equally well.
+        rival_bic: f64 = 2.0, source "Kass and Raftery 1995: not worth more than a bare mention",
+            moves "warnings";
+        /// Noise of the residuals over that within one run above which the runs are compared by the
+        /// latter.
+        runs_noise: f64 = 1.5, source "chosen by simulation", moves "warnings";
+        /// Distance of neighbouring points over the half width of the line above which runs are not
+        /// compared between them.
+        run_spacing: f64 = 0.3, source "a straight line is no curve", moves "warnings";
+        /// Points at which runs must be compared.
+        runs_compared: f64 = 5.0, source "chosen by simulation", moves "warnings";
+        /// Difference of the runs over the height of the peak above which it is a jump.
+        hysteresis_height: f64 = 0.25, source "chosen by simulation", moves "warnings";
+        /// The same over the noise.
+        hysteresis_noise: f64 = 8.0, source "chosen by simulation", moves "warnings";
+        /// Standard errors of chi square above which the runs differ.
+        runs_differ: f64 = 4.0, source "one curve in some ten thousand", moves "warnings";
     }
 }

@@ -1,13 +1,13 @@
 //! What the fits of a curve bring, and what they say of the loss models.
 
 use super::block::Block;
+use super::criteria::AnswerCriteria;
 use super::peak::Peak;
 use super::problem::Problem;
-use super::response::{BG_IM, BG_RE, DELTA, DRAG, X_F};
+use super::response::{BG_IM, BG_RE};
 use super::{DriveSource, Method};
 use crate::inference::least_squares::Fit;
 use crate::inference::model_selection::{ModelComparison, ModelFit};
-use crate::model::loss::LossTerm;
 use crate::motion::steady::Phasor;
 
 /// Everything the fits brought.
@@ -29,15 +29,7 @@ pub(crate) struct FittedModels {
     /// Minima as good as the best within its errors, where there are several: amplitudes do not
     /// tell on which side of the line a background lies.
     pub(crate) minima: Vec<Fit>,
-}
-
-/// Where a problem keeps the coefficient of a loss term.
-pub(crate) fn slot(term: LossTerm) -> usize {
-    match term {
-        LossTerm::Viscous => DELTA,
-        LossTerm::Sliding => X_F,
-        LossTerm::Drag => DRAG,
-    }
+    pub(crate) criteria: AnswerCriteria,
 }
 
 /// Amplitudes of the oscillator as the points show them: without the background fitted, at the

@@ -8,10 +8,11 @@ use super::prepared::PreparedCurve;
 use super::problem::Problem;
 use super::reference::FrictionFreeFit;
 use super::residuals::{drop_outliers, refit_with_rice, set_rice, variance};
-use super::response::{BG_IM, BG_RE, DELAY, DELTA, DUFFING, OMEGA, PHASE, R_OMEGA, X_0, X_F};
+use super::response::{BG_IM, BG_RE, DELAY, DELTA, DUFFING, OMEGA, PHASE, R_OMEGA, X_0, X_F, slot};
 use super::search::{best, rss, starts};
 use crate::Error;
 use crate::inference::least_squares::{Fit, LeastSquares};
+use crate::model::loss::LossTerm;
 use crate::motion::steady::Phasor;
 
 /// A hypothesis with its parameters fitted.
@@ -77,6 +78,7 @@ impl<'a> HypothesisFit<'a> {
         };
         let fixed = options.drive_amplitude.is_some_and(|d| d.std_error == 0.0);
         let mut full = vec![OMEGA, DELTA, X_F];
+        full.extend(LossTerm::further_of(options.model).map(slot));
         let mut free_if = |yes: bool, terms: &[usize]| full.extend(terms.iter().filter(|_| yes));
         free_if(!fixed, &[X_0]);
         free_if(complex && phase, &[PHASE]);

@@ -256,8 +256,14 @@ impl Lanes {
                 let plain = at.point(points.omega[k], points.level[k]);
                 let shift = at.duffing * r[k] * r[k];
                 let drag = at.drag * (points.omega[k] * over_centre);
+                let [further, by_r] = if at.with_further {
+                    let rate = points.omega[k] * over_centre;
+                    at.further_rate(&ModelResponse::further_damping(r[k], rate))
+                } else {
+                    [0.0; 2]
+                };
                 let point = Point {
-                    delta: plain.delta + drag * r[k],
+                    delta: plain.delta + drag * r[k] + further,
                     omega_0: plain.omega_0 + shift,
                     detuning: plain.detuning - shift,
                     ..plain
@@ -267,7 +273,7 @@ impl Lanes {
                 self.put(k, &c, if damped { margin } else { f64::NAN });
                 let m = (c.value.re * c.value.re + c.value.im * c.value.im).sqrt();
                 let over_m = if m > 0.0 { 1.0 / m } else { 0.0 };
-                let z_r = c.by[DELTA] * drag + c.by[OMEGA] * (2.0 * at.duffing * r[k]);
+                let z_r = c.by[DELTA] * (drag + by_r) + c.by[OMEGA] * (2.0 * at.duffing * r[k]);
                 let slope = (c.value.re * z_r.re + c.value.im * z_r.im) * over_m;
                 let gain = bounded(1.0 - slope);
                 let step = (m - r[k]) / gain;
@@ -296,6 +302,13 @@ impl Lanes {
             let drag = points.omega[k] * over_centre * r[k];
             let square = r[k] * r[k];
             (self.by_re[DRAG][k], self.by_im[DRAG][k]) = (by_delta[0] * drag, by_delta[1] * drag);
+            if at.with_further {
+                let damping = ModelResponse::further_damping(r[k], points.omega[k] * over_centre);
+                for (j, [d, _]) in damping.iter().enumerate() {
+                    let j = DRAG + 1 + j;
+                    (self.by_re[j][k], self.by_im[j][k]) = (by_delta[0] * d, by_delta[1] * d);
+                }
+            }
             (self.by_re[DUFFING][k], self.by_im[DUFFING][k]) =
                 (by_omega_0[0] * square, by_omega_0[1] * square);
             self.margin[k] = if gap[k] <= 1e-9 { self.margin[k] } else { f64::NAN };

@@ -39,8 +39,9 @@ pub use answer::{
     ReferenceFit,
 };
 pub use criteria::{
-    Criteria, ForceCriteria, InstrumentCriteria, LossModelCriteria, PeakCriteria, PreparationCriteria,
-    ReferenceCriteria, ResidualCriteria, SearchCriteria, SelectionCriteria, TermCriteria,
+    AnswerCriteria, Criteria, ForceCriteria, InstrumentCriteria, LossModelCriteria, PeakCriteria,
+    PreparationCriteria, ReferenceCriteria, ResidualCriteria, SearchCriteria, SelectionCriteria,
+    TermCriteria,
 };
 pub use curve::{Curve, CurveBuilder, Dropped, Response, Run, RunDirection};
 pub use direct::{CurveFit, fit};

@@ -1,14 +1,14 @@
 //! Every loss model fitted beside the terms of the hypothesis taken.
 
 use super::criteria::Criteria;
-use super::fitted_models::{FittedModels, oscillator_seen, slot};
+use super::fitted_models::{FittedModels, oscillator_seen};
 use super::hypothesis::Kind;
 use super::hypothesis_fit::HypothesisFit;
 use super::peak;
 use super::prepared::PreparedCurve;
 use super::problem::Problem;
 use super::residuals::autocorrelation;
-use super::response::{DELTA, DRAG, X_0, X_F};
+use super::response::{DELTA, X_0, X_F, slot};
 use super::search::best_of;
 use super::{DriveSource, Options};
 use crate::Error;
@@ -39,13 +39,15 @@ pub(super) fn compare(curve: &PreparedCurve, mut chosen: HypothesisFit) -> Resul
     let noise = inflated(residuals.variance_inflation);
     let fits = fit_models(&problem, &starts, &fit.free, noise, tries, options, criteria);
     // What one loss term leaves over is no noise: it is judged beside all of them.
-    let richest = fits.iter().find(|(m, f)| *m == LossModel::VISCOUS_SLIDING_DRAG && f.converged);
-    let drag_is_possible = options.model.is_none_or(|m| m.has(LossTerm::Drag));
-    if let Some((_, f)) = richest.filter(|_| residuals.variance_inflation > 1.0 && drag_is_possible) {
+    let all_terms =
+        options.model.unwrap_or(LossModel::VISCOUS_DRAG).with(LossTerm::Viscous).with(LossTerm::Sliding);
+    let richest = fits.iter().find(|(m, f)| *m == all_terms && f.converged);
+    let more_is_possible = all_terms != LossModel::VISCOUS_SLIDING;
+    if let Some((_, f)) = richest.filter(|_| residuals.variance_inflation > 1.0 && more_is_possible) {
         residuals = autocorrelation(&problem.with(&f.free), f, &criteria.residuals);
     }
     let noise = inflated(residuals.variance_inflation);
-    let comparison = ModelComparison::new(&fits, slot, noise);
+    let comparison = ModelComparison::new(&fits, slot, noise, &criteria.inference);
     let Some(first) = comparison.fits.first() else {
         return Err(Error::NoFit { reason: "no loss model could be fitted to the curve" });
     };
@@ -70,6 +72,7 @@ pub(super) fn compare(curve: &PreparedCurve, mut chosen: HypothesisFit) -> Resul
         neighbour_noise: residuals.neighbour_noise,
         autocorrelation: residuals.rho,
         minima,
+        criteria: criteria.answer.clone(),
         problem,
     })
 }
@@ -84,17 +87,14 @@ fn fit_models(
     options: &Options,
     criteria: &Criteria,
 ) -> Vec<(LossModel, Fit)> {
-    let losses = [X_F, DELTA, DRAG];
+    let losses: Vec<usize> = LossTerm::ALL.iter().map(|t| slot(*t)).collect();
     let others: Vec<usize> = free.iter().copied().filter(|k| !losses.contains(k)).collect();
     // The richer model of two comes first: its solution starts the smaller ones.
-    let order = [
-        LossModel::VISCOUS_SLIDING,
-        LossModel::VISCOUS,
-        LossModel::SLIDING,
-        LossModel::VISCOUS_DRAG,
-        LossModel::SLIDING_DRAG,
-        LossModel::VISCOUS_SLIDING_DRAG,
-    ];
+    // A curve by drag or a further loss alone has no start: the exact response needs one of the two.
+    let has_start = |m: &LossModel| m.has(LossTerm::Viscous) || m.has(LossTerm::Sliding);
+    let simpler_first =
+        LossModel::compared(options.model).filter(|m| has_start(m) && *m != LossModel::VISCOUS_SLIDING);
+    let order = std::iter::once(LossModel::VISCOUS_SLIDING).chain(simpler_first);
     let mut fits: Vec<(LossModel, Fit)> = Vec::new();
     let mut surely_viscous = false;
     for model in order {
@@ -110,13 +110,13 @@ fn fit_models(
         let mut from: Vec<Vec<f64>> =
             fits.iter().map(|(_, f)| f.parameters.clone()).chain(starts.iter().cloned()).collect();
         for p in &mut from {
-            for k in [X_F, DELTA, DRAG] {
+            for &k in &losses {
                 if !terms.contains(&k) {
                     p[k] = 0.0;
                 }
             }
             // Sliding alone has no height at resonance: the drive must fall short of it.
-            if model == LossModel::SLIDING || model == LossModel::SLIDING_DRAG {
+            if !model.has(LossTerm::Viscous) && model.has_sliding() {
                 p[X_F] = p[X_F].max(SLIDING_ALONE * p[X_0]);
             }
         }

@@ -12,11 +12,24 @@ use crate::motion::steady::Phasor;
 use crate::motion::steady::fundamental::Follower;
 use std::f64::consts::FRAC_PI_4;
 
-/// Where each parameter of a block stands among all.
-const OF_MAIN: [usize; MAIN] = [OMEGA, DELTA, X_0, X_F, DRAG, DUFFING, PHASE, DELAY, BG_RE, BG_IM];
-/// The reference has no friction, drag or Duffing term; those slots are never read.
-const OF_REFERENCE: [usize; MAIN] =
-    [R_OMEGA, R_DELTA, X_0, COUNT, COUNT, COUNT, R_PHASE, DELAY, R_BG_RE, R_BG_IM];
+/// Where each parameter of the main block stands among all.
+const OF_MAIN: [usize; MAIN] = {
+    let mut slots = [0; MAIN];
+    let mut k = 0;
+    while k < MAIN {
+        slots[k] = k;
+        k += 1;
+    }
+    slots
+};
+/// The same of the reference. It has no friction, further loss or Duffing term; those slots are never
+/// read.
+const OF_REFERENCE: [usize; MAIN] = {
+    let mut slots = [COUNT; MAIN];
+    (slots[OMEGA], slots[DELTA], slots[X_0]) = (R_OMEGA, R_DELTA, X_0);
+    (slots[PHASE], slots[DELAY], slots[BG_RE], slots[BG_IM]) = (R_PHASE, DELAY, R_BG_RE, R_BG_IM);
+    slots
+};
 
 /// Everything that is fitted at once.
 #[derive(Debug, Clone, PartialEq)]
@@ -100,8 +113,10 @@ impl Problem {
             x_0,
             x_f: if self.ratio { FRAC_PI_4 * friction * x_0 } else { friction },
             ratio: self.ratio.then_some([FRAC_PI_4 * friction, FRAC_PI_4 * x_0]),
-            amplitude_dependent: !reference && (self.used.contains(&DRAG) || self.used.contains(&DUFFING)),
+            amplitude_dependent: !reference && self.used.iter().any(|k| (DRAG..=DUFFING).contains(k)),
             drag: get(DRAG),
+            with_further: !reference && self.used.iter().any(|k| (DRAG + 1..DUFFING).contains(k)),
+            further: std::array::from_fn(|k| get(DRAG + 1 + k)),
             duffing: get(DUFFING),
             phase: get(PHASE),
             delay: get(DELAY),
@@ -224,7 +239,7 @@ mod tests {
     #[test]
     fn the_gradient_is_that_of_the_sum_of_squares() {
         let linear = vec![OMEGA, DELTA, X_0, X_F, PHASE, DELAY, BG_RE, BG_IM];
-        let amplitude_dependent = vec![OMEGA, DELTA, X_0, X_F, DRAG, DUFFING, PHASE, DELAY, BG_RE, BG_IM];
+        let amplitude_dependent: Vec<usize> = (0..MAIN).collect();
         for (complex, used, ratio) in [
             (true, linear.clone(), false),
             (false, linear.clone(), true),
@@ -238,7 +253,8 @@ mod tests {
             (p[PHASE], p[DELAY], p[BG_RE], p[BG_IM]) = (0.2, 0.05, 0.1, -0.2);
             (p[R_OMEGA], p[R_DELTA], p[R_PHASE], p[R_BG_RE], p[R_BG_IM]) = (0.05, 0.25, 0.1, 0.02, 0.03);
             if used.contains(&DRAG) {
-                (p[DRAG], p[DUFFING]) = (0.02, 0.01);
+                p[DRAG..DUFFING].fill(0.02);
+                p[DUFFING] = 0.01;
             }
             let mut sums = Normal::zeros(COUNT);
             assert!(problem.normal(&p, &mut sums));
@@ -283,7 +299,7 @@ mod tests {
         ] {
             let mut used = vec![OMEGA, DELTA, X_0, X_F, PHASE, DELAY, BG_RE, BG_IM];
             if amplitude_dependent {
-                used.extend([DRAG, DUFFING]);
+                used.extend(DRAG..=DUFFING);
             }
             let mut problem = problem(complex, used, false);
             problem.main.omega.iter_mut().for_each(|w| *w = 2.0 + 2.0 * (*w - 5.0));
@@ -294,7 +310,8 @@ mod tests {
             (p[DELTA], p[X_0], p[X_F]) = (delta, 0.45, x_f);
             (p[PHASE], p[DELAY], p[BG_RE], p[BG_IM]) = (0.2, 0.05, 0.1, -0.2);
             if amplitude_dependent {
-                (p[DRAG], p[DUFFING]) = (0.02, 0.01);
+                p[DRAG..DUFFING].fill(0.02);
+                p[DUFFING] = 0.01;
             }
             let mut sums = Normal::zeros(COUNT);
             assert!(

@@ -1,6 +1,7 @@
 //! The response of the oscillator with its instrument terms, and where its parameters stand.
 
 use super::Method;
+use crate::model::loss::{FURTHER, LossTerm};
 use crate::motion::steady::Phasor;
 use crate::motion::steady::fundamental::{Follower, Fundamental, Point, Regime, leading};
 
@@ -13,23 +14,36 @@ pub(crate) const X_0: usize = 2;
 pub(crate) const X_F: usize = 3;
 /// Drag rate a2 at the centre frequency, per s and unit.
 pub(crate) const DRAG: usize = 4;
-/// Shift of `omega_0` by the squared amplitude (Duffing), rad/s per unit².
-pub(crate) const DUFFING: usize = 5;
-pub(crate) const PHASE: usize = 6;
-pub(crate) const DELAY: usize = 7;
-pub(crate) const BG_RE: usize = 8;
-pub(crate) const BG_IM: usize = 9;
+/// Shift of `omega_0` by the squared amplitude (Duffing), rad/s per unit², behind the coefficients of
+/// the further loss terms.
+pub(crate) const DUFFING: usize = DRAG + 1 + FURTHER;
+pub(crate) const PHASE: usize = DUFFING + 1;
+pub(crate) const DELAY: usize = DUFFING + 2;
+pub(crate) const BG_RE: usize = DUFFING + 3;
+pub(crate) const BG_IM: usize = DUFFING + 4;
 /// Parameters of the main block.
-pub(super) const MAIN: usize = 10;
+pub(super) const MAIN: usize = DUFFING + 5;
 /// The same of the reference; drive and delay are shared.
-pub(crate) const R_OMEGA: usize = 10;
-pub(crate) const R_DELTA: usize = 11;
-pub(crate) const R_PHASE: usize = 12;
-pub(crate) const R_BG_RE: usize = 13;
-pub(crate) const R_BG_IM: usize = 14;
-pub(crate) const COUNT: usize = 15;
+pub(crate) const R_OMEGA: usize = MAIN;
+pub(crate) const R_DELTA: usize = MAIN + 1;
+pub(crate) const R_PHASE: usize = MAIN + 2;
+pub(crate) const R_BG_RE: usize = MAIN + 3;
+pub(crate) const R_BG_IM: usize = MAIN + 4;
+pub(crate) const COUNT: usize = MAIN + 5;
 /// Parameters of the oscillator come first.
 pub(super) const OWN: usize = PHASE;
+
+/// Where a fit keeps the coefficient of a loss term.
+pub(crate) fn slot(term: LossTerm) -> usize {
+    match term {
+        LossTerm::Viscous => DELTA,
+        LossTerm::Sliding => X_F,
+        LossTerm::Drag => DRAG,
+        // Further terms follow in the order of their list.
+        #[allow(unreachable_patterns, reason = "there may be none")]
+        further => DRAG + further as usize - LossTerm::Drag as usize,
+    }
+}
 
 /// What the model gives at one point.
 #[derive(Debug, Clone, Copy)]
@@ -54,9 +68,12 @@ pub(crate) struct ModelResponse {
     pub(super) x_f: f64,
     /// With the friction ratio a parameter: `x_F` by the drive, and by the ratio.
     pub(super) ratio: Option<[f64; 2]>,
-    /// Drag or a Duffing term takes part.
+    /// Drag, a further loss or a Duffing term takes part.
     pub(super) amplitude_dependent: bool,
     pub(super) drag: f64,
+    /// Whether further losses take part, and their coefficients.
+    pub(super) with_further: bool,
+    pub(super) further: [f64; FURTHER],
     pub(super) duffing: f64,
     pub(super) phase: f64,
     pub(super) delay: f64,
@@ -121,9 +138,31 @@ impl ModelResponse {
         }
     }
 
-    /// With drag and a Duffing term, both by the amplitude itself:
-    /// `R = |Z(delta + a2 R omega/omega_c, omega_0 + c R²)|`, by Newton's method from the amplitude
-    /// measured.
+    /// What the coefficient of each further loss is multiplied with at amplitude `r`, to be a rate of
+    /// viscous damping that takes as much: `g(r)/r (omega/omega_c)^n`; and its derivative by `r`.
+    ///
+    /// `rate`: the frequency over the centre, at which the coefficients are those of a free decay.
+    #[inline(always)]
+    pub(super) fn further_damping(r: f64, rate: f64) -> [[f64; 2]; FURTHER] {
+        let over_r = if r > 0.0 { 1.0 / r } else { 0.0 };
+        std::array::from_fn(|k| {
+            let term = LossTerm::further()[k];
+            let factor = rate.powi(term.frequency_power()) * over_r;
+            let damping = term.shape(r) * factor;
+            [damping, term.shape_derivative(r) * factor - damping * over_r]
+        })
+    }
+
+    /// The rate of viscous damping that takes as much as all further losses, and its derivative.
+    #[inline(always)]
+    pub(super) fn further_rate(&self, damping: &[[f64; 2]; FURTHER]) -> [f64; 2] {
+        let coefficients = self.further.iter().zip(damping);
+        coefficients.fold([0.0; 2], |[sum, slope], (c, [d, by_r])| [sum + c * d, slope + c * by_r])
+    }
+
+    /// With drag, further losses and a Duffing term, all by the amplitude itself:
+    /// `R = |Z(delta + a2 R omega/omega_c + ..., omega_0 + c R²)|`, by Newton's method from the
+    /// amplitude measured.
     fn at_own_amplitude(
         &self,
         point: &Point,
@@ -136,32 +175,35 @@ impl ModelResponse {
         let rate = point.omega / self.centre;
         let mut r = guess.max(0.0);
         let mut found = None;
+        let none = [[0.0; 2]; FURTHER];
         for _ in 0..MOST_STEPS {
             let shift = duffing * r * r;
             if shift.abs() > 0.5 * point.omega_0 {
                 return None;
             }
+            let damping = if self.with_further { Self::further_damping(r, rate) } else { none };
+            let [further, by_r] = self.further_rate(&damping);
             let there = Point {
-                delta: point.delta + drag * rate * r,
+                delta: point.delta + drag * rate * r + further,
                 omega_0: point.omega_0 + shift,
                 detuning: point.detuning - shift,
                 ..*point
             };
             let f = self.kernel(&there, follower)?;
             let m = f.value.norm();
-            let z_r = f.by_delta * (drag * rate) + f.by_omega_0 * (2.0 * duffing * r);
+            let z_r = f.by_delta * (drag * rate + by_r) + f.by_omega_0 * (2.0 * duffing * r);
             let along = |d: Phasor| if m > 0.0 { (f.value.re * d.re + f.value.im * d.im) / m } else { 0.0 };
             let slope = along(z_r);
             let gain = bounded(1.0 - slope);
             let step = (m - r) / gain;
-            found = Some((f, m, r, z_r, gain));
+            found = Some((f, m, r, z_r, gain, damping));
             if (m - r).abs() <= 1e-12 * m.max(r) {
                 break;
             }
             let reach = 0.5 * (r + m);
             r = (r + step.clamp(-reach, reach)).max(0.0);
         }
-        let (f, m, r, z_r, gain) = found?;
+        let (f, m, r, z_r, gain, damping) = found?;
         if (m - r).abs() > 1e-6 * m.max(r) {
             return None;
         }
@@ -173,6 +215,9 @@ impl ModelResponse {
         by[X_0] = through(f.by_x_0);
         by[X_F] = through(f.by_x_f);
         by[DRAG] = through(f.by_delta * (rate * r));
+        for (k, [damping, _]) in damping.iter().enumerate() {
+            by[DRAG + 1 + k] = through(f.by_delta * *damping);
+        }
         by[DUFFING] = through(f.by_omega_0 * (r * r));
         Some(f)
     }

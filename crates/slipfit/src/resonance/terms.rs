@@ -41,6 +41,10 @@ impl HypothesisFit<'_> {
             && self.gain(&self.problem, &f, &self.fit) < self.criteria.inference.instrument_bic_margin
         {
             (self.problem, self.fit) = (trial, f);
+            // The models start from these as well: a term that is not free would keep its value there.
+            for start in &mut self.starts {
+                terms.iter().for_each(|&k| start[k] = 0.0);
+            }
         }
     }
 
@@ -173,5 +177,46 @@ impl HypothesisFit<'_> {
             let promised = (rss - c.promise_factor * gain).max(c.promise_rest * rss);
             noise.bic(rss, self.fit.free.len()) > noise.bic(promised, free.len())
         })
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::super::block::Block;
+    use super::super::criteria::Criteria;
+    use super::super::hypothesis::{Hypothesis, Kind};
+    use super::super::instrument_start::InstrumentTerms;
+    use super::super::prepared::PreparedCurve;
+    use super::super::{Curve, Options, models};
+    use super::*;
+    use crate::Oscillator;
+    use crate::motion::steady::{Phasor, scan};
+    use crate::noise::jitter;
+
+    /// A background and a delay that the fit began with and dropped stay in no model.
+    #[test]
+    fn a_term_that_was_dropped_is_nowhere_held_at_its_start() {
+        let o = Oscillator::kinematic(6.3, 0.06, 0.1).unwrap();
+        let (hz, z) = (0..81)
+            .map(|i| {
+                let hz = 0.95 + 0.00125 * i as f64;
+                let noise = Phasor::new(jitter(i, 1), jitter(i, 2)) * 0.05;
+                (hz, scan::reading(&o, 1.0, hz).unwrap().fundamental + noise)
+            })
+            .unzip();
+        let curve = Curve::complex(hz, z).build().unwrap();
+        let (options, criteria) = (Options::default(), Criteria::default());
+        let prepared = PreparedCurve::new(Block::new(&curve), None, &options, &criteria).unwrap();
+        let instrument = InstrumentTerms { background: Phasor::new(1.5, -0.8), delay: 0.05, delayed: false };
+        let plain = Hypothesis::plain(&prepared);
+        let hypothesis = Hypothesis { kind: Kind::Instrument, instrument, ..plain };
+        let mut fit = HypothesisFit::new(&prepared, hypothesis, &options, &criteria).unwrap();
+        assert!(fit.starts.iter().all(|s| s[BG_RE] != 0.0 && s[DELAY] != 0.0));
+        fit.drop_unneeded();
+        let dropped = [DELAY, BG_RE, BG_IM];
+        assert!(dropped.iter().all(|k| !fit.fit.free.contains(k)), "{:?}", fit.fit.free);
+        assert!(dropped.iter().all(|&k| fit.starts.iter().all(|s| s[k] == 0.0)));
+        let models = models::compare(&prepared, fit).unwrap().comparison.fits;
+        assert!(dropped.iter().all(|&k| models.iter().all(|m| m.unbounded.parameters[k] == 0.0)));
     }
 }

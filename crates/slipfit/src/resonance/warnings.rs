@@ -1,7 +1,7 @@
 //! Which warnings the answer to a curve carries.
 
 use super::block::Block;
-use super::criteria::Criteria;
+use super::criteria::{AnswerCriteria, Criteria};
 use super::fitted_models::{FittedModels, oscillator_seen};
 use super::peak::Peak;
 use super::response::{BG_IM, BG_RE, DELTA, DUFFING, OMEGA, R_DELTA, R_OMEGA, X_F};
@@ -11,9 +11,6 @@ use crate::answer::{Parameter, Warning};
 use crate::model::loss::LossModel;
 use std::f64::consts::TAU;
 
-/// BIC within which two models describe a curve equally well.
-const RIVAL_BIC: f64 = 2.0;
-
 pub(super) fn warnings(
     curve: &Curve,
     used: &Curve,
@@ -22,9 +19,10 @@ pub(super) fn warnings(
     options: &Options,
     criteria: &Criteria,
 ) -> Vec<Warning> {
+    let c = &criteria.answer;
     let mut list = Vec::new();
     let b = &d.problem.main;
-    let noise = peak::noise(b).max(0.1 * d.neighbour_noise);
+    let noise = peak::noise(b).max(c.least_noise * d.neighbour_noise);
     let dropped = curve.dropped();
     if dropped.not_finite + dropped.zero_frequency > 0 {
         list.push(Warning::Dropped {
@@ -44,13 +42,13 @@ pub(super) fn warnings(
     let shown = oscillator_seen(&d.problem, &answer.fit.parameters);
     let shown = shown.as_ref().unwrap_or(b);
     let noise = if std::ptr::eq(shown, b) { noise } else { peak::noise(shown).max(noise) };
-    let runs = runs_of(used, shown);
+    let runs = runs_of(used, shown, c.run_points);
     let lines: Vec<(&Block, Peak)> =
         runs.iter().map(|r| &r.1).filter_map(|b| Some((b, peak::find(b)?))).collect();
     let jump = lines.iter().find_map(|(b, line)| peak::jump(b, line, noise, &criteria.peak));
     let width = lines.first().map_or(d.peak.half_width, |l| l.1.half_width);
     let (hysteresis, differ) =
-        runs_differ(&runs, d, width, lines.first().map_or(noise, |l| peak::noise(l.0)));
+        runs_differ(&runs, d, width, lines.first().map_or(noise, |l| peak::noise(l.0)), c);
     if let Some(omega) = jump {
         list.push(Warning::Jump { frequency_hz: omega / TAU, hysteresis: hysteresis.is_some() });
     } else if let Some(omega) = hysteresis {
@@ -67,15 +65,15 @@ pub(super) fn warnings(
     {
         list.push(Warning::SecondPeak { main_hz: omega / TAU, other_hz: other / TAU, relative_height });
     }
-    shape(&mut list, d, answer);
+    shape(&mut list, d, answer, c);
     instrument(&mut list, d, answer);
-    reference(&mut list, d, answer);
+    reference(&mut list, d, answer, c);
     let misfit = answer.diagnostics.residual_rms / answer.diagnostics.noise_rms.max(f64::MIN_POSITIVE);
     // The noise between neighbours is itself known to about one part in the root of their number.
     if answer.diagnostics.residual_excess > 1.0 && misfit > 1.0 + 1.0 / b.observations().sqrt() {
         list.push(Warning::ModelMisfit { ratio: misfit });
     }
-    list.extend(model_choice(&d.comparison, options.model, RIVAL_BIC));
+    list.extend(model_choice(&d.comparison, options.model, c.rival_bic));
     if answer.method == Method::Paper
         && let Some(paper) = &answer.paper
         && let (Some(friction), Some(q_factor)) = (paper.friction_bias, paper.q_factor_bias)
@@ -91,7 +89,7 @@ pub(super) fn warnings(
 }
 
 /// Where the points lie, and what the shape alone can tell.
-fn shape(list: &mut Vec<Warning>, d: &FittedModels, answer: &Answer) {
+fn shape(list: &mut Vec<Warning>, d: &FittedModels, answer: &Answer, c: &AnswerCriteria) {
     let b = &d.problem.main;
     let omega_0 = TAU * answer.parameter(Parameter::NaturalFrequency).map_or(0.0, |q| q.value);
     let (first, last) = (b.omega[0], b.omega[b.len() - 1]);
@@ -99,14 +97,14 @@ fn shape(list: &mut Vec<Warning>, d: &FittedModels, answer: &Answer) {
     if edge && d.peak.sides.iter().any(Option::is_none) || omega_0 < first || omega_0 > last {
         list.push(Warning::OneFlank { below: omega_0 > 0.5 * (first + last) });
     }
-    if answer.diagnostics.points_in_line < 4 {
+    if answer.diagnostics.points_in_line < c.points_in_line {
         list.push(Warning::FewPointsInLine { points: answer.diagnostics.points_in_line });
     }
     if d.source == DriveSource::Shape
         && let Some(beta) = answer.parameter(Parameter::FrictionRatio)
     {
         let [low, high] = beta.interval_95;
-        if high - low > 0.3 * beta.value.max(0.3) {
+        if high - low > c.shape_interval * beta.value.max(c.shape_ratio) {
             list.push(Warning::ShapeAlone { friction_ratio: [low, high.min(1.0f64.max(low))] });
         }
     }
@@ -114,7 +112,7 @@ fn shape(list: &mut Vec<Warning>, d: &FittedModels, answer: &Answer) {
         let fit = &entry.unbounded;
         let correlation = fit.correlation(DELTA, X_F);
         let error = d.comparison.noise.std_error(fit, DELTA);
-        if correlation.abs() > 0.99 && error > 0.5 * fit.parameters[DELTA].abs() {
+        if correlation.abs() > c.inseparable && error > c.inseparable_error * fit.parameters[DELTA].abs() {
             list.push(Warning::NotSeparable { correlation, decay_times: None });
         }
     }
@@ -148,7 +146,7 @@ fn instrument(list: &mut Vec<Warning>, d: &FittedModels, answer: &Answer) {
     }
 }
 
-fn reference(list: &mut Vec<Warning>, d: &FittedModels, answer: &Answer) {
+fn reference(list: &mut Vec<Warning>, d: &FittedModels, answer: &Answer, c: &AnswerCriteria) {
     let Some(reference) = &answer.reference else { return };
     let p = &answer.fit.parameters;
     let apart = (p[R_OMEGA] - p[OMEGA]).abs();
@@ -156,17 +154,18 @@ fn reference(list: &mut Vec<Warning>, d: &FittedModels, answer: &Answer) {
     let ratio = p[R_DELTA] / p[DELTA];
     // One resonator keeps its frequency within some widths, and its damping within a factor.
     let width = d.peak.half_width.max(p[R_DELTA]);
-    if apart > 5.0 * width || !(1.0 / 3.0..=3.0).contains(&ratio) {
+    let most = c.reference_damping;
+    if apart > c.reference_widths * width || !(1.0 / most..=most).contains(&ratio) {
         list.push(Warning::ReferenceDiffers { relative_frequency, decay_rate_ratio: ratio });
     }
-    if reference.sliding_p_value < 0.001 {
+    if reference.sliding_p_value < c.reference_slides {
         list.push(Warning::ReferenceSlides { p_value: reference.sliding_p_value });
     }
 }
 
 /// The points of each run apart, where the frequency went both up and down; else all as one.
-fn runs_of(used: &Curve, b: &Block) -> Vec<(RunDirection, Block)> {
-    let runs: Vec<_> = used.runs().iter().filter(|r| r.points >= 5).collect();
+fn runs_of(used: &Curve, b: &Block, least_points: usize) -> Vec<(RunDirection, Block)> {
+    let runs: Vec<_> = used.runs().iter().filter(|r| r.points >= least_points).collect();
     let has = |direction| runs.iter().any(|r| r.direction == direction);
     if !(has(RunDirection::Up) && has(RunDirection::Down)) {
         return vec![(RunDirection::Unordered, b.clone())];
@@ -186,6 +185,7 @@ fn runs_differ(
     d: &FittedModels,
     half_width: f64,
     run_noise: f64,
+    c: &AnswerCriteria,
 ) -> (Option<f64>, Option<f64>) {
     let of = |direction: RunDirection| -> Vec<(f64, f64)> {
         let mut all: Vec<(f64, f64)> = runs
@@ -198,7 +198,7 @@ fn runs_differ(
     };
     let (rising, falling) = (of(RunDirection::Up), of(RunDirection::Down));
     // Where the runs part ways the residuals of the fit to both are no noise.
-    let noise = d.neighbour_noise.min(1.5 * run_noise).max(f64::MIN_POSITIVE);
+    let noise = d.neighbour_noise.min(c.runs_noise * run_noise).max(f64::MIN_POSITIVE);
     let (mut sum, mut count, mut worst) = (0.0, 0.0, (0.0, 0.0));
     for &(omega, a) in &rising {
         let i = falling.partition_point(|f| f.0 < omega);
@@ -208,7 +208,7 @@ fn runs_differ(
         let ((w0, a0), (w1, a1)) = (falling[i - 1], falling[i]);
         let t = if w1 > w0 { (omega - w0) / (w1 - w0) } else { 0.5 };
         // Between coarse points a straight line is no curve.
-        if w1 - w0 > 0.3 * half_width {
+        if w1 - w0 > c.run_spacing * half_width {
             continue;
         }
         let apart = a - (a0 + t * (a1 - a0));
@@ -218,13 +218,13 @@ fn runs_differ(
             worst = (omega, apart.abs());
         }
     }
-    if count < 5.0 {
+    if count < c.runs_compared {
         return (None, None);
     }
-    if worst.1 > (0.25 * d.peak.height).max(8.0 * noise) {
+    if worst.1 > (c.hysteresis_height * d.peak.height).max(c.hysteresis_noise * noise) {
         return (Some(worst.0), None);
     }
     // Each difference holds the noise of two points, somewhat less by interpolation.
     let z = (sum / 2.0 - count) / (2.0f64 * count).sqrt();
-    (None, (z > 4.0).then_some(z))
+    (None, (z > c.runs_differ).then_some(z))
 }

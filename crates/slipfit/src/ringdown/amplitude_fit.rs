@@ -1,14 +1,14 @@
 //! The amplitudes of the blocks against the loss laws.
 
-use super::compare::{WholeLoss, compare};
+use super::compare::{Search, WholeLoss, compare, loss_parameters};
 use super::criteria::{AmplitudeCriteria, Criteria};
 use super::envelope::{A0, DELTA, EnvelopeProblem, FLOOR, X_F};
 use super::lowpass::Kernel;
 use super::measured::MeasuredDecay;
 use super::options::Options;
-use super::window_fit::{LOSS_PARAMETERS, Problem, WindowFit};
+use super::window_fit::{Problem, WindowFit};
 use crate::Error;
-use crate::inference::least_squares::{Fit, minimise};
+use crate::inference::least_squares::{Fit, LeastSquares, minimise};
 use crate::inference::noise::{NoiseModel, autocorrelation, significant_inflation};
 use crate::numeric::{robust, roots};
 
@@ -39,7 +39,7 @@ pub(crate) fn fit_amplitudes<'a>(
             < c.floor_visible * measured.points[0].amplitude;
     let nuisance: &[usize] = if has_floor { &[FLOOR] } else { &[] };
     let start = start_values(&problem);
-    let full: Vec<usize> = LOSS_PARAMETERS.iter().chain(nuisance).copied().collect();
+    let full = [&loss_parameters(options.model)[..], nuisance].concat();
     let least_deviation = if measured.root_mean_squares { 0.0 } else { measured.noise_rms };
     let outliers = drop_outliers(&mut problem, &start, &full, least_deviation, c);
     if !measured.root_mean_squares
@@ -59,7 +59,8 @@ pub(crate) fn fit_amplitudes<'a>(
     let law_errs = admit_law_error(&mut problem, &start, &full, noise, significance, c);
     let mut noise_model = NoiseModel::white(n as f64);
     let whole = WholeLoss::new(start[DELTA], start[A0], problem.omega);
-    let comparison = compare(&problem, &start, nuisance, noise_model, whole, true);
+    let search = Search { asked: options.model, side_minima: true, criteria: &criteria.inference };
+    let comparison = compare(&problem, &start, nuisance, noise_model, whole, search);
     let best = comparison.preferred().ok_or(Error::NoFit { reason: "no model converged" })?;
     let residuals = problem.residuals(&best.bounded.parameters);
     let autocorrelation = autocorrelation(&residuals);
@@ -120,7 +121,10 @@ pub(crate) fn start_values(problem: &EnvelopeProblem) -> Vec<f64> {
         problem.value.iter().position(|&v| root(v) < 0.5 * first).unwrap_or(problem.value.len() - 1).max(1);
     let span = (problem.elapsed[half] - problem.elapsed[0]).max(f64::MIN_POSITIVE);
     let delta = (first / root(problem.value[half]).max(1e-3 * first)).ln() / span;
-    vec![first * (delta * problem.elapsed[0]).exp(), 0.0, delta.max(1e-12 / span), 0.0, 0.0]
+    let mut start = vec![0.0; problem.parameters()];
+    start[A0] = first * (delta * problem.elapsed[0]).exp();
+    start[DELTA] = delta.max(1e-12 / span);
+    start
 }
 
 /// The best fit with all of `free`, begun from the viscous law; that law where no other is found.

@@ -18,7 +18,7 @@ use crate::{Error, Record, SignalKind};
 ///
 /// Finds the free decay, follows amplitude and phase along it, fits the loss
 /// models `dA/dt = -(a0 + a1 A + a2 A²)` (sliding, viscous, drag) and weighs
-/// them against each other. Where the record shows the motion itself, every
+/// them against each other; a model asked for may have [further terms](crate::LossTerm). Where the record shows the motion itself, every
 /// sample is compared with the exact motion, whose turning points obey
 ///
 /// ```text
@@ -36,8 +36,8 @@ use crate::{Error, Record, SignalKind};
 /// times `omega` or `omega²`.
 ///
 /// Limits: one mode (others are reported, [`Options::band_hz`] isolates one);
-/// at least one and a half cycles above the noise; drag is treated on the
-/// average of a cycle, exact for Q well above one.
+/// at least one and a half cycles above the noise; drag and further terms are
+/// treated on the average of a cycle, exact for Q well above one.
 ///
 /// # Errors
 /// [`Error::Parameter`] for an option out of range, [`Error::NoOscillation`],
@@ -95,13 +95,15 @@ fn analyse_samples(
             let short = described.measured.cycles() < criteria.few_cycles.most_cycles;
             match described.fit.problem {
                 // Blocks of whole cycles see little of so short a motion.
-                Problem::Envelope(_) if short => fit_few_cycles(&samples, criteria).unwrap_or(described),
+                Problem::Envelope(_) if short => {
+                    fit_few_cycles(&samples, options.model, criteria).unwrap_or(described)
+                }
                 _ => described,
             }
         }
         Ok(decay) => decay,
         Err(refusal) if waveform && of_length(&refusal) => {
-            fit_few_cycles(&samples, criteria).ok_or(refusal)?
+            fit_few_cycles(&samples, options.model, criteria).ok_or(refusal)?
         }
         Err(refusal) => return Err(refusal),
     };

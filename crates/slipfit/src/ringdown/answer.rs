@@ -116,6 +116,9 @@ pub struct Diagnostics {
     pub signal_to_noise_db: f64,
     /// Decay times recorded: ln of first over last amplitude used.
     pub decay_times: f64,
+    /// Whether the amplitude falls at all by them.
+    #[cfg_attr(feature = "serde", serde(skip))]
+    pub falls: bool,
     /// Short stretches left out because they lie far off every law (glitches).
     pub left_out: usize,
     /// Other modes: frequency (Hz) and strength relative to the main one.

@@ -1,7 +1,8 @@
 //! From fits to the answer a person reads.
 
+use super::compare::slot;
 use super::decay_series::{backbone, envelope_points, fitted_motion, loss_points};
-use super::envelope::{A0, DELTA, DRAG, X_F, law_of};
+use super::envelope::{A0, DELTA, X_F, law_of};
 use super::evidence::Evidence;
 use super::quantities::{angular_frequency, parameters};
 use super::stop::stop;
@@ -10,7 +11,7 @@ use super::window_fit::Problem;
 use super::{Answer, Diagnostics, Distortion, OtherMode, Segment, Stop};
 use crate::answer::describe::{self, candidates, sliding_evidence};
 use crate::answer::{Correlation, Parameter, SlidingEvidence, Values};
-use crate::inference::model_selection::ModelFit;
+use crate::inference::model_selection::{ModelComparison, ModelFit};
 use crate::model::loss::LossModel;
 use crate::motion::decay::AmplitudeLaw;
 use crate::numeric::roots::border;
@@ -42,7 +43,7 @@ pub(crate) fn answer(e: &Evidence) -> Result<Answer, Error> {
     let mut answer = Answer {
         model: chosen.model,
         parameters: parameters(e, chosen, omega),
-        comparison: candidates(comparison, |f| rms(e, f), values),
+        comparison: candidates(comparison, |f| rms(e, f), |f| values(comparison, f)),
         sliding,
         correlations: correlations(e, chosen),
         segment: segment_of(e),
@@ -68,19 +69,18 @@ fn rms(e: &Evidence, fit: &ModelFit) -> f64 {
 }
 
 /// Where each parameter stands in a fit.
-const NAMED: [(usize, Parameter); 4] = [
-    (A0, Parameter::InitialAmplitude),
-    (DELTA, Parameter::DECAY_RATE),
-    (X_F, Parameter::FRICTION_DISPLACEMENT),
-    (DRAG, Parameter::DRAG_RATE),
-];
+fn named(comparison: &ModelComparison) -> Vec<(usize, Parameter)> {
+    let terms = comparison.terms().map(|term| (slot(term), Parameter::Loss(term)));
+    std::iter::once((A0, Parameter::InitialAmplitude)).chain(terms).collect()
+}
 
-fn values(fit: &ModelFit) -> Values {
-    NAMED.iter().map(|&(slot, parameter)| (parameter, fit.bounded.parameters[slot])).collect()
+fn values(comparison: &ModelComparison, fit: &ModelFit) -> Values {
+    let value = |(slot, parameter)| (parameter, fit.bounded.parameters[slot]);
+    named(comparison).into_iter().map(value).collect()
 }
 
 fn correlations(e: &Evidence, chosen: &ModelFit) -> Vec<Correlation> {
-    let mut named = NAMED.to_vec();
+    let mut named = named(&e.fit.comparison);
     if matches!(e.fit.problem, Problem::Waveform(_)) {
         named.push((OMEGA, Parameter::Frequency));
     }
@@ -140,6 +140,7 @@ fn diagnostics(e: &Evidence, chosen: &ModelFit, law: &AmplitudeLaw) -> Diagnosti
         Problem::Envelope(_) => variance.sqrt(),
     };
     let noise = e.measured.noise_rms;
+    let decay_times = (law.initial / last_amplitude(e, law).max(1e-9 * law.initial)).ln().max(0.0);
     let (other_modes, distortion) = other_modes(e);
     Diagnostics {
         method: e.fit.problem.method(),
@@ -149,7 +150,8 @@ fn diagnostics(e: &Evidence, chosen: &ModelFit, law: &AmplitudeLaw) -> Diagnosti
         residual_autocorrelation: e.fit.autocorrelation,
         signal_to_noise_db: 20.0
             * (law.initial / std::f64::consts::SQRT_2 / noise.max(f64::MIN_POSITIVE)).log10(),
-        decay_times: (law.initial / last_amplitude(e, law).max(1e-9 * law.initial)).ln().max(0.0),
+        decay_times,
+        falls: !(decay_times < e.criteria.answer.least_decay),
         left_out: e.fit.outliers,
         other_modes,
         distortion,

@@ -1,6 +1,7 @@
 //! Every loss model on the data of one decay.
 
 use super::envelope::{A0, DELTA, DRAG, X_F};
+use crate::inference::criteria::InferenceCriteria;
 use crate::inference::least_squares::{Fit, LeastSquares, Normal, minimise, minimise_until};
 use crate::inference::model_selection::ModelComparison;
 use crate::inference::noise::NoiseModel;
@@ -20,6 +21,13 @@ pub(crate) fn slot(term: LossTerm) -> usize {
     }
 }
 
+/// Initial amplitude and the coefficients of every loss term compared, given the model asked for.
+pub(crate) fn loss_parameters(asked: Option<LossModel>) -> Vec<usize> {
+    let mut list: Vec<usize> = std::iter::once(A0).chain(LossTerm::compared(asked).map(slot)).collect();
+    list.sort_unstable();
+    list
+}
+
 /// Free parameters of a model: amplitude, its loss terms, the nuisances.
 fn free_of(model: LossModel, nuisance: &[usize]) -> Vec<usize> {
     let mut free: Vec<usize> =
@@ -33,33 +41,40 @@ fn free_of(model: LossModel, nuisance: &[usize]) -> Vec<usize> {
 pub(crate) struct WholeLoss {
     decay_rate: f64,
     friction_displacement: f64,
-    drag_rate: f64,
+    amplitude: f64,
 }
 
 impl WholeLoss {
-    /// The coefficient of each term that makes up all of the loss.
-    fn terms(&self) -> [(LossTerm, f64); 3] {
-        [
-            (LossTerm::Viscous, self.decay_rate),
-            (LossTerm::Sliding, self.friction_displacement),
-            (LossTerm::Drag, self.drag_rate),
-        ]
-    }
-
     /// Those of a loss of `decay_rate` per second of the `amplitude` at `omega`.
     pub(crate) fn new(decay_rate: f64, amplitude: f64, omega: f64) -> Self {
-        Self {
-            decay_rate,
-            friction_displacement: decay_rate * amplitude * PI / (2.0 * omega),
-            drag_rate: decay_rate / amplitude,
+        Self { decay_rate, friction_displacement: decay_rate * amplitude * PI / (2.0 * omega), amplitude }
+    }
+
+    /// The coefficient of a term that makes up all of the loss.
+    fn of(&self, term: LossTerm) -> f64 {
+        match term {
+            LossTerm::Viscous => self.decay_rate,
+            LossTerm::Sliding => self.friction_displacement,
+            other => self.decay_rate / (other.shape(self.amplitude) / self.amplitude),
         }
     }
+}
+
+/// What is compared, and how.
+#[derive(Debug, Clone, Copy)]
+pub(crate) struct Search<'a> {
+    /// The model asked for, whose terms take part.
+    pub(crate) asked: Option<LossModel>,
+    /// Whether there may be several minima.
+    pub(crate) side_minima: bool,
+    pub(crate) criteria: &'a InferenceCriteria,
 }
 
 /// Shares of the loss at the first amplitude that sliding friction takes in the starts of the search.
 const SLIDING_SHARES: [f64; 4] = [0.1, 0.35, 0.65, 0.9];
 
-/// Fits every model from several starts and keeps the lowest sum of squares of each.
+/// Fits every model compared, given the one asked for, from several starts and keeps the lowest sum
+/// of squares of each.
 ///
 /// `start` holds the amplitude, loss coefficients and the nuisances; `whole` is the coefficient that
 /// each term would have if it made up all loss at the first amplitude. Where friction stops the
@@ -73,10 +88,13 @@ pub(crate) fn compare(
     nuisance: &[usize],
     noise: NoiseModel,
     whole: WholeLoss,
-    side_minima: bool,
+    Search { asked, side_minima, criteria }: Search,
 ) -> ModelComparison {
     let mut fits: Vec<(LossModel, Fit)> = Vec::new();
-    for model in FITTED_FIRST.into_iter().chain(LossModel::ALL) {
+    // Models that the others begin from.
+    let every_term = LossTerm::compared(asked).fold(LossModel::VISCOUS_SLIDING, LossModel::with);
+    let first = [LossModel::VISCOUS_SLIDING, every_term];
+    for model in first.into_iter().chain(LossModel::compared(asked)) {
         let free = free_of(model, nuisance);
         if (noise.observations as usize) <= free.len() || fits.iter().any(|(m, _)| *m == model) {
             continue;
@@ -97,13 +115,10 @@ pub(crate) fn compare(
             fits[i].1 = fit;
         }
     }
-    let place = |model| LossModel::ALL.into_iter().position(|m| m == model);
+    let place = |model| LossModel::compared(asked).position(|m| m == model);
     fits.sort_by_key(|(model, _)| place(*model));
-    ModelComparison::new(&fits, slot, noise)
+    ModelComparison::new(&fits, slot, noise, criteria)
 }
-
-/// Models that the others begin from.
-const FITTED_FIRST: [LossModel; 2] = [LossModel::VISCOUS_SLIDING, LossModel::VISCOUS_SLIDING_DRAG];
 
 /// Relative difference of sums of squares that is rounding.
 const NESTED_TOLERANCE: f64 = 1e-9;
@@ -145,8 +160,13 @@ fn starts(
             larger.terms().filter(|t| !model.has(*t)).map(|t| (slot(t), 0.0)).collect();
         list.extend(given(fit, &absent).map(|(_, p)| p));
     }
-    let alone = |term: LossTerm| model.terms().eq([term]);
-    list.extend(whole.terms().into_iter().filter(|(term, _)| alone(*term)).map(|all| with_losses(&[all])));
+    if model.terms().any(|term| !term.is_compared()) {
+        // The search for the motion had the terms asked for free already.
+        let found: Vec<(LossTerm, f64)> = model.terms().map(|term| (term, start[slot(term)])).collect();
+        list.push(with_losses(&found));
+    }
+    let alone = LossTerm::ALL.iter().filter(|term| model.terms().eq([**term]));
+    list.extend(alone.map(|term| with_losses(&[(*term, whole.of(*term))])));
     if list.is_empty() {
         list.push(with_losses(&[(LossTerm::Viscous, whole.decay_rate)]));
     }

@@ -365,6 +365,9 @@ criteria! {
         few_cycles: f64 = 5.0, source "chosen by simulation", moves "warnings";
         /// Relative error of decay rate and friction below which so few cycles determine both.
         determined: f64 = 0.25, source "four standard errors from zero", moves "warnings";
+        /// Decay times recorded below which the amplitude does not fall at all.
+        least_decay: f64 = 0.01, source "far below what any kind of loss shows in",
+            moves "the sentence of the answer";
         /// Correlation above which the viscous and the sliding term are one number.
         inseparable: f64 = 0.99, source "chosen by simulation",
             moves "warnings, and the model reported";

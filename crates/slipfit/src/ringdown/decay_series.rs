@@ -9,7 +9,7 @@ use super::window_fit::Problem;
 use super::{Backbone, EnvelopePoint, LossPoint};
 use crate::inference::model_selection::ModelFit;
 use crate::motion::decay::AmplitudeLaw;
-use crate::motion::decay::path::backbone_factors;
+use crate::motion::decay::path::{backbone_factors, shifted};
 use std::f64::consts::TAU;
 
 /// Knots of the phase along a fitted waveform.
@@ -125,11 +125,12 @@ pub(crate) fn loss_points(e: &Evidence, law: &AmplitudeLaw, omega: f64) -> Vec<L
             let s = a0 * a0;
             let f = backbone_factors(s * (backbone[0] + s * backbone[1]));
             let parts = [law.a0 * f[0], law.a1 * a0 * f[1], law.a2 * s * f[2]];
+            let further = shifted(law, &f).further_rate(a0);
             (a0 > 0.0).then(|| LossPoint {
                 amplitude: a0,
                 loss_per_cycle: -sxy / sxx * period,
                 std_error: error * period,
-                fitted: parts.iter().sum::<f64>() * period,
+                fitted: (parts.iter().sum::<f64>() + further) * period,
                 fitted_sliding: parts[0] * period,
             })
         })

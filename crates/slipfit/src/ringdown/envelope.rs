@@ -156,10 +156,11 @@ mod tests {
     }
 
     /// Central differences against the derivatives carried along.
-    fn check(problem: &EnvelopeProblem, terms: [f64; 4], tolerance: f64) {
+    fn check(problem: &EnvelopeProblem, terms: [f64; 4], further: f64, tolerance: f64) {
         let mut p = [0.0; COUNT];
         p[..4].copy_from_slice(&terms);
-        for k in 0..4 {
+        p[4..FLOOR].fill(further);
+        for k in 0..FLOOR {
             let h = 1e-5 * p[k].abs().max(1e-2);
             let (mut up, mut down) = (p, p);
             up[k] += h;
@@ -187,9 +188,10 @@ mod tests {
             [1.0, 0.0, 0.1, 0.2],
             [2.0, 0.005, 0.05, 0.1],
         ] {
-            check(&problem([0.0; 2], false), p, 2e-5);
+            check(&problem([0.0; 2], false), p, 0.0, 2e-5);
+            check(&problem([0.0; 2], false), p, 0.03, 2e-5);
             // The loss terms' own change with amplitude is left out of the derivatives.
-            check(&problem([0.01, -0.001], false), p, 2e-2);
+            check(&problem([0.01, -0.001], false), p, 0.0, 2e-2);
         }
     }
 

@@ -12,6 +12,7 @@ use super::window::by_waveform::is_noise;
 use super::window::{DecayWindow, EndReason, StartReason};
 use super::window_fit::Problem;
 use crate::inference::least_squares::minimise;
+use crate::model::loss::LossModel;
 use crate::numeric::robust::neighbour_noise;
 use crate::signal::blocks::Block;
 use crate::signal::phase::PhaseLaw;
@@ -25,7 +26,11 @@ const MOST_HALF_CYCLES: i32 = 1000;
 /// Fits the motion of a record of a few cycles, from its first sample or from its largest
 /// deflection on. `None` where it does not describe the samples, or swings back too little to be
 /// called an oscillation.
-pub(crate) fn fit_few_cycles<'a>(samples: &'a Samples, criteria: &Criteria) -> Option<FittedDecay<'a>> {
+pub(crate) fn fit_few_cycles<'a>(
+    samples: &'a Samples,
+    asked: Option<LossModel>,
+    criteria: &Criteria,
+) -> Option<FittedDecay<'a>> {
     let c = &criteria.few_cycles;
     let (time, signal) = (&samples.time[..], &samples.signal[..]);
     let n = signal.len();
@@ -48,12 +53,12 @@ pub(crate) fn fit_few_cycles<'a>(samples: &'a Samples, criteria: &Criteria) -> O
         .rev()
         .find(|&i| (signal[i] - rest).abs() >= top.abs() - c.release_noise * noise_rms)
         .unwrap_or(release);
-    let from_release = fit_from(samples, leaves, &swing, criteria)?;
+    let from_release = fit_from(samples, leaves, &swing, asked, criteria)?;
     if leaves == 0 {
         return Some(from_release);
     }
     // Most records begin with the release: their first samples count as well.
-    let whole = fit_from(samples, 0, &swing, criteria);
+    let whole = fit_from(samples, 0, &swing, asked, criteria);
     let agreeing = whole.filter(|w| describes(w, &from_release, leaves, &criteria.agreement));
     agreeing.or(Some(from_release))
 }
@@ -86,6 +91,7 @@ fn fit_from<'a>(
     samples: &'a Samples,
     release: usize,
     swing: &Swing,
+    asked: Option<LossModel>,
     criteria: &Criteria,
 ) -> Option<FittedDecay<'a>> {
     let c = &criteria.few_cycles;
@@ -110,7 +116,7 @@ fn fit_from<'a>(
         noise_rms: swing.noise_rms,
         root_mean_squares: false,
     };
-    let fit = fit_waveform(samples, &measured, release..n, start, criteria)?;
+    let fit = fit_waveform(samples, &measured, release..n, start, asked, criteria)?;
     let best = &fit.comparison.preferred()?.bounded;
     let p = &best.parameters;
     let sigma = (best.rss / count).sqrt();

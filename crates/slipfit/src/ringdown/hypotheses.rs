@@ -11,6 +11,7 @@ use super::waveform_fit::{fit_waveform, start_values};
 use super::window::by_waveform::{agreeing_end, agrees};
 use super::window::{EndReason, StartReason};
 use super::window_fit::WindowFit;
+use crate::model::loss::LossModel;
 use std::f64::consts::TAU;
 
 /// Parts of the first blocks, one in so many, that may still belong to a drive.
@@ -42,7 +43,7 @@ pub(crate) fn by_waveform<'a>(
 ) -> FittedDecay<'a> {
     let fit = |mut measured: MeasuredDecay| {
         let amplitudes = fit_amplitudes(&mut measured, options, criteria).ok()?;
-        let fit = to_the_end(samples, &measured, &amplitudes, criteria)?;
+        let fit = to_the_end(samples, &measured, &amplitudes, options.model, criteria)?;
         Some(FittedDecay { measured, fit })
     };
     let agrees = |d: &FittedDecay| agrees(&d.fit, samples, &d.measured, &criteria.agreement);
@@ -54,7 +55,7 @@ pub(crate) fn by_waveform<'a>(
     {
         return whole;
     }
-    let exact = to_the_end(samples, &by_amplitudes.measured, &by_amplitudes.fit, criteria)
+    let exact = to_the_end(samples, &by_amplitudes.measured, &by_amplitudes.fit, options.model, criteria)
         .filter(|fit| reaches_the_noise(fit, &by_amplitudes.measured, criteria));
     let as_measured = match exact {
         Some(fit) => FittedDecay { fit, ..by_amplitudes },
@@ -93,6 +94,7 @@ fn to_the_end<'a>(
     samples: &'a Samples,
     measured: &MeasuredDecay,
     by_amplitudes: &WindowFit,
+    asked: Option<LossModel>,
     criteria: &Criteria,
 ) -> Option<WindowFit<'a>> {
     let (from, to) = (measured.points.first()?.first, measured.points.last()?.end);
@@ -106,7 +108,7 @@ fn to_the_end<'a>(
         return None;
     }
     let n = samples.len();
-    let fit = |end, start| fit_waveform(samples, measured, from..end, start, criteria);
+    let fit = |end, start| fit_waveform(samples, measured, from..end, start, asked, criteria);
     // A record that ends in free decay is used to its last sample, not its last whole block.
     let ends_free = measured.all.last().is_some_and(|b| b.end == to);
     let to = if ends_free { n } else { to };

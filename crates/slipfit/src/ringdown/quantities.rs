@@ -111,7 +111,7 @@ pub(crate) fn parameters(e: &Evidence, chosen: &ModelFit, omega: f64) -> Paramet
     }
     let gain = crate::motion::decay::amplitude::sliding_gain(delta.value, omega)[0];
     list.set(Parameter::SlidingRate, x_f.scaled(gain, Parameter::SlidingRate.unit(unit)));
-    for &term in LossTerm::ALL {
+    for term in e.fit.comparison.terms() {
         if !matches!(term, LossTerm::Viscous | LossTerm::Sliding) {
             list.set(Parameter::Loss(term), loss_term(e, chosen, term));
         }

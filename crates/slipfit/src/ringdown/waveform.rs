@@ -162,7 +162,15 @@ mod tests {
 
     fn wave<'a>(time: &'a [f64], signal: &'a [f64], bend: Option<Bend>) -> Waveform<'a> {
         let duration = time[time.len() - 1];
-        Waveform { time, signal, origin: 0.0, duration, bend, rest_tells: true, active: (0..11).collect() }
+        Waveform {
+            time,
+            signal,
+            origin: 0.0,
+            duration,
+            bend,
+            rest_tells: true,
+            active: (0..OFFSET + 3).collect(),
+        }
     }
 
     fn residuals(wave: &Waveform, p: &[f64]) -> f64 {
@@ -230,10 +238,13 @@ mod tests {
         let signal: Vec<f64> = time.iter().map(|t| (-0.1 * t).exp() * (5.1 * t + 0.3).cos() + 0.1).collect();
         let bend = Bend::along(|t| 1.1 * (-0.12 * t).exp(), 15.1);
         let wave = wave(&time, &signal, Some(bend));
-        let p = [1.1, 0.02, 0.08, 0.03, 0.7, 5.0, 0.0, 0.002, 0.05, 0.02, -0.03, 0.0];
+        let mut p = [0.0; COUNT];
+        p[..PHASE].fill(0.01);
+        p[..4].copy_from_slice(&[1.1, 0.02, 0.08, 0.03]);
+        p[PHASE..].copy_from_slice(&[0.7, 5.0, 0.0, 0.002, 0.05, 0.02, -0.03]);
         let mut out = Normal::zeros(COUNT);
         assert!(wave.normal(&p, &mut out));
-        for k in 0..11 {
+        for k in 0..COUNT {
             let h = 1e-6;
             let (mut up, mut down) = (p, p);
             up[k] += h;

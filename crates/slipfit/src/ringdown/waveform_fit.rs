@@ -1,14 +1,15 @@
 //! Every sample of a window against the exact motion.
 
-use super::compare::{WholeLoss, compare};
+use super::compare::{Search, WholeLoss, compare, loss_parameters, slot};
 use super::criteria::Criteria;
 use super::envelope::{A0, DELTA, DRAG, X_F, law_of};
 use super::measured::MeasuredDecay;
 use super::samples::Samples;
 use super::waveform::{BEND, Bend, CHIRP, COUNT, OFFSET, OMEGA, PHASE, Waveform, rest_tells};
-use super::window_fit::{LOSS_PARAMETERS, Problem, WindowFit};
+use super::window_fit::{Problem, WindowFit};
 use crate::inference::least_squares::{Fit, LeastSquares, Normal, minimise, promised_gain};
 use crate::inference::noise::{NoiseModel, autocorrelation, significant_inflation};
+use crate::model::loss::{LossModel, LossTerm};
 use crate::signal::blocks::{self, Block};
 use std::f64::consts::PI;
 use std::ops::Range;
@@ -37,15 +38,20 @@ pub(crate) fn start_values(
     Some(start)
 }
 
-/// Fits every loss model to the samples of a window. `None` where the phase wanders too much for
-/// the exact motion.
+/// Fits every loss model to the samples of a window, given the one asked for. `None` where the phase
+/// wanders too much for the exact motion.
 pub(crate) fn fit_waveform<'a>(
     samples: &'a Samples,
     measured: &MeasuredDecay,
     range: Range<usize>,
     mut start: Vec<f64>,
+    asked: Option<LossModel>,
     criteria: &Criteria,
 ) -> Option<WindowFit<'a>> {
+    let losses = loss_parameters(asked);
+    // What no other term or disturbance may explain first.
+    let basic: Vec<usize> =
+        [A0, X_F, DELTA].into_iter().chain(LossTerm::further_of(asked).map(slot)).collect();
     let n = range.len();
     let origin = samples.time[range.start];
     let duration = samples.time[range.end - 1] - origin;
@@ -58,7 +64,7 @@ pub(crate) fn fit_waveform<'a>(
         duration,
         bend: None,
         rest_tells: rest_tells(start[X_F], measured.noise_rms, n),
-        active: LOSS_PARAMETERS.iter().chain(&ALWAYS).chain(&OPTIONAL).copied().collect(),
+        active: [&losses[..], &ALWAYS, &OPTIONAL].concat(),
     };
     let mut nuisance = ALWAYS.to_vec();
     // What the phases of the blocks show already is in the model from the start.
@@ -71,23 +77,23 @@ pub(crate) fn fit_waveform<'a>(
         start[CHIRP] = measured.law.drift * measured.law.omega;
         nuisance.push(CHIRP);
     }
-    let mut fit = minimise(&problem, &start, &with_loss(&nuisance))?;
+    let mut fit = minimise(&problem, &start, &with(&basic, &nuisance))?;
     problem.bend.get_or_insert(backbone);
     // In a record of a cycle or two an offset that drifts by chance would cost most of what is
     // known about the loss.
     let price = (n as f64).ln() + criteria.inference.instrument_bic_margin;
-    add_nuisances(&problem, &mut fit, &mut nuisance, price)?;
+    add_nuisances(&problem, &mut fit, &basic, &mut nuisance, price)?;
     if fit.rss / n as f64 > criteria.waveform.most_excess * measured.noise_rms.powi(2) {
         return None;
     }
     // What was started with must also pay.
     for term in [CHIRP, BEND] {
-        drop_nuisance(&problem, &mut fit, &mut nuisance, term, price);
+        drop_nuisance(&problem, &mut fit, &basic, &mut nuisance, term, price);
     }
     if !nuisance.contains(&BEND) {
         problem.bend = None;
     }
-    problem.active = LOSS_PARAMETERS.iter().chain(&nuisance).copied().collect();
+    problem.active = [&losses[..], &nuisance].concat();
     problem.active.sort_unstable();
     let mut noise = NoiseModel::white(n as f64);
     let p = &fit.parameters;
@@ -99,7 +105,8 @@ pub(crate) fn fit_waveform<'a>(
     let stops = law_of(p, p[OMEGA]).stop_time_s().is_some_and(|t| t < duration);
     let side_minima =
         excess > criteria.waveform.variance_ratio || stops && n <= criteria.waveform.multi_start_samples;
-    let comparison = compare(&problem, &fit.parameters, &nuisance, noise, whole, side_minima);
+    let search = Search { asked, side_minima, criteria: &criteria.inference };
+    let comparison = compare(&problem, &fit.parameters, &nuisance, noise, whole, search);
     let left = Remainder::new(&problem, range.start, &comparison.preferred()?.bounded, &measured.points);
     let significance = criteria.inference.excess_significance;
     let white = 1.0 + significance * (2.0 / left.blocks.max(1) as f64).sqrt();
@@ -118,15 +125,21 @@ pub(crate) fn fit_waveform<'a>(
     })
 }
 
-/// Viscous and sliding loss and the nuisances, in order.
-fn with_loss(nuisance: &[usize]) -> Vec<usize> {
-    let mut free: Vec<usize> = [A0, X_F, DELTA].iter().chain(nuisance).copied().collect();
+/// The basic losses and the nuisances, in order.
+fn with(basic: &[usize], nuisance: &[usize]) -> Vec<usize> {
+    let mut free = [basic, nuisance].concat();
     free.sort_unstable();
     free
 }
 
 /// Adds the nuisance that promises most, as long as one pays its price.
-fn add_nuisances(problem: &Waveform, fit: &mut Fit, nuisance: &mut Vec<usize>, price: f64) -> Option<()> {
+fn add_nuisances(
+    problem: &Waveform,
+    fit: &mut Fit,
+    basic: &[usize],
+    nuisance: &mut Vec<usize>,
+    price: f64,
+) -> Option<()> {
     let n = problem.time.len() as f64;
     let mut sums = Normal::zeros(COUNT);
     for _ in 0..OPTIONAL.len() {
@@ -136,22 +149,22 @@ fn add_nuisances(problem: &Waveform, fit: &mut Fit, nuisance: &mut Vec<usize>, p
         let variance = sums.rss / (n - fit.free.len() as f64).max(1.0);
         // Beside drag, which may explain the same.
         let promised = |nuisance: &[usize]| {
-            let mut free = with_loss(nuisance);
+            let mut free = with(basic, nuisance);
             free.push(DRAG);
             promised_gain(&sums, &free)
         };
-        let with = |term: usize| -> Vec<usize> { nuisance.iter().copied().chain([term]).collect() };
+        let beside = |term: usize| -> Vec<usize> { nuisance.iter().copied().chain([term]).collect() };
         let Some(alone) = promised(nuisance) else { break };
         let candidate = OPTIONAL
             .into_iter()
             .filter(|o| !nuisance.contains(o))
             .filter(|&o| o != OFFSET + 2 || nuisance.contains(&(OFFSET + 1)))
-            .filter_map(|o| Some((o, (promised(&with(o))? - alone) / variance)))
+            .filter_map(|o| Some((o, (promised(&beside(o))? - alone) / variance)))
             .max_by(|a, b| a.1.total_cmp(&b.1))
             .filter(|(_, gain)| *gain > price);
         let Some((term, _)) = candidate else { break };
-        let wider = with(term);
-        let Some(next) = minimise(problem, &fit.parameters, &with_loss(&wider)) else { break };
+        let wider = beside(term);
+        let Some(next) = minimise(problem, &fit.parameters, &with(basic, &wider)) else { break };
         *nuisance = wider;
         *fit = next;
     }
@@ -159,14 +172,21 @@ fn add_nuisances(problem: &Waveform, fit: &mut Fit, nuisance: &mut Vec<usize>, p
 }
 
 /// Leaves a nuisance out again if the fit without it is worse by less than its price.
-fn drop_nuisance(problem: &Waveform, fit: &mut Fit, nuisance: &mut Vec<usize>, term: usize, price: f64) {
+fn drop_nuisance(
+    problem: &Waveform,
+    fit: &mut Fit,
+    basic: &[usize],
+    nuisance: &mut Vec<usize>,
+    term: usize,
+    price: f64,
+) {
     if !nuisance.contains(&term) {
         return;
     }
     let fewer: Vec<usize> = nuisance.iter().copied().filter(|&o| o != term).collect();
     let mut start = fit.parameters.clone();
     start[term] = 0.0;
-    let Some(without) = minimise(problem, &start, &with_loss(&fewer)) else { return };
+    let Some(without) = minimise(problem, &start, &with(basic, &fewer)) else { return };
     let variance = fit.rss / (problem.time.len() as f64 - fit.free.len() as f64).max(1.0);
     if (without.rss - fit.rss) / variance < price {
         *nuisance = fewer;

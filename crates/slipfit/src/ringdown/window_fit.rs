@@ -1,7 +1,7 @@
 //! The loss models fitted to the data of one window: the amplitudes of the blocks with the phase
 //! left free, or every sample against the exact motion.
 
-use super::envelope::{A0, DELTA, DRAG, EnvelopeProblem, X_F};
+use super::envelope::EnvelopeProblem;
 use super::waveform::Waveform;
 use crate::inference::least_squares::LeastSquares;
 use crate::inference::model_selection::ModelComparison;
@@ -45,6 +45,3 @@ impl Problem<'_> {
         }
     }
 }
-
-/// Initial amplitude and the coefficients of all loss terms.
-pub(super) const LOSS_PARAMETERS: [usize; 4] = [A0, X_F, DELTA, DRAG];

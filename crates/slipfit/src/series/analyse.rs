@@ -1,7 +1,8 @@
 //! The one way in.
 
 use super::answer::{Answer, ConditionRow, Consistency, Estimate, SingleAnswer};
-use super::joint::{DISAGREE, birge, joint, references};
+use super::criteria::Criteria;
+use super::joint::{birge, joint, references};
 use super::law::{LoadPoint, friction_against_load};
 use super::solved::SolvedMeasurement;
 use super::{Condition, Data, Measurement, Options};
@@ -26,7 +27,7 @@ use std::f64::consts::TAU;
 ///
 /// The joint fit is the generalised least squares of all answers with the parameters said
 /// to be shared ([`Options::shared`]); damping and friction of one condition always are. Where
-/// what is put together does not agree (p < 0.01), the errors of the mean are widened by the root of
+/// what is put together does not agree ([`Criteria::disagree`]), the errors of the mean are widened by the root of
 /// chi square over its degrees of freedom (R. T. Birge, Phys. Rev. 40, 207, 1932).
 ///
 /// Limits: answers enter by value and covariance, not by their samples; an answer close to a
@@ -38,6 +39,18 @@ use std::f64::consts::TAU;
 /// zero; [`Error::NoFit`] where not one measurement could be analysed. One that fails beside
 /// others that do not is in [`Answer::solo`] with its error.
 pub fn analyse(measurements: &[Measurement], options: &Options) -> Result<Answer, Error> {
+    analyse_with(measurements, options, &Criteria::default())
+}
+
+/// [`analyse`] with thresholds of your own.
+///
+/// # Errors
+/// As [`analyse`].
+pub fn analyse_with(
+    measurements: &[Measurement],
+    options: &Options,
+    criteria: &Criteria,
+) -> Result<Answer, Error> {
     if measurements.is_empty() {
         return Err(Error::TooFewSamples { found: 0, needed: 1 });
     }
@@ -80,11 +93,11 @@ pub fn analyse(measurements: &[Measurement], options: &Options) -> Result<Answer
                     .filter(|s| ring_down.is_none_or(|r| r == s.ring_down))
                     .collect()
             };
-            row(condition, &here(Some(true)), &here(Some(false)), &here(None), options)
+            row(condition, &here(Some(true)), &here(Some(false)), &here(None), options, criteria)
         })
         .collect();
     for r in &table {
-        if let Some(p_value) = r.p_value.filter(|p| *p < DISAGREE) {
+        if let Some(p_value) = r.p_value.filter(|p| *p < criteria.disagree) {
             warnings.push(Warning::Disagree { condition: r.condition.clone(), p_value });
         }
     }
@@ -106,14 +119,15 @@ pub fn analyse(measurements: &[Measurement], options: &Options) -> Result<Answer
     let agreement_p_value =
         (!compared.is_empty()).then(|| chi_square_tail(compared.iter().sum(), 2.0 * compared.len() as f64));
     let references = references(&said, measurements);
-    let joint = joint(&said, &references, measurements, &labels, options);
+    let joint = joint(&said, &references, measurements, &labels, options, criteria);
     if let Some(j) = &joint
-        && j.p_value < DISAGREE
+        && j.p_value < criteria.disagree
     {
         warnings.push(Warning::NotShared { p_value: j.p_value });
     }
     let laws = laws(&table, options);
-    Ok(Answer { solo, table, agreement_p_value, joint, laws, warnings })
+    let agrees = agreement_p_value.map(|p| !(p < criteria.disagree));
+    Ok(Answer { solo, table, agreement_p_value, agrees, joint, laws, warnings })
 }
 
 /// The answer as asked for, and the one with viscous damping and sliding friction.
@@ -223,12 +237,12 @@ fn together(list: &[&SolvedMeasurement]) -> Option<Both> {
 
 /// Where the parts do not agree their mean is less sure by the Birge ratio, the root of chi square
 /// over its degrees of freedom.
-fn widened((mean, covariance): Both, list: &[&SolvedMeasurement]) -> Both {
+fn widened((mean, covariance): Both, list: &[&SolvedMeasurement], criteria: &Criteria) -> Both {
     let off = |s: &&SolvedMeasurement| {
         Some(((s.value - mean).transpose() * s.covariance.try_inverse()? * (s.value - mean))[0])
     };
     let chi_square: f64 = list.iter().filter_map(off).sum();
-    (mean, covariance * birge(chi_square, 2 * list.len().saturating_sub(1)))
+    (mean, covariance * birge(chi_square, 2 * list.len().saturating_sub(1), criteria))
 }
 
 /// Chi square of the difference, two degrees of freedom.
@@ -244,6 +258,7 @@ fn row(
     resonances: &[&SolvedMeasurement],
     all: &[&SolvedMeasurement],
     options: &Options,
+    criteria: &Criteria,
 ) -> ConditionRow {
     let (r, s) = (together(ring_downs), together(resonances));
     let hz = all.iter().find_map(|s| s.frequency).map(|f| f[0]);
@@ -260,7 +275,7 @@ fn row(
         friction: pair(1),
         damping: pair(0),
         p_value: r.zip(s).and_then(|(a, b)| difference(a, b)).map(|c| chi_square_tail(c, 2.0)),
-        joint: together(all).map(|b| cell(widened(b, all), hz, options)),
+        joint: together(all).map(|b| cell(widened(b, all, criteria), hz, options)),
     }
 }
 

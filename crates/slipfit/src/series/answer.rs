@@ -111,6 +111,8 @@ pub struct Answer {
     pub table: Vec<ConditionRow>,
     /// p value that ring-down and resonance agree at every condition.
     pub agreement_p_value: Option<f64>,
+    /// Whether they agree by it.
+    pub agrees: Option<bool>,
     /// Everything fitted jointly.
     pub joint: Option<Joint>,
     /// Friction against load, laws compared, best first; empty without numeric conditions.

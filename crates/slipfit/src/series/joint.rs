@@ -1,6 +1,7 @@
 //! Generalised least squares of everything said, with what is shared.
 
 use super::answer::Joint;
+use super::criteria::Criteria;
 use super::solved::SolvedMeasurement;
 use super::{Condition, Data, Measurement, Options};
 use crate::answer::Parameter;
@@ -9,13 +10,10 @@ use crate::model::loss::LossModel;
 use crate::{Quantity, resonance};
 use nalgebra::{DMatrix, DVector};
 
-/// p value below which answers that are put together do not agree.
-pub(super) const DISAGREE: f64 = 0.01;
-
 /// Factor of the variances, 1 where chance explains chi square.
-pub(super) fn birge(chi_square: f64, degrees_of_freedom: usize) -> f64 {
+pub(super) fn birge(chi_square: f64, degrees_of_freedom: usize, criteria: &Criteria) -> f64 {
     let dof = degrees_of_freedom as f64;
-    if dof > 0.0 && chi_square_tail(chi_square, dof) < DISAGREE { chi_square / dof } else { 1.0 }
+    if dof > 0.0 && chi_square_tail(chi_square, dof) < criteria.disagree { chi_square / dof } else { 1.0 }
 }
 
 /// A friction-free curve behind several sweeps, and the drive amplitude it tells by itself.
@@ -62,6 +60,7 @@ pub(super) fn joint(
     measurements: &[Measurement],
     labels: &[&Condition],
     options: &Options,
+    criteria: &Criteria,
 ) -> Option<Joint> {
     if said.len() < 2 {
         return None;
@@ -159,7 +158,7 @@ pub(super) fn joint(
     if degrees_of_freedom == 0 {
         return None;
     }
-    let factor = birge(chi_square, degrees_of_freedom);
+    let factor = birge(chi_square, degrees_of_freedom, criteria);
     let quantity = |k: usize, offset: f64, unit: &str| {
         let std_error = (covariance[(k, k)] * factor).sqrt() * scales[k];
         Quantity::normal(solution[k] * scales[k] + offset, std_error, unit)

@@ -12,7 +12,16 @@ impl Loss for Drag {
     const COEFFICIENT: &'static str = "drag_rate";
     const LABEL: &'static str = "drag rate";
     const SYMBOL: &'static str = "a₂";
-    const UNIT: UnitRule = UnitRule::PerSignalSecond;
+    const WORDS: &'static str = "quadratic drag";
+    const METHOD: Option<[&'static str; 3]> = Some([
+        "Amplitude law with all three losses",
+        "dA/dt = −(a_0 + a_1 A + a_2 A²),   a_0 = 2ωx_F/π,   a_1 = δ,   a_2 = 4cω/3πm   for drag c v|v|",
+        "Energy lost in a cycle, as in eqs. (17) and (18) of the paper, which proposes the square term. Eq. (17) \
+         prints the viscous loss as (π/2)γv²; (π/2)γv²/ω_r holds, and (18) follows from it.",
+    ]);
+    const FREQUENCY_POWER: i32 = 1;
+    const BACKBONE: f64 = 0.15;
+    const UNIT: UnitRule = UnitRule::LossRate(2);
 
     fn shape(amplitude: f64) -> f64 {
         amplitude * amplitude

@@ -22,6 +22,19 @@ pub(crate) trait Loss {
     const SYMBOL: &'static str;
     /// Its unit, given the signal's.
     const UNIT: UnitRule;
+    /// The loss in a sentence, e.g. `viscous damping`.
+    const WORDS: &'static str;
+    /// Title, formula and source for the list of equations in a report; none where the equations of
+    /// the exact motion say it.
+    const METHOD: Option<[&'static str; 3]> = None;
+    /// Whether every analysis compares models with the term. One that is not compared takes part
+    /// where a model asked for has it.
+    const COMPARED: bool = true;
+    /// Power of the angular frequency in the damping `c g(A)/A` of a motion driven at that frequency.
+    const FREQUENCY_POWER: i32;
+    /// Relative fall of the loss over the relative rise of the frequency with amplitude, for a
+    /// spring `k (x + alpha x³)` to first order in alpha, both at the amplitude of the fundamental.
+    const BACKBONE: f64;
     /// Shape of the loss, `g(A)`, for an amplitude `A >= 0`.
     fn shape(amplitude: f64) -> f64;
     /// Its derivative, `dg/dA`.

@@ -4,12 +4,14 @@
 //! kind needs its file and its line in the list below: model comparison, reports, JSON and tables
 //! follow from there. `docs/extending.md` shows it step by step.
 
+mod cubic;
 mod drag;
 mod kind;
 mod model;
 mod sliding;
 mod viscous;
 
+use cubic::Cubic;
 use drag::Drag;
 use kind::Loss;
 pub use model::LossModel;
@@ -51,6 +53,31 @@ macro_rules! loss_terms {
                 match self { $(LossTerm::$term => <$term as Loss>::SYMBOL),+ }
             }
 
+            /// The loss in a sentence.
+            pub const fn words(self) -> &'static str {
+                match self { $(LossTerm::$term => <$term as Loss>::WORDS),+ }
+            }
+
+            /// Title, formula and source of its law, for the list of equations in a report.
+            pub const fn method(self) -> Option<[&'static str; 3]> {
+                match self { $(LossTerm::$term => <$term as Loss>::METHOD),+ }
+            }
+
+            /// Whether every analysis compares models with it.
+            pub const fn is_compared(self) -> bool {
+                match self { $(LossTerm::$term => <$term as Loss>::COMPARED),+ }
+            }
+
+            /// Power of the angular frequency in its damping of a driven motion.
+            pub(crate) const fn frequency_power(self) -> i32 {
+                match self { $(LossTerm::$term => <$term as Loss>::FREQUENCY_POWER),+ }
+            }
+
+            /// Relative fall of the loss over the relative rise of the frequency with amplitude.
+            pub(crate) const fn backbone(self) -> f64 {
+                match self { $(LossTerm::$term => <$term as Loss>::BACKBONE),+ }
+            }
+
             /// Unit of its coefficient, given the signal's.
             pub(crate) const fn unit(self) -> UnitRule {
                 match self { $(LossTerm::$term => <$term as Loss>::UNIT),+ }
@@ -69,15 +96,65 @@ macro_rules! loss_terms {
     };
 }
 
+/// Number of loss terms behind viscous, sliding and drag loss in [`LossTerm::ALL`].
+pub(crate) const FURTHER: usize = LossTerm::ALL.len() - 3;
+
+impl LossTerm {
+    /// The loss terms behind viscous, sliding and drag loss: no fit needs to know which they are.
+    pub(crate) fn further() -> &'static [LossTerm] {
+        &Self::ALL[Self::ALL.len() - FURTHER..]
+    }
+
+    /// The terms that an analysis compares, given the model asked for.
+    pub(crate) fn compared(asked: Option<LossModel>) -> impl Iterator<Item = LossTerm> {
+        let wanted = move |t: &LossTerm| t.is_compared() || asked.is_some_and(|m| m.has(*t));
+        Self::ALL.iter().copied().filter(wanted)
+    }
+
+    /// The further terms of the model asked for.
+    pub(crate) fn further_of(asked: Option<LossModel>) -> impl Iterator<Item = LossTerm> {
+        Self::further().iter().copied().filter(move |t| asked.is_some_and(|m| m.has(*t)))
+    }
+}
+
 loss_terms! {
     Viscous: "Loss proportional to velocity.",
     Sliding: "Sliding (Coulomb, dry) friction: a force of constant size.",
     Drag: "Loss proportional to the square of velocity.",
+    Cubic: "Nonlinear damping, proportional to the cube of the amplitude.",
 }
 
 #[cfg(test)]
 mod tests {
     use super::*;
+    use std::f64::consts::TAU;
+
+    /// [`Loss::BACKBONE`] of a force, from the energy it takes in a cycle of `x = A cos p + alpha A³/32
+    /// cos 3p`, the motion under `x + alpha x³` to first order, over dE/dA.
+    pub(super) fn backbone_of(force: impl Fn(f64, f64) -> f64) -> f64 {
+        // Loss of amplitude at A = 1; E = A²/2 (1 + 9/16 alpha A²).
+        let rate = |alpha: f64| {
+            let omega = 1.0 + 0.375 * alpha;
+            let n = 4000;
+            let power = |i: usize| {
+                let p = TAU * (i as f64 + 0.5) / n as f64;
+                let x = p.cos() + alpha / 32.0 * (3.0 * p).cos();
+                let v = -omega * (p.sin() + 3.0 * alpha / 32.0 * (3.0 * p).sin());
+                force(x, v) * v
+            };
+            (0..n).map(power).sum::<f64>() / n as f64 / (1.0 + 1.125 * alpha)
+        };
+        let alpha = 1e-4;
+        (1.0 - rate(alpha) / rate(0.0)) / (0.375 * alpha)
+    }
+
+    #[test]
+    fn the_backbone_changes_each_loss_as_its_work_says() {
+        let off = |term: LossTerm, found: f64| assert!((found - term.backbone()).abs() < 2e-3, "{found}");
+        off(LossTerm::Viscous, backbone_of(|_, v| v));
+        off(LossTerm::Sliding, backbone_of(|_, v| v.signum()));
+        off(LossTerm::Drag, backbone_of(|_, v| v * v.abs()));
+    }
 
     #[test]
     fn every_shape_has_its_derivative() {

@@ -6,9 +6,9 @@ use std::sync::LazyLock;
 
 /// Which loss terms act on the oscillator.
 ///
-/// The amplitude obeys `dA/dt = -(a0 + a1 A + a2 A²)`: sliding friction gives the constant term
-/// (eqs. (15)-(18) of Vitorino, Vieira and Rodrigues), viscous damping the linear one, quadratic
-/// drag the last.
+/// The amplitude obeys `dA/dt = -(a0 + a1 A + a2 A² + ...)`: sliding friction gives the constant
+/// term (eqs. (15)-(18) of Vitorino, Vieira and Rodrigues), viscous damping the linear one,
+/// quadratic drag the next, further [terms](LossTerm) theirs.
 ///
 /// ```
 /// use slipfit::{LossModel, LossTerm};
@@ -54,16 +54,19 @@ impl LossModel {
     /// All three.
     pub const VISCOUS_SLIDING_DRAG: LossModel = set(&[LossTerm::Viscous, LossTerm::Sliding, LossTerm::Drag]);
 
-    /// The models compared by default, simplest first.
-    pub const ALL: [LossModel; 7] = [
-        LossModel::VISCOUS,
-        LossModel::SLIDING,
-        LossModel::DRAG,
-        LossModel::VISCOUS_SLIDING,
-        LossModel::VISCOUS_DRAG,
-        LossModel::SLIDING_DRAG,
-        LossModel::VISCOUS_SLIDING_DRAG,
-    ];
+    /// Every model, simpler ones first.
+    pub fn all() -> impl Iterator<Item = LossModel> {
+        let most = LossTerm::ALL.len() as u32;
+        let sets = |count: u32| (0..1u8 << LossTerm::ALL.len()).filter(move |t| t.count_ones() == count);
+        (1..=most).flat_map(sets).map(|terms| LossModel { terms })
+    }
+
+    /// The models that an analysis compares, simpler ones first: those of the terms that are
+    /// always compared, and of those in the model asked for.
+    pub fn compared(asked: Option<LossModel>) -> impl Iterator<Item = LossModel> {
+        let terms = LossTerm::compared(asked).fold(0, |bits, term| bits | 1 << term as u8);
+        Self::all().filter(move |m| m.is_within(LossModel { terms }))
+    }
 
     /// The model with these terms; `None` when there is no loss at all.
     pub fn from_terms(terms: &[LossTerm]) -> Option<Self> {
@@ -92,7 +95,7 @@ impl LossModel {
     }
 
     /// Whether every term of this model is one of the other's.
-    pub(crate) const fn is_within(self, other: LossModel) -> bool {
+    pub const fn is_within(self, other: LossModel) -> bool {
         self.terms & !other.terms == 0
     }
 
@@ -112,8 +115,8 @@ impl std::str::FromStr for LossModel {
     type Err = String;
 
     fn from_str(text: &str) -> Result<Self, String> {
-        Self::ALL.into_iter().find(|m| m.name() == text).ok_or_else(|| {
-            let names: Vec<_> = Self::ALL.iter().map(|m| m.name()).collect();
+        Self::all().find(|m| m.name() == text).ok_or_else(|| {
+            let names: Vec<_> = Self::all().map(Self::name).collect();
             format!("no loss model `{text}`; one of {}", names.join(", "))
         })
     }
@@ -125,7 +128,7 @@ mod tests {
 
     #[test]
     fn every_name_reads_back() {
-        for model in LossModel::ALL {
+        for model in LossModel::all() {
             assert_eq!(model.name().parse(), Ok(model));
             let terms: Vec<_> = model.terms().collect();
             assert_eq!(LossModel::from_terms(&terms), Some(model));
@@ -133,6 +136,27 @@ mod tests {
         assert_eq!(LossModel::VISCOUS_SLIDING_DRAG.name(), "viscous+sliding+drag");
         assert_eq!(LossModel::from_terms(&[]), None);
         assert!("elastic".parse::<LossModel>().is_err());
+    }
+
+    #[test]
+    fn terms_are_compared_by_default_or_when_asked_for() {
+        use LossModel as M;
+        let default = [
+            M::VISCOUS,
+            M::SLIDING,
+            M::DRAG,
+            M::VISCOUS_SLIDING,
+            M::VISCOUS_DRAG,
+            M::SLIDING_DRAG,
+            M::VISCOUS_SLIDING_DRAG,
+        ];
+        assert_eq!(M::compared(None).collect::<Vec<_>>(), default);
+        assert_eq!(M::compared(Some(M::VISCOUS_DRAG)).collect::<Vec<_>>(), default);
+        let every = LossTerm::ALL.iter().fold(M::VISCOUS, |m, t| m.with(*t));
+        assert!(M::compared(Some(every)).eq(M::all()));
+        // A smaller model comes before those it lies within: its fit starts theirs.
+        let all: Vec<_> = M::all().collect();
+        assert!((0..all.len()).all(|i| (0..i).all(|k| !all[i].is_within(all[k]))));
     }
 
     #[test]

@@ -16,6 +16,9 @@ impl Loss for Sliding {
     const COEFFICIENT: &'static str = "friction_displacement";
     const LABEL: &'static str = "friction displacement";
     const SYMBOL: &'static str = "x_F";
+    const WORDS: &'static str = "sliding friction";
+    const FREQUENCY_POWER: i32 = -1;
+    const BACKBONE: f64 = 23.0 / 12.0;
     const UNIT: UnitRule = UnitRule::Signal;
 
     fn shape(_: f64) -> f64 {

@@ -13,6 +13,9 @@ impl Loss for Viscous {
     const COEFFICIENT: &'static str = "decay_rate_per_s";
     const LABEL: &'static str = "decay rate";
     const SYMBOL: &'static str = "δ";
+    const WORDS: &'static str = "viscous damping";
+    const FREQUENCY_POWER: i32 = 0;
+    const BACKBONE: f64 = 1.0;
     const UNIT: UnitRule = UnitRule::Fixed("1/s");
 
     fn shape(amplitude: f64) -> f64 {

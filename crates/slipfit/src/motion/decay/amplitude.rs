@@ -1,14 +1,11 @@
 //! The amplitude law: loss of amplitude to sliding, viscous and drag loss together, solved.
 
 use crate::error::Error;
+pub(crate) use crate::model::loss::FURTHER;
 use crate::model::loss::LossTerm;
 use crate::model::oscillator::{Oscillator, at_least_zero};
 use crate::numeric::quadrature::integrate;
 use std::f64::consts::PI;
-
-/// Loss terms beside sliding, viscous and drag loss: those behind the three in [`LossTerm::ALL`].
-/// They have no closed form here; the law is integrated.
-pub(crate) const FURTHER: usize = LossTerm::ALL.len() - 3;
 
 /// Longest step of the integration, over the time in which the loss changes.
 pub(super) const STEP: f64 = 0.1;
@@ -53,7 +50,7 @@ pub struct AmplitudeLaw {
     pub(crate) a0: f64,
     pub(crate) a1: f64,
     pub(crate) a2: f64,
-    /// Coefficients of the further terms.
+    /// Coefficients of the further terms. They have no closed form: the law is integrated.
     pub(crate) further: [f64; FURTHER],
 }
 
@@ -101,14 +98,18 @@ impl AmplitudeLaw {
     /// Loss `-dA/dt` at an amplitude.
     pub(crate) fn rate(&self, amplitude: f64) -> f64 {
         let closed = self.a0 + amplitude * (self.a1 + amplitude * self.a2);
-        let shapes = further_shapes(amplitude);
-        self.further.iter().zip(shapes).fold(closed, |sum, (c, shape)| sum + c * shape)
+        if self.is_closed() { closed } else { closed + self.further_rate(amplitude) }
+    }
+
+    /// Loss by the further terms at an amplitude.
+    pub(crate) fn further_rate(&self, amplitude: f64) -> f64 {
+        self.further.iter().zip(further_shapes(amplitude)).map(|(c, shape)| c * shape).sum()
     }
 
     /// Derivative of the loss by the amplitude.
     pub(crate) fn rate_slope(&self, amplitude: f64) -> f64 {
         let closed = self.a1 + 2.0 * amplitude * self.a2;
-        let terms = self.further.iter().zip(&LossTerm::ALL[LossTerm::ALL.len() - FURTHER..]);
+        let terms = self.further.iter().zip(LossTerm::further());
         terms.fold(closed, |sum, (c, term)| sum + c * term.shape_derivative(amplitude.max(0.0)))
     }
 
@@ -218,7 +219,7 @@ impl AmplitudeLaw {
 
 /// Shapes `g(A)` of the further loss terms.
 pub(super) fn further_shapes(amplitude: f64) -> [f64; FURTHER] {
-    std::array::from_fn(|k| LossTerm::ALL[LossTerm::ALL.len() - FURTHER + k].shape(amplitude.max(0.0)))
+    std::array::from_fn(|k| LossTerm::further()[k].shape(amplitude.max(0.0)))
 }
 
 /// One step of `dA/dt = -rate(A)`: the classical Runge-Kutta rule over the step and over its

@@ -14,7 +14,7 @@
 //! samples nothing is stored.
 
 use super::amplitude::sliding_gain;
-use super::parameters::{BEND, CHIRP, DELTA, OFFSET, OMEGA, PHASE, X_F, by_parameters, law_of};
+use super::parameters::{BEND, CHIRP, DELTA, DRAG, OFFSET, OMEGA, PHASE, X_F, by_parameters, law_of};
 use super::path::{AmplitudePath, CARRIED};
 use crate::numeric::products::{Products, WIDTH};
 use crate::numeric::trig::{has_fused, inverse_factorials};
@@ -149,7 +149,8 @@ impl<'a> Turns<'a> {
     fn new(window: &'a Window<'a>, p: &'a [f64]) -> Self {
         // Relative frequency shift per A², which also changes the loss terms.
         let backbone = if window.bend.is_some() { [p[BEND] / p[OMEGA], 0.0] } else { [0.0; 2] };
-        let path = AmplitudePath::new(law_of(p, p[OMEGA]), backbone);
+        let further = window.active.iter().any(|k| (DRAG + 1..PHASE).contains(k));
+        let path = AmplitudePath::new(law_of(p, p[OMEGA]), backbone).with_further(further);
         Self { window, p, gain: sliding_gain(p[DELTA], p[OMEGA]), path, now: 0.0 }
     }
 

@@ -1,6 +1,7 @@
 //! The amplitude followed from point to point with its derivatives by start and loss terms.
 
 use super::amplitude::{self, AmplitudeLaw, FURTHER, exp_share, further_shapes, integrate_step};
+use crate::model::loss::LossTerm;
 
 /// Derivatives carried: by the start, `a0`, `a1`, `a2` and the further terms.
 pub(crate) const CARRIED: usize = 4 + FURTHER;
@@ -10,15 +11,34 @@ const STEP: f64 = 0.3;
 /// Most parts of one step.
 const MOST_PARTS: f64 = 64.0;
 
-/// Factors on the sliding, viscous and drag terms of an oscillator whose
-/// frequency differs by the relative `shift` at the present amplitude.
+/// One number for each loss term: sliding, viscous, drag and the further terms.
+pub(crate) type PerTerm = [f64; CARRIED - 1];
+
+/// Factors on the loss terms of an oscillator whose frequency differs by the relative `shift` at
+/// the present amplitude.
 ///
-/// For a spring `k (x + alpha x³)`, shift = 3/8 alpha A². Energy lost per cycle,
-/// over dE/dA, both for the fundamental amplitude A and to first order in
-/// alpha: sliding `1 - 23/32 alpha A²`, viscous `1 - 3/8 alpha A²`, drag
-/// `1 - 9/160 alpha A²`.
-pub(crate) fn backbone_factors(shift: f64) -> [f64; 3] {
-    [1.0 - 23.0 / 12.0 * shift, 1.0 - shift, 1.0 - 0.15 * shift].map(|f| f.clamp(0.3, 3.0))
+/// For a spring `k (x + alpha x³)`, shift = 3/8 alpha A²: energy lost per cycle, over dE/dA, both
+/// for the fundamental amplitude A and to first order in alpha.
+pub(crate) fn backbone_factors(shift: f64) -> PerTerm {
+    let [viscous, sliding, drag] = [LossTerm::Viscous, LossTerm::Sliding, LossTerm::Drag];
+    let factor = |term: LossTerm| (1.0 - term.backbone() * shift).clamp(0.3, 3.0);
+    std::array::from_fn(|k| match k {
+        0 => factor(sliding),
+        1 => factor(viscous),
+        2 => factor(drag),
+        _ => factor(LossTerm::further()[k - 3]),
+    })
+}
+
+/// The law in force where the frequency is shifted: each term times its factor.
+pub(crate) fn shifted(law: &AmplitudeLaw, f: &PerTerm) -> AmplitudeLaw {
+    AmplitudeLaw {
+        a0: law.a0 * f[0],
+        a1: law.a1 * f[1],
+        a2: law.a2 * f[2],
+        further: std::array::from_fn(|k| law.further[k] * f[3 + k]),
+        ..*law
+    }
 }
 
 /// The amplitude carried from point to point with its derivatives.
@@ -30,6 +50,8 @@ pub(crate) struct AmplitudePath {
     law: AmplitudeLaw,
     /// Relative shift of frequency per A² and A⁴, which changes the loss terms.
     backbone: [f64; 2],
+    /// Whether the derivatives by the further terms are carried.
+    with_further: bool,
 }
 
 /// The propagator of `dA/dt = -(a0 + a1 A)` over one step: `A -> A e - a0 g`,
@@ -59,19 +81,23 @@ impl AmplitudePath {
     pub(crate) fn new(law: AmplitudeLaw, backbone: [f64; 2]) -> Self {
         let mut by = [0.0; CARRIED];
         by[0] = 1.0;
-        Self { amplitude: law.initial, by, law, backbone }
+        Self { amplitude: law.initial, by, law, backbone, with_further: FURTHER > 0 }
+    }
+
+    /// The same without the derivatives by the further terms, unless `wanted`.
+    pub(crate) fn with_further(self, wanted: bool) -> Self {
+        Self { with_further: wanted && FURTHER > 0, ..self }
     }
 
     /// The law in force at an amplitude, and the factors that make it so.
-    fn local(&self, amplitude: f64) -> (AmplitudeLaw, [f64; 3]) {
+    fn local(&self, amplitude: f64) -> (AmplitudeLaw, PerTerm) {
         let s = amplitude * amplitude;
         let shift = s * (self.backbone[0] + s * self.backbone[1]);
         if shift == 0.0 {
-            return (self.law, [1.0; 3]);
+            return (self.law, [1.0; CARRIED - 1]);
         }
         let f = backbone_factors(shift);
-        let AmplitudeLaw { a0, a1, a2, .. } = self.law;
-        (AmplitudeLaw { a0: a0 * f[0], a1: a1 * f[1], a2: a2 * f[2], ..self.law }, f)
+        (shifted(&self.law, &f), f)
     }
 
     /// Loss `-dA/dt` here.
@@ -116,7 +142,12 @@ impl AmplitudePath {
         let before = self.amplitude;
         let middle = before * e_half - self.law.a0 * g_half;
         self.amplitude = before * step.e - self.law.a0 * step.g;
-        self.carry([before, middle, self.amplitude], step.duration, [step.e, e_half, 1.0], [1.0; 3]);
+        self.carry(
+            [before, middle, self.amplitude],
+            step.duration,
+            [step.e, e_half, 1.0],
+            [1.0; CARRIED - 1],
+        );
     }
 
     /// One step of any law, its terms taken as those in the middle.
@@ -139,7 +170,7 @@ impl AmplitudePath {
 
     /// Carries the derivatives over a step by Simpson's rule: `points` are the amplitudes at its
     /// begin, middle and end, `slopes` the derivatives of the last by each of them.
-    fn carry(&mut self, points: [f64; 3], duration: f64, slopes: [f64; 3], factors: [f64; 3]) {
+    fn carry(&mut self, points: [f64; 3], duration: f64, slopes: [f64; 3], factors: PerTerm) {
         for v in &mut self.by {
             *v *= slopes[0];
         }
@@ -147,9 +178,11 @@ impl AmplitudePath {
         for k in 0..3 {
             self.by[k + 1] -= factors[k] * simpson(duration, slopes, shapes[k]);
         }
-        let shapes = points.map(further_shapes);
-        for (k, by) in self.by[4..].iter_mut().enumerate() {
-            *by -= simpson(duration, slopes, shapes.map(|s| s[k]));
+        if self.with_further {
+            let shapes = points.map(further_shapes);
+            for (k, by) in self.by[4..].iter_mut().enumerate() {
+                *by -= factors[3 + k] * simpson(duration, slopes, shapes.map(|s| s[k]));
+            }
         }
     }
 }

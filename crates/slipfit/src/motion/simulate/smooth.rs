@@ -1,7 +1,7 @@
-//! Friction that depends on speed: drag, power laws, Stribeck, any law.
+//! Friction that depends on speed: drag, power laws, Stribeck, any law; on position as well.
 //!
 //! ```text
-//! m x'' + gamma x' + k x + F sgn(x') + f(x') = k u(t)
+//! m x'' + gamma x' + k x + F sgn(x') + f(x, x') = k u(t)
 //! ```
 //!
 //! There is no closed form, so each slip is integrated by a Runge-Kutta method of order
@@ -21,7 +21,32 @@ use differential_equations::methods::ExplicitRungeKutta;
 use differential_equations::ode::{ODE, OrdinaryNumericalMethod};
 use differential_equations::status::Status;
 
-/// A motion under the oscillator's own friction and a law `f(v)/k` besides.
+/// A friction law: the size of the force over the stiffness, which opposes the motion.
+///
+/// Every function of the speed is one; [`AtPosition`] makes one of a function of place and speed.
+pub trait Law {
+    /// The force at a place and a speed `>= 0`, in units of displacement.
+    fn force(&self, position: f64, speed: f64) -> f64;
+}
+
+impl<F: Fn(f64) -> f64> Law for F {
+    fn force(&self, _: f64, speed: f64) -> f64 {
+        self(speed)
+    }
+}
+
+/// A law of position and speed.
+#[derive(Debug, Clone, Copy)]
+pub struct AtPosition<F>(F);
+
+impl<F: Fn(f64, f64) -> f64> Law for AtPosition<F> {
+    fn force(&self, position: f64, speed: f64) -> f64 {
+        (self.0)(position, speed)
+    }
+}
+
+/// A motion under the oscillator's own friction and a law `f(v)/k` besides, or `f(x, v)/k`
+/// ([`with_position`](SmoothMotion::with_position)).
 ///
 /// The law is given for `v >= 0` as a displacement (force over stiffness), opposing the
 /// motion, and taken as odd; `f(0)` should be zero, sliding friction being the oscillator's.
@@ -90,19 +115,21 @@ struct Sliding<'a, F> {
     two_delta: f64,
     /// Acceleration at the start, less what depends on velocity.
     pull: f64,
+    /// Position at the start.
+    from: f64,
     drive: &'a Local,
     law: &'a F,
 }
 
-impl<F: Fn(f64) -> f64> Sliding<'_, F> {
+impl<L: Law> Sliding<'_, L> {
     fn acceleration(&self, t: f64, moved: f64, v: f64) -> f64 {
-        let size = (self.law)(v.abs());
+        let size = self.law.force(self.from + moved, v.abs());
         let law = if v < 0.0 { -size } else { size };
         self.pull + self.omega_squared * (self.drive.rise(t)[0] - moved - law) - self.two_delta * v
     }
 }
 
-impl<F: Fn(f64) -> f64> ODE<f64, [f64; 2]> for Sliding<'_, F> {
+impl<L: Law> ODE<f64, [f64; 2]> for Sliding<'_, L> {
     fn diff(&self, t: f64, y: &[f64; 2], dydt: &mut [f64; 2]) {
         *dydt = [y[1], self.acceleration(t, y[0], y[1])];
     }
@@ -146,7 +173,29 @@ impl<F: Fn(f64) -> f64> SmoothMotion<F> {
         let core = Motion::with_friction(oscillator, friction, drive, time_s, position, velocity)?;
         Ok(Self { core, oscillator: *oscillator, friction, law, tolerance: 1e-13, step: 0.0 })
     }
+}
 
+impl<F: Fn(f64, f64) -> f64> SmoothMotion<AtPosition<F>> {
+    /// A motion under a law of position and speed, `f(x, v)/k`.
+    ///
+    /// # Errors
+    /// As [`SmoothMotion::new`].
+    pub fn with_position(
+        oscillator: &Oscillator,
+        law: F,
+        drive: Drive,
+        time_s: f64,
+        position: f64,
+        velocity: f64,
+    ) -> Result<Self, Error> {
+        let friction = Friction::of(oscillator);
+        let core = Motion::with_friction(oscillator, friction, drive, time_s, position, velocity)?;
+        let law = AtPosition(law);
+        Ok(Self { core, oscillator: *oscillator, friction, law, tolerance: 1e-13, step: 0.0 })
+    }
+}
+
+impl<L: Law> SmoothMotion<L> {
     /// Relative tolerance per step, 1e-15 to 1e-3.
     ///
     /// # Errors
@@ -233,6 +282,7 @@ impl<F: Fn(f64) -> f64> SmoothMotion<F> {
             omega_squared: omega_0 * omega_0,
             two_delta: 2.0 * o.decay_rate_per_s(),
             pull: self.core.pull_here(),
+            from: state.position,
             drive: self.core.local(),
             law: &self.law,
         };

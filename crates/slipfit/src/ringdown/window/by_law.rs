@@ -3,11 +3,12 @@
 use super::StartReason;
 use crate::inference::least_squares::minimise;
 use crate::ringdown::amplitude_fit::{amplitude_problem, fit_from_viscous, start_values};
+use crate::ringdown::compare::loss_parameters;
 use crate::ringdown::criteria::{LeadInCriteria, WindowCriteria};
 use crate::ringdown::envelope::EnvelopeProblem;
 use crate::ringdown::measured::MeasuredDecay;
 use crate::ringdown::options::Options;
-use crate::ringdown::window_fit::{LOSS_PARAMETERS, Problem, WindowFit};
+use crate::ringdown::window_fit::{Problem, WindowFit};
 use std::ops::Range;
 
 /// Number of splits tried at first for a change of law.
@@ -94,17 +95,18 @@ pub(crate) fn change_of_law(
         return None;
     }
     let problem = amplitude_problem(measured, options);
+    let losses = loss_parameters(options.model);
     let left = |range: Range<usize>| -> Option<f64> {
         let mut side = part(&problem, range);
         let origin = side.elapsed[0];
         side.elapsed.iter_mut().for_each(|t| *t -= origin);
-        Some(fit_from_viscous(&side, &start_values(&side), &LOSS_PARAMETERS)?.rss / noise)
+        Some(fit_from_viscous(&side, &start_values(&side), &losses)?.rss / noise)
     };
     let best = |splits: &mut dyn Iterator<Item = usize>| {
         splits
             .filter_map(|k| Some((left(0..k)?, left(k..n)?, k)))
             .min_by(|a, b| (a.0 + a.1).total_cmp(&(b.0 + b.1)))
-            .map(|(earlier, _, k)| (earlier / (k as f64 - LOSS_PARAMETERS.len() as f64), k))
+            .map(|(earlier, _, k)| (earlier / (k as f64 - losses.len() as f64), k))
     };
     let step = (n / SPLITS).max(1);
     let (_, coarse) = best(&mut (least..n - least).step_by(step))?;
