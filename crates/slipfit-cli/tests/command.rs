@@ -167,7 +167,7 @@ fn doubtful() -> TempDir {
             "--rate-hz",
             "100",
             "--noise-rms",
-            "1e-3",
+            "3e-2",
             "--unit",
             "rad",
         ])

@@ -3,7 +3,7 @@
 use super::comparison::{Candidate, Correlation, SlidingEvidence, Values};
 use super::parameter::Parameter;
 use super::quantity::Quantity;
-use crate::answer::Warning;
+use super::warning::Warning;
 use crate::inference::Z_95;
 use crate::inference::bounded::minimise_bounded;
 use crate::inference::least_squares::{Fit, LeastSquares, STEP_TOLERANCE};

@@ -207,28 +207,64 @@ mod tests {
         let time: Vec<f64> = (0..900).map(|i| f64::from(i) * 1.5 * stop / 900.0).collect();
         let signal: Vec<f64> =
             time.iter().map(|&t| decay.displacement(t) + 0.003 * (31.0 * t).sin()).collect();
-        let lifted: Vec<f64> =
-            time.iter().zip(&signal).map(|(&t, x)| x + if t > stop { 0.2 } else { 0.0 }).collect();
+        let lifted = |by: f64| -> Vec<f64> {
+            time.iter().zip(&signal).map(|(&t, x)| x + if t > stop { by } else { 0.0 }).collect()
+        };
+        let (inside, outside) = (lifted(0.004), lifted(0.2));
         let mut p = [0.0; COUNT];
         (p[A0], p[X_F], p[DELTA], p[OMEGA]) = (1.0, 0.01, 0.02, oscillator.omega_d());
         (p[OFFSET], p[OFFSET + 1]) = (0.001, 0.002);
         let free = |signal| Waveform { rest_tells: false, ..wave(&time, signal, None) };
+        // Anywhere within `±x_F` the level is as good, beyond it is not.
         let rss = residuals(&free(&signal), &p);
-        assert!((residuals(&free(&lifted), &p) / rss - 1.0).abs() < 1e-9);
-        let listed: f64 = free(&lifted).residuals(&p).iter().map(|r| r * r).sum();
-        assert!((listed / rss - 1.0).abs() < 1e-9);
-        let wave = free(&lifted);
-        let mut out = Normal::zeros(COUNT);
-        assert!(wave.normal(&p, &mut out));
-        for k in [OFFSET, OFFSET + 1, OFFSET + 2] {
-            let h = 1e-6;
-            let (mut up, mut down) = (p, p);
-            up[k] += h;
-            down[k] -= h;
-            let numeric = -(residuals(&wave, &up) - residuals(&wave, &down)) / (4.0 * h);
-            let error = (out.jtr[k] - numeric).abs() / (out.jtj[(k, k)] * out.rss).sqrt();
-            assert!(error < 1e-6, "parameter {k}: {} against {numeric}", out.jtr[k]);
+        assert!((residuals(&free(&inside), &p) / rss - 1.0).abs() < 1e-9);
+        assert!(residuals(&free(&outside), &p) > 2.0 * rss);
+        for lifted in [&inside, &outside] {
+            let wave = free(lifted);
+            let mut out = Normal::zeros(COUNT);
+            assert!(wave.normal(&p, &mut out));
+            let listed: f64 = wave.residuals(&p).iter().map(|r| r * r).sum();
+            assert!((listed / out.rss - 1.0).abs() < 1e-9);
+            for k in [OFFSET, OFFSET + 1, OFFSET + 2] {
+                let h = 1e-6;
+                let (mut up, mut down) = (p, p);
+                up[k] += h;
+                down[k] -= h;
+                let numeric = -(residuals(&wave, &up) - residuals(&wave, &down)) / (4.0 * h);
+                let error = (out.jtr[k] - numeric).abs() / (out.jtj[(k, k)] * out.rss).sqrt();
+                assert!(error < 1e-6, "parameter {k}: {} against {numeric}", out.jtr[k]);
+            }
         }
+    }
+
+    /// The level on `±x_F` moves with it: beside the motion before the rest, that is all of the
+    /// derivative of the samples at rest.
+    #[test]
+    fn the_level_on_its_limit_follows_the_friction() {
+        let time: Vec<f64> = (0..200).map(|i| f64::from(i) * 0.5).collect();
+        let signal: Vec<f64> = time.iter().map(|t| 0.3 + 0.1 * (3.0 * t).sin()).collect();
+        let mut p = [0.0; COUNT];
+        (p[A0], p[X_F], p[DELTA], p[OMEGA], p[PHASE]) = (1.0, 0.02, 0.01, 7.0, 0.4);
+        let sums = |rest_tells: bool| {
+            let mut out = Normal::zeros(COUNT);
+            assert!(Waveform { rest_tells, ..wave(&time, &signal, None) }.normal(&p, &mut out));
+            out
+        };
+        let out = sums(false);
+        let at_rest = |p: &[f64; COUNT]| {
+            let wave = Waveform { rest_tells: false, ..wave(&time, &signal, None) };
+            let residuals = wave.residuals(p);
+            residuals[residuals.len() / 2..].iter().map(|r| r * r).sum::<f64>()
+        };
+        let h = 1e-7;
+        let (mut up, mut down) = (p, p);
+        up[X_F] += h;
+        down[X_F] -= h;
+        let numeric = -(at_rest(&up) - at_rest(&down)) / (4.0 * h);
+        // The later half of the samples is at rest for long.
+        let half: f64 = signal[100..].iter().map(|x| x - p[X_F]).sum();
+        assert!((numeric / half - 1.0).abs() < 1e-6, "{numeric} against {half}");
+        assert!(out.jtj[(X_F, X_F)] >= 100.0, "{}", out.jtj[(X_F, X_F)]);
     }
 
     /// `Jᵀr` is minus half the gradient of `rᵀr`.

@@ -1,6 +1,7 @@
 //! Nonlinear damping, by the cube of the amplitude.
 
-use super::{Loss, UnitRule};
+use super::kind::Loss;
+use crate::model::unit::UnitRule;
 
 /// Nonlinear damping `m eta x² x'` (van der Pol's, of the sign that damps): `dA/dt = -a3 A³` with
 /// `a3 = eta/8`. Measured in resonators of MEMS, nanotubes and graphene.
