@@ -10,9 +10,9 @@ use rand_chacha::ChaCha8Rng;
 use rand_distr::StandardNormal;
 use rayon::prelude::*;
 use slipfit::model::loss::LossTerm;
-use slipfit::motion::decay::FreeDecay;
+use slipfit::motion::decay::{AmplitudeLaw, FreeDecay};
 use slipfit::ringdown::{Options, analyse};
-use slipfit::{Oscillator, Parameter, Record};
+use slipfit::{Oscillator, Parameter, Record, SignalKind};
 
 use super::choices::Choices;
 use super::scores::{Estimated, Outcome, Scores, True};
@@ -24,6 +24,8 @@ const SHARE: [f64; 4] = [0.0, 0.03, 0.2, 0.7];
 const SNR_DB: [f64; 3] = [20.0, 40.0, 60.0];
 const DECAY_TIMES: [f64; 4] = [0.5, 1.0, 3.0, 8.0];
 const SAMPLES_PER_CYCLE: [f64; 3] = [6.0, 30.0, 200.0];
+const ENVELOPE_DECAY_TIMES: [f64; 3] = [1.0, 3.0, 6.0];
+const ENVELOPE_SAMPLES_PER_CYCLE: [f64; 2] = [0.5, 4.0];
 const FREQUENCY_HZ: f64 = 1.7;
 /// Fewer samples or cycles are no ring-down.
 const LEAST_SAMPLES: usize = 12;
@@ -33,8 +35,18 @@ const MOST_SAMPLES: f64 = 2e7;
 /// A longer record tells nothing that a tenth of it does not.
 const LONGEST: usize = 1_000_000;
 
+/// What is recorded.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+enum What {
+    /// The displacement.
+    Displacement,
+    /// The amplitude, by a detector whose noise has two quadratures (Rician).
+    Envelope,
+}
+
 #[derive(Debug, Clone, Copy)]
 struct Cell {
+    what: What,
     q: f64,
     share: f64,
     snr_db: f64,
@@ -76,6 +88,7 @@ fn cells() -> Vec<Cell> {
             for snr_db in SNR_DB {
                 for decay_times in DECAY_TIMES {
                     cells.extend(SAMPLES_PER_CYCLE.map(|samples_per_cycle| Cell {
+                        what: What::Displacement,
                         q,
                         share,
                         snr_db,
@@ -86,17 +99,31 @@ fn cells() -> Vec<Cell> {
             }
         }
     }
+    for share in SHARE {
+        for snr_db in SNR_DB {
+            for decay_times in ENVELOPE_DECAY_TIMES {
+                cells.extend(ENVELOPE_SAMPLES_PER_CYCLE.map(|samples_per_cycle| Cell {
+                    what: What::Envelope,
+                    q: 300.0,
+                    share,
+                    snr_db,
+                    decay_times,
+                    samples_per_cycle,
+                }));
+            }
+        }
+    }
     cells
 }
 
 impl Cell {
     fn name(&self) -> String {
-        let Self { q, share, snr_db, decay_times, samples_per_cycle } = self;
-        format!("Q={q} share={share} snr={snr_db} L={decay_times} spc={samples_per_cycle};")
+        let Self { what, q, share, snr_db, decay_times, samples_per_cycle } = self;
+        format!("{what:?} Q={q} share={share} snr={snr_db} L={decay_times} spc={samples_per_cycle};")
     }
 
     fn row(&self) -> String {
-        let Self { q, share, snr_db, decay_times, samples_per_cycle } = self;
+        let Self { q, share, snr_db, decay_times, samples_per_cycle, .. } = self;
         format!("{q} | {share} | {snr_db} | {decay_times} | {samples_per_cycle}")
     }
 
@@ -116,7 +143,13 @@ impl Cell {
         }
         let time: Vec<f64> = (0..count).map(|i| i as f64 / rate).collect();
         let mut clean = vec![0.0; count];
-        decay.fill(&time, &mut clean).ok()?;
+        match self.what {
+            What::Displacement => decay.fill(&time, &mut clean).ok()?,
+            What::Envelope => {
+                let law = AmplitudeLaw::new(1.0, 2.0 * omega_0 * x_f / PI, delta, 0.0).ok()?;
+                clean = time.iter().map(|&t| law.amplitude(t).max(0.0)).collect();
+            }
+        }
         let sigma = 10f64.powf(-self.snr_db / 20.0);
         Some(Decay { cell: self, time, clean, sigma, oscillator })
     }
@@ -129,7 +162,10 @@ impl Decay {
         let offset = self.oscillator.decay_offset();
         let offset = if offset.is_finite() { offset } else { 0.0 };
         let amplitude = (1.0 + offset) * (-delta * start_s).exp() - offset;
-        let frequency = self.oscillator.omega_d() / TAU;
+        let frequency = match self.cell.what {
+            What::Displacement => self.oscillator.omega_d() / TAU,
+            What::Envelope => FREQUENCY_HZ,
+        };
         [
             (Parameter::DECAY_RATE, delta),
             (Parameter::FRICTION_DISPLACEMENT, x_f),
@@ -140,13 +176,22 @@ impl Decay {
     }
 
     fn outcome(&self, number: u64) -> Outcome {
-        let Cell { q, share, snr_db, decay_times, samples_per_cycle } = self.cell;
-        let own = seed(0xDEFA_0171, &[q, share, snr_db, decay_times, samples_per_cycle]);
+        let Cell { what, q, share, snr_db, decay_times, samples_per_cycle } = self.cell;
+        let own = seed(0xDEFA_0171 ^ what as u64, &[q, share, snr_db, decay_times, samples_per_cycle]);
         let mut rng = ChaCha8Rng::seed_from_u64(number.wrapping_mul(0x9E37_79B9) ^ own);
-        let signal: Vec<f64> =
-            self.clean.iter().map(|x| x + self.sigma * rng.sample::<f64, _>(StandardNormal)).collect();
-        let answer =
-            Record::new(self.time.clone(), signal).and_then(|record| analyse(&record, &Options::default()));
+        let mut noise = || self.sigma * rng.sample::<f64, _>(StandardNormal);
+        let signal: Vec<f64> = match what {
+            What::Displacement => self.clean.iter().map(|x| x + noise()).collect(),
+            What::Envelope => self.clean.iter().map(|x| (x + noise()).hypot(noise())).collect(),
+        };
+        let mut options = Options::default();
+        let answer = Record::new(self.time.clone(), signal).and_then(|record| {
+            if what == What::Displacement {
+                return analyse(&record, &options);
+            }
+            options.frequency_hz = Some(FREQUENCY_HZ);
+            analyse(&record.with_kind(SignalKind::Envelope), &options)
+        });
         let Ok(answer) = answer else { return Outcome::default() };
         let estimates = self
             .truth(answer.segment.start_s)

@@ -106,6 +106,9 @@ criteria! {
         /// and below which a purely viscous loss counts as excluded.
         detected: f64 = 0.01, source "one record in a hundred without friction",
             moves "false detections, and friction missed";
+        /// p value below which a loss beside viscous and sliding may be part of the preferred model.
+        further_significance: f64 = 0.005, source "one record in two hundred without drag",
+            moves "drag chosen falsely, and missed";
         /// What the BIC of a model with drag or a further loss but without viscous damping must be
         /// better by: every oscillator has some loss linear in velocity, and one that seems to have none
         /// is more often chance, with a friction far off.

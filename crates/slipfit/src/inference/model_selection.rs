@@ -92,10 +92,22 @@ impl ModelComparison {
         self.fits.iter().find(|f| f.model == model)
     }
 
-    /// The model of lowest BIC, penalties counted, among those with every term inside its limit.
+    /// The model of lowest BIC, penalties counted, among those with every term inside its limit. Terms
+    /// beside viscous and sliding loss must be significant as well: of few observations the BIC asks
+    /// less than the F test does.
     pub(crate) fn preferred(&self) -> Option<&ModelFit> {
-        let inside = self.fits.iter().filter(|f| f.at_limit.is_none());
-        self.lowest(inside).or_else(|| self.lowest(self.fits.iter()))
+        let inside = || self.fits.iter().filter(|f| f.at_limit.is_none());
+        let best = self.lowest(inside()).or_else(|| self.lowest(self.fits.iter()))?;
+        let further = |m: LossModel| m.terms().filter(|t| !LossModel::VISCOUS_SLIDING.has(*t));
+        if further(best.model).next().is_none() {
+            return Some(best);
+        }
+        let Some(plain) = self.lowest(inside().filter(|f| further(f.model).next().is_none())) else {
+            return Some(best);
+        };
+        let larger = self.get(further(best.model).fold(plain.model, LossModel::with));
+        let p_value = larger.map_or(0.0, |larger| self.p_value(plain, larger));
+        Some(if p_value < self.criteria.further_significance { best } else { plain })
     }
 
     /// The model whose values are reported: the preferred one with viscous and sliding loss in any

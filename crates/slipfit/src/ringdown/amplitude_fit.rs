@@ -15,6 +15,8 @@ use crate::numeric::{robust, roots};
 /// Rounds of leaving out outliers, and of weighing the error of the law.
 const ROUNDS: usize = 3;
 const WEIGHTINGS: usize = 4;
+/// Rounds of weighing mean squares by their law.
+const REWEIGHTINGS: usize = 3;
 /// Relative change of the error of the law that ends its search.
 const TOLERANCE: f64 = 0.05;
 /// Relative accuracy of an amplitude where a weight of its square would be beyond all bounds.
@@ -38,7 +40,11 @@ pub(crate) fn fit_amplitudes<'a>(
         && measured.points[measured.points.len() - 1].amplitude
             < c.floor_visible * measured.points[0].amplitude;
     let nuisance: &[usize] = if has_floor { &[FLOOR] } else { &[] };
-    let start = start_values(&problem);
+    let mut start = start_values(&problem);
+    if measured.root_mean_squares && !has_floor {
+        // Too small to be fitted, it still lifts every amplitude.
+        start[FLOOR] = 2.0 * measured.noise_rms.powi(2);
+    }
     let full = [&loss_parameters(options.model)[..], nuisance].concat();
     let least_deviation = if measured.root_mean_squares { 0.0 } else { measured.noise_rms };
     let outliers = drop_outliers(&mut problem, &start, &full, least_deviation, c);
@@ -52,6 +58,9 @@ pub(crate) fn fit_amplitudes<'a>(
     let n = problem.value.len();
     if n < criteria.blocks.least_blocks {
         return Err(too_few);
+    }
+    if measured.root_mean_squares {
+        weigh_by_law(&mut problem, &start, &full);
     }
     let noise = measured.noise_rms.powi(2);
     let noise_weights = problem.weight.clone();
@@ -110,6 +119,24 @@ pub(crate) fn amplitude_problem(measured: &MeasuredDecay, options: &Options) -> 
         backbone: measured.law.backbone(),
         squared,
         lowpass: options.lockin.map(Kernel::new),
+    }
+}
+
+/// Weighs mean squares by the law fitted to them, `var(R²) = 4 sigma² (A² + sigma²)`: by themselves those that the noise made small would
+/// weigh most, and pull the tail down as friction does.
+fn weigh_by_law(problem: &mut EnvelopeProblem, start: &[f64], full: &[usize]) {
+    let own: Vec<f64> = problem.weight.clone();
+    let measured = problem.value.clone();
+    let least = LEAST_SQUARE * measured[0].max(f64::MIN_POSITIVE);
+    for _ in 0..REWEIGHTINGS {
+        let Some(fit) = fit_from_viscous(problem, start, full) else { return };
+        let half_floor = 0.5 * fit.parameters[FLOOR].max(0.0);
+        let amplitudes = problem.amplitudes(&fit.parameters);
+        for ((weight, own), (a, v)) in
+            problem.weight.iter_mut().zip(&own).zip(amplitudes.iter().zip(&measured))
+        {
+            *weight = own * v.max(least) / (a.max(0.0).powi(2) + half_floor).max(least);
+        }
     }
 }
 
