@@ -74,6 +74,7 @@ pub(crate) fn by_hand<T>(
     })
     .collect();
     answer.model = LossModel::VISCOUS_SLIDING;
+    answer.preferred_model = answer.model;
     answer.sliding.detected = true;
     answer.sliding.share_at_highest = 0.41;
     answer.sliding.dominates_from_s = Some(16.0);

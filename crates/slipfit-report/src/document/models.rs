@@ -9,6 +9,9 @@ use slipfit::{LossModel, LossTerm, Parameter, Parameters};
 /// What an asterisk behind a model means.
 const UNSETTLED: &str = "the fit did not settle to its tolerance";
 
+/// Why the model reported has a loss more than that of least BIC.
+const KEPT: &str = "a loss left out is not known to be zero";
+
 /// The models compared, what they were fitted to, and the one reported.
 pub(super) struct Comparison<'a> {
     pub(super) candidates: &'a [Candidate],
@@ -38,8 +41,11 @@ impl Comparison<'_> {
         }
         let mut table = Table::new("Models on the same data", rows);
         table.chosen = self.candidates.iter().position(|c| c.model == self.reported);
+        let best = self.candidates.first().map(|c| c.model);
         if self.candidates.iter().any(|c| !c.converged) {
             table.note = format!("* {UNSETTLED}");
+        } else if best.is_some_and(|best| best != self.reported && best.is_within(self.reported)) {
+            table.note = format!("{} is reported: {KEPT}", self.reported);
         }
         table
     }
@@ -80,7 +86,9 @@ impl Column {
         match has(candidate.model, self.parameter) {
             _ if !self.shown => String::new(),
             false => "-".to_owned(),
-            true if candidate.at_limit == Some(self.parameter) => "at 0".to_owned(),
+            true if candidate.at_limit.is_some() && candidate.value(self.parameter) == 0.0 => {
+                "at 0".to_owned()
+            }
             true => significant(candidate.value(self.parameter) * self.scale.factor, 3),
         }
     }

@@ -54,7 +54,8 @@ fn conclusion(a: &Answer) -> String {
     }
     let limit = |parameter| a.parameter(parameter).map(|q| (q.interval_95, q.unit.clone()));
     let ratio = limit(Parameter::FrictionRatio).map(|(i, _)| i);
-    if a.model.has_sliding() {
+    let law = if a.preferred_model.is_within(a.model) { a.preferred_model } else { a.model };
+    if law.has_sliding() {
         return format!(
             "Sliding friction is possible but not certain, {}, {drive}: it would carry {} of the loss at the \
              peak.",

@@ -75,14 +75,14 @@ fn conclusion(a: &Answer) -> String {
             _ => {}
         }
     }
-    match (a.model.has_sliding(), a.sliding.detected) {
+    match (law(a).has_sliding(), a.sliding.detected) {
         (true, true) => found(a),
         (true, false) => uncertain(a),
         // Evidence against the viscous law alone that another law without sliding takes up.
         (false, true) if !not_preferred(a) => format!(
             "{} describes the record best, without sliding friction; yet with it the decay is better described \
              than by the same law without, {}: whether sliding friction takes part stays undecided{}.",
-            capital(a.model.name()),
+            capital(law(a).name()),
             p_value(a.sliding.p_value),
             open_question(a)
         ),
@@ -93,6 +93,11 @@ fn conclusion(a: &Answer) -> String {
         ),
         (false, false) => absent(a),
     }
+}
+
+/// The simplest law that the data support, or the one asked for.
+fn law(a: &Answer) -> LossModel {
+    if a.preferred_model.is_within(a.model) { a.preferred_model } else { a.model }
 }
 
 fn not_preferred(a: &Answer) -> bool {
@@ -123,7 +128,8 @@ fn total_loss(a: &Answer) -> String {
 fn found(a: &Answer) -> String {
     let s = &a.sliding;
     let length_s = a.segment.end_s - a.segment.start_s;
-    let last_s = s.dominates_from_s.map(|t| a.segment.end_s - t).filter(|last| *last > 0.0);
+    let end_s = a.fit.rest_s().map_or(a.segment.end_s, |rest_s| rest_s.min(a.segment.end_s));
+    let last_s = s.dominates_from_s.map(|t| end_s - t).filter(|last| *last > 0.0);
     let start = percent(s.share_at_highest);
     let share = if a.model == LossModel::SLIDING {
         "Sliding friction carries all of the loss".to_owned()
@@ -158,15 +164,15 @@ fn uncertain(a: &Answer) -> String {
         "Sliding friction is possible but not certain, {}: {} describes the decay best, with {} of the loss \
          from sliding at the start.",
         p_value(a.sliding.p_value),
-        a.model,
+        law(a),
         percent(a.sliding.share_at_highest)
     )
 }
 
 fn absent(a: &Answer) -> String {
     let no_viscous = a.parameter(Parameter::DECAY_RATE).is_some_and(|q| q.value == 0.0);
-    let acts = |term: &LossTerm| a.model == LossModel::VISCOUS || *term != LossTerm::Viscous || !no_viscous;
-    let terms: Vec<LossTerm> = a.model.terms().filter(acts).collect();
+    let acts = |term: &LossTerm| law(a) == LossModel::VISCOUS || *term != LossTerm::Viscous || !no_viscous;
+    let terms: Vec<LossTerm> = law(a).terms().filter(acts).collect();
     let explain = if terms.len() == 1 { "alone explains" } else { "explain" };
     let cause = format!("{} {explain}", capital(&in_words(terms.into_iter())));
     let limit = [(Parameter::FRICTION_DISPLACEMENT, "x_F is"), (Parameter::SlidingRate, "it takes")]
@@ -188,8 +194,8 @@ fn open_question(a: &Answer) -> String {
         _ => None,
     });
     match rival {
-        Some(rival) if rival.has_sliding() == a.model.has_sliding() => {
-            format!("; whether the rest is that of {} or {rival} stays open", a.model)
+        Some(rival) if rival.has_sliding() == law(a).has_sliding() => {
+            format!("; whether the rest is that of {} or {rival} stays open", law(a))
         }
         Some(rival) => format!("; {rival} describes the record as well"),
         None => String::new(),
@@ -225,7 +231,7 @@ mod tests {
         a.sliding.dominates_from_s = Some(a.segment.end_s - 8.0);
         assert_eq!(
             a.sentence(),
-            "Sliding friction carries 41 % of the loss at the start and nearly all of it in the last 8 s; a purely \
+            "Sliding friction carries 41 % of the loss at the start and nearly all of it in the last 7.6 s; a purely \
              viscous decay is excluded, p < 1e-12."
         );
         a.sliding.dominates_from_s = None;

@@ -74,7 +74,7 @@ pub(crate) fn near_limit(unbounded: &Fit, noise: NoiseModel, slots: &[usize]) ->
 
 /// A coefficient the data were never asked for.
 pub(crate) fn unknown() -> Estimate {
-    Estimate { value: 0.0, std_error: f64::INFINITY, interval: [0.0, f64::INFINITY] }
+    Estimate { value: 0.0, unbounded: 0.0, std_error: f64::INFINITY, interval: [0.0, f64::INFINITY] }
 }
 
 /// A value that cannot be negative as it is reported: zero where the chosen model has no such term
@@ -84,7 +84,7 @@ pub(crate) fn non_negative(found: Estimate, present: bool, unit: String) -> Quan
         value: if present { found.value.max(0.0) } else { 0.0 },
         std_error: known_error(found.std_error),
         interval_95: found.interval.map(|v| v.max(0.0)),
-        unbounded_value: found.value,
+        unbounded_value: found.unbounded,
         unit,
     }
 }

@@ -11,6 +11,8 @@ use super::quadratic::QuadraticProfile;
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub(crate) struct Estimate {
     pub(crate) value: f64,
+    /// Value without limits on any parameter: unbiased, and what may be averaged.
+    pub(crate) unbounded: f64,
     pub(crate) std_error: f64,
     pub(crate) interval: [f64; 2],
 }
@@ -38,31 +40,38 @@ impl Profile<'_> {
     /// `curved` asks for the profile also far from zero.
     pub(crate) fn non_negative(&self, parameter: usize, curved: bool) -> Estimate {
         let (value, std_error, unit, wide) = self.basics(parameter);
+        let unbounded = self.unbounded.parameters[parameter];
         let z = value / wide;
         if z >= NEAR && curved {
             return self.two_sided(parameter, true);
         }
         if !z.is_finite() || z >= NEAR {
-            return Estimate { value, std_error, interval: [value - Z_95 * wide, value + Z_95 * wide] };
+            return Estimate {
+                value,
+                unbounded,
+                std_error,
+                interval: [value - Z_95 * wide, value + Z_95 * wide],
+            };
         }
         let root = Root::new(self, parameter, unit);
         let distance = root.at(0.0).map_or(z, |r| -r);
         let [low, high] = bounded_interval(distance);
         let lower = if low <= 0.0 { 0.0 } else { root.find(low - distance, wide).max(0.0) };
         let upper = root.find(high - distance, wide).max(0.0);
-        Estimate { value, std_error, interval: [lower, upper] }
+        Estimate { value, unbounded, std_error, interval: [lower, upper] }
     }
 
     /// Interval by the profile on both sides, or `1.96` standard errors.
     pub(crate) fn two_sided(&self, parameter: usize, curved: bool) -> Estimate {
         let (value, std_error, unit, wide) = self.basics(parameter);
+        let unbounded = self.unbounded.parameters[parameter];
         let interval = if curved && wide.is_finite() {
             let root = Root::new(self, parameter, unit);
             [root.find(-Z_95, wide), root.find(Z_95, wide)]
         } else {
             [value - Z_95 * wide, value + Z_95 * wide]
         };
-        Estimate { value, std_error, interval }
+        Estimate { value, unbounded, std_error, interval }
     }
 
     fn basics(&self, parameter: usize) -> (f64, f64, f64, f64) {

@@ -210,6 +210,10 @@ columns! {
 pub struct Answer {
     /// The loss model reported.
     pub model: LossModel,
+    /// The simplest model that the data support: that of lowest BIC. Without a model asked for, the one
+    /// reported has viscous and sliding loss besides, at zero where the data want none, so that the
+    /// error of each counts what is not known of the other.
+    pub preferred_model: LossModel,
     /// How the response was computed.
     pub method: Method,
     /// Where the drive amplitude came from.

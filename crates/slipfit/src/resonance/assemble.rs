@@ -75,6 +75,7 @@ pub(super) fn answer(
     let reference = problem.reference.is_some().then(|| reference(d, chosen, &problem, sigma, criteria));
     let mut answer = Answer {
         model: chosen.model,
+        preferred_model: preferred.model,
         method: d.method(),
         drive_source: d.source,
         parameters,
@@ -179,7 +180,8 @@ fn unbiased(d: &FittedModels, chosen: &ModelFit, problem: &Problem, fit: &Fit) -
 fn moved(e: Estimate, by: f64, most: f64) -> Estimate {
     let [low, high] = e.interval;
     let most = most * e.std_error;
-    Estimate { value: (e.value + by.max(-most).min(most)).max(low).min(high), ..e }
+    let by = by.max(-most).min(most);
+    Estimate { value: (e.value + by).max(low).min(high), unbounded: e.unbounded + by, ..e }
 }
 
 /// Whether the sum of squares is far from a parabola: with the drive free, height and

@@ -169,6 +169,10 @@ columns! {
 pub struct Answer {
     /// The model reported.
     pub model: LossModel,
+    /// The simplest model that the data support: that of lowest BIC. Without a model asked for, the one
+    /// reported has viscous and sliding loss besides, at zero where the data want none, so that the
+    /// error of each counts what is not known of the other.
+    pub preferred_model: LossModel,
     /// Parameters by name, in the order they should be read.
     pub parameters: Parameters,
     /// All models, best first.

@@ -42,6 +42,7 @@ pub(crate) fn answer(e: &Evidence) -> Result<Answer, Error> {
     let envelope = envelope_points(e, &fit);
     let mut answer = Answer {
         model: chosen.model,
+        preferred_model: preferred.model,
         parameters: parameters(e, chosen, omega),
         comparison: candidates(comparison, |f| rms(e, f), |f| values(comparison, f)),
         sliding,

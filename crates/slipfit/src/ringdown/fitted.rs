@@ -130,6 +130,11 @@ impl FittedMotion {
         [self.start_s, self.end_s]
     }
 
+    /// Instant from which the mass does not move any more, s; `None` where it moves to the end.
+    pub fn rest_s(&self) -> Option<f64> {
+        self.rest.map(|rest| rest.time_s)
+    }
+
     /// Amplitude of the model at an instant, signal unit; zero after the stop,
     /// NaN outside the fitted stretch.
     ///
