@@ -34,6 +34,8 @@ cargo xtask statistics [--write] [--only TEXT] [--seeds N]
   --only TEXT   only the cells whose name holds TEXT, such as Q=50
   --seeds N     records a cell (default 1000)
 
+cargo xtask statistics --default [--write] [--only TEXT] [--seeds N]
+  the answer as every user gets it, no model named (docs/statistics_default.md; 100 seeds)
 cargo xtask statistics --resonance [--write] [--only TEXT] [--seeds N]
   the same of resonance curves, beside the paper's Lorentzian (docs/statistics_resonance.md; 300 seeds)
 

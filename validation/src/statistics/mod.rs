@@ -18,7 +18,7 @@ use std::process::ExitCode;
 use crate::Failure;
 use choices::Choices;
 
-/// Runs one of the tables: `[--resonance|--table-one] [--seeds N] [--only TEXT] [--write]`.
+/// Runs one of the tables: `[--default|--resonance|--table-one] [--seeds N] [--only TEXT] [--write]`.
 pub(crate) fn run(arguments: &[String]) -> Result<ExitCode, Failure> {
     let mut choices = Choices { seeds: 0, only: String::new(), write: false };
     let mut table: fn(Choices) -> Result<ExitCode, Failure> = ring_down::run;

@@ -5,13 +5,11 @@ use std::fmt::Write;
 
 use slipfit::{Parameter, Quantity};
 
-/// A parameter with the value put in and the least standard error an unbiased estimate can have.
+/// A parameter with the value put in.
 #[derive(Debug, Clone, Copy)]
 pub(super) struct True {
     pub(super) parameter: Parameter,
     pub(super) value: f64,
-    /// Cramér-Rao standard error; NaN where it is not computed.
-    pub(super) bound: f64,
 }
 
 /// What became of one measurement.
@@ -27,7 +25,6 @@ pub(super) struct Outcome {
 /// One reported value beside its truth.
 #[derive(Debug, Clone, Copy)]
 pub(super) struct Estimated {
-    pub(super) error: f64,
     /// Error over the reported standard error.
     pub(super) standard_errors: f64,
     pub(super) covered: bool,
@@ -43,7 +40,6 @@ impl Estimated {
         // Equal values agree, however narrow the interval.
         let tolerance = 1e-9 * truth.abs();
         Self {
-            error,
             standard_errors: if error.abs() <= tolerance { 0.0 } else { error.abs() / quantity.std_error },
             covered: (low - tolerance..=high + tolerance).contains(&truth),
         }
@@ -55,8 +51,6 @@ impl Estimated {
 pub(super) struct Scores {
     /// Coverage by parameter.
     pub(super) coverage: Vec<f64>,
-    /// Root mean square error over the bound, by parameter.
-    pub(super) error_over_bound: Vec<f64>,
     /// Answers with a parameter beyond [`OUTLIER`] standard errors and without a warning.
     pub(super) unwarned_outliers: f64,
     pub(super) warned: f64,
@@ -79,11 +73,6 @@ impl Scores {
         };
         Self {
             coverage: (0..truth.len()).map(|k| mean(&|e| f64::from(u8::from(e[k].covered)))).collect(),
-            error_over_bound: truth
-                .iter()
-                .enumerate()
-                .map(|(k, t)| mean(&|e| e[k].error.powi(2)).sqrt() / t.bound)
-                .collect(),
             unwarned_outliers: share(&|o| outlier(o) && !o.warned),
             warned: share(&|o| o.warned),
             sliding_detected: share(&|o| o.sliding_detected),
@@ -95,8 +84,8 @@ impl Scores {
     /// The cells of a table row.
     pub(super) fn columns(&self) -> String {
         let mut text = String::new();
-        for (covered, error) in self.coverage.iter().zip(&self.error_over_bound) {
-            let _ = write!(text, "{:.1} % | {error:.2} | ", 100.0 * covered);
+        for covered in &self.coverage {
+            let _ = write!(text, "{:.1} % | ", 100.0 * covered);
         }
         let percent =
             [self.unwarned_outliers, self.sliding_detected, self.drag_chosen, self.refused, self.warned];
