@@ -51,6 +51,28 @@ fn a_file_that_is_no_table_is_an_error() {
     assert!(String::from_utf8(output.stderr).unwrap().starts_with("error: notes.txt: no table"));
 }
 
+/// No name says what these are: what they do decides, without a fit.
+#[test]
+fn numbers_without_names_are_told_apart_by_what_they_do() {
+    let folder = tempfile::tempdir().unwrap();
+    let rows = |x: &dyn Fn(f64) -> f64, from: f64| -> String {
+        (0..400).map(|i| from + 0.01 * f64::from(i)).map(|t| format!("{t:.2} {:.6}\n", x(t))).collect()
+    };
+    let swing = |t: f64| (-0.3 * t).exp() * (12.0 * t).cos();
+    let peak = |f: f64| 1.0 / ((f - 9.0).powi(2) + 0.01).sqrt();
+    let drift = |t: f64| 20.0 + 0.1 * t - 0.02 * t * t;
+    for (name, text, verb, said) in [
+        ("swing.txt", rows(&swing, 0.0), "ringdown", "15 crossings of the middle, period about 0.53 s"),
+        ("peak.txt", rows(&peak, 7.0), "resonance", "400 points between 7 Hz and 10.99 Hz"),
+        ("drift.txt", rows(&drift, 0.0), "ringdown", "hardly an oscillation"),
+    ] {
+        std::fs::write(folder.path().join(name), text).unwrap();
+        let text = stdout(slipfit().current_dir(folder.path()).args(["inspect", name]));
+        assert!(text.ends_with(&format!("\n> slipfit {verb} {name}\n")), "{text}");
+        assert!(text.contains(said), "{text}");
+    }
+}
+
 #[test]
 fn the_command_given_is_one_a_shell_takes() {
     let folder = tempfile::tempdir().unwrap();

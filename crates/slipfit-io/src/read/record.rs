@@ -52,15 +52,20 @@ pub(crate) fn read(
     options: &ReadOptions,
     watch: Option<&mut dyn FnMut(u64)>,
 ) -> Result<Reading, ReadError> {
-    let from_source = |source: &mut dyn TableSource| {
-        let (table, choice) = choose_table(source, options)?;
-        let samples = scan(source, table, &choice, options)?;
-        finish(source.heads()[table], choice, samples)
-    };
-    let (mut reading, fingerprint) =
-        opened(origin, watch, from_source).map_err(|problem| ReadError::new(name, problem))?;
+    let (mut reading, fingerprint) = opened(origin, watch, |source| from_source(source, options))
+        .map_err(|problem| ReadError::new(name, problem))?;
     fingerprint.write(&mut reading.report, name);
     Ok(reading)
+}
+
+/// The record of one of the tables.
+pub(super) fn from_source(
+    source: &mut dyn TableSource,
+    options: &ReadOptions,
+) -> Result<Reading, ReadProblem> {
+    let (table, choice) = choose_table(source, options)?;
+    let samples = scan(source, table, &choice, options)?;
+    finish(source.heads()[table], choice, samples)
 }
 
 /// The table to read and its columns.
