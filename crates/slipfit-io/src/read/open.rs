@@ -177,7 +177,9 @@ fn unpacked<'a>(packed: impl Read + 'a, most_cells: usize) -> Result<Opened<'a>,
 /// The format of a file that begins with `head`; text if nothing else.
 fn format_of(head: &[u8]) -> Format {
     Format::by_magic(head).unwrap_or_else(|| {
-        if tracker::fits(head) {
+        if Format::is_universal(head) {
+            Format::Universal
+        } else if tracker::fits(head) {
             Format::Tracker
         } else if touchstone::fits(head) {
             Format::Touchstone
