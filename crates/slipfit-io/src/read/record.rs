@@ -236,6 +236,9 @@ fn finish(head: &Head, mut choice: Choice, mut samples: Samples) -> Result<Readi
             values.iter_mut().for_each(|v| *v = units::from_decibels(*v));
         }
     }
+    if samples.averaging.factor() == 1 {
+        choice.notes.extend(put_on_step(head, &choice.time, &mut samples.time_s));
+    }
     let Samples { time_s, signal, quadrature, read: rows_read, backwards, skipped, .. } = samples;
     let record = match (&choice.time, choice.quadrature.is_some()) {
         (Time::Rate(rate), false) => Record::uniform(*rate / factor, signal),
@@ -275,6 +278,20 @@ fn finish(head: &Head, mut choice: Choice, mut samples: Samples) -> Result<Readi
         ..head.report()
     };
     Ok(Reading { record, report })
+}
+
+/// Puts rounded times on the step that the file states, where all of them are less than half of it
+/// away.
+fn put_on_step(head: &Head, time: &Time, time_s: &mut [f64]) -> Option<Note> {
+    let (step, Time::Column(picked, units::Seconds::Same)) = (head.step_s?, time) else { return None };
+    let first = *time_s.first()?;
+    let at = |i: usize| first + i as f64 * step;
+    let near = |(i, t): (usize, &f64)| (t - at(i)).abs() < 0.5 * step;
+    if picked.index != 0 || !time_s.iter().enumerate().all(near) {
+        return None;
+    }
+    time_s.iter_mut().enumerate().for_each(|(i, t)| *t = at(i));
+    Some(Note::new(format!("the times are those of the step that the file states, {step} s")))
 }
 
 /// What averaging did, or why it did not.
