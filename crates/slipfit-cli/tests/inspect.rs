@@ -34,8 +34,7 @@ fn every_line_fits_the_screen_and_the_command_given_works() {
         assert!(wide.is_empty(), "{name}: {wide:#?}");
         let command = text.lines().last().unwrap().strip_prefix("> slipfit ").unwrap();
         // Of these the command asks for what is missing; sweeps have a command of their own.
-        let missing =
-            ["labone.csv", "groups.h5", "cells.mat", "integers.mat", "half.npy", "stamps_gaps.parquet"];
+        let missing = ["labone.csv", "groups.h5", "cells.mat", "half.npy", "stamps_gaps.parquet"];
         if command.starts_with("ringdown") && !missing.contains(&name.as_str()) {
             stdout(slipfit().current_dir(&folder).args(command.split(' ')));
         }
