@@ -34,8 +34,7 @@ fn every_line_fits_the_screen_and_the_command_given_works() {
         assert!(wide.is_empty(), "{name}: {wide:#?}");
         let command = text.lines().last().unwrap().strip_prefix("> slipfit ").unwrap();
         // Of these the command asks for what is missing; sweeps have a command of their own.
-        let missing =
-            ["labone.csv", "groups.h5", "cells.mat", "integers.mat", "half.npy", "stamps_gaps.parquet"];
+        let missing = ["labone.csv", "groups.h5", "cells.mat", "half.npy", "stamps_gaps.parquet"];
         if command.starts_with("ringdown") && !missing.contains(&name.as_str()) {
             stdout(slipfit().current_dir(&folder).args(command.split(' ')));
         }
@@ -49,6 +48,28 @@ fn a_file_that_is_no_table_is_an_error() {
     let output = slipfit().current_dir(folder.path()).args(["inspect", "notes.txt"]).output().unwrap();
     assert_eq!(output.status.code(), Some(2));
     assert!(String::from_utf8(output.stderr).unwrap().starts_with("error: notes.txt: no table"));
+}
+
+/// No name says what these are: what they do decides, without a fit.
+#[test]
+fn numbers_without_names_are_told_apart_by_what_they_do() {
+    let folder = tempfile::tempdir().unwrap();
+    let rows = |x: &dyn Fn(f64) -> f64, from: f64| -> String {
+        (0..400).map(|i| from + 0.01 * f64::from(i)).map(|t| format!("{t:.2} {:.6}\n", x(t))).collect()
+    };
+    let swing = |t: f64| (-0.3 * t).exp() * (12.0 * t).cos();
+    let peak = |f: f64| 1.0 / ((f - 9.0).powi(2) + 0.01).sqrt();
+    let drift = |t: f64| 20.0 + 0.1 * t - 0.02 * t * t;
+    for (name, text, verb, said) in [
+        ("swing.txt", rows(&swing, 0.0), "ringdown", "15 crossings of the middle, period about 0.53 s"),
+        ("peak.txt", rows(&peak, 7.0), "resonance", "400 points between 7 Hz and 10.99 Hz"),
+        ("drift.txt", rows(&drift, 0.0), "ringdown", "hardly an oscillation"),
+    ] {
+        std::fs::write(folder.path().join(name), text).unwrap();
+        let text = stdout(slipfit().current_dir(folder.path()).args(["inspect", name]));
+        assert!(text.ends_with(&format!("\n> slipfit {verb} {name}\n")), "{text}");
+        assert!(text.contains(said), "{text}");
+    }
 }
 
 #[test]

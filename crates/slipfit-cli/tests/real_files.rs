@@ -5,6 +5,7 @@ mod common;
 
 use common::{slipfit, stdout};
 use serde_json::Value;
+use std::time::{Duration, Instant};
 
 slipfit_real_data::tests! {
     pohl_wheel_forced,
@@ -153,35 +154,65 @@ fn the_real_table_1_from_raw_runs() {
     agrees(&table_1("pohl_forced_400mA_raw"));
 }
 
-/// The command that `inspect` gives for a file must answer.
+/// Files that the command given for them refuses, each at once and with a reason.
+const REFUSED: &[(&str, &str)] = &[
+    ("spring_no_time_column.csv", "invalid value 'RATE'"),
+    // Fewer than two cycles; no oscillation at all.
+    ("seismometer_near_critical.txt", "not a ring-down"),
+    // kinxy.lvm, the log of a refrigerator, belongs here and is still answered, with warnings.
+    ("L_slow_drift_inspect_hangs.txt", "not a ring-down"),
+    ("pisa_quadrifilar.txt", "no column could be the signal"),
+    // Three swings of a hand-held telephone.
+    ("lynch_acc.csv", "fewer than three amplitudes"),
+];
+
+/// `inspect` fits nothing: no file keeps it busy, least of all one that is no oscillation. The
+/// command that it gives must answer.
 fn every_command_given_for_a_real_file_runs() {
-    let unanswered = [
-        // A rate that no file names, or that slipfit does not read in it yet.
-        "spring_no_time_column.csv",
-        "bicycle_fork.mat",
-        // A decay of fewer than two cycles; no oscillation at all.
-        "seismometer_near_critical.txt",
-        "kinxy.lvm",
-        "pisa_quadrifilar.txt",
-        // Stamps in ns beside seconds, signals apart from their time: not read yet.
-        "lynch_acc.csv",
-        "ptibbets_idf_wah.mat",
-    ];
-    for folder in ["ringdown", "sweep"] {
+    // Without optimisation everything takes longer.
+    let most = Duration::from_millis(if cfg!(debug_assertions) { 1000 } else { 100 });
+    for folder in ["ringdown", "sweep", "simulated"] {
         let data = slipfit_real_data::path(folder);
         for entry in std::fs::read_dir(&data).unwrap() {
             let path = entry.unwrap().path();
             let name = path.file_name().unwrap().to_str().unwrap().to_owned();
-            if path.is_dir() || unanswered.contains(&name.as_str()) {
+            if path.is_dir() || name.ends_with(".md") {
                 continue;
             }
-            let text = stdout(slipfit().current_dir(&data).args(["inspect", &name]));
+            let inspected = || {
+                let start = Instant::now();
+                let limit = Duration::from_secs(20);
+                (
+                    stdout(slipfit().current_dir(&data).args(["inspect", &name]).timeout(limit)),
+                    start.elapsed(),
+                )
+            };
+            // Other tests run beside this one: the fastest of a few counts.
+            let (mut text, mut took) = inspected();
+            for _ in 0..4 {
+                if took > most {
+                    let again = inspected();
+                    text = again.0;
+                    took = took.min(again.1);
+                }
+            }
+            assert!(took <= most, "{name}: {took:?}");
             let wide: Vec<&str> = text.lines().filter(|l| l.chars().count() > 80).collect();
             assert!(wide.is_empty(), "{name}: {wide:#?}");
             let command = text.lines().last().unwrap().strip_prefix("> slipfit ").unwrap();
-            let verb = if folder == "sweep" { "resonance" } else { "ringdown" };
+            let swept = folder == "sweep" || folder == "simulated" && b"DGHI".contains(&name.as_bytes()[0]);
+            let verb = if swept { "resonance" } else { "ringdown" };
             assert!(command.starts_with(verb), "{name}: {command}");
-            let report = stdout(slipfit().current_dir(&data).args(command.split(' ')));
+            let mut run = slipfit();
+            run.current_dir(&data).args(command.split(' '));
+            if let Some((_, reason)) = REFUSED.iter().find(|(refused, _)| *refused == name) {
+                let output = run.timeout(Duration::from_secs(20)).output().unwrap();
+                let said = String::from_utf8(output.stderr).unwrap();
+                assert_eq!(output.status.code(), Some(2), "{name}: {said}");
+                assert!(said.split_whitespace().collect::<Vec<_>>().join(" ").contains(reason), "{said}");
+                continue;
+            }
+            let report = stdout(&mut run);
             let wide: Vec<&str> = report.lines().filter(|l| l.chars().count() > 80).collect();
             assert!(wide.is_empty(), "{name}: {wide:#?}");
         }

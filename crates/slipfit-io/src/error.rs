@@ -339,9 +339,8 @@ impl ReadProblem {
 
     fn hints(&self) -> Vec<Hint> {
         match self {
-            Self::Unsupported(_) | Self::Binary { .. } | Self::LineTooLong { .. } => {
-                vec![Hint::advice("export the data as text: one row per sample, columns for time and signal")]
-            }
+            Self::Unsupported(format) => vec![Hint::advice(format.export())],
+            Self::Binary { .. } | Self::LineTooLong { .. } => vec![Hint::advice(Format::Text.export())],
             Self::Changed => vec![Hint::advice("read it again once it is complete, or read a copy")],
             Self::NoTable { .. } => vec![Hint::advice(
                 "the samples belong into rows of numbers, one row each, below a header or without one",

@@ -42,6 +42,12 @@ pub enum Format {
     Parquet,
     /// LabVIEW TDMS.
     Tdms,
+    /// ASAM MDF (.mf4, .mdf).
+    Mdf,
+    /// Universal file of modal analysis (.unv, .uff).
+    Universal,
+    /// Pickled Python objects.
+    Pickle,
     /// PDF.
     Pdf,
     /// PNG.
@@ -84,7 +90,14 @@ const KNOWN: &[Known] = &[
     (Format::Zstd, "a Zstandard file", &[(0, b"\x28\xb5\x2f\xfd")]),
     (Format::Npy, "a NumPy array (.npy)", &[(0, b"\x93NUMPY")]),
     (Format::Parquet, "a Parquet file", &[(0, b"PAR1")]),
-    (Format::Tdms, "a LabVIEW TDMS file", &[(0, b"TDSm")]),
+    (Format::Tdms, "a LabVIEW TDMS file", &[(0, b"TDSm"), (0, b"TDSh")]),
+    (Format::Mdf, "an ASAM MDF measurement file (.mf4)", &[(0, b"MDF     "), (0, b"UnFinMF ")]),
+    (Format::Universal, "a universal file of modal analysis (.unv)", &[]),
+    (
+        Format::Pickle,
+        "a Python pickle (.pkl)",
+        &[(0, b"\x80\x02"), (0, b"\x80\x03"), (0, b"\x80\x04\x95"), (0, b"\x80\x05\x95")],
+    ),
     (Format::Pdf, "a PDF document", &[(0, b"%PDF-")]),
     (Format::Png, "a PNG picture", &[(0, b"\x89PNG\r\n\x1a\n")]),
     (Format::Sqlite, "an SQLite database", &[(0, b"SQLite format 3\0")]),
@@ -100,9 +113,71 @@ impl Format {
         KNOWN.iter().find(|(.., magic)| magic.iter().any(begins)).map(|(format, ..)| *format)
     }
 
+    /// How to get numbers out of a file that is not read.
+    pub(crate) fn export(self) -> &'static str {
+        match self {
+            Self::Tdms => {
+                "export it from LabVIEW or DIAdem as CSV, or write its channels by npTDMS in Python as CSV, HDF5 or \
+                 Parquet"
+            }
+            Self::Mdf => {
+                "export the channel by asammdf or the program that recorded it as CSV, MAT or Parquet"
+            }
+            Self::Universal => {
+                "export it as CSV or MAT from the program that wrote it, or by pyuff in Python: times and one \
+                 channel, or frequencies with amplitudes and phases"
+            }
+            Self::Pickle => {
+                "opening a pickle runs what it says: save the arrays in Python by numpy.savez, or a table by to_csv \
+                 or to_parquet"
+            }
+            Self::Gzip | Self::Xz | Self::Bzip2 | Self::Zstd => "unpack it first",
+            _ => "export the data as text: one row per sample, columns for time and signal",
+        }
+    }
+
+    /// Whether a text begins as universal files do: `-1` alone, then the number of a data set.
+    pub(crate) fn is_universal(head: &[u8]) -> bool {
+        let mut lines = head.split(|b| *b == b'\n').map(|l| l.strip_suffix(b"\r").unwrap_or(l));
+        let mark = lines.find(|l| !l.trim_ascii().is_empty());
+        let set = lines.next().unwrap_or_default().trim_ascii();
+        let digits = set.iter().take_while(|b| b.is_ascii_digit()).count();
+        let number = |l: &[u8]| l.starts_with(b"    ") && l.trim_ascii() == b"-1";
+        mark.is_some_and(number) && (2..=4).contains(&digits) && matches!(set[digits..], [] | [b'b', ..])
+    }
+
     /// Its name in a sentence.
     #[must_use]
     pub fn name(self) -> &'static str {
         KNOWN.iter().find(|(format, ..)| *format == self).map_or("a file", |(_, name, _)| name)
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn files_of_other_programs_are_known_by_their_first_bytes() {
+        for (head, format) in [
+            (&b"TDSm\x0e\0\0\0"[..], Format::Tdms),
+            (b"MDF     4.10    ", Format::Mdf),
+            (b"UnFinMF 4.11    ", Format::Mdf),
+            (b"\x80\x04\x95\x10\0\0", Format::Pickle),
+            (b"\x80\x02}q\0", Format::Pickle),
+        ] {
+            assert_eq!(Format::by_magic(head), Some(format));
+        }
+        assert_eq!(Format::by_magic("\u{20ac} 5".as_bytes()), None);
+    }
+
+    #[test]
+    fn a_universal_file_is_told_from_a_column_of_numbers() {
+        for head in ["    -1\n    58\nbeam\n", "\r\n    -1\r\n   151\r\n", "    -1\n    58b     1     2\n"] {
+            assert!(Format::is_universal(head.as_bytes()), "{head}");
+        }
+        for head in ["-1\n58\n57\n", "    -1\n    -2\n", "    -1\n    58.5\n", "    -1\n", ""] {
+            assert!(!Format::is_universal(head.as_bytes()), "{head}");
+        }
     }
 }

@@ -43,6 +43,7 @@ use read::open::Origin;
 pub use error::{Needed, OptionProblem, ReadError, ReadProblem};
 pub use format::Format;
 pub use options::ReadOptions;
+pub use read::glance::Glance;
 pub use report::{
     ColumnInfo, ColumnTaken, Decimal, Delimiter, Dialect, DrivenRecord, LevelReading, Note, ReadReport,
     Reading, Skipped, SweepReading, TimeSource,
@@ -125,6 +126,32 @@ pub fn read_tables(path: impl AsRef<Path>, most_rows: usize) -> Result<Tables, R
 /// As [`read_tables`].
 pub fn read_tables_from(reader: impl Read, name: &str, most_rows: usize) -> Result<Tables, ReadError> {
     read::open::tables(Origin::Stream(Box::new(reader)), name, most_rows)
+}
+
+/// What a file holds and what it would be read as: its tables, of each the first `most_rows` rows,
+/// the record as `record` says and, where `curve` is given, the curve over frequency.
+///
+/// Nothing is analysed. Of a workbook the first thousands of cells of each sheet are read.
+///
+/// # Errors
+/// [`ReadError`] where the file holds no table.
+///
+/// ```
+/// # let file = std::env::temp_dir().join(format!("glance-{}.csv", std::process::id()));
+/// std::fs::write(&file, "f (Hz),R (V)\n99,0.1\n100,0.7\n101,0.2\n")?;
+/// let options = slipfit_io::ReadOptions::default();
+/// let seen = slipfit_io::glance(&file, 1000, &options, Some(&options))?;
+/// assert!(seen.record.is_err() && seen.curve.is_some_and(|c| c.report.named));
+/// # std::fs::remove_file(file)?;
+/// # Ok::<(), Box<dyn std::error::Error>>(())
+/// ```
+pub fn glance(
+    path: impl AsRef<Path>,
+    most_rows: usize,
+    record: &ReadOptions,
+    curve: Option<&ReadOptions>,
+) -> Result<Glance, ReadError> {
+    read::glance::glance(path.as_ref(), most_rows, record, curve)
 }
 
 /// Reads a resonance curve: from one file that holds it, or from several files

@@ -265,10 +265,10 @@ fn sheets_that_were_not_read_are_named() {
 }
 
 #[test]
-fn a_rate_named_in_the_file_is_offered() {
-    let error = read(fixture("integers.mat"), &ReadOptions::default()).unwrap_err();
-    assert!(offers(&error, "rate_hz"), "{error}");
-    assert!(error.to_string().contains("counts"), "{error}");
+fn a_rate_named_by_a_variable_is_taken() {
+    let reading = read(fixture("integers.mat"), &ReadOptions::default()).unwrap();
+    assert_eq!(reading.report.time, Some(slipfit_io::TimeSource::Rate(50.0)));
+    assert!(notes("integers.mat").contains("the rate that the file names, 50 Hz"));
 }
 
 #[test]

@@ -11,6 +11,7 @@ slipfit_real_data::tests! {
     real_clocks_are_reported_as_they_are,
     real_files_with_a_choice_offer_it,
     real_files_without_times_ask_for_the_rate,
+    real_rates_and_steps_are_taken_from_the_file,
     a_real_sound_is_read,
 }
 
@@ -121,6 +122,23 @@ fn real_clocks_are_reported_as_they_are() {
     assert_eq!((report.repeated_stamps, report.rebuilt_quantum_s), (709, Some(0.1)));
     let (_, motor) = clock("driven_then_free_pendulum.csv");
     assert_eq!(motor.gaps, 1);
+}
+
+fn real_rates_and_steps_are_taken_from_the_file() {
+    let reading = |file: &str| read(ringdown(file), &ReadOptions::default()).unwrap();
+    let fork = reading("bicycle_fork.mat");
+    assert_eq!(fork.report.time, Some(TimeSource::Rate(1000.0)));
+    let rig = reading("highrate5_Test001.lvm");
+    let Clock::Uniform { interval_s, .. } = *rig.record.clock() else { panic!("rounded times") };
+    assert!((interval_s * 51_200.0 - 1.0).abs() < 1e-9, "{interval_s}");
+    for (file, time, duration_s) in
+        [("lynch_acc.csv", 2, 4.032), ("giosue_senza.txt", 3, 91.5), ("ptibbets_idf_wah.mat", 1, 178.46)]
+    {
+        let reading = reading(file);
+        assert_eq!(columns(&reading).0, time, "{file}");
+        let found = reading.record.duration_s();
+        assert!((found - duration_s).abs() < 0.06, "{file}: {found}");
+    }
 }
 
 fn real_files_with_a_choice_offer_it() {

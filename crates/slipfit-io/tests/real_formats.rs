@@ -62,6 +62,12 @@ use Outcome::{Record, Refused};
 const OUTCOMES: &[(&str, Format, Outcome)] = &[
     ("bell_440hz.wav", Format::Wav, Record { samples: 1_177_856, signal: "channel 1", unit: "" }),
     ("bolted_beam_hammer.mat", Format::Mat5, Record { samples: 65_536, signal: "acc", unit: "" }),
+    ("bicycle_fork.mat", Format::Mat5, Record { samples: 30_000, signal: "data", unit: "" }),
+    ("ptibbets_idf_wah.mat", Format::Mat5, Record { samples: 17_847, signal: "PendPos", unit: "" }),
+    ("highrate5_Test001.lvm", Format::Text, Record { samples: 51_200, signal: "Acceleration_1", unit: "m/s^2" }),
+    ("lynch_acc.csv", Format::Text, Record { samples: 406, signal: "column 5 `x`", unit: "" }),
+    ("giosue_senza.txt", Format::Text, Record { samples: 1806, signal: "Pos B", unit: "au" }),
+    ("pisa_quadrifilar.txt", Format::Text, Refused("no column could be the signal")),
     ("phyphox_five_sheets.xls", Format::Xls, Record { samples: 484, signal: "Rotation z", unit: "rad/s" }),
     ("bolted_beam_force_levels.mat", Format::Mat5, Refused("no column of times")),
     ("quartz_impedance.xlsx", Format::Xlsx, Refused("no column of times")),

@@ -14,8 +14,9 @@ Examples:
 /// What a file holds and how it would be read, without analysing it.
 ///
 /// Shows the format, every table with its columns and units, the columns that
-/// would be taken and why, the clock with its gaps, the first rows and a small
-/// plot, and ends with the command that analyses the file.
+/// would be taken and why, the clock with its gaps, how often the signal swings,
+/// the first rows and a small plot, and ends with the command that analyses the
+/// file. Nothing is fitted: it answers at once.
 #[derive(Debug, Args)]
 #[command(after_help = AFTER_HELP, after_long_help = AFTER_HELP)]
 pub(crate) struct InspectArgs {

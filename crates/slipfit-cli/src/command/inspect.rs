@@ -4,7 +4,7 @@ use crate::args::{InspectArgs, quoted};
 use crate::failure::{Failure, spelled};
 use crate::output;
 use anstream::ColorChoice;
-use slipfit_io::{ReadError, ReadProblem, Reading, SweepReading, Table, Tables};
+use slipfit_io::{Glance, ReadError, ReadProblem, Reading, Table, Tables};
 use slipfit_report::terminal::{self, Inspected};
 use std::fs::File;
 use std::io::{BufRead as _, BufReader, Read as _};
@@ -27,16 +27,18 @@ pub(crate) fn run(args: &InspectArgs, color: ColorChoice) -> Result<ExitCode, Fa
     }
     // Standard output may be redirected into the file itself.
     output::Outputs::new(false, [args.file.as_path()])?;
-    let tables = slipfit_io::read_tables(&args.file, PREVIEW_ROWS)?;
-    let reading = slipfit_io::read(&args.file, &args.reading.options());
+    let curve_options = args.reading.curve_options();
+    let looked =
+        slipfit_io::glance(&args.file, PREVIEW_ROWS, &args.reading.options(), curve_options.as_ref())?;
+    let Glance { tables, record: reading, swings, curve, .. } = looked;
     let lines = if tables.dialect.is_some() { first_lines(&args.file) } else { Vec::new() };
     let flags = args.reading.as_flags();
-    let curve = as_curve(args, &tables, &reading);
     let next_command = command(&args.file, &flags, &tables, &reading, curve.is_some());
     let inspected = Inspected {
         file: &args.file,
         tables: &tables,
         reading: &reading,
+        swings,
         curve: curve.as_ref(),
         lines: &lines,
         next_command: &next_command,
@@ -79,26 +81,6 @@ fn command(
 fn typed(file: &Path) -> String {
     let path = file.display().to_string();
     quoted(&if path.starts_with('-') { format!("./{path}") } else { path })
-}
-
-/// The file as a resonance curve, where its names say so; without names, where it answers
-/// as a curve and not as a record. A file too long to be looked at as a whole is no curve.
-fn as_curve(
-    args: &InspectArgs,
-    tables: &Tables,
-    record: &Result<Reading, ReadError>,
-) -> Option<SweepReading> {
-    if tables.tables.iter().any(|t| t.cut) {
-        return None;
-    }
-    let curve =
-        slipfit_io::read_sweep(std::slice::from_ref(&args.file), &args.reading.curve_options()?).ok()?;
-    let rings =
-        || record.as_ref().is_ok_and(|r| slipfit::ringdown::analyse(&r.record, &Default::default()).is_ok());
-    let resonates = || slipfit::resonance::analyse(&curve.curve, &Default::default()).is_ok();
-    // Beside a record other tables hold spectra.
-    let named = curve.report.named && !(tables.tables.len() > 1 && rings());
-    (named || (!rings() && resonates())).then_some(curve)
 }
 
 /// The first lines as they stand; none of a packed file.

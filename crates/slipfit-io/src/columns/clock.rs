@@ -2,7 +2,7 @@
 
 use super::{
     chooser::{Chooser, Picked},
-    named,
+    name, named,
     role::Role,
     units::{self, Measures, Seconds},
 };
@@ -31,6 +31,18 @@ impl Time {
     }
 }
 
+/// The unit of times since 1970, by their size: those of 2001 to 2286.
+fn epoch(time: f64) -> Option<(&'static str, Seconds)> {
+    const UNITS: [(f64, &str, Seconds); 4] = [
+        (1.0, "s", Seconds::Same),
+        (1e3, "ms", Seconds::Over(1e3)),
+        (1e6, "us", Seconds::Over(1e6)),
+        (1e9, "ns", Seconds::Over(1e9)),
+    ];
+    let within = |&(a_second, ..): &(f64, &str, Seconds)| (1e9..1e10).contains(&(time / a_second));
+    UNITS.into_iter().find(within).map(|(_, unit, seconds)| (unit, seconds))
+}
+
 impl Chooser<'_> {
     pub(super) fn time(&mut self, asked: Option<usize>, signal: Option<usize>) -> Result<Time, ReadProblem> {
         if let Some(rate) = self.options.rate_hz {
@@ -55,7 +67,11 @@ impl Chooser<'_> {
             self.contents[c].is_monotone() && self.roles[c] != Role::Never && !self.contents[c].counts
         };
         let by_content = others().find(steady).filter(|_| others().count() > 1 || signal.is_some());
-        if let Some(index) = named.iter().copied().find(|&c| usable(c)) {
+        // Seconds since the start are written with more digits than seconds since 1970.
+        let since_1970 =
+            |c: usize| self.head.names[c].unit.is_empty() && epoch(self.contents[c].least).is_some();
+        let best = || named.iter().copied().filter(|&c| usable(c));
+        if let Some(index) = best().find(|&c| !since_1970(c)).or_else(|| best().next()) {
             return self.time_taken(index, "named like a time");
         }
         const STEADY: &str = "its numbers go up steadily";
@@ -77,15 +93,21 @@ impl Chooser<'_> {
                 // What is named as something else is no time, however constant.
                 let unnamed = |c: usize| self.roles[c] == Role::Unknown || self.head.names[c].is_step();
                 let interval = others().rfind(|&c| unnamed(c) && self.is_interval(c));
+                let rate_hz = named::named_rate_hz(&self.head.named_values);
                 match interval {
                     Some(index) if self.values.len() > 1 => self.time_taken(
                         index,
                         "its numbers are nearly constant, as times since the row before are",
                     ),
-                    _ => Err(ReadProblem::NoTime {
-                        columns: self.head.list(&self.near),
-                        rate_hz: named::named_rate_hz(&self.head.named_values),
-                    }),
+                    _ => match rate_hz.filter(|_| self.head.has_variables) {
+                        Some(rate) => {
+                            let text =
+                                format!("no times: the rate that the file names, {rate} Hz, was taken");
+                            self.notes.push(Note::new(text).hint("rate_hz", "says otherwise"));
+                            Ok(Time::Rate(rate))
+                        }
+                        None => Err(ReadProblem::NoTime { columns: self.head.list(&self.near), rate_hz }),
+                    },
                 }
             }
         }
@@ -98,7 +120,17 @@ impl Chooser<'_> {
         !content.is_monotone() && (content.is_interval() || named)
     }
 
-    fn time_taken(&mut self, index: usize, why: &str) -> Result<Time, ReadProblem> {
+    /// The times of the signal's own sensor, where each sensor has its own: `Time A`, `Pos A`,
+    /// `Time B`, `Pos B`.
+    pub(super) fn nearer_time(&self, time: &Time, signal: usize) -> Option<usize> {
+        let Time::Column(taken, _) = time else { return None };
+        let before = signal.checked_sub(1)?;
+        let unit = |c: usize| &self.head.names[c].unit;
+        let is_time = self.roles[before] == Role::Time && self.contents[before].is_monotone();
+        (taken.index + 1 < before && is_time && unit(before) == unit(taken.index)).then_some(before)
+    }
+
+    pub(super) fn time_taken(&mut self, index: usize, why: &str) -> Result<Time, ReadProblem> {
         let interval = self.is_interval(index);
         let (unit, seconds) = match &self.options.time_unit {
             Some(unit) => match units::measures(unit) {
@@ -133,7 +165,17 @@ impl Chooser<'_> {
         if bare.starts_with("micro") {
             return Ok(("us".to_owned(), Seconds::Over(1e6)));
         }
-        let (text, taken) = if interval && content.greatest >= 1.0 {
+        if name::words(&bare)
+            .iter()
+            .any(|word| matches!(word.as_str(), "second" | "seconds" | "sec" | "secs"))
+        {
+            return Ok(("s".to_owned(), Seconds::Same));
+        }
+        let counted = epoch(content.least).filter(|_| !interval);
+        let (text, taken) = if let Some((unit, seconds)) = counted {
+            let text = format!("{label} names no unit and counts from 1970: its times were taken as {unit}");
+            (text, (unit.to_owned(), seconds))
+        } else if interval && content.greatest >= 1.0 {
             let text = format!("{label}: steps of {:.0} were taken as milliseconds", content.greatest);
             (text, milliseconds())
         } else if !interval && content.whole && (2.0..=1000.0).contains(&content.mean_step) {

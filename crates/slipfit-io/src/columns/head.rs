@@ -18,8 +18,12 @@ pub(crate) struct Head {
     pub(crate) names: Vec<Name>,
     /// Samples per second, where the format itself states it.
     pub(crate) rate_hz: Option<f64>,
+    /// Time from row to row (s) as the file states it, which the first column rounds.
+    pub(crate) step_s: Option<f64>,
     /// Values named beside the table.
     pub(crate) named_values: Vec<(String, String)>,
+    /// Whether these are variables of the file rather than words above a table.
+    pub(crate) has_variables: bool,
     /// What was odd.
     pub(crate) notes: Vec<Note>,
 }

@@ -110,6 +110,8 @@ fn split_unit(text: &str) -> (String, String) {
         if let Some((bare, unit)) = parts
             && !bare.trim().is_empty()
             && units::measures(unit).is_some()
+            // `Expansion In` is no length in inches.
+            && !(mark == " " && unit.eq_ignore_ascii_case("in"))
             && (mark.contains('/') || mark == " in " || unit.len() > 1 || unit == "s")
         {
             return (bare.trim().to_owned(), unit.trim().to_owned());
@@ -139,6 +141,7 @@ mod tests {
             ("Position (mm) Run #1", "Position", "mm"),
             ("Data Set 1:Position(m)", "Position", "m"),
             ("U in mV", "U", "mV"),
+            ("Expansion In", "Expansion In", ""),
             ("theta1", "theta1", ""),
             ("Winkel (°)", "Winkel", "°"),
         ] {

@@ -34,13 +34,35 @@ pub(super) fn named_unit(values: &[(String, String)]) -> Option<&str> {
 pub(super) fn named_rate_hz(values: &[(String, String)]) -> Option<f64> {
     values.iter().find_map(|(name, value)| {
         let name = name.to_lowercase();
-        let rate =
-            ["sample_rate", "sample rate", "sampling rate", "samplerate", "abtastrate", "sampling frequency"];
+        let rate = [
+            "sample_rate",
+            "sample rate",
+            "sampling rate",
+            "samplerate",
+            "actualrate",
+            "actual rate",
+            "actual_rate",
+            "scanrate",
+            "scan rate",
+            "abtastrate",
+            "sampling frequency",
+            "samplingfrequency",
+        ];
         let interval = ["sample interval", "sampling interval", "sample_interval", "dt", "abtastintervall"];
         let mut parts = value.split_whitespace();
         let number: f64 = parts.next()?.parse().ok()?;
         let unit = parts.next().unwrap_or_default().to_lowercase();
-        let short = ["fs", "f_s", "fsample", "fsamp", "rate_hz", "sampling_rate", "sampling_frequency"];
+        let short = [
+            "fs",
+            "f_s",
+            "f_sample",
+            "fsample",
+            "fsamp",
+            "samplingrate",
+            "rate_hz",
+            "sampling_rate",
+            "sampling_frequency",
+        ];
         let found = if rate.iter().any(|r| name.contains(r)) || short.contains(&name.as_str()) {
             let factor = if unit.starts_with('k') || name.contains("khz") { 1e3 } else { 1.0 };
             number * factor

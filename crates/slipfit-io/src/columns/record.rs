@@ -71,6 +71,12 @@ impl Chooser<'_> {
                 (index, None, why, self.kind_of(index))
             }
         };
+        let time = match self.nearer_time(&time, signal) {
+            Some(nearer) if options.time.is_none() => {
+                self.time_taken(nearer, "named like a time, the one beside the signal")?
+            }
+            _ => time,
+        };
         let (signal_taken, level) = self.signal_taken(signal, &why);
         let kind = match options.kind.unwrap_or(found_kind) {
             SignalKind::LockIn if quadrature.is_none() => {

@@ -19,8 +19,8 @@ use crate::{
 /// Members looked at.
 const MOST_MEMBERS: usize = 1000;
 
-/// Reads whichever of these an archive is.
-pub(crate) fn tables(bytes: Vec<u8>) -> Result<(HeldTables, Format), ReadProblem> {
+/// Reads whichever of these an archive is; of each sheet of a workbook the first `most_cells`.
+pub(crate) fn tables(bytes: Vec<u8>, most_cells: usize) -> Result<(HeldTables, Format), ReadProblem> {
     let mut archive = ZipArchive::new(Cursor::new(&bytes[..])).map_err(|e| Format::Zip.broken(e))?;
     let mut names: Vec<String> =
         archive.file_names().take(MOST_MEMBERS).flatten().map(|n| n.into_owned()).collect();
@@ -29,7 +29,7 @@ pub(crate) fn tables(bytes: Vec<u8>) -> Result<(HeldTables, Format), ReadProblem
     if names.iter().any(|n| n == "xl/workbook.xml") {
         drop(archive);
         #[cfg(feature = "excel")]
-        return Ok((super::xlsx::tables(bytes)?, Format::Xlsx));
+        return Ok((super::xlsx::tables(bytes, most_cells)?, Format::Xlsx));
         #[cfg(not(feature = "excel"))]
         return Err(ReadProblem::Unsupported(Format::Xlsx));
     }

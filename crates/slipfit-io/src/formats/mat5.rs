@@ -149,6 +149,7 @@ pub(crate) fn tables(bytes: &[u8]) -> Result<HeldTables, ReadProblem> {
             _ => {}
         }
     }
+    found.join_signals();
     let mut tables = arrays::tables(found.arrays, &found.named);
     if tables.is_empty() {
         let cut = found.notes.first().map(|n| format!("; {n}")).unwrap_or_default();
@@ -243,6 +244,25 @@ impl Found {
         Some(())
     }
 
+    /// Simulink's structures with time keep each signal in a structure of its own: `time`,
+    /// `signals(k).values` and its `label`. They belong beside their times.
+    fn join_signals(&mut self) {
+        let is_time = |a: &&Array| a.name == "time" && a.columns.len() == 1;
+        let timed: Vec<(String, usize)> =
+            self.arrays.iter().filter(is_time).map(|a| (a.parent.clone(), a.rows())).collect();
+        for array in self.arrays.iter_mut().filter(|a| a.name == "values") {
+            let Some((parent, signal)) = array.parent.rsplit_once('.') else { continue };
+            if !signal.starts_with("signals") || !timed.contains(&(parent.to_owned(), array.rows())) {
+                continue;
+            }
+            let label = self.named.iter().find(|(place, name, _)| *place == array.parent && name == "label");
+            let label = label.map(|(.., text)| text.trim_matches(['<', '>', ' '])).filter(|l| !l.is_empty());
+            let unnamed = || signal.replacen("signals", "values", 1);
+            let (name, parent) = (label.map_or_else(unnamed, str::to_owned), parent.to_owned());
+            (array.name, array.parent) = (name, parent);
+        }
+    }
+
     fn keep(&mut self, array: Option<Array>) {
         let Some(array) = array else { return };
         if self.arrays.len() < MOST_ARRAYS {
@@ -250,5 +270,96 @@ impl Found {
         } else {
             self.left += 1;
         }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::{ReadOptions, read_from, report::TimeSource};
+
+    fn element(kind: u32, data: &[u8]) -> Vec<u8> {
+        let mut bytes = [kind.to_le_bytes(), (data.len() as u32).to_le_bytes()].concat();
+        bytes.extend_from_slice(data);
+        bytes.resize(bytes.len().next_multiple_of(8), 0);
+        bytes
+    }
+
+    fn matrix(class: u8, dims: [i32; 2], name: &str, rest: &[Vec<u8>]) -> Vec<u8> {
+        let dims = [dims[0].to_le_bytes(), dims[1].to_le_bytes()].concat();
+        let parts =
+            [element(6, &[class, 0, 0, 0, 0, 0, 0, 0]), element(5, &dims), element(1, name.as_bytes())];
+        element(MATRIX, &[parts.concat(), rest.concat()].concat())
+    }
+
+    fn numbers(name: &str, values: &[f64]) -> Vec<u8> {
+        let bytes: Vec<u8> = values.iter().flat_map(|v| v.to_le_bytes()).collect();
+        matrix(6, [values.len() as i32, 1], name, &[element(9, &bytes)])
+    }
+
+    fn text(name: &str, text: &str) -> Vec<u8> {
+        matrix(4, [1, text.len() as i32], name, &[element(16, text.as_bytes())])
+    }
+
+    /// A structure array with its fields, element by element.
+    fn structs(name: &str, count: i32, fields: &[&str], values: &[Vec<u8>]) -> Vec<u8> {
+        let mut names = Vec::new();
+        for field in fields {
+            names.extend_from_slice(field.as_bytes());
+            names.resize(names.len().next_multiple_of(32), 0);
+        }
+        let head = [element(5, &32_i32.to_le_bytes()), element(1, &names)];
+        matrix(2, [1, count], name, &[head.concat(), values.concat()])
+    }
+
+    fn file(variables: &[Vec<u8>]) -> Vec<u8> {
+        let mut bytes = b"MATLAB 5.0 MAT-file".to_vec();
+        bytes.resize(124, b' ');
+        bytes.extend_from_slice(b"\0\x01IM");
+        bytes.extend(variables.concat());
+        bytes
+    }
+
+    fn ring(n: usize, interval_s: f64) -> Vec<f64> {
+        let at = |i: usize| interval_s * i as f64;
+        (0..n).map(|i| (-0.2 * at(i)).exp() * (6.0 * at(i)).cos()).collect()
+    }
+
+    #[test]
+    fn a_rate_named_in_the_file_stands_for_missing_times() {
+        for (name, value) in [("ActualRate", 50.0), ("fs", 50.0), ("dt", 0.02), ("SampleRate", 50.0)] {
+            let bytes = file(&[numbers(name, &[value]), numbers("data", &ring(500, 0.02))]);
+            let reading = read_from(&bytes[..], "gyro.mat", &ReadOptions::default()).unwrap();
+            let Some(TimeSource::Rate(rate)) = reading.report.time else {
+                panic!("{:?}", reading.report.time)
+            };
+            assert!((rate - 50.0).abs() < 1e-9, "{name}: {rate}");
+            assert!(reading.report.notes.iter().any(|n| n.text.contains("rate that the file names")));
+        }
+        let bytes = file(&[numbers("gain", &[50.0]), numbers("data", &ring(500, 0.02))]);
+        assert!(read_from(&bytes[..], "gyro.mat", &ReadOptions::default()).is_err());
+    }
+
+    #[test]
+    fn signals_of_a_structure_with_time_stand_beside_their_times() {
+        let times: Vec<f64> = (0..500).map(|i| 0.02 * f64::from(i)).collect();
+        let fields = ["values", "label"];
+        let driven: Vec<f64> = times.iter().map(|t| if *t < 5.0 { 1.0 } else { 0.0 }).collect();
+        let signals =
+            [numbers("", &driven), text("", "motor"), numbers("", &ring(500, 0.02)), text("", "<pendulum>")];
+        let run = structs(
+            "run",
+            1,
+            &["time", "signals"],
+            &[numbers("", &times), structs("", 2, &fields, &signals)],
+        );
+        let bytes = file(&[run]);
+        let reading = read_from(&bytes[..], "simulink.mat", &ReadOptions::default()).unwrap();
+        assert_eq!(
+            reading.report.columns.iter().map(|c| &c.header[..]).collect::<Vec<_>>(),
+            ["time", "motor", "pendulum"]
+        );
+        assert_eq!(reading.report.column("signal").unwrap().column.number, 3);
+        assert!((reading.record.duration_s() - 9.98).abs() < 1e-9);
     }
 }

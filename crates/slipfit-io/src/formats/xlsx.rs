@@ -24,8 +24,8 @@ const DAY_S: f64 = 86400.0;
 
 type Archive = ZipArchive<Cursor<Vec<u8>>>;
 
-/// Reads every sheet, cell by cell.
-pub(crate) fn tables(bytes: Vec<u8>) -> Result<HeldTables, ReadProblem> {
+/// Reads every sheet, cell by cell, of each its first `most_cells`.
+pub(crate) fn tables(bytes: Vec<u8>, most_cells: usize) -> Result<HeldTables, ReadProblem> {
     let mut archive = ZipArchive::new(Cursor::new(bytes)).map_err(|e| Format::Xlsx.broken(e))?;
     let strings = strings(&mut archive)?;
     let dates = date_styles(&mut archive)?;
@@ -34,7 +34,7 @@ pub(crate) fn tables(bytes: Vec<u8>) -> Result<HeldTables, ReadProblem> {
         let mut sheet = Sheet::new(&name);
         // Charts have parts of their own; one that is missing is an empty sheet.
         if archive.index_for_name(&part).is_some() {
-            cells(&mut archive, &part, &strings, &dates, &mut sheet)?;
+            cells(&mut archive, &part, &Look { strings: &strings, dates: &dates, most_cells }, &mut sheet)?;
         }
         sheets.push(sheet);
     }
@@ -47,6 +47,15 @@ fn events(
     part: &str,
     mut each: impl FnMut(Event<'_>) -> Result<(), ReadProblem>,
 ) -> Result<(), ReadProblem> {
+    events_while(archive, part, |event| each(event).map(|()| true))
+}
+
+/// As [`events`], until `each` answers `false`.
+fn events_while(
+    archive: &mut Archive,
+    part: &str,
+    mut each: impl FnMut(Event<'_>) -> Result<bool, ReadProblem>,
+) -> Result<(), ReadProblem> {
     let Ok(file) = archive.by_name(part) else { return Ok(()) };
     let mut reader = Reader::from_reader(Box::new(BufReader::new(file)) as Box<dyn BufRead + '_>);
     let mut buffer = Vec::new();
@@ -54,7 +63,11 @@ fn events(
         buffer.clear();
         match reader.read_event_into(&mut buffer) {
             Ok(Event::Eof) => return Ok(()),
-            Ok(event) => each(event)?,
+            Ok(event) => {
+                if !each(event)? {
+                    return Ok(());
+                }
+            }
             Err(error) => return Err(Format::Xlsx.broken(format!("{part}: {error}"))),
         }
     }
@@ -220,21 +233,27 @@ struct Open {
     within: bool,
 }
 
-/// The cells of one sheet.
-fn cells(
-    archive: &mut Archive,
-    part: &str,
-    strings: &[String],
-    dates: &[bool],
-    sheet: &mut Sheet,
-) -> Result<(), ReadProblem> {
+/// What the cells of any sheet refer to, and how many of one are read.
+struct Look<'a> {
+    strings: &'a [String],
+    dates: &'a [bool],
+    most_cells: usize,
+}
+
+/// The cells of one sheet, of the last row all or none.
+fn cells(archive: &mut Archive, part: &str, look: &Look<'_>, sheet: &mut Sheet) -> Result<(), ReadProblem> {
     // Rows and cells without a name follow the ones before them.
     let (mut row, mut column) = (0_u32, 0_u32);
     let mut open = Open::default();
-    events(archive, part, |event| {
+    let mut left = look.most_cells;
+    events_while(archive, part, |event| {
         match &event {
             Event::Start(tag) | Event::Empty(tag) => match tag.local_name().as_ref() {
                 "row" => {
+                    if left == 0 {
+                        sheet.cut = true;
+                        return Ok(false);
+                    }
                     let named = attribute(tag, "r").and_then(|r| r.parse::<u32>().ok()?.checked_sub(1));
                     row = named.unwrap_or(row);
                     column = 0;
@@ -262,21 +281,22 @@ fn cells(
             Event::End(tag) => match tag.local_name().as_ref() {
                 "v" | "t" => open.within = false,
                 "c" => {
-                    let date = dates.get(open.style).copied().unwrap_or(false);
-                    if let Some(cell) = finished(&open, strings, date)
+                    let date = look.dates.get(open.style).copied().unwrap_or(false);
+                    if let Some(cell) = finished(&open, look.strings, date)
                         && row < MOST_ROWS
                         && column < MOST_COLUMNS
                     {
                         sheet.set(row, column, cell);
                     }
                     column += 1;
+                    left = left.saturating_sub(1);
                 }
                 "row" => row = row.saturating_add(1),
                 _ => {}
             },
             _ => {}
         }
-        Ok(())
+        Ok(true)
     })
 }
 

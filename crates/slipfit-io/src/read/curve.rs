@@ -51,7 +51,8 @@ pub(crate) fn read(origin: Origin<'_>, name: &str, options: &ReadOptions) -> Res
     Ok(reading)
 }
 
-fn from_tables(
+/// The curve of the table asked for, or of the first that holds one.
+pub(super) fn from_tables(
     tables: &[Held],
     first_row: Option<u64>,
     options: &ReadOptions,

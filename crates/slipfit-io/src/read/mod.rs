@@ -2,6 +2,7 @@
 
 pub(crate) mod curve;
 pub(crate) mod driven;
+pub(crate) mod glance;
 pub(crate) mod levels;
 pub(crate) mod open;
 mod pick;

@@ -27,6 +27,7 @@ pub(crate) enum Origin<'a> {
 }
 
 /// The format of a file, its dialect, its SHA-256 in hexadecimal and its length in bytes.
+#[derive(Clone)]
 pub(crate) struct Fingerprint {
     pub(super) format: Format,
     pub(super) dialect: Option<Dialect>,
@@ -58,9 +59,14 @@ impl Origin<'_> {
 pub(crate) fn tables(origin: Origin<'_>, name: &str, most_rows: usize) -> Result<Tables, ReadError> {
     let (held, fingerprint) = opened(origin, None, |source| gathered(source, most_rows))
         .map_err(|problem| ReadError::new(name, problem))?;
+    Ok(described(held, fingerprint, name))
+}
+
+/// The tables of a file of that name.
+pub(super) fn described(held: Vec<Held>, fingerprint: Fingerprint, name: &str) -> Tables {
     let Fingerprint { format, dialect, sha256, bytes } = fingerprint;
     let tables = held.into_iter().map(Into::into).collect();
-    Ok(Tables { path: name.to_owned(), format, sha256, bytes, dialect, tables })
+    Tables { path: name.to_owned(), format, sha256, bytes, dialect, tables }
 }
 
 /// All tables of a source, of each its first `most_rows` rows.
@@ -72,6 +78,16 @@ pub(super) fn gathered(source: &mut dyn TableSource, most_rows: usize) -> Result
 pub(super) fn opened<T>(
     origin: Origin<'_>,
     watch: Option<&mut dyn FnMut(u64)>,
+    then: impl FnOnce(&mut dyn TableSource) -> Result<T, ReadProblem>,
+) -> Result<(T, Fingerprint), ReadProblem> {
+    opened_in_part(origin, watch, usize::MAX, then)
+}
+
+/// As [`opened`]; of a sheet that is costly to decode the first `most_cells`.
+pub(super) fn opened_in_part<T>(
+    origin: Origin<'_>,
+    watch: Option<&mut dyn FnMut(u64)>,
+    most_cells: usize,
     then: impl FnOnce(&mut dyn TableSource) -> Result<T, ReadProblem>,
 ) -> Result<(T, Fingerprint), ReadProblem> {
     let (reader, mut file): (Box<dyn Read>, Option<File>) = match origin {
@@ -87,7 +103,7 @@ pub(super) fn opened<T>(
     let format = format_of(&head);
     let source = match format {
         Format::Text => text(head.chain(&mut hashing), size),
-        Format::Gzip => unpacked(head.chain(&mut hashing)),
+        Format::Gzip => unpacked(head.chain(&mut hashing), most_cells),
         other => {
             // These are read from several places: a file as it is, a stream once it is held.
             let input = match file.take() {
@@ -102,7 +118,7 @@ pub(super) fn opened<T>(
                     Input::of(bytes)
                 }
             };
-            source(input, other)
+            source(input, other, most_cells)
         }
     };
     let done = source.and_then(|(mut source, format)| {
@@ -141,7 +157,7 @@ fn text<'a>(reader: impl Read + 'a, size: Option<u64>) -> Result<Opened<'a>, Rea
 }
 
 /// What a gzip file holds: text streams, anything else is held.
-fn unpacked<'a>(packed: impl Read + 'a) -> Result<Opened<'a>, ReadProblem> {
+fn unpacked<'a>(packed: impl Read + 'a, most_cells: usize) -> Result<Opened<'a>, ReadProblem> {
     let broken = |error: io::Error| Format::Gzip.broken(error);
     let mut reader = flate2::read::MultiGzDecoder::new(packed);
     let (mut head, whole) = beginning(&mut reader);
@@ -153,7 +169,7 @@ fn unpacked<'a>(packed: impl Read + 'a) -> Result<Opened<'a>, ReadProblem> {
         Format::Gzip => Err(ReadProblem::Unsupported(Format::Gzip)),
         other => {
             reader.read_to_end(&mut head).map_err(broken)?;
-            source(Input::of(head), other)
+            source(Input::of(head), other, most_cells)
         }
     }
 }
@@ -161,7 +177,9 @@ fn unpacked<'a>(packed: impl Read + 'a) -> Result<Opened<'a>, ReadProblem> {
 /// The format of a file that begins with `head`; text if nothing else.
 fn format_of(head: &[u8]) -> Format {
     Format::by_magic(head).unwrap_or_else(|| {
-        if tracker::fits(head) {
+        if Format::is_universal(head) {
+            Format::Universal
+        } else if tracker::fits(head) {
             Format::Tracker
         } else if touchstone::fits(head) {
             Format::Touchstone
@@ -172,14 +190,14 @@ fn format_of(head: &[u8]) -> Format {
 }
 
 /// The tables of a format that is no text, and what it is more precisely.
-fn source<'a>(input: Input, format: Format) -> Result<Opened<'a>, ReadProblem> {
+fn source<'a>(input: Input, format: Format, most_cells: usize) -> Result<Opened<'a>, ReadProblem> {
     let bytes = |input: Input| input.into_bytes().map_err(ReadProblem::Io);
     let source: Box<dyn TableSource> = match format {
         Format::Wav => Box::new(wav::Sound::open(input)?),
         Format::Mat5 => Box::new(mat5::tables(&bytes(input)?)?),
         Format::Npy => Box::new(npy::tables(&bytes(input)?)?),
         Format::Zip => {
-            let (tables, format) = formats::archive::tables(bytes(input)?)?;
+            let (tables, format) = formats::archive::tables(bytes(input)?, most_cells)?;
             return Ok((Box::new(tables), format));
         }
         #[cfg(feature = "excel")]

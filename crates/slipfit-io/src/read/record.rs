@@ -52,15 +52,20 @@ pub(crate) fn read(
     options: &ReadOptions,
     watch: Option<&mut dyn FnMut(u64)>,
 ) -> Result<Reading, ReadError> {
-    let from_source = |source: &mut dyn TableSource| {
-        let (table, choice) = choose_table(source, options)?;
-        let samples = scan(source, table, &choice, options)?;
-        finish(source.heads()[table], choice, samples)
-    };
-    let (mut reading, fingerprint) =
-        opened(origin, watch, from_source).map_err(|problem| ReadError::new(name, problem))?;
+    let (mut reading, fingerprint) = opened(origin, watch, |source| from_source(source, options))
+        .map_err(|problem| ReadError::new(name, problem))?;
     fingerprint.write(&mut reading.report, name);
     Ok(reading)
+}
+
+/// The record of one of the tables.
+pub(super) fn from_source(
+    source: &mut dyn TableSource,
+    options: &ReadOptions,
+) -> Result<Reading, ReadProblem> {
+    let (table, choice) = choose_table(source, options)?;
+    let samples = scan(source, table, &choice, options)?;
+    finish(source.heads()[table], choice, samples)
 }
 
 /// The table to read and its columns.
@@ -231,6 +236,9 @@ fn finish(head: &Head, mut choice: Choice, mut samples: Samples) -> Result<Readi
             values.iter_mut().for_each(|v| *v = units::from_decibels(*v));
         }
     }
+    if samples.averaging.factor() == 1 {
+        choice.notes.extend(put_on_step(head, &choice.time, &mut samples.time_s));
+    }
     let Samples { time_s, signal, quadrature, read: rows_read, backwards, skipped, .. } = samples;
     let record = match (&choice.time, choice.quadrature.is_some()) {
         (Time::Rate(rate), false) => Record::uniform(*rate / factor, signal),
@@ -270,6 +278,20 @@ fn finish(head: &Head, mut choice: Choice, mut samples: Samples) -> Result<Readi
         ..head.report()
     };
     Ok(Reading { record, report })
+}
+
+/// Puts rounded times on the step that the file states, where all of them are less than half of it
+/// away.
+fn put_on_step(head: &Head, time: &Time, time_s: &mut [f64]) -> Option<Note> {
+    let (step, Time::Column(picked, units::Seconds::Same)) = (head.step_s?, time) else { return None };
+    let first = *time_s.first()?;
+    let at = |i: usize| first + i as f64 * step;
+    let near = |(i, t): (usize, &f64)| (t - at(i)).abs() < 0.5 * step;
+    if picked.index != 0 || !time_s.iter().enumerate().all(near) {
+        return None;
+    }
+    time_s.iter_mut().enumerate().for_each(|(i, t)| *t = at(i));
+    Some(Note::new(format!("the times are those of the step that the file states, {step} s")))
 }
 
 /// What averaging did, or why it did not.

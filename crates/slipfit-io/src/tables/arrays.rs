@@ -50,7 +50,7 @@ impl Array {
         Some(Self { parent: parent.to_owned(), name: name.to_owned(), unit: String::new(), columns })
     }
 
-    fn rows(&self) -> usize {
+    pub(crate) fn rows(&self) -> usize {
         self.columns.first().map_or(0, Vec::len)
     }
 
@@ -105,6 +105,7 @@ pub(crate) fn tables(arrays: Vec<Array>, named: &NamedValues) -> HeldTables {
         let parent = group[0].parent.clone();
         let head = Head {
             name,
+            has_variables: true,
             named_values: named
                 .iter()
                 .filter(|(place, ..)| *place == parent || place.is_empty())

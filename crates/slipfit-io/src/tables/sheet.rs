@@ -4,7 +4,10 @@
 use std::collections::BTreeMap;
 use std::fmt::Write as _;
 
-use super::{table::HeldTables, text};
+use super::{
+    table::{Held, HeldTables},
+    text,
+};
 
 /// A cell before its place in the text is known.
 #[derive(Debug, Clone, PartialEq)]
@@ -17,12 +20,14 @@ pub(crate) enum Cell {
 #[derive(Debug, Default)]
 pub(crate) struct Sheet {
     pub(crate) name: String,
+    /// Whether cells were left unread because enough had been seen.
+    pub(crate) cut: bool,
     cells: BTreeMap<(u32, u32), Cell>,
 }
 
 impl Sheet {
     pub(crate) fn new(name: &str) -> Self {
-        Self { name: name.to_owned(), cells: BTreeMap::new() }
+        Self { name: name.to_owned(), ..Self::default() }
     }
 
     pub(crate) fn set(&mut self, row: u32, column: u32, cell: Cell) {
@@ -76,7 +81,7 @@ pub(crate) fn tables(sheets: &[Sheet]) -> Result<HeldTables, String> {
     for sheet in sheets {
         let held = sheet.text().and_then(|text| text::hold(text.as_bytes()).map_err(|e| e.to_string()));
         match held {
-            Ok((held, _)) => tables.absorb(held, &sheet.name),
+            Ok((held, _)) => tables.absorb(Held { cut: sheet.cut, ..held }, &sheet.name),
             Err(problem) => problems.push(format!("sheet `{}`: {problem}", sheet.name)),
         }
     }

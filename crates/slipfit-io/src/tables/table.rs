@@ -214,6 +214,11 @@ pub(crate) trait TableSource {
         false
     }
 
+    /// Whether rows of a table were left unread when the file was opened.
+    fn is_cut(&self, _table: usize) -> bool {
+        false
+    }
+
     /// How it is written, if it is text.
     fn dialect(&self) -> Option<Dialect> {
         None
@@ -325,6 +330,10 @@ impl TableSource for HeldTables {
         self.must_choose
     }
 
+    fn is_cut(&self, table: usize) -> bool {
+        self.tables[table].cut
+    }
+
     fn dialect(&self) -> Option<Dialect> {
         self.dialect.clone()
     }
@@ -382,5 +391,6 @@ pub(crate) fn gather(
         !cut
     })?;
     skipped.extend(left_out.skipped());
+    cut |= source.is_cut(table);
     Ok(Held { head, columns, skipped, cut })
 }

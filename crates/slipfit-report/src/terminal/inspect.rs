@@ -7,6 +7,7 @@ use crate::document::{reading, resonance};
 use crate::escape;
 use crate::format::plain;
 use slipfit::answer::hint::Spelling;
+use slipfit::record::Swings;
 use slipfit_io::{Delimiter, Dialect, ReadError, Reading, SweepReading, Table, Tables};
 use std::fmt::Write as _;
 use std::path::Path;
@@ -24,6 +25,8 @@ pub struct Inspected<'a> {
     pub tables: &'a Tables,
     /// The record it would be read as, or why it is none.
     pub reading: &'a Result<Reading, ReadError>,
+    /// The swings of the record.
+    pub swings: Option<Swings>,
     /// The resonance curve it is, rather than a record.
     pub curve: Option<&'a SweepReading>,
     /// Its first lines, of text.
@@ -58,6 +61,9 @@ pub fn inspect(inspected: &Inspected<'_>, spell: Spelling<'_>) -> String {
         (None, Ok(reading)) => {
             text += &super::labelled_facts(&reading::record(reading, spell));
             let record = &reading.record;
+            if let Some(swings) = inspected.swings.filter(|_| record.kind().oscillates()) {
+                text += &labelled("motion", &motion(swings));
+            }
             let points = (0..record.len()).map(|i| (record.time_s(i), record.signal()[i]));
             let ends = [record.time_s(0), record.time_s(record.len() - 1)];
             text += &picture(points, record.unit(), ends, "s");
@@ -72,6 +78,17 @@ pub fn inspect(inspected: &Inspected<'_>, spell: Spelling<'_>) -> String {
     }
     let _ = writeln!(text, "\n> {}", inspected.next_command);
     text
+}
+
+/// What is seen without a fit.
+fn motion(swings: Swings) -> String {
+    match (swings.crossings, swings.period_s) {
+        (crossings, Some(period)) => {
+            format!("{crossings} crossings of the middle, period about {}", plain(period, 2, "s"))
+        }
+        (0 | 1, None) => "no oscillation is seen about its middle".to_owned(),
+        (crossings, None) => format!("{crossings} crossings of the middle: hardly an oscillation"),
+    }
 }
 
 fn format_name(inspected: &Inspected<'_>) -> String {

@@ -3,6 +3,7 @@
 mod averaging;
 mod clean;
 mod clock;
+mod glance;
 mod rounding;
 
 use std::ops::Range;
@@ -10,6 +11,7 @@ use std::ops::Range;
 pub use averaging::Averaging;
 pub use clean::MIN_SAMPLES;
 pub use clock::{Clock, ClockReport, Gap};
+pub use glance::Swings;
 
 use crate::Error;
 

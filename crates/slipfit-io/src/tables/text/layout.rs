@@ -110,6 +110,7 @@ fn header(
     // Among remarks a header is one whose words are those of columns.
     above().filter(|&i| kinds[i] == RowKind::Comment).find_map(|i| {
         let cells = header_cells(uncommented(lines[i]), shape)?;
+        let cells = join_unit_row(cells, i, lines, kinds, shape);
         let names: Vec<Name> = cells.iter().map(|c| Name::parse(c)).collect();
         let known = names.iter().filter(|n| Role::in_record(n) != Role::Unknown).count();
         (known * 2 >= names.len() && known > 0).then_some((i, names))
@@ -160,7 +161,9 @@ fn header_cells(line: &[u8], shape: Shape) -> Option<Vec<String>> {
 
 /// Empty cells at the end may be too many or too few.
 fn fitted(mut cells: Vec<String>, width: usize) -> Option<Vec<String>> {
-    while cells.len() > width && cells.last().is_some_and(String::is_empty) {
+    // LabVIEW names a column of comments and writes none.
+    let spare = |cell: &String| cell.is_empty() || cell == "Comment";
+    while cells.len() > width && cells.last().is_some_and(spare) {
         cells.pop();
     }
     if cells.len() + 1 == width && width > 2 {
@@ -215,7 +218,7 @@ fn join_unit_row(
         return cells;
     }
     let above = (0..line).rev().find(|&i| kinds[i] != RowKind::Blank);
-    let names = above.and_then(|i| header_cells(lines[i], shape));
+    let names = above.and_then(|i| header_cells(uncommented(lines[i]), shape));
     match names {
         // `x` and `s` are units and names: two rows of them are needed.
         Some(names) => names

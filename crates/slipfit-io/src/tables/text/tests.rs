@@ -505,3 +505,81 @@ fn whole_numbers_some_apart_are_milliseconds_and_said_to_be() {
 fn equal_steps_under_the_name_of_a_step_are_summed() {
     assert_is_ring(&read(table_of("dt (ms),x (mm)\n", 40, |_, _, x| format!("62.5,{x}"))), 40);
 }
+
+#[test]
+fn names_units_and_the_step_of_labview_are_kept() {
+    let header = "LabVIEW Measurement,\nSeparator,Comma\n***End_of_Header***,\n,\nChannels,2,,\n\
+                  Samples,300,300,\nY_Unit_Label,m/s^2,V,\nX_Dimension,Time,Time,\nX0,0.0,0.0,\n\
+                  Delta_X,1.953125E-5,1.953125E-5,\n***End_of_Header***,,,\n\
+                  X_Value,Acceleration_0,Voltage,Comment\n";
+    let row = |i: usize, _: f64, x: f64| format!("{:.5},{x},{}", i as f64 * 1.953_125e-5, (i * 7919) % 13);
+    let options = ReadOptions { signal: Some("Acceleration_0".into()), ..Default::default() };
+    let reading = read_with(table_of(header, 300, row), &options).unwrap();
+    assert_eq!(reading.report.dialect.as_ref().unwrap().convention, Some("LabVIEW"));
+    assert_eq!(signal(&reading).column.header, "Acceleration_0");
+    assert_eq!((time_column(&reading), reading.record.unit()), (1, "m/s^2"));
+    assert_eq!(reading.record.kind(), SignalKind::Acceleration);
+    let Clock::Uniform { interval_s, .. } = *reading.record.clock() else { panic!("rounded times") };
+    assert!((interval_s / 1.953_125e-5 - 1.0).abs() < 1e-12, "{interval_s}");
+    // Times that are no multiples of the step stay.
+    let row = |i: usize, _: f64, x: f64| format!("{:.5},{x},1", i as f64 * 2.0e-5);
+    let step = read(table_of(header, 300, row)).record.clock_report().median_step_s;
+    assert!((step - 2.0e-5).abs() < 1e-9, "{step}");
+}
+
+#[test]
+fn names_of_labview_without_its_first_lines_are_kept() {
+    let reading = read(table_of("X_Value\tT5\tExpansion Out\tComment\n", 99, |_, t, x| {
+        format!("{t:.6}\t{}\t{x}", 50.0 + 0.01 * t)
+    }));
+    assert_eq!((time_column(&reading), signal(&reading).column.number), (1, 3));
+    assert_eq!(signal(&reading).column.header, "Expansion Out");
+}
+
+#[test]
+fn clocks_since_1970_are_in_their_unit_and_give_way_to_seconds_since_the_start() {
+    let stamp = |t: f64| 1_662_729_295_900_810_000_u64 + (t * 1e9) as u64;
+    let both = table_of("time,seconds_elapsed,x\n", 99, |_, t, x| format!("{},{t},{x}", stamp(t)));
+    let reading = read(both);
+    assert_eq!(time_column(&reading), 2);
+    assert_is_ring(&reading, 99);
+    for (unit, divisor) in [("ns", 1), ("us", 1_000), ("ms", 1_000_000)] {
+        let one = table_of("time,x\n", 99, |_, t, x| format!("{},{x}", stamp(t) / divisor));
+        let reading = read(one);
+        assert!((reading.record.clock_report().median_step_s - 0.0625).abs() < 1e-3, "{unit}");
+        assert!((reading.record.duration_s() - 6.125).abs() < 2e-3, "{unit}");
+        assert!(note(&reading, 0).contains(&format!("were taken as {unit}")), "{}", note(&reading, 0));
+    }
+}
+
+#[test]
+fn names_and_units_on_two_lines_of_remarks_are_joined() {
+    let header = "#Creator: buffer\n#Time A\tPos A\n#[s]\t[au]\n";
+    let reading = read(table_of(header, 99, |_, t, x| format!("{t}\t{x}")));
+    assert_is_ring(&reading, 99);
+    assert_eq!(signal(&reading).column.header, "Pos A (au)");
+    assert_eq!(reading.record.unit(), "au");
+}
+
+#[test]
+fn each_sensor_has_its_own_times() {
+    let header = "#Time A\tPos A\tTime B\tPos B\n#[s]\t[au]\t[s]\t[au]\n";
+    let still = |i: usize| 500.0 + 0.01 * ((i * 7919) % 3) as f64;
+    let row = |i: usize, t: f64, x: f64| format!("{}\t{}\t{t}\t{x}", t + 0.025, still(i));
+    let reading = read(table_of(header, 99, row));
+    assert_eq!((time_column(&reading), signal(&reading).column.number), (3, 4));
+    assert_is_ring(&reading, 99);
+}
+
+#[test]
+fn files_that_are_not_read_are_named_with_the_way_out() {
+    for (bytes, named, way) in [
+        (&b"TDSm\x0e\0\0\0i\x12\0\0"[..], "LabVIEW TDMS", "npTDMS"),
+        (b"MDF     4.10    asammdf", "ASAM MDF", "asammdf"),
+        (b"    -1\n    58\nbeam\n 1.0 2.0\n", "universal file", "pyuff"),
+        (b"\x80\x04\x95\x10\0\0\0\0\0\0\0]", "Python pickle", "numpy.savez"),
+    ] {
+        let (message, hint) = error(bytes, &ReadOptions::default());
+        assert!(message.contains(named) && hint.contains(way), "{message}; {hint}");
+    }
+}

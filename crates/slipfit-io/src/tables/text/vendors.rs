@@ -40,6 +40,7 @@ type Vendor = (&'static str, fn(&Preamble) -> bool, fn(&Preamble, &mut Layout));
 const VENDORS: &[Vendor] = &[
     ("Zurich Instruments LabOne", is_labone, add_labone_units),
     ("Nanonis", |p| p.lines.iter().any(|l| l == "[DATA]"), add_nanonis_values),
+    ("LabVIEW", |p| p.headers.first().is_some_and(|h| h == "X_Value"), add_labview_units),
     ("Klipper", is_klipper, add_klipper_units),
     ("Moku", |p| p.lines.iter().any(|l| l.starts_with('%') && l.contains("Moku")), |_, _| {}),
     ("a spectrum analyser", is_analyser, add_analyser_axes),
@@ -99,6 +100,33 @@ fn add_nanonis_values(preamble: &Preamble, layout: &mut Layout) {
         .map(|(name, value)| (name.trim().to_owned(), value.trim().to_owned()))
         .filter(|(_, value)| !value.is_empty())
         .collect();
+}
+
+/// Units and the step stand above the table, one for each channel; the times are rounded.
+fn add_labview_units(preamble: &Preamble, layout: &mut Layout) {
+    let Some(separator) = dialect::separator(layout.shape.delimiter).map(char::from) else { return };
+    let of_channels = |name: &str| -> Vec<String> {
+        let cells = |l: &str| l.split(separator).skip(1).map(|c| c.trim().to_owned()).collect();
+        let named = |l: &&String| l.split(separator).next().is_some_and(|key| key.trim() == name);
+        // The last heading is that of the rows below it.
+        preamble.lines.iter().rev().find(named).map(|l| cells(l)).unwrap_or_default()
+    };
+    let (units, over) = (of_channels("Y_Unit_Label"), of_channels("X_Dimension"));
+    let over_time = over.first().is_none_or(|d| d.is_empty() || d == "Time");
+    let mut units = units.iter();
+    for name in &mut layout.head.names {
+        let unit = match name.header.as_str() {
+            "X_Value" if over_time => "s",
+            "X_Value" => continue,
+            _ => units.next().map_or("", String::as_str),
+        };
+        if !unit.is_empty() {
+            *name = with_unit(&name.header, unit);
+        }
+    }
+    let steps = of_channels("Delta_X");
+    let step = steps.first().and_then(|step| step.replace(',', ".").parse::<f64>().ok());
+    layout.head.step_s = step.filter(|step| over_time && *step > 0.0 && step.is_finite());
 }
 
 /// Firmware of 3D printers: raw accelerations and their spectra.

@@ -1,0 +1,123 @@
+//! A file at a glance: its tables, the record and the curve it would be read as.
+
+use std::path::Path;
+
+use slipfit::{record::Swings, resonance::Curve};
+
+use super::{
+    curve,
+    open::{self, Origin, gathered, opened_in_part},
+    record,
+};
+use crate::{
+    error::ReadError,
+    options::ReadOptions,
+    report::{Note, Reading, SweepReading},
+    tables::table::{TableSource, Tables},
+};
+
+/// Cells of a sheet looked at: those of a workbook are a hundred times slower than numbers.
+const MOST_CELLS: usize = 1 << 13;
+/// Changes of side that make a motion: a peak has two.
+const RINGING: usize = 3;
+/// The amplitude of a peak over those at the ends of a curve.
+const PEAK: f64 = 1.5;
+/// The least over the largest number of a column that is plainly no time.
+const NARROW: f64 = 0.5;
+
+/// What a file holds, and what it would be read as.
+#[derive(Debug)]
+#[non_exhaustive]
+pub struct Glance {
+    /// Its tables, of each the first rows.
+    pub tables: Tables,
+    /// The record over time, or why it is none.
+    pub record: Result<Reading, ReadError>,
+    /// The swings of that record.
+    pub swings: Option<Swings>,
+    /// The curve over frequency that it is rather than a record.
+    pub curve: Option<SweepReading>,
+}
+
+/// Looks at a file; text is read once for each of the three, anything else is opened once.
+pub(crate) fn glance(
+    path: &Path,
+    most_rows: usize,
+    record: &ReadOptions,
+    curve: Option<&ReadOptions>,
+) -> Result<Glance, ReadError> {
+    let (origin, name) = Origin::file(path)?;
+    let from_source = |source: &mut dyn TableSource| {
+        let tables = gathered(source, most_rows)?;
+        if source.dialect().is_some() {
+            return Ok((tables, None));
+        }
+        let mut reading = record::from_source(source, record);
+        let mut sweep = curve.map(|options| curve::from_tables(&tables, None, options));
+        if (0..tables.len()).any(|table| source.is_cut(table)) {
+            let text = format!("the first {MOST_CELLS} cells of a sheet were looked at");
+            if let Ok(reading) = &mut reading {
+                reading.report.notes.push(Note::new(text.as_str()));
+            }
+            if let Some(Ok(sweep)) = &mut sweep {
+                sweep.report.notes.push(Note::new(text));
+            }
+        }
+        Ok((tables, Some((reading, sweep))))
+    };
+    let ((held, read), fingerprint) = opened_in_part(origin, None, MOST_CELLS, from_source)
+        .map_err(|problem| ReadError::new(&name, problem))?;
+    let cut = held.iter().any(|table| table.cut);
+    let (record, curve) = match read {
+        Some((reading, sweep)) => {
+            let failed = |problem| ReadError::new(&name, problem);
+            let reading = reading.map_err(failed).map(|mut reading| {
+                fingerprint.clone().write(&mut reading.report, &name);
+                reading
+            });
+            let sweep = sweep.and_then(Result::ok).map(|mut sweep| {
+                fingerprint.clone().write(&mut sweep.report, &name);
+                sweep
+            });
+            // Numbers alone are not trusted where only the first of them were seen.
+            (reading, sweep.filter(|sweep| !cut || sweep.report.named))
+        }
+        None => {
+            let reading =
+                Origin::file(path).and_then(|(origin, name)| record::read(origin, &name, record, None));
+            let sweep = |options| {
+                let (origin, name) = Origin::file(path)?;
+                curve::read(origin, &name, options)
+            };
+            (reading, curve.filter(|_| !cut).and_then(|options| sweep(options).ok()))
+        }
+    };
+    let swings = record.as_ref().ok().map(|reading: &Reading| reading.record.swings());
+    let curve = curve.filter(|curve| is_curve(curve, held.len(), swings));
+    Ok(Glance { tables: open::described(held, fingerprint, &name), record, swings, curve })
+}
+
+/// Whether a file is a resonance curve rather than a record: where its names say so; without names,
+/// where what it holds does not swing and stands over frequencies.
+fn is_curve(curve: &SweepReading, tables: usize, swings: Option<Swings>) -> bool {
+    let rings = swings.is_some_and(|s| s.crossings >= RINGING);
+    if curve.report.named {
+        // Beside a record other tables hold spectra.
+        return !(tables > 1 && rings);
+    }
+    !rings && is_over_frequencies(&curve.curve)
+}
+
+/// Whether the amplitudes have a peak between the ends, or the numbers they stand over begin too far
+/// from zero for times.
+fn is_over_frequencies(curve: &Curve) -> bool {
+    let hz = curve.frequency_hz();
+    let amplitude = |i: &usize| curve.response().amplitude(*i);
+    let by_frequency = |a: &usize, b: &usize| hz[*a].total_cmp(&hz[*b]);
+    let ends = (0..hz.len()).min_by(by_frequency).zip((0..hz.len()).max_by(by_frequency));
+    ends.is_some_and(|(first, last)| {
+        let largest = (0..hz.len()).map(|i| amplitude(&i)).fold(0.0, f64::max);
+        let has_peak = largest > PEAK * amplitude(&first).max(amplitude(&last));
+        hz[first] > 0.0 && (has_peak || hz[first] > NARROW * hz[last])
+    })
+}
