@@ -29,6 +29,12 @@ pub(crate) fn answer(e: &Evidence) -> Result<Answer, Error> {
         })?,
         None => comparison.reported().unwrap_or(preferred),
     };
+    let error = comparison.noise.std_error(&chosen.bounded, A0);
+    if !(chosen.bounded.parameters[A0] > e.criteria.answer.least_amplitude * error) {
+        let needed = e.criteria.blocks.least_cycles;
+        let reason = "the first amplitude is less than twice its own error: what swings lies below the noise";
+        return Err(Error::NotARingDown { cycles: e.cycles, needed, reason });
+    }
     let omega = angular_frequency(e, chosen);
     let law = law_of(&chosen.bounded.parameters, omega);
     let duration = e.fit.end - e.fit.origin;

@@ -363,6 +363,8 @@ criteria! {
         dominating_share: f64 = 0.95, source "a convention", moves "the instant reported";
         /// Cycles below which the loss terms cannot be separated.
         few_cycles: f64 = 5.0, source "chosen by simulation", moves "warnings";
+        /// Standard errors that the first amplitude must exceed for an answer.
+        least_amplitude: f64 = 2.0, source "95 % of normal noise", moves "refusals of noise";
         /// Relative error of decay rate and friction below which so few cycles determine both.
         determined: f64 = 0.25, source "four standard errors from zero", moves "warnings";
         /// Decay times recorded below which the amplitude does not fall at all.
