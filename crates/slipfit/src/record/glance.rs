@@ -77,7 +77,7 @@ mod tests {
     fn a_decay_swings_and_a_drift_or_a_peak_does_not() {
         let decay = swings(|t| 3.0 + (-0.1 * t).exp() * (5.0 * t).cos());
         assert!(decay.crossings > 30, "{decay:?}");
-        assert!((decay.period_s.unwrap() / 1.2566 - 1.0).abs() < 0.01, "{decay:?}");
+        assert!((decay.period_s.unwrap() / 1.2566 - 1.0).abs() < 0.02, "{decay:?}");
         assert_eq!(swings(|t| 20.0 + 0.01 * t), Swings { crossings: 1, period_s: None });
         assert!(swings(|t| 1.0 / (1.0 + (t - 20.0).powi(2))).crossings <= 2);
         assert!(swings(|t| (20.0 - t).atan()).crossings <= 2);

@@ -189,6 +189,10 @@ fn half_cycles(
     let half = PI / p[OMEGA];
     let residual = problem.residuals(p);
     let mut blocks: Vec<Block> = Vec::new();
+    // At the edge of what is a motion the model may not exist.
+    if residual.iter().any(|r| r.is_nan()) {
+        return blocks;
+    }
     let mut from = 0;
     let mut index = 0;
     while from < residual.len() {

@@ -131,12 +131,13 @@ impl LeastSquares for Waveform<'_> {
 }
 
 impl Waveform<'_> {
-    /// Data less model, sample by sample.
+    /// Data less model, sample by sample; NaN where the model does not exist.
     pub(crate) fn residuals(&self, p: &[f64]) -> Vec<f64> {
         let mut residuals = Vec::with_capacity(self.time.len());
         let bare = Waveform { active: Vec::new(), ..self.clone() };
         let mut out = Normal::zeros(COUNT);
         bare.pass(p, &mut out, Some(&mut residuals));
+        residuals.resize(self.time.len(), f64::NAN);
         residuals
     }
 
