@@ -221,7 +221,7 @@ impl Cell {
         let moving = decay.stop().map_or(end, |s| s.time_s.min(end));
         let rate = FREQUENCY_HZ * self.samples_per_cycle;
         let count = (end * rate) as usize;
-        if moving * FREQUENCY_HZ < LEAST_CYCLES || count < LEAST_SAMPLES || count > LONGEST {
+        if moving * FREQUENCY_HZ < LEAST_CYCLES || !(LEAST_SAMPLES..=LONGEST).contains(&count) {
             return None;
         }
         let time: Vec<f64> = (0..count).map(|i| i as f64 / rate).collect();
