@@ -20,6 +20,7 @@ use crate::{
 const MOST_MEMBERS: usize = 1000;
 
 /// Reads whichever of these an archive is; of each sheet of a workbook the first `most_cells`.
+#[cfg_attr(not(feature = "excel"), expect(unused_variables, reason = "only workbooks have sheets"))]
 pub(crate) fn tables(bytes: Vec<u8>, most_cells: usize) -> Result<(HeldTables, Format), ReadProblem> {
     let mut archive = ZipArchive::new(Cursor::new(&bytes[..])).map_err(|e| Format::Zip.broken(e))?;
     let mut names: Vec<String> =
