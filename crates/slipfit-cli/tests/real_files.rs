@@ -170,8 +170,8 @@ const REFUSED: &[(&str, &str)] = &[
 /// A command that takes so long hangs.
 const HANGS: Duration = Duration::from_secs(20);
 
-/// `inspect` fits nothing: no file keeps it busy, least of all one that is no oscillation. The
-/// command that it gives must answer.
+/// `inspect` ends on every file, also on one without an oscillation, and the command that it gives
+/// answers or refuses with a reason.
 fn every_command_given_for_a_real_file_runs() {
     for folder in ["ringdown", "sweep", "simulated"] {
         let data = slipfit_real_data::path(folder);

@@ -18,6 +18,13 @@ pub(crate) struct ModelFit {
     pub(crate) bic: f64,
 }
 
+impl ModelFit {
+    /// Where the coefficients of its loss terms but one stand; `slot` as in [`ModelComparison::new`].
+    pub(crate) fn other_slots(&self, term: LossTerm, slot: impl Fn(LossTerm) -> usize) -> Vec<usize> {
+        self.model.terms().filter(|other| *other != term).map(slot).collect()
+    }
+}
+
 /// All loss models that could be fitted to one set of data.
 #[derive(Debug, Clone)]
 pub(crate) struct ModelComparison {

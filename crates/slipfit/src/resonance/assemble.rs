@@ -139,11 +139,6 @@ fn amplitudes(problem: &Problem, p: &[f64]) -> (f64, f64) {
         .fold((f64::INFINITY, 0.0), |(l, h), a| (l.min(a), h.max(a)))
 }
 
-/// Coefficients of the other loss terms of a model.
-fn others(fit: &ModelFit, term: LossTerm) -> Vec<usize> {
-    fit.model.terms().filter(|other| *other != term).map(slot).collect()
-}
-
 /// The coefficient of a loss term, in the chosen model or the one with the term besides.
 fn loss_term(d: &FittedModels, chosen: &ModelFit, term: LossTerm, unit: &str) -> Quantity {
     let (fit, present) = fit_of(&d.comparison, chosen, term);
@@ -156,7 +151,7 @@ fn loss_term(d: &FittedModels, chosen: &ModelFit, term: LossTerm, unit: &str) ->
             &fit.unbounded,
             d.comparison.noise,
             slot(term),
-            &others(fit, term),
+            &fit.other_slots(term, slot),
             most,
             bends(d),
         );
@@ -338,7 +333,7 @@ fn friction_ratio(d: &FittedModels, chosen: &ModelFit, x_f: &Quantity, x_0: &Qua
             &fit,
             d.comparison.noise,
             X_F,
-            &others(with, LossTerm::Sliding),
+            &with.other_slots(LossTerm::Sliding, slot),
             most,
             true,
         );

@@ -58,7 +58,15 @@ fn loss_term(e: &Evidence, chosen: &ModelFit, term: LossTerm) -> Quantity {
         let problem = e.fit.problem.least_squares();
         // No loss exceeds what it would be alone: the others are not negative.
         let most = comparison.most(term, slot(term));
-        loss_estimate(problem, &fit.unbounded, comparison.noise, slot(term), &others(fit, term), most, false)
+        loss_estimate(
+            problem,
+            &fit.unbounded,
+            comparison.noise,
+            slot(term),
+            &fit.other_slots(term, slot),
+            most,
+            false,
+        )
     });
     non_negative(found, present, Parameter::Loss(term).unit(e.record.unit()))
 }
@@ -89,11 +97,6 @@ fn initial_amplitude(e: &Evidence, chosen: &ModelFit) -> Quantity {
         unbounded_value: chosen.unbounded.parameters[A0],
         unit: unit.to_owned(),
     }
-}
-
-/// Coefficients of the other loss terms of a model.
-fn others(fit: &ModelFit, term: LossTerm) -> Vec<usize> {
-    fit.model.terms().filter(|other| *other != term).map(slot).collect()
 }
 
 pub(crate) fn parameters(e: &Evidence, chosen: &ModelFit, omega: f64) -> Parameters {
