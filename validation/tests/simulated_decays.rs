@@ -24,6 +24,7 @@ slipfit_real_data::tests! {
     a_friction_too_weak_to_be_seen_stays_in_the_errors,
     drag_alone_is_no_viscous_decay,
     the_noise_of_an_amplitude_is_no_friction,
+    beats_of_two_viscous_modes_are_no_friction,
 }
 
 fn analysed(file: &str, kind: SignalKind) -> Answer {
@@ -89,4 +90,18 @@ fn drag_alone_is_no_viscous_decay() {
 fn the_noise_of_an_amplitude_is_no_friction() {
     let answer = analysed("F_envelope_false_friction.csv", SignalKind::Envelope);
     assert!(!answer.sliding.detected, "p = {}", answer.sliding.p_value);
+}
+
+fn beats_of_two_viscous_modes_are_no_friction() {
+    let answer = analysed("K_beats_two_viscous_modes.csv", SignalKind::Displacement);
+    assert!(!answer.sliding.detected, "p = {}", answer.sliding.p_value);
+    let second = answer.second_mode.as_ref().unwrap();
+    for (frequency, hz) in
+        [(answer.parameter(Parameter::Frequency).unwrap(), 0.7076), (&second.frequency, 0.73)]
+    {
+        assert!((frequency.value - hz).abs() < 1e-4, "{frequency:?}");
+    }
+    for decay_rate in [answer.parameter(Parameter::DECAY_RATE).unwrap(), &second.decay_rate] {
+        assert!((decay_rate.value - 0.012).abs() < 3e-4, "{decay_rate:?}");
+    }
 }

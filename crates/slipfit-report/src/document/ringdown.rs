@@ -83,6 +83,14 @@ fn facts(analysed: &AnalysedRingdown<'_>, spell: Spelling<'_>) -> Facts {
         });
         facts.add("stop", format!("at {}, {position} off the middle{hold}", plain(stop.time_s, 4, "s")));
     }
+    if let Some(mode) = &answer.second_mode {
+        let [frequency, decay_rate, amplitude] = [&mode.frequency, &mode.decay_rate, &mode.amplitude]
+            .map(|q| Rounded::new(q.value, q.std_error, &q.unit));
+        facts.add(
+            "mode 2",
+            format!("{frequency}, decay rate {decay_rate}, amplitude {amplitude}: subtracted"),
+        );
+    }
     let d = &answer.diagnostics;
     let left_out = match d.left_out {
         0 => String::new(),

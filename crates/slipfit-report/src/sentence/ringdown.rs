@@ -2,7 +2,7 @@
 
 use crate::format::{p_value, percent, plain};
 use slipfit::answer::Warning;
-use slipfit::ringdown::Answer;
+use slipfit::ringdown::{Answer, Mode};
 use slipfit::{LossModel, LossTerm, Parameter};
 
 /// A share from here on is called nearly all.
@@ -24,6 +24,15 @@ pub(super) fn sentence(a: &Answer) -> String {
             "The record holds more than one mode ({} and {}); what follows holds for neither alone. ",
             plain(main_hz, 4, "Hz"),
             plain(other_hz, 4, "Hz")
+        );
+    }
+    if let Some((second, main_hz, strength)) = second_mode(a) {
+        text = format!(
+            "The record holds two modes, {} and {} ({} as strong); the second was subtracted, and what follows \
+             is about the first. ",
+            plain(main_hz, 4, "Hz"),
+            plain(second.frequency.value, 4, "Hz"),
+            percent(strength)
         );
     }
     text.push_str(&loss_sentence(a));
@@ -75,6 +84,9 @@ fn conclusion(a: &Answer) -> String {
             _ => {}
         }
     }
+    if let Some(text) = no_law(a) {
+        return text;
+    }
     match (law(a).has_sliding(), a.sliding.detected) {
         (true, true) => found(a),
         (true, false) => uncertain(a),
@@ -95,6 +107,19 @@ fn conclusion(a: &Answer) -> String {
     }
 }
 
+/// What can be said where no law describes the decay.
+fn no_law(a: &Answer) -> Option<String> {
+    let misfit = a.diagnostics.misfit.filter(|_| !a.diagnostics.law_holds)?;
+    Some(format!(
+        "No loss law describes this decay: {}, the best, misses the amplitude by {} ({} at {}); whether sliding \
+         friction takes part stays open.",
+        law(a),
+        percent(misfit.relative_rms),
+        percent(misfit.largest),
+        plain(misfit.largest_at_s, 4, "s")
+    ))
+}
+
 /// The simplest law that the data support, or the one asked for.
 fn law(a: &Answer) -> LossModel {
     if a.preferred_model.is_within(a.model) { a.preferred_model } else { a.model }
@@ -109,6 +134,14 @@ fn modes_hz(a: &Answer) -> Option<[f64; 2]> {
         Warning::SeveralModes { main_hz, other_hz, .. } => Some([*main_hz, *other_hz]),
         _ => None,
     })
+}
+
+/// The second mode with the frequency of the first and its own relative strength.
+fn second_mode(a: &Answer) -> Option<(&Mode, f64, f64)> {
+    let second = a.second_mode.as_ref()?;
+    let main_hz = a.parameter(Parameter::Frequency)?.value;
+    let strength = second.amplitude.value / a.parameter(Parameter::InitialAmplitude)?.value;
+    Some((second, main_hz, strength))
 }
 
 /// What both losses come to, taken as one.

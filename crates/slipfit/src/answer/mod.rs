@@ -6,6 +6,7 @@ pub mod comparison;
 pub(crate) mod describe;
 mod error_hints;
 pub mod hint;
+mod misfit;
 mod p_value;
 pub mod parameter;
 pub mod quantity;
@@ -15,6 +16,7 @@ pub mod warning;
 
 pub use comparison::{Candidate, Correlation, SlidingEvidence, Values};
 pub use hint::Hint;
+pub use misfit::{Misfit, MisfitShape};
 pub(crate) use p_value::p_value;
 pub use parameter::{Parameter, Parameters};
 pub use warning::Warning;

@@ -1,6 +1,7 @@
 //! Warnings: what limits an answer, and what would help.
 
 use super::hint::Hint;
+use super::misfit::Misfit;
 use super::p_value;
 use super::parameter::Parameter;
 use crate::model::loss::LossModel;
@@ -34,10 +35,21 @@ pub enum Warning {
         /// Its amplitude relative to the main one.
         relative_amplitude: f64,
     },
+    /// A second mode was fitted and subtracted.
+    SecondMode {
+        /// Frequency of the stronger one, Hz.
+        main_hz: f64,
+        /// Frequency of the one subtracted, Hz.
+        other_hz: f64,
+        /// Its amplitude relative to the stronger one.
+        relative_amplitude: f64,
+    },
     /// The residual is far above the noise: the law does not hold to this accuracy.
     ModelMisfit {
         /// Residual over the noise.
         ratio: f64,
+        /// What it is along a decay, where there are amplitudes enough.
+        misfit: Option<Misfit>,
     },
     /// The amplitude lost follows another law in part of the record.
     LawChanges {
@@ -244,6 +256,12 @@ pub enum Warning {
     },
 }
 
+/// A part as a percentage of two digits.
+fn percent(part: f64) -> String {
+    let digits = (1.0 - (100.0 * part.abs().max(1e-9)).log10().floor()).clamp(0.0, 6.0);
+    format!("{:.*} %", digits as usize, 100.0 * part)
+}
+
 /// Limits about `main` that leave `other` outside.
 fn band_about(main: f64, other: f64, decimals: i32) -> [f64; 2] {
     let reach = 0.4 * (main - other).abs();
@@ -258,6 +276,7 @@ impl Warning {
             Warning::NotSeparable { .. } => "not_separable",
             Warning::TooFewCycles { .. } => "too_few_cycles",
             Warning::SeveralModes { .. } => "several_modes",
+            Warning::SecondMode { .. } => "second_mode",
             Warning::ModelMisfit { .. } => "model_misfit",
             Warning::LawChanges { .. } => "law_changes",
             Warning::SlowTail { .. } => "slow_tail",
@@ -311,7 +330,8 @@ impl Warning {
                 hints.push(Hint::advice("so does a sweep at another drive level"));
                 hints
             }
-            Warning::SeveralModes { main_hz, other_hz, .. } => {
+            Warning::SeveralModes { main_hz, other_hz, .. }
+            | Warning::SecondMode { main_hz, other_hz, .. } => {
                 vec![Hint::new("band_hz", "isolates one").with(band_about(*main_hz, *other_hz, 4))]
             }
             Warning::SecondPeak { main_hz, other_hz, .. } => {
@@ -360,9 +380,24 @@ impl fmt::Display for Warning {
                 "more than one mode: {main_hz:.5} Hz and {other_hz:.5} Hz ({:.0} % as strong)",
                 relative_amplitude * 100.0
             ),
-            Warning::ModelMisfit { ratio } => write!(
+            Warning::SecondMode { main_hz, other_hz, relative_amplitude } => write!(
+                f,
+                "beside the mode at {main_hz:.5} Hz a second one at {other_hz:.5} Hz ({:.2} % as strong) was \
+                 fitted and subtracted",
+                relative_amplitude * 100.0
+            ),
+            Warning::ModelMisfit { ratio, misfit: None } => write!(
                 f,
                 "residuals are {ratio:.1} times the noise: the law holds only roughly; intervals are widened"
+            ),
+            Warning::ModelMisfit { ratio, misfit: Some(found) } => write!(
+                f,
+                "the amplitude keeps to the law within {} ({} at most, at {:.4} s), {ratio:.1} times the noise: \
+                 {}; intervals are widened",
+                percent(found.relative_rms),
+                percent(found.largest),
+                found.largest_at_s,
+                found.shape
             ),
             Warning::LawChanges { time_s } => write!(f, "the loss follows another law from {time_s:.4} s on"),
             Warning::SlowTail { amplitude, time_s, unit } => write!(

@@ -71,7 +71,7 @@ pub(super) fn warnings(
     let misfit = answer.diagnostics.residual_rms / answer.diagnostics.noise_rms.max(f64::MIN_POSITIVE);
     // The noise between neighbours is itself known to about one part in the root of their number.
     if answer.diagnostics.residual_excess > 1.0 && misfit > 1.0 + 1.0 / b.observations().sqrt() {
-        list.push(Warning::ModelMisfit { ratio: misfit });
+        list.push(Warning::ModelMisfit { ratio: misfit, misfit: None });
     }
     list.extend(model_choice(&d.comparison, options.model, c.rival_bic));
     if answer.method == Method::Paper

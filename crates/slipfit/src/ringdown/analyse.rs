@@ -11,7 +11,7 @@ use super::samples::Samples;
 use super::window::EndReason;
 use super::window::by_law::{change_of_law, end_of_lead_in};
 use super::window_fit::Problem;
-use super::{Answer, Options, oscillation, recorded_amplitudes};
+use super::{Answer, Options, oscillation, recorded_amplitudes, second_mode};
 use crate::{Error, Record, SignalKind};
 
 /// Tells viscous from sliding loss in a record of a decaying oscillation.
@@ -71,6 +71,18 @@ pub fn analyse(record: &Record, options: &Options) -> Result<Answer, Error> {
 pub fn analyse_with(record: &Record, options: &Options, criteria: &Criteria) -> Result<Answer, Error> {
     options.check()?;
     let whole = Samples::prepare(record, options)?;
+    let answer = analyse_part(whole.clone(), record, options, criteria)?;
+    let refit = |rest: Samples| analyse_samples(rest, record, options, criteria).ok();
+    Ok(second_mode::without_second_mode(&whole, &answer, criteria, refit).unwrap_or(answer))
+}
+
+/// The analysis of the active part of the samples, or of all of them.
+fn analyse_part(
+    whole: Samples,
+    record: &Record,
+    options: &Options,
+    criteria: &Criteria,
+) -> Result<Answer, Error> {
     if record.kind().oscillates()
         && let Some(range) = active_part(&whole.signal, &criteria.active_part)
         && let Ok(answer) = analyse_samples(whole.part(range), record, options, criteria)

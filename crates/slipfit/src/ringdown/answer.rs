@@ -4,7 +4,7 @@ use super::window::{EndReason, StartReason};
 use crate::Quantity;
 use crate::answer::columns::columns;
 use crate::answer::comparison::correlation;
-use crate::answer::{Candidate, Correlation, Parameter, Parameters, SlidingEvidence, Warning};
+use crate::answer::{Candidate, Correlation, Misfit, Parameter, Parameters, SlidingEvidence, Warning};
 use crate::model::loss::LossModel;
 
 /// The part of the record taken as free decay, and why it starts and ends where it does.
@@ -112,6 +112,8 @@ pub struct Diagnostics {
     pub residual_excess: f64,
     /// First autocorrelation of the residuals.
     pub residual_autocorrelation: f64,
+    /// How far the amplitudes lie off the law and in what shape, where that is above the noise.
+    pub misfit: Option<Misfit>,
     /// Amplitude at the start over noise, dB.
     pub signal_to_noise_db: f64,
     /// Decay times recorded: ln of first over last amplitude used.
@@ -119,6 +121,8 @@ pub struct Diagnostics {
     /// Whether the amplitude falls at all by them.
     #[cfg_attr(feature = "serde", serde(skip))]
     pub falls: bool,
+    /// Whether a law describes the amplitudes at all; evidence for friction rests on it.
+    pub law_holds: bool,
     /// Short stretches left out because they lie far off every law (glitches).
     pub left_out: usize,
     /// Other modes: frequency (Hz) and strength relative to the main one.
@@ -137,6 +141,19 @@ pub struct OtherMode {
     pub frequency_hz: f64,
     /// Amplitude relative to the main mode's.
     pub relative_amplitude: f64,
+}
+
+/// A viscous mode beside the motion that is analysed.
+#[derive(Debug, Clone, PartialEq)]
+#[cfg_attr(feature = "serde", derive(serde::Serialize))]
+#[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
+pub struct Mode {
+    /// Frequency.
+    pub frequency: Quantity,
+    /// Decay rate.
+    pub decay_rate: Quantity,
+    /// Amplitude at the start of the free decay.
+    pub amplitude: Quantity,
 }
 
 /// A harmonic of the motion: sensors bend, springs harden, joints hit stops.
@@ -197,6 +214,9 @@ pub struct Answer {
     pub backbone: Option<Backbone>,
     /// The stop, if the record shows it.
     pub stop: Option<Stop>,
+    /// A second, weaker mode where one does not describe the record: every other field is about the
+    /// stronger one, with this one subtracted.
+    pub second_mode: Option<Mode>,
     /// Quality of the description.
     pub diagnostics: Diagnostics,
     /// What limits the answer.

@@ -4,11 +4,12 @@ use super::compare::slot;
 use super::decay_series::{backbone, envelope_points, fitted_motion, loss_points};
 use super::envelope::{A0, DELTA, X_F, law_of};
 use super::evidence::Evidence;
+use super::misfit::misfit;
 use super::quantities::{angular_frequency, parameters};
 use super::stop::stop;
 use super::waveform::OMEGA;
 use super::window_fit::Problem;
-use super::{Answer, Diagnostics, Distortion, OtherMode, Segment, Stop};
+use super::{Answer, Diagnostics, Distortion, EnvelopePoint, OtherMode, Segment, Stop};
 use crate::answer::describe::{self, candidates, sliding_evidence};
 use crate::answer::{Correlation, Parameter, SlidingEvidence, Values};
 use crate::inference::model_selection::{ModelComparison, ModelFit};
@@ -46,6 +47,8 @@ pub(crate) fn answer(e: &Evidence) -> Result<Answer, Error> {
     };
     let fit = fitted_motion(e, chosen, law, omega);
     let envelope = envelope_points(e, &fit);
+    let diagnostics = diagnostics(e, chosen, &law, &envelope);
+    let sliding = SlidingEvidence { detected: sliding.detected && diagnostics.law_holds, ..sliding };
     let mut answer = Answer {
         model: chosen.model,
         preferred_model: preferred.model,
@@ -58,7 +61,8 @@ pub(crate) fn answer(e: &Evidence) -> Result<Answer, Error> {
         envelope,
         backbone: backbone(e, chosen, &law, omega),
         stop: stop_of(e),
-        diagnostics: diagnostics(e, chosen, &law),
+        second_mode: None,
+        diagnostics,
         warnings: Vec::new(),
         signal_unit: e.record.unit().to_owned(),
         fit,
@@ -140,7 +144,12 @@ fn dominates_from(law: &AmplitudeLaw, duration: f64, share: f64) -> Option<f64> 
     Some(border(duration, 0.0, dominates).0)
 }
 
-fn diagnostics(e: &Evidence, chosen: &ModelFit, law: &AmplitudeLaw) -> Diagnostics {
+fn diagnostics(
+    e: &Evidence,
+    chosen: &ModelFit,
+    law: &AmplitudeLaw,
+    envelope: &[EnvelopePoint],
+) -> Diagnostics {
     let variance = e.fit.comparison.noise.residual_variance(&chosen.bounded);
     let residual_rms = match &e.fit.problem {
         Problem::Waveform(_) => (chosen.bounded.rss / e.fit.comparison.noise.observations).sqrt(),
@@ -149,12 +158,16 @@ fn diagnostics(e: &Evidence, chosen: &ModelFit, law: &AmplitudeLaw) -> Diagnosti
     let noise = e.measured.noise_rms;
     let decay_times = (law.initial / last_amplitude(e, law).max(1e-9 * law.initial)).ln().max(0.0);
     let (other_modes, distortion) = other_modes(e);
+    let above_noise = e.fit.excess > e.criteria.answer.misfit;
+    let misfit = above_noise.then(|| misfit(envelope, &e.criteria.misfit)).flatten();
     Diagnostics {
         method: e.fit.problem.method(),
         noise_rms: noise,
         residual_rms,
         residual_excess: e.fit.excess,
         residual_autocorrelation: e.fit.autocorrelation,
+        law_holds: !misfit.is_some_and(|m| m.relative_rms > e.criteria.misfit.no_law),
+        misfit,
         signal_to_noise_db: 20.0
             * (law.initial / std::f64::consts::SQRT_2 / noise.max(f64::MIN_POSITIVE)).log10(),
         decay_times,

@@ -34,6 +34,10 @@ pub struct Criteria {
     pub few_cycles: FewCyclesCriteria,
     /// A short motion in a long quiet record.
     pub active_part: ActivePartCriteria,
+    /// Two viscous modes as a rival of every law of one.
+    pub two_modes: TwoModesCriteria,
+    /// What the law leaves of the amplitudes.
+    pub misfit: MisfitCriteria,
     /// The rest after the motion.
     pub stop: StopCriteria,
     /// What the answer states and warns of.
@@ -54,6 +58,8 @@ impl Criteria {
             self.waveform.table(),
             self.few_cycles.table(),
             self.active_part.table(),
+            self.two_modes.table(),
+            self.misfit.table(),
             self.stop.table(),
             self.answer.table(),
         ];
@@ -327,6 +333,52 @@ criteria! {
             moves "bias after a stop";
         /// Most of the record that such a part may be.
         most_of_record: f64 = 0.5, source "chosen by simulation", moves "refusals of long records";
+    }
+}
+
+criteria! {
+    /// Two viscous modes as a rival of every law of one mode.
+    pub struct TwoModesCriteria in "two_modes" {
+        /// Residual variance of one mode over the noise from which on a second is looked for.
+        least_excess: f64 = 4.0, source "twice the noise", moves "modes reported, false friction in beats";
+        /// Part of what one mode leaves, noise excepted, that the second must explain.
+        explained: f64 = 0.75, source "half the root mean square", moves "modes reported";
+        /// Residual variance, noise excepted, of two viscous modes over that of one law above which no
+        /// pair is tried.
+        most_left: f64 = 0.5, source "what friction leaves of viscous modes is less", moves "modes reported";
+        /// Part of the samples below which the window of one mode is too short to judge by.
+        small_window: f64 = 0.5, source "chosen by simulation", moves "modes reported";
+        /// Part of the power of all samples that two viscous modes may leave in that case.
+        most_power_left: f64 = 0.05, source "what friction leaves of viscous modes is less",
+            moves "modes reported";
+        /// Part of the samples described by one mode that two modes must describe as well.
+        common_part: f64 = 0.5, source "chosen by simulation", moves "modes reported";
+        /// Time described by two modes over that by one from which on one mode is not enough.
+        longer_window: f64 = 1.5, source "chosen by simulation", moves "modes reported";
+        /// Distance of the frequencies times the life of the shorter mode.
+        separation: f64 = 0.7, source "below it two modes are a law of one amplitude",
+            moves "modes reported";
+        /// Standard errors by which the second mode must stand out.
+        errors: f64 = 5.0, source "one pair in 1e6 by chance", moves "modes reported";
+        /// Amplitude of the second mode over that of the first, at least.
+        least_amplitude: f64 = 2e-3, source "chosen by simulation", moves "modes reported";
+    }
+}
+
+criteria! {
+    /// What the law leaves of the amplitudes.
+    pub struct MisfitCriteria in "misfit" {
+        /// Amplitudes whose residuals have a shape.
+        least_points: usize = 12, source "three times the unknowns of a shape", moves "warnings";
+        /// Part of the squared residuals that a shape must explain.
+        explained: f64 = 0.6, source "chosen by simulation", moves "warnings";
+        /// Squared residuals that a broken line leaves, over those that a cubic leaves, of a kink.
+        kink: f64 = 0.6, source "chosen by simulation", moves "warnings";
+        /// The end of a decay is one in so many of its amplitudes.
+        end_part: usize = 7, source "chosen by simulation", moves "warnings";
+        /// Residuals over the amplitude above which no law describes the decay, nor says anything of
+        /// friction.
+        no_law: f64 = 0.05, source "more than the terms of a law differ by", moves "the sentence of the answer";
     }
 }
 

@@ -1,5 +1,6 @@
 //! The fitted motion, to be drawn or subtracted.
 
+use super::two_modes::ViscousMode;
 use crate::motion::decay::{amplitude::AmplitudeLaw, path::AmplitudePath};
 use crate::numeric::roots::border;
 use std::f64::consts::PI;
@@ -48,6 +49,8 @@ pub struct FittedMotion {
     pub(crate) noise_floor: f64,
     /// Where sliding friction stops the mass, if it does within the stretch.
     rest: Option<Rest>,
+    /// Another mode that adds to the motion.
+    pub(crate) second_mode: Option<ViscousMode>,
 }
 
 /// The turning point from which the mass does not move any more.
@@ -92,6 +95,7 @@ impl FittedMotion {
             table,
             noise_floor,
             rest: None,
+            second_mode: None,
         };
         motion.rest = motion.find_rest();
         motion
@@ -148,7 +152,12 @@ impl FittedMotion {
 
     /// Value of the signal at an instant, signal unit; NaN outside the fitted
     /// stretch. For an envelope record, the amplitude with the noise floor.
+    /// Where the record holds two modes, both.
     pub fn signal_at(&self, time_s: f64) -> f64 {
+        self.first_mode_at(time_s) + self.second_mode.map_or(0.0, |mode| mode.at(time_s))
+    }
+
+    fn first_mode_at(&self, time_s: f64) -> f64 {
         let amplitude = self.amplitude_at(time_s);
         let Some(knot) = self.phase_at(time_s) else {
             return amplitude.hypot(self.noise_floor);

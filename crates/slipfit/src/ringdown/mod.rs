@@ -19,12 +19,15 @@ mod fitted;
 mod hypotheses;
 pub(crate) mod lowpass;
 mod measured;
+mod misfit;
 mod options;
 mod oscillation;
 mod quantities;
 mod recorded_amplitudes;
 mod samples;
+mod second_mode;
 mod stop;
+mod two_modes;
 mod warnings;
 mod waveform;
 mod waveform_fit;
@@ -33,7 +36,7 @@ mod window_fit;
 
 pub use analyse::{analyse, analyse_with};
 pub use answer::{
-    Answer, Backbone, Diagnostics, Distortion, EnvelopePoint, LossPoint, OtherMode, Segment, Stop,
+    Answer, Backbone, Diagnostics, Distortion, EnvelopePoint, LossPoint, Mode, OtherMode, Segment, Stop,
 };
 pub use criteria::Criteria;
 pub use direct::{Decay, DecayFit, EnvelopeFit, EnvelopeStart, fit_envelope, fit_waveform};

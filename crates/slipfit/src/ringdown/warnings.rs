@@ -46,7 +46,7 @@ pub(crate) fn warnings(e: &Evidence, answer: &Answer) -> Vec<Warning> {
     }
     let excess = answer.diagnostics.residual_excess;
     if excess > criteria.misfit {
-        list.push(Warning::ModelMisfit { ratio: excess.sqrt() });
+        list.push(Warning::ModelMisfit { ratio: excess.sqrt(), misfit: answer.diagnostics.misfit });
     }
     if e.measured.window.end_reason == EndReason::SlowTail {
         let end = answer.segment.end_s;

@@ -30,6 +30,9 @@ pub(crate) enum Problem<'a> {
     Waveform(Waveform<'a>),
 }
 
+/// Name of the method that compares every sample with the exact motion.
+pub(crate) const WAVEFORM: &str = "waveform";
+
 impl Problem<'_> {
     pub(crate) fn least_squares(&self) -> &dyn LeastSquares {
         match self {
@@ -41,7 +44,7 @@ impl Problem<'_> {
     pub(crate) fn method(&self) -> &'static str {
         match self {
             Problem::Envelope(_) => "envelope",
-            Problem::Waveform(_) => "waveform",
+            Problem::Waveform(_) => WAVEFORM,
         }
     }
 }

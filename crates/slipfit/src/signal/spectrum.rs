@@ -35,7 +35,7 @@ pub(crate) fn median_step(time: &[f64]) -> f64 {
 }
 
 /// Boxcar means of `width` samples.
-fn averaged(time: &[f64], signal: &[f64], width: usize) -> (Vec<f64>, Vec<f64>) {
+pub(crate) fn averaged(time: &[f64], signal: &[f64], width: usize) -> (Vec<f64>, Vec<f64>) {
     let mean = |v: &[f64]| v.iter().sum::<f64>() / v.len() as f64;
     (time.chunks_exact(width).map(mean).collect(), signal.chunks_exact(width).map(mean).collect())
 }

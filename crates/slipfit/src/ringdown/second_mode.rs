@@ -1,0 +1,187 @@
+//! A second mode found and subtracted, where two modes describe a record and one does not.
+
+use super::criteria::{Criteria, TwoModesCriteria};
+use super::samples::Samples;
+use super::two_modes::{MainMode, OneMode, ViscousMode, mode_beside, weaker_of_two};
+use super::window_fit::WAVEFORM;
+use super::{Answer, Mode};
+use crate::answer::Warning;
+use crate::numeric::roots::border;
+use crate::{Parameter, Quantity};
+use std::borrow::Cow;
+use std::f64::consts::{E, TAU};
+use std::ops::Range;
+
+/// Rounds in which the second mode is fitted to what the motion leaves, and the motion without it.
+const ROUNDS: usize = 2;
+
+/// The answer about the stronger of two modes, `refit` to the samples less the weaker one. `None`
+/// where one mode is enough or a second explains too little of what it leaves.
+///
+/// Beats look like friction: the amplitude falls to zero in finite time. Two viscous modes are
+/// therefore a rival of every law of one amplitude wherever such a law leaves more than the noise.
+/// The stronger mode then keeps its own law, friction included.
+pub(crate) fn without_second_mode<'a>(
+    samples: &Samples<'a>,
+    answer: &Answer,
+    criteria: &Criteria,
+    refit: impl Fn(Samples<'a>) -> Option<Answer>,
+) -> Option<Answer> {
+    let c = &criteria.two_modes;
+    if answer.fit.knots.is_empty() {
+        return None;
+    }
+    let decay = window(samples, answer);
+    // Beats look like the start of a decay at each of their maxima.
+    let largest = answer.envelope.iter().max_by(|a, b| a.amplitude.total_cmp(&b.amplitude))?;
+    let first = samples.time.partition_point(|t| *t < largest.time_s);
+    let longer_s = |answer: &Answer| c.longer_window * length_s(answer);
+    let starts_late = |answer: &Answer| {
+        first < decay.start && samples.time[samples.len() - 1] - samples.time[first] > longer_s(answer)
+    };
+    let leaves_much = answer.diagnostics.residual_excess > c.least_excess;
+    if !leaves_much && !starts_late(answer) {
+        return None;
+    }
+    let main = main_mode(answer)?;
+    let mean_square = left(samples, answer, answer)?.one;
+    let noise = answer.diagnostics.noise_rms.powi(2);
+    let one_mode = OneMode { window_s: answer.fit.range_s(), mean_square, noise };
+    let described = |part: Samples<'a>, second: ViscousMode| {
+        refine(&part, second, c, &refit).filter(|found| explains(samples, answer, found, c))
+    };
+    let pair = |range: Range<usize>| {
+        let part = samples.part(range);
+        let second = weaker_of_two(&part.time, &part.signal, [main.omega, main.decay_rate], &one_mode, c)?;
+        described(part, second)
+    };
+    let beside = || {
+        let (time_s, remaining) = remaining(samples, answer);
+        let second = mode_beside(&time_s, &remaining, &main, None, c)?;
+        described(samples.part(window(samples, answer)), second)
+    };
+    let found = if leaves_much {
+        pair(decay.start..samples.len()).or_else(|| pair(decay.clone())).or_else(beside)
+    } else {
+        None
+    };
+    let so_far = found.as_ref().unwrap_or(answer);
+    let earlier = starts_late(so_far).then(|| pair(first..samples.len())).flatten();
+    earlier.filter(|a| length_s(a) > longer_s(so_far)).or(found)
+}
+
+/// The motion with the second mode subtracted and that mode beside the motion, by turns.
+fn refine<'a>(
+    part: &Samples<'a>,
+    mut second: ViscousMode,
+    criteria: &TwoModesCriteria,
+    refit: impl Fn(Samples<'a>) -> Option<Answer>,
+) -> Option<Answer> {
+    let without = |second: ViscousMode| {
+        let mut rest = part.clone();
+        let signal = rest.time.iter().zip(rest.signal.iter()).map(|(&t, x)| x - second.at(t)).collect();
+        rest.signal = Cow::Owned(signal);
+        refit(rest)
+    };
+    let mut answer = without(second)?;
+    // A phase that follows the blocks has taken up part of the second mode.
+    let rounds = if answer.diagnostics.method == WAVEFORM { ROUNDS } else { 0 };
+    for _ in 0..rounds {
+        let (time_s, remaining) = remaining(part, &answer);
+        let Some(closer) = mode_beside(&time_s, &remaining, &main_mode(&answer)?, Some(second), criteria)
+        else {
+            break;
+        };
+        let Some(found) = without(closer) else { break };
+        (second, answer) = (closer, found);
+    }
+    Some(with_modes(answer, second))
+}
+
+fn main_mode(answer: &Answer) -> Option<MainMode> {
+    let [start_s, end_s] = answer.fit.range_s();
+    let e_fold = |t: f64| answer.fit.amplitude_at(start_s + t) < answer.fit.amplitude_at(start_s) / E;
+    // The rate that the motion has on average down to 1/e: at a stop it grows beyond bounds.
+    let decay_rate = if e_fold(end_s - start_s) {
+        1.0 / border(end_s - start_s, 0.0, e_fold).0
+    } else {
+        answer.diagnostics.decay_times / (end_s - start_s)
+    };
+    Some(MainMode {
+        omega: TAU * answer.parameter(Parameter::Frequency)?.value,
+        decay_rate,
+        amplitude: answer.parameter(Parameter::InitialAmplitude)?.value,
+    })
+}
+
+fn length_s(answer: &Answer) -> f64 {
+    let [from_s, to_s] = answer.fit.range_s();
+    to_s - from_s
+}
+
+/// The samples of the free decay.
+fn window(samples: &Samples, answer: &Answer) -> Range<usize> {
+    let [from_s, to_s] = answer.fit.range_s();
+    samples.time.partition_point(|t| *t < from_s)..samples.time.partition_point(|t| *t <= to_s)
+}
+
+/// What the motion of an answer without its second mode leaves of the samples in its window.
+fn remaining(samples: &Samples, answer: &Answer) -> (Vec<f64>, Vec<f64>) {
+    let range = window(samples, answer);
+    let pairs = samples.time[range.clone()].iter().zip(&samples.signal[range]);
+    pairs.map(|(&t, x)| (t, x - answer.fit.signal_at(t))).filter(|(_, x)| x.is_finite()).unzip()
+}
+
+/// Mean squares that two descriptions leave of the samples that both describe.
+struct Left {
+    one: f64,
+    other: f64,
+    samples: usize,
+}
+
+fn left(samples: &Samples, one: &Answer, other: &Answer) -> Option<Left> {
+    let (mut first, mut second, mut count) = (0.0, 0.0, 0usize);
+    let range = window(samples, one);
+    for (&t, x) in samples.time[range.clone()].iter().zip(&samples.signal[range]) {
+        let (a, b) = (x - one.fit.signal_at(t), x - other.fit.signal_at(t));
+        if a.is_finite() && b.is_finite() {
+            first += a * a;
+            second += b * b;
+            count += 1;
+        }
+    }
+    let n = count as f64;
+    (count > 0).then(|| Left { one: first / n, other: second / n, samples: count })
+}
+
+/// Whether the second mode explains most of what one mode leaves above the noise, or describes a much
+/// longer decay as well.
+fn explains(samples: &Samples, one: &Answer, two: &Answer, criteria: &TwoModesCriteria) -> bool {
+    let Some(left) = left(samples, one, two) else { return false };
+    let noise = one.diagnostics.noise_rms.powi(2).min(left.other);
+    let longer = length_s(two) > criteria.longer_window * length_s(one)
+        && two.diagnostics.residual_excess <= one.diagnostics.residual_excess;
+    left.samples as f64 > criteria.common_part * one.segment.samples as f64
+        && (longer || left.one - left.other > criteria.explained * (left.one - noise))
+}
+
+/// The answer with both modes named and drawn.
+fn with_modes(mut answer: Answer, second: ViscousMode) -> Answer {
+    let unit = &answer.signal_unit;
+    let [omega, decay_rate, amplitude] = second.std_errors;
+    let mode = Mode {
+        frequency: Quantity::normal(second.omega / TAU, omega / TAU, "Hz"),
+        decay_rate: Quantity::normal(second.decay_rate, decay_rate, "1/s"),
+        amplitude: Quantity::normal(second.amplitude(), amplitude, unit),
+    };
+    let value = |parameter| answer.parameter(parameter).map_or(f64::NAN, |q| q.value);
+    let warning = Warning::SecondMode {
+        main_hz: value(Parameter::Frequency),
+        other_hz: mode.frequency.value,
+        relative_amplitude: mode.amplitude.value / value(Parameter::InitialAmplitude),
+    };
+    answer.warnings.insert(0, warning);
+    answer.second_mode = Some(mode);
+    answer.fit.second_mode = Some(second);
+    answer
+}

@@ -1,0 +1,367 @@
+//! Two viscous modes: beats and a weak second mode, fitted to the samples.
+
+use super::criteria::TwoModesCriteria;
+use crate::inference::least_squares::{Fit, LeastSquares, Normal, minimise};
+use crate::inference::noise::{autocorrelation, significant_inflation};
+use crate::signal::spectrum;
+use std::f64::consts::TAU;
+
+/// Parameters of one mode: angular frequency, decay rate, cosine and sine part at the origin.
+const OMEGA: usize = 0;
+const DELTA: usize = 1;
+const COSINE: usize = 2;
+const SINE: usize = 3;
+const PER_MODE: usize = 4;
+/// Offset at the origin and its change over the record.
+const OFFSET: usize = 2 * PER_MODE;
+const COUNT: usize = OFFSET + 2;
+/// Parameters of the first mode about the line: those that enter linearly, and all.
+const LINEAR: [usize; 4] = [COSINE, SINE, OFFSET, OFFSET + 1];
+const ONE_MODE: [usize; 6] = [OMEGA, DELTA, COSINE, SINE, OFFSET, OFFSET + 1];
+/// Samples a cycle that averages keep, and samples above which averages are taken.
+const KEPT_PER_CYCLE: f64 = 12.0;
+const MOST_SAMPLES: usize = 20_000;
+/// Samples, spread over the record, on which the search is done.
+const SEARCHED: usize = 1_500;
+
+/// A viscous mode, `x = Re[(a - ib) e^((i omega - delta)(t - t0))]`.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub(crate) struct ViscousMode {
+    pub(crate) origin_s: f64,
+    pub(crate) omega: f64,
+    pub(crate) decay_rate: f64,
+    cosine: f64,
+    sine: f64,
+    /// Standard errors of frequency (rad/s), decay rate and amplitude.
+    pub(crate) std_errors: [f64; 3],
+}
+
+impl ViscousMode {
+    /// Amplitude at the origin, signal unit.
+    pub(crate) fn amplitude(&self) -> f64 {
+        self.cosine.hypot(self.sine)
+    }
+
+    /// Displacement, signal unit.
+    pub(crate) fn at(&self, time_s: f64) -> f64 {
+        let t = time_s - self.origin_s;
+        let (sin, cos) = (self.omega * t).sin_cos();
+        (-self.decay_rate * t).exp() * (self.cosine * cos + self.sine * sin)
+    }
+}
+
+/// What one mode leaves in its window.
+#[derive(Debug, Clone, Copy)]
+pub(crate) struct OneMode {
+    pub(crate) window_s: [f64; 2],
+    /// Mean square of its residuals, and of the noise in them.
+    pub(crate) mean_square: f64,
+    pub(crate) noise: f64,
+}
+
+/// The weaker of two viscous modes, from a fit of `x = Σ e^(-delta_k t) (a_k cos omega_k t + b_k sin
+/// omega_k t) + c + d t` to the samples that begins at the frequency and decay rate of the motion taken
+/// as one mode.
+///
+/// `None` where the second mode is not resolved from the first, and where they leave too much: of the window of that
+/// one mode, or, where the window is a small part of the samples, of all of them.
+pub(crate) fn weaker_of_two(
+    time_s: &[f64],
+    signal: &[f64],
+    [omega, decay_rate]: [f64; 2],
+    one_mode: &OneMode,
+    criteria: &TwoModesCriteria,
+) -> Option<ViscousMode> {
+    let problem = Modes::thinned(time_s, signal, omega)?;
+    let some = problem.spread(SEARCHED);
+    let found = fit_pair(&problem, &some, omega, decay_rate)?;
+    let noise = one_mode.noise.min(one_mode.mean_square);
+    let most = noise + criteria.most_left * (one_mode.mean_square - noise);
+    let [from_s, to_s] = one_mode.window_s;
+    let small = to_s - from_s < criteria.small_window * problem.duration;
+    let describes = some.mean_square_left(&found.parameters, one_mode.window_s) < most
+        || small && found.rss < criteria.most_power_left * some.power();
+    if !describes {
+        return None;
+    }
+    let best = minimise(&problem, &found.parameters, &found.free)?;
+    let mut modes = [0, PER_MODE].map(|first| problem.mode(&best, first, criteria));
+    if modes[1].amplitude() > modes[0].amplitude() {
+        modes.swap(0, 1);
+    }
+    let [first, second] = modes;
+    let falls = first.decay_rate > -criteria.errors * first.std_errors[1];
+    let main = MainMode { omega: first.omega, decay_rate: first.decay_rate, amplitude: first.amplitude() };
+    (falls && resolved(&main, &second, problem.duration, criteria)).then_some(second)
+}
+
+/// A viscous mode beside a motion that was subtracted already, from its last value or, without one, the
+/// strongest line that is left.
+pub(crate) fn mode_beside(
+    time_s: &[f64],
+    left: &[f64],
+    main: &MainMode,
+    last: Option<ViscousMode>,
+    criteria: &TwoModesCriteria,
+) -> Option<ViscousMode> {
+    let problem = Modes::thinned(time_s, left, main.omega)?;
+    let mut start = vec![0.0; COUNT];
+    (start[OMEGA], start[DELTA]) = match last {
+        Some(mode) => (mode.omega, mode.decay_rate),
+        None => {
+            (TAU * spectrum::dominant(&problem.time, &problem.signal, None)?.frequency_hz, main.decay_rate)
+        }
+    };
+    let amplitude = minimise(&problem, &start, &LINEAR)?;
+    let fit = minimise(&problem, &amplitude.parameters, &ONE_MODE)?;
+    let mode = problem.mode(&fit, 0, criteria);
+    resolved(main, &mode, problem.duration, criteria).then_some(mode)
+}
+
+/// The mode that a second one stands beside.
+#[derive(Debug, Clone, Copy)]
+pub(crate) struct MainMode {
+    pub(crate) omega: f64,
+    pub(crate) decay_rate: f64,
+    pub(crate) amplitude: f64,
+}
+
+/// Whether these are two modes, and not one whose amplitude follows another law: their frequencies
+/// differ by more than the shorter one's width, and the second stands out of its errors and falls.
+fn resolved(main: &MainMode, second: &ViscousMode, duration_s: f64, criteria: &TwoModesCriteria) -> bool {
+    let life_s = |rate: f64| if rate * duration_s > 1.0 { 1.0 / rate } else { duration_s };
+    let life_s = life_s(main.decay_rate).min(life_s(second.decay_rate));
+    let separation = (main.omega - second.omega).abs() / TAU * life_s;
+    separation > criteria.separation
+        && second.amplitude() > criteria.errors * second.std_errors[2]
+        && second.amplitude() > criteria.least_amplitude * main.amplitude
+        && second.omega > 0.0
+        && second.decay_rate > -criteria.errors * second.std_errors[1]
+}
+
+/// The least of several starts: the strongest line that one mode leaves beside that mode, and that
+/// line with its mirror image about it, which is what beats of equal modes leave.
+///
+/// `problem` has some of the samples of `all`.
+fn fit_pair(all: &Modes, problem: &Modes, omega: f64, decay_rate: f64) -> Option<Fit> {
+    let mut start = vec![0.0; COUNT];
+    start[OMEGA] = omega;
+    start[DELTA] = decay_rate;
+    let one = minimise(problem, &start, &LINEAR)?;
+    let one = minimise(problem, &one.parameters, &ONE_MODE).unwrap_or(one);
+    let left = all.residuals(&one.parameters);
+    let other = TAU * spectrum::dominant(&all.time, &left, None)?.frequency_hz;
+    let (main, rate) = (one.parameters[OMEGA], one.parameters[DELTA].max(0.0));
+    let pairs = [[main, other], [omega, other], [2.0 * main - other, other]];
+    let both: Vec<usize> = (COSINE..=SINE).chain(PER_MODE + COSINE..COUNT).collect();
+    let all: Vec<usize> = (0..COUNT).collect();
+    let fits = pairs.into_iter().filter(|pair| pair[0] > 0.0).filter_map(|pair| {
+        let mut start = vec![0.0; COUNT];
+        for (k, omega) in pair.into_iter().enumerate() {
+            start[k * PER_MODE + OMEGA] = omega;
+            start[k * PER_MODE + DELTA] = rate;
+        }
+        let amplitudes = minimise(problem, &start, &both)?;
+        minimise(problem, &amplitudes.parameters, &all)
+    });
+    fits.min_by(|a, b| a.rss.total_cmp(&b.rss))
+}
+
+/// Its multiples are spread most evenly.
+const GOLDEN: f64 = 0.618_033_988_749_894_9;
+
+/// Two viscous modes about a straight line as least squares.
+struct Modes {
+    time: Vec<f64>,
+    signal: Vec<f64>,
+    origin: f64,
+    duration: f64,
+}
+
+impl Modes {
+    /// The samples, or means of neighbouring ones where there are many a cycle.
+    fn thinned(time_s: &[f64], signal: &[f64], omega: f64) -> Option<Self> {
+        let n = time_s.len();
+        if n < 2 * COUNT {
+            return None;
+        }
+        let per_cycle = n as f64 / (time_s[n - 1] - time_s[0]) * TAU / omega;
+        let width = (n / MOST_SAMPLES).min((per_cycle / KEPT_PER_CYCLE) as usize).max(1);
+        let (time, signal) = spectrum::averaged(time_s, signal, width);
+        Some(Self { origin: time[0], duration: time[time.len() - 1] - time[0], time, signal })
+    }
+
+    /// A mode of a fit, `first` its first parameter.
+    fn mode(&self, fit: &Fit, first: usize, criteria: &TwoModesCriteria) -> ViscousMode {
+        let n = self.time.len();
+        let residuals = self.residuals(&fit.parameters);
+        let white = fit.rss / (n as f64 - fit.free.len() as f64).max(1.0);
+        let inflation = significant_inflation(autocorrelation(&residuals), n, criteria.errors);
+        let scale = (white * inflation).sqrt();
+        let p = &fit.parameters[first..];
+        let (cosine, sine) = (p[COSINE], p[SINE]);
+        let amplitude = cosine.hypot(sine).max(f64::MIN_POSITIVE);
+        let covariance = |i: usize, j: usize| fit.unit_covariance[(first + i, first + j)];
+        let amplitude_variance = (cosine * cosine * covariance(COSINE, COSINE)
+            + sine * sine * covariance(SINE, SINE)
+            + 2.0 * cosine * sine * covariance(COSINE, SINE))
+            / (amplitude * amplitude);
+        let std_errors = [
+            fit.unit_std(first + OMEGA) * scale,
+            fit.unit_std(first + DELTA) * scale,
+            amplitude_variance.max(0.0).sqrt() * scale,
+        ];
+        ViscousMode { origin_s: self.origin, omega: p[OMEGA], decay_rate: p[DELTA], cosine, sine, std_errors }
+    }
+
+    /// Sum of the squares of the samples about their mean.
+    fn power(&self) -> f64 {
+        let mean = self.signal.iter().sum::<f64>() / self.signal.len() as f64;
+        self.signal.iter().map(|x| (x - mean).powi(2)).sum()
+    }
+
+    /// Value and derivatives at one instant.
+    fn row(&self, p: &[f64], time: f64, row: &mut [f64; COUNT]) -> f64 {
+        let t = time - self.origin;
+        let mut value = 0.0;
+        for first in [0, PER_MODE] {
+            let q = &p[first..first + PER_MODE];
+            let (sin, cos) = (q[OMEGA] * t).sin_cos();
+            let decay = (-q[DELTA] * t).exp();
+            let x = decay * (q[COSINE] * cos + q[SINE] * sin);
+            row[first + OMEGA] = t * decay * (q[SINE] * cos - q[COSINE] * sin);
+            row[first + DELTA] = -t * x;
+            row[first + COSINE] = decay * cos;
+            row[first + SINE] = decay * sin;
+            value += x;
+        }
+        let v = t / self.duration;
+        row[OFFSET] = 1.0;
+        row[OFFSET + 1] = v;
+        value + p[OFFSET] + v * p[OFFSET + 1]
+    }
+
+    /// Some of the samples, unevenly spread so that no frequency is an alias of another.
+    fn spread(&self, count: usize) -> Self {
+        let step = self.time.len() as f64 / count as f64;
+        let picked: Vec<usize> = if step <= 1.0 {
+            (0..self.time.len()).collect()
+        } else {
+            (0..count).map(|i| ((i as f64 + (GOLDEN * i as f64).fract()) * step) as usize).collect()
+        };
+        let of = |column: &[f64]| picked.iter().map(|&i| column[i.min(column.len() - 1)]).collect();
+        Self { time: of(&self.time), signal: of(&self.signal), ..*self }
+    }
+
+    fn mean_square_left(&self, p: &[f64], [from_s, to_s]: [f64; 2]) -> f64 {
+        let residuals = self.residuals(p);
+        let inside = self.time.iter().zip(&residuals).filter(|(t, _)| (from_s..=to_s).contains(*t));
+        let (sum, count) = inside.fold((0.0, 0.0), |(sum, count), (_, r)| (sum + r * r, count + 1.0));
+        sum / count
+    }
+
+    fn residuals(&self, p: &[f64]) -> Vec<f64> {
+        let mut row = [0.0; COUNT];
+        self.time.iter().zip(&self.signal).map(|(t, x)| x - self.row(p, *t, &mut row)).collect()
+    }
+}
+
+impl LeastSquares for Modes {
+    fn parameters(&self) -> usize {
+        COUNT
+    }
+
+    fn observations(&self) -> f64 {
+        self.time.len() as f64
+    }
+
+    fn normal(&self, p: &[f64], out: &mut Normal) -> bool {
+        out.clear();
+        let mut row = [0.0; COUNT];
+        for (&time, &x) in self.time.iter().zip(&self.signal) {
+            let value = self.row(p, time, &mut row);
+            if !value.is_finite() {
+                return false;
+            }
+            out.add_row(&row, x - value, 1.0);
+        }
+        true
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::noise::jitter;
+
+    const ANYTHING: OneMode = OneMode { window_s: [0.0, 120.0], mean_square: 1.0, noise: 0.0 };
+
+    fn record(second: f64, ratio: f64, noise: f64) -> (Vec<f64>, Vec<f64>) {
+        let time: Vec<f64> = (0..2400).map(|i| 0.05 * f64::from(i)).collect();
+        let mode = |t: f64, f: f64, a: f64, phase: f64| a * (-0.012 * t).exp() * (TAU * f * t + phase).cos();
+        let signal = time
+            .iter()
+            .enumerate()
+            .map(|(i, &t)| mode(t, 0.7, 1.0, 0.3) + mode(t, second, ratio, 1.1) + noise * jitter(i, 5))
+            .collect();
+        (time, signal)
+    }
+
+    fn assert_second(found: &ViscousMode, frequency_hz: f64, amplitude: f64) {
+        let [omega_error, rate_error, amplitude_error] = found.std_errors;
+        assert!((found.omega - TAU * frequency_hz).abs() < 4.0 * omega_error, "{frequency_hz}: {found:?}");
+        assert!((found.decay_rate - 0.012).abs() < 4.0 * rate_error, "{frequency_hz}: {found:?}");
+        assert!((found.amplitude() - amplitude).abs() < 4.0 * amplitude_error, "{frequency_hz}: {found:?}");
+    }
+
+    #[test]
+    fn a_second_mode_is_found_from_a_strong_to_a_weak_one() {
+        let criteria = TwoModesCriteria::default();
+        for (second, ratio) in [(0.7224, 0.9), (0.805, 0.2), (0.721, 0.02)] {
+            let (time, signal) = record(second, ratio, 0.002);
+            let found = weaker_of_two(&time, &signal, [TAU * 0.7, 0.012], &ANYTHING, &criteria);
+            assert_second(&found.expect("two modes"), second, ratio);
+        }
+    }
+
+    #[test]
+    fn one_mode_is_no_pair() {
+        let (time, signal) = record(0.7, 0.0, 0.01);
+        let criteria = TwoModesCriteria::default();
+        assert_eq!(weaker_of_two(&time, &signal, [TAU * 0.7, 0.012], &ANYTHING, &criteria), None);
+    }
+
+    #[test]
+    fn a_mode_beside_a_motion_is_the_strongest_line_it_leaves() {
+        let (time, signal) = record(0.805, 0.2, 0.002);
+        let left: Vec<f64> = time
+            .iter()
+            .zip(&signal)
+            .map(|(t, x)| x - (-0.012 * t).exp() * (TAU * 0.7 * t + 0.3).cos())
+            .collect();
+        let main = MainMode { omega: TAU * 0.7, decay_rate: 0.012, amplitude: 1.0 };
+        let criteria = TwoModesCriteria::default();
+        let first = mode_beside(&time, &left, &main, None, &criteria).expect("a line is left");
+        assert_second(&first, 0.805, 0.2);
+        let again = mode_beside(&time, &left, &main, Some(first), &criteria).expect("still there");
+        assert!((again.omega - first.omega).abs() < 0.1 * first.std_errors[0]);
+    }
+
+    #[test]
+    fn the_derivatives_are_those_of_the_values() {
+        let (time, signal) = record(0.8, 0.3, 0.0);
+        let problem = Modes { origin: 0.0, duration: 120.0, time, signal };
+        let p = [4.4, 0.012, 1.0, -0.3, 5.0, 0.02, 0.1, 0.2, 0.01, -0.02];
+        let mut row = [0.0; COUNT];
+        problem.row(&p, 17.3, &mut row);
+        for i in 0..COUNT {
+            let value = |step: f64| {
+                let mut q = p;
+                q[i] += step;
+                problem.row(&q, 17.3, &mut [0.0; COUNT])
+            };
+            let numeric = (value(1e-6) - value(-1e-6)) / 2e-6;
+            assert!((numeric - row[i]).abs() < 1e-7 * (1.0 + row[i].abs()), "{i}: {numeric} {}", row[i]);
+        }
+    }
+}
