@@ -204,6 +204,8 @@ pub enum Warning {
         /// At frequency zero.
         zero_frequency: usize,
     },
+    /// The search for the fit or its intervals was ended after a set amount of work.
+    SearchCut,
     /// Outliers left out of the fit.
     Outliers {
         /// How many points.
@@ -304,6 +306,7 @@ impl Warning {
             Warning::Stuck { .. } => "stuck",
             Warning::PaperBias { .. } => "paper_bias",
             Warning::Dropped { .. } => "dropped",
+            Warning::SearchCut => "search_cut",
             Warning::Outliers { .. } => "outliers",
             Warning::ThresholdExtrapolated { .. } => "threshold_extrapolated",
             Warning::Bent { .. } => "bent",
@@ -514,6 +517,9 @@ impl fmt::Display for Warning {
             Warning::Dropped { not_finite, zero_frequency } => {
                 write!(f, "left out: {not_finite} non-finite points, {zero_frequency} at frequency zero")
             }
+            Warning::SearchCut => f.write_str(
+                "the search was cut after a set amount of work: there may be a better fit, or a wider interval",
+            ),
             Warning::Outliers { points } => write!(f, "{points} outliers were left out"),
             Warning::ThresholdExtrapolated { ratio } => write!(
                 f,

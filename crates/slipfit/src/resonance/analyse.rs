@@ -3,6 +3,7 @@
 use super::block::Block;
 use super::criteria::Criteria;
 use super::prepared::PreparedCurve;
+use super::work::Work;
 use super::{Answer, Curve, Options, assemble, selection};
 use crate::Error;
 
@@ -65,6 +66,9 @@ pub fn analyse(curve: &Curve, options: &Options) -> Result<Answer, Error> {
     analyse_with(curve, options, &Criteria::default())
 }
 
+const SEARCH_CUT: &str =
+    "the points follow no resonance curve: the search for one was cut after so much work";
+
 /// [`analyse`] by other thresholds than the default ones.
 ///
 /// # Errors
@@ -78,8 +82,14 @@ pub fn analyse_with(curve: &Curve, options: &Options, criteria: &Criteria) -> Re
     if used.is_empty() {
         return Err(Error::NoResonance { reason: "no point lies in the band asked for" });
     }
-    let reference = options.reference.as_ref().map(Block::new);
-    let prepared = PreparedCurve::new(Block::new(&used), reference, options, criteria)?;
-    let fitted = selection::best_hypothesis(&prepared, options, criteria)?;
+    let work = Work::limited(criteria.search.most_work as u64);
+    let block = |curve: &Curve| Block { work: work.clone(), ..Block::new(curve) };
+    let prepared =
+        PreparedCurve::new(block(&used), options.reference.as_ref().map(block), options, criteria)?;
+    let fitted = selection::best_hypothesis(&prepared, options, criteria);
+    let fitted =
+        fitted.map_err(|error| if work.was_cut() { Error::NoFit { reason: SEARCH_CUT } } else { error })?;
+    // Intervals do not go short for a long search.
+    work.renew();
     assemble::answer(curve, &used, options, &fitted, criteria)
 }

@@ -1,5 +1,6 @@
 //! Points of one curve by rising frequency, with their weights.
 
+use super::work::Work;
 use super::{Curve, Response};
 use crate::motion::steady::Phasor;
 use std::f64::consts::TAU;
@@ -23,6 +24,8 @@ pub(crate) struct Block {
     pub(crate) index: Vec<usize>,
     /// Variance of a quadrature at precision 1, for amplitudes; zero: none assumed.
     pub(crate) rice: f64,
+    /// What fits of this curve may still cost.
+    pub(crate) work: Work,
 }
 
 impl Block {
@@ -61,6 +64,7 @@ impl Block {
             drive,
             index,
             rice: 0.0,
+            work: Work::default(),
         }
     }
 
@@ -79,6 +83,7 @@ impl Block {
             drive: Vec::with_capacity(n),
             index: Vec::with_capacity(n),
             weight: Vec::new(),
+            work: self.work.clone(),
             ..*self
         };
         for g in groups {
@@ -141,6 +146,7 @@ impl Block {
             weight: some(&self.weight),
             drive: some(&self.drive),
             index: indices.iter().map(|&i| self.index[i]).collect(),
+            work: self.work.clone(),
             ..*self
         }
     }
@@ -169,6 +175,7 @@ impl Block {
             drive: every(&self.drive),
             index: self.index.iter().step_by(stride).copied().collect(),
             rice: self.rice,
+            work: self.work.clone(),
         }
     }
 

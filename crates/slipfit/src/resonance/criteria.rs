@@ -137,6 +137,10 @@ criteria! {
         few_on_peak: usize = 20, source "chosen by simulation", moves "minima missed";
         /// Sum of squares over the least, above which a start is not followed.
         hopeless: f64 = 30.0, source "chosen by simulation", moves "minima missed";
+        /// Evaluations of the closed form, other motions counted by their time, after which the search for
+        /// the fit ends with what it has; so does that for its intervals. About a second on one core.
+        most_work: usize = 60_000_000, source "ten times what curves of resonators take",
+            moves "time of analysis";
         /// Difference of two sums of squares, in variances of one observation, below which they are
         /// one minimum.
         same_minimum: f64 = 1e-3, source "far below one standard error", moves "time of analysis";

@@ -44,7 +44,11 @@ impl FittedCurve {
     fn modelled(&self, p: &[f64], frequency_hz: f64) -> Option<Modelled> {
         let omega = TAU * frequency_hz;
         let at = self.problem.response(p, false);
-        at.at(omega, 1.0, self.guess(omega), &mut Follower::default())
+        let work = &self.problem.main.work;
+        let mut follower = Follower::within(work.left());
+        let modelled = at.at(omega, 1.0, self.guess(omega), &mut follower);
+        work.spend(1, follower.work());
+        modelled
     }
 
     /// Amplitude measured next to a frequency.

@@ -32,6 +32,7 @@ mod start;
 mod sums;
 mod terms;
 mod warnings;
+mod work;
 
 pub use analyse::{analyse, analyse_with};
 pub use answer::{

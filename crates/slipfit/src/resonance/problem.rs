@@ -129,14 +129,16 @@ impl Problem {
     pub(crate) fn predict(&self, p: &[f64], reference: bool) -> Vec<Option<Modelled>> {
         let Some(b) = self.block(reference) else { return Vec::new() };
         let at = self.response(p, reference);
-        let mut follower = Follower::default();
-        (0..b.len())
+        let mut follower = Follower::within(b.work.left());
+        let modelled = (0..b.len())
             .map(|i| {
                 let here = b.data[i] - at.background_at(b.omega[i]);
                 let guess = if b.complex { here.norm() } else { b.data[i].re };
                 at.at(b.omega[i], b.drive[i], guess, &mut follower)
             })
-            .collect()
+            .collect();
+        b.work.spend(b.len(), follower.work());
+        modelled
     }
 
     /// Measured less modelled at every point: the complex difference, or that of amplitudes.

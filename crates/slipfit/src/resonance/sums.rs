@@ -16,7 +16,11 @@ type Sums = Products<{ MAIN + 1 }>;
 pub(super) fn products(block: &Block, at: ModelResponse, columns: &[usize], limit: f64) -> Option<Sums> {
     let rotation = Phasor::from_polar(1.0, at.phase);
     let products = Products::new(columns.len() + 1);
-    pulp::Arch::new().dispatch(Pass { block, columns, at, rotation, limit, products })
+    let follower = Follower::within(block.work.left());
+    let pass = Pass { block, columns, at, rotation, limit, products, follower };
+    let (sums, work) = pulp::Arch::new().dispatch(pass);
+    block.work.spend(block.len(), work);
+    sums
 }
 
 struct Pass<'a> {
@@ -27,10 +31,12 @@ struct Pass<'a> {
     rotation: Phasor,
     limit: f64,
     products: Sums,
+    follower: Follower,
 }
 
 impl pulp::WithSimd for Pass<'_> {
-    type Output = Option<Sums>;
+    /// With the work of motions that stop.
+    type Output = (Option<Sums>, u64);
 
     #[inline(always)]
     fn with_simd<S: pulp::Simd>(self, _: S) -> Self::Output {
@@ -40,18 +46,24 @@ impl pulp::WithSimd for Pass<'_> {
 
 impl Pass<'_> {
     #[inline(always)]
-    fn sums<const FUSED: bool>(mut self) -> Option<Sums> {
+    fn sums<const FUSED: bool>(mut self) -> (Option<Sums>, u64) {
+        let exists = self.add_up::<FUSED>().is_some();
+        (exists.then_some(self.products), self.follower.work())
+    }
+
+    /// `None` where the model does not exist, the limit is exceeded, or the work is too much.
+    #[inline(always)]
+    fn add_up<const FUSED: bool>(&mut self) -> Option<()> {
         let mut points = Points::new();
         let mut lanes = Lanes::new();
-        let mut follower = Follower::default();
         let n = self.columns.len();
         let mut next = 0;
         loop {
             next = points.gather(self.block, &self.at, next);
             if points.count == 0 {
-                return Some(self.products);
+                return Some(());
             }
-            lanes.respond::<FUSED>(&self.at, &points, &mut follower)?;
+            lanes.respond::<FUSED>(&self.at, &points, &mut self.follower)?;
             self.rows(&points, &mut lanes);
             if self.block.complex {
                 self.products.add::<FUSED>();

@@ -33,6 +33,9 @@ pub(super) fn warnings(
     if d.left_out > 0 {
         list.push(Warning::Outliers { points: d.left_out });
     }
+    if b.work.was_cut() {
+        list.push(Warning::SearchCut);
+    }
     if d.phases_ignored {
         list.push(Warning::PhasesIgnored);
     }

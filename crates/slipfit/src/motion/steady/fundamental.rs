@@ -57,17 +57,46 @@ pub fn fundamental(at: &Point) -> Option<Fundamental> {
 }
 
 /// The same along a curve: the last motion with a stop begins the search for the next.
-#[derive(Debug, Clone, Copy, Default)]
+#[derive(Debug, Clone, Copy)]
 pub(crate) struct Follower {
     last: Option<Slip>,
+    /// Work done, in evaluations of the closed form.
+    work: u64,
+    /// Work after which no further motion is sought.
+    most_work: u64,
+}
+
+/// Work of the other ways to a motion that fills a period of the oscillator, by time.
+const WORK_OF_ONE_STOP: u64 = 8;
+const WORK_OF_STOPS: u64 = 600;
+const WORK_OF_SHOT: u64 = 100_000;
+
+impl Default for Follower {
+    fn default() -> Self {
+        Self::within(u64::MAX)
+    }
 }
 
 impl Follower {
+    /// One that gives up after so much work.
+    pub(crate) fn within(most_work: u64) -> Self {
+        Self { last: None, work: 0, most_work }
+    }
+
+    /// Work done so far.
+    pub(crate) fn work(&self) -> u64 {
+        self.work
+    }
+
     /// [`fundamental`] at the next frequency.
     pub(crate) fn fundamental(&mut self, at: &Point) -> Option<Fundamental> {
         if !(at.omega > 0.0 && at.omega_0 > 0.0 && at.delta.abs() < at.omega_0 && at.x_0 > 0.0) {
             return None;
         }
+        if self.work >= self.most_work {
+            return None;
+        }
+        self.work += 1;
         let closed = closed_at(at);
         if at.x_f <= 0.0 {
             return closed.map(|c| c.fundamental());
@@ -84,21 +113,37 @@ impl Follower {
             return Some(Fundamental::REST);
         }
         let last = self.last;
-        let (found, slip) = last
-            .and_then(|near| one_stop::fundamental(at, near, Digits::Twelve))
-            .map(|(f, slip)| (f, Some(slip)))
-            .or_else(|| {
-                let guess = closed.map_or(at.x_0, |c| c.turn_amplitude());
-                let cold = Slip::from_amplitude(at, guess);
-                let start = |near: Option<Slip>, digits| {
-                    one_stop::fundamental(at, near?, digits).map(|(f, slip)| (f, Some(slip)))
-                };
-                start(cold, Digits::Twelve)
-                    .or_else(|| stops::fundamental(at, guess))
-                    .or_else(|| start(last, Digits::Eight))
-                    .or_else(|| start(cold, Digits::Eight))
-            })
-            .or_else(|| shot(at, closed.map(|c| c.fundamental())).map(|f| (f, None)))?;
+        let guess = closed.map_or(at.x_0, |c| c.turn_amplitude());
+        // The motion is followed over every swing of its own in half a cycle of the drive.
+        let swings = 1 + (at.omega_0 / at.omega) as u64;
+        let mut work = 0;
+        let one_stop = |near: Option<Slip>, digits, work: &mut u64| {
+            *work += WORK_OF_ONE_STOP * swings;
+            one_stop::fundamental(at, near?, digits).map(|(f, slip)| (f, Some(slip)))
+        };
+        // A neighbour's eight digits are more than any curve has.
+        let mut found = one_stop(last, Digits::Twelve, &mut work);
+        if found.is_none() {
+            found = one_stop(last, Digits::Eight, &mut work);
+        }
+        if found.is_none() {
+            let cold = Slip::from_amplitude(at, guess);
+            found = one_stop(cold, Digits::Twelve, &mut work);
+            if found.is_none() {
+                work += WORK_OF_STOPS * swings;
+                found = stops::fundamental(at, guess);
+            }
+            if found.is_none() {
+                found = one_stop(cold, Digits::Eight, &mut work);
+            }
+        }
+        let shooting = WORK_OF_SHOT * swings;
+        if found.is_none() && self.work.saturating_add(work + shooting) <= self.most_work {
+            work += shooting;
+            found = shot(at, closed.map(|c| c.fundamental())).map(|f| (f, None));
+        }
+        self.work += work;
+        let (found, slip) = found?;
         self.last = slip.or(last);
         Some(found)
     }
