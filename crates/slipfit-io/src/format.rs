@@ -58,6 +58,8 @@ pub enum Format {
     Flac,
     /// MP3 sound with an ID3 tag.
     Mp3,
+    /// Feather of the first version.
+    FeatherV1,
 }
 
 /// Bytes that tell a format.
@@ -103,6 +105,7 @@ const KNOWN: &[Known] = &[
     (Format::Sqlite, "an SQLite database", &[(0, b"SQLite format 3\0")]),
     (Format::Flac, "a FLAC sound file", &[(0, b"fLaC")]),
     (Format::Mp3, "an MP3 sound file", &[(0, b"ID3")]),
+    (Format::FeatherV1, "a Feather file of the first version", &[(0, b"FEA1")]),
 ];
 
 impl Format {
@@ -130,6 +133,9 @@ impl Format {
             Self::Pickle => {
                 "opening a pickle runs what it says: save the arrays in Python by numpy.savez, or a table by to_csv \
                  or to_parquet"
+            }
+            Self::FeatherV1 => {
+                "read it by pyarrow.feather.read_table in Python and write it again: the second version is Arrow IPC"
             }
             Self::Gzip | Self::Xz | Self::Bzip2 | Self::Zstd => "unpack it first",
             _ => "export the data as text: one row per sample, columns for time and signal",

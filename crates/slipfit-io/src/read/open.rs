@@ -183,10 +183,19 @@ fn format_of(head: &[u8]) -> Format {
             Format::Tracker
         } else if touchstone::fits(head) {
             Format::Touchstone
+        } else if is_arrow_stream(head) {
+            Format::Arrow
         } else {
             Format::Text
         }
     })
+}
+
+#[cfg(feature = "arrow")]
+use formats::arrow::is_unmarked as is_arrow_stream;
+#[cfg(not(feature = "arrow"))]
+fn is_arrow_stream(_: &[u8]) -> bool {
+    false
 }
 
 /// The tables of a format that is no text, and what it is more precisely.
