@@ -52,8 +52,9 @@ pub(crate) fn read(
     options: &ReadOptions,
     watch: Option<&mut dyn FnMut(u64)>,
 ) -> Result<Reading, ReadError> {
-    let (mut reading, fingerprint) = opened(origin, watch, |source| from_source(source, options))
-        .map_err(|problem| ReadError::new(name, problem))?;
+    let (mut reading, fingerprint) =
+        opened(origin, options.format, watch, |source| from_source(source, options))
+            .map_err(|problem| ReadError::new(name, problem))?;
     fingerprint.write(&mut reading.report, name);
     Ok(reading)
 }
