@@ -18,6 +18,8 @@ pub enum Format {
     Xls,
     /// Excel workbook (.xlsx).
     Xlsx,
+    /// OpenDocument spreadsheet (.ods).
+    Ods,
     /// ZIP archive of texts, as phyphox exports them.
     Zip,
     /// NumPy arrays in an archive (.npz).
@@ -84,6 +86,7 @@ const KNOWN: &[Known] = &[
     ),
     (Format::Xls, "an old Excel file (.xls)", "xls", &[(0, b"\xd0\xcf\x11\xe0\xa1\xb1\x1a\xe1")]),
     (Format::Xlsx, "an Excel file (.xlsx)", "xlsx", &[]),
+    (Format::Ods, "an OpenDocument spreadsheet (.ods)", "ods", &[]),
     (Format::Zip, "a ZIP archive", "zip", &[(0, b"PK\x03\x04")]),
     (Format::Npz, "NumPy arrays in an archive (.npz)", "npz", &[]),
     (Format::Arrow, "an Arrow IPC file", "arrow feather", &[(0, b"ARROW1\0\0"), (0, b"\xff\xff\xff\xff")]),

@@ -99,6 +99,10 @@ data.to_parquet(out / "pandas_fastparquet.parquet", engine="fastparquet", compre
 stamped = data.assign(time=pd.to_datetime(k * 20, unit="ms")).drop(columns="time_s")
 stamped.to_parquet(out / "pandas_fastparquet_stamps.parquet", engine="fastparquet")
 data.to_csv(out / "pandas.csv")
+data[["time_s", "angle_rad"]].to_excel(out / "pandas.ods", engine="odf", index=False)
+data.assign(time=pd.to_datetime(k * 20, unit="ms"))[["time", "angle_rad"]].to_excel(
+    out / "pandas_stamps.ods", engine="odf", index=False
+)
 for form in ("fixed", "table"):
     data.to_hdf(out / f"pandas_{form}.h5", key="swing", mode="w", format=form, complevel=5, complib="zlib")
 

@@ -8,6 +8,10 @@ pub(crate) mod hdf5;
 pub(crate) mod mat5;
 pub(crate) mod nanosurf;
 pub(crate) mod npy;
+#[cfg(feature = "excel")]
+pub(crate) mod ods;
+#[cfg(feature = "excel")]
+mod package;
 #[cfg(feature = "parquet")]
 pub(crate) mod parquet;
 pub(crate) mod touchstone;

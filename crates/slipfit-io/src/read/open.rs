@@ -222,7 +222,7 @@ fn source<'a>(input: Input, format: Format, most_cells: usize) -> Result<Opened<
         Format::Wav => Box::new(wav::Sound::open(input)?),
         Format::Mat5 => Box::new(mat5::tables(&bytes(input)?)?),
         Format::Npy => Box::new(npy::tables(&bytes(input)?)?),
-        Format::Zip | Format::Npz | Format::Xlsx => {
+        Format::Zip | Format::Npz | Format::Xlsx | Format::Ods => {
             let (tables, format) = formats::archive::tables(bytes(input)?, most_cells)?;
             return Ok((Box::new(tables), format));
         }

@@ -4,7 +4,7 @@ use slipfit::{Record, record::Averaging};
 
 use super::{
     open::{Origin, opened},
-    pick,
+    pick, rounded,
 };
 use crate::{
     columns::{
@@ -237,8 +237,10 @@ fn finish(head: &Head, mut choice: Choice, mut samples: Samples) -> Result<Readi
             values.iter_mut().for_each(|v| *v = units::from_decibels(*v));
         }
     }
+    choice.notes.extend(past_midnight(&mut samples.time_s));
     if samples.averaging.factor() == 1 {
         choice.notes.extend(put_on_step(head, &choice.time, &mut samples.time_s));
+        choice.notes.extend(rounded::rebuild(&mut samples.time_s));
     }
     let Samples { time_s, signal, quadrature, read: rows_read, backwards, skipped, .. } = samples;
     let record = match (&choice.time, choice.quadrature.is_some()) {
@@ -279,6 +281,21 @@ fn finish(head: &Head, mut choice: Choice, mut samples: Samples) -> Result<Readi
         ..head.report()
     };
     Ok(Reading { record, report })
+}
+
+/// Clock times begin again at midnight: those after it get a day more.
+fn past_midnight(time_s: &mut [f64]) -> Option<Note> {
+    const DAY_S: f64 = 86400.0;
+    let of_clock = |t: &f64| (0.0..=DAY_S).contains(t);
+    let steps = || time_s.windows(2).map(|w| w[1] - w[0]);
+    let fall = |step: f64| step < -0.9 * DAY_S;
+    // One fall in the record, and nothing else that goes back.
+    if steps().filter(|s| *s < 0.0).count() != 1 || !steps().any(fall) || !time_s.iter().all(of_clock) {
+        return None;
+    }
+    let at = steps().position(fall)? + 1;
+    time_s[at..].iter_mut().for_each(|t| *t += DAY_S);
+    Some(Note::new("the times begin again at midnight: those after it were moved on by a day"))
 }
 
 /// Puts rounded times on the step that the file states, where all of them are less than half of it

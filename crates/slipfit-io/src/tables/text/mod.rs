@@ -5,6 +5,7 @@ mod layout;
 mod number;
 mod scan;
 mod source;
+mod stamp;
 mod vendors;
 
 use std::io::Read;
