@@ -60,8 +60,14 @@ pub enum Format {
     Sqlite,
     /// FLAC sound.
     Flac,
-    /// MP3 sound with an ID3 tag.
+    /// MP3 sound.
     Mp3,
+    /// MPEG-4 (.m4a, .mp4, .3gp), its sound.
+    Mp4,
+    /// Ogg (.ogg), its sound.
+    Ogg,
+    /// AAC sound in frames of its own (.aac).
+    Aac,
     /// Feather of the first version.
     FeatherV1,
 }
@@ -112,7 +118,15 @@ const KNOWN: &[Known] = &[
     (Format::Png, "a PNG picture", "png", &[(0, b"\x89PNG\r\n\x1a\n")]),
     (Format::Sqlite, "an SQLite database", "sqlite", &[(0, b"SQLite format 3\0")]),
     (Format::Flac, "a FLAC sound file", "flac", &[(0, b"fLaC")]),
-    (Format::Mp3, "an MP3 sound file", "mp3", &[(0, b"ID3")]),
+    (
+        Format::Mp3,
+        "an MP3 sound file",
+        "mp3",
+        &[(0, b"ID3"), (0, b"\xff\xfb"), (0, b"\xff\xfa"), (0, b"\xff\xf3"), (0, b"\xff\xf2")],
+    ),
+    (Format::Mp4, "an MPEG-4 file (.m4a)", "m4a mp4 3gp mov", &[(4, b"ftyp")]),
+    (Format::Ogg, "an Ogg sound file", "ogg oga", &[(0, b"OggS")]),
+    (Format::Aac, "an AAC sound file", "aac", &[(0, b"\xff\xf1"), (0, b"\xff\xf9")]),
     (Format::FeatherV1, "a Feather file of the first version", "feather1", &[(0, b"FEA1")]),
 ];
 
@@ -141,6 +155,9 @@ impl Format {
             Self::Pickle => {
                 "opening a pickle runs what it says: save the arrays in Python by numpy.savez, or a table by to_csv \
                  or to_parquet"
+            }
+            Self::Flac | Self::Mp3 | Self::Mp4 | Self::Ogg | Self::Aac => {
+                "convert it by `ffmpeg -i FILE sound.wav`, or build slipfit with its feature `sound`"
             }
             Self::FeatherV1 => {
                 "read it by pyarrow.feather.read_table in Python and write it again: the second version is Arrow IPC"

@@ -48,7 +48,7 @@ pub use report::{
     ColumnInfo, ColumnTaken, Decimal, Delimiter, Dialect, DrivenRecord, LevelReading, Note, ReadReport,
     Reading, Skipped, SweepReading, TimeSource,
 };
-#[cfg(any(feature = "arrow", feature = "hdf5", feature = "parquet"))]
+#[cfg(any(feature = "arrow", feature = "hdf5", feature = "parquet", feature = "sound"))]
 pub use tables::guard::panic_becomes_error;
 pub use tables::table::{Column, Table, Tables};
 

@@ -1,6 +1,6 @@
 //! Tables as other programs write them, in their versions, packings and byte orders: every file of
 //! `validation/reference/writers` is the ring-down that its script states, to the last digit.
-#![cfg(all(feature = "arrow", feature = "hdf5", feature = "parquet"))]
+#![cfg(all(feature = "arrow", feature = "excel", feature = "hdf5", feature = "parquet"))]
 #![allow(clippy::unwrap_used, reason = "a failed unwrap fails the test, as it should")]
 
 use std::path::PathBuf;
@@ -27,7 +27,8 @@ fn x(k: usize) -> f64 {
 #[test]
 fn every_writer_is_read_without_a_flag() {
     let mut count = 0;
-    for (name, path) in files().into_iter().filter(|(name, _)| !name.starts_with("constant_")) {
+    let tables = |(name, _): &(String, PathBuf)| !name.starts_with("constant_") && !name.starts_with("sound");
+    for (name, path) in files().into_iter().filter(tables) {
         let reading = read(&path, &ReadOptions::default()).unwrap_or_else(|e| panic!("{e}"));
         let record = &reading.record;
         assert_eq!(record.len(), 400, "{name}");
@@ -91,4 +92,45 @@ fn a_claim_beyond_what_the_packing_can_hold_is_refused() {
     bomb[at..at + 8].copy_from_slice(&(1_u64 << 40).to_le_bytes());
     let error = slipfit_io::read_tables_from(&bomb[..], "bomb", usize::MAX).unwrap_err().to_string();
     assert!(error.contains("claim to unpack to"), "{error}");
+}
+
+#[cfg(feature = "sound")]
+#[test]
+fn sounds_as_phones_pack_them_are_read() {
+    use slipfit_io::{Format, TimeSource};
+    let wave = |k: usize| {
+        let t = k as f64 / 8000.0;
+        (26000.0 * (-3.0 * t).exp() * (std::f64::consts::TAU * 200.0 * t).cos()).round() / 32768.0
+    };
+    for (name, format, lossless) in [
+        ("sound.flac", Format::Flac, true),
+        ("sound_alac.m4a", Format::Mp4, true),
+        ("sound.m4a", Format::Mp4, false),
+        ("sound.aac", Format::Aac, false),
+        ("sound.mp3", Format::Mp3, false),
+        ("sound.ogg", Format::Ogg, false),
+    ] {
+        let (_, path) = files().into_iter().find(|(file, _)| file == name).unwrap();
+        let reading = read(&path, &ReadOptions::default()).unwrap_or_else(|e| panic!("{e}"));
+        assert_eq!(
+            (reading.report.format, reading.report.time.clone()),
+            (format, Some(TimeSource::Rate(8000.0)))
+        );
+        let notes = reading.report.notes.iter().any(|note| note.text.contains("packed with loss"));
+        assert_eq!(notes, !lossless, "{name}");
+        let signal = reading.record.signal();
+        // An encoder puts silence of its own in front of the sound: at most three frames of 2048.
+        let error = |lag: usize| {
+            let rows = signal[lag..].iter().take(7000).enumerate();
+            (rows.map(|(k, v)| (v - wave(k)).powi(2)).sum::<f64>() / 7000.0).sqrt()
+        };
+        let lags = 0..signal.len().saturating_sub(7000).min(6144) + 1;
+        let least = lags.map(error).fold(f64::INFINITY, f64::min);
+        // The root mean square of the sound is 0.23; codecs keep what is heard, here to some per cent.
+        let tolerance = if lossless { 1e-9 } else { 0.02 };
+        assert!(least < tolerance, "{name}: {least} from the sound that was packed");
+        // Cut in the middle it is read as far as it goes, or refused; it does not panic.
+        let bytes = std::fs::read(&path).unwrap();
+        let _ = slipfit_io::read_from(&bytes[..bytes.len() / 2], name, &ReadOptions::default());
+    }
 }

@@ -8,13 +8,15 @@ Every file holds the ring-down of `../formats/make.py`
     x = round(0.2 exp(-0.15 t) cos(2 pi 1.5 t), 6)        in rad
 
 with a constant column beside it, in single precision where the name ends in `_f4`. Files named `constant_...` hold 65536
-numbers round(25 exp(-k / 20000) cos(k / 50)) of eight bits beside constants, which pack ten thousandfold.
+numbers round(25 exp(-k / 20000) cos(k / 50)) of eight bits beside constants, which pack ten thousandfold. `sound...` hold
+one second at 8 kHz of 16 bits, round(26000 exp(-3 t) cos(2 pi 200 t)), as phones pack it.
 """
 
 import sys
 import warnings
 from pathlib import Path
 
+import av
 import duckdb
 import h5py
 import numpy as np
@@ -24,6 +26,7 @@ import pyarrow as pa
 import pyarrow.feather
 import pyarrow.parquet as pq
 import scipy.io
+import soundfile
 
 warnings.simplefilter("ignore")
 out = Path(sys.argv[1])
@@ -151,3 +154,18 @@ for packed in (False, True):
         scipy.io.savemat(out / name, {n: columns[n] for n in names[:2]}, do_compression=packed, oned_as=shape)
 scipy.io.savemat(out / "scipy_f4.mat", {"time_s": t.astype(">f4"), "angle_rad": x.astype("<f4")})
 scipy.io.savemat(out / "scipy_big.mat", {"time_s": t.astype(">f8"), "angle_rad": x.astype(">f8")})
+
+# Sound, by the codecs of FFmpeg
+wave = np.round(26000 * np.exp(-3 * np.arange(8000) / 8000) * np.cos(2 * np.pi * 200 * np.arange(8000) / 8000))
+for name, codec in (
+    ("sound.flac", "flac"), ("sound.m4a", "aac"), ("sound_alac.m4a", "alac"), ("sound.aac", "aac"), ("sound.mp3", "libmp3lame"),
+):
+    with av.open(str(out / name), "w") as container:
+        stream = container.add_stream(codec, rate=8000, layout="mono")
+        form = stream.codec_context.codec.audio_formats[0].name
+        sound = av.AudioFrame.from_ndarray(wave.astype(np.int16)[None, :], format="s16", layout="mono")
+        sound.sample_rate = 8000
+        for part in av.AudioResampler(format=form, layout="mono", rate=8000).resample(sound):
+            container.mux(stream.encode(part))
+        container.mux(stream.encode(None))
+soundfile.write(out / "sound.ogg", wave / 32768, 8000, format="OGG", subtype="VORBIS")

@@ -14,6 +14,8 @@ pub(crate) mod ods;
 mod package;
 #[cfg(feature = "parquet")]
 pub(crate) mod parquet;
+#[cfg(feature = "sound")]
+pub(crate) mod sound;
 pub(crate) mod touchstone;
 pub(crate) mod tracker;
 pub(crate) mod wav;

@@ -7,7 +7,7 @@ use crate::{
     error::ReadProblem,
     format::Format,
     input::Input,
-    report::{Note, Skipped},
+    report::Skipped,
     tables::binary::{Kind, Stored},
     tables::table::{BATCH, Batch, Sink, TableSource},
 };
@@ -112,8 +112,7 @@ impl Sound {
                         // RF64 keeps the size apart; recorders that never came to an end, nowhere.
                         length = wide.unwrap_or(size - at.min(size));
                     }
-                    let mut head = Head::of((1..=spec.channels).map(|c| format!("channel {c}")));
-                    head.rate_hz = Some(f64::from(spec.rate_hz));
+                    let head = Head::of_channels(spec.channels, f64::from(spec.rate_hz));
                     let mut sound = Self { input, head, spec, start: at, length };
                     sound.account(size);
                     return Ok(sound);
@@ -152,10 +151,6 @@ impl Sound {
                 .into(),
             );
             self.length = there;
-        }
-        if self.spec.channels > 1 {
-            let text = format!("the sound has {} channels", self.spec.channels);
-            notes.push(Note::new(text).hint("signal", "chooses one"));
         }
     }
 }

@@ -234,6 +234,10 @@ fn source<'a>(input: Input, format: Format, most_cells: usize) -> Result<Opened<
         Format::Parquet => Box::new(formats::parquet::Parquet::open(input)?),
         #[cfg(feature = "arrow")]
         Format::Arrow => Box::new(formats::arrow::Arrow::open(bytes(input)?)?),
+        #[cfg(feature = "sound")]
+        Format::Flac | Format::Mp3 | Format::Mp4 | Format::Ogg | Format::Aac => {
+            Box::new(formats::sound::PackedSound::open(bytes(input)?, format)?)
+        }
         Format::Touchstone => Box::new(touchstone::tables(&bytes(input)?)?),
         Format::Tracker => Box::new(tracker::tables(&bytes(input)?)?),
         Format::NanoSurf => Box::new(nanosurf::tables(&bytes(input)?)?),

@@ -4,7 +4,8 @@ use slipfit::{Record, record::Averaging};
 
 use super::{
     open::{Origin, opened},
-    pick, rounded,
+    pick,
+    rounded::{self, Rounded},
 };
 use crate::{
     columns::{
@@ -237,10 +238,15 @@ fn finish(head: &Head, mut choice: Choice, mut samples: Samples) -> Result<Readi
             values.iter_mut().for_each(|v| *v = units::from_decibels(*v));
         }
     }
+    let mut advice = None;
     choice.notes.extend(past_midnight(&mut samples.time_s));
     if samples.averaging.factor() == 1 {
         choice.notes.extend(put_on_step(head, &choice.time, &mut samples.time_s));
-        choice.notes.extend(rounded::rebuild(&mut samples.time_s));
+        match rounded::rebuild(&mut samples.time_s) {
+            Some(Rounded::Rebuilt(note)) => choice.notes.push(note),
+            Some(Rounded::Left(note)) => advice = Some(note),
+            None => {}
+        }
     }
     let Samples { time_s, signal, quadrature, read: rows_read, backwards, skipped, .. } = samples;
     let record = match (&choice.time, choice.quadrature.is_some()) {
@@ -260,6 +266,8 @@ fn finish(head: &Head, mut choice: Choice, mut samples: Samples) -> Result<Readi
         }
         (other, _) => ReadProblem::Data(other),
     })?;
+    // The record knows one more way to put a clock together.
+    choice.notes.extend(advice.filter(|_| record.clock_report().rebuilt_quantum_s.is_none()));
     let record = record.with_kind(choice.kind).with_unit(choice.signal.unit.clone());
     let signal = ("signal", choice.signal.taken(head));
     let quadrature = choice.quadrature.map(|q| ("quadrature", q.taken(head)));

@@ -14,9 +14,18 @@ const MOST: usize = 1 << 22;
 /// Steps of the search for the interval; each makes its bracket two thirds as long.
 const STEPS: usize = 120;
 
+/// What became of such times.
+#[derive(Debug, PartialEq)]
+pub(super) enum Rounded {
+    /// They are those of an even clock now.
+    Rebuilt(Note),
+    /// They are as they were.
+    Left(Note),
+}
+
 /// Puts an even clock in place of the stamps where all of them are roundings of it; where none fits,
 /// advises the rate that the first stamps have.
-pub(super) fn rebuild(time_s: &mut [f64]) -> Option<Note> {
+pub(super) fn rebuild(time_s: &mut [f64]) -> Option<Rounded> {
     if time_s.len() > MOST {
         return None;
     }
@@ -38,7 +47,6 @@ pub(super) fn rebuild(time_s: &mut [f64]) -> Option<Note> {
         return None;
     }
     let quanta: Vec<f64> = time_s.iter().map(|t| quantum(*t, digits)).collect();
-    let first = time_s.windows(2).position(|w| w[0] == w[1])?;
     if let Some((start, step)) = even_clock(time_s, &quanta) {
         time_s.iter_mut().enumerate().for_each(|(k, t)| *t = start + k as f64 * step);
         let text = format!(
@@ -46,23 +54,34 @@ pub(super) fn rebuild(time_s: &mut [f64]) -> Option<Note> {
              are roundings of",
             1.0 / step
         );
-        return Some(Note::new(text).hint("rate_hz", "says otherwise"));
+        return Some(Rounded::Rebuilt(Note::new(text).hint("rate_hz", "says otherwise")));
     }
     let text = format!(
         "the times are rounded to {digits} digits, {repeated} of {} repeat, and no even clock fits them",
         time_s.len()
     );
-    let span = time_s[first] - time_s[0];
-    let rate = first as f64 / span;
-    let advice = if first > 2 && span > 0.0 {
-        format!(
-            "takes the rate of the first {first}, {rate:.*}",
-            digits.saturating_sub(rate.log10().max(0.0) as usize + 1)
-        )
+    // The last row of the decade before the one in which stamps begin to repeat.
+    let first = time_s.windows(2).position(|w| w[0] == w[1])?;
+    let fine = (1..first).rev().find(|&k| decade(time_s[k]) < decade(time_s[first])).unwrap_or(first);
+    // Up to the first row that is missing.
+    let lost = |k: &usize| time_s[*k] - time_s[k - 1] > 1.5 * (time_s[1] - time_s[0]);
+    let fine = (2..=fine).find(lost).map_or(fine, |k| k - 1);
+    let span = time_s[fine] - time_s[0];
+    let advice = if fine > 2 && span > quanta[fine] {
+        let (rows, rounding) = (fine as f64, 0.5 * quanta[fine]);
+        let rate = roundest(rows / (span + rounding), rows / (span - rounding));
+        format!("takes the rate of the first {fine}, {rate}")
     } else {
         "gives the rate".to_owned()
     };
-    Some(Note::new(text).hint("rate_hz", advice))
+    Some(Rounded::Left(Note::new(text).hint("rate_hz", advice)))
+}
+
+/// The number of fewest digits between two above zero.
+fn roundest(low: f64, high: f64) -> f64 {
+    let middle = 0.5 * (low + high);
+    let with = |digits: usize| format!("{middle:.digits$e}").parse().unwrap_or(middle);
+    (0..8).map(with).find(|r| (low..=high).contains(r)).unwrap_or(middle)
 }
 
 /// Significant digits of the shortest number that is this one, and its digits behind the point.
@@ -122,7 +141,8 @@ mod tests {
     #[test]
     fn times_of_three_digits_are_put_on_the_clock_they_are_roundings_of() {
         let mut stamps: Vec<f64> = (0..3600).map(|k| three_digits(f64::from(k) / 30.0)).collect();
-        let note = rebuild(&mut stamps).unwrap().text;
+        let Some(Rounded::Rebuilt(note)) = rebuild(&mut stamps) else { panic!("not rebuilt") };
+        let note = note.text;
         assert!(note.contains("rounded to 3 digits") && note.contains("30.00"), "{note}");
         for (k, t) in stamps.iter().enumerate() {
             // Half a quantum of the last time that still moves with every row.
@@ -135,10 +155,10 @@ mod tests {
         let rows = (0..3600).filter(|k| !(900..930).contains(k));
         let mut stamps: Vec<f64> = rows.map(|k| three_digits(f64::from(k) / 30.0)).collect();
         let before = stamps.clone();
-        let note = rebuild(&mut stamps).unwrap();
+        let Some(Rounded::Left(note)) = rebuild(&mut stamps) else { panic!("not left") };
         assert_eq!(stamps, before);
         let said = note.spelled(&|option, _| option.to_owned());
-        assert!(said.contains("no even clock fits") && said.ends_with("first 300, 30.0"), "{said}");
+        assert!(said.contains("no even clock fits") && said.ends_with("first 299, 30"), "{said}");
     }
 
     #[test]

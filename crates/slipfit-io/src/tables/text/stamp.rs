@@ -59,7 +59,7 @@ fn date(text: &str) -> Option<i64> {
     let month_name = |word: &str| {
         let word = word.to_lowercase();
         let fits = |m: &&str| word.starts_with(*m) && word.chars().all(char::is_alphabetic);
-        MONTHS.iter().position(|m| fits(m)).map(|i| i as i64 + 1)
+        MONTHS.iter().position(fits).map(|i| i as i64 + 1)
     };
     let (year, month, day) = if a.len() == 4 {
         (digits(a, 4)?, digits(b, 2).or_else(|| month_name(b))?, digits(c, 2)?)
