@@ -146,7 +146,7 @@ fn a_folder_without_permission_is_a_row() {
     let folder = folder(&["a.csv"]);
     let locked = folder.path().join("locked");
     fs::create_dir(&locked).unwrap();
-    fs::set_permissions(&locked, fs::Permissions::from_mode(0)).unwrap();
+    fs::set_permissions(&locked, fs::Permissions::from_mode(0o000)).unwrap();
     // The superuser may read everything: then the folder is empty, which is a row as well.
     let superuser = fs::read_dir(&locked).is_ok();
     let table = folder.path().join("out.json");

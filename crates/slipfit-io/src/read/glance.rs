@@ -46,7 +46,7 @@ pub struct Glance {
     pub curve: Option<SweepReading>,
 }
 
-/// Looks at a file; text is read once for each of the three, anything else is opened once.
+/// Looks at a file; text is read twice, for its tables and for the record, anything else is opened once.
 pub(crate) fn glance(
     path: &Path,
     most_rows: usize,
@@ -71,8 +71,12 @@ pub(crate) fn glance(
     let head = beginning(again()?).map_err(|error| ReadError::new(&name, ReadProblem::Io(error)))?;
     let from_source = |source: &mut dyn TableSource| {
         let tables = gathered(source, most_rows)?;
-        if source.dialect().is_some() {
-            return Ok((tables, None));
+        if let Some(dialect) = source.dialect() {
+            // Text is read on from here as a record; a table seen whole is a curve or none.
+            let whole = tables.iter().all(|table| !table.cut);
+            let first_row = Some(dialect.first_data_row);
+            let sweep = curve.filter(|_| whole).map(|o| curve::from_tables(&tables, first_row, o));
+            return Ok((tables, None, sweep));
         }
         let mut reading = record::from_source(source, record);
         let mut sweep = curve.map(|options| curve::from_tables(&tables, None, options));
@@ -85,32 +89,26 @@ pub(crate) fn glance(
                 sweep.report.notes.push(Note::new(text));
             }
         }
-        Ok((tables, Some((reading, sweep))))
+        Ok((tables, Some(reading), sweep))
     };
-    let ((tables, read), fingerprint) =
+    let ((tables, reading, sweep), fingerprint) =
         opened_in_part(again()?, record.format, None, MOST_CELLS, from_source)
             .map_err(|problem| ReadError::new(&name, problem))?;
     let cut = tables.iter().any(|table| table.cut);
-    let (record, curve) = match read {
-        Some((reading, sweep)) => {
-            let failed = |problem| ReadError::new(&name, problem);
-            let reading = reading.map_err(failed).map(|mut reading| {
-                fingerprint.clone().write(&mut reading.report, &name);
-                reading
-            });
-            let sweep = sweep.and_then(Result::ok).map(|mut sweep| {
-                fingerprint.clone().write(&mut sweep.report, &name);
-                sweep
-            });
-            // Numbers alone are not trusted where only the first of them were seen.
-            (reading, sweep.filter(|sweep| !cut || sweep.report.named))
+    let record = match reading {
+        Some(Ok(mut reading)) => {
+            fingerprint.clone().write(&mut reading.report, &name);
+            Ok(reading)
         }
-        None => {
-            let reading = again().and_then(|origin| record::read(origin, &name, record, None));
-            let sweep = |options| curve::read(again()?, &name, options);
-            (reading, curve.filter(|_| !cut).and_then(|options| sweep(options).ok()))
-        }
+        Some(Err(problem)) => Err(ReadError::new(&name, problem)),
+        None => again().and_then(|origin| record::read(origin, &name, record, None)),
     };
+    let curve = sweep.and_then(Result::ok).map(|mut sweep| {
+        fingerprint.clone().write(&mut sweep.report, &name);
+        sweep
+    });
+    // Numbers alone are not trusted where only the first of them were seen.
+    let curve = curve.filter(|curve| !cut || curve.report.named);
     let swings = record.as_ref().ok().map(|reading: &Reading| reading.record.swings());
     let curve = curve.filter(|curve| is_curve(curve, tables.len(), swings));
     Ok(Glance { head, tables: open::described(tables, fingerprint, &name), record, swings, curve })
