@@ -160,6 +160,8 @@ fn dates_and_times_of_day_are_read_as_seconds() {
             let said = notes(&reading);
             assert!(said.contains(&format!("such as `{first}`: read as seconds since")), "{header}: {said}");
             assert_eq!(time_unit(&reading), "s", "{header}");
+            // Milliseconds of a date are those of its clock, to the last digit.
+            assert!(reading.record.clock().is_uniform(), "{first}");
         }
     }
     // Minutes and seconds alone.

@@ -24,6 +24,8 @@ pub(super) struct Layout {
     pub(super) first_line: usize,
     /// Whether the rows quote cells.
     pub(super) quoted: bool,
+    /// The day of its first date, counted from 1970; 0 without one.
+    pub(super) day: i64,
     /// The program or instrument that wrote it, if that can be told.
     pub(super) convention: Option<&'static str>,
     /// Its columns, and what stands above it.
@@ -50,27 +52,34 @@ pub(super) fn find(lines: &[&[u8]]) -> Option<Layout> {
         Some((line, names)) => (Some(line), names),
         None => (None, vec![Name::default(); shape.width]),
     };
-    let names = stamped(names, lines[first_line], shape, &mut notes);
+    let (names, day) = stamped(names, lines[first_line], shape, &mut notes);
     let quoted = lines[first_line..].iter().any(|l| memchr::memchr(b'"', l).is_some());
     let named_values =
         named::values(lines[..first_line].iter().map(|line| text(uncommented(line)).into_owned()));
     let head = Head { names, named_values, notes, ..Head::default() };
-    Some(Layout { shape, header_line, first_line, quoted, convention: None, head })
+    Some(Layout { shape, header_line, first_line, quoted, day, convention: None, head })
 }
 
-/// Columns of dates and times of day are times in seconds, whatever their headers.
-fn stamped(mut names: Vec<Name>, row: &[u8], shape: Shape, notes: &mut Vec<Note>) -> Vec<Name> {
+/// Columns of dates and times of day are times in seconds, whatever their headers; with the first day.
+fn stamped(mut names: Vec<Name>, row: &[u8], shape: Shape, notes: &mut Vec<Note>) -> (Vec<Name>, i64) {
+    let mut day = None;
     for (column, (name, cell)) in names.iter_mut().zip(dialect::cells(row, shape.delimiter)).enumerate() {
         let cell = text(number::trim(cell));
         // A fraction of decimal comma or point is no stamp; `1.5` is read first.
         let plain = number::number(cell.as_bytes(), shape.decimal).is_some();
-        let Some(stamp) = stamp::read(&cell).filter(|stamp| stamp.timed && !plain) else { continue };
-        let since = if stamp.dated { "since 1970" } else { "since midnight" };
-        let (number, what) = (column + 1, if stamp.dated { "date and time" } else { "the time of day" });
-        notes.push(format!("column {number} holds {what}, such as `{cell}`: read as seconds {since}").into());
+        let Some(stamp) = stamp::read(&cell).filter(|_| !plain) else { continue };
+        day = day.or(stamp.day);
+        if !stamp.timed {
+            continue;
+        }
+        let what = if stamp.day.is_some() { "date and time" } else { "the time of day" };
+        let since = if stamp.day.is_some() { "the midnight before" } else { "midnight" };
+        let number = column + 1;
+        let text = format!("column {number} holds {what}, such as `{cell}`: read as seconds since {since}");
+        notes.push(text.into());
         "s".clone_into(&mut name.unit);
     }
-    names
+    (names, day.unwrap_or(0))
 }
 
 /// The first row of numbers of the usual width that others follow.

@@ -66,8 +66,13 @@ pub(super) fn trim(cell: &[u8]) -> &[u8] {
     }
 }
 
-/// Reads a cell.
+/// Reads a cell; dates count from 1970.
 pub(super) fn cell(bytes: &[u8], decimal: Decimal) -> Cell {
+    cell_since(bytes, decimal, 0)
+}
+
+/// Reads a cell; dates count from the midnight before `day`, itself counted from 1970.
+pub(super) fn cell_since(bytes: &[u8], decimal: Decimal, day: i64) -> Cell {
     let bytes = trim(bytes);
     if bytes.is_empty() {
         return Cell::Missing;
@@ -75,7 +80,7 @@ pub(super) fn cell(bytes: &[u8], decimal: Decimal) -> Cell {
     match number(bytes, decimal) {
         Some(value) if value.is_finite() => Cell::Number(value),
         Some(_) => Cell::Missing,
-        None => odd(bytes, decimal),
+        None => odd(bytes, decimal, day),
     }
 }
 
@@ -100,7 +105,7 @@ pub(super) fn number(bytes: &[u8], decimal: Decimal) -> Option<f64> {
 
 /// Numbers in typographic or Fortran dress, and words for no value.
 #[cold]
-fn odd(bytes: &[u8], decimal: Decimal) -> Cell {
+fn odd(bytes: &[u8], decimal: Decimal, day: i64) -> Cell {
     if bytes.len() > LONGEST {
         return Cell::Text;
     }
@@ -116,7 +121,7 @@ fn odd(bytes: &[u8], decimal: Decimal) -> Cell {
     }
     match number(plain.as_bytes(), decimal) {
         Some(value) if value.is_finite() => Cell::Number(value),
-        _ => match ungrouped(&plain, decimal).or_else(|| stamp::read(text).map(|stamp| stamp.seconds)) {
+        _ => match ungrouped(&plain, decimal).or_else(|| stamp::read(text).map(|stamp| stamp.since(day))) {
             Some(value) => Cell::Number(value),
             None => Cell::Text,
         },
