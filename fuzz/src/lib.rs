@@ -22,6 +22,30 @@ const WINDOWS: usize = 24 << 20;
 const TIMES: usize = 64;
 const TIMES_PACKED: usize = 12_000;
 
+/// The multiples of packed columns: Zstandard repeats 128 KiB by four bytes, deflate and LZF come one
+/// upon the other.
+const TIMES_ARROW: usize = 1 << 15;
+const TIMES_HDF5: usize = 4000;
+
+/// Reads Arrow's packed columns.
+pub fn arrow(bytes: &[u8]) {
+    read(bytes, TIMES_ARROW);
+}
+
+/// Reads HDF5's packed chunks.
+pub fn hdf5(bytes: &[u8]) {
+    read(bytes, TIMES_HDF5);
+}
+
+/// Reads an OpenDocument spreadsheet, of these bytes as its cells where they are none.
+pub fn ods(bytes: &[u8]) {
+    if bytes.starts_with(b"PK") {
+        return read(bytes, TIMES_PACKED);
+    }
+    let mimetype = b"application/vnd.oasis.opendocument.spreadsheet\0\0\0\0";
+    members(&[&mimetype[..], bytes].concat(), &["mimetype", "content.xml"]);
+}
+
 /// Reads bytes as they are.
 pub fn bytes(bytes: &[u8]) {
     read(bytes, TIMES);

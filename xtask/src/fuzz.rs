@@ -1,7 +1,7 @@
 //! `cargo xtask fuzz`: files of every format, changed at random where that reaches new code.
 //!
 //! The targets are `fuzz/targets`, one a format, driven by libFuzzer. What they start from is in
-//! `validation/reference/formats` and `fuzz/corpus`; what they find is kept in `target/fuzz`.
+//! `validation/reference` and `fuzz/corpus`; what they find is kept in `target/fuzz`.
 
 use std::fs;
 use std::path::{Path, PathBuf};
@@ -17,9 +17,9 @@ const FLAGS: &str = "-Cpasses=sancov-module -Cllvm-args=-sanitizer-coverage-leve
     -Cllvm-args=-sanitizer-coverage-inline-8bit-counters -Cllvm-args=-sanitizer-coverage-pc-table \
     -Cllvm-args=-sanitizer-coverage-trace-compares -Coverflow-checks -Ccodegen-units=8";
 
-/// The targets and what each starts from: names of `validation/reference/formats` hold one of these.
-const TARGETS: [(&str, &[&str]); 24] = [
-    ("arrow", &[".arrows", ".feather"]),
+/// The targets and what each starts from: names of files in [`SEEDS`] hold one of these.
+const TARGETS: [(&str, &[&str]); 25] = [
+    ("arrow", &[".arrow", ".feather"]),
     ("capstone", &["capstone"]),
     ("gzip", &[".gz"]),
     ("hdf5", &[".h5", "matlab73"]),
@@ -32,6 +32,7 @@ const TARGETS: [(&str, &[&str]); 24] = [
     ("nanosurf", &[".nid"]),
     ("npy", &[".npy"]),
     ("npz", &[".npz"]),
+    ("ods", &[".ods"]),
     ("parquet", &[".parquet"]),
     ("phyphox_text", &["phyphox_"]),
     ("phyphox_zip", &["phyphox.zip"]),
@@ -44,6 +45,9 @@ const TARGETS: [(&str, &[&str]); 24] = [
     ("xls", &["sheets.xls"]),
     ("xlsx", &["sheets.xlsx"]),
 ];
+
+/// Where the seeds are.
+const SEEDS: [&str; 2] = ["validation/reference/formats", "validation/reference/writers"];
 
 /// Longer than any file of this size may take, on a busy machine as well.
 const HANGS_AFTER_S: u32 = 30;
@@ -156,11 +160,13 @@ impl Target<'_> {
     fn seeds(&self) -> Result<Vec<PathBuf>, Failure> {
         let seeds = self.folder.join("seeds").join(self.name);
         fs::create_dir_all(&seeds)?;
-        for entry in fs::read_dir(root().join("validation/reference/formats"))? {
-            let path = entry?.path();
-            let name = path.file_name().unwrap_or_default().to_string_lossy().into_owned();
-            if self.seeds.iter().any(|part| name.contains(part)) {
-                fs::copy(&path, seeds.join(name))?;
+        for folder in SEEDS {
+            for entry in fs::read_dir(root().join(folder))? {
+                let path = entry?.path();
+                let name = path.file_name().unwrap_or_default().to_string_lossy().into_owned();
+                if self.seeds.iter().any(|part| name.contains(part)) {
+                    fs::copy(&path, seeds.join(name))?;
+                }
             }
         }
         let mut folders = vec![seeds];

@@ -1,5 +1,7 @@
 //! Which kind of file this is, from its first bytes.
 
+use std::str::FromStr;
+
 /// A kind of file.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
 #[non_exhaustive]
@@ -16,6 +18,8 @@ pub enum Format {
     Xls,
     /// Excel workbook (.xlsx).
     Xlsx,
+    /// OpenDocument spreadsheet (.ods).
+    Ods,
     /// ZIP archive of texts, as phyphox exports them.
     Zip,
     /// NumPy arrays in an archive (.npz).
@@ -56,53 +60,74 @@ pub enum Format {
     Sqlite,
     /// FLAC sound.
     Flac,
-    /// MP3 sound with an ID3 tag.
+    /// MP3 sound.
     Mp3,
+    /// MPEG-4 (.m4a, .mp4, .3gp), its sound.
+    Mp4,
+    /// Ogg (.ogg), its sound.
+    Ogg,
+    /// AAC sound in frames of its own (.aac).
+    Aac,
+    /// Feather of the first version.
+    FeatherV1,
 }
 
 /// Bytes that tell a format.
 pub(crate) const HEAD: usize = 1024;
 
-/// A format, its name in a sentence, and bytes at offsets that mark it.
-type Known = (Format, &'static str, &'static [(usize, &'static [u8])]);
+/// A format, its name in a sentence, the words that name it alone, the ending of its files among
+/// them, and bytes at offsets that mark it.
+type Known = (Format, &'static str, &'static str, &'static [(usize, &'static [u8])]);
 
 /// Each format with its marks.
 const KNOWN: &[Known] = &[
-    (Format::Text, "delimited text", &[]),
-    (Format::Wav, "a WAV sound file", &[(0, b"RIFF"), (0, b"RF64")]),
-    (Format::Mat5, "a MATLAB file (level 5)", &[(0, b"MATLAB 5.0")]),
+    (Format::Text, "delimited text", "text csv txt tsv dat lvm", &[]),
+    (Format::Wav, "a WAV sound file", "wav", &[(0, b"RIFF"), (0, b"RF64")]),
+    (Format::Mat5, "a MATLAB file (level 5)", "mat", &[(0, b"MATLAB 5.0")]),
     (
         Format::Hdf5,
         "an HDF5 file (MATLAB 7.3 writes these too)",
+        "hdf5 h5",
         &[(0, b"\x89HDF\r\n\x1a\n"), (512, b"\x89HDF\r\n\x1a\n")],
     ),
-    (Format::Xls, "an old Excel file (.xls)", &[(0, b"\xd0\xcf\x11\xe0\xa1\xb1\x1a\xe1")]),
-    (Format::Xlsx, "an Excel file (.xlsx)", &[]),
-    (Format::Zip, "a ZIP archive", &[(0, b"PK\x03\x04")]),
-    (Format::Npz, "NumPy arrays in an archive (.npz)", &[]),
-    (Format::Arrow, "an Arrow IPC file", &[(0, b"ARROW1\0\0"), (0, b"\xff\xff\xff\xff")]),
-    (Format::Touchstone, "a Touchstone file", &[]),
-    (Format::Tracker, "a Tracker project (.trk)", &[]),
-    (Format::NanoSurf, "a NanoSurf file (.nid)", &[(0, b"[DataSet]")]),
-    (Format::Gzip, "a gzip file", &[(0, b"\x1f\x8b")]),
-    (Format::Xz, "an xz file", &[(0, b"\xfd7zXZ\0")]),
-    (Format::Bzip2, "a bzip2 file", &[(0, b"BZh")]),
-    (Format::Zstd, "a Zstandard file", &[(0, b"\x28\xb5\x2f\xfd")]),
-    (Format::Npy, "a NumPy array (.npy)", &[(0, b"\x93NUMPY")]),
-    (Format::Parquet, "a Parquet file", &[(0, b"PAR1")]),
-    (Format::Tdms, "a LabVIEW TDMS file", &[(0, b"TDSm"), (0, b"TDSh")]),
-    (Format::Mdf, "an ASAM MDF measurement file (.mf4)", &[(0, b"MDF     "), (0, b"UnFinMF ")]),
-    (Format::Universal, "a universal file of modal analysis (.unv)", &[]),
+    (Format::Xls, "an old Excel file (.xls)", "xls", &[(0, b"\xd0\xcf\x11\xe0\xa1\xb1\x1a\xe1")]),
+    (Format::Xlsx, "an Excel file (.xlsx)", "xlsx", &[]),
+    (Format::Ods, "an OpenDocument spreadsheet (.ods)", "ods", &[]),
+    (Format::Zip, "a ZIP archive", "zip", &[(0, b"PK\x03\x04")]),
+    (Format::Npz, "NumPy arrays in an archive (.npz)", "npz", &[]),
+    (Format::Arrow, "an Arrow IPC file", "arrow feather", &[(0, b"ARROW1\0\0"), (0, b"\xff\xff\xff\xff")]),
+    (Format::Touchstone, "a Touchstone file", "touchstone s1p s2p", &[]),
+    (Format::Tracker, "a Tracker project (.trk)", "tracker trk", &[]),
+    (Format::NanoSurf, "a NanoSurf file (.nid)", "nid", &[(0, b"[DataSet]")]),
+    (Format::Gzip, "a gzip file", "gzip gz", &[(0, b"\x1f\x8b")]),
+    (Format::Xz, "an xz file", "xz", &[(0, b"\xfd7zXZ\0")]),
+    (Format::Bzip2, "a bzip2 file", "bzip2 bz2", &[(0, b"BZh")]),
+    (Format::Zstd, "a Zstandard file", "zstd zst", &[(0, b"\x28\xb5\x2f\xfd")]),
+    (Format::Npy, "a NumPy array (.npy)", "npy", &[(0, b"\x93NUMPY")]),
+    (Format::Parquet, "a Parquet file", "parquet", &[(0, b"PAR1")]),
+    (Format::Tdms, "a LabVIEW TDMS file", "tdms", &[(0, b"TDSm"), (0, b"TDSh")]),
+    (Format::Mdf, "an ASAM MDF measurement file (.mf4)", "mdf mf4", &[(0, b"MDF     "), (0, b"UnFinMF ")]),
+    (Format::Universal, "a universal file of modal analysis (.unv)", "universal unv uff", &[]),
     (
         Format::Pickle,
         "a Python pickle (.pkl)",
+        "pickle pkl",
         &[(0, b"\x80\x02"), (0, b"\x80\x03"), (0, b"\x80\x04\x95"), (0, b"\x80\x05\x95")],
     ),
-    (Format::Pdf, "a PDF document", &[(0, b"%PDF-")]),
-    (Format::Png, "a PNG picture", &[(0, b"\x89PNG\r\n\x1a\n")]),
-    (Format::Sqlite, "an SQLite database", &[(0, b"SQLite format 3\0")]),
-    (Format::Flac, "a FLAC sound file", &[(0, b"fLaC")]),
-    (Format::Mp3, "an MP3 sound file", &[(0, b"ID3")]),
+    (Format::Pdf, "a PDF document", "pdf", &[(0, b"%PDF-")]),
+    (Format::Png, "a PNG picture", "png", &[(0, b"\x89PNG\r\n\x1a\n")]),
+    (Format::Sqlite, "an SQLite database", "sqlite", &[(0, b"SQLite format 3\0")]),
+    (Format::Flac, "a FLAC sound file", "flac", &[(0, b"fLaC")]),
+    (
+        Format::Mp3,
+        "an MP3 sound file",
+        "mp3",
+        &[(0, b"ID3"), (0, b"\xff\xfb"), (0, b"\xff\xfa"), (0, b"\xff\xf3"), (0, b"\xff\xf2")],
+    ),
+    (Format::Mp4, "an MPEG-4 file (.m4a)", "m4a mp4 3gp mov", &[(4, b"ftyp")]),
+    (Format::Ogg, "an Ogg sound file", "ogg oga", &[(0, b"OggS")]),
+    (Format::Aac, "an AAC sound file", "aac", &[(0, b"\xff\xf1"), (0, b"\xff\xf9")]),
+    (Format::FeatherV1, "a Feather file of the first version", "feather1", &[(0, b"FEA1")]),
 ];
 
 impl Format {
@@ -131,6 +156,12 @@ impl Format {
                 "opening a pickle runs what it says: save the arrays in Python by numpy.savez, or a table by to_csv \
                  or to_parquet"
             }
+            Self::Flac | Self::Mp3 | Self::Mp4 | Self::Ogg | Self::Aac => {
+                "convert it by `ffmpeg -i FILE sound.wav`, or build slipfit with its feature `sound`"
+            }
+            Self::FeatherV1 => {
+                "read it by pyarrow.feather.read_table in Python and write it again: the second version is Arrow IPC"
+            }
             Self::Gzip | Self::Xz | Self::Bzip2 | Self::Zstd => "unpack it first",
             _ => "export the data as text: one row per sample, columns for time and signal",
         }
@@ -149,7 +180,31 @@ impl Format {
     /// Its name in a sentence.
     #[must_use]
     pub fn name(self) -> &'static str {
-        KNOWN.iter().find(|(format, ..)| *format == self).map_or("a file", |(_, name, _)| name)
+        KNOWN.iter().find(|(format, ..)| *format == self).map_or("a file", |(_, name, ..)| name)
+    }
+}
+
+/// By one of the words that name it, such as the ending of its files.
+///
+/// ```
+/// use slipfit_io::Format;
+/// assert_eq!("h5".parse(), Ok(Format::Hdf5));
+/// assert_eq!(".CSV".parse(), Ok(Format::Text));
+/// let error = "docx".parse::<Format>().unwrap_err();
+/// assert!(error.starts_with("no such format; there are text, wav, mat,"), "{error}");
+/// ```
+impl FromStr for Format {
+    type Err = String;
+
+    fn from_str(text: &str) -> Result<Self, String> {
+        let word = text.trim().trim_start_matches('.').to_lowercase();
+        let named = |(_, _, words, _): &&Known| words.split(' ').any(|known| known == word);
+        let first = |(_, _, words, _): &Known| words.split(' ').next().unwrap_or_default();
+        let unknown = || {
+            let known: Vec<&str> = KNOWN.iter().map(first).collect();
+            format!("no such format; there are {}", known.join(", "))
+        };
+        KNOWN.iter().find(named).map(|(format, ..)| *format).ok_or_else(unknown)
     }
 }
 

@@ -48,11 +48,14 @@ pub use report::{
     ColumnInfo, ColumnTaken, Decimal, Delimiter, Dialect, DrivenRecord, LevelReading, Note, ReadReport,
     Reading, Skipped, SweepReading, TimeSource,
 };
-#[cfg(any(feature = "arrow", feature = "hdf5", feature = "parquet"))]
+#[cfg(any(feature = "arrow", feature = "hdf5", feature = "parquet", feature = "sound"))]
 pub use tables::guard::panic_becomes_error;
 pub use tables::table::{Column, Table, Tables};
 
-/// Reads a record from a file of any format known.
+/// Reads a record from a file of any format known; `-` is standard input.
+///
+/// A pipe or a device is read once, from front to back; formats that are read from several places
+/// are held then, as by [`read_from`].
 ///
 /// # Errors
 /// [`ReadError`], naming the file and what would help.
@@ -152,6 +155,25 @@ pub fn glance(
     curve: Option<&ReadOptions>,
 ) -> Result<Glance, ReadError> {
     read::glance::glance(path.as_ref(), most_rows, record, curve)
+}
+
+/// The files of a folder, hidden ones and folders left out, in the order of their names.
+///
+/// # Errors
+/// The folder cannot be read.
+///
+/// ```
+/// # let folder = std::env::temp_dir().join(format!("swings-{}", std::process::id()));
+/// # std::fs::create_dir_all(&folder)?;
+/// for name in ["b.csv", "a.csv", ".hidden"] {
+///     std::fs::write(folder.join(name), "")?;
+/// }
+/// assert_eq!(slipfit_io::files_in(&folder)?, [folder.join("a.csv"), folder.join("b.csv")]);
+/// # std::fs::remove_dir_all(folder)?;
+/// # Ok::<(), std::io::Error>(())
+/// ```
+pub fn files_in(folder: impl AsRef<Path>) -> std::io::Result<Vec<PathBuf>> {
+    read::driven::files(folder.as_ref())
 }
 
 /// Reads a resonance curve: from one file that holds it, or from several files

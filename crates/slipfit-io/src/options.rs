@@ -2,6 +2,8 @@
 
 use slipfit::SignalKind;
 
+use crate::Format;
+
 /// How to read a file, where it does not say so itself. The default leaves everything to the
 /// file; each reading uses the fields that concern it.
 ///
@@ -10,6 +12,9 @@ use slipfit::SignalKind;
 /// header has.
 #[derive(Debug, Clone, Default, PartialEq)]
 pub struct ReadOptions {
+    /// The format, where the first bytes do not tell it or tell another; of a gzip file that of
+    /// what it packs.
+    pub format: Option<Format>,
     /// Which of several sheets, variables, groups, data sets or tracks: its
     /// name, a part of it that no other has, or its number from 1.
     pub sheet: Option<String>,

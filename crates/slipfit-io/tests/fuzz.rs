@@ -25,10 +25,35 @@ const WINDOWS: usize = 24 << 20;
 /// Deflate packs a thousandfold, so that packed formats may ask for more.
 fn most_times(format: Format) -> usize {
     match format {
-        Format::Gzip | Format::Zip | Format::Npz | Format::Xlsx | Format::Mat5 => 12_000,
+        Format::Gzip | Format::Zip | Format::Npz | Format::Xlsx | Format::Ods | Format::Mat5 => 12_000,
+        // As many numbers as bytes of silence can stand for.
+        Format::Flac | Format::Mp3 | Format::Mp4 | Format::Ogg | Format::Aac => 30_000,
+        // Zstandard repeats 128 KiB by four bytes; LZF, deflate and shuffle come one upon the other.
+        Format::Arrow => 1 << 15,
+        Format::Hdf5 => 4000,
         _ => 400,
     }
 }
+
+/// Seeds beside the fixtures, of formats and packings that those do not hold.
+const WRITERS: &[&str] = &[
+    "constant_zstd.feather",
+    "polars_zstd.arrow",
+    "pyarrow_decimal_bytes.parquet",
+    "h5py_lzf_latest.h5",
+    "pandas_table.h5",
+    "pandas_stamps.ods",
+    #[cfg(feature = "sound")]
+    "sound.flac",
+    #[cfg(feature = "sound")]
+    "sound.m4a",
+    #[cfg(feature = "sound")]
+    "sound.aac",
+    #[cfg(feature = "sound")]
+    "sound.mp3",
+    #[cfg(feature = "sound")]
+    "sound.ogg",
+];
 
 struct Random(u64);
 
@@ -121,10 +146,10 @@ fn keep(name: &str, bytes: &[u8]) -> PathBuf {
 }
 
 fn run(time: Duration) {
-    let folder = concat!(env!("CARGO_MANIFEST_DIR"), "/../../validation/reference/formats");
-    let mut seeds: Vec<(String, Format, Vec<u8>)> = std::fs::read_dir(folder)
-        .unwrap()
-        .map(|e| e.unwrap().path())
+    let folder = concat!(env!("CARGO_MANIFEST_DIR"), "/../../validation/reference/");
+    let formats = std::fs::read_dir(format!("{folder}formats")).unwrap().map(|e| e.unwrap().path());
+    let mut seeds: Vec<(String, Format, Vec<u8>)> = formats
+        .chain(WRITERS.iter().map(|name| PathBuf::from(format!("{folder}writers/{name}"))))
         .filter(|p| !p.extension().is_some_and(|e| e == "py" || e == "md"))
         .map(|p: PathBuf| {
             let format = read_tables(&p, 1).unwrap().format;

@@ -120,6 +120,12 @@ fn real_clocks_are_reported_as_they_are() {
     assert!((interval_s * 30.0127 - 1.0).abs() < 1e-4);
     let (_, report) = clock("triple_pendulum_in_water.csv");
     assert_eq!((report.repeated_stamps, report.rebuilt_quantum_s), (709, Some(0.1)));
+    // Rounded to three digits, and rows were lost: the rate is advised.
+    let video = read(ringdown("bychai_60deg.txt"), &ReadOptions::default()).unwrap();
+    let advice = |n: &slipfit_io::Note| {
+        n.hints.iter().any(|h| h.option == Some("rate_hz") && h.to_string().ends_with(", 30"))
+    };
+    assert!(video.report.notes.iter().any(advice), "{:?}", video.report.notes);
     let (_, motor) = clock("driven_then_free_pendulum.csv");
     assert_eq!(motor.gaps, 1);
 }
@@ -131,6 +137,9 @@ fn real_rates_and_steps_are_taken_from_the_file() {
     let rig = reading("highrate5_Test001.lvm");
     let Clock::Uniform { interval_s, .. } = *rig.record.clock() else { panic!("rounded times") };
     assert!((interval_s * 51_200.0 - 1.0).abs() < 1e-9, "{interval_s}");
+    // A track in pixels beside an angle that was never filled in.
+    let track = reading("pixels_240fps.csv");
+    assert_eq!((columns(&track), track.record.kind()), ((1, 2), SignalKind::Displacement));
     for (file, time, duration_s) in
         [("lynch_acc.csv", 2, 4.032), ("giosue_senza.txt", 3, 91.5), ("ptibbets_idf_wah.mat", 1, 178.46)]
     {

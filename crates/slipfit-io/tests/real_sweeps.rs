@@ -36,6 +36,7 @@ const EXPECTED: &[Expected] = &[
     Expected { file: "compound_pendulum_rad_per_s.csv", columns: &[("frequency", 2, "Hz"), ("amplitude", 3, "")], points: 646, unit: "", first_hz: 7.713867, last_hz: 1.227734 },
     Expected { file: "quartz_10MHz_dB.txt", columns: &[("frequency", 1, "Hz"), ("amplitude", 2, ""), ("phase", 3, "deg")], points: 18001, unit: "", first_hz: 9_987_268.0, last_hz: 10_005_268.0 },
     Expected { file: "akiyama_tuning_fork_nanonis.dat", columns: &[("shift", 1, "Hz"), ("centre", 2, "Hz"), ("amplitude", 3, "m"), ("phase", 4, "deg")], points: 256, unit: "m", first_hz: 30_244.8, last_hz: 30_321.0 },
+    Expected { file: "reed_four_columns", columns: &[("frequency", 1, "Hz"), ("amplitude", 4, ""), ("phase", 2, "rad")], points: 701, unit: "", first_hz: 130.0, last_hz: 158.0 },
     Expected { file: "sloshing_near_linear.txt", columns: &[("frequency", 1, "rad/s"), ("amplitude", 2, "%"), ("phase", 3, "deg")], points: 26, unit: "%", first_hz: 0.153_743, last_hz: 0.161_470 },
 ];
 

@@ -1,7 +1,7 @@
 //! How a resonance curve is read.
 
 use super::reading::Kind;
-use super::value::{Positive, Text, number, text};
+use super::value::{FormatName, Positive, Text, number, text};
 use clap::Args;
 use serde::Deserialize;
 use slipfit_io::ReadOptions;
@@ -10,6 +10,10 @@ use slipfit_io::ReadOptions;
 #[derive(Debug, Clone, Default, Args, Deserialize)]
 #[serde(default)]
 pub(crate) struct CurveArgs {
+    /// Format, where the first bytes do not tell it: text, mat, hdf5, parquet, arrow, ...
+    #[arg(long, value_name = "NAME", help_heading = "Reading")]
+    format: Option<FormatName>,
+
     /// Column of the frequencies, periods or shifts, by number (from 1) or name
     #[arg(long, value_name = "COL", help_heading = "Reading")]
     frequency: Option<Text>,
@@ -83,6 +87,7 @@ pub(crate) struct CurveArgs {
 impl CurveArgs {
     pub(crate) fn options(&self) -> ReadOptions {
         ReadOptions {
+            format: self.format.as_ref().map(|f| f.format),
             frequency: text(&self.frequency),
             amplitude: text(&self.amplitude),
             phase: text(&self.phase),

@@ -2,7 +2,7 @@
 
 use super::AnswerArgs;
 use super::calibration::CalibrationArgs;
-use super::value::{Positive, Text, Uncertain, number, text};
+use super::value::{FormatName, Positive, Text, Uncertain, number, text};
 use clap::Args;
 use serde::Deserialize;
 use slipfit::levels::Options;
@@ -48,6 +48,10 @@ pub(crate) struct LevelFitArgs {
 #[derive(Debug, Clone, Default, Args, Deserialize)]
 #[serde(default)]
 pub(crate) struct LevelReadingArgs {
+    /// Format, where the first bytes do not tell it: text, mat, hdf5, parquet, arrow, ...
+    #[arg(long, value_name = "NAME", help_heading = "Reading")]
+    format: Option<FormatName>,
+
     /// Column of the drive levels, by number (from 1) or name
     #[arg(long, value_name = "COL", help_heading = "Reading")]
     drive: Option<Text>,
@@ -103,6 +107,7 @@ impl LevelFitArgs {
 impl LevelReadingArgs {
     pub(crate) fn options(&self) -> ReadOptions {
         ReadOptions {
+            format: self.format.as_ref().map(|f| f.format),
             drive: text(&self.drive),
             amplitude: text(&self.amplitude),
             std_error: text(&self.std_error),

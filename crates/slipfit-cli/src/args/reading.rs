@@ -1,6 +1,6 @@
 //! How a file is read, where it does not say so itself.
 
-use super::value::{Positive, Text, number, text};
+use super::value::{FormatName, Positive, Text, number, text};
 use clap::{Args, ValueEnum};
 use serde::Deserialize;
 use slipfit::SignalKind;
@@ -10,6 +10,10 @@ use slipfit_io::ReadOptions;
 #[derive(Debug, Clone, Default, Args, Deserialize)]
 #[serde(default)]
 pub(crate) struct ReadingArgs {
+    /// Format, where the first bytes do not tell it: text, wav, mat, hdf5, parquet, arrow, ...
+    #[arg(long, value_name = "NAME", help_heading = "Reading")]
+    pub(crate) format: Option<FormatName>,
+
     /// Column of the times, by number (from 1) or name
     #[arg(long, value_name = "COL", help_heading = "Reading")]
     pub(crate) time: Option<Text>,
@@ -107,6 +111,7 @@ impl ReadingArgs {
             || self.part.is_some()
             || self.most_samples.is_some();
         (!record_only).then(|| ReadOptions {
+            format: self.format.as_ref().map(|f| f.format),
             unit: text(&self.unit),
             sheet: text(&self.sheet),
             run: self.run,
@@ -116,6 +121,7 @@ impl ReadingArgs {
 
     pub(crate) fn options(&self) -> ReadOptions {
         ReadOptions {
+            format: self.format.as_ref().map(|f| f.format),
             time: text(&self.time),
             signal: text(&self.signal),
             quadrature: text(&self.quadrature),
@@ -136,6 +142,7 @@ impl ReadingArgs {
         let quoted = |text: &Text| quoted(&text.0);
         let count = |n: Option<usize>| n.map(|n| n.to_string());
         [
+            ("--format", self.format.as_ref().map(|f| f.typed.clone())),
             ("--time", self.time.as_ref().map(quoted)),
             ("--signal", self.signal.as_ref().map(quoted)),
             ("--quadrature", self.quadrature.as_ref().map(quoted)),

@@ -4,9 +4,10 @@ use super::calibration::CalibrationArgs;
 use super::value::{Finite, Loss, Positive, band, model_help, number};
 use super::{AnswerArgs, ReadingArgs, TableArgs};
 use clap::Args;
+use glob::Pattern;
 use serde::Deserialize;
 use slipfit::ringdown::{LowPass, Options};
-use std::path::{Path, PathBuf};
+use std::path::PathBuf;
 
 const AFTER_HELP: &str = "\
 Examples:
@@ -24,8 +25,12 @@ Examples:
       a report to hand in: one page with pictures, equations and sources
   slipfit ringdown runs/*.csv --table runs.md --plot runs.svg
       many files at once, one row each, and a picture across them
+  slipfit ringdown runs --glob '*.csv' --table runs.csv
+      every file of a folder
   slipfit ringdown swing.csv --json - | jq .sliding
-      the answer for a script";
+      the answer for a script
+  logger | slipfit ringdown -
+      a record from standard input";
 
 /// Viscous and sliding loss from a measured free decay.
 ///
@@ -38,9 +43,14 @@ Examples:
 #[derive(Debug, Args)]
 #[command(after_help = AFTER_HELP, after_long_help = AFTER_HELP)]
 pub(crate) struct RingdownArgs {
-    /// The record, in any format that is known; several make a table
+    /// The record, in any format that is known, `-` for standard input; several, or a folder, make
+    /// a table
     #[arg(value_name = "FILE", required = true)]
     pub(crate) files: Vec<PathBuf>,
+
+    /// Of folders, only files of such names, such as '*.csv'
+    #[arg(long, value_name = "PATTERN", value_parser = Pattern::new, help_heading = "Reading")]
+    pub(crate) glob: Option<Pattern>,
 
     #[command(flatten)]
     pub(crate) reading: ReadingArgs,
@@ -102,9 +112,21 @@ pub(crate) struct RingdownAnalysisArgs {
 }
 
 impl RingdownArgs {
-    /// Every file that is read.
-    pub(crate) fn inputs(&self) -> impl Iterator<Item = &Path> {
-        self.files.iter().map(PathBuf::as_path)
+    /// Every file that is read, in place of a folder those in it. A folder that holds none, or that
+    /// cannot be read, stays: its row says so.
+    pub(crate) fn inputs(&self) -> Vec<PathBuf> {
+        let fits = |file: &PathBuf| {
+            let name = file.file_name().unwrap_or_default().to_string_lossy();
+            self.glob.as_ref().is_none_or(|pattern| pattern.matches(&name))
+        };
+        let files = |path: &PathBuf| match slipfit_io::files_in(path) {
+            Ok(files) if path.is_dir() => {
+                let fitting: Vec<PathBuf> = files.into_iter().filter(fits).collect();
+                if fitting.is_empty() { vec![path.clone()] } else { fitting }
+            }
+            _ => vec![path.clone()],
+        };
+        self.files.iter().flat_map(files).collect()
     }
 
     /// Everything fixed before the analysis.

@@ -2,6 +2,7 @@
 
 use serde::de::{self, Deserialize, Deserializer, Visitor};
 use slipfit::{LossModel, LossTerm};
+use slipfit_io::Format;
 use std::fmt;
 use std::marker::PhantomData;
 use std::str::FromStr;
@@ -21,6 +22,13 @@ pub(crate) struct Positive(pub(crate) f64);
 /// A loss model by its name.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub(crate) struct Loss(pub(crate) LossModel);
+
+/// A format of files, as it was named.
+#[derive(Debug, Clone, PartialEq)]
+pub(crate) struct FormatName {
+    pub(crate) typed: String,
+    pub(crate) format: Format,
+}
 
 /// What the help says of `--model`.
 pub(crate) fn model_help() -> String {
@@ -53,6 +61,14 @@ impl FromStr for Positive {
 
     fn from_str(text: &str) -> Result<Self, String> {
         positive(text).map(Self)
+    }
+}
+
+impl FromStr for FormatName {
+    type Err = String;
+
+    fn from_str(text: &str) -> Result<Self, String> {
+        Ok(Self { typed: text.to_owned(), format: text.parse()? })
     }
 }
 
@@ -96,7 +112,7 @@ macro_rules! as_typed {
         })*
     };
 }
-as_typed!(Text, Finite, Positive, Loss, Uncertain);
+as_typed!(Text, Finite, Positive, FormatName, Loss, Uncertain);
 
 /// A number that is finite: clap's own parser takes `nan` and `inf`.
 pub(super) fn finite(text: &str) -> Result<f64, String> {

@@ -20,7 +20,8 @@ use rayon::prelude::*;
 use sha2::{Digest, Sha256};
 use slipfit_report::plot;
 use slipfit_report::row::{Column, Row, Status};
-use std::collections::HashMap;
+use std::borrow::Cow;
+use std::collections::{HashMap, HashSet};
 use std::panic::{AssertUnwindSafe, catch_unwind};
 use std::path::{Path, PathBuf};
 use std::process::ExitCode;
@@ -31,6 +32,8 @@ use table::{Form, Table};
 pub(crate) struct Task<'a> {
     /// The command, `ringdown`.
     pub(crate) command: &'static str,
+    /// The files and folders as they were typed.
+    pub(crate) typed: &'a [PathBuf],
     pub(crate) files: &'a [PathBuf],
     /// Read beside them.
     pub(crate) reference: Option<&'a Path>,
@@ -142,6 +145,7 @@ fn one(task: &Task<'_>, file: &Path) -> Row {
 /// all that does.
 fn signature(task: &Task<'_>) -> String {
     let mut words = Vec::new();
+    let typed: HashSet<Cow<'_, str>> = task.typed.iter().map(|file| file.to_string_lossy()).collect();
     let mut arguments = version::arguments();
     let mut named = false;
     while let Some(word) = arguments.next() {
@@ -153,7 +157,7 @@ fn signature(task: &Task<'_>) -> String {
         } else if !named && word == task.command {
             named = true;
         } else if !["--resume", "--quiet", "-q", "--strict", "--force"].contains(&name)
-            && !task.files.iter().any(|f| f.to_string_lossy() == word)
+            && !typed.contains(word.as_str())
         {
             words.push(word);
         }

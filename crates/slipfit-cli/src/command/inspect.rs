@@ -6,16 +6,13 @@ use crate::output;
 use anstream::ColorChoice;
 use slipfit_io::{Glance, ReadError, ReadProblem, Reading, Table, Tables};
 use slipfit_report::terminal::{self, Inspected};
-use std::fs::File;
-use std::io::{BufRead as _, BufReader, Read as _};
 use std::path::Path;
 use std::process::ExitCode;
 
 /// Rows of each table looked at.
 const PREVIEW_ROWS: usize = 20_000;
-/// First lines of a text shown, and how far they are looked for.
+/// First lines of a text shown.
 const FIRST_LINES: usize = 5;
-const FIRST_BYTES: u64 = 64 << 10;
 
 pub(crate) fn run(args: &InspectArgs, color: ColorChoice) -> Result<ExitCode, Failure> {
     if args.file.is_dir() {
@@ -30,8 +27,8 @@ pub(crate) fn run(args: &InspectArgs, color: ColorChoice) -> Result<ExitCode, Fa
     let curve_options = args.reading.curve_options();
     let looked =
         slipfit_io::glance(&args.file, PREVIEW_ROWS, &args.reading.options(), curve_options.as_ref())?;
-    let Glance { tables, record: reading, swings, curve, .. } = looked;
-    let lines = if tables.dialect.is_some() { first_lines(&args.file) } else { Vec::new() };
+    let Glance { head, tables, record: reading, swings, curve, .. } = looked;
+    let lines = if tables.dialect.is_some() { first_lines(&head) } else { Vec::new() };
     let flags = args.reading.as_flags();
     let next_command = command(&args.file, &flags, &tables, &reading, curve.is_some());
     let inspected = Inspected {
@@ -77,23 +74,20 @@ fn command(
     text
 }
 
-/// The file as it is typed: no flag, and one word.
+/// The file as it is typed: no flag, and one word; `-` is standard input.
 fn typed(file: &Path) -> String {
     let path = file.display().to_string();
-    quoted(&if path.starts_with('-') { format!("./{path}") } else { path })
+    quoted(&if path.starts_with('-') && path != "-" { format!("./{path}") } else { path })
 }
 
 /// The first lines as they stand; none of a packed file.
-fn first_lines(path: &Path) -> Vec<String> {
-    let Ok(file) = File::open(path) else { return Vec::new() };
-    let mut reader = BufReader::new(file.take(FIRST_BYTES));
+fn first_lines(head: &[u8]) -> Vec<String> {
     let mut lines = Vec::new();
-    let mut line = Vec::new();
-    while lines.len() < FIRST_LINES && reader.read_until(b'\n', &mut line).is_ok_and(|n| n > 0) {
+    for line in head.split_inclusive(|b| *b == b'\n').take(FIRST_LINES) {
         if line.iter().any(|b| *b == 0 || *b == 0x1f) {
             return Vec::new();
         }
-        let text = String::from_utf8_lossy(&line);
+        let text = String::from_utf8_lossy(line);
         let text = text.trim_end().trim_start_matches('\u{feff}');
         lines.push(
             text.chars()
@@ -108,7 +102,6 @@ fn first_lines(path: &Path) -> Vec<String> {
                 })
                 .collect(),
         );
-        line.clear();
     }
     lines
 }

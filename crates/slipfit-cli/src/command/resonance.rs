@@ -52,6 +52,7 @@ fn many(args: &ResonanceArgs, color: ColorChoice) -> Result<ExitCode, Failure> {
     };
     let task = batch::Task {
         command: "resonance",
+        typed: &args.files,
         files: &args.files,
         reference: args.reference.as_deref(),
         table: &args.table,

@@ -19,10 +19,12 @@ use std::time::Duration;
 const LARGE: u64 = 32 << 20;
 
 pub(crate) fn run(args: &RingdownArgs, color: ColorChoice) -> Result<ExitCode, Failure> {
-    if args.table.table.is_some() || args.files.len() > 1 {
+    let files = args.inputs();
+    if args.table.table.is_some() || files.len() > 1 || files != args.files {
         let task = batch::Task {
             command: "ringdown",
-            files: &args.files,
+            typed: &args.files,
+            files: &files,
             reference: None,
             table: &args.table,
             out: &args.out,
@@ -35,8 +37,8 @@ pub(crate) fn run(args: &RingdownArgs, color: ColorChoice) -> Result<ExitCode, F
         };
         return batch::run(&task, color);
     }
-    let to = Destinations::new(&args.out, args.inputs())?;
     let file = &args.files[0];
+    let to = Destinations::new(&args.out, [file.as_path()])?;
     let Done { reading, options, answer } = watched(file, args)?;
     let analysed = AnalysedRingdown { file, reading: &reading, options: &options, answer: &answer };
 
@@ -84,6 +86,15 @@ fn watched(file: &Path, args: &RingdownArgs) -> Result<Done, Failure> {
 
 /// Reads and analyses one file.
 fn analyse_file(file: &Path, args: &RingdownArgs) -> Result<Done, Failure> {
+    if file.is_dir()
+        && let Ok(held) = slipfit_io::files_in(file)
+    {
+        let (name, held) = (file.display(), held.len());
+        return Err(match &args.glob {
+            Some(pattern) => Failure::new(format!("{name}: --glob {pattern}: fits none of {held} files")),
+            None => Failure::new(format!("{name}: the folder holds no files")),
+        });
+    }
     analyse_reading(file, slipfit_io::read(file, &args.reading.options())?, args)
 }
 

@@ -35,6 +35,17 @@ impl Head {
         Self { names, ..Self::default() }
     }
 
+    /// A sound: a column for each channel.
+    pub(crate) fn of_channels(channels: usize, rate_hz: f64) -> Self {
+        let mut head = Self::of((1..=channels).map(|c| format!("channel {c}")));
+        head.rate_hz = Some(rate_hz);
+        if channels > 1 {
+            let text = format!("the sound has {channels} channels");
+            head.notes.push(Note::new(text).hint("signal", "chooses one"));
+        }
+        head
+    }
+
     /// Notes that a column was left out.
     #[cfg(any(feature = "arrow", feature = "parquet"))]
     pub(crate) fn note_not_numbers(&mut self, header: &str) {

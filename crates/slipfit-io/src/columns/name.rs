@@ -91,7 +91,7 @@ fn find_word(text: &str, word: &str) -> Option<usize> {
 /// Takes the unit off a header: `Time (s)`, `power [dBm]`, `Weg / rad`,
 /// `Angle/rad`, `time_ms`, `U in V`, `Zeit s`.
 fn split_unit(text: &str) -> (String, String) {
-    for (open, close) in [('[', ']'), ('(', ')'), ('{', '}')] {
+    for (open, close) in [('[', ']'), ('(', ')'), ('{', '}'), ('（', '）')] {
         if let (Some(from), Some(to)) = (text.find(open), text.rfind(close))
             && from < to
         {

@@ -12,6 +12,9 @@ use crate::{
     report::Note,
 };
 
+/// A peak over the amplitudes at the ends of a curve.
+const PEAK: f64 = 1.5;
+
 /// How an amplitude is written.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub(crate) enum Scale {
@@ -113,7 +116,10 @@ impl Chooser<'_> {
             !taken.contains(i) && self.filled(**i) && matches!(self.roles[**i], Role::Unknown | Role::Real)
         };
         match self.near.iter().find(free).copied() {
-            Some(index) => self.amplitude(index, "the first column left", taken),
+            Some(first) => match self.peaked_beside(first, taken) {
+                Some(index) => self.amplitude(index, "the first column left that has a peak", taken),
+                None => self.amplitude(first, "the first column left", taken),
+            },
             None => Err(ReadProblem::NoColumn { needed: Needed::Amplitude, columns }),
         }
     }
@@ -193,6 +199,9 @@ impl Chooser<'_> {
             Some(index) => (index, "asked for"),
             None => match (self.of_role(Role::Phase, without), unnamed()) {
                 (Some(index), _) => (index, "named like a phase"),
+                (None, Some(index)) if self.turns_half(index) => {
+                    (index, "it turns by half a turn, as phases do")
+                }
                 (None, Some(index)) if self.looks_like_phase(index) => {
                     (index, "the next column, within half a turn or two")
                 }
@@ -221,6 +230,45 @@ impl Chooser<'_> {
         self.notes.push(Note::new(text).hint("phase_unit", "says otherwise"));
         unit.clone_into(&mut picked.unit);
         Ok(Some((picked, factor)))
+    }
+
+    /// Where the first column without a name turns as a phase does: the first other one with a peak.
+    fn peaked_beside(&self, first: usize, taken: &[usize]) -> Option<usize> {
+        let unnamed =
+            |i: usize| self.head.names[i].header.is_empty() && !taken.contains(&i) && self.filled(i);
+        if !unnamed(first) || !self.turns_half(first) {
+            return None;
+        }
+        let peaked = |&i: &usize| {
+            let values: Vec<f64> = self.finite(i).collect();
+            let tenth = (values.len() / 10).max(1);
+            let mean = |part: &[f64]| part.iter().sum::<f64>() / part.len() as f64;
+            // Means, so that one wild point is no peak.
+            let highest = values.chunks(tenth).map(mean).fold(f64::NEG_INFINITY, f64::max);
+            let ends = mean(&values[..tenth]).max(mean(&values[values.len() - tenth..]));
+            values.iter().all(|v| *v > 0.0) && highest > PEAK * ends
+        };
+        self.near.iter().copied().filter(|&i| i != first && unnamed(i)).find(peaked)
+    }
+
+    /// Numbers that go one way, by half a turn or a good part of it, as the phase through a resonance.
+    fn turns_half(&self, index: usize) -> bool {
+        let values: Vec<f64> = self.finite(index).collect();
+        if values.len() < 10 {
+            return false;
+        }
+        let tenth = values.len() / 10;
+        let mut sorted = values.clone();
+        sorted.sort_unstable_by(f64::total_cmp);
+        let span = sorted[sorted.len() - 1 - tenth / 2] - sorted[tenth / 2];
+        let mean = |part: &[f64]| part.iter().sum::<f64>() / part.len() as f64;
+        let means: Vec<f64> = values.chunks_exact(tenth).map(mean).collect();
+        let net = means[means.len() - 1] - means[0];
+        let one_way = means.windows(2).all(|w| (w[1] - w[0]) * net.signum() > -0.05 * span);
+        let turn = [(0.4 * PI, 1.2 * PI), (72.0, 216.0)]
+            .into_iter()
+            .any(|(least, most)| (least..=most).contains(&span));
+        one_way && turn && net.abs() > 0.8 * span
     }
 
     /// Numbers that stay within two turns and move by a good part of half a one.

@@ -88,7 +88,7 @@ impl<'a> Header<'a> {
     }
 
     fn names_frequency(&self) -> bool {
-        self.within("freq frequen fréquen frecuen kreisfrequ puls част 频率")
+        self.within("freq frequen fréquen frecuen kreisfrequ puls част 频率 頻率 周波数")
     }
 
     fn unit_in(&self, list: &str) -> bool {
@@ -119,13 +119,13 @@ const RECORD: &[Rule] = &[
                samples no drive antrieb excitation temperature temperatur temp pressure druck force kraft forza \
                fit model residual residuals mass masse massa energy energie row frame fps n period periode date \
                datum fecha")
-            || h.within("fft uncert residu frequen")
+            || h.within("fft uncert residu frequen fréquen frecuen 频率 頻率 周波数")
             || h.measures == Some(Measures::Other)
     }),
     (Role::Time, |h| {
         let named = h.has(
             "time timed times timestamp zeit laufzeit tempo temps tiempo tid tijd czas aika zaman čas idő время час \
-             时间 時間 시간 elapsed seconds millis clock sekunden secondi segundos hora",
+             时间 時間 时刻 時刻 시간 elapsed seconds millis clock sekunden secondi segundos hora",
         );
         (h.is_time() || named || h.begins("t dt δt sec secs ms") || h.within("time zeit tiempo timestamp"))
             && !matches!(h.measures, Some(Measures::Signal(_) | Measures::Level(_)))
@@ -144,15 +144,15 @@ const RECORD: &[Rule] = &[
             || h.begins("v vx vy vz w ω vel")
     }),
     (signal(80, Envelope, "named like an amplitude"), |h| {
-        h.within("magnitude envelope einhüllende hüllkurve inviluppo amplitud power") || h.begins("r mag amp")
+        h.within("magnitude envelope enveloppe envolvente einhüllende hüllkurve inviluppo amplitud ampiezza 振幅 power") || h.begins("r mag amp")
     }),
     (signal(100, Displacement, "named like an angle"), |h| {
-        h.within("angle angol ángul angul winkel theta угол 角度 twist rotation")
+        h.within("angle angol ángul ângul angul winkel theta угол 角度 twist rotation")
             || h.begins("θ ϑ phi φ ϕ alpha α ang")
     }),
     (signal(100, Displacement, "named like a position"), |h| {
         h.within(
-            "position posizion posici displace auslenk weg elongat elongac spostament déplacem deplacem desplaz \
+            "position posizion posici posiç displace auslenk weg elongat elongac élong desloc 位置 変位 spostament déplacem deplacem desplaz \
              ausschlag deflection distanc distanz abstand waveform переме 位移",
         ) || h.begins("x y z pos disp s height höhe altezza length dist")
     }),
@@ -184,7 +184,9 @@ const CURVE: &[Rule] = &[
         h.within("shift detun verstimm offset delta") && (h.in_hertz() || h.names_frequency())
             || h.begins("df δf dω δω dw ∆f")
     }),
-    (Role::Phase, |h| h.within("phase fase phas phasenv фаз") && !h.words.concat().starts_with("inphase")),
+    (Role::Phase, |h| {
+        h.within("phase fase phas phasenv фаз 相位 位相") && !h.words.concat().starts_with("inphase")
+    }),
     (Role::Real, |h| {
         h.begins("re real realteil inphase reale réel") || h.words.concat().starts_with("inphase")
     }),
@@ -195,7 +197,7 @@ const CURVE: &[Rule] = &[
     }),
     (Role::Period, |h| h.within("period schwingungsdauer umlauf") || h.is_time() && h.bare == "T"),
     (Role::Time, |h| {
-        h.within("time zeit tempo temps tiempo timestamp elapsed время")
+        h.within("time zeit tempo temps tiempo timestamp elapsed время 时间 時間")
             || h.is_time() && ["t", "T"].contains(&h.bare)
     }),
     (Role::Frequency, |h| h.names_frequency() || h.in_hertz()),
@@ -215,7 +217,7 @@ const CURVE: &[Rule] = &[
     }),
     (Role::Amplitude, |h| {
         h.within(
-            "amplitud ampiezza magnitud betrag response respons transmiss ausschlag амплит 振幅 level pegel power gain \
+            "amplitud ampiezza magnitud betrag response respons transmiss ausschlag амплит 振幅 幅值 幅度 level pegel power gain \
              deflection elongat",
         ) || h.bare.starts_with('|')
             || h.is_level()

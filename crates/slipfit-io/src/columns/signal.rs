@@ -1,5 +1,7 @@
 //! Which column is the signal.
 
+use std::f64::consts::TAU;
+
 use slipfit::SignalKind;
 
 use super::{
@@ -10,6 +12,9 @@ use super::{
 };
 use crate::error::{Needed, ReadProblem};
 
+/// Part of an amplitude, and of a turn, by which the columns of one lock-in agree but for their digits.
+const MODULUS_WITHIN: f64 = 0.02;
+const ANGLE_WITHIN_RAD: f64 = 0.05;
 /// Rank of a column whose name says nothing.
 const UNKNOWN_RANK: u8 = 40;
 
@@ -43,13 +48,47 @@ impl Chooser<'_> {
             let unit = self.head.names[c].unit.as_str();
             unit.ends_with('V') || unit.ends_with('A')
         };
-        let beside = self.head.names.iter().any(|n| {
-            let name = n.bare.to_lowercase();
-            ["r", "phase", "theta", "mag", "frequency"].contains(&name.trim())
+        let beside = self.near.iter().any(|&c| {
+            let name = self.head.names[c].bare.to_lowercase();
+            match name.trim() {
+                "r" | "mag" => self.is_modulus(c, x, y),
+                "phase" | "theta" => self.is_angle(c, x, y),
+                "frequency" => self.contents[c].greatest > 0.0,
+                _ => false,
+            }
         });
         let asked = self.options.kind == Some(SignalKind::LockIn);
         let open = self.options.kind.is_none();
         (asked || (open && (beside || (electrical(x) && electrical(y))))).then_some((x, y))
+    }
+
+    /// Whether nearly all rows of a column are `sqrt(x² + y²)`, times one factor.
+    fn is_modulus(&self, column: usize, x: usize, y: usize) -> bool {
+        let [r, x, y] = [column, x, y].map(|c| &self.values[c]);
+        let mut factors: Vec<f64> = r
+            .iter()
+            .zip(x.iter().zip(y))
+            .map(|(r, (x, y))| r / x.hypot(*y))
+            .filter(|f| f.is_finite())
+            .collect();
+        factors.sort_unstable_by(f64::total_cmp);
+        let Some(middle) = factors.get(factors.len() / 2).copied().filter(|m| *m > 0.0) else { return false };
+        let near = factors.iter().filter(|f| (*f / middle - 1.0).abs() < MODULUS_WITHIN).count();
+        near * 10 >= factors.len() * 9
+    }
+
+    /// Whether nearly all rows of a column are the angle of `x + i y`, in degrees or radians, up to whole turns.
+    fn is_angle(&self, column: usize, x: usize, y: usize) -> bool {
+        let [angle, x, y] = [column, x, y].map(|c| &self.values[c]);
+        [1.0, 1f64.to_radians()].into_iter().any(|factor| {
+            let rows = || angle.iter().zip(x.iter().zip(y)).filter(|(a, (x, y))| (*a + *x + *y).is_finite());
+            let near = |(a, (x, y)): &(&f64, (&f64, &f64))| {
+                let apart = (*a * factor - y.atan2(**x)).rem_euclid(TAU);
+                apart.min(TAU - apart) < ANGLE_WITHIN_RAD
+            };
+            let all = rows().count();
+            all > 0 && rows().filter(near).count() * 10 >= all * 9
+        })
     }
 
     fn rank(&self, index: usize) -> u8 {

@@ -16,6 +16,8 @@ use crate::{
     },
 };
 
+/// What the member `mimetype` of a LibreOffice spreadsheet says.
+const ODS: &[u8] = b"application/vnd.oasis.opendocument.spreadsheet";
 /// Members looked at.
 const MOST_MEMBERS: usize = 1000;
 
@@ -33,6 +35,13 @@ pub(crate) fn tables(bytes: Vec<u8>, most_cells: usize) -> Result<(HeldTables, F
         return Ok((super::xlsx::tables(bytes, most_cells)?, Format::Xlsx));
         #[cfg(not(feature = "excel"))]
         return Err(ReadProblem::Unsupported(Format::Xlsx));
+    }
+    if member(&mut archive, "mimetype").is_ok_and(|m| m.starts_with(ODS)) {
+        drop(archive);
+        #[cfg(feature = "excel")]
+        return Ok((super::ods::tables(bytes, most_cells)?, Format::Ods));
+        #[cfg(not(feature = "excel"))]
+        return Err(ReadProblem::Unsupported(Format::Ods));
     }
     if names.iter().any(|n| ends(n, ".npy")) {
         return Ok((npz(&mut archive, &names)?, Format::Npz));

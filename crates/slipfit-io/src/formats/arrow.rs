@@ -1,15 +1,17 @@
 //! Arrow IPC: files (also called Feather) and streams, message by message.
 //!
-//! A file is a stream between two magic words and a footer. Reading it as the
-//! stream that it is needs no footer, so that one cut off is read as far as it
-//! goes.
+//! A file is a stream between two magic words and a footer that lists its batches. The footer is
+//! what most programs read, and polars leaves the frame of the first message out; a file that has
+//! lost its footer is read as the stream that it is, as far as it goes.
 
 use std::collections::HashMap;
 use std::sync::Arc;
 
 use arrow_array::{Array as _, ArrayRef, cast::AsArray as _, types};
 use arrow_buffer::Buffer;
-use arrow_ipc::{MessageHeader, convert::try_fb_to_schema, reader, root_as_message};
+use arrow_ipc::{
+    CompressionType, MessageHeader, convert::try_fb_to_schema, reader, root_as_footer, root_as_message,
+};
 use arrow_schema::{DataType, Schema, SchemaRef, TimeUnit};
 
 use crate::{
@@ -22,8 +24,30 @@ use crate::{
 };
 
 const MAGIC: &[u8] = b"ARROW1\0\0";
-/// Numbers that unpack to more than this times their packed size are no measurement.
-const MOST_EXPANSION: u64 = 256;
+const MAGIC_END: &[u8] = b"ARROW1";
+/// What a byte unpacks to at the most: LZ4 repeats 255 bytes by one of length, Zstandard 128 KiB
+/// by a block of four bytes.
+const MOST_EXPANSION: [(CompressionType, usize); 2] =
+    [(CompressionType::LZ4_FRAME, 255), (CompressionType::ZSTD, 1 << 15)];
+
+/// Whether bytes begin as streams of before 2019 do: the length of the first message, without a
+/// mark before it, and the place of its root and of what describes that.
+pub(crate) fn is_unmarked(head: &[u8]) -> bool {
+    let word = |at: usize| Some(u32::from_le_bytes(head.get(at..at + 4)?.try_into().ok()?) as usize);
+    let root = || {
+        let (length, root) = (word(0)?, word(4)?);
+        let place = root.checked_add(4).filter(|place| *place < head.len())?;
+        let vtable = head.get(place.checked_sub(word(place)?)?..)?.first_chunk::<4>()?;
+        let [size, fields] = [[vtable[0], vtable[1]], [vtable[2], vtable[3]]].map(u16::from_le_bytes);
+        Some(
+            length % 4 == 0
+                && (root + 4..1 << 20).contains(&length)
+                && (4..64).contains(&size)
+                && fields < 64,
+        )
+    };
+    root().unwrap_or(false)
+}
 
 /// A held file with its schema read.
 pub(crate) struct Arrow {
@@ -32,8 +56,8 @@ pub(crate) struct Arrow {
     head: Head,
     /// Index in the schema of each column that holds numbers.
     columns: Vec<usize>,
-    /// Where the messages after the schema begin.
-    start: usize,
+    /// The messages after the schema.
+    messages: Vec<Framed>,
 }
 
 /// A message: its description and its body, and where the next one begins.
@@ -66,16 +90,49 @@ fn framed(bytes: &[u8], at: usize) -> Result<Option<Framed>, ReadProblem> {
     Ok(Some(Framed { description: start..end, body: end..body_end }))
 }
 
+/// The schema and the messages that the footer of a file lists; `None` where there is no footer.
+fn by_footer(bytes: &[u8]) -> Option<(Schema, Vec<Framed>)> {
+    let end = bytes.len().checked_sub(MAGIC_END.len() + 4)?;
+    let length = u32::from_le_bytes(bytes[end..end + 4].try_into().ok()?) as usize;
+    if !bytes.starts_with(MAGIC) || !bytes.ends_with(MAGIC_END) {
+        return None;
+    }
+    let footer = root_as_footer(bytes.get(end.checked_sub(length)?..end)?).ok()?;
+    let schema = try_fb_to_schema(footer.schema()?).ok()?;
+    let (mut messages, mut before) = (Vec::new(), 0);
+    for block in footer.recordBatches().into_iter().flatten() {
+        let at = usize::try_from(block.offset()).ok()?;
+        let message = framed(&bytes[..end - length], at).ok()??;
+        // A batch listed over and over would unpack to any size.
+        if at < before {
+            return None;
+        }
+        before = message.body.end;
+        messages.push(message);
+    }
+    Some((schema, messages))
+}
+
+/// The schema and the messages of a stream, as far as it goes.
+fn by_stream(bytes: &[u8]) -> Result<(Schema, Vec<Framed>), ReadProblem> {
+    let at = if bytes.starts_with(MAGIC) { MAGIC.len() } else { 0 };
+    let first = framed(bytes, at)?.ok_or_else(|| Format::Arrow.broken("it ends before its schema"))?;
+    let message = root_as_message(&bytes[first.description]).map_err(|e| Format::Arrow.broken(e))?;
+    let schema =
+        message.header_as_schema().ok_or_else(|| Format::Arrow.broken("it does not begin with a schema"))?;
+    let schema = try_fb_to_schema(schema).map_err(|e| Format::Arrow.broken(e))?;
+    let (mut messages, mut at) = (Vec::new(), first.body.end);
+    while let Some(message) = framed(bytes, at)? {
+        at = message.body.end;
+        messages.push(message);
+    }
+    Ok((schema, messages))
+}
+
 impl Arrow {
-    /// Reads the schema.
+    /// Reads the schema and finds the batches.
     pub(crate) fn open(bytes: Vec<u8>) -> Result<Self, ReadProblem> {
-        let at = if bytes.starts_with(MAGIC) { MAGIC.len() } else { 0 };
-        let first = framed(&bytes, at)?.ok_or_else(|| Format::Arrow.broken("it ends before its schema"))?;
-        let message = root_as_message(&bytes[first.description]).map_err(|e| Format::Arrow.broken(e))?;
-        let schema = message
-            .header_as_schema()
-            .ok_or_else(|| Format::Arrow.broken("it does not begin with a schema"))?;
-        let schema: Schema = try_fb_to_schema(schema).map_err(|e| Format::Arrow.broken(e))?;
+        let (schema, messages) = by_footer(&bytes).map_or_else(|| by_stream(&bytes), Ok)?;
         let mut head = Head::default();
         let mut columns = Vec::new();
         for (i, field) in schema.fields().iter().enumerate() {
@@ -95,14 +152,16 @@ impl Arrow {
         if columns.is_empty() {
             return Err(Format::Arrow.broken("no column in it holds numbers"));
         }
-        let start = first.body.end;
-        Ok(Self { bytes: Buffer::from_vec(bytes), schema: Arc::new(schema), head, columns, start })
+        Ok(Self { bytes: Buffer::from_vec(bytes), schema: Arc::new(schema), head, columns, messages })
     }
 }
 
 fn is_number(kind: &DataType) -> bool {
-    kind.is_primitive() && !matches!(kind, DataType::Interval(_)) && !kind.is_decimal()
-        || *kind == DataType::Boolean
+    let other = matches!(
+        kind,
+        DataType::Interval(_) | DataType::Decimal32(..) | DataType::Decimal64(..) | DataType::Decimal256(..)
+    );
+    kind.is_primitive() && !other || *kind == DataType::Boolean
 }
 
 fn time_unit(kind: &DataType) -> Option<&'static str> {
@@ -151,6 +210,14 @@ fn numbers(array: &ArrayRef) -> Vec<f64> {
         DataType::Duration(TimeUnit::Millisecond) => read!(DurationMillisecondType, integer),
         DataType::Duration(TimeUnit::Microsecond) => read!(DurationMicrosecondType, integer),
         DataType::Duration(TimeUnit::Nanosecond) => read!(DurationNanosecondType, integer),
+        DataType::Time32(TimeUnit::Second) => read!(Time32SecondType, f64::from),
+        DataType::Time32(_) => read!(Time32MillisecondType, f64::from),
+        DataType::Time64(TimeUnit::Microsecond) => read!(Time64MicrosecondType, integer),
+        DataType::Time64(_) => read!(Time64NanosecondType, integer),
+        DataType::Decimal128(_, scale) => {
+            let unit = 10f64.powi(i32::from(*scale));
+            read!(Decimal128Type, |v| v as f64 / unit)
+        }
         DataType::Boolean => array
             .as_boolean_opt()
             .map(|a| a.iter().map(|v| v.map_or(f64::NAN, |v| f64::from(u8::from(v)))).collect()),
@@ -159,24 +226,26 @@ fn numbers(array: &ArrayRef) -> Vec<f64> {
     found.unwrap_or_else(|| vec![f64::NAN; array.len()])
 }
 
-/// Refuses columns that lie outside of their batch, and packed ones that claim
-/// to unpack to more than numbers can: the claim is what memory is asked for.
+/// Refuses columns that lie outside of their batch, and packed ones that claim to unpack to more
+/// than their packing can hold or memory should: the claim is what memory is asked for.
 fn check_claims(batch: &arrow_ipc::RecordBatch<'_>, body: &[u8]) -> Result<(), ReadProblem> {
-    let packed_batch = batch.compression().is_some();
+    let codec = batch.compression().map(|packing| packing.codec());
+    let expansion =
+        MOST_EXPANSION.iter().find(|(known, _)| Some(*known) == codec).map_or(1, |(_, most)| *most);
+    let mut claims = 0_usize;
     for buffer in batch.buffers().into_iter().flatten() {
         let range = usize::try_from(buffer.offset()).ok().zip(usize::try_from(buffer.length()).ok());
         let packed = range.and_then(|(at, length)| body.get(at..at.checked_add(length)?));
         let packed = packed.ok_or_else(|| Format::Arrow.broken("a column lies outside of its batch"))?;
-        if !packed_batch {
-            continue;
+        if codec.is_some()
+            && let Some(claim) = packed.first_chunk::<8>()
+        {
+            // Below zero: not packed.
+            claims = claims.saturating_add(usize::try_from(i64::from_le_bytes(*claim)).unwrap_or(0));
         }
-        let Some(claim) = packed.first_chunk::<8>() else { continue };
-        let claim = i64::from_le_bytes(*claim);
-        if claim > 0 && claim.unsigned_abs() > MOST_EXPANSION * packed.len() as u64 {
-            return Err(
-                Format::Arrow.broken(format!("{} packed bytes claim to unpack to {claim}", packed.len()))
-            );
-        }
+    }
+    if claims > guard::budget(body.len(), expansion) {
+        return Err(Format::Arrow.broken(format!("{} packed bytes claim to unpack to {claims}", body.len())));
     }
     Ok(())
 }
@@ -192,11 +261,9 @@ impl TableSource for Arrow {
         projection.sort_unstable();
         projection.dedup();
         let dictionaries = HashMap::new();
-        let mut at = self.start;
-        while let Some(frame) = framed(&self.bytes, at)? {
-            at = frame.body.end;
-            let message =
-                root_as_message(&self.bytes[frame.description]).map_err(|e| Format::Arrow.broken(e))?;
+        for frame in &self.messages {
+            let message = root_as_message(&self.bytes[frame.description.clone()])
+                .map_err(|e| Format::Arrow.broken(e))?;
             if message.header_type() != MessageHeader::RecordBatch {
                 continue;
             }

@@ -1,6 +1,8 @@
 //! HDF5 files, MATLAB 7.3 among them.
 
-use hdf5_reader::{ByteOrder, Dataset, Datatype, Hdf5File, OpenOptions, group::Group};
+use hdf5_reader::{
+    ByteOrder, Dataset, Datatype, FilterRegistry, Hdf5File, OpenOptions, error::Error, group::Group,
+};
 
 use crate::{
     error::ReadProblem,
@@ -13,25 +15,32 @@ use crate::{
 
 /// Groups in groups, at most; links can make circles.
 const DEEPEST: usize = 12;
+/// Numbers of one field of one row, at most.
+const MOST_MEMBERS: u64 = 256;
 /// Data sets read, at most.
 const MOST_SETS: usize = 2048;
-/// Numbers that unpack to so many times the file are no measurement.
-const MOST_EXPANSION: usize = 64;
+/// What a byte unpacks to at the most: deflate repeats 258 bytes by two bits.
+const MOST_EXPANSION: usize = 1032;
+/// The number under which h5py registered its filter LZF.
+const LZF: u16 = 32000;
 
 /// Reads all data sets of one or two dimensions.
 pub(crate) fn tables(bytes: Vec<u8>) -> Result<HeldTables, ReadProblem> {
-    let most = bytes.len().saturating_mul(MOST_EXPANSION).max(1 << 24);
-    let options = OpenOptions::default()
+    let most = guard::budget(bytes.len(), MOST_EXPANSION);
+    let mut filters = FilterRegistry::new();
+    let broken = || Error::InvalidData("an LZF chunk points outside of itself".into());
+    filters.register(LZF, Box::new(move |_, packed, _| unpacked_lzf(packed).ok_or_else(broken)));
+    let options = OpenOptions { filter_registry: Some(filters), ..OpenOptions::default() }
         .with_max_read_bytes(most)
         .with_max_chunk_bytes(most)
         .with_max_object_header_bytes(bytes.len());
-    let mut found = Found::default();
+    let mut found = Found { left: most, ..Found::default() };
     let decode = || {
         let file = Hdf5File::from_vec_with_options(bytes, options)?;
         found.group(&file.root_group()?, "", 0);
         Ok(())
     };
-    guard::guarded(Format::Hdf5, decode, |e: hdf5_reader::error::Error| Format::Hdf5.broken(e))?;
+    guard::guarded(Format::Hdf5, decode, |e: Error| Format::Hdf5.broken(e))?;
     if found.arrays.is_empty() {
         return Err(Format::Hdf5
             .broken(format!("no data set in it holds rows of numbers; {}", found.notes.join("; "))));
@@ -47,6 +56,8 @@ struct Found {
     named: NamedValues,
     notes: Vec<String>,
     seen: Vec<u64>,
+    /// Bytes that may still be asked for.
+    left: usize,
 }
 
 impl Found {
@@ -75,8 +86,8 @@ impl Found {
             }
         }
         for inner in groups {
-            // MATLAB keeps what cells refer to in groups of its own.
-            if !inner.name().starts_with('#') {
+            // MATLAB keeps what cells refer to in groups of its own, PyTables its indices.
+            if !inner.name().starts_with('#') && !inner.name().starts_with("_i_") {
                 self.group(&inner, &format!("{path}/{}", inner.name()), depth + 1);
             }
         }
@@ -90,7 +101,7 @@ impl Found {
         }
     }
 
-    fn set(&mut self, set: &Dataset, path: &str) -> Result<(), hdf5_reader::error::Error> {
+    fn set(&mut self, set: &Dataset, path: &str) -> Result<(), Error> {
         let dims: Vec<usize> =
             set.shape().iter().map(|d| usize::try_from(*d).unwrap_or(usize::MAX)).collect();
         let attributes = set.attributes();
@@ -100,19 +111,24 @@ impl Found {
         };
         let unit = text("units").or_else(|| text("unit")).unwrap_or_default();
         let single = dims.iter().all(|d| *d <= 1);
-        let fields: Vec<(String, usize, Datatype)> = match set.dtype() {
+        let fields: Vec<(String, usize, Stored)> = match set.dtype() {
             Datatype::Compound { fields, .. } => {
-                fields.iter().map(|f| (f.name.clone(), f.byte_offset as usize, f.datatype.clone())).collect()
+                fields.iter().flat_map(|f| members(&f.name, f.byte_offset as usize, &f.datatype)).collect()
             }
-            other => vec![(String::new(), 0, other.clone())],
+            other => members("", 0, other),
         };
-        if !fields.iter().any(|(.., kind)| stored(kind).is_some()) {
+        if fields.is_empty() {
             return Ok(());
         }
-        let step = set.raw_element_size()?;
+        let (step, length) = (set.raw_element_size()?, set.raw_byte_len()?);
+        let Some(left) = self.left.checked_sub(length) else {
+            return Err(Error::ResourceLimit(format!(
+                "its {length} bytes are more than a file of this size may hold in all"
+            )));
+        };
+        self.left = left;
         let raw = set.read_raw_bytes()?;
-        for (field, offset, kind) in fields {
-            let Some(stored) = stored(&kind) else { continue };
+        for (field, offset, stored) in fields {
             let values: Vec<f64> = raw
                 .chunks_exact(step.max(1))
                 .map(|e| e.get(offset..).map_or(f64::NAN, |bytes| stored.read(bytes)))
@@ -136,14 +152,67 @@ impl Found {
     }
 }
 
+/// LZF: runs of at most 32 bytes as they are, and copies of at most 264 bytes from the 8 kB before;
+/// `None` of bytes that break it.
+fn unpacked_lzf(packed: &[u8]) -> Option<Vec<u8>> {
+    let mut bytes = Vec::new();
+    let mut rest = packed.iter();
+    while let Some(&control) = rest.next() {
+        let control = usize::from(control);
+        if control < 32 {
+            let run = rest.as_slice().get(..=control)?;
+            bytes.extend_from_slice(run);
+            rest = rest.as_slice()[run.len()..].iter();
+            continue;
+        }
+        let mut length = control >> 5;
+        if length == 7 {
+            length += usize::from(*rest.next()?);
+        }
+        let back = ((control & 0x1f) << 8) + usize::from(*rest.next()?) + 1;
+        let from = bytes.len().checked_sub(back)?;
+        // A copy may run into what it writes.
+        for at in from..from + length + 2 {
+            bytes.push(bytes[at]);
+        }
+    }
+    Some(bytes)
+}
+
+/// The numbers of a field by name, place and form: one, or those of a short array; none of words.
+fn members(name: &str, offset: usize, kind: &Datatype) -> Vec<(String, usize, Stored)> {
+    let (base, count) = match kind {
+        Datatype::Array { base, dims } => (&**base, dims.iter().fold(1, |n: u64, d| n.saturating_mul(*d))),
+        other => (other, 1),
+    };
+    let Some(stored) = stored(base).filter(|_| count <= MOST_MEMBERS) else { return Vec::new() };
+    let own =
+        |i: u64| if count == 1 { name.to_owned() } else { format!("{name} {}", i + 1).trim().to_owned() };
+    (0..count).map(|i| (own(i), offset + i as usize * stored.bytes, stored)).collect()
+}
+
 /// How a number is stored, `None` of what is none.
 fn stored(kind: &Datatype) -> Option<Stored> {
     let (kind, size, order) = match kind {
-        Datatype::FloatingPoint { size: size @ (4 | 8), byte_order } => (Kind::Float, size, byte_order),
+        Datatype::FloatingPoint { size: size @ (2 | 4 | 8), byte_order } => (Kind::Float, size, byte_order),
         Datatype::FixedPoint { size: size @ (1 | 2 | 4 | 8), signed, byte_order, .. } => {
             (if *signed { Kind::Signed } else { Kind::Unsigned }, size, byte_order)
         }
         _ => return None,
     };
     Stored::new(kind, usize::from(*size), matches!(order, ByteOrder::BigEndian))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn lzf_repeats_what_it_has_written_and_refuses_what_it_has_not() {
+        // `ab`, then six bytes from two back; then one literal.
+        assert_eq!(unpacked_lzf(b"\x01ab\x80\x01\x00c").as_deref(), Some(&b"ababababc"[..]));
+        for broken in [&b"\x05ab"[..], b"\x20\x00", b"\xe0", b"\x00a\x20\x01"] {
+            assert_eq!(unpacked_lzf(broken), None, "{broken:?}");
+        }
+    }
 }

@@ -8,8 +8,14 @@ pub(crate) mod hdf5;
 pub(crate) mod mat5;
 pub(crate) mod nanosurf;
 pub(crate) mod npy;
+#[cfg(feature = "excel")]
+pub(crate) mod ods;
+#[cfg(feature = "excel")]
+mod package;
 #[cfg(feature = "parquet")]
 pub(crate) mod parquet;
+#[cfg(feature = "sound")]
+pub(crate) mod sound;
 pub(crate) mod touchstone;
 pub(crate) mod tracker;
 pub(crate) mod wav;

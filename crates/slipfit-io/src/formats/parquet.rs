@@ -2,7 +2,7 @@
 
 use std::io::{self, Read};
 
-use parquet::basic::{LogicalType, TimeUnit, Type};
+use parquet::basic::{ConvertedType, LogicalType, TimeUnit, Type};
 use parquet::column::reader::ColumnReader;
 use parquet::errors::ParquetError;
 use parquet::file::reader::{ChunkReader, FileReader, Length, SerializedFileReader};
@@ -14,6 +14,7 @@ use crate::{
     format::Format,
     input::Input,
     report::Skipped,
+    tables::binary::{Kind, Stored},
     tables::guard,
     tables::table::{BATCH, Batch, Sink, TableSource},
 };
@@ -80,11 +81,7 @@ impl Parquet {
         let mut head = Head::default();
         let mut columns = Vec::new();
         for (i, column) in schema.columns().iter().enumerate() {
-            let numbers = !matches!(
-                column.physical_type(),
-                Type::BYTE_ARRAY | Type::FIXED_LEN_BYTE_ARRAY | Type::INT96
-            );
-            if numbers && column.max_rep_level() == 0 {
+            if Meaning::of(column).is_some() && column.max_rep_level() == 0 {
                 head.names.push(Name::with_unit(&column.path().string(), time_unit(column)));
                 columns.push(i);
             } else {
@@ -120,11 +117,17 @@ fn check_places(metadata: &parquet::file::metadata::ParquetMetaData, size: u64) 
     Ok(())
 }
 
-/// The unit of a time stamp, where the column says that it is one.
+/// The unit of a time stamp, where the column says that it is one; older writers say it by the
+/// converted type alone.
 fn time_unit(column: &ColumnDescriptor) -> Option<&'static str> {
-    let unit = match column.logical_type_ref()? {
-        LogicalType::Timestamp(t) => &t.unit,
-        LogicalType::Time(t) => &t.unit,
+    if column.physical_type() == Type::INT96 {
+        return Some("ns");
+    }
+    let unit = match (column.logical_type_ref(), column.converted_type()) {
+        (Some(LogicalType::Timestamp(t)), _) => &t.unit,
+        (Some(LogicalType::Time(t)), _) => &t.unit,
+        (None, ConvertedType::TIMESTAMP_MILLIS | ConvertedType::TIME_MILLIS) => &TimeUnit::MILLIS,
+        (None, ConvertedType::TIMESTAMP_MICROS | ConvertedType::TIME_MICROS) => &TimeUnit::MICROS,
         _ => return None,
     };
     Some(match unit {
@@ -134,9 +137,79 @@ fn time_unit(column: &ColumnDescriptor) -> Option<&'static str> {
     })
 }
 
+/// What the stored words of a column stand for.
+#[derive(Debug, Clone, Copy, PartialEq)]
+enum Meaning {
+    /// The numbers they are.
+    Plain,
+    /// Integers without a sign.
+    Unsigned,
+    /// Sixteen-bit floats.
+    Half,
+    /// Integers over a power of ten.
+    Decimal(f64),
+}
+
+impl Meaning {
+    /// `None` of a column that holds no numbers.
+    fn of(column: &ColumnDescriptor) -> Option<Self> {
+        let physical = column.physical_type();
+        let fixed = physical == Type::FIXED_LEN_BYTE_ARRAY;
+        let short = !fixed || (1..=16).contains(&column.type_length());
+        if physical == Type::BYTE_ARRAY || !short {
+            return None;
+        }
+        let converted = column.converted_type();
+        match column.logical_type_ref() {
+            Some(LogicalType::Decimal(d)) => Some(Self::Decimal(10f64.powi(d.scale))),
+            None if converted == ConvertedType::DECIMAL => {
+                Some(Self::Decimal(10f64.powi(column.type_scale())))
+            }
+            Some(LogicalType::Float16) if column.type_length() == 2 => Some(Self::Half),
+            _ if fixed => None,
+            Some(LogicalType::Integer(i)) if !i.is_signed => Some(Self::Unsigned),
+            None if matches!(converted, ConvertedType::UINT_32 | ConvertedType::UINT_64) => {
+                Some(Self::Unsigned)
+            }
+            _ => Some(Self::Plain),
+        }
+    }
+
+    fn of_i32(self, v: i32) -> f64 {
+        match self {
+            Self::Unsigned => f64::from(v.cast_unsigned()),
+            Self::Decimal(unit) => f64::from(v) / unit,
+            _ => f64::from(v),
+        }
+    }
+
+    fn of_i64(self, v: i64) -> f64 {
+        match self {
+            Self::Unsigned => v.cast_unsigned() as f64,
+            Self::Decimal(unit) => v as f64 / unit,
+            _ => v as f64,
+        }
+    }
+
+    /// Sixteen-bit floats begin with the low byte, decimals with the high one.
+    fn of_bytes(self, bytes: &[u8]) -> f64 {
+        match self {
+            Self::Decimal(unit) => {
+                let negative = bytes.first().is_some_and(|b| *b >= 0x80);
+                let mut word = [if negative { 0xff } else { 0 }; 16];
+                let from = word.len() - bytes.len().min(16);
+                word[from..].copy_from_slice(&bytes[..bytes.len().min(16)]);
+                i128::from_be_bytes(word) as f64 / unit
+            }
+            _ => Stored::new(Kind::Float, 2, false).map_or(f64::NAN, |half| half.read(bytes)),
+        }
+    }
+}
+
 /// A column on its way, with the buffer its numbers come in.
 struct Running {
     reader: ColumnReader,
+    meaning: Meaning,
     nullable: i16,
     values: Vec<f64>,
 }
@@ -145,7 +218,7 @@ impl Running {
     /// Reads up to `rows` rows; those without a value are NaN.
     fn fill(&mut self, rows: usize) -> Result<(), ParquetError> {
         self.values.clear();
-        let nullable = self.nullable;
+        let (nullable, meaning) = (self.nullable, self.meaning);
         let values = &mut self.values;
         macro_rules! read {
             ($reader:expr, $as:expr) => {{
@@ -170,11 +243,13 @@ impl Running {
         }
         match &mut self.reader {
             ColumnReader::BoolColumnReader(r) => read!(r, |v| f64::from(u8::from(v))),
-            ColumnReader::Int32ColumnReader(r) => read!(r, f64::from),
-            ColumnReader::Int64ColumnReader(r) => read!(r, |v| v as f64),
+            ColumnReader::Int32ColumnReader(r) => read!(r, |v| meaning.of_i32(v)),
+            ColumnReader::Int64ColumnReader(r) => read!(r, |v| meaning.of_i64(v)),
+            ColumnReader::Int96ColumnReader(r) => read!(r, |v| v.to_nanos() as f64),
+            ColumnReader::FixedLenByteArrayColumnReader(r) => read!(r, |v| meaning.of_bytes(v.data())),
             ColumnReader::FloatColumnReader(r) => read!(r, f64::from),
             ColumnReader::DoubleColumnReader(r) => read!(r, |v| v),
-            _ => {}
+            ColumnReader::ByteArrayColumnReader(_) => {}
         }
         Ok(())
     }
@@ -194,7 +269,8 @@ impl TableSource for Parquet {
                 let index = self.columns[w];
                 let reader = row_group.get_column_reader(index)?;
                 let nullable = schema.column(index).max_def_level();
-                Ok(Running { reader, nullable, values: Vec::new() })
+                let meaning = Meaning::of(&schema.column(index)).unwrap_or(Meaning::Plain);
+                Ok(Running { reader, meaning, nullable, values: Vec::new() })
             };
             let mut running = decoded(|| wanted.iter().map(open).collect::<Result<Vec<_>, ParquetError>>())?;
             loop {

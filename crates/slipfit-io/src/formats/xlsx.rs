@@ -1,13 +1,12 @@
 //! Excel workbooks (.xlsx): sheets in XML, in an archive.
 
 use std::collections::HashMap;
-use std::io::{BufRead, BufReader, Cursor};
+use std::io::Cursor;
 
-use quick_xml::{
-    Reader,
-    events::{BytesRef, BytesStart, Event},
-};
+use quick_xml::events::Event;
 use zip::ZipArchive;
+
+use super::package::{Archive, attribute, character, events_while};
 
 use crate::{
     error::ReadProblem,
@@ -21,8 +20,6 @@ const MOST_ROWS: u32 = 1 << 20;
 const MOST_COLUMNS: u32 = 1 << 14;
 /// A day, in which Excel counts times.
 const DAY_S: f64 = 86400.0;
-
-type Archive = ZipArchive<Cursor<Vec<u8>>>;
 
 /// Reads every sheet, cell by cell, of each its first `most_cells`.
 pub(crate) fn tables(bytes: Vec<u8>, most_cells: usize) -> Result<HeldTables, ReadProblem> {
@@ -47,56 +44,7 @@ fn events(
     part: &str,
     mut each: impl FnMut(Event<'_>) -> Result<(), ReadProblem>,
 ) -> Result<(), ReadProblem> {
-    events_while(archive, part, |event| each(event).map(|()| true))
-}
-
-/// As [`events`], until `each` answers `false`.
-fn events_while(
-    archive: &mut Archive,
-    part: &str,
-    mut each: impl FnMut(Event<'_>) -> Result<bool, ReadProblem>,
-) -> Result<(), ReadProblem> {
-    let Ok(file) = archive.by_name(part) else { return Ok(()) };
-    let mut reader = Reader::from_reader(Box::new(BufReader::new(file)) as Box<dyn BufRead + '_>);
-    let mut buffer = Vec::new();
-    loop {
-        buffer.clear();
-        match reader.read_event_into(&mut buffer) {
-            Ok(Event::Eof) => return Ok(()),
-            Ok(event) => {
-                if !each(event)? {
-                    return Ok(());
-                }
-            }
-            Err(error) => return Err(Format::Xlsx.broken(format!("{part}: {error}"))),
-        }
-    }
-}
-
-fn attribute(tag: &BytesStart<'_>, name: &str) -> Option<String> {
-    let found = tag.attributes().flatten().find(|a| a.key.as_ref() == name)?;
-    Some(unescaped(&found.value))
-}
-
-/// Text with the five marks that XML spells out.
-fn unescaped(text: &str) -> String {
-    if !text.contains('&') {
-        return text.to_owned();
-    }
-    let plain = text.replace("&lt;", "<").replace("&gt;", ">").replace("&quot;", "\"");
-    plain.replace("&apos;", "'").replace("&amp;", "&")
-}
-
-/// The character that a reference within text stands for.
-fn character(reference: &BytesRef<'_>) -> Option<char> {
-    match &**reference {
-        "lt" => Some('<'),
-        "gt" => Some('>'),
-        "amp" => Some('&'),
-        "quot" => Some('"'),
-        "apos" => Some('\''),
-        _ => reference.resolve_char_ref().ok().flatten(),
-    }
+    events_while(archive, part, Format::Xlsx, |event| each(event).map(|()| true))
 }
 
 /// Name and part of each sheet, in the order of the workbook.
@@ -246,7 +194,7 @@ fn cells(archive: &mut Archive, part: &str, look: &Look<'_>, sheet: &mut Sheet) 
     let (mut row, mut column) = (0_u32, 0_u32);
     let mut open = Open::default();
     let mut left = look.most_cells;
-    events_while(archive, part, |event| {
+    events_while(archive, part, Format::Xlsx, |event| {
         match &event {
             Event::Start(tag) | Event::Empty(tag) => match tag.local_name().as_ref() {
                 "row" => {

@@ -19,8 +19,8 @@ use crate::{
     report::{ColumnTaken, DrivenRecord, Note, ReadReport, Reading, SweepReading, TimeSource},
 };
 
-/// Files of a folder, in the order of their names read as numbers.
-pub(super) fn files(folder: &Path) -> std::io::Result<Vec<PathBuf>> {
+/// Files of a folder, hidden ones left out, in the order of their names.
+pub(crate) fn files(folder: &Path) -> std::io::Result<Vec<PathBuf>> {
     let mut list = Vec::new();
     for entry in std::fs::read_dir(folder)? {
         let path = entry?.path();

@@ -1,6 +1,9 @@
 //! A file at a glance: its tables, the record and the curve it would be read as.
 
-use std::path::Path;
+use std::{
+    io::{self, Read as _},
+    path::Path,
+};
 
 use slipfit::{record::Swings, resonance::Curve};
 
@@ -10,12 +13,14 @@ use super::{
     record,
 };
 use crate::{
-    error::ReadError,
+    error::{ReadError, ReadProblem},
     options::ReadOptions,
     report::{Note, Reading, SweepReading},
     tables::table::{TableSource, Tables},
 };
 
+/// First bytes kept.
+const HEAD: u64 = 64 << 10;
 /// Cells of a sheet looked at: those of a workbook are a hundred times slower than numbers.
 const MOST_CELLS: usize = 1 << 13;
 /// Changes of side that make a motion: a peak has two.
@@ -29,6 +34,8 @@ const NARROW: f64 = 0.5;
 #[derive(Debug)]
 #[non_exhaustive]
 pub struct Glance {
+    /// Its first bytes as they stand, 64 kB at the most.
+    pub head: Vec<u8>,
     /// Its tables, of each the first rows.
     pub tables: Tables,
     /// The record over time, or why it is none.
@@ -39,7 +46,7 @@ pub struct Glance {
     pub curve: Option<SweepReading>,
 }
 
-/// Looks at a file; text is read once for each of the three, anything else is opened once.
+/// Looks at a file; text is read twice, for its tables and for the record, anything else is opened once.
 pub(crate) fn glance(
     path: &Path,
     most_rows: usize,
@@ -47,10 +54,29 @@ pub(crate) fn glance(
     curve: Option<&ReadOptions>,
 ) -> Result<Glance, ReadError> {
     let (origin, name) = Origin::file(path)?;
+    // A stream comes once.
+    let held = match origin {
+        Origin::File(_) => None,
+        Origin::Stream(mut stream) => {
+            let mut bytes = Vec::new();
+            let read = stream.read_to_end(&mut bytes);
+            read.map_err(|error| ReadError::new(&name, ReadProblem::Io(error)))?;
+            Some(bytes)
+        }
+    };
+    let again = || match &held {
+        Some(bytes) => Ok(Origin::Stream(Box::new(&bytes[..]))),
+        None => Origin::file(path).map(|(origin, _)| origin),
+    };
+    let head = beginning(again()?).map_err(|error| ReadError::new(&name, ReadProblem::Io(error)))?;
     let from_source = |source: &mut dyn TableSource| {
         let tables = gathered(source, most_rows)?;
-        if source.dialect().is_some() {
-            return Ok((tables, None));
+        if let Some(dialect) = source.dialect() {
+            // Text is read on from here as a record; a table seen whole is a curve or none.
+            let whole = tables.iter().all(|table| !table.cut);
+            let first_row = Some(dialect.first_data_row);
+            let sweep = curve.filter(|_| whole).map(|o| curve::from_tables(&tables, first_row, o));
+            return Ok((tables, None, sweep));
         }
         let mut reading = record::from_source(source, record);
         let mut sweep = curve.map(|options| curve::from_tables(&tables, None, options));
@@ -63,38 +89,39 @@ pub(crate) fn glance(
                 sweep.report.notes.push(Note::new(text));
             }
         }
-        Ok((tables, Some((reading, sweep))))
+        Ok((tables, Some(reading), sweep))
     };
-    let ((held, read), fingerprint) = opened_in_part(origin, None, MOST_CELLS, from_source)
-        .map_err(|problem| ReadError::new(&name, problem))?;
-    let cut = held.iter().any(|table| table.cut);
-    let (record, curve) = match read {
-        Some((reading, sweep)) => {
-            let failed = |problem| ReadError::new(&name, problem);
-            let reading = reading.map_err(failed).map(|mut reading| {
-                fingerprint.clone().write(&mut reading.report, &name);
-                reading
-            });
-            let sweep = sweep.and_then(Result::ok).map(|mut sweep| {
-                fingerprint.clone().write(&mut sweep.report, &name);
-                sweep
-            });
-            // Numbers alone are not trusted where only the first of them were seen.
-            (reading, sweep.filter(|sweep| !cut || sweep.report.named))
+    let ((tables, reading, sweep), fingerprint) =
+        opened_in_part(again()?, record.format, None, MOST_CELLS, from_source)
+            .map_err(|problem| ReadError::new(&name, problem))?;
+    let cut = tables.iter().any(|table| table.cut);
+    let record = match reading {
+        Some(Ok(mut reading)) => {
+            fingerprint.clone().write(&mut reading.report, &name);
+            Ok(reading)
         }
-        None => {
-            let reading =
-                Origin::file(path).and_then(|(origin, name)| record::read(origin, &name, record, None));
-            let sweep = |options| {
-                let (origin, name) = Origin::file(path)?;
-                curve::read(origin, &name, options)
-            };
-            (reading, curve.filter(|_| !cut).and_then(|options| sweep(options).ok()))
-        }
+        Some(Err(problem)) => Err(ReadError::new(&name, problem)),
+        None => again().and_then(|origin| record::read(origin, &name, record, None)),
     };
+    let curve = sweep.and_then(Result::ok).map(|mut sweep| {
+        fingerprint.clone().write(&mut sweep.report, &name);
+        sweep
+    });
+    // Numbers alone are not trusted where only the first of them were seen.
+    let curve = curve.filter(|curve| !cut || curve.report.named);
     let swings = record.as_ref().ok().map(|reading: &Reading| reading.record.swings());
-    let curve = curve.filter(|curve| is_curve(curve, held.len(), swings));
-    Ok(Glance { tables: open::described(held, fingerprint, &name), record, swings, curve })
+    let curve = curve.filter(|curve| is_curve(curve, tables.len(), swings));
+    Ok(Glance { head, tables: open::described(tables, fingerprint, &name), record, swings, curve })
+}
+
+/// The first bytes of a file.
+fn beginning(origin: Origin<'_>) -> io::Result<Vec<u8>> {
+    let mut head = Vec::new();
+    match origin {
+        Origin::File(file) => file.take(HEAD).read_to_end(&mut head),
+        Origin::Stream(stream) => stream.take(HEAD).read_to_end(&mut head),
+    }?;
+    Ok(head)
 }
 
 /// Whether a file is a resonance curve rather than a record: where its names say so; without names,

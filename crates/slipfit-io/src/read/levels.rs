@@ -21,7 +21,7 @@ pub(crate) fn read(origin: Origin<'_>, name: &str, options: &ReadOptions) -> Res
         from_tables(&tables, options)
     };
     let (mut reading, fingerprint) =
-        opened(origin, None, from_source).map_err(|problem| ReadError::new(name, problem))?;
+        opened(origin, options.format, None, from_source).map_err(|problem| ReadError::new(name, problem))?;
     fingerprint.write(&mut reading.report, name);
     Ok(reading)
 }

@@ -7,3 +7,4 @@ pub(crate) mod levels;
 pub(crate) mod open;
 mod pick;
 pub(crate) mod record;
+mod rounded;

@@ -45,19 +45,27 @@ impl Fingerprint {
 }
 
 impl Origin<'_> {
-    /// A file and its name.
+    /// A file and its name; `-` is standard input. What is no regular file, a pipe or a device, is
+    /// read once.
     pub(crate) fn file(path: &Path) -> Result<(Self, String), ReadError> {
-        let name = path.display().to_string();
-        match File::open(path) {
-            Ok(file) => Ok((Self::File(file), name)),
-            Err(error) => Err(ReadError::new(&name, ReadProblem::Io(error))),
+        if path.as_os_str() == "-" {
+            return Ok((Self::Stream(Box::new(io::stdin().lock())), "standard input".to_owned()));
         }
+        let name = path.display().to_string();
+        let opened = File::open(path).and_then(|file| {
+            let kind = file.metadata()?.file_type();
+            if kind.is_dir() {
+                return Err(io::Error::new(io::ErrorKind::IsADirectory, "this is a folder"));
+            }
+            Ok(if kind.is_file() { Self::File(file) } else { Self::Stream(Box::new(file)) })
+        });
+        opened.map(|origin| (origin, name.clone())).map_err(|e| ReadError::new(&name, ReadProblem::Io(e)))
     }
 }
 
 /// All tables of any format, of each its first `most_rows` rows.
 pub(crate) fn tables(origin: Origin<'_>, name: &str, most_rows: usize) -> Result<Tables, ReadError> {
-    let (held, fingerprint) = opened(origin, None, |source| gathered(source, most_rows))
+    let (held, fingerprint) = opened(origin, None, None, |source| gathered(source, most_rows))
         .map_err(|problem| ReadError::new(name, problem))?;
     Ok(described(held, fingerprint, name))
 }
@@ -74,18 +82,20 @@ pub(super) fn gathered(source: &mut dyn TableSource, most_rows: usize) -> Result
     (0..source.heads().len()).map(|table| table::gather(source, table, most_rows)).collect()
 }
 
-/// Opens a file, lets `then` read its tables, and gives its fingerprint too.
+/// Opens a file, of a format if it is given, lets `then` read its tables, and gives its fingerprint too.
 pub(super) fn opened<T>(
     origin: Origin<'_>,
+    format: Option<Format>,
     watch: Option<&mut dyn FnMut(u64)>,
     then: impl FnOnce(&mut dyn TableSource) -> Result<T, ReadProblem>,
 ) -> Result<(T, Fingerprint), ReadProblem> {
-    opened_in_part(origin, watch, usize::MAX, then)
+    opened_in_part(origin, format, watch, usize::MAX, then)
 }
 
 /// As [`opened`]; of a sheet that is costly to decode the first `most_cells`.
 pub(super) fn opened_in_part<T>(
     origin: Origin<'_>,
+    given: Option<Format>,
     watch: Option<&mut dyn FnMut(u64)>,
     most_cells: usize,
     then: impl FnOnce(&mut dyn TableSource) -> Result<T, ReadProblem>,
@@ -100,10 +110,13 @@ pub(super) fn opened_in_part<T>(
     let mut hashing = Hashing::new(reader, watch);
     let (head, whole) = beginning(&mut hashing);
     whole.map_err(ReadProblem::Io)?;
-    let format = format_of(&head);
+    let format = match (format_of(&head), given) {
+        (Format::Gzip, _) => Format::Gzip,
+        (told, given) => given.unwrap_or(told),
+    };
     let source = match format {
         Format::Text => text(head.chain(&mut hashing), size),
-        Format::Gzip => unpacked(head.chain(&mut hashing), most_cells),
+        Format::Gzip => unpacked(head.chain(&mut hashing), given, most_cells),
         other => {
             // These are read from several places: a file as it is, a stream once it is held.
             let input = match file.take() {
@@ -157,14 +170,18 @@ fn text<'a>(reader: impl Read + 'a, size: Option<u64>) -> Result<Opened<'a>, Rea
 }
 
 /// What a gzip file holds: text streams, anything else is held.
-fn unpacked<'a>(packed: impl Read + 'a, most_cells: usize) -> Result<Opened<'a>, ReadProblem> {
+fn unpacked<'a>(
+    packed: impl Read + 'a,
+    given: Option<Format>,
+    most_cells: usize,
+) -> Result<Opened<'a>, ReadProblem> {
     let broken = |error: io::Error| Format::Gzip.broken(error);
     let mut reader = flate2::read::MultiGzDecoder::new(packed);
     let (mut head, whole) = beginning(&mut reader);
     if head.is_empty() {
         whole.map_err(broken)?;
     }
-    match format_of(&head) {
+    match given.unwrap_or_else(|| format_of(&head)) {
         Format::Text => text(io::Cursor::new(head).chain(reader), None),
         Format::Gzip => Err(ReadProblem::Unsupported(Format::Gzip)),
         other => {
@@ -183,10 +200,19 @@ fn format_of(head: &[u8]) -> Format {
             Format::Tracker
         } else if touchstone::fits(head) {
             Format::Touchstone
+        } else if is_arrow_stream(head) {
+            Format::Arrow
         } else {
             Format::Text
         }
     })
+}
+
+#[cfg(feature = "arrow")]
+use formats::arrow::is_unmarked as is_arrow_stream;
+#[cfg(not(feature = "arrow"))]
+fn is_arrow_stream(_: &[u8]) -> bool {
+    false
 }
 
 /// The tables of a format that is no text, and what it is more precisely.
@@ -196,7 +222,7 @@ fn source<'a>(input: Input, format: Format, most_cells: usize) -> Result<Opened<
         Format::Wav => Box::new(wav::Sound::open(input)?),
         Format::Mat5 => Box::new(mat5::tables(&bytes(input)?)?),
         Format::Npy => Box::new(npy::tables(&bytes(input)?)?),
-        Format::Zip => {
+        Format::Zip | Format::Npz | Format::Xlsx | Format::Ods => {
             let (tables, format) = formats::archive::tables(bytes(input)?, most_cells)?;
             return Ok((Box::new(tables), format));
         }
@@ -208,6 +234,10 @@ fn source<'a>(input: Input, format: Format, most_cells: usize) -> Result<Opened<
         Format::Parquet => Box::new(formats::parquet::Parquet::open(input)?),
         #[cfg(feature = "arrow")]
         Format::Arrow => Box::new(formats::arrow::Arrow::open(bytes(input)?)?),
+        #[cfg(feature = "sound")]
+        Format::Flac | Format::Mp3 | Format::Mp4 | Format::Ogg | Format::Aac => {
+            Box::new(formats::sound::PackedSound::open(bytes(input)?, format)?)
+        }
         Format::Touchstone => Box::new(touchstone::tables(&bytes(input)?)?),
         Format::Tracker => Box::new(tracker::tables(&bytes(input)?)?),
         Format::NanoSurf => Box::new(nanosurf::tables(&bytes(input)?)?),

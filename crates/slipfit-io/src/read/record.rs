@@ -5,6 +5,7 @@ use slipfit::{Record, record::Averaging};
 use super::{
     open::{Origin, opened},
     pick,
+    rounded::{self, Rounded},
 };
 use crate::{
     columns::{
@@ -52,8 +53,9 @@ pub(crate) fn read(
     options: &ReadOptions,
     watch: Option<&mut dyn FnMut(u64)>,
 ) -> Result<Reading, ReadError> {
-    let (mut reading, fingerprint) = opened(origin, watch, |source| from_source(source, options))
-        .map_err(|problem| ReadError::new(name, problem))?;
+    let (mut reading, fingerprint) =
+        opened(origin, options.format, watch, |source| from_source(source, options))
+            .map_err(|problem| ReadError::new(name, problem))?;
     fingerprint.write(&mut reading.report, name);
     Ok(reading)
 }
@@ -236,8 +238,15 @@ fn finish(head: &Head, mut choice: Choice, mut samples: Samples) -> Result<Readi
             values.iter_mut().for_each(|v| *v = units::from_decibels(*v));
         }
     }
+    let mut advice = None;
+    choice.notes.extend(past_midnight(&mut samples.time_s));
     if samples.averaging.factor() == 1 {
         choice.notes.extend(put_on_step(head, &choice.time, &mut samples.time_s));
+        match rounded::rebuild(&mut samples.time_s) {
+            Some(Rounded::Rebuilt(note)) => choice.notes.push(note),
+            Some(Rounded::Left(note)) => advice = Some(note),
+            None => {}
+        }
     }
     let Samples { time_s, signal, quadrature, read: rows_read, backwards, skipped, .. } = samples;
     let record = match (&choice.time, choice.quadrature.is_some()) {
@@ -257,6 +266,8 @@ fn finish(head: &Head, mut choice: Choice, mut samples: Samples) -> Result<Readi
         }
         (other, _) => ReadProblem::Data(other),
     })?;
+    // The record knows one more way to put a clock together.
+    choice.notes.extend(advice.filter(|_| record.clock_report().rebuilt_quantum_s.is_none()));
     let record = record.with_kind(choice.kind).with_unit(choice.signal.unit.clone());
     let signal = ("signal", choice.signal.taken(head));
     let quadrature = choice.quadrature.map(|q| ("quadrature", q.taken(head)));
@@ -278,6 +289,21 @@ fn finish(head: &Head, mut choice: Choice, mut samples: Samples) -> Result<Readi
         ..head.report()
     };
     Ok(Reading { record, report })
+}
+
+/// Clock times begin again at midnight: those after it get a day more.
+fn past_midnight(time_s: &mut [f64]) -> Option<Note> {
+    const DAY_S: f64 = 86400.0;
+    let of_clock = |t: &f64| (0.0..=DAY_S).contains(t);
+    let steps = || time_s.windows(2).map(|w| w[1] - w[0]);
+    let fall = |step: f64| step < -0.9 * DAY_S;
+    // One fall in the record, and nothing else that goes back.
+    if steps().filter(|s| *s < 0.0).count() != 1 || !steps().any(fall) || !time_s.iter().all(of_clock) {
+        return None;
+    }
+    let at = steps().position(fall)? + 1;
+    time_s[at..].iter_mut().for_each(|t| *t += DAY_S);
+    Some(Note::new("the times begin again at midnight: those after it were moved on by a day"))
 }
 
 /// Puts rounded times on the step that the file states, where all of them are less than half of it

@@ -35,6 +35,21 @@ pub(crate) fn guarded<T, E>(
     }
 }
 
+/// Memory that packed numbers may ask for, whatever their size.
+#[cfg(any(feature = "arrow", feature = "hdf5"))]
+const BUDGET: usize = 1 << 30;
+/// Memory that any file may ask for.
+#[cfg(any(feature = "arrow", feature = "hdf5"))]
+const SMALL: usize = 1 << 24;
+
+/// Bytes that so many packed bytes may unpack to: what their packing can do at best, but no more
+/// than [`BUDGET`] or, of a file larger than that, a few times its size.
+#[cfg(any(feature = "arrow", feature = "hdf5"))]
+pub(crate) fn budget(packed: usize, most_times: usize) -> usize {
+    let affordable = BUDGET.max(packed.saturating_mul(8));
+    packed.saturating_mul(most_times).min(affordable).max(SMALL)
+}
+
 fn said(panic: &(dyn Any + Send)) -> &str {
     let text = panic.downcast_ref::<&str>().copied();
     text.or_else(|| panic.downcast_ref::<String>().map(String::as_str)).unwrap_or("without a word")

@@ -2,7 +2,7 @@
 
 pub(crate) mod arrays;
 pub(crate) mod binary;
-#[cfg(any(feature = "arrow", feature = "hdf5", feature = "parquet"))]
+#[cfg(any(feature = "arrow", feature = "hdf5", feature = "parquet", feature = "sound"))]
 pub(crate) mod guard;
 #[cfg(feature = "excel")]
 pub(crate) mod sheet;

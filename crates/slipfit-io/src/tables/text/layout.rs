@@ -4,7 +4,7 @@ use std::borrow::Cow;
 
 use super::{
     dialect::{self, RowKind, Shape},
-    number,
+    number, stamp,
 };
 use crate::{
     columns::{head::Head, name::Name, named, role::Role, units},
@@ -24,6 +24,8 @@ pub(super) struct Layout {
     pub(super) first_line: usize,
     /// Whether the rows quote cells.
     pub(super) quoted: bool,
+    /// The day of its first date, counted from 1970; 0 without one.
+    pub(super) day: i64,
     /// The program or instrument that wrote it, if that can be told.
     pub(super) convention: Option<&'static str>,
     /// Its columns, and what stands above it.
@@ -50,11 +52,34 @@ pub(super) fn find(lines: &[&[u8]]) -> Option<Layout> {
         Some((line, names)) => (Some(line), names),
         None => (None, vec![Name::default(); shape.width]),
     };
+    let (names, day) = stamped(names, lines[first_line], shape, &mut notes);
     let quoted = lines[first_line..].iter().any(|l| memchr::memchr(b'"', l).is_some());
     let named_values =
         named::values(lines[..first_line].iter().map(|line| text(uncommented(line)).into_owned()));
     let head = Head { names, named_values, notes, ..Head::default() };
-    Some(Layout { shape, header_line, first_line, quoted, convention: None, head })
+    Some(Layout { shape, header_line, first_line, quoted, day, convention: None, head })
+}
+
+/// Columns of dates and times of day are times in seconds, whatever their headers; with the first day.
+fn stamped(mut names: Vec<Name>, row: &[u8], shape: Shape, notes: &mut Vec<Note>) -> (Vec<Name>, i64) {
+    let mut day = None;
+    for (column, (name, cell)) in names.iter_mut().zip(dialect::cells(row, shape.delimiter)).enumerate() {
+        let cell = text(number::trim(cell));
+        // A fraction of decimal comma or point is no stamp; `1.5` is read first.
+        let plain = number::number(cell.as_bytes(), shape.decimal).is_some();
+        let Some(stamp) = stamp::read(&cell).filter(|_| !plain) else { continue };
+        day = day.or(stamp.day);
+        if !stamp.timed {
+            continue;
+        }
+        let what = if stamp.day.is_some() { "date and time" } else { "the time of day" };
+        let since = if stamp.day.is_some() { "the midnight before" } else { "midnight" };
+        let number = column + 1;
+        let text = format!("column {number} holds {what}, such as `{cell}`: read as seconds since {since}");
+        notes.push(text.into());
+        "s".clone_into(&mut name.unit);
+    }
+    (names, day.unwrap_or(0))
 }
 
 /// The first row of numbers of the usual width that others follow.
@@ -64,7 +89,9 @@ fn first_row(kinds: &[RowKind], width: usize) -> Option<usize> {
     let followed = |i: usize| {
         let next: Vec<&RowKind> =
             kinds[i..].iter().filter(|k| **k != RowKind::Blank).take(LOOK_AHEAD).collect();
-        next.iter().filter(|k| is_row(k)).count() * 5 >= next.len() * 4
+        // A date above the header is no row: the header stands between it and the numbers.
+        next.get(1).is_none_or(|k| !matches!(k, RowKind::Text(_)))
+            && next.iter().filter(|k| is_row(k)).count() * 5 >= next.len() * 4
     };
     (0..kinds.len()).find(|&i| usual(i) && followed(i)).or_else(|| (0..kinds.len()).find(|&i| usual(i)))
 }
@@ -89,6 +116,7 @@ fn header(
     } else if matches!(kinds[nearest], RowKind::Text(_)) {
         if let Some(cells) = header_cells(lines[nearest], shape) {
             let cells = join_unit_row(cells, nearest, lines, kinds, shape);
+            let cells = join_name_rows(cells, nearest, lines, kinds, shape);
             return Some((nearest, cells.iter().map(|c| Name::parse(c)).collect()));
         }
         let cells = plain_header_cells(lines[nearest]);
@@ -198,6 +226,34 @@ fn plain_header_cells(line: &[u8]) -> Vec<String> {
         .into_iter()
         .find(|cells| cells.len() > 1)
         .unwrap_or_else(|| joined_units(&text(line)))
+}
+
+/// Names that go over two lines: where the lower one says nothing that is known and the one right
+/// above it, with as many cells, does.
+fn join_name_rows(
+    cells: Vec<String>,
+    line: usize,
+    lines: &[&[u8]],
+    kinds: &[RowKind],
+    shape: Shape,
+) -> Vec<String> {
+    let known = |cells: &[String]| {
+        let said = |c: &&String| {
+            let name = Name::parse(c);
+            let says_nothing = |role| matches!(role, Role::Unknown | Role::Never);
+            !says_nothing(Role::in_record(&name)) || !says_nothing(Role::in_curve(&name))
+        };
+        cells.iter().filter(said).count()
+    };
+    let Some(above) = line.checked_sub(1).filter(|&i| matches!(kinds[i], RowKind::Text(_))) else {
+        return cells;
+    };
+    let upper = texts(&dialect::cells(lines[above], shape.delimiter));
+    let whole = upper.len() == cells.len() && cells.len() > 1 && upper.iter().all(|c| !c.is_empty());
+    if !whole || known(&cells) > 0 || known(&upper) * 2 < upper.len() {
+        return cells;
+    }
+    upper.iter().zip(&cells).map(|(upper, lower)| format!("{upper} {lower}").trim().to_owned()).collect()
 }
 
 /// Where the line above the numbers holds units only, names stand above it.

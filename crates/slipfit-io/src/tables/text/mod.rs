@@ -5,6 +5,7 @@ mod layout;
 mod number;
 mod scan;
 mod source;
+mod stamp;
 mod vendors;
 
 use std::io::Read;
@@ -67,7 +68,9 @@ impl<R: Read> Text<R> {
     }
 
     fn plan(&self, wanted: &[usize]) -> Plan {
-        Plan::new(self.layout.shape, self.layout.quoted, self.newline, wanted)
+        let mut plan = Plan::new(self.layout.shape, self.layout.quoted, self.newline, wanted);
+        plan.day = self.layout.day;
+        plan
     }
 
     /// The whole lines of the window, without its first so many.

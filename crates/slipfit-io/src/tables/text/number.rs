@@ -1,5 +1,6 @@
 //! Cells to numbers.
 
+use super::stamp;
 use crate::report::Decimal;
 
 /// What a cell holds.
@@ -65,8 +66,13 @@ pub(super) fn trim(cell: &[u8]) -> &[u8] {
     }
 }
 
-/// Reads a cell.
+/// Reads a cell; dates count from 1970.
 pub(super) fn cell(bytes: &[u8], decimal: Decimal) -> Cell {
+    cell_since(bytes, decimal, 0)
+}
+
+/// Reads a cell; dates count from the midnight before `day`, itself counted from 1970.
+pub(super) fn cell_since(bytes: &[u8], decimal: Decimal, day: i64) -> Cell {
     let bytes = trim(bytes);
     if bytes.is_empty() {
         return Cell::Missing;
@@ -74,7 +80,7 @@ pub(super) fn cell(bytes: &[u8], decimal: Decimal) -> Cell {
     match number(bytes, decimal) {
         Some(value) if value.is_finite() => Cell::Number(value),
         Some(_) => Cell::Missing,
-        None => odd(bytes, decimal),
+        None => odd(bytes, decimal, day),
     }
 }
 
@@ -99,7 +105,7 @@ pub(super) fn number(bytes: &[u8], decimal: Decimal) -> Option<f64> {
 
 /// Numbers in typographic or Fortran dress, and words for no value.
 #[cold]
-fn odd(bytes: &[u8], decimal: Decimal) -> Cell {
+fn odd(bytes: &[u8], decimal: Decimal, day: i64) -> Cell {
     if bytes.len() > LONGEST {
         return Cell::Text;
     }
@@ -115,8 +121,38 @@ fn odd(bytes: &[u8], decimal: Decimal) -> Cell {
     }
     match number(plain.as_bytes(), decimal) {
         Some(value) if value.is_finite() => Cell::Number(value),
-        _ => Cell::Text,
+        _ => match ungrouped(&plain, decimal).or_else(|| stamp::read(text).map(|stamp| stamp.since(day))) {
+            Some(value) => Cell::Number(value),
+            None => Cell::Text,
+        },
     }
+}
+
+/// A number whose thousands are set apart: `1,234.5`, `1.234,5`, `1 234,5`, `1'234.5`. A lone comma or
+/// point in front of three digits is a decimal mark, unless the other mark is that of the table.
+fn ungrouped(text: &str, decimal: Decimal) -> Option<f64> {
+    let (mark, group) = match decimal {
+        Decimal::Point => ('.', ','),
+        Decimal::Comma => (',', '.'),
+    };
+    let unsigned = text.trim_start_matches(['+', '-']);
+    let (whole, fraction) = match unsigned.split_once(mark) {
+        Some((whole, fraction)) => (whole, Some(fraction)),
+        None => (unsigned, None),
+    };
+    let separator = whole.chars().find(|c| !c.is_ascii_digit())?;
+    let known = separator == group
+        || matches!(separator, ' ' | '\'' | '\u{2019}' | '\u{a0}' | '\u{202f}' | '\u{2009}');
+    let groups: Vec<&str> = whole.split(separator).collect();
+    let digits = |part: &&str| part.bytes().all(|b| b.is_ascii_digit());
+    let sized = (1..=3).contains(&groups[0].len()) && groups[1..].iter().all(|g| g.len() == 3);
+    let clear = separator != group || fraction.is_some() || groups.len() > 2;
+    if !known || !sized || !clear || groups[0].starts_with('0') || !groups.iter().all(digits) {
+        return None;
+    }
+    let sign = if text.starts_with('-') { "-" } else { "" };
+    let plain = format!("{sign}{}.{}", groups.concat(), fraction.unwrap_or("0"));
+    plain.parse().ok().filter(|v: &f64| v.is_finite())
 }
 
 #[cfg(test)]
@@ -137,6 +173,34 @@ mod tests {
             ("5.", Decimal::Point, 5.0),
         ] {
             assert_eq!(cell(text.as_bytes(), decimal), Cell::Number(value), "{text}");
+        }
+    }
+
+    #[test]
+    fn thousands_set_apart_are_read() {
+        for (text, decimal, value) in [
+            ("1,234.5", Decimal::Point, 1234.5),
+            ("-12,345,678", Decimal::Point, -12_345_678.0),
+            ("1.234,5", Decimal::Comma, 1234.5),
+            ("1.234.567", Decimal::Comma, 1_234_567.0),
+            ("1 234,5", Decimal::Comma, 1234.5),
+            ("1\u{202f}234,5", Decimal::Comma, 1234.5),
+            ("1\u{a0}234.5", Decimal::Point, 1234.5),
+            ("1'234.5e3", Decimal::Point, 1_234_500.0),
+            ("2\u{2019}345", Decimal::Point, 2345.0),
+        ] {
+            assert_eq!(cell(text.as_bytes(), decimal), Cell::Number(value), "{text}");
+        }
+        // What could be a decimal mark is one, and groups have three digits.
+        for (text, decimal) in [
+            ("1,234", Decimal::Point),
+            ("1.234", Decimal::Comma),
+            ("0,123.4", Decimal::Point),
+            ("12,34.5", Decimal::Point),
+            ("1234,567.8", Decimal::Point),
+            ("1,234 567.0", Decimal::Point),
+        ] {
+            assert_eq!(cell(text.as_bytes(), decimal), Cell::Text, "{text}");
         }
     }
 

@@ -21,6 +21,8 @@ pub(super) struct Plan {
     quoted: bool,
     /// Byte between two lines.
     newline: u8,
+    /// The day from whose midnight dates count, itself counted from 1970.
+    pub(super) day: i64,
     /// Columns wanted in order, with their places in the answer.
     wanted: Vec<(usize, usize)>,
 }
@@ -65,7 +67,7 @@ impl Plan {
     pub(super) fn new(shape: Shape, quoted: bool, newline: u8, wanted: &[usize]) -> Self {
         let mut wanted: Vec<(usize, usize)> = wanted.iter().copied().zip(0..).collect();
         wanted.sort_unstable();
-        Self { delimiter: shape.delimiter, decimal: shape.decimal, quoted, newline, wanted }
+        Self { delimiter: shape.delimiter, decimal: shape.decimal, quoted, newline, day: 0, wanted }
     }
 
     /// Reads whole lines, of which the last may lack its end, on all cores, and does something
@@ -242,16 +244,17 @@ impl Plan {
         for &(index, place) in &self.wanted {
             let column = index + 1;
             values[place] = f64::NAN;
-            let reason = match cells.get(index).map(|cell| (cell, number::cell(cell, self.decimal))) {
-                Some((_, Cell::Number(value))) => {
-                    values[place] = value;
-                    continue;
-                }
-                Some((_, Cell::Missing)) => Reason::NoValue(column),
-                Some((cell, Cell::Text)) if missing.is_none() => Reason::Text(column, example(cell)),
-                Some((_, Cell::Text)) => continue,
-                None => Reason::TooFewCells(column),
-            };
+            let reason =
+                match cells.get(index).map(|cell| (cell, number::cell_since(cell, self.decimal, self.day))) {
+                    Some((_, Cell::Number(value))) => {
+                        values[place] = value;
+                        continue;
+                    }
+                    Some((_, Cell::Missing)) => Reason::NoValue(column),
+                    Some((cell, Cell::Text)) if missing.is_none() => Reason::Text(column, example(cell)),
+                    Some((_, Cell::Text)) => continue,
+                    None => Reason::TooFewCells(column),
+                };
             missing = missing.or(Some(reason));
         }
         if let Some(reason) = missing {

@@ -465,7 +465,7 @@ fn rows_with_words_beside_their_numbers_are_read() {
     let reading = read(table_of("time,state,angle\n", 40, |_, t, x| format!("{t},OK,{x}")));
     assert_is_ring(&reading, 40);
     assert_eq!(signal(&reading).column.number, 3);
-    let clock = table_of("time,angle\n", 40, |i, _, x| format!("12:00:{i:02},{x}"));
+    let clock = table_of("time,angle\n", 40, |i, _, x| format!("noon and {i},{x}"));
     let (message, hint) = error(&clock, &ReadOptions::default());
     assert_eq!(message, "file.csv: no column of times among column 1 `time`, column 2 `angle`");
     assert!(hint.starts_with("rate_hz"));

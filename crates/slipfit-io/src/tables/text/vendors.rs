@@ -48,6 +48,7 @@ const VENDORS: &[Vendor] = &[
     ("Vernier", is_vernier, |_, _| {}),
     ("Tracker", is_tracker, add_tracker_names),
     ("phyphox", is_phyphox, |_, _| {}),
+    ("Sensor Logger", is_sensor_logger, note_sensor_kinds),
 ];
 
 /// Adds the vendor's metadata to a layout; gives the vendor's name.
@@ -278,6 +279,20 @@ fn name_tracks(preamble: &Preamble, layout: &mut Layout) {
             let parsed = Name::parse(&name.header);
             *name = Name { header: format!("{current}: {}", parsed.header), ..parsed };
         }
+    }
+}
+
+/// `time` in nanoseconds since 1970, `seconds_elapsed`, then the axes of one sensor.
+fn is_sensor_logger(preamble: &Preamble) -> bool {
+    preamble.headers.len() > 2 && preamble.headers[..2] == ["time", "seconds_elapsed"]
+}
+
+/// The name of the file tells the sensor, its columns do not.
+fn note_sensor_kinds(_: &Preamble, layout: &mut Layout) {
+    if layout.head.names.iter().skip(2).all(|name| ["x", "y", "z"].contains(&name.bare.as_str())) {
+        let text = "Sensor Logger names no units: accelerometers are in m/s^2, gyroscopes in rad/s";
+        let kind = "says which this is (acceleration, velocity)";
+        layout.head.notes.push(Note::new(text).hint("kind", kind).hint("unit", "names the unit"));
     }
 }
 

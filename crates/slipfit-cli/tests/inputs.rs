@@ -1,0 +1,216 @@
+//! Where records come from: standard input, pipes, folders, and names that are hard to type.
+#![allow(clippy::unwrap_used, reason = "a failed unwrap fails the test, as it should")]
+
+mod common;
+
+use common::{root, slipfit, stdout};
+use std::fs;
+use std::path::Path;
+use tempfile::TempDir;
+
+/// A swing at 1.25 Hz that loses 4 % a second.
+fn swing() -> String {
+    let row = |i: u32| {
+        let t = 0.02 * f64::from(i);
+        let noise = 1e-4 * (7.7 * f64::from(i * i)).sin();
+        format!("{t:.2},{:.5}\n", 0.3 * (-0.04 * t).exp() * (2.5 * std::f64::consts::PI * t).cos() + noise)
+    };
+    String::from("Time (s),Angle (rad)\n") + &(0..1500).map(row).collect::<String>()
+}
+
+fn folder(names: &[&str]) -> TempDir {
+    let folder = tempfile::tempdir().unwrap();
+    names.iter().for_each(|name| fs::write(folder.path().join(name), swing()).unwrap());
+    folder
+}
+
+/// The rows of a table written as JSON.
+fn rows(path: &Path) -> Vec<serde_json::Value> {
+    serde_json::from_slice(&fs::read(path).unwrap()).unwrap()
+}
+
+fn of(rows: &[serde_json::Value], key: &str) -> Vec<String> {
+    rows.iter().map(|row| row[key].as_str().unwrap().to_owned()).collect()
+}
+
+/// What a table says of the swing; the file is named in the first cell.
+fn answer(json: &str) -> (f64, String) {
+    let answer: serde_json::Value = serde_json::from_str(json).unwrap();
+    let hash = answer["input"]["sha256"].as_str().unwrap().to_owned();
+    (answer["parameters"]["frequency_hz"]["value"].as_f64().unwrap(), hash)
+}
+
+#[test]
+fn standard_input_is_read_as_a_file_is() {
+    let folder = folder(&["a.csv"]);
+    let of_file = stdout(slipfit().current_dir(folder.path()).args(["ringdown", "a.csv", "--json", "-"]));
+    let (frequency, hash) = answer(&of_file);
+    assert!((frequency - 1.25).abs() < 1e-3, "{frequency}");
+    for name in ["-", "/dev/stdin"] {
+        if cfg!(windows) && name != "-" {
+            continue;
+        }
+        let piped = stdout(slipfit().args(["ringdown", name, "--json", "-"]).write_stdin(swing()));
+        assert_eq!(answer(&piped), (frequency, hash.clone()), "{name}");
+        let shown = stdout(slipfit().args(["inspect", name]).write_stdin(swing()));
+        assert!(shown.contains("1500 rows") && shown.contains("Time (s),Angle (rad)"), "{shown}");
+        assert!(shown.contains(&format!("> slipfit ringdown {name}")), "{shown}");
+    }
+    // A format that is read from several places is held.
+    let workbook = fs::read(root().join("validation/reference/formats/snappy.parquet")).unwrap();
+    let shown = stdout(slipfit().args(["inspect", "-"]).write_stdin(workbook));
+    assert!(shown.contains("Parquet file") && shown.contains("400 rows"), "{shown}");
+    let output = slipfit().args(["ringdown", "-"]).write_stdin("").output().unwrap();
+    let said = String::from_utf8(output.stderr).unwrap();
+    assert!(said.contains("standard input: the file is empty"), "{said}");
+}
+
+#[test]
+fn curves_and_levels_come_from_standard_input_too() {
+    let sweep = "simulate sweep --frequency-hz 10 --q 50 --drive-amplitude 1 --start-hz 9 --stop-hz 11";
+    let curve = stdout(slipfit().args(sweep.split(' ')));
+    let shown = stdout(slipfit().args(["resonance", "-", "--drive-amplitude", "1"]).write_stdin(curve));
+    assert!(shown.contains("quality factor"), "{shown}");
+    let levels = "drive,amplitude\n1,0.8\n2,1.8\n3,2.8\n4,3.8\n5,4.8\n6,5.8\n";
+    let output = slipfit().args(["levels", "-"]).write_stdin(levels).output().unwrap();
+    assert!(output.status.success(), "{}", String::from_utf8_lossy(&output.stderr));
+}
+
+#[cfg(unix)]
+#[test]
+fn a_pipe_with_a_name_is_read_once() {
+    for command in ["ringdown", "inspect"] {
+        let folder = tempfile::tempdir().unwrap();
+        let pipe = folder.path().join("logger");
+        assert!(std::process::Command::new("mkfifo").arg(&pipe).status().unwrap().success());
+        let written = pipe.clone();
+        let writer = std::thread::spawn(move || fs::write(written, swing()).unwrap());
+        let shown = stdout(slipfit().arg(command).arg(&pipe).timeout(std::time::Duration::from_secs(60)));
+        writer.join().unwrap();
+        let wanted = if command == "ringdown" { "1.250" } else { "period about 0.8 s" };
+        assert!(shown.contains(wanted), "{shown}");
+    }
+}
+
+#[test]
+fn a_format_is_named_where_the_content_cannot_tell_it() {
+    let folder = tempfile::tempdir().unwrap();
+    // Words that a sound file begins with stand above the table.
+    fs::write(folder.path().join("a.txt"), format!("ID3 of the sensor\n{}", swing())).unwrap();
+    let run = |arguments: &[&str]| slipfit().current_dir(folder.path()).args(arguments).output().unwrap();
+    let refused = run(&["ringdown", "a.txt"]);
+    assert!(String::from_utf8_lossy(&refused.stderr).contains("MP3"), "{refused:?}");
+    for name in ["text", "csv", ".TXT"] {
+        let taken = run(&["ringdown", "a.txt", "--format", name]);
+        assert!(taken.status.success(), "{taken:?}");
+    }
+    let broken = run(&["ringdown", "a.txt", "--format", "parquet"]);
+    assert!(String::from_utf8_lossy(&broken.stderr).contains("breaks its rules"), "{broken:?}");
+    let unknown = run(&["ringdown", "a.txt", "--format", "docx"]);
+    assert!(String::from_utf8_lossy(&unknown.stderr).contains("there are text, wav, mat"), "{unknown:?}");
+}
+
+#[test]
+fn a_folder_gives_a_row_for_each_of_its_files() {
+    let folder = folder(&["b.csv", "a.csv", "notes.md", ".hidden.csv"]);
+    fs::create_dir(folder.path().join("inner")).unwrap();
+    fs::create_dir(folder.path().join("empty")).unwrap();
+    let out = tempfile::tempdir().unwrap();
+    let table = out.path().join("out.json");
+    let path = folder.path().to_str().unwrap();
+    let names = |arguments: &[&str]| {
+        let output = slipfit().arg("ringdown").args(arguments).arg("--table").arg(&table).output().unwrap();
+        let rows = rows(&table);
+        let last = |name: String| name.rsplit(['/', '\\']).next().unwrap().to_owned();
+        let files: Vec<String> = of(&rows, "file").into_iter().map(last).collect();
+        (files, of(&rows, "reason"), output.status.code())
+    };
+    assert_eq!(names(&[path]).0, ["a.csv", "b.csv", "notes.md"]);
+    assert_eq!(names(&[path, "--glob", "*.csv"]).0, ["a.csv", "b.csv"]);
+    assert_eq!(names(&[path, "--glob", "b*"]).0, ["b.csv"]);
+    let (files, reasons, code) = names(&[path, "--glob", "*.txt"]);
+    assert_eq!((files.len(), code), (1, Some(2)));
+    assert!(reasons[0].contains("--glob *.txt: fits none of 3 files"), "{reasons:?}");
+    let empty = folder.path().join("empty");
+    let (files, reasons, code) = names(&[path, empty.to_str().unwrap(), "--glob", "*.csv"]);
+    assert_eq!((files.len(), code), (3, Some(0)));
+    assert!(reasons[2].contains("fits none of 0 files"), "{reasons:?}");
+    let shown = stdout(slipfit().arg("ringdown").arg(path).args(["--glob", "a*"]));
+    assert!(shown.starts_with("| file | status |"), "a folder gives a table, {shown}");
+}
+
+#[cfg(unix)]
+#[test]
+fn a_folder_without_permission_is_a_row() {
+    use std::os::unix::fs::PermissionsExt as _;
+    let folder = folder(&["a.csv"]);
+    let locked = folder.path().join("locked");
+    fs::create_dir(&locked).unwrap();
+    fs::set_permissions(&locked, fs::Permissions::from_mode(0o000)).unwrap();
+    // The superuser may read everything: then the folder is empty, which is a row as well.
+    let superuser = fs::read_dir(&locked).is_ok();
+    let table = folder.path().join("out.json");
+    let output = slipfit()
+        .current_dir(folder.path())
+        .args(["ringdown", "locked", "a.csv", "--table"])
+        .arg(&table)
+        .output()
+        .unwrap();
+    fs::set_permissions(&locked, fs::Permissions::from_mode(0o700)).unwrap();
+    assert_eq!(output.status.code(), Some(0), "{output:?}");
+    let rows = rows(&table);
+    assert_eq!(of(&rows, "file"), ["locked", "a.csv"]);
+    let wanted = if superuser { "holds no files" } else { "Permission denied" };
+    assert!(of(&rows, "reason")[0].contains(wanted), "{:?}", of(&rows, "reason"));
+    assert_ne!(of(&rows, "status")[1], "failed");
+}
+
+#[test]
+fn the_same_file_twice_is_two_rows_also_when_resumed() {
+    let folder = folder(&["a.csv", "b.csv"]);
+    let run = |more: &[&str]| {
+        let files = ["ringdown", "a.csv", "b.csv", "./a.csv", "a.csv", "--table", "out.json"];
+        let output = slipfit().current_dir(folder.path()).args(files).args(more).output().unwrap();
+        assert!(output.status.success(), "{output:?}");
+        of(&rows(&folder.path().join("out.json")), "file")
+    };
+    let twice = ["a.csv", "b.csv", "./a.csv", "a.csv"];
+    assert_eq!(run(&[]), twice);
+    assert_eq!(run(&["--resume"]), twice);
+}
+
+#[cfg(unix)]
+#[test]
+fn names_that_are_hard_to_type_are_rows_like_others() {
+    use std::{ffi::OsStr, os::unix::ffi::OsStrExt as _};
+    let folder = tempfile::tempdir().unwrap();
+    let hostile: [&[u8]; 4] = [b"-start.csv", b"two\nlines.csv", b"latin\xe9.csv", b"a b'c\"d.csv"];
+    for name in hostile {
+        fs::write(folder.path().join(OsStr::from_bytes(name)), swing()).unwrap();
+    }
+    let table = folder.path().join("out.json");
+    let run = |command: &mut assert_cmd::Command| {
+        let output = command.current_dir(folder.path()).output().unwrap();
+        assert!(output.status.success(), "{output:?}");
+        output
+    };
+    // Behind `--` each may be typed as it is.
+    let typed = hostile.map(OsStr::from_bytes);
+    run(slipfit().args(["ringdown", "--table"]).arg(&table).arg("--").args(typed));
+    let listed = rows(&table);
+    assert_eq!(of(&listed, "file"), ["-start.csv", "two\nlines.csv", "latin\u{fffd}.csv", "a b'c\"d.csv"]);
+    assert!(of(&listed, "status").iter().all(|status| status != "failed"), "{listed:?}");
+    // The same by their folder, and in a form whose rows are lines.
+    let csv = folder.path().join("out.csv");
+    run(slipfit().args(["ringdown", ".", "--glob", "*s*.csv", "--table"]).arg(&csv));
+    let text = fs::read_to_string(&csv).unwrap();
+    let mut reader = csv::Reader::from_reader(text.as_bytes());
+    assert_eq!(reader.records().map(Result::unwrap).count(), 2, "{text}");
+    for name in typed {
+        let shown = run(slipfit().args(["inspect", "--"]).arg(name)).stdout;
+        assert!(String::from_utf8_lossy(&shown).contains("1500 rows"));
+        run(slipfit().args(["ringdown", "--"]).arg(name));
+    }
+    let shown = String::from_utf8(run(slipfit().args(["inspect", "--", "-start.csv"])).stdout).unwrap();
+    assert!(shown.contains("> slipfit ringdown ./-start.csv"), "{shown}");
+}

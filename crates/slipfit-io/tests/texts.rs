@@ -1,0 +1,337 @@
+//! Texts as people's machines write them: encodings, thousands, stamps, headers in their languages.
+//! Each holds the same swing, and what was assumed stands in the report.
+#![allow(clippy::unwrap_used, reason = "a failed unwrap fails the test, as it should")]
+
+use slipfit::SignalKind;
+use slipfit_io::{ReadOptions, Reading, TimeSource, read_from, read_sweep_from};
+
+const ROWS: usize = 300;
+const STEP_S: f64 = 0.02;
+
+/// The swing, in a unit in which it begins at 1500.
+fn x(k: usize) -> f64 {
+    let t = k as f64 * STEP_S;
+    (15000.0 * (-0.1 * t).exp() * (9.0 * t).cos()).round() / 10.0
+}
+
+/// A table of the swing: a header, and rows of a time and a value as they are written.
+fn table(header: &str, row: impl Fn(usize) -> String) -> String {
+    format!("{header}\n") + &(0..ROWS).map(|k| row(k) + "\n").collect::<String>()
+}
+
+fn plain(header: &str) -> String {
+    table(header, |k| format!("{:.2};{:.1}", k as f64 * STEP_S, x(k)))
+}
+
+/// Reads the swing and compares every number.
+fn swing(bytes: &[u8]) -> Reading {
+    let reading = read_from(bytes, "swing.csv", &ReadOptions::default()).unwrap_or_else(|e| panic!("{e}"));
+    let record = &reading.record;
+    assert_eq!(record.len(), ROWS);
+    for (k, value) in record.signal().iter().enumerate() {
+        assert!((value - x(k)).abs() < 1e-9, "row {k}: {value}");
+    }
+    for (k, t) in record.times_s(0..ROWS).iter().enumerate() {
+        // Seconds since 1970 are resolved to a quarter of a microsecond.
+        let passed = t - record.times_s(0..1)[0];
+        assert!((passed - k as f64 * STEP_S).abs() < 1e-6, "row {k}: {passed} s");
+    }
+    reading
+}
+
+fn notes(reading: &Reading) -> String {
+    reading.report.notes.iter().map(ToString::to_string).collect::<Vec<_>>().join("\n")
+}
+
+fn time_unit(reading: &Reading) -> &str {
+    match reading.report.time.as_ref().unwrap() {
+        TimeSource::Column(taken) => &taken.unit,
+        other => panic!("{other:?}"),
+    }
+}
+
+#[test]
+fn utf_16_with_and_without_its_mark_is_read() {
+    let text = plain("Zeit (s);Größe (µm)");
+    let units = || text.encode_utf16();
+    let little: Vec<u8> = units().flat_map(u16::to_le_bytes).collect();
+    let big: Vec<u8> = units().flat_map(u16::to_be_bytes).collect();
+    for (bytes, encoding) in [
+        (little.clone(), "UTF-16LE"),
+        (big.clone(), "UTF-16BE"),
+        ([&b"\xff\xfe"[..], &little].concat(), "UTF-16LE"),
+        ([&b"\xfe\xff"[..], &big].concat(), "UTF-16BE"),
+    ] {
+        let reading = swing(&bytes);
+        assert_eq!(reading.report.dialect.as_ref().unwrap().encoding, encoding);
+        assert_eq!(reading.report.column("signal").unwrap().column.header, "Größe (µm)");
+        assert_eq!(reading.record.unit(), "µm");
+    }
+}
+
+#[test]
+fn latin_1_is_read_with_its_headers() {
+    let text = plain("Temps (s);Élongation (µm)");
+    let bytes: Vec<u8> = text.chars().map(|c| u8::try_from(u32::from(c)).unwrap()).collect();
+    let reading = swing(&bytes);
+    assert_eq!(reading.report.dialect.as_ref().unwrap().encoding, "windows-1252");
+    let signal = reading.report.column("signal").unwrap();
+    assert_eq!((signal.column.header.as_str(), signal.unit.as_str()), ("Élongation (µm)", "µm"));
+}
+
+/// A number with a mark between its thousands and one before its fraction.
+fn grouped(value: f64, group: &str, mark: char) -> String {
+    let text = format!("{:.1}", value.abs());
+    let (whole, fraction) = text.split_once('.').unwrap();
+    let sign = if value < 0.0 { "-" } else { "" };
+    let whole = match whole.len() {
+        n if n > 3 => format!("{}{group}{}", &whole[..n - 3], &whole[n - 3..]),
+        _ => whole.to_owned(),
+    };
+    format!("{sign}{whole}{mark}{fraction}")
+}
+
+#[test]
+fn thousands_set_apart_are_one_number() {
+    for (group, mark, time_mark) in [
+        (",", '.', "."),
+        (".", ',', ","),
+        (" ", ',', ","),
+        ("\u{a0}", ',', ","),
+        ("\u{202f}", ',', ","),
+        ("'", '.', "."),
+        ("\u{2019}", '.', "."),
+    ] {
+        for separator in [";", "\t"] {
+            let row = |k: usize| {
+                let t = format!("{:.2}", k as f64 * STEP_S).replace('.', time_mark);
+                format!("{t}{separator}{}", grouped(x(k), group, mark))
+            };
+            let reading = swing(table(&format!("Time (s){separator}x (mm)"), row).as_bytes());
+            assert_eq!(reading.report.rows_skipped(), 0, "{group:?} {mark} {separator:?}");
+        }
+    }
+    // English spreadsheets quote what holds their separator.
+    let row = |k: usize| format!("{:.2},\"{}\"", k as f64 * STEP_S, grouped(x(k), ",", '.'));
+    swing(table("Time (s),x (mm)", row).as_bytes());
+}
+
+/// Hours, minutes and seconds with milliseconds of a row that begins at 23:59:57 where `late`, else
+/// at 09:59:58.
+fn clock(k: usize, late: bool) -> (u64, u64, u64, u64) {
+    let begin = if late { 86_397_000 } else { 35_998_000 };
+    let ms = (begin + 20 * k as u64) % 86_400_000;
+    (ms / 3_600_000, ms / 60_000 % 60, ms / 1000 % 60, ms % 1000)
+}
+
+#[test]
+fn dates_and_times_of_day_are_read_as_seconds() {
+    type Stamp = fn(usize) -> String;
+    let stamps: [(&str, Stamp); 6] = [
+        ("2024-05-01T09:59:58.000Z", |k| {
+            let (h, m, s, ms) = clock(k, false);
+            format!("2024-05-01T{h:02}:{m:02}:{s:02}.{ms:03}Z")
+        }),
+        ("2024-05-01T09:59:58.000+02:00", |k| {
+            let (h, m, s, ms) = clock(k, false);
+            format!("2024-05-01T{h:02}:{m:02}:{s:02}.{ms:03}+02:00")
+        }),
+        ("2024-05-01 09:59:58,000", |k| {
+            let (h, m, s, ms) = clock(k, false);
+            format!("2024-05-01 {h:02}:{m:02}:{s:02},{ms:03}")
+        }),
+        ("01.05.2024 09:59:58.000", |k| {
+            let (h, m, s, ms) = clock(k, false);
+            format!("01.05.2024 {h:02}:{m:02}:{s:02}.{ms:03}")
+        }),
+        ("5/1/2024 9:59:58.000 AM", |k| {
+            let (h, m, s, ms) = clock(k, false);
+            format!("5/1/2024 {h}:{m:02}:{s:02}.{ms:03} AM")
+        }),
+        ("09:59:58.000", |k| {
+            let (h, m, s, ms) = clock(k, false);
+            format!("{h:02}:{m:02}:{s:02}.{ms:03}")
+        }),
+    ];
+    for (first, stamp) in &stamps {
+        for header in ["Zeitstempel;x (mm)", "Timestamp;x (mm)", "a;b", "Time (ms);x (mm)"] {
+            let text = table(header, |k| format!("{};{:.1}", stamp(k), x(k)));
+            let reading = swing(text.as_bytes());
+            let said = notes(&reading);
+            assert!(said.contains(&format!("such as `{first}`: read as seconds since")), "{header}: {said}");
+            assert_eq!(time_unit(&reading), "s", "{header}");
+            // Milliseconds of a date are those of its clock, to the last digit.
+            assert!(reading.record.clock().is_uniform(), "{first}");
+        }
+    }
+    // Minutes and seconds alone.
+    let text = table("Time;x (mm)", |k| format!("{:02}:{:05.2};{:.1}", k / 3000, k as f64 * STEP_S, x(k)));
+    swing(text.as_bytes());
+}
+
+#[test]
+fn a_clock_that_passes_midnight_goes_on() {
+    let text = table("time,x (mm)", |k| {
+        let (h, m, s, ms) = clock(k, true);
+        format!("{h:02}:{m:02}:{s:02}.{ms:03},{:.1}", x(k))
+    });
+    let reading = swing(text.as_bytes());
+    assert!(notes(&reading).contains("begin again at midnight"), "{}", notes(&reading));
+}
+
+#[test]
+fn a_date_beside_the_clock_and_one_above_the_header_do_no_harm() {
+    let row = |k: usize| {
+        let (h, m, s, ms) = clock(k, false);
+        format!("2024-05-01,{h:02}:{m:02}:{s:02}.{ms:03},{:.1}", x(k))
+    };
+    swing(table("Date,Time,x (mm)", row).as_bytes());
+    // As many cells as the rows, all of them numbers in the eyes of a reader of dates.
+    let text = format!("2024-05-01,09:59:58\n{}", plain("Time (s);x (mm)").replace(';', ","));
+    let reading = swing(text.as_bytes());
+    assert_eq!(reading.report.dialect.as_ref().unwrap().header_row, Some(2));
+}
+
+#[test]
+fn seconds_since_1970_are_told_by_their_size() {
+    for (per_second, unit) in [(1e0, "s"), (1e3, "ms"), (1e6, "us"), (1e9, "ns")] {
+        let text = table("timestamp,x (mm)", |k| {
+            let seconds = 1_714_557_598_u64;
+            let rest = (k as f64 * STEP_S * per_second).round();
+            let whole = if per_second == 1.0 {
+                format!("{:.2}", seconds as f64 + k as f64 * STEP_S)
+            } else {
+                format!("{}", seconds as u128 * per_second as u128 + rest as u128)
+            };
+            format!("{whole},{:.1}", x(k))
+        });
+        let reading = swing(text.as_bytes());
+        assert_eq!(time_unit(&reading), unit);
+        let said = notes(&reading);
+        assert!(said.contains(&format!("counts from 1970: its times were taken as {unit}")), "{said}");
+    }
+}
+
+#[test]
+fn records_are_read_with_headers_in_ten_languages() {
+    use SignalKind::{Acceleration, Displacement, Velocity};
+    for (language, headers) in [
+        ("German", ["Zeit", "Auslenkung", "Winkel", "Geschwindigkeit", "Beschleunigung"]),
+        ("French", ["Temps", "Élongation", "Angle", "Vitesse", "Accélération"]),
+        ("Italian", ["Tempo", "Posizione", "Angolo", "Velocità", "Accelerazione"]),
+        ("Spanish", ["Tiempo", "Posición", "Ángulo", "Velocidad", "Aceleración"]),
+        ("Portuguese", ["Tempo", "Posição", "Ângulo", "Velocidade", "Aceleração"]),
+        ("Chinese", ["时间", "位移", "角度", "速度", "加速度"]),
+        ("traditional Chinese", ["時間", "位移", "角度", "速度", "加速度"]),
+        ("Japanese", ["時刻", "変位", "角度", "速度", "加速度"]),
+        ("Japanese, positions", ["時間", "位置", "角度", "速度", "加速度"]),
+        ("Portuguese, displacements", ["Tempo", "Deslocamento", "Ângulo", "Velocidade", "Aceleração"]),
+    ] {
+        let [time, signals @ ..] = headers;
+        let kinds = [Displacement, Displacement, Velocity, Acceleration];
+        for (signal, kind) in signals.into_iter().zip(kinds) {
+            // The times stand last and a counter first: only names tell them apart.
+            let text =
+                table(&format!("{signal};{time}"), |k| format!("{:.1};{:.2}", x(k), k as f64 * STEP_S));
+            let reading = swing(text.as_bytes());
+            assert_eq!(reading.report.kind, kind, "{language}: {signal}");
+            let taken = reading.report.column("signal").unwrap();
+            assert!(taken.why.contains("named like"), "{language}: {}", taken.why);
+            let Some(TimeSource::Column(time)) = &reading.report.time else { panic!("{language}: no times") };
+            assert!(time.why.contains("named like a time"), "{language}: {}", time.why);
+            // No unit is named: what was assumed is said.
+            assert!(notes(&reading).contains("its times were taken as seconds"), "{}", notes(&reading));
+        }
+    }
+}
+
+#[test]
+fn curves_are_read_with_headers_in_ten_languages() {
+    for (language, [frequency, amplitude, phase]) in [
+        ("German", ["Frequenz", "Amplitude", "Phase"]),
+        ("French", ["Fréquence", "Amplitude", "Phase"]),
+        ("Italian", ["Frequenza", "Ampiezza", "Fase"]),
+        ("Spanish", ["Frecuencia", "Amplitud", "Fase"]),
+        ("Portuguese", ["Frequência", "Amplitude", "Fase"]),
+        ("Chinese", ["频率", "振幅", "相位"]),
+        ("traditional Chinese", ["頻率", "振幅", "相位"]),
+        ("Japanese", ["周波数", "振幅", "位相"]),
+    ] {
+        let row = |k: usize| {
+            let f = 9.0 + 0.05 * k as f64;
+            let (re, im) = (1.0 - (f / 10.0).powi(2), f / 10.0 / 20.0);
+            format!("{:.5};{f:.2};{:.3}\n", 1.0 / re.hypot(im), -im.atan2(re).to_degrees())
+        };
+        for (open, close) in [(" (", ")"), ("（", "）")] {
+            let header =
+                format!("{amplitude}{open}mm{close};{frequency}{open}Hz{close};{phase}{open}deg{close}\n");
+            let text = header + &(0..41).map(row).collect::<String>();
+            let reading = read_sweep_from(text.as_bytes(), "curve.csv", &ReadOptions::default())
+                .unwrap_or_else(|e| panic!("{language}: {e}"));
+            assert_eq!((reading.curve.frequency_hz()[20], reading.curve.unit()), (10.0, "mm"), "{language}");
+            assert!(reading.report.column("phase").is_some(), "{language}");
+        }
+    }
+}
+
+#[test]
+fn names_on_two_lines_are_joined() {
+    for header in
+        ["Time\tPosition\nrun A\trun A", "Time\tPosition\nraw\tfiltered", "Time\tPosition\n(s)\t(mm)"]
+    {
+        let text = table(header, |k| format!("{:.2}\t{:.1}", k as f64 * STEP_S, x(k)));
+        let reading = swing(text.as_bytes());
+        let signal = reading.report.column("signal").unwrap();
+        assert!(signal.column.header.starts_with("Position"), "{header}: {}", signal.column.header);
+        assert!(signal.why.contains("named like a position"), "{header}: {}", signal.why);
+    }
+}
+
+#[test]
+fn pixels_are_no_lock_in_and_a_lock_in_is_one() {
+    let read = |text: &str| read_from(text.as_bytes(), "a.csv", &ReadOptions::default()).unwrap();
+    // A track: the angle was never filled in, or is no angle of x + i y.
+    for theta in [|_: usize| 0.0, |k: usize| x(k) / 100.0] {
+        let row = |k: usize| {
+            let (t, y) = (k as f64 * STEP_S, x(k) / 10.0);
+            format!("{t:.2},{:.1},{:.1},{:.3}", 400.0 + y, 150.0 + 0.01 * y * y, theta(k))
+        };
+        let reading = read(&table("time,x,y,theta", row));
+        assert_ne!(reading.report.kind, SignalKind::LockIn, "{:?}", reading.report.taken);
+    }
+    for (companion, degrees) in [("r", 0.0), ("theta", 1.0), ("theta", 180.0 / std::f64::consts::PI)] {
+        let row = |k: usize| {
+            let (t, phase) = (k as f64 * STEP_S, 0.9 * k as f64);
+            let r = 3.0 * (-0.01 * k as f64).exp();
+            let (u, v) = (r * phase.cos(), r * phase.sin());
+            let other = if companion == "r" { r } else { v.atan2(u) * degrees };
+            format!("{t:.2},{u:.6},{v:.6},{other:.6}")
+        };
+        let reading = read(&table(&format!("time,x,y,{companion}"), row));
+        assert_eq!(reading.report.kind, SignalKind::LockIn, "{companion}");
+    }
+}
+
+#[test]
+fn a_curve_without_names_may_have_its_phase_first() {
+    let row = |k: usize| {
+        let f = 130.0 + 0.1 * k as f64;
+        let (re, im) = (1.0 - (f / 144.0).powi(2), f / 144.0 / 12.0);
+        let noise = 1e-3 * (7.7 * (k * k) as f64).sin();
+        let amplitude = 1e-4 * (1.0 / re.hypot(im) + noise);
+        format!("{f:.1}\t{:.5}\t0.001\t{amplitude:.6e}\t1e-7\n", im.atan2(re) + noise)
+    };
+    let text: String = (0..280).map(row).collect();
+    let reading = read_sweep_from(text.as_bytes(), "reed", &ReadOptions::default()).unwrap();
+    let number = |what: &str| reading.report.column(what).map(|taken| taken.column.number);
+    assert_eq!((number("amplitude"), number("phase")), (Some(4), Some(2)), "{:?}", reading.report.taken);
+    // The usual order stays the usual order.
+    let swap = |line: &str| {
+        let cells: Vec<&str> = line.split('\t').collect();
+        format!("{}\t{}\t{}\n", cells[0], cells[3], cells[1])
+    };
+    let text: String = text.lines().map(swap).collect();
+    let reading = read_sweep_from(text.as_bytes(), "reed", &ReadOptions::default()).unwrap();
+    let number = |what: &str| reading.report.column(what).map(|taken| taken.column.number);
+    assert_eq!((number("amplitude"), number("phase")), (Some(2), Some(3)), "{:?}", reading.report.taken);
+}
