@@ -437,6 +437,7 @@ mod tests {
                 "model" => "model = \"viscous\"\n".to_owned(),
                 "response" => "response = \"paper\"\n".to_owned(),
                 "kind" => "kind = \"velocity\"\n".to_owned(),
+                "format" => "format = \"text\"\n".to_owned(),
                 "background" | "delay" | "phase_offset" | "duffing" => format!("{key} = \"on\"\n"),
                 key => format!("{key} = 3\n"),
             })

@@ -137,8 +137,9 @@ criteria! {
         few_on_peak: usize = 20, source "chosen by simulation", moves "minima missed";
         /// Sum of squares over the least, above which a start is not followed.
         hopeless: f64 = 30.0, source "chosen by simulation", moves "minima missed";
-        /// Evaluations of the closed form, other motions counted by their time, after which the search for
-        /// the fit ends with what it has; so does that for its intervals. About a second on one core.
+        /// Work after which the search for the fit ends with what it has; so does that for its intervals.
+        /// A motion in closed form counts as 3, one with a stop as 6, others by their time: about a
+        /// second on one core.
         most_work: usize = 60_000_000, source "ten times what curves of resonators take",
             moves "time of analysis";
         /// Difference of two sums of squares, in variances of one observation, below which they are

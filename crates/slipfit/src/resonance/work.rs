@@ -7,7 +7,7 @@ use std::sync::atomic::{AtomicBool, AtomicU64, Ordering};
 /// Points of a pass on vector lanes that take as long as one by itself.
 const LANES: u64 = 8;
 
-/// What may still be spent by all copies of a curve, in evaluations of the closed form.
+/// What may still be spent by all copies of a curve, in units of some 30 ns.
 #[derive(Debug, Clone)]
 pub(crate) struct Work(Arc<Account>);
 

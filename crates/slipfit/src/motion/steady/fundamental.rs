@@ -60,16 +60,24 @@ pub fn fundamental(at: &Point) -> Option<Fundamental> {
 #[derive(Debug, Clone, Copy)]
 pub(crate) struct Follower {
     last: Option<Slip>,
-    /// Work done, in evaluations of the closed form.
+    /// Work done, in units of some 30 ns.
     work: u64,
     /// Work after which no further motion is sought.
     most_work: u64,
 }
 
-/// Work of the other ways to a motion that fills a period of the oscillator, by time.
-const WORK_OF_ONE_STOP: u64 = 8;
-const WORK_OF_STOPS: u64 = 600;
-const WORK_OF_SHOT: u64 = 100_000;
+/// Work of the ways to a motion that fills a period of the oscillator, by time.
+const WORK_OF_CLOSED: u64 = 3;
+const WORK_OF_ONE_STOP: u64 = 6;
+const WORK_OF_STOPS: u64 = 200;
+const WORK_OF_ARC: u64 = 20;
+/// Arcs that take as long as the integral for the fundamental over one.
+const ARCS_OF_QUADRATURE: u64 = 20;
+/// Frequency over the natural one from which on the response is small beside its rounding, and its
+/// integral takes longer.
+const SMALL_RESPONSE: f64 = 300.0;
+/// Arcs between two events that a vain search for a periodic motion follows for each swing.
+const ARCS_IN_VAIN: u64 = 1_000;
 
 impl Default for Follower {
     fn default() -> Self {
@@ -96,7 +104,7 @@ impl Follower {
         if self.work >= self.most_work {
             return None;
         }
-        self.work += 1;
+        self.work += WORK_OF_CLOSED;
         let closed = closed_at(at);
         if at.x_f <= 0.0 {
             return closed.map(|c| c.fundamental());
@@ -137,10 +145,10 @@ impl Follower {
                 found = one_stop(cold, Digits::Eight, &mut work);
             }
         }
-        let shooting = WORK_OF_SHOT * swings;
-        if found.is_none() && self.work.saturating_add(work + shooting) <= self.most_work {
-            work += shooting;
-            found = shot(at, closed.map(|c| c.fundamental())).map(|f| (f, None));
+        if found.is_none() && self.work.saturating_add(work) < self.most_work {
+            let (shot, arcs) = shot(at, closed.map(|c| c.fundamental()));
+            work += WORK_OF_ARC * arcs.unwrap_or(ARCS_IN_VAIN * swings);
+            found = shot.map(|f| (f, None));
         }
         self.work += work;
         let (found, slip) = found?;
@@ -178,17 +186,23 @@ pub fn leading(at: &Point) -> Option<Fundamental> {
 /// Cycles after which the event machine gives up.
 const MOST_CYCLES: u32 = 60;
 
-/// By the event machine; `near` lends its derivatives.
-fn shot(at: &Point, near: Option<Fundamental>) -> Option<Fundamental> {
+/// By the event machine; `near` lends its derivatives. Also the arcs followed, where one was found.
+fn shot(at: &Point, near: Option<Fundamental>) -> (Option<Fundamental>, Option<u64>) {
+    let Some(orbit) = orbit(at) else { return (None, None) };
+    let quadrature = ARCS_OF_QUADRATURE * (1 + (at.omega / at.omega_0 / SMALL_RESPONSE) as u64);
+    let arcs = (u64::from(orbit.cycles()) + quadrature) * (orbit.events().len() as u64 + 2);
+    if orbit.events().is_empty() {
+        return (Some(Fundamental::REST), Some(arcs));
+    }
+    let near = near.or_else(|| leading(at)).filter(|f| f.value.norm() > 0.0);
+    (near.map(|near| Fundamental { value: orbit.harmonic(1), regime: Regime::ManyTurns, ..near }), Some(arcs))
+}
+
+fn orbit(at: &Point) -> Option<PeriodicOrbit> {
     let oscillator = Oscillator::kinematic(at.omega_0, at.delta.max(0.0), at.x_f).ok()?;
     let drive = HarmonicDrive::new(at.x_0, at.omega).ok()?;
     let options = OrbitOptions { max_cycles: MOST_CYCLES, ..OrbitOptions::default() };
-    let orbit = PeriodicOrbit::find(&oscillator, &drive, options).ok()?;
-    if orbit.events().is_empty() {
-        return Some(Fundamental::REST);
-    }
-    let near = near.or_else(|| leading(at)).filter(|f| f.value.norm() > 0.0)?;
-    Some(Fundamental { value: orbit.harmonic(1), regime: Regime::ManyTurns, ..near })
+    PeriodicOrbit::find(&oscillator, &drive, options).ok()
 }
 
 #[cfg(test)]
