@@ -302,7 +302,7 @@ pub(crate) struct RingdownChoices {
 }
 
 impl RingdownChoices {
-    fn options(self, py: Python<'_>) -> PyResult<ringdown::Options> {
+    pub(crate) fn options(self, py: Python<'_>) -> PyResult<ringdown::Options> {
         let mut options = ringdown::Options::default();
         options.start_s = self.start_s;
         options.end_s = self.end_s;

@@ -4,6 +4,8 @@ use crate::failure::Failure;
 use pyo3::prelude::*;
 use std::any::Any;
 use std::panic::{AssertUnwindSafe, catch_unwind};
+use std::sync::Arc;
+use std::sync::atomic::{AtomicBool, Ordering};
 use std::sync::mpsc::{self, RecvTimeoutError};
 use std::thread;
 use std::time::Duration;
@@ -19,10 +21,20 @@ pub(crate) fn interruptible<T: Send + 'static>(
     py: Python<'_>,
     work: impl FnOnce() -> T + Send + 'static,
 ) -> PyResult<T> {
+    interruptible_until(py, |_| work())
+}
+
+/// [`interruptible`] for work that ends early once it is told to.
+pub(crate) fn interruptible_until<T: Send + 'static>(
+    py: Python<'_>,
+    work: impl FnOnce(&AtomicBool) -> T + Send + 'static,
+) -> PyResult<T> {
+    let cancelled = Arc::new(AtomicBool::new(false));
     let (sender, mut receiver) = mpsc::channel();
+    let told = Arc::clone(&cancelled);
     let worker = move || {
         // Nobody listens after a signal.
-        let _ = sender.send(catch_unwind(AssertUnwindSafe(work)));
+        let _ = sender.send(catch_unwind(AssertUnwindSafe(|| work(&told))));
     };
     thread::Builder::new().name("slipfit".to_owned()).spawn(worker)?;
     loop {
@@ -34,7 +46,9 @@ pub(crate) fn interruptible<T: Send + 'static>(
         match found {
             Ok(Ok(value)) => return Ok(value),
             Ok(Err(panic)) => return Err(bug(py, &*panic)),
-            Err(RecvTimeoutError::Timeout) => py.check_signals()?,
+            Err(RecvTimeoutError::Timeout) => {
+                py.check_signals().inspect_err(|_| cancelled.store(true, Ordering::Relaxed))?;
+            }
             Err(RecvTimeoutError::Disconnected) => return Err(bug(py, &"its thread was lost")),
         }
     }

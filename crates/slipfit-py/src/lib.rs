@@ -5,6 +5,8 @@
 
 mod answer;
 mod arrays;
+mod batch;
+mod capsule;
 mod failure;
 mod fits;
 mod interrupt;
@@ -18,6 +20,8 @@ mod _core {
     use crate::answer::{
         Answer, levels_answer, parameter_names, resonance_answer, ringdown_answer, series_answer,
     };
+    #[pymodule_export]
+    use crate::batch::{ArrowStream, ArrowTable, fit_batch, fit_stream};
     #[pymodule_export]
     use crate::fits::{curve, envelope, waveform};
     #[pymodule_export]

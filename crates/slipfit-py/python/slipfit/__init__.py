@@ -36,6 +36,7 @@ from ._answers import (
     Table,
     Warning,
 )
+from ._batch import ArrowStream, ArrowTable, fit_batch, fit_stream
 from ._core import Curve, Levels, Record, __version__
 from ._errors import Hint, NoAnswerError, OptionError, ReadError, SlipfitError
 from ._fits import (
@@ -51,6 +52,8 @@ from ._fits import (
 
 __all__ = [
     "Answer",
+    "ArrowStream",
+    "ArrowTable",
     "Curve",
     "CurveFit",
     "Decay",
@@ -75,8 +78,10 @@ __all__ = [
     "Table",
     "Warning",
     "__version__",
+    "fit_batch",
     "fit_envelope",
     "fit_resonance",
+    "fit_stream",
     "fit_waveform",
     "levels",
     "read",

@@ -3,8 +3,10 @@
 use super::envelope::{LANES, Pass, Trace, by_thirds, thirds};
 use super::minimise::{Sums, minimise, spread};
 use crate::Error;
+use crate::inference::evidence::one_sided;
 use crate::motion::decay::amplitude::sliding_gain;
-use std::f64::consts::TAU;
+use statrs::function::erf::erfc;
+use std::f64::consts::{FRAC_1_SQRT_2, TAU};
 
 /// When the amplitudes of a trace were taken.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -45,6 +47,20 @@ impl AmplitudeFit {
         let (own, other) = (rate_error / gain, slope * delta_error);
         let variance = own * own + other * other + 2.0 * self.correlation * own * other;
         [value, variance.max(0.0).sqrt()]
+    }
+
+    /// Probability that a trace of so many samples without sliding friction would show at least this
+    /// much of it. One-sided: friction cannot be negative; 1 where it came out so.
+    pub fn sliding_p_value(&self, samples: usize) -> f64 {
+        let [rate, error] = self.sliding_rate;
+        if !(rate > 0.0) {
+            return 1.0;
+        }
+        let sigmas = rate / error;
+        let freedom = samples.saturating_sub(3) as f64;
+        // Beyond so many degrees the F distribution differs from the normal by 1 % at p = 1e-3, and
+        // takes longer than the fit.
+        if freedom > 200.0 { 0.5 * erfc(sigmas * FRAC_1_SQRT_2) } else { one_sided(sigmas * sigmas, freedom) }
     }
 }
 

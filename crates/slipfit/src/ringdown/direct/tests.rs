@@ -292,6 +292,27 @@ fn standard_errors_of_amplitudes_tell_the_scatter() {
 }
 
 #[test]
+fn the_p_value_of_sliding_friction_is_that_of_its_tail() {
+    let fit = |rate: f64| AmplitudeFit {
+        initial_amplitude: [1.0, 0.1],
+        sliding_rate: [rate, 1.0],
+        decay_rate_per_s: [0.0, 1.0],
+        correlation: 0.0,
+        residual_rms: 1.0,
+        converged: true,
+        steps: 1,
+    };
+    assert_eq!(fit(-2.0).sliding_p_value(500), 1.0);
+    // One-sided 5 % and 1 % points of the normal distribution; of Student's t with 10 degrees.
+    assert!((fit(1.644_85).sliding_p_value(1_000_000) - 0.05).abs() < 1e-5);
+    assert!((fit(2.326_35).sliding_p_value(1_000_000) - 0.01).abs() < 1e-5);
+    assert!((fit(1.812_46).sliding_p_value(13) - 0.05).abs() < 1e-5);
+    let [near, far] = [203, 204].map(|n| fit(3.0).sliding_p_value(n));
+    assert!((near / far - 1.0).abs() < 0.15, "{near} {far}");
+    assert_eq!(fit(60.0).sliding_p_value(500), 0.0);
+}
+
+#[test]
 fn the_series_and_the_exponentials_are_one() {
     let n = 333;
     let times: Vec<f64> = (0..n).map(|i| i as f64 * 0.003).collect();
