@@ -183,15 +183,15 @@ fn python_package() -> Result<Outcome, Failure> {
     if wheels.is_dir() {
         std::fs::remove_dir_all(&wheels)?;
     }
-    // As the tests are built: the crates below are there already.
+    // Both as users build them: the profile of the tests takes several times as long.
     let mut maturin = command(programs.join("maturin"));
-    maturin.args(["build", "--quiet", "--profile", "dev", "--interpreter"]).arg(&python);
+    maturin.args(["build", "--quiet", "--release", "--interpreter"]).arg(&python);
     run(maturin.arg("--out").arg(&wheels).env("CARGO", cargo().get_program()))?;
     let wheel = std::fs::read_dir(&wheels)?.next().ok_or("maturin built no wheel")??.path();
     let again = [OsStr::new("--force-reinstall"), OsStr::new("--no-deps"), wheel.as_os_str()];
     python::install(&programs, again)?;
-    run(cargo().args(["build", "--quiet", "--package", "slipfit-cli"]))?;
-    let slipfit = target()?.join("debug/slipfit").with_extension(std::env::consts::EXE_EXTENSION);
+    run(cargo().args(["build", "--quiet", "--release", "--package", "slipfit-cli"]))?;
+    let slipfit = target()?.join("release/slipfit").with_extension(std::env::consts::EXE_EXTENSION);
     run(command(&python).args(["-m", "pytest", "--quiet"]).env("SLIPFIT_COMMAND", slipfit))?;
     run(command(&python).args(["-m", "mypy"]))?;
     // The types; its program for Node comes over the network the first time.
