@@ -59,8 +59,8 @@ fn analysed(input: &Input<'_>, row: usize, scratch: &mut Scratch, options: &Opti
         residual_rms: answer.diagnostics.residual_rms,
         p_value: answer.sliding.p_value,
         detected: Some(answer.sliding.detected),
-        samples: record.len() as u64,
-        left_out: (all - record.len()) as u64,
+        samples: record.len() as i64,
+        left_out: (all - record.len()) as i64,
         start_s: answer.segment.start_s,
         end_s: answer.segment.end_s,
     })

@@ -75,8 +75,8 @@ fn fitted(input: &Input<'_>, row: usize, scratch: &mut Scratch) -> Result<Row, S
         residual_rms: fit.residual_rms,
         p_value,
         detected: Some(p_value < InferenceCriteria::default().detected),
-        samples: used as u64,
-        left_out: (all - used) as u64,
+        samples: used as i64,
+        left_out: (all - used) as i64,
         ..Row::default()
     })
 }

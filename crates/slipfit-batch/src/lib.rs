@@ -43,11 +43,13 @@ pub use table::schema;
 use arrow_array::RecordBatch;
 use rayon::prelude::*;
 use std::sync::atomic::{AtomicBool, Ordering};
-use table::Row;
+use table::{Columns, Row};
 use trace::{Input, Scratch};
 
-/// Rows that one task takes.
-const ROWS: usize = 64;
+/// Rows that one task fits: their answers stay in a cache until they are columns.
+const ROWS: usize = 1024;
+/// Tasks for each thread where a row is a whole analysis, so that none waits long for another.
+const TASKS: usize = 8;
 
 /// One row of answer for each row of a batch.
 ///
@@ -69,21 +71,31 @@ pub fn fit_batch_until(
 ) -> Result<RecordBatch, Error> {
     options.check()?;
     let input = Input::new(batch, options)?;
-    let rows: Vec<Row> = (0..batch.num_rows())
+    let rows = batch.num_rows();
+    let share = rows.div_ceil(TASKS * rayon::current_num_threads()).max(1);
+    let size = match options.method {
+        Method::Fit => ROWS,
+        Method::Analyse => share.min(ROWS),
+    };
+    let answer = Columns::new(options.method);
+    let parts: Vec<_> = (0..rows.div_ceil(size))
         .into_par_iter()
-        .with_min_len(ROWS)
-        .map_init(Scratch::default, |scratch, row| {
-            if cancelled.load(Ordering::Relaxed) {
-                return Row::default();
-            }
-            match options.method {
-                Method::Fit => fit::row(&input, row, scratch),
-                Method::Analyse => analyse::row(&input, row, scratch, &options.ringdown),
-            }
+        .map_init(Scratch::default, |scratch, part| {
+            let mut one = |row| {
+                if cancelled.load(Ordering::Relaxed) {
+                    return Row::default();
+                }
+                match options.method {
+                    Method::Fit => fit::row(&input, row, scratch),
+                    Method::Analyse => analyse::row(&input, row, scratch, &options.ringdown),
+                }
+            };
+            let rows: Vec<Row> = (part * size..rows.min((part + 1) * size)).map(&mut one).collect();
+            answer.arrays(&rows)
         })
         .collect();
     if cancelled.load(Ordering::Relaxed) {
         return Err(Error::Cancelled);
     }
-    table::columns(&rows, batch, options)
+    answer.joined(&parts, batch, options)
 }

@@ -4,8 +4,10 @@ use crate::answer::{Estimate, Status};
 use crate::error::Error;
 use crate::options::{Method, Options};
 use crate::trace::column;
-use arrow_array::{ArrayRef, BooleanArray, Float64Array, RecordBatch, StringArray, UInt64Array};
+use arrow_array::{ArrayRef, BooleanArray, Float64Array, Int64Array, RecordBatch, StringArray};
 use arrow_schema::{DataType, Field, Schema};
+use arrow_select::concat::concat;
+use rayon::prelude::*;
 use std::sync::Arc;
 
 /// The answer to one trace; NaN where a number does not exist.
@@ -24,8 +26,8 @@ pub(crate) struct Row {
     pub(crate) residual_rms: f64,
     pub(crate) p_value: f64,
     pub(crate) detected: Option<bool>,
-    pub(crate) samples: u64,
-    pub(crate) left_out: u64,
+    pub(crate) samples: i64,
+    pub(crate) left_out: i64,
     pub(crate) start_s: f64,
     pub(crate) end_s: f64,
 }
@@ -61,7 +63,7 @@ impl Row {
 
 type Text = fn(&Row) -> &str;
 type Number = fn(&Row) -> f64;
-type Count = fn(&Row) -> u64;
+type Count = fn(&Row) -> i64;
 type Flag = fn(&Row) -> Option<bool>;
 
 /// What a column holds and where a row has it.
@@ -77,7 +79,7 @@ impl Content {
         match self {
             Self::Text(_) => DataType::Utf8,
             Self::Number(_) => DataType::Float64,
-            Self::Count(_) => DataType::UInt64,
+            Self::Count(_) => DataType::Int64,
             Self::Flag(_) => DataType::Boolean,
         }
     }
@@ -88,7 +90,7 @@ impl Content {
             Self::Number(of) => {
                 Arc::new(Float64Array::from_iter(rows.iter().map(|r| Some(of(r)).filter(|v| !v.is_nan()))))
             }
-            Self::Count(of) => Arc::new(UInt64Array::from_iter_values(rows.iter().map(of))),
+            Self::Count(of) => Arc::new(Int64Array::from_iter_values(rows.iter().map(of))),
             Self::Flag(of) => Arc::new(BooleanArray::from_iter(rows.iter().map(of))),
         }
     }
@@ -154,13 +156,39 @@ pub fn schema(table: &Schema, options: &Options) -> Result<Schema, Error> {
     Ok(Schema::new(fields))
 }
 
-/// The rows as a batch.
-pub(crate) fn columns(rows: &[Row], batch: &RecordBatch, options: &Options) -> Result<RecordBatch, Error> {
-    let schema = schema(&batch.schema(), options)?;
-    let mut arrays: Vec<ArrayRef> = Vec::new();
-    for name in &options.keep {
-        arrays.push(Arc::clone(column(batch, name)?));
+/// The columns of the answer's own.
+pub(crate) struct Columns(Vec<(&'static str, Content)>);
+
+impl Columns {
+    pub(crate) fn new(method: Method) -> Self {
+        Self(contents(method))
     }
-    arrays.extend(contents(options.method).iter().map(|(_, content)| content.array(rows)));
-    Ok(RecordBatch::try_new(Arc::new(schema), arrays)?)
+
+    /// Some rows, column by column.
+    pub(crate) fn arrays(&self, rows: &[Row]) -> Vec<ArrayRef> {
+        self.0.iter().map(|(_, content)| content.array(rows)).collect()
+    }
+
+    /// All parts, one below the other, behind the columns to keep.
+    pub(crate) fn joined(
+        &self,
+        parts: &[Vec<ArrayRef>],
+        batch: &RecordBatch,
+        options: &Options,
+    ) -> Result<RecordBatch, Error> {
+        let schema = Arc::new(schema(&batch.schema(), options)?);
+        if parts.is_empty() {
+            return Ok(RecordBatch::new_empty(schema));
+        }
+        let mut arrays: Vec<ArrayRef> = Vec::new();
+        for name in &options.keep {
+            arrays.push(Arc::clone(column(batch, name)?));
+        }
+        let own: Result<Vec<ArrayRef>, _> = (0..self.0.len())
+            .into_par_iter()
+            .map(|i| concat(&parts.iter().map(|part| part[i].as_ref()).collect::<Vec<_>>()))
+            .collect();
+        arrays.extend(own?);
+        Ok(RecordBatch::try_new(schema, arrays)?)
+    }
 }

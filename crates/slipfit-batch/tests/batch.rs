@@ -4,7 +4,7 @@
 use arrow_array::builder::{FixedSizeListBuilder, LargeListBuilder, ListBuilder, PrimitiveBuilder};
 use arrow_array::cast::AsArray;
 use arrow_array::types::{
-    ArrowPrimitiveType, Float32Type, Float64Type, Int16Type, Int32Type, UInt8Type, UInt64Type,
+    ArrowPrimitiveType, Float32Type, Float64Type, Int16Type, Int32Type, Int64Type, UInt8Type, UInt64Type,
 };
 use arrow_array::{Array, ArrayRef, Float64Array, RecordBatch, StringArray};
 use proptest::prelude::*;
@@ -119,7 +119,7 @@ fn a_row_that_fails_is_a_row_with_its_reason() {
     assert!(reasons[6].starts_with("no loss model could be fitted"), "{}", reasons[6]);
     assert_eq!(number(&answer, "sliding_rate", 1), None);
     assert!(answer["sliding_detected"].is_null(1));
-    let left_out = answer["samples_left_out"].as_primitive::<UInt64Type>();
+    let left_out = answer["samples_left_out"].as_primitive::<Int64Type>();
     assert_eq!((left_out.value(0), left_out.value(5)), (0, 10));
     assert!((number(&answer, "sliding_rate", 5).unwrap() - 0.2).abs() < 1e-9);
 }
@@ -133,7 +133,7 @@ fn null_samples_are_left_out() {
     builder.append(true);
     let answer = fit_batch(&batch(Arc::new(builder.finish())), &options()).unwrap();
     assert!((number(&answer, "decay_rate_per_s", 0).unwrap() - 0.7).abs() < 1e-9);
-    assert_eq!(answer["samples"].as_primitive::<UInt64Type>().value(0), 257);
+    assert_eq!(answer["samples"].as_primitive::<Int64Type>().value(0), 257);
 }
 
 #[test]

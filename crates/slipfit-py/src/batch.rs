@@ -5,7 +5,7 @@ use crate::capsule::{export_schema, export_stream, import};
 use crate::failure::{Failure, option_error};
 use crate::interrupt::interruptible_until;
 use arrow_array::cast::AsArray;
-use arrow_array::types::{Float64Type, UInt64Type};
+use arrow_array::types::{Float64Type, Int64Type};
 use arrow_array::{RecordBatch, RecordBatchReader};
 use arrow_schema::{ArrowError, DataType, Schema, SchemaRef};
 use numpy::PyArray1;
@@ -65,8 +65,8 @@ impl ArrowTable {
                 let values: Vec<f64> = values.map(|v| v.unwrap_or(f64::NAN)).collect();
                 PyArray1::from_vec(py, values).into_bound_py_any(py)
             }
-            DataType::UInt64 => {
-                let values = parts().flat_map(|part| part.as_primitive::<UInt64Type>().iter());
+            DataType::Int64 => {
+                let values = parts().flat_map(|part| part.as_primitive::<Int64Type>().iter());
                 PyArray1::from_iter(py, values.map(Option::unwrap_or_default)).into_bound_py_any(py)
             }
             DataType::Boolean => {

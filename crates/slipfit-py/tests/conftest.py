@@ -1,6 +1,8 @@
 """What the tests share."""
 
 import os
+import signal
+import time
 from pathlib import Path
 
 import numpy as np
@@ -36,6 +38,23 @@ def real_files(folder, suffix=""):
         skip = pytest.mark.skip(reason=f"no real data at {data}; set SLIPFIT_REAL_DATA")
         return [pytest.param(None, marks=skip, id=folder)]
     return [pytest.param(path, id=path.name) for path in found]
+
+
+def ends_at_a_signal(work):
+    """Whether work that is repeated for ever ends soon after the signal that Ctrl-C sends."""
+    if not hasattr(signal, "setitimer"):
+        pytest.skip("no timer of this system sends signals")
+    old = signal.signal(signal.SIGALRM, signal.default_int_handler)
+    try:
+        signal.setitimer(signal.ITIMER_REAL, 0.1)
+        begun = time.perf_counter()
+        with pytest.raises(KeyboardInterrupt):
+            while True:
+                work()
+        return time.perf_counter() - begun < 5
+    finally:
+        signal.setitimer(signal.ITIMER_REAL, 0)
+        signal.signal(signal.SIGALRM, old)
 
 
 @pytest.fixture(scope="session")

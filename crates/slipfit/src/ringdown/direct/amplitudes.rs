@@ -242,10 +242,13 @@ impl pulp::NullaryFnOnce for Straight<'_> {
         let mut lanes = [[0.0; LANES]; 9];
         for (i, y) in data.amplitude.chunks(LANES).enumerate() {
             let u = data.elapsed(i * LANES, y.len());
-            let (mut v, mut w) = ([0.0; LANES], [0.0; LANES]);
-            for k in 0..y.len() {
-                v[k] = y[k];
-                w[k] = 1.0;
+            let (mut v, mut w) = ([0.0; LANES], [1.0; LANES]);
+            if let Ok(whole) = <[f64; LANES]>::try_from(y) {
+                v = whole;
+            } else {
+                w = [0.0; LANES];
+                v[..y.len()].copy_from_slice(y);
+                w[..y.len()].fill(1.0);
             }
             for k in 0..LANES {
                 let x = rate * u[k];
@@ -253,8 +256,8 @@ impl pulp::NullaryFnOnce for Straight<'_> {
                     1.0 + x * (-0.5 + x * (1.0 / 6.0 + x * (-1.0 / 24.0 + x * (1.0 / 120.0 - x / 720.0))));
                 let bend =
                     -0.5 + x * (1.0 / 3.0 + x * (-0.125 + x * (1.0 / 30.0 + x * (-1.0 / 144.0 + x / 840.0))));
-                let g = -u[k] * share;
-                let h = -slope * u[k] * u[k] * bend;
+                let g = -w[k] * u[k] * share;
+                let h = -slope * w[k] * u[k] * u[k] * bend;
                 let r = w[k] * (v[k] - initial - slope * g);
                 lanes[0][k] += r;
                 lanes[1][k] += r * r;

@@ -225,7 +225,8 @@ pub(super) struct Trace<'a> {
 }
 
 impl Trace<'_> {
-    /// Times since `first` of the `count` samples from `index` on, at most eight; zero behind them.
+    /// Times since `first` of the `count` samples from `index` on, at most eight; behind them anything
+    /// finite.
     #[inline(always)]
     pub(super) fn elapsed(&self, index: usize, count: usize) -> [f64; LANES] {
         let mut u = [0.0; LANES];
@@ -236,8 +237,9 @@ impl Trace<'_> {
                 }
             }
             (None, interval) => {
-                for (k, u) in u.iter_mut().enumerate().take(count) {
-                    *u = (index + k) as f64 * interval.unwrap_or(0.0);
+                let (begin, interval) = (index as f64, interval.unwrap_or(0.0));
+                for k in 0..LANES {
+                    u[k] = (begin + k as f64) * interval;
                 }
             }
         }
