@@ -2,6 +2,7 @@
 
 import os
 import shutil
+import sys
 
 import numpy as np
 import pytest
@@ -98,11 +99,13 @@ def test_daft(table, expected):
     same(found, expected)
 
 
-def test_spark(table, expected):
+def test_spark(table, expected, monkeypatch):
     sql = pytest.importorskip("pyspark.sql")
     if shutil.which("java") is None:
         pytest.skip("Spark needs Java")
     from pyspark.sql.pandas.types import from_arrow_schema
+
+    monkeypatch.setenv("PYSPARK_PYTHON", sys.executable)
 
     def answers(batches):
         # Workers know this function by what it says, not by its module.
