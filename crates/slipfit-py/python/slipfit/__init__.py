@@ -49,6 +49,7 @@ from ._fits import (
     fit_resonance,
     fit_waveform,
 )
+from ._map import fit_map
 
 __all__ = [
     "Answer",
@@ -80,6 +81,7 @@ __all__ = [
     "__version__",
     "fit_batch",
     "fit_envelope",
+    "fit_map",
     "fit_resonance",
     "fit_stream",
     "fit_waveform",
