@@ -1,6 +1,6 @@
 //! What is in a table and how it is fitted.
 
-use crate::Error;
+use crate::error::Error;
 use slipfit::{SignalKind, ringdown};
 
 /// Choices for [`fit_batch`](crate::fit_batch).
