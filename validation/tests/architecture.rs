@@ -22,11 +22,13 @@ const ROOMS: [&str; 13] = [
 ];
 
 /// The crates, from the root of the repository.
-const CRATES: [&str; 7] = [
+const CRATES: [&str; 9] = [
     "crates/slipfit",
     "crates/slipfit-io",
+    "crates/slipfit-batch",
     "crates/slipfit-report",
     "crates/slipfit-cli",
+    "crates/slipfit-py",
     "validation",
     "validation/real-data",
     "xtask",

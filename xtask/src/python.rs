@@ -39,6 +39,7 @@ pub(crate) fn install<S: AsRef<OsStr>>(
     run(pip.args(arguments))
 }
 
-fn python_in(programs: &Path) -> PathBuf {
+/// The interpreter among an environment's programs.
+pub(crate) fn python_in(programs: &Path) -> PathBuf {
     programs.join("python").with_extension(std::env::consts::EXE_EXTENSION)
 }

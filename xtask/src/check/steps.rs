@@ -1,13 +1,14 @@
 //! The steps, quick ones first.
 
+use std::ffi::OsStr;
 use std::path::PathBuf;
 
 use super::outcome::{Outcome, Step};
-use crate::places::{cargo, command, root, run, succeeds};
+use crate::places::{cargo, command, root, run, succeeds, target};
 use crate::tools::{CARGO_DENY, TYPOS};
-use crate::{Failure, book};
+use crate::{Failure, book, python};
 
-pub(super) const ALL: [Step; 13] = [
+pub(super) const ALL: [Step; 14] = [
     ("format", format),
     ("core links no C", core_links_no_c),
     ("core without default features", core_without_default_features),
@@ -17,6 +18,7 @@ pub(super) const ALL: [Step; 13] = [
     ("documentation", documentation),
     ("tests", tests),
     ("documentation tests", documentation_tests),
+    ("Python package", python_package),
     ("commands of the documentation", commands_of_the_documentation),
     ("licences, bans, sources", licences_bans_sources),
     ("advisories", advisories),
@@ -161,6 +163,39 @@ fn documentation_tests() -> Result<Outcome, Failure> {
         "--doc",
         "--no-fail-fast",
     ]))?;
+    Ok(Outcome::passed())
+}
+
+/// The wheel, built and installed into an environment of its own, beside the command it must agree with.
+fn python_package() -> Result<Outcome, Failure> {
+    let requirements = root().join("crates/slipfit-py/tests/requirements.txt");
+    let environment = target()?.join("venv-package");
+    let programs = match python::environment(&environment) {
+        Ok(programs) => programs,
+        Err(failure) => return Ok(Outcome::Skipped(format!("Python package NOT tested: {failure}"))),
+    };
+    if let Err(failure) = python::install(&programs, [OsStr::new("--requirement"), requirements.as_os_str()])
+    {
+        return Ok(Outcome::Skipped(format!("Python package NOT tested: {failure}")));
+    }
+    let python = python::python_in(&programs);
+    let wheels = target()?.join("wheels");
+    if wheels.is_dir() {
+        std::fs::remove_dir_all(&wheels)?;
+    }
+    // Both as users build them: the profile of the tests takes several times as long.
+    let mut maturin = command(programs.join("maturin"));
+    maturin.args(["build", "--quiet", "--release", "--interpreter"]).arg(&python);
+    run(maturin.arg("--out").arg(&wheels).env("CARGO", cargo().get_program()))?;
+    let wheel = std::fs::read_dir(&wheels)?.next().ok_or("maturin built no wheel")??.path();
+    let again = [OsStr::new("--force-reinstall"), OsStr::new("--no-deps"), wheel.as_os_str()];
+    python::install(&programs, again)?;
+    run(cargo().args(["build", "--quiet", "--release", "--package", "slipfit-cli"]))?;
+    let slipfit = target()?.join("release/slipfit").with_extension(std::env::consts::EXE_EXTENSION);
+    run(command(&python).args(["-m", "pytest", "--quiet"]).env("SLIPFIT_COMMAND", slipfit))?;
+    run(command(&python).args(["-m", "mypy"]))?;
+    // The types; its program for Node comes over the network the first time.
+    run(command(programs.join("pyright")).arg("--pythonpath").arg(&python))?;
     Ok(Outcome::passed())
 }
 

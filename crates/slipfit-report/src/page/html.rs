@@ -67,6 +67,21 @@ pub fn html(document: &Document<'_>, provenance: &Provenance) -> String {
     page
 }
 
+/// The answer, its warnings, parameters and tables as an element to be put into a page of another
+/// program, such as a notebook, which gives it its style.
+pub fn fragment(document: &Document<'_>) -> String {
+    let mut part = format!("<div class=\"slipfit\">\n<p><b>{}</b></p>\n", escape(&document.sentence));
+    if !document.warnings.is_empty() {
+        warnings(&mut part, document);
+    }
+    if !document.parameters.is_empty() {
+        parameters(&mut part, &document.parameters);
+    }
+    document.tables.iter().for_each(|table| section(&mut part, table));
+    part.push_str("</div>\n");
+    part
+}
+
 fn kind(command: &str) -> &str {
     match command {
         "ringdown" => "Ring-down: viscous and sliding loss of a free decay",
@@ -217,6 +232,19 @@ mod tests {
                 assert!(!figure.contains("NaN"), "{figure:.2000}");
                 assert!(!figure.contains("inf"), "{figure:.2000}");
             }
+        }
+    }
+
+    #[test]
+    fn a_fragment_is_one_element() {
+        let part = by_hand(
+            |a| a.warnings = vec![slipfit::answer::Warning::FrequencyUnknown],
+            |analysed| fragment(&Document::ringdown(analysed, &crate::example::spell)),
+        );
+        assert!(whole(&part), "{part:.2000}");
+        assert!(part.starts_with("<div") && part.trim_end().ends_with("</div>"), "{part:.2000}");
+        for word in ["friction displacement", "viscous+sliding+drag", "Warning, "] {
+            assert!(part.contains(word), "{word}: {part:.2000}");
         }
     }
 

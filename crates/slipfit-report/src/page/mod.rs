@@ -6,6 +6,6 @@ mod latex;
 mod markdown;
 mod symbol;
 
-pub use html::html;
+pub use html::{fragment, html};
 pub use latex::latex;
 pub use markdown::markdown;

@@ -39,7 +39,10 @@ pub use answer::{
     Answer, Backbone, Diagnostics, Distortion, EnvelopePoint, LossPoint, Mode, OtherMode, Segment, Stop,
 };
 pub use criteria::Criteria;
-pub use direct::{Decay, DecayFit, EnvelopeFit, EnvelopeStart, fit_envelope, fit_waveform};
+pub use direct::{
+    AmplitudeFit, Decay, DecayFit, EnvelopeFit, EnvelopeStart, Sampling, fit_amplitudes, fit_envelope,
+    fit_waveform,
+};
 pub use fitted::FittedMotion;
 pub use options::{LowPass, Options};
 pub use window::{EndReason, StartReason};

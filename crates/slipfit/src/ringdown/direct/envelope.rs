@@ -87,7 +87,7 @@ pub fn fit_envelope(time_s: &[f64], amplitude: &[f64], start: &EnvelopeStart) ->
     // Stamps within four roundings of an even clock are one.
     let even = uneven <= 4.0 * f64::EPSILON * first.abs().max(time_s[n - 1].abs());
     let interval = (even && interval > 0.0).then_some(interval);
-    let data = Trace { time: time_s, amplitude, first, interval };
+    let data = Trace { time: Some(time_s), amplitude, first, interval };
     let fit = |at| {
         minimise(
             at,
@@ -138,7 +138,7 @@ pub fn fit_envelope(time_s: &[f64], amplitude: &[f64], start: &EnvelopeStart) ->
 
 /// Height, level and rate from the sums over the thirds of an even clock, whose
 /// differences fall by `e^(-delta T/3)`. `None` where noise hides the bend.
-fn by_thirds([a, b, c]: [f64; 3], third: usize, interval: f64) -> Option<[f64; 3]> {
+pub(super) fn by_thirds([a, b, c]: [f64; 3], third: usize, interval: f64) -> Option<[f64; 3]> {
     let fall = (b - c) / (a - b);
     if !(fall > 0.02 && fall < 0.98) {
         return None;
@@ -160,7 +160,7 @@ struct Look<'a> {
     interval: f64,
 }
 
-const LANES: usize = 8;
+pub(super) const LANES: usize = 8;
 
 impl pulp::NullaryFnOnce for Look<'_> {
     type Output = (f64, f64, [f64; 3]);
@@ -192,30 +192,59 @@ impl pulp::NullaryFnOnce for Look<'_> {
             most = if d <= most { most } else { d };
             sum += a * a;
         }
-        let third = self.time.len() / 3;
-        let mut thirds = [0.0; 3];
-        for (total, part) in thirds.iter_mut().zip(self.amplitude.chunks_exact(third)) {
-            let mut lanes = [0.0; 2 * LANES];
-            let mut chunks = part.chunks_exact(2 * LANES);
-            for values in &mut chunks {
-                for k in 0..2 * LANES {
-                    lanes[k] += values[k];
-                }
-            }
-            for v in lanes.iter().chain(chunks.remainder()) {
-                *total += v;
-            }
-        }
-        (sum, most, thirds)
+        (sum, most, thirds(self.amplitude))
     }
 }
 
+/// Sums over the first, second and last third.
+#[inline(always)]
+pub(super) fn thirds(amplitude: &[f64]) -> [f64; 3] {
+    let mut thirds = [0.0; 3];
+    for (total, part) in thirds.iter_mut().zip(amplitude.chunks_exact(amplitude.len() / 3)) {
+        let mut lanes = [0.0; 2 * LANES];
+        let mut chunks = part.chunks_exact(2 * LANES);
+        for values in &mut chunks {
+            for k in 0..2 * LANES {
+                lanes[k] += values[k];
+            }
+        }
+        for v in lanes.iter().chain(chunks.remainder()) {
+            *total += v;
+        }
+    }
+    thirds
+}
+
 pub(super) struct Trace<'a> {
-    pub(super) time: &'a [f64],
+    /// Not needed where the clock is even and begins at `first`.
+    pub(super) time: Option<&'a [f64]>,
     pub(super) amplitude: &'a [f64],
     pub(super) first: f64,
     /// Of an even clock.
     pub(super) interval: Option<f64>,
+}
+
+impl Trace<'_> {
+    /// Times since `first` of the `count` samples from `index` on, at most eight; behind them anything
+    /// finite.
+    #[inline(always)]
+    pub(super) fn elapsed(&self, index: usize, count: usize) -> [f64; LANES] {
+        let mut u = [0.0; LANES];
+        match (self.time, self.interval) {
+            (Some(time), _) => {
+                for (u, t) in u.iter_mut().zip(&time[index..index + count]) {
+                    *u = t - self.first;
+                }
+            }
+            (None, interval) => {
+                let (begin, interval) = (index as f64, interval.unwrap_or(0.0));
+                for k in 0..LANES {
+                    u[k] = (begin + k as f64) * interval;
+                }
+            }
+        }
+        u
+    }
 }
 
 pub(super) struct Pass<'a> {
@@ -346,12 +375,10 @@ impl Pass<'_> {
     #[inline(always)]
     fn any(&self, done: usize, m: &mut Moments) {
         let mut lanes = [[0.0; LANES]; 9];
-        let times = self.data.time[done..].chunks(LANES);
-        let values = self.data.amplitude[done..].chunks(LANES);
-        for (t, y) in times.zip(values) {
-            let (mut u, mut v, mut w) = ([0.0; LANES], [self.level; LANES], [0.0; LANES]);
-            for k in 0..t.len() {
-                u[k] = t[k] - self.data.first;
+        for (i, y) in self.data.amplitude[done..].chunks(LANES).enumerate() {
+            let u = self.data.elapsed(done + i * LANES, y.len());
+            let (mut v, mut w) = ([self.level; LANES], [0.0; LANES]);
+            for k in 0..y.len() {
                 v[k] = y[k];
                 w[k] = 1.0;
             }

@@ -1,11 +1,13 @@
 //! Fits without an analysis: the data, a start, one model.
 
+mod amplitudes;
 mod envelope;
 mod minimise;
 #[cfg(test)]
 mod tests;
 mod waveform;
 
+pub use amplitudes::{AmplitudeFit, Sampling, fit_amplitudes};
 pub use envelope::{EnvelopeFit, EnvelopeStart, fit_envelope};
 pub use waveform::{Decay, DecayFit, fit_waveform};
 

@@ -150,7 +150,7 @@ fn an_even_clock_only_changes_the_speed() {
         let amplitude: Vec<f64> = (0..n).map(|i| (-(i as f64) * 0.004).exp() + 0.02 * noise(i)).collect();
         for rate in [0.3, 2.0, -0.1] {
             let sums = |interval| {
-                let data = Trace { time: &time, amplitude: &amplitude, first: 2.0, interval };
+                let data = Trace { time: Some(&time), amplitude: &amplitude, first: 2.0, interval };
                 pulp::Arch::new().dispatch(envelope::Pass { data: &data, height: 0.9, level: 0.1, rate })
             };
             let (tabled, plain) = (sums(Some(0.01)), sums(None));
@@ -203,4 +203,156 @@ fn what_cannot_be_fitted_is_refused_by_name() {
     assert!(matches!(fit_envelope(&[2.0; 50], &signal, &start), Err(Error::NoFit { .. })));
     let nan = EnvelopeStart { decay_rate_per_s: f64::NAN, ..start };
     assert!(fit_envelope(&times, &signal, &nan).is_err());
+}
+
+/// Amplitudes under both losses, in closed form where that is exact.
+fn both_losses(initial: f64, sliding: f64, delta: f64, times: &[f64]) -> Vec<f64> {
+    let gone = |t: f64| if delta == 0.0 { t } else { -(-delta * t).exp_m1() / delta };
+    times.iter().map(|&t| initial * (-delta * t).exp() - sliding * gone(t)).collect()
+}
+
+#[test]
+fn losses_are_recovered_from_nothing_viscous_to_nothing_sliding() {
+    // Over one second, from a straight line through the border of the series to a steep decay.
+    for delta in [0.0, 1e-6, 1e-4, 9.9e-3, 1.01e-2, 0.1, 1.0, 4.0, -0.3] {
+        for sliding in [0.0, 0.02, 0.6] {
+            for n in [4, 7, 64, 200, 512, 1234] {
+                let times: Vec<f64> = (0..n).map(|i| i as f64 / (n - 1) as f64).collect();
+                let uneven: Vec<f64> =
+                    times.iter().enumerate().map(|(i, t)| t + 0.2 * noise(i) / n as f64).collect();
+                if sliding == 0.0 && delta == 0.0 {
+                    continue;
+                }
+                let interval = 1.0 / (n - 1) as f64;
+                let even =
+                    fit_amplitudes(Sampling::Every(interval), &both_losses(1.0, sliding, delta, &times));
+                let own: Vec<f64> = uneven.iter().map(|t| t - uneven[0]).collect();
+                let other = fit_amplitudes(Sampling::At(&uneven), &both_losses(1.0, sliding, delta, &own));
+                for fit in [even.unwrap(), other.unwrap()] {
+                    let found = [fit.initial_amplitude, fit.sliding_rate, fit.decay_rate_per_s];
+                    for ([found, _], truth) in found.iter().zip([1.0, sliding, delta]) {
+                        assert!((found - truth).abs() < 1e-7, "{n}, {delta}, {sliding}: {fit:?}");
+                    }
+                    assert!(fit.converged, "{n}, {delta}, {sliding}: {fit:?}");
+                }
+            }
+        }
+    }
+}
+
+/// On noise both fits find the same minimum: the law is one.
+#[test]
+fn the_law_is_that_of_the_envelope() {
+    let times: Vec<f64> = (0..512).map(|i| i as f64 * 0.01).collect();
+    for (sliding, delta) in [(0.1, 0.4), (0.05, 0.2), (0.0, 0.8)] {
+        let clean = both_losses(1.0, sliding, delta, &times);
+        let trace: Vec<f64> = clean.iter().enumerate().map(|(i, a)| a + 0.02 * noise(i)).collect();
+        let start = EnvelopeStart { initial_amplitude: 1.0, offset_amplitude: 0.1, decay_rate_per_s: delta };
+        let envelope = fit_envelope(&times, &trace, &start).unwrap();
+        let fit = fit_amplitudes(Sampling::Every(0.01), &trace).unwrap();
+        let pairs = [
+            (fit.initial_amplitude, envelope.best.initial_amplitude, envelope.std_error.initial_amplitude),
+            (fit.decay_rate_per_s, envelope.best.decay_rate_per_s, envelope.std_error.decay_rate_per_s),
+        ];
+        for ([value, error], other, other_error) in pairs {
+            // Either stops within a hundredth of a standard error.
+            assert!((value - other).abs() < 0.02 * error, "{fit:?} {envelope:?}");
+            assert!((error / other_error - 1.0).abs() < 1e-2, "{fit:?} {envelope:?}");
+        }
+    }
+}
+
+#[test]
+fn standard_errors_of_amplitudes_tell_the_scatter() {
+    let times: Vec<f64> = (0..300).map(|i| i as f64 * 0.01).collect();
+    for (sliding, delta) in [(0.25, 0.0), (0.1, 0.3), (0.0, 0.7)] {
+        let clean = both_losses(1.0, sliding, delta, &times);
+        let runs = 200;
+        let mut squares = [0.0; 4];
+        for run in 0..runs {
+            let trace: Vec<f64> =
+                clean.iter().enumerate().map(|(i, a)| a + 0.02 * noise(i * 131 + run * 1_000_003)).collect();
+            let fit = fit_amplitudes(Sampling::Every(0.01), &trace).unwrap();
+            let x_f = fit.friction_displacement(8.0);
+            let omega = TAU * 8.0;
+            let truth_x_f = sliding / crate::motion::decay::amplitude::sliding_gain(delta, omega)[0];
+            let all = [
+                (fit.initial_amplitude, 1.0),
+                (fit.sliding_rate, sliding),
+                (fit.decay_rate_per_s, delta),
+                (x_f, truth_x_f),
+            ];
+            for (square, ([value, error], truth)) in squares.iter_mut().zip(all) {
+                *square += ((value - truth) / error).powi(2) / runs as f64;
+            }
+        }
+        // The mean of 200 squares scatters by 0.1; five times that.
+        assert!(squares.iter().all(|s| (s - 1.0).abs() < 0.5), "{sliding}, {delta}: {squares:?}");
+    }
+}
+
+#[test]
+fn the_p_value_of_sliding_friction_is_that_of_its_tail() {
+    let fit = |rate: f64| AmplitudeFit {
+        initial_amplitude: [1.0, 0.1],
+        sliding_rate: [rate, 1.0],
+        decay_rate_per_s: [0.0, 1.0],
+        correlation: 0.0,
+        residual_rms: 1.0,
+        converged: true,
+        steps: 1,
+    };
+    assert_eq!(fit(-2.0).sliding_p_value(500), 1.0);
+    // One-sided 5 % and 1 % points of the normal distribution; of Student's t with 10 degrees.
+    assert!((fit(1.644_85).sliding_p_value(1_000_000) - 0.05).abs() < 1e-5);
+    assert!((fit(2.326_35).sliding_p_value(1_000_000) - 0.01).abs() < 1e-5);
+    assert!((fit(1.812_46).sliding_p_value(13) - 0.05).abs() < 1e-5);
+    let [near, far] = [203, 204].map(|n| fit(3.0).sliding_p_value(n));
+    assert!((near / far - 1.0).abs() < 0.15, "{near} {far}");
+    assert_eq!(fit(60.0).sliding_p_value(500), 0.0);
+}
+
+#[test]
+fn the_series_and_the_exponentials_are_one() {
+    let n = 333;
+    let times: Vec<f64> = (0..n).map(|i| i as f64 * 0.003).collect();
+    let trace: Vec<f64> = times.iter().enumerate().map(|(i, t)| 1.0 - 0.4 * t + 0.05 * noise(i)).collect();
+    let data = Trace { time: None, amplitude: &trace, first: 0.0, interval: Some(0.003) };
+    for rate in [0.02, -0.015] {
+        let (initial, slope) = (0.98, 0.37);
+        let straight = pulp::Arch::new().dispatch(amplitudes::Straight { data: &data, initial, slope, rate });
+        let height = slope / rate;
+        let pass = envelope::Pass { data: &data, height, level: initial - height, rate };
+        let bent = amplitudes::by_slope(&pulp::Arch::new().dispatch(pass), height, rate);
+        assert!((straight.rss / bent.rss - 1.0).abs() < 1e-12);
+        for i in 0..3 {
+            let scale = (straight.jtj[i][i] * straight.rss).sqrt();
+            assert!((straight.jtr[i] - bent.jtr[i]).abs() < 1e-9 * scale, "{i}");
+            for k in 0..3 {
+                let scale = (straight.jtj[i][i] * straight.jtj[k][k]).sqrt();
+                assert!((straight.jtj[i][k] - bent.jtj[i][k]).abs() < 1e-7 * scale, "{i}, {k}");
+            }
+        }
+    }
+}
+
+#[test]
+fn amplitudes_that_tell_nothing_are_refused() {
+    let every = Sampling::Every(0.1);
+    assert!(matches!(fit_amplitudes(every, &[1.0; 3]), Err(Error::TooFewSamples { found: 3, needed: 4 })));
+    assert!(matches!(fit_amplitudes(every, &[]), Err(Error::TooFewSamples { .. })));
+    assert!(matches!(fit_amplitudes(every, &[1.0; 50]), Err(Error::NoFit { .. })));
+    assert!(matches!(fit_amplitudes(every, &[0.0; 50]), Err(Error::NoFit { .. })));
+    let hole = [1.0, 0.9, f64::NAN, 0.7, 0.6];
+    assert!(matches!(fit_amplitudes(every, &hole), Err(Error::Parameter { name: "amplitude", .. })));
+    for interval in [0.0, -1.0, f64::NAN, f64::INFINITY] {
+        let found = fit_amplitudes(Sampling::Every(interval), &[1.0, 0.9, 0.8, 0.75]);
+        assert!(matches!(found, Err(Error::Parameter { name: "interval_s", .. })), "{interval}");
+    }
+    let times = [0.0, 1.0, 2.0];
+    assert!(matches!(fit_amplitudes(Sampling::At(&times), &hole), Err(Error::Length { .. })));
+    assert!(matches!(
+        fit_amplitudes(Sampling::At(&[2.0; 5]), &[5.0, 4.0, 3.0, 2.0, 1.0]),
+        Err(Error::NoFit { .. })
+    ));
 }

@@ -1,0 +1,101 @@
+//! Ring-downs by the million: Arrow in, Arrow out, one row a trace.
+//!
+//! [`fit_batch`] takes a record batch with a column of lists (list, large list or fixed-size list of
+//! any number type), one trace a row, and answers with one row each, in the same order: parameters,
+//! standard errors, intervals, evidence, warnings, and a status. A row that cannot be fitted is a row
+//! with its reason. What a face does (a Python package, a table engine) is to hand batches over.
+//!
+//! [`Method::Fit`] fits one loss model, viscous and sliding, to amplitudes by
+//! [`slipfit::ringdown::fit_amplitudes`]; [`Method::Analyse`] is the whole default analysis of each
+//! row, as the command does it of a file.
+//!
+//! ```
+//! use arrow_array::types::Float64Type;
+//! use arrow_array::{ListArray, RecordBatch, cast::AsArray};
+//! use slipfit_batch::{Number, Options, Signal, fit_batch};
+//! use std::sync::Arc;
+//!
+//! let trace = |sliding: f64| Some((0..200).map(move |i| Some(1.0 - 0.01 * sliding * f64::from(i))));
+//! let traces = ListArray::from_iter_primitive::<Float64Type, _, _>([trace(0.1), None, trace(0.2)]);
+//! let batch = RecordBatch::try_from_iter([("amplitude", Arc::new(traces) as _)])?;
+//!
+//! let options = Options::fit(Signal::Amplitude("amplitude".into()), Number::Same(0.01));
+//! let answer = fit_batch(&batch, &options)?;
+//! let rate = answer["sliding_rate"].as_primitive::<Float64Type>();
+//! assert!((rate.value(2) - 0.2).abs() < 1e-9);
+//! assert_eq!(answer["status"].as_string::<i32>().value(1), "failed");
+//! assert_eq!(answer["reason"].as_string::<i32>().value(1), "the trace is null");
+//! # Ok::<(), Box<dyn std::error::Error>>(())
+//! ```
+
+mod analyse;
+mod answer;
+mod error;
+mod fit;
+mod options;
+mod table;
+mod trace;
+
+pub use error::Error;
+pub use options::{Clock, Method, Number, Options, Signal};
+pub use table::schema;
+
+use arrow_array::RecordBatch;
+use rayon::prelude::*;
+use std::sync::atomic::{AtomicBool, Ordering};
+use table::{Columns, Row};
+use trace::{Input, Scratch};
+
+/// Rows that one task fits: their answers stay in a cache until they are columns.
+const ROWS: usize = 1024;
+/// Tasks for each thread where a row is a whole analysis, so that none waits long for another.
+const TASKS: usize = 8;
+
+/// One row of answer for each row of a batch.
+///
+/// # Errors
+/// [`Error`] where the table as a whole cannot be meant: a column that is missing or of another type,
+/// an option out of range. What is wrong with one row is said in that row.
+pub fn fit_batch(batch: &RecordBatch, options: &Options) -> Result<RecordBatch, Error> {
+    fit_batch_until(batch, options, &AtomicBool::new(false))
+}
+
+/// [`fit_batch`] that ends early, with [`Error::Cancelled`], once `cancelled` is set.
+///
+/// # Errors
+/// As [`fit_batch`].
+pub fn fit_batch_until(
+    batch: &RecordBatch,
+    options: &Options,
+    cancelled: &AtomicBool,
+) -> Result<RecordBatch, Error> {
+    options.check()?;
+    let input = Input::new(batch, options)?;
+    let rows = batch.num_rows();
+    let share = rows.div_ceil(TASKS * rayon::current_num_threads()).max(1);
+    let size = match options.method {
+        Method::Fit => ROWS,
+        Method::Analyse => share.min(ROWS),
+    };
+    let answer = Columns::new(options.method);
+    let parts: Vec<_> = (0..rows.div_ceil(size))
+        .into_par_iter()
+        .map_init(Scratch::default, |scratch, part| {
+            let mut one = |row| {
+                if cancelled.load(Ordering::Relaxed) {
+                    return Row::default();
+                }
+                match options.method {
+                    Method::Fit => fit::row(&input, row, scratch),
+                    Method::Analyse => analyse::row(&input, row, scratch, &options.ringdown),
+                }
+            };
+            let rows: Vec<Row> = (part * size..rows.min((part + 1) * size)).map(&mut one).collect();
+            answer.arrays(&rows)
+        })
+        .collect();
+    if cancelled.load(Ordering::Relaxed) {
+        return Err(Error::Cancelled);
+    }
+    answer.joined(&parts, batch, options)
+}

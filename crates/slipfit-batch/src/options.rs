@@ -1,0 +1,117 @@
+//! What is in a table and how it is fitted.
+
+use crate::error::Error;
+use slipfit::{SignalKind, ringdown};
+
+/// Choices for [`fit_batch`](crate::fit_batch).
+#[derive(Debug, Clone, PartialEq)]
+#[non_exhaustive]
+pub struct Options {
+    /// The traces.
+    pub signal: Signal,
+    /// When their samples were taken.
+    pub clock: Clock,
+    /// How much is asked of each.
+    pub method: Method,
+    /// Frequency of the oscillation, Hz, which amplitudes do not show: without it sliding friction
+    /// is given as a rate of loss only.
+    pub frequency_hz: Option<Number>,
+    /// Amplitudes are used up to the first below this one, in their unit.
+    pub min_amplitude: Option<Number>,
+    /// Unit of the traces; empty if unknown.
+    pub unit: String,
+    /// Choices of [`Method::Analyse`], `frequency_hz` and `min_amplitude` aside.
+    pub ringdown: ringdown::Options,
+    /// Columns of the table that stand before those of the answer.
+    pub keep: Vec<String>,
+}
+
+/// The columns of the traces.
+#[derive(Debug, Clone, PartialEq)]
+#[non_exhaustive]
+pub enum Signal {
+    /// Amplitudes of the oscillation.
+    Amplitude(String),
+    /// X and Y of a lock-in amplifier. [`Method::Fit`] takes their modulus, which noise of `sigma`
+    /// on each raises by `sigma²/2A`.
+    LockIn(String, String),
+    /// The oscillation itself and what of it was recorded; for [`Method::Analyse`].
+    Oscillation(String, SignalKind),
+}
+
+/// When samples were taken.
+#[derive(Debug, Clone, PartialEq)]
+#[non_exhaustive]
+pub enum Clock {
+    /// At an even interval, s.
+    Interval(Number),
+    /// At the times, s, in a column of lists.
+    Times(String),
+}
+
+/// A number for every row.
+#[derive(Debug, Clone, PartialEq)]
+#[non_exhaustive]
+pub enum Number {
+    /// One for all.
+    Same(f64),
+    /// Those of a column.
+    Column(String),
+}
+
+/// How much is asked of each trace.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
+#[non_exhaustive]
+pub enum Method {
+    /// Viscous and sliding loss fitted to amplitudes, nothing compared.
+    #[default]
+    Fit,
+    /// The whole analysis, [`slipfit::ringdown::analyse`].
+    Analyse,
+}
+
+impl Options {
+    /// The bare fit of amplitudes at an interval, s.
+    pub fn fit(signal: Signal, interval_s: Number) -> Self {
+        Self::new(signal, Clock::Interval(interval_s), Method::Fit)
+    }
+
+    /// Nothing chosen but what is needed.
+    pub fn new(signal: Signal, clock: Clock, method: Method) -> Self {
+        Self {
+            signal,
+            clock,
+            method,
+            frequency_hz: None,
+            min_amplitude: None,
+            unit: String::new(),
+            ringdown: ringdown::Options::default(),
+            keep: Vec::new(),
+        }
+    }
+
+    pub(crate) fn check(&self) -> Result<(), Error> {
+        let wrong = |option, problem: String| Err(Error::Option { option, problem });
+        if self.method == Method::Fit && matches!(self.signal, Signal::Oscillation(..)) {
+            let problem = "an oscillation needs the method analyse; fit takes amplitudes, or X and Y";
+            return wrong("method", problem.to_owned());
+        }
+        let interval = match &self.clock {
+            Clock::Interval(number) => Some(number),
+            Clock::Times(_) => None,
+        };
+        let numbers = [
+            ("dt", interval),
+            ("frequency_hz", self.frequency_hz.as_ref()),
+            ("min_amplitude", self.min_amplitude.as_ref()),
+        ];
+        for (option, number) in numbers {
+            if let Some(Number::Same(value)) = number
+                && !(*value > 0.0 && value.is_finite())
+            {
+                return wrong(option, format!("{value} is outside the positive numbers"));
+            }
+        }
+        Ok(())
+    }
+}

@@ -1,0 +1,246 @@
+//! Traces in the columns of a batch.
+
+use crate::error::Error;
+use crate::options::{Clock, Number, Options, Signal};
+use arrow_array::cast::AsArray;
+use arrow_array::types::{
+    Float16Type, Float32Type, Float64Type, Int8Type, Int16Type, Int32Type, Int64Type, UInt8Type, UInt16Type,
+    UInt32Type, UInt64Type,
+};
+use arrow_array::{Array, ArrayRef, ArrowPrimitiveType, Float64Array, PrimitiveArray, RecordBatch};
+use arrow_schema::DataType;
+use slipfit::SignalKind;
+use std::ops::Range;
+
+/// The columns that the options name.
+pub(crate) struct Input<'a> {
+    pub(crate) signal: Lists<'a>,
+    /// Y of a lock-in.
+    pub(crate) quadrature: Option<Lists<'a>>,
+    pub(crate) kind: SignalKind,
+    times: Option<Lists<'a>>,
+    interval_s: Option<Numbers>,
+    frequency_hz: Option<Numbers>,
+    min_amplitude: Option<Numbers>,
+    pub(crate) unit: &'a str,
+}
+
+/// Memory that every row of a thread uses again.
+#[derive(Default)]
+pub(crate) struct Scratch {
+    pub(crate) signal: Vec<f64>,
+    pub(crate) quadrature: Vec<f64>,
+    pub(crate) times: Vec<f64>,
+}
+
+/// What one row has beside its traces.
+pub(crate) struct Beside {
+    /// `None` where times stand in a column.
+    pub(crate) interval_s: Option<f64>,
+    pub(crate) frequency_hz: Option<f64>,
+    pub(crate) min_amplitude: Option<f64>,
+}
+
+impl<'a> Input<'a> {
+    pub(crate) fn new(batch: &'a RecordBatch, options: &'a Options) -> Result<Self, Error> {
+        let lists = |name: &str| Lists::new(name, column(batch, name)?);
+        let numbers = |number: &Number| Numbers::new(batch, number);
+        let (signal, quadrature, kind) = match &options.signal {
+            Signal::Amplitude(name) => (lists(name)?, None, SignalKind::Envelope),
+            Signal::LockIn(x, y) => (lists(x)?, Some(lists(y)?), SignalKind::LockIn),
+            Signal::Oscillation(name, kind) => (lists(name)?, None, *kind),
+        };
+        let (times, interval_s) = match &options.clock {
+            Clock::Interval(number) => (None, Some(numbers(number)?)),
+            Clock::Times(name) => (Some(lists(name)?), None),
+        };
+        Ok(Self {
+            signal,
+            quadrature,
+            kind,
+            times,
+            interval_s,
+            frequency_hz: options.frequency_hz.as_ref().map(numbers).transpose()?,
+            min_amplitude: options.min_amplitude.as_ref().map(numbers).transpose()?,
+            unit: &options.unit,
+        })
+    }
+
+    /// The numbers of a row; a reason where one is missing or not above zero.
+    pub(crate) fn beside(&self, row: usize) -> Result<Beside, String> {
+        let number = |name: &str, numbers: &Option<Numbers>| match numbers {
+            None => Ok(None),
+            Some(numbers) => match numbers.get(row) {
+                Some(value) if value > 0.0 && value.is_finite() => Ok(Some(value)),
+                Some(value) => Err(format!("{name} = {value} is outside the positive numbers")),
+                None => Err(format!("{name} is null")),
+            },
+        };
+        Ok(Beside {
+            interval_s: number("dt", &self.interval_s)?,
+            frequency_hz: number("frequency_hz", &self.frequency_hz)?,
+            min_amplitude: number("min_amplitude", &self.min_amplitude)?,
+        })
+    }
+
+    /// The times of a row of so many samples, where they stand in a column.
+    pub(crate) fn times<'t>(
+        &'t self,
+        row: usize,
+        samples: usize,
+        scratch: &'t mut Vec<f64>,
+    ) -> Result<Option<&'t [f64]>, String> {
+        let Some(times) = &self.times else { return Ok(None) };
+        let times = times.get(row, scratch).ok_or("the times are null")?;
+        if times.len() != samples {
+            return Err(format!("{} times for {samples} samples", times.len()));
+        }
+        Ok(Some(times))
+    }
+}
+
+pub(crate) fn column<'a>(batch: &'a RecordBatch, name: &str) -> Result<&'a ArrayRef, Error> {
+    batch.column_by_name(name).ok_or_else(|| {
+        let schema = batch.schema();
+        let all: Vec<String> = schema.fields().iter().map(|field| format!("`{}`", field.name())).collect();
+        Error::NoColumn { name: name.to_owned(), columns: all.join(", ") }
+    })
+}
+
+/// A list of numbers in each row.
+pub(crate) struct Lists<'a> {
+    lists: &'a dyn Array,
+    offsets: Offsets<'a>,
+    values: Values<'a>,
+}
+
+enum Offsets<'a> {
+    Small(&'a [i32]),
+    Large(&'a [i64]),
+    Fixed(usize),
+}
+
+/// The numbers of all rows.
+enum Values<'a> {
+    /// As they are needed.
+    Doubles(&'a [f64]),
+    Singles(&'a [f32]),
+    /// Converted once; null is NaN.
+    Converted(Vec<f64>),
+}
+
+impl<'a> Lists<'a> {
+    fn new(name: &str, lists: &'a ArrayRef) -> Result<Self, Error> {
+        let wrong = || Error::ColumnType {
+            name: name.to_owned(),
+            found: lists.data_type().clone(),
+            needed: "a list, a large list or a fixed-size list of numbers",
+        };
+        let (offsets, values) = match lists.data_type() {
+            DataType::List(_) => {
+                let held = lists.as_list::<i32>();
+                (Offsets::Small(held.value_offsets()), held.values())
+            }
+            DataType::LargeList(_) => {
+                let held = lists.as_list::<i64>();
+                (Offsets::Large(held.value_offsets()), held.values())
+            }
+            DataType::FixedSizeList(_, size) => {
+                let held = lists.as_fixed_size_list();
+                // Slices of a fixed-size list have sliced values.
+                (Offsets::Fixed(usize::try_from(*size).unwrap_or(0)), held.values())
+            }
+            _ => return Err(wrong()),
+        };
+        let values = match values.data_type() {
+            DataType::Float64 if values.null_count() == 0 => {
+                Values::Doubles(values.as_primitive::<Float64Type>().values())
+            }
+            DataType::Float32 if values.null_count() == 0 => {
+                Values::Singles(values.as_primitive::<Float32Type>().values())
+            }
+            _ => Values::Converted(converted(values).ok_or_else(wrong)?),
+        };
+        Ok(Self { lists, offsets, values })
+    }
+
+    fn range(&self, row: usize) -> Range<usize> {
+        // Offsets are not negative and within the values: Arrow checks them.
+        match self.offsets {
+            Offsets::Small(offsets) => offsets[row] as usize..offsets[row + 1] as usize,
+            Offsets::Large(offsets) => offsets[row] as usize..offsets[row + 1] as usize,
+            Offsets::Fixed(size) => row * size..(row + 1) * size,
+        }
+    }
+
+    /// The numbers of a row, `None` where it is null.
+    pub(crate) fn get<'s>(&'s self, row: usize, scratch: &'s mut Vec<f64>) -> Option<&'s [f64]> {
+        if self.lists.is_null(row) {
+            return None;
+        }
+        let range = self.range(row);
+        Some(match &self.values {
+            Values::Doubles(values) => &values[range],
+            Values::Converted(values) => &values[range],
+            Values::Singles(values) => {
+                scratch.clear();
+                scratch.extend(values[range].iter().map(|v| f64::from(*v)));
+                scratch
+            }
+        })
+    }
+}
+
+/// A number in each row.
+enum Numbers {
+    Same(f64),
+    Each(Float64Array),
+}
+
+impl Numbers {
+    fn new(batch: &RecordBatch, number: &Number) -> Result<Self, Error> {
+        match number {
+            Number::Same(value) => Ok(Self::Same(*value)),
+            Number::Column(name) => {
+                let held = column(batch, name)?;
+                let values = converted(held).ok_or_else(|| Error::ColumnType {
+                    name: name.clone(),
+                    found: held.data_type().clone(),
+                    needed: "a column of numbers",
+                })?;
+                Ok(Self::Each(Float64Array::new(values.into(), held.nulls().cloned())))
+            }
+        }
+    }
+
+    fn get(&self, row: usize) -> Option<f64> {
+        match self {
+            Self::Same(value) => Some(*value),
+            Self::Each(values) => values.is_valid(row).then(|| values.value(row)),
+        }
+    }
+}
+
+/// Numbers of any type as doubles, null as NaN; `None` of what is no number.
+fn converted(values: &ArrayRef) -> Option<Vec<f64>> {
+    fn all<T: ArrowPrimitiveType>(values: &ArrayRef, double: impl Fn(T::Native) -> f64) -> Vec<f64> {
+        let held: &PrimitiveArray<T> = values.as_primitive::<T>();
+        held.iter().map(|v| v.map_or(f64::NAN, &double)).collect()
+    }
+    Some(match values.data_type() {
+        DataType::Float64 => all::<Float64Type>(values, |v| v),
+        DataType::Float32 => all::<Float32Type>(values, f64::from),
+        DataType::Float16 => all::<Float16Type>(values, f64::from),
+        DataType::Int8 => all::<Int8Type>(values, f64::from),
+        DataType::Int16 => all::<Int16Type>(values, f64::from),
+        DataType::Int32 => all::<Int32Type>(values, f64::from),
+        DataType::Int64 => all::<Int64Type>(values, |v| v as f64),
+        DataType::UInt8 => all::<UInt8Type>(values, f64::from),
+        DataType::UInt16 => all::<UInt16Type>(values, f64::from),
+        DataType::UInt32 => all::<UInt32Type>(values, f64::from),
+        DataType::UInt64 => all::<UInt64Type>(values, |v| v as f64),
+        // A column of nothing but nulls.
+        DataType::Null => vec![f64::NAN; values.len()],
+        _ => return None,
+    })
+}

@@ -1,0 +1,310 @@
+//! Every row of a table has its row of answer.
+#![allow(clippy::unwrap_used, reason = "a failed unwrap fails the test, as it should")]
+
+use arrow_array::builder::{FixedSizeListBuilder, LargeListBuilder, ListBuilder, PrimitiveBuilder};
+use arrow_array::cast::AsArray;
+use arrow_array::types::{
+    ArrowPrimitiveType, Float32Type, Float64Type, Int16Type, Int32Type, Int64Type, UInt8Type, UInt64Type,
+};
+use arrow_array::{Array, ArrayRef, Float64Array, RecordBatch, StringArray};
+use proptest::prelude::*;
+use slipfit::SignalKind;
+use slipfit_batch::{Clock, Error, Method, Number, Options, Signal, fit_batch, fit_batch_until, schema};
+use std::sync::Arc;
+use std::sync::atomic::AtomicBool;
+
+const DT: f64 = 0.01;
+
+/// Sliding and viscous loss together, in closed form.
+fn decay(sliding: f64, delta: f64, n: usize) -> Vec<f64> {
+    let at = |t: f64| 1.0 * (-delta * t).exp() + sliding * (-delta * t).exp_m1() / delta;
+    (0..n).map(|i| at(i as f64 * DT)).collect()
+}
+
+fn lists<T: ArrowPrimitiveType>(rows: &[Option<Vec<f64>>], native: impl Fn(f64) -> T::Native) -> ArrayRef {
+    let mut builder = ListBuilder::new(PrimitiveBuilder::<T>::new());
+    for row in rows {
+        if let Some(row) = row {
+            row.iter().for_each(|v| builder.values().append_value(native(*v)));
+        }
+        builder.append(row.is_some());
+    }
+    Arc::new(builder.finish())
+}
+
+fn batch(column: ArrayRef) -> RecordBatch {
+    RecordBatch::try_from_iter([("amplitude", column)]).unwrap()
+}
+
+fn options() -> Options {
+    Options::fit(Signal::Amplitude("amplitude".into()), Number::Same(DT))
+}
+
+fn number(answer: &RecordBatch, name: &str, row: usize) -> Option<f64> {
+    let column = answer[name].as_primitive::<Float64Type>();
+    column.is_valid(row).then(|| column.value(row))
+}
+
+fn text<'a>(answer: &'a RecordBatch, name: &str, row: usize) -> &'a str {
+    answer[name].as_string::<i32>().value(row)
+}
+
+#[test]
+fn every_kind_of_list_gives_one_answer() {
+    let trace = decay(0.2, 0.7, 300);
+    let rows = [Some(trace.clone()), Some(trace.clone()), Some(trace.clone())];
+    let mut large = LargeListBuilder::new(PrimitiveBuilder::<Float64Type>::new());
+    let mut fixed = FixedSizeListBuilder::new(PrimitiveBuilder::<Float64Type>::new(), 300);
+    for row in rows.iter().flatten() {
+        large.values().append_slice(row);
+        large.append(true);
+        fixed.values().append_slice(row);
+        fixed.append(true);
+    }
+    let columns: [ArrayRef; 3] =
+        [lists::<Float64Type>(&rows, |v| v), Arc::new(large.finish()), Arc::new(fixed.finish())];
+    for column in columns {
+        let whole = fit_batch(&batch(Arc::clone(&column)), &options()).unwrap();
+        assert_eq!(whole.num_rows(), 3);
+        assert!((number(&whole, "sliding_rate", 2).unwrap() - 0.2).abs() < 1e-9);
+        assert!((number(&whole, "decay_rate_per_s", 0).unwrap() - 0.7).abs() < 1e-9);
+        assert_eq!((text(&whole, "status", 1), text(&whole, "reason", 1)), ("done", ""));
+        // A slice of a column begins elsewhere in its memory.
+        let part = fit_batch(&batch(column.slice(1, 2)), &options()).unwrap();
+        assert_eq!(part, whole.slice(1, 2));
+    }
+}
+
+#[test]
+fn numbers_of_every_type_are_taken() {
+    let trace: Vec<f64> = decay(0.02, 0.7, 300).iter().map(|v| (200.0 * v).round()).collect();
+    let rows = [Some(trace)];
+    let columns = [
+        lists::<Float64Type>(&rows, |v| v),
+        lists::<Float32Type>(&rows, |v| v as f32),
+        lists::<Int16Type>(&rows, |v| v as i16),
+        lists::<Int32Type>(&rows, |v| v as i32),
+        lists::<UInt8Type>(&rows, |v| v as u8),
+        lists::<UInt64Type>(&rows, |v| v as u64),
+    ];
+    let answers: Vec<_> = columns.map(|c| fit_batch(&batch(c), &options()).unwrap()).into();
+    assert!(answers.iter().all(|answer| *answer == answers[0]));
+    let rate = number(&answers[0], "sliding_rate", 0).unwrap();
+    assert!((rate - 4.0).abs() < 0.5, "{rate}");
+}
+
+#[test]
+fn a_row_that_fails_is_a_row_with_its_reason() {
+    let good = decay(0.2, 0.7, 300);
+    let mut holes = good.clone();
+    holes[10..20].fill(f64::NAN);
+    let rows = [
+        Some(good),
+        None,
+        Some(vec![]),
+        Some(vec![1.0]),
+        Some(vec![f64::NAN; 50]),
+        Some(holes),
+        Some(vec![1.0; 50]),
+        Some(vec![f64::INFINITY; 9]),
+    ];
+    let answer = fit_batch(&batch(lists::<Float64Type>(&rows, |v| v)), &options()).unwrap();
+    let status: Vec<&str> = (0..rows.len()).map(|i| text(&answer, "status", i)).collect();
+    assert_eq!(status, ["done", "failed", "failed", "failed", "failed", "done", "failed", "failed"]);
+    let reasons: Vec<&str> = (0..rows.len()).map(|i| text(&answer, "reason", i)).collect();
+    assert_eq!(reasons[1], "the trace is null");
+    assert_eq!(reasons[2], "0 usable samples; at least 4 are needed");
+    assert_eq!(reasons[3], "1 usable samples; at least 4 are needed");
+    assert_eq!(reasons[4], reasons[2]);
+    assert!(reasons[6].starts_with("no loss model could be fitted"), "{}", reasons[6]);
+    assert_eq!(number(&answer, "sliding_rate", 1), None);
+    assert!(answer["sliding_detected"].is_null(1));
+    let left_out = answer["samples_left_out"].as_primitive::<Int64Type>();
+    assert_eq!((left_out.value(0), left_out.value(5)), (0, 10));
+    assert!((number(&answer, "sliding_rate", 5).unwrap() - 0.2).abs() < 1e-9);
+}
+
+#[test]
+fn null_samples_are_left_out() {
+    let mut builder = ListBuilder::new(PrimitiveBuilder::<Float64Type>::new());
+    for (i, v) in decay(0.2, 0.7, 300).into_iter().enumerate() {
+        builder.values().append_option((i % 7 != 3).then_some(v));
+    }
+    builder.append(true);
+    let answer = fit_batch(&batch(Arc::new(builder.finish())), &options()).unwrap();
+    assert!((number(&answer, "decay_rate_per_s", 0).unwrap() - 0.7).abs() < 1e-9);
+    assert_eq!(answer["samples"].as_primitive::<Int64Type>().value(0), 257);
+}
+
+#[test]
+fn numbers_of_a_row_stand_in_columns() {
+    let rows: Vec<_> = vec![Some(decay(0.2, 0.7, 300)); 4];
+    let dt = Float64Array::from(vec![Some(DT), Some(2.0 * DT), None, Some(-1.0)]);
+    let hz = Float64Array::from(vec![10.0, 20.0, 30.0, 40.0]);
+    let names = StringArray::from(vec!["a", "b", "c", "d"]);
+    let table = RecordBatch::try_from_iter([
+        ("amplitude", lists::<Float64Type>(&rows, |v| v)),
+        ("dt", Arc::new(dt) as ArrayRef),
+        ("hz", Arc::new(hz) as ArrayRef),
+        ("name", Arc::new(names) as ArrayRef),
+    ])
+    .unwrap();
+    let mut options = Options::fit(Signal::Amplitude("amplitude".into()), Number::Column("dt".into()));
+    options.frequency_hz = Some(Number::Column("hz".into()));
+    options.keep = vec!["name".into()];
+    let answer = fit_batch(&table, &options).unwrap();
+    assert_eq!(*answer.schema(), schema(&table.schema(), &options).unwrap());
+    assert_eq!(text(&answer, "name", 3), "d");
+    let rates: Vec<_> = (0..2).map(|i| number(&answer, "sliding_rate", i).unwrap()).collect();
+    assert!((rates[0] / rates[1] - 2.0).abs() < 1e-6, "{rates:?}");
+    // a0 = 2 omega x_F/pi to second order in delta/omega.
+    let x_f = number(&answer, "friction_displacement", 0).unwrap();
+    assert!((x_f - 0.2 / (4.0 * 10.0)).abs() < 1e-6, "{x_f}");
+    assert_eq!(text(&answer, "reason", 2), "dt is null");
+    assert_eq!(text(&answer, "reason", 3), "dt = -1 is outside the positive numbers");
+}
+
+#[test]
+fn times_stand_in_lists() {
+    let trace = decay(0.2, 0.7, 300);
+    let times: Vec<f64> = (0..300).map(|i| 5.0 + DT * f64::from(i)).collect();
+    let table = RecordBatch::try_from_iter([
+        ("amplitude", lists::<Float64Type>(&[Some(trace.clone()), Some(trace.clone()), Some(trace)], |v| v)),
+        ("t", lists::<Float64Type>(&[Some(times.clone()), Some(times[1..].to_vec()), None], |v| v)),
+    ])
+    .unwrap();
+    let options = Options::new(Signal::Amplitude("amplitude".into()), Clock::Times("t".into()), Method::Fit);
+    let answer = fit_batch(&table, &options).unwrap();
+    assert!((number(&answer, "sliding_rate", 0).unwrap() - 0.2).abs() < 1e-8);
+    assert_eq!(text(&answer, "reason", 1), "299 times for 300 samples");
+    assert_eq!(text(&answer, "reason", 2), "the times are null");
+}
+
+#[test]
+fn a_trace_is_followed_down_to_the_least_amplitude() {
+    // At rest from 0.7 s on: the samples behind belong to no decay.
+    let mut trace = decay(0.9, 1.0, 300);
+    let stop = trace.iter().position(|a| *a < 0.01).unwrap();
+    trace[stop..].fill(0.0);
+    let table = batch(lists::<Float64Type>(&[Some(trace)], |v| v));
+    let rate = |options: &Options| number(&fit_batch(&table, options).unwrap(), "sliding_rate", 0).unwrap();
+    let mut options = options();
+    assert!((rate(&options) - 0.9).abs() > 0.05, "the rest spoils the fit");
+    options.min_amplitude = Some(Number::Same(0.02));
+    assert!((rate(&options) - 0.9).abs() < 1e-6);
+}
+
+#[test]
+fn lock_in_outputs_and_oscillations_are_analysed() {
+    let oscillator = slipfit::Oscillator::kinematic(50.0, 0.3, 0.002).unwrap();
+    let motion = slipfit::motion::decay::FreeDecay::from_rest(&oscillator, 1.0).unwrap();
+    let noise = |i: usize| 1e-3 * (7.7 * (i * i) as f64).sin();
+    let times = || (0..3000).map(|i| 0.002 * i as f64);
+    let swing: Vec<f64> = times().enumerate().map(|(i, t)| motion.displacement(t) + noise(i)).collect();
+    let table = batch(lists::<Float64Type>(&[Some(swing.clone()), Some(vec![1.0; 3000])], |v| v));
+    let mut options = Options::new(
+        Signal::Oscillation("amplitude".into(), SignalKind::Displacement),
+        Clock::Interval(Number::Same(0.002)),
+        Method::Analyse,
+    );
+    options.unit = "rad".into();
+    let answer = fit_batch(&table, &options).unwrap();
+    // One row is what the analysis of its record is.
+    let record = slipfit::Record::uniform(500.0, swing).unwrap().with_unit("rad");
+    let alone = slipfit::ringdown::analyse(&record, &Default::default()).unwrap();
+    let x_f = alone.parameter(slipfit::Parameter::FRICTION_DISPLACEMENT).unwrap();
+    assert_eq!(number(&answer, "friction_displacement", 0), Some(x_f.value));
+    assert_eq!(number(&answer, "friction_displacement_low", 0), Some(x_f.interval_95[0]));
+    assert_eq!(text(&answer, "model", 0), alone.model.name());
+    assert!(text(&answer, "reason", 1).contains("constant"), "{}", text(&answer, "reason", 1));
+
+    let amplitude: Vec<f64> = decay(0.05, 0.3, 400);
+    let [x, y] = [0.6, 0.8].map(|part| amplitude.iter().map(|a| a * part).collect::<Vec<f64>>());
+    let table = RecordBatch::try_from_iter([
+        ("x", lists::<Float64Type>(&[Some(x.clone()), Some(x)], |v| v)),
+        ("y", lists::<Float64Type>(&[Some(y.clone()), Some(y[1..].to_vec())], |v| v)),
+    ])
+    .unwrap();
+    let both = Options::fit(Signal::LockIn("x".into(), "y".into()), Number::Same(DT));
+    let answer = fit_batch(&table, &both).unwrap();
+    assert!((number(&answer, "sliding_rate", 0).unwrap() - 0.05).abs() < 1e-8);
+    assert_eq!(text(&answer, "reason", 1), "399 values of Y for 400 of X");
+    let mut both = both;
+    both.method = Method::Analyse;
+    let answer = fit_batch(&table, &both).unwrap();
+    assert!((number(&answer, "sliding_rate", 0).unwrap() - 0.05).abs() < 1e-3);
+}
+
+#[test]
+fn a_table_that_cannot_be_meant_is_refused() {
+    let table = batch(lists::<Float64Type>(&[Some(decay(0.2, 0.7, 300))], |v| v));
+    let refused = |change: fn(&mut Options)| {
+        let mut options = options();
+        change(&mut options);
+        fit_batch(&table, &options).unwrap_err().to_string()
+    };
+    let said = refused(|o| o.signal = Signal::Amplitude("a".into()));
+    assert_eq!(said, "there is no column `a`; there are `amplitude`");
+    let said = refused(|o| o.clock = Clock::Interval(Number::Column("amplitude".into())));
+    assert!(said.contains("must be a column of numbers"), "{said}");
+    let said = refused(|o| o.clock = Clock::Interval(Number::Same(0.0)));
+    assert_eq!(said, "dt: 0 is outside the positive numbers");
+    let said = refused(|o| o.frequency_hz = Some(Number::Same(f64::NAN)));
+    assert_eq!(said, "frequency_hz: NaN is outside the positive numbers");
+    let said = refused(|o| o.keep = vec!["b".into()]);
+    assert!(said.contains("no column `b`"), "{said}");
+    let said = refused(|o| o.signal = Signal::Oscillation("amplitude".into(), SignalKind::Displacement));
+    assert!(said.starts_with("method: an oscillation needs"), "{said}");
+    let texts = batch(Arc::new(StringArray::from(vec!["a"])));
+    assert!(matches!(fit_batch(&texts, &options()), Err(Error::ColumnType { .. })));
+    let own = RecordBatch::try_from_iter([
+        ("amplitude", Arc::clone(table.column(0))),
+        ("status", Arc::new(StringArray::from(vec!["x"])) as ArrayRef),
+    ])
+    .unwrap();
+    let mut keep = options();
+    keep.keep = vec!["status".into()];
+    assert!(matches!(fit_batch(&own, &keep), Err(Error::Option { option: "keep", .. })));
+}
+
+#[test]
+fn a_batch_ends_when_it_is_told_to() {
+    let table = batch(lists::<Float64Type>(&vec![Some(decay(0.2, 0.7, 300)); 500], |v| v));
+    let told = AtomicBool::new(true);
+    assert!(matches!(fit_batch_until(&table, &options(), &told), Err(Error::Cancelled)));
+}
+
+#[test]
+fn no_rows_are_no_rows() {
+    let empty = batch(lists::<Float64Type>(&[], |v| v));
+    let answer = fit_batch(&empty, &options()).unwrap();
+    assert_eq!(answer.num_rows(), 0);
+    assert_eq!(*answer.schema(), schema(&empty.schema(), &options()).unwrap());
+}
+
+proptest! {
+    #![proptest_config(ProptestConfig::with_cases(64))]
+
+    /// Whatever the numbers are: one row of answer for each, in order, and no panic.
+    #[test]
+    fn order_and_count_are_kept(
+        rows in prop::collection::vec(
+            prop::option::of(prop::collection::vec(prop::num::f64::ANY, 0..40)), 0..20
+        ),
+        dt in prop::sample::select(vec![1e-300, 1e-3, 1.0, 1e300]),
+        analyse in any::<bool>(),
+    ) {
+        let table = batch(lists::<Float64Type>(&rows, |v| v));
+        let method = if analyse { Method::Analyse } else { Method::Fit };
+        let clock = Clock::Interval(Number::Same(dt));
+        let options = Options::new(Signal::Amplitude("amplitude".into()), clock, method);
+        let answer = fit_batch(&table, &options).unwrap();
+        prop_assert_eq!(answer.num_rows(), rows.len());
+        for (i, row) in rows.iter().enumerate() {
+            let failed = text(&answer, "status", i) == "failed";
+            prop_assert!(failed || row.as_ref().is_some_and(|r| r.len() >= 4));
+            prop_assert_eq!(failed, number(&answer, "decay_rate_per_s", i).is_none());
+            prop_assert!(!failed || !text(&answer, "reason", i).is_empty());
+        }
+    }
+}

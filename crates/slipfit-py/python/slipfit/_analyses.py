@@ -1,0 +1,757 @@
+"""Reading and analysing."""
+
+from __future__ import annotations
+
+import os
+from collections.abc import Iterable, Sequence
+from dataclasses import dataclass, field
+from typing import Any, Literal, TypeAlias, Union
+
+import numpy as np
+from numpy.typing import ArrayLike
+
+from . import _core, _input
+from ._answers import LevelsAnswer, ResonanceAnswer, RingdownAnswer, SeriesAnswer
+from ._input import Path, Uncertain
+
+Kind: TypeAlias = Literal["displacement", "velocity", "acceleration", "envelope", "lock-in"]
+Column: TypeAlias = Union[str, int]
+
+_CHOICES = (
+    "sheet", "part", "run", "time", "time_unit", "rate_hz", "signal", "quadrature", "unit", "kind",
+    "most_samples", "frequency", "frequency_unit", "centre_hz", "amplitude", "phase", "phase_unit",
+    "real", "imaginary", "std_error", "drive", "drive_unit",
+)  # fmt: skip
+
+
+def _choices(**given: Any) -> dict[str, Any]:
+    """Every option of reading; a column may be given by its number."""
+    numbers = ("part", "run", "rate_hz", "centre_hz", "most_samples")
+    return {
+        name: value if value is None or name in numbers else str(value)
+        for name, value in ((name, given.get(name)) for name in _CHOICES)
+    }
+
+
+def _source(source: object) -> Any:
+    if isinstance(source, (bytearray, memoryview)):
+        return bytes(source)
+    if isinstance(source, bytes):
+        return source
+    if isinstance(source, (str, os.PathLike)):
+        return [os.fspath(source)]
+    if isinstance(source, Iterable):
+        return [os.fspath(one) for one in source]
+    raise _input.refuse("source", f"source is a {type(source).__name__}: a path or bytes are needed")
+
+
+def read(
+    source: Path | bytes | bytearray | memoryview,
+    name: str | None = None,
+    *,
+    time: Column | None = None,
+    signal: Column | None = None,
+    quadrature: Column | None = None,
+    time_unit: str | None = None,
+    unit: str | None = None,
+    kind: Kind | None = None,
+    rate_hz: float | None = None,
+    sheet: Column | None = None,
+    part: int | None = None,
+    run: int | None = None,
+    most_samples: int | None = None,
+) -> _core.Record:
+    """Reads a record of any format that slipfit knows.
+
+    Parameters
+    ----------
+    source : path or bytes
+        A file, or what stands in one.
+    name : str, optional
+        Stands for bytes in reports and errors.
+    time, signal, quadrature : str or int, optional
+        Columns by name or by number from 1; of a lock-in X and Y.
+    time_unit, unit : str, optional
+        Units where the file does not name them.
+    kind : str, optional
+        ``displacement``, ``velocity``, ``acceleration``, ``envelope`` or ``lock-in``.
+    rate_hz : float, optional
+        Samples per second, in place of a column of times.
+    sheet : str or int, optional
+        Which sheet, variable, group or track.
+    part, run : int, optional
+        Which of several tables side by side, or runs in groups of columns, from 1.
+    most_samples : int, optional
+        Samples held at most; longer records are averaged while they are read.
+
+    Returns
+    -------
+    Record
+        Samples with a clean clock, to be given to :func:`ringdown`.
+
+    Raises
+    ------
+    ReadError
+        What is wrong with the file, with its row and what would help.
+    OSError
+        Where the system refuses.
+
+    Examples
+    --------
+    >>> import slipfit
+    >>> rows = "".join(f"{0.1 * i:.1f},{5 * 0.98**i * (-1) ** i:.4f}\\n" for i in range(60))
+    >>> record = slipfit.read(b"t (s),x (mm)\\n" + rows.encode(), "swing.csv")
+    >>> len(record), record.unit
+    (60, 'mm')
+    """
+    choices = _choices(
+        time=time, signal=signal, quadrature=quadrature, time_unit=time_unit, unit=unit, kind=kind,
+        rate_hz=_input.number("rate_hz", rate_hz), sheet=sheet, part=part, run=run,
+        most_samples=most_samples,
+    )  # fmt: skip
+    return _core.read_record(_source(source), name, choices)
+
+
+def read_curve(
+    source: Path | Sequence[Path] | bytes | bytearray | memoryview,
+    name: str | None = None,
+    *,
+    frequency: Column | None = None,
+    amplitude: Column | None = None,
+    phase: Column | None = None,
+    real: Column | None = None,
+    imaginary: Column | None = None,
+    drive: Column | None = None,
+    std_error: Column | None = None,
+    frequency_unit: str | None = None,
+    unit: str | None = None,
+    phase_unit: str | None = None,
+    centre_hz: float | None = None,
+    kind: Kind | None = None,
+    sheet: Column | None = None,
+    run: int | None = None,
+    time: Column | None = None,
+    time_unit: str | None = None,
+    rate_hz: float | None = None,
+) -> _core.Curve:
+    """Reads a resonance curve, or demodulates the driven records of several files or a folder.
+
+    Parameters
+    ----------
+    source : path, sequence of paths or bytes
+        The curve, or one driven record for each frequency.
+    name : str, optional
+        Stands for bytes in reports and errors.
+    frequency, amplitude, phase, real, imaginary, drive, std_error : str or int, optional
+        Columns by name or by number from 1.
+    frequency_unit, unit, phase_unit : str, optional
+        Units where the file does not name them.
+    centre_hz : float, optional
+        The frequency that shifts are counted from.
+    kind : str, optional
+        What the response is; divided by i omega once for a velocity, twice for an acceleration.
+    sheet, run : str or int, optional
+        Which table, which curve in groups of columns.
+    time, time_unit, rate_hz : optional
+        Clock of driven records.
+
+    Returns
+    -------
+    Curve
+        To be given to :func:`resonance`.
+
+    Raises
+    ------
+    ReadError
+        What is wrong with the file, with its row and what would help.
+    """
+    choices = _choices(
+        frequency=frequency, amplitude=amplitude, phase=phase, real=real, imaginary=imaginary,
+        drive=drive, std_error=std_error, frequency_unit=frequency_unit, unit=unit,
+        phase_unit=phase_unit, centre_hz=_input.number("centre_hz", centre_hz), kind=kind,
+        sheet=sheet, run=run, time=time, time_unit=time_unit,
+        rate_hz=_input.number("rate_hz", rate_hz),
+    )  # fmt: skip
+    return _core.read_curve(_source(source), name, choices)
+
+
+def read_levels(
+    source: Path | bytes | bytearray | memoryview,
+    name: str | None = None,
+    *,
+    drive: Column | None = None,
+    amplitude: Column | None = None,
+    std_error: Column | None = None,
+    unit: str | None = None,
+    drive_unit: str | None = None,
+    sheet: Column | None = None,
+) -> _core.Levels:
+    """Reads drive levels and the amplitudes they gave.
+
+    Parameters
+    ----------
+    source : path or bytes
+        The table.
+    name : str, optional
+        Stands for bytes in reports and errors.
+    drive, amplitude, std_error : str or int, optional
+        Columns by name or by number from 1.
+    unit, drive_unit : str, optional
+        Units where the file does not name them.
+    sheet : str or int, optional
+        Which table.
+
+    Returns
+    -------
+    Levels
+        To be given to :func:`levels`.
+
+    Raises
+    ------
+    ReadError
+        What is wrong with the file, with its row and what would help.
+    """
+    choices = _choices(
+        drive=drive, amplitude=amplitude, std_error=std_error, unit=unit, drive_unit=drive_unit, sheet=sheet
+    )
+    return _core.read_levels(_source(source), name, choices)
+
+
+def _record(
+    time: Any,
+    signal: Any,
+    quadrature: ArrayLike | None = None,
+    rate_hz: float | None = None,
+    unit: str | None = None,
+    kind: Kind | None = None,
+) -> _core.Record:
+    given = {"signal": signal, "quadrature": quadrature, "rate_hz": rate_hz, "unit": unit, "kind": kind}
+    if isinstance(time, _core.Record):
+        _nothing_besides(given, "a Record", "")
+        return time
+    if _input.path_like(time) or isinstance(time, (bytes, bytearray, memoryview)):
+        if signal is None and quadrature is None:
+            return read(time, rate_hz=rate_hz, unit=unit, kind=kind)
+        _nothing_besides(given, "a file", "; slipfit.read(file, signal=…) names its columns")
+    times, values, own_unit = _input.time_and_signal(time, signal)
+    if rate_hz is not None:
+        # The rate stands in place of stamps.
+        times = None
+    elif times is None:
+        raise _input.refuse("time", "no times: give time or rate_hz")
+    return _core.record_of_arrays(
+        times,
+        _input.vector("signal", values),
+        None if quadrature is None else _input.vector("quadrature", quadrature),
+        _input.number("rate_hz", rate_hz),
+        unit if unit is not None else own_unit,
+        kind,
+    )
+
+
+def _nothing_besides(given: dict[str, Any], what: str, hint: str) -> None:
+    for name, value in given.items():
+        if value is not None:
+            raise _input.refuse(name, f"{name} is given beside {what}, which holds it already{hint}")
+
+
+def ringdown(
+    time: Any = None,
+    signal: Any = None,
+    *,
+    quadrature: ArrayLike | None = None,
+    rate_hz: float | None = None,
+    unit: str | None = None,
+    kind: Kind | None = None,
+    model: str | None = None,
+    band_hz: tuple[float, float] | None = None,
+    start_s: float | None = None,
+    end_s: float | None = None,
+    min_amplitude: float | None = None,
+    frequency_hz: float | None = None,
+    lockin_time_constant_s: float | None = None,
+    lockin_order: int | None = None,
+    stiffness: Uncertain | None = None,
+    mass: Uncertain | None = None,
+    torsion_stiffness: Uncertain | None = None,
+    inertia: Uncertain | None = None,
+) -> RingdownAnswer:
+    """Separates viscous damping from sliding friction in a free decay.
+
+    Finds the decay in the record, fits every combination of viscous, sliding
+    and drag losses with the exact motion between turning points, compares them
+    and says how sure that is.
+
+    Parameters
+    ----------
+    time : array_like, shape (n,), or Record, path, Series, DataArray
+        Times [s], or dates or durations. A pandas Series with its times as
+        index, an xarray DataArray with a coordinate, a :class:`Record`, a path
+        or the bytes of a file stand alone, without `signal`.
+    signal : array_like, shape (n,)
+        Samples in any unit; NaN is left out and counted. Of a lock-in its X output.
+    quadrature : array_like, shape (n,), optional
+        Y output of a lock-in.
+    rate_hz : float, optional
+        Samples per second, in place of `time`.
+    unit : str, optional
+        Unit of the samples, such as ``rad`` or ``mm``.
+    kind : str, optional
+        ``displacement``, ``velocity``, ``acceleration``, ``envelope`` or
+        ``lock-in``; found out if not given.
+    model : str, optional
+        Report this loss model, such as ``viscous+sliding``, whichever the data prefer.
+    band_hz : tuple of float, optional
+        Only oscillations between these frequencies [Hz].
+    start_s, end_s : float, optional
+        First and last instant used [s].
+    min_amplitude : float, optional
+        Follow the decay down to this amplitude only, unit of the signal.
+    frequency_hz : float, optional
+        Frequency of the oscillation [Hz], for amplitudes, which do not show it.
+    lockin_time_constant_s, lockin_order : float and int, optional
+        Output filter of the lock-in: time constant of a stage [s] and number of stages.
+    stiffness, mass, torsion_stiffness, inertia : float or (value, std_error), optional
+        One of them turns displacements into forces [N/m, kg, N m/rad, kg m²].
+
+    Returns
+    -------
+    RingdownAnswer
+        Parameters with 95 % intervals, evidence, comparison of models, warnings.
+
+    Raises
+    ------
+    NoAnswerError
+        Where the record shows no oscillation or no decay.
+    OptionError
+        Where an argument cannot be meant.
+    ReadError
+        Where a file cannot be read.
+
+    Notes
+    -----
+    The model is that of Vitorino, Vieira and Rodrigues, Sci. Rep. 7 (2017),
+    doi:10.1038/s41598-017-03999-w.
+
+    Arrays are analysed as the file that ``numpy.save`` would write of them:
+    the command gives the same answer.
+
+    Examples
+    --------
+    >>> import numpy as np, slipfit
+    >>> swing = slipfit.simulate.decay(
+    ...     frequency_hz=1.2, q_factor=80, friction_displacement=0.002,
+    ...     amplitude=0.4, duration_s=40, rate_hz=50, unit="rad")
+    >>> noise = 5e-4 * np.random.default_rng(1).standard_normal(len(swing))
+    >>> answer = slipfit.ringdown(swing.time_s, swing.signal + noise, unit="rad")
+    >>> answer.sliding.detected
+    True
+    >>> x_f = answer.parameters.friction_displacement
+    >>> abs(x_f.value - 0.002) < 4 * x_f.std_error, x_f.unit
+    (True, 'rad')
+    """
+    record = _record(time, signal, quadrature, rate_hz, unit, kind)
+    choices = _ringdown_choices(
+        start_s=start_s, end_s=end_s, min_amplitude=min_amplitude, band_hz=band_hz, model=model,
+        lockin_time_constant_s=lockin_time_constant_s, lockin_order=lockin_order,
+        frequency_hz=frequency_hz,
+    )  # fmt: skip
+    constants = _input.constants(
+        {"stiffness": stiffness, "mass": mass, "torsion_stiffness": torsion_stiffness, "inertia": inertia}
+    )
+    return RingdownAnswer(_core.ringdown_answer(record, choices, constants))
+
+
+def _ringdown_choices(
+    start_s: float | None = None,
+    end_s: float | None = None,
+    min_amplitude: float | None = None,
+    band_hz: tuple[float, float] | None = None,
+    model: str | None = None,
+    lockin_time_constant_s: float | None = None,
+    lockin_order: int | None = None,
+    frequency_hz: float | None = None,
+) -> dict[str, Any]:
+    number = _input.number
+    return {
+        "start_s": number("start_s", start_s),
+        "end_s": number("end_s", end_s),
+        "min_amplitude": number("min_amplitude", min_amplitude),
+        "band_hz": _input.band(band_hz),
+        "model": model,
+        "lockin_time_constant_s": number("lockin_time_constant_s", lockin_time_constant_s),
+        "lockin_order": lockin_order,
+        "frequency_hz": number("frequency_hz", frequency_hz),
+    }
+
+
+def _curve(
+    frequency: Any,
+    response: Any = None,
+    *,
+    phase_rad: ArrayLike | None = None,
+    std_error: ArrayLike | None = None,
+    drive: ArrayLike | None = None,
+    unit: str | None = None,
+    kind: Kind | None = None,
+) -> _core.Curve:
+    given = {
+        "response": response, "phase_rad": phase_rad, "std_error": std_error, "drive": drive,
+        "unit": unit, "kind": kind,
+    }  # fmt: skip
+    if isinstance(frequency, _core.Curve):
+        _nothing_besides(given, "a Curve", "")
+        return frequency
+    paths = isinstance(frequency, (list, tuple)) and bool(frequency) and all(map(_input.path_like, frequency))
+    if paths or _input.path_like(frequency) or isinstance(frequency, (bytes, bytearray, memoryview)):
+        del given["unit"], given["kind"]
+        _nothing_besides(given, "a file", "; slipfit.read_curve(file, amplitude=…) names its columns")
+        return read_curve(frequency, unit=unit, kind=kind)
+    if response is None and type(frequency).__module__.split(".")[0] in ("pandas", "xarray"):
+        frequency, response, own = _input.time_and_signal(frequency, None)
+        unit = unit if unit is not None else own
+    if frequency is None or response is None:
+        raise _input.refuse("response", "a curve needs frequencies and a response")
+    values = np.asarray(response)
+    optional = {
+        name: None if column is None else _input.vector(name, column)
+        for name, column in (("phase_rad", phase_rad), ("std_error", std_error), ("drive", drive))
+    }
+    amplitude = real = imaginary = None
+    if values.dtype.kind == "c":
+        if phase_rad is not None:
+            raise _input.refuse("phase_rad", "phase_rad is given beside a complex response, which has it")
+        real, imaginary = _input.vector("response", np.real(values)), _input.vector("response", np.imag(values))
+    else:
+        amplitude = _input.vector("response", response)
+    return _core.curve_of_arrays(
+        _input.vector("frequency", frequency), amplitude, optional["phase_rad"], real, imaginary,
+        optional["std_error"], optional["drive"], unit, kind,
+    )  # fmt: skip
+
+
+def resonance(
+    frequency: Any,
+    response: Any = None,
+    *,
+    phase_rad: ArrayLike | None = None,
+    std_error: ArrayLike | None = None,
+    drive: ArrayLike | None = None,
+    unit: str | None = None,
+    kind: Kind | None = None,
+    reference: _core.Curve | Path | None = None,
+    drive_amplitude: Uncertain | None = None,
+    band_hz: tuple[float, float] | None = None,
+    method: Literal["exact", "leading", "paper"] = "exact",
+    model: str | None = None,
+    background: bool | None = None,
+    delay: bool | None = None,
+    phase_offset: bool | None = None,
+    duffing: bool | None = None,
+    stiffness: Uncertain | None = None,
+    mass: Uncertain | None = None,
+    torsion_stiffness: Uncertain | None = None,
+    inertia: Uncertain | None = None,
+) -> ResonanceAnswer:
+    """Separates viscous damping from sliding friction in a resonance curve.
+
+    Parameters
+    ----------
+    frequency : array_like, shape (n,), or Curve, path, paths
+        Frequencies [Hz]. A :class:`Curve`, a path, several paths or a folder
+        of driven records stand alone, without `response`.
+    response : array_like, shape (n,)
+        Amplitudes, or complex responses, in any unit.
+    phase_rad : array_like, shape (n,), optional
+        Phases [rad] of real amplitudes.
+    std_error : array_like, shape (n,), optional
+        Standard errors of the amplitudes.
+    drive : array_like, shape (n,), optional
+        Level of the drive at each point; divided out.
+    unit : str, optional
+        Unit of the response.
+    kind : str, optional
+        What the response is: ``displacement``, ``velocity``, ``acceleration``.
+    reference : Curve or path, optional
+        A friction-free curve of the same drive, which gives the drive amplitude.
+    drive_amplitude : float or (value, std_error), optional
+        Drive amplitude x_0, in the unit of the response.
+    band_hz : tuple of float, optional
+        Only points between these frequencies [Hz].
+    method : str, optional
+        ``exact``, ``leading`` (eq. 8 of the paper) or ``paper`` (its eq. 14).
+    model : str, optional
+        Report this loss model, whichever the data prefer.
+    background, delay, phase_offset, duffing : bool, optional
+        Whether these terms are fitted; decided by the data if not given.
+    stiffness, mass, torsion_stiffness, inertia : float or (value, std_error), optional
+        One of them turns displacements into forces.
+
+    Returns
+    -------
+    ResonanceAnswer
+        Parameters with 95 % intervals, evidence, comparison of models, warnings.
+
+    Raises
+    ------
+    NoAnswerError
+        Where the curve shows no resonance.
+    OptionError
+        Where an argument cannot be meant.
+    ReadError
+        Where a file cannot be read.
+
+    Examples
+    --------
+    >>> import numpy as np, slipfit
+    >>> sweep = slipfit.simulate.sweep(
+    ...     np.linspace(0.9, 1.1, 81), frequency_hz=1.0, q_factor=50,
+    ...     friction_displacement=0.3, drive_amplitude=1.0)
+    >>> noise = 0.01 * np.random.default_rng(1).standard_normal(81)
+    >>> answer = slipfit.resonance(
+    ...     sweep["frequency_hz"], sweep["amplitude"] + noise, drive_amplitude=1.0, unit="mm")
+    >>> abs(answer.parameters.friction_displacement.value - 0.3) < 0.01
+    True
+    """
+    curve = _curve(
+        frequency, response, phase_rad=phase_rad, std_error=std_error, drive=drive, unit=unit, kind=kind
+    )
+    choices = _resonance_choices(
+        band_hz=band_hz, method=method, model=model, drive_amplitude=drive_amplitude,
+        background=background, delay=delay, phase_offset=phase_offset, duffing=duffing,
+    )  # fmt: skip
+    constants = _input.constants(
+        {"stiffness": stiffness, "mass": mass, "torsion_stiffness": torsion_stiffness, "inertia": inertia}
+    )
+    free = None if reference is None else _curve(reference)
+    return ResonanceAnswer(_core.resonance_answer(curve, free, choices, constants))
+
+
+def _resonance_choices(
+    band_hz: tuple[float, float] | None = None,
+    method: str = "exact",
+    model: str | None = None,
+    drive_amplitude: Uncertain | None = None,
+    background: bool | None = None,
+    delay: bool | None = None,
+    phase_offset: bool | None = None,
+    duffing: bool | None = None,
+) -> dict[str, Any]:
+    return {
+        "band_hz": _input.band(band_hz),
+        "method": method,
+        "model": model,
+        "drive_amplitude": _input.pair("drive_amplitude", drive_amplitude),
+        "background": background,
+        "delay": delay,
+        "phase_offset": phase_offset,
+        "duffing": duffing,
+    }
+
+
+def _levels(
+    drive: Any,
+    amplitude: Any = None,
+    *,
+    std_error: ArrayLike | None = None,
+    unit: str | None = None,
+    drive_unit: str | None = None,
+) -> _core.Levels:
+    given = {"amplitude": amplitude, "std_error": std_error, "unit": unit, "drive_unit": drive_unit}
+    if isinstance(drive, _core.Levels):
+        _nothing_besides(given, "Levels", "")
+        return drive
+    if _input.path_like(drive) or isinstance(drive, (bytes, bytearray, memoryview)):
+        del given["unit"], given["drive_unit"]
+        _nothing_besides(given, "a file", "; slipfit.read_levels(file, amplitude=…) names its columns")
+        return read_levels(drive, unit=unit, drive_unit=drive_unit)
+    if amplitude is None:
+        raise _input.refuse("amplitude", "levels need amplitudes beside the levels of the drive")
+    return _core.levels_of_arrays(
+        _input.vector("drive", drive),
+        _input.vector("amplitude", amplitude),
+        None if std_error is None else _input.vector("std_error", std_error),
+        unit,
+        drive_unit,
+    )
+
+
+def levels(
+    drive: Any,
+    amplitude: Any = None,
+    *,
+    std_error: ArrayLike | None = None,
+    unit: str | None = None,
+    drive_unit: str | None = None,
+    frequency_hz: float | None = None,
+    drive_gain: Uncertain | None = None,
+    q_factor: Uncertain | None = None,
+    stiffness: Uncertain | None = None,
+    mass: Uncertain | None = None,
+    torsion_stiffness: Uncertain | None = None,
+    inertia: Uncertain | None = None,
+) -> LevelsAnswer:
+    """Threshold and slope of the amplitude at resonance over the level of the drive.
+
+    Parameters
+    ----------
+    drive : array_like, shape (n,), or Levels, path
+        Levels of the drive. :class:`Levels` or a path stand alone.
+    amplitude : array_like, shape (n,)
+        Amplitude at resonance at each level.
+    std_error : array_like, shape (n,), optional
+        Standard errors of the amplitudes.
+    unit, drive_unit : str, optional
+        Units of amplitudes and levels; in one unit Q and x_F follow.
+    frequency_hz : float, optional
+        Frequency of the resonance [Hz]: with it the decay rate follows from Q.
+    drive_gain : float or (value, std_error), optional
+        Drive amplitude at the base, in the unit of the amplitudes, for one unit of the level.
+    q_factor : float or (value, std_error), optional
+        Quality factor of the viscous loss, in place of `drive_gain`.
+    stiffness, mass, torsion_stiffness, inertia : float or (value, std_error), optional
+        One of them turns displacements into forces.
+
+    Returns
+    -------
+    LevelsAnswer
+        Slope, threshold and what follows from them.
+
+    Raises
+    ------
+    NoAnswerError
+        Where no line rises with the drive.
+    OptionError
+        Where an argument cannot be meant.
+
+    Examples
+    --------
+    >>> import numpy as np, slipfit
+    >>> drive = np.arange(0.1, 1.3, 0.1)
+    >>> amplitude = np.maximum(40 * (drive - 0.35), 0) + 0.02 * (np.arange(12) * 7 % 5)
+    >>> answer = slipfit.levels(drive, amplitude, unit="mm", drive_unit="mm")
+    >>> abs(answer.parameters.threshold.value - 0.35) < 0.01
+    True
+    """
+    held = _levels(drive, amplitude, std_error=std_error, unit=unit, drive_unit=drive_unit)
+    choices = _levels_choices(frequency_hz=frequency_hz, drive_gain=drive_gain, q_factor=q_factor)
+    constants = _input.constants(
+        {"stiffness": stiffness, "mass": mass, "torsion_stiffness": torsion_stiffness, "inertia": inertia}
+    )
+    return LevelsAnswer(_core.levels_answer(held, choices, constants))
+
+
+def _levels_choices(
+    frequency_hz: float | None = None,
+    drive_gain: Uncertain | None = None,
+    q_factor: Uncertain | None = None,
+) -> dict[str, Any]:
+    return {
+        "frequency_hz": _input.number("frequency_hz", frequency_hz),
+        "drive_gain": _input.pair("drive_gain", drive_gain),
+        "q_factor": _input.pair("q_factor", q_factor),
+    }
+
+
+@dataclass(frozen=True)
+class Measurement:
+    """One measurement of a series.
+
+    Parameters
+    ----------
+    data : Record, Curve or Levels
+        What was measured, from :func:`read`, :func:`read_curve`, :func:`read_levels`.
+    condition : str
+        Label of what was set while measuring, such as ``9 nN``.
+    value : float or (value, std_error), optional
+        The condition as a number.
+    name : str, optional
+        Name of the measurement; that of its file if not given.
+    reference : Curve, optional
+        Friction-free curve of a curve.
+    scale : float, optional
+        Factor from its unit to that of the series, where units do not say it.
+    options : dict
+        Options of its analysis: those of :func:`ringdown`, :func:`resonance` or :func:`levels`.
+    """
+
+    data: _core.Record | _core.Curve | _core.Levels
+    condition: str = ""
+    value: Uncertain | None = None
+    name: str | None = None
+    reference: _core.Curve | None = None
+    scale: float | None = None
+    options: dict[str, Any] = field(default_factory=dict)
+
+    def _entry(self) -> tuple[Any, str, str, tuple[float, float] | None, float | None]:
+        try:
+            measured: Any
+            if isinstance(self.data, _core.Record):
+                measured = (self.data, _ringdown_choices(**self.options))
+            elif isinstance(self.data, _core.Curve):
+                measured = (self.data, self.reference, _resonance_choices(**self.options))
+            elif isinstance(self.data, _core.Levels):
+                measured = (self.data, _levels_choices(**self.options))
+            else:
+                kind = type(self.data).__name__
+                raise _input.refuse("data", f"data is a {kind}: a Record, a Curve or Levels are needed")
+        except TypeError as error:
+            raise _input.refuse("options", f"options={self.options!r}: {error}") from None
+        value = _input.pair("value", self.value)
+        uncertain = value if value is None or isinstance(value, tuple) else (value, 0.0)
+        name = self.name if self.name is not None else os.path.basename(self.data.path)
+        scale = _input.number("scale", self.scale)
+        if scale is not None and not 0 < scale < float("inf"):
+            raise _input.refuse("scale", f"scale={scale}: must be above zero")
+        return measured, name, self.condition, uncertain, scale
+
+
+def series(
+    measurements: Sequence[Measurement],
+    *,
+    title: str = "",
+    condition: str = "condition",
+    condition_unit: str = "",
+    unit: str | None = None,
+    shared: Iterable[str] = (),
+    stiffness: Uncertain | None = None,
+    mass: Uncertain | None = None,
+    torsion_stiffness: Uncertain | None = None,
+    inertia: Uncertain | None = None,
+) -> SeriesAnswer:
+    """Several measurements of one oscillator: alone, compared, jointly.
+
+    Parameters
+    ----------
+    measurements : sequence of Measurement
+        At least one.
+    title, condition, condition_unit : str, optional
+        What the report shows; `condition` is what was varied.
+    unit : str, optional
+        Unit of displacements in the table; that of the first measurement if not given.
+    shared : iterable of str, optional
+        Parameters held in common: ``natural_frequency``, ``drive_amplitude``, ``decay_rate``.
+    stiffness, mass, torsion_stiffness, inertia : float or (value, std_error), optional
+        One of them turns displacements into forces.
+
+    Returns
+    -------
+    SeriesAnswer
+        One row for each condition, agreement of ring-down and resonance, friction against load.
+
+    Raises
+    ------
+    OptionError
+        Where measurements do not fit together.
+    """
+    entries = [one._entry() for one in measurements]
+    if not entries:
+        raise _input.refuse("measurements", "a series needs at least one measurement")
+    choices = {
+        "title": title, "condition": condition, "condition_unit": condition_unit, "unit": unit,
+        "shared": [shared] if isinstance(shared, str) else list(shared),
+    }  # fmt: skip
+    constants = _input.constants(
+        {"stiffness": stiffness, "mass": mass, "torsion_stiffness": torsion_stiffness, "inertia": inertia}
+    )
+    return SeriesAnswer(_core.series_answer(entries, choices, constants))

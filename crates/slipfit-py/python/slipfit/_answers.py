@@ -1,0 +1,600 @@
+"""Answers: parameters with uncertainties, and what they rest on."""
+
+from __future__ import annotations
+
+import json
+from collections.abc import Iterator, Mapping
+from dataclasses import dataclass
+from typing import TYPE_CHECKING, Any, Literal
+
+import numpy as np
+from numpy.typing import NDArray
+
+from . import _core, _plot
+from ._errors import Hint
+
+if TYPE_CHECKING:
+    import pandas as pd
+    from matplotlib.axes import Axes
+    from typing_extensions import Self
+
+__all__ = [
+    "Answer",
+    "LevelsAnswer",
+    "Parameters",
+    "Quantity",
+    "ResonanceAnswer",
+    "RingdownAnswer",
+    "Section",
+    "SeriesAnswer",
+    "Table",
+    "Warning",
+]
+
+
+@dataclass(frozen=True)
+class Quantity:
+    """An estimated quantity.
+
+    Attributes
+    ----------
+    value : float
+        Best estimate within its physical limits, in `unit`.
+    std_error : float
+        Standard error.
+    interval_95 : tuple of float
+        95 % confidence interval. Asymmetric near a limit.
+    unbounded_value : float
+        The estimate with its limit lifted: averages of it stay unbiased.
+    unit : str
+        Unit in plain text; empty for a pure number.
+    """
+
+    value: float
+    std_error: float
+    interval_95: tuple[float, float]
+    unbounded_value: float
+    unit: str
+
+    def __float__(self) -> float:
+        return self.value
+
+    def __str__(self) -> str:
+        unit = f" {self.unit}" if self.unit else ""
+        return f"{self.value:.6g} ± {self.std_error:.2g}{unit}"
+
+
+class Parameters(Mapping[str, Quantity]):
+    """Parameters by name, as items and as attributes.
+
+    Which of them there are depends on the analysis; docs/json.md lists all.
+    """
+
+    __slots__ = ("_held",)
+
+    coulomb_force: Quantity
+    cubic_rate: Quantity
+    decay_rate_per_s: Quantity
+    drag_rate: Quantity
+    drive_amplitude: Quantity
+    frequency_hz: Quantity
+    frequency_shift_by_amplitude: Quantity
+    friction_displacement: Quantity
+    friction_ratio: Quantity
+    initial_amplitude: Quantity
+    natural_frequency_hz: Quantity
+    q_factor: Quantity
+    sliding_rate: Quantity
+    slope: Quantity
+    threshold: Quantity
+    viscous_coefficient: Quantity
+
+    def __init__(self, held: Mapping[str, Quantity]) -> None:
+        self._held = dict(held)
+
+    def __getitem__(self, name: str) -> Quantity:
+        return self._held[name]
+
+    def __iter__(self) -> Iterator[str]:
+        return iter(self._held)
+
+    def __len__(self) -> int:
+        return len(self._held)
+
+    if not TYPE_CHECKING:
+
+        def __getattr__(self, name: str) -> Quantity:
+            if name != "_held" and name in self._held:
+                return self._held[name]
+            raise AttributeError(f"no parameter {name!r} in this answer; there are {', '.join(self)}")
+
+        def __getstate__(self) -> dict[str, Quantity]:
+            return self._held
+
+        def __setstate__(self, held: dict[str, Quantity]) -> None:
+            self._held = held
+
+    def __dir__(self) -> list[str]:
+        return [*super().__dir__(), *self._held]
+
+    def __repr__(self) -> str:
+        return "Parameters(" + ", ".join(f"{name}={quantity}" for name, quantity in self.items()) + ")"
+
+
+class Section(Mapping[str, Any]):
+    """A part of an answer: its values as items and as attributes."""
+
+    __slots__ = ("_held",)
+
+    def __init__(self, held: Mapping[str, Any]) -> None:
+        self._held = dict(held)
+
+    def __getitem__(self, name: str) -> Any:
+        return self._held[name]
+
+    def __iter__(self) -> Iterator[str]:
+        return iter(self._held)
+
+    def __len__(self) -> int:
+        return len(self._held)
+
+    def __getattr__(self, name: str) -> Any:
+        if name != "_held" and name in self._held:
+            return self._held[name]
+        raise AttributeError(f"no {name!r} here; there are {', '.join(self)}")
+
+    def __getstate__(self) -> dict[str, Any]:
+        return self._held
+
+    def __setstate__(self, held: dict[str, Any]) -> None:
+        self._held = held
+
+    def __dir__(self) -> list[str]:
+        return [*super().__dir__(), *self._held]
+
+    def __repr__(self) -> str:
+        return "Section(" + ", ".join(f"{name}={value!r}" for name, value in self.items()) + ")"
+
+
+class Table(Mapping[str, NDArray[Any]]):
+    """Columns of one length, as items and as attributes."""
+
+    __slots__ = ("_columns",)
+
+    def __init__(self, columns: Mapping[str, NDArray[Any]]) -> None:
+        self._columns = dict(columns)
+
+    def __getitem__(self, name: str) -> NDArray[Any]:
+        return self._columns[name]
+
+    def __iter__(self) -> Iterator[str]:
+        return iter(self._columns)
+
+    def __len__(self) -> int:
+        return len(self._columns)
+
+    def __getattr__(self, name: str) -> NDArray[Any]:
+        if name != "_columns" and name in self._columns:
+            return self._columns[name]
+        raise AttributeError(f"no column {name!r}; there are {', '.join(self)}")
+
+    def __getstate__(self) -> dict[str, NDArray[Any]]:
+        return self._columns
+
+    def __setstate__(self, columns: dict[str, NDArray[Any]]) -> None:
+        self._columns = columns
+
+    def __dir__(self) -> list[str]:
+        return [*super().__dir__(), *self._columns]
+
+    def to_dataframe(self) -> pd.DataFrame:
+        """The columns as a pandas DataFrame."""
+        import pandas as pd
+
+        return pd.DataFrame(dict(self))
+
+    def __repr__(self) -> str:
+        rows = len(next(iter(self._columns.values()), ()))
+        return f"Table({rows} rows: {', '.join(self)})"
+
+
+@dataclass(frozen=True)
+class Warning:
+    """Something that limits an answer.
+
+    Attributes
+    ----------
+    code : str
+        Which one, in a word a program can compare; docs/warnings.md says what each means.
+    message : str
+        What was found.
+    hints : tuple of Hint
+        What helps.
+    text : str
+        All of it in words.
+    """
+
+    code: str
+    message: str
+    hints: tuple[Hint, ...]
+    text: str
+
+    def __str__(self) -> str:
+        return self.text
+
+
+def _column(values: list[Any]) -> NDArray[Any]:
+    """An array of what JSON has: null is NaN among numbers."""
+    if any(isinstance(v, str) for v in values):
+        return np.array(["" if v is None else v for v in values], dtype=np.str_)
+    if values and all(isinstance(v, bool) for v in values):
+        return np.array(values, dtype=np.bool_)
+    if values and all(isinstance(v, int) for v in values):
+        return np.array(values, dtype=np.int64)
+    return np.array([np.nan if v is None else v for v in values], dtype=np.float64)
+
+
+def _table(columns: Mapping[str, list[Any]]) -> Table:
+    return Table({name: _column(values) for name, values in columns.items()})
+
+
+def _rows(rows: list[dict[str, Any]]) -> Table:
+    names = list(rows[0]) if rows else []
+    return Table({name: _column([row.get(name) for row in rows]) for name in names})
+
+
+class Answer:
+    """What every analysis answers with.
+
+    ``print(answer)`` is the report as in a terminal, ``to_json()`` the answer
+    with everything in it, the same text that ``slipfit … --json`` writes. In a
+    notebook an answer shows itself as a table.
+
+    Two answers are equal if their JSON is. They can be copied and pickled.
+    """
+
+    def __init__(self, found: _core.Answer) -> None:
+        self._found: _core.Answer | None = found
+        self._held: dict[str, Any] = {}
+
+    _PARTS = ("json", "csv", "screen", "html", "svg", "quantities", "warnings", "fit")
+
+    def _part(self, name: str) -> Any:
+        """A part of the report, made when it is first asked for."""
+        if name not in self._held:
+            assert self._found is not None, "a stored answer has every part"
+            self._held[name] = getattr(self._found, name)()
+        return self._held[name]
+
+    @property
+    def _data(self) -> dict[str, Any]:
+        if "data" not in self._held:
+            self._held["data"] = json.loads(self.to_json())
+        data: dict[str, Any] = self._held["data"]
+        return data
+
+    def _section(self, name: str) -> Section | None:
+        held = self._data[name]
+        return None if held is None else Section(held)
+
+    def __getstate__(self) -> dict[str, Any]:
+        return {name: self._part(name) for name in self._PARTS}
+
+    def __setstate__(self, state: dict[str, Any]) -> None:
+        self._found = None
+        self._held = dict(state)
+
+    def __copy__(self) -> Self:
+        return self
+
+    def __deepcopy__(self, memo: dict[int, Any]) -> Self:
+        # Nothing in an answer changes but copies of arrays, which the caller owns.
+        return self
+
+    def __eq__(self, other: object) -> bool:
+        if not isinstance(other, Answer):
+            return NotImplemented
+        return self.to_json() == other.to_json()
+
+    def __hash__(self) -> int:
+        return hash(self.to_json())
+
+    @property
+    def sentence(self) -> str:
+        """The answer in a sentence."""
+        text: str = self._data["sentence"]
+        return text
+
+    @property
+    def warnings(self) -> tuple[Warning, ...]:
+        """What limits the answer."""
+        return tuple(
+            Warning(code, message, tuple(Hint(*hint) for hint in hints), text)
+            for code, message, hints, text in self._part("warnings")
+        )
+
+    @property
+    def fit(self) -> Table:
+        """The fitted model as arrays, to be drawn beside the data."""
+        return Table({name: values.copy() for name, values in self._part("fit").items()})
+
+    def to_json(self) -> str:
+        """The whole answer as JSON (docs/json.md), the text that the command writes."""
+        text: str = self._part("json")
+        return text
+
+    def to_dict(self) -> dict[str, Any]:
+        """The whole answer as a dictionary: :meth:`to_json`, parsed."""
+        data: dict[str, Any] = json.loads(self.to_json())
+        return data
+
+    def to_csv(self) -> str:
+        """The numbers behind the figure as CSV, the text that the command writes."""
+        text: str = self._part("csv")
+        return text
+
+    def to_svg(self) -> str:
+        """The figure as SVG, as the command draws it."""
+        text: str = self._part("svg")
+        return text
+
+    def to_dataframe(self) -> pd.DataFrame:
+        """The parameters as a pandas DataFrame, one row each."""
+        raise NotImplementedError
+
+    def plot(self, ax: Axes | None = None) -> list[Axes]:
+        """Draws data and fit with matplotlib.
+
+        Parameters
+        ----------
+        ax : matplotlib Axes, optional
+            Where to draw the main panel; without it a figure with all panels is made.
+
+        Returns
+        -------
+        list of Axes
+            The panels drawn.
+        """
+        raise NotImplementedError
+
+    def __str__(self) -> str:
+        text: str = self._part("screen")
+        return text.rstrip("\n")
+
+    def __repr__(self) -> str:
+        return f"<{type(self).__name__}: {self.sentence}>"
+
+    def _repr_html_(self) -> str:
+        text: str = self._part("html")
+        return text
+
+
+class _Measured(Answer):
+    """An answer with parameters."""
+
+    @property
+    def parameters(self) -> Parameters:
+        """Parameters with uncertainties, by name."""
+        return Parameters({name: Quantity(*parts) for name, *parts in self._part("quantities")})
+
+    def to_dataframe(self) -> pd.DataFrame:
+        """The parameters as a pandas DataFrame.
+
+        Returns
+        -------
+        DataFrame
+            Indexed by parameter; columns value, std_error, low_95, high_95, unit.
+        """
+        import pandas as pd
+
+        rows = {
+            name: (q.value, q.std_error, *q.interval_95, q.unit) for name, q in self.parameters.items()
+        }
+        columns = ["value", "std_error", "low_95", "high_95", "unit"]
+        frame = pd.DataFrame.from_dict(rows, orient="index", columns=columns)
+        return frame.rename_axis("parameter")
+
+
+class _Compared(_Measured):
+    """An answer that compares loss models."""
+
+    @property
+    def model(self) -> str:
+        """The loss model reported."""
+        name: str = self._data["model"]
+        return name
+
+    @property
+    def preferred_model(self) -> str:
+        """The simplest loss model that the data support, that of lowest BIC."""
+        name: str = self._data["preferred_model"]
+        return name
+
+    @property
+    def comparison(self) -> Table:
+        """All loss models, best first."""
+        return _rows(self._data["comparison"])
+
+    @property
+    def sliding(self) -> Section:
+        """Evidence for sliding friction: ``detected``, ``p_value``, shares of the loss."""
+        return Section(self._data["sliding"])
+
+    @property
+    def diagnostics(self) -> Section:
+        """How well the model describes the data."""
+        return Section(self._data["diagnostics"])
+
+    def correlation(self, a: str, b: str) -> float | None:
+        """Correlation of two estimated parameters, in either order; None where it is not reported."""
+        for entry in self._data["correlations"]:
+            if set(entry["parameters"]) == {a, b}:
+                value: float | None = entry["value"]
+                return value
+        return None
+
+
+class RingdownAnswer(_Compared):
+    """The answer to a free decay, see :func:`slipfit.ringdown`."""
+
+    @property
+    def envelope(self) -> Table:
+        """Amplitudes along the record: time_s, amplitude, std_error, fitted, frequency_hz, used."""
+        return _table(self._data["envelope"])
+
+    @property
+    def loss(self) -> Table:
+        """Amplitude lost per cycle against amplitude, measured and fitted."""
+        return _table(self._data["loss"])
+
+    @property
+    def segment(self) -> Section:
+        """The part of the record taken as free decay, and why it starts and ends there."""
+        return Section(self._data["segment"])
+
+    @property
+    def backbone(self) -> Section | None:
+        """Frequency against amplitude; None for a bare envelope."""
+        return self._section("backbone")
+
+    @property
+    def stop(self) -> Section | None:
+        """Where and when the motion came to rest; None where the record does not show it."""
+        return self._section("stop")
+
+    def plot(self, ax: Axes | None = None) -> list[Axes]:
+        return _plot.ringdown(self, ax)
+
+    plot.__doc__ = Answer.plot.__doc__
+
+
+class ResonanceAnswer(_Compared):
+    """The answer to a resonance curve, see :func:`slipfit.resonance`."""
+
+    @property
+    def method(self) -> Literal["exact", "leading", "paper"]:
+        """How the response was computed."""
+        name: Literal["exact", "leading", "paper"] = self._data["method"]
+        return name
+
+    @property
+    def drive_source(self) -> Literal["known", "reference", "shape"]:
+        """Where the drive amplitude came from."""
+        name: Literal["known", "reference", "shape"] = self._data["drive_source"]
+        return name
+
+    @property
+    def curve(self) -> Table:
+        """The points used beside the fit, by rising frequency."""
+        return _table(self._data["curve"])
+
+    @property
+    def force(self) -> Table:
+        """The force balance at each point, without a model; empty without phases."""
+        return _table(self._data["force"])
+
+    @property
+    def instrument(self) -> Section:
+        """What the instrument adds: phase offset, delay, background."""
+        return Section(self._data["instrument"])
+
+    def plot(self, ax: Axes | None = None) -> list[Axes]:
+        return _plot.resonance(self, ax)
+
+    plot.__doc__ = Answer.plot.__doc__
+
+
+class LevelsAnswer(_Measured):
+    """The answer to amplitudes over drive levels, see :func:`slipfit.levels`."""
+
+    @property
+    def detected(self) -> bool:
+        """Whether a threshold is seen."""
+        detected: bool = self._data["detected"]
+        return detected
+
+    @property
+    def p_value(self) -> float:
+        """p value of the threshold, one-sided."""
+        value: float = self._data["p_value"]
+        return value
+
+    @property
+    def levels(self) -> Table:
+        """The levels beside the fit, by rising drive."""
+        return _table(self._data["levels"])
+
+    @property
+    def breakaway(self) -> Section | None:
+        """Where the mass breaks loose; None where that is not seen."""
+        return self._section("breakaway")
+
+    @property
+    def diagnostics(self) -> Section:
+        """How well the line describes the points."""
+        return Section(self._data["diagnostics"])
+
+    def plot(self, ax: Axes | None = None) -> list[Axes]:
+        return _plot.levels(self, ax)
+
+    plot.__doc__ = Answer.plot.__doc__
+
+
+class SeriesAnswer(Answer):
+    """The answer to several measurements of one oscillator, see :func:`slipfit.series`."""
+
+    @property
+    def table(self) -> list[Section]:
+        """One row for each condition."""
+        return [Section(row) for row in self._data["table"]]
+
+    @property
+    def measurements(self) -> list[Section]:
+        """Each measurement alone, in the order given."""
+        return [Section(one) for one in self._data["measurements"]]
+
+    @property
+    def joint(self) -> Section | None:
+        """The joint fit; None where there is none."""
+        return self._section("joint")
+
+    @property
+    def laws(self) -> list[Section]:
+        """Friction against the condition's value, laws compared, best first."""
+        return [Section(law) for law in self._data["laws"]]
+
+    @property
+    def agreement_p_value(self) -> float | None:
+        """p value that ring-down and resonance agree at every condition."""
+        value: float | None = self._data["agreement_p_value"]
+        return value
+
+    def to_dataframe(self) -> pd.DataFrame:
+        """Friction and damping of each condition by each kind of measurement, one row each."""
+        import pandas as pd
+
+        rows: list[dict[str, Any]] = []
+        for row in self._data["table"]:
+            for kind in ("ringdown", "resonance", "joint"):
+                if row[kind] is None:
+                    continue
+                for what in ("friction", "damping"):
+                    q = row[kind][what]
+                    rows.append(
+                        {
+                            "condition": row["condition"],
+                            "by": kind,
+                            "quantity": what,
+                            "value": q["value"],
+                            "std_error": q["std_error"],
+                            "low_95": q["interval_95"][0],
+                            "high_95": q["interval_95"][1],
+                            "unit": q["unit"],
+                        }
+                    )
+        return pd.DataFrame(rows)
+
+    def plot(self, ax: Axes | None = None) -> list[Axes]:
+        return _plot.series(self, ax)
+
+    plot.__doc__ = Answer.plot.__doc__

@@ -1,0 +1,288 @@
+"""Tables of traces, one row each."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Sequence
+from typing import TYPE_CHECKING, Any, Literal, TypeAlias, Union
+
+import numpy as np
+from numpy.typing import NDArray
+
+from . import _core, _input
+from ._analyses import _ringdown_choices
+
+if TYPE_CHECKING:
+    import pandas as pd
+    import polars as pl
+    import pyarrow as pa
+
+#: A number for every row, or the name of a column of numbers.
+PerRow: TypeAlias = Union[float, str]
+
+
+class ArrowTable:
+    """A table of answers, one row a trace.
+
+    Anything that reads Arrow's C interface takes it as it is:
+    ``pyarrow.table(answers)``, ``polars.DataFrame(answers)``.
+    A column is ``answers["decay_rate_per_s"]``.
+    """
+
+    def __init__(self, held: _core.ArrowTable) -> None:
+        self._held = held
+
+    def __arrow_c_stream__(self, requested_schema: Any = None) -> Any:
+        """The table as a stream of Arrow's C interface."""
+        return self._held.__arrow_c_stream__(requested_schema)
+
+    def __arrow_c_schema__(self) -> Any:
+        """The types of the columns by Arrow's C interface."""
+        return self._held.__arrow_c_schema__()
+
+    def __len__(self) -> int:
+        return len(self._held)
+
+    @property
+    def column_names(self) -> list[str]:
+        """Names of the columns, in order."""
+        return self._held.column_names
+
+    def __getitem__(self, name: str) -> NDArray[Any]:
+        """A column as an array; a number that does not exist is NaN, a flag False."""
+        values = self._held.column(name)
+        return values if isinstance(values, np.ndarray) else np.array(values)
+
+    def to_pyarrow(self) -> pa.Table:
+        """The table as a pyarrow Table."""
+        import pyarrow as pa
+
+        return pa.table(self)
+
+    def to_polars(self) -> pl.DataFrame:
+        """The table as a polars DataFrame."""
+        import polars as pl
+
+        return pl.DataFrame(self)
+
+    def to_pandas(self) -> pd.DataFrame:
+        """The table as a pandas DataFrame (by pyarrow)."""
+        frame: pd.DataFrame = self.to_pyarrow().to_pandas()
+        return frame
+
+    def __repr__(self) -> str:
+        return f"<ArrowTable: {len(self)} rows, {len(self.column_names)} columns>"
+
+
+class ArrowStream:
+    """Answers to the batches of a stream, each computed when it is asked for.
+
+    Read it once: as a stream of Arrow's C interface
+    (``pyarrow.RecordBatchReader.from_stream(answers)``), or batch by batch in a loop.
+    """
+
+    def __init__(self, held: _core.ArrowStream) -> None:
+        self._held = held
+
+    def __arrow_c_stream__(self, requested_schema: Any = None) -> Any:
+        """The answers as a stream of Arrow's C interface."""
+        return self._held.__arrow_c_stream__(requested_schema)
+
+    def __arrow_c_schema__(self) -> Any:
+        """The types of the columns by Arrow's C interface."""
+        return self._held.__arrow_c_schema__()
+
+    @property
+    def column_names(self) -> list[str]:
+        """Names of the columns, in order."""
+        return self._held.column_names
+
+    def __iter__(self) -> Iterator[ArrowTable]:
+        return self
+
+    def __next__(self) -> ArrowTable:
+        return ArrowTable(self._held.next_batch())
+
+
+def _per_row(name: str, value: PerRow | None) -> float | str | None:
+    return value if value is None or isinstance(value, str) else _input.number(name, value)
+
+
+def _table(table: Any, column: str) -> Any:
+    """An array with a trace in each row as a table; anything else as it is."""
+    if not isinstance(table, np.ndarray):
+        return table
+    if table.ndim != 2 or table.dtype.kind not in "fiu":
+        raise _input.refuse(
+            "table", f"table is an array of {table.dtype} of the shape {table.shape}: real numbers (rows, samples)"
+        )
+    import pyarrow as pa
+
+    flat = pa.array(np.ascontiguousarray(table).reshape(-1))
+    return pa.table({column: pa.FixedSizeListArray.from_arrays(flat, table.shape[1])})
+
+
+def _choices(
+    amplitude: str | None = None,
+    x: str | None = None,
+    y: str | None = None,
+    signal: str | None = None,
+    kind: str | None = None,
+    dt: PerRow | None = None,
+    time: str | None = None,
+    frequency_hz: PerRow | None = None,
+    min_amplitude: PerRow | None = None,
+    method: str = "fit",
+    unit: str = "",
+    keep: Sequence[str] = (),
+    **analysis: Any,
+) -> dict[str, Any]:
+    given = [name for name, value in analysis.items() if value is not None]
+    if given and method == "fit":
+        raise _input.refuse(given[0], f"{given[0]} is an option of method='analyse'; fit has one model")
+    return {
+        "amplitude": amplitude, "x": x, "y": y, "signal": signal, "kind": kind,
+        "dt": _per_row("dt", dt), "time": time,
+        "frequency_hz": _per_row("frequency_hz", frequency_hz),
+        "min_amplitude": _per_row("min_amplitude", min_amplitude),
+        "method": method, "unit": unit, "keep": [keep] if isinstance(keep, str) else list(keep),
+        "ringdown": _ringdown_choices(**analysis),
+    }  # fmt: skip
+
+
+def fit_batch(
+    table: Any,
+    *,
+    amplitude: str | None = None,
+    x: str | None = None,
+    y: str | None = None,
+    signal: str | None = None,
+    kind: Literal["displacement", "velocity", "acceleration"] | None = None,
+    dt: PerRow | None = None,
+    time: str | None = None,
+    frequency_hz: PerRow | None = None,
+    min_amplitude: PerRow | None = None,
+    method: Literal["fit", "analyse"] = "fit",
+    unit: str = "",
+    keep: Sequence[str] = (),
+    model: str | None = None,
+    band_hz: tuple[float, float] | None = None,
+    start_s: float | None = None,
+    end_s: float | None = None,
+    lockin_time_constant_s: float | None = None,
+    lockin_order: int | None = None,
+) -> ArrowTable:
+    """Separates viscous from sliding loss in every trace of a table.
+
+    A row that cannot be fitted is a row with its reason: order and count are
+    those of the table. All cores are used, and nothing is copied of columns
+    of doubles.
+
+    Parameters
+    ----------
+    table : object with Arrow's C interface, or array
+        A pyarrow Table or RecordBatch, a polars or pandas DataFrame, a DuckDB
+        or Daft relation, with one trace a row: lists, large lists or
+        fixed-size lists of any real numbers. Null and NaN are left out and
+        counted. A NumPy array of shape (rows, samples) is taken as the column
+        that `amplitude` or `signal` names (by pyarrow, without a copy).
+    amplitude : str
+        Column of amplitudes; or
+    x, y : str
+        columns of X and Y of a lock-in; or
+    signal : str
+        column of the oscillation itself, for ``method="analyse"``.
+    kind : str, optional
+        What `signal` is: ``displacement``, ``velocity``, ``acceleration``.
+    dt : float or str
+        Interval of the samples [s], or the column of it.
+    time : str
+        Column of lists of times [s], in place of `dt`.
+    frequency_hz : float or str, optional
+        Frequency of the oscillation [Hz], which amplitudes do not show: with
+        it sliding friction is given as a friction displacement.
+    min_amplitude : float or str, optional
+        A trace is used up to its first amplitude below this one; what lies
+        behind the stop of the motion belongs to no decay.
+    method : str
+        ``fit``: amplitudes ``A_0 exp(-delta t) - a0 (1 - exp(-delta t))/delta``,
+        one loss model, nothing compared, errors of white noise. ``analyse``:
+        the whole analysis of :func:`ringdown`.
+    unit : str
+        Unit of the traces.
+    keep : sequence of str
+        Columns of the table that stand before those of the answer.
+    model, band_hz, start_s, end_s, lockin_time_constant_s, lockin_order : optional
+        Options of ``method="analyse"``, see :func:`ringdown`.
+
+    Returns
+    -------
+    ArrowTable
+        ``status`` (``done``, ``warned``, ``failed``), ``reason`` (codes of the
+        warnings, or why it failed), then value, ``_std_error``, ``_low`` and
+        ``_high`` (95 %) of ``decay_rate``, ``sliding_rate``,
+        ``friction_displacement`` and ``initial_amplitude``, ``correlation`` of
+        the two losses, ``residual_rms``, ``sliding_detected``,
+        ``sliding_p_value``, ``samples`` used and ``samples_left_out``; of
+        ``analyse`` also ``model``, ``frequency_hz``, ``start_s``, ``end_s``.
+
+    Raises
+    ------
+    OptionError
+        For a column that is missing or of another type, an option out of range.
+
+    Examples
+    --------
+    >>> import numpy as np, slipfit
+    >>> t = 0.01 * np.arange(200)
+    >>> traces = np.array([1 - 0.1 * t, 1 - 0.2 * t, np.full_like(t, np.nan)])
+    >>> answers = slipfit.fit_batch(traces, amplitude="amplitude", dt=0.01)
+    >>> answers["sliding_rate"].round(9).tolist()
+    [0.1, 0.2, nan]
+    >>> str(answers["reason"][2])
+    '0 usable samples; at least 4 are needed'
+    """
+    choices = _choices(
+        amplitude=amplitude, x=x, y=y, signal=signal, kind=kind, dt=dt, time=time,
+        frequency_hz=frequency_hz, min_amplitude=min_amplitude, method=method, unit=unit, keep=keep,
+        model=model, band_hz=band_hz, start_s=start_s, end_s=end_s,
+        lockin_time_constant_s=lockin_time_constant_s, lockin_order=lockin_order,
+    )  # fmt: skip
+    return ArrowTable(_core.fit_batch(_table(table, amplitude or signal or "x"), choices))
+
+
+def fit_stream(table: Any, **options: Any) -> ArrowStream:
+    """Does what :func:`fit_batch` does with the batches of a stream, as they come.
+
+    No more than one batch and its answers are held.
+
+    Parameters
+    ----------
+    table : object with Arrow's C interface
+        Such as a pyarrow RecordBatchReader; it is read once.
+    **options
+        Those of :func:`fit_batch`.
+
+    Returns
+    -------
+    ArrowStream
+        The answers, to be read once.
+
+    Raises
+    ------
+    OptionError
+        For a column that is missing or of another type, an option out of range.
+
+    Examples
+    --------
+    >>> import pyarrow as pa, slipfit
+    >>> trace = [1 - 0.001 * i for i in range(200)]
+    >>> batches = [pa.record_batch({"amplitude": [trace] * rows}) for rows in (2, 3)]
+    >>> source = pa.RecordBatchReader.from_batches(batches[0].schema, batches)
+    >>> [len(answers) for answers in slipfit.fit_stream(source, amplitude="amplitude", dt=0.01)]
+    [2, 3]
+    """
+    try:
+        choices = _choices(**options)
+    except TypeError as error:
+        raise _input.refuse("options", str(error).replace("_choices()", "fit_stream()")) from None
+    return ArrowStream(_core.fit_stream(table, choices))

@@ -1,0 +1,88 @@
+"""Exceptions and the hints they carry."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Mapping
+from dataclasses import dataclass
+from typing import Any
+
+
+@dataclass(frozen=True)
+class Hint:
+    """What helps against a warning or an error.
+
+    Attributes
+    ----------
+    option : str or None
+        The keyword argument that helps; None where none does.
+    value : float, tuple of float, str or None
+        A value to give it, where one is known.
+    advice : str
+        What it does.
+    text : str
+        All of it in words, ``band_hz=(79, 82) isolates one mode``.
+    """
+
+    option: str | None
+    value: float | tuple[float, float] | str | None
+    advice: str
+    text: str
+
+    def __str__(self) -> str:
+        return self.text
+
+
+class SlipfitError(Exception):
+    """Something that could not be done.
+
+    Attributes
+    ----------
+    message : str
+        What is wrong, without hints.
+    code : str
+        Which kind of error, in a word a program can compare: ``not_a_ring_down``.
+    hints : tuple of Hint
+        What helps; may be empty.
+    details : dict
+        The values that show why, such as ``option`` and ``value``; each is an
+        attribute of the exception as well.
+    """
+
+    def __init__(
+        self,
+        message: str,
+        code: str = "",
+        hints: Iterable[tuple[Any, Any, str, str]] = (),
+        advice: str = "",
+        details: Mapping[str, Any] | None = None,
+    ) -> None:
+        hints = tuple(hints)
+        details = dict(details or {})
+        # These are what pickle gives back to the constructor.
+        super().__init__(message, code, hints, advice, details)
+        self.message = message
+        self.code = code
+        self.hints = tuple(Hint(*parts) for parts in hints)
+        self.advice = advice
+        self.details = details
+
+    def __getattr__(self, name: str) -> Any:
+        details = self.__dict__.get("details", {})
+        if name in details:
+            return details[name]
+        raise AttributeError(f"{type(self).__name__} has no attribute {name!r}")
+
+    def __str__(self) -> str:
+        return f"{self.message}\n  hint: {self.advice}" if self.advice else self.message
+
+
+class OptionError(SlipfitError, ValueError):
+    """A value or an array that cannot be meant; ``option`` names the argument."""
+
+
+class ReadError(SlipfitError, ValueError):
+    """A file that could not be read; ``file`` and ``row`` say where."""
+
+
+class NoAnswerError(SlipfitError, ValueError):
+    """Data from which nothing can be computed: no oscillation, no decay, no resonance."""

@@ -1,0 +1,252 @@
+"""The bare fits: one model, no search for the decay, no comparison, no intervals."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
+from . import _core, _input
+from ._analyses import _curve
+
+
+@dataclass(frozen=True)
+class Envelope:
+    """Parameters of the envelope ``A(t) = (A_0 + C) exp(-delta t) - C``.
+
+    Attributes
+    ----------
+    initial_amplitude : float
+        A_0, the amplitude at the first time, unit of the signal.
+    offset_amplitude : float
+        C, unit of the signal: ``x_F coth(pi delta/2 omega_d)`` for sliding friction.
+    decay_rate_per_s : float
+        delta = gamma/2m [1/s].
+    """
+
+    initial_amplitude: float
+    offset_amplitude: float
+    decay_rate_per_s: float
+
+
+@dataclass(frozen=True)
+class Decay:
+    """Parameters of a free decay with viscous and sliding friction.
+
+    Attributes
+    ----------
+    initial_amplitude : float
+        A_0 at the first time, unit of the signal.
+    friction_displacement : float
+        x_F = F/k, unit of the signal.
+    decay_rate_per_s : float
+        delta = gamma/2m [1/s].
+    phase_rad : float
+        Phase at the first time [rad].
+    frequency_hz : float
+        omega_d/2 pi [Hz].
+    offset : float
+        Rest position of the spring, unit of the signal.
+    """
+
+    initial_amplitude: float
+    friction_displacement: float
+    decay_rate_per_s: float
+    phase_rad: float
+    frequency_hz: float
+    offset: float
+
+
+@dataclass(frozen=True)
+class EnvelopeFit:
+    """Result of :func:`fit_envelope`: best values, standard errors, correlations (3 × 3)."""
+
+    best: Envelope
+    std_error: Envelope
+    correlation: NDArray[np.float64]
+    residual_rms: float
+    converged: bool
+    steps: int
+
+
+@dataclass(frozen=True)
+class DecayFit:
+    """Result of :func:`fit_waveform`: best values, standard errors, correlations (6 × 6)."""
+
+    best: Decay
+    std_error: Decay
+    correlation: NDArray[np.float64]
+    residual_rms: float
+    converged: bool
+    steps: int
+
+
+@dataclass(frozen=True)
+class CurveFit:
+    """Result of :func:`fit_resonance`: value and standard error of each parameter.
+
+    Frequencies in Hz, the decay rate in 1/s, lengths in the unit of the response.
+    """
+
+    natural_frequency_hz: tuple[float, float]
+    decay_rate_per_s: tuple[float, float]
+    friction_displacement: tuple[float, float]
+    drive_amplitude: tuple[float, float]
+    phase_offset_rad: tuple[float, float]
+    residual_rms: float
+    converged: bool
+
+
+def fit_envelope(
+    time: ArrayLike,
+    amplitude: ArrayLike,
+    *,
+    initial_amplitude: float,
+    offset_amplitude: float,
+    decay_rate_per_s: float,
+) -> EnvelopeFit:
+    """Fits ``A(t) = (A_0 + C) exp(-delta t) - C`` to amplitudes by least squares.
+
+    Parameters
+    ----------
+    time : array_like, shape (n,)
+        Times [s]; t counts from the first.
+    amplitude : array_like, shape (n,)
+        Amplitudes in any unit, finite, n >= 4.
+    initial_amplitude, offset_amplitude, decay_rate_per_s : float
+        Where the search begins: A_0, C, delta.
+
+    Returns
+    -------
+    EnvelopeFit
+        Standard errors are those of white noise.
+
+    Raises
+    ------
+    OptionError
+        For arrays of different length, too few samples, values that are not finite.
+    NoAnswerError
+        Where the data do not determine three parameters.
+
+    Notes
+    -----
+    Eq. (15) and (16) of Vitorino, Vieira and Rodrigues, Sci. Rep. 7 (2017).
+
+    Examples
+    --------
+    >>> import numpy as np, slipfit
+    >>> t = np.arange(0, 2, 0.01)
+    >>> fit = slipfit.fit_envelope(t, 1.4 * np.exp(-0.8 * t) - 0.3,
+    ...     initial_amplitude=1, offset_amplitude=0, decay_rate_per_s=1)
+    >>> round(fit.best.offset_amplitude, 9)
+    0.3
+    """
+    start = (float(initial_amplitude), float(offset_amplitude), float(decay_rate_per_s))
+    found = _core.envelope(_input.seconds("time", time), _input.vector("amplitude", amplitude), start)
+    best, error, correlation, rms, converged, steps = found
+    return EnvelopeFit(Envelope(*best), Envelope(*error), np.array(correlation), rms, converged, steps)
+
+
+def fit_waveform(
+    time: ArrayLike,
+    signal: ArrayLike,
+    *,
+    initial_amplitude: float,
+    frequency_hz: float,
+    friction_displacement: float = 0.0,
+    decay_rate_per_s: float = 0.0,
+    phase_rad: float = 0.0,
+    offset: float = 0.0,
+) -> DecayFit:
+    """Fits the exact free decay under viscous and sliding friction to every sample.
+
+    Parameters
+    ----------
+    time : array_like, shape (n,)
+        Times [s], never decreasing.
+    signal : array_like, shape (n,)
+        Displacement in any unit, finite, n >= 7.
+    initial_amplitude, frequency_hz, friction_displacement, decay_rate_per_s, phase_rad, offset : float
+        Where the search begins. The frequency must be right to about half a
+        cycle over the record, the phase to about a radian.
+
+    Returns
+    -------
+    DecayFit
+        Standard errors are those of white noise.
+
+    Raises
+    ------
+    OptionError
+        For arrays of different length, too few samples, values that are not finite.
+    NoAnswerError
+        Where the data do not determine six parameters.
+
+    Examples
+    --------
+    >>> import slipfit
+    >>> swing = slipfit.simulate.decay(frequency_hz=6.4, q_factor=200, friction_displacement=0.002,
+    ...     amplitude=1, duration_s=6, rate_hz=500)
+    >>> fit = slipfit.fit_waveform(swing.time_s, swing.signal,
+    ...     initial_amplitude=0.9, frequency_hz=6.39, decay_rate_per_s=0.2)
+    >>> round(fit.best.friction_displacement, 9)
+    0.002
+    """
+    start = (
+        float(initial_amplitude), float(friction_displacement), float(decay_rate_per_s),
+        float(phase_rad), float(frequency_hz), float(offset),
+    )  # fmt: skip
+    found = _core.waveform(_input.seconds("time", time), _input.vector("signal", signal), start)
+    best, error, correlation, rms, converged, steps = found
+    return DecayFit(Decay(*best), Decay(*error), np.array(correlation), rms, converged, steps)
+
+
+def fit_resonance(
+    frequency: Any,
+    response: Any = None,
+    *,
+    phase_rad: ArrayLike | None = None,
+    std_error: ArrayLike | None = None,
+    drive_amplitude: float | None = None,
+) -> CurveFit:
+    """Fits the exact fundamental with viscous damping and sliding friction to a curve.
+
+    Parameters
+    ----------
+    frequency : array_like, shape (n,), or Curve
+        Frequencies [Hz].
+    response : array_like, shape (n,)
+        Amplitudes or complex responses.
+    phase_rad, std_error : array_like, shape (n,), optional
+        Phases [rad] and standard errors of real amplitudes.
+    drive_amplitude : float, optional
+        Fixes x_0; without it, it is fitted.
+
+    Returns
+    -------
+    CurveFit
+        Start values come from the curve; standard errors are those of white noise.
+
+    Raises
+    ------
+    NoAnswerError
+        Where there is no resonance.
+    OptionError
+        Where an argument cannot be meant.
+
+    Examples
+    --------
+    >>> import numpy as np, slipfit
+    >>> sweep = slipfit.simulate.sweep(np.linspace(0.9, 1.1, 41), frequency_hz=1, q_factor=40,
+    ...     friction_displacement=0.3, drive_amplitude=1)
+    >>> response = sweep["amplitude"] * np.exp(1j * sweep["phase_rad"])
+    >>> fit = slipfit.fit_resonance(sweep["frequency_hz"], response, drive_amplitude=1)
+    >>> round(fit.friction_displacement[0], 6)
+    0.3
+    """
+    curve = _curve(frequency, response, phase_rad=phase_rad, std_error=std_error)
+    values, rms, converged = _core.resonance_fit(curve, _input.number("drive_amplitude", drive_amplitude))
+    hz, delta, x_f, x_0, phase = ((value, error) for value, error in values)
+    return CurveFit(hz, delta, x_f, x_0, phase, rms, converged)

@@ -1,0 +1,214 @@
+"""Maps: a trace in each pixel."""
+
+from __future__ import annotations
+
+import hashlib
+import json
+import os
+import zipfile
+from collections.abc import Callable, Iterator
+from pathlib import Path as FilePath
+from typing import TYPE_CHECKING, Any, Literal
+
+import numpy as np
+from numpy.typing import NDArray
+
+from . import _core, _input
+from ._batch import fit_batch
+from ._input import Path
+
+if TYPE_CHECKING:
+    import xarray as xr
+
+#: Bytes of traces that are held at a time, as doubles.
+_BLOCK = 1 << 26
+
+
+def _unit(column: str, unit: str) -> str:
+    """Unit of a column of the answer."""
+    if column.startswith(("friction_displacement", "initial_amplitude", "residual_rms")):
+        return unit
+    if column.startswith("sliding_rate"):
+        return f"{unit}/s" if unit else "1/s"
+    for ending, known in (("_per_s", "1/s"), ("_hz", "Hz"), ("_s", "s")):
+        if column.endswith(ending):
+            return known
+    return ""
+
+
+def _blocks(shape: tuple[int, ...], samples: int) -> Iterator[tuple[int, int]]:
+    """First and last row of each block."""
+    rows, columns = shape
+    step = max(1, _BLOCK // (8 * max(1, columns * samples)))
+    for first in range(0, rows, step):
+        yield first, min(rows, first + step)
+
+
+def _signature(traces: NDArray[Any], options: dict[str, Any]) -> str:
+    """Tells one block from another: its numbers and everything that changes their answers."""
+    asked = {**options, "dtype": traces.dtype.str, "version": _core.__version__}
+    digest = hashlib.sha256(json.dumps(asked, sort_keys=True).encode())
+    digest.update(np.ascontiguousarray(traces).data)
+    return digest.hexdigest()
+
+
+def _stored(path: FilePath, signature: str) -> dict[str, NDArray[Any]] | None:
+    try:
+        with path.open("rb") as file, np.load(file, allow_pickle=False) as held:
+            if str(held["signature"]) != signature:
+                return None
+            return {name: held[name] for name in held.files if name != "signature"}
+    except (OSError, ValueError, KeyError, EOFError, zipfile.BadZipFile):
+        # Missing, or cut off by whatever ended the last run.
+        return None
+
+
+def _store(path: FilePath, signature: str, found: dict[str, NDArray[Any]]) -> None:
+    part = path.with_suffix(f".{os.getpid()}.part")
+    columns: dict[str, Any] = found
+    with part.open("wb") as file:
+        np.savez(file, signature=np.array(signature), **columns)
+    # As a whole or not at all.
+    part.replace(path)
+
+
+def fit_map(
+    stack: Any,
+    dt: float | None = None,
+    *,
+    axis: int | str | None = None,
+    frequency_hz: float | None = None,
+    min_amplitude: float | None = None,
+    kind: Literal["amplitude", "displacement", "velocity", "acceleration"] = "amplitude",
+    method: Literal["fit", "analyse"] = "fit",
+    unit: str | None = None,
+    resume: Path | None = None,
+    progress: Callable[[int, int], object] | None = None,
+) -> xr.Dataset:
+    """Separates viscous from sliding loss in every pixel of a stack.
+
+    The stack is read block by block, some tens of megabytes at a time: it may
+    be larger than memory.
+
+    Parameters
+    ----------
+    stack : array of shape (y, x, t), in any order of axes
+        A NumPy array or memmap, an h5py or zarr dataset, an xarray DataArray,
+        whose coordinates and unit (``attrs["units"]``) are taken over.
+    dt : float
+        Interval of the samples [s]; of a DataArray with a coordinate of even
+        times it is theirs if not given.
+    axis : int or str, optional
+        The axis of time, by number or, of a DataArray, by name; the last one,
+        or a dimension called ``time`` or ``t``.
+    frequency_hz, min_amplitude, method : optional
+        As for :func:`fit_batch`.
+    kind : str
+        What the samples are: amplitudes, or for ``method="analyse"`` the
+        oscillation as displacement, velocity or acceleration.
+    unit : str, optional
+        Unit of the samples.
+    resume : path, optional
+        A folder for finished blocks. A map that was interrupted takes from
+        there what has the same numbers and options, and computes the rest.
+    progress : callable, optional
+        Called with the number of pixels done and of all, after each block.
+
+    Returns
+    -------
+    xarray.Dataset
+        The columns of :func:`fit_batch` over (y, x), with units.
+
+    Raises
+    ------
+    OptionError
+        For a stack that has not three axes, or an option out of range.
+
+    Examples
+    --------
+    >>> import numpy as np, slipfit
+    >>> t = 0.01 * np.arange(200)
+    >>> friction = np.array([[0.0, 0.1], [0.2, 0.3]])
+    >>> stack = np.exp(-0.5 * t) - friction[..., None] * (1 - np.exp(-0.5 * t)) / 0.5
+    >>> found = slipfit.fit_map(stack, dt=0.01, unit="nm")
+    >>> bool(abs(found["sliding_rate"].values - friction).max() < 1e-9), found["sliding_rate"].attrs["units"]
+    (True, 'nm/s')
+    """
+    import xarray as xr
+
+    labelled = isinstance(stack, xr.DataArray)
+    shape = tuple(getattr(stack, "shape", ()))
+    if len(shape) != 3:
+        raise _input.refuse("stack", f"stack has the shape {shape}: (y, x, t) is needed, in any order")
+    dims = tuple(map(str, stack.dims)) if labelled else ("y", "x")
+    if labelled and axis is None:
+        axis = next((name for name in ("time", "t") if name in dims), None)
+    if isinstance(axis, str):
+        if not labelled or axis not in dims:
+            raise _input.refuse("axis", f"axis={axis!r}: there is no such dimension")
+        axis = dims.index(axis)
+    axis = 2 if axis is None else axis
+    if not -3 <= axis < 3:
+        raise _input.refuse("axis", f"axis={axis}: a stack has the axes 0, 1 and 2")
+    axis %= 3
+    coords: dict[str, Any] = {}
+    if labelled:
+        time_dim = dims[axis]
+        dims = tuple(name for name in dims if name != time_dim)
+        coords = {name: stack.coords[name] for name in dims if name in stack.coords}
+        if dt is None and time_dim in stack.coords:
+            steps = np.diff(_input.seconds("time", stack.coords[time_dim].to_numpy()))
+            if steps.size == 0 or not np.allclose(steps, steps[0], rtol=1e-6, atol=0):
+                raise _input.refuse("dt", f"the coordinate {time_dim!r} is not even: slipfit.fit_batch takes times")
+            dt = float(steps.mean())
+        if unit is None and "units" in stack.attrs:
+            unit = str(stack.attrs["units"])
+    if dt is None:
+        raise _input.refuse("dt", "dt is needed: the interval of the samples [s]")
+    unit = unit or ""
+    column = "amplitude" if kind == "amplitude" else "signal"
+    options: dict[str, Any] = {
+        column: "trace", "dt": dt, "frequency_hz": frequency_hz, "min_amplitude": min_amplitude,
+        "method": method, "unit": unit, "kind": None if kind == "amplitude" else kind,
+    }  # fmt: skip
+    across = tuple(n for i, n in enumerate(shape) if i != axis)
+    samples = shape[axis]
+    folder = None if resume is None else FilePath(os.fspath(resume))
+    if folder is not None:
+        folder.mkdir(parents=True, exist_ok=True)
+    parts: list[dict[str, NDArray[Any]]] = []
+    for first, end in _blocks(across, samples):
+        traces = _traces(stack, axis, first, end)
+        place = None if folder is None else folder / f"rows-{first}-{end}.npz"
+        signature = "" if place is None else _signature(traces, options)
+        found = None if place is None else _stored(place, signature)
+        if found is None:
+            answers = fit_batch(traces, **options)
+            found = {name: answers[name] for name in answers.column_names}
+            if place is not None:
+                _store(place, signature, found)
+        parts.append(found)
+        if progress is not None:
+            progress(end * across[1], across[0] * across[1])
+    if not parts:
+        raise _input.refuse("stack", f"stack has the shape {shape}: it has no pixels")
+    variables = {
+        name: (
+            dims,
+            np.concatenate([part[name] for part in parts]).reshape(across),
+            {"units": _unit(name, unit)} if parts[0][name].dtype.kind == "f" else {},
+        )
+        for name in parts[0]
+    }
+    return xr.Dataset(variables, coords=coords, attrs={"method": method, "slipfit": _core.__version__})
+
+
+def _traces(stack: Any, axis: int, first: int, end: int) -> NDArray[Any]:
+    """The traces of some rows of pixels, one after the other."""
+    # The first axis that is not time is cut.
+    cut: list[slice] = [slice(None)] * 3
+    cut[1 if axis == 0 else 0] = slice(first, end)
+    block = np.moveaxis(np.asarray(stack[tuple(cut)]), axis, -1)
+    if block.dtype.kind not in "fiu":
+        raise _input.refuse("stack", f"stack holds {block.dtype} where real numbers are needed")
+    return block.reshape(-1, block.shape[-1])

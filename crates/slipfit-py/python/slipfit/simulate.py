@@ -1,0 +1,219 @@
+"""Exact motion of an oscillator with viscous and sliding friction.
+
+Noise is left to the caller, who knows the sensor:
+``signal + rms * numpy.random.default_rng(seed).standard_normal(len(signal))``.
+"""
+
+from __future__ import annotations
+
+from typing import Any, Literal
+
+from numpy.typing import ArrayLike
+
+from . import _core, _input
+from ._answers import Table
+
+__all__ = ["decay", "driven", "sweep"]
+
+_OSCILLATOR = """frequency_hz, mass, stiffness : float, optional
+        Undamped frequency [Hz]; or two of it, mass [kg] and stiffness [N/m].
+    q_factor, viscous_coefficient : float, optional
+        Viscous loss as a quality factor or as a coefficient [N s/m].
+    friction_displacement, coulomb_force : float, optional
+        Sliding friction as x_F = F/k, unit of the displacement, or as a force [N].
+    static_displacement, static_force : float, optional
+        Static friction; that of sliding if not given."""
+
+
+def _oscillator(**given: float | None) -> dict[str, float | None]:
+    return {name: _input.number(name, value) for name, value in given.items()}
+
+
+def decay(
+    *,
+    amplitude: float,
+    duration_s: float,
+    rate_hz: float,
+    unit: str = "m",
+    frequency_hz: float | None = None,
+    mass: float | None = None,
+    stiffness: float | None = None,
+    q_factor: float | None = None,
+    viscous_coefficient: float | None = None,
+    friction_displacement: float | None = None,
+    coulomb_force: float | None = None,
+    static_displacement: float | None = None,
+    static_force: float | None = None,
+) -> _core.Record:
+    """A free decay, released at rest.
+
+    Parameters
+    ----------
+    amplitude : float
+        Displacement at the release.
+    duration_s, rate_hz : float
+        Length of the record [s] and samples per second.
+    unit : str
+        Unit of the displacement.
+    {oscillator}
+
+    Returns
+    -------
+    Record
+        Exact to 1e-14 of the amplitude.
+
+    Raises
+    ------
+    OptionError
+        For a value out of range, or an oscillator that is not determined.
+
+    Examples
+    --------
+    >>> import slipfit
+    >>> swing = slipfit.simulate.decay(frequency_hz=1, friction_displacement=0.5,
+    ...     amplitude=9.8, duration_s=10, rate_hz=2)
+    >>> swing.signal[:3].round(6).tolist()  # sliding alone takes 2 x_F each half cycle
+    [9.8, -8.8, 7.8]
+    """
+    oscillator = _oscillator(
+        frequency_hz=frequency_hz, mass=mass, stiffness=stiffness, q_factor=q_factor,
+        viscous_coefficient=viscous_coefficient, friction_displacement=friction_displacement,
+        coulomb_force=coulomb_force, static_displacement=static_displacement, static_force=static_force,
+    )  # fmt: skip
+    time_s, signal = _core.decay(oscillator, float(amplitude), float(duration_s), float(rate_hz))
+    return _core.record_of_arrays(time_s, signal, None, None, unit, "displacement")
+
+
+def driven(
+    *,
+    drive_amplitude: float,
+    duration_s: float,
+    rate_hz: float,
+    drive_frequency_hz: float | None = None,
+    start: Literal["rest", "steady"] = "rest",
+    drive_off_s: float | None = None,
+    unit: str = "m",
+    frequency_hz: float | None = None,
+    mass: float | None = None,
+    stiffness: float | None = None,
+    q_factor: float | None = None,
+    viscous_coefficient: float | None = None,
+    friction_displacement: float | None = None,
+    coulomb_force: float | None = None,
+    static_displacement: float | None = None,
+    static_force: float | None = None,
+) -> _core.Record:
+    """The motion under a harmonic drive of the base, stops included.
+
+    Parameters
+    ----------
+    drive_amplitude : float
+        x_0, in the unit of the displacement; a force is divided by the stiffness.
+    duration_s, rate_hz : float
+        Length of the record [s] and samples per second.
+    drive_frequency_hz : float, optional
+        That of the oscillator if not given [Hz].
+    start : str
+        ``rest``, or ``steady``: the motion has settled.
+    drive_off_s : float, optional
+        The drive is switched off at this instant [s].
+    unit : str
+        Unit of the displacement.
+    {oscillator}
+
+    Returns
+    -------
+    Record
+        Samples of the exact motion.
+
+    Raises
+    ------
+    OptionError
+        For a value out of range, or an oscillator that is not determined.
+
+    Examples
+    --------
+    >>> import slipfit
+    >>> motion = slipfit.simulate.driven(frequency_hz=1, q_factor=20, friction_displacement=0.1,
+    ...     drive_amplitude=1, duration_s=60, rate_hz=50)
+    >>> bool(abs(motion.signal).max() < 20)  # friction keeps it below Q x_0
+    True
+    """
+    if start not in ("rest", "steady"):
+        raise _input.refuse("start", f"start={start!r}: one of rest, steady")
+    oscillator = _oscillator(
+        frequency_hz=frequency_hz, mass=mass, stiffness=stiffness, q_factor=q_factor,
+        viscous_coefficient=viscous_coefficient, friction_displacement=friction_displacement,
+        coulomb_force=coulomb_force, static_displacement=static_displacement, static_force=static_force,
+    )  # fmt: skip
+    time_s, signal = _core.driven(
+        oscillator, float(drive_amplitude), _input.number("drive_frequency_hz", drive_frequency_hz),
+        float(duration_s), float(rate_hz), start == "steady", _input.number("drive_off_s", drive_off_s),
+    )  # fmt: skip
+    return _core.record_of_arrays(time_s, signal, None, None, unit, "displacement")
+
+
+def sweep(
+    frequencies_hz: ArrayLike,
+    *,
+    drive_amplitude: float,
+    wait_s: float | None = None,
+    frequency_hz: float | None = None,
+    mass: float | None = None,
+    stiffness: float | None = None,
+    q_factor: float | None = None,
+    viscous_coefficient: float | None = None,
+    friction_displacement: float | None = None,
+    coulomb_force: float | None = None,
+    static_displacement: float | None = None,
+    static_force: float | None = None,
+) -> Table:
+    """Amplitude and phase of the fundamental over the frequency of the drive.
+
+    Parameters
+    ----------
+    frequencies_hz : array_like, shape (n,)
+        Frequencies of the drive [Hz].
+    drive_amplitude : float
+        x_0, in the unit of the displacement.
+    wait_s : float, optional
+        Time spent at each frequency, one after the other [s]; settled if not given.
+    {oscillator}
+
+    Returns
+    -------
+    Table
+        Columns frequency_hz, amplitude, phase_rad.
+
+    Raises
+    ------
+    OptionError
+        For a value out of range, or an oscillator that is not determined.
+
+    Examples
+    --------
+    >>> import slipfit
+    >>> curve = slipfit.simulate.sweep([0.9, 1.0, 1.1], frequency_hz=1, q_factor=50,
+    ...     drive_amplitude=1)
+    >>> curve["amplitude"].round(3).tolist()
+    [5.24, 50.0, 4.736]
+    """
+    oscillator = _oscillator(
+        frequency_hz=frequency_hz, mass=mass, stiffness=stiffness, q_factor=q_factor,
+        viscous_coefficient=viscous_coefficient, friction_displacement=friction_displacement,
+        coulomb_force=coulomb_force, static_displacement=static_displacement, static_force=static_force,
+    )  # fmt: skip
+    frequencies = _input.vector("frequencies_hz", frequencies_hz)
+    found = _core.sweep(
+        oscillator, float(drive_amplitude), frequencies.tolist(), _input.number("wait_s", wait_s)
+    )
+    return Table(dict(zip(("frequency_hz", "amplitude", "phase_rad"), found)))
+
+
+def _described(*functions: Any) -> None:
+    for function in functions:
+        if function.__doc__ is not None:  # python -OO takes docs away
+            function.__doc__ = function.__doc__.replace("{oscillator}", _OSCILLATOR)
+
+
+_described(decay, driven, sweep)

@@ -1,0 +1,300 @@
+//! Batches: tables come in and go out by Arrow's C interface in capsules of Python.
+
+use crate::answer::RingdownChoices;
+use crate::capsule::{export_schema, export_stream, import};
+use crate::failure::{Failure, option_error};
+use crate::interrupt::interruptible_until;
+use arrow_array::cast::AsArray;
+use arrow_array::types::{Float64Type, Int64Type};
+use arrow_array::{RecordBatch, RecordBatchReader};
+use arrow_schema::{ArrowError, DataType, Schema, SchemaRef};
+use numpy::PyArray1;
+use pyo3::IntoPyObjectExt;
+use pyo3::exceptions::{PyKeyError, PyStopIteration};
+use pyo3::prelude::*;
+use pyo3::types::PyCapsule;
+use slipfit::SignalKind;
+use slipfit_batch::{Clock, Error, Method, Number, Options, Signal, fit_batch_until};
+use std::sync::atomic::AtomicBool;
+use std::sync::{Arc, Mutex, PoisonError};
+
+/// A table of answers.
+#[pyclass(frozen, module = "slipfit")]
+pub(crate) struct ArrowTable {
+    schema: SchemaRef,
+    batches: Vec<RecordBatch>,
+}
+
+#[pymethods]
+impl ArrowTable {
+    /// The table as a stream of Arrow's C interface.
+    #[pyo3(signature = (requested_schema=None))]
+    fn __arrow_c_stream__<'py>(
+        &self,
+        py: Python<'py>,
+        requested_schema: Option<Bound<'py, PyAny>>,
+    ) -> PyResult<Bound<'py, PyCapsule>> {
+        // What is asked for is a wish, and these types are the answer's own.
+        drop(requested_schema);
+        let batches: Vec<_> = self.batches.iter().cloned().map(Ok).collect();
+        let reader = arrow_array::RecordBatchIterator::new(batches, Arc::clone(&self.schema));
+        export_stream(py, Box::new(reader))
+    }
+
+    /// The types of the columns by Arrow's C interface.
+    fn __arrow_c_schema__<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyCapsule>> {
+        export_schema(py, &self.schema)
+    }
+
+    fn __len__(&self) -> usize {
+        self.batches.iter().map(RecordBatch::num_rows).sum()
+    }
+
+    #[getter]
+    fn column_names(&self) -> Vec<String> {
+        self.schema.fields().iter().map(|field| field.name().clone()).collect()
+    }
+
+    /// A column of the answer: numbers as an array, in which null is NaN, texts as a list.
+    fn column<'py>(&self, py: Python<'py>, name: &str) -> PyResult<Bound<'py, PyAny>> {
+        let index = self.schema.index_of(name).map_err(|_| PyKeyError::new_err(name.to_owned()))?;
+        let parts = || self.batches.iter().map(move |batch| batch.column(index));
+        match self.schema.field(index).data_type() {
+            DataType::Float64 => {
+                let values = parts().flat_map(|part| part.as_primitive::<Float64Type>().iter());
+                let values: Vec<f64> = values.map(|v| v.unwrap_or(f64::NAN)).collect();
+                PyArray1::from_vec(py, values).into_bound_py_any(py)
+            }
+            DataType::Int64 => {
+                let values = parts().flat_map(|part| part.as_primitive::<Int64Type>().iter());
+                PyArray1::from_iter(py, values.map(Option::unwrap_or_default)).into_bound_py_any(py)
+            }
+            DataType::Boolean => {
+                let values = parts().flat_map(|part| part.as_boolean().iter());
+                PyArray1::from_iter(py, values.map(Option::unwrap_or_default)).into_bound_py_any(py)
+            }
+            DataType::Utf8 => {
+                let values = parts().flat_map(|part| part.as_string::<i32>().iter());
+                values.collect::<Vec<Option<&str>>>().into_bound_py_any(py)
+            }
+            other => {
+                let message =
+                    format!("the column `{name}` was kept as it came ({other}); to_pyarrow() has it");
+                Err(option_error(py, "name", message))
+            }
+        }
+    }
+}
+
+/// Answers to the batches of a stream, one after the other, each computed when it is asked for.
+#[pyclass(frozen, module = "slipfit")]
+pub(crate) struct ArrowStream {
+    schema: SchemaRef,
+    /// `None` once it has been handed on.
+    answers: Mutex<Option<Answers>>,
+}
+
+/// The batches of a source, answered.
+struct Answers {
+    source: Box<dyn RecordBatchReader + Send>,
+    options: Options,
+    schema: SchemaRef,
+}
+
+impl Answers {
+    fn answer(&mut self, cancelled: &AtomicBool) -> Option<Result<RecordBatch, Error>> {
+        let batch = self.source.next()?;
+        Some(batch.map_err(Error::from).and_then(|batch| fit_batch_until(&batch, &self.options, cancelled)))
+    }
+}
+
+impl Iterator for Answers {
+    type Item = Result<RecordBatch, ArrowError>;
+
+    fn next(&mut self) -> Option<Self::Item> {
+        let answer = self.answer(&AtomicBool::new(false))?;
+        Some(answer.map_err(|error| ArrowError::ExternalError(Box::new(error))))
+    }
+}
+
+impl RecordBatchReader for Answers {
+    fn schema(&self) -> SchemaRef {
+        Arc::clone(&self.schema)
+    }
+}
+
+impl ArrowStream {
+    fn take(&self) -> Option<Answers> {
+        self.answers.lock().unwrap_or_else(PoisonError::into_inner).take()
+    }
+}
+
+#[pymethods]
+impl ArrowStream {
+    /// The answers as a stream of Arrow's C interface; they are read once.
+    #[pyo3(signature = (requested_schema=None))]
+    fn __arrow_c_stream__<'py>(
+        &self,
+        py: Python<'py>,
+        requested_schema: Option<Bound<'py, PyAny>>,
+    ) -> PyResult<Bound<'py, PyCapsule>> {
+        drop(requested_schema);
+        let answers = self.take().ok_or_else(|| option_error(py, "table", "the stream has been read"))?;
+        export_stream(py, Box::new(answers))
+    }
+
+    /// The types of the columns by Arrow's C interface.
+    fn __arrow_c_schema__<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyCapsule>> {
+        export_schema(py, &self.schema)
+    }
+
+    #[getter]
+    fn column_names(&self) -> Vec<String> {
+        self.schema.fields().iter().map(|field| field.name().clone()).collect()
+    }
+
+    /// The answers to the next batch.
+    fn next_batch(&self, py: Python<'_>) -> PyResult<ArrowTable> {
+        let Some(mut answers) = self.take() else { return Err(PyStopIteration::new_err(())) };
+        let (answers, found) = interruptible_until(py, move |cancelled| {
+            let found = answers.answer(cancelled);
+            (answers, found)
+        })?;
+        match found {
+            None => Err(PyStopIteration::new_err(())),
+            Some(found) => {
+                *self.answers.lock().unwrap_or_else(PoisonError::into_inner) = Some(answers);
+                let batch = found.map_err(|error| batch_error(py, error))?;
+                Ok(ArrowTable { schema: batch.schema(), batches: vec![batch] })
+            }
+        }
+    }
+}
+
+fn batch_error(py: Python<'_>, error: Error) -> PyErr {
+    let message = error.to_string();
+    match error {
+        Error::NoColumn { name, .. } => {
+            Failure::new(py, "OptionError", "no_column", message).with("column", name).into_error()
+        }
+        Error::ColumnType { name, .. } => {
+            Failure::new(py, "OptionError", "column_type", message).with("column", name).into_error()
+        }
+        Error::Option { option, .. } => option_error(py, option, message),
+        _ => Failure::new(py, "SlipfitError", "arrow", message).into_error(),
+    }
+}
+
+/// A number for all rows, or the name of a column.
+#[derive(FromPyObject)]
+pub(crate) enum PerRow {
+    #[pyo3(transparent)]
+    Same(f64),
+    #[pyo3(transparent)]
+    Column(String),
+}
+
+impl From<PerRow> for Number {
+    fn from(number: PerRow) -> Self {
+        match number {
+            PerRow::Same(value) => Self::Same(value),
+            PerRow::Column(name) => Self::Column(name),
+        }
+    }
+}
+
+/// What is in the table and how it is fitted.
+#[derive(FromPyObject)]
+#[pyo3(from_item_all)]
+pub(crate) struct BatchChoices {
+    amplitude: Option<String>,
+    x: Option<String>,
+    y: Option<String>,
+    signal: Option<String>,
+    kind: Option<String>,
+    dt: Option<PerRow>,
+    time: Option<String>,
+    frequency_hz: Option<PerRow>,
+    min_amplitude: Option<PerRow>,
+    method: String,
+    unit: String,
+    keep: Vec<String>,
+    ringdown: RingdownChoices,
+}
+
+impl BatchChoices {
+    fn options(self, py: Python<'_>) -> PyResult<Options> {
+        let wrong = |option, message: &str| Err(option_error(py, option, message));
+        let method = match self.method.as_str() {
+            "fit" => Method::Fit,
+            "analyse" => Method::Analyse,
+            other => return wrong("method", &format!("method={other:?}: one of fit, analyse")),
+        };
+        let signal = match (self.amplitude, self.x, self.y, self.signal) {
+            (Some(name), None, None, None) => Signal::Amplitude(name),
+            (None, Some(x), Some(y), None) => Signal::LockIn(x, y),
+            (None, None, None, Some(name)) => {
+                let kind = match self.kind.as_deref() {
+                    None | Some("displacement") => SignalKind::Displacement,
+                    Some("velocity") => SignalKind::Velocity,
+                    Some("acceleration") => SignalKind::Acceleration,
+                    Some(other) => {
+                        let message = format!("kind={other:?}: one of displacement, velocity, acceleration");
+                        return wrong("kind", &message);
+                    }
+                };
+                Signal::Oscillation(name, kind)
+            }
+            _ => {
+                let message = "name the columns of the traces: amplitude=…, or x=… and y=…, or signal=…";
+                return wrong("amplitude", message);
+            }
+        };
+        let clock = match (self.dt, self.time) {
+            (Some(dt), None) => Clock::Interval(dt.into()),
+            (None, Some(name)) => Clock::Times(name),
+            _ => return wrong("dt", "one of dt=… [s], a number or a column, and time=…, a column of lists"),
+        };
+        let mut options = Options::new(signal, clock, method);
+        options.frequency_hz = self.frequency_hz.map(Into::into);
+        options.min_amplitude = self.min_amplitude.map(Into::into);
+        options.unit = self.unit;
+        options.keep = self.keep;
+        options.ringdown = self.ringdown.options(py)?;
+        Ok(options)
+    }
+}
+
+/// The source and what its answers look like.
+fn answers(py: Python<'_>, table: &Bound<'_, PyAny>, choices: BatchChoices) -> PyResult<Answers> {
+    let options = choices.options(py)?;
+    let source = import(table)?;
+    let schema: Schema = slipfit_batch::schema(&source.schema(), &options).map_err(|e| batch_error(py, e))?;
+    Ok(Answers { source, options, schema: Arc::new(schema) })
+}
+
+/// Fits every trace of a table.
+#[pyfunction]
+pub(crate) fn fit_batch(
+    py: Python<'_>,
+    table: &Bound<'_, PyAny>,
+    choices: BatchChoices,
+) -> PyResult<ArrowTable> {
+    let mut answers = answers(py, table, choices)?;
+    let schema = Arc::clone(&answers.schema);
+    let batches = interruptible_until(py, move |cancelled| {
+        std::iter::from_fn(|| answers.answer(cancelled)).collect::<Result<Vec<_>, _>>()
+    })?;
+    Ok(ArrowTable { schema, batches: batches.map_err(|error| batch_error(py, error))? })
+}
+
+/// Fits the traces of a stream as they come.
+#[pyfunction]
+pub(crate) fn fit_stream(
+    py: Python<'_>,
+    table: &Bound<'_, PyAny>,
+    choices: BatchChoices,
+) -> PyResult<ArrowStream> {
+    let answers = answers(py, table, choices)?;
+    Ok(ArrowStream { schema: Arc::clone(&answers.schema), answers: Mutex::new(Some(answers)) })
+}

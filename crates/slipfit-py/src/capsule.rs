@@ -1,0 +1,74 @@
+//! Arrow's C interface in capsules of Python: the one place with raw pointers.
+//!
+//! <https://arrow.apache.org/docs/format/CDataInterface/PyCapsuleInterface.html>
+#![allow(unsafe_code, reason = "a capsule is a pointer; what it points to is Arrow's C interface")]
+
+use crate::failure::{Failure, option_error};
+use arrow_array::ffi::{FFI_ArrowArray, FFI_ArrowSchema, from_ffi};
+use arrow_array::ffi_stream::{FFI_ArrowArrayStream, RecordBatchStreamReader};
+use arrow_array::{RecordBatch, RecordBatchIterator, RecordBatchReader, StructArray};
+use arrow_schema::{ArrowError, DataType, Schema};
+use pyo3::prelude::*;
+use pyo3::types::PyCapsule;
+
+/// The batches of anything that exports a stream or an array.
+pub(crate) fn import(table: &Bound<'_, PyAny>) -> PyResult<Box<dyn RecordBatchReader + Send>> {
+    let py = table.py();
+    let arrow = |error: ArrowError| {
+        Failure::new(py, "OptionError", "arrow", format!("the table cannot be taken: {error}")).into_error()
+    };
+    if table.hasattr("__arrow_c_stream__")? {
+        let capsule = table.call_method0("__arrow_c_stream__")?.cast_into::<PyCapsule>()?;
+        let pointer = capsule.pointer_checked(Some(c"arrow_array_stream"))?;
+        // SAFETY: a capsule of this name holds such a stream, says the interface. It is moved out; an
+        // empty one is left for the capsule to release.
+        let reader = unsafe { RecordBatchStreamReader::from_raw(pointer.cast().as_ptr()) };
+        return Ok(Box::new(reader.map_err(arrow)?));
+    }
+    if table.hasattr("__arrow_c_array__")? {
+        let (schema, array): (Bound<'_, PyCapsule>, Bound<'_, PyCapsule>) =
+            table.call_method0("__arrow_c_array__")?.extract()?;
+        let schema = schema.pointer_checked(Some(c"arrow_schema"))?;
+        let array = array.pointer_checked(Some(c"arrow_array"))?;
+        // SAFETY: capsules of these names hold an array and its schema, says the interface. The array
+        // is moved out, an empty one left; the schema is only looked at, while its capsule lives.
+        let data = unsafe {
+            let array = FFI_ArrowArray::from_raw(array.cast().as_ptr());
+            from_ffi(array, schema.cast::<FFI_ArrowSchema>().as_ref())
+        }
+        .map_err(arrow)?;
+        if !matches!(data.data_type(), DataType::Struct(_)) {
+            let message =
+                format!("the table is a column of {}; columns with names are needed", data.data_type());
+            return Err(option_error(py, "table", message));
+        }
+        let batch = RecordBatch::from(StructArray::from(data));
+        let schema = batch.schema();
+        return Ok(Box::new(RecordBatchIterator::new([Ok(batch)], schema)));
+    }
+    let kind = table.get_type().qualname()?;
+    Err(option_error(
+        py,
+        "table",
+        format!(
+            "table is a {kind}, which does not export Arrow's C interface (__arrow_c_stream__); pyarrow.table, \
+             polars.DataFrame and others do"
+        ),
+    ))
+}
+
+/// A stream for others to read.
+pub(crate) fn export_stream<'py>(
+    py: Python<'py>,
+    reader: Box<dyn RecordBatchReader + Send>,
+) -> PyResult<Bound<'py, PyCapsule>> {
+    // Released when it is dropped, unless its reader has taken it.
+    PyCapsule::new_with_value(py, FFI_ArrowArrayStream::new(reader), c"arrow_array_stream")
+}
+
+/// A schema for others to read.
+pub(crate) fn export_schema<'py>(py: Python<'py>, schema: &Schema) -> PyResult<Bound<'py, PyCapsule>> {
+    let schema = FFI_ArrowSchema::try_from(schema)
+        .map_err(|error| Failure::new(py, "SlipfitError", "arrow", error.to_string()).into_error())?;
+    PyCapsule::new_with_value(py, schema, c"arrow_schema")
+}

@@ -1,0 +1,39 @@
+//! The Python extension `slipfit._core`: conversions between Python and the libraries.
+//!
+//! The package in `python/slipfit` is what people import; it has the signatures, the docs and the
+//! types. Nothing is computed here.
+
+mod answer;
+mod arrays;
+mod batch;
+mod capsule;
+mod failure;
+mod fits;
+mod interrupt;
+mod reading;
+mod simulate;
+
+/// Conversions between Python and the libraries.
+#[pyo3::pymodule(gil_used = false)]
+mod _core {
+    #[pymodule_export]
+    use crate::answer::{
+        Answer, levels_answer, parameter_names, resonance_answer, ringdown_answer, series_answer,
+    };
+    #[pymodule_export]
+    use crate::batch::{ArrowStream, ArrowTable, fit_batch, fit_stream};
+    #[pymodule_export]
+    use crate::fits::{curve, envelope, waveform};
+    #[pymodule_export]
+    use crate::reading::{
+        Curve, Levels, Record, curve_of_arrays, levels_of_arrays, read_curve, read_levels, read_record,
+        record_of_arrays,
+    };
+    #[pymodule_export]
+    use crate::simulate::{decay, driven, sweep};
+
+    /// Version of slipfit.
+    #[pymodule_export]
+    #[allow(non_upper_case_globals, reason = "Python's name for it")]
+    const __version__: &str = env!("CARGO_PKG_VERSION");
+}

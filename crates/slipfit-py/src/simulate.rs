@@ -1,0 +1,150 @@
+//! Exact motion.
+
+use crate::failure::{core_error, option_error};
+use crate::interrupt::interruptible;
+use numpy::{IntoPyArray, PyArray1};
+use pyo3::prelude::*;
+use slipfit::answer::hint::Analysis;
+use slipfit::motion::decay::FreeDecay;
+use slipfit::motion::simulate::{Drive, Motion};
+use slipfit::motion::steady::scan::{self, Reading};
+use slipfit::motion::steady::{HarmonicDrive, solve};
+use slipfit::{Error, Oscillator};
+use std::f64::consts::TAU;
+
+type Array<'py> = Bound<'py, PyArray1<f64>>;
+
+/// More samples than any record is made of.
+const MOST_SAMPLES: f64 = 1e9;
+
+/// An oscillator as the core's builder takes it.
+#[derive(FromPyObject)]
+#[pyo3(from_item_all)]
+pub(crate) struct OscillatorChoices {
+    frequency_hz: Option<f64>,
+    mass: Option<f64>,
+    stiffness: Option<f64>,
+    q_factor: Option<f64>,
+    viscous_coefficient: Option<f64>,
+    friction_displacement: Option<f64>,
+    coulomb_force: Option<f64>,
+    static_displacement: Option<f64>,
+    static_force: Option<f64>,
+}
+
+impl OscillatorChoices {
+    fn build(self) -> Result<Oscillator, Error> {
+        let mut builder = Oscillator::builder();
+        macro_rules! set {
+            ($($name:ident),+) => {
+                $(if let Some(value) = self.$name {
+                    builder = builder.$name(value);
+                })+
+            };
+        }
+        set!(frequency_hz, mass, stiffness, q_factor, viscous_coefficient, friction_displacement);
+        set!(coulomb_force, static_displacement, static_force);
+        builder.build()
+    }
+}
+
+/// Times from zero to the duration, both included.
+fn times(py: Python<'_>, duration_s: f64, rate_hz: f64) -> PyResult<Vec<f64>> {
+    for (name, value) in [("duration_s", duration_s), ("rate_hz", rate_hz)] {
+        if !(value > 0.0 && value.is_finite()) {
+            return Err(option_error(py, name, format!("{name} = {value} is outside the positive numbers")));
+        }
+    }
+    let rows = (duration_s * rate_hz).floor() + 1.0;
+    if rows > MOST_SAMPLES {
+        let message = format!("{rows:.0} samples asked for, at most {MOST_SAMPLES:.0} are made");
+        return Err(option_error(py, "duration_s", message));
+    }
+    Ok((0..rows as u64).map(|i| i as f64 / rate_hz).collect())
+}
+
+/// Runs a simulation without the interpreter's lock.
+fn simulated<T: Send + 'static>(
+    py: Python<'_>,
+    work: impl FnOnce() -> Result<T, Error> + Send + 'static,
+) -> PyResult<T> {
+    interruptible(py, work)?.map_err(|error| core_error(py, Analysis::Ringdown, &error))
+}
+
+/// Samples of a free decay, released at rest.
+#[pyfunction]
+pub(crate) fn decay<'py>(
+    py: Python<'py>,
+    oscillator: OscillatorChoices,
+    amplitude: f64,
+    duration_s: f64,
+    rate_hz: f64,
+) -> PyResult<(Array<'py>, Array<'py>)> {
+    let time_s = times(py, duration_s, rate_hz)?;
+    let (time_s, signal) = simulated(py, move || {
+        let decay = FreeDecay::from_rest(&oscillator.build()?, amplitude)?;
+        let signal: Vec<f64> = time_s.iter().map(|&t| decay.displacement(t)).collect();
+        Ok((time_s, signal))
+    })?;
+    Ok((time_s.into_pyarray(py), signal.into_pyarray(py)))
+}
+
+/// Samples of the motion under a harmonic drive.
+#[pyfunction]
+#[allow(clippy::too_many_arguments, reason = "keyword arguments of a simulation")]
+pub(crate) fn driven<'py>(
+    py: Python<'py>,
+    oscillator: OscillatorChoices,
+    drive_amplitude: f64,
+    drive_frequency_hz: Option<f64>,
+    duration_s: f64,
+    rate_hz: f64,
+    steady: bool,
+    drive_off_s: Option<f64>,
+) -> PyResult<(Array<'py>, Array<'py>)> {
+    let time_s = times(py, duration_s, rate_hz)?;
+    let (time_s, signal) = simulated(py, move || {
+        let oscillator = oscillator.build()?;
+        let omega = TAU * drive_frequency_hz.unwrap_or(oscillator.frequency_hz());
+        let (position, velocity) = if steady {
+            solve(&oscillator, &HarmonicDrive::new(drive_amplitude, omega)?)?.state.state(0.0)
+        } else {
+            (0.0, 0.0)
+        };
+        let mut drive = Drive::harmonic(drive_amplitude, omega)?;
+        drive.check_sampling(rate_hz)?;
+        if let Some(off_s) = drive_off_s {
+            drive = drive.until(off_s)?;
+        }
+        let mut motion = Motion::new(&oscillator, drive, 0.0, position, velocity)?;
+        let mut signal = vec![0.0; time_s.len()];
+        motion.fill(&time_s, &mut signal)?;
+        Ok((time_s, signal))
+    })?;
+    Ok((time_s.into_pyarray(py), signal.into_pyarray(py)))
+}
+
+/// Frequency, amplitude and phase of a sweep.
+#[pyfunction]
+#[allow(clippy::type_complexity, reason = "three arrays")]
+pub(crate) fn sweep<'py>(
+    py: Python<'py>,
+    oscillator: OscillatorChoices,
+    drive_amplitude: f64,
+    frequency_hz: Vec<f64>,
+    wait_s: Option<f64>,
+) -> PyResult<(Array<'py>, Array<'py>, Array<'py>)> {
+    let readings: Vec<Reading> = simulated(py, move || {
+        let oscillator = oscillator.build()?;
+        match wait_s {
+            Some(wait_s) => {
+                let steps: Vec<_> = frequency_hz.iter().map(|f| (drive_amplitude, *f)).collect();
+                let friction = slipfit::motion::simulate::Friction::of(&oscillator);
+                scan::stepped(&oscillator, friction, &steps, wait_s)
+            }
+            None => frequency_hz.iter().map(|f| scan::reading(&oscillator, drive_amplitude, *f)).collect(),
+        }
+    })?;
+    let column = |of: fn(&Reading) -> f64| readings.iter().map(of).collect::<Vec<_>>().into_pyarray(py);
+    Ok((column(|r| r.frequency_hz), column(Reading::amplitude), column(|r| r.fundamental.arg())))
+}

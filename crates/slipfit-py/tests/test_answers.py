@@ -1,0 +1,221 @@
+"""Answers are objects with everything in them."""
+
+import copy
+import inspect
+import json
+import math
+import pickle
+
+import numpy as np
+import pytest
+import slipfit
+from slipfit import _core
+
+
+def test_a_known_friction_is_found(answer):
+    x_f = answer.parameters.friction_displacement
+    assert abs(x_f.value - 0.002) < 4 * x_f.std_error
+    assert x_f.interval_95[0] < x_f.value < x_f.interval_95[1]
+    assert x_f.unit == "rad"
+    assert float(x_f) == x_f.value
+    assert answer.sliding.detected
+    assert answer.sliding["detected"] is True
+    assert answer.model == "viscous+sliding"
+    assert answer.preferred_model == "viscous+sliding"
+    assert -1 <= answer.correlation("decay_rate_per_s", "friction_displacement") <= 1
+    assert answer.correlation("decay_rate_per_s", "slope") is None
+
+
+def test_parameters_are_items_and_attributes(answer):
+    parameters = answer.parameters
+    assert parameters["q_factor"] == parameters.q_factor
+    assert list(parameters) == list(answer.to_dict()["parameters"])
+    assert "q_factor" in dir(parameters)
+    with pytest.raises(AttributeError, match="no parameter 'slope'.*friction_displacement"):
+        parameters.slope
+    with pytest.raises(KeyError):
+        parameters["slope"]
+
+
+def test_typed_names_are_all_parameters():
+    assert set(slipfit.Parameters.__annotations__) == set(_core.parameter_names())
+
+
+def test_infinite_values_stay_infinite():
+    """JSON has null for them."""
+    record = slipfit.simulate.decay(
+        frequency_hz=1, friction_displacement=0.01, amplitude=1, duration_s=30, rate_hz=40
+    )
+    noise = 1e-3 * np.random.default_rng(3).standard_normal(len(record))
+    answer = slipfit.ringdown(record.time_s, record.signal + noise)
+    data = answer.to_dict()["parameters"]
+    lost = [name for name, q in data.items() if None in (q["value"], q["std_error"], *q["interval_95"])]
+    for name in lost:
+        q = answer.parameters[name]
+        assert any(math.isinf(v) for v in (q.value, q.std_error, *q.interval_95)), name
+    assert lost, "a decay without viscous loss has an unbounded quality factor"
+
+
+def test_columns_are_arrays(answer):
+    envelope = answer.envelope
+    assert envelope["used"].dtype == bool
+    assert envelope.amplitude.dtype == np.float64
+    assert len({len(column) for column in envelope.values()}) == 1
+    assert np.nanmax(np.abs(envelope.fitted - envelope.amplitude)[envelope.used]) < 5e-3
+    assert 0 < envelope.used.sum() < len(envelope.used)
+    assert answer.loss.amplitude.shape == answer.loss.fitted.shape
+    comparison = answer.comparison
+    assert comparison.model[0] == "viscous+sliding"
+    assert comparison.delta_bic[0] == 0
+    with pytest.raises(AttributeError, match="no column 'nothing'"):
+        comparison.nothing
+
+
+def test_the_fit_follows_the_samples(answer, swing):
+    fit = answer.fit
+    within = np.isfinite(fit["fitted"])
+    assert within.sum() >= answer.segment.samples
+    np.testing.assert_array_equal(fit["time_s"], swing[0])
+    np.testing.assert_array_equal(fit["signal"], swing[1])
+    # White noise of 5e-4; the standard error of its estimate is below 3 % of it.
+    assert abs(np.std((fit["signal"] - fit["fitted"])[within]) / 5e-4 - 1) < 0.1
+    fit["signal"][:] = 0
+    assert answer.fit["signal"].any(), "arrays are the caller's own"
+
+
+def test_json_is_the_contract(answer, root):
+    schema = json.loads((root / "docs/schema/ringdown-1.json").read_text())
+    data = answer.to_dict()
+    assert data["schema"] == "slipfit/ringdown-1"
+    assert set(schema["required"]) <= set(data)
+
+
+@pytest.mark.parametrize("name", ["ringdown", "resonance", "levels"])
+def test_keywords_are_the_options_of_the_core(name, root):
+    schema = json.loads((root / f"docs/schema/{name}-1.json").read_text())
+    text = json.dumps(schema["properties"]["options"])
+    options = schema["$defs"][text.split("#/$defs/")[1].split('"')[0]]["properties"]
+    keywords = {
+        n for n, p in inspect.signature(getattr(slipfit, name)).parameters.items() if p.kind == p.KEYWORD_ONLY
+    }
+    assert set(options) - {"calibration"} <= keywords
+    assert {"stiffness", "mass", "torsion_stiffness", "inertia"} <= keywords
+
+
+def test_an_answer_is_printed_and_shown(answer):
+    text = str(answer)
+    assert text.startswith("Sliding friction carries")
+    assert "friction displacement   x_F" in text
+    assert "\x1b" not in text
+    assert answer.sentence.split()[0] == text.split()[0]
+    assert repr(answer) == f"<RingdownAnswer: {answer.sentence}>"
+    page = answer._repr_html_()
+    assert page.startswith("<div") and "friction displacement" in page
+    assert answer.to_svg().startswith("<svg") or answer.to_svg().startswith("<?xml")
+    assert "time_s,amplitude" in answer.to_csv()
+
+
+def test_answers_are_copied_pickled_and_compared(answer, swing):
+    again = slipfit.ringdown(*swing, unit="rad")
+    other = slipfit.ringdown(*swing, unit="mrad")
+    assert answer == again and hash(answer) == hash(again)
+    assert answer != other and answer != "an answer"
+    for same in (copy.copy(answer), copy.deepcopy(answer), pickle.loads(pickle.dumps(answer))):
+        assert same == answer
+        assert type(same) is slipfit.RingdownAnswer
+        assert same.parameters == answer.parameters
+        assert str(same) == str(answer)
+        np.testing.assert_array_equal(same.fit["fitted"], answer.fit["fitted"])
+        assert same.warnings == answer.warnings
+    # And once more from what has no live answer behind it.
+    assert pickle.loads(pickle.dumps(pickle.loads(pickle.dumps(answer)))) == answer
+    for part in (answer.parameters, answer.sliding, answer.comparison):
+        assert str(pickle.loads(pickle.dumps(part))) == str(part)
+
+
+def test_warnings_have_codes_and_hints_in_python():
+    time = np.arange(0, 20, 0.01)
+    two = np.exp(-0.1 * time) * np.cos(2 * np.pi * 3 * time) + 0.3 * np.exp(-0.1 * time) * np.cos(
+        2 * np.pi * 7.3 * time
+    )
+    noise = 1e-3 * np.random.default_rng(4).standard_normal(len(time))
+    answer = slipfit.ringdown(time, two + noise)
+    warning = next(w for w in answer.warnings if w.code == "several_modes")
+    (hint,) = [h for h in warning.hints if h.option == "band_hz"]
+    assert isinstance(hint.value, tuple) and hint.value[0] < 3 < hint.value[1] < 7.3
+    assert hint.text.startswith("band_hz=(")
+    assert "--" not in str(warning) and str(warning) in str(answer).replace("\n         ", " ")
+    # The value of the hint can be given as it is.
+    alone = slipfit.ringdown(time, two + noise, **{hint.option: hint.value})
+    assert abs(alone.parameters.frequency_hz.value - 3) < 0.01
+
+
+def test_parameters_as_a_dataframe(answer):
+    pandas = pytest.importorskip("pandas")
+    frame = answer.to_dataframe()
+    assert isinstance(frame, pandas.DataFrame)
+    assert frame.loc["friction_displacement", "value"] == answer.parameters.friction_displacement.value
+    assert len(answer.comparison.to_dataframe()) == len(answer.comparison.model)
+
+
+def test_answers_are_drawn(answer, sweep):
+    matplotlib = pytest.importorskip("matplotlib")
+    matplotlib.use("Agg")
+    import matplotlib.pyplot as plt
+
+    _, ax = plt.subplots()
+    assert answer.plot(ax) == [ax]
+    assert ax.get_xlabel() == "time [s]" and ax.get_ylabel() == "amplitude [rad]"
+    assert len(answer.plot()) == 4
+    curve = slipfit.resonance(*sweep, drive_amplitude=1.0, unit="mm")
+    assert len(curve.plot()) == 2
+    drive = np.arange(0.1, 1.3, 0.1)
+    levels = slipfit.levels(drive, np.maximum(40 * (drive - 0.35), 0) + 0.02 * (np.arange(12) * 7 % 5))
+    assert len(levels.plot()) == 1
+    for number in plt.get_fignums():
+        plt.figure(number).canvas.draw()
+    plt.close("all")
+
+
+def test_resonance_with_phases(sweep):
+    answer = slipfit.resonance(*sweep, drive_amplitude=1.0, unit="mm")
+    x_f = answer.parameters.friction_displacement
+    assert abs(x_f.value - 0.3) < 4 * x_f.std_error + 1e-3
+    assert (answer.method, answer.drive_source) == ("exact", "known")
+    assert answer.curve.phase_rad.shape == (81,)
+    assert answer.fit["frequency_hz"][0] == pytest.approx(0.9)
+    assert answer.instrument.delay_s is None or answer.instrument["delay_s"]
+    amplitudes = slipfit.resonance(sweep[0], np.abs(sweep[1]), phase_rad=np.angle(sweep[1]), drive_amplitude=1.0)
+    assert amplitudes.parameters.friction_displacement.value == pytest.approx(x_f.value, rel=1e-6)
+    assert slipfit.resonance(*sweep, reference=None, method="paper", drive_amplitude=1).method == "paper"
+
+
+def test_levels_find_the_threshold():
+    drive = np.arange(0.1, 1.3, 0.1)
+    amplitude = np.maximum(40 * (drive - 0.35), 0) + 0.02 * (np.arange(12) * 7 % 5)
+    answer = slipfit.levels(drive, amplitude, unit="mm", drive_unit="mm", frequency_hz=3)
+    assert abs(answer.parameters.threshold.value - 0.35) < 0.01
+    assert answer.detected and answer.p_value < 0.01
+    assert answer.levels.moving.sum() >= 8
+    assert answer.breakaway.moving_from == pytest.approx(0.4)
+    assert "decay_rate_per_s" in answer.parameters
+
+
+def test_a_series_compares_ringdown_and_resonance(swing):
+    pytest.importorskip("pandas")
+    record = slipfit.read(np_bytes(swing), "swing.npy", time=1, signal=2, unit="rad")
+    answer = slipfit.series([slipfit.Measurement(record, "10 N", value=10)], condition="load")
+    assert answer.table[0].condition == "10 N"
+    assert answer.measurements[0].name == "swing.npy"
+    frame = answer.to_dataframe()
+    assert set(frame["by"]) >= {"ringdown"}
+    assert pickle.loads(pickle.dumps(answer)) == answer
+
+
+def np_bytes(columns):
+    """The bytes of an NPY file."""
+    import io
+
+    held = io.BytesIO()
+    np.save(held, np.column_stack(columns))
+    return held.getvalue()

@@ -1,0 +1,210 @@
+"""Batches: one row of answer for each trace, from any table with Arrow's C interface."""
+
+import numpy as np
+import pytest
+import slipfit
+from conftest import ends_at_a_signal
+from hypothesis import given, settings
+from hypothesis import strategies as st
+
+pa = pytest.importorskip("pyarrow")
+
+DT = 0.01
+TIME = DT * np.arange(300)
+
+
+def decays(count, noise=0.0):
+    """Rates of sliding and viscous loss, and the amplitudes they leave."""
+    random = np.random.default_rng(7)
+    sliding, delta = random.uniform(0, 0.2, (count, 1)), random.uniform(0.2, 1.0, (count, 1))
+    fall = np.exp(-delta * TIME)
+    traces = fall - sliding * (1 - fall) / delta + noise * random.standard_normal((count, len(TIME)))
+    return sliding[:, 0], delta[:, 0], traces
+
+
+def lists(traces, kind=None):
+    kind = kind or pa.list_(pa.float64())
+    return pa.table({"id": range(len(traces)), "amplitude": pa.array(list(traces), type=kind)})
+
+
+@pytest.mark.parametrize(
+    "kind",
+    [
+        pa.list_(pa.float64()),
+        pa.list_(pa.float32()),
+        pa.large_list(pa.float64()),
+        pa.list_(pa.float64(), len(TIME)),
+        pa.large_list(pa.float32()),
+    ],
+    ids=str,
+)
+def test_lists_of_every_kind(kind):
+    sliding, delta, traces = decays(20)
+    answers = slipfit.fit_batch(lists(traces, kind), amplitude="amplitude", dt=DT, keep=["id"])
+    single = "float" in str(kind) and "double" not in str(kind)
+    np.testing.assert_allclose(answers["sliding_rate"], sliding, atol=1e-4 if single else 1e-8)
+    np.testing.assert_allclose(answers["decay_rate_per_s"], delta, atol=1e-3 if single else 1e-8)
+    assert answers.to_pyarrow()["id"].to_pylist() == list(range(20))
+    assert answers.column_names[:3] == ["id", "status", "reason"]
+
+
+def test_one_row_is_the_fit_of_its_envelope():
+    _, _, traces = decays(5, noise=0.01)
+    answers = slipfit.fit_batch(traces, amplitude="a", dt=DT, frequency_hz=50)
+    for row, trace in enumerate(traces):
+        fit = slipfit.fit_envelope(TIME, trace, initial_amplitude=1, offset_amplitude=0.1, decay_rate_per_s=0.5)
+        error = fit.std_error.decay_rate_per_s
+        assert abs(fit.best.decay_rate_per_s - answers["decay_rate_per_s"][row]) < 0.02 * error
+        assert answers["decay_rate_std_error_per_s"][row] == pytest.approx(error, rel=1e-2)
+
+
+def test_intervals_hold_the_truth():
+    sliding, delta, traces = decays(4000, noise=0.02)
+    answers = slipfit.fit_batch(traces, amplitude="a", dt=DT)
+    for truth, name, unit in ((sliding, "sliding_rate", ""), (delta, "decay_rate", "_per_s")):
+        inside = (answers[f"{name}_low{unit}"] <= truth) & (truth <= answers[f"{name}_high{unit}"])
+        # 95 % of 4000 scatters by 0.35 %; four times that.
+        assert abs(inside.mean() - 0.95) < 0.014, name
+
+
+def test_any_producer_gives_the_same(tmp_path):
+    _, _, traces = decays(50, noise=0.01)
+    table = lists(traces)
+    expected = slipfit.fit_batch(table, amplitude="amplitude", dt=DT).to_pyarrow()
+    producers = [table.combine_chunks().to_batches()[0], table.to_reader(max_chunksize=7)]
+    polars = pytest.importorskip("polars")
+    producers.append(polars.from_arrow(table))
+    pandas = pytest.importorskip("pandas")
+    producers.append(pandas.DataFrame({"amplitude": list(traces)}))
+    duckdb = pytest.importorskip("duckdb")
+    producers.append(duckdb.from_arrow(table).order("id").project("amplitude"))
+    for producer in producers:
+        found = slipfit.fit_batch(producer, amplitude="amplitude", dt=DT).to_pyarrow()
+        assert found.combine_chunks() == expected, type(producer)
+    whole = slipfit.fit_batch(table, amplitude="amplitude", dt=DT)
+    assert polars.DataFrame(whole).equals(whole.to_polars())
+    assert whole.to_pandas().shape == (50, 24)
+
+
+def test_slices_and_chunks_are_read_where_they_begin():
+    sliding, _, traces = decays(40)
+    for kind in (None, pa.list_(pa.float64(), len(TIME))):
+        table = lists(traces, kind)
+        chunked = pa.concat_tables([table.slice(0, 11), table.slice(11, 20), table.slice(31)]).slice(5, 30)
+        answers = slipfit.fit_batch(chunked, amplitude="amplitude", dt=DT)
+        np.testing.assert_allclose(answers["sliding_rate"], sliding[5:35], atol=1e-8)
+        one = table.slice(3, 30).combine_chunks().to_batches()[0]
+        answers = slipfit.fit_batch(one.slice(2, 9), amplitude="amplitude", dt=DT)
+        np.testing.assert_allclose(answers["sliding_rate"], sliding[5:14], atol=1e-8)
+
+
+def test_bad_rows_are_rows():
+    _, _, traces = decays(1)
+    good = traces[0].tolist()
+    rows = [good, None, [], [1.0], [None] * 9, [float("nan")] * 9, [*good[:50], None, *good[51:]], [1.0] * 30]
+    answers = slipfit.fit_batch(
+        pa.table({"amplitude": pa.array(rows, pa.list_(pa.float64()))}), amplitude="amplitude", dt=DT
+    )
+    assert list(answers["status"]) == ["done", *["failed"] * 5, "done", "failed"]
+    assert answers["reason"][1] == "the trace is null"
+    assert np.isnan(answers["sliding_rate"][1])
+    assert answers["samples_left_out"][6] == 1
+
+
+def test_the_whole_analysis_of_a_row_is_that_of_its_record():
+    record = slipfit.simulate.decay(
+        frequency_hz=8, q_factor=90, friction_displacement=0.002, amplitude=1, duration_s=6, rate_hz=400
+    )
+    noisy = record.signal + 1e-3 * np.random.default_rng(8).standard_normal(len(record))
+    table = pa.table({"x": [noisy.tolist(), [0.0] * 100]})
+    answers = slipfit.fit_batch(table, signal="x", dt=1 / 400, method="analyse", unit="rad")
+    alone = slipfit.ringdown(None, noisy, rate_hz=400, unit="rad")
+    x_f = alone.parameters.friction_displacement
+    assert answers["friction_displacement"][0] == x_f.value
+    assert (answers["friction_displacement_low"][0], answers["friction_displacement_high"][0]) == x_f.interval_95
+    assert answers["model"][0] == alone.model
+    assert answers["reason"][0].split() == [w.code for w in alone.warnings]
+    assert "constant" in answers["reason"][1]
+
+
+def test_a_stream_is_read_batch_by_batch():
+    sliding, _, traces = decays(30)
+    table = lists(traces)
+    taken = []
+
+    def batches():
+        for batch in table.to_batches(max_chunksize=10):
+            taken.append(batch.num_rows)
+            yield batch
+
+    def source():
+        return pa.RecordBatchReader.from_batches(table.schema, batches())
+
+    found = []
+    for answers in slipfit.fit_stream(source(), amplitude="amplitude", dt=DT):
+        found.extend(answers["sliding_rate"])
+        assert len(found) == sum(taken), "one batch at a time"
+    np.testing.assert_allclose(found, sliding, atol=1e-8)
+    stream = slipfit.fit_stream(source(), amplitude="amplitude", dt=DT)
+    whole = pa.RecordBatchReader.from_stream(stream).read_all()
+    assert whole.num_rows == 30 and whole.column_names == stream.column_names
+    with pytest.raises(slipfit.OptionError, match="has been read"):
+        pa.RecordBatchReader.from_stream(stream)
+
+
+def test_a_source_that_fails_says_so():
+    schema = pa.schema({"amplitude": pa.list_(pa.float64())})
+
+    def batches():
+        yield pa.record_batch([pa.array([[1.0] * 9], schema.field(0).type)], schema=schema)
+        raise RuntimeError("the disk is gone")
+
+    source = pa.RecordBatchReader.from_batches(schema, batches())
+    with pytest.raises(slipfit.SlipfitError, match="the disk is gone"):
+        slipfit.fit_batch(source, amplitude="amplitude", dt=DT)
+
+
+@pytest.mark.parametrize(
+    ("table", "options", "words"),
+    [
+        (np.zeros(9), {"amplitude": "a", "dt": 1}, "rows, samples"),
+        (np.zeros((3, 9), dtype=complex), {"amplitude": "a", "dt": 1}, "rows, samples"),
+        ([1, 2], {"amplitude": "a", "dt": 1}, "does not export"),
+        (pa.array([[1.0]]), {"amplitude": "a", "dt": 1}, "cannot be taken|columns with names"),
+        (pa.table({"b": [[1.0]]}), {"amplitude": "a", "dt": 1}, "no column `a`; there are `b`"),
+        (pa.table({"a": [1.0]}), {"amplitude": "a", "dt": 1}, "must be a list"),
+        (pa.table({"a": [["x"]]}), {"amplitude": "a", "dt": 1}, "must be a list"),
+        (pa.table({"a": [[1.0]]}), {"amplitude": "a"}, "dt="),
+        (pa.table({"a": [[1.0]]}), {"dt": 1}, "amplitude="),
+        (pa.table({"a": [[1.0]]}), {"amplitude": "a", "signal": "a", "dt": 1}, "amplitude="),
+        (pa.table({"a": [[1.0]]}), {"amplitude": "a", "dt": 0}, "positive"),
+        (pa.table({"a": [[1.0]]}), {"amplitude": "a", "dt": 1, "frequency_hz": 0}, "positive"),
+        (pa.table({"a": [[1.0]]}), {"amplitude": "a", "dt": 1, "method": "guess"}, "fit, analyse"),
+        (pa.table({"a": [[1.0]]}), {"signal": "a", "dt": 1}, "needs the method analyse"),
+        (pa.table({"a": [[1.0]]}), {"amplitude": "a", "dt": 1, "model": "viscous"}, "option of method"),
+        (pa.table({"a": [[1.0]]}), {"amplitude": "a", "dt": 1, "keep": ["b"]}, "no column `b`"),
+    ],
+)
+def test_what_cannot_be_meant_is_refused(table, options, words):
+    with pytest.raises(slipfit.OptionError, match=words):
+        slipfit.fit_batch(table, **options)
+
+
+def test_ctrl_c_ends_a_batch():
+    trace = np.cos(0.05 * np.arange(60_000)) * np.exp(-1e-4 * np.arange(60_000))
+    table = pa.table({"x": pa.FixedSizeListArray.from_arrays(pa.array(np.tile(trace, 300)), len(trace))})
+    assert ends_at_a_signal(lambda: slipfit.fit_batch(table, signal="x", dt=1e-3, method="analyse"))
+
+
+@settings(max_examples=60, deadline=None)
+@given(
+    st.lists(st.none() | st.lists(st.none() | st.floats(width=32), max_size=30), max_size=12),
+    st.sampled_from([pa.list_(pa.float64()), pa.large_list(pa.float32())]),
+    st.sampled_from(["fit", "analyse"]),
+)
+def test_order_and_count_are_kept(rows, kind, method):
+    table = pa.table({"amplitude": pa.array(rows, kind)})
+    answers = slipfit.fit_batch(table, amplitude="amplitude", dt=DT, method=method)
+    assert len(answers) == len(rows)
+    for row, status in zip(rows, answers["status"] if rows else []):
+        assert status == "failed" or sum(v is not None for v in row) >= 4

@@ -1,0 +1,250 @@
+"""Everything that is an array is taken; what cannot be meant is refused by name."""
+
+import io
+import threading
+
+import numpy as np
+import pytest
+import slipfit
+from conftest import ends_at_a_signal
+from hypothesis import given, settings
+from hypothesis import strategies as st
+from hypothesis.extra import numpy as hnp
+
+
+def test_any_stride_and_type_gives_one_answer(swing, answer):
+    time, signal = swing
+    table = np.column_stack([time, np.zeros_like(time), signal])
+    same = [
+        (table[:, 0], table[:, 2]),
+        (np.asfortranarray(table)[:, 0], table.T[2]),
+        (time[::-1][::-1], signal[::-1][::-1]),
+        (time.astype(">f8"), signal.astype(">f8")),
+        (list(time), tuple(signal)),
+    ]
+    for t, x in same:
+        assert slipfit.ringdown(t, x, unit="rad") == answer
+    single = slipfit.ringdown(time, signal.astype(np.float32), unit="rad")
+    x_f = answer.parameters.friction_displacement
+    assert abs(single.parameters.friction_displacement.value - x_f.value) < x_f.std_error
+    counts = slipfit.ringdown(time, np.round(signal * 2**20).astype(np.int32))
+    assert abs(counts.parameters.q_factor.value / answer.parameters.q_factor.value - 1) < 1e-3
+
+
+def test_a_rate_stands_in_for_times(swing, answer):
+    found = slipfit.ringdown(None, swing[1], rate_hz=50, unit="rad")
+    x_f = answer.parameters.friction_displacement
+    assert abs(found.parameters.friction_displacement.value - x_f.value) < 1e-3 * x_f.std_error
+    assert found.to_dict()["input"]["time"]["source"] == "rate"
+
+
+def test_missing_samples_are_counted(swing):
+    time, signal = swing
+    holes = signal.copy()
+    holes[100:110] = np.nan
+    found = slipfit.ringdown(time, holes, unit="rad")
+    assert found.to_dict()["input"]["rows_skipped"] == 10
+    masked = np.ma.masked_array(signal, mask=np.isnan(holes))
+    assert slipfit.ringdown(time, masked, unit="rad") == found
+
+
+def test_labelled_arrays_bring_times_and_units(swing, answer):
+    pandas = pytest.importorskip("pandas")
+    time, signal = swing
+    assert slipfit.ringdown(pandas.Series(signal, index=time), unit="rad") == answer
+    dated = pandas.Series(signal, index=pandas.Timestamp("2026-03-29", tz="UTC") + pandas.to_timedelta(time, "s"))
+    x_f = answer.parameters.friction_displacement
+    found = slipfit.ringdown(dated, unit="rad").parameters.friction_displacement
+    assert abs(found.value - x_f.value) < 1e-2 * x_f.std_error
+    assert slipfit.ringdown(time, pandas.Series(signal), unit="rad") == answer
+    frame = pandas.DataFrame({"t": time, "x": signal})
+    assert slipfit.ringdown(frame["t"], frame["x"], unit="rad") == answer
+    with pytest.raises(slipfit.OptionError, match="no times"):
+        slipfit.ringdown(frame["x"])
+    with pytest.raises(slipfit.OptionError, match="DataFrame"):
+        slipfit.ringdown(frame)
+
+
+def test_xarray_brings_its_unit(swing, answer):
+    xarray = pytest.importorskip("xarray")
+    time, signal = swing
+    array = xarray.DataArray(signal, coords={"time": time}, dims="time", attrs={"units": "rad"})
+    assert slipfit.ringdown(array) == answer
+    assert slipfit.ringdown(array, unit="mm").to_dict()["input"]["unit"] == "mm"
+    with pytest.raises(slipfit.OptionError, match="one is needed"):
+        slipfit.ringdown(xarray.DataArray(np.zeros((3, 4))))
+
+
+def test_polars_series_are_taken(swing, answer):
+    polars = pytest.importorskip("polars")
+    time, signal = swing
+    assert slipfit.ringdown(polars.Series(time), polars.Series(signal), unit="rad") == answer
+
+
+def test_files_and_bytes_are_read(swing, tmp_path, answer):
+    text = "time (s),angle (rad)\n" + "".join(f"{t!r},{x!r}\n" for t, x in zip(*map(np.ndarray.tolist, swing)))
+    path = tmp_path / "swing.csv"
+    path.write_text(text)
+    record = slipfit.read(path)
+    assert (record.unit, record.kind, len(record)) == ("rad", "displacement", len(swing[0]))
+    assert repr(record).startswith("<Record of ")
+    np.testing.assert_array_equal(record.signal, swing[1])
+    from_file, from_bytes = slipfit.ringdown(path), slipfit.ringdown(slipfit.read(text.encode(), "swing.csv"))
+    assert from_file.parameters == from_bytes.parameters == answer.parameters
+    assert slipfit.read(memoryview(text.encode()), signal=2).sha256 == record.sha256
+
+
+@pytest.mark.parametrize(
+    ("arguments", "options", "error", "words"),
+    [
+        ((), {}, slipfit.OptionError, "no times"),
+        (([0, 1],), {}, slipfit.OptionError, "no times"),
+        (([0, 1, 2], [1, 2]), {}, slipfit.OptionError, "2 values where time_s has 3"),
+        ((np.zeros((3, 3)), np.zeros(3)), {}, slipfit.OptionError, "one dimension"),
+        ((np.arange(9), np.arange(9) * 1j), {}, slipfit.OptionError, "complex"),
+        ((np.arange(9), np.array(["a"] * 9)), {}, slipfit.OptionError, "numbers"),
+        ((np.arange(9), np.array([object()] * 9)), {}, slipfit.OptionError, "numbers"),
+        ((np.arange(9), np.arange(9)), {"kind": "speed"}, slipfit.OptionError, "one of displacement"),
+        ((np.arange(9), np.arange(9)), {"model": "glue"}, slipfit.OptionError, "glue"),
+        ((np.arange(9), np.arange(9)), {"band_hz": 3}, slipfit.OptionError, "two frequencies"),
+        ((np.arange(9), np.arange(9)), {"band_hz": (3, 2)}, slipfit.OptionError, "rising"),
+        ((np.arange(9), np.arange(9)), {"start_s": "x"}, slipfit.OptionError, "number"),
+        ((np.arange(9), np.arange(9)), {"lockin_order": 2}, slipfit.OptionError, "give both"),
+        ((np.arange(9), np.arange(9)), {"stiffness": 1, "mass": 2}, slipfit.OptionError, "both given"),
+        ((np.arange(9), np.arange(9)), {"stiffness": 1, "unit": "rad"}, slipfit.OptionError, "angle"),
+        ((np.arange(9), np.arange(9)), {"rate_hz": 0}, slipfit.SlipfitError, "rate"),
+        ((np.arange(9.0)[::-1], np.arange(9)), {}, slipfit.SlipfitError, "backwards"),
+        ((np.zeros(9), np.arange(9)), {}, slipfit.SlipfitError, "stands still"),
+        ((np.arange(9), np.ones(9)), {}, slipfit.SlipfitError, "constant"),
+        ((np.arange(2), np.arange(2)), {}, slipfit.SlipfitError, "needed"),
+        (([], []), {}, slipfit.SlipfitError, "no rows"),
+        ((b"no table\n",), {}, slipfit.ReadError, "no table"),
+        ((slipfit.simulate.decay(frequency_hz=1, amplitude=1, duration_s=9, rate_hz=9), [1]), {}, slipfit.OptionError, "beside"),
+    ],
+)  # fmt: skip
+def test_what_cannot_be_meant_is_refused(arguments, options, error, words):
+    with pytest.raises(error, match=words) as raised:
+        slipfit.ringdown(*arguments, **options)
+    assert isinstance(raised.value, ValueError)
+    assert raised.value.code
+    assert "--" not in str(raised.value)
+
+
+def test_errors_carry_their_values(tmp_path):
+    path = tmp_path / "back.csv"
+    rows = [0.1 * i for i in range(20)]
+    path.write_text("t (s),x (m)\n" + "".join(f"{t:.1f},{i % 3}\n" for i, t in enumerate(rows[::-1])))
+    with pytest.raises(slipfit.ReadError) as raised:
+        slipfit.read(path)
+    assert raised.value.file == str(path)
+    assert raised.value.row == 3
+    assert raised.value.column.startswith("column 1")
+    assert {hint.option for hint in raised.value.hints} == {"time", "rate_hz"}
+    with pytest.raises(AttributeError):
+        raised.value.nothing
+    with pytest.raises(slipfit.OptionError) as raised:
+        slipfit.ringdown(np.arange(9), np.arange(9), min_amplitude=-1)
+    assert (raised.value.option, raised.value.value) == ("min_amplitude", -1)
+    with pytest.raises(FileNotFoundError) as raised:
+        slipfit.ringdown(tmp_path / "none.csv")
+    assert raised.value.filename == str(tmp_path / "none.csv")
+
+
+def test_curves_and_levels_are_refused_by_name(sweep):
+    with pytest.raises(slipfit.OptionError, match="has it"):
+        slipfit.resonance(*sweep, phase_rad=np.zeros(81))
+    with pytest.raises(slipfit.OptionError, match="exact, leading, paper"):
+        slipfit.resonance(*sweep, method="guess")
+    with pytest.raises(slipfit.OptionError, match="response"):
+        slipfit.resonance(sweep[0])
+    with pytest.raises(slipfit.OptionError, match="in `mm`"):
+        other = slipfit.read_curve(b"f (Hz),R (mm)\n1,2\n2,3\n3,1\n4,1\n", "free.csv")
+        slipfit.resonance(*sweep, unit="rad", reference=other)
+    with pytest.raises(slipfit.OptionError, match="amplitudes"):
+        slipfit.levels([1, 2, 3])
+    with pytest.raises(slipfit.SlipfitError):
+        slipfit.levels([1, 2, 3, 4], [4, 3, 2, 1])
+    with pytest.raises(slipfit.OptionError, match="at least one"):
+        slipfit.series([])
+    with pytest.raises(slipfit.OptionError, match="cannot be shared"):
+        record = slipfit.simulate.decay(frequency_hz=1, q_factor=20, amplitude=1, duration_s=9, rate_hz=50)
+        slipfit.series([slipfit.Measurement(record)], shared=["mood"])
+    with pytest.raises(slipfit.OptionError, match="unexpected keyword"):
+        slipfit.series([slipfit.Measurement(record, options={"colour": "viscous"})])
+
+
+def test_simulations_say_what_they_need():
+    for arguments in (
+        {},
+        {"frequency_hz": 0},
+        {"frequency_hz": 1, "q_factor": -1},
+        {"frequency_hz": 1, "duration_s": -1},
+        {"frequency_hz": 1, "rate_hz": 1e12},
+    ):
+        with pytest.raises(slipfit.OptionError):
+            slipfit.simulate.decay(**{"amplitude": 1, "duration_s": 9, "rate_hz": 9} | arguments)
+
+
+def test_threads_give_the_same_answer(swing, answer):
+    found = []
+    threads = [
+        threading.Thread(target=lambda: found.append(slipfit.ringdown(*swing, unit="rad"))) for _ in range(4)
+    ]
+    for thread in threads:
+        thread.start()
+    for thread in threads:
+        thread.join()
+    assert found == [answer] * 4
+
+
+def test_ctrl_c_ends_a_long_analysis():
+    t = np.arange(3_000_000) * 1e-3
+    x = np.exp(-1e-3 * t) * np.cos(50 * t) + 1e-3 * np.random.default_rng(5).standard_normal(len(t))
+    assert ends_at_a_signal(lambda: slipfit.ringdown(t, x))
+
+
+@settings(max_examples=150, deadline=None)
+@given(
+    hnp.arrays(
+        st.sampled_from([np.float64, np.float32, np.int16, np.uint8, np.bool_, np.complex128]),
+        hnp.array_shapes(min_dims=0, max_dims=2, min_side=0, max_side=60),
+    ),
+    st.sampled_from([None, 1.0, 0.0, -3.0, float("nan"), 1e300]),
+    st.booleans(),
+)
+def test_no_array_does_more_than_raise(values, rate, with_times):
+    time = np.arange(len(values) if values.ndim else 1) * 0.1 if with_times else None
+    try:
+        slipfit.ringdown(time, values, rate_hz=rate)
+    except slipfit.SlipfitError as error:
+        assert error.code != "internal", error
+
+
+@settings(max_examples=100, deadline=None)
+@given(st.binary(max_size=400))
+def test_no_bytes_do_more_than_raise(data):
+    for read in (slipfit.read, slipfit.read_curve, slipfit.read_levels):
+        try:
+            read(data, "bytes")
+        except slipfit.SlipfitError as error:
+            assert error.code != "internal", error
+
+
+def test_doctests_hold():
+    import doctest
+
+    from slipfit import _analyses, _answers, _batch, _errors, _fits, _input, _map, simulate
+
+    tried = 0
+    for module in (slipfit, _analyses, _answers, _batch, _errors, _fits, _input, _map, simulate):
+        found = doctest.testmod(module, report=True)
+        assert found.failed == 0, module.__name__
+        tried += found.attempted
+    assert tried > 40
+
+
+def test_npy_of_pickled_objects_is_refused():
+    held = io.BytesIO()
+    np.save(held, np.array([{"a": 1}], dtype=object), allow_pickle=True)
+    with pytest.raises(slipfit.ReadError):
+        slipfit.read(held.getvalue(), "objects.npy")

@@ -1,0 +1,133 @@
+"""Maps: a trace in each pixel, whatever holds them."""
+
+import numpy as np
+import pytest
+import slipfit
+
+pytest.importorskip("pyarrow")
+xr = pytest.importorskip("xarray")
+
+DT = 0.01
+
+
+@pytest.fixture(scope="module")
+def friction():
+    return np.linspace(0, 0.2, 12 * 7).reshape(12, 7)
+
+
+@pytest.fixture(scope="module")
+def stack(friction):
+    fall = np.exp(-0.5 * DT * np.arange(150))
+    noise = 1e-3 * np.random.default_rng(11).standard_normal((12, 7, 150))
+    return fall - friction[..., None] * (1 - fall) / 0.5 + noise
+
+
+def test_every_order_of_axes_gives_one_map(stack, friction):
+    found = slipfit.fit_map(stack, DT, unit="nm", frequency_hz=50)
+    assert found["sliding_rate"].dims == ("y", "x")
+    error = found["sliding_rate_std_error"].values
+    assert (np.abs(found["sliding_rate"].values - friction) < 5 * error).all()
+    assert found["friction_displacement"].attrs["units"] == "nm"
+    assert found["sliding_rate"].attrs["units"] == "nm/s"
+    assert found["decay_rate_per_s"].attrs["units"] == "1/s"
+    assert (found["status"] != "failed").all()
+    xr.testing.assert_identical(found, slipfit.fit_map(np.moveaxis(stack, 2, 0), DT, axis=0, unit="nm", frequency_hz=50))
+    xr.testing.assert_identical(found, slipfit.fit_map(np.moveaxis(stack, 2, 1), DT, axis=1, unit="nm", frequency_hz=50))
+
+
+def test_blocks_join_to_the_whole(stack, tmp_path, monkeypatch):
+    whole = slipfit.fit_map(stack, DT)
+    monkeypatch.setattr("slipfit._map._BLOCK", 5 * 7 * 150 * 8)
+    path = tmp_path / "stack.npy"
+    np.save(path, stack)
+    seen = []
+    found = slipfit.fit_map(np.load(path, mmap_mode="r"), DT, progress=lambda done, all: seen.append((done, all)))
+    xr.testing.assert_identical(found, whole)
+    assert seen == [(35, 84), (70, 84), (84, 84)]
+
+
+def test_labels_are_taken_over(stack):
+    array = xr.DataArray(
+        stack, dims=("row", "column", "time"), attrs={"units": "pm"},
+        coords={"row": np.arange(12) * 0.5, "time": 3.0 + DT * np.arange(150)},
+    )  # fmt: skip
+    found = slipfit.fit_map(array)
+    assert found.sizes == {"row": 12, "column": 7}
+    np.testing.assert_array_equal(found["row"], array["row"])
+    assert found["initial_amplitude"].attrs["units"] == "pm"
+    turned = slipfit.fit_map(array.transpose("time", "row", "column"))
+    np.testing.assert_allclose(turned["sliding_rate"], found["sliding_rate"], rtol=1e-12)
+    uneven = array.assign_coords(time=array["time"] ** 2)
+    with pytest.raises(slipfit.OptionError, match="not even"):
+        slipfit.fit_map(uneven)
+
+
+def test_a_map_goes_on_where_it_was_interrupted(stack, tmp_path, monkeypatch):
+    whole = slipfit.fit_map(stack, DT)
+    monkeypatch.setattr("slipfit._map._BLOCK", 5 * 7 * 150 * 8)
+
+    class Ended(Exception):
+        pass
+
+    def end(done, _):
+        if done > 35:
+            raise Ended
+
+    with pytest.raises(Ended):
+        slipfit.fit_map(stack, DT, resume=tmp_path, progress=end)
+    # The second block was written before the end; another is cut off in the middle.
+    assert len(list(tmp_path.iterdir())) == 2
+    (tmp_path / "rows-5-10.npz").write_bytes((tmp_path / "rows-5-10.npz").read_bytes()[:900])
+    computed = []
+
+    def counted(traces, **options):
+        computed.append(len(traces))
+        return slipfit.fit_batch(traces, **options)
+
+    monkeypatch.setattr("slipfit._map.fit_batch", counted)
+    xr.testing.assert_identical(slipfit.fit_map(stack, DT, resume=tmp_path), whole)
+    assert computed == [35, 14], "what is cut off and what is missing"
+    computed.clear()
+    other = stack.copy()
+    other[11, 6, 3] += 0.5
+    slipfit.fit_map(other, DT, resume=tmp_path)
+    assert computed == [14], "only what changed"
+    computed.clear()
+    slipfit.fit_map(stack, 2 * DT, resume=tmp_path)
+    assert computed == [35, 35, 14], "blocks of other options are not taken"
+
+
+def test_an_oscillation_is_analysed_in_each_pixel():
+    record = slipfit.simulate.decay(
+        frequency_hz=8, q_factor=90, friction_displacement=0.002, amplitude=1, duration_s=6, rate_hz=200
+    )
+    noise = 1e-3 * np.random.default_rng(12).standard_normal((2, 1, len(record)))
+    found = slipfit.fit_map(record.signal + noise, 1 / 200, kind="displacement", method="analyse", unit="nm")
+    assert found["frequency_hz"].attrs["units"] == "Hz"
+    np.testing.assert_allclose(found["friction_displacement"], 0.002, rtol=0.05)
+    assert found["sliding_detected"].values.all()
+
+
+@pytest.mark.parametrize(
+    ("stack", "options", "words"),
+    [
+        (np.zeros((3, 4)), {"dt": 1}, r"\(y, x, t\)"),
+        ([1, 2], {"dt": 1}, r"\(y, x, t\)"),
+        (np.zeros((2, 2, 9)), {}, "dt is needed"),
+        (np.zeros((2, 2, 9)), {"dt": 0}, "positive"),
+        (np.zeros((2, 2, 9)), {"dt": 1, "axis": 3}, "axis=3"),
+        (np.zeros((2, 2, 9)), {"dt": 1, "axis": "time"}, "no such dimension"),
+        (np.zeros((2, 2, 9), dtype=complex), {"dt": 1}, "real numbers"),
+        (np.zeros((0, 2, 9)), {"dt": 1}, "no pixels"),
+        (np.zeros((2, 2, 9)), {"dt": 1, "kind": "displacement"}, "needs the method analyse"),
+    ],
+)
+def test_what_cannot_be_meant_is_refused(stack, options, words):
+    with pytest.raises(slipfit.OptionError, match=words):
+        slipfit.fit_map(stack, **options)
+
+
+def test_a_map_of_one_dead_pixel_is_a_map():
+    found = slipfit.fit_map(np.full((1, 1, 9), np.nan), 1.0)
+    assert found["status"].item() == "failed"
+    assert np.isnan(found["sliding_rate"].item())

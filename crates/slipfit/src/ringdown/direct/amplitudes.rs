@@ -1,0 +1,277 @@
+//! Viscous and sliding loss of an amplitude trace, without a start and without an allocation.
+
+use super::envelope::{LANES, Pass, Trace, by_thirds, thirds};
+use super::minimise::{Sums, minimise, spread};
+use crate::Error;
+use crate::inference::evidence::one_sided;
+use crate::motion::decay::amplitude::sliding_gain;
+use statrs::function::erf::erfc;
+use std::f64::consts::{FRAC_1_SQRT_2, TAU};
+
+/// When the amplitudes of a trace were taken.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub enum Sampling<'a> {
+    /// At an even interval, s, from zero on.
+    Every(f64),
+    /// At these times, s; elapsed time counts from the first.
+    At(&'a [f64]),
+}
+
+/// Result of [`fit_amplitudes`]: each parameter with its standard error.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct AmplitudeFit {
+    /// A_0, the amplitude at the first time, signal unit.
+    pub initial_amplitude: [f64; 2],
+    /// a0, the rate at which sliding friction takes amplitude, signal unit per s.
+    pub sliding_rate: [f64; 2],
+    /// delta = gamma/2m, 1/s.
+    pub decay_rate_per_s: [f64; 2],
+    /// Correlation of `sliding_rate` and `decay_rate_per_s`.
+    pub correlation: f64,
+    /// Root mean square of amplitude less model.
+    pub residual_rms: f64,
+    /// Whether no step would have changed a parameter by a hundredth of its standard error.
+    pub converged: bool,
+    /// Passes over the samples.
+    pub steps: usize,
+}
+
+impl AmplitudeFit {
+    /// Friction displacement `x_F = F/k` and its standard error, signal unit, of an oscillation of
+    /// this frequency: `a0 = delta x_F coth(pi delta/2 omega_d)`.
+    pub fn friction_displacement(&self, frequency_hz: f64) -> [f64; 2] {
+        let [rate, rate_error] = self.sliding_rate;
+        let [delta, delta_error] = self.decay_rate_per_s;
+        let [gain, by_delta, _] = sliding_gain(delta, TAU * frequency_hz);
+        let (value, slope) = (rate / gain, -rate * by_delta / (gain * gain));
+        let (own, other) = (rate_error / gain, slope * delta_error);
+        let variance = own * own + other * other + 2.0 * self.correlation * own * other;
+        [value, variance.max(0.0).sqrt()]
+    }
+
+    /// Probability that a trace of so many samples without sliding friction would show at least this
+    /// much of it. One-sided: friction cannot be negative; 1 where it came out so.
+    pub fn sliding_p_value(&self, samples: usize) -> f64 {
+        let [rate, error] = self.sliding_rate;
+        if !(rate > 0.0) {
+            return 1.0;
+        }
+        let sigmas = rate / error;
+        let freedom = samples.saturating_sub(3) as f64;
+        // Beyond so many degrees the F distribution differs from the normal by 1 % at p = 1e-3, and
+        // takes longer than the fit.
+        if freedom > 200.0 { 0.5 * erfc(sigmas * FRAC_1_SQRT_2) } else { one_sided(sigmas * sigmas, freedom) }
+    }
+}
+
+/// Fits the decay under viscous and sliding friction to an amplitude trace.
+///
+/// With `G = (1 - e^(-delta t))/delta`, which is `t` where nothing is viscous, and the slope at the
+/// start `s = a0 + delta A_0`,
+///
+/// ```text
+/// A(t) = A_0 e^(-delta t) - a0 G = A_0 - s G
+/// ```
+///
+/// eq. (15) and (16) of Vitorino, Vieira and Rodrigues, *Effect of sliding friction in harmonic
+/// oscillators*, and the law that [`fit_envelope`](super::fit_envelope) fits, with `C = a0/delta`:
+/// in `A_0`, `s` and `delta` it stays regular where sliding friction is the only loss. Nothing is
+/// allocated, and no start is needed: it comes from sums over the thirds of the trace.
+///
+/// - `sampling`: an interval above zero, or as many times in any order
+/// - `amplitude`: any unit; the motion must not have come to rest, noise not have rectified it
+///
+/// Standard errors are those of white noise of the residuals' size. No parameter is kept from
+/// turning negative, so that averages over many traces stay unbiased.
+///
+/// # Errors
+/// - [`Error::Length`] if times and amplitudes differ in number
+/// - [`Error::TooFewSamples`] for fewer than four
+/// - [`Error::Parameter`] for a value that is not finite, an interval not above zero
+/// - [`Error::NoFit`] where the data do not determine three parameters, as of a constant
+///
+/// ```
+/// use slipfit::ringdown::{Sampling, fit_amplitudes};
+/// // Sliding friction alone takes 0.3 a second.
+/// let trace: Vec<f64> = (0..200).map(|i| 1.0 - 0.3 * 0.01 * f64::from(i)).collect();
+/// let fit = fit_amplitudes(Sampling::Every(0.01), &trace)?;
+/// assert!((fit.sliding_rate[0] - 0.3).abs() < 1e-9);
+/// assert!(fit.decay_rate_per_s[0].abs() < 1e-9);
+/// # Ok::<(), slipfit::Error>(())
+/// ```
+pub fn fit_amplitudes(sampling: Sampling<'_>, amplitude: &[f64]) -> Result<AmplitudeFit, Error> {
+    let n = amplitude.len();
+    let data = match sampling {
+        Sampling::Every(interval) => {
+            if !(interval > 0.0 && interval.is_finite()) {
+                let range = "the positive numbers";
+                return Err(Error::Parameter { name: "interval_s", value: interval, range });
+            }
+            super::check_lengths("amplitude", n, n, 4)?;
+            Trace { time: None, amplitude, first: 0.0, interval: Some(interval) }
+        }
+        Sampling::At(time_s) => {
+            super::check_lengths("amplitude", time_s.len(), n, 4)?;
+            super::check_finite("time_s", time_s)?;
+            Trace { time: Some(time_s), amplitude, first: time_s[0], interval: None }
+        }
+    };
+    let (power, thirds) = pulp::Arch::new().dispatch(Look(amplitude));
+    if !power.is_finite() {
+        super::check_finite("amplitude", amplitude)?;
+    }
+    let duration = match sampling {
+        Sampling::Every(interval) => interval * (n - 1) as f64,
+        Sampling::At(time_s) => time_s.iter().fold(0.0, |most: f64, t| most.max((t - time_s[0]).abs())),
+    };
+    let curved = data.interval.and_then(|interval| by_thirds(thirds, n / 3, interval));
+    let start = match curved {
+        Some([height, level, rate]) => [height + level, height * rate, rate],
+        // A straight line through the outer thirds.
+        None => {
+            let part = (n / 3) as f64;
+            let [first, last] = [thirds[0] / part, thirds[2] / part];
+            let slope = (first - last) / (duration * 2.0 / 3.0);
+            [first + slope * duration / 6.0, slope, 0.0]
+        }
+    };
+    let sums = |&[initial, slope, rate]: &[f64; 3]| {
+        if (rate * duration).abs() < STRAIGHT {
+            return Some(pulp::Arch::new().dispatch(Straight { data: &data, initial, slope, rate }));
+        }
+        let height = slope / rate;
+        let pass = Pass { data: &data, height, level: initial - height, rate };
+        Some(by_slope(&pulp::Arch::new().dispatch(pass), height, rate))
+    };
+    let moved = |p: &[f64; 3], step: &[f64; 3]| [p[0] + step[0], p[1] + step[1], p[2] + step[2]];
+    let found = minimise(start, n as f64, power, sums, moved)
+        .filter(|found| found.best.iter().all(|v| v.is_finite()))
+        .ok_or(Error::NoFit { reason: "the trace does not tell a decay rate from a sliding rate" })?;
+    let [initial, slope, rate] = found.best;
+    // a0 = s - delta A_0.
+    let rows = [[1.0, 0.0, 0.0], [-rate, 1.0, -initial], [0.0, 0.0, 1.0]];
+    let (error, correlation) = spread(&congruent(&found.inverse, &rows), found.rss / (n - 3) as f64);
+    Ok(AmplitudeFit {
+        initial_amplitude: [initial, error[0]],
+        sliding_rate: [slope - rate * initial, error[1]],
+        decay_rate_per_s: [rate, error[2]],
+        correlation: correlation[1][2],
+        residual_rms: (found.rss / n as f64).sqrt(),
+        converged: found.converged,
+        steps: found.passes,
+    })
+}
+
+/// Decay rate times duration below which `G` is a series: above it the sums of exponentials lose
+/// at most eight digits of their sixteen in `J^T J` and four in `J^T r`.
+const STRAIGHT: f64 = 0.01;
+
+/// `R A R^T` of a symmetric `A`.
+fn congruent(a: &[[f64; 3]; 3], rows: &[[f64; 3]; 3]) -> [[f64; 3]; 3] {
+    let mut out = [[0.0; 3]; 3];
+    for i in 0..3 {
+        for j in 0..3 {
+            for k in 0..3 {
+                for l in 0..3 {
+                    out[i][j] += rows[i][k] * a[k][l] * rows[j][l];
+                }
+            }
+        }
+    }
+    out
+}
+
+/// Sums for `A_0`, `s`, `delta` from those for height `s/delta`, level and rate, whose derivatives
+/// are `e`, 1 and `-(s/delta) t e`:
+///
+/// ```text
+/// by A_0 = 1      by s = (e - 1)/delta      by delta = -(s/delta) t e + (s/delta) (1 - e)/delta
+/// ```
+pub(super) fn by_slope(sums: &Sums<3>, height: f64, rate: f64) -> Sums<3> {
+    let (per, bent) = (1.0 / rate, height / rate);
+    let rows = [[0.0, 1.0, 0.0], [per, -per, 0.0], [-bent, bent, 1.0]];
+    // The minimiser fills the lower triangle only; here all of it is needed, and Pass gives it.
+    let mut jtr = [0.0; 3];
+    for (out, row) in jtr.iter_mut().zip(&rows) {
+        *out = row[0] * sums.jtr[0] + row[1] * sums.jtr[1] + row[2] * sums.jtr[2];
+    }
+    Sums { jtj: congruent(&sums.jtj, &rows), jtr, rss: sums.rss }
+}
+
+/// Sum of squares, and sums over the thirds.
+struct Look<'a>(&'a [f64]);
+
+impl pulp::NullaryFnOnce for Look<'_> {
+    type Output = (f64, [f64; 3]);
+
+    #[inline(always)]
+    fn call(self) -> (f64, [f64; 3]) {
+        let mut lanes = [0.0; 2 * LANES];
+        let mut chunks = self.0.chunks_exact(2 * LANES);
+        for values in &mut chunks {
+            for k in 0..2 * LANES {
+                lanes[k] += values[k] * values[k];
+            }
+        }
+        let mut power = 0.0;
+        for lane in lanes {
+            power += lane;
+        }
+        for v in chunks.remainder() {
+            power += v * v;
+        }
+        (power, thirds(self.0))
+    }
+}
+
+/// The sums where the decay is next to a straight line.
+pub(super) struct Straight<'a> {
+    pub(super) data: &'a Trace<'a>,
+    pub(super) initial: f64,
+    pub(super) slope: f64,
+    pub(super) rate: f64,
+}
+
+impl pulp::NullaryFnOnce for Straight<'_> {
+    type Output = Sums<3>;
+
+    #[inline(always)]
+    fn call(self) -> Sums<3> {
+        let Self { data, initial, slope, rate } = self;
+        // r, rr, g, gg, gr, h, hh, hr, gh with g by the slope and h by the rate.
+        let mut lanes = [[0.0; LANES]; 9];
+        for (i, y) in data.amplitude.chunks(LANES).enumerate() {
+            let u = data.elapsed(i * LANES, y.len());
+            let (mut v, mut w) = ([0.0; LANES], [1.0; LANES]);
+            if let Ok(whole) = <[f64; LANES]>::try_from(y) {
+                v = whole;
+            } else {
+                w = [0.0; LANES];
+                v[..y.len()].copy_from_slice(y);
+                w[..y.len()].fill(1.0);
+            }
+            for k in 0..LANES {
+                let x = rate * u[k];
+                let share =
+                    1.0 + x * (-0.5 + x * (1.0 / 6.0 + x * (-1.0 / 24.0 + x * (1.0 / 120.0 - x / 720.0))));
+                let bend =
+                    -0.5 + x * (1.0 / 3.0 + x * (-0.125 + x * (1.0 / 30.0 + x * (-1.0 / 144.0 + x / 840.0))));
+                let g = -w[k] * u[k] * share;
+                let h = -slope * w[k] * u[k] * u[k] * bend;
+                let r = w[k] * (v[k] - initial - slope * g);
+                lanes[0][k] += r;
+                lanes[1][k] += r * r;
+                lanes[2][k] += g;
+                lanes[3][k] += g * g;
+                lanes[4][k] += g * r;
+                lanes[5][k] += h;
+                lanes[6][k] += h * h;
+                lanes[7][k] += h * r;
+                lanes[8][k] += g * h;
+            }
+        }
+        let [r, rr, g, gg, gr, h, hh, hr, gh] = lanes.map(|lane| lane.iter().sum());
+        let n = data.amplitude.len() as f64;
+        Sums { jtj: [[n, g, h], [g, gg, gh], [h, gh, hh]], jtr: [r, gr, hr], rss: rr }
+    }
+}
