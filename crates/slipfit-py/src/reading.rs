@@ -8,8 +8,9 @@ use pyo3::prelude::*;
 use pyo3::types::PyBytes;
 use slipfit::SignalKind;
 use slipfit::resonance::Response;
-use slipfit_io::{LevelReading, ReadError, ReadOptions, ReadReport, Reading, SweepReading};
+use slipfit_io::{Format, LevelReading, ReadError, ReadOptions, ReadReport, Reading, SweepReading};
 use std::path::PathBuf;
+use std::str::FromStr;
 use std::sync::Arc;
 
 type Array<'py> = Bound<'py, PyArray1<f64>>;
@@ -42,6 +43,7 @@ enum Source {
 #[derive(FromPyObject)]
 #[pyo3(from_item_all)]
 pub(crate) struct Choices {
+    format: Option<String>,
     sheet: Option<String>,
     part: Option<usize>,
     run: Option<usize>,
@@ -68,7 +70,12 @@ pub(crate) struct Choices {
 
 impl Choices {
     fn options(self, py: Python<'_>) -> PyResult<ReadOptions> {
+        let format_named = |word: String| {
+            Format::from_str(&word)
+                .map_err(|known| option_error(py, "format", format!("format={word:?}: {known}")))
+        };
         Ok(ReadOptions {
+            format: self.format.map(format_named).transpose()?,
             sheet: self.sheet,
             part: self.part,
             run: self.run,

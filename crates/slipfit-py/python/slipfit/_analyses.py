@@ -18,7 +18,7 @@ Kind: TypeAlias = Literal["displacement", "velocity", "acceleration", "envelope"
 Column: TypeAlias = Union[str, int]
 
 _CHOICES = (
-    "sheet", "part", "run", "time", "time_unit", "rate_hz", "signal", "quadrature", "unit", "kind",
+    "format", "sheet", "part", "run", "time", "time_unit", "rate_hz", "signal", "quadrature", "unit", "kind",
     "most_samples", "frequency", "frequency_unit", "centre_hz", "amplitude", "phase", "phase_unit",
     "real", "imaginary", "std_error", "drive", "drive_unit",
 )  # fmt: skip
@@ -60,6 +60,7 @@ def read(
     part: int | None = None,
     run: int | None = None,
     most_samples: int | None = None,
+    format: str | None = None,
 ) -> _core.Record:
     """Reads a record of any format that slipfit knows.
 
@@ -83,6 +84,8 @@ def read(
         Which of several tables side by side, or runs in groups of columns, from 1.
     most_samples : int, optional
         Samples held at most; longer records are averaged while they are read.
+    format : str, optional
+        The format (``text``, ``wav``, ``mat``, ...), where the first bytes do not tell it.
 
     Returns
     -------
@@ -107,7 +110,7 @@ def read(
     choices = _choices(
         time=time, signal=signal, quadrature=quadrature, time_unit=time_unit, unit=unit, kind=kind,
         rate_hz=_input.number("rate_hz", rate_hz), sheet=sheet, part=part, run=run,
-        most_samples=most_samples,
+        most_samples=most_samples, format=format,
     )  # fmt: skip
     return _core.read_record(_source(source), name, choices)
 
@@ -133,6 +136,7 @@ def read_curve(
     time: Column | None = None,
     time_unit: str | None = None,
     rate_hz: float | None = None,
+    format: str | None = None,
 ) -> _core.Curve:
     """Reads a resonance curve, or demodulates the driven records of several files or a folder.
 
@@ -154,6 +158,8 @@ def read_curve(
         Which table, which curve in groups of columns.
     time, time_unit, rate_hz : optional
         Clock of driven records.
+    format : str, optional
+        The format, where the first bytes do not tell it.
 
     Returns
     -------
@@ -169,7 +175,7 @@ def read_curve(
         frequency=frequency, amplitude=amplitude, phase=phase, real=real, imaginary=imaginary,
         drive=drive, std_error=std_error, frequency_unit=frequency_unit, unit=unit,
         phase_unit=phase_unit, centre_hz=_input.number("centre_hz", centre_hz), kind=kind,
-        sheet=sheet, run=run, time=time, time_unit=time_unit,
+        sheet=sheet, run=run, time=time, time_unit=time_unit, format=format,
         rate_hz=_input.number("rate_hz", rate_hz),
     )  # fmt: skip
     return _core.read_curve(_source(source), name, choices)
@@ -185,6 +191,7 @@ def read_levels(
     unit: str | None = None,
     drive_unit: str | None = None,
     sheet: Column | None = None,
+    format: str | None = None,
 ) -> _core.Levels:
     """Reads drive levels and the amplitudes they gave.
 
@@ -200,6 +207,8 @@ def read_levels(
         Units where the file does not name them.
     sheet : str or int, optional
         Which table.
+    format : str, optional
+        The format, where the first bytes do not tell it.
 
     Returns
     -------
@@ -212,8 +221,9 @@ def read_levels(
         What is wrong with the file, with its row and what would help.
     """
     choices = _choices(
-        drive=drive, amplitude=amplitude, std_error=std_error, unit=unit, drive_unit=drive_unit, sheet=sheet
-    )
+        drive=drive, amplitude=amplitude, std_error=std_error, unit=unit, drive_unit=drive_unit,
+        sheet=sheet, format=format,
+    )  # fmt: skip
     return _core.read_levels(_source(source), name, choices)
 
 
