@@ -11,7 +11,8 @@ use crate::inference::least_squares::{Fit, LeastSquares, Normal, minimise, promi
 use crate::inference::noise::{NoiseModel, autocorrelation, significant_inflation};
 use crate::model::loss::{LossModel, LossTerm};
 use crate::signal::blocks::{self, Block};
-use std::f64::consts::PI;
+use crate::signal::spectrum::density_near;
+use std::f64::consts::{PI, TAU};
 use std::ops::Range;
 
 /// Parameters of phase and offset that every motion has.
@@ -114,6 +115,7 @@ pub(crate) fn fit_waveform<'a>(
         noise.variance_inflation = left.excess;
     }
     noise.variance_inflation *= significant_inflation(left.autocorrelation, left.blocks, significance);
+    noise.variance_inflation = noise.variance_inflation.max(left.coloured);
     Some(WindowFit {
         comparison: comparison.with_noise(noise),
         problem: Problem::Waveform(problem),
@@ -201,6 +203,9 @@ struct Remainder {
     /// From block to block.
     autocorrelation: f64,
     blocks: usize,
+    /// Density of all residuals about the frequency of the motion over that of white noise, less its
+    /// own standard error.
+    coloured: f64,
 }
 
 impl Remainder {
@@ -213,7 +218,10 @@ impl Remainder {
             .collect();
         // The loss parameters already took their share of these blocks.
         let dof = (left.len() as f64 - 3.0).max(1.0);
+        let density = density_near(problem.time, &residual, fit.parameters[OMEGA] / TAU);
+        let coloured = density.map_or(0.0, |d| d.ratio * (1.0 - (2.0 / d.degrees).sqrt()));
         Self {
+            coloured,
             excess: left.iter().map(|s| s * s).sum::<f64>() / dof / variance.max(f64::MIN_POSITIVE),
             autocorrelation: autocorrelation(&left),
             blocks: left.len(),
