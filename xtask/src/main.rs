@@ -8,6 +8,7 @@ mod places;
 mod python;
 mod tools;
 mod validation;
+mod web;
 
 use std::process::ExitCode;
 
@@ -22,6 +23,7 @@ Usage: cargo xtask <chore>
   statistics    bias, spread and coverage on decays whose truth is known
   fuzz          files of every format, changed where that reaches new code: no panic, no hang, no
                 excess of memory (needs a C++ compiler)
+  web           the browser page as static files, in target/site
   book          every command of the documentation, its output compared
 
 cargo xtask bench [--write] [--only a,b, …] [--rounds N]
@@ -62,6 +64,7 @@ fn main() -> ExitCode {
         "bench" | "statistics" => validation::chore(&chore, &rest),
         "fuzz" => fuzz::run(&rest),
         "book" => book::chore(&rest),
+        "web" if rest.is_empty() => web::chore(),
         "help" | "--help" | "-h" => {
             print!("{HELP}");
             return ExitCode::SUCCESS;
