@@ -18,7 +18,7 @@ let waiting = new Map();
 let last = 0;
 
 function start() {
-  worker = new Worker(new URL(columns ? "worker.js?columns" : "worker.js", import.meta.url), { type: "module" });
+  worker = new Worker(new URL("worker.js", import.meta.url), { type: "module", name: columns ? "columns" : "" });
   const calls = (waiting = new Map());
   const fail = (error) => {
     for (const call of calls.values()) call.reject(error);

@@ -14,7 +14,17 @@ self.addEventListener("activate", (event) => {
   );
 });
 
+/** What comes later, such as the larger module, is kept from then on. */
+async function fetched(request) {
+  const response = await fetch(request);
+  if (response.ok && request.url.startsWith(self.registration.scope)) {
+    const cache = await caches.open(NAME);
+    await cache.put(request, response.clone());
+  }
+  return response;
+}
+
 self.addEventListener("fetch", (event) => {
   if (event.request.method !== "GET") return;
-  event.respondWith(caches.match(event.request, { ignoreSearch: true }).then((kept) => kept ?? fetch(event.request)));
+  event.respondWith(caches.match(event.request).then((kept) => kept ?? fetched(event.request)));
 });
