@@ -22,11 +22,12 @@ const ROOMS: [&str; 13] = [
 ];
 
 /// The crates, from the root of the repository.
-const CRATES: [&str; 7] = [
+const CRATES: [&str; 8] = [
     "crates/slipfit",
     "crates/slipfit-io",
     "crates/slipfit-report",
     "crates/slipfit-cli",
+    "crates/slipfit-wasm",
     "validation",
     "validation/real-data",
     "xtask",
