@@ -22,13 +22,14 @@ const ROOMS: [&str; 13] = [
 ];
 
 /// The crates, from the root of the repository.
-const CRATES: [&str; 9] = [
+const CRATES: [&str; 10] = [
     "crates/slipfit",
     "crates/slipfit-io",
     "crates/slipfit-batch",
     "crates/slipfit-report",
     "crates/slipfit-cli",
     "crates/slipfit-py",
+    "crates/slipfit-wasm",
     "validation",
     "validation/real-data",
     "xtask",

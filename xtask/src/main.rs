@@ -8,6 +8,7 @@ mod places;
 mod python;
 mod tools;
 mod validation;
+mod web;
 
 use std::process::ExitCode;
 
@@ -22,7 +23,12 @@ Usage: cargo xtask <chore>
   statistics    bias, spread and coverage on decays whose truth is known
   fuzz          files of every format, changed where that reaches new code: no panic, no hang, no
                 excess of memory (needs a C++ compiler)
+  web           the browser page as static files, in target/site
   book          every command of the documentation, its output compared
+
+cargo xtask check [--only TEXT]
+  --only TEXT   only the steps whose names hold TEXT; `browser` tests the page, which is not part of
+                the whole check
 
 cargo xtask bench [--write] [--only a,b, …] [--rounds N]
   --write       renew docs/benchmarks.md
@@ -58,10 +64,11 @@ fn main() -> ExitCode {
     let chore = arguments.next().unwrap_or_default();
     let rest: Vec<String> = arguments.collect();
     let outcome = match chore.as_str() {
-        "check" if rest.is_empty() => check::run(),
+        "check" => check::run(&rest),
         "bench" | "statistics" => validation::chore(&chore, &rest),
         "fuzz" => fuzz::run(&rest),
         "book" => book::chore(&rest),
+        "web" if rest.is_empty() => web::chore(),
         "help" | "--help" | "-h" => {
             print!("{HELP}");
             return ExitCode::SUCCESS;

@@ -22,7 +22,16 @@ pub(crate) const CARGO_DENY: Tool =
 pub(crate) const TYPOS: Tool =
     Tool { package: "typos-cli", wheel: Some("typos"), program: "typos", version: "1.52.0" };
 
+/// The glue between JavaScript and a module: of the version that crates/slipfit-wasm names.
+pub(crate) const WASM_BINDGEN: Tool =
+    Tool { package: "wasm-bindgen-cli", wheel: None, program: "wasm-bindgen", version: "0.2.130" };
+
 impl Tool {
+    #[cfg(test)]
+    pub(crate) fn version(&self) -> &'static str {
+        self.version
+    }
+
     /// The program: from the search path if the version fits, else from
     /// `target/tools`, built there first if it is missing.
     pub(crate) fn program(&self) -> Result<PathBuf, Failure> {
@@ -37,16 +46,24 @@ impl Tool {
             return Ok(program);
         }
         // Unoptimised: each runs for a second and would take minutes to optimise.
+        // A registry that lags behind may lack what the authors locked; the version of the program stays.
+        let built = self.install(&folder, &["--locked"]).or_else(|_| self.install(&folder, &[]));
+        built?;
+        if self.fits(&own) { Ok(own) } else { Err(format!("{} does not run", own.display()).into()) }
+    }
+
+    fn install(&self, folder: &Path, flags: &[&str]) -> Result<(), Failure> {
         run(cargo()
-            .args(["install", "--locked", "--force", "--root"])
-            .arg(&folder)
+            .arg("install")
+            .args(flags)
+            .args(["--force", "--root"])
+            .arg(folder)
             .arg(format!("{}@{}", self.package, self.version))
             .env("CARGO_TARGET_DIR", folder.join("build"))
             .env("CARGO_PROFILE_RELEASE_OPT_LEVEL", "0")
             .env("CARGO_PROFILE_RELEASE_LTO", "off")
             .env("CARGO_PROFILE_RELEASE_CODEGEN_UNITS", "16")
-            .env("CARGO_PROFILE_RELEASE_DEBUG", "0"))?;
-        if self.fits(&own) { Ok(own) } else { Err(format!("{} does not run", own.display()).into()) }
+            .env("CARGO_PROFILE_RELEASE_DEBUG", "0"))
     }
 
     /// `None` where there is no Python, no network, or no wheel for this machine.

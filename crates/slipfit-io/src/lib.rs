@@ -154,7 +154,30 @@ pub fn glance(
     record: &ReadOptions,
     curve: Option<&ReadOptions>,
 ) -> Result<Glance, ReadError> {
-    read::glance::glance(path.as_ref(), most_rows, record, curve)
+    let (origin, name) = Origin::file(path.as_ref())?;
+    read::glance::glance(origin, &name, most_rows, record, curve)
+}
+
+/// As [`glance`], from a stream; `name` stands for it.
+///
+/// # Errors
+/// As [`glance`].
+///
+/// ```
+/// let file = "f (Hz),R (V)\n99,0.1\n100,0.7\n101,0.2\n";
+/// let options = slipfit_io::ReadOptions::default();
+/// let seen = slipfit_io::glance_from(file.as_bytes(), "sweep.csv", 1000, &options, Some(&options))?;
+/// assert_eq!((seen.tables.tables[0].columns.len(), seen.curve.is_some()), (2, true));
+/// # Ok::<(), slipfit_io::ReadError>(())
+/// ```
+pub fn glance_from(
+    reader: impl Read,
+    name: &str,
+    most_rows: usize,
+    record: &ReadOptions,
+    curve: Option<&ReadOptions>,
+) -> Result<Glance, ReadError> {
+    read::glance::glance(Origin::Stream(Box::new(reader)), name, most_rows, record, curve)
 }
 
 /// The files of a folder, hidden ones and folders left out, in the order of their names.

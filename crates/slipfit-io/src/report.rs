@@ -81,7 +81,7 @@ pub struct ReadReport {
     pub time: Option<TimeSource>,
     /// What the signal was taken to be; a response before it was made a displacement.
     pub kind: SignalKind,
-    /// Whether the name of a column says that this is a curve, not its numbers alone.
+    /// Whether the name of a column says that this is a curve, or levels, not its numbers alone.
     pub named: bool,
     /// Tables side by side in the file.
     pub parts: usize,

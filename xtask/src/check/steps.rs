@@ -6,6 +6,7 @@ use std::path::PathBuf;
 use super::outcome::{Outcome, Step};
 use crate::places::{cargo, command, root, run, succeeds, target};
 use crate::tools::{CARGO_DENY, TYPOS};
+use crate::web::{self, Toolchain, WASM};
 use crate::{Failure, book, python};
 
 pub(super) const ALL: [Step; 14] = [
@@ -25,9 +26,11 @@ pub(super) const ALL: [Step; 14] = [
     ("spelling", spelling),
 ];
 
+/// Steps that run only where they are asked for: the page takes some minutes to compile a second time.
+pub(super) const ASKED_FOR: [Step; 1] = [("page in a browser", page_in_a_browser)];
+
 /// Built by `cargo xtask fuzz` with libFuzzer in it, which takes a C++ compiler.
 const FUZZ: &str = "slipfit-fuzz";
-const WASM: &str = "wasm32-unknown-unknown";
 
 fn format() -> Result<Outcome, Failure> {
     let output = cargo().args(["fmt", "--all", "--check"]).output()?;
@@ -214,6 +217,30 @@ fn commands_of_the_documentation() -> Result<Outcome, Failure> {
                 .into())
         }
     }
+}
+
+/// The site is built, and driven by Chromium beside the command.
+fn page_in_a_browser() -> Result<Outcome, Failure> {
+    let toolchain = match Toolchain::find() {
+        Ok(toolchain) => toolchain,
+        Err(missing) => return Ok(Outcome::Skipped(format!("page NOT built: {missing}"))),
+    };
+    let folder = root().join("web");
+    let npm = command("npm").args(["ci", "--no-audit", "--no-fund", "--prefix"]).arg(&folder).output();
+    let has_modules = npm.is_ok_and(|output| output.status.success());
+    let site = web::build(&toolchain)?;
+    let size = format!("{} kB packed at the first view", site.packed / 1000);
+    let skipped = |reason: &str| Ok(Outcome::Skipped(format!("page built, {size}, NOT tested: {reason}")));
+    if !has_modules {
+        return skipped("`npm ci` in web/ cannot be run");
+    }
+    let Some(browser) = web::chromium() else { return skipped("there is no Chromium; CHROMIUM names one") };
+    // What the page must agree with.
+    run(cargo().args(["build", "--release", "--package", "slipfit-cli"]))?;
+    let mut tests = command("node");
+    tests.args(["--test", "tests/"]).current_dir(&folder);
+    run(tests.env("SLIPFIT_SITE", &site.folder).env("CHROMIUM", browser))?;
+    Ok(Outcome::Passed(size))
 }
 
 fn licences_bans_sources() -> Result<Outcome, Failure> {

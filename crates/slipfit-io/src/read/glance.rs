@@ -1,8 +1,8 @@
 //! A file at a glance: its tables, the record and the curve it would be read as.
 
 use std::{
-    io::{self, Read as _},
-    path::Path,
+    fs::File,
+    io::{self, Read as _, Seek as _},
 };
 
 use slipfit::{record::Swings, resonance::Curve};
@@ -48,27 +48,16 @@ pub struct Glance {
 
 /// Looks at a file; text is read twice, for its tables and for the record, anything else is opened once.
 pub(crate) fn glance(
-    path: &Path,
+    origin: Origin<'_>,
+    name: &str,
     most_rows: usize,
     record: &ReadOptions,
     curve: Option<&ReadOptions>,
 ) -> Result<Glance, ReadError> {
-    let (origin, name) = Origin::file(path)?;
-    // A stream comes once.
-    let held = match origin {
-        Origin::File(_) => None,
-        Origin::Stream(mut stream) => {
-            let mut bytes = Vec::new();
-            let read = stream.read_to_end(&mut bytes);
-            read.map_err(|error| ReadError::new(&name, ReadProblem::Io(error)))?;
-            Some(bytes)
-        }
-    };
-    let again = || match &held {
-        Some(bytes) => Ok(Origin::Stream(Box::new(&bytes[..]))),
-        None => Origin::file(path).map(|(origin, _)| origin),
-    };
-    let head = beginning(again()?).map_err(|error| ReadError::new(&name, ReadProblem::Io(error)))?;
+    let failed = |error| ReadError::new(name, ReadProblem::Io(error));
+    let held = Held::new(origin).map_err(failed)?;
+    let again = || held.again().map_err(failed);
+    let head = beginning(again()?).map_err(failed)?;
     let from_source = |source: &mut dyn TableSource| {
         let tables = gathered(source, most_rows)?;
         if let Some(dialect) = source.dialect() {
@@ -93,25 +82,56 @@ pub(crate) fn glance(
     };
     let ((tables, reading, sweep), fingerprint) =
         opened_in_part(again()?, record.format, None, MOST_CELLS, from_source)
-            .map_err(|problem| ReadError::new(&name, problem))?;
+            .map_err(|problem| ReadError::new(name, problem))?;
     let cut = tables.iter().any(|table| table.cut);
     let record = match reading {
         Some(Ok(mut reading)) => {
-            fingerprint.clone().write(&mut reading.report, &name);
+            fingerprint.clone().write(&mut reading.report, name);
             Ok(reading)
         }
-        Some(Err(problem)) => Err(ReadError::new(&name, problem)),
-        None => again().and_then(|origin| record::read(origin, &name, record, None)),
+        Some(Err(problem)) => Err(ReadError::new(name, problem)),
+        None => again().and_then(|origin| record::read(origin, name, record, None)),
     };
     let curve = sweep.and_then(Result::ok).map(|mut sweep| {
-        fingerprint.clone().write(&mut sweep.report, &name);
+        fingerprint.clone().write(&mut sweep.report, name);
         sweep
     });
     // Numbers alone are not trusted where only the first of them were seen.
     let curve = curve.filter(|curve| !cut || curve.report.named);
     let swings = record.as_ref().ok().map(|reading: &Reading| reading.record.swings());
     let curve = curve.filter(|curve| is_curve(curve, tables.len(), swings));
-    Ok(Glance { head, tables: open::described(tables, fingerprint, &name), record, swings, curve })
+    Ok(Glance { head, tables: open::described(tables, fingerprint, name), record, swings, curve })
+}
+
+/// What can be read more than once: a stream comes once and is kept.
+enum Held {
+    File(File),
+    Bytes(Vec<u8>),
+}
+
+impl Held {
+    fn new(origin: Origin<'_>) -> io::Result<Self> {
+        match origin {
+            Origin::File(file) => Ok(Self::File(file)),
+            Origin::Stream(mut stream) => {
+                let mut bytes = Vec::new();
+                stream.read_to_end(&mut bytes)?;
+                Ok(Self::Bytes(bytes))
+            }
+        }
+    }
+
+    /// From its beginning.
+    fn again(&self) -> io::Result<Origin<'_>> {
+        match self {
+            Self::File(file) => {
+                let mut file = file.try_clone()?;
+                file.rewind()?;
+                Ok(Origin::File(file))
+            }
+            Self::Bytes(bytes) => Ok(Origin::Stream(Box::new(&bytes[..]))),
+        }
+    }
 }
 
 /// The first bytes of a file.

@@ -85,6 +85,8 @@ struct Choice {
     frequency: Option<usize>,
     /// Whether drive and amplitude are in decibels to be made linear.
     levels: [bool; 2],
+    /// Whether the name of a column says that it is the drive.
+    named: bool,
 }
 
 impl Choice {
@@ -140,7 +142,9 @@ impl Chooser<'_> {
         let (drive, linear_drive) = self.in_unit(drive, why_drive, options.drive_unit.as_ref());
         let error = |(index, why)| Picked { unit: amplitude.unit.clone(), ..self.picked(index, why) };
         let std_error = std_error.map(error);
-        Ok(Choice { drive, amplitude, std_error, frequency, levels: [linear_drive, linear_amplitude] })
+        let levels = [linear_drive, linear_amplitude];
+        let named = self.roles[drive.index] == Role::Drive;
+        Ok(Choice { drive, amplitude, std_error, frequency, levels, named })
     }
 
     /// A column in its unit or the one given, and whether it holds decibels.
@@ -208,6 +212,7 @@ fn from_table(table: &Held, starts: &[usize], options: &ReadOptions) -> Result<L
         rows_read: rows.len() as u64,
         skipped,
         taken: choice.columns().into_iter().map(|(what, picked)| (what, picked.taken(head))).collect(),
+        named: choice.named,
         notes: chooser.notes,
         ..head.report()
     };

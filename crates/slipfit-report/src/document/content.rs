@@ -5,6 +5,7 @@ use super::method::Step;
 use super::parameter::ParameterRow;
 use crate::plot::Picture;
 use crate::warning::warning_text;
+use serde::ser::{Serialize, SerializeStruct as _, Serializer};
 use slipfit::answer::Warning;
 use slipfit::answer::hint::Spelling;
 
@@ -25,6 +26,35 @@ pub struct Document<'a> {
     pub(crate) inputs: Vec<Input>,
     /// Drawn only where they are shown.
     pub(crate) pictures: Box<dyn Fn() -> Vec<Picture> + 'a>,
+}
+
+/// For a page that lays out the report itself: the words and tables, and each panel as an `<svg>` element
+/// in the colours of a light page ([`crate::plot::dark_rules`] turns them).
+impl Serialize for Document<'_> {
+    fn serialize<S: Serializer>(&self, serializer: S) -> Result<S::Ok, S::Error> {
+        let mut fields = serializer.serialize_struct("Document", 7)?;
+        fields.serialize_field("command", self.command)?;
+        fields.serialize_field("subject", &self.subject)?;
+        fields.serialize_field("sentence", &self.sentence)?;
+        fields.serialize_field("parameters", &self.parameters)?;
+        fields.serialize_field("tables", &self.tables)?;
+        fields.serialize_field("facts", &self.facts.iter().collect::<Vec<_>>())?;
+        let panels: Vec<String> = (self.pictures)().iter().map(Picture::inline_svg).collect();
+        fields.serialize_field("panels", &panels)?;
+        fields.end()
+    }
+}
+
+impl Serialize for Table {
+    fn serialize<S: Serializer>(&self, serializer: S) -> Result<S::Ok, S::Error> {
+        let mut fields = serializer.serialize_struct("Table", 5)?;
+        fields.serialize_field("title", self.title)?;
+        fields.serialize_field("headings", &self.headings())?;
+        fields.serialize_field("rows", self.split().1)?;
+        fields.serialize_field("chosen", &self.chosen)?;
+        fields.serialize_field("note", &self.note)?;
+        fields.end()
+    }
 }
 
 /// A warning with its code.

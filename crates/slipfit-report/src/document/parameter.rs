@@ -1,13 +1,14 @@
 //! Parameters as people read them, the same on a screen, on a page and in a table.
 
 use crate::format::{Rounded, Scale, plain};
+use serde::Serialize;
 use slipfit::{LossModel, LossTerm, Parameter, Parameters, Quantity};
 
 /// An interval this much longer on one side than on the other is printed on the screen.
 const ASYMMETRY: f64 = 1.15;
 
 /// One parameter in words and digits.
-#[derive(Debug, Clone, PartialEq)]
+#[derive(Debug, Clone, PartialEq, Serialize)]
 pub(crate) struct ParameterRow {
     pub(crate) words: String,
     pub(crate) symbol: &'static str,

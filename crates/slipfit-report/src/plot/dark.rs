@@ -29,7 +29,7 @@ const DARK: [(Color, Color); 13] = [
 
 /// Style rules that turn the colours of inline pictures for a dark screen. Attributes of SVG
 /// yield to any rule.
-pub(crate) fn dark_rules() -> String {
+pub fn dark_rules() -> String {
     let mut rules = String::from("@media screen and (prefers-color-scheme: dark) {\n");
     for (light, dark) in DARK {
         let (light, dark) = (hex(light), hex(dark));

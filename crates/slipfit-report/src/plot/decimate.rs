@@ -4,11 +4,17 @@ use super::figure::Point;
 
 /// As many points as draw the same picture on `columns` columns: within each,
 /// first, lowest, highest and last, in their order. Short records pass unchanged.
-pub(super) fn decimate(
-    points: impl ExactSizeIterator<Item = Point>,
+///
+/// ```
+/// let wave = (0..1000).map(|i| [f64::from(i), (0.1 * f64::from(i)).sin()]);
+/// let drawn = slipfit_report::plot::decimate(wave, [0.0, 999.0], 50);
+/// assert!(drawn.len() <= 4 * 51);
+/// ```
+pub fn decimate(
+    points: impl ExactSizeIterator<Item = [f64; 2]>,
     range: [f64; 2],
     columns: usize,
-) -> Vec<Point> {
+) -> Vec<[f64; 2]> {
     if points.len() <= 4 * columns {
         return points.collect();
     }

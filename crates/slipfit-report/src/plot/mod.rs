@@ -20,7 +20,8 @@ mod series;
 mod svg;
 
 pub use chart::{Chart, Look, Scaled, Series, page};
-pub(crate) use dark::dark_rules;
+pub use dark::dark_rules;
+pub use decimate::decimate;
 pub use heat::{HeatMap, heat_maps};
 pub use picture::{Format, Picture};
 

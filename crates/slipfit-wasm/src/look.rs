@@ -1,0 +1,84 @@
+//! A first look at a file: its tables and the analysis it is for.
+
+use crate::refusal::Refusal;
+use crate::{Analysis, File, Options};
+use serde::Serialize;
+use slipfit_io::{ReadOptions, Table};
+
+/// Rows of each table looked at.
+const PREVIEW_ROWS: usize = 20_000;
+
+/// What a file holds.
+#[derive(Debug, Clone, PartialEq, Serialize)]
+pub struct LookedAt {
+    /// What kind of file it is.
+    pub format: String,
+    /// Its tables.
+    pub tables: Vec<SeenTable>,
+    /// What it is for, unless the person chose.
+    pub analysis: Analysis,
+}
+
+/// A table of a file.
+#[derive(Debug, Clone, PartialEq, Serialize)]
+pub struct SeenTable {
+    /// Sheet, variable or group; empty where there is one only.
+    pub name: String,
+    /// Rows looked at.
+    pub rows: usize,
+    /// Its columns.
+    pub columns: Vec<SeenColumn>,
+}
+
+/// A column of a table.
+#[derive(Debug, Clone, PartialEq, Serialize)]
+pub struct SeenColumn {
+    /// From 1.
+    pub number: usize,
+    /// Its header; empty without one.
+    pub header: String,
+}
+
+/// Looks at a file without an analysis.
+///
+/// # Errors
+/// [`Refusal`] where it holds no table, or is of a format that cannot be read here.
+///
+/// ```
+/// use slipfit_wasm::{Analysis, File, Options, look};
+/// let bytes = b"f (Hz),R (V)\n99,0.1\n100,0.7\n101,0.2\n";
+/// let seen = look(&File { name: "sweep.csv", bytes }, &Options::default()).unwrap();
+/// assert_eq!((seen.analysis, seen.tables[0].columns.len()), (Analysis::Resonance, 2));
+/// ```
+pub fn look(file: &File<'_>, options: &Options) -> Result<LookedAt, Refusal> {
+    // A column, a unit or a rate is of one analysis; what a file is does not turn on it.
+    let chosen = options.read_options(Analysis::Levels)?;
+    let reading = ReadOptions { format: chosen.format, sheet: chosen.sheet, ..ReadOptions::default() };
+    let seen = slipfit_io::glance_from(file.bytes, file.name, PREVIEW_ROWS, &reading, Some(&reading))?;
+    let tables = &seen.tables.tables;
+    let is_sweep = seen.curve.is_some() || seen.record.is_err() && tables.iter().any(Table::is_sweep);
+    let analysis = match options.analysis {
+        Some(analysis) => analysis,
+        None if is_sweep => Analysis::Resonance,
+        None if seen.record.is_err() && names_levels(file, &reading) => Analysis::Levels,
+        None => Analysis::Ringdown,
+    };
+    let table = |table: &Table| SeenTable {
+        name: table.name.clone(),
+        rows: table.rows(),
+        columns: (1..)
+            .zip(&table.columns)
+            .map(|(number, c)| SeenColumn { number, header: c.header.clone() })
+            .collect(),
+    };
+    Ok(LookedAt {
+        format: seen.tables.format.name().to_owned(),
+        tables: tables.iter().map(table).collect(),
+        analysis,
+    })
+}
+
+/// Whether the file says itself that it holds amplitudes over levels of a drive.
+fn names_levels(file: &File<'_>, reading: &ReadOptions) -> bool {
+    slipfit_io::read_levels_from(file.bytes, file.name, reading).is_ok_and(|levels| levels.report.named)
+}

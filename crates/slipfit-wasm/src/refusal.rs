@@ -1,0 +1,63 @@
+//! Why there is no answer, and what would help.
+
+use crate::spelling::words;
+use serde::Serialize;
+use serde_json::{Value, json};
+use slipfit::answer::hint::{Hint, HintValue};
+use slipfit_io::{Format, ReadError, ReadProblem};
+
+/// What could not be done, for a person.
+#[derive(Debug, Clone, PartialEq, Serialize)]
+pub struct Refusal {
+    /// What is wrong.
+    pub message: String,
+    /// What would help.
+    pub hints: Vec<Advice>,
+    /// Whether this crate reads the file with its feature `columns`, which it was built without.
+    pub with_columns: bool,
+}
+
+/// A hint that a page can turn into a button: set `option` to `value`.
+#[derive(Debug, Clone, PartialEq, Serialize)]
+pub struct Advice {
+    /// The option, by its name in [`crate::Options`]; none where no option helps.
+    pub option: Option<&'static str>,
+    /// The value to give it, as JSON; null where the person must choose.
+    pub value: Value,
+    /// What that does.
+    pub advice: String,
+}
+
+impl Refusal {
+    pub(crate) fn new(message: impl Into<String>) -> Self {
+        Self { message: message.into(), hints: Vec::new(), with_columns: false }
+    }
+
+    /// An analysis that could not be done.
+    pub(crate) fn analysing(what: crate::Analysis, file: &str, error: &slipfit::Error) -> Self {
+        let hints = error.hints(what.core()).iter().map(Advice::from).collect();
+        Self { hints, ..Self::new(format!("{file}: {error}")) }
+    }
+}
+
+impl From<ReadError> for Refusal {
+    fn from(error: ReadError) -> Self {
+        let columns = |format: &Format| matches!(format, Format::Arrow | Format::Hdf5 | Format::Parquet);
+        let with_columns = !cfg!(feature = "columns")
+            && matches!(&error.problem, ReadProblem::Unsupported(format) if columns(format));
+        let hints = error.hints().iter().map(Advice::from).collect();
+        Self { hints, with_columns, ..Self::new(error.spelled(&words)) }
+    }
+}
+
+impl From<&Hint> for Advice {
+    fn from(hint: &Hint) -> Self {
+        let value = match &hint.value {
+            None => Value::Null,
+            Some(HintValue::Number(number)) => json!(number),
+            Some(HintValue::Range(limits)) => json!(limits),
+            Some(HintValue::Text(word)) => json!(word),
+        };
+        Self { option: hint.option, value, advice: hint.advice.clone().into_owned() }
+    }
+}

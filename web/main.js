@@ -1,0 +1,285 @@
+// The page: files in, answers out.
+import { answered, hints } from "./answer.js";
+import { el, fillTexts, text } from "./dom.js";
+import { Broken, Cancelled, Refused, ask, cancel, raw } from "./engine.js";
+import { setUp as setUpMeasure } from "./measure.js";
+import { optionsForm } from "./options.js";
+import { setUp as setUpSimulate } from "./simulate.js";
+
+/** A page of 32 bits holds a file and what is made of it. */
+const MOST_BYTES = 700e6;
+const EXAMPLES = [
+  ["pendulum", "classroom_pendulum.csv"],
+  ["fork", "tuning_fork_9nN.csv"],
+  ["viscous", "viscous_decay.csv"],
+  ["beat", "two_modes.csv"],
+  ["resonance", "tuning_fork_9nN_sweep.csv", "tuning_fork_free_sweep.csv"],
+  ["levels", "tuning_fork_9nN_levels.csv"],
+];
+
+const part = (id) => document.getElementById(id);
+const status = (message) => (part("status").textContent = message);
+const files = [];
+let current = null;
+let kept = [];
+/** Counts runs, so that one overtaken by another says nothing any more. */
+let run = 0;
+
+function linkOptions() {
+  try {
+    const given = new URLSearchParams(location.hash.slice(1)).get("options");
+    return given ? JSON.parse(given) : {};
+  } catch {
+    return {};
+  }
+}
+
+const link = (options) => {
+  const page = new URL(location.href);
+  page.hash = Object.keys(options).length ? new URLSearchParams({ options: JSON.stringify(options) }) : "";
+  return page.href;
+};
+
+/** Takes in a file and analyses it. */
+export async function take(name, bytes, { options = linkOptions(), reference = null } = {}) {
+  const file = { name, bytes, options: { ...options }, reference, seen: null, answer: null, json: null, error: null, formOpen: false };
+  files.push(file);
+  await select(file, true);
+}
+
+async function takeFiles(list) {
+  show("analyse");
+  for (const chosen of list) {
+    if (chosen.size > MOST_BYTES) {
+      await select(refusedFile(chosen.name, text("work.tooLarge")(chosen.name, `${Math.round(chosen.size / 1e6)} MB`)), false);
+      continue;
+    }
+    status(text("work.reading")(chosen.name));
+    try {
+      await take(chosen.name, new Uint8Array(await chosen.arrayBuffer()));
+    } catch (error) {
+      await select(refusedFile(chosen.name, `${chosen.name}: ${error.message}`), false);
+    }
+  }
+}
+
+function refusedFile(name, message) {
+  const file = { name, bytes: new Uint8Array(), options: {}, reference: null, seen: null, answer: null, json: null, error: { message, hints: [] } };
+  files.push(file);
+  return file;
+}
+
+async function select(file, analyse) {
+  current = file;
+  listFiles();
+  if (analyse) await work(file);
+  else draw(file);
+}
+
+async function work(file) {
+  const mine = ++run;
+  const went = () => mine !== run;
+  cancel();
+  status("");
+  part("working").hidden = false;
+  part("problem").replaceChildren();
+  document.body.setAttribute("aria-busy", "true");
+  const started = performance.now();
+  const chosen = JSON.stringify(file.options);
+  try {
+    part("working-text").textContent = text("work.reading")(file.name);
+    file.error = null;
+    file.seen = await ask("look", file.bytes, file.name, chosen);
+    if (went()) return;
+    part("working-text").textContent = text("work.analysing")(file.name);
+    const decided = JSON.stringify({ analysis: file.seen.analysis, ...file.options });
+    const free = file.reference;
+    file.answer = await ask("analyse", file.bytes, file.name, decided, free?.bytes ?? new Uint8Array(), free?.name ?? "");
+    if (went()) return;
+    file.json = JSON.parse(file.answer.json);
+    file.took = performance.now() - started;
+  } catch (error) {
+    if (went()) return;
+    file.answer = null;
+    file.json = null;
+    if (error instanceof Refused) file.error = { message: error.message, hints: error.hints };
+    else if (error instanceof Cancelled) file.error = { message: text("work.cancelled"), hints: [] };
+    else if (error instanceof Broken) file.error = { message: text("work.broken")(file.name, error.message), hints: [] };
+    else throw error;
+  } finally {
+    if (!went()) {
+      part("working").hidden = true;
+      document.body.removeAttribute("aria-busy");
+    }
+  }
+  if (current === file) draw(file);
+  status(text(file.answer ? "work.done" : "work.failed")(file.name));
+}
+
+function apply(option, value, quietly = false) {
+  if (value === null) delete current.options[option];
+  else current.options[option] = value;
+  if (!quietly) work(current);
+}
+
+function setReference(chosen) {
+  const file = current;
+  if (!chosen) {
+    file.reference = null;
+    return work(file);
+  }
+  return chosen.arrayBuffer().then((buffer) => {
+    file.reference = { name: chosen.name, bytes: new Uint8Array(buffer) };
+    return work(file);
+  });
+}
+
+function draw(file) {
+  const focused = document.activeElement?.id;
+  const typing = document.activeElement?.type === "text" ? document.activeElement.value : null;
+  kept.forEach((plot) => plot.remove());
+  kept = [];
+  part("problem").replaceChildren();
+  const result = part("result");
+  result.hidden = false;
+  const reset = () => {
+    file.options = {};
+    work(file);
+  };
+  const form = () => optionsForm(file, apply, reset, setReference);
+  if (file.error) {
+    result.replaceChildren(file.seen ? el("section", {}, el("h2", {}, text("options.title")), form()) : "");
+    const helps = file.error.hints.length ? [el("p", {}, text("refusal.helps")), hints(file.error.hints, apply)] : [];
+    part("problem").replaceChildren(el("p", { class: "error" }, file.error.message), ...helps);
+  } else if (file.answer) {
+    // The plots measure their place: it must be in the page first.
+    const host = el("div", {});
+    result.replaceChildren(host);
+    host.append(...answered(file, form(), apply, link(file.options), status, kept));
+    kept.forEach((plot) => plot.drawn.setSize({ width: Math.max(240, host.clientWidth), height: plot.drawn.height }));
+    part("take-link").addEventListener("click", () => setTimeout(() => status(text("take.linkNote"))));
+  }
+  const again = focused && part(focused);
+  if (!again) return;
+  again.focus();
+  // What was being typed when the answer came is not lost.
+  if (typing !== null && again.value !== typing) {
+    again.value = typing;
+    const finish = () => again.value === typing && again.dispatchEvent(new Event("change"));
+    again.addEventListener("blur", finish, { once: true });
+    again.addEventListener("keydown", (event) => event.key === "Enter" && finish(), { once: true });
+  }
+}
+
+function listFiles() {
+  const list = part("file-list");
+  list.hidden = files.length < 2;
+  const remove = (file) => {
+    files.splice(files.indexOf(file), 1);
+    if (current === file) {
+      current = files.at(-1) ?? null;
+      if (current) draw(current);
+    }
+    listFiles();
+  };
+  list.replaceChildren(
+    el("span", {}, text("files.label")),
+    ...files.map((file) =>
+      el(
+        "span",
+        { class: "file" },
+        el("button", { type: "button", "aria-pressed": String(file === current), onclick: () => select(file, !file.answer && !file.error) }, file.name),
+        el("button", { type: "button", class: "quiet", "aria-label": text("files.remove")(file.name), onclick: () => remove(file) }, "×"),
+      ),
+    ),
+  );
+}
+
+function setUpDrop() {
+  const input = part("files");
+  input.addEventListener("change", async () => {
+    const chosen = [...input.files];
+    input.value = "";
+    await takeFiles(chosen);
+  });
+  addEventListener("dragover", (event) => {
+    event.preventDefault();
+    part("drop").classList.add("over");
+  });
+  addEventListener("dragleave", (event) => {
+    if (!event.relatedTarget) part("drop").classList.remove("over");
+  });
+  addEventListener("drop", (event) => {
+    event.preventDefault();
+    part("drop").classList.remove("over");
+    takeFiles([...event.dataTransfer.files]);
+  });
+}
+
+function setUpExamples() {
+  const fetched = async (name) => new Uint8Array(await (await fetch(`examples/${name}`)).arrayBuffer());
+  const open = async (name, free) => {
+    const reference = free ? { name: free, bytes: await fetched(free) } : null;
+    await take(name, await fetched(name), { options: {}, reference });
+  };
+  part("examples").replaceChildren(
+    ...EXAMPLES.map(([key, name, free]) =>
+      el("li", {}, el("button", { type: "button", id: `example-${key}`, onclick: () => open(name, free) }, text(`examples.list.${key}`))),
+    ),
+  );
+}
+
+const TABS = ["analyse", "measure", "simulate"];
+const opened = new Set();
+
+function show(name) {
+  for (const tab of TABS) {
+    part(tab).hidden = tab !== name;
+    const button = part(`tab-${tab}`);
+    button.setAttribute("aria-selected", String(tab === name));
+    button.tabIndex = tab === name ? 0 : -1;
+  }
+  if (opened.has(name)) return;
+  opened.add(name);
+  const analyse = (file, bytes) => {
+    show("analyse");
+    return take(file, bytes, { options: {} });
+  };
+  if (name === "measure") setUpMeasure(part("measure"), analyse);
+  if (name === "simulate") setUpSimulate(part("simulate"), analyse);
+}
+
+function setUpTabs() {
+  part("tabs").addEventListener("keydown", (event) => {
+    const at = TABS.findIndex((tab) => part(`tab-${tab}`) === document.activeElement);
+    const to = { ArrowRight: at + 1, ArrowLeft: at - 1, Home: 0, End: TABS.length - 1 }[event.key];
+    if (at < 0 || to === undefined) return;
+    event.preventDefault();
+    const tab = TABS[(to + TABS.length) % TABS.length];
+    show(tab);
+    part(`tab-${tab}`).focus();
+  });
+  for (const tab of TABS) part(`tab-${tab}`).addEventListener("click", () => show(tab));
+}
+
+async function begin() {
+  fillTexts();
+  setUpTabs();
+  setUpDrop();
+  setUpExamples();
+  part("cancel").addEventListener("click", cancel);
+  part("enlarged-close").addEventListener("click", () => part("enlarged").close());
+  if ("serviceWorker" in navigator && window.isSecureContext) {
+    navigator.serviceWorker.register("sw.js").catch(() => {});
+    navigator.serviceWorker.ready.then(() => (document.documentElement.dataset.offline = "ready"));
+  }
+  const rules = new CSSStyleSheet();
+  rules.replaceSync(await raw("darkRules"));
+  document.adoptedStyleSheets.push(rules);
+  part("version").textContent = await raw("version");
+  document.documentElement.dataset.ready = "yes";
+}
+
+// For the tests in web/tests, and for a person with a console.
+window.slipfit = { get current() { return current; }, take };
+begin();

@@ -1,0 +1,8 @@
+// Sound as it comes, block by block.
+class Recorder extends AudioWorkletProcessor {
+  process([input]) {
+    if (input[0]) this.port.postMessage(input[0].slice());
+    return true;
+  }
+}
+registerProcessor("recorder", Recorder);

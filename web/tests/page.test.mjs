@@ -1,0 +1,362 @@
+// The page in a browser, as a person uses it.
+import assert from "node:assert/strict";
+import { execFileSync } from "node:child_process";
+import { existsSync, mkdirSync, readFileSync, readdirSync, statSync } from "node:fs";
+import { createRequire } from "node:module";
+import { basename, dirname, join } from "node:path";
+import { after, before, test } from "node:test";
+import { command, drop, launch, measured, open, root, serve, settled, site } from "./site.mjs";
+
+const axe = readFileSync(createRequire(import.meta.url).resolve("axe-core/axe.min.js"), "utf8");
+const examples = join(root, "examples");
+const bytesOf = (name) => readFileSync(join(examples, name));
+/** Pictures to look at. */
+const shots = join(root, "target/web-screenshots");
+mkdirSync(shots, { recursive: true });
+
+let server;
+let browser;
+before(async () => {
+  assert.ok(existsSync(join(site, "index.html")), `${site} is not built: cargo xtask web`);
+  server = await serve();
+  browser = await launch();
+});
+after(async () => {
+  await browser?.close();
+  await server?.close();
+});
+
+/** What the command answers, run beside the file so that both name it alike. */
+function commanded(line, cwd = examples) {
+  // The line is one for a shell; `--json -` is what the page keeps.
+  return execFileSync("sh", ["-c", `"${command}" ${line.replace(/^slipfit /, "")} --json - 2>/dev/null`], { cwd, encoding: "utf8", maxBuffer: 1 << 28 });
+}
+
+/** The numbers of both, which two compilers may round differently in their last digits. */
+function assertSameAnswer(mine, theirs, where, tolerance = 1e-6) {
+  const compare = (a, b, path) => {
+    if (typeof a === "number" && typeof b === "number") {
+      assert.ok(a === b || Math.abs(a - b) <= tolerance * Math.max(Math.abs(a), Math.abs(b)) + 1e-300 || near(path, a, b), `${where} ${path}: ${a} and ${b}`);
+    } else if (a !== null && typeof a === "object") {
+      assert.deepEqual(Object.keys(a), Object.keys(b), `${where} ${path}`);
+      for (const key of Object.keys(a)) compare(a[key], b[key], `${path}.${key}`);
+    } else {
+      assert.equal(a, b, `${where} ${path}`);
+    }
+  };
+  // Differences of nearly equal numbers, and probabilities far in a tail, keep fewer digits.
+  const near = (path, a, b) => /residual|p_value|correlation|std_error|background|second_mode|unbounded|interval/.test(path) && Math.abs(a - b) <= 1e-3 * Math.max(Math.abs(a), Math.abs(b), 1e-9);
+  compare(JSON.parse(mine), JSON.parse(theirs), "");
+}
+
+for (const name of ["classroom_pendulum.csv", "tuning_fork_9nN.csv", "tuning_fork_12nN.csv", "tuning_fork_9nN_waveform.csv", "tuning_fork_9nN_sweep.csv", "tuning_fork_12nN_sweep.csv", "tuning_fork_free_sweep.csv", "tuning_fork_9nN_levels.csv"]) {
+  test(`${name} has the answer of the command`, async () => {
+    const { page, context, problems } = await open(browser, server.address);
+    const { json, error, command: line } = await drop(page, [{ name, bytes: bytesOf(name) }]);
+    assert.equal(error, null);
+    assertSameAnswer(json, commanded(line), name);
+    assert.equal(await page.textContent("#sentence"), JSON.parse(json).sentence);
+    assert.deepEqual(problems, []);
+    await context.close();
+  });
+}
+
+test("a resonance curve takes its friction-free reference by one click on the example", async () => {
+  const { page, context } = await open(browser, server.address);
+  await page.click("#example-resonance");
+  const { json, command: line } = await settled(page, "tuning_fork_9nN_sweep.csv");
+  assert.equal(line, "slipfit resonance tuning_fork_9nN_sweep.csv --reference tuning_fork_free_sweep.csv");
+  assertSameAnswer(json, commanded(line), "reference");
+  await context.close();
+});
+
+test("every example answers by one click", async () => {
+  const { page, context, problems } = await open(browser, server.address);
+  for (const [key, name] of [["pendulum", "classroom_pendulum.csv"], ["fork", "tuning_fork_9nN.csv"], ["viscous", "viscous_decay.csv"], ["beat", "two_modes.csv"], ["levels", "tuning_fork_9nN_levels.csv"]]) {
+    await page.click(`#example-${key}`);
+    const { error, json } = await settled(page, name);
+    assert.equal(error, null, name);
+    if (key === "viscous") assert.equal(JSON.parse(json).sliding.detected, false);
+    if (key === "beat") assert.ok(JSON.parse(json).warnings.length > 0);
+  }
+  assert.equal(await page.locator("#file-list .file").count(), 5);
+  assert.deepEqual(problems, []);
+  await context.close();
+});
+
+test("options are changed in place and stand in the command and in the link", async () => {
+  const { page, context } = await open(browser, server.address);
+  await page.click("#example-pendulum");
+  await settled(page, "classroom_pendulum.csv");
+  await page.click("summary");
+  await page.selectOption("#option-constant", "torsion_stiffness");
+  await page.fill("#option-torsion_stiffness", "12");
+  await page.fill("#option-torsion_stiffness-1", "0,5");
+  await page.press("#option-torsion_stiffness-1", "Enter");
+  await page.waitForFunction(() => window.slipfit.current.answer?.command.includes("0.5"));
+  await page.fill("#option-end_s", "25");
+  await page.press("#option-end_s", "Tab");
+  await page.waitForFunction(() => window.slipfit.current.answer?.command.includes("--end"));
+  const { json, command: line } = await settled(page, "classroom_pendulum.csv");
+  assert.equal(line, "slipfit ringdown classroom_pendulum.csv --end 25 --torsion-stiffness '12±0.5'");
+  assertSameAnswer(json, commanded(line), "options");
+  assert.ok(JSON.parse(json).parameters.coulomb_force.value > 0);
+  const link = await page.getAttribute("#take-link", "href");
+  assert.deepEqual(JSON.parse(new URLSearchParams(new URL(link).hash.slice(1)).get("options")), { end_s: 25, torsion_stiffness: [12, 0.5] });
+  await context.close();
+  // The link alone sets the options of the next file.
+  const { page: other, context: second } = await open(browser, server.address + new URL(link).hash);
+  const again = await drop(other, [{ name: "classroom_pendulum.csv", bytes: bytesOf("classroom_pendulum.csv") }]);
+  assert.equal(again.command, line);
+  await second.close();
+});
+
+test("a hint is applied by its button", async () => {
+  const { page, context } = await open(browser, server.address);
+  const rows = ["x (m)"];
+  for (let i = 0; i < 2000; i++) rows.push(String(Math.exp(-i / 700) * Math.cos(0.3 * i)));
+  const { error } = await drop(page, [{ name: "bare.csv", bytes: Buffer.from(rows.join("\n")) }]);
+  assert.ok(error.hints.some((hint) => hint.option === "rate_hz"), JSON.stringify(error));
+  await page.fill("#option-rate_hz", "100");
+  await page.press("#option-rate_hz", "Enter");
+  await page.waitForFunction(() => window.slipfit.current.answer);
+  await page.click("#example-beat");
+  await settled(page, "two_modes.csv");
+  const button = page.locator(".warnings button", { hasText: "Use the band" }).first();
+  await button.click();
+  await page.waitForFunction(() => window.slipfit.current.answer?.command.includes("--band"));
+  await context.close();
+});
+
+test("the window of the decay is dragged, and moved by keys", async () => {
+  const { page, context } = await open(browser, server.address, { viewport: { width: 1000, height: 1200 } });
+  await page.click("#example-pendulum");
+  await settled(page, "classroom_pendulum.csv");
+  const edge = page.getByRole("slider", { name: "End of the decay" });
+  const box = await edge.boundingBox();
+  await page.mouse.move(box.x + box.width / 2, box.y + box.height / 2);
+  await page.mouse.down();
+  await page.mouse.move(box.x - 400, box.y + box.height / 2, { steps: 5 });
+  await page.mouse.up();
+  await page.waitForFunction(() => window.slipfit.current.options.end_s > 0 && window.slipfit.current.answer?.command.includes("--end"));
+  const dragged = await page.evaluate(() => window.slipfit.current.options.end_s);
+  assert.ok(dragged > 10 && dragged < 50, String(dragged));
+  await settled(page, "classroom_pendulum.csv");
+  const start = page.getByRole("slider", { name: "Begin of the decay" });
+  await start.focus();
+  await page.keyboard.press("ArrowRight");
+  await page.keyboard.press("Enter");
+  await page.waitForFunction(() => window.slipfit.current.answer?.command.includes("--start"));
+  await context.close();
+});
+
+test("garbage, nothing and a foreign format are refused in words, and the page goes on", async () => {
+  const { page, context, problems } = await open(browser, server.address);
+  const noise = Buffer.from(Array.from({ length: 5000 }, (_, i) => (i * 7919 + (i >> 3) * 104729) & 255));
+  for (const [name, bytes] of [["noise.bin", noise], ["empty.csv", Buffer.alloc(0)], ["paper.pdf", Buffer.from("%PDF-1.7\n%âãÏÓ\n")], ["cut.parquet", Buffer.from("PAR1aaaaaaaaPAR1")]]) {
+    const { error } = await drop(page, [{ name, bytes }]);
+    assert.ok(error?.message.includes(name), `${name}: ${JSON.stringify(error)}`);
+    assert.ok(await page.isVisible(".error"));
+  }
+  const { error } = await drop(page, [{ name: "classroom_pendulum.csv", bytes: bytesOf("classroom_pendulum.csv") }]);
+  assert.equal(error, null);
+  assert.deepEqual(problems, []);
+  await context.close();
+});
+
+test("two drops in a row leave the answer of the second", async () => {
+  const { page, context } = await open(browser, server.address);
+  const first = drop(page, [{ name: "tuning_fork_9nN_waveform.csv", bytes: bytesOf("tuning_fork_9nN_waveform.csv") }]).catch(() => null);
+  const { json } = await drop(page, [{ name: "classroom_pendulum.csv", bytes: bytesOf("classroom_pendulum.csv") }]);
+  assert.equal(JSON.parse(json).input.path, "classroom_pendulum.csv");
+  await Promise.race([first, new Promise((done) => setTimeout(done, 3000))]);
+  assert.equal(await page.locator("#sentence").count(), 1);
+  await context.close();
+});
+
+test("a long analysis is cancelled in the middle", async () => {
+  const { page, context } = await open(browser, server.address);
+  const made = await page.evaluate(() => {
+    const rows = ["time (s),x (m)"];
+    for (let i = 0; i < 600_000; i++) rows.push(`${i / 1000},${(Math.exp(-i / 2e5) * Math.cos(0.2 * i)).toFixed(6)}`);
+    window.slipfit.take("long.csv", new TextEncoder().encode(rows.join("\n")));
+    return rows.length;
+  });
+  assert.ok(made > 500_000);
+  await page.click("#cancel");
+  const { error } = await settled(page, "long.csv");
+  assert.equal(error.message, "Cancelled.");
+  const { error: none } = await drop(page, [{ name: "classroom_pendulum.csv", bytes: bytesOf("classroom_pendulum.csv") }]);
+  assert.equal(none, null);
+  await context.close();
+});
+
+test("names and headers that hold markup are text", async () => {
+  const { page, context, problems } = await open(browser, server.address);
+  const evil = '<img src=x onerror="window.hit=1">';
+  const text = bytesOf("classroom_pendulum.csv").toString().replace("displacement (rad)", `"${evil.replaceAll('"', '""')} (rad)"`);
+  const { error } = await drop(page, [{ name: `${evil}.csv`, bytes: Buffer.from(text) }, { name: `<svg onload=window.hit=1>.csv`, bytes: Buffer.from(text) }]);
+  assert.equal(error, null);
+  assert.equal(await page.evaluate(() => window.hit), undefined);
+  assert.equal(await page.locator("main img, [onerror], [onload]").count(), 0);
+  assert.ok((await page.textContent("#result")).includes("onerror"));
+  assert.deepEqual(problems, []);
+  await context.close();
+});
+
+test("no request leaves the site, and nothing is sent", async () => {
+  const { page, context, requests } = await open(browser, server.address);
+  const sent = [];
+  page.on("request", (request) => (request.method() !== "GET" || request.postData()) && sent.push(request.url()));
+  for (const name of ["classroom_pendulum.csv", "tuning_fork_9nN_sweep.csv"]) await drop(page, [{ name, bytes: bytesOf(name) }]);
+  await page.click("#tab-simulate");
+  await page.waitForSelector("#simulate .u-legend");
+  assert.ok(requests.length > 5);
+  assert.deepEqual(requests.filter((url) => !url.startsWith(server.address) && !url.startsWith(`blob:${server.address}`)), []);
+  assert.deepEqual(sent, []);
+  const policy = await page.getAttribute("meta[http-equiv]", "content");
+  assert.ok(policy.includes("default-src 'self'") && !policy.replace("wasm-unsafe-eval", "").includes("unsafe"), policy);
+  await context.close();
+});
+
+test("it works offline after the first visit", async () => {
+  const { page, context } = await open(browser, server.address);
+  await page.waitForFunction(() => document.documentElement.dataset.offline === "ready");
+  await page.reload();
+  await page.waitForFunction(() => navigator.serviceWorker.controller !== null);
+  await context.setOffline(true);
+  await page.reload();
+  await page.waitForFunction(() => document.documentElement.dataset.ready === "yes");
+  await page.click("#example-pendulum");
+  const { error } = await settled(page, "classroom_pendulum.csv");
+  assert.equal(error, null);
+  await context.close();
+});
+
+test("an Arrow, Parquet or HDF5 file brings the larger module", async () => {
+  const { page, context, requests } = await open(browser, server.address);
+  const larger = () => requests.filter((url) => url.includes("slipfit_wasm_columns"));
+  assert.deepEqual(larger(), []);
+  const folder = join(root, "validation/reference/writers");
+  for (const name of ["duckdb_gzip_V1.parquet", "h5py_gzip_v108.h5"]) {
+    const { json, error, command: line } = await drop(page, [{ name, bytes: readFileSync(join(folder, name)) }]);
+    assert.equal(error, null, name);
+    assertSameAnswer(json, commanded(line, folder), name);
+  }
+  assert.equal(new Set(larger()).size, 2);
+  await context.close();
+});
+
+test("the simulation draws, and its decay is analysed", async () => {
+  const { page, context, problems } = await open(browser, server.address);
+  await page.click("#tab-simulate");
+  await page.waitForSelector("#simulate .u-legend");
+  await page.locator("#slider-friction").fill("0.8");
+  await page.waitForFunction(() => document.querySelector("#slider-friction + output").textContent === "0.80");
+  await page.waitForTimeout(500);
+  await page.screenshot({ path: join(shots, "simulate-1280.png"), fullPage: true });
+  await page.click("#simulate-analyse");
+  const { json, error } = await settled(page, "simulated.csv");
+  assert.equal(error, null);
+  assert.ok(JSON.parse(json).sliding.detected);
+  assert.deepEqual(problems, []);
+  await context.close();
+});
+
+for (const [width, scheme] of [[360, "light"], [1440, "dark"], [1440, "light"], [360, "dark"]]) {
+  test(`at ${width} px, ${scheme}: nothing overflows, axe finds nothing`, async () => {
+    const { page, context } = await open(browser, server.address, { viewport: { width, height: 900 }, colorScheme: scheme });
+    // Injected by the debugger, past the page's own policy.
+    const violations = async () => {
+      await page.evaluate(axe);
+      const found = await page.evaluate(() => window.axe.run());
+      return found.violations.map((v) => `${v.id}: ${v.nodes.map((n) => n.html.slice(0, 120)).join(" | ")}`);
+    };
+    const fits = () => page.evaluate(() => document.documentElement.scrollWidth <= innerWidth);
+    assert.deepEqual(await violations(), []);
+    for (const [key, name] of [["pendulum", "classroom_pendulum.csv"], ["beat", "two_modes.csv"], ["resonance", "tuning_fork_9nN_sweep.csv"]]) {
+      await page.click(`#example-${key}`);
+      await settled(page, name);
+      await page.locator("summary").click();
+      await page.screenshot({ path: join(shots, `${key}-${width}-${scheme}.png`), fullPage: true });
+      assert.ok(await fits(), `${key} overflows`);
+      assert.deepEqual(await violations(), [], key);
+    }
+    for (const tab of ["measure", "simulate"]) {
+      await page.click(`#tab-${tab}`);
+      if (tab === "simulate") await page.waitForSelector("#simulate .u-legend");
+      assert.ok(await fits(), `${tab} overflows`);
+      assert.deepEqual(await violations(), [], tab);
+      await page.screenshot({ path: join(shots, `${tab}-${width}-${scheme}.png`), fullPage: true });
+    }
+    await context.close();
+  });
+}
+
+test("everything is reached by keyboard alone", async () => {
+  const { page, context } = await open(browser, server.address);
+  for (let i = 0; i < 20; i++) {
+    await page.keyboard.press("Tab");
+    if (await page.evaluate(() => document.activeElement.id === "example-pendulum")) break;
+  }
+  await page.keyboard.press("Enter");
+  await settled(page, "classroom_pendulum.csv");
+  const reached = new Set();
+  for (let i = 0; i < 80; i++) {
+    await page.keyboard.press("Tab");
+    reached.add(await page.evaluate(() => document.activeElement.id || document.activeElement.getAttribute("aria-label") || document.activeElement.tagName));
+  }
+  for (const wanted of ["take-html", "take-json", "take-link", "SUMMARY", "Begin of the decay", "End of the decay"]) {
+    assert.ok(reached.has(wanted), `${wanted} is not among ${[...reached].join(", ")}`);
+  }
+  await page.focus("#tab-analyse");
+  await page.keyboard.press("ArrowRight");
+  assert.ok(await page.isVisible("#measure"));
+  await context.close();
+});
+
+test("files are handed out: report, figure, answer, numbers", async () => {
+  const { page, context } = await open(browser, server.address);
+  await page.click("#example-pendulum");
+  const { json } = await settled(page, "classroom_pendulum.csv");
+  const held = async (what) => {
+    const [download] = await Promise.all([page.waitForEvent("download"), page.click(`#take-${what}`)]);
+    return [download.suggestedFilename(), readFileSync(await download.path(), "utf8")];
+  };
+  assert.deepEqual(await held("json"), ["classroom_pendulum.json", json]);
+  const [name, report] = await held("html");
+  assert.equal(name, "classroom_pendulum.html");
+  assert.ok(report.startsWith("<!DOCTYPE html>") && report.includes("slipfit ringdown classroom_pendulum.csv"));
+  assert.ok((await held("svg"))[1].startsWith("<svg"));
+  assert.ok((await held("csv"))[1].includes("time_s,amplitude"));
+  await context.close();
+});
+
+/** Files that the command reads in a moment, as sizes go. */
+const LARGEST = 3e6;
+const isFile = (path) => existsSync(path) && statSync(path).isFile();
+
+test("measured files have the answers of the command", { skip: !existsSync(measured) && `no measured files at ${measured}` }, async () => {
+  const { page, context } = await open(browser, server.address);
+  const found = readdirSync(measured, { recursive: true }).map((name) => join(measured, name)).filter(isFile);
+  const small = found.filter((path) => statSync(path).size <= LARGEST && /\.(csv|txt|dat|wav|xlsx?|mat|npy|tsv)$/i.test(path)).sort();
+  // Every eighth: the whole of them is what the command's own tests read.
+  const chosen = small.filter((_, i) => i % 8 === 0);
+  let answers = 0;
+  for (const path of chosen) {
+    const name = basename(path);
+    const { json, error, command: line } = await drop(page, [{ name, bytes: readFileSync(path) }]);
+    if (json) {
+      // What is fitted at the edge of what the data tell moves with the last digits of the samples.
+      const [mine, theirs] = [json, commanded(line, dirname(path))].map((text) => JSON.parse(text));
+      assert.equal(mine.model, theirs.model, name);
+      assert.deepEqual(mine.input, theirs.input, name);
+      assert.deepEqual(mine.warnings.map((w) => w.code), theirs.warnings.map((w) => w.code), name);
+      answers += 1;
+    } else {
+      assert.ok(error.message.startsWith(name) && !error.message.includes("unexpectedly"), error.message);
+    }
+  }
+  assert.ok(answers > 5, `${answers} of ${chosen.length} have an answer`);
+  await context.close();
+});

@@ -1,0 +1,93 @@
+// The built site behind a server of static files, and a browser before it.
+import { createServer } from "node:http";
+import { readFile } from "node:fs/promises";
+import { extname, join, normalize, resolve } from "node:path";
+import { fileURLToPath } from "node:url";
+import { chromium } from "playwright-core";
+
+export const root = resolve(fileURLToPath(new URL("../..", import.meta.url)));
+export const site = process.env.SLIPFIT_SITE ?? join(root, "target/site");
+export const command = process.env.SLIPFIT_COMMAND ?? join(root, "target/release/slipfit");
+/** Measured files that no licence lets anyone pass on; their test is skipped without. */
+export const measured = process.env.SLIPFIT_REAL_DATA ?? join(root, "../shared/data");
+
+const TYPES = {
+  ".css": "text/css",
+  ".csv": "text/csv",
+  ".html": "text/html",
+  ".js": "text/javascript",
+  ".svg": "image/svg+xml",
+  ".wasm": "application/wasm",
+};
+
+/** A server of the site on the loopback interface; `close` ends it. */
+export async function serve() {
+  const server = createServer(async (request, response) => {
+    const path = normalize(decodeURIComponent(new URL(request.url, "http://localhost").pathname));
+    const file = join(site, path.endsWith("/") ? `${path}index.html` : path);
+    try {
+      if (!file.startsWith(site)) throw new Error("outside");
+      const content = await readFile(file);
+      response.writeHead(200, { "content-type": TYPES[extname(file)] ?? "application/octet-stream" });
+      response.end(content);
+    } catch {
+      response.writeHead(404).end();
+    }
+  });
+  await new Promise((done) => server.listen(0, "127.0.0.1", done));
+  return {
+    address: `http://127.0.0.1:${server.address().port}/`,
+    close: () => new Promise((done) => {
+      server.close(done);
+      server.closeAllConnections();
+    }),
+  };
+}
+
+/** A browser; `flags` are added to those that keep it quiet. */
+export function launch(flags = []) {
+  const executablePath = process.env.CHROMIUM ?? "/usr/bin/chromium";
+  const quiet = ["--no-sandbox", "--disable-gpu", "--disable-background-networking", "--disable-component-update", "--disable-sync"];
+  return chromium.launch({ executablePath, args: [...quiet, ...flags] });
+}
+
+/** The page, ready to take files; `requests` gathers every address asked for, `problems` what the console says. */
+export async function open(browser, address, { context: contextOptions = {}, ...options } = {}) {
+  const context = await browser.newContext({ ...contextOptions, ...options });
+  const page = await context.newPage();
+  const requests = [];
+  const problems = [];
+  context.on("request", (request) => requests.push(request.url()));
+  page.on("console", (message) => message.type() === "error" && problems.push(message.text()));
+  page.on("pageerror", (error) => problems.push(String(error)));
+  await page.goto(address);
+  await page.waitForFunction(() => document.documentElement.dataset.ready === "yes", null, { timeout: 60_000 });
+  return { page, context, requests, problems };
+}
+
+/** Drops files `[{name, bytes}]` onto the page and waits until the last of them is done with. */
+export async function drop(page, files) {
+  const packed = files.map(({ name, bytes }) => ({ name, base64: Buffer.from(bytes).toString("base64") }));
+  await page.evaluate((list) => {
+    const transfer = new DataTransfer();
+    for (const { name, base64 } of list) {
+      const bytes = Uint8Array.from(atob(base64), (c) => c.charCodeAt(0));
+      transfer.items.add(new File([bytes], name));
+    }
+    dispatchEvent(new DragEvent("drop", { dataTransfer: transfer, cancelable: true }));
+  }, packed);
+  return settled(page, files.at(-1).name);
+}
+
+/** Waits until a file has an answer or an error; gives both. */
+export async function settled(page, name, timeout = 120_000) {
+  const done = (wanted) => {
+    const file = window.slipfit.current;
+    return file?.name === wanted && (file.answer || file.error) && !document.body.hasAttribute("aria-busy");
+  };
+  await page.waitForFunction(done, name, { timeout });
+  return page.evaluate(() => {
+    const { answer, error, took } = window.slipfit.current;
+    return { json: answer?.json, command: answer?.command, python: answer?.python, error, took };
+  });
+}

@@ -1,0 +1,312 @@
+//! The browser page as static files: `target/site`.
+
+use std::collections::hash_map::DefaultHasher;
+use std::ffi::OsStr;
+use std::hash::{Hash as _, Hasher as _};
+use std::path::{Path, PathBuf};
+use std::process::{Command, ExitCode};
+
+use crate::Failure;
+use crate::places::{cargo, command, root, run, succeeds, target};
+use crate::tools::WASM_BINDGEN;
+
+/// The target of browsers.
+pub(crate) const WASM: &str = "wasm32-unknown-unknown";
+/// What `rustup target add` cannot be had for: Debian's own compiler for the web.
+const DEBIAN: &str = "apt install rustc-web cargo-web rust-web-src lld-19";
+/// Not of the page.
+const LEFT_OUT: [&str; 6] =
+    ["tests", "node_modules", "package.json", "package-lock.json", "README.md", "tsconfig.json"];
+/// Examples of the repository that the page offers.
+const EXAMPLES: [&str; 5] = [
+    "classroom_pendulum.csv",
+    "tuning_fork_9nN.csv",
+    "tuning_fork_9nN_sweep.csv",
+    "tuning_fork_free_sweep.csv",
+    "tuning_fork_9nN_levels.csv",
+];
+/// Fetched with the first file that needs it, not with the page.
+const LATER: &str = "slipfit_wasm_columns";
+
+/// What the compiler uses of WebAssembly by default; every browser of the last years has it. Vector instructions
+/// (simd128) moved the fit of a waveform by 6e-5 of its decay rate, and the first answer by nothing measurable.
+const RUST_EMITS: [&str; 6] = [
+    "--enable-bulk-memory",
+    "--enable-multivalue",
+    "--enable-mutable-globals",
+    "--enable-nontrapping-float-to-int",
+    "--enable-reference-types",
+    "--enable-sign-ext",
+];
+
+/// The site, and what it lacks.
+pub(crate) struct Site {
+    pub(crate) folder: PathBuf,
+    /// Bytes of the first view, packed by gzip as servers do.
+    pub(crate) packed: u64,
+    /// What could not be had, for people.
+    pub(crate) remarks: Vec<String>,
+}
+
+/// How the core is built for browsers.
+pub(crate) enum Toolchain {
+    /// `rustup target add wasm32-unknown-unknown`.
+    Rustup,
+    /// Debian's rustc-web builds its own standard library.
+    Debian,
+}
+
+impl Toolchain {
+    /// What this machine has; or what is missing.
+    pub(crate) fn find() -> Result<Self, String> {
+        let output = command("rustc").args(["--print", "target-libdir", "--target", WASM]).output();
+        let installed = output.is_ok_and(|output| {
+            let library = PathBuf::from(String::from_utf8_lossy(&output.stdout).trim());
+            output.status.success() && library.is_dir()
+        });
+        if installed {
+            return Ok(Self::Rustup);
+        }
+        let sources = Path::new("/usr/src").read_dir().into_iter().flatten().flatten();
+        let has_sources =
+            sources.into_iter().any(|entry| entry.file_name().to_string_lossy().starts_with("rustc-web"));
+        if has_sources && succeeds(command("wasm-ld-19").arg("--version")) {
+            return Ok(Self::Debian);
+        }
+        Err(format!("`rustup target add {WASM}` (or on Debian `{DEBIAN}`) is missing"))
+    }
+
+    fn cargo(&self) -> Command {
+        match self {
+            Self::Rustup => {
+                let mut build = cargo();
+                build.args(["build", "--release"]);
+                build
+            }
+            Self::Debian => {
+                let mut build = command("/usr/bin/cargo");
+                build.env("RUSTC_BOOTSTRAP", "1").env("RUSTC", "/usr/bin/rustc");
+                build.env("CARGO_TARGET_WASM32_UNKNOWN_UNKNOWN_LINKER", "wasm-ld-19");
+                build.args(["build", "--release", "-Zbuild-std=std,panic_abort", "-Zprofile-rustflags"]);
+                // That compiler's LLVM crashes where it packs the core's sums.
+                build
+                    .args(["--config", "profile.release.package.slipfit.rustflags=[\"-Cno-vectorize-slp\"]"]);
+                build
+            }
+        }
+    }
+}
+
+/// The system's Chromium, or the one that `CHROMIUM` names.
+pub(crate) fn chromium() -> Option<PathBuf> {
+    let named = std::env::var_os("CHROMIUM").map(PathBuf::from);
+    let usual =
+        ["/usr/bin/chromium", "/usr/bin/chromium-browser", "/usr/bin/google-chrome"].map(PathBuf::from);
+    named.into_iter().chain(usual).find(|path| path.is_file())
+}
+
+/// Builds the site and says what it holds.
+pub(crate) fn chore() -> Result<ExitCode, Failure> {
+    let site = build(&Toolchain::find()?)?;
+    for remark in &site.remarks {
+        println!("note: {remark}");
+    }
+    println!("{}: {} kB packed at the first view", site.folder.display(), site.packed / 1000);
+    println!(
+        "any server of static files serves it, such as python3 -m http.server -d {}",
+        site.folder.display()
+    );
+    Ok(ExitCode::SUCCESS)
+}
+
+/// Builds the site.
+///
+/// # Errors
+/// When a program that is needed cannot be had, or fails.
+pub(crate) fn build(toolchain: &Toolchain) -> Result<Site, Failure> {
+    let folder = target()?.join("site");
+    if folder.exists() {
+        std::fs::remove_dir_all(&folder)?;
+    }
+    let source = root().join("web");
+    copy(&source, &folder)?;
+    let mut remarks = Vec::new();
+    let glue = WASM_BINDGEN.program()?;
+    let optimiser = optimiser();
+    if optimiser.is_none() {
+        remarks.push("wasm-opt was not found: the modules are a fifth larger".to_owned());
+    }
+    for (name, features) in [("slipfit_wasm", None), (LATER, Some("columns"))] {
+        module(toolchain, &glue, optimiser.as_ref(), &folder, name, features)?;
+    }
+    examples(&folder.join("examples"))?;
+    for name in ["LICENSE-MIT", "LICENSE-APACHE"] {
+        std::fs::copy(root().join(name), folder.join(name))?;
+    }
+    let first = first_view(&folder)?;
+    fill_service_worker(&folder, &first)?;
+    let mut packed = 0;
+    for file in first.iter().map(|name| folder.join(name)) {
+        packed += gzipped(&file)?;
+    }
+    Ok(Site { folder, packed, remarks })
+}
+
+/// One build of the core for the page.
+fn module(
+    toolchain: &Toolchain,
+    glue: &Path,
+    optimiser: Option<&Vec<PathBuf>>,
+    folder: &Path,
+    name: &str,
+    features: Option<&str>,
+) -> Result<(), Failure> {
+    let mut build = toolchain.cargo();
+    build.args(["--package", "slipfit-wasm", "--lib", "--no-default-features", "--target", WASM]);
+    run(build.args(features.map(|features| format!("--features={features}"))))?;
+    let built = target()?.join(WASM).join("release").join("slipfit_wasm.wasm");
+    let mut bind = command(glue);
+    bind.args(["--target", "web", "--no-typescript", "--out-name", name, "--out-dir"]).arg(folder);
+    run(bind.arg(&built))?;
+    let Some((program, rest)) = optimiser.and_then(|words| words.split_first()) else { return Ok(()) };
+    let module = folder.join(format!("{name}_bg.wasm"));
+    run(command(program).args(rest).arg("-O2").args(RUST_EMITS).arg("-o").args([&module, &module]))
+}
+
+/// binaryen's wasm-opt: of the search path, or of the page's node modules.
+fn optimiser() -> Option<Vec<PathBuf>> {
+    if succeeds(command("wasm-opt").arg("--version")) {
+        return Some(vec!["wasm-opt".into()]);
+    }
+    let script = root().join("web/node_modules/binaryen/bin/wasm-opt");
+    (script.is_file() && succeeds(command("node").arg(&script).arg("--version")))
+        .then(|| vec!["node".into(), script])
+}
+
+/// Files of a folder and those below it.
+fn copy(from: &Path, to: &Path) -> Result<(), Failure> {
+    std::fs::create_dir_all(to)?;
+    for entry in std::fs::read_dir(from)? {
+        let entry = entry?;
+        let name = entry.file_name();
+        if LEFT_OUT.iter().any(|left_out| name == *left_out) {
+            continue;
+        }
+        if entry.file_type()?.is_dir() {
+            copy(&entry.path(), &to.join(&name))?;
+        } else {
+            std::fs::copy(entry.path(), to.join(&name))?;
+        }
+    }
+    Ok(())
+}
+
+/// The examples of the repository, and two made by the command.
+fn examples(folder: &Path) -> Result<(), Failure> {
+    std::fs::create_dir_all(folder)?;
+    for name in EXAMPLES {
+        std::fs::copy(root().join("examples").join(name), folder.join(name))?;
+    }
+    let simulated = |arguments: &str| -> Result<String, Failure> {
+        let mut simulate = cargo();
+        simulate.args(["run", "--release", "--quiet", "--package", "slipfit-cli", "--"]);
+        let output = simulate.args(["simulate", "decay"]).args(arguments.split(' ')).output()?;
+        if !output.status.success() {
+            return Err(String::from_utf8_lossy(&output.stderr).into());
+        }
+        Ok(String::from_utf8(output.stdout)?)
+    };
+    let viscous = "--frequency-hz 4 --q 80 --unit mm --amplitude 5 --duration 60 --rate-hz 100 --noise-rms 0.01 --seed 11";
+    std::fs::write(folder.join("viscous_decay.csv"), simulated(viscous)?)?;
+    let strong = "--frequency-hz 80 --q 400 --unit V --amplitude 1 --duration 4 --rate-hz 2000 --noise-rms 0.002 --seed 12";
+    let weak = "--frequency-hz 97 --q 500 --unit V --amplitude 0.4 --duration 4 --rate-hz 2000";
+    std::fs::write(folder.join("two_modes.csv"), sum(&simulated(strong)?, &simulated(weak)?)?)?;
+    Ok(())
+}
+
+/// Two records of the same instants, one on top of the other.
+fn sum(one: &str, other: &str) -> Result<String, Failure> {
+    let rows = |text: &'_ str| -> Vec<String> {
+        text.lines().filter(|line| !line.starts_with('#')).skip(1).map(str::to_owned).collect()
+    };
+    let mut text = String::from("time (s),displacement (V)\n");
+    for (one, other) in rows(one).iter().zip(rows(other)) {
+        let cell = |row: &str, i: usize| row.split(',').nth(i).and_then(|cell| cell.parse::<f64>().ok());
+        let values = [cell(one, 0), cell(one, 1), cell(&other, 1)];
+        let [Some(time_s), Some(a), Some(b)] = values else {
+            return Err(format!("`{one}` and `{other}` are no rows of a record").into());
+        };
+        text += &format!("{time_s},{:.7}\n", a + b);
+    }
+    Ok(text)
+}
+
+/// Files of the first view, by their paths in the site, in order.
+fn first_view(folder: &Path) -> Result<Vec<String>, Failure> {
+    let mut names = Vec::new();
+    collect(folder, "", &mut names)?;
+    names.retain(|name| {
+        let file = Path::new(name).file_name().and_then(OsStr::to_str).unwrap_or_default();
+        !file.starts_with(LATER) && file != "sw.js" && !file.starts_with("LICENSE")
+    });
+    names.sort();
+    Ok(names)
+}
+
+fn collect(folder: &Path, before: &str, names: &mut Vec<String>) -> Result<(), Failure> {
+    for entry in std::fs::read_dir(folder)? {
+        let entry = entry?;
+        let name = format!("{before}{}", entry.file_name().to_string_lossy());
+        if entry.file_type()?.is_dir() {
+            collect(&entry.path(), &format!("{name}/"), names)?;
+        } else {
+            names.push(name);
+        }
+    }
+    Ok(())
+}
+
+/// Writes into the service worker what it keeps, under a name that changes with it.
+fn fill_service_worker(folder: &Path, names: &[String]) -> Result<(), Failure> {
+    let mut hasher = DefaultHasher::new();
+    for name in names {
+        name.hash(&mut hasher);
+        std::fs::read(folder.join(name))?.hash(&mut hasher);
+    }
+    let list: Vec<String> = std::iter::once("./".to_owned()).chain(names.iter().cloned()).collect();
+    let path = folder.join("sw.js");
+    let script = std::fs::read_to_string(&path)?;
+    let filled = script
+        .replace("__FINGERPRINT__", &format!("{:016x}", hasher.finish()))
+        .replace("/*__FILES__*/ []", &format!("{list:?}"));
+    std::fs::write(path, filled)?;
+    Ok(())
+}
+
+/// Its size packed by gzip; as it is where there is no gzip.
+fn gzipped(file: &Path) -> Result<u64, Failure> {
+    let packed = command("gzip").args(["-9", "-c"]).arg(file).output();
+    match packed {
+        Ok(output) if output.status.success() => Ok(output.stdout.len() as u64),
+        _ => Ok(std::fs::metadata(file)?.len()),
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn the_glue_is_of_the_version_of_its_program() {
+        let manifest = std::fs::read_to_string(root().join("crates/slipfit-wasm/Cargo.toml")).unwrap();
+        let asked = format!("wasm-bindgen = \"={}\"", WASM_BINDGEN.version());
+        assert!(manifest.contains(&asked), "{asked} is not in crates/slipfit-wasm/Cargo.toml");
+    }
+
+    #[test]
+    fn records_of_the_same_instants_are_added() {
+        let text = sum("# a\nt,x\n0,1\n0.5,2\n", "t,x\n0,0.25\n0.5,-2\n").unwrap();
+        assert_eq!(text, "time (s),displacement (V)\n0,1.2500000\n0.5,0.0000000\n");
+        assert!(sum("t,x\n0,one\n", "t,x\n0,1\n").is_err());
+    }
+}
