@@ -1,8 +1,9 @@
 //! From bytes to the answer and all of its reports.
 
 use crate::refusal::{Advice, Refusal};
-use crate::spelling::{command, python, words};
+use crate::spelling::{command, python};
 use crate::trace::Trace;
+use crate::words::words;
 use crate::{Analysis, File, Options, look};
 use serde::Serialize;
 use serde_json::Value;
@@ -76,7 +77,7 @@ fn ring_down(file: &File<'_>, chosen: &Options) -> Result<Answered, Refusal> {
     let reading = slipfit_io::read_from(file.bytes, file.name, &chosen.read_options(Analysis::Ringdown)?)?;
     let mut options = chosen.ringdown()?;
     check_used(&reading, &options, chosen)?;
-    let refused = |e: slipfit::Error| Refusal::analysing(Analysis::Ringdown, file.name, &e);
+    let refused = |e: slipfit::Error| Refusal::analysing(Analysis::Ringdown.core(), file.name, &e);
     check_constant(chosen, reading.record.unit()).map_err(refused)?;
     options.frequency_hz = options.frequency_hz.or_else(|| reading.named_frequency_hz());
     let answer = ringdown::analyse(&reading.record, &options).map_err(refused)?;
@@ -104,7 +105,7 @@ fn curve(file: &File<'_>, reference: Option<&File<'_>>, chosen: &Options) -> Res
         }
         options.reference = Some(free.curve.clone());
     }
-    let refused = |e: slipfit::Error| Refusal::analysing(Analysis::Resonance, file.name, &e);
+    let refused = |e: slipfit::Error| Refusal::analysing(Analysis::Resonance.core(), file.name, &e);
     check_constant(chosen, reading.curve.unit()).map_err(refused)?;
     let answer = resonance::analyse(&reading.curve, &options).map_err(refused)?;
     let analysed =
@@ -117,7 +118,7 @@ fn level_sweep(file: &File<'_>, chosen: &Options) -> Result<Answered, Refusal> {
         slipfit_io::read_levels_from(file.bytes, file.name, &chosen.read_options(Analysis::Levels)?)?;
     let mut options = chosen.levels()?;
     options.frequency_hz = options.frequency_hz.or_else(|| reading.named_frequency_hz());
-    let refused = |e: slipfit::Error| Refusal::analysing(Analysis::Levels, file.name, &e);
+    let refused = |e: slipfit::Error| Refusal::analysing(Analysis::Levels.core(), file.name, &e);
     check_constant(chosen, reading.levels.unit()).map_err(refused)?;
     let answer = levels::analyse(&reading.levels, &options).map_err(refused)?;
     let analysed = AnalysedLevels { reading: &reading, options: &options, answer: &answer };

@@ -30,6 +30,7 @@ mod refusal;
 pub mod simulate;
 mod spelling;
 mod trace;
+mod words;
 
 #[cfg(target_arch = "wasm32")]
 mod bindings;

@@ -1,9 +1,9 @@
 //! Why there is no answer, and what would help.
 
-use crate::spelling::words;
+use crate::words::words;
 use serde::Serialize;
 use serde_json::{Value, json};
-use slipfit::answer::hint::{Hint, HintValue};
+use slipfit::answer::hint::{Analysis, Hint, HintValue};
 use slipfit_io::{Format, ReadError, ReadProblem};
 
 /// What could not be done, for a person.
@@ -34,8 +34,8 @@ impl Refusal {
     }
 
     /// An analysis that could not be done.
-    pub(crate) fn analysing(what: crate::Analysis, file: &str, error: &slipfit::Error) -> Self {
-        let hints = error.hints(what.core()).iter().map(Advice::from).collect();
+    pub(crate) fn analysing(what: Analysis, file: &str, error: &slipfit::Error) -> Self {
+        let hints = error.hints(what).iter().map(Advice::from).collect();
         Self { hints, ..Self::new(format!("{file}: {error}")) }
     }
 }
