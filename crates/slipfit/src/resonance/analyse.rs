@@ -89,7 +89,7 @@ pub fn analyse_with(curve: &Curve, options: &Options, criteria: &Criteria) -> Re
     let fitted = selection::best_hypothesis(&prepared, options, criteria);
     let fitted =
         fitted.map_err(|error| if work.was_cut() { Error::NoFit { reason: SEARCH_CUT } } else { error })?;
-    // Intervals do not go short for a long search.
+    // A long search leaves as much for the intervals.
     work.renew();
     assemble::answer(curve, &used, options, &fitted, criteria)
 }

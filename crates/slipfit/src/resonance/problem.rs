@@ -129,7 +129,7 @@ impl Problem {
     pub(crate) fn predict(&self, p: &[f64], reference: bool) -> Vec<Option<Modelled>> {
         let Some(b) = self.block(reference) else { return Vec::new() };
         let at = self.response(p, reference);
-        let mut follower = Follower::within(b.work.left());
+        let mut follower = Follower::for_fit(b.work.left());
         let modelled = (0..b.len())
             .map(|i| {
                 let here = b.data[i] - at.background_at(b.omega[i]);

@@ -16,7 +16,7 @@ type Sums = Products<{ MAIN + 1 }>;
 pub(super) fn products(block: &Block, at: ModelResponse, columns: &[usize], limit: f64) -> Option<Sums> {
     let rotation = Phasor::from_polar(1.0, at.phase);
     let products = Products::new(columns.len() + 1);
-    let follower = Follower::within(block.work.left());
+    let follower = Follower::for_fit(block.work.left());
     let pass = Pass { block, columns, at, rotation, limit, products, follower };
     let (sums, work) = pulp::Arch::new().dispatch(pass);
     block.work.spend(block.len(), work);

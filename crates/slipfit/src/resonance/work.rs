@@ -7,7 +7,7 @@ use std::sync::atomic::{AtomicBool, AtomicU64, Ordering};
 /// Points of a pass on vector lanes that take as long as one by itself.
 const LANES: u64 = 8;
 
-/// What may still be spent by all copies of a curve, in units of some 30 ns.
+/// The work that fits to all copies of a curve may still do, in units of some 30 ns.
 #[derive(Debug, Clone)]
 pub(crate) struct Work(Arc<Account>);
 
@@ -41,9 +41,9 @@ impl Work {
         self.0.left.load(Ordering::Relaxed)
     }
 
-    /// Counts what one pass over `points` took, `stops` of it for motions that stop.
-    pub(crate) fn spend(&self, points: usize, stops: u64) {
-        let spent = stops + points as u64 / LANES;
+    /// Counts one pass over `points`, with the work of those computed one by one.
+    pub(crate) fn spend(&self, points: usize, one_by_one: u64) {
+        let spent = one_by_one + points as u64 / LANES;
         let left = self.left();
         if spent >= left {
             self.0.cut.store(true, Ordering::Relaxed);

@@ -84,7 +84,7 @@ fn refine<'a>(
         refit(rest)
     };
     let mut answer = without(second)?;
-    // A phase that follows the blocks has taken up part of the second mode.
+    // Phases fitted block by block contain part of the second mode: what is left lacks it.
     let rounds = if answer.diagnostics.method == WAVEFORM { ROUNDS } else { 0 };
     for _ in 0..rounds {
         let (time_s, remaining) = remaining(part, &answer);

@@ -60,35 +60,45 @@ pub fn fundamental(at: &Point) -> Option<Fundamental> {
 #[derive(Debug, Clone, Copy)]
 pub(crate) struct Follower {
     last: Option<Slip>,
+    /// Accuracy at which the motion next to the last one is taken.
+    digits: Digits,
+    /// Whether periodic motions that no formula gives are searched for.
+    searches: bool,
     /// Work done, in units of some 30 ns.
     work: u64,
-    /// Work after which no further motion is sought.
+    /// Work after which no further motion is computed.
     most_work: u64,
 }
 
-/// Work of the ways to a motion that fills a period of the oscillator, by time.
+/// Work of one motion by each method, from its computing time.
 const WORK_OF_CLOSED: u64 = 3;
 const WORK_OF_ONE_STOP: u64 = 6;
-const WORK_OF_STOPS: u64 = 200;
+const WORK_OF_SLIDE: u64 = 20;
 const WORK_OF_ARC: u64 = 20;
 /// Arcs that take as long as the integral for the fundamental over one.
 const ARCS_OF_QUADRATURE: u64 = 20;
 /// Frequency over the natural one from which on the response is small beside its rounding, and its
 /// integral takes longer.
 const SMALL_RESPONSE: f64 = 300.0;
-/// Arcs between two events that a vain search for a periodic motion follows for each swing.
-const ARCS_IN_VAIN: u64 = 1_000;
+/// Arcs, for each swing of the oscillator, of a search that finds no periodic motion.
+const ARCS_OF_FAILED_SEARCH: u64 = 1_000;
 
 impl Default for Follower {
     fn default() -> Self {
-        Self::within(u64::MAX)
+        Self { last: None, digits: Digits::Twelve, searches: true, work: 0, most_work: u64::MAX }
     }
 }
 
 impl Follower {
-    /// One that gives up after so much work.
-    pub(crate) fn within(most_work: u64) -> Self {
-        Self { last: None, work: 0, most_work }
+    /// For a fit: eight digits, where twelve take a hundred times as long, and no motion after so much
+    /// work.
+    pub(crate) fn for_fit(most_work: u64) -> Self {
+        Self { digits: Digits::Eight, most_work, ..Self::default() }
+    }
+
+    /// Without the motions that are found by a search only.
+    pub(crate) fn without_search() -> Self {
+        Self { searches: false, ..Self::default() }
     }
 
     /// Work done so far.
@@ -122,33 +132,30 @@ impl Follower {
         }
         let last = self.last;
         let guess = closed.map_or(at.x_0, |c| c.turn_amplitude());
-        // The motion is followed over every swing of its own in half a cycle of the drive.
+        // In half a cycle of a slow drive the oscillator swings many times.
         let swings = 1 + (at.omega_0 / at.omega) as u64;
         let mut work = 0;
         let one_stop = |near: Option<Slip>, digits, work: &mut u64| {
             *work += WORK_OF_ONE_STOP * swings;
             one_stop::fundamental(at, near?, digits).map(|(f, slip)| (f, Some(slip)))
         };
-        // A neighbour's eight digits are more than any curve has.
-        let mut found = one_stop(last, Digits::Twelve, &mut work);
-        if found.is_none() {
-            found = one_stop(last, Digits::Eight, &mut work);
-        }
+        let mut found = one_stop(last, self.digits, &mut work);
         if found.is_none() {
             let cold = Slip::from_amplitude(at, guess);
             found = one_stop(cold, Digits::Twelve, &mut work);
             if found.is_none() {
-                work += WORK_OF_STOPS * swings;
-                found = stops::fundamental(at, guess);
-            }
-            if found.is_none() {
-                found = one_stop(cold, Digits::Eight, &mut work);
+                let mut slides = 0;
+                found = stops::fundamental(at, guess, &mut slides);
+                work += WORK_OF_SLIDE * slides;
+                found = found
+                    .or_else(|| one_stop(last, Digits::Eight, &mut work))
+                    .or_else(|| one_stop(cold, Digits::Eight, &mut work));
             }
         }
-        if found.is_none() && self.work.saturating_add(work) < self.most_work {
-            let (shot, arcs) = shot(at, closed.map(|c| c.fundamental()));
-            work += WORK_OF_ARC * arcs.unwrap_or(ARCS_IN_VAIN * swings);
-            found = shot.map(|f| (f, None));
+        if found.is_none() && self.searches && self.work.saturating_add(work) < self.most_work {
+            let (motion, arcs) = by_event_machine(at, closed.map(|c| c.fundamental()));
+            work += WORK_OF_ARC * arcs.unwrap_or(ARCS_OF_FAILED_SEARCH * swings);
+            found = motion.map(|f| (f, None));
         }
         self.work += work;
         let (found, slip) = found?;
@@ -186,8 +193,9 @@ pub fn leading(at: &Point) -> Option<Fundamental> {
 /// Cycles after which the event machine gives up.
 const MOST_CYCLES: u32 = 60;
 
-/// By the event machine; `near` lends its derivatives. Also the arcs followed, where one was found.
-fn shot(at: &Point, near: Option<Fundamental>) -> (Option<Fundamental>, Option<u64>) {
+/// The periodic motion of the event machine with the derivatives of `near`, and the number of arcs
+/// computed; no number where there is no such motion.
+fn by_event_machine(at: &Point, near: Option<Fundamental>) -> (Option<Fundamental>, Option<u64>) {
     let Some(orbit) = orbit(at) else { return (None, None) };
     let quadrature = ARCS_OF_QUADRATURE * (1 + (at.omega / at.omega_0 / SMALL_RESPONSE) as u64);
     let arcs = (u64::from(orbit.cycles()) + quadrature) * (orbit.events().len() as u64 + 2);
@@ -335,8 +343,6 @@ mod tests {
                 };
                 let found = near.and_then(|n| one_stop::fundamental(&at, n, Digits::Twelve));
                 warm += usize::from(found.is_some());
-                // Where drive and friction differ by little, a neighbour is followed to eight digits.
-                let digits = if found.is_some() { 1e-11 } else { 1e-8 };
                 near = found.map(|f| f.1).or_else(|| {
                     (0..20).find_map(|k| {
                         Some(
@@ -349,7 +355,7 @@ mod tests {
                         )
                     })
                 });
-                let (truth, _) = stops::fundamental(&at, f.value.norm()).unwrap();
+                let (truth, _) = stops::fundamental(&at, f.value.norm(), &mut 0).unwrap();
                 let pairs = [
                     (f.value, truth.value),
                     (f.by_omega_0, truth.by_omega_0),
@@ -359,10 +365,7 @@ mod tests {
                 ];
                 for (k, (one, other)) in pairs.into_iter().enumerate() {
                     let error = (one - other).norm() / other.norm();
-                    assert!(
-                        error < [digits, 1e-8][usize::from(k > 0)],
-                        "{at:?} {k}: {one} {other} {error:e}"
-                    );
+                    assert!(error < [1e-11, 1e-8][usize::from(k > 0)], "{at:?} {k}: {one} {other} {error:e}");
                 }
                 compared += 1;
             }

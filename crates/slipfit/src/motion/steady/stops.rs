@@ -239,13 +239,19 @@ fn after<const N: usize>(mut angle: Dual<N>, phase: f64) -> Dual<N> {
 }
 
 /// The fundamental of a symmetric motion with stops, if there is one; `guess` is an
-/// amplitude to begin with. With one stop, also what tells it to a neighbour.
-pub(super) fn fundamental(at: &Point, guess: f64) -> Option<(Fundamental, Option<Slip>)> {
+/// amplitude to begin with. With one stop, also what tells it to a neighbour. The slides computed are
+/// added to `count`.
+pub(super) fn fundamental(at: &Point, guess: f64, count: &mut u64) -> Option<(Fundamental, Option<Slip>)> {
     let plain = Law::<0>::new(at);
     let (low, high) = (at.x_f - at.x_0, at.x_f + at.x_0);
     let margin = 1e-9 * at.x_0;
     let inside = |x: f64| x.clamp(low + margin, high - margin);
-    let map = |x: f64| half(&plain, Dual::constant(x)).map(|h| -h.end.value);
+    let mut map = |x: f64| {
+        let half = half(&plain, Dual::constant(x));
+        // A half cycle that does not end was followed as far as any.
+        *count += half.as_ref().map_or(MOST_SLIDES, |h| h.slides) as u64;
+        half.map(|h| -h.end.value)
+    };
     // X = -end(X), by secant steps from one turn of the map.
     let mut x0 = inside(if guess > 0.0 { guess } else { at.x_0 });
     let mut g0 = map(x0)? - x0;
