@@ -116,7 +116,8 @@ pub struct Diagnostics {
     pub misfit: Option<Misfit>,
     /// Amplitude at the start over noise, dB.
     pub signal_to_noise_db: f64,
-    /// Decay times recorded: ln of first over last amplitude used.
+    /// Decay times recorded: ln of the first over the last amplitude used, which counts no lower than its
+    /// standard error.
     pub decay_times: f64,
     /// Whether the amplitude falls at all by them.
     #[cfg_attr(feature = "serde", serde(skip))]

@@ -156,7 +156,10 @@ fn diagnostics(
         Problem::Envelope(_) => variance.sqrt(),
     };
     let noise = e.measured.noise_rms;
-    let decay_times = (law.initial / last_amplitude(e, law).max(1e-9 * law.initial)).ln().max(0.0);
+    // An amplitude is followed as far down as it can be told from zero.
+    let measured_to = e.measured.points.last().map_or(0.0, |last| last.std_error(noise));
+    let last = last_amplitude(e, law).max(measured_to);
+    let decay_times = if last > 0.0 { (law.initial / last).ln().max(0.0) } else { 0.0 };
     let (other_modes, distortion) = other_modes(e);
     let above_noise = e.fit.excess > e.criteria.answer.misfit;
     let misfit = above_noise.then(|| misfit(envelope, &e.criteria.misfit)).flatten();

@@ -2,39 +2,95 @@
 
 use super::criteria::ClippingCriteria;
 use crate::numeric::extremes;
-use crate::signal::blocks::Block;
+use crate::signal::blocks::{Block, noise_rms};
 use std::f64::consts::{PI, TAU};
 
 /// Samples whose extremes are found together.
 const CHUNK: usize = 1024;
+/// Levels next to an extreme that it is compared with.
+const NEXT_LEVELS: usize = 4;
 
-/// Samples stuck at the extremes of the record in runs, and the index after the last.
-pub(crate) fn clipped_samples(signal: &[f64], criteria: &ClippingCriteria) -> (usize, usize) {
-    let least = criteria.run;
+/// The levels beyond which a record has no samples because its range ends there.
+#[derive(Debug, Clone, Copy, PartialEq)]
+struct Ceiling {
+    low: Option<f64>,
+    high: Option<f64>,
+}
+
+impl Ceiling {
+    fn holds(&self, v: f64) -> bool {
+        self.low == Some(v) || self.high == Some(v)
+    }
+
+    /// Whether an oscillation of this amplitude about an offset reaches it.
+    fn is_reached(&self, offset: f64, amplitude: f64) -> bool {
+        self.low.is_some_and(|low| offset - amplitude < low)
+            || self.high.is_some_and(|high| offset + amplitude > high)
+    }
+}
+
+/// An extreme of a record is the end of its range where samples stay at it, or where crests come
+/// back to it many times and to the next level far less: the crests of a decay sweep over levels.
+fn ceiling(signal: &[f64], criteria: &ClippingCriteria) -> Option<Ceiling> {
     let extremes: Vec<(f64, f64)> = signal.chunks(CHUNK).map(extremes).collect();
     let (low, high) =
         extremes.iter().fold((f64::INFINITY, f64::NEG_INFINITY), |(a, b), e| (a.min(e.0), b.max(e.1)));
-    let (mut count, mut last, mut runs, mut run) = (0, 0, 0, 0);
+    let (mut samples, mut runs, mut long_runs) = ([0; 2], [0; 2], 0);
+    let (mut length, mut last) = (0, None);
     for (chunk, _) in extremes.iter().enumerate().filter(|(_, e)| e.0 == low || e.1 == high) {
         let first = chunk * CHUNK;
         for (i, &v) in signal.iter().enumerate().skip(first).take(CHUNK) {
-            let stuck = v == high || v == low;
+            if v != high && v != low {
+                continue;
+            }
+            let side = usize::from(v == high);
+            samples[side] += 1;
             // A run goes on across the edge of a chunk, for its value is an extreme of both.
-            if stuck && (run == 0 || signal[i - 1] == v) {
-                run += 1;
-            } else {
-                run = usize::from(stuck);
-            }
-            if run == least {
-                runs += 1;
-            }
-            if run >= least {
-                count += if run == least { least } else { 1 };
-                last = i + 1;
-            }
+            let same_run = last.is_some_and(|last| last + 1 == i && signal[last] == v);
+            length = if same_run { length + 1 } else { 1 };
+            runs[side] += usize::from(!same_run);
+            long_runs += usize::from(length == criteria.run);
+            last = Some(i);
         }
     }
-    if runs >= criteria.runs { (count, last) } else { (0, 0) }
+    let stays = long_runs >= criteria.runs;
+    // A single sample at an extreme says nothing of that side.
+    let repeated: Vec<usize> = (0..2).filter(|&side| samples[side] > 1).collect();
+    let comes_back = repeated.iter().map(|&side| runs[side]).sum::<usize>() >= criteria.return_runs
+        && repeated.iter().map(|&side| samples[side]).sum::<usize>() >= criteria.returns
+        && repeated.iter().all(|&side| {
+            let next = most_at_next_levels(signal, [-1.0, 1.0][side]);
+            samples[side] as f64 >= criteria.return_ratio * next as f64
+        });
+    let found = |side: usize, level: f64| (stays || comes_back && samples[side] > 1).then_some(level);
+    let found = Ceiling { low: found(0, low), high: found(1, high) };
+    (found.low.is_some() || found.high.is_some()).then_some(found)
+}
+
+/// Most samples at one of the few levels next to the highest, or lowest for a sign of -1.
+fn most_at_next_levels(signal: &[f64], sign: f64) -> usize {
+    let mut levels = [(f64::NEG_INFINITY, 0); NEXT_LEVELS + 1];
+    for v in signal.iter().map(|v| sign * v) {
+        if v < levels[NEXT_LEVELS].0 {
+            continue;
+        }
+        match levels.iter().position(|(level, _)| v >= *level) {
+            Some(k) if levels[k].0 == v => levels[k].1 += 1,
+            Some(k) => {
+                levels[k..].rotate_right(1);
+                levels[k] = (v, 1);
+            }
+            None => {}
+        }
+    }
+    levels[1..].iter().map(|(_, count)| *count).max().unwrap_or(0)
+}
+
+/// Number of samples at the ends of the range, and the index after the last of them.
+pub(crate) fn clipped_samples(signal: &[f64], criteria: &ClippingCriteria) -> (usize, usize) {
+    let Some(ceiling) = ceiling(signal, criteria) else { return (0, 0) };
+    let count = signal.iter().filter(|v| ceiling.holds(**v)).count();
+    (count, signal.iter().rposition(|v| ceiling.holds(*v)).map_or(0, |last| last + 1))
 }
 
 /// How many of the first blocks are clipped or lie before clipped ones. `None` where there are
@@ -46,24 +102,43 @@ pub(crate) fn clipped_blocks(
     criteria: &ClippingCriteria,
 ) -> Option<usize> {
     let mut clipped = flattened(blocks, signal, converter_step, criteria);
-    if clipped == 0 {
-        return None;
+    if let Some(ceiling) = ceiling(signal, criteria) {
+        let first = first_large(blocks, signal, criteria)?;
+        // Crests too briefly flat to be told from round ones still touch the ceiling.
+        let mut reach = clipped.max(first);
+        for (i, block) in blocks.iter().enumerate().skip(reach) {
+            let part = reach.saturating_sub(first).div_ceil(criteria.straggler_part);
+            if i > reach + part.max(criteria.round_blocks) {
+                break;
+            }
+            if signal[block.first..block.end].iter().any(|v| ceiling.holds(*v)) {
+                (clipped, reach) = (i + 1, i + 1);
+            }
+        }
+        if clipped > 0 {
+            // Of crests near the ceiling only those that noise pushed down have not touched it.
+            let margin = criteria.margin_errors * noise_rms(&blocks[clipped.min(blocks.len() - 1)..]);
+            let near = |b: &&Block| ceiling.is_reached(b.offset, b.amplitude + margin);
+            clipped += blocks[clipped..].iter().take_while(near).count();
+        }
     }
-    // A stray crest at the very ceiling soon after belongs to it.
-    let (_, last) = clipped_samples(signal, criteria);
-    let beyond = blocks.partition_point(|b| b.first < last);
-    if beyond <= clipped + clipped.div_ceil(criteria.straggler_part) {
-        clipped = clipped.max(beyond);
-    }
-    (blocks.len() >= clipped + criteria.least_after).then_some(clipped)
+    (clipped > 0 && blocks.len() >= clipped + criteria.least_after).then_some(clipped)
+}
+
+/// The first block about as large as the largest, blocks of noise with an amplitude that the range
+/// of the samples excludes left aside: a square wave's fundamental is `4/pi` of half its range.
+fn first_large(blocks: &[Block], signal: &[f64], criteria: &ClippingCriteria) -> Option<usize> {
+    let (low, high) = extremes(signal);
+    let most = 2.0 / PI * (high - low);
+    let amplitudes = blocks.iter().map(|b| b.amplitude).filter(|a| *a <= most);
+    let large = criteria.from_amplitude * amplitudes.fold(0.0, f64::max);
+    blocks.iter().position(|b| b.amplitude >= large && b.amplitude <= most)
 }
 
 /// Counts the first blocks from the first large one on for as long as their crests are flat. The
 /// ceiling may move from block to block, as a limiter's does.
 fn flattened(blocks: &[Block], signal: &[f64], converter_step: f64, criteria: &ClippingCriteria) -> usize {
-    let top = blocks.iter().fold(0.0f64, |m, b| m.max(b.amplitude));
-    let large = criteria.from_amplitude * top;
-    let Some(from) = blocks.iter().position(|b| b.amplitude >= large) else { return 0 };
+    let Some(from) = first_large(blocks, signal, criteria) else { return 0 };
     let mut end = 0;
     for (i, block) in blocks.iter().enumerate().skip(from) {
         if is_flat(block, &signal[block.first..block.end], converter_step, criteria) {
@@ -109,7 +184,27 @@ mod tests {
         signal[3500..3505].fill(-1.0);
         assert_eq!(clipped(&signal), (0, 0), "two runs are no clipping");
         signal[4990..4996].fill(-1.0);
-        assert_eq!(clipped(&signal), (10 + 5 + 6, 4996));
+        assert_eq!(clipped(&signal), (10 + 3 + 5 + 6, 4996));
+    }
+
+    /// Crests that touch the ceiling for a sample or two, as with few samples in a cycle.
+    #[test]
+    fn a_level_that_crests_come_back_to_is_the_end_of_the_range() {
+        let criteria = ClippingCriteria::default();
+        let motion = |ceiling: f64, step: f64| -> Vec<f64> {
+            let x = |t: f64| (-t / 3000.0).exp() * (1.7 * t).cos() + 0.01 * (0.7 * t * t).sin();
+            let read = |x: f64| if step > 0.0 { (x / step).round() * step } else { x };
+            (0..3000).map(|i| read(x(f64::from(i)).clamp(-2.0, ceiling))).collect()
+        };
+        for step in [0.0, 1e-3, 0.02, 0.1] {
+            assert_eq!(clipped_samples(&motion(2.0, step), &criteria), (0, 0), "step {step}");
+        }
+        let signal = motion(0.8, 0.0);
+        let at_ceiling = signal.iter().filter(|v| **v == 0.8).count();
+        let last = signal.iter().rposition(|v| *v == 0.8).map(|i| i + 1);
+        let (count, end) = clipped_samples(&signal, &criteria);
+        assert_eq!((count, Some(end)), (at_ceiling, last));
+        assert!(count > 50 && end > 600, "{count} samples to {end}");
     }
 
     /// A decay through a limiter whose ceiling falls, then free of it.

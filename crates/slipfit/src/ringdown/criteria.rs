@@ -118,12 +118,22 @@ criteria! {
         run: usize = 4, source "chosen by simulation", moves "clipping warnings";
         /// Such runs in a clipped record.
         runs: usize = 3, source "chosen by simulation", moves "clipping warnings";
+        /// Samples at the extremes of a record that make them the ends of its range.
+        returns: usize = 6, source "chosen by simulation", moves "clipping warnings";
+        /// Runs in which they lie.
+        return_runs: usize = 4, source "a mass held before its release is one run",
+            moves "clipping warnings";
+        /// Samples at that extreme over those at any of the four levels next to it: at most 2.4 for a
+        /// steady sinusoid on a converter's steps.
+        return_ratio: f64 = 4.0, source "1/(sqrt(2) - 1) = 2.4 for a sinusoid", moves "clipping warnings";
         /// Part of the largest amplitude from which on crests may be clipped.
         from_amplitude: f64 = 0.9, source "chosen by simulation", moves "window start";
         /// Blocks with round crests that end the clipped part.
         round_blocks: usize = 2, source "chosen by simulation", moves "window start";
         /// One in so many clipped blocks is left out behind the last flat one.
         margin_part: usize = 20, source "chosen by simulation", moves "bias after clipping";
+        /// Standard deviations of the noise that keep crests behind the clipped ones off the ceiling.
+        margin_errors: f64 = 3.0, source "one crest in 700 by chance", moves "bias after clipping";
         /// Converter steps in an amplitude whose crests can be distinguished from flat ones.
         least_steps: f64 = 8.0, source "chosen by simulation", moves "window start";
         /// Length of a flat crest over that of a sinusoid's on the converter's steps.
@@ -136,8 +146,8 @@ criteria! {
         plateaus: usize = 2, source "chosen by simulation", moves "window start";
         /// One flat crest in so many cycles of a clipped block at least.
         plateau_cycles: f64 = 8.0, source "chosen by simulation", moves "window start";
-        /// A last clipped sample belongs to the clipped blocks if it lies at most one in so many of
-        /// them behind.
+        /// A block that touches the ceiling belongs to the clipped ones if it lies at most one in so
+        /// many of them behind.
         straggler_part: usize = 5, source "chosen by simulation", moves "window start";
         /// Blocks that must remain after the clipped ones.
         least_after: usize = 8, source "chosen by simulation", moves "window start";

@@ -4,7 +4,7 @@ use super::criteria::{Criteria, TwoModesCriteria};
 use super::samples::Samples;
 use super::two_modes::{MainMode, OneMode, ViscousMode, mode_beside, weaker_of_two};
 use super::window_fit::WAVEFORM;
-use super::{Answer, Mode};
+use super::{Answer, EndReason, Mode, StartReason};
 use crate::answer::Warning;
 use crate::numeric::roots::border;
 use crate::{Parameter, Quantity};
@@ -34,7 +34,8 @@ pub(crate) fn without_second_mode<'a>(
     let decay = window(samples, answer);
     // Beats look like the start of a decay at each of their maxima.
     let largest = answer.envelope.iter().max_by(|a, b| a.amplitude.total_cmp(&b.amplitude))?;
-    let first = samples.time.partition_point(|t| *t < largest.time_s);
+    let is_first_block = answer.envelope.first() == Some(largest);
+    let first = if is_first_block { 0 } else { samples.time.partition_point(|t| *t < largest.time_s) };
     let longer_s = |answer: &Answer| c.longer_window * length_s(answer);
     let starts_late = |answer: &Answer| {
         first < decay.start && samples.time[samples.len() - 1] - samples.time[first] > longer_s(answer)
@@ -51,14 +52,16 @@ pub(crate) fn without_second_mode<'a>(
         refine(&part, second, c, &refit).filter(|found| explains(samples, answer, found, c))
     };
     let pair = |range: Range<usize>| {
-        let part = samples.part(range);
+        let part = samples.part(range.clone());
         let second = weaker_of_two(&part.time, &part.signal, [main.omega, main.decay_rate], &one_mode, c)?;
-        described(part, second)
+        let found = described(part, second)?;
+        Some(with_reasons_of_record(found, answer, &range, &decay, samples.len()))
     };
     let beside = || {
         let (time_s, remaining) = remaining(samples, answer);
         let second = mode_beside(&time_s, &remaining, &main, None, c)?;
-        described(samples.part(window(samples, answer)), second)
+        let found = described(samples.part(decay.clone()), second)?;
+        Some(with_reasons_of_record(found, answer, &decay, &decay, samples.len()))
     };
     let found = if leaves_much {
         pair(decay.start..samples.len()).or_else(|| pair(decay.clone())).or_else(beside)
@@ -68,6 +71,24 @@ pub(crate) fn without_second_mode<'a>(
     let so_far = found.as_ref().unwrap_or(answer);
     let earlier = starts_late(so_far).then(|| pair(first..samples.len())).flatten();
     earlier.filter(|a| length_s(a) > longer_s(so_far)).or(found)
+}
+
+/// An answer about a `part` of a record's samples with the reasons that the record has for its ends.
+fn with_reasons_of_record(
+    mut found: Answer,
+    one_mode: &Answer,
+    part: &Range<usize>,
+    decay: &Range<usize>,
+    samples: usize,
+) -> Answer {
+    if found.segment.start_reason == StartReason::RecordStart && part.start > 0 {
+        let same = part.start == decay.start;
+        found.segment.start_reason = if same { one_mode.segment.start_reason } else { StartReason::LeadIn };
+    }
+    if found.segment.end_reason == EndReason::RecordEnd && part.end < samples {
+        found.segment.end_reason = one_mode.segment.end_reason;
+    }
+    found
 }
 
 /// The motion with the second mode subtracted and that mode beside the motion, by turns.
