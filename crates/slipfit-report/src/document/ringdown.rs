@@ -96,8 +96,12 @@ fn facts(analysed: &AnalysedRingdown<'_>, spell: Spelling<'_>) -> Facts {
         0 => String::new(),
         n => format!("; {n} stretches far off every law left out"),
     };
+    let coloured = match d.noise_inflation {
+        1.0 => String::new(),
+        f => format!(" and {:.1} times that about the frequency of the motion", f.sqrt()),
+    };
     facts.add("fit", format!(
-            "of the {}; noise {}, {:.0} dB below the start; residuals {:.2} times what noise gives; {:.1} decay \
+            "of the {}; noise {}, {:.0} dB below the start{coloured}; residuals {:.2} times what noise gives; {:.1} decay \
              times{left_out}",
             d.method,
             plain(d.noise_rms, 2, &answer.signal_unit),

@@ -96,7 +96,7 @@ criteria! {
     pub struct InferenceCriteria in "inference" {
         /// Standard errors by which a variance ratio or an autocorrelation of residuals must differ
         /// from that of white noise before it counts.
-        excess_significance: f64 = 2.6, source "two-sided 1 % point of the normal distribution",
+        excess_significance: f64 = 1.6, source "two-sided 10 % point of the normal distribution",
             moves "coverage";
         /// BIC by which a fit must improve before a term of the instrument (drift of the offset,
         /// drift of the frequency, a backbone) is added automatically.

@@ -3,6 +3,7 @@
 use super::active_part::active_part;
 use super::amplitude_fit::fit_amplitudes;
 use super::assemble;
+use super::coloured_noise::with_coloured_noise;
 use super::criteria::Criteria;
 use super::evidence::Evidence;
 use super::few_cycles::fit_few_cycles;
@@ -73,7 +74,11 @@ pub fn analyse_with(record: &Record, options: &Options, criteria: &Criteria) -> 
     let whole = Samples::prepare(record, options)?;
     let answer = analyse_part(whole.clone(), record, options, criteria)?;
     let refit = |rest: Samples| analyse_samples(rest, record, options, criteria).ok();
-    Ok(second_mode::without_second_mode(&whole, &answer, criteria, refit).unwrap_or(answer))
+    if let Some(stronger) = second_mode::without_second_mode(&whole, &answer, criteria, refit) {
+        return Ok(stronger);
+    }
+    let refit = |noisier: Samples| analyse_part(noisier, record, options, criteria).ok();
+    Ok(with_coloured_noise(whole, answer, &criteria.coloured_noise, refit))
 }
 
 /// The analysis of the active part of the samples, or of all of them.

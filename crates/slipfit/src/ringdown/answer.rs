@@ -105,6 +105,9 @@ pub struct Diagnostics {
     pub method: &'static str,
     /// Noise of one sample as estimated inside short stretches, signal unit.
     pub noise_rms: f64,
+    /// Variance of the noise about the frequency of the motion over that inside short stretches; 1
+    /// where the amplitudes scatter by no more. Intervals count it.
+    pub noise_inflation: f64,
     /// Residual of the chosen model, signal unit.
     pub residual_rms: f64,
     /// Variance of the fundamental's residual over what white noise gives; the

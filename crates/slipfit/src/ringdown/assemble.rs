@@ -167,6 +167,7 @@ fn diagnostics(
         method: e.fit.problem.method(),
         noise_rms: noise,
         residual_rms,
+        noise_inflation: 1.0,
         residual_excess: e.fit.excess,
         residual_autocorrelation: e.fit.autocorrelation,
         law_holds: !misfit.is_some_and(|m| m.relative_rms > e.criteria.misfit.no_law),

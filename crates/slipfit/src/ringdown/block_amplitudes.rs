@@ -21,12 +21,14 @@ impl<'a> BlockAmplitudes<'a> {
         blocks: &'a [Block],
         omega: f64,
         converter_step: f64,
+        noise_inflation: f64,
         criteria: &BlockCriteria,
     ) -> Self {
         let top = blocks.iter().fold(0.0f64, |m, b| m.max(b.amplitude));
         let least = (criteria.floor_steps * converter_step).max(criteria.floor_of_top * top);
         let floor = |error: f64| (criteria.floor_errors * error).max(least);
-        Self::with_floor(blocks, omega, blocks::noise_rms(blocks), floor)
+        let noise_rms = noise_inflation.sqrt() * blocks::noise_rms(blocks);
+        Self::with_floor(blocks, omega, noise_rms, floor)
     }
 
     /// Blocks whose standard errors come from `noise_rms`, with a floor for each error.

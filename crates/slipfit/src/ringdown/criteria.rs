@@ -38,6 +38,8 @@ pub struct Criteria {
     pub two_modes: TwoModesCriteria,
     /// What the law leaves of the amplitudes.
     pub misfit: MisfitCriteria,
+    /// Noise about the frequency of the motion.
+    pub coloured_noise: ColouredNoiseCriteria,
     /// The rest after the motion.
     pub stop: StopCriteria,
     /// What the answer states and warns of.
@@ -60,6 +62,7 @@ impl Criteria {
             self.active_part.table(),
             self.two_modes.table(),
             self.misfit.table(),
+            self.coloured_noise.table(),
             self.stop.table(),
             self.answer.table(),
         ];
@@ -389,6 +392,21 @@ criteria! {
         /// Residuals over the amplitude above which no law describes the decay, nor says anything of
         /// friction.
         no_law: f64 = 0.05, source "more than the terms of a law differ by", moves "the sentence of the answer";
+    }
+}
+
+criteria! {
+    /// Noise about the frequency of the motion that exceeds the noise inside single cycles.
+    pub struct ColouredNoiseCriteria in "coloured_noise" {
+        /// Standard errors by which the scatter of the amplitudes must exceed the noise inside single
+        /// cycles, and root of the log-likelihood ratio by which noise must explain it better than a
+        /// law that errs by a part of the amplitude.
+        significance: f64 = 2.6, source "two-sided 1 % point of the normal distribution", moves "coverage";
+        /// Amplitudes without which the two are not told apart.
+        least_points: usize = 12, source "chosen by simulation", moves "coverage";
+        /// Density of the residuals at low frequencies over that of white noise from which on the
+        /// level of the rest says nothing of the last swing.
+        low_frequency: f64 = 4.0, source "twice the error of a level", moves "bias of x_F";
     }
 }
 

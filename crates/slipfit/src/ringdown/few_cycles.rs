@@ -6,7 +6,7 @@ use super::envelope::{A0, DELTA, X_F, law_of};
 use super::hypotheses::FittedDecay;
 use super::measured::MeasuredDecay;
 use super::samples::Samples;
-use super::waveform::{COUNT, OFFSET, OMEGA, PHASE, Waveform};
+use super::waveform::{COUNT, OFFSET, OMEGA, PHASE, RestLevel, Waveform};
 use super::waveform_fit::fit_waveform;
 use super::window::by_waveform::is_noise;
 use super::window::{DecayWindow, EndReason, StartReason};
@@ -152,7 +152,7 @@ fn start_values(time: &[f64], signal: &[f64], swing: &Swing) -> Option<Vec<f64>>
         origin: time[0],
         duration: time[time.len() - 1] - time[0],
         bend: None,
-        rest_tells: true,
+        rest: RestLevel::Exact,
         active: free.to_vec(),
     };
     let mut best: Option<(f64, Vec<f64>)> = None;

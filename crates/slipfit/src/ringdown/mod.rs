@@ -8,6 +8,7 @@ mod answer;
 mod assemble;
 mod block_amplitudes;
 mod clipping;
+mod coloured_noise;
 mod compare;
 pub mod criteria;
 mod decay_series;

@@ -99,8 +99,9 @@ fn along_decay(
     }
     let Followed { blocks: all, window, .. } = found;
     let decay = &all[window.first..window.end];
-    let Projected { points, law, follows_law } = project(samples, decay, blocks::noise_rms(&all), criteria)?;
-    let noise_rms = blocks::noise_rms(&points);
+    let noise_rms = |blocks: &[Block]| samples.noise_inflation.sqrt() * blocks::noise_rms(blocks);
+    let Projected { points, law, follows_law } = project(samples, decay, noise_rms(&all), criteria)?;
+    let noise_rms = noise_rms(&points);
     Ok(MeasuredDecay {
         all,
         window,

@@ -21,6 +21,9 @@ pub(crate) struct Samples<'a> {
     pub(crate) time: Cow<'a, [f64]>,
     pub(crate) signal: Cow<'a, [f64]>,
     pub(crate) quadrature: Option<Cow<'a, [f64]>>,
+    /// Variance of the noise about the frequency of the motion over that inside single cycles, where an
+    /// earlier look has shown more; else 1.
+    pub(crate) noise_inflation: f64,
 }
 
 impl<'a> Samples<'a> {
@@ -59,6 +62,7 @@ impl<'a> Samples<'a> {
             time,
             signal: Cow::Borrowed(&record.signal()[first..end]),
             quadrature: record.quadrature().map(|q| Cow::Borrowed(&q[first..end])),
+            noise_inflation: 1.0,
         })
     }
 
@@ -72,6 +76,7 @@ impl<'a> Samples<'a> {
             time: cut(&self.time),
             signal: cut(&self.signal),
             quadrature: self.quadrature.as_ref().map(cut),
+            noise_inflation: self.noise_inflation,
         }
     }
 

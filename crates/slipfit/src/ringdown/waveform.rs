@@ -20,12 +20,21 @@ pub(crate) struct Waveform<'a> {
     pub(crate) duration: f64,
     /// Shape of the backbone; `None` leaves [`BEND`] without effect.
     pub(crate) bend: Option<Bend>,
-    /// Whether the place of rest tells which swing was the last. Where it does not, the samples
-    /// at rest have a level of their own: that level lies anywhere within `±x_F`, and its
-    /// derivative by the loss holds over no step a fit could take.
-    pub(crate) rest_tells: bool,
+    pub(crate) rest: RestLevel,
     /// Parameters whose derivatives are wanted.
     pub(crate) active: Vec<usize>,
+}
+
+/// What the level of the samples at rest says of the motion before.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub(crate) enum RestLevel {
+    /// It tells which swing was the last.
+    Exact,
+    /// It lies anywhere within `±x_F`: its derivative by the loss holds over no step that a fit could
+    /// take.
+    Bounded,
+    /// Nothing: the offset wanders.
+    Free,
 }
 
 /// Whether friction of this displacement leaves the mass at a place that tells the last swing:
@@ -43,7 +52,7 @@ impl Waveform<'_> {
             origin: self.origin,
             duration: self.duration,
             bend: self.bend.as_ref(),
-            rest_tells: self.rest_tells,
+            rest_tells: self.rest == RestLevel::Exact,
             active: &self.active,
         }
     }
@@ -59,14 +68,14 @@ impl Waveform<'_> {
             }
         }
         out.rss = sums.total(n, n);
-        if !self.rest_tells && at_rest < self.time.len() {
+        if self.rest != RestLevel::Exact && at_rest < self.time.len() {
             self.level_of_rest(p, at_rest, out, residuals);
         }
         out.rss.is_finite()
     }
 
-    /// Gives the samples at rest a level of their own, within `±x_F` of the middle: their sums with
-    /// the mean of what is left of them, or with `±x_F` where that mean lies beyond.
+    /// Gives the samples at rest a level of their own: their sums with the mean of what is left of
+    /// them, or with `±x_F` where the level is bounded and that mean lies beyond.
     fn level_of_rest(&self, p: &[f64], from: usize, out: &mut Normal, residuals: Option<&mut Vec<f64>>) {
         let inverse_duration = 1.0 / self.duration.max(f64::MIN_POSITIVE);
         let (mut sums, mut left) = ([0.0; 3], 0.0);
@@ -78,7 +87,8 @@ impl Waveform<'_> {
         }
         let n = (self.time.len() - from) as f64;
         let x_f = p[X_F].max(0.0);
-        let level = (left / n).clamp(-x_f, x_f);
+        let most = if self.rest == RestLevel::Free { f64::INFINITY } else { x_f };
+        let level = (left / n).clamp(-most, most);
         let offsets = || self.active.iter().copied().filter(|i| (OFFSET..OFFSET + 3).contains(i));
         for i in offsets() {
             out.jtr[i] -= sums[i - OFFSET] * level;
@@ -169,7 +179,7 @@ mod tests {
             origin: 0.0,
             duration,
             bend,
-            rest_tells: true,
+            rest: RestLevel::Exact,
             active: (0..OFFSET + 3).collect(),
         }
     }
@@ -215,7 +225,7 @@ mod tests {
         let mut p = [0.0; COUNT];
         (p[A0], p[X_F], p[DELTA], p[OMEGA]) = (1.0, 0.01, 0.02, oscillator.omega_d());
         (p[OFFSET], p[OFFSET + 1]) = (0.001, 0.002);
-        let free = |signal| Waveform { rest_tells: false, ..wave(&time, signal, None) };
+        let free = |signal| Waveform { rest: RestLevel::Bounded, ..wave(&time, signal, None) };
         // Anywhere within `±x_F` the level is as good, beyond it is not.
         let rss = residuals(&free(&signal), &p);
         assert!((residuals(&free(&inside), &p) / rss - 1.0).abs() < 1e-9);
@@ -246,14 +256,14 @@ mod tests {
         let signal: Vec<f64> = time.iter().map(|t| 0.3 + 0.1 * (3.0 * t).sin()).collect();
         let mut p = [0.0; COUNT];
         (p[A0], p[X_F], p[DELTA], p[OMEGA], p[PHASE]) = (1.0, 0.02, 0.01, 7.0, 0.4);
-        let sums = |rest_tells: bool| {
+        let sums = |rest: RestLevel| {
             let mut out = Normal::zeros(COUNT);
-            assert!(Waveform { rest_tells, ..wave(&time, &signal, None) }.normal(&p, &mut out));
+            assert!(Waveform { rest, ..wave(&time, &signal, None) }.normal(&p, &mut out));
             out
         };
-        let out = sums(false);
+        let out = sums(RestLevel::Bounded);
         let at_rest = |p: &[f64; COUNT]| {
-            let wave = Waveform { rest_tells: false, ..wave(&time, &signal, None) };
+            let wave = Waveform { rest: RestLevel::Bounded, ..wave(&time, &signal, None) };
             let residuals = wave.residuals(p);
             residuals[residuals.len() / 2..].iter().map(|r| r * r).sum::<f64>()
         };

@@ -5,7 +5,7 @@ use super::criteria::Criteria;
 use super::envelope::{A0, DELTA, DRAG, X_F, law_of};
 use super::measured::MeasuredDecay;
 use super::samples::Samples;
-use super::waveform::{BEND, Bend, CHIRP, COUNT, OFFSET, OMEGA, PHASE, Waveform, rest_tells};
+use super::waveform::{BEND, Bend, CHIRP, COUNT, OFFSET, OMEGA, PHASE, RestLevel, Waveform, rest_tells};
 use super::window_fit::{Problem, WindowFit};
 use crate::inference::least_squares::{Fit, LeastSquares, Normal, minimise, promised_gain};
 use crate::inference::noise::{NoiseModel, autocorrelation, significant_inflation};
@@ -45,10 +45,37 @@ pub(crate) fn fit_waveform<'a>(
     samples: &'a Samples,
     measured: &MeasuredDecay,
     range: Range<usize>,
-    mut start: Vec<f64>,
+    start: Vec<f64>,
     asked: Option<LossModel>,
     criteria: &Criteria,
 ) -> Option<WindowFit<'a>> {
+    let tells = rest_tells(start[X_F], measured.noise_rms, range.len());
+    let rest = if tells { RestLevel::Exact } else { RestLevel::Bounded };
+    let fit = |rest, start| fit_with_rest(samples, measured, range.clone(), start, rest, asked, criteria);
+    let (found, low_frequency) = fit(rest, start)?;
+    let best = &found.comparison.preferred()?.bounded.parameters;
+    let rests = law_of(best, best[OMEGA]).stop_time_s().is_some_and(|t| found.origin + t < found.end);
+    if !rests
+        || low_frequency < criteria.coloured_noise.low_frequency * measured.noise_rms.powi(2)
+        || rest_tells(best[X_F], low_frequency.sqrt(), range.len())
+    {
+        return Some(found);
+    }
+    let (free, _) = fit(RestLevel::Free, best.clone())?;
+    Some(free)
+}
+
+/// [`fit_waveform`] given what the level of the rest says, and the variance of white noise with the
+/// density that the residuals have at low frequencies.
+fn fit_with_rest<'a>(
+    samples: &'a Samples,
+    measured: &MeasuredDecay,
+    range: Range<usize>,
+    mut start: Vec<f64>,
+    rest: RestLevel,
+    asked: Option<LossModel>,
+    criteria: &Criteria,
+) -> Option<(WindowFit<'a>, f64)> {
     let losses = loss_parameters(asked);
     // What no other term or disturbance may explain first.
     let basic: Vec<usize> =
@@ -64,7 +91,7 @@ pub(crate) fn fit_waveform<'a>(
         origin,
         duration,
         bend: None,
-        rest_tells: rest_tells(start[X_F], measured.noise_rms, n),
+        rest,
         active: [&losses[..], &ALWAYS, &OPTIONAL].concat(),
     };
     let mut nuisance = ALWAYS.to_vec();
@@ -116,7 +143,7 @@ pub(crate) fn fit_waveform<'a>(
     }
     noise.variance_inflation *= significant_inflation(left.autocorrelation, left.blocks, significance);
     noise.variance_inflation = noise.variance_inflation.max(left.coloured);
-    Some(WindowFit {
+    let fit = WindowFit {
         comparison: comparison.with_noise(noise),
         problem: Problem::Waveform(problem),
         origin,
@@ -124,7 +151,8 @@ pub(crate) fn fit_waveform<'a>(
         excess: left.excess,
         autocorrelation: left.autocorrelation,
         outliers: 0,
-    })
+    };
+    Some((fit, left.low_frequency))
 }
 
 /// The basic losses and the nuisances, in order.
@@ -206,6 +234,8 @@ struct Remainder {
     /// Density of all residuals about the frequency of the motion over that of white noise, less its
     /// own standard error.
     coloured: f64,
+    /// Variance of white noise with the density that they have at the lowest frequencies.
+    low_frequency: f64,
 }
 
 impl Remainder {
@@ -221,6 +251,7 @@ impl Remainder {
         let density = density_near(problem.time, &residual, fit.parameters[OMEGA] / TAU);
         let coloured = density.map_or(0.0, |d| d.ratio * (1.0 - (2.0 / d.degrees).sqrt()));
         Self {
+            low_frequency: variance * density.map_or(0.0, |d| d.lowest),
             coloured,
             excess: left.iter().map(|s| s * s).sum::<f64>() / dof / variance.max(f64::MIN_POSITIVE),
             autocorrelation: autocorrelation(&left),

@@ -46,6 +46,12 @@ pub(crate) struct Smooth {
     pub(crate) follows_law: bool,
 }
 
+/// Scatter of the phases about a law over their errors up to which the law is taken as it is.
+const MOST_EXCESS: f64 = 3.0;
+/// Weighted sum of squared relative errors that the amplitudes may have from a phase off the law: at
+/// one, no combination of the amplitudes is off by more than its standard error.
+const MOST_LOST: f64 = 1.0;
+
 /// Fits backbone laws of growing freedom to the phases of `blocks`, keeps the
 /// one the BIC prefers, and falls back to local smoothing where none holds.
 ///
@@ -133,8 +139,13 @@ pub(crate) fn smooth(blocks: &[Block], amplitude: &[f64], noise_rms: f64) -> Opt
     let typical_noise = median(&mut errors)?;
     let follows_law = omega > 0.0
         && (omega / omega_0 - 1.0).abs() < 0.5
-        && (excess < 3.0 || 0.5 * mean_square < 0.1 * typical_noise);
-    let at = if follows_law {
+        && (excess < MOST_EXCESS || 0.5 * mean_square < 0.1 * typical_noise);
+    // What it costs counts against the errors of all amplitudes together.
+    let lost: f64 = strong
+        .iter()
+        .map(|&j| weight[j] * (0.5 * ((phase[j] - model[j]).powi(2) - 1.0 / weight[j])).powi(2))
+        .sum();
+    let at = if follows_law && (excess < MOST_EXCESS || lost < MOST_LOST) {
         (0..blocks.len())
             .map(|j| {
                 let a = amplitude[j];

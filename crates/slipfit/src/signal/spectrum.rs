@@ -161,6 +161,8 @@ impl Periodogram {
 pub(crate) struct Density {
     /// Over the mean density up to half the sampling rate: 1 for white noise.
     pub(crate) ratio: f64,
+    /// Density at the lowest frequencies over the mean one; 0 where they are not told from the motion.
+    pub(crate) lowest: f64,
     /// Degrees of freedom of that ratio.
     pub(crate) degrees: f64,
 }
@@ -171,6 +173,8 @@ const BAND: [f64; 2] = [0.5, 1.5];
 const HANN_BINS: f64 = 1.5;
 /// Relative deviation of the mean step of a clock from the median one that is still an even clock.
 const EVEN: f64 = 0.01;
+/// Bins of a spectrum that tell how an offset wanders.
+const LOWEST: usize = 12;
 
 /// The density of residuals about a frequency, which sets how well an oscillation there is known;
 /// `None` for an uneven clock, whose interpolation is no white noise, or less than a cycle.
@@ -187,9 +191,13 @@ pub(crate) fn density_near(time: &[f64], residuals: &[f64], frequency_hz: f64) -
     };
     let index = |hz: f64| ((hz / bin) as usize).min(spectrum.len());
     let (from, to) = (index(BAND[0] * frequency_hz), index(BAND[1] * frequency_hz));
-    let ratio = power(from..to)? / power(1..spectrum.len())?;
+    let white = power(1..spectrum.len())?;
+    let ratio = power(from..to)? / white;
+    // The lowest bins hold the offset, which is fitted.
+    let lowest_end = index((LOWEST as f64 * bin).min(BAND[0] * frequency_hz));
+    let lowest = power(1..lowest_end).map_or(0.0, |p| p / white);
     let degrees = 2.0 * (to - from) as f64 * bin * duration / HANN_BINS;
-    (ratio.is_finite() && degrees > 0.0).then_some(Density { ratio, degrees })
+    (ratio.is_finite() && lowest.is_finite() && degrees > 0.0).then_some(Density { ratio, lowest, degrees })
 }
 
 /// The strongest oscillation of the record, inside `band_hz` when given.

@@ -20,8 +20,15 @@ pub(crate) fn of_oscillation<'a>(
     criteria: &Criteria,
 ) -> Result<(DecayWindow, BlockAmplitudes<'a>), Error> {
     let step = samples.converter_step(criteria.blocks.distinct_values);
-    let amplitudes_of =
-        |blocks| BlockAmplitudes::of_oscillation(blocks, TAU * frequency_hz, step, &criteria.blocks);
+    let amplitudes_of = |blocks| {
+        BlockAmplitudes::of_oscillation(
+            blocks,
+            TAU * frequency_hz,
+            step,
+            samples.noise_inflation,
+            &criteria.blocks,
+        )
+    };
     let after_clipping = || {
         let clipped = clipping::clipped_blocks(blocks, &samples.signal, step, &criteria.clipping)?;
         let found = find(&amplitudes_of(&blocks[clipped..]), &criteria.window)?;
