@@ -1,13 +1,19 @@
 //! Noise about the frequency of the motion, where it is more than the noise inside single cycles.
 
-use super::Answer;
 use super::criteria::ColouredNoiseCriteria;
 use super::samples::Samples;
+use super::{Answer, EndReason};
+use crate::Parameter;
 use crate::answer::MisfitShape;
 use crate::inference::noise::autocorrelation;
+use crate::numeric::robust::median;
+use crate::signal::blocks::{Block, PhaseAt, demodulate};
+use std::f64::consts::{LN_2, TAU};
 
 /// Rounds in which the noise is measured and the record looked at again.
 const ROUNDS: usize = 2;
+/// Samples without which a stretch has no amplitude.
+const LEAST_SAMPLES: usize = 6;
 
 /// The answer by `refit` with the noise that the amplitudes show, where that is more than the noise
 /// inside single cycles.
@@ -18,7 +24,9 @@ pub(crate) fn with_coloured_noise<'a>(
     refit: impl Fn(Samples<'a>) -> Option<Answer>,
 ) -> Answer {
     for _ in 0..ROUNDS {
-        let Some(inflation) = noise_inflation(&answer, criteria) else { break };
+        let by_scatter = || noise_inflation(&answer, criteria);
+        let at_rest = inflation_at_rest(&samples, &answer, criteria);
+        let Some(inflation) = at_rest.or_else(by_scatter) else { break };
         samples.noise_inflation *= inflation;
         let Some(mut found) = refit(samples.clone()) else { break };
         found.diagnostics.noise_inflation = samples.noise_inflation;
@@ -62,6 +70,50 @@ fn noise_inflation(answer: &Answer, criteria: &ColouredNoiseCriteria) -> Option<
     let inflation = inflation_at(&points, both.ratio);
     let gain = 2.0 * (both.log_likelihood - relative.log_likelihood);
     (inflation > 1.0 && gain > criteria.significance.powi(2)).then_some(inflation)
+}
+
+/// The same by what oscillates at the frequency of the motion after it: a median, so that single
+/// disturbances do not count. `None` where the record ends with the motion or the noise is white.
+fn inflation_at_rest(samples: &Samples, answer: &Answer, criteria: &ColouredNoiseCriteria) -> Option<f64> {
+    if !matches!(answer.segment.end_reason, EndReason::Noise | EndReason::Rest) {
+        return None;
+    }
+    let frequency_hz = answer.parameter(Parameter::Frequency)?.value;
+    let mut spacings: Vec<f64> =
+        answer.envelope.windows(2).filter(|w| w[1].used).map(|w| w[1].time_s - w[0].time_s).collect();
+    let span_s = median(&mut spacings)?;
+    let last = answer.envelope.iter().rfind(|p| p.used)?;
+    let visible = |t: f64| answer.fit.amplitude_at(t) > criteria.hidden * last.std_error;
+    let from_s = answer.segment.end_s.max(last.time_s) + span_s;
+    let mut first = samples.time.partition_point(|t| *t < from_s);
+    let mut blocks = Vec::new();
+    while first < samples.len() {
+        let start_s = samples.time[first];
+        let end = samples.time.partition_point(|t| *t < start_s + span_s);
+        if end == samples.len() {
+            break;
+        }
+        if !visible(start_s) && end - first >= LEAST_SAMPLES {
+            blocks.push(Block { span_s, ..Block::of(first, end, start_s + 0.5 * span_s) });
+        }
+        first = end;
+    }
+    if blocks.len() < criteria.least_points / 2 {
+        return None;
+    }
+    let omega = TAU * frequency_hz;
+    let phases = vec![PhaseAt { phase: 0.0, omega, chirp: 0.0, loss: 0.0 }; blocks.len()];
+    let found = demodulate(&samples.time, &samples.signal, &blocks, &phases);
+    let mut powers: Vec<f64> =
+        found.iter().map(|b| 0.5 * (b.amplitude.powi(2) + b.quadrature.powi(2)) / b.unit_variance).collect();
+    let n = powers.len() as f64;
+    // A power of two normal parts is exponential: its median is ln 2 of its mean.
+    let variance = median(&mut powers)? / LN_2;
+    let noise = answer.diagnostics.noise_rms.powi(2) * answer.diagnostics.noise_inflation;
+    let inflation = variance / noise;
+    // The median of n exponential values is known to a part of 1/(ln 2 sqrt(n)).
+    let error = 1.0 / (LN_2 * n.sqrt());
+    (inflation.is_finite() && inflation > 1.0 + criteria.significance * error).then_some(inflation)
 }
 
 /// One amplitude's residual with what it may come from.

@@ -404,6 +404,8 @@ criteria! {
         significance: f64 = 2.6, source "two-sided 1 % point of the normal distribution", moves "coverage";
         /// Amplitudes without which the two are not told apart.
         least_points: usize = 12, source "chosen by simulation", moves "coverage";
+        /// Amplitude of the motion over the error of an amplitude below which only noise is left.
+        hidden: f64 = 0.3, source "a twentieth of the variance of the noise", moves "coverage";
         /// Density of the residuals at low frequencies over that of white noise from which on the
         /// level of the rest says nothing of the last swing.
         low_frequency: f64 = 4.0, source "twice the error of a level", moves "bias of x_F";

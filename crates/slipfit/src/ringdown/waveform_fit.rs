@@ -143,12 +143,14 @@ fn fit_with_rest<'a>(
     }
     noise.variance_inflation *= significant_inflation(left.autocorrelation, left.blocks, significance);
     noise.variance_inflation = noise.variance_inflation.max(left.coloured);
+    // Where the noise about the frequency of the motion is known, the remainder is measured by that.
+    let known = left.excess * left.variance / measured.noise_rms.powi(2).max(f64::MIN_POSITIVE);
     let fit = WindowFit {
         comparison: comparison.with_noise(noise),
         problem: Problem::Waveform(problem),
         origin,
         end: origin + duration,
-        excess: left.excess,
+        excess: if samples.noise_inflation > 1.0 { known } else { left.excess },
         autocorrelation: left.autocorrelation,
         outliers: 0,
     };
@@ -228,6 +230,8 @@ fn drop_nuisance(
 struct Remainder {
     /// Its variance over that of white noise.
     excess: f64,
+    /// Variance of the residuals.
+    variance: f64,
     /// From block to block.
     autocorrelation: f64,
     blocks: usize,
@@ -251,6 +255,7 @@ impl Remainder {
         let density = density_near(problem.time, &residual, fit.parameters[OMEGA] / TAU);
         let coloured = density.map_or(0.0, |d| d.ratio * (1.0 - (2.0 / d.degrees).sqrt()));
         Self {
+            variance,
             low_frequency: variance * density.map_or(0.0, |d| d.lowest),
             coloured,
             excess: left.iter().map(|s| s * s).sum::<f64>() / dof / variance.max(f64::MIN_POSITIVE),
