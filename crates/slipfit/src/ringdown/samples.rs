@@ -141,7 +141,7 @@ mod tests {
 
     fn samples(signal: Vec<f64>) -> Samples<'static> {
         let time = (0..signal.len()).map(|i| i as f64).collect();
-        Samples { time: Cow::Owned(time), signal: Cow::Owned(signal), quadrature: None }
+        Samples { time: Cow::Owned(time), signal: Cow::Owned(signal), quadrature: None, noise_inflation: 1.0 }
     }
 
     #[test]
