@@ -86,7 +86,7 @@ pub fn analyse_with(curve: &Curve, options: &Options, criteria: &Criteria) -> Re
     let block = |curve: &Curve| Block { work: work.clone(), ..Block::new(curve) };
     let prepared =
         PreparedCurve::new(block(&used), options.reference.as_ref().map(block), options, criteria)?;
-    let fitted = selection::best_hypothesis(&prepared, options, criteria);
+    let fitted = selection::best_fit(&prepared, options, criteria, used.std_error().is_some());
     let fitted =
         fitted.map_err(|error| if work.was_cut() { Error::NoFit { reason: SEARCH_CUT } } else { error })?;
     // A long search leaves as much for the intervals.

@@ -515,6 +515,7 @@ fn diagnostics(
         left_out: d.left_out,
         noise_rms: d.neighbour_noise,
         residual_rms: sigma,
+        proportional_noise: d.proportional_noise,
         residual_excess: d.comparison.noise.variance_inflation,
         residual_autocorrelation: d.autocorrelation,
         signal_to_noise_db: 20.0 * (b.highest() / sigma.max(f64::MIN_POSITIVE)).log10(),

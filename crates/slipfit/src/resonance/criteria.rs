@@ -26,6 +26,8 @@ pub struct Criteria {
     pub search: SearchCriteria,
     /// Residuals of a fit.
     pub residuals: ResidualCriteria,
+    /// Noise that grows with the amplitude.
+    pub noise: NoiseCriteria,
     /// The friction-free reference.
     pub reference: ReferenceCriteria,
     /// Terms added automatically.
@@ -50,6 +52,7 @@ impl Criteria {
             self.instrument.table(),
             self.search.table(),
             self.residuals.table(),
+            self.noise.table(),
             self.reference.table(),
             self.terms.table(),
             self.selection.table(),
@@ -164,6 +167,23 @@ criteria! {
         outlier_part: usize = 20, source "chosen by simulation", moves "outliers";
         /// Standard errors from which on an autocorrelation counts.
         autocorrelation_errors: f64 = 2.8, source "one curve in 400 by chance", moves "coverage";
+    }
+}
+
+criteria! {
+    /// Noise that grows with the amplitude.
+    pub struct NoiseCriteria in "noise" {
+        /// BIC by which a noise with a part in proportion to the amplitude must be better than a
+        /// constant one.
+        proportional_margin: f64 = 2.0, source "Kass and Raftery 1995: positive evidence",
+            moves "coverage of curves with proportional noise";
+        /// Observations that must be left beside the parameters.
+        spare_observations: f64 = 6.0, source "chosen by simulation",
+            moves "coverage of curves with few points";
+        /// Rounds of fit and noise.
+        rounds: usize = 3, source "chosen by simulation", moves "time of analysis";
+        /// Factor within which a ratio of proportional part to floor is settled.
+        settled: f64 = 1.5, source "weights matter by their root", moves "time of analysis";
     }
 }
 

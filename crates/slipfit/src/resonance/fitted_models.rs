@@ -29,6 +29,8 @@ pub(crate) struct FittedModels {
     /// Minima as good as the best within its errors, where there are several: amplitudes do not
     /// tell on which side of the line a background lies.
     pub(crate) minima: Vec<Fit>,
+    /// Noise of an amplitude over the amplitude, where the noise grows with it.
+    pub(crate) proportional_noise: Option<f64>,
     pub(crate) criteria: AnswerCriteria,
 }
 

@@ -18,6 +18,7 @@ mod hypothesis_fit;
 mod instrument_start;
 mod lanes;
 mod models;
+mod noise;
 mod options;
 mod paper;
 mod peak;
@@ -40,9 +41,9 @@ pub use answer::{
     ReferenceFit,
 };
 pub use criteria::{
-    AnswerCriteria, Criteria, ForceCriteria, InstrumentCriteria, LossModelCriteria, PeakCriteria,
-    PreparationCriteria, ReferenceCriteria, ResidualCriteria, SearchCriteria, SelectionCriteria,
-    TermCriteria,
+    AnswerCriteria, Criteria, ForceCriteria, InstrumentCriteria, LossModelCriteria, NoiseCriteria,
+    PeakCriteria, PreparationCriteria, ReferenceCriteria, ResidualCriteria, SearchCriteria,
+    SelectionCriteria, TermCriteria,
 };
 pub use curve::{Curve, CurveBuilder, Dropped, Response, Run, RunDirection};
 pub use direct::{CurveFit, fit};

@@ -72,6 +72,7 @@ pub(super) fn compare(curve: &PreparedCurve, mut chosen: HypothesisFit) -> Resul
         neighbour_noise: residuals.neighbour_noise,
         autocorrelation: residuals.rho,
         minima,
+        proportional_noise: None,
         criteria: criteria.answer.clone(),
         problem,
     })

@@ -4,14 +4,39 @@ use super::criteria::{Criteria, SelectionCriteria};
 use super::fitted_models::FittedModels;
 use super::hypothesis::{Hypothesis, Kind};
 use super::hypothesis_fit::HypothesisFit;
+use super::noise::NoiseLaw;
 use super::prepared::PreparedCurve;
 use super::residuals::autocorrelation;
 use super::{Options, models};
 use crate::Error;
 
+/// The best hypothesis; without errors of the points, with a noise in proportion to the amplitudes
+/// where the residuals show one.
+pub(super) fn best_fit(
+    curve: &PreparedCurve,
+    options: &Options,
+    criteria: &Criteria,
+    errors_known: bool,
+) -> Result<FittedModels, Error> {
+    let mut found = best_hypothesis(curve, options, criteria)?;
+    if errors_known {
+        return Ok(found);
+    }
+    let mut last: Option<NoiseLaw> = None;
+    for _ in 0..criteria.noise.rounds {
+        let Some(law) = NoiseLaw::of(&found, &criteria.noise) else { break };
+        let settled = last.is_some_and(|last| law.is_near(last, criteria.noise.settled));
+        let Some(weighed) = law.weighed(curve, &found).filter(|_| !settled) else { break };
+        let Ok(mut better) = best_hypothesis(&weighed, options, criteria) else { break };
+        better.proportional_noise = Some(law.part(&better));
+        (found, last) = (better, Some(law));
+    }
+    Ok(found)
+}
+
 /// Fits the plain curve, and the other hypotheses that it or the options ask for; the loss models of
 /// the one that the rules of [`select`] take.
-pub(super) fn best_hypothesis(
+fn best_hypothesis(
     curve: &PreparedCurve,
     options: &Options,
     criteria: &Criteria,
