@@ -200,6 +200,9 @@ criteria! {
 criteria! {
     /// Terms added automatically.
     pub struct TermCriteria in "terms" {
+        /// What the BIC of a fit must be better by for each of background and delay that it has more.
+        instrument_margin: f64 = 4.0, source "of curves without one, one in 500 is given a background",
+            moves "backgrounds and delays missed, and added for nothing";
         /// By how much less than another term drag may lower the BIC and is added instead.
         drag_preference: f64 = 6.0, source "strong evidence on the scale of Kass and Raftery (1995)",
             moves "bias of friction under drag";
@@ -289,6 +292,14 @@ criteria! {
         reference_damping: f64 = 3.0, source "one resonator keeps its damping", moves "warnings";
         /// p value below which the reference has friction of its own.
         reference_slides: f64 = 0.001, source "chosen by simulation", moves "warnings";
+        /// What a parameter of another set of instrument terms costs, in the logarithm of the likelihood
+        /// twice over, when its fit is weighed beside the one reported.
+        alternative_penalty: f64 = 3.0, source "chosen by simulation, between Akaike's 2 and the BIC",
+            moves "coverage under a background too weak to be seen, and width of intervals without one";
+        /// Weight over that of the fit reported below which another does not count.
+        least_weight: f64 = 0.001, source "far below a half of 2.5 %", moves "coverage";
+        /// Standard errors by which other terms of the instrument must move a loss to be named.
+        rival_errors: f64 = 2.0, source "chosen by simulation", moves "warnings";
         /// Difference of BIC below which two models explain the data equally well.
         rival_bic: f64 = 2.0, source "Kass and Raftery 1995: not worth more than a bare mention",
             moves "warnings";

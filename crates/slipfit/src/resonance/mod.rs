@@ -1,9 +1,11 @@
 //! Resonance curves: from amplitudes (and phases) over frequency to how much of the
 //! loss is viscous and how much is sliding.
 
+mod alternatives;
 mod analyse;
 mod answer;
 mod assemble;
+mod averaged;
 mod background_minima;
 mod bias;
 mod block;
@@ -15,6 +17,7 @@ mod fitted_models;
 mod force;
 mod hypothesis;
 mod hypothesis_fit;
+mod instrument_sets;
 mod instrument_start;
 mod lanes;
 mod models;

@@ -10,7 +10,7 @@ use super::problem::Problem;
 use super::residuals::autocorrelation;
 use super::response::{DELTA, X_0, X_F, slot};
 use super::search::best_of;
-use super::{DriveSource, Options};
+use super::{DriveSource, Method, Options, alternatives};
 use crate::Error;
 use crate::inference::least_squares::{Fit, LeastSquares};
 use crate::inference::model_selection::ModelComparison;
@@ -51,6 +51,11 @@ pub(super) fn compare(curve: &PreparedCurve, mut chosen: HypothesisFit) -> Resul
     let Some(first) = comparison.fits.first() else {
         return Err(Error::NoFit { reason: "no loss model could be fitted to the curve" });
     };
+    let alternatives = if options.method == Method::Exact {
+        alternatives::weighed(chosen.others, &comparison, &criteria.answer)
+    } else {
+        Vec::new()
+    };
     let most = criteria.models.equal_minima * noise.variance(&first.bounded);
     let least = minima.iter().map(|m| m.rss).fold(f64::INFINITY, f64::min);
     minima.retain(|m| m.rss - least < most);
@@ -72,6 +77,7 @@ pub(super) fn compare(curve: &PreparedCurve, mut chosen: HypothesisFit) -> Resul
         neighbour_noise: residuals.neighbour_noise,
         autocorrelation: residuals.rho,
         minima,
+        alternatives,
         proportional_noise: None,
         criteria: criteria.answer.clone(),
         problem,

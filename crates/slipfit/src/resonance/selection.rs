@@ -102,11 +102,12 @@ fn fit<'a>(
     criteria: &'a Criteria,
 ) -> Result<HypothesisFit<'a>, Error> {
     let mut fit = HypothesisFit::new(curve, hypothesis, options, criteria)?;
-    if hypothesis.kind == Kind::Instrument {
-        fit.drop_unneeded();
-    }
     fit.add_needed();
-    fit.settle_order();
+    fit.settle_reference();
+    fit.settle_instrument();
+    if fit.settle_reference() {
+        fit.settle_instrument();
+    }
     fit.settle_minima();
     Ok(fit)
 }
