@@ -59,6 +59,11 @@ pub(super) fn weighed(
         })
         .filter(|a| a.weight.is_finite() && a.weight > c.least_weight)
         .collect();
+    // Several minima of one set are one model.
+    let of_set = |set: InstrumentSet| list.iter().filter(move |a| a.fit.set == set).map(|a| a.weight);
+    let shares: Vec<f64> =
+        list.iter().map(|a| of_set(a.fit.set).fold(0.0, f64::max) / of_set(a.fit.set).sum::<f64>()).collect();
+    list.iter_mut().zip(shares).for_each(|(a, share)| a.weight *= share);
     let total: f64 = 1.0 + list.iter().map(|a| a.weight).sum::<f64>();
     list.iter_mut().for_each(|a| a.weight /= total);
     list

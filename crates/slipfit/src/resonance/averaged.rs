@@ -49,6 +49,7 @@ fn variance_of(fit: &Fit, p: &[f64], of: &dyn Fn(&[f64]) -> f64) -> f64 {
 /// weight, hold 2.5 % (Turek and Fletcher 2012, Comput. Stat. Data Anal. 56, 2809).
 pub(super) fn stretched(d: &FittedModels, mut q: Quantity, of: &dyn Fn(&[f64]) -> f64) -> Quantity {
     let noise = d.comparison.noise;
+    let before = q.interval_95;
     if d.minima.len() > 1 {
         for fit in &d.minima {
             let p = &fit.parameters;
@@ -65,9 +66,18 @@ pub(super) fn stretched(d: &FittedModels, mut q: Quantity, of: &dyn Fn(&[f64]) -
         .map(|a| (a.weight, estimate(&a.fit, noise, of)))
         .filter(|(_, [value, error])| value.is_finite() && error.is_finite() && *error > 0.0)
         .collect();
-    if others.is_empty() || !q.interval_95[1].is_finite() {
-        return q;
+    if !others.is_empty() && q.interval_95[1].is_finite() {
+        q.interval_95 = averaged(&q, &others);
     }
+    if q.interval_95 != before {
+        q.std_error = q.std_error.max((q.interval_95[1] - q.interval_95[0]) / (2.0 * Z_95));
+    }
+    q
+}
+
+/// Where the tails of an estimate and others, each with weight, value and error, hold 2.5 % together;
+/// not inside the interval of the estimate itself.
+fn averaged(q: &Quantity, others: &[(f64, [f64; 2])]) -> [f64; 2] {
     let own = 1.0 - others.iter().map(|o| o.0).sum::<f64>();
     let [low, high] = q.interval_95;
     let end = |side: f64, end: f64| {
@@ -84,11 +94,7 @@ pub(super) fn stretched(d: &FittedModels, mut q: Quantity, of: &dyn Fn(&[f64]) -
     };
     let (lower, upper) = (end(-1.0, low), end(1.0, high));
     let lower = if low >= 0.0 { lower.max(0.0) } else { lower };
-    if lower < low || upper > high {
-        q.interval_95 = [lower.min(low), upper.max(high)];
-        q.std_error = q.std_error.max((q.interval_95[1] - q.interval_95[0]) / (2.0 * Z_95));
-    }
-    q
+    [lower.min(low), upper.max(high)]
 }
 
 /// p value of sliding friction with the other fits counted: the mean of what each says.

@@ -181,7 +181,7 @@ criteria! {
         spare_observations: f64 = 6.0, source "chosen by simulation",
             moves "coverage of curves with few points";
         /// Rounds of fit and noise.
-        rounds: usize = 3, source "chosen by simulation", moves "time of analysis";
+        rounds: usize = 2, source "chosen by simulation", moves "time of analysis";
         /// Factor within which a ratio of proportional part to floor is settled.
         settled: f64 = 1.5, source "weights matter by their root", moves "time of analysis";
     }
@@ -212,6 +212,8 @@ criteria! {
         promise_factor: f64 = 3.0, source "chosen by simulation", moves "terms missed";
         /// Least part of the sum of squares that a promise leaves.
         promise_rest: f64 = 0.05, source "chosen by simulation", moves "terms missed";
+        /// Points that show where a background under amplitudes leads.
+        background_points: usize = 40, source "chosen by simulation", moves "time of analysis";
         /// Minima with a background under amplitudes that are kept.
         kept_minima: usize = 8, source "chosen by simulation", moves "coverage under a background";
         /// Standard errors by which two such minima differ.

@@ -141,14 +141,19 @@ impl PlainOutcome {
         }
     }
 
-    /// Its phases fit no resonance.
+    /// Its phases fit no resonance, and terms of the instrument added do not mend that.
     fn implausible(&self, c: &SelectionCriteria) -> bool {
-        self.complex && self.first_variance.sqrt() > c.implausible_residual * self.height
+        let suspect = self.first_variance.sqrt() > c.implausible_residual * self.height;
+        self.complex && suspect && self.leaves_more_than_noise(c)
     }
 
     /// Terms were added one by one and leave more than noise: together they may not.
     fn insufficient(&self, c: &SelectionCriteria) -> bool {
-        self.complex && self.more_terms && self.variance > c.noise_variances * self.noise_variance
+        self.complex && self.more_terms && self.leaves_more_than_noise(c)
+    }
+
+    fn leaves_more_than_noise(&self, c: &SelectionCriteria) -> bool {
+        self.variance > c.noise_variances * self.noise_variance
     }
 }
 
@@ -179,10 +184,11 @@ fn select(plain: &PlainOutcome, others: &[Outcome], c: &SelectionCriteria) -> Op
     let (instrument, amplitudes) = (least(false), least(true));
     if plain.implausible(c) {
         let with_phases = c.phases_over_amplitudes * left(amplitudes);
-        if left(instrument) < with_phases.min(c.phases_over_plain * plain.first_variance) {
+        let least = with_phases.min(c.phases_over_plain * plain.first_variance);
+        if left(instrument) < least.min(plain.variance) {
             return instrument;
         }
-        if left(amplitudes) < c.amplitudes_over_plain * plain.first_variance {
+        if left(amplitudes) < c.amplitudes_over_plain * plain.first_variance && with_phases < plain.variance {
             return amplitudes;
         }
     }
