@@ -103,10 +103,12 @@ pub(super) fn answer(
     Ok(answer)
 }
 
-/// The evidence for sliding friction, other terms of the instrument counted.
+/// The evidence for sliding friction, other terms of the instrument counted. Where the losses reported
+/// have it, it is not surer than beside those.
 fn evidence(d: &FittedModels, chosen: &ModelFit, shares: [f64; 2]) -> SlidingEvidence {
     let found = sliding_evidence(&d.comparison, chosen, shares);
-    let p_value = averaged::sliding_p_value(d, found.p_value);
+    let own = d.comparison.sliding_beside(chosen).map_or(found.p_value, |p| p.max(found.p_value));
+    let p_value = averaged::sliding_p_value(d, own);
     SlidingEvidence { p_value, detected: found.detected && p_value < d.comparison.criteria.detected, ..found }
 }
 

@@ -2,7 +2,7 @@
 
 use super::criteria::{Criteria, SelectionCriteria};
 use super::fitted_models::FittedModels;
-use super::hypothesis::{Hypothesis, Kind};
+use super::hypothesis::Hypothesis;
 use super::hypothesis_fit::HypothesisFit;
 use super::noise::NoiseLaw;
 use super::prepared::PreparedCurve;

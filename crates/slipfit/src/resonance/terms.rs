@@ -170,7 +170,7 @@ mod tests {
         let hypothesis = Hypothesis { kind: Kind::Instrument, instrument, ..plain };
         let mut fit = HypothesisFit::new(&prepared, hypothesis, &options, &criteria).unwrap();
         assert!(fit.starts.iter().all(|s| s[BG_RE] != 0.0 && s[DELAY] != 0.0));
-        fit.drop_unneeded();
+        fit.settle_instrument();
         let dropped = [DELAY, BG_RE, BG_IM];
         assert!(dropped.iter().all(|k| !fit.fit.free.contains(k)), "{:?}", fit.fit.free);
         assert!(dropped.iter().all(|&k| fit.starts.iter().all(|s| s[k] == 0.0)));
