@@ -42,6 +42,12 @@ pub(super) fn answer(
         })?,
         None => comparison.reported().unwrap_or(preferred),
     };
+    // Where even the models within it have no fit inside the limits, the points are no resonance.
+    if chosen.model.terms().any(|term| chosen.bounded.parameters[slot(term)] < 0.0) {
+        return Err(Error::NoFit {
+            reason: "the curve follows a loss below zero only: it may not be an amplitude, or not be steady",
+        });
+    }
     if d.method() == Method::Paper && d.source == DriveSource::Shape {
         return Err(Error::MissingParameter {
             name: "drive_amplitude",

@@ -48,13 +48,18 @@ impl HypothesisFit<'_> {
                 others.extend(self.with_set(set, without_drag));
             }
         }
-        let margin = self.criteria.terms.instrument_margin;
         let richest = others.iter().max_by_key(|(_, o)| o.unbounded.free.len());
         let noise = match richest {
             Some((problem, o)) if o.unbounded.free.len() > self.fit.free.len() => {
                 noise_model(problem, &o.unbounded, &self.criteria.residuals)
             }
             _ => noise_model(&self.problem, &self.fit, &self.criteria.residuals),
+        };
+        // Where more than noise is left, a term may only make up for what the law lacks.
+        let margin = if noise.variance_inflation > 1.0 {
+            self.criteria.inference.instrument_bic_margin
+        } else {
+            self.criteria.terms.instrument_margin
         };
         let rank = |set: InstrumentSet, fit: &Fit| noise.bic(fit.rss, fit.free.len()) + margin * set.terms();
         let least = rank(now, &self.fit);

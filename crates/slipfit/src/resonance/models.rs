@@ -9,10 +9,10 @@ use super::prepared::PreparedCurve;
 use super::problem::Problem;
 use super::residuals::autocorrelation;
 use super::response::{DELTA, X_0, X_F, slot};
-use super::search::best_of;
+use super::search::{best_of, rss};
 use super::{DriveSource, Method, Options, alternatives};
 use crate::Error;
-use crate::inference::least_squares::{Fit, LeastSquares};
+use crate::inference::least_squares::{Fit, LeastSquares, minimise};
 use crate::inference::model_selection::ModelComparison;
 use crate::inference::noise::NoiseModel;
 use crate::model::loss::{LossModel, LossTerm};
@@ -128,7 +128,17 @@ fn fit_models(
             }
         }
         from.dedup();
-        if let Some(fit) = best_of(&problem.with(&free), &from, &free, tries, &criteria.search) {
+        let own = problem.with(&free);
+        if let Some(mut fit) = best_of(&own, &from, &free, tries, &criteria.search) {
+            // No model is worse than one within it, or than a richer one whose further terms are nought:
+            // a start followed among fewer points may have led elsewhere.
+            for start in from.iter().take(fits.len()) {
+                if rss(&own, start, fit.rss).is_some_and(|left| left < fit.rss)
+                    && let Some(better) = minimise(&own, start, &free).filter(|f| f.rss < fit.rss)
+                {
+                    fit = better;
+                }
+            }
             if model == LossModel::VISCOUS_SLIDING {
                 // So far from zero no data call for a model without it.
                 surely_viscous =
