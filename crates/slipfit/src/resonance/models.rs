@@ -8,7 +8,7 @@ use super::peak;
 use super::prepared::PreparedCurve;
 use super::problem::Problem;
 use super::residuals::autocorrelation;
-use super::response::{DELTA, X_0, X_F, slot};
+use super::response::{BG_IM, DELTA, X_0, X_F, slot};
 use super::search::{best_of, rss};
 use super::{DriveSource, Method, Options, alternatives};
 use crate::Error;
@@ -138,6 +138,12 @@ fn fit_models(
                 {
                     fit = better;
                 }
+            }
+            if model == LossModel::VISCOUS && !problem.main.complex && fit.parameters[DELTA] < 0.0 {
+                // Amplitudes are those of the mirror image as well, whose loss is above zero.
+                let mut mirrored = fit.parameters.clone();
+                (mirrored[DELTA], mirrored[BG_IM]) = (-mirrored[DELTA], -mirrored[BG_IM]);
+                fit = minimise(&own, &mirrored, &free).filter(|f| f.parameters[DELTA] > 0.0).unwrap_or(fit);
             }
             if model == LossModel::VISCOUS_SLIDING {
                 // So far from zero no data call for a model without it.
