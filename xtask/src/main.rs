@@ -42,8 +42,10 @@ cargo xtask statistics [--write] [--only TEXT] [--seeds N]
 
 cargo xtask statistics --default [--write] [--only TEXT] [--seeds N]
   the answer as every user gets it, no model named (docs/statistics_default.md; 100 seeds)
+cargo xtask statistics --default-curves [--write] [--only TEXT] [--seeds N]
+  the same of resonance curves (docs/statistics_default_curves.md; 40 seeds)
 cargo xtask statistics --resonance [--write] [--only TEXT] [--seeds N]
-  the same of resonance curves, beside the paper's Lorentzian (docs/statistics_resonance.md; 300 seeds)
+  bias, spread and coverage of resonance curves, beside the paper's Lorentzian (docs/statistics_resonance.md; 300 seeds)
 
 cargo xtask statistics --table-one [--write] [--seeds N]
   the paper's Table 1 in closed loop: ring-down and resonance at three loads, do they agree

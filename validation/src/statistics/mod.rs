@@ -5,6 +5,7 @@
 //! Cramér-Rao bound, the least that any unbiased estimate can have.
 
 mod choices;
+mod default_curve;
 mod default_decay;
 mod hardening;
 mod resonance;
@@ -18,7 +19,7 @@ use std::process::ExitCode;
 use crate::Failure;
 use choices::Choices;
 
-/// Runs one of the tables: `[--default|--resonance|--table-one] [--seeds N] [--only TEXT] [--write]`.
+/// Runs one of the tables: `[--default|--default-curves|--resonance|--table-one] [--seeds N] [--only TEXT] [--write]`.
 pub(crate) fn run(arguments: &[String]) -> Result<ExitCode, Failure> {
     let mut choices = Choices { seeds: 0, only: String::new(), write: false };
     let mut table: fn(Choices) -> Result<ExitCode, Failure> = ring_down::run;
@@ -27,6 +28,7 @@ pub(crate) fn run(arguments: &[String]) -> Result<ExitCode, Failure> {
     while let Some(word) = words.next() {
         match word.as_str() {
             "--default" => (table, usual) = (default_decay::run, 100),
+            "--default-curves" => (table, usual) = (default_curve::run, 40),
             "--resonance" => (table, usual) = (resonance::run, 300),
             "--table-one" => (table, usual) = (table_one::run, 200),
             "--write" => choices.write = true,

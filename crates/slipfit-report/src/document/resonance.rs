@@ -6,7 +6,7 @@ use super::method;
 use super::models::Comparison;
 use super::parameter::ParameterRow;
 use super::reading::{column, counted};
-use crate::format::{Rounded, plain};
+use crate::format::{Rounded, percent, plain};
 use crate::{AnalysedCurve, Sentence, plot};
 use slipfit::answer::hint::Spelling;
 use slipfit::resonance::{Answer, DriveSource, Method, RunDirection};
@@ -78,13 +78,17 @@ fn facts(analysed: &AnalysedCurve<'_>, spell: Spelling<'_>) -> Facts {
         left.push(format!("{} far off left out", d.left_out));
     }
     let left = if left.is_empty() { String::new() } else { format!(" ({})", left.join(", ")) };
+    let growing = match d.proportional_noise {
+        Some(part) => format!("; noise grows with the amplitude, {} of it", percent(part)),
+        None => String::new(),
+    };
     let stops = match d.points_with_stops {
         0 => String::new(),
         n => format!("; {n} points with stops in the cycle"),
     };
     facts.add("fit", format!(
             "{method}, {drive}{level}; {} points{left}, {} within the line, over {:.1} line widths; noise {}, {:.0} dB below \
-             the peak; residuals {:.2} times what noise gives{stops}",
+             the peak; residuals {:.2} times what noise gives{growing}{stops}",
             d.points,
             d.points_in_line,
             d.line_widths,

@@ -39,7 +39,7 @@ fn conclusion(a: &Answer) -> String {
         _ => "by the shape of the curve alone",
     };
     let by = if a.method == Method::Paper { ", inverted with a = 4/3" } else { "" };
-    if a.model.has_sliding() && s.detected {
+    if a.model.has_sliding() && s.detected && s.share_at_highest > 0.0 {
         let rest = if s.share_at_lowest > s.share_at_highest + 0.05 {
             format!(" and {} at the lowest amplitude", percent(s.share_at_lowest))
         } else {
@@ -55,12 +55,18 @@ fn conclusion(a: &Answer) -> String {
     let limit = |parameter| a.parameter(parameter).map(|q| (q.interval_95, q.unit.clone()));
     let ratio = limit(Parameter::FrictionRatio).map(|(i, _)| i);
     let law = if a.preferred_model.is_within(a.model) { a.preferred_model } else { a.model };
-    if law.has_sliding() {
+    if law.has_sliding() && !s.detected && s.share_at_highest > 0.0 {
         return format!(
             "Sliding friction is possible but not certain, {}, {drive}: it would carry {} of the loss at the \
              peak.",
             p_value(s.p_value),
             percent(s.share_at_highest)
+        );
+    }
+    if s.detected && a.model.has_sliding() {
+        return format!(
+            "Sliding friction is present, {}; the curve as it was described{by} shows none.",
+            p_value(s.p_value)
         );
     }
     if s.detected {

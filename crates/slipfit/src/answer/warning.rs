@@ -163,6 +163,19 @@ pub enum Warning {
         /// Whether phases separate it from friction.
         phases: bool,
     },
+    /// Other terms of the instrument than those fitted explain the curve as well, and give other losses.
+    RivalInstrument {
+        /// They have a background.
+        background: bool,
+        /// They have a delay.
+        delay: bool,
+        /// BIC with them above the one reported.
+        delta_bic: f64,
+        /// Friction displacement with them, and its standard error.
+        friction_displacement: [f64; 2],
+        /// Unit of the response.
+        unit: String,
+    },
     /// A delay was added automatically or asked for.
     Delay {
         /// s.
@@ -299,6 +312,7 @@ impl Warning {
             Warning::FewPointsInLine { .. } => "few_points_in_line",
             Warning::Leaning { .. } => "leaning",
             Warning::Background { .. } => "background",
+            Warning::RivalInstrument { .. } => "rival_instrument",
             Warning::Delay { .. } => "delay",
             Warning::RunsDiffer { .. } => "runs_differ",
             Warning::ReferenceDiffers { .. } => "reference_differs",
@@ -353,6 +367,9 @@ impl Warning {
             }
             Warning::Undetermined { .. } => vec![Hint::advice("points across the peak would")],
             Warning::ShapeAlone { .. } => either("drive_amplitude", "reference", "narrows it"),
+            Warning::RivalInstrument { background, .. } => {
+                vec![Hint::new("background", "chooses").with(if *background { "on" } else { "off" })]
+            }
             Warning::Jump { .. } => vec![Hint::new("band_hz", "keeps to one branch")],
             Warning::OneFlank { .. } => vec![Hint::advice("measure across the peak")],
             Warning::ThresholdExtrapolated { .. } => vec![Hint::advice("lower levels would show it")],
@@ -481,6 +498,22 @@ impl fmt::Display for Warning {
                     "; amplitudes alone do not separate it from friction, phases would"
                 }
             ),
+            Warning::RivalInstrument { background, delay, delta_bic, friction_displacement, unit } => {
+                let terms = match (background, delay) {
+                    (true, true) => "a background and a delay explain",
+                    (true, false) => "a background explains",
+                    (false, true) => "a delay without a background explains",
+                    (false, false) => "no term of the instrument explains",
+                };
+                let [value, error] = friction_displacement;
+                let text = format!("{value:.3e} ± {error:.1e} {unit}");
+                write!(
+                    f,
+                    "{terms} the curve as well (BIC differs by {:.1}), with x_F = {}; the intervals count it",
+                    delta_bic.abs(),
+                    text.trim_end()
+                )
+            }
             Warning::Delay { delay_s } => {
                 write!(f, "a delay of {delay_s:.4e} s in the signal chain was fitted")
             }

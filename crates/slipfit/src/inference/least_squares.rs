@@ -3,7 +3,7 @@
 //! No N × p Jacobian is stored: a model streams its samples once per step and
 //! hands over `JᵀJ`, `Jᵀr` and `rᵀr` for a handful of parameters.
 
-use nalgebra::{DMatrix, DVector};
+use nalgebra::{DMatrix, DVector, SymmetricEigen};
 
 /// Sums over the samples for one parameter vector; `r = data - model`,
 /// `J = d model / d parameter`.
@@ -76,6 +76,23 @@ impl Fit {
     pub(crate) fn correlation(&self, a: usize, b: usize) -> f64 {
         let scale = self.unit_std(a) * self.unit_std(b);
         if scale > 0.0 { self.unit_covariance[(a, b)] / scale } else { 0.0 }
+    }
+
+    /// Steps of all parameters along the principal axes of the correlation, each as long as one
+    /// standard error at unit variance: the covariance is the sum of their squares.
+    pub(crate) fn principal_steps(&self) -> Vec<Vec<f64>> {
+        let free = &self.free;
+        let correlation = DMatrix::from_fn(free.len(), free.len(), |a, b| self.correlation(free[a], free[b]));
+        let axes = SymmetricEigen::new(correlation);
+        let along = |axis: usize| {
+            let length = axes.eigenvalues[axis].max(0.0).sqrt();
+            let mut step = vec![0.0; self.parameters.len()];
+            for (a, &k) in free.iter().enumerate() {
+                step[k] = length * self.unit_std(k) * axes.eigenvectors[(a, axis)];
+            }
+            step
+        };
+        (0..free.len()).map(along).collect()
     }
 }
 

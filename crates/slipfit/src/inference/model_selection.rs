@@ -158,6 +158,14 @@ impl ModelComparison {
         (both.map_or(1.0, |both| self.p_value(without, both)), self.rank(without) - self.rank(with))
     }
 
+    /// p value of sliding friction beside the other losses of a fit; `None` where it has no friction, or
+    /// nothing else, or no fit without it was made.
+    pub(crate) fn sliding_beside(&self, fit: &ModelFit) -> Option<f64> {
+        let others: Vec<LossTerm> = fit.model.terms().filter(|t| *t != LossTerm::Sliding).collect();
+        let without = LossModel::from_terms(&others).and_then(|m| self.get(m));
+        without.filter(|_| fit.model.has_sliding()).map(|without| self.p_value(without, fit))
+    }
+
     /// p value of a purely viscous loss against a model; 1 for the viscous model itself.
     pub(crate) fn viscous_only(&self, model: LossModel) -> f64 {
         let pair = self.get(LossModel::VISCOUS).zip(self.get(model.with(LossTerm::Viscous)));

@@ -18,8 +18,11 @@ use crate::Error;
 /// the answer with the bias it has on this very curve.
 ///
 /// All loss models (viscous, sliding, drag and their sums) are compared on the same points.
-/// A phase offset is always fitted where there are phases; background, delay and a Duffing
-/// term only where the data need it (a BIC lower by 14, autocorrelation counted), and a warning says so.
+/// A phase offset is always fitted where there are phases. Background and delay are part of the answer
+/// where the BIC with them is lower by a margin, autocorrelation counted, and a warning says so; where
+/// they are not, or are, the other sets of these terms stretch the intervals by their weights. A
+/// Duffing term is added where the BIC falls by 14. Noise that grows with the amplitude is found from
+/// the residuals, unless the curve brings errors of its own.
 ///
 /// The height of a curve is `Q x_0 (1 - 4 x_F/(pi x_0))`: with the drive amplitude `x_0` known
 /// ([`Options::drive_amplitude`], or a friction-free [`Options::reference`]) friction and Q
@@ -86,7 +89,7 @@ pub fn analyse_with(curve: &Curve, options: &Options, criteria: &Criteria) -> Re
     let block = |curve: &Curve| Block { work: work.clone(), ..Block::new(curve) };
     let prepared =
         PreparedCurve::new(block(&used), options.reference.as_ref().map(block), options, criteria)?;
-    let fitted = selection::best_hypothesis(&prepared, options, criteria);
+    let fitted = selection::best_fit(&prepared, options, criteria, used.std_error().is_some());
     let fitted =
         fitted.map_err(|error| if work.was_cut() { Error::NoFit { reason: SEARCH_CUT } } else { error })?;
     // A long search leaves as much for the intervals.

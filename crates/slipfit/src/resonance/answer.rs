@@ -174,6 +174,10 @@ pub struct Diagnostics {
     pub noise_rms: f64,
     /// Residual of the chosen model, response unit.
     pub residual_rms: f64,
+    /// Noise of an amplitude over the amplitude, where the noise was found to grow with it: every point
+    /// then has its own standard error, and `noise_rms` and `residual_rms` are those of a typical
+    /// one. `None` where it is constant, or the errors of the points were given.
+    pub proportional_noise: Option<f64>,
     /// Factor on variances for autocorrelated residuals; 1 where they are white.
     pub residual_excess: f64,
     /// First autocorrelation of the residuals along the frequency.

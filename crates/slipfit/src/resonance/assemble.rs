@@ -1,5 +1,6 @@
 //! From fits to the answer a person reads.
 
+use super::averaged::{self, stretched};
 use super::bias;
 use super::block::Block;
 use super::criteria::Criteria;
@@ -18,7 +19,7 @@ use crate::answer::describe::{
     candidates, correlations, fit_of, loss_estimate, non_negative, q_factor, sliding_evidence, symmetric,
     unknown,
 };
-use crate::answer::{Parameter, Parameters, Values};
+use crate::answer::{Parameter, Parameters, SlidingEvidence, Values};
 use crate::inference::least_squares::{Fit, minimise};
 use crate::inference::model_selection::{ModelComparison, ModelFit};
 use crate::inference::profile::{Estimate, Profile};
@@ -41,6 +42,12 @@ pub(super) fn answer(
         })?,
         None => comparison.reported().unwrap_or(preferred),
     };
+    // Where even the models within it have no fit inside the limits, the points are no resonance.
+    if chosen.model.terms().any(|term| chosen.bounded.parameters[slot(term)] < 0.0) {
+        return Err(Error::NoFit {
+            reason: "the curve follows a loss below zero only: it may not be an amplitude, or not be steady",
+        });
+    }
     if d.method() == Method::Paper && d.source == DriveSource::Shape {
         return Err(Error::MissingParameter {
             name: "drive_amplitude",
@@ -80,7 +87,7 @@ pub(super) fn answer(
         drive_source: d.source,
         parameters,
         comparison: candidates(comparison, |f| rms(d, f), |f| values(d, f)),
-        sliding: sliding_evidence(comparison, chosen, shares),
+        sliding: evidence(d, chosen, shares),
         correlations: correlations(&chosen.unbounded, &named(comparison)),
         instrument: instrument(d, chosen),
         force,
@@ -100,6 +107,15 @@ pub(super) fn answer(
     };
     answer.warnings = super::warnings::warnings(curve, used, d, &answer, options, criteria);
     Ok(answer)
+}
+
+/// The evidence for sliding friction, other terms of the instrument counted. Where the losses reported
+/// have it, it is not surer than beside those.
+fn evidence(d: &FittedModels, chosen: &ModelFit, shares: [f64; 2]) -> SlidingEvidence {
+    let found = sliding_evidence(&d.comparison, chosen, shares);
+    let own = d.comparison.sliding_beside(chosen).map_or(found.p_value, |p| p.max(found.p_value));
+    let p_value = averaged::sliding_p_value(d, own);
+    SlidingEvidence { p_value, detected: found.detected && p_value < d.comparison.criteria.detected, ..found }
 }
 
 /// The first run's points, where there are runs up and down.
@@ -192,17 +208,19 @@ fn parameters(used: &Curve, options: &Options, d: &FittedModels, chosen: &ModelF
     let bounded = &chosen.bounded;
     let omega_0 = d.problem.centre + bounded.parameters[OMEGA];
     let to_hz = [1.0 / TAU, d.problem.centre];
-    list.set(Parameter::NaturalFrequency, symmetric(noise, bounded, OMEGA, to_hz, "Hz"));
-    let delta = spanned(d, loss_term(d, chosen, LossTerm::Viscous, unit), |p| p[DELTA]);
+    let frequency = symmetric(noise, bounded, OMEGA, to_hz, "Hz");
+    let centre = d.problem.centre;
+    list.set(Parameter::NaturalFrequency, stretched(d, frequency, &|p| (centre + p[OMEGA]) / TAU));
+    let delta = stretched(d, loss_term(d, chosen, LossTerm::Viscous, unit), &|p| p[DELTA]);
     list.set(Parameter::DECAY_RATE, delta.clone());
     list.set(Parameter::QFactor, q_factor(&delta, |_| omega_0));
-    let x_f = spanned(d, loss_term(d, chosen, LossTerm::Sliding, unit), |p| p[X_F]);
+    let x_f = stretched(d, loss_term(d, chosen, LossTerm::Sliding, unit), &|p| p[X_F]);
     list.set(Parameter::FRICTION_DISPLACEMENT, x_f.clone());
     let x_0 = drive_amplitude(d, chosen, unit);
-    let x_0 = if bounded.free.contains(&X_0) { spanned(d, x_0, |p| p[X_0]) } else { x_0 };
+    let x_0 = if bounded.free.contains(&X_0) { stretched(d, x_0, &|p| p[X_0]) } else { x_0 };
     let beta = friction_ratio(d, chosen, &x_f, &x_0);
     list.set(Parameter::DriveAmplitude, x_0);
-    list.set(Parameter::FrictionRatio, spanned(d, beta, |p| p[X_F] / (FRAC_PI_4 * p[X_0])));
+    list.set(Parameter::FrictionRatio, stretched(d, beta, &|p| p[X_F] / (FRAC_PI_4 * p[X_0])));
     for term in chosen.model.terms().filter(|t| !is_exact(*t)) {
         list.set(Parameter::Loss(term), loss_term(d, chosen, term, unit));
     }
@@ -228,40 +246,6 @@ fn calibrated(
             list.set(parameter, quantity);
         }
     }
-}
-
-/// The interval stretched over those of all minima that explain the data as well.
-fn spanned(d: &FittedModels, mut q: Quantity, of: fn(&[f64]) -> f64) -> Quantity {
-    if d.minima.len() < 2 {
-        return q;
-    }
-    for fit in &d.minima {
-        let p = &fit.parameters;
-        let slopes: Vec<(usize, f64)> = fit
-            .free
-            .iter()
-            .filter(|&&k| [DELTA, X_0, X_F].contains(&k))
-            .map(|&k| {
-                let step = 1e-4 * fit.unit_std(k).max(1e-9 * p[k].abs()).min(p[k].abs().max(1e-12));
-                let (mut up, mut down) = (p.clone(), p.clone());
-                (up[k], down[k]) = (p[k] + step, p[k] - step);
-                (k, (of(&up) - of(&down)) / (2.0 * step))
-            })
-            .collect();
-        let mut square = 0.0;
-        for &(a, slope_a) in &slopes {
-            for &(b, slope_b) in &slopes {
-                square += slope_a * slope_b * fit.unit_covariance[(a, b)];
-            }
-        }
-        let variance = d.comparison.noise.variance(fit);
-        let half = crate::inference::Z_95 * (square.max(0.0) * variance).sqrt();
-        if half.is_finite() {
-            q.interval_95[0] = q.interval_95[0].min((of(p) - half).max(0.0));
-            q.interval_95[1] = q.interval_95[1].max(of(p) + half);
-        }
-    }
-    q
 }
 
 /// Whether a background takes part: then no smaller model bounds what the chosen one finds.
@@ -515,6 +499,7 @@ fn diagnostics(
         left_out: d.left_out,
         noise_rms: d.neighbour_noise,
         residual_rms: sigma,
+        proportional_noise: d.proportional_noise,
         residual_excess: d.comparison.noise.variance_inflation,
         residual_autocorrelation: d.autocorrelation,
         signal_to_noise_db: 20.0 * (b.highest() / sigma.max(f64::MIN_POSITIVE)).log10(),

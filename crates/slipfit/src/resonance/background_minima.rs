@@ -25,7 +25,7 @@ pub(super) fn background_minima(
     free: &[usize],
     criteria: &Criteria,
 ) -> Vec<Fit> {
-    let few = thinned(problem, &criteria.search);
+    let few = thinned(problem, criteria.terms.background_points, &criteria.search);
     let coarse = few.as_ref().unwrap_or(problem);
     let mut from = vec![fit.parameters.clone()];
     let fixed: Vec<usize> = free.iter().copied().filter(|k| ![BG_RE, BG_IM].contains(k)).collect();

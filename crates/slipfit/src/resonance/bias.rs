@@ -5,7 +5,6 @@ use super::problem::Problem;
 use super::response::{COUNT, X_0};
 use crate::inference::least_squares::{Fit, LeastSquares, Normal, newton_step};
 use crate::motion::steady::Phasor;
-use nalgebra::{DMatrix, SymmetricEigen};
 
 /// Correction of the bias of every parameter, to second order in the noise (M. J. Box, J. R.
 /// Stat. Soc. B 33, 171, 1971):
@@ -18,19 +17,13 @@ use nalgebra::{DMatrix, SymmetricEigen};
 /// standard error along each axis of `C`. `None` where the model has no value there.
 pub(super) fn correction(problem: &Problem, fit: &Fit, variance: f64) -> Option<Vec<f64>> {
     let free = &fit.free;
-    let size: Vec<f64> = free.iter().map(|&k| fit.unit_std(k)).collect();
-    if !size.iter().all(|s| s.is_finite() && *s > 0.0) {
+    if !free.iter().map(|&k| fit.unit_std(k)).all(|s| s.is_finite() && s > 0.0) {
         return None;
     }
-    let correlation = DMatrix::from_fn(free.len(), free.len(), |a, b| fit.correlation(free[a], free[b]));
-    let axes = SymmetricEigen::new(correlation);
+    let steps = fit.principal_steps();
     let at = |axis: usize, side: f64| {
-        let length = side * (axes.eigenvalues[axis].max(0.0) * variance).sqrt();
-        let mut p = fit.parameters.clone();
-        for (a, &k) in free.iter().enumerate() {
-            p[k] += length * size[a] * axes.eigenvectors[(a, axis)];
-        }
-        p
+        let length = side * variance.sqrt();
+        fit.parameters.iter().zip(&steps[axis]).map(|(p, step)| p + length * step).collect::<Vec<f64>>()
     };
     let mut moved = problem.clone();
     for reference in [false, true] {

@@ -26,6 +26,8 @@ pub struct Criteria {
     pub search: SearchCriteria,
     /// Residuals of a fit.
     pub residuals: ResidualCriteria,
+    /// Noise that grows with the amplitude.
+    pub noise: NoiseCriteria,
     /// The friction-free reference.
     pub reference: ReferenceCriteria,
     /// Terms added automatically.
@@ -50,6 +52,7 @@ impl Criteria {
             self.instrument.table(),
             self.search.table(),
             self.residuals.table(),
+            self.noise.table(),
             self.reference.table(),
             self.terms.table(),
             self.selection.table(),
@@ -168,6 +171,23 @@ criteria! {
 }
 
 criteria! {
+    /// Noise that grows with the amplitude.
+    pub struct NoiseCriteria in "noise" {
+        /// BIC by which a noise with a part in proportion to the amplitude must be better than a
+        /// constant one.
+        proportional_margin: f64 = 2.0, source "Kass and Raftery 1995: positive evidence",
+            moves "coverage of curves with proportional noise";
+        /// Observations that must be left beside the parameters.
+        spare_observations: f64 = 6.0, source "chosen by simulation",
+            moves "coverage of curves with few points";
+        /// Rounds of fit and noise.
+        rounds: usize = 2, source "chosen by simulation", moves "time of analysis";
+        /// Factor within which a ratio of proportional part to floor is settled.
+        settled: f64 = 1.5, source "weights matter by their root", moves "time of analysis";
+    }
+}
+
+criteria! {
     /// The friction-free reference.
     pub struct ReferenceCriteria in "reference" {
         /// Change of the logarithm of its weight below which the weight is settled.
@@ -180,6 +200,9 @@ criteria! {
 criteria! {
     /// Terms added automatically.
     pub struct TermCriteria in "terms" {
+        /// What the BIC of a fit must be better by for each of background and delay that it has more.
+        instrument_margin: f64 = 4.0, source "of curves without one, one in 500 is given a background",
+            moves "backgrounds and delays missed, and added for nothing";
         /// By how much less than another term drag may lower the BIC and is added instead.
         drag_preference: f64 = 6.0, source "strong evidence on the scale of Kass and Raftery (1995)",
             moves "bias of friction under drag";
@@ -189,6 +212,8 @@ criteria! {
         promise_factor: f64 = 3.0, source "chosen by simulation", moves "terms missed";
         /// Least part of the sum of squares that a promise leaves.
         promise_rest: f64 = 0.05, source "chosen by simulation", moves "terms missed";
+        /// Points that show where a background under amplitudes leads.
+        background_points: usize = 40, source "chosen by simulation", moves "time of analysis";
         /// Minima with a background under amplitudes that are kept.
         kept_minima: usize = 8, source "chosen by simulation", moves "coverage under a background";
         /// Standard errors by which two such minima differ.
@@ -269,6 +294,14 @@ criteria! {
         reference_damping: f64 = 3.0, source "one resonator keeps its damping", moves "warnings";
         /// p value below which the reference has friction of its own.
         reference_slides: f64 = 0.001, source "chosen by simulation", moves "warnings";
+        /// What a parameter of another set of instrument terms costs, in the logarithm of the likelihood
+        /// twice over, when its fit is weighed beside the one reported.
+        alternative_penalty: f64 = 3.0, source "chosen by simulation, between Akaike's 2 and the BIC",
+            moves "coverage under a background too weak to be seen, and width of intervals without one";
+        /// Weight over that of the fit reported below which another does not count.
+        least_weight: f64 = 0.001, source "far below a half of 2.5 %", moves "coverage";
+        /// Standard errors by which other terms of the instrument must move a loss to be named.
+        rival_errors: f64 = 2.0, source "chosen by simulation", moves "warnings";
         /// Difference of BIC below which two models explain the data equally well.
         rival_bic: f64 = 2.0, source "Kass and Raftery 1995: not worth more than a bare mention",
             moves "warnings";

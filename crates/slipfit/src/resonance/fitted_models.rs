@@ -1,5 +1,6 @@
 //! What the fits of a curve bring, and what they say of the loss models.
 
+use super::alternatives::Alternative;
 use super::block::Block;
 use super::criteria::AnswerCriteria;
 use super::peak::Peak;
@@ -29,6 +30,10 @@ pub(crate) struct FittedModels {
     /// Minima as good as the best within its errors, where there are several: amplitudes do not
     /// tell on which side of the line a background lies.
     pub(crate) minima: Vec<Fit>,
+    /// Other sets of instrument terms that count.
+    pub(crate) alternatives: Vec<Alternative>,
+    /// Noise of an amplitude over the amplitude, where the noise grows with it.
+    pub(crate) proportional_noise: Option<f64>,
     pub(crate) criteria: AnswerCriteria,
 }
 

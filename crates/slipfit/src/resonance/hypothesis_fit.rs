@@ -1,6 +1,7 @@
 //! The fit of a hypothesis: viscous damping and sliding friction, beside what the hypothesis assumes.
 
 use super::Options;
+use super::alternatives::OtherFit;
 use super::criteria::Criteria;
 use super::hypothesis::{Hypothesis, Kind};
 use super::peak;
@@ -11,7 +12,7 @@ use super::residuals::{drop_outliers, refit_with_rice, set_rice, variance};
 use super::response::{BG_IM, BG_RE, DELAY, DELTA, DUFFING, OMEGA, PHASE, R_OMEGA, X_0, X_F, slot};
 use super::search::{best, rss, starts};
 use crate::Error;
-use crate::inference::least_squares::{Fit, LeastSquares};
+use crate::inference::least_squares::{Fit, LeastSquares, minimise};
 use crate::model::loss::LossTerm;
 use crate::motion::steady::Phasor;
 
@@ -24,6 +25,8 @@ pub(super) struct HypothesisFit<'a> {
     pub(super) fit: Fit,
     /// Start values of the oscillator, and of the instrument with them.
     pub(super) starts: Vec<Vec<f64>>,
+    /// Other sets of instrument terms, fitted.
+    pub(super) others: Vec<OtherFit>,
     /// Several minima, where a background was looked for under amplitudes.
     pub(super) minima: Vec<Fit>,
     pub(super) outliers: usize,
@@ -122,6 +125,7 @@ impl<'a> HypothesisFit<'a> {
             problem,
             fit,
             starts,
+            others: Vec::new(),
             minima: Vec::new(),
             outliers: 0,
             noise: if hypothesis.kind == Kind::Plain { curve.noise } else { curve.fitted_noise },
@@ -168,6 +172,27 @@ impl<'a> HypothesisFit<'a> {
                 return;
             }
         }
+    }
+
+    /// Weighs the reference by what the fit leaves of it now: before the instrument had its terms,
+    /// that was no noise. Whether the weight changed.
+    pub(super) fn settle_reference(&mut self) -> bool {
+        let Some(reference) = &self.problem.reference else { return false };
+        let c = &self.criteria.reference;
+        let alone = Problem { reference: None, prior: None, ..self.problem.clone() };
+        let Some(left) = rss(&alone, &self.fit.parameters, f64::INFINITY) else { return false };
+        let own = self.fit.free.iter().filter(|k| **k >= R_OMEGA).count() as f64;
+        let of_reference = (self.fit.rss - left).max(0.0) / self.problem.reference_weight;
+        let of_reference = of_reference / (reference.observations() - own).max(1.0);
+        let of_curve = left / (alone.observations() - (self.fit.free.len() as f64 - own)).max(1.0);
+        let weight = (of_curve / of_reference).clamp(1e-12, 1e12);
+        if !((weight / self.problem.reference_weight).ln().abs() > c.weight_change) {
+            return false;
+        }
+        let problem = Problem { reference_weight: weight, ..self.problem.clone() };
+        let Some(fit) = minimise(&problem, &self.fit.parameters, &self.fit.free) else { return false };
+        (self.problem, self.fit) = (problem, fit);
+        true
     }
 
     /// The fit again, from where it is; whether there is one.

@@ -1,9 +1,11 @@
 //! Resonance curves: from amplitudes (and phases) over frequency to how much of the
 //! loss is viscous and how much is sliding.
 
+mod alternatives;
 mod analyse;
 mod answer;
 mod assemble;
+mod averaged;
 mod background_minima;
 mod bias;
 mod block;
@@ -15,9 +17,11 @@ mod fitted_models;
 mod force;
 mod hypothesis;
 mod hypothesis_fit;
+mod instrument_sets;
 mod instrument_start;
 mod lanes;
 mod models;
+mod noise;
 mod options;
 mod paper;
 mod peak;
@@ -40,9 +44,9 @@ pub use answer::{
     ReferenceFit,
 };
 pub use criteria::{
-    AnswerCriteria, Criteria, ForceCriteria, InstrumentCriteria, LossModelCriteria, PeakCriteria,
-    PreparationCriteria, ReferenceCriteria, ResidualCriteria, SearchCriteria, SelectionCriteria,
-    TermCriteria,
+    AnswerCriteria, Criteria, ForceCriteria, InstrumentCriteria, LossModelCriteria, NoiseCriteria,
+    PeakCriteria, PreparationCriteria, ReferenceCriteria, ResidualCriteria, SearchCriteria,
+    SelectionCriteria, TermCriteria,
 };
 pub use curve::{Curve, CurveBuilder, Dropped, Response, Run, RunDirection};
 pub use direct::{CurveFit, fit};

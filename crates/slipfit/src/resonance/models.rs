@@ -8,11 +8,11 @@ use super::peak;
 use super::prepared::PreparedCurve;
 use super::problem::Problem;
 use super::residuals::autocorrelation;
-use super::response::{DELTA, X_0, X_F, slot};
-use super::search::best_of;
-use super::{DriveSource, Options};
+use super::response::{BG_IM, DELTA, X_0, X_F, slot};
+use super::search::{best_of, rss};
+use super::{DriveSource, Method, Options, alternatives};
 use crate::Error;
-use crate::inference::least_squares::{Fit, LeastSquares};
+use crate::inference::least_squares::{Fit, LeastSquares, minimise};
 use crate::inference::model_selection::ModelComparison;
 use crate::inference::noise::NoiseModel;
 use crate::model::loss::{LossModel, LossTerm};
@@ -51,6 +51,11 @@ pub(super) fn compare(curve: &PreparedCurve, mut chosen: HypothesisFit) -> Resul
     let Some(first) = comparison.fits.first() else {
         return Err(Error::NoFit { reason: "no loss model could be fitted to the curve" });
     };
+    let alternatives = if options.method == Method::Exact {
+        alternatives::weighed(chosen.others, &comparison, &criteria.answer)
+    } else {
+        Vec::new()
+    };
     let most = criteria.models.equal_minima * noise.variance(&first.bounded);
     let least = minima.iter().map(|m| m.rss).fold(f64::INFINITY, f64::min);
     minima.retain(|m| m.rss - least < most);
@@ -72,6 +77,8 @@ pub(super) fn compare(curve: &PreparedCurve, mut chosen: HypothesisFit) -> Resul
         neighbour_noise: residuals.neighbour_noise,
         autocorrelation: residuals.rho,
         minima,
+        alternatives,
+        proportional_noise: None,
         criteria: criteria.answer.clone(),
         problem,
     })
@@ -121,7 +128,23 @@ fn fit_models(
             }
         }
         from.dedup();
-        if let Some(fit) = best_of(&problem.with(&free), &from, &free, tries, &criteria.search) {
+        let own = problem.with(&free);
+        if let Some(mut fit) = best_of(&own, &from, &free, tries, &criteria.search) {
+            // No model is worse than one within it, or than a richer one whose further terms are nought:
+            // a start followed among fewer points may have led elsewhere.
+            for start in from.iter().take(fits.len()) {
+                if rss(&own, start, fit.rss).is_some_and(|left| left < fit.rss)
+                    && let Some(better) = minimise(&own, start, &free).filter(|f| f.rss < fit.rss)
+                {
+                    fit = better;
+                }
+            }
+            if model == LossModel::VISCOUS && !problem.main.complex && fit.parameters[DELTA] < 0.0 {
+                // Amplitudes are those of the mirror image as well, whose loss is above zero.
+                let mut mirrored = fit.parameters.clone();
+                (mirrored[DELTA], mirrored[BG_IM]) = (-mirrored[DELTA], -mirrored[BG_IM]);
+                fit = minimise(&own, &mirrored, &free).filter(|f| f.parameters[DELTA] > 0.0).unwrap_or(fit);
+            }
             if model == LossModel::VISCOUS_SLIDING {
                 // So far from zero no data call for a model without it.
                 surely_viscous =

@@ -45,7 +45,7 @@ pub(super) fn best_of(
     c: &SearchCriteria,
 ) -> Option<Fit> {
     if starts.len() > 1
-        && let Some(few) = thinned(problem, c)
+        && let Some(few) = thinned(problem, c.few_points, c)
     {
         let ends: Vec<Vec<f64>> =
             followed(&few, starts, free, tries, c).into_iter().map(|f| f.parameters).collect();
@@ -96,15 +96,15 @@ pub(super) fn rss(problem: &Problem, p: &[f64], limit: f64) -> Option<f64> {
     (problem.normal_within(p, &mut sums, limit) && sums.rss.is_finite()).then_some(sums.rss)
 }
 
-/// Some of the points, where there are many.
-pub(super) fn thinned(problem: &Problem, c: &SearchCriteria) -> Option<Problem> {
+/// About so few of the points, where there are many.
+pub(super) fn thinned(problem: &Problem, few: usize, c: &SearchCriteria) -> Option<Problem> {
     let n = problem.main.len();
-    if n < 2 * c.few_points {
+    if n < 2 * few {
         return None;
     }
     let level = problem.main.levels();
     let (low, high) = level.iter().fold((f64::INFINITY, 0.0f64), |(l, h), a| (l.min(*a), h.max(*a)));
     let above = level.iter().filter(|a| **a > 0.5 * (low + high)).count();
-    let stride = (n / c.few_points).min(above.min(n - above) / c.few_on_peak);
+    let stride = (n / few).min(above.min(n - above) / c.few_on_peak);
     (stride > 1).then(|| Problem { main: problem.main.thinned(stride), ..problem.clone() })
 }

@@ -2,16 +2,41 @@
 
 use super::criteria::{Criteria, SelectionCriteria};
 use super::fitted_models::FittedModels;
-use super::hypothesis::{Hypothesis, Kind};
+use super::hypothesis::Hypothesis;
 use super::hypothesis_fit::HypothesisFit;
+use super::noise::NoiseLaw;
 use super::prepared::PreparedCurve;
 use super::residuals::autocorrelation;
 use super::{Options, models};
 use crate::Error;
 
+/// The best hypothesis; without errors of the points, with a noise in proportion to the amplitudes
+/// where the residuals show one.
+pub(super) fn best_fit(
+    curve: &PreparedCurve,
+    options: &Options,
+    criteria: &Criteria,
+    errors_known: bool,
+) -> Result<FittedModels, Error> {
+    let mut found = best_hypothesis(curve, options, criteria)?;
+    if errors_known {
+        return Ok(found);
+    }
+    let mut last: Option<NoiseLaw> = None;
+    for _ in 0..criteria.noise.rounds {
+        let Some(law) = NoiseLaw::of(&found, &criteria.noise) else { break };
+        let settled = last.is_some_and(|last| law.is_near(last, criteria.noise.settled));
+        let Some(weighed) = law.weighed(curve, &found).filter(|_| !settled) else { break };
+        let Ok(mut better) = best_hypothesis(&weighed, options, criteria) else { break };
+        better.proportional_noise = Some(law.part(&better));
+        (found, last) = (better, Some(law));
+    }
+    Ok(found)
+}
+
 /// Fits the plain curve, and the other hypotheses that it or the options ask for; the loss models of
 /// the one that the rules of [`select`] take.
-pub(super) fn best_hypothesis(
+fn best_hypothesis(
     curve: &PreparedCurve,
     options: &Options,
     criteria: &Criteria,
@@ -77,11 +102,12 @@ fn fit<'a>(
     criteria: &'a Criteria,
 ) -> Result<HypothesisFit<'a>, Error> {
     let mut fit = HypothesisFit::new(curve, hypothesis, options, criteria)?;
-    if hypothesis.kind == Kind::Instrument {
-        fit.drop_unneeded();
-    }
     fit.add_needed();
-    fit.settle_order();
+    fit.settle_reference();
+    fit.settle_instrument();
+    if fit.settle_reference() {
+        fit.settle_instrument();
+    }
     fit.settle_minima();
     Ok(fit)
 }
@@ -115,14 +141,19 @@ impl PlainOutcome {
         }
     }
 
-    /// Its phases fit no resonance.
+    /// Its phases fit no resonance, and terms of the instrument added do not mend that.
     fn implausible(&self, c: &SelectionCriteria) -> bool {
-        self.complex && self.first_variance.sqrt() > c.implausible_residual * self.height
+        let suspect = self.first_variance.sqrt() > c.implausible_residual * self.height;
+        self.complex && suspect && self.leaves_more_than_noise(c)
     }
 
     /// Terms were added one by one and leave more than noise: together they may not.
     fn insufficient(&self, c: &SelectionCriteria) -> bool {
-        self.complex && self.more_terms && self.variance > c.noise_variances * self.noise_variance
+        self.complex && self.more_terms && self.leaves_more_than_noise(c)
+    }
+
+    fn leaves_more_than_noise(&self, c: &SelectionCriteria) -> bool {
+        self.variance > c.noise_variances * self.noise_variance
     }
 }
 
@@ -153,10 +184,11 @@ fn select(plain: &PlainOutcome, others: &[Outcome], c: &SelectionCriteria) -> Op
     let (instrument, amplitudes) = (least(false), least(true));
     if plain.implausible(c) {
         let with_phases = c.phases_over_amplitudes * left(amplitudes);
-        if left(instrument) < with_phases.min(c.phases_over_plain * plain.first_variance) {
+        let least = with_phases.min(c.phases_over_plain * plain.first_variance);
+        if left(instrument) < least.min(plain.variance) {
             return instrument;
         }
-        if left(amplitudes) < c.amplitudes_over_plain * plain.first_variance {
+        if left(amplitudes) < c.amplitudes_over_plain * plain.first_variance && with_phases < plain.variance {
             return amplitudes;
         }
     }

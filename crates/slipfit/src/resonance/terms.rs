@@ -19,35 +19,6 @@ struct Extended {
 }
 
 impl HypothesisFit<'_> {
-    /// Drops background and delay, from which the fit began, where it does as well without.
-    pub(super) fn drop_unneeded(&mut self) {
-        let wanted = self.options.terms;
-        if wanted.delay.is_none() {
-            self.drop_where_unneeded(&[DELAY]);
-        }
-        if wanted.background.is_none() {
-            self.drop_where_unneeded(&[BG_RE, BG_IM, R_BG_RE, R_BG_IM]);
-        }
-    }
-
-    fn drop_where_unneeded(&mut self, terms: &[usize]) {
-        let fewer: Vec<usize> = self.fit.free.iter().copied().filter(|k| !terms.contains(k)).collect();
-        let trial = self.problem.with(&fewer);
-        let mut start = self.fit.parameters.clone();
-        for &k in terms {
-            start[k] = 0.0;
-        }
-        if let Some(f) = minimise(&trial, &start, &fewer)
-            && self.gain(&self.problem, &f, &self.fit) < self.criteria.inference.instrument_bic_margin
-        {
-            (self.problem, self.fit) = (trial, f);
-            // The models start from these as well: a term that is not free would keep its value there.
-            for start in &mut self.starts {
-                terms.iter().for_each(|&k| start[k] = 0.0);
-            }
-        }
-    }
-
     /// Adds the terms that the data cannot do without, the one that brings most first.
     pub(super) fn add_needed(&mut self) {
         let margin = self.criteria.inference.instrument_bic_margin;
@@ -83,19 +54,6 @@ impl HypothesisFit<'_> {
         }
     }
 
-    /// Whether the delay is the background's too, as the data have it.
-    pub(super) fn settle_order(&mut self) {
-        let free = &self.fit.free;
-        if !(self.problem.main.complex && free.contains(&BG_RE) && free.contains(&DELAY)) {
-            return;
-        }
-        let background_delayed = !self.problem.background_delayed;
-        let other = Problem { background_delayed, ..self.problem.clone() };
-        if let Some(fit) = minimise(&other, &self.fit.parameters, free).filter(|f| f.rss < self.fit.rss) {
-            (self.problem, self.fit) = (other, fit);
-        }
-    }
-
     fn with_terms(&self, terms: &[usize]) -> Option<Extended> {
         let hidden = terms[0] == BG_RE && !self.problem.main.complex;
         let mut more = self.fit.free.clone();
@@ -128,7 +86,7 @@ impl HypothesisFit<'_> {
     }
 
     /// The problem with these parameters free, if there are data enough for them.
-    fn extended(&self, free: &mut [usize]) -> Option<Problem> {
+    pub(super) fn extended(&self, free: &mut [usize]) -> Option<Problem> {
         free.sort_unstable();
         let spare = self.criteria.terms.spare_observations;
         let enough = self.problem.observations() as usize >= free.len() + spare;
@@ -212,7 +170,7 @@ mod tests {
         let hypothesis = Hypothesis { kind: Kind::Instrument, instrument, ..plain };
         let mut fit = HypothesisFit::new(&prepared, hypothesis, &options, &criteria).unwrap();
         assert!(fit.starts.iter().all(|s| s[BG_RE] != 0.0 && s[DELAY] != 0.0));
-        fit.drop_unneeded();
+        fit.settle_instrument();
         let dropped = [DELAY, BG_RE, BG_IM];
         assert!(dropped.iter().all(|k| !fit.fit.free.contains(k)), "{:?}", fit.fit.free);
         assert!(dropped.iter().all(|&k| fit.starts.iter().all(|s| s[k] == 0.0)));

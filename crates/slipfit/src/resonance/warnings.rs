@@ -5,7 +5,7 @@ use super::criteria::{AnswerCriteria, Criteria};
 use super::fitted_models::{FittedModels, oscillator_seen};
 use super::peak::Peak;
 use super::response::{BG_IM, BG_RE, DELTA, DUFFING, OMEGA, R_DELTA, R_OMEGA, X_F};
-use super::{Answer, Curve, DriveSource, Method, Options, RunDirection, peak};
+use super::{Answer, Curve, DriveSource, Method, Options, RunDirection, averaged, peak};
 use crate::answer::describe::model_choice;
 use crate::answer::{Parameter, Warning};
 use crate::model::loss::LossModel;
@@ -70,6 +70,7 @@ pub(super) fn warnings(
     }
     shape(&mut list, d, answer, c);
     instrument(&mut list, d, answer);
+    list.extend(rival(d, answer, options, c));
     reference(&mut list, d, answer, c);
     let misfit = answer.diagnostics.residual_rms / answer.diagnostics.noise_rms.max(f64::MIN_POSITIVE);
     // The noise between neighbours is itself known to about one part in the root of their number.
@@ -147,6 +148,22 @@ fn instrument(list: &mut Vec<Warning>, d: &FittedModels, answer: &Answer) {
             line_widths: shift / (2.0 * d.peak.half_width),
         });
     }
+}
+
+/// Other terms of the instrument that explain the curve as well.
+fn rival(d: &FittedModels, answer: &Answer, options: &Options, c: &AnswerCriteria) -> Option<Warning> {
+    let chosen = match options.model {
+        Some(model) => d.comparison.get(model)?,
+        None => d.comparison.reported().or_else(|| d.comparison.preferred())?,
+    };
+    let (set, delta_bic, friction_displacement) = averaged::rival(d, chosen, c)?;
+    Some(Warning::RivalInstrument {
+        background: set.background,
+        delay: set.delay,
+        delta_bic,
+        friction_displacement,
+        unit: answer.unit.clone(),
+    })
 }
 
 fn reference(list: &mut Vec<Warning>, d: &FittedModels, answer: &Answer, c: &AnswerCriteria) {

@@ -1,0 +1,70 @@
+//! Other sets of instrument terms beside the one reported.
+
+use super::criteria::AnswerCriteria;
+use crate::inference::least_squares::Fit;
+use crate::inference::model_selection::ModelComparison;
+
+/// Which of the terms are part of the instrument.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub(super) struct InstrumentSet {
+    pub(super) background: bool,
+    pub(super) delay: bool,
+    /// The delay is the background's too.
+    pub(super) background_delayed: bool,
+}
+
+/// The fit of another set, or of the same one with another background or without drag.
+#[derive(Debug, Clone)]
+pub(crate) struct OtherFit {
+    pub(crate) set: InstrumentSet,
+    /// Best fit with the limits of the losses lifted.
+    pub(crate) unbounded: Fit,
+    /// Best fit within them.
+    pub(crate) bounded: Fit,
+}
+
+/// A fit beside the one reported.
+#[derive(Debug, Clone)]
+pub(crate) struct Alternative {
+    pub(crate) fit: OtherFit,
+    /// Of all weights, that of the fit reported among them.
+    pub(crate) weight: f64,
+    /// By which its BIC is higher than that of the fit reported.
+    pub(crate) delta_bic: f64,
+}
+
+/// The other fits with their weights, those that count; `exp(-delta/2)` where `delta` is the
+/// difference of `n ln rss + c p` (Burnham and Anderson 2002, *Model Selection and Multimodel
+/// Inference*, with `c = 2`).
+pub(super) fn weighed(
+    others: Vec<OtherFit>,
+    comparison: &ModelComparison,
+    c: &AnswerCriteria,
+) -> Vec<Alternative> {
+    let Some(chosen) = comparison.reported().or_else(|| comparison.preferred()) else { return Vec::new() };
+    let noise = comparison.noise;
+    let effective = noise.observations / noise.variance_inflation;
+    let rank = |rss: f64, parameters: usize| {
+        effective * rss.max(f64::MIN_POSITIVE).ln() + c.alternative_penalty * parameters as f64
+    };
+    let own = rank(chosen.bounded.rss, chosen.unbounded.free.len());
+    let own_bic = noise.bic(chosen.bounded.rss, chosen.unbounded.free.len());
+    let mut list: Vec<Alternative> = others
+        .into_iter()
+        .map(|fit| {
+            let parameters = fit.unbounded.free.len();
+            let weight = (0.5 * (own - rank(fit.bounded.rss, parameters))).exp();
+            let delta_bic = noise.bic(fit.bounded.rss, parameters) - own_bic;
+            Alternative { fit, weight, delta_bic }
+        })
+        .filter(|a| a.weight.is_finite() && a.weight > c.least_weight)
+        .collect();
+    // Several minima of one set are one model.
+    let of_set = |set: InstrumentSet| list.iter().filter(move |a| a.fit.set == set).map(|a| a.weight);
+    let shares: Vec<f64> =
+        list.iter().map(|a| of_set(a.fit.set).fold(0.0, f64::max) / of_set(a.fit.set).sum::<f64>()).collect();
+    list.iter_mut().zip(shares).for_each(|(a, share)| a.weight *= share);
+    let total: f64 = 1.0 + list.iter().map(|a| a.weight).sum::<f64>();
+    list.iter_mut().for_each(|a| a.weight /= total);
+    list
+}

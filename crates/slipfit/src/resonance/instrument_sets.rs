@@ -1,0 +1,152 @@
+//! Every set of instrument terms that may be part of a curve, fitted; the one taken, and the others.
+
+use super::alternatives::{InstrumentSet, OtherFit};
+use super::background_minima::background_minima;
+use super::hypothesis_fit::HypothesisFit;
+use super::problem::Problem;
+use super::residuals::noise_model;
+use super::response::{BG_IM, BG_RE, DELAY, DELTA, DRAG, R_BG_IM, R_BG_RE, X_F};
+use crate::inference::bounded::minimise_bounded;
+use crate::inference::least_squares::{Fit, STEP_TOLERANCE, minimise};
+
+const NOTHING: InstrumentSet = InstrumentSet { background: false, delay: false, background_delayed: false };
+const SETS: [InstrumentSet; 5] = [
+    NOTHING,
+    InstrumentSet { background: true, ..NOTHING },
+    InstrumentSet { delay: true, ..NOTHING },
+    InstrumentSet { background: true, delay: true, background_delayed: false },
+    InstrumentSet { background: true, delay: true, background_delayed: true },
+];
+
+const BACKGROUNDS: [usize; 4] = [BG_RE, BG_IM, R_BG_RE, R_BG_IM];
+
+impl InstrumentSet {
+    fn of(problem: &Problem, free: &[usize]) -> Self {
+        let (background, delay) = (free.contains(&BG_RE), free.contains(&DELAY));
+        let background_delayed = background && delay && problem.background_delayed;
+        Self { background, delay, background_delayed }
+    }
+
+    /// Terms beyond the oscillator.
+    fn terms(self) -> f64 {
+        f64::from(u8::from(self.background)) + f64::from(u8::from(self.delay))
+    }
+}
+
+impl HypothesisFit<'_> {
+    /// Fits every set of instrument terms that the options allow, and takes the one of lowest BIC,
+    /// a margin for each term; terms are dropped by the same rule as they are added.
+    pub(super) fn settle_instrument(&mut self) {
+        let mut others: Vec<(Problem, OtherFit)> = Vec::new();
+        let now = InstrumentSet::of(&self.problem, &self.fit.free);
+        let drag_may_go = self.fit.free.contains(&DRAG) && self.options.model.is_none();
+        for set in SETS.into_iter().filter(|set| self.is_allowed(*set)) {
+            for without_drag in [false, true] {
+                if (without_drag && !drag_may_go) || (set == now && !without_drag) {
+                    continue;
+                }
+                others.extend(self.with_set(set, without_drag));
+            }
+        }
+        let richest = others.iter().max_by_key(|(_, o)| o.unbounded.free.len());
+        let noise = match richest {
+            Some((problem, o)) if o.unbounded.free.len() > self.fit.free.len() => {
+                noise_model(problem, &o.unbounded, &self.criteria.residuals)
+            }
+            _ => noise_model(&self.problem, &self.fit, &self.criteria.residuals),
+        };
+        // Where more than noise is left, a term may only make up for what the law lacks.
+        let margin = if noise.variance_inflation > 1.0 {
+            self.criteria.inference.instrument_bic_margin
+        } else {
+            self.criteria.terms.instrument_margin
+        };
+        let rank = |set: InstrumentSet, fit: &Fit| noise.bic(fit.rss, fit.free.len()) + margin * set.terms();
+        let least = rank(now, &self.fit);
+        // Only what is as good a loss model: drag is judged among the loss models.
+        let comparable = |o: &OtherFit| o.unbounded.free.contains(&DRAG) == self.fit.free.contains(&DRAG);
+        let best = (0..others.len())
+            .filter(|&i| comparable(&others[i].1))
+            .map(|i| (rank(others[i].1.set, &others[i].1.unbounded), i))
+            .min_by(|a, b| a.0.total_cmp(&b.0));
+        if let Some((_, i)) = best.filter(|(rank, _)| *rank < least) {
+            let (problem, taken) = others.swap_remove(i);
+            let left = OtherFit { set: now, unbounded: self.fit.clone(), bounded: self.within_limits() };
+            self.drop_from_starts(taken.set);
+            if taken.set.background != now.background {
+                self.minima.clear();
+            }
+            (self.problem, self.fit) = (problem, taken.unbounded);
+            others.push((self.problem.clone(), left));
+        }
+        self.others = others.into_iter().map(|(_, other)| other).collect();
+    }
+
+    /// Whether the options leave the choice of these terms, and the points are enough.
+    fn is_allowed(&self, set: InstrumentSet) -> bool {
+        let wanted = self.options.terms;
+        let allowed = |asked: Option<bool>, has: bool| asked.is_none_or(|asked| asked == has);
+        allowed(wanted.background, set.background)
+            && allowed(wanted.delay, set.delay)
+            && (self.problem.main.complex || !set.delay)
+    }
+
+    fn with_set(&self, set: InstrumentSet, without_drag: bool) -> Vec<(Problem, OtherFit)> {
+        let hidden = set.background && !self.problem.main.complex;
+        let mut free: Vec<usize> = self.fit.free.clone();
+        free.retain(|k| !BACKGROUNDS.contains(k) && *k != DELAY && !(without_drag && *k == DRAG));
+        if set.background {
+            let own = if self.problem.reference.is_some() { BACKGROUNDS.len() } else { 2 };
+            free.extend(&BACKGROUNDS[..own]);
+        }
+        if set.delay {
+            free.push(DELAY);
+        }
+        let Some(problem) = self.extended(&mut free) else { return Vec::new() };
+        let problem = Problem { background_delayed: set.background_delayed, ..problem };
+        let mut start = self.fit.parameters.clone();
+        for k in BACKGROUNDS.into_iter().chain([DELAY, DRAG]) {
+            if !free.contains(&k) {
+                start[k] = 0.0;
+            }
+        }
+        let fits: Vec<Fit> = if hidden && !self.fit.free.contains(&BG_RE) {
+            let fewer: Vec<usize> = free.iter().copied().filter(|k| !BACKGROUNDS.contains(k)).collect();
+            let Some(near) = minimise(&problem.with(&fewer), &start, &fewer) else { return Vec::new() };
+            background_minima(&problem, &near, &self.hypothesis.peak, &free, self.criteria)
+        } else {
+            minimise(&problem, &start, &free).into_iter().collect()
+        };
+        fits.into_iter()
+            .filter_map(|unbounded| {
+                let bounded = within_limits(&problem, &unbounded)?;
+                Some((problem.clone(), OtherFit { set, unbounded, bounded }))
+            })
+            .collect()
+    }
+
+    fn within_limits(&self) -> Fit {
+        within_limits(&self.problem, &self.fit).unwrap_or_else(|| self.fit.clone())
+    }
+
+    /// The models start from these as well: a term that is not free would keep its value there.
+    fn drop_from_starts(&mut self, set: InstrumentSet) {
+        for start in &mut self.starts {
+            if !set.background {
+                BACKGROUNDS.iter().for_each(|&k| start[k] = 0.0);
+            }
+            if !set.delay {
+                start[DELAY] = 0.0;
+            }
+        }
+    }
+}
+
+/// The fit with no loss below zero.
+fn within_limits(problem: &Problem, fit: &Fit) -> Option<Fit> {
+    let losses = [DELTA, X_F, DRAG];
+    if losses.iter().all(|&k| fit.parameters[k] >= 0.0) {
+        return Some(fit.clone());
+    }
+    minimise_bounded(problem, &fit.parameters, &fit.free, &losses, STEP_TOLERANCE)
+}

@@ -1,0 +1,144 @@
+//! Noise that grows with the amplitude: a floor and a part of every amplitude.
+
+use super::criteria::NoiseCriteria;
+use super::fitted_models::FittedModels;
+use super::prepared::PreparedCurve;
+use super::problem::Problem;
+use crate::inference::least_squares::{Fit, LeastSquares};
+use crate::motion::steady::Phasor;
+
+/// Variance of a quadrature `floor² (1 + ratio a²)` where the amplitude is `a`.
+///
+/// Instruments with ranges, drives whose level wanders and mechanics that jitter have a noise in
+/// proportion to the signal; taken as constant it hides what the flanks tell, and makes the errors of
+/// everything else too small (Carroll and Ruppert 1988, Transformation and Weighting in Regression).
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub(super) struct NoiseLaw {
+    /// Square of the proportional part over that of the floor, per squared amplitude.
+    ratio: f64,
+}
+
+/// What one point says about the noise.
+struct Scatter {
+    /// Modelled amplitude, squared.
+    square: f64,
+    /// Sum of squares of its residuals at precision one, freed of what the fit took.
+    residual: f64,
+    /// Numbers measured.
+    count: f64,
+}
+
+impl NoiseLaw {
+    /// The law by which the residuals of a fit have the greatest likelihood, where it explains them
+    /// better than a constant noise does. `None` where they are no noise.
+    pub(super) fn of(fitted: &FittedModels, c: &NoiseCriteria) -> Option<Self> {
+        let chosen = fitted.comparison.reported().or_else(|| fitted.comparison.preferred())?;
+        if fitted.comparison.noise.variance_inflation > 1.0 {
+            return None;
+        }
+        let scatter = scatter(&fitted.problem_of(chosen), &chosen.unbounded)?;
+        let observations: f64 = scatter.iter().map(|s| s.count).sum();
+        if observations < chosen.unbounded.free.len() as f64 + c.spare_observations {
+            return None;
+        }
+        let most = scatter.iter().map(|s| s.square).fold(0.0, f64::max);
+        let constant = minus_two_log_likelihood(&scatter, 0.0);
+        // The ratio at the highest amplitude: from a tenth of the floor to a thousand times the floor.
+        const STEPS: i32 = 80;
+        let at = |step: i32| 10f64.powf(f64::from(step) * 0.1 - 2.0) / most.max(f64::MIN_POSITIVE);
+        let least = (0..=STEPS)
+            .map(|step| (minus_two_log_likelihood(&scatter, at(step)), at(step)))
+            .filter(|(value, _)| value.is_finite())
+            .min_by(|a, b| a.0.total_cmp(&b.0))?;
+        let gain = constant - least.0 - observations.ln();
+        (gain > c.proportional_margin).then_some(Self { ratio: least.1 })
+    }
+
+    /// One over the variance at an amplitude, over that at the floor.
+    fn precision(self, amplitude: f64) -> f64 {
+        1.0 / (1.0 + self.ratio * amplitude * amplitude)
+    }
+
+    /// The curve with its points weighed by this law; `fitted` is the fit so far.
+    pub(super) fn weighed(self, curve: &PreparedCurve, fitted: &FittedModels) -> Option<PreparedCurve> {
+        let chosen = fitted.comparison.reported().or_else(|| fitted.comparison.preferred())?;
+        let modelled = fitted.problem.predict(&chosen.unbounded.parameters, false);
+        let main: Vec<f64> = modelled
+            .iter()
+            .enumerate()
+            .map(|(i, m)| self.precision(m.map_or(curve.main.amplitude(i), |m| m.value.norm())))
+            .collect();
+        // A typical point keeps its precision: noise is reported as that of such a point.
+        let typical = (main.iter().map(|p| p.ln()).sum::<f64>() / main.len() as f64).exp();
+        let scaled = |precision: &mut f64, law: f64| *precision *= law / typical;
+        let mut weighed = curve.clone();
+        weighed.main.precision.iter_mut().zip(&main).for_each(|(p, law)| scaled(p, *law));
+        weighed.main.weight.clone_from(&weighed.main.precision);
+        for block in [&mut weighed.reference, &mut weighed.all].into_iter().flatten() {
+            let amplitudes = block.amplitudes();
+            block.precision.iter_mut().zip(amplitudes).for_each(|(p, a)| scaled(p, self.precision(a)));
+            block.weight.clone_from(&block.precision);
+        }
+        Some(weighed)
+    }
+
+    /// Noise over the amplitude where the floor is nothing, by the fit that this law weighs.
+    pub(super) fn part(self, fitted: &FittedModels) -> f64 {
+        let Some(chosen) = fitted.comparison.reported().or_else(|| fitted.comparison.preferred()) else {
+            return 0.0;
+        };
+        let b = &fitted.problem.main;
+        let sigma = fitted.comparison.noise.residual_variance(&chosen.bounded).sqrt();
+        let parts = (0..b.len()).map(|i| self.precision(b.amplitude(i)) * self.ratio / b.precision[i]);
+        sigma * (parts.sum::<f64>() / b.len() as f64).sqrt()
+    }
+
+    /// Whether two laws are the same to within a factor.
+    pub(super) fn is_near(self, other: Self, factor: f64) -> bool {
+        (self.ratio / other.ratio).ln().abs() < factor.ln()
+    }
+}
+
+/// Minus twice the logarithm of the likelihood, but for a constant, at its best floor.
+fn minus_two_log_likelihood(scatter: &[Scatter], ratio: f64) -> f64 {
+    let (mut sum, mut count, mut logarithms) = (0.0, 0.0, 0.0);
+    for s in scatter {
+        let variance = 1.0 + ratio * s.square;
+        sum += s.residual / variance;
+        count += s.count;
+        logarithms += s.count * variance.ln();
+    }
+    count * (sum / count).max(f64::MIN_POSITIVE).ln() + logarithms
+}
+
+/// Residuals at precision one, each freed of the part that the fit took (its leverage).
+fn scatter(problem: &Problem, fit: &Fit) -> Option<Vec<Scatter>> {
+    const STEP: f64 = 1e-3;
+    const MOST_LEVERAGE: f64 = 0.9;
+    let b = &problem.main;
+    let here = problem.predict(&fit.parameters, false);
+    let read = |z: Phasor, i: usize| if b.complex { z } else { Phasor::new(b.read(z.norm(), i), 0.0) };
+    let mut leverage = vec![0.0; b.len()];
+    let noise = (fit.rss / problem.observations()).sqrt();
+    for step in fit.principal_steps() {
+        let mut p = fit.parameters.clone();
+        p.iter_mut().zip(&step).for_each(|(p, s)| *p += STEP * noise * s);
+        for (i, (near, m)) in problem.predict(&p, false).into_iter().zip(&here).enumerate() {
+            if let (Some(near), Some(m)) = (near, m) {
+                let slope = (read(near.value, i) - read(m.value, i)) / (STEP * noise);
+                leverage[i] += b.weight[i] * slope.norm_sqr();
+            }
+        }
+    }
+    let count = if b.complex { 2.0 } else { 1.0 };
+    let used = (0..b.len()).filter(|&i| b.weight[i] > 0.0);
+    let found: Option<Vec<Scatter>> = used
+        .map(|i| {
+            let m = here[i]?;
+            let left = 1.0 - (leverage[i] / count).min(MOST_LEVERAGE);
+            let residual = b.residual(i, m.value).norm_sqr() / left;
+            Some(Scatter { square: m.value.norm_sqr(), residual, count })
+        })
+        .collect();
+    found.filter(|list| !list.is_empty())
+}

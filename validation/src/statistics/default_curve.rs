@@ -1,0 +1,410 @@
+//! Resonance curves analysed by default: no option but what a user knows of the drive.
+
+use std::f64::consts::{FRAC_PI_4, PI, TAU};
+use std::fmt::Write;
+use std::process::ExitCode;
+use std::time::{Duration, Instant};
+
+use rand::RngExt;
+use rand::SeedableRng;
+use rand_chacha::ChaCha8Rng;
+use rand_distr::StandardNormal;
+use rayon::prelude::*;
+use slipfit::Parameter;
+use slipfit::answer::Warning;
+use slipfit::model::loss::LossTerm;
+use slipfit::motion::steady::Phasor;
+use slipfit::motion::steady::fundamental::{Point, fundamental};
+use slipfit::resonance::{Answer, Curve, DriveAmplitude, Options, analyse};
+
+use super::choices::Choices;
+use super::scores::{Estimated, Outcome, Scores, True};
+use super::trials::{coverage_error, seed};
+use crate::Failure;
+
+const Q: [f64; 3] = [10.0, 100.0, 1_000.0];
+/// The one Q of curves with a term of the instrument.
+const INSTRUMENT_Q: f64 = 100.0;
+const BETA: [f64; 4] = [0.0, 0.1, 0.5, 0.9];
+const POINTS: [usize; 3] = [13, 41, 201];
+const OMEGA_0: f64 = TAU;
+const X_0: f64 = 1.0;
+/// Noise of a quadrature over the highest amplitude: 40 dB.
+const NOISE: f64 = 0.01;
+/// The window reaches this many full widths of the line either side.
+const WINDOW: f64 = 3.0;
+
+/// What an instrument adds to the response.
+#[derive(Debug, Clone, Copy, PartialEq)]
+enum Instrument {
+    /// White noise only.
+    Nothing,
+    /// A constant phasor of this part of the highest amplitude, at any angle.
+    Background(f64),
+    /// A turn of this many degrees across the window.
+    Delay(f64),
+    /// Both of them.
+    DelayAndBackground(f64, f64),
+    /// A part of the drive in phase with it.
+    Crosstalk(f64),
+    /// Noise as this part of each amplitude, above a floor of the highest amplitude.
+    ProportionalNoise(f64, f64),
+}
+
+/// Proportional noise and its floor.
+const PROPORTIONAL: [f64; 2] = [0.004, 2e-4];
+
+const INSTRUMENTS: [Instrument; 7] = [
+    Instrument::Nothing,
+    Instrument::Background(0.015),
+    Instrument::Background(0.05),
+    Instrument::Delay(60.0),
+    Instrument::DelayAndBackground(60.0, 0.05),
+    Instrument::Crosstalk(0.03),
+    Instrument::ProportionalNoise(PROPORTIONAL[0], PROPORTIONAL[1]),
+];
+
+impl Instrument {
+    fn name(self) -> String {
+        let percent = |part: f64| format!("{} %", 100.0 * part);
+        match self {
+            Self::Nothing => "none".to_owned(),
+            Self::Background(part) => format!("background {}", percent(part)),
+            Self::Delay(degrees) => format!("delay {degrees}°"),
+            Self::DelayAndBackground(degrees, part) => {
+                format!("delay {degrees}°, background {}", percent(part))
+            }
+            Self::Crosstalk(part) => format!("crosstalk {}", percent(part)),
+            Self::ProportionalNoise(part, floor) => {
+                format!("noise {} + {}", percent(part), percent(floor))
+            }
+        }
+    }
+
+    /// A term that amplitudes alone show as well.
+    fn is_seen_in_amplitudes(self) -> bool {
+        !matches!(self, Self::Delay(_) | Self::DelayAndBackground(..))
+    }
+}
+
+/// What is known of the drive.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+enum Drive {
+    Known,
+    Reference,
+    Shape,
+}
+
+const DRIVES: [Drive; 3] = [Drive::Known, Drive::Reference, Drive::Shape];
+
+impl Drive {
+    fn name(self) -> &'static str {
+        match self {
+            Drive::Known => "known",
+            Drive::Reference => "reference",
+            Drive::Shape => "shape",
+        }
+    }
+}
+
+#[derive(Debug, Clone, Copy)]
+struct Cell {
+    instrument: Instrument,
+    complex: bool,
+    drive: Drive,
+    points: usize,
+    q: f64,
+    beta: f64,
+}
+
+/// A cell with its curve, and that of the reference, before instrument and noise.
+struct Sweep {
+    cell: Cell,
+    number: u64,
+    omega: Vec<f64>,
+    clean: Vec<Phasor>,
+    reference: Vec<Phasor>,
+}
+
+/// A cell with what became of its curves.
+struct Row {
+    cell: Cell,
+    scores: Scores,
+    /// Share of the answers with a background or a delay.
+    instrument: f64,
+}
+
+/// One analysed curve.
+struct Analysed {
+    outcome: Outcome,
+    instrument: bool,
+    took: Duration,
+}
+
+pub(super) fn run(choices: Choices) -> Result<ExitCode, Failure> {
+    let mut rows = Vec::new();
+    for (number, cell) in cells().into_iter().enumerate().filter(|(_, c)| c.name().contains(&choices.only)) {
+        let Some(sweep) = cell.sweep(number as u64) else {
+            eprintln!("{}: no exact curve", cell.name());
+            continue;
+        };
+        let analysed: Vec<Analysed> = (0..choices.seeds).into_par_iter().map(|s| sweep.analysed(s)).collect();
+        let outcomes: Vec<Outcome> = analysed.iter().map(|a| a.outcome.clone()).collect();
+        let n = analysed.len() as f64;
+        let instrument = analysed.iter().filter(|a| a.instrument).count() as f64 / n;
+        let row = Row { cell, scores: Scores::of(&outcomes, &cell.truth()), instrument };
+        let mean = analysed.iter().map(|a| a.took).sum::<Duration>() / n as u32;
+        eprintln!("{:60} | {} | {:.1} ms", cell.name(), row.line(), 1e3 * mean.as_secs_f64());
+        rows.push(row);
+    }
+    choices.publish("statistics_default_curves.md", &page(&rows, choices.seeds))?;
+    Ok(ExitCode::SUCCESS)
+}
+
+fn cells() -> Vec<Cell> {
+    let mut cells = Vec::new();
+    for instrument in INSTRUMENTS {
+        let every_q: &[f64] = if instrument == Instrument::Nothing { &Q } else { &[INSTRUMENT_Q] };
+        for complex in [true, false] {
+            if !complex && !instrument.is_seen_in_amplitudes() {
+                continue;
+            }
+            for drive in DRIVES {
+                for points in POINTS {
+                    for &q in every_q {
+                        cells.extend(BETA.map(|beta| Cell { instrument, complex, drive, points, q, beta }));
+                    }
+                }
+            }
+        }
+    }
+    cells
+}
+
+impl Cell {
+    fn name(&self) -> String {
+        let Self { instrument, drive, points, q, beta, .. } = self;
+        format!("{}; {}; {}; n={points}; Q={q}; beta={beta};", instrument.name(), self.kind(), drive.name())
+    }
+
+    fn kind(&self) -> &'static str {
+        if self.complex { "complex" } else { "amplitude" }
+    }
+
+    fn truth(&self) -> [True; 3] {
+        [
+            (Parameter::DECAY_RATE, OMEGA_0 / (2.0 * self.q)),
+            (Parameter::FRICTION_DISPLACEMENT, FRAC_PI_4 * self.beta * X_0),
+            (Parameter::NaturalFrequency, OMEGA_0 / TAU),
+        ]
+        .map(|(parameter, value)| True { parameter, value })
+    }
+
+    fn sweep(self, number: u64) -> Option<Sweep> {
+        let [delta, x_f, _] = self.truth().map(|t| t.value);
+        let half = 2.0 * WINDOW * delta / (1.0 - 0.5 * self.beta);
+        let (low, high) = ((OMEGA_0 - half).max(0.5 * OMEGA_0), OMEGA_0 + half);
+        let omega: Vec<f64> =
+            (0..self.points).map(|i| low + (high - low) * i as f64 / (self.points - 1) as f64).collect();
+        let at = |omega: f64, x_f: f64| {
+            let point = Point { omega, omega_0: OMEGA_0, detuning: omega - OMEGA_0, delta, x_0: X_0, x_f };
+            fundamental(&point).map(|f| f.value)
+        };
+        let clean = omega.iter().map(|w| at(*w, x_f)).collect::<Option<_>>()?;
+        let reference = omega.iter().map(|w| at(*w, 0.0)).collect::<Option<_>>()?;
+        Some(Sweep { cell: self, number, omega, clean, reference })
+    }
+}
+
+/// The numbers of one instrument.
+struct Chain {
+    offset: f64,
+    /// Part of the highest amplitude.
+    background: Phasor,
+    /// Turn across half the window, rad.
+    turn: f64,
+}
+
+impl Chain {
+    fn new(instrument: Instrument, rng: &mut ChaCha8Rng) -> Self {
+        let angle = rng.random_range(-PI..PI);
+        let offset = rng.random_range(-PI..PI);
+        let turn = |degrees: f64| 0.5 * f64::to_radians(degrees);
+        let none = Phasor::new(0.0, 0.0);
+        let (background, turn) = match instrument {
+            Instrument::Background(part) => (Phasor::from_polar(part, angle), 0.0),
+            Instrument::Crosstalk(part) => (Phasor::from_polar(part, offset), 0.0),
+            Instrument::Delay(degrees) => (none, turn(degrees)),
+            Instrument::DelayAndBackground(degrees, part) => (Phasor::from_polar(part, angle), turn(degrees)),
+            Instrument::Nothing | Instrument::ProportionalNoise(..) => (none, 0.0),
+        };
+        Self { offset, background, turn }
+    }
+}
+
+impl Sweep {
+    /// The points as the instrument gives them.
+    fn measured(&self, clean: &[Phasor], chain: &Chain, rng: &mut ChaCha8Rng) -> Option<Curve> {
+        let highest = clean.iter().map(|z| z.norm()).fold(0.0, f64::max);
+        let (first, last) = (self.omega[0], self.omega[self.omega.len() - 1]);
+        let seen: Vec<Phasor> = clean
+            .iter()
+            .zip(&self.omega)
+            .map(|(z, omega)| {
+                let place = (2.0 * omega - first - last) / (last - first);
+                let turned = z * Phasor::from_polar(1.0, chain.offset - place * chain.turn);
+                let z = turned + chain.background * highest;
+                let sigma = match self.cell.instrument {
+                    Instrument::ProportionalNoise(part, floor) => (part * z.norm()).hypot(floor * highest),
+                    _ => NOISE * highest,
+                };
+                let (a, b): (f64, f64) = (rng.sample(StandardNormal), rng.sample(StandardNormal));
+                z + Phasor::new(a, b) * sigma
+            })
+            .collect();
+        let hz = self.omega.iter().map(|w| w / TAU).collect();
+        if self.cell.complex {
+            Curve::complex(hz, seen).build().ok()
+        } else {
+            Curve::builder(hz, seen.iter().map(|z| z.norm()).collect()).build().ok()
+        }
+    }
+
+    fn analysed(&self, seed_number: u64) -> Analysed {
+        let own = seed(0xDEFA_C04E, &[self.number as f64]);
+        let mut rng = ChaCha8Rng::seed_from_u64(seed_number.wrapping_mul(0x9E37_79B9) ^ own);
+        let chain = Chain::new(self.cell.instrument, &mut rng);
+        let curve = self.measured(&self.clean, &chain, &mut rng);
+        let mut options = Options::default();
+        match self.cell.drive {
+            Drive::Known => options.drive_amplitude = Some(DriveAmplitude { value: X_0, std_error: 0.0 }),
+            // The friction-free curve is higher, the background the same.
+            Drive::Reference => options.reference = self.measured(&self.reference, &chain, &mut rng),
+            Drive::Shape => {}
+        }
+        let begun = Instant::now();
+        let answer = curve.and_then(|curve| analyse(&curve, &options).ok());
+        let took = begun.elapsed();
+        let instrument = answer
+            .as_ref()
+            .is_some_and(|a| a.instrument.background.is_some() || a.instrument.delay_s.is_some());
+        Analysed { outcome: answer.map_or_else(Outcome::default, |a| self.outcome(&a)), instrument, took }
+    }
+
+    fn outcome(&self, answer: &Answer) -> Outcome {
+        let truth = self.cell.truth();
+        let estimate = |t: &True| answer.parameter(t.parameter).map(|q| Estimated::of(q, t.value));
+        // A term that is named is no doubt about the answer.
+        let doubts = |w: &Warning| {
+            !matches!(w, Warning::Background { .. } | Warning::Delay { .. } | Warning::PhaseSign)
+        };
+        Outcome {
+            estimates: truth.iter().map(estimate).collect(),
+            warned: answer.warnings.iter().any(doubts),
+            sliding_detected: answer.sliding.detected,
+            drag_chosen: answer.model.has(LossTerm::Drag),
+        }
+    }
+}
+
+impl Row {
+    fn line(&self) -> String {
+        format!("{} | {:.0} %", self.scores.columns(), 100.0 * self.instrument)
+    }
+
+    /// What the cell misses of 95 % by more than three standard errors of its own, and how often it
+    /// claims friction where there is none.
+    fn misses(&self, seeds: u64) -> bool {
+        let least = 0.95 - 3.0 * coverage_error(seeds as usize);
+        let claimed = self.cell.beta == 0.0 && self.scores.sliding_detected > 0.05;
+        claimed || self.scores.unwarned_outliers > 0.03 || self.scores.coverage.iter().any(|c| *c < least)
+    }
+}
+
+const COLUMNS: &str = "δ | x_F | f₀ | outliers unwarned | friction claimed falsely | friction missed | drag chosen | refused | warned | instrument named";
+
+/// Means over cells.
+fn pooled(rows: &[&Row]) -> String {
+    let mean_of = |some: &dyn Fn(&Row) -> bool, value: &dyn Fn(&Row) -> f64| {
+        let of: Vec<f64> = rows.iter().filter(|r| some(r)).map(|r| value(r)).collect();
+        if of.is_empty() {
+            return "–".to_owned();
+        }
+        format!("{:.1} %", 100.0 * of.iter().sum::<f64>() / of.len() as f64)
+    };
+    let all = |value: &dyn Fn(&Row) -> f64| mean_of(&|_| true, value);
+    let mut text: Vec<String> = (0..3).map(|k| all(&|r| r.scores.coverage[k])).collect();
+    text.push(all(&|r| r.scores.unwarned_outliers));
+    text.push(mean_of(&|r| r.cell.beta == 0.0, &|r| r.scores.sliding_detected));
+    text.push(mean_of(&|r| r.cell.beta > 0.0, &|r| 1.0 - r.scores.sliding_detected));
+    text.push(all(&|r| r.scores.drag_chosen));
+    text.push(all(&|r| r.scores.refused));
+    text.push(all(&|r| r.scores.warned));
+    text.push(all(&|r| r.instrument));
+    text.join(" | ")
+}
+
+fn page(rows: &[Row], seeds: u64) -> String {
+    let mut text = format!(
+        "# The default answer to a curve\n\nMade by `cargo xtask statistics --default-curves --write`, {seeds} curves \
+         a cell. Exact curves (stops included) of {} cells, {WINDOW} widths of the line either side, white noise of \
+         {} % of the highest amplitude in both quadratures; amplitudes are the modulus of the noisy response. The \
+         whole analysis runs on each as every user gets it, no model named: the drive is *known*, follows from a \
+         friction-free *reference* of the same length and instrument, or from the *shape* alone. The *instrument* \
+         adds a constant background at a random angle, a turn of the phase across the window, both, a crosstalk in \
+         phase with the drive, or has a noise of {} % of each amplitude above a floor of {} % of the highest; \
+         curves with such a term have Q {INSTRUMENT_Q}, the others Q 10, 100 and 1000. δ, x_F and f₀: share of the \
+         95 % intervals that hold the truth; *outliers unwarned*: answers with one of the three more than four of its \
+         standard errors off and no warning (naming a background or a delay is not counted as one). Friction is \
+         *missed* where it is there and not significant, as it must be where the curve cannot tell.\n\n## Means over \
+         β 0, 0.1, 0.5, 0.9 and Q\n\n| instrument | data | drive | points | {COLUMNS} |\n{}|\n",
+        rows.len(),
+        100.0 * NOISE,
+        100.0 * PROPORTIONAL[0],
+        100.0 * PROPORTIONAL[1],
+        "|---".repeat(14)
+    );
+    for instrument in INSTRUMENTS {
+        for complex in [true, false] {
+            for drive in DRIVES {
+                for points in POINTS {
+                    let of: Vec<&Row> = rows
+                        .iter()
+                        .filter(|r| {
+                            let c = &r.cell;
+                            c.instrument == instrument
+                                && c.complex == complex
+                                && c.drive == drive
+                                && c.points == points
+                        })
+                        .collect();
+                    let Some(first) = of.first() else { continue };
+                    let (name, kind) = (instrument.name(), first.cell.kind());
+                    let _ =
+                        writeln!(text, "| {name} | {kind} | {} | {points} | {} |", drive.name(), pooled(&of));
+                }
+            }
+        }
+    }
+    let missing: Vec<&Row> = rows.iter().filter(|r| r.misses(seeds)).collect();
+    let _ = write!(
+        text,
+        "\n## Cells that miss\n\n{} of {} cells have a coverage more than three of its own standard errors below 95 %, \
+         unwarned outliers in more than 3 % of their curves, or claim a friction that is not there in more than \
+         5 %.\n\n| instrument | data | drive | points | Q | β | {COLUMNS} |\n{}|\n",
+        missing.len(),
+        rows.len(),
+        "|---".repeat(16)
+    );
+    for row in missing {
+        let Cell { instrument, drive, points, q, beta, .. } = row.cell;
+        let (name, kind) = (instrument.name(), row.cell.kind());
+        let _ = writeln!(
+            text,
+            "| {name} | {kind} | {} | {points} | {q} | {beta} | {} |",
+            drive.name(),
+            pooled(&[row])
+        );
+    }
+    text
+}
