@@ -8,6 +8,7 @@ mod choices;
 mod default_curve;
 mod default_decay;
 mod hardening;
+mod nuisances;
 mod resonance;
 mod ring_down;
 mod scores;

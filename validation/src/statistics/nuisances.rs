@@ -1,0 +1,123 @@
+//! What measured decays carry beside white noise.
+
+use std::f64::consts::TAU;
+
+use rand::{Rng, RngExt};
+use rand_distr::StandardNormal;
+
+/// A disturbance of a recorded displacement of amplitude 1.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub(super) enum Nuisance {
+    /// White noise alone.
+    None,
+    /// Noise of autocorrelation 0.9 from sample to sample, in place of the white.
+    Ar,
+    /// Noise of density 1/f, in place of the white.
+    Pink,
+    /// An offset that walks at random by 5 % of the amplitude over the record.
+    OffsetWalk,
+    /// A phase that walks at random by 0.3 rad over the record.
+    PhaseWalk,
+    /// 5 % of mains at 50 Hz, folded to a fraction of the frequency where it is above half the rate.
+    Hum,
+    /// A range that ends at 85 % of the amplitude.
+    Clipped,
+}
+
+pub(super) const DISTURBANCES: [Nuisance; 6] = [
+    Nuisance::Ar,
+    Nuisance::Pink,
+    Nuisance::OffsetWalk,
+    Nuisance::PhaseWalk,
+    Nuisance::Hum,
+    Nuisance::Clipped,
+];
+
+const AUTOCORRELATION: f64 = 0.9;
+const OFFSET_WALK: f64 = 0.05;
+const PHASE_WALK_RAD: f64 = 0.3;
+const HUM: f64 = 0.05;
+const MAINS_HZ: f64 = 50.0;
+const CEILING: f64 = 0.85;
+/// Time constants of the sum of relaxations that makes noise of density 1/f, in factors of 3.
+const RELAXATIONS: i32 = 9;
+
+impl Nuisance {
+    pub(super) fn name(self) -> &'static str {
+        match self {
+            Self::None => "white noise",
+            Self::Ar => "autocorrelation 0.9",
+            Self::Pink => "1/f noise",
+            Self::OffsetWalk => "offset walks",
+            Self::PhaseWalk => "phase walks",
+            Self::Hum => "mains hum",
+            Self::Clipped => "clipped",
+        }
+    }
+
+    /// Phase to add to the motion at each of `count` samples, rad.
+    pub(super) fn phase(self, count: usize, rng: &mut impl Rng) -> Option<Vec<f64>> {
+        (self == Self::PhaseWalk).then(|| walk(PHASE_WALK_RAD, count, rng))
+    }
+
+    /// The motion as it is recorded, with noise of `sigma` a sample.
+    pub(super) fn recorded(self, time_s: &[f64], motion: &[f64], sigma: f64, rng: &mut impl Rng) -> Vec<f64> {
+        let n = motion.len();
+        let noise = match self {
+            Self::Ar => relaxation(AUTOCORRELATION, n, rng),
+            Self::Pink => pink(n, rng),
+            _ => (0..n).map(|_| rng.sample(StandardNormal)).collect(),
+        };
+        let mut signal: Vec<f64> = motion.iter().zip(&noise).map(|(x, v)| x + sigma * v).collect();
+        match self {
+            Self::OffsetWalk => {
+                let offset = walk(OFFSET_WALK, n, rng);
+                signal.iter_mut().zip(offset).for_each(|(x, o)| *x += o);
+            }
+            Self::Hum => {
+                let phase: f64 = TAU * rng.random::<f64>();
+                let hum = |t: &f64| HUM * (TAU * MAINS_HZ * t + phase).sin();
+                signal.iter_mut().zip(time_s).for_each(|(x, t)| *x += hum(t));
+            }
+            Self::Clipped => signal.iter_mut().for_each(|x| *x = x.clamp(-CEILING, CEILING)),
+            _ => {}
+        }
+        signal
+    }
+}
+
+/// A random walk of this standard deviation at its end.
+fn walk(end: f64, count: usize, rng: &mut impl Rng) -> Vec<f64> {
+    let step = end / (count as f64).sqrt();
+    let mut value = 0.0;
+    (0..count)
+        .map(|_| {
+            value += step * rng.sample::<f64, _>(StandardNormal);
+            value
+        })
+        .collect()
+}
+
+/// AR(1) noise of unit variance.
+fn relaxation(autocorrelation: f64, count: usize, rng: &mut impl Rng) -> Vec<f64> {
+    let mut value = rng.sample::<f64, _>(StandardNormal);
+    let step = (1.0 - autocorrelation * autocorrelation).sqrt();
+    (0..count)
+        .map(|_| {
+            value = autocorrelation * value + step * rng.sample::<f64, _>(StandardNormal);
+            value
+        })
+        .collect()
+}
+
+/// Noise of unit variance and density 1/f over four decades: relaxations with time constants in
+/// geometric steps (M. B. Weissman, Rev. Mod. Phys. 60, 537 (1988), eq. 1.9).
+fn pink(count: usize, rng: &mut impl Rng) -> Vec<f64> {
+    let mut sum = vec![0.0; count];
+    for k in 0..RELAXATIONS {
+        let samples = 3f64.powi(k);
+        let part = relaxation((-1.0 / samples).exp(), count, rng);
+        sum.iter_mut().zip(part).for_each(|(s, p)| *s += p / f64::from(RELAXATIONS).sqrt());
+    }
+    sum
+}
