@@ -12,6 +12,8 @@ use rand_distr::StandardNormal;
 use rayon::prelude::*;
 use slipfit::model::loss::LossTerm;
 use slipfit::motion::decay::{AmplitudeLaw, FreeDecay};
+use slipfit::motion::simulate::Drive;
+use slipfit::motion::simulate::smooth::{self, SmoothMotion};
 use slipfit::ringdown::{Options, analyse};
 use slipfit::{Oscillator, Parameter, Record, SignalKind};
 
@@ -288,10 +290,13 @@ impl Cell {
         let mut clean = vec![0.0; count];
         match self.what {
             What::Displacement if self.drag == 0.0 => exact.fill(&time, &mut clean).ok()?,
-            // Drag is known on the average of a cycle, which at these Q is all there is to know.
             What::Displacement => {
-                let x = |t: &f64| law.amplitude(*t).max(0.0) * (oscillator.omega_d() * t).cos();
-                clean = time.iter().map(x).collect();
+                let coefficient = drag * 3.0 * PI / (4.0 * omega_0.powi(3));
+                let law = smooth::drag(coefficient).ok()?;
+                let mut motion = SmoothMotion::new(&oscillator, law, Drive::none(), 0.0, 1.0, 0.0).ok()?;
+                for (x, &t) in clean.iter_mut().zip(&time) {
+                    *x = motion.state_at(t).ok()?.position;
+                }
             }
             What::Envelope => clean = time.iter().map(|&t| law.amplitude(t).max(0.0)).collect(),
         }

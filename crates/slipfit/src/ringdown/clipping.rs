@@ -37,6 +37,7 @@ fn ceiling(signal: &[f64], criteria: &ClippingCriteria) -> Option<Ceiling> {
         extremes.iter().fold((f64::INFINITY, f64::NEG_INFINITY), |(a, b), e| (a.min(e.0), b.max(e.1)));
     let (mut samples, mut runs, mut long_runs) = ([0; 2], [0; 2], 0);
     let (mut length, mut last) = (0, None);
+    let mut widest_gap = 0;
     for (chunk, _) in extremes.iter().enumerate().filter(|(_, e)| e.0 == low || e.1 == high) {
         let first = chunk * CHUNK;
         for (i, &v) in signal.iter().enumerate().skip(first).take(CHUNK) {
@@ -48,6 +49,9 @@ fn ceiling(signal: &[f64], criteria: &ClippingCriteria) -> Option<Ceiling> {
             // A run goes on across the edge of a chunk, for its value is an extreme of both.
             let same_run = last.is_some_and(|last| last + 1 == i && signal[last] == v);
             length = if same_run { length + 1 } else { 1 };
+            if !same_run {
+                widest_gap = widest_gap.max(last.map_or(0, |last| i - last));
+            }
             runs[side] += usize::from(!same_run);
             long_runs += usize::from(length == criteria.run);
             last = Some(i);
@@ -56,8 +60,13 @@ fn ceiling(signal: &[f64], criteria: &ClippingCriteria) -> Option<Ceiling> {
     let stays = long_runs >= criteria.runs;
     // A single sample at an extreme says nothing of that side.
     let repeated: Vec<usize> = (0..2).filter(|&side| samples[side] > 1).collect();
-    let comes_back = repeated.iter().map(|&side| runs[side]).sum::<usize>() >= criteria.return_runs
-        && repeated.iter().map(|&side| samples[side]).sum::<usize>() >= criteria.returns
+    let returns: usize = repeated.iter().map(|&side| runs[side]).sum();
+    let returned: usize = repeated.iter().map(|&side| samples[side]).sum();
+    // Crests follow each other; a few glitches do not.
+    let one_after_another = widest_gap * returns < criteria.gap_ratio * returned;
+    let least = if one_after_another { criteria.crest_runs } else { criteria.return_runs };
+    let comes_back = returns >= least
+        && returned >= criteria.returns
         && repeated.iter().all(|&side| {
             let next = most_at_next_levels(signal, [-1.0, 1.0][side]);
             samples[side] as f64 >= criteria.return_ratio * next as f64

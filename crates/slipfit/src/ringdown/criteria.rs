@@ -126,6 +126,11 @@ criteria! {
         /// Runs in which they lie.
         return_runs: usize = 4, source "a mass held before its release is one run",
             moves "clipping warnings";
+        /// Runs that are enough where one crest after another has one.
+        crest_runs: usize = 3, source "half a cycle and its neighbours", moves "clipping warnings";
+        /// Gap between two such runs over their mean length, at most.
+        gap_ratio: usize = 20, source "a crest that is flat for a tenth of a half cycle",
+            moves "clipping warnings";
         /// Samples at that extreme over those at any of the four levels next to it: at most 2.4 for a
         /// steady sinusoid on a converter's steps.
         return_ratio: f64 = 4.0, source "1/(sqrt(2) - 1) = 2.4 for a sinusoid", moves "clipping warnings";

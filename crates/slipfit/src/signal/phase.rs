@@ -5,7 +5,9 @@
 //! carries the Rice bias `E[R²] = A² + 2 sigma²`.
 
 use super::blocks::{Block, PhaseAt};
-use crate::inference::{evidence::bic, least_squares::linear};
+use crate::inference::evidence::bic;
+use crate::inference::least_squares::linear;
+use crate::inference::noise::{ar1_variance_inflation, autocorrelation};
 use crate::numeric::robust::median;
 use std::f64::consts::TAU;
 
@@ -117,6 +119,10 @@ pub(crate) fn smooth(blocks: &[Block], amplitude: &[f64], noise_rms: f64) -> Opt
     for (p, m) in phase.iter_mut().zip(&model) {
         *p += TAU * ((m - *p) / TAU).round();
     }
+    // A phase that walks is off by more the longer it walks.
+    let residuals: Vec<f64> = strong.iter().map(|&j| (phase[j] - model[j]) * weight[j].sqrt()).collect();
+    let inflation =
+        if excess < MOST_EXCESS { 1.0 } else { ar1_variance_inflation(autocorrelation(&residuals).max(0.0)) };
     let get = |which: Column| columns.iter().position(|&x| x == which).map_or(0.0, |i| c[i]);
     let omega = get(Column::Time) / span;
     // Mean rate over the stretch: the difference of two phases, each a combination of the coefficients.
@@ -129,7 +135,7 @@ pub(crate) fn smooth(blocks: &[Block], amplitude: &[f64], noise_rms: f64) -> Opt
     let law = PhaseLaw {
         omega,
         mean_omega: (model_at(&row(last, columns), &c) - model_at(&row(0, columns), &c)) / span,
-        mean_omega_std: across_variance.max(0.0).sqrt() / span * excess.max(1.0).sqrt(),
+        mean_omega_std: across_variance.max(0.0).sqrt() / span * (excess.max(1.0) * inflation).sqrt(),
         quadratic: get(Column::Square) / span / omega / (scale * scale),
         quartic: get(Column::Fourth) / span / omega / scale.powi(4),
         drift: 2.0 * get(Column::Chirp) / (span * span) / omega,
