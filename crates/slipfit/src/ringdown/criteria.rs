@@ -1,5 +1,6 @@
 //! Every threshold that decides something in the analysis of a ring-down.
 
+use super::free_law::criteria::FreeLawCriteria;
 use crate::inference::criteria::{Criterion, InferenceCriteria, criteria};
 
 /// The thresholds of [`analyse_with`](super::analyse_with), by the step that they decide.
@@ -38,6 +39,8 @@ pub struct Criteria {
     pub two_modes: TwoModesCriteria,
     /// What the law leaves of the amplitudes.
     pub misfit: MisfitCriteria,
+    /// The law without a model.
+    pub free_law: FreeLawCriteria,
     /// The rest after the motion.
     pub stop: StopCriteria,
     /// What the answer states and warns of.
@@ -60,6 +63,7 @@ impl Criteria {
             self.active_part.table(),
             self.two_modes.table(),
             self.misfit.table(),
+            self.free_law.table(),
             self.stop.table(),
             self.answer.table(),
         ];
