@@ -1,6 +1,7 @@
 //! Values as they are typed on a command line and written in a manifest.
 
 use serde::de::{self, Deserialize, Deserializer, Visitor};
+use slipfit::ringdown::LawOption;
 use slipfit::{LossModel, LossTerm};
 use slipfit_io::Format;
 use std::fmt;
@@ -22,6 +23,10 @@ pub(crate) struct Positive(pub(crate) f64);
 /// A loss model by its name.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub(crate) struct Loss(pub(crate) LossModel);
+
+/// A law without a model, by its name.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub(crate) struct Law(pub(crate) LawOption);
 
 /// A format of files, as it was named.
 #[derive(Debug, Clone, PartialEq)]
@@ -80,6 +85,14 @@ impl FromStr for Loss {
     }
 }
 
+impl FromStr for Law {
+    type Err = String;
+
+    fn from_str(text: &str) -> Result<Self, String> {
+        text.parse().map(Self)
+    }
+}
+
 /// In a manifest what is typed may be a text or a number.
 struct Scalar<T>(PhantomData<T>);
 
@@ -112,7 +125,7 @@ macro_rules! as_typed {
         })*
     };
 }
-as_typed!(Text, Finite, Positive, FormatName, Loss, Uncertain);
+as_typed!(Text, Finite, Positive, FormatName, Loss, Law, Uncertain);
 
 /// A number that is finite: clap's own parser takes `nan` and `inf`.
 pub(super) fn finite(text: &str) -> Result<f64, String> {

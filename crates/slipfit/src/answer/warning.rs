@@ -51,6 +51,13 @@ pub enum Warning {
         /// What it is along a decay, where there are amplitudes enough.
         misfit: Option<Misfit>,
     },
+    /// The amplitudes give no law without a model.
+    NoFreeLaw {
+        /// Amplitudes in the free decay.
+        amplitudes: usize,
+        /// As many are needed.
+        needed: usize,
+    },
     /// The amplitude lost follows another law in part of the record.
     LawChanges {
         /// Instant of the change, s.
@@ -280,6 +287,7 @@ impl Warning {
             Warning::SeveralModes { .. } => "several_modes",
             Warning::SecondMode { .. } => "second_mode",
             Warning::ModelMisfit { .. } => "model_misfit",
+            Warning::NoFreeLaw { .. } => "no_free_law",
             Warning::LawChanges { .. } => "law_changes",
             Warning::SlowTail { .. } => "slow_tail",
             Warning::Clipped { .. } => "clipped",
@@ -339,6 +347,9 @@ impl Warning {
             }
             Warning::SecondPeak { main_hz, other_hz, .. } => {
                 vec![Hint::new("band_hz", "isolates one").with(band_about(*main_hz, *other_hz, 6))]
+            }
+            Warning::ModelMisfit { misfit: Some(_), .. } => {
+                vec![Hint::new("law", "shows the loss without a model").with("free")]
             }
             Warning::LawChanges { time_s } => vec![
                 Hint::new("end_s", "analyses the part before").with((time_s * 1e4).round() / 1e4),
@@ -401,6 +412,11 @@ impl fmt::Display for Warning {
                 percent(found.largest),
                 found.largest_at_s,
                 found.shape
+            ),
+            Warning::NoFreeLaw { amplitudes, needed } => write!(
+                f,
+                "no law without a model: it takes {needed} amplitudes of a falling oscillation, there are \
+                 {amplitudes}"
             ),
             Warning::LawChanges { time_s } => write!(f, "the loss follows another law from {time_s:.4} s on"),
             Warning::SlowTail { amplitude, time_s, unit } => write!(

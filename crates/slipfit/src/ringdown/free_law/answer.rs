@@ -43,6 +43,46 @@ pub struct FreeLaw {
     pub rising: bool,
 }
 
+impl FreeLaw {
+    /// The curve with its band at an amplitude, between its points along straight lines; `None` below
+    /// zero and above the largest amplitude measured.
+    ///
+    /// ```
+    /// use slipfit::ringdown::{LawOption, Options, analyse};
+    /// use slipfit::{Oscillator, Record, motion::decay::FreeDecay};
+    ///
+    /// let decay = FreeDecay::from_rest(&Oscillator::kinematic(6.0, 0.03, 0.002)?, 0.5)?;
+    /// let time: Vec<f64> = (0..2000).map(|i| 0.02 * i as f64).collect();
+    /// let noise = |i: usize| 1e-3 * (7.7 * (i * i) as f64).sin();
+    /// let angle = time.iter().enumerate().map(|(i, &t)| decay.displacement(t) + noise(i)).collect();
+    /// let mut options = Options::default();
+    /// options.law = Some(LawOption::Free);
+    /// let law = analyse(&Record::new(time, angle)?, &options)?.free_law.expect("asked for");
+    /// // a0 + a1 A over a cycle, a0 = 2 omega x_F/pi.
+    /// let here = law.at(0.2).expect("measured");
+    /// let truth = (2.0 * 6.0 * 0.002 / 3.1416 + 0.03 * 0.2) * 6.2832 / 6.0;
+    /// assert!(here.low_95 < truth && truth < here.high_95);
+    /// # Ok::<(), slipfit::Error>(())
+    /// ```
+    pub fn at(&self, amplitude: f64) -> Option<FreeLossPoint> {
+        let right = self.curve.partition_point(|p| p.amplitude < amplitude);
+        let b = self.curve.get(right)?;
+        let a = &self.curve[right.saturating_sub(1)];
+        if !(amplitude >= a.amplitude) {
+            return None;
+        }
+        let width = b.amplitude - a.amplitude;
+        let u = if width > 0.0 { (amplitude - a.amplitude) / width } else { 0.0 };
+        let between = |of: fn(&FreeLossPoint) -> f64| of(a) + u * (of(b) - of(a));
+        Some(FreeLossPoint {
+            amplitude,
+            loss_per_cycle: between(|p| p.loss_per_cycle),
+            low_95: between(|p| p.low_95),
+            high_95: between(|p| p.high_95),
+        })
+    }
+}
+
 /// A point of the law without a model.
 #[derive(Debug, Clone, Copy, PartialEq)]
 #[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]

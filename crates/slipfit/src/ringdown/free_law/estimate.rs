@@ -84,12 +84,7 @@ fn smoothed(problem: &FreeProblem, start: &[f64], noise_variance: f64) -> Option
 }
 
 fn problem(data: &Amplitudes, curve: Curve) -> FreeProblem {
-    let at_once = [(0.0, 1.0)];
-    let delays = if data.delays.is_empty() { &at_once[..] } else { &data.delays };
-    let node = |of: usize, &(delay, share): &(f64, f64)| Node { time_s: data.time_s[of] - delay, of, share };
-    let all = 0..data.time_s.len();
-    let mut nodes: Vec<Node> = all.flat_map(|of| delays.iter().map(move |d| node(of, d))).collect();
-    nodes.sort_by(|a, b| a.time_s.total_cmp(&b.time_s));
+    let nodes = nodes(data);
     let value = |a: &f64| if data.floor.is_some() { a * a } else { *a };
     let unit_weight: Vec<f64> = data.unit_variance.iter().map(|v| 1.0 / v).collect();
     let mut problem = FreeProblem {
@@ -102,6 +97,35 @@ fn problem(data: &Amplitudes, curve: Curve) -> FreeProblem {
     };
     weigh(&mut problem, &data.amplitude);
     problem
+}
+
+/// Instants of an even grid on which the motion behind a low-pass is followed.
+const GRID: f64 = 1000.0;
+
+/// Where the motion is needed: at every amplitude, or behind a low-pass at the delays of each. Those lie
+/// between instants of an even grid, so that it is followed once for all.
+fn nodes(data: &Amplitudes) -> Vec<Node> {
+    let all = 0..data.time_s.len();
+    if data.delays.is_empty() {
+        return all.map(|of| Node { time_s: data.time_s[of], of, share: 1.0 }).collect();
+    }
+    let longest = data.delays.iter().fold(0.0f64, |m, d| m.max(d.0));
+    let begin = data.time_s[0] - longest;
+    let step = (data.time_s[data.time_s.len() - 1] - begin) / GRID;
+    let mut shares: Vec<(usize, Node)> = Vec::new();
+    for of in all {
+        let mut own = std::collections::BTreeMap::new();
+        for (delay, share) in &data.delays {
+            let place = ((data.time_s[of] - delay - begin) / step).max(0.0);
+            let (left, part) = (place.floor(), place.fract());
+            *own.entry(left as usize).or_insert(0.0) += share * (1.0 - part);
+            *own.entry(left as usize + 1).or_insert(0.0) += share * part;
+        }
+        let node = |(i, share): (usize, f64)| (i, Node { time_s: begin + step * i as f64, of, share });
+        shares.extend(own.into_iter().map(node));
+    }
+    shares.sort_by_key(|(i, _)| *i);
+    shares.into_iter().map(|(_, node)| node).collect()
 }
 
 /// Relative accuracy of an amplitude where the weight of its square would be beyond all bounds.
