@@ -6,6 +6,7 @@ use super::assemble;
 use super::criteria::Criteria;
 use super::evidence::Evidence;
 use super::few_cycles::fit_few_cycles;
+use super::further_laws::try_further_laws;
 use super::hypotheses::{FittedDecay, by_waveform};
 use super::samples::Samples;
 use super::window::EndReason;
@@ -73,7 +74,15 @@ pub fn analyse_with(record: &Record, options: &Options, criteria: &Criteria) -> 
     let whole = Samples::prepare(record, options)?;
     let answer = analyse_part(whole.clone(), record, options, criteria)?;
     let refit = |rest: Samples| analyse_samples(rest, record, options, criteria).ok();
-    Ok(second_mode::without_second_mode(&whole, &answer, criteria, refit).unwrap_or(answer))
+    let mut answer = second_mode::without_second_mode(&whole, &answer, criteria, refit).unwrap_or(answer);
+    // A low-pass takes a hundred times as long.
+    if options.model.is_none() && options.lockin.is_none() {
+        try_further_laws(&mut answer, &criteria.misfit, |model| {
+            let asked = Options { model: Some(model), law: None, ..options.clone() };
+            analyse_part(whole.clone(), record, &asked, criteria).ok()
+        });
+    }
+    Ok(answer)
 }
 
 /// The analysis of the active part of the samples, or of all of them.

@@ -383,6 +383,14 @@ criteria! {
         /// Residuals over the amplitude above which no law describes the decay, nor says anything of
         /// friction.
         no_law: f64 = 0.05, source "more than the terms of a law differ by", moves "the sentence of the answer";
+        /// Residual variance that a law with a fitted shape leaves, over that of the laws compared, below which
+        /// it is said to describe the decay better.
+        further_law_left: f64 = 0.5, source "chosen by simulation", moves "warnings";
+        /// Difference of BIC above which it is.
+        further_law_bic: f64 = 10.0, source "very strong evidence on the scale of Kass and Raftery (1995)",
+            moves "warnings";
+        /// Part of the decay that it must describe at least.
+        further_law_window: f64 = 0.9, source "a shorter decay is easier to describe", moves "warnings";
     }
 }
 

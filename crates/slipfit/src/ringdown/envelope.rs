@@ -2,7 +2,7 @@
 
 use crate::inference::least_squares::{Fit, LeastSquares, Normal};
 use crate::motion::decay::amplitude::sliding_gain;
-use crate::motion::decay::parameters::by_parameters;
+use crate::motion::decay::parameters::{by_parameters, shapes_exist};
 use crate::motion::decay::path::{AmplitudePath, CARRIED};
 
 pub(crate) use crate::motion::decay::parameters::{A0, DELTA, DRAG, X_F, law_of};
@@ -126,7 +126,7 @@ impl LeastSquares for EnvelopeProblem {
 
     fn normal(&self, p: &[f64], out: &mut Normal) -> bool {
         out.clear();
-        if !(p[A0] > 0.0) {
+        if !(p[A0] > 0.0 && shapes_exist(p)) {
             return false;
         }
         self.walk(p, |j, amplitude, by| {

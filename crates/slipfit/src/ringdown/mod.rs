@@ -17,6 +17,7 @@ mod evidence;
 mod few_cycles;
 mod fitted;
 mod free_law;
+mod further_laws;
 mod hypotheses;
 pub(crate) mod lowpass;
 mod measured;

@@ -4,7 +4,7 @@
 
 use crate::inference::least_squares::{LeastSquares, Normal};
 use crate::motion::decay::half_cycle::Window;
-use crate::motion::decay::parameters::{A0, X_F};
+use crate::motion::decay::parameters::{A0, X_F, shapes_exist};
 use std::f64::consts::PI;
 
 pub(crate) use crate::motion::decay::half_cycle::Bend;
@@ -119,7 +119,7 @@ impl LeastSquares for Waveform<'_> {
         // Slowest phase rate in the window must stay positive: the motion has an order.
         let slowest =
             [0.0, self.duration].map(|t| self.window().phase(p, t).1).into_iter().fold(omega, f64::min);
-        if !(p[A0] > 0.0 && omega > 0.0 && slowest > 0.1 * omega) {
+        if !(p[A0] > 0.0 && omega > 0.0 && slowest > 0.1 * omega && shapes_exist(p)) {
             return false;
         }
         // Each half cycle is walked: across a gap of millions of them there is nothing to compare with.
