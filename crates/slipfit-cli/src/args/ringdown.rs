@@ -89,7 +89,7 @@ pub(crate) struct RingdownAnalysisArgs {
     band: Option<Vec<Positive>>,
 
     // Its help is made from the list of loss terms.
-    #[arg(long, help = model_help(), value_name = "NAME", help_heading = "Analysis")]
+    #[arg(long, help = model_help(false), value_name = "NAME", help_heading = "Analysis")]
     model: Option<Loss>,
 
     /// Draw the loss against the amplitude without a model as well, with its confidence band: free,

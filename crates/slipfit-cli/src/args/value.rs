@@ -35,11 +35,11 @@ pub(crate) struct FormatName {
     pub(crate) format: Format,
 }
 
-/// What the help says of `--model`.
-pub(crate) fn model_help() -> String {
+/// What the help says of `--model`; of a resonance curve without the losses that only free decays tell.
+pub(crate) fn model_help(of_curves: bool) -> String {
     let compared: Vec<&str> = LossModel::compared(None).map(LossModel::name).collect();
     let mut help = format!("Report this model, whichever the data prefer: {}", compared.join(", "));
-    for term in LossTerm::ALL.iter().filter(|term| !term.is_compared()) {
+    for term in LossTerm::ALL.iter().filter(|term| !term.is_compared() && !(of_curves && term.is_shaped())) {
         help += &format!("; {} takes part where it is named, as in viscous+{}", term.words(), term.name());
     }
     help
