@@ -114,10 +114,8 @@ impl AmplitudeLaw {
         let terms = self.further.iter().zip(LossTerm::further());
         let fixed = terms.take(FURTHER - SHAPED);
         let fixed = fixed.fold(closed, |sum, (c, term)| sum + c * term.shape_derivative(amplitude.max(0.0)));
-        (0..SHAPED).fold(fixed, |sum, k| match self.further[FURTHER - SHAPED + k] {
-            c if c == 0.0 => sum,
-            c => sum + c * self.relative(k, amplitude)[1],
-        })
+        let shaped = self.further[FURTHER - SHAPED..].iter().enumerate().filter(|(_, c)| **c != 0.0);
+        shaped.fold(fixed, |sum, (k, c)| sum + c * self.relative(k, amplitude)[1])
     }
 
     /// Shape over the initial amplitude of the `k`-th loss whose shape has a parameter, and its derivatives
