@@ -39,7 +39,8 @@ pub(crate) struct FormatName {
 pub(crate) fn model_help(of_curves: bool) -> String {
     let compared: Vec<&str> = LossModel::compared(None).map(LossModel::name).collect();
     let mut help = format!("Report this model, whichever the data prefer: {}", compared.join(", "));
-    for term in LossTerm::ALL.iter().filter(|term| !term.is_compared() && !(of_curves && term.is_shaped())) {
+    let named = |term: &&LossTerm| !(term.is_compared() || of_curves && term.is_shaped());
+    for term in LossTerm::ALL.iter().filter(named) {
         help += &format!("; {} takes part where it is named, as in viscous+{}", term.words(), term.name());
     }
     help
