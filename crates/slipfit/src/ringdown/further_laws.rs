@@ -10,7 +10,8 @@ fn lacks_a_loss(answer: &Answer) -> bool {
     let shape = answer.diagnostics.misfit.map(|m| m.shape);
     let of_a_loss =
         matches!(shape, Some(MisfitShape::Bow | MisfitShape::Kink { .. } | MisfitShape::End { .. }));
-    of_a_loss && answer.second_mode.is_none()
+    // Where no law holds at all the search for one takes a hundred times as long, for nothing.
+    of_a_loss && answer.diagnostics.law_holds && answer.second_mode.is_none()
 }
 
 /// Tries each loss whose shape is fitted beside viscous, sliding and drag loss, and says of the best that it
