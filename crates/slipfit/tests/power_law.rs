@@ -145,7 +145,7 @@ fn a_resonance_curve_has_no_such_law() {
 /// A loss that no polynomial of the amplitude has leaves a bow: the power law is tried and named.
 #[test]
 fn a_bow_names_the_power_law() {
-    let (time_s, motion) = record(0.0, 0.05, 3.5, 1.0);
+    let (time_s, motion) = record(0.0, 0.01, 3.5, 1.0);
     let record = noisy(&time_s, &motion, 1e-4, 1);
     let answer = analyse(&record, &Options::default()).unwrap();
     let found = answer.warnings.iter().find(|w| w.code() == "further_law").expect("named");
