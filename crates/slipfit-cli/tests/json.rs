@@ -50,7 +50,7 @@ fn every_option_is_echoed() {
                  --duration 2 --rate-hz 400 --noise-rms 1e-3 --output envelope --out";
     stdout(slipfit().args(decay.split_whitespace()).arg(at("decay.csv")));
     let [decay, sweep, levels] = [
-        ("ringdown --start 0.01 --end 1 --min-amplitude 0.01 --band 0.001 150 --model viscous+sliding \
+        ("ringdown --start 0.01 --end 1 --min-amplitude 0.01 --band 0.001 150 --model viscous+sliding --law free \
           --lockin-time-constant 1e-4 --lockin-order 2 --frequency-hz 100 --stiffness 3", at("decay.csv")),
         ("resonance --drive-amplitude 10e-12 --response leading --model viscous+sliding --band 32000 33500 \
           --background on --delay on --phase-offset on --duffing on --stiffness 3",

@@ -11,7 +11,7 @@ use slipfit::answer::hint::Analysis;
 use slipfit::answer::{Parameters, Warning};
 use slipfit::model::displacement::{Coordinate, DisplacementUnit};
 use slipfit::resonance::{DriveAmplitude, Method, Terms};
-use slipfit::ringdown::LowPass;
+use slipfit::ringdown::{LawOption, LowPass};
 use slipfit::series::{Condition, Data, Measurement};
 use slipfit::{Calibration, LossModel, Parameter, levels, resonance, ringdown, series};
 use slipfit_io::{LevelReading, Note, Reading, SweepReading};
@@ -287,6 +287,10 @@ fn loss_model(py: Python<'_>, word: Option<String>) -> PyResult<Option<LossModel
     .transpose()
 }
 
+fn law(py: Python<'_>, word: &str) -> PyResult<LawOption> {
+    word.parse().map_err(|e| option_error(py, "law", format!("law={word:?}: {e}")))
+}
+
 /// What is fixed before a ring-down is analysed.
 #[derive(FromPyObject)]
 #[pyo3(from_item_all)]
@@ -296,6 +300,7 @@ pub(crate) struct RingdownChoices {
     min_amplitude: Option<f64>,
     band_hz: Option<(f64, f64)>,
     model: Option<String>,
+    law: Option<String>,
     lockin_time_constant_s: Option<f64>,
     lockin_order: Option<u32>,
     frequency_hz: Option<f64>,
@@ -309,6 +314,7 @@ impl RingdownChoices {
         options.min_amplitude = self.min_amplitude;
         options.band_hz = self.band_hz.map(<[f64; 2]>::from);
         options.model = loss_model(py, self.model)?;
+        options.law = self.law.map(|word| law(py, &word)).transpose()?;
         options.lockin = match (self.lockin_time_constant_s, self.lockin_order) {
             (Some(time_constant_s), Some(order)) => Some(LowPass { time_constant_s, order }),
             (None, None) => None,

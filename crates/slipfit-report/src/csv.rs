@@ -19,11 +19,25 @@ pub fn ringdown(out: &mut dyn Write, analysed: &AnalysedRingdown<'_>) -> io::Res
     writeln!(out, "# model = {}", answer.model)?;
     parameters(out, &answer.parameters)?;
     writeln!(out, "# amplitude, std_error, fitted, residual in {}", unit(&answer.signal_unit))?;
-    writeln!(out, "time_s,amplitude,std_error,fitted,residual,frequency_hz,used")?;
+    let free = answer.free_law.as_ref();
+    if let Some(law) = free {
+        let per = if law.friction_displacement.is_some() { "cycle" } else { "second" };
+        writeln!(out, "# free_loss and its 95 % band: loss of amplitude per {per} without a model")?;
+        quantity(out, "free_loss_limit_per_s", &law.limit)?;
+        quantity(out, "free_loss_slope", &law.slope)?;
+    }
+    let columns = if free.is_some() { ",free_loss,free_loss_low_95,free_loss_high_95" } else { "" };
+    writeln!(out, "time_s,amplitude,std_error,fitted,residual,frequency_hz,used{columns}")?;
     for p in &answer.envelope {
         let residual = p.amplitude - p.fitted;
         let cells = [p.time_s, p.amplitude, p.std_error, p.fitted, residual, p.frequency_hz];
-        writeln!(out, "{},{}", numbers(cells), p.used)?;
+        write!(out, "{},{}", numbers(cells), p.used)?;
+        if let Some(law) = free {
+            let here = law.at(p.amplitude).filter(|_| p.used);
+            let band = here.map_or([f64::NAN; 3], |h| [h.loss_per_cycle, h.low_95, h.high_95]);
+            write!(out, ",{}", numbers(band))?;
+        }
+        writeln!(out)?;
     }
     Ok(())
 }
@@ -148,12 +162,12 @@ fn head(out: &mut dyn Write, command: &str, path: &str, sha256: &str) -> io::Res
 }
 
 fn parameters(out: &mut dyn Write, parameters: &Parameters) -> io::Result<()> {
-    for (p, q) in parameters.iter() {
-        let [low, high] = q.interval_95;
-        let unit = comment(&q.unit);
-        writeln!(out, "# {} = {} +- {} {unit} (95 %: {low} to {high})", p.name(), q.value, q.std_error)?;
-    }
-    Ok(())
+    parameters.iter().try_for_each(|(p, q)| quantity(out, p.name(), q))
+}
+
+fn quantity(out: &mut dyn Write, name: &str, q: &Quantity) -> io::Result<()> {
+    let [low, high] = q.interval_95;
+    writeln!(out, "# {name} = {} +- {} {} (95 %: {low} to {high})", q.value, q.std_error, comment(&q.unit))
 }
 
 fn numbers(values: impl IntoIterator<Item = f64>) -> String {

@@ -45,6 +45,7 @@ impl Analysis {
                 "frequency_hz",
                 "inertia",
                 "kind",
+                "law",
                 "mass",
                 "min_amplitude",
                 "model",
@@ -162,6 +163,7 @@ struct Chosen {
     min_amplitude: Option<f64>,
     band_hz: Option<[f64; 2]>,
     model: Option<String>,
+    law: Option<String>,
     lockin_time_constant_s: Option<f64>,
     lockin_order: Option<u32>,
     frequency_hz: Option<f64>,
@@ -300,6 +302,8 @@ impl Chosen {
         options.min_amplitude = self.min_amplitude;
         options.band_hz = self.band_hz;
         options.model = self.model()?;
+        let law = |name: &String| name.parse().map_err(|e| Refusal::new(format!("law {name}: {e}")));
+        options.law = self.law.as_ref().map(law).transpose()?;
         options.lockin = self
             .lockin_time_constant_s
             .zip(self.lockin_order)

@@ -58,12 +58,13 @@ pub(crate) fn python(analysis: Analysis, file: &str, reference: Option<&str>, op
 
 /// Whether an option says how the file is read.
 fn is_of_reading(name: &str) -> bool {
-    const OF_ANALYSIS: [&str; 20] = [
+    const OF_ANALYSIS: [&str; 21] = [
         "band_hz",
         "start_s",
         "end_s",
         "min_amplitude",
         "model",
+        "law",
         "lockin_time_constant_s",
         "lockin_order",
         "frequency_hz",

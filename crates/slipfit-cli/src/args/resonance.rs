@@ -77,7 +77,7 @@ pub(crate) struct ResonanceAnalysisArgs {
     response: Option<Response>,
 
     // Its help is made from the list of loss terms.
-    #[arg(long, help = model_help(), value_name = "NAME", num_args = 1, help_heading = "Analysis")]
+    #[arg(long, help = model_help(true), value_name = "NAME", num_args = 1, help_heading = "Analysis")]
     #[serde(deserialize_with = "one_or_several")]
     model: Vec<Model>,
 

@@ -1,7 +1,7 @@
 //! `slipfit ringdown`.
 
 use super::calibration::CalibrationArgs;
-use super::value::{Finite, Loss, Positive, band, model_help, number};
+use super::value::{Finite, Law, Loss, Positive, band, model_help, number};
 use super::{AnswerArgs, ReadingArgs, TableArgs};
 use clap::Args;
 use glob::Pattern;
@@ -89,8 +89,13 @@ pub(crate) struct RingdownAnalysisArgs {
     band: Option<Vec<Positive>>,
 
     // Its help is made from the list of loss terms.
-    #[arg(long, help = model_help(), value_name = "NAME", help_heading = "Analysis")]
+    #[arg(long, help = model_help(false), value_name = "NAME", help_heading = "Analysis")]
     model: Option<Loss>,
+
+    /// Draw the loss against the amplitude without a model as well, with its confidence band: free,
+    /// or rising where the loss grows with the amplitude
+    #[arg(long, value_name = "LAW", help_heading = "Analysis")]
+    law: Option<Law>,
 
     /// Time constant of the lock-in's output filter [s]
     #[arg(long, value_name = "S", requires = "lockin_order", help_heading = "Analysis")]
@@ -146,6 +151,7 @@ impl RingdownAnalysisArgs {
         options.min_amplitude = number(self.min_amplitude);
         options.band_hz = band(self.band.as_deref());
         options.model = self.model.map(|m| m.0);
+        options.law = self.law.map(|l| l.0);
         options.lockin = self
             .lockin_time_constant
             .zip(self.lockin_order)

@@ -1,6 +1,7 @@
 //! Values as they are typed on a command line and written in a manifest.
 
 use serde::de::{self, Deserialize, Deserializer, Visitor};
+use slipfit::ringdown::LawOption;
 use slipfit::{LossModel, LossTerm};
 use slipfit_io::Format;
 use std::fmt;
@@ -23,6 +24,10 @@ pub(crate) struct Positive(pub(crate) f64);
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub(crate) struct Loss(pub(crate) LossModel);
 
+/// A law without a model, by its name.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub(crate) struct Law(pub(crate) LawOption);
+
 /// A format of files, as it was named.
 #[derive(Debug, Clone, PartialEq)]
 pub(crate) struct FormatName {
@@ -30,11 +35,12 @@ pub(crate) struct FormatName {
     pub(crate) format: Format,
 }
 
-/// What the help says of `--model`.
-pub(crate) fn model_help() -> String {
+/// What the help says of `--model`; of a resonance curve without the losses that only free decays tell.
+pub(crate) fn model_help(of_curves: bool) -> String {
     let compared: Vec<&str> = LossModel::compared(None).map(LossModel::name).collect();
     let mut help = format!("Report this model, whichever the data prefer: {}", compared.join(", "));
-    for term in LossTerm::ALL.iter().filter(|term| !term.is_compared()) {
+    let named = |term: &&LossTerm| !(term.is_compared() || of_curves && term.is_shaped());
+    for term in LossTerm::ALL.iter().filter(named) {
         help += &format!("; {} takes part where it is named, as in viscous+{}", term.words(), term.name());
     }
     help
@@ -80,6 +86,14 @@ impl FromStr for Loss {
     }
 }
 
+impl FromStr for Law {
+    type Err = String;
+
+    fn from_str(text: &str) -> Result<Self, String> {
+        text.parse().map(Self)
+    }
+}
+
 /// In a manifest what is typed may be a text or a number.
 struct Scalar<T>(PhantomData<T>);
 
@@ -112,7 +126,7 @@ macro_rules! as_typed {
         })*
     };
 }
-as_typed!(Text, Finite, Positive, FormatName, Loss, Uncertain);
+as_typed!(Text, Finite, Positive, FormatName, Loss, Law, Uncertain);
 
 /// A number that is finite: clap's own parser takes `nan` and `inf`.
 pub(super) fn finite(text: &str) -> Result<f64, String> {

@@ -435,6 +435,7 @@ mod tests {
             .map(|key| match *key {
                 "band" => "band = [1, 2]\n".to_owned(),
                 "model" => "model = \"viscous\"\n".to_owned(),
+                "law" => "law = \"free\"\n".to_owned(),
                 "response" => "response = \"paper\"\n".to_owned(),
                 "kind" => "kind = \"velocity\"\n".to_owned(),
                 "format" => "format = \"text\"\n".to_owned(),

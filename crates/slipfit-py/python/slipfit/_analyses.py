@@ -278,6 +278,7 @@ def ringdown(
     start_s: float | None = None,
     end_s: float | None = None,
     min_amplitude: float | None = None,
+    law: str | None = None,
     frequency_hz: float | None = None,
     lockin_time_constant_s: float | None = None,
     lockin_order: int | None = None,
@@ -317,6 +318,9 @@ def ringdown(
         First and last instant used [s].
     min_amplitude : float, optional
         Follow the decay down to this amplitude only, unit of the signal.
+    law : {"free", "rising"}, optional
+        Draw the loss against the amplitude without a model as well, with its confidence band;
+        ``"rising"`` where the loss grows with the amplitude.
     frequency_hz : float, optional
         Frequency of the oscillation [Hz], for amplitudes, which do not show it.
     lockin_time_constant_s, lockin_order : float and int, optional
@@ -363,7 +367,7 @@ def ringdown(
     record = _record(time, signal, quadrature, rate_hz, unit, kind)
     choices = _ringdown_choices(
         start_s=start_s, end_s=end_s, min_amplitude=min_amplitude, band_hz=band_hz, model=model,
-        lockin_time_constant_s=lockin_time_constant_s, lockin_order=lockin_order,
+        law=law, lockin_time_constant_s=lockin_time_constant_s, lockin_order=lockin_order,
         frequency_hz=frequency_hz,
     )  # fmt: skip
     constants = _input.constants(
@@ -378,6 +382,7 @@ def _ringdown_choices(
     min_amplitude: float | None = None,
     band_hz: tuple[float, float] | None = None,
     model: str | None = None,
+    law: str | None = None,
     lockin_time_constant_s: float | None = None,
     lockin_order: int | None = None,
     frequency_hz: float | None = None,
@@ -389,6 +394,7 @@ def _ringdown_choices(
         "min_amplitude": number("min_amplitude", min_amplitude),
         "band_hz": _input.band(band_hz),
         "model": model,
+        "law": law,
         "lockin_time_constant_s": number("lockin_time_constant_s", lockin_time_constant_s),
         "lockin_order": lockin_order,
         "frequency_hz": number("frequency_hz", frequency_hz),

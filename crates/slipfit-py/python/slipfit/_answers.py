@@ -448,6 +448,15 @@ class RingdownAnswer(_Compared):
         return _table(self._data["loss"])
 
     @property
+    def free_law(self) -> Section | None:
+        """The loss against the amplitude without a model, where ``law`` asked for it.
+
+        ``curve`` has amplitude, loss_per_cycle, low_95 and high_95; ``limit`` is the loss per
+        second at vanishing amplitude (sliding), ``slope`` its slope there (viscous).
+        """
+        return self._section("free_law")
+
+    @property
     def segment(self) -> Section:
         """The part of the record taken as free decay, and why it starts and ends there."""
         return Section(self._data["segment"])

@@ -8,8 +8,9 @@ use super::parameter::ParameterRow;
 use super::reading::{clock, columns_taken, rows_read};
 use crate::format::{Rounded, plain};
 use crate::{AnalysedRingdown, Sentence, plot};
-use slipfit::SignalKind;
 use slipfit::answer::hint::Spelling;
+use slipfit::ringdown::FreeLaw;
+use slipfit::{Quantity, SignalKind};
 
 pub(super) fn document<'a>(analysed: &'a AnalysedRingdown<'a>, spell: Spelling<'_>) -> Document<'a> {
     let answer = analysed.answer;
@@ -34,6 +35,27 @@ pub(super) fn document<'a>(analysed: &'a AnalysedRingdown<'a>, spell: Spelling<'
         inputs: vec![Input { path: file, sha256: analysed.reading.report.sha256.clone() }],
         pictures: Box::new(|| plot::ringdown_panels(analysed)),
     }
+}
+
+/// The law without a model: its limit, its slope, and how far it was measured.
+fn free_law(facts: &mut Facts, law: &FreeLaw, unit: &str) {
+    let interval = |q: &Quantity| {
+        let [low, high] = q.interval_95.map(|v| plain(v, 3, &q.unit));
+        format!("{} (95 %: {low} to {high})", plain(q.value, 3, &q.unit))
+    };
+    let x_f = law.friction_displacement.as_ref().map_or_else(String::new, |x_f| {
+        let [low, high] = x_f.interval_95.map(|v| plain(v, 3, &x_f.unit));
+        format!(", as of x_F between {low} and {high}")
+    });
+    facts.add("law", format!("without a model, at vanishing amplitude: loss {}{x_f}", interval(&law.limit)));
+    facts.add("", format!("slope there {}", interval(&law.slope)));
+    let shape = if law.effective_parameters < 2.5 {
+        "a straight line but for chance".to_owned()
+    } else {
+        format!("bent, with as much as {} parameters", plain(law.effective_parameters, 2, ""))
+    };
+    let rising = if law.rising { "; it was asked to rise with the amplitude" } else { "" };
+    facts.add("", format!("{shape}; measured down to {}{rising}", plain(law.lowest_amplitude, 3, unit)));
 }
 
 /// Whether the record holds amplitudes, not the motion itself.
@@ -90,6 +112,9 @@ fn facts(analysed: &AnalysedRingdown<'_>, spell: Spelling<'_>) -> Facts {
             "mode 2",
             format!("{frequency}, decay rate {decay_rate}, amplitude {amplitude}: subtracted"),
         );
+    }
+    if let Some(law) = &answer.free_law {
+        free_law(&mut facts, law, &answer.signal_unit);
     }
     let d = &answer.diagnostics;
     let left_out = match d.left_out {

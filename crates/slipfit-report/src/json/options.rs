@@ -3,6 +3,7 @@
 use super::object::object;
 use serde::Serialize;
 use slipfit::resonance::Method;
+use slipfit::ringdown::LawOption;
 use slipfit::{Calibration, LossModel, levels, resonance, ringdown};
 
 object! {
@@ -18,6 +19,8 @@ object! {
         band_hz: Option<[f64; 2]> = options.band_hz,
         /// Loss model to report.
         model: Option<LossModel> = options.model,
+        /// The law without a model that is drawn as well.
+        law: Option<LawOption> = options.law,
         /// Time constant of the low-pass of the lock-in.
         lockin_time_constant_s: Option<f64> = options.lockin.map(|l| l.time_constant_s),
         /// Order of that low-pass.

@@ -18,9 +18,11 @@ const LEFT_OUT: Color = Color::new(0xcf, 0xd3, 0xd8);
 const FIT: Color = Color::new(0xd5, 0x5e, 0x00);
 const VISCOUS: Color = Color::new(0x00, 0x72, 0xb2);
 const SLIDING: Color = Color::new(0x00, 0x9e, 0x73);
+const FREE: Color = Color::new(0xcc, 0x79, 0xa7);
 const POINTS: Color = Color::new(0x55, 0x5b, 0x63);
 
 const FIT_LINE: Stroke = Stroke::solid(FIT, 2.2);
+const FREE_LINE: Stroke = Stroke::dashed(FREE, 1.6);
 const VISCOUS_LINE: Stroke = Stroke::dashed(VISCOUS, 2.0);
 
 /// A cycle narrower than this many units is drawn by its extremes alone.
@@ -313,6 +315,13 @@ fn loss(figure: &mut Figure, answer: &Answer) {
         panel.band(&band, SLIDING.faded(0.22));
         panel.line(band.iter().map(|b| [b[0], b[2]]), Stroke::solid(SLIDING, 2.0));
         legend.push((Mark::Patch(SLIDING.faded(0.45)), "of it sliding"));
+    }
+    if let Some(law) = &answer.free_law {
+        let band: Vec<[f64; 3]> =
+            law.curve.iter().map(|p| [p.amplitude * x, p.low_95 * y, p.high_95.min(high) * y]).collect();
+        panel.band(&band, FREE.faded(0.22));
+        panel.line(law.curve.iter().map(|p| [p.amplitude * x, p.loss_per_cycle * y]), FREE_LINE);
+        legend.push((Mark::Patch(FREE.faded(0.45)), "without a model, 95 %"));
     }
     if points.len() <= MOST_BARS {
         let bar = |p: &&LossPoint| {

@@ -63,6 +63,8 @@ parameters! {
     QFactor: "q_factor", "viscous quality factor", "Q", UnitRule::Fixed("");
     /// Rate `a0` at which sliding friction takes amplitude.
     SlidingRate: "sliding_rate", "sliding rate", "a₀", UnitRule::SignalPerSecond;
+    /// Exponent of the amplitude in a loss by a power of it.
+    LossExponent: "loss_exponent", "exponent of the loss", "n", UnitRule::Fixed("");
     /// Amplitude at the first instant used.
     InitialAmplitude: "initial_amplitude", "initial amplitude", "A₀", UnitRule::Signal;
     /// Amplitude `x_0` of the drive at the base.

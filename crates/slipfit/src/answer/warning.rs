@@ -51,6 +51,22 @@ pub enum Warning {
         /// What it is along a decay, where there are amplitudes enough.
         misfit: Option<Misfit>,
     },
+    /// A law whose shape is fitted describes the decay better than those compared.
+    FurtherLaw {
+        /// The model with it.
+        model: LossModel,
+        /// Its BIC is lower than that of the best model without it by this.
+        delta_bic: f64,
+        /// Residual over the noise that it leaves.
+        ratio: f64,
+    },
+    /// The amplitudes give no law without a model.
+    NoFreeLaw {
+        /// Amplitudes in the free decay.
+        amplitudes: usize,
+        /// As many are needed.
+        needed: usize,
+    },
     /// The amplitude lost follows another law in part of the record.
     LawChanges {
         /// Instant of the change, s.
@@ -293,6 +309,8 @@ impl Warning {
             Warning::SeveralModes { .. } => "several_modes",
             Warning::SecondMode { .. } => "second_mode",
             Warning::ModelMisfit { .. } => "model_misfit",
+            Warning::FurtherLaw { .. } => "further_law",
+            Warning::NoFreeLaw { .. } => "no_free_law",
             Warning::LawChanges { .. } => "law_changes",
             Warning::SlowTail { .. } => "slow_tail",
             Warning::Clipped { .. } => "clipped",
@@ -353,6 +371,12 @@ impl Warning {
             }
             Warning::SecondPeak { main_hz, other_hz, .. } => {
                 vec![Hint::new("band_hz", "isolates one").with(band_about(*main_hz, *other_hz, 6))]
+            }
+            Warning::ModelMisfit { misfit: Some(_), .. } => {
+                vec![Hint::new("law", "shows the loss without a model").with("free")]
+            }
+            Warning::FurtherLaw { model, .. } => {
+                vec![Hint::new("model", "reports it").with(model.name())]
             }
             Warning::LawChanges { time_s } => vec![
                 Hint::new("end_s", "analyses the part before").with((time_s * 1e4).round() / 1e4),
@@ -418,6 +442,16 @@ impl fmt::Display for Warning {
                 percent(found.largest),
                 found.largest_at_s,
                 found.shape
+            ),
+            Warning::FurtherLaw { model, delta_bic, ratio } => write!(
+                f,
+                "{model}, with a loss whose shape is fitted, describes the decay better (BIC lower by {delta_bic:.0}) \
+                 and leaves {ratio:.1} times the noise"
+            ),
+            Warning::NoFreeLaw { amplitudes, needed } => write!(
+                f,
+                "no law without a model: it takes {needed} amplitudes of a falling oscillation, there are \
+                 {amplitudes}"
             ),
             Warning::LawChanges { time_s } => write!(f, "the loss follows another law from {time_s:.4} s on"),
             Warning::SlowTail { amplitude, time_s, unit } => write!(

@@ -249,6 +249,14 @@ pub(crate) fn promised_gain(sums: &Normal, free: &[usize]) -> Option<f64> {
     solve(sums, free, 0.0).map(|(_, gain)| gain)
 }
 
+/// `ln det(JᵀJ)` of the free parameters.
+pub(crate) fn log_determinant(sums: &Normal, free: &[usize]) -> Option<f64> {
+    let (a, scale) = scaled(sums, free)?;
+    let factor = a.cholesky()?;
+    let diagonal: f64 = factor.l_dirty().diagonal().iter().map(|d| d.ln()).sum();
+    Some(2.0 * (diagonal - scale.iter().map(|s| s.ln()).sum::<f64>()))
+}
+
 fn invert(sums: &Normal, free: &[usize], p: usize) -> Option<DMatrix<f64>> {
     let (a, scale) = scaled(sums, free)?;
     let inverse = a.cholesky()?.inverse();

@@ -9,6 +9,7 @@ pub(crate) mod model_selection;
 pub(crate) mod noise;
 pub(crate) mod profile;
 pub(crate) mod quadratic;
+pub(crate) mod smooth;
 
 /// Two-sided 95 % point of the normal distribution.
 pub(crate) const Z_95: f64 = 1.959_963_984_540_054;

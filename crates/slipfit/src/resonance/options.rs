@@ -3,7 +3,7 @@
 use super::Curve;
 use crate::Error;
 use crate::answer::calibration::Calibration;
-use crate::model::loss::LossModel;
+use crate::model::loss::{LossModel, LossTerm};
 
 /// Choices for [`analyse`](super::analyse). The default finds everything by itself.
 #[derive(Debug, Clone, PartialEq, Default)]
@@ -71,6 +71,12 @@ impl Options {
         if let Some([low, high]) = self.band_hz.filter(|b| !(b[0] >= 0.0 && b[0] < b[1])) {
             let value = if low >= 0.0 { high } else { low };
             return Err(Error::Parameter { name: "band_hz", value, range: "rising pairs of frequencies" });
+        }
+        if self.model.is_some_and(|m| m.terms().any(LossTerm::is_shaped)) {
+            return Err(Error::DoesNotHold {
+                method: "the model asked for",
+                why: "a loss whose shape is fitted is known of free decays alone",
+            });
         }
         if let Some(drive) = self.drive_amplitude {
             crate::model::oscillator::above_zero("drive_amplitude", drive.value)?;

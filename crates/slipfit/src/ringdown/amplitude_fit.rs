@@ -1,6 +1,6 @@
 //! The amplitudes of the blocks against the loss laws.
 
-use super::compare::{Search, WholeLoss, compare, loss_parameters};
+use super::compare::{Search, WholeLoss, compare, loss_parameters, offer};
 use super::criteria::{AmplitudeCriteria, Criteria};
 use super::envelope::{A0, DELTA, EnvelopeProblem, FLOOR, X_F};
 use super::lowpass::Kernel;
@@ -46,8 +46,9 @@ pub(crate) fn fit_amplitudes<'a>(
         start[FLOOR] = 2.0 * measured.noise_rms.powi(2);
     }
     let full = [&loss_parameters(options.model)[..], nuisance].concat();
+    let offered = offer(&start, options.model);
     let least_deviation = if measured.root_mean_squares { 0.0 } else { measured.noise_rms };
-    let outliers = drop_outliers(&mut problem, &start, &full, least_deviation, c);
+    let outliers = drop_outliers(&mut problem, &offered, &full, least_deviation, c);
     if !measured.root_mean_squares
         && let Some(kept) = end_of_law(&problem, &start, c)
     {
@@ -60,12 +61,12 @@ pub(crate) fn fit_amplitudes<'a>(
         return Err(too_few);
     }
     if measured.root_mean_squares {
-        weigh_by_law(&mut problem, &start, &full);
+        weigh_by_law(&mut problem, &offered, &full);
     }
     let noise = measured.noise_rms.powi(2);
     let noise_weights = problem.weight.clone();
     let significance = criteria.inference.excess_significance;
-    let law_errs = admit_law_error(&mut problem, &start, &full, noise, significance, c);
+    let law_errs = admit_law_error(&mut problem, &offered, &full, noise, significance, c);
     let mut noise_model = NoiseModel::white(n as f64);
     let whole = WholeLoss::new(start[DELTA], start[A0], problem.omega);
     let search = Search { asked: options.model, side_minima: true, criteria: &criteria.inference };

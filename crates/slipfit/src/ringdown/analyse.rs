@@ -7,6 +7,7 @@ use super::coloured_noise::with_coloured_noise;
 use super::criteria::Criteria;
 use super::evidence::Evidence;
 use super::few_cycles::fit_few_cycles;
+use super::further_laws::try_further_laws;
 use super::hypotheses::{FittedDecay, by_waveform};
 use super::samples::Samples;
 use super::window::EndReason;
@@ -74,11 +75,20 @@ pub fn analyse_with(record: &Record, options: &Options, criteria: &Criteria) -> 
     let whole = Samples::prepare(record, options)?;
     let answer = analyse_part(whole.clone(), record, options, criteria)?;
     let refit = |rest: Samples| analyse_samples(rest, record, options, criteria).ok();
-    if let Some(stronger) = second_mode::without_second_mode(&whole, &answer, criteria, refit) {
-        return Ok(stronger);
+    let two_modes = second_mode::without_second_mode(&whole, &answer, criteria, refit);
+    let mut answer = two_modes.unwrap_or_else(|| {
+        let refit = |noisier: Samples| analyse_part(noisier, record, options, criteria).ok();
+        with_coloured_noise(whole.clone(), answer, &criteria.coloured_noise, refit)
+    });
+    // A low-pass takes a hundred times as long.
+    if options.model.is_none() && options.lockin.is_none() && answer.second_mode.is_none() {
+        let samples = Samples { noise_inflation: answer.diagnostics.noise_inflation, ..whole };
+        try_further_laws(&mut answer, &criteria.misfit, |model| {
+            let asked = Options { model: Some(model), law: None, ..options.clone() };
+            analyse_part(samples.clone(), record, &asked, criteria).ok()
+        });
     }
-    let refit = |noisier: Samples| analyse_part(noisier, record, options, criteria).ok();
-    Ok(with_coloured_noise(whole, answer, &criteria.coloured_noise, refit))
+    Ok(answer)
 }
 
 /// The analysis of the active part of the samples, or of all of them.

@@ -1,5 +1,6 @@
 //! The answer to a ring-down: parameters, evidence, warnings.
 
+use super::free_law::FreeLaw;
 use super::window::{EndReason, StartReason};
 use crate::Quantity;
 use crate::answer::columns::columns;
@@ -214,6 +215,8 @@ pub struct Answer {
     #[cfg_attr(feature = "serde", serde(serialize_with = "loss_columns::serialize"))]
     #[cfg_attr(feature = "schema", schemars(with = "loss_columns::Columns"))]
     pub loss: Vec<LossPoint>,
+    /// Loss against amplitude without a model of it, where it was asked for.
+    pub free_law: Option<FreeLaw>,
     /// Frequency against amplitude; `None` for a bare envelope.
     pub backbone: Option<Backbone>,
     /// The stop, if the record shows it.

@@ -4,6 +4,7 @@ use super::compare::slot;
 use super::decay_series::{backbone, envelope_points, fitted_motion, loss_points};
 use super::envelope::{A0, DELTA, X_F, law_of};
 use super::evidence::Evidence;
+use super::free_law::free_law;
 use super::misfit::misfit;
 use super::quantities::{angular_frequency, parameters};
 use super::stop::stop;
@@ -59,6 +60,7 @@ pub(crate) fn answer(e: &Evidence) -> Result<Answer, Error> {
         segment: segment_of(e),
         loss: loss_points(e, &law, omega),
         envelope,
+        free_law: free_law(e, chosen),
         backbone: backbone(e, chosen, &law, omega),
         stop: stop_of(e),
         second_mode: None,

@@ -7,6 +7,7 @@ use crate::inference::model_selection::ModelComparison;
 use crate::inference::noise::NoiseModel;
 use crate::inference::quadratic::given;
 use crate::model::loss::{LossModel, LossTerm};
+use crate::motion::decay::parameters::shape_slot;
 use std::f64::consts::PI;
 
 /// Where every fit of a decay keeps the coefficient of a loss term.
@@ -23,15 +24,42 @@ pub(crate) fn slot(term: LossTerm) -> usize {
 
 /// Initial amplitude and the coefficients of every loss term compared, given the model asked for.
 pub(crate) fn loss_parameters(asked: Option<LossModel>) -> Vec<usize> {
-    let mut list: Vec<usize> = std::iter::once(A0).chain(LossTerm::compared(asked).map(slot)).collect();
+    let mut list: Vec<usize> = std::iter::once(A0).chain(LossTerm::compared(asked).flat_map(slots)).collect();
     list.sort_unstable();
     list
+}
+
+/// Where the coefficient of a loss term stands, and the parameter of its shape if it has one.
+pub(crate) fn slots(term: LossTerm) -> impl Iterator<Item = usize> {
+    std::iter::once(slot(term)).chain(shape_slot(term))
+}
+
+/// Part of the loss that a term whose shape has a parameter takes where a search begins.
+const SHAPED_SHARE: f64 = 0.5;
+
+/// Puts the terms of the model asked for whose shape has a parameter into start values: without a loss by
+/// such a term the data say nothing of its shape.
+pub(crate) fn offer(start: &[f64], asked: Option<LossModel>) -> Vec<f64> {
+    let mut offered = start.to_vec();
+    for term in LossTerm::further_of(asked) {
+        let Some((shape, first)) = shape_slot(term).zip(first_shape(term)) else { continue };
+        if offered[shape] == 0.0 {
+            offered[shape] = first;
+            offered[slot(term)] = SHAPED_SHARE * start[DELTA].max(f64::MIN_POSITIVE);
+            offered[DELTA] *= 1.0 - SHAPED_SHARE;
+        }
+    }
+    offered
+}
+
+fn first_shape(term: LossTerm) -> Option<f64> {
+    term.shape_parameter()?.starts.first().copied()
 }
 
 /// Free parameters of a model: amplitude, its loss terms, the nuisances.
 fn free_of(model: LossModel, nuisance: &[usize]) -> Vec<usize> {
     let mut free: Vec<usize> =
-        [A0].into_iter().chain(model.terms().map(slot)).chain(nuisance.iter().copied()).collect();
+        [A0].into_iter().chain(model.terms().flat_map(slots)).chain(nuisance.iter().copied()).collect();
     free.sort_unstable();
     free
 }
@@ -55,6 +83,7 @@ impl WholeLoss {
         match term {
             LossTerm::Viscous => self.decay_rate,
             LossTerm::Sliding => self.friction_displacement,
+            shaped if shaped.is_shaped() => self.decay_rate,
             other => self.decay_rate / (other.shape(self.amplitude) / self.amplitude),
         }
     }
@@ -136,7 +165,7 @@ fn starts(
         for &term in LossTerm::ALL {
             p[slot(term)] = losses.iter().find(|(t, _)| *t == term).map_or(0.0, |(_, c)| *c);
         }
-        p
+        without_shapes(model, p)
     };
     if model == LossModel::VISCOUS_SLIDING {
         let mut list =
@@ -155,20 +184,56 @@ fn starts(
     if let Some((_, smaller)) = fits.iter().rfind(|(m, _)| m.is_within(model)) {
         list.push(smaller.parameters.clone());
     }
+    list.extend(shaped_starts(model, fits, &with_losses(&[(LossTerm::Viscous, whole.decay_rate)]), whole));
     if let Some((larger, fit)) = fits.iter().find(|(m, _)| model.is_within(*m)) {
         let absent: Vec<(usize, f64)> =
             larger.terms().filter(|t| !model.has(*t)).map(|t| (slot(t), 0.0)).collect();
-        list.extend(given(fit, &absent).map(|(_, p)| p));
+        list.extend(given(fit, &absent).map(|(_, p)| without_shapes(model, p)));
     }
-    if model.terms().any(|term| !term.is_compared()) {
+    if model.terms().any(|term| !term.is_compared() && !term.is_shaped()) {
         // The search for the motion had the terms asked for free already.
         let found: Vec<(LossTerm, f64)> = model.terms().map(|term| (term, start[slot(term)])).collect();
         list.push(with_losses(&found));
     }
-    let alone = LossTerm::ALL.iter().filter(|term| model.terms().eq([**term]));
+    let alone = LossTerm::ALL.iter().filter(|term| model.terms().eq([**term]) && !term.is_shaped());
     list.extend(alone.map(|term| with_losses(&[(*term, whole.of(*term))])));
     if list.is_empty() {
         list.push(with_losses(&[(LossTerm::Viscous, whole.decay_rate)]));
+    }
+    list
+}
+
+/// Start values without the parameters of shapes that are no part of the model.
+fn without_shapes(model: LossModel, mut p: Vec<f64>) -> Vec<f64> {
+    for slot in LossTerm::shaped().iter().filter(|t| !model.has(**t)).filter_map(|t| shape_slot(*t)) {
+        p[slot] = 0.0;
+    }
+    p
+}
+
+/// Starts of a model with a term whose shape has a parameter: the fit of the model without that term, or
+/// viscous loss, gives up a part of its losses to it, for each shape from which the search begins.
+fn shaped_starts(
+    model: LossModel,
+    fits: &[(LossModel, Fit)],
+    viscous: &[f64],
+    whole: &WholeLoss,
+) -> Vec<Vec<f64>> {
+    let mut list = Vec::new();
+    for term in model.terms().filter(|t| t.is_shaped()) {
+        let Some((shape, parameter)) = shape_slot(term).zip(term.shape_parameter()) else { continue };
+        let others: Vec<LossTerm> = model.terms().filter(|t| *t != term).collect();
+        let rest = LossModel::from_terms(&others);
+        let fitted = rest.and_then(|rest| fits.iter().find(|(m, _)| *m == rest));
+        let base = fitted.map_or(viscous, |(_, fit)| &fit.parameters);
+        let left = if rest.is_some() { 1.0 - SHAPED_SHARE } else { 0.0 };
+        for s in parameter.starts {
+            let mut p = base.to_vec();
+            LossTerm::ALL.iter().for_each(|t| p[slot(*t)] *= left);
+            p[slot(term)] = (1.0 - left) * whole.of(term);
+            p[shape] = *s;
+            list.push(p);
+        }
     }
     list
 }

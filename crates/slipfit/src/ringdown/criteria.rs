@@ -1,5 +1,6 @@
 //! Every threshold that decides something in the analysis of a ring-down.
 
+use super::free_law::criteria::FreeLawCriteria;
 use crate::inference::criteria::{Criterion, InferenceCriteria, criteria};
 
 /// The thresholds of [`analyse_with`](super::analyse_with), by the step that they decide.
@@ -40,6 +41,8 @@ pub struct Criteria {
     pub misfit: MisfitCriteria,
     /// Noise about the frequency of the motion.
     pub coloured_noise: ColouredNoiseCriteria,
+    /// The law without a model.
+    pub free_law: FreeLawCriteria,
     /// The rest after the motion.
     pub stop: StopCriteria,
     /// What the answer states and warns of.
@@ -63,6 +66,7 @@ impl Criteria {
             self.two_modes.table(),
             self.misfit.table(),
             self.coloured_noise.table(),
+            self.free_law.table(),
             self.stop.table(),
             self.answer.table(),
         ];
@@ -397,6 +401,14 @@ criteria! {
         /// Residuals over the amplitude above which no law describes the decay, nor says anything of
         /// friction.
         no_law: f64 = 0.05, source "more than the terms of a law differ by", moves "the sentence of the answer";
+        /// Residual variance that a law with a fitted shape leaves, over that of the laws compared, below which
+        /// it is said to describe the decay better.
+        further_law_left: f64 = 0.5, source "chosen by simulation", moves "warnings";
+        /// Difference of BIC above which it is.
+        further_law_bic: f64 = 10.0, source "very strong evidence on the scale of Kass and Raftery (1995)",
+            moves "warnings";
+        /// Part of the decay that it must describe at least.
+        further_law_window: f64 = 0.9, source "a shorter decay is easier to describe", moves "warnings";
     }
 }
 

@@ -2,7 +2,7 @@
 
 use crate::inference::least_squares::{Fit, LeastSquares, Normal};
 use crate::motion::decay::amplitude::sliding_gain;
-use crate::motion::decay::parameters::by_parameters;
+use crate::motion::decay::parameters::{by_parameters, shapes_exist};
 use crate::motion::decay::path::{AmplitudePath, CARRIED};
 
 pub(crate) use crate::motion::decay::parameters::{A0, DELTA, DRAG, X_F, law_of};
@@ -126,7 +126,7 @@ impl LeastSquares for EnvelopeProblem {
 
     fn normal(&self, p: &[f64], out: &mut Normal) -> bool {
         out.clear();
-        if !(p[A0] > 0.0) {
+        if !(p[A0] > 0.0 && shapes_exist(p)) {
             return false;
         }
         self.walk(p, |j, amplitude, by| {
@@ -140,6 +140,7 @@ impl LeastSquares for EnvelopeProblem {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::motion::decay::path::SHAPE;
 
     fn problem(backbone: [f64; 2], squared: bool) -> EnvelopeProblem {
         let elapsed: Vec<f64> = (0..60).map(|i| 0.13 * i as f64 + 0.01 * (i % 3) as f64).collect();
@@ -159,8 +160,13 @@ mod tests {
     fn check(problem: &EnvelopeProblem, terms: [f64; 4], further: f64, tolerance: f64) {
         let mut p = [0.0; COUNT];
         p[..4].copy_from_slice(&terms);
-        p[4..FLOOR].fill(further);
+        p[4..SHAPE].fill(further);
+        p[SHAPE..FLOOR].fill(1.5);
         for k in 0..FLOOR {
+            if k >= SHAPE && further == 0.0 {
+                // Without a loss its shape changes nothing.
+                continue;
+            }
             let h = 1e-5 * p[k].abs().max(1e-2);
             let (mut up, mut down) = (p, p);
             up[k] += h;

@@ -17,6 +17,8 @@ mod envelope;
 mod evidence;
 mod few_cycles;
 mod fitted;
+mod free_law;
+mod further_laws;
 mod hypotheses;
 pub(crate) mod lowpass;
 mod measured;
@@ -45,5 +47,6 @@ pub use direct::{
     fit_waveform,
 };
 pub use fitted::FittedMotion;
-pub use options::{LowPass, Options};
+pub use free_law::{FreeLaw, FreeLossPoint};
+pub use options::{LawOption, LowPass, Options};
 pub use window::{EndReason, StartReason};

@@ -19,6 +19,8 @@ pub struct Options {
     pub band_hz: Option<[f64; 2]>,
     /// Report this model, whichever the data prefer.
     pub model: Option<LossModel>,
+    /// Draw the loss against the amplitude without a model as well.
+    pub law: Option<LawOption>,
     /// Low-pass of the lock-in amplifier that recorded the amplitude.
     pub lockin: Option<LowPass>,
     /// Frequency of the oscillation, Hz, for records that do not show it (a
@@ -27,6 +29,40 @@ pub struct Options {
     pub frequency_hz: Option<f64>,
     /// Mechanical constant that turns displacements into forces.
     pub calibration: Option<Calibration>,
+}
+
+/// What a law without a model may be.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+#[cfg_attr(feature = "serde", derive(serde::Serialize), serde(rename_all = "lowercase"))]
+#[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
+#[non_exhaustive]
+pub enum LawOption {
+    /// Any smooth loss.
+    Free,
+    /// A loss that grows with the amplitude.
+    Rising,
+}
+
+impl LawOption {
+    /// Every one.
+    pub const ALL: &[LawOption] = &[Self::Free, Self::Rising];
+
+    /// Its name in options.
+    pub const fn name(self) -> &'static str {
+        match self {
+            Self::Free => "free",
+            Self::Rising => "rising",
+        }
+    }
+}
+
+impl std::str::FromStr for LawOption {
+    type Err = String;
+
+    fn from_str(text: &str) -> Result<Self, String> {
+        let found = Self::ALL.iter().find(|law| law.name() == text);
+        found.copied().ok_or_else(|| format!("no law `{text}`; one of free, rising"))
+    }
 }
 
 /// A lock-in's output filter: `order` equal first-order stages.

@@ -14,6 +14,7 @@ use crate::inference::Z_95;
 use crate::inference::model_selection::ModelFit;
 use crate::inference::profile::Profile;
 use crate::model::loss::LossTerm;
+use crate::motion::decay::parameters::shape_slot;
 use crate::{Quantity, SignalKind};
 use std::f64::consts::TAU;
 
@@ -71,6 +72,35 @@ fn loss_term(e: &Evidence, chosen: &ModelFit, term: LossTerm) -> Quantity {
     non_negative(found, present, Parameter::Loss(term).unit(e.record.unit()))
 }
 
+/// The parameter of the shape of a loss term, where the chosen model has one: its interval is the profile's,
+/// within the limits.
+fn shape(e: &Evidence, chosen: &ModelFit, term: LossTerm) -> Option<(Parameter, Quantity)> {
+    let (slot_of, shape) = shape_slot(term).zip(term.shape_parameter())?;
+    let parameter: Parameter = shape.name.parse().ok()?;
+    let fit = &chosen.bounded;
+    if !chosen.model.has(term) || !fit.free.contains(&slot_of) {
+        return None;
+    }
+    let others: Vec<usize> = chosen.model.terms().map(slot).collect();
+    let profile = Profile {
+        problem: e.fit.problem.least_squares(),
+        fit,
+        unbounded: fit,
+        noise: e.fit.comparison.noise,
+        range: shape.range,
+        non_negative: &others,
+    };
+    let found = profile.two_sided(slot_of, true);
+    let quantity = Quantity {
+        value: found.value,
+        std_error: known_error(found.std_error),
+        interval_95: found.interval.map(|v| v.clamp(shape.range[0], shape.range[1])),
+        unbounded_value: found.unbounded,
+        unit: parameter.unit(e.record.unit()),
+    };
+    Some((parameter, quantity))
+}
+
 /// The first amplitude; with a loss at its limit or near it the interval is the profile's.
 fn initial_amplitude(e: &Evidence, chosen: &ModelFit) -> Quantity {
     let (noise, unit) = (e.fit.comparison.noise, e.record.unit());
@@ -117,6 +147,9 @@ pub(crate) fn parameters(e: &Evidence, chosen: &ModelFit, omega: f64) -> Paramet
     for term in e.fit.comparison.terms() {
         if !matches!(term, LossTerm::Viscous | LossTerm::Sliding) {
             list.set(Parameter::Loss(term), loss_term(e, chosen, term));
+        }
+        if let Some((parameter, quantity)) = shape(e, chosen, term) {
+            list.set(parameter, quantity);
         }
     }
     if known {

@@ -48,6 +48,10 @@ pub(crate) fn warnings(e: &Evidence, answer: &Answer) -> Vec<Warning> {
     if excess > criteria.misfit {
         list.push(Warning::ModelMisfit { ratio: excess.sqrt(), misfit: answer.diagnostics.misfit });
     }
+    if e.options.law.is_some() && answer.free_law.is_none() {
+        let (amplitudes, needed) = (e.measured.points.len(), e.criteria.free_law.least_points);
+        list.push(Warning::NoFreeLaw { amplitudes, needed });
+    }
     if e.measured.window.end_reason == EndReason::SlowTail {
         let end = answer.segment.end_s;
         list.push(Warning::SlowTail {

@@ -1,6 +1,6 @@
 //! Every sample of a window against the exact motion.
 
-use super::compare::{Search, WholeLoss, compare, loss_parameters, slot};
+use super::compare::{Search, WholeLoss, compare, loss_parameters, offer, slots};
 use super::criteria::Criteria;
 use super::envelope::{A0, DELTA, DRAG, X_F, law_of};
 use super::measured::MeasuredDecay;
@@ -79,7 +79,8 @@ fn fit_with_rest<'a>(
     let losses = loss_parameters(asked);
     // What no other term or disturbance may explain first.
     let basic: Vec<usize> =
-        [A0, X_F, DELTA].into_iter().chain(LossTerm::further_of(asked).map(slot)).collect();
+        [A0, X_F, DELTA].into_iter().chain(LossTerm::further_of(asked).flat_map(slots)).collect();
+    start = offer(&start, asked);
     let n = range.len();
     let origin = samples.time[range.start];
     let duration = samples.time[range.end - 1] - origin;
@@ -126,7 +127,8 @@ fn fit_with_rest<'a>(
     let mut noise = NoiseModel::white(n as f64);
     let p = &fit.parameters;
     let least = LEAST_DECAY / duration;
-    let decay_rate = (p[DELTA] + 2.0 * p[OMEGA] * p[X_F] / (PI * p[A0])).max(least);
+    let further = law_of(p, p[OMEGA]).further_rate(p[A0]) / p[A0];
+    let decay_rate = (p[DELTA] + 2.0 * p[OMEGA] * p[X_F] / (PI * p[A0]) + further).max(least);
     let whole = WholeLoss::new(decay_rate, p[A0], p[OMEGA]);
     // A fit that leaves no more than the noise is hardly a side minimum, unless swings are few.
     let excess = fit.rss / n as f64 / measured.noise_rms.powi(2);

@@ -35,8 +35,26 @@ pub(crate) trait Loss {
     /// Relative fall of the loss over the relative rise of the frequency with amplitude, for a
     /// spring `k (x + alpha x³)` to first order in alpha, both at the amplitude of the fundamental.
     const BACKBONE: f64;
+    /// A parameter of the shape that is fitted besides the coefficient; none where the shape is fixed.
+    const SHAPE: Option<ShapeParameter> = None;
     /// Shape of the loss, `g(A)`, for an amplitude `A >= 0`.
     fn shape(amplitude: f64) -> f64;
     /// Its derivative, `dg/dA`.
     fn shape_derivative(amplitude: f64) -> f64;
+    /// Where the shape has a parameter `s`, the loss is `c A0 G(A/A0; s)` with the initial amplitude `A0`:
+    /// `G(u; s)` and its derivatives by `u` and by `s`.
+    fn relative(_u: f64, _s: f64) -> [f64; 3] {
+        [0.0; 3]
+    }
+}
+
+/// A parameter of the shape of a loss.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub(crate) struct ShapeParameter {
+    /// Its name as a parameter of the answer.
+    pub(crate) name: &'static str,
+    /// Its limits, both above zero: at zero a fit has no such term.
+    pub(crate) range: [f64; 2],
+    /// Where the search for it begins.
+    pub(crate) starts: &'static [f64],
 }

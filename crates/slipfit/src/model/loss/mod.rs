@@ -8,13 +8,15 @@ mod cubic;
 mod drag;
 mod kind;
 mod model;
+mod power;
 mod sliding;
 mod viscous;
 
 use cubic::Cubic;
 use drag::Drag;
-use kind::Loss;
+use kind::{Loss, ShapeParameter};
 pub use model::LossModel;
+use power::Power;
 use sliding::Sliding;
 use viscous::Viscous;
 
@@ -83,6 +85,16 @@ macro_rules! loss_terms {
                 match self { $(LossTerm::$term => <$term as Loss>::UNIT),+ }
             }
 
+            /// The parameter of its shape.
+            pub(crate) const fn shape_parameter(self) -> Option<ShapeParameter> {
+                match self { $(LossTerm::$term => <$term as Loss>::SHAPE),+ }
+            }
+
+            /// Shape over the initial amplitude, given the parameter of the shape; its derivatives.
+            pub(crate) fn relative(self, u: f64, s: f64) -> [f64; 3] {
+                match self { $(LossTerm::$term => $term::relative(u, s)),+ }
+            }
+
             /// Shape of the loss, `g(A)` in `dA/dt = -c g(A)`.
             pub(crate) fn shape(self, amplitude: f64) -> f64 {
                 match self { $(LossTerm::$term => $term::shape(amplitude)),+ }
@@ -99,7 +111,29 @@ macro_rules! loss_terms {
 /// Number of loss terms behind viscous, sliding and drag loss in [`LossTerm::ALL`].
 pub(crate) const FURTHER: usize = LossTerm::ALL.len() - 3;
 
+/// Number of loss terms with a parameter of their shape; they are the last of the list.
+pub(crate) const SHAPED: usize = {
+    let (mut count, mut i) = (0, 0);
+    while i < LossTerm::ALL.len() {
+        if LossTerm::ALL[i].is_shaped() {
+            count += 1;
+        }
+        i += 1;
+    }
+    count
+};
+
 impl LossTerm {
+    /// Whether its shape has a parameter that is fitted. Such a loss is fitted to free decays alone.
+    pub const fn is_shaped(self) -> bool {
+        self.shape_parameter().is_some()
+    }
+
+    /// The loss terms whose shape has a parameter.
+    pub(crate) fn shaped() -> &'static [LossTerm] {
+        &Self::ALL[Self::ALL.len() - SHAPED..]
+    }
+
     /// The loss terms behind viscous, sliding and drag loss: no fit needs to know which they are.
     pub(crate) fn further() -> &'static [LossTerm] {
         &Self::ALL[Self::ALL.len() - FURTHER..]
@@ -122,6 +156,7 @@ loss_terms! {
     Sliding: "Sliding (Coulomb, dry) friction: a force of constant size.",
     Drag: "Loss proportional to the square of velocity.",
     Cubic: "Nonlinear damping, proportional to the cube of the amplitude.",
+    Power: "Loss by a power of the amplitude that is fitted.",
 }
 
 #[cfg(test)]
@@ -154,6 +189,26 @@ mod tests {
         off(LossTerm::Viscous, backbone_of(|_, v| v));
         off(LossTerm::Sliding, backbone_of(|_, v| v.signum()));
         off(LossTerm::Drag, backbone_of(|_, v| v * v.abs()));
+    }
+
+    #[test]
+    fn shapes_with_a_parameter_are_last_and_have_their_derivatives() {
+        assert!(LossTerm::ALL.iter().rev().take(SHAPED).all(|t| t.is_shaped()));
+        for &term in LossTerm::shaped() {
+            let parameter = term.shape_parameter().expect("has one");
+            assert!(parameter.range[0] > 0.0 && !term.is_compared());
+            for &s in parameter.starts {
+                assert!((parameter.range[0]..=parameter.range[1]).contains(&s));
+                for u in [0.05, 0.3, 0.9, 1.0] {
+                    let h = 1e-6;
+                    let [_, by_u, by_s] = term.relative(u, s);
+                    let numeric = |a: [f64; 3], b: [f64; 3]| (a[0] - b[0]) / (2.0 * h);
+                    let u_off = (by_u - numeric(term.relative(u + h, s), term.relative(u - h, s))).abs();
+                    let s_off = (by_s - numeric(term.relative(u, s + h), term.relative(u, s - h))).abs();
+                    assert!(u_off < 1e-7 && s_off < 1e-7, "{} at {u}, {s}: {u_off}, {s_off}", term.name());
+                }
+            }
+        }
     }
 
     #[test]

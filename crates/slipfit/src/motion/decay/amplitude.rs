@@ -2,7 +2,7 @@
 
 use crate::error::Error;
 pub(crate) use crate::model::loss::FURTHER;
-use crate::model::loss::LossTerm;
+use crate::model::loss::{LossTerm, SHAPED};
 use crate::model::oscillator::{Oscillator, at_least_zero};
 use crate::numeric::quadrature::integrate;
 use std::f64::consts::PI;
@@ -52,6 +52,8 @@ pub struct AmplitudeLaw {
     pub(crate) a2: f64,
     /// Coefficients of the further terms. They have no closed form: the law is integrated.
     pub(crate) further: [f64; FURTHER],
+    /// Parameters of their shapes, zero where there is no such term.
+    pub(crate) shapes: [f64; SHAPED],
 }
 
 impl AmplitudeLaw {
@@ -69,7 +71,7 @@ impl AmplitudeLaw {
 
     /// The same of any rates, as a fit may try them.
     pub(crate) fn from_rates(initial: f64, [a0, a1, a2]: [f64; 3]) -> Self {
-        Self { initial, a0, a1, a2, further: [0.0; FURTHER] }
+        Self { initial, a0, a1, a2, further: [0.0; FURTHER], shapes: [0.0; SHAPED] }
     }
 
     /// From an oscillator, its drag rate `a2` (per s and displacement), and the initial amplitude.
@@ -103,14 +105,35 @@ impl AmplitudeLaw {
 
     /// Loss by the further terms at an amplitude.
     pub(crate) fn further_rate(&self, amplitude: f64) -> f64 {
-        self.further.iter().zip(further_shapes(amplitude)).map(|(c, shape)| c * shape).sum()
+        self.further.iter().zip(self.further_shapes(amplitude)).map(|(c, shape)| c * shape).sum()
     }
 
     /// Derivative of the loss by the amplitude.
     pub(crate) fn rate_slope(&self, amplitude: f64) -> f64 {
         let closed = self.a1 + 2.0 * amplitude * self.a2;
         let terms = self.further.iter().zip(LossTerm::further());
-        terms.fold(closed, |sum, (c, term)| sum + c * term.shape_derivative(amplitude.max(0.0)))
+        let fixed = terms.take(FURTHER - SHAPED);
+        let fixed = fixed.fold(closed, |sum, (c, term)| sum + c * term.shape_derivative(amplitude.max(0.0)));
+        let shaped = self.further[FURTHER - SHAPED..].iter().enumerate().filter(|(_, c)| **c != 0.0);
+        shaped.fold(fixed, |sum, (k, c)| sum + c * self.relative(k, amplitude)[1])
+    }
+
+    /// Shape over the initial amplitude of the `k`-th loss whose shape has a parameter, and its derivatives
+    /// by the amplitude over the initial one and by the parameter; zeros where there is no such term.
+    pub(super) fn relative(&self, k: usize, amplitude: f64) -> [f64; 3] {
+        let s = self.shapes[k];
+        if s == 0.0 || !(self.initial > 0.0) {
+            return [0.0; 3];
+        }
+        LossTerm::shaped()[k].relative(amplitude.max(0.0) / self.initial, s)
+    }
+
+    /// Shapes `g(A)` of the further loss terms.
+    pub(super) fn further_shapes(&self, amplitude: f64) -> [f64; FURTHER] {
+        std::array::from_fn(|k| match k.checked_sub(FURTHER - SHAPED) {
+            None => LossTerm::further()[k].shape(amplitude.max(0.0)),
+            Some(shaped) => self.initial * self.relative(shaped, amplitude)[0],
+        })
     }
 
     /// Whether the closed form is the whole law.
@@ -122,7 +145,7 @@ impl AmplitudeLaw {
     pub(crate) fn shares(&self, amplitude: f64) -> [f64; 3] {
         let parts = self.losses(amplitude).map(|p| p.max(0.0));
         let further =
-            self.further.iter().zip(further_shapes(amplitude)).map(|(c, shape)| (c * shape).max(0.0));
+            self.further.iter().zip(self.further_shapes(amplitude)).map(|(c, shape)| (c * shape).max(0.0));
         let total: f64 = parts.iter().sum::<f64>() + further.sum::<f64>();
         parts.map(|p| if total > 0.0 { p / total } else { 0.0 })
     }
@@ -215,11 +238,6 @@ impl AmplitudeLaw {
     pub fn stop_time_s(&self) -> Option<f64> {
         if self.a0 <= 0.0 && self.initial > 0.0 { None } else { self.time_to(0.0) }
     }
-}
-
-/// Shapes `g(A)` of the further loss terms.
-pub(super) fn further_shapes(amplitude: f64) -> [f64; FURTHER] {
-    std::array::from_fn(|k| LossTerm::further()[k].shape(amplitude.max(0.0)))
 }
 
 /// One step of `dA/dt = -rate(A)`: the classical Runge-Kutta rule over the step and over its

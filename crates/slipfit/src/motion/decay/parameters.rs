@@ -2,7 +2,8 @@
 //! phase, the offset.
 
 use super::amplitude::{AmplitudeLaw, sliding_gain};
-use super::path::CARRIED;
+use super::path::{CARRIED, SHAPE};
+use crate::model::loss::LossTerm;
 
 /// Amplitude at the start.
 pub(crate) const A0: usize = 0;
@@ -29,7 +30,22 @@ pub(crate) const COUNT: usize = OFFSET + 3;
 pub(crate) fn law_of(p: &[f64], omega: f64) -> AmplitudeLaw {
     let [gain, ..] = sliding_gain(p[DELTA], omega);
     let further = std::array::from_fn(|k| p[DRAG + 1 + k]);
-    AmplitudeLaw { further, ..AmplitudeLaw::from_rates(p[A0], [gain * p[X_F], p[DELTA], p[DRAG]]) }
+    let shapes = std::array::from_fn(|k| p[SHAPE + k]);
+    AmplitudeLaw { further, shapes, ..AmplitudeLaw::from_rates(p[A0], [gain * p[X_F], p[DELTA], p[DRAG]]) }
+}
+
+/// Where the parameter of the shape of a loss stands.
+pub(crate) fn shape_slot(term: LossTerm) -> Option<usize> {
+    LossTerm::shaped().iter().position(|t| *t == term).map(|k| SHAPE + k)
+}
+
+/// Whether the parameters of the shapes of losses lie within their limits.
+pub(crate) fn shapes_exist(p: &[f64]) -> bool {
+    let within = |(s, term): (&f64, &LossTerm)| {
+        let range = term.shape_parameter().map_or([0.0; 2], |shape| shape.range);
+        *s == 0.0 || (range[0]..=range[1]).contains(s)
+    };
+    p[SHAPE..CARRIED].iter().zip(LossTerm::shaped()).all(within)
 }
 
 /// Derivatives by A0, x_F, delta, drag and further terms from those by A0, a0, a1, a2 …

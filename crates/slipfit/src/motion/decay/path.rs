@@ -1,10 +1,13 @@
 //! The amplitude followed from point to point with its derivatives by start and loss terms.
 
-use super::amplitude::{self, AmplitudeLaw, FURTHER, exp_share, further_shapes, integrate_step};
-use crate::model::loss::LossTerm;
+use super::amplitude::{self, AmplitudeLaw, FURTHER, exp_share, integrate_step};
+use crate::model::loss::{LossTerm, SHAPED};
 
-/// Derivatives carried: by the start, `a0`, `a1`, `a2` and the further terms.
-pub(crate) const CARRIED: usize = 4 + FURTHER;
+/// Derivatives carried: by the start, `a0`, `a1`, `a2`, the further terms and the parameters of shapes.
+pub(crate) const CARRIED: usize = SHAPE + SHAPED;
+
+/// Where the parameters of the shapes stand.
+pub(crate) const SHAPE: usize = 4 + FURTHER;
 
 /// Longest step of the closed law, over the time in which the loss changes.
 const STEP: f64 = 0.3;
@@ -12,7 +15,10 @@ const STEP: f64 = 0.3;
 const MOST_PARTS: f64 = 64.0;
 
 /// One number for each loss term: sliding, viscous, drag and the further terms.
-pub(crate) type PerTerm = [f64; CARRIED - 1];
+pub(crate) type PerTerm = [f64; TERMS];
+
+/// Number of loss terms.
+const TERMS: usize = 3 + FURTHER;
 
 /// Factors on the loss terms of an oscillator whose frequency differs by the relative `shift` at
 /// the present amplitude.
@@ -94,7 +100,7 @@ impl AmplitudePath {
         let s = amplitude * amplitude;
         let shift = s * (self.backbone[0] + s * self.backbone[1]);
         if shift == 0.0 {
-            return (self.law, [1.0; CARRIED - 1]);
+            return (self.law, [1.0; TERMS]);
         }
         let f = backbone_factors(shift);
         (shifted(&self.law, &f), f)
@@ -142,12 +148,7 @@ impl AmplitudePath {
         let before = self.amplitude;
         let middle = before * e_half - self.law.a0 * g_half;
         self.amplitude = before * step.e - self.law.a0 * step.g;
-        self.carry(
-            [before, middle, self.amplitude],
-            step.duration,
-            [step.e, e_half, 1.0],
-            [1.0; CARRIED - 1],
-        );
+        self.carry([before, middle, self.amplitude], step.duration, [step.e, e_half, 1.0], [1.0; TERMS]);
     }
 
     /// One step of any law, its terms taken as those in the middle.
@@ -179,10 +180,31 @@ impl AmplitudePath {
             self.by[k + 1] -= factors[k] * simpson(duration, slopes, shapes[k]);
         }
         if self.with_further {
-            let shapes = points.map(further_shapes);
-            for (k, by) in self.by[4..].iter_mut().enumerate() {
+            let shapes = points.map(|a| self.law.further_shapes(a));
+            for (k, by) in self.by[4..SHAPE].iter_mut().enumerate() {
                 *by -= factors[3 + k] * simpson(duration, slopes, shapes.map(|s| s[k]));
             }
+            self.carry_shapes(points, duration, slopes, factors);
+        }
+    }
+}
+
+impl AmplitudePath {
+    /// The derivatives by the parameters of shapes, and what the losses with one add to that by the start,
+    /// to which they refer: `d/dA0 [A0 G(A/A0)] = G - u G'`.
+    fn carry_shapes(&mut self, points: [f64; 3], duration: f64, slopes: [f64; 3], factors: PerTerm) {
+        for k in 0..SHAPED {
+            let term = FURTHER - SHAPED + k;
+            let coefficient = factors[3 + term] * self.law.further[term];
+            if self.law.shapes[k] == 0.0 || coefficient == 0.0 {
+                continue;
+            }
+            let initial = self.law.initial;
+            let shapes = points.map(|a| (a.max(0.0) / initial, self.law.relative(k, a)));
+            let by_start = shapes.map(|(u, [value, by_u, _])| value - u * by_u);
+            let by_parameter = shapes.map(|(_, [.., by_s])| initial * by_s);
+            self.by[0] -= coefficient * simpson(duration, slopes, by_start);
+            self.by[SHAPE + k] -= coefficient * simpson(duration, slopes, by_parameter);
         }
     }
 }

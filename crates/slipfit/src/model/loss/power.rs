@@ -1,0 +1,61 @@
+//! Loss by a power of the amplitude that is fitted.
+
+use super::kind::{Loss, ShapeParameter};
+use crate::model::unit::UnitRule;
+
+/// A loss by a power of the amplitude, the exponent a parameter: `dA/dt = -a_n A^n`, written with the
+/// amplitude `A0` at the start as `-r A0 (A/A0)^n`, so that the rate `r` is in 1/s whatever `n` is and
+/// `a_n = r A0^(1-n)`.
+///
+/// Sliding friction is `n = 0`, viscous damping `n = 1`, quadratic drag `n = 2`. A force `c |v|^n` gives
+/// `a_n = (2 c omega^(n-1)/(pi m)) ∫_0^(pi/2) sin^(n+1)`; hysteresis of materials and joints has powers in
+/// between (a loss per cycle `~ A^m` of the energy is `n = m - 1`). Below the amplitudes measured the law says
+/// nothing: `n < 1` ends in finite time, `n > 1` never.
+///
+/// Source: the average of a power of the velocity over a cycle, as in B. J. Lazan (1968), Damping of Materials
+/// and Members in Structural Mechanics, whose damping energy is a power of the stress.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub(crate) struct Power;
+
+/// Least amplitude over the first at which the slope is taken: below it that of `n < 1` has no bound.
+const LEAST: f64 = 1e-3;
+
+impl Loss for Power {
+    const NAME: &'static str = "power";
+    const COEFFICIENT: &'static str = "power_rate_per_s";
+    const LABEL: &'static str = "power-law rate";
+    const SYMBOL: &'static str = "r_n";
+    const UNIT: UnitRule = UnitRule::Fixed("1/s");
+    const WORDS: &'static str = "a loss by a power of the amplitude";
+    const METHOD: Option<[&'static str; 3]> = Some([
+        "Loss by a power of the amplitude",
+        "dA/dt = −r A_0 (A/A_0)^n,   n = 0 sliding, 1 viscous, 2 drag",
+        "The exponent is fitted with the rate; A_0 is the initial amplitude. Averaged over a cycle, as in Lazan (1968).",
+    ]);
+    const COMPARED: bool = false;
+    const FREQUENCY_POWER: i32 = 0;
+    const BACKBONE: f64 = 1.0;
+    const SHAPE: Option<ShapeParameter> = Some(ShapeParameter {
+        name: "loss_exponent",
+        range: [1e-3, 4.0],
+        starts: &[0.3, 0.6, 1.5, 2.5, 3.5],
+    });
+
+    /// At `n = 3/2`.
+    fn shape(amplitude: f64) -> f64 {
+        amplitude * amplitude.max(0.0).sqrt()
+    }
+
+    fn shape_derivative(amplitude: f64) -> f64 {
+        1.5 * amplitude.max(0.0).sqrt()
+    }
+
+    fn relative(u: f64, exponent: f64) -> [f64; 3] {
+        if !(u > 0.0) {
+            return [0.0; 3];
+        }
+        let value = u.powf(exponent);
+        let slope = exponent * u.max(LEAST).powf(exponent - 1.0);
+        [value, slope, value * u.ln()]
+    }
+}
