@@ -261,9 +261,19 @@ pub struct Answer {
     /// The fitted curve, to be evaluated at any frequency.
     #[cfg_attr(feature = "serde", serde(skip))]
     pub fit: FittedCurve,
+    /// Standard errors of the parameters given the terms of the instrument, which belong to the
+    /// correlations; the errors reported count the choice of the terms besides.
+    #[cfg_attr(feature = "serde", serde(skip))]
+    pub(crate) given_terms: Vec<(Parameter, f64)>,
 }
 
 impl Answer {
+    /// The standard error of a parameter given the terms of the instrument.
+    pub(crate) fn error_given_terms(&self, parameter: Parameter) -> Option<f64> {
+        let found = self.given_terms.iter().find(|(known, _)| *known == parameter);
+        found.map(|(_, error)| *error).or_else(|| self.parameter(parameter).map(|q| q.std_error))
+    }
+
     /// The value of a parameter, if the analysis reports it.
     pub fn parameter(&self, parameter: Parameter) -> Option<&Quantity> {
         self.parameters.get(parameter)

@@ -97,6 +97,7 @@ pub(super) fn answer(
         diagnostics: diagnostics(curve, used, d, &points, sigma),
         warnings: Vec::new(),
         unit: used.unit().to_owned(),
+        given_terms: given_terms(used, d, chosen),
         points,
         mean_drive: used.drive().map(|d| d.iter().sum::<f64>() / d.len() as f64),
         fit: FittedCurve {
@@ -110,11 +111,12 @@ pub(super) fn answer(
 }
 
 /// The evidence for sliding friction, other terms of the instrument counted. Where the losses reported
-/// have it, it is not surer than beside those.
+/// have it, it is not surer than beside those; where they have none of it, it is not seen.
 fn evidence(d: &FittedModels, chosen: &ModelFit, shares: [f64; 2]) -> SlidingEvidence {
     let found = sliding_evidence(&d.comparison, chosen, shares);
     let own = d.comparison.sliding_beside(chosen).map_or(found.p_value, |p| p.max(found.p_value));
-    let p_value = averaged::sliding_p_value(d, own);
+    let none = chosen.model.has(LossTerm::Sliding) && !(chosen.bounded.parameters[X_F] > 0.0);
+    let p_value = if none { 1.0 } else { averaged::sliding_p_value(d, own) };
     SlidingEvidence { p_value, detected: found.detected && p_value < d.comparison.criteria.detected, ..found }
 }
 
@@ -199,6 +201,18 @@ fn moved(e: Estimate, by: f64, most: f64) -> Estimate {
 /// width say one thing less than there are parameters.
 fn bends(d: &FittedModels) -> bool {
     d.source != DriveSource::Known || d.problem.prior.is_some()
+}
+
+/// Standard errors of what a series compares, as if no other terms of the instrument were possible.
+fn given_terms(used: &Curve, d: &FittedModels, chosen: &ModelFit) -> Vec<(Parameter, f64)> {
+    let frequency =
+        symmetric(d.comparison.noise, &chosen.bounded, OMEGA, [1.0 / TAU, d.problem.centre], "Hz");
+    vec![
+        (Parameter::NaturalFrequency, frequency.std_error),
+        (Parameter::DECAY_RATE, loss_term(d, chosen, LossTerm::Viscous, used.unit()).std_error),
+        (Parameter::FRICTION_DISPLACEMENT, loss_term(d, chosen, LossTerm::Sliding, used.unit()).std_error),
+        (Parameter::DriveAmplitude, drive_amplitude(d, chosen, used.unit()).std_error),
+    ]
 }
 
 fn parameters(used: &Curve, options: &Options, d: &FittedModels, chosen: &ModelFit) -> Parameters {

@@ -177,7 +177,13 @@ fn asked_and_both<A: Clone>(
 /// Values and covariance out of an answer.
 fn speak(measurement: usize, scale: f64, answer: &SingleAnswer) -> Result<SolvedMeasurement, &'static str> {
     const PAIR: [Parameter; 2] = [Parameter::DECAY_RATE, Parameter::FRICTION_DISPLACEMENT];
-    let get = |parameter: Parameter| answer.parameters().get(parameter).cloned();
+    let get = |parameter: Parameter| {
+        let mut quantity = answer.parameters().get(parameter).cloned()?;
+        if let SingleAnswer::Sweep(a) = answer {
+            quantity.std_error = a.error_given_terms(parameter)?;
+        }
+        Some(quantity)
+    };
     let delta = get(PAIR[0]).ok_or("it gives no decay rate")?;
     let x_f = get(PAIR[1]).ok_or("it gives no friction displacement")?.scaled(scale, "");
     let rho = match answer {

@@ -46,7 +46,8 @@ pub(super) fn references(said: &[SolvedMeasurement], measurements: &[Measurement
         let drive = answer.parameter(Parameter::DriveAmplitude)?;
         // No sweep knows less than its reference; where it says so, their noise was judged differently.
         let widest = sweeps.iter().filter_map(|s| s.drive).map(|d| d.0[1]).fold(0.0, f64::max);
-        let std_error = (drive.std_error * scale).max(widest);
+        let own = answer.error_given_terms(Parameter::DriveAmplitude)?;
+        let std_error = (own * scale).max(widest);
         let determined = std_error > 0.0 && std_error.is_finite();
         determined.then_some(Reference { value: drive.value * scale, std_error, sweeps: sweeps.len() })
     };
