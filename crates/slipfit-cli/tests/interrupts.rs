@@ -49,10 +49,8 @@ fn one_long_analysis_ends_and_leaves_nothing() {
     let folder = tempfile::tempdir().unwrap();
     let files: Vec<String> = (0..12).map(|i| format!("{i:02}.csv")).collect();
     files.iter().enumerate().for_each(|(i, f)| noise(&folder.path().join(f), i as u64));
-    let manifest: String = files
-        .iter()
-        .map(|f| format!("[[measurement]]\nsweep = \"{f}\"\ncondition = \"{f}\"\n"))
-        .collect();
+    let manifest: String =
+        files.iter().map(|f| format!("[[measurement]]\nsweep = \"{f}\"\ncondition = \"{f}\"\n")).collect();
     fs::write(folder.path().join("all.toml"), manifest).unwrap();
     let before = names(folder.path());
     let child = start(folder.path(), &["series", "all.toml", "--json", "out.json", "--html", "out.html"]);
