@@ -1,5 +1,5 @@
 //! What every target does with its bytes: read them in every way there is, and hold the memory
-//! that takes to a multiple of them.
+//! that takes to a multiple of them; or analyse the numbers they make.
 //!
 //! A checksum or a compressor keeps changed bytes from the reader behind it, so the packed
 //! formats have a way in which the bytes are packed first.
@@ -7,6 +7,10 @@
 use std::io::{Cursor, Write as _};
 use std::panic;
 use std::sync::Once;
+
+/// Hostile numbers for the analyses, as the core's property tests make them.
+#[path = "../../crates/slipfit/tests/hostile/mod.rs"]
+mod numbers;
 
 use peak_alloc::PeakAlloc;
 use slipfit_io::{ReadOptions, read_from, read_sweep_from, read_tables_from};
@@ -84,6 +88,26 @@ pub fn xlsx(bytes: &[u8]) {
         "xl/_rels/workbook.xml.rels",
     ];
     members(bytes, &PARTS);
+}
+
+/// Analyses the ring-down that these bytes make.
+pub fn ringdown(bytes: &[u8]) {
+    numbers::ringdown(bytes);
+}
+
+/// Analyses the resonance curve that these bytes make.
+pub fn resonance(bytes: &[u8]) {
+    numbers::resonance(bytes);
+}
+
+/// Analyses the drive levels that these bytes make.
+pub fn levels(bytes: &[u8]) {
+    numbers::levels(bytes);
+}
+
+/// Analyses the series of measurements that these bytes make.
+pub fn series(bytes: &[u8]) {
+    numbers::series(bytes);
 }
 
 /// Splits the bytes at `\0\0\0\0` into the members of an archive.

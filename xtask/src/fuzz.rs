@@ -1,6 +1,7 @@
-//! `cargo xtask fuzz`: files of every format, changed at random where that reaches new code.
+//! `cargo xtask fuzz`: files of every format and numbers for every analysis, changed at random where
+//! that reaches new code.
 //!
-//! The targets are `fuzz/targets`, one a format, driven by libFuzzer. What they start from is in
+//! The targets are `fuzz/targets`, one a format or an analysis, driven by libFuzzer. What they start from is in
 //! `validation/reference` and `fuzz/corpus`; what they find is kept in `target/fuzz`.
 
 use std::fs;
@@ -17,8 +18,9 @@ const FLAGS: &str = "-Cpasses=sancov-module -Cllvm-args=-sanitizer-coverage-leve
     -Cllvm-args=-sanitizer-coverage-inline-8bit-counters -Cllvm-args=-sanitizer-coverage-pc-table \
     -Cllvm-args=-sanitizer-coverage-trace-compares -Coverflow-checks -Ccodegen-units=8";
 
-/// The targets and what each starts from: names of files in [`SEEDS`] hold one of these.
-const TARGETS: [(&str, &[&str]); 25] = [
+/// The targets and what each starts from: names of files in [`SEEDS`] hold one of these. Analyses
+/// start from nothing: any bytes are numbers.
+const TARGETS: [(&str, &[&str]); 29] = [
     ("arrow", &[".arrow", ".feather"]),
     ("capstone", &["capstone"]),
     ("gzip", &[".gz"]),
@@ -26,6 +28,7 @@ const TARGETS: [(&str, &[&str]); 25] = [
     ("keysight", &["keysight"]),
     ("klipper", &["klipper"]),
     ("labone", &["labone"]),
+    ("levels", &[]),
     ("mat5", &["cells.mat", "integers.mat", "packed.mat", "struct.mat", "vectors.mat"]),
     ("moku", &["moku"]),
     ("nanonis", &["nanonis"]),
@@ -36,6 +39,9 @@ const TARGETS: [(&str, &[&str]); 25] = [
     ("parquet", &[".parquet"]),
     ("phyphox_text", &["phyphox_"]),
     ("phyphox_zip", &["phyphox.zip"]),
+    ("resonance", &[]),
+    ("ringdown", &[]),
+    ("series", &[]),
     ("siglent", &["siglent"]),
     ("touchstone", &[".s1p", ".s2p"]),
     ("tracker_text", &["tracker_"]),
@@ -208,11 +214,12 @@ impl Target<'_> {
         };
         let covered = said.lines().rev().find_map(|l| l.split(" cov: ").nth(1)?.split(' ').next());
         let line = format!(
-            "{}: {} files, {} places of the code, {} MB at most",
+            "{}: {} inputs, {} places of the code, {} MB and {} s at most",
             self.name,
             number("number_of_executed_units"),
             covered.unwrap_or("?"),
             number("peak_rss_mb"),
+            number("slowest_unit_time_sec"),
         );
         if output.status.success() {
             return Ok(line);

@@ -1,10 +1,13 @@
-//! Interrupts (Ctrl-C): a half-written file is removed; a run over many files finishes those it has begun.
+//! Interrupts (Ctrl-C): a half-written file is removed; a run over many files finishes those it has begun,
+//! where that takes no longer than a second.
 
 use crate::failure::Failure;
 use std::path::{Path, PathBuf};
 use std::process::exit;
 use std::sync::atomic::{AtomicBool, Ordering};
 use std::sync::{Mutex, OnceLock, PoisonError};
+use std::thread::sleep;
+use std::time::{Duration, Instant};
 
 /// Exit status after an interrupt, as shells have it: 128 and the signal's number.
 pub(crate) const INTERRUPTED: u8 = 130;
@@ -12,8 +15,23 @@ pub(crate) const INTERRUPTED: u8 = 130;
 /// Whether the first interrupt only asks for an end.
 static PATIENT: AtomicBool = AtomicBool::new(false);
 static ASKED: AtomicBool = AtomicBool::new(false);
+/// Whether nothing is analysed any more: what is left is quick and makes the outputs whole.
+static CLOSING: AtomicBool = AtomicBool::new(false);
+/// What the files begun may take after an interrupt.
+const PATIENCE: Duration = Duration::from_millis(700);
 /// Files to remove should the program end now.
 static UNFINISHED: Mutex<Vec<PathBuf>> = Mutex::new(Vec::new());
+
+/// From here on an interrupt ends the program with [`INTERRUPTED`], half-written files removed.
+pub(crate) fn begin() {
+    // Without a handler the system ends the program.
+    let _ = handle();
+}
+
+/// The files are done: an interrupt no longer cuts what follows, a second one does.
+pub(crate) fn closing() {
+    CLOSING.store(true, Ordering::SeqCst);
+}
 
 /// From here on an interrupt asks for an end; a second one ends the program at once.
 pub(crate) fn watch() -> Result<(), Failure> {
@@ -29,13 +47,20 @@ pub(crate) fn asked() -> bool {
 fn handle() -> Result<(), String> {
     static HANDLER: OnceLock<Result<(), String>> = OnceLock::new();
     let interrupted = || {
-        if !PATIENT.load(Ordering::SeqCst) || ASKED.swap(true, Ordering::SeqCst) {
-            let unfinished = UNFINISHED.lock().unwrap_or_else(PoisonError::into_inner);
-            for path in unfinished.iter() {
-                let _ = std::fs::remove_file(path);
+        if PATIENT.load(Ordering::SeqCst) && !ASKED.swap(true, Ordering::SeqCst) {
+            let asked = Instant::now();
+            while asked.elapsed() < PATIENCE {
+                if CLOSING.load(Ordering::SeqCst) {
+                    return;
+                }
+                sleep(Duration::from_millis(10));
             }
-            exit(i32::from(INTERRUPTED));
         }
+        let unfinished = UNFINISHED.lock().unwrap_or_else(PoisonError::into_inner);
+        for path in unfinished.iter() {
+            let _ = std::fs::remove_file(path);
+        }
+        exit(i32::from(INTERRUPTED));
     };
     HANDLER.get_or_init(|| ctrlc::set_handler(interrupted).map_err(|e| e.to_string())).clone()
 }

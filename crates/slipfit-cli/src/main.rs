@@ -22,6 +22,7 @@ fn main() -> ExitCode {
         }
     }));
     let cli = args::Cli::parse();
+    interrupt::begin();
     let color = cli.color.into();
     let done = match &cli.command {
         args::Command::Ringdown(args) => command::ringdown::run(args, color),

@@ -112,11 +112,16 @@ pub fn comment(text: &str) -> String {
 }
 
 /// A cell of text in a CSV file. Behind an apostrophe a spreadsheet takes what begins like a
-/// formula (`=`, `+`, `-`, `@`, a tab) for text.
+/// formula (`=`, `+`, `-`, `@`, a tab, blanks before them) for text. Control characters but the end
+/// of a line become blanks: the file may be shown by a terminal.
 pub fn csv(text: &str) -> String {
-    let text =
-        if text.starts_with(['=', '+', '-', '@', '\t', '\r']) { format!("'{text}") } else { text.to_owned() };
-    if text.contains([',', '"', '\n', '\r']) { format!("\"{}\"", text.replace('"', "\"\"")) } else { text }
+    let formula =
+        text.trim_start_matches(|c: char| c.is_whitespace() || c.is_control() || turns_direction(c));
+    let marks = formula.starts_with(['=', '+', '-', '@']) || text.starts_with(['\t', '\r']);
+    let control = |c: char| c.is_control() && c != '\n';
+    let inert = text.replace(control, " ").replace(turns_direction, &REPLACED.to_string());
+    let text = if marks { format!("'{inert}") } else { inert };
+    if text.contains([',', '"', '\n']) { format!("\"{}\"", text.replace('"', "\"\"")) } else { text }
 }
 
 /// For a terminal: no escape sequence, no control character but the end of a line.

@@ -2,6 +2,7 @@
 #![allow(clippy::unwrap_used, reason = "a failed unwrap fails the test, as it should")]
 
 use proptest::prelude::*;
+use proptest::test_runner::RngSeed;
 use slipfit::motion::steady::Phasor;
 use slipfit::motion::steady::fundamental::{Point, fundamental};
 use slipfit::resonance::{Answer, Curve, DriveAmplitude, Options, analyse};
@@ -30,7 +31,7 @@ fn noise() -> impl Strategy<Value = Vec<(f64, f64)>> {
 }
 
 proptest! {
-    #![proptest_config(ProptestConfig::with_cases(48))]
+    #![proptest_config(ProptestConfig { cases: 48, rng_seed: RngSeed::Fixed(1), failure_persistence: None, ..ProptestConfig::default() })]
 
     #[test]
     fn a_resonance_with_any_instrument(

@@ -85,6 +85,7 @@ pub(crate) fn run(task: &Task<'_>, color: ColorChoice) -> Result<ExitCode, Failu
             Ok(Some(row))
         })
         .collect::<Result<Vec<Option<Row>>, Failure>>()?;
+    interrupt::closing();
     bar.finish_and_clear();
     let interrupted = rows.iter().any(Option::is_none);
     // Rows were written as they came; the table has the order of the files.

@@ -97,7 +97,8 @@ pub(crate) fn known_error(std_error: f64) -> f64 {
 /// `Q = omega_0/(2 delta)`, the viscous part only, with `omega_0` for each decay rate; infinite where
 /// no viscous loss is seen.
 pub(crate) fn q_factor(delta: &Quantity, omega_0: impl Fn(f64) -> f64) -> Quantity {
-    let q = |d: f64| if d > 0.0 { omega_0(d) / (2.0 * d) } else { f64::INFINITY };
+    // A rate without a limit: both grow alike.
+    let q = |d: f64| if d > 0.0 { omega_0(d.min(f64::MAX)) / d.min(f64::MAX) / 2.0 } else { f64::INFINITY };
     let value = q(delta.value);
     Quantity {
         value,

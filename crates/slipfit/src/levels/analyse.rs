@@ -43,7 +43,7 @@ struct Line {
 ///
 /// # Errors
 /// [`Error::Parameter`] for an option out of range; [`Error::NoFit`] with fewer than three
-/// moving levels, or with a line that does not rise.
+/// moving levels, with a line that does not rise, or with numbers too far apart for one.
 ///
 /// ```
 /// use slipfit::Parameter;
@@ -98,8 +98,8 @@ pub fn analyse_with(
     let t_variance =
         (c(0, 0) + threshold * threshold * c(1, 1) + 2.0 * threshold * c(0, 1)) / line.slope.powi(2);
     let threshold_std = t_variance.max(0.0).sqrt();
-    let correlation =
-        (-(c(0, 1) + threshold * c(1, 1)) / line.slope) / (slope_std * threshold_std).max(f64::MIN_POSITIVE);
+    let covariance = -(c(0, 1) + threshold * c(1, 1)) / line.slope;
+    let correlation = if threshold_std > 0.0 { covariance / slope_std / threshold_std } else { 0.0 };
     // A negative intercept is a threshold: one-sided.
     let gain = line.intercept * line.intercept / c(0, 0).max(f64::MIN_POSITIVE);
     let p_value = if line.intercept < 0.0 { one_sided(gain, dof) } else { 1.0 };
@@ -110,8 +110,12 @@ pub fn analyse_with(
         ..Quantity::normal(line.slope, slope_std, ratio_unit(levels.unit(), drive_unit))
     };
     let wide = threshold_std * factor;
-    let z = threshold / wide;
-    let [low, high] = bounded_interval(z).map(|v| v * wide);
+    // Points on a line to the last digit leave no uncertainty.
+    let [low, high] = if wide > 0.0 {
+        bounded_interval(threshold / wide).map(|v| v * wide)
+    } else {
+        [threshold.max(0.0); 2]
+    };
     let threshold = Quantity {
         value: threshold.max(0.0),
         std_error: threshold_std,
@@ -172,19 +176,24 @@ pub fn analyse_with(
     {
         warnings.push(Warning::Hysteresis { stuck_at, moving_at: b.moving_from });
     }
+    let residual_rms = (line.rss / weight_moving.iter().sum::<f64>()).sqrt();
+    let figures = [p_value, correlation, residual_rms, bend_p_value].into_iter();
+    let of_points = points.iter().flat_map(|p| [p.std_error, p.fitted]);
+    let of_parameters = parameters
+        .iter()
+        .flat_map(|(_, q)| [q.value, q.std_error, q.unbounded_value, q.interval_95[0], q.interval_95[1]]);
+    if !figures.chain(of_points).chain(of_parameters).all(f64::is_finite) {
+        return Err(Error::NoFit {
+            reason: "the levels are too large, too small or too far apart for a line",
+        });
+    }
     Ok(Answer {
         parameters,
         p_value,
         detected: p_value < criteria.detected,
         correlation,
         breakaway,
-        diagnostics: Diagnostics {
-            points: n,
-            moving,
-            stuck: n - moving,
-            residual_rms: (line.rss / weight_moving.iter().sum::<f64>()).sqrt(),
-            bend_p_value,
-        },
+        diagnostics: Diagnostics { points: n, moving, stuck: n - moving, residual_rms, bend_p_value },
         points,
         warnings,
         unit: levels.unit().to_owned(),
@@ -392,6 +401,22 @@ mod tests {
         assert!(b.moving_from > 0.5, "{b:?}");
         assert!(a.detected, "{:?}", a.warnings);
         assert!(a.warnings.is_empty(), "{:?}", a.warnings);
+    }
+
+    #[test]
+    fn levels_on_a_line_to_the_last_digit_have_no_uncertainty() {
+        let drive: Vec<f64> = (0..4).map(f64::from).collect();
+        let amplitude = drive.iter().map(|d| (d - 1.0f64).max(0.0)).collect();
+        let a = analyse(&Levels::builder(drive, amplitude).build().unwrap(), &Options::default()).unwrap();
+        let threshold = a.parameter(Parameter::Threshold).unwrap();
+        assert!(threshold.interval_95.iter().all(|v| (v - 1.0).abs() < 1e-6), "{threshold:?}");
+    }
+
+    #[test]
+    fn levels_beyond_what_numbers_hold_are_refused() {
+        let drive = vec![1e-300, 2e-300, 3e-300, 4e-300];
+        let levels = Levels::builder(drive, vec![1e300, 2.1e300, 2.9e300, 4e300]).build().unwrap();
+        assert!(matches!(analyse(&levels, &Options::default()), Err(Error::NoFit { .. })));
     }
 
     /// Raised, then lowered: stuck up to 0.8 on the way up, moving down to the threshold.

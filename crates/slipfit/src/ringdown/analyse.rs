@@ -81,7 +81,8 @@ pub fn analyse_with(record: &Record, options: &Options, criteria: &Criteria) -> 
         with_coloured_noise(whole.clone(), answer, &criteria.coloured_noise, refit)
     });
     // A low-pass takes a hundred times as long.
-    if options.model.is_none() && options.lockin.is_none() && answer.second_mode.is_none() {
+    let affordable = options.lockin.is_none() && whole.len() <= criteria.misfit.further_law_samples;
+    if options.model.is_none() && affordable && answer.second_mode.is_none() {
         let samples = Samples { noise_inflation: answer.diagnostics.noise_inflation, ..whole };
         try_further_laws(&mut answer, &criteria.misfit, |model| {
             let asked = Options { model: Some(model), law: None, ..options.clone() };

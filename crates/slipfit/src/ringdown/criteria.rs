@@ -404,6 +404,8 @@ criteria! {
         /// Residual variance that a law with a fitted shape leaves, over that of the laws compared, below which
         /// it is said to describe the decay better.
         further_law_left: f64 = 0.5, source "chosen by simulation", moves "warnings";
+        /// Samples up to which a further law is tried: it takes another analysis.
+        further_law_samples: usize = 300_000, source "a trial within half a second", moves "warnings";
         /// Difference of BIC above which it is.
         further_law_bic: f64 = 10.0, source "very strong evidence on the scale of Kass and Raftery (1995)",
             moves "warnings";

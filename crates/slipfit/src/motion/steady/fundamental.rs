@@ -111,6 +111,9 @@ impl Follower {
         if !(at.omega > 0.0 && at.omega_0 > 0.0 && at.delta.abs() < at.omega_0 && at.x_0 > 0.0) {
             return None;
         }
+        if !(at.omega.is_finite() && at.omega_0.is_finite() && at.x_0.is_finite() && at.x_f.is_finite()) {
+            return None;
+        }
         if self.work >= self.most_work {
             return None;
         }
@@ -240,6 +243,22 @@ mod tests {
             }
         }
         all
+    }
+
+    #[test]
+    fn numbers_that_are_none_have_no_motion() {
+        let good = point(0.9, 5.0, 0.8);
+        for none in [f64::NAN, f64::INFINITY] {
+            for at in [
+                Point { omega: none, ..good },
+                Point { omega_0: none, ..good },
+                Point { delta: none, ..good },
+                Point { x_0: none, ..good },
+                Point { x_f: none, ..good },
+            ] {
+                assert!(fundamental(&at).is_none(), "{at:?}");
+            }
+        }
     }
 
     #[test]

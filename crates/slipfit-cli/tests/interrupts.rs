@@ -1,0 +1,75 @@
+//! An interrupt ends whatever is computed: exit status 130, and nothing half-written is left.
+#![cfg(unix)]
+#![allow(clippy::unwrap_used, reason = "a failed unwrap fails the test, as it should")]
+
+use std::fs;
+use std::path::Path;
+use std::process::{Child, Command, Stdio};
+use std::time::{Duration, Instant};
+
+/// Complex noise over frequency, which the search for a resonance follows until its work is cut.
+fn noise(path: &Path, seed: u64) {
+    let mut state = seed;
+    let mut next = || {
+        state = state.wrapping_mul(6364136223846793005).wrapping_add(1442695040888963407);
+        (state >> 11) as f64 / (1u64 << 53) as f64 - 0.5
+    };
+    let mut text = String::from("frequency (Hz),amplitude (V)\n");
+    for i in 0..400 {
+        text += &format!("{},{}\n", 10.0 + 0.05 * f64::from(i), (next() + next()).abs() + 1e-3);
+    }
+    fs::write(path, text).unwrap();
+}
+
+fn start(folder: &Path, arguments: &[&str]) -> Child {
+    let mut command = Command::new(assert_cmd::cargo::cargo_bin!("slipfit"));
+    command.current_dir(folder).args(arguments).stdout(Stdio::null()).stderr(Stdio::null());
+    command.spawn().unwrap()
+}
+
+/// Interrupts it while it computes; the exit status and how long the end took.
+fn interrupt(mut child: Child, after: Duration) -> (Option<i32>, Duration) {
+    std::thread::sleep(after);
+    assert!(child.try_wait().unwrap().is_none(), "too quick to be interrupted");
+    let sent = Instant::now();
+    assert!(Command::new("kill").args(["-INT", &child.id().to_string()]).status().unwrap().success());
+    let code = child.wait().unwrap().code();
+    (code, sent.elapsed())
+}
+
+fn names(folder: &Path) -> Vec<String> {
+    let mut names: Vec<String> =
+        fs::read_dir(folder).unwrap().map(|e| e.unwrap().file_name().into_string().unwrap()).collect();
+    names.sort();
+    names
+}
+
+#[test]
+fn one_long_analysis_ends_and_leaves_nothing() {
+    let folder = tempfile::tempdir().unwrap();
+    let files: Vec<String> = (0..12).map(|i| format!("{i:02}.csv")).collect();
+    files.iter().enumerate().for_each(|(i, f)| noise(&folder.path().join(f), i as u64));
+    let manifest: String =
+        files.iter().map(|f| format!("[[measurement]]\nsweep = \"{f}\"\ncondition = \"{f}\"\n")).collect();
+    fs::write(folder.path().join("all.toml"), manifest).unwrap();
+    let before = names(folder.path());
+    let child = start(folder.path(), &["series", "all.toml", "--json", "out.json", "--html", "out.html"]);
+    let (code, took) = interrupt(child, Duration::from_millis(200));
+    assert_eq!(code, Some(130), "after {took:?}");
+    assert_eq!(names(folder.path()), before);
+}
+
+#[test]
+fn a_table_of_long_analyses_ends_and_goes_on_later() {
+    let folder = tempfile::tempdir().unwrap();
+    let files: Vec<String> = (0..12).map(|i| format!("{i:02}.csv")).collect();
+    files.iter().enumerate().for_each(|(i, f)| noise(&folder.path().join(f), i as u64));
+    let mut arguments = vec!["resonance"];
+    arguments.extend(files.iter().map(String::as_str));
+    arguments.extend(["--table", "out.csv", "--resume"]);
+    let (code, took) = interrupt(start(folder.path(), &arguments), Duration::from_millis(200));
+    assert_eq!(code, Some(130), "after {took:?}");
+    let left = names(folder.path());
+    assert!(left.iter().all(|n| files.contains(n) || n == "out.csv" || n == "out.csv.rows"), "{left:?}");
+    assert!(left.contains(&"out.csv.rows".to_owned()), "the rows that are done: {left:?}");
+}
