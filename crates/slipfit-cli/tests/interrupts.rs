@@ -27,9 +27,12 @@ fn start(folder: &Path, arguments: &[&str]) -> Child {
     command.spawn().unwrap()
 }
 
-/// Interrupts it while it computes; the exit status and how long the end took.
-fn interrupt(mut child: Child, after: Duration) -> (Option<i32>, Duration) {
-    std::thread::sleep(after);
+/// Interrupts it once it `computes`; the exit status and how long the end took.
+fn interrupt(mut child: Child, computes: impl Fn(Duration) -> bool) -> (Option<i32>, Duration) {
+    let started = Instant::now();
+    while !computes(started.elapsed()) && started.elapsed() < Duration::from_secs(60) {
+        std::thread::sleep(Duration::from_millis(10));
+    }
     assert!(child.try_wait().unwrap().is_none(), "too quick to be interrupted");
     let sent = Instant::now();
     assert!(Command::new("kill").args(["-INT", &child.id().to_string()]).status().unwrap().success());
@@ -47,14 +50,14 @@ fn names(folder: &Path) -> Vec<String> {
 #[test]
 fn one_long_analysis_ends_and_leaves_nothing() {
     let folder = tempfile::tempdir().unwrap();
-    let files: Vec<String> = (0..12).map(|i| format!("{i:02}.csv")).collect();
+    let files: Vec<String> = (0..24).map(|i| format!("{i:02}.csv")).collect();
     files.iter().enumerate().for_each(|(i, f)| noise(&folder.path().join(f), i as u64));
     let manifest: String =
         files.iter().map(|f| format!("[[measurement]]\nsweep = \"{f}\"\ncondition = \"{f}\"\n")).collect();
     fs::write(folder.path().join("all.toml"), manifest).unwrap();
     let before = names(folder.path());
     let child = start(folder.path(), &["series", "all.toml", "--json", "out.json", "--html", "out.html"]);
-    let (code, took) = interrupt(child, Duration::from_millis(200));
+    let (code, took) = interrupt(child, |since| since > Duration::from_millis(500));
     assert_eq!(code, Some(130), "after {took:?}");
     assert_eq!(names(folder.path()), before);
 }
@@ -62,12 +65,13 @@ fn one_long_analysis_ends_and_leaves_nothing() {
 #[test]
 fn a_table_of_long_analyses_ends_and_goes_on_later() {
     let folder = tempfile::tempdir().unwrap();
-    let files: Vec<String> = (0..12).map(|i| format!("{i:02}.csv")).collect();
+    let files: Vec<String> = (0..24).map(|i| format!("{i:02}.csv")).collect();
     files.iter().enumerate().for_each(|(i, f)| noise(&folder.path().join(f), i as u64));
     let mut arguments = vec!["resonance"];
     arguments.extend(files.iter().map(String::as_str));
     arguments.extend(["--table", "out.csv", "--resume"]);
-    let (code, took) = interrupt(start(folder.path(), &arguments), Duration::from_millis(200));
+    let rows = folder.path().join("out.csv.rows");
+    let (code, took) = interrupt(start(folder.path(), &arguments), |_| rows.exists());
     assert_eq!(code, Some(130), "after {took:?}");
     let left = names(folder.path());
     assert!(left.iter().all(|n| files.contains(n) || n == "out.csv" || n == "out.csv.rows"), "{left:?}");
