@@ -1,10 +1,11 @@
 //! ZIP archives: NPZ, phyphox, Tracker's `.trz`, or texts packed together.
 
-use std::io::{Cursor, Read as _};
+use std::io::Cursor;
 
 use zip::ZipArchive;
 
 use super::{npy, tracker};
+use crate::tables::unpack::unpack;
 use crate::{
     columns::named,
     error::ReadProblem,
@@ -62,11 +63,9 @@ pub(crate) fn tables(bytes: Vec<u8>, most_cells: usize) -> Result<(HeldTables, F
 type Archive<'a> = ZipArchive<Cursor<&'a [u8]>>;
 
 fn member(archive: &mut Archive<'_>, name: &str) -> Result<Vec<u8>, ReadProblem> {
-    let mut member = archive.by_name(name).map_err(|e| Format::Zip.broken(format!("{name}: {e}")))?;
-    let mut bytes = Vec::new();
+    let member = archive.by_name(name).map_err(|e| Format::Zip.broken(format!("{name}: {e}")))?;
     // The size a member names is not believed beforehand.
-    member.read_to_end(&mut bytes).map_err(|e| Format::Zip.broken(format!("{name}: {e}")))?;
-    Ok(bytes)
+    unpack(member).map_err(|e| Format::Zip.broken(format!("{name}: {e}")))
 }
 
 fn npz(archive: &mut Archive<'_>, names: &[String]) -> Result<HeldTables, ReadProblem> {

@@ -2,6 +2,8 @@
 
 use std::io::Read as _;
 
+use crate::tables::unpack::BUDGET;
+
 use crate::{
     error::ReadProblem,
     format::Format,
@@ -134,8 +136,8 @@ pub(crate) fn tables(bytes: &[u8]) -> Result<HeldTables, ReadProblem> {
         match element.kind {
             COMPRESSED => {
                 let mut plain = Vec::new();
-                let unpacked = flate2::read::ZlibDecoder::new(element.data.rest).read_to_end(&mut plain);
-                if let Err(error) = unpacked {
+                let unpacked = flate2::read::ZlibDecoder::new(element.data.rest);
+                if let Err(error) = unpacked.take(BUDGET as u64).read_to_end(&mut plain) {
                     found.notes.push(format!("a packed variable ends early: {error}"));
                 }
                 let mut inner = Bytes { rest: &plain, big };

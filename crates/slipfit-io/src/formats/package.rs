@@ -1,6 +1,6 @@
 //! Parts of workbooks: XML in an archive.
 
-use std::io::{BufRead, BufReader, Cursor};
+use std::io::{BufRead, BufReader, Cursor, Read};
 
 use quick_xml::{
     Reader,
@@ -8,7 +8,7 @@ use quick_xml::{
 };
 use zip::ZipArchive;
 
-use crate::{error::ReadProblem, format::Format};
+use crate::{error::ReadProblem, format::Format, tables::unpack::BUDGET};
 
 pub(super) type Archive = ZipArchive<Cursor<Vec<u8>>>;
 
@@ -20,7 +20,8 @@ pub(super) fn events_while(
     mut each: impl FnMut(Event<'_>) -> Result<bool, ReadProblem>,
 ) -> Result<(), ReadProblem> {
     let Ok(file) = archive.by_name(part) else { return Ok(()) };
-    let mut reader = Reader::from_reader(Box::new(BufReader::new(file)) as Box<dyn BufRead + '_>);
+    let mut reader =
+        Reader::from_reader(Box::new(BufReader::new(file.take(BUDGET as u64))) as Box<dyn BufRead + '_>);
     let mut buffer = Vec::new();
     loop {
         buffer.clear();

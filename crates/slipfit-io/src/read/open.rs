@@ -7,6 +7,7 @@ use std::{
     time::SystemTime,
 };
 
+use crate::tables::unpack::unpack;
 use crate::{
     error::{ReadError, ReadProblem},
     format::{self, Format},
@@ -177,7 +178,7 @@ fn unpacked<'a>(
 ) -> Result<Opened<'a>, ReadProblem> {
     let broken = |error: io::Error| Format::Gzip.broken(error);
     let mut reader = flate2::read::MultiGzDecoder::new(packed);
-    let (mut head, whole) = beginning(&mut reader);
+    let (head, whole) = beginning(&mut reader);
     if head.is_empty() {
         whole.map_err(broken)?;
     }
@@ -185,8 +186,8 @@ fn unpacked<'a>(
         Format::Text => text(io::Cursor::new(head).chain(reader), None),
         Format::Gzip => Err(ReadProblem::Unsupported(Format::Gzip)),
         other => {
-            reader.read_to_end(&mut head).map_err(broken)?;
-            source(Input::of(head), other, most_cells)
+            let whole = unpack(io::Cursor::new(head).chain(reader)).map_err(broken)?;
+            source(Input::of(whole), other, most_cells)
         }
     }
 }

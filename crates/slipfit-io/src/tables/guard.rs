@@ -4,6 +4,8 @@ use std::any::Any;
 use std::cell::Cell;
 use std::panic::{AssertUnwindSafe, catch_unwind};
 
+#[cfg(any(feature = "arrow", feature = "hdf5"))]
+use super::unpack::BUDGET;
 use crate::{error::ReadProblem, format::Format};
 
 thread_local! {
@@ -35,9 +37,6 @@ pub(crate) fn guarded<T, E>(
     }
 }
 
-/// Memory that packed numbers may ask for, whatever their size.
-#[cfg(any(feature = "arrow", feature = "hdf5"))]
-const BUDGET: usize = 1 << 30;
 /// Memory that any file may ask for.
 #[cfg(any(feature = "arrow", feature = "hdf5"))]
 const SMALL: usize = 1 << 24;

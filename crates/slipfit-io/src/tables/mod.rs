@@ -8,3 +8,4 @@ pub(crate) mod guard;
 pub(crate) mod sheet;
 pub(crate) mod table;
 pub(crate) mod text;
+pub(crate) mod unpack;
