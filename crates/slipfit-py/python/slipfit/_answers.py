@@ -74,6 +74,8 @@ class Parameters(Mapping[str, Quantity]):
 
     coulomb_force: Quantity
     cubic_rate: Quantity
+    power_rate_per_s: Quantity
+    loss_exponent: Quantity
     decay_rate_per_s: Quantity
     drag_rate: Quantity
     drive_amplitude: Quantity

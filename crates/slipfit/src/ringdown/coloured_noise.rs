@@ -28,7 +28,10 @@ pub(crate) fn with_coloured_noise<'a>(
         let at_rest = inflation_at_rest(&samples, &answer, criteria);
         let Some(inflation) = at_rest.or_else(by_scatter) else { break };
         samples.noise_inflation *= inflation;
-        let Some(mut found) = refit(samples.clone()) else { break };
+        let before = answer.diagnostics.noise_rms * answer.diagnostics.noise_inflation.sqrt();
+        // Recorded amplitudes and records of a cycle or two have a noise of their own.
+        let taken = |found: &Answer| found.diagnostics.noise_rms > before;
+        let Some(mut found) = refit(samples.clone()).filter(taken) else { break };
         found.diagnostics.noise_inflation = samples.noise_inflation;
         found.diagnostics.noise_rms /= samples.noise_inflation.sqrt();
         found.diagnostics.signal_to_noise_db += 10.0 * samples.noise_inflation.log10();
