@@ -46,7 +46,7 @@ fn variance_of(fit: &Fit, p: &[f64], of: &dyn Fn(&[f64]) -> f64) -> f64 {
 
 /// The interval stretched over those of all minima that explain the data as well, and by what other
 /// terms of the instrument would give: the end beyond which the tails of all estimates, each by its
-/// weight, hold 2.5 % (Turek and Fletcher 2012, Comput. Stat. Data Anal. 56, 2809).
+/// weight, hold 2.5 % (Turek and Fletcher 2012, Computational Statistics and Data Analysis 56, 2809).
 pub(super) fn stretched(d: &FittedModels, mut q: Quantity, of: &dyn Fn(&[f64]) -> f64) -> Quantity {
     let noise = d.comparison.noise;
     let before = q.interval_95;
