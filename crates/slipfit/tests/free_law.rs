@@ -3,6 +3,9 @@
 #![cfg(feature = "smooth-laws")]
 #![allow(clippy::unwrap_used, reason = "a test stops where something is wrong")]
 
+mod noise;
+
+use noise::Noise;
 use slipfit::motion::decay::FreeDecay;
 use slipfit::motion::simulate::Drive;
 use slipfit::motion::simulate::smooth::SmoothMotion;
@@ -12,25 +15,6 @@ use std::f64::consts::{PI, TAU};
 
 const SEEDS: u64 = 40;
 const OMEGA: f64 = 6.0;
-
-/// Normal noise as a sum of twelve even numbers.
-struct Noise(u64);
-
-impl Noise {
-    fn of(seed: u64) -> Self {
-        Self(88_172_645_463_325_252 ^ seed.wrapping_mul(0x9E37_79B9_7F4A_7C15))
-    }
-
-    fn next(&mut self) -> f64 {
-        let mut even = || {
-            self.0 ^= self.0 << 13;
-            self.0 ^= self.0 >> 7;
-            self.0 ^= self.0 << 17;
-            (self.0 >> 11) as f64 / (1_u64 << 53) as f64
-        };
-        (0..12).map(|_| even()).sum::<f64>() - 6.0
-    }
-}
 
 fn times(n: u32, step: f64) -> Vec<f64> {
     (0..n).map(|i| step * f64::from(i)).collect()

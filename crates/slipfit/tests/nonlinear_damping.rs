@@ -3,6 +3,9 @@
 #![cfg(feature = "smooth-laws")]
 #![allow(clippy::unwrap_used, reason = "a test stops where something is wrong")]
 
+mod noise;
+
+use noise::Noise;
 use slipfit::motion::simulate::Drive;
 use slipfit::motion::simulate::smooth::SmoothMotion;
 use slipfit::motion::steady::Phasor;
@@ -12,25 +15,6 @@ use std::f64::consts::{PI, TAU};
 
 const CUBIC: Parameter = Parameter::Loss(LossTerm::Cubic);
 const SEEDS: u64 = 8;
-
-/// Normal noise as a sum of twelve even numbers.
-struct Noise(u64);
-
-impl Noise {
-    fn next(&mut self) -> f64 {
-        let mut even = || {
-            self.0 ^= self.0 << 13;
-            self.0 ^= self.0 >> 7;
-            self.0 ^= self.0 << 17;
-            (self.0 >> 11) as f64 / (1_u64 << 53) as f64
-        };
-        (0..12).map(|_| even()).sum::<f64>() - 6.0
-    }
-}
-
-fn noise(seed: u64) -> Noise {
-    Noise(88_172_645_463_325_252 ^ seed.wrapping_mul(0x9E37_79B9_7F4A_7C15))
-}
 
 fn model(name: &str) -> LossModel {
     name.parse().unwrap()
@@ -67,7 +51,7 @@ fn found_again(
     options.model = Some(model(name));
     let mut z = [Vec::new(), Vec::new(), Vec::new()];
     for seed in 1..=SEEDS {
-        let answer = ringdown::analyse(&record(&mut noise(seed)), &options).unwrap();
+        let answer = ringdown::analyse(&record(&mut Noise::of(seed)), &options).unwrap();
         assert_eq!((answer.model, answer.diagnostics.method), (model(name), method));
         let truths = [
             (CUBIC, a3),
@@ -159,7 +143,7 @@ fn a_few_cycles_give_its_size() {
         let motion = released(&o, a3, &time_s);
         let mut z = Vec::new();
         for seed in 1..=SEEDS {
-            let mut n = noise(seed);
+            let mut n = Noise::of(seed);
             let signal = motion.iter().map(|x| x + 5e-3 * n.next()).collect();
             let record = Record::new(time_s.clone(), signal).unwrap().with_unit("rad");
             let mut options = ringdown::Options::default();
@@ -177,7 +161,7 @@ fn the_default_answer_knows_nothing_of_it() {
     let o = Oscillator::kinematic(6.0, 0.01, 3e-4).unwrap();
     let time_s = times(3000, 0.05);
     let signal = released(&o, 0.12, &time_s);
-    let mut n = noise(3);
+    let mut n = Noise::of(3);
     let signal = signal.iter().map(|x| x + 4e-3 * n.next()).collect();
     let record = Record::new(time_s, signal).unwrap().with_unit("rad");
     let answer = ringdown::analyse(&record, &ringdown::Options::default()).unwrap();
@@ -214,7 +198,7 @@ fn a_resonance_curve_tells_it() {
     for complex in [true, false] {
         let mut z = [Vec::new(), Vec::new(), Vec::new()];
         for seed in 1..=SEEDS {
-            let mut n = noise(seed);
+            let mut n = Noise::of(seed);
             let sigma = 0.002 * highest;
             let noisy: Vec<Phasor> =
                 clean.iter().map(|z| z + Phasor::new(sigma * n.next(), sigma * n.next())).collect();

@@ -294,13 +294,13 @@ impl Sweep {
     fn outcome(&self, answer: &Answer) -> Outcome {
         let truth = self.cell.truth();
         let estimate = |t: &True| answer.parameter(t.parameter).map(|q| Estimated::of(q, t.value));
-        // A term that is named is no doubt about the answer.
-        let doubts = |w: &Warning| {
+        // Naming a fitted term of the instrument does not question the answer.
+        let questions_answer = |w: &Warning| {
             !matches!(w, Warning::Background { .. } | Warning::Delay { .. } | Warning::PhaseSign)
         };
         Outcome {
             estimates: truth.iter().map(estimate).collect(),
-            warned: answer.warnings.iter().any(doubts),
+            warned: answer.warnings.iter().any(questions_answer),
             sliding_detected: answer.sliding.detected,
             drag_chosen: answer.model.has(LossTerm::Drag),
         }

@@ -50,11 +50,11 @@ fn free_law(facts: &mut Facts, law: &FreeLaw, unit: &str) {
     facts.add("law", format!("without a model, at vanishing amplitude: loss {}{x_f}", interval(&law.limit)));
     facts.add("", format!("slope there {}", interval(&law.slope)));
     let shape = if law.effective_parameters < 2.5 {
-        "a straight line but for chance".to_owned()
+        "straight within its band".to_owned()
     } else {
-        format!("bent, with as much as {} parameters", plain(law.effective_parameters, 2, ""))
+        format!("curved, {} effective parameters", plain(law.effective_parameters, 2, ""))
     };
-    let rising = if law.rising { "; it was asked to rise with the amplitude" } else { "" };
+    let rising = if law.rising { "; constrained to rise with the amplitude" } else { "" };
     facts.add("", format!("{shape}; measured down to {}{rising}", plain(law.lowest_amplitude, 3, unit)));
 }
 

@@ -7,6 +7,7 @@ pub(crate) mod interval;
 pub(crate) mod least_squares;
 pub(crate) mod model_selection;
 pub(crate) mod noise;
+pub(crate) mod noise_law;
 pub(crate) mod profile;
 pub(crate) mod quadratic;
 pub(crate) mod smooth;

@@ -130,7 +130,7 @@ fn fit_models(
         from.dedup();
         let own = problem.with(&free);
         if let Some(mut fit) = best_of(&own, &from, &free, tries, &criteria.search) {
-            // No model is worse than one within it, or than a richer one whose further terms are nought:
+            // No model is worse than one within it, or than a richer one whose further terms are zero:
             // a start followed among fewer points may have led elsewhere.
             for start in from.iter().take(fits.len()) {
                 if rss(&own, start, fit.rss).is_some_and(|left| left < fit.rss)

@@ -5,6 +5,7 @@ use super::fitted_models::FittedModels;
 use super::prepared::PreparedCurve;
 use super::problem::Problem;
 use crate::inference::least_squares::{Fit, LeastSquares};
+use crate::inference::noise_law::{Scale, Scatter, likelihood, most_likely};
 use crate::motion::steady::Phasor;
 
 /// Variance of a quadrature `floor² (1 + ratio a²)` where the amplitude is `a`.
@@ -16,16 +17,6 @@ use crate::motion::steady::Phasor;
 pub(super) struct NoiseLaw {
     /// Square of the proportional part over that of the floor, per squared amplitude.
     ratio: f64,
-}
-
-/// What one point says about the noise.
-struct Scatter {
-    /// Modelled amplitude, squared.
-    square: f64,
-    /// Sum of squares of its residuals at precision one, freed of what the fit took.
-    residual: f64,
-    /// Numbers measured.
-    count: f64,
 }
 
 impl NoiseLaw {
@@ -42,16 +33,13 @@ impl NoiseLaw {
             return None;
         }
         let most = scatter.iter().map(|s| s.square).fold(0.0, f64::max);
-        let constant = minus_two_log_likelihood(&scatter, 0.0);
+        let constant = likelihood(&scatter, 0.0, Scale::Estimated);
         // The ratio at the highest amplitude: from a tenth of the floor to a thousand times the floor.
         const STEPS: i32 = 80;
         let at = |step: i32| 10f64.powf(f64::from(step) * 0.1 - 2.0) / most.max(f64::MIN_POSITIVE);
-        let least = (0..=STEPS)
-            .map(|step| (minus_two_log_likelihood(&scatter, at(step)), at(step)))
-            .filter(|(value, _)| value.is_finite())
-            .min_by(|a, b| a.0.total_cmp(&b.0))?;
-        let gain = constant - least.0 - observations.ln();
-        (gain > c.proportional_margin).then_some(Self { ratio: least.1 })
+        let best = most_likely(&scatter, (0..=STEPS).map(at), Scale::Estimated)?;
+        let gain = constant.minus_two_log - best.minus_two_log - observations.ln();
+        (gain > c.proportional_margin).then_some(Self { ratio: best.ratio })
     }
 
     /// One over the variance at an amplitude, over that at the floor.
@@ -99,18 +87,6 @@ impl NoiseLaw {
     }
 }
 
-/// Minus twice the logarithm of the likelihood, but for a constant, at its best floor.
-fn minus_two_log_likelihood(scatter: &[Scatter], ratio: f64) -> f64 {
-    let (mut sum, mut count, mut logarithms) = (0.0, 0.0, 0.0);
-    for s in scatter {
-        let variance = 1.0 + ratio * s.square;
-        sum += s.residual / variance;
-        count += s.count;
-        logarithms += s.count * variance.ln();
-    }
-    count * (sum / count).max(f64::MIN_POSITIVE).ln() + logarithms
-}
-
 /// Residuals at precision one, each freed of the part that the fit took (its leverage).
 fn scatter(problem: &Problem, fit: &Fit) -> Option<Vec<Scatter>> {
     const STEP: f64 = 1e-3;
@@ -137,7 +113,7 @@ fn scatter(problem: &Problem, fit: &Fit) -> Option<Vec<Scatter>> {
             let m = here[i]?;
             let left = 1.0 - (leverage[i] / count).min(MOST_LEVERAGE);
             let residual = b.residual(i, m.value).norm_sqr() / left;
-            Some(Scatter { square: m.value.norm_sqr(), residual, count })
+            Some(Scatter { square: m.value.norm_sqr(), floor: 1.0, residual, count })
         })
         .collect();
     found.filter(|list| !list.is_empty())

@@ -138,7 +138,7 @@ fn instrument(list: &mut Vec<Warning>, d: &FittedModels, answer: &Answer) {
         list.push(Warning::Delay { delay_s: delay.value });
     }
     let lean = answer.parameter(Parameter::DuffingCoefficient);
-    // A term asked for that is nought within its error is no lean.
+    // A Duffing term that is zero within its error does not skew the peak.
     if p[DUFFING] != 0.0 && lean.is_none_or(|q| q.value.abs() > q.std_error) {
         let highest = d.problem.main.highest();
         let omega_0 = d.problem.centre + p[OMEGA];

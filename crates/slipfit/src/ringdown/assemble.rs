@@ -158,7 +158,7 @@ fn diagnostics(
         Problem::Envelope(_) => variance.sqrt(),
     };
     let noise = e.measured.noise_rms;
-    // An amplitude is followed as far down as it can be told from zero.
+    // Below its standard error an amplitude is not distinguishable from zero.
     let measured_to = e.measured.points.last().map_or(0.0, |last| last.std_error(noise));
     let last = last_amplitude(e, law).max(measured_to);
     let decay_times = if last > 0.0 { (law.initial / last).ln().max(0.0) } else { 0.0 };

@@ -113,7 +113,7 @@ pub(crate) fn clipped_blocks(
     let mut clipped = flattened(blocks, signal, converter_step, criteria);
     if let Some(ceiling) = ceiling(signal, criteria) {
         let first = first_large(blocks, signal, criteria)?;
-        // Crests too briefly flat to be told from round ones still touch the ceiling.
+        // A crest clipped for a sample or two looks round, but touches the ceiling.
         let mut reach = clipped.max(first);
         for (i, block) in blocks.iter().enumerate().skip(reach) {
             let part = reach.saturating_sub(first).div_ceil(criteria.straggler_part);
@@ -156,7 +156,7 @@ fn flattened(blocks: &[Block], signal: &[f64], converter_step: f64, criteria: &C
             break;
         }
     }
-    // The last crests to touch the ceiling are too briefly flat to be told from round ones.
+    // The last crests to touch the ceiling are clipped for a sample or two and look round.
     if end == 0 { 0 } else { (end + (end - from).div_ceil(criteria.margin_part)).min(blocks.len()) }
 }
 

@@ -6,6 +6,7 @@ use super::{Answer, EndReason};
 use crate::Parameter;
 use crate::answer::MisfitShape;
 use crate::inference::noise::autocorrelation;
+use crate::inference::noise_law::{Scale, Scatter, most_likely, scale_at};
 use crate::numeric::robust::median;
 use crate::signal::blocks::{Block, PhaseAt, demodulate};
 use std::f64::consts::{LN_2, TAU};
@@ -14,6 +15,9 @@ use std::f64::consts::{LN_2, TAU};
 const ROUNDS: usize = 2;
 /// Samples without which a stretch has no amplitude.
 const LEAST_SAMPLES: usize = 6;
+/// Decades of the ratio of relative to absolute variance either side of equal ones, and steps in each.
+const DECADES: i32 = 6;
+const PER_DECADE: i32 = 10;
 
 /// The answer by `refit` with the noise that the amplitudes show, where that is more than the noise
 /// inside single cycles.
@@ -46,14 +50,15 @@ pub(crate) fn with_coloured_noise<'a>(
 ///
 /// Inside a cycle the noise of low frequencies looks like an offset and a slope. Noise with a
 /// spectral density that falls with frequency (1/f, AR(1)) is therefore underestimated there, and its
-/// scatter looks like a law that errs.
+/// scatter looks like a law that is wrong by a part of the amplitude.
 fn noise_inflation(answer: &Answer, criteria: &ColouredNoiseCriteria) -> Option<f64> {
     let used = || answer.envelope.iter().filter(|p| p.used && p.std_error > 0.0 && p.fitted.is_finite());
-    let points: Vec<ScatterPoint> = used()
-        .map(|p| ScatterPoint {
-            squared_residual: (p.amplitude - p.fitted).powi(2),
-            noise_variance: p.std_error.powi(2),
-            squared_amplitude: p.fitted.powi(2),
+    let points: Vec<Scatter> = used()
+        .map(|p| Scatter {
+            square: p.fitted.powi(2),
+            floor: p.std_error.powi(2),
+            residual: (p.amplitude - p.fitted).powi(2),
+            count: 1.0,
         })
         .collect();
     let n = points.len() as f64;
@@ -66,12 +71,16 @@ fn noise_inflation(answer: &Answer, criteria: &ColouredNoiseCriteria) -> Option<
     if autocorrelation(&scaled).abs() > criteria.significance / n.sqrt() {
         return None;
     }
-    let relative = best_over_ratios(&points, |points, ratio| log_likelihood(points, 1.0, ratio));
-    let both = best_over_ratios(&points, |points, ratio| {
-        log_likelihood(points, inflation_at(points, ratio), ratio * inflation_at(points, ratio))
-    });
-    let inflation = inflation_at(&points, both.ratio);
-    let gain = 2.0 * (both.log_likelihood - relative.log_likelihood);
+    // None, or from what no amplitude shows to what hides the noise of all.
+    let mean = |value: fn(&Scatter) -> f64| points.iter().map(value).sum::<f64>() / n;
+    let equal = mean(|p| p.floor) / mean(|p| p.square).max(f64::MIN_POSITIVE);
+    let grid = (-DECADES * PER_DECADE..=DECADES * PER_DECADE)
+        .map(|i| equal * 10f64.powf(f64::from(i) / f64::from(PER_DECADE)));
+    let ratios = || std::iter::once(0.0).chain(grid.clone());
+    let relative = most_likely(&points, ratios(), Scale::Known)?;
+    let both = most_likely(&points, ratios(), Scale::Estimated)?;
+    let inflation = scale_at(&points, both.ratio);
+    let gain = relative.minus_two_log - both.minus_two_log;
     (inflation > 1.0 && gain > criteria.significance.powi(2)).then_some(inflation)
 }
 
@@ -117,87 +126,4 @@ fn inflation_at_rest(samples: &Samples, answer: &Answer, criteria: &ColouredNois
     // The median of n exponential values is known to a part of 1/(ln 2 sqrt(n)).
     let error = 1.0 / (LN_2 * n.sqrt());
     (inflation.is_finite() && inflation > 1.0 + criteria.significance * error).then_some(inflation)
-}
-
-/// One amplitude's residual with what it may come from.
-struct ScatterPoint {
-    squared_residual: f64,
-    noise_variance: f64,
-    squared_amplitude: f64,
-}
-
-/// Log-likelihood of residuals of variance `inflation v + relative A²`.
-fn log_likelihood(points: &[ScatterPoint], inflation: f64, relative: f64) -> f64 {
-    points
-        .iter()
-        .map(|p| {
-            let variance = inflation * p.noise_variance + relative * p.squared_amplitude;
-            -0.5 * (variance.ln() + p.squared_residual / variance)
-        })
-        .sum()
-}
-
-/// The most likely inflation for a variance `inflation (v + ratio A²)`.
-fn inflation_at(points: &[ScatterPoint], ratio: f64) -> f64 {
-    let sum: f64 =
-        points.iter().map(|p| p.squared_residual / (p.noise_variance + ratio * p.squared_amplitude)).sum();
-    sum / points.len() as f64
-}
-
-struct BestRatio {
-    ratio: f64,
-    log_likelihood: f64,
-}
-
-/// The ratio of relative to absolute variance of the highest likelihood: none, or one on a
-/// logarithmic grid from what no point sees to what hides the noise of every point.
-fn best_over_ratios(
-    points: &[ScatterPoint],
-    log_likelihood: impl Fn(&[ScatterPoint], f64) -> f64,
-) -> BestRatio {
-    const STEPS: i32 = 60;
-    let mean = |value: fn(&ScatterPoint) -> f64| points.iter().map(value).sum::<f64>() / points.len() as f64;
-    let scale = mean(|p| p.noise_variance) / mean(|p| p.squared_amplitude).max(f64::MIN_POSITIVE);
-    let grid = (-STEPS..=STEPS).map(|i| scale * 10f64.powf(0.1 * f64::from(i)));
-    std::iter::once(0.0)
-        .chain(grid)
-        .map(|ratio| BestRatio { ratio, log_likelihood: log_likelihood(points, ratio) })
-        .filter(|b| b.log_likelihood.is_finite())
-        .max_by(|a, b| a.log_likelihood.total_cmp(&b.log_likelihood))
-        .unwrap_or(BestRatio { ratio: 0.0, log_likelihood: f64::NEG_INFINITY })
-}
-
-#[cfg(test)]
-mod tests {
-    use super::*;
-    use crate::noise::jitter;
-
-    fn points(absolute: f64, relative: f64) -> Vec<ScatterPoint> {
-        (0..400)
-            .map(|i| {
-                let amplitude = (-0.01 * f64::from(i)).exp();
-                let deviation = 1e-3 * absolute.hypot(relative * 1e3 * amplitude);
-                ScatterPoint {
-                    squared_residual: (deviation * jitter(i as usize, 3)).powi(2),
-                    noise_variance: 1e-6,
-                    squared_amplitude: amplitude * amplitude,
-                }
-            })
-            .collect()
-    }
-
-    #[test]
-    fn scatter_of_noise_is_told_from_scatter_of_the_law() {
-        let likelihood = |points: &[ScatterPoint], ratio: f64| {
-            log_likelihood(points, inflation_at(points, ratio), ratio * inflation_at(points, ratio))
-        };
-        let noise = points(4.0, 0.0);
-        let best = best_over_ratios(&noise, likelihood);
-        assert!((inflation_at(&noise, best.ratio) / 16.0 - 1.0).abs() < 0.3);
-        let law = points(1.0, 0.02);
-        let best = best_over_ratios(&law, likelihood);
-        let inflation = inflation_at(&law, best.ratio);
-        assert!((inflation - 1.0).abs() < 0.5, "{inflation}");
-        assert!((best.ratio * inflation / 4e-4 - 1.0).abs() < 0.5, "{}", best.ratio);
-    }
 }

@@ -419,7 +419,7 @@ criteria! {
     pub struct ColouredNoiseCriteria in "coloured_noise" {
         /// Standard errors by which the scatter of the amplitudes must exceed the noise inside single
         /// cycles, and root of the log-likelihood ratio by which noise must explain it better than a
-        /// law that errs by a part of the amplitude.
+        /// law that is wrong by a part of the amplitude.
         significance: f64 = 2.6, source "two-sided 1 % point of the normal distribution", moves "coverage";
         /// Amplitudes without which the two are not told apart.
         least_points: usize = 12, source "chosen by simulation", moves "coverage";

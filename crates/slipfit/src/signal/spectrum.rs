@@ -161,7 +161,7 @@ impl Periodogram {
 pub(crate) struct Density {
     /// Over the mean density up to half the sampling rate: 1 for white noise.
     pub(crate) ratio: f64,
-    /// Density at the lowest frequencies over the mean one; 0 where they are not told from the motion.
+    /// Density at the lowest frequencies over the mean one; 0 where the band of the motion reaches down to them.
     pub(crate) lowest: f64,
     /// Degrees of freedom of that ratio.
     pub(crate) degrees: f64,

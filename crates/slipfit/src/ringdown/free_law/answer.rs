@@ -35,7 +35,7 @@ pub struct FreeLaw {
     /// Slope of the loss at vanishing amplitude, 1/s: the viscous part, `a1`. Below zero where the loss
     /// rises towards rest.
     pub slope: Quantity,
-    /// Least amplitude measured, signal unit; below it the curve is continued.
+    /// Least amplitude measured, signal unit, no less than its standard error; below it the curve is continued.
     pub lowest_amplitude: f64,
     /// Parameters that the curve needed: 2 for a straight line.
     pub effective_parameters: f64,

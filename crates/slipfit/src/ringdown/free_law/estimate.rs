@@ -148,8 +148,10 @@ fn weigh(problem: &mut FreeProblem, amplitudes: &[f64]) {
 /// The curve with its band, its limit and its slope.
 fn law(found: &Smoothed, curve: &Curve, data: &Amplitudes, rising: bool, widened: f64) -> FreeLaw {
     let period = data.omega.map_or(1.0, |omega| 2.0 * PI / omega);
-    let (lowest, largest) =
-        data.amplitude.iter().fold((f64::INFINITY, 0.0f64), |(l, h), a| (l.min(*a), h.max(*a)));
+    let largest = data.amplitude.iter().fold(0.0, |h, a| f64::max(h, *a));
+    // Below its standard error an amplitude is not measured.
+    let measured = |(a, unit): (&f64, &f64)| a.max((unit * data.noise_variance).sqrt());
+    let lowest = data.amplitude.iter().zip(&data.unit_variance).map(measured).fold(largest, f64::min);
     let n = curve.coefficients();
     let mut shapes = vec![0.0; n];
     let error = |row: &[f64]| {
@@ -184,7 +186,7 @@ fn law(found: &Smoothed, curve: &Curve, data: &Amplitudes, rising: bool, widened
         friction_displacement: data.omega.map(|omega| limit.scaled(PI / (2.0 * omega), data.unit.clone())),
         limit,
         slope,
-        lowest_amplitude: lowest.max(0.0),
+        lowest_amplitude: lowest,
         effective_parameters: 2.0 + found.effective,
         rising,
     }
