@@ -1,5 +1,6 @@
 //! Estimation and inference: least squares, noise model, intervals, model comparison.
 
+pub(crate) mod averaged;
 pub(crate) mod bounded;
 pub(crate) mod criteria;
 pub(crate) mod evidence;

@@ -6,10 +6,10 @@ use super::fitted_models::FittedModels;
 use super::response::{DELTA, OMEGA, X_0, X_F};
 use crate::Quantity;
 use crate::inference::Z_95;
+use crate::inference::averaged::{self, Weighed};
 use crate::inference::least_squares::Fit;
 use crate::inference::model_selection::ModelFit;
 use crate::inference::noise::NoiseModel;
-use crate::numeric::roots::root;
 use statrs::function::erf::erfc;
 use std::f64::consts::SQRT_2;
 
@@ -45,8 +45,7 @@ fn variance_of(fit: &Fit, p: &[f64], of: &dyn Fn(&[f64]) -> f64) -> f64 {
 }
 
 /// The interval stretched over those of all minima that explain the data as well, and by what other
-/// terms of the instrument would give: the end beyond which the tails of all estimates, each by its
-/// weight, hold 2.5 % (Turek and Fletcher 2012, Computational Statistics and Data Analysis 56, 2809).
+/// terms of the instrument would give.
 pub(super) fn stretched(d: &FittedModels, mut q: Quantity, of: &dyn Fn(&[f64]) -> f64) -> Quantity {
     let noise = d.comparison.noise;
     let before = q.interval_95;
@@ -60,41 +59,19 @@ pub(super) fn stretched(d: &FittedModels, mut q: Quantity, of: &dyn Fn(&[f64]) -
             }
         }
     }
-    let others: Vec<(f64, [f64; 2])> = d
+    let others: Vec<Weighed> = d
         .alternatives
         .iter()
-        .map(|a| (a.weight, estimate(&a.fit, noise, of)))
-        .filter(|(_, [value, error])| value.is_finite() && error.is_finite() && *error > 0.0)
+        .map(|a| {
+            let [value, std_error] = estimate(&a.fit, noise, of);
+            Weighed { weight: a.weight, value, std_error }
+        })
         .collect();
-    if !others.is_empty() && q.interval_95[1].is_finite() {
-        q.interval_95 = averaged(&q, &others);
-    }
+    let mut q = averaged::stretched(q, &others);
     if q.interval_95 != before {
         q.std_error = q.std_error.max((q.interval_95[1] - q.interval_95[0]) / (2.0 * Z_95));
     }
     q
-}
-
-/// Where the tails of an estimate and others, each with weight, value and error, hold 2.5 % together;
-/// not inside the interval of the estimate itself.
-fn averaged(q: &Quantity, others: &[(f64, [f64; 2])]) -> [f64; 2] {
-    let own = 1.0 - others.iter().map(|o| o.0).sum::<f64>();
-    let [low, high] = q.interval_95;
-    let end = |side: f64, end: f64| {
-        // Normal tails, each half with the width that its end has.
-        let width = side * (end - q.value) / Z_95;
-        let tail = |at: f64| {
-            let beyond = |value: f64, width: f64| 0.5 * erfc(side * (at - value) / (width * SQRT_2));
-            let mine = if width > 0.0 { own * beyond(q.value, width) } else { 0.0 };
-            mine + others.iter().map(|(w, [value, error])| w * beyond(*value, *error)).sum::<f64>()
-        };
-        let ends = others.iter().map(|(_, [value, error])| value + side * Z_95 * error);
-        let far = side * ends.map(|e| side * e).fold(side * end, f64::max);
-        if far == end || tail(end) <= 0.025 { end } else { root(end, far, |at| tail(at) - 0.025) }
-    };
-    let (lower, upper) = (end(-1.0, low), end(1.0, high));
-    let lower = if low >= 0.0 { lower.max(0.0) } else { lower };
-    [lower.min(low), upper.max(high)]
 }
 
 /// p value of sliding friction with the other fits counted: the mean of what each says.

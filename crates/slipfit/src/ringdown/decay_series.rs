@@ -9,6 +9,7 @@ use super::window_fit::Problem;
 use super::{Backbone, EnvelopePoint, LossPoint};
 use crate::inference::model_selection::ModelFit;
 use crate::motion::decay::AmplitudeLaw;
+use crate::motion::decay::drag::Slowing;
 use crate::motion::decay::path::{backbone_factors, shifted};
 use std::f64::consts::TAU;
 
@@ -23,13 +24,22 @@ pub(crate) fn fitted_motion(e: &Evidence, chosen: &ModelFit, law: AmplitudeLaw, 
     let knots = match &e.fit.problem {
         Problem::Waveform(problem) => {
             let duration = e.fit.end - e.fit.origin;
+            let step = duration / f64::from(KNOTS - 1);
+            let slowing = |t: f64| Slowing::new(law.amplitude(t), [law.a1, law.a2], omega).rate;
+            let (mut lag, mut before) = (0.0, slowing(0.0));
             (0..KNOTS)
                 .map(|i| {
-                    let time_s = e.fit.origin + duration * f64::from(i) / f64::from(KNOTS - 1);
+                    let t = duration * f64::from(i) / f64::from(KNOTS - 1);
+                    let time_s = e.fit.origin + t;
+                    let here = slowing(t);
+                    if i > 0 {
+                        lag += step / 6.0 * (before + 4.0 * slowing(t - 0.5 * step) + here);
+                    }
+                    before = here;
                     let at = problem.phase_at(p, time_s);
                     let v = (time_s - e.fit.origin) / problem.duration.max(f64::MIN_POSITIVE);
                     let offset = p[OFFSET] + v * (p[OFFSET + 1] + v * p[OFFSET + 2]);
-                    Knot { time_s, phase: at.phase, omega: at.omega, offset }
+                    Knot { time_s, phase: at.phase - lag, omega: at.omega - here, offset }
                 })
                 .collect()
         }

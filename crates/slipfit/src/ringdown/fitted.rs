@@ -1,7 +1,7 @@
 //! The fitted motion, to be drawn or subtracted.
 
 use super::two_modes::ViscousMode;
-use crate::motion::decay::{amplitude::AmplitudeLaw, path::AmplitudePath};
+use crate::motion::decay::{amplitude::AmplitudeLaw, drag, path::AmplitudePath};
 use crate::numeric::roots::border;
 use std::f64::consts::PI;
 
@@ -172,7 +172,21 @@ impl FittedMotion {
         let elapsed = time_s - self.start_s - since;
         let before = self.amplitude_extended(elapsed);
         let after = self.amplitude_extended(elapsed + half_period);
-        knot.offset + sign * half_cycle(before, after, self.friction_displacement, theta)
+        let x_f = self.friction_displacement;
+        let bulge = self
+            .drag_shape(before, after, knot.omega)
+            .map_or(0.0, |(height, shape)| height * shape.value(theta));
+        knot.offset + sign * (half_cycle(before, after, x_f, theta) + bulge)
+    }
+
+    /// What drag adds to the shape of a half cycle between two amplitudes.
+    fn drag_shape(&self, before: f64, after: f64, omega: f64) -> Option<(f64, drag::Shape)> {
+        let x_f = self.friction_displacement;
+        let square = (before - x_f) * (after + x_f);
+        (self.law.a2 != 0.0 && square > 0.0).then(|| {
+            let shape = drag::Shape::new(square, [self.law.a1, self.law.a2], omega);
+            (shape.epsilon * square.sqrt(), shape)
+        })
     }
 
     fn phase_at(&self, time_s: f64) -> Option<Knot> {

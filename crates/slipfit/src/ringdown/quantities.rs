@@ -11,6 +11,7 @@ use crate::answer::describe::{
 };
 use crate::answer::{Parameter, Parameters};
 use crate::inference::Z_95;
+use crate::inference::averaged::{self, AbsentLoss, Weighed};
 use crate::inference::model_selection::ModelFit;
 use crate::inference::profile::Profile;
 use crate::model::loss::LossTerm;
@@ -69,7 +70,26 @@ fn loss_term(e: &Evidence, chosen: &ModelFit, term: LossTerm) -> Quantity {
             false,
         )
     });
-    non_negative(found, present, Parameter::Loss(term).unit(e.record.unit()))
+    let found = non_negative(found, present, Parameter::Loss(term).unit(e.record.unit()));
+    with_absent_losses(e, chosen, slot(term), Some(term), found)
+}
+
+/// The interval with the losses counted that the model has not and the data do not exclude; as it is where
+/// the model was asked for.
+fn with_absent_losses(
+    e: &Evidence,
+    chosen: &ModelFit,
+    k: usize,
+    of: Option<LossTerm>,
+    q: Quantity,
+) -> Quantity {
+    if e.options.model.is_some() || of.is_some_and(|term| !chosen.model.has(term)) {
+        return q;
+    }
+    let comparison = &e.fit.comparison;
+    let absent = LossTerm::compared(None).filter_map(|t| AbsentLoss::new(comparison, chosen, t, of, slot));
+    let others: Vec<Weighed> = absent.map(|loss| loss.weighed(k, &q)).collect();
+    averaged::stretched(q, &others)
 }
 
 /// The parameter of the shape of a loss term, where the chosen model has one: its interval is the profile's,
@@ -155,7 +175,8 @@ pub(crate) fn parameters(e: &Evidence, chosen: &ModelFit, omega: f64) -> Paramet
     if known {
         list.set(Parameter::QFactor, q_factor(&delta, |d| omega.hypot(d)));
     }
-    list.set(Parameter::InitialAmplitude, initial_amplitude(e, chosen));
+    let amplitude = with_absent_losses(e, chosen, A0, None, initial_amplitude(e, chosen));
+    list.set(Parameter::InitialAmplitude, amplitude);
     if let Some(calibration) = e.options.calibration.filter(|_| known) {
         // A velocity or acceleration record holds omega or omega² times the displacement.
         let motion = match e.record.kind() {

@@ -168,9 +168,12 @@ impl Waveform<'_> {
 mod tests {
     use super::*;
     use crate::Oscillator;
+    use crate::inference::least_squares::minimise;
     use crate::motion::decay::FreeDecay;
-    use crate::motion::decay::parameters::DELTA;
+    use crate::motion::decay::parameters::{DELTA, DRAG};
     use crate::motion::decay::path::SHAPE;
+    use crate::motion::simulate::Drive;
+    use crate::motion::simulate::smooth::{self, SmoothMotion};
 
     fn wave<'a>(time: &'a [f64], signal: &'a [f64], bend: Option<Bend>) -> Waveform<'a> {
         let duration = time[time.len() - 1];
@@ -206,6 +209,38 @@ mod tests {
             (p[A0], p[X_F], p[DELTA], p[OMEGA], p[OFFSET]) = (1.0, x_f, delta, oscillator.omega_d(), 0.3);
             let rms = (residuals(&wave(&time, &signal, None), &p) / time.len() as f64).sqrt();
             assert!(rms < 1e-13, "Q {q}: {rms:e}");
+        }
+    }
+
+    /// Against the integrated motion: with drag a half cycle is known to second order in the loss, and what is
+    /// left after all of them falls with its square.
+    #[test]
+    fn is_the_motion_with_drag_to_second_order() {
+        for (x_f, viscous) in [(0.0, 0.0), (0.0, 1.0), (0.5, 0.3)] {
+            let left = [8.0, 30.0, 120.0].map(|q| {
+                let omega_0 = 7.0;
+                let whole = omega_0 / (2.0 * q);
+                let (delta, drag, x_f) = (viscous * whole, whole, x_f * whole * PI / (2.0 * omega_0));
+                let oscillator = Oscillator::kinematic(omega_0, delta, x_f).expect("valid");
+                let law = smooth::drag(drag * 3.0 * PI / (4.0 * omega_0.powi(3))).expect("valid");
+                let drive = Drive::none();
+                let mut motion = SmoothMotion::new(&oscillator, law, drive, 0.0, 1.0, 0.0).expect("valid");
+                let duration = 1.5 / whole;
+                let time: Vec<f64> = (0..600).map(|i| f64::from(i) * duration / 600.0).collect();
+                let mut at = |&t: &f64| motion.state_at(t).expect("moves").position;
+                let signal: Vec<f64> = time.iter().map(&mut at).collect();
+                let free = [A0, PHASE, OMEGA, X_F, DELTA, DRAG];
+                let mut p = vec![0.0; COUNT];
+                (p[A0], p[X_F], p[DELTA], p[DRAG], p[OMEGA]) = (1.0, x_f, delta, drag, oscillator.omega_d());
+                let wave = wave(&time, &signal, None);
+                let fit = minimise(&wave, &p, &free).expect("fits");
+                [residuals(&wave, &p), fit.rss].map(|rss| (rss / 600.0).sqrt())
+            });
+            // Four times the quality factor, a sixteenth of what is left.
+            for [here, there] in [[left[0], left[1]], [left[1], left[2]]] {
+                assert!(there[0] < here[0] / 14.0 && there[1] < here[1] / 14.0, "{left:?}");
+            }
+            assert!(left[1][0] < 2e-5 && left[1][1] < 3e-6, "{left:?}");
         }
     }
 

@@ -9,11 +9,12 @@
 //! ```
 //!
 //! which is the closed form where frequency and decay rate are constant, and joins the turning
-//! points smoothly where they change slowly. All derivatives are combinations of `f`, `theta f`
-//! and `g = e^(lambda theta) sin theta`. One pass gives the sums of a least-squares step; of the
+//! points smoothly where they change slowly; quadratic drag adds [its own shape](super::drag). All
+//! derivatives are combinations of `f`, `theta f`, `g = e^(lambda theta) sin theta` and that shape. One pass gives the sums of a least-squares step; of the
 //! samples nothing is stored.
 
 use super::amplitude::sliding_gain;
+use super::drag::{self, Slowing};
 use super::parameters::{BEND, CHIRP, DELTA, DRAG, OFFSET, OMEGA, PHASE, X_F, by_parameters, law_of};
 use super::path::{AmplitudePath, CARRIED};
 use crate::numeric::products::{Products, WIDTH};
@@ -127,9 +128,11 @@ struct Pass<'a> {
 #[derive(Clone, Copy)]
 struct Turn {
     time: f64,
+    /// Rate of the phase but for drag.
     omega: f64,
     amplitude: f64,
-    shapes: [f64; 4],
+    /// Derivatives of the phase by all parameters of losses and phase.
+    phase_by: [f64; OFFSET],
     /// Derivatives of the amplitude by all loss and phase parameters.
     by: [f64; OFFSET],
 }
@@ -142,6 +145,9 @@ struct Turns<'a> {
     path: AmplitudePath,
     /// Time of `path`.
     now: f64,
+    /// Phase that drag has cost until now, and its derivatives by amplitude and losses.
+    lag: f64,
+    lag_by: [f64; CARRIED],
 }
 
 impl<'a> Turns<'a> {
@@ -151,34 +157,71 @@ impl<'a> Turns<'a> {
         let backbone = if window.bend.is_some() { [p[BEND] / p[OMEGA], 0.0] } else { [0.0; 2] };
         let further = window.active.iter().any(|k| (DRAG + 1..PHASE).contains(k));
         let path = AmplitudePath::new(law_of(p, p[OMEGA]), backbone).with_further(further);
-        Self { window, p, gain: sliding_gain(p[DELTA], p[OMEGA]), path, now: 0.0 }
+        Self {
+            window,
+            p,
+            gain: sliding_gain(p[DELTA], p[OMEGA]),
+            path,
+            now: 0.0,
+            lag: 0.0,
+            lag_by: [0.0; CARRIED],
+        }
     }
 
     /// Turning point `n`, the one after the last asked for, near `guess`.
     #[inline(always)]
     fn at(&mut self, n: f64, guess: f64) -> Turn {
         let p = self.p;
-        let time = self.turn_time(n, guess);
-        self.path.advance(time - self.now);
+        let slowing = self.slowing(guess);
+        let time = self.turn_time(n, guess, slowing.rate);
+        let (before, passed) = (self.path.by, time - self.now);
+        self.path.advance(passed);
         self.now = time;
-        let (_, omega, shapes) = self.window.phase(p, time);
         let mut by = [0.0; OFFSET];
         by[..CARRIED].copy_from_slice(&by_parameters(self.path.by, p, &self.gain));
+        if slowing != Slowing::default() {
+            self.lag += slowing.rate * passed;
+            let before = by_parameters(before, p, &self.gain);
+            for ((lag, before), after) in self.lag_by.iter_mut().zip(before).zip(by) {
+                *lag += slowing.by_amplitude * 0.5 * (before + after) * passed;
+            }
+            self.lag_by[DELTA] += slowing.by_decay * passed;
+            self.lag_by[DRAG] += slowing.by_drag * passed;
+        }
+        let (_, omega, shapes) = self.window.phase(p, time);
+        let mut phase_by = [0.0; OFFSET];
+        phase_by[PHASE..].copy_from_slice(&shapes);
+        for (by, lag) in phase_by.iter_mut().zip(self.lag_by) {
+            *by = -lag;
+        }
+        phase_by[OMEGA] += self.lag / p[OMEGA];
         // A later phase moves the turn: dX/dp = rate S/omega; and a0 depends on omega.
-        let rate = self.path.rate() / omega;
-        for k in 0..4 {
-            by[PHASE + k] = rate * shapes[k];
+        let rate = self.path.rate() / (omega - slowing.rate);
+        for (by, phase_by) in by.iter_mut().zip(phase_by) {
+            *by += rate * phase_by;
         }
         by[OMEGA] += self.path.by[X_F] * p[X_F] * self.gain[2];
-        Turn { time, omega, amplitude: self.path.amplitude, shapes, by }
+        Turn { time, omega, amplitude: self.path.amplitude, phase_by, by }
+    }
+
+    /// How much slower drag makes the phase run on the way to the turn near `guess`, with its derivatives.
+    #[inline(always)]
+    fn slowing(&self, guess: f64) -> Slowing {
+        let p = self.p;
+        if p[DRAG] == 0.0 && !self.window.active.contains(&DRAG) {
+            return Slowing::default();
+        }
+        let halfway = self.path.amplitude - 0.5 * (guess - self.now) * self.path.rate();
+        Slowing::new(halfway, [p[DELTA], p[DRAG]], p[OMEGA])
     }
 
     /// Time at which the phase reaches `n pi`, from a guess.
     #[inline(never)]
-    fn turn_time(&self, n: f64, guess: f64) -> f64 {
+    fn turn_time(&self, n: f64, guess: f64, slowing: f64) -> f64 {
         let mut t = guess;
         for _ in 0..8 {
             let (phase, omega, _) = self.window.phase(self.p, t);
+            let (phase, omega) = (phase - self.lag - slowing * (t - self.now), omega - slowing);
             let step = (n * PI - phase) / omega;
             t += step;
             if step.abs() * omega < 1e-12 * (1.0 + n.abs()) {
@@ -212,7 +255,7 @@ impl Pass<'_> {
             sums: Products::new(window.active.len() + 1),
             active: window.active,
             len: 0,
-            basis: Basis { u: none, f: none, theta_f: none, g: none },
+            basis: Basis { u: none, f: none, theta_f: none, g: none, shape: none, slope: none },
             residuals,
         };
         let mut n = (p[PHASE] / PI).floor();
@@ -261,6 +304,8 @@ fn count_before(time: &[f64], limit: f64) -> usize {
 
 /// Coefficients of one row: `c0 + c1 f + c2 theta f + (c3 + c4 u) g`, `u` the time since the turn.
 type Row = [f64; 5];
+/// And of the [shape that drag adds](drag) and its slope.
+type DragRow = [f64; 2];
 
 /// One half cycle: the motion and the rows of its derivatives.
 struct HalfCycle {
@@ -277,6 +322,11 @@ struct HalfCycle {
     level: f64,
     height: f64,
     rows: [Row; OFFSET],
+    /// Whether drag is part of the model: its shape then times `bulge` is part of the motion.
+    drags: bool,
+    bulge: f64,
+    drag: drag::Shape,
+    drag_rows: [DragRow; OFFSET],
 }
 
 impl HalfCycle {
@@ -285,6 +335,8 @@ impl HalfCycle {
     fn new(window: &Window, p: &[f64], turn: &Turn, next: &Turn, n: f64, rests: bool) -> Option<Self> {
         let sign = if (0.5 * n).fract() == 0.0 { 1.0 } else { -1.0 };
         let mut rows = [[0.0; 5]; OFFSET];
+        let mut drag_rows = [[0.0; 2]; OFFSET];
+        let drags = p[DRAG] != 0.0 || window.active.contains(&DRAG);
         let begin = window.origin + turn.time;
         if rests {
             let seen = if window.rest_tells { sign } else { 0.0 };
@@ -303,6 +355,10 @@ impl HalfCycle {
                 level,
                 height: 0.0,
                 rows,
+                drags: false,
+                bulge: 0.0,
+                drag: drag::Shape::default(),
+                drag_rows,
             });
         }
         let x_f = p[X_F];
@@ -319,9 +375,16 @@ impl HalfCycle {
             squarings += 1;
         }
         let length = next.time - turn.time;
-        let curve = (PI - turn.omega * length) / (length * length);
+        // What drag slows the phase by is constant within a half cycle.
+        let slowing = if drags { 0.5 * (turn.omega + next.omega) - PI / length } else { 0.0 };
+        let omega = turn.omega - slowing;
+        let curve = (PI - omega * length) / (length * length);
         let over_ratio = 1.0 / ratio;
         let spread = swing * (1.0 + lambda * lambda);
+        let strength = drag::strength(p[DRAG], p[OMEGA]);
+        // Both swings, that of the turn and that of the next: the middle of the half cycle.
+        let (swing_after, middle) = (next.amplitude + x_f, swing * (next.amplitude + x_f));
+        let bulge = sign * strength * middle;
         for (parameter, row) in rows.iter_mut().enumerate() {
             let (a, b) = (turn.by[parameter], next.by[parameter]);
             let direct = if parameter == X_F { 1.0 } else { 0.0 };
@@ -329,14 +392,35 @@ impl HalfCycle {
             // h = (theta f - g)/pi; dx/dtheta = -s (X - x_F)(1 + lambda²) g.
             let slide = (b * over_ratio - a + direct * (1.0 + over_ratio)) * sign / PI;
             *row = [sign * direct, sign * (a - direct), slide, -slide, 0.0];
-            if parameter >= PHASE {
-                let k = parameter - PHASE;
-                row[3] -= sign * spread * turn.shapes[k];
-                row[4] = -sign * spread * (next.shapes[k] - turn.shapes[k]) / length;
+            let (phase, change) =
+                (turn.phase_by[parameter], next.phase_by[parameter] - turn.phase_by[parameter]);
+            row[3] -= sign * spread * phase;
+            row[4] = -sign * spread * change / length;
+            if drags {
+                let by_middle = (a - direct) * swing_after + swing * (b + direct);
+                drag_rows[parameter] = [sign * strength * by_middle, bulge * (phase + 0.5 * change)];
             }
         }
+        if drags {
+            drag_rows[DRAG][0] += sign * drag::strength(1.0, p[OMEGA]) * middle;
+            drag_rows[OMEGA][0] -= bulge / p[OMEGA];
+        }
         let (level, height) = (sign * x_f, sign * swing);
-        Some(Self { begin, omega: turn.omega, curve, lambda, squarings, moving: true, level, height, rows })
+        Some(Self {
+            begin,
+            omega,
+            curve,
+            lambda,
+            squarings,
+            moving: true,
+            level,
+            height,
+            rows,
+            drags,
+            bulge,
+            drag: drag::Shape::new(middle, [p[DELTA], p[DRAG]], p[OMEGA]),
+            drag_rows,
+        })
     }
 
     /// Adds the rows of its samples.
@@ -396,10 +480,21 @@ impl HalfCycle {
                 *r = simd.negate_mul_add_e_f64s(v, simd.mul_add_e_f64s(bow, v, slope), *r);
             }
         }
+        if self.drags {
+            let bulge = splat(self.bulge);
+            for (r, shape) in residual.iter_mut().zip(S::as_simd_f64s(&basis.shape[..whole]).0) {
+                *r = simd.negate_mul_add_e_f64s(bulge, *shape, *r);
+            }
+        }
         for (row, &parameter) in sums.rows.iter_mut().zip(*active) {
             let row = &mut row[at..at + whole];
             match parameter.checked_sub(OFFSET) {
-                None => basis.combine(simd, &self.rows[parameter], row),
+                None => {
+                    basis.combine(simd, &self.rows[parameter], row);
+                    if self.drags {
+                        basis.add_drag(simd, &self.drag_rows[parameter], row);
+                    }
+                }
                 Some(0) => row.fill(1.0),
                 Some(power) => {
                     for (r, u) in S::as_mut_simd_f64s(row).0.iter_mut().zip(u) {
@@ -421,11 +516,15 @@ impl HalfCycle {
         let (f, _) = S::as_mut_simd_f64s(&mut basis.f[..whole]);
         let (theta_f, _) = S::as_mut_simd_f64s(&mut basis.theta_f[..whole]);
         let (g, _) = S::as_mut_simd_f64s(&mut basis.g[..whole]);
+        let (shape, _) = S::as_mut_simd_f64s(&mut basis.shape[..whole]);
+        let (slope, _) = S::as_mut_simd_f64s(&mut basis.slope[..whole]);
         let begin = splat(self.begin);
         let (curve, omega, lambda) = (splat(self.curve), splat(self.omega), splat(self.lambda));
         let part = splat(self.lambda * 0.5f64.powi(self.squarings as i32));
         let quarter = splat(-FRAC_PI_2);
-        for ((u, f), (theta_f, g)) in u.iter_mut().zip(f).zip(theta_f.iter_mut().zip(g)) {
+        for (((u, f), (theta_f, g)), (shape, slope)) in
+            u.iter_mut().zip(f).zip(theta_f.iter_mut().zip(g)).zip(shape.iter_mut().zip(slope))
+        {
             *u = simd.sub_f64s(*u, begin);
             if !self.moving {
                 (*f, *theta_f, *g) = (splat(1.0), splat(0.0), splat(0.0));
@@ -441,6 +540,9 @@ impl HalfCycle {
             *g = simd.mul_f64s(e, sin);
             *f = simd.neg_f64s(simd.mul_add_e_f64s(e, s, simd.mul_f64s(lambda, *g)));
             *theta_f = simd.mul_f64s(theta, *f);
+            if self.drags {
+                (*shape, *slope) = self.drag.at(simd, theta, s, sin);
+            }
         }
     }
 }
@@ -451,6 +553,9 @@ struct Basis {
     f: [f64; WIDTH],
     theta_f: [f64; WIDTH],
     g: [f64; WIDTH],
+    /// What drag adds, and its slope by the phase; filled where drag is part of the model.
+    shape: [f64; WIDTH],
+    slope: [f64; WIDTH],
 }
 
 impl Basis {
@@ -466,6 +571,17 @@ impl Basis {
         for ((row, u), (f, (theta_f, g))) in row.iter_mut().zip(u).zip(f.iter().zip(theta_f.iter().zip(g))) {
             let x = simd.mul_add_e_f64s(c1, *f, simd.mul_add_e_f64s(c2, *theta_f, c0));
             *row = simd.mul_add_e_f64s(simd.mul_add_e_f64s(c4, *u, c3), *g, x);
+        }
+    }
+
+    #[inline(always)]
+    fn add_drag<S: Simd>(&self, simd: S, coefficients: &DragRow, row: &mut [f64]) {
+        let [c0, c1] = coefficients.map(|c| simd.splat_f64s(c));
+        let whole = row.len();
+        let (shape, _) = S::as_simd_f64s(&self.shape[..whole]);
+        let (slope, _) = S::as_simd_f64s(&self.slope[..whole]);
+        for (row, (shape, slope)) in S::as_mut_simd_f64s(row).0.iter_mut().zip(shape.iter().zip(slope)) {
+            *row = simd.mul_add_e_f64s(c0, *shape, simd.mul_add_e_f64s(c1, *slope, *row));
         }
     }
 }

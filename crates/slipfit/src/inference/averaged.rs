@@ -1,0 +1,192 @@
+//! Intervals that count the choice of model.
+
+use super::Z_95;
+use super::model_selection::{ModelComparison, ModelFit};
+use crate::Quantity;
+use crate::model::loss::{LossModel, LossTerm};
+use crate::numeric::roots::root;
+use statrs::function::erf::erfc;
+use std::f64::consts::{PI, SQRT_2};
+
+/// What another model says of a parameter, and how probable it is.
+#[derive(Debug, Clone, Copy)]
+pub(crate) struct Weighed {
+    /// Probability of the model, that of the one reported counted.
+    pub(crate) weight: f64,
+    pub(crate) value: f64,
+    pub(crate) std_error: f64,
+}
+
+/// The interval stretched by what other models say: to the end beyond which the tails of all estimates, each
+/// by its weight, hold 2.5 % (Turek and Fletcher 2012, Computational Statistics and Data Analysis 56, 2809);
+/// not inside the interval of the estimate itself. The standard error becomes at least half of the interval
+/// over 1.96.
+pub(crate) fn stretched(mut q: Quantity, others: &[Weighed]) -> Quantity {
+    let known = |o: &&Weighed| o.value.is_finite() && o.std_error.is_finite() && o.std_error > 0.0;
+    let others: Vec<Weighed> = others.iter().filter(known).copied().collect();
+    let [low, high] = q.interval_95;
+    if others.is_empty() || !high.is_finite() || !low.is_finite() {
+        return q;
+    }
+    let (lower, upper) = (end(&q, &others, -1.0), end(&q, &others, 1.0));
+    let lower = if low >= 0.0 { lower.max(0.0) } else { lower };
+    q.interval_95 = [lower.min(low), upper.max(high)];
+    if q.interval_95 != [low, high] {
+        q.std_error = q.std_error.max((q.interval_95[1] - q.interval_95[0]) / (2.0 * Z_95));
+    }
+    q
+}
+
+/// The end of an interval, the upper one for a `side` of 1.
+fn end(q: &Quantity, others: &[Weighed], side: f64) -> f64 {
+    let end = if side < 0.0 { q.interval_95[0] } else { q.interval_95[1] };
+    let own = 1.0 - others.iter().map(|o| o.weight).sum::<f64>();
+    // Normal tails, each half with the width that its end has.
+    let width = side * (end - q.value) / Z_95;
+    let tail = |at: f64| {
+        let beyond = |value: f64, width: f64| 0.5 * erfc(side * (at - value) / (width * SQRT_2));
+        let mine = if width > 0.0 { own * beyond(q.value, width) } else { 0.0 };
+        mine + others.iter().map(|o| o.weight * beyond(o.value, o.std_error)).sum::<f64>()
+    };
+    let ends = others.iter().map(|o| o.value + side * Z_95 * o.std_error);
+    let far = side * ends.map(|e| side * e).fold(side * end, f64::max);
+    if far == end || tail(end) <= 0.025 { end } else { root(end, far, |at| tail(at) - 0.025) }
+}
+
+/// A loss that the reported model has not, and that the data do not exclude: its probability and its
+/// coefficient, which moves the other parameters along.
+///
+/// Before the data the coefficient lies anywhere between zero and what would take the place of all viscous loss. Its
+/// likelihood beside the terms of the model being normal, with estimate `a` and standard error `s`, the odds
+/// of the model with the loss are `s sqrt(2 pi)/most exp(z²/2) [Phi(z) - Phi(z - most/s)]`, `z = a/s`. Unlike
+/// the BIC, whose prior is as wide as the information of one sample, this leaves weight on a loss that the
+/// record could not have shown.
+#[derive(Debug, Clone, Copy)]
+pub(crate) struct AbsentLoss<'a> {
+    comparison: &'a ModelComparison,
+    with: &'a ModelFit,
+    slot: usize,
+    weight: f64,
+    /// Of the coefficient, within its limits.
+    mean: f64,
+    variance: f64,
+    std_error: f64,
+}
+
+impl<'a> AbsentLoss<'a> {
+    /// The `term` beside those terms of the chosen model that are not at their limit, and the one `of`
+    /// interest; `None` where the model has it or no fit with it was made.
+    pub(crate) fn new(
+        comparison: &'a ModelComparison,
+        chosen: &ModelFit,
+        term: LossTerm,
+        of: Option<LossTerm>,
+        slot: impl Fn(LossTerm) -> usize,
+    ) -> Option<Self> {
+        if chosen.model.has(term) {
+            return None;
+        }
+        let kept = |t: &LossTerm| Some(*t) == of || chosen.bounded.parameters[slot(*t)] > 0.0;
+        let terms: Vec<LossTerm> = chosen.model.terms().filter(kept).chain([term]).collect();
+        let with = comparison.get(LossModel::from_terms(&terms)?)?;
+        let without_viscous: Vec<LossTerm> =
+            terms.iter().copied().filter(|t| *t != LossTerm::Viscous).collect();
+        let replaced = &comparison.get(LossModel::from_terms(&without_viscous)?)?.unbounded;
+        let slot = slot(term);
+        let (most, std_error) =
+            (replaced.parameters[slot], comparison.noise.std_error(&with.unbounded, slot));
+        if !(std_error > 0.0 && std_error.is_finite() && most > 0.0) {
+            return None;
+        }
+        let truncated = Truncated::new(with.unbounded.parameters[slot] / std_error, most / std_error);
+        let odds = std_error * (2.0 * PI).sqrt() / most * truncated.likelihood;
+        let weight = if odds.is_finite() { odds / (1.0 + odds) } else { 1.0 };
+        let (mean, variance) = (truncated.mean * std_error, truncated.variance * std_error * std_error);
+        Some(Self { comparison, with, slot, weight, mean, variance, std_error })
+    }
+
+    /// What the model with the loss says of a parameter: each value of its coefficient moves it along the
+    /// covariance, and leaves the error that it has given that value.
+    pub(crate) fn weighed(&self, k: usize, q: &Quantity) -> Weighed {
+        let fit = &self.with.unbounded;
+        let slope = fit.unit_covariance[(k, self.slot)] / fit.unit_covariance[(self.slot, self.slot)];
+        let whole = self.comparison.noise.std_error(fit, k);
+        let given = (whole * whole - slope * slope * self.std_error * self.std_error).max(0.0);
+        Weighed {
+            weight: self.weight,
+            value: q.value + slope * self.mean,
+            std_error: (given + slope * slope * self.variance).sqrt(),
+        }
+    }
+}
+
+/// A normal distribution of unit width about `z`, between zero and `most`.
+struct Truncated {
+    /// `exp(z²/2)` times its content.
+    likelihood: f64,
+    mean: f64,
+    variance: f64,
+}
+
+impl Truncated {
+    fn new(z: f64, most: f64) -> Self {
+        // The upper end matters where the estimate is near it.
+        let density = |x: f64| (-0.5 * x * x).exp() / (2.0 * PI).sqrt();
+        let beyond = |x: f64| 0.5 * erfc(x / SQRT_2);
+        // Far below zero the tail is an exponential of rate -z.
+        if z < -6.0 {
+            let mean = -1.0 / z;
+            return Self { likelihood: mean / (2.0 * PI).sqrt(), mean, variance: mean * mean };
+        }
+        let top = most - z;
+        let content = beyond(-z) - beyond(top);
+        if !(content > 0.0) {
+            return Self { likelihood: f64::INFINITY, mean: most, variance: 1.0 };
+        }
+        let shift = (density(z) - density(top)) / content;
+        let square = (-z * density(z) - top * density(top)) / content;
+        Self {
+            likelihood: (0.5 * z * z).exp() * content,
+            mean: z + shift,
+            variance: (1.0 + square - shift * shift).max(0.0),
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::numeric::quadrature::integrate;
+
+    #[test]
+    fn a_truncated_normal_has_the_moments_of_its_integral() {
+        for (z, most) in [(-5.0, 3.0), (-1.0, 10.0), (0.3, 0.5), (2.0, 30.0), (4.0, 5.0)] {
+            let moment = |k: i32| {
+                integrate(&|x: f64| x.powi(k) * (z * x - 0.5 * x * x).exp() / (2.0 * PI).sqrt(), 0.0, most)
+            };
+            let found = Truncated::new(z, most);
+            let mean = moment(1) / moment(0);
+            let variance = moment(2) / moment(0) - mean * mean;
+            assert!((found.likelihood / moment(0) - 1.0).abs() < 1e-6, "{z} {most}");
+            assert!((found.mean / mean - 1.0).abs() < 1e-5, "{z} {most}: {} {mean}", found.mean);
+            assert!((found.variance / variance - 1.0).abs() < 1e-3, "{z} {most}: {}", found.variance);
+        }
+        let far = Truncated::new(-40.0, 5.0);
+        assert!((far.mean * 40.0 - 1.0).abs() < 0.01 && far.likelihood.is_finite());
+    }
+
+    #[test]
+    fn an_interval_is_stretched_to_where_all_tails_hold_their_share() {
+        let q = Quantity::normal(1.0, 0.1, "");
+        let same = Weighed { weight: 0.5, value: 1.0, std_error: 0.1 };
+        let [low, high] = stretched(q.clone(), &[same]).interval_95;
+        assert!((low - q.interval_95[0]).abs() < 1e-6 && (high - q.interval_95[1]).abs() < 1e-6);
+        let aside = Weighed { weight: 0.5, value: 2.0, std_error: 0.1 };
+        let found = stretched(q.clone(), &[aside]);
+        // Half of 5 % beyond: 1.645 of its errors.
+        assert!((found.interval_95[1] - 2.1645).abs() < 1e-3, "{:?}", found.interval_95);
+        assert_eq!(found.interval_95[0], q.interval_95[0]);
+        let unlikely = Weighed { weight: 0.01, ..aside };
+        assert_eq!(stretched(q.clone(), &[unlikely]).interval_95, q.interval_95);
+    }
+}
