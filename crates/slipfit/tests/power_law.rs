@@ -3,13 +3,14 @@
 #![cfg(feature = "smooth-laws")]
 #![allow(clippy::unwrap_used, reason = "a test stops where something is wrong")]
 
+mod laws;
 mod noise;
 
-use noise::Noise;
+use laws::{noisy, options, scatters_about};
 use slipfit::motion::simulate::Drive;
 use slipfit::motion::simulate::smooth::SmoothMotion;
 use slipfit::ringdown::{Answer, Options, analyse};
-use slipfit::{LossTerm, Oscillator, Parameter, Record, resonance};
+use slipfit::{LossTerm, Oscillator, Parameter, resonance};
 use std::f64::consts::PI;
 
 const POWER: Parameter = Parameter::Loss(LossTerm::Power);
@@ -30,26 +31,6 @@ fn record(delta: f64, rate: f64, n: f64, start: f64) -> (Vec<f64>, Vec<f64>) {
     let time_s: Vec<f64> = (0..4000).map(|i| 0.05 * f64::from(i)).collect();
     let signal = time_s.iter().map(|&t| motion.state_at(t).unwrap().position).collect();
     (time_s, signal)
-}
-
-fn noisy(time_s: &[f64], motion: &[f64], noise: f64, seed: u64) -> Record {
-    let mut n = Noise::of(seed);
-    let signal = motion.iter().map(|x| x + noise * n.next()).collect();
-    Record::new(time_s.to_vec(), signal).unwrap().with_unit("rad")
-}
-
-fn options(model: &str) -> Options {
-    let mut options = Options::default();
-    options.model = Some(model.parse().unwrap());
-    options
-}
-
-fn scatters_about(what: &str, truth: f64, answers: &[Answer], parameter: Parameter) {
-    let found = |a: &Answer| a.parameter(parameter).unwrap().clone();
-    let z: Vec<f64> =
-        answers.iter().map(|a| (found(a).unbounded_value - truth) / found(a).std_error).collect();
-    let mean = z.iter().sum::<f64>() / z.len() as f64;
-    assert!(mean.abs() < 4.0 / (z.len() as f64).sqrt() && z.iter().all(|z| z.abs() < 4.0), "{what}: {z:.2?}");
 }
 
 #[test]

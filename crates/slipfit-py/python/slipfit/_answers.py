@@ -76,6 +76,10 @@ class Parameters(Mapping[str, Quantity]):
     cubic_rate: Quantity
     power_rate_per_s: Quantity
     loss_exponent: Quantity
+    stribeck_rate_per_s: Quantity
+    stribeck_velocity_ratio: Quantity
+    presliding_rate_per_s: Quantity
+    break_amplitude_ratio: Quantity
     decay_rate_per_s: Quantity
     drag_rate: Quantity
     drive_amplitude: Quantity

@@ -1,5 +1,6 @@
 //! What every analysis answers with: parameters with uncertainties, and what they rest on.
 
+pub(crate) mod averaged;
 pub mod calibration;
 pub(crate) mod columns;
 pub mod comparison;

@@ -65,6 +65,10 @@ parameters! {
     SlidingRate: "sliding_rate", "sliding rate", "a₀", UnitRule::SignalPerSecond;
     /// Exponent of the amplitude in a loss by a power of it.
     LossExponent: "loss_exponent", "exponent of the loss", "n", UnitRule::Fixed("");
+    /// Velocity at which friction has fallen, over the first velocity amplitude: `v_s/(A0 omega)`.
+    StribeckVelocityRatio: "stribeck_velocity_ratio", "Stribeck velocity ratio", "v_s/A₀ω", UnitRule::Fixed("");
+    /// Amplitude below which contacts hold, over the initial amplitude: `A_b/A0`.
+    BreakAmplitudeRatio: "break_amplitude_ratio", "break amplitude ratio", "A_b/A₀", UnitRule::Fixed("");
     /// Amplitude at the first instant used.
     InitialAmplitude: "initial_amplitude", "initial amplitude", "A₀", UnitRule::Signal;
     /// Amplitude `x_0` of the drive at the base.

@@ -1,6 +1,5 @@
 //! Estimation and inference: least squares, noise model, intervals, model comparison.
 
-pub(crate) mod averaged;
 pub(crate) mod bounded;
 pub(crate) mod criteria;
 pub(crate) mod evidence;

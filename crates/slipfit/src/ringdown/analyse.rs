@@ -84,9 +84,13 @@ pub fn analyse_with(record: &Record, options: &Options, criteria: &Criteria) -> 
     let affordable = options.lockin.is_none() && whole.len() <= criteria.misfit.further_law_samples;
     if options.model.is_none() && affordable && answer.second_mode.is_none() {
         let samples = Samples { noise_inflation: answer.diagnostics.noise_inflation, ..whole };
+        // By the amplitudes alone: a hundred times as fast as by every sample, and laws differ there.
+        let mut by_amplitudes = criteria.clone();
+        by_amplitudes.waveform.most_samples = 0;
+        let start_s = Some(answer.segment.start_s);
         try_further_laws(&mut answer, &criteria.misfit, |model| {
-            let asked = Options { model: Some(model), law: None, ..options.clone() };
-            analyse_part(samples.clone(), record, &asked, criteria).ok()
+            let asked = Options { model: Some(model), law: None, start_s, ..options.clone() };
+            analyse_part(samples.clone(), record, &asked, &by_amplitudes).ok()
         });
     }
     Ok(answer)

@@ -121,14 +121,15 @@ pub(crate) fn compare(
 ) -> ModelComparison {
     let mut fits: Vec<(LossModel, Fit)> = Vec::new();
     // Models that the others begin from.
-    let every_term = LossTerm::compared(asked).fold(LossModel::VISCOUS_SLIDING, LossModel::with);
-    let first = [LossModel::VISCOUS_SLIDING, every_term];
+    let largest = LossModel::compared(asked).last().unwrap_or(LossModel::VISCOUS_SLIDING);
+    let first = [LossModel::VISCOUS_SLIDING, largest];
     for model in first.into_iter().chain(LossModel::compared(asked)) {
         let free = free_of(model, nuisance);
         if (noise.observations as usize) <= free.len() || fits.iter().any(|(m, _)| *m == model) {
             continue;
         }
         let starts = starts(model, &fits, start, &whole, side_minima);
+        let starts = settled_but_for_shapes(problem, starts, &free);
         let tried = if side_minima { FITTED_STARTS } else { 1 };
         if let Some(fit) = best_of(problem, &starts, &free, tried) {
             fits.push((model, fit));
@@ -237,6 +238,27 @@ fn shaped_starts(
     }
     list
 }
+
+/// Starts with everything but the parameters of shapes fitted: the sum of squares falls along a curved valley
+/// from one shape to another, and the fit goes the rest of the way from the lowest place.
+fn settled_but_for_shapes(
+    problem: &dyn LeastSquares,
+    starts: Vec<Vec<f64>>,
+    free: &[usize],
+) -> Vec<Vec<f64>> {
+    let is_shape = |slot: &usize| LossTerm::shaped().iter().any(|t| shape_slot(*t) == Some(*slot));
+    let fixed: Vec<usize> = free.iter().copied().filter(|slot| !is_shape(slot)).collect();
+    if fixed.len() == free.len() || starts.len() < 2 {
+        return starts;
+    }
+    let settled = |start: Vec<f64>| {
+        minimise_until(problem, &start, &fixed, SETTLED_TOLERANCE, true).map_or(start, |fit| fit.parameters)
+    };
+    starts.into_iter().map(settled).collect()
+}
+
+/// Standard errors to within which all but the shape is fitted where a search begins.
+const SETTLED_TOLERANCE: f64 = 1.0;
 
 /// Standard errors to within which a model is fitted; the last step, smaller than that, is taken.
 const FIT_TOLERANCE: f64 = 0.03;

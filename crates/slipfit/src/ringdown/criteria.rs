@@ -411,6 +411,8 @@ criteria! {
             moves "warnings";
         /// Part of the decay that it must describe at least.
         further_law_window: f64 = 0.9, source "a shorter decay is easier to describe", moves "warnings";
+        /// And where the decay was cut because the amplitudes leave the laws compared, over what those describe.
+        further_law_longer: f64 = 1.2, source "chosen by simulation", moves "warnings";
     }
 }
 

@@ -1,21 +1,24 @@
 //! The parameters a person reads, with their uncertainties and units.
 
 use super::compare::slot;
-use super::envelope::A0;
+use super::envelope::{A0, law_of};
 use super::evidence::Evidence;
-use super::waveform::OMEGA;
+use super::waveform::{OMEGA, Waveform};
 use super::window_fit::Problem;
+use crate::answer::averaged::{self, AbsentLoss, Weighed};
 use crate::answer::calibration::physical;
 use crate::answer::describe::{
     fit_of, known_error, loss_estimate, near_limit, non_negative, q_factor, symmetric, unknown,
 };
 use crate::answer::{Parameter, Parameters};
 use crate::inference::Z_95;
-use crate::inference::averaged::{self, AbsentLoss, Weighed};
-use crate::inference::model_selection::ModelFit;
+use crate::inference::least_squares::linear;
+use crate::inference::model_selection::{ModelComparison, ModelFit};
 use crate::inference::profile::Profile;
-use crate::model::loss::LossTerm;
+use crate::model::loss::{LossModel, LossTerm};
 use crate::motion::decay::parameters::shape_slot;
+use crate::signal::blocks::{Block, wrap};
+use crate::signal::phase::{PhaseError, phase_weight, walk_rate_variance};
 use crate::{Quantity, SignalKind};
 use std::f64::consts::TAU;
 
@@ -39,12 +42,42 @@ fn mean_frequency(e: &Evidence, chosen: &ModelFit) -> Quantity {
                 .flat_map(|&(i, a)| across.iter().map(move |&(k, b)| (i, k, a * b)))
                 .map(|(i, k, ab)| ab * chosen.bounded.unit_covariance[(i, k)])
                 .sum();
-            (mean, (variance.max(0.0) * e.fit.comparison.noise.variance(&chosen.bounded)).sqrt())
+            let white = variance.max(0.0) * e.fit.comparison.noise.variance(&chosen.bounded);
+            let errors: Vec<PhaseError> =
+                e.measured.points.iter().map(|b| phase_error(e, problem, p, b)).collect();
+            (mean, (white + walk_rate_variance(&errors).unwrap_or(0.0)).sqrt())
         }
         Problem::Envelope(problem) if e.options.frequency_hz.is_some() => (problem.omega, 0.0),
-        Problem::Envelope(_) => (e.measured.law.mean_omega, e.measured.law.mean_omega_std),
+        Problem::Envelope(_) => {
+            let law = &e.measured.law;
+            (law.mean_omega + lag_rate(e, chosen, law.omega).unwrap_or(0.0), law.mean_omega_std)
+        }
     };
     Quantity::normal(omega / TAU, std / TAU, "Hz")
+}
+
+/// What the fitted motion leaves of the phase of a block.
+fn phase_error(e: &Evidence, problem: &Waveform, p: &[f64], block: &Block) -> PhaseError {
+    let error = wrap(block.phase - problem.phase_at(p, block.time_s).phase);
+    PhaseError { time_s: block.time_s, error, weight: phase_weight(block, e.measured.noise_rms) }
+}
+
+/// Rate at which the fundamental falls behind the phase of the motion, rad/s, as the phases of the blocks
+/// weigh it.
+///
+/// Loss leaves the fundamental a part in quadrature, which over the amplitude is `delta/omega` for viscous
+/// damping, `(3/pi) x_F/A` for sliding friction and `(5/6) a2 A/omega` for drag: the last two change as the
+/// amplitude falls.
+fn lag_rate(e: &Evidence, chosen: &ModelFit, omega: f64) -> Option<f64> {
+    let law = law_of(&chosen.bounded.parameters, omega);
+    let noise = e.measured.noise_rms;
+    let start = e.fit.origin;
+    let rows = e.measured.points.iter().map(|b| {
+        let amplitude = law.amplitude(b.time_s - start).max(b.std_error(noise));
+        let lag = (1.5 * law.a0 / amplitude + 5.0 / 6.0 * law.a2 * amplitude) / omega;
+        (vec![1.0, b.time_s - start], lag, phase_weight(b, noise))
+    });
+    Some(linear(rows, 2)?.0[1])
 }
 
 /// Whether the frequency of the oscillation is known.
@@ -149,9 +182,19 @@ fn initial_amplitude(e: &Evidence, chosen: &ModelFit) -> Quantity {
     }
 }
 
+/// The fit that determines the parameters: where a loss whose shape is fitted is at its limit, the data say
+/// nothing of the shape, and the smaller model is what is left.
+fn determined<'a>(comparison: &'a ModelComparison, chosen: &'a ModelFit) -> &'a ModelFit {
+    let Some(term) = chosen.at_limit.filter(|t| t.is_shaped()) else { return chosen };
+    let others: Vec<LossTerm> = chosen.model.terms().filter(|t| *t != term).collect();
+    let smaller = LossModel::from_terms(&others).and_then(|model| comparison.get(model));
+    smaller.map_or(chosen, |smaller| determined(comparison, smaller))
+}
+
 pub(crate) fn parameters(e: &Evidence, chosen: &ModelFit, omega: f64) -> Parameters {
     let unit = e.record.unit();
     let known = frequency_known(e);
+    let chosen = determined(&e.fit.comparison, chosen);
     let mut list = Parameters::default();
     if known {
         list.set(Parameter::Frequency, mean_frequency(e, chosen));

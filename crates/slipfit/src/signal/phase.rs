@@ -54,6 +54,14 @@ const MOST_EXCESS: f64 = 3.0;
 /// one, no combination of the amplitudes is off by more than its standard error.
 const MOST_LOST: f64 = 1.0;
 
+/// Inverse variance of the phase of a block. None is trusted beyond 1e-4 rad: the exact motion itself bends it
+/// by x_F/A.
+pub(crate) fn phase_weight(block: &Block, noise_rms: f64) -> f64 {
+    let variance = block.unit_variance * noise_rms * noise_rms;
+    let strength = block.amplitude.hypot(block.quadrature);
+    1.0 / (variance / (strength * strength).max(f64::MIN_POSITIVE) + 1e-8)
+}
+
 /// Fits backbone laws of growing freedom to the phases of `blocks`, keeps the
 /// one the BIC prefers, and falls back to local smoothing where none holds.
 ///
@@ -65,15 +73,7 @@ pub(crate) fn smooth(blocks: &[Block], amplitude: &[f64], noise_rms: f64) -> Opt
     let scale = amplitude.iter().fold(0.0f64, |m, a| m.max(a.abs())).max(f64::MIN_POSITIVE);
     let square = integral(&tau, amplitude, |a| (a / scale).powi(2));
     let fourth = integral(&tau, amplitude, |a| (a / scale).powi(4));
-    // No phase is trusted beyond 1e-4 rad: the exact motion itself bends it by x_F/A.
-    let weight: Vec<f64> = blocks
-        .iter()
-        .map(|b| {
-            let variance = b.unit_variance * noise_rms * noise_rms;
-            let strength = b.amplitude.hypot(b.quadrature);
-            1.0 / (variance / (strength * strength).max(f64::MIN_POSITIVE) + 1e-8)
-        })
-        .collect();
+    let weight: Vec<f64> = blocks.iter().map(|b| phase_weight(b, noise_rms)).collect();
     let mut phase: Vec<f64> = blocks.iter().map(|b| b.phase).collect();
     let omega_0 = {
         let total: f64 = weight.iter().sum();
@@ -123,6 +123,11 @@ pub(crate) fn smooth(blocks: &[Block], amplitude: &[f64], noise_rms: f64) -> Opt
     let residuals: Vec<f64> = strong.iter().map(|&j| (phase[j] - model[j]) * weight[j].sqrt()).collect();
     let inflation =
         if excess < MOST_EXCESS { 1.0 } else { ar1_variance_inflation(autocorrelation(&residuals).max(0.0)) };
+    let errors: Vec<PhaseError> = strong
+        .iter()
+        .map(|&j| PhaseError { time_s: blocks[j].time_s, error: phase[j] - model[j], weight: weight[j] })
+        .collect();
+    let walk = walk_rate_variance(&errors);
     let get = |which: Column| columns.iter().position(|&x| x == which).map_or(0.0, |i| c[i]);
     let omega = get(Column::Time) / span;
     // Mean rate over the stretch: the difference of two phases, each a combination of the coefficients.
@@ -135,7 +140,9 @@ pub(crate) fn smooth(blocks: &[Block], amplitude: &[f64], noise_rms: f64) -> Opt
     let law = PhaseLaw {
         omega,
         mean_omega: (model_at(&row(last, columns), &c) - model_at(&row(0, columns), &c)) / span,
-        mean_omega_std: across_variance.max(0.0).sqrt() / span * (excess.max(1.0) * inflation).sqrt(),
+        mean_omega_std: (across_variance.max(0.0) / (span * span) * (excess.max(1.0) * inflation))
+            .max(across_variance.max(0.0) / (span * span) + walk.unwrap_or(0.0))
+            .sqrt(),
         quadratic: get(Column::Square) / span / omega / (scale * scale),
         quartic: get(Column::Fourth) / span / omega / scale.powi(4),
         drift: 2.0 * get(Column::Chirp) / (span * span) / omega,
@@ -167,6 +174,48 @@ pub(crate) fn smooth(blocks: &[Block], amplitude: &[f64], noise_rms: f64) -> Opt
         local(&tau, &phase, &weight)
     };
     Some(Smooth { at, law, follows_law })
+}
+
+/// What a law leaves of the phase of a block, rad, and the inverse of its variance by noise.
+#[derive(Debug, Clone, Copy)]
+pub(crate) struct PhaseError {
+    pub(crate) time_s: f64,
+    pub(crate) error: f64,
+    pub(crate) weight: f64,
+}
+
+/// Standard errors by which the steps of the phase must exceed those of noise before it counts as walking.
+const WALK_SIGNIFICANCE: f64 = 1.6;
+
+/// Variance of the mean rate, (rad/s)², from a random walk of the phase beside its noise; `None` where the
+/// steps from block to block show none.
+///
+/// The steps have the variance of both noises and of the walk between; the slope of a line through the
+/// phases follows the walk by the weight of all that come after each step.
+pub(crate) fn walk_rate_variance(errors: &[PhaseError]) -> Option<f64> {
+    let (mut walked, mut waited, mut scatter) = (0.0, 0.0, 0.0);
+    for pair in errors.windows(2) {
+        let [a, b] = [pair[0], pair[1]];
+        let (step, duration) = (b.error - a.error, b.time_s - a.time_s);
+        let noise = 1.0 / a.weight + 1.0 / b.weight;
+        // Steps by what their noise leaves to be seen.
+        let weight = duration / (noise * noise);
+        walked += weight * (step * step - noise);
+        waited += weight * duration;
+        scatter += 2.0 * (weight * noise).powi(2);
+    }
+    if !(waited > 0.0 && walked > WALK_SIGNIFICANCE * scatter.sqrt()) {
+        return None;
+    }
+    let total: f64 = errors.iter().map(|e| e.weight).sum();
+    let mean = errors.iter().map(|e| e.weight * e.time_s).sum::<f64>() / total;
+    let spread: f64 = errors.iter().map(|e| e.weight * (e.time_s - mean).powi(2)).sum();
+    let (mut after, mut variance) = (0.0, 0.0);
+    for pair in errors.windows(2).rev() {
+        after += pair[1].weight * (pair[1].time_s - mean) / spread;
+        variance += after * after * (pair[1].time_s - pair[0].time_s);
+    }
+    Some(walked / waited * variance)
 }
 
 /// Takes back turns lost in the noise: a line through the surest half of the

@@ -46,6 +46,18 @@ pub(crate) trait Loss {
     fn relative(_u: f64, _s: f64) -> [f64; 3] {
         [0.0; 3]
     }
+    /// The first of these alone.
+    fn relative_value(u: f64, s: f64) -> f64 {
+        Self::relative(u, s)[0]
+    }
+}
+
+/// `G(u; s) = H(u/s)/H(1/s)` and its derivatives by `u` and by `s`, of a shape `H` with its derivative: one at
+/// the initial amplitude, so that the coefficient is the loss there, which data determine best.
+pub(crate) fn scaled(h: impl Fn(f64) -> [f64; 2], u: f64, s: f64) -> [f64; 3] {
+    let u = u.max(0.0);
+    let ([here, slope], [first, first_slope]) = (h(u / s), h(1.0 / s));
+    [here / first, slope / (s * first), (here * first_slope - u * slope * first) / (s * s * first * first)]
 }
 
 /// A parameter of the shape of a loss.

@@ -9,7 +9,9 @@ mod drag;
 mod kind;
 mod model;
 mod power;
+mod presliding;
 mod sliding;
+mod stribeck;
 mod viscous;
 
 use cubic::Cubic;
@@ -17,7 +19,9 @@ use drag::Drag;
 use kind::{Loss, ShapeParameter};
 pub use model::LossModel;
 use power::Power;
+use presliding::Presliding;
 use sliding::Sliding;
+use stribeck::Stribeck;
 use viscous::Viscous;
 
 use crate::model::unit::UnitRule;
@@ -95,6 +99,12 @@ macro_rules! loss_terms {
                 match self { $(LossTerm::$term => $term::relative(u, s)),+ }
             }
 
+            /// The first of these alone, the rate of an integration.
+            #[inline]
+            pub(crate) fn relative_value(self, u: f64, s: f64) -> f64 {
+                match self { $(LossTerm::$term => $term::relative_value(u, s)),+ }
+            }
+
             /// Shape of the loss, `g(A)` in `dA/dt = -c g(A)`.
             pub(crate) fn shape(self, amplitude: f64) -> f64 {
                 match self { $(LossTerm::$term => $term::shape(amplitude)),+ }
@@ -157,6 +167,8 @@ loss_terms! {
     Drag: "Loss proportional to the square of velocity.",
     Cubic: "Nonlinear damping, proportional to the cube of the amplitude.",
     Power: "Loss by a power of the amplitude that is fitted.",
+    Stribeck: "Friction that falls with speed.",
+    Presliding: "Friction of contacts that yield before they slide.",
 }
 
 #[cfg(test)]

@@ -62,10 +62,14 @@ impl LossModel {
     }
 
     /// The models that an analysis compares, simpler ones first: those of the terms that are
-    /// always compared, and of those in the model asked for.
+    /// always compared, and of those in the model asked for. Drag beside a term whose shape is fitted, which
+    /// may take its place, is compared where both were asked for.
     pub fn compared(asked: Option<LossModel>) -> impl Iterator<Item = LossModel> {
         let terms = LossTerm::compared(asked).fold(0, |bits, term| bits | 1 << term as u8);
-        Self::all().filter(move |m| m.is_within(LossModel { terms }))
+        let both = asked.is_none_or(|m| m.has(LossTerm::Drag));
+        let shaped = |m: &LossModel| LossTerm::shaped().iter().any(|t| m.has(*t));
+        let meant = move |m: &LossModel| both || !m.has(LossTerm::Drag) || !shaped(m);
+        Self::all().filter(move |m| m.is_within(LossModel { terms })).filter(meant)
     }
 
     /// The model with these terms; `None` when there is no loss at all.

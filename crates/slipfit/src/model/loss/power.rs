@@ -54,8 +54,13 @@ impl Loss for Power {
         if !(u > 0.0) {
             return [0.0; 3];
         }
-        let value = u.powf(exponent);
-        let slope = exponent * u.max(LEAST).powf(exponent - 1.0);
-        [value, slope, value * u.ln()]
+        let ln = u.ln();
+        let value = (exponent * ln).exp();
+        let slope = if u > LEAST { exponent * value / u } else { exponent * LEAST.powf(exponent - 1.0) };
+        [value, slope, value * ln]
+    }
+
+    fn relative_value(u: f64, exponent: f64) -> f64 {
+        if u > 0.0 { (exponent * u.ln()).exp() } else { 0.0 }
     }
 }

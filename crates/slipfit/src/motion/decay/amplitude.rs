@@ -105,7 +105,17 @@ impl AmplitudeLaw {
 
     /// Loss by the further terms at an amplitude.
     pub(crate) fn further_rate(&self, amplitude: f64) -> f64 {
-        self.further.iter().zip(self.further_shapes(amplitude)).map(|(c, shape)| c * shape).sum()
+        let amplitude = amplitude.max(0.0);
+        let terms = self.further.iter().zip(LossTerm::further()).enumerate().filter(|(_, (c, _))| **c != 0.0);
+        terms
+            .map(|(k, (c, term))| match k.checked_sub(FURTHER - SHAPED).map(|shaped| self.shapes[shaped]) {
+                None => c * term.shape(amplitude),
+                Some(s) if s != 0.0 && self.initial > 0.0 => {
+                    c * self.initial * term.relative_value(amplitude / self.initial, s)
+                }
+                Some(_) => 0.0,
+            })
+            .sum()
     }
 
     /// Derivative of the loss by the amplitude.

@@ -385,7 +385,8 @@ impl HalfCycle {
         // Both swings, that of the turn and that of the next: the middle of the half cycle.
         let (swing_after, middle) = (next.amplitude + x_f, swing * (next.amplitude + x_f));
         let bulge = sign * strength * middle;
-        for (parameter, row) in rows.iter_mut().enumerate() {
+        for parameter in window.active.iter().copied().filter(|p| *p < OFFSET) {
+            let row = &mut rows[parameter];
             let (a, b) = (turn.by[parameter], next.by[parameter]);
             let direct = if parameter == X_F { 1.0 } else { 0.0 };
             // dx/dX = s (f - h), dx/dX' = s h/rho, dx/dx_F = s [1 - f + (1 + 1/rho) h] with

@@ -261,4 +261,30 @@ mod tests {
             }
         }
     }
+
+    /// Losses whose shape is fitted, their parameter among them, over a long decay.
+    #[test]
+    fn derivatives_by_shapes_are_those_of_differences() {
+        for (k, shape) in [(0, 1.5), (1, 0.1), (2, 0.08)] {
+            let at = |p: [f64; 5]| {
+                let mut law = AmplitudeLaw::from_rates(p[0], [p[1], p[2], 0.0]);
+                law.further[FURTHER - SHAPED + k] = p[3];
+                law.shapes[k] = p[4];
+                let mut path = AmplitudePath::new(law, [0.0; 2]).with_further(true);
+                (0..150).for_each(|_| path.advance(1.5));
+                path
+            };
+            let p = [1.0, 0.0008, 0.0005, 0.0005, shape];
+            let path = at(p);
+            let by =
+                [path.by[0], path.by[1], path.by[2], path.by[4 + FURTHER - SHAPED + k], path.by[SHAPE + k]];
+            for j in 0..5 {
+                let h = 1e-5 * p[j];
+                let (mut up, mut down) = (p, p);
+                (up[j], down[j]) = (p[j] + h, p[j] - h);
+                let numeric = (at(up).amplitude - at(down).amplitude) / (2.0 * h);
+                assert!((by[j] / numeric - 1.0).abs() < 1e-7, "{k} {j}: {} {numeric}", by[j]);
+            }
+        }
+    }
 }

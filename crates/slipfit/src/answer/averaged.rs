@@ -1,8 +1,8 @@
 //! Intervals that count the choice of model.
 
-use super::Z_95;
-use super::model_selection::{ModelComparison, ModelFit};
 use crate::Quantity;
+use crate::inference::Z_95;
+use crate::inference::model_selection::{ModelComparison, ModelFit};
 use crate::model::loss::{LossModel, LossTerm};
 use crate::numeric::roots::root;
 use statrs::function::erf::erfc;
