@@ -87,6 +87,7 @@ pub fn analyse_with(record: &Record, options: &Options, criteria: &Criteria) -> 
         // By the amplitudes alone: a hundred times as fast as by every sample, and laws differ there.
         let mut by_amplitudes = criteria.clone();
         by_amplitudes.waveform.most_samples = 0;
+        by_amplitudes.few_cycles.most_samples = 0;
         let start_s = Some(answer.segment.start_s);
         try_further_laws(&mut answer, &criteria.misfit, |model| {
             let asked = Options { model: Some(model), law: None, start_s, ..options.clone() };

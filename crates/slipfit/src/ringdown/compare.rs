@@ -222,6 +222,10 @@ fn shaped_starts(
 ) -> Vec<Vec<f64>> {
     let mut list = Vec::new();
     for term in model.terms().filter(|t| t.is_shaped()) {
+        // The largest model with the term is fitted first, and the others begin at its shape.
+        if fits.iter().any(|(m, _)| m.has(term)) {
+            continue;
+        }
         let Some((shape, parameter)) = shape_slot(term).zip(term.shape_parameter()) else { continue };
         let others: Vec<LossTerm> = model.terms().filter(|t| *t != term).collect();
         let rest = LossModel::from_terms(&others);

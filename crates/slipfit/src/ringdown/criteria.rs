@@ -404,6 +404,12 @@ criteria! {
         /// Residual variance that a law with a fitted shape leaves, over that of the laws compared, below which
         /// it is said to describe the decay better.
         further_law_left: f64 = 0.5, source "chosen by simulation", moves "warnings";
+        /// Relative misfit up to which a further law is tried.
+        further_law_misfit: f64 = 0.1, source "beyond, the motion is disturbed rather than under another law",
+            moves "warnings";
+        /// Cycles above which a further law is tried.
+        further_law_cycles: f64 = 20.0, source "fewer amplitudes tell no four parameters of a loss apart",
+            moves "warnings";
         /// Samples up to which a further law is tried: it takes another analysis.
         further_law_samples: usize = 300_000, source "a trial within half a second", moves "warnings";
         /// Difference of BIC above which it is.

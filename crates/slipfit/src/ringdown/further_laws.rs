@@ -12,11 +12,14 @@ fn is_cut(answer: &Answer) -> bool {
 }
 
 /// Whether the misfit is one that a missing loss leaves: a second mode and disturbances leave others.
-fn lacks_a_loss(answer: &Answer) -> bool {
+fn lacks_a_loss(answer: &Answer, criteria: &MisfitCriteria) -> bool {
     let shape = answer.diagnostics.misfit.map(|m| m.shape);
     let of_a_loss =
         matches!(shape, Some(MisfitShape::Bow | MisfitShape::Kink { .. } | MisfitShape::End { .. }));
-    (of_a_loss || is_cut(answer)) && answer.second_mode.is_none()
+    // Where the motion is nowhere near a law the search for one takes a hundred times as long, for nothing.
+    let near_a_law = answer.diagnostics.misfit.is_none_or(|m| m.relative_rms < criteria.further_law_misfit);
+    let enough = answer.segment.cycles > criteria.further_law_cycles;
+    (of_a_loss || is_cut(answer)) && near_a_law && enough && answer.second_mode.is_none()
 }
 
 /// Tries each loss whose shape is fitted beside viscous, sliding and drag loss, and says of the best that it
@@ -30,7 +33,7 @@ pub(crate) fn try_further_laws(
     criteria: &MisfitCriteria,
     refit: impl Fn(LossModel) -> Option<Answer>,
 ) {
-    if !lacks_a_loss(answer) {
+    if !lacks_a_loss(answer, criteria) {
         return;
     }
     let (left, length_s) =

@@ -49,7 +49,7 @@ impl Loss for Presliding {
     const SHAPE: Option<ShapeParameter> = Some(ShapeParameter {
         name: "break_amplitude_ratio",
         range: [3e-3, 3.0],
-        starts: &[0.01, 0.03, 0.08, 0.2, 0.5, 1.2],
+        starts: &[0.02, 0.06, 0.15, 0.4, 1.0],
     });
 
     /// At a break amplitude of one.

@@ -47,8 +47,8 @@ impl Loss for Stribeck {
     const BACKBONE: f64 = 23.0 / 12.0;
     const SHAPE: Option<ShapeParameter> = Some(ShapeParameter {
         name: "stribeck_velocity_ratio",
-        range: [0.01, 3.0],
-        starts: &[0.03, 0.07, 0.15, 0.3, 0.6, 1.2],
+        range: [0.1, 3.0],
+        starts: &[0.12, 0.25, 0.5, 1.0],
     });
 
     /// At a velocity ratio of one.

@@ -128,7 +128,7 @@ impl AmplitudePath {
             return;
         }
         let (step, most) =
-            if self.law.is_closed() { (STEP, MOST_PARTS) } else { (amplitude::STEP, amplitude::MOST_STEPS) };
+            if self.law.is_closed() { (STEP, MOST_PARTS) } else { (amplitude::STEP, MOST_PARTS) };
         let stiff = self.stiffness() * duration.abs();
         // Each part is exact where the law is closed, so that parts only serve the derivatives.
         let parts = (stiff / step).ceil().clamp(1.0, most);
