@@ -49,7 +49,8 @@ fn scatters_about(what: &str, truth: f64, answers: &[Answer], parameter: Paramet
     let z: Vec<f64> =
         answers.iter().map(|a| (found(a).unbounded_value - truth) / found(a).std_error).collect();
     let mean = z.iter().sum::<f64>() / z.len() as f64;
-    assert!(mean.abs() < 4.0 / (z.len() as f64).sqrt() && z.iter().all(|z| z.abs() < 4.0), "{what}: {z:.2?}");
+    assert!(mean.abs() < 4.0 / (z.len() as f64).sqrt(), "{what}: {z:.2?}");
+    assert!(z.iter().all(|z| z.abs() < 4.0), "{what}: {z:.2?}");
 }
 
 #[test]
@@ -78,9 +79,10 @@ fn rate_and_exponent_are_found_again() {
             let exponent = found[0].parameter(Parameter::LossExponent).unwrap();
             assert!(exponent.std_error < 0.1, "{exponent:?}");
             let [low, high] = exponent.interval_95;
-            assert!(
-                low < exponent.value && exponent.value < high && (0.0..=4.0).contains(&low) && high <= 4.0
-            );
+            assert!(low < exponent.value);
+            assert!(exponent.value < high);
+            assert!((0.0..=4.0).contains(&low));
+            assert!(high <= 4.0);
         }
     }
 }
