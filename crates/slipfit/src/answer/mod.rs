@@ -3,6 +3,7 @@
 pub mod calibration;
 pub(crate) mod columns;
 pub mod comparison;
+pub(crate) mod criteria;
 pub(crate) mod describe;
 mod error_hints;
 pub mod hint;
@@ -15,6 +16,7 @@ pub(crate) mod serialise;
 pub mod warning;
 
 pub use comparison::{Candidate, Correlation, SlidingEvidence, Values};
+pub use criteria::ReportCriteria;
 pub use hint::Hint;
 pub use misfit::{Misfit, MisfitShape};
 pub(crate) use p_value::p_value;

@@ -84,7 +84,7 @@ pub(super) fn find(b: &Block, options: &Options, c: &InstrumentCriteria) -> Vec<
         let p = pole(b, [middle, half], delay, background, delayed)?;
         // A pole with a delay describes one without as well: it must do better than that.
         let least = 1e-9 * total;
-        Some(Pole { rss: if p.delay == 0.0 { p.rss } else { c.delay_handicap * p.rss + least }, ..p })
+        Some(Pole { rss: if p.delay == 0.0 { p.rss } else { c.delay_penalty * p.rss + least }, ..p })
     };
     let tried: Vec<Pole> = std::iter::once(0.0)
         .chain(delays)
