@@ -1,4 +1,4 @@
-//! The one way in.
+//! The analysis of a series: each measurement alone, compared, and together.
 
 use super::answer::{Answer, ConditionRow, Consistency, Estimate};
 use super::criteria::Criteria;

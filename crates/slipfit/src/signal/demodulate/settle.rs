@@ -1,4 +1,4 @@
-//! Where a transient has gone.
+//! Settling detection: where a transient has died out.
 
 use std::f64::consts::TAU;
 
