@@ -1,5 +1,6 @@
 //! The page of thresholds in the book is the table of the code.
 
+use slipfit::signal::demodulate;
 use slipfit::{Criterion, levels, resonance, ringdown, series};
 use std::fmt::Write;
 use std::path::Path;
@@ -35,6 +36,13 @@ above, `detected` decides here.
 
 ";
 
+const DEMODULATION: &str = "
+## Driven records
+
+A program sets these through `slipfit::signal::demodulate::demodulate_with`.
+
+";
+
 const SERIES: &str = "
 ## Series
 
@@ -46,8 +54,22 @@ fn page() -> String {
     let ringdown = table(&ringdown::Criteria::default().table());
     let resonance = table(&resonance::Criteria::default().table());
     let levels = table(&levels::LevelCriteria::default().table());
+    let demodulation = table(&demodulate::Criteria::default().table());
     let series = table(&series::Criteria::default().table());
-    [HEAD, RINGDOWN, &ringdown, RESONANCE, &resonance, LEVELS, &levels, SERIES, &series].concat()
+    [
+        HEAD,
+        RINGDOWN,
+        &ringdown,
+        RESONANCE,
+        &resonance,
+        LEVELS,
+        &levels,
+        DEMODULATION,
+        &demodulation,
+        SERIES,
+        &series,
+    ]
+    .concat()
 }
 
 fn table(rows: &[Criterion]) -> String {
