@@ -89,7 +89,7 @@ async function work(file) {
   try {
     part("working-text").textContent = text("work.reading")(file.name);
     file.error = null;
-    file.seen = await ask("look", file.bytes, file.name, chosen);
+    file.seen = await ask("preview", file.bytes, file.name, chosen);
     if (went()) return;
     part("working-text").textContent = text("work.analysing")(file.name);
     const decided = JSON.stringify({ analysis: file.seen.analysis, ...file.options });

@@ -4,7 +4,7 @@ use crate::refusal::{Advice, Refusal};
 use crate::spelling::{command, python};
 use crate::trace::Trace;
 use crate::words::words;
-use crate::{Analysis, File, Options, look};
+use crate::{Analysis, File, Options, preview};
 use serde::Serialize;
 use serde_json::Value;
 use slipfit::answer::Warning;
@@ -64,7 +64,7 @@ pub fn analyse(
 ) -> Result<Answered, Refusal> {
     let analysis = match options.analysis {
         Some(analysis) => analysis,
-        None => look(file, options)?.analysis,
+        None => preview(file, options)?.analysis,
     };
     match analysis {
         Analysis::Ringdown => ring_down(file, options),

@@ -26,10 +26,10 @@ fn parsed<T: DeserializeOwned>(choice: &str) -> Result<T, Refusal> {
     serde_json::from_str(choice).map_err(|e| Refusal::new(e.to_string()))
 }
 
-/// [`crate::look`].
+/// [`crate::preview`].
 #[wasm_bindgen]
-pub fn look(bytes: &[u8], name: &str, options: &str) -> String {
-    told(Options::parse(options).and_then(|options| crate::look(&File { name, bytes }, &options)))
+pub fn preview(bytes: &[u8], name: &str, options: &str) -> String {
+    told(Options::parse(options).and_then(|options| crate::preview(&File { name, bytes }, &options)))
 }
 
 /// [`crate::analyse`]; an empty `reference_name` stands for none.

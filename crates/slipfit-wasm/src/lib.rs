@@ -6,7 +6,7 @@
 //!
 //! | function | gives |
 //! |---|---|
-//! | [`look`] | the tables of a file, and which analysis it is for |
+//! | [`preview`] | the tables of a file, and which analysis it is for |
 //! | [`analyse`] | the answer: JSON, document, warnings, figure, report, CSV, command, Python call |
 //! | [`simulate::decay`], [`simulate::resonance`] | the exact motion beside the paper's approximations |
 //!
@@ -24,8 +24,8 @@
 //! ```
 
 mod analyse;
-mod look;
 mod options;
+mod preview;
 mod refusal;
 pub mod simulate;
 mod spelling;
@@ -36,8 +36,8 @@ mod words;
 mod bindings;
 
 pub use analyse::{Answered, RaisedWarning, analyse};
-pub use look::{LookedAt, SeenColumn, SeenTable, look};
 pub use options::{Analysis, Options};
+pub use preview::{Preview, PreviewColumn, PreviewTable, preview};
 pub use refusal::{Advice, Refusal};
 pub use trace::Trace;
 

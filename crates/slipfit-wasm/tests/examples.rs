@@ -1,7 +1,7 @@
 //! The files of `examples/` through the browser's face: the same answers as through the libraries.
 
 use serde_json::Value;
-use slipfit_wasm::{Analysis, File, Options, analyse, look};
+use slipfit_wasm::{Analysis, File, Options, analyse, preview};
 
 fn example(name: &str) -> Vec<u8> {
     let path = format!("{}/../../examples/{name}", env!("CARGO_MANIFEST_DIR"));
@@ -21,7 +21,7 @@ fn every_example_is_known_for_what_it_is() {
         ("tuning_fork_9nN_levels.csv", Analysis::Levels),
     ] {
         let bytes = example(name);
-        let seen = look(&File { name, bytes: &bytes }, &Options::default()).unwrap();
+        let seen = preview(&File { name, bytes: &bytes }, &Options::default()).unwrap();
         assert_eq!((name, seen.analysis), (name, expected));
         assert_eq!(seen.format, "delimited text");
     }

@@ -80,7 +80,7 @@
 //!     scale: 1.0,
 //! };
 //! let all = series::analyse(&[measurement], &series::Options::default())?;
-//! assert!(all.solo[0].1.is_ok());
+//! assert!(all.singles[0].1.is_ok());
 //! # Ok::<(), slipfit::Error>(())
 //! ```
 //!

@@ -9,6 +9,7 @@ use crate::model::oscillator::Oscillator;
 use crate::motion::decay::{FreeDecay, averaged};
 use crate::motion::steady::exact::ClosedForm;
 use crate::motion::steady::{HarmonicDrive, Method, Phasor, SteadyState, leading, lorentzian, series, solve};
+use crate::numeric::GOLDEN_SECTION;
 use std::f64::consts::{PI, TAU};
 
 /// A place of the paper where the print does not hold.
@@ -206,10 +207,9 @@ fn flanks() -> Result<Statement, Error> {
 
 /// Highest point of a curve with one maximum, by golden section.
 fn top(mut f: impl FnMut(f64) -> Result<f64, Error>) -> Result<f64, Error> {
-    const GOLDEN: f64 = 0.618_033_988_749_895;
     let (mut a, mut b) = (0.98, 1.02);
     for _ in 0..60 {
-        let (c, d) = (b - GOLDEN * (b - a), a + GOLDEN * (b - a));
+        let (c, d) = (b - GOLDEN_SECTION * (b - a), a + GOLDEN_SECTION * (b - a));
         if f(c)? > f(d)? { b = d } else { a = c }
     }
     Ok(0.5 * (a + b))

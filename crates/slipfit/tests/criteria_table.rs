@@ -1,6 +1,7 @@
 //! The page of thresholds in the book is the table of the code.
 
-use slipfit::{Criterion, resonance, ringdown, series};
+use slipfit::signal::demodulate;
+use slipfit::{Criterion, levels, resonance, ringdown, series};
 use std::fmt::Write;
 use std::path::Path;
 
@@ -27,19 +28,48 @@ A program sets these through `slipfit::resonance::analyse_with`.
 
 ";
 
+const LEVELS: &str = "
+## Drive levels
+
+A program sets these through `slipfit::levels::analyse_with`; of the group `inference`, which is that of the analyses
+above, `detected` decides here.
+
+";
+
+const DEMODULATION: &str = "
+## Driven records
+
+A program sets these through `slipfit::signal::demodulate::demodulate_with`.
+
+";
+
 const SERIES: &str = "
 ## Series
 
-A program sets these through `slipfit::series::analyse_with`; `slipfit::levels::analyse_with` takes the group `inference`
-of the analyses above.
+A program sets these through `slipfit::series::analyse_with`.
 
 ";
 
 fn page() -> String {
     let ringdown = table(&ringdown::Criteria::default().table());
     let resonance = table(&resonance::Criteria::default().table());
+    let levels = table(&levels::LevelCriteria::default().table());
+    let demodulation = table(&demodulate::Criteria::default().table());
     let series = table(&series::Criteria::default().table());
-    [HEAD, RINGDOWN, &ringdown, RESONANCE, &resonance, SERIES, &series].concat()
+    [
+        HEAD,
+        RINGDOWN,
+        &ringdown,
+        RESONANCE,
+        &resonance,
+        LEVELS,
+        &levels,
+        DEMODULATION,
+        &demodulation,
+        SERIES,
+        &series,
+    ]
+    .concat()
 }
 
 fn table(rows: &[Criterion]) -> String {

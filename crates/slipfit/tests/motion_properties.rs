@@ -120,9 +120,18 @@ proptest! {
             prop_assert!(e.velocity.is_finite(), "{e:?}");
             prop_assert!(e.time_s >= last, "{e:?} after {last}");
             match e.kind {
-                EventKind::Release => prop_assert!(stuck && e.direction != 0.0, "{e:?}"),
-                EventKind::Turn => prop_assert!(!stuck && e.direction != 0.0, "{e:?}"),
-                EventKind::Stop | EventKind::Rest => prop_assert!(!stuck && e.direction == 0.0, "{e:?}"),
+                EventKind::Release => {
+                    prop_assert!(stuck, "{e:?}");
+                    prop_assert!(e.direction != 0.0, "{e:?}");
+                }
+                EventKind::Turn => {
+                    prop_assert!(!stuck, "{e:?}");
+                    prop_assert!(e.direction != 0.0, "{e:?}");
+                }
+                EventKind::Stop | EventKind::Rest => {
+                    prop_assert!(!stuck, "{e:?}");
+                    prop_assert!(e.direction == 0.0, "{e:?}");
+                }
                 _ => {}
             }
             if e.kind != EventKind::DriveChange {

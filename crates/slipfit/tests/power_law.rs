@@ -59,9 +59,10 @@ fn rate_and_exponent_are_found_again() {
             let exponent = found[0].parameter(Parameter::LossExponent).unwrap();
             assert!(exponent.std_error < 0.1, "{exponent:?}");
             let [low, high] = exponent.interval_95;
-            assert!(
-                low < exponent.value && exponent.value < high && (0.0..=4.0).contains(&low) && high <= 4.0
-            );
+            assert!(low < exponent.value);
+            assert!(exponent.value < high);
+            assert!((0.0..=4.0).contains(&low));
+            assert!(high <= 4.0);
         }
     }
 }

@@ -48,7 +48,7 @@ impl Bench {
         let peer = || self.heyoka("decay", &[FREE[0], FREE[1], until]);
         let decay = FreeDecay::from_rest(&o, 1.0)?;
         let turning = Task(Box::new(|| {
-            // Times and positions are both wanted, lest either be left out.
+            // Times and positions are both wanted, so that neither is left out.
             let (mut turns, mut times, mut positions) = (0, 0.0, 0.0);
             for p in decay.turning_points().take_while(|p| p.time_s <= until) {
                 turns += 1;

@@ -19,3 +19,4 @@ mod signal;
 pub(crate) mod units;
 
 pub(crate) use chooser::{Chooser, Picked};
+pub(crate) use response::PEAK;

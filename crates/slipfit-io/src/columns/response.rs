@@ -13,7 +13,7 @@ use crate::{
 };
 
 /// A peak over the amplitudes at the ends of a curve.
-const PEAK: f64 = 1.5;
+pub(crate) const PEAK: f64 = 1.5;
 
 /// How an amplitude is written.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]

@@ -31,7 +31,12 @@ pub(crate) fn tables(bytes: Vec<u8>, most_cells: usize) -> Result<HeldTables, Re
         let mut sheet = Sheet::new(&name);
         // Charts have parts of their own; one that is missing is an empty sheet.
         if archive.index_for_name(&part).is_some() {
-            cells(&mut archive, &part, &Look { strings: &strings, dates: &dates, most_cells }, &mut sheet)?;
+            cells(
+                &mut archive,
+                &part,
+                &SheetContext { strings: &strings, dates: &dates, most_cells },
+                &mut sheet,
+            )?;
         }
         sheets.push(sheet);
     }
@@ -182,18 +187,23 @@ struct Open {
 }
 
 /// What the cells of any sheet refer to, and how many of one are read.
-struct Look<'a> {
+struct SheetContext<'a> {
     strings: &'a [String],
     dates: &'a [bool],
     most_cells: usize,
 }
 
 /// The cells of one sheet, of the last row all or none.
-fn cells(archive: &mut Archive, part: &str, look: &Look<'_>, sheet: &mut Sheet) -> Result<(), ReadProblem> {
+fn cells(
+    archive: &mut Archive,
+    part: &str,
+    context: &SheetContext<'_>,
+    sheet: &mut Sheet,
+) -> Result<(), ReadProblem> {
     // Rows and cells without a name follow the ones before them.
     let (mut row, mut column) = (0_u32, 0_u32);
     let mut open = Open::default();
-    let mut left = look.most_cells;
+    let mut left = context.most_cells;
     events_while(archive, part, Format::Xlsx, |event| {
         match &event {
             Event::Start(tag) | Event::Empty(tag) => match tag.local_name().as_ref() {
@@ -229,8 +239,8 @@ fn cells(archive: &mut Archive, part: &str, look: &Look<'_>, sheet: &mut Sheet) 
             Event::End(tag) => match tag.local_name().as_ref() {
                 "v" | "t" => open.within = false,
                 "c" => {
-                    let date = look.dates.get(open.style).copied().unwrap_or(false);
-                    if let Some(cell) = finished(&open, look.strings, date)
+                    let date = context.dates.get(open.style).copied().unwrap_or(false);
+                    if let Some(cell) = finished(&open, context.strings, date)
                         && row < MOST_ROWS
                         && column < MOST_COLUMNS
                     {

@@ -13,6 +13,7 @@ use super::{
     record,
 };
 use crate::{
+    columns::PEAK,
     error::{ReadError, ReadProblem},
     options::ReadOptions,
     report::{Note, Reading, SweepReading},
@@ -25,8 +26,6 @@ const HEAD: u64 = 64 << 10;
 const MOST_CELLS: usize = 1 << 13;
 /// Changes of side that make a motion: a peak has two.
 const RINGING: usize = 3;
-/// The amplitude of a peak over those at the ends of a curve.
-const PEAK: f64 = 1.5;
 /// The least over the largest number of a column that is plainly no time.
 const NARROW: f64 = 0.5;
 

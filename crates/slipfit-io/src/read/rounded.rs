@@ -143,7 +143,8 @@ mod tests {
         let mut stamps: Vec<f64> = (0..3600).map(|k| three_digits(f64::from(k) / 30.0)).collect();
         let Some(Rounded::Rebuilt(note)) = rebuild(&mut stamps) else { panic!("not rebuilt") };
         let note = note.text;
-        assert!(note.contains("rounded to 3 digits") && note.contains("30.00"), "{note}");
+        assert!(note.contains("rounded to 3 digits"), "{note}");
+        assert!(note.contains("30.00"), "{note}");
         for (k, t) in stamps.iter().enumerate() {
             // Half a quantum of the last time that still moves with every row.
             assert!((t - k as f64 / 30.0).abs() < 2e-3, "row {k}: {t}");
@@ -158,7 +159,8 @@ mod tests {
         let Some(Rounded::Left(note)) = rebuild(&mut stamps) else { panic!("not left") };
         assert_eq!(stamps, before);
         let said = note.spelled(&|option, _| option.to_owned());
-        assert!(said.contains("no even clock fits") && said.ends_with("first 299, 30"), "{said}");
+        assert!(said.contains("no even clock fits"), "{said}");
+        assert!(said.ends_with("first 299, 30"), "{said}");
     }
 
     #[test]

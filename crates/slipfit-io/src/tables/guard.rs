@@ -1,4 +1,4 @@
-//! Decoders of others that panic on some broken files.
+//! Guard about third-party decoders that panic on some broken files.
 
 use std::any::Any;
 use std::cell::Cell;

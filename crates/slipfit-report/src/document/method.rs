@@ -149,15 +149,15 @@ pub(super) fn of_levels(_: &levels::Answer) -> Vec<Step> {
 }
 
 pub(super) fn of_series(answer: &series::Answer) -> Vec<Step> {
-    let solos = || answer.solo.iter().filter_map(|(_, solo)| solo.as_ref().ok());
+    let singles = || answer.singles.iter().filter_map(|(_, single)| single.as_ref().ok());
     let mut steps = vec![MOTION];
-    if solos().any(|s| matches!(s, series::SingleAnswer::RingDown(_))) {
+    if singles().any(|s| matches!(s, series::SingleAnswer::RingDown(_))) {
         steps.extend([HALF_CYCLE, OFFSET]);
     }
-    if solos().any(|s| matches!(s, series::SingleAnswer::Sweep(_))) {
+    if singles().any(|s| matches!(s, series::SingleAnswer::Sweep(_))) {
         steps.push(STEADY);
     }
-    if solos().any(|s| matches!(s, series::SingleAnswer::Levels(_))) {
+    if singles().any(|s| matches!(s, series::SingleAnswer::Levels(_))) {
         steps.push(LEVELS);
     }
     steps.push(AGREE);

@@ -189,10 +189,10 @@ fn laws(facts: &mut Facts, analysed: &AnalysedSeries<'_>) {
 
 /// Each measurement alone, in its own words.
 fn alone(facts: &mut Facts, analysed: &AnalysedSeries<'_>) {
-    for (((name, solo), input), m) in
-        analysed.answer.solo.iter().zip(analysed.inputs).zip(analysed.measurements)
+    for (((name, single), input), m) in
+        analysed.answer.singles.iter().zip(analysed.inputs).zip(analysed.measurements)
     {
-        let said = match solo {
+        let said = match single {
             Ok(SingleAnswer::RingDown(a)) => a.sentence(),
             Ok(SingleAnswer::Sweep(a)) => a.sentence(),
             Ok(SingleAnswer::Levels(a)) => a.sentence(),
@@ -200,7 +200,7 @@ fn alone(facts: &mut Facts, analysed: &AnalysedSeries<'_>) {
             Err(error) => format!("could not be analysed: {error}"),
         };
         facts.add("alone", format!("{name} ({}, {}): {said}", input.kind, m.condition.label));
-        let codes: Vec<String> = match solo {
+        let codes: Vec<String> = match single {
             Ok(SingleAnswer::RingDown(a)) => a.warnings.iter().map(|w| w.code().to_owned()).collect(),
             Ok(SingleAnswer::Sweep(a)) => a.warnings.iter().map(|w| w.code().to_owned()).collect(),
             Ok(SingleAnswer::Levels(a)) => a.warnings.iter().map(|w| w.code().to_owned()).collect(),

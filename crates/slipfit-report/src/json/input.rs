@@ -5,26 +5,15 @@ use crate::{AnalysedLevels, AnalysedRingdown};
 use serde::{Serialize, Serializer};
 use slipfit::resonance::RunDirection;
 use slipfit::{Quantity, Record, SignalKind};
-use slipfit_io::{ColumnInfo, ColumnTaken, DrivenRecord, Note, SweepReading, TimeSource};
+use slipfit_io::{ColumnInfo, ColumnTaken, DrivenRecord, Note, ReadReport, SweepReading, TimeSource};
 
 object! {
     /// The record of a ring-down.
     pub(super) struct RecordInput<'a> of analysed: &AnalysedRingdown<'a> {
         /// The file as named by the caller.
         path: String = analysed.file.display().to_string(),
-        /// SHA-256 of its bytes.
-        #[cfg_attr(test, schemars(extend("pattern" = "^[0-9a-f]{64}$")))]
-        sha256: &'a str = &analysed.reading.report.sha256,
-        /// Its length.
-        bytes: u64 = analysed.reading.report.bytes,
-        /// Rows read as samples.
-        rows_read: u64 = analysed.reading.report.rows_read,
-        /// Rows that gave no sample.
-        rows_skipped: u64 = analysed.reading.report.rows_skipped(),
-        /// The skipped rows, by reason.
-        skipped: Vec<Skipped<'a>> = analysed.reading.report.skipped.iter().map(Skipped::new).collect(),
-        /// All columns of the table.
-        columns: Vec<Column<'a>> = analysed.reading.report.columns.iter().map(Column::new).collect(),
+        #[serde(flatten)]
+        rows: Rows<'a> = Rows::new(&analysed.reading.report),
         /// The table read, from 1.
         table: usize = analysed.reading.report.part,
         /// Tables side by side.
@@ -62,20 +51,10 @@ object! {
     pub(super) struct CurveInput<'a> of reading: &'a SweepReading {
         /// The file or folder as named by the caller.
         path: &'a str = &reading.report.path,
-        /// SHA-256 of its bytes.
-        sha256: &'a str = &reading.report.sha256,
-        /// Its length.
-        bytes: u64 = reading.report.bytes,
+        #[serde(flatten)]
+        rows: Rows<'a> = Rows::new(&reading.report),
         /// Sheet, variable or group; empty where there is one only.
         sheet: &'a str = &reading.report.sheet,
-        /// Rows or records read.
-        rows_read: u64 = reading.report.rows_read,
-        /// Rows that gave no point.
-        rows_skipped: u64 = reading.report.rows_skipped(),
-        /// The skipped rows, by reason.
-        skipped: Vec<Skipped<'a>> = reading.report.skipped.iter().map(Skipped::new).collect(),
-        /// All columns of the table.
-        columns: Vec<Column<'a>> = reading.report.columns.iter().map(Column::new).collect(),
         /// The curve read, from 1.
         run: usize = reading.report.run,
         /// Curves in groups of columns.
@@ -154,18 +133,8 @@ object! {
     pub(super) struct LevelsInput<'a> of analysed: &AnalysedLevels<'a> {
         /// The file as named by the caller.
         path: &'a str = &analysed.reading.report.path,
-        /// SHA-256 of its bytes.
-        sha256: &'a str = &analysed.reading.report.sha256,
-        /// Its length.
-        bytes: u64 = analysed.reading.report.bytes,
-        /// Rows read.
-        rows_read: u64 = analysed.reading.report.rows_read,
-        /// Rows without a level or an amplitude.
-        rows_skipped: u64 = analysed.reading.report.rows_skipped(),
-        /// The skipped rows, by reason.
-        skipped: Vec<Skipped<'a>> = analysed.reading.report.skipped.iter().map(Skipped::new).collect(),
-        /// All columns of the table.
-        columns: Vec<Column<'a>> = analysed.reading.report.columns.iter().map(Column::new).collect(),
+        #[serde(flatten)]
+        rows: Rows<'a> = Rows::new(&analysed.reading.report),
         /// The columns read, by what they are.
         #[cfg_attr(test, schemars(with = "std::collections::BTreeMap<String, Taken<'_>>"))]
         taken: TakenByName<'a> = TakenByName(&analysed.reading.report.taken),
@@ -191,6 +160,25 @@ fn ends(values: &[f64]) -> [f64; 2] {
 /// Remarks, with options by their names.
 fn notes(notes: &[Note]) -> Vec<String> {
     notes.iter().map(ToString::to_string).collect()
+}
+
+object! {
+    /// The bytes of a file, its rows and columns.
+    struct Rows<'a> of report: &'a ReadReport {
+        /// SHA-256 of its bytes.
+        #[cfg_attr(test, schemars(extend("pattern" = "^[0-9a-f]{64}$")))]
+        sha256: &'a str = &report.sha256,
+        /// Its length.
+        bytes: u64 = report.bytes,
+        /// Rows read as samples, points, levels or records.
+        rows_read: u64 = report.rows_read,
+        /// Rows that gave none.
+        rows_skipped: u64 = report.rows_skipped(),
+        /// The skipped rows, by reason.
+        skipped: Vec<Skipped<'a>> = report.skipped.iter().map(Skipped::new).collect(),
+        /// All columns of the table.
+        columns: Vec<Column<'a>> = report.columns.iter().map(Column::new).collect(),
+    }
 }
 
 object! {

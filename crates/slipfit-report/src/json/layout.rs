@@ -7,7 +7,7 @@ use std::io::{self, Write};
 /// Writes `value` as JSON for both eyes and machines, with a line end.
 ///
 /// Numbers that are not finite become `null`, which JSON has and NaN it has not.
-pub fn write<T: Serialize>(out: &mut dyn Write, value: &T) -> io::Result<()> {
+pub(super) fn write<T: Serialize>(out: &mut dyn Write, value: &T) -> io::Result<()> {
     let mut serializer = Serializer::with_formatter(&mut *out, Layout(PrettyFormatter::new()));
     value.serialize(&mut serializer)?;
     out.write_all(b"\n")

@@ -10,12 +10,14 @@ mod options;
 #[cfg(test)]
 mod schema;
 mod series;
+mod simulated;
 
-pub use layout::write;
 pub use series::series;
+pub use simulated::{SimulatedColumn, SimulatedParameter, SimulatedRecord};
 
 use crate::{AnalysedCurve, AnalysedLevels, AnalysedRingdown, Sentence};
 use input::{CurveInput, LevelsInput, RecordInput};
+use layout::write;
 use options::{CurveOptions, LevelsOptions, RecordOptions};
 use serde::Serialize;
 use std::io::{self, Write};
@@ -109,6 +111,11 @@ pub fn levels(out: &mut dyn Write, analysed: &AnalysedLevels<'_>) -> io::Result<
         answer: analysed.answer,
     };
     write(out, &envelope)
+}
+
+/// Writes a simulated record.
+pub fn simulated(out: &mut dyn Write, record: &SimulatedRecord<'_>) -> io::Result<()> {
+    write(out, record)
 }
 
 #[cfg(test)]

@@ -1,7 +1,7 @@
 //! The schemas of docs/schema are those of the types.
 
 use super::series::SeriesEnvelope;
-use super::{CurveEnvelope, LevelsEnvelope, RingdownEnvelope};
+use super::{CurveEnvelope, LevelsEnvelope, RingdownEnvelope, SimulatedRecord};
 use schemars::JsonSchema;
 use schemars::generate::SchemaSettings;
 use serde_json::{Value, json};
@@ -9,22 +9,32 @@ use std::path::Path;
 
 /// The schema of one command's answer.
 fn schema<T: JsonSchema>(command: &str, units: &str) -> Value {
-    let generator = SchemaSettings::draft2020_12().for_serialize().into_generator();
-    let mut schema = generator.into_root_schema_for::<T>().to_value();
-    as_written(&mut schema);
-    schema["$id"] =
-        format!("https://github.com/slipfit/slipfit/blob/main/docs/schema/{command}-1.json").into();
+    let mut schema = contract::<T>(command);
     schema["title"] = format!("Answer of `slipfit {command}`").into();
     schema["description"] = format!(
         "{units} A number that is not finite is null. Keys may be added; none vanishes or changes its \
          meaning while `schema` stays the same."
     )
     .into();
-    for (key, value) in [("schema", format!("slipfit/{command}-1")), ("command", command.to_owned())] {
-        let property = &mut schema["properties"][key];
-        *property = json!({ "description": property["description"], "const": value });
-    }
+    constant(&mut schema, "command", command);
     schema
+}
+
+/// The schema of a type, under the name of its contract.
+fn contract<T: JsonSchema>(command: &str) -> Value {
+    let generator = SchemaSettings::draft2020_12().for_serialize().into_generator();
+    let mut schema = generator.into_root_schema_for::<T>().to_value();
+    as_written(&mut schema);
+    schema["$id"] =
+        format!("https://github.com/slipfit/slipfit/blob/main/docs/schema/{command}-1.json").into();
+    constant(&mut schema, "schema", &format!("slipfit/{command}-1"));
+    schema
+}
+
+/// A key that has one value.
+fn constant(schema: &mut Value, key: &str, value: &str) {
+    let property = &mut schema["properties"][key];
+    *property = json!({ "description": property["description"], "const": value });
 }
 
 /// A schema of what is written: null for a number that is not finite, descriptions without the marks
@@ -54,11 +64,14 @@ fn the_schemas_are_those_of_the_types() {
                  signal (input.unit).";
     let curve = "Displacements and amplitudes are in the unit of the signal (input.unit).";
     let levels = "Amplitudes are in input.unit, drive levels in input.drive_unit.";
+    let mut simulated = contract::<SimulatedRecord<'_>>("simulate");
+    simulated["title"] = "slipfit simulate --json".into();
     let schemas = [
         ("ringdown", schema::<RingdownEnvelope<'_>>("ringdown", clock)),
         ("resonance", schema::<CurveEnvelope<'_>>("resonance", curve)),
         ("levels", schema::<LevelsEnvelope<'_>>("levels", levels)),
         ("series", schema::<SeriesEnvelope<'_>>("series", "Displacements are in `unit`.")),
+        ("simulate", simulated),
     ];
     let folder = Path::new(env!("CARGO_MANIFEST_DIR")).join("../../docs/schema");
     for (command, schema) in schemas {

@@ -77,7 +77,7 @@ impl<'a> SeriesEnvelope<'a> {
             agreement_p_value: answer.agreement_p_value,
             joint: answer.joint.as_ref(),
             laws: &answer.laws,
-            measurements: (0..answer.solo.len()).map(|i| Alone::new(analysed, i)).collect(),
+            measurements: (0..answer.singles.len()).map(|i| Alone::new(analysed, i)).collect(),
             warnings: &answer.warnings,
         }
     }
@@ -116,9 +116,9 @@ struct Alone<'a> {
 
 impl<'a> Alone<'a> {
     fn new(analysed: &AnalysedSeries<'a>, i: usize) -> Self {
-        let (name, solo) = &analysed.answer.solo[i];
+        let (name, single) = &analysed.answer.singles[i];
         let (input, measurement) = (&analysed.inputs[i], &analysed.measurements[i]);
-        let (sentence, warnings): (String, &[Warning]) = match solo {
+        let (sentence, warnings): (String, &[Warning]) = match single {
             Ok(SingleAnswer::RingDown(a)) => (a.sentence(), &a.warnings),
             Ok(SingleAnswer::Sweep(a)) => (a.sentence(), &a.warnings),
             Ok(SingleAnswer::Levels(a)) => (a.sentence(), &a.warnings),
@@ -132,9 +132,9 @@ impl<'a> Alone<'a> {
             sha256: &input.sha256,
             unit: &input.unit,
             scale: measurement.scale,
-            error: solo.as_ref().err().map(ToString::to_string),
+            error: single.as_ref().err().map(ToString::to_string),
             sentence,
-            parameters: solo.as_ref().map(|a| a.parameters().clone()).unwrap_or_default(),
+            parameters: single.as_ref().map(|a| a.parameters().clone()).unwrap_or_default(),
             warnings,
             notes: &input.notes,
         }

@@ -56,12 +56,12 @@ pub struct Series {
     /// Its points; those that are not finite are left out.
     pub points: Vec<Point>,
     /// How it is drawn.
-    pub look: Look,
+    pub style: SeriesStyle,
 }
 
 /// How a curve is drawn; the number chooses the colour.
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub enum Look {
+pub enum SeriesStyle {
     /// A solid line.
     Line(usize),
     /// A wide, pale line behind others.
@@ -88,7 +88,7 @@ fn color(i: usize) -> Color {
     PALETTE[i % PALETTE.len()]
 }
 
-impl Look {
+impl SeriesStyle {
     fn stroke(self) -> Option<Stroke> {
         match self {
             Self::Line(i) => Some(Stroke::solid(color(i), 1.8)),
@@ -130,15 +130,15 @@ pub(super) fn draw(chart: &Chart) -> Figure {
     let mut figure = Figure::new(PANEL[0], PANEL[1]);
     let mut panel = Panel::new(&mut figure, &chart.title, chart.x.axis(), chart.y.axis());
     for series in &chart.series {
-        match (series.look.stroke(), series.look) {
+        match (series.style.stroke(), series.style) {
             (Some(stroke), _) => panel.line(series.points.iter().copied(), stroke),
-            (None, Look::LargeDots(i)) => panel.dots(series.points.iter().copied(), 3.4, color(i)),
-            (None, Look::Dots(i)) => panel.dots(series.points.iter().copied(), 2.2, color(i)),
+            (None, SeriesStyle::LargeDots(i)) => panel.dots(series.points.iter().copied(), 3.4, color(i)),
+            (None, SeriesStyle::Dots(i)) => panel.dots(series.points.iter().copied(), 2.2, color(i)),
             (None, _) => {}
         }
     }
     let named = chart.series.iter().filter(|s| !s.name.is_empty());
-    let legend: Vec<(Mark, &str)> = named.map(|s| (s.look.mark(), s.name.as_str())).collect();
+    let legend: Vec<(Mark, &str)> = named.map(|s| (s.style.mark(), s.name.as_str())).collect();
     if !legend.is_empty() {
         panel.legend(&legend);
     }

@@ -1,6 +1,6 @@
 //! Amplitude over the level of the drive.
 
-use super::chart::{Chart, Look, Scaled, Series};
+use super::chart::{Chart, Scaled, Series, SeriesStyle};
 use crate::AnalysedLevels;
 use crate::format::Scale;
 use slipfit::Parameter;
@@ -24,17 +24,17 @@ pub(super) fn charts(analysed: &AnalysedLevels<'_>) -> Vec<Chart> {
         let unit = scale.unit.trim_start_matches('×');
         if unit.is_empty() { name.to_owned() } else { format!("{name} [{unit}]") }
     };
-    let series = |name: &str, points, look| Series { name: name.to_owned(), points, look };
+    let series = |name: &str, points, style| Series { name: name.to_owned(), points, style };
     let curve = Chart {
         file: "levels",
         title: "amplitude at resonance".to_owned(),
         x: Scaled::linear(&axis("drive", &drive), [0.0, 1.03 * top * d]),
         y: Scaled::linear(&axis("amplitude", &amplitude), [0.0, 1.08 * most(|p| p.amplitude) * a]),
         series: vec![
-            series("without friction", vec![free(0.0), free(top)], Look::Dashed(5)),
-            series("fit", vec![at(0.0), at(threshold), at(top)], Look::Line(1)),
-            series("moving", dots(true), Look::LargeDots(0)),
-            series("stuck", dots(false), Look::LargeDots(5)),
+            series("without friction", vec![free(0.0), free(top)], SeriesStyle::Dashed(5)),
+            series("fit", vec![at(0.0), at(threshold), at(top)], SeriesStyle::Line(1)),
+            series("moving", dots(true), SeriesStyle::LargeDots(0)),
+            series("stuck", dots(false), SeriesStyle::LargeDots(5)),
         ],
     };
     let left: Vec<[f64; 2]> =
@@ -48,8 +48,8 @@ pub(super) fn charts(analysed: &AnalysedLevels<'_>) -> Vec<Chart> {
         x: Scaled::linear(&axis("drive", &drive), [0.0, 1.03 * top * d]),
         y: Scaled::linear(&axis("data − fit", &residual), [-1.3 * size * r, 1.3 * size * r]),
         series: vec![
-            series("", vec![[0.0, 0.0], [top * d, 0.0]], Look::Line(1)),
-            series("", left.iter().map(|p| [p[0], p[1] * r]).collect(), Look::LargeDots(0)),
+            series("", vec![[0.0, 0.0], [top * d, 0.0]], SeriesStyle::Line(1)),
+            series("", left.iter().map(|p| [p[0], p[1] * r]).collect(), SeriesStyle::LargeDots(0)),
         ],
     };
     vec![curve, residuals]

@@ -19,7 +19,7 @@ mod ringdown;
 mod series;
 mod svg;
 
-pub use chart::{Chart, Look, Scaled, Series, page};
+pub use chart::{Chart, Scaled, Series, SeriesStyle, page};
 pub use dark::dark_rules;
 pub use decimate::decimate;
 pub use heat::{HeatMap, heat_maps};

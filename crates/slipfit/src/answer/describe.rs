@@ -14,34 +14,51 @@ use crate::inference::quadratic::given;
 use crate::model::loss::{LossModel, LossTerm};
 use std::borrow::Cow;
 
-/// Estimate and interval of the coefficient in `slot`, which lies between zero and `most`, with the
-/// coefficients in `others` of the same fit kept from falling below zero; `curved` asks for the
-/// profile also far from zero.
-///
-/// The value is that of the constrained optimum. Where another coefficient is at or near its limit the
-/// sum of squares has a kink there, and the interval is the profile's.
-pub(crate) fn loss_estimate(
-    problem: &dyn LeastSquares,
-    unbounded: &Fit,
-    noise: NoiseModel,
-    slot: usize,
-    others: &[usize],
-    most: Option<f64>,
-    curved: bool,
-) -> Estimate {
-    let Some(constrained) = constrained(problem, unbounded, others) else { return unknown() };
-    let near = near_limit(unbounded, noise, others);
-    let most = most.map_or(f64::INFINITY, |m| m.max(constrained.parameters[slot]));
-    let range = [0.0, most];
-    let profile = Profile { problem, fit: &constrained, unbounded, noise, range, non_negative: others };
-    let mut found = profile.non_negative(slot, curved || near);
-    found.interval[1] = found.interval[1].min(most);
-    if near {
-        // The error beside the kink is that of the interval, not that of the optimum on the limit.
-        let half = (found.interval[1] - found.interval[0]) / (2.0 * Z_95);
-        found.std_error = found.std_error.max(half);
+/// A fit whose loss coefficients are reported.
+pub(crate) struct LossFit<'a> {
+    pub(crate) problem: &'a dyn LeastSquares,
+    pub(crate) unbounded: &'a Fit,
+    pub(crate) noise: NoiseModel,
+    /// [`ReportCriteria::near_limit`](super::ReportCriteria::near_limit).
+    pub(crate) near_limit: f64,
+}
+
+impl LossFit<'_> {
+    /// Estimate and interval of the coefficient in `slot`, which lies between zero and `most`, with the
+    /// coefficients in `others` of the same fit kept from falling below zero; `curved` asks for the
+    /// profile also far from zero.
+    ///
+    /// The value is that of the constrained optimum. Where another coefficient is at or near its limit
+    /// the sum of squares has a kink there, and the interval is the profile's.
+    pub(crate) fn estimate(
+        &self,
+        slot: usize,
+        others: &[usize],
+        most: Option<f64>,
+        curved: bool,
+    ) -> Estimate {
+        let Self { problem, unbounded, noise, .. } = *self;
+        let Some(constrained) = constrained(problem, unbounded, others) else { return unknown() };
+        let near = self.is_near_limit(others);
+        let most = most.map_or(f64::INFINITY, |m| m.max(constrained.parameters[slot]));
+        let range = [0.0, most];
+        let profile = Profile { problem, fit: &constrained, unbounded, noise, range, non_negative: others };
+        let mut found = profile.non_negative(slot, curved || near);
+        found.interval[1] = found.interval[1].min(most);
+        if near {
+            // The error beside the kink is that of the interval, not that of the optimum on the limit.
+            let half = (found.interval[1] - found.interval[0]) / (2.0 * Z_95);
+            found.std_error = found.std_error.max(half);
+        }
+        found
     }
-    found
+
+    /// Whether one of these coefficients is at its limit or near it.
+    pub(crate) fn is_near_limit(&self, slots: &[usize]) -> bool {
+        let Self { unbounded, noise, near_limit, .. } = *self;
+        let near = |i: usize| !(unbounded.parameters[i] > near_limit * noise.std_error(unbounded, i));
+        slots.iter().any(|&i| unbounded.free.contains(&i) && near(i))
+    }
 }
 
 /// The fit with these coefficients kept from falling below zero.
@@ -61,15 +78,6 @@ pub(crate) fn constrained<'a>(
     let fixed: Vec<usize> = below.iter().map(|b| b.0).collect();
     let free: Vec<usize> = unbounded.free.iter().copied().filter(|i| !fixed.contains(i)).collect();
     minimise_bounded(problem, &start, &free, non_negative, STEP_TOLERANCE).map(Cow::Owned)
-}
-
-/// Standard errors above its limit within which a coefficient bends the profile of another.
-const NEAR_LIMIT: f64 = 3.0;
-
-/// Whether one of these coefficients is at its limit or near it.
-pub(crate) fn near_limit(unbounded: &Fit, noise: NoiseModel, slots: &[usize]) -> bool {
-    let near = |i: usize| !(unbounded.parameters[i] > NEAR_LIMIT * noise.std_error(unbounded, i));
-    slots.iter().any(|&i| unbounded.free.contains(&i) && near(i))
 }
 
 /// A coefficient the data were never asked for.

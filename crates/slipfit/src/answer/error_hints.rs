@@ -59,6 +59,9 @@ impl Error {
                 Analysis::Resonance => alternatives(["drive_amplitude", "reference"], "is enough").into(),
                 Analysis::Ringdown | Analysis::Levels => Vec::new(),
             },
+            Self::MissingParameter { name: "drive_amplitude", .. } => {
+                alternatives(["drive_amplitude", "reference"], "gives it").into()
+            }
             // The message says it.
             Self::Parameter { .. }
             | Self::MissingParameter { .. }

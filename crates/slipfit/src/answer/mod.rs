@@ -4,6 +4,7 @@ pub(crate) mod averaged;
 pub mod calibration;
 pub(crate) mod columns;
 pub mod comparison;
+pub(crate) mod criteria;
 pub(crate) mod describe;
 mod error_hints;
 pub mod hint;
@@ -16,6 +17,7 @@ pub(crate) mod serialise;
 pub mod warning;
 
 pub use comparison::{Candidate, Correlation, SlidingEvidence, Values};
+pub use criteria::ReportCriteria;
 pub use hint::Hint;
 pub use misfit::{Misfit, MisfitShape};
 pub(crate) use p_value::p_value;

@@ -1,27 +1,15 @@
-//! The one way in.
+//! From drive levels and amplitudes to slope and threshold.
 
-use super::answer::{Answer, Breakaway, Diagnostics, FittedLevels, LevelPoint};
+use super::answer::{Answer, Diagnostics, FittedLevels, LevelPoint};
+use super::criteria::Criteria;
+use super::line::{bend, breakaway, split};
 use super::{Levels, Options};
 use crate::answer::calibration::physical;
 use crate::answer::{Parameter, Parameters, Warning};
-use crate::inference::criteria::InferenceCriteria;
-use crate::inference::evidence::{f_tail, one_sided, student_factor};
+use crate::inference::evidence::{one_sided, student_factor};
 use crate::inference::interval::bounded_interval;
-use crate::inference::least_squares::linear;
 use crate::{Error, Quantity};
-use nalgebra::DMatrix;
 use std::f64::consts::{FRAC_PI_4, TAU};
-
-/// The straight line through the moving levels.
-struct Line {
-    /// Which levels, by rising drive, move.
-    moving: Vec<bool>,
-    slope: f64,
-    intercept: f64,
-    covariance: DMatrix<f64>,
-    rss: f64,
-    total: f64,
-}
 
 /// Threshold and slope of the amplitude at resonance over the drive level.
 ///
@@ -56,23 +44,21 @@ struct Line {
 /// let levels = Levels::builder(drive, amplitude).unit("mm").drive_unit("mm").build()?;
 /// let answer = analyse(&levels, &Options::default())?;
 /// let q = answer.parameter(Parameter::QFactor).expect("one unit for both");
-/// assert!((q.value - 40.0).abs() < 1.0 && answer.detected);
+/// assert!((q.value - 40.0).abs() < 1.0);
+/// assert!(answer.detected);
 /// # Ok::<(), slipfit::Error>(())
 /// ```
 pub fn analyse(levels: &Levels, options: &Options) -> Result<Answer, Error> {
-    analyse_with(levels, options, &InferenceCriteria::default())
+    analyse_with(levels, options, &Criteria::default())
 }
 
-/// [`analyse`] with thresholds of your own; of them `detected` decides something here.
+/// [`analyse`] with thresholds of your own.
 ///
 /// # Errors
 /// As [`analyse`].
-pub fn analyse_with(
-    levels: &Levels,
-    options: &Options,
-    criteria: &InferenceCriteria,
-) -> Result<Answer, Error> {
+pub fn analyse_with(levels: &Levels, options: &Options, criteria: &Criteria) -> Result<Answer, Error> {
     check(options)?;
+    let c = &criteria.levels;
     let n = levels.drive().len();
     let mut order: Vec<usize> = (0..n).collect();
     order.sort_by(|&a, &b| levels.drive()[a].total_cmp(&levels.drive()[b]));
@@ -83,7 +69,7 @@ pub fn analyse_with(
         None => vec![1.0; n],
     };
     let known = levels.std_error().is_some();
-    let line = split(&x, &y, &weight).ok_or(Error::NoFit {
+    let line = split(&x, &y, &weight, c).ok_or(Error::NoFit {
         reason: "fewer than three levels move, or the amplitude does not rise with the drive",
     })?;
     let moving = line.moving.iter().filter(|m| **m).count();
@@ -93,15 +79,15 @@ pub fn analyse_with(
     let factor = student_factor(dof);
     let threshold = -line.intercept / line.slope;
     // Threshold t = -b/a by the delta method; at the test of t = 0 the line through zero.
-    let c = |i: usize, j: usize| line.covariance[(i, j)] * variance;
-    let slope_std = c(1, 1).sqrt();
+    let v = |i: usize, j: usize| line.covariance[(i, j)] * variance;
+    let slope_std = v(1, 1).sqrt();
     let t_variance =
-        (c(0, 0) + threshold * threshold * c(1, 1) + 2.0 * threshold * c(0, 1)) / line.slope.powi(2);
+        (v(0, 0) + threshold * threshold * v(1, 1) + 2.0 * threshold * v(0, 1)) / line.slope.powi(2);
     let threshold_std = t_variance.max(0.0).sqrt();
-    let covariance = -(c(0, 1) + threshold * c(1, 1)) / line.slope;
+    let covariance = -(v(0, 1) + threshold * v(1, 1)) / line.slope;
     let correlation = if threshold_std > 0.0 { covariance / slope_std / threshold_std } else { 0.0 };
     // A negative intercept is a threshold: one-sided.
-    let gain = line.intercept * line.intercept / c(0, 0).max(f64::MIN_POSITIVE);
+    let gain = line.intercept * line.intercept / v(0, 0).max(f64::MIN_POSITIVE);
     let p_value = if line.intercept < 0.0 { one_sided(gain, dof) } else { 1.0 };
 
     let drive_unit = levels.drive_unit();
@@ -155,8 +141,8 @@ pub fn analyse_with(
         v.iter().zip(&line.moving).filter(|(_, m)| **m).map(|(v, _)| *v).collect()
     };
     let weight_moving = of_moving(&weight);
-    let (bend_p_value, falling) = bend(&of_moving(&x), &of_moving(&y), &weight_moving, &line);
-    let breakaway = breakaway(&points, &line);
+    let (bend_p_value, falling) = bend(&of_moving(&x), &of_moving(&y), &weight_moving, &line, c.bend_levels);
+    let breakaway = breakaway(&points, &line, c);
     let mut warnings = Vec::new();
     if levels.not_finite() > 0 {
         warnings.push(Warning::Dropped { not_finite: levels.not_finite(), zero_frequency: 0 });
@@ -164,8 +150,8 @@ pub fn analyse_with(
     if threshold.value > 0.0 && x[0] > threshold.value {
         warnings.push(Warning::ThresholdExtrapolated { ratio: x[0] / threshold.value });
     }
-    if bend_p_value < 0.001 {
-        warnings.push(Warning::Bent { p_value: bend_p_value, falling });
+    if bend_p_value < c.not_straight {
+        warnings.push(Warning::NotStraight { p_value: bend_p_value, falling });
     }
     if calibrated.is_none() {
         warnings.push(Warning::DriveUncalibrated);
@@ -190,7 +176,7 @@ pub fn analyse_with(
     Ok(Answer {
         parameters,
         p_value,
-        detected: p_value < criteria.detected,
+        detected: p_value < criteria.inference.detected,
         correlation,
         breakaway,
         diagnostics: Diagnostics { points: n, moving, stuck: n - moving, residual_rms, bend_p_value },
@@ -225,56 +211,6 @@ fn ratio_unit(of: &str, by: &str) -> String {
         ("", b) => format!("1/{b}"),
         (a, b) => format!("{a}/{b}"),
     }
-}
-
-/// The split that describes stuck (about zero) and moving (a rising line) branch best.
-///
-/// Split by the drive, unless that leaves clearly more unexplained than a split by amplitude: levels
-/// that were raised and lowered, or raised only while the mass stuck beyond the threshold.
-fn split(x: &[f64], y: &[f64], weight: &[f64]) -> Option<Line> {
-    /// A split by amplitude chooses by the noise too, and so must gain much.
-    const CLEARLY: f64 = 0.5;
-    let n = x.len();
-    let by_drive = best_split(x, y, weight, &(0..n).collect::<Vec<_>>(), true);
-    let mut order: Vec<usize> = (0..n).collect();
-    order.sort_by(|&a, &b| y[a].total_cmp(&y[b]));
-    let by_amplitude = best_split(x, y, weight, &order, false);
-    match (by_drive, by_amplitude) {
-        (Some(drive), Some(amplitude)) if amplitude.total < CLEARLY * drive.total => Some(amplitude),
-        (None, Some(amplitude)) => Some(amplitude),
-        (drive, _) => drive,
-    }
-}
-
-/// The best split where the levels move from one on in an order; `below` holds the stuck ones to
-/// lie below the line's threshold.
-fn best_split(x: &[f64], y: &[f64], weight: &[f64], order: &[usize], below: bool) -> Option<Line> {
-    let n = order.len();
-    let mut best: Option<Line> = None;
-    for first in 0..=n.checked_sub(3)? {
-        let (stuck, moving) = order.split_at(first);
-        let rows = moving.iter().map(|&i| (vec![1.0, x[i]], y[i], weight[i]));
-        let Some((c, covariance, rss)) = linear(rows, 2) else { continue };
-        if !(c[1] > 0.0) {
-            continue;
-        }
-        if below && stuck.last().is_some_and(|&i| -c[0] / c[1] < 0.5 * x[i]) {
-            continue;
-        }
-        // What sticks reads its own level, the noise floor of an amplitude.
-        let total_weight: f64 = stuck.iter().map(|&i| weight[i]).sum();
-        let floor =
-            stuck.iter().map(|&i| weight[i] * y[i]).sum::<f64>() / total_weight.max(f64::MIN_POSITIVE);
-        let off: f64 = stuck.iter().map(|&i| weight[i] * (y[i] - floor).powi(2)).sum();
-        let total = rss + off;
-        // One more level on the stuck branch costs nothing but must pay.
-        if best.as_ref().is_none_or(|b| total < b.total * (1.0 - 1.0 / n as f64)) {
-            let mut moves = vec![false; n];
-            moving.iter().for_each(|&i| moves[i] = true);
-            best = Some(Line { moving: moves, slope: c[1], intercept: c[0], covariance, rss, total });
-        }
-    }
-    best
 }
 
 /// Q and x_F where the drive has a scale: `Q = slope/gain`, `x_F = (pi/4) gain threshold`.
@@ -325,45 +261,6 @@ fn inverse(q: &Quantity, factor: f64, unit: &str) -> Quantity {
         unbounded_value: value,
         unit: unit.to_owned(),
     }
-}
-
-/// p value of a quadratic term in the moving branch, and whether it bends down.
-fn bend(x: &[f64], y: &[f64], weight: &[f64], line: &Line) -> (f64, bool) {
-    let n = x.len();
-    if n < 5 {
-        return (1.0, false);
-    }
-    let centre = x.iter().sum::<f64>() / n as f64;
-    let rows = (0..n).map(|i| {
-        let u = x[i] - centre;
-        (vec![1.0, u, u * u], y[i], weight[i])
-    });
-    match linear(rows, 3) {
-        Some((c, _, rss)) => {
-            let dof = n as f64 - 3.0;
-            (f_tail((line.rss - rss).max(0.0) / (rss / dof).max(f64::MIN_POSITIVE), 1.0, dof), c[2] < 0.0)
-        }
-        None => (1.0, false),
-    }
-}
-
-/// Where the mass breaks loose, by the branches.
-fn breakaway(points: &[LevelPoint], line: &Line) -> Option<Breakaway> {
-    let threshold = -line.intercept / line.slope;
-    // Above the threshold, and far from what the line expects there.
-    let against_the_line = |p: &&LevelPoint| {
-        let expected = line.slope * (p.drive - threshold);
-        p.amplitude < 0.25 * expected && expected > 4.0 * p.std_error
-    };
-    let stuck_above_threshold = points.iter().filter(against_the_line).map(|p| p.drive).next_back();
-    let ratio = |stuck_at: f64| stuck_at / (FRAC_PI_4 * threshold);
-    let drives = |moving: bool| points.iter().filter(move |p| p.moving == moving);
-    Some(Breakaway {
-        stuck_below: drives(false).map(|p| p.drive).next_back(),
-        moving_from: drives(true).find(|p| !against_the_line(p)).map(|p| p.drive)?,
-        stuck_above_threshold,
-        static_ratio_at_least: stuck_above_threshold.map(ratio).filter(|r| *r > 1.0 && r.is_finite()),
-    })
 }
 
 #[cfg(test)]

@@ -76,7 +76,7 @@ impl Levels {
         &self.unit
     }
 
-    /// Points left out because a value is no number.
+    /// Points left out because a value is not finite.
     pub fn not_finite(&self) -> usize {
         self.not_finite
     }
@@ -104,7 +104,7 @@ impl LevelsBuilder {
         self
     }
 
-    /// Checks and builds; points that are no number are left out and counted.
+    /// Checks and builds; points that are not finite are left out and counted.
     ///
     /// # Errors
     /// [`Error::Length`] for columns of different length; [`Error::PointOutOfRange`] for a

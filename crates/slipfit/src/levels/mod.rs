@@ -3,8 +3,11 @@
 
 mod analyse;
 mod answer;
+mod criteria;
+mod line;
 mod measurement;
 
 pub use analyse::{analyse, analyse_with};
 pub use answer::{Answer, Breakaway, Diagnostics, FittedLevels, LevelPoint};
+pub use criteria::{Criteria, LevelCriteria};
 pub use measurement::{Levels, LevelsBuilder, Options};

@@ -108,11 +108,6 @@ impl Oscillator {
         self.omega_0 / (2.0 * self.decay_rate)
     }
 
-    /// Decay time `tau = 1 / delta`, s; infinite without viscous damping.
-    pub fn decay_time_s(&self) -> f64 {
-        1.0 / self.decay_rate
-    }
-
     /// Half period of the free motion, `pi / omega_d`, s: friction does not change it.
     pub fn half_period_s(&self) -> f64 {
         PI / self.omega_d

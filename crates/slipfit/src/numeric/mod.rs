@@ -1,6 +1,5 @@
 //! Numerical building blocks: trigonometry on vector lanes, double-double arithmetic, quadrature,
-//! dual numbers,
-//! sums of products, roots, robust statistics.
+//! dual numbers, sums of products, roots, robust statistics.
 
 pub(crate) mod double_double;
 pub(crate) mod dual;
@@ -10,6 +9,9 @@ pub(crate) mod robust;
 pub(crate) mod roots;
 pub(crate) mod trig;
 pub(crate) mod wide;
+
+/// The golden section, `(√5 - 1)/2`: it divides a bracket, and its multiples are spread most evenly.
+pub(crate) const GOLDEN_SECTION: f64 = 0.618_033_988_749_894_8;
 
 /// Least and greatest value; lane by lane, since one chain of comparisons waits for each.
 pub(crate) fn extremes(values: &[f64]) -> (f64, f64) {

@@ -1,7 +1,7 @@
 //! Intervals that count the choice of the instrument's terms.
 
 use super::alternatives::{Alternative, InstrumentSet, OtherFit};
-use super::criteria::AnswerCriteria;
+use super::criteria::Criteria;
 use super::fitted_models::FittedModels;
 use super::response::{DELTA, OMEGA, X_0, X_F};
 use crate::Quantity;
@@ -91,16 +91,16 @@ pub(super) fn sliding_p_value(d: &FittedModels, own: f64) -> f64 {
 pub(super) fn rival(
     d: &FittedModels,
     chosen: &ModelFit,
-    c: &AnswerCriteria,
+    criteria: &Criteria,
 ) -> Option<(InstrumentSet, f64, [f64; 2])> {
     let noise = d.comparison.noise;
     let moved = |a: &Alternative| {
         [DELTA, X_F].into_iter().any(|k| {
             let apart = a.fit.bounded.parameters[k] - chosen.bounded.parameters[k];
-            apart.abs() > c.rival_errors * noise.std_error(&chosen.unbounded, k)
+            apart.abs() > criteria.answer.rival_errors * noise.std_error(&chosen.unbounded, k)
         })
     };
-    let close = d.alternatives.iter().filter(|a| a.delta_bic < c.rival_bic && moved(a));
+    let close = d.alternatives.iter().filter(|a| a.delta_bic < criteria.report.rival_bic && moved(a));
     let best = close.min_by(|a, b| a.delta_bic.total_cmp(&b.delta_bic))?;
     Some((best.fit.set, best.delta_bic, estimate(&best.fit, noise, &|p| p[X_F])))
 }

@@ -1,5 +1,6 @@
 //! Every threshold that decides something in the analysis of a resonance curve.
 
+use crate::answer::ReportCriteria;
 use crate::inference::criteria::{Criterion, InferenceCriteria, criteria};
 
 /// The thresholds of [`analyse_with`](super::analyse_with), by the step that they decide.
@@ -40,6 +41,8 @@ pub struct Criteria {
     pub force: ForceCriteria,
     /// The answer and its warnings.
     pub answer: AnswerCriteria,
+    /// What is reported of the models compared.
+    pub report: ReportCriteria,
 }
 
 impl Criteria {
@@ -59,6 +62,7 @@ impl Criteria {
             self.models.table(),
             self.force.table(),
             self.answer.table(),
+            self.report.table(),
         ];
         groups.concat()
     }
@@ -118,7 +122,7 @@ criteria! {
         /// Longest delay tried, in quarters of a turn across the sweep either way.
         most_quarters: usize = 40, source "ten turns across a sweep", moves "delays found";
         /// Sum of squares of a pole with a delay over one without, at which they count as equal.
-        delay_handicap: f64 = 1.1, source "chosen by simulation", moves "delays found";
+        delay_penalty: f64 = 1.1, source "chosen by simulation", moves "delays found";
         /// Start values that are worth a fit.
         most_starts: usize = 4, source "chosen by simulation", moves "time of analysis";
         /// Sum of squares over the least, above which a start is not worth a fit: a peak with friction
@@ -302,9 +306,6 @@ criteria! {
         least_weight: f64 = 0.001, source "far below a half of 2.5 %", moves "coverage";
         /// Standard errors by which other terms of the instrument must move a loss to be named.
         rival_errors: f64 = 2.0, source "chosen by simulation", moves "warnings";
-        /// Difference of BIC below which two models explain the data equally well.
-        rival_bic: f64 = 2.0, source "Kass and Raftery 1995: not worth more than a bare mention",
-            moves "warnings";
         /// Noise of the residuals over that within one run above which the runs are compared by the
         /// latter.
         runs_noise: f64 = 1.5, source "chosen by simulation", moves "warnings";

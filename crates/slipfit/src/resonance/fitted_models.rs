@@ -35,6 +35,8 @@ pub(crate) struct FittedModels {
     /// Noise of an amplitude over the amplitude, where the noise grows with it.
     pub(crate) proportional_noise: Option<f64>,
     pub(crate) criteria: AnswerCriteria,
+    /// [`ReportCriteria::near_limit`](crate::answer::ReportCriteria::near_limit).
+    pub(crate) near_limit: f64,
 }
 
 /// Amplitudes of the oscillator as the points show them: without the background fitted, at the

@@ -5,6 +5,7 @@ use super::block::Block;
 use super::criteria::InstrumentCriteria;
 use super::peak::{self, Peak};
 use crate::motion::steady::Phasor;
+use crate::numeric::GOLDEN_SECTION;
 use nalgebra::{DMatrix, DVector};
 use std::f64::consts::FRAC_PI_2;
 
@@ -84,7 +85,7 @@ pub(super) fn find(b: &Block, options: &Options, c: &InstrumentCriteria) -> Vec<
         let p = pole(b, [middle, half], delay, background, delayed)?;
         // A pole with a delay describes one without as well: it must do better than that.
         let least = 1e-9 * total;
-        Some(Pole { rss: if p.delay == 0.0 { p.rss } else { c.delay_handicap * p.rss + least }, ..p })
+        Some(Pole { rss: if p.delay == 0.0 { p.rss } else { c.delay_penalty * p.rss + least }, ..p })
     };
     let tried: Vec<Pole> = std::iter::once(0.0)
         .chain(delays)
@@ -110,12 +111,11 @@ pub(super) fn find(b: &Block, options: &Options, c: &InstrumentCriteria) -> Vec<
 
 /// Where between its neighbours on the grid a delay leaves least: golden section.
 fn refined(from: Pole, at: impl Fn(f64) -> Option<Pole>) -> Pole {
-    const GOLDEN: f64 = 0.618_033_988_749_894_8;
     const ROUNDS: usize = 10;
     let (mut low, mut high) = (from.delay - STEP, from.delay + STEP);
     let mut best = from;
     for _ in 0..ROUNDS {
-        let [left, right] = [high - GOLDEN * (high - low), low + GOLDEN * (high - low)];
+        let [left, right] = [high - GOLDEN_SECTION * (high - low), low + GOLDEN_SECTION * (high - low)];
         let (Some(a), Some(b)) = (at(left), at(right)) else { break };
         let lower = if a.rss < b.rss { a } else { b };
         if a.rss < b.rss {

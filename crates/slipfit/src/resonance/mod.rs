@@ -27,6 +27,7 @@ mod paper;
 mod peak;
 mod prepared;
 mod problem;
+mod quantities;
 mod reference;
 mod residuals;
 mod response;

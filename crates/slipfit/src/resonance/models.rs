@@ -80,6 +80,7 @@ pub(super) fn compare(curve: &PreparedCurve, mut chosen: HypothesisFit) -> Resul
         alternatives,
         proportional_noise: None,
         criteria: criteria.answer.clone(),
+        near_limit: criteria.report.near_limit,
         problem,
     })
 }

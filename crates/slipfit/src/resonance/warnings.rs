@@ -70,14 +70,14 @@ pub(super) fn warnings(
     }
     shape(&mut list, d, answer, c);
     instrument(&mut list, d, answer);
-    list.extend(rival(d, answer, options, c));
+    list.extend(rival(d, answer, options, criteria));
     reference(&mut list, d, answer, c);
     let misfit = answer.diagnostics.residual_rms / answer.diagnostics.noise_rms.max(f64::MIN_POSITIVE);
     // The noise between neighbours is itself known to about one part in the root of their number.
     if answer.diagnostics.residual_excess > 1.0 && misfit > 1.0 + 1.0 / b.observations().sqrt() {
         list.push(Warning::ModelMisfit { ratio: misfit, misfit: None });
     }
-    list.extend(model_choice(&d.comparison, options.model, c.rival_bic));
+    list.extend(model_choice(&d.comparison, options.model, criteria.report.rival_bic));
     if answer.method == Method::Paper
         && let Some(paper) = &answer.paper
         && let (Some(friction), Some(q_factor)) = (paper.friction_bias, paper.q_factor_bias)
@@ -143,7 +143,7 @@ fn instrument(list: &mut Vec<Warning>, d: &FittedModels, answer: &Answer) {
         let highest = d.problem.main.highest();
         let omega_0 = d.problem.centre + p[OMEGA];
         let shift = p[DUFFING] * highest * highest;
-        list.push(Warning::Leaning {
+        list.push(Warning::Skewed {
             relative_shift: shift / omega_0,
             line_widths: shift / (2.0 * d.peak.half_width),
         });
@@ -151,12 +151,12 @@ fn instrument(list: &mut Vec<Warning>, d: &FittedModels, answer: &Answer) {
 }
 
 /// Other terms of the instrument that explain the curve as well.
-fn rival(d: &FittedModels, answer: &Answer, options: &Options, c: &AnswerCriteria) -> Option<Warning> {
+fn rival(d: &FittedModels, answer: &Answer, options: &Options, criteria: &Criteria) -> Option<Warning> {
     let chosen = match options.model {
         Some(model) => d.comparison.get(model)?,
         None => d.comparison.reported().or_else(|| d.comparison.preferred())?,
     };
-    let (set, delta_bic, friction_displacement) = averaged::rival(d, chosen, c)?;
+    let (set, delta_bic, friction_displacement) = averaged::rival(d, chosen, criteria)?;
     Some(Warning::RivalInstrument {
         background: set.background,
         delay: set.delay,

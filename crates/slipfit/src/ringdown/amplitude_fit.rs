@@ -20,7 +20,7 @@ const REWEIGHTINGS: usize = 3;
 /// Relative change of the error of the law that ends its search.
 const TOLERANCE: f64 = 0.05;
 /// Relative accuracy of an amplitude where a weight of its square would be beyond all bounds.
-const LEAST_SQUARE: f64 = 1e-6;
+pub(super) const LEAST_SQUARE: f64 = 1e-6;
 
 /// Fits every loss model to the amplitudes of the blocks. Blocks at the end where the averaged
 /// law does not hold are given up.

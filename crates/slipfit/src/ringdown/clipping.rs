@@ -213,7 +213,8 @@ mod tests {
         let last = signal.iter().rposition(|v| *v == 0.8).map(|i| i + 1);
         let (count, end) = clipped_samples(&signal, &criteria);
         assert_eq!((count, Some(end)), (at_ceiling, last));
-        assert!(count > 50 && end > 600, "{count} samples to {end}");
+        assert!(count > 50, "{count} samples to {end}");
+        assert!(end > 600, "{count} samples to {end}");
     }
 
     /// A decay through a limiter whose ceiling falls, then free of it.

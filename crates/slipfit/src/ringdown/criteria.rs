@@ -1,6 +1,7 @@
 //! Every threshold that decides something in the analysis of a ring-down.
 
 use super::free_law::criteria::FreeLawCriteria;
+use crate::answer::ReportCriteria;
 use crate::inference::criteria::{Criterion, InferenceCriteria, criteria};
 
 /// The thresholds of [`analyse_with`](super::analyse_with), by the step that they decide.
@@ -47,6 +48,8 @@ pub struct Criteria {
     pub stop: StopCriteria,
     /// What the answer states and warns of.
     pub answer: AnswerCriteria,
+    /// What is reported of the models compared.
+    pub report: ReportCriteria,
 }
 
 impl Criteria {
@@ -69,6 +72,7 @@ impl Criteria {
             self.free_law.table(),
             self.stop.table(),
             self.answer.table(),
+            self.report.table(),
         ];
         groups.concat()
     }
@@ -497,9 +501,6 @@ criteria! {
         strong_harmonic: f64 = 0.05, source "chosen by simulation", moves "warnings";
         /// Residual variance over the noise that is warned of.
         misfit: f64 = 4.0, source "twice the noise", moves "warnings";
-        /// Difference of BIC below which two models explain the data equally well.
-        rival_bic: f64 = 2.0, source "Kass and Raftery 1995: not worth more than a bare mention",
-            moves "warnings";
         /// Samples in a cycle below which the frequency may be an alias.
         samples_per_cycle: f64 = 3.0, source "chosen by simulation", moves "warnings";
     }

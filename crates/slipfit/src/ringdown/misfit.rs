@@ -132,6 +132,7 @@ mod tests {
         let found = of(|u| if (u - 0.5).abs() < 1e-9 { 3.0 } else { 0.3 });
         assert!((found.largest - 0.02).abs() < 1e-3, "{found:?}");
         assert!((found.largest_at_s - 50.0).abs() < 1e-9, "{found:?}");
-        assert!(found.relative_rms > 2e-3 && found.relative_rms < 4e-3, "{found:?}");
+        assert!(found.relative_rms > 2e-3, "{found:?}");
+        assert!(found.relative_rms < 4e-3, "{found:?}");
     }
 }

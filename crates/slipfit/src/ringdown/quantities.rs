@@ -7,9 +7,7 @@ use super::waveform::{OMEGA, Waveform};
 use super::window_fit::Problem;
 use crate::answer::averaged::{self, AbsentLoss, Weighed};
 use crate::answer::calibration::physical;
-use crate::answer::describe::{
-    fit_of, known_error, loss_estimate, near_limit, non_negative, q_factor, symmetric, unknown,
-};
+use crate::answer::describe::{LossFit, fit_of, known_error, non_negative, q_factor, symmetric, unknown};
 use crate::answer::{Parameter, Parameters};
 use crate::inference::Z_95;
 use crate::inference::least_squares::linear;
@@ -85,23 +83,23 @@ pub(crate) fn frequency_known(e: &Evidence) -> bool {
     e.options.frequency_hz.is_some() || e.record.kind().oscillates()
 }
 
+fn loss_fit<'a>(e: &'a Evidence<'_>, fit: &'a ModelFit) -> LossFit<'a> {
+    LossFit {
+        problem: e.fit.problem.least_squares(),
+        unbounded: &fit.unbounded,
+        noise: e.fit.comparison.noise,
+        near_limit: e.criteria.report.near_limit,
+    }
+}
+
 /// The coefficient of a loss term, in the chosen model or the one with the term besides.
 fn loss_term(e: &Evidence, chosen: &ModelFit, term: LossTerm) -> Quantity {
     let comparison = &e.fit.comparison;
     let (fit, present) = fit_of(comparison, chosen, term);
     let found = fit.map_or_else(unknown, |fit| {
-        let problem = e.fit.problem.least_squares();
         // No loss exceeds what it would be alone: the others are not negative.
         let most = comparison.most(term, slot(term));
-        loss_estimate(
-            problem,
-            &fit.unbounded,
-            comparison.noise,
-            slot(term),
-            &fit.other_slots(term, slot),
-            most,
-            false,
-        )
+        loss_fit(e, fit).estimate(slot(term), &fit.other_slots(term, slot), most, false)
     });
     let found = non_negative(found, present, Parameter::Loss(term).unit(e.record.unit()));
     with_absent_losses(e, chosen, slot(term), Some(term), found)
@@ -158,7 +156,7 @@ fn shape(e: &Evidence, chosen: &ModelFit, term: LossTerm) -> Option<(Parameter, 
 fn initial_amplitude(e: &Evidence, chosen: &ModelFit) -> Quantity {
     let (noise, unit) = (e.fit.comparison.noise, e.record.unit());
     let slots: Vec<usize> = chosen.model.terms().map(slot).collect();
-    if !near_limit(&chosen.unbounded, noise, &slots) {
+    if !loss_fit(e, chosen).is_near_limit(&slots) {
         return symmetric(noise, &chosen.unbounded, A0, [1.0, 0.0], unit);
     }
     let problem = e.fit.problem.least_squares();

@@ -3,6 +3,7 @@
 use super::criteria::TwoModesCriteria;
 use crate::inference::least_squares::{Fit, LeastSquares, Normal, minimise};
 use crate::inference::noise::{autocorrelation, significant_inflation};
+use crate::numeric::GOLDEN_SECTION;
 use crate::signal::spectrum;
 use std::f64::consts::TAU;
 
@@ -167,9 +168,6 @@ fn fit_pair(all: &Modes, problem: &Modes, omega: f64, decay_rate: f64) -> Option
     fits.min_by(|a, b| a.rss.total_cmp(&b.rss))
 }
 
-/// Its multiples are spread most evenly.
-const GOLDEN: f64 = 0.618_033_988_749_894_9;
-
 /// Two viscous modes about a straight line as least squares.
 struct Modes {
     time: Vec<f64>,
@@ -247,7 +245,7 @@ impl Modes {
         let picked: Vec<usize> = if step <= 1.0 {
             (0..self.time.len()).collect()
         } else {
-            (0..count).map(|i| ((i as f64 + (GOLDEN * i as f64).fract()) * step) as usize).collect()
+            (0..count).map(|i| ((i as f64 + (GOLDEN_SECTION * i as f64).fract()) * step) as usize).collect()
         };
         let of = |column: &[f64]| picked.iter().map(|&i| column[i.min(column.len() - 1)]).collect();
         Self { time: of(&self.time), signal: of(&self.signal), ..*self }

@@ -77,7 +77,7 @@ pub(crate) fn warnings(e: &Evidence, answer: &Answer) -> Vec<Warning> {
         list.push(Warning::Harmonics { order, relative_amplitude });
     }
     let comparison = &e.fit.comparison;
-    list.extend(model_choice(comparison, e.options.model, criteria.rival_bic));
+    list.extend(model_choice(comparison, e.options.model, e.criteria.report.rival_bic));
     if !bare {
         let points = &e.measured.points;
         let samples = points.iter().map(|b| b.end - b.first).sum::<usize>() as f64;

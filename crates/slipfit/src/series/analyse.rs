@@ -1,16 +1,16 @@
-//! The one way in.
+//! The analysis of a series: each measurement alone, compared, and together.
 
-use super::answer::{Answer, ConditionRow, Consistency, Estimate, SingleAnswer};
+use super::answer::{Answer, ConditionRow, Consistency, Estimate};
 use super::criteria::Criteria;
 use super::joint::{birge, joint, references};
 use super::law::{LoadPoint, friction_against_load};
+use super::single::analyse_one;
 use super::solved::SolvedMeasurement;
-use super::{Condition, Data, Measurement, Options};
+use super::{Condition, Measurement, Options};
+use crate::answer::Warning;
 use crate::answer::calibration::Calibration;
-use crate::answer::{Parameter, Warning};
 use crate::inference::evidence::chi_square_tail;
-use crate::model::loss::LossModel;
-use crate::{Error, Quantity, levels, resonance, ringdown};
+use crate::{Error, Quantity};
 use nalgebra::{Matrix2, Vector2};
 use std::f64::consts::TAU;
 
@@ -25,7 +25,7 @@ use std::f64::consts::TAU;
 /// chi² = d' (C_1 + C_2)⁻¹ d     with two degrees of freedom
 /// ```
 ///
-/// The joint fit is the generalised least squares of all answers with the parameters said
+/// The joint fit is the generalised least squares of all answers with the parameters solved
 /// to be shared ([`Options::shared`]); damping and friction of one condition always are. Where
 /// what is put together does not agree ([`Criteria::disagree`]), the errors of the mean are widened by the root of
 /// chi square over its degrees of freedom (R. T. Birge, Phys. Rev. 40, 207, 1932).
@@ -37,7 +37,7 @@ use std::f64::consts::TAU;
 /// # Errors
 /// [`Error::TooFewSamples`] without measurements; [`Error::Parameter`] for a scale not above
 /// zero; [`Error::NoFit`] where not one measurement could be analysed. One that fails beside
-/// others that do not is in [`Answer::solo`] with its error.
+/// others that do not is in [`Answer::singles`] with its error.
 pub fn analyse(measurements: &[Measurement], options: &Options) -> Result<Answer, Error> {
     analyse_with(measurements, options, &Criteria::default())
 }
@@ -58,14 +58,14 @@ pub fn analyse_with(
         crate::model::oscillator::above_zero("scale", m.scale)?;
     }
     let mut warnings = Vec::new();
-    let mut solo = Vec::with_capacity(measurements.len());
-    let mut said = Vec::new();
+    let mut singles = Vec::with_capacity(measurements.len());
+    let mut solved = Vec::new();
     for (i, m) in measurements.iter().enumerate() {
-        let (alone, compared) = one(&m.data);
+        let (alone, compared) = analyse_one(&m.data);
         match (&alone, compared) {
             (Err(_), _) => warnings.push(Warning::Failed { name: m.name.clone() }),
-            (Ok(_), Some(answer)) => match speak(i, m.scale, &answer) {
-                Ok(s) => said.push(s),
+            (Ok(_), Some(answer)) => match SolvedMeasurement::new(i, m.scale, &answer) {
+                Ok(s) => solved.push(s),
                 Err(why) => warnings.push(Warning::NotUsed { name: m.name.clone(), why }),
             },
             (Ok(_), None) => warnings.push(Warning::NotUsed {
@@ -73,9 +73,9 @@ pub fn analyse_with(
                 why: "viscous damping and sliding friction could not both be fitted to it",
             }),
         }
-        solo.push((m.name.clone(), alone));
+        singles.push((m.name.clone(), alone));
     }
-    if solo.iter().all(|(_, s)| s.is_err()) {
+    if singles.iter().all(|(_, s)| s.is_err()) {
         return Err(Error::NoFit { reason: "no measurement of the series could be analysed" });
     }
     let mut labels: Vec<&Condition> = Vec::new();
@@ -88,7 +88,8 @@ pub fn analyse_with(
         .iter()
         .map(|condition| {
             let here = |ring_down: Option<bool>| -> Vec<&SolvedMeasurement> {
-                said.iter()
+                solved
+                    .iter()
                     .filter(|s| measurements[s.measurement].condition.label == condition.label)
                     .filter(|s| ring_down.is_none_or(|r| r == s.ring_down))
                     .collect()
@@ -105,7 +106,7 @@ pub fn analyse_with(
         .iter()
         .filter_map(|c| {
             let of = |ring_down: bool| {
-                let list: Vec<&SolvedMeasurement> = said
+                let list: Vec<&SolvedMeasurement> = solved
                     .iter()
                     .filter(|s| {
                         s.ring_down == ring_down && measurements[s.measurement].condition.label == c.label
@@ -118,8 +119,8 @@ pub fn analyse_with(
         .collect();
     let agreement_p_value =
         (!compared.is_empty()).then(|| chi_square_tail(compared.iter().sum(), 2.0 * compared.len() as f64));
-    let references = references(&said, measurements);
-    let joint = joint(&said, &references, measurements, &labels, options, criteria);
+    let references = references(&solved, measurements);
+    let joint = joint(&solved, &references, measurements, &labels, options, criteria);
     if let Some(j) = &joint
         && j.p_value < criteria.disagree
     {
@@ -127,103 +128,7 @@ pub fn analyse_with(
     }
     let laws = laws(&table, options);
     let agrees = agreement_p_value.map(|p| !(p < criteria.disagree));
-    Ok(Answer { solo, table, agreement_p_value, agrees, joint, laws, warnings })
-}
-
-/// The answer as asked for, and the one with viscous damping and sliding friction.
-fn one(data: &Data) -> (Result<SingleAnswer, Error>, Option<SingleAnswer>) {
-    match data {
-        Data::RingDown { record, options } => asked_and_both(
-            |forced| {
-                let model = forced.or(options.model);
-                ringdown::analyse(record, &ringdown::Options { model, ..(**options).clone() })
-            },
-            |answer| answer.model,
-            |answer| SingleAnswer::RingDown(Box::new(answer)),
-        ),
-        Data::Sweep { curve, options } => asked_and_both(
-            |forced| {
-                let model = forced.or(options.model);
-                resonance::analyse(curve, &resonance::Options { model, ..(**options).clone() })
-            },
-            |answer| answer.model,
-            |answer| SingleAnswer::Sweep(Box::new(answer)),
-        ),
-        // Levels know no other model.
-        Data::Levels { levels, options } => asked_and_both(
-            |_| levels::analyse(levels, options),
-            |_| LossModel::VISCOUS_SLIDING,
-            |answer| SingleAnswer::Levels(Box::new(answer)),
-        ),
-    }
-}
-
-/// An analysis as asked for, and once more where its model was not viscous damping and sliding
-/// friction.
-fn asked_and_both<A: Clone>(
-    analyse: impl Fn(Option<LossModel>) -> Result<A, Error>,
-    model: impl Fn(&A) -> LossModel,
-    solo: impl Fn(A) -> SingleAnswer,
-) -> (Result<SingleAnswer, Error>, Option<SingleAnswer>) {
-    const BOTH: LossModel = LossModel::VISCOUS_SLIDING;
-    let answer = match analyse(None) {
-        Ok(answer) => answer,
-        Err(e) => return (Err(e), None),
-    };
-    let both = if model(&answer) == BOTH { Some(answer.clone()) } else { analyse(Some(BOTH)).ok() };
-    (Ok(solo(answer)), both.map(solo))
-}
-
-/// Values and covariance out of an answer.
-fn speak(measurement: usize, scale: f64, answer: &SingleAnswer) -> Result<SolvedMeasurement, &'static str> {
-    const PAIR: [Parameter; 2] = [Parameter::DECAY_RATE, Parameter::FRICTION_DISPLACEMENT];
-    let get = |parameter: Parameter| {
-        let mut quantity = answer.parameters().get(parameter).cloned()?;
-        if let SingleAnswer::Sweep(a) = answer {
-            quantity.std_error = a.error_given_terms(parameter)?;
-        }
-        Some(quantity)
-    };
-    let delta = get(PAIR[0]).ok_or("it gives no decay rate")?;
-    let x_f = get(PAIR[1]).ok_or("it gives no friction displacement")?.scaled(scale, "");
-    let rho = match answer {
-        SingleAnswer::RingDown(a) => a.correlation(PAIR[0], PAIR[1]).unwrap_or(0.0),
-        SingleAnswer::Sweep(a) => a.correlation(PAIR[0], PAIR[1]).unwrap_or(0.0),
-        // delta falls as the slope rises.
-        SingleAnswer::Levels(a) => -a.correlation,
-    };
-    let rho = rho.clamp(-0.999_999, 0.999_999);
-    let (s_d, s_x) = (delta.std_error, x_f.std_error);
-    if !(s_d > 0.0 && s_x > 0.0 && s_d.is_finite() && s_x.is_finite()) {
-        return Err("it does not determine damping and friction");
-    }
-    let covariance = Matrix2::new(s_d * s_d, rho * s_d * s_x, rho * s_d * s_x, s_x * s_x);
-    let frequency = match answer {
-        // A ring-down swings at omega_d.
-        SingleAnswer::RingDown(_) => {
-            get(Parameter::Frequency).map(|q| [q.value.hypot(delta.value / TAU), q.std_error])
-        }
-        SingleAnswer::Sweep(_) => get(Parameter::NaturalFrequency).map(|q| [q.value, q.std_error]),
-        SingleAnswer::Levels(_) => None,
-    }
-    .filter(|f| f[1] > 0.0 && f[1].is_finite());
-    let drive = match answer {
-        SingleAnswer::Sweep(a) => {
-            get(Parameter::DriveAmplitude).filter(|q| q.std_error > 0.0 && q.std_error.is_finite()).map(|q| {
-                let with = |other| a.correlation(Parameter::DriveAmplitude, other).unwrap_or(0.0);
-                ([q.value * scale, q.std_error * scale], PAIR.map(with))
-            })
-        }
-        _ => None,
-    };
-    Ok(SolvedMeasurement {
-        measurement,
-        ring_down: matches!(answer, SingleAnswer::RingDown(_)),
-        value: Vector2::new(delta.unbounded_value, x_f.unbounded_value),
-        covariance,
-        frequency,
-        drive,
-    })
+    Ok(Answer { singles, table, agreement_p_value, agrees, joint, laws, warnings })
 }
 
 type Both = (Vector2<f64>, Matrix2<f64>);
@@ -354,7 +259,8 @@ mod tests {
     use crate::motion::decay::FreeDecay;
     use crate::motion::steady::{Phasor, scan};
     use crate::noise::jitter;
-    use crate::{Oscillator, Record};
+    use crate::series::Data;
+    use crate::{Oscillator, Record, resonance, ringdown};
 
     fn both(label: &str, load: f64, x_f: f64, seed: u64) -> Vec<Measurement> {
         let o = Oscillator::builder()
@@ -454,8 +360,8 @@ mod tests {
             .map(|cell| &cell.as_ref().unwrap().friction);
         let sure = ring_down.std_error.min(sweep.std_error);
         assert!(joint.std_error > 5.0 * sure, "{ring_down:?} {sweep:?} {joint:?}");
-        assert!(a.solo[2].1.is_err());
-        assert!(a.solo[0].1.is_ok());
+        assert!(a.singles[2].1.is_err());
+        assert!(a.singles[0].1.is_ok());
         assert!(analyse(&[], &Options::default()).is_err());
     }
 }

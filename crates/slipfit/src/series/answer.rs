@@ -106,7 +106,7 @@ pub struct Joint {
 #[non_exhaustive]
 pub struct Answer {
     /// Each measurement alone, in the order given, with its name.
-    pub solo: Vec<(String, Result<SingleAnswer, Error>)>,
+    pub singles: Vec<(String, Result<SingleAnswer, Error>)>,
     /// The paper's Table 1 for these data.
     pub table: Vec<ConditionRow>,
     /// p value that ring-down and resonance agree at every condition.

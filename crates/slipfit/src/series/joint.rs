@@ -1,4 +1,4 @@
-//! Generalised least squares of everything said, with what is shared.
+//! Generalised least squares of all measurements, with what is shared.
 
 use super::answer::Joint;
 use super::criteria::Criteria;
@@ -28,9 +28,9 @@ pub(super) struct Reference {
 /// A sweep with a reference says `C⁻¹ = S + h h'/σ_r²`, what its own shape tells and what the
 /// reference tells of the drive amplitude `h`; of `m` sweeps with one reference `m - 1` of its
 /// contributions are taken off again.
-pub(super) fn references(said: &[SolvedMeasurement], measurements: &[Measurement]) -> Vec<Reference> {
+pub(super) fn references(solved: &[SolvedMeasurement], measurements: &[Measurement]) -> Vec<Reference> {
     let mut seen: Vec<(&resonance::Curve, f64, Vec<&SolvedMeasurement>)> = Vec::new();
-    for s in said.iter().filter(|s| s.drive.is_some()) {
+    for s in solved.iter().filter(|s| s.drive.is_some()) {
         let m = &measurements[s.measurement];
         let Data::Sweep { options, .. } = &m.data else { continue };
         let Some(curve) = &options.reference else { continue };
@@ -54,16 +54,16 @@ pub(super) fn references(said: &[SolvedMeasurement], measurements: &[Measurement
     shared.filter_map(alone).collect()
 }
 
-/// Generalised least squares of everything said.
+/// Generalised least squares of all measurements solved alone.
 pub(super) fn joint(
-    said: &[SolvedMeasurement],
+    solved: &[SolvedMeasurement],
     references: &[Reference],
     measurements: &[Measurement],
     labels: &[&Condition],
     options: &Options,
     criteria: &Criteria,
 ) -> Option<Joint> {
-    if said.len() < 2 {
+    if solved.len() < 2 {
         return None;
     }
     let shared = options.shared;
@@ -71,30 +71,30 @@ pub(super) fn joint(
     let n = labels.len();
     let dampings = if shared.decay_rate { 1 } else { n };
     let frequency_at = n + dampings;
-    let with_frequency = shared.natural_frequency && said.iter().any(|s| s.frequency.is_some());
+    let with_frequency = shared.natural_frequency && solved.iter().any(|s| s.frequency.is_some());
     let drive_at = frequency_at + usize::from(with_frequency);
-    let with_drive = shared.drive_amplitude && said.iter().any(|s| s.drive.is_some());
+    let with_drive = shared.drive_amplitude && solved.iter().any(|s| s.drive.is_some());
     let unknowns = drive_at + usize::from(with_drive);
     // Relative to first values, so that hertz and metres share a matrix.
     let scale = |k: usize| -> f64 {
         let typical =
             |v: &mut dyn Iterator<Item = f64>| v.map(f64::abs).fold(0.0, f64::max).max(f64::MIN_POSITIVE);
         if k < n {
-            typical(&mut said.iter().map(|s| s.covariance[(1, 1)].sqrt()))
+            typical(&mut solved.iter().map(|s| s.covariance[(1, 1)].sqrt()))
         } else if k < frequency_at {
-            typical(&mut said.iter().map(|s| s.covariance[(0, 0)].sqrt()))
+            typical(&mut solved.iter().map(|s| s.covariance[(0, 0)].sqrt()))
         } else if with_frequency && k == frequency_at {
-            typical(&mut said.iter().filter_map(|s| s.frequency.map(|f| f[1])))
+            typical(&mut solved.iter().filter_map(|s| s.frequency.map(|f| f[1])))
         } else {
-            typical(&mut said.iter().filter_map(|s| s.drive.map(|d| d.0[1])))
+            typical(&mut solved.iter().filter_map(|s| s.drive.map(|d| d.0[1])))
         }
     };
-    let centre = said.iter().find_map(|s| s.frequency).map_or(0.0, |f| f[0]);
+    let centre = solved.iter().find_map(|s| s.frequency).map_or(0.0, |f| f[0]);
     let scales: Vec<f64> = (0..unknowns).map(scale).collect();
     let mut normal = DMatrix::<f64>::zeros(unknowns, unknowns);
     let mut rhs = DVector::<f64>::zeros(unknowns);
     let (mut total, mut observations) = (0.0, 0);
-    for s in said {
+    for s in solved {
         let label = &measurements[s.measurement].condition.label;
         let condition = labels.iter().position(|c| c.label == *label)?;
         let damping = n + if shared.decay_rate { 0 } else { condition };

@@ -83,7 +83,7 @@ impl fmt::Display for LoadLaw {
 ///
 /// # Errors
 /// [`Error::TooFewSamples`] below two points; [`Error::PointOutOfRange`] for a load below
-/// zero, or a value that is no number.
+/// zero, or a value that is not finite.
 ///
 /// ```
 /// use slipfit::series::{LoadLaw, LoadPoint, friction_against_load};

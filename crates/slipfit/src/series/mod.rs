@@ -7,6 +7,7 @@ mod criteria;
 mod joint;
 mod law;
 mod measurement;
+mod single;
 mod solved;
 
 pub use analyse::{analyse, analyse_with};

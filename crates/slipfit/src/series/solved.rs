@@ -1,6 +1,9 @@
 //! A measurement solved alone, as the comparison and the joint fit take it.
 
+use super::answer::SingleAnswer;
+use crate::answer::Parameter;
 use nalgebra::{Matrix2, Vector2};
+use std::f64::consts::TAU;
 
 /// What one measurement says, limits lifted, in the common unit.
 pub(super) struct SolvedMeasurement {
@@ -13,4 +16,58 @@ pub(super) struct SolvedMeasurement {
     pub(super) frequency: Option<[f64; 2]>,
     /// Drive amplitude, its standard error, and its correlation with the two.
     pub(super) drive: Option<([f64; 2], [f64; 2])>,
+}
+
+impl SolvedMeasurement {
+    /// Values and covariance out of an answer.
+    pub(super) fn new(measurement: usize, scale: f64, answer: &SingleAnswer) -> Result<Self, &'static str> {
+        const PAIR: [Parameter; 2] = [Parameter::DECAY_RATE, Parameter::FRICTION_DISPLACEMENT];
+        let get = |parameter: Parameter| {
+            let mut quantity = answer.parameters().get(parameter).cloned()?;
+            if let SingleAnswer::Sweep(a) = answer {
+                quantity.std_error = a.error_given_terms(parameter)?;
+            }
+            Some(quantity)
+        };
+        let delta = get(PAIR[0]).ok_or("it gives no decay rate")?;
+        let x_f = get(PAIR[1]).ok_or("it gives no friction displacement")?.scaled(scale, "");
+        let rho = match answer {
+            SingleAnswer::RingDown(a) => a.correlation(PAIR[0], PAIR[1]).unwrap_or(0.0),
+            SingleAnswer::Sweep(a) => a.correlation(PAIR[0], PAIR[1]).unwrap_or(0.0),
+            // delta falls as the slope rises.
+            SingleAnswer::Levels(a) => -a.correlation,
+        };
+        let rho = rho.clamp(-0.999_999, 0.999_999);
+        let (s_d, s_x) = (delta.std_error, x_f.std_error);
+        if !(s_d > 0.0 && s_x > 0.0 && s_d.is_finite() && s_x.is_finite()) {
+            return Err("it does not determine damping and friction");
+        }
+        let covariance = Matrix2::new(s_d * s_d, rho * s_d * s_x, rho * s_d * s_x, s_x * s_x);
+        let frequency = match answer {
+            // A ring-down swings at omega_d.
+            SingleAnswer::RingDown(_) => {
+                get(Parameter::Frequency).map(|q| [q.value.hypot(delta.value / TAU), q.std_error])
+            }
+            SingleAnswer::Sweep(_) => get(Parameter::NaturalFrequency).map(|q| [q.value, q.std_error]),
+            SingleAnswer::Levels(_) => None,
+        }
+        .filter(|f| f[1] > 0.0 && f[1].is_finite());
+        let drive = match answer {
+            SingleAnswer::Sweep(a) => get(Parameter::DriveAmplitude)
+                .filter(|q| q.std_error > 0.0 && q.std_error.is_finite())
+                .map(|q| {
+                    let with = |other| a.correlation(Parameter::DriveAmplitude, other).unwrap_or(0.0);
+                    ([q.value * scale, q.std_error * scale], PAIR.map(with))
+                }),
+            _ => None,
+        };
+        Ok(Self {
+            measurement,
+            ring_down: matches!(answer, SingleAnswer::RingDown(_)),
+            value: Vector2::new(delta.unbounded_value, x_f.unbounded_value),
+            covariance,
+            frequency,
+            drive,
+        })
+    }
 }

@@ -5,19 +5,17 @@
 //! the frequency from the recorded drive, finds where the transient has gone,
 //! and gives amplitude and phase of the fundamental from there on.
 
+mod criteria;
 mod settle;
 mod sine;
+
+pub use criteria::Criteria;
 
 use crate::{Error, Quantity};
 use settle::Settled;
 use sine::{PhaseLaw, Sine, Wave};
 
 use crate::signal::{blocks::wrap, spectrum};
-
-/// Fewest cycles that make a steady motion.
-const LEAST_CYCLES: f64 = 3.0;
-/// Fewest samples.
-const LEAST_SAMPLES: usize = 16;
 
 /// Choices for [`demodulate`]. The default finds everything by itself.
 #[derive(Debug, Clone, Copy, PartialEq, Default)]
@@ -100,40 +98,54 @@ pub fn demodulate(
     drive: Option<&[f64]>,
     options: &Options,
 ) -> Result<SteadyMotion, Error> {
+    demodulate_with(time_s, response, drive, options, &Criteria::default())
+}
+
+/// [`demodulate`] with thresholds of your own.
+///
+/// # Errors
+/// As [`demodulate`].
+pub fn demodulate_with(
+    time_s: &[f64],
+    response: &[f64],
+    drive: Option<&[f64]>,
+    options: &Options,
+    criteria: &Criteria,
+) -> Result<SteadyMotion, Error> {
     check(time_s, response, drive, options)?;
     let low = options.start_s.unwrap_or(f64::NEG_INFINITY);
     let high = options.end_s.unwrap_or(f64::INFINITY);
     let (from, to) = (time_s.partition_point(|t| *t < low), time_s.partition_point(|t| *t <= high));
-    if to.saturating_sub(from) < LEAST_SAMPLES {
-        return Err(Error::TooFewSamples { found: to.saturating_sub(from), needed: LEAST_SAMPLES });
+    if to.saturating_sub(from) < criteria.least_samples {
+        return Err(Error::TooFewSamples { found: to.saturating_sub(from), needed: criteria.least_samples });
     }
     let (time, response) = (&time_s[from..to], &response[from..to]);
     let drive = drive.map(|d| &d[from..to]).filter(|d| oscillates(d));
-    let omega = frequency(time, response, drive, options)?;
+    let omega = frequency(time, response, drive, options, criteria)?;
     let span = |first: usize| (time[time.len() - 1] - time[first]) * omega / std::f64::consts::TAU;
-    let few = |cycles| Error::NoSteadyMotion { cycles, needed: LEAST_CYCLES };
-    if span(0) < LEAST_CYCLES {
+    let few = |cycles| Error::NoSteadyMotion { cycles, needed: criteria.least_cycles };
+    if span(0) < criteria.least_cycles {
         return Err(few(span(0)));
     }
     let settled = if options.start_s.is_some() {
         Settled::at_once()
     } else {
-        settle::find(time, response, drive, omega)
+        settle::find(time, response, drive, omega, criteria)
     };
     let first = settled.first;
     let (time, response, drive) = (&time[first..], &response[first..], drive.map(|d| &d[first..]));
     // Now that the transient is gone the frequency is known better.
     let leader = drive.unwrap_or(response);
     let given = options.frequency_hz.map(|f| Sine::known(time, leader, std::f64::consts::TAU * f));
-    let leading = given.unwrap_or_else(|| Sine::refined(time, leader, omega));
+    let leading = given.unwrap_or_else(|| Sine::refined(time, leader, omega, criteria));
     let leading = leading.ok_or_else(|| few(span(first)))?;
     let law = match drive {
-        Some(drive) if options.frequency_hz.is_none() => PhaseLaw::of(time, drive, leading.omega),
+        Some(drive) if options.frequency_hz.is_none() => PhaseLaw::of(time, drive, leading.omega, criteria),
         _ => PhaseLaw::steady(time, leading.omega),
     };
     let omega = law.mean_omega();
-    let wave = Wave::fit(time, response, &law).ok_or_else(|| few(span(first)))?;
-    let driving = drive.and_then(|d| Wave::fit(time, d, &law));
+    let wave = Wave::fit(time, response, &law, criteria).ok_or_else(|| few(span(first)))?;
+    let driving = drive.and_then(|d| Wave::fit(time, d, &law, criteria));
     let hz = 1.0 / std::f64::consts::TAU;
     let amplitude = wave.phasor.norm();
     let phase_rad = driving.as_ref().map(|d| {
@@ -188,12 +200,18 @@ fn oscillates(values: &[f64]) -> bool {
 }
 
 /// Angular frequency of the drive, roughly.
-fn frequency(time: &[f64], response: &[f64], drive: Option<&[f64]>, options: &Options) -> Result<f64, Error> {
+fn frequency(
+    time: &[f64],
+    response: &[f64],
+    drive: Option<&[f64]>,
+    options: &Options,
+    criteria: &Criteria,
+) -> Result<f64, Error> {
     use std::f64::consts::TAU;
     if let Some(frequency) = options.frequency_hz {
         return Ok(TAU * frequency);
     }
-    let none = Error::NoSteadyMotion { cycles: 0.0, needed: LEAST_CYCLES };
+    let none = Error::NoSteadyMotion { cycles: 0.0, needed: criteria.least_cycles };
     if !oscillates(response) {
         return Err(none);
     }
@@ -204,7 +222,7 @@ fn frequency(time: &[f64], response: &[f64], drive: Option<&[f64]>, options: &Op
         .or_else(|| spectrum::dominant(time, leader, None));
     let omega = line.map(|l| TAU * l.frequency_hz).filter(|w| *w > 0.0 && w.is_finite()).ok_or(none)?;
     // A phase that runs away is no transient: the frequency must be right first.
-    Ok(Sine::refined(&time[half..], &leader[half..], omega).map_or(omega, |sine| sine.omega))
+    Ok(Sine::refined(&time[half..], &leader[half..], omega, criteria).map_or(omega, |sine| sine.omega))
 }
 
 #[cfg(test)]

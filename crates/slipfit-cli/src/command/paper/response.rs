@@ -4,7 +4,7 @@ use super::ringdowns::{FREQUENCY_HZ, fork};
 use slipfit::Error;
 use slipfit::motion::steady::lorentzian::{self, Inversion, LorentzianFit};
 use slipfit::motion::steady::{HarmonicDrive, scan, solve};
-use slipfit_report::plot::{Chart, Look, Scaled, Series};
+use slipfit_report::plot::{Chart, Scaled, Series, SeriesStyle};
 use std::f64::consts::TAU;
 
 const VISCOUS: f64 = 20e-6;
@@ -67,11 +67,11 @@ pub(super) fn curves() -> Result<Curves, Error> {
         fits.push(Fitted { coulomb_force, line, inversion, true_q: o.q_factor() });
         let point = |f: f64, a: f64| [f - FREQUENCY_HZ, a * 1e9];
         let points = readings.iter().map(|r| point(r.frequency_hz, r.amplitude())).collect();
-        series.push(Series { name: named(coulomb_force), points, look: Look::Line(color) });
+        series.push(Series { name: named(coulomb_force), points, style: SeriesStyle::Line(color) });
         let fitted = (-POINTS..=POINTS).step_by(3).map(frequency);
         let points = fitted.map(|f| point(f, line.amplitude(TAU * f))).collect();
         let name = if color == COLORS[3] { "Lorentzian fits" } else { "" };
-        dots.push(Series { name: name.to_owned(), points, look: Look::Dots(color) });
+        dots.push(Series { name: name.to_owned(), points, style: SeriesStyle::Dots(color) });
     }
     series.append(&mut dots);
     let chart = Chart {
@@ -116,13 +116,13 @@ pub(super) fn at_a_third() -> Result<AtAThird, Error> {
         }
         others.extend(irregular);
         highest = points.iter().fold(highest, |m, p| m.max(p[1]));
-        series.push(Series { name: named(coulomb_force), points, look: Look::Line(color) });
+        series.push(Series { name: named(coulomb_force), points, style: SeriesStyle::Line(color) });
     }
     if !others.is_empty() {
         series.push(Series {
             name: "the mass stops or turns on the way".to_owned(),
             points: others,
-            look: Look::Dots(4),
+            style: SeriesStyle::Dots(4),
         });
     }
     let chart = Chart {

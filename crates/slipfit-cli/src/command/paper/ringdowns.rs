@@ -6,7 +6,7 @@ use slipfit::Parameter;
 use slipfit::motion::decay::{FreeDecay, averaged};
 use slipfit::ringdown::{Options, analyse};
 use slipfit::{Error, Oscillator, Quantity, Record, SignalKind};
-use slipfit_report::plot::{Chart, Look, Scaled, Series};
+use slipfit_report::plot::{Chart, Scaled, Series, SeriesStyle};
 use std::f64::consts::TAU;
 
 pub(super) const FREQUENCY_HZ: f64 = 32_700.0;
@@ -103,11 +103,15 @@ pub(super) fn charts(all: &[RingDown]) -> Vec<Chart> {
         let mut series = Vec::new();
         for (r, c) in all.iter().zip(COLORS) {
             let name = if r.coulomb_force > 0.0 { format!("load {}", r.load) } else { r.load.to_owned() };
-            series.push(Series { name, points: r.data.clone(), look: Look::Line(c) });
+            series.push(Series { name, points: r.data.clone(), style: SeriesStyle::Line(c) });
         }
         for (r, c) in all.iter().zip(COLORS) {
             let name = if c == COLORS[2] { "fits of eq. (16)" } else { "" };
-            series.push(Series { name: name.to_owned(), points: r.fit.clone(), look: Look::LargeDots(c) });
+            series.push(Series {
+                name: name.to_owned(),
+                points: r.fit.clone(),
+                style: SeriesStyle::LargeDots(c),
+            });
         }
         series
     };

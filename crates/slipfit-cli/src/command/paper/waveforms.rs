@@ -2,7 +2,7 @@
 
 use slipfit::motion::steady::{HarmonicDrive, Method, SteadyState, solve};
 use slipfit::{Error, Oscillator};
-use slipfit_report::plot::{Chart, Look, Scaled, Series};
+use slipfit_report::plot::{Chart, Scaled, Series, SeriesStyle};
 
 const Q: f64 = 1e4;
 /// Cycles shown.
@@ -45,12 +45,16 @@ pub(super) fn charts() -> Result<Waveforms, Error> {
             let velocity = column == 1;
             let curve = |state: &SteadyState, steps: u32| trace(state, steps, velocity);
             let mut curves = vec![
-                Series { name: "exact".into(), points: curve(&exact, STEPS), look: Look::Wide(5) },
-                Series { name: "30 terms".into(), points: curve(&series, STEPS), look: Look::Line(1) },
+                Series { name: "exact".into(), points: curve(&exact, STEPS), style: SeriesStyle::Wide(5) },
+                Series {
+                    name: "30 terms".into(),
+                    points: curve(&series, STEPS),
+                    style: SeriesStyle::Line(1),
+                },
                 Series {
                     name: "leading term, eq. (8)".into(),
                     points: curve(&leading, DOTS),
-                    look: Look::Dots(0),
+                    style: SeriesStyle::Dots(0),
                 },
             ];
             if velocity {
@@ -61,7 +65,7 @@ pub(super) fn charts() -> Result<Waveforms, Error> {
                 curves.push(Series {
                     name: "friction force, rescaled".into(),
                     points,
-                    look: Look::Dashed(2),
+                    style: SeriesStyle::Dashed(2),
                 });
             }
             if stops > 0 {
@@ -73,7 +77,7 @@ pub(super) fn charts() -> Result<Waveforms, Error> {
                         [t, if velocity { 0.0 } else { x }]
                     })
                     .collect();
-                curves.push(Series { name: "stops".into(), points, look: Look::LargeDots(3) });
+                curves.push(Series { name: "stops".into(), points, style: SeriesStyle::LargeDots(3) });
             }
             // Room for the legend above the curves.
             let reach = if velocity { 2.4 } else { 1.9 } * gain;

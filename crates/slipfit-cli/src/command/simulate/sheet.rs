@@ -1,4 +1,4 @@
-//! A table on its way out: what it is called, what it was made of, its rows.
+//! A table to be written: its title, the parameters it was made with, its rows.
 
 use crate::args::SampleArgs;
 use crate::failure::Failure;

@@ -5,8 +5,7 @@ use super::sheet::{Column, Digits, Parameter, Sheet, Value, number};
 use crate::args::{OutArgs, RecordFormat};
 use crate::failure::Failure;
 use crate::output::{Outputs, Target};
-use serde_json::{Map, json};
-use slipfit_report::json::write as write_json;
+use slipfit_report::json::{SimulatedColumn, SimulatedParameter, SimulatedRecord, simulated};
 use std::io::{self, Cursor, Write};
 use std::path::Path;
 
@@ -64,7 +63,7 @@ pub(super) fn write(mut sheet: Sheet<'_>, to: &Destinations) -> Result<(), Failu
     }
     if let Some(target) = &to.json {
         let whole = as_json(&sheet, &rows);
-        target.write(|out| write_json(out, &whole))?;
+        target.write(|out| simulated(out, &whole))?;
     }
     Ok(())
 }
@@ -190,36 +189,20 @@ fn with_software(mut sound: Vec<u8>) -> Vec<u8> {
     sound
 }
 
-fn as_json(sheet: &Sheet<'_>, rows: &[f64]) -> serde_json::Value {
-    let parameters: Map<String, serde_json::Value> = sheet
-        .parameters
-        .iter()
-        .map(|p| {
-            let value = match &p.value {
-                Value::Number(v) => json!({"value": v, "unit": p.unit}),
-                Value::Text(text) => json!({"text": text}),
-            };
-            (p.name.to_owned(), value)
-        })
-        .collect();
+/// The record with everything it was made with.
+fn as_json<'a>(sheet: &'a Sheet<'_>, rows: &[f64]) -> SimulatedRecord<'a> {
+    let parameters = sheet.parameters.iter().map(|p| {
+        let value = match &p.value {
+            Value::Number(value) => SimulatedParameter::Number { value: *value, unit: &p.unit },
+            Value::Text(text) => SimulatedParameter::Text { text },
+        };
+        (p.name, value)
+    });
     let width = sheet.columns.len();
-    let columns: Vec<serde_json::Value> = sheet
-        .columns
-        .iter()
-        .enumerate()
-        .map(|(i, c)| {
-            let values: Vec<f64> = rows.iter().skip(i).step_by(width).copied().collect();
-            json!({"name": c.name, "unit": c.unit, "values": values})
-        })
-        .collect();
-    json!({
-        "schema": "slipfit/simulate-1",
-        "program": "slipfit",
-        "version": env!("CARGO_PKG_VERSION"),
-        "command": format!("simulate {}", sheet.command),
-        "title": sheet.title,
-        "parameters": parameters,
-        "rows": rows.len() / width.max(1),
-        "columns": columns,
-    })
+    let columns = sheet.columns.iter().enumerate().map(|(i, column)| SimulatedColumn {
+        name: column.name,
+        unit: &column.unit,
+        values: rows.iter().skip(i).step_by(width).copied().collect(),
+    });
+    SimulatedRecord::new(sheet.command, sheet.title, parameters, columns.collect())
 }

@@ -174,7 +174,8 @@ mod tests {
             ("2000-02-29 00:00:01", 951_782_401.0),
         ] {
             let stamp = read(text).unwrap_or_else(|| panic!("{text}"));
-            assert!(stamp.day.is_some() && (stamp.since(0) - seconds).abs() < 1e-6, "{text}: {stamp:?}");
+            assert!(stamp.day.is_some(), "{text}: {stamp:?}");
+            assert!((stamp.since(0) - seconds).abs() < 1e-6, "{text}: {stamp:?}");
         }
         for (text, seconds) in [
             ("13:34:56.789", 48_896.789),
@@ -184,7 +185,8 @@ mod tests {
             ("13:34:56:250", 48_896.25),
         ] {
             let stamp = read(text).unwrap_or_else(|| panic!("{text}"));
-            assert!(stamp.day.is_none() && (stamp.since(7) - seconds).abs() < 1e-9, "{text}: {stamp:?}");
+            assert!(stamp.day.is_none(), "{text}: {stamp:?}");
+            assert!((stamp.since(7) - seconds).abs() < 1e-9, "{text}: {stamp:?}");
         }
     }
 

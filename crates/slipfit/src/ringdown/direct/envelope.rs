@@ -79,7 +79,7 @@ pub fn fit_envelope(time_s: &[f64], amplitude: &[f64], start: &EnvelopeStart) ->
     let first = time_s[0];
     let interval = (time_s[n - 1] - first) / (n - 1) as f64;
     let (power, uneven, thirds) =
-        pulp::Arch::new().dispatch(Look { time: time_s, amplitude, first, interval });
+        pulp::Arch::new().dispatch(PowerAndClock { time: time_s, amplitude, first, interval });
     if !(power.is_finite() && uneven.is_finite()) {
         super::check_finite("time_s", time_s)?;
         super::check_finite("amplitude", amplitude)?;
@@ -151,9 +151,9 @@ pub(super) fn by_thirds([a, b, c]: [f64; 3], third: usize, interval: f64) -> Opt
     Some([height, (a - height * whole) / third as f64, rate])
 }
 
-/// First look: sum of squares of the amplitudes, the largest distance of a stamp
+/// Before any fit: sum of squares of the amplitudes, the largest distance of a stamp
 /// from an even clock, and the sums of the amplitudes over the first, second and last third.
-struct Look<'a> {
+struct PowerAndClock<'a> {
     time: &'a [f64],
     amplitude: &'a [f64],
     first: f64,
@@ -162,7 +162,7 @@ struct Look<'a> {
 
 pub(super) const LANES: usize = 8;
 
-impl pulp::NullaryFnOnce for Look<'_> {
+impl pulp::NullaryFnOnce for PowerAndClock<'_> {
     type Output = (f64, f64, [f64; 3]);
 
     #[inline(always)]

@@ -11,6 +11,7 @@ use crate::inference::interval::bounded_interval;
 use crate::inference::noise::{autocorrelation, significant_inflation};
 use crate::inference::smooth::{Smoothed, smooth};
 use crate::numeric::robust;
+use crate::ringdown::amplitude_fit::LEAST_SQUARE;
 use std::f64::consts::PI;
 
 /// Points of the curve that are reported.
@@ -127,9 +128,6 @@ fn nodes(data: &Amplitudes) -> Vec<Node> {
     shares.sort_by_key(|(i, _)| *i);
     shares.into_iter().map(|(_, node)| node).collect()
 }
-
-/// Relative accuracy of an amplitude where the weight of its square would be beyond all bounds.
-const LEAST_SQUARE: f64 = 1e-6;
 
 /// `4 (A² + sigma²)`, the variance of a square over that of its amplitude's, `floor = 2 sigma²`.
 fn spread_of_square(amplitude: f64, largest: f64, floor: f64) -> f64 {

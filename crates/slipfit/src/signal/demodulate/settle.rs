@@ -1,19 +1,10 @@
-//! Where a transient has gone.
+//! Settling detection: where a transient has died out.
 
 use std::f64::consts::TAU;
 
+use super::criteria::Criteria;
 use crate::inference::least_squares;
 use crate::motion::steady::Phasor;
-
-/// Fewest samples of a block.
-const LEAST_SAMPLES: usize = 8;
-/// Blocks a record is cut into at most.
-const MOST_BLOCKS: usize = 400;
-/// Deviation, in standard deviations, that no steady block has.
-const FAR: f64 = 3.5;
-/// Decay times of the transient left out beyond the last block that shows it:
-/// what it adds to the mean falls below the mean's own noise.
-const GUARD: f64 = 2.0;
 
 /// Phasor of some whole cycles.
 #[derive(Debug, Clone, Copy)]
@@ -42,12 +33,13 @@ impl Settled {
 }
 
 /// Phasors of whole cycles one after the other, against one clock.
-pub(super) fn phasors(time: &[f64], values: &[f64], omega: f64) -> Option<Vec<Block>> {
+pub(super) fn phasors(time: &[f64], values: &[f64], omega: f64, c: &Criteria) -> Option<Vec<Block>> {
     let (start, end) = (*time.first()?, *time.last()?);
     let period = TAU / omega;
     let cycles = (end - start) / period;
     let per_cycle = time.len() as f64 / cycles;
-    let whole = (LEAST_SAMPLES as f64 / per_cycle).ceil().max((cycles / MOST_BLOCKS as f64).ceil()).max(1.0);
+    let whole =
+        (c.block_samples as f64 / per_cycle).ceil().max((cycles / c.most_blocks as f64).ceil()).max(1.0);
     let length = whole * period;
     let count = ((end - start) / length + 1e-9).floor() as usize;
     let mut blocks = Vec::with_capacity(count);
@@ -76,14 +68,20 @@ pub(super) fn phasors(time: &[f64], values: &[f64], omega: f64) -> Option<Vec<Bl
 }
 
 /// The instant from which the response is steady.
-pub(super) fn find(time: &[f64], response: &[f64], drive: Option<&[f64]>, omega: f64) -> Settled {
-    let Some(blocks) = phasors(time, response, omega) else { return Settled::at_once() };
+pub(super) fn find(
+    time: &[f64],
+    response: &[f64],
+    drive: Option<&[f64]>,
+    omega: f64,
+    c: &Criteria,
+) -> Settled {
+    let Some(blocks) = phasors(time, response, omega, c) else { return Settled::at_once() };
     let blocks = match drive {
         None => blocks,
         // Against the drive of the same moment: where the exciter's speed wanders, the response
         // follows it, and only what it does besides is a transient.
         Some(drive) => {
-            let Some(driving) = phasors(time, drive, omega) else { return Settled::at_once() };
+            let Some(driving) = phasors(time, drive, omega, c) else { return Settled::at_once() };
             let mean = driving.iter().map(|d| d.phasor.norm()).sum::<f64>() / driving.len() as f64;
             let against = |block: &Block| {
                 let at = driving.binary_search_by_key(&block.first, |d| d.first).ok()?;
@@ -95,15 +93,15 @@ pub(super) fn find(time: &[f64], response: &[f64], drive: Option<&[f64]>, omega:
             blocks.iter().filter_map(against).collect()
         }
     };
-    of_blocks(&blocks)
+    of_blocks(&blocks, c)
 }
 
-fn of_blocks(blocks: &[Block]) -> Settled {
+fn of_blocks(blocks: &[Block], c: &Criteria) -> Settled {
     let n = blocks.len();
     if n == 0 {
         return Settled::at_once();
     }
-    if n < 6 {
+    if n < c.settling_blocks {
         // Too short to see anything settle: the second half is the better one.
         return Settled { first: blocks[n / 2].first, settled: false };
     }
@@ -114,7 +112,7 @@ fn of_blocks(blocks: &[Block]) -> Settled {
     while begin > 0 {
         let count = (n - begin) as f64;
         let far = (blocks[begin - 1].phasor - held / count).norm();
-        if far > FAR * sigma * (1.0 + 1.0 / count).sqrt() {
+        if far > c.far * sigma * (1.0 + 1.0 / count).sqrt() {
             break;
         }
         begin -= 1;
@@ -122,13 +120,13 @@ fn of_blocks(blocks: &[Block]) -> Settled {
     }
     let steady = held / (n - begin) as f64;
     if begin > 0 {
-        let guard = (GUARD * decay_blocks(&blocks[..begin], steady, sigma)).ceil() as usize;
+        let guard = (c.guard * decay_blocks(&blocks[..begin], steady, sigma, c)).ceil() as usize;
         // At least half of what looked steady stays.
         begin += guard.min((n - begin) / 2);
     }
     Settled {
         first: if begin == 0 { 0 } else { blocks[begin].first },
-        settled: halves_agree(&blocks[begin..]),
+        settled: halves_agree(&blocks[begin..], c),
     }
 }
 
@@ -143,11 +141,11 @@ fn scatter(blocks: &[Block]) -> f64 {
 }
 
 /// Blocks in which the transient falls by 1/e, by the slope of its logarithm.
-fn decay_blocks(blocks: &[Block], steady: Phasor, sigma: f64) -> f64 {
+fn decay_blocks(blocks: &[Block], steady: Phasor, sigma: f64, c: &Criteria) -> f64 {
     let mut seen: Vec<(f64, f64)> = Vec::new();
     for (k, block) in blocks.iter().enumerate() {
         let far = (block.phasor - steady).norm();
-        if far > 2.0 * sigma {
+        if far > c.seen * sigma {
             seen.push((k as f64, far.ln()));
         }
     }
@@ -157,12 +155,12 @@ fn decay_blocks(blocks: &[Block], steady: Phasor, sigma: f64) -> f64 {
     let kl: f64 = seen.iter().map(|s| (s.0 - mk) * (s.1 - ml)).sum();
     let slope = kl / kk;
     // One block, or a transient that does not fall, tells no rate: as long again as it was seen.
-    let fallback = blocks.len() as f64 / GUARD;
+    let fallback = blocks.len() as f64 / c.guard;
     if slope < 0.0 { (-1.0 / slope).min(fallback.max(1.0)) } else { fallback }
 }
 
 /// Whether the means of both halves agree within what their scatter allows.
-fn halves_agree(blocks: &[Block]) -> bool {
+fn halves_agree(blocks: &[Block], c: &Criteria) -> bool {
     let half = blocks.len() / 2;
     if half < 2 {
         return false;
@@ -172,5 +170,5 @@ fn halves_agree(blocks: &[Block]) -> bool {
     let difference = (mean(a) - mean(b)).norm();
     let error = (scatter(a).powi(2) + scatter(b).powi(2)).sqrt() / (half as f64).sqrt();
     // A difference nobody minds does not count, however small the noise.
-    difference < 4.0 * error || difference < 1e-3 * mean(b).norm()
+    difference < c.halves_differ * error || difference < c.halves_relative * mean(b).norm()
 }

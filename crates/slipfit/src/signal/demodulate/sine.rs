@@ -2,6 +2,7 @@
 
 use std::f64::consts::TAU;
 
+use super::criteria::Criteria;
 use crate::inference::evidence;
 use crate::inference::least_squares::{self, LeastSquares, Normal};
 use crate::motion::steady::Phasor;
@@ -53,8 +54,8 @@ impl Sine {
     }
 
     /// The frequency near `omega` that fits best; `omega` itself where none fits better.
-    pub(super) fn refined(time: &[f64], values: &[f64], omega: f64) -> Option<Self> {
-        let wave = Wave::fit(time, values, &PhaseLaw::steady(time, omega))?;
+    pub(super) fn refined(time: &[f64], values: &[f64], omega: f64, c: &Criteria) -> Option<Self> {
+        let wave = Wave::fit(time, values, &PhaseLaw::steady(time, omega), c)?;
         let (first, last) = (time[0], time[time.len() - 1]);
         let (middle, half) = (0.5 * (first + last), 0.5 * (last - first));
         let problem = Problem { time, values, middle, half };
@@ -88,9 +89,9 @@ impl PhaseLaw {
     }
 
     /// As a drive does it: bends are taken in where they are sure.
-    pub(super) fn of(time: &[f64], drive: &[f64], omega: f64) -> Self {
+    pub(super) fn of(time: &[f64], drive: &[f64], omega: f64, c: &Criteria) -> Self {
         let mut law = Self::steady(time, omega);
-        let Some(blocks) = super::settle::phasors(time, drive, omega) else { return law };
+        let Some(blocks) = super::settle::phasors(time, drive, omega, c) else { return law };
         let mut phases = Vec::with_capacity(blocks.len());
         for block in &blocks {
             let phase = block.phasor.arg();
@@ -108,7 +109,7 @@ impl PhaseLaw {
         for order in 2..=3 {
             let Some((found, _, left)) = fit(order) else { break };
             let dof = (blocks.len() - order as usize - 1) as f64;
-            if evidence::f_tail((rss - left) / (left / dof), 1.0, dof) < 1e-3 {
+            if evidence::f_tail((rss - left) / (left / dof), 1.0, dof) < c.frequency_changes {
                 law.omega = omega + found[1] / law.half;
                 law.bend = [found[2], found.get(3).copied().unwrap_or(0.0)];
                 rss = left;
@@ -150,7 +151,7 @@ pub(super) struct Wave {
 
 impl Wave {
     /// `None` where the samples do not determine it.
-    pub(super) fn fit(time: &[f64], values: &[f64], law: &PhaseLaw) -> Option<Self> {
+    pub(super) fn fit(time: &[f64], values: &[f64], law: &PhaseLaw, c: &Criteria) -> Option<Self> {
         let omega = law.mean_omega();
         let (first, last) = (*time.first()?, *time.last()?);
         let (middle, half) = (0.5 * (first + last), 0.5 * (last - first));
@@ -179,7 +180,7 @@ impl Wave {
         let residual =
             |i: usize| values[i] - row(time[i]).iter().zip(&found).map(|(a, b)| a * b).sum::<f64>();
         let residuals: Vec<f64> = (0..time.len()).map(residual).collect();
-        let excess = excess(time, &residuals, omega, variance);
+        let excess = excess(time, &residuals, omega, variance, c);
         let std_error = (0.5 * (covariance[(0, 0)] + covariance[(1, 1)]) * variance * excess).max(0.0).sqrt();
         Some(Self {
             phasor: Phasor::new(found[0], -found[1]),
@@ -194,10 +195,9 @@ impl Wave {
 
 /// How much more the residuals hold at the frequency of the sine than white
 /// noise would: the variance of the phasors of single cycles over that expected.
-fn excess(time: &[f64], residuals: &[f64], omega: f64, variance: f64) -> f64 {
-    const LEAST_BLOCKS: usize = 5;
-    let Some(blocks) = super::settle::phasors(time, residuals, omega) else { return 1.0 };
-    if blocks.len() < LEAST_BLOCKS || variance <= 0.0 {
+fn excess(time: &[f64], residuals: &[f64], omega: f64, variance: f64, c: &Criteria) -> f64 {
+    let Some(blocks) = super::settle::phasors(time, residuals, omega, c) else { return 1.0 };
+    if blocks.len() < c.noise_blocks || variance <= 0.0 {
         return 1.0;
     }
     let n = blocks.len() as f64;

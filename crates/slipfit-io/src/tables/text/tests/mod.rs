@@ -1,3 +1,7 @@
+//! Text as loggers write it.
+
+mod columns;
+
 use std::fmt::Write as _;
 
 use slipfit::{Clock, SignalKind, answer::hint::spelled};
@@ -206,196 +210,6 @@ fn rows_without_a_sample_are_counted_by_reason_with_their_first_row() {
 }
 
 #[test]
-fn columns_are_taken_by_name_number_or_part_of_a_name() {
-    let text = table_of("t (s);alpha (rad);beta angle (rad)\n", 40, |_, t, x| format!("{t};{};{x}", 2.0 * x));
-    for wanted in ["3", "beta angle (rad)", "BETA ANGLE", "beta"] {
-        let options = ReadOptions { signal: Some(wanted.into()), ..Default::default() };
-        let reading = read_with(&text, &options).unwrap();
-        assert_is_ring(&reading, 40);
-        assert_eq!(signal(&reading).why, "column 3 `beta angle (rad)`: asked for");
-    }
-    let ask = |wanted: &str| error(&text, &ReadOptions { signal: Some(wanted.into()), ..Default::default() });
-    assert_eq!(
-        ask("gamma").0,
-        "file.csv: signal = gamma: no such column; there are column 1 `t (s)`, column 2 `alpha (rad)`, column 3 `beta angle (rad)`"
-    );
-    assert_eq!(
-        ask("rad").0,
-        "file.csv: signal = rad: could be column 2 `alpha (rad)`, column 3 `beta angle (rad)`"
-    );
-    assert!(ask("4").0.contains("no such column"));
-    assert!(ask("0").0.contains("no such column"));
-    assert!(ask("").0.contains("no such column"));
-}
-
-#[test]
-fn a_position_is_preferred_to_its_derivatives_and_to_spectra() {
-    let header =
-        "Frequenz f / Hz;FFT / rad;Zeit t / s;Geschwindigkeit v / rad/s;Beschleunigung / rad/s²;Weg / rad\n";
-    let reading =
-        read(table_of(header, 60, |i, t, x| format!("{i};{};{t};{};{};{x}", 9 * i, 9.0 * x, 99.0 * x)));
-    assert_is_ring(&reading, 60);
-    assert_eq!((time_column(&reading), signal(&reading).column.number), (3, 6));
-    assert_eq!(reading.record.kind(), SignalKind::Displacement);
-}
-
-#[test]
-fn kinds_follow_names_and_units() {
-    for (header, kind, unit) in [
-        ("t,v (m/s)\n", SignalKind::Velocity, "m/s"),
-        ("t,ω (rad/s)\n", SignalKind::Velocity, "rad/s"),
-        ("t,Acceleration y (m/s²)\n", SignalKind::Acceleration, "m/s²"),
-        ("t,a (g)\n", SignalKind::Acceleration, "g"),
-        ("t,Amplitude (mm)\n", SignalKind::Displacement, "mm"),
-        ("t,Angle (deg)\n", SignalKind::Displacement, "deg"),
-    ] {
-        let reading = read(table_of(header, 40, |_, t, x| format!("{t},{x}")));
-        assert_eq!((reading.record.kind(), reading.record.unit()), (kind, unit), "{header}");
-    }
-    let reading = read(table_of("t,R (V)\n", 40, |_, t, x| format!("{t},{}", x * x + 0.1)));
-    assert_eq!(reading.record.kind(), SignalKind::Envelope);
-    let options =
-        ReadOptions { kind: Some(SignalKind::Velocity), unit: Some("mm/s".into()), ..Default::default() };
-    let reading = read_with(table_of("t,x\n", 40, |_, t, x| format!("{t},{x}")), &options).unwrap();
-    assert_eq!((reading.record.kind(), reading.record.unit()), (SignalKind::Velocity, "mm/s"));
-}
-
-#[test]
-fn decibels_become_linear_amplitudes() {
-    let text = table_of("time [s], power [dBm]\n", 40, |i, t, _| format!("{t}, {}", -20.0 - 0.5 * i as f64));
-    let reading = read(&text);
-    assert_eq!((reading.record.kind(), reading.record.unit()), (SignalKind::Envelope, "√mW"));
-    // -20 dBm is 0.01 mW, whose root is 0.1.
-    assert!((reading.record.signal()[0] - 0.1).abs() < 1e-15);
-    let options = ReadOptions { unit: Some("dB".into()), ..Default::default() };
-    let reading = read_with(text.replace("power [dBm]", "level"), &options).unwrap();
-    assert!((reading.record.signal()[0] - 0.1).abs() < 1e-15);
-    assert_eq!((reading.record.kind(), reading.record.unit()), (SignalKind::Envelope, ""));
-}
-
-#[test]
-fn lock_in_outputs_are_read_as_a_pair() {
-    let row = |_, t, x: f64| format!("{t},{x},{},{},30", 2.0 * x, 3.0 * x.abs());
-    for (header, options) in [
-        ("t (s),X (V),Y (V),R (V),Theta (deg)\n", ReadOptions::default()),
-        ("t,In-Phase,Quadrature,c,d\n", ReadOptions::default()),
-        (
-            "t,a,b,c,d\n",
-            ReadOptions { signal: Some("2".into()), quadrature: Some("3".into()), ..Default::default() },
-        ),
-    ] {
-        let reading = read_with(table_of(header, 40, row), &options).unwrap();
-        assert_eq!(reading.record.kind(), SignalKind::LockIn, "{header}");
-        let quadrature = reading.record.quadrature().unwrap();
-        assert!(quadrature.iter().zip(reading.record.signal()).all(|(q, x)| *q == 2.0 * x), "{header}");
-    }
-    let reading =
-        read(table_of("t (s),R (V),Theta (deg)\n", 40, |i, t, x| format!("{t},{},{i}", x.abs() + 0.1)));
-    assert_eq!((reading.record.kind(), signal(&reading).column.number), (SignalKind::Envelope, 2));
-}
-
-#[test]
-fn positions_in_two_directions_are_no_lock_in() {
-    let reading = read(table_of("t\tx\ty\n", 200, |_, t, x| format!("{t}\t{}\t{x}", 0.1 * x * x)));
-    assert_eq!(reading.record.kind(), SignalKind::Displacement);
-    assert_eq!(signal(&reading).column.number, 3);
-}
-
-#[test]
-fn time_units_come_from_headers_and_may_be_overridden() {
-    for (header, factor) in [
-        ("Δt (ms),x\n", 1e3),
-        ("time_us,x\n", 1e6),
-        ("t [ns],x\n", 1e9),
-        ("Zeit / s,x\n", 1.0),
-        ("t (µs),x\n", 1e6),
-    ] {
-        assert_is_ring(&read(table_of(header, 40, |_, t, x| format!("{},{x}", t * factor))), 40);
-    }
-    assert_is_ring(&read(table_of("Time (min),x\n", 40, |_, t, x| format!("{},{x}", t / 60.0))), 40);
-    let text = table_of("t (s),x\n", 40, |_, t, x| format!("{},{x}", t * 1e3));
-    let unit = |unit: &str| ReadOptions { time_unit: Some(unit.into()), ..Default::default() };
-    assert_is_ring(&read_with(&text, &unit("ms")).unwrap(), 40);
-    let (message, hint) = error(&text, &unit("fortnight"));
-    assert_eq!(message, "file.csv: time_unit = fortnight: no unit known here");
-    assert!(hint.starts_with("time_unit takes"));
-}
-
-#[test]
-fn steps_since_the_row_before_are_summed() {
-    let text = table_of("", 60, |i, _, x| format!("{x} 0.1 {}", if i == 0 { 0.0 } else { 62.5 }));
-    let reading = read(text);
-    assert!(matches!(reading.report.time, Some(TimeSource::Intervals(_))));
-    assert_is_ring(&reading, 60);
-}
-
-#[test]
-fn tables_side_by_side_and_runs_in_groups_are_chosen() {
-    let text = table_of("Time (s),x (mm),,Time (s),x (mm)\n", 40, |i, t, x| {
-        if i < 30 { format!("{},{},,{t},{x}", t + 1.0, 2.0 * x) } else { format!(",,,{t},{x}") }
-    });
-    let first = read(&text);
-    assert_eq!((first.report.parts, first.report.part, first.record.len()), (2, 1, 30));
-    assert!(first.report.notes.iter().any(|n| n.hints[0].option == Some("part")));
-    let table = |n| ReadOptions { part: Some(n), ..Default::default() };
-    assert_is_ring(&read_with(&text, &table(2)).unwrap(), 40);
-    assert_eq!(error(&text, &table(3)).0, "file.csv: part = 3: the file has 2");
-    for header in [
-        "t1,theta1,omega1,t2,theta2,omega2\n",
-        "Time (s) Run #1,Angle (rad) Run #1,v (rad/s) Run #1,Time (s) Run #2,Angle (rad) Run #2,v (rad/s) Run #2\n",
-        "Latest: Time (s),Latest: Angle (rad),Latest: v (rad/s),Run 1: Time (s),Run 1: Angle (rad),Run 1: v (rad/s)\n",
-    ] {
-        let text = table_of(header, 40, |_, t, x| format!("{},{},{x},{t},{x},{}", t + 1.0, 2.0 * x, 5.0 * x));
-        assert_eq!(read(&text).record.signal()[0], 2.0, "{header}");
-        let second = read_with(&text, &ReadOptions { run: Some(2), ..Default::default() }).unwrap();
-        assert_is_ring(&second, 40);
-        assert_eq!((second.report.runs, second.report.run), (2, 2));
-        let by_column =
-            read_with(&text, &ReadOptions { signal: Some("5".into()), ..Default::default() }).unwrap();
-        assert_is_ring(&by_column, 40);
-    }
-    let shared =
-        table_of("Time (s),Angle (rad) Run #1,Angle (rad) Run #2\n", 40, |_, t, x| format!("{t},9,{x}"));
-    assert_is_ring(&read_with(&shared, &ReadOptions { run: Some(2), ..Default::default() }).unwrap(), 40);
-}
-
-#[test]
-fn a_rate_stands_for_a_time_column_and_a_missing_one_is_asked_for() {
-    let text = table_of("Position (mm) Run #1\n", 60, |i, _, x| {
-        if i == 30 { "--".into() } else { format!("{x:.3}").replace('.', ",") }
-    });
-    let (message, hint) = error(&text, &ReadOptions::default());
-    assert_eq!(message, "file.csv: no column of times among column 1 `Position (mm) Run #1`");
-    assert!(hint.starts_with("rate_hz"), "{hint}");
-    let rated = ReadOptions { rate_hz: Some(16.0), ..Default::default() };
-    let reading = read_with(&text, &rated).unwrap();
-    assert_eq!((reading.record.len(), reading.record.unit()), (59, "mm"));
-    assert!((reading.record.time_s(30) - 31.0 / 16.0).abs() < 1e-12);
-    let hinted = format!("angle_deg, sample_rate\n45, 1000\n{}", table_of("", 40, |_, _, x| x.to_string()));
-    assert!(error(&hinted, &ReadOptions::default()).1.starts_with("rate_hz takes"));
-    let both = ReadOptions { time: Some("1".into()), ..rated };
-    assert_eq!(error(&text, &both).0, "file.csv: time = 1: not together with a sampling rate");
-    for rate_hz in [0.0, -1.0, f64::NAN, f64::INFINITY, 1e-310] {
-        let (_, hint) = error(&text, &ReadOptions { rate_hz: Some(rate_hz), ..Default::default() });
-        assert!(hint.contains("rate_hz"));
-    }
-}
-
-#[test]
-fn names_that_do_not_fit_the_columns_give_way_to_the_numbers() {
-    let reading = read(table_of("x y dx dy\n", 60, |_, t, x| format!("{x}\t{t}")));
-    assert_is_ring(&reading, 60);
-    assert_eq!(
-        note(&reading, 0),
-        "line 1 names 4 columns (`x y dx dy`) but the rows hold 2: its names were not used"
-    );
-    let reading = read(table_of("time,angle\n", 60, |_, t, x| format!("{x},{t}")));
-    assert_eq!(time_column(&reading), 2);
-    let note = "column 1 `time` is named like a time but does not go up; column 2 `angle` does";
-    assert_eq!(self::note(&reading, 0), note);
-}
-
-#[test]
 fn bad_files_are_refused_with_a_reason_and_a_way_out() {
     let message = |bytes: &[u8]| error(bytes, &ReadOptions::default()).0;
     assert_eq!(message(b""), "file.csv: the file is empty");
@@ -449,18 +263,6 @@ fn a_file_that_starts_again_keeps_its_longest_run() {
 }
 
 #[test]
-fn a_ring_down_is_told_from_its_drive_by_its_numbers() {
-    let text = table_of("", 2000, |i, t, x| {
-        let drive = if i < 900 { 30.0 * (2.0 * t).sin() } else { 0.0 };
-        format!("{t}\t{drive}\t{x}")
-    });
-    let reading = read(text);
-    assert_is_ring(&reading, 2000);
-    assert_eq!(signal(&reading).why, "column 3: oscillates and dies down most among column 2, column 3");
-    assert!(matches!(reading.record.clock(), Clock::Uniform { .. }));
-}
-
-#[test]
 fn rows_with_words_beside_their_numbers_are_read() {
     let reading = read(table_of("time,state,angle\n", 40, |_, t, x| format!("{t},OK,{x}")));
     assert_is_ring(&reading, 40);
@@ -481,29 +283,6 @@ fn key_value_cells_beside_the_first_rows_are_no_header() {
     assert_eq!((time_column(&reading), signal(&reading).column.number), (4, 5));
     assert_eq!(reading.report.columns[3].header, "");
     assert!(note(&reading, 0).starts_with("line 5 holds numbers"));
-}
-
-#[test]
-fn a_counter_of_rows_is_no_time_unless_named_or_asked_for() {
-    let text = table_of("", 60, |i, _, x| format!("{i},{x}"));
-    assert!(error(&text, &ReadOptions::default()).1.contains("time "));
-    let asked = ReadOptions { time: Some("1".into()), ..Default::default() };
-    assert_eq!(read_with(&text, &asked).unwrap().record.time_s(59), 59.0);
-    assert_eq!(read(format!("time (s),x\n{text}")).record.time_s(59), 59.0);
-    let rated = ReadOptions { rate_hz: Some(16.0), ..Default::default() };
-    assert_is_ring(&read_with(&text, &rated).unwrap(), 60);
-}
-
-#[test]
-fn whole_numbers_some_apart_are_milliseconds_and_said_to_be() {
-    let reading = read(table_of("", 64, |i, _, x| format!("{} {x}", i * 50)));
-    assert_eq!(reading.record.duration_s(), 3.15);
-    assert!(note(&reading, 0).contains("50.0 apart: they were taken as milliseconds"));
-}
-
-#[test]
-fn equal_steps_under_the_name_of_a_step_are_summed() {
-    assert_is_ring(&read(table_of("dt (ms),x (mm)\n", 40, |_, _, x| format!("62.5,{x}"))), 40);
 }
 
 #[test]
@@ -537,38 +316,12 @@ fn names_of_labview_without_its_first_lines_are_kept() {
 }
 
 #[test]
-fn clocks_since_1970_are_in_their_unit_and_give_way_to_seconds_since_the_start() {
-    let stamp = |t: f64| 1_662_729_295_900_810_000_u64 + (t * 1e9) as u64;
-    let both = table_of("time,seconds_elapsed,x\n", 99, |_, t, x| format!("{},{t},{x}", stamp(t)));
-    let reading = read(both);
-    assert_eq!(time_column(&reading), 2);
-    assert_is_ring(&reading, 99);
-    for (unit, divisor) in [("ns", 1), ("us", 1_000), ("ms", 1_000_000)] {
-        let one = table_of("time,x\n", 99, |_, t, x| format!("{},{x}", stamp(t) / divisor));
-        let reading = read(one);
-        assert!((reading.record.clock_report().median_step_s - 0.0625).abs() < 1e-3, "{unit}");
-        assert!((reading.record.duration_s() - 6.125).abs() < 2e-3, "{unit}");
-        assert!(note(&reading, 0).contains(&format!("were taken as {unit}")), "{}", note(&reading, 0));
-    }
-}
-
-#[test]
 fn names_and_units_on_two_lines_of_remarks_are_joined() {
     let header = "#Creator: buffer\n#Time A\tPos A\n#[s]\t[au]\n";
     let reading = read(table_of(header, 99, |_, t, x| format!("{t}\t{x}")));
     assert_is_ring(&reading, 99);
     assert_eq!(signal(&reading).column.header, "Pos A (au)");
     assert_eq!(reading.record.unit(), "au");
-}
-
-#[test]
-fn each_sensor_has_its_own_times() {
-    let header = "#Time A\tPos A\tTime B\tPos B\n#[s]\t[au]\t[s]\t[au]\n";
-    let still = |i: usize| 500.0 + 0.01 * ((i * 7919) % 3) as f64;
-    let row = |i: usize, t: f64, x: f64| format!("{}\t{}\t{t}\t{x}", t + 0.025, still(i));
-    let reading = read(table_of(header, 99, row));
-    assert_eq!((time_column(&reading), signal(&reading).column.number), (3, 4));
-    assert_is_ring(&reading, 99);
 }
 
 #[test]
@@ -580,6 +333,7 @@ fn files_that_are_not_read_are_named_with_the_way_out() {
         (b"\x80\x04\x95\x10\0\0\0\0\0\0\0]", "Python pickle", "numpy.savez"),
     ] {
         let (message, hint) = error(bytes, &ReadOptions::default());
-        assert!(message.contains(named) && hint.contains(way), "{message}; {hint}");
+        assert!(message.contains(named), "{message}; {hint}");
+        assert!(hint.contains(way), "{message}; {hint}");
     }
 }

@@ -1,12 +1,15 @@
 //! The exact motion through every sample.
 
-use super::minimise::{Sums, minimise, spread};
+mod sums;
+
+pub(super) use sums::Pass;
+
+use super::minimise::{minimise, spread};
 use crate::Error;
-use crate::motion::decay::amplitude::{exp_share as phi, sliding_gain};
-use crate::numeric::wide;
+use crate::motion::decay::amplitude::sliding_gain;
 use crate::signal::blocks::{self, Block, PhaseAt};
-use pulp::Simd;
-use std::f64::consts::{FRAC_PI_2, PI, TAU};
+use std::f64::consts::TAU;
+use sums::Fall;
 
 /// Parameters of a free decay with viscous and sliding friction.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -126,7 +129,7 @@ pub fn fit_waveform(time_s: &[f64], signal: &[f64], start: &Decay) -> Result<Dec
             range: "positive finite frequencies",
         });
     }
-    let (power, ordered) = pulp::Arch::new().dispatch(Look { time: time_s, signal });
+    let (power, ordered) = pulp::Arch::new().dispatch(PowerAndOrder { time: time_s, signal });
     if !(ordered && power.is_finite()) {
         super::check_finite("time_s", time_s)?;
         super::check_finite("signal", signal)?;
@@ -244,12 +247,12 @@ fn nearer(time: &[f64], signal: &[f64], at: &[f64; 6]) -> Option<([f64; 6], f64)
 }
 
 /// Sum of squares of the samples, and whether the times are finite and never decrease.
-struct Look<'a> {
+struct PowerAndOrder<'a> {
     time: &'a [f64],
     signal: &'a [f64],
 }
 
-impl pulp::NullaryFnOnce for Look<'_> {
+impl pulp::NullaryFnOnce for PowerAndOrder<'_> {
     type Output = (f64, bool);
 
     #[inline(always)]
@@ -277,237 +280,4 @@ impl pulp::NullaryFnOnce for Look<'_> {
         // In order, infinity can stand only at the ends.
         (sum, falls == 0 && self.time[0].is_finite() && self.time[n - 1].is_finite())
     }
-}
-
-pub(super) struct Pass<'a> {
-    pub(super) time: &'a [f64],
-    pub(super) signal: &'a [f64],
-    pub(super) origin: f64,
-    pub(super) p: &'a [f64; 6],
-    /// Whether the motion ends where friction holds it; else its law goes on past zero, smooth
-    /// in every parameter.
-    pub(super) stops: bool,
-}
-
-/// `e^(-delta t)`, `G = (1 - e^(-delta t))/delta` and `dG/d delta`.
-#[derive(Clone, Copy)]
-struct Fall {
-    e: f64,
-    g: f64,
-    g_by_delta: f64,
-}
-
-impl Fall {
-    fn after(delta: f64, t: f64) -> Self {
-        let x = delta * t;
-        let share = phi(x);
-        let e = (-x).exp();
-        let slope = if x.abs() < 0.02 {
-            -0.5 + x * (1.0 / 3.0 + x * (-0.125 + x * (1.0 / 30.0 + x * (-1.0 / 144.0 + x / 840.0))))
-        } else {
-            (e - share) / x
-        };
-        Self { e, g: t * share, g_by_delta: t * t * slope }
-    }
-
-    /// One more stretch `of` length `t`: integrals of an exponential add up so.
-    #[inline(always)]
-    fn and(self, of: Self, t: f64) -> Self {
-        Self {
-            e: self.e * of.e,
-            g: self.g * of.e + of.g,
-            g_by_delta: self.g_by_delta * of.e - t * of.e * self.g + of.g_by_delta,
-        }
-    }
-}
-
-/// Registers of samples whose rows are summed together.
-const BATCH: usize = 32;
-/// Half cycles after which the running products are computed afresh.
-const FRESH: usize = 32;
-/// `1/k!`: the terms of `e^x` that count for `|x| <= 1/16`.
-const EXPONENTIAL: [f64; 10] = {
-    let mut out = [1.0; 10];
-    let mut k = 1;
-    while k < 10 {
-        out[k] = out[k - 1] / k as f64;
-        k += 1;
-    }
-    out
-};
-
-impl pulp::WithSimd for Pass<'_> {
-    type Output = Option<Sums<6>>;
-
-    #[inline(always)]
-    fn with_simd<S: Simd>(self, simd: S) -> Option<Sums<6>> {
-        let Self { time, signal, origin, p, stops } = self;
-        let &[a0, x_f, delta, phase, omega, offset] = p;
-        if !(omega > 0.0 && omega.is_finite()) {
-            return None;
-        }
-        let period = PI / omega;
-        let mut squarings = 0;
-        let mut reach = (delta * period).abs();
-        while reach > 0.0625 {
-            reach *= 0.5;
-            squarings += 1;
-            if squarings > 10 || !reach.is_finite() {
-                return None;
-            }
-        }
-        let exponent = simd.splat_f64s(-delta * 0.5f64.powi(squarings));
-        let [gain, gain_by_delta, gain_by_omega] = sliding_gain(delta, omega);
-        let tilt = delta / omega;
-        let half = Fall::after(delta, period);
-
-        // Products of the derivatives by A_0 … omega and the residual, and their totals.
-        let zero = simd.splat_f64s(0.0);
-        let (mut products, mut totals) = ([zero; 21], [zero; 6]);
-        // Rows wait in a batch: what makes them and what sums them need all registers each.
-        let mut rows = [[zero; 6]; BATCH];
-        let mut waiting = 0;
-        let mut n = (phase / PI).floor();
-        let mut fall = Fall { e: 1.0, g: 0.0, g_by_delta: 0.0 };
-        let mut stale = FRESH;
-        let mut index = 0;
-        while index < time.len() {
-            let turn = (n * PI - phase) / omega;
-            if stale >= FRESH {
-                fall = Fall::after(delta, turn);
-                stale = 0;
-            }
-            let amplitude = a0 * fall.e - x_f * gain * fall.g;
-            let swing = amplitude - x_f;
-            // Beyond 2^50 half cycles counting them loses its meaning.
-            if !(swing.is_finite() && n.abs() < 1e15) {
-                return None;
-            }
-            // The spring no longer overcomes the friction: at rest for good.
-            let rests = stops && swing <= 0.0;
-            let limit = origin + ((n + 1.0) * PI - phase) / omega;
-            let end = if rests { time.len() } else { end_before(time, index, limit) };
-            if end == index {
-                // Nothing was sampled in this half cycle; a gap is crossed at once.
-                let next = ((time[index] - origin) * omega + phase) / PI;
-                if next > n + 2.0 {
-                    n = next.floor() - 1.0;
-                    stale = FRESH;
-                } else {
-                    n += 1.0;
-                    stale += 1;
-                    fall = fall.and(half, period);
-                }
-                continue;
-            }
-            let sign = if (0.5 * n).fract() == 0.0 { 1.0 } else { -1.0 };
-            // With f1 = e^(-delta u) [cos + tilt sin], f3 = e^(-delta u) sin every derivative is a
-            // combination of f1, u f1, f3, u f3 and 1; at rest of 1 alone.
-            let by_delta = -turn * a0 * fall.e - x_f * (gain_by_delta * fall.g + gain * fall.g_by_delta);
-            let by_phase = (delta * a0 + x_f * gain) * fall.e / omega;
-            let by_omega = turn * by_phase - x_f * gain_by_omega * fall.g;
-            let height = sign * swing;
-            let spin = height * (1.0 + tilt * tilt);
-            let level = simd.splat_f64s(offset + sign * if rests { amplitude } else { x_f });
-            let minus_height = simd.splat_f64s(if rests { 0.0 } else { -height });
-            let direct = simd.splat_f64s(if rests { 0.0 } else { sign });
-            let begin = simd.splat_f64s(origin + turn);
-            let (wide_omega, wide_tilt) = (simd.splat_f64s(omega), simd.splat_f64s(tilt));
-            let quarter = simd.splat_f64s(-FRAC_PI_2);
-            let a0_1 = simd.splat_f64s(sign * fall.e);
-            let x_f_1 = simd.splat_f64s(-sign * (gain * fall.g + if rests { 0.0 } else { 1.0 }));
-            let delta_1 = simd.splat_f64s(sign * by_delta);
-            let delta_3 = simd.splat_f64s(height / omega);
-            let phase_1 = simd.splat_f64s(sign * by_phase);
-            let phase_3 = simd.splat_f64s(-spin);
-            let omega_1 = simd.splat_f64s(sign * by_omega);
-            let omega_2 = simd.splat_f64s(height * tilt);
-            let omega_3 = simd.splat_f64s(-turn * spin - height * tilt / omega);
-            for (t, y, weight) in wide::Pairs::new(simd, &time[index..end], &signal[index..end]) {
-                let (mut f1, mut f3, mut u) = (weight, zero, zero);
-                if !rests {
-                    u = simd.mul_f64s(weight, simd.sub_f64s(t, begin));
-                    // cos = -sin(theta - pi/2), sin = cos(theta - pi/2)
-                    let (s, c) = wide::half_turn(simd, simd.mul_add_e_f64s(u, wide_omega, quarter));
-                    let mut e = wide::horner(simd, simd.mul_f64s(u, exponent), &EXPONENTIAL);
-                    for _ in 0..squarings {
-                        e = simd.mul_f64s(e, e);
-                    }
-                    let e = simd.mul_f64s(weight, e);
-                    f3 = simd.mul_f64s(e, c);
-                    f1 = simd.negate_mul_add_e_f64s(e, s, simd.mul_f64s(wide_tilt, f3));
-                }
-                let (f2, f4) = (simd.mul_f64s(u, f1), simd.mul_f64s(u, f3));
-                let above = simd.mul_f64s(weight, simd.sub_f64s(y, level));
-                let r = simd.mul_add_e_f64s(minus_height, f1, above);
-                let j0 = simd.mul_f64s(a0_1, f1);
-                let j1 = simd.mul_add_e_f64s(x_f_1, f1, simd.mul_f64s(direct, weight));
-                let j2 = simd.mul_add_e_f64s(delta_3, f3, simd.mul_f64s(delta_1, f1));
-                let j2 = simd.mul_add_e_f64s(minus_height, f2, j2);
-                let j3 = simd.mul_add_e_f64s(phase_3, f3, simd.mul_f64s(phase_1, f1));
-                let j4 = simd.mul_add_e_f64s(omega_3, f3, simd.mul_f64s(omega_1, f1));
-                let j4 = simd.mul_add_e_f64s(omega_2, f2, simd.mul_add_e_f64s(phase_3, f4, j4));
-                rows[waiting] = [j0, j1, j2, j3, j4, r];
-                waiting += 1;
-                if waiting == BATCH {
-                    add_up(simd, &rows, &mut products, &mut totals);
-                    waiting = 0;
-                }
-            }
-            index = end;
-            n += 1.0;
-            stale += 1;
-            fall = fall.and(half, period);
-        }
-        add_up(simd, &rows[..waiting], &mut products, &mut totals);
-        let mut out = Sums::zero();
-        let mut at = 0;
-        for i in 0..6 {
-            for k in 0..=i {
-                let sum = simd.reduce_sum_f64s(products[at]);
-                at += 1;
-                match (i, k) {
-                    (5, 5) => out.rss = sum,
-                    (5, _) => out.jtr[k] = sum,
-                    _ => out.jtj[i][k] = sum,
-                }
-            }
-            let total = simd.reduce_sum_f64s(totals[i]);
-            if i == 5 { out.jtr[5] = total } else { out.jtj[5][i] = total }
-        }
-        out.jtj[5][5] = time.len() as f64;
-        Some(out)
-    }
-}
-
-/// Adds the products of the rows, lower triangle, and their totals.
-#[inline(always)]
-fn add_up<S: Simd>(simd: S, rows: &[[S::f64s; 6]], products: &mut [S::f64s; 21], totals: &mut [S::f64s; 6]) {
-    let (mut p, mut t) = (*products, *totals);
-    for row in rows {
-        let mut at = 0;
-        for i in 0..6 {
-            for k in 0..=i {
-                p[at] = simd.mul_add_e_f64s(row[i], row[k], p[at]);
-                at += 1;
-            }
-            t[i] = simd.add_f64s(t[i], row[i]);
-        }
-    }
-    (*products, *totals) = (p, t);
-}
-
-/// First index from `index` on whose time is not below `limit`.
-#[inline(always)]
-fn end_before(time: &[f64], index: usize, limit: f64) -> usize {
-    let mut step = 16;
-    while index + step < time.len() && time[index + step] < limit {
-        step *= 2;
-    }
-    let (mut a, mut b) = (index + if step > 16 { step / 2 } else { 0 }, (index + step).min(time.len()));
-    while a < b {
-        let middle = usize::midpoint(a, b);
-        if time[middle] < limit { a = middle + 1 } else { b = middle }
-    }
-    a
 }

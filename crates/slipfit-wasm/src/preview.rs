@@ -1,38 +1,38 @@
-//! A first look at a file: its tables and the analysis it is for.
+//! Preview of a file: its tables and the analysis it is for.
 
 use crate::refusal::Refusal;
 use crate::{Analysis, File, Options};
 use serde::Serialize;
 use slipfit_io::{ReadOptions, Table};
 
-/// Rows of each table looked at.
+/// Rows of each table that are read.
 const PREVIEW_ROWS: usize = 20_000;
 
 /// What a file holds.
 #[derive(Debug, Clone, PartialEq, Serialize)]
-pub struct LookedAt {
+pub struct Preview {
     /// What kind of file it is.
     pub format: String,
     /// Its tables.
-    pub tables: Vec<SeenTable>,
+    pub tables: Vec<PreviewTable>,
     /// What it is for, unless the person chose.
     pub analysis: Analysis,
 }
 
 /// A table of a file.
 #[derive(Debug, Clone, PartialEq, Serialize)]
-pub struct SeenTable {
+pub struct PreviewTable {
     /// Sheet, variable or group; empty where there is one only.
     pub name: String,
-    /// Rows looked at.
+    /// Rows read for it.
     pub rows: usize,
     /// Its columns.
-    pub columns: Vec<SeenColumn>,
+    pub columns: Vec<PreviewColumn>,
 }
 
 /// A column of a table.
 #[derive(Debug, Clone, PartialEq, Serialize)]
-pub struct SeenColumn {
+pub struct PreviewColumn {
     /// From 1.
     pub number: usize,
     /// Its header; empty without one.
@@ -45,12 +45,12 @@ pub struct SeenColumn {
 /// [`Refusal`] where it holds no table, or is of a format that cannot be read here.
 ///
 /// ```
-/// use slipfit_wasm::{Analysis, File, Options, look};
+/// use slipfit_wasm::{Analysis, File, Options, preview};
 /// let bytes = b"f (Hz),R (V)\n99,0.1\n100,0.7\n101,0.2\n";
-/// let seen = look(&File { name: "sweep.csv", bytes }, &Options::default()).unwrap();
+/// let seen = preview(&File { name: "sweep.csv", bytes }, &Options::default()).unwrap();
 /// assert_eq!((seen.analysis, seen.tables[0].columns.len()), (Analysis::Resonance, 2));
 /// ```
-pub fn look(file: &File<'_>, options: &Options) -> Result<LookedAt, Refusal> {
+pub fn preview(file: &File<'_>, options: &Options) -> Result<Preview, Refusal> {
     // A column, a unit or a rate is of one analysis; what a file is does not turn on it.
     let chosen = options.read_options(Analysis::Levels)?;
     let reading = ReadOptions { format: chosen.format, sheet: chosen.sheet, ..ReadOptions::default() };
@@ -63,15 +63,15 @@ pub fn look(file: &File<'_>, options: &Options) -> Result<LookedAt, Refusal> {
         None if seen.record.is_err() && names_levels(file, &reading) => Analysis::Levels,
         None => Analysis::Ringdown,
     };
-    let table = |table: &Table| SeenTable {
+    let table = |table: &Table| PreviewTable {
         name: table.name.clone(),
         rows: table.rows(),
         columns: (1..)
             .zip(&table.columns)
-            .map(|(number, c)| SeenColumn { number, header: c.header.clone() })
+            .map(|(number, c)| PreviewColumn { number, header: c.header.clone() })
             .collect(),
     };
-    Ok(LookedAt {
+    Ok(Preview {
         format: seen.tables.format.name().to_owned(),
         tables: tables.iter().map(table).collect(),
         analysis,

@@ -1,0 +1,82 @@
+//! What helps against each warning.
+
+use super::Warning;
+use crate::answer::hint::Hint;
+
+/// Limits about `main` that leave `other` outside.
+fn band_about(main: f64, other: f64, decimals: i32) -> [f64; 2] {
+    let reach = 0.4 * (main - other).abs();
+    let digits = 10f64.powi(decimals);
+    [(main - reach).max(0.1 * main), main + reach].map(|v| (v * digits).round() / digits)
+}
+
+impl Warning {
+    /// What helps: options with values where they are known, or another measurement.
+    pub fn hints(&self) -> Vec<Hint> {
+        let either = |a: &'static str, b: &'static str, advice: &'static str| {
+            vec![Hint::new(a, advice), Hint::new(b, advice)]
+        };
+        match self {
+            Warning::NotSeparable { decay_times: Some(_), .. } => {
+                vec![Hint::advice("record down to a smaller amplitude")]
+            }
+            Warning::NotSeparable { decay_times: None, .. } => {
+                let mut hints = either("drive_amplitude", "reference", "separates them");
+                hints.push(Hint::advice("so does a sweep at another drive level"));
+                hints
+            }
+            Warning::SeveralModes { main_hz, other_hz, .. }
+            | Warning::SecondMode { main_hz, other_hz, .. } => {
+                vec![Hint::new("band_hz", "isolates one").with(band_about(*main_hz, *other_hz, 4))]
+            }
+            Warning::SecondPeak { main_hz, other_hz, .. } => {
+                vec![Hint::new("band_hz", "isolates one").with(band_about(*main_hz, *other_hz, 6))]
+            }
+            Warning::ModelMisfit { misfit: Some(_), .. } => {
+                vec![Hint::new("law", "shows the loss without a model").with("free")]
+            }
+            Warning::FurtherLaw { model, .. } => {
+                vec![Hint::new("model", "reports it").with(model.name())]
+            }
+            Warning::LawChanges { time_s } => vec![
+                Hint::new("end_s", "analyses the part before").with((time_s * 1e4).round() / 1e4),
+                Hint::new("start_s", "the part after").with((time_s * 1e4).round() / 1e4),
+            ],
+            Warning::SlowTail { .. } => vec![Hint::new("end_s", "sets the limit by hand")],
+            Warning::Clipped { inside: true, .. } => vec![Hint::new("start_s", "skips them")],
+            Warning::AmbiguousModel { .. } => vec![Hint::new("model", "chooses")],
+            Warning::Disturbance { .. } => either("start_s", "end_s", "chooses by hand"),
+            Warning::FrequencyUnknown => {
+                vec![Hint::new("frequency_hz", "turns it into a friction displacement")]
+            }
+            Warning::Undetermined { .. } => vec![Hint::advice("points across the peak would")],
+            Warning::ShapeAlone { .. } => either("drive_amplitude", "reference", "narrows it"),
+            Warning::RivalInstrument { background, .. } => {
+                vec![Hint::new("background", "chooses").with(if *background { "on" } else { "off" })]
+            }
+            Warning::Jump { .. } => vec![Hint::new("band_hz", "keeps to one branch")],
+            Warning::OneFlank { .. } => vec![Hint::advice("measure across the peak")],
+            Warning::ThresholdExtrapolated { .. } => vec![Hint::advice("lower levels would show it")],
+            Warning::DriveUncalibrated => {
+                either("drive_gain", "q_factor", "gives Q and the friction displacement")
+            }
+            _ => Vec::new(),
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::answer::hint::HintValue;
+
+    #[test]
+    fn a_band_that_is_advised_leaves_the_other_mode_outside() {
+        let band = |main_hz, other_hz| {
+            let modes = Warning::SeveralModes { main_hz, other_hz, relative_amplitude: 0.18 };
+            modes.hints().remove(0).value
+        };
+        assert_eq!(band(80.52, 297.667), Some(HintValue::Range([8.052, 167.3788])));
+        assert_eq!(band(0.59547, 0.86035), Some(HintValue::Range([0.4895, 0.7014])));
+    }
+}

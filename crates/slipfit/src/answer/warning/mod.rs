@@ -1,0 +1,340 @@
+//! Warnings: what limits an answer, and what would help.
+
+mod hints;
+mod text;
+
+use super::misfit::Misfit;
+use super::parameter::Parameter;
+use crate::model::loss::LossModel;
+
+/// A reason to treat an answer with caution.
+///
+/// Its text says what was found; [`Warning::hints`] say what helps, naming options by their field, so
+/// that each program spells them its own way.
+#[derive(Debug, Clone, PartialEq)]
+#[non_exhaustive]
+pub enum Warning {
+    /// Viscous and sliding loss cannot be separated by these data.
+    NotSeparable {
+        /// Correlation of delta and x_F.
+        correlation: f64,
+        /// Decay times recorded; `None` for a curve.
+        decay_times: Option<f64>,
+    },
+    /// Too few cycles to say anything but the total loss.
+    TooFewCycles {
+        /// Cycles recorded.
+        cycles: f64,
+    },
+    /// The record holds more than one mode.
+    SeveralModes {
+        /// Frequency of the main one, Hz.
+        main_hz: f64,
+        /// Frequency of the strongest other one, Hz.
+        other_hz: f64,
+        /// Its amplitude relative to the main one.
+        relative_amplitude: f64,
+    },
+    /// A second mode was fitted and subtracted.
+    SecondMode {
+        /// Frequency of the stronger one, Hz.
+        main_hz: f64,
+        /// Frequency of the one subtracted, Hz.
+        other_hz: f64,
+        /// Its amplitude relative to the stronger one.
+        relative_amplitude: f64,
+    },
+    /// The residual is far above the noise: the law does not hold to this accuracy.
+    ModelMisfit {
+        /// Residual over the noise.
+        ratio: f64,
+        /// What it is along a decay, where there are amplitudes enough.
+        misfit: Option<Misfit>,
+    },
+    /// A law whose shape is fitted describes the decay better than those compared.
+    FurtherLaw {
+        /// The model with it.
+        model: LossModel,
+        /// Its BIC is lower than that of the best model without it by this.
+        delta_bic: f64,
+        /// Residual over the noise that it leaves.
+        ratio: f64,
+    },
+    /// The amplitudes give no law without a model.
+    NoFreeLaw {
+        /// Amplitudes in the free decay.
+        amplitudes: usize,
+        /// As many are needed.
+        needed: usize,
+    },
+    /// The amplitude lost follows another law in part of the record.
+    LawChanges {
+        /// Instant of the change, s.
+        time_s: f64,
+    },
+    /// A tail below the sliding threshold that no Coulomb law gives.
+    SlowTail {
+        /// Amplitude below which the law fails, signal unit.
+        amplitude: f64,
+        /// Instant where it begins, s.
+        time_s: f64,
+        /// Signal unit.
+        unit: String,
+    },
+    /// Samples at the rails of the converter.
+    Clipped {
+        /// How many.
+        samples: usize,
+        /// Whether some lie inside the fitted window.
+        inside: bool,
+    },
+    /// Two loss models explain the data equally well.
+    AmbiguousModel {
+        /// The one reported.
+        chosen: LossModel,
+        /// Its rival.
+        rival: LossModel,
+        /// BIC of the rival above the chosen one's.
+        delta_bic: f64,
+    },
+    /// The model asked for is not the one the data prefer.
+    ModelNotPreferred {
+        /// The one asked for.
+        asked: LossModel,
+        /// The one preferred.
+        preferred: LossModel,
+        /// BIC of the one asked for above the preferred one's.
+        delta_bic: f64,
+    },
+    /// Fewer than three samples a cycle: the frequency may be an alias.
+    CoarseSampling {
+        /// Samples per cycle.
+        samples_per_cycle: f64,
+    },
+    /// A change of the signal that no decay makes (a jolt, a new start); the record is used up to it.
+    Disturbance {
+        /// Its instant, s.
+        time_s: f64,
+    },
+    /// The waveform is far from sinusoidal.
+    Harmonics {
+        /// Multiple of the frequency.
+        order: usize,
+        /// Amplitude relative to the fundamental's.
+        relative_amplitude: f64,
+    },
+    /// An amplitude record without its frequency: no friction displacement.
+    FrequencyUnknown,
+    /// The data set no upper limit to a parameter.
+    Undetermined {
+        /// The parameter.
+        parameter: Parameter,
+    },
+    /// The drive amplitude is not known: the shape of a curve alone says little about friction.
+    ShapeAlone {
+        /// Interval of the friction ratio.
+        friction_ratio: [f64; 2],
+    },
+    /// The phases given have the opposite sign and were conjugated.
+    PhaseSign,
+    /// The phases fit no resonance while the amplitudes do: only amplitudes were used.
+    PhasesIgnored,
+    /// The curve jumps: more than one amplitude at one frequency.
+    Jump {
+        /// Where, Hz.
+        frequency_hz: f64,
+        /// Whether up and down sweeps differ.
+        hysteresis: bool,
+    },
+    /// The curve has a second peak.
+    SecondPeak {
+        /// Frequency of the main one, Hz.
+        main_hz: f64,
+        /// Frequency of the other one, Hz.
+        other_hz: f64,
+        /// Its height relative to the main one.
+        relative_height: f64,
+    },
+    /// All points lie on one flank of the peak.
+    OneFlank {
+        /// Whether the points lie below the resonance.
+        below: bool,
+    },
+    /// Too few points within the width of the peak.
+    FewPointsInLine {
+        /// How many.
+        points: usize,
+    },
+    /// The peak is skewed (Duffing): the frequency depends on the amplitude.
+    Skewed {
+        /// Relative shift of the frequency at the highest amplitude.
+        relative_shift: f64,
+        /// The same shift over the full width of the peak.
+        line_widths: f64,
+    },
+    /// A background was added automatically or asked for.
+    Background {
+        /// Its size over the highest amplitude.
+        relative: f64,
+        /// Whether phases separate it from friction.
+        phases: bool,
+    },
+    /// Other terms of the instrument than those fitted explain the curve as well, and give other losses.
+    RivalInstrument {
+        /// They have a background.
+        background: bool,
+        /// They have a delay.
+        delay: bool,
+        /// BIC with them above the one reported.
+        delta_bic: f64,
+        /// Friction displacement with them, and its standard error.
+        friction_displacement: [f64; 2],
+        /// Unit of the response.
+        unit: String,
+    },
+    /// A delay was added automatically or asked for.
+    Delay {
+        /// s.
+        delay_s: f64,
+    },
+    /// Up and down sweeps of one file differ.
+    RunsDiffer {
+        /// Mean difference over its standard error.
+        z: f64,
+    },
+    /// The reference curve belongs to another resonator, or another drive.
+    ReferenceDiffers {
+        /// Relative difference of the natural frequencies.
+        relative_frequency: f64,
+        /// Decay rate of the reference over that of the curve.
+        decay_rate_ratio: f64,
+    },
+    /// The reference curve itself shows sliding friction.
+    ReferenceSlides {
+        /// p value of it.
+        p_value: f64,
+    },
+    /// The drive of some points lies within the friction: the mass sticks there.
+    Stuck {
+        /// How many points.
+        points: usize,
+    },
+    /// The paper's inversion is biased here by this much.
+    PaperBias {
+        /// Relative bias of the friction.
+        friction: f64,
+        /// Relative bias of Q.
+        q_factor: f64,
+    },
+    /// Points left out: not finite, or at frequency zero.
+    Dropped {
+        /// Not finite.
+        not_finite: usize,
+        /// At frequency zero.
+        zero_frequency: usize,
+    },
+    /// The search for the fit or its intervals was ended after a set amount of work.
+    SearchCut,
+    /// Outliers left out of the fit.
+    Outliers {
+        /// How many points.
+        points: usize,
+    },
+    /// No drive level lies below the threshold: it is extrapolated.
+    ThresholdExtrapolated {
+        /// Lowest level over the threshold.
+        ratio: f64,
+    },
+    /// The amplitude does not rise along a straight line: drag or a nonlinear spring besides.
+    NotStraight {
+        /// p value of a straight line.
+        p_value: f64,
+        /// Whether the slope falls with the drive.
+        falling: bool,
+    },
+    /// Drive and amplitude have different units: no Q and no friction displacement.
+    DriveUncalibrated,
+    /// Levels at which the mass stuck lie above those at which it moved.
+    Hysteresis {
+        /// Highest stuck level.
+        stuck_at: f64,
+        /// Lowest moving level.
+        moving_at: f64,
+    },
+    /// Ring-down and resonance disagree at one condition of a series.
+    Disagree {
+        /// The condition.
+        condition: String,
+        /// p value of their agreement.
+        p_value: f64,
+    },
+    /// The measurements of a series do not share the parameters that they should.
+    NotShared {
+        /// p value of it.
+        p_value: f64,
+    },
+    /// A measurement of a series could not be analysed; the others were.
+    Failed {
+        /// Its name.
+        name: String,
+    },
+    /// A measurement of a series gives no friction displacement and damping.
+    NotUsed {
+        /// Its name.
+        name: String,
+        /// Why.
+        why: &'static str,
+    },
+}
+
+impl Warning {
+    /// Machine-readable code, as in JSON.
+    pub fn code(&self) -> &'static str {
+        match self {
+            Warning::NotSeparable { .. } => "not_separable",
+            Warning::TooFewCycles { .. } => "too_few_cycles",
+            Warning::SeveralModes { .. } => "several_modes",
+            Warning::SecondMode { .. } => "second_mode",
+            Warning::ModelMisfit { .. } => "model_misfit",
+            Warning::FurtherLaw { .. } => "further_law",
+            Warning::NoFreeLaw { .. } => "no_free_law",
+            Warning::LawChanges { .. } => "law_changes",
+            Warning::SlowTail { .. } => "slow_tail",
+            Warning::Clipped { .. } => "clipped",
+            Warning::AmbiguousModel { .. } => "ambiguous_model",
+            Warning::ModelNotPreferred { .. } => "model_not_preferred",
+            Warning::CoarseSampling { .. } => "coarse_sampling",
+            Warning::Disturbance { .. } => "disturbance",
+            Warning::Harmonics { .. } => "harmonics",
+            Warning::FrequencyUnknown => "frequency_unknown",
+            Warning::Undetermined { .. } => "undetermined",
+            Warning::ShapeAlone { .. } => "shape_alone",
+            Warning::PhaseSign => "phase_sign",
+            Warning::PhasesIgnored => "phases_ignored",
+            Warning::Jump { .. } => "jump",
+            Warning::SecondPeak { .. } => "second_peak",
+            Warning::OneFlank { .. } => "one_flank",
+            Warning::FewPointsInLine { .. } => "few_points_in_line",
+            Warning::Skewed { .. } => "leaning",
+            Warning::Background { .. } => "background",
+            Warning::RivalInstrument { .. } => "rival_instrument",
+            Warning::Delay { .. } => "delay",
+            Warning::RunsDiffer { .. } => "runs_differ",
+            Warning::ReferenceDiffers { .. } => "reference_differs",
+            Warning::ReferenceSlides { .. } => "reference_slides",
+            Warning::Stuck { .. } => "stuck",
+            Warning::PaperBias { .. } => "paper_bias",
+            Warning::Dropped { .. } => "dropped",
+            Warning::SearchCut => "search_cut",
+            Warning::Outliers { .. } => "outliers",
+            Warning::ThresholdExtrapolated { .. } => "threshold_extrapolated",
+            Warning::NotStraight { .. } => "bent",
+            Warning::DriveUncalibrated => "drive_uncalibrated",
+            Warning::Hysteresis { .. } => "hysteresis",
+            Warning::Disagree { .. } => "disagree",
+            Warning::NotShared { .. } => "not_shared",
+            Warning::Failed { .. } => "failed",
+            Warning::NotUsed { .. } => "not_used",
+        }
+    }
+}

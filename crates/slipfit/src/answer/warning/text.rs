@@ -1,0 +1,240 @@
+//! Each warning in words.
+
+use super::Warning;
+use crate::answer::p_value;
+use std::fmt;
+
+/// A part as a percentage of two digits.
+fn percent(part: f64) -> String {
+    let digits = (1.0 - (100.0 * part.abs().max(1e-9)).log10().floor()).clamp(0.0, 6.0);
+    format!("{:.*} %", digits as usize, 100.0 * part)
+}
+
+impl fmt::Display for Warning {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        match self {
+            Warning::NotSeparable { correlation, decay_times: Some(decay_times) } => write!(
+                f,
+                "{decay_times:.2} of a decay time recorded: delta and x_F cannot be separated (correlation \
+                 {correlation:.4})"
+            ),
+            Warning::NotSeparable { correlation, decay_times: None } => {
+                write!(f, "delta and x_F cannot be separated by this curve (correlation {correlation:.4})")
+            }
+            Warning::TooFewCycles { cycles } => {
+                write!(f, "only {cycles:.1} cycles: too few to separate viscous from sliding loss")
+            }
+            Warning::SeveralModes { main_hz, other_hz, relative_amplitude } => write!(
+                f,
+                "more than one mode: {main_hz:.5} Hz and {other_hz:.5} Hz ({:.0} % as strong)",
+                relative_amplitude * 100.0
+            ),
+            Warning::SecondMode { main_hz, other_hz, relative_amplitude } => write!(
+                f,
+                "beside the mode at {main_hz:.5} Hz a second one at {other_hz:.5} Hz ({:.2} % as strong) was \
+                 fitted and subtracted",
+                relative_amplitude * 100.0
+            ),
+            Warning::ModelMisfit { ratio, misfit: None } => write!(
+                f,
+                "residuals are {ratio:.1} times the noise: the law holds only roughly; intervals are widened"
+            ),
+            Warning::ModelMisfit { ratio, misfit: Some(found) } => write!(
+                f,
+                "the amplitude keeps to the law within {} ({} at most, at {:.4} s), {ratio:.1} times the noise: \
+                 {}; intervals are widened",
+                percent(found.relative_rms),
+                percent(found.largest),
+                found.largest_at_s,
+                found.shape
+            ),
+            Warning::FurtherLaw { model, delta_bic, ratio } => write!(
+                f,
+                "{model}, with a loss whose shape is fitted, describes the decay better (BIC lower by {delta_bic:.0}) \
+                 and leaves {ratio:.1} times the noise"
+            ),
+            Warning::NoFreeLaw { amplitudes, needed } => write!(
+                f,
+                "no law without a model: it takes {needed} amplitudes of a falling oscillation, there are \
+                 {amplitudes}"
+            ),
+            Warning::LawChanges { time_s } => write!(f, "the loss follows another law from {time_s:.4} s on"),
+            Warning::SlowTail { amplitude, time_s, unit } => write!(
+                f,
+                "from {time_s:.4} s on, below {}, the decay is slower than any sliding law gives (pre-sliding) and \
+                 was left out",
+                format!("{amplitude:.3} {unit}").trim_end()
+            ),
+            Warning::Clipped { samples, inside } => {
+                let place = if *inside { "some inside" } else { "all outside" };
+                write!(f, "{samples} samples are clipped, {place} the fitted part")
+            }
+            Warning::AmbiguousModel { chosen, rival, delta_bic } => {
+                write!(f, "{rival} explains the data as well as {chosen} (BIC differs by {delta_bic:.1})")
+            }
+            Warning::ModelNotPreferred { asked, preferred, delta_bic } => {
+                write!(f, "the data prefer {preferred} to {asked} (BIC differs by {delta_bic:.1})")
+            }
+            Warning::CoarseSampling { samples_per_cycle } => write!(
+                f,
+                "{samples_per_cycle:.1} samples a cycle: the frequency may be an alias; the loss is not affected"
+            ),
+            Warning::Disturbance { time_s } => {
+                write!(f, "a disturbance at {time_s:.4} s ends the usable decay")
+            }
+            Warning::Harmonics { order, relative_amplitude } => write!(
+                f,
+                "the waveform is not sinusoidal: harmonic {order} is {:.0} % of the motion; the fundamental is \
+                 fitted (a nonlinear sensor, a stop that is hit, a hardening spring?)",
+                relative_amplitude * 100.0
+            ),
+            Warning::FrequencyUnknown => {
+                f.write_str("the record holds amplitudes only: sliding friction is given as a rate of loss")
+            }
+            Warning::Undetermined { parameter } => write!(f, "the data do not determine {parameter}"),
+            Warning::ShapeAlone { friction_ratio: [low, high] } => write!(
+                f,
+                "the drive amplitude comes from the shape alone, which leaves a friction ratio between {low:.2} and \
+                 {high:.2} (95 %)"
+            ),
+            Warning::PhaseSign => f.write_str(
+                "the phases rise through the resonance (convention e^(-i omega t)) and were conjugated",
+            ),
+            Warning::PhasesIgnored => f.write_str(
+                "the phases fit no resonance (folded, or of another quantity) while the amplitudes do; only \
+                 amplitudes were used",
+            ),
+            Warning::Jump { frequency_hz, hysteresis } => write!(
+                f,
+                "the amplitude jumps at {frequency_hz:.6} Hz{}: not a single-valued curve",
+                if *hysteresis { ", at another place up than down" } else { "" }
+            ),
+            Warning::SecondPeak { main_hz, other_hz, relative_height } => write!(
+                f,
+                "a second peak at {other_hz:.6} Hz ({:.0} % of the one at {main_hz:.6} Hz)",
+                100.0 * relative_height
+            ),
+            Warning::OneFlank { below } => write!(
+                f,
+                "every point lies {} the resonance: frequency, loss and drive trade off",
+                if *below { "below" } else { "above" }
+            ),
+            Warning::FewPointsInLine { points } => {
+                write!(f, "only {points} points within the width of the peak: its shape is hardly resolved")
+            }
+            Warning::Skewed { relative_shift, line_widths } => write!(
+                f,
+                "the peak is skewed: a Duffing term shifts the frequency by {line_widths:.2} line widths \
+                 ({relative_shift:.2e} of it) at the highest amplitude"
+            ),
+            Warning::Background { relative, phases } => write!(
+                f,
+                "a background (crosstalk) of {:.2} % of the highest amplitude was fitted{}",
+                100.0 * relative,
+                if *phases {
+                    ""
+                } else {
+                    "; amplitudes alone do not separate it from friction, phases would"
+                }
+            ),
+            Warning::RivalInstrument { background, delay, delta_bic, friction_displacement, unit } => {
+                let terms = match (background, delay) {
+                    (true, true) => "a background and a delay explain",
+                    (true, false) => "a background explains",
+                    (false, true) => "a delay without a background explains",
+                    (false, false) => "no term of the instrument explains",
+                };
+                let [value, error] = friction_displacement;
+                let text = format!("{value:.3e} ± {error:.1e} {unit}");
+                write!(
+                    f,
+                    "{terms} the curve as well (BIC differs by {:.1}), with x_F = {}; the intervals count it",
+                    delta_bic.abs(),
+                    text.trim_end()
+                )
+            }
+            Warning::Delay { delay_s } => {
+                write!(f, "a delay of {delay_s:.4e} s in the signal chain was fitted")
+            }
+            Warning::RunsDiffer { z } => {
+                write!(f, "sweeps up and down differ by {z:.1} standard errors: drift, or a sweep too fast")
+            }
+            Warning::ReferenceDiffers { relative_frequency, decay_rate_ratio } => write!(
+                f,
+                "the reference curve is of another resonator or setting: its frequency differs by {:.3} %, its \
+                 decay rate is {decay_rate_ratio:.2} times the curve's",
+                100.0 * relative_frequency
+            ),
+            Warning::ReferenceSlides { p_value: p } => write!(
+                f,
+                "the reference curve itself shows sliding friction ({}): x_0 comes out too small",
+                p_value(*p)
+            ),
+            Warning::Stuck { points } => {
+                write!(f, "{points} points lie where friction holds the mass for all or part of the cycle")
+            }
+            Warning::PaperBias { friction, q_factor } => write!(
+                f,
+                "the inversion with a = 4/3 is biased on this curve: friction by {:+.0} %, Q by {:+.0} %; the exact \
+                 model (the default) is not",
+                100.0 * friction,
+                100.0 * q_factor
+            ),
+            Warning::Dropped { not_finite, zero_frequency: 0 } => {
+                write!(f, "left out: {not_finite} non-finite points")
+            }
+            Warning::Dropped { not_finite: 0, zero_frequency } => {
+                write!(f, "left out: {zero_frequency} points at frequency zero")
+            }
+            Warning::Dropped { not_finite, zero_frequency } => {
+                write!(f, "left out: {not_finite} non-finite points, {zero_frequency} at frequency zero")
+            }
+            Warning::SearchCut => f.write_str(
+                "the search was cut after a set amount of work: there may be a better fit, or a wider interval",
+            ),
+            Warning::Outliers { points } => write!(f, "{points} outliers were left out"),
+            Warning::ThresholdExtrapolated { ratio } => write!(
+                f,
+                "every level lies above the threshold (the lowest {ratio:.1} times): it is extrapolated along the \
+                 line"
+            ),
+            Warning::NotStraight { p_value: p, falling } => write!(
+                f,
+                "the amplitude does not rise along a straight line ({}): {}",
+                p_value(*p),
+                if *falling {
+                    "the slope falls with the drive, as drag or a detuned hardening spring make it"
+                } else {
+                    "the slope rises with the drive; friction may weaken with speed"
+                }
+            ),
+            Warning::DriveUncalibrated => {
+                f.write_str("drive levels have a unit of their own: the threshold is given in it")
+            }
+            Warning::Hysteresis { stuck_at, moving_at } => write!(
+                f,
+                "stuck at {stuck_at:.4e}, moving at {moving_at:.4e}: static friction above kinetic, or a level not \
+                 waited out"
+            ),
+            Warning::Disagree { condition, p_value: p } => {
+                write!(f, "{condition}: ring-down and resonance disagree ({})", p_value(*p))
+            }
+            Warning::NotShared { p_value: p } => {
+                write!(f, "the measurements do not share the parameters that they should ({})", p_value(*p))
+            }
+            Warning::Failed { name } => write!(f, "{name} could not be analysed; the others were"),
+            Warning::NotUsed { name, why } => write!(f, "{name} is not in the joint fit: {why}"),
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_signal_without_a_unit_leaves_no_gap() {
+        let tail = Warning::SlowTail { amplitude: 0.024, time_s: 52.5, unit: String::new() };
+        assert!(tail.to_string().contains("below 0.024, the decay"), "{tail}");
+    }
+}

@@ -1,0 +1,111 @@
+//! The straight line through the levels that move, and what departs from it.
+
+use super::answer::{Breakaway, LevelPoint};
+use super::criteria::LevelCriteria;
+use crate::inference::evidence::f_tail;
+use crate::inference::least_squares::linear;
+use nalgebra::DMatrix;
+use std::f64::consts::FRAC_PI_4;
+
+/// The straight line through the moving levels.
+pub(super) struct Line {
+    /// Which levels, by rising drive, move.
+    pub(super) moving: Vec<bool>,
+    pub(super) slope: f64,
+    pub(super) intercept: f64,
+    pub(super) covariance: DMatrix<f64>,
+    pub(super) rss: f64,
+    total: f64,
+}
+
+/// The split that describes stuck (about zero) and moving (a rising line) branch best.
+///
+/// Split by the drive, unless that leaves clearly more unexplained than a split by amplitude: levels
+/// that were raised and lowered, or raised only while the mass stuck beyond the threshold.
+pub(super) fn split(x: &[f64], y: &[f64], weight: &[f64], c: &LevelCriteria) -> Option<Line> {
+    let n = x.len();
+    let by_drive = best_split(x, y, weight, &(0..n).collect::<Vec<_>>(), Some(c.stuck_reach));
+    let mut order: Vec<usize> = (0..n).collect();
+    order.sort_by(|&a, &b| y[a].total_cmp(&y[b]));
+    let by_amplitude = best_split(x, y, weight, &order, None);
+    match (by_drive, by_amplitude) {
+        (Some(drive), Some(amplitude)) if amplitude.total < c.amplitude_split * drive.total => {
+            Some(amplitude)
+        }
+        (None, Some(amplitude)) => Some(amplitude),
+        (drive, _) => drive,
+    }
+}
+
+/// The best split where the levels move from one on in an order; with `reach` the line's threshold is
+/// at least this part of the highest stuck level.
+fn best_split(x: &[f64], y: &[f64], weight: &[f64], order: &[usize], reach: Option<f64>) -> Option<Line> {
+    let n = order.len();
+    let mut best: Option<Line> = None;
+    for first in 0..=n.checked_sub(3)? {
+        let (stuck, moving) = order.split_at(first);
+        let rows = moving.iter().map(|&i| (vec![1.0, x[i]], y[i], weight[i]));
+        let Some((c, covariance, rss)) = linear(rows, 2) else { continue };
+        if !(c[1] > 0.0) {
+            continue;
+        }
+        if let (Some(reach), Some(&last)) = (reach, stuck.last())
+            && -c[0] / c[1] < reach * x[last]
+        {
+            continue;
+        }
+        // What sticks reads its own level, the noise floor of an amplitude.
+        let total_weight: f64 = stuck.iter().map(|&i| weight[i]).sum();
+        let floor =
+            stuck.iter().map(|&i| weight[i] * y[i]).sum::<f64>() / total_weight.max(f64::MIN_POSITIVE);
+        let off: f64 = stuck.iter().map(|&i| weight[i] * (y[i] - floor).powi(2)).sum();
+        let total = rss + off;
+        // One more level on the stuck branch costs nothing but must pay.
+        if best.as_ref().is_none_or(|b| total < b.total * (1.0 - 1.0 / n as f64)) {
+            let mut moves = vec![false; n];
+            moving.iter().for_each(|&i| moves[i] = true);
+            best = Some(Line { moving: moves, slope: c[1], intercept: c[0], covariance, rss, total });
+        }
+    }
+    best
+}
+
+/// p value of a quadratic term in the moving branch, and whether its slope falls; 1 for fewer than
+/// `least` levels.
+pub(super) fn bend(x: &[f64], y: &[f64], weight: &[f64], line: &Line, least: usize) -> (f64, bool) {
+    let n = x.len();
+    if n < least {
+        return (1.0, false);
+    }
+    let centre = x.iter().sum::<f64>() / n as f64;
+    let rows = (0..n).map(|i| {
+        let u = x[i] - centre;
+        (vec![1.0, u, u * u], y[i], weight[i])
+    });
+    match linear(rows, 3) {
+        Some((c, _, rss)) => {
+            let dof = n as f64 - 3.0;
+            (f_tail((line.rss - rss).max(0.0) / (rss / dof).max(f64::MIN_POSITIVE), 1.0, dof), c[2] < 0.0)
+        }
+        None => (1.0, false),
+    }
+}
+
+/// Where the mass breaks loose, by the branches.
+pub(super) fn breakaway(points: &[LevelPoint], line: &Line, c: &LevelCriteria) -> Option<Breakaway> {
+    let threshold = -line.intercept / line.slope;
+    // Above the threshold, and far from what the line expects there.
+    let against_the_line = |p: &&LevelPoint| {
+        let expected = line.slope * (p.drive - threshold);
+        p.amplitude < c.stuck_of_expected * expected && expected > c.expected_errors * p.std_error
+    };
+    let stuck_above_threshold = points.iter().filter(against_the_line).map(|p| p.drive).next_back();
+    let ratio = |stuck_at: f64| stuck_at / (FRAC_PI_4 * threshold);
+    let drives = |moving: bool| points.iter().filter(move |p| p.moving == moving);
+    Some(Breakaway {
+        stuck_below: drives(false).map(|p| p.drive).next_back(),
+        moving_from: drives(true).find(|p| !against_the_line(p)).map(|p| p.drive)?,
+        stuck_above_threshold,
+        static_ratio_at_least: stuck_above_threshold.map(ratio).filter(|r| *r > 1.0 && r.is_finite()),
+    })
+}

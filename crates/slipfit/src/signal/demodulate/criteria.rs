@@ -1,0 +1,42 @@
+//! Every threshold that decides something in the demodulation of a driven record.
+
+use crate::inference::criteria::criteria;
+
+criteria! {
+    /// The thresholds of [`demodulate_with`](super::demodulate_with).
+    pub struct Criteria in "demodulation" {
+        /// Cycles that the steady motion must hold.
+        least_cycles: f64 = 3.0, source "amplitude, phase, offset and drift are five unknowns",
+            moves "refusals";
+        /// Samples without which no sine is fitted.
+        least_samples: usize = 16, source "twice as many as a sine with two harmonics, offset and drift has unknowns",
+            moves "refusals";
+        /// Samples that a block of whole cycles holds at least.
+        block_samples: usize = 8, source "more than twice the three unknowns of a sine about a level",
+            moves "instant from which the motion is steady";
+        /// Blocks that a record is cut into at most.
+        most_blocks: usize = 400, source "chosen by simulation", moves "time of analysis";
+        /// Blocks without which no settling is looked for: the second half of the record is taken.
+        settling_blocks: usize = 6, source "two in each third of the record",
+            moves "instant from which the motion is steady";
+        /// Standard deviations from the mean of those after it beyond which a block is part of the
+        /// transient.
+        far: f64 = 3.5, source "one steady block in two thousand", moves "transient left in, or too much left out";
+        /// Standard deviations from the steady motion beyond which a block tells how fast the transient
+        /// falls.
+        seen: f64 = 2.0, source "one steady block in twenty", moves "transient left in, or too much left out";
+        /// Decay times of the transient left out beyond the last block that shows it.
+        guard: f64 = 2.0, source "what it adds to the mean is below the noise of the mean",
+            moves "bias of the amplitude";
+        /// Standard errors by which the two halves of a steady motion may differ.
+        halves_differ: f64 = 4.0, source "one steady motion in 1e4", moves "warnings of motions not settled";
+        /// The same over the amplitude: such a difference does not count, however small the noise.
+        halves_relative: f64 = 1e-3, source "below the accuracy of a drive", moves "warnings of motions not settled";
+        /// p value of a constant frequency of the drive below which it changes along the record.
+        frequency_changes: f64 = 1e-3, source "one drive of constant frequency in a thousand",
+            moves "phase and amplitude under exciters whose speed changes";
+        /// Blocks without which the noise about the frequency of the drive is taken as white.
+        noise_blocks: usize = 5, source "a variance of fewer is known to no better than a half",
+            moves "standard errors of short records";
+    }
+}
