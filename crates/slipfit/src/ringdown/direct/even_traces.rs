@@ -1,7 +1,6 @@
 //! Amplitude traces of one length on an even clock, each summed up in sixteen numbers.
 
 use super::amplitudes::{AmplitudeFit, Sampling, fit_amplitudes};
-use super::envelope::LANES;
 use super::nodes::{NODES, Nodes, PAIRS};
 use super::reduced::{Reduced, TRACES, fit_reduced};
 use crate::Error;
@@ -73,21 +72,30 @@ impl EvenTraces {
         };
         let Some(nodes) = &self.nodes else { return traces.iter().map(alone).collect() };
         let half = self.samples.div_ceil(2);
-        let mut folded = Folded { sums: vec![0.0; GROUP * half], differences: vec![0.0; GROUP * half], half };
+        let size = GROUP * (half + APART);
+        let mut folded = Folded { sums: vec![0.0; size], differences: vec![0.0; size], half };
+        let mut doubles = vec![0.0; TRACES * self.samples];
         let mut all = Vec::with_capacity(traces.len());
         for eight in traces.chunks(TRACES) {
             let mut reduced = Reduced::default();
-            for (first, four) in eight.chunks(GROUP).enumerate() {
-                for (row, (trace, interval)) in four.iter().enumerate() {
-                    let lane = first * GROUP + row;
-                    // What is not fitted here has no power, and is seen to alone.
-                    if trace.len() == self.samples && *interval > 0.0 && interval.is_finite() {
-                        reduced.duration[lane] = interval * (self.samples - 1) as f64;
+            for (lane, ((trace, interval), doubles)) in
+                eight.iter().zip(doubles.chunks_exact_mut(self.samples)).enumerate()
+            {
+                // Without a duration a trace is not fitted here but alone, and found wanting there.
+                if trace.len() == self.samples && *interval > 0.0 && interval.is_finite() {
+                    reduced.duration[lane] = interval * (self.samples - 1) as f64;
+                    pulp::Arch::new().dispatch(Copied { trace, doubles });
+                }
+            }
+            for (group, traces) in doubles.chunks_exact(GROUP * self.samples).enumerate() {
+                let first = group * GROUP;
+                for (row, trace) in traces.chunks_exact(self.samples).enumerate() {
+                    if reduced.duration[first + row] > 0.0 {
                         let fold = Fold { trace, row, folded: &mut folded };
-                        reduced.power[lane] = pulp::Arch::new().dispatch(fold);
+                        reduced.power[first + row] = pulp::Arch::new().dispatch(fold);
                     }
                 }
-                let sum = Sum { nodes, folded: &folded, first: first * GROUP, reduced: &mut reduced };
+                let sum = Sum { nodes, folded: &folded, first, reduced: &mut reduced };
                 pulp::Arch::new().dispatch(sum);
             }
             let found = pulp::Arch::new().dispatch(Steps { nodes, reduced: &reduced });
@@ -111,59 +119,79 @@ struct Folded {
     half: usize,
 }
 
+/// Numbers between one trace and the next: rows at distances of a power of two, read side by side, would
+/// all lie in the same few places of the cache.
+const APART: usize = 24;
+
 impl Folded {
+    fn range(&self, row: usize) -> std::ops::Range<usize> {
+        let first = row * (self.half + APART);
+        first..first + self.half
+    }
+
     fn row(&self, row: usize) -> (&[f64], &[f64]) {
-        let range = row * self.half..(row + 1) * self.half;
+        let range = self.range(row);
         (&self.sums[range.clone()], &self.differences[range])
     }
 }
 
-/// Folds one trace; gives the sum of its squares.
-struct Fold<'a, T> {
+/// Copies a trace. Several are copied one after the other before anything is done with them: memory is
+/// fast at long stretches in its own order.
+struct Copied<'a, T> {
     trace: &'a [T],
+    doubles: &'a mut [f64],
+}
+
+impl<T: Copy + Into<f64>> pulp::NullaryFnOnce for Copied<'_, T> {
+    type Output = ();
+
+    #[inline(always)]
+    fn call(self) {
+        for (to, from) in self.doubles.iter_mut().zip(self.trace) {
+            *to = (*from).into();
+        }
+    }
+}
+
+/// Folds one trace; gives the sum of its squares.
+struct Fold<'a> {
+    trace: &'a [f64],
     row: usize,
     folded: &'a mut Folded,
 }
 
-impl<T: Copy + Into<f64>> pulp::NullaryFnOnce for Fold<'_, T> {
+impl pulp::WithSimd for Fold<'_> {
     type Output = f64;
 
     #[inline(always)]
-    fn call(self) -> f64 {
-        let half = self.folded.half;
-        let range = self.row * half..(self.row + 1) * half;
-        let sums = &mut self.folded.sums[range.clone()];
-        let differences = &mut self.folded.differences[range];
+    fn with_simd<S: Simd>(self, simd: S) -> f64 {
+        let Self { trace, row, folded } = self;
+        let (half, range) = (folded.half, folded.range(row));
+        let (sums, differences) = (&mut folded.sums[range.clone()], &mut folded.differences[range]);
         // Of an odd number the middle one stands in both.
-        let (front, back) = (&self.trace[..half], &self.trace[self.trace.len() - half..]);
-        let mut power = [0.0; LANES];
-        let whole = half / LANES * LANES;
-        let fours = sums.chunks_exact_mut(LANES).zip(differences.chunks_exact_mut(LANES));
-        let ends = front.chunks_exact(LANES).zip(back.rchunks_exact(LANES));
-        for ((s, d), (a, b)) in fours.zip(ends) {
-            for k in 0..LANES {
-                let (a, b): (f64, f64) = (a[k].into(), b[LANES - 1 - k].into());
-                s[k] = a + b;
-                d[k] = a - b;
-                power[k] += a * a + b * b;
+        let (front, back) = (&trace[..half], &trace[trace.len() - half..]);
+        for ((s, d), (a, b)) in
+            sums.iter_mut().zip(&mut *differences).zip(front.iter().zip(back.iter().rev()))
+        {
+            *s = a + b;
+            *d = a - b;
+        }
+        if trace.len() % 2 == 1 {
+            sums[half - 1] = front[half - 1];
+        }
+        let (lanes, rest) = S::as_simd_f64s(trace);
+        let mut power = [simd.splat_f64s(0.0); 4];
+        let (fours, others) = lanes.as_chunks::<4>();
+        for four in fours {
+            for k in 0..4 {
+                power[k] = simd.mul_add_e_f64s(four[k], four[k], power[k]);
             }
         }
-        let mut total = 0.0;
-        for lane in power {
-            total += lane;
+        for v in others {
+            power[0] = simd.mul_add_e_f64s(*v, *v, power[0]);
         }
-        for i in whole..half {
-            let (a, b): (f64, f64) = (front[i].into(), back[half - 1 - i].into());
-            sums[i] = a + b;
-            differences[i] = a - b;
-            total += a * a + b * b;
-        }
-        if self.trace.len() % 2 == 1 {
-            let middle: f64 = front[half - 1].into();
-            sums[half - 1] = middle;
-            total -= middle * middle;
-        }
-        total
+        let all = simd.add_f64s(simd.add_f64s(power[0], power[1]), simd.add_f64s(power[2], power[3]));
+        simd.reduce_sum_f64s(all) + rest.iter().map(|v| v * v).sum::<f64>()
     }
 }
 
@@ -181,30 +209,25 @@ impl pulp::WithSimd for Sum<'_> {
 
     #[inline(always)]
     fn with_simd<S: Simd>(self, simd: S) {
-        let half = self.folded.half;
         let width = S::F64_LANES;
-        let (evens, _) = S::as_simd_f64s(self.nodes.even.as_flattened());
-        let (odds, _) = S::as_simd_f64s(self.nodes.odd.as_flattened());
         let per_row = PAIRS / width;
-        let (s0, d0) = self.folded.row(0);
-        let (s1, d1) = self.folded.row(1);
-        let (s2, d2) = self.folded.row(2);
-        let (s3, d3) = self.folded.row(3);
+        let (table, _) = S::as_simd_f64s(self.nodes.table.as_flattened());
+        let [(s0, d0), (s1, d1), (s2, d2), (s3, d3)] = std::array::from_fn(|row| self.folded.row(row));
         for part in 0..per_row {
             let mut even = [simd.splat_f64s(0.0); GROUP];
             let mut odd = even;
-            let (mut e, mut o) =
-                (evens[part..].iter().step_by(per_row), odds[part..].iter().step_by(per_row));
-            for i in 0..half {
-                let (Some(&e), Some(&o)) = (e.next(), o.next()) else { break };
-                even[0] = simd.mul_add_e_f64s(simd.splat_f64s(s0[i]), e, even[0]);
-                odd[0] = simd.mul_add_e_f64s(simd.splat_f64s(d0[i]), o, odd[0]);
-                even[1] = simd.mul_add_e_f64s(simd.splat_f64s(s1[i]), e, even[1]);
-                odd[1] = simd.mul_add_e_f64s(simd.splat_f64s(d1[i]), o, odd[1]);
-                even[2] = simd.mul_add_e_f64s(simd.splat_f64s(s2[i]), e, even[2]);
-                odd[2] = simd.mul_add_e_f64s(simd.splat_f64s(d2[i]), o, odd[2]);
-                even[3] = simd.mul_add_e_f64s(simd.splat_f64s(s3[i]), e, even[3]);
-                odd[3] = simd.mul_add_e_f64s(simd.splat_f64s(d3[i]), o, odd[3]);
+            // Zipped, so that nothing is checked in the innermost loop.
+            let sums = s0.iter().zip(s1).zip(s2).zip(s3);
+            let differences = d0.iter().zip(d1).zip(d2).zip(d3);
+            for ((row, s), d) in table.chunks_exact(2 * per_row).zip(sums).zip(differences) {
+                let (e, o) = (row[part], row[per_row + part]);
+                let (((s0, s1), s2), s3) = s;
+                let (((d0, d1), d2), d3) = d;
+                let (s, d) = ([*s0, *s1, *s2, *s3], [*d0, *d1, *d2, *d3]);
+                for k in 0..GROUP {
+                    even[k] = simd.mul_add_e_f64s(simd.splat_f64s(s[k]), e, even[k]);
+                    odd[k] = simd.mul_add_e_f64s(simd.splat_f64s(d[k]), o, odd[k]);
+                }
             }
             for k in 0..GROUP {
                 let (mut near, mut far) = ([0.0; PAIRS], [0.0; PAIRS]);

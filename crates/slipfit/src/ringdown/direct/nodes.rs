@@ -21,10 +21,8 @@ pub(super) struct Nodes {
     /// Times of the nodes, from 0 at the first sample to 1 at the last.
     pub(super) place: [f64; NODES],
     pub(super) weight: [f64; NODES],
-    /// The part of the table with even `k`, for each sample of the first half the first half of nodes.
-    pub(super) even: Vec<[f64; PAIRS]>,
-    /// That with odd `k`.
-    pub(super) odd: Vec<[f64; PAIRS]>,
+    /// The table: for each sample of the first half the first half of nodes, `k` even, then `k` odd.
+    pub(super) table: Vec<[f64; NODES]>,
     pub(super) samples: f64,
 }
 
@@ -57,19 +55,17 @@ impl Nodes {
             (weight[m], weight[NODES - 1 - m]) = (w, w);
         }
         let at_nodes: [[f64; NODES]; PAIRS] = std::array::from_fn(|m| orthonormal(node[m], n, &recurrence));
-        let parts = |parity: usize| {
-            (0..samples.div_ceil(2))
-                .map(|i| {
-                    let here = orthonormal((2.0 * i as f64 - n + 1.0) / (n - 1.0), n, &recurrence);
-                    let part = |m: usize| -> f64 {
-                        (parity..NODES).step_by(2).map(|k| at_nodes[m][k] * here[k]).sum()
-                    };
-                    std::array::from_fn(part)
-                })
-                .collect()
+        let row = |i: usize| {
+            let here = orthonormal((2.0 * i as f64 - n + 1.0) / (n - 1.0), n, &recurrence);
+            let of = |column: usize| -> f64 {
+                let at = &at_nodes[column % PAIRS];
+                (column / PAIRS..NODES).step_by(2).map(|k| at[k] * here[k]).sum()
+            };
+            std::array::from_fn(of)
         };
+        let table = (0..samples.div_ceil(2)).map(row).collect();
         let place = node.map(|s| 0.5 * (1.0 + s));
-        Self { place, weight, even: parts(0), odd: parts(1), samples: n }
+        Self { place, weight, table, samples: n }
     }
 }
 
@@ -112,7 +108,7 @@ mod tests {
                 for i in 0..n {
                     // A sample of the second half is the mirror of one of the first.
                     let (row, sign) = if i < n.div_ceil(2) { (i, 1.0) } else { (n - 1 - i, -1.0) };
-                    let (even, odd) = (nodes.even[row][m], sign * nodes.odd[row][m]);
+                    let (even, odd) = (nodes.table[row][m], sign * nodes.table[row][PAIRS + m]);
                     sums[0] += y[i] * (even + odd);
                     sums[1] += y[i] * (even - odd);
                 }

@@ -50,8 +50,9 @@ impl Found {
 /// coefficient of `e^(-x u)` is 2 I_16(x/2) e^(-x/2), at 8 below 1e-9 of the decay and felt by residuals
 /// only.
 const FASTEST: f64 = 8.0;
-/// Below, `(1 - e^(-x u))/x` is a series.
-const STRAIGHT: f64 = 0.25;
+/// Decay times in a trace below which `(1 - e^(-x u))/x` is a series: sums of exponentials lose digits as
+/// the square of this.
+pub(super) const STRAIGHT: f64 = 0.25;
 /// Steps of a fit that is going to end; most take four.
 const MOST_STEPS: usize = 16;
 /// Step, in standard errors, that is the last: what then remains is its square, and smaller.
@@ -119,9 +120,9 @@ fn sums(nodes: &Nodes, values: &[Lanes; NODES], x: &Lanes) -> Sums {
 }
 
 /// Coefficients of `(e^z - 1)/z = sum z^j/(j+1)!`; twelve of them are exact to rounding below a quarter.
-const SHARE: [f64; 12] = series(false);
+pub(super) const SHARE: [f64; 12] = series(false);
 /// Those of its derivative, `sum (j+1) z^j/(j+2)!`.
-const BEND: [f64; 12] = series(true);
+pub(super) const BEND: [f64; 12] = series(true);
 
 const fn series(derivative: bool) -> [f64; 12] {
     let mut out = [0.0; 12];
