@@ -32,11 +32,13 @@ mod analyse;
 mod answer;
 mod error;
 mod fit;
+mod map;
 mod options;
 mod table;
 mod trace;
 
 pub use error::Error;
+pub use map::{Grid, fit_pixels};
 pub use options::{Clock, Method, Number, Options, Signal};
 pub use table::schema;
 
