@@ -185,6 +185,19 @@ def test_simulations_say_what_they_need():
             slipfit.simulate.decay(**{"amplitude": 1, "duration_s": 9, "rate_hz": 9} | arguments)
 
 
+def test_noise_has_its_size_and_its_seed():
+    swing = {"frequency_hz": 1, "q_factor": 50, "amplitude": 1, "duration_s": 100, "rate_hz": 100}
+    clean = slipfit.simulate.decay(**swing).signal
+    noisy = slipfit.simulate.decay(**swing, noise_rms=0.02, seed=3).signal
+    # Five standard errors of 10 001 draws.
+    assert abs(np.std(noisy - clean) / 0.02 - 1) < 0.036
+    np.testing.assert_array_equal(noisy, slipfit.simulate.decay(**swing, noise_rms=0.02, seed=3).signal)
+    assert not np.array_equal(noisy, slipfit.simulate.decay(**swing, noise_rms=0.02, seed=4).signal)
+    for wrong in ({"noise_rms": -1}, {"noise_rms": float("nan")}, {"noise_rms": 1, "seed": -1}, {"noise_rms": 1, "seed": 0.5}):
+        with pytest.raises(slipfit.OptionError):
+            slipfit.simulate.decay(**swing, **wrong)
+
+
 def test_threads_give_the_same_answer(swing, answer):
     found = []
     threads = [
