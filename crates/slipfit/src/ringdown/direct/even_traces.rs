@@ -8,7 +8,7 @@ use pulp::Simd;
 
 /// [`fit_amplitudes`] for many traces of one length at even intervals, several at a time.
 ///
-/// A decay of up to [`FASTEST`](super::reduced) decay times is a polynomial of degree 15 to rounding.
+/// A decay of up to eight decay times is a polynomial of degree 15 as far as any residual can tell.
 /// Least squares against polynomials knows a trace by its weighted sums at the sixteen nodes of the
 /// Gauss rule of its samples, which are exact for products up to degree 31:
 ///
