@@ -32,11 +32,13 @@ mod analyse;
 mod answer;
 mod error;
 mod fit;
+mod map;
 mod options;
 mod table;
 mod trace;
 
 pub use error::Error;
+pub use map::{Grid, fit_pixels};
 pub use options::{Clock, Method, Number, Options, Signal};
 pub use table::schema;
 
@@ -46,8 +48,10 @@ use std::sync::atomic::{AtomicBool, Ordering};
 use table::{Columns, Row};
 use trace::{Input, Scratch};
 
-/// Rows that one task fits: their answers stay in a cache until they are columns.
+/// Rows that one task fits.
 const ROWS: usize = 1024;
+/// Rows that become columns at a time: their answers stay in the nearest cache until they do.
+const AT_ONCE: usize = 64;
 /// Tasks for each thread where a row is a whole analysis, so that none waits long for another.
 const TASKS: usize = 8;
 
@@ -78,20 +82,27 @@ pub fn fit_batch_until(
         Method::Analyse => share.min(ROWS),
     };
     let answer = Columns::new(options.method);
+    let together = (options.method == Method::Fit).then(|| fit::side_by_side(&input)).flatten();
     let parts: Vec<_> = (0..rows.div_ceil(size))
         .into_par_iter()
         .map_init(Scratch::default, |scratch, part| {
-            let mut one = |row| {
+            let end = rows.min((part + 1) * size);
+            let mut columns = answer.part(end - part * size);
+            for first in (part * size..end).step_by(AT_ONCE) {
                 if cancelled.load(Ordering::Relaxed) {
-                    return Row::default();
+                    break;
                 }
-                match options.method {
-                    Method::Fit => fit::row(&input, row, scratch),
-                    Method::Analyse => analyse::row(&input, row, scratch, &options.ringdown),
-                }
-            };
-            let rows: Vec<Row> = (part * size..rows.min((part + 1) * size)).map(&mut one).collect();
-            answer.arrays(&rows)
+                let range = first..end.min(first + AT_ONCE);
+                let found: Vec<Row> = match options.method {
+                    Method::Fit => fit::rows(&input, range, scratch, together.as_ref()),
+                    Method::Analyse => range
+                        .take_while(|_| !cancelled.load(Ordering::Relaxed))
+                        .map(|row| analyse::row(&input, row, scratch, &options.ringdown))
+                        .collect(),
+                };
+                columns.extend(&found);
+            }
+            columns.arrays()
         })
         .collect();
     if cancelled.load(Ordering::Relaxed) {

@@ -4,7 +4,8 @@ use crate::answer::{Estimate, Status};
 use crate::error::Error;
 use crate::options::{Method, Options};
 use crate::trace::column;
-use arrow_array::{ArrayRef, BooleanArray, Float64Array, Int64Array, RecordBatch, StringArray};
+use arrow_array::builder::{BooleanBuilder, StringBuilder};
+use arrow_array::{ArrayRef, Float64Array, Int64Array, RecordBatch};
 use arrow_schema::{DataType, Field, Schema};
 use arrow_select::concat::concat;
 use rayon::prelude::*;
@@ -84,14 +85,44 @@ impl Content {
         }
     }
 
-    fn array(&self, rows: &[Row]) -> ArrayRef {
+    fn column(&self, rows: usize) -> Column {
         match self {
-            Self::Text(of) => Arc::new(StringArray::from_iter_values(rows.iter().map(of))),
-            Self::Number(of) => {
-                Arc::new(Float64Array::from_iter(rows.iter().map(|r| Some(of(r)).filter(|v| !v.is_nan()))))
+            Self::Text(of) => Column::Text(*of, StringBuilder::new()),
+            Self::Number(of) => Column::Number(*of, Vec::with_capacity(rows)),
+            Self::Count(of) => Column::Count(*of, Vec::with_capacity(rows)),
+            Self::Flag(of) => Column::Flag(*of, BooleanBuilder::with_capacity(rows)),
+        }
+    }
+}
+
+/// A column that grows.
+enum Column {
+    Text(Text, StringBuilder),
+    Number(Number, Vec<f64>),
+    Count(Count, Vec<i64>),
+    Flag(Flag, BooleanBuilder),
+}
+
+impl Column {
+    fn extend(&mut self, rows: &[Row]) {
+        match self {
+            Self::Text(of, held) => rows.iter().for_each(|row| held.append_value(of(row))),
+            Self::Number(of, held) => held.extend(rows.iter().map(of)),
+            Self::Count(of, held) => held.extend(rows.iter().map(of)),
+            Self::Flag(of, held) => rows.iter().for_each(|row| held.append_option(of(row))),
+        }
+    }
+
+    fn array(self) -> ArrayRef {
+        match self {
+            Self::Text(_, mut held) => Arc::new(held.finish()),
+            Self::Number(_, held) => {
+                let missing = held.iter().any(|v| v.is_nan());
+                let nulls = missing.then(|| held.iter().map(|v| !v.is_nan()).collect());
+                Arc::new(Float64Array::new(held.into(), nulls))
             }
-            Self::Count(of) => Arc::new(Int64Array::from_iter_values(rows.iter().map(of))),
-            Self::Flag(of) => Arc::new(BooleanArray::from_iter(rows.iter().map(of))),
+            Self::Count(_, held) => Arc::new(Int64Array::from(held)),
+            Self::Flag(_, mut held) => Arc::new(held.finish()),
         }
     }
 }
@@ -164,9 +195,9 @@ impl Columns {
         Self(contents(method))
     }
 
-    /// Some rows, column by column.
-    pub(crate) fn arrays(&self, rows: &[Row]) -> Vec<ArrayRef> {
-        self.0.iter().map(|(_, content)| content.array(rows)).collect()
+    /// Rows, column by column, as they come; `rows` of them at most.
+    pub(crate) fn part(&self, rows: usize) -> Part {
+        Part(self.0.iter().map(|(_, content)| content.column(rows)).collect())
     }
 
     /// All parts, one below the other, behind the columns to keep.
@@ -190,5 +221,18 @@ impl Columns {
             .collect();
         arrays.extend(own?);
         Ok(RecordBatch::try_new(schema, arrays)?)
+    }
+}
+
+/// Rows on their way to be columns.
+pub(crate) struct Part(Vec<Column>);
+
+impl Part {
+    pub(crate) fn extend(&mut self, rows: &[Row]) {
+        self.0.iter_mut().for_each(|column| column.extend(rows));
+    }
+
+    pub(crate) fn arrays(self) -> Vec<ArrayRef> {
+        self.0.into_iter().map(Column::array).collect()
     }
 }

@@ -83,6 +83,11 @@ impl<'a> Input<'a> {
         })
     }
 
+    /// Whether rows are amplitudes and nothing else, at even intervals.
+    pub(crate) fn is_plain(&self) -> bool {
+        self.quadrature.is_none() && self.times.is_none() && self.min_amplitude.is_none()
+    }
+
     /// The times of a row of so many samples, where they stand in a column.
     pub(crate) fn times<'t>(
         &'t self,
@@ -118,6 +123,21 @@ enum Offsets<'a> {
     Small(&'a [i32]),
     Large(&'a [i64]),
     Fixed(usize),
+}
+
+/// The numbers of a row as they lie in memory.
+pub(crate) enum Held<'a> {
+    Doubles(&'a [f64]),
+    Singles(&'a [f32]),
+}
+
+impl Held<'_> {
+    pub(crate) fn len(&self) -> usize {
+        match self {
+            Held::Doubles(values) => values.len(),
+            Held::Singles(values) => values.len(),
+        }
+    }
 }
 
 /// The numbers of all rows.
@@ -173,21 +193,33 @@ impl<'a> Lists<'a> {
         }
     }
 
-    /// The numbers of a row, `None` where it is null.
-    pub(crate) fn get<'s>(&'s self, row: usize, scratch: &'s mut Vec<f64>) -> Option<&'s [f64]> {
+    /// The numbers of a row where they lie, `None` where it is null.
+    pub(crate) fn held(&self, row: usize) -> Option<Held<'_>> {
         if self.lists.is_null(row) {
             return None;
         }
         let range = self.range(row);
         Some(match &self.values {
-            Values::Doubles(values) => &values[range],
-            Values::Converted(values) => &values[range],
-            Values::Singles(values) => {
+            Values::Doubles(values) => Held::Doubles(&values[range]),
+            Values::Converted(values) => Held::Doubles(&values[range]),
+            Values::Singles(values) => Held::Singles(&values[range]),
+        })
+    }
+
+    /// The numbers of a row as doubles, `None` where it is null.
+    pub(crate) fn get<'s>(&'s self, row: usize, scratch: &'s mut Vec<f64>) -> Option<&'s [f64]> {
+        Some(match self.held(row)? {
+            Held::Doubles(values) => values,
+            Held::Singles(values) => {
                 scratch.clear();
-                scratch.extend(values[range].iter().map(|v| f64::from(*v)));
+                scratch.extend(values.iter().map(|v| f64::from(*v)));
                 scratch
             }
         })
+    }
+
+    pub(crate) fn rows(&self) -> usize {
+        self.lists.len()
     }
 }
 

@@ -26,6 +26,7 @@ fn main() -> ExitCode {
     let color = cli.color.into();
     let done = match &cli.command {
         args::Command::Ringdown(args) => command::ringdown::run(args, color),
+        args::Command::Map(args) => command::map::run(args, color),
         args::Command::Inspect(args) => command::inspect::run(args, color),
         args::Command::Simulate(args) => command::simulate::run(args, color),
         args::Command::Resonance(args) => command::resonance::run(args, color),

@@ -239,6 +239,12 @@ pub enum ReadProblem {
         /// Rows left out, by reason; empty if none.
         skipped: String,
     },
+    /// No array of three dimensions, or several and none was named.
+    #[error("no stack of traces: {reason}")]
+    NoStack {
+        /// What there is instead.
+        reason: String,
+    },
     /// A folder without files.
     #[error("the folder holds no files")]
     NoFiles,

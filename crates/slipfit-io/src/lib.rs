@@ -31,6 +31,7 @@ mod input;
 mod options;
 mod read;
 mod report;
+mod stack;
 mod tables;
 
 use std::{
@@ -48,6 +49,7 @@ pub use report::{
     ColumnInfo, ColumnTaken, Decimal, Delimiter, Dialect, DrivenRecord, LevelReading, Note, ReadReport,
     Reading, Skipped, SweepReading, TimeSource,
 };
+pub use stack::Stack;
 #[cfg(any(feature = "arrow", feature = "hdf5", feature = "parquet", feature = "sound"))]
 pub use tables::guard::panic_becomes_error;
 pub use tables::table::{Column, Table, Tables};

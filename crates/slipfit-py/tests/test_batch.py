@@ -208,3 +208,41 @@ def test_order_and_count_are_kept(rows, kind, method):
     assert len(answers) == len(rows)
     for row, status in zip(rows, answers["status"] if rows else []):
         assert status == "failed" or sum(v is not None for v in row) >= 4
+
+
+NAMES = st.sampled_from([None, "trace", "x", "nothing", "word", "id"])
+
+
+@settings(max_examples=200, deadline=None)
+@given(
+    st.lists(st.none() | st.lists(st.none() | st.floats(width=32), max_size=40), max_size=4),
+    st.fixed_dictionaries(
+        {},
+        optional={
+            "amplitude": NAMES, "x": NAMES, "y": NAMES, "signal": NAMES, "time": NAMES,
+            "dt": NAMES | st.floats(), "frequency_hz": NAMES | st.floats(), "min_amplitude": NAMES | st.floats(),
+            "method": st.sampled_from(["fit", "analyse", "guess"]),
+            "keep": st.lists(st.sampled_from(["id", "word", "nothing", "status"]), max_size=2),
+            "unit": st.sampled_from(["", "nm", "\0", "m" * 300]),
+        },
+    ),
+)  # fmt: skip
+def test_no_table_or_option_does_more_than_raise(rows, options):
+    """A schema without the columns, lists of different length, frequencies of zero: an exception or a row's status."""
+    count = len(rows)
+    table = pa.table(
+        {
+            "trace": pa.array(rows, pa.list_(pa.float32())),
+            "x": pa.array([row and row[:7] for row in rows], pa.large_list(pa.float64())),
+            "word": pa.array(["a"] * count, pa.string()),
+            "id": pa.array(range(count), pa.int64()),
+        }
+    )
+    try:
+        answers = slipfit.fit_batch(table, **options)
+    except slipfit.SlipfitError as error:
+        assert error.code != "internal", error
+        return
+    assert len(answers) == count
+    assert set(answers["status"]) <= {"done", "warned", "failed"}
+    assert all(reason for status, reason in zip(answers["status"], answers["reason"]) if status == "failed")

@@ -169,6 +169,8 @@ def test_curves_and_levels_are_refused_by_name(sweep):
     with pytest.raises(slipfit.OptionError, match="cannot be shared"):
         record = slipfit.simulate.decay(frequency_hz=1, q_factor=20, amplitude=1, duration_s=9, rate_hz=50)
         slipfit.series([slipfit.Measurement(record)], shared=["mood"])
+    with pytest.raises(slipfit.OptionError, match="its number is"):
+        slipfit.series([slipfit.Measurement(record, condition=9e-9)])
     with pytest.raises(slipfit.OptionError, match="unexpected keyword"):
         slipfit.series([slipfit.Measurement(record, options={"colour": "viscous"})])
 
@@ -183,6 +185,19 @@ def test_simulations_say_what_they_need():
     ):
         with pytest.raises(slipfit.OptionError):
             slipfit.simulate.decay(**{"amplitude": 1, "duration_s": 9, "rate_hz": 9} | arguments)
+
+
+def test_noise_has_its_size_and_its_seed():
+    swing = {"frequency_hz": 1, "q_factor": 50, "amplitude": 1, "duration_s": 100, "rate_hz": 100}
+    clean = slipfit.simulate.decay(**swing).signal
+    noisy = slipfit.simulate.decay(**swing, noise_rms=0.02, seed=3).signal
+    # Five standard errors of 10 001 draws.
+    assert abs(np.std(noisy - clean) / 0.02 - 1) < 0.036
+    np.testing.assert_array_equal(noisy, slipfit.simulate.decay(**swing, noise_rms=0.02, seed=3).signal)
+    assert not np.array_equal(noisy, slipfit.simulate.decay(**swing, noise_rms=0.02, seed=4).signal)
+    for wrong in ({"noise_rms": -1}, {"noise_rms": float("nan")}, {"noise_rms": 1, "seed": -1}, {"noise_rms": 1, "seed": 0.5}):
+        with pytest.raises(slipfit.OptionError):
+            slipfit.simulate.decay(**swing, **wrong)
 
 
 def test_threads_give_the_same_answer(swing, answer):

@@ -3,6 +3,9 @@
 import numpy as np
 import pytest
 import slipfit
+from hypothesis import given, settings
+from hypothesis import strategies as st
+from hypothesis.extra import numpy as hnp
 
 pytest.importorskip("pyarrow")
 xr = pytest.importorskip("xarray")
@@ -131,3 +134,25 @@ def test_a_map_of_one_dead_pixel_is_a_map():
     found = slipfit.fit_map(np.full((1, 1, 9), np.nan), 1.0)
     assert found["status"].item() == "failed"
     assert np.isnan(found["sliding_rate"].item())
+
+
+@settings(max_examples=150, deadline=None)
+@given(
+    hnp.arrays(
+        st.sampled_from([np.float64, np.float32, np.int16, np.uint8, np.bool_, np.complex128, object]),
+        hnp.array_shapes(min_dims=0, max_dims=4, min_side=0, max_side=6),
+        fill=st.just(0),
+    ),
+    st.sampled_from([None, 1.0, 0.0, -1.0, float("nan"), 1e300]),
+    st.sampled_from([None, 0, 2, -1, 7, "t"]),
+    st.sampled_from([None, 1.0, 0.0, float("inf")]),
+)
+def test_no_stack_does_more_than_raise(stack, dt, axis, frequency_hz):
+    """A stack of one trace, of objects, of any shape: a map of as many pixels, or an exception with a code."""
+    try:
+        found = slipfit.fit_map(stack, dt=dt, axis=axis, frequency_hz=frequency_hz)
+    except slipfit.SlipfitError as error:
+        assert error.code != "internal", error
+        return
+    assert found["status"].size * stack.shape[2 if axis is None else axis] == stack.size
+    assert set(np.unique(found["status"].values)) <= {"done", "warned", "failed"}

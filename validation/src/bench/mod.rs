@@ -1,5 +1,6 @@
 //! `cargo xtask bench`: the work users do, next to what they would use instead.
 
+mod batch;
 mod contest;
 mod files;
 mod motion;
@@ -76,7 +77,8 @@ pub(crate) fn run(arguments: &[String]) -> Result<ExitCode, Failure> {
             'l' => bench.resonance_fit(),
             'm' => bench.text_beside_polars(),
             'n' => bench.memory_of_a_gigabyte(),
-            _ => bench.many_files(),
+            'o' => bench.many_files(),
+            _ => bench.batches(),
         };
         match measured {
             Ok(measured) => rows.extend(measured),
@@ -97,7 +99,7 @@ pub(crate) fn run(arguments: &[String]) -> Result<ExitCode, Failure> {
 }
 
 fn choices(arguments: &[String]) -> Result<Choices, Failure> {
-    const LINES: &str = "abcdefghijklmno";
+    const LINES: &str = "abcdefghijklmnop";
     let mut choices = Choices { python: "python3".into(), write: false, only: LINES.into(), rounds: 7 };
     let mut words = arguments.iter();
     while let Some(word) = words.next() {
@@ -108,7 +110,7 @@ fn choices(arguments: &[String]) -> Result<Choices, Failure> {
                 let chosen = words.next().ok_or("--only needs lines of the table, e.g. a,c")?;
                 choices.only = chosen.chars().filter(|&c| c != ',').collect();
                 if let Some(other) = choices.only.chars().find(|&c| !LINES.contains(c)) {
-                    return Err(format!("--only {chosen}: there is no line `{other}`, only a to o").into());
+                    return Err(format!("--only {chosen}: there is no line `{other}`, only a to p").into());
                 }
             }
             "--rounds" => {

@@ -103,6 +103,9 @@ difference of the last positions, `x_0 = 1`.
 - **n** greatest resident memory of the command on a text of one gigabyte.
 - **o** ring-downs of 5 k rows each, from process start to the finished table, against the script of **d** as a function
   called by as many processes as there are cores.
+- **p** `fit_batch` on a table of 1 GB (0.5 GB) of traces like that of **c** in memory, one thread: parameters, errors,
+  intervals, p-value and friction displacement of each. The peer fits one trace again and again. The sum reads the same
+  memory once and does nothing with it.
 
 The scripts of the peers are in `validation/peers`.
 ",

@@ -54,7 +54,7 @@ impl Truth {
         FreeDecay::from_rest(&oscillator, 1.0)
     }
 
-    fn amplitude(&self, time_s: f64) -> f64 {
+    pub(super) fn amplitude(&self, time_s: f64) -> f64 {
         (1.0 + self.offset_amplitude) * (-self.decay_rate_per_s * time_s).exp() - self.offset_amplitude
     }
 }

@@ -5,6 +5,7 @@ mod calibration;
 mod curve;
 mod inspect;
 mod levels;
+mod map;
 mod pages;
 mod reading;
 mod record;
@@ -22,6 +23,7 @@ pub(crate) use answer::{AnswerArgs, ReplaceArgs, TableArgs};
 pub(crate) use curve::CurveArgs;
 pub(crate) use inspect::InspectArgs;
 pub(crate) use levels::{LevelAnalysisArgs, LevelFitArgs, LevelReadingArgs};
+pub(crate) use map::{Kind as MapKind, MapArgs, Method as MapMethod};
 pub(crate) use pages::{AtlasArgs, PaperArgs};
 pub(crate) use reading::{ReadingArgs, quoted};
 pub(crate) use record::{MinusArgs, OscillatorArgs, OutArgs, RecordFormat, SampleArgs};
@@ -92,6 +94,7 @@ pub(crate) enum Command {
     Resonance(Box<ResonanceArgs>),
     Levels(Box<LevelFitArgs>),
     Series(SeriesArgs),
+    Map(Box<MapArgs>),
     Inspect(Box<InspectArgs>),
     Simulate(SimulateArgs),
     Paper(PaperArgs),

@@ -3,6 +3,7 @@
 pub(crate) mod atlas;
 pub(crate) mod inspect;
 pub(crate) mod levels;
+pub(crate) mod map;
 pub(crate) mod paper;
 pub(crate) mod resonance;
 pub(crate) mod ringdown;

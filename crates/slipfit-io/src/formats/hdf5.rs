@@ -1,7 +1,11 @@
 //! HDF5 files, MATLAB 7.3 among them.
 
+use std::ops::Range;
+use std::path::Path;
+
 use hdf5_reader::{
-    ByteOrder, Dataset, Datatype, FilterRegistry, Hdf5File, OpenOptions, error::Error, group::Group,
+    ByteOrder, Dataset, Datatype, FilterRegistry, H5Type, Hdf5File, OpenOptions, SliceInfo, SliceInfoElem,
+    error::Error, group::Group,
 };
 
 use crate::{
@@ -24,16 +28,22 @@ const MOST_EXPANSION: usize = 1032;
 /// The number under which h5py registered its filter LZF.
 const LZF: u16 = 32000;
 
-/// Reads all data sets of one or two dimensions.
-pub(crate) fn tables(bytes: Vec<u8>) -> Result<HeldTables, ReadProblem> {
-    let most = guard::budget(bytes.len(), MOST_EXPANSION);
+/// What a file of so many bytes may ask for, and how many bytes that is.
+fn limits(bytes: usize) -> (OpenOptions, usize) {
+    let most = guard::budget(bytes, MOST_EXPANSION);
     let mut filters = FilterRegistry::new();
     let broken = || Error::InvalidData("an LZF chunk points outside of itself".into());
     filters.register(LZF, Box::new(move |_, packed, _| unpacked_lzf(packed).ok_or_else(broken)));
     let options = OpenOptions { filter_registry: Some(filters), ..OpenOptions::default() }
         .with_max_read_bytes(most)
         .with_max_chunk_bytes(most)
-        .with_max_object_header_bytes(bytes.len());
+        .with_max_object_header_bytes(bytes);
+    (options, most)
+}
+
+/// Reads all data sets of one or two dimensions.
+pub(crate) fn tables(bytes: Vec<u8>) -> Result<HeldTables, ReadProblem> {
+    let (options, most) = limits(bytes.len());
     let mut found = Found { left: most, ..Found::default() };
     let decode = || {
         let file = Hdf5File::from_vec_with_options(bytes, options)?;
@@ -48,6 +58,95 @@ pub(crate) fn tables(bytes: Vec<u8>) -> Result<HeldTables, ReadProblem> {
     let mut tables = arrays::tables(found.arrays, &found.named);
     tables.note_all(&found.notes);
     Ok(tables)
+}
+
+/// A data set of three dimensions in an open file.
+pub(crate) struct Cube {
+    set: Dataset,
+    kind: Stored,
+}
+
+/// Shape, unit and numbers of the data set of three dimensions that `name` says, or of the only one.
+pub(crate) fn cube(path: &Path, name: Option<&str>) -> Result<([usize; 3], String, Cube), ReadProblem> {
+    let open = || {
+        let bytes = std::fs::metadata(path).map_or(0, |m| usize::try_from(m.len()).unwrap_or(usize::MAX));
+        let file = Hdf5File::open_with_options(path, limits(bytes).0)?;
+        let mut sets = Vec::new();
+        if let Some(name) = name {
+            sets.push((name.to_owned(), file.dataset(name)?));
+        } else {
+            let mut seen = Vec::new();
+            cubes(&file.root_group()?, "", &mut seen, &mut sets);
+        }
+        Ok(sets)
+    };
+    let mut sets = guard::guarded(Format::Hdf5, open, |e: Error| Format::Hdf5.broken(e))?;
+    let refused = |reason: String| ReadProblem::NoStack { reason };
+    let Some((name, set)) = sets.pop() else {
+        return Err(refused("no data set in the file has three axes".to_owned()));
+    };
+    if !sets.is_empty() {
+        let names: Vec<String> = sets.iter().map(|(name, _)| name.clone()).chain([name]).collect();
+        return Err(refused(format!("{} have three axes each, name one of them", names.join(", "))));
+    }
+    let kind = stored(set.dtype()).ok_or_else(|| refused(format!("{name} holds no real numbers")))?;
+    let mut shape = [0; 3];
+    if set.shape().len() != 3 {
+        return Err(refused(format!("{name} has the shape {:?}, three axes are needed", set.shape())));
+    }
+    for (length, found) in shape.iter_mut().zip(set.shape()) {
+        *length = usize::try_from(*found).unwrap_or(usize::MAX);
+    }
+    let attributes = set.attributes();
+    let unit = attributes.iter().find(|a| matches!(a.name.to_lowercase().as_str(), "units" | "unit"));
+    let unit = unit.and_then(|a| a.read_string().ok()).map(|t| t.trim().to_owned()).unwrap_or_default();
+    Ok((shape, unit, Cube { set, kind }))
+}
+
+/// All data sets of three dimensions, with their paths.
+fn cubes(group: &Group, path: &str, seen: &mut Vec<u64>, found: &mut Vec<(String, Dataset)>) {
+    if seen.len() > MOST_SETS || seen.contains(&group.address()) {
+        return;
+    }
+    seen.push(group.address());
+    let Ok((groups, sets)) = group.members() else { return };
+    for set in sets.into_iter().filter(|set| set.shape().len() == 3) {
+        found.push((format!("{path}/{}", set.name()), set));
+    }
+    for inner in groups {
+        cubes(&inner, &format!("{path}/{}", inner.name()), seen, found);
+    }
+}
+
+impl Cube {
+    /// The numbers within a range along an axis.
+    pub(crate) fn part(&self, axis: usize, range: Range<usize>) -> Result<Vec<f64>, ReadProblem> {
+        let whole = |length: &u64| SliceInfoElem::Slice { start: 0, end: *length, step: 1 };
+        let mut selections: Vec<SliceInfoElem> = self.set.shape().iter().map(whole).collect();
+        selections[axis] = SliceInfoElem::Slice { start: range.start as u64, end: range.end as u64, step: 1 };
+        let part = SliceInfo { selections };
+        let read = || match (self.kind.kind, self.kind.bytes) {
+            (Kind::Float, 4) => self.numbers(&part, |v: f32| f64::from(v)),
+            (Kind::Float, 8) => self.numbers(&part, |v: f64| v),
+            (Kind::Signed, 1) => self.numbers(&part, |v: i8| f64::from(v)),
+            (Kind::Signed, 2) => self.numbers(&part, |v: i16| f64::from(v)),
+            (Kind::Signed, 4) => self.numbers(&part, |v: i32| f64::from(v)),
+            (Kind::Signed, 8) => self.numbers(&part, |v: i64| v as f64),
+            (Kind::Unsigned, 1) => self.numbers(&part, |v: u8| f64::from(v)),
+            (Kind::Unsigned, 2) => self.numbers(&part, |v: u16| f64::from(v)),
+            (Kind::Unsigned, 4) => self.numbers(&part, |v: u32| f64::from(v)),
+            (Kind::Unsigned, 8) => self.numbers(&part, |v: u64| v as f64),
+            (_, bytes) => {
+                let bits = 8 * bytes;
+                Err(Error::InvalidData(format!("numbers of {bits} bits in three dimensions are not read")))
+            }
+        };
+        guard::guarded(Format::Hdf5, read, |e: Error| Format::Hdf5.broken(e))
+    }
+
+    fn numbers<T: H5Type + Copy>(&self, part: &SliceInfo, double: fn(T) -> f64) -> Result<Vec<f64>, Error> {
+        Ok(self.set.read_slice::<T>(part)?.iter().map(|v| double(*v)).collect())
+    }
 }
 
 #[derive(Default)]

@@ -63,6 +63,24 @@ pub(crate) fn arrays(
     Ok((found, note))
 }
 
+/// Shape, numbers and their place of an array of three dimensions, from the first bytes of its file.
+pub(crate) fn cube(head: &[u8]) -> Result<([usize; 3], Stored, u64), ReadProblem> {
+    let header = Header::read(head)?;
+    let refused = |reason: String| ReadProblem::NoStack { reason };
+    let shape = <[usize; 3]>::try_from(header.shape.as_slice())
+        .map_err(|_| refused(format!("the array has the shape {:?}, three axes are needed", header.shape)))?;
+    if header.first_fastest {
+        return Err(refused("the array is in Fortran order; numpy.ascontiguousarray turns it".to_owned()));
+    }
+    match header.fields.as_slice() {
+        [field] => match field.stored() {
+            Some(stored) => Ok((shape, stored, (head.len() - header.data.len()) as u64)),
+            None => Err(refused(format!("its elements are {}, no real numbers", field.code))),
+        },
+        _ => Err(refused("its elements have named fields".to_owned())),
+    }
+}
+
 /// What stands before the numbers.
 struct Header<'a> {
     fields: Vec<Field>,

@@ -700,6 +700,8 @@ class Measurement:
     options: dict[str, Any] = field(default_factory=dict)
 
     def _entry(self) -> tuple[Any, str, str, tuple[float, float] | None, float | None]:
+        if not isinstance(self.condition, str):
+            raise _input.refuse("condition", f"condition={self.condition!r}: a label; its number is `value`")
         try:
             measured: Any
             if isinstance(self.data, _core.Record):

@@ -1,14 +1,14 @@
 """Exact motion of an oscillator with viscous and sliding friction.
 
-Noise is left to the caller, who knows the sensor:
-``signal + rms * numpy.random.default_rng(seed).standard_normal(len(signal))``.
+Noise is white, by NumPy's PCG64 from its seed; that of the command has another generator.
 """
 
 from __future__ import annotations
 
 from typing import Any, Literal
 
-from numpy.typing import ArrayLike
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
 
 from . import _core, _input
 from ._answers import Table
@@ -23,6 +23,21 @@ _OSCILLATOR = """frequency_hz, mass, stiffness : float, optional
         Sliding friction as x_F = F/k, unit of the displacement, or as a force [N].
     static_displacement, static_force : float, optional
         Static friction; that of sliding if not given."""
+
+
+_NOISE = """noise_rms : float
+        Standard deviation of white noise on every sample, unit of the displacement.
+    seed : int
+        Of the noise: the same seed, the same numbers."""
+
+
+def _noisy(signal: NDArray[np.float64], noise_rms: float, seed: int) -> NDArray[np.float64]:
+    rms = _input.number("noise_rms", noise_rms)
+    if rms is None or not 0 <= rms < float("inf"):
+        raise _input.refuse("noise_rms", f"noise_rms={noise_rms!r}: zero or above is needed")
+    if not isinstance(seed, (int, np.integer)) or seed < 0:
+        raise _input.refuse("seed", f"seed={seed!r}: a whole number, zero or above, is needed")
+    return signal + rms * np.random.default_rng(seed).standard_normal(len(signal)) if rms else signal
 
 
 def _oscillator(**given: float | None) -> dict[str, float | None]:
@@ -44,6 +59,8 @@ def decay(
     coulomb_force: float | None = None,
     static_displacement: float | None = None,
     static_force: float | None = None,
+    noise_rms: float = 0.0,
+    seed: int = 0,
 ) -> _core.Record:
     """A free decay, released at rest.
 
@@ -56,11 +73,12 @@ def decay(
     unit : str
         Unit of the displacement.
     {oscillator}
+    {noise}
 
     Returns
     -------
     Record
-        Exact to 1e-14 of the amplitude.
+        Exact to 1e-14 of the amplitude, noise aside.
 
     Raises
     ------
@@ -81,6 +99,7 @@ def decay(
         coulomb_force=coulomb_force, static_displacement=static_displacement, static_force=static_force,
     )  # fmt: skip
     time_s, signal = _core.decay(oscillator, float(amplitude), float(duration_s), float(rate_hz))
+    signal = _noisy(signal, noise_rms, seed)
     return _core.record_of_arrays(time_s, signal, None, None, unit, "displacement")
 
 
@@ -102,6 +121,8 @@ def driven(
     coulomb_force: float | None = None,
     static_displacement: float | None = None,
     static_force: float | None = None,
+    noise_rms: float = 0.0,
+    seed: int = 0,
 ) -> _core.Record:
     """The motion under a harmonic drive of the base, stops included.
 
@@ -120,6 +141,7 @@ def driven(
     unit : str
         Unit of the displacement.
     {oscillator}
+    {noise}
 
     Returns
     -------
@@ -150,6 +172,7 @@ def driven(
         oscillator, float(drive_amplitude), _input.number("drive_frequency_hz", drive_frequency_hz),
         float(duration_s), float(rate_hz), start == "steady", _input.number("drive_off_s", drive_off_s),
     )  # fmt: skip
+    signal = _noisy(signal, noise_rms, seed)
     return _core.record_of_arrays(time_s, signal, None, None, unit, "displacement")
 
 
@@ -213,7 +236,7 @@ def sweep(
 def _described(*functions: Any) -> None:
     for function in functions:
         if function.__doc__ is not None:  # python -OO takes docs away
-            function.__doc__ = function.__doc__.replace("{oscillator}", _OSCILLATOR)
+            function.__doc__ = function.__doc__.replace("{oscillator}", _OSCILLATOR).replace("{noise}", _NOISE)
 
 
 _described(decay, driven, sweep)

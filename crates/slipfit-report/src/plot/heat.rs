@@ -11,7 +11,7 @@ const BAR: f64 = 130.0;
 const SCALE: [f64; 2] = [1e-5, 1.0];
 
 /// Where there is no value: grey, which the scale does not have.
-const NONE: Color = Color::new(205, 208, 212);
+pub(super) const NONE: Color = Color::new(205, 208, 212);
 
 /// A value for each cell of a grid; `None` where there is none.
 pub struct HeatMap {
@@ -81,8 +81,13 @@ fn edges(centres: &[f64], log: bool) -> Vec<f64> {
     all
 }
 
-/// From light to dark as the error grows: even in lightness, legible in grey.
+/// From light to dark as the error grows.
 fn shade(value: f64) -> Color {
+    darkening((value.abs().max(SCALE[0]) / SCALE[0]).log10() / (SCALE[1] / SCALE[0]).log10())
+}
+
+/// From light at 0 to dark at 1: even in lightness, legible in grey.
+pub(super) fn darkening(place: f64) -> Color {
     const STOPS: [[f64; 3]; 7] = [
         [255.0, 251.0, 232.0],
         [254.0, 227.0, 160.0],
@@ -92,7 +97,6 @@ fn shade(value: f64) -> Color {
         [137.0, 34.0, 88.0],
         [52.0, 14.0, 70.0],
     ];
-    let place = (value.abs().max(SCALE[0]) / SCALE[0]).log10() / (SCALE[1] / SCALE[0]).log10();
     let along = place.clamp(0.0, 1.0) * 6.0;
     let i = (along.floor() as usize).min(5);
     let part = along - i as f64;

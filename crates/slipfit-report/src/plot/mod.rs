@@ -9,6 +9,7 @@ mod files;
 mod font;
 mod grid;
 mod heat;
+mod images;
 mod levels;
 mod panel;
 mod picture;
@@ -23,6 +24,7 @@ pub use chart::{Chart, Scaled, Series, SeriesStyle, page};
 pub use dark::dark_rules;
 pub use decimate::decimate;
 pub use heat::{HeatMap, heat_maps};
+pub use images::{Image, images};
 pub use picture::{Format, Picture};
 
 use crate::Sentence;

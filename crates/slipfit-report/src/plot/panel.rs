@@ -86,7 +86,7 @@ impl<'f> Panel<'f> {
         self.figure.text([left, top - 9.0], title, TEXT_SIZE + 1.0, INK, Anchor::Start);
     }
 
-    fn at(&self, [x, y]: Point) -> Option<Point> {
+    pub(super) fn at(&self, [x, y]: Point) -> Option<Point> {
         Some([
             self.left + self.x.place(x)? * self.width,
             self.top + self.height - self.y.place(y)? * self.height,

@@ -43,8 +43,8 @@ pub use answer::{
 };
 pub use criteria::Criteria;
 pub use direct::{
-    AmplitudeFit, Decay, DecayFit, EnvelopeFit, EnvelopeStart, Sampling, fit_amplitudes, fit_envelope,
-    fit_waveform,
+    AmplitudeFit, Decay, DecayFit, EnvelopeFit, EnvelopeStart, EvenTraces, Sampling, fit_amplitudes,
+    fit_envelope, fit_waveform,
 };
 pub use fitted::FittedMotion;
 pub use free_law::{FreeLaw, FreeLossPoint};

@@ -1,7 +1,8 @@
 //! Viscous and sliding loss of an amplitude trace, without a start and without an allocation.
 
 use super::envelope::{LANES, Pass, Trace, by_thirds, thirds};
-use super::minimise::{Sums, minimise, spread};
+use super::minimise::{Sums, minimise_to, spread};
+use super::reduced::{BEND, SHARE, STRAIGHT};
 use crate::Error;
 use crate::inference::evidence::one_sided;
 use crate::motion::decay::amplitude::sliding_gain;
@@ -144,7 +145,7 @@ pub fn fit_amplitudes(sampling: Sampling<'_>, amplitude: &[f64]) -> Result<Ampli
         Some(by_slope(&pulp::Arch::new().dispatch(pass), height, rate))
     };
     let moved = |p: &[f64; 3], step: &[f64; 3]| [p[0] + step[0], p[1] + step[1], p[2] + step[2]];
-    let found = minimise(start, n as f64, power, sums, moved)
+    let found = minimise_to(REMAINS, start, n as f64, power, sums, moved)
         .filter(|found| found.best.iter().all(|v| v.is_finite()))
         .ok_or(Error::NoFit { reason: "the trace does not tell a decay rate from a sliding rate" })?;
     let [initial, slope, rate] = found.best;
@@ -162,9 +163,9 @@ pub fn fit_amplitudes(sampling: Sampling<'_>, amplitude: &[f64]) -> Result<Ampli
     })
 }
 
-/// Decay rate times duration below which `G` is a series: above it the sums of exponentials lose
-/// at most eight digits of their sixteen in `J^T J` and four in `J^T r`.
-const STRAIGHT: f64 = 0.01;
+/// Part of a standard error within which the minimum is found: as far as
+/// [`EvenTraces`](super::EvenTraces) finds it by another way.
+const REMAINS: f64 = 1e-8;
 
 /// `R A R^T` of a symmetric `A`.
 fn congruent(a: &[[f64; 3]; 3], rows: &[[f64; 3]; 3]) -> [[f64; 3]; 3] {
@@ -251,13 +252,14 @@ impl pulp::NullaryFnOnce for Straight<'_> {
                 w[..y.len()].fill(1.0);
             }
             for k in 0..LANES {
-                let x = rate * u[k];
-                let share =
-                    1.0 + x * (-0.5 + x * (1.0 / 6.0 + x * (-1.0 / 24.0 + x * (1.0 / 120.0 - x / 720.0))));
-                let bend =
-                    -0.5 + x * (1.0 / 3.0 + x * (-0.125 + x * (1.0 / 30.0 + x * (-1.0 / 144.0 + x / 840.0))));
+                let z = -rate * u[k];
+                let (mut share, mut bend) = (0.0, 0.0);
+                for (a, b) in SHARE.iter().zip(&BEND).rev() {
+                    share = share * z + a;
+                    bend = bend * z + b;
+                }
                 let g = -w[k] * u[k] * share;
-                let h = -slope * w[k] * u[k] * u[k] * bend;
+                let h = slope * w[k] * u[k] * u[k] * bend;
                 let r = w[k] * (v[k] - initial - slope * g);
                 lanes[0][k] += r;
                 lanes[1][k] += r * r;

@@ -30,6 +30,8 @@ const MOST_PASSES: usize = 60;
 /// The last step is taken unseen when what then remains, should the steps go on
 /// shrinking only as they did, is below this part of a standard error.
 const LAST: f64 = 1e-3;
+/// That step itself is at most so many times as long.
+const LONGEST: f64 = 300.0;
 /// Residuals carry a rounding of about 1e-13 of the signal at worst.
 const ROUNDING: f64 = 1e-26;
 
@@ -38,6 +40,18 @@ const ROUNDING: f64 = 1e-26;
 /// `sums` takes the sums at a point, or `None` where the model does not exist;
 /// `moved` adds a step. `power` is the signal's own sum of squares.
 pub(super) fn minimise<const N: usize>(
+    start: [f64; N],
+    observations: f64,
+    power: f64,
+    sums: impl FnMut(&[f64; N]) -> Option<Sums<N>>,
+    moved: impl Fn(&[f64; N], &[f64; N]) -> [f64; N],
+) -> Option<Minimum<N>> {
+    minimise_to(LAST, start, observations, power, sums, moved)
+}
+
+/// [`minimise`] that ends where what remains is below this part of a standard error.
+pub(super) fn minimise_to<const N: usize>(
+    part: f64,
     start: [f64; N],
     observations: f64,
     power: f64,
@@ -60,7 +74,7 @@ pub(super) fn minimise<const N: usize>(
         // A step's gain is the square of its length in standard errors, times the noise.
         let length = (gain.max(0.0) / noise).sqrt();
         let remains = length * (length / before).min(1.0);
-        let last = remains <= LAST && length <= 0.3;
+        let last = remains <= part && length <= LONGEST * part;
         if damping == 0.0 && (last || gain <= ROUNDING * power) {
             if trial.iter().all(|v| v.is_finite()) {
                 best = trial;

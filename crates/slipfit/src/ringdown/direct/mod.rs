@@ -2,13 +2,17 @@
 
 mod amplitudes;
 mod envelope;
+mod even_traces;
 mod minimise;
+mod nodes;
+mod reduced;
 #[cfg(test)]
 mod tests;
 mod waveform;
 
 pub use amplitudes::{AmplitudeFit, Sampling, fit_amplitudes};
 pub use envelope::{EnvelopeFit, EnvelopeStart, fit_envelope};
+pub use even_traces::EvenTraces;
 pub use waveform::{Decay, DecayFit, fit_waveform};
 
 use crate::Error;

@@ -1,0 +1,195 @@
+//! `slipfit map`: a trace in each pixel.
+#![allow(clippy::unwrap_used, reason = "a failed unwrap fails the test, as it should")]
+
+mod common;
+
+use common::{root, slipfit, stdout};
+use std::fs;
+use std::path::{Path, PathBuf};
+
+fn stack(name: &str) -> PathBuf {
+    root().join("validation/reference/maps").join(name)
+}
+
+fn refusal(file: &Path, args: &str) -> String {
+    let output = slipfit().arg("map").arg(file).args(args.split_whitespace()).output().unwrap();
+    assert_eq!(output.status.code(), Some(2), "{args}");
+    let said = String::from_utf8(output.stderr).unwrap();
+    said.split_whitespace().collect::<Vec<_>>().join(" ")
+}
+
+/// Columns of a table by name, a value for each pixel.
+fn column(csv: &str, name: &str) -> Vec<String> {
+    let mut lines = csv.lines().filter(|l| !l.starts_with('#'));
+    let at = lines.next().unwrap().split(',').position(|n| n == name).unwrap();
+    lines.map(|l| l.split(',').nth(at).unwrap().to_owned()).collect()
+}
+
+fn numbers(csv: &str, name: &str) -> Vec<f64> {
+    column(csv, name).iter().map(|v| v.parse().unwrap()).collect()
+}
+
+#[test]
+fn pixels_have_the_losses_that_were_put_in() {
+    for (file, args) in [("stack.npy", "--unit nm"), ("stack.h5", "--axis 0")] {
+        let args = format!("--dt 0.02 --frequency-hz 75000 --table - -q {args}");
+        let csv = stdout(slipfit().arg("map").arg(stack(file)).args(args.split_whitespace()));
+        assert_eq!(numbers(&csv, "y"), [0.0, 0.0, 0.0, 1.0, 1.0, 1.0]);
+        assert_eq!(numbers(&csv, "x"), [0.0, 1.0, 2.0, 0.0, 1.0, 2.0]);
+        let (rate, error) = (numbers(&csv, "sliding_rate"), numbers(&csv, "sliding_rate_std_error"));
+        let (decay, decay_error) =
+            (numbers(&csv, "decay_rate_per_s"), numbers(&csv, "decay_rate_std_error_per_s"));
+        for (i, x) in numbers(&csv, "x").iter().enumerate() {
+            let (y, left) = ((i / 3) as f64, |value: f64, error: f64| (value / error).abs());
+            // Chance stays within four standard errors, once in ten thousand.
+            assert!(left(rate[i] - 0.05 * x, error[i]) < 4.0, "{file} {i}: {rate:?}");
+            assert!(left(decay[i] - 0.5 * (1.0 + y), decay_error[i]) < 4.0, "{file} {i}: {decay:?}");
+        }
+        // x_F = a0/(4 f) at a high quality factor.
+        let x_f = numbers(&csv, "friction_displacement");
+        assert!((x_f[5] * 4.0 * 75_000.0 / rate[5] - 1.0).abs() < 1e-6);
+    }
+}
+
+#[test]
+fn both_files_give_the_same_table() {
+    let csv = |file: &str, args: &str| {
+        let args = format!("--dt 0.02 --table - -q {args}");
+        stdout(slipfit().arg("map").arg(stack(file)).args(args.split_whitespace()))
+    };
+    assert_eq!(csv("stack.npy", ""), csv("stack.h5", "--axis 0 --data scan/amplitude"));
+}
+
+#[test]
+fn a_map_is_an_image_for_each_name() {
+    let folder = tempfile::tempdir().unwrap();
+    let (npy, arrow) = (folder.path().join("map.npy"), folder.path().join("map.arrow"));
+    for path in [&npy, &arrow] {
+        stdout(
+            slipfit().arg("map").arg(stack("stack.npy")).args(["--dt", "0.02", "-q", "--table"]).arg(path),
+        );
+    }
+    let bytes = fs::read(npy).unwrap();
+    let npy = npyz::NpyFile::new(&bytes[..]).unwrap();
+    assert_eq!(npy.shape(), [2, 3]);
+    let names = npy.dtype().descr();
+    assert!(
+        names.contains("('friction_displacement', '<f8')") && names.contains("('sliding_detected', '|b1')")
+    );
+    // The header is padded to whole lines of a cache.
+    let header = 12 + u32::from_le_bytes(bytes[8..12].try_into().unwrap()) as usize;
+    assert_eq!(header % 64, 0);
+    assert_eq!((bytes.len() - header) % 6, 0);
+    assert!(fs::read(arrow).unwrap().starts_with(b"ARROW1"));
+}
+
+#[test]
+fn the_screen_counts_and_the_picture_names_traces() {
+    let folder = tempfile::tempdir().unwrap();
+    let plot = folder.path().join("map.svg");
+    let mut command = slipfit();
+    command.arg("map").arg(stack("stack.h5")).args(["--dt", "0.02", "--axis", "0", "--plot"]).arg(&plot);
+    let said = stdout(&mut command);
+    assert!(said.contains("2 × 3 pixels of 128 samples"), "{said}");
+    assert!(said.contains("6 done"), "{said}");
+    assert!(said.contains("sliding friction detected in 4"), "{said}");
+    let svg = fs::read_to_string(plot).unwrap();
+    for pixel in ["[:, 0, 0]", "[:, 1, 2]"] {
+        assert!(svg.contains(pixel), "{pixel}");
+    }
+    let png = folder.path().join("map.png");
+    command.arg("--force").args(["--quiet"]);
+    stdout(slipfit().arg("map").arg(stack("stack.npy")).args(["--dt", "0.02", "-q", "--plot"]).arg(&png));
+    assert!(fs::read(png).unwrap().starts_with(b"\x89PNG"));
+}
+
+/// A kept block is used again, but only with the same numbers and options.
+#[test]
+fn finished_blocks_are_taken_up() {
+    let folder = tempfile::tempdir().unwrap();
+    let (blocks, copy) = (folder.path().join("blocks"), folder.path().join("stack.npy"));
+    fs::copy(stack("stack.npy"), &copy).unwrap();
+    let map = |more: &[&str]| {
+        let mut command = slipfit();
+        command.arg("map").arg(&copy).args(["--dt", "0.02", "-q", "--table", "-", "--resume"]).arg(&blocks);
+        stdout(command.args(more))
+    };
+    let first = map(&[]);
+    let kept = blocks.join("rows-0-2.arrow");
+    let made = fs::metadata(&kept).unwrap().modified().unwrap();
+    assert_eq!(map(&[]), first);
+    assert_eq!(fs::metadata(&kept).unwrap().modified().unwrap(), made);
+    // Another option, and the block is made again.
+    assert!(map(&["--min-amplitude", "0.5"]) != first);
+    assert_eq!(map(&[]), first);
+    // One that is cut off is not believed.
+    fs::write(&kept, &fs::read(&kept).unwrap()[..100]).unwrap();
+    assert_eq!(map(&[]), first);
+    // Nor one of other numbers.
+    let mut bytes = fs::read(&copy).unwrap();
+    let last = bytes.len() - 3;
+    bytes[last] ^= 1;
+    fs::write(&copy, bytes).unwrap();
+    assert!(map(&[]) != first);
+}
+
+#[test]
+fn what_is_no_stack_is_refused() {
+    let folder = tempfile::tempdir().unwrap();
+    let write = |name: &str, bytes: &[u8]| {
+        let path = folder.path().join(name);
+        fs::write(&path, bytes).unwrap();
+        path
+    };
+    let npy = |shape: &str, order: &str, kind: &str, numbers: usize| {
+        let header = format!("{{'descr': '{kind}', 'fortran_order': {order}, 'shape': {shape}, }}\n");
+        let mut bytes = b"\x93NUMPY\x01\x00".to_vec();
+        bytes.extend((header.len() as u16).to_le_bytes());
+        bytes.extend(header.as_bytes());
+        bytes.resize(bytes.len() + 8 * numbers, 0);
+        bytes
+    };
+    let good = stack("stack.npy");
+    assert!(refusal(&good, "").contains("--dt"));
+    assert!(refusal(&good, "--dt 0.02 --axis 3").contains("0..=2"));
+    assert!(refusal(&good, "--dt 0").contains("--dt"));
+    assert!(refusal(&good, "--dt 0.02 --kind displacement").contains("--method"));
+    assert!(refusal(&good, "--dt 0.02 --table map.txt").contains(".csv, .npy or .arrow"));
+    assert!(refusal(&good, "--dt 0.02 --plot map.jpg").contains(".svg or .png"));
+    assert!(refusal(&stack("stack.h5"), "--dt 0.02 --data scan/topography").contains("three axes"));
+    assert!(refusal(&stack("stack.h5"), "--dt 0.02 --data nothing").contains("nothing"));
+    let flat = write("flat.npy", &npy("(4, 3)", "False", "<f8", 12));
+    assert!(refusal(&flat, "--dt 0.02").contains("three axes are needed"));
+    let turned = write("turned.npy", &npy("(2, 3, 4)", "True", "<f8", 24));
+    assert!(refusal(&turned, "--dt 0.02").contains("Fortran order"));
+    let short = write("short.npy", &npy("(2, 3, 400)", "False", "<f8", 24));
+    assert!(refusal(&short, "--dt 0.02").contains("ends before"));
+    let huge = write("huge.npy", &npy("(4294967296, 4294967296, 4)", "False", "<f8", 24));
+    assert!(refusal(&huge, "--dt 0.02").contains("ends before"));
+    let none = write("none.npy", &npy("(0, 3, 4)", "False", "<f8", 0));
+    assert!(refusal(&none, "--dt 0.02").contains("no pixels"));
+    let complex = write("complex.npy", &npy("(1, 1, 4)", "False", "<c16", 8));
+    assert!(refusal(&complex, "--dt 0.02").contains("numbers"));
+    assert!(refusal(&write("table.csv", b"t,x\n1,2\n"), "--dt 1").contains("neither"));
+    assert!(refusal(&write("empty.npy", b""), "--dt 1").contains("empty"));
+    assert!(refusal(&folder.path().join("missing.npy"), "--dt 1").contains("missing.npy"));
+}
+
+/// A pixel without an answer is a pixel with its reason.
+#[test]
+fn a_dead_pixel_does_not_end_a_map() {
+    let folder = tempfile::tempdir().unwrap();
+    let path = folder.path().join("dead.npy");
+    let mut bytes = fs::read(stack("stack.npy")).unwrap();
+    let begin = bytes.len() - 6 * 128 * 4;
+    for sample in bytes[begin..begin + 128 * 4].chunks_exact_mut(4) {
+        sample.copy_from_slice(&f32::NAN.to_le_bytes());
+    }
+    fs::write(&path, bytes).unwrap();
+    let csv = stdout(slipfit().arg("map").arg(&path).args(["--dt", "0.02", "--table", "-", "-q"]));
+    assert_eq!(column(&csv, "status"), ["failed", "done", "done", "done", "done", "done"]);
+    assert!(!column(&csv, "reason")[0].is_empty());
+    assert_eq!(column(&csv, "decay_rate_per_s")[0], "");
+    let said = stdout(slipfit().arg("map").arg(&path).args(["--dt", "0.02"]));
+    assert!(said.contains("5 done, 1 failed"), "{said}");
+}

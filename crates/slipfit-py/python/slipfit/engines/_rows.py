@@ -1,0 +1,78 @@
+"""Rows of answer for files."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable
+from typing import TYPE_CHECKING, Any
+
+from .._analyses import read, ringdown
+from .._answers import RingdownAnswer
+from .._errors import SlipfitError
+
+if TYPE_CHECKING:
+    import pyarrow as pa
+
+#: Names of the answer's parameters, and of their columns around the part: those of :func:`slipfit.fit_batch`.
+_PARAMETERS = {
+    "frequency_hz": ("frequency", "_hz"),
+    "decay_rate_per_s": ("decay_rate", "_per_s"),
+    "q_factor": ("q_factor", ""),
+    "sliding_rate": ("sliding_rate", ""),
+    "friction_displacement": ("friction_displacement", ""),
+    "initial_amplitude": ("initial_amplitude", ""),
+}
+_PARTS = ("", "_std_error", "_low", "_high")
+
+
+def schema() -> pa.Schema:
+    """Columns of :func:`of_files`: the file, how it ended, parameters in the file's units, evidence."""
+    import pyarrow as pa
+
+    numbers = [(stem + part + end, pa.float64()) for stem, end in _PARAMETERS.values() for part in _PARTS]
+    return pa.schema(
+        [("file", pa.string()), ("status", pa.string()), ("reason", pa.string()), ("model", pa.string())]
+        + [("unit", pa.string()), *numbers]
+        + [("sliding_detected", pa.bool_()), ("sliding_p_value", pa.float64()), ("residual_rms", pa.float64())]
+        + [("start_s", pa.float64()), ("end_s", pa.float64())]
+    )
+
+
+def _answered(answer: RingdownAnswer) -> dict[str, Any]:
+    data = answer.to_dict()
+    codes = [warning.code for warning in answer.warnings]
+    row: dict[str, Any] = {
+        "status": "warned" if codes else "done",
+        "reason": " ".join(codes),
+        "model": data["model"],
+        "unit": data["input"]["unit"],
+        "sliding_detected": answer.sliding.detected,
+        "sliding_p_value": answer.sliding.p_value,
+        "residual_rms": data["diagnostics"]["residual_rms"],
+        "start_s": answer.segment.start_s,
+        "end_s": answer.segment.end_s,
+    }
+    for name, quantity in answer.parameters.items():
+        if name in _PARAMETERS:
+            values = (quantity.value, quantity.std_error, *quantity.interval_95)
+            stem, end = _PARAMETERS[name]
+            row.update({stem + part + end: value for part, value in zip(_PARTS, values)})
+    return row
+
+
+def of_file(name: str, contents: bytes | None, **options: Any) -> dict[str, Any]:
+    """The row of one file; one that cannot be read or analysed is a row with its reason."""
+    try:
+        if contents is None:
+            raise ValueError("the file could not be fetched")
+        row = _answered(ringdown(read(contents, name), **options))
+    except (SlipfitError, ValueError, OSError) as error:
+        row = {"status": "failed", "reason": str(error)}
+    return {"file": name, **row}
+
+
+def of_files(names: Iterable[str], contents: Iterable[bytes | None], **options: Any) -> pa.Table:
+    """A row for each file, in order."""
+    import pyarrow as pa
+
+    rows = [of_file(name, data, **options) for name, data in zip(names, contents)]
+    return pa.Table.from_pylist(rows, schema=schema())

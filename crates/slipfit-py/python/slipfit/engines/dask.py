@@ -1,0 +1,36 @@
+"""dask."""
+
+from __future__ import annotations
+
+from typing import Any
+
+from .. import _batch
+
+
+def fit(frame: Any, **options: Any) -> Any:
+    """:func:`slipfit.fit_batch` of every row of a ``dask.dataframe``, by ``map_partitions``.
+
+    Columns of lists stay lists with ``dask.config.set({"dataframe.convert-string": False})``.
+
+    Parameters
+    ----------
+    frame : dask.dataframe.DataFrame
+        With the columns that the options name.
+    **options
+        Those of :func:`slipfit.fit_batch`.
+    """
+    import pyarrow as pa
+
+    name = next(v for k, v in options.items() if k in ("amplitude", "x", "signal") and isinstance(v, str))
+    lists = {name, options.get("y"), options.get("time")}
+    # An empty pandas column does not say that it holds lists.
+    kinds = {c: pa.list_(pa.float64()) if c in lists else None for c in frame.columns}
+    empty = pa.table({c: pa.array([], kind or _kind(frame._meta[c])) for c, kind in kinds.items()})
+    meta = _batch.fit_batch(empty, **options).to_pandas()
+    return frame.map_partitions(lambda part: _batch.fit_batch(part, **options).to_pandas(), meta=meta)
+
+
+def _kind(column: Any) -> Any:
+    import pyarrow as pa
+
+    return pa.Schema.from_pandas(column.to_frame(), preserve_index=False).field(0).type

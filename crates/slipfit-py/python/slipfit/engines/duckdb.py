@@ -1,0 +1,31 @@
+"""DuckDB."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING, Any
+
+from .. import _batch
+
+if TYPE_CHECKING:
+    import duckdb
+    import pyarrow as pa
+
+
+def fit(relation: duckdb.DuckDBPyRelation, *, rows: int = 4096, **options: Any) -> pa.RecordBatchReader:
+    """:func:`slipfit.fit_batch` of every row of a relation, as it is read.
+
+    The answers are a stream that ``duckdb.sql("select … from answers")`` reads by the name of
+    the variable, from another connection: one cannot answer while its last answer is being read.
+
+    Parameters
+    ----------
+    relation : duckdb.DuckDBPyRelation
+        With the columns that the options name.
+    rows : int
+        Rows held at a time.
+    **options
+        Those of :func:`slipfit.fit_batch`.
+    """
+    import pyarrow as pa
+
+    return pa.RecordBatchReader.from_stream(_batch.fit_stream(relation.to_arrow_reader(rows), **options))
