@@ -129,7 +129,12 @@ pub(crate) fn compare(
             continue;
         }
         let starts = starts(model, &fits, start, &whole, side_minima);
-        let starts = settled_but_for_shapes(problem, starts, &free);
+        // The largest model with a shape is fitted first, and the others begin at it.
+        let new_shape = |term: &&LossTerm| model.has(**term) && fits.iter().all(|(m, _)| !m.has(**term));
+        let starts = match LossTerm::shaped().iter().find(new_shape) {
+            Some(_) => settled_but_for_shapes(problem, starts, &free),
+            None => starts,
+        };
         let tried = if side_minima { FITTED_STARTS } else { 1 };
         if let Some(fit) = best_of(problem, &starts, &free, tried) {
             fits.push((model, fit));
@@ -222,10 +227,6 @@ fn shaped_starts(
 ) -> Vec<Vec<f64>> {
     let mut list = Vec::new();
     for term in model.terms().filter(|t| t.is_shaped()) {
-        // The largest model with the term is fitted first, and the others begin at its shape.
-        if fits.iter().any(|(m, _)| m.has(term)) {
-            continue;
-        }
         let Some((shape, parameter)) = shape_slot(term).zip(term.shape_parameter()) else { continue };
         let others: Vec<LossTerm> = model.terms().filter(|t| *t != term).collect();
         let rest = LossModel::from_terms(&others);

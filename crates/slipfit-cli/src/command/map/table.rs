@@ -1,6 +1,6 @@
 //! A map as a table or as images in a file.
 
-use super::Map;
+use super::answers::Map;
 use crate::failure::Failure;
 use crate::output::Target;
 use arrow_array::cast::AsArray;

@@ -2,7 +2,7 @@
 
 use super::envelope::{LANES, Pass, Trace, by_thirds, thirds};
 use super::minimise::{Sums, minimise_to, spread};
-use super::reduced::{BEND, SHARE, STRAIGHT};
+use super::straight::{BEND, SHARE, STRAIGHT};
 use crate::Error;
 use crate::inference::evidence::one_sided;
 use crate::motion::decay::amplitude::sliding_gain;

@@ -6,6 +6,7 @@ mod even_traces;
 mod minimise;
 mod nodes;
 mod reduced;
+mod straight;
 #[cfg(test)]
 mod tests;
 mod waveform;

@@ -2,6 +2,7 @@
 
 use super::amplitudes::AmplitudeFit;
 use super::nodes::{NODES, Nodes};
+use super::straight::{BEND, SHARE, STRAIGHT};
 use crate::numeric::trig;
 
 /// Traces side by side.
@@ -50,9 +51,6 @@ impl Found {
 /// coefficient of `e^(-x u)` is 2 I_16(x/2) e^(-x/2), at 8 below 1e-9 of the decay and felt by residuals
 /// only.
 const FASTEST: f64 = 8.0;
-/// Decay times in a trace below which `(1 - e^(-x u))/x` is a series: sums of exponentials lose digits as
-/// the square of this.
-pub(super) const STRAIGHT: f64 = 0.25;
 /// Steps of a fit that is going to end; most take four.
 const MOST_STEPS: usize = 16;
 /// Step, in standard errors, that is the last: what then remains is its square, and smaller.
@@ -117,23 +115,6 @@ fn sums(nodes: &Nodes, values: &[Lanes; NODES], x: &Lanes) -> Sums {
         }
     }
     s
-}
-
-/// Coefficients of `(e^z - 1)/z = sum z^j/(j+1)!`; twelve of them are exact to rounding below a quarter.
-pub(super) const SHARE: [f64; 12] = series(false);
-/// Those of its derivative, `sum (j+1) z^j/(j+2)!`.
-pub(super) const BEND: [f64; 12] = series(true);
-
-const fn series(derivative: bool) -> [f64; 12] {
-    let mut out = [0.0; 12];
-    let (mut j, mut factorial) = (0, 1.0);
-    while j < 12 {
-        let next = (j + 1) as f64;
-        factorial *= next;
-        out[j] = if derivative { next / (factorial * (next + 1.0)) } else { 1.0 / factorial };
-        j += 1;
-    }
-    out
 }
 
 /// Gauss-Newton in the rate alone, amplitude and slope being linear: of `y = A - s g`.

@@ -1,0 +1,105 @@
+//! The answers of all pixels: drawn and summed up.
+
+use crate::args::MapArgs;
+use arrow_array::RecordBatch;
+use arrow_array::cast::AsArray;
+use arrow_array::types::Float64Type;
+use slipfit_report::format::{Scale, plain};
+use slipfit_report::plot::{self, Image};
+use std::collections::BTreeMap;
+
+/// The answers of all blocks.
+pub(super) struct Map<'a> {
+    pub(super) parts: Vec<RecordBatch>,
+    pub(super) pixels: [usize; 2],
+    pub(super) unit: &'a str,
+}
+
+impl Map<'_> {
+    /// A column of numbers, `None` where a pixel has none.
+    pub(super) fn numbers(&self, name: &str) -> Vec<Option<f64>> {
+        let columns = self.parts.iter().filter_map(|part| part.column_by_name(name));
+        columns.flat_map(|column| column.as_primitive::<Float64Type>().iter()).collect()
+    }
+
+    pub(super) fn texts<'a>(&'a self, name: &'a str) -> impl Iterator<Item = &'a str> {
+        let columns = self.parts.iter().filter_map(move |part| part.column_by_name(name));
+        columns.flat_map(|column| column.as_string::<i32>().iter().map(Option::unwrap_or_default))
+    }
+
+    /// What is drawn and summed up: name, words and unit.
+    pub(super) fn shown(&self) -> Vec<(&'static str, &'static str, String)> {
+        let per_s = if self.unit.is_empty() { "1/s".to_owned() } else { format!("{}/s", self.unit) };
+        let all = [
+            ("friction_displacement", "friction displacement", self.unit.to_owned()),
+            ("sliding_rate", "sliding rate", per_s),
+            ("decay_rate_per_s", "decay rate", "1/s".to_owned()),
+        ];
+        let known = |name: &str| self.numbers(name).iter().any(Option::is_some);
+        // The rate stands in where no frequency turns it into a displacement.
+        let displacement = known("friction_displacement");
+        let wanted = |name: &str| if name == "sliding_rate" { !displacement } else { known(name) };
+        all.into_iter().filter(|(name, ..)| wanted(name)).collect()
+    }
+
+    pub(super) fn picture(&self, args: &MapArgs) -> plot::Picture {
+        let shown = self.shown();
+        let image = |(name, words, unit): &(&str, &str, String)| {
+            let mut values = self.numbers(name);
+            let mut sizes: Vec<f64> = values.iter().flatten().map(|v| v.abs()).collect();
+            sizes.sort_by(f64::total_cmp);
+            // That of the middle value: a stray pixel has no say.
+            let scale = Scale::for_size(sizes.get(sizes.len() / 2).copied().unwrap_or(0.0), unit);
+            values.iter_mut().flatten().for_each(|v| *v *= scale.factor);
+            Image { title: scale.titled(words), values }
+        };
+        let images: Vec<Image> = shown.iter().map(image).collect();
+        let file = args.file.display().to_string();
+        let data = args.data.as_deref().map(|data| format!(":{data}")).unwrap_or_default();
+        let axis = args.axis;
+        let note = |y: usize, x: usize| {
+            let index = match axis {
+                0 => format!(":, {y}, {x}"),
+                1 => format!("{y}, :, {x}"),
+                _ => format!("{y}, {x}, :"),
+            };
+            format!("{file}{data}[{index}]")
+        };
+        let caption = "Viscous and sliding loss of each pixel. Colours leave one value in a hundred out at \
+                       either end; grey: no answer.";
+        plot::images(&file, caption, self.pixels, &images, &note)
+    }
+
+    pub(super) fn summary(&self, args: &MapArgs, samples: usize) -> String {
+        let [rows, columns] = self.pixels;
+        let mut text = format!("{}: {rows} × {columns} pixels of {samples} samples\n", args.file.display());
+        let mut status: BTreeMap<&str, usize> = BTreeMap::new();
+        self.texts("status").for_each(|word| *status.entry(word).or_default() += 1);
+        let counts: Vec<String> = status.iter().map(|(word, count)| format!("{count} {word}")).collect();
+        text += &format!("  {}\n", counts.join(", "));
+        let flags = self.parts.iter().filter_map(|part| part.column_by_name("sliding_detected"));
+        let detected: usize = flags.map(|column| column.as_boolean().true_count()).sum();
+        text += &format!("  sliding friction detected in {detected}\n");
+        for (name, words, unit) in self.shown() {
+            let mut values: Vec<f64> = self.numbers(name).into_iter().flatten().collect();
+            values.sort_by(f64::total_cmp);
+            let at = |part: f64| values[(part * (values.len() - 1) as f64).round() as usize];
+            let [median, low, high] = [0.5, 0.25, 0.75].map(|part| plain(at(part), 4, &unit));
+            text += &format!("  {words}: {median} in the middle, half of the pixels from {low} to {high}\n");
+        }
+        let mut reasons: BTreeMap<&str, usize> = BTreeMap::new();
+        self.texts("reason").filter(|r| !r.is_empty()).for_each(|r| *reasons.entry(r).or_default() += 1);
+        let mut reasons: Vec<(&str, usize)> = reasons.into_iter().collect();
+        reasons.sort_by_key(|(_, count)| std::cmp::Reverse(*count));
+        for (reason, count) in reasons.iter().take(MOST_REASONS) {
+            text += &format!("  {count}: {reason}\n");
+        }
+        if let Some(others) = reasons.len().checked_sub(MOST_REASONS).filter(|others| *others > 0) {
+            text += &format!("  and {others} reasons more: --table has all of them\n");
+        }
+        text
+    }
+}
+
+/// Reasons that are listed.
+const MOST_REASONS: usize = 8;
