@@ -112,7 +112,7 @@ impl ModelComparison {
         let Some(plain) = self.lowest(inside().filter(|f| further(f.model).next().is_none())) else {
             return Some(best);
         };
-        let larger = self.get(further(best.model).fold(plain.model, LossModel::with));
+        let larger = self.get(best.model.terms().fold(plain.model, LossModel::with));
         let p_value = larger.map_or(0.0, |larger| self.p_value(plain, larger));
         Some(if p_value < self.criteria.further_significance { best } else { plain })
     }
