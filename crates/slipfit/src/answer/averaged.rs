@@ -186,7 +186,10 @@ mod tests {
         // Half of 5 % beyond: 1.645 of its errors.
         assert!((found.interval_95[1] - 2.1645).abs() < 1e-3, "{:?}", found.interval_95);
         assert_eq!(found.interval_95[0], q.interval_95[0]);
+        // One in a hundred beyond: 1.5 % of the rest are left for the own tail.
         let unlikely = Weighed { weight: 0.01, ..aside };
-        assert_eq!(stretched(q.clone(), &[unlikely]).interval_95, q.interval_95);
+        let end = stretched(q.clone(), &[unlikely]).interval_95[1];
+        let own = 0.99 * 0.5 * erfc((end - 1.0) / (0.1 * SQRT_2));
+        assert!((own - 0.015).abs() < 1e-6, "{end}");
     }
 }
