@@ -38,8 +38,9 @@ use crate::{Error, Record, SignalKind};
 /// times `omega` or `omega²`.
 ///
 /// Limits: one mode (others are reported, [`Options::band_hz`] isolates one);
-/// at least one and a half cycles above the noise; drag and further terms are
-/// treated on the average of a cycle, exact for Q well above one.
+/// at least one and a half cycles above the noise; drag holds to second order
+/// in the loss of a half cycle, further terms on the average of a cycle, exact
+/// for Q well above one.
 ///
 /// # Errors
 /// [`Error::Parameter`] for an option out of range, [`Error::NoOscillation`],
