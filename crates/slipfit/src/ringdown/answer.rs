@@ -109,6 +109,9 @@ pub struct Diagnostics {
     /// Variance of the noise about the frequency of the motion over that inside short stretches; 1
     /// where the amplitudes scatter by no more. Intervals count it.
     pub noise_inflation: f64,
+    /// Losses that the reported model has not and the data do not exclude: the intervals count them. None
+    /// where they widen none of them by a tenth, or the model was asked for.
+    pub counted_losses: Option<LossModel>,
     /// Residual of the chosen model, signal unit.
     pub residual_rms: f64,
     /// Variance of the fundamental's residual over what white noise gives; the

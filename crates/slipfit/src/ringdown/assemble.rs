@@ -50,10 +50,12 @@ pub(crate) fn answer(e: &Evidence) -> Result<Answer, Error> {
     let envelope = envelope_points(e, &fit);
     let diagnostics = diagnostics(e, chosen, &law, &envelope);
     let sliding = SlidingEvidence { detected: sliding.detected && diagnostics.law_holds, ..sliding };
+    let (parameters, counted_losses) = parameters(e, chosen, omega);
+    let diagnostics = Diagnostics { counted_losses, ..diagnostics };
     let mut answer = Answer {
         model: chosen.model,
         preferred_model: preferred.model,
-        parameters: parameters(e, chosen, omega),
+        parameters,
         comparison: candidates(comparison, |f| rms(e, f), |f| values(comparison, f)),
         sliding,
         correlations: correlations(e, chosen),
@@ -170,6 +172,7 @@ fn diagnostics(
         noise_rms: noise,
         residual_rms,
         noise_inflation: 1.0,
+        counted_losses: None,
         residual_excess: e.fit.excess,
         residual_autocorrelation: e.fit.autocorrelation,
         law_holds: !misfit.is_some_and(|m| m.relative_rms > e.criteria.misfit.no_law),

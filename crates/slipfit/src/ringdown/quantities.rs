@@ -93,7 +93,7 @@ fn loss_fit<'a>(e: &'a Evidence<'_>, fit: &'a ModelFit) -> LossFit<'a> {
 }
 
 /// The coefficient of a loss term, in the chosen model or the one with the term besides.
-fn loss_term(e: &Evidence, chosen: &ModelFit, term: LossTerm) -> Quantity {
+fn loss_term(e: &Evidence, chosen: &ModelFit, term: LossTerm, counted: &mut Vec<LossTerm>) -> Quantity {
     let comparison = &e.fit.comparison;
     let (fit, present) = fit_of(comparison, chosen, term);
     let found = fit.map_or_else(unknown, |fit| {
@@ -102,25 +102,32 @@ fn loss_term(e: &Evidence, chosen: &ModelFit, term: LossTerm) -> Quantity {
         loss_fit(e, fit).estimate(slot(term), &fit.other_slots(term, slot), most, false)
     });
     let found = non_negative(found, present, Parameter::Loss(term).unit(e.record.unit()));
-    with_absent_losses(e, chosen, slot(term), Some(term), found)
+    with_absent_losses(e, chosen, (slot(term), Some(term)), found, counted)
 }
 
 /// The interval with the losses counted that the model has not and the data do not exclude; as it is where
-/// the model was asked for.
+/// the model was asked for. `counted` gets those that widen it noticeably.
 fn with_absent_losses(
     e: &Evidence,
     chosen: &ModelFit,
-    k: usize,
-    of: Option<LossTerm>,
+    (k, of): (usize, Option<LossTerm>),
     q: Quantity,
+    counted: &mut Vec<LossTerm>,
 ) -> Quantity {
     if e.options.model.is_some() || of.is_some_and(|term| !chosen.model.has(term)) {
         return q;
     }
     let comparison = &e.fit.comparison;
-    let absent = LossTerm::compared(None).filter_map(|t| AbsentLoss::new(comparison, chosen, t, of, slot));
-    let others: Vec<Weighed> = absent.map(|loss| loss.weighed(k, &q)).collect();
-    averaged::stretched(q, &others)
+    let absent = LossTerm::compared(None)
+        .filter_map(|t| Some((t, AbsentLoss::new(comparison, chosen, t, of, slot)?.weighed(k, &q))));
+    let (terms, others): (Vec<LossTerm>, Vec<Weighed>) = absent.unzip();
+    let width = |q: &Quantity| q.interval_95[1] - q.interval_95[0];
+    let before = width(&q);
+    let stretched = averaged::stretched(q, &others);
+    if width(&stretched) > e.criteria.answer.mentioned_widening * before {
+        counted.extend(terms);
+    }
+    stretched
 }
 
 /// The parameter of the shape of a loss term, where the chosen model has one: its interval is the profile's,
@@ -189,16 +196,17 @@ fn determined<'a>(comparison: &'a ModelComparison, chosen: &'a ModelFit) -> &'a 
     smaller.map_or(chosen, |smaller| determined(comparison, smaller))
 }
 
-pub(crate) fn parameters(e: &Evidence, chosen: &ModelFit, omega: f64) -> Parameters {
+/// The parameters, and the losses that the model has not but their intervals count.
+pub(crate) fn parameters(e: &Evidence, chosen: &ModelFit, omega: f64) -> (Parameters, Option<LossModel>) {
     let unit = e.record.unit();
     let known = frequency_known(e);
     let chosen = determined(&e.fit.comparison, chosen);
-    let mut list = Parameters::default();
+    let (mut list, mut counted) = (Parameters::default(), Vec::new());
     if known {
         list.set(Parameter::Frequency, mean_frequency(e, chosen));
     }
-    let delta = loss_term(e, chosen, LossTerm::Viscous);
-    let x_f = loss_term(e, chosen, LossTerm::Sliding);
+    let delta = loss_term(e, chosen, LossTerm::Viscous, &mut counted);
+    let x_f = loss_term(e, chosen, LossTerm::Sliding, &mut counted);
     list.set(Parameter::DECAY_RATE, delta.clone());
     if known {
         list.set(Parameter::FRICTION_DISPLACEMENT, x_f.clone());
@@ -207,7 +215,7 @@ pub(crate) fn parameters(e: &Evidence, chosen: &ModelFit, omega: f64) -> Paramet
     list.set(Parameter::SlidingRate, x_f.scaled(gain, Parameter::SlidingRate.unit(unit)));
     for term in e.fit.comparison.terms() {
         if !matches!(term, LossTerm::Viscous | LossTerm::Sliding) {
-            list.set(Parameter::Loss(term), loss_term(e, chosen, term));
+            list.set(Parameter::Loss(term), loss_term(e, chosen, term, &mut counted));
         }
         if let Some((parameter, quantity)) = shape(e, chosen, term) {
             list.set(parameter, quantity);
@@ -216,7 +224,8 @@ pub(crate) fn parameters(e: &Evidence, chosen: &ModelFit, omega: f64) -> Paramet
     if known {
         list.set(Parameter::QFactor, q_factor(&delta, |d| omega.hypot(d)));
     }
-    let amplitude = with_absent_losses(e, chosen, A0, None, initial_amplitude(e, chosen));
+    let amplitude = initial_amplitude(e, chosen);
+    let amplitude = with_absent_losses(e, chosen, (A0, None), amplitude, &mut counted);
     list.set(Parameter::InitialAmplitude, amplitude);
     if let Some(calibration) = e.options.calibration.filter(|_| known) {
         // A velocity or acceleration record holds omega or omega² times the displacement.
@@ -232,5 +241,5 @@ pub(crate) fn parameters(e: &Evidence, chosen: &ModelFit, omega: f64) -> Paramet
             list.set(parameter, quantity);
         }
     }
-    list
+    (list, LossModel::from_terms(&counted))
 }

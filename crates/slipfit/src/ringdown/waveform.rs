@@ -3,12 +3,12 @@
 //! The sums over the samples are those of the [half-cycle kernel](crate::motion::decay::half_cycle).
 
 use crate::inference::least_squares::{LeastSquares, Normal};
-use crate::motion::decay::half_cycle::Window;
 use crate::motion::decay::parameters::{A0, X_F, shapes_exist};
+use crate::motion::decay::window::Window;
 use std::f64::consts::PI;
 
-pub(crate) use crate::motion::decay::half_cycle::Bend;
 pub(crate) use crate::motion::decay::parameters::{BEND, CHIRP, COUNT, OFFSET, OMEGA, PHASE};
+pub(crate) use crate::motion::decay::window::Bend;
 
 /// Samples of one window and the shape of the model.
 #[derive(Debug, Clone)]

@@ -76,17 +76,8 @@ impl Shape {
 
     /// At a phase since the turn.
     pub(crate) fn value(&self, theta: f64) -> f64 {
-        let phi = theta - FRAC_PI_2;
-        let (s, c) = phi.sin_cos();
-        let [first, by_epsilon, by_l] = [
-            (1.0 + s) * (1.0 + s) / 3.0 - LOSS * (theta * s + c),
-            c * c * s / 6.0
-                + 2.0 / 3.0 / PI * LOSS * ((phi * phi - FRAC_PI_2 * FRAC_PI_2) * s + 2.0 * phi * c),
-            (2.0 * c * c - 4.0) / 3.0 * phi - 4.0 / 9.0 * s * c
-                + (PI / 3.0 + LOSS * phi * phi) * s
-                + 2.0 / 3.0 * LOSS * phi * c,
-        ];
-        first + self.epsilon * by_epsilon + self.l * by_l
+        let (s, c) = (theta - FRAC_PI_2).sin_cos();
+        self.at(pulp::Scalar::new(), theta, s, c).0
     }
 
     /// The value, and the slope of its leading part, at the phases `theta`; `s` and `c` are sine and cosine

@@ -13,10 +13,10 @@
 //! derivatives are combinations of `f`, `theta f`, `g = e^(lambda theta) sin theta` and that shape. One pass gives the sums of a least-squares step; of the
 //! samples nothing is stored.
 
-use super::amplitude::sliding_gain;
-use super::drag::{self, Slowing};
-use super::parameters::{BEND, CHIRP, DELTA, DRAG, OFFSET, OMEGA, PHASE, X_F, by_parameters, law_of};
-use super::path::{AmplitudePath, CARRIED};
+use super::drag;
+use super::parameters::{DELTA, DRAG, OFFSET, OMEGA, PHASE, X_F};
+use super::turns::{Turn, Turns};
+use super::window::Window;
 use crate::numeric::products::{Products, WIDTH};
 use crate::numeric::trig::{has_fused, inverse_factorials};
 use crate::numeric::wide;
@@ -33,84 +33,7 @@ const EXPONENTIAL: [f64; 10] = inverse_factorials(0, 1);
 /// No half cycle changes its swing by more than `e` to this power.
 const MOST_DECREMENT: f64 = 700.0;
 
-/// Integral of the squared amplitude along a reference decay, for the backbone.
-#[derive(Debug, Clone, Default)]
-pub(crate) struct Bend {
-    /// Even spacing of the knots, s.
-    step: f64,
-    /// Integral and its rate at the knots.
-    knots: Vec<(f64, f64)>,
-}
-
-impl Bend {
-    /// From an amplitude law over `[0, duration]`.
-    pub(crate) fn along(amplitude: impl Fn(f64) -> f64, duration: f64) -> Self {
-        let count = 512;
-        let step = duration / (count - 1) as f64;
-        let square = |t: f64| amplitude(t).powi(2);
-        let mut sum = 0.0;
-        let mut knots = Vec::with_capacity(count);
-        for i in 0..count {
-            let t = i as f64 * step;
-            if i > 0 {
-                sum += step / 6.0 * (square(t - step) + 4.0 * square(t - 0.5 * step) + square(t));
-            }
-            knots.push((sum, square(t)));
-        }
-        Self { step, knots }
-    }
-
-    /// Integral and rate at a time, extended with the end rates.
-    #[inline(always)]
-    pub(crate) fn at(&self, t: f64) -> (f64, f64) {
-        let last = self.knots.len() - 1;
-        let i = ((t / self.step).max(0.0) as usize).min(last - 1);
-        let ((p, u), (q, v)) = (self.knots[i], self.knots[i + 1]);
-        let d = t - i as f64 * self.step;
-        if d < 0.0 {
-            return (p + u * d, u);
-        }
-        let e = d - self.step;
-        if e > 0.0 {
-            return (q + v * e, v);
-        }
-        let h = self.step;
-        let slope = (q - p) / h;
-        let a = (slope - u) / h;
-        let b = (u + v - 2.0 * slope) / (h * h);
-        (p + d * (u + d * (a + b * e)), u + 2.0 * a * d + b * (2.0 * d * e + d * d))
-    }
-}
-
-/// Samples of a window and the shape of the model.
-#[derive(Debug, Clone, Copy)]
-pub(crate) struct Window<'a> {
-    /// s, never decreasing.
-    pub(crate) time: &'a [f64],
-    pub(crate) signal: &'a [f64],
-    /// Time the parameters refer to, s.
-    pub(crate) origin: f64,
-    pub(crate) duration: f64,
-    /// Shape of the backbone; `None` leaves [`BEND`] without effect.
-    pub(crate) bend: Option<&'a Bend>,
-    /// Whether the place of rest is part of the model; where not, the model is zero there.
-    pub(crate) rest_tells: bool,
-    /// Parameters whose derivatives are wanted.
-    pub(crate) active: &'a [usize],
-}
-
 impl Window<'_> {
-    /// Phase and its rate `t` after the origin, and the shape functions of the phase parameters.
-    #[inline(always)]
-    pub(crate) fn phase(&self, p: &[f64], t: f64) -> (f64, f64, [f64; 4]) {
-        let (i, r) = self.bend.map_or((0.0, 0.0), |b| b.at(t));
-        (
-            p[PHASE] + p[OMEGA] * t + p[BEND] * i + 0.5 * p[CHIRP] * t * (t - self.duration),
-            p[OMEGA] + p[BEND] * r + p[CHIRP] * (t - 0.5 * self.duration),
-            [1.0, t, i, 0.5 * t * (t - self.duration)],
-        )
-    }
-
     /// Products of all active derivatives and the residual, summed over the samples, and the
     /// first sample at rest. `None` where the model does not exist.
     pub(crate) fn sums(&self, p: &[f64], residuals: Option<&mut Vec<f64>>) -> Option<(Sums, usize)> {
@@ -122,114 +45,6 @@ struct Pass<'a> {
     window: &'a Window<'a>,
     p: &'a [f64],
     residuals: Option<&'a mut Vec<f64>>,
-}
-
-/// A turning point with everything its half cycles need.
-#[derive(Clone, Copy)]
-struct Turn {
-    time: f64,
-    /// Rate of the phase but for drag.
-    omega: f64,
-    amplitude: f64,
-    /// Derivatives of the phase by all parameters of losses and phase.
-    phase_by: [f64; OFFSET],
-    /// Derivatives of the amplitude by all loss and phase parameters.
-    by: [f64; OFFSET],
-}
-
-/// The turning points one after the other.
-struct Turns<'a> {
-    window: &'a Window<'a>,
-    p: &'a [f64],
-    gain: [f64; 3],
-    path: AmplitudePath,
-    /// Time of `path`.
-    now: f64,
-    /// Phase that drag has cost until now, and its derivatives by amplitude and losses.
-    lag: f64,
-    lag_by: [f64; CARRIED],
-}
-
-impl<'a> Turns<'a> {
-    #[inline(always)]
-    fn new(window: &'a Window<'a>, p: &'a [f64]) -> Self {
-        // Relative frequency shift per A², which also changes the loss terms.
-        let backbone = if window.bend.is_some() { [p[BEND] / p[OMEGA], 0.0] } else { [0.0; 2] };
-        let further = window.active.iter().any(|k| (DRAG + 1..PHASE).contains(k));
-        let path = AmplitudePath::new(law_of(p, p[OMEGA]), backbone).with_further(further);
-        Self {
-            window,
-            p,
-            gain: sliding_gain(p[DELTA], p[OMEGA]),
-            path,
-            now: 0.0,
-            lag: 0.0,
-            lag_by: [0.0; CARRIED],
-        }
-    }
-
-    /// Turning point `n`, the one after the last asked for, near `guess`.
-    #[inline(always)]
-    fn at(&mut self, n: f64, guess: f64) -> Turn {
-        let p = self.p;
-        let slowing = self.slowing(guess);
-        let time = self.turn_time(n, guess, slowing.rate);
-        let (before, passed) = (self.path.by, time - self.now);
-        self.path.advance(passed);
-        self.now = time;
-        let mut by = [0.0; OFFSET];
-        by[..CARRIED].copy_from_slice(&by_parameters(self.path.by, p, &self.gain));
-        if slowing != Slowing::default() {
-            self.lag += slowing.rate * passed;
-            let before = by_parameters(before, p, &self.gain);
-            for ((lag, before), after) in self.lag_by.iter_mut().zip(before).zip(by) {
-                *lag += slowing.by_amplitude * 0.5 * (before + after) * passed;
-            }
-            self.lag_by[DELTA] += slowing.by_decay * passed;
-            self.lag_by[DRAG] += slowing.by_drag * passed;
-        }
-        let (_, omega, shapes) = self.window.phase(p, time);
-        let mut phase_by = [0.0; OFFSET];
-        phase_by[PHASE..].copy_from_slice(&shapes);
-        for (by, lag) in phase_by.iter_mut().zip(self.lag_by) {
-            *by = -lag;
-        }
-        phase_by[OMEGA] += self.lag / p[OMEGA];
-        // A later phase moves the turn: dX/dp = rate S/omega; and a0 depends on omega.
-        let rate = self.path.rate() / (omega - slowing.rate);
-        for (by, phase_by) in by.iter_mut().zip(phase_by) {
-            *by += rate * phase_by;
-        }
-        by[OMEGA] += self.path.by[X_F] * p[X_F] * self.gain[2];
-        Turn { time, omega, amplitude: self.path.amplitude, phase_by, by }
-    }
-
-    /// How much slower drag makes the phase run on the way to the turn near `guess`, with its derivatives.
-    #[inline(always)]
-    fn slowing(&self, guess: f64) -> Slowing {
-        let p = self.p;
-        if p[DRAG] == 0.0 && !self.window.active.contains(&DRAG) {
-            return Slowing::default();
-        }
-        let halfway = self.path.amplitude - 0.5 * (guess - self.now) * self.path.rate();
-        Slowing::new(halfway, [p[DELTA], p[DRAG]], p[OMEGA])
-    }
-
-    /// Time at which the phase reaches `n pi`, from a guess.
-    #[inline(never)]
-    fn turn_time(&self, n: f64, guess: f64, slowing: f64) -> f64 {
-        let mut t = guess;
-        for _ in 0..8 {
-            let (phase, omega, _) = self.window.phase(self.p, t);
-            let (phase, omega) = (phase - self.lag - slowing * (t - self.now), omega - slowing);
-            let step = (n * PI - phase) / omega;
-            t += step;
-            if step.abs() * omega < 1e-12 * (1.0 + n.abs()) {
-                break;
-            }
-        }
-        t
-    }
 }
 
 impl pulp::WithSimd for Pass<'_> {

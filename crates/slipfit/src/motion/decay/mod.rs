@@ -16,7 +16,9 @@ pub(crate) mod half_cycle;
 pub mod law;
 pub(crate) mod parameters;
 pub(crate) mod path;
+mod turns;
 mod waveform;
+pub(crate) mod window;
 
 pub use amplitude::{AmplitudeLaw, drag_rate, sliding_rate};
 pub use exact::{FreeDecay, HalfCycleLoss, Stop, TurningPoint, TurningPoints};

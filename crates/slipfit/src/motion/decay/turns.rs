@@ -1,0 +1,116 @@
+//! The turning points of a free decay one after the other, with their derivatives.
+
+use super::amplitude::sliding_gain;
+use super::drag::Slowing;
+use super::parameters::{BEND, DELTA, DRAG, OFFSET, OMEGA, PHASE, X_F, by_parameters, law_of};
+use super::path::{AmplitudePath, CARRIED};
+use super::window::Window;
+use std::f64::consts::PI;
+
+/// A turning point with everything its half cycles need.
+#[derive(Clone, Copy)]
+pub(super) struct Turn {
+    pub(super) time: f64,
+    /// Rate of the phase but for drag.
+    pub(super) omega: f64,
+    pub(super) amplitude: f64,
+    /// Derivatives of the phase by all parameters of losses and phase.
+    pub(super) phase_by: [f64; OFFSET],
+    /// Derivatives of the amplitude by all loss and phase parameters.
+    pub(super) by: [f64; OFFSET],
+}
+
+/// The turning points one after the other.
+pub(super) struct Turns<'a> {
+    window: &'a Window<'a>,
+    p: &'a [f64],
+    gain: [f64; 3],
+    path: AmplitudePath,
+    /// Time of `path`.
+    now: f64,
+    /// Phase that drag has cost until now, and its derivatives by amplitude and losses.
+    lag: f64,
+    lag_by: [f64; CARRIED],
+}
+
+impl<'a> Turns<'a> {
+    #[inline(always)]
+    pub(super) fn new(window: &'a Window<'a>, p: &'a [f64]) -> Self {
+        // Relative frequency shift per A², which also changes the loss terms.
+        let backbone = if window.bend.is_some() { [p[BEND] / p[OMEGA], 0.0] } else { [0.0; 2] };
+        let further = window.active.iter().any(|k| (DRAG + 1..PHASE).contains(k));
+        let path = AmplitudePath::new(law_of(p, p[OMEGA]), backbone).with_further(further);
+        Self {
+            window,
+            p,
+            gain: sliding_gain(p[DELTA], p[OMEGA]),
+            path,
+            now: 0.0,
+            lag: 0.0,
+            lag_by: [0.0; CARRIED],
+        }
+    }
+
+    /// Turning point `n`, the one after the last asked for, near `guess`.
+    #[inline(always)]
+    pub(super) fn at(&mut self, n: f64, guess: f64) -> Turn {
+        let p = self.p;
+        let slowing = self.slowing(guess);
+        let time = self.turn_time(n, guess, slowing.rate);
+        let (before, passed) = (self.path.by, time - self.now);
+        self.path.advance(passed);
+        self.now = time;
+        let mut by = [0.0; OFFSET];
+        by[..CARRIED].copy_from_slice(&by_parameters(self.path.by, p, &self.gain));
+        if slowing != Slowing::default() {
+            self.lag += slowing.rate * passed;
+            let before = by_parameters(before, p, &self.gain);
+            for ((lag, before), after) in self.lag_by.iter_mut().zip(before).zip(by) {
+                *lag += slowing.by_amplitude * 0.5 * (before + after) * passed;
+            }
+            self.lag_by[DELTA] += slowing.by_decay * passed;
+            self.lag_by[DRAG] += slowing.by_drag * passed;
+        }
+        let (_, omega, shapes) = self.window.phase(p, time);
+        let mut phase_by = [0.0; OFFSET];
+        phase_by[PHASE..].copy_from_slice(&shapes);
+        for (by, lag) in phase_by.iter_mut().zip(self.lag_by) {
+            *by = -lag;
+        }
+        phase_by[OMEGA] += self.lag / p[OMEGA];
+        // A later phase moves the turn: dX/dp = rate S/omega; and a0 depends on omega.
+        let rate = self.path.rate() / (omega - slowing.rate);
+        for (by, phase_by) in by.iter_mut().zip(phase_by) {
+            *by += rate * phase_by;
+        }
+        by[OMEGA] += self.path.by[X_F] * p[X_F] * self.gain[2];
+        Turn { time, omega, amplitude: self.path.amplitude, phase_by, by }
+    }
+
+    /// How much slower drag makes the phase run on the way to the turn near `guess`, with its derivatives.
+    #[inline(always)]
+    fn slowing(&self, guess: f64) -> Slowing {
+        let p = self.p;
+        if p[DRAG] == 0.0 && !self.window.active.contains(&DRAG) {
+            return Slowing::default();
+        }
+        let halfway = self.path.amplitude - 0.5 * (guess - self.now) * self.path.rate();
+        Slowing::new(halfway, [p[DELTA], p[DRAG]], p[OMEGA])
+    }
+
+    /// Time at which the phase reaches `n pi`, from a guess.
+    #[inline(never)]
+    fn turn_time(&self, n: f64, guess: f64, slowing: f64) -> f64 {
+        let mut t = guess;
+        for _ in 0..8 {
+            let (phase, omega, _) = self.window.phase(self.p, t);
+            let (phase, omega) = (phase - self.lag - slowing * (t - self.now), omega - slowing);
+            let step = (n * PI - phase) / omega;
+            t += step;
+            if step.abs() * omega < 1e-12 * (1.0 + n.abs()) {
+                break;
+            }
+        }
+        t
+    }
+}

@@ -1,0 +1,82 @@
+//! The samples of a window and the phase of the motion along it.
+
+use super::parameters::{BEND, CHIRP, OMEGA, PHASE};
+
+/// Integral of the squared amplitude along a reference decay, for the backbone.
+#[derive(Debug, Clone, Default)]
+pub(crate) struct Bend {
+    /// Even spacing of the knots, s.
+    step: f64,
+    /// Integral and its rate at the knots.
+    knots: Vec<(f64, f64)>,
+}
+
+impl Bend {
+    /// From an amplitude law over `[0, duration]`.
+    pub(crate) fn along(amplitude: impl Fn(f64) -> f64, duration: f64) -> Self {
+        let count = 512;
+        let step = duration / (count - 1) as f64;
+        let square = |t: f64| amplitude(t).powi(2);
+        let mut sum = 0.0;
+        let mut knots = Vec::with_capacity(count);
+        for i in 0..count {
+            let t = i as f64 * step;
+            if i > 0 {
+                sum += step / 6.0 * (square(t - step) + 4.0 * square(t - 0.5 * step) + square(t));
+            }
+            knots.push((sum, square(t)));
+        }
+        Self { step, knots }
+    }
+
+    /// Integral and rate at a time, extended with the end rates.
+    #[inline(always)]
+    pub(crate) fn at(&self, t: f64) -> (f64, f64) {
+        let last = self.knots.len() - 1;
+        let i = ((t / self.step).max(0.0) as usize).min(last - 1);
+        let ((p, u), (q, v)) = (self.knots[i], self.knots[i + 1]);
+        let d = t - i as f64 * self.step;
+        if d < 0.0 {
+            return (p + u * d, u);
+        }
+        let e = d - self.step;
+        if e > 0.0 {
+            return (q + v * e, v);
+        }
+        let h = self.step;
+        let slope = (q - p) / h;
+        let a = (slope - u) / h;
+        let b = (u + v - 2.0 * slope) / (h * h);
+        (p + d * (u + d * (a + b * e)), u + 2.0 * a * d + b * (2.0 * d * e + d * d))
+    }
+}
+
+/// Samples of a window and the shape of the model.
+#[derive(Debug, Clone, Copy)]
+pub(crate) struct Window<'a> {
+    /// s, never decreasing.
+    pub(crate) time: &'a [f64],
+    pub(crate) signal: &'a [f64],
+    /// Time the parameters refer to, s.
+    pub(crate) origin: f64,
+    pub(crate) duration: f64,
+    /// Shape of the backbone; `None` leaves [`BEND`] without effect.
+    pub(crate) bend: Option<&'a Bend>,
+    /// Whether the place of rest is part of the model; where not, the model is zero there.
+    pub(crate) rest_tells: bool,
+    /// Parameters whose derivatives are wanted.
+    pub(crate) active: &'a [usize],
+}
+
+impl Window<'_> {
+    /// Phase and its rate `t` after the origin, and the shape functions of the phase parameters.
+    #[inline(always)]
+    pub(crate) fn phase(&self, p: &[f64], t: f64) -> (f64, f64, [f64; 4]) {
+        let (i, r) = self.bend.map_or((0.0, 0.0), |b| b.at(t));
+        (
+            p[PHASE] + p[OMEGA] * t + p[BEND] * i + 0.5 * p[CHIRP] * t * (t - self.duration),
+            p[OMEGA] + p[BEND] * r + p[CHIRP] * (t - 0.5 * self.duration),
+            [1.0, t, i, 0.5 * t * (t - self.duration)],
+        )
+    }
+}
