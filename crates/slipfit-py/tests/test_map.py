@@ -122,6 +122,7 @@ def test_an_oscillation_is_analysed_in_each_pixel():
         (np.zeros((2, 2, 9)), {"dt": 1, "axis": "time"}, "no such dimension"),
         (np.zeros((2, 2, 9), dtype=complex), {"dt": 1}, "real numbers"),
         (np.zeros((0, 2, 9)), {"dt": 1}, "no pixels"),
+        (np.zeros((2, 2, 0)), {"dt": 1}, "no samples"),
         (np.zeros((2, 2, 9)), {"dt": 1, "kind": "displacement"}, "needs the method analyse"),
     ],
 )

@@ -140,6 +140,8 @@ def fit_map(
     shape = tuple(getattr(stack, "shape", ()))
     if len(shape) != 3:
         raise _input.refuse("stack", f"stack has the shape {shape}: (y, x, t) is needed, in any order")
+    if 0 in shape:
+        raise _input.refuse("stack", f"stack has the shape {shape}: it has no pixels or no samples")
     dims = tuple(map(str, stack.dims)) if labelled else ("y", "x")
     if labelled and axis is None:
         axis = next((name for name in ("time", "t") if name in dims), None)
@@ -190,8 +192,6 @@ def fit_map(
         parts.append(found)
         if progress is not None:
             progress(end * across[1], across[0] * across[1])
-    if not parts:
-        raise _input.refuse("stack", f"stack has the shape {shape}: it has no pixels")
     variables = {
         name: (
             dims,
