@@ -94,7 +94,10 @@ pub(super) fn minimise_to<const N: usize>(
                 (best, here) = (trial, there);
             }
             None if gain <= 1e-9 * here.rss.max(1e3 * ROUNDING * power) => {
-                // No way down but what rounding hides.
+                // No way down but what rounding hides: the gradient still sees it.
+                if damping == 0.0 && trial.iter().all(|v| v.is_finite()) {
+                    best = trial;
+                }
                 converged = true;
                 break;
             }
