@@ -20,7 +20,7 @@ use std::sync::LazyLock;
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash, PartialOrd, Ord)]
 pub struct LossModel {
     /// One bit for each term of [`LossTerm::ALL`].
-    terms: u8,
+    terms: u16,
 }
 
 /// The names of all sets of terms.
@@ -57,7 +57,7 @@ impl LossModel {
     /// Every model, simpler ones first.
     pub fn all() -> impl Iterator<Item = LossModel> {
         let most = LossTerm::ALL.len() as u32;
-        let sets = |count: u32| (0..1u8 << LossTerm::ALL.len()).filter(move |t| t.count_ones() == count);
+        let sets = |count: u32| (0..1u16 << LossTerm::ALL.len()).filter(move |t| t.count_ones() == count);
         (1..=most).flat_map(sets).map(|terms| LossModel { terms })
     }
 
