@@ -303,6 +303,7 @@ impl Sweep {
             warned: answer.warnings.iter().any(questions_answer),
             sliding_detected: answer.sliding.detected,
             drag_chosen: answer.model.has(LossTerm::Drag),
+            above_truth: None,
         }
     }
 }

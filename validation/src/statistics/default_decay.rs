@@ -14,13 +14,14 @@ use slipfit::model::loss::LossTerm;
 use slipfit::motion::decay::{AmplitudeLaw, FreeDecay};
 use slipfit::motion::simulate::Drive;
 use slipfit::motion::simulate::smooth::{self, SmoothMotion};
-use slipfit::ringdown::{Options, analyse};
+use slipfit::ringdown::{Answer, Options, analyse};
 use slipfit::{Oscillator, Parameter, Record, SignalKind};
 
+use super::bounds;
 use super::choices::Choices;
 use super::nuisances::{DISTURBANCES, Nuisance};
 use super::scores::{Estimated, Outcome, Scores, True};
-use super::trials::{coverage_error, seed};
+use super::trials::{coverage_error, mean_and_deviation, seed};
 use crate::Failure;
 
 const Q: [f64; 4] = [5.0, 30.0, 300.0, 5_000.0];
@@ -35,6 +36,9 @@ const NUISANCE_SHARE: [f64; 3] = [0.0, 0.2, 0.5];
 /// Parts of what sliding leaves of the loss at the start that are drag.
 const DRAG: [f64; 2] = [0.3, 1.0];
 const FREQUENCY_HZ: f64 = 1.7;
+/// Turn of a lock-in's phase in a decay time, rad, and its phase at the release.
+const DETUNING_RAD: f64 = 0.4;
+const LOCK_IN_PHASE_RAD: f64 = 0.7;
 /// Fewer samples or cycles are no ring-down.
 const LEAST_SAMPLES: usize = 12;
 const LEAST_CYCLES: f64 = 2.0;
@@ -50,6 +54,8 @@ enum What {
     Displacement,
     /// The amplitude, by a detector whose noise has two quadratures (Rician).
     Envelope,
+    /// In phase and in quadrature to a reference that is [`DETUNING_RAD`] per decay time off.
+    LockIn,
 }
 
 #[derive(Debug, Clone, Copy)]
@@ -85,6 +91,8 @@ struct Decay {
     oscillator: Oscillator,
     exact: FreeDecay,
     law: AmplitudeLaw,
+    /// Least standard errors of decay rate and friction displacement.
+    bound: [f64; 2],
 }
 
 pub(super) fn run(choices: Choices) -> Result<ExitCode, Failure> {
@@ -95,7 +103,14 @@ pub(super) fn run(choices: Choices) -> Result<ExitCode, Failure> {
         let started = Instant::now();
         let outcomes: Vec<Outcome> = (0..repeats).into_par_iter().map(|s| decay.outcome(s)).collect();
         let scores = Scores::of(&outcomes, &decay.truth(0.0));
-        let row = Row { cell, samples: decay.time.len(), repeats, scores };
+        let row = Row {
+            cell,
+            samples: decay.time.len(),
+            repeats,
+            scores,
+            bound: decay.bound,
+            stops: decay.stops(),
+        };
         eprintln!("{} | {:.1?}", row.line(), started.elapsed() / repeats as u32);
         rows.push(row);
     }
@@ -109,11 +124,27 @@ struct Row {
     samples: usize,
     repeats: u64,
     scores: Scores,
+    bound: [f64; 2],
+    /// The motion stops inside the record.
+    stops: bool,
 }
 
 impl Row {
+    /// Root mean square errors of decay rate and friction displacement over the bound.
+    fn spread(&self) -> [f64; 2] {
+        [0, 1].map(|k| self.scores.rms_error[k] / self.bound[k])
+    }
+
     fn line(&self) -> String {
-        format!("| {} | {} | {} | {}", self.cell.row(), self.samples, self.repeats, self.scores.columns())
+        let [delta, x_f] = self.spread();
+        let Scores { compared, above_truth, worst_above_truth: worst, .. } = self.scores;
+        format!(
+            "| {} | {} | {} | {} | {delta:.2}, {x_f:.2} | {above_truth} of {compared} above the truth, by {worst:.2}",
+            self.cell.row(),
+            self.samples,
+            self.repeats,
+            self.scores.columns()
+        )
     }
 
     /// Whether the coverage of a parameter lies below what chance allows of 95 %, by three of its own
@@ -137,12 +168,38 @@ fn pooled(rows: &[&Row]) -> String {
             s.warned
         }];
     cells.extend(shares.map(mean));
+    cells.extend([0, 1].map(|k| {
+        let known: Vec<f64> = rows.iter().map(|r| r.spread()[k]).filter(|s| s.is_finite()).collect();
+        median(known).map_or("–".to_owned(), |m| format!("{m:.2}"))
+    }));
     cells.join(" | ")
 }
 
+fn median(mut values: Vec<f64>) -> Option<f64> {
+    values.sort_by(f64::total_cmp);
+    values.get(values.len() / 2).copied()
+}
+
+/// How many answers, of all whose samples were compared with the motion, lie further from the samples than the truth
+/// does: a search that ended in another minimum.
+fn minima(rows: &[Row]) -> String {
+    let count = |of: &dyn Fn(&Row) -> bool| {
+        let members = || rows.iter().filter(|r| of(r));
+        let compared: usize = members().map(|r| r.scores.compared).sum();
+        let above: usize = members().map(|r| r.scores.above_truth).sum();
+        format!("{above} of {compared}")
+    };
+    let plain = |r: &Row| r.cell.plain(What::Displacement);
+    format!(
+        "\n## The lowest minimum\n\nSum of squares of the reported motion over the samples of its window, above that of \
+         the true motion: in {} records whose motion stops inside, in {} others.\n",
+        count(&|r| plain(r) && r.stops),
+        count(&|r| plain(r) && !r.stops)
+    )
+}
+
 fn page(rows: &[Row], seeds: u64) -> String {
-    const COLUMNS: &str =
-        "δ | x_F | f | A₀ | outliers unwarned | sliding claimed | drag chosen | refused | warned";
+    const COLUMNS: &str = "δ | x_F | f | A₀ | outliers unwarned | sliding claimed | drag chosen | refused | warned | δ spread | x_F spread";
     let mut text = format!(
         "# The default answer\n\nMade by `cargo xtask statistics --default --write`, up to {seeds} records a cell \
          (fewer of long records). Exact decays released at 1 with white noise, recorded for some decay times \
@@ -150,11 +207,12 @@ fn page(rows: &[Row], seeds: u64) -> String {
          analysis runs on each as every user gets it: no option but the frequency of amplitudes. *Share* is the \
          sliding part of the loss at the start; δ, x_F, f and A₀: share of the 95 % intervals that hold the truth; \
          *outliers unwarned*: answers with one of the four more than four of its standard errors off and no \
-         warning. *Drag* is a part of what sliding leaves of the loss at the start; disturbances are added at \
+         warning; *spread*: root mean square error of δ and x_F over the Cramér-Rao bound of the motion before the \
+         stop (the median of the cells; of reported values, which cannot be negative, it may lie below 1). *Drag* is a part of what sliding leaves of the loss at the start; disturbances are added at \
          40 dB, 2.5 decay times, sliding shares 0, 0.2 and 0.5: noise of autocorrelation 0.9 or density 1/f in \
          place of the white, an offset that walks by 5 % and a phase that walks by 0.3 rad over the record, 5 % \
          of mains at 50 Hz (there beyond half the sampling rate), a range that ends at 85 %.\n\n## Means\n\n| cells | number | {COLUMNS} |\n{}|\n",
-        "|---".repeat(11)
+        "|---".repeat(13)
     );
     let mut group = |name: String, of: &dyn Fn(&Cell) -> bool| {
         let members: Vec<&Row> = rows.iter().filter(|r| of(&r.cell)).collect();
@@ -162,7 +220,9 @@ fn page(rows: &[Row], seeds: u64) -> String {
             let _ = writeln!(text, "| {name} | {} | {} |", members.len(), pooled(&members));
         }
     };
-    for (what, name) in [(What::Displacement, "displacement"), (What::Envelope, "amplitudes")] {
+    let recorded =
+        [(What::Displacement, "displacement"), (What::Envelope, "amplitudes"), (What::LockIn, "lock-in")];
+    for (what, name) in recorded {
         group(name.to_owned(), &|c| c.plain(what));
         for share in SHARE {
             group(format!("{name}, share {share}"), &|c| c.plain(what) && c.share == share);
@@ -184,6 +244,7 @@ fn page(rows: &[Row], seeds: u64) -> String {
             group(format!("{}, Q {q}", nuisance.name()), &|c| c.nuisance == nuisance && c.q == q);
         }
     }
+    text.push_str(&minima(rows));
     let missing: Vec<&Row> = rows.iter().filter(|r| r.misses()).collect();
     let _ = write!(
         text,
@@ -192,7 +253,7 @@ fn page(rows: &[Row], seeds: u64) -> String {
         missing.len(),
         rows.len(),
         COLUMNS,
-        "|---".repeat(17)
+        "|---".repeat(19)
     );
     for row in missing {
         let _ =
@@ -235,15 +296,17 @@ fn cells() -> Vec<Cell> {
     for share in SHARE {
         for snr_db in SNR_DB {
             for decay_times in ENVELOPE_DECAY_TIMES {
-                cells.extend(ENVELOPE_SAMPLES_PER_CYCLE.map(|samples_per_cycle| Cell {
-                    what: What::Envelope,
-                    q: 300.0,
-                    share,
-                    snr_db,
-                    decay_times,
-                    samples_per_cycle,
-                    ..USUAL
-                }));
+                for what in [What::Envelope, What::LockIn] {
+                    cells.extend(ENVELOPE_SAMPLES_PER_CYCLE.map(|samples_per_cycle| Cell {
+                        what,
+                        q: 300.0,
+                        share,
+                        snr_db,
+                        decay_times,
+                        samples_per_cycle,
+                        ..USUAL
+                    }));
+                }
             }
         }
     }
@@ -298,14 +361,33 @@ impl Cell {
                     *x = motion.state_at(t).ok()?.position;
                 }
             }
-            What::Envelope => clean = time.iter().map(|&t| law.amplitude(t).max(0.0)).collect(),
+            What::Envelope | What::LockIn => {
+                clean = time.iter().map(|&t| law.amplitude(t).max(0.0)).collect()
+            }
         }
         let sigma = 10f64.powf(-self.snr_db / 20.0);
-        Some(Decay { cell: self, time, clean, sigma, oscillator, exact, law })
+        let stop = match self.what {
+            What::Displacement => exact.stop().map_or(f64::INFINITY, |s| s.time_s),
+            What::Envelope | What::LockIn => law.stop_time_s().unwrap_or(f64::INFINITY),
+        };
+        let moving: Vec<f64> = time.iter().copied().filter(|t| *t <= stop).collect();
+        let bound = match self.what {
+            _ if self.drag > 0.0 || self.nuisance != Nuisance::None => [f64::NAN; 2],
+            What::Displacement => bounds::of_motion([1.0, delta, x_f, 0.0, omega_0, 0.0], &moving, sigma),
+            What::LockIn => bounds::of_amplitudes(&oscillator, 1.0, &moving, sigma),
+            // Rician: near the noise its information is not that of a normal distribution.
+            What::Envelope => [f64::NAN; 2],
+        };
+        Some(Decay { cell: self, time, clean, sigma, oscillator, exact, law, bound })
     }
 }
 
 impl Decay {
+    fn stops(&self) -> bool {
+        let end = self.time.last().copied().unwrap_or_default();
+        self.exact.stop().is_some_and(|s| s.time_s < end)
+    }
+
     /// Truth for a window that begins at `start_s`.
     fn truth(&self, start_s: f64) -> [True; 4] {
         let (delta, x_f) = (self.oscillator.decay_rate_per_s(), self.oscillator.friction_displacement());
@@ -317,7 +399,7 @@ impl Decay {
         };
         let frequency = match self.cell.what {
             What::Displacement => self.oscillator.omega_d() / TAU,
-            What::Envelope => FREQUENCY_HZ,
+            What::Envelope | What::LockIn => FREQUENCY_HZ,
         };
         [
             (Parameter::DECAY_RATE, delta),
@@ -345,6 +427,7 @@ impl Decay {
         let kind = what as u64 ^ (nuisance as u64) << 8 ^ drag.to_bits();
         let own = seed(0xDEFA_0171 ^ kind, &[q, share, snr_db, decay_times, samples_per_cycle]);
         let mut rng = ChaCha8Rng::seed_from_u64(number.wrapping_mul(0x9E37_79B9) ^ own);
+        let mut quadrature = Vec::new();
         let signal: Vec<f64> = match what {
             What::Displacement => {
                 let wandering = nuisance.phase(self.time.len(), &mut rng).map(|phase| self.along(&phase));
@@ -355,16 +438,31 @@ impl Decay {
                 let mut noise = || self.sigma * rng.sample::<f64, _>(StandardNormal);
                 self.clean.iter().map(|x| (x + noise()).hypot(noise())).collect()
             }
+            What::LockIn => {
+                let turned = |phase: f64, rng: &mut ChaCha8Rng| {
+                    let rate = DETUNING_RAD * self.oscillator.decay_rate_per_s();
+                    let at = |(x, t): (&f64, &f64)| {
+                        x * (phase + rate * t).cos() + self.sigma * rng.sample::<f64, _>(StandardNormal)
+                    };
+                    self.clean.iter().zip(&self.time).map(at).collect()
+                };
+                let in_phase = turned(LOCK_IN_PHASE_RAD, &mut rng);
+                quadrature = turned(LOCK_IN_PHASE_RAD - 0.5 * PI, &mut rng);
+                in_phase
+            }
         };
         let mut options = Options::default();
-        let answer = Record::new(self.time.clone(), signal).and_then(|record| {
-            if what == What::Displacement {
-                return analyse(&record, &options);
-            }
+        if what != What::Displacement {
             options.frequency_hz = Some(FREQUENCY_HZ);
-            analyse(&record.with_kind(SignalKind::Envelope), &options)
-        });
-        let Ok(answer) = answer else { return Outcome::default() };
+        }
+        let time = self.time.clone();
+        let record = match what {
+            What::Displacement => Record::new(time, signal),
+            What::Envelope => Record::new(time, signal).map(|r| r.with_kind(SignalKind::Envelope)),
+            What::LockIn => Record::lock_in(time, signal, quadrature),
+        };
+        let answered = record.and_then(|record| analyse(&record, &options).map(|answer| (record, answer)));
+        let Ok((record, answer)) = answered else { return Outcome::default() };
         let estimates = self
             .truth(answer.segment.start_s)
             .iter()
@@ -375,6 +473,38 @@ impl Decay {
             warned: !answer.warnings.is_empty(),
             sliding_detected: answer.sliding.detected,
             drag_chosen: answer.model.has(LossTerm::Drag),
+            above_truth: self.above_truth(&record, &answer),
         }
+    }
+
+    /// Sum of squares of the reported motion over its window less that of the truth, over the variance of the noise;
+    /// `None` where the samples are no displacement or their noise is not white.
+    fn above_truth(&self, record: &Record, answer: &Answer) -> Option<f64> {
+        if !self.cell.plain(What::Displacement) || answer.diagnostics.method != "waveform" {
+            return None;
+        }
+        let [from, to] = answer.fit.range_s();
+        let rest = answer.fit.rest_s().unwrap_or(f64::INFINITY);
+        let (mut moving, mut still, mut truth) = (0.0, 0.0, 0.0);
+        let mut at_rest = Vec::new();
+        for ((t, clean), x) in self.time.iter().zip(&self.clean).zip(record.signal()) {
+            if !(from..=to).contains(t) {
+                continue;
+            }
+            let square = (x - answer.fit.signal_at(*t)).powi(2);
+            truth += (x - clean).powi(2);
+            if *t > rest {
+                still += square;
+                at_rest.push(*x);
+            } else {
+                moving += square;
+            }
+        }
+        // A level of the rest that does not tell the last swing is fitted with it.
+        if at_rest.len() > 1 {
+            let (_, deviation) = mean_and_deviation(&at_rest);
+            still = still.min((at_rest.len() - 1) as f64 * deviation.powi(2));
+        }
+        Some((moving + still - truth) / self.sigma.powi(2))
     }
 }

@@ -4,6 +4,7 @@
 //! file is: release, end and start values are found, not given. The spread is compared with the
 //! Cramér-Rao bound, the least that any unbiased estimate can have.
 
+mod bounds;
 mod choices;
 mod default_curve;
 mod default_decay;

@@ -14,10 +14,10 @@ use slipfit::motion::steady::Phasor;
 use slipfit::motion::steady::fundamental::{Fundamental, Point, fundamental};
 use slipfit::resonance::{Curve, DriveAmplitude, Options, analyse};
 
+use super::bounds::cramer_rao;
 use super::choices::Choices;
 use super::trials::{
-    COLUMNS, Experiment, Summary, Trial, Truth, WITHIN_CHANCE, Wanted, coverage_error, cramer_rao, seed,
-    trials,
+    COLUMNS, Experiment, Summary, Trial, Truth, WITHIN_CHANCE, Wanted, coverage_error, seed, trials,
 };
 use crate::Failure;
 

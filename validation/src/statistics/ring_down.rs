@@ -5,7 +5,6 @@ use std::fmt::Write;
 use std::process::ExitCode;
 use std::time::Instant;
 
-use nalgebra::DMatrix;
 use rand::RngExt;
 use rand_chacha::ChaCha8Rng;
 use rand_distr::StandardNormal;
@@ -14,11 +13,10 @@ use slipfit::motion::decay::FreeDecay;
 use slipfit::ringdown::{Options, analyse};
 use slipfit::{Oscillator, Record};
 
+use super::bounds::of_motion;
 use super::choices::Choices;
 use super::hardening::hardening;
-use super::trials::{
-    COLUMNS, Experiment, Summary, Trial, Truth, Wanted, coverage_error, cramer_rao, seed, trials,
-};
+use super::trials::{COLUMNS, Experiment, Summary, Trial, Truth, Wanted, coverage_error, seed, trials};
 use crate::Failure;
 
 const Q: [f64; 4] = [5.0, 50.0, 1_000.0, 20_000.0];
@@ -178,51 +176,9 @@ impl Cell {
             time = before.chain(time.iter().map(|t| t + LEAD_IN_CYCLES)).collect();
         }
         let sigma = AMPLITUDE / SQRT_2 * 10f64.powf(-self.snr_db / 20.0);
-        let bound = bounds([AMPLITUDE, delta, x_f, 0.0, OMEGA_0, 0.0], &free, sigma);
+        let bound = of_motion([AMPLITUDE, delta, x_f, 0.0, OMEGA_0, 0.0], &free, sigma);
         Some(Decay { cell: self, time, clean, sigma, truth: Truth { value: [delta, x_f], bound } })
     }
-}
-
-/// Cramér-Rao standard errors of delta and x_F with amplitude, phase, frequency and offset free,
-/// from central differences of the exact motion. Order of `truth`: amplitude, delta, x_F, time of
-/// release, omega_0, offset.
-fn bounds(truth: [f64; 6], time: &[f64], sigma: f64) -> [f64; 2] {
-    let motion = |[amplitude, delta, x_f, earlier, omega_0, offset]: [f64; 6]| -> Vec<f64> {
-        let shifted: Vec<f64> = time.iter().map(|t| (t + earlier).max(0.0)).collect();
-        let mut out = vec![0.0; time.len()];
-        let filled = Oscillator::kinematic(omega_0, delta.max(0.0), x_f.max(0.0))
-            .and_then(|oscillator| FreeDecay::from_rest(&oscillator, amplitude))
-            .and_then(|decay| decay.fill(&shifted, &mut out));
-        if filled.is_err() {
-            out.fill(f64::NAN);
-        }
-        out.iter().map(|x| x + offset).collect()
-    };
-    // The two of interest first.
-    let columns: Vec<Vec<f64>> = [1, 2, 0, 3, 4, 5]
-        .into_iter()
-        .map(|k| {
-            let step = match k {
-                1 => 1e-4 * truth[1],
-                2 => 1e-4 * truth[2].max(1e-3 * truth[1] / OMEGA_0),
-                3 => 1e-6,
-                4 => 1e-7 * truth[1].max(1e-2),
-                _ => 1e-5,
-            };
-            // One-sided at the limits x_F = 0 and t = 0.
-            let back = if (k == 2 && truth[2] == 0.0) || k == 3 { 0.0 } else { step };
-            let moved = |by: f64| {
-                let mut parameters = truth;
-                parameters[k] += by;
-                motion(parameters)
-            };
-            moved(step).iter().zip(&moved(-back)).map(|(a, b)| (a - b) / (step + back)).collect()
-        })
-        .collect();
-    let information = DMatrix::from_fn(6, 6, |i, j| {
-        columns[i].iter().zip(&columns[j]).map(|(a, b)| a * b).sum::<f64>() / (sigma * sigma)
-    });
-    cramer_rao(&information, &[0, 1, 2, 3, 4, 5]).unwrap_or([f64::NAN; 2])
 }
 
 impl Experiment for Decay {

@@ -20,11 +20,15 @@ pub(super) struct Outcome {
     pub(super) warned: bool,
     pub(super) sliding_detected: bool,
     pub(super) drag_chosen: bool,
+    /// Sum of squares of the reported motion less that at the truth, over the variance of the noise; where the
+    /// samples were compared with the motion.
+    pub(super) above_truth: Option<f64>,
 }
 
 /// One reported value beside its truth.
 #[derive(Debug, Clone, Copy)]
 pub(super) struct Estimated {
+    error: f64,
     /// Error over the reported standard error.
     pub(super) standard_errors: f64,
     pub(super) covered: bool,
@@ -40,6 +44,7 @@ impl Estimated {
         // Equal values agree, however narrow the interval.
         let tolerance = 1e-9 * truth.abs();
         Self {
+            error,
             standard_errors: if error.abs() <= tolerance { 0.0 } else { error.abs() / quantity.std_error },
             covered: (low - tolerance..=high + tolerance).contains(&truth),
         }
@@ -57,7 +62,19 @@ pub(super) struct Scores {
     pub(super) sliding_detected: f64,
     pub(super) drag_chosen: f64,
     pub(super) refused: f64,
+    /// Root mean square of the error by parameter.
+    pub(super) rms_error: Vec<f64>,
+    /// Answers whose motion was compared with the samples, and those of them that lie further from the samples than
+    /// the truth.
+    pub(super) compared: usize,
+    pub(super) above_truth: usize,
+    /// The largest excess, in variances of the noise.
+    pub(super) worst_above_truth: f64,
 }
+
+/// A sum of squares above that of the truth by this part of the noise's variance is rounding, or the part of a
+/// standard error to within which fits are taken.
+const ABOVE_TRUTH: f64 = 1e-2;
 
 impl Scores {
     pub(super) fn of(outcomes: &[Outcome], truth: &[True]) -> Self {
@@ -78,6 +95,13 @@ impl Scores {
             sliding_detected: share(&|o| o.sliding_detected),
             drag_chosen: share(&|o| o.drag_chosen),
             refused: share(&|o| o.estimates.is_none()),
+            rms_error: (0..truth.len()).map(|k| mean(&|e| e[k].error.powi(2)).sqrt()).collect(),
+            worst_above_truth: outcomes.iter().filter_map(|o| o.above_truth).fold(0.0, f64::max),
+            compared: outcomes.iter().filter(|o| o.above_truth.is_some()).count(),
+            above_truth: outcomes
+                .iter()
+                .filter(|o| o.above_truth.is_some_and(|a| !(a < ABOVE_TRUTH)))
+                .count(),
         }
     }
 

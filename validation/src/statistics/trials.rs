@@ -2,7 +2,6 @@
 
 use std::ops::{Range, RangeInclusive};
 
-use nalgebra::DMatrix;
 use rand::SeedableRng;
 use rand_chacha::ChaCha8Rng;
 use rayon::prelude::*;
@@ -192,17 +191,6 @@ pub(super) fn mean_and_deviation(values: &[f64]) -> (f64, f64) {
     (mean, variance.sqrt())
 }
 
-/// Cramér-Rao standard errors of the first two parameters from an information matrix of which the
-/// parameters `kept` are free; `None` where it is singular.
-pub(super) fn cramer_rao(information: &DMatrix<f64>, kept: &[usize]) -> Option<[f64; 2]> {
-    let part = |i: usize, j: usize| information[(kept[i], kept[j])];
-    // Unit diagonal first: rates and lengths differ by many orders.
-    let scale: Vec<f64> = (0..kept.len()).map(|i| 1.0 / part(i, i).sqrt()).collect();
-    let unit = DMatrix::from_fn(kept.len(), kept.len(), |i, j| part(i, j) * scale[i] * scale[j]);
-    let inverse = unit.try_inverse()?;
-    Some([0, 1].map(|i| inverse[(i, i)].sqrt() * scale[i]))
-}
-
 #[cfg(test)]
 mod tests {
     use super::*;
@@ -235,15 +223,5 @@ mod tests {
         assert_eq!(summary(95), "");
         assert_eq!(summary(92), "δ coverage (within chance), x_F coverage (within chance)");
         assert_eq!(summary(80), "δ coverage, x_F coverage");
-    }
-
-    #[test]
-    fn correlated_parameters_widen_each_others_bounds() {
-        let information = DMatrix::from_row_slice(3, 3, &[4.0, 0.0, 0.0, 0.0, 1.0, 0.6, 0.0, 0.6, 1.0]);
-        let alone = cramer_rao(&information, &[0, 1]).unwrap();
-        assert_eq!(alone, [0.5, 1.0]);
-        let [rate, friction] = cramer_rao(&information, &[0, 1, 2]).unwrap();
-        assert!((rate - 0.5).abs() < 1e-12, "{rate}");
-        assert!((friction - 1.25).abs() < 1e-12, "{friction}");
     }
 }
