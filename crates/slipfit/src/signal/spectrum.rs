@@ -1,9 +1,10 @@
 //! Periodogram: the oscillations of a stretch of record, and a band-pass filter.
 
+use crate::inference::least_squares::linear;
 use crate::numeric::{robust::median, trig};
 use realfft::RealFftPlanner;
 use std::cell::RefCell;
-use std::f64::consts::{FRAC_PI_2, PI};
+use std::f64::consts::{FRAC_PI_2, PI, TAU};
 
 thread_local! {
     // Planning costs more than one transform; records of one length share a plan.
@@ -221,7 +222,8 @@ pub(crate) fn dominant_of(
         let here = wider.as_ref().unwrap_or(periodogram);
         let line = here.strongest(band_hz)?;
         let whole = here.samples >= signal.len() / width;
-        if line.frequency_hz * here.duration >= 8.0 {
+        let many_cycles = line.frequency_hz * here.duration >= 8.0;
+        if many_cycles && !(whole && width == 1 && is_weak(&line, signal)) {
             return Some(line);
         }
         if whole {
@@ -233,8 +235,20 @@ pub(crate) fn dominant_of(
     }
 }
 
+/// Whether the amplitude of a line is a small part of the largest deflection: noise may be what is strongest on the
+/// average over a record.
+fn is_weak(line: &Line, signal: &[f64]) -> bool {
+    let mean = signal.iter().sum::<f64>() / signal.len() as f64;
+    let largest = signal.iter().map(|x| (x - mean).abs()).fold(0.0, f64::max);
+    line.amplitude < WEAK * largest
+}
+
+/// Part of the largest deflection below which a line may be one of noise.
+const WEAK: f64 = 0.1;
+
 /// An oscillation over long before the record is: the window has hidden what swings at its very
-/// beginning, and the place of rest is left. Where a part of it swings clearly wider, it counts.
+/// beginning, and the place of rest is left. Where a part of it swings clearly wider, it counts, unless
+/// the line found over all describes that part as well: few swings leak into every frequency.
 fn brief(time: &[f64], signal: &[f64], band_hz: Option<[f64; 2]>, line: &Line) -> Option<Line> {
     let long_enough = |parts: &usize| signal.len() / parts >= 16;
     [4, 16, 64].into_iter().filter(long_enough).find_map(|parts| {
@@ -242,8 +256,19 @@ fn brief(time: &[f64], signal: &[f64], band_hz: Option<[f64; 2]>, line: &Line) -
         let part = Periodogram::of(&time[from..to], &signal[from..to])?;
         let found = part.strongest(band_hz)?;
         let cycles = found.frequency_hz * part.duration;
-        (cycles >= 3.0 && found.amplitude > 2.0 * line.amplitude).then_some(found)
+        let left = |line: &Line| left_by_sine(&time[from..to], &signal[from..to], line.frequency_hz);
+        (cycles >= 3.0 && found.amplitude > 2.0 * line.amplitude && left(&found) < left(line))
+            .then_some(found)
     })
+}
+
+/// Sum of squares that a sine about a straight line leaves of a signal.
+fn left_by_sine(time: &[f64], signal: &[f64], frequency_hz: f64) -> f64 {
+    let rows = time.iter().zip(signal).map(|(&t, &x)| {
+        let (v, (sin, cos)) = (t - time[0], (TAU * frequency_hz * (t - time[0])).sin_cos());
+        (vec![1.0, v, cos, sin], x, 1.0)
+    });
+    linear(rows, 4).map_or(f64::INFINITY, |(_, _, rss)| rss)
 }
 
 /// The strongest line where an evenly sampled signal is loudest; values that are no numbers count
@@ -411,6 +436,22 @@ mod tests {
             let y: Vec<f64> = t.iter().map(|&t| swing(t) + if t > seconds { 0.02 } else { 0.0 }).collect();
             let line = dominant(&t, &y, None).expect("a line");
             assert!((line.frequency_hz / 1.9 - 1.0).abs() < 0.1, "{line:?}");
+        }
+    }
+
+    /// Three and a half swings of 1.7 Hz that friction ends, at 20 dB: parts of a swing hold no line of their own.
+    #[test]
+    fn few_swings_are_not_read_as_fast_ones() {
+        for seed in 0..40 {
+            let time: Vec<f64> = (0..5000).map(|i| f64::from(i) / 340.0).collect();
+            let swing = |t: f64| (1.0 - t / 2.06).max(0.0) * (TAU * 1.7 * t).cos();
+            let signal: Vec<f64> = time
+                .iter()
+                .enumerate()
+                .map(|(i, &t)| swing(t) + 0.17 * crate::noise::jitter(i, seed))
+                .collect();
+            let line = dominant(&time, &signal, None).expect("swings");
+            assert!((line.frequency_hz - 1.7).abs() < 0.4, "{seed}: {line:?}");
         }
     }
 
