@@ -91,6 +91,31 @@ macro_rules! criteria {
 }
 pub(crate) use criteria;
 
+/// Declares all thresholds of an analysis: its groups, in the order of its steps, and their common table.
+macro_rules! criteria_groups {
+    (
+        $(#[$about:meta])*
+        pub struct $name:ident {
+            $( $(#[doc = $meaning:literal])+ $group:ident: $type:ty, )+
+        }
+    ) => {
+        $(#[$about])*
+        #[derive(Debug, Clone, PartialEq, Default)]
+        #[non_exhaustive]
+        pub struct $name {
+            $( $(#[doc = $meaning])+ pub $group: $type, )+
+        }
+
+        impl $name {
+            /// Every threshold with its value, meaning, source and effect, in the order of the steps.
+            pub fn table(&self) -> Vec<$crate::inference::criteria::Criterion> {
+                [$( self.$group.table(), )+].concat()
+            }
+        }
+    };
+}
+pub(crate) use criteria_groups;
+
 criteria! {
     /// Thresholds that every analysis shares.
     pub struct InferenceCriteria in "inference" {
@@ -114,6 +139,10 @@ criteria! {
         /// is more often chance, with a friction far off.
         no_viscous_penalty: f64 = 6.0, source "strong evidence on the scale of Kass and Raftery (1995)",
             moves "bias of friction in records with two losses and 20 dB";
+        /// Variances of the noise by which the sum of squares of a model lies above that of a larger one
+        /// where it is no rival, and is fitted from one start to within a standard error.
+        no_rival: f64 = 100.0, source "beyond every price of a parameter and every significance asked for",
+            moves "time of analysis";
     }
 }
 

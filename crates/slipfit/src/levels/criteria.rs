@@ -1,29 +1,22 @@
 //! Every threshold that decides something in the analysis of drive levels.
 
-use crate::inference::criteria::{Criterion, InferenceCriteria, criteria};
+use crate::inference::criteria::{InferenceCriteria, criteria, criteria_groups};
 
-/// The thresholds of [`analyse_with`](super::analyse_with).
-///
-/// ```
-/// let mut criteria = slipfit::levels::Criteria::default();
-/// criteria.levels.not_straight = 0.01;
-/// let table = criteria.table();
-/// let row = table.iter().find(|row| row.name == "levels.not_straight").expect("listed");
-/// assert_eq!(row.value, 0.01);
-/// ```
-#[derive(Debug, Clone, PartialEq, Default)]
-#[non_exhaustive]
-pub struct Criteria {
-    /// Shared with the other analyses; of them `detected` decides something here.
-    pub inference: InferenceCriteria,
-    /// Stuck and moving levels.
-    pub levels: LevelCriteria,
-}
-
-impl Criteria {
-    /// Every threshold with its value, meaning, source and effect.
-    pub fn table(&self) -> Vec<Criterion> {
-        [self.inference.table(), self.levels.table()].concat()
+criteria_groups! {
+    /// The thresholds of [`analyse_with`](super::analyse_with).
+    ///
+    /// ```
+    /// let mut criteria = slipfit::levels::Criteria::default();
+    /// criteria.levels.not_straight = 0.01;
+    /// let table = criteria.table();
+    /// let row = table.iter().find(|row| row.name == "levels.not_straight").expect("listed");
+    /// assert_eq!(row.value, 0.01);
+    /// ```
+    pub struct Criteria {
+        /// Shared with the other analyses; of them `detected` decides something here.
+        inference: InferenceCriteria,
+        /// Stuck and moving levels.
+        levels: LevelCriteria,
     }
 }
 

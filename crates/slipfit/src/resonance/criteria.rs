@@ -1,70 +1,47 @@
 //! Every threshold that decides something in the analysis of a resonance curve.
 
 use crate::answer::ReportCriteria;
-use crate::inference::criteria::{Criterion, InferenceCriteria, criteria};
+use crate::inference::criteria::{InferenceCriteria, criteria, criteria_groups};
 
-/// The thresholds of [`analyse_with`](super::analyse_with), by the step that they decide.
-///
-/// ```
-/// let mut criteria = slipfit::resonance::Criteria::default();
-/// criteria.peak.above_noise = 8.0;
-/// let table = criteria.table();
-/// let row = table.iter().find(|row| row.name == "peak.above_noise").expect("listed");
-/// assert_eq!(row.value, 8.0);
-/// ```
-#[derive(Debug, Clone, PartialEq, Default)]
-#[non_exhaustive]
-pub struct Criteria {
-    /// Shared with the other analyses.
-    pub inference: InferenceCriteria,
-    /// Points before any fit.
-    pub preparation: PreparationCriteria,
-    /// Peaks and jumps before any model.
-    pub peak: PeakCriteria,
-    /// Start values of background and delay.
-    pub instrument: InstrumentCriteria,
-    /// The minimum among many start values.
-    pub search: SearchCriteria,
-    /// Residuals of a fit.
-    pub residuals: ResidualCriteria,
-    /// Noise that grows with the amplitude.
-    pub noise: NoiseCriteria,
-    /// The friction-free reference.
-    pub reference: ReferenceCriteria,
-    /// Terms added automatically.
-    pub terms: TermCriteria,
-    /// The choice among hypotheses.
-    pub selection: SelectionCriteria,
-    /// The loss models.
-    pub models: LossModelCriteria,
-    /// The force balance without a model.
-    pub force: ForceCriteria,
-    /// The answer and its warnings.
-    pub answer: AnswerCriteria,
-    /// What is reported of the models compared.
-    pub report: ReportCriteria,
-}
-
-impl Criteria {
-    /// Every threshold with its value, meaning, source and effect, in the order of the steps.
-    pub fn table(&self) -> Vec<Criterion> {
-        let groups = [
-            self.inference.table(),
-            self.preparation.table(),
-            self.peak.table(),
-            self.instrument.table(),
-            self.search.table(),
-            self.residuals.table(),
-            self.noise.table(),
-            self.reference.table(),
-            self.terms.table(),
-            self.selection.table(),
-            self.models.table(),
-            self.force.table(),
-            self.answer.table(),
-            self.report.table(),
-        ];
-        groups.concat()
+criteria_groups! {
+    /// The thresholds of [`analyse_with`](super::analyse_with), by the step that they decide.
+    ///
+    /// ```
+    /// let mut criteria = slipfit::resonance::Criteria::default();
+    /// criteria.peak.above_noise = 8.0;
+    /// let table = criteria.table();
+    /// let row = table.iter().find(|row| row.name == "peak.above_noise").expect("listed");
+    /// assert_eq!(row.value, 8.0);
+    /// ```
+    pub struct Criteria {
+        /// Shared with the other analyses.
+        inference: InferenceCriteria,
+        /// Points before any fit.
+        preparation: PreparationCriteria,
+        /// Peaks and jumps before any model.
+        peak: PeakCriteria,
+        /// Start values of background and delay.
+        instrument: InstrumentCriteria,
+        /// The minimum among many start values.
+        search: SearchCriteria,
+        /// Residuals of a fit.
+        residuals: ResidualCriteria,
+        /// Noise that grows with the amplitude.
+        noise: NoiseCriteria,
+        /// The friction-free reference.
+        reference: ReferenceCriteria,
+        /// Terms added automatically.
+        terms: TermCriteria,
+        /// The choice among hypotheses.
+        selection: SelectionCriteria,
+        /// The loss models.
+        models: LossModelCriteria,
+        /// The force balance without a model.
+        force: ForceCriteria,
+        /// The answer and its warnings.
+        answer: AnswerCriteria,
+        /// What is reported of the models compared.
+        report: ReportCriteria,
     }
 }
 

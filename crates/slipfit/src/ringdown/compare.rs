@@ -128,7 +128,7 @@ pub(crate) fn compare(
         if (noise.observations as usize) <= free.len() || fits.iter().any(|(m, _)| *m == model) {
             continue;
         }
-        if let Some(fit) = far_from_larger(problem, model, &fits, noise) {
+        if let Some(fit) = far_from_larger(problem, model, &fits, criteria.no_rival, noise) {
             fits.push((model, fit));
             continue;
         }
@@ -159,12 +159,13 @@ pub(crate) fn compare(
     ModelComparison::new(&fits, slot, noise, criteria)
 }
 
-/// The fit of a model of which the quadratic form of a larger one foresees that it is [`FAR`] worse: begun there
+/// The fit of a model of which the quadratic form of a larger one foresees that it is no rival: begun there
 /// alone, and to within a standard error, for neither another minimum nor a closer fit makes it a rival.
 fn far_from_larger(
     problem: &dyn LeastSquares,
     model: LossModel,
     fits: &[(LossModel, Fit)],
+    no_rival: f64,
     noise: NoiseModel,
 ) -> Option<Fit> {
     let (larger, fit) = fits.iter().find(|(m, _)| model.is_within(*m))?;
@@ -174,14 +175,10 @@ fn far_from_larger(
     let start = without_shapes(model, start);
     let free: Vec<usize> =
         fit.free.iter().copied().filter(|free| !absent().flat_map(slots).any(|s| s == *free)).collect();
-    let least = FAR * noise.residual_variance(fit);
+    let least = no_rival * noise.residual_variance(fit);
     let found = (rise > least).then(|| minimise_until(problem, &start, &free, FAR_TOLERANCE, true))??;
     (found.rss - fit.rss > least).then_some(found)
 }
-
-/// Variances of the noise by which the sum of squares of a model lies above that of a larger one where it is no
-/// rival: far beyond what any price of a parameter or any significance asked of one allows.
-const FAR: f64 = 100.0;
 
 /// Standard errors to within which such a model is fitted.
 const FAR_TOLERANCE: f64 = 1.0;

@@ -2,79 +2,53 @@
 
 use super::free_law::criteria::FreeLawCriteria;
 use crate::answer::ReportCriteria;
-use crate::inference::criteria::{Criterion, InferenceCriteria, criteria};
+use crate::inference::criteria::{InferenceCriteria, criteria, criteria_groups};
 
-/// The thresholds of [`analyse_with`](super::analyse_with), by the step that they decide.
-///
-/// ```
-/// let mut criteria = slipfit::ringdown::Criteria::default();
-/// criteria.window.rise_ratio = 1.2;
-/// let table = criteria.table();
-/// let row = table.iter().find(|row| row.name == "window.rise_ratio").expect("listed");
-/// assert_eq!(row.value, 1.2);
-/// ```
-#[derive(Debug, Clone, PartialEq, Default)]
-#[non_exhaustive]
-pub struct Criteria {
-    /// Shared with the other analyses.
-    pub inference: InferenceCriteria,
-    /// Amplitudes of blocks.
-    pub blocks: BlockCriteria,
-    /// Blocks with clipped samples.
-    pub clipping: ClippingCriteria,
-    /// The free decay among the blocks.
-    pub window: WindowCriteria,
-    /// The start of the decay.
-    pub lead_in: LeadInCriteria,
-    /// Agreement of the waveform with the samples.
-    pub agreement: AgreementCriteria,
-    /// The fit of the amplitudes.
-    pub amplitude: AmplitudeCriteria,
-    /// The fit of the waveform.
-    pub waveform: WaveformCriteria,
-    /// Records of one to three cycles.
-    pub few_cycles: FewCyclesCriteria,
-    /// A short motion in a long quiet record.
-    pub active_part: ActivePartCriteria,
-    /// Two viscous modes as a rival of every law of one.
-    pub two_modes: TwoModesCriteria,
-    /// What the law leaves of the amplitudes.
-    pub misfit: MisfitCriteria,
-    /// Noise about the frequency of the motion.
-    pub coloured_noise: ColouredNoiseCriteria,
-    /// The law without a model.
-    pub free_law: FreeLawCriteria,
-    /// The rest after the motion.
-    pub stop: StopCriteria,
-    /// What the answer states and warns of.
-    pub answer: AnswerCriteria,
-    /// What is reported of the models compared.
-    pub report: ReportCriteria,
-}
-
-impl Criteria {
-    /// Every threshold with its value, meaning, source and effect, in the order of the steps.
-    pub fn table(&self) -> Vec<Criterion> {
-        let groups = [
-            self.inference.table(),
-            self.blocks.table(),
-            self.clipping.table(),
-            self.window.table(),
-            self.lead_in.table(),
-            self.agreement.table(),
-            self.amplitude.table(),
-            self.waveform.table(),
-            self.few_cycles.table(),
-            self.active_part.table(),
-            self.two_modes.table(),
-            self.misfit.table(),
-            self.coloured_noise.table(),
-            self.free_law.table(),
-            self.stop.table(),
-            self.answer.table(),
-            self.report.table(),
-        ];
-        groups.concat()
+criteria_groups! {
+    /// The thresholds of [`analyse_with`](super::analyse_with), by the step that they decide.
+    ///
+    /// ```
+    /// let mut criteria = slipfit::ringdown::Criteria::default();
+    /// criteria.window.rise_ratio = 1.2;
+    /// let table = criteria.table();
+    /// let row = table.iter().find(|row| row.name == "window.rise_ratio").expect("listed");
+    /// assert_eq!(row.value, 1.2);
+    /// ```
+    pub struct Criteria {
+        /// Shared with the other analyses.
+        inference: InferenceCriteria,
+        /// Amplitudes of blocks.
+        blocks: BlockCriteria,
+        /// Blocks with clipped samples.
+        clipping: ClippingCriteria,
+        /// The free decay among the blocks.
+        window: WindowCriteria,
+        /// The start of the decay.
+        lead_in: LeadInCriteria,
+        /// Agreement of the waveform with the samples.
+        agreement: AgreementCriteria,
+        /// The fit of the amplitudes.
+        amplitude: AmplitudeCriteria,
+        /// The fit of the waveform.
+        waveform: WaveformCriteria,
+        /// Records of one to three cycles.
+        few_cycles: FewCyclesCriteria,
+        /// A short motion in a long quiet record.
+        active_part: ActivePartCriteria,
+        /// Two viscous modes as a rival of every law of one.
+        two_modes: TwoModesCriteria,
+        /// What the law leaves of the amplitudes.
+        misfit: MisfitCriteria,
+        /// Noise about the frequency of the motion.
+        coloured_noise: ColouredNoiseCriteria,
+        /// The law without a model.
+        free_law: FreeLawCriteria,
+        /// The rest after the motion.
+        stop: StopCriteria,
+        /// What the answer states and warns of.
+        answer: AnswerCriteria,
+        /// What is reported of the models compared.
+        report: ReportCriteria,
     }
 }
 
