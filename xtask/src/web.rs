@@ -14,8 +14,15 @@ pub(crate) const WASM: &str = "wasm32-unknown-unknown";
 /// What `rustup target add` cannot be had for: Debian's own compiler for the web.
 const DEBIAN: &str = "apt install rustc-web cargo-web rust-web-src lld-19";
 /// Not of the page.
-const LEFT_OUT: [&str; 7] =
-    ["tests", "node_modules", "package.json", "package-lock.json", "README.md", "tsconfig.json", "types.d.ts"];
+const LEFT_OUT: [&str; 7] = [
+    "tests",
+    "node_modules",
+    "package.json",
+    "package-lock.json",
+    "README.md",
+    "tsconfig.json",
+    "types.d.ts",
+];
 /// A workspace of its own, see there.
 const GLUE: &str = "xtask/glue/Cargo.toml";
 /// Examples of the repository that the page offers.

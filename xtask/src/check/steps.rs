@@ -210,7 +210,9 @@ fn commands_of_the_documentation() -> Result<Outcome, Failure> {
 fn page_in_a_browser() -> Result<Outcome, Failure> {
     let toolchain = match Toolchain::find() {
         Ok(toolchain) => toolchain,
-        Err(missing) => return Ok(Outcome::Skipped(format!("page and core NOT built for the web: {missing}"))),
+        Err(missing) => {
+            return Ok(Outcome::Skipped(format!("page and core NOT built for the web: {missing}")));
+        }
     };
     let site = web::build(&toolchain)?;
     let size = format!("{} kB packed at the first view", site.packed / 1000);
@@ -224,7 +226,10 @@ fn page_in_a_browser() -> Result<Outcome, Failure> {
     if !succeeds(&mut npm) {
         return skipped("`npm ci` in web/ cannot be run");
     }
-    run(command("node").arg("node_modules/typescript/bin/tsc").args(["--project", "."]).current_dir(&folder))?;
+    run(command("node")
+        .arg("node_modules/typescript/bin/tsc")
+        .args(["--project", "."])
+        .current_dir(&folder))?;
     let Some(browser) = web::chromium() else { return skipped("there is no Chromium; CHROMIUM names one") };
     // What the page must agree with, and what serves it.
     let mut build = cargo();

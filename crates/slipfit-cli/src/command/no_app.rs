@@ -1,14 +1,10 @@
 //! `slipfit app` of a program that was built without it.
 
 use crate::args::AppArgs;
-use crate::failure::Failure;
+use crate::failure::{BUILD_PAGE, Failure, WITHOUT_PAGE};
 use anstream::ColorChoice;
 use std::process::ExitCode;
 
-pub(crate) fn run(args: &AppArgs, _: ColorChoice) -> Result<ExitCode, Failure> {
-    let named = args.files.first().map(|file| format!("{}: ", file.display())).unwrap_or_default();
-    Err(Failure::new(format!("{named}this slipfit was built without the page of the browser")).hint(
-        "`cargo xtask web` builds the page into target/site; SLIPFIT_SITE names that folder where slipfit is built \
-         with --features app",
-    ))
+pub(crate) fn run(_: &AppArgs, _: ColorChoice) -> Result<ExitCode, Failure> {
+    Err(Failure::new(WITHOUT_PAGE).hint(BUILD_PAGE))
 }

@@ -6,7 +6,7 @@ mod server;
 mod site;
 
 use crate::args::AppArgs;
-use crate::failure::{Failure, note_line};
+use crate::failure::{BUILD_PAGE, Failure, WITHOUT_PAGE, note_line};
 use crate::output::{print, print_error};
 use anstream::ColorChoice;
 use answer::Served;
@@ -16,10 +16,7 @@ use std::process::ExitCode;
 
 pub(crate) fn run(args: &AppArgs, color: ColorChoice) -> Result<ExitCode, Failure> {
     if site::SITE.is_empty() {
-        return Err(Failure::new("this slipfit was built without its page").hint(
-            "`cargo xtask web` builds the page into target/site; SLIPFIT_SITE names that folder where slipfit \
-             is built with --features app",
-        ));
+        return Err(Failure::new(WITHOUT_PAGE).hint(BUILD_PAGE));
     }
     let files = args.files.iter().map(|path| Handed::new(path)).collect::<Result<Vec<_>, _>>()?;
     let refused = |e: std::io::Error| {
