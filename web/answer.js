@@ -1,9 +1,12 @@
 // The answer of a file, and what can be taken away.
-import { el, figure, save, text } from "./dom.js";
+import { el, figure, png, save, text } from "./dom.js";
 import { record } from "./plot.js";
+import { zoomable } from "./zoom.js";
 
+/** @param {string} name */
 const heading = (name) => el("h2", {}, text(name));
 
+/** @param {ParameterRow[]} rows */
 function parameters(rows) {
   const head = ["parameter", "symbol", "value", "uncertainty", "unit", "interval", "relative"];
   const body = rows.map((row) =>
@@ -23,13 +26,14 @@ function parameters(rows) {
   return scrolled(text("answer.parameters"), el("table", {}, el("thead", {}, el("tr", {}, ...cells)), el("tbody", {}, ...body)));
 }
 
-/** Wide tables scroll by themselves, by keyboard too. */
+/** Wide tables scroll by themselves, by keyboard too. @param {string} name @param {HTMLElement} table */
 function scrolled(name, table) {
   return el("div", { class: "scroll", tabindex: "0", role: "region", "aria-label": name }, table);
 }
 
+/** @param {TableOfAnswer} table */
 function table({ title, headings, rows, chosen, note }) {
-  const cell = (value, i) => (i ? el("td", { class: "n" }, value) : el("th", { scope: "row" }, value));
+  const cell = (/** @type {string} */ value, /** @type {number} */ i) => (i ? el("td", { class: "n" }, value) : el("th", { scope: "row" }, value));
   const body = rows.map((row, i) => el("tr", { class: i === chosen && "chosen" }, ...row.map(cell)));
   const head = el("tr", {}, ...headings.map((name) => el("th", { scope: "col" }, name)));
   return el(
@@ -41,9 +45,9 @@ function table({ title, headings, rows, chosen, note }) {
   );
 }
 
-/** Hints as buttons where the value is known, as a way to the control where it is not. */
+/** Hints as buttons where the value is known, as a way to the control where it is not. @param {Hint[]} list @param {Apply} apply */
 export function hints(list, apply) {
-  const one = ({ option, value, advice }) => {
+  const one = (/** @type {Hint} */ { option, value, advice }) => {
     if (!option) return el("li", {}, advice);
     // A word in place of a number (`RATE`) stands for one that the person knows.
     const known = value !== null && !(option.endsWith("_hz") && typeof value === "string");
@@ -55,15 +59,37 @@ export function hints(list, apply) {
   return el("ul", { class: "hints" }, ...list.map(one));
 }
 
+/** @param {Answered["warnings"]} list @param {Apply} apply */
 function warnings(list, apply) {
   if (!list.length) return el("p", { class: "soft" }, text("warnings.none"));
-  const one = (warning) => el("li", {}, el("p", {}, warning.message), warning.hints.length ? hints(warning.hints, apply) : null);
+  const one = (/** @type {Answered["warnings"][number]} */ warning) => el("li", {}, el("p", {}, warning.message), warning.hints.length ? hints(warning.hints, apply) : null);
   return el("section", { class: "warnings" }, heading("warnings.title"), el("ul", {}, ...list.map(one)));
 }
 
+/**
+ * A panel with its values and buttons.
+ * @param {string} svg
+ * @param {(() => void) | null} enlarge
+ */
+function panel(svg, enlarge) {
+  const drawn = figure(svg);
+  const picture = /** @type {SVGSVGElement} */ (drawn.querySelector("svg"));
+  const name = picture.getAttribute("aria-label");
+  /** @param {string} label @param {string} sign @param {() => void} act */
+  const button = (label, sign, act) => el("button", { type: "button", class: "quiet", "aria-label": `${text(label)}: ${name}`, onclick: act }, sign);
+  const view = zoomable(picture);
+  const buttons = view
+    ? [button("figures.closer", "+", () => view.zoom(0.7)), button("figures.farther", "−", () => view.zoom(1 / 0.7)), button("figures.zoomOut", text("figures.zoomOut"), view.all)]
+    : [];
+  if (enlarge) buttons.push(button("figures.enlarge", text("figures.enlarge"), enlarge));
+  drawn.append(...(view ? [view.value] : []), el("div", { class: "buttons" }, ...buttons));
+  return drawn;
+}
+
+/** @param {Answered} answer @param {Apply} apply @param {Plot[]} kept */
 function figures(answer, apply, kept) {
   const section = el("section", {}, heading("figures.title"));
-  const dialog = document.getElementById("enlarged");
+  const dialog = /** @type {HTMLDialogElement} */ (document.getElementById("enlarged"));
   if (answer.trace) {
     const host = el("div", { class: "record" });
     section.append(el("h3", {}, text("figures.record")), el("p", { class: "soft" }, text("figures.recordHelp")), host);
@@ -72,19 +98,17 @@ function figures(answer, apply, kept) {
     host.after(el("button", { type: "button", onclick: () => shown.all() }, text("figures.zoomOut")));
   }
   const panels = answer.document.panels.map((svg) => {
-    const drawn = figure(svg);
-    const name = drawn.querySelector("svg").getAttribute("aria-label");
     const enlarge = () => {
-      dialog.querySelector("figure").replaceWith(figure(svg));
+      dialog.querySelector("figure")?.replaceWith(panel(svg, null));
       dialog.showModal();
     };
-    drawn.append(el("button", { type: "button", class: "quiet", "aria-label": `${text("figures.enlarge")}: ${name}`, onclick: enlarge }, text("figures.enlarge")));
-    return drawn;
+    return panel(svg, enlarge);
   });
-  section.append(el("div", { class: "figures" }, ...panels));
+  section.append(el("p", { class: "soft" }, text("figures.help")), el("div", { class: "figures" }, ...panels));
   return section;
 }
 
+/** @param {string} name @param {string} content @param {(message: string) => void} status */
 function code(name, content, status) {
   const copy = async () => {
     await navigator.clipboard.writeText(content);
@@ -97,9 +121,11 @@ function code(name, content, status) {
   ];
 }
 
-function takeAway(file, link, status) {
-  const { answer, name } = file;
-  const stem = name.replace(/\.[^.]*$/, "") || "slipfit";
+/** @param {Loaded} file @param {Answered} answer @param {string} link @param {(message: string) => void} status */
+function takeAway({ name }, answer, link, status) {
+  // A file handed over by the command is named by its path.
+  const stem = (name.split(/[\\/]/).at(-1) ?? "").replace(/\.[^.]*$/, "") || "slipfit";
+  /** @type {["html" | "svg" | "json" | "csv" | "markdown", string, string][]} */
   const kinds = [
     ["html", ".html", "text/html"],
     ["svg", ".svg", "image/svg+xml"],
@@ -110,6 +136,8 @@ function takeAway(file, link, status) {
   const buttons = kinds.map(([what, ending, type]) =>
     el("button", { type: "button", id: `take-${what}`, onclick: () => save(stem + ending, answer[what], type) }, text(`take.${what}`)),
   );
+  const picture = async () => save(`${stem}.png`, await png(answer.svg), "image/png");
+  buttons.splice(2, 0, el("button", { type: "button", id: "take-png", onclick: picture }, text("take.png")));
   return el(
     "section",
     { class: "take" },
@@ -123,9 +151,15 @@ function takeAway(file, link, status) {
 
 /**
  * Everything of one answered file. Plots that must be taken down again are put into `kept`.
+ * @param {Loaded} file
+ * @param {Answered} answer
+ * @param {HTMLElement} form
+ * @param {Apply} apply
+ * @param {string} link
+ * @param {(message: string) => void} status
+ * @param {Plot[]} kept
  */
-export function answered(file, form, apply, link, status, kept) {
-  const { answer } = file;
+export function answered(file, answer, form, apply, link, status, kept) {
   const { document: said } = answer;
   const facts = said.facts.map(([label, what]) => [el("dt", {}, label.replaceAll("_", " ")), el("dd", {}, what)]);
   return [
@@ -135,7 +169,7 @@ export function answered(file, form, apply, link, status, kept) {
     figures(answer, apply, kept),
     ...said.tables.map(table),
     el("section", {}, heading("answer.reading"), el("dl", {}, ...facts.flat())),
-    el("details", { open: file.formOpen, ontoggle: (event) => (file.formOpen = event.target.open) }, el("summary", {}, text("options.title")), form),
-    takeAway(file, link, status),
+    el("details", { open: file.formOpen, ontoggle: (/** @type {Event} */ event) => (file.formOpen = /** @type {HTMLDetailsElement} */ (event.target).open) }, el("summary", {}, text("options.title")), form),
+    takeAway(file, answer, link, status),
   ];
 }

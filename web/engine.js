@@ -5,22 +5,25 @@ export class Cancelled extends Error {}
 
 /** Why there is no answer, with what would help. */
 export class Refused extends Error {
+  /** @param {{message: string, hints: Hint[]}} refusal */
   constructor({ message, hints }) {
     super(message);
     this.hints = hints;
   }
 }
 
+/** @type {Worker | null} */
 let worker = null;
 /** Whether the larger module is needed, which reads Arrow, HDF5 and Parquet besides. */
 let columns = false;
+/** @type {Map<number, {resolve: (text: string) => void, reject: (error: Error) => void}>} */
 let waiting = new Map();
 let last = 0;
 
 function start() {
   worker = new Worker(new URL("worker.js", import.meta.url), { type: "module", name: columns ? "columns" : "" });
   const calls = (waiting = new Map());
-  const fail = (error) => {
+  const fail = (/** @type {Error} */ error) => {
     for (const call of calls.values()) call.reject(error);
     calls.clear();
   };
@@ -47,17 +50,27 @@ function end() {
   worker = null;
 }
 
-/** Calls a function of the core with text and bytes; its text as it stands. */
+/**
+ * Calls a function of the core with text and bytes; its text as it stands.
+ * @param {string} call
+ * @param {...(string | Uint8Array)} args
+ * @returns {Promise<string>}
+ */
 export function raw(call, ...args) {
   if (!worker) start();
   const id = ++last;
   return new Promise((resolve, reject) => {
     waiting.set(id, { resolve, reject });
-    worker.postMessage({ id, call, args });
+    worker?.postMessage({ id, call, args });
   });
 }
 
-/** The same for functions that give JSON. */
+/**
+ * The same for functions that give JSON.
+ * @param {string} call
+ * @param {...(string | Uint8Array)} args
+ * @returns {Promise<any>}
+ */
 export async function ask(call, ...args) {
   const result = JSON.parse(await raw(call, ...args));
   if (!result.error) return result;

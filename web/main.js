@@ -17,10 +17,15 @@ const EXAMPLES = [
   ["levels", "tuning_fork_9nN_levels.csv"],
 ];
 
-const part = (id) => document.getElementById(id);
-const status = (message) => (part("status").textContent = message);
+/** What stands in index.html. @param {string} id */
+const part = (id) => /** @type {HTMLElement} */ (document.getElementById(id));
+/** @param {string} message */
+const status = (message) => void (part("status").textContent = message);
+/** @type {Loaded[]} */
 const files = [];
+/** @type {Loaded | null} */
 let current = null;
+/** @type {Plot[]} */
 let kept = [];
 /** Counts runs, so that one overtaken by another says nothing any more. */
 let run = 0;
@@ -34,41 +39,56 @@ function linkOptions() {
   }
 }
 
+/** @param {Record<string, any>} options */
 const link = (options) => {
   const page = new URL(location.href);
-  page.hash = Object.keys(options).length ? new URLSearchParams({ options: JSON.stringify(options) }) : "";
+  page.hash = Object.keys(options).length ? new URLSearchParams({ options: JSON.stringify(options) }).toString() : "";
   return page.href;
 };
 
-/** Takes in a file and analyses it. */
+/** @param {string} name @param {Uint8Array<ArrayBuffer>} bytes @returns {Loaded} */
+const loaded = (name, bytes) => ({ name, bytes, options: {}, reference: null, seen: null, answer: null, json: null, error: null, formOpen: false, took: 0 });
+
+/**
+ * Takes in a file and analyses it.
+ * @param {string} name
+ * @param {Uint8Array<ArrayBuffer>} bytes
+ * @param {{options?: Record<string, any>, reference?: Bytes | null}} how
+ */
 export async function take(name, bytes, { options = linkOptions(), reference = null } = {}) {
-  const file = { name, bytes, options: { ...options }, reference, seen: null, answer: null, json: null, error: null, formOpen: false };
+  const file = { ...loaded(name, bytes), options: { ...options }, reference };
   files.push(file);
   await select(file, true);
 }
 
+/** @param {string} name @param {number} size */
+const tooLarge = (name, size) => text("work.tooLarge")(name, `${Math.round(size / 1e6)} MB`);
+
+/** @param {Iterable<File>} list */
 async function takeFiles(list) {
   show("analyse");
   for (const chosen of list) {
     if (chosen.size > MOST_BYTES) {
-      await select(refusedFile(chosen.name, text("work.tooLarge")(chosen.name, `${Math.round(chosen.size / 1e6)} MB`)), false);
+      await select(refusedFile(chosen.name, tooLarge(chosen.name, chosen.size)), false);
       continue;
     }
     status(text("work.reading")(chosen.name));
     try {
       await take(chosen.name, new Uint8Array(await chosen.arrayBuffer()));
     } catch (error) {
-      await select(refusedFile(chosen.name, `${chosen.name}: ${error.message}`), false);
+      await select(refusedFile(chosen.name, `${chosen.name}: ${error instanceof Error ? error.message : error}`), false);
     }
   }
 }
 
+/** @param {string} name @param {string} message */
 function refusedFile(name, message) {
-  const file = { name, bytes: new Uint8Array(), options: {}, reference: null, seen: null, answer: null, json: null, error: { message, hints: [] } };
+  const file = { ...loaded(name, new Uint8Array()), error: { message, hints: [] } };
   files.push(file);
   return file;
 }
 
+/** @param {Loaded} file @param {boolean} analyse */
 async function select(file, analyse) {
   current = file;
   listFiles();
@@ -76,6 +96,7 @@ async function select(file, analyse) {
   else draw(file);
 }
 
+/** @param {Loaded} file */
 async function work(file) {
   const mine = ++run;
   const went = () => mine !== run;
@@ -89,14 +110,16 @@ async function work(file) {
   try {
     part("working-text").textContent = text("work.reading")(file.name);
     file.error = null;
-    file.seen = await ask("preview", file.bytes, file.name, chosen);
+    const seen = /** @type {Preview} */ (await ask("preview", file.bytes, file.name, chosen));
+    file.seen = seen;
     if (went()) return;
     part("working-text").textContent = text("work.analysing")(file.name);
-    const decided = JSON.stringify({ analysis: file.seen.analysis, ...file.options });
+    const decided = JSON.stringify({ analysis: seen.analysis, ...file.options });
     const free = file.reference;
-    file.answer = await ask("analyse", file.bytes, file.name, decided, free?.bytes ?? new Uint8Array(), free?.name ?? "");
+    const answer = /** @type {Answered} */ (await ask("analyse", file.bytes, file.name, decided, free?.bytes ?? new Uint8Array(), free?.name ?? ""));
     if (went()) return;
-    file.json = JSON.parse(file.answer.json);
+    file.answer = answer;
+    file.json = JSON.parse(answer.json);
     file.took = performance.now() - started;
   } catch (error) {
     if (went()) return;
@@ -116,27 +139,30 @@ async function work(file) {
   status(text(file.answer ? "work.done" : "work.failed")(file.name));
 }
 
+/** @type {Apply} */
 function apply(option, value, quietly = false) {
+  if (!current) return;
   if (value === null) delete current.options[option];
   else current.options[option] = value;
   if (!quietly) work(current);
 }
 
-function setReference(chosen) {
+/** @param {File | null} chosen */
+async function setReference(chosen) {
   const file = current;
+  if (!file) return;
   if (!chosen) {
     file.reference = null;
     return work(file);
   }
-  return chosen.arrayBuffer().then((buffer) => {
-    file.reference = { name: chosen.name, bytes: new Uint8Array(buffer) };
-    return work(file);
-  });
+  file.reference = { name: chosen.name, bytes: new Uint8Array(await chosen.arrayBuffer()) };
+  return work(file);
 }
 
+/** @param {Loaded} file */
 function draw(file) {
   const focused = document.activeElement?.id;
-  const typing = document.activeElement?.type === "text" ? document.activeElement.value : null;
+  const typing = document.activeElement instanceof HTMLInputElement && document.activeElement.type === "text" ? document.activeElement.value : null;
   kept.forEach((plot) => plot.remove());
   kept = [];
   part("problem").replaceChildren();
@@ -155,7 +181,7 @@ function draw(file) {
     // The plots measure their place: it must be in the page first.
     const host = el("div", {});
     result.replaceChildren(host);
-    host.append(...answered(file, form(), apply, link(file.options), status, kept));
+    host.append(...answered(file, file.answer, form(), apply, link(file.options), status, kept));
     kept.forEach((plot) => plot.drawn.setSize({ width: Math.max(240, host.clientWidth), height: plot.drawn.height }));
     part("take-link").addEventListener("click", () => setTimeout(() => status(text("take.linkNote"))));
   }
@@ -163,18 +189,18 @@ function draw(file) {
   if (!again) return;
   again.focus();
   // What was being typed when the answer came is not lost.
-  if (typing !== null && again.value !== typing) {
+  if (typing !== null && again instanceof HTMLInputElement && again.value !== typing) {
     again.value = typing;
     const finish = () => again.value === typing && again.dispatchEvent(new Event("change"));
     again.addEventListener("blur", finish, { once: true });
-    again.addEventListener("keydown", (event) => event.key === "Enter" && finish(), { once: true });
+    again.addEventListener("keydown", (event) => void (event.key === "Enter" && finish()), { once: true });
   }
 }
 
 function listFiles() {
   const list = part("file-list");
   list.hidden = files.length < 2;
-  const remove = (file) => {
+  const remove = (/** @type {Loaded} */ file) => {
     files.splice(files.indexOf(file), 1);
     if (current === file) {
       current = files.at(-1) ?? null;
@@ -196,9 +222,9 @@ function listFiles() {
 }
 
 function setUpDrop() {
-  const input = part("files");
+  const input = /** @type {HTMLInputElement} */ (part("files"));
   input.addEventListener("change", async () => {
-    const chosen = [...input.files];
+    const chosen = [...(input.files ?? [])];
     input.value = "";
     await takeFiles(chosen);
   });
@@ -212,13 +238,13 @@ function setUpDrop() {
   addEventListener("drop", (event) => {
     event.preventDefault();
     part("drop").classList.remove("over");
-    takeFiles([...event.dataTransfer.files]);
+    takeFiles([...(event.dataTransfer?.files ?? [])]);
   });
 }
 
 function setUpExamples() {
-  const fetched = async (name) => new Uint8Array(await (await fetch(`examples/${name}`)).arrayBuffer());
-  const open = async (name, free) => {
+  const fetched = async (/** @type {string} */ name) => new Uint8Array(await (await fetch(`examples/${name}`)).arrayBuffer());
+  const open = async (/** @type {string} */ name, /** @type {string | undefined} */ free) => {
     const reference = free ? { name: free, bytes: await fetched(free) } : null;
     await take(name, await fetched(name), { options: {}, reference });
   };
@@ -229,9 +255,32 @@ function setUpExamples() {
   );
 }
 
+/** The files named on the command line of `slipfit app`. */
+async function takeHanded() {
+  const handed = await (await fetch("handed.json")).json();
+  for (const [i, { name }] of handed.entries()) {
+    status(text("work.reading")(name));
+    try {
+      const response = await fetch(`handed/${i}`);
+      if (!response.ok) throw new Error(await response.text());
+      const size = Number(response.headers.get("content-length"));
+      if (size > MOST_BYTES) {
+        await response.body?.cancel();
+        await select(refusedFile(name, tooLarge(name, size)), false);
+        continue;
+      }
+      await take(name, new Uint8Array(await response.arrayBuffer()));
+    } catch (error) {
+      const why = error instanceof Error ? error.message : String(error);
+      await select(refusedFile(name, `${text("work.gone")(name)} (${why.trim()})`), false);
+    }
+  }
+}
+
 const TABS = ["analyse", "measure", "simulate"];
 const opened = new Set();
 
+/** @param {string} name */
 function show(name) {
   for (const tab of TABS) {
     part(tab).hidden = tab !== name;
@@ -241,7 +290,7 @@ function show(name) {
   }
   if (opened.has(name)) return;
   opened.add(name);
-  const analyse = (file, bytes) => {
+  const analyse = (/** @type {string} */ file, /** @type {Uint8Array<ArrayBuffer>} */ bytes) => {
     show("analyse");
     return take(file, bytes, { options: {} });
   };
@@ -252,7 +301,9 @@ function show(name) {
 function setUpTabs() {
   part("tabs").addEventListener("keydown", (event) => {
     const at = TABS.findIndex((tab) => part(`tab-${tab}`) === document.activeElement);
-    const to = { ArrowRight: at + 1, ArrowLeft: at - 1, Home: 0, End: TABS.length - 1 }[event.key];
+    /** @type {Record<string, number>} */
+    const keys = { ArrowRight: at + 1, ArrowLeft: at - 1, Home: 0, End: TABS.length - 1 };
+    const to = keys[event.key];
     if (at < 0 || to === undefined) return;
     event.preventDefault();
     const tab = TABS[(to + TABS.length) % TABS.length];
@@ -268,16 +319,19 @@ async function begin() {
   setUpDrop();
   setUpExamples();
   part("cancel").addEventListener("click", cancel);
-  part("enlarged-close").addEventListener("click", () => part("enlarged").close());
-  if ("serviceWorker" in navigator && window.isSecureContext) {
+  part("enlarged-close").addEventListener("click", () => /** @type {HTMLDialogElement} */ (part("enlarged")).close());
+  // A page from the command is there as long as the command runs, at another address every time.
+  const handed = document.documentElement.dataset.app !== undefined;
+  if (!handed && "serviceWorker" in navigator && window.isSecureContext) {
     navigator.serviceWorker.register("sw.js").catch(() => {});
-    navigator.serviceWorker.ready.then(() => (document.documentElement.dataset.offline = "ready"));
+    navigator.serviceWorker.ready.then(() => void (document.documentElement.dataset.offline = "ready"));
   }
   const rules = new CSSStyleSheet();
   rules.replaceSync(await raw("darkRules"));
   document.adoptedStyleSheets.push(rules);
   part("version").textContent = await raw("version");
   document.documentElement.dataset.ready = "yes";
+  if (handed) await takeHanded();
 }
 
 // For the tests in web/tests, and for a person with a console.

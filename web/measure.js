@@ -2,6 +2,17 @@
 import { el, save, text } from "./dom.js";
 import { Release, csv } from "./release.js";
 
+/** @typedef {(row: number[]) => void} Add */
+/** @typedef {(error?: unknown) => Promise<void>} Finish */
+/**
+ * @typedef {object} Sensor
+ * @property {string[]} headers
+ * @property {{block_s: number, rest_s: number, most_s: number}} limits
+ * @property {number} fewest samples that are worth an analysis
+ * @property {(add: Add, fail: Finish) => Promise<() => Promise<void>>} open gives what closes it
+ */
+
+/** @type {Record<string, Sensor>} */
 const SENSORS = {
   microphone: {
     headers: ["time (s)", "sound"],
@@ -19,7 +30,7 @@ const SENSORS = {
 /** No event for so long: there is no sensor. */
 const SILENT_MS = 3000;
 
-/** Hands every sample to `add`; gives back what closes the sensor. */
+/** Hands every sample to `add`; gives back what closes the sensor. @param {Add} add */
 async function openMicrophone(add) {
   if (!navigator.mediaDevices?.getUserMedia) throw new Error("missing");
   const audio = { echoCancellation: false, noiseSuppression: false, autoGainControl: false, channelCount: 1 };
@@ -45,15 +56,18 @@ async function openMicrophone(add) {
   return close;
 }
 
+/** @param {Add} add @param {Finish} fail */
 async function openMotion(add, fail) {
   if (!("DeviceMotionEvent" in window)) throw new Error("missing");
-  if (DeviceMotionEvent.requestPermission && (await DeviceMotionEvent.requestPermission()) !== "granted") {
+  // Asked for on the phones of one maker.
+  const { requestPermission } = /** @type {{requestPermission?: () => Promise<string>}} */ (/** @type {unknown} */ (DeviceMotionEvent));
+  if (requestPermission && (await requestPermission.call(DeviceMotionEvent)) !== "granted") {
     throw new DOMException("", "NotAllowedError");
   }
   const silent = setTimeout(() => fail(new Error("silent")), SILENT_MS);
-  const told = ({ acceleration, accelerationIncludingGravity: heavy, timeStamp }) => {
+  const told = (/** @type {DeviceMotionEvent} */ { acceleration, accelerationIncludingGravity: heavy, timeStamp }) => {
     const a = acceleration?.x === null || !acceleration ? heavy : acceleration;
-    if (!a || a.x === null) return;
+    if (!a || a.x === null || a.y === null || a.z === null) return;
     clearTimeout(silent);
     add([timeStamp / 1000, a.x, a.y, a.z]);
   };
@@ -64,14 +78,16 @@ async function openMotion(add, fail) {
   };
 }
 
-/** The last seconds, drawn as they come. */
+/** The last seconds, drawn as they come. @param {HTMLCanvasElement} canvas */
 function liveTrace(canvas) {
+  /** @type {number[]} */
   let values = [];
   let waiting = false;
   const draw = () => {
     waiting = false;
     const { width, height } = canvas;
     const context = canvas.getContext("2d");
+    if (!context) return;
     context.clearRect(0, 0, width, height);
     const largest = values.reduce((most, v) => Math.max(most, Math.abs(v)), 1e-9);
     context.strokeStyle = getComputedStyle(canvas).color;
@@ -86,7 +102,7 @@ function liveTrace(canvas) {
     }
     context.stroke();
   };
-  return (value) => {
+  return (/** @type {number} */ value) => {
     values.push(value);
     if (values.length > 60_000) values = values.slice(-48_000);
     if (!waiting) {
@@ -96,13 +112,16 @@ function liveTrace(canvas) {
   };
 }
 
-/** Fills the section; `analyse(name, bytes)` takes the finished record. */
+/** @typedef {(name: string, bytes: Uint8Array<ArrayBuffer>) => Promise<void>} Analyse takes a finished record */
+
+/** Fills the section. @param {HTMLElement} host @param {Analyse} analyse */
 export function setUp(host, analyse) {
   host.append(el("h2", {}, text("measure.title")));
   if (!window.isSecureContext) host.append(el("p", { class: "error" }, text("measure.secure")));
   for (const name of Object.keys(SENSORS)) host.append(sensor(name, analyse));
 }
 
+/** @param {string} name @param {Analyse} analyse */
 function sensor(name, analyse) {
   const { headers, limits, fewest, open } = SENSORS[name];
   const said = el("p", { role: "status", "aria-live": "polite", id: `${name}-status` });
@@ -118,8 +137,10 @@ function sensor(name, analyse) {
     keep.disabled = true;
     const release = new Release(limits);
     const trace = liveTrace(canvas);
+    /** @type {(() => Promise<void>) | null} */
     let close = null;
     let ended = false;
+    /** @type {Finish} */
     const finish = async (error) => {
       if (ended) return;
       ended = true;
@@ -137,9 +158,10 @@ function sensor(name, analyse) {
       }
       content = csv(headers, rows);
       keep.disabled = false;
-      said.textContent = text("measure.done")(rows.length, rows.at(-1)[0] - rows[0][0]);
+      said.textContent = text("measure.done")(rows.length, rows[rows.length - 1][0] - rows[0][0]);
       await analyse(text("measure.names")[name], new TextEncoder().encode(content));
     };
+    /** @type {Add} */
     const add = (row) => {
       if (ended) return;
       trace(row.slice(1).reduce((most, v) => (Math.abs(v) > Math.abs(most) ? v : most), 0));
@@ -172,7 +194,9 @@ function sensor(name, analyse) {
   );
 }
 
-function why(error) {
+/** @param {unknown} problem @returns {string} */
+function why(problem) {
+  const error = problem instanceof Error || problem instanceof DOMException ? problem : new Error(String(problem));
   if (!window.isSecureContext) return text("measure.secure");
   if (error.name === "NotAllowedError" || error.name === "SecurityError") return text("measure.refused");
   if (error.message === "silent") return text("measure.silent");

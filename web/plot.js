@@ -1,14 +1,16 @@
 // Curves on a canvas, to zoom in. uPlot is a global of its own script.
 /* global uPlot */
 import { el, text } from "./dom.js";
+import { gestures } from "./gestures.js";
 
 const dark = matchMedia("(prefers-color-scheme: dark)");
+/** @returns {Record<string, string>} */
 const palette = () =>
   dark.matches
     ? { data: "#4f7da3", fit: "#ff8a3d", third: "#2fc79a", fourth: "#9aa4af", ink: "#e3e6ea", grid: "#2c333b", shade: "rgba(88,166,230,0.13)" }
     : { data: "#8fb4d0", fit: "#d55e00", third: "#009e73", fourth: "#59636e", ink: "#22272d", grid: "#e4e6e9", shade: "rgba(0,114,178,0.08)" };
 
-/** Digits of a value of any size. */
+/** Digits of a value of any size. @param {number | null | undefined} value */
 export function short(value) {
   if (value === null || value === undefined) return "–";
   if (value === 0) return "0";
@@ -18,14 +20,20 @@ export function short(value) {
 
 /**
  * A plot that is as wide as its place.
- * @param host where it stands
- * @param description in words, for those who do not see it
- * @param x label of the horizontal axis
- * @param y label of the vertical axis
- * @param series `{label, values, color, width, dash}` over `values` of the axis
+ * @param {HTMLElement} host where it stands
+ * @param {object} what
+ * @param {string} what.description in words, for those who do not see it
+ * @param {string} what.x label of the horizontal axis
+ * @param {string} what.y label of the vertical axis
+ * @param {number[]} what.along values of the horizontal axis
+ * @param {{label: string, values: (number | null)[], color: string, width?: number, dash?: number[], points?: boolean}[]} what.series
+ * @param {uPlot.Hooks.Arrays} [what.hooks]
+ * @param {number} [what.height]
+ * @returns {Plot & {first: number, last: number}}
  */
 export function plot(host, { description, x, y, along, series, hooks = {}, height = 280 }) {
   const colors = palette();
+  /** @param {string} label @param {number} size @returns {uPlot.Axis} */
   const axis = (label, size) => ({
     label,
     labelSize: 22,
@@ -54,7 +62,7 @@ export function plot(host, { description, x, y, along, series, hooks = {}, heigh
           dash,
           points: { show: points ?? false },
           spanGaps: false,
-          value: (_, v) => short(v),
+          value: (/** @type {unknown} */ _, /** @type {number | null} */ v) => short(v),
         })),
       ],
       hooks,
@@ -64,14 +72,40 @@ export function plot(host, { description, x, y, along, series, hooks = {}, heigh
     frame,
   );
   const canvas = frame.querySelector("canvas");
-  canvas.setAttribute("role", "img");
-  canvas.setAttribute("aria-label", description);
+  canvas?.setAttribute("role", "img");
+  canvas?.setAttribute("aria-label", description);
+  const [first, last] = [along[0], along[along.length - 1]];
+  /** Keeps what is shown inside what there is. @param {number} low @param {number} high */
+  const show = (low, high) => {
+    const length = Math.min(last - first, Math.max((last - first) / 2000, high - low));
+    const min = Math.min(Math.max(first, low), last - length);
+    drawn.setScale("x", { min, max: min + length });
+  };
+  const limits = () => [drawn.scales.x.min ?? first, drawn.scales.x.max ?? last];
+  gestures(drawn.over, {
+    zoom(factor, about) {
+      const [min, max] = limits();
+      const box = drawn.over.getBoundingClientRect();
+      const at = about ? drawn.posToVal(about.x - box.left, "x") : (min + max) / 2;
+      show(at - factor * (at - min), at + factor * (max - at));
+    },
+    pan(right) {
+      const [min, max] = limits();
+      show(min + right * (max - min), max + right * (max - min));
+    },
+    all: () => show(first, last),
+  });
+  drawn.over.setAttribute("role", "group");
+  drawn.over.setAttribute("aria-label", description);
   const resized = new ResizeObserver(() => drawn.setSize({ width: Math.max(240, frame.clientWidth), height }));
   resized.observe(frame);
   const redraw = () => drawn.redraw();
   dark.addEventListener("change", redraw);
   return {
     drawn,
+    first,
+    last,
+    all: () => show(first, last),
     remove() {
       resized.disconnect();
       dark.removeEventListener("change", redraw);
@@ -81,11 +115,18 @@ export function plot(host, { description, x, y, along, series, hooks = {}, heigh
   };
 }
 
-/** The record with its fit and the two edges of the decay; `choose(option, value)` is told of a moved edge. */
+/**
+ * The record with its fit and the two edges of the decay; `choose` is told of a moved edge.
+ * @param {HTMLElement} host
+ * @param {Trace} trace
+ * @param {Apply} choose
+ * @returns {Plot}
+ */
 export function record(host, trace, choose) {
   const { time_s: along, signal, fitted, unit, used_s: used } = trace;
   const edges = used.slice();
   const colors = palette();
+  /** @param {uPlot} u */
   const shade = (u) => {
     const [left, right] = edges.map((t) => u.valToPos(t, "x", true));
     const { ctx, bbox } = u;
@@ -100,13 +141,15 @@ export function record(host, trace, choose) {
   };
   const names = ["start_s", "end_s"];
   const [first, last] = [along[0], along[along.length - 1]];
+  /** @type {HTMLElement[]} */
   let handles = [];
+  /** @param {uPlot} u */
   const place = (u) => {
     handles.forEach((handle, i) => {
       const at = u.valToPos(edges[i], "x");
       handle.style.left = `${at}px`;
       handle.hidden = at < -1 || at > u.over.clientWidth + 1;
-      handle.setAttribute("aria-valuenow", edges[i]);
+      handle.setAttribute("aria-valuenow", String(edges[i]));
       handle.setAttribute("aria-valuetext", `${short(edges[i])} s`);
     });
   };
@@ -123,6 +166,7 @@ export function record(host, trace, choose) {
     hooks: { drawClear: [shade], draw: [place] },
   });
   const u = shown.drawn;
+  /** @param {number} i @param {number} to */
   const move = (i, to) => {
     const other = edges[1 - i];
     const bounded = Math.min(Math.max(to, first), last);
@@ -139,6 +183,7 @@ export function record(host, trace, choose) {
       "aria-valuemax": last,
       "aria-orientation": "horizontal",
     });
+    /** @type {number | null} */
     let begun = null;
     handle.addEventListener("pointerdown", (event) => {
       event.stopPropagation();
@@ -155,8 +200,10 @@ export function record(host, trace, choose) {
     });
     for (const kind of ["mousedown", "mousemove", "mouseup"]) handle.addEventListener(kind, (e) => e.stopPropagation());
     handle.addEventListener("keydown", (event) => {
-      const step = ((u.scales.x.max - u.scales.x.min) / 100) * (event.shiftKey ? 10 : 1);
-      const by = { ArrowLeft: -step, ArrowRight: step, ArrowDown: -step, ArrowUp: step }[event.key];
+      const step = (((u.scales.x.max ?? last) - (u.scales.x.min ?? first)) / 100) * (event.shiftKey ? 10 : 1);
+      /** @type {Record<string, number>} */
+      const steps = { ArrowLeft: -step, ArrowRight: step, ArrowDown: -step, ArrowUp: step };
+      const by = steps[event.key];
       if (by) {
         event.preventDefault();
         move(i, edges[i] + by);
@@ -171,6 +218,5 @@ export function record(host, trace, choose) {
     return handle;
   });
   place(u);
-  shown.all = () => u.setScale("x", { min: first, max: last });
   return shown;
 }

@@ -12,22 +12,31 @@ const REST = 0.004;
 /** Watches samples `[time_s, ...values]` of any sensor. */
 export class Release {
   /**
-   * @param block_s length over which the size of the motion is told
-   * @param rest_s so long at rest ends the recording
-   * @param most_s the longest recording
+   * @param {object} limits
+   * @param {number} limits.block_s length over which the size of the motion is told
+   * @param {number} limits.rest_s so long at rest ends the recording
+   * @param {number} limits.most_s the longest recording
    */
   constructor({ block_s, rest_s, most_s }) {
-    Object.assign(this, { block_s, rest_s, most_s });
+    this.block_s = block_s;
+    this.rest_s = rest_s;
+    this.most_s = most_s;
+    this.begin_s = 0;
+    /** @type {number[][]} */
     this.rows = [];
+    /** @type {"waiting" | "recording" | "done"} */
     this.state = "waiting";
     this.background = Infinity;
     this.largest = 0;
+    /** @type {number[][]} */
     this.block = [];
+    /** @type {number | null} */
     this.quiet_s = null;
+    /** @type {number | null} */
     this.first_s = null;
   }
 
-  /** Takes a sample; the state is `waiting`, `recording` or `done`. */
+  /** Takes a sample; the state is `waiting`, `recording` or `done`. @param {number[]} row */
   add(row) {
     if (this.state === "done") return this.state;
     const time_s = row[0];
@@ -47,9 +56,10 @@ export class Release {
     return this.state;
   }
 
+  /** @param {number} size @param {number} time_s */
   judge(size, time_s) {
     if (this.state === "waiting") {
-      const listened = time_s - this.first_s > LISTEN_S;
+      const listened = time_s - (this.first_s ?? time_s) > LISTEN_S;
       if (listened && size > RELEASE * Math.max(this.background, 1e-9)) {
         this.state = "recording";
         this.begin_s = time_s - this.block_s;
@@ -69,11 +79,11 @@ export class Release {
 
   /** Seconds recorded. */
   get seconds() {
-    return this.state === "waiting" || !this.rows.length ? 0 : this.rows.at(-1)[0] - this.rows[0][0];
+    return this.state === "waiting" || !this.rows.length ? 0 : this.rows[this.rows.length - 1][0] - this.rows[0][0];
   }
 }
 
-/** The largest standard deviation of a column in these rows. */
+/** The largest standard deviation of a column in these rows. @param {number[][]} rows */
 function spread(rows) {
   let largest = 0;
   for (let column = 1; column < rows[0].length; column++) {
@@ -89,9 +99,9 @@ function spread(rows) {
   return Math.sqrt(Math.max(0, largest));
 }
 
-/** Rows as the text of a file, times from zero. */
+/** Rows as the text of a file, times from zero. @param {string[]} headers @param {number[][]} rows */
 export function csv(headers, rows) {
   const begin = rows[0][0];
-  const line = ([time, ...values]) => [Number((time - begin).toFixed(7)), ...values.map((v) => Number(v.toPrecision(7)))].join(",");
+  const line = (/** @type {number[]} */ [time, ...values]) => [Number((time - begin).toFixed(7)), ...values.map((v) => Number(v.toPrecision(7)))].join(",");
   return `${headers.join(",")}\n${rows.map(line).join("\n")}\n`;
 }

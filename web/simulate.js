@@ -7,17 +7,26 @@ import { plot } from "./plot.js";
 const MOST_CYCLES = 400;
 const SAMPLES = 24;
 
-/** Fills the section; `analyse(name, bytes)` takes the simulated decay. */
+/**
+ * Fills the section; `analyse` takes the simulated decay.
+ * @param {HTMLElement} host
+ * @param {(name: string, bytes: Uint8Array<ArrayBuffer>) => Promise<void>} analyse
+ */
 export function setUp(host, analyse) {
   const chosen = { q: 30, beta: 0.5, noise: 0.005 };
   const error = el("p", { role: "alert", class: "error" });
   const decayHost = el("div", {});
   const curveHost = el("div", {});
+  /** @type {Plot[]} */
   let shown = [];
   let csv = "";
   let busy = false;
   let again = false;
 
+  /**
+   * @param {string} name
+   * @param {{min: number, max: number, step: number, value: number, show: (v: number) => string, set: (v: number) => void}} range
+   */
   const slider = (name, { min, max, step, value, show, set }) => {
     const output = el("output", { for: `slider-${name}` }, show(value));
     const input = el("input", { id: `slider-${name}`, type: "range", min, max, step, value });
@@ -93,6 +102,10 @@ export function setUp(host, analyse) {
   draw();
 }
 
+/**
+ * @param {HTMLElement} host
+ * @param {{time_s: number[], displacement: number[], paper: (number | null)[]}} decay
+ */
 function drawDecay(host, decay) {
   return plot(host, {
     description: text("simulate.decay"),
@@ -106,6 +119,7 @@ function drawDecay(host, decay) {
   });
 }
 
+/** @param {HTMLElement} host @param {Record<string, number[]>} curve */
 function drawCurve(host, curve) {
   return plot(host, {
     description: text("simulate.resonance"),

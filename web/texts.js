@@ -1,5 +1,8 @@
 // Every word of the page: a translation is this one file. What comes from the analysis (sentence, names
 // of parameters, warnings) is the core's, and English.
+/** @param {Record<string, any>} table @param {string} name @returns {string} */
+const named = (table, name) => table[name] ?? name;
+
 export const texts = {
   page: {
     skip: "Skip to the content",
@@ -27,26 +30,27 @@ export const texts = {
       levels: "drive levels",
     },
   },
-  files: { label: "Files", remove: (name) => `Remove ${name}` },
+  files: { label: "Files", remove: (/** @type {string} */ name) => `Remove ${name}` },
   work: {
     label: "Working",
     cancel: "Cancel",
-    reading: (name) => `Reading ${name} …`,
-    analysing: (name) => `Analysing ${name} …`,
+    reading: (/** @type {string} */ name) => `Reading ${name} …`,
+    analysing: (/** @type {string} */ name) => `Analysing ${name} …`,
     cancelled: "Cancelled.",
-    done: (name) => `${name}: done.`,
-    failed: (name) => `${name}: no answer.`,
-    broken: (name, why) =>
+    done: (/** @type {string} */ name) => `${name}: done.`,
+    failed: (/** @type {string} */ name) => `${name}: no answer.`,
+    broken: (/** @type {string} */ name, /** @type {string} */ why) =>
       `${name}: the analysis ended unexpectedly (${why}). The page goes on; please report the file if you may.`,
-    tooLarge: (name, size) => `${name}: ${size} is more than a page can hold; the slipfit command reads it.`,
+    gone: (/** @type {string} */ name) => `${name}: it could not be fetched from slipfit app; is it still running?`,
+    tooLarge: (/** @type {string} */ name, /** @type {string} */ size) => `${name}: ${size} is more than a page can hold; the slipfit command reads it.`,
   },
   refusal: { helps: "What helps:", set: "Set" },
   warnings: {
     title: "Warnings",
     none: "No warnings.",
     // What a button does for an option and its value.
-    apply: (option, value) => {
-      const number = (v) => Number(Number(v).toPrecision(6)).toString();
+    apply: (/** @type {string} */ option, /** @type {any} */ value) => {
+      const number = (/** @type {unknown} */ v) => Number(Number(v).toPrecision(6)).toString();
       switch (option) {
         case "band_hz":
           return `Use the band ${number(value[0])} to ${number(value[1])} Hz`;
@@ -57,12 +61,12 @@ export const texts = {
         case "rate_hz":
           return `Take ${number(value)} samples per second`;
         case "analysis":
-          return `Analyse as ${texts.analyses[value] ?? value}`;
+          return `Analyse as ${named(texts.analyses, value)}`;
         default:
-          return `Set ${texts.options[option] ?? option} to ${value}`;
+          return `Set ${named(texts.options, option)} to ${value}`;
       }
     },
-    choose: (option) => `Choose ${texts.options[option] ?? option}`,
+    choose: (/** @type {string} */ option) => `Choose ${named(texts.options, option)}`,
   },
   analyses: { ringdown: "a free decay", resonance: "a resonance curve", levels: "drive levels" },
   answer: {
@@ -81,7 +85,7 @@ export const texts = {
   options: {
     title: "What was taken",
     hint: "Change what is wrong: the analysis runs again.",
-    asFound: (what) => (what ? `as found: ${what}` : "as found"),
+    asFound: (/** @type {string} */ what) => (what ? `as found: ${what}` : "as found"),
     reset: "As found again",
     analysis: "This file is",
     sheet: "Sheet or variable",
@@ -110,6 +114,10 @@ export const texts = {
     min_amplitude: "Down to amplitude",
     band_hz: "Band [Hz]",
     model: "Model",
+    law: "Loss without a model",
+    laws: { free: "draw it, free", rising: "draw it, rising with the amplitude" },
+    lockin_time_constant_s: "Lock-in's time constant [s]",
+    lockin_order: "Order of the lock-in's filter",
     frequency_hz: "Frequency [Hz]",
     drive_amplitude: "Drive amplitude",
     drive_gain: "Drive gain",
@@ -139,12 +147,15 @@ export const texts = {
   figures: {
     title: "Figures",
     record: "Record and fit",
-    recordHelp: "Drag to zoom, double-click for all. The two edges mark the decay: drag them, or move them with the arrow keys.",
+    recordHelp: "Drag or pinch to zoom, double-click for all; with the focus the wheel, + and − zoom, the arrow keys move. The two edges mark the decay: drag them, or move them with the arrow keys.",
     start: "Begin of the decay",
     end: "End of the decay",
     signal: "signal",
     fit: "fit",
     time: "time",
+    help: "The pointer tells values. Drag or pinch to zoom; in a figure that has the focus the wheel, + and − zoom, the arrow keys move, 0 shows all.",
+    closer: "Zoom in",
+    farther: "Zoom out",
     enlarge: "Enlarge",
     enlarged: "Enlarged figure",
     close: "Close",
@@ -155,6 +166,7 @@ export const texts = {
     html: "Report (HTML)",
     markdown: "Report (Markdown)",
     svg: "Figure (SVG)",
+    png: "Figure (PNG)",
     json: "Answer (JSON)",
     csv: "Envelope and fit (CSV)",
     link: "Link with these options",
@@ -179,8 +191,8 @@ export const texts = {
     missing: "This device has no such sensor, or the browser hides it.",
     silent: "No motion was reported. Computers mostly have no motion sensor; a phone has one.",
     waiting: "Waiting for a release …",
-    recording: (seconds) => `Recording: ${seconds.toFixed(1)} s`,
-    done: (samples, seconds) => `${samples} samples in ${seconds.toFixed(1)} s.`,
+    recording: (/** @type {number} */ seconds) => `Recording: ${seconds.toFixed(1)} s`,
+    done: (/** @type {number} */ samples, /** @type {number} */ seconds) => `${samples} samples in ${seconds.toFixed(1)} s.`,
     short: "Too little was recorded to be analysed.",
     trace: "Live trace",
     live: "time [s]",

@@ -1,6 +1,8 @@
-//! The commit this was built from, where that can be known without asking a network.
+//! The commit this was built from, where that can be known without asking a network; and the page of `slipfit app`.
 
 use std::path::Path;
+#[cfg(feature = "app")]
+use std::path::PathBuf;
 use std::process::Command;
 
 /// Where this crate lies in its own repository. A copy inside another one, vendored
@@ -9,6 +11,8 @@ const PLACE: &str = "crates/slipfit-cli/";
 
 fn main() {
     println!("cargo:rerun-if-changed=build.rs");
+    #[cfg(feature = "app")]
+    pack_site();
     if let Some(commit) = packaged().or_else(checked_out) {
         println!("cargo:rustc-env=SLIPFIT_COMMIT={commit}");
     }
@@ -53,4 +57,56 @@ fn git(arguments: &[&str]) -> Option<String> {
     let output = Command::new("git").args(arguments).output().ok()?;
     let said = String::from_utf8(output.stdout).ok()?;
     output.status.success().then(|| said.trim().to_owned())
+}
+
+/// Writes `SITE`, the files below the folder that `SLIPFIT_SITE` names, packed; none where it names none.
+#[cfg(feature = "app")]
+fn pack_site() {
+    println!("cargo:rerun-if-env-changed=SLIPFIT_SITE");
+    let out = PathBuf::from(std::env::var_os("OUT_DIR").expect("cargo names a folder to write to"));
+    let mut assets = String::new();
+    if let Some(folder) = std::env::var_os("SLIPFIT_SITE").map(PathBuf::from) {
+        println!("cargo:rerun-if-changed={}", folder.display());
+        let page = folder.join("index.html");
+        assert!(page.is_file(), "SLIPFIT_SITE: {} is missing; `cargo xtask web` builds it", page.display());
+        let mut files = Vec::new();
+        collect(&folder, "", &mut files);
+        files.sort();
+        for (i, name) in files.iter().enumerate() {
+            let packed = out.join(format!("site-{i}.gz"));
+            std::fs::write(&packed, pack(&folder, name)).expect("the page is packed beside the program");
+            assets += &format!("    Asset {{ path: {name:?}, packed: include_bytes!({packed:?}) }},\n");
+        }
+    }
+    let text = format!("pub(super) const SITE: &[Asset] = &[\n{assets}];\n");
+    std::fs::write(out.join("site.rs"), text).expect("the list of the page's files is written");
+}
+
+/// Paths below a folder, but that of the worker that keeps the page: this server is there only now.
+#[cfg(feature = "app")]
+fn collect(folder: &Path, before: &str, files: &mut Vec<String>) {
+    for entry in std::fs::read_dir(folder).expect("the page can be read").flatten() {
+        let name = format!("{before}{}", entry.file_name().to_string_lossy());
+        if entry.path().is_dir() {
+            collect(&entry.path(), &format!("{name}/"), files);
+        } else if name != "sw.js" {
+            files.push(name);
+        }
+    }
+}
+
+/// A file of the page packed by gzip; the page itself is told where it comes from.
+#[cfg(feature = "app")]
+fn pack(folder: &Path, name: &str) -> Vec<u8> {
+    use std::io::Write as _;
+    let mut bytes = std::fs::read(folder.join(name)).expect("the page can be read");
+    if name == "index.html" {
+        let page = String::from_utf8(bytes).expect("the page is text");
+        let (plain, served) = ("<html lang=\"en\">", "<html lang=\"en\" data-app=\"yes\">");
+        assert!(page.contains(plain), "SLIPFIT_SITE: index.html begins with another element than {plain}");
+        bytes = page.replacen(plain, served, 1).into_bytes();
+    }
+    let mut packer = flate2::write::GzEncoder::new(Vec::new(), flate2::Compression::best());
+    packer.write_all(&bytes).expect("bytes are packed in memory");
+    packer.finish().expect("bytes are packed in memory")
 }

@@ -1,6 +1,6 @@
 // Microphone and motion sensors, fed by a file and by events.
 import assert from "node:assert/strict";
-import { mkdtempSync, writeFileSync } from "node:fs";
+import { mkdtempSync, readFileSync, writeFileSync } from "node:fs";
 import { tmpdir } from "node:os";
 import { join } from "node:path";
 import { after, before, test } from "node:test";
@@ -63,7 +63,11 @@ test("a struck glass is recorded from release to rest, and answered", async () =
     assert.ok(Math.abs(parameters.frequency_hz.value - FREQUENCY) < 0.5, JSON.stringify(parameters.frequency_hz));
     assert.ok(Math.abs(parameters.decay_rate_per_s.value - DECAY) < 0.1 * DECAY, JSON.stringify(parameters.decay_rate_per_s));
     await page.click("#tab-measure");
-    assert.ok(await page.isEnabled("#microphone-save"));
+    const [saved] = await Promise.all([page.waitForEvent("download"), page.click("#microphone-save")]);
+    assert.equal(saved.suggestedFilename(), "microphone.csv");
+    assert.ok(readFileSync(await saved.path(), "utf8").startsWith("time (s),sound\n0,"));
+    const drawn = await page.locator("canvas").first().evaluate((canvas) => canvas.getContext("2d").getImageData(0, 0, canvas.width, canvas.height).data.some((v) => v > 0));
+    assert.ok(drawn, "the live trace is empty");
     assert.deepEqual(problems, []);
   } finally {
     await browser.close();

@@ -1,4 +1,7 @@
 // The built site behind a server of static files, and a browser before it.
+import assert from "node:assert/strict";
+import { execFileSync } from "node:child_process";
+import { mkdirSync, readFileSync } from "node:fs";
 import { createServer } from "node:http";
 import { readFile } from "node:fs/promises";
 import { extname, join, normalize, resolve } from "node:path";
@@ -10,6 +13,35 @@ export const site = process.env.SLIPFIT_SITE ?? join(root, "target/site");
 export const command = process.env.SLIPFIT_COMMAND ?? join(root, "target/release/slipfit");
 /** Measured files that no licence lets anyone pass on; their test is skipped without. */
 export const measured = process.env.SLIPFIT_REAL_DATA ?? join(root, "../shared/data");
+
+export const examples = join(root, "examples");
+export const bytesOf = (name) => readFileSync(join(examples, name));
+/** Pictures to look at. */
+export const shots = join(root, "target/web-screenshots");
+mkdirSync(shots, { recursive: true });
+
+/** What the command answers, run beside the file so that both name it alike. */
+export function commanded(line, cwd = examples) {
+  // The line is one for a shell; `--json -` is what the page keeps.
+  return execFileSync("sh", ["-c", `"${command}" ${line.replace(/^slipfit /, "")} --json - 2>/dev/null`], { cwd, encoding: "utf8", maxBuffer: 1 << 28 });
+}
+
+/** The numbers of both, which two compilers may round differently in their last digits. */
+export function assertSameAnswer(mine, theirs, where, tolerance = 1e-6) {
+  const compare = (a, b, path) => {
+    if (typeof a === "number" && typeof b === "number") {
+      assert.ok(a === b || Math.abs(a - b) <= tolerance * Math.max(Math.abs(a), Math.abs(b)) + 1e-300 || near(path, a, b), `${where} ${path}: ${a} and ${b}`);
+    } else if (a !== null && typeof a === "object") {
+      assert.deepEqual(Object.keys(a), Object.keys(b), `${where} ${path}`);
+      for (const key of Object.keys(a)) compare(a[key], b[key], `${path}.${key}`);
+    } else {
+      assert.equal(a, b, `${where} ${path}`);
+    }
+  };
+  // Differences of nearly equal numbers, and probabilities far in a tail, keep fewer digits.
+  const near = (path, a, b) => /residual|p_value|correlation|std_error|background|second_mode|unbounded|interval/.test(path) && Math.abs(a - b) <= 1e-3 * Math.max(Math.abs(a), Math.abs(b), 1e-9);
+  compare(JSON.parse(mine), JSON.parse(theirs), "");
+}
 
 const TYPES = {
   ".css": "text/css",

@@ -27,8 +27,7 @@ Usage: cargo xtask <chore>
   book          every command of the documentation, its output compared
 
 cargo xtask check [--only TEXT]
-  --only TEXT   only the steps whose names hold TEXT; `browser` tests the page, which is not part of
-                the whole check
+  --only TEXT   only the steps whose names hold TEXT; `browser` builds and tests the page
 
 cargo xtask bench [--write] [--only a,b, …] [--rounds N]
   --write       renew docs/benchmarks.md

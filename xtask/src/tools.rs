@@ -22,16 +22,7 @@ pub(crate) const CARGO_DENY: Tool =
 pub(crate) const TYPOS: Tool =
     Tool { package: "typos-cli", wheel: Some("typos"), program: "typos", version: "1.52.0" };
 
-/// The glue between JavaScript and a module: of the version that crates/slipfit-wasm names.
-pub(crate) const WASM_BINDGEN: Tool =
-    Tool { package: "wasm-bindgen-cli", wheel: None, program: "wasm-bindgen", version: "0.2.130" };
-
 impl Tool {
-    #[cfg(test)]
-    pub(crate) fn version(&self) -> &'static str {
-        self.version
-    }
-
     /// The program: from the search path if the version fits, else from
     /// `target/tools`, built there first if it is missing.
     pub(crate) fn program(&self) -> Result<PathBuf, Failure> {

@@ -8,15 +8,23 @@ use std::process::{Command, ExitCode};
 
 use crate::Failure;
 use crate::places::{cargo, command, root, run, succeeds, target};
-use crate::tools::WASM_BINDGEN;
 
 /// The target of browsers.
 pub(crate) const WASM: &str = "wasm32-unknown-unknown";
 /// What `rustup target add` cannot be had for: Debian's own compiler for the web.
 const DEBIAN: &str = "apt install rustc-web cargo-web rust-web-src lld-19";
 /// Not of the page.
-const LEFT_OUT: [&str; 6] =
-    ["tests", "node_modules", "package.json", "package-lock.json", "README.md", "tsconfig.json"];
+const LEFT_OUT: [&str; 7] = [
+    "tests",
+    "node_modules",
+    "package.json",
+    "package-lock.json",
+    "README.md",
+    "tsconfig.json",
+    "types.d.ts",
+];
+/// A workspace of its own, see there.
+const GLUE: &str = "xtask/glue/Cargo.toml";
 /// Examples of the repository that the page offers.
 const EXAMPLES: [&str; 5] = [
     "classroom_pendulum.csv",
@@ -25,27 +33,16 @@ const EXAMPLES: [&str; 5] = [
     "tuning_fork_free_sweep.csv",
     "tuning_fork_9nN_levels.csv",
 ];
+/// What the first view may weigh, packed: two seconds of a slow line.
+pub(crate) const MOST_PACKED: u64 = 1_500_000;
 /// Fetched with the first file that needs it, not with the page.
 const LATER: &str = "slipfit_wasm_columns";
 
-/// What the compiler uses of WebAssembly by default; every browser of the last years has it. Vector instructions
-/// (simd128) moved the fit of a waveform by 6e-5 of its decay rate, and the first answer by nothing measurable.
-const RUST_EMITS: [&str; 6] = [
-    "--enable-bulk-memory",
-    "--enable-multivalue",
-    "--enable-mutable-globals",
-    "--enable-nontrapping-float-to-int",
-    "--enable-reference-types",
-    "--enable-sign-ext",
-];
-
-/// The site, and what it lacks.
+/// The site.
 pub(crate) struct Site {
     pub(crate) folder: PathBuf,
     /// Bytes of the first view, packed by gzip as servers do.
     pub(crate) packed: u64,
-    /// What could not be had, for people.
-    pub(crate) remarks: Vec<String>,
 }
 
 /// How the core is built for browsers.
@@ -108,9 +105,6 @@ pub(crate) fn chromium() -> Option<PathBuf> {
 /// Builds the site and says what it holds.
 pub(crate) fn chore() -> Result<ExitCode, Failure> {
     let site = build(&Toolchain::find()?)?;
-    for remark in &site.remarks {
-        println!("note: {remark}");
-    }
     println!("{}: {} kB packed at the first view", site.folder.display(), site.packed / 1000);
     println!(
         "any server of static files serves it, such as python3 -m http.server -d {}",
@@ -130,14 +124,9 @@ pub(crate) fn build(toolchain: &Toolchain) -> Result<Site, Failure> {
     }
     let source = root().join("web");
     copy(&source, &folder)?;
-    let mut remarks = Vec::new();
-    let glue = WASM_BINDGEN.program()?;
-    let optimiser = optimiser();
-    if optimiser.is_none() {
-        remarks.push("wasm-opt was not found: the modules are a fifth larger".to_owned());
-    }
+    let glue = glue()?;
     for (name, features) in [("slipfit_wasm", None), (LATER, Some("columns"))] {
-        module(toolchain, &glue, optimiser.as_ref(), &folder, name, features)?;
+        module(toolchain, &glue, &folder, name, features)?;
     }
     examples(&folder.join("examples"))?;
     for name in ["LICENSE-MIT", "LICENSE-APACHE"] {
@@ -149,14 +138,14 @@ pub(crate) fn build(toolchain: &Toolchain) -> Result<Site, Failure> {
     for file in first.iter().map(|name| folder.join(name)) {
         packed += gzipped(&file)?;
     }
-    Ok(Site { folder, packed, remarks })
+    Ok(Site { folder, packed })
 }
 
-/// One build of the core for the page.
+/// One build of the core for the page. binaryen's wasm-opt took 50 s for each, saved 15 kB of what is sent, and let
+/// the first answer take longer.
 fn module(
     toolchain: &Toolchain,
     glue: &Path,
-    optimiser: Option<&Vec<PathBuf>>,
     folder: &Path,
     name: &str,
     features: Option<&str>,
@@ -165,22 +154,16 @@ fn module(
     build.args(["--package", "slipfit-wasm", "--lib", "--no-default-features", "--target", WASM]);
     run(build.args(features.map(|features| format!("--features={features}"))))?;
     let built = target()?.join(WASM).join("release").join("slipfit_wasm.wasm");
-    let mut bind = command(glue);
-    bind.args(["--target", "web", "--no-typescript", "--out-name", name, "--out-dir"]).arg(folder);
-    run(bind.arg(&built))?;
-    let Some((program, rest)) = optimiser.and_then(|words| words.split_first()) else { return Ok(()) };
-    let module = folder.join(format!("{name}_bg.wasm"));
-    run(command(program).args(rest).arg("-O2").args(RUST_EMITS).arg("-o").args([&module, &module]))
+    run(command(glue).arg(built).arg(name).arg(folder))
 }
 
-/// binaryen's wasm-opt: of the search path, or of the page's node modules.
-fn optimiser() -> Option<Vec<PathBuf>> {
-    if succeeds(command("wasm-opt").arg("--version")) {
-        return Some(vec!["wasm-opt".into()]);
-    }
-    let script = root().join("web/node_modules/binaryen/bin/wasm-opt");
-    (script.is_file() && succeeds(command("node").arg(&script).arg("--version")))
-        .then(|| vec!["node".into(), script])
+/// The program that writes the glue between JavaScript and a module: `xtask/glue`, built where it is missing.
+fn glue() -> Result<PathBuf, Failure> {
+    let folder = target()?.join("tools").join("glue");
+    let mut build = cargo();
+    build.args(["build", "--quiet", "--locked", "--manifest-path", GLUE]);
+    run(build.env("CARGO_TARGET_DIR", &folder))?;
+    Ok(folder.join("debug/slipfit-glue").with_extension(std::env::consts::EXE_EXTENSION))
 }
 
 /// Files of a folder and those below it.
@@ -298,9 +281,14 @@ mod tests {
 
     #[test]
     fn the_glue_is_of_the_version_of_its_program() {
-        let manifest = std::fs::read_to_string(root().join("crates/slipfit-wasm/Cargo.toml")).unwrap();
-        let asked = format!("wasm-bindgen = \"={}\"", WASM_BINDGEN.version());
-        assert!(manifest.contains(&asked), "{asked} is not in crates/slipfit-wasm/Cargo.toml");
+        let version = |manifest: &str, package: &str| {
+            let text = std::fs::read_to_string(root().join(manifest)).unwrap();
+            let asked = format!("{package} = \"=");
+            let line = text.lines().find_map(|line| line.strip_prefix(&asked).map(str::to_owned));
+            line.unwrap_or_else(|| panic!("{manifest} names no exact {package}"))
+        };
+        let module = version("crates/slipfit-wasm/Cargo.toml", "wasm-bindgen");
+        assert_eq!(module, version(GLUE, "wasm-bindgen-cli-support"));
     }
 
     #[test]

@@ -17,6 +17,11 @@ pub(crate) const WARNED: u8 = 1;
 /// Exit status of a failure; clap uses the same for a wrong command line.
 pub(crate) const FAILED: u8 = 2;
 
+/// `slipfit app` of a program that has no page in it, and what helps.
+pub(crate) const WITHOUT_PAGE: &str = "this slipfit was built without the page of the browser";
+pub(crate) const BUILD_PAGE: &str = "`cargo xtask web` builds the page into target/site; SLIPFIT_SITE names that \
+    folder where slipfit is built with --features app";
+
 /// A failure as the person sees it; exit status [`FAILED`].
 #[derive(Debug)]
 pub(crate) enum Failure {

@@ -28,6 +28,7 @@ fn main() -> ExitCode {
         args::Command::Ringdown(args) => command::ringdown::run(args, color),
         args::Command::Map(args) => command::map::run(args, color),
         args::Command::Inspect(args) => command::inspect::run(args, color),
+        args::Command::App(args) => command::app::run(args, color),
         args::Command::Simulate(args) => command::simulate::run(args, color),
         args::Command::Resonance(args) => command::resonance::run(args, color),
         args::Command::Levels(args) => command::levels::run(args, color),

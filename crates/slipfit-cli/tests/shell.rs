@@ -63,3 +63,14 @@ fn there_is_a_manual_page_for_every_command() {
     let main = stdout(slipfit().arg("man"));
     assert_eq!(main, std::fs::read_to_string(pages.join("slipfit.1")).unwrap());
 }
+
+/// Tests are built without `SLIPFIT_SITE`.
+#[test]
+fn a_program_without_the_page_says_how_to_build_it_in() {
+    let mut app = slipfit();
+    let output =
+        app.args(["app", "--no-browser"]).timeout(std::time::Duration::from_secs(30)).output().unwrap();
+    let said = String::from_utf8_lossy(&output.stderr);
+    assert_eq!(output.status.code(), Some(2), "{said}");
+    assert!(said.contains("built without the page") && said.contains("SLIPFIT_SITE"), "{said}");
+}

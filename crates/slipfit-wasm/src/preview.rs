@@ -3,6 +3,7 @@
 use crate::refusal::Refusal;
 use crate::{Analysis, File, Options};
 use serde::Serialize;
+use slipfit::{LossModel, LossTerm};
 use slipfit_io::{ReadOptions, Table};
 
 /// Rows of each table that are read.
@@ -17,6 +18,9 @@ pub struct Preview {
     pub tables: Vec<PreviewTable>,
     /// What it is for, unless the person chose.
     pub analysis: Analysis,
+    /// Loss models that can be asked for by name in a free decay: those compared by default, and viscous damping
+    /// beside each further law.
+    pub models: Vec<String>,
 }
 
 /// A table of a file.
@@ -75,7 +79,20 @@ pub fn preview(file: &File<'_>, options: &Options) -> Result<Preview, Refusal> {
         format: seen.tables.format.name().to_owned(),
         tables: tables.iter().map(table).collect(),
         analysis,
+        models: models(),
     })
+}
+
+fn models() -> Vec<String> {
+    let mut models: Vec<LossModel> = LossModel::compared(None).collect();
+    let beside_viscous =
+        LossTerm::ALL.iter().filter_map(|term| LossModel::from_terms(&[LossTerm::Viscous, *term]));
+    for model in beside_viscous {
+        if !models.contains(&model) {
+            models.push(model);
+        }
+    }
+    models.iter().map(ToString::to_string).collect()
 }
 
 /// Whether the file says itself that it holds amplitudes over levels of a drive.

@@ -108,10 +108,12 @@ difference of the last positions, `x_0 = 1`.
   memory once and does nothing with it.
 
 The scripts of the peers are in `validation/peers`.
-",
+
+{browser}",
         machine = machine(),
         rustc = rustc_version(),
         table = table(rows),
+        browser = include_str!("browser.md"),
     ))
 }
 

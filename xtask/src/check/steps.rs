@@ -13,21 +13,18 @@ pub(super) const ALL: [Step; 14] = [
     ("format", format),
     ("core links no C", core_links_no_c),
     ("core without default features", core_without_default_features),
-    ("core for wasm32", core_for_wasm32),
     ("libraries without a feature", libraries_without_a_feature),
     ("clippy", clippy),
     ("documentation", documentation),
     ("tests", tests),
     ("documentation tests", documentation_tests),
     ("Python package", python_package),
+    ("page in a browser", page_in_a_browser),
     ("commands of the documentation", commands_of_the_documentation),
     ("licences, bans, sources", licences_bans_sources),
     ("advisories", advisories),
     ("spelling", spelling),
 ];
-
-/// Steps that run only where they are asked for: the page takes some minutes to compile a second time.
-pub(super) const ASKED_FOR: [Step; 1] = [("page in a browser", page_in_a_browser)];
 
 /// Built by `cargo xtask fuzz` with libFuzzer in it, which takes a C++ compiler.
 const FUZZ: &str = "slipfit-fuzz";
@@ -96,17 +93,6 @@ fn libraries_without_a_feature() -> Result<Outcome, Failure> {
 fn default_features(manifest: &str) -> Vec<&str> {
     let list = manifest.lines().find_map(|line| line.strip_prefix("default = ["));
     list.map_or_else(Vec::new, |list| list.split('"').skip(1).step_by(2).collect())
-}
-
-fn core_for_wasm32() -> Result<Outcome, Failure> {
-    let output = command("rustc").args(["--print", "target-libdir", "--target", WASM]).output()?;
-    let library = PathBuf::from(String::from_utf8_lossy(&output.stdout).trim());
-    if !output.status.success() || !library.is_dir() {
-        let reason = format!("NOT built for the web: `rustup target add {WASM}` is missing");
-        return Ok(Outcome::Skipped(reason));
-    }
-    run(cargo().args(["build", "--package", "slipfit", "--lib", "--no-default-features", "--target", WASM]))?;
-    Ok(Outcome::passed())
 }
 
 fn clippy() -> Result<Outcome, Failure> {
@@ -219,26 +205,38 @@ fn commands_of_the_documentation() -> Result<Outcome, Failure> {
     }
 }
 
-/// The site is built, and driven by Chromium beside the command.
+/// The site is built, its scripts are checked, and Chromium drives it beside the command. What cannot be had is
+/// said in the table: without the target the page is not built, and the core not for the web.
 fn page_in_a_browser() -> Result<Outcome, Failure> {
     let toolchain = match Toolchain::find() {
         Ok(toolchain) => toolchain,
-        Err(missing) => return Ok(Outcome::Skipped(format!("page NOT built: {missing}"))),
+        Err(missing) => {
+            return Ok(Outcome::Skipped(format!("page and core NOT built for the web: {missing}")));
+        }
     };
-    let folder = root().join("web");
-    let npm = command("npm").args(["ci", "--no-audit", "--no-fund", "--prefix"]).arg(&folder).output();
-    let has_modules = npm.is_ok_and(|output| output.status.success());
     let site = web::build(&toolchain)?;
     let size = format!("{} kB packed at the first view", site.packed / 1000);
+    if site.packed > web::MOST_PACKED {
+        return Err(format!("{size}: {} kB at most", web::MOST_PACKED / 1000).into());
+    }
     let skipped = |reason: &str| Ok(Outcome::Skipped(format!("page built, {size}, NOT tested: {reason}")));
-    if !has_modules {
+    let folder = root().join("web");
+    let mut npm = command("npm");
+    npm.args(["ci", "--no-audit", "--no-fund", "--prefix"]).arg(&folder);
+    if !succeeds(&mut npm) {
         return skipped("`npm ci` in web/ cannot be run");
     }
+    run(command("node")
+        .arg("node_modules/typescript/bin/tsc")
+        .args(["--project", "."])
+        .current_dir(&folder))?;
     let Some(browser) = web::chromium() else { return skipped("there is no Chromium; CHROMIUM names one") };
-    // What the page must agree with.
-    run(cargo().args(["build", "--release", "--package", "slipfit-cli"]))?;
+    // What the page must agree with, and what serves it.
+    let mut build = cargo();
+    build.args(["build", "--release", "--package", "slipfit-cli", "--features", "app"]);
+    run(build.env("SLIPFIT_SITE", &site.folder))?;
     let mut tests = command("node");
-    tests.args(["--test", "tests/"]).current_dir(&folder);
+    tests.args(["--test", "--test-concurrency=2", "tests/"]).current_dir(&folder);
     run(tests.env("SLIPFIT_SITE", &site.folder).env("CHROMIUM", browser))?;
     Ok(Outcome::Passed(size))
 }

@@ -1,6 +1,7 @@
 //! The arguments of the command line.
 
 mod answer;
+mod app;
 mod calibration;
 mod curve;
 mod inspect;
@@ -20,6 +21,7 @@ use clap::builder::styling::{AnsiColor, Styles};
 use clap::{Parser, Subcommand, ValueEnum};
 
 pub(crate) use answer::{AnswerArgs, ReplaceArgs, TableArgs};
+pub(crate) use app::AppArgs;
 pub(crate) use curve::CurveArgs;
 pub(crate) use inspect::InspectArgs;
 pub(crate) use levels::{LevelAnalysisArgs, LevelFitArgs, LevelReadingArgs};
@@ -96,6 +98,7 @@ pub(crate) enum Command {
     Series(SeriesArgs),
     Map(Box<MapArgs>),
     Inspect(Box<InspectArgs>),
+    App(AppArgs),
     Simulate(SimulateArgs),
     Paper(PaperArgs),
     Atlas(AtlasArgs),

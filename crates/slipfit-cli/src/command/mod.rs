@@ -1,5 +1,10 @@
 //! The commands, one file each.
 
+#[cfg(feature = "app")]
+pub(crate) mod app;
+#[cfg(not(feature = "app"))]
+#[path = "no_app.rs"]
+pub(crate) mod app;
 pub(crate) mod atlas;
 pub(crate) mod inspect;
 pub(crate) mod levels;

@@ -87,6 +87,17 @@ pub(super) struct Frame {
     pub(super) y: Axis,
 }
 
+/// What shapes belong to, for a page that shows a part of the axes larger.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub(super) enum Layer {
+    /// Grid and numbers along the axes.
+    Ticks,
+    /// What lies inside the axes, at its numbers.
+    Data,
+    /// Titles, labels, legends: they stay where they are.
+    Words,
+}
+
 /// The shapes in the order they are painted.
 #[derive(Debug, Clone, PartialEq)]
 pub(super) struct Figure {
@@ -96,11 +107,21 @@ pub(super) struct Figure {
     pub(super) title: String,
     pub(super) shapes: Vec<Shape>,
     pub(super) frames: Vec<Frame>,
+    /// Where each layer begins among the shapes; what comes before the first is words.
+    pub(super) layers: Vec<(usize, Layer)>,
 }
 
 impl Figure {
     pub(super) fn new(width: f64, height: f64) -> Self {
-        Self { width, height, title: String::new(), shapes: Vec::new(), frames: Vec::new() }
+        let (shapes, frames, layers) = (Vec::new(), Vec::new(), Vec::new());
+        Self { width, height, title: String::new(), shapes, frames, layers }
+    }
+
+    /// The shapes that follow are of this layer.
+    pub(super) fn begin(&mut self, layer: Layer) {
+        if self.layers.last().is_none_or(|(_, last)| *last != layer) {
+            self.layers.push((self.shapes.len(), layer));
+        }
     }
 
     pub(super) fn line(&mut self, points: Vec<Point>, stroke: Stroke) {

@@ -1,7 +1,7 @@
 //! One set of axes: maps numbers to places, cuts off what lies outside.
 
 use super::axis::Axis;
-use super::figure::{Anchor, Color, Figure, Frame, Point, Stroke};
+use super::figure::{Anchor, Color, Figure, Frame, Layer, Point, Stroke};
 use super::font;
 
 pub(super) const INK: Color = Color::new(0x22, 0x22, 0x22);
@@ -61,6 +61,7 @@ impl<'f> Panel<'f> {
         let (left, top) = (self.left, self.top);
         let (right, bottom) = (left + self.width, top + self.height);
         let grid = Stroke::solid(GRID, 1.0);
+        self.figure.begin(Layer::Ticks);
         // An axis too narrow for a label has nothing to tell.
         let x_ticks = if self.width > 40.0 { self.x.ticks(6) } else { Vec::new() };
         for tick in x_ticks {
@@ -77,6 +78,7 @@ impl<'f> Panel<'f> {
             widest = widest.max(font::width(&tick.label, TEXT_SIZE));
             self.figure.text([left - 7.0, y + 5.0], tick.label, TEXT_SIZE, INK, Anchor::End);
         }
+        self.figure.begin(Layer::Words);
         let axis = Stroke::solid(INK, 1.2);
         self.figure.line(vec![[left, top], [left, bottom], [right, bottom]], axis);
         let middle = left + 0.5 * self.width;
@@ -100,6 +102,7 @@ impl<'f> Panel<'f> {
 
     /// A line through points; breaks where one has no place, cut at the axes.
     pub(super) fn line(&mut self, points: impl IntoIterator<Item = Point>, stroke: Stroke) {
+        self.figure.begin(Layer::Data);
         let mut run: Vec<Point> = Vec::new();
         let mut last: Option<Point> = None;
         for point in points {
@@ -176,6 +179,7 @@ impl<'f> Panel<'f> {
         let labelled = if seen.len() <= MOST_LABELLED { &seen[..] } else { &[] };
         let notes = labelled.iter().map(|(_, p, error)| self.values(*p, *error)).collect();
         self.occupied.extend_from_slice(&places);
+        self.figure.begin(Layer::Data);
         self.figure.dots(places, radius, color, notes);
     }
 
@@ -202,6 +206,7 @@ impl<'f> Panel<'f> {
         let upper = points.iter().filter_map(|&[x, _, high]| self.at([x, inside(high)]));
         let lower = points.iter().rev().filter_map(|&[x, low, _]| self.at([x, inside(low)]));
         let outline: Vec<Point> = upper.chain(lower).filter(|p| self.inside(*p)).collect();
+        self.figure.begin(Layer::Data);
         self.figure.area(outline, color);
     }
 
@@ -213,18 +218,21 @@ impl<'f> Panel<'f> {
             // A hair wider, so that no seam shows between neighbours.
             let right = (b[0] + 0.6).min(self.left + self.width);
             let low = (a[1] + 0.6).min(self.top + self.height);
+            self.figure.begin(Layer::Data);
             self.figure.rectangle([a[0], b[1]], [right, low], color);
         }
     }
 
     /// A remark below the top edge, on the left.
     pub(super) fn remark(&mut self, text: &str) {
+        self.figure.begin(Layer::Words);
         let at = [self.left + 8.0, self.top + 14.0];
         self.figure.text(at, text, TEXT_SIZE - 2.0, INK.faded(0.7), Anchor::Start);
     }
 
     /// A note in the middle, where there is nothing to draw.
     pub(super) fn note(&mut self, text: &str) {
+        self.figure.begin(Layer::Words);
         let at = [self.left + 0.5 * self.width, self.top + 0.5 * self.height];
         self.figure.text(at, text, TEXT_SIZE, INK.faded(0.7), Anchor::Middle);
     }
@@ -246,6 +254,7 @@ impl<'f> Panel<'f> {
             .into_iter()
             .min_by_key(|corner| covered(*corner))
             .unwrap_or([far, high]);
+        self.figure.begin(Layer::Words);
         self.figure.rectangle([x, y], [x + width, y + height], Color::new(255, 255, 255).faded(0.85));
         for (i, (mark, text)) in entries.iter().enumerate() {
             let middle = y + 4.0 + LINE * (i as f64 + 0.5);

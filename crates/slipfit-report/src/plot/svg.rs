@@ -1,7 +1,7 @@
 //! SVG: text stays text, in whatever sans-serif the viewer has.
 
 use super::axis::Axis;
-use super::figure::{Anchor, Color, Figure, Point, Shape, Stroke};
+use super::figure::{Anchor, Color, Figure, Layer, Point, Shape, Stroke};
 use crate::escape::html as escape;
 use std::fmt::Write as _;
 
@@ -14,7 +14,8 @@ pub(super) fn render(figure: &Figure) -> Vec<u8> {
         "<svg xmlns=\"http://www.w3.org/2000/svg\" viewBox=\"0 0 {w} {h}\" width=\"{w}\" height=\"{h}\" \
          font-family=\"{FAMILY}\">\n<!-- slipfit {version} -->\n<rect width=\"{w}\" height=\"{h}\" fill=\"#ffffff\"/>\n"
     );
-    write_shapes(&mut svg, figure);
+    write_shapes(&mut svg, &figure.shapes);
+    svg.push_str("</svg>\n");
     svg.into_bytes()
 }
 
@@ -47,16 +48,33 @@ pub(super) fn inline(figure: &Figure) -> String {
             axis(&frame.y)
         );
     }
-    write_shapes(&mut svg, figure);
+    write_layers(&mut svg, figure);
+    svg.push_str("</svg>\n");
     svg
 }
 
-fn write_shapes(svg: &mut String, figure: &Figure) {
-    for shape in &figure.shapes {
+/// The shapes in groups by what they belong to.
+fn write_layers(svg: &mut String, figure: &Figure) {
+    let ends = figure.layers.iter().skip(1).map(|(begin, _)| *begin).chain([figure.shapes.len()]);
+    let first = figure.layers.first().map_or(figure.shapes.len(), |(begin, _)| *begin);
+    write_shapes(svg, &figure.shapes[..first]);
+    for ((begin, layer), end) in figure.layers.iter().zip(ends) {
+        let class = match layer {
+            Layer::Ticks => "ticks",
+            Layer::Data => "data",
+            Layer::Words => "words",
+        };
+        svg.push_str(&format!("<g class=\"{class}\">\n"));
+        write_shapes(svg, &figure.shapes[*begin..end]);
+        svg.push_str("</g>\n");
+    }
+}
+
+fn write_shapes(svg: &mut String, shapes: &[Shape]) {
+    for shape in shapes {
         // Writing to a String cannot fail.
         let _ = write_shape(svg, shape);
     }
-    svg.push_str("</svg>\n");
 }
 
 fn write_shape(svg: &mut String, shape: &Shape) -> std::fmt::Result {

@@ -1,0 +1,40 @@
+//! The files named on the command line: what the page may ask for, and nothing else.
+
+use crate::failure::Failure;
+use serde_json::{Value, json};
+use std::fs::File;
+use std::io;
+use std::path::{Path, PathBuf};
+
+/// A file that the page opens at once.
+#[derive(Debug)]
+pub(super) struct Handed {
+    path: PathBuf,
+}
+
+impl Handed {
+    /// A file that is there and can be read.
+    pub(super) fn new(path: &Path) -> Result<Self, Failure> {
+        let handed = Self { path: path.to_owned() };
+        match handed.open() {
+            Ok(_) => Ok(handed),
+            Err(e) => Err(Failure::new(format!("{}: cannot be read: {e}", path.display()))),
+        }
+    }
+
+    /// The open file and its length.
+    pub(super) fn open(&self) -> io::Result<(File, u64)> {
+        // Opened first: what is measured is what is read.
+        let file = File::open(&self.path)?;
+        let what = file.metadata()?;
+        if !what.is_file() {
+            return Err(io::Error::new(io::ErrorKind::InvalidInput, "it is no regular file"));
+        }
+        Ok((file, what.len()))
+    }
+}
+
+/// The names of the files in the order in which they are numbered, as on the command line.
+pub(super) fn list(files: &[Handed]) -> Value {
+    files.iter().map(|handed| json!({ "name": handed.path.to_string_lossy() })).collect()
+}
