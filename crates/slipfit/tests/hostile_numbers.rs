@@ -20,6 +20,17 @@ fn cases(usual: u32) -> ProptestConfig {
     }
 }
 
+/// Bytes that libFuzzer found: a Q too small for a number.
+#[test]
+fn what_the_fuzzer_found_is_refused() {
+    let mut found = vec![0xd3, 0x01, 0x00, 0xc5];
+    found.extend([0xff; 27]);
+    found.extend([0x00, 0xfc, 0x00]);
+    found.extend([0x0a; 70]);
+    found.extend([0x00, 0xbc]);
+    hostile::levels(&found);
+}
+
 fn bytes() -> impl Strategy<Value = Vec<u8>> {
     prop::collection::vec(any::<u8>(), 0..400)
 }
