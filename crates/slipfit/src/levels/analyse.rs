@@ -168,7 +168,9 @@ pub fn analyse_with(levels: &Levels, options: &Options, criteria: &Criteria) -> 
     let of_parameters = parameters
         .iter()
         .flat_map(|(_, q)| [q.value, q.std_error, q.unbounded_value, q.interval_95[0], q.interval_95[1]]);
-    if !figures.chain(of_points).chain(of_parameters).all(f64::is_finite) {
+    // A factor of quality that is not above zero was too small for a number.
+    let vanished = calibrated.as_ref().is_some_and(|(q, _)| !(q.value > 0.0));
+    if vanished || !figures.chain(of_points).chain(of_parameters).all(f64::is_finite) {
         return Err(Error::NoFit {
             reason: "the levels are too large, too small or too far apart for a line",
         });
