@@ -76,7 +76,7 @@ pub fn inspect(inspected: &Inspected<'_>, spell: Spelling<'_>) -> String {
             }
         }
     }
-    let _ = writeln!(text, "\n> {}", inspected.next_command);
+    let _ = writeln!(text, "\n> {}", escape::terminal(inspected.next_command));
     text
 }
 
@@ -189,7 +189,7 @@ fn picture(
     ends_unit: &str,
 ) -> String {
     let Some((lines, [low, high])) = braille::plot(points) else { return String::new() };
-    let labels = [plain(high, 3, unit), plain(low, 3, unit)];
+    let labels = [high, low].map(|v| escape::terminal(&plain(v, 3, unit)));
     let mut text = String::from("\n");
     for (i, line) in lines.iter().enumerate() {
         let label = match i {
