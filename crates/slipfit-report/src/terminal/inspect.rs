@@ -49,7 +49,7 @@ pub fn inspect(inspected: &Inspected<'_>, spell: Spelling<'_>) -> String {
     if !inspected.lines.is_empty() {
         text.push('\n');
         for line in inspected.lines {
-            let _ = writeln!(text, "  {DIM}{}{DIM:#}", clipped(line, WIDTH - 2));
+            let _ = writeln!(text, "  {DIM}{}{DIM:#}", clipped(&escape::terminal(line), WIDTH - 2));
         }
     }
     text.push('\n');
