@@ -55,6 +55,10 @@ const TARGETS: [(&str, &[&str]); 29] = [
 /// Where the seeds are.
 const SEEDS: [&str; 2] = ["validation/reference/formats", "validation/reference/writers"];
 
+/// The analyses, and the bytes that make their numbers at most: each is a choice, and long ones are slow.
+const ANALYSES: [&str; 4] = ["levels", "resonance", "ringdown", "series"];
+const MOST_CHOICES: usize = 400;
+
 /// Longer than any file of this size may take, on a busy machine as well.
 const HANGS_AFTER_S: u32 = 30;
 const MOST_MEMORY_MB: u32 = 2048;
@@ -63,6 +67,10 @@ const KEPT: (usize, u64) = (40, 32 << 10);
 
 struct Options {
     minutes: f64,
+    /// Inputs after which a target ends before its time.
+    runs: Option<u64>,
+    /// Targets at once.
+    jobs: usize,
     seed: u32,
     only: Option<Vec<String>>,
     keep: bool,
@@ -70,12 +78,15 @@ struct Options {
 
 impl Options {
     fn of(arguments: &[String]) -> Result<Self, Failure> {
-        let mut options = Self { minutes: 10.0, seed: 1, only: None, keep: false };
+        let jobs = std::thread::available_parallelism().map_or(1, usize::from);
+        let mut options = Self { minutes: 10.0, runs: None, jobs, seed: 1, only: None, keep: false };
         let mut rest = arguments.iter();
         while let Some(flag) = rest.next() {
             let mut value = || rest.next().ok_or(format!("{flag} needs a value"));
             match flag.as_str() {
                 "--minutes" => options.minutes = value()?.parse()?,
+                "--runs" => options.runs = Some(value()?.parse()?),
+                "--jobs" => options.jobs = value()?.parse::<usize>()?.max(1),
                 "--seed" => options.seed = value()?.parse()?,
                 "--only" => options.only = Some(value()?.split(',').map(str::to_owned).collect()),
                 "--keep" => options.keep = true,
@@ -98,22 +109,23 @@ impl Options {
     }
 }
 
-/// Builds the targets and gives each its share of the minutes, as many at once as there are cores.
+/// Builds the targets and gives each its share of the minutes, as many at once as there are cores or as
+/// `--jobs` says; `--runs` ends each after so many inputs, `--only` names some of them.
 pub(crate) fn run(arguments: &[String]) -> Result<ExitCode, Failure> {
     let options = Options::of(arguments)?;
     let targets = options.targets()?;
     let folder = target()?.join("fuzz");
     let programs = build(&folder)?;
-    let cores = std::thread::available_parallelism().map_or(1, usize::from);
-    let seconds = (60.0 * options.minutes * cores as f64 / targets.len() as f64).ceil().max(1.0);
+    let jobs = options.jobs;
+    let seconds = (60.0 * options.minutes * jobs as f64 / targets.len() as f64).ceil().max(1.0);
     let (next, failed) = (AtomicUsize::new(0), Mutex::new(Vec::new()));
-    println!("{} targets, {seconds:.0} s each, {cores} at once", targets.len());
+    println!("{} targets, {seconds:.0} s each, {jobs} at once", targets.len());
     std::thread::scope(|scope| {
-        for _ in 0..cores {
+        for _ in 0..jobs {
             scope.spawn(|| {
                 while let Some(&(name, seeds)) = targets.get(next.fetch_add(1, Ordering::Relaxed)) {
                     let target = Target { name, seeds, folder: &folder, program: programs.join(name) };
-                    match target.fuzz(seconds, options.seed) {
+                    match target.fuzz(seconds, &options) {
                         Ok(line) => println!("{line}"),
                         Err(error) => {
                             println!("{name}: {error}");
@@ -189,7 +201,7 @@ impl Target<'_> {
     }
 
     /// Runs it so long and tells what it did in one line.
-    fn fuzz(&self, seconds: f64, seed: u32) -> Result<String, Failure> {
+    fn fuzz(&self, seconds: f64, options: &Options) -> Result<String, Failure> {
         let (found, failures) = (self.found(), self.folder.join("failures"));
         fs::create_dir_all(&found)?;
         fs::create_dir_all(&failures)?;
@@ -199,10 +211,12 @@ impl Target<'_> {
                 format!("-max_total_time={seconds:.0}"),
                 format!("-timeout={HANGS_AFTER_S}"),
                 format!("-rss_limit_mb={MOST_MEMORY_MB}"),
-                format!("-seed={seed}"),
+                format!("-seed={}", options.seed),
                 format!("-artifact_prefix={}", prefix.display()),
                 "-print_final_stats=1".into(),
             ])
+            .args(options.runs.map(|runs| format!("-runs={runs}")))
+            .args(ANALYSES.contains(&self.name).then(|| format!("-max_len={MOST_CHOICES}")))
             .arg(&found)
             .args(self.seeds()?)
             .output()?;

@@ -53,8 +53,10 @@ cargo xtask statistics --table-one [--write] [--seeds N]
 cargo xtask book [--write]
   --write       put what the commands print into the pages
 
-cargo xtask fuzz [--minutes N] [--only wav,npy, …] [--seed N] [--keep]
+cargo xtask fuzz [--minutes N] [--runs N] [--jobs N] [--only wav,npy, …] [--seed N] [--keep]
   --minutes N   for so long in all (default 10)
+  --runs N      each target ends after so many inputs, if that comes first
+  --jobs N      so many targets at once (default: one a core)
   --only        these targets only (fuzz/targets)
   --seed N      other changes than by the default, 1
   --keep        renew fuzz/corpus, the small files that reach most of the readers

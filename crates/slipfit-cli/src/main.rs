@@ -7,6 +7,7 @@ mod failure;
 mod interrupt;
 mod manifest;
 mod output;
+mod progress;
 mod version;
 
 use clap::Parser;

@@ -4,7 +4,7 @@
 
 mod common;
 
-use common::{example, slipfit};
+use common::{example, root, slipfit};
 use std::fs;
 use std::path::{Path, PathBuf};
 use std::process::{Command, Output, Stdio};
@@ -36,6 +36,7 @@ fn folder() -> TempDir {
     ] {
         fs::copy(example(from), folder.path().join(to)).unwrap();
     }
+    fs::copy(root().join("validation/reference/maps/stack.npy"), folder.path().join("stack.npy")).unwrap();
     let series = "[[measurement]]\nsweep = \"sweep.csv\"\nreference = \"free.csv\"\n\
                   [[measurement]]\nlevels = \"levels.csv\"\n";
     fs::write(folder.path().join("series.toml"), series).unwrap();
@@ -150,6 +151,76 @@ fn tables_pictures_and_simulations_are_no_inputs_either() {
     }
 }
 
+/// A map is known by its first bytes, whatever its name: also by one that an output has.
+#[test]
+fn no_output_of_a_map_is_its_input() {
+    let folder = folder();
+    let path = folder.path();
+    fs::create_dir(path.join("blocks")).unwrap();
+    for (name, flags) in [
+        ("stack.csv", "--table stack.csv"),
+        ("stack.arrow", "--table ./stack.arrow"),
+        ("stack.svg", "--plot stack.svg"),
+        ("stack.png", "--plot stack.png"),
+        ("blocks/rows-0-2.arrow", "--resume blocks"),
+    ] {
+        fs::rename(path.join("stack.npy"), path.join(name)).unwrap();
+        let before = fs::read(path.join(name)).unwrap();
+        let mut inputs = vec![name.to_owned()];
+        fs::hard_link(path.join(name), path.join("hard")).unwrap();
+        inputs.push("hard".to_owned());
+        #[cfg(unix)]
+        {
+            std::os::unix::fs::symlink(path.join(name), path.join("soft")).unwrap();
+            inputs.push("soft".to_owned());
+        }
+        for input in inputs {
+            let said = refusal(path, &format!("map {input} --dt 0.02 {flags} --force"));
+            assert!(said.contains("never overwritten"), "{input} {flags}: {said}");
+        }
+        assert_eq!(fs::read(path.join(name)).unwrap(), before);
+        for link in ["hard", "soft"] {
+            fs::remove_file(path.join(link)).ok();
+        }
+        fs::rename(path.join(name), path.join("stack.npy")).unwrap();
+    }
+    let said = refusal(path, "map stack.npy --dt 0.02 --table blocks/rows-0-2.arrow --resume blocks");
+    assert!(said.contains("are the same file"), "{said}");
+}
+
+#[test]
+fn a_block_of_a_map_replaces_no_file_of_others() {
+    let folder = folder();
+    let path = folder.path();
+    fs::create_dir(path.join("blocks")).unwrap();
+    let block = path.join("blocks/rows-0-2.arrow");
+    let line = "map stack.npy --dt 0.02 --resume blocks --table out.arrow";
+    let theirs = root().join("validation/reference/writers/pyarrow_plain_V5.arrow");
+    for foreign in [FOREIGN.as_bytes().to_vec(), fs::read(theirs).unwrap()] {
+        fs::write(&block, &foreign).unwrap();
+        let said = refusal(path, line);
+        assert!(said.contains("was not written by slipfit"), "{said}");
+        assert_eq!(fs::read(&block).unwrap(), foreign);
+        assert!(!path.join("out.arrow").exists());
+    }
+    done(path, &format!("{line} --force"));
+    let made = fs::read(&block).unwrap();
+    done(path, line);
+    // A disk with no room leaves the old block, of other numbers, whole.
+    #[cfg(target_os = "linux")]
+    {
+        let program = assert_cmd::cargo::cargo_bin!("slipfit");
+        let other = line.replace("--dt 0.02", "--dt 0.03");
+        let script = format!("trap '' XFSZ; ulimit -f 0; exec {} {other}", program.display());
+        let limited = Command::new("sh").current_dir(path).args(["-c", &script]).output().unwrap();
+        let said = String::from_utf8_lossy(&limited.stderr);
+        assert_eq!(limited.status.code(), Some(2), "{said}");
+        assert!(said.contains("cannot be written"), "{said}");
+        assert_eq!(fs::read(&block).unwrap(), made);
+        assert_eq!(fs::read_dir(path.join("blocks")).unwrap().count(), 1);
+    }
+}
+
 #[test]
 fn two_outputs_are_two_files() {
     let folder = folder();
@@ -187,6 +258,11 @@ fn outputs() -> Vec<(String, String)> {
     for ending in ["csv", "wav", "parquet", "npy"] {
         all.push((format!("{DECAY} --out"), format!("out.{ending}")));
     }
+    for (flag, ending) in
+        [("--table", "csv"), ("--table", "npy"), ("--table", "arrow"), ("--plot", "svg"), ("--plot", "png")]
+    {
+        all.push((format!("map stack.npy --dt 0.02 {flag}"), format!("out.{ending}")));
+    }
     all.push((format!("{DECAY} --out new.csv --json"), "out.json".to_owned()));
     all
 }
@@ -216,7 +292,10 @@ fn a_file_of_others_is_kept_and_an_own_one_replaced() {
         fs::remove_file(&file).unwrap();
     }
     let left: Vec<_> = contents(path).into_iter().map(|(p, _)| folder_name(&p)).collect();
-    assert_eq!(left, ["free.csv", "levels.csv", "new.csv", "series.toml", "sweep.csv", "swing.csv"]);
+    assert_eq!(
+        left,
+        ["free.csv", "levels.csv", "new.csv", "series.toml", "stack.npy", "sweep.csv", "swing.csv"]
+    );
 }
 
 #[test]

@@ -216,3 +216,78 @@ fn names_that_are_hard_to_type_are_rows_like_others() {
     let shown = String::from_utf8(run(slipfit().args(["inspect", "--", "-start.csv"])).stdout).unwrap();
     assert!(shown.contains("> slipfit ringdown ./-start.csv"), "{shown}");
 }
+
+/// Files of one swing under names that are hard to type, one missing and one without permission, by name,
+/// twice and by their folder: a row each, in the order given.
+#[cfg(unix)]
+fn many_rows(count: usize) -> (std::time::Duration, f64) {
+    use std::{ffi::OsString, os::unix::ffi::OsStringExt as _, os::unix::fs::PermissionsExt as _};
+    let folder = tempfile::tempdir().unwrap();
+    let held = folder.path().join("held");
+    fs::create_dir(&held).unwrap();
+    let swing = swing();
+    let name = |i: usize| {
+        let mut name: Vec<u8> = [&b"-"[..], b"two\nlines", b"latin\xe9", b"=1+1;", b"run"][i % 5].to_vec();
+        name.extend(format!("{i:05}.csv").bytes());
+        OsString::from_vec(name)
+    };
+    // All but one are links to one swing: what is measured is the run, not the disk.
+    fs::write(held.join(name(0)), &swing).unwrap();
+    (1..count).for_each(|i| fs::hard_link(held.join(name(0)), held.join(name(i))).unwrap());
+    fs::write(held.join("locked.csv"), &swing).unwrap();
+    fs::set_permissions(held.join("locked.csv"), fs::Permissions::from_mode(0o000)).unwrap();
+    // The superuser may read everything.
+    let locked = fs::read(held.join("locked.csv")).is_err();
+    let table = folder.path().join("out.json");
+    let mut command = std::process::Command::new(assert_cmd::cargo::cargo_bin!("slipfit"));
+    command
+        .current_dir(&held)
+        .args(["ringdown", "--quiet", "--table"])
+        .arg(&table)
+        .args(["--", "missing.csv"]);
+    command.arg(name(1)).arg(name(1)).arg(".");
+    let begun = std::time::Instant::now();
+    let mut child = command.spawn().unwrap();
+    // The most memory so far is told by the system while the program runs.
+    let status = format!("/proc/{}/status", child.id());
+    let mut most_mb = 0.0;
+    let code = loop {
+        let text = fs::read_to_string(&status).unwrap_or_default();
+        let peak = text.lines().find_map(|l| l.strip_prefix("VmHWM:")?.trim().strip_suffix(" kB"));
+        most_mb = peak.and_then(|kb| kb.parse::<f64>().ok()).map_or(most_mb, |kb| kb / 1000.0);
+        match child.try_wait().unwrap() {
+            Some(status) => break status.code(),
+            None => std::thread::sleep(std::time::Duration::from_millis(5)),
+        }
+    };
+    assert_eq!(code, Some(0));
+    let rows = rows(&table);
+    assert_eq!(rows.len(), 3 + count + 1);
+    let (files, statuses) = (of(&rows, "file"), of(&rows, "status"));
+    assert_eq!(files[..3], ["missing.csv", "two\nlines00001.csv", "two\nlines00001.csv"]);
+    let failed: Vec<&String> =
+        files.iter().zip(&statuses).filter(|(_, s)| *s == "failed").map(|(f, _)| f).collect();
+    let wanted: &[&str] = if locked { &["missing.csv", "./locked.csv"] } else { &["missing.csv"] };
+    assert_eq!(failed, wanted);
+    assert!(files[3..].is_sorted(), "a folder by the names of its files");
+    (begun.elapsed(), most_mb)
+}
+
+#[cfg(unix)]
+#[test]
+fn hundreds_of_files_are_a_row_each_and_take_no_memory_each() {
+    let (_, few) = many_rows(50);
+    let (_, many) = many_rows(500);
+    // A row is some hundred bytes; a record of 1500 samples held would be 24 kB, 11 MB in all.
+    assert!(many < few + 6.0, "{few} MB for 50 files, {many} MB for 500");
+}
+
+#[cfg(unix)]
+#[test]
+#[ignore = "a measurement: 20 000 files"]
+#[allow(clippy::print_stdout, reason = "the figures are what it is for")]
+fn twenty_thousand_files_are_a_row_each() {
+    let (time, memory) = many_rows(20_000);
+    println!("20 000 files: {:.1} s, {memory:.0} MB at most", time.as_secs_f64());
+    assert!(memory < 200.0, "{memory} MB");
+}

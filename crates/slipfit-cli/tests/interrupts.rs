@@ -77,3 +77,48 @@ fn a_table_of_long_analyses_ends_and_goes_on_later() {
     assert!(left.iter().all(|n| files.contains(n) || n == "out.csv" || n == "out.csv.rows"), "{left:?}");
     assert!(left.contains(&"out.csv.rows".to_owned()), "the rows that are done: {left:?}");
 }
+
+fn ends_at_once((code, took): (Option<i32>, Duration)) {
+    assert_eq!(code, Some(130), "after {took:?}");
+}
+
+#[test]
+fn a_long_record_and_a_map_end_too() {
+    let folder = tempfile::tempdir().unwrap();
+    // A record of a million samples that is not evenly spaced, and takes seconds.
+    let mut state = 7u64;
+    let mut text = String::from("t (s),x (mm)\n");
+    for i in 0..1_000_000 {
+        state = state.wrapping_mul(6364136223846793005).wrapping_add(1442695040888963407);
+        let noise = (state >> 11) as f64 / (1u64 << 53) as f64 - 0.5;
+        let t = 1e-3 * (f64::from(i) + 0.3 * noise);
+        text += &format!("{t:.6},{:.5}\n", (-0.002 * t).exp() * (12.0 * t).cos() + 0.3 * noise);
+    }
+    fs::write(folder.path().join("long.csv"), text).unwrap();
+    let before = names(folder.path());
+    let child = start(folder.path(), &["ringdown", "long.csv", "--html", "out.html", "--json", "out.json"]);
+    ends_at_once(interrupt(child, |since| since > Duration::from_millis(150)));
+    assert_eq!(names(folder.path()), before);
+    // A stack of 300 x 300 decays of 512 samples, analysed one by one.
+    let header = "{'descr': '<f4', 'fortran_order': False, 'shape': (300, 300, 512), }\n";
+    let mut stack = b"\x93NUMPY\x01\x00".to_vec();
+    stack.extend((header.len() as u16).to_le_bytes());
+    stack.extend(header.bytes());
+    for pixel in 0..90_000u32 {
+        let rate = 0.01 + 1e-7 * pixel as f32;
+        stack
+            .extend((0..512).flat_map(|i| ((-rate * i as f32).exp() * (0.7 * i as f32).cos()).to_le_bytes()));
+    }
+    fs::write(folder.path().join("stack.npy"), stack).unwrap();
+    let before = names(folder.path());
+    let map = ["map", "stack.npy", "--dt", "1e-3", "--kind", "displacement", "--method", "analyse"];
+    let line = [&map[..], &["--table", "out.csv", "--plot", "out.svg"]].concat();
+    ends_at_once(interrupt(start(folder.path(), &line), |since| since > Duration::from_millis(500)));
+    assert_eq!(names(folder.path()), before);
+    // With blocks to keep as well, and of a block half-written nothing is left.
+    let line = [&map[..], &["--table", "out.csv", "--resume", "blocks"]].concat();
+    ends_at_once(interrupt(start(folder.path(), &line), |since| since > Duration::from_millis(500)));
+    let blocks = names(&folder.path().join("blocks"));
+    assert!(blocks.iter().all(|name| name.starts_with("rows-")), "{blocks:?}");
+    assert!(!folder.path().join("out.csv").exists());
+}

@@ -3,7 +3,7 @@
 //! A value that does not exist (no fit outside the segment, no phase, no frequency of a bare
 //! envelope) is an empty cell.
 
-use crate::escape::{comment, csv as quoted};
+use crate::escape::{csv as quoted, csv_comment as comment};
 use crate::{AnalysedCurve, AnalysedLevels, AnalysedRingdown, AnalysedSeries, Sentence};
 use slipfit::resonance::{CurvePoint, Method};
 use slipfit::series::Estimate;

@@ -3,6 +3,7 @@
 //! No name in a file may mark up a page, give a command to LaTeX, a spreadsheet or a terminal, or
 //! turn the direction of the text around it.
 
+use std::borrow::Cow;
 use std::fmt::Write as _;
 
 /// Stands for a character that a format cannot show safely.
@@ -46,9 +47,11 @@ pub fn markdown(text: &str) -> String {
             '&' => out.push_str("&amp;"),
             // Between letters an underscore marks nothing.
             '_' if inside => out.push('_'),
+            '[' if rest.peek() == Some(&'^') => out.push_str("\\["),
             // Brackets are a link only where these follow.
             ']' if matches!(rest.peek(), Some('(' | '[' | ':')) => out.push_str("\\]"),
-            '\\' | '`' | '*' | '_' => out.extend(['\\', c]),
+            // Dollars are mathematics for some readers.
+            '\\' | '`' | '*' | '_' | '$' | '~' => out.extend(['\\', c]),
             c if c.is_control() => out.push(' '),
             c if turns_direction(c) => out.push(REPLACED),
             c => out.push(c),
@@ -63,11 +66,14 @@ pub fn markdown_cell(text: &str) -> String {
     markdown(text).replace('|', "\\|")
 }
 
-/// For text of LaTeX; signs beyond ASCII as it writes them without a package.
+/// For text of LaTeX; signs beyond ASCII as it writes them without a package. Letters that are not Latin
+/// stay as they are, for XeLaTeX and LuaLaTeX.
 pub fn latex(text: &str) -> String {
     let mut out = String::with_capacity(text.len());
     for c in text.chars() {
         match c {
+            // At the beginning of a row they would belong to the end of the row before.
+            '[' | '*' if out.trim().is_empty() => out.extend(['{', c, '}']),
             '\\' => out.push_str("\\textbackslash{}"),
             '~' => out.push_str("\\textasciitilde{}"),
             '^' => out.push_str("\\textasciicircum{}"),
@@ -111,17 +117,62 @@ pub fn comment(text: &str) -> String {
     text.replace(ends, " ").replace(turns_direction, &REPLACED.to_string())
 }
 
+/// For a comment at the head of a CSV file, which a spreadsheet takes apart at commas and semicolons as
+/// any line: no part of it begins like a formula.
+pub fn csv_comment(text: &str) -> String {
+    apart(comment(text), &[',', ';'])
+}
+
+/// No part between these begins like a formula.
+fn apart(text: String, separators: &[char]) -> String {
+    if !text.contains(separators) {
+        return text;
+    }
+    let mut out = String::with_capacity(text.len());
+    let mut begins = false;
+    for c in text.chars() {
+        if begins && begins_formula(c) {
+            out.push('\'');
+        }
+        begins = separators.contains(&c) || begins && (c.is_whitespace() || c == '"' || c == REPLACED);
+        out.push(c);
+    }
+    out
+}
+
+/// Whether a spreadsheet takes what begins so for a formula.
+fn begins_formula(c: char) -> bool {
+    matches!(c, '=' | '+' | '-' | '@')
+}
+
 /// A cell of text in a CSV file. Behind an apostrophe a spreadsheet takes what begins like a
-/// formula (`=`, `+`, `-`, `@`, a tab, blanks before them) for text. Control characters but the end
-/// of a line become blanks: the file may be shown by a terminal.
+/// formula (`=`, `+`, `-`, `@`, a tab, blanks before them) for text. Control characters become
+/// blanks: the file may be shown by a terminal, and not every spreadsheet minds the quotes around an end of line.
 pub fn csv(text: &str) -> String {
     let formula =
         text.trim_start_matches(|c: char| c.is_whitespace() || c.is_control() || turns_direction(c));
-    let marks = formula.starts_with(['=', '+', '-', '@']) || text.starts_with(['\t', '\r']);
-    let control = |c: char| c.is_control() && c != '\n';
-    let inert = text.replace(control, " ").replace(turns_direction, &REPLACED.to_string());
-    let text = if marks { format!("'{inert}") } else { inert };
-    if text.contains([',', '"', '\n']) { format!("\"{}\"", text.replace('"', "\"\"")) } else { text }
+    let marks = formula.starts_with(begins_formula) || text.starts_with(['\t', '\r']);
+    let inert = text.replace(|c: char| c.is_control(), " ").replace(turns_direction, &REPLACED.to_string());
+    let text = apart(if marks { format!("'{inert}") } else { inert }, &[';']);
+    if text.contains([',', ';', '"']) { format!("\"{}\"", text.replace('"', "\"\"")) } else { text }
+}
+
+/// Text of JSON, or a part of a string in it: signs that a terminal or a reader would obey in the
+/// spelling that JSON has for any sign, so that the value stays as it is.
+pub fn json(text: &str) -> Cow<'_, str> {
+    let obeyed = |c: char| c.is_control() && c > '\u{1f}' || turns_direction(c);
+    if !text.contains(obeyed) {
+        return Cow::Borrowed(text);
+    }
+    let mut out = String::with_capacity(text.len() + 16);
+    for c in text.chars() {
+        if obeyed(c) {
+            let _ = write!(out, "\\u{:04x}", u32::from(c));
+        } else {
+            out.push(c);
+        }
+    }
+    Cow::Owned(out)
 }
 
 /// For a terminal: no escape sequence, no control character but the end of a line.
@@ -192,6 +243,7 @@ mod tests {
         assert_eq!(latex("a_b%$\\input{x}"), "a\\_b\\%\\$\\textbackslash{}input\\{x\\}");
         assert_eq!(latex("×10⁻⁷ µm²"), "$\\times$10$^{-}$$^7$ $\\mu$m$^2$");
         assert_eq!(comment("a\n\\input{x}"), "a \\input{x}");
+        assert_eq!(latex(" [3cm] a [b]*"), " {[}3cm] a [b]*");
         for name in HOSTILE {
             let text = latex(name);
             for command in ["\\input", "\\write", "\\end", "\n", "\r"] {
@@ -207,6 +259,7 @@ mod tests {
         assert_eq!(csv("-1+2"), "'-1+2");
         assert_eq!(csv("a,b \"c\""), "\"a,b \"\"c\"\"\"");
         assert_eq!(csv("plain_name.csv"), "plain_name.csv");
+        assert_eq!(csv_comment("a,=b;@c, - d, 1-2"), "a,'=b;'@c, '- d, 1-2");
         for name in HOSTILE {
             let row = format!("{},1\n", csv(name));
             let mut reader = ::csv::ReaderBuilder::new().has_headers(false).from_reader(row.as_bytes());

@@ -91,6 +91,24 @@ proptest! {
     }
 
     #[test]
+    fn no_part_of_a_comment_is_a_formula(name in name()) {
+        let line = format!("# file = {}", escape::csv_comment(&name));
+        prop_assert!(!line.contains(['\n', '\r']), "{line:?}");
+        for part in line.split([',', ';']) {
+            let begins = part.trim_start_matches(|c: char| c.is_whitespace() || c == '"' || c == '\u{fffd}');
+            prop_assert!(!begins.starts_with(['=', '+', '-', '@']), "{line}");
+        }
+    }
+
+    #[test]
+    fn json_keeps_the_name(name in name()) {
+        let plain = serde_json::to_string(&name).unwrap();
+        let text = escape::json(&plain);
+        prop_assert!(!steers(&text), "{text:?}");
+        prop_assert_eq!(serde_json::from_str::<String>(&text).unwrap(), name);
+    }
+
+    #[test]
     fn html_and_svg_hold_it_as_text(name in name()) {
         let page = format!("<p title=\"{0}\">{0}</p>", escape::html(&name));
         let mut reader = quick_xml::Reader::from_str(&page);

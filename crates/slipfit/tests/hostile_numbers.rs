@@ -20,6 +20,24 @@ fn cases(usual: u32) -> ProptestConfig {
     }
 }
 
+/// Bytes that libFuzzer found.
+#[test]
+fn what_the_fuzzer_found_is_answered_or_refused() {
+    let bytes = |digits: &str| -> Vec<u8> {
+        let byte = |pair: &[u8]| u8::from_str_radix(std::str::from_utf8(pair).expect("text"), 16);
+        digits.as_bytes().chunks(2).map(|pair| byte(pair).expect("digits")).collect()
+    };
+    // A Q too small for a number.
+    hostile::levels(&bytes(&["d30100c5", &"ff".repeat(27), "00fc00", &"0a".repeat(70), "00bc"].concat()));
+    // A correlation of ten million.
+    hostile::levels(&bytes(
+        "ff1800390182e9e9e216d8d5130d020228161616161616162100000000000000130d0202283a161616161616161616161616\
+         ff0e9d0d",
+    ));
+    // A period of the drive beyond all numbers.
+    hostile::resonance(&bytes("ffff00083a3a2f08f9083a0859068d413a"));
+}
+
 fn bytes() -> impl Strategy<Value = Vec<u8>> {
     prop::collection::vec(any::<u8>(), 0..400)
 }

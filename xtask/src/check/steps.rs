@@ -1,7 +1,7 @@
 //! The steps, quick ones first.
 
 use std::ffi::OsStr;
-use std::path::PathBuf;
+use std::path::{Path, PathBuf};
 
 use super::outcome::{Outcome, Step};
 use crate::places::{cargo, command, root, run, succeeds, target};
@@ -247,9 +247,13 @@ fn licences_bans_sources() -> Result<Outcome, Failure> {
 }
 
 /// Known vulnerabilities. Their list lives on the network: without it, and
-/// without a copy fetched earlier, the step is skipped and says so.
+/// without a copy fetched earlier, the step is skipped and says so. `SLIPFIT_ADVISORIES` names a copy
+/// that can be reached, a git repository by its address or folder.
 fn advisories() -> Result<Outcome, Failure> {
     let deny = CARGO_DENY.program()?;
+    if let Some(copy) = std::env::var_os("SLIPFIT_ADVISORIES") {
+        return advisories_of(&deny, &copy.to_string_lossy());
+    }
     let ask = |flags: &[&str]| -> Result<(bool, String), Failure> {
         let mut check = command(&deny);
         // A prompt for a password would wait for ever.
@@ -278,6 +282,27 @@ fn advisories() -> Result<Outcome, Failure> {
     Ok(Outcome::Skipped("vulnerabilities NOT checked: the advisory list is out of reach".into()))
 }
 
+/// Against this copy of the list.
+fn advisories_of(deny: &Path, copy: &str) -> Result<Outcome, Failure> {
+    let address = if Path::new(copy).is_dir() {
+        format!("file://{}", std::fs::canonicalize(copy)?.display())
+    } else {
+        copy.to_owned()
+    };
+    let settings = std::fs::read_to_string(root().join("deny.toml"))?;
+    let config = target()?.join("deny.toml");
+    std::fs::write(&config, with_list(&settings, &address)?)?;
+    run(command(deny).args(["check", "--config"]).arg(&config).arg("advisories"))?;
+    Ok(Outcome::Passed(format!("against {copy}")))
+}
+
+/// The settings with another place of the list.
+fn with_list(settings: &str, address: &str) -> Result<String, Failure> {
+    let heading = "[advisories]\n";
+    let (before, after) = settings.split_once(heading).ok_or("deny.toml has no [advisories]")?;
+    Ok(format!("{before}{heading}db-urls = [{address:?}]\n{after}"))
+}
+
 fn spelling() -> Result<Outcome, Failure> {
     run(&mut command(TYPOS.program()?))?;
     Ok(Outcome::passed())
@@ -285,7 +310,7 @@ fn spelling() -> Result<Outcome, Failure> {
 
 #[cfg(test)]
 mod tests {
-    use super::{brings_c, default_features};
+    use super::{brings_c, default_features, with_list};
 
     #[test]
     fn crates_that_compile_or_link_c_are_told_from_those_that_only_look_so() {
@@ -295,6 +320,14 @@ mod tests {
         for package in ["nalgebra", "windows-sys", "linux-raw-sys", "web-sys", "accelerate"] {
             assert!(!brings_c(package), "{package}");
         }
+    }
+
+    #[test]
+    fn the_list_of_vulnerabilities_may_lie_elsewhere() {
+        let settings = "[bans]\nwildcards = 1\n\n[advisories]\nyanked = \"deny\"\n";
+        let with = with_list(settings, "file:///copy").unwrap();
+        assert!(with.ends_with("[advisories]\ndb-urls = [\"file:///copy\"]\nyanked = \"deny\"\n"), "{with}");
+        assert!(with_list("[bans]\n", "file:///copy").is_err());
     }
 
     #[test]

@@ -12,9 +12,9 @@ use crate::command::show::{drawn, plot_target};
 use crate::failure::{FAILED, Failure, WARNED};
 use crate::interrupt::{self, INTERRUPTED};
 use crate::output::{self, Outputs};
+use crate::progress;
 use crate::version;
 use anstream::ColorChoice;
-use indicatif::{ProgressBar, ProgressDrawTarget, ProgressStyle};
 use journal::Journal;
 use rayon::prelude::*;
 use sha2::{Digest, Sha256};
@@ -65,7 +65,7 @@ pub(crate) fn run(task: &Task<'_>, color: ColorChoice) -> Result<ExitCode, Failu
     };
     interrupt::watch()?;
     let known: HashMap<String, Row> = known.into_iter().map(|r| (r.file.clone(), r)).collect();
-    let bar = progress(task.files.len() as u64, task.out.quiet);
+    let bar = progress::bar(task.files.len() as u64, "{pos}/{len} files", task.out.quiet);
     let rows = task
         .files
         .par_iter()
@@ -167,14 +167,4 @@ fn signature(task: &Task<'_>) -> String {
     let fingerprint: String = digest[..8].iter().map(|byte| format!("{byte:02x}")).collect();
     let words = words.join(" ").replace(['\n', '\r'], " ");
     format!("slipfit {} {} {words} #{fingerprint}", crate::version::long(), task.command).replace("  ", " ")
-}
-
-/// A bar on standard error, on a terminal only.
-fn progress(length: u64, quiet: bool) -> ProgressBar {
-    let target = if quiet { ProgressDrawTarget::hidden() } else { ProgressDrawTarget::stderr() };
-    let bar = ProgressBar::with_draw_target(Some(length), target);
-    if let Ok(style) = ProgressStyle::with_template("{bar:40} {pos}/{len} files, {eta} left") {
-        bar.set_style(style);
-    }
-    bar
 }

@@ -47,7 +47,8 @@ impl Form {
                 Ok(text.into_bytes())
             }
             Self::Json => {
-                let mut text = serde_json::to_vec_pretty(rows).map_err(|e| failed(&e))?;
+                let text = serde_json::to_string_pretty(rows).map_err(|e| failed(&e))?;
+                let mut text = escape::json(&text).into_owned().into_bytes();
                 text.push(b'\n');
                 Ok(text)
             }

@@ -4,6 +4,7 @@ use crate::args::AtlasArgs;
 use crate::command::show::drawn;
 use crate::failure::{Failure, warning_line};
 use crate::output::{self, Outputs};
+use crate::progress;
 use anstream::ColorChoice;
 use slipfit::motion::steady::atlas::{Cell, FLANK_HALF_WIDTHS, cell};
 use slipfit_report::plot::{self, HeatMap};
@@ -34,8 +35,14 @@ pub(crate) fn run(args: &AtlasArgs, color: ColorChoice) -> Result<ExitCode, Fail
     let [b_low, b_high] = BETA_RANGE;
     let beta: Vec<f64> =
         (0..args.beta_points).map(|i| b_low + (b_high - b_low) * along(i, args.beta_points)).collect();
+    let bar = progress::bar((q.len() * beta.len()) as u64, "{pos}/{len} cells", false);
+    let each = |q: f64, b: f64| {
+        bar.inc(1);
+        cell(q, b).ok()
+    };
     let cells: Vec<Option<Cell>> =
-        beta.iter().flat_map(|b| q.iter().map(move |q| cell(*q, *b).ok())).collect();
+        beta.iter().flat_map(|b| q.iter().map(|q| each(*q, *b)).collect::<Vec<_>>()).collect();
+    bar.finish_and_clear();
 
     to.write("atlas.csv", |out| table(out, &q, &beta, &cells))?;
     let maps: Vec<HeatMap> = MAPS

@@ -3,6 +3,7 @@
 use crate::args::{InspectArgs, quoted};
 use crate::failure::{Failure, spelled};
 use crate::output;
+use crate::progress;
 use anstream::ColorChoice;
 use slipfit_io::{Glance, ReadError, ReadProblem, Reading, Table, Tables};
 use slipfit_report::terminal::{self, Inspected};
@@ -25,8 +26,9 @@ pub(crate) fn run(args: &InspectArgs, color: ColorChoice) -> Result<ExitCode, Fa
     // Standard output may be redirected into the file itself.
     output::Outputs::new(false, [args.file.as_path()])?;
     let curve_options = args.reading.curve_options();
-    let looked =
-        slipfit_io::glance(&args.file, PREVIEW_ROWS, &args.reading.options(), curve_options.as_ref())?;
+    let looked = progress::watched("reading", false, || {
+        slipfit_io::glance(&args.file, PREVIEW_ROWS, &args.reading.options(), curve_options.as_ref())
+    })?;
     let Glance { head, tables, record: reading, swings, curve, .. } = looked;
     let lines = if tables.dialect.is_some() { first_lines(&head) } else { Vec::new() };
     let flags = args.reading.as_flags();

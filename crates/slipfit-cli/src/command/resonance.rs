@@ -5,6 +5,7 @@ use crate::args::ResonanceArgs;
 use crate::batch;
 use crate::failure::{Failure, note_line};
 use crate::output;
+use crate::progress;
 use anstream::ColorChoice;
 use slipfit::answer::hint::Analysis;
 use slipfit::resonance::{Options, analyse};
@@ -22,12 +23,15 @@ pub(crate) fn run(args: &ResonanceArgs, color: ColorChoice) -> Result<ExitCode, 
     }
     let to = Destinations::new(&args.out, args.inputs())?;
     let curve = args.curve.options();
-    let reference = read_reference(args.reference.as_deref(), &curve)?;
-    let (reading, options) = prepare(&args.files, &curve, args.options(), reference.as_ref())?;
-    args.calibration.check(reading.curve.unit())?;
-    let file = Path::new(&reading.report.path);
-    let answer =
-        analyse(&reading.curve, &options).map_err(|e| Failure::analysing(Analysis::Resonance, file, &e))?;
+    let (reference, reading, options, answer) = progress::watched("analysing", args.out.quiet, || {
+        let reference = read_reference(args.reference.as_deref(), &curve)?;
+        let (reading, options) = prepare(&args.files, &curve, args.options(), reference.as_ref())?;
+        args.calibration.check(reading.curve.unit())?;
+        let file = Path::new(&reading.report.path);
+        let answer = analyse(&reading.curve, &options)
+            .map_err(|e| Failure::analysing(Analysis::Resonance, file, &e))?;
+        Ok::<_, Failure>((reference, reading, options, answer))
+    })?;
     let analysed = AnalysedCurve {
         reading: &reading,
         reference: reference.as_ref(),

@@ -4,8 +4,8 @@ use super::show::{Destinations, show};
 use crate::args::RingdownArgs;
 use crate::batch;
 use crate::failure::Failure;
+use crate::progress;
 use anstream::ColorChoice;
-use indicatif::{ProgressBar, ProgressDrawTarget, ProgressStyle};
 use slipfit::SignalKind;
 use slipfit::answer::hint::Analysis;
 use slipfit::ringdown::{Answer, Options, analyse};
@@ -13,7 +13,6 @@ use slipfit_io::{Format, Reading};
 use slipfit_report::AnalysedRingdown;
 use std::path::Path;
 use std::process::ExitCode;
-use std::time::Duration;
 
 /// A file this large, in bytes, is read with a bar; it takes about a tenth of a second.
 const LARGE: u64 = 32 << 20;
@@ -56,28 +55,18 @@ struct Done {
 fn watched(file: &Path, args: &RingdownArgs) -> Result<Done, Failure> {
     let bytes = std::fs::metadata(file).map_or(0, |m| m.len());
     if args.out.quiet || bytes < LARGE {
-        return analyse_file(file, args);
+        return progress::watched("analysing", args.out.quiet, || analyse_file(file, args));
     }
-    let bar = ProgressBar::with_draw_target(Some(bytes), ProgressDrawTarget::stderr());
-    if let Ok(style) = ProgressStyle::with_template("{bar:40} {bytes} of {total_bytes}, {eta} left") {
-        bar.set_style(style);
-    }
-    let spin = |message| {
-        if let Ok(style) = ProgressStyle::with_template("{spinner} {msg}, {elapsed}") {
-            bar.set_style(style);
-        }
-        bar.set_message(message);
-        bar.enable_steady_tick(Duration::from_millis(120));
-    };
+    let bar = progress::bar(bytes, "{bytes} of {total_bytes}", false);
     let read = slipfit_io::read_watched(file, &args.reading.options(), &mut |n| {
         bar.set_position(n);
         // Formats other than text are decoded once all of their bytes have passed.
         if n >= bytes {
-            spin("decoding");
+            progress::spin(&bar, "decoding");
         }
     });
     let done = read.map_err(Failure::from).and_then(|reading| {
-        spin("analysing");
+        progress::spin(&bar, "analysing");
         analyse_reading(file, reading, args)
     });
     bar.finish_and_clear();

@@ -4,6 +4,7 @@ use super::show::{Destinations, show};
 use crate::args::SeriesArgs;
 use crate::failure::{Failure, spelled};
 use crate::manifest::{self, Entry, Source};
+use crate::progress;
 use anstream::ColorChoice;
 use slipfit::answer::hint::Analysis;
 use slipfit::model::displacement::DisplacementUnit;
@@ -19,7 +20,7 @@ pub(crate) fn run(args: &SeriesArgs, color: ColorChoice) -> Result<ExitCode, Fai
     let mut measurements = Vec::new();
     let mut inputs = Vec::new();
     for entry in &manifest.entries {
-        let (data, input) = read(entry)?;
+        let (data, input) = progress::watched("reading", args.out.quiet, || read(entry))?;
         inputs.push(input);
         measurements.push(Measurement {
             name: entry.name.clone(),
@@ -39,7 +40,7 @@ pub(crate) fn run(args: &SeriesArgs, color: ColorChoice) -> Result<ExitCode, Fai
     options.calibration = manifest.calibration.map(|(constant, _)| constant);
     options.unit = unit;
     options.condition_unit = manifest.condition_unit.clone();
-    let answer = analyse(&measurements, &options)
+    let answer = progress::watched("analysing", args.out.quiet, || analyse(&measurements, &options))
         .map_err(|e| Failure::analysing(Analysis::Resonance, &args.manifest, &e))?;
     let heading = SeriesHeading {
         path: args.manifest.display().to_string(),

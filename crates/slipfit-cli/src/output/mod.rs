@@ -5,6 +5,7 @@ mod place;
 mod plan;
 mod sink;
 
+pub(crate) use origin::foreign;
 pub(crate) use plan::{Folder, Outputs, Target};
 pub(crate) use sink::Sink;
 

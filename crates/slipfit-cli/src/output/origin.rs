@@ -8,6 +8,7 @@
 //! | SVG, HTML | a comment, `<meta name="generator">` |
 //! | PNG, WAV | the text chunks `Software`, `ISFT` |
 //! | Parquet | `created_by` |
+//! | Arrow | the key `slipfit_map` of its metadata |
 //! | manual page | `.TH slipfit` |
 //! | journal of a table | a first line `slipfit …` |
 //! | `--table` as CSV, JSON, Markdown, LaTeX | the names of its first columns |
@@ -22,7 +23,7 @@ use std::io::{self, Read as _, Seek as _, SeekFrom};
 use std::path::Path;
 
 /// The error for a file that is not ours.
-pub(super) fn foreign(shown: &str) -> Failure {
+pub(crate) fn foreign(shown: &str) -> Failure {
     Failure::new(format!("{shown}: the file exists and was not written by slipfit"))
         .hint("--force replaces it; another name keeps it")
 }
@@ -58,6 +59,9 @@ fn bytes_are_ours(head: &[u8], tail: &[u8]) -> bool {
     }
     if head.starts_with(b"\x89PNG") {
         return holds(head, b"tEXtSoftware\0slipfit ");
+    }
+    if head.starts_with(b"ARROW1") {
+        return holds(head, b"slipfit_map") || holds(tail, b"slipfit_map");
     }
     if head.starts_with(b"RIFF") {
         return tail.windows(16).any(|w| w.starts_with(b"ISFT") && w.ends_with(b"slipfit "));
@@ -114,6 +118,7 @@ mod tests {
             "file,status,reason,model,frequency_hz\n",
             "**a.csv**: a sentence\n\n`a.csv` SHA-256 00  \nslipfit 0.1.0 (210515bbb0ed)\n",
             "<svg xmlns=\"http://www.w3.org/2000/svg\">\n<!-- slipfit 0.1.0 -->\n",
+            "ARROW1\0\0 slipfit_map",
             ".ie \\n(.g .ds Aq \\(aq\n.el .ds Aq '\n.TH slipfit-man 1  \"man \" \n",
         ] {
             assert!(ours(text), "{text}");
@@ -131,6 +136,7 @@ mod tests {
             "file,status\na,b\n",
             "<svg></svg>\n",
             "\u{89}PNG",
+            "ARROW1\0\0 a table of others",
             " ",
         ] {
             assert!(!ours(text), "{text}");

@@ -73,6 +73,25 @@ impl Outputs {
     /// # Errors
     /// It is an input, or another output, or a file that slipfit did not write, or cannot be written.
     pub(crate) fn add(&mut self, flag: &str, path: &Path) -> Result<Target, Failure> {
+        let target = self.add_own(flag, path)?;
+        if let Some(file) = target.file()
+            && file.exists()
+            && !self.force
+        {
+            let shown = format!("{flag} {}", path.display());
+            let ours = origin::is_ours(file);
+            if !ours.map_err(|e| Failure::new(format!("{shown}: cannot be written: {e}")))? {
+                return Err(origin::foreign(&shown));
+            }
+        }
+        Ok(Target { force: self.force, ..target })
+    }
+
+    /// The same for a file of which the caller knows by itself that it may be replaced.
+    ///
+    /// # Errors
+    /// It is an input, or another output, or cannot be written.
+    pub(crate) fn add_own(&mut self, flag: &str, path: &Path) -> Result<Target, Failure> {
         let shown = format!("{flag} {}", path.display());
         let failed = |e: io::Error| Failure::new(format!("{shown}: cannot be written: {e}"));
         let place = Place::of(path).map_err(failed)?;
@@ -103,11 +122,8 @@ impl Outputs {
             && file.exists()
         {
             OpenOptions::new().write(true).open(file).map_err(failed)?;
-            if !self.force && !origin::is_ours(file).map_err(failed)? {
-                return Err(origin::foreign(&shown));
-            }
         }
-        Ok(Target { named: path.to_owned(), place, force: self.force })
+        Ok(Target { named: path.to_owned(), place, force: true })
     }
 
     /// The files `names` in `folder`, which is made if need be.

@@ -1,5 +1,6 @@
 //! Objects indented, arrays of numbers on one line.
 
+use crate::escape;
 use serde::Serialize;
 use serde_json::ser::{Formatter, PrettyFormatter, Serializer};
 use std::io::{self, Write};
@@ -44,6 +45,10 @@ impl Formatter for Layout<'_> {
         self.0.begin_object_value(writer)
     }
 
+    fn write_string_fragment<W: ?Sized + Write>(&mut self, writer: &mut W, part: &str) -> io::Result<()> {
+        writer.write_all(escape::json(part).as_bytes())
+    }
+
     fn end_object_value<W: ?Sized + Write>(&mut self, writer: &mut W) -> io::Result<()> {
         self.0.end_object_value(writer)
     }
@@ -63,5 +68,15 @@ mod tests {
         let mut out = Vec::new();
         write(&mut out, &Two { a: vec![1.0, f64::NAN], b: f64::INFINITY }).unwrap();
         assert_eq!(String::from_utf8(out).unwrap(), "{\n  \"a\": [1.0, null],\n  \"b\": null\n}\n");
+    }
+
+    #[test]
+    fn names_are_kept_but_not_obeyed() {
+        let name = "a\u{9b}2J\u{7f}\u{202e}b\u{1b}[31m\n\"\\é";
+        let mut out = Vec::new();
+        write(&mut out, &name).unwrap();
+        let text = String::from_utf8(out).unwrap();
+        assert_eq!(text, "\"a\\u009b2J\\u007f\\u202eb\\u001b[31m\\n\\\"\\\\é\"\n");
+        assert_eq!(serde_json::from_str::<String>(&text).unwrap(), name);
     }
 }

@@ -8,7 +8,7 @@ use std::fmt::Write as _;
 
 /// Sentence, parameters, tables and warnings.
 pub fn markdown(document: &Document<'_>, provenance: &Provenance) -> String {
-    let mut text = format!("**{}**: {}\n", line(&document.subject), line(&document.sentence));
+    let mut text = format!("**{}**: {}\n", line(&document.subject).trim(), line(&document.sentence));
     if !document.parameters.is_empty() {
         text += "\n| parameter | symbol | value | ± | unit | 95 % interval |\n|---|---|--:|--:|---|---|\n";
         for row in &document.parameters {

@@ -2,6 +2,9 @@
 
 use crate::escape::html as escape;
 
+/// Greek letters of symbols, and their commands in LaTeX.
+const GREEK: [(&str, &str); 4] = [("δ", r"\delta"), ("γ", r"\gamma"), ("τ", r"\tau"), ("β", r"\beta")];
+
 /// Letter and index of a symbol: `x_F` and `x₀` have one.
 fn parts(symbol: &str) -> (String, String) {
     let digit = |c: char| ('₀'..='₉').contains(&c).then(|| char::from(b'0' + (c as u32 - '₀' as u32) as u8));
@@ -12,9 +15,17 @@ fn parts(symbol: &str) -> (String, String) {
     (letter, symbol.chars().filter_map(digit).collect())
 }
 
-/// Whether a text is a symbol, alone or over another: `δ`, `x_F`, `R/x₀`, not `rms`.
+/// Whether a text is a symbol, alone or over another: `δ`, `x_F`, `R/x₀`, not `rms`. A heading may be
+/// anybody's words: what has a sign in it that a format reads as markup is no symbol.
 fn is_symbol(text: &str) -> bool {
-    !text.is_empty() && text.split('/').all(|part| parts(part).0.chars().count() == 1)
+    let letter = |c: char| c.is_ascii_alphabetic() || GREEK.iter().any(|(greek, _)| greek.starts_with(c));
+    let one = |part: &str| {
+        let (name, index) = parts(part);
+        name.chars().count() == 1
+            && name.chars().all(letter)
+            && index.chars().all(|c| c.is_ascii_alphanumeric())
+    };
+    !text.is_empty() && text.split('/').all(one)
 }
 
 pub(super) fn html(symbol: &str) -> String {
@@ -36,14 +47,10 @@ pub(super) fn markdown(symbol: &str) -> String {
 pub(super) fn latex(symbol: &str) -> String {
     let one = |part: &str| {
         let (letter, index) = parts(part);
-        let letter = match letter.as_str() {
-            "δ" => r"\delta",
-            "γ" => r"\gamma",
-            "τ" => r"\tau",
-            "β" => r"\beta",
-            other => other,
-        }
-        .to_owned();
+        let letter = GREEK
+            .iter()
+            .find_map(|(greek, command)| (*greek == letter).then(|| (*command).to_owned()))
+            .unwrap_or(letter);
         if index.is_empty() {
             letter
         } else if index.bytes().all(|b| b.is_ascii_digit()) {
@@ -90,6 +97,9 @@ mod tests {
         assert!(!is_symbol("rms"));
         assert!(!is_symbol("model"));
         assert!(!is_symbol(""));
+        for hostile in ["$_}\\input{x}", "x_<img>", "x_}$\\relax", "<", "%", "x_|", "*", "x_F/<"] {
+            assert!(!is_symbol(hostile), "{hostile}");
+        }
         let written = heading("x_F [mrad]", markdown, str::to_owned);
         assert_eq!(written, "*x*<sub>F</sub> [mrad]");
         assert_eq!(heading("rms [mrad]", markdown, str::to_owned), "rms [mrad]");

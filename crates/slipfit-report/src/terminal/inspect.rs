@@ -49,7 +49,7 @@ pub fn inspect(inspected: &Inspected<'_>, spell: Spelling<'_>) -> String {
     if !inspected.lines.is_empty() {
         text.push('\n');
         for line in inspected.lines {
-            let _ = writeln!(text, "  {DIM}{}{DIM:#}", clipped(line, WIDTH - 2));
+            let _ = writeln!(text, "  {DIM}{}{DIM:#}", clipped(&escape::terminal(line), WIDTH - 2));
         }
     }
     text.push('\n');
@@ -76,7 +76,7 @@ pub fn inspect(inspected: &Inspected<'_>, spell: Spelling<'_>) -> String {
             }
         }
     }
-    let _ = writeln!(text, "\n> {}", inspected.next_command);
+    let _ = writeln!(text, "\n> {}", escape::terminal(inspected.next_command));
     text
 }
 
@@ -189,7 +189,7 @@ fn picture(
     ends_unit: &str,
 ) -> String {
     let Some((lines, [low, high])) = braille::plot(points) else { return String::new() };
-    let labels = [plain(high, 3, unit), plain(low, 3, unit)];
+    let labels = [high, low].map(|v| escape::terminal(&plain(v, 3, unit)));
     let mut text = String::from("\n");
     for (i, line) in lines.iter().enumerate() {
         let label = match i {

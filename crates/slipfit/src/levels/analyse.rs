@@ -85,7 +85,12 @@ pub fn analyse_with(levels: &Levels, options: &Options, criteria: &Criteria) -> 
         (v(0, 0) + threshold * threshold * v(1, 1) + 2.0 * threshold * v(0, 1)) / line.slope.powi(2);
     let threshold_std = t_variance.max(0.0).sqrt();
     let covariance = -(v(0, 1) + threshold * v(1, 1)) / line.slope;
-    let correlation = if threshold_std > 0.0 { covariance / slope_std / threshold_std } else { 0.0 };
+    let correlation = if threshold_std > 0.0 {
+        // Of a variance that all but cancels rounding may leave less than nothing.
+        (covariance / slope_std / threshold_std).clamp(-1.0, 1.0)
+    } else {
+        0.0
+    };
     // A negative intercept is a threshold: one-sided.
     let gain = line.intercept * line.intercept / v(0, 0).max(f64::MIN_POSITIVE);
     let p_value = if line.intercept < 0.0 { one_sided(gain, dof) } else { 1.0 };
@@ -168,7 +173,9 @@ pub fn analyse_with(levels: &Levels, options: &Options, criteria: &Criteria) -> 
     let of_parameters = parameters
         .iter()
         .flat_map(|(_, q)| [q.value, q.std_error, q.unbounded_value, q.interval_95[0], q.interval_95[1]]);
-    if !figures.chain(of_points).chain(of_parameters).all(f64::is_finite) {
+    // A factor of quality that is not above zero was too small for a number.
+    let vanished = calibrated.as_ref().is_some_and(|(q, _)| !(q.value > 0.0));
+    if vanished || !figures.chain(of_points).chain(of_parameters).all(f64::is_finite) {
         return Err(Error::NoFit {
             reason: "the levels are too large, too small or too far apart for a line",
         });

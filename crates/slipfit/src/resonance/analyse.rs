@@ -86,14 +86,24 @@ pub fn analyse_with(curve: &Curve, options: &Options, criteria: &Criteria) -> Re
     if used.is_empty() {
         return Err(Error::NoResonance { reason: "no point lies in the band asked for" });
     }
-    let work = Work::limited(criteria.search.most_work as u64);
+    let work = Work::limited(criteria.search.work(used.len()));
+    analyse_within(curve, &used, options, criteria, &work)
+}
+
+/// [`analyse_with`] of the points in use, the work counted in `work`.
+pub(super) fn analyse_within(
+    curve: &Curve,
+    used: &Curve,
+    options: &Options,
+    criteria: &Criteria,
+    work: &Work,
+) -> Result<Answer, Error> {
     let block = |curve: &Curve| Block { work: work.clone(), ..Block::new(curve) };
-    let prepared =
-        PreparedCurve::new(block(&used), options.reference.as_ref().map(block), options, criteria)?;
+    let prepared = PreparedCurve::new(block(used), options.reference.as_ref().map(block), options, criteria)?;
     let fitted = selection::best_fit(&prepared, options, criteria, used.std_error().is_some());
     let fitted =
         fitted.map_err(|error| if work.was_cut() { Error::NoFit { reason: SEARCH_CUT } } else { error })?;
-    // A long search leaves as much for the intervals.
-    work.renew();
-    assemble::answer(curve, &used, options, &fitted, criteria)
+    // Whatever the search took, there is work for the intervals.
+    work.renew(criteria.search.interval_part);
+    assemble::answer(curve, used, options, &fitted, criteria)
 }

@@ -121,14 +121,31 @@ criteria! {
         few_on_peak: usize = 20, source "chosen by simulation", moves "minima missed";
         /// Sum of squares over the least, above which a start is not followed.
         hopeless: f64 = 30.0, source "chosen by simulation", moves "minima missed";
-        /// Work after which the search for the fit ends with what it has; so does that for its intervals.
-        /// A motion in closed form counts as 3, one with a stop as 6, others by their time: about a
-        /// second on one core.
-        most_work: usize = 60_000_000, source "ten times what curves of resonators take",
+        /// Work after which the search for the fit ends with what it has, besides that for each point. A
+        /// motion in closed form counts as 3, one with a stop as 6, others by their time: a million
+        /// takes about 30 ms on one core.
+        most_work: usize = 8_000_000, source "what curves of resonators take, with room to spare",
+            moves "time of analysis";
+        /// The same for each point of the curve.
+        work_per_point: usize = 28_000, source "what curves of resonators take, with room to spare",
+            moves "time of analysis";
+        /// Points that count for it.
+        most_working_points: usize = 1000, source "dense curves are fitted by means of neighbours",
+            moves "time of analysis";
+        /// Part of that work after which the search for the intervals ends.
+        interval_part: f64 = 0.35, source "what curves of resonators take, with room to spare",
             moves "time of analysis";
         /// Difference of two sums of squares, in variances of one observation, below which they are
         /// one minimum.
         same_minimum: f64 = 1e-3, source "far below one standard error", moves "time of analysis";
+    }
+}
+
+impl SearchCriteria {
+    /// Work allowed to a curve of so many points.
+    pub(crate) fn work(&self, points: usize) -> u64 {
+        let points = self.work_per_point.saturating_mul(points.min(self.most_working_points));
+        self.most_work.saturating_add(points) as u64
     }
 }
 

@@ -38,6 +38,8 @@ mod sums;
 mod terms;
 mod warnings;
 mod work;
+#[cfg(test)]
+mod work_tests;
 
 pub use analyse::{analyse, analyse_with};
 pub use answer::{

@@ -129,7 +129,7 @@ impl Problem {
     pub(crate) fn predict(&self, p: &[f64], reference: bool) -> Vec<Option<Modelled>> {
         let Some(b) = self.block(reference) else { return Vec::new() };
         let at = self.response(p, reference);
-        let mut follower = Follower::for_fit(b.work.left());
+        let mut follower = Follower::for_fit(b.work.for_report());
         let modelled = (0..b.len())
             .map(|i| {
                 let here = b.data[i] - at.background_at(b.omega[i]);
@@ -137,7 +137,7 @@ impl Problem {
                 at.at(b.omega[i], b.drive[i], guess, &mut follower)
             })
             .collect();
-        b.work.spend(b.len(), follower.work());
+        b.work.spend(b.len(), at.amplitude_dependent, follower.work());
         modelled
     }
 
@@ -188,6 +188,9 @@ impl LeastSquares for Problem {
 
     fn normal_within(&self, p: &[f64], out: &mut Normal, limit: f64) -> bool {
         out.clear();
+        if self.main.work.is_spent() {
+            return false;
+        }
         // A resonance ten times outside the points leaves no peak in them.
         let omega_0 = self.centre + p[OMEGA];
         let ends = [self.main.omega.first(), self.main.omega.last()].map(|w| w.copied().unwrap_or(omega_0));

@@ -201,7 +201,7 @@ impl ModelResponse {
                 break;
             }
             let reach = 0.5 * (r + m);
-            r = (r + step.clamp(-reach, reach)).max(0.0);
+            r = (r + step.max(-reach).min(reach)).max(0.0);
         }
         let (f, m, r, z_r, gain, damping) = found?;
         if (m - r).abs() > 1e-6 * m.max(r) {

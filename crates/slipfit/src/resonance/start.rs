@@ -63,7 +63,7 @@ pub(crate) fn linear(b: &Block, peak: &Peak, friction: bool) -> Option<(Start, b
     let back = unit * peak.height / square;
     let start = Start {
         shift,
-        delta: (delta * peak.half_width).clamp(1e-3 * peak.half_width, 0.7 * omega_0),
+        delta: (delta * peak.half_width).max(1e-3 * peak.half_width).min(0.7 * omega_0),
         x_0: re.hypot(im) * back,
         x_f: (f * FRAC_PI_4 * back).max(0.0),
         phase: im.atan2(re),
@@ -76,7 +76,7 @@ pub(crate) fn linear(b: &Block, peak: &Peak, friction: bool) -> Option<(Start, b
 pub(crate) fn parameters(start: &Start, known: Option<f64>) -> Vec<f64> {
     let mut s = *start;
     if let Some(x_0) = known {
-        s.x_f = (s.x_f + FRAC_PI_4 * (x_0 - s.x_0)).clamp(0.0, 0.76 * x_0);
+        s.x_f = (s.x_f + FRAC_PI_4 * (x_0 - s.x_0)).min(0.76 * x_0).max(0.0);
         s.x_0 = x_0;
     }
     let mut p = vec![0.0; COUNT];
@@ -223,6 +223,12 @@ mod tests {
             assert!((s.x_f / 0.06 - 1.0).abs() < 0.1, "{s:?}");
             assert!((peak.omega + s.shift - 6.0).abs() < 1e-3, "{s:?}");
             assert!((s.phase - 0.4).abs() < 0.05, "{s:?}");
+            // A width beyond the frequency, as hostile numbers have it: a start or none, never a panic.
+            for half_width in [1e4 * peak.omega, 1e300] {
+                let wide = Peak { half_width, ..peak };
+                let start = linear(&b, &wide, true);
+                assert!(start.is_none_or(|(s, _)| !(s.delta > peak.omega * 1e6)), "{start:?}");
+            }
         }
     }
 }

@@ -4,8 +4,15 @@
 use std::sync::Arc;
 use std::sync::atomic::{AtomicBool, AtomicU64, Ordering};
 
-/// Points of a pass on vector lanes that take as long as one by itself.
-const LANES: u64 = 8;
+/// Work of a pass whatever its points: parameters, matrices, the step they give.
+const PASS: u64 = 50;
+/// Work of a point on vector lanes.
+const POINT: u64 = 2;
+/// The same where the response depends on the amplitude, which is found by up to eight steps.
+const POINT_BY_AMPLITUDE: u64 = 5;
+
+/// Work for the model at every point where nothing else is left.
+const REPORT: u64 = 1_000_000;
 
 /// The work that fits to all copies of a curve may still do, in units of some 30 ns.
 #[derive(Debug, Clone)]
@@ -14,7 +21,11 @@ pub(crate) struct Work(Arc<Account>);
 #[derive(Debug)]
 struct Account {
     most: u64,
-    left: AtomicU64,
+    /// Allowed to the present step, and used by it.
+    step: AtomicU64,
+    used: AtomicU64,
+    /// Used by the steps before.
+    before: AtomicU64,
     cut: AtomicBool,
 }
 
@@ -34,26 +45,59 @@ impl PartialEq for Work {
 
 impl Work {
     pub(crate) fn limited(most: u64) -> Self {
-        Self(Arc::new(Account { most, left: AtomicU64::new(most), cut: AtomicBool::new(false) }))
+        Self(Arc::new(Account {
+            most,
+            step: AtomicU64::new(most),
+            used: AtomicU64::new(0),
+            before: AtomicU64::new(0),
+            cut: AtomicBool::new(false),
+        }))
     }
 
+    fn used(&self) -> u64 {
+        self.0.used.load(Ordering::Relaxed)
+    }
+
+    fn allowed(&self) -> u64 {
+        self.0.step.load(Ordering::Relaxed)
+    }
+
+    /// What motions with stops may still take.
     pub(crate) fn left(&self) -> u64 {
-        self.0.left.load(Ordering::Relaxed)
+        self.allowed().saturating_sub(self.used())
+    }
+
+    /// Whether not even motions in closed form are computed any more, of which as much again is allowed.
+    pub(crate) fn is_spent(&self) -> bool {
+        self.used() >= self.allowed().saturating_mul(2)
+    }
+
+    /// What a curve to be reported may take, whatever the search took.
+    pub(crate) fn for_report(&self) -> u64 {
+        self.left().max(REPORT)
+    }
+
+    /// All work done so far.
+    #[cfg(test)]
+    pub(crate) fn spent(&self) -> u64 {
+        self.0.before.load(Ordering::Relaxed) + self.used()
     }
 
     /// Counts one pass over `points`, with the work of those computed one by one.
-    pub(crate) fn spend(&self, points: usize, one_by_one: u64) {
-        let spent = one_by_one + points as u64 / LANES;
-        let left = self.left();
-        if spent >= left {
+    pub(crate) fn spend(&self, points: usize, by_amplitude: bool, one_by_one: u64) {
+        let each = if by_amplitude { POINT_BY_AMPLITUDE } else { POINT };
+        let spent = (PASS + each * points as u64).saturating_add(one_by_one);
+        if spent >= self.left() {
             self.0.cut.store(true, Ordering::Relaxed);
         }
-        self.0.left.store(left.saturating_sub(spent), Ordering::Relaxed);
+        self.0.used.store(self.used().saturating_add(spent), Ordering::Relaxed);
     }
 
-    /// Allows as much again, for the next step.
-    pub(crate) fn renew(&self) {
-        self.0.left.store(self.0.most, Ordering::Relaxed);
+    /// Allows the next step a part of what the first had.
+    pub(crate) fn renew(&self, part: f64) {
+        self.0.before.fetch_add(self.used(), Ordering::Relaxed);
+        self.0.used.store(0, Ordering::Relaxed);
+        self.0.step.store((part * self.0.most as f64) as u64, Ordering::Relaxed);
     }
 
     /// Whether a search was cut short.
@@ -68,14 +112,18 @@ mod tests {
 
     #[test]
     fn copies_spend_from_one_account() {
-        let work = Work::limited(100);
-        work.clone().spend(80, 60);
-        assert_eq!(work.left(), 30);
+        let work = Work::limited(1000);
+        work.clone().spend(5, false, 400);
+        assert_eq!(work.left(), 1000 - PASS - 5 * POINT - 400);
         assert!(!work.was_cut());
-        work.spend(0, 31);
+        work.spend(5, true, 1000);
         assert_eq!(work.left(), 0);
-        work.renew();
+        assert!(!work.is_spent());
+        work.spend(0, false, 500);
+        assert!(work.is_spent());
+        work.renew(0.5);
         assert!(work.was_cut());
-        assert_eq!(work.left(), 100);
+        assert_eq!(work.left(), 500);
+        assert_eq!(work.spent(), 3 * PASS + 5 * (POINT + POINT_BY_AMPLITUDE) + 1900);
     }
 }

@@ -241,6 +241,18 @@ impl<'a> Bytes<'a> {
         Some((self.points()?, options))
     }
 
+    /// Mostly a tenth of a millisecond's work and more, so that a search is cut anywhere; one curve in 250
+    /// has all that it is allowed.
+    fn criteria(&mut self) -> resonance::Criteria {
+        let mut criteria = resonance::Criteria::default();
+        let chosen = self.byte();
+        if chosen < 255 {
+            criteria.search.most_work = 4000 * (1 + usize::from(chosen % 64));
+            criteria.search.work_per_point = 0;
+        }
+        criteria
+    }
+
     /// Drive levels with the choices for them, where there are any.
     pub(crate) fn levels(&mut self) -> Option<(levels::Levels, levels::Options)> {
         let mut options = levels::Options::default();
@@ -304,8 +316,10 @@ pub(crate) fn ringdown(bytes: &[u8]) {
 
 /// Analyses the curve in these bytes and checks what comes.
 pub(crate) fn resonance(bytes: &[u8]) {
-    if let Some((curve, options)) = Bytes::new(bytes).curve()
-        && let Ok(answer) = resonance::analyse(&curve, &options)
+    let mut bytes = Bytes::new(bytes);
+    let criteria = bytes.criteria();
+    if let Some((curve, options)) = bytes.curve()
+        && let Ok(answer) = resonance::analyse_with(&curve, &options, &criteria)
     {
         check_resonance(&answer);
     }

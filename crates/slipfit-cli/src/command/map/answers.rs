@@ -4,6 +4,7 @@ use crate::args::MapArgs;
 use arrow_array::RecordBatch;
 use arrow_array::cast::AsArray;
 use arrow_array::types::Float64Type;
+use slipfit_report::escape;
 use slipfit_report::format::{Scale, plain};
 use slipfit_report::plot::{self, Image};
 use std::collections::BTreeMap;
@@ -72,7 +73,8 @@ impl Map<'_> {
 
     pub(super) fn summary(&self, args: &MapArgs, samples: usize) -> String {
         let [rows, columns] = self.pixels;
-        let mut text = format!("{}: {rows} × {columns} pixels of {samples} samples\n", args.file.display());
+        let name = escape::terminal(&args.file.display().to_string());
+        let mut text = format!("{name}: {rows} × {columns} pixels of {samples} samples\n");
         let mut status: BTreeMap<&str, usize> = BTreeMap::new();
         self.texts("status").for_each(|word| *status.entry(word).or_default() += 1);
         let counts: Vec<String> = status.iter().map(|(word, count)| format!("{count} {word}")).collect();

@@ -1,32 +1,58 @@
 //! Finished blocks of a map, kept until the map is whole.
 
 use crate::failure::Failure;
+use crate::output::{self, Outputs, Target};
 use arrow_array::RecordBatch;
 use arrow_ipc::reader::FileReader;
 use arrow_ipc::writer::FileWriter;
 use arrow_schema::ArrowError;
 use sha2::{Digest as _, Sha256};
 use slipfit_batch::Options;
+use std::collections::{BTreeMap, HashMap};
 use std::fs::{self, File};
+use std::io::{self, Read as _, Write};
 use std::ops::Range;
-use std::path::{Path, PathBuf};
-use tempfile::NamedTempFile;
+use std::path::Path;
+use std::sync::Arc;
 
 /// A folder of blocks, each a file of Arrow.
 pub(super) struct Blocks {
-    folder: PathBuf,
+    /// By their first row.
+    targets: BTreeMap<usize, Target>,
+    force: bool,
     /// Everything beside its numbers that changes the answers of a block.
     asked: String,
 }
 
 const SIGNATURE: &str = "slipfit_block";
+/// What a file of Arrow begins with.
+const MAGIC: &[u8] = b"ARROW1";
 
 impl Blocks {
-    pub(super) fn in_folder(folder: &Path, options: &Options) -> Result<Self, Failure> {
+    /// The files of these blocks in `folder`, which is made if need be.
+    ///
+    /// # Errors
+    /// The folder cannot be made, or one of its files is an input, an output, or not a block.
+    pub(super) fn in_folder(
+        folder: &Path,
+        rows: impl Iterator<Item = Range<usize>>,
+        options: &Options,
+        outputs: &mut Outputs,
+        force: bool,
+    ) -> Result<Self, Failure> {
         fs::create_dir_all(folder)
             .map_err(|e| Failure::new(format!("--resume {}: cannot be made: {e}", folder.display())))?;
+        let mut targets = BTreeMap::new();
+        for rows in rows {
+            let path = folder.join(format!("rows-{}-{}.arrow", rows.start, rows.end));
+            let target = outputs.add_own("--resume, a block", &path)?;
+            if !force && Held::of(&path, "").is_foreign() {
+                return Err(output::foreign(&format!("--resume, a block {}", path.display())));
+            }
+            targets.insert(rows.start, target);
+        }
         let asked = format!("{} {options:?}", crate::version::long());
-        Ok(Self { folder: folder.to_owned(), asked })
+        Ok(Self { targets, asked, force })
     }
 
     /// The block from the folder if it was made of the same numbers with the same options, else computed and
@@ -37,14 +63,17 @@ impl Blocks {
         traces: Vec<f64>,
         fit: impl FnOnce(Vec<f64>) -> Result<RecordBatch, Failure>,
     ) -> Result<RecordBatch, Failure> {
-        let path = self.folder.join(format!("rows-{}-{}.arrow", rows.start, rows.end));
+        let Some(target) = self.targets.get(&rows.start) else { return fit(traces) };
         let signature = self.signature(&traces);
-        if let Some(kept) = kept(&path, &signature) {
+        if let Held::Block(kept) = Held::of(target.named(), &signature) {
             return Ok(kept);
         }
         let found = fit(traces)?;
-        self.keep(&path, signature, &found)
-            .map_err(|e| Failure::new(format!("{}: cannot be written: {e}", path.display())))?;
+        // Another program may have made one meanwhile.
+        if !self.force && Held::of(target.named(), &signature).is_foreign() {
+            return Err(output::foreign(&target.named().display().to_string()));
+        }
+        target.write(|out| keep(out, signature, &found).map_err(io::Error::other))?;
         Ok(found)
     }
 
@@ -59,31 +88,54 @@ impl Blocks {
         }
         digest.finalize().iter().map(|byte| format!("{byte:02x}")).collect()
     }
-
-    /// As a whole or not at all.
-    fn keep(&self, path: &Path, signature: String, found: &RecordBatch) -> Result<(), ArrowError> {
-        let mut metadata = found.schema().metadata().clone();
-        metadata.insert(SIGNATURE.to_owned(), signature);
-        let schema = found.schema().as_ref().clone().with_metadata(metadata);
-        let part = NamedTempFile::new_in(&self.folder)?;
-        let mut writer = FileWriter::try_new(part.as_file(), &schema)?;
-        writer.write(found)?;
-        writer.finish()?;
-        drop(writer);
-        part.persist(path).map_err(|e| e.error)?;
-        Ok(())
-    }
 }
 
-/// A block of this signature; one that is missing, of other numbers or cut off is computed again.
-fn kept(path: &Path, signature: &str) -> Option<RecordBatch> {
-    let reader = FileReader::try_new(File::open(path).ok()?, None).ok()?;
-    let schema = reader.schema();
-    if schema.metadata().get(SIGNATURE).map(String::as_str) != Some(signature) {
-        return None;
+fn keep(out: &mut dyn Write, signature: String, found: &RecordBatch) -> Result<(), ArrowError> {
+    let mut metadata = found.schema().metadata().clone();
+    metadata.insert(SIGNATURE.to_owned(), signature);
+    let schema = found.schema().as_ref().clone().with_metadata(metadata);
+    let mut writer = FileWriter::try_new(out, &schema)?;
+    writer.write(found)?;
+    writer.finish()
+}
+
+/// What stands in the place of a block.
+enum Held {
+    /// Nothing, or a block of other numbers, or one that is cut off: computed again.
+    Nothing,
+    Block(RecordBatch),
+    /// A file that is no block.
+    Foreign,
+}
+
+impl Held {
+    fn of(path: &Path, signature: &str) -> Self {
+        let mut head = Vec::new();
+        let opened = File::open(path).and_then(|file| file.take(MAGIC.len() as u64).read_to_end(&mut head));
+        if opened.is_err() || head.is_empty() {
+            return Self::Nothing;
+        }
+        if head != MAGIC {
+            return Self::Foreign;
+        }
+        let Ok(reader) =
+            File::open(path).map_err(ArrowError::from).and_then(|f| FileReader::try_new(f, None))
+        else {
+            return Self::Nothing;
+        };
+        let schema = reader.schema();
+        match schema.metadata().get(SIGNATURE) {
+            None => return Self::Foreign,
+            Some(of) if of != signature => return Self::Nothing,
+            Some(_) => {}
+        }
+        let Ok(mut batches) = reader.collect::<Result<Vec<_>, _>>() else { return Self::Nothing };
+        let Some(batch) = batches.pop().filter(|_| batches.is_empty()) else { return Self::Nothing };
+        let plain = schema.as_ref().clone().with_metadata(HashMap::default());
+        RecordBatch::try_new(Arc::new(plain), batch.columns().to_vec()).map_or(Self::Nothing, Self::Block)
     }
-    let mut batches = reader.collect::<Result<Vec<_>, _>>().ok()?;
-    let batch = batches.pop().filter(|_| batches.is_empty())?;
-    let plain = schema.as_ref().clone().with_metadata(std::collections::HashMap::default());
-    RecordBatch::try_new(std::sync::Arc::new(plain), batch.columns().to_vec()).ok()
+
+    fn is_foreign(&self) -> bool {
+        matches!(self, Self::Foreign)
+    }
 }

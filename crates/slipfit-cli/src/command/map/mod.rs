@@ -9,10 +9,10 @@ use crate::command::show::drawn;
 use crate::failure::{Failure, spelled};
 use crate::interrupt::{self, INTERRUPTED};
 use crate::output::{self, Outputs, Target};
+use crate::progress;
 use anstream::ColorChoice;
 use answers::Map;
 use blocks::Blocks;
-use indicatif::{ProgressBar, ProgressDrawTarget, ProgressStyle};
 use slipfit::SignalKind;
 use slipfit_batch::{Clock, Error, Grid, Method, Number, Options, Signal, fit_pixels};
 use slipfit_io::Stack;
@@ -30,13 +30,18 @@ pub(crate) fn run(args: &MapArgs, color: ColorChoice) -> Result<ExitCode, Failur
     let mut stack = Stack::open(&args.file, args.data.as_deref())?;
     let grid = Grid::new(stack.shape(), usize::from(args.axis)).map_err(|e| refused(&args.file, &e))?;
     let options = options(args, stack.unit());
-    let blocks = args.resume.as_deref().map(|folder| Blocks::in_folder(folder, &options)).transpose()?;
+    let blocks = match &args.resume {
+        Some(folder) => {
+            Some(Blocks::in_folder(folder, grid.blocks(), &options, &mut outputs, args.replace.force)?)
+        }
+        None => None,
+    };
     // A half-done map is worth keeping only where blocks are kept.
     if blocks.is_some() {
         interrupt::watch()?;
     }
     let [rows, columns] = grid.pixels();
-    let bar = progress((rows * columns) as u64, args.quiet);
+    let bar = progress::bar((rows * columns) as u64, "{pos}/{len} pixels", args.quiet);
     let mut parts = Vec::new();
     for block in grid.blocks() {
         if interrupt::asked() {
@@ -111,13 +116,4 @@ fn options(args: &MapArgs, unit: &str) -> Options {
     options.min_amplitude = args.min_amplitude.map(Number::Same);
     options.unit = args.unit.clone().unwrap_or_else(|| unit.to_owned());
     options
-}
-
-fn progress(pixels: u64, quiet: bool) -> ProgressBar {
-    let target = if quiet { ProgressDrawTarget::hidden() } else { ProgressDrawTarget::stderr() };
-    let bar = ProgressBar::with_draw_target(Some(pixels), target);
-    if let Ok(style) = ProgressStyle::with_template("{bar:40} {pos}/{len} pixels, {eta} left") {
-        bar.set_style(style);
-    }
-    bar
 }

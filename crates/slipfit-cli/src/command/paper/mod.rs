@@ -9,6 +9,7 @@ use crate::args::PaperArgs;
 use crate::command::show::drawn;
 use crate::failure::Failure;
 use crate::output::{self, Folder, Outputs};
+use crate::progress;
 use anstream::ColorChoice;
 use slipfit_report::plot::{self, Chart};
 use std::io::{self, Write};
@@ -34,10 +35,11 @@ const FILES: [&str; 13] = [
 pub(crate) fn run(args: &PaperArgs, color: ColorChoice) -> Result<ExitCode, Failure> {
     let to = Outputs::new(args.replace.force, [])?.folder(&args.out, FILES)?;
     let computed = |e: slipfit::Error| Failure::new(format!("the paper's case could not be computed: {e}"));
-    let first = waveforms::charts().map_err(computed)?;
-    let ringdowns = ringdowns::measure(args.seed).map_err(computed)?;
-    let response = response::curves().map_err(computed)?;
-    let third = response::at_a_third().map_err(computed)?;
+    let (first, ringdowns, response, third) = progress::watched("computing", false, || {
+        let (first, ringdowns) = (waveforms::charts()?, ringdowns::measure(args.seed)?);
+        Ok((first, ringdowns, response::curves()?, response::at_a_third()?))
+    })
+    .map_err(computed)?;
     let mut second = ringdowns::charts(&ringdowns);
     second.push(response.chart);
     second.push(third.chart);

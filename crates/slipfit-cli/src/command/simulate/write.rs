@@ -1,10 +1,12 @@
 //! A table as CSV, NPY, sound, Parquet or JSON.
 
 use super::parquet;
-use super::sheet::{Column, Digits, Parameter, Sheet, Value, number};
+use super::sheet::{Digits, Parameter, Sheet, Value, number};
 use crate::args::{OutArgs, RecordFormat};
 use crate::failure::Failure;
 use crate::output::{Outputs, Target};
+use crate::progress;
+use slipfit_report::escape;
 use slipfit_report::json::{SimulatedColumn, SimulatedParameter, SimulatedRecord, simulated};
 use std::io::{self, Cursor, Write};
 use std::path::Path;
@@ -34,7 +36,13 @@ impl Destinations {
 }
 
 /// Writes the table wherever it was asked for.
-pub(super) fn write(mut sheet: Sheet<'_>, to: &Destinations) -> Result<(), Failure> {
+pub(super) fn write(sheet: Sheet<'_>, to: &Destinations) -> Result<(), Failure> {
+    // Beside rows on a terminal a sign of life would be in their way.
+    let screen = to.table.iter().chain(&to.json).any(Target::is_stdout);
+    progress::watched("simulating", screen, || write_all(sheet, to))
+}
+
+fn write_all(mut sheet: Sheet<'_>, to: &Destinations) -> Result<(), Failure> {
     if let (Some(table), None) = (&to.table, &to.json) {
         // Row by row where the format allows it: memory stays flat.
         match to.format {
@@ -110,9 +118,9 @@ fn csv_header(out: &mut dyn Write, sheet: &Sheet<'_>) -> io::Result<()> {
             Value::Number(v) => number(*v),
             Value::Text(text) => text.clone(),
         };
-        writeln!(out, "# {name} = {}", format!("{value} {unit}").trim_end())?;
+        writeln!(out, "# {name} = {}", escape::csv_comment(format!("{value} {unit}").trim_end()))?;
     }
-    let names: Vec<String> = sheet.columns.iter().map(Column::heading).collect();
+    let names: Vec<String> = sheet.columns.iter().map(|column| escape::csv(&column.heading())).collect();
     writeln!(out, "{}", names.join(","))
 }
 

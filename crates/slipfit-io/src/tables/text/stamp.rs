@@ -143,6 +143,9 @@ fn fraction(text: &str) -> Option<f64> {
 fn offset(text: &str) -> Option<f64> {
     let sign = if text.starts_with('-') { -1.0 } else { 1.0 };
     let plain: String = text[1..].chars().filter(|c| *c != ':').collect();
+    if !plain.is_ascii() {
+        return None;
+    }
     let minutes = match plain.len() {
         2 => 60 * digits(&plain, 2)?,
         4 => 60 * digits(&plain[..2], 2)? + digits(&plain[2..], 2)?,
@@ -212,6 +215,9 @@ mod tests {
             "1e5",
             "3:4:5:6:7",
             "12:00:0é",
+            // Found by fuzzing: signs of several bytes where digits are looked for.
+            "1-∞!",
+            "12:00:00+\u{feff}&",
         ] {
             assert_eq!(read(text), None, "{text}");
         }

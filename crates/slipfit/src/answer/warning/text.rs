@@ -159,12 +159,18 @@ impl fmt::Display for Warning {
             Warning::RunsDiffer { z } => {
                 write!(f, "sweeps up and down differ by {z:.1} standard errors: drift, or a sweep too fast")
             }
-            Warning::ReferenceDiffers { relative_frequency, decay_rate_ratio } => write!(
-                f,
-                "the reference curve is of another resonator or setting: its frequency differs by {:.3} %, its \
-                 decay rate is {decay_rate_ratio:.2} times the curve's",
-                100.0 * relative_frequency
-            ),
+            Warning::ReferenceDiffers { relative_frequency, decay_rate_ratio } => {
+                write!(
+                    f,
+                    "the reference curve is of another resonator or setting: its frequency differs by {:.3} %, ",
+                    100.0 * relative_frequency
+                )?;
+                if decay_rate_ratio.is_finite() {
+                    write!(f, "its decay rate is {decay_rate_ratio:.2} times the curve's")
+                } else {
+                    f.write_str("and the curve has no viscous loss to compare with its own")
+                }
+            }
             Warning::ReferenceSlides { p_value: p } => write!(
                 f,
                 "the reference curve itself shows sliding friction ({}): x_0 comes out too small",

@@ -82,6 +82,9 @@ const ARCS_OF_QUADRATURE: u64 = 20;
 const SMALL_RESPONSE: f64 = 300.0;
 /// Arcs, for each swing of the oscillator, of a search that finds no periodic motion.
 const ARCS_OF_FAILED_SEARCH: u64 = 1_000;
+/// Swings of the oscillator in a cycle of the drive beyond which a fit follows no motion with stops: each
+/// is passed through in steps.
+const MOST_SWINGS: f64 = 1_000.0;
 
 impl Default for Follower {
     fn default() -> Self {
@@ -133,10 +136,14 @@ impl Follower {
         if at.x_0 <= at.x_f {
             return Some(Fundamental::REST);
         }
+        let limited = self.most_work < u64::MAX;
+        if limited && at.omega_0 > MOST_SWINGS * at.omega {
+            return None;
+        }
         let last = self.last;
         let guess = closed.map_or(at.x_0, |c| c.turn_amplitude());
         // In half a cycle of a slow drive the oscillator swings many times.
-        let swings = 1 + (at.omega_0 / at.omega) as u64;
+        let swings = ((at.omega_0 / at.omega) as u64).saturating_add(1);
         let mut work = 0;
         let one_stop = |near: Option<Slip>, digits, work: &mut u64| {
             *work += WORK_OF_ONE_STOP * swings;
@@ -155,12 +162,19 @@ impl Follower {
                     .or_else(|| one_stop(cold, Digits::Eight, &mut work));
             }
         }
-        if found.is_none() && self.searches && self.work.saturating_add(work) < self.most_work {
-            let (motion, arcs) = by_event_machine(at, closed.map(|c| c.fundamental()));
-            work += WORK_OF_ARC * arcs.unwrap_or(ARCS_OF_FAILED_SEARCH * swings);
-            found = motion.map(|f| (f, None));
+        if found.is_none() && self.searches {
+            // What the search may take is known before it begins.
+            let failed = WORK_OF_ARC.saturating_mul(ARCS_OF_FAILED_SEARCH).saturating_mul(swings);
+            let left = self.most_work.saturating_sub(self.work).saturating_sub(work);
+            if !limited || failed.saturating_add(quadrature(at).saturating_mul(8 * WORK_OF_ARC)) < left {
+                let (motion, arcs) = by_event_machine(at, closed.map(|c| c.fundamental()), limited);
+                work = work.saturating_add(arcs.map_or(failed, |arcs| WORK_OF_ARC * arcs));
+                found = motion.map(|f| (f, None));
+            } else {
+                work = work.saturating_add(left);
+            }
         }
-        self.work += work;
+        self.work = self.work.saturating_add(work);
         let (found, slip) = found?;
         self.last = slip.or(last);
         Some(found)
@@ -198,10 +212,13 @@ const MOST_CYCLES: u32 = 60;
 
 /// The periodic motion of the event machine with the derivatives of `near`, and the number of arcs
 /// computed; no number where there is no such motion.
-fn by_event_machine(at: &Point, near: Option<Fundamental>) -> (Option<Fundamental>, Option<u64>) {
-    let Some(orbit) = orbit(at) else { return (None, None) };
-    let quadrature = ARCS_OF_QUADRATURE * (1 + (at.omega / at.omega_0 / SMALL_RESPONSE) as u64);
-    let arcs = (u64::from(orbit.cycles()) + quadrature) * (orbit.events().len() as u64 + 2);
+fn by_event_machine(
+    at: &Point,
+    near: Option<Fundamental>,
+    from_rest: bool,
+) -> (Option<Fundamental>, Option<u64>) {
+    let Some(orbit) = orbit(at, from_rest) else { return (None, None) };
+    let arcs = (u64::from(orbit.cycles()) + quadrature(at)) * (orbit.events().len() as u64 + 2);
     if orbit.events().is_empty() {
         return (Some(Fundamental::REST), Some(arcs));
     }
@@ -209,10 +226,20 @@ fn by_event_machine(at: &Point, near: Option<Fundamental>) -> (Option<Fundamenta
     (near.map(|near| Fundamental { value: orbit.harmonic(1), regime: Regime::ManyTurns, ..near }), Some(arcs))
 }
 
-fn orbit(at: &Point) -> Option<PeriodicOrbit> {
+/// Arcs that take as long as the integral for the fundamental over one.
+fn quadrature(at: &Point) -> u64 {
+    ARCS_OF_QUADRATURE.saturating_mul(((at.omega / at.omega_0 / SMALL_RESPONSE) as u64).saturating_add(1))
+}
+
+/// The orbit that is reached from rest, or, where that reaches none, from some other start.
+fn orbit(at: &Point, from_rest: bool) -> Option<PeriodicOrbit> {
     let oscillator = Oscillator::kinematic(at.omega_0, at.delta.max(0.0), at.x_f).ok()?;
     let drive = HarmonicDrive::new(at.x_0, at.omega).ok()?;
-    let options = OrbitOptions { max_cycles: MOST_CYCLES, ..OrbitOptions::default() };
+    let options = OrbitOptions {
+        start: from_rest.then_some((0.0, 0.0)),
+        max_cycles: MOST_CYCLES,
+        ..OrbitOptions::default()
+    };
     PeriodicOrbit::find(&oscillator, &drive, options).ok()
 }
 

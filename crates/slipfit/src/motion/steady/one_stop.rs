@@ -154,7 +154,11 @@ impl Slip {
         let mut walk = law.walk(law.g * crest, crest, h);
         // Its first step may lie before the drive has pulled it off.
         let mut before = walk.step();
-        let most = (PI / at.omega / h) as u32 + 2;
+        let most = PI / at.omega / h;
+        if !most.is_finite() {
+            return None;
+        }
+        let most = (most as u32).saturating_add(2);
         for k in 2..=most {
             let here = walk.step();
             if here >= 0.0 {

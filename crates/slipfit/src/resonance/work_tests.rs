@@ -1,0 +1,70 @@
+//! Work of hostile curves, counted: a curve of few points or of 401 ends within what it is allowed.
+
+use super::analyse::analyse_within;
+use super::criteria::Criteria;
+use super::work::Work;
+use super::{Curve, Options};
+use crate::motion::steady::Phasor;
+use crate::noise::jitter;
+
+/// The work of the default analysis, over what the search and the intervals are allowed; a pass that has
+/// begun is finished.
+fn work_over_allowed(curve: &Curve) -> f64 {
+    let criteria = Criteria::default();
+    let allowed = criteria.search.work(curve.len());
+    let work = Work::limited(allowed);
+    let _ = analyse_within(curve, curve, &Options::default(), &criteria, &work);
+    work.spent() as f64 / allowed as f64
+}
+
+/// Twice the search, in closed form behind its end, and twice the intervals; besides that the points that
+/// are reported, a hundredth each.
+const MOST: f64 = 2.0 * 1.35 + 0.3;
+
+fn amplitudes(frequency_hz: Vec<f64>, amplitude: Vec<f64>) -> Curve {
+    Curve::builder(frequency_hz, amplitude).build().unwrap()
+}
+
+#[test]
+fn seven_to_twelve_points_end() {
+    for n in 7..=12 {
+        let index: Vec<f64> = (1..=n).map(f64::from).collect();
+        let mut last = index.clone();
+        last[index.len() - 1] = 1000.0;
+        let mut far = index.clone();
+        far[index.len() - 1] = 1e9;
+        let mut slow = index.clone();
+        slow[0] = 1e-9;
+        let noise: Vec<f64> = (0..n).map(|i| jitter(i as usize, 3).abs()).collect();
+        let single: Vec<f64> = (0..n).map(|i| if i == n / 2 { 1e6 } else { 1.0 }).collect();
+        for (what, f, a) in [
+            ("rising amplitudes and one far off", &last, &index),
+            ("rising amplitudes and one much farther off", &far, &index),
+            ("a drive far slower than the rest", &slow, &noise),
+            ("noise", &index, &noise),
+            ("one point of a million", &index, &single),
+        ] {
+            let share = work_over_allowed(&amplitudes(f.clone(), a.clone()));
+            assert!(share < MOST, "{n} points, {what}: {share}");
+        }
+    }
+}
+
+#[test]
+fn four_hundred_points_end() {
+    let hz: Vec<f64> = (0..401).map(|i| 10.0 + 0.05 * f64::from(i)).collect();
+    let noise = |seed: u64| (0..401).map(|i| jitter(i, seed)).collect::<Vec<f64>>();
+    let step: Vec<f64> = hz.iter().map(|f| if *f < 20.0 { 1.0 } else { 0.2 }).collect();
+    let swing: Vec<f64> = (0..401).map(|i| (0.3 * f64::from(i)).cos().abs()).collect();
+    let mut curves = vec![
+        ("noise", amplitudes(hz.clone(), noise(1).iter().map(|v| v.abs() + 1e-3).collect())),
+        ("a step", amplitudes(hz.clone(), step)),
+        ("a swing", amplitudes(hz.clone(), swing)),
+    ];
+    let z = noise(2).into_iter().zip(noise(3)).map(|(a, b)| Phasor::new(a, b)).collect();
+    curves.push(("noise with phases", Curve::complex(hz, z).build().unwrap()));
+    for (what, curve) in curves {
+        let share = work_over_allowed(&curve);
+        assert!(share < MOST, "{what}: {share}");
+    }
+}
