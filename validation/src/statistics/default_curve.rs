@@ -31,6 +31,8 @@ const OMEGA_0: f64 = TAU;
 const X_0: f64 = 1.0;
 /// Noise of a quadrature over the highest amplitude: 40 dB.
 const NOISE: f64 = 0.01;
+/// Halvings in the search for an amplitude under drag.
+const DRAG_HALVINGS: usize = 50;
 /// The window reaches this many full widths of the line either side.
 const WINDOW: f64 = 3.0;
 
@@ -49,12 +51,14 @@ enum Instrument {
     Crosstalk(f64),
     /// Noise as this part of each amplitude, above a floor of the highest amplitude.
     ProportionalNoise(f64, f64),
+    /// Not of the instrument: a drag whose loss at the highest amplitude is this part of the viscous one.
+    Drag(f64),
 }
 
 /// Proportional noise and its floor.
 const PROPORTIONAL: [f64; 2] = [0.004, 2e-4];
 
-const INSTRUMENTS: [Instrument; 7] = [
+const INSTRUMENTS: [Instrument; 8] = [
     Instrument::Nothing,
     Instrument::Background(0.015),
     Instrument::Background(0.05),
@@ -62,6 +66,7 @@ const INSTRUMENTS: [Instrument; 7] = [
     Instrument::DelayAndBackground(60.0, 0.05),
     Instrument::Crosstalk(0.03),
     Instrument::ProportionalNoise(PROPORTIONAL[0], PROPORTIONAL[1]),
+    Instrument::Drag(0.3),
 ];
 
 impl Instrument {
@@ -75,6 +80,7 @@ impl Instrument {
                 format!("delay {degrees}°, background {}", percent(part))
             }
             Self::Crosstalk(part) => format!("crosstalk {}", percent(part)),
+            Self::Drag(part) => format!("drag {}", percent(part)),
             Self::ProportionalNoise(part, floor) => {
                 format!("noise {} + {}", percent(part), percent(floor))
             }
@@ -206,10 +212,30 @@ impl Cell {
         let (low, high) = ((OMEGA_0 - half).max(0.5 * OMEGA_0), OMEGA_0 + half);
         let omega: Vec<f64> =
             (0..self.points).map(|i| low + (high - low) * i as f64 / (self.points - 1) as f64).collect();
-        let at = |omega: f64, x_f: f64| {
+        let given = |omega: f64, x_f: f64, delta: f64| {
             let point = Point { omega, omega_0: OMEGA_0, detuning: omega - OMEGA_0, delta, x_0: X_0, x_f };
             fundamental(&point).map(|f| f.value)
         };
+        let Instrument::Drag(part) = self.instrument else {
+            return self.swept(number, omega, |w, x_f| given(w, x_f, delta));
+        };
+        let highest =
+            omega.iter().filter_map(|w| given(*w, x_f, delta)).map(|z| z.norm()).fold(0.0, f64::max);
+        // Drag is a viscous loss in proportion to the amplitude, which falls as the loss grows.
+        let at = |omega: f64, x_f: f64| {
+            let [mut low, mut high] = [0.0, given(omega, x_f, delta)?.norm()];
+            for _ in 0..DRAG_HALVINGS {
+                let middle = 0.5 * (low + high);
+                let amplitude = given(omega, x_f, delta * (1.0 + part * middle / highest))?.norm();
+                *(if amplitude > middle { &mut low } else { &mut high }) = middle;
+            }
+            given(omega, x_f, delta * (1.0 + part * low / highest))
+        };
+        self.swept(number, omega, at)
+    }
+
+    fn swept(self, number: u64, omega: Vec<f64>, at: impl Fn(f64, f64) -> Option<Phasor>) -> Option<Sweep> {
+        let [_, x_f, _] = self.truth().map(|t| t.value);
         let clean = omega.iter().map(|w| at(*w, x_f)).collect::<Option<_>>()?;
         let reference = omega.iter().map(|w| at(*w, 0.0)).collect::<Option<_>>()?;
         Some(Sweep { cell: self, number, omega, clean, reference })
@@ -236,7 +262,7 @@ impl Chain {
             Instrument::Crosstalk(part) => (Phasor::from_polar(part, offset), 0.0),
             Instrument::Delay(degrees) => (none, turn(degrees)),
             Instrument::DelayAndBackground(degrees, part) => (Phasor::from_polar(part, angle), turn(degrees)),
-            Instrument::Nothing | Instrument::ProportionalNoise(..) => (none, 0.0),
+            Instrument::Nothing | Instrument::ProportionalNoise(..) | Instrument::Drag(_) => (none, 0.0),
         };
         Self { offset, background, turn }
     }
@@ -354,7 +380,7 @@ fn page(rows: &[Row], seeds: u64) -> String {
          friction-free *reference* of the same length and instrument, or from the *shape* alone. The *instrument* \
          adds a constant background at a random angle, a turn of the phase across the window, both, a crosstalk in \
          phase with the drive, or has a noise of {} % of each amplitude above a floor of {} % of the highest; \
-         curves with such a term have Q {INSTRUMENT_Q}, the others Q 10, 100 and 1000. δ, x_F and f₀: share of the \
+         a *drag* at the highest amplitude is a part of the viscous loss; curves with such a term have Q {INSTRUMENT_Q}, the others Q 10, 100 and 1000. δ, x_F and f₀: share of the \
          95 % intervals that hold the truth; *outliers unwarned*: answers with one of the three more than four of its \
          standard errors off and no warning (naming a background or a delay is not counted as one). Friction is \
          *missed* where it is there and not significant, as it must be where the curve cannot tell.\n\n## Means over \

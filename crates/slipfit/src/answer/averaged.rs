@@ -3,6 +3,7 @@
 use crate::Quantity;
 use crate::inference::Z_95;
 use crate::inference::model_selection::{ModelComparison, ModelFit};
+use crate::inference::quadratic::given;
 use crate::model::loss::{LossModel, LossTerm};
 use crate::numeric::roots::root;
 use statrs::function::erf::erfc;
@@ -62,7 +63,7 @@ fn end(q: &Quantity, others: &[Weighed], side: f64) -> f64 {
 /// the BIC, whose prior is as wide as the information of one sample, this leaves weight on a loss that the
 /// record could not have shown.
 #[derive(Debug, Clone, Copy)]
-pub(crate) struct AbsentLoss<'a> {
+struct AbsentLoss<'a> {
     comparison: &'a ModelComparison,
     with: &'a ModelFit,
     slot: usize,
@@ -76,7 +77,7 @@ pub(crate) struct AbsentLoss<'a> {
 impl<'a> AbsentLoss<'a> {
     /// The `term` beside those terms of the chosen model that are not at their limit, and the one `of`
     /// interest; `None` where the model has it or no fit with it was made.
-    pub(crate) fn new(
+    fn new(
         comparison: &'a ModelComparison,
         chosen: &ModelFit,
         term: LossTerm,
@@ -91,10 +92,15 @@ impl<'a> AbsentLoss<'a> {
         let with = comparison.get(LossModel::from_terms(&terms)?)?;
         let without_viscous: Vec<LossTerm> =
             terms.iter().copied().filter(|t| *t != LossTerm::Viscous).collect();
-        let replaced = &comparison.get(LossModel::from_terms(&without_viscous)?)?.unbounded;
+        let replaced = LossModel::from_terms(&without_viscous).and_then(|model| comparison.get(model));
+        let viscous = slot(LossTerm::Viscous);
         let slot = slot(term);
-        let (most, std_error) =
-            (replaced.parameters[slot], comparison.noise.std_error(&with.unbounded, slot));
+        let most = match replaced {
+            Some(fit) => fit.unbounded.parameters[slot],
+            // Not fitted where viscous loss is sure.
+            None => given(&with.unbounded, &[(viscous, 0.0)])?.1[slot],
+        };
+        let std_error = comparison.noise.std_error(&with.unbounded, slot);
         if !(std_error > 0.0 && std_error.is_finite() && most > 0.0) {
             return None;
         }
@@ -105,19 +111,38 @@ impl<'a> AbsentLoss<'a> {
         Some(Self { comparison, with, slot, weight, mean, variance, std_error })
     }
 
-    /// What the model with the loss says of a parameter: each value of its coefficient moves it along the
-    /// covariance, and leaves the error that it has given that value.
-    pub(crate) fn weighed(&self, k: usize, q: &Quantity) -> Weighed {
+    /// What the model with the loss says of a quantity whose `gradient` by the parameters is given: each value of its
+    /// coefficient moves it along the covariance, and leaves the error that it has given that value.
+    fn weighed(&self, gradient: &[(usize, f64)], q: &Quantity) -> Weighed {
         let fit = &self.with.unbounded;
-        let slope = fit.unit_covariance[(k, self.slot)] / fit.unit_covariance[(self.slot, self.slot)];
-        let whole = self.comparison.noise.std_error(fit, k);
-        let given = (whole * whole - slope * slope * self.std_error * self.std_error).max(0.0);
+        let covariance = |i: usize, j: usize| fit.unit_covariance[(i, j)];
+        let along: f64 = gradient.iter().map(|(i, g)| g * covariance(*i, self.slot)).sum();
+        let slope = along / covariance(self.slot, self.slot);
+        let own =
+            |(i, a): &(usize, f64)| -> f64 { gradient.iter().map(|(j, b)| a * b * covariance(*i, *j)).sum() };
+        let whole = gradient.iter().map(own).sum::<f64>() * self.comparison.noise.variance(fit);
+        let given = (whole - slope * slope * self.std_error * self.std_error).max(0.0);
         Weighed {
             weight: self.weight,
             value: q.value + slope * self.mean,
             std_error: (given + slope * slope * self.variance).sqrt(),
         }
     }
+}
+
+/// The losses that the chosen model has not and the data do not exclude, and what the models with them say of a
+/// quantity with this `gradient` by the parameters: the coefficient of the term `of`, or of none.
+pub(crate) fn absent_losses(
+    comparison: &ModelComparison,
+    chosen: &ModelFit,
+    of: Option<LossTerm>,
+    gradient: &[(usize, f64)],
+    q: &Quantity,
+    slot: impl Fn(LossTerm) -> usize + Copy,
+) -> (Vec<LossTerm>, Vec<Weighed>) {
+    LossTerm::compared(None)
+        .filter_map(|t| Some((t, AbsentLoss::new(comparison, chosen, t, of, slot)?.weighed(gradient, q))))
+        .unzip()
 }
 
 /// A normal distribution of unit width about `z`, between zero and `most`.

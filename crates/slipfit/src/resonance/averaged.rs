@@ -44,9 +44,14 @@ fn variance_of(fit: &Fit, p: &[f64], of: &dyn Fn(&[f64]) -> f64) -> f64 {
     square.max(0.0)
 }
 
-/// The interval stretched over those of all minima that explain the data as well, and by what other
-/// terms of the instrument would give.
-pub(super) fn stretched(d: &FittedModels, mut q: Quantity, of: &dyn Fn(&[f64]) -> f64) -> Quantity {
+/// The interval stretched over those of all minima that explain the data as well, by what other terms of the
+/// instrument would give, and by losses that the model has not (`absent`).
+pub(super) fn stretched(
+    d: &FittedModels,
+    mut q: Quantity,
+    absent: &[Weighed],
+    of: &dyn Fn(&[f64]) -> f64,
+) -> Quantity {
     let noise = d.comparison.noise;
     let before = q.interval_95;
     if d.minima.len() > 1 {
@@ -59,14 +64,12 @@ pub(super) fn stretched(d: &FittedModels, mut q: Quantity, of: &dyn Fn(&[f64]) -
             }
         }
     }
-    let others: Vec<Weighed> = d
-        .alternatives
-        .iter()
-        .map(|a| {
-            let [value, std_error] = estimate(&a.fit, noise, of);
-            Weighed { weight: a.weight, value, std_error }
-        })
-        .collect();
+    let rest = 1.0 - absent.iter().map(|a| a.weight).sum::<f64>().min(1.0);
+    let instruments = d.alternatives.iter().map(|a| {
+        let [value, std_error] = estimate(&a.fit, noise, of);
+        Weighed { weight: rest * a.weight, value, std_error }
+    });
+    let others: Vec<Weighed> = instruments.chain(absent.iter().copied()).collect();
     let mut q = averaged::stretched(q, &others);
     if q.interval_95 != before {
         q.std_error = q.std_error.max((q.interval_95[1] - q.interval_95[0]) / (2.0 * Z_95));

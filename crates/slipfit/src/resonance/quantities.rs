@@ -1,13 +1,14 @@
 //! The parameters of the answer, with intervals that keep to the limits.
 
-use super::averaged::stretched;
+use super::averaged;
 use super::bias;
 use super::criteria::Criteria;
 use super::fitted_models::FittedModels;
 use super::paper::Lorentzian;
 use super::problem::Problem;
-use super::response::{BG_RE, DELTA, DUFFING, OMEGA, X_0, X_F, slot};
+use super::response::{BG_RE, DUFFING, OMEGA, X_0, X_F, slot};
 use super::{Curve, DriveSource, Options};
+use crate::answer::averaged::absent_losses;
 use crate::answer::calibration::physical;
 use crate::answer::describe::{LossFit, fit_of, non_negative, q_factor, symmetric, unknown};
 use crate::answer::{Parameter, Parameters};
@@ -86,17 +87,38 @@ pub(super) fn parameters(used: &Curve, options: &Options, d: &FittedModels, chos
     let to_hz = [1.0 / TAU, d.problem.centre];
     let frequency = symmetric(noise, bounded, OMEGA, to_hz, "Hz");
     let centre = d.problem.centre;
-    list.set(Parameter::NaturalFrequency, stretched(d, frequency, &|p| (centre + p[OMEGA]) / TAU));
-    let delta = stretched(d, loss_term(d, chosen, LossTerm::Viscous, unit), &|p| p[DELTA]);
+    // Intervals count losses that the data do not exclude, unless a model was asked for.
+    let stretched =
+        |q: Quantity, of_term: Option<LossTerm>, gradient: &[(usize, f64)], of: &dyn Fn(&[f64]) -> f64| {
+            let counted = options.model.is_none() && of_term.is_none_or(|term| chosen.model.has(term));
+            let absent = if counted {
+                absent_losses(&d.comparison, chosen, of_term, gradient, &q, slot).1
+            } else {
+                Vec::new()
+            };
+            averaged::stretched(d, q, &absent, of)
+        };
+    let of_frequency = |p: &[f64]| (centre + p[OMEGA]) / TAU;
+    list.set(Parameter::NaturalFrequency, stretched(frequency, None, &[(OMEGA, 1.0 / TAU)], &of_frequency));
+    let coefficient = |term: LossTerm| {
+        let k = slot(term);
+        stretched(loss_term(d, chosen, term, unit), Some(term), &[(k, 1.0)], &|p| p[k])
+    };
+    let delta = coefficient(LossTerm::Viscous);
     list.set(Parameter::DECAY_RATE, delta.clone());
     list.set(Parameter::QFactor, q_factor(&delta, |_| omega_0));
-    let x_f = stretched(d, loss_term(d, chosen, LossTerm::Sliding, unit), &|p| p[X_F]);
+    let x_f = coefficient(LossTerm::Sliding);
     list.set(Parameter::FRICTION_DISPLACEMENT, x_f.clone());
     let x_0 = drive_amplitude(d, chosen, unit);
-    let x_0 = if bounded.free.contains(&X_0) { stretched(d, x_0, &|p| p[X_0]) } else { x_0 };
+    let x_0 =
+        if bounded.free.contains(&X_0) { stretched(x_0, None, &[(X_0, 1.0)], &|p| p[X_0]) } else { x_0 };
     let beta = friction_ratio(d, chosen, &x_f, &x_0);
+    let by_drive = 1.0 / (FRAC_PI_4 * x_0.value);
+    let by_both = [(X_F, by_drive), (X_0, -beta.value / x_0.value)];
+    let gradient = if x_0.std_error > 0.0 { &by_both[..] } else { &by_both[..1] };
     list.set(Parameter::DriveAmplitude, x_0);
-    list.set(Parameter::FrictionRatio, stretched(d, beta, &|p| p[X_F] / (FRAC_PI_4 * p[X_0])));
+    let of_ratio = |p: &[f64]| p[X_F] / (FRAC_PI_4 * p[X_0]);
+    list.set(Parameter::FrictionRatio, stretched(beta, Some(LossTerm::Sliding), gradient, &of_ratio));
     for term in chosen.model.terms().filter(|t| !is_exact(*t)) {
         list.set(Parameter::Loss(term), loss_term(d, chosen, term, unit));
     }

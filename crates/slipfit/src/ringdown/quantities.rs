@@ -5,7 +5,7 @@ use super::envelope::{A0, law_of};
 use super::evidence::Evidence;
 use super::waveform::{OMEGA, Waveform};
 use super::window_fit::Problem;
-use crate::answer::averaged::{self, AbsentLoss, Weighed};
+use crate::answer::averaged::{self, absent_losses};
 use crate::answer::calibration::physical;
 use crate::answer::describe::{LossFit, fit_of, known_error, non_negative, q_factor, symmetric, unknown};
 use crate::answer::{Parameter, Parameters};
@@ -117,10 +117,7 @@ fn with_absent_losses(
     if e.options.model.is_some() || of.is_some_and(|term| !chosen.model.has(term)) {
         return q;
     }
-    let comparison = &e.fit.comparison;
-    let absent = LossTerm::compared(None)
-        .filter_map(|t| Some((t, AbsentLoss::new(comparison, chosen, t, of, slot)?.weighed(k, &q))));
-    let (terms, others): (Vec<LossTerm>, Vec<Weighed>) = absent.unzip();
+    let (terms, others) = absent_losses(&e.fit.comparison, chosen, of, &[(k, 1.0)], &q, slot);
     let width = |q: &Quantity| q.interval_95[1] - q.interval_95[0];
     let before = width(&q);
     let stretched = averaged::stretched(q, &others);
