@@ -88,8 +88,11 @@ fn folder_with(name: &str, column: &str) -> TempDir {
     folder
 }
 
-/// The commands with their inputs by kind and ending, and the flags besides.
-const COMMANDS: [(&str, &[(&str, &str)], &[&str]); 4] = [
+/// A command, its inputs by kind and ending, and the flags besides.
+type Invocation = (&'static str, &'static [(&'static str, &'static str)], &'static [&'static str]);
+
+/// The commands that analyse.
+const COMMANDS: [Invocation; 4] = [
     ("ringdown", &[("swing", "csv")], &[]),
     ("resonance", &[("sweep", "csv")], &[]),
     ("levels", &[("levels", "csv")], &[]),
