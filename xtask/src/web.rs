@@ -135,7 +135,8 @@ pub(crate) fn build(toolchain: &Toolchain) -> Result<Site, Failure> {
     let first = first_view(&folder)?;
     fill_service_worker(&folder, &first)?;
     let mut packed = 0;
-    for file in first.iter().map(|name| folder.join(name)) {
+    // The service worker fetches the examples behind the page that is seen already.
+    for file in first.iter().filter(|name| !name.starts_with("examples/")).map(|name| folder.join(name)) {
         packed += gzipped(&file)?;
     }
     Ok(Site { folder, packed })

@@ -116,7 +116,7 @@ fn fit_from<'a>(
         noise_rms: swing.noise_rms,
         root_mean_squares: false,
     };
-    let fit = fit_waveform(samples, &measured, release..n, &start, asked, criteria)?;
+    let fit = fit_waveform(samples, &measured, release..n, start, asked, criteria)?;
     let best = &fit.comparison.preferred()?.bounded;
     let p = &best.parameters;
     let sigma = (best.rss / count).sqrt();

@@ -7,7 +7,7 @@ use super::measured::MeasuredDecay;
 use super::options::Options;
 use super::oscillation::from_the_first_block;
 use super::samples::Samples;
-use super::waveform_fit::{fit_waveform, seed_waveform, start_values};
+use super::waveform_fit::{fit_waveform, start_values};
 use super::window::by_waveform::{agreeing_end, agrees};
 use super::window::{EndReason, StartReason};
 use super::window_fit::WindowFit;
@@ -108,25 +108,23 @@ fn to_the_end<'a>(
         return None;
     }
     let n = samples.len();
-    let fit = |end, start: &[f64]| fit_waveform(samples, measured, from..end, start, asked, criteria);
+    let fit = |end, start| fit_waveform(samples, measured, from..end, start, asked, criteria);
     // A record that ends in free decay is used to its last sample, not its last whole block.
     let ends_free = measured.all.last().is_some_and(|b| b.end == to);
     let to = if ends_free { n } else { to };
-    let start = start_values(samples, measured, by_amplitudes)?;
+    let found = fit(to, start_values(samples, measured, by_amplitudes)?)?;
     let fades = matches!(measured.window.end_reason, EndReason::Noise | EndReason::Rest);
     if !fades || ends_free {
-        return fit(to, &start);
+        return Some(found);
     }
-    let seed = seed_waveform(samples, measured, from..to, &start, asked, criteria)?.fit.parameters;
+    let start = &found.comparison.preferred()?.bounded.parameters;
     if n - from <= criteria.waveform.most_samples
-        && let Some(whole) = fit(n, &seed)
+        && let Some(whole) = fit(n, start.clone())
         && agrees(&whole, samples, measured, &criteria.agreement)
     {
         return Some(whole);
     }
-    let found = fit(to, &seed)?;
-    let start = &found.comparison.preferred()?.bounded.parameters;
     let end = agreeing_end(samples, measured, &found, from, to, &criteria.agreement)?;
-    let longer = if end > to { fit(end, start) } else { None };
+    let longer = if end > to { fit(end, start.clone()) } else { None };
     longer.or(Some(found))
 }

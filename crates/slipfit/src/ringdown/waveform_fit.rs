@@ -3,7 +3,6 @@
 use super::compare::{Search, WholeLoss, compare, loss_parameters, offer, slots};
 use super::criteria::Criteria;
 use super::envelope::{A0, DELTA, DRAG, X_F, law_of};
-use super::last_swing::over_last_swings;
 use super::measured::MeasuredDecay;
 use super::samples::Samples;
 use super::waveform::{BEND, Bend, CHIRP, COUNT, OFFSET, OMEGA, PHASE, RestLevel, Waveform, rest_tells};
@@ -46,11 +45,12 @@ pub(crate) fn fit_waveform<'a>(
     samples: &'a Samples,
     measured: &MeasuredDecay,
     range: Range<usize>,
-    start: &[f64],
+    start: Vec<f64>,
     asked: Option<LossModel>,
     criteria: &Criteria,
 ) -> Option<WindowFit<'a>> {
-    let rest = rest_level(start, measured, &range);
+    let tells = rest_tells(start[X_F], measured.noise_rms, range.len());
+    let rest = if tells { RestLevel::Exact } else { RestLevel::Bounded };
     let fit = |rest, start| fit_with_rest(samples, measured, range.clone(), start, rest, asked, criteria);
     let (found, low_frequency) = fit(rest, start)?;
     let best = &found.comparison.preferred()?.bounded.parameters;
@@ -61,50 +61,26 @@ pub(crate) fn fit_waveform<'a>(
     {
         return Some(found);
     }
-    let (free, _) = fit(RestLevel::Free, best)?;
+    let (free, _) = fit(RestLevel::Free, best.clone())?;
     Some(free)
 }
 
-/// [`fit_waveform`] as far as the first fit, which shows where the motion agrees with the samples.
-pub(crate) fn seed_waveform<'a>(
+/// [`fit_waveform`] given what the level of the rest says, and the variance of white noise with the
+/// density that the residuals have at low frequencies.
+fn fit_with_rest<'a>(
     samples: &'a Samples,
     measured: &MeasuredDecay,
     range: Range<usize>,
-    start: &[f64],
-    asked: Option<LossModel>,
-    criteria: &Criteria,
-) -> Option<SeedFit<'a>> {
-    let rest = rest_level(start, measured, &range);
-    seed_with_rest(samples, measured, range, start, rest, asked, criteria)
-}
-
-fn rest_level(start: &[f64], measured: &MeasuredDecay, range: &Range<usize>) -> RestLevel {
-    let tells = rest_tells(start[X_F], measured.noise_rms, range.len());
-    if tells { RestLevel::Exact } else { RestLevel::Bounded }
-}
-
-/// Viscous and sliding loss and the terms asked for, with the nuisances that the samples pay for.
-pub(crate) struct SeedFit<'a> {
-    problem: Waveform<'a>,
-    pub(crate) fit: Fit,
-    nuisance: Vec<usize>,
-}
-
-/// The first fit to the samples of a window, given what the level of the rest says. `None` where the phase wanders
-/// too much for the exact motion.
-fn seed_with_rest<'a>(
-    samples: &'a Samples,
-    measured: &MeasuredDecay,
-    range: Range<usize>,
-    start: &[f64],
+    mut start: Vec<f64>,
     rest: RestLevel,
     asked: Option<LossModel>,
     criteria: &Criteria,
-) -> Option<SeedFit<'a>> {
+) -> Option<(WindowFit<'a>, f64)> {
+    let losses = loss_parameters(asked);
     // What no other term or disturbance may explain first.
     let basic: Vec<usize> =
         [A0, X_F, DELTA].into_iter().chain(LossTerm::further_of(asked).flat_map(slots)).collect();
-    let mut start = offer(start, asked);
+    start = offer(&start, asked);
     let n = range.len();
     let origin = samples.time[range.start];
     let duration = samples.time[range.end - 1] - origin;
@@ -117,7 +93,7 @@ fn seed_with_rest<'a>(
         duration,
         bend: None,
         rest,
-        active: [&loss_parameters(asked)[..], &ALWAYS, &OPTIONAL].concat(),
+        active: [&losses[..], &ALWAYS, &OPTIONAL].concat(),
     };
     let mut nuisance = ALWAYS.to_vec();
     // What the phases of the blocks show already is in the model from the start.
@@ -130,7 +106,7 @@ fn seed_with_rest<'a>(
         start[CHIRP] = measured.law.drift * measured.law.omega;
         nuisance.push(CHIRP);
     }
-    let mut fit = over_last_swings(&problem, minimise(&problem, &start, &with(&basic, &nuisance))?);
+    let mut fit = minimise(&problem, &start, &with(&basic, &nuisance))?;
     problem.bend.get_or_insert(backbone);
     // In a record of a cycle or two an offset that drifts by chance would cost most of what is
     // known about the loss.
@@ -146,24 +122,6 @@ fn seed_with_rest<'a>(
     if !nuisance.contains(&BEND) {
         problem.bend = None;
     }
-    Some(SeedFit { problem, fit, nuisance })
-}
-
-/// [`fit_waveform`] given what the level of the rest says, and the variance of white noise with the
-/// density that the residuals have at low frequencies.
-fn fit_with_rest<'a>(
-    samples: &'a Samples,
-    measured: &MeasuredDecay,
-    range: Range<usize>,
-    start: &[f64],
-    rest: RestLevel,
-    asked: Option<LossModel>,
-    criteria: &Criteria,
-) -> Option<(WindowFit<'a>, f64)> {
-    let seed = seed_with_rest(samples, measured, range.clone(), start, rest, asked, criteria)?;
-    let SeedFit { mut problem, fit, nuisance } = seed;
-    let losses = loss_parameters(asked);
-    let (n, origin, duration) = (range.len(), problem.origin, problem.duration);
     problem.active = [&losses[..], &nuisance].concat();
     problem.active.sort_unstable();
     let mut noise = NoiseModel::white(n as f64);
