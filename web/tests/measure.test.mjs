@@ -95,6 +95,8 @@ test("motion events become a record; without any it is said", async () => {
     await page.click("#motion-start");
     await page.waitForFunction(() => document.querySelector("#motion-status").textContent.includes("No motion"), null, { timeout: 10_000 });
     await page.click("#motion-start");
+    // A browser may ask for a permission first; events sent before it listens are lost.
+    await page.waitForFunction(() => document.querySelector("#motion-status").textContent.includes("Waiting"));
     await page.evaluate(() => {
       // A phone on a string, sampled at 60 Hz; the clock of an event is set by the test.
       let state = 7;

@@ -135,8 +135,7 @@ pub(crate) fn build(toolchain: &Toolchain) -> Result<Site, Failure> {
     let first = first_view(&folder)?;
     fill_service_worker(&folder, &first)?;
     let mut packed = 0;
-    // The service worker fetches the examples behind the page that is seen already.
-    for file in first.iter().filter(|name| !name.starts_with("examples/")).map(|name| folder.join(name)) {
+    for file in first.iter().map(|name| folder.join(name)) {
         packed += gzipped(&file)?;
     }
     Ok(Site { folder, packed })
@@ -200,10 +199,10 @@ fn examples(folder: &Path) -> Result<(), Failure> {
         }
         Ok(String::from_utf8(output.stdout)?)
     };
-    let viscous = "--frequency-hz 4 --q 80 --unit mm --amplitude 5 --duration 60 --rate-hz 100 --noise-rms 0.01 --seed 11";
+    let viscous = "--frequency-hz 4 --q 80 --unit mm --amplitude 5 --duration 60 --rate-hz 40 --noise-rms 0.01 --seed 11";
     std::fs::write(folder.join("viscous_decay.csv"), simulated(viscous)?)?;
-    let strong = "--frequency-hz 80 --q 400 --unit V --amplitude 1 --duration 4 --rate-hz 2000 --noise-rms 0.002 --seed 12";
-    let weak = "--frequency-hz 97 --q 500 --unit V --amplitude 0.4 --duration 4 --rate-hz 2000";
+    let strong = "--frequency-hz 80 --q 400 --unit V --amplitude 1 --duration 3 --rate-hz 800 --noise-rms 0.002 --seed 12";
+    let weak = "--frequency-hz 97 --q 500 --unit V --amplitude 0.4 --duration 3 --rate-hz 800";
     std::fs::write(folder.join("two_modes.csv"), sum(&simulated(strong)?, &simulated(weak)?)?)?;
     Ok(())
 }
