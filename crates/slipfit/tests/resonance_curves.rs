@@ -394,6 +394,39 @@ fn drag_is_a_loss_and_no_misfit() {
     assert!(off(&a, Parameter::FRICTION_DISPLACEMENT, 0.1).abs() < 4.0);
 }
 
+/// Drag and a spring that is no straight line belong to the oscillator, with the contact or without.
+#[test]
+fn curve_and_reference_share_drag_and_duffing_term() {
+    let hz: Vec<f64> = (0..81).map(|i| 0.97 + 7.5e-4 * f64::from(i)).collect();
+    for (lean, drag, x_f, term) in [
+        (0.0, 5e-5, 0.2, Parameter::DRAG_RATE),
+        (0.0, 5e-5, 0.6, Parameter::DRAG_RATE),
+        (2e-7, 0.0, 0.2, Parameter::DuffingCoefficient),
+    ] {
+        let mut n = Normal(23);
+        let curve = bent_sweep(&hz, x_f, lean, drag, 0.2, &mut n);
+        let reference = bent_sweep(&hz, 0.0, lean, drag, 0.2, &mut n);
+        let [curve, reference] = [curve, reference].map(|z| Curve::complex(hz.clone(), z).build().unwrap());
+        let mut options = Options::default();
+        options.reference = Some(reference);
+        let a = analyse(&curve, &options).unwrap();
+        assert!(a.parameter(term).is_some(), "{lean} {drag} {x_f}: {:?}", a.model);
+        for (name, truth) in [
+            (Parameter::DECAY_RATE, PI / 100.0),
+            (Parameter::FRICTION_DISPLACEMENT, x_f),
+            (Parameter::DriveAmplitude, 1.0),
+            (Parameter::NaturalFrequency, 1.0),
+        ] {
+            assert!(off(&a, name, truth).abs() < 4.0, "{lean} {drag} {x_f}: {name} {:?}", a.parameter(name));
+        }
+        assert!(
+            !codes(&a).iter().any(|c| ["model_misfit", "reference_slides"].contains(c)),
+            "{:?}",
+            codes(&a)
+        );
+    }
+}
+
 #[test]
 fn a_jump_at_another_place_up_than_down_is_seen() {
     let mut hz: Vec<f64> = (0..101).map(|i| 0.97 + 6e-4 * f64::from(i)).collect();

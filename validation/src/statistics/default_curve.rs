@@ -1,6 +1,6 @@
 //! Resonance curves analysed by default: no option but what a user knows of the drive.
 
-use std::f64::consts::{FRAC_PI_4, PI, TAU};
+use std::f64::consts::{FRAC_PI_4, TAU};
 use std::fmt::Write;
 use std::process::ExitCode;
 use std::time::{Duration, Instant};
@@ -14,84 +14,25 @@ use slipfit::Parameter;
 use slipfit::answer::Warning;
 use slipfit::model::loss::LossTerm;
 use slipfit::motion::steady::Phasor;
-use slipfit::motion::steady::fundamental::{Point, fundamental};
 use slipfit::resonance::{Answer, Curve, DriveAmplitude, Options, analyse};
 
 use super::choices::Choices;
+use super::disturbance::{Chain, DISTURBANCES, Disturbance, Motion, PROPORTIONAL};
 use super::scores::{Estimated, Outcome, Scores, True};
 use super::trials::{coverage_error, seed};
 use crate::Failure;
 
 const Q: [f64; 3] = [10.0, 100.0, 1_000.0];
-/// The one Q of curves with a term of the instrument.
-const INSTRUMENT_Q: f64 = 100.0;
+/// The one Q of curves with a disturbance.
+const DISTURBED_Q: f64 = 100.0;
 const BETA: [f64; 4] = [0.0, 0.1, 0.5, 0.9];
 const POINTS: [usize; 3] = [13, 41, 201];
 const OMEGA_0: f64 = TAU;
 const X_0: f64 = 1.0;
 /// Noise of a quadrature over the highest amplitude: 40 dB.
 const NOISE: f64 = 0.01;
-/// Halvings in the search for an amplitude under drag.
-const DRAG_HALVINGS: usize = 50;
 /// The window reaches this many full widths of the line either side.
 const WINDOW: f64 = 3.0;
-
-/// What an instrument adds to the response.
-#[derive(Debug, Clone, Copy, PartialEq)]
-enum Instrument {
-    /// White noise only.
-    Nothing,
-    /// A constant phasor of this part of the highest amplitude, at any angle.
-    Background(f64),
-    /// A turn of this many degrees across the window.
-    Delay(f64),
-    /// Both of them.
-    DelayAndBackground(f64, f64),
-    /// A part of the drive in phase with it.
-    Crosstalk(f64),
-    /// Noise as this part of each amplitude, above a floor of the highest amplitude.
-    ProportionalNoise(f64, f64),
-    /// Not of the instrument: a drag whose loss at the highest amplitude is this part of the viscous one.
-    Drag(f64),
-}
-
-/// Proportional noise and its floor.
-const PROPORTIONAL: [f64; 2] = [0.004, 2e-4];
-
-const INSTRUMENTS: [Instrument; 8] = [
-    Instrument::Nothing,
-    Instrument::Background(0.015),
-    Instrument::Background(0.05),
-    Instrument::Delay(60.0),
-    Instrument::DelayAndBackground(60.0, 0.05),
-    Instrument::Crosstalk(0.03),
-    Instrument::ProportionalNoise(PROPORTIONAL[0], PROPORTIONAL[1]),
-    Instrument::Drag(0.3),
-];
-
-impl Instrument {
-    fn name(self) -> String {
-        let percent = |part: f64| format!("{} %", 100.0 * part);
-        match self {
-            Self::Nothing => "none".to_owned(),
-            Self::Background(part) => format!("background {}", percent(part)),
-            Self::Delay(degrees) => format!("delay {degrees}°"),
-            Self::DelayAndBackground(degrees, part) => {
-                format!("delay {degrees}°, background {}", percent(part))
-            }
-            Self::Crosstalk(part) => format!("crosstalk {}", percent(part)),
-            Self::Drag(part) => format!("drag {}", percent(part)),
-            Self::ProportionalNoise(part, floor) => {
-                format!("noise {} + {}", percent(part), percent(floor))
-            }
-        }
-    }
-
-    /// A term that amplitudes alone show as well.
-    fn is_seen_in_amplitudes(self) -> bool {
-        !matches!(self, Self::Delay(_) | Self::DelayAndBackground(..))
-    }
-}
 
 /// What is known of the drive.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -115,7 +56,7 @@ impl Drive {
 
 #[derive(Debug, Clone, Copy)]
 struct Cell {
-    instrument: Instrument,
+    disturbance: Disturbance,
     complex: bool,
     drive: Drive,
     points: usize,
@@ -169,16 +110,16 @@ pub(super) fn run(choices: Choices) -> Result<ExitCode, Failure> {
 
 fn cells() -> Vec<Cell> {
     let mut cells = Vec::new();
-    for instrument in INSTRUMENTS {
-        let every_q: &[f64] = if instrument == Instrument::Nothing { &Q } else { &[INSTRUMENT_Q] };
+    for disturbance in DISTURBANCES {
+        let every_q: &[f64] = if disturbance == Disturbance::Nothing { &Q } else { &[DISTURBED_Q] };
         for complex in [true, false] {
-            if !complex && !instrument.is_seen_in_amplitudes() {
+            if !complex && !disturbance.is_seen_in_amplitudes() {
                 continue;
             }
             for drive in DRIVES {
                 for points in POINTS {
                     for &q in every_q {
-                        cells.extend(BETA.map(|beta| Cell { instrument, complex, drive, points, q, beta }));
+                        cells.extend(BETA.map(|beta| Cell { disturbance, complex, drive, points, q, beta }));
                     }
                 }
             }
@@ -189,8 +130,8 @@ fn cells() -> Vec<Cell> {
 
 impl Cell {
     fn name(&self) -> String {
-        let Self { instrument, drive, points, q, beta, .. } = self;
-        format!("{}; {}; {}; n={points}; Q={q}; beta={beta};", instrument.name(), self.kind(), drive.name())
+        let Self { disturbance, drive, points, q, beta, .. } = self;
+        format!("{}; {}; {}; n={points}; Q={q}; beta={beta};", disturbance.name(), self.kind(), drive.name())
     }
 
     fn kind(&self) -> &'static str {
@@ -212,59 +153,14 @@ impl Cell {
         let (low, high) = ((OMEGA_0 - half).max(0.5 * OMEGA_0), OMEGA_0 + half);
         let omega: Vec<f64> =
             (0..self.points).map(|i| low + (high - low) * i as f64 / (self.points - 1) as f64).collect();
-        let given = |omega: f64, x_f: f64, delta: f64| {
-            let point = Point { omega, omega_0: OMEGA_0, detuning: omega - OMEGA_0, delta, x_0: X_0, x_f };
-            fundamental(&point).map(|f| f.value)
-        };
-        let Instrument::Drag(part) = self.instrument else {
-            return self.swept(number, omega, |w, x_f| given(w, x_f, delta));
-        };
-        let highest =
-            omega.iter().filter_map(|w| given(*w, x_f, delta)).map(|z| z.norm()).fold(0.0, f64::max);
-        // Drag is a viscous loss in proportion to the amplitude, which falls as the loss grows.
-        let at = |omega: f64, x_f: f64| {
-            let [mut low, mut high] = [0.0, given(omega, x_f, delta)?.norm()];
-            for _ in 0..DRAG_HALVINGS {
-                let middle = 0.5 * (low + high);
-                let amplitude = given(omega, x_f, delta * (1.0 + part * middle / highest))?.norm();
-                *(if amplitude > middle { &mut low } else { &mut high }) = middle;
-            }
-            given(omega, x_f, delta * (1.0 + part * low / highest))
-        };
-        self.swept(number, omega, at)
-    }
-
-    fn swept(self, number: u64, omega: Vec<f64>, at: impl Fn(f64, f64) -> Option<Phasor>) -> Option<Sweep> {
-        let [_, x_f, _] = self.truth().map(|t| t.value);
-        let clean = omega.iter().map(|w| at(*w, x_f)).collect::<Option<_>>()?;
-        let reference = omega.iter().map(|w| at(*w, 0.0)).collect::<Option<_>>()?;
+        let own = [OMEGA_0, delta, X_0];
+        let undisturbed = Motion::new(Disturbance::Nothing, own, 1.0);
+        let amplitude = |w: &f64| undisturbed.at(*w, x_f).map(|z| z.norm());
+        let highest = omega.iter().filter_map(amplitude).fold(0.0, f64::max);
+        let motion = Motion::new(self.disturbance, own, highest);
+        let clean = omega.iter().map(|w| motion.at(*w, x_f)).collect::<Option<_>>()?;
+        let reference = omega.iter().map(|w| motion.at(*w, 0.0)).collect::<Option<_>>()?;
         Some(Sweep { cell: self, number, omega, clean, reference })
-    }
-}
-
-/// The numbers of one instrument.
-struct Chain {
-    offset: f64,
-    /// Part of the highest amplitude.
-    background: Phasor,
-    /// Turn across half the window, rad.
-    turn: f64,
-}
-
-impl Chain {
-    fn new(instrument: Instrument, rng: &mut ChaCha8Rng) -> Self {
-        let angle = rng.random_range(-PI..PI);
-        let offset = rng.random_range(-PI..PI);
-        let turn = |degrees: f64| 0.5 * f64::to_radians(degrees);
-        let none = Phasor::new(0.0, 0.0);
-        let (background, turn) = match instrument {
-            Instrument::Background(part) => (Phasor::from_polar(part, angle), 0.0),
-            Instrument::Crosstalk(part) => (Phasor::from_polar(part, offset), 0.0),
-            Instrument::Delay(degrees) => (none, turn(degrees)),
-            Instrument::DelayAndBackground(degrees, part) => (Phasor::from_polar(part, angle), turn(degrees)),
-            Instrument::Nothing | Instrument::ProportionalNoise(..) | Instrument::Drag(_) => (none, 0.0),
-        };
-        Self { offset, background, turn }
     }
 }
 
@@ -280,8 +176,8 @@ impl Sweep {
                 let place = (2.0 * omega - first - last) / (last - first);
                 let turned = z * Phasor::from_polar(1.0, chain.offset - place * chain.turn);
                 let z = turned + chain.background * highest;
-                let sigma = match self.cell.instrument {
-                    Instrument::ProportionalNoise(part, floor) => (part * z.norm()).hypot(floor * highest),
+                let sigma = match self.cell.disturbance {
+                    Disturbance::ProportionalNoise(part, floor) => (part * z.norm()).hypot(floor * highest),
                     _ => NOISE * highest,
                 };
                 let (a, b): (f64, f64) = (rng.sample(StandardNormal), rng.sample(StandardNormal));
@@ -299,7 +195,7 @@ impl Sweep {
     fn analysed(&self, seed_number: u64) -> Analysed {
         let own = seed(0xDEFA_C04E, &[self.number as f64]);
         let mut rng = ChaCha8Rng::seed_from_u64(seed_number.wrapping_mul(0x9E37_79B9) ^ own);
-        let chain = Chain::new(self.cell.instrument, &mut rng);
+        let chain = Chain::new(self.cell.disturbance, &mut rng);
         let curve = self.measured(&self.clean, &chain, &mut rng);
         let mut options = Options::default();
         match self.cell.drive {
@@ -377,21 +273,22 @@ fn page(rows: &[Row], seeds: u64) -> String {
          a cell. Exact curves (stops included) of {} cells, {WINDOW} widths of the line either side, white noise of \
          {} % of the highest amplitude in both quadratures; amplitudes are the modulus of the noisy response. The \
          whole analysis runs on each as every user gets it, no model named: the drive is *known*, follows from a \
-         friction-free *reference* of the same length and instrument, or from the *shape* alone. The *instrument* \
+         friction-free *reference* of the same length and instrument, or from the *shape* alone. A *disturbance* \
          adds a constant background at a random angle, a turn of the phase across the window, both, a crosstalk in \
          phase with the drive, or has a noise of {} % of each amplitude above a floor of {} % of the highest; \
-         a *drag* at the highest amplitude is a part of the viscous loss; curves with such a term have Q {INSTRUMENT_Q}, the others Q 10, 100 and 1000. δ, x_F and f₀: share of the \
+         a *drag* is, at the highest amplitude, a part of the viscous loss; *Duffing* is a natural frequency moved by a \
+         part of the half width of the line at the amplitude Q x₀; curves with such a term have Q {DISTURBED_Q}, the others Q 10, 100 and 1000. δ, x_F and f₀: share of the \
          95 % intervals that hold the truth; *outliers unwarned*: answers with one of the three more than four of its \
          standard errors off and no warning (naming a background or a delay is not counted as one). Friction is \
          *missed* where it is there and not significant, as it must be where the curve cannot tell.\n\n## Means over \
-         β 0, 0.1, 0.5, 0.9 and Q\n\n| instrument | data | drive | points | {COLUMNS} |\n{}|\n",
+         β 0, 0.1, 0.5, 0.9 and Q\n\n| disturbance | data | drive | points | {COLUMNS} |\n{}|\n",
         rows.len(),
         100.0 * NOISE,
         100.0 * PROPORTIONAL[0],
         100.0 * PROPORTIONAL[1],
         "|---".repeat(14)
     );
-    for instrument in INSTRUMENTS {
+    for disturbance in DISTURBANCES {
         for complex in [true, false] {
             for drive in DRIVES {
                 for points in POINTS {
@@ -399,14 +296,14 @@ fn page(rows: &[Row], seeds: u64) -> String {
                         .iter()
                         .filter(|r| {
                             let c = &r.cell;
-                            c.instrument == instrument
+                            c.disturbance == disturbance
                                 && c.complex == complex
                                 && c.drive == drive
                                 && c.points == points
                         })
                         .collect();
                     let Some(first) = of.first() else { continue };
-                    let (name, kind) = (instrument.name(), first.cell.kind());
+                    let (name, kind) = (disturbance.name(), first.cell.kind());
                     let _ =
                         writeln!(text, "| {name} | {kind} | {} | {points} | {} |", drive.name(), pooled(&of));
                 }
@@ -418,14 +315,14 @@ fn page(rows: &[Row], seeds: u64) -> String {
         text,
         "\n## Cells that miss\n\n{} of {} cells have a coverage more than three of its own standard errors below 95 %, \
          unwarned outliers in more than 3 % of their curves, or claim a friction that is not there in more than \
-         5 %.\n\n| instrument | data | drive | points | Q | β | {COLUMNS} |\n{}|\n",
+         5 %.\n\n| disturbance | data | drive | points | Q | β | {COLUMNS} |\n{}|\n",
         missing.len(),
         rows.len(),
         "|---".repeat(16)
     );
     for row in missing {
-        let Cell { instrument, drive, points, q, beta, .. } = row.cell;
-        let (name, kind) = (instrument.name(), row.cell.kind());
+        let Cell { disturbance, drive, points, q, beta, .. } = row.cell;
+        let (name, kind) = (disturbance.name(), row.cell.kind());
         let _ = writeln!(
             text,
             "| {name} | {kind} | {} | {points} | {q} | {beta} | {} |",

@@ -8,6 +8,7 @@ mod bounds;
 mod choices;
 mod default_curve;
 mod default_decay;
+mod disturbance;
 mod hardening;
 mod nuisances;
 mod resonance;

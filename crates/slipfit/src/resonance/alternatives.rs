@@ -1,16 +1,18 @@
-//! Other sets of instrument terms beside the one reported.
+//! Other sets of terms beside the losses than the one reported.
 
 use super::criteria::AnswerCriteria;
 use crate::inference::least_squares::Fit;
 use crate::inference::model_selection::ModelComparison;
 
-/// Which of the terms are part of the instrument.
+/// Which of the terms beside the losses take part.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub(super) struct InstrumentSet {
     pub(super) background: bool,
     pub(super) delay: bool,
     /// The delay is the background's too.
     pub(super) background_delayed: bool,
+    /// The natural frequency depends on the amplitude.
+    pub(super) duffing: bool,
 }
 
 /// The fit of another set, or of the same one with another background or without drag.

@@ -21,8 +21,9 @@ use crate::Error;
 /// A phase offset is always fitted where there are phases. Background and delay are part of the answer
 /// where the BIC with them is lower by a margin, autocorrelation counted, and a warning says so; where
 /// they are not, or are, the other sets of these terms stretch the intervals by their weights. A
-/// Duffing term is added where the BIC falls by 14. Noise that grows with the amplitude is found from
-/// the residuals, unless the curve brings errors of its own.
+/// Duffing term is added where the BIC falls by 14; where it is not, or is, the fit with the other choice
+/// stretches the intervals alike. Noise that grows with the amplitude is found from the residuals, unless
+/// the curve brings errors of its own.
 ///
 /// The height of a curve is `Q x_0 (1 - 4 x_F/(pi x_0))`: with the drive amplitude `x_0` known
 /// ([`Options::drive_amplitude`], or a friction-free [`Options::reference`]) friction and Q

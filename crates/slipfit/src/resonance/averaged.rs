@@ -1,4 +1,4 @@
-//! Intervals that count the choice of the instrument's terms.
+//! Intervals that count the choice of terms beside the losses: the instrument's, and a Duffing term.
 
 use super::alternatives::{Alternative, InstrumentSet, OtherFit};
 use super::criteria::Criteria;
@@ -44,8 +44,8 @@ fn variance_of(fit: &Fit, p: &[f64], of: &dyn Fn(&[f64]) -> f64) -> f64 {
     square.max(0.0)
 }
 
-/// The interval stretched over those of all minima that explain the data as well, by what other terms of the
-/// instrument would give, and by losses that the model has not (`absent`).
+/// The interval stretched over those of all minima that explain the data as well, by what other terms beside
+/// the losses would give, and by losses that the model has not (`absent`).
 pub(super) fn stretched(
     d: &FittedModels,
     mut q: Quantity,
@@ -89,7 +89,7 @@ pub(super) fn sliding_p_value(d: &FittedModels, own: f64) -> f64 {
     (1.0 - rest) * own + d.alternatives.iter().map(of).sum::<f64>()
 }
 
-/// Other terms of the instrument that explain the curve as well as those reported, and move the
+/// Other terms beside the losses that explain the curve as well as those reported, and move the
 /// losses: the terms, the difference of BIC, and the friction displacement with them.
 pub(super) fn rival(
     d: &FittedModels,

@@ -1,21 +1,23 @@
-//! Every set of instrument terms that may be part of a curve, fitted; the one taken, and the others.
+//! Every set of instrument terms that may be part of a curve, fitted; the one taken, and the others, among
+//! them the one with or without a Duffing term.
 
 use super::alternatives::{InstrumentSet, OtherFit};
 use super::background_minima::background_minima;
 use super::hypothesis_fit::HypothesisFit;
 use super::problem::Problem;
 use super::residuals::noise_model;
-use super::response::{BG_IM, BG_RE, DELAY, DELTA, DRAG, R_BG_IM, R_BG_RE, X_F};
+use super::response::{BG_IM, BG_RE, DELAY, DELTA, DRAG, DUFFING, R_BG_IM, R_BG_RE, X_F};
 use crate::inference::bounded::minimise_bounded;
 use crate::inference::least_squares::{Fit, STEP_TOLERANCE, minimise};
 
-const NOTHING: InstrumentSet = InstrumentSet { background: false, delay: false, background_delayed: false };
+const NOTHING: InstrumentSet =
+    InstrumentSet { background: false, delay: false, background_delayed: false, duffing: false };
 const SETS: [InstrumentSet; 5] = [
     NOTHING,
     InstrumentSet { background: true, ..NOTHING },
     InstrumentSet { delay: true, ..NOTHING },
-    InstrumentSet { background: true, delay: true, background_delayed: false },
-    InstrumentSet { background: true, delay: true, background_delayed: true },
+    InstrumentSet { background: true, delay: true, ..NOTHING },
+    InstrumentSet { background: true, delay: true, background_delayed: true, ..NOTHING },
 ];
 
 const BACKGROUNDS: [usize; 4] = [BG_RE, BG_IM, R_BG_RE, R_BG_IM];
@@ -24,7 +26,7 @@ impl InstrumentSet {
     fn of(problem: &Problem, free: &[usize]) -> Self {
         let (background, delay) = (free.contains(&BG_RE), free.contains(&DELAY));
         let background_delayed = background && delay && problem.background_delayed;
-        Self { background, delay, background_delayed }
+        Self { background, delay, background_delayed, duffing: free.contains(&DUFFING) }
     }
 
     /// Terms beyond the oscillator.
@@ -40,7 +42,11 @@ impl HypothesisFit<'_> {
         let mut others: Vec<(Problem, OtherFit)> = Vec::new();
         let now = InstrumentSet::of(&self.problem, &self.fit.free);
         let drag_may_go = self.fit.free.contains(&DRAG) && self.options.model.is_none();
-        for set in SETS.into_iter().filter(|set| self.is_allowed(*set)) {
+        // Added or not before: it may only stretch the intervals.
+        let other_spring = InstrumentSet { duffing: !now.duffing, ..now };
+        let sets =
+            SETS.map(|set| InstrumentSet { duffing: now.duffing, ..set }).into_iter().chain([other_spring]);
+        for set in sets.filter(|set| self.is_allowed(*set)) {
             for without_drag in [false, true] {
                 if (without_drag && !drag_may_go) || (set == now && !without_drag) {
                     continue;
@@ -63,8 +69,10 @@ impl HypothesisFit<'_> {
         };
         let rank = |set: InstrumentSet, fit: &Fit| noise.bic(fit.rss, fit.free.len()) + margin * set.terms();
         let least = rank(now, &self.fit);
-        // Only what is as good a loss model: drag is judged among the loss models.
-        let comparable = |o: &OtherFit| o.unbounded.free.contains(&DRAG) == self.fit.free.contains(&DRAG);
+        // Drag is judged among the loss models, and a Duffing term was added or not before.
+        let comparable = |o: &OtherFit| {
+            [DRAG, DUFFING].iter().all(|k| o.unbounded.free.contains(k) == self.fit.free.contains(k))
+        };
         let best = (0..others.len())
             .filter(|&i| comparable(&others[i].1))
             .map(|i| (rank(others[i].1.set, &others[i].1.unbounded), i))
@@ -88,24 +96,26 @@ impl HypothesisFit<'_> {
         let allowed = |asked: Option<bool>, has: bool| asked.is_none_or(|asked| asked == has);
         allowed(wanted.background, set.background)
             && allowed(wanted.delay, set.delay)
+            && allowed(wanted.duffing, set.duffing)
             && (self.problem.main.complex || !set.delay)
     }
 
     fn with_set(&self, set: InstrumentSet, without_drag: bool) -> Vec<(Problem, OtherFit)> {
         let hidden = set.background && !self.problem.main.complex;
         let mut free: Vec<usize> = self.fit.free.clone();
-        free.retain(|k| !BACKGROUNDS.contains(k) && *k != DELAY && !(without_drag && *k == DRAG));
+        let chosen = |k: &usize| BACKGROUNDS.contains(k) || [DELAY, DUFFING].contains(k);
+        free.retain(|k| !(chosen(k) || without_drag && *k == DRAG));
         if set.background {
             let own = if self.problem.reference.is_some() { BACKGROUNDS.len() } else { 2 };
             free.extend(&BACKGROUNDS[..own]);
         }
-        if set.delay {
-            free.push(DELAY);
-        }
+        free.extend(
+            [(set.delay, DELAY), (set.duffing, DUFFING)].iter().filter(|(is, _)| *is).map(|(_, k)| *k),
+        );
         let Some(problem) = self.extended(&mut free) else { return Vec::new() };
         let problem = Problem { background_delayed: set.background_delayed, ..problem };
         let mut start = self.fit.parameters.clone();
-        for k in BACKGROUNDS.into_iter().chain([DELAY, DRAG]) {
+        for k in BACKGROUNDS.into_iter().chain([DELAY, DRAG, DUFFING]) {
             if !free.contains(&k) {
                 start[k] = 0.0;
             }

@@ -17,7 +17,8 @@ pub struct Options {
     pub model: Option<LossModel>,
     /// The drive amplitude `x_0`, when it is known, in the response's unit.
     pub drive_amplitude: Option<DriveAmplitude>,
-    /// A friction-free curve of the same drive, fitted jointly: it gives `x_0`.
+    /// A friction-free curve of the same oscillator at the same drive, fitted jointly: it gives `x_0`. It has
+    /// frequency, viscous damping, phase and background of its own; delay, drag and Duffing term are shared.
     pub reference: Option<Curve>,
     /// Terms of the instrument, and of the spring.
     pub terms: Terms,

@@ -22,14 +22,18 @@ const OF_MAIN: [usize; MAIN] = {
     }
     slots
 };
-/// The same of the reference. It has no friction, further loss or Duffing term; those slots are never
-/// read.
+/// The same of the reference. It has no friction and no further loss: those slots are never read. Drag and the
+/// Duffing term belong to the oscillator, not to the contact, and are the curve's.
 const OF_REFERENCE: [usize; MAIN] = {
     let mut slots = [COUNT; MAIN];
     (slots[OMEGA], slots[DELTA], slots[X_0]) = (R_OMEGA, R_DELTA, X_0);
+    (slots[DRAG], slots[DUFFING]) = (DRAG, DUFFING);
     (slots[PHASE], slots[DELAY], slots[BG_RE], slots[BG_IM]) = (R_PHASE, DELAY, R_BG_RE, R_BG_IM);
     slots
 };
+
+/// Parameters beside the drive that curve and reference have in common.
+const SHARED: [usize; 3] = [DELAY, DRAG, DUFFING];
 
 /// Everything that is fitted at once.
 #[derive(Debug, Clone, PartialEq)]
@@ -96,7 +100,7 @@ impl Problem {
         if complex || self.used.contains(&PHASE) {
             own.push(PHASE);
         }
-        own.extend([DELAY, BG_RE, BG_IM].into_iter().filter(|k| self.used.contains(k)));
+        own.extend(SHARED.into_iter().chain([BG_RE, BG_IM]).filter(|k| self.used.contains(k)));
         own
     }
 
@@ -113,7 +117,10 @@ impl Problem {
             x_0,
             x_f: if self.ratio { FRAC_PI_4 * friction * x_0 } else { friction },
             ratio: self.ratio.then_some([FRAC_PI_4 * friction, FRAC_PI_4 * x_0]),
-            amplitude_dependent: !reference && self.used.iter().any(|k| (DRAG..=DUFFING).contains(k)),
+            amplitude_dependent: self
+                .used
+                .iter()
+                .any(|k| (DRAG..=DUFFING).contains(k) && (!reference || SHARED.contains(k))),
             drag: get(DRAG),
             with_further: !reference && self.used.iter().any(|k| (DRAG + 1..DUFFING).contains(k)),
             further: std::array::from_fn(|k| get(DRAG + 1 + k)),

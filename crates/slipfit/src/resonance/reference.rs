@@ -6,7 +6,8 @@ use super::peak;
 use super::problem::Problem;
 use super::residuals::{refit_with_rice, variance};
 use super::response::{
-    BG_IM, BG_RE, COUNT, DELAY, DELTA, OMEGA, PHASE, R_BG_IM, R_BG_RE, R_DELTA, R_OMEGA, R_PHASE, X_0, X_F,
+    BG_IM, BG_RE, COUNT, DELAY, DELTA, DRAG, DUFFING, OMEGA, PHASE, R_BG_IM, R_BG_RE, R_DELTA, R_OMEGA,
+    R_PHASE, X_0, X_F,
 };
 use super::search::{best, starts};
 use super::start;
@@ -25,11 +26,12 @@ pub(super) struct FrictionFreeFit {
 
 impl FrictionFreeFit {
     /// The reference must be a resonance by itself, and its noise is its own; method and centre are
-    /// those of the curve's `problem`.
+    /// those of the curve's `problem`. With `drag` it has one where the BIC is lower: what drag leaves is no
+    /// noise.
     pub(super) fn new(
         block: Block,
         problem: &Problem,
-        background: bool,
+        [background, drag]: [bool; 2],
         criteria: &Criteria,
     ) -> Result<Self, Error> {
         let no = |reason| Error::NoResonance { reason };
@@ -55,6 +57,9 @@ impl FrictionFreeFit {
         let mut fit = best(&own, &list, &free, &criteria.search)
             .ok_or(no("no resonance was reached in the reference"))?;
         refit_with_rice(&mut own, &mut fit, &free, &criteria.residuals);
+        if drag && let Some((with_drag, better)) = with_drag(&own, &fit) {
+            (own, fit) = (with_drag, better);
+        }
         let p = &fit.parameters;
         let mut parameters = vec![0.0; COUNT];
         parameters[R_OMEGA] = p[OMEGA] + peak.omega - problem.centre;
@@ -86,6 +91,18 @@ impl FrictionFreeFit {
     }
 }
 
+/// The fit of a reference with drag, where its BIC is lower.
+fn with_drag(own: &Problem, fit: &Fit) -> Option<(Problem, Fit)> {
+    let mut free = fit.free.clone();
+    free.push(DRAG);
+    free.sort_unstable();
+    let richer = own.with(&free);
+    let noise = NoiseModel::white(richer.observations());
+    let found = minimise(&richer, &fit.parameters, &free).filter(|f| f.parameters[DRAG] > 0.0)?;
+    let gains = noise.bic(found.rss, free.len()) < noise.bic(fit.rss, fit.free.len());
+    gains.then_some((richer, found))
+}
+
 /// p value of sliding friction in the reference by itself, its drive free; `fit` is the joint one.
 pub(super) fn sliding_p_value(problem: &Problem, fit: &Fit, c: &SearchCriteria) -> f64 {
     let Some(block) = problem.reference.clone() else { return 1.0 };
@@ -93,7 +110,9 @@ pub(super) fn sliding_p_value(problem: &Problem, fit: &Fit, c: &SearchCriteria) 
     let mut p = vec![0.0; COUNT];
     (p[OMEGA], p[DELTA], p[X_0], p[PHASE]) = (q[R_OMEGA], q[R_DELTA], q[X_0], q[R_PHASE]);
     (p[BG_RE], p[BG_IM], p[DELAY]) = (q[R_BG_RE], q[R_BG_IM], q[DELAY]);
+    (p[DRAG], p[DUFFING]) = (q[DRAG], q[DUFFING]);
     let mut free = vec![OMEGA, DELTA, X_0];
+    free.extend([DRAG, DUFFING].into_iter().filter(|k| fit.free.contains(k)));
     if block.complex {
         free.push(PHASE);
     }

@@ -23,7 +23,7 @@ pub(crate) const BG_RE: usize = DUFFING + 3;
 pub(crate) const BG_IM: usize = DUFFING + 4;
 /// Parameters of the main block.
 pub(super) const MAIN: usize = DUFFING + 5;
-/// The same of the reference; drive and delay are shared.
+/// The same of the reference; drive, delay, drag and Duffing term are shared.
 pub(crate) const R_OMEGA: usize = MAIN;
 pub(crate) const R_DELTA: usize = MAIN + 1;
 pub(crate) const R_PHASE: usize = MAIN + 2;

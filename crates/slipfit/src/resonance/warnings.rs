@@ -150,7 +150,7 @@ fn instrument(list: &mut Vec<Warning>, d: &FittedModels, answer: &Answer) {
     }
 }
 
-/// Other terms of the instrument that explain the curve as well.
+/// Other terms beside the losses that explain the curve as well.
 fn rival(d: &FittedModels, answer: &Answer, options: &Options, criteria: &Criteria) -> Option<Warning> {
     let chosen = match options.model {
         Some(model) => d.comparison.get(model)?,
@@ -160,6 +160,7 @@ fn rival(d: &FittedModels, answer: &Answer, options: &Options, criteria: &Criter
     Some(Warning::RivalInstrument {
         background: set.background,
         delay: set.delay,
+        duffing: (set.duffing != chosen.unbounded.free.contains(&DUFFING)).then_some(set.duffing),
         delta_bic,
         friction_displacement,
         unit: answer.unit.clone(),

@@ -51,8 +51,9 @@ impl Warning {
             }
             Warning::Undetermined { .. } => vec![Hint::advice("points across the peak would")],
             Warning::ShapeAlone { .. } => either("drive_amplitude", "reference", "narrows it"),
-            Warning::RivalInstrument { background, .. } => {
-                vec![Hint::new("background", "chooses").with(if *background { "on" } else { "off" })]
+            Warning::RivalInstrument { background, duffing, .. } => {
+                let (option, on) = duffing.map_or(("background", *background), |on| ("duffing", on));
+                vec![Hint::new(option, "chooses").with(if on { "on" } else { "off" })]
             }
             Warning::Jump { .. } => vec![Hint::new("band_hz", "keeps to one branch")],
             Warning::OneFlank { .. } => vec![Hint::advice("measure across the peak")],

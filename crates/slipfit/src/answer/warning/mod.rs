@@ -179,12 +179,14 @@ pub enum Warning {
         /// Whether phases separate it from friction.
         phases: bool,
     },
-    /// Other terms of the instrument than those fitted explain the curve as well, and give other losses.
+    /// Other terms beside the losses than those fitted explain the curve as well, and give other losses.
     RivalInstrument {
         /// They have a background.
         background: bool,
         /// They have a delay.
         delay: bool,
+        /// Whether they have a Duffing term, where that is the difference.
+        duffing: Option<bool>,
         /// BIC with them above the one reported.
         delta_bic: f64,
         /// Friction displacement with them, and its standard error.

@@ -137,12 +137,21 @@ impl fmt::Display for Warning {
                     "; amplitudes alone do not separate it from friction, phases would"
                 }
             ),
-            Warning::RivalInstrument { background, delay, delta_bic, friction_displacement, unit } => {
-                let terms = match (background, delay) {
-                    (true, true) => "a background and a delay explain",
-                    (true, false) => "a background explains",
-                    (false, true) => "a delay without a background explains",
-                    (false, false) => "no term of the instrument explains",
+            Warning::RivalInstrument {
+                background,
+                delay,
+                duffing,
+                delta_bic,
+                friction_displacement,
+                unit,
+            } => {
+                let terms = match (duffing, background, delay) {
+                    (Some(true), ..) => "a frequency that shifts with the amplitude (Duffing) explains",
+                    (Some(false), ..) => "a frequency that does not shift with the amplitude explains",
+                    (None, true, true) => "a background and a delay explain",
+                    (None, true, false) => "a background explains",
+                    (None, false, true) => "a delay without a background explains",
+                    (None, false, false) => "no term of the instrument explains",
                 };
                 let [value, error] = friction_displacement;
                 let text = format!("{value:.3e} ± {error:.1e} {unit}");
