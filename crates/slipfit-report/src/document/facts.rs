@@ -1,6 +1,7 @@
 //! What there is to say besides the numbers, each under a label.
 
 use slipfit::answer::hint::Spelling;
+use slipfit::{LossModel, LossTerm};
 use slipfit_io::Note;
 
 /// Labelled sentences in the order they are read; an empty label goes on with the one before.
@@ -10,6 +11,15 @@ pub(crate) struct Facts(Vec<(&'static str, String)>);
 impl Facts {
     pub(crate) fn add(&mut self, label: &'static str, text: impl Into<String>) {
         self.0.push((label, text.into()));
+    }
+
+    /// Losses that the intervals count, of a `record` or a curve.
+    pub(crate) fn counted_losses(&mut self, losses: Option<LossModel>, record: &str) {
+        if let Some(losses) = losses {
+            let words: Vec<&str> = losses.terms().map(LossTerm::words).collect();
+            let words = words.join(" and ");
+            self.add("counted", format!("in the intervals: {words}, which the {record} does not exclude"));
+        }
     }
 
     pub(crate) fn notes(&mut self, notes: &[Note], spell: Spelling<'_>) {

@@ -97,6 +97,7 @@ fn facts(analysed: &AnalysedCurve<'_>, spell: Spelling<'_>) -> Facts {
             d.residual_excess.max(0.0).sqrt()
         ),
     );
+    facts.counted_losses(d.counted_losses, "curve");
     instrument(&mut facts, answer);
     if let Some(line) = &answer.force_line {
         let (x_f, delta) = (&line.friction_displacement, &line.decay_rate_per_s);

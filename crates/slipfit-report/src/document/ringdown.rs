@@ -10,7 +10,7 @@ use crate::format::{Rounded, plain};
 use crate::{AnalysedRingdown, Sentence, plot};
 use slipfit::answer::hint::Spelling;
 use slipfit::ringdown::FreeLaw;
-use slipfit::{LossTerm, Quantity, SignalKind};
+use slipfit::{Quantity, SignalKind};
 
 pub(super) fn document<'a>(analysed: &'a AnalysedRingdown<'a>, spell: Spelling<'_>) -> Document<'a> {
     let answer = analysed.answer;
@@ -135,12 +135,6 @@ fn facts(analysed: &AnalysedRingdown<'_>, spell: Spelling<'_>) -> Facts {
             d.decay_times
         ),
     );
-    if let Some(losses) = d.counted_losses {
-        let words: Vec<&str> = losses.terms().map(LossTerm::words).collect();
-        facts.add(
-            "counted",
-            format!("in the intervals: {}, which the record does not exclude", words.join(" and ")),
-        );
-    }
+    facts.counted_losses(d.counted_losses, "record");
     facts
 }

@@ -38,6 +38,12 @@ pub(crate) fn stretched(mut q: Quantity, others: &[Weighed]) -> Quantity {
     q
 }
 
+/// By which factor other models widen an interval.
+pub(crate) fn widening(q: &Quantity, others: &[Weighed]) -> f64 {
+    let width = |q: &Quantity| q.interval_95[1] - q.interval_95[0];
+    width(&stretched(q.clone(), others)) / width(q)
+}
+
 /// The end of an interval, the upper one for a `side` of 1.
 fn end(q: &Quantity, others: &[Weighed], side: f64) -> f64 {
     let end = if side < 0.0 { q.interval_95[0] } else { q.interval_95[1] };
@@ -197,7 +203,8 @@ mod tests {
             assert!((found.variance / variance - 1.0).abs() < 1e-3, "{z} {most}: {}", found.variance);
         }
         let far = Truncated::new(-40.0, 5.0);
-        assert!((far.mean * 40.0 - 1.0).abs() < 0.01 && far.likelihood.is_finite());
+        assert!((far.mean * 40.0 - 1.0).abs() < 0.01, "{}", far.mean);
+        assert!(far.likelihood.is_finite());
     }
 
     #[test]
@@ -205,7 +212,8 @@ mod tests {
         let q = Quantity::normal(1.0, 0.1, "");
         let same = Weighed { weight: 0.5, value: 1.0, std_error: 0.1 };
         let [low, high] = stretched(q.clone(), &[same]).interval_95;
-        assert!((low - q.interval_95[0]).abs() < 1e-6 && (high - q.interval_95[1]).abs() < 1e-6);
+        assert!((low - q.interval_95[0]).abs() < 1e-6, "{low}");
+        assert!((high - q.interval_95[1]).abs() < 1e-6, "{high}");
         let aside = Weighed { weight: 0.5, value: 2.0, std_error: 0.1 };
         let found = stretched(q.clone(), &[aside]);
         // Half of 5 % beyond: 1.645 of its errors.

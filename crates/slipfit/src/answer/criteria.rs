@@ -12,5 +12,7 @@ criteria! {
         /// Difference of BIC below which two models explain the data equally well.
         rival_bic: f64 = 2.0, source "Kass and Raftery 1995: not worth more than a bare mention",
             moves "warnings";
+        /// Widening of an interval by losses that the model has not, above which they are named.
+        mentioned_widening: f64 = 1.1, source "less does not show in two digits", moves "the report";
     }
 }

@@ -172,6 +172,9 @@ pub struct Diagnostics {
     pub left_out: usize,
     /// Noise of one point (one quadrature) as estimated between neighbours, response unit.
     pub noise_rms: f64,
+    /// Losses that the reported model has not and the data do not exclude: the intervals count them. None
+    /// where they widen none of them by a tenth, or the model was asked for.
+    pub counted_losses: Option<LossModel>,
     /// Residual of the chosen model, response unit.
     pub residual_rms: f64,
     /// Noise of an amplitude over the amplitude, where the noise was found to grow with it: every point

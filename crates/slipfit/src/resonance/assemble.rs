@@ -49,8 +49,8 @@ pub(super) fn answer(
     }
     let problem = d.problem_of(chosen);
     let p = &chosen.bounded.parameters;
-    let parameters = match d.method() {
-        Method::Paper => papers_parameters(used, options, d, chosen, criteria)?,
+    let (parameters, counted_losses) = match d.method() {
+        Method::Paper => (papers_parameters(used, options, d, chosen, criteria)?, None),
         _ => parameters(used, options, d, chosen),
     };
     let mut shown = p.clone();
@@ -87,7 +87,7 @@ pub(super) fn answer(
         force_line,
         paper: paper::estimate(&problem, p, d.source != DriveSource::Shape, &criteria.search),
         reference,
-        diagnostics: diagnostics(curve, used, d, &points, sigma),
+        diagnostics: Diagnostics { counted_losses, ..diagnostics(curve, used, d, &points, sigma) },
         warnings: Vec::new(),
         unit: used.unit().to_owned(),
         given_terms: given_terms(used, d, chosen),
@@ -267,6 +267,7 @@ fn diagnostics(
     let span = b.omega[b.len() - 1] - b.omega[0];
     let near = |w: &&f64| (**w - d.peak.omega).abs() <= d.peak.half_width;
     Diagnostics {
+        counted_losses: None,
         points: d.all.as_ref().map_or(b.len(), Block::len) - d.left_out,
         outside_band: curve.len() - used.len(),
         left_out: d.left_out,

@@ -37,6 +37,8 @@ pub(crate) struct FittedModels {
     pub(crate) criteria: AnswerCriteria,
     /// [`ReportCriteria::near_limit`](crate::answer::ReportCriteria::near_limit).
     pub(crate) near_limit: f64,
+    /// [`ReportCriteria::mentioned_widening`](crate::answer::ReportCriteria::mentioned_widening).
+    pub(crate) mentioned_widening: f64,
 }
 
 /// Amplitudes of the oscillator as the points show them: without the background fitted, at the

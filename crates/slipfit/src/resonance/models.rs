@@ -81,6 +81,7 @@ pub(super) fn compare(curve: &PreparedCurve, mut chosen: HypothesisFit) -> Resul
         proportional_noise: None,
         criteria: criteria.answer.clone(),
         near_limit: criteria.report.near_limit,
+        mentioned_widening: criteria.report.mentioned_widening,
         problem,
     })
 }

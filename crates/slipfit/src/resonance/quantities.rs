@@ -8,7 +8,7 @@ use super::paper::Lorentzian;
 use super::problem::Problem;
 use super::response::{BG_RE, DUFFING, OMEGA, X_0, X_F, slot};
 use super::{Curve, DriveSource, Options};
-use crate::answer::averaged::absent_losses;
+use crate::answer::averaged::{absent_losses, widening};
 use crate::answer::calibration::physical;
 use crate::answer::describe::{LossFit, fit_of, non_negative, q_factor, symmetric, unknown};
 use crate::answer::{Parameter, Parameters};
@@ -78,7 +78,13 @@ pub(super) fn given_terms(used: &Curve, d: &FittedModels, chosen: &ModelFit) -> 
     ]
 }
 
-pub(super) fn parameters(used: &Curve, options: &Options, d: &FittedModels, chosen: &ModelFit) -> Parameters {
+/// The parameters, and the losses that the model has not and their intervals count noticeably.
+pub(super) fn parameters(
+    used: &Curve,
+    options: &Options,
+    d: &FittedModels,
+    chosen: &ModelFit,
+) -> (Parameters, Option<LossModel>) {
     let unit = used.unit();
     let noise = d.comparison.noise;
     let mut list = Parameters::default();
@@ -87,15 +93,18 @@ pub(super) fn parameters(used: &Curve, options: &Options, d: &FittedModels, chos
     let to_hz = [1.0 / TAU, d.problem.centre];
     let frequency = symmetric(noise, bounded, OMEGA, to_hz, "Hz");
     let centre = d.problem.centre;
+    let mut noticed: Vec<LossTerm> = Vec::new();
     // Intervals count losses that the data do not exclude, unless a model was asked for.
-    let stretched =
+    let mut stretched =
         |q: Quantity, of_term: Option<LossTerm>, gradient: &[(usize, f64)], of: &dyn Fn(&[f64]) -> f64| {
             let counted = options.model.is_none() && of_term.is_none_or(|term| chosen.model.has(term));
-            let absent = if counted {
-                absent_losses(&d.comparison, chosen, of_term, gradient, &q, slot).1
-            } else {
-                Vec::new()
-            };
+            if !counted {
+                return averaged::stretched(d, q, &[], of);
+            }
+            let (terms, absent) = absent_losses(&d.comparison, chosen, of_term, gradient, &q, slot);
+            if widening(&q, &absent) > d.mentioned_widening {
+                noticed.extend(terms);
+            }
             averaged::stretched(d, q, &absent, of)
         };
     let of_frequency = |p: &[f64]| (centre + p[OMEGA]) / TAU;
@@ -104,10 +113,9 @@ pub(super) fn parameters(used: &Curve, options: &Options, d: &FittedModels, chos
         let k = slot(term);
         stretched(loss_term(d, chosen, term, unit), Some(term), &[(k, 1.0)], &|p| p[k])
     };
-    let delta = coefficient(LossTerm::Viscous);
+    let [delta, x_f] = [LossTerm::Viscous, LossTerm::Sliding].map(coefficient);
     list.set(Parameter::DECAY_RATE, delta.clone());
     list.set(Parameter::QFactor, q_factor(&delta, |_| omega_0));
-    let x_f = coefficient(LossTerm::Sliding);
     list.set(Parameter::FRICTION_DISPLACEMENT, x_f.clone());
     let x_0 = drive_amplitude(d, chosen, unit);
     let x_0 =
@@ -127,7 +135,7 @@ pub(super) fn parameters(used: &Curve, options: &Options, d: &FittedModels, chos
         list.set(Parameter::DuffingCoefficient, symmetric(noise, bounded, DUFFING, [1.0 / TAU, 0.0], unit));
     }
     calibrated(&mut list, options, omega_0, unit, &delta, &x_f);
-    list
+    (list, LossModel::from_terms(&noticed))
 }
 
 /// Adds force and viscous coefficient where a stiffness or mass is known.

@@ -450,8 +450,6 @@ criteria! {
         dominating_share: f64 = 0.95, source "a convention", moves "the instant reported";
         /// Cycles below which the loss terms cannot be separated.
         few_cycles: f64 = 5.0, source "chosen by simulation", moves "warnings";
-        /// Widening of an interval by losses that the model has not, above which they are named.
-        mentioned_widening: f64 = 1.1, source "less does not show in two digits", moves "the report";
         /// Standard errors that the first amplitude must exceed for an answer.
         least_amplitude: f64 = 2.0, source "95 % of normal noise", moves "refusals of noise";
         /// Relative error of decay rate and friction below which so few cycles determine both.

@@ -118,13 +118,10 @@ fn with_absent_losses(
         return q;
     }
     let (terms, others) = absent_losses(&e.fit.comparison, chosen, of, &[(k, 1.0)], &q, slot);
-    let width = |q: &Quantity| q.interval_95[1] - q.interval_95[0];
-    let before = width(&q);
-    let stretched = averaged::stretched(q, &others);
-    if width(&stretched) > e.criteria.answer.mentioned_widening * before {
+    if averaged::widening(&q, &others) > e.criteria.report.mentioned_widening {
         counted.extend(terms);
     }
-    stretched
+    averaged::stretched(q, &others)
 }
 
 /// The parameter of the shape of a loss term, where the chosen model has one: its interval is the profile's,

@@ -208,7 +208,8 @@ mod tests {
         assert!(LossTerm::ALL.iter().rev().take(SHAPED).all(|t| t.is_shaped()));
         for &term in LossTerm::shaped() {
             let parameter = term.shape_parameter().expect("has one");
-            assert!(parameter.range[0] > 0.0 && !term.is_compared());
+            assert!(parameter.range[0] > 0.0, "{parameter:?}");
+            assert!(!term.is_compared());
             for &s in parameter.starts {
                 assert!((parameter.range[0]..=parameter.range[1]).contains(&s));
                 for u in [0.05, 0.3, 0.9, 1.0] {
@@ -217,7 +218,8 @@ mod tests {
                     let numeric = |a: [f64; 3], b: [f64; 3]| (a[0] - b[0]) / (2.0 * h);
                     let u_off = (by_u - numeric(term.relative(u + h, s), term.relative(u - h, s))).abs();
                     let s_off = (by_s - numeric(term.relative(u, s + h), term.relative(u, s - h))).abs();
-                    assert!(u_off < 1e-7 && s_off < 1e-7, "{} at {u}, {s}: {u_off}, {s_off}", term.name());
+                    assert!(u_off < 1e-7, "{} at {u}, {s}: {u_off}", term.name());
+                    assert!(s_off < 1e-7, "{} at {u}, {s}: {s_off}", term.name());
                 }
             }
         }

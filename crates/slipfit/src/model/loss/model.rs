@@ -14,7 +14,8 @@ use std::sync::LazyLock;
 /// use slipfit::{LossModel, LossTerm};
 /// let model: LossModel = "viscous+sliding".parse()?;
 /// assert_eq!(model, LossModel::VISCOUS_SLIDING);
-/// assert!(model.has(LossTerm::Sliding) && !model.has(LossTerm::Drag));
+/// assert!(model.has(LossTerm::Sliding));
+/// assert!(!model.has(LossTerm::Drag));
 /// # Ok::<(), String>(())
 /// ```
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash, PartialOrd, Ord)]

@@ -62,7 +62,7 @@ impl<F: Fn(f64, f64) -> f64> Law for AtPosition<F> {
 /// let o = Oscillator::kinematic(1.0, 0.0, 0.01)?;
 /// let mut motion = SmoothMotion::new(&o, drag(0.2)?, Drive::none(), 0.0, 1.0, 0.0)?;
 /// let first = motion.next_event(10.0)?.expect("a turn");
-/// assert!(first.position > -1.0 && first.position < -0.7);
+/// assert!((-1.0..-0.7).contains(&first.position));
 /// # Ok::<(), slipfit::Error>(())
 /// ```
 #[derive(Debug, Clone)]
