@@ -36,6 +36,18 @@ impl Normal {
         }
         self.rss += weight * residual * residual;
     }
+
+    /// The same with the entries of the `free` parameters alone.
+    pub(crate) fn add_row_of(&mut self, free: &[usize], row: &[f64], residual: f64, weight: f64) {
+        for &i in free {
+            let wa = weight * row[i];
+            self.jtr[i] += wa * residual;
+            for &j in free.iter().filter(|j| **j <= i) {
+                self.jtj[(i, j)] += wa * row[j];
+            }
+        }
+        self.rss += weight * residual * residual;
+    }
 }
 
 /// A model together with its data.
@@ -54,6 +66,11 @@ pub(crate) trait LeastSquares {
     /// that leads there is refused anyway.
     fn normal_within(&self, p: &[f64], out: &mut Normal, _limit: f64) -> bool {
         self.normal(p, out)
+    }
+
+    /// The same, free to leave out the sums of parameters that are not `free`.
+    fn normal_of(&self, p: &[f64], _free: &[usize], out: &mut Normal, limit: f64) -> bool {
+        self.normal_within(p, out, limit)
     }
 }
 
@@ -134,7 +151,7 @@ pub(crate) fn descend(
     let p = problem.parameters();
     let mut best = start.to_vec();
     let mut sums = Normal::zeros(p);
-    if !problem.normal(&best, &mut sums) || !sums.rss.is_finite() {
+    if !problem.normal_of(&best, free, &mut sums, f64::INFINITY) || !sums.rss.is_finite() {
         return None;
     }
     let mut trial_sums = Normal::zeros(p);
@@ -166,7 +183,7 @@ pub(crate) fn descend(
             trial[i] += step[k];
         }
         let exists = trial.iter().all(|v| v.is_finite())
-            && problem.normal_within(&trial, &mut trial_sums, sums.rss * (1.0 + 1e-12));
+            && problem.normal_of(&trial, free, &mut trial_sums, sums.rss * (1.0 + 1e-12));
         if exists && trial_sums.rss.is_finite() && trial_sums.rss <= sums.rss * (1.0 + 1e-13) {
             let gained = sums.rss - trial_sums.rss;
             best = trial;

@@ -306,8 +306,8 @@ fn best_of(problem: &dyn LeastSquares, starts: &[Vec<f64>], free: &[usize], trie
         return minimise(start);
     }
     let mut sums = Normal::zeros(problem.parameters());
-    let mut ranked: Vec<(f64, &Vec<f64>)> =
-        starts.iter().filter_map(|s| problem.normal(s, &mut sums).then_some((sums.rss, s))).collect();
+    let mut at = |p: &[f64]| problem.normal_of(p, &[], &mut sums, f64::INFINITY).then_some(sums.rss);
+    let mut ranked: Vec<(f64, &Vec<f64>)> = starts.iter().filter_map(|s| Some((at(s)?, s))).collect();
     ranked.sort_by(|a, b| a.0.total_cmp(&b.0));
     let mut fits = ranked.iter().filter_map(|(_, start)| minimise(start));
     let first = fits.by_ref().take(tried).min_by(|a, b| a.rss.total_cmp(&b.rss));

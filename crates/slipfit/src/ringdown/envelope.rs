@@ -125,13 +125,17 @@ impl LeastSquares for EnvelopeProblem {
     }
 
     fn normal(&self, p: &[f64], out: &mut Normal) -> bool {
+        self.normal_of(p, &std::array::from_fn::<_, COUNT, _>(|i| i), out, f64::INFINITY)
+    }
+
+    fn normal_of(&self, p: &[f64], free: &[usize], out: &mut Normal, _limit: f64) -> bool {
         out.clear();
         if !(p[A0] > 0.0 && shapes_exist(p)) {
             return false;
         }
         self.walk(p, |j, amplitude, by| {
             let residual = self.value[j] - self.model(amplitude, p);
-            out.add_row(&self.row(amplitude, by), residual, self.weight[j]);
+            out.add_row_of(free, &self.row(amplitude, by), residual, self.weight[j]);
         });
         out.rss.is_finite()
     }
