@@ -135,9 +135,36 @@ pub(crate) fn minimise_until(
     tolerance: f64,
     take_last: bool,
 ) -> Option<Fit> {
-    let (parameters, sums, converged) = descend(problem, start, free, tolerance, take_last)?;
-    let unit_covariance = invert(&sums, free, problem.parameters())?;
+    let found = descend(problem, start, free, tolerance, take_last)?;
+    fit_at(found, free)
+}
+
+/// The same where hardly more than the sum of squares counts: a step that only its damping makes that small
+/// ends the search as well, instead of many smaller ones along an edge of the model.
+pub(crate) fn minimise_roughly(
+    problem: &dyn LeastSquares,
+    start: &[f64],
+    free: &[usize],
+    tolerance: f64,
+) -> Option<Fit> {
+    let found = descend_until(problem, start, free, tolerance, Ending::Damped)?;
+    fit_at(found, free)
+}
+
+fn fit_at((parameters, sums, converged): (Vec<f64>, Normal, bool), free: &[usize]) -> Option<Fit> {
+    let unit_covariance = invert(&sums, free, parameters.len())?;
     Some(Fit { parameters, unit_covariance, rss: sums.rss, free: free.to_vec(), converged })
+}
+
+/// The small step that ends a search.
+#[derive(Clone, Copy, PartialEq)]
+enum Ending {
+    /// Left alone.
+    Left,
+    /// Taken, unseen.
+    Taken,
+    /// Taken; one that damping makes small is left alone.
+    Damped,
 }
 
 /// [`minimise_until`] without a covariance: parameters, the sums there, and whether it converged.
@@ -147,6 +174,17 @@ pub(crate) fn descend(
     free: &[usize],
     tolerance: f64,
     take_last: bool,
+) -> Option<(Vec<f64>, Normal, bool)> {
+    let ending = if take_last { Ending::Taken } else { Ending::Left };
+    descend_until(problem, start, free, tolerance, ending)
+}
+
+fn descend_until(
+    problem: &dyn LeastSquares,
+    start: &[f64],
+    free: &[usize],
+    tolerance: f64,
+    ending: Ending,
 ) -> Option<(Vec<f64>, Normal, bool)> {
     let p = problem.parameters();
     let mut best = start.to_vec();
@@ -168,9 +206,10 @@ pub(crate) fn descend(
         // Change of rss the quadratic model foresees, in units of the noise variance.
         let noise = sums.rss / problem.observations().max(1.0);
         let negligible = predicted <= tolerance * tolerance * noise || predicted <= 1e-15 * sums.rss;
-        if negligible && damping <= 1e-3 {
+        let undamped = damping <= 1e-3;
+        if negligible && (undamped || ending == Ending::Damped) {
             converged = true;
-            if take_last && step.iter().all(|s| s.is_finite()) {
+            if undamped && ending != Ending::Left && step.iter().all(|s| s.is_finite()) {
                 for (k, &i) in free.iter().enumerate() {
                     best[i] += step[k];
                 }
