@@ -36,6 +36,18 @@ impl Normal {
         }
         self.rss += weight * residual * residual;
     }
+
+    /// The same with the entries of the `free` parameters alone.
+    pub(crate) fn add_row_of(&mut self, free: &[usize], row: &[f64], residual: f64, weight: f64) {
+        for &i in free {
+            let wa = weight * row[i];
+            self.jtr[i] += wa * residual;
+            for &j in free.iter().filter(|j| **j <= i) {
+                self.jtj[(i, j)] += wa * row[j];
+            }
+        }
+        self.rss += weight * residual * residual;
+    }
 }
 
 /// A model together with its data.
@@ -54,6 +66,11 @@ pub(crate) trait LeastSquares {
     /// that leads there is refused anyway.
     fn normal_within(&self, p: &[f64], out: &mut Normal, _limit: f64) -> bool {
         self.normal(p, out)
+    }
+
+    /// The same, free to leave out the sums of parameters that are not `free`.
+    fn normal_of(&self, p: &[f64], _free: &[usize], out: &mut Normal, limit: f64) -> bool {
+        self.normal_within(p, out, limit)
     }
 }
 
@@ -118,9 +135,36 @@ pub(crate) fn minimise_until(
     tolerance: f64,
     take_last: bool,
 ) -> Option<Fit> {
-    let (parameters, sums, converged) = descend(problem, start, free, tolerance, take_last)?;
-    let unit_covariance = invert(&sums, free, problem.parameters())?;
+    let found = descend(problem, start, free, tolerance, take_last)?;
+    fit_at(found, free)
+}
+
+/// The same where hardly more than the sum of squares counts: a step that only its damping makes that small
+/// ends the search as well, instead of many smaller ones along an edge of the model.
+pub(crate) fn minimise_roughly(
+    problem: &dyn LeastSquares,
+    start: &[f64],
+    free: &[usize],
+    tolerance: f64,
+) -> Option<Fit> {
+    let found = descend_until(problem, start, free, tolerance, Ending::Damped)?;
+    fit_at(found, free)
+}
+
+fn fit_at((parameters, sums, converged): (Vec<f64>, Normal, bool), free: &[usize]) -> Option<Fit> {
+    let unit_covariance = invert(&sums, free, parameters.len())?;
     Some(Fit { parameters, unit_covariance, rss: sums.rss, free: free.to_vec(), converged })
+}
+
+/// The small step that ends a search.
+#[derive(Clone, Copy, PartialEq)]
+enum Ending {
+    /// Left alone.
+    Left,
+    /// Taken, unseen.
+    Taken,
+    /// Taken; one that damping makes small is left alone.
+    Damped,
 }
 
 /// [`minimise_until`] without a covariance: parameters, the sums there, and whether it converged.
@@ -131,10 +175,21 @@ pub(crate) fn descend(
     tolerance: f64,
     take_last: bool,
 ) -> Option<(Vec<f64>, Normal, bool)> {
+    let ending = if take_last { Ending::Taken } else { Ending::Left };
+    descend_until(problem, start, free, tolerance, ending)
+}
+
+fn descend_until(
+    problem: &dyn LeastSquares,
+    start: &[f64],
+    free: &[usize],
+    tolerance: f64,
+    ending: Ending,
+) -> Option<(Vec<f64>, Normal, bool)> {
     let p = problem.parameters();
     let mut best = start.to_vec();
     let mut sums = Normal::zeros(p);
-    if !problem.normal(&best, &mut sums) || !sums.rss.is_finite() {
+    if !problem.normal_of(&best, free, &mut sums, f64::INFINITY) || !sums.rss.is_finite() {
         return None;
     }
     let mut trial_sums = Normal::zeros(p);
@@ -151,9 +206,10 @@ pub(crate) fn descend(
         // Change of rss the quadratic model foresees, in units of the noise variance.
         let noise = sums.rss / problem.observations().max(1.0);
         let negligible = predicted <= tolerance * tolerance * noise || predicted <= 1e-15 * sums.rss;
-        if negligible && damping <= 1e-3 {
+        let undamped = damping <= 1e-3;
+        if negligible && (undamped || ending == Ending::Damped) {
             converged = true;
-            if take_last && step.iter().all(|s| s.is_finite()) {
+            if undamped && ending != Ending::Left && step.iter().all(|s| s.is_finite()) {
                 for (k, &i) in free.iter().enumerate() {
                     best[i] += step[k];
                 }
@@ -166,7 +222,7 @@ pub(crate) fn descend(
             trial[i] += step[k];
         }
         let exists = trial.iter().all(|v| v.is_finite())
-            && problem.normal_within(&trial, &mut trial_sums, sums.rss * (1.0 + 1e-12));
+            && problem.normal_of(&trial, free, &mut trial_sums, sums.rss * (1.0 + 1e-12));
         if exists && trial_sums.rss.is_finite() && trial_sums.rss <= sums.rss * (1.0 + 1e-13) {
             let gained = sums.rss - trial_sums.rss;
             best = trial;

@@ -1,6 +1,6 @@
 //! The amplitudes of the blocks against the loss laws.
 
-use super::compare::{Search, WholeLoss, compare, loss_parameters, offer};
+use super::compare::{Models, Search, WholeLoss, compare, loss_parameters, offer};
 use super::criteria::{AmplitudeCriteria, Criteria};
 use super::envelope::{A0, DELTA, EnvelopeProblem, FLOOR, X_F};
 use super::lowpass::Kernel;
@@ -69,7 +69,9 @@ pub(crate) fn fit_amplitudes<'a>(
     let law_errs = admit_law_error(&mut problem, &offered, &full, noise, significance, c);
     let mut noise_model = NoiseModel::white(n as f64);
     let whole = WholeLoss::new(start[DELTA], start[A0], problem.omega);
-    let search = Search { asked: options.model, side_minima: true, criteria: &criteria.inference };
+    let asked = options.model;
+    let search =
+        Search { asked, models: Models::All, begun: None, side_minima: true, criteria: &criteria.inference };
     let comparison = compare(&problem, &start, nuisance, noise_model, whole, search);
     let best = comparison.preferred().ok_or(Error::NoFit { reason: "no model converged" })?;
     let residuals = problem.residuals(&best.bounded.parameters);

@@ -2,7 +2,9 @@
 
 use super::envelope::{A0, DELTA, DRAG, X_F};
 use crate::inference::criteria::InferenceCriteria;
-use crate::inference::least_squares::{Fit, LeastSquares, Normal, minimise, minimise_until};
+use crate::inference::least_squares::{
+    Fit, LeastSquares, Normal, minimise, minimise_roughly, minimise_until,
+};
 use crate::inference::model_selection::ModelComparison;
 use crate::inference::noise::NoiseModel;
 use crate::inference::quadratic::given;
@@ -64,6 +66,12 @@ fn free_of(model: LossModel, nuisance: &[usize]) -> Vec<usize> {
     free
 }
 
+/// Whether a fit of these parameters is that of a model: without a loss that the model has not.
+fn is_fit_of(fit: &Fit, model: LossModel, free: &[usize]) -> bool {
+    let absent = LossTerm::ALL.iter().filter(|term| !model.has(**term));
+    fit.free == free && absent.copied().all(|term| fit.parameters[slot(term)] == 0.0)
+}
+
 /// Coefficients that each give all of a loss by themselves, at one amplitude.
 #[derive(Debug, Clone, Copy)]
 pub(crate) struct WholeLoss {
@@ -94,9 +102,23 @@ impl WholeLoss {
 pub(crate) struct Search<'a> {
     /// The model asked for, whose terms take part.
     pub(crate) asked: Option<LossModel>,
+    pub(crate) models: Models,
+    /// The fit that gave the start values.
+    pub(crate) begun: Option<&'a Fit>,
     /// Whether there may be several minima.
     pub(crate) side_minima: bool,
     pub(crate) criteria: &'a InferenceCriteria,
+}
+
+/// Which models are compared.
+#[derive(Debug, Clone, Copy)]
+pub(crate) enum Models {
+    All,
+    /// Without those foreseen to lie above a larger one by more than so many variances of the noise: none of
+    /// them becomes the preferred one.
+    Rivals {
+        within: f64,
+    },
 }
 
 /// Shares of the loss at the first amplitude that sliding friction takes in the starts of the search.
@@ -117,7 +139,7 @@ pub(crate) fn compare(
     nuisance: &[usize],
     noise: NoiseModel,
     whole: WholeLoss,
-    Search { asked, side_minima, criteria }: Search,
+    Search { asked, models, begun, side_minima, criteria }: Search,
 ) -> ModelComparison {
     let mut fits: Vec<(LossModel, Fit)> = Vec::new();
     // Models that the others begin from.
@@ -128,9 +150,18 @@ pub(crate) fn compare(
         if (noise.observations as usize) <= free.len() || fits.iter().any(|(m, _)| *m == model) {
             continue;
         }
-        if let Some(fit) = far_from_larger(problem, model, &fits, criteria.no_rival, noise) {
-            fits.push((model, fit));
+        if let Some(fit) = begun.filter(|fit| !side_minima && is_fit_of(fit, model, &free)) {
+            fits.push((model, fit.clone()));
             continue;
+        }
+        if let Some(far) = Far::foreseen(model, &fits, criteria.no_rival, noise) {
+            if matches!(models, Models::Rivals { within } if far.rise > within) {
+                continue;
+            }
+            if let Some(fit) = far.fit(problem) {
+                fits.push((model, fit));
+                continue;
+            }
         }
         let starts = starts(model, &fits, start, &whole, side_minima);
         // The largest model with a shape is fitted first, and the others begin at it.
@@ -159,25 +190,47 @@ pub(crate) fn compare(
     ModelComparison::new(&fits, slot, noise, criteria)
 }
 
-/// The fit of a model of which the quadratic form of a larger one foresees that it is no rival: begun there
-/// alone, and to within a standard error, for neither another minimum nor a closer fit makes it a rival.
-fn far_from_larger(
-    problem: &dyn LeastSquares,
-    model: LossModel,
-    fits: &[(LossModel, Fit)],
-    no_rival: f64,
-    noise: NoiseModel,
-) -> Option<Fit> {
-    let (larger, fit) = fits.iter().find(|(m, _)| model.is_within(*m))?;
-    let absent = || larger.terms().filter(|t| !model.has(*t));
-    let fixed: Vec<(usize, f64)> = absent().map(|t| (slot(t), 0.0)).collect();
-    let (rise, start) = given(fit, &fixed)?;
-    let start = without_shapes(model, start);
-    let free: Vec<usize> =
-        fit.free.iter().copied().filter(|free| !absent().flat_map(slots).any(|s| s == *free)).collect();
-    let least = no_rival * noise.residual_variance(fit);
-    let found = (rise > least).then(|| minimise_until(problem, &start, &free, FAR_TOLERANCE, true))??;
-    (found.rss - fit.rss > least).then_some(found)
+/// A model of which the quadratic form of a larger one foresees that it is no rival.
+struct Far {
+    free: Vec<usize>,
+    start: Vec<f64>,
+    /// Sum of squares of the larger one.
+    rss: f64,
+    /// How far above it the form puts the model, in variances of the noise.
+    rise: f64,
+    /// Sum of squares above it that makes a model no rival.
+    least: f64,
+}
+
+impl Far {
+    fn foreseen(
+        model: LossModel,
+        fits: &[(LossModel, Fit)],
+        no_rival: f64,
+        noise: NoiseModel,
+    ) -> Option<Self> {
+        let (larger, fit) = fits.iter().find(|(m, _)| model.is_within(*m))?;
+        let absent = || larger.terms().filter(|t| !model.has(*t));
+        let fixed: Vec<(usize, f64)> = absent().map(|t| (slot(t), 0.0)).collect();
+        let (rise, start) = given(fit, &fixed)?;
+        let variance = noise.residual_variance(fit);
+        let rise = rise / variance;
+        let is_absent = |slot: &usize| absent().flat_map(slots).any(|s| s == *slot);
+        (rise > no_rival).then(|| Self {
+            free: fit.free.iter().copied().filter(|slot| !is_absent(slot)).collect(),
+            start: without_shapes(model, start),
+            rss: fit.rss,
+            rise,
+            least: no_rival * variance,
+        })
+    }
+
+    /// Its fit, begun where the form is least alone, and to within a standard error: neither another minimum
+    /// nor a closer fit makes it a rival. `None` where it is one after all.
+    fn fit(&self, problem: &dyn LeastSquares) -> Option<Fit> {
+        let found = minimise_roughly(problem, &self.start, &self.free, FAR_TOLERANCE)?;
+        (found.rss - self.rss > self.least).then_some(found)
+    }
 }
 
 /// Standard errors to within which such a model is fitted.
@@ -306,8 +359,8 @@ fn best_of(problem: &dyn LeastSquares, starts: &[Vec<f64>], free: &[usize], trie
         return minimise(start);
     }
     let mut sums = Normal::zeros(problem.parameters());
-    let mut ranked: Vec<(f64, &Vec<f64>)> =
-        starts.iter().filter_map(|s| problem.normal(s, &mut sums).then_some((sums.rss, s))).collect();
+    let mut at = |p: &[f64]| problem.normal_of(p, &[], &mut sums, f64::INFINITY).then_some(sums.rss);
+    let mut ranked: Vec<(f64, &Vec<f64>)> = starts.iter().filter_map(|s| Some((at(s)?, s))).collect();
     ranked.sort_by(|a, b| a.0.total_cmp(&b.0));
     let mut fits = ranked.iter().filter_map(|(_, start)| minimise(start));
     let first = fits.by_ref().take(tried).min_by(|a, b| a.rss.total_cmp(&b.rss));

@@ -291,6 +291,9 @@ criteria! {
         /// Samples of a window up to which a motion that stops in it is fitted from several starts,
         /// also where the first fit leaves no more than noise.
         multi_start_samples: usize = 10_000, source "chosen by simulation", moves "coverage, time of analysis";
+        /// Variances of the noise by which a model is foreseen to lie above a larger one where it is not fitted at
+        /// all, in a window that only shows how far the motion goes on.
+        not_fitted: f64 = 1000.0, source "chosen by simulation", moves "time of analysis";
     }
 }
 

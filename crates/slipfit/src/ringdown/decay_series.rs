@@ -25,7 +25,10 @@ pub(crate) fn fitted_motion(e: &Evidence, chosen: &ModelFit, law: AmplitudeLaw, 
         Problem::Waveform(problem) => {
             let duration = e.fit.end - e.fit.origin;
             let step = duration / f64::from(KNOTS - 1);
-            let slowing = |t: f64| Slowing::new(law.amplitude(t), [law.a1, law.a2], omega).rate;
+            let slowing = |t: f64| match law.a2 {
+                0.0 => 0.0,
+                drag => Slowing::new(law.amplitude(t), [law.a1, drag], omega).rate,
+            };
             let (mut lag, mut before) = (0.0, slowing(0.0));
             (0..KNOTS)
                 .map(|i| {

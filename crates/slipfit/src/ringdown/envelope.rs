@@ -3,7 +3,7 @@
 use crate::inference::least_squares::{Fit, LeastSquares, Normal};
 use crate::motion::decay::amplitude::sliding_gain;
 use crate::motion::decay::parameters::{by_parameters, shapes_exist};
-use crate::motion::decay::path::{AmplitudePath, CARRIED};
+use crate::motion::decay::path::{AmplitudePath, CARRIED, Carried};
 
 pub(crate) use crate::motion::decay::parameters::{A0, DELTA, DRAG, X_F, law_of};
 
@@ -33,14 +33,14 @@ impl EnvelopeProblem {
     /// Amplitude of the model at every point.
     pub(crate) fn amplitudes(&self, p: &[f64]) -> Vec<f64> {
         let mut out = Vec::with_capacity(self.elapsed.len());
-        self.walk(p, |_, amplitude, _| out.push(amplitude));
+        self.walk(p, Carried::None, |_, amplitude, _| out.push(amplitude));
         out
     }
 
     /// Weighted residuals.
     pub(crate) fn residuals(&self, p: &[f64]) -> Vec<f64> {
         let mut out = Vec::with_capacity(self.value.len());
-        self.walk(p, |j, amplitude, _| {
+        self.walk(p, Carried::None, |j, amplitude, _| {
             out.push((self.value[j] - self.model(amplitude, p)) * self.weight[j].sqrt());
         });
         out
@@ -50,7 +50,7 @@ impl EnvelopeProblem {
     pub(crate) fn predictions(&self, fit: &Fit) -> Vec<(f64, [f64; COUNT])> {
         let p = &fit.parameters;
         let mut out = Vec::with_capacity(self.value.len());
-        self.walk(p, |j, amplitude, by| {
+        self.walk(p, Carried::All, |j, amplitude, by| {
             out.push((self.value[j] - self.model(amplitude, p), self.row(amplitude, by)));
         });
         out
@@ -59,7 +59,7 @@ impl EnvelopeProblem {
     /// Root mean square of amplitude less model.
     pub(crate) fn unweighted_rms(&self, p: &[f64]) -> f64 {
         let mut sum = 0.0;
-        self.walk(p, |j, amplitude, _| {
+        self.walk(p, Carried::None, |j, amplitude, _| {
             let (data, model) = (self.value[j], self.model(amplitude, p));
             let miss = if self.squared { data.max(0.0).sqrt() - model.max(0.0).sqrt() } else { data - model };
             sum += miss * miss;
@@ -81,12 +81,13 @@ impl EnvelopeProblem {
         row
     }
 
-    fn walk(&self, p: &[f64], mut visit: impl FnMut(usize, f64, [f64; CARRIED])) {
+    /// Amplitudes and the derivatives that are `carried`.
+    fn walk(&self, p: &[f64], carried: Carried, mut visit: impl FnMut(usize, f64, [f64; CARRIED])) {
         let law = law_of(p, self.omega);
         let gain = sliding_gain(p[DELTA], self.omega);
         match &self.lowpass {
             None => {
-                let mut path = AmplitudePath::new(law, self.backbone);
+                let mut path = AmplitudePath::new(law, self.backbone).carrying(carried);
                 let mut now = 0.0;
                 for (j, &t) in self.elapsed.iter().enumerate() {
                     path.advance(t - now);
@@ -99,7 +100,7 @@ impl EnvelopeProblem {
                     let mut amplitude = 0.0;
                     let mut by = [0.0; CARRIED];
                     for &(delay, share) in &kernel.nodes {
-                        let mut path = AmplitudePath::new(law, self.backbone);
+                        let mut path = AmplitudePath::new(law, self.backbone).carrying(carried);
                         path.advance(t - delay);
                         // At rest there is no oscillation for the lock-in to see.
                         if path.amplitude > 0.0 {
@@ -125,13 +126,17 @@ impl LeastSquares for EnvelopeProblem {
     }
 
     fn normal(&self, p: &[f64], out: &mut Normal) -> bool {
+        self.normal_of(p, &std::array::from_fn::<_, COUNT, _>(|i| i), out, f64::INFINITY)
+    }
+
+    fn normal_of(&self, p: &[f64], free: &[usize], out: &mut Normal, _limit: f64) -> bool {
         out.clear();
         if !(p[A0] > 0.0 && shapes_exist(p)) {
             return false;
         }
-        self.walk(p, |j, amplitude, by| {
+        self.walk(p, Carried::for_parameters(free), |j, amplitude, by| {
             let residual = self.value[j] - self.model(amplitude, p);
-            out.add_row(&self.row(amplitude, by), residual, self.weight[j]);
+            out.add_row_of(free, &self.row(amplitude, by), residual, self.weight[j]);
         });
         out.rss.is_finite()
     }
@@ -178,7 +183,7 @@ mod tests {
                 .map(|(a, b)| (a - b) / (2.0 * h))
                 .collect();
             let scale = numeric.iter().fold(0.0f64, |m, v| m.max(v.abs()));
-            problem.walk(&p, |j, _, by| {
+            problem.walk(&p, Carried::All, |j, _, by| {
                 let error = (by[k] - numeric[j]).abs() / scale;
                 assert!(error < tolerance, "parameter {k}, point {j}: {} against {}", by[k], numeric[j]);
             });

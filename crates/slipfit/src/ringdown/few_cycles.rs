@@ -1,6 +1,7 @@
 //! Records of one to three cycles: too short for amplitudes of whole cycles,
 //! long enough for the exact motion to be fitted to every sample.
 
+use super::compare::Models;
 use super::criteria::{AgreementCriteria, Criteria, FewCyclesCriteria};
 use super::envelope::{A0, DELTA, X_F, law_of};
 use super::hypotheses::FittedDecay;
@@ -116,7 +117,7 @@ fn fit_from<'a>(
         noise_rms: swing.noise_rms,
         root_mean_squares: false,
     };
-    let fit = fit_waveform(samples, &measured, release..n, start, asked, criteria)?;
+    let fit = fit_waveform(samples, &measured, release..n, start, (asked, Models::All), criteria)?;
     let best = &fit.comparison.preferred()?.bounded;
     let p = &best.parameters;
     let sigma = (best.rss / count).sqrt();

@@ -1,7 +1,9 @@
 //! The fitted motion, to be drawn or subtracted.
 
 use super::two_modes::ViscousMode;
-use crate::motion::decay::{amplitude::AmplitudeLaw, drag, path::AmplitudePath};
+use crate::motion::decay::amplitude::AmplitudeLaw;
+use crate::motion::decay::drag;
+use crate::motion::decay::path::{AmplitudePath, Carried};
 use crate::numeric::roots::border;
 use std::f64::consts::PI;
 
@@ -75,7 +77,7 @@ impl FittedMotion {
             Vec::new()
         } else {
             let step = (end_s - start_s) / (TABLE - 1) as f64;
-            let mut path = AmplitudePath::new(law, backbone);
+            let mut path = AmplitudePath::new(law, backbone).carrying(Carried::None);
             (0..TABLE)
                 .map(|i| {
                     if i > 0 {

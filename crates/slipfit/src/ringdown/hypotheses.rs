@@ -1,6 +1,7 @@
 //! Windows in which the exact motion may describe every sample, and the choice among them.
 
 use super::amplitude_fit::fit_amplitudes;
+use super::compare::Models;
 use super::criteria::Criteria;
 use super::envelope::law_of;
 use super::measured::MeasuredDecay;
@@ -108,23 +109,27 @@ fn to_the_end<'a>(
         return None;
     }
     let n = samples.len();
-    let fit = |end, start| fit_waveform(samples, measured, from..end, start, asked, criteria);
+    let fit =
+        |end, start, models| fit_waveform(samples, measured, from..end, start, (asked, models), criteria);
     // A record that ends in free decay is used to its last sample, not its last whole block.
     let ends_free = measured.all.last().is_some_and(|b| b.end == to);
     let to = if ends_free { n } else { to };
-    let found = fit(to, start_values(samples, measured, by_amplitudes)?)?;
+    let first = start_values(samples, measured, by_amplitudes)?;
     let fades = matches!(measured.window.end_reason, EndReason::Noise | EndReason::Rest);
     if !fades || ends_free {
-        return Some(found);
+        return fit(to, first, Models::All);
     }
+    // Seldom the window that is taken.
+    let rivals = Models::Rivals { within: criteria.waveform.not_fitted };
+    let found = fit(to, first.clone(), rivals)?;
     let start = &found.comparison.preferred()?.bounded.parameters;
     if n - from <= criteria.waveform.most_samples
-        && let Some(whole) = fit(n, start.clone())
+        && let Some(whole) = fit(n, start.clone(), Models::All)
         && agrees(&whole, samples, measured, &criteria.agreement)
     {
         return Some(whole);
     }
     let end = agreeing_end(samples, measured, &found, from, to, &criteria.agreement)?;
-    let longer = if end > to { fit(end, start.clone()) } else { None };
-    longer.or(Some(found))
+    let longer = if end > to { fit(end, start.clone(), Models::All) } else { None };
+    longer.or_else(|| fit(to, first, Models::All))
 }

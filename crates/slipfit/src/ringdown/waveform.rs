@@ -45,7 +45,7 @@ pub(crate) fn rest_tells(x_f: f64, noise_rms: f64, n: usize) -> bool {
 }
 
 impl Waveform<'_> {
-    fn window(&self) -> Window<'_> {
+    fn window<'a>(&'a self, active: &'a [usize]) -> Window<'a> {
         Window {
             time: self.time,
             signal: self.signal,
@@ -53,30 +53,44 @@ impl Waveform<'_> {
             duration: self.duration,
             bend: self.bend.as_ref(),
             rest_tells: self.rest == RestLevel::Exact,
-            active: &self.active,
+            active,
         }
     }
 
-    /// Sums and residuals; `false` where the model does not exist.
-    fn pass(&self, p: &[f64], out: &mut Normal, mut residuals: Option<&mut Vec<f64>>) -> bool {
-        let Some((sums, at_rest)) = self.window().sums(p, residuals.as_deref_mut()) else { return false };
-        let n = self.active.len();
-        for (i, &a) in self.active.iter().enumerate() {
+    /// Sums of the `active` parameters and residuals; `false` where the model does not exist.
+    fn pass(
+        &self,
+        p: &[f64],
+        active: &[usize],
+        out: &mut Normal,
+        mut residuals: Option<&mut Vec<f64>>,
+    ) -> bool {
+        let found = self.window(active).sums(p, residuals.as_deref_mut());
+        let Some((sums, at_rest)) = found else { return false };
+        let n = active.len();
+        for (i, &a) in active.iter().enumerate() {
             out.jtr[a] = sums.total(n, i);
-            for (j, &b) in self.active[..=i].iter().enumerate() {
+            for (j, &b) in active[..=i].iter().enumerate() {
                 out.jtj[(a.max(b), a.min(b))] = sums.total(i, j);
             }
         }
         out.rss = sums.total(n, n);
         if self.rest != RestLevel::Exact && at_rest < self.time.len() {
-            self.level_of_rest(p, at_rest, out, residuals);
+            self.level_of_rest(p, active, at_rest, out, residuals);
         }
         out.rss.is_finite()
     }
 
     /// Gives the samples at rest a level of their own: their sums with the mean of what is left of
     /// them, or with `±x_F` where the level is bounded and that mean lies beyond.
-    fn level_of_rest(&self, p: &[f64], from: usize, out: &mut Normal, residuals: Option<&mut Vec<f64>>) {
+    fn level_of_rest(
+        &self,
+        p: &[f64],
+        active: &[usize],
+        from: usize,
+        out: &mut Normal,
+        residuals: Option<&mut Vec<f64>>,
+    ) {
         let inverse_duration = 1.0 / self.duration.max(f64::MIN_POSITIVE);
         let (mut sums, mut left) = ([0.0; 3], 0.0);
         for (t, x) in self.time[from..].iter().zip(&self.signal[from..]) {
@@ -89,7 +103,7 @@ impl Waveform<'_> {
         let x_f = p[X_F].max(0.0);
         let most = if self.rest == RestLevel::Free { f64::INFINITY } else { x_f };
         let level = (left / n).clamp(-most, most);
-        let offsets = || self.active.iter().copied().filter(|i| (OFFSET..OFFSET + 3).contains(i));
+        let offsets = || active.iter().copied().filter(|i| (OFFSET..OFFSET + 3).contains(i));
         for i in offsets() {
             out.jtr[i] -= sums[i - OFFSET] * level;
         }
@@ -99,7 +113,7 @@ impl Waveform<'_> {
                     out.jtj[(i, j)] -= sums[i - OFFSET] * sums[j - OFFSET] / n;
                 }
             }
-        } else if self.active.contains(&X_F) {
+        } else if active.contains(&X_F) {
             let sign = left.signum();
             out.jtr[X_F] += sign * (left - n * level);
             out.jtj[(X_F, X_F)] += n;
@@ -124,11 +138,15 @@ impl LeastSquares for Waveform<'_> {
     }
 
     fn normal(&self, p: &[f64], out: &mut Normal) -> bool {
+        self.normal_of(p, &self.active, out, f64::INFINITY)
+    }
+
+    fn normal_of(&self, p: &[f64], free: &[usize], out: &mut Normal, _limit: f64) -> bool {
         out.clear();
         let omega = p[OMEGA];
         // Slowest phase rate in the window must stay positive: the motion has an order.
         let slowest =
-            [0.0, self.duration].map(|t| self.window().phase(p, t).1).into_iter().fold(omega, f64::min);
+            [0.0, self.duration].map(|t| self.window(free).phase(p, t).1).into_iter().fold(omega, f64::min);
         if !(p[A0] > 0.0 && omega > 0.0 && slowest > 0.1 * omega && shapes_exist(p)) {
             return false;
         }
@@ -136,7 +154,7 @@ impl LeastSquares for Waveform<'_> {
         if omega * self.duration > 100.0 * PI * self.time.len() as f64 {
             return false;
         }
-        self.pass(p, out, None)
+        self.pass(p, free, out, None)
     }
 }
 
@@ -144,9 +162,7 @@ impl Waveform<'_> {
     /// Data less model, sample by sample; NaN where the model does not exist.
     pub(crate) fn residuals(&self, p: &[f64]) -> Vec<f64> {
         let mut residuals = Vec::with_capacity(self.time.len());
-        let bare = Waveform { active: Vec::new(), ..self.clone() };
-        let mut out = Normal::zeros(COUNT);
-        bare.pass(p, &mut out, Some(&mut residuals));
+        self.pass(p, &[], &mut Normal::zeros(COUNT), Some(&mut residuals));
         residuals.resize(self.time.len(), f64::NAN);
         residuals
     }
@@ -159,7 +175,7 @@ impl Waveform<'_> {
 
     /// Phase of the model at a time on the record's clock.
     pub(crate) fn phase_at(&self, p: &[f64], time_s: f64) -> crate::signal::blocks::PhaseAt {
-        let (phase, omega, _) = self.window().phase(p, time_s - self.origin);
+        let (phase, omega, _) = self.window(&[]).phase(p, time_s - self.origin);
         crate::signal::blocks::PhaseAt { phase, omega, chirp: 0.0, loss: 0.0 }
     }
 }

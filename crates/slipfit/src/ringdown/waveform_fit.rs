@@ -1,13 +1,15 @@
 //! Every sample of a window against the exact motion.
 
-use super::compare::{Search, WholeLoss, compare, loss_parameters, offer, slots};
+use super::compare::{Models, Search, WholeLoss, compare, loss_parameters, offer, slots};
 use super::criteria::Criteria;
 use super::envelope::{A0, DELTA, DRAG, X_F, law_of};
 use super::measured::MeasuredDecay;
 use super::samples::Samples;
 use super::waveform::{BEND, Bend, CHIRP, COUNT, OFFSET, OMEGA, PHASE, RestLevel, Waveform, rest_tells};
 use super::window_fit::{Problem, WindowFit};
-use crate::inference::least_squares::{Fit, LeastSquares, Normal, minimise, promised_gain};
+use crate::inference::least_squares::{
+    Fit, LeastSquares, Normal, STEP_TOLERANCE, minimise_until, promised_gain,
+};
 use crate::inference::noise::{NoiseModel, autocorrelation, significant_inflation};
 use crate::model::loss::{LossModel, LossTerm};
 use crate::signal::blocks::{self, Block};
@@ -39,19 +41,19 @@ pub(crate) fn start_values(
     Some(start)
 }
 
-/// Fits every loss model to the samples of a window, given the one asked for. `None` where the phase
+/// Fits the loss models compared, given the one asked for, to the samples of a window. `None` where the phase
 /// wanders too much for the exact motion.
 pub(crate) fn fit_waveform<'a>(
     samples: &'a Samples,
     measured: &MeasuredDecay,
     range: Range<usize>,
     start: Vec<f64>,
-    asked: Option<LossModel>,
+    compared: (Option<LossModel>, Models),
     criteria: &Criteria,
 ) -> Option<WindowFit<'a>> {
     let tells = rest_tells(start[X_F], measured.noise_rms, range.len());
     let rest = if tells { RestLevel::Exact } else { RestLevel::Bounded };
-    let fit = |rest, start| fit_with_rest(samples, measured, range.clone(), start, rest, asked, criteria);
+    let fit = |rest, start| fit_with_rest(samples, measured, range.clone(), start, rest, compared, criteria);
     let (found, low_frequency) = fit(rest, start)?;
     let best = &found.comparison.preferred()?.bounded.parameters;
     let rests = law_of(best, best[OMEGA]).stop_time_s().is_some_and(|t| found.origin + t < found.end);
@@ -73,7 +75,7 @@ fn fit_with_rest<'a>(
     range: Range<usize>,
     mut start: Vec<f64>,
     rest: RestLevel,
-    asked: Option<LossModel>,
+    (asked, models): (Option<LossModel>, Models),
     criteria: &Criteria,
 ) -> Option<(WindowFit<'a>, f64)> {
     let losses = loss_parameters(asked);
@@ -106,7 +108,7 @@ fn fit_with_rest<'a>(
         start[CHIRP] = measured.law.drift * measured.law.omega;
         nuisance.push(CHIRP);
     }
-    let mut fit = minimise(&problem, &start, &with(&basic, &nuisance))?;
+    let mut fit = minimum(&problem, &start, &with(&basic, &nuisance))?;
     problem.bend.get_or_insert(backbone);
     // In a record of a cycle or two an offset that drifts by chance would cost most of what is
     // known about the loss.
@@ -135,7 +137,7 @@ fn fit_with_rest<'a>(
     let stops = law_of(p, p[OMEGA]).stop_time_s().is_some_and(|t| t < duration);
     let side_minima =
         excess > criteria.waveform.variance_ratio || stops && n <= criteria.waveform.multi_start_samples;
-    let search = Search { asked, side_minima, criteria: &criteria.inference };
+    let search = Search { asked, models, begun: Some(&fit), side_minima, criteria: &criteria.inference };
     let comparison = compare(&problem, &fit.parameters, &nuisance, noise, whole, search);
     let left = Remainder::new(&problem, range.start, &comparison.preferred()?.bounded, &measured.points);
     let significance = criteria.inference.excess_significance;
@@ -157,6 +159,11 @@ fn fit_with_rest<'a>(
         outliers: 0,
     };
     Some((fit, left.low_frequency))
+}
+
+/// The minimum from a start, the last small step taken.
+fn minimum(problem: &Waveform, start: &[f64], free: &[usize]) -> Option<Fit> {
+    minimise_until(problem, start, free, STEP_TOLERANCE, true)
 }
 
 /// The basic losses and the nuisances, in order.
@@ -198,7 +205,7 @@ fn add_nuisances(
             .filter(|(_, gain)| *gain > price);
         let Some((term, _)) = candidate else { break };
         let wider = beside(term);
-        let Some(next) = minimise(problem, &fit.parameters, &with(basic, &wider)) else { break };
+        let Some(next) = minimum(problem, &fit.parameters, &with(basic, &wider)) else { break };
         *nuisance = wider;
         *fit = next;
     }
@@ -220,7 +227,7 @@ fn drop_nuisance(
     let fewer: Vec<usize> = nuisance.iter().copied().filter(|&o| o != term).collect();
     let mut start = fit.parameters.clone();
     start[term] = 0.0;
-    let Some(without) = minimise(problem, &start, &with(basic, &fewer)) else { return };
+    let Some(without) = minimum(problem, &start, &with(basic, &fewer)) else { return };
     let variance = fit.rss / (problem.time.len() as f64 - fit.free.len() as f64).max(1.0);
     if (without.rss - fit.rss) / variance < price {
         *nuisance = fewer;

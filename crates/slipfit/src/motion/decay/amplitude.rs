@@ -192,12 +192,33 @@ impl AmplitudeLaw {
             let s = sin / root;
             return (a * (cos - a1 * s) - 2.0 * a0 * s) / (cos + (2.0 * a2 * a + a1) * s);
         }
-        // T = (1 - E)/(r (1 + E)), E = e^-rt, both sides times (1 + E)/2.
         let r = (-d).sqrt();
-        let e = (-r * t).exp();
-        let s = t * exp_share(r * t);
+        self.falling(a, r, (-r * t).exp(), t * exp_share(r * t))
+    }
+
+    /// The amplitude that follows `a` where `D <= 0`: `T = (1 - E)/(r (1 + E))`, `E = e^-rt`, both sides
+    /// times `(1 + E)/2`; `s = (1 - E)/r`.
+    fn falling(&self, a: f64, r: f64, e: f64, s: f64) -> f64 {
         let (less, more) = self.roots(r);
-        (a * e - s * (a0 + 0.5 * a * less)) / (e + s * (0.5 * more + a2 * a))
+        (a * e - s * (self.a0 + 0.5 * a * less)) / (e + s * (0.5 * more + self.a2 * a))
+    }
+
+    /// [`Self::after`] half of `time_s` and the whole, for any amplitude: the functions of one time are those of
+    /// the other. `None` where the law has another form.
+    pub(super) fn falling_step(&self, time_s: f64) -> Option<FallingStep> {
+        let r = (self.a1 * self.a1 - 4.0 * self.a0 * self.a2).sqrt();
+        let x = 0.5 * r * time_s;
+        (self.a2 != 0.0 && x.abs() > 1e-5 && self.is_closed()).then(|| {
+            // expm1 twice over: e^(-2x) - 1 = m (2 + m).
+            let m = (-x).exp_m1();
+            let (e, s) = (1.0 + m, -m / r);
+            FallingStep { r, half: [e, s], whole: [e * e, s * (2.0 + m)] }
+        })
+    }
+
+    /// Amplitudes in the middle and at the end of such a step.
+    pub(super) fn fall(&self, amplitude: f64, FallingStep { r, half, whole }: &FallingStep) -> [f64; 2] {
+        [half, whole].map(|[e, s]| self.falling(amplitude, *r, *e, *s))
     }
 
     /// `a1 - r` and `a1 + r`, `r² = a1² - 4 a0 a2`: the one that cancels by the product of both.
@@ -250,6 +271,14 @@ impl AmplitudeLaw {
     pub fn stop_time_s(&self) -> Option<f64> {
         if self.a0 <= 0.0 && self.initial > 0.0 { None } else { self.time_to(0.0) }
     }
+}
+
+/// Half a step and a whole one of a law with `D < 0`: `e^-rt` and `(1 - e^-rt)/r`.
+#[derive(Debug, Clone, Copy)]
+pub(super) struct FallingStep {
+    r: f64,
+    half: [f64; 2],
+    whole: [f64; 2],
 }
 
 /// One step of `dA/dt = -rate(A)`: the classical Runge-Kutta rule over the step and over its

@@ -14,17 +14,17 @@
 //! samples nothing is stored.
 
 use super::drag;
-use super::parameters::{DELTA, DRAG, OFFSET, OMEGA, PHASE, X_F};
+use super::parameters::{COUNT, DELTA, DRAG, OFFSET, OMEGA, PHASE, X_F};
 use super::turns::{Turn, Turns};
 use super::window::Window;
 use crate::numeric::products::{Products, WIDTH};
 use crate::numeric::trig::{has_fused, inverse_factorials};
 use crate::numeric::wide;
 use pulp::Simd;
-use std::f64::consts::{FRAC_PI_2, PI};
+use std::f64::consts::{FRAC_1_PI, FRAC_PI_2, PI};
 
 /// Rows of the sums: the active parameters, the residual last.
-pub(crate) type Sums = Products<{ super::parameters::COUNT + 1 }>;
+pub(crate) type Sums = Products<{ COUNT + 1 }>;
 
 /// Numbers computed together.
 const LANES: usize = 8;
@@ -65,14 +65,9 @@ impl Pass<'_> {
             return None;
         }
         let mut turns = Turns::new(window, p);
-        let none = [0.0; WIDTH];
-        let mut batch = Batch {
-            sums: Products::new(window.active.len() + 1),
-            active: window.active,
-            len: 0,
-            basis: Basis { u: none, f: none, theta_f: none, g: none, shape: none, slope: none },
-            residuals,
-        };
+        let mut batch =
+            Batch { sums: Products::new(window.active.len() + 1), active: window.active, len: 0, residuals };
+        let mut half = HalfCycle::new(window, p, turns.common_lambda());
         let mut n = (p[PHASE] / PI).floor();
         let mut turn = turns.at(n, (n * PI - p[PHASE]) / p[OMEGA]);
         let (mut index, mut at_rest) = (0, time.len());
@@ -93,8 +88,8 @@ impl Pass<'_> {
                 index + count_before(&time[index..], origin + next.time)
             };
             if end > index {
-                let part = HalfCycle::new(window, p, &turn, &next, n, rests)?;
-                part.add::<S, FUSED>(simd, window, p, index..end, &mut batch);
+                half.turn_to(window, p, &turn, &next, n, rests)?;
+                half.add::<S, FUSED>(simd, window, p, index..end, &mut batch);
             }
             index = end;
             n += 1.0;
@@ -124,6 +119,10 @@ type DragRow = [f64; 2];
 
 /// One half cycle: the motion and the rows of its derivatives.
 struct HalfCycle {
+    /// `lambda` of all half cycles where they are alike, and `1/rho`.
+    common: Option<[f64; 2]>,
+    /// Whether drag is part of the model: its shape times `bulge` is part of the motion.
+    drags: bool,
     /// Time of the turn, s.
     begin: f64,
     omega: f64,
@@ -131,112 +130,129 @@ struct HalfCycle {
     curve: f64,
     lambda: f64,
     /// `e^(lambda theta)` is the series at `lambda theta / 2^squarings`, squared as often.
-    squarings: u32,
+    squarings: i32,
     moving: bool,
     /// The motion is `level + height f`.
     level: f64,
     height: f64,
-    rows: [Row; OFFSET],
-    /// Whether drag is part of the model: its shape then times `bulge` is part of the motion.
-    drags: bool,
     bulge: f64,
     drag: drag::Shape,
-    drag_rows: [DragRow; OFFSET],
+    /// Of the active parameters, in their order.
+    rows: [Row; COUNT],
+    drag_rows: [DragRow; COUNT],
 }
 
 impl HalfCycle {
+    /// None yet.
+    #[inline(always)]
+    fn new(window: &Window, p: &[f64], common_lambda: Option<f64>) -> Self {
+        Self {
+            common: common_lambda.map(|lambda| [lambda, (-PI * lambda).exp()]),
+            drags: p[DRAG] != 0.0 || window.active.contains(&DRAG),
+            begin: 0.0,
+            omega: 0.0,
+            curve: 0.0,
+            lambda: 0.0,
+            squarings: 0,
+            moving: false,
+            level: 0.0,
+            height: 0.0,
+            bulge: 0.0,
+            drag: drag::Shape::default(),
+            rows: [[0.0; 5]; COUNT],
+            drag_rows: [[0.0; 2]; COUNT],
+        }
+    }
+
     /// From turning point `n` to the next; `None` where it decays too fast to be followed.
     #[inline(always)]
-    fn new(window: &Window, p: &[f64], turn: &Turn, next: &Turn, n: f64, rests: bool) -> Option<Self> {
-        let sign = if (0.5 * n).fract() == 0.0 { 1.0 } else { -1.0 };
-        let mut rows = [[0.0; 5]; OFFSET];
-        let mut drag_rows = [[0.0; 2]; OFFSET];
-        let drags = p[DRAG] != 0.0 || window.active.contains(&DRAG);
-        let begin = window.origin + turn.time;
+    fn turn_to(
+        &mut self,
+        window: &Window,
+        p: &[f64],
+        turn: &Turn,
+        next: &Turn,
+        n: f64,
+        rests: bool,
+    ) -> Option<()> {
+        let sign = if (n as i64) % 2 == 0 { 1.0 } else { -1.0 };
+        let motion = window.active.iter().copied().enumerate().filter(|(_, p)| *p < OFFSET);
+        self.begin = window.origin + turn.time;
+        self.moving = !rests;
         if rests {
             let seen = if window.rest_tells { sign } else { 0.0 };
-            for (row, by) in rows.iter_mut().zip(turn.by) {
-                row[0] = seen * by;
+            for (k, parameter) in motion {
+                self.rows[k] = [seen * turn.by[parameter], 0.0, 0.0, 0.0, 0.0];
             }
-            let level = seen * turn.amplitude;
-            let (omega, lambda) = (turn.omega, 0.0);
-            return Some(Self {
-                begin,
-                omega,
-                curve: 0.0,
-                lambda,
-                squarings: 0,
-                moving: false,
-                level,
-                height: 0.0,
-                rows,
-                drags: false,
-                bulge: 0.0,
-                drag: drag::Shape::default(),
-                drag_rows,
-            });
+            self.drags = false;
+            (self.level, self.height) = (seen * turn.amplitude, 0.0);
+            return Some(());
         }
         let x_f = p[X_F];
-        let swing = turn.amplitude - x_f;
-        let ratio = (next.amplitude + x_f) / swing;
-        let lambda = ratio.ln() / PI;
+        // Both swings, that of the turn and that of the next.
+        let (swing, swing_after) = (turn.amplitude - x_f, next.amplitude + x_f);
+        let [lambda, over_ratio] = self.common.unwrap_or_else(|| {
+            let ratio = swing_after / swing;
+            [ratio.ln() * FRAC_1_PI, 1.0 / ratio]
+        });
         let mut reach = (PI * lambda).abs();
         if !(reach < MOST_DECREMENT) {
             return None;
         }
-        let mut squarings = 0;
+        self.lambda = lambda;
+        self.squarings = 0;
         while reach > 0.0625 {
             reach *= 0.5;
-            squarings += 1;
+            self.squarings += 1;
         }
-        let length = next.time - turn.time;
-        // What drag slows the phase by is constant within a half cycle.
-        let slowing = if drags { 0.5 * (turn.omega + next.omega) - PI / length } else { 0.0 };
-        let omega = turn.omega - slowing;
-        let curve = (PI - omega * length) / (length * length);
-        let over_ratio = 1.0 / ratio;
+        let over_length = 1.0 / (next.time - turn.time);
+        if self.common.is_some() {
+            self.omega = turn.omega;
+        } else {
+            // Half of the change of frequency before the middle, half after it. What drag slows the phase by is
+            // constant within a half cycle.
+            self.omega = PI * over_length + 0.5 * (turn.omega - next.omega);
+            self.curve = (PI * over_length - self.omega) * over_length;
+        }
         let spread = swing * (1.0 + lambda * lambda);
         let strength = drag::strength(p[DRAG], p[OMEGA]);
-        // Both swings, that of the turn and that of the next: the middle of the half cycle.
-        let (swing_after, middle) = (next.amplitude + x_f, swing * (next.amplitude + x_f));
-        let bulge = sign * strength * middle;
-        for parameter in window.active.iter().copied().filter(|p| *p < OFFSET) {
-            let row = &mut rows[parameter];
+        // The middle of the half cycle.
+        let middle = swing * swing_after;
+        self.bulge = sign * strength * middle;
+        let per_turn = sign * FRAC_1_PI;
+        for (k, parameter) in motion {
             let (a, b) = (turn.by[parameter], next.by[parameter]);
             let direct = if parameter == X_F { 1.0 } else { 0.0 };
             // dx/dX = s (f - h), dx/dX' = s h/rho, dx/dx_F = s [1 - f + (1 + 1/rho) h] with
             // h = (theta f - g)/pi; dx/dtheta = -s (X - x_F)(1 + lambda²) g.
-            let slide = (b * over_ratio - a + direct * (1.0 + over_ratio)) * sign / PI;
-            *row = [sign * direct, sign * (a - direct), slide, -slide, 0.0];
+            let slide = (b * over_ratio - a + direct * (1.0 + over_ratio)) * per_turn;
             let (phase, change) =
                 (turn.phase_by[parameter], next.phase_by[parameter] - turn.phase_by[parameter]);
-            row[3] -= sign * spread * phase;
-            row[4] = -sign * spread * change / length;
-            if drags {
+            let turned = -sign * spread;
+            self.rows[k] = [
+                sign * direct,
+                sign * (a - direct),
+                slide,
+                turned * phase - slide,
+                turned * change * over_length,
+            ];
+            if self.drags {
                 let by_middle = (a - direct) * swing_after + swing * (b + direct);
-                drag_rows[parameter] = [sign * strength * by_middle, bulge * (phase + 0.5 * change)];
+                let drag_row = &mut self.drag_rows[k];
+                *drag_row = [sign * strength * by_middle, self.bulge * (phase + 0.5 * change)];
+                if parameter == DRAG {
+                    drag_row[0] += sign * drag::strength(1.0, p[OMEGA]) * middle;
+                }
+                if parameter == OMEGA {
+                    drag_row[0] -= self.bulge / p[OMEGA];
+                }
             }
         }
-        if drags {
-            drag_rows[DRAG][0] += sign * drag::strength(1.0, p[OMEGA]) * middle;
-            drag_rows[OMEGA][0] -= bulge / p[OMEGA];
+        (self.level, self.height) = (sign * x_f, sign * swing);
+        if self.drags {
+            self.drag = drag::Shape::new(middle, [p[DELTA], p[DRAG]], p[OMEGA]);
         }
-        let (level, height) = (sign * x_f, sign * swing);
-        Some(Self {
-            begin,
-            omega,
-            curve,
-            lambda,
-            squarings,
-            moving: true,
-            level,
-            height,
-            rows,
-            drags,
-            bulge,
-            drag: drag::Shape::new(middle, [p[DELTA], p[DRAG]], p[OMEGA]),
-            drag_rows,
-        })
+        Some(())
     }
 
     /// Adds the rows of its samples.
@@ -257,13 +273,18 @@ impl HalfCycle {
                 continue;
             }
             let count = (range.end - first).min(room);
-            self.piece(simd, window, p, first..first + count, batch);
+            if self.drags {
+                self.piece::<S, true>(simd, window, p, first..first + count, batch);
+            } else {
+                self.piece::<S, false>(simd, window, p, first..first + count, batch);
+            }
             first += count;
         }
     }
 
+    /// Register by register. Lanes beyond the last sample are overwritten by the next piece, or cleared.
     #[inline(always)]
-    fn piece<S: Simd>(
+    fn piece<S: Simd, const DRAGS: bool>(
         &self,
         simd: S,
         window: &Window,
@@ -271,134 +292,102 @@ impl HalfCycle {
         range: std::ops::Range<usize>,
         batch: &mut Batch,
     ) {
-        let (m, at) = (range.len(), batch.len);
-        let whole = m.next_multiple_of(LANES);
-        let Batch { sums, active, basis, .. } = batch;
-        let residual = &mut sums.rows[active.len()][at..at + whole];
-        // Lanes beyond the last sample are overwritten by the next piece, or cleared.
-        basis.u[..m].copy_from_slice(&window.time[range.clone()]);
-        residual[..m].copy_from_slice(&window.signal[range]);
-        self.fill(simd, basis, whole);
-        // Time over the window: of the offset's slope and curvature.
-        let over_duration = 1.0 / window.duration.max(f64::MIN_POSITIVE);
         let splat = |v: f64| simd.splat_f64s(v);
-        let (since, over) = (splat(self.begin - window.origin), splat(over_duration));
+        let begin = splat(self.begin);
+        // Time over the window: of the offset's slope and curvature.
+        let over = splat(1.0 / window.duration.max(f64::MIN_POSITIVE));
+        let since = splat(self.begin - window.origin);
         let level = splat(self.level + p[OFFSET]);
         let (height, slope, bow) = (splat(self.height), splat(p[OFFSET + 1]), splat(p[OFFSET + 2]));
         let tilted = p[OFFSET + 1] != 0.0 || p[OFFSET + 2] != 0.0;
-        let (residual, _) = S::as_mut_simd_f64s(residual);
-        let (u, _) = S::as_simd_f64s(&basis.u[..whole]);
-        let (f, _) = S::as_simd_f64s(&basis.f[..whole]);
-        for ((r, f), u) in residual.iter_mut().zip(f).zip(u) {
-            *r = simd.negate_mul_add_e_f64s(height, *f, simd.sub_f64s(*r, level));
+        let (time, signal) = (&window.time[range.clone()], &window.signal[range]);
+        let Batch { sums, active, len, .. } = batch;
+        for from in (0..time.len()).step_by(S::F64_LANES) {
+            let to = (from + S::F64_LANES).min(time.len());
+            let u = simd.sub_f64s(simd.partial_load_f64s(&time[from..to]), begin);
+            let v = simd.mul_f64s(simd.add_f64s(u, since), over);
+            let basis = if self.moving { self.basis::<S, DRAGS>(simd, u) } else { Basis::rest(simd) };
+            let at = *len + from;
+            let mut r = simd.sub_f64s(simd.partial_load_f64s(&signal[from..to]), level);
+            r = simd.negate_mul_add_e_f64s(height, basis.f, r);
             if tilted {
-                let v = simd.mul_f64s(simd.add_f64s(*u, since), over);
-                *r = simd.negate_mul_add_e_f64s(v, simd.mul_add_e_f64s(bow, v, slope), *r);
+                r = simd.negate_mul_add_e_f64s(v, simd.mul_add_e_f64s(bow, v, slope), r);
             }
-        }
-        if self.drags {
-            let bulge = splat(self.bulge);
-            for (r, shape) in residual.iter_mut().zip(S::as_simd_f64s(&basis.shape[..whole]).0) {
-                *r = simd.negate_mul_add_e_f64s(bulge, *shape, *r);
+            if DRAGS {
+                r = simd.negate_mul_add_e_f64s(splat(self.bulge), basis.shape, r);
             }
-        }
-        for (row, &parameter) in sums.rows.iter_mut().zip(*active) {
-            let row = &mut row[at..at + whole];
-            match parameter.checked_sub(OFFSET) {
-                None => {
-                    basis.combine(simd, &self.rows[parameter], row);
-                    if self.drags {
-                        basis.add_drag(simd, &self.drag_rows[parameter], row);
+            put(simd, &mut sums.rows[active.len()], at, r);
+            for (k, &parameter) in active.iter().enumerate() {
+                let value = match parameter.checked_sub(OFFSET) {
+                    None => {
+                        let row = basis.combine(simd, u, &self.rows[k]);
+                        if DRAGS { basis.add_drag(simd, &self.drag_rows[k], row) } else { row }
                     }
-                }
-                Some(0) => row.fill(1.0),
-                Some(power) => {
-                    for (r, u) in S::as_mut_simd_f64s(row).0.iter_mut().zip(u) {
-                        let v = simd.mul_f64s(simd.add_f64s(*u, since), over);
-                        *r = if power == 1 { v } else { simd.mul_f64s(v, v) };
-                    }
-                }
+                    Some(0) => splat(1.0),
+                    Some(1) => v,
+                    Some(_) => simd.mul_f64s(v, v),
+                };
+                put(simd, &mut sums.rows[k], at, value);
             }
         }
-        batch.len += m;
+        *len += time.len();
     }
 
-    /// The functions all derivatives are made of, at the times in `basis.u`, which become times
-    /// since the turn.
+    /// The functions all derivatives are made of, at times since the turn.
     #[inline(always)]
-    fn fill<S: Simd>(&self, simd: S, basis: &mut Basis, whole: usize) {
+    fn basis<S: Simd, const DRAGS: bool>(&self, simd: S, u: S::f64s) -> Basis<S> {
         let splat = |v: f64| simd.splat_f64s(v);
-        let (u, _) = S::as_mut_simd_f64s(&mut basis.u[..whole]);
-        let (f, _) = S::as_mut_simd_f64s(&mut basis.f[..whole]);
-        let (theta_f, _) = S::as_mut_simd_f64s(&mut basis.theta_f[..whole]);
-        let (g, _) = S::as_mut_simd_f64s(&mut basis.g[..whole]);
-        let (shape, _) = S::as_mut_simd_f64s(&mut basis.shape[..whole]);
-        let (slope, _) = S::as_mut_simd_f64s(&mut basis.slope[..whole]);
-        let begin = splat(self.begin);
-        let (curve, omega, lambda) = (splat(self.curve), splat(self.omega), splat(self.lambda));
-        let part = splat(self.lambda * 0.5f64.powi(self.squarings as i32));
-        let quarter = splat(-FRAC_PI_2);
-        for (((u, f), (theta_f, g)), (shape, slope)) in
-            u.iter_mut().zip(f).zip(theta_f.iter_mut().zip(g)).zip(shape.iter_mut().zip(slope))
-        {
-            *u = simd.sub_f64s(*u, begin);
-            if !self.moving {
-                (*f, *theta_f, *g) = (splat(1.0), splat(0.0), splat(0.0));
-                continue;
-            }
-            let theta = simd.mul_f64s(*u, simd.mul_add_e_f64s(curve, *u, omega));
-            // cos theta = -sin(theta - pi/2), sin theta = cos(theta - pi/2)
-            let (s, sin) = wide::half_turn(simd, simd.add_f64s(theta, quarter));
-            let mut e = wide::horner(simd, simd.mul_f64s(theta, part), &EXPONENTIAL);
-            for _ in 0..self.squarings {
-                e = simd.mul_f64s(e, e);
-            }
-            *g = simd.mul_f64s(e, sin);
-            *f = simd.neg_f64s(simd.mul_add_e_f64s(e, s, simd.mul_f64s(lambda, *g)));
-            *theta_f = simd.mul_f64s(theta, *f);
-            if self.drags {
-                (*shape, *slope) = self.drag.at(simd, theta, s, sin);
-            }
+        let part = splat(self.lambda * 0.5f64.powi(self.squarings));
+        let theta = simd.mul_f64s(u, simd.mul_add_e_f64s(splat(self.curve), u, splat(self.omega)));
+        // cos theta = -sin(theta - pi/2), sin theta = cos(theta - pi/2)
+        let (s, sin) = wide::half_turn(simd, simd.add_f64s(theta, splat(-FRAC_PI_2)));
+        let mut e = wide::horner(simd, simd.mul_f64s(theta, part), &EXPONENTIAL);
+        for _ in 0..self.squarings {
+            e = simd.mul_f64s(e, e);
         }
+        let g = simd.mul_f64s(e, sin);
+        let f = simd.neg_f64s(simd.mul_add_e_f64s(e, s, simd.mul_f64s(splat(self.lambda), g)));
+        let zero = splat(0.0);
+        let (shape, slope) = if DRAGS { self.drag.at(simd, theta, s, sin) } else { (zero, zero) };
+        Basis { f, theta_f: simd.mul_f64s(theta, f), g, shape, slope }
     }
 }
 
-/// `u`, `f`, `theta f` and `g` at the samples of a piece.
-struct Basis {
-    u: [f64; WIDTH],
-    f: [f64; WIDTH],
-    theta_f: [f64; WIDTH],
-    g: [f64; WIDTH],
-    /// What drag adds, and its slope by the phase; filled where drag is part of the model.
-    shape: [f64; WIDTH],
-    slope: [f64; WIDTH],
+/// Writes a register into a row.
+#[inline(always)]
+fn put<S: Simd>(_: S, row: &mut [f64; WIDTH], at: usize, value: S::f64s) {
+    S::as_mut_simd_f64s(&mut row[at..at + S::F64_LANES]).0[0] = value;
 }
 
-impl Basis {
+/// `f`, `theta f` and `g` of some samples, what drag adds to the motion, and its slope by the phase.
+#[derive(Clone, Copy)]
+struct Basis<S: Simd> {
+    f: S::f64s,
+    theta_f: S::f64s,
+    g: S::f64s,
+    shape: S::f64s,
+    slope: S::f64s,
+}
+
+impl<S: Simd> Basis<S> {
+    /// At rest.
     #[inline(always)]
-    fn combine<S: Simd>(&self, simd: S, coefficients: &Row, row: &mut [f64]) {
+    fn rest(simd: S) -> Self {
+        let zero = simd.splat_f64s(0.0);
+        Self { f: simd.splat_f64s(1.0), theta_f: zero, g: zero, shape: zero, slope: zero }
+    }
+
+    #[inline(always)]
+    fn combine(&self, simd: S, u: S::f64s, coefficients: &Row) -> S::f64s {
         let [c0, c1, c2, c3, c4] = coefficients.map(|c| simd.splat_f64s(c));
-        let whole = row.len();
-        let (row, _) = S::as_mut_simd_f64s(row);
-        let (u, _) = S::as_simd_f64s(&self.u[..whole]);
-        let (f, _) = S::as_simd_f64s(&self.f[..whole]);
-        let (theta_f, _) = S::as_simd_f64s(&self.theta_f[..whole]);
-        let (g, _) = S::as_simd_f64s(&self.g[..whole]);
-        for ((row, u), (f, (theta_f, g))) in row.iter_mut().zip(u).zip(f.iter().zip(theta_f.iter().zip(g))) {
-            let x = simd.mul_add_e_f64s(c1, *f, simd.mul_add_e_f64s(c2, *theta_f, c0));
-            *row = simd.mul_add_e_f64s(simd.mul_add_e_f64s(c4, *u, c3), *g, x);
-        }
+        let x = simd.mul_add_e_f64s(c1, self.f, simd.mul_add_e_f64s(c2, self.theta_f, c0));
+        simd.mul_add_e_f64s(simd.mul_add_e_f64s(c4, u, c3), self.g, x)
     }
 
     #[inline(always)]
-    fn add_drag<S: Simd>(&self, simd: S, coefficients: &DragRow, row: &mut [f64]) {
+    fn add_drag(&self, simd: S, coefficients: &DragRow, row: S::f64s) -> S::f64s {
         let [c0, c1] = coefficients.map(|c| simd.splat_f64s(c));
-        let whole = row.len();
-        let (shape, _) = S::as_simd_f64s(&self.shape[..whole]);
-        let (slope, _) = S::as_simd_f64s(&self.slope[..whole]);
-        for (row, (shape, slope)) in S::as_mut_simd_f64s(row).0.iter_mut().zip(shape.iter().zip(slope)) {
-            *row = simd.mul_add_e_f64s(c0, *shape, simd.mul_add_e_f64s(c1, *slope, *row));
-        }
+        simd.mul_add_e_f64s(c0, self.shape, simd.mul_add_e_f64s(c1, self.slope, row))
     }
 }
 
@@ -407,7 +396,6 @@ struct Batch<'a> {
     sums: Sums,
     active: &'a [usize],
     len: usize,
-    basis: Basis,
     residuals: Option<&'a mut Vec<f64>>,
 }
 

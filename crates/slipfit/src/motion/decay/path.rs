@@ -1,6 +1,6 @@
 //! The amplitude followed from point to point with its derivatives by start and loss terms.
 
-use super::amplitude::{self, AmplitudeLaw, FURTHER, exp_share, integrate_step};
+use super::amplitude::{self, AmplitudeLaw, FURTHER, FallingStep, exp_share, integrate_step};
 use crate::model::loss::{LossTerm, SHAPED};
 
 /// Derivatives carried: by the start, `a0`, `a1`, `a2`, the further terms and the parameters of shapes.
@@ -56,14 +56,47 @@ pub(crate) struct AmplitudePath {
     law: AmplitudeLaw,
     /// Relative shift of frequency per A² and A⁴, which changes the loss terms.
     backbone: [f64; 2],
-    /// Whether the derivatives by the further terms are carried.
-    with_further: bool,
+    carried: Carried,
+    /// The last step where the law stays the same, and its duration.
+    last: (f64, Step),
 }
+
+/// The derivatives that are carried along.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub(crate) enum Carried {
+    None,
+    /// By start, sliding, viscous and drag loss.
+    Closed,
+    /// Those by the further terms besides.
+    All,
+}
+
+impl Carried {
+    /// Those by these parameters, which begin with the start and the losses.
+    pub(crate) fn for_parameters(parameters: &[usize]) -> Self {
+        match parameters {
+            [] => Self::None,
+            list if list.iter().any(|k| (4..CARRIED).contains(k)) => Self::All,
+            _ => Self::Closed,
+        }
+    }
+}
+
+/// What steps of one duration share.
+#[derive(Debug, Clone, Copy)]
+enum Step {
+    Linear(LinearStep),
+    Falling(FallingStep),
+    Other,
+}
+
+/// Relative difference of durations that is rounding.
+const SAME_STEP: f64 = 1e-12;
 
 /// The propagator of `dA/dt = -(a0 + a1 A)` over one step: `A -> A e - a0 g`,
 /// `e = e^(-a1 h)`, `g = (1 - e)/a1`.
 #[derive(Debug, Clone, Copy)]
-struct LinearStep {
+pub(super) struct LinearStep {
     duration: f64,
     e: f64,
     g: f64,
@@ -87,12 +120,13 @@ impl AmplitudePath {
     pub(crate) fn new(law: AmplitudeLaw, backbone: [f64; 2]) -> Self {
         let mut by = [0.0; CARRIED];
         by[0] = 1.0;
-        Self { amplitude: law.initial, by, law, backbone, with_further: FURTHER > 0 }
+        let last = (f64::NAN, Step::Other);
+        Self { amplitude: law.initial, by, law, backbone, carried: Carried::All, last }
     }
 
-    /// The same without the derivatives by the further terms, unless `wanted`.
-    pub(crate) fn with_further(self, wanted: bool) -> Self {
-        Self { with_further: wanted && FURTHER > 0, ..self }
+    /// The same with some of the derivatives alone.
+    pub(crate) fn carrying(self, carried: Carried) -> Self {
+        Self { carried, ..self }
     }
 
     /// The law in force at an amplitude, and the factors that make it so.
@@ -127,28 +161,73 @@ impl AmplitudePath {
         if duration == 0.0 {
             return;
         }
-        let (step, most) =
-            if self.law.is_closed() { (STEP, MOST_PARTS) } else { (amplitude::STEP, MOST_PARTS) };
-        let stiff = self.stiffness() * duration.abs();
-        // Each part is exact where the law is closed, so that parts only serve the derivatives.
-        let parts = (stiff / step).ceil().clamp(1.0, most);
-        let part = duration / parts;
-        if self.is_linear() {
-            let step = LinearStep::new(self.law.a1, part);
-            (0..parts as usize).for_each(|_| self.advance_linear(&step));
-        } else {
-            (0..parts as usize).for_each(|_| self.advance_part(part));
+        let parts = self.parts(duration);
+        let part = duration / parts as f64;
+        if self.backbone != [0.0; 2] {
+            (0..parts).for_each(|_| self.advance_part(part));
+            return;
         }
+        match self.step(part) {
+            Step::Linear(step) => (0..parts).for_each(|_| self.advance_linear(&step)),
+            Step::Falling(step) => (0..parts).for_each(|_| self.advance_falling(&step, part)),
+            Step::Other => (0..parts).for_each(|_| self.advance_part(part)),
+        }
+    }
+
+    /// The step of a law that stays the same; that of the last time where it was as long.
+    fn step(&mut self, duration: f64) -> Step {
+        let (last_duration, last) = self.last;
+        if (duration - last_duration).abs() <= SAME_STEP * duration.abs() {
+            return last;
+        }
+        let step = if self.is_linear() {
+            Step::Linear(LinearStep::new(self.law.a1, duration))
+        } else {
+            self.law.falling_step(duration).map_or(Step::Other, Step::Falling)
+        };
+        self.last = (duration, step);
+        step
+    }
+
+    /// Parts of a step: each is exact where the law is closed, so that they only serve the derivatives.
+    fn parts(&self, duration: f64) -> usize {
+        let step = if self.law.is_closed() { STEP } else { amplitude::STEP };
+        let parts = (self.stiffness() * duration.abs() / step).min(MOST_PARTS);
+        // Rounded up, without the call that `ceil` is.
+        let whole = parts as usize;
+        (whole + usize::from((whole as f64) < parts)).max(1)
+    }
+
+    /// Steps that move on by `duration` each time, where viscous and sliding loss act alone and the
+    /// frequency is constant.
+    pub(super) fn even_steps(&self, duration: f64) -> Option<(usize, LinearStep)> {
+        let parts = self.parts(duration);
+        self.is_linear().then(|| (parts, LinearStep::new(self.law.a1, duration / parts as f64)))
     }
 
     /// One step of viscous and sliding loss alone.
     #[inline(always)]
-    fn advance_linear(&mut self, step: &LinearStep) {
+    pub(super) fn advance_linear(&mut self, step: &LinearStep) {
         let [e_half, g_half] = step.half;
         let before = self.amplitude;
-        let middle = before * e_half - self.law.a0 * g_half;
         self.amplitude = before * step.e - self.law.a0 * step.g;
+        if self.carried == Carried::None {
+            return;
+        }
+        let middle = before * e_half - self.law.a0 * g_half;
         self.carry([before, middle, self.amplitude], step.duration, [step.e, e_half, 1.0], [1.0; TERMS]);
+    }
+
+    /// One step of a law with drag that the frequency does not change.
+    fn advance_falling(&mut self, step: &FallingStep, part: f64) {
+        let (law, before) = (self.law, self.amplitude);
+        let [middle, after] = law.fall(before, step);
+        self.amplitude = after;
+        if self.carried == Carried::None {
+            return;
+        }
+        let slopes = [carry(&law, before, after, part), carry(&law, middle, after, 0.5 * part), 1.0];
+        self.carry([before, middle, after], part, slopes, [1.0; TERMS]);
     }
 
     /// One step of any law, its terms taken as those in the middle.
@@ -179,7 +258,7 @@ impl AmplitudePath {
         for k in 0..3 {
             self.by[k + 1] -= factors[k] * simpson(duration, slopes, shapes[k]);
         }
-        if self.with_further {
+        if self.carried == Carried::All {
             let shapes = points.map(|a| self.law.further_shapes(a));
             for (k, by) in self.by[4..SHAPE].iter_mut().enumerate() {
                 *by -= factors[3 + k] * simpson(duration, slopes, shapes.map(|s| s[k]));
@@ -270,7 +349,7 @@ mod tests {
                 let mut law = AmplitudeLaw::from_rates(p[0], [p[1], p[2], 0.0]);
                 law.further[FURTHER - SHAPED + k] = p[3];
                 law.shapes[k] = p[4];
-                let mut path = AmplitudePath::new(law, [0.0; 2]).with_further(true);
+                let mut path = AmplitudePath::new(law, [0.0; 2]);
                 (0..150).for_each(|_| path.advance(1.5));
                 path
             };

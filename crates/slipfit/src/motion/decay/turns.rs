@@ -2,8 +2,8 @@
 
 use super::amplitude::sliding_gain;
 use super::drag::Slowing;
-use super::parameters::{BEND, DELTA, DRAG, OFFSET, OMEGA, PHASE, X_F, by_parameters, law_of};
-use super::path::{AmplitudePath, CARRIED};
+use super::parameters::{BEND, CHIRP, DELTA, DRAG, OFFSET, OMEGA, PHASE, X_F, by_parameters, law_of};
+use super::path::{AmplitudePath, CARRIED, Carried, LinearStep};
 use super::window::Window;
 use std::f64::consts::PI;
 
@@ -31,6 +31,14 @@ pub(super) struct Turns<'a> {
     /// Phase that drag has cost until now, and its derivatives by amplitude and losses.
     lag: f64,
     lag_by: [f64; CARRIED],
+    /// Whether drag is part of the model.
+    drags: bool,
+    /// Whether the phase but for drag is linear in time.
+    straight: bool,
+    /// The steps from one turn to the next, where all half cycles are alike.
+    even: Option<(usize, LinearStep)>,
+    /// Whether the path has reached its first turn.
+    begun: bool,
 }
 
 impl<'a> Turns<'a> {
@@ -38,8 +46,12 @@ impl<'a> Turns<'a> {
     pub(super) fn new(window: &'a Window<'a>, p: &'a [f64]) -> Self {
         // Relative frequency shift per A², which also changes the loss terms.
         let backbone = if window.bend.is_some() { [p[BEND] / p[OMEGA], 0.0] } else { [0.0; 2] };
-        let further = window.active.iter().any(|k| (DRAG + 1..PHASE).contains(k));
-        let path = AmplitudePath::new(law_of(p, p[OMEGA]), backbone).with_further(further);
+        let carried = Carried::for_parameters(window.active);
+        let path = AmplitudePath::new(law_of(p, p[OMEGA]), backbone).carrying(carried);
+        let drags = p[DRAG] != 0.0 || window.active.contains(&DRAG);
+        let straight = (window.bend.is_none() || p[BEND] == 0.0) && p[CHIRP] == 0.0;
+        let alike = straight && !drags && carried != Carried::All;
+        let even = if alike { path.even_steps(PI / p[OMEGA]) } else { None };
         Self {
             window,
             p,
@@ -48,7 +60,18 @@ impl<'a> Turns<'a> {
             now: 0.0,
             lag: 0.0,
             lag_by: [0.0; CARRIED],
+            drags,
+            straight,
+            even,
+            begun: false,
         }
+    }
+
+    /// `lambda` of all half cycles where they are alike: the turning points of viscous and sliding loss obey
+    /// `X' + x_F = e^(-pi delta/omega) (X - x_F)`.
+    #[inline(always)]
+    pub(super) fn common_lambda(&self) -> Option<f64> {
+        self.even.map(|_| -self.p[DELTA] / self.p[OMEGA])
     }
 
     /// Turning point `n`, the one after the last asked for, near `guess`.
@@ -56,13 +79,20 @@ impl<'a> Turns<'a> {
     pub(super) fn at(&mut self, n: f64, guess: f64) -> Turn {
         let p = self.p;
         let slowing = self.slowing(guess);
-        let time = self.turn_time(n, guess, slowing.rate);
+        let time = match self.even {
+            Some(_) => (n * PI - p[PHASE]) / p[OMEGA],
+            None => self.turn_time(n, guess, slowing.rate),
+        };
         let (before, passed) = (self.path.by, time - self.now);
-        self.path.advance(passed);
+        match &self.even {
+            Some((parts, step)) if self.begun => (0..*parts).for_each(|_| self.path.advance_linear(step)),
+            _ => self.path.advance(passed),
+        }
         self.now = time;
+        self.begun = true;
         let mut by = [0.0; OFFSET];
         by[..CARRIED].copy_from_slice(&by_parameters(self.path.by, p, &self.gain));
-        if slowing != Slowing::default() {
+        if self.drags {
             self.lag += slowing.rate * passed;
             let before = by_parameters(before, p, &self.gain);
             for ((lag, before), after) in self.lag_by.iter_mut().zip(before).zip(by) {
@@ -91,7 +121,7 @@ impl<'a> Turns<'a> {
     #[inline(always)]
     fn slowing(&self, guess: f64) -> Slowing {
         let p = self.p;
-        if p[DRAG] == 0.0 && !self.window.active.contains(&DRAG) {
+        if !self.drags {
             return Slowing::default();
         }
         let halfway = self.path.amplitude - 0.5 * (guess - self.now) * self.path.rate();
@@ -107,7 +137,7 @@ impl<'a> Turns<'a> {
             let (phase, omega) = (phase - self.lag - slowing * (t - self.now), omega - slowing);
             let step = (n * PI - phase) / omega;
             t += step;
-            if step.abs() * omega < 1e-12 * (1.0 + n.abs()) {
+            if self.straight || step.abs() * omega < 1e-12 * (1.0 + n.abs()) {
                 break;
             }
         }

@@ -19,12 +19,15 @@ impl Bend {
         let square = |t: f64| amplitude(t).powi(2);
         let mut sum = 0.0;
         let mut knots = Vec::with_capacity(count);
+        let mut before = 0.0;
         for i in 0..count {
             let t = i as f64 * step;
+            let here = square(t);
             if i > 0 {
-                sum += step / 6.0 * (square(t - step) + 4.0 * square(t - 0.5 * step) + square(t));
+                sum += step / 6.0 * (before + 4.0 * square(t - 0.5 * step) + here);
             }
-            knots.push((sum, square(t)));
+            knots.push((sum, here));
+            before = here;
         }
         Self { step, knots }
     }
