@@ -62,10 +62,8 @@ fn search(
     }
     *left -= 1;
     match node(folder)? {
-        Some(Node::Array(array)) => {
-            if array.axes() == 3 {
-                found.push((name.to_owned(), folder.to_owned(), array));
-            }
+        Some(Node::Array(array)) if array.axes() == 3 => {
+            found.push((name.to_owned(), folder.to_owned(), array));
         }
         Some(Node::Group) => {
             let entries = fs::read_dir(folder).map_err(ReadProblem::Io)?;
@@ -78,7 +76,7 @@ fn search(
                 }
             }
         }
-        None => {}
+        _ => {}
     }
     Ok(())
 }
