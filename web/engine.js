@@ -14,6 +14,9 @@ export class Refused extends Error {
 
 /** @type {Worker | null} */
 let worker = null;
+/** The memory of a module never shrinks: one that held so much is ended before the next file. */
+const KEPT_BYTES = 50e6;
+let spent = false;
 /** Whether the larger module is needed, which reads Arrow, HDF5 and Parquet besides. */
 let columns = false;
 /** @type {Map<number, {resolve: (text: string) => void, reject: (error: Error) => void}>} */
@@ -48,6 +51,7 @@ function start() {
 function end() {
   worker?.terminate();
   worker = null;
+  spent = false;
 }
 
 /**
@@ -58,6 +62,7 @@ function end() {
  */
 export function raw(call, ...args) {
   if (!worker) start();
+  spent ||= args.some((given) => given.length > KEPT_BYTES);
   const id = ++last;
   return new Promise((resolve, reject) => {
     waiting.set(id, { resolve, reject });
@@ -80,8 +85,9 @@ export async function ask(call, ...args) {
   return ask(call, ...args);
 }
 
-/** Ends whatever runs; the next call starts anew. */
+/** Ends whatever runs; the next call starts anew. A worker that waits is kept: its code is compiled. */
 export function cancel() {
+  if (!waiting.size && !spent) return;
   const calls = waiting;
   end();
   waiting = new Map();

@@ -1,23 +1,14 @@
 // Figures to look at closely: by pointer, fingers, wheel, keys and buttons.
 import assert from "node:assert/strict";
-import { after, before, test } from "node:test";
-import { launch, open, serve, settled } from "./site.mjs";
+import { test } from "node:test";
+import { settled, whileTesting } from "./site.mjs";
 import { ticks } from "../zoom.js";
 
-let server;
-let browser;
-before(async () => {
-  server = await serve();
-  browser = await launch();
-});
-after(async () => {
-  await browser?.close();
-  await server?.close();
-});
+const tested = whileTesting();
 
 /** The page with the pendulum's answer. */
 async function answered() {
-  const opened = await open(browser, server.address, { viewport: { width: 1200, height: 1400 } });
+  const opened = await tested.page({ viewport: { width: 1200, height: 1400 } });
   await opened.page.click("#example-pendulum");
   await settled(opened.page, "classroom_pendulum.csv");
   return opened;

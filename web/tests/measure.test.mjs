@@ -38,6 +38,13 @@ function noise(seed) {
   return () => (state = (state * 1_103_515_245 + 12_345) % 2_147_483_648) / 2_147_483_648 - 0.5;
 }
 
+/** Waits until the live trace of a sensor is drawn. */
+const untilTraced = (page, sensor) =>
+  page.waitForFunction((name) => {
+    const canvas = document.getElementById(`${name}-status`).parentElement.querySelector("canvas");
+    return canvas.getContext("2d").getImageData(0, 0, canvas.width, canvas.height).data.some((v) => v > 0);
+  }, sensor, { timeout: 10_000 });
+
 let server;
 before(async () => {
   server = await serve();
@@ -66,8 +73,7 @@ test("a struck glass is recorded from release to rest, and answered", async () =
     const [saved] = await Promise.all([page.waitForEvent("download"), page.click("#microphone-save")]);
     assert.equal(saved.suggestedFilename(), "microphone.csv");
     assert.ok(readFileSync(await saved.path(), "utf8").startsWith("time (s),sound\n0,"));
-    const drawn = await page.locator("canvas").first().evaluate((canvas) => canvas.getContext("2d").getImageData(0, 0, canvas.width, canvas.height).data.some((v) => v > 0));
-    assert.ok(drawn, "the live trace is empty");
+    await untilTraced(page, "microphone");
     assert.deepEqual(problems, []);
   } finally {
     await browser.close();
@@ -117,6 +123,7 @@ test("motion events become a record; without any it is said", async () => {
     assert.equal(input.kind, "acceleration");
     assert.ok(Math.abs(parameters.frequency_hz.value - 0.9) < 0.01, JSON.stringify(parameters.frequency_hz));
     assert.ok(Math.abs(parameters.decay_rate_per_s.value - 0.12) < 0.02, JSON.stringify(parameters.decay_rate_per_s));
+    await untilTraced(page, "motion");
   } finally {
     await browser.close();
   }

@@ -1,25 +1,15 @@
 // The page in a browser, as a person uses it.
 import assert from "node:assert/strict";
-import { existsSync, readFileSync } from "node:fs";
+import { readFileSync } from "node:fs";
 import { join } from "node:path";
-import { after, before, test } from "node:test";
-import { assertSameAnswer, bytesOf, commanded, drop, launch, open, root, serve, settled, shots, site } from "./site.mjs";
+import { test } from "node:test";
+import { assertSameAnswer, bytesOf, commanded, drop, root, settled, shots, whileTesting } from "./site.mjs";
 
-let server;
-let browser;
-before(async () => {
-  assert.ok(existsSync(join(site, "index.html")), `${site} is not built: cargo xtask web`);
-  server = await serve();
-  browser = await launch();
-});
-after(async () => {
-  await browser?.close();
-  await server?.close();
-});
+const tested = whileTesting();
 
 for (const name of ["classroom_pendulum.csv", "tuning_fork_9nN.csv", "tuning_fork_12nN.csv", "tuning_fork_9nN_waveform.csv", "tuning_fork_9nN_sweep.csv", "tuning_fork_12nN_sweep.csv", "tuning_fork_free_sweep.csv", "tuning_fork_9nN_levels.csv"]) {
   test(`${name} has the answer of the command`, async () => {
-    const { page, context, problems } = await open(browser, server.address);
+    const { page, context, problems } = await tested.page();
     const { json, error, command: line } = await drop(page, [{ name, bytes: bytesOf(name) }]);
     assert.equal(error, null);
     assertSameAnswer(json, commanded(line), name);
@@ -30,7 +20,7 @@ for (const name of ["classroom_pendulum.csv", "tuning_fork_9nN.csv", "tuning_for
 }
 
 test("a resonance curve takes its friction-free reference by one click on the example", async () => {
-  const { page, context } = await open(browser, server.address);
+  const { page, context } = await tested.page();
   await page.click("#example-resonance");
   const { json, command: line } = await settled(page, "tuning_fork_9nN_sweep.csv");
   assert.equal(line, "slipfit resonance tuning_fork_9nN_sweep.csv --reference tuning_fork_free_sweep.csv");
@@ -39,7 +29,7 @@ test("a resonance curve takes its friction-free reference by one click on the ex
 });
 
 test("every example answers by one click", async () => {
-  const { page, context, problems } = await open(browser, server.address);
+  const { page, context, problems } = await tested.page();
   for (const [key, name] of [["pendulum", "classroom_pendulum.csv"], ["fork", "tuning_fork_9nN.csv"], ["viscous", "viscous_decay.csv"], ["beat", "two_modes.csv"], ["levels", "tuning_fork_9nN_levels.csv"]]) {
     await page.click(`#example-${key}`);
     const { error, json } = await settled(page, name);
@@ -53,7 +43,7 @@ test("every example answers by one click", async () => {
 });
 
 test("options are changed in place and stand in the command and in the link", async () => {
-  const { page, context } = await open(browser, server.address);
+  const { page, context } = await tested.page();
   await page.click("#example-pendulum");
   await settled(page, "classroom_pendulum.csv");
   await page.click("summary");
@@ -73,14 +63,14 @@ test("options are changed in place and stand in the command and in the link", as
   assert.deepEqual(JSON.parse(new URLSearchParams(new URL(link).hash.slice(1)).get("options")), { end_s: 25, torsion_stiffness: [12, 0.5] });
   await context.close();
   // The link alone sets the options of the next file.
-  const { page: other, context: second } = await open(browser, server.address + new URL(link).hash);
+  const { page: other, context: second } = await tested.page({}, new URL(link).hash);
   const again = await drop(other, [{ name: "classroom_pendulum.csv", bytes: bytesOf("classroom_pendulum.csv") }]);
   assert.equal(again.command, line);
   await second.close();
 });
 
 test("further laws and the loss without a model are asked for by name", async () => {
-  const { page, context } = await open(browser, server.address);
+  const { page, context } = await tested.page();
   await page.click("#example-pendulum");
   await settled(page, "classroom_pendulum.csv");
   await page.click("summary");
@@ -103,7 +93,7 @@ test("further laws and the loss without a model are asked for by name", async ()
 });
 
 test("several files dropped at once are all answered, each behind its name", async () => {
-  const { page, context, problems } = await open(browser, server.address);
+  const { page, context, problems } = await tested.page();
   const names = ["classroom_pendulum.csv", "tuning_fork_9nN_sweep.csv", "tuning_fork_9nN_levels.csv"];
   await drop(page, names.map((name) => ({ name, bytes: bytesOf(name) })));
   for (const name of names) {
@@ -118,33 +108,8 @@ test("several files dropped at once are all answered, each behind its name", asy
   await context.close();
 });
 
-test("a file of 300 MB is read and can be cancelled, one beyond a page is refused", async () => {
-  const { page, context } = await open(browser, server.address);
-  const dropped = (megabytes, name) =>
-    page.evaluate(
-      ([size, called]) => {
-        const rows = `${"0.12345678\n".repeat(95_000)}`;
-        const file = new File(["x (m)\n", ...Array(Math.ceil((size * 1e6) / rows.length)).fill(rows)], called);
-        const transfer = new DataTransfer();
-        transfer.items.add(file);
-        dispatchEvent(new DragEvent("drop", { dataTransfer: transfer, cancelable: true }));
-        return file.size;
-      },
-      [megabytes, name],
-    );
-  assert.ok((await dropped(300, "large.csv")) >= 300e6);
-  await page.waitForSelector("#working:not([hidden])", { timeout: 60_000 });
-  await page.click("#cancel");
-  const { error } = await settled(page, "large.csv");
-  assert.equal(error.message, "Cancelled.");
-  await page.evaluate(() => Object.defineProperty(File.prototype, "size", { get: () => 701e6 }));
-  const refused = await drop(page, [{ name: "larger.csv", bytes: bytesOf("classroom_pendulum.csv") }]);
-  assert.ok(refused.error.message.startsWith("larger.csv: 701 MB is more than a page can hold"), refused.error.message);
-  await context.close();
-});
-
 test("a hint is applied by its button", async () => {
-  const { page, context } = await open(browser, server.address);
+  const { page, context } = await tested.page();
   const rows = ["x (m)"];
   for (let i = 0; i < 2000; i++) rows.push(String(Math.exp(-i / 700) * Math.cos(0.3 * i)));
   const { error } = await drop(page, [{ name: "bare.csv", bytes: Buffer.from(rows.join("\n")) }]);
@@ -161,7 +126,7 @@ test("a hint is applied by its button", async () => {
 });
 
 test("the window of the decay is dragged, and moved by keys", async () => {
-  const { page, context } = await open(browser, server.address, { viewport: { width: 1000, height: 1200 } });
+  const { page, context } = await tested.page({ viewport: { width: 1000, height: 1200 } });
   await page.click("#example-pendulum");
   await settled(page, "classroom_pendulum.csv");
   const edge = page.getByRole("slider", { name: "End of the decay" });
@@ -184,7 +149,7 @@ test("the window of the decay is dragged, and moved by keys", async () => {
 });
 
 test("garbage, nothing and a foreign format are refused in words, and the page goes on", async () => {
-  const { page, context, problems } = await open(browser, server.address);
+  const { page, context, problems } = await tested.page();
   const noise = Buffer.from(Array.from({ length: 5000 }, (_, i) => (i * 7919 + (i >> 3) * 104729) & 255));
   for (const [name, bytes] of [["noise.bin", noise], ["empty.csv", Buffer.alloc(0)], ["paper.pdf", Buffer.from("%PDF-1.7\n%âãÏÓ\n")], ["cut.parquet", Buffer.from("PAR1aaaaaaaaPAR1")]]) {
     const { error } = await drop(page, [{ name, bytes }]);
@@ -197,35 +162,8 @@ test("garbage, nothing and a foreign format are refused in words, and the page g
   await context.close();
 });
 
-test("two drops in a row leave the answer of the second", async () => {
-  const { page, context } = await open(browser, server.address);
-  const first = drop(page, [{ name: "tuning_fork_9nN_waveform.csv", bytes: bytesOf("tuning_fork_9nN_waveform.csv") }]).catch(() => null);
-  const { json } = await drop(page, [{ name: "classroom_pendulum.csv", bytes: bytesOf("classroom_pendulum.csv") }]);
-  assert.equal(JSON.parse(json).input.path, "classroom_pendulum.csv");
-  await Promise.race([first, new Promise((done) => setTimeout(done, 3000))]);
-  assert.equal(await page.locator("#sentence").count(), 1);
-  await context.close();
-});
-
-test("a long analysis is cancelled in the middle", async () => {
-  const { page, context } = await open(browser, server.address);
-  const made = await page.evaluate(() => {
-    const rows = ["time (s),x (m)"];
-    for (let i = 0; i < 600_000; i++) rows.push(`${i / 1000},${(Math.exp(-i / 2e5) * Math.cos(0.2 * i)).toFixed(6)}`);
-    window.slipfit.take("long.csv", new TextEncoder().encode(rows.join("\n")));
-    return rows.length;
-  });
-  assert.ok(made > 500_000);
-  await page.click("#cancel");
-  const { error } = await settled(page, "long.csv");
-  assert.equal(error.message, "Cancelled.");
-  const { error: none } = await drop(page, [{ name: "classroom_pendulum.csv", bytes: bytesOf("classroom_pendulum.csv") }]);
-  assert.equal(none, null);
-  await context.close();
-});
-
 test("names and headers that hold markup are text", async () => {
-  const { page, context, problems } = await open(browser, server.address);
+  const { page, context, problems } = await tested.page();
   const evil = '<img src=x onerror="window.hit=1">';
   const text = bytesOf("classroom_pendulum.csv").toString().replace("displacement (rad)", `"${evil.replaceAll('"', '""')} (rad)"`);
   const { error } = await drop(page, [{ name: `${evil}.csv`, bytes: Buffer.from(text) }, { name: `<svg onload=window.hit=1>.csv`, bytes: Buffer.from(text) }]);
@@ -238,14 +176,14 @@ test("names and headers that hold markup are text", async () => {
 });
 
 test("no request leaves the site, and nothing is sent", async () => {
-  const { page, context, requests } = await open(browser, server.address);
+  const { page, context, requests } = await tested.page();
   const sent = [];
   page.on("request", (request) => (request.method() !== "GET" || request.postData()) && sent.push(request.url()));
   for (const name of ["classroom_pendulum.csv", "tuning_fork_9nN_sweep.csv"]) await drop(page, [{ name, bytes: bytesOf(name) }]);
   await page.click("#tab-simulate");
   await page.waitForSelector("#simulate .u-legend");
   assert.ok(requests.length > 5);
-  assert.deepEqual(requests.filter((url) => !url.startsWith(server.address) && !url.startsWith(`blob:${server.address}`)), []);
+  assert.deepEqual(requests.filter((url) => !url.startsWith(tested.address()) && !url.startsWith(`blob:${tested.address()}`)), []);
   assert.deepEqual(sent, []);
   const policy = await page.getAttribute("meta[http-equiv]", "content");
   assert.ok(policy.includes("default-src 'self'") && !policy.replace("wasm-unsafe-eval", "").includes("unsafe"), policy);
@@ -253,7 +191,7 @@ test("no request leaves the site, and nothing is sent", async () => {
 });
 
 test("it works offline after the first visit", async () => {
-  const { page, context } = await open(browser, server.address);
+  const { page, context } = await tested.page();
   await page.waitForFunction(() => document.documentElement.dataset.offline === "ready");
   await page.reload();
   await page.waitForFunction(() => navigator.serviceWorker.controller !== null);
@@ -267,7 +205,7 @@ test("it works offline after the first visit", async () => {
 });
 
 test("an Arrow, Parquet or HDF5 file brings the larger module", async () => {
-  const { page, context, requests } = await open(browser, server.address);
+  const { page, context, requests } = await tested.page();
   const larger = () => requests.filter((url) => url.includes("slipfit_wasm_columns"));
   assert.deepEqual(larger(), []);
   const folder = join(root, "validation/reference/writers");
@@ -281,7 +219,7 @@ test("an Arrow, Parquet or HDF5 file brings the larger module", async () => {
 });
 
 test("the simulation draws, and its decay is analysed", async () => {
-  const { page, context, problems } = await open(browser, server.address);
+  const { page, context, problems } = await tested.page();
   await page.click("#tab-simulate");
   await page.waitForSelector("#simulate .u-legend");
   await page.locator("#slider-friction").fill("0.8");
@@ -297,7 +235,7 @@ test("the simulation draws, and its decay is analysed", async () => {
 });
 
 test("everything is reached by keyboard alone", async () => {
-  const { page, context } = await open(browser, server.address);
+  const { page, context } = await tested.page();
   for (let i = 0; i < 20; i++) {
     await page.keyboard.press("Tab");
     if (await page.evaluate(() => document.activeElement.id === "example-pendulum")) break;
@@ -319,7 +257,7 @@ test("everything is reached by keyboard alone", async () => {
 });
 
 test("files are handed out: report, figure, answer, numbers", async () => {
-  const { page, context } = await open(browser, server.address);
+  const { page, context } = await tested.page();
   await page.click("#example-pendulum");
   const { json } = await settled(page, "classroom_pendulum.csv");
   const held = async (what) => {

@@ -1,10 +1,11 @@
 // The built site behind a server of static files, and a browser before it.
 import assert from "node:assert/strict";
 import { execFileSync } from "node:child_process";
-import { mkdirSync, readFileSync } from "node:fs";
+import { existsSync, mkdirSync, readFileSync } from "node:fs";
 import { createServer } from "node:http";
 import { readFile } from "node:fs/promises";
 import { extname, join, normalize, resolve } from "node:path";
+import { after, before } from "node:test";
 import { fileURLToPath } from "node:url";
 import { chromium } from "playwright-core";
 
@@ -81,6 +82,22 @@ export function launch(flags = []) {
   const executablePath = process.env.CHROMIUM ?? "/usr/bin/chromium";
   const quiet = ["--no-sandbox", "--disable-gpu", "--disable-background-networking", "--disable-component-update", "--disable-sync"];
   return chromium.launch({ executablePath, args: [...quiet, ...flags] });
+}
+
+/** A server and a browser while the tests of a file run; `page` opens the page as `open` does. */
+export function whileTesting() {
+  let server;
+  let browser;
+  before(async () => {
+    assert.ok(existsSync(join(site, "index.html")), `${site} is not built: cargo xtask web`);
+    server = await serve();
+    browser = await launch();
+  });
+  after(async () => {
+    await browser?.close();
+    await server?.close();
+  });
+  return { page: (options, hash = "") => open(browser, server.address + hash, options), address: () => server.address };
 }
 
 /** The page, ready to take files; `requests` gathers every address asked for, `problems` what the console says. */

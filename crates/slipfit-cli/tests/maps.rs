@@ -52,12 +52,21 @@ fn pixels_have_the_losses_that_were_put_in() {
 }
 
 #[test]
-fn both_files_give_the_same_table() {
+fn all_files_give_the_same_table() {
     let csv = |file: &str, args: &str| {
         let args = format!("--dt 0.02 --table - -q {args}");
         stdout(slipfit().arg("map").arg(stack(file)).args(args.split_whitespace()))
     };
-    assert_eq!(csv("stack.npy", ""), csv("stack.h5", "--axis 0 --data scan/amplitude"));
+    let table = csv("stack.npy", "");
+    for (file, args) in [
+        ("stack.h5", "--axis 0 --data scan/amplitude"),
+        ("stack.zarr", ""),
+        ("blosc.zarr", "--axis 0 --data scan/amplitude"),
+        ("blosc.zarr", "--axis 0"),
+        ("fortran.zarr", ""),
+    ] {
+        assert_eq!(csv(file, args), table, "{file}");
+    }
 }
 
 #[test]
@@ -173,6 +182,99 @@ fn what_is_no_stack_is_refused() {
     assert!(refusal(&write("table.csv", b"t,x\n1,2\n"), "--dt 1").contains("neither"));
     assert!(refusal(&write("empty.npy", b""), "--dt 1").contains("empty"));
     assert!(refusal(&folder.path().join("missing.npy"), "--dt 1").contains("missing.npy"));
+}
+
+/// A copy of a store, whose files `change` changes.
+fn changed(store: &str, file: &str, change: impl Fn(&mut Vec<u8>)) -> (tempfile::TempDir, PathBuf) {
+    let folder = tempfile::tempdir().unwrap();
+    let copy = folder.path().join(store);
+    for path in files_in(&stack(store)) {
+        let to = copy.join(path.strip_prefix(stack(store)).unwrap());
+        fs::create_dir_all(to.parent().unwrap()).unwrap();
+        fs::copy(path, to).unwrap();
+    }
+    let mut bytes = fs::read(copy.join(file)).unwrap();
+    change(&mut bytes);
+    fs::write(copy.join(file), bytes).unwrap();
+    (folder, copy)
+}
+
+fn files_in(folder: &Path) -> Vec<PathBuf> {
+    let entries = fs::read_dir(folder).unwrap().map(|entry| entry.unwrap().path());
+    entries.flat_map(|path| if path.is_dir() { files_in(&path) } else { vec![path] }).collect()
+}
+
+#[test]
+fn broken_stores_are_refused_and_missing_chunks_are_what_they_stand_for() {
+    let said = |store: &str, file: &str, change: &dyn Fn(&mut Vec<u8>)| {
+        let (_folder, copy) = changed(store, file, change);
+        refusal(&copy, if store == "blosc.zarr" { "--dt 0.02 --axis 0" } else { "--dt 0.02" })
+    };
+    let replaced = |from: &'static str, to: &'static str| {
+        move |bytes: &mut Vec<u8>| {
+            let text = String::from_utf8(bytes.clone()).unwrap();
+            assert!(text.contains(from), "{text}");
+            *bytes = text.replace(from, to).into_bytes();
+        }
+    };
+    let described = |from, to| said("stack.zarr", "zarr.json", &replaced(from, to));
+    assert!(described("\"zstd\"", "\"sharding_indexed\"").contains("sharding_indexed"));
+    assert!(described("float32", "complex64").contains("complex64"));
+    assert!(described("50\n", "5000000000\n").contains("chunks"));
+    assert!(described("50\n", "0\n").contains("chunks"));
+    assert!(described("128", "99999999999999999").contains("more than a list holds"));
+    assert!(described("zarr_format", "zarr_format\" \"").contains("broken"));
+    let second = |from, to| said("fortran.zarr", ".zarray", &replaced(from, to));
+    assert!(second("zlib", "lzma").contains("lzma"));
+    assert!(second("\"filters\": null", "\"filters\": [{\"id\": \"delta\"}]").contains("delta"));
+    let cut = |bytes: &mut Vec<u8>| bytes.truncate(bytes.len() / 2);
+    for (store, chunk) in
+        [("stack.zarr", "c/0/0/1"), ("fortran.zarr", "0.0.1"), ("blosc.zarr", "scan/amplitude/0.0.0")]
+    {
+        assert!(said(store, chunk, &cut).contains("chunk"), "{store}");
+    }
+    for at in 0..40 {
+        // Whatever a damaged byte says: numbers or a refusal.
+        let damage = |bytes: &mut Vec<u8>| bytes[at] ^= 0x55;
+        let (_folder, copy) = changed("blosc.zarr", "scan/amplitude/0.0.0", damage);
+        let output =
+            slipfit().arg("map").arg(&copy).args(["--dt", "0.02", "--axis", "0", "-q"]).output().unwrap();
+        assert!(matches!(output.status.code(), Some(0 | 2)), "{at}: {output:?}");
+    }
+    assert!(refusal(&stack("blosc.zarr"), "--dt 0.02 --data ../stack.zarr").contains("no path"));
+    assert!(refusal(&stack("blosc.zarr"), "--dt 0.02 --data scan/nothing").contains("no array"));
+    assert!(refusal(&stack(""), "--dt 0.02").contains("zarr"));
+    let (_folder, copy) =
+        changed("stack.zarr", "zarr.json", replaced("\"fill_value\": 0.0", "\"fill_value\": \"NaN\""));
+    fs::remove_file(copy.join("c/0/1/2")).unwrap();
+    let csv = stdout(slipfit().arg("map").arg(&copy).args(["--dt", "0.02", "--table", "-", "-q"]));
+    assert_eq!(column(&csv, "samples"), ["128", "128", "100", "128", "128", "100"]);
+}
+
+#[test]
+fn a_map_is_a_store_that_replaces_its_own_kind() {
+    let folder = tempfile::tempdir().unwrap();
+    let map = folder.path().join("map.zarr");
+    let args = format!("--dt 0.02 -q --unit nm --table {}", map.display());
+    let made = || stdout(slipfit().arg("map").arg(stack("stack.npy")).args(args.split_whitespace()));
+    made();
+    fs::write(map.join("of the last run"), "").unwrap();
+    made();
+    assert!(!map.join("of the last run").exists(), "replaced as a whole");
+    let described = fs::read_to_string(map.join("sliding_rate/.zattrs")).unwrap();
+    assert!(described.contains("\"nm/s\"") && described.contains("\"y\""), "{described}");
+    assert_eq!(fs::read(map.join("sliding_rate/0.0")).unwrap().len(), 6 * 8);
+    assert_eq!(fs::read_dir(folder.path()).unwrap().count(), 1, "nothing is left beside it");
+    // What others wrote stays.
+    fs::write(map.join(".zattrs"), "{}").unwrap();
+    assert!(refusal(&stack("stack.npy"), &args).contains("was not written by slipfit"));
+    stdout(slipfit().arg("map").arg(stack("stack.npy")).args(args.split_whitespace()).arg("--force"));
+    fs::remove_file(map.join(".zgroup")).unwrap();
+    fs::remove_file(map.join(".zattrs")).unwrap();
+    assert!(refusal(&stack("stack.npy"), &format!("{args} --force")).contains("was not written by slipfit"));
+    let (_folder, copy) = changed("stack.zarr", "zarr.json", |_| {});
+    let onto = format!("--dt 0.02 --force --table {}", copy.display());
+    assert!(refusal(&copy, &onto).contains("the input"));
 }
 
 /// A pixel without an answer is a pixel with its reason.

@@ -12,7 +12,7 @@ use crate::tables::binary::Stored;
 
 /// An open array of three dimensions; its numbers stay in the file until they are asked for.
 ///
-/// NumPy's `.npy` in C order and data sets of HDF5 are known.
+/// NumPy's `.npy` in C order, data sets of HDF5 and arrays of zarr, which are folders, are known.
 pub struct Stack {
     file: String,
     shape: [usize; 3],
@@ -28,10 +28,12 @@ enum Source {
     },
     #[cfg(feature = "hdf5")]
     Hdf5(Box<crate::formats::hdf5::Cube>),
+    #[cfg(feature = "zarr")]
+    Zarr(crate::formats::zarr::Cube),
 }
 
 impl Stack {
-    /// Opens an array; of an HDF5 file with several of three dimensions `name` says which, by its path.
+    /// Opens an array; of an HDF5 file or a zarr store with several of three dimensions `name` says which, by its path.
     ///
     /// # Errors
     /// [`ReadError`] for a file that cannot be read, one of another format, one without such an array or
@@ -69,6 +71,8 @@ impl Stack {
                 Source::Npy { file, first, stored } => npy_part(file, *first, *stored, shape, axis, range),
                 #[cfg(feature = "hdf5")]
                 Source::Hdf5(cube) => cube.part(axis, range),
+                #[cfg(feature = "zarr")]
+                Source::Zarr(cube) => cube.part(axis, range),
             }
         };
         read.map_err(|problem| ReadError::new(&self.file, problem))
@@ -86,6 +90,11 @@ impl std::fmt::Debug for Stack {
 const HEADER: u64 = 1 << 16;
 
 fn opened(path: &Path, name: Option<&str>) -> Result<([usize; 3], String, Source), ReadProblem> {
+    #[cfg(feature = "zarr")]
+    if path.is_dir() {
+        let (shape, unit, cube) = crate::formats::zarr::cube(path, name)?;
+        return Ok((shape, unit, Source::Zarr(cube)));
+    }
     let mut file = File::open(path).map_err(ReadProblem::Io)?;
     let mut head = Vec::new();
     file.by_ref().take(HEADER).read_to_end(&mut head).map_err(ReadProblem::Io)?;
@@ -107,7 +116,7 @@ fn opened(path: &Path, name: Option<&str>) -> Result<([usize; 3], String, Source
         return Ok((shape, unit, Source::Hdf5(Box::new(cube))));
     }
     let _ = name;
-    Err(ReadProblem::NoStack { reason: "it is neither a .npy file nor HDF5".to_owned() })
+    Err(ReadProblem::NoStack { reason: "it is neither a .npy file nor HDF5 nor a zarr store".to_owned() })
 }
 
 fn npy_part(

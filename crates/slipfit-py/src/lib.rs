@@ -12,6 +12,7 @@ mod fits;
 mod interrupt;
 mod reading;
 mod simulate;
+mod stack;
 
 /// Conversions between Python and the libraries.
 #[pyo3::pymodule(gil_used = false)]
@@ -31,6 +32,8 @@ mod _core {
     };
     #[pymodule_export]
     use crate::simulate::{decay, driven, sweep};
+    #[pymodule_export]
+    use crate::stack::Stack;
 
     /// Version of slipfit.
     #[pymodule_export]

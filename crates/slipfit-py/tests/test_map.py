@@ -1,5 +1,7 @@
 """Maps: a trace in each pixel, whatever holds them."""
 
+import subprocess
+
 import numpy as np
 import pytest
 import slipfit
@@ -47,6 +49,77 @@ def test_blocks_join_to_the_whole(stack, tmp_path, monkeypatch):
     found = slipfit.fit_map(np.load(path, mmap_mode="r"), DT, progress=lambda done, all: seen.append((done, all)))
     xr.testing.assert_identical(found, whole)
     assert seen == [(35, 84), (70, 84), (84, 84)]
+
+
+@pytest.mark.parametrize("axis", [0, 1, 2])
+def test_files_are_read_block_by_block(stack, tmp_path, monkeypatch, axis):
+    """What NumPy, h5py and zarr-python wrote, open or by its path, is the map of the array."""
+    h5py, zarr = pytest.importorskip("h5py"), pytest.importorskip("zarr")
+    monkeypatch.setattr("slipfit._map._BLOCK", 5 * 7 * 150 * 8)
+    turned = np.moveaxis(stack, 2, axis)
+    whole = slipfit.fit_map(turned, DT, axis=axis, unit="nm")
+    np.save(tmp_path / "stack.npy", turned)
+    held = zarr.create_array(tmp_path / "plain.zarr", data=turned, chunks=(5, 5, 5))
+    held.attrs["units"] = "nm"
+    with h5py.File(tmp_path / "stack.h5", "w") as file:
+        file.create_dataset("scan/amplitude", data=turned, chunks=(5, 5, 5), compression="gzip").attrs["units"] = "nm"
+        file["scan/other"] = np.zeros((2, 2, 2))
+        xr.testing.assert_identical(slipfit.fit_map(file["scan/amplitude"], DT, axis=axis, unit="nm"), whole)
+    xr.testing.assert_identical(slipfit.fit_map(held, DT, axis=axis, unit="nm"), whole)
+    xr.testing.assert_identical(slipfit.fit_map(tmp_path / "stack.npy", DT, axis=axis, unit="nm"), whole)
+    xr.testing.assert_identical(slipfit.fit_map(str(tmp_path / "plain.zarr"), DT, axis=axis), whole)
+    from_hdf5 = slipfit.fit_map(tmp_path / "stack.h5", DT, axis=axis, data="scan/amplitude")
+    xr.testing.assert_identical(from_hdf5, whole)
+    with pytest.raises(slipfit.ReadError, match="name one of them"):
+        slipfit.fit_map(tmp_path / "stack.h5", DT)
+    with pytest.raises(slipfit.OptionError, match="names an array in a file"):
+        slipfit.fit_map(stack, DT, data="scan/amplitude")
+
+
+def packings():
+    """What zarr-python packs chunks with, by default and on demand, in both versions."""
+    numcodecs, zarr = pytest.importorskip("numcodecs"), pytest.importorskip("zarr")
+    for name in ("lz4", "lz4hc", "zlib", "zstd"):
+        for shuffle in (0, 1):
+            yield 2, numcodecs.Blosc(cname=name, shuffle=shuffle)
+    yield from ((2, numcodecs.GZip()), (2, numcodecs.Zstd()), (2, None))
+    yield from ((3, zarr.codecs.GzipCodec()), (3, zarr.codecs.BloscCodec(cname="lz4")), (3, None))
+
+
+@pytest.mark.parametrize("kind", ["<f8", ">f4", "<i2"])
+def test_stores_of_every_packing_are_read(tmp_path, kind):
+    zarr = pytest.importorskip("zarr")
+    numbers = np.round(1000 * np.exp(-0.02 * np.arange(200)) * np.ones((9, 11, 1))).astype(kind)
+    whole = slipfit.fit_map(numbers.astype(float), DT)
+    for i, (version, packing) in enumerate(packings()):
+        path = tmp_path / f"{i}.zarr"
+        zarr.create_array(path, data=numbers, chunks=(4, 11, 90), zarr_format=version, compressors=packing)
+        xr.testing.assert_identical(slipfit.fit_map(path, DT), whole)
+
+
+def test_a_map_is_written_as_zarr_and_hdf5(stack, tmp_path):
+    pytest.importorskip("zarr"), pytest.importorskip("h5netcdf")
+    found = slipfit.fit_map(stack, DT, unit="nm")
+    found.to_zarr(tmp_path / "map.zarr", zarr_format=2)
+    found.to_netcdf(tmp_path / "map.h5", engine="h5netcdf")
+    for again in (xr.open_zarr(tmp_path / "map.zarr"), xr.open_dataset(tmp_path / "map.h5", engine="h5netcdf")):
+        xr.testing.assert_equal(again.load(), found)
+        assert again["sliding_rate"].attrs["units"] == "nm/s"
+        again.close()
+
+
+def test_stores_of_the_command_are_read_and_those_of_zarr_are_its_input(stack, tmp_path, command):
+    zarr = pytest.importorskip("zarr")
+    zarr.create_array(tmp_path / "stack.zarr", data=stack, chunks=(5, 7, 40)).attrs["units"] = "nm"
+    line = [command, "map", tmp_path / "stack.zarr", "--dt", str(DT), "--table", tmp_path / "map.zarr", "--quiet"]
+    subprocess.run(line, check=True)
+    whole = slipfit.fit_map(stack, DT, unit="nm")
+    for again in (xr.open_zarr(tmp_path / "map.zarr").load(), zarr.open_group(tmp_path / "map.zarr", mode="r")):
+        assert again["sliding_rate"].shape == (12, 7)
+        assert again["sliding_rate"].attrs["units"] == "nm/s"
+        for name in whole:
+            held = np.asarray(again[name][...])
+            np.testing.assert_array_equal(held.astype(str) if held.dtype.kind == "S" else held, whole[name])
 
 
 def test_labels_are_taken_over(stack):

@@ -13,17 +13,17 @@ Examples:
 
 /// A trace in each pixel: viscous and sliding loss as images.
 ///
-/// Reads an array of three axes from NumPy's .npy or HDF5, some tens of megabytes
+/// Reads an array of three axes from NumPy's .npy, HDF5 or zarr, some tens of megabytes
 /// at a time, and fits viscous and sliding loss to every pixel. A pixel that
 /// cannot be fitted is a pixel with its reason.
 #[derive(Debug, Args)]
 #[command(after_help = AFTER_HELP, after_long_help = AFTER_HELP)]
 pub(crate) struct MapArgs {
-    /// An array of three axes, two of pixels and one of time: .npy or HDF5
+    /// An array of three axes, two of pixels and one of time: .npy, HDF5 or the folder of a zarr store
     #[arg(value_name = "FILE")]
     pub(crate) file: PathBuf,
 
-    /// The data set of an HDF5 file that has several of three axes, by its path
+    /// The data set of an HDF5 file or a zarr store that has several of three axes, by its path
     #[arg(long, value_name = "PATH", help_heading = "Reading")]
     pub(crate) data: Option<String>,
 
@@ -55,7 +55,7 @@ pub(crate) struct MapArgs {
     #[arg(long, value_name = "A", value_parser = positive, help_heading = "Analysis")]
     pub(crate) min_amplitude: Option<f64>,
 
-    /// One row a pixel: .csv, .npy (an image for each column name) or .arrow
+    /// One row a pixel: .csv or .arrow; an image for each column name: .npy or .zarr
     #[arg(long, value_name = "FILE", help_heading = "Output")]
     pub(crate) table: Option<PathBuf>,
 

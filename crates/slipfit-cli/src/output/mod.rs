@@ -4,10 +4,12 @@ mod origin;
 mod place;
 mod plan;
 mod sink;
+mod store;
 
 pub(crate) use origin::foreign;
 pub(crate) use plan::{Folder, Outputs, Target};
 pub(crate) use sink::Sink;
+pub(crate) use store::Store;
 
 use crate::failure::Failure;
 use anstream::{AutoStream, ColorChoice};

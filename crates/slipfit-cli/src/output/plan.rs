@@ -126,6 +126,14 @@ impl Outputs {
         Ok(Target { named: path.to_owned(), place, force: true })
     }
 
+    pub(super) fn inputs(&self) -> impl Iterator<Item = &Path> {
+        self.inputs.values().map(PathBuf::as_path)
+    }
+
+    pub(super) fn is_forced(&self) -> bool {
+        self.force
+    }
+
     /// The files `names` in `folder`, which is made if need be.
     ///
     /// # Errors

@@ -23,3 +23,5 @@ pub(crate) mod wav;
 pub(crate) mod xls;
 #[cfg(feature = "excel")]
 pub(crate) mod xlsx;
+#[cfg(feature = "zarr")]
+pub(crate) mod zarr;

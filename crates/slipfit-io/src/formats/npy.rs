@@ -81,6 +81,12 @@ pub(crate) fn cube(head: &[u8]) -> Result<([usize; 3], Stored, u64), ReadProblem
     }
 }
 
+/// How the bytes of a number of this type code, such as `<f4`, become one.
+#[cfg(feature = "zarr")]
+pub(crate) fn stored(code: &str) -> Option<Stored> {
+    Field::new("", code)?.stored()
+}
+
 /// What stands before the numbers.
 struct Header<'a> {
     fields: Vec<Field>,

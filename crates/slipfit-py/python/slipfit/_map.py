@@ -72,10 +72,24 @@ def _store(path: FilePath, signature: str, found: dict[str, NDArray[Any]]) -> No
     part.replace(path)
 
 
+class _Stored:
+    """A stack in a file, read where it is cut."""
+
+    def __init__(self, path: Path, data: str | None) -> None:
+        self._held = _core.Stack(os.fspath(path), data)
+        self.shape = self._held.shape
+        self.unit = self._held.unit
+
+    def __getitem__(self, cut: tuple[slice, ...]) -> NDArray[np.float64]:
+        axis = next(i for i, part in enumerate(cut) if part != slice(None))
+        return self._held.part(axis, cut[axis].start, cut[axis].stop)
+
+
 def fit_map(
     stack: Any,
     dt: float | None = None,
     *,
+    data: str | None = None,
     axis: int | str | None = None,
     frequency_hz: float | None = None,
     min_amplitude: float | None = None,
@@ -94,10 +108,14 @@ def fit_map(
     ----------
     stack : array of shape (y, x, t), in any order of axes
         A NumPy array or memmap, an h5py or zarr dataset, an xarray DataArray,
-        whose coordinates and unit (``attrs["units"]``) are taken over.
+        whose coordinates and unit (``attrs["units"]``) are taken over, or the
+        path of a .npy file, an HDF5 file or a zarr store.
     dt : float
         Interval of the samples [s]; of a DataArray with a coordinate of even
         times it is theirs if not given.
+    data : str, optional
+        The data set of a file or a store that has several of three axes, by its
+        path.
     axis : int or str, optional
         The axis of time, by number or, of a DataArray, by name; the last one,
         or a dimension called ``time`` or ``t``.
@@ -117,12 +135,16 @@ def fit_map(
     Returns
     -------
     xarray.Dataset
-        The columns of :func:`fit_batch` over (y, x), with units.
+        The columns of :func:`fit_batch` over (y, x), with units. Its methods
+        ``to_zarr(path, zarr_format=2)`` and ``to_netcdf(path, engine="h5netcdf")`` write it as
+        zarr and as HDF5.
 
     Raises
     ------
     OptionError
         For a stack that has not three axes, or an option out of range.
+    ReadError
+        For a file that cannot be read or holds no such array.
 
     Examples
     --------
@@ -136,6 +158,11 @@ def fit_map(
     """
     import xarray as xr
 
+    if isinstance(stack, (str, os.PathLike)):
+        stack = _Stored(stack, data)
+        unit = stack.unit if unit is None else unit
+    elif data is not None:
+        raise _input.refuse("data", f"data={data!r}: it names an array in a file, and stack is one")
     labelled = isinstance(stack, xr.DataArray)
     shape = tuple(getattr(stack, "shape", ()))
     if len(shape) != 3:

@@ -127,7 +127,7 @@ pub(crate) fn minimise(problem: &dyn LeastSquares, start: &[f64], free: &[usize]
 }
 
 /// The same to within `tolerance` standard errors. With `take_last` the step found that small is
-/// taken as well, unseen: what it leaves is a square smaller, and a pass over the data is saved.
+/// taken as well, unseen after others: what it leaves is a square smaller, and a pass over the data is saved.
 pub(crate) fn minimise_until(
     problem: &dyn LeastSquares,
     start: &[f64],
@@ -195,6 +195,7 @@ fn descend_until(
     let mut trial_sums = Normal::zeros(p);
     let mut damping = 0.0;
     let mut converged = false;
+    let mut moved = false;
     for _ in 0..MAX_STEPS {
         let Some((step, predicted)) = solve(&sums, free, damping) else {
             if damping > 1e10 {
@@ -209,23 +210,27 @@ fn descend_until(
         let undamped = damping <= 1e-3;
         if negligible && (undamped || ending == Ending::Damped) {
             converged = true;
-            if undamped && ending != Ending::Left && step.iter().all(|s| s.is_finite()) {
-                for (k, &i) in free.iter().enumerate() {
-                    best[i] += step[k];
-                }
+            let last = stepped(&best, free, &step);
+            // A start at a minimum with an edge, such as a stop between two samples, has a slope of either side,
+            // by its rounding: a step along it is seen first.
+            let mut downhill = || {
+                let exists = problem.normal_of(&last, free, &mut trial_sums, sums.rss);
+                exists && trial_sums.rss <= sums.rss
+            };
+            let taken = undamped && ending != Ending::Left && last.iter().all(|v| v.is_finite());
+            if taken && (moved || downhill()) {
+                best = last;
                 sums.rss -= predicted;
             }
             break;
         }
-        let mut trial = best.clone();
-        for (k, &i) in free.iter().enumerate() {
-            trial[i] += step[k];
-        }
+        let trial = stepped(&best, free, &step);
         let exists = trial.iter().all(|v| v.is_finite())
             && problem.normal_of(&trial, free, &mut trial_sums, sums.rss * (1.0 + 1e-12));
         if exists && trial_sums.rss.is_finite() && trial_sums.rss <= sums.rss * (1.0 + 1e-13) {
             let gained = sums.rss - trial_sums.rss;
             best = trial;
+            moved = true;
             std::mem::swap(&mut sums, &mut trial_sums);
             damping = if gained > 0.25 * predicted { damping * 0.1 } else { damping * 2.0 };
             if damping < 1e-9 {
@@ -241,6 +246,14 @@ fn descend_until(
         }
     }
     Some((best, sums, converged))
+}
+
+fn stepped(from: &[f64], free: &[usize], step: &[f64]) -> Vec<f64> {
+    let mut to = from.to_vec();
+    for (&i, s) in free.iter().zip(step) {
+        to[i] += s;
+    }
+    to
 }
 
 /// One step over all observations from the minimum of a part of them, `part` with its `sums`
@@ -259,10 +272,7 @@ pub(crate) fn one_step(
         return None;
     }
     let (step, gained) = solve(&all, free, 0.0)?;
-    let mut parameters = start.to_vec();
-    for (k, &i) in free.iter().enumerate() {
-        parameters[i] += step[k];
-    }
+    let parameters = stepped(start, free, &step);
     let mut there = Normal::zeros(problem.parameters());
     if !parameters.iter().all(|v| v.is_finite()) || !part.normal(&parameters, &mut there) {
         return None;
@@ -391,6 +401,35 @@ mod tests {
         assert!(fit.converged);
         for (found, truth) in fit.parameters.iter().zip([3.0, 0.7, -0.4]) {
             assert!((found - truth).abs() < 1e-9, "{found} for {truth}");
+        }
+    }
+
+    /// Two lines that meet: the gradient at the edge is that of one of them.
+    struct Edge {
+        slope: f64,
+    }
+
+    impl LeastSquares for Edge {
+        fn parameters(&self) -> usize {
+            1
+        }
+        fn observations(&self) -> f64 {
+            2.0
+        }
+        fn normal(&self, p: &[f64], out: &mut Normal) -> bool {
+            out.clear();
+            let side = if p[0] < 1.0 { -1.0 } else { 1.0 };
+            out.add_row(&[-self.slope * side], 1.0 + self.slope * side * (p[0] - 1.0), 1.0);
+            out.add_row(&[1.0], 1.0 - p[0], 1.0);
+            true
+        }
+    }
+
+    #[test]
+    fn at_an_edge_no_step_is_taken_unseen() {
+        for start in [1.0 - 1e-12, 1.0, 1.0 + 1e-12] {
+            let fit = minimise_until(&Edge { slope: 0.01 }, &[start], &[0], 0.03, true).expect("exists");
+            assert!(fit.converged && (fit.parameters[0] - 1.0).abs() < 1e-9, "{:?}", fit.parameters);
         }
     }
 

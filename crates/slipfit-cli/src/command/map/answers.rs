@@ -28,19 +28,35 @@ impl Map<'_> {
         columns.flat_map(|column| column.as_string::<i32>().iter().map(Option::unwrap_or_default))
     }
 
+    /// The unit of a column; empty where it has none.
+    pub(super) fn unit_of(&self, column: &str) -> String {
+        let starts = |names: &[&str]| names.iter().any(|name| column.starts_with(name));
+        let endings = [("_per_s", "1/s"), ("_hz", "Hz"), ("_s", "s")];
+        if starts(&["friction_displacement", "initial_amplitude", "residual_rms"]) {
+            self.unit.to_owned()
+        } else if starts(&["sliding_rate"]) {
+            if self.unit.is_empty() { "1/s".to_owned() } else { format!("{}/s", self.unit) }
+        } else {
+            let known = endings.iter().find(|(ending, _)| column.ends_with(ending));
+            known.map_or_else(String::new, |(_, unit)| (*unit).to_owned())
+        }
+    }
+
     /// What is drawn and summed up: name, words and unit.
     pub(super) fn shown(&self) -> Vec<(&'static str, &'static str, String)> {
-        let per_s = if self.unit.is_empty() { "1/s".to_owned() } else { format!("{}/s", self.unit) };
         let all = [
-            ("friction_displacement", "friction displacement", self.unit.to_owned()),
-            ("sliding_rate", "sliding rate", per_s),
-            ("decay_rate_per_s", "decay rate", "1/s".to_owned()),
+            ("friction_displacement", "friction displacement"),
+            ("sliding_rate", "sliding rate"),
+            ("decay_rate_per_s", "decay rate"),
         ];
         let known = |name: &str| self.numbers(name).iter().any(Option::is_some);
         // The rate stands in where no frequency turns it into a displacement.
         let displacement = known("friction_displacement");
         let wanted = |name: &str| if name == "sliding_rate" { !displacement } else { known(name) };
-        all.into_iter().filter(|(name, ..)| wanted(name)).collect()
+        all.into_iter()
+            .filter(|(name, _)| wanted(name))
+            .map(|(name, words)| (name, words, self.unit_of(name)))
+            .collect()
     }
 
     pub(super) fn picture(&self, args: &MapArgs) -> plot::Picture {

@@ -2,13 +2,15 @@
 
 mod answers;
 mod blocks;
+mod layout;
 mod table;
+mod zarr;
 
 use crate::args::{MapArgs, MapKind, MapMethod};
 use crate::command::show::drawn;
 use crate::failure::{Failure, spelled};
 use crate::interrupt::{self, INTERRUPTED};
-use crate::output::{self, Outputs, Target};
+use crate::output::{self, Outputs};
 use crate::progress;
 use anstream::ColorChoice;
 use answers::Map;
@@ -20,13 +22,18 @@ use slipfit_report::plot::Format;
 use std::path::Path;
 use std::process::ExitCode;
 use std::sync::atomic::AtomicBool;
-use table::Form;
+use table::Table;
 
 pub(crate) fn run(args: &MapArgs, color: ColorChoice) -> Result<ExitCode, Failure> {
     let mut outputs = Outputs::new(args.replace.force, [args.file.as_path()])?;
-    let table =
-        args.table.as_deref().map(|path| planned(&mut outputs, "--table", path, Form::of)).transpose()?;
-    let plot = args.plot.as_deref().map(|path| planned(&mut outputs, "--plot", path, picture)).transpose()?;
+    let table = args.table.as_deref().map(|path| Table::planned(&mut outputs, path)).transpose()?;
+    let plot = match args.plot.as_deref() {
+        Some(path) => {
+            let format = picture(path)?;
+            Some((outputs.add("--plot", path)?, format))
+        }
+        None => None,
+    };
     let mut stack = Stack::open(&args.file, args.data.as_deref())?;
     let grid = Grid::new(stack.shape(), usize::from(args.axis)).map_err(|e| refused(&args.file, &e))?;
     let options = options(args, stack.unit());
@@ -63,8 +70,8 @@ pub(crate) fn run(args: &MapArgs, color: ColorChoice) -> Result<ExitCode, Failur
     bar.finish_and_clear();
     interrupt::closing();
     let map = Map { parts, pixels: [rows, columns], unit: &options.unit };
-    if let Some((target, form)) = table {
-        table::write(&target, form, &map)?;
+    if let Some(table) = table {
+        table.write(&map)?;
     }
     if let Some((target, format)) = plot {
         let bytes = drawn(&map.picture(args), format)?;
@@ -74,17 +81,6 @@ pub(crate) fn run(args: &MapArgs, color: ColorChoice) -> Result<ExitCode, Failur
         output::print(&map.summary(args, grid.samples()), color)?;
     }
     Ok(ExitCode::SUCCESS)
-}
-
-/// An output whose ending says its form.
-fn planned<T>(
-    outputs: &mut Outputs,
-    flag: &str,
-    path: &Path,
-    form: impl Fn(&Path) -> Result<T, Failure>,
-) -> Result<(Target, T), Failure> {
-    let form = form(path)?;
-    Ok((outputs.add(flag, path)?, form))
 }
 
 fn picture(path: &Path) -> Result<Format, Failure> {

@@ -1,8 +1,10 @@
 //! A map as a table or as images in a file.
 
 use super::answers::Map;
+use super::layout::{Field, fields, put};
+use super::zarr;
 use crate::failure::Failure;
-use crate::output::Target;
+use crate::output::{Outputs, Store, Target};
 use arrow_array::cast::AsArray;
 use arrow_array::types::{Float64Type, Int64Type};
 use arrow_array::{Array, ArrayRef};
@@ -12,35 +14,36 @@ use slipfit_report::escape;
 use std::io::{self, Write};
 use std::path::Path;
 
-/// How a map is written.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub(super) enum Form {
-    Csv,
-    Npy,
-    Arrow,
+/// Where a map goes, and how it is written there.
+pub(super) enum Table {
+    File(Target, fn(&mut dyn Write, &Map<'_>) -> io::Result<()>),
+    Store(Store),
 }
 
-impl Form {
-    pub(super) fn of(path: &Path) -> Result<Self, Failure> {
-        match path.extension().and_then(|e| e.to_str()) {
-            _ if path.as_os_str() == "-" => Ok(Self::Csv),
-            Some("csv") => Ok(Self::Csv),
-            Some("npy") => Ok(Self::Npy),
-            Some("arrow" | "feather") => Ok(Self::Arrow),
+impl Table {
+    pub(super) fn planned(outputs: &mut Outputs, path: &Path) -> Result<Self, Failure> {
+        let flag = "--table";
+        let write = match path.extension().and_then(|e| e.to_str()) {
+            _ if path.as_os_str() == "-" => as_csv,
+            Some("csv") => as_csv,
+            Some("npy") => as_npy,
+            Some("arrow" | "feather") => as_arrow,
+            Some("zarr") => return Ok(Self::Store(outputs.add_store(flag, path)?)),
             _ => {
                 let shown = path.display();
-                Err(Failure::new(format!("--table {shown}: the name must end in .csv, .npy or .arrow")))
+                let problem = format!("{flag} {shown}: the name must end in .zarr, .csv, .npy or .arrow");
+                return Err(Failure::new(problem));
             }
+        };
+        Ok(Self::File(outputs.add(flag, path)?, write))
+    }
+
+    pub(super) fn write(&self, map: &Map<'_>) -> Result<(), Failure> {
+        match self {
+            Self::File(target, write) => target.write(|out| write(out, map)),
+            Self::Store(store) => store.write(zarr::files(map)),
         }
     }
-}
-
-pub(super) fn write(target: &Target, form: Form, map: &Map<'_>) -> Result<(), Failure> {
-    target.write(|out| match form {
-        Form::Csv => as_csv(out, map),
-        Form::Npy => as_npy(out, map),
-        Form::Arrow => as_arrow(out, map),
-    })
 }
 
 /// Rows from top to bottom, in each of them pixels from left to right.
@@ -80,35 +83,15 @@ fn cell(column: &ArrayRef, row: usize) -> String {
 }
 
 /// An array of shape (y, x) with a named field for each column: `np.load(file)["decay_rate_per_s"]` is an
-/// image. Words are as long as the longest of them.
+/// image.
 fn as_npy(out: &mut dyn Write, map: &Map<'_>) -> io::Result<()> {
-    let Some(first) = map.parts.first() else { return Ok(()) };
-    let schema = first.schema();
-    let mut widths = Vec::new();
-    for (at, field) in schema.fields().iter().enumerate() {
-        let longest = || {
-            let of = |part: &arrow_array::RecordBatch| {
-                let column = part.column(at).as_string::<i32>();
-                (0..column.len()).map(|row| column.value(row).len()).max().unwrap_or(0)
-            };
-            map.parts.iter().map(of).max().unwrap_or(0).max(1)
-        };
-        let (kind, width) = match field.data_type() {
-            DataType::Float64 => ("<f8".to_owned(), 8),
-            DataType::Int64 => ("<i8".to_owned(), 8),
-            DataType::Boolean => ("|b1".to_owned(), 1),
-            _ => {
-                let width = longest();
-                (format!("|S{width}"), width)
-            }
-        };
-        widths.push((field.name().clone(), kind, width));
-    }
-    let fields: Vec<String> = widths.iter().map(|(name, kind, _)| format!("('{name}', '{kind}')")).collect();
+    let layout = fields(map);
+    let described: Vec<String> =
+        layout.iter().map(|Field { name, code, .. }| format!("('{name}', '{code}')")).collect();
     let [rows, columns] = map.pixels;
     let mut header = format!(
         "{{'descr': [{}], 'fortran_order': False, 'shape': ({rows}, {columns}), }}",
-        fields.join(", ")
+        described.join(", ")
     );
     // Magic, version and length are twelve bytes; numbers begin at a multiple of 64.
     let all = (12 + header.len() + 1).next_multiple_of(64);
@@ -117,28 +100,13 @@ fn as_npy(out: &mut dyn Write, map: &Map<'_>) -> io::Result<()> {
     out.write_all(b"\x93NUMPY\x02\x00")?;
     out.write_all(&(header.len() as u32).to_le_bytes())?;
     out.write_all(header.as_bytes())?;
+    let mut pixel = Vec::new();
     for (_, _, part, row) in pixels(map) {
-        for (column, (_, _, width)) in part.columns().iter().zip(&widths) {
-            match column.data_type() {
-                DataType::Float64 => {
-                    let held = column.as_primitive::<Float64Type>();
-                    let value = if held.is_null(row) { f64::NAN } else { held.value(row) };
-                    out.write_all(&value.to_le_bytes())?;
-                }
-                DataType::Int64 => {
-                    out.write_all(&column.as_primitive::<Int64Type>().value(row).to_le_bytes())?;
-                }
-                DataType::Boolean => {
-                    let held = column.as_boolean();
-                    out.write_all(&[u8::from(held.is_valid(row) && held.value(row))])?;
-                }
-                _ => {
-                    let mut bytes = column.as_string::<i32>().value(row).as_bytes().to_vec();
-                    bytes.resize(*width, 0);
-                    out.write_all(&bytes)?;
-                }
-            }
+        pixel.clear();
+        for (column, field) in part.columns().iter().zip(&layout) {
+            put(&mut pixel, column, row, field.width);
         }
+        out.write_all(&pixel)?;
     }
     Ok(())
 }

@@ -53,8 +53,10 @@ impl Found {
 const FASTEST: f64 = 8.0;
 /// Steps of a fit that is going to end; most take four.
 const MOST_STEPS: usize = 16;
-/// Step, in standard errors, that is the last: what then remains is its square, and smaller.
+/// Step, in standard errors, that may be the last.
 const LAST: f64 = 1e-6;
+/// Part of a standard error that remains after it, should the steps go on shrinking as they did.
+const REMAINS: f64 = 1e-8;
 /// Residuals below this part of the signal's power are differences of sums, and lose digits.
 const EXACT: f64 = 1e-9;
 /// Standard error of `delta T` beyond which the law bends within it: a fit that guards its steps is due.
@@ -139,6 +141,7 @@ pub(super) fn fit_reduced(nodes: &Nodes, reduced: &Reduced) -> Found {
         }
     }
     let mut x = start(nodes, values, &mean);
+    let mut before = [f64::INFINITY; TRACES];
     let mut serves = [false; TRACES];
     let mut ended = [false; TRACES];
     let mut found = Found {
@@ -169,7 +172,9 @@ pub(super) fn fit_reduced(nodes: &Nodes, reduced: &Reduced) -> Found {
             let rss = outside + (held[k] + slope * gy) - product * step;
             let variance = rss / (n - 3.0);
             let x_error = (variance / square).sqrt();
-            let last = step.abs() <= LAST * x_error;
+            let remains = step.abs() * (step.abs() / before[k]).min(1.0);
+            let last = (step.abs() <= LAST * x_error) & (remains <= REMAINS * x_error);
+            before[k] = step.abs();
             let next = x[k] + step;
             let fits = power[k] > 0.0 && x_error < VAGUE && next.abs() < FASTEST && rss > EXACT * power[k];
             let take = last & !ended[k];

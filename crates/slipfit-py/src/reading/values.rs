@@ -1,0 +1,232 @@
+//! What records, curves and levels hold.
+
+use super::choices::KINDS;
+use super::origin::Call;
+use super::{Curve, Levels, Record};
+use crate::failure::spell;
+use numpy::{IntoPyArray, PyArray1};
+use pyo3::prelude::*;
+use slipfit::resonance::Response;
+use slipfit_io::ReadReport;
+use std::hash::{DefaultHasher, Hash as _, Hasher as _};
+use std::sync::Arc;
+
+type Array<'py> = Bound<'py, PyArray1<f64>>;
+
+/// Equal readings are of the same bytes.
+fn hash(report: &ReadReport) -> u64 {
+    let mut hasher = DefaultHasher::new();
+    report.sha256.hash(&mut hasher);
+    hasher.finish()
+}
+
+fn notes(report: &ReadReport) -> Vec<String> {
+    report.notes.iter().map(|note| note.spelled(&spell)).collect()
+}
+
+#[pymethods]
+impl Record {
+    #[getter]
+    fn time_s<'py>(&self, py: Python<'py>) -> Array<'py> {
+        let record = &self.reading.record;
+        record.times_s(0..record.len()).into_pyarray(py)
+    }
+
+    #[getter]
+    fn signal<'py>(&self, py: Python<'py>) -> Array<'py> {
+        PyArray1::from_slice(py, self.reading.record.signal())
+    }
+
+    #[getter]
+    fn quadrature<'py>(&self, py: Python<'py>) -> Option<Array<'py>> {
+        self.reading.record.quadrature().map(|values| PyArray1::from_slice(py, values))
+    }
+
+    #[getter]
+    fn unit(&self) -> &str {
+        self.reading.record.unit()
+    }
+
+    #[getter]
+    fn kind(&self) -> &'static str {
+        let kind = self.reading.record.kind();
+        KINDS.iter().find(|(_, known)| *known == kind).map_or("other", |(name, _)| name)
+    }
+
+    #[getter]
+    fn path(&self) -> &str {
+        &self.reading.report.path
+    }
+
+    #[getter]
+    fn sha256(&self) -> &str {
+        &self.reading.report.sha256
+    }
+
+    #[getter]
+    fn notes(&self) -> Vec<String> {
+        notes(&self.reading.report)
+    }
+
+    fn __len__(&self) -> usize {
+        self.reading.record.len()
+    }
+
+    fn __eq__(&self, other: &Self) -> bool {
+        Arc::ptr_eq(&self.reading, &other.reading) || self.reading == other.reading
+    }
+
+    fn __hash__(&self) -> u64 {
+        hash(&self.reading.report)
+    }
+
+    fn __copy__(of: Py<Self>) -> Py<Self> {
+        of
+    }
+
+    fn __deepcopy__(of: Py<Self>, _memo: &Bound<'_, PyAny>) -> Py<Self> {
+        of
+    }
+
+    fn __reduce__<'py>(&self, py: Python<'py>) -> PyResult<Call<'py>> {
+        self.origin.call(py, "read_record", &self.reading.report.sha256)
+    }
+
+    fn __repr__(&self) -> String {
+        format!("<Record of {}: {} samples, unit {:?}>", self.path(), self.__len__(), self.unit())
+    }
+}
+
+#[pymethods]
+impl Curve {
+    #[getter]
+    fn frequency_hz<'py>(&self, py: Python<'py>) -> Array<'py> {
+        PyArray1::from_slice(py, self.reading.curve.frequency_hz())
+    }
+
+    #[getter]
+    fn amplitude<'py>(&self, py: Python<'py>) -> Array<'py> {
+        let curve = &self.reading.curve;
+        let response: &Response = curve.response();
+        PyArray1::from_iter(py, (0..curve.len()).map(|i| response.amplitude(i)))
+    }
+
+    #[getter]
+    fn unit(&self) -> &str {
+        self.reading.curve.unit()
+    }
+
+    #[getter]
+    fn has_phase(&self) -> bool {
+        self.reading.curve.is_complex()
+    }
+
+    #[getter]
+    fn path(&self) -> &str {
+        &self.reading.report.path
+    }
+
+    #[getter]
+    fn sha256(&self) -> &str {
+        &self.reading.report.sha256
+    }
+
+    #[getter]
+    fn notes(&self) -> Vec<String> {
+        notes(&self.reading.report)
+    }
+
+    fn __len__(&self) -> usize {
+        self.reading.curve.len()
+    }
+
+    fn __eq__(&self, other: &Self) -> bool {
+        Arc::ptr_eq(&self.reading, &other.reading) || self.reading == other.reading
+    }
+
+    fn __hash__(&self) -> u64 {
+        hash(&self.reading.report)
+    }
+
+    fn __copy__(of: Py<Self>) -> Py<Self> {
+        of
+    }
+
+    fn __deepcopy__(of: Py<Self>, _memo: &Bound<'_, PyAny>) -> Py<Self> {
+        of
+    }
+
+    fn __reduce__<'py>(&self, py: Python<'py>) -> PyResult<Call<'py>> {
+        self.origin.call(py, "read_curve", &self.reading.report.sha256)
+    }
+
+    fn __repr__(&self) -> String {
+        format!("<Curve of {}: {} points, unit {:?}>", self.path(), self.__len__(), self.unit())
+    }
+}
+
+#[pymethods]
+impl Levels {
+    #[getter]
+    fn drive<'py>(&self, py: Python<'py>) -> Array<'py> {
+        PyArray1::from_slice(py, self.reading.levels.drive())
+    }
+
+    #[getter]
+    fn amplitude<'py>(&self, py: Python<'py>) -> Array<'py> {
+        PyArray1::from_slice(py, self.reading.levels.amplitude())
+    }
+
+    #[getter]
+    fn unit(&self) -> &str {
+        self.reading.levels.unit()
+    }
+
+    #[getter]
+    fn drive_unit(&self) -> &str {
+        self.reading.levels.drive_unit()
+    }
+
+    #[getter]
+    fn path(&self) -> &str {
+        &self.reading.report.path
+    }
+
+    #[getter]
+    fn sha256(&self) -> &str {
+        &self.reading.report.sha256
+    }
+
+    #[getter]
+    fn notes(&self) -> Vec<String> {
+        notes(&self.reading.report)
+    }
+
+    fn __len__(&self) -> usize {
+        self.reading.levels.drive().len()
+    }
+
+    fn __eq__(&self, other: &Self) -> bool {
+        Arc::ptr_eq(&self.reading, &other.reading) || self.reading == other.reading
+    }
+
+    fn __hash__(&self) -> u64 {
+        hash(&self.reading.report)
+    }
+
+    fn __copy__(of: Py<Self>) -> Py<Self> {
+        of
+    }
+
+    fn __deepcopy__(of: Py<Self>, _memo: &Bound<'_, PyAny>) -> Py<Self> {
+        of
+    }
+
+    fn __reduce__<'py>(&self, py: Python<'py>) -> PyResult<Call<'py>> {
+        self.origin.call(py, "read_levels", &self.reading.report.sha256)
+    }
+
+    fn __repr__(&self) -> String {
+        format!("<Levels of {}: {} points, unit {:?}>", self.path(), self.__len__(), self.unit())
+    }
+}
