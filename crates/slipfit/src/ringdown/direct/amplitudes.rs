@@ -163,9 +163,10 @@ pub fn fit_amplitudes(sampling: Sampling<'_>, amplitude: &[f64]) -> Result<Ampli
     })
 }
 
-/// Part of a standard error within which the minimum is found: as far as
-/// [`EvenTraces`](super::EvenTraces) finds it by another way.
-const REMAINS: f64 = 1e-8;
+/// Part of a standard error that remains should the steps go on shrinking as they did; they may shrink more slowly
+/// in the end by a factor of a hundred. As far as
+/// [`EvenTraces`](super::EvenTraces) finds the minimum by another way.
+const REMAINS: f64 = 1e-10;
 
 /// `R A R^T` of a symmetric `A`.
 fn congruent(a: &[[f64; 3]; 3], rows: &[[f64; 3]; 3]) -> [[f64; 3]; 3] {
