@@ -89,9 +89,8 @@ impl<'a> HypothesisFit<'a> {
         free_if(complex && (wanted.delay == Some(true) || instrument.delay != 0.0), &[DELAY]);
         free_if(wanted.duffing == Some(true), &[DUFFING]);
         let reference = curve.reference.as_ref().map(|block| hypothesis.view(block));
-        let terms = [background, options.model.is_none_or(|m| m.has(LossTerm::Drag))];
         let reference =
-            reference.map(|block| FrictionFreeFit::new(block, &problem, terms, criteria)).transpose()?;
+            reference.map(|block| FrictionFreeFit::new(block, &problem, background, criteria)).transpose()?;
         if let Some(reference) = &reference {
             full.extend(reference.free(phase, background));
         }

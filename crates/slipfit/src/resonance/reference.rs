@@ -26,12 +26,11 @@ pub(super) struct FrictionFreeFit {
 
 impl FrictionFreeFit {
     /// The reference must be a resonance by itself, and its noise is its own; method and centre are
-    /// those of the curve's `problem`. With `drag` it has one where the BIC is lower: what drag leaves is no
-    /// noise.
+    /// those of the curve's `problem`.
     pub(super) fn new(
         block: Block,
         problem: &Problem,
-        [background, drag]: [bool; 2],
+        background: bool,
         criteria: &Criteria,
     ) -> Result<Self, Error> {
         let no = |reason| Error::NoResonance { reason };
@@ -57,9 +56,6 @@ impl FrictionFreeFit {
         let mut fit = best(&own, &list, &free, &criteria.search)
             .ok_or(no("no resonance was reached in the reference"))?;
         refit_with_rice(&mut own, &mut fit, &free, &criteria.residuals);
-        if drag && let Some((with_drag, better)) = with_drag(&own, &fit) {
-            (own, fit) = (with_drag, better);
-        }
         let p = &fit.parameters;
         let mut parameters = vec![0.0; COUNT];
         parameters[R_OMEGA] = p[OMEGA] + peak.omega - problem.centre;
@@ -89,18 +85,6 @@ impl FrictionFreeFit {
     pub(super) fn copy_to(&self, p: &mut [f64]) {
         p[R_OMEGA..].copy_from_slice(&self.parameters[R_OMEGA..]);
     }
-}
-
-/// The fit of a reference with drag, where its BIC is lower.
-fn with_drag(own: &Problem, fit: &Fit) -> Option<(Problem, Fit)> {
-    let mut free = fit.free.clone();
-    free.push(DRAG);
-    free.sort_unstable();
-    let richer = own.with(&free);
-    let noise = NoiseModel::white(richer.observations());
-    let found = minimise(&richer, &fit.parameters, &free).filter(|f| f.parameters[DRAG] > 0.0)?;
-    let gains = noise.bic(found.rss, free.len()) < noise.bic(fit.rss, fit.free.len());
-    gains.then_some((richer, found))
 }
 
 /// p value of sliding friction in the reference by itself, its drive free; `fit` is the joint one.
