@@ -7,7 +7,7 @@ use crate::inference::model_selection::ModelComparison;
 
 /// Which of the terms beside the losses take part.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub(super) struct InstrumentSet {
+pub(super) struct TermSet {
     pub(super) background: bool,
     pub(super) delay: bool,
     /// The delay is the background's too.
@@ -19,7 +19,7 @@ pub(super) struct InstrumentSet {
 /// The fit of another set, or of the same one with another background or without drag.
 #[derive(Debug, Clone)]
 pub(crate) struct OtherFit {
-    pub(crate) set: InstrumentSet,
+    pub(crate) set: TermSet,
     /// Best fit with the limits of the losses lifted.
     pub(crate) unbounded: Fit,
     /// Best fit within them.
@@ -63,7 +63,7 @@ pub(super) fn weighed(
         .filter(|a| a.weight.is_finite() && a.weight > c.least_weight)
         .collect();
     // Several minima of one set are one model.
-    let of_set = |set: InstrumentSet| list.iter().filter(move |a| a.fit.set == set).map(|a| a.weight);
+    let of_set = |set: TermSet| list.iter().filter(move |a| a.fit.set == set).map(|a| a.weight);
     let shares: Vec<f64> =
         list.iter().map(|a| of_set(a.fit.set).fold(0.0, f64::max) / of_set(a.fit.set).sum::<f64>()).collect();
     list.iter_mut().zip(shares).for_each(|(a, share)| a.weight *= share);

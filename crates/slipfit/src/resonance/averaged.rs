@@ -1,6 +1,6 @@
 //! Intervals that count the choice of terms beside the losses: the instrument's, and a Duffing term.
 
-use super::alternatives::{Alternative, InstrumentSet, OtherFit};
+use super::alternatives::{Alternative, OtherFit, TermSet};
 use super::criteria::Criteria;
 use super::fitted_models::FittedModels;
 use super::response::{DELTA, OMEGA, X_0, X_F};
@@ -95,7 +95,7 @@ pub(super) fn rival(
     d: &FittedModels,
     chosen: &ModelFit,
     criteria: &Criteria,
-) -> Option<(InstrumentSet, f64, [f64; 2])> {
+) -> Option<(TermSet, f64, [f64; 2])> {
     let noise = d.comparison.noise;
     let moved = |a: &Alternative| {
         [DELTA, X_F].into_iter().any(|k| {

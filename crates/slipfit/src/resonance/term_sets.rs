@@ -1,7 +1,7 @@
 //! Every set of instrument terms that may be part of a curve, fitted; the one taken, and the others, among
 //! them the one with or without a Duffing term.
 
-use super::alternatives::{InstrumentSet, OtherFit};
+use super::alternatives::{OtherFit, TermSet};
 use super::background_minima::background_minima;
 use super::hypothesis_fit::HypothesisFit;
 use super::problem::Problem;
@@ -10,19 +10,19 @@ use super::response::{BG_IM, BG_RE, DELAY, DELTA, DRAG, DUFFING, R_BG_IM, R_BG_R
 use crate::inference::bounded::minimise_bounded;
 use crate::inference::least_squares::{Fit, STEP_TOLERANCE, minimise};
 
-const NOTHING: InstrumentSet =
-    InstrumentSet { background: false, delay: false, background_delayed: false, duffing: false };
-const SETS: [InstrumentSet; 5] = [
+const NOTHING: TermSet =
+    TermSet { background: false, delay: false, background_delayed: false, duffing: false };
+const SETS: [TermSet; 5] = [
     NOTHING,
-    InstrumentSet { background: true, ..NOTHING },
-    InstrumentSet { delay: true, ..NOTHING },
-    InstrumentSet { background: true, delay: true, ..NOTHING },
-    InstrumentSet { background: true, delay: true, background_delayed: true, ..NOTHING },
+    TermSet { background: true, ..NOTHING },
+    TermSet { delay: true, ..NOTHING },
+    TermSet { background: true, delay: true, ..NOTHING },
+    TermSet { background: true, delay: true, background_delayed: true, ..NOTHING },
 ];
 
 const BACKGROUNDS: [usize; 4] = [BG_RE, BG_IM, R_BG_RE, R_BG_IM];
 
-impl InstrumentSet {
+impl TermSet {
     fn of(problem: &Problem, free: &[usize]) -> Self {
         let (background, delay) = (free.contains(&BG_RE), free.contains(&DELAY));
         let background_delayed = background && delay && problem.background_delayed;
@@ -40,12 +40,11 @@ impl HypothesisFit<'_> {
     /// a margin for each term; terms are dropped by the same rule as they are added.
     pub(super) fn settle_instrument(&mut self) {
         let mut others: Vec<(Problem, OtherFit)> = Vec::new();
-        let now = InstrumentSet::of(&self.problem, &self.fit.free);
+        let now = TermSet::of(&self.problem, &self.fit.free);
         let drag_may_go = self.fit.free.contains(&DRAG) && self.options.model.is_none();
         // Added or not before: it may only stretch the intervals.
-        let other_spring = InstrumentSet { duffing: !now.duffing, ..now };
-        let sets =
-            SETS.map(|set| InstrumentSet { duffing: now.duffing, ..set }).into_iter().chain([other_spring]);
+        let other_spring = TermSet { duffing: !now.duffing, ..now };
+        let sets = SETS.map(|set| TermSet { duffing: now.duffing, ..set }).into_iter().chain([other_spring]);
         for set in sets.filter(|set| self.is_allowed(*set)) {
             for without_drag in [false, true] {
                 if (without_drag && !drag_may_go) || (set == now && !without_drag) {
@@ -67,7 +66,7 @@ impl HypothesisFit<'_> {
         } else {
             self.criteria.terms.instrument_margin
         };
-        let rank = |set: InstrumentSet, fit: &Fit| noise.bic(fit.rss, fit.free.len()) + margin * set.terms();
+        let rank = |set: TermSet, fit: &Fit| noise.bic(fit.rss, fit.free.len()) + margin * set.terms();
         let least = rank(now, &self.fit);
         // Drag is judged among the loss models, and a Duffing term was added or not before.
         let comparable = |o: &OtherFit| {
@@ -91,7 +90,7 @@ impl HypothesisFit<'_> {
     }
 
     /// Whether the options leave the choice of these terms, and the points are enough.
-    fn is_allowed(&self, set: InstrumentSet) -> bool {
+    fn is_allowed(&self, set: TermSet) -> bool {
         let wanted = self.options.terms;
         let allowed = |asked: Option<bool>, has: bool| asked.is_none_or(|asked| asked == has);
         allowed(wanted.background, set.background)
@@ -100,7 +99,7 @@ impl HypothesisFit<'_> {
             && (self.problem.main.complex || !set.delay)
     }
 
-    fn with_set(&self, set: InstrumentSet, without_drag: bool) -> Vec<(Problem, OtherFit)> {
+    fn with_set(&self, set: TermSet, without_drag: bool) -> Vec<(Problem, OtherFit)> {
         let hidden = set.background && !self.problem.main.complex;
         let mut free: Vec<usize> = self.fit.free.clone();
         let chosen = |k: &usize| BACKGROUNDS.contains(k) || [DELAY, DUFFING].contains(k);
@@ -140,7 +139,7 @@ impl HypothesisFit<'_> {
     }
 
     /// The models start from these as well: a term that is not free would keep its value there.
-    fn drop_from_starts(&mut self, set: InstrumentSet) {
+    fn drop_from_starts(&mut self, set: TermSet) {
         for start in &mut self.starts {
             if !set.background {
                 BACKGROUNDS.iter().for_each(|&k| start[k] = 0.0);
