@@ -46,7 +46,8 @@ pub(crate) struct ResonanceArgs {
     #[command(flatten)]
     pub(crate) curve: CurveArgs,
 
-    /// A friction-free curve of the same drive, fitted jointly; read with the same flags
+    /// A friction-free curve of the same oscillator and drive, fitted jointly: delay, drag and Duffing term are
+    /// shared; read with the same flags
     #[arg(long, value_name = "FREE", conflicts_with = "drive_amplitude", help_heading = "Analysis")]
     pub(crate) reference: Option<PathBuf>,
 

@@ -489,7 +489,8 @@ def resonance(
     kind : str, optional
         What the response is: ``displacement``, ``velocity``, ``acceleration``.
     reference : Curve or path, optional
-        A friction-free curve of the same drive, which gives the drive amplitude.
+        A friction-free curve of the same oscillator and drive, which gives the drive amplitude. It has
+        frequency, viscous damping, phase and background of its own; delay, drag and Duffing term are shared.
     drive_amplitude : float or (value, std_error), optional
         Drive amplitude x_0, in the unit of the response.
     band_hz : tuple of float, optional

@@ -11,7 +11,7 @@ use slipfit::answer::hint::Analysis;
 use slipfit::model::displacement::DisplacementUnit;
 use slipfit::series;
 use slipfit::series::{Condition, Data, Measurement};
-use slipfit_io::Note;
+use slipfit_io::ReadReport;
 use slipfit_report::{SeriesHeading, SeriesInput};
 
 /// One measurement of a series: data with the choices for its analysis.
@@ -25,8 +25,15 @@ pub(crate) enum Measured<'py> {
     Levels((PyRef<'py, Levels>, LevelsChoices)),
 }
 
-fn in_keywords(notes: &[Note]) -> Vec<String> {
-    notes.iter().map(|note| note.spelled(&spell)).collect()
+/// What a report of the series says of one file.
+fn input(report: &ReadReport, kind: &'static str, unit: &str) -> SeriesInput {
+    SeriesInput {
+        path: report.path.clone(),
+        sha256: report.sha256.clone(),
+        kind,
+        unit: unit.to_owned(),
+        notes: report.notes.iter().map(|note| note.spelled(&spell)).collect(),
+    }
 }
 
 impl Measured<'_> {
@@ -36,13 +43,7 @@ impl Measured<'_> {
                 let reading = &record.reading;
                 let mut options = choices.options(py)?;
                 options.frequency_hz = options.frequency_hz.or_else(|| reading.named_frequency_hz());
-                let input = SeriesInput {
-                    path: reading.report.path.clone(),
-                    sha256: reading.report.sha256.clone(),
-                    kind: "ringdown",
-                    unit: reading.record.unit().to_owned(),
-                    notes: in_keywords(&reading.report.notes),
-                };
+                let input = input(&reading.report, "ringdown", reading.record.unit());
                 let record = Box::new(reading.record.clone());
                 (Data::RingDown { record, options: Box::new(options) }, input)
             }
@@ -50,24 +51,12 @@ impl Measured<'_> {
                 let reading = &curve.reading;
                 let mut options = choices.options(py)?;
                 refer(py, &mut options, reading, reference.as_ref().map(|r| &*r.reading))?;
-                let input = SeriesInput {
-                    path: reading.report.path.clone(),
-                    sha256: reading.report.sha256.clone(),
-                    kind: "sweep",
-                    unit: reading.curve.unit().to_owned(),
-                    notes: in_keywords(&reading.report.notes),
-                };
+                let input = input(&reading.report, "sweep", reading.curve.unit());
                 (Data::Sweep { curve: Box::new(reading.curve.clone()), options: Box::new(options) }, input)
             }
             Self::Levels((levels, choices)) => {
                 let reading = &levels.reading;
-                let input = SeriesInput {
-                    path: reading.report.path.clone(),
-                    sha256: reading.report.sha256.clone(),
-                    kind: "levels",
-                    unit: reading.levels.unit().to_owned(),
-                    notes: in_keywords(&reading.report.notes),
-                };
+                let input = input(&reading.report, "levels", reading.levels.unit());
                 let options = Box::new(choices.options(reading));
                 (Data::Levels { levels: Box::new(reading.levels.clone()), options }, input)
             }
