@@ -64,9 +64,12 @@ impl Toolchain {
         if installed {
             return Ok(Self::Rustup);
         }
-        let sources = Path::new("/usr/src").read_dir().into_iter().flatten().flatten();
-        let has_sources =
-            sources.into_iter().any(|entry| entry.file_name().to_string_lossy().starts_with("rustc-web"));
+        // Packages of the standard library's sources change their name with the version.
+        let sysroot = command("/usr/bin/rustc").args(["--print", "sysroot"]).output();
+        let has_sources = sysroot.is_ok_and(|output| {
+            let sysroot = PathBuf::from(String::from_utf8_lossy(&output.stdout).trim());
+            output.status.success() && sysroot.join("lib/rustlib/src/rust/library").is_dir()
+        });
         if has_sources && succeeds(command("wasm-ld-19").arg("--version")) {
             return Ok(Self::Debian);
         }

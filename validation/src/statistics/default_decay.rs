@@ -33,6 +33,10 @@ const ENVELOPE_DECAY_TIMES: [f64; 3] = [1.0, 3.0, 6.0];
 const ENVELOPE_SAMPLES_PER_CYCLE: [f64; 2] = [0.5, 4.0];
 const NUISANCE_Q: [f64; 2] = [30.0, 300.0];
 const NUISANCE_SHARE: [f64; 3] = [0.0, 0.2, 0.5];
+/// Motions that stop after some ten swings, recorded on: the level of the rest tells which was the last.
+const REST_Q: [f64; 3] = [50.0, 100.0, 200.0];
+const REST_SHARE: [f64; 3] = [0.3, 0.5, 0.7];
+const REST_SNR_DB: [f64; 4] = [30.0, 40.0, 50.0, 60.0];
 /// Parts of what sliding leaves of the loss at the start that are drag.
 const DRAG: [f64; 2] = [0.3, 1.0];
 const FREQUENCY_HZ: f64 = 1.7;
@@ -234,6 +238,9 @@ fn page(rows: &[Row], seeds: u64) -> String {
             group(format!("{name}, Q {q}"), &|c| c.plain(what) && c.q == q);
         }
     }
+    for q in REST_Q {
+        group(format!("stops after some swings, Q {q}"), &|c| c.plain(What::Displacement) && c.q == q);
+    }
     for drag in DRAG {
         for share in NUISANCE_SHARE {
             group(format!("drag {drag} of the rest, share {share}"), &|c| c.drag == drag && c.share == share);
@@ -279,6 +286,11 @@ fn cells() -> Vec<Cell> {
                     }));
                 }
             }
+        }
+    }
+    for q in REST_Q {
+        for share in REST_SHARE {
+            cells.extend(REST_SNR_DB.map(|snr_db| Cell { q, share, snr_db, ..USUAL }));
         }
     }
     for nuisance in DISTURBANCES {

@@ -1,6 +1,6 @@
 //! The amplitudes of the blocks against the loss laws.
 
-use super::compare::{Models, Search, WholeLoss, compare, loss_parameters, offer};
+use super::compare::{Models, Search, WholeLoss, best_of, compare, loss_parameters, offer, sliding_starts};
 use super::criteria::{AmplitudeCriteria, Criteria};
 use super::envelope::{A0, DELTA, EnvelopeProblem, FLOOR, X_F};
 use super::lowpass::Kernel;
@@ -19,6 +19,10 @@ const WEIGHTINGS: usize = 4;
 const REWEIGHTINGS: usize = 3;
 /// Relative change of the error of the law that ends its search.
 const TOLERANCE: f64 = 0.05;
+/// Last amplitudes (one in so many) whose mean, as a part of the first amplitude, is near zero where the motion
+/// may have stopped.
+const LAST_PART: usize = 16;
+const NEAR_ZERO: f64 = 0.2;
 /// Relative accuracy of an amplitude where a weight of its square would be beyond all bounds.
 pub(super) const LEAST_SQUARE: f64 = 1e-6;
 
@@ -158,9 +162,27 @@ pub(crate) fn start_values(problem: &EnvelopeProblem) -> Vec<f64> {
 }
 
 /// The best fit with all of `free`, begun from the viscous law; that law where no other is found.
+///
+/// Where the amplitudes end near zero the motion may have stopped among them, and the sum of squares has other
+/// minima: the most likely of them is tried as well.
 pub(crate) fn fit_from_viscous(problem: &EnvelopeProblem, start: &[f64], free: &[usize]) -> Option<Fit> {
     let viscous = minimise(problem, start, &[A0, DELTA])?;
-    Some(minimise(problem, &viscous.parameters, free).filter(|f| f.rss.is_finite()).unwrap_or(viscous))
+    let fit = minimise(problem, &viscous.parameters, free).filter(|f| f.rss.is_finite()).unwrap_or(viscous);
+    if !(free.contains(&X_F) && may_stop(problem)) {
+        return Some(fit);
+    }
+    let whole = WholeLoss::new(start[DELTA], start[A0], problem.omega);
+    let other = best_of(problem, &sliding_starts(start, &whole), free, 1);
+    Some(other.filter(|other| other.rss < fit.rss).unwrap_or(fit))
+}
+
+/// Whether the last amplitudes lie near zero beside the first one.
+fn may_stop(problem: &EnvelopeProblem) -> bool {
+    let n = problem.value.len();
+    let last = &problem.value[n - n.div_ceil(LAST_PART)..];
+    let mean = last.iter().sum::<f64>() / last.len() as f64;
+    let ratio = mean / problem.value[0];
+    (if problem.squared { ratio.max(0.0).sqrt() } else { ratio }) < NEAR_ZERO
 }
 
 /// Where the amplitudes scatter about the full law by more than their noise, the law itself is
@@ -186,13 +208,11 @@ fn admit_law_error(
     let mut relative = 0.0;
     let mut from = start.to_vec();
     for _ in 0..WEIGHTINGS {
-        let first = if relative == 0.0 { minimise(problem, &from, &[A0, DELTA]) } else { None };
-        let Some(fit) = first
-            .or_else(|| minimise(problem, &from, full))
-            .and_then(|v| minimise(problem, &v.parameters, full).or(Some(v)))
-        else {
-            break;
+        let found = match relative {
+            0.0 => fit_from_viscous(problem, &from, full),
+            _ => minimise(problem, &from, full),
         };
+        let Some(fit) = found else { break };
         from.clone_from(&fit.parameters);
         // Squared residual, variance of the noise, squared amplitude.
         let parts: Vec<(f64, f64, f64)> = problem
@@ -255,8 +275,7 @@ fn end_of_law(problem: &EnvelopeProblem, start: &[f64], criteria: &AmplitudeCrit
     if n < criteria.rest_blocks {
         return None;
     }
-    let viscous = minimise(problem, start, &[A0, DELTA])?;
-    let fit = minimise(problem, &viscous.parameters, &[A0, DELTA, X_F])?;
+    let fit = fit_from_viscous(problem, start, &[A0, DELTA, X_F])?;
     let least = criteria.least_frictions * fit.parameters[X_F];
     let kept = problem.amplitudes(&fit.parameters).iter().position(|&a| a < least)?;
     Some(kept.max(criteria.rest_kept)).filter(|kept| *kept < n)

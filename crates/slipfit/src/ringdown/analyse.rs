@@ -4,7 +4,7 @@ use super::active_part::active_part;
 use super::amplitude_fit::fit_amplitudes;
 use super::assemble;
 use super::coloured_noise::with_coloured_noise;
-use super::criteria::Criteria;
+use super::criteria::{ActivePartCriteria, Criteria};
 use super::evidence::Evidence;
 use super::few_cycles::fit_few_cycles;
 use super::further_laws::try_further_laws;
@@ -14,7 +14,7 @@ use super::window::EndReason;
 use super::window::by_law::{change_of_law, end_of_lead_in};
 use super::window_fit::Problem;
 use super::{Answer, Options, oscillation, recorded_amplitudes, second_mode};
-use crate::{Error, Record, SignalKind};
+use crate::{Error, Parameter, Record, SignalKind};
 
 /// Tells viscous from sliding loss in a record of a decaying oscillation.
 ///
@@ -105,13 +105,26 @@ fn analyse_part(
     options: &Options,
     criteria: &Criteria,
 ) -> Result<Answer, Error> {
-    if record.kind().oscillates()
-        && let Some(range) = active_part(&whole.signal, &criteria.active_part)
-        && let Ok(answer) = analyse_samples(whole.part(range), record, options, criteria)
-    {
-        return Ok(answer);
+    let part =
+        record.kind().oscillates().then(|| active_part(&whole.signal, &criteria.active_part)).flatten();
+    let Some(range) = part else { return analyse_samples(whole, record, options, criteria) };
+    let cut = range.end < whole.len();
+    match analyse_samples(whole.part(range), record, options, criteria) {
+        Ok(answer) if cut && goes_on(&answer, &criteria.active_part) => {
+            let of_all = analyse_samples(whole, record, options, criteria).ok();
+            Ok(of_all.filter(|a| a.segment.end_s > answer.segment.end_s).unwrap_or(answer))
+        }
+        Ok(answer) => Ok(answer),
+        Err(_) => analyse_samples(whole, record, options, criteria),
     }
-    analyse_samples(whole, record, options, criteria)
+}
+
+/// Whether the motion is still seen where the samples end.
+fn goes_on(answer: &Answer, criteria: &ActivePartCriteria) -> bool {
+    let diagnostics = &answer.diagnostics;
+    let first = answer.parameter(Parameter::InitialAmplitude).map_or(0.0, |a| a.value);
+    answer.segment.end_reason == EndReason::RecordEnd
+        && first * (-diagnostics.decay_times).exp() > criteria.goes_on * diagnostics.noise_rms
 }
 
 /// The analysis of these samples of a record.

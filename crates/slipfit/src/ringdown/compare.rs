@@ -255,17 +255,9 @@ fn starts(
         without_shapes(model, p)
     };
     if model == LossModel::VISCOUS_SLIDING {
-        let mut list =
-            vec![with_losses(&[(LossTerm::Viscous, start[DELTA]), (LossTerm::Sliding, start[X_F])])];
-        if side_minima {
-            list.extend(SLIDING_SHARES.map(|share| {
-                with_losses(&[
-                    (LossTerm::Viscous, (1.0 - share) * whole.decay_rate),
-                    (LossTerm::Sliding, share * whole.friction_displacement),
-                ])
-            }));
-        }
-        return list;
+        let begun = with_losses(&[(LossTerm::Viscous, start[DELTA]), (LossTerm::Sliding, start[X_F])]);
+        let others = if side_minima { sliding_starts(&begun, whole).to_vec() } else { Vec::new() };
+        return [vec![begun], others].concat();
     }
     let mut list: Vec<Vec<f64>> = Vec::new();
     if let Some((_, smaller)) = fits.iter().rfind(|(m, _)| m.is_within(model)) {
@@ -288,6 +280,19 @@ fn starts(
         list.push(with_losses(&[(LossTerm::Viscous, whole.decay_rate)]));
     }
     list
+}
+
+/// Starts of viscous and sliding loss in other minima: [`SLIDING_SHARES`] of the loss at the first amplitude, all
+/// with the half-life of the whole loss, `A/A_0 = (1 + r) exp(-delta t) - r` with `r = share/(1 - share)`.
+pub(crate) fn sliding_starts(start: &[f64], whole: &WholeLoss) -> [Vec<f64>; SLIDING_SHARES.len()] {
+    SLIDING_SHARES.map(|share| {
+        let r = share / (1.0 - share);
+        let decay_rate = whole.decay_rate * ((1.0 + r) / (0.5 + r)).log2();
+        let mut p = start.to_vec();
+        p[DELTA] = decay_rate;
+        p[X_F] = r * decay_rate / whole.decay_rate * whole.friction_displacement;
+        p
+    })
 }
 
 /// Start values without the parameters of shapes that are no part of the model.
@@ -353,7 +358,12 @@ const FIT_TOLERANCE: f64 = 0.03;
 const FITTED_STARTS: usize = 2;
 
 /// The lowest minimum reached from the starts with the lowest sums of squares.
-fn best_of(problem: &dyn LeastSquares, starts: &[Vec<f64>], free: &[usize], tried: usize) -> Option<Fit> {
+pub(crate) fn best_of(
+    problem: &dyn LeastSquares,
+    starts: &[Vec<f64>],
+    free: &[usize],
+    tried: usize,
+) -> Option<Fit> {
     let minimise = |start: &[f64]| minimise_until(problem, start, free, FIT_TOLERANCE, true);
     if let [start] = starts {
         return minimise(start);

@@ -291,6 +291,15 @@ criteria! {
         /// Samples of a window up to which a motion that stops in it is fitted from several starts,
         /// also where the first fit leaves no more than noise.
         multi_start_samples: usize = 10_000, source "chosen by simulation", moves "coverage, time of analysis";
+        /// Variances by which a motion that ends with another swing must lie above the one of the lowest sum of
+        /// squares for the last swing to be known.
+        last_swing_variances: f64 = 12.0, source "a likelihood ratio of 400", moves "coverage after a stop";
+        /// Standard errors of the friction displacement, as the motion before the rest tells it, in which
+        /// another last swing is looked for.
+        last_swing_errors: f64 = 4.0, source "a side in 3e4 by chance", moves "coverage after a stop";
+        /// Times the significance of an excess at which the phase is taken to wander.
+        wandering_significance: f64 = 2.0, source "chosen by simulation",
+            moves "coverage where the phase walks";
         /// Variances of the noise by which a model is foreseen to lie above a larger one where it is not fitted at
         /// all, in a window that only shows how far the motion goes on.
         not_fitted: f64 = 1000.0, source "chosen by simulation", moves "time of analysis";
@@ -334,6 +343,8 @@ criteria! {
         /// Quiet samples kept behind the motion, over its length.
         rest_kept: f64 = 2.0, source "the place of rest is known as well as the motion",
             moves "bias after a stop";
+        /// Amplitude over the noise at the end of such a part from which on the motion goes on behind it.
+        goes_on: f64 = 4.0, source "a sample in 1e4 by chance", moves "spread at low Q";
         /// Most of the record that such a part may be.
         most_of_record: f64 = 0.5, source "chosen by simulation", moves "refusals of long records";
     }

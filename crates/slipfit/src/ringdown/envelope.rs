@@ -92,7 +92,12 @@ impl EnvelopeProblem {
                 for (j, &t) in self.elapsed.iter().enumerate() {
                     path.advance(t - now);
                     now = t;
-                    visit(j, path.amplitude, by_parameters(path.by, p, &gain));
+                    // At rest there is no oscillation.
+                    if path.amplitude > 0.0 {
+                        visit(j, path.amplitude, by_parameters(path.by, p, &gain));
+                    } else {
+                        visit(j, 0.0, [0.0; CARRIED]);
+                    }
                 }
             }
             Some(kernel) => {
@@ -102,7 +107,6 @@ impl EnvelopeProblem {
                     for &(delay, share) in &kernel.nodes {
                         let mut path = AmplitudePath::new(law, self.backbone).carrying(carried);
                         path.advance(t - delay);
-                        // At rest there is no oscillation for the lock-in to see.
                         if path.amplitude > 0.0 {
                             amplitude += share * path.amplitude;
                             let d = by_parameters(path.by, p, &gain);

@@ -3,6 +3,7 @@
 use super::compare::{Models, Search, WholeLoss, compare, loss_parameters, offer, slots};
 use super::criteria::Criteria;
 use super::envelope::{A0, DELTA, DRAG, X_F, law_of};
+use super::last_swing::LastSwing;
 use super::measured::MeasuredDecay;
 use super::samples::Samples;
 use super::waveform::{BEND, Bend, CHIRP, COUNT, OFFSET, OMEGA, PHASE, RestLevel, Waveform, rest_tells};
@@ -108,13 +109,21 @@ fn fit_with_rest<'a>(
         start[CHIRP] = measured.law.drift * measured.law.omega;
         nuisance.push(CHIRP);
     }
-    let mut fit = minimum(&problem, &start, &with(&basic, &nuisance))?;
+    let free = with(&basic, &nuisance);
+    let mut fit = minimum(&problem, &start, &free)?;
+    let excess = |fit: &Fit| fit.rss / n as f64 / measured.noise_rms.powi(2);
+    let stops = |fit: &Fit| {
+        law_of(&fit.parameters, fit.parameters[OMEGA]).stop_time_s().is_some_and(|t| t < duration)
+    };
+    if excess(&fit) > criteria.waveform.variance_ratio && stops(&fit) && rest == RestLevel::Exact {
+        fit = LastSwing::search(&problem, fit, |_| 1.0, &criteria.waveform).fit;
+    }
     problem.bend.get_or_insert(backbone);
     // In a record of a cycle or two an offset that drifts by chance would cost most of what is
     // known about the loss.
     let price = (n as f64).ln() + criteria.inference.instrument_bic_margin;
     add_nuisances(&problem, &mut fit, &basic, &mut nuisance, price)?;
-    if fit.rss / n as f64 > criteria.waveform.most_excess * measured.noise_rms.powi(2) {
+    if excess(&fit) > criteria.waveform.most_excess {
         return None;
     }
     // What was started with must also pay.
@@ -127,38 +136,45 @@ fn fit_with_rest<'a>(
     problem.active = [&losses[..], &nuisance].concat();
     problem.active.sort_unstable();
     let mut noise = NoiseModel::white(n as f64);
-    let p = &fit.parameters;
-    let least = LEAST_DECAY / duration;
-    let further = law_of(p, p[OMEGA]).further_rate(p[A0]) / p[A0];
-    let decay_rate = (p[DELTA] + 2.0 * p[OMEGA] * p[X_F] / (PI * p[A0]) + further).max(least);
-    let whole = WholeLoss::new(decay_rate, p[A0], p[OMEGA]);
     // A fit that leaves no more than the noise is hardly a side minimum, unless swings are few.
-    let excess = fit.rss / n as f64 / measured.noise_rms.powi(2);
-    let stops = law_of(p, p[OMEGA]).stop_time_s().is_some_and(|t| t < duration);
-    let side_minima =
-        excess > criteria.waveform.variance_ratio || stops && n <= criteria.waveform.multi_start_samples;
+    let side_minima = excess(&fit) > criteria.waveform.variance_ratio
+        || stops(&fit) && n <= criteria.waveform.multi_start_samples;
+    if side_minima && stops(&fit) && rest == RestLevel::Exact {
+        let inflation = |fit: &Fit| {
+            Remainder::new(&problem, range.start, fit, &measured.points).variance_inflation(criteria)
+        };
+        let last = LastSwing::search(&problem, fit, inflation, &criteria.waveform);
+        fit = last.fit;
+        if !last.is_known {
+            let (start, rest) = (fit.parameters, RestLevel::Bounded);
+            return fit_with_rest(samples, measured, range, start, rest, (asked, models), criteria);
+        }
+    }
+    let whole = whole_loss(&fit, duration);
     let search = Search { asked, models, begun: Some(&fit), side_minima, criteria: &criteria.inference };
     let comparison = compare(&problem, &fit.parameters, &nuisance, noise, whole, search);
     let left = Remainder::new(&problem, range.start, &comparison.preferred()?.bounded, &measured.points);
-    let significance = criteria.inference.excess_significance;
-    let white = 1.0 + significance * (2.0 / left.blocks.max(1) as f64).sqrt();
-    if left.excess > white {
-        noise.variance_inflation = left.excess;
-    }
-    noise.variance_inflation *= significant_inflation(left.autocorrelation, left.blocks, significance);
-    noise.variance_inflation = noise.variance_inflation.max(left.coloured);
+    noise.variance_inflation = left.variance_inflation(criteria);
     // Where the noise about the frequency of the motion is known, the remainder is measured by that.
-    let known = left.excess * left.variance / measured.noise_rms.powi(2).max(f64::MIN_POSITIVE);
+    let known = left.in_phase.excess * left.variance / measured.noise_rms.powi(2).max(f64::MIN_POSITIVE);
     let fit = WindowFit {
         comparison: comparison.with_noise(noise),
         problem: Problem::Waveform(problem),
         origin,
         end: origin + duration,
-        excess: if samples.noise_inflation > 1.0 { known } else { left.excess },
-        autocorrelation: left.autocorrelation,
+        excess: if samples.noise_inflation > 1.0 { known } else { left.in_phase.excess },
+        autocorrelation: left.in_phase.autocorrelation,
         outliers: 0,
     };
     Some((fit, left.low_frequency))
+}
+
+/// All of the loss of a fit at its first amplitude.
+fn whole_loss(fit: &Fit, duration: f64) -> WholeLoss {
+    let p = &fit.parameters;
+    let further = law_of(p, p[OMEGA]).further_rate(p[A0]) / p[A0];
+    let decay_rate = p[DELTA] + 2.0 * p[OMEGA] * p[X_F] / (PI * p[A0]) + further;
+    WholeLoss::new(decay_rate.max(LEAST_DECAY / duration), p[A0], p[OMEGA])
 }
 
 /// The minimum from a start, the last small step taken.
@@ -235,15 +251,12 @@ fn drop_nuisance(
     }
 }
 
-/// The fundamental left in the residuals of the blocks.
+/// What is left in the residuals of the blocks.
 struct Remainder {
-    /// Its variance over that of white noise.
-    excess: f64,
+    in_phase: Fundamental,
+    quadrature: Fundamental,
     /// Variance of the residuals.
     variance: f64,
-    /// From block to block.
-    autocorrelation: f64,
-    blocks: usize,
     /// Density of all residuals about the frequency of the motion over that of white noise, less its
     /// own standard error.
     coloured: f64,
@@ -251,26 +264,60 @@ struct Remainder {
     low_frequency: f64,
 }
 
+/// The fundamental left in the residuals of the blocks, of one phase.
+struct Fundamental {
+    /// Its variance over that of white noise.
+    excess: f64,
+    /// From block to block.
+    autocorrelation: f64,
+    blocks: usize,
+}
+
+impl Fundamental {
+    fn new(left: &[f64], variance: f64) -> Self {
+        // The parameters already took their share of these blocks.
+        let dof = (left.len() as f64 - 3.0).max(1.0);
+        Self {
+            excess: left.iter().map(|s| s * s).sum::<f64>() / dof / variance.max(f64::MIN_POSITIVE),
+            autocorrelation: autocorrelation(left),
+            blocks: left.len(),
+        }
+    }
+
+    /// By which the variance of the parameters exceeds that under white noise.
+    fn variance_inflation(&self, significance: f64) -> f64 {
+        let white = 1.0 + significance * (2.0 / self.blocks.max(1) as f64).sqrt();
+        let excess = if self.excess > white { self.excess } else { 1.0 };
+        excess * significant_inflation(self.autocorrelation, self.blocks, significance)
+    }
+}
+
 impl Remainder {
     fn new(problem: &Waveform, first: usize, fit: &Fit, points: &[Block]) -> Self {
         let residual = problem.residuals(&fit.parameters);
         let variance = fit.rss / (residual.len() as f64 - fit.free.len() as f64).max(1.0);
-        let left: Vec<f64> = remaining_fundamental(problem, first, &residual, fit, points)
-            .iter()
-            .map(|(in_phase, _)| *in_phase)
-            .collect();
-        // The loss parameters already took their share of these blocks.
-        let dof = (left.len() as f64 - 3.0).max(1.0);
+        let (in_phase, quadrature): (Vec<f64>, Vec<f64>) =
+            remaining_fundamental(problem, first, &residual, fit, points).into_iter().unzip();
         let density = density_near(problem.time, &residual, fit.parameters[OMEGA] / TAU);
         let coloured = density.map_or(0.0, |d| d.ratio * (1.0 - (2.0 / d.degrees).sqrt()));
         Self {
+            in_phase: Fundamental::new(&in_phase, variance),
+            quadrature: Fundamental::new(&quadrature, variance),
             variance,
             low_frequency: variance * density.map_or(0.0, |d| d.lowest),
             coloured,
-            excess: left.iter().map(|s| s * s).sum::<f64>() / dof / variance.max(f64::MIN_POSITIVE),
-            autocorrelation: autocorrelation(&left),
-            blocks: left.len(),
         }
+    }
+
+    /// By which the variance of the parameters exceeds that under white noise.
+    ///
+    /// A phase that wanders misleads the losses where swings are few: its excess counts where it is beyond doubt.
+    fn variance_inflation(&self, criteria: &Criteria) -> f64 {
+        let significance = criteria.inference.excess_significance;
+        let in_phase = self.in_phase.variance_inflation(significance);
+        let beyond_doubt =
+            self.quadrature.variance_inflation(criteria.waveform.wandering_significance * significance);
+        in_phase.max(beyond_doubt).max(self.coloured)
     }
 }
 

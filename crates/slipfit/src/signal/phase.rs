@@ -91,8 +91,10 @@ pub(crate) fn smooth(blocks: &[Block], amplitude: &[f64], noise_rms: f64) -> Opt
             })
             .collect()
     };
-    // Only strong blocks take part: a weak one may have slipped a turn.
-    let strong: Vec<usize> = (0..blocks.len()).filter(|&j| weight[j] > 16.0).collect();
+    // Only strong blocks take part: a weak one may have slipped a turn. One among weak ones is noise.
+    let is_strong = |j: usize| weight.get(j).is_some_and(|w| *w > 16.0);
+    let beside_strong = |j: usize| j > 0 && is_strong(j - 1) || is_strong(j + 1);
+    let strong: Vec<usize> = (0..blocks.len()).filter(|&j| is_strong(j) && beside_strong(j)).collect();
     if strong.len() < 2 {
         return None;
     }
@@ -250,22 +252,6 @@ struct Candidate {
     c: Vec<f64>,
     covariance: nalgebra::DMatrix<f64>,
     rss: f64,
-}
-
-/// Locally smoothed phases at the blocks, whatever their law.
-pub(crate) fn smooth_locally(blocks: &[Block], amplitude: &[f64], noise_rms: f64) -> Option<Vec<f64>> {
-    let origin = blocks.first()?.time_s;
-    let tau: Vec<f64> = blocks.iter().map(|b| b.time_s - origin).collect();
-    let phase: Vec<f64> = blocks.iter().map(|b| b.phase).collect();
-    let weight: Vec<f64> = blocks
-        .iter()
-        .zip(amplitude)
-        .map(|(b, a)| {
-            let variance = b.unit_variance * noise_rms * noise_rms;
-            1.0 / (variance / (a * a).max(f64::MIN_POSITIVE) + 1e-8)
-        })
-        .collect();
-    Some(local(&tau, &phase, &weight).into_iter().map(|p| p.phase).collect())
 }
 
 #[derive(Debug, Clone, Copy, PartialEq)]
