@@ -26,6 +26,13 @@ fn parsed<T: DeserializeOwned>(choice: &str) -> Result<T, Refusal> {
     serde_json::from_str(choice).map_err(|e| Refusal::new(e.to_string()))
 }
 
+/// Runs when the module is loaded. Every browser that accepts the module has lanes of 128 bits: the kernels that
+/// use them are part of it.
+#[wasm_bindgen(start)]
+pub fn use_lanes() {
+    pulp_wasm_simd_flag::enable_simd128();
+}
+
 /// [`crate::preview`].
 #[wasm_bindgen]
 pub fn preview(bytes: &[u8], name: &str, options: &str) -> String {
