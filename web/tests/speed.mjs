@@ -51,7 +51,7 @@ ${row("the page, from the drop to its first answer", `${once.toFixed(0)} ms`, "â
 ${row("the page, the same file again", `${again.toFixed(0)} ms`, "", "")}
 ${row("the page again, over the command", (again / ours).toFixed(1), "â‰¤ 3", met(again <= 3 * ours))}
 
-The page computes one number at a time, the command up to eight; the first answer waits for the browser's compiler.
+The page computes two numbers at a time, the command up to eight; the first answer waits for the browser's compiler.
 `;
 console.log(text);
 if (process.argv.includes("--write")) {
