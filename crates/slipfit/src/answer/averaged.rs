@@ -1,5 +1,6 @@
 //! Intervals that count the choice of model.
 
+use super::describe::error_of_interval;
 use crate::Quantity;
 use crate::inference::Z_95;
 use crate::inference::model_selection::{ModelComparison, ModelFit};
@@ -20,8 +21,7 @@ pub(crate) struct Weighed {
 
 /// The interval stretched by what other models say: to the end beyond which the tails of all estimates, each
 /// by its weight, hold 2.5 % (Turek and Fletcher 2012, Computational Statistics and Data Analysis 56, 2809);
-/// not inside the interval of the estimate itself. The standard error becomes at least half of the interval
-/// over 1.96.
+/// not inside the interval of the estimate itself. The standard error becomes at least that of the interval.
 pub(crate) fn stretched(mut q: Quantity, others: &[Weighed]) -> Quantity {
     let known = |o: &&Weighed| o.value.is_finite() && o.std_error.is_finite() && o.std_error > 0.0;
     let others: Vec<Weighed> = others.iter().filter(known).copied().collect();
@@ -33,7 +33,7 @@ pub(crate) fn stretched(mut q: Quantity, others: &[Weighed]) -> Quantity {
     let lower = if low >= 0.0 { lower.max(0.0) } else { lower };
     q.interval_95 = [lower.min(low), upper.max(high)];
     if q.interval_95 != [low, high] {
-        q.std_error = q.std_error.max((q.interval_95[1] - q.interval_95[0]) / (2.0 * Z_95));
+        q.std_error = q.std_error.max(error_of_interval(q.value, q.interval_95));
     }
     q
 }

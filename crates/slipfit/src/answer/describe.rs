@@ -47,8 +47,7 @@ impl LossFit<'_> {
         found.interval[1] = found.interval[1].min(most);
         if near {
             // The error beside the kink is that of the interval, not that of the optimum on the limit.
-            let half = (found.interval[1] - found.interval[0]) / (2.0 * Z_95);
-            found.std_error = found.std_error.max(half);
+            found.std_error = found.std_error.max(error_of_interval(found.value, found.interval));
         }
         found
     }
@@ -85,16 +84,24 @@ pub(crate) fn unknown() -> Estimate {
     Estimate { value: 0.0, unbounded: 0.0, std_error: f64::INFINITY, interval: [0.0, f64::INFINITY] }
 }
 
+/// The standard error that goes with a 95 % interval: half of its width over 1.96; for a value at its lower end,
+/// which is a limit, the whole width.
+pub(crate) fn error_of_interval(value: f64, [lower, upper]: [f64; 2]) -> f64 {
+    let half = if value <= lower { upper - lower } else { 0.5 * (upper - lower) };
+    half / Z_95
+}
+
 /// A value that cannot be negative as it is reported: zero where the chosen model has no such term
-/// (`present`), its interval the one with the term.
+/// (`present`), its interval the one with the term. At zero its standard error is at least that of the interval:
+/// the curvature there is that of the optimum on the limit.
 pub(crate) fn non_negative(found: Estimate, present: bool, unit: String) -> Quantity {
-    Quantity {
-        value: if present { found.value.max(0.0) } else { 0.0 },
-        std_error: known_error(found.std_error),
-        interval_95: found.interval.map(|v| v.max(0.0)),
-        unbounded_value: found.unbounded,
-        unit,
+    let value = if present { found.value.max(0.0) } else { 0.0 };
+    let interval_95 = found.interval.map(|v| v.max(0.0));
+    let mut std_error = known_error(found.std_error);
+    if value == 0.0 && interval_95[1].is_finite() {
+        std_error = std_error.max(error_of_interval(value, interval_95));
     }
+    Quantity { value, std_error, interval_95, unbounded_value: found.unbounded, unit }
 }
 
 /// Where not even a variance can be formed nothing is known.

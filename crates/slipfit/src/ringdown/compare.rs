@@ -145,25 +145,23 @@ pub(crate) fn compare(
     // Models that the others begin from.
     let largest = LossModel::compared(asked).last().unwrap_or(LossModel::VISCOUS_SLIDING);
     let first = [LossModel::VISCOUS_SLIDING, largest];
-    for model in first.into_iter().chain(LossModel::compared(asked)) {
+    let fit_one = |model: LossModel, fits: &[(LossModel, Fit)]| {
         let free = free_of(model, nuisance);
-        if (noise.observations as usize) <= free.len() || fits.iter().any(|(m, _)| *m == model) {
-            continue;
+        if (noise.observations as usize) <= free.len() {
+            return None;
         }
         if let Some(fit) = begun.filter(|fit| !side_minima && is_fit_of(fit, model, &free)) {
-            fits.push((model, fit.clone()));
-            continue;
+            return Some(fit.clone());
         }
-        if let Some(far) = Far::foreseen(model, &fits, criteria.no_rival, noise) {
+        if let Some(far) = Far::foreseen(model, fits, criteria.no_rival, noise) {
             if matches!(models, Models::Rivals { within } if far.rise > within) {
-                continue;
+                return None;
             }
             if let Some(fit) = far.fit(problem) {
-                fits.push((model, fit));
-                continue;
+                return Some(fit);
             }
         }
-        let starts = starts(model, &fits, start, &whole, side_minima);
+        let starts = starts(model, fits, start, &whole, side_minima);
         // The largest model with a shape is fitted first, and the others begin at it.
         let new_shape = |term: &&LossTerm| model.has(**term) && fits.iter().all(|(m, _)| !m.has(**term));
         let starts = match LossTerm::shaped().iter().find(new_shape) {
@@ -171,9 +169,21 @@ pub(crate) fn compare(
             None => starts,
         };
         let tried = if side_minima { FITTED_STARTS } else { 1 };
-        if let Some(fit) = best_of(problem, &starts, &free, tried) {
-            fits.push((model, fit));
+        best_of(problem, &starts, &free, tried)
+    };
+    for model in first.into_iter().chain(LossModel::compared(asked)) {
+        if fits.iter().all(|(m, _)| *m != model) {
+            fits.extend(fit_one(model, &fits).map(|fit| (model, fit)));
         }
+    }
+    // Where it has losses below zero, the largest on its limits is one of those within it.
+    let mut model = largest;
+    while let Some(inside) = without_negative(&fits, model) {
+        if fits.iter().all(|(m, _)| *m != inside) {
+            let Some(fit) = fit_one(inside, &fits) else { break };
+            fits.push((inside, fit));
+        }
+        model = inside;
     }
     // No model is worse than one within it.
     for i in 0..fits.len() {
@@ -185,9 +195,15 @@ pub(crate) fn compare(
             fits[i].1 = fit;
         }
     }
-    let place = |model| LossModel::compared(asked).position(|m| m == model);
-    fits.sort_by_key(|(model, _)| place(*model));
+    fits.sort_by_key(|(model, _)| LossModel::all().position(|m| m == *model));
     ModelComparison::new(&fits, slot, noise, criteria)
+}
+
+/// A fitted model without its losses below zero; `None` where it has none, or no others.
+fn without_negative(fits: &[(LossModel, Fit)], model: LossModel) -> Option<LossModel> {
+    let (_, fit) = fits.iter().find(|(m, _)| *m == model)?;
+    let negative: Vec<LossTerm> = model.terms().filter(|t| fit.parameters[slot(*t)] < 0.0).collect();
+    if negative.is_empty() { None } else { model.without(&negative) }
 }
 
 /// A model of which the quadratic form of a larger one foresees that it is no rival.
@@ -357,7 +373,11 @@ const FIT_TOLERANCE: f64 = 0.03;
 /// Starts from which a model with several minima is fitted, of those with the lowest sums of squares.
 const FITTED_STARTS: usize = 2;
 
-/// The lowest minimum reached from the starts with the lowest sums of squares.
+/// Starts tried in place of those from which no minimum is reached.
+const SPARE_STARTS: usize = 3;
+
+/// The lowest minimum reached from the `tried` starts with the lowest sums of squares, or from those next to them
+/// where there is none.
 pub(crate) fn best_of(
     problem: &dyn LeastSquares,
     starts: &[Vec<f64>],
@@ -372,7 +392,6 @@ pub(crate) fn best_of(
     let mut at = |p: &[f64]| problem.normal_of(p, &[], &mut sums, f64::INFINITY).then_some(sums.rss);
     let mut ranked: Vec<(f64, &Vec<f64>)> = starts.iter().filter_map(|s| Some((at(s)?, s))).collect();
     ranked.sort_by(|a, b| a.0.total_cmp(&b.0));
-    let mut fits = ranked.iter().filter_map(|(_, start)| minimise(start));
-    let first = fits.by_ref().take(tried).min_by(|a, b| a.rss.total_cmp(&b.rss));
-    first.or_else(|| fits.next())
+    let few = ranked.iter().take(tried + SPARE_STARTS);
+    few.filter_map(|(_, start)| minimise(start)).take(tried).min_by(|a, b| a.rss.total_cmp(&b.rss))
 }

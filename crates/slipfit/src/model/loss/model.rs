@@ -64,13 +64,24 @@ impl LossModel {
 
     /// The models that an analysis compares, simpler ones first: those of the terms that are
     /// always compared, and of those in the model asked for. Drag beside a term whose shape is fitted, which
-    /// may take its place, is compared where both were asked for.
+    /// may take its place, is compared where both were asked for. Two further terms and more have so many models that
+    /// their fits would take minutes: of those, the one asked for is compared, what is left of it without one
+    /// of its terms, and those on the way to it, a term at a time, from which its fit begins.
     pub fn compared(asked: Option<LossModel>) -> impl Iterator<Item = LossModel> {
         let terms = LossTerm::compared(asked).fold(0, |bits, term| bits | 1 << term as u8);
+        let few = LossTerm::further_of(asked).filter(|t| !t.is_compared()).count() < 2;
+        let is_near = move |m: &LossModel, asked: LossModel| {
+            let lacks_one = m.is_within(asked) && asked.terms.count_ones() <= m.terms.count_ones() + 1;
+            let up_to_last = u16::MAX >> m.terms.leading_zeros();
+            lacks_one || m.terms == asked.terms & up_to_last
+        };
+        let near = move |m: &LossModel| {
+            few || m.terms().all(LossTerm::is_compared) || asked.is_some_and(|asked| is_near(m, asked))
+        };
         let both = asked.is_none_or(|m| m.has(LossTerm::Drag));
         let shaped = |m: &LossModel| LossTerm::shaped().iter().any(|t| m.has(*t));
         let meant = move |m: &LossModel| both || !m.has(LossTerm::Drag) || !shaped(m);
-        Self::all().filter(move |m| m.is_within(LossModel { terms })).filter(meant)
+        Self::all().filter(move |m| m.is_within(LossModel { terms })).filter(meant).filter(near)
     }
 
     /// The model with these terms; `None` when there is no loss at all.
@@ -97,6 +108,12 @@ impl LossModel {
     #[must_use]
     pub const fn with(self, term: LossTerm) -> Self {
         LossModel { terms: self.terms | 1 << term as u8 }
+    }
+
+    /// The model without some of its terms; `None` when none is left.
+    pub(crate) fn without(self, terms: &[LossTerm]) -> Option<Self> {
+        let left: Vec<LossTerm> = self.terms().filter(|t| !terms.contains(t)).collect();
+        Self::from_terms(&left)
     }
 
     /// Whether every term of this model is one of the other's.
@@ -157,8 +174,15 @@ mod tests {
         ];
         assert_eq!(M::compared(None).collect::<Vec<_>>(), default);
         assert_eq!(M::compared(Some(M::VISCOUS_DRAG)).collect::<Vec<_>>(), default);
+        // With a further term every set; with more of them those near the model asked for.
+        let one = M::VISCOUS_SLIDING_DRAG.with(LossTerm::Cubic);
+        assert!(M::compared(Some(one)).eq(M::all().filter(|m| m.is_within(one))));
         let every = LossTerm::ALL.iter().fold(M::VISCOUS, |m, t| m.with(*t));
-        assert!(M::compared(Some(every)).eq(M::all()));
+        let near: Vec<_> = M::compared(Some(every)).collect();
+        assert!(default.iter().all(|m| near.contains(m)));
+        assert!(LossTerm::ALL.iter().all(|t| every.without(&[*t]).is_some_and(|m| near.contains(&m))));
+        assert_eq!(near.last(), Some(&every));
+        assert!(near.windows(2).all(|pair| pair[0] != pair[1]) && near.len() < 25, "{near:?}");
         // A smaller model comes before those it lies within: its fit starts theirs.
         let all: Vec<_> = M::all().collect();
         assert!((0..all.len()).all(|i| (0..i).all(|k| !all[i].is_within(all[k]))));
