@@ -34,6 +34,9 @@ fn what_the_fuzzer_found_is_answered_or_refused() {
         "ff1800390182e9e9e216d8d5130d020228161616161616162100000000000000130d0202283a161616161616161616161616\
          ff0e9d0d",
     ));
+    // A model of five further terms, and a drive that friction all but holds: both took seconds.
+    hostile::ringdown(&bytes("8d8c575d8d76f51f2c73fe5d088df5"));
+    hostile::resonance(&bytes("ff0000ff2c00ff07b533fa08b5333afa33250008"));
     // A period of the drive beyond all numbers.
     hostile::resonance(&bytes("ffff00083a3a2f08f9083a0859068d413a"));
 }

@@ -8,6 +8,7 @@ use super::measured::MeasuredDecay;
 use super::options::Options;
 use super::window_fit::{Problem, WindowFit};
 use crate::Error;
+use crate::answer::describe::constrained;
 use crate::inference::least_squares::{Fit, LeastSquares, minimise};
 use crate::inference::noise::{NoiseModel, autocorrelation, significant_inflation};
 use crate::numeric::{robust, roots};
@@ -19,9 +20,9 @@ const WEIGHTINGS: usize = 4;
 const REWEIGHTINGS: usize = 3;
 /// Relative change of the error of the law that ends its search.
 const TOLERANCE: f64 = 0.05;
-/// Last amplitudes (one in so many) whose mean, as a part of the first amplitude, is near zero where the motion
-/// may have stopped.
+/// Last amplitudes (one in so many) whose mean tells how far they fell.
 const LAST_PART: usize = 16;
+/// That mean as a part of the first amplitude where the motion may have stopped.
 const NEAR_ZERO: f64 = 0.2;
 /// Relative accuracy of an amplitude where a weight of its square would be beyond all bounds.
 pub(super) const LEAST_SQUARE: f64 = 1e-6;
@@ -40,9 +41,7 @@ pub(crate) fn fit_amplitudes<'a>(
     let c = &criteria.amplitude;
     let origin = measured.start_s();
     let mut problem = amplitude_problem(measured, options);
-    let has_floor = measured.root_mean_squares
-        && measured.points[measured.points.len() - 1].amplitude
-            < c.floor_visible * measured.points[0].amplitude;
+    let has_floor = measured.root_mean_squares && last_over_first(&problem) < c.floor_visible;
     let nuisance: &[usize] = if has_floor { &[FLOOR] } else { &[] };
     let mut start = start_values(&problem);
     if measured.root_mean_squares && !has_floor {
@@ -52,6 +51,10 @@ pub(crate) fn fit_amplitudes<'a>(
     let full = [&loss_parameters(options.model)[..], nuisance].concat();
     let offered = offer(&start, options.model);
     let least_deviation = if measured.root_mean_squares { 0.0 } else { measured.noise_rms };
+    let unit_weight = 1.0 / measured.points[0].unit_variance;
+    if measured.root_mean_squares {
+        weigh_by_law(&mut problem, &start, nuisance, unit_weight);
+    }
     let outliers = drop_outliers(&mut problem, &offered, &full, least_deviation, c);
     if !measured.root_mean_squares
         && let Some(kept) = end_of_law(&problem, &start, c)
@@ -64,8 +67,8 @@ pub(crate) fn fit_amplitudes<'a>(
     if n < criteria.blocks.least_blocks {
         return Err(too_few);
     }
-    if measured.root_mean_squares {
-        weigh_by_law(&mut problem, &offered, &full);
+    if measured.root_mean_squares && outliers > 0 {
+        weigh_by_law(&mut problem, &start, nuisance, unit_weight);
     }
     let noise = measured.noise_rms.powi(2);
     let noise_weights = problem.weight.clone();
@@ -125,24 +128,24 @@ pub(crate) fn amplitude_problem(measured: &MeasuredDecay, options: &Options) -> 
         omega: if measured.law.drift == 0.0 { measured.law.omega } else { measured.law.mean_omega },
         backbone: measured.law.backbone(),
         squared,
+        time_variance_s2: measured.time_variance_s2,
         lowpass: options.lockin.map(Kernel::new),
     }
 }
 
-/// Weighs mean squares by the law fitted to them, `var(R²) = 4 sigma² (A² + sigma²)`: by themselves those that the noise made small would
-/// weigh most, and pull the tail down as friction does.
-fn weigh_by_law(problem: &mut EnvelopeProblem, start: &[f64], full: &[usize]) {
-    let own: Vec<f64> = problem.weight.clone();
-    let measured = problem.value.clone();
-    let least = LEAST_SQUARE * measured[0].max(f64::MIN_POSITIVE);
+/// Weighs mean squares, each of as many samples, by the law fitted to them, `var(R²) = 4 sigma² (A² + sigma²)`: by
+/// themselves those that the noise made small would weigh most, and pull the tail down as friction does. Viscous and
+/// sliding loss, neither below zero, come near enough to any law.
+fn weigh_by_law(problem: &mut EnvelopeProblem, start: &[f64], nuisance: &[usize], unit_weight: f64) {
+    let least = LEAST_SQUARE * problem.value[0].max(f64::MIN_POSITIVE);
+    let free = [&[A0, DELTA, X_F][..], nuisance].concat();
     for _ in 0..REWEIGHTINGS {
-        let Some(fit) = fit_from_viscous(problem, start, full) else { return };
+        let Some(fit) = fit_from_viscous(problem, start, &free) else { return };
+        let Some(fit) = constrained(problem, &fit, &[DELTA, X_F]) else { return };
         let half_floor = 0.5 * fit.parameters[FLOOR].max(0.0);
         let amplitudes = problem.amplitudes(&fit.parameters);
-        for ((weight, own), (a, v)) in
-            problem.weight.iter_mut().zip(&own).zip(amplitudes.iter().zip(&measured))
-        {
-            *weight = own * v.max(least) / (a.max(0.0).powi(2) + half_floor).max(least);
+        for (weight, a) in problem.weight.iter_mut().zip(&amplitudes) {
+            *weight = unit_weight / (4.0 * (a.max(0.0).powi(2) + half_floor).max(least));
         }
     }
 }
@@ -178,11 +181,16 @@ pub(crate) fn fit_from_viscous(problem: &EnvelopeProblem, start: &[f64], free: &
 
 /// Whether the last amplitudes lie near zero beside the first one.
 fn may_stop(problem: &EnvelopeProblem) -> bool {
+    last_over_first(problem) < NEAR_ZERO
+}
+
+/// Mean of the last amplitudes, root mean square where they are squared, over the first one. A single one near the
+/// noise may be twice the level of those around it.
+fn last_over_first(problem: &EnvelopeProblem) -> f64 {
     let n = problem.value.len();
     let last = &problem.value[n - n.div_ceil(LAST_PART)..];
-    let mean = last.iter().sum::<f64>() / last.len() as f64;
-    let ratio = mean / problem.value[0];
-    (if problem.squared { ratio.max(0.0).sqrt() } else { ratio }) < NEAR_ZERO
+    let ratio = last.iter().sum::<f64>() / last.len() as f64 / problem.value[0];
+    if problem.squared { ratio.max(0.0).sqrt() } else { ratio }
 }
 
 /// Where the amplitudes scatter about the full law by more than their noise, the law itself is
@@ -253,7 +261,7 @@ fn drop_outliers(
             break;
         }
         let Some(fit) = fit_from_viscous(problem, start, full) else { break };
-        let residuals = problem.residuals(&fit.parameters);
+        let residuals = problem.residuals_for_outliers(&fit.parameters);
         let deviation = robust::deviation(residuals.iter().copied()).unwrap_or(0.0).max(least_deviation);
         let near =
             |i: usize| residuals[i].abs() <= criteria.outlier_deviations * deviation || deviation == 0.0;

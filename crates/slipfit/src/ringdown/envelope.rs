@@ -1,7 +1,7 @@
 //! The amplitude law against the amplitudes of the blocks.
 
 use crate::inference::least_squares::{Fit, LeastSquares, Normal};
-use crate::motion::decay::amplitude::sliding_gain;
+use crate::motion::decay::amplitude::{AmplitudeLaw, sliding_gain};
 use crate::motion::decay::parameters::{by_parameters, shapes_exist};
 use crate::motion::decay::path::{AmplitudePath, CARRIED, Carried};
 
@@ -26,6 +26,8 @@ pub(crate) struct EnvelopeProblem {
     pub(crate) backbone: [f64; 2],
     /// The values are `A² + floor`, the floor a parameter.
     pub(crate) squared: bool,
+    /// Variance of the times of the samples whose mean a value is, s²; zero where it is that of their middle.
+    pub(crate) time_variance_s2: f64,
     pub(crate) lowpass: Option<super::lowpass::Kernel>,
 }
 
@@ -39,9 +41,10 @@ impl EnvelopeProblem {
 
     /// Weighted residuals.
     pub(crate) fn residuals(&self, p: &[f64]) -> Vec<f64> {
+        let law = law_of(p, self.omega);
         let mut out = Vec::with_capacity(self.value.len());
         self.walk(p, Carried::None, |j, amplitude, _| {
-            out.push((self.value[j] - self.model(amplitude, p)) * self.weight[j].sqrt());
+            out.push((self.value[j] - self.model(&law, amplitude, p)) * self.weight[j].sqrt());
         });
         out
     }
@@ -49,26 +52,51 @@ impl EnvelopeProblem {
     /// Residuals and derivatives of the model at every point.
     pub(crate) fn predictions(&self, fit: &Fit) -> Vec<(f64, [f64; COUNT])> {
         let p = &fit.parameters;
+        let law = law_of(p, self.omega);
         let mut out = Vec::with_capacity(self.value.len());
         self.walk(p, Carried::All, |j, amplitude, by| {
-            out.push((self.value[j] - self.model(amplitude, p), self.row(amplitude, by)));
+            out.push((self.value[j] - self.model(&law, amplitude, p), self.row(amplitude, by)));
         });
         out
     }
 
     /// Root mean square of amplitude less model.
     pub(crate) fn unweighted_rms(&self, p: &[f64]) -> f64 {
+        let law = law_of(p, self.omega);
         let mut sum = 0.0;
-        self.walk(p, Carried::None, |j, amplitude, _| {
-            let (data, model) = (self.value[j], self.model(amplitude, p));
-            let miss = if self.squared { data.max(0.0).sqrt() - model.max(0.0).sqrt() } else { data - model };
-            sum += miss * miss;
-        });
+        self.walk(p, Carried::None, |j, amplitude, _| sum += self.miss(&law, j, amplitude, p).powi(2));
         (sum / self.value.len() as f64).sqrt()
     }
 
-    fn model(&self, amplitude: f64, p: &[f64]) -> f64 {
-        if self.squared { amplitude.max(0.0).powi(2) + p[FLOOR] } else { amplitude }
+    /// Residuals of which outliers stand out: weighted, or, of squares, those of their roots, whose noise has no long
+    /// tail and is nearly the same from the start to rest.
+    pub(crate) fn residuals_for_outliers(&self, p: &[f64]) -> Vec<f64> {
+        if !self.squared {
+            return self.residuals(p);
+        }
+        let law = law_of(p, self.omega);
+        let mut out = Vec::with_capacity(self.value.len());
+        self.walk(p, Carried::None, |j, amplitude, _| out.push(self.miss(&law, j, amplitude, p)));
+        out
+    }
+
+    /// Amplitude less model at a point.
+    fn miss(&self, law: &AmplitudeLaw, j: usize, amplitude: f64, p: &[f64]) -> f64 {
+        let (data, model) = (self.value[j], self.model(law, amplitude, p));
+        if self.squared { data.max(0.0).sqrt() - model.max(0.0).sqrt() } else { data - model }
+    }
+
+    /// What a point is, given the amplitude in its middle: the mean over its samples bows by half the variance of
+    /// their times, times the second derivative.
+    fn model(&self, law: &AmplitudeLaw, amplitude: f64, p: &[f64]) -> f64 {
+        let middle = if self.squared { amplitude.max(0.0).powi(2) + p[FLOOR] } else { amplitude };
+        if self.time_variance_s2 == 0.0 || amplitude <= 0.0 {
+            return middle;
+        }
+        let rate = law.rate(amplitude);
+        let bow = rate * law.rate_slope(amplitude);
+        let second = if self.squared { 2.0 * (rate * rate + amplitude * bow) } else { bow };
+        middle + 0.5 * self.time_variance_s2 * second
     }
 
     /// Derivatives of the model by all parameters.
@@ -92,7 +120,7 @@ impl EnvelopeProblem {
                 for (j, &t) in self.elapsed.iter().enumerate() {
                     path.advance(t - now);
                     now = t;
-                    // At rest there is no oscillation.
+                    // The amplitude of a motion at rest is zero.
                     if path.amplitude > 0.0 {
                         visit(j, path.amplitude, by_parameters(path.by, p, &gain));
                     } else {
@@ -138,8 +166,9 @@ impl LeastSquares for EnvelopeProblem {
         if !(p[A0] > 0.0 && shapes_exist(p)) {
             return false;
         }
+        let law = law_of(p, self.omega);
         self.walk(p, Carried::for_parameters(free), |j, amplitude, by| {
-            let residual = self.value[j] - self.model(amplitude, p);
+            let residual = self.value[j] - self.model(&law, amplitude, p);
             out.add_row_of(free, &self.row(amplitude, by), residual, self.weight[j]);
         });
         out.rss.is_finite()
@@ -161,6 +190,7 @@ mod tests {
             omega: 11.0,
             backbone,
             squared,
+            time_variance_s2: 0.0,
             lowpass: None,
         }
     }
@@ -207,6 +237,30 @@ mod tests {
             check(&problem([0.0; 2], false), p, 0.03, 2e-5);
             // The loss terms' own change with amplitude is left out of the derivatives.
             check(&problem([0.01, -0.001], false), p, 0.0, 2e-2);
+        }
+    }
+
+    #[test]
+    fn a_mean_over_samples_is_that_of_the_law() {
+        let mut p = [0.0; COUNT];
+        p[..4].copy_from_slice(&[1.5, 0.01, 0.3, 0.07]);
+        // Eleven samples about the middle.
+        let (middle, step) = (1.7, 0.02);
+        for squared in [false, true] {
+            let problem = EnvelopeProblem {
+                elapsed: (-5..=5).map(|k| middle + step * f64::from(k)).collect(),
+                value: vec![0.0; 11],
+                weight: vec![1.0; 11],
+                ..problem([0.0; 2], squared)
+            };
+            let law = law_of(&p, problem.omega);
+            let each = problem.amplitudes(&p);
+            let mean = each.iter().map(|a| problem.model(&law, *a, &p)).sum::<f64>() / 11.0;
+            let variance = step * step * 10.0;
+            let whole = EnvelopeProblem { time_variance_s2: variance, ..problem };
+            let bow = whole.model(&law, each[5], &p);
+            let straight = EnvelopeProblem { time_variance_s2: 0.0, ..whole }.model(&law, each[5], &p);
+            assert!((bow - mean).abs() < 0.003 * (straight - mean).abs(), "{bow}, {straight} for {mean}");
         }
     }
 

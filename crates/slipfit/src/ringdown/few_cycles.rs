@@ -116,6 +116,7 @@ fn fit_from<'a>(
         phase_follows_law: true,
         noise_rms: swing.noise_rms,
         root_mean_squares: false,
+        time_variance_s2: 0.0,
     };
     let fit = fit_waveform(samples, &measured, release..n, start, (asked, Models::All), criteria)?;
     let best = &fit.comparison.preferred()?.bounded;

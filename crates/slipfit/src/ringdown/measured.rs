@@ -20,6 +20,8 @@ pub(crate) struct MeasuredDecay {
     pub(crate) noise_rms: f64,
     /// The amplitudes are root mean squares with the noise in them, `R² = A² + floor`.
     pub(crate) root_mean_squares: bool,
+    /// Variance of the times of the samples whose mean an amplitude is, s²; zero where it is that of their middle.
+    pub(crate) time_variance_s2: f64,
 }
 
 impl MeasuredDecay {

@@ -110,6 +110,7 @@ fn along_decay(
         phase_follows_law: follows_law,
         noise_rms,
         root_mean_squares: false,
+        time_variance_s2: 0.0,
     })
 }
 

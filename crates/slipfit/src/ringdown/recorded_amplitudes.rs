@@ -49,6 +49,7 @@ fn envelope(samples: &Samples, options: &Options, criteria: &Criteria) -> Result
     let amplitudes = BlockAmplitudes::with_floor(&all, omega, noise_rms, floor);
     let window = decide::of_amplitudes(&amplitudes, options, criteria)?;
     let points = all[window.first..window.end].to_vec();
+    let time_variance_s2 = time_variance(&points);
     Ok(MeasuredDecay {
         all,
         window,
@@ -57,6 +58,7 @@ fn envelope(samples: &Samples, options: &Options, criteria: &Criteria) -> Result
         phase_follows_law: true,
         noise_rms,
         root_mean_squares: true,
+        time_variance_s2,
     })
 }
 
@@ -84,6 +86,7 @@ fn lock_in(
     let amplitudes = BlockAmplitudes::with_floor(&all, omega, noise_rms, floor);
     let window = decide::of_amplitudes(&amplitudes, options, criteria)?;
     let mut points = all[window.first..window.end].to_vec();
+    let time_variance_s2 = time_variance(&points);
     let phases = beat_phases(&points, omega, noise_rms);
     for (point, phase) in points.iter_mut().zip(phases) {
         let turn = point.phase - phase;
@@ -98,6 +101,7 @@ fn lock_in(
         phase_follows_law: true,
         noise_rms,
         root_mean_squares: false,
+        time_variance_s2,
     })
 }
 
@@ -132,6 +136,14 @@ fn empty_block(samples: &Samples, range: &Range<usize>) -> Block {
         dof: count,
         ..Block::of(range.start, range.end, time.iter().sum::<f64>() / count)
     }
+}
+
+/// Variance of the times of a block's samples, evenly spaced, s².
+fn time_variance(blocks: &[Block]) -> f64 {
+    blocks
+        .first()
+        .filter(|b| b.dof > 1.0)
+        .map_or(0.0, |b| b.span_s.powi(2) * (b.dof + 1.0) / (b.dof - 1.0) / 12.0)
 }
 
 /// Angular frequency behind the amplitudes; where unknown one so high that only the loss rate

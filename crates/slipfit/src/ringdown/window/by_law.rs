@@ -125,6 +125,7 @@ fn part(problem: &EnvelopeProblem, range: Range<usize>) -> EnvelopeProblem {
         omega: problem.omega,
         backbone: problem.backbone,
         squared: problem.squared,
+        time_variance_s2: problem.time_variance_s2,
         lowpass: problem.lowpass.clone(),
     }
 }

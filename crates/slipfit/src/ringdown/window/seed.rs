@@ -177,6 +177,7 @@ fn blank(omega: f64) -> EnvelopeProblem {
         omega,
         backbone: [0.0; 2],
         squared: false,
+        time_variance_s2: 0.0,
         lowpass: None,
     }
 }
