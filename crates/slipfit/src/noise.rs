@@ -1,4 +1,23 @@
-//! Noise for unit tests: the same numbers wherever they run.
+//! Noise for unit tests, the same numbers wherever they run, and records repeated with it.
+
+use crate::ringdown::{Options, analyse};
+use crate::{Parameter, Record};
+
+/// Fails where more than four of 24 intervals miss the truth, as 95 % intervals do once in 200 times.
+pub(crate) fn assert_held(
+    record: impl Fn(usize) -> Record,
+    options: &Options,
+    parameter: Parameter,
+    truth: f64,
+) {
+    let misses = |repeat: &usize| {
+        let answer = analyse(&record(*repeat), options).expect("fits");
+        let found = answer.parameter(parameter).expect("always reported");
+        !(found.interval_95[0]..=found.interval_95[1]).contains(&truth)
+    };
+    let missed: Vec<usize> = (0..24).filter(misses).collect();
+    assert!(missed.len() <= 4, "missed {truth} in records {missed:?} of 24");
+}
 
 /// Number `i` of sequence `k`, a sum of twelve even ones: as good as normal out to three
 /// deviations.

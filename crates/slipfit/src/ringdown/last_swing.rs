@@ -85,8 +85,8 @@ fn other_minima(problem: &Waveform, fit: &Fit, errors: f64) -> Option<Vec<Fit>> 
 #[cfg(test)]
 mod tests {
     use crate::motion::decay::FreeDecay;
-    use crate::noise::jitter;
-    use crate::ringdown::{Options, analyse};
+    use crate::noise::{assert_held, jitter};
+    use crate::ringdown::Options;
     use crate::{Oscillator, Parameter, Record};
     use std::f64::consts::{PI, TAU};
 
@@ -94,23 +94,16 @@ mod tests {
     /// last swings differ by one part in a hundred of the friction.
     #[test]
     fn friction_is_held_whichever_minimum_the_search_begins_in() {
-        const REPEATS: usize = 24;
         let (q, x_f, noise) = (80.0, 0.012, 0.004);
         let oscillator = Oscillator::kinematic(TAU, PI / q, x_f).expect("valid");
         let decay = FreeDecay::from_rest(&oscillator, 1.0).expect("valid");
         let end = 3.0 * decay.stop().expect("stops").time_s;
         let time: Vec<f64> = (0..(end * 41.0) as usize).map(|i| i as f64 / 41.0).collect();
-        let missed = (0..REPEATS).filter(|repeat| {
+        let record = |repeat: usize| {
             let noisy =
                 |(i, &t): (usize, &f64)| decay.displacement(t) + noise * jitter(repeat * time.len() + i, 7);
-            let signal = time.iter().enumerate().map(noisy).collect();
-            let record = Record::new(time.clone(), signal).expect("valid");
-            let answer = analyse(&record, &Options::default()).expect("fits");
-            let found = answer.parameter(Parameter::FRICTION_DISPLACEMENT).expect("sliding found");
-            !(found.interval_95[0]..=found.interval_95[1]).contains(&x_f)
-        });
-        // More than four of 24 by chance once in 200.
-        let missed = missed.count();
-        assert!(missed <= 4, "{missed} of {REPEATS}");
+            Record::new(time.clone(), time.iter().enumerate().map(noisy).collect()).expect("valid")
+        };
+        assert_held(record, &Options::default(), Parameter::FRICTION_DISPLACEMENT, x_f);
     }
 }
