@@ -3,6 +3,7 @@
 use super::active_part::active_part;
 use super::amplitude_fit::fit_amplitudes;
 use super::assemble;
+use super::clipping::cut_crests;
 use super::coloured_noise::with_coloured_noise;
 use super::criteria::{ActivePartCriteria, Criteria};
 use super::evidence::Evidence;
@@ -10,10 +11,11 @@ use super::few_cycles::fit_few_cycles;
 use super::further_laws::try_further_laws;
 use super::hypotheses::{FittedDecay, by_waveform};
 use super::samples::Samples;
-use super::window::EndReason;
 use super::window::by_law::{change_of_law, end_of_lead_in};
+use super::window::{EndReason, StartReason};
 use super::window_fit::Problem;
 use super::{Answer, Options, oscillation, recorded_amplitudes, second_mode};
+use crate::answer::Warning;
 use crate::{Error, Parameter, Record, SignalKind};
 
 /// Tells viscous from sliding loss in a record of a decaying oscillation.
@@ -75,6 +77,7 @@ pub fn analyse_with(record: &Record, options: &Options, criteria: &Criteria) -> 
     options.check()?;
     let whole = Samples::prepare(record, options)?;
     let answer = analyse_part(whole.clone(), record, options, criteria)?;
+    let answer = behind_cut_crests(&whole, answer, record, options, criteria);
     let refit = |rest: Samples| analyse_samples(rest, record, options, criteria).ok();
     let two_modes = second_mode::without_second_mode(&whole, &answer, criteria, refit);
     let mut answer = two_modes.unwrap_or_else(|| {
@@ -96,6 +99,35 @@ pub fn analyse_with(record: &Record, options: &Options, criteria: &Criteria) -> 
         });
     }
     Ok(answer)
+}
+
+/// The answer without the crests that the range cut, begun behind them where enough of the motion is left; with a
+/// warning where it is not.
+fn behind_cut_crests(
+    whole: &Samples,
+    mut answer: Answer,
+    record: &Record,
+    options: &Options,
+    criteria: &Criteria,
+) -> Answer {
+    let told = answer.warnings.iter().any(|w| matches!(w, Warning::Clipped { .. }));
+    if told || record.kind() != SignalKind::Displacement || options.band_hz.is_some() {
+        return answer;
+    }
+    let Some(cut) = cut_crests(whole, &answer, &criteria.clipping) else { return answer };
+    let behind = Options { start_s: Some(cut.end_s.next_up()), ..options.clone() };
+    let rest = if options.start_s.is_none() {
+        Samples::prepare(record, &behind).and_then(|rest| analyse_part(rest, record, &behind, criteria)).ok()
+    } else {
+        None
+    };
+    let inside = rest.is_none();
+    if let Some(rest) = rest {
+        answer = rest;
+        answer.segment.start_reason = StartReason::Clipped;
+    }
+    answer.warnings.push(Warning::Clipped { samples: cut.samples, inside });
+    answer
 }
 
 /// The analysis of the active part of the samples, or of all of them.

@@ -1,6 +1,8 @@
 //! Samples cut off at the ends of a range: the converter's, or a limiter's that moves.
 
+use super::Answer;
 use super::criteria::ClippingCriteria;
+use super::samples::Samples;
 use crate::numeric::extremes;
 use crate::signal::blocks::{Block, noise_rms};
 use std::f64::consts::{PI, TAU};
@@ -102,6 +104,46 @@ pub(crate) fn clipped_samples(signal: &[f64], criteria: &ClippingCriteria) -> (u
     (count, signal.iter().rposition(|v| ceiling.holds(*v)).map_or(0, |last| last + 1))
 }
 
+/// Crests that the range cuts, as the motion fitted to them tells: two or three are too few to tell a range by
+/// themselves, and to the samples at its end the motion goes beyond it.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub(crate) struct CutCrests {
+    pub(crate) samples: usize,
+    /// Time of the last of them.
+    pub(crate) end_s: f64,
+}
+
+/// Samples of the fitted window that stay at an extreme of the record while the motion fitted to them goes
+/// beyond it by more than noise does.
+pub(crate) fn cut_crests(
+    samples: &Samples,
+    answer: &Answer,
+    criteria: &ClippingCriteria,
+) -> Option<CutCrests> {
+    let (low, high) = extremes(&samples.signal);
+    let window = answer.segment.start_s..=answer.segment.end_s;
+    let mut found = CutCrests { samples: 0, end_s: f64::NEG_INFINITY };
+    let (mut beyond, mut runs) = (0.0, 0);
+    let mut first = 0;
+    for run in samples.signal.chunk_by(|x, y| x == y) {
+        let range = first..first + run.len();
+        first = range.end;
+        let side = if run[0] == high { 1.0 } else { -1.0 };
+        if run.len() < criteria.cut_run || (run[0] != high && run[0] != low) {
+            continue;
+        }
+        let times = samples.time[range].iter().filter(|t| window.contains(t));
+        let before = found.samples;
+        for &t in times {
+            beyond += side * (answer.fit.signal_at(t) - run[0]);
+            (found.samples, found.end_s) = (found.samples + 1, t);
+        }
+        runs += usize::from(found.samples > before);
+    }
+    let margin = criteria.cut_errors * answer.diagnostics.noise_rms;
+    (runs >= criteria.cut_runs && beyond > margin * found.samples as f64).then_some(found)
+}
+
 /// How many of the first blocks are clipped or lie before clipped ones. `None` where there are
 /// none, or where too few blocks remain behind them.
 pub(crate) fn clipped_blocks(
@@ -182,6 +224,12 @@ fn is_flat(block: &Block, signal: &[f64], converter_step: f64, criteria: &Clippi
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::answer::Warning;
+    use crate::motion::decay::FreeDecay;
+    use crate::noise::{assert_held, jitter};
+    use crate::ringdown::window::StartReason;
+    use crate::ringdown::{Options, analyse};
+    use crate::{Oscillator, Parameter, Record};
 
     #[test]
     fn clipping_is_counted_across_the_edges_of_chunks() {
@@ -194,6 +242,24 @@ mod tests {
         assert_eq!(clipped(&signal), (0, 0), "two runs are no clipping");
         signal[4990..4996].fill(-1.0);
         assert_eq!(clipped(&signal), (10 + 3 + 5 + 6, 4996));
+    }
+
+    /// Two crests of six cycles, three samples each: too few to tell a range by, until the motion fitted to them
+    /// goes beyond it.
+    #[test]
+    fn two_crests_that_the_range_cut_are_left_out() {
+        let (q, x_f, noise) = (30.0, 0.026, 0.01);
+        let oscillator = Oscillator::kinematic(TAU * 1.7, PI * 1.7 / q, x_f).expect("valid");
+        let decay = FreeDecay::from_rest(&oscillator, 1.0).expect("valid");
+        let record = |repeat: usize| {
+            let at = |i: usize| decay.displacement(i as f64 / 51.0) + noise * jitter(700 * repeat + i, 5);
+            Record::uniform(51.0, (0..700).map(|i| at(i).clamp(-0.85, 0.85)).collect()).expect("valid")
+        };
+        assert_held(record, &Options::default(), Parameter::FRICTION_DISPLACEMENT, x_f);
+        let answer = analyse(&record(0), &Options::default()).expect("fits");
+        assert_eq!(answer.segment.start_reason, StartReason::Clipped);
+        let told = answer.warnings.iter().find(|w| matches!(w, Warning::Clipped { .. }));
+        assert!(matches!(told, Some(Warning::Clipped { samples: 4..=12, inside: false })), "{told:?}");
     }
 
     /// Crests that touch the ceiling for a sample or two, as with few samples in a cycle.

@@ -110,6 +110,14 @@ criteria! {
             moves "clipping warnings";
         /// Runs that are enough where one crest after another has one.
         crest_runs: usize = 3, source "half a cycle and its neighbours", moves "clipping warnings";
+        /// Equal samples in a row at an extreme that may be a crest cut by the range, where the fitted motion goes
+        /// beyond it.
+        cut_run: usize = 2, source "a smooth crest with noise repeats no value", moves "bias after clipping";
+        /// Standard deviations of the noise by which it goes beyond, on average.
+        cut_errors: f64 = 2.0, source "half a step of a converter is 1.73 of its rounding",
+            moves "bias after clipping";
+        /// Such runs within the fitted window.
+        cut_runs: usize = 2, source "a mass held before its release is one run", moves "bias after clipping";
         /// Gap between two such runs over their mean length, at most.
         gap_ratio: usize = 20, source "a crest that is flat for a tenth of a half cycle",
             moves "clipping warnings";
