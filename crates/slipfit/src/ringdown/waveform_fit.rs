@@ -311,7 +311,7 @@ impl Remainder {
 
     /// By which the variance of the parameters exceeds that under white noise.
     ///
-    /// A phase that wanders misleads the losses where swings are few: its excess counts where it is beyond doubt.
+    /// In few swings a wandering phase biases the losses too: its excess variance counts where it is significant.
     fn variance_inflation(&self, criteria: &Criteria) -> f64 {
         let significance = criteria.inference.excess_significance;
         let in_phase = self.in_phase.variance_inflation(significance);
