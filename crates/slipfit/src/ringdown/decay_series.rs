@@ -1,6 +1,6 @@
 //! Series along the decay: the fitted motion, amplitudes, losses, frequency, and the stop.
 
-use super::envelope::X_F;
+use super::envelope::{X_F, bow};
 use super::evidence::Evidence;
 use super::fitted::{FittedMotion, Knot};
 use super::quantities::frequency_known;
@@ -11,6 +11,7 @@ use crate::inference::model_selection::ModelFit;
 use crate::motion::decay::AmplitudeLaw;
 use crate::motion::decay::drag::Slowing;
 use crate::motion::decay::path::{backbone_factors, shifted};
+use crate::signal::blocks::Block;
 use std::f64::consts::TAU;
 
 /// Knots of the phase along a fitted waveform.
@@ -95,6 +96,13 @@ pub(crate) fn backbone(e: &Evidence, chosen: &ModelFit, law: &AmplitudeLaw, omeg
 
 pub(crate) fn envelope_points(e: &Evidence, fit: &FittedMotion) -> Vec<EnvelopePoint> {
     let noise = e.measured.noise_rms;
+    let squared = e.measured.root_mean_squares;
+    // The fitted motion is that of an instant, a recorded amplitude the mean over its samples.
+    let fitted = |b: &Block| {
+        let middle = fit.amplitude_at(b.time_s);
+        let bow = bow(&fit.law, middle, squared, e.measured.time_variance_s2);
+        if squared { (fit.signal_at(b.time_s).powi(2) + bow).sqrt() } else { middle + bow }
+    };
     let oscillates = e.record.kind().oscillates();
     let used = e.measured.points.iter().map(|b| (b, true));
     let [from, to] = [e.measured.points[0].first, e.measured.points[e.measured.points.len() - 1].end];
@@ -105,7 +113,7 @@ pub(crate) fn envelope_points(e: &Evidence, fit: &FittedMotion) -> Vec<EnvelopeP
             time_s: b.time_s,
             amplitude: b.amplitude,
             std_error: b.std_error(noise),
-            fitted: if oscillates { fit.amplitude_at(b.time_s) } else { fit.signal_at(b.time_s) },
+            fitted: fitted(b),
             frequency_hz: if oscillates { b.omega / TAU } else { f64::NAN },
             used,
         })

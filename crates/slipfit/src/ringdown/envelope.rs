@@ -86,17 +86,10 @@ impl EnvelopeProblem {
         if self.squared { data.max(0.0).sqrt() - model.max(0.0).sqrt() } else { data - model }
     }
 
-    /// What a point is, given the amplitude in its middle: the mean over its samples bows by half the variance of
-    /// their times, times the second derivative.
+    /// What a point is, given the amplitude in its middle.
     fn model(&self, law: &AmplitudeLaw, amplitude: f64, p: &[f64]) -> f64 {
         let middle = if self.squared { amplitude.max(0.0).powi(2) + p[FLOOR] } else { amplitude };
-        if self.time_variance_s2 == 0.0 || amplitude <= 0.0 {
-            return middle;
-        }
-        let rate = law.rate(amplitude);
-        let bow = rate * law.rate_slope(amplitude);
-        let second = if self.squared { 2.0 * (rate * rate + amplitude * bow) } else { bow };
-        middle + 0.5 * self.time_variance_s2 * second
+        middle + bow(law, amplitude, self.squared, self.time_variance_s2)
     }
 
     /// Derivatives of the model by all parameters.
@@ -146,6 +139,17 @@ impl EnvelopeProblem {
             }
         }
     }
+}
+
+/// Mean of an amplitude, or of its square, over samples whose times have this variance, less that in their middle:
+/// half the variance times the second derivative.
+pub(crate) fn bow(law: &AmplitudeLaw, amplitude: f64, squared: bool, time_variance_s2: f64) -> f64 {
+    if time_variance_s2 == 0.0 || amplitude <= 0.0 {
+        return 0.0;
+    }
+    let rate = law.rate(amplitude);
+    let second = rate * law.rate_slope(amplitude);
+    0.5 * time_variance_s2 * if squared { 2.0 * (rate * rate + amplitude * second) } else { second }
 }
 
 impl LeastSquares for EnvelopeProblem {
