@@ -3,7 +3,7 @@
 use super::active_part::active_part;
 use super::amplitude_fit::fit_amplitudes;
 use super::assemble;
-use super::clipping::cut_crests;
+use super::clipping::{CutCrests, cut_crests};
 use super::coloured_noise::with_coloured_noise;
 use super::criteria::{ActivePartCriteria, Criteria};
 use super::evidence::Evidence;
@@ -77,7 +77,34 @@ pub fn analyse_with(record: &Record, options: &Options, criteria: &Criteria) -> 
     options.check()?;
     let whole = Samples::prepare(record, options)?;
     let answer = analyse_part(whole.clone(), record, options, criteria)?;
-    let answer = behind_cut_crests(&whole, answer, record, options, criteria);
+    let cut = cut_crests_of(&whole, &answer, record, options, criteria);
+    let behind = cut.filter(|_| options.start_s.is_none()).and_then(|cut| {
+        let options = Options { start_s: Some(cut.end_s.next_up()), ..options.clone() };
+        let rest = Samples::prepare(record, &options).ok()?;
+        let answer = analyse_part(rest.clone(), record, &options, criteria).ok()?;
+        Some((rest, answer, options))
+    });
+    let inside = behind.is_none();
+    let (whole, answer, options) = behind.unwrap_or((whole, answer, options.clone()));
+    let mut answer = refined(whole, answer, record, &options, criteria);
+    if let Some(cut) = cut {
+        answer.warnings.push(Warning::Clipped { samples: cut.samples, inside });
+        if !inside {
+            answer.segment.start_reason = StartReason::Clipped;
+        }
+    }
+    Ok(answer)
+}
+
+/// The answer with a second mode taken out, with noise about the frequency of the motion counted, and with further
+/// loss laws tried.
+fn refined(
+    whole: Samples,
+    answer: Answer,
+    record: &Record,
+    options: &Options,
+    criteria: &Criteria,
+) -> Answer {
     let refit = |rest: Samples| analyse_samples(rest, record, options, criteria).ok();
     let two_modes = second_mode::without_second_mode(&whole, &answer, criteria, refit);
     let mut answer = two_modes.unwrap_or_else(|| {
@@ -98,36 +125,20 @@ pub fn analyse_with(record: &Record, options: &Options, criteria: &Criteria) -> 
             analyse_part(samples.clone(), record, &asked, &by_amplitudes).ok()
         });
     }
-    Ok(answer)
+    answer
 }
 
-/// The answer without the crests that the range cut, begun behind them where enough of the motion is left; with a
-/// warning where it is not.
-fn behind_cut_crests(
+/// Crests of a displacement that its range cuts, beside those seen without a fit.
+fn cut_crests_of(
     whole: &Samples,
-    mut answer: Answer,
+    answer: &Answer,
     record: &Record,
     options: &Options,
     criteria: &Criteria,
-) -> Answer {
+) -> Option<CutCrests> {
     let told = answer.warnings.iter().any(|w| matches!(w, Warning::Clipped { .. }));
-    if told || record.kind() != SignalKind::Displacement || options.band_hz.is_some() {
-        return answer;
-    }
-    let Some(cut) = cut_crests(whole, &answer, &criteria.clipping) else { return answer };
-    let behind = Options { start_s: Some(cut.end_s.next_up()), ..options.clone() };
-    let rest = if options.start_s.is_none() {
-        Samples::prepare(record, &behind).and_then(|rest| analyse_part(rest, record, &behind, criteria)).ok()
-    } else {
-        None
-    };
-    let inside = rest.is_none();
-    if let Some(rest) = rest {
-        answer = rest;
-        answer.segment.start_reason = StartReason::Clipped;
-    }
-    answer.warnings.push(Warning::Clipped { samples: cut.samples, inside });
-    answer
+    let of_samples = record.kind() == SignalKind::Displacement && options.band_hz.is_none();
+    if told || !of_samples { None } else { cut_crests(whole, answer, &criteria.clipping) }
 }
 
 /// The analysis of the active part of the samples, or of all of them.
