@@ -1,7 +1,7 @@
 //! Integrals of smooth and of kinked functions.
 
-/// Halvings that may leave the error as it was: behind them it is that of rounding, as in QUADPACK.
-const MOST_VAIN_HALVINGS: u32 = 20;
+/// Halvings that may leave the error as it was: after them it is that of rounding, as in QUADPACK.
+const MOST_ROUNDOFF_HALVINGS: u32 = 20;
 
 /// Gauss and Kronrod, 7 and 15 points, halving where they differ.
 pub(crate) fn integrate(f: &impl Fn(f64) -> f64, a: f64, b: f64) -> f64 {
@@ -12,19 +12,19 @@ pub(crate) fn integrate(f: &impl Fn(f64) -> f64, a: f64, b: f64) -> f64 {
     let tolerance = 1e-13 * whole.0.abs();
     let mut open = vec![(a, b, whole, 0_u32)];
     let mut sum = 0.0;
-    let (mut panels, mut vain) = (1, 0);
+    let (mut panels, mut roundoff) = (1, 0);
     while let Some((a, b, (value, error), depth)) = open.pop() {
         // The difference of the two rules is a gross overestimate, even of its square root.
         let good = error <= tolerance.max(1e-15 * value.abs()) || error.is_nan();
         // Noise would be halved for ever.
-        if good || depth >= 40 || panels > 20_000 || vain >= MOST_VAIN_HALVINGS {
+        if good || depth >= 40 || panels > 20_000 || roundoff >= MOST_ROUNDOFF_HALVINGS {
             sum += value;
             continue;
         }
         let m = 0.5 * (a + b);
         let (left, right) = (kronrod(f, a, m), kronrod(f, m, b));
         panels += 2;
-        vain += u32::from(left.1 + right.1 >= 0.99 * error);
+        roundoff += u32::from(left.1 + right.1 >= 0.99 * error);
         open.push((a, m, left, depth + 1));
         open.push((m, b, right, depth + 1));
     }

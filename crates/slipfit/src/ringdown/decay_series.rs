@@ -1,6 +1,6 @@
 //! Series along the decay: the fitted motion, amplitudes, losses, frequency, and the stop.
 
-use super::envelope::{X_F, bow};
+use super::envelope::{X_F, averaging_bias};
 use super::evidence::Evidence;
 use super::fitted::{FittedMotion, Knot};
 use super::quantities::frequency_known;
@@ -100,8 +100,8 @@ pub(crate) fn envelope_points(e: &Evidence, fit: &FittedMotion) -> Vec<EnvelopeP
     // The fitted motion is that of an instant, a recorded amplitude the mean over its samples.
     let fitted = |b: &Block| {
         let middle = fit.amplitude_at(b.time_s);
-        let bow = bow(&fit.law, middle, squared, e.measured.time_variance_s2);
-        if squared { (fit.signal_at(b.time_s).powi(2) + bow).sqrt() } else { middle + bow }
+        let bias = averaging_bias(&fit.law, middle, squared, e.measured.time_variance_s2);
+        if squared { (fit.signal_at(b.time_s).powi(2) + bias).sqrt() } else { middle + bias }
     };
     let oscillates = e.record.kind().oscillates();
     let used = e.measured.points.iter().map(|b| (b, true));

@@ -89,7 +89,7 @@ impl EnvelopeProblem {
     /// What a point is, given the amplitude in its middle.
     fn model(&self, law: &AmplitudeLaw, amplitude: f64, p: &[f64]) -> f64 {
         let middle = if self.squared { amplitude.max(0.0).powi(2) + p[FLOOR] } else { amplitude };
-        middle + bow(law, amplitude, self.squared, self.time_variance_s2)
+        middle + averaging_bias(law, amplitude, self.squared, self.time_variance_s2)
     }
 
     /// Derivatives of the model by all parameters.
@@ -143,7 +143,12 @@ impl EnvelopeProblem {
 
 /// Mean of an amplitude, or of its square, over samples whose times have this variance, less that in their middle:
 /// half the variance times the second derivative.
-pub(crate) fn bow(law: &AmplitudeLaw, amplitude: f64, squared: bool, time_variance_s2: f64) -> f64 {
+pub(crate) fn averaging_bias(
+    law: &AmplitudeLaw,
+    amplitude: f64,
+    squared: bool,
+    time_variance_s2: f64,
+) -> f64 {
     if time_variance_s2 == 0.0 || amplitude <= 0.0 {
         return 0.0;
     }
@@ -262,9 +267,12 @@ mod tests {
             let mean = each.iter().map(|a| problem.model(&law, *a, &p)).sum::<f64>() / 11.0;
             let variance = step * step * 10.0;
             let whole = EnvelopeProblem { time_variance_s2: variance, ..problem };
-            let bow = whole.model(&law, each[5], &p);
+            let curved = whole.model(&law, each[5], &p);
             let straight = EnvelopeProblem { time_variance_s2: 0.0, ..whole }.model(&law, each[5], &p);
-            assert!((bow - mean).abs() < 0.003 * (straight - mean).abs(), "{bow}, {straight} for {mean}");
+            assert!(
+                (curved - mean).abs() < 0.003 * (straight - mean).abs(),
+                "{curved}, {straight} for {mean}"
+            );
         }
     }
 
