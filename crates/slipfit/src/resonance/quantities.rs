@@ -256,11 +256,13 @@ pub(super) fn papers_parameters(
     };
     let delta = limited(delta, delta * q_std / found.q, "1/s");
     let x_f = limited(found.x_f, x_f_std, unit);
+    // Inverted beyond its range, the curve has no viscous loss.
+    let q = if found.q > 0.0 { Quantity::normal(found.q, q_std, "") } else { q_factor(&delta, |_| omega_0) };
     let hz = Quantity::normal(omega_0 / TAU, lorentzian.omega_0_std() / TAU, "Hz");
     let mut list: Parameters = [
         (Parameter::NaturalFrequency, hz),
         (Parameter::DECAY_RATE, delta.clone()),
-        (Parameter::QFactor, Quantity::normal(found.q, q_std, "")),
+        (Parameter::QFactor, q),
         (Parameter::FRICTION_DISPLACEMENT, x_f.clone()),
         (Parameter::DriveAmplitude, x_0),
         (Parameter::FrictionRatio, limited(found.beta, beta_std, "")),

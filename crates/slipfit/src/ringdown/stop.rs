@@ -18,7 +18,8 @@ pub(crate) fn stop(
 ) -> Option<Stop> {
     let (time, signal) = (&samples.time[..], &samples.signal[..]);
     let last = measured.points.last()?;
-    let period = TAU / last.omega;
+    // The phase of a strange record may run backwards.
+    let period = TAU / last.omega.abs();
     let n = signal.len();
     if let Some(silent) = silence(time, last, period, criteria) {
         return Some(Stop {
