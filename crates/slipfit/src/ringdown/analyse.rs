@@ -3,7 +3,7 @@
 use super::active_part::active_part;
 use super::amplitude_fit::fit_amplitudes;
 use super::assemble;
-use super::clipping::{CutCrests, cut_crests};
+use super::clipping::{ClippedCrests, clipped_crests};
 use super::coloured_noise::with_coloured_noise;
 use super::criteria::{ActivePartCriteria, Criteria};
 use super::evidence::Evidence;
@@ -77,7 +77,7 @@ pub fn analyse_with(record: &Record, options: &Options, criteria: &Criteria) -> 
     options.check()?;
     let whole = Samples::prepare(record, options)?;
     let answer = analyse_part(whole.clone(), record, options, criteria)?;
-    let cut = cut_crests_of(&whole, &answer, record, options, criteria);
+    let cut = clipped_crests_of(&whole, &answer, record, options, criteria);
     let behind = cut.filter(|_| options.start_s.is_none()).and_then(|cut| {
         let options = Options { start_s: Some(cut.end_s.next_up()), ..options.clone() };
         let rest = Samples::prepare(record, &options).ok()?;
@@ -128,17 +128,17 @@ fn refined(
     answer
 }
 
-/// Crests of a displacement that its range cuts, beside those seen without a fit.
-fn cut_crests_of(
+/// Clipped crests of a displacement, beside those seen without a fit.
+fn clipped_crests_of(
     whole: &Samples,
     answer: &Answer,
     record: &Record,
     options: &Options,
     criteria: &Criteria,
-) -> Option<CutCrests> {
+) -> Option<ClippedCrests> {
     let told = answer.warnings.iter().any(|w| matches!(w, Warning::Clipped { .. }));
     let of_samples = record.kind() == SignalKind::Displacement && options.band_hz.is_none();
-    if told || !of_samples { None } else { cut_crests(whole, answer, &criteria.clipping) }
+    if told || !of_samples { None } else { clipped_crests(whole, answer, &criteria.clipping) }
 }
 
 /// The analysis of the active part of the samples, or of all of them.

@@ -104,10 +104,10 @@ pub(crate) fn clipped_samples(signal: &[f64], criteria: &ClippingCriteria) -> (u
     (count, signal.iter().rposition(|v| ceiling.holds(*v)).map_or(0, |last| last + 1))
 }
 
-/// Crests that the range cuts, as the motion fitted to them tells: two or three are too few to tell a range by
+/// Clipped crests, as the motion fitted to them tells: two or three are too few to tell a range by
 /// themselves, and to the samples at its end the motion goes beyond it.
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub(crate) struct CutCrests {
+pub(crate) struct ClippedCrests {
     pub(crate) samples: usize,
     /// Time of the last of them.
     pub(crate) end_s: f64,
@@ -115,14 +115,14 @@ pub(crate) struct CutCrests {
 
 /// Samples of the fitted window that stay at an extreme of the record while the motion fitted to them goes
 /// beyond it by more than noise does.
-pub(crate) fn cut_crests(
+pub(crate) fn clipped_crests(
     samples: &Samples,
     answer: &Answer,
     criteria: &ClippingCriteria,
-) -> Option<CutCrests> {
+) -> Option<ClippedCrests> {
     let (low, high) = extremes(&samples.signal);
     let window = answer.segment.start_s..=answer.segment.end_s;
-    let mut found = CutCrests { samples: 0, end_s: f64::NEG_INFINITY };
+    let mut found = ClippedCrests { samples: 0, end_s: f64::NEG_INFINITY };
     let (mut beyond, mut runs) = (0.0, 0);
     let mut first = 0;
     for run in samples.signal.chunk_by(|x, y| x == y) {
@@ -247,7 +247,7 @@ mod tests {
     /// Two crests of six cycles, three samples each: too few to tell a range by, until the motion fitted to them
     /// goes beyond it.
     #[test]
-    fn two_crests_that_the_range_cut_are_left_out() {
+    fn two_clipped_crests_are_left_out() {
         let (q, x_f, noise) = (30.0, 0.026, 0.01);
         let oscillator = Oscillator::kinematic(TAU * 1.7, PI * 1.7 / q, x_f).expect("valid");
         let decay = FreeDecay::from_rest(&oscillator, 1.0).expect("valid");

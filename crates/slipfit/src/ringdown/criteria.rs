@@ -110,7 +110,7 @@ criteria! {
             moves "clipping warnings";
         /// Runs that are enough where one crest after another has one.
         crest_runs: usize = 3, source "half a cycle and its neighbours", moves "clipping warnings";
-        /// Equal samples in a row at an extreme that may be a crest cut by the range, where the fitted motion goes
+        /// Equal samples in a row at an extreme that may be a clipped crest, where the fitted motion goes
         /// beyond it.
         cut_run: usize = 2, source "a smooth crest with noise repeats no value", moves "bias after clipping";
         /// Standard deviations of the noise by which it goes beyond, on average.
