@@ -1,15 +1,13 @@
 // Measured files in the page and in the command.
 import assert from "node:assert/strict";
-import { existsSync, readFileSync, readdirSync, statSync } from "node:fs";
+import { spawnSync } from "node:child_process";
+import { existsSync, readFileSync, readdirSync } from "node:fs";
 import { basename, dirname, join } from "node:path";
 import { test } from "node:test";
-import { commanded, drop, measured, whileTesting } from "./site.mjs";
+import { command, commanded, drop, measured, whileTesting } from "./site.mjs";
 
 const tested = whileTesting();
 
-/** Files that the command reads in a moment, as sizes go. */
-const LARGEST = 3e6;
-const isRead = (path) => existsSync(path) && statSync(path).isFile() && statSync(path).size <= LARGEST && !path.endsWith(".md");
 /** What is fitted at the edge of what the data tell moves with the last digits of the samples. */
 const OF_STD_ERROR = 1e-2;
 
@@ -22,12 +20,16 @@ function assertSameParameters(mine, theirs, name) {
   }
 }
 
-test("measured files have the answers of the command", { skip: !existsSync(measured) && `no measured files at ${measured}` }, async () => {
+/** The files of a folder and those below it, in order; notes about them left out. */
+function filesOf(folder) {
+  const below = (entry) => (entry.isDirectory() ? filesOf(join(folder, entry.name)) : [join(folder, entry.name)]);
+  return readdirSync(folder, { withFileTypes: true }).flatMap(below).filter((path) => !path.endsWith(".md")).sort();
+}
+
+test("every measured file has the answer of the command", { skip: !existsSync(measured) && `no measured files at ${measured}` }, async () => {
   const { page, context } = await tested.page();
-  // A folder in these holds records of driven motion, which are one curve together and no decay each.
-  const folders = ["ringdown", "simulated", "sweep"].map((name) => join(measured, name)).filter((path) => existsSync(path));
-  const paths = folders.flatMap((folder) => readdirSync(folder).map((name) => join(folder, name))).filter(isRead).sort();
-  let answers = 0;
+  const paths = filesOf(measured);
+  const refused = [];
   for (const path of paths) {
     const name = basename(path);
     const { json, error, command: line } = await drop(page, [{ name, bytes: readFileSync(path) }]);
@@ -40,11 +42,18 @@ test("measured files have the answers of the command", { skip: !existsSync(measu
       used.forEach((t, i) => assert.ok(Math.abs(t - range[i]) <= 1e-12 * Math.abs(t), `${name}: ${used} and ${range}`));
       assert.deepEqual(mine.warnings.map((w) => w.code), theirs.warnings.map((w) => w.code), name);
       assertSameParameters(mine.parameters ?? {}, theirs.parameters ?? {}, name);
-      answers += 1;
     } else {
       assert.ok(error.message.startsWith(name) && !error.message.includes("unexpectedly"), error.message);
+      refused.push([path, error.message]);
     }
   }
-  assert.ok(answers > paths.length / 2, `${answers} of ${paths.length} have an answer`);
+  // What the page refuses, the command refuses for the same reason.
+  const words = (text) => text.replace(/\s+/g, " ");
+  for (const [path, message] of refused) {
+    const { status, stderr } = spawnSync(command, ["ringdown", basename(path)], { cwd: dirname(path), encoding: "utf8" });
+    assert.equal(status, 2, path);
+    assert.ok(words(stderr).includes(words(message)), `${message} and ${stderr}`);
+  }
+  assert.ok(refused.length < paths.length / 4, `${refused.length} of ${paths.length} are refused`);
   await context.close();
 });

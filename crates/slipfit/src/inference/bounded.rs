@@ -22,13 +22,14 @@ pub(crate) fn minimise_bounded(
         return fit;
     }
     let on_limit = |limit: usize| {
-        let mut from = start.to_vec();
-        if let Some((_, near)) = fit.as_ref().and_then(|f| given(f, &[(limit, 0.0)])) {
-            from = near;
-        }
-        from[limit] = 0.0;
         let rest: Vec<usize> = free.iter().copied().filter(|&i| i != limit).collect();
-        minimise_bounded(problem, &from, &rest, non_negative, tolerance)
+        let search = |mut from: Vec<f64>| {
+            from[limit] = 0.0;
+            minimise_bounded(problem, &from, &rest, non_negative, tolerance)
+        };
+        // Far from the limit the plane through the minimum may lead nowhere.
+        let near = fit.as_ref().and_then(|f| given(f, &[(limit, 0.0)])).and_then(|(_, near)| search(near));
+        near.or_else(|| search(start.to_vec()))
     };
     below.into_iter().filter_map(on_limit).min_by(|a, b| a.rss.total_cmp(&b.rss))
 }

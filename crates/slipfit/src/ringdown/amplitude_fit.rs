@@ -1,17 +1,21 @@
 //! The amplitudes of the blocks against the loss laws.
 
-use super::compare::{Models, Search, WholeLoss, best_of, compare, loss_parameters, offer, sliding_starts};
+use super::compare::{
+    Models, Search, WholeLoss, best_of, compare, loss_parameters, offer, sliding_starts, slot,
+};
 use super::criteria::{AmplitudeCriteria, Criteria};
 use super::envelope::{A0, DELTA, EnvelopeProblem, FLOOR, X_F};
 use super::lowpass::Kernel;
 use super::measured::MeasuredDecay;
 use super::options::Options;
 use super::window_fit::{Problem, WindowFit};
-use crate::Error;
 use crate::answer::describe::constrained;
-use crate::inference::least_squares::{Fit, LeastSquares, minimise};
+use crate::inference::bounded::minimise_bounded;
+use crate::inference::least_squares::{Fit, LeastSquares, STEP_TOLERANCE, minimise};
 use crate::inference::noise::{NoiseModel, autocorrelation, significant_inflation};
 use crate::numeric::{robust, roots};
+use crate::{Error, LossTerm};
+use std::borrow::Cow;
 
 /// Rounds of leaving out outliers, and of weighing the error of the law.
 const ROUNDS: usize = 3;
@@ -55,7 +59,8 @@ pub(crate) fn fit_amplitudes<'a>(
     if measured.root_mean_squares {
         weigh_by_law(&mut problem, &start, nuisance, unit_weight);
     }
-    let outliers = drop_outliers(&mut problem, &offered, &full, least_deviation, c);
+    let losses: Vec<usize> = LossTerm::compared(options.model).map(slot).collect();
+    let outliers = drop_outliers(&mut problem, &offered, &full, &losses, least_deviation, c);
     if !measured.root_mean_squares
         && let Some(kept) = end_of_law(&problem, &start, c)
     {
@@ -252,6 +257,7 @@ fn drop_outliers(
     problem: &mut EnvelopeProblem,
     start: &[f64],
     full: &[usize],
+    losses: &[usize],
     least_deviation: f64,
     criteria: &AmplitudeCriteria,
 ) -> usize {
@@ -261,19 +267,39 @@ fn drop_outliers(
             break;
         }
         let Some(fit) = fit_from_viscous(problem, start, full) else { break };
-        let residuals = problem.residuals_for_outliers(&fit.parameters);
-        let deviation = robust::deviation(residuals.iter().copied()).unwrap_or(0.0).max(least_deviation);
-        let near =
-            |i: usize| residuals[i].abs() <= criteria.outlier_deviations * deviation || deviation == 0.0;
-        let off = (0..residuals.len()).filter(|&i| !near(i)).count();
-        // A law that misses many is wrong; its outliers are evidence.
-        if off == 0 || off * criteria.outlier_part > residuals.len() {
+        let mut off = outliers(problem, &fit, least_deviation, criteria);
+        if off.is_empty() && losses.iter().any(|&i| fit.parameters[i] < 0.0) {
+            // With losses below zero the law bends to what it should leave out.
+            let within = constrained(problem, &fit, losses).map(Cow::into_owned);
+            let afresh = || minimise_bounded(problem, start, full, losses, STEP_TOLERANCE);
+            let Some(fit) = within.or_else(afresh) else { break };
+            off = outliers(problem, &fit, least_deviation, criteria);
+        }
+        if off.is_empty() {
             break;
         }
-        dropped += off;
-        retain(problem, near);
+        dropped += off.len();
+        retain(problem, |i| !off.contains(&i));
     }
     dropped
+}
+
+/// The amplitudes many robust standard deviations off a law; none where there are many: a law that misses many is
+/// wrong, and they are evidence.
+fn outliers(
+    problem: &EnvelopeProblem,
+    law: &Fit,
+    least_deviation: f64,
+    criteria: &AmplitudeCriteria,
+) -> Vec<usize> {
+    let residuals = problem.residuals_for_outliers(&law.parameters);
+    let deviation = robust::deviation(residuals.iter().copied()).unwrap_or(0.0).max(least_deviation);
+    let far = |r: f64| !(r.abs() <= criteria.outlier_deviations * deviation || deviation == 0.0);
+    let mut off: Vec<usize> = (0..residuals.len()).filter(|&i| far(residuals[i])).collect();
+    if off.len() * criteria.outlier_part > residuals.len() {
+        off.clear();
+    }
+    off
 }
 
 /// Number of amplitudes before the averaged law ends: some cycles before the stop, since with few
@@ -294,5 +320,36 @@ fn retain(problem: &mut EnvelopeProblem, keep: impl Fn(usize) -> bool) {
     for list in [&mut problem.elapsed, &mut problem.value, &mut problem.weight] {
         let mut index = 0..;
         list.retain(|_| index.next().is_some_and(&keep));
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::ringdown::direct::tests::noise;
+
+    /// Motion that a drive keeps up, switched on with a beat: losses below zero make a law of that beat.
+    #[test]
+    fn amplitudes_off_a_law_without_gain_are_left_out() {
+        let criteria = Criteria::default();
+        let losses: Vec<usize> = LossTerm::compared(None).map(slot).collect();
+        let full = loss_parameters(None);
+        for seed in 0..20 {
+            let mut value: Vec<f64> = (0..44).map(|i| 0.139 + 0.001 * noise(44 * seed + i)).collect();
+            (value[0], value[1], value[2]) = (0.168, 0.142, 0.126);
+            let mut problem = EnvelopeProblem {
+                elapsed: (0..44).map(|i| 2.5 * i as f64).collect(),
+                weight: vec![14.0; 44],
+                value,
+                omega: 2.48,
+                backbone: [0.0; 2],
+                squared: false,
+                time_variance_s2: 0.0,
+                lowpass: None,
+            };
+            let start = start_values(&problem);
+            let dropped = drop_outliers(&mut problem, &start, &full, &losses, 0.0037, &criteria.amplitude);
+            assert_eq!((dropped, problem.value[0]), (2, 0.142), "{seed}");
+        }
     }
 }

@@ -7,6 +7,9 @@ use std::f64::consts::{PI, TAU};
 
 /// Samples looked at per block while the frequency is still being followed.
 const TRACK_SAMPLES: usize = 384;
+/// Part of the variance that a guess leaves unexplained where the frequency is not near it: at half the step between
+/// guesses an oscillation of ten cycles is explained by two thirds.
+const FAR: f64 = 0.9;
 
 /// One stretch of the record.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -111,7 +114,7 @@ pub(crate) fn track(
         thin_signal.clear();
         thin_signal.extend(signal[from..to].iter().step_by(stride));
         let sampled = (thin_time.as_slice(), thin_signal.as_slice());
-        let Some(mut local) = refine(sampled, omega, start, span, band) else {
+        let Some(mut local) = refine(sampled, omega, start, span, band, 1.0) else {
             first = end;
             continue;
         };
@@ -122,7 +125,7 @@ pub(crate) fn track(
                 if guess < band[0] || guess > band[1] {
                     continue;
                 }
-                if let Some(other) = refine(sampled, guess, start, span, band)
+                if let Some(other) = refine(sampled, guess, start, span, band, FAR)
                     && other.unexplained < 0.5 * local.unexplained
                 {
                     local = other;
@@ -183,13 +186,15 @@ struct Local {
 }
 
 /// Least squares of offset, two phasor components and their slopes; the
-/// phasor's rotation corrects the frequency, three times at most.
+/// phasor's rotation corrects the frequency, three times at most. `None` where the guess itself leaves more than
+/// the part `most` of the variance unexplained.
 fn refine(
     (time, signal): (&[f64], &[f64]),
     guess: f64,
     start: f64,
     span: f64,
     band: [f64; 2],
+    most: f64,
 ) -> Option<Local> {
     let centre = start + 0.5 * span;
     let half = 0.5 * span;
@@ -226,6 +231,9 @@ fn refine(
             rss,
             unexplained: if total > 0.0 { rss / total } else { 1.0 },
         };
+        if best.is_none() && here.unexplained > most {
+            return None;
+        }
         // Im(z'/z) is what the phasor turns by from the middle to the edge.
         let turn = if power > 0.0 { (c[4] * p - c[3] * r) / power } else { 0.0 };
         let better = best.as_ref().is_none_or(|b| here.rss <= b.rss);

@@ -8,7 +8,7 @@ mod nodes;
 mod reduced;
 mod straight;
 #[cfg(test)]
-mod tests;
+pub(super) mod tests;
 mod waveform;
 
 pub use amplitudes::{AmplitudeFit, Sampling, fit_amplitudes};

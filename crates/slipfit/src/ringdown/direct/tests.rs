@@ -6,7 +6,7 @@ use crate::{Error, Oscillator};
 use std::f64::consts::TAU;
 
 /// SplitMix64, uniform on ±0.5.
-pub(super) fn noise(i: usize) -> f64 {
+pub(in crate::ringdown) fn noise(i: usize) -> f64 {
     let mut z = (i as u64 + 1).wrapping_mul(0x9e37_79b9_7f4a_7c15);
     z = (z ^ (z >> 30)).wrapping_mul(0xbf58_476d_1ce4_e5b9);
     z = (z ^ (z >> 27)).wrapping_mul(0x94d0_49bb_1331_11eb);
