@@ -40,6 +40,13 @@ fn what_the_fuzzer_found_is_answered_or_refused() {
     // A phase that runs backwards, and a curve that the paper's inversion gives a negative Q.
     hostile::ringdown(&bytes("2400c8ffffffffffbfff002435fdf5e030002430"));
     hostile::resonance(&bytes("2effffeb402effffffffff000010263334260a26330007412d"));
+    // A Q below the least normal number, and a frequency that is no number in rad/s.
+    hostile::levels(&bytes("13006ec7280080000c1405204205"));
+    hostile::resonance(&bytes(
+        "090202be5d1d020234203d00009a6b2800002800482800c2007328580228008328200a28de4b282ac128007400052800\
+         0c0929003f0b1f00000000005b201913110072230028000000121f3d0000000000004a0000004e000720c86d8100478b\
+         130e851e0080449a186dc02000",
+    ));
     // A period of the drive beyond all numbers.
     hostile::resonance(&bytes("ffff00083a3a2f08f9083a0859068d413a"));
 }

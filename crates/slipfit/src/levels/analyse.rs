@@ -170,12 +170,15 @@ pub fn analyse_with(levels: &Levels, options: &Options, criteria: &Criteria) -> 
     let residual_rms = (line.rss / weight_moving.iter().sum::<f64>()).sqrt();
     let figures = [p_value, correlation, residual_rms, bend_p_value].into_iter();
     let of_points = points.iter().flat_map(|p| [p.std_error, p.fitted]);
-    let of_parameters = parameters
-        .iter()
-        .flat_map(|(_, q)| [q.value, q.std_error, q.unbounded_value, q.interval_95[0], q.interval_95[1]]);
+    let of_parameters =
+        parameters.iter().flat_map(|(_, q)| [q.value, q.std_error, q.unbounded_value, q.interval_95[0]]);
+    // The limits of what is inverse to a Q may be open.
+    let measured =
+        [Parameter::Slope, Parameter::Threshold, Parameter::QFactor, Parameter::FRICTION_DISPLACEMENT];
+    let highest = measured.iter().filter_map(|p| Some(parameters.get(*p)?.interval_95[1]));
     // A factor of quality that is not above zero was too small for a number.
     let vanished = calibrated.as_ref().is_some_and(|(q, _)| !(q.value > 0.0));
-    if vanished || !figures.chain(of_points).chain(of_parameters).all(f64::is_finite) {
+    if vanished || !figures.chain(of_points).chain(of_parameters).chain(highest).all(f64::is_finite) {
         return Err(Error::NoFit {
             reason: "the levels are too large, too small or too far apart for a line",
         });
@@ -258,13 +261,15 @@ fn calibrated(
     ))
 }
 
-/// `factor/q`.
+/// `factor/q`; without an upper limit where that of `q` is not above zero.
 fn inverse(q: &Quantity, factor: f64, unit: &str) -> Quantity {
     let value = factor / q.value;
+    let [low, high] = q.interval_95;
+    let highest = if low > 0.0 { factor / low } else { f64::INFINITY };
     Quantity {
         value,
         std_error: value * q.std_error / q.value,
-        interval_95: [factor / q.interval_95[1], factor / q.interval_95[0].max(f64::MIN_POSITIVE)],
+        interval_95: [factor / high, highest],
         unbounded_value: value,
         unit: unit.to_owned(),
     }
@@ -273,8 +278,8 @@ fn inverse(q: &Quantity, factor: f64, unit: &str) -> Quantity {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::Oscillator;
     use crate::motion::steady::scan;
+    use crate::{Calibration, Oscillator};
 
     fn exact(q: f64, x_f: f64, drive: &[f64], noise: f64) -> Levels {
         let o =
@@ -288,6 +293,25 @@ mod tests {
             })
             .collect();
         Levels::builder(drive.to_vec(), amplitude).unit("mm").drive_unit("mm").build().unwrap()
+    }
+
+    /// A Q that may be zero leaves the decay rate and the damping open upwards.
+    #[test]
+    fn a_vague_q_leaves_the_decay_rate_open() {
+        let drive: Vec<f64> = (1..=20).map(|i| 0.1 * f64::from(i)).collect();
+        let calibration = Some(Calibration::Mass { value: 2.0, std_error: 0.1 });
+        let options = Options {
+            frequency_hz: Some(2.0),
+            q_factor: Some([50.0, 40.0]),
+            calibration,
+            ..Options::default()
+        };
+        let a = analyse(&exact(50.0, 0.4, &drive, 0.05), &options).unwrap();
+        for parameter in [Parameter::DECAY_RATE, Parameter::ViscousCoefficient] {
+            let q = a.parameter(parameter).unwrap();
+            assert!(q.interval_95[0] > 0.0 && q.interval_95[0] < q.value, "{q:?}");
+            assert!(q.interval_95[1].is_infinite() && q.value.is_finite(), "{q:?}");
+        }
     }
 
     #[test]

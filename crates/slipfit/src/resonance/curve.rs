@@ -2,6 +2,7 @@
 
 use crate::Error;
 use crate::motion::steady::Phasor;
+use std::f64::consts::TAU;
 
 /// What was measured at each frequency.
 #[derive(Debug, Clone, PartialEq)]
@@ -268,8 +269,9 @@ impl CurveBuilder {
         let columns = [&self.phase_rad, &self.drive, &self.std_error];
         for i in 0..n {
             let finite = |c: &&Option<Vec<f64>>| c.as_ref().is_none_or(|v| v[i].is_finite());
-            if !self.frequency_hz[i].is_finite() || !self.response.is_finite(i) || !columns.iter().all(finite)
-            {
+            // In rad/s as well.
+            let has_frequency = (TAU * self.frequency_hz[i]).is_finite();
+            if !has_frequency || !self.response.is_finite(i) || !columns.iter().all(finite) {
                 dropped.not_finite += 1;
             } else if self.frequency_hz[i] == 0.0 {
                 dropped.zero_frequency += 1;

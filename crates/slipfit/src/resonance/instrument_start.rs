@@ -166,9 +166,11 @@ fn pole(b: &Block, [middle, half]: [f64; 2], delay: f64, background: bool, delay
         (true, false) => 3,
         (false, _) => 2,
     };
+    let place_of = |omega: &f64| (omega - middle) / half;
+    let rotations: Vec<Phasor> =
+        b.omega.iter().map(|omega| Phasor::from_polar(1.0, -place_of(omega) * delay)).collect();
     let row = |i: usize| {
-        let s = (b.omega[i] - middle) / half;
-        let rotation = Phasor::from_polar(1.0, -s * delay);
+        let (s, rotation) = (place_of(&b.omega[i]), rotations[i]);
         let z = if delayed { b.data[i] * rotation.conj() } else { b.data[i] };
         let columns = if background { [z, one * s, one, rotation] } else { [z, rotation, one, one] };
         (s, columns, z)
