@@ -220,7 +220,8 @@ fn descend_until(
             let taken = undamped && ending != Ending::Left && last.iter().all(|v| v.is_finite());
             if taken && (moved || downhill()) {
                 best = last;
-                sums.rss -= predicted;
+                // Of exact data the sum is all rounding.
+                sums.rss = (sums.rss - predicted).max(0.0);
             }
             break;
         }

@@ -246,3 +246,29 @@ fn amplitudes<'a>(
 fn of_length(refusal: &Error) -> bool {
     matches!(refusal, Error::NotARingDown { .. } | Error::NoFit { .. } | Error::NoOscillation { .. })
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::Oscillator;
+    use crate::motion::decay::FreeDecay;
+    use crate::ringdown::direct::tests::noise;
+
+    /// Sums of squares of exact samples are rounding, of either sign, where the rest has a level of its own.
+    #[test]
+    fn exact_samples_to_the_stop_and_beyond_are_answered() {
+        let built =
+            Oscillator::builder().frequency_hz(1.2).q_factor(80.0).friction_displacement(0.002).build();
+        let decay = FreeDecay::from_rest(&built.unwrap(), 0.4).unwrap();
+        for seed in 0..12 {
+            let time_s: Vec<f64> = (0..2001).map(|i| f64::from(i) / 50.0).collect();
+            let last_digit = |i: usize| 1.0 + 4e-16 * (3.0 * noise(i + 2001 * seed)).round();
+            let sample = |(i, &t): (usize, &f64)| decay.displacement(t) * last_digit(i);
+            let angle: Vec<f64> = time_s.iter().enumerate().map(sample).collect();
+            let record = Record::new(time_s, angle).unwrap().with_unit("rad");
+            let answer = analyse(&record, &Options::default()).unwrap();
+            let x_f = answer.parameter(Parameter::FRICTION_DISPLACEMENT).unwrap();
+            assert!((x_f.value - 0.002).abs() < 1e-9, "{seed}: {x_f:?}");
+        }
+    }
+}

@@ -121,7 +121,8 @@ impl Waveform<'_> {
                 out.jtj[(i.max(X_F), i.min(X_F))] += sign * sums[i - OFFSET];
             }
         }
-        out.rss += n * level * level - 2.0 * level * left;
+        // Of exact samples the difference is all rounding.
+        out.rss = (out.rss + n * level * level - 2.0 * level * left).max(0.0);
         if let Some(list) = residuals {
             list[from..].iter_mut().for_each(|r| *r -= level);
         }
