@@ -220,8 +220,7 @@ fn descend_until(
             let taken = undamped && ending != Ending::Left && last.iter().all(|v| v.is_finite());
             if taken && (moved || downhill()) {
                 best = last;
-                // Of exact data the sum is all rounding.
-                sums.rss = (sums.rss - predicted).max(0.0);
+                sums.rss -= predicted;
             }
             break;
         }

@@ -121,8 +121,9 @@ impl Waveform<'_> {
                 out.jtj[(i.max(X_F), i.min(X_F))] += sign * sums[i - OFFSET];
             }
         }
-        // Of exact samples the difference is all rounding.
-        out.rss = (out.rss + n * level * level - 2.0 * level * left).max(0.0);
+        // Of exact samples the difference is all rounding, of either sign.
+        let rounding = f64::EPSILON.powi(2) * n * level * level;
+        out.rss = (out.rss + n * level * level - 2.0 * level * left).max(rounding);
         if let Some(list) = residuals {
             list[from..].iter_mut().for_each(|r| *r -= level);
         }
