@@ -75,7 +75,8 @@ fn lag_rate(e: &Evidence, chosen: &ModelFit, omega: f64) -> Option<f64> {
         let lag = (1.5 * law.a0 / amplitude + 5.0 / 6.0 * law.a2 * amplitude) / omega;
         (vec![1.0, b.time_s - start], lag, phase_weight(b, noise))
     });
-    Some(linear(rows, 2)?.0[1])
+    // An amplitude of zero without noise has no lag.
+    Some(linear(rows, 2)?.0[1]).filter(|rate| rate.is_finite())
 }
 
 /// Whether the frequency of the oscillation is known.
