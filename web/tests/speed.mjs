@@ -56,8 +56,9 @@ makes; Chromium ${version.split(".")[0]}, the best of ${ROUNDS}.
 ${row("the command on one core, from process start", `${ours.toFixed(0)} ms`, "", "")}
 ${row("the page, from the drop to its first answer", `${once.toFixed(0)} ms`, "≤ 1 s", met(once <= 1000))}
 ${row("the page, the second file", `${second.toFixed(0)} ms`, "", "")}
+${row("the second file, over the command", (second / ours).toFixed(1), "≤ 3", met(second <= 3 * ours))}
 ${row("the page, a later file", `${again.toFixed(0)} ms`, "", "")}
-${row("the page with a later file, over the command", (again / ours).toFixed(1), "≤ 3", met(again <= 3 * ours))}
+${row("a later file, over the command", (again / ours).toFixed(1), "≤ 3", met(again <= 3 * ours))}
 
 The page computes two numbers at a time, the command up to eight; the first answer waits for the browser's compiler, which
 goes on beside the next ones: later files are those after the first ${COMPILED + 2}.
