@@ -2,11 +2,12 @@
 #![allow(clippy::unwrap_used, reason = "a failed unwrap fails the test, as it should")]
 
 use proptest::prelude::*;
+use pulldown_cmark::{Event, Options, Parser, Tag};
 use slipfit_report::escape;
 
 /// Signs that mean something somewhere, whole attacks, and any other text between them.
 fn name() -> impl Strategy<Value = String> {
-    const PARTS: [&str; 26] = [
+    const PARTS: [&str; 28] = [
         "=cmd()|' /C calc'!A0",
         "=",
         "+",
@@ -28,6 +29,8 @@ fn name() -> impl Strategy<Value = String> {
         "</title>",
         "&",
         "](javascript:x)",
+        "[",
+        "]",
         "`",
         "*",
         "\\input{x}",
@@ -51,18 +54,23 @@ fn steers(text: &str) -> bool {
     text.contains(|c: char| (c.is_control() && c != '\n') || turns(c))
 }
 
-/// What is left where no sign behind a backslash counts.
-fn bare(text: &str) -> String {
-    let mut out = String::new();
-    let mut signs = text.chars();
-    while let Some(c) = signs.next() {
-        if c == '\\' {
-            signs.next();
-        } else {
-            out.push(c)
+/// What a reader of Markdown sees: the text of each cell or paragraph, or the first mark-up in it.
+fn read_markdown(text: &str) -> Result<Vec<String>, String> {
+    let options = Options::ENABLE_TABLES
+        | Options::ENABLE_FOOTNOTES
+        | Options::ENABLE_STRIKETHROUGH
+        | Options::ENABLE_MATH
+        | Options::ENABLE_TASKLISTS;
+    let mut parts = vec![String::new()];
+    for event in Parser::new_ext(text, options) {
+        match event {
+            Event::Start(Tag::TableCell | Tag::Paragraph) => parts.push(String::new()),
+            Event::Start(Tag::Table(_) | Tag::TableHead | Tag::TableRow) | Event::End(_) => {}
+            Event::Text(part) => parts.last_mut().into_iter().for_each(|text| text.push_str(&part)),
+            event => return Err(format!("{event:?}")),
         }
     }
-    out
+    Ok(parts.split_off(1))
 }
 
 proptest! {
@@ -129,9 +137,14 @@ proptest! {
 
     #[test]
     fn markdown_marks_nothing_up(name in name()) {
-        let bare = bare(&escape::markdown_cell(&name));
-        prop_assert!(!bare.contains(['|', '`', '*', '<']), "{bare}");
-        prop_assert!(!bare.contains("]("), "{bare}");
+        let cell = escape::markdown_cell(&name);
+        let table = read_markdown(&format!("| file |\n|---|\n| read {cell} |\n"));
+        let table = table.map_err(|event| TestCaseError::fail(format!("{event}: {cell}")))?;
+        prop_assert_eq!(table.len(), 2, "{}", cell);
+        let line = escape::markdown(&name);
+        let paragraphs = read_markdown(&format!("read {line}"));
+        let paragraphs = paragraphs.map_err(|event| TestCaseError::fail(format!("{event}: {line}")))?;
+        prop_assert_eq!(paragraphs.len(), 1, "{}", line);
     }
 
     #[test]
