@@ -17,7 +17,7 @@ use std::path::{Path, PathBuf};
 use std::process::{Command, ExitCode};
 
 use crate::Failure;
-use crate::places::{cargo, root, run, target};
+use crate::places::{root, slipfit};
 
 /// Where the pages with commands lie.
 const PAGES: [&str; 3] = ["docs", "examples", "."];
@@ -47,13 +47,13 @@ pub(crate) struct Found {
 
 /// Runs all commands; with `write` the pages get what they printed.
 pub(crate) fn check(write: bool) -> Result<Found, Failure> {
-    run(cargo().args(["build", "--package", "slipfit-cli"]))?;
-    let programs = target()?.join("debug");
+    let slipfit = slipfit()?;
+    let programs = slipfit.parent().ok_or("the program lies in no folder")?;
     let mut found = Found { commands: 0, pages: 0, differ: Vec::new() };
     for page in pages()? {
         let text = fs::read_to_string(&page)?;
         let shown = page.strip_prefix(root()).unwrap_or(&page).display().to_string();
-        let Some(renewed) = one(&text, &shown, &programs, &mut found)? else { continue };
+        let Some(renewed) = one(&text, &shown, programs, &mut found)? else { continue };
         found.pages += 1;
         if write && renewed != text {
             fs::write(&page, renewed)?;

@@ -31,6 +31,20 @@ pub(crate) fn cargo() -> Command {
     command(std::env::var_os("CARGO").unwrap_or_else(|| "cargo".into()))
 }
 
+/// The program `slipfit` as users have it, built where it is missing. With `slipfit app` in it always: without that
+/// feature the readers' dependencies have others, and would be compiled once more.
+pub(crate) fn slipfit() -> Result<PathBuf, Failure> {
+    run(&mut slipfit_build())?;
+    Ok(target()?.join("release/slipfit").with_extension(std::env::consts::EXE_EXTENSION))
+}
+
+/// What builds it.
+pub(crate) fn slipfit_build() -> Command {
+    let mut build = cargo();
+    build.args(["build", "--quiet", "--release", "--package", "slipfit-cli", "--features", "app"]);
+    build
+}
+
 /// Whether a command can be started and succeeds; what it says is not shown.
 pub(crate) fn succeeds(command: &mut Command) -> bool {
     command.output().is_ok_and(|output| output.status.success())

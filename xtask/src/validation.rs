@@ -3,7 +3,7 @@
 use std::process::ExitCode;
 
 use crate::Failure;
-use crate::places::{cargo, run};
+use crate::places::{cargo, slipfit};
 use crate::python;
 
 /// Runs a subject of `slipfit-validation` with the arguments as they are.
@@ -12,7 +12,7 @@ pub(crate) fn chore(subject: &str, arguments: &[String]) -> Result<ExitCode, Fai
     program.args(["run", "--quiet", "--release", "--package", "slipfit-validation", "--", subject]);
     if subject == "bench" {
         // The command itself is a contestant.
-        run(cargo().args(["build", "--release", "--package", "slipfit-cli"]))?;
+        slipfit()?;
         program.arg("--python").arg(python::interpreter()?);
     }
     let status = program.args(arguments).status()?;

@@ -7,7 +7,7 @@ use std::path::{Path, PathBuf};
 use std::process::{Command, ExitCode};
 
 use crate::Failure;
-use crate::places::{cargo, command, root, run, succeeds, target};
+use crate::places::{cargo, command, root, run, slipfit, succeeds, target};
 
 /// The target of browsers.
 pub(crate) const WASM: &str = "wasm32-unknown-unknown";
@@ -215,10 +215,9 @@ fn examples(folder: &Path) -> Result<(), Failure> {
     for name in EXAMPLES {
         std::fs::copy(root().join("examples").join(name), folder.join(name))?;
     }
+    let slipfit = slipfit()?;
     let simulated = |arguments: &str| -> Result<String, Failure> {
-        let mut simulate = cargo();
-        simulate.args(["run", "--release", "--quiet", "--package", "slipfit-cli", "--"]);
-        let output = simulate.args(["simulate", "decay"]).args(arguments.split(' ')).output()?;
+        let output = command(&slipfit).args(["simulate", "decay"]).args(arguments.split(' ')).output()?;
         if !output.status.success() {
             return Err(String::from_utf8_lossy(&output.stderr).into());
         }

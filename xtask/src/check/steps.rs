@@ -4,7 +4,7 @@ use std::ffi::OsStr;
 use std::path::{Path, PathBuf};
 
 use super::outcome::{Outcome, Step};
-use crate::places::{cargo, command, root, run, succeeds, target};
+use crate::places::{cargo, command, root, run, slipfit, slipfit_build, succeeds, target};
 use crate::tools::{CARGO_DENY, TYPOS};
 use crate::web::{self, Toolchain, WASM};
 use crate::{Failure, book, python};
@@ -19,8 +19,8 @@ pub(super) const ALL: [Step; 14] = [
     ("tests", tests),
     ("documentation tests", documentation_tests),
     ("Python package", python_package),
-    ("page in a browser", page_in_a_browser),
     ("commands of the documentation", commands_of_the_documentation),
+    ("page in a browser", page_in_a_browser),
     ("licences, bans, sources", licences_bans_sources),
     ("advisories", advisories),
     ("spelling", spelling),
@@ -66,9 +66,9 @@ fn brings_c(package: &str) -> bool {
     BUILDERS.contains(&package) || (package.ends_with("-sys") && !HARMLESS.contains(&package))
 }
 
+/// Code for it is generated where the page is built.
 fn core_without_default_features() -> Result<Outcome, Failure> {
     let alone = ["--package", "slipfit", "--lib", "--no-default-features"];
-    run(cargo().arg("build").args(alone))?;
     run(cargo().arg("clippy").args(alone).args(["--", "-D", "warnings"]))?;
     Ok(Outcome::passed())
 }
@@ -179,9 +179,7 @@ fn python_package() -> Result<Outcome, Failure> {
     let wheel = std::fs::read_dir(&wheels)?.next().ok_or("maturin built no wheel")??.path();
     let again = [OsStr::new("--force-reinstall"), OsStr::new("--no-deps"), wheel.as_os_str()];
     python::install(&programs, again)?;
-    run(cargo().args(["build", "--quiet", "--release", "--package", "slipfit-cli"]))?;
-    let slipfit = target()?.join("release/slipfit").with_extension(std::env::consts::EXE_EXTENSION);
-    run(command(&python).args(["-m", "pytest", "--quiet"]).env("SLIPFIT_COMMAND", slipfit))?;
+    run(command(&python).args(["-m", "pytest", "--quiet"]).env("SLIPFIT_COMMAND", slipfit()?))?;
     run(command(&python).args(["-m", "mypy"]))?;
     // The types; its program for Node comes over the network the first time.
     run(command(programs.join("pyright")).arg("--pythonpath").arg(&python))?;
@@ -232,9 +230,7 @@ fn page_in_a_browser() -> Result<Outcome, Failure> {
         .current_dir(&folder))?;
     let Some(browser) = web::chromium() else { return skipped("there is no Chromium; CHROMIUM names one") };
     // What the page must agree with, and what serves it.
-    let mut build = cargo();
-    build.args(["build", "--release", "--package", "slipfit-cli", "--features", "app"]);
-    run(build.env("SLIPFIT_SITE", &site.folder))?;
+    run(slipfit_build().env("SLIPFIT_SITE", &site.folder))?;
     let mut tests = command("node");
     tests.args(["--test", "--test-concurrency=2", "tests/"]).current_dir(&folder);
     run(tests.env("SLIPFIT_SITE", &site.folder).env("CHROMIUM", browser))?;
