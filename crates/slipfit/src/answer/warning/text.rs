@@ -10,6 +10,30 @@ fn percent(part: f64) -> String {
     format!("{:.*} %", digits as usize, 100.0 * part)
 }
 
+/// A value with its error rounded to one digit, to two below 3, as `(3.4 ± 0.8)×10⁻³ rad`.
+fn with_error([value, error]: [f64; 2], unit: &str) -> String {
+    let size = value.abs().max(error);
+    if !(size > 0.0 && size.is_finite() && error > 0.0) {
+        return format!("{value:.3e} {unit}").trim_end().to_owned();
+    }
+    let power = size.log10().floor();
+    let [value, error] = [value, error].map(|number| number / 10f64.powf(power));
+    let leading = error.log10().floor();
+    let digits = if error / 10f64.powf(leading) < 3.0 { 1.0 - leading } else { -leading };
+    let digits = digits.clamp(0.0, 9.0) as usize;
+    let number = format!("{value:.digits$} ± {error:.digits$}");
+    let text = match power as i32 {
+        0 => format!("{number} {unit}"),
+        power => format!("({number})×10{} {unit}", superscript(power)),
+    };
+    text.trim_end().to_owned()
+}
+
+fn superscript(number: i32) -> String {
+    let digit = |c: char| "⁰¹²³⁴⁵⁶⁷⁸⁹".chars().nth(c as usize - '0' as usize).unwrap_or(c);
+    number.to_string().chars().map(|c| if c == '-' { '⁻' } else { digit(c) }).collect()
+}
+
 impl fmt::Display for Warning {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         match self {
@@ -153,13 +177,11 @@ impl fmt::Display for Warning {
                     (None, false, true) => "a delay without a background explains",
                     (None, false, false) => "no term of the instrument explains",
                 };
-                let [value, error] = friction_displacement;
-                let text = format!("{value:.3e} ± {error:.1e} {unit}");
                 write!(
                     f,
                     "{terms} the curve as well (BIC differs by {:.1}), with x_F = {}; the intervals count it",
                     delta_bic.abs(),
-                    text.trim_end()
+                    with_error(*friction_displacement, unit)
                 )
             }
             Warning::Delay { delay_s } => {
@@ -246,6 +268,14 @@ impl fmt::Display for Warning {
 #[cfg(test)]
 mod tests {
     use super::*;
+
+    #[test]
+    fn a_value_is_rounded_to_its_error() {
+        assert_eq!(with_error([3.364e-3, 7.6e-4], "rad"), "(3.4 ± 0.8)×10⁻³ rad");
+        assert_eq!(with_error([1.2346e-12, 1.4e-15], "m"), "(1.2346 ± 0.0014)×10⁻¹² m");
+        assert_eq!(with_error([2.5, 0.31], ""), "2.5 ± 0.3");
+        assert_eq!(with_error([4e5, 0.0], "V"), "4.000e5 V");
+    }
 
     #[test]
     fn a_signal_without_a_unit_leaves_no_gap() {
