@@ -185,10 +185,13 @@ fn check_text(window: &[u8]) -> Result<(), ReadProblem> {
     if window.trim_ascii().is_empty() {
         return Err(ReadProblem::Empty);
     }
-    let strange = |b: &u8| matches!(b, 0 | 1..=8 | 14..=25 | 27..=31);
+    // Without branches, so that it runs in vector instructions.
+    let strange = |b: u8| (b < 9) | ((b >= 14) & (b < 32) & (b != 26));
+    let count_of = |bytes: &[u8]| usize::from(bytes.iter().map(|b| u8::from(strange(*b))).sum::<u8>());
     // A stray control character is a logger's hiccup, many are no text.
-    let count = window.iter().filter(|b| strange(b)).count();
-    if let Some(position) = window.iter().position(strange)
+    let count: usize = window.chunks(128).map(count_of).sum();
+    if count > 0
+        && let Some(position) = window.iter().position(|b| strange(*b))
         && (window.contains(&0) || count * 100 > window.len())
     {
         return Err(ReadProblem::Binary { byte: window[position], position });
