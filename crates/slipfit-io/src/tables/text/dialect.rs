@@ -139,20 +139,12 @@ pub(super) fn detect(lines: &[&[u8]]) -> Option<Shape> {
 
 fn detect_rows(lines: &[&[u8]], words: bool) -> Option<Shape> {
     let mut best: Option<(usize, Shape)> = None;
-    let mut undivided: Vec<(Decimal, Vec<usize>)> = Vec::new();
+    let mut whole = vec![[None; 2]; lines.len()];
     for &(delimiter, decimal) in CANDIDATES {
-        let widths = || rows_of_numbers(lines, delimiter, decimal, words);
-        let divided = lines.iter().any(|line| divides(line, delimiter));
-        let widths = match undivided.iter().find(|(known, _)| *known == decimal) {
-            Some((_, widths)) if !divided => widths.clone(),
-            _ => widths(),
-        };
+        let widths = rows_of_numbers(lines, &mut whole, delimiter, decimal, words);
         let Some(width) = mode(&widths) else { continue };
         let shape = Shape { delimiter, decimal, width, words };
         let rows = widths.len();
-        if !divided {
-            undivided.push((decimal, widths));
-        }
         // One cell a row is what any wrong delimiter gives.
         let better = best.is_none_or(|(most, held)| {
             let clearly = rows * 50 > most * 51;
@@ -173,16 +165,28 @@ fn detect_rows(lines: &[&[u8]], words: bool) -> Option<Shape> {
     Some(shape)
 }
 
-/// The number of cells of each row of numbers.
-fn rows_of_numbers(lines: &[&[u8]], delimiter: Delimiter, decimal: Decimal, words: bool) -> Vec<usize> {
-    let width = |line: &&[u8]| match row_kind(line, delimiter, decimal, words) {
-        RowKind::Numbers(width) => Some(width),
-        _ => None,
+/// The number of cells of each row of numbers. A line that a delimiter does not divide is the same for each of
+/// them: `whole` keeps its kind for points and for commas.
+fn rows_of_numbers(
+    lines: &[&[u8]],
+    whole: &mut [[Option<RowKind>; 2]],
+    delimiter: Delimiter,
+    decimal: Decimal,
+    words: bool,
+) -> Vec<usize> {
+    let kind = |(line, whole): (&&[u8], &mut [Option<RowKind>; 2])| {
+        let kind = || row_kind(line, delimiter, decimal, words);
+        let kind = if divides(line, delimiter) {
+            kind()
+        } else {
+            *whole[usize::from(decimal == Decimal::Comma)].get_or_insert_with(kind)
+        };
+        if let RowKind::Numbers(width) = kind { Some(width) } else { None }
     };
-    lines.iter().filter_map(width).collect()
+    lines.iter().zip(whole).filter_map(kind).collect()
 }
 
-/// Whether a line has more than one cell: lines that no delimiter divides are the same rows for each.
+/// Whether a line has more than one cell.
 fn divides(line: &[u8], delimiter: Delimiter) -> bool {
     match separator(delimiter) {
         Some(separator) => memchr(separator, line).is_some(),
