@@ -1,8 +1,8 @@
 //! Files of every format, changed at random: no panic, no hang, no memory
 //! beyond a few times the input.
 //!
-//! For a moment, without coverage; `cargo xtask fuzz` does it for as long as
-//! wanted, guided by coverage, one target a format. Seeds are the fixtures in
+//! For a moment, or for as many files as `SLIPFIT_FUZZ_FILES` says, without coverage; `cargo xtask fuzz`
+//! is guided by coverage, one target a format. Seeds are the fixtures in
 //! `validation/reference/formats`. What fails is written to `target/fuzz` and named.
 #![allow(clippy::unwrap_used, reason = "a failed unwrap fails the test, as it should")]
 
@@ -145,7 +145,8 @@ fn keep(name: &str, bytes: &[u8]) -> PathBuf {
     path
 }
 
-fn run(time: Duration) {
+/// For so long, or for so many files where a number is given.
+fn run(time: Duration, files: Option<u64>) {
     let folder = concat!(env!("CARGO_MANIFEST_DIR"), "/../../validation/reference/");
     let formats = std::fs::read_dir(format!("{folder}formats")).unwrap().map(|e| e.unwrap().path());
     let mut seeds: Vec<(String, Format, Vec<u8>)> = formats
@@ -176,7 +177,7 @@ fn run(time: Duration) {
     let mut random = Random(0x2545_f491_4f6c_dd1c);
     let mut counts = vec![0_u64; seeds.len()];
     let mut worst = vec![0_usize; seeds.len()];
-    while start.elapsed() < time {
+    while files.map_or(start.elapsed() < time, |files| counts.iter().sum::<u64>() < files) {
         for i in 0..seeds.len() {
             let (name, format, seed) = &seeds[i];
             let others: Vec<&Vec<u8>> = seeds.iter().filter(|s| s.1 == *format).map(|s| &s.2).collect();
@@ -218,7 +219,8 @@ fn name(path: &Path) -> String {
 
 #[test]
 fn changed_files_are_read_or_refused() {
-    run(Duration::from_secs(5));
+    let files = std::env::var("SLIPFIT_FUZZ_FILES").ok();
+    run(Duration::from_secs(5), files.map(|number| number.parse().unwrap()));
 }
 
 /// What fuzzing has found once.

@@ -24,30 +24,34 @@ pub(super) fn separator(delimiter: Delimiter) -> Option<u8> {
 
 /// The cells of a line, quotes heeded and kept.
 pub(super) fn cells(line: &[u8], delimiter: Delimiter) -> Vec<&[u8]> {
-    match separator(delimiter) {
-        Some(separator) => separated(line, separator),
-        None if delimiter == Delimiter::None => vec![line],
-        None => line.split(u8::is_ascii_whitespace).filter(|c| !c.is_empty()).collect(),
-    }
+    let mut cells = Vec::new();
+    for_each_cell(line, delimiter, |cell| cells.push(cell));
+    cells
 }
 
-fn separated(line: &[u8], separator: u8) -> Vec<&[u8]> {
+/// Hands on each cell of a line, quotes heeded and kept.
+fn for_each_cell<'a>(line: &'a [u8], delimiter: Delimiter, mut take: impl FnMut(&'a [u8])) {
+    let Some(separator) = separator(delimiter) else {
+        if delimiter == Delimiter::None {
+            return take(line);
+        }
+        return line.split(u8::is_ascii_whitespace).filter(|cell| !cell.is_empty()).for_each(take);
+    };
     if memchr(b'"', line).is_none() {
-        return line.split(|b| *b == separator).collect();
+        return line.split(|byte| *byte == separator).for_each(take);
     }
-    let (mut cells, mut start, mut quoted) = (Vec::new(), 0, false);
+    let (mut start, mut quoted) = (0, false);
     for (i, &byte) in line.iter().enumerate() {
         if byte == b'"' {
             // A quote opens a cell only at its beginning; inches stand inside.
             quoted =
                 if quoted { false } else { line[start..i].trim_ascii().is_empty() || ends_quote(line, i) };
         } else if byte == separator && !quoted {
-            cells.push(&line[start..i]);
+            take(&line[start..i]);
             start = i + 1;
         }
     }
-    cells.push(&line[start..]);
-    cells
+    take(&line[start..]);
 }
 
 /// Whether the quote at `i` is the second of a doubled one.
@@ -74,16 +78,20 @@ pub(super) fn row_kind(line: &[u8], delimiter: Delimiter, decimal: Decimal, word
     if is_comment(line) {
         return RowKind::Comment;
     }
-    let cells = cells(line, delimiter);
-    let mut numbers = 0;
-    for cell in &cells {
+    let (mut width, mut numbers, mut text) = (0, 0, false);
+    for_each_cell(line, delimiter, |cell| {
+        width += 1;
+        // One word in a row of numbers decides.
+        if text {
+            return;
+        }
         match number::cell(cell, decimal) {
             Cell::Number(_) => numbers += 1,
-            Cell::Text if !words => return RowKind::Text(cells.len()),
-            Cell::Missing | Cell::Text => {}
+            Cell::Text => text = !words,
+            Cell::Missing => {}
         }
-    }
-    if numbers > 0 { RowKind::Numbers(cells.len()) } else { RowKind::Text(cells.len()) }
+    });
+    if numbers > 0 && !text { RowKind::Numbers(width) } else { RowKind::Text(width) }
 }
 
 /// Delimiter, decimal mark and the most common number of cells.
@@ -131,14 +139,9 @@ pub(super) fn detect(lines: &[&[u8]]) -> Option<Shape> {
 
 fn detect_rows(lines: &[&[u8]], words: bool) -> Option<Shape> {
     let mut best: Option<(usize, Shape)> = None;
+    let mut whole = vec![[None; 2]; lines.len()];
     for &(delimiter, decimal) in CANDIDATES {
-        let widths: Vec<usize> = lines
-            .iter()
-            .filter_map(|line| match row_kind(line, delimiter, decimal, words) {
-                RowKind::Numbers(width) => Some(width),
-                _ => None,
-            })
-            .collect();
+        let widths = rows_of_numbers(lines, &mut whole, delimiter, decimal, words);
         let Some(width) = mode(&widths) else { continue };
         let shape = Shape { delimiter, decimal, width, words };
         let rows = widths.len();
@@ -162,6 +165,35 @@ fn detect_rows(lines: &[&[u8]], words: bool) -> Option<Shape> {
     Some(shape)
 }
 
+/// The number of cells of each row of numbers. A line that a delimiter does not divide is the same for each of
+/// them: `whole` keeps its kind for points and for commas.
+fn rows_of_numbers(
+    lines: &[&[u8]],
+    whole: &mut [[Option<RowKind>; 2]],
+    delimiter: Delimiter,
+    decimal: Decimal,
+    words: bool,
+) -> Vec<usize> {
+    let kind = |(line, whole): (&&[u8], &mut [Option<RowKind>; 2])| {
+        let kind = || row_kind(line, delimiter, decimal, words);
+        let kind = if divides(line, delimiter) {
+            kind()
+        } else {
+            *whole[usize::from(decimal == Decimal::Comma)].get_or_insert_with(kind)
+        };
+        if let RowKind::Numbers(width) = kind { Some(width) } else { None }
+    };
+    lines.iter().zip(whole).filter_map(kind).collect()
+}
+
+/// Whether a line has more than one cell.
+fn divides(line: &[u8], delimiter: Delimiter) -> bool {
+    match separator(delimiter) {
+        Some(separator) => memchr(separator, line).is_some(),
+        None => line.trim_ascii().iter().any(u8::is_ascii_whitespace),
+    }
+}
+
 /// Whether commas that could separate pairs of integers are decimal marks of
 /// single numbers: `38,0169` is.
 fn is_decimal_comma(lines: &[&[u8]]) -> bool {
@@ -170,7 +202,7 @@ fn is_decimal_comma(lines: &[&[u8]]) -> bool {
         match row_kind(line, Delimiter::Comma, Decimal::Point, false) {
             RowKind::Numbers(1) => {}
             RowKind::Numbers(2) => {
-                let cells = separated(line, b',');
+                let cells = cells(line, Delimiter::Comma);
                 let (left, right) = (number::trim(cells[0]), number::trim(cells[1]));
                 if !is_integer(left) || right.is_empty() || !right.iter().all(u8::is_ascii_digit) {
                     return false;

@@ -43,9 +43,8 @@ pub(crate) fn text(bytes: &[u8]) -> Cow<'_, str> {
 /// Finds the table in the first lines of a file.
 pub(super) fn find(lines: &[&[u8]]) -> Option<Layout> {
     let shape = dialect::detect(lines)?;
-    let kinds: Vec<RowKind> =
-        lines.iter().map(|l| dialect::row_kind(l, shape.delimiter, shape.decimal, shape.words)).collect();
-    let first_line = first_row(&kinds, shape.width)?;
+    let mut kinds = Vec::new();
+    let first_line = first_row(lines, shape, &mut kinds)?;
     let mut notes = Vec::new();
     let header = header(lines, &kinds, first_line, shape, &mut notes);
     let (header_line, names) = match header {
@@ -82,18 +81,32 @@ fn stamped(mut names: Vec<Name>, row: &[u8], shape: Shape, notes: &mut Vec<Note>
     (names, day.unwrap_or(0))
 }
 
-/// The first row of numbers of the usual width that others follow.
-fn first_row(kinds: &[RowKind], width: usize) -> Option<usize> {
-    let is_row = |kind: &RowKind| matches!(kind, RowKind::Numbers(_));
-    let usual = |i: usize| kinds[i] == RowKind::Numbers(width);
-    let followed = |i: usize| {
-        let next: Vec<&RowKind> =
-            kinds[i..].iter().filter(|k| **k != RowKind::Blank).take(LOOK_AHEAD).collect();
-        // A date above the header is no row: the header stands between it and the numbers.
-        next.get(1).is_none_or(|k| !matches!(k, RowKind::Text(_)))
-            && next.iter().filter(|k| is_row(k)).count() * 5 >= next.len() * 4
+/// The first row of numbers of the usual width that others follow; `kinds` are those of the lines that it
+/// takes to find it.
+fn first_row(lines: &[&[u8]], shape: Shape, kinds: &mut Vec<RowKind>) -> Option<usize> {
+    let mut kind = |i: usize| {
+        let seen = kinds.len();
+        let more = lines.get(seen..=i).unwrap_or_default();
+        kinds.extend(more.iter().map(|l| dialect::row_kind(l, shape.delimiter, shape.decimal, shape.words)));
+        kinds[i]
     };
-    (0..kinds.len()).find(|&i| usual(i) && followed(i)).or_else(|| (0..kinds.len()).find(|&i| usual(i)))
+    let usual = RowKind::Numbers(shape.width);
+    let mut any = None;
+    for i in 0..lines.len() {
+        if kind(i) != usual {
+            continue;
+        }
+        any = any.or(Some(i));
+        let next: Vec<RowKind> =
+            (i..lines.len()).map(&mut kind).filter(|k| *k != RowKind::Blank).take(LOOK_AHEAD).collect();
+        let rows = next.iter().filter(|k| matches!(k, RowKind::Numbers(_))).count();
+        // A date above the header is no row: the header stands between it and the numbers.
+        let header_below = matches!(next.get(1), Some(RowKind::Text(_)));
+        if !header_below && rows * 5 >= next.len() * 4 {
+            return Some(i);
+        }
+    }
+    any
 }
 
 fn header(

@@ -17,6 +17,9 @@ pub(super) enum Cell {
 /// The longest number read with a decimal comma.
 const LONGEST: usize = 64;
 
+/// The longest word for no value, in characters.
+const LONGEST_WORD: usize = 9;
+
 /// Words for no value, in lower case.
 const MISSING: &[&str] = &[
     "-",
@@ -110,22 +113,29 @@ fn odd(bytes: &[u8], decimal: Decimal, day: i64) -> Cell {
         return Cell::Text;
     }
     let Ok(text) = std::str::from_utf8(bytes) else { return Cell::Text };
-    let lower = text.to_lowercase();
-    if MISSING.contains(&lower.as_str()) {
+    if text.chars().count() <= LONGEST_WORD && MISSING.contains(&text.to_lowercase().as_str()) {
         return Cell::Missing;
     }
-    // U+2212 is the minus of typesetters, D the exponent of Fortran.
-    let mut plain = lower.replace('\u{2212}', "-");
-    if plain.starts_with(|c: char| c.is_ascii_digit() || "+-.,".contains(c)) {
-        plain = plain.replace('d', "e");
+    let typeset = typeset(text);
+    let plain = typeset.as_deref().unwrap_or(text);
+    let value =
+        typeset.as_ref().and_then(|plain| number(plain.as_bytes(), decimal)).filter(|v| v.is_finite());
+    let value = value.or_else(|| ungrouped(plain, decimal));
+    match value.or_else(|| stamp::read(text).map(|stamp| stamp.since(day))) {
+        Some(value) => Cell::Number(value),
+        None => Cell::Text,
     }
-    match number(plain.as_bytes(), decimal) {
-        Some(value) if value.is_finite() => Cell::Number(value),
-        _ => match ungrouped(&plain, decimal).or_else(|| stamp::read(text).map(|stamp| stamp.since(day))) {
-            Some(value) => Cell::Number(value),
-            None => Cell::Text,
-        },
+}
+
+/// A number with the minus of typesetters (U+2212) or the exponent of Fortran (D) as a program writes it.
+fn typeset(text: &str) -> Option<String> {
+    // The first byte of that minus in UTF-8 is E2.
+    if !text.bytes().any(|byte| matches!(byte, b'd' | b'D' | 0xe2)) {
+        return None;
     }
+    let plain = text.replace('\u{2212}', "-");
+    let begins = plain.starts_with(|c: char| c.is_ascii_digit() || "+-.,".contains(c));
+    Some(if begins { plain.replace(['d', 'D'], "e") } else { plain })
 }
 
 /// A number whose thousands are set apart: `1,234.5`, `1.234,5`, `1 234,5`, `1'234.5`. A lone comma or
@@ -143,15 +153,17 @@ fn ungrouped(text: &str, decimal: Decimal) -> Option<f64> {
     let separator = whole.chars().find(|c| !c.is_ascii_digit())?;
     let known = separator == group
         || matches!(separator, ' ' | '\'' | '\u{2019}' | '\u{a0}' | '\u{202f}' | '\u{2009}');
-    let groups: Vec<&str> = whole.split(separator).collect();
-    let digits = |part: &&str| part.bytes().all(|b| b.is_ascii_digit());
-    let sized = (1..=3).contains(&groups[0].len()) && groups[1..].iter().all(|g| g.len() == 3);
-    let clear = separator != group || fraction.is_some() || groups.len() > 2;
-    if !known || !sized || !clear || groups[0].starts_with('0') || !groups.iter().all(digits) {
+    let first = whole.split(separator).next()?;
+    if !known || !(1..=3).contains(&first.len()) || first.starts_with('0') {
+        return None;
+    }
+    let mut others = whole.split(separator).skip(1);
+    let clear = separator != group || fraction.is_some() || others.clone().nth(1).is_some();
+    if !clear || !others.all(|part| part.len() == 3 && part.bytes().all(|b| b.is_ascii_digit())) {
         return None;
     }
     let sign = if text.starts_with('-') { "-" } else { "" };
-    let plain = format!("{sign}{}.{}", groups.concat(), fraction.unwrap_or("0"));
+    let plain = format!("{sign}{}.{}", whole.replace(separator, ""), fraction.unwrap_or("0"));
     plain.parse().ok().filter(|v: &f64| v.is_finite())
 }
 
@@ -168,6 +180,7 @@ mod tests {
             ("-,5", Decimal::Comma, -0.5),
             ("1.0D-3", Decimal::Point, 1e-3),
             ("\u{2212}3,25E+01", Decimal::Comma, -32.5),
+            ("\u{2212}1,234.5", Decimal::Point, -1234.5),
             ("\u{a0}7", Decimal::Point, 7.0),
             (".5", Decimal::Point, 0.5),
             ("5.", Decimal::Point, 5.0),
@@ -206,6 +219,7 @@ mod tests {
 
     #[test]
     fn words_for_nothing_are_missing_and_other_words_are_text() {
+        assert_eq!(MISSING.iter().map(|word| word.chars().count()).max(), Some(LONGEST_WORD));
         for text in ["", "  ", "NaN", "-nan(ind)", "inf", "#N/A", "--", "1e999", "∞"] {
             assert_eq!(cell(text.as_bytes(), Decimal::Point), Cell::Missing, "{text}");
         }

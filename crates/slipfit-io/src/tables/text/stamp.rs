@@ -34,7 +34,7 @@ pub(super) fn read(text: &str) -> Option<Stamp> {
     if text.len() > 40 || !text.starts_with(|c: char| c.is_ascii_digit()) {
         return None;
     }
-    let split = text.find(['T', 't', ' ']);
+    let split = text.bytes().position(|byte| matches!(byte, b'T' | b't' | b' '));
     let (first, rest) = match split {
         Some(at) => (&text[..at], text[at + 1..].trim_start()),
         None => (text, ""),
@@ -54,16 +54,16 @@ fn digits(text: &str, most: usize) -> Option<i64> {
 
 /// Days since 1970.
 fn date(text: &str) -> Option<i64> {
-    let mark = text.chars().find(|c| !c.is_ascii_digit());
-    let Some(mark) = mark else {
-        // ISO 8601 without hyphens stands before a `T` only; alone it is a number.
-        return None;
-    };
-    if !matches!(mark, '-' | '/' | '.') {
+    // ISO 8601 without hyphens stands before a `T` only; alone it is a number.
+    let mark = text.bytes().find(|byte| !byte.is_ascii_digit())?;
+    if !matches!(mark, b'-' | b'/' | b'.') {
         return None;
     }
-    let parts: Vec<&str> = text.split(mark).collect();
-    let [a, b, c] = parts[..] else { return None };
+    let mark = char::from(mark);
+    let mut parts = text.split(mark);
+    let (Some(a), Some(b), Some(c), None) = (parts.next(), parts.next(), parts.next(), parts.next()) else {
+        return None;
+    };
     let month_name = |word: &str| {
         let word = word.to_lowercase();
         let fits = |m: &&str| word.starts_with(*m) && word.chars().all(char::is_alphabetic);
@@ -101,6 +101,9 @@ fn date(text: &str) -> Option<i64> {
 
 /// Seconds since midnight in world time where an offset is given.
 fn time_of_day(text: &str) -> Option<f64> {
+    if !text.contains(':') {
+        return None;
+    }
     let lower = text.trim().to_ascii_lowercase();
     let (clock, half) = match lower.strip_suffix("am").or_else(|| lower.strip_suffix("a.m.")) {
         Some(clock) => (clock.trim_end(), Some(0.0)),
