@@ -1,7 +1,7 @@
 //! From an answer to the files, the report and the warnings.
 
 use crate::args::AnswerArgs;
-use crate::failure::{Failure, WARNED, spelled, warning_line};
+use crate::failure::{Failure, WARNED, WARNING, spelled};
 use crate::output::{self, Outputs, Target};
 use crate::version::provenance;
 use anstream::ColorChoice;
@@ -84,7 +84,7 @@ pub(crate) fn show(
         if !to.files.iter().any(|(_, target)| target.is_stdout()) {
             output::print(&terminal::screen(&document, &written), color)?;
         }
-        let warnings = document.warnings().iter().map(|w| warning_line(&w.text));
+        let warnings = document.warnings().iter().map(|w| terminal::warning(w, WARNING));
         output::print_error(&warnings.collect::<String>(), color);
     }
     let warned = out.strict && !document.warnings().is_empty();

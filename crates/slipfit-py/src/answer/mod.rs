@@ -18,8 +18,8 @@ use slipfit::series::Measurement;
 use slipfit::{Parameter, levels, resonance, ringdown, series as several};
 use slipfit_io::{LevelReading, Reading, SweepReading};
 use slipfit_report::{
-    AnalysedCurve, AnalysedLevels, AnalysedRingdown, AnalysedSeries, DocumentWarning, Report, SeriesHeading,
-    SeriesInput, page, plot::Format, terminal, warning_text,
+    AnalysedCurve, AnalysedLevels, AnalysedRingdown, AnalysedSeries, Report, SeriesHeading, SeriesInput,
+    page, plot::Format, terminal, warning_text,
 };
 use std::path::Path;
 use std::sync::Arc;
@@ -117,8 +117,8 @@ impl Answer {
     fn screen(&self) -> String {
         let text = self.0.report(|report| {
             let document = report.document(&spell);
-            let warning = |w: &DocumentWarning| terminal::hanging("warning:", Style::new(), &w.text);
-            let warnings: String = document.warnings().iter().map(warning).collect();
+            let warnings: String =
+                document.warnings().iter().map(|w| terminal::warning(w, Style::new())).collect();
             terminal::screen(&document, &[]) + &warnings
         });
         anstream::adapter::strip_str(&text).to_string()

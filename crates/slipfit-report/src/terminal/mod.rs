@@ -9,7 +9,7 @@ mod table;
 pub use inspect::{Inspected, inspect};
 pub(crate) use style::{ANSWER, CHOSEN, DIM, HEADING, WIDTH};
 
-use crate::document::{Document, Facts};
+use crate::document::{Document, DocumentWarning, Facts};
 use crate::escape;
 use crate::text::wrap;
 use anstyle::Style;
@@ -86,6 +86,11 @@ pub fn hanging(label: &str, style: Style, text: &str) -> String {
     let margin = &label[..label.len() - word.len()];
     let first = format!("{margin}{style}{word}{style:#} {}\n", lines[0]);
     lines[1..].iter().fold(first, |text, line| text + &format!("{:indent$}{line}\n", ""))
+}
+
+/// A warning of an answer, its code in brackets behind it: `docs/warnings.md` says what each means.
+pub fn warning(warning: &DocumentWarning, style: Style) -> String {
+    hanging("warning:", style, &format!("{} [{}]", warning.text, warning.code))
 }
 
 #[cfg(test)]
