@@ -14,7 +14,7 @@ function parameters(rows) {
       "tr",
       { class: row.absent && "absent" },
       el("th", { scope: "row" }, row.words),
-      el("td", {}, row.symbol),
+      el("td", { class: "symbol" }, row.symbol),
       el("td", { class: "n" }, row.value),
       el("td", { class: "n" }, row.uncertainty),
       el("td", {}, row.unit),
@@ -22,8 +22,8 @@ function parameters(rows) {
       el("td", { class: "n" }, row.relative),
     ),
   );
-  const cells = head.map((name) => el("th", { scope: "col" }, text(`answer.${name}`)));
-  return scrolled(text("answer.parameters"), el("table", {}, el("thead", {}, el("tr", {}, ...cells)), el("tbody", {}, ...body)));
+  const cells = head.map((name) => el("th", { scope: "col", class: name === "symbol" && name }, text(`answer.${name}`)));
+  return scrolled(text("answer.parameters"), el("table", { class: "parameters" }, el("thead", {}, el("tr", {}, ...cells)), el("tbody", {}, ...body)));
 }
 
 /** Wide tables scroll by themselves, by keyboard too. @param {string} name @param {HTMLElement} table */
@@ -45,24 +45,33 @@ function table({ title, headings, rows, chosen, note }) {
   );
 }
 
-/** Hints as buttons where the value is known, as a way to the control where it is not. @param {Hint[]} list @param {Apply} apply */
-export function hints(list, apply) {
+/**
+ * Hints as buttons where the value is known, as a way to the control where it is not.
+ * @param {Hint[]} list
+ * @param {Apply} apply
+ * @param {HTMLElement | null} form holds the controls
+ */
+export function hints(list, apply, form) {
   const one = (/** @type {Hint} */ { option, value, advice }) => {
     if (!option) return el("li", {}, advice);
     // A word in place of a number (`RATE`) stands for one that the person knows.
     const known = value !== null && !(option.endsWith("_hz") && typeof value === "string");
-    const control = document.getElementById(`option-${option}`);
+    const control = /** @type {HTMLElement | null | undefined} */ (form?.querySelector(`#option-${option}`));
     const label = known ? text("warnings.apply")(option, value) : text("warnings.choose")(option);
-    const act = () => (known ? apply(option, value) : control?.focus());
+    const act = () => {
+      if (known) return apply(option, value);
+      control?.closest("details")?.setAttribute("open", "");
+      control?.focus();
+    };
     return el("li", {}, el("button", { type: "button", onclick: act, disabled: !known && !control }, label), ` ${advice}`);
   };
   return el("ul", { class: "hints" }, ...list.map(one));
 }
 
-/** @param {Answered["warnings"]} list @param {Apply} apply */
-function warnings(list, apply) {
+/** @param {Answered["warnings"]} list @param {How} how */
+function warnings(list, { apply, form }) {
   if (!list.length) return el("p", { class: "soft" }, text("warnings.none"));
-  const one = (/** @type {Answered["warnings"][number]} */ warning) => el("li", {}, el("p", {}, warning.message), warning.hints.length ? hints(warning.hints, apply) : null);
+  const one = (/** @type {Answered["warnings"][number]} */ warning) => el("li", {}, el("p", {}, warning.message), warning.hints.length ? hints(warning.hints, apply, form) : null);
   return el("section", { class: "warnings" }, heading("warnings.title"), el("ul", {}, ...list.map(one)));
 }
 
@@ -86,14 +95,14 @@ function panel(svg, enlarge) {
   return drawn;
 }
 
-/** @param {Answered} answer @param {Apply} apply @param {Plot[]} kept */
-function figures(answer, apply, kept) {
+/** @param {Answered} answer @param {How} how */
+function figures(answer, { apply, kept, width }) {
   const section = el("section", {}, heading("figures.title"));
   const dialog = /** @type {HTMLDialogElement} */ (document.getElementById("enlarged"));
   if (answer.trace) {
     const host = el("div", { class: "record" });
     section.append(el("h3", {}, text("figures.record")), el("p", { class: "soft" }, text("figures.recordHelp")), host);
-    const shown = record(host, answer.trace, apply);
+    const shown = record(host, answer.trace, apply, width);
     kept.push(shown);
     host.after(el("button", { type: "button", onclick: () => shown.all() }, text("figures.zoomOut")));
   }
@@ -121,23 +130,31 @@ function code(name, content, status) {
   ];
 }
 
-/** @param {Loaded} file @param {Answered} answer @param {string} link @param {(message: string) => void} status */
-function takeAway({ name }, answer, link, status) {
+/** @param {Loaded} file @param {Answered} answer @param {How} how */
+function takeAway({ name }, answer, { link, output, status }) {
   // A file handed over by the command is named by its path.
   const stem = (name.split(/[\\/]/).at(-1) ?? "").replace(/\.[^.]*$/, "") || "slipfit";
-  /** @type {["html" | "svg" | "json" | "csv" | "markdown", string, string][]} */
+  /** @type {[string, string, string, () => Promise<BlobPart>][]} */
   const kinds = [
-    ["html", ".html", "text/html"],
-    ["svg", ".svg", "image/svg+xml"],
-    ["json", ".json", "application/json"],
-    ["csv", ".slipfit.csv", "text/csv"],
-    ["markdown", ".md", "text/markdown"],
+    ["html", ".html", "text/html", () => output("html")],
+    ["svg", ".svg", "image/svg+xml", () => output("svg")],
+    ["png", ".png", "image/png", async () => png(await output("svg"))],
+    ["json", ".json", "application/json", async () => answer.json],
+    ["csv", ".slipfit.csv", "text/csv", () => output("csv")],
+    ["markdown", ".md", "text/markdown", () => output("markdown")],
   ];
-  const buttons = kinds.map(([what, ending, type]) =>
-    el("button", { type: "button", id: `take-${what}`, onclick: () => save(stem + ending, answer[what], type) }, text(`take.${what}`)),
-  );
-  const picture = async () => save(`${stem}.png`, await png(answer.svg), "image/png");
-  buttons.splice(2, 0, el("button", { type: "button", id: "take-png", onclick: picture }, text("take.png")));
+  const buttons = kinds.map(([what, ending, type, make]) => {
+    const taken = async () => {
+      status(text("take.making")(stem + ending));
+      try {
+        save(stem + ending, await make(), type);
+        status(text("take.made")(stem + ending));
+      } catch (error) {
+        status(text("take.failed")(stem + ending, error instanceof Error ? error.message : String(error)));
+      }
+    };
+    return el("button", { type: "button", id: `take-${what}`, onclick: taken }, text(`take.${what}`));
+  });
   return el(
     "section",
     { class: "take" },
@@ -150,26 +167,33 @@ function takeAway({ name }, answer, link, status) {
 }
 
 /**
- * Everything of one answered file. Plots that must be taken down again are put into `kept`.
+ * @typedef {object} How
+ * @property {HTMLElement} form options of the file
+ * @property {Apply} apply
+ * @property {string} link
+ * @property {(what: string) => Promise<string>} output makes a report, a figure or a table of the answer
+ * @property {(message: string) => void} status
+ * @property {Plot[]} kept takes the plots that must be taken down again
+ * @property {number} width of the place
+ */
+
+/**
+ * Everything of one answered file.
  * @param {Loaded} file
  * @param {Answered} answer
- * @param {HTMLElement} form
- * @param {Apply} apply
- * @param {string} link
- * @param {(message: string) => void} status
- * @param {Plot[]} kept
+ * @param {How} how
  */
-export function answered(file, answer, form, apply, link, status, kept) {
+export function answered(file, answer, how) {
   const { document: said } = answer;
   const facts = said.facts.map(([label, what]) => [el("dt", {}, label.replaceAll("_", " ")), el("dd", {}, what)]);
   return [
     el("section", {}, el("h2", { id: "answer-title", tabindex: "-1" }, said.subject), el("p", { class: "answer", id: "sentence" }, said.sentence)),
-    warnings(answer.warnings, apply),
+    warnings(answer.warnings, how),
     el("section", {}, heading("answer.parameters"), parameters(said.parameters)),
-    figures(answer, apply, kept),
+    figures(answer, how),
     ...said.tables.map(table),
     el("section", {}, heading("answer.reading"), el("dl", {}, ...facts.flat())),
-    el("details", { open: file.formOpen, ontoggle: (/** @type {Event} */ event) => (file.formOpen = /** @type {HTMLDetailsElement} */ (event.target).open) }, el("summary", {}, text("options.title")), form),
-    takeAway(file, answer, link, status),
+    el("details", { open: file.formOpen, ontoggle: (/** @type {Event} */ event) => (file.formOpen = /** @type {HTMLDetailsElement} */ (event.target).open) }, el("summary", {}, text("options.title")), how.form),
+    takeAway(file, answer, how),
   ];
 }

@@ -12,6 +12,8 @@ export class Refused extends Error {
   }
 }
 
+/** @typedef {{text: string, trace?: Float64Array}} Told */
+
 /** @type {Worker | null} */
 let worker = null;
 /** The memory of a module never shrinks: one that held so much is ended before the next file. */
@@ -19,7 +21,10 @@ const KEPT_BYTES = 50e6;
 let spent = false;
 /** Whether the larger module is needed, which reads Arrow, HDF5 and Parquet besides. */
 let columns = false;
-/** @type {Map<number, {resolve: (text: string) => void, reject: (error: Error) => void}>} */
+/** What the worker holds once it has done all it was told: a file, and what its answer was asked. */
+/** @type {{file: Loaded, reference: Bytes | null, asked: string} | null} */
+let held = null;
+/** @type {Map<number, {resolve: (told: Told) => void, reject: (error: Error) => void}>} */
 let waiting = new Map();
 let last = 0;
 
@@ -27,23 +32,17 @@ function start() {
   worker = new Worker(new URL("worker.js", import.meta.url), { type: "module", name: columns ? "columns" : "" });
   const calls = (waiting = new Map());
   const fail = (/** @type {Error} */ error) => {
+    end();
     for (const call of calls.values()) call.reject(error);
     calls.clear();
   };
-  worker.onmessage = ({ data: { id, text, broken } }) => {
-    const call = calls.get(id);
-    if (!call) return;
+  worker.onmessage = ({ data: { id, broken, ...told } }) => {
+    if (broken !== undefined) return fail(new Broken(broken));
+    calls.get(id)?.resolve(told);
     calls.delete(id);
-    if (broken === undefined) {
-      call.resolve(text);
-    } else {
-      end();
-      call.reject(new Broken(broken));
-    }
   };
   worker.onerror = (event) => {
     event.preventDefault();
-    end();
     fail(new Broken(event.message || "the worker could not be started"));
   };
 }
@@ -51,18 +50,17 @@ function start() {
 function end() {
   worker?.terminate();
   worker = null;
+  held = null;
   spent = false;
 }
 
 /**
- * Calls a function of the core with text and bytes; its text as it stands.
  * @param {string} call
  * @param {...(string | Uint8Array)} args
- * @returns {Promise<string>}
+ * @returns {Promise<Told>}
  */
-export function raw(call, ...args) {
+function tell(call, ...args) {
   if (!worker) start();
-  spent ||= args.some((given) => given.length > KEPT_BYTES);
   const id = ++last;
   return new Promise((resolve, reject) => {
     waiting.set(id, { resolve, reject });
@@ -70,24 +68,65 @@ export function raw(call, ...args) {
   });
 }
 
+/** Hands a file to the worker, unless that is the one it holds. @param {Loaded} file */
+function hold(file) {
+  const { bytes, name, reference } = file;
+  if (held?.file === file && held.reference === reference) return held;
+  if (spent && !waiting.size) end();
+  const both = [bytes, name, reference?.bytes ?? new Uint8Array(), reference?.name ?? ""];
+  // What goes wrong here is told to the call that follows.
+  tell("open", ...both).catch(() => {});
+  spent ||= both.some((given) => given.length > KEPT_BYTES);
+  held = { file, reference, asked: "" };
+  return held;
+}
+
+/** The text of a function of the core as it stands. @param {string} call @param {...string} args */
+export const raw = async (call, ...args) => (await tell(call, ...args)).text;
+
+/** The same for functions that give JSON. @param {string} call @param {...string} args @returns {Promise<any>} */
+export const ask = async (call, ...args) => result(await raw(call, ...args));
+
+/** @param {string} text */
+function result(text) {
+  const told = JSON.parse(text);
+  if (told.error) throw new Refused(told.error);
+  return told;
+}
+
 /**
- * The same for functions that give JSON.
- * @param {string} call
- * @param {...(string | Uint8Array)} args
- * @returns {Promise<any>}
+ * What the core says of a file.
+ * @param {Loaded} file
+ * @param {"preview" | "analyse"} call
+ * @param {string} options
+ * @returns {Promise<{told: any, trace?: Float64Array}>}
  */
-export async function ask(call, ...args) {
-  const result = JSON.parse(await raw(call, ...args));
-  if (!result.error) return result;
-  if (!result.error.with_columns || columns) throw new Refused(result.error);
+export async function askOf(file, call, options) {
+  hold(file).asked = call === "analyse" ? options : "";
+  const { text, trace } = await tell(call, options);
+  const told = JSON.parse(text);
+  if (!told.error) return { told, trace };
+  if (!told.error.with_columns || columns) throw new Refused(told.error);
   columns = true;
   end();
-  return ask(call, ...args);
+  return askOf(file, call, options);
+}
+
+/**
+ * A report, figure or table of a file's answer. The answer is made again where the worker has gone on to another.
+ * @param {Loaded} file
+ * @param {string} what
+ * @returns {Promise<string>}
+ */
+export async function output(file, what) {
+  const again = hold(file).asked === file.asked ? null : askOf(file, "analyse", file.asked);
+  const [{ text }] = await Promise.all([tell("output", what), again]);
+  return result(text);
 }
 
 /** Ends whatever runs; the next call starts anew. A worker that waits is kept: its code is compiled. */
 export function cancel() {
-  if (!waiting.size && !spent) return;
+  if (!waiting.size) return;
   const calls = waiting;
   end();
   waiting = new Map();

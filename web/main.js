@@ -1,7 +1,7 @@
 // The page: files in, answers out.
 import { answered, hints } from "./answer.js";
 import { el, fillTexts, text } from "./dom.js";
-import { Broken, Cancelled, Refused, ask, cancel, raw } from "./engine.js";
+import { Broken, Cancelled, Refused, askOf, cancel, output, raw } from "./engine.js";
 import { setUp as setUpMeasure } from "./measure.js";
 import { optionsForm } from "./options.js";
 import { setUp as setUpSimulate } from "./simulate.js";
@@ -47,18 +47,20 @@ const link = (options) => {
 };
 
 /** @param {string} name @param {Uint8Array<ArrayBuffer>} bytes @returns {Loaded} */
-const loaded = (name, bytes) => ({ name, bytes, options: {}, reference: null, seen: null, answer: null, json: null, error: null, formOpen: false, took: 0 });
+const loaded = (name, bytes) => ({ name, bytes, options: {}, reference: null, seen: null, asked: "", answer: null, json: null, error: null, formOpen: false, took: 0 });
 
 /**
  * Takes in a file and analyses it.
  * @param {string} name
  * @param {Uint8Array<ArrayBuffer>} bytes
- * @param {{options?: Record<string, any>, reference?: Bytes | null}} how
+ * @param {{options?: Record<string, any>, reference?: Bytes | null, begun?: number}} how `begun` is when it was dropped
  */
-export async function take(name, bytes, { options = linkOptions(), reference = null } = {}) {
+export async function take(name, bytes, { options = linkOptions(), reference = null, begun = performance.now() } = {}) {
   const file = { ...loaded(name, bytes), options: { ...options }, reference };
   files.push(file);
-  await select(file, true);
+  current = file;
+  listFiles();
+  await work(file, begun);
 }
 
 /** @param {string} name @param {number} size */
@@ -74,7 +76,8 @@ async function takeFiles(list) {
     }
     status(text("work.reading")(chosen.name));
     try {
-      await take(chosen.name, new Uint8Array(await chosen.arrayBuffer()));
+      const begun = performance.now();
+      await take(chosen.name, new Uint8Array(await chosen.arrayBuffer()), { begun });
     } catch (error) {
       await select(refusedFile(chosen.name, `${chosen.name}: ${error instanceof Error ? error.message : error}`), false);
     }
@@ -96,8 +99,8 @@ async function select(file, analyse) {
   else draw(file);
 }
 
-/** @param {Loaded} file */
-async function work(file) {
+/** @param {Loaded} file @param {number} begun */
+async function work(file, begun = performance.now()) {
   const mine = ++run;
   const went = () => mine !== run;
   cancel();
@@ -105,22 +108,21 @@ async function work(file) {
   part("working").hidden = false;
   part("problem").replaceChildren();
   document.body.setAttribute("aria-busy", "true");
-  const started = performance.now();
   const chosen = JSON.stringify(file.options);
   try {
     part("working-text").textContent = text("work.reading")(file.name);
     file.error = null;
-    const seen = /** @type {Preview} */ (await ask("preview", file.bytes, file.name, chosen));
-    file.seen = seen;
+    const { told: seen } = await askOf(file, "preview", chosen);
+    file.seen = /** @type {Preview} */ (seen);
     if (went()) return;
     part("working-text").textContent = text("work.analysing")(file.name);
-    const decided = JSON.stringify({ analysis: seen.analysis, ...file.options });
-    const free = file.reference;
-    const answer = /** @type {Answered} */ (await ask("analyse", file.bytes, file.name, decided, free?.bytes ?? new Uint8Array(), free?.name ?? ""));
+    const asked = JSON.stringify({ analysis: seen.analysis, ...file.options });
+    const { told: answer, trace } = await askOf(file, "analyse", asked);
     if (went()) return;
-    file.answer = answer;
+    file.asked = asked;
+    file.answer = /** @type {Answered} */ (answer);
     file.json = JSON.parse(answer.json);
-    file.took = performance.now() - started;
+    answer.trace = trace ? traced(trace, file.json) : null;
   } catch (error) {
     if (went()) return;
     file.answer = null;
@@ -136,7 +138,20 @@ async function work(file) {
     }
   }
   if (current === file) draw(file);
+  file.took = performance.now() - begun;
   status(text(file.answer ? "work.done" : "work.failed")(file.name));
+}
+
+/**
+ * Instants, signal and fit, which come one after another.
+ * @param {Float64Array} samples
+ * @param {any} json
+ * @returns {Trace}
+ */
+function traced(samples, json) {
+  const [time_s, signal, fitted] = [0, 1, 2].map((k) => samples.subarray((k * samples.length) / 3, ((k + 1) * samples.length) / 3));
+  const known = Array.from(fitted, (value) => (Number.isNaN(value) ? null : value));
+  return { time_s, signal, fitted: known, unit: json.signal_unit, used_s: json.input.time_range_used_s };
 }
 
 /** @type {Apply} */
@@ -162,6 +177,8 @@ async function setReference(chosen) {
 /** @param {Loaded} file */
 function draw(file) {
   const focused = document.activeElement?.id;
+  // Before anything changes: measured in between, everything would be laid out twice.
+  const width = part("analyse").clientWidth;
   const typing = document.activeElement instanceof HTMLInputElement && document.activeElement.type === "text" ? document.activeElement.value : null;
   kept.forEach((plot) => plot.remove());
   kept = [];
@@ -174,15 +191,13 @@ function draw(file) {
   };
   const form = () => optionsForm(file, apply, reset, setReference);
   if (file.error) {
-    result.replaceChildren(file.seen ? el("section", {}, el("h2", {}, text("options.title")), form()) : "");
-    const helps = file.error.hints.length ? [el("p", {}, text("refusal.helps")), hints(file.error.hints, apply)] : [];
+    const controls = file.seen && form();
+    result.replaceChildren(controls ? el("section", {}, el("h2", {}, text("options.title")), controls) : "");
+    const helps = file.error.hints.length ? [el("p", {}, text("refusal.helps")), hints(file.error.hints, apply, controls)] : [];
     part("problem").replaceChildren(el("p", { class: "error" }, file.error.message), ...helps);
   } else if (file.answer) {
-    // The plots measure their place: it must be in the page first.
-    const host = el("div", {});
-    result.replaceChildren(host);
-    host.append(...answered(file, file.answer, form(), apply, link(file.options), status, kept));
-    kept.forEach((plot) => plot.drawn.setSize({ width: Math.max(240, host.clientWidth), height: plot.drawn.height }));
+    const how = { form: form(), apply, link: link(file.options), output: (/** @type {string} */ what) => output(file, what), status, kept, width };
+    result.replaceChildren(el("div", {}, ...answered(file, file.answer, how)));
     part("take-link").addEventListener("click", () => setTimeout(() => status(text("take.linkNote"))));
   }
   const again = focused && part(focused);
@@ -335,5 +350,9 @@ async function begin() {
 }
 
 // For the tests in web/tests, and for a person with a console.
-window.slipfit = { get current() { return current; }, take };
+window.slipfit = {
+  get current() { return current; },
+  take,
+  output: (what) => (current ? output(current, what) : Promise.reject(new Error("no file"))),
+};
 begin();

@@ -3,6 +3,8 @@
 import { el, text } from "./dom.js";
 import { gestures } from "./gestures.js";
 
+/** No plot is narrower, px. */
+const NARROWEST = 240;
 const dark = matchMedia("(prefers-color-scheme: dark)");
 /** @returns {Record<string, string>} */
 const palette = () =>
@@ -25,13 +27,14 @@ export function short(value) {
  * @param {string} what.description in words, for those who do not see it
  * @param {string} what.x label of the horizontal axis
  * @param {string} what.y label of the vertical axis
- * @param {number[]} what.along values of the horizontal axis
- * @param {{label: string, values: (number | null)[], color: string, width?: number, dash?: number[], points?: boolean}[]} what.series
+ * @param {Numbers} what.along values of the horizontal axis
+ * @param {{label: string, values: Float64Array | (number | null)[], color: string, width?: number, dash?: number[], points?: boolean}[]} what.series
  * @param {uPlot.Hooks.Arrays} [what.hooks]
  * @param {number} [what.height]
+ * @param {number} [what.width] of its place, where that is known before it is in the page
  * @returns {Plot & {first: number, last: number}}
  */
-export function plot(host, { description, x, y, along, series, hooks = {}, height = 280 }) {
+export function plot(host, { description, x, y, along, series, hooks = {}, height = 280, width }) {
   const colors = palette();
   /** @param {string} label @param {number} size @returns {uPlot.Axis} */
   const axis = (label, size) => ({
@@ -49,7 +52,7 @@ export function plot(host, { description, x, y, along, series, hooks = {}, heigh
   host.append(frame);
   const drawn = new uPlot(
     {
-      width: Math.max(240, frame.clientWidth),
+      width: Math.max(NARROWEST, width ?? frame.clientWidth),
       height,
       scales: { x: { time: false } },
       axes: [axis(x, 36), axis(y, 64)],
@@ -97,7 +100,10 @@ export function plot(host, { description, x, y, along, series, hooks = {}, heigh
   });
   drawn.over.setAttribute("role", "group");
   drawn.over.setAttribute("aria-label", description);
-  const resized = new ResizeObserver(() => drawn.setSize({ width: Math.max(240, frame.clientWidth), height }));
+  const resized = new ResizeObserver(() => {
+    const wide = Math.max(NARROWEST, frame.clientWidth);
+    if (wide !== drawn.width) drawn.setSize({ width: wide, height });
+  });
   resized.observe(frame);
   const redraw = () => drawn.redraw();
   dark.addEventListener("change", redraw);
@@ -120,9 +126,10 @@ export function plot(host, { description, x, y, along, series, hooks = {}, heigh
  * @param {HTMLElement} host
  * @param {Trace} trace
  * @param {Apply} choose
+ * @param {number} width of its place
  * @returns {Plot}
  */
-export function record(host, trace, choose) {
+export function record(host, trace, choose, width) {
   const { time_s: along, signal, fitted, unit, used_s: used } = trace;
   const edges = used.slice();
   const colors = palette();
@@ -164,6 +171,7 @@ export function record(host, trace, choose) {
       { label: text("figures.fit"), values: fitted, color: "fit", width: 1.2 },
     ],
     hooks: { drawClear: [shade], draw: [place] },
+    width,
   });
   const u = shown.drawn;
   /** @param {number} i @param {number} to */

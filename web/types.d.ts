@@ -1,6 +1,8 @@
 // Types of what crosses between the core and the page, for `tsc` alone: the page is not compiled.
 /// <reference types="uplot" />
 
+type Numbers = Float64Array | number[];
+
 interface Hint {
   option: string | null;
   value: any;
@@ -40,8 +42,8 @@ interface TableOfAnswer {
 }
 
 interface Trace {
-  time_s: number[];
-  signal: number[];
+  time_s: Numbers;
+  signal: Numbers;
   fitted: (number | null)[];
   unit: string;
   used_s: [number, number];
@@ -60,11 +62,6 @@ interface Answered {
   };
   warnings: { code: string; message: string; hints: Hint[] }[];
   trace: Trace | null;
-  csv: string;
-  svg: string;
-  html: string;
-  markdown: string;
-  screen: string;
   command: string;
   python: string;
 }
@@ -79,6 +76,8 @@ interface Loaded extends Bytes {
   options: Record<string, any>;
   reference: Bytes | null;
   seen: Preview | null;
+  /** What the answer was asked. */
+  asked: string;
   answer: Answered | null;
   /** The answer of the contract, docs/json.md. */
   json: any;
@@ -97,7 +96,7 @@ interface Plot {
 type Apply = (option: string, value: any, quietly?: boolean) => void;
 
 interface Window {
-  slipfit: { readonly current: Loaded | null; take: (name: string, bytes: Uint8Array<ArrayBuffer>) => Promise<void> };
+  slipfit: { readonly current: Loaded | null; take: (name: string, bytes: Uint8Array<ArrayBuffer>) => Promise<void>; output: (what: string) => Promise<string> };
 }
 
 interface DeviceMotionEventConstructor {

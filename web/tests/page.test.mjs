@@ -1,9 +1,10 @@
 // The page in a browser, as a person uses it.
 import assert from "node:assert/strict";
-import { readFileSync } from "node:fs";
+import { mkdtempSync, readFileSync } from "node:fs";
+import { tmpdir } from "node:os";
 import { join } from "node:path";
 import { test } from "node:test";
-import { assertSameAnswer, bytesOf, commanded, drop, root, settled, shots, whileTesting } from "./site.mjs";
+import { assertSameAnswer, assertSameText, bytesOf, commanded, drop, root, settled, shots, whileTesting } from "./site.mjs";
 
 const tested = whileTesting();
 
@@ -122,6 +123,22 @@ test("a hint is applied by its button", async () => {
   const button = page.locator(".warnings button", { hasText: "Use the band" }).first();
   await button.click();
   await page.waitForFunction(() => window.slipfit.current.answer?.command.includes("--band"));
+  await context.close();
+});
+
+test("a hint without a value leads to its control", async () => {
+  const { page, context } = await tested.page({ viewport: { width: 360, height: 740 } });
+  await page.evaluate(async () => {
+    const bytes = new Uint8Array(await (await fetch("examples/tuning_fork_9nN_sweep.csv")).arrayBuffer());
+    await window.slipfit.take("fork.csv", bytes, { options: { model: "sliding" } });
+  });
+  assert.ok(!(await page.locator("#option-drive_amplitude").isVisible()));
+  await page.locator(".warnings button", { hasText: "Choose" }).first().click();
+  assert.equal(await page.evaluate(() => document.activeElement.id), "option-drive_amplitude");
+  assert.ok(await page.locator("#option-drive_amplitude").isVisible());
+  // On a phone a parameter is seen with its uncertainty and unit.
+  const edges = await page.locator("table.parameters tbody tr").first().locator("td:nth-child(5)").boundingBox();
+  assert.ok(edges.x + edges.width <= 360, JSON.stringify(edges));
   await context.close();
 });
 
@@ -256,19 +273,23 @@ test("everything is reached by keyboard alone", async () => {
   await context.close();
 });
 
+/** A file that a button of the page hands out: its name and its text. */
+async function handed(page, what) {
+  const [download] = await Promise.all([page.waitForEvent("download"), page.click(`#take-${what}`)]);
+  return [download.suggestedFilename(), readFileSync(await download.path(), "utf8")];
+}
+
 test("files are handed out: report, figure, answer, numbers", async () => {
   const { page, context } = await tested.page();
   await page.click("#example-pendulum");
   const { json } = await settled(page, "classroom_pendulum.csv");
-  const held = async (what) => {
-    const [download] = await Promise.all([page.waitForEvent("download"), page.click(`#take-${what}`)]);
-    return [download.suggestedFilename(), readFileSync(await download.path(), "utf8")];
-  };
-  assert.deepEqual(await held("json"), ["classroom_pendulum.json", json]);
-  const [name, report] = await held("html");
+  assert.deepEqual(await handed(page, "json"), ["classroom_pendulum.json", json]);
+  const [name, report] = await handed(page, "html");
   assert.equal(name, "classroom_pendulum.html");
   assert.ok(report.startsWith("<!DOCTYPE html>") && report.includes("slipfit ringdown classroom_pendulum.csv"));
-  const svg = (await held("svg"))[1];
+  const [, markdown] = await handed(page, "markdown");
+  assert.ok(markdown.includes(JSON.parse(json).sentence.replaceAll("<", "&lt;")) && markdown.includes("| friction displacement |"), markdown);
+  const svg = (await handed(page, "svg"))[1];
   assert.ok(svg.startsWith("<svg"));
   const [png] = await Promise.all([page.waitForEvent("download"), page.click("#take-png")]);
   assert.equal(png.suggestedFilename(), "classroom_pendulum.png");
@@ -278,6 +299,69 @@ test("files are handed out: report, figure, answer, numbers", async () => {
   assert.deepEqual([pixels.readUInt32BE(16), pixels.readUInt32BE(20)], [2 * width, 2 * height]);
   // A blank one packs to a fiftieth.
   assert.ok(pixels.length > 50_000, String(pixels.length));
-  assert.ok((await held("csv"))[1].includes("time_s,amplitude"));
+  assert.ok((await handed(page, "csv"))[1].includes("time_s,amplitude"));
+  await context.close();
+});
+
+test("what is handed out is what the command writes", async () => {
+  const { page, context } = await tested.page();
+  const folder = mkdtempSync(join(tmpdir(), "slipfit-"));
+  const written = (ending) => readFileSync(join(folder, `a.${ending}`), "utf8");
+  // A figure has hundredths of a unit; a number may be rounded to the other side.
+  const drawn = (a, b) => Math.abs(a - b) <= 0.02 + 1e-3 * Math.abs(b);
+  const same = (a, b) => Math.abs(a - b) <= 1e-6 * Math.max(1, Math.abs(b)) || Math.abs(a - b) <= 1e-3 * Math.max(Math.abs(a), Math.abs(b));
+  const ofCall = (html) => html.replace(/slipfit \d+\.\d+\.\d+( \([0-9a-f]+\))?/g, "slipfit").replace(/ --(html|csv|plot|json) [^ <]*| --force/g, "");
+  for (const name of ["classroom_pendulum.csv", "tuning_fork_9nN_sweep.csv", "tuning_fork_9nN_levels.csv"]) {
+    const { command: line } = await drop(page, [{ name, bytes: bytesOf(name) }]);
+    commanded(`${line} --html ${folder}/a.html --csv ${folder}/a.csv --plot ${folder}/a.svg --force`);
+    assertSameText((await handed(page, "csv"))[1], written("csv"), `${name} as CSV`, same);
+    assertSameText((await handed(page, "svg"))[1], written("svg"), `${name} as SVG`, drawn);
+    assertSameText(ofCall((await handed(page, "html"))[1]), ofCall(written("html")), `${name} as HTML`, drawn);
+  }
+  await context.close();
+});
+
+test("what is made on demand is of the answer it stands under, whatever the worker has done since", async () => {
+  const { page, context, problems } = await tested.page();
+  const pendulum = await drop(page, [{ name: "classroom_pendulum.csv", bytes: bytesOf("classroom_pendulum.csv") }]);
+  const fork = await drop(page, [{ name: "tuning_fork_9nN.csv", bytes: bytesOf("tuning_fork_9nN.csv") }]);
+  const says = (csv, { json }) => assert.ok(csv.includes(JSON.parse(json).sentence), csv.slice(0, 400));
+  const choose = (name) => page.click(`#file-list button:text-is("${name}")`);
+  // The worker holds the other file.
+  await choose("classroom_pendulum.csv");
+  const [name, csv] = await handed(page, "csv");
+  assert.equal(name, "classroom_pendulum.slipfit.csv");
+  says(csv, pendulum);
+  // Another answer of the same file.
+  await page.click("summary");
+  await page.fill("#option-end_s", "25");
+  await page.press("#option-end_s", "Enter");
+  await page.waitForFunction(() => window.slipfit.current.answer?.command.includes("--end"));
+  const short = await settled(page, "classroom_pendulum.csv");
+  assert.notEqual(JSON.parse(short.json).sentence, JSON.parse(pendulum.json).sentence);
+  says((await handed(page, "csv"))[1], short);
+  assert.ok((await handed(page, "html"))[1].includes("slipfit ringdown classroom_pendulum.csv --end 25"));
+  // A worker that was ended holds none.
+  const { error } = await drop(page, [{ name: "large.csv", bytes: Buffer.alloc(51e6, "no table\n") }]);
+  assert.ok(error);
+  await choose("tuning_fork_9nN.csv");
+  says((await handed(page, "csv"))[1], fork);
+  await choose("classroom_pendulum.csv");
+  says((await handed(page, "csv"))[1], short);
+  assert.equal(await page.textContent("#status"), "classroom_pendulum.slipfit.csv was handed to the browser.");
+  assert.deepEqual(problems, []);
+  await context.close();
+});
+
+test("a report that cannot be made is said, and the page goes on", async () => {
+  const { page, context } = await tested.page();
+  await page.click("#example-pendulum");
+  await settled(page, "classroom_pendulum.csv");
+  await page.evaluate(() => (window.slipfit.current.asked = "no options"));
+  await page.click("#take-html");
+  await page.waitForFunction(() => document.querySelector("#status").textContent.startsWith("classroom_pendulum.html could not be made"));
+  const { error } = await drop(page, [{ name: "classroom_pendulum.csv", bytes: bytesOf("classroom_pendulum.csv") }]);
+  assert.equal(error, null);
+  assert.ok((await handed(page, "html"))[1].startsWith("<!DOCTYPE html>"));
   await context.close();
 });

@@ -44,6 +44,16 @@ export function assertSameAnswer(mine, theirs, where, tolerance = 1e-6) {
   compare(JSON.parse(mine), JSON.parse(theirs), "");
 }
 
+/** Two texts: their words the same, their numbers near each other. */
+export function assertSameText(mine, theirs, where, near) {
+  const number = /[-\u2212]?\d+(?:\.\d+)?(?:e[-+]?\d+)?/g;
+  const [words, expected] = [mine, theirs].map((text) => text.replace(number, "#").split("\n"));
+  expected.forEach((line, i) => assert.equal(words[i], line, `${where}, line ${i + 1}`));
+  assert.equal(words.length, expected.length, where);
+  const [numbers, values] = [mine, theirs].map((text) => (text.match(number) ?? []).map((n) => Number(n.replace("\u2212", "-"))));
+  values.forEach((value, i) => assert.ok(near(numbers[i], value), `${where}: ${numbers[i]} and ${value}`));
+}
+
 const TYPES = {
   ".css": "text/css",
   ".csv": "text/csv",

@@ -51,8 +51,8 @@ const BUILT_SMALL: [&str; 10] = [
 /// Where sums over samples are taken: built with lanes of 128 bits, which every browser has. All packages would
 /// weigh 170 kB more.
 const ON_LANES: [&str; 1] = ["slipfit"];
-/// Loops on lanes; that compiler's LLVM crashes where it packs the core's straight sums.
-const LANES: &str = r#"["-Ctarget-feature=+simd128", "-Cno-vectorize-slp"]"#;
+/// Loops on lanes, and pairs of numbers loaded as one; that compiler's LLVM crashes where it packs straight sums.
+const LANES: &str = r#"["-Ctarget-feature=+simd128", "-Cllvm-args=-slp-vectorize-hor=false"]"#;
 /// Fetched with the first file that needs it, not with the page.
 const LATER: &str = "slipfit_wasm_columns";
 

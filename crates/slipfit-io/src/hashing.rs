@@ -7,11 +7,17 @@ use sha2::{Digest, Sha256};
 /// Told how many bytes have been read so far.
 pub(crate) type Watch<'a> = &'a mut dyn FnMut(u64);
 
+/// The hash of what has been read, or that of everything, taken before.
+enum Hash {
+    Taken(Sha256),
+    Known(String),
+}
+
 /// A reader that hashes and counts what passes through it.
 pub(crate) struct Hashing<'a, R> {
     inner: R,
     watch: Option<Watch<'a>>,
-    hash: Sha256,
+    hash: Hash,
     bytes: u64,
     /// What a growing file gets after its end was met is not read any more.
     ended: bool,
@@ -19,12 +25,21 @@ pub(crate) struct Hashing<'a, R> {
 
 impl<'a, R: io::Read> Hashing<'a, R> {
     pub(crate) fn new(inner: R, watch: Option<Watch<'a>>) -> Self {
-        Self { inner, watch, hash: Sha256::new(), bytes: 0, ended: false }
+        Self { inner, watch, hash: Hash::Taken(Sha256::new()), bytes: 0, ended: false }
+    }
+
+    /// Of bytes that have been hashed already: `sha256` in hexadecimal.
+    pub(crate) fn known(self, sha256: Option<String>) -> Self {
+        Self { hash: sha256.map_or(self.hash, Hash::Known), ..self }
     }
 
     /// SHA-256 in hexadecimal, and the number of bytes.
     pub(crate) fn finish(self) -> (String, u64) {
-        (hexadecimal(&self.hash.finalize()), self.bytes)
+        let sha256 = match self.hash {
+            Hash::Taken(hash) => hexadecimal(&hash.finalize()),
+            Hash::Known(sha256) => sha256,
+        };
+        (sha256, self.bytes)
     }
 }
 
@@ -43,7 +58,9 @@ impl<R: io::Read> io::Read for Hashing<'_, R> {
         }
         let n = self.inner.read(buffer)?;
         self.ended = n == 0 && !buffer.is_empty();
-        self.hash.update(&buffer[..n]);
+        if let Hash::Taken(hash) = &mut self.hash {
+            hash.update(&buffer[..n]);
+        }
         self.bytes += n as u64;
         if let Some(watch) = &mut self.watch {
             watch(self.bytes);

@@ -5,7 +5,7 @@
 
 use std::path::PathBuf;
 
-use slipfit_io::{ReadOptions, read, read_tables};
+use slipfit_io::{ReadOptions, glance, glance_from, read, read_tables};
 
 /// Every file but the script and its provenance.
 fn files() -> Vec<(String, PathBuf)> {
@@ -131,4 +131,30 @@ fn sounds_as_phones_pack_them_are_read() {
         let bytes = std::fs::read(&path).unwrap();
         let _ = slipfit_io::read_from(&bytes[..bytes.len() / 2], name, &ReadOptions::default());
     }
+}
+
+#[test]
+fn at_a_glance_a_file_is_the_record_that_reading_it_gives() {
+    let examples = concat!(env!("CARGO_MANIFEST_DIR"), "/../../examples");
+    let texts = ["classroom_pendulum.csv", "tuning_fork_9nN.csv", "tuning_fork_9nN_waveform.csv"];
+    let texts = texts.map(|name| (name.to_owned(), PathBuf::from(examples).join(name)));
+    let options = ReadOptions::default();
+    let (mut count, mut in_part) = (0, 0);
+    for (name, path) in files().into_iter().chain(texts) {
+        let Ok(read) = read(&path, &options) else { continue };
+        let bytes = std::fs::read(&path).unwrap();
+        let from_bytes = glance_from(&bytes[..], &path.display().to_string(), 100, &options, Some(&options));
+        for seen in [glance(&path, 100, &options, Some(&options)).unwrap(), from_bytes.unwrap()] {
+            let record = seen.record.unwrap();
+            assert_eq!(
+                (&record.report.sha256, record.report.bytes),
+                (&read.report.sha256, read.report.bytes)
+            );
+            assert_eq!((&seen.tables.sha256, seen.tables.bytes), (&read.report.sha256, read.report.bytes));
+            assert!(seen.in_part || record == read, "{name}");
+            in_part += usize::from(seen.in_part);
+            count += 1;
+        }
+    }
+    assert!(count > 150 && in_part < count / 10, "{in_part} of {count} in part");
 }

@@ -1,11 +1,12 @@
-//! What JavaScript calls. Every function takes and gives JSON text: an object of the result, or
-//! `{"error": {"message", "hints"}}`.
+//! What JavaScript calls. Every function takes and gives JSON text, the result or `{"error": {"message", "hints"}}`;
+//! samples cross as numbers.
 #![allow(unsafe_code, reason = "the glue that wasm-bindgen writes around each function")]
 #![allow(unreachable_pub, reason = "exported by wasm-bindgen, from wherever they stand")]
 
 use crate::simulate::{VERSION, decay, resonance};
-use crate::{File, Options, Refusal};
+use crate::{Options, Output, Refusal, Session};
 use serde::{Serialize, de::DeserializeOwned};
+use serde_json::Value;
 use wasm_bindgen::prelude::wasm_bindgen;
 
 /// A refusal as JSON.
@@ -33,18 +34,39 @@ pub fn use_lanes() {
     pulp_wasm_simd_flag::enable_simd128();
 }
 
-/// [`crate::preview`].
-#[wasm_bindgen]
-pub fn preview(bytes: &[u8], name: &str, options: &str) -> String {
-    told(Options::parse(options).and_then(|options| crate::preview(&File { name, bytes }, &options)))
-}
+/// [`Session`].
+#[wasm_bindgen(js_name = Session)]
+pub struct Held(Session);
 
-/// [`crate::analyse`]; an empty `reference_name` stands for none.
-#[wasm_bindgen]
-pub fn analyse(bytes: &[u8], name: &str, options: &str, reference: &[u8], reference_name: &str) -> String {
-    let free = File { name: reference_name, bytes: reference };
-    let free = (!reference_name.is_empty()).then_some(&free);
-    told(Options::parse(options).and_then(|options| crate::analyse(&File { name, bytes }, free, &options)))
+#[wasm_bindgen(js_class = Session)]
+impl Held {
+    /// [`Session::new`]; an empty `reference_name` stands for none.
+    #[wasm_bindgen(constructor)]
+    pub fn new(bytes: Vec<u8>, name: &str, reference: Vec<u8>, reference_name: &str) -> Self {
+        let reference = (!reference_name.is_empty()).then_some((reference_name, reference));
+        Self(Session::new(name, bytes, reference))
+    }
+
+    /// [`Session::preview`].
+    pub fn preview(&mut self, options: &str) -> String {
+        told(Options::parse(options).and_then(|options| self.0.preview(&options)))
+    }
+
+    /// [`Session::analyse`].
+    pub fn analyse(&mut self, options: &str) -> String {
+        told(Options::parse(options).and_then(|options| self.0.analyse(&options)))
+    }
+
+    /// [`Session::trace`]: instants, signal and fit, each as long as the others, one after another.
+    pub fn trace(&self) -> Option<Vec<f64>> {
+        self.0.trace().map(|trace| [trace.time_s, trace.signal, trace.fitted].concat())
+    }
+
+    /// [`Session::output`], as a string of JSON.
+    pub fn output(&self, what: &str) -> String {
+        let output = serde_json::from_value::<Output>(Value::from(what));
+        told(output.map_err(|e| Refusal::new(e.to_string())).and_then(|output| self.0.output(output)))
+    }
 }
 
 /// [`crate::simulate::decay`].

@@ -2,31 +2,22 @@
 //! with everything a page shows of it.
 //!
 //! This crate converts and computes nothing: reading is `slipfit-io`'s, the answer the core's, words,
-//! figures and files are those of `slipfit-report`. Everything crosses to JavaScript as JSON text.
+//! figures and files are those of `slipfit-report`. Everything crosses to JavaScript as JSON text, samples
+//! as numbers.
 //!
 //! | function | gives |
 //! |---|---|
-//! | [`preview`] | the tables of a file, and which analysis it is for |
-//! | [`analyse`] | the answer: JSON, document, warnings, figure, report, CSV, command, Python call |
+//! | [`Session::preview`] | the tables of a file, and which analysis it is for |
+//! | [`Session::analyse`] | the answer: JSON, document with the panels, warnings, command, Python call |
+//! | [`Session::trace`] | the record and its fit, to be drawn |
+//! | [`Session::output`] | figure, report or CSV, made where they are asked for |
 //! | [`simulate::decay`], [`simulate::resonance`] | the exact motion beside the paper's approximations |
-//!
-//! ```
-//! use slipfit_wasm::{File, Options, analyse};
-//! let mut text = String::from("time (s),angle (rad)\n");
-//! for i in 0..600 {
-//!     let t = 0.05 * f64::from(i);
-//!     text += &format!("{t},{}\n", 0.3 * (-0.05 * t).exp() * (6.3 * t).cos());
-//! }
-//! let file = File { name: "swing.csv", bytes: text.as_bytes() };
-//! let answered = analyse(&file, None, &Options::parse("{}").unwrap()).unwrap();
-//! assert!(answered.json.starts_with("{\n  \"schema\": \"slipfit/ringdown-1\""));
-//! assert_eq!(answered.command, "slipfit ringdown swing.csv");
-//! ```
 
-mod analyse;
+mod analysed;
 mod options;
 mod preview;
 mod refusal;
+mod session;
 pub mod simulate;
 mod spelling;
 mod trace;
@@ -35,17 +26,15 @@ mod words;
 #[cfg(target_arch = "wasm32")]
 mod bindings;
 
-pub use analyse::{Answered, RaisedWarning, analyse};
 pub use options::{Analysis, Options};
-pub use preview::{Preview, PreviewColumn, PreviewTable, preview};
+pub use preview::{Preview, PreviewColumn, PreviewTable};
 pub use refusal::{Advice, Refusal};
+pub use session::{Answered, Output, RaisedWarning, Session};
 pub use trace::Trace;
 
-/// A file as a browser hands it over.
+/// A file as a browser hands it over: its name, for display, and what it holds.
 #[derive(Debug, Clone, Copy)]
-pub struct File<'a> {
-    /// Its name, for display.
-    pub name: &'a str,
-    /// What it holds.
-    pub bytes: &'a [u8],
+struct File<'a> {
+    name: &'a str,
+    bytes: &'a [u8],
 }

@@ -4,7 +4,7 @@ use crate::refusal::Refusal;
 use crate::{Analysis, File, Options};
 use serde::Serialize;
 use slipfit::{LossModel, LossTerm};
-use slipfit_io::{ReadOptions, Table};
+use slipfit_io::{Column, ReadOptions, Reading, Table};
 
 /// Rows of each table that are read.
 const PREVIEW_ROWS: usize = 20_000;
@@ -43,44 +43,58 @@ pub struct PreviewColumn {
     pub header: String,
 }
 
-/// Looks at a file without an analysis.
-///
-/// # Errors
-/// [`Refusal`] where it holds no table, or is of a format that cannot be read here.
-///
-/// ```
-/// use slipfit_wasm::{Analysis, File, Options, preview};
-/// let bytes = b"f (Hz),R (V)\n99,0.1\n100,0.7\n101,0.2\n";
-/// let seen = preview(&File { name: "sweep.csv", bytes }, &Options::default()).unwrap();
-/// assert_eq!((seen.analysis, seen.tables[0].columns.len()), (Analysis::Resonance, 2));
-/// ```
-pub fn preview(file: &File<'_>, options: &Options) -> Result<Preview, Refusal> {
-    // A column, a unit or a rate is of one analysis; what a file is does not turn on it.
-    let chosen = options.read_options(Analysis::Levels)?;
-    let reading = ReadOptions { format: chosen.format, sheet: chosen.sheet, ..ReadOptions::default() };
-    let seen = slipfit_io::glance_from(file.bytes, file.name, PREVIEW_ROWS, &reading, Some(&reading))?;
-    let tables = &seen.tables.tables;
-    let is_sweep = seen.curve.is_some() || seen.record.is_err() && tables.iter().any(Table::is_sweep);
-    let analysis = match options.analysis {
-        Some(analysis) => analysis,
-        None if is_sweep => Analysis::Resonance,
-        None if seen.record.is_err() && names_levels(file, &reading) => Analysis::Levels,
-        None => Analysis::Ringdown,
-    };
-    let table = |table: &Table| PreviewTable {
-        name: table.name.clone(),
-        rows: table.rows(),
-        columns: (1..)
-            .zip(&table.columns)
-            .map(|(number, c)| PreviewColumn { number, header: c.header.clone() })
-            .collect(),
-    };
-    Ok(Preview {
-        format: seen.tables.format.name().to_owned(),
-        tables: tables.iter().map(table).collect(),
-        analysis,
-        models: models(),
-    })
+/// A preview with what it was read by.
+#[derive(Debug)]
+pub(crate) struct Seen {
+    pub(crate) read_by: ReadOptions,
+    /// Its analysis is that of the file.
+    found: Preview,
+}
+
+impl Seen {
+    /// How a file is looked at: a column, a unit or a rate is of one analysis; what a file is does not turn on it.
+    pub(crate) fn read_by(options: &Options) -> Result<ReadOptions, Refusal> {
+        let chosen = options.read_options(Analysis::Levels)?;
+        Ok(ReadOptions { format: chosen.format, sheet: chosen.sheet, ..ReadOptions::default() })
+    }
+
+    /// Looks at a file; gives the record besides, where all of it has been read.
+    pub(crate) fn new(file: &File<'_>, read_by: ReadOptions) -> Result<(Self, Option<Reading>), Refusal> {
+        let seen = slipfit_io::glance_from(file.bytes, file.name, PREVIEW_ROWS, &read_by, Some(&read_by))?;
+        let tables = &seen.tables.tables;
+        let is_sweep = seen.curve.is_some() || seen.record.is_err() && tables.iter().any(Table::is_sweep);
+        let analysis = if is_sweep {
+            Analysis::Resonance
+        } else if seen.record.is_err() && names_levels(file, &read_by) {
+            Analysis::Levels
+        } else {
+            Analysis::Ringdown
+        };
+        let found = Preview {
+            format: seen.tables.format.name().to_owned(),
+            tables: tables.iter().map(PreviewTable::from).collect(),
+            analysis,
+            models: models(),
+        };
+        let record = seen.record.ok().filter(|_| !seen.in_part);
+        Ok((Self { read_by, found }, record))
+    }
+
+    /// What the file holds; `analysis` where the person chose.
+    pub(crate) fn preview(&self, analysis: Option<Analysis>) -> Preview {
+        Preview { analysis: analysis.unwrap_or(self.found.analysis), ..self.found.clone() }
+    }
+}
+
+impl From<&Table> for PreviewTable {
+    fn from(table: &Table) -> Self {
+        let column = |(number, c): (usize, &Column)| PreviewColumn { number, header: c.header.clone() };
+        Self {
+            name: table.name.clone(),
+            rows: table.rows(),
+            columns: (1..).zip(&table.columns).map(column).collect(),
+        }
+    }
 }
 
 fn models() -> Vec<String> {

@@ -9,7 +9,7 @@ use slipfit::{record::Swings, resonance::Curve};
 
 use super::{
     curve,
-    open::{self, Origin, gathered, opened_in_part},
+    open::{self, Fingerprint, Origin, gathered, opened_in_part},
     record,
 };
 use crate::{
@@ -43,6 +43,8 @@ pub struct Glance {
     pub swings: Option<Swings>,
     /// The curve over frequency that it is rather than a record.
     pub curve: Option<SweepReading>,
+    /// Whether the record is that of the first cells of a sheet; otherwise it is what [`crate::read`] gives.
+    pub in_part: bool,
 }
 
 /// Looks at a file; text is read twice, for its tables and for the record, anything else is opened once.
@@ -64,11 +66,12 @@ pub(crate) fn glance(
             let whole = tables.iter().all(|table| !table.cut);
             let first_row = Some(dialect.first_data_row);
             let sweep = curve.filter(|_| whole).map(|o| curve::from_tables(&tables, first_row, o));
-            return Ok((tables, None, sweep));
+            return Ok((tables, None, sweep, false));
         }
         let mut reading = record::from_source(source, record);
         let mut sweep = curve.map(|options| curve::from_tables(&tables, None, options));
-        if (0..tables.len()).any(|table| source.is_cut(table)) {
+        let in_part = (0..tables.len()).any(|table| source.is_cut(table));
+        if in_part {
             let text = format!("the first {MOST_CELLS} cells of a sheet were looked at");
             if let Ok(reading) = &mut reading {
                 reading.report.notes.push(Note::new(text.as_str()));
@@ -77,9 +80,9 @@ pub(crate) fn glance(
                 sweep.report.notes.push(Note::new(text));
             }
         }
-        Ok((tables, Some(reading), sweep))
+        Ok((tables, Some(reading), sweep, in_part))
     };
-    let ((tables, reading, sweep), fingerprint) =
+    let ((tables, reading, sweep, in_part), fingerprint) =
         opened_in_part(again()?, record.format, None, MOST_CELLS, from_source)
             .map_err(|problem| ReadError::new(name, problem))?;
     let cut = tables.iter().any(|table| table.cut);
@@ -89,7 +92,10 @@ pub(crate) fn glance(
             Ok(reading)
         }
         Some(Err(problem)) => Err(ReadError::new(name, problem)),
-        None => again().and_then(|origin| record::read(origin, name, record, None)),
+        None => held
+            .once_more(&fingerprint)
+            .map_err(failed)
+            .and_then(|origin| record::read(origin, name, record, None)),
     };
     let curve = sweep.and_then(Result::ok).map(|mut sweep| {
         fingerprint.clone().write(&mut sweep.report, name);
@@ -99,7 +105,7 @@ pub(crate) fn glance(
     let curve = curve.filter(|curve| !cut || curve.report.named);
     let swings = record.as_ref().ok().map(|reading: &Reading| reading.record.swings());
     let curve = curve.filter(|curve| is_curve(curve, tables.len(), swings));
-    Ok(Glance { head, tables: open::described(tables, fingerprint, name), record, swings, curve })
+    Ok(Glance { head, tables: open::described(tables, fingerprint, name), record, swings, curve, in_part })
 }
 
 /// What can be read more than once: a stream comes once and is kept.
@@ -117,6 +123,7 @@ impl Held {
                 stream.read_to_end(&mut bytes)?;
                 Ok(Self::Bytes(bytes))
             }
+            Origin::Hashed(bytes, _) => Ok(Self::Bytes(bytes.to_vec())),
         }
     }
 
@@ -131,6 +138,14 @@ impl Held {
             Self::Bytes(bytes) => Ok(Origin::Stream(Box::new(&bytes[..]))),
         }
     }
+
+    /// From its beginning, after its bytes have been hashed: a file may have changed since.
+    fn once_more(&self, Fingerprint { sha256, .. }: &Fingerprint) -> io::Result<Origin<'_>> {
+        match self {
+            Self::File(_) => self.again(),
+            Self::Bytes(bytes) => Ok(Origin::Hashed(bytes, sha256.clone())),
+        }
+    }
 }
 
 /// The first bytes of a file.
@@ -139,6 +154,7 @@ fn beginning(origin: Origin<'_>) -> io::Result<Vec<u8>> {
     match origin {
         Origin::File(file) => file.take(HEAD).read_to_end(&mut head),
         Origin::Stream(stream) => stream.take(HEAD).read_to_end(&mut head),
+        Origin::Hashed(bytes, _) => bytes.take(HEAD).read_to_end(&mut head),
     }?;
     Ok(head)
 }

@@ -25,6 +25,8 @@ use crate::{
 pub(crate) enum Origin<'a> {
     File(File),
     Stream(Box<dyn Read + 'a>),
+    /// Bytes that are held, with their SHA-256 in hexadecimal.
+    Hashed(&'a [u8], String),
 }
 
 /// The format of a file, its dialect, its SHA-256 in hexadecimal and its length in bytes.
@@ -101,14 +103,15 @@ pub(super) fn opened_in_part<T>(
     most_cells: usize,
     then: impl FnOnce(&mut dyn TableSource) -> Result<T, ReadProblem>,
 ) -> Result<(T, Fingerprint), ReadProblem> {
-    let (reader, mut file): (Box<dyn Read>, Option<File>) = match origin {
-        Origin::File(file) => (Box::new(file.try_clone().map_err(ReadProblem::Io)?), Some(file)),
-        Origin::Stream(reader) => (reader, None),
+    let (reader, mut file, known): (Box<dyn Read>, Option<File>, Option<String>) = match origin {
+        Origin::File(file) => (Box::new(file.try_clone().map_err(ReadProblem::Io)?), Some(file), None),
+        Origin::Stream(reader) => (reader, None, None),
+        Origin::Hashed(bytes, sha256) => (Box::new(bytes), None, Some(sha256)),
     };
     let size = file.as_ref().and_then(|file| file.metadata().ok()).map(|m| m.len());
     let watched = file.as_ref().and_then(|file| file.try_clone().ok());
     let before = watched.as_ref().and_then(stamp);
-    let mut hashing = Hashing::new(reader, watch);
+    let mut hashing = Hashing::new(reader, watch).known(known);
     let (head, whole) = beginning(&mut hashing);
     whole.map_err(ReadProblem::Io)?;
     let format = match (format_of(&head), given) {

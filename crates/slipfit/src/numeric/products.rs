@@ -1,6 +1,6 @@
 //! Sums of products of rows of numbers, many at a time.
 
-use crate::numeric::trig::fused;
+use pulp::Simd;
 
 /// Numbers in a row.
 pub(crate) const WIDTH: usize = 64;
@@ -21,33 +21,36 @@ impl<const N: usize> Products<N> {
         Self { rows: Box::new([[0.0; WIDTH]; N]), count, sums: vec![[0.0; LANES]; count * (count + 1) / 2] }
     }
 
-    /// Adds the products of whole rows; `FUSED` where products and sums are one instruction.
+    /// Adds the products of whole rows.
     #[inline(always)]
-    pub(crate) fn add<const FUSED: bool>(&mut self) {
-        self.add_pieces::<{ WIDTH / LANES }, FUSED>();
+    pub(crate) fn add<S: Simd>(&mut self, simd: S) {
+        self.add_pieces::<S, { WIDTH / LANES }>(simd);
     }
 
     /// Adds the products of the first halves of the rows.
     #[inline(always)]
-    pub(crate) fn add_halves<const FUSED: bool>(&mut self) {
-        self.add_pieces::<{ WIDTH / LANES / 2 }, FUSED>();
+    pub(crate) fn add_halves<S: Simd>(&mut self, simd: S) {
+        self.add_pieces::<S, { WIDTH / LANES / 2 }>(simd);
     }
 
     #[inline(always)]
-    fn add_pieces<const PIECES: usize, const FUSED: bool>(&mut self) {
-        let mut at = 0;
+    fn add_pieces<S: Simd, const PIECES: usize>(&mut self, simd: S) {
+        let registers = LANES / S::F64_LANES;
         for a in 0..self.count {
-            // A row is kept in registers for all its partners.
-            let one = self.rows[a];
-            for other in &self.rows[..=a] {
-                let mut sum = self.sums[at];
-                for j in 0..PIECES {
-                    for l in 0..LANES {
-                        sum[l] = fused::<FUSED>(one[j * LANES + l], other[j * LANES + l], sum[l]);
+            let (one, _) = S::as_simd_f64s(&self.rows[a]);
+            let sums = &mut self.sums[a * (a + 1) / 2..][..=a];
+            for l in 0..registers {
+                // A part of a row is kept in registers for all its partners.
+                let one: [S::f64s; PIECES] = std::array::from_fn(|j| one[j * registers + l]);
+                for (other, sum) in self.rows.iter().zip(&mut *sums) {
+                    let (other, _) = S::as_simd_f64s(other);
+                    let sum = &mut S::as_mut_simd_f64s(sum).0[l];
+                    let mut added = *sum;
+                    for j in 0..PIECES {
+                        added = simd.mul_add_e_f64s(one[j], other[j * registers + l], added);
                     }
+                    *sum = added;
                 }
-                self.sums[at] = sum;
-                at += 1;
             }
         }
     }
@@ -72,6 +75,17 @@ impl<const N: usize> Products<N> {
 mod tests {
     use super::*;
 
+    struct Add<'a>(&'a mut Products<4>, bool);
+
+    impl pulp::WithSimd for Add<'_> {
+        type Output = ();
+
+        #[inline(always)]
+        fn with_simd<S: Simd>(self, simd: S) {
+            if self.1 { self.0.add_halves(simd) } else { self.0.add(simd) }
+        }
+    }
+
     #[test]
     fn every_pair_is_summed_over_all_pieces() {
         let mut p = Products::<4>::new(3);
@@ -81,7 +95,7 @@ mod tests {
                     p.rows[a][k] = if k < 20 { (a * 100 + piece * 20 + k) as f64 } else { 0.0 };
                 }
             }
-            if piece == 0 { p.add::<false>() } else { p.add_halves::<true>() }
+            pulp::Arch::new().dispatch(Add(&mut p, piece == 1));
         }
         for (a, c) in [(0, 0), (2, 1), (0, 2)] {
             let expected: f64 = (0..40).map(|k| ((a * 100 + k) * (c * 100 + k)) as f64).sum();

@@ -4,7 +4,6 @@ use super::block::Block;
 use super::peak::Peak;
 use super::response::{COUNT, DELTA, OMEGA, PHASE, X_0, X_F};
 use crate::numeric::products::{Products, WIDTH};
-use crate::numeric::trig::has_fused;
 use nalgebra::{SMatrix, SVector};
 use std::f64::consts::{FRAC_1_SQRT_2, FRAC_PI_4, PI};
 
@@ -97,16 +96,9 @@ struct Balance<'a> {
 impl pulp::WithSimd for Balance<'_> {
     type Output = Products<6>;
 
-    #[inline(always)]
-    fn with_simd<S: pulp::Simd>(self, _: S) -> Products<6> {
-        if const { has_fused::<S>() } { self.sums::<true>() } else { self.sums::<false>() }
-    }
-}
-
-impl Balance<'_> {
     /// Five unknowns and the right-hand side.
     #[inline(always)]
-    fn sums<const FUSED: bool>(self) -> Products<6> {
+    fn with_simd<S: pulp::Simd>(self, simd: S) -> Products<6> {
         const PIECE: usize = WIDTH / 2;
         let Balance { b, peak, friction, unit, centre, width } = self;
         let mut products = Products::new(6);
@@ -140,7 +132,7 @@ impl Balance<'_> {
                     products.rows[j][PIECE + k] = others[j];
                 }
             }
-            products.add::<FUSED>();
+            products.add(simd);
         }
         products
     }

@@ -39,21 +39,25 @@ impl pulp::WithSimd for Pass<'_> {
     type Output = (Option<Sums>, u64);
 
     #[inline(always)]
-    fn with_simd<S: pulp::Simd>(self, _: S) -> Self::Output {
-        if const { trig::has_fused::<S>() } { self.sums::<true>() } else { self.sums::<false>() }
+    fn with_simd<S: pulp::Simd>(self, simd: S) -> Self::Output {
+        if const { trig::has_fused::<S>() } {
+            self.sums::<S, true>(simd)
+        } else {
+            self.sums::<S, false>(simd)
+        }
     }
 }
 
 impl Pass<'_> {
     #[inline(always)]
-    fn sums<const FUSED: bool>(mut self) -> (Option<Sums>, u64) {
-        let exists = self.add_up::<FUSED>().is_some();
+    fn sums<S: pulp::Simd, const FUSED: bool>(mut self, simd: S) -> (Option<Sums>, u64) {
+        let exists = self.add_up::<S, FUSED>(simd).is_some();
         (exists.then_some(self.products), self.follower.work())
     }
 
     /// `None` where the model does not exist, the limit is exceeded, or the work is too much.
     #[inline(always)]
-    fn add_up<const FUSED: bool>(&mut self) -> Option<()> {
+    fn add_up<S: pulp::Simd, const FUSED: bool>(&mut self, simd: S) -> Option<()> {
         let mut points = Points::new();
         let mut lanes = Lanes::new();
         let n = self.columns.len();
@@ -66,9 +70,9 @@ impl Pass<'_> {
             lanes.respond::<FUSED>(&self.at, &points, &mut self.follower)?;
             self.rows(&points, &mut lanes);
             if self.block.complex {
-                self.products.add::<FUSED>();
+                self.products.add(simd);
             } else {
-                self.products.add_halves::<FUSED>();
+                self.products.add_halves(simd);
             }
             if self.limit < f64::INFINITY && self.products.total(n, n) > self.limit {
                 return None;

@@ -18,7 +18,7 @@ use super::parameters::{COUNT, DELTA, DRAG, OFFSET, OMEGA, PHASE, X_F};
 use super::turns::{Turn, Turns};
 use super::window::Window;
 use crate::numeric::products::{Products, WIDTH};
-use crate::numeric::trig::{has_fused, inverse_factorials};
+use crate::numeric::trig::inverse_factorials;
 use crate::numeric::wide;
 use pulp::Simd;
 use std::f64::consts::{FRAC_1_PI, FRAC_PI_2, PI};
@@ -52,13 +52,6 @@ impl pulp::WithSimd for Pass<'_> {
 
     #[inline(always)]
     fn with_simd<S: Simd>(self, simd: S) -> Self::Output {
-        if const { has_fused::<S>() } { self.sums::<S, true>(simd) } else { self.sums::<S, false>(simd) }
-    }
-}
-
-impl Pass<'_> {
-    #[inline(always)]
-    fn sums<S: Simd, const FUSED: bool>(self, simd: S) -> Option<(Sums, usize)> {
         let Pass { window, p, residuals } = self;
         let Window { time, origin, .. } = *window;
         if !(p[OMEGA] > 0.0 && p[OMEGA].is_finite()) {
@@ -89,13 +82,13 @@ impl Pass<'_> {
             };
             if end > index {
                 half.turn_to(window, p, &turn, &next, n, rests)?;
-                half.add::<S, FUSED>(simd, window, p, index..end, &mut batch);
+                half.add(simd, window, p, index..end, &mut batch);
             }
             index = end;
             n += 1.0;
             turn = next;
         }
-        batch.flush::<FUSED>();
+        batch.flush(simd);
         Some((batch.sums, at_rest))
     }
 }
@@ -257,7 +250,7 @@ impl HalfCycle {
 
     /// Adds the rows of its samples.
     #[inline(always)]
-    fn add<S: Simd, const FUSED: bool>(
+    fn add<S: Simd>(
         &self,
         simd: S,
         window: &Window,
@@ -269,7 +262,7 @@ impl HalfCycle {
         while first < range.end {
             let room = (WIDTH - batch.len) / LANES * LANES;
             if room == 0 {
-                batch.flush::<FUSED>();
+                batch.flush(simd);
                 continue;
             }
             let count = (range.end - first).min(room);
@@ -302,13 +295,12 @@ impl HalfCycle {
         let tilted = p[OFFSET + 1] != 0.0 || p[OFFSET + 2] != 0.0;
         let (time, signal) = (&window.time[range.clone()], &window.signal[range]);
         let Batch { sums, active, len, .. } = batch;
-        for from in (0..time.len()).step_by(S::F64_LANES) {
-            let to = (from + S::F64_LANES).min(time.len());
-            let u = simd.sub_f64s(simd.partial_load_f64s(&time[from..to]), begin);
+        let mut at = *len;
+        for (t, y, _) in wide::Pairs::new(simd, time, signal) {
+            let u = simd.sub_f64s(t, begin);
             let v = simd.mul_f64s(simd.add_f64s(u, since), over);
             let basis = if self.moving { self.basis::<S, DRAGS>(simd, u) } else { Basis::rest(simd) };
-            let at = *len + from;
-            let mut r = simd.sub_f64s(simd.partial_load_f64s(&signal[from..to]), level);
+            let mut r = simd.sub_f64s(y, level);
             r = simd.negate_mul_add_e_f64s(height, basis.f, r);
             if tilted {
                 r = simd.negate_mul_add_e_f64s(v, simd.mul_add_e_f64s(bow, v, slope), r);
@@ -329,6 +321,7 @@ impl HalfCycle {
                 };
                 put(simd, &mut sums.rows[k], at, value);
             }
+            at += S::F64_LANES;
         }
         *len += time.len();
     }
@@ -401,7 +394,7 @@ struct Batch<'a> {
 
 impl Batch<'_> {
     #[inline(always)]
-    fn flush<const FUSED: bool>(&mut self) {
+    fn flush<S: Simd>(&mut self, simd: S) {
         let rows = self.active.len() + 1;
         if let Some(list) = &mut self.residuals {
             list.extend_from_slice(&self.sums.rows[rows - 1][..self.len]);
@@ -409,7 +402,7 @@ impl Batch<'_> {
         for row in &mut self.sums.rows[..rows] {
             row[self.len..].fill(0.0);
         }
-        self.sums.add::<FUSED>();
+        self.sums.add(simd);
         self.len = 0;
     }
 }
