@@ -114,7 +114,7 @@ fn a_row_that_fails_is_a_row_with_its_reason() {
     let reasons: Vec<&str> = (0..rows.len()).map(|i| text(&answer, "reason", i)).collect();
     assert_eq!(reasons[1], "the trace is null");
     assert_eq!(reasons[2], "0 usable samples; at least 4 are needed");
-    assert_eq!(reasons[3], "1 usable samples; at least 4 are needed");
+    assert_eq!(reasons[3], "1 usable sample; at least 4 are needed");
     assert_eq!(reasons[4], reasons[2]);
     assert!(reasons[6].starts_with("no loss model could be fitted"), "{}", reasons[6]);
     assert_eq!(number(&answer, "sliding_rate", 1), None);

@@ -226,6 +226,16 @@ pub fn plain(value: f64, significant: i32, unit: &str) -> String {
     format!("{}{gap}{}", digits(shown, fewest), scale.unit)
 }
 
+/// How many times as much: two decimals, from ten times on none.
+///
+/// ```
+/// assert_eq!(slipfit_report::format::times(1.0049), "1.00");
+/// assert_eq!(slipfit_report::format::times(57.17), "57");
+/// ```
+pub fn times(ratio: f64) -> String {
+    format!("{ratio:.*}", if ratio < 9.995 { 2 } else { 0 })
+}
+
 /// `p < 1e-12`, `p = 3e-5`, `p = 0.012`.
 ///
 /// ```

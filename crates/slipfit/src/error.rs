@@ -64,7 +64,7 @@ pub enum Error {
         expected: usize,
     },
     /// The record holds too little to be analysed.
-    #[error("{found} usable samples; at least {needed} are needed")]
+    #[error("{found} usable sample{}; at least {needed} are needed", if *found == 1 { "" } else { "s" })]
     TooFewSamples {
         /// Usable samples found.
         found: usize,
@@ -100,9 +100,7 @@ pub enum Error {
         reason: &'static str,
     },
     /// The record oscillates, but holds no stretch of free decay long enough.
-    #[error(
-        "not a ring-down: {cycles:.1} cycles of free decay above the noise ({needed} are needed); {reason}"
-    )]
+    #[error("not a ring-down: {}{reason}", too_few(*cycles, *needed))]
     NotARingDown {
         /// Cycles of free decay found.
         cycles: f64,
@@ -188,4 +186,27 @@ pub enum Error {
         /// What was seen instead.
         reason: &'static str,
     },
+}
+
+/// What a refusal says of the cycles: nothing where they are enough.
+fn too_few(cycles: f64, needed: f64) -> String {
+    if cycles >= needed {
+        return String::new();
+    }
+    format!("{cycles:.1} cycles of free decay above the noise ({needed} are needed); ")
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn enough_cycles_are_not_called_too_few() {
+        let refusal = |cycles| Error::NotARingDown { cycles, needed: 2.0, reason: "it grows" }.to_string();
+        assert_eq!(refusal(7.8), "not a ring-down: it grows");
+        assert_eq!(
+            refusal(1.6),
+            "not a ring-down: 1.6 cycles of free decay above the noise (2 are needed); it grows"
+        );
+    }
 }

@@ -37,6 +37,10 @@ const NUISANCE_SHARE: [f64; 3] = [0.0, 0.2, 0.5];
 const REST_Q: [f64; 3] = [50.0, 100.0, 200.0];
 const REST_SHARE: [f64; 3] = [0.3, 0.5, 0.7];
 const REST_SNR_DB: [f64; 4] = [30.0, 40.0, 50.0, 60.0];
+/// Motions of few cycles recorded as a gyroscope or an accelerometer does.
+const DERIVATIVE_Q: [f64; 3] = [5.0, 8.0, 15.0];
+const DERIVATIVE_SHARE: [f64; 2] = [0.2, 0.5];
+const DERIVATIVE_SNR_DB: [f64; 2] = [40.0, 60.0];
 /// Parts of what sliding leaves of the loss at the start that are drag.
 const DRAG: [f64; 2] = [0.3, 1.0];
 const FREQUENCY_HZ: f64 = 1.7;
@@ -58,6 +62,10 @@ enum What {
     Displacement,
     /// The amplitude, by a detector whose noise has two quadratures (Rician).
     Envelope,
+    /// The velocity, in m/s.
+    Velocity,
+    /// The acceleration, in m/s^2.
+    Acceleration,
     /// In phase and in quadrature to a reference that is [`DETUNING_RAD`] per decay time off.
     LockIn,
 }
@@ -207,7 +215,7 @@ fn page(rows: &[Row], seeds: u64) -> String {
     let mut text = format!(
         "# The default answer\n\nMade by `cargo xtask statistics --default --write`, up to {seeds} records a cell \
          (fewer of long records). Exact decays released at 1 with white noise, recorded for some decay times \
-         1/δ, rest included where friction stops the motion before; amplitudes with Rician noise. The whole \
+         1/δ, rest included where friction stops the motion before; amplitudes with Rician noise; velocities and accelerations of 2.5 decay times, x_F that of the displacement. The whole \
          analysis runs on each as every user gets it: no option but the frequency of amplitudes. *Share* is the \
          sliding part of the loss at the start; δ, x_F, f and A₀: share of the 95 % intervals that hold the truth; \
          *outliers unwarned*: answers with one of the four more than four of its standard errors off and no \
@@ -240,6 +248,11 @@ fn page(rows: &[Row], seeds: u64) -> String {
     }
     for q in REST_Q {
         group(format!("stops after some swings, Q {q}"), &|c| c.plain(What::Displacement) && c.q == q);
+    }
+    for (what, name) in [(What::Velocity, "velocity"), (What::Acceleration, "acceleration")] {
+        for q in DERIVATIVE_Q {
+            group(format!("{name}, Q {q}"), &|c| c.plain(what) && c.q == q);
+        }
     }
     for drag in DRAG {
         for share in NUISANCE_SHARE {
@@ -305,6 +318,13 @@ fn cells() -> Vec<Cell> {
             }
         }
     }
+    for what in [What::Velocity, What::Acceleration] {
+        for q in DERIVATIVE_Q {
+            for share in DERIVATIVE_SHARE {
+                cells.extend(DERIVATIVE_SNR_DB.map(|snr_db| Cell { what, q, share, snr_db, ..USUAL }));
+            }
+        }
+    }
     for share in SHARE {
         for snr_db in SNR_DB {
             for decay_times in ENVELOPE_DECAY_TIMES {
@@ -365,6 +385,17 @@ impl Cell {
         let mut clean = vec![0.0; count];
         match self.what {
             What::Displacement if self.drag == 0.0 => exact.fill(&time, &mut clean).ok()?,
+            // Of amplitude 1 as well, over `omega_0` or its square.
+            What::Velocity | What::Acceleration => {
+                for (y, &t) in clean.iter_mut().zip(&time) {
+                    let (x, v) = exact.state(t);
+                    *y = match self.what {
+                        _ if v == 0.0 && t > 0.0 => 0.0,
+                        What::Velocity => v / omega_0,
+                        _ => -(x + x_f * v.signum()) - 2.0 * delta * v / omega_0.powi(2),
+                    };
+                }
+            }
             What::Displacement => {
                 let coefficient = drag * 3.0 * PI / (4.0 * omega_0.powi(3));
                 let law = smooth::drag(coefficient).ok()?;
@@ -379,7 +410,9 @@ impl Cell {
         }
         let sigma = 10f64.powf(-self.snr_db / 20.0);
         let stop = match self.what {
-            What::Displacement => exact.stop().map_or(f64::INFINITY, |s| s.time_s),
+            What::Displacement | What::Velocity | What::Acceleration => {
+                exact.stop().map_or(f64::INFINITY, |s| s.time_s)
+            }
             What::Envelope | What::LockIn => law.stop_time_s().unwrap_or(f64::INFINITY),
         };
         let moving: Vec<f64> = time.iter().copied().filter(|t| *t <= stop).collect();
@@ -388,7 +421,7 @@ impl Cell {
             What::Displacement => bounds::of_motion([1.0, delta, x_f, 0.0, omega_0, 0.0], &moving, sigma),
             What::LockIn => bounds::of_amplitudes(&oscillator, 1.0, &moving, sigma),
             // Rician: near the noise its information is not that of a normal distribution.
-            What::Envelope => [f64::NAN; 2],
+            What::Envelope | What::Velocity | What::Acceleration => [f64::NAN; 2],
         };
         Some(Decay { cell: self, time, clean, sigma, oscillator, exact, law, bound })
     }
@@ -403,6 +436,12 @@ impl Decay {
     /// Truth for a window that begins at `start_s`.
     fn truth(&self, start_s: f64) -> [True; 4] {
         let (delta, x_f) = (self.oscillator.decay_rate_per_s(), self.oscillator.friction_displacement());
+        let omega_0 = TAU * FREQUENCY_HZ;
+        let x_f_recorded = match self.cell.what {
+            What::Velocity => x_f / omega_0,
+            What::Acceleration => x_f / omega_0.powi(2),
+            _ => x_f,
+        };
         let offset = self.oscillator.decay_offset();
         let amplitude = if self.cell.drag > 0.0 || !offset.is_finite() {
             self.law.amplitude(start_s)
@@ -410,12 +449,12 @@ impl Decay {
             (1.0 + offset) * (-delta * start_s).exp() - offset
         };
         let frequency = match self.cell.what {
-            What::Displacement => self.oscillator.omega_d() / TAU,
+            What::Displacement | What::Velocity | What::Acceleration => self.oscillator.omega_d() / TAU,
             What::Envelope | What::LockIn => FREQUENCY_HZ,
         };
         [
             (Parameter::DECAY_RATE, delta),
-            (Parameter::FRICTION_DISPLACEMENT, x_f),
+            (Parameter::FRICTION_DISPLACEMENT, x_f_recorded),
             (Parameter::Frequency, frequency),
             (Parameter::InitialAmplitude, amplitude),
         ]
@@ -441,7 +480,7 @@ impl Decay {
         let mut rng = ChaCha8Rng::seed_from_u64(number.wrapping_mul(0x9E37_79B9) ^ own);
         let mut quadrature = Vec::new();
         let signal: Vec<f64> = match what {
-            What::Displacement => {
+            What::Displacement | What::Velocity | What::Acceleration => {
                 let wandering = nuisance.phase(self.time.len(), &mut rng).map(|phase| self.along(&phase));
                 let motion = wandering.as_ref().unwrap_or(&self.clean);
                 nuisance.recorded(&self.time, motion, self.sigma, &mut rng)
@@ -464,12 +503,18 @@ impl Decay {
             }
         };
         let mut options = Options::default();
-        if what != What::Displacement {
+        if matches!(what, What::Envelope | What::LockIn) {
             options.frequency_hz = Some(FREQUENCY_HZ);
         }
         let time = self.time.clone();
         let record = match what {
             What::Displacement => Record::new(time, signal),
+            What::Velocity => {
+                Record::new(time, signal).map(|r| r.with_kind(SignalKind::Velocity).with_unit("m/s"))
+            }
+            What::Acceleration => {
+                Record::new(time, signal).map(|r| r.with_kind(SignalKind::Acceleration).with_unit("m/s^2"))
+            }
             What::Envelope => Record::new(time, signal).map(|r| r.with_kind(SignalKind::Envelope)),
             What::LockIn => Record::lock_in(time, signal, quadrature),
         };

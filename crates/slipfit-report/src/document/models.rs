@@ -74,7 +74,10 @@ impl Column {
     fn new(comparison: &Comparison<'_>, parameter: Parameter, reported: bool) -> Self {
         let with = comparison.candidates.iter().filter(|c| has(c.model, parameter));
         let largest = with.map(|c| c.value(parameter)).filter(|v| v.is_finite()).fold(0.0, f64::max);
-        let scale = Scale::for_size(largest, &parameter.unit(comparison.unit));
+        // The friction displacement of a velocity has another unit than its amplitude.
+        let reported_unit = comparison.parameters.get(parameter).map(|q| q.unit.clone());
+        let unit = reported_unit.unwrap_or_else(|| parameter.unit(comparison.unit));
+        let scale = Scale::for_size(largest, &unit);
         Self { parameter, scale, shown: reported && largest > 0.0 }
     }
 

@@ -6,7 +6,7 @@ use super::method;
 use super::models::Comparison;
 use super::parameter::ParameterRow;
 use super::reading::{column, counted};
-use crate::format::{Rounded, percent, plain};
+use crate::format::{Rounded, percent, plain, times};
 use crate::{AnalysedCurve, Sentence, plot};
 use slipfit::answer::hint::Spelling;
 use slipfit::resonance::{Answer, DriveSource, Method, RunDirection};
@@ -84,17 +84,18 @@ fn facts(analysed: &AnalysedCurve<'_>, spell: Spelling<'_>) -> Facts {
     };
     let stops = match d.points_with_stops {
         0 => String::new(),
+        1 => "; 1 point with stops in the cycle".to_owned(),
         n => format!("; {n} points with stops in the cycle"),
     };
     facts.add("fit", format!(
             "{method}, {drive}{level}; {} points{left}, {} within the line, over {:.1} line widths; noise {}, {:.0} dB below \
-             the peak; residuals {:.2} times what noise gives{growing}{stops}",
+             the peak; residuals {} times what noise gives{growing}{stops}",
             d.points,
             d.points_in_line,
             d.line_widths,
             plain(d.noise_rms, 2, &answer.unit),
             d.signal_to_noise_db,
-            d.residual_excess.max(0.0).sqrt()
+            times(d.residual_excess.max(0.0).sqrt())
         ),
     );
     facts.counted_losses(d.counted_losses, "curve");

@@ -6,7 +6,7 @@ use super::method;
 use super::models::Comparison;
 use super::parameter::ParameterRow;
 use super::reading::{clock, columns_taken, rows_read};
-use crate::format::{Rounded, plain};
+use crate::format::{Rounded, plain, times};
 use crate::{AnalysedRingdown, Sentence, plot};
 use slipfit::answer::hint::Spelling;
 use slipfit::ringdown::FreeLaw;
@@ -119,6 +119,7 @@ fn facts(analysed: &AnalysedRingdown<'_>, spell: Spelling<'_>) -> Facts {
     let d = &answer.diagnostics;
     let left_out = match d.left_out {
         0 => String::new(),
+        1 => "; 1 stretch far off every law left out".to_owned(),
         n => format!("; {n} stretches far off every law left out"),
     };
     let coloured = match d.noise_inflation {
@@ -126,12 +127,12 @@ fn facts(analysed: &AnalysedRingdown<'_>, spell: Spelling<'_>) -> Facts {
         f => format!(" and {:.1} times that about the frequency of the motion", f.sqrt()),
     };
     facts.add("fit", format!(
-            "of the {}; noise {}, {:.0} dB below the start{coloured}; residuals {:.2} times what noise gives; {:.1} decay \
+            "of the {}; noise {}, {:.0} dB below the start{coloured}; residuals {} times what noise gives; {:.1} decay \
              times{left_out}",
             d.method,
             plain(d.noise_rms, 2, &answer.signal_unit),
             d.signal_to_noise_db,
-            d.residual_excess.max(0.0).sqrt(),
+            times(d.residual_excess.max(0.0).sqrt()),
             d.decay_times
         ),
     );

@@ -151,6 +151,30 @@ pub(crate) fn absent_losses(
         .unzip()
 }
 
+/// What the models say of a quantity that have another loss in the place of the viscous one, where the term `of`
+/// interest is viscous loss or one that they have; `value` gives the quantity and its standard error of a fit.
+///
+/// A model with the other loss beside viscous loss leaves little weight on their end, where viscous loss is nothing:
+/// the one with as many parameters is as probable before the data.
+pub(crate) fn exchanged_losses(
+    comparison: &ModelComparison,
+    chosen: &ModelFit,
+    value: impl Fn(&ModelFit) -> (f64, f64),
+) -> (Vec<LossTerm>, Vec<Weighed>) {
+    if !chosen.model.has(LossTerm::Viscous) {
+        return Default::default();
+    }
+    let exchanged = |term: LossTerm| {
+        let others = chosen.model.terms().filter(|t| *t != LossTerm::Viscous).chain([term]);
+        let fit = comparison.get(LossModel::from_terms(&others.collect::<Vec<_>>())?)?;
+        let odds = (-0.5 * (fit.bic - chosen.bic)).exp();
+        let (value, std_error) = value(fit);
+        let weight = if odds.is_finite() { odds / (1.0 + odds) } else { 1.0 };
+        Some((term, Weighed { weight, value, std_error }))
+    };
+    LossTerm::compared(None).filter(|t| !chosen.model.has(*t)).filter_map(exchanged).unzip()
+}
+
 /// A normal distribution of unit width about `z`, between zero and `most`.
 struct Truncated {
     /// `exp(z²/2)` times its content.

@@ -1,5 +1,6 @@
 //! What a law leaves of the amplitudes along a decay: its size and its shape.
 
+use super::figures::figures;
 use std::fmt;
 
 /// What the law leaves of the amplitudes along the decay.
@@ -49,16 +50,17 @@ impl fmt::Display for MisfitShape {
         match self {
             Self::Bow => f.write_str("the residuals bow along the decay: a loss term is missing"),
             Self::Kink { time_s } => {
-                write!(f, "the residuals have a kink at {time_s:.4} s: the loss changes there")
+                write!(f, "the residuals have a kink at {} s: the loss changes there", figures(*time_s, 4))
             }
             Self::Wobble { frequency_hz } => {
                 write!(
                     f,
-                    "the residuals wobble at {frequency_hz:.4} Hz: a second mode that far from the first?"
+                    "the residuals wobble at {} Hz: a second mode that far from the first?",
+                    figures(*frequency_hz, 3)
                 )
             }
             Self::End { from_s } => {
-                write!(f, "only the end of the decay, from {from_s:.4} s on, lies off the law")
+                write!(f, "only the end of the decay, from {} s on, lies off the law", figures(*from_s, 4))
             }
             Self::Scatter => f.write_str("the residuals scatter without a shape: the motion is disturbed"),
         }

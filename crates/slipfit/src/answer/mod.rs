@@ -7,6 +7,7 @@ pub mod comparison;
 pub(crate) mod criteria;
 pub(crate) mod describe;
 mod error_hints;
+pub(crate) mod figures;
 pub mod hint;
 mod misfit;
 mod p_value;

@@ -14,6 +14,7 @@ use crate::inference::bounded::minimise_bounded;
 use crate::inference::least_squares::{Fit, LeastSquares, STEP_TOLERANCE, minimise};
 use crate::inference::noise::{NoiseModel, autocorrelation, significant_inflation};
 use crate::numeric::{robust, roots};
+use crate::signal::blocks::Block;
 use crate::{Error, LossTerm};
 use std::borrow::Cow;
 
@@ -107,6 +108,7 @@ pub(crate) fn fit_amplitudes<'a>(
         end: measured.end_s(),
         excess,
         autocorrelation,
+        wandering: None,
         outliers,
     })
 }
@@ -118,7 +120,8 @@ pub(crate) fn amplitude_problem(measured: &MeasuredDecay, options: &Options) -> 
     let squared = measured.root_mean_squares;
     let value: Vec<f64> =
         points.iter().map(|b| if squared { b.amplitude * b.amplitude } else { b.amplitude }).collect();
-    let mut weight: Vec<f64> = points.iter().map(|b| 1.0 / b.unit_variance).collect();
+    let mut weight: Vec<f64> =
+        points.iter().map(|b| 1.0 / (b.unit_variance + by_walk(b, measured))).collect();
     if squared {
         // var(R²) = 4 sigma² (A² + sigma²): in units of sigma².
         let least = LEAST_SQUARE * value[0].max(f64::MIN_POSITIVE);
@@ -136,6 +139,14 @@ pub(crate) fn amplitude_problem(measured: &MeasuredDecay, options: &Options) -> 
         time_variance_s2: measured.time_variance_s2,
         lowpass: options.lockin.map(Kernel::new),
     }
+}
+
+/// Variance of the amplitude of a block by a phase that walks by the variance `q` in a second, in variances of the
+/// noise of a sample: `A² q/(4 omega² T)`, the part of the walk at twice the frequency, over a block of length `T`.
+fn by_walk(block: &Block, measured: &MeasuredDecay) -> f64 {
+    let relative = measured.law.walk / (4.0 * block.omega.powi(2) * block.span_s);
+    let variance = relative * block.amplitude.powi(2) / measured.noise_rms.powi(2);
+    if variance.is_finite() { variance } else { 0.0 }
 }
 
 /// Weighs mean squares, each of as many samples, by the law fitted to them, `var(R²) = 4 sigma² (A² + sigma²)`: by

@@ -11,6 +11,7 @@ use super::few_cycles::fit_few_cycles;
 use super::further_laws::try_further_laws;
 use super::hypotheses::{FittedDecay, by_waveform};
 use super::samples::Samples;
+use super::steady_line::without_steady_line;
 use super::window::by_law::{change_of_law, end_of_lead_in};
 use super::window::{EndReason, StartReason};
 use super::window_fit::Problem;
@@ -36,8 +37,9 @@ use crate::{Error, Parameter, Record, SignalKind};
 /// instead, phase left free.
 ///
 /// Units: times in s; displacements, `x_F` and amplitudes in the record's
-/// unit. For a velocity or acceleration record the "displacements" are those
-/// times `omega` or `omega²`.
+/// unit. Of a velocity or acceleration record the amplitudes are those of the
+/// record; `x_F` is the displacement where the record's unit ends in `/s` or
+/// `/s^2`, else it is `omega x_F` or `omega² x_F` in the record's unit.
 ///
 /// Limits: one mode (others are reported, [`Options::band_hz`] isolates one);
 /// at least one and a half cycles above the noise; drag holds to second order
@@ -76,8 +78,23 @@ pub fn analyse(record: &Record, options: &Options) -> Result<Answer, Error> {
 pub fn analyse_with(record: &Record, options: &Options, criteria: &Criteria) -> Result<Answer, Error> {
     options.check()?;
     let whole = Samples::prepare(record, options)?;
+    let answer = analyse_without_line(&whole, record, options, criteria);
+    let of_samples = record.kind() == SignalKind::Displacement && options.band_hz.is_none();
+    if !of_samples || options.lockin.is_some() {
+        return answer;
+    }
+    without_steady_line(&whole, answer, criteria, |rest| analyse_part(rest, record, options, criteria).ok())
+}
+
+/// [`analyse_with`] of prepared samples.
+fn analyse_without_line(
+    whole: &Samples,
+    record: &Record,
+    options: &Options,
+    criteria: &Criteria,
+) -> Result<Answer, Error> {
     let answer = analyse_part(whole.clone(), record, options, criteria)?;
-    let cut = clipped_crests_of(&whole, &answer, record, options, criteria);
+    let cut = clipped_crests_of(whole, &answer, record, options, criteria);
     let behind = cut.filter(|_| options.start_s.is_none()).and_then(|cut| {
         let options = Options { start_s: Some(cut.end_s.next_up()), ..options.clone() };
         let rest = Samples::prepare(record, &options).ok()?;
@@ -85,7 +102,7 @@ pub fn analyse_with(record: &Record, options: &Options, criteria: &Criteria) -> 
         Some((rest, answer, options))
     });
     let inside = behind.is_none();
-    let (whole, answer, options) = behind.unwrap_or((whole, answer, options.clone()));
+    let (whole, answer, options) = behind.unwrap_or((whole.clone(), answer, options.clone()));
     let mut answer = refined(whole, answer, record, &options, criteria);
     if let Some(cut) = cut {
         answer.warnings.push(Warning::Clipped { samples: cut.samples, inside });

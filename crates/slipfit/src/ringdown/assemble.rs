@@ -6,7 +6,7 @@ use super::envelope::{A0, DELTA, X_F, law_of};
 use super::evidence::Evidence;
 use super::free_law::free_law;
 use super::misfit::misfit;
-use super::quantities::{angular_frequency, parameters};
+use super::quantities::{angular_frequency, displacement_of, parameters};
 use super::stop::stop;
 use super::waveform::OMEGA;
 use super::window_fit::Problem;
@@ -56,7 +56,7 @@ pub(crate) fn answer(e: &Evidence) -> Result<Answer, Error> {
         model: chosen.model,
         preferred_model: preferred.model,
         parameters,
-        comparison: candidates(comparison, |f| rms(e, f), |f| values(comparison, f)),
+        comparison: candidates(comparison, |f| rms(e, f), |f| values(e, f, omega)),
         sliding,
         correlations: correlations(e, chosen),
         segment: segment_of(e),
@@ -89,9 +89,13 @@ fn named(comparison: &ModelComparison) -> Vec<(usize, Parameter)> {
     std::iter::once((A0, Parameter::InitialAmplitude)).chain(terms).collect()
 }
 
-fn values(comparison: &ModelComparison, fit: &ModelFit) -> Values {
-    let value = |(slot, parameter)| (parameter, fit.bounded.parameters[slot]);
-    named(comparison).into_iter().map(value).collect()
+fn values(e: &Evidence, fit: &ModelFit, omega: f64) -> Values {
+    let displacement = displacement_of(e.record, omega).0;
+    let value = |(slot, parameter)| {
+        let factor = if parameter == Parameter::FRICTION_DISPLACEMENT { displacement } else { 1.0 };
+        (parameter, factor * fit.bounded.parameters[slot])
+    };
+    named(&e.fit.comparison).into_iter().map(value).collect()
 }
 
 fn correlations(e: &Evidence, chosen: &ModelFit) -> Vec<Correlation> {

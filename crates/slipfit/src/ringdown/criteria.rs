@@ -37,6 +37,8 @@ criteria_groups! {
         active_part: ActivePartCriteria,
         /// Two viscous modes as a rival of every law of one.
         two_modes: TwoModesCriteria,
+        /// A steady line beside the decay.
+        steady_line: SteadyLineCriteria,
         /// What the law leaves of the amplitudes.
         misfit: MisfitCriteria,
         /// Noise about the frequency of the motion.
@@ -384,6 +386,28 @@ criteria! {
         errors: f64 = 5.0, source "one pair in 1e6 by chance", moves "modes reported";
         /// Amplitude of the second mode over that of the first, at least.
         least_amplitude: f64 = 2e-3, source "chosen by simulation", moves "modes reported";
+    }
+}
+
+criteria! {
+    /// A steady line beside the decay, such as hum of the mains.
+    pub struct SteadyLineCriteria in "steady_line" {
+        /// The last one in so many samples show it.
+        part: usize = 3, source "chosen by simulation", moves "refusals of records with hum";
+        /// Most samples of a record in which it is looked for.
+        most_samples: usize = 300_000, source "chosen by simulation", moves "time of analysis";
+        /// Cycles of it that they must hold.
+        cycles: f64 = 3.0, source "fewer are a drift of the offset", moves "refusals of records with hum";
+        /// Part of their variance that it must explain.
+        explained: f64 = 0.5, source "more than all noise", moves "refusals of records with hum";
+        /// Part of itself that its amplitude may change by over them.
+        change: f64 = 0.1, source "the motion itself falls by more where it was three times as large",
+            moves "refusals of records with hum";
+        /// Its amplitude over the largest deflection, at most.
+        most_amplitude: f64 = 0.3, source "chosen by simulation", moves "refusals of records with hum";
+        /// Variance about the motion over the noise of single cycles from which on one is looked for, and by which
+        /// that about the motion must fall without it.
+        noise: f64 = 4.0, source "twice the noise", moves "coverage of records with hum";
     }
 }
 

@@ -118,8 +118,8 @@ fn fit_from<'a>(
         root_mean_squares: false,
         time_variance_s2: 0.0,
     };
-    let fit = fit_waveform(samples, &measured, release..n, start, (asked, Models::All), criteria)?;
-    let best = &fit.comparison.preferred()?.bounded;
+    let mut fit = fit_waveform(samples, &measured, release..n, start, (asked, Models::All), criteria)?;
+    let best = fit.comparison.preferred()?.bounded.clone();
     let p = &best.parameters;
     let sigma = (best.rss / count).sqrt();
     let law = law_of(p, p[OMEGA]);
@@ -133,6 +133,8 @@ fn fit_from<'a>(
     measured.points = half_cycles(problem, p, release, sigma, c);
     // Neighbouring samples overestimate the noise where few of them make up a cycle.
     measured.noise_rms = sigma.min(swing.noise_rms);
+    // There are no blocks that would show what is left of the fundamental.
+    fit.excess = (sigma / measured.noise_rms).powi(2);
     if p[X_F] > 0.0 && law.stop_time_s().is_some_and(|stop| stop < duration) {
         measured.window.end_reason = EndReason::Rest;
     }

@@ -3,22 +3,22 @@
 use super::compare::slot;
 use super::envelope::{A0, law_of};
 use super::evidence::Evidence;
-use super::waveform::{OMEGA, Waveform};
+use super::waveform::OMEGA;
 use super::window_fit::Problem;
-use crate::answer::averaged::{self, absent_losses};
+use crate::answer::averaged::{self, absent_losses, exchanged_losses};
 use crate::answer::calibration::physical;
 use crate::answer::describe::{LossFit, fit_of, known_error, non_negative, q_factor, symmetric, unknown};
 use crate::answer::{Parameter, Parameters};
 use crate::inference::Z_95;
-use crate::inference::least_squares::linear;
 use crate::inference::model_selection::{ModelComparison, ModelFit};
 use crate::inference::profile::Profile;
 use crate::model::loss::{LossModel, LossTerm};
 use crate::motion::decay::parameters::shape_slot;
-use crate::signal::blocks::{Block, wrap};
-use crate::signal::phase::{PhaseError, phase_weight, walk_rate_variance};
-use crate::{Quantity, SignalKind};
-use std::f64::consts::TAU;
+use crate::signal::blocks::Block;
+use crate::signal::phase::{LEAST_WEIGHT, phase_weight};
+use crate::signal::phase_walk::{PhaseError, Smoothed};
+use crate::{Quantity, Record, SignalKind};
+use std::f64::consts::{PI, TAU};
 
 /// Angular frequency at vanishing amplitude, rad/s.
 pub(crate) fn angular_frequency(e: &Evidence, chosen: &ModelFit) -> f64 {
@@ -33,31 +33,25 @@ fn mean_frequency(e: &Evidence, chosen: &ModelFit) -> Quantity {
     let (omega, std) = match &e.fit.problem {
         Problem::Waveform(problem) => {
             let p = &chosen.bounded.parameters;
-            let across = problem.mean_rate();
+            let across = problem.mean_rate(p);
             let mean = across.iter().map(|&(k, d)| p[k] * d).sum::<f64>();
             let variance: f64 = across
                 .iter()
                 .flat_map(|&(i, a)| across.iter().map(move |&(k, b)| (i, k, a * b)))
                 .map(|(i, k, ab)| ab * chosen.bounded.unit_covariance[(i, k)])
                 .sum();
-            let white = variance.max(0.0) * e.fit.comparison.noise.variance(&chosen.bounded);
-            let errors: Vec<PhaseError> =
-                e.measured.points.iter().map(|b| phase_error(e, problem, p, b)).collect();
-            (mean, (white + walk_rate_variance(&errors).unwrap_or(0.0)).sqrt())
+            let noise = &e.fit.comparison.noise;
+            let inflated = variance.max(0.0) * noise.variance(&chosen.bounded);
+            e.fit.wandering.map_or((mean, inflated.sqrt()), |w| (mean + w.mean_rate, w.rate_variance.sqrt()))
         }
         Problem::Envelope(problem) if e.options.frequency_hz.is_some() => (problem.omega, 0.0),
         Problem::Envelope(_) => {
             let law = &e.measured.law;
-            (law.mean_omega + lag_rate(e, chosen, law.omega).unwrap_or(0.0), law.mean_omega_std)
+            let omega = law.mean_omega + law.mean_omega_beside_walk;
+            (omega + lag_rate(e, chosen, law.omega).unwrap_or(0.0), law.mean_omega_std)
         }
     };
     Quantity::normal(omega / TAU, std / TAU, "Hz")
-}
-
-/// What the fitted motion leaves of the phase of a block.
-fn phase_error(e: &Evidence, problem: &Waveform, p: &[f64], block: &Block) -> PhaseError {
-    let error = wrap(block.phase - problem.phase_at(p, block.time_s).phase);
-    PhaseError { time_s: block.time_s, error, weight: phase_weight(block, e.measured.noise_rms) }
 }
 
 /// Rate at which the fundamental falls behind the phase of the motion, rad/s, as the phases of the blocks
@@ -65,18 +59,49 @@ fn phase_error(e: &Evidence, problem: &Waveform, p: &[f64], block: &Block) -> Ph
 ///
 /// Loss leaves the fundamental a part in quadrature, which over the amplitude is `delta/omega` for viscous
 /// damping, `(3/pi) x_F/A` for sliding friction and `(5/6) a2 A/omega` for drag: the last two change as the
-/// amplitude falls.
+/// amplitude falls. Each derivative advances the phase by the loss of the amplitude in `1/omega`.
 fn lag_rate(e: &Evidence, chosen: &ModelFit, omega: f64) -> Option<f64> {
     let law = law_of(&chosen.bounded.parameters, omega);
     let noise = e.measured.noise_rms;
     let start = e.fit.origin;
-    let rows = e.measured.points.iter().map(|b| {
-        let amplitude = law.amplitude(b.time_s - start).max(b.std_error(noise));
-        let lag = (1.5 * law.a0 / amplitude + 5.0 / 6.0 * law.a2 * amplitude) / omega;
-        (vec![1.0, b.time_s - start], lag, phase_weight(b, noise))
-    });
+    let derivatives = match e.record.kind() {
+        SignalKind::Velocity => 1.0,
+        SignalKind::Acceleration => 2.0,
+        _ => 0.0,
+    };
+    let lag = |b: &Block| {
+        // Within the last swings the motion has no phase.
+        let amplitude =
+            law.amplitude(b.time_s - start).max(b.std_error(noise)).max(0.5 * PI * law.a0 / omega);
+        ((1.5 - derivatives) * law.a0 / amplitude + (5.0 / 6.0 - derivatives) * law.a2 * amplitude) / omega
+    };
+    let lags: Vec<PhaseError> = e
+        .measured
+        .points
+        .iter()
+        .filter(|b| phase_weight(b, noise) > LEAST_WEIGHT)
+        .map(|b| PhaseError {
+            time_s: b.time_s,
+            error: lag(b),
+            weight: phase_weight(b, noise),
+            averaged_s: b.span_s / 6.0,
+            smooth: vec![1.0, b.time_s - start],
+        })
+        .collect();
     // An amplitude of zero without noise has no lag.
-    Some(linear(rows, 2)?.0[1]).filter(|rate| rate.is_finite())
+    Some(Smoothed::beside(&lags, e.measured.law.walk)?.parameters[1]).filter(|rate| rate.is_finite())
+}
+
+/// By what a length of the signal becomes a displacement, and its unit: for a velocity or an acceleration whose unit
+/// says so, `1/omega` and the unit times s, or `1/omega²` and the unit times s².
+pub(crate) fn displacement_of(record: &Record, omega: f64) -> (f64, String) {
+    let without = |ends: &[&str]| ends.iter().find_map(|end| record.unit().strip_suffix(end));
+    let (factor, unit) = match record.kind() {
+        SignalKind::Velocity => (1.0 / omega, without(&["/s"])),
+        SignalKind::Acceleration => (1.0 / (omega * omega), without(&["/s^2", "/s²", "/s2"])),
+        _ => (1.0, None),
+    };
+    unit.map_or_else(|| (1.0, record.unit().to_owned()), |unit| (factor, unit.to_owned()))
 }
 
 /// Whether the frequency of the oscillation is known.
@@ -106,7 +131,11 @@ fn loss_term(e: &Evidence, chosen: &ModelFit, term: LossTerm, counted: &mut Vec<
     with_absent_losses(e, chosen, (slot(term), Some(term)), found, counted)
 }
 
-/// The interval with the losses counted that the model has not and the data do not exclude; as it is where
+/// Standard errors within which a loss is known that a model has not.
+const SURE: f64 = 1e-3;
+
+/// The interval with the losses counted that the model has not and the data do not exclude, beside its own or in the place
+/// of the viscous one; as it is where
 /// the model was asked for. `counted` gets those that widen it noticeably.
 fn with_absent_losses(
     e: &Evidence,
@@ -118,7 +147,17 @@ fn with_absent_losses(
     if e.options.model.is_some() || of.is_some_and(|term| !chosen.model.has(term)) {
         return q;
     }
-    let (terms, others) = absent_losses(&e.fit.comparison, chosen, of, &[(k, 1.0)], &q, slot);
+    let comparison = &e.fit.comparison;
+    let (mut terms, mut others) = absent_losses(comparison, chosen, of, &[(k, 1.0)], &q, slot);
+    let value = |fit: &ModelFit| match of {
+        Some(LossTerm::Viscous) => (0.0, SURE * q.std_error),
+        _ => (fit.bounded.parameters[k], comparison.noise.std_error(&fit.bounded, k)),
+    };
+    let (in_place, exchanged) = exchanged_losses(comparison, chosen, value);
+    let left = 1.0 - exchanged.iter().map(|o| o.weight).sum::<f64>();
+    others.iter_mut().for_each(|o| o.weight *= left.max(0.0));
+    others.extend(exchanged);
+    terms.extend(in_place);
     if averaged::widening(&q, &others) > e.criteria.report.mentioned_widening {
         counted.extend(terms);
     }
@@ -204,7 +243,8 @@ pub(crate) fn parameters(e: &Evidence, chosen: &ModelFit, omega: f64) -> (Parame
     let x_f = loss_term(e, chosen, LossTerm::Sliding, &mut counted);
     list.set(Parameter::DECAY_RATE, delta.clone());
     if known {
-        list.set(Parameter::FRICTION_DISPLACEMENT, x_f.clone());
+        let (factor, unit) = displacement_of(e.record, omega);
+        list.set(Parameter::FRICTION_DISPLACEMENT, x_f.scaled(factor, unit));
     }
     let gain = crate::motion::decay::amplitude::sliding_gain(delta.value, omega)[0];
     list.set(Parameter::SlidingRate, x_f.scaled(gain, Parameter::SlidingRate.unit(unit)));

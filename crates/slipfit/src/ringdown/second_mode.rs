@@ -92,7 +92,7 @@ fn with_reasons_of_record(
 }
 
 /// The motion with the second mode subtracted and that mode beside the motion, by turns.
-fn refine<'a>(
+pub(crate) fn refine<'a>(
     part: &Samples<'a>,
     mut second: ViscousMode,
     criteria: &TwoModesCriteria,

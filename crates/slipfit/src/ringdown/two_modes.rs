@@ -1,6 +1,6 @@
 //! Two viscous modes: beats and a weak second mode, fitted to the samples.
 
-use super::criteria::TwoModesCriteria;
+use super::criteria::{SteadyLineCriteria, TwoModesCriteria};
 use crate::inference::least_squares::{Fit, LeastSquares, Normal, minimise};
 use crate::inference::noise::{autocorrelation, significant_inflation};
 use crate::numeric::GOLDEN_SECTION;
@@ -19,6 +19,8 @@ const COUNT: usize = OFFSET + 2;
 /// Parameters of the first mode about the line: those that enter linearly, and all.
 const LINEAR: [usize; 4] = [COSINE, SINE, OFFSET, OFFSET + 1];
 const ONE_MODE: [usize; 6] = [OMEGA, DELTA, COSINE, SINE, OFFSET, OFFSET + 1];
+/// The same of a steady one.
+const STEADY: [usize; 5] = [OMEGA, COSINE, SINE, OFFSET, OFFSET + 1];
 /// Samples a cycle that averages keep, and samples above which averages are taken.
 const KEPT_PER_CYCLE: f64 = 12.0;
 const MOST_SAMPLES: usize = 20_000;
@@ -117,6 +119,30 @@ pub(crate) fn mode_beside(
     let fit = minimise(&problem, &amplitude.parameters, &ONE_MODE)?;
     let mode = problem.mode(&fit, 0, criteria);
     resolved(main, &mode, problem.duration, criteria).then_some(mode)
+}
+
+/// The strongest line of some samples, where it explains most of them and its amplitude neither falls nor grows.
+pub(crate) fn steady_mode(
+    time_s: &[f64],
+    signal: &[f64],
+    criteria: &TwoModesCriteria,
+    steady: &SteadyLineCriteria,
+) -> Option<ViscousMode> {
+    let omega = TAU * spectrum::dominant(time_s, signal, None)?.frequency_hz;
+    let problem = Modes::thinned(time_s, signal, omega)?;
+    if problem.duration * omega < TAU * steady.cycles {
+        return None;
+    }
+    let mut start = vec![0.0; COUNT];
+    start[OMEGA] = omega;
+    let line = minimise(&problem, &start, &LINEAR)?;
+    let line = minimise(&problem, &line.parameters, &STEADY)?;
+    let falling = minimise(&problem, &line.parameters, &ONE_MODE)?;
+    let (mode, change) = (problem.mode(&line, 0, criteria), problem.mode(&falling, 0, criteria));
+    let is_steady = (change.decay_rate * problem.duration).abs() < steady.change
+        || change.decay_rate.abs() < criteria.errors * change.std_errors[1];
+    let explains = line.rss < (1.0 - steady.explained) * problem.power();
+    (is_steady && explains && mode.amplitude() > criteria.errors * mode.std_errors[2]).then_some(mode)
 }
 
 /// The mode that a second one stands beside.

@@ -3,12 +3,17 @@
 //! The sums over the samples are those of the [half-cycle kernel](crate::motion::decay::half_cycle).
 
 use crate::inference::least_squares::{LeastSquares, Normal};
-use crate::motion::decay::parameters::{A0, X_F, shapes_exist};
+use crate::motion::decay::parameters::{A0, X_F, law_of, shapes_exist};
 use crate::motion::decay::window::Window;
+use nalgebra::DVector;
 use std::f64::consts::PI;
+use std::ops::Range;
 
 pub(crate) use crate::motion::decay::parameters::{BEND, CHIRP, COUNT, OFFSET, OMEGA, PHASE};
 pub(crate) use crate::motion::decay::window::Bend;
+
+/// Parameters of the phase, in the order of [`Window::phase`].
+pub(crate) const PHASE_SLOTS: [usize; 4] = [PHASE, OMEGA, BEND, CHIRP];
 
 /// Samples of one window and the shape of the model.
 #[derive(Debug, Clone)]
@@ -169,10 +174,33 @@ impl Waveform<'_> {
         residuals
     }
 
-    /// Mean phase rate over the window as a combination of parameters.
-    pub(crate) fn mean_rate(&self) -> [(usize, f64); 2] {
-        let t = self.duration.max(f64::MIN_POSITIVE);
-        [(OMEGA, 1.0), (BEND, self.bend.as_ref().map_or(0.0, |b| b.at(t).0 / t))]
+    /// Time for which the mass moves inside the window, s.
+    pub(crate) fn moving_s(&self, p: &[f64]) -> f64 {
+        let stop = law_of(p, p[OMEGA]).stop_time_s().unwrap_or(f64::INFINITY);
+        stop.min(self.duration).max(f64::MIN_POSITIVE)
+    }
+
+    /// Mean phase rate as long as the mass moves, as a combination of parameters.
+    pub(crate) fn mean_rate(&self, p: &[f64]) -> [(usize, f64); 3] {
+        let t = self.moving_s(p);
+        let [_, _, bend, chirp] = self.window(&[]).phase(p, t).2;
+        [(OMEGA, 1.0), (BEND, bend / t), (CHIRP, chirp / t)]
+    }
+
+    /// Derivatives of the phase by some of its parameters, at a time on the record's clock.
+    pub(crate) fn phase_by(&self, p: &[f64], slots: &[usize], time_s: f64) -> Vec<f64> {
+        let by = self.window(&[]).phase(p, time_s - self.origin).2;
+        slots.iter().filter_map(|s| PHASE_SLOTS.iter().position(|k| k == s)).map(|k| by[k]).collect()
+    }
+
+    /// Products of the derivatives by `free` parameters with that by the phase, summed over some of the samples;
+    /// `None` where the model does not exist.
+    pub(crate) fn along_phase(&self, p: &[f64], free: &[usize], range: Range<usize>) -> Option<DVector<f64>> {
+        let part =
+            Window { time: &self.time[range.clone()], signal: &self.signal[range], ..self.window(free) };
+        let (sums, _) = part.sums(p, None)?;
+        let phase = free.iter().position(|f| *f == PHASE)?;
+        Some(DVector::from_fn(free.len(), |i, _| sums.total(i.max(phase), i.min(phase))))
     }
 
     /// Phase of the model at a time on the record's clock.

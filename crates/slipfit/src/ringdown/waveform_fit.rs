@@ -6,6 +6,7 @@ use super::envelope::{A0, DELTA, DRAG, X_F, law_of};
 use super::last_swing::LastSwing;
 use super::measured::MeasuredDecay;
 use super::samples::Samples;
+use super::wandering_phase::WanderingPhase;
 use super::waveform::{BEND, Bend, CHIRP, COUNT, OFFSET, OMEGA, PHASE, RestLevel, Waveform, rest_tells};
 use super::window_fit::{Problem, WindowFit};
 use crate::inference::least_squares::{
@@ -141,7 +142,8 @@ fn fit_with_rest<'a>(
         || stops(&fit) && n <= criteria.waveform.multi_start_samples;
     if side_minima && stops(&fit) && rest == RestLevel::Exact {
         let inflation = |fit: &Fit| {
-            Remainder::new(&problem, range.start, fit, &measured.points).variance_inflation(criteria)
+            let left = Remainder::new(&problem, range.start, fit, &measured.points);
+            left.variance_inflation_beside(WanderingPhase::of(&problem, fit, measured.noise_rms), criteria)
         };
         let last = LastSwing::search(&problem, fit, inflation, &criteria.waveform);
         fit = last.fit;
@@ -154,7 +156,8 @@ fn fit_with_rest<'a>(
     let search = Search { asked, models, begun: Some(&fit), side_minima, criteria: &criteria.inference };
     let comparison = compare(&problem, &fit.parameters, &nuisance, noise, whole, search);
     let left = Remainder::new(&problem, range.start, &comparison.preferred()?.bounded, &measured.points);
-    noise.variance_inflation = left.variance_inflation(criteria);
+    let wandering = WanderingPhase::of(&problem, &comparison.preferred()?.bounded, measured.noise_rms);
+    noise.variance_inflation = left.variance_inflation_beside(wandering, criteria);
     // Where the noise about the frequency of the motion is known, the remainder is measured by that.
     let known = left.in_phase.excess * left.variance / measured.noise_rms.powi(2).max(f64::MIN_POSITIVE);
     let fit = WindowFit {
@@ -164,6 +167,7 @@ fn fit_with_rest<'a>(
         end: origin + duration,
         excess: if samples.noise_inflation > 1.0 { known } else { left.in_phase.excess },
         autocorrelation: left.in_phase.autocorrelation,
+        wandering,
         outliers: 0,
     };
     Some((fit, left.low_frequency))
@@ -307,6 +311,12 @@ impl Remainder {
             low_frequency: variance * density.map_or(0.0, |d| d.lowest),
             coloured,
         }
+    }
+
+    /// [`variance_inflation`](Self::variance_inflation) where the phase walks as well.
+    fn variance_inflation_beside(&self, wandering: Option<WanderingPhase>, criteria: &Criteria) -> f64 {
+        let walked = wandering.map_or(1.0, |w| w.variance_ratio / self.variance.max(f64::MIN_POSITIVE));
+        self.variance_inflation(criteria).max(walked)
     }
 
     /// By which the variance of the parameters exceeds that under white noise.

@@ -2,6 +2,7 @@
 //! left free, or every sample against the exact motion.
 
 use super::envelope::EnvelopeProblem;
+use super::wandering_phase::WanderingPhase;
 use super::waveform::Waveform;
 use crate::inference::least_squares::LeastSquares;
 use crate::inference::model_selection::ModelComparison;
@@ -18,6 +19,8 @@ pub(crate) struct WindowFit<'a> {
     pub(crate) excess: f64,
     /// First autocorrelation of the residuals.
     pub(crate) autocorrelation: f64,
+    /// A phase that walks at random beside the motion, where every sample is compared with it.
+    pub(crate) wandering: Option<WanderingPhase>,
     /// Blocks left out because they lie far off every law.
     pub(crate) outliers: usize,
 }

@@ -3,4 +3,5 @@
 pub(crate) mod blocks;
 pub mod demodulate;
 pub(crate) mod phase;
+pub(crate) mod phase_walk;
 pub(crate) mod spectrum;

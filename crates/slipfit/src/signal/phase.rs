@@ -5,10 +5,12 @@
 //! carries the Rice bias `E[R²] = A² + 2 sigma²`.
 
 use super::blocks::{Block, PhaseAt};
+use super::phase_walk::{PhaseError, Smoothed, walk_rate};
 use crate::inference::evidence::bic;
 use crate::inference::least_squares::linear;
 use crate::inference::noise::{ar1_variance_inflation, autocorrelation};
 use crate::numeric::robust::median;
+use nalgebra::DVector;
 use std::f64::consts::TAU;
 
 /// How the phase depends on time and amplitude:
@@ -17,12 +19,15 @@ use std::f64::consts::TAU;
 pub(crate) struct PhaseLaw {
     /// Rate at vanishing amplitude, in the middle of the stretch, rad/s.
     pub(crate) omega: f64,
-    /// Mean rate over the stretch, and its standard error.
+    /// Mean rate over the stretch, what weights that know of a walk add to it, and the standard error of both.
     pub(crate) mean_omega: f64,
+    pub(crate) mean_omega_beside_walk: f64,
     pub(crate) mean_omega_std: f64,
     pub(crate) quadratic: f64,
     pub(crate) quartic: f64,
     pub(crate) drift: f64,
+    /// Variance that the phase gains in a second by a random walk, rad²/s; zero where none is seen.
+    pub(crate) walk: f64,
 }
 
 impl PhaseLaw {
@@ -48,6 +53,8 @@ pub(crate) struct Smooth {
     pub(crate) follows_law: bool,
 }
 
+/// Inverse variance below which a phase may have slipped a turn: a quarter of a radian.
+pub(crate) const LEAST_WEIGHT: f64 = 16.0;
 /// Scatter of the phases about a law over their errors up to which the law is taken as it is.
 const MOST_EXCESS: f64 = 3.0;
 /// Weighted sum of squared relative errors that the amplitudes may have from a phase off the law: at
@@ -92,7 +99,7 @@ pub(crate) fn smooth(blocks: &[Block], amplitude: &[f64], noise_rms: f64) -> Opt
             .collect()
     };
     // Only strong blocks take part: a weak one may have slipped a turn. One among weak ones is noise.
-    let is_strong = |j: usize| weight.get(j).is_some_and(|w| *w > 16.0);
+    let is_strong = |j: usize| weight.get(j).is_some_and(|w| *w > LEAST_WEIGHT);
     let beside_strong = |j: usize| j > 0 && is_strong(j - 1) || is_strong(j + 1);
     let strong: Vec<usize> = (0..blocks.len()).filter(|&j| is_strong(j) && beside_strong(j)).collect();
     if strong.len() < 2 {
@@ -127,9 +134,17 @@ pub(crate) fn smooth(blocks: &[Block], amplitude: &[f64], noise_rms: f64) -> Opt
         if excess < MOST_EXCESS { 1.0 } else { ar1_variance_inflation(autocorrelation(&residuals).max(0.0)) };
     let errors: Vec<PhaseError> = strong
         .iter()
-        .map(|&j| PhaseError { time_s: blocks[j].time_s, error: phase[j] - model[j], weight: weight[j] })
+        .map(|&j| PhaseError {
+            time_s: blocks[j].time_s,
+            error: phase[j] - model[j],
+            weight: weight[j],
+            averaged_s: blocks[j].span_s / 6.0,
+            smooth: row(j, columns),
+        })
         .collect();
-    let walk = walk_rate_variance(&errors);
+    // Beside every column: the ones that were chosen among them took a part of the walk along.
+    let every = errors.iter().zip(&strong).map(|(e, &j)| PhaseError { smooth: row(j, &WIDEST), ..e.clone() });
+    let walk = walk_rate(&every.collect::<Vec<_>>()).unwrap_or(0.0);
     let get = |which: Column| columns.iter().position(|&x| x == which).map_or(0.0, |i| c[i]);
     let omega = get(Column::Time) / span;
     // Mean rate over the stretch: the difference of two phases, each a combination of the coefficients.
@@ -139,15 +154,19 @@ pub(crate) fn smooth(blocks: &[Block], amplitude: &[f64], noise_rms: f64) -> Opt
         .flat_map(|i| (0..columns.len()).map(move |k| (i, k)))
         .map(|(i, k)| across[i] * across[k] * covariance[(i, k)])
         .sum();
+    // Weights that know of the walk: the mean rate is that from the first phase to the last.
+    let beside = if walk > 0.0 { Smoothed::beside(&errors, walk) } else { None };
+    let walked = beside.map(|smoothed| smoothed.combined(&DVector::from_column_slice(&across)));
+    let (further, variance) = walked.unwrap_or((0.0, across_variance.max(0.0) * excess.max(1.0) * inflation));
     let law = PhaseLaw {
         omega,
         mean_omega: (model_at(&row(last, columns), &c) - model_at(&row(0, columns), &c)) / span,
-        mean_omega_std: (across_variance.max(0.0) / (span * span) * (excess.max(1.0) * inflation))
-            .max(across_variance.max(0.0) / (span * span) + walk.unwrap_or(0.0))
-            .sqrt(),
+        mean_omega_beside_walk: further / span,
+        mean_omega_std: variance.max(0.0).sqrt() / span,
         quadratic: get(Column::Square) / span / omega / (scale * scale),
         quartic: get(Column::Fourth) / span / omega / scale.powi(4),
         drift: 2.0 * get(Column::Chirp) / (span * span) / omega,
+        walk,
     };
     // A phase error e costs the amplitude e²/2: tolerable while that stays below the noise.
     let mut errors: Vec<f64> = weight.iter().map(|w| 1.0 / w.sqrt()).collect();
@@ -176,48 +195,6 @@ pub(crate) fn smooth(blocks: &[Block], amplitude: &[f64], noise_rms: f64) -> Opt
         local(&tau, &phase, &weight)
     };
     Some(Smooth { at, law, follows_law })
-}
-
-/// What a law leaves of the phase of a block, rad, and the inverse of its variance by noise.
-#[derive(Debug, Clone, Copy)]
-pub(crate) struct PhaseError {
-    pub(crate) time_s: f64,
-    pub(crate) error: f64,
-    pub(crate) weight: f64,
-}
-
-/// Standard errors by which the steps of the phase must exceed those of noise before it counts as walking.
-const WALK_SIGNIFICANCE: f64 = 1.6;
-
-/// Variance of the mean rate, (rad/s)², from a random walk of the phase beside its noise; `None` where the
-/// steps from block to block show none.
-///
-/// The steps have the variance of both noises and of the walk between; the slope of a line through the
-/// phases follows the walk by the weight of all that come after each step.
-pub(crate) fn walk_rate_variance(errors: &[PhaseError]) -> Option<f64> {
-    let (mut walked, mut waited, mut scatter) = (0.0, 0.0, 0.0);
-    for pair in errors.windows(2) {
-        let [a, b] = [pair[0], pair[1]];
-        let (step, duration) = (b.error - a.error, b.time_s - a.time_s);
-        let noise = 1.0 / a.weight + 1.0 / b.weight;
-        // Steps by what their noise leaves to be seen.
-        let weight = duration / (noise * noise);
-        walked += weight * (step * step - noise);
-        waited += weight * duration;
-        scatter += 2.0 * (weight * noise).powi(2);
-    }
-    if !(waited > 0.0 && walked > WALK_SIGNIFICANCE * scatter.sqrt()) {
-        return None;
-    }
-    let total: f64 = errors.iter().map(|e| e.weight).sum();
-    let mean = errors.iter().map(|e| e.weight * e.time_s).sum::<f64>() / total;
-    let spread: f64 = errors.iter().map(|e| e.weight * (e.time_s - mean).powi(2)).sum();
-    let (mut after, mut variance) = (0.0, 0.0);
-    for pair in errors.windows(2).rev() {
-        after += pair[1].weight * (pair[1].time_s - mean) / spread;
-        variance += after * after * (pair[1].time_s - pair[0].time_s);
-    }
-    Some(walked / waited * variance)
 }
 
 /// Takes back turns lost in the noise: a line through the surest half of the
@@ -262,6 +239,9 @@ enum Column {
     Fourth,
     Chirp,
 }
+
+/// Columns that a walk of the phase is told from.
+const WIDEST: [Column; 4] = [Column::One, Column::Time, Column::Square, Column::Chirp];
 
 const MODELS: [&[Column]; 5] = [
     &[Column::One, Column::Time],

@@ -1,6 +1,7 @@
 //! Each warning in words.
 
 use super::Warning;
+use crate::answer::figures::{self, counted, figures};
 use crate::answer::p_value;
 use std::fmt;
 
@@ -39,37 +40,42 @@ impl fmt::Display for Warning {
         match self {
             Warning::NotSeparable { correlation, decay_times: Some(decay_times) } => write!(
                 f,
-                "{decay_times:.2} of a decay time recorded: delta and x_F cannot be separated (correlation \
-                 {correlation:.4})"
+                "{} recorded: delta and x_F cannot be separated (correlation {correlation:.3})",
+                figures::decay_times(*decay_times)
             ),
             Warning::NotSeparable { correlation, decay_times: None } => {
-                write!(f, "delta and x_F cannot be separated by this curve (correlation {correlation:.4})")
+                write!(f, "delta and x_F cannot be separated by this curve (correlation {correlation:.3})")
             }
             Warning::TooFewCycles { cycles } => {
                 write!(f, "only {cycles:.1} cycles: too few to separate viscous from sliding loss")
             }
             Warning::SeveralModes { main_hz, other_hz, relative_amplitude } => write!(
                 f,
-                "more than one mode: {main_hz:.5} Hz and {other_hz:.5} Hz ({:.0} % as strong)",
-                relative_amplitude * 100.0
+                "more than one mode: {} Hz and {} Hz ({} as strong)",
+                figures(*main_hz, 5),
+                figures(*other_hz, 5),
+                percent(*relative_amplitude)
             ),
             Warning::SecondMode { main_hz, other_hz, relative_amplitude } => write!(
                 f,
-                "beside the mode at {main_hz:.5} Hz a second one at {other_hz:.5} Hz ({:.2} % as strong) was \
-                 fitted and subtracted",
-                relative_amplitude * 100.0
+                "beside the mode at {} Hz a second one at {} Hz ({} as strong) was fitted and subtracted",
+                figures(*main_hz, 5),
+                figures(*other_hz, 5),
+                percent(*relative_amplitude)
             ),
             Warning::ModelMisfit { ratio, misfit: None } => write!(
                 f,
-                "residuals are {ratio:.1} times the noise: the law holds only roughly; intervals are widened"
+                "residuals are {} times the noise: the law holds only roughly; intervals are widened",
+                figures(*ratio, 2)
             ),
             Warning::ModelMisfit { ratio, misfit: Some(found) } => write!(
                 f,
-                "the amplitude keeps to the law within {} ({} at most, at {:.4} s), {ratio:.1} times the noise: \
-                 {}; intervals are widened",
+                "the amplitude keeps to the law within {} ({} at most, at {} s), {} times the noise: {}; intervals are \
+                 widened",
                 percent(found.relative_rms),
                 percent(found.largest),
-                found.largest_at_s,
+                figures(found.largest_at_s, 4),
+                figures(*ratio, 2),
                 found.shape
             ),
             Warning::FurtherLaw { model, delta_bic, ratio } => write!(
@@ -82,16 +88,20 @@ impl fmt::Display for Warning {
                 "no law without a model: it takes {needed} amplitudes of a falling oscillation, there are \
                  {amplitudes}"
             ),
-            Warning::LawChanges { time_s } => write!(f, "the loss follows another law from {time_s:.4} s on"),
+            Warning::LawChanges { time_s } => {
+                write!(f, "the loss follows another law from {} s on", figures(*time_s, 4))
+            }
             Warning::SlowTail { amplitude, time_s, unit } => write!(
                 f,
-                "from {time_s:.4} s on, below {}, the decay is slower than any sliding law gives (pre-sliding) and \
+                "from {} s on, below {}, the decay is slower than any sliding law gives (pre-sliding) and \
                  was left out",
-                format!("{amplitude:.3} {unit}").trim_end()
+                figures(*time_s, 4),
+                format!("{} {unit}", figures(*amplitude, 2)).trim_end()
             ),
             Warning::Clipped { samples, inside } => {
                 let place = if *inside { "some inside" } else { "all outside" };
-                write!(f, "{samples} samples are clipped, {place} the fitted part")
+                let verb = if *samples == 1 { "is" } else { "are" };
+                write!(f, "{} {verb} clipped, {place} the fitted part", counted(*samples, "sample"))
             }
             Warning::AmbiguousModel { chosen, rival, delta_bic } => {
                 write!(f, "{rival} explains the data as well as {chosen} (BIC differs by {delta_bic:.1})")
@@ -104,7 +114,7 @@ impl fmt::Display for Warning {
                 "{samples_per_cycle:.1} samples a cycle: the frequency may be an alias; the loss is not affected"
             ),
             Warning::Disturbance { time_s } => {
-                write!(f, "a disturbance at {time_s:.4} s ends the usable decay")
+                write!(f, "a disturbance at {} s ends the usable decay", figures(*time_s, 4))
             }
             Warning::Harmonics { order, relative_amplitude } => write!(
                 f,
@@ -144,7 +154,7 @@ impl fmt::Display for Warning {
                 if *below { "below" } else { "above" }
             ),
             Warning::FewPointsInLine { points } => {
-                write!(f, "only {points} points within the width of the peak: its shape is hardly resolved")
+                write!(f, "only {} within the width of the peak: its shape is hardly resolved", counted(*points, "point"))
             }
             Warning::Skewed { relative_shift, line_widths } => write!(
                 f,
@@ -208,7 +218,8 @@ impl fmt::Display for Warning {
                 p_value(*p)
             ),
             Warning::Stuck { points } => {
-                write!(f, "{points} points lie where friction holds the mass for all or part of the cycle")
+                let verb = if *points == 1 { "lies" } else { "lie" };
+                write!(f, "{} {verb} where friction holds the mass for all or part of the cycle", counted(*points, "point"))
             }
             Warning::PaperBias { friction, q_factor } => write!(
                 f,
@@ -218,18 +229,22 @@ impl fmt::Display for Warning {
                 100.0 * q_factor
             ),
             Warning::Dropped { not_finite, zero_frequency: 0 } => {
-                write!(f, "left out: {not_finite} non-finite points")
+                write!(f, "left out: {}", counted(*not_finite, "non-finite point"))
             }
             Warning::Dropped { not_finite: 0, zero_frequency } => {
-                write!(f, "left out: {zero_frequency} points at frequency zero")
+                write!(f, "left out: {} at frequency zero", counted(*zero_frequency, "point"))
             }
             Warning::Dropped { not_finite, zero_frequency } => {
-                write!(f, "left out: {not_finite} non-finite points, {zero_frequency} at frequency zero")
+                let not_finite = counted(*not_finite, "non-finite point");
+                write!(f, "left out: {not_finite}, {zero_frequency} at frequency zero")
             }
             Warning::SearchCut => f.write_str(
                 "the search was cut after a set amount of work: there may be a better fit, or a wider interval",
             ),
-            Warning::Outliers { points } => write!(f, "{points} outliers were left out"),
+            Warning::Outliers { points } => {
+                let verb = if *points == 1 { "was" } else { "were" };
+                write!(f, "{} {verb} left out", counted(*points, "outlier"))
+            }
             Warning::ThresholdExtrapolated { ratio } => write!(
                 f,
                 "every level lies above the threshold (the lowest {ratio:.1} times): it is extrapolated along the \

@@ -1,0 +1,53 @@
+//! Numbers in sentences.
+
+/// A number with so many significant digits, those before the point all, zeros behind it none.
+pub(crate) fn figures(value: f64, digits: i32) -> String {
+    if !(value.is_finite() && value != 0.0) {
+        return format!("{value}");
+    }
+    let decimals = (digits - 1 - value.abs().log10().floor() as i32).clamp(0, 12);
+    let text = format!("{value:.*}", decimals as usize);
+    if text.contains('.') { text.trim_end_matches('0').trim_end_matches('.').to_owned() } else { text }
+}
+
+/// A number of things, of which one has no `s`.
+pub(crate) fn counted(count: usize, thing: &str) -> String {
+    format!("{count} {thing}{}", if count == 1 { "" } else { "s" })
+}
+
+/// Decay times recorded.
+pub(crate) fn decay_times(count: f64) -> String {
+    let text = figures(count, if count < 1.0 { 2 } else { 3 });
+    if count < 1.0 && text != "1" { format!("{text} of a decay time") } else { format!("{text} decay times") }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn numbers_have_the_digits_asked_for_and_no_more() {
+        let cases = [
+            (118.9102, 4, "118.9"),
+            (283.929, 4, "283.9"),
+            (133.9568, 4, "134"),
+            (0.096351, 4, "0.09635"),
+            (0.7076004, 5, "0.7076"),
+            (297.66712, 5, "297.67"),
+            (1_712_345_678.25, 4, "1712345678"),
+            (9.9996, 4, "10"),
+            (0.0, 4, "0"),
+        ];
+        for (value, digits, text) in cases {
+            assert_eq!(figures(value, digits), text);
+        }
+    }
+
+    #[test]
+    fn one_thing_is_singular() {
+        assert_eq!(counted(1, "point"), "1 point");
+        assert_eq!(counted(0, "point"), "0 points");
+        assert_eq!(decay_times(0.543), "0.54 of a decay time");
+        assert_eq!(decay_times(1.034), "1.03 decay times");
+    }
+}

@@ -1,0 +1,127 @@
+//! What a phase that walks at random does to the parameters of the exact motion.
+
+use super::envelope::{A0, DELTA, X_F, law_of};
+use super::waveform::{BEND, OMEGA, PHASE, PHASE_SLOTS, Waveform};
+use crate::inference::least_squares::Fit;
+use crate::signal::phase::LEAST_WEIGHT;
+use crate::signal::phase_walk::{PhaseError, Smoothed, walk_rate};
+use nalgebra::{DMatrix, DVector};
+use std::f64::consts::{PI, TAU};
+
+/// Phases looked at, at most.
+const MOST_PHASES: f64 = 160.0;
+/// Samples without which a stretch has no phase.
+const LEAST_SAMPLES: usize = 3;
+/// Steps of the walk in a cycle, and in all, whose effect is summed: loss and friction feel those within a cycle.
+const STEPS_PER_CYCLE: f64 = 8.0;
+const MOST_STEPS: usize = 384;
+
+/// Effect of a walk on a fit by least squares, whose weights know nothing of it.
+#[derive(Debug, Clone, Copy)]
+pub(crate) struct WanderingPhase {
+    /// What a fit that knows of the walk adds to the mean rate of the phase, rad/s, and the variance of that rate.
+    pub(crate) mean_rate: f64,
+    pub(crate) rate_variance: f64,
+    /// Variance, with it, of the loss or the amplitude that it moves most, over that of the unit covariance.
+    pub(crate) variance_ratio: f64,
+}
+
+impl WanderingPhase {
+    /// `None` where the phases of the window that begins with sample `origin` show no walk beside white noise of
+    /// `noise_rms` a sample.
+    ///
+    /// A step of the walk at `t_k` moves all samples behind it by `dx/dphi`, and the parameters by
+    /// `(JᵀJ)⁻¹ g_k`, `g_k` the sum of `J dx/dphi` from there on; steps are independent of each other.
+    pub(crate) fn of(problem: &Waveform, fit: &Fit, noise_rms: f64) -> Option<Self> {
+        let p = &fit.parameters;
+        let moving_s = problem.moving_s(p);
+        let errors = phase_errors(problem, fit, noise_rms, moving_s);
+        let rate = walk_rate(&errors)?;
+        let mean = problem.mean_rate(p);
+        let of_slot = |slot: &usize| mean.iter().find(|(k, _)| k == slot).map_or(0.0, |(_, d)| *d);
+        // The offset is last, and no part of the rate.
+        let across: Vec<f64> = smooth_slots(problem).iter().map(of_slot).chain([0.0]).collect();
+        let (mean_rate, rate_variance) =
+            Smoothed::beside(&errors, rate)?.combined(&DVector::from_vec(across));
+        let cycles = moving_s * p[OMEGA] / TAU;
+        let steps = ((STEPS_PER_CYCLE * cycles).ceil() as usize).clamp(2, MOST_STEPS);
+        let free = &fit.free;
+        let covariance =
+            DMatrix::from_fn(free.len(), free.len(), |i, j| fit.unit_covariance[(free[i], free[j])]);
+        let step_s = moving_s / steps as f64;
+        let mut after = DVector::zeros(free.len());
+        let mut variance = DMatrix::zeros(free.len(), free.len());
+        let mut end = problem.time.len();
+        for k in (1..steps).rev() {
+            let from = problem.time.partition_point(|t| *t < problem.origin + k as f64 * step_s);
+            after += problem.along_phase(p, free, from..end)?;
+            end = from;
+            let moved = &covariance * &after;
+            variance += &moved * moved.transpose() * (rate * step_s);
+        }
+        let at = |slot: usize| free.iter().position(|f| *f == slot);
+        let white = noise_rms * noise_rms;
+        let variance_ratio = [A0, X_F, DELTA]
+            .into_iter()
+            .filter_map(at)
+            .map(|i| white + variance[(i, i)] / covariance[(i, i)].max(f64::MIN_POSITIVE))
+            .fold(white, f64::max);
+        Some(Self { mean_rate, rate_variance, variance_ratio })
+    }
+}
+
+/// The parameters of the phase that a walk is told from: all, since those that were chosen among them took a part of the
+/// walk along.
+fn smooth_slots(problem: &Waveform) -> Vec<usize> {
+    PHASE_SLOTS.into_iter().filter(|slot| *slot != BEND || problem.bend.is_some()).collect()
+}
+
+/// What the motion leaves of the phase of every half cycle, or of so many whole cycles that there are at most
+/// [`MOST_PHASES`]: the part of the residuals along `dx/dphi = -A sin phi`.
+///
+/// An offset is a change of phase that alternates from half cycle to half cycle.
+fn phase_errors(problem: &Waveform, fit: &Fit, noise_rms: f64, moving_s: f64) -> Vec<PhaseError> {
+    let p = &fit.parameters;
+    let half_s = PI / p[OMEGA];
+    let halves = moving_s / half_s;
+    let per_phase = if halves <= MOST_PHASES { 1.0 } else { 2.0 * (0.5 * halves / MOST_PHASES).ceil() };
+    let averaged = if per_phase == 1.0 { WITHIN_HALF_CYCLE } else { 1.0 / 6.0 };
+    let smooth = smooth_slots(problem);
+    let law = law_of(p, p[OMEGA]);
+    let residual = problem.residuals(p);
+    let turn = (p[PHASE] / PI).ceil() - p[PHASE] / PI;
+    let mut errors = Vec::new();
+    let mut from_s = problem.origin + turn * half_s;
+    while from_s + per_phase * half_s <= problem.origin + moving_s {
+        let to_s = from_s + per_phase * half_s;
+        let at = |t: f64| problem.time.partition_point(|x| *x < t);
+        let (first, end) = (at(from_s), at(to_s));
+        let time_s = 0.5 * (from_s + to_s);
+        from_s = to_s;
+        let (mut along, mut offset, mut square) = (0.0, 0.0, 0.0);
+        for i in first..end {
+            let t = problem.time[i];
+            let by_phase = -law.amplitude(t - problem.origin) * problem.phase_at(p, t).phase.sin();
+            along += residual[i] * by_phase;
+            offset += by_phase;
+            square += by_phase * by_phase;
+        }
+        let weight = square / (noise_rms * noise_rms);
+        let error = along / square;
+        if end - first >= LEAST_SAMPLES && weight > LEAST_WEIGHT && weight.is_finite() && error.is_finite() {
+            let mut smooth = problem.phase_by(p, &smooth, time_s);
+            smooth.push(offset / square);
+            errors.push(PhaseError {
+                time_s,
+                error,
+                weight,
+                averaged_s: averaged * per_phase * half_s,
+                smooth,
+            });
+        }
+    }
+    errors
+}
+
+/// Integral of `F (1 - F)`, `F` the cumulative weight `u - sin(2 pi u)/(2 pi)` of the phases within a half cycle.
+const WITHIN_HALF_CYCLE: f64 = 0.103;

@@ -1,0 +1,218 @@
+//! A phase that walks at random beside its noise.
+//!
+//! The phase of an oscillator whose frequency has white noise is a random walk. Beside the noise of its measurement it
+//! is a local level (A. C. Harvey, *Forecasting, Structural Time Series Models and the Kalman Filter*, 1989, section
+//! 4.2); the likelihood is that of the part that no smooth phase explains (restricted likelihood, ibid. 3.4.3).
+
+use crate::inference::least_squares::Normal;
+use nalgebra::{DMatrix, DVector};
+
+/// What a smooth phase leaves of the phase at an instant, rad.
+#[derive(Debug, Clone)]
+pub(crate) struct PhaseError {
+    pub(crate) time_s: f64,
+    pub(crate) error: f64,
+    /// Inverse of its variance by noise.
+    pub(crate) weight: f64,
+    /// `c T` of a mean over a time `T` with a kernel of cumulative weight `F`, `c` the integral of `F (1 - F)` over it:
+    /// 1/6 of an even mean.
+    pub(crate) averaged_s: f64,
+    /// Derivatives of the smooth phase by its parameters, a constant phase among them.
+    pub(crate) smooth: Vec<f64>,
+}
+
+/// Standard errors by which a walk must stand out of the noise before it counts: one phase without a walk in 20.
+const SIGNIFICANCE: f64 = 1.6;
+/// Rates tried: variance of the walk over all of the time in variances of the noise of one phase.
+const DECADES: std::ops::RangeInclusive<i32> = -3..=6;
+/// Rates tried in each decade.
+const PER_DECADE: i32 = 3;
+
+/// Variance that the phase gains in a second by walking, rad²/s, the mean of its distribution given the phases (by
+/// Jeffreys' prior): errors from it are those of Student's distribution where steps are few. `None` where the phases
+/// show no walk.
+pub(crate) fn walk_rate(errors: &[PhaseError]) -> Option<f64> {
+    let n = errors.len();
+    let columns = errors.first()?.smooth.len();
+    if n < columns + 2 {
+        return None;
+    }
+    let time_s = errors[n - 1].time_s - errors[0].time_s;
+    let information: f64 = errors.iter().map(|e| e.weight).sum();
+    let unit = n as f64 / information / time_s;
+    if !(unit.is_finite() && unit > 0.0) {
+        return None;
+    }
+    let minus_two_log = |rate: f64| Smoothed::beside(errors, rate).map(|s| s.minus_two_log);
+    let still = minus_two_log(0.0)?;
+    let exponents = DECADES.start() * PER_DECADE..=DECADES.end() * PER_DECADE;
+    let rates = exponents.map(|i| unit * 10f64.powf(f64::from(i) / f64::from(PER_DECADE)));
+    let tried: Vec<(f64, f64)> = rates.filter_map(|rate| Some((rate, minus_two_log(rate)?))).collect();
+    let least = tried.iter().map(|(_, l)| *l).min_by(f64::total_cmp)?;
+    if !(still - least > SIGNIFICANCE.powi(2)) {
+        return None;
+    }
+    let (mut sum, mut total) = (0.0, 0.0);
+    for (rate, value) in tried {
+        // Even steps of the logarithm: the density is that by the logarithm.
+        let density = (-0.5 * (value - least)).exp() * rate * prior(errors, rate);
+        sum += density * rate;
+        total += density;
+    }
+    Some(sum / total).filter(|rate| rate.is_finite())
+}
+
+/// Jeffreys' prior of the rate: the root of the information that the steps have of it.
+fn prior(errors: &[PhaseError], rate: f64) -> f64 {
+    let information = |pair: &[PhaseError]| {
+        let duration = pair[1].time_s - pair[0].time_s;
+        let noise = 1.0 / pair[0].weight + 1.0 / pair[1].weight;
+        (duration / (noise + rate * duration)).powi(2)
+    };
+    errors.windows(2).map(information).sum::<f64>().sqrt()
+}
+
+/// Largest entry of each column of the smooth phase.
+fn scales(errors: &[PhaseError]) -> Vec<f64> {
+    let largest = |k: usize| errors.iter().map(|e| e.smooth[k].abs()).fold(0.0, f64::max);
+    (0..errors[0].smooth.len()).map(|k| largest(k).max(f64::MIN_POSITIVE)).collect()
+}
+
+/// A smooth phase fitted beside a walk of a given rate, by generalised least squares.
+pub(crate) struct Smoothed {
+    /// Its parameters, and their covariance.
+    pub(crate) parameters: DVector<f64>,
+    pub(crate) covariance: DMatrix<f64>,
+    /// Minus twice the logarithm of the restricted likelihood, but for a constant.
+    minus_two_log: f64,
+}
+
+impl Smoothed {
+    /// `None` where the phases do not determine the smooth one.
+    pub(crate) fn beside(errors: &[PhaseError], rate: f64) -> Option<Self> {
+        let scale = scales(errors);
+        let columns = scale.len();
+        // The level and its variance; the same filter runs over the error and every column.
+        let first = errors.first()?;
+        // What is known of the level at first changes nothing beside a constant phase.
+        let (mut level, mut variance) = (vec![0.0; columns + 1], 2.0 * rate * first.averaged_s);
+        let mut before = first.time_s;
+        let mut sums = Normal::zeros(columns);
+        let mut determinant = 0.0;
+        let mut innovation = vec![0.0; columns + 1];
+        for e in errors {
+            variance += rate * (e.time_s - before);
+            before = e.time_s;
+            // Steps between means of a walk are correlated as those of a walk with so much less noise.
+            let total = variance + 1.0 / e.weight - rate * e.averaged_s;
+            if !(total > 0.0) {
+                return None;
+            }
+            let gain = variance / total;
+            let values = e.smooth.iter().zip(&scale).map(|(v, s)| v / s).chain([e.error]);
+            for ((value, level), innovation) in values.zip(&mut level).zip(&mut innovation) {
+                *innovation = value - *level;
+                *level += gain * *innovation;
+            }
+            variance *= 1.0 - gain;
+            determinant += total.ln();
+            sums.add_row(&innovation[..columns], innovation[columns], 1.0 / total);
+        }
+        let jtj = DMatrix::from_fn(columns, columns, |i, j| sums.jtj[(i.max(j), i.min(j))]);
+        let cholesky = jtj.cholesky()?;
+        let parameters = cholesky.solve(&sums.jtr);
+        let smooth = 2.0 * cholesky.l_dirty().diagonal().iter().map(|d| d.ln()).sum::<f64>();
+        let minus_two_log = determinant + smooth + sums.rss - sums.jtr.dot(&parameters);
+        let inverse = cholesky.inverse();
+        let covariance = DMatrix::from_fn(columns, columns, |i, j| inverse[(i, j)] / (scale[i] * scale[j]));
+        let parameters = DVector::from_fn(columns, |i, _| parameters[i] / scale[i]);
+        minus_two_log.is_finite().then_some(Self { parameters, covariance, minus_two_log })
+    }
+
+    /// A combination of the parameters, and its variance.
+    pub(crate) fn combined(&self, across: &DVector<f64>) -> (f64, f64) {
+        (across.dot(&self.parameters), across.dot(&(&self.covariance * across)))
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::noise::jitter;
+
+    /// A line of phases, `n` in as many seconds, with noise of variance 1/weight and a walk.
+    fn phases(n: usize, weight: f64, rate: f64, seed: usize) -> Vec<PhaseError> {
+        let mut level = 0.0;
+        let of = |i: usize| {
+            level += rate.sqrt() * jitter(seed * 10_000 + i, 1);
+            let error = level + jitter(seed * 10_000 + i, 0) / weight.sqrt();
+            PhaseError { time_s: i as f64, error, weight, averaged_s: 0.0, smooth: vec![1.0, i as f64] }
+        };
+        (0..n).map(of).collect()
+    }
+
+    /// The intervals of a mean rate hold it as often as they say, with few steps and with many.
+    #[test]
+    fn intervals_of_the_rate_hold_the_truth() {
+        for n in [8, 40, 200] {
+            const REPEATS: usize = 400;
+            let missed = (0..REPEATS).filter(|&seed| {
+                let phases = phases(n, 1e4, 0.01, seed);
+                let smoothed = Smoothed::beside(&phases, walk_rate(&phases).unwrap_or(0.0)).unwrap();
+                let (slope, variance) = smoothed.combined(&DVector::from_vec(vec![0.0, 1.0]));
+                slope.abs() > 1.96 * variance.sqrt()
+            });
+            let part = missed.count() as f64 / REPEATS as f64;
+            assert!((0.02..0.08).contains(&part), "{n} phases: {part}");
+        }
+    }
+
+    #[test]
+    fn noise_alone_is_seldom_taken_for_a_walk() {
+        let walking = (0..400).filter(|&seed| walk_rate(&phases(60, 1e4, 0.0, seed)).is_some()).count();
+        assert!(walking < 40, "{walking} of 400");
+    }
+
+    /// The rate of a walk seen through means over all of the time between them is that of the walk.
+    #[test]
+    fn means_of_a_walk_tell_its_rate() {
+        const PARTS: usize = 20;
+        const REPEATS: usize = 10;
+        let rate = 0.01;
+        let found = |seed: usize| {
+            let mut level = 0.0;
+            let mut mean = |i: usize| {
+                let step = |k: usize| (rate / PARTS as f64).sqrt() * jitter(i * PARTS + k, 3);
+                let parts = (0..PARTS).map(|k| {
+                    level += step(k);
+                    level
+                });
+                parts.sum::<f64>() / PARTS as f64 + jitter(i, 4) / 20.0
+            };
+            let phases: Vec<PhaseError> = (300 * seed..300 * (seed + 1))
+                .map(|i| PhaseError {
+                    time_s: i as f64,
+                    error: mean(i),
+                    weight: 400.0,
+                    averaged_s: 1.0 / 6.0,
+                    smooth: vec![1.0, i as f64],
+                })
+                .collect();
+            walk_rate(&phases).unwrap()
+        };
+        let mean = (0..REPEATS).map(found).sum::<f64>() / REPEATS as f64;
+        assert!((mean / rate - 1.0).abs() < 0.15, "{mean} for {rate}");
+    }
+
+    /// Without noise the steps of a walk are independent: the slope is the way from the first phase to the last, of
+    /// variance `q/T`.
+    #[test]
+    fn a_walk_without_noise_leaves_the_first_phase_and_the_last() {
+        let phases = phases(100, 1e12, 0.3, 0);
+        let (slope, variance) =
+            Smoothed::beside(&phases, 0.3).unwrap().combined(&DVector::from_vec(vec![0.0, 1.0]));
+        let expected = (phases[99].error - phases[0].error) / 99.0;
+        assert!((slope / expected - 1.0).abs() < 1e-6, "{slope} for {expected}");
+        assert!((variance * 99.0 / 0.3 - 1.0).abs() < 1e-6, "{variance}");
+    }
+}
