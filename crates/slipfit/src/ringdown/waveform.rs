@@ -3,7 +3,8 @@
 //! The sums over the samples are those of the [half-cycle kernel](crate::motion::decay::half_cycle).
 
 use crate::inference::least_squares::{LeastSquares, Normal};
-use crate::motion::decay::parameters::{A0, X_F, shapes_exist};
+use crate::motion::decay::closed_sums;
+use crate::motion::decay::parameters::{A0, DELTA, X_F, shapes_exist};
 use crate::motion::decay::window::Window;
 use std::f64::consts::PI;
 
@@ -24,6 +25,9 @@ pub(crate) struct Waveform<'a> {
     /// Parameters whose derivatives are wanted.
     pub(crate) active: Vec<usize>,
 }
+
+/// The parameters of the closed motion, in the order of its sums.
+const CLOSED: [usize; 6] = [A0, X_F, DELTA, PHASE, OMEGA, OFFSET];
 
 /// What the level of the samples at rest says of the motion before.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -65,6 +69,14 @@ impl Waveform<'_> {
         out: &mut Normal,
         mut residuals: Option<&mut Vec<f64>>,
     ) -> bool {
+        if residuals.is_none()
+            && let Some(at_rest) = self.closed_pass(p, active, out)
+        {
+            if self.rest != RestLevel::Exact && at_rest < self.time.len() {
+                self.level_of_rest(p, active, at_rest, out, None);
+            }
+            return out.rss.is_finite();
+        }
         let found = self.window(active).sums(p, residuals.as_deref_mut());
         let Some((sums, at_rest)) = found else { return false };
         let n = active.len();
@@ -79,6 +91,27 @@ impl Waveform<'_> {
             self.level_of_rest(p, active, at_rest, out, residuals);
         }
         out.rss.is_finite()
+    }
+
+    /// The sums where viscous and sliding loss act alone on a phase and an offset without disturbances, and the first
+    /// sample at rest; `None` elsewhere.
+    fn closed_pass(&self, p: &[f64], active: &[usize], out: &mut Normal) -> Option<usize> {
+        let others = p.iter().enumerate().filter(|(k, _)| !CLOSED.contains(k));
+        if !active.iter().all(|k| CLOSED.contains(k)) || others.into_iter().any(|(_, v)| *v != 0.0) {
+            return None;
+        }
+        let (time, signal, origin) = (self.time, self.signal, self.origin);
+        let (p, rest_tells) = (&CLOSED.map(|k| p[k]), self.rest == RestLevel::Exact);
+        let pass = closed_sums::Pass { time, signal, origin, p, stops: true, rest_tells };
+        let sums = pulp::Arch::new().dispatch(pass)?;
+        for (i, &a) in CLOSED.iter().enumerate().filter(|(_, a)| active.contains(a)) {
+            out.jtr[a] = sums.jtr[i];
+            for (j, &b) in CLOSED[..=i].iter().enumerate().filter(|(_, b)| active.contains(b)) {
+                out.jtj[(a, b)] = sums.jtj[i][j];
+            }
+        }
+        out.rss = sums.rss;
+        Some(sums.at_rest)
     }
 
     /// Gives the samples at rest a level of their own: their sums with the mean of what is left of
@@ -188,7 +221,7 @@ mod tests {
     use crate::Oscillator;
     use crate::inference::least_squares::minimise;
     use crate::motion::decay::FreeDecay;
-    use crate::motion::decay::parameters::{DELTA, DRAG};
+    use crate::motion::decay::parameters::DRAG;
     use crate::motion::decay::path::SHAPE;
     use crate::motion::simulate::Drive;
     use crate::motion::simulate::smooth::{self, SmoothMotion};
