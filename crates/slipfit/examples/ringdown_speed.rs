@@ -56,6 +56,9 @@ fn main() {
             }
         }
     }
+    for samples in [512, 5000] {
+        cases.push(Case { samples, per_cycle: 100.0, decays: 1.0, stop: 1.25, decibel: 40.0 });
+    }
     cases.push(Case { samples: 1_000_000, per_cycle: 50.0, decays: 2.0, stop: 2.0, decibel: 40.0 });
     let asked = std::env::args().nth(1);
     let repeats: Option<usize> = std::env::args().nth(2).and_then(|n| n.parse().ok());

@@ -36,18 +36,6 @@ impl Normal {
         }
         self.rss += weight * residual * residual;
     }
-
-    /// The same with the entries of the `free` parameters alone.
-    pub(crate) fn add_row_of(&mut self, free: &[usize], row: &[f64], residual: f64, weight: f64) {
-        for &i in free {
-            let wa = weight * row[i];
-            self.jtr[i] += wa * residual;
-            for &j in free.iter().filter(|j| **j <= i) {
-                self.jtj[(i, j)] += wa * row[j];
-            }
-        }
-        self.rss += weight * residual * residual;
-    }
 }
 
 /// A model together with its data.
@@ -150,6 +138,31 @@ pub(crate) fn minimise_roughly(
     let found = descend_until(problem, start, free, tolerance, Ending::Damped)?;
     fit_at(found, free)
 }
+
+/// The same from a start so near that one step, taken unseen, is mostly enough: what a step of less than
+/// [`NEAR`] standard errors leaves is a square smaller.
+pub(crate) fn minimise_near(
+    problem: &dyn LeastSquares,
+    start: &[f64],
+    free: &[usize],
+    tolerance: f64,
+) -> Option<Fit> {
+    let mut sums = Normal::zeros(problem.parameters());
+    if !problem.normal_of(start, free, &mut sums, f64::INFINITY) {
+        return None;
+    }
+    let (step, predicted) = solve(&sums, free, 0.0)?;
+    let there = stepped(start, free, &step);
+    let near = predicted <= NEAR * NEAR * sums.rss / problem.observations().max(1.0);
+    if !(near && there.iter().all(|v| v.is_finite())) {
+        return minimise_until(problem, start, free, tolerance, true);
+    }
+    sums.rss -= predicted;
+    fit_at((there, sums, true), free)
+}
+
+/// Standard errors.
+const NEAR: f64 = 0.3;
 
 fn fit_at((parameters, sums, converged): (Vec<f64>, Normal, bool), free: &[usize]) -> Option<Fit> {
     let unit_covariance = invert(&sums, free, parameters.len())?;

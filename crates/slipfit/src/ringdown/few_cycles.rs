@@ -156,6 +156,7 @@ fn start_values(time: &[f64], signal: &[f64], swing: &Swing) -> Option<Vec<f64>>
         bend: None,
         rest: RestLevel::Exact,
         active: free.to_vec(),
+        gathered: None,
     };
     let mut best: Option<(f64, Vec<f64>)> = None;
     for slower in [0.8, 1.0, 1.25] {

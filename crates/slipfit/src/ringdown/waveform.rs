@@ -2,11 +2,13 @@
 //!
 //! The sums over the samples are those of the [half-cycle kernel](crate::motion::decay::half_cycle).
 
+use super::gathered::Gathered;
 use crate::inference::least_squares::{LeastSquares, Normal};
 use crate::motion::decay::closed_sums;
 use crate::motion::decay::parameters::{A0, DELTA, X_F, shapes_exist};
 use crate::motion::decay::window::Window;
 use std::f64::consts::PI;
+use std::sync::Arc;
 
 pub(crate) use crate::motion::decay::parameters::{BEND, CHIRP, COUNT, OFFSET, OMEGA, PHASE};
 pub(crate) use crate::motion::decay::window::Bend;
@@ -24,6 +26,8 @@ pub(crate) struct Waveform<'a> {
     pub(crate) rest: RestLevel,
     /// Parameters whose derivatives are wanted.
     pub(crate) active: Vec<usize>,
+    /// Sums near a reference motion, where they were gathered.
+    pub(crate) gathered: Option<Arc<Gathered>>,
 }
 
 /// The parameters of the closed motion, in the order of its sums.
@@ -91,6 +95,37 @@ impl Waveform<'_> {
             self.level_of_rest(p, active, at_rest, out, residuals);
         }
         out.rss.is_finite()
+    }
+
+    /// The same problem with its sums gathered about a motion near its minimum, where they can be.
+    pub(crate) fn gathered_about(self, p: &[f64]) -> Self {
+        let gathered = Gathered::about(&self.window(&self.active), p).map(Arc::new);
+        Self { gathered, ..self }
+    }
+
+    /// The sums near the motion about which they were gathered; whether they could be had.
+    fn gathered_pass(&self, gathered: &Gathered, p: &[f64], free: &[usize], out: &mut Normal) -> bool {
+        let sums = |from: usize, from_s: f64, p: &[f64], active: &[usize], out: &mut Normal| {
+            let (time, signal) = (&self.time[from..], &self.signal[from..]);
+            let origin = self.origin + from_s;
+            let behind = Waveform {
+                time,
+                signal,
+                origin,
+                duration: self.duration,
+                bend: None,
+                rest: self.rest,
+                active: Vec::new(),
+                gathered: None,
+            };
+            behind.pass(p, active, out, None)
+        };
+        gathered.normal_of(p, free, out, &sums).is_some()
+    }
+
+    /// The same problem, every sum taken sample by sample.
+    pub(crate) fn exact(&self) -> Self {
+        Self { gathered: None, ..self.clone() }
     }
 
     /// The sums where viscous and sliding loss act alone on a phase and an offset without disturbances, and the first
@@ -189,7 +224,8 @@ impl LeastSquares for Waveform<'_> {
         if omega * self.duration > 100.0 * PI * self.time.len() as f64 {
             return false;
         }
-        self.pass(p, free, out, None)
+        let gathered = self.gathered.as_ref();
+        gathered.is_some_and(|sums| self.gathered_pass(sums, p, free, out)) || self.pass(p, free, out, None)
     }
 }
 
@@ -236,6 +272,7 @@ mod tests {
             bend,
             rest: RestLevel::Exact,
             active: (0..OFFSET + 3).collect(),
+            gathered: None,
         }
     }
 
