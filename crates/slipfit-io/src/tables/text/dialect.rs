@@ -131,7 +131,16 @@ pub(super) fn detect(lines: &[&[u8]]) -> Option<Shape> {
 
 fn detect_rows(lines: &[&[u8]], words: bool) -> Option<Shape> {
     let mut best: Option<(usize, Shape)> = None;
+    let occurs = |byte: u8| lines.iter().any(|line| memchr(byte, line).is_some());
+    let mut undivided: Vec<Decimal> = Vec::new();
     for &(delimiter, decimal) in CANDIDATES {
+        // Without a separator in them lines are one cell each, whichever it is.
+        if separator(delimiter).is_some_and(|byte| !occurs(byte)) {
+            if undivided.contains(&decimal) {
+                continue;
+            }
+            undivided.push(decimal);
+        }
         let widths: Vec<usize> = lines
             .iter()
             .filter_map(|line| match row_kind(line, delimiter, decimal, words) {

@@ -110,6 +110,9 @@ fn odd(bytes: &[u8], decimal: Decimal, day: i64) -> Cell {
         return Cell::Text;
     }
     let Ok(text) = std::str::from_utf8(bytes) else { return Cell::Text };
+    if is_unsplit(bytes) {
+        return ungrouped(text, decimal).map_or(Cell::Text, Cell::Number);
+    }
     let lower = text.to_lowercase();
     if MISSING.contains(&lower.as_str()) {
         return Cell::Missing;
@@ -126,6 +129,16 @@ fn odd(bytes: &[u8], decimal: Decimal, day: i64) -> Cell {
             None => Cell::Text,
         },
     }
+}
+
+/// Whether digits, signs and marks stand in one cell with what separates cells, as the numbers of a line do where it is
+/// read in a wrong dialect: no word, no date and no time of day.
+fn is_unsplit(bytes: &[u8]) -> bool {
+    let number = |b: &u8| b.is_ascii_digit() || b"+-.eE".contains(b);
+    let separator = |b: &u8| b",;|\t".contains(b);
+    bytes.iter().any(separator)
+        && bytes.iter().any(u8::is_ascii_digit)
+        && bytes.iter().all(|b| number(b) || separator(b))
 }
 
 /// A number whose thousands are set apart: `1,234.5`, `1.234,5`, `1 234,5`, `1'234.5`. A lone comma or
@@ -158,6 +171,24 @@ fn ungrouped(text: &str, decimal: Decimal) -> Option<f64> {
 #[cfg(test)]
 mod tests {
     use super::*;
+
+    #[test]
+    fn numbers_that_were_not_split_are_text_unless_thousands_are_set_apart() {
+        for (text, decimal) in [
+            ("0.00001,0.98765432", Decimal::Point),
+            ("0.00001,0.98765432", Decimal::Comma),
+            ("1.5;2.5", Decimal::Point),
+            ("1e-3,2E+4", Decimal::Comma),
+            ("01.05.2024,3", Decimal::Point),
+        ] {
+            assert_eq!(cell(text.as_bytes(), decimal), Cell::Text, "{text}");
+        }
+        assert_eq!(cell(b"1,234,567.5", Decimal::Point), Cell::Number(1_234_567.5));
+        assert_eq!(cell(b"1.234,5", Decimal::Comma), Cell::Number(1234.5));
+        // Dates and times of day have no separator of cells, or have letters or colons.
+        assert_eq!(cell(b"02.01.1970", Decimal::Point), Cell::Number(86400.0));
+        assert_eq!(cell(b"00:00:01,5", Decimal::Point), Cell::Number(1.5));
+    }
 
     #[test]
     fn numbers_in_any_dress_are_read() {
