@@ -306,6 +306,9 @@ pub(crate) fn one_step(
 
 /// Solves `(JᵀJ + damping diag) step = Jᵀr` in scaled variables; also the decrease of rss it promises.
 fn solve(sums: &Normal, free: &[usize], damping: f64) -> Option<(Vec<f64>, f64)> {
+    if free.len() <= FEW {
+        return solve_few(sums, free, damping);
+    }
     let (a, scale) = scaled(sums, free)?;
     let m = free.len();
     let g = DVector::from_fn(m, |k, _| sums.jtr[free[k]] * scale[k]);
@@ -316,6 +319,52 @@ fn solve(sums: &Normal, free: &[usize], damping: f64) -> Option<(Vec<f64>, f64)>
     let step = damped.cholesky()?.solve(&g);
     let predicted = 2.0 * step.dot(&g) - step.dot(&(&a * &step));
     Some(((0..m).map(|k| step[k] * scale[k]).collect(), predicted))
+}
+
+/// Parameters whose equations are solved on the stack: those of a few samples take no longer than an allocation.
+const FEW: usize = 10;
+
+fn solve_few(sums: &Normal, free: &[usize], damping: f64) -> Option<(Vec<f64>, f64)> {
+    let m = free.len();
+    let (mut a, mut scale, mut g) = ([[0.0; FEW]; FEW], [0.0; FEW], [0.0; FEW]);
+    for (k, &i) in free.iter().enumerate() {
+        let d = sums.jtj[(i, i)];
+        if !(d > 0.0 && d.is_finite()) {
+            return None;
+        }
+        scale[k] = 1.0 / d.sqrt();
+        g[k] = sums.jtr[i] * scale[k];
+        for (l, &j) in free[..=k].iter().enumerate() {
+            a[k][l] = sums.jtj[(i.max(j), i.min(j))] * scale[k] * scale[l];
+        }
+    }
+    // Cholesky's factor, then both triangles.
+    let mut factor = a;
+    for k in 0..m {
+        for l in 0..=k {
+            let inner: f64 = (0..l).map(|n| factor[k][n] * factor[l][n]).sum();
+            let left = factor[k][l] - inner + if k == l { damping } else { 0.0 };
+            if k == l && !(left > 0.0) {
+                return None;
+            }
+            factor[k][l] = if k == l { left.sqrt() } else { left / factor[l][l] };
+        }
+    }
+    let mut step = g;
+    for k in 0..m {
+        let inner: f64 = (0..k).map(|n| factor[k][n] * step[n]).sum();
+        step[k] = (step[k] - inner) / factor[k][k];
+    }
+    for k in (0..m).rev() {
+        let inner: f64 = (k + 1..m).map(|n| factor[n][k] * step[n]).sum();
+        step[k] = (step[k] - inner) / factor[k][k];
+    }
+    let mut predicted = 0.0;
+    for k in 0..m {
+        let row: f64 = (0..m).map(|l| a[k.max(l)][k.min(l)] * step[l]).sum();
+        predicted += step[k] * (2.0 * g[k] - row);
+    }
+    Some((step[..m].iter().zip(scale).map(|(s, scale)| s * scale).collect(), predicted))
 }
 
 /// The whole step `(JᵀJ)⁻¹ Jᵀr` of the free parameters.

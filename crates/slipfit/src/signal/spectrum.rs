@@ -59,7 +59,8 @@ pub(crate) fn resample(time: &[f64], signal: &[f64], interval_s: f64) -> Grid {
     let start = time[0];
     let count = (((time[time.len() - 1] - start) / interval_s).floor() as usize + 1).min(4 * LONGEST);
     if count <= time.len() {
-        let misses = |i: usize, t: f64| (t - (start + i as f64 * interval_s)).abs() > SAME_INSTANT * interval_s;
+        let misses =
+            |i: usize, t: f64| (t - (start + i as f64 * interval_s)).abs() > SAME_INSTANT * interval_s;
         let missed = time[..count].iter().enumerate().fold(false, |any, (i, &t)| any | misses(i, t));
         if !missed {
             return Grid { interval_s, values: signal[..count].to_vec() };
@@ -105,7 +106,9 @@ pub(crate) fn amplitudes(grid: &Grid) -> (Vec<f64>, f64) {
         real[n..].fill(0.0);
         pulp::Arch::new().dispatch(Windowed { grid: &grid.values, mean, slope, mid, out: &mut real[..n] });
         let done = fft.process_with_scratch(real, complex, scratch);
-        done.map(|()| complex.iter().map(|c| c.norm_sqr().sqrt() * scale).collect())
+        let mut moduli = vec![0.0; complex.len()];
+        pulp::Arch::new().dispatch(Moduli { of: complex, scale, out: &mut moduli });
+        done.map(|()| moduli)
     });
     spectrum.map_or((Vec::new(), 1.0), |s| (s, 1.0 / (padded as f64 * grid.interval_s)))
 }
@@ -130,6 +133,24 @@ impl pulp::NullaryFnOnce for Windowed<'_> {
             let (_, w) = trig::half_turn((at + 0.5) * step - FRAC_PI_2);
             *out = w * w * (v - self.mean - self.slope * (at - self.mid));
             at += 1.0;
+        }
+    }
+}
+
+/// Moduli of numbers, times a scale.
+struct Moduli<'a> {
+    of: &'a [Complex<f64>],
+    scale: f64,
+    out: &'a mut [f64],
+}
+
+impl pulp::NullaryFnOnce for Moduli<'_> {
+    type Output = ();
+
+    #[inline(always)]
+    fn call(self) {
+        for (out, c) in self.out.iter_mut().zip(self.of) {
+            *out = (c.re * c.re + c.im * c.im).sqrt() * self.scale;
         }
     }
 }
