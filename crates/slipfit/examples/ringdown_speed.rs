@@ -30,7 +30,8 @@ impl Case {
         let duration = self.samples as f64 / self.per_cycle;
         let delta = self.decays / duration;
         let stop = self.stop * duration;
-        let x_f = if stop.is_finite() { delta / ((delta * stop).exp() - 1.0) * PI / (2.0 * TAU) } else { 0.0 };
+        let x_f =
+            if stop.is_finite() { delta / ((delta * stop).exp() - 1.0) * PI / (2.0 * TAU) } else { 0.0 };
         let decay = FreeDecay::from_rest(&Oscillator::kinematic(TAU, delta, x_f).unwrap(), 1.0).unwrap();
         let noise = 10f64.powf(-self.decibel / 20.0) / 2f64.sqrt();
         let mut state = 88_172_645_463_325_252u64;

@@ -86,8 +86,14 @@ pub(crate) fn fit_amplitudes<'a>(
     let mut noise_model = NoiseModel::white(n as f64);
     let whole = WholeLoss::new(start[DELTA], start[A0], problem.omega);
     let asked = options.model;
-    let search =
-        Search { asked, models: Models::All, begun: None, side_minima: true, exact: None, criteria: &criteria.inference };
+    let search = Search {
+        asked,
+        models: Models::All,
+        begun: None,
+        side_minima: true,
+        exact: None,
+        criteria: &criteria.inference,
+    };
     let comparison = compare(&problem, &start, nuisance, noise_model, whole, search);
     let best = comparison.preferred().ok_or(Error::NoFit { reason: "no model converged" })?;
     let residuals = problem.residuals(&best.bounded.parameters);
@@ -369,7 +375,8 @@ mod tests {
                 lowpass: None,
             };
             let start = start_values(&problem);
-            let (dropped, _) = drop_outliers(&mut problem, &start, &full, &losses, 0.0037, &criteria.amplitude);
+            let (dropped, _) =
+                drop_outliers(&mut problem, &start, &full, &losses, 0.0037, &criteria.amplitude);
             assert_eq!((dropped, problem.value[0]), (2, 0.142), "{seed}");
         }
     }

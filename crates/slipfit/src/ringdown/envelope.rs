@@ -175,7 +175,11 @@ impl LeastSquares for EnvelopeProblem {
         if !(p[A0] > 0.0 && shapes_exist(p)) {
             return false;
         }
-        if free.len() <= FEW { self.sums::<FEW>(p, free, out) } else { self.sums::<COUNT>(p, free, out) }
+        if free.len() <= FEW {
+            self.sums::<FEW>(p, free, out)
+        } else {
+            self.sums::<COUNT>(p, free, out)
+        }
         out.rss.is_finite()
     }
 }

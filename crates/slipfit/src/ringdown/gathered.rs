@@ -274,7 +274,7 @@ struct Sums {
 #[inline(always)]
 fn add(to: &mut Lanes, factor: f64, lanes: &Lanes) {
     for k in 0..LANES {
-        to[k] = factor.mul_add(lanes[k], to[k]);
+        to[k] += factor * lanes[k];
     }
 }
 
@@ -379,8 +379,7 @@ impl pulp::NullaryFnOnce for Pass<'_> {
             return None;
         }
         if from < gathered.samples {
-            let active: &[usize] =
-                if drags { &DESCRIBED } else { &[A0, X_F, DELTA, PHASE, OMEGA, OFFSET] };
+            let active: &[usize] = if drags { &DESCRIBED } else { &[A0, X_F, DELTA, PHASE, OMEGA, OFFSET] };
             let mut there = p.to_vec();
             (there[A0], there[PHASE]) = (end.amplitude, end.phase);
             let mut found = Normal::zeros(COUNT);

@@ -219,8 +219,7 @@ fn add_nuisances(
         let alone = promised(nuisance)?;
         let others = OPTIONAL.into_iter().filter(|o| !nuisance.contains(o));
         let others = others.filter(|&o| o != OFFSET + 2 || nuisance.contains(&(OFFSET + 1)));
-        let gains =
-            others.filter_map(|o| Some((o, (promised(&beside(nuisance, o))? - alone) / variance)));
+        let gains = others.filter_map(|o| Some((o, (promised(&beside(nuisance, o))? - alone) / variance)));
         gains.max_by(|a, b| a.1.total_cmp(&b.1))
     };
     let rough = problem.gathered.as_ref().and_then(|sums| sums.roughly_at(&fit.parameters));
