@@ -78,7 +78,8 @@ pub(crate) fn run(arguments: &[String]) -> Result<ExitCode, Failure> {
             'm' => bench.text_beside_polars(),
             'n' => bench.memory_of_a_gigabyte(),
             'o' => bench.many_files(),
-            _ => bench.batches(),
+            'p' => bench.batches(),
+            _ => bench.short_analyses(),
         };
         match measured {
             Ok(measured) => rows.extend(measured),
@@ -99,7 +100,7 @@ pub(crate) fn run(arguments: &[String]) -> Result<ExitCode, Failure> {
 }
 
 fn choices(arguments: &[String]) -> Result<Choices, Failure> {
-    const LINES: &str = "abcdefghijklmnop";
+    const LINES: &str = "abcdefghijklmnopq";
     let mut choices = Choices { python: "python3".into(), write: false, only: LINES.into(), rounds: 7 };
     let mut words = arguments.iter();
     while let Some(word) = words.next() {
@@ -110,7 +111,7 @@ fn choices(arguments: &[String]) -> Result<Choices, Failure> {
                 let chosen = words.next().ok_or("--only needs lines of the table, e.g. a,c")?;
                 choices.only = chosen.chars().filter(|&c| c != ',').collect();
                 if let Some(other) = choices.only.chars().find(|&c| !LINES.contains(c)) {
-                    return Err(format!("--only {chosen}: there is no line `{other}`, only a to p").into());
+                    return Err(format!("--only {chosen}: there is no line `{other}`, only a to q").into());
                 }
             }
             "--rounds" => {
@@ -152,6 +153,27 @@ impl Bench {
         ];
         let peers = self.waveform_peers(&signal)?;
         self.fits('b', "whole analysis, 1 M samples", &signal, ours::analysis(&signal)?, &against, peers)
+    }
+
+    /// Analyses of records as short as those of a batch, on one core.
+    fn short_analyses(&self) -> Result<Vec<Row>, Failure> {
+        let mut rows = Vec::new();
+        for (samples, work, most) in [
+            (512, "whole analysis, 512 samples, one core", 100e-6),
+            (5_000, "whole analysis, 5 k samples, one core", 400e-6),
+        ] {
+            let signal = Signal::waveform(samples)?;
+            let against = [
+                Against { peer: "one SciPy `curve_fit`, Jacobian as in a textbook", at_least: None },
+                Against { peer: "one SciPy `curve_fit`, Jacobian sharing parts", at_least: None },
+            ];
+            let peers = self.waveform_peers(&signal)?;
+            let own = ours::analysis(&signal)?;
+            let (seconds, measured) = self.timed_fits('q', work, &signal, own, &against, peers)?;
+            let asked = Some((format!("≤ {}", duration(most)), seconds <= most));
+            rows.extend(measured.into_iter().map(|row| Row { asked: asked.clone(), ..row }));
+        }
+        Ok(rows)
     }
 
     fn waveform_peers(&self, signal: &Signal) -> Result<Vec<Peer>, Failure> {
@@ -243,10 +265,23 @@ impl Bench {
         line: char,
         work: &str,
         signal: &Signal,
+        own: Task,
+        against: &[Against],
+        peers: Vec<Peer>,
+    ) -> Result<Vec<Row>, Failure> {
+        Ok(self.timed_fits(line, work, signal, own, against, peers)?.1)
+    }
+
+    /// The same with the seconds that the own work took.
+    fn timed_fits(
+        &self,
+        line: char,
+        work: &str,
+        signal: &Signal,
         mut own: Task,
         against: &[Against],
         mut peers: Vec<Peer>,
-    ) -> Result<Vec<Row>, Failure> {
+    ) -> Result<(f64, Vec<Row>), Failure> {
         let mut contestants: Vec<&mut dyn Contestant> = vec![&mut own];
         contestants.extend(peers.iter_mut().map(|peer| peer as &mut dyn Contestant));
         let best = race(self.rounds, &mut contestants)?;
@@ -258,7 +293,7 @@ impl Bench {
             .iter()
             .zip(theirs)
             .map(|(against, theirs)| faster(line, work, own, against, theirs, apart(signal, own, theirs)));
-        Ok(rows.collect())
+        Ok((own.seconds, rows.collect()))
     }
 
     fn doubles(&self, signal: &Signal) -> Result<String, Failure> {

@@ -36,18 +36,6 @@ impl Normal {
         }
         self.rss += weight * residual * residual;
     }
-
-    /// The same with the entries of the `free` parameters alone.
-    pub(crate) fn add_row_of(&mut self, free: &[usize], row: &[f64], residual: f64, weight: f64) {
-        for &i in free {
-            let wa = weight * row[i];
-            self.jtr[i] += wa * residual;
-            for &j in free.iter().filter(|j| **j <= i) {
-                self.jtj[(i, j)] += wa * row[j];
-            }
-        }
-        self.rss += weight * residual * residual;
-    }
 }
 
 /// A model together with its data.
@@ -150,6 +138,31 @@ pub(crate) fn minimise_roughly(
     let found = descend_until(problem, start, free, tolerance, Ending::Damped)?;
     fit_at(found, free)
 }
+
+/// The same from a start so near that one step, taken unseen, is mostly enough: what a step of less than
+/// [`NEAR`] standard errors leaves is a square smaller.
+pub(crate) fn minimise_near(
+    problem: &dyn LeastSquares,
+    start: &[f64],
+    free: &[usize],
+    tolerance: f64,
+) -> Option<Fit> {
+    let mut sums = Normal::zeros(problem.parameters());
+    if !problem.normal_of(start, free, &mut sums, f64::INFINITY) {
+        return None;
+    }
+    let (step, predicted) = solve(&sums, free, 0.0)?;
+    let there = stepped(start, free, &step);
+    let near = predicted <= NEAR * NEAR * sums.rss / problem.observations().max(1.0);
+    if !(near && there.iter().all(|v| v.is_finite())) {
+        return minimise_until(problem, start, free, tolerance, true);
+    }
+    sums.rss -= predicted;
+    fit_at((there, sums, true), free)
+}
+
+/// Standard errors.
+const NEAR: f64 = 0.3;
 
 fn fit_at((parameters, sums, converged): (Vec<f64>, Normal, bool), free: &[usize]) -> Option<Fit> {
     let unit_covariance = invert(&sums, free, parameters.len())?;
@@ -293,6 +306,9 @@ pub(crate) fn one_step(
 
 /// Solves `(JᵀJ + damping diag) step = Jᵀr` in scaled variables; also the decrease of rss it promises.
 fn solve(sums: &Normal, free: &[usize], damping: f64) -> Option<(Vec<f64>, f64)> {
+    if free.len() <= FEW {
+        return solve_few(sums, free, damping);
+    }
     let (a, scale) = scaled(sums, free)?;
     let m = free.len();
     let g = DVector::from_fn(m, |k, _| sums.jtr[free[k]] * scale[k]);
@@ -303,6 +319,52 @@ fn solve(sums: &Normal, free: &[usize], damping: f64) -> Option<(Vec<f64>, f64)>
     let step = damped.cholesky()?.solve(&g);
     let predicted = 2.0 * step.dot(&g) - step.dot(&(&a * &step));
     Some(((0..m).map(|k| step[k] * scale[k]).collect(), predicted))
+}
+
+/// Parameters whose equations are solved on the stack: those of a few samples take no longer than an allocation.
+const FEW: usize = 10;
+
+fn solve_few(sums: &Normal, free: &[usize], damping: f64) -> Option<(Vec<f64>, f64)> {
+    let m = free.len();
+    let (mut a, mut scale, mut g) = ([[0.0; FEW]; FEW], [0.0; FEW], [0.0; FEW]);
+    for (k, &i) in free.iter().enumerate() {
+        let d = sums.jtj[(i, i)];
+        if !(d > 0.0 && d.is_finite()) {
+            return None;
+        }
+        scale[k] = 1.0 / d.sqrt();
+        g[k] = sums.jtr[i] * scale[k];
+        for (l, &j) in free[..=k].iter().enumerate() {
+            a[k][l] = sums.jtj[(i.max(j), i.min(j))] * scale[k] * scale[l];
+        }
+    }
+    // Cholesky's factor, then both triangles.
+    let mut factor = a;
+    for k in 0..m {
+        for l in 0..=k {
+            let inner: f64 = (0..l).map(|n| factor[k][n] * factor[l][n]).sum();
+            let left = factor[k][l] - inner + if k == l { damping } else { 0.0 };
+            if k == l && !(left > 0.0) {
+                return None;
+            }
+            factor[k][l] = if k == l { left.sqrt() } else { left / factor[l][l] };
+        }
+    }
+    let mut step = g;
+    for k in 0..m {
+        let inner: f64 = (0..k).map(|n| factor[k][n] * step[n]).sum();
+        step[k] = (step[k] - inner) / factor[k][k];
+    }
+    for k in (0..m).rev() {
+        let inner: f64 = (k + 1..m).map(|n| factor[n][k] * step[n]).sum();
+        step[k] = (step[k] - inner) / factor[k][k];
+    }
+    let mut predicted = 0.0;
+    for k in 0..m {
+        let row: f64 = (0..m).map(|l| a[k.max(l)][k.min(l)] * step[l]).sum();
+        predicted += step[k] * (2.0 * g[k] - row);
+    }
+    Some((step[..m].iter().zip(scale).map(|(s, scale)| s * scale).collect(), predicted))
 }
 
 /// The whole step `(JᵀJ)⁻¹ Jᵀr` of the free parameters.

@@ -55,6 +55,14 @@ impl<const N: usize> Products<N> {
         }
     }
 
+    /// The sums so far, which begin anew: row by row of the lower triangle.
+    pub(crate) fn taken(&mut self) -> Vec<f64> {
+        let pairs = (0..self.count).flat_map(|a| (0..=a).map(move |c| (a, c)));
+        let totals = pairs.map(|(a, c)| self.total(a, c)).collect();
+        self.sums.fill([0.0; LANES]);
+        totals
+    }
+
     /// The sum for a pair of rows.
     pub(crate) fn total(&self, a: usize, c: usize) -> f64 {
         let (a, c) = (a.max(c), a.min(c));

@@ -61,10 +61,13 @@ pub(crate) fn fit_amplitudes<'a>(
         weigh_by_law(&mut problem, &start, nuisance, unit_weight);
     }
     let losses: Vec<usize> = LossTerm::compared(options.model).map(slot).collect();
-    let outliers = drop_outliers(&mut problem, &offered, &full, &losses, least_deviation, c);
+    let (outliers, known) = drop_outliers(&mut problem, &offered, &full, &losses, least_deviation, c);
+    let (viscous, mut known) = known.unzip();
+    let viscous = viscous.filter(|_| offered == start);
     if !measured.root_mean_squares
-        && let Some(kept) = end_of_law(&problem, &start, c)
+        && let Some(kept) = end_of_law(&problem, &start, viscous, c)
     {
+        known = None;
         retain(&mut problem, |i| i < kept);
         let last = problem.elapsed[kept - 1];
         measured.points.retain(|b| b.time_s - origin <= last + 1e-9 * b.span_s);
@@ -74,17 +77,24 @@ pub(crate) fn fit_amplitudes<'a>(
         return Err(too_few);
     }
     if measured.root_mean_squares && outliers > 0 {
+        known = None;
         weigh_by_law(&mut problem, &start, nuisance, unit_weight);
     }
     let noise = measured.noise_rms.powi(2);
     let noise_weights = problem.weight.clone();
     let significance = criteria.inference.excess_significance;
-    let law_errs = admit_law_error(&mut problem, &offered, &full, noise, significance, c);
+    let law_errs = admit_law_error(&mut problem, &offered, (&full, known), noise, significance, c);
     let mut noise_model = NoiseModel::white(n as f64);
     let whole = WholeLoss::new(start[DELTA], start[A0], problem.omega);
     let asked = options.model;
-    let search =
-        Search { asked, models: Models::All, begun: None, side_minima: true, criteria: &criteria.inference };
+    let search = Search {
+        asked,
+        models: Models::All,
+        begun: None,
+        side_minima: true,
+        exact: None,
+        criteria: &criteria.inference,
+    };
     let comparison = compare(&problem, &start, nuisance, noise_model, whole, search);
     let best = comparison.preferred().ok_or(Error::NoFit { reason: "no model converged" })?;
     let residuals = problem.residuals(&best.bounded.parameters);
@@ -185,8 +195,17 @@ pub(crate) fn start_values(problem: &EnvelopeProblem) -> Vec<f64> {
 /// Where the amplitudes end near zero the motion may have stopped among them, and the sum of squares has other
 /// minima: the most likely of them is tried as well.
 pub(crate) fn fit_from_viscous(problem: &EnvelopeProblem, start: &[f64], free: &[usize]) -> Option<Fit> {
-    let viscous = minimise(problem, start, &[A0, DELTA])?;
-    let fit = minimise(problem, &viscous.parameters, free).filter(|f| f.rss.is_finite()).unwrap_or(viscous);
+    beyond(problem, start, &viscous_law(problem, start)?, free)
+}
+
+fn viscous_law(problem: &EnvelopeProblem, start: &[f64]) -> Option<Fit> {
+    minimise(problem, start, &[A0, DELTA])
+}
+
+/// [`fit_from_viscous`] with the viscous law known.
+fn beyond(problem: &EnvelopeProblem, start: &[f64], viscous: &Fit, free: &[usize]) -> Option<Fit> {
+    let fit = minimise(problem, &viscous.parameters, free).filter(|f| f.rss.is_finite());
+    let fit = fit.unwrap_or_else(|| viscous.clone());
     if !(free.contains(&X_F) && may_stop(problem)) {
         return Some(fit);
     }
@@ -216,7 +235,7 @@ fn last_over_first(problem: &EnvelopeProblem) -> f64 {
 fn admit_law_error(
     problem: &mut EnvelopeProblem,
     start: &[f64],
-    full: &[usize],
+    (full, mut known): (&[usize], Option<Fit>),
     noise: f64,
     significance: f64,
     criteria: &AmplitudeCriteria,
@@ -233,7 +252,7 @@ fn admit_law_error(
     let mut from = start.to_vec();
     for _ in 0..WEIGHTINGS {
         let found = match relative {
-            0.0 => fit_from_viscous(problem, &from, full),
+            0.0 => known.take().or_else(|| fit_from_viscous(problem, &from, full)),
             _ => minimise(problem, &from, full),
         };
         let Some(fit) = found else { break };
@@ -263,7 +282,8 @@ fn admit_law_error(
     relative > 0.0
 }
 
-/// Takes out blocks many robust standard deviations off the full law, and counts them.
+/// Takes out blocks many robust standard deviations off the full law, and counts them; with the viscous and the full
+/// law through those that are kept, where they are known.
 fn drop_outliers(
     problem: &mut EnvelopeProblem,
     start: &[f64],
@@ -271,28 +291,29 @@ fn drop_outliers(
     losses: &[usize],
     least_deviation: f64,
     criteria: &AmplitudeCriteria,
-) -> usize {
+) -> (usize, Option<(Fit, Fit)>) {
     let mut dropped = 0;
     for _ in 0..ROUNDS {
         if problem.value.len() < full.len() + criteria.outlier_spare {
             break;
         }
-        let Some(fit) = fit_from_viscous(problem, start, full) else { break };
+        let Some(viscous) = viscous_law(problem, start) else { break };
+        let Some(fit) = beyond(problem, start, &viscous, full) else { break };
         let mut off = outliers(problem, &fit, least_deviation, criteria);
         if off.is_empty() && losses.iter().any(|&i| fit.parameters[i] < 0.0) {
             // With losses below zero the law bends to what it should leave out.
             let within = constrained(problem, &fit, losses).map(Cow::into_owned);
             let afresh = || minimise_bounded(problem, start, full, losses, STEP_TOLERANCE);
-            let Some(fit) = within.or_else(afresh) else { break };
-            off = outliers(problem, &fit, least_deviation, criteria);
+            let Some(within) = within.or_else(afresh) else { break };
+            off = outliers(problem, &within, least_deviation, criteria);
         }
         if off.is_empty() {
-            break;
+            return (dropped, Some((viscous, fit)));
         }
         dropped += off.len();
         retain(problem, |i| !off.contains(&i));
     }
-    dropped
+    (dropped, None)
 }
 
 /// The amplitudes many robust standard deviations off a law; none where there are many: a law that misses many is
@@ -315,12 +336,18 @@ fn outliers(
 
 /// Number of amplitudes before the averaged law ends: some cycles before the stop, since with few
 /// `x_F` the motion is no ellipse. `None` where all are before it.
-fn end_of_law(problem: &EnvelopeProblem, start: &[f64], criteria: &AmplitudeCriteria) -> Option<usize> {
+fn end_of_law(
+    problem: &EnvelopeProblem,
+    start: &[f64],
+    viscous: Option<Fit>,
+    criteria: &AmplitudeCriteria,
+) -> Option<usize> {
     let n = problem.value.len();
     if n < criteria.rest_blocks {
         return None;
     }
-    let fit = fit_from_viscous(problem, start, &[A0, DELTA, X_F])?;
+    let viscous = viscous.or_else(|| viscous_law(problem, start))?;
+    let fit = beyond(problem, start, &viscous, &[A0, DELTA, X_F])?;
     let least = criteria.least_frictions * fit.parameters[X_F];
     let kept = problem.amplitudes(&fit.parameters).iter().position(|&a| a < least)?;
     Some(kept.max(criteria.rest_kept)).filter(|kept| *kept < n)
@@ -359,7 +386,8 @@ mod tests {
                 lowpass: None,
             };
             let start = start_values(&problem);
-            let dropped = drop_outliers(&mut problem, &start, &full, &losses, 0.0037, &criteria.amplitude);
+            let (dropped, _) =
+                drop_outliers(&mut problem, &start, &full, &losses, 0.0037, &criteria.amplitude);
             assert_eq!((dropped, problem.value[0]), (2, 0.142), "{seed}");
         }
     }

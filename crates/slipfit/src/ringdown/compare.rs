@@ -3,7 +3,7 @@
 use super::envelope::{A0, DELTA, DRAG, X_F};
 use crate::inference::criteria::InferenceCriteria;
 use crate::inference::least_squares::{
-    Fit, LeastSquares, Normal, minimise, minimise_roughly, minimise_until,
+    Fit, LeastSquares, Normal, minimise, minimise_near, minimise_roughly, minimise_until,
 };
 use crate::inference::model_selection::ModelComparison;
 use crate::inference::noise::NoiseModel;
@@ -98,7 +98,7 @@ impl WholeLoss {
 }
 
 /// What is compared, and how.
-#[derive(Debug, Clone, Copy)]
+#[derive(Clone, Copy)]
 pub(crate) struct Search<'a> {
     /// The model asked for, whose terms take part.
     pub(crate) asked: Option<LossModel>,
@@ -107,6 +107,8 @@ pub(crate) struct Search<'a> {
     pub(crate) begun: Option<&'a Fit>,
     /// Whether there may be several minima.
     pub(crate) side_minima: bool,
+    /// The problem without approximations, by which the rivals are judged in the end.
+    pub(crate) exact: Option<&'a dyn LeastSquares>,
     pub(crate) criteria: &'a InferenceCriteria,
 }
 
@@ -139,7 +141,7 @@ pub(crate) fn compare(
     nuisance: &[usize],
     noise: NoiseModel,
     whole: WholeLoss,
-    Search { asked, models, begun, side_minima, criteria }: Search,
+    Search { asked, models, begun, side_minima, exact, criteria }: Search,
 ) -> ModelComparison {
     let mut fits: Vec<(LossModel, Fit)> = Vec::new();
     // Models that the others begin from.
@@ -196,6 +198,22 @@ pub(crate) fn compare(
         }
     }
     fits.sort_by_key(|(model, _)| LossModel::all().position(|m| m == *model));
+    let comparison = ModelComparison::new(&fits, slot, noise, criteria);
+    let Some((exact, best)) = exact.zip(comparison.preferred()) else { return comparison };
+    let told = [Some(best), comparison.reported(), asked.and_then(|model| comparison.get(model))];
+    let told: Vec<LossModel> = told.into_iter().flatten().map(|fit| fit.model).collect();
+    let close = best.bounded.rss + CLOSE * noise.residual_variance(&best.bounded);
+    for (model, fit) in &mut fits {
+        let known = begun.is_some_and(|begun| begun.parameters == fit.parameters);
+        if !known && (fit.rss < close || told.contains(model)) {
+            let closer = if side_minima {
+                minimise_until(exact, &fit.parameters, &fit.free, FIT_TOLERANCE, true)
+            } else {
+                minimise_near(exact, &fit.parameters, &fit.free, FIT_TOLERANCE)
+            };
+            *fit = closer.unwrap_or_else(|| fit.clone());
+        }
+    }
     ModelComparison::new(&fits, slot, noise, criteria)
 }
 
@@ -248,6 +266,10 @@ impl Far {
         (found.rss - self.rss > self.least).then_some(found)
     }
 }
+
+/// Variances above the best model within which others are judged by the exact problem in the end: beyond, the evidence
+/// is the same whatever an approximation misses.
+const CLOSE: f64 = 20.0;
 
 /// Standard errors to within which such a model is fitted.
 const FAR_TOLERANCE: f64 = 1.0;

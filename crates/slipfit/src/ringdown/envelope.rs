@@ -175,12 +175,46 @@ impl LeastSquares for EnvelopeProblem {
         if !(p[A0] > 0.0 && shapes_exist(p)) {
             return false;
         }
+        if free.len() <= FEW {
+            self.sums::<FEW>(p, free, out)
+        } else {
+            self.sums::<COUNT>(p, free, out)
+        }
+        out.rss.is_finite()
+    }
+}
+
+/// Amplitude and the losses compared by default.
+const FEW: usize = 4;
+
+impl EnvelopeProblem {
+    /// The sums by at most `N` free parameters.
+    fn sums<const N: usize>(&self, p: &[f64], free: &[usize], out: &mut Normal) {
         let law = law_of(p, self.omega);
+        let (mut jtj, mut jtr, mut rss) = ([[0.0; N]; N], [0.0; N], 0.0);
         self.walk(p, Carried::for_parameters(free), |j, amplitude, by| {
             let residual = self.value[j] - self.model(&law, amplitude, p);
-            out.add_row_of(free, &self.row(amplitude, by), residual, self.weight[j]);
+            let (weight, all) = (self.weight[j], self.row(amplitude, by));
+            let mut row = [0.0; N];
+            for (r, &k) in row.iter_mut().zip(free) {
+                *r = all[k];
+            }
+            for i in 0..N {
+                let weighted = weight * row[i];
+                jtr[i] += weighted * residual;
+                for k in 0..=i {
+                    jtj[i][k] += weighted * row[k];
+                }
+            }
+            rss += weight * residual * residual;
         });
-        out.rss.is_finite()
+        for (i, &a) in free.iter().enumerate() {
+            out.jtr[a] = jtr[i];
+            for (k, &b) in free[..=i].iter().enumerate() {
+                out.jtj[(a.max(b), a.min(b))] = jtj[i][k];
+            }
+        }
+        out.rss = rss;
     }
 }
 

@@ -12,7 +12,7 @@ use super::waveform_fit::fit_waveform;
 use super::window::by_waveform::is_noise;
 use super::window::{DecayWindow, EndReason, StartReason};
 use super::window_fit::Problem;
-use crate::inference::least_squares::minimise;
+use crate::inference::least_squares::{LeastSquares, Normal, minimise_until};
 use crate::model::loss::LossModel;
 use crate::numeric::robust::neighbour_noise;
 use crate::signal::blocks::Block;
@@ -158,8 +158,9 @@ fn start_values(time: &[f64], signal: &[f64], swing: &Swing) -> Option<Vec<f64>>
         bend: None,
         rest: RestLevel::Exact,
         active: free.to_vec(),
+        gathered: None,
     };
-    let mut best: Option<(f64, Vec<f64>)> = None;
+    let mut starts = Vec::new();
     for slower in [0.8, 1.0, 1.25] {
         let omega = PI / (2.0 * quarter * slower);
         for damping in [0.02, 0.1, 0.3] {
@@ -171,15 +172,41 @@ fn start_values(time: &[f64], signal: &[f64], swing: &Swing) -> Option<Vec<f64>>
                 start[PHASE] = if top > 0.0 { 0.0 } else { PI };
                 start[OMEGA] = omega;
                 start[OFFSET] = rest;
-                let Some(fit) = minimise(&problem, &start, &free) else { continue };
-                if best.as_ref().is_none_or(|b| fit.rss < b.0) {
-                    best = Some((fit.rss, fit.parameters));
-                }
+                starts.push(start);
             }
+        }
+    }
+    let mut sums = Normal::zeros(COUNT);
+    let mut rss = |p: &[f64]| problem.normal_of(p, &[], &mut sums, f64::INFINITY).then_some(sums.rss);
+    let mut ranked: Vec<(f64, Vec<f64>)> =
+        starts.into_iter().map(|start| (rss(&start).unwrap_or(f64::INFINITY), start)).collect();
+    ranked.sort_by(|a, b| a.0.total_cmp(&b.0));
+    let mut best: Option<(f64, Vec<f64>)> = None;
+    let mut found_again = 0;
+    for (_, start) in ranked {
+        let Some(fit) = minimise_until(&problem, &start, &free, SEARCH_TOLERANCE, true) else { continue };
+        let lowest = best.as_ref().map_or(f64::INFINITY, |b| b.0);
+        if (fit.rss / lowest - 1.0).abs() < SAME_MINIMUM {
+            found_again += 1;
+        } else if fit.rss < lowest {
+            found_again = 0;
+        }
+        if fit.rss < lowest {
+            best = Some((fit.rss, fit.parameters));
+        }
+        if found_again == ENOUGH {
+            break;
         }
     }
     best.map(|b| b.1)
 }
+
+/// Standard errors to within which a start is fitted: what is found is only where the fits of the models begin.
+const SEARCH_TOLERANCE: f64 = 0.1;
+/// Relative difference of sums of squares at one minimum, and the starts from which it is found again that end the
+/// search.
+const SAME_MINIMUM: f64 = 1e-3;
+const ENOUGH: usize = 4;
 
 /// Amplitudes of the half cycles, measured along the fitted motion.
 fn half_cycles(

@@ -41,7 +41,11 @@ impl LastSwing {
         let mut minima = other_minima(problem, &fit, criteria.last_swing_errors).unwrap_or_default();
         minima.push(fit);
         minima.sort_by(|a, b| a.rss.total_cmp(&b.rss));
-        let fit = minima.swap_remove(0);
+        let mut fit = minima.swap_remove(0);
+        if problem.gathered.is_some() {
+            let closer = minimise_until(&problem.exact(), &fit.parameters, &fit.free, STEP_TOLERANCE, true);
+            fit = closer.unwrap_or(fit);
+        }
         let variance = fit.rss / (problem.observations() - fit.free.len() as f64).max(1.0);
         let apart = APART * fit.unit_std(X_F) * variance.sqrt();
         let is_other = |other: &Fit| (other.parameters[X_F] - fit.parameters[X_F]).abs() > apart;

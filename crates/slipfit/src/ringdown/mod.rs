@@ -19,6 +19,7 @@ mod few_cycles;
 mod fitted;
 mod free_law;
 mod further_laws;
+mod gathered;
 mod hypotheses;
 mod last_swing;
 pub(crate) mod lowpass;

@@ -94,6 +94,9 @@ impl<'a> Samples<'a> {
     pub(crate) fn converter_step(&self, distinct_values: f64) -> f64 {
         let stride = (self.signal.len() / STEP_SAMPLES).max(1);
         let mut values: Vec<f64> = self.signal.iter().step_by(stride).copied().collect();
+        if distinct_at_least(&values) as f64 > distinct_values * values.len() as f64 {
+            return 0.0;
+        }
         values.sort_by(f64::total_cmp);
         let range = values[values.len() - 1] - values[0];
         let count = values.len();
@@ -124,6 +127,23 @@ impl<'a> Samples<'a> {
         })
     }
 }
+
+/// A lower bound of the number of different values: that of their marks in a table of [`MARKS`].
+/// It saves most records the sorting.
+fn distinct_at_least(values: &[f64]) -> usize {
+    let mut marked = [0u64; MARKS / 64];
+    for v in values {
+        // Zeros of both signs are one value.
+        let hash = (v + 0.0).to_bits().wrapping_mul(SPREAD) >> (64 - MARKS.ilog2());
+        marked[hash as usize / 64] |= 1 << (hash % 64);
+    }
+    marked.iter().map(|m| m.count_ones() as usize).sum()
+}
+
+/// Marks that values are spread over: several for each of [`STEP_SAMPLES`].
+const MARKS: usize = 1 << 14;
+/// Odd factor that spreads the bits of a number (Knuth's multiplicative hashing by the golden section).
+const SPREAD: u64 = 0x9e37_79b9_7f4a_7c15;
 
 /// Index of the first sample at or after a time.
 fn first_at(record: &Record, time_s: f64) -> usize {

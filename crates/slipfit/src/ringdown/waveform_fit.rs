@@ -98,6 +98,7 @@ fn fit_with_rest<'a>(
         bend: None,
         rest,
         active: [&losses[..], &ALWAYS, &OPTIONAL].concat(),
+        gathered: None,
     };
     let mut nuisance = ALWAYS.to_vec();
     // What the phases of the blocks show already is in the model from the start.
@@ -116,10 +117,11 @@ fn fit_with_rest<'a>(
     let stops = |fit: &Fit| {
         law_of(&fit.parameters, fit.parameters[OMEGA]).stop_time_s().is_some_and(|t| t < duration)
     };
+    problem.bend.get_or_insert(backbone);
+    problem = problem.gathered_about(&fit.parameters);
     if excess(&fit) > criteria.waveform.variance_ratio && stops(&fit) && rest == RestLevel::Exact {
         fit = LastSwing::search(&problem, fit, |_| 1.0, &criteria.waveform).fit;
     }
-    problem.bend.get_or_insert(backbone);
     // In a record of a cycle or two an offset that drifts by chance would cost most of what is
     // known about the loss.
     let price = (n as f64).ln() + criteria.inference.instrument_bic_margin;
@@ -133,6 +135,9 @@ fn fit_with_rest<'a>(
     }
     if !nuisance.contains(&BEND) {
         problem.bend = None;
+    }
+    if problem.gathered.is_none() {
+        problem = problem.gathered_about(&fit.parameters);
     }
     problem.active = [&losses[..], &nuisance].concat();
     problem.active.sort_unstable();
@@ -153,7 +158,10 @@ fn fit_with_rest<'a>(
         }
     }
     let whole = whole_loss(&fit, duration);
-    let search = Search { asked, models, begun: Some(&fit), side_minima, criteria: &criteria.inference };
+    let exact = problem.gathered.is_some().then(|| problem.exact());
+    let exact = exact.as_ref().map(|exact| exact as &dyn LeastSquares);
+    let search =
+        Search { asked, models, begun: Some(&fit), side_minima, exact, criteria: &criteria.inference };
     let comparison = compare(&problem, &fit.parameters, &nuisance, noise, whole, search);
     let left = Remainder::new(&problem, range.start, &comparison.preferred()?.bounded, &measured.points);
     let wandering = WanderingPhase::of(&problem, &comparison.preferred()?.bounded, measured.noise_rms);
@@ -203,33 +211,46 @@ fn add_nuisances(
 ) -> Option<()> {
     let n = problem.time.len() as f64;
     let mut sums = Normal::zeros(COUNT);
-    for _ in 0..OPTIONAL.len() {
-        if !problem.normal(&fit.parameters, &mut sums) {
-            return None;
-        }
-        let variance = sums.rss / (n - fit.free.len() as f64).max(1.0);
+    // The one that promises most, and its gain in variances.
+    let most_promising = |sums: &Normal, nuisance: &[usize], free: usize| {
+        let variance = sums.rss / (n - free as f64).max(1.0);
         // Beside drag, which may explain the same.
         let promised = |nuisance: &[usize]| {
             let mut free = with(basic, nuisance);
             free.push(DRAG);
-            promised_gain(&sums, &free)
+            promised_gain(sums, &free)
         };
-        let beside = |term: usize| -> Vec<usize> { nuisance.iter().copied().chain([term]).collect() };
-        let Some(alone) = promised(nuisance) else { break };
-        let candidate = OPTIONAL
-            .into_iter()
-            .filter(|o| !nuisance.contains(o))
-            .filter(|&o| o != OFFSET + 2 || nuisance.contains(&(OFFSET + 1)))
-            .filter_map(|o| Some((o, (promised(&beside(o))? - alone) / variance)))
-            .max_by(|a, b| a.1.total_cmp(&b.1))
-            .filter(|(_, gain)| *gain > price);
+        let alone = promised(nuisance)?;
+        let others = OPTIONAL.into_iter().filter(|o| !nuisance.contains(o));
+        let others = others.filter(|&o| o != OFFSET + 2 || nuisance.contains(&(OFFSET + 1)));
+        let gains = others.filter_map(|o| Some((o, (promised(&beside(nuisance, o))? - alone) / variance)));
+        gains.max_by(|a, b| a.1.total_cmp(&b.1))
+    };
+    let rough = problem.gathered.as_ref().and_then(|sums| sums.roughly_at(&fit.parameters));
+    if let Some((_, gain)) = rough.and_then(|sums| most_promising(sums, nuisance, fit.free.len()))
+        && gain < ROUGH_PART * price
+    {
+        return Some(());
+    }
+    for _ in 0..OPTIONAL.len() {
+        if !problem.normal(&fit.parameters, &mut sums) {
+            return None;
+        }
+        let candidate = most_promising(&sums, nuisance, fit.free.len()).filter(|(_, gain)| *gain > price);
         let Some((term, _)) = candidate else { break };
-        let wider = beside(term);
+        let wider = beside(nuisance, term);
         let Some(next) = minimum(problem, &fit.parameters, &with(basic, &wider)) else { break };
         *nuisance = wider;
         *fit = next;
     }
     Some(())
+}
+
+/// Part of its price that a disturbance roughly promises at least where it may pay it.
+const ROUGH_PART: f64 = 0.5;
+
+fn beside(nuisance: &[usize], term: usize) -> Vec<usize> {
+    nuisance.iter().copied().chain([term]).collect()
 }
 
 /// Leaves a nuisance out again if the fit without it is worse by less than its price.

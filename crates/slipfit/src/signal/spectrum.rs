@@ -3,12 +3,23 @@
 use crate::inference::least_squares::linear;
 use crate::numeric::{robust::median, trig};
 use realfft::RealFftPlanner;
+use realfft::num_complex::Complex;
 use std::cell::RefCell;
 use std::f64::consts::{FRAC_PI_2, PI, TAU};
 
 thread_local! {
     // Planning costs more than one transform; records of one length share a plan.
     static PLANNER: RefCell<RealFftPlanner<f64>> = RefCell::new(RealFftPlanner::new());
+    // Blocks of this size come from the system page by page, which takes as long as a transform.
+    static BUFFERS: RefCell<Buffers> = RefCell::default();
+}
+
+/// What a transform reads, writes and needs besides.
+#[derive(Default)]
+struct Buffers {
+    real: Vec<f64>,
+    complex: Vec<Complex<f64>>,
+    scratch: Vec<Complex<f64>>,
 }
 
 /// Longest transform used; of a longer record its loudest part is taken.
@@ -35,6 +46,9 @@ pub(crate) fn median_step(time: &[f64]) -> f64 {
     median(&mut steps).unwrap_or(f64::NAN)
 }
 
+/// Part of an interval by which the stamps of an even clock miss it, after rounding of many steps.
+const SAME_INSTANT: f64 = 1e-6;
+
 /// Boxcar means of `width` samples.
 pub(crate) fn averaged(time: &[f64], signal: &[f64], width: usize) -> (Vec<f64>, Vec<f64>) {
     let mean = |v: &[f64]| v.iter().sum::<f64>() / v.len() as f64;
@@ -44,6 +58,14 @@ pub(crate) fn averaged(time: &[f64], signal: &[f64], width: usize) -> (Vec<f64>,
 pub(crate) fn resample(time: &[f64], signal: &[f64], interval_s: f64) -> Grid {
     let start = time[0];
     let count = (((time[time.len() - 1] - start) / interval_s).floor() as usize + 1).min(4 * LONGEST);
+    if count <= time.len() {
+        let misses =
+            |i: usize, t: f64| (t - (start + i as f64 * interval_s)).abs() > SAME_INSTANT * interval_s;
+        let missed = time[..count].iter().enumerate().fold(false, |any, (i, &t)| any | misses(i, t));
+        if !missed {
+            return Grid { interval_s, values: signal[..count].to_vec() };
+        }
+    }
     let mut right = 1;
     let values = (0..count)
         .map(|i| {
@@ -74,16 +96,21 @@ pub(crate) fn amplitudes(grid: &Grid) -> (Vec<f64>, f64) {
         (xy + x * (v - mean), xx + x * x)
     });
     let slope = if sxx > 0.0 { sxy / sxx } else { 0.0 };
-    let mut buffer = vec![0.0; padded];
-    pulp::Arch::new().dispatch(Windowed { grid: &grid.values, mean, slope, mid, out: &mut buffer });
-    let fft = PLANNER.with_borrow_mut(|planner| planner.plan_fft_forward(padded));
-    let mut spectrum = fft.make_output_vec();
-    if fft.process(&mut buffer, &mut spectrum).is_err() {
-        return (Vec::new(), 1.0);
-    }
     // The window's sum is n/2 for every n above one.
     let scale = if n > 1 { 4.0 / n as f64 } else { 2.0 };
-    (spectrum.iter().map(|c| c.norm_sqr().sqrt() * scale).collect(), 1.0 / (padded as f64 * grid.interval_s))
+    let fft = PLANNER.with_borrow_mut(|planner| planner.plan_fft_forward(padded));
+    let spectrum = BUFFERS.with_borrow_mut(|Buffers { real, complex, scratch }| {
+        real.resize(padded, 0.0);
+        complex.resize(padded / 2 + 1, Complex::default());
+        scratch.resize(fft.get_scratch_len(), Complex::default());
+        real[n..].fill(0.0);
+        pulp::Arch::new().dispatch(Windowed { grid: &grid.values, mean, slope, mid, out: &mut real[..n] });
+        let done = fft.process_with_scratch(real, complex, scratch);
+        let mut moduli = vec![0.0; complex.len()];
+        pulp::Arch::new().dispatch(Moduli { of: complex, scale, out: &mut moduli });
+        done.map(|()| moduli)
+    });
+    spectrum.map_or((Vec::new(), 1.0), |s| (s, 1.0 / (padded as f64 * grid.interval_s)))
 }
 
 /// The grid less its straight line, times the Hann window `sin²(pi (i + 1/2)/n)`.
@@ -106,6 +133,24 @@ impl pulp::NullaryFnOnce for Windowed<'_> {
             let (_, w) = trig::half_turn((at + 0.5) * step - FRAC_PI_2);
             *out = w * w * (v - self.mean - self.slope * (at - self.mid));
             at += 1.0;
+        }
+    }
+}
+
+/// Moduli of numbers, times a scale.
+struct Moduli<'a> {
+    of: &'a [Complex<f64>],
+    scale: f64,
+    out: &'a mut [f64],
+}
+
+impl pulp::NullaryFnOnce for Moduli<'_> {
+    type Output = ();
+
+    #[inline(always)]
+    fn call(self) {
+        for (out, c) in self.out.iter_mut().zip(self.of) {
+            *out = (c.re * c.re + c.im * c.im).sqrt() * self.scale;
         }
     }
 }
@@ -150,11 +195,28 @@ impl Periodogram {
         // Below one cycle per stretch there is only drift.
         let lowest = band_hz.map_or(0.0, |b| b[0]).max(0.7 / self.duration);
         let highest = band_hz.map_or(f64::INFINITY, |b| b[1]);
-        let peak = (0..self.spectrum.len())
-            .filter(|&i| (lowest..=highest).contains(&(i as f64 * self.bin)))
-            .max_by(|&a, &b| self.spectrum[a].total_cmp(&self.spectrum[b]))?;
+        let inside = |i: &usize| (lowest..=highest).contains(&(*i as f64 * self.bin));
+        let bins = self.spectrum.len();
+        let from = (0..bins).skip((lowest / self.bin) as usize).find(inside)?;
+        let about = ((highest / self.bin) as usize).saturating_add(2).min(bins);
+        let end = (from..about).rfind(inside)? + 1;
+        let peak = from + highest_of(&self.spectrum[from..end])?;
         Some(refine(&self.spectrum, peak, self.bin))
     }
+}
+
+/// Index of the largest value, the last of equal ones.
+fn highest_of(values: &[f64]) -> Option<usize> {
+    const LANES: usize = 8;
+    let (pieces, rest) = values.as_chunks::<LANES>();
+    let mut most = [f64::NEG_INFINITY; LANES];
+    for piece in pieces {
+        for (m, v) in most.iter_mut().zip(piece) {
+            *m = if v > m { *v } else { *m };
+        }
+    }
+    let most = most.iter().chain(rest).copied().fold(f64::NEG_INFINITY, f64::max);
+    values.iter().rposition(|v| *v == most)
 }
 
 /// Power density of noise about a frequency.

@@ -37,7 +37,17 @@ impl Window<'_> {
     /// Products of all active derivatives and the residual, summed over the samples, and the
     /// first sample at rest. `None` where the model does not exist.
     pub(crate) fn sums(&self, p: &[f64], residuals: Option<&mut Vec<f64>>) -> Option<(Sums, usize)> {
-        pulp::Arch::new().dispatch(Pass { window: self, p, residuals })
+        pulp::Arch::new().dispatch(Pass { window: self, p, residuals, borders: &[], parts: &mut Vec::new() })
+    }
+
+    /// The same sums, row by row of the lower triangle, for each of the parts that begin with the first sample and
+    /// with those at `borders`, ascending.
+    pub(crate) fn sums_of_parts(&self, p: &[f64], borders: &[usize]) -> Option<Vec<Vec<f64>>> {
+        let mut parts = Vec::with_capacity(borders.len() + 1);
+        let pass = Pass { window: self, p, residuals: None, borders, parts: &mut parts };
+        let (mut last, _) = pulp::Arch::new().dispatch(pass)?;
+        parts.push(last.taken());
+        Some(parts)
     }
 }
 
@@ -45,6 +55,8 @@ struct Pass<'a> {
     window: &'a Window<'a>,
     p: &'a [f64],
     residuals: Option<&'a mut Vec<f64>>,
+    borders: &'a [usize],
+    parts: &'a mut Vec<Vec<f64>>,
 }
 
 impl pulp::WithSimd for Pass<'_> {
@@ -52,7 +64,7 @@ impl pulp::WithSimd for Pass<'_> {
 
     #[inline(always)]
     fn with_simd<S: Simd>(self, simd: S) -> Self::Output {
-        let Pass { window, p, residuals } = self;
+        let Pass { window, p, residuals, mut borders, parts } = self;
         let Window { time, origin, .. } = *window;
         if !(p[OMEGA] > 0.0 && p[OMEGA].is_finite()) {
             return None;
@@ -82,9 +94,17 @@ impl pulp::WithSimd for Pass<'_> {
             };
             if end > index {
                 half.turn_to(window, p, &turn, &next, n, rests)?;
-                half.add(simd, window, p, index..end, &mut batch);
             }
-            index = end;
+            while index < end {
+                let to = borders.first().map_or(end, |b| end.min(*b));
+                half.add(simd, window, p, index..to, &mut batch);
+                index = to;
+                while let Some((_, others)) = borders.split_first().filter(|(b, _)| **b == index) {
+                    batch.flush(simd);
+                    parts.push(batch.sums.taken());
+                    borders = others;
+                }
+            }
             n += 1.0;
             turn = next;
         }

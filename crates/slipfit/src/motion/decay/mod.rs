@@ -10,6 +10,7 @@
 
 pub(crate) mod amplitude;
 pub mod averaged;
+pub(crate) mod closed_sums;
 pub(crate) mod drag;
 mod exact;
 pub(crate) mod half_cycle;

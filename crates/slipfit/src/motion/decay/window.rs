@@ -14,7 +14,7 @@ pub(crate) struct Bend {
 impl Bend {
     /// From an amplitude law over `[0, duration]`.
     pub(crate) fn along(amplitude: impl Fn(f64) -> f64, duration: f64) -> Self {
-        let count = 512;
+        let count = 129;
         let step = duration / (count - 1) as f64;
         let square = |t: f64| amplitude(t).powi(2);
         let mut sum = 0.0;

@@ -8,12 +8,6 @@ pub(super) struct Sums<const N: usize> {
     pub(super) rss: f64,
 }
 
-impl<const N: usize> Sums<N> {
-    pub(super) fn zero() -> Self {
-        Self { jtj: [[0.0; N]; N], jtr: [0.0; N], rss: 0.0 }
-    }
-}
-
 /// Where the search ended.
 #[derive(Debug, Clone, Copy)]
 pub(super) struct Minimum<const N: usize> {

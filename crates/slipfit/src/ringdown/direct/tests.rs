@@ -78,7 +78,7 @@ fn the_gradient_holds_for_every_parameter() {
     let signal: Vec<f64> = times.iter().map(|t| (-0.1 * t).exp() * (5.1 * t + 0.3).cos() + 0.1).collect();
     let sums = |p: &[f64; 6], stops: bool| {
         pulp::Arch::new()
-            .dispatch(Pass { time: &times, signal: &signal, origin: times[0], p, stops })
+            .dispatch(Pass { time: &times, signal: &signal, origin: times[0], p, stops, rest_tells: true })
             .unwrap()
     };
     for p in [

@@ -1,15 +1,12 @@
 //! The exact motion through every sample.
 
-mod sums;
-
-pub(super) use sums::Pass;
-
-use super::minimise::{minimise, spread};
+use super::minimise::{Sums, minimise, spread};
 use crate::Error;
 use crate::motion::decay::amplitude::sliding_gain;
+pub(super) use crate::motion::decay::closed_sums::Pass;
+use crate::motion::decay::closed_sums::{ClosedSums, Fall};
 use crate::signal::blocks::{self, Block, PhaseAt};
 use std::f64::consts::TAU;
-use sums::Fall;
 
 /// Parameters of a free decay with viscous and sliding friction.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -155,7 +152,11 @@ pub fn fit_waveform(time_s: &[f64], signal: &[f64], start: &Decay) -> Result<Dec
         q
     };
     let fit = |from, stops| {
-        let sums = |p: &[f64; 6]| pulp::Arch::new().dispatch(Pass { time: time_s, signal, origin, p, stops });
+        let sums = |p: &[f64; 6]| {
+            let pass = Pass { time: time_s, signal, origin, p, stops, rest_tells: true };
+            let ClosedSums { jtj, jtr, rss, .. } = pulp::Arch::new().dispatch(pass)?;
+            Some(Sums { jtj, jtr, rss })
+        };
         minimise(from, n as f64, power, sums, moved)
     };
     let mut found = None;

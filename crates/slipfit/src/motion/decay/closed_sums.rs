@@ -1,32 +1,45 @@
-//! Normal equations of the exact motion, one half cycle after the other.
+//! Normal equations of the exact motion under viscous and sliding friction, one half cycle after the other.
+//!
+//! The [half-cycle kernel](super::half_cycle) for every loss and disturbance takes two to four times as long.
 
-use super::super::minimise::Sums;
-use crate::motion::decay::amplitude::{exp_share as phi, sliding_gain};
+use super::amplitude::{exp_share as phi, sliding_gain};
 use crate::numeric::wide;
 use pulp::Simd;
 use std::f64::consts::{FRAC_PI_2, PI};
 
 /// The normal equations at `p`.
-pub(in super::super) struct Pass<'a> {
-    pub(in super::super) time: &'a [f64],
-    pub(in super::super) signal: &'a [f64],
-    pub(in super::super) origin: f64,
-    pub(in super::super) p: &'a [f64; 6],
+pub(crate) struct Pass<'a> {
+    pub(crate) time: &'a [f64],
+    pub(crate) signal: &'a [f64],
+    pub(crate) origin: f64,
+    pub(crate) p: &'a [f64; 6],
     /// Whether the motion ends where friction holds it; else its law goes on past zero, smooth
     /// in every parameter.
-    pub(in super::super) stops: bool,
+    pub(crate) stops: bool,
+    /// Whether the place of rest is part of the model; where not, the model is the offset there.
+    pub(crate) rest_tells: bool,
+}
+
+/// Sums over the samples by `A_0`, `x_F`, `delta`, phase, `omega` and offset: `JᵀJ` (lower triangle), `Jᵀr`, `rᵀr`.
+#[derive(Debug, Clone, Copy)]
+pub(crate) struct ClosedSums {
+    pub(crate) jtj: [[f64; 6]; 6],
+    pub(crate) jtr: [f64; 6],
+    pub(crate) rss: f64,
+    /// First sample at rest; as many as there are where none is.
+    pub(crate) at_rest: usize,
 }
 
 /// `e^(-delta t)`, `G = (1 - e^(-delta t))/delta` and `dG/d delta`.
 #[derive(Clone, Copy)]
-pub(super) struct Fall {
-    pub(super) e: f64,
-    pub(super) g: f64,
+pub(crate) struct Fall {
+    pub(crate) e: f64,
+    pub(crate) g: f64,
     g_by_delta: f64,
 }
 
 impl Fall {
-    pub(super) fn after(delta: f64, t: f64) -> Self {
+    pub(crate) fn after(delta: f64, t: f64) -> Self {
         let x = delta * t;
         let share = phi(x);
         let e = (-x).exp();
@@ -65,11 +78,11 @@ const EXPONENTIAL: [f64; 10] = {
 };
 
 impl pulp::WithSimd for Pass<'_> {
-    type Output = Option<Sums<6>>;
+    type Output = Option<ClosedSums>;
 
     #[inline(always)]
-    fn with_simd<S: Simd>(self, simd: S) -> Option<Sums<6>> {
-        let Self { time, signal, origin, p, stops } = self;
+    fn with_simd<S: Simd>(self, simd: S) -> Option<ClosedSums> {
+        let Self { time, signal, origin, p, stops, rest_tells } = self;
         let &[a0, x_f, delta, phase, omega, offset] = p;
         if !(omega > 0.0 && omega.is_finite()) {
             return None;
@@ -98,7 +111,7 @@ impl pulp::WithSimd for Pass<'_> {
         let mut n = (phase / PI).floor();
         let mut fall = Fall { e: 1.0, g: 0.0, g_by_delta: 0.0 };
         let mut stale = FRESH;
-        let mut index = 0;
+        let (mut index, mut at_rest) = (0, time.len());
         while index < time.len() {
             let turn = (n * PI - phase) / omega;
             if stale >= FRESH {
@@ -113,6 +126,9 @@ impl pulp::WithSimd for Pass<'_> {
             }
             // The spring no longer overcomes the friction: at rest for good.
             let rests = stops && swing <= 0.0;
+            if rests {
+                at_rest = index;
+            }
             let limit = origin + ((n + 1.0) * PI - phase) / omega;
             let end = if rests { time.len() } else { end_before(time, index, limit) };
             if end == index {
@@ -129,6 +145,7 @@ impl pulp::WithSimd for Pass<'_> {
                 continue;
             }
             let sign = if (0.5 * n).fract() == 0.0 { 1.0 } else { -1.0 };
+            let sign = if rests && !rest_tells { 0.0 } else { sign };
             // With f1 = e^(-delta u) [cos + tilt sin], f3 = e^(-delta u) sin every derivative is a
             // combination of f1, u f1, f3, u f3 and 1; at rest of 1 alone.
             let by_delta = -turn * a0 * fall.e - x_f * (gain_by_delta * fall.g + gain * fall.g_by_delta);
@@ -188,7 +205,7 @@ impl pulp::WithSimd for Pass<'_> {
             fall = fall.and(half, period);
         }
         add_up(simd, &rows[..waiting], &mut products, &mut totals);
-        let mut out = Sums::zero();
+        let mut out = ClosedSums { jtj: [[0.0; 6]; 6], jtr: [0.0; 6], rss: 0.0, at_rest };
         let mut at = 0;
         for i in 0..6 {
             for k in 0..=i {

@@ -1,0 +1,410 @@
+//! The samples of a window gathered into sums over stretches, for motions near a reference.
+//!
+//! All models of a decay, and all steps towards them, ask for the sums of the same samples at motions that hardly
+//! differ. Within a stretch of some cycles a motion is told by its state in the middle, amplitude and phase, and by
+//! `x_F`, `delta`, drag rate, `omega` and offset. It scales with the amplitude; from what is left of the difference to
+//! a reference the displacement follows to first order, so that the sums at the reference by its parameters give those
+//! at any motion near it:
+//!
+//! ```text
+//! x = s x_ref(x_F/s, delta, c s, phi, omega),   s = A/A_ref
+//! x - x_ref = J d,   d_A = A - A_ref,  d_x = x_F - x_F,ref,  d_c = s² c - (2 s - 1) c_ref,  d_k = s (k - k_ref) else
+//! ```
+//!
+//! What is neglected is of second order in the change of a loss over half a stretch, not over the window. The last
+//! swings before a stop, whose number may change, and the rest are summed sample by sample.
+
+use crate::inference::least_squares::Normal;
+use crate::motion::decay::amplitude::sliding_gain;
+use crate::motion::decay::drag::Slowing;
+use crate::motion::decay::parameters::{
+    A0, BEND, CHIRP, COUNT, DELTA, DRAG, OFFSET, OMEGA, PHASE, X_F, by_parameters, law_of,
+};
+use crate::motion::decay::path::{AmplitudePath, Carried};
+use crate::motion::decay::window::Window;
+
+/// The parameters of the motions described, in the order of the lanes: losses, phase, frequency, offset.
+const DESCRIBED: [usize; LANES - 1] = [A0, X_F, DELTA, DRAG, PHASE, OMEGA, OFFSET];
+const A: usize = 0;
+const X: usize = 1;
+const D: usize = 2;
+const C: usize = 3;
+const P: usize = 4;
+const W: usize = 5;
+const O: usize = 6;
+/// The described parameters and one that is always zero.
+const LANES: usize = 8;
+type Lanes = [f64; LANES];
+
+/// Stretches that a window is divided into.
+const STRETCHES: usize = 12;
+/// Friction displacements that the amplitude of the reference has at the end of the last stretch at least, and that of
+/// a motion described.
+const REFERENCE_SWING: f64 = 12.0;
+const LEAST_SWING: f64 = 2.5;
+/// Most difference of a phase, rad, and of the loss in half a stretch for which a motion is near the reference; and for
+/// which it is described roughly.
+const NEAR: f64 = 0.05;
+const ROUGH: f64 = 0.25;
+/// Rise of the sum of squares above that of the reference, in variances, from which a rough description is enough: the
+/// motion is that of no rival.
+const HOPELESS: f64 = 1000.0;
+/// Part of the sums that their differences must exceed.
+const ROUNDING: f64 = 1e-7;
+/// Fewest samples that are worth gathering.
+const LEAST_SAMPLES: usize = 100;
+
+/// Sums over the stretches of a window.
+#[derive(Debug, Clone)]
+pub(crate) struct Gathered {
+    reference: Vec<f64>,
+    rss: f64,
+    samples: usize,
+    /// Sums at the reference by those parameters and by disturbances of phase and offset, for which they are rough;
+    /// `None` where the rest has a level of its own.
+    there: Option<Normal>,
+    /// Length of a stretch, s.
+    length: f64,
+    stretches: Vec<Stretch>,
+    /// First sample behind the last stretch, and its end after the origin, s.
+    tail: (usize, f64),
+}
+
+/// Sums over the samples of one stretch.
+#[derive(Debug, Clone)]
+struct Stretch {
+    /// The reference in the middle.
+    state: State,
+    products: [Lanes; LANES],
+    residual: Lanes,
+    rss: f64,
+}
+
+/// Amplitude and phase of a motion at a time, with their derivatives.
+#[derive(Debug, Clone, Copy)]
+struct State {
+    amplitude: f64,
+    phase: f64,
+    by: Lanes,
+    phase_by: Lanes,
+}
+
+/// Adds the sums of a stretch by all parameters.
+fn add_disturbed(
+    there: &mut Normal,
+    window: &Window,
+    middle: f64,
+    products: &[Lanes; LANES],
+    residual: &Lanes,
+) {
+    let duration = window.duration.max(f64::MIN_POSITIVE);
+    let v = middle / duration;
+    let phase = |value: f64, rate: f64| {
+        let mut lanes = [0.0; LANES];
+        (lanes[P], lanes[W]) = (value - rate * middle, rate);
+        lanes
+    };
+    let (bent, bending) = window.bend.map_or((0.0, 0.0), |b| b.at(middle));
+    let disturbed = [
+        (BEND, phase(bent, bending)),
+        (CHIRP, phase(0.5 * middle * (middle - duration), middle - 0.5 * duration)),
+        (OFFSET + 1, scaled(v, &unit(O))),
+        (OFFSET + 2, scaled(v * v, &unit(O))),
+    ];
+    let described = DESCRIBED.into_iter().enumerate().map(|(i, slot)| (slot, unit(i)));
+    let rows: Vec<(usize, Lanes)> = described.chain(disturbed).collect();
+    for (i, (a, row)) in rows.iter().enumerate() {
+        let mut by_lanes = [0.0; LANES];
+        for (factor, product) in row.iter().zip(products) {
+            add(&mut by_lanes, *factor, product);
+        }
+        there.jtr[*a] += row.iter().zip(residual).map(|(f, r)| f * r).sum::<f64>();
+        for (c, other) in &rows[..=i] {
+            let sum: f64 = other.iter().zip(by_lanes).map(|(f, p)| f * p).sum();
+            there.jtj[(*a.max(c), *a.min(c))] += sum;
+        }
+    }
+}
+
+/// A motion followed from time to time.
+struct Follow<'a> {
+    p: &'a [f64],
+    gain: [f64; 3],
+    path: AmplitudePath,
+    drags: bool,
+    now: f64,
+    lag: f64,
+    lag_by: [f64; 4],
+}
+
+impl<'a> Follow<'a> {
+    fn new(p: &'a [f64], drags: bool) -> Self {
+        let gain = sliding_gain(p[DELTA], p[OMEGA]);
+        let path = AmplitudePath::new(law_of(p, p[OMEGA]), [0.0; 2]).carrying(Carried::Closed);
+        Self { p, gain, path, drags, now: 0.0, lag: 0.0, lag_by: [0.0; 4] }
+    }
+
+    fn to(&mut self, time: f64) -> State {
+        let (p, passed) = (self.p, time - self.now);
+        if self.drags {
+            self.path.advance(0.5 * passed);
+            let slowing = Slowing::new(self.path.amplitude, [p[DELTA], p[DRAG]], p[OMEGA]);
+            let by = by_parameters(self.path.by, p, &self.gain);
+            self.lag += slowing.rate * passed;
+            for (lag, by) in self.lag_by.iter_mut().zip(by) {
+                *lag += slowing.by_amplitude * by * passed;
+            }
+            self.lag_by[DELTA] += slowing.by_decay * passed;
+            self.lag_by[DRAG] += slowing.by_drag * passed;
+            self.path.advance(0.5 * passed);
+        } else {
+            self.path.advance(passed);
+        }
+        self.now = time;
+        let losses = by_parameters(self.path.by, p, &self.gain);
+        let (mut by, mut phase_by) = ([0.0; LANES], [0.0; LANES]);
+        by[..4].copy_from_slice(&losses[..4]);
+        by[W] = self.path.by[X_F] * p[X_F] * self.gain[2];
+        for (by, lag) in phase_by.iter_mut().zip(self.lag_by) {
+            *by = -lag;
+        }
+        phase_by[P] = 1.0;
+        phase_by[W] = time + self.lag / p[OMEGA];
+        let phase = p[PHASE] + p[OMEGA] * time - self.lag;
+        State { amplitude: self.path.amplitude, phase, by, phase_by }
+    }
+}
+
+/// Whether a motion has no other losses and disturbances than those described.
+fn is_described(p: &[f64]) -> bool {
+    p.iter().enumerate().all(|(k, v)| *v == 0.0 || DESCRIBED.contains(&k))
+}
+
+impl Gathered {
+    /// The samples of a window gathered about a motion that is near its minimum. `None` where the motion is none of
+    /// those described.
+    pub(crate) fn about(window: &Window, reference: &[f64]) -> Option<Self> {
+        let Window { time, origin, duration, .. } = *window;
+        let n = time.len();
+        if !is_described(reference) || n < LEAST_SAMPLES {
+            return None;
+        }
+        let law = law_of(reference, reference[OMEGA]);
+        let swings = |t: f64| law.amplitude(t) > REFERENCE_SWING * reference[X_F].max(0.0);
+        let length = duration / STRETCHES as f64;
+        let whole = (1..=STRETCHES).rev().find(|k| swings(*k as f64 * length))?;
+        let before = |k: usize| time.partition_point(|t| *t < origin + k as f64 * length);
+        let borders: Vec<usize> = (1..STRETCHES).map(before).filter(|border| *border < n).collect();
+        let parts = Window { active: &DESCRIBED, ..*window }.sums_of_parts(reference, &borders)?;
+        let mut follow = Follow::new(reference, reference[DRAG] != 0.0);
+        let mut there = Normal::zeros(COUNT);
+        let mut stretches = Vec::with_capacity(whole);
+        for (k, part) in parts.iter().enumerate() {
+            let pair = |a: usize, c: usize| part[a.max(c) * (a.max(c) + 1) / 2 + a.min(c)];
+            let (mut products, mut residual) = ([[0.0; LANES]; LANES], [0.0; LANES]);
+            for i in 0..DESCRIBED.len() {
+                residual[i] = pair(DESCRIBED.len(), i);
+                for j in 0..DESCRIBED.len() {
+                    products[i][j] = pair(i, j);
+                }
+            }
+            let rss = pair(DESCRIBED.len(), DESCRIBED.len());
+            let middle = (k as f64 + 0.5) * length;
+            add_disturbed(&mut there, window, middle, &products, &residual);
+            there.rss += rss;
+            if k < whole {
+                stretches.push(Stretch { state: follow.to(middle), products, residual, rss });
+            }
+        }
+        let tail = (borders.get(whole - 1).copied().unwrap_or(n), whole as f64 * length);
+        let rss = there.rss;
+        let there = (tail.0 == n || window.rest_tells).then_some(there);
+        Some(Self { reference: reference.to_vec(), rss, samples: n, there, length, stretches, tail })
+    }
+
+    /// Sums at the reference by all parameters, which by the disturbances of phase and offset are rough: within a
+    /// stretch a phase is a straight line and an offset constant. `None` at any other motion.
+    pub(crate) fn roughly_at(&self, p: &[f64]) -> Option<&Normal> {
+        self.there.as_ref().filter(|_| p == self.reference)
+    }
+
+    /// The sums at `p` by the `free` parameters; `None` where the motion is not near the reference. Those of the
+    /// samples behind the last stretch are found by `behind`.
+    pub(crate) fn normal_of(
+        &self,
+        p: &[f64],
+        free: &[usize],
+        out: &mut Normal,
+        behind: &Behind,
+    ) -> Option<()> {
+        if !(is_described(p) && free.iter().all(|k| DESCRIBED.contains(k))) {
+            return None;
+        }
+        let sums = pulp::Arch::new().dispatch(Pass { gathered: self, behind, p, free })?;
+        for (i, a) in DESCRIBED.into_iter().enumerate().filter(|(_, a)| free.contains(a)) {
+            out.jtr[a] = sums.residual[i];
+            for (j, c) in DESCRIBED.into_iter().enumerate().take(i + 1).filter(|(_, c)| free.contains(c)) {
+                out.jtj[(a, c)] = sums.products[i][j];
+            }
+        }
+        out.rss = sums.rss;
+        Some(())
+    }
+}
+
+/// Sums of the samples of a window from one on, by parameters that refer to a time after its origin; whether they exist.
+type Behind<'a> = dyn Fn(usize, f64, &[f64], &[usize], &mut Normal) -> bool + 'a;
+
+/// The sums to be found at a motion.
+struct Pass<'a> {
+    gathered: &'a Gathered,
+    behind: &'a Behind<'a>,
+    p: &'a [f64],
+    free: &'a [usize],
+}
+
+/// Products and residuals by the described parameters.
+struct Sums {
+    products: [Lanes; LANES],
+    residual: Lanes,
+    rss: f64,
+}
+
+/// `factor` times the lanes, added.
+#[inline(always)]
+fn add(to: &mut Lanes, factor: f64, lanes: &Lanes) {
+    for k in 0..LANES {
+        to[k] += factor * lanes[k];
+    }
+}
+
+#[inline(always)]
+fn scaled(factor: f64, lanes: &Lanes) -> Lanes {
+    lanes.map(|v| factor * v)
+}
+
+#[inline(always)]
+fn unit(k: usize) -> Lanes {
+    let mut lanes = [0.0; LANES];
+    lanes[k] = 1.0;
+    lanes
+}
+
+impl Sums {
+    /// Adds products and residuals by the rows of parameters that follow from those of the lanes.
+    #[inline(always)]
+    fn add(&mut self, products: &[Lanes; LANES], residual: &Lanes, rows: &[Lanes; LANES - 1]) {
+        for (i, row) in rows.iter().enumerate() {
+            let mut by_lanes = [0.0; LANES];
+            for (product, other) in products[i].iter().zip(rows) {
+                add(&mut by_lanes, *product, other);
+            }
+            for (sum, factor) in self.products.iter_mut().zip(row) {
+                add(sum, *factor, &by_lanes);
+            }
+            add(&mut self.residual, residual[i], row);
+        }
+    }
+}
+
+impl pulp::NullaryFnOnce for Pass<'_> {
+    type Output = Option<Sums>;
+
+    #[inline(always)]
+    fn call(self) -> Option<Sums> {
+        let Self { gathered, behind, p, free } = self;
+        let drags = p[DRAG] != 0.0 || free.contains(&DRAG);
+        let mut sums = Sums { products: [[0.0; LANES]; LANES], residual: [0.0; LANES], rss: 0.0 };
+        let (mut cancelling, mut farthest) = (0.0, 0.0f64);
+        let mut follow = Follow::new(p, drags);
+        let (from, from_s) = gathered.tail;
+        let q = DESCRIBED.map(|k| p[k]);
+        let q_ref = DESCRIBED.map(|k| gathered.reference[k]);
+        for (k, stretch) in gathered.stretches.iter().enumerate() {
+            let here = follow.to((k as f64 + 0.5) * gathered.length);
+            let Stretch { state, products, residual, rss } = stretch;
+            let s = here.amplitude / state.amplitude;
+            let turned = here.phase - state.phase;
+            // Of opposite sign, viscous and drag loss cancel but for the change of the amplitude.
+            let (viscous, drag) = (q[D] - q_ref[D], q[C] * here.amplitude - q_ref[C] * state.amplitude);
+            let loss = (viscous + drag).abs() + 0.25 * drag.abs();
+            farthest = farthest.max(turned.abs()).max(0.5 * loss * gathered.length);
+            if !(farthest < ROUGH && here.amplitude > 0.0) {
+                return None;
+            }
+            // Displacements of the state and the parameters, with their rows.
+            let s_by = scaled(1.0 / state.amplitude, &here.by);
+            let mut moved = [0.0; LANES];
+            let mut rows = [[0.0; LANES]; LANES - 1];
+            (moved[A], rows[A]) = (here.amplitude - state.amplitude, here.by);
+            (moved[X], rows[X]) = (q[X] - q_ref[X], unit(X));
+            (moved[O], rows[O]) = (q[O] - q_ref[O], unit(O));
+            for k in [D, W] {
+                moved[k] = s * (q[k] - q_ref[k]);
+                rows[k] = scaled(q[k] - q_ref[k], &s_by);
+                rows[k][k] += s;
+            }
+            moved[C] = s * s * q[C] - (2.0 * s - 1.0) * q_ref[C];
+            rows[C] = scaled(2.0 * (s * q[C] - q_ref[C]), &s_by);
+            rows[C][C] += s * s;
+            moved[P] = s * turned;
+            rows[P] = scaled(turned, &s_by);
+            add(&mut rows[P], s, &here.phase_by);
+            // As displacements of amplitude and phase at the origin, by which the sums are.
+            let over = 1.0 / state.by[A];
+            for k in [X, D, C, W] {
+                moved[A] -= state.by[k] * moved[k];
+                let row = rows[k];
+                add(&mut rows[A], -state.by[k], &row);
+            }
+            (moved[A], rows[A]) = (over * moved[A], scaled(over, &rows[A]));
+            for k in [A, X, D, C, W] {
+                moved[P] -= state.phase_by[k] * moved[k];
+                let row = rows[k];
+                add(&mut rows[P], -state.phase_by[k], &row);
+            }
+            let mut left = *residual;
+            let mut there = *residual;
+            for (row, by) in products.iter().zip(moved) {
+                add(&mut left, -by, row);
+            }
+            add(&mut there, 1.0, &left);
+            let change = there.iter().zip(moved).map(|(r, d)| r * d).sum::<f64>();
+            sums.rss += rss - change;
+            cancelling += rss + change.abs();
+            sums.add(products, &left, &rows);
+        }
+        let end = follow.to(from_s);
+        if !(end.amplitude > LEAST_SWING * p[X_F].max(0.0)) {
+            return None;
+        }
+        if from < gathered.samples {
+            let active: &[usize] = if drags { &DESCRIBED } else { &[A0, X_F, DELTA, PHASE, OMEGA, OFFSET] };
+            let mut there = p.to_vec();
+            (there[A0], there[PHASE]) = (end.amplitude, end.phase);
+            let mut found = Normal::zeros(COUNT);
+            if !behind(from, from_s, &there, active, &mut found) {
+                return None;
+            }
+            let (mut products, mut residual) = ([[0.0; LANES]; LANES], [0.0; LANES]);
+            for (i, &a) in DESCRIBED.iter().enumerate() {
+                residual[i] = found.jtr[a];
+                for (j, &c) in DESCRIBED[..=i].iter().enumerate() {
+                    products[i][j] = found.jtj[(a, c)];
+                    products[j][i] = found.jtj[(a, c)];
+                }
+            }
+            let mut rows = std::array::from_fn(unit);
+            (rows[A], rows[P]) = (end.by, end.phase_by);
+            sums.rss += found.rss;
+            cancelling += found.rss;
+            sums.add(&products, &residual, &rows);
+        }
+        let rise = (sums.rss - gathered.rss) * gathered.samples as f64;
+        if farthest > NEAR && !(rise > HOPELESS * gathered.rss) {
+            return None;
+        }
+        // Of exact samples nothing but rounding is left.
+        (sums.rss > ROUNDING * cancelling).then_some(sums)
+    }
+}
