@@ -14,7 +14,7 @@ pub(crate) enum Status {
 
 impl Status {
     /// As a table spells it.
-    pub(crate) fn name(self) -> &'static str {
+    pub(crate) const fn name(self) -> &'static str {
         match self {
             Self::Done => "done",
             Self::Warned => "warned",
@@ -38,7 +38,7 @@ impl Estimate {
 
     /// Of a fit, whose interval is symmetric.
     pub(crate) fn normal([value, std_error]: [f64; 2]) -> Self {
-        let [low, high] = slipfit::Quantity::normal(value, std_error, "").interval_95;
+        let [low, high] = slipfit::Quantity::normal(value, std_error, String::new()).interval_95;
         Self { value, std_error, low, high }
     }
 }

@@ -1,72 +1,68 @@
 //! The bare fit of rows.
 
 use crate::answer::{Estimate, Status};
-use crate::table::Row;
-use crate::trace::{Beside, Held, Input, Scratch};
-use slipfit::InferenceCriteria;
+use crate::table::{Fits, Part, Row, detected};
+use crate::trace::{Beside, Input, Kind, Scratch};
 use slipfit::ringdown::{AmplitudeFit, EvenTraces, Sampling, fit_amplitudes};
 use std::ops::Range;
 
 /// What fits traces of one length side by side: that of the first row that is not null.
 pub(crate) fn side_by_side(input: &Input<'_>) -> Option<EvenTraces> {
-    let first = || (0..input.signal.rows()).find_map(|row| input.signal.held(row));
-    input.is_plain().then(first).flatten().map(|trace| EvenTraces::new(trace.len()))
+    let first = || (0..input.signal.rows()).find_map(|row| input.signal.place(row));
+    input.is_plain().then(first).flatten().map(|place| EvenTraces::new(place.len()))
 }
 
-/// Some rows: together those of one length, one by one the others and what fails.
+/// Some rows of a part: together those of one length, one by one the others and what fails.
 pub(crate) fn rows(
     input: &Input<'_>,
     range: Range<usize>,
     scratch: &mut Scratch,
     together: Option<&EvenTraces>,
-) -> Vec<Row> {
-    let mut all: Vec<Option<Row>> = Vec::new();
-    all.resize_with(range.len(), || None);
-    if let Some(together) = together {
-        let mut doubles: Group<'_, f64> = Group::default();
-        let mut singles: Group<'_, f32> = Group::default();
-        for row in range.clone() {
-            let Ok(beside) = input.beside(row) else { continue };
-            let (Some(trace), Some(interval)) = (input.signal.held(row), beside.interval_s) else { continue };
-            if trace.len() != together.samples() {
-                continue;
-            }
-            match trace {
-                Held::Doubles(trace) => doubles.push((row, beside), (trace, interval)),
-                Held::Singles(trace) => singles.push((row, beside), (trace, interval)),
-            }
-        }
-        doubles.fit(together, range.start, &mut all);
-        singles.fit(together, range.start, &mut all);
-    }
-    let alone =
-        |(at, found): (usize, Option<Row>)| found.unwrap_or_else(|| row(input, range.start + at, scratch));
-    all.into_iter().enumerate().map(alone).collect()
-}
-
-/// Rows of one length and number type.
-struct Group<'a, T> {
-    rows: Vec<(usize, Beside)>,
-    traces: Vec<(&'a [T], f64)>,
-}
-
-impl<T> Default for Group<'_, T> {
-    fn default() -> Self {
-        Self { rows: Vec::new(), traces: Vec::new() }
+    part: &mut Part<'_>,
+) {
+    match (together, input.signal.kind()) {
+        (Some(together), Kind::Doubles(values)) => block(input, range, scratch, together, values, part),
+        (Some(together), Kind::Singles(values)) => block(input, range, scratch, together, values, part),
+        (None, _) => range.for_each(|i| part.write(i, &row(input, i, scratch))),
     }
 }
 
-impl<'a, T: Copy + Into<f64>> Group<'a, T> {
-    fn push(&mut self, row: (usize, Beside), trace: (&'a [T], f64)) {
-        self.rows.push(row);
-        self.traces.push(trace);
+fn block<T: Copy + Into<f64>>(
+    input: &Input<'_>,
+    range: Range<usize>,
+    scratch: &mut Scratch,
+    together: &EvenTraces,
+    values: &[T],
+    part: &mut Part<'_>,
+) {
+    let samples = together.samples();
+    let same = input.beside_all();
+    // A row that is not fitted here has no trace, and one without an interval no frequency either.
+    let mut traces: Vec<(&[T], f64)> = Vec::with_capacity(range.len());
+    let mut frequency_hz = Vec::with_capacity(range.len());
+    for row in range.clone() {
+        let beside = same.or_else(|| input.beside(row).ok());
+        let interval = beside.and_then(|beside| beside.interval_s);
+        let place = input.signal.place(row).filter(|place| place.len() == samples);
+        let trace = interval.zip(place).map_or((&values[..0], f64::NAN), |(dt, place)| (&values[place], dt));
+        traces.push(trace);
+        frequency_hz.push(beside.and_then(|beside| beside.frequency_hz).unwrap_or(f64::NAN));
     }
-
-    fn fit(self, together: &EvenTraces, first: usize, all: &mut [Option<Row>]) {
-        let samples = together.samples();
-        for ((row, beside), fit) in self.rows.into_iter().zip(together.fit(&self.traces)) {
+    let (fits, failed) = together.fit_apart(&traces);
+    let friction_displacement = AmplitudeFit::friction_displacements(&fits, &frequency_hz);
+    let p_value = AmplitudeFit::sliding_p_values(&fits, samples);
+    let all = Fits { fits: &fits, friction_displacement: &friction_displacement, p_value: &p_value, samples };
+    part.write_fits(range.start, &all);
+    let mut failed = failed.into_iter().map(|(at, _)| at).peekable();
+    for (at, fit) in fits.iter().enumerate() {
+        let number = range.start + at;
+        if failed.next_if_eq(&at).is_some() {
             // A gap, or a reason, is found alone.
-            all[row - first] = fit.ok().map(|fit| answer(&fit, &beside, samples, samples));
+            part.write(number, &row(input, number, scratch));
+        } else if warnings(fit).iter().any(|(_, warned)| *warned) {
+            let beside = same.map_or_else(|| input.beside(number), Ok);
+            let answered = beside.map(|beside| answer(fit, &beside, samples, samples));
+            part.write(number, &answered.unwrap_or_else(Row::failed));
         }
     }
 }
@@ -120,21 +116,11 @@ fn fitted(input: &Input<'_>, row: usize, scratch: &mut Scratch) -> Result<Row, S
 /// A fit as a row: of `used` samples of `all`.
 fn answer(fit: &AmplitudeFit, beside: &Beside, used: usize, all: usize) -> Row {
     let p_value = fit.sliding_p_value(used);
-    let mut warnings = String::new();
-    let mut warn = |code: &str, warned: bool| {
-        if warned {
-            warnings += if warnings.is_empty() { "" } else { " " };
-            warnings += code;
-        }
-    };
-    let [delta, delta_error] = fit.decay_rate_per_s;
-    warn("not_converged", !fit.converged);
-    warn("not_separable", fit.correlation.abs() > SEPARABLE);
-    warn("negative_damping", delta < -UNLIKELY * delta_error);
-    warn("negative_friction", fit.sliding_rate[0] < -UNLIKELY * fit.sliding_rate[1]);
+    let warned: Vec<&str> =
+        warnings(fit).into_iter().filter_map(|(code, warned)| warned.then_some(code)).collect();
     Row {
-        status: if warnings.is_empty() { Status::Done } else { Status::Warned },
-        reason: warnings,
+        status: if warned.is_empty() { Status::Done } else { Status::Warned },
+        reason: warned.join(" "),
         initial_amplitude: Estimate::normal(fit.initial_amplitude),
         decay_rate: Estimate::normal(fit.decay_rate_per_s),
         sliding_rate: Estimate::normal(fit.sliding_rate),
@@ -144,11 +130,22 @@ fn answer(fit: &AmplitudeFit, beside: &Beside, used: usize, all: usize) -> Row {
         correlation: fit.correlation,
         residual_rms: fit.residual_rms,
         p_value,
-        detected: Some(p_value < InferenceCriteria::default().detected),
+        detected: Some(detected(p_value)),
         samples: used as i64,
         left_out: (all - used) as i64,
         ..Row::default()
     }
+}
+
+/// Codes of warnings, and whether a fit has each.
+fn warnings(fit: &AmplitudeFit) -> [(&'static str, bool); 4] {
+    let unlikely = |[value, error]: [f64; 2]| value < -UNLIKELY * error;
+    [
+        ("not_converged", !fit.converged),
+        ("not_separable", fit.correlation.abs() > SEPARABLE),
+        ("negative_damping", unlikely(fit.decay_rate_per_s)),
+        ("negative_friction", unlikely(fit.sliding_rate)),
+    ]
 }
 
 /// Correlation of the two losses beyond which the trace does not tell them apart.

@@ -45,13 +45,13 @@ pub use table::schema;
 use arrow_array::RecordBatch;
 use rayon::prelude::*;
 use std::sync::atomic::{AtomicBool, Ordering};
-use table::{Columns, Row};
+use table::Columns;
 use trace::{Input, Scratch};
 
 /// Rows that one task fits.
 const ROWS: usize = 1024;
-/// Rows that become columns at a time: their answers stay in the nearest cache until they do.
-const AT_ONCE: usize = 64;
+/// Rows that are fitted and written to the columns at a time: their answers stay in a near cache until they are.
+const AT_ONCE: usize = 128;
 /// Tasks for each thread where a row is a whole analysis, so that none waits long for another.
 const TASKS: usize = 8;
 
@@ -81,32 +81,30 @@ pub fn fit_batch_until(
         Method::Fit => ROWS,
         Method::Analyse => share.min(ROWS),
     };
-    let answer = Columns::new(options.method);
+    let mut answer = Columns::new(options.method, rows);
     let together = (options.method == Method::Fit).then(|| fit::side_by_side(&input)).flatten();
-    let parts: Vec<_> = (0..rows.div_ceil(size))
+    let rests: Vec<_> = answer
+        .parts(size)
         .into_par_iter()
-        .map_init(Scratch::default, |scratch, part| {
-            let end = rows.min((part + 1) * size);
-            let mut columns = answer.part(end - part * size);
-            for first in (part * size..end).step_by(AT_ONCE) {
-                if cancelled.load(Ordering::Relaxed) {
-                    break;
+        .map_init(Scratch::default, |scratch, mut part| {
+            let range = part.first()..rows.min(part.first() + size);
+            for first in range.clone().step_by(AT_ONCE) {
+                let some = first..range.end.min(first + AT_ONCE);
+                match options.method {
+                    _ if cancelled.load(Ordering::Relaxed) => break,
+                    Method::Fit => fit::rows(&input, some, scratch, together.as_ref(), &mut part),
+                    Method::Analyse => {
+                        some.take_while(|_| !cancelled.load(Ordering::Relaxed)).for_each(|row| {
+                            part.write(row, &analyse::row(&input, row, scratch, &options.ringdown))
+                        })
+                    }
                 }
-                let range = first..end.min(first + AT_ONCE);
-                let found: Vec<Row> = match options.method {
-                    Method::Fit => fit::rows(&input, range, scratch, together.as_ref()),
-                    Method::Analyse => range
-                        .take_while(|_| !cancelled.load(Ordering::Relaxed))
-                        .map(|row| analyse::row(&input, row, scratch, &options.ringdown))
-                        .collect(),
-                };
-                columns.extend(&found);
             }
-            columns.arrays()
+            part.rest()
         })
         .collect();
     if cancelled.load(Ordering::Relaxed) {
         return Err(Error::Cancelled);
     }
-    answer.joined(&parts, batch, options)
+    answer.joined(&rests, batch, options)
 }

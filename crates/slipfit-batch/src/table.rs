@@ -4,11 +4,11 @@ use crate::answer::{Estimate, Status};
 use crate::error::Error;
 use crate::options::{Method, Options};
 use crate::trace::column;
-use arrow_array::builder::{BooleanBuilder, StringBuilder};
-use arrow_array::{ArrayRef, Float64Array, Int64Array, RecordBatch};
-use arrow_schema::{DataType, Field, Schema};
-use arrow_select::concat::concat;
-use rayon::prelude::*;
+use arrow_array::{ArrayRef, BooleanArray, Float64Array, Int64Array, RecordBatch, StringArray};
+use arrow_buffer::{BooleanBuffer, Buffer, OffsetBuffer};
+use arrow_schema::{ArrowError, DataType, Field, Schema};
+use slipfit::InferenceCriteria;
+use slipfit::ringdown::AmplitudeFit;
 use std::sync::Arc;
 
 /// The answer to one trace; NaN where a number does not exist.
@@ -62,105 +62,143 @@ impl Row {
     }
 }
 
-type Text = fn(&Row) -> &str;
-type Number = fn(&Row) -> f64;
-type Count = fn(&Row) -> i64;
-type Flag = fn(&Row) -> Option<bool>;
+/// Fits of neighbouring rows, none of which left a sample out.
+pub(crate) struct Fits<'a> {
+    pub(crate) fits: &'a [AmplitudeFit],
+    /// Value and standard error; none without a frequency.
+    pub(crate) friction_displacement: &'a [[f64; 2]],
+    pub(crate) p_value: &'a [f64],
+    pub(crate) samples: usize,
+}
 
-/// What a column holds and where a row has it.
+/// What a column holds; where a row has it, and where fits have it.
 enum Content {
-    Text(Text),
-    Number(Number),
-    Count(Count),
-    Flag(Flag),
+    /// Text, the same of all fits without warnings.
+    Text(fn(&Row) -> &str, &'static str),
+    Number(fn(&Row) -> f64, fn(&Fits<'_>, &mut [f64])),
+    Count(fn(&Row) -> i64, fn(&Fits<'_>) -> i64),
+    Flag(fn(&Row) -> Option<bool>, fn(&Fits<'_>, &mut [Flag])),
+}
+
+/// A flag, or none.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+#[repr(u8)]
+pub(crate) enum Flag {
+    Unset,
+    Set,
+    Missing,
+}
+
+impl From<Option<bool>> for Flag {
+    fn from(flag: Option<bool>) -> Self {
+        match flag {
+            None => Self::Missing,
+            Some(true) => Self::Set,
+            Some(false) => Self::Unset,
+        }
+    }
 }
 
 impl Content {
     fn data_type(&self) -> DataType {
         match self {
-            Self::Text(_) => DataType::Utf8,
-            Self::Number(_) => DataType::Float64,
-            Self::Count(_) => DataType::Int64,
-            Self::Flag(_) => DataType::Boolean,
-        }
-    }
-
-    fn column(&self, rows: usize) -> Column {
-        match self {
-            Self::Text(of) => Column::Text(*of, StringBuilder::new()),
-            Self::Number(of) => Column::Number(*of, Vec::with_capacity(rows)),
-            Self::Count(of) => Column::Count(*of, Vec::with_capacity(rows)),
-            Self::Flag(of) => Column::Flag(*of, BooleanBuilder::with_capacity(rows)),
+            Self::Text(..) => DataType::Utf8,
+            Self::Number(..) => DataType::Float64,
+            Self::Count(..) => DataType::Int64,
+            Self::Flag(..) => DataType::Boolean,
         }
     }
 }
 
-/// A column that grows.
-enum Column {
-    Text(Text, StringBuilder),
-    Number(Number, Vec<f64>),
-    Count(Count, Vec<i64>),
-    Flag(Flag, BooleanBuilder),
+/// A value of each fit, one after the other.
+fn each<T, U>(values: impl Iterator<Item = T>, to: &mut [U], of: impl Fn(T) -> U) {
+    to.iter_mut().zip(values).for_each(|(to, value)| *to = of(value));
 }
 
-impl Column {
-    fn extend(&mut self, rows: &[Row]) {
-        match self {
-            Self::Text(of, held) => rows.iter().for_each(|row| held.append_value(of(row))),
-            Self::Number(of, held) => held.extend(rows.iter().map(of)),
-            Self::Count(of, held) => held.extend(rows.iter().map(of)),
-            Self::Flag(of, held) => rows.iter().for_each(|row| held.append_option(of(row))),
-        }
-    }
-
-    fn array(self) -> ArrayRef {
-        match self {
-            Self::Text(_, mut held) => Arc::new(held.finish()),
-            Self::Number(_, held) => {
-                let missing = held.iter().any(|v| v.is_nan());
-                let nulls = missing.then(|| held.iter().map(|v| !v.is_nan()).collect());
-                Arc::new(Float64Array::new(held.into(), nulls))
-            }
-            Self::Count(_, held) => Arc::new(Int64Array::from(held)),
-            Self::Flag(_, mut held) => Arc::new(held.finish()),
-        }
-    }
+macro_rules! number {
+    ($name:expr, $row:expr, $fits:ident, $of:expr) => {
+        ($name, Content::Number($row, |f, to| each(f.$fits(), to, $of)))
+    };
 }
 
+/// A quantity with error and interval: its field of a row, and of fits.
 macro_rules! estimate {
-    ($name:literal, $unit:literal, $field:ident) => {
+    ($name:literal, $unit:literal, $field:ident, $fits:ident) => {
         [
-            (concat!($name, $unit), Content::Number(|r| r.$field.value)),
-            (concat!($name, "_std_error", $unit), Content::Number(|r| r.$field.std_error)),
-            (concat!($name, "_low", $unit), Content::Number(|r| r.$field.low)),
-            (concat!($name, "_high", $unit), Content::Number(|r| r.$field.high)),
+            number!(concat!($name, $unit), |r| r.$field.value, $fits, |[value, _]| value),
+            number!(concat!($name, "_std_error", $unit), |r| r.$field.std_error, $fits, |[_, error]| error),
+            number!(concat!($name, "_low", $unit), |r| r.$field.low, $fits, |e| Estimate::normal(e).low),
+            number!(concat!($name, "_high", $unit), |r| r.$field.high, $fits, |e| Estimate::normal(e).high),
         ]
     };
 }
 
+impl Fits<'_> {
+    fn decay_rate(&self) -> impl Iterator<Item = [f64; 2]> {
+        self.fits.iter().map(|fit| fit.decay_rate_per_s)
+    }
+
+    fn sliding_rate(&self) -> impl Iterator<Item = [f64; 2]> {
+        self.fits.iter().map(|fit| fit.sliding_rate)
+    }
+
+    fn friction_displacement(&self) -> impl Iterator<Item = [f64; 2]> {
+        self.friction_displacement.iter().copied()
+    }
+
+    fn initial_amplitude(&self) -> impl Iterator<Item = [f64; 2]> {
+        self.fits.iter().map(|fit| fit.initial_amplitude)
+    }
+
+    fn correlation(&self) -> impl Iterator<Item = f64> {
+        self.fits.iter().map(|fit| fit.correlation)
+    }
+
+    fn residual_rms(&self) -> impl Iterator<Item = f64> {
+        self.fits.iter().map(|fit| fit.residual_rms)
+    }
+
+    fn p_value(&self) -> impl Iterator<Item = f64> {
+        self.p_value.iter().copied()
+    }
+
+    /// What only an analysis has.
+    fn nothing(&self) -> impl Iterator<Item = [f64; 2]> {
+        self.fits.iter().map(|_| [f64::NAN; 2])
+    }
+}
+
 /// Names and contents in the order of the answer; names are those of the command's `--table`.
 fn contents(method: Method) -> Vec<(&'static str, Content)> {
-    let mut all =
-        vec![("status", Content::Text(|r| r.status.name())), ("reason", Content::Text(|r| &r.reason))];
+    let mut all = vec![
+        ("status", Content::Text(|r| r.status.name(), Status::Done.name())),
+        ("reason", Content::Text(|r| &r.reason, "")),
+    ];
     if method == Method::Analyse {
-        all.push(("model", Content::Text(|r| r.model)));
-        all.extend(estimate!("frequency", "_hz", frequency));
+        all.push(("model", Content::Text(|r| r.model, "")));
+        all.extend(estimate!("frequency", "_hz", frequency, nothing));
     }
-    all.extend(estimate!("decay_rate", "_per_s", decay_rate));
-    all.extend(estimate!("sliding_rate", "", sliding_rate));
-    all.extend(estimate!("friction_displacement", "", friction_displacement));
-    all.extend(estimate!("initial_amplitude", "", initial_amplitude));
-    all.push(("correlation", Content::Number(|r| r.correlation)));
-    all.push(("residual_rms", Content::Number(|r| r.residual_rms)));
-    all.push(("sliding_detected", Content::Flag(|r| r.detected)));
-    all.push(("sliding_p_value", Content::Number(|r| r.p_value)));
-    all.push(("samples", Content::Count(|r| r.samples)));
-    all.push(("samples_left_out", Content::Count(|r| r.left_out)));
+    all.extend(estimate!("decay_rate", "_per_s", decay_rate, decay_rate));
+    all.extend(estimate!("sliding_rate", "", sliding_rate, sliding_rate));
+    all.extend(estimate!("friction_displacement", "", friction_displacement, friction_displacement));
+    all.extend(estimate!("initial_amplitude", "", initial_amplitude, initial_amplitude));
+    all.push(number!("correlation", |r| r.correlation, correlation, |v| v));
+    all.push(number!("residual_rms", |r| r.residual_rms, residual_rms, |v| v));
+    let flags = |f: &Fits<'_>, to: &mut [Flag]| each(f.p_value(), to, |p| Some(detected(p)).into());
+    all.push(("sliding_detected", Content::Flag(|r| r.detected, flags)));
+    all.push(number!("sliding_p_value", |r| r.p_value, p_value, |v| v));
+    all.push(("samples", Content::Count(|r| r.samples, |f| f.samples as i64)));
+    all.push(("samples_left_out", Content::Count(|r| r.left_out, |_| 0)));
     if method == Method::Analyse {
-        all.push(("start_s", Content::Number(|r| r.start_s)));
-        all.push(("end_s", Content::Number(|r| r.end_s)));
+        all.push(number!("start_s", |r| r.start_s, nothing, |[v, _]| v));
+        all.push(number!("end_s", |r| r.end_s, nothing, |[v, _]| v));
     }
     all
+}
+
+/// Whether sliding friction is detected.
+pub(crate) fn detected(p_value: f64) -> bool {
+    p_value < InferenceCriteria::default().detected
 }
 
 /// The columns of an answer to a table of this schema: those kept, then the answer's own.
@@ -187,52 +225,186 @@ pub fn schema(table: &Schema, options: &Options) -> Result<Schema, Error> {
     Ok(Schema::new(fields))
 }
 
-/// The columns of the answer's own.
-pub(crate) struct Columns(Vec<(&'static str, Content)>);
+/// The columns of the answer's own, as long as the table from the start: rows are written where they end up.
+pub(crate) struct Columns {
+    contents: Vec<(&'static str, Content)>,
+    rows: usize,
+    memory: Vec<Memory>,
+}
+
+/// The rows of one column.
+enum Memory {
+    /// What stands in most rows.
+    Text(&'static str),
+    Number(Vec<f64>),
+    Count(Vec<i64>),
+    Flag(Vec<Flag>),
+}
+
+/// Some neighbouring rows of one column, to be written.
+enum Place<'a> {
+    /// Text of those rows that have another than fits without warnings.
+    Text(Vec<(usize, String)>),
+    Number(&'a mut [f64]),
+    Count(&'a mut [i64]),
+    Flag(&'a mut [Flag]),
+}
+
+/// Some neighbouring rows of the answer.
+pub(crate) struct Part<'a> {
+    contents: &'a [(&'static str, Content)],
+    first: usize,
+    places: Vec<Place<'a>>,
+}
+
+/// What of a part does not stand in the columns' memory: for each column ...
+pub(crate) struct Rest(Vec<Left>);
+
+struct Left {
+    /// ... whether a value is missing,
+    missing: bool,
+    /// the text of rows that have another than fits without warnings.
+    text: Vec<(usize, String)>,
+}
 
 impl Columns {
-    pub(crate) fn new(method: Method) -> Self {
-        Self(contents(method))
+    pub(crate) fn new(method: Method, rows: usize) -> Self {
+        let contents = contents(method);
+        let memory = |(_, content): &(&str, Content)| match content {
+            Content::Text(_, usual) => Memory::Text(usual),
+            Content::Number(..) => Memory::Number(vec![0.0; rows]),
+            Content::Count(..) => Memory::Count(vec![0; rows]),
+            Content::Flag(..) => Memory::Flag(vec![Flag::Unset; rows]),
+        };
+        let memory = contents.iter().map(memory).collect();
+        Self { contents, rows, memory }
     }
 
-    /// Rows, column by column, as they come; `rows` of them at most.
-    pub(crate) fn part(&self, rows: usize) -> Part {
-        Part(self.0.iter().map(|(_, content)| content.column(rows)).collect())
+    /// The columns cut into parts of so many rows.
+    pub(crate) fn parts(&mut self, size: usize) -> Vec<Part<'_>> {
+        let Self { contents, rows, memory } = self;
+        let mut parts: Vec<Part<'_>> = (0..*rows)
+            .step_by(size)
+            .map(|first| Part { contents, first, places: Vec::with_capacity(contents.len()) })
+            .collect();
+        for column in memory {
+            let places: Box<dyn Iterator<Item = Place<'_>>> = match column {
+                Memory::Text(_) => Box::new(std::iter::repeat_with(|| Place::Text(Vec::new()))),
+                Memory::Number(values) => Box::new(values.chunks_mut(size).map(Place::Number)),
+                Memory::Count(values) => Box::new(values.chunks_mut(size).map(Place::Count)),
+                Memory::Flag(values) => Box::new(values.chunks_mut(size).map(Place::Flag)),
+            };
+            parts.iter_mut().zip(places).for_each(|(part, place)| part.places.push(place));
+        }
+        parts
     }
 
-    /// All parts, one below the other, behind the columns to keep.
+    /// The answer: the columns to keep, then these.
     pub(crate) fn joined(
-        &self,
-        parts: &[Vec<ArrayRef>],
+        self,
+        rests: &[Rest],
         batch: &RecordBatch,
         options: &Options,
     ) -> Result<RecordBatch, Error> {
         let schema = Arc::new(schema(&batch.schema(), options)?);
-        if parts.is_empty() {
-            return Ok(RecordBatch::new_empty(schema));
-        }
         let mut arrays: Vec<ArrayRef> = Vec::new();
         for name in &options.keep {
             arrays.push(Arc::clone(column(batch, name)?));
         }
-        let own: Result<Vec<ArrayRef>, _> = (0..self.0.len())
-            .into_par_iter()
-            .map(|i| concat(&parts.iter().map(|part| part[i].as_ref()).collect::<Vec<_>>()))
-            .collect();
-        arrays.extend(own?);
+        for (at, memory) in self.memory.into_iter().enumerate() {
+            let missing = rests.iter().any(|rest| rest.0[at].missing);
+            arrays.push(match memory {
+                Memory::Text(usual) => {
+                    let others: Vec<_> = rests.iter().flat_map(|rest| &rest.0[at].text).collect();
+                    Arc::new(texts(self.rows, usual, &others)?)
+                }
+                Memory::Number(values) => {
+                    let nulls = missing.then(|| values.iter().map(|v| !v.is_nan()).collect());
+                    Arc::new(Float64Array::new(values.into(), nulls))
+                }
+                Memory::Count(values) => Arc::new(Int64Array::from(values)),
+                Memory::Flag(values) => {
+                    let set = BooleanBuffer::collect_bool(values.len(), |row| values[row] == Flag::Set);
+                    let nulls = missing.then(|| values.iter().map(|v| *v != Flag::Missing).collect());
+                    Arc::new(BooleanArray::new(set, nulls))
+                }
+            });
+        }
         Ok(RecordBatch::try_new(schema, arrays)?)
     }
 }
 
-/// Rows on their way to be columns.
-pub(crate) struct Part(Vec<Column>);
+/// A column of text: the usual in every row but these.
+fn texts(rows: usize, usual: &str, others: &[&(usize, String)]) -> Result<StringArray, Error> {
+    let length: usize = others.iter().map(|(_, text)| text.len()).sum();
+    let length = length + (rows - others.len()) * usual.len();
+    if i32::try_from(length).is_err() {
+        return Err(ArrowError::OffsetOverflowError(length).into());
+    }
+    let mut bytes = String::with_capacity(length);
+    let mut ends = Vec::with_capacity(rows + 1);
+    ends.push(0);
+    let usually = |until: usize, bytes: &mut String, ends: &mut Vec<i32>| {
+        let (before, count) = (bytes.len(), until - (ends.len() - 1));
+        bytes.extend(std::iter::repeat_n(usual, count));
+        // Within the length that was checked.
+        ends.extend((1..=count).map(|i| (before + i * usual.len()) as i32));
+    };
+    for (row, text) in others {
+        usually(*row, &mut bytes, &mut ends);
+        bytes += text;
+        ends.push(bytes.len() as i32);
+    }
+    usually(rows, &mut bytes, &mut ends);
+    Ok(StringArray::try_new(OffsetBuffer::new(ends.into()), Buffer::from_vec(bytes.into_bytes()), None)?)
+}
 
-impl Part {
-    pub(crate) fn extend(&mut self, rows: &[Row]) {
-        self.0.iter_mut().for_each(|column| column.extend(rows));
+impl Part<'_> {
+    /// Number of the first row.
+    pub(crate) fn first(&self) -> usize {
+        self.first
     }
 
-    pub(crate) fn arrays(self) -> Vec<ArrayRef> {
-        self.0.into_iter().map(Column::array).collect()
+    /// Writes fits from a row on.
+    pub(crate) fn write_fits(&mut self, row: usize, fits: &Fits<'_>) {
+        let range = row - self.first..row - self.first + fits.fits.len();
+        for ((_, content), place) in self.contents.iter().zip(&mut self.places) {
+            match (content, place) {
+                (Content::Number(_, of), Place::Number(to)) => of(fits, &mut to[range.clone()]),
+                (Content::Count(_, of), Place::Count(to)) => to[range.clone()].fill(of(fits)),
+                (Content::Flag(_, of), Place::Flag(to)) => of(fits, &mut to[range.clone()]),
+                _ => {}
+            }
+        }
+    }
+
+    /// Writes a row, over a fit that may stand there; rows come in their order.
+    pub(crate) fn write(&mut self, row: usize, answer: &Row) {
+        let at = row - self.first;
+        for ((_, content), place) in self.contents.iter().zip(&mut self.places) {
+            match (content, place) {
+                (Content::Text(of, usual), Place::Text(to)) => {
+                    let text = of(answer);
+                    if text != *usual {
+                        to.push((row, text.to_owned()));
+                    }
+                }
+                (Content::Number(of, _), Place::Number(to)) => to[at] = of(answer),
+                (Content::Count(of, _), Place::Count(to)) => to[at] = of(answer),
+                (Content::Flag(of, _), Place::Flag(to)) => to[at] = of(answer).into(),
+                _ => {}
+            }
+        }
+    }
+
+    /// What is left to be joined.
+    pub(crate) fn rest(self) -> Rest {
+        let left = |place| match place {
+            Place::Text(text) => Left { missing: false, text },
+            Place::Number(values) => Left { missing: values.iter().any(|v| v.is_nan()), text: Vec::new() },
+            Place::Flag(values) => Left { missing: values.contains(&Flag::Missing), text: Vec::new() },
+            Place::Count(_) => Left { missing: false, text: Vec::new() },
+        };
+        Rest(self.places.into_iter().map(left).collect())
     }
 }

@@ -8,6 +8,7 @@ use arrow_array::types::{
     UInt32Type, UInt64Type,
 };
 use arrow_array::{Array, ArrayRef, ArrowPrimitiveType, Float64Array, PrimitiveArray, RecordBatch};
+use arrow_buffer::NullBuffer;
 use arrow_schema::DataType;
 use slipfit::SignalKind;
 use std::ops::Range;
@@ -34,6 +35,7 @@ pub(crate) struct Scratch {
 }
 
 /// What one row has beside its traces.
+#[derive(Debug, Clone, Copy)]
 pub(crate) struct Beside {
     /// `None` where times stand in a column.
     pub(crate) interval_s: Option<f64>,
@@ -83,6 +85,20 @@ impl<'a> Input<'a> {
         })
     }
 
+    /// The numbers of every row, where they are the same: [`Options`] checked them.
+    pub(crate) fn beside_all(&self) -> Option<Beside> {
+        let same = |numbers: &Option<Numbers>| match numbers {
+            None => Some(None),
+            Some(Numbers::Same(value)) => Some(Some(*value)),
+            Some(Numbers::Each(_)) => None,
+        };
+        Some(Beside {
+            interval_s: same(&self.interval_s)?,
+            frequency_hz: same(&self.frequency_hz)?,
+            min_amplitude: same(&self.min_amplitude)?,
+        })
+    }
+
     /// Whether rows are amplitudes and nothing else, at even intervals.
     pub(crate) fn is_plain(&self) -> bool {
         self.quadrature.is_none() && self.times.is_none() && self.min_amplitude.is_none()
@@ -114,7 +130,8 @@ pub(crate) fn column<'a>(batch: &'a RecordBatch, name: &str) -> Result<&'a Array
 
 /// A list of numbers in each row.
 pub(crate) struct Lists<'a> {
-    lists: &'a dyn Array,
+    rows: usize,
+    nulls: Option<&'a NullBuffer>,
     offsets: Offsets<'a>,
     values: Values<'a>,
 }
@@ -126,18 +143,15 @@ enum Offsets<'a> {
 }
 
 /// The numbers of a row as they lie in memory.
-pub(crate) enum Held<'a> {
+enum Held<'a> {
     Doubles(&'a [f64]),
     Singles(&'a [f32]),
 }
 
-impl Held<'_> {
-    pub(crate) fn len(&self) -> usize {
-        match self {
-            Held::Doubles(values) => values.len(),
-            Held::Singles(values) => values.len(),
-        }
-    }
+/// The numbers of all rows as they lie in memory.
+pub(crate) enum Kind<'a> {
+    Doubles(&'a [f64]),
+    Singles(&'a [f32]),
 }
 
 /// The numbers of all rows.
@@ -181,7 +195,7 @@ impl<'a> Lists<'a> {
             }
             _ => Values::Converted(converted(values).ok_or_else(wrong)?),
         };
-        Ok(Self { lists, offsets, values })
+        Ok(Self { rows: lists.len(), nulls: lists.nulls(), offsets, values })
     }
 
     fn range(&self, row: usize) -> Range<usize> {
@@ -193,12 +207,23 @@ impl<'a> Lists<'a> {
         }
     }
 
-    /// The numbers of a row where they lie, `None` where it is null.
-    pub(crate) fn held(&self, row: usize) -> Option<Held<'_>> {
-        if self.lists.is_null(row) {
-            return None;
+    /// The numbers of all rows, of which each has its [`place`](Self::place).
+    pub(crate) fn kind(&self) -> Kind<'_> {
+        match &self.values {
+            Values::Doubles(values) => Kind::Doubles(values),
+            Values::Converted(values) => Kind::Doubles(values),
+            Values::Singles(values) => Kind::Singles(values),
         }
-        let range = self.range(row);
+    }
+
+    /// Where the numbers of a row stand, `None` where it is null.
+    pub(crate) fn place(&self, row: usize) -> Option<Range<usize>> {
+        self.nulls.is_none_or(|nulls| nulls.is_valid(row)).then(|| self.range(row))
+    }
+
+    /// The numbers of a row where they lie, `None` where it is null.
+    fn held(&self, row: usize) -> Option<Held<'_>> {
+        let range = self.place(row)?;
         Some(match &self.values {
             Values::Doubles(values) => Held::Doubles(&values[range]),
             Values::Converted(values) => Held::Doubles(&values[range]),
@@ -219,7 +244,7 @@ impl<'a> Lists<'a> {
     }
 
     pub(crate) fn rows(&self) -> usize {
-        self.lists.len()
+        self.rows
     }
 }
 

@@ -124,6 +124,65 @@ fn a_row_that_fails_is_a_row_with_its_reason() {
     assert!((number(&answer, "sliding_rate", 5).unwrap() - 0.2).abs() < 1e-9);
 }
 
+/// Rows are fitted in blocks: done, warned, failed and of another length, each is what it is alone.
+#[test]
+fn the_answer_to_a_row_does_not_depend_on_its_neighbours() {
+    let noise = |i: usize| 1e-3 * (7.7 * (i * i % 1009) as f64).sin();
+    let row = |i: usize| -> Option<Vec<f64>> {
+        // A growing amplitude, a short trace, a gap, nothing at all, a constant; many decay times.
+        let (delta, samples) = match i % 11 {
+            3 => (-0.4, 300),
+            5 => (0.7, 200),
+            8 => (2.0, 300),
+            10 => (6.0, 300),
+            other => (0.1 + 0.05 * other as f64, 300),
+        };
+        let trace = decay(0.1, delta, samples);
+        let mut trace: Vec<f64> = trace.iter().enumerate().map(|(k, a)| a + noise(k + 31 * i)).collect();
+        match i % 29 {
+            7 => trace[100..110].fill(f64::NAN),
+            13 => return None,
+            17 => trace.fill(0.5),
+            _ => {}
+        }
+        Some(trace)
+    };
+    let rows: Vec<_> = (0..2100).map(row).collect();
+    let mut options = options();
+    options.frequency_hz = Some(Number::Same(20.0));
+    let column = lists::<Float64Type>(&rows, |v| v);
+    let whole = fit_batch(&batch(Arc::clone(&column)), &options).unwrap();
+    let mut told = std::collections::BTreeMap::new();
+    for (i, row) in rows.iter().enumerate() {
+        let (status, reason) = (text(&whole, "status", i), text(&whole, "reason", i));
+        *told.entry((status, reason)).or_insert(0) += 1;
+        // A short trace beside none of its length is fitted side by side, as the first of its table.
+        if i % 11 != 5 {
+            assert_eq!(fit_batch(&batch(column.slice(i, 1)), &options).unwrap(), whole.slice(i, 1), "{i}");
+        }
+        let samples = whole["samples"].as_primitive::<Int64Type>().value(i) as usize;
+        let left_out = whole["samples_left_out"].as_primitive::<Int64Type>().value(i) as usize;
+        if status != "failed" {
+            assert_eq!(samples + left_out, row.as_ref().unwrap().len(), "{i}");
+            assert_eq!(left_out, if i % 29 == 7 { 10 } else { 0 }, "{i}");
+        }
+    }
+    let reasons: Vec<_> = told.keys().copied().collect();
+    assert_eq!(
+        reasons,
+        [
+            ("done", ""),
+            (
+                "failed",
+                "no loss model could be fitted: the trace does not tell a decay rate from a sliding rate"
+            ),
+            ("failed", "the trace is null"),
+            ("warned", "negative_damping"),
+        ]
+    );
+    assert_eq!(told[&("failed", "the trace is null")], (0..2100).filter(|i| i % 29 == 13).count());
+}
+
 #[test]
 fn null_samples_are_left_out() {
     let mut builder = ListBuilder::new(PrimitiveBuilder::<Float64Type>::new());

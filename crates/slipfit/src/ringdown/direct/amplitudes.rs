@@ -4,10 +4,6 @@ use super::envelope::{LANES, Pass, Trace, by_thirds, thirds};
 use super::minimise::{Sums, minimise_to, spread};
 use super::straight::{BEND, SHARE, STRAIGHT};
 use crate::Error;
-use crate::inference::evidence::one_sided;
-use crate::motion::decay::amplitude::sliding_gain;
-use statrs::function::erf::erfc;
-use std::f64::consts::{FRAC_1_SQRT_2, TAU};
 
 /// When the amplitudes of a trace were taken.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -41,27 +37,13 @@ impl AmplitudeFit {
     /// Friction displacement `x_F = F/k` and its standard error, signal unit, of an oscillation of
     /// this frequency: `a0 = delta x_F coth(pi delta/2 omega_d)`.
     pub fn friction_displacement(&self, frequency_hz: f64) -> [f64; 2] {
-        let [rate, rate_error] = self.sliding_rate;
-        let [delta, delta_error] = self.decay_rate_per_s;
-        let [gain, by_delta, _] = sliding_gain(delta, TAU * frequency_hz);
-        let (value, slope) = (rate / gain, -rate * by_delta / (gain * gain));
-        let (own, other) = (rate_error / gain, slope * delta_error);
-        let variance = own * own + other * other + 2.0 * self.correlation * own * other;
-        [value, variance.max(0.0).sqrt()]
+        Self::friction_displacements(std::slice::from_ref(self), &[frequency_hz])[0]
     }
 
     /// Probability that a trace of so many samples without sliding friction would show at least this
     /// much of it. One-sided: friction cannot be negative; 1 where it came out so.
     pub fn sliding_p_value(&self, samples: usize) -> f64 {
-        let [rate, error] = self.sliding_rate;
-        if !(rate > 0.0) {
-            return 1.0;
-        }
-        let sigmas = rate / error;
-        let freedom = samples.saturating_sub(3) as f64;
-        // Beyond so many degrees the F distribution differs from the normal by 1 % at p = 1e-3, and
-        // takes longer than the fit.
-        if freedom > 200.0 { 0.5 * erfc(sigmas * FRAC_1_SQRT_2) } else { one_sided(sigmas * sigmas, freedom) }
+        Self::sliding_p_values(std::slice::from_ref(self), samples)[0]
     }
 }
 

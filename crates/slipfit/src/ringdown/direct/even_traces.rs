@@ -1,25 +1,25 @@
-//! Amplitude traces of one length on an even clock, each summed up in sixteen numbers.
+//! Amplitude traces of one length on an even clock, each summed up in eight numbers or sixteen.
 
 use super::amplitudes::{AmplitudeFit, Sampling, fit_amplitudes};
-use super::nodes::{NODES, Nodes, PAIRS};
-use super::reduced::{Reduced, TRACES, fit_reduced};
+use super::by_moments::{FEW, Known, Law, TRACES};
+use super::moments::{DEGREES, Moments, Summed};
 use crate::Error;
-use pulp::Simd;
 
 /// [`fit_amplitudes`] for many traces of one length at even intervals, several at a time.
 ///
-/// A decay of up to eight decay times is a polynomial of degree 15 as far as any residual can tell.
-/// Least squares against polynomials knows a trace by its weighted sums at the sixteen nodes of the
-/// Gauss rule of its samples, which are exact for products up to degree 31:
+/// A decay over the samples is a polynomial as far as any residual can tell: of degree 7 where it lasts up to
+/// 1.5 decay times, of degree 15 up to eight. Of such a trace least squares need no more than its moments
+/// against the polynomials that are orthonormal over the samples, with which the fit of `A(t; p)` is that of
 ///
 /// ```text
-/// sum (y_i - f_i)² = sum y_i² - sum w_m z_m² + sum w_m (z_m - f(s_m))²
+/// sum_i (y_i - A(t_i; p))² = sum_i y_i² - sum_k c_k² + sum_k (c_k - a_k(p))²     c_k = sum_i q_k(t_i) y_i
 /// ```
 ///
-/// One look at the samples gives the `z_m`; the steps of the fit are taken on them, eight traces
-/// side by side. What sixteen numbers do not tell (a faster decay, one that is not determined, residuals
-/// next to rounding) is fitted by [`fit_amplitudes`], so that the answers are the same: parameters
-/// agree within 1e-9 of themselves or 1e-7 of their standard errors, whichever is more.
+/// One look at the samples gives the `c_k` of the first eight degrees; the steps of the fit are taken on
+/// them, sixteen traces side by side. A trace that lasts longer is looked at again for sixteen; what those do
+/// not tell (a faster decay, one that is not determined, residuals next to rounding) is fitted by
+/// [`fit_amplitudes`], so that the answers are the same: parameters agree within 1e-9 of themselves or 5e-6 of
+/// their standard errors, whichever is more. The answer to a trace does not depend on its neighbours.
 ///
 /// ```
 /// use slipfit::ringdown::{EvenTraces, Sampling, fit_amplitudes};
@@ -40,18 +40,33 @@ use pulp::Simd;
 pub struct EvenTraces {
     samples: usize,
     /// `None` for so few or so many samples that there is nothing to gain.
-    nodes: Option<Nodes>,
+    sums: Option<Sums>,
 }
 
-/// Fewer samples than twice the nodes are not worth it; beyond the most, the table leaves the cache.
-const FEWEST: usize = 2 * NODES;
+#[derive(Debug, Clone)]
+struct Sums {
+    moments: Moments,
+    slow: Law,
+    fast: Law,
+}
+
+/// Fewer samples than twice the moments are not worth it; beyond the most, the table leaves the cache.
+const FEWEST: usize = 2 * DEGREES;
 const MOST: usize = 1 << 14;
+
+/// Traces between the one that is summed and the one that is asked for: memory takes about as long to answer as
+/// summing two does.
+const AHEAD: usize = 2;
 
 impl EvenTraces {
     /// For traces of this many samples.
     pub fn new(samples: usize) -> Self {
-        let nodes = (FEWEST..=MOST).contains(&samples).then(|| Nodes::new(samples));
-        Self { samples, nodes }
+        let sums = (FEWEST..=MOST).contains(&samples).then(|| Sums {
+            moments: Moments::new(samples),
+            slow: Law::new(samples, true),
+            fast: Law::new(samples, false),
+        });
+        Self { samples, sums }
     }
 
     /// Number of samples of the traces.
@@ -65,198 +80,110 @@ impl EvenTraces {
     /// Each trace has its own: those of [`fit_amplitudes`], and [`Error::Length`] for one that has not
     /// the number of samples.
     pub fn fit<T: Copy + Into<f64>>(&self, traces: &[(&[T], f64)]) -> Vec<Result<AmplitudeFit, Error>> {
-        let alone = |&(trace, interval): &(&[T], f64)| {
-            super::check_lengths("amplitude", self.samples, trace.len(), 4)?;
-            let doubles: Vec<f64> = trace.iter().map(|v| (*v).into()).collect();
-            fit_amplitudes(Sampling::Every(interval), &doubles)
-        };
-        let Some(nodes) = &self.nodes else { return traces.iter().map(alone).collect() };
-        let half = self.samples.div_ceil(2);
-        let size = GROUP * (half + APART);
-        let mut folded = Folded { sums: vec![0.0; size], differences: vec![0.0; size], half };
-        let mut doubles = vec![0.0; TRACES * self.samples];
-        let mut all = Vec::with_capacity(traces.len());
-        for eight in traces.chunks(TRACES) {
-            let mut reduced = Reduced::default();
-            for (lane, ((trace, interval), doubles)) in
-                eight.iter().zip(doubles.chunks_exact_mut(self.samples)).enumerate()
-            {
-                // Without a duration a trace is not fitted here but alone, and found wanting there.
-                if trace.len() == self.samples && *interval > 0.0 && interval.is_finite() {
-                    reduced.duration[lane] = interval * (self.samples - 1) as f64;
-                    pulp::Arch::new().dispatch(Copied { trace, doubles });
-                }
-            }
-            for (group, traces) in doubles.chunks_exact(GROUP * self.samples).enumerate() {
-                let first = group * GROUP;
-                for (row, trace) in traces.chunks_exact(self.samples).enumerate() {
-                    if reduced.duration[first + row] > 0.0 {
-                        let fold = Fold { trace, row, folded: &mut folded };
-                        reduced.power[first + row] = pulp::Arch::new().dispatch(fold);
-                    }
-                }
-                let sum = Sum { nodes, folded: &folded, first, reduced: &mut reduced };
-                pulp::Arch::new().dispatch(sum);
-            }
-            let found = pulp::Arch::new().dispatch(Steps { nodes, reduced: &reduced });
-            all.extend(eight.iter().enumerate().map(|(lane, trace)| match found.lane(lane) {
-                Some(fit) => Ok(fit),
-                None => alone(trace),
-            }));
+        let (fits, failed) = self.fit_apart(traces);
+        let mut all: Vec<Result<AmplitudeFit, Error>> = fits.into_iter().map(Ok).collect();
+        for (row, error) in failed {
+            all[row] = Err(error);
         }
         all
     }
-}
 
-/// Traces whose sums are taken at a time: their running sums fill the registers.
-const GROUP: usize = 4;
-
-/// `y_i + y_(n-1-i)` and `y_i - y_(n-1-i)` of a group of traces: nodes lie symmetric, so that sums over
-/// half of the samples serve two of them.
-struct Folded {
-    sums: Vec<f64>,
-    differences: Vec<f64>,
-    half: usize,
-}
-
-/// Numbers between one trace and the next: rows at distances of a power of two, read side by side, would
-/// all lie in the same few places of the cache.
-const APART: usize = 24;
-
-impl Folded {
-    fn range(&self, row: usize) -> std::ops::Range<usize> {
-        let first = row * (self.half + APART);
-        first..first + self.half
-    }
-
-    fn row(&self, row: usize) -> (&[f64], &[f64]) {
-        let range = self.range(row);
-        (&self.sums[range.clone()], &self.differences[range])
-    }
-}
-
-/// Copies a trace. Several are copied one after the other before anything is done with them: memory is
-/// fast at long stretches in its own order.
-struct Copied<'a, T> {
-    trace: &'a [T],
-    doubles: &'a mut [f64],
-}
-
-impl<T: Copy + Into<f64>> pulp::NullaryFnOnce for Copied<'_, T> {
-    type Output = ();
-
-    #[inline(always)]
-    fn call(self) {
-        for (to, from) in self.doubles.iter_mut().zip(self.trace) {
-            *to = (*from).into();
-        }
-    }
-}
-
-/// Folds one trace; gives the sum of its squares.
-struct Fold<'a> {
-    trace: &'a [f64],
-    row: usize,
-    folded: &'a mut Folded,
-}
-
-impl pulp::WithSimd for Fold<'_> {
-    type Output = f64;
-
-    #[inline(always)]
-    fn with_simd<S: Simd>(self, simd: S) -> f64 {
-        let Self { trace, row, folded } = self;
-        let (half, range) = (folded.half, folded.range(row));
-        let (sums, differences) = (&mut folded.sums[range.clone()], &mut folded.differences[range]);
-        // Of an odd number the middle one stands in both.
-        let (front, back) = (&trace[..half], &trace[trace.len() - half..]);
-        for ((s, d), (a, b)) in
-            sums.iter_mut().zip(&mut *differences).zip(front.iter().zip(back.iter().rev()))
-        {
-            *s = a + b;
-            *d = a - b;
-        }
-        if trace.len() % 2 == 1 {
-            sums[half - 1] = front[half - 1];
-        }
-        let (lanes, rest) = S::as_simd_f64s(trace);
-        let mut power = [simd.splat_f64s(0.0); 4];
-        let (fours, others) = lanes.as_chunks::<4>();
-        for four in fours {
-            for k in 0..4 {
-                power[k] = simd.mul_add_e_f64s(four[k], four[k], power[k]);
-            }
-        }
-        for v in others {
-            power[0] = simd.mul_add_e_f64s(*v, *v, power[0]);
-        }
-        let all = simd.add_f64s(simd.add_f64s(power[0], power[1]), simd.add_f64s(power[2], power[3]));
-        simd.reduce_sum_f64s(all) + rest.iter().map(|v| v * v).sum::<f64>()
-    }
-}
-
-/// The sums at the nodes, of a group.
-struct Sum<'a> {
-    nodes: &'a Nodes,
-    folded: &'a Folded,
-    /// Lane of the group's first trace.
-    first: usize,
-    reduced: &'a mut Reduced,
-}
-
-impl pulp::WithSimd for Sum<'_> {
-    type Output = ();
-
-    #[inline(always)]
-    fn with_simd<S: Simd>(self, simd: S) {
-        let width = S::F64_LANES;
-        let per_row = PAIRS / width;
-        let (table, _) = S::as_simd_f64s(self.nodes.table.as_flattened());
-        let [(s0, d0), (s1, d1), (s2, d2), (s3, d3)] = std::array::from_fn(|row| self.folded.row(row));
-        for part in 0..per_row {
-            let mut even = [simd.splat_f64s(0.0); GROUP];
-            let mut odd = even;
-            // Zipped, so that nothing is checked in the innermost loop.
-            let sums = s0.iter().zip(s1).zip(s2).zip(s3);
-            let differences = d0.iter().zip(d1).zip(d2).zip(d3);
-            for ((row, s), d) in table.chunks_exact(2 * per_row).zip(sums).zip(differences) {
-                let (e, o) = (row[part], row[per_row + part]);
-                let (((s0, s1), s2), s3) = s;
-                let (((d0, d1), d2), d3) = d;
-                let (s, d) = ([*s0, *s1, *s2, *s3], [*d0, *d1, *d2, *d3]);
-                for k in 0..GROUP {
-                    even[k] = simd.mul_add_e_f64s(simd.splat_f64s(s[k]), e, even[k]);
-                    odd[k] = simd.mul_add_e_f64s(simd.splat_f64s(d[k]), o, odd[k]);
+    /// [`fit`](Self::fit) with what failed apart: its place, in order, and why. In that place stands a fit
+    /// whose numbers are NaN.
+    pub fn fit_apart<T: Copy + Into<f64>>(
+        &self,
+        traces: &[(&[T], f64)],
+    ) -> (Vec<AmplitudeFit>, Vec<(usize, Error)>) {
+        let mut fits = vec![NO_FIT; traces.len()];
+        let mut left: Vec<usize> = Vec::new();
+        match &self.sums {
+            Some(Sums { moments, slow, fast }) => {
+                self.by_moments::<T, FEW>(moments, slow, traces, 0..traces.len(), &mut fits, &mut left);
+                if !left.is_empty() {
+                    let longer = std::mem::take(&mut left);
+                    self.by_moments::<T, DEGREES>(moments, fast, traces, longer, &mut fits, &mut left);
                 }
             }
-            for k in 0..GROUP {
-                let (mut near, mut far) = ([0.0; PAIRS], [0.0; PAIRS]);
-                S::as_mut_simd_f64s(&mut near).0[0] = simd.add_f64s(even[k], odd[k]);
-                S::as_mut_simd_f64s(&mut far).0[0] = simd.sub_f64s(even[k], odd[k]);
-                for m in 0..width {
-                    let node = part * width + m;
-                    self.reduced.values[node][self.first + k] = near[m];
-                    self.reduced.values[NODES - 1 - node][self.first + k] = far[m];
+            None => left.extend(0..traces.len()),
+        }
+        // What has no clock or another length comes first, what was tried as it came.
+        left.sort_unstable();
+        let mut failed = Vec::new();
+        for row in left {
+            match self.alone(traces[row]) {
+                Ok(fit) => fits[row] = fit,
+                Err(error) => failed.push((row, error)),
+            }
+        }
+        (fits, failed)
+    }
+
+    fn alone<T: Copy + Into<f64>>(&self, (trace, interval): (&[T], f64)) -> Result<AmplitudeFit, Error> {
+        super::check_lengths("amplitude", self.samples, trace.len(), 4)?;
+        let doubles: Vec<f64> = trace.iter().map(|v| (*v).into()).collect();
+        fit_amplitudes(Sampling::Every(interval), &doubles)
+    }
+
+    /// Fits some of the traces by their first `K` moments; those that these do not tell are left.
+    fn by_moments<T: Copy + Into<f64>, const K: usize>(
+        &self,
+        moments: &Moments,
+        law: &Law,
+        traces: &[(&[T], f64)],
+        some: impl IntoIterator<Item = usize>,
+        fits: &mut [AmplitudeFit],
+        left: &mut Vec<usize>,
+    ) {
+        let mut known = Known::default();
+        let mut rows = [0; TRACES];
+        let mut some = some.into_iter();
+        loop {
+            let mut lanes = 0;
+            for row in some.by_ref() {
+                let (trace, interval) = traces[row];
+                // Without a duration a trace is fitted alone, and found wanting there.
+                if trace.len() != self.samples || !(interval > 0.0 && interval.is_finite()) {
+                    left.push(row);
+                    continue;
+                }
+                let ahead = traces.get(row + AHEAD).map_or(trace, |(trace, _)| trace);
+                let sums = pulp::Arch::new().dispatch(Summed::<T, K> { moments, trace, ahead });
+                for (to, sum) in known.moments.iter_mut().zip(sums.moments) {
+                    to[lanes] = sum;
+                }
+                known.power[lanes] = sums.power;
+                known.duration[lanes] = interval * (self.samples - 1) as f64;
+                rows[lanes] = row;
+                lanes += 1;
+                if lanes == TRACES {
+                    break;
+                }
+            }
+            if lanes == 0 {
+                break;
+            }
+            known.power[lanes..].fill(0.0);
+            let found = law.fit(&known);
+            for (lane, &row) in rows[..lanes].iter().enumerate() {
+                match found.lane(lane) {
+                    Some(fit) => fits[row] = fit,
+                    None => left.push(row),
                 }
             }
         }
     }
 }
 
-/// The steps of eight fits.
-struct Steps<'a> {
-    nodes: &'a Nodes,
-    reduced: &'a Reduced,
-}
-
-impl pulp::NullaryFnOnce for Steps<'_> {
-    type Output = super::reduced::Found;
-
-    #[inline(always)]
-    fn call(self) -> super::reduced::Found {
-        fit_reduced(self.nodes, self.reduced)
-    }
-}
+/// In the place of a trace that cannot be fitted.
+const NO_FIT: AmplitudeFit = AmplitudeFit {
+    initial_amplitude: [f64::NAN; 2],
+    sliding_rate: [f64::NAN; 2],
+    decay_rate_per_s: [f64::NAN; 2],
+    correlation: f64::NAN,
+    residual_rms: f64::NAN,
+    converged: false,
+    steps: 0,
+};
 
 #[cfg(test)]
 mod tests {
@@ -283,7 +210,7 @@ mod tests {
             };
             let pairs = |f: &AmplitudeFit| [f.initial_amplitude, f.sliding_rate, f.decay_rate_per_s];
             for ([value, error], [other, other_error]) in pairs(fit).into_iter().zip(pairs(alone)) {
-                let most = (1e-9 * other.abs()).max(1e-7 * other_error);
+                let most = (1e-9 * other.abs()).max(5e-6 * other_error);
                 assert!((value - other).abs() <= most, "{fit:?} for {alone:?}");
                 // Errors are those before the last step, of 3e-6 of them at most in either.
                 assert!((error / other_error - 1.0).abs() < 1e-5, "{fit:?} for {alone:?}");
@@ -319,9 +246,27 @@ mod tests {
         }
     }
 
+    /// Neighbours decide which traces are looked at side by side, and nothing else.
+    #[test]
+    fn the_answer_to_a_trace_does_not_depend_on_its_neighbours() {
+        let mut traces: Vec<Vec<f64>> =
+            (0..70).map(|i| trace(300, f64::from(i % 9) * 0.7 - 0.2, 0.1, 0.01, i as usize)).collect();
+        traces[5][8] = f64::NAN;
+        let rows: Vec<(&[f64], f64)> = traces.iter().map(|t| (t.as_slice(), 0.01)).collect();
+        let fitted = EvenTraces::new(300);
+        let together = fitted.fit(&rows);
+        let alone: Vec<_> = rows.iter().flat_map(|row| fitted.fit(std::slice::from_ref(row))).collect();
+        let pieces: Vec<_> = rows.chunks(7).flat_map(|rows| fitted.fit(rows)).collect();
+        let same = |other: &[Result<AmplitudeFit, Error>]| {
+            together.iter().zip(other).enumerate().all(|(i, (a, b))| i == 5 || a == b)
+        };
+        assert!(same(&alone) && same(&pieces));
+        assert!(together[5].is_err() && alone[5].is_err());
+    }
+
     /// One of these alone would be noticed by none: they are fitted among sound ones.
     #[test]
-    fn what_sixteen_numbers_do_not_tell_is_fitted_alone() {
+    fn what_moments_do_not_tell_is_fitted_alone() {
         let sound = trace(200, 1.0, 0.1, 0.01, 0);
         let mut hole = sound.clone();
         hole[7] = f64::NAN;

@@ -1,11 +1,12 @@
 //! Fits without an analysis: the data, a start, one model.
 
 mod amplitudes;
+mod by_moments;
 mod envelope;
 mod even_traces;
+mod many;
 mod minimise;
-mod nodes;
-mod reduced;
+mod moments;
 mod straight;
 #[cfg(test)]
 pub(super) mod tests;

@@ -1,0 +1,343 @@
+//! The fit of traces that are known by their moments, several side by side.
+
+use super::amplitudes::AmplitudeFit;
+use super::moments::{DEGREES, recurrence};
+use crate::numeric::trig::{fused, has_fused};
+
+/// Traces side by side.
+pub(super) const TRACES: usize = 16;
+
+type Lanes = [f64; TRACES];
+
+/// Traces by their moments; one without power is not looked at.
+#[derive(Debug, Default)]
+pub(super) struct Known {
+    /// `c_k`, against the polynomials of degree `k` that are orthonormal over the samples.
+    pub(super) moments: [Lanes; DEGREES],
+    /// Sums of squares of the samples.
+    pub(super) power: Lanes,
+    /// s, from the first sample to the last.
+    pub(super) duration: Lanes,
+}
+
+/// The law over so many samples, `y = m + b (G - mean G)` with
+///
+/// ```text
+/// G(z) = (1 - e^(-z s))/z = sum_j (-z)^j s^(j+1)/(j+1)!      -1 <= s <= 1, z = delta T/2
+/// ```
+///
+/// as far as the polynomials below a degree see it. Its products with a trace and with itself are
+/// power series in `z`, which need no exponential and are regular where nothing is viscous.
+#[derive(Debug, Clone)]
+pub(super) struct Law {
+    samples: f64,
+    degrees: usize,
+    /// Greatest `|z|`.
+    most: f64,
+    /// Of each power of `z` in `G`, its moments.
+    powers: Vec<[f64; DEGREES]>,
+    /// Coefficients of the mean of `G`, of odd powers of `z`.
+    mean: Vec<f64>,
+    /// Coefficients of `sum (G - mean G)²` and `sum (G' - mean G')²`, in powers of `z²`.
+    square: Vec<[f64; 2]>,
+    /// `1/(j+1)!` and `(j+1)/(j+2)!`: of `(e^z - 1)/z` and its derivative.
+    share: Vec<[f64; 2]>,
+}
+
+/// Moments that tell slow decays, and decay times up to which those are all that is told of the rate: of
+/// its standard error 9e-7 is missed there.
+pub(super) const FEW: usize = 8;
+const SLOW: f64 = 1.5;
+/// The same of all moments; 1e-8 is missed.
+const FASTEST: f64 = 8.0;
+/// Powers of `z` in `G`: the first left out is below 1e-18 for slow decays, for the fastest 1e-19.
+const TERMS: [usize; 2] = [17, 34];
+/// The same of powers of `z²` in the squares, whose growth is twice as fast.
+const SQUARES: [usize; 2] = [11, 24];
+
+impl Law {
+    /// By the first [`FEW`] moments or by all.
+    pub(super) fn new(samples: usize, few: bool) -> Self {
+        let (degrees, decay_times, at) = if few { (FEW, SLOW, 0) } else { (DEGREES, FASTEST, 1) };
+        const MOST: usize = 2 * 24 + 2;
+        let n = samples as f64;
+        let factors: [f64; MOST + 1] = recurrence(samples);
+        // s^j by its moments, from one power to the next.
+        let mut power = [0.0; MOST];
+        power[0] = n.sqrt();
+        let mut per = 1.0;
+        let terms: Vec<[f64; DEGREES]> = (0..2 * SQUARES[at])
+            .map(|j| {
+                power = std::array::from_fn(|k| {
+                    let below = if k > 0 { factors[k] * power[k - 1] } else { 0.0 };
+                    below + if k + 1 < MOST { factors[k + 1] * power[k + 1] } else { 0.0 }
+                });
+                per /= -(j as f64 + 1.0);
+                std::array::from_fn(|k| if k < degrees { -per * power[k] } else { 0.0 })
+            })
+            .collect();
+        let dot = |i: usize, j: usize| -> f64 { (1..degrees).map(|k| terms[i][k] * terms[j][k]).sum() };
+        let square = |i: usize| {
+            let own: f64 = (0..=2 * i).map(|j| dot(j, 2 * i - j)).sum();
+            // Of G', whose coefficient of z^(j-1) is j times as large.
+            let bend = |j: usize| (j * (2 * i + 2 - j)) as f64 * dot(j, 2 * i + 2 - j);
+            [own, (1..2 * i + 2).map(bend).sum()]
+        };
+        let mut factorial = 1.0;
+        Self {
+            samples: n,
+            degrees,
+            most: 0.5 * decay_times,
+            mean: (1..TERMS[at]).step_by(2).map(|j| terms[j][0] / n.sqrt()).collect(),
+            square: (0..SQUARES[at] - 1).map(square).collect(),
+            share: (0..TERMS[at])
+                .map(|j| {
+                    factorial *= (j + 1) as f64;
+                    let one = 1.0 / factorial;
+                    [one, one * (j + 1) as f64 / (j + 2) as f64]
+                })
+                .collect(),
+            powers: terms[..TERMS[at]].to_vec(),
+        }
+    }
+
+    /// Fits the traces; `found` has those that so many moments tell.
+    pub(super) fn fit(&self, known: &Known) -> Found {
+        pulp::Arch::new().dispatch(Fit { law: self, known })
+    }
+}
+
+/// What is found, per lane.
+#[derive(Debug)]
+pub(super) struct Found {
+    pub(super) serves: [bool; TRACES],
+    initial: [Lanes; 2],
+    sliding: [Lanes; 2],
+    decay: [Lanes; 2],
+    correlation: Lanes,
+    rms: Lanes,
+}
+
+impl Found {
+    /// The fit of a lane, `None` where the moments do not tell it.
+    pub(super) fn lane(&self, lane: usize) -> Option<AmplitudeFit> {
+        let of = |pair: &[Lanes; 2]| [pair[0][lane], pair[1][lane]];
+        self.serves[lane].then(|| AmplitudeFit {
+            initial_amplitude: of(&self.initial),
+            sliding_rate: of(&self.sliding),
+            decay_rate_per_s: of(&self.decay),
+            correlation: self.correlation[lane],
+            residual_rms: self.rms[lane],
+            converged: true,
+            steps: 1,
+        })
+    }
+}
+
+/// Steps of a fit that is going to end; most take two.
+const MOST_STEPS: usize = 12;
+/// Part of a standard error that remains.
+const REMAINS: f64 = 1e-8;
+/// Residuals below this part of the signal's power are differences of sums, and lose digits.
+const EXACT: f64 = 1e-9;
+/// Standard error of `delta T` beyond which the law bends within it: a fit that guards its steps is due.
+const VAGUE: f64 = 0.3;
+
+/// Products at `z`: with the trace `gy` and its derivatives, with itself, and of its derivative with itself.
+struct At {
+    gy: Lanes,
+    hy: Lanes,
+    by: Lanes,
+    gg: Lanes,
+    gh: Lanes,
+    gh_slope: Lanes,
+    hh: Lanes,
+}
+
+struct Fit<'a> {
+    law: &'a Law,
+    known: &'a Known,
+}
+
+impl pulp::WithSimd for Fit<'_> {
+    type Output = Found;
+
+    #[inline(always)]
+    fn with_simd<S: pulp::Simd>(self, _: S) -> Found {
+        if const { has_fused::<S>() } { self.found::<true>() } else { self.found::<false>() }
+    }
+}
+
+impl Fit<'_> {
+    #[inline(always)]
+    fn at<const FUSED: bool>(&self, series: &[Lanes], z: &Lanes) -> At {
+        let zero = [0.0; TRACES];
+        let (mut gy, mut hy, mut by) = (zero, zero, zero);
+        for term in series.iter().rev() {
+            for k in 0..TRACES {
+                by[k] = fused::<FUSED>(by[k], z[k], hy[k]);
+                hy[k] = fused::<FUSED>(hy[k], z[k], gy[k]);
+                gy[k] = fused::<FUSED>(gy[k], z[k], term[k]);
+            }
+        }
+        let (mut gg, mut first, mut second, mut hh) = (zero, zero, zero, zero);
+        for [own, bend] in self.law.square.iter().rev() {
+            for k in 0..TRACES {
+                let q = z[k] * z[k];
+                second[k] = fused::<FUSED>(second[k], q, first[k]);
+                first[k] = fused::<FUSED>(first[k], q, gg[k]);
+                gg[k] = fused::<FUSED>(gg[k], q, *own);
+                hh[k] = fused::<FUSED>(hh[k], q, *bend);
+            }
+        }
+        let (mut gh, mut gh_slope) = (zero, zero);
+        for k in 0..TRACES {
+            by[k] *= 2.0;
+            gh[k] = z[k] * first[k];
+            gh_slope[k] = 4.0 * z[k] * z[k] * second[k] + first[k];
+        }
+        At { gy, hy, by, gg, gh, gh_slope, hh }
+    }
+
+    /// Newton's method in the rate alone, level and slope being linear.
+    #[inline(always)]
+    fn found<const FUSED: bool>(&self) -> Found {
+        let Self { law, known } = self;
+        let n = law.samples;
+        let per_freedom = 1.0 / (n - 3.0);
+        let (per_sample, per_root) = (1.0 / n, 1.0 / n.sqrt());
+        let zero = [0.0; TRACES];
+        // The products of the trace with G, as a series in z.
+        let mut series = [zero; TERMS[1]];
+        let series = &mut series[..law.powers.len()];
+        for (j, (to, of)) in series.iter_mut().zip(&law.powers).enumerate() {
+            // Polynomials of the other parity have nothing of it, nor have those of a higher degree.
+            for d in (2 - (j + 1) % 2..law.degrees.min(j + 2)).step_by(2) {
+                for k in 0..TRACES {
+                    to[k] = fused::<FUSED>(of[d], known.moments[d][k], to[k]);
+                }
+            }
+        }
+        let mut z = zero;
+        let mut about_mean = zero;
+        for k in 0..TRACES {
+            z[k] = start(known.moments[1][k], known.moments[2][k]);
+            about_mean[k] = known.power[k] - known.moments[0][k] * known.moments[0][k];
+        }
+        let mut before = zero;
+        let mut ended = [false; TRACES];
+        for _ in 0..MOST_STEPS {
+            let at = self.at::<FUSED>(series, &z);
+            let mut open = false;
+            for k in 0..TRACES {
+                let per = 1.0 / at.gg[k];
+                let (slope, along) = (at.gy[k] * per, at.gh[k] * per);
+                let across = at.hh[k] - along * at.gh[k];
+                // Half the derivative of gy²/gg over the slope, and its own derivative.
+                let ascent = at.hy[k] - along * at.gy[k];
+                let bend = at.by[k] - along * at.hy[k] - slope * (at.gh_slope[k] - 2.0 * along * at.gh[k]);
+                let plain = -slope * across;
+                // Far from the top that derivative is not yet what the residuals leave of it.
+                let (product, square) = (bend * plain, plain * plain);
+                let bend = if (product > 0.5 * square) & (product < 2.0 * square) { bend } else { plain };
+                let step = -ascent / bend;
+                let variance = (about_mean[k] - slope * at.gy[k]) * per_freedom;
+                // The next step, should they go on shrinking as Newton's do, is this one's cube over the
+                // square of the last.
+                let (this, last) = (step * step, before[k]);
+                let small =
+                    this * this * this * slope * slope * across <= REMAINS * REMAINS * variance * last * last;
+                before[k] = this;
+                z[k] = if ended[k] { z[k] } else { z[k] + step };
+                ended[k] |= (small & (this < last)) | !(z[k].abs() < 2.0 * law.most);
+                open |= !ended[k];
+            }
+            if !open {
+                break;
+            }
+        }
+        let at = self.at::<FUSED>(series, &z);
+        let (mut mean, mut mean_slope) = (zero, zero);
+        for term in law.mean.iter().rev() {
+            for k in 0..TRACES {
+                let q = z[k] * z[k];
+                mean_slope[k] = fused::<FUSED>(mean_slope[k], q, mean[k]);
+                mean[k] = fused::<FUSED>(mean[k], q, *term);
+            }
+        }
+        let (mut share, mut share_slope) = (zero, zero);
+        for [one, slope] in law.share.iter().rev() {
+            for k in 0..TRACES {
+                share[k] = fused::<FUSED>(share[k], z[k], *one);
+                share_slope[k] = fused::<FUSED>(share_slope[k], z[k], *slope);
+            }
+        }
+        let mut found = Found {
+            serves: [false; TRACES],
+            initial: [zero; 2],
+            sliding: [zero; 2],
+            decay: [zero; 2],
+            correlation: zero,
+            rms: zero,
+        };
+        for k in 0..TRACES {
+            let z = z[k];
+            let per = 1.0 / at.gg[k];
+            let (b, along) = (at.gy[k] * per, at.gh[k] * per);
+            let across = at.hh[k] - along * at.gh[k];
+            let ascent = at.hy[k] - along * at.gy[k];
+            let rss = about_mean[k] - b * at.gy[k];
+            let variance = rss * per_freedom;
+            let sharp = b * b * across;
+            let z_variance = variance / sharp;
+            // Mean of G: odd powers only.
+            let (level, level_slope) = (z * mean[k], mean[k] + 2.0 * z * z * mean_slope[k]);
+            // G at the first sample is -share; e^z = 1 + z share.
+            let (fall, fall_slope) = (share[k] + level, share_slope[k] + level_slope);
+            let rise = 2.0 * fused::<FUSED>(z, share[k], 1.0);
+            let initial = known.moments[0][k] * per_root - b * fall;
+            // The slope goes with the rate: b' = -along b.
+            let initial_slope = b * (along * fall - fall_slope);
+            let initial_variance =
+                variance * (per_sample + fall * fall * per) + initial_slope * initial_slope * z_variance;
+            // a0 T = -2 b e^z - 2 z A_0.
+            let sliding = -b * rise - 2.0 * z * initial;
+            let by_b = 2.0 * z * fall - rise;
+            let sliding_slope = -b * rise * (1.0 - along) - 2.0 * initial - 2.0 * z * initial_slope;
+            let sliding_variance = variance * (4.0 * z * z * per_sample + by_b * by_b * per)
+                + sliding_slope * sliding_slope * z_variance;
+            let sliding_error = sliding_variance.sqrt();
+            let z_error = z_variance.sqrt();
+            let rate = 1.0 / known.duration[k];
+            found.initial[0][k] = initial;
+            found.initial[1][k] = initial_variance.sqrt();
+            found.sliding[0][k] = sliding * rate;
+            found.sliding[1][k] = sliding_error * rate;
+            found.decay[0][k] = 2.0 * z * rate;
+            found.decay[1][k] = 2.0 * z_error * rate;
+            found.correlation[k] = sliding_slope * z_error / sliding_error;
+            found.rms[k] = (rss * per_sample).sqrt();
+            found.serves[k] = ended[k]
+                & (known.power[k] > 0.0)
+                & (z.abs() <= law.most)
+                // The step that would follow.
+                & ((b * ascent).abs() <= 10.0 * REMAINS * z_error * sharp)
+                & (2.0 * z_error < VAGUE)
+                & (rss > EXACT * known.power[k]);
+        }
+        found
+    }
+}
+
+/// Start of `z`, from the moments of first and second degree: of an exponential on -1 to 1, `e^(-z s)`,
+/// their ratio is that of the spherical Bessel functions `i_2/i_1`, next to `7 z/(35 + z²)`, and a level
+/// has neither.
+#[inline(always)]
+fn start(first: f64, second: f64) -> f64 {
+    // Orthonormal polynomials are those of Legendre times the root of 2 k + 1.
+    const ROOT: f64 = 0.774_596_669_241_483_4;
+    let ratio = -ROOT * second / first;
+    // Noise may ask for more than any exponential has.
+    let ratio = if ratio.abs() < 0.55 { ratio } else { 0.55f64.copysign(ratio) };
+    70.0 * ratio / (7.0 + (49.0 - 140.0 * ratio * ratio).sqrt())
+}
