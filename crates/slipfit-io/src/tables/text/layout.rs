@@ -13,6 +13,8 @@ use crate::{
 
 /// Rows after the first that must be rows as well.
 const LOOK_AHEAD: usize = 5;
+/// Lines in which the table mostly begins.
+const LOOKED_AT: usize = 100;
 
 /// A table found in the first lines of a file.
 #[derive(Debug, Clone)]
@@ -43,9 +45,17 @@ pub(crate) fn text(bytes: &[u8]) -> Cow<'_, str> {
 /// Finds the table in the first lines of a file.
 pub(super) fn find(lines: &[&[u8]]) -> Option<Layout> {
     let shape = dialect::detect(lines)?;
-    let kinds: Vec<RowKind> =
-        lines.iter().map(|l| dialect::row_kind(l, shape.delimiter, shape.decimal, shape.words)).collect();
-    let first_line = first_row(&kinds, shape.width)?;
+    let kind = |l: &&[u8]| dialect::row_kind(l, shape.delimiter, shape.decimal, shape.words);
+    let mut kinds: Vec<RowKind> = lines.iter().take(LOOKED_AT).map(kind).collect();
+    let early = followed_row(&kinds, shape.width)
+        .filter(|&first| kinds[first..].iter().filter(|kind| **kind != RowKind::Blank).count() >= LOOK_AHEAD);
+    let first_line = match early {
+        Some(first) => first,
+        None => {
+            kinds.extend(lines.iter().skip(LOOKED_AT).map(kind));
+            first_row(&kinds, shape.width)?
+        }
+    };
     let mut notes = Vec::new();
     let header = header(lines, &kinds, first_line, shape, &mut notes);
     let (header_line, names) = match header {
@@ -84,8 +94,13 @@ fn stamped(mut names: Vec<Name>, row: &[u8], shape: Shape, notes: &mut Vec<Note>
 
 /// The first row of numbers of the usual width that others follow.
 fn first_row(kinds: &[RowKind], width: usize) -> Option<usize> {
+    let usual = |kind: &RowKind| *kind == RowKind::Numbers(width);
+    followed_row(kinds, width).or_else(|| kinds.iter().position(usual))
+}
+
+/// The first row of usual width with rows behind it.
+fn followed_row(kinds: &[RowKind], width: usize) -> Option<usize> {
     let is_row = |kind: &RowKind| matches!(kind, RowKind::Numbers(_));
-    let usual = |i: usize| kinds[i] == RowKind::Numbers(width);
     let followed = |i: usize| {
         let next: Vec<&RowKind> =
             kinds[i..].iter().filter(|k| **k != RowKind::Blank).take(LOOK_AHEAD).collect();
@@ -93,7 +108,7 @@ fn first_row(kinds: &[RowKind], width: usize) -> Option<usize> {
         next.get(1).is_none_or(|k| !matches!(k, RowKind::Text(_)))
             && next.iter().filter(|k| is_row(k)).count() * 5 >= next.len() * 4
     };
-    (0..kinds.len()).find(|&i| usual(i) && followed(i)).or_else(|| (0..kinds.len()).find(|&i| usual(i)))
+    (0..kinds.len()).find(|&i| kinds[i] == RowKind::Numbers(width) && followed(i))
 }
 
 fn header(
