@@ -46,6 +46,10 @@ pub(crate) fn fit_amplitudes<'a>(
     let c = &criteria.amplitude;
     let origin = measured.start_s();
     let mut problem = amplitude_problem(measured, options);
+    if measured.law.walk_in_cycles > 0.0 && scatters_less(&problem, measured, options, criteria) {
+        measured.law.walk_in_cycles = 0.0;
+        problem = amplitude_problem(measured, options);
+    }
     let has_floor = measured.root_mean_squares && last_over_first(&problem) < c.floor_visible;
     let nuisance: &[usize] = if has_floor { &[FLOOR] } else { &[] };
     let mut start = start_values(&problem);
@@ -154,10 +158,32 @@ pub(crate) fn amplitude_problem(measured: &MeasuredDecay, options: &Options) -> 
 /// Variance of the amplitude of a block by a phase that walks by the variance `q` in a second, in variances of the
 /// noise of a sample: `A² q/(4 omega² T)`, the part of the walk at twice the frequency, over a block of length `T`.
 fn by_walk(block: &Block, measured: &MeasuredDecay) -> f64 {
-    let relative = measured.law.walk / (4.0 * block.omega.powi(2) * block.span_s);
+    let relative = measured.law.walk_in_cycles / (4.0 * block.omega.powi(2) * block.span_s);
     let variance = relative * block.amplitude.powi(2) / measured.noise_rms.powi(2);
     if variance.is_finite() { variance } else { 0.0 }
 }
+
+/// Whether the amplitudes scatter by less than noise and a walk of the phase would make them: what looks like a walk is
+/// slower than a cycle, a frequency that wanders, and leaves them alone.
+fn scatters_less(
+    problem: &EnvelopeProblem,
+    measured: &MeasuredDecay,
+    options: &Options,
+    criteria: &Criteria,
+) -> bool {
+    let full = loss_parameters(options.model);
+    let start = offer(&start_values(problem), options.model);
+    let Some(fit) = fit_from_viscous(problem, &start, &full) else { return false };
+    // Where the law ends before the amplitudes do, most of them still tell.
+    let Some(deviation) = robust::deviation(problem.residuals(&fit.parameters).into_iter()) else {
+        return false;
+    };
+    let ratio = (deviation / measured.noise_rms).powi(2);
+    ratio < 1.0 - criteria.inference.excess_significance * ROBUST_ERROR / (problem.value.len() as f64).sqrt()
+}
+
+/// Relative standard error of the square of a robust deviation of so many values, times the root of their number.
+const ROBUST_ERROR: f64 = 2.33;
 
 /// Weighs mean squares, each of as many samples, by the law fitted to them, `var(R²) = 4 sigma² (A² + sigma²)`: by
 /// themselves those that the noise made small would weigh most, and pull the tail down as friction does. Viscous and

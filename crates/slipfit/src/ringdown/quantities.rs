@@ -278,3 +278,34 @@ pub(crate) fn parameters(e: &Evidence, chosen: &ModelFit, omega: f64) -> (Parame
     }
     (list, LossModel::from_terms(&counted))
 }
+
+#[cfg(test)]
+mod tests {
+    use crate::motion::decay::FreeDecay;
+    use crate::noise::assert_held;
+    use crate::noise::jitter;
+    use crate::ringdown::{Options, analyse};
+    use crate::{Oscillator, Parameter, Record, SignalKind};
+    use std::f64::consts::TAU;
+
+    /// A gyroscope's rad/s give the friction displacement in rad, and the frequency of the motion.
+    #[test]
+    fn a_velocity_gives_a_displacement() {
+        let oscillator = Oscillator::kinematic(TAU, 0.02, 0.003).expect("valid");
+        let decay = FreeDecay::from_rest(&oscillator, 0.5).expect("valid");
+        let record = |seed: usize| {
+            let time_s: Vec<f64> = (0..1500).map(|i| f64::from(i) / 50.0).collect();
+            let at = |(i, &t): (usize, &f64)| decay.velocity(t) + 0.02 * jitter(2000 * seed + i, 6);
+            let signal = time_s.iter().enumerate().map(at).collect();
+            Record::new(time_s, signal).expect("valid").with_kind(SignalKind::Velocity).with_unit("rad/s")
+        };
+        assert_held(record, &Options::default(), Parameter::FRICTION_DISPLACEMENT, 0.003);
+        assert_held(record, &Options::default(), Parameter::Frequency, oscillator.omega_d() / TAU);
+        let answer = analyse(&record(0), &Options::default()).expect("fits");
+        let x_f = answer.parameter(Parameter::FRICTION_DISPLACEMENT).expect("always reported");
+        assert_eq!(x_f.unit, "rad");
+        // The table of the models has it in the same unit.
+        let chosen = answer.comparison.iter().find(|c| c.model == answer.model).expect("compared");
+        assert!((chosen.value(Parameter::FRICTION_DISPLACEMENT) / x_f.value - 1.0).abs() < 1e-9);
+    }
+}

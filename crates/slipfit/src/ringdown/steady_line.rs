@@ -65,3 +65,48 @@ fn at_the_end(samples: &Samples, criteria: &Criteria) -> Option<ViscousMode> {
     let largest = samples.signal.iter().map(|x| (x - rest).abs()).fold(0.0, f64::max);
     (mode.amplitude() < c.most_amplitude * largest).then_some(mode)
 }
+
+#[cfg(test)]
+mod tests {
+    use crate::motion::decay::FreeDecay;
+    use crate::noise::{assert_held, jitter};
+    use crate::ringdown::{Options, analyse};
+    use crate::{Oscillator, Parameter, Record};
+    use std::f64::consts::TAU;
+
+    const HUM_HZ: f64 = 1.0;
+
+    /// A decay that friction stops within a third of the record, with hum over all of it.
+    fn with_hum(hum: f64, seed: usize) -> Record {
+        let oscillator = Oscillator::kinematic(TAU * 1.7, 0.178, 0.0262).expect("valid");
+        let decay = FreeDecay::from_rest(&oscillator, 1.0).expect("valid");
+        let time_s: Vec<f64> = (0..716).map(|i| f64::from(i) / 51.0).collect();
+        let at = |(i, &t): (usize, &f64)| {
+            let noise = 0.01 * jitter(1000 * seed + i, 2);
+            decay.displacement(t) + noise + hum * (TAU * HUM_HZ * t + seed as f64).sin()
+        };
+        let signal = time_s.iter().enumerate().map(at).collect();
+        Record::new(time_s, signal).expect("valid")
+    }
+
+    #[test]
+    fn hum_beside_a_decay_is_subtracted() {
+        let record = |seed| with_hum(0.05, seed);
+        assert_held(record, &Options::default(), Parameter::FRICTION_DISPLACEMENT, 0.0262);
+        let answer = analyse(&record(0), &Options::default()).expect("fits");
+        let hum = answer.second_mode.expect("found");
+        assert!((hum.frequency.value - HUM_HZ).abs() < 0.01, "{hum:?}");
+        assert!((hum.amplitude.value - 0.05).abs() < 0.01, "{hum:?}");
+        let x_f = answer.parameters.get(Parameter::FRICTION_DISPLACEMENT).expect("always reported");
+        assert!(x_f.std_error < 0.003, "{x_f:?}");
+    }
+
+    #[test]
+    fn noise_at_rest_is_no_line() {
+        let found = (0..8).filter(|&seed| {
+            let answer = analyse(&with_hum(0.0, seed), &Options::default()).expect("fits");
+            answer.second_mode.is_some()
+        });
+        assert_eq!(found.count(), 0);
+    }
+}

@@ -125,3 +125,39 @@ fn phase_errors(problem: &Waveform, fit: &Fit, noise_rms: f64, moving_s: f64) ->
 
 /// Integral of `F (1 - F)`, `F` the cumulative weight `u - sin(2 pi u)/(2 pi)` of the phases within a half cycle.
 const WITHIN_HALF_CYCLE: f64 = 0.103;
+
+#[cfg(test)]
+mod tests {
+    use crate::motion::decay::FreeDecay;
+    use crate::noise::{assert_held, jitter};
+    use crate::ringdown::Options;
+    use crate::{Oscillator, Parameter, Record};
+    use std::f64::consts::TAU;
+
+    /// A phase that walks by 0.3 rad over the record: each interval holds its truth.
+    #[test]
+    fn a_walking_phase_leaves_the_intervals_right() {
+        let oscillator = Oscillator::kinematic(TAU * 1.7, 0.178, 0.00655).expect("valid");
+        let decay = FreeDecay::from_rest(&oscillator, 1.0).expect("valid");
+        let record = |seed: usize| {
+            let time_s: Vec<f64> = (0..716).map(|i| f64::from(i) / 51.0).collect();
+            let step = 0.3 / (time_s.len() as f64).sqrt();
+            let mut phase = 0.0;
+            let at = |(i, &t): (usize, &f64)| {
+                phase += step * jitter(1000 * seed + i, 1);
+                decay.displacement((t + phase / oscillator.omega_d()).max(0.0))
+                    + 0.01 * jitter(1000 * seed + i, 2)
+            };
+            let signal = time_s.iter().enumerate().map(at).collect();
+            Record::new(time_s, signal).expect("valid")
+        };
+        let truths = [
+            (Parameter::Frequency, oscillator.omega_d() / TAU),
+            (Parameter::DECAY_RATE, 0.178),
+            (Parameter::FRICTION_DISPLACEMENT, 0.00655),
+        ];
+        for (parameter, truth) in truths {
+            assert_held(record, &Options::default(), parameter, truth);
+        }
+    }
+}

@@ -28,6 +28,8 @@ pub(crate) struct PhaseLaw {
     pub(crate) drift: f64,
     /// Variance that the phase gains in a second by a random walk, rad²/s; zero where none is seen.
     pub(crate) walk: f64,
+    /// The same as far as it goes on within cycles, where amplitudes feel it.
+    pub(crate) walk_in_cycles: f64,
 }
 
 impl PhaseLaw {
@@ -167,6 +169,7 @@ pub(crate) fn smooth(blocks: &[Block], amplitude: &[f64], noise_rms: f64) -> Opt
         quartic: get(Column::Fourth) / span / omega / scale.powi(4),
         drift: 2.0 * get(Column::Chirp) / (span * span) / omega,
         walk,
+        walk_in_cycles: walk,
     };
     // A phase error e costs the amplitude e²/2: tolerable while that stays below the noise.
     let mut errors: Vec<f64> = weight.iter().map(|w| 1.0 / w.sqrt()).collect();
