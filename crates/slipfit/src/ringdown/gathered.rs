@@ -22,6 +22,7 @@ use crate::motion::decay::parameters::{
 };
 use crate::motion::decay::path::{AmplitudePath, Carried};
 use crate::motion::decay::window::Window;
+use pulp::Simd;
 
 /// The parameters of the motions described, in the order of the lanes: losses, phase, frequency, offset.
 const DESCRIBED: [usize; LANES - 1] = [A0, X_F, DELTA, DRAG, PHASE, OMEGA, OFFSET];
@@ -116,7 +117,7 @@ fn add_disturbed(
     for (i, (a, row)) in rows.iter().enumerate() {
         let mut by_lanes = [0.0; LANES];
         for (factor, product) in row.iter().zip(products) {
-            add(&mut by_lanes, *factor, product);
+            by_lanes.iter_mut().zip(product).for_each(|(sum, p)| *sum += factor * p);
         }
         there.jtr[*a] += row.iter().zip(residual).map(|(f, r)| f * r).sum::<f64>();
         for (c, other) in &rows[..=i] {
@@ -272,9 +273,11 @@ struct Sums {
 
 /// `factor` times the lanes, added.
 #[inline(always)]
-fn add(to: &mut Lanes, factor: f64, lanes: &Lanes) {
-    for k in 0..LANES {
-        to[k] += factor * lanes[k];
+fn add<S: Simd>(simd: S, to: &mut Lanes, factor: f64, lanes: &Lanes) {
+    let factor = simd.splat_f64s(factor);
+    let ((to, _), (lanes, _)) = (S::as_mut_simd_f64s(to), S::as_simd_f64s(lanes));
+    for (to, lanes) in to.iter_mut().zip(lanes) {
+        *to = simd.mul_add_e_f64s(factor, *lanes, *to);
     }
 }
 
@@ -293,25 +296,31 @@ fn unit(k: usize) -> Lanes {
 impl Sums {
     /// Adds products and residuals by the rows of parameters that follow from those of the lanes.
     #[inline(always)]
-    fn add(&mut self, products: &[Lanes; LANES], residual: &Lanes, rows: &[Lanes; LANES - 1]) {
+    fn add<S: Simd>(
+        &mut self,
+        simd: S,
+        products: &[Lanes; LANES],
+        residual: &Lanes,
+        rows: &[Lanes; LANES - 1],
+    ) {
         for (i, row) in rows.iter().enumerate() {
             let mut by_lanes = [0.0; LANES];
             for (product, other) in products[i].iter().zip(rows) {
-                add(&mut by_lanes, *product, other);
+                add(simd, &mut by_lanes, *product, other);
             }
             for (sum, factor) in self.products.iter_mut().zip(row) {
-                add(sum, *factor, &by_lanes);
+                add(simd, sum, *factor, &by_lanes);
             }
-            add(&mut self.residual, residual[i], row);
+            add(simd, &mut self.residual, residual[i], row);
         }
     }
 }
 
-impl pulp::NullaryFnOnce for Pass<'_> {
+impl pulp::WithSimd for Pass<'_> {
     type Output = Option<Sums>;
 
     #[inline(always)]
-    fn call(self) -> Option<Sums> {
+    fn with_simd<S: Simd>(self, simd: S) -> Option<Sums> {
         let Self { gathered, behind, p, free } = self;
         let drags = p[DRAG] != 0.0 || free.contains(&DRAG);
         let mut sums = Sums { products: [[0.0; LANES]; LANES], residual: [0.0; LANES], rss: 0.0 };
@@ -349,30 +358,30 @@ impl pulp::NullaryFnOnce for Pass<'_> {
             rows[C][C] += s * s;
             moved[P] = s * turned;
             rows[P] = scaled(turned, &s_by);
-            add(&mut rows[P], s, &here.phase_by);
+            add(simd, &mut rows[P], s, &here.phase_by);
             // As displacements of amplitude and phase at the origin, by which the sums are.
             let over = 1.0 / state.by[A];
             for k in [X, D, C, W] {
                 moved[A] -= state.by[k] * moved[k];
                 let row = rows[k];
-                add(&mut rows[A], -state.by[k], &row);
+                add(simd, &mut rows[A], -state.by[k], &row);
             }
             (moved[A], rows[A]) = (over * moved[A], scaled(over, &rows[A]));
             for k in [A, X, D, C, W] {
                 moved[P] -= state.phase_by[k] * moved[k];
                 let row = rows[k];
-                add(&mut rows[P], -state.phase_by[k], &row);
+                add(simd, &mut rows[P], -state.phase_by[k], &row);
             }
             let mut left = *residual;
             let mut there = *residual;
             for (row, by) in products.iter().zip(moved) {
-                add(&mut left, -by, row);
+                add(simd, &mut left, -by, row);
             }
-            add(&mut there, 1.0, &left);
+            add(simd, &mut there, 1.0, &left);
             let change = there.iter().zip(moved).map(|(r, d)| r * d).sum::<f64>();
             sums.rss += rss - change;
             cancelling += rss + change.abs();
-            sums.add(products, &left, &rows);
+            sums.add(simd, products, &left, &rows);
         }
         let end = follow.to(from_s);
         if !(end.amplitude > LEAST_SWING * p[X_F].max(0.0)) {
@@ -398,7 +407,7 @@ impl pulp::NullaryFnOnce for Pass<'_> {
             (rows[A], rows[P]) = (end.by, end.phase_by);
             sums.rss += found.rss;
             cancelling += found.rss;
-            sums.add(&products, &residual, &rows);
+            sums.add(simd, &products, &residual, &rows);
         }
         let rise = (sums.rss - gathered.rss) * gathered.samples as f64;
         if farthest > NEAR && !(rise > HOPELESS * gathered.rss) {
