@@ -279,8 +279,7 @@ impl Lanes {
         } else {
             self.closed::<FUSED, WIDE>(at, points);
         }
-        let damped = at.delta.abs() < at.centre + at.shift;
-        if at.x_f > 0.0 && damped && !at.amplitude_dependent {
+        if at.x_f > 0.0 && !at.amplitude_dependent {
             self.rest(at, points);
         }
         let all_closed = self.all_closed();

@@ -52,7 +52,7 @@ fn moves_on(at: &Point, c: &Closed) -> bool {
 /// closed form continued.
 ///
 /// `None` where there is no such motion: no damping at resonance, an overdamped oscillator
-/// (`delta >= omega_0`), or values that are no numbers.
+/// (`delta >= omega_0`) that moves at all, or values that are no numbers.
 pub fn fundamental(at: &Point) -> Option<Fundamental> {
     Follower::default().fundamental(at)
 }
@@ -138,11 +138,15 @@ impl Follower {
 
     /// [`fundamental`] at the next frequency.
     pub(crate) fn fundamental(&mut self, at: &Point) -> Option<Fundamental> {
-        if !(at.omega > 0.0 && at.omega_0 > 0.0 && at.delta.abs() < at.omega_0 && at.x_0 > 0.0) {
+        if !(at.omega > 0.0 && at.omega_0 > 0.0 && at.delta.is_finite() && at.x_0 > 0.0) {
             return None;
         }
         if !(at.omega.is_finite() && at.omega_0.is_finite() && at.x_0.is_finite() && at.x_f.is_finite()) {
             return None;
+        }
+        if at.delta.abs() >= at.omega_0 {
+            // What rests does so however it is damped.
+            return (at.x_0 <= at.x_f).then_some(Fundamental::REST);
         }
         if self.work >= self.most_work {
             return None;
