@@ -88,6 +88,17 @@ pub(crate) fn small_cosh<const FUSED: bool, const SHORT: bool>(y: f64) -> f64 {
     }
 }
 
+/// Hyperbolic sine and cosine for `|y| < 300`, relative error below 2e-15.
+#[inline(always)]
+pub(crate) fn sinh_cosh<const FUSED: bool>(y: f64) -> (f64, f64) {
+    let e = 0.5 * exp(y);
+    let back = 0.25 / e;
+    let near = y.abs() <= std::f64::consts::FRAC_PI_2;
+    // The series holds where it is taken.
+    let small = small_sinh::<FUSED, false>(if near { y } else { 0.0 });
+    (if near { small } else { e - back }, e + back)
+}
+
 /// Coefficients of `sin(r)/r` and `cos(r)` in powers of `r²`, and of `exp(r)` in powers of `r`.
 pub(super) const SINE: [f64; 11] = alternating(inverse_factorials(1, 2));
 pub(super) const COSINE: [f64; 11] = alternating(inverse_factorials(0, 2));
@@ -171,6 +182,10 @@ mod tests {
             let (s, c) = quarter_turns::<false, true>(y * std::f64::consts::FRAC_2_PI);
             assert!((s - y.sin()).abs() <= 8e-16 * y.abs(), "sin {y}");
             assert!((c - y.cos()).abs() < 4e-16, "sin {y}");
+            let y = r * 100.0;
+            let (sinh, cosh) = sinh_cosh::<false>(y);
+            assert!((sinh - y.sinh()).abs() <= 2e-15 * y.sinh().abs(), "sinh {y}");
+            assert!((cosh / y.cosh() - 1.0).abs() < 2e-15, "cosh {y}");
             // 20 periods of the pair's product.
             let quarter = r * 25.0;
             let (s, c) = quarter_turns::<false, false>(quarter);

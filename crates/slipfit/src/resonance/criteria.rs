@@ -122,18 +122,18 @@ criteria! {
         /// Sum of squares over the least, above which a start is not followed.
         hopeless: f64 = 30.0, source "chosen by simulation", moves "minima missed";
         /// Work after which the search for the fit ends with what it has, besides that for each point. A
-        /// motion in closed form counts as 3, one with a stop as 6, others by their time: a million
-        /// takes about 30 ms on one core.
-        most_work: usize = 8_000_000, source "what curves of resonators take, with room to spare",
+        /// point in closed form counts as 1, eight with a stop as 16, others by their time: a million
+        /// takes about 25 ms on one core.
+        most_work: usize = 7_000_000, source "what curves of resonators take, with room to spare",
             moves "time of analysis";
         /// The same for each point of the curve.
-        work_per_point: usize = 28_000, source "what curves of resonators take, with room to spare",
+        work_per_point: usize = 14_000, source "what curves of resonators take, with room to spare",
             moves "time of analysis";
         /// Points that count for it.
-        most_working_points: usize = 1000, source "dense curves are fitted by means of neighbours",
+        most_working_points: usize = 2000, source "dense curves are fitted by means of neighbours",
             moves "time of analysis";
         /// Part of that work after which the search for the intervals ends.
-        interval_part: f64 = 0.35, source "what curves of resonators take, with room to spare",
+        interval_part: f64 = 0.22, source "what curves of resonators take, with room to spare",
             moves "time of analysis";
         /// Difference of two sums of squares, in variances of one observation, below which they are
         /// one minimum.
@@ -204,6 +204,10 @@ criteria! {
         /// By how much less than another term drag may lower the BIC and is added instead.
         drag_preference: f64 = 6.0, source "strong evidence on the scale of Kass and Raftery (1995)",
             moves "bias of friction under drag";
+        /// By how much the BIC with drag must be lower than that with a background instead, of amplitudes without
+        /// phases: they tell hardly one from the other, and a background is the rule.
+        drag_over_background: f64 = 6.0, source "strong evidence on the scale of Kass and Raftery (1995)",
+            moves "drag chosen falsely, and missed, of amplitudes";
         /// Observations that must be left beside the parameters.
         spare_observations: usize = 4, source "chosen by simulation", moves "terms added";
         /// Times its gain that one linear step may promise: several steps bring more.

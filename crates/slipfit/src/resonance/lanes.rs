@@ -5,10 +5,10 @@
 
 use super::Method;
 use super::block::Block;
-use super::response::{DELTA, DRAG, DUFFING, ModelResponse, OMEGA, OWN, bounded};
+use super::response::{DELTA, DRAG, DUFFING, ModelResponse, OMEGA, OWN};
 use crate::motion::steady::Phasor;
 use crate::motion::steady::closed::{Closed, Halves, NEVER_TURNS, closed_form, excess};
-use crate::motion::steady::fundamental::{Follower, Point};
+use crate::motion::steady::fundamental::{Follower, GROUP, Group, GroupResponse, Point, Slips};
 use crate::numeric::products::WIDTH;
 use crate::numeric::trig;
 use std::f64::consts::FRAC_PI_2;
@@ -33,6 +33,73 @@ pub(super) struct Points {
     /// Amplitude measured, where it says which branch is meant.
     guess: Row,
 }
+
+/// Amplitudes on which the response at a piece depends, and what they do to its derivatives.
+struct OwnAmplitudes {
+    r: Row,
+    turn_re: Row,
+    turn_im: Row,
+}
+
+impl OwnAmplitudes {
+    #[inline(always)]
+    fn new(points: &Points) -> Self {
+        Self { r: points.guess, turn_re: [0.0; PIECE], turn_im: [0.0; PIECE] }
+    }
+}
+
+/// Oscillators at their amplitudes.
+struct MovedOscillators<const N: usize> {
+    omega_0: [f64; N],
+    detuning: [f64; N],
+    delta: [f64; N],
+    x_0: [f64; N],
+    /// Change of the decay rate with the amplitude.
+    slope: [f64; N],
+}
+
+impl<const N: usize> MovedOscillators<N> {
+    #[inline(always)]
+    fn new() -> Self {
+        let zero = [0.0; N];
+        Self { omega_0: zero, detuning: zero, delta: zero, x_0: zero, slope: zero }
+    }
+
+    /// At frequencies and relative drives, at amplitudes `r`.
+    #[inline(always)]
+    fn fill(&mut self, at: &ModelResponse, omega: &[f64; N], level: &[f64; N], r: &[f64; N]) {
+        let over_centre = 1.0 / at.centre;
+        for k in 0..N {
+            let plain = at.point(omega[k], level[k]);
+            let (point, slope) = at.at_amplitude(&plain, r[k], over_centre);
+            (self.omega_0[k], self.detuning[k], self.delta[k]) = (point.omega_0, point.detuning, point.delta);
+            (self.x_0[k], self.slope[k]) = (point.x_0, slope);
+        }
+        if at.with_further {
+            for k in 0..N {
+                let damping = ModelResponse::further_damping(r[k], omega[k] * over_centre);
+                let [rate, slope] = at.further_rate(&damping);
+                self.delta[k] += rate;
+                self.slope[k] += slope;
+            }
+        }
+    }
+
+    #[inline(always)]
+    fn at(&self, k: usize, omega: f64, x_f: f64) -> Point {
+        Point {
+            omega,
+            omega_0: self.omega_0[k],
+            detuning: self.detuning[k],
+            delta: self.delta[k],
+            x_0: self.x_0[k],
+            x_f,
+        }
+    }
+}
+
+/// Points from which on a group is worth its lanes.
+const LEAST_OF_GROUP: usize = 2;
 
 /// The oscillator at the points of a piece.
 pub(super) struct Lanes {
@@ -135,25 +202,49 @@ impl Points {
     }
 }
 
+/// How far the series of the angles and the decay reach.
+const SHORT: u8 = 0;
+/// Decay rates up to the frequency.
+const MEDIUM: u8 = 1;
+/// Any that are worth it.
+const WIDE: u8 = 2;
+
+/// Decay rate over the frequency up to which [`WIDE`] holds.
+const WIDEST: f64 = 100.0;
+
 /// `1/omega` and what the closed form asks of the angles, by series.
 #[inline(always)]
-fn half_angles<const FUSED: bool, const SHORT: bool>(point: &Point) -> (f64, Halves) {
+fn half_angles<const FUSED: bool, const REACH: u8>(point: &Point) -> (f64, Halves) {
     let over_omega = 1.0 / point.omega;
-    let (sin, cos) = trig::quarter_turns::<FUSED, SHORT>(excess(point) * over_omega);
+    let excess = excess(point) * over_omega;
     let angle = FRAC_PI_2 * (point.delta * over_omega);
-    let sinh = trig::small_sinh::<FUSED, SHORT>(angle);
-    (over_omega, Halves { sin, cos, sinh, cosh: trig::small_cosh::<FUSED, SHORT>(angle) })
+    let halves = if REACH == SHORT {
+        let (sin, cos) = trig::quarter_turns::<FUSED, true>(excess);
+        let sinh = trig::small_sinh::<FUSED, true>(angle);
+        Halves { sin, cos, sinh, cosh: trig::small_cosh::<FUSED, true>(angle) }
+    } else {
+        let (sin, cos) = trig::quarter_turns::<FUSED, false>(excess);
+        let (sinh, cosh) = if REACH == WIDE {
+            trig::sinh_cosh::<FUSED>(angle)
+        } else {
+            (trig::small_sinh::<FUSED, false>(angle), trig::small_cosh::<FUSED, false>(angle))
+        };
+        Halves { sin, cos, sinh, cosh }
+    };
+    (over_omega, halves)
 }
 
 /// The closed form where these series hold; the second value is not finite elsewhere.
 #[inline(always)]
-fn quick(point: &Point, (over_omega, halves): (f64, Halves)) -> (Closed, f64) {
+fn quick<const REACH: u8>(point: &Point, (over_omega, halves): (f64, Halves)) -> (Closed, f64) {
     let c = closed_form(point, over_omega, halves);
-    let series = point.delta.abs() * over_omega <= 1.0;
+    let series = point.delta.abs() * over_omega <= if REACH == WIDE { WIDEST } else { 1.0 };
     // Without friction below zero there is a motion whatever the turn looks like.
     let moves = if point.x_f > 0.0 { c.push(point.x_f) } else { c.turned() };
     let keeps = point.x_f <= 0.0 || point.omega > NEVER_TURNS * point.omega_0;
-    let margin = if series & keeps { moves } else { f64::NAN };
+    // A turn that has no value is none, whatever the frequency.
+    let moves = if (point.x_f > 0.0) & moves.is_nan() { -1.0 } else { moves };
+    let margin = if series & (keeps | (moves < 0.0)) { moves } else { f64::NAN };
     (c, margin)
 }
 
@@ -176,16 +267,34 @@ impl Lanes {
         points: &Points,
         follower: &mut Follower,
     ) -> Option<()> {
+        let mut own = OwnAmplitudes::new(points);
         if at.method == Method::Leading {
             self.margin = [f64::NAN; PIECE];
         } else if at.amplitude_dependent {
-            self.at_own_amplitude::<FUSED>(at, points);
+            self.at_own_amplitude::<FUSED>(at, points, &mut own);
         } else if points.short_series_hold(at) {
-            self.closed::<FUSED, true>(at, points);
+            self.closed::<FUSED, SHORT>(at, points);
+        } else if at.delta.abs() <= points.omega[0] {
+            self.closed::<FUSED, MEDIUM>(at, points);
         } else {
-            self.closed::<FUSED, false>(at, points);
+            self.closed::<FUSED, WIDE>(at, points);
         }
-        if !self.margin.iter().fold(true, |all, m| all & (*m >= 0.0)) {
+        if at.x_f > 0.0 && !at.amplitude_dependent {
+            self.rest(at, points);
+        }
+        let all_closed = self.all_closed();
+        if !all_closed && at.x_f > 0.0 && at.method != Method::Leading {
+            for first in (0..points.count).step_by(GROUP) {
+                if follower.is_spent() {
+                    return None;
+                }
+                self.one_stops(at, points, first, &mut own, follower)?;
+            }
+        }
+        if at.amplitude_dependent && at.method != Method::Leading {
+            self.through_amplitudes(at, points, &own);
+        }
+        if !all_closed {
             for k in 0..points.count {
                 if !(self.margin[k] >= 0.0) {
                     self.single(at, points, k, follower)?;
@@ -196,6 +305,122 @@ impl Lanes {
             self.clear(k);
         }
         Some(())
+    }
+
+    /// Points at which the drive cannot overcome friction.
+    #[inline(always)]
+    fn rest(&mut self, at: &ModelResponse, points: &Points) {
+        for k in 0..PIECE {
+            let drive = at.x_0 * points.level[k];
+            if self.margin[k] < 0.0 && drive > 0.0 && drive <= at.x_f {
+                self.clear(k);
+                self.margin[k] = 0.0;
+            }
+        }
+    }
+
+    fn all_closed(&self) -> bool {
+        self.margin.iter().fold(true, |all, m| all & (*m >= 0.0))
+    }
+
+    /// Motions with one stop each half cycle among a group of points that have no closed form.
+    #[inline(always)]
+    fn one_stops(
+        &mut self,
+        at: &ModelResponse,
+        points: &Points,
+        first: usize,
+        own: &mut OwnAmplitudes,
+        follower: &mut Follower,
+    ) -> Option<()> {
+        let mut wanted = [false; GROUP];
+        for k in 0..GROUP {
+            let i = first + k;
+            wanted[k] = (i < points.count) & !(self.margin[i] >= 0.0) & (at.x_f < at.x_0 * points.level[i]);
+        }
+        if wanted.iter().filter(|w| **w).count() < LEAST_OF_GROUP {
+            return Some(());
+        }
+        let omega: [f64; GROUP] = std::array::from_fn(|k| points.omega[first + k]);
+        let slips = match follower.slips(&omega) {
+            Some(slips) => slips,
+            None => {
+                // The first by itself, the others beside it.
+                let k = first + wanted.iter().position(|w| *w).unwrap_or(0);
+                self.single(at, points, k, follower)?;
+                let Some(slips) = follower.slips(&omega) else { return Some(()) };
+                slips
+            }
+        };
+        self.settle_group(at, points, first, own, follower, (slips, wanted));
+        Some(())
+    }
+
+    #[inline(always)]
+    fn settle_group(
+        &mut self,
+        at: &ModelResponse,
+        points: &Points,
+        first: usize,
+        own: &mut OwnAmplitudes,
+        follower: &mut Follower,
+        (mut slips, wanted): (Slips, [bool; GROUP]),
+    ) {
+        const MOST: usize = 16;
+        let zero = [0.0; GROUP];
+        let mut group =
+            Group { omega: zero, omega_0: zero, detuning: zero, delta: zero, x_0: zero, x_f: zero };
+        let mut out = GroupResponse { value: [zero; 2], by: [[zero; 2]; 4] };
+        let mut level = zero;
+        let (mut r, mut next, mut gap) = (zero, zero, zero);
+        let (mut turn_re, mut turn_im) = (zero, zero);
+        let mut found = [false; GROUP];
+        r.copy_from_slice(&points.guess[first..first + GROUP]);
+        level.copy_from_slice(&points.level[first..first + GROUP]);
+        group.omega.copy_from_slice(&points.omega[first..first + GROUP]);
+        group.x_f = [at.x_f; GROUP];
+        let omega_0 = at.centre + at.shift;
+        let rounds = if at.amplitude_dependent { MOST } else { 1 };
+        for round in 0..rounds {
+            let mut moved = MovedOscillators::<GROUP>::new();
+            moved.fill(at, &group.omega, &level, &r);
+            (group.omega_0, group.detuning, group.delta) = (moved.omega_0, moved.detuning, moved.delta);
+            group.x_0 = moved.x_0;
+            group.settle(&mut slips, &wanted);
+            found = group.respond(&slips, follower.digits(), &mut out);
+            follower.count_groups(1);
+            if !at.amplitude_dependent {
+                break;
+            }
+            let mut open = false;
+            for k in 0..GROUP {
+                let by = |j: usize| Phasor::new(out.by[j][0][k], out.by[j][1][k]);
+                let value = Phasor::new(out.value[0][k], out.value[1][k]);
+                let step = at.amplitude_step(r[k], moved.slope[k], value, [by(DELTA), by(OMEGA)]);
+                (next[k], gap[k]) = (step.next, step.gap);
+                (turn_re[k], turn_im[k]) = (step.turn.re, step.turn.im);
+                open |= wanted[k] & (step.gap > 1e-12);
+            }
+            if !open || round + 1 == MOST {
+                break;
+            }
+            for k in 0..GROUP {
+                r[k] = if gap[k] > 1e-12 { next[k] } else { r[k] };
+            }
+        }
+        for k in 0..GROUP {
+            let damped = ModelResponse::is_damped(omega_0, group.omega_0[k], group.delta[k]);
+            found[k] &= wanted[k] & damped & (gap[k] <= 1e-9);
+        }
+        for k in (0..GROUP).filter(|&k| found[k]) {
+            let i = first + k;
+            (self.re[i], self.im[i], self.margin[i]) = (out.value[0][k], out.value[1][k], 0.0);
+            for j in 0..4 {
+                (self.by_re[j][i], self.by_im[j][i]) = (out.by[j][0][k], out.by[j][1][k]);
+            }
+            (own.r[i], own.turn_re[i], own.turn_im[i]) = (r[k], turn_re[k], turn_im[k]);
+        }
+        follower.follow(&group.omega, &slips, &found);
     }
 
     /// One point by the method that takes any motion.
@@ -218,18 +443,18 @@ impl Lanes {
     }
 
     #[inline(always)]
-    fn closed<const FUSED: bool, const SHORT: bool>(&mut self, at: &ModelResponse, points: &Points) {
+    fn closed<const FUSED: bool, const REACH: u8>(&mut self, at: &ModelResponse, points: &Points) {
         // Two loops: divisions of one group of lanes go on beside the series of the next.
         let mut over_omega = [0.0; PIECE];
         let mut halves = [[0.0; PIECE]; 4];
         for k in 0..PIECE {
-            let (over, h) = half_angles::<FUSED, SHORT>(&at.point(points.omega[k], points.level[k]));
+            let (over, h) = half_angles::<FUSED, REACH>(&at.point(points.omega[k], points.level[k]));
             over_omega[k] = over;
             (halves[0][k], halves[1][k], halves[2][k], halves[3][k]) = (h.sin, h.cos, h.sinh, h.cosh);
         }
         for k in 0..PIECE {
             let h = Halves { sin: halves[0][k], cos: halves[1][k], sinh: halves[2][k], cosh: halves[3][k] };
-            let (c, margin) = quick(&at.point(points.omega[k], points.level[k]), (over_omega[k], h));
+            let (c, margin) = quick::<REACH>(&at.point(points.omega[k], points.level[k]), (over_omega[k], h));
             self.put(k, &c, margin);
         }
     }
@@ -244,46 +469,40 @@ impl Lanes {
 
     /// With drag and a Duffing term: Newton's method for the amplitude at all points at once.
     #[inline(always)]
-    fn at_own_amplitude<const FUSED: bool>(&mut self, at: &ModelResponse, points: &Points) {
-        const MOST: usize = 8;
-        let mut r = points.guess;
-        let mut next = r;
+    fn at_own_amplitude<const FUSED: bool>(
+        &mut self,
+        at: &ModelResponse,
+        points: &Points,
+        own: &mut OwnAmplitudes,
+    ) {
+        const MOST: usize = 24;
+        let mut next = own.r;
         let mut gap = [0.0; PIECE];
-        let (mut turn_re, mut turn_im) = ([0.0; PIECE], [0.0; PIECE]);
-        let over_centre = 1.0 / at.centre;
+        let omega_0 = at.centre + at.shift;
         for round in 0..MOST {
+            let mut moved = MovedOscillators::<PIECE>::new();
+            moved.fill(at, &points.omega, &points.level, &own.r);
+            // Several loops: each of them becomes vector instructions.
+            let mut over_omega = [0.0; PIECE];
+            let mut halves = [[0.0; PIECE]; 4];
             for k in 0..PIECE {
-                let plain = at.point(points.omega[k], points.level[k]);
-                let shift = at.duffing * r[k] * r[k];
-                let drag = at.drag * (points.omega[k] * over_centre);
-                let [further, by_r] = if at.with_further {
-                    let rate = points.omega[k] * over_centre;
-                    at.further_rate(&ModelResponse::further_damping(r[k], rate))
-                } else {
-                    [0.0; 2]
-                };
-                let point = Point {
-                    delta: plain.delta + drag * r[k] + further,
-                    omega_0: plain.omega_0 + shift,
-                    detuning: plain.detuning - shift,
-                    ..plain
-                };
-                let (c, margin) = quick(&point, half_angles::<FUSED, false>(&point));
-                let damped = (shift.abs() <= 0.5 * plain.omega_0) & (point.delta.abs() < point.omega_0);
+                let (over, h) = half_angles::<FUSED, WIDE>(&moved.at(k, points.omega[k], at.x_f));
+                over_omega[k] = over;
+                (halves[0][k], halves[1][k], halves[2][k], halves[3][k]) = (h.sin, h.cos, h.sinh, h.cosh);
+            }
+            for k in 0..PIECE {
+                let h =
+                    Halves { sin: halves[0][k], cos: halves[1][k], sinh: halves[2][k], cosh: halves[3][k] };
+                let (c, margin) = quick::<WIDE>(&moved.at(k, points.omega[k], at.x_f), (over_omega[k], h));
+                let damped = ModelResponse::is_damped(omega_0, moved.omega_0[k], moved.delta[k]);
                 self.put(k, &c, if damped { margin } else { f64::NAN });
-                let m = (c.value.re * c.value.re + c.value.im * c.value.im).sqrt();
-                let over_m = if m > 0.0 { 1.0 / m } else { 0.0 };
-                let z_r = c.by[DELTA] * (drag + by_r) + c.by[OMEGA] * (2.0 * at.duffing * r[k]);
-                let slope = (c.value.re * z_r.re + c.value.im * z_r.im) * over_m;
-                let gain = bounded(1.0 - slope);
-                let step = (m - r[k]) / gain;
-                let reach = 0.5 * (r[k] + m);
-                gap[k] = (m - r[k]).abs() / r[k].max(m);
-                let step = if step > reach { reach } else { step };
-                let step = if step < -reach { -reach } else { step };
-                next[k] = if r[k] + step > 0.0 { r[k] + step } else { 0.0 };
-                let through = over_m / gain;
-                (turn_re[k], turn_im[k]) = (z_r.re * through, z_r.im * through);
+            }
+            for k in 0..PIECE {
+                let by = |j: usize| Phasor::new(self.by_re[j][k], self.by_im[j][k]);
+                let value = Phasor::new(self.re[k], self.im[k]);
+                let step = at.amplitude_step(own.r[k], moved.slope[k], value, [by(DELTA), by(OMEGA)]);
+                (next[k], gap[k]) = (step.next, step.gap);
+                (own.turn_re[k], own.turn_im[k]) = (step.turn.re, step.turn.im);
             }
             let mut open = false;
             for k in 0..PIECE {
@@ -293,17 +512,27 @@ impl Lanes {
                 break;
             }
             for k in 0..PIECE {
-                r[k] = if gap[k] > 1e-12 { next[k] } else { r[k] };
+                own.r[k] = if gap[k] > 1e-12 { next[k] } else { own.r[k] };
             }
         }
         for k in 0..PIECE {
+            self.margin[k] = if gap[k] <= 1e-9 { self.margin[k] } else { f64::NAN };
+        }
+    }
+
+    /// Derivatives at fixed amplitudes become those with the amplitudes that follow.
+    #[inline(always)]
+    fn through_amplitudes(&mut self, at: &ModelResponse, points: &Points, own: &OwnAmplitudes) {
+        let over_centre = 1.0 / at.centre;
+        for k in 0..PIECE {
+            let r = own.r[k];
             let (by_delta, by_omega_0) =
                 ([self.by_re[DELTA][k], self.by_im[DELTA][k]], [self.by_re[OMEGA][k], self.by_im[OMEGA][k]]);
-            let drag = points.omega[k] * over_centre * r[k];
-            let square = r[k] * r[k];
+            let drag = points.omega[k] * over_centre * r;
+            let square = r * r;
             (self.by_re[DRAG][k], self.by_im[DRAG][k]) = (by_delta[0] * drag, by_delta[1] * drag);
             if at.with_further {
-                let damping = ModelResponse::further_damping(r[k], points.omega[k] * over_centre);
+                let damping = ModelResponse::further_damping(r, points.omega[k] * over_centre);
                 for (j, [d, _]) in damping.iter().enumerate() {
                     let j = DRAG + 1 + j;
                     (self.by_re[j][k], self.by_im[j][k]) = (by_delta[0] * d, by_delta[1] * d);
@@ -311,14 +540,13 @@ impl Lanes {
             }
             (self.by_re[DUFFING][k], self.by_im[DUFFING][k]) =
                 (by_omega_0[0] * square, by_omega_0[1] * square);
-            self.margin[k] = if gap[k] <= 1e-9 { self.margin[k] } else { f64::NAN };
         }
         for j in 0..OWN {
             let (by_re, by_im) = (&mut self.by_re[j], &mut self.by_im[j]);
             for k in 0..PIECE {
                 let along = self.re[k] * by_re[k] + self.im[k] * by_im[k];
-                by_re[k] += turn_re[k] * along;
-                by_im[k] += turn_im[k] * along;
+                by_re[k] += own.turn_re[k] * along;
+                by_im[k] += own.turn_im[k] * along;
             }
         }
     }

@@ -7,7 +7,7 @@ use super::hypothesis_fit::HypothesisFit;
 use super::peak;
 use super::prepared::PreparedCurve;
 use super::problem::Problem;
-use super::residuals::autocorrelation;
+use super::residuals::{Autocorrelation, autocorrelation};
 use super::response::{BG_IM, DELTA, X_0, X_F, slot};
 use super::search::{best_of, rss};
 use super::{DriveSource, Method, Options, alternatives};
@@ -27,30 +27,15 @@ pub(super) fn compare(curve: &PreparedCurve, mut chosen: HypothesisFit) -> Resul
         let error = options.drive_amplitude.map_or(1.0, |d| d.std_error);
         chosen.problem.prior = Some([value, chosen.variance() / (error * error)]);
     }
-    let HypothesisFit { problem, fit, mut minima, .. } = chosen;
-    let mut residuals = autocorrelation(&problem, &fit, &criteria.residuals);
-    let inflated = |variance_inflation: f64| NoiseModel {
-        variance_inflation,
-        ..NoiseModel::white(problem.observations())
-    };
-    let starts: Vec<Vec<f64>> =
-        std::iter::once(&fit).chain(&minima).map(|f| f.parameters.clone()).chain(chosen.starts).collect();
-    let tries = criteria.search.tries + 2 * minima.len();
-    let noise = inflated(residuals.variance_inflation);
-    let fits = fit_models(&problem, &starts, &fit.free, noise, tries, options, criteria);
-    // What one loss term leaves over is no noise: it is judged beside all of them.
-    let all_terms =
-        options.model.unwrap_or(LossModel::VISCOUS_DRAG).with(LossTerm::Viscous).with(LossTerm::Sliding);
-    let richest = fits.iter().find(|(m, f)| *m == all_terms && f.converged);
-    let more_is_possible = all_terms != LossModel::VISCOUS_SLIDING;
-    if let Some((_, f)) = richest.filter(|_| residuals.variance_inflation > 1.0 && more_is_possible) {
-        residuals = autocorrelation(&problem.with(&f.free), f, &criteria.residuals);
+    let (mut comparison, mut residuals) = loss_models(&chosen);
+    if chosen.background_instead_of_drag(&comparison) {
+        (comparison, residuals) = loss_models(&chosen);
     }
-    let noise = inflated(residuals.variance_inflation);
-    let comparison = ModelComparison::new(&fits, slot, noise, &criteria.inference);
     let Some(first) = comparison.fits.first() else {
         return Err(Error::NoFit { reason: "no loss model could be fitted to the curve" });
     };
+    let noise = comparison.noise;
+    let HypothesisFit { problem, fit, mut minima, .. } = chosen;
     let alternatives = if options.method == Method::Exact {
         alternatives::weighed(chosen.others, &comparison, &criteria.answer)
     } else {
@@ -84,6 +69,34 @@ pub(super) fn compare(curve: &PreparedCurve, mut chosen: HypothesisFit) -> Resul
         mentioned_widening: criteria.report.mentioned_widening,
         problem,
     })
+}
+
+/// The loss models beside the terms taken, and what residuals they are judged by.
+fn loss_models(chosen: &HypothesisFit) -> (ModelComparison, Autocorrelation) {
+    let HypothesisFit { options, criteria, problem, fit, minima, .. } = chosen;
+    let mut residuals = autocorrelation(problem, fit, &criteria.residuals);
+    let inflated = |variance_inflation: f64| NoiseModel {
+        variance_inflation,
+        ..NoiseModel::white(problem.observations())
+    };
+    let starts: Vec<Vec<f64>> = std::iter::once(fit)
+        .chain(minima)
+        .map(|f| f.parameters.clone())
+        .chain(chosen.starts.iter().cloned())
+        .collect();
+    let tries = criteria.search.tries + 2 * minima.len();
+    let noise = inflated(residuals.variance_inflation);
+    let fits = fit_models(problem, &starts, &fit.free, noise, tries, options, criteria);
+    // What one loss term leaves over is no noise: it is judged beside all of them.
+    let all_terms =
+        options.model.unwrap_or(LossModel::VISCOUS_DRAG).with(LossTerm::Viscous).with(LossTerm::Sliding);
+    let richest = fits.iter().find(|(m, f)| *m == all_terms && f.converged);
+    let more_is_possible = all_terms != LossModel::VISCOUS_SLIDING;
+    if let Some((_, f)) = richest.filter(|_| residuals.variance_inflation > 1.0 && more_is_possible) {
+        residuals = autocorrelation(&problem.with(&f.free), f, &criteria.residuals);
+    }
+    let noise = inflated(residuals.variance_inflation);
+    (ModelComparison::new(&fits, slot, noise, &criteria.inference), residuals)
 }
 
 /// Fits every loss model, each from its relatives; `free` are the parameters of the fit so far.

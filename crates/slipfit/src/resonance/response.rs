@@ -201,7 +201,8 @@ impl ModelResponse {
                 break;
             }
             let reach = 0.5 * (r + m);
-            r = (r + step.max(-reach).min(reach)).max(0.0);
+            // What rests at this amplitude may rest at none.
+            r = if m > 0.0 { (r + step.max(-reach).min(reach)).max(0.0) } else { 0.0 };
         }
         let (f, m, r, z_r, gain, damping) = found?;
         if (m - r).abs() > 1e-6 * m.max(r) {
@@ -220,6 +221,63 @@ impl ModelResponse {
         }
         by[DUFFING] = through(f.by_omega_0 * (r * r));
         Some(f)
+    }
+}
+
+/// One step of Newton's method for the amplitude on which the response depends.
+#[derive(Clone, Copy)]
+pub(super) struct AmplitudeStep {
+    pub(super) next: f64,
+    /// What is left, over the amplitude.
+    pub(super) gap: f64,
+    /// Change of the response with the amplitude, over what that change brings about: derivatives along the
+    /// response times this are added to derivatives at a fixed amplitude.
+    pub(super) turn: Phasor,
+}
+
+impl ModelResponse {
+    /// The oscillator at amplitude `r` without further losses, and how its damping changes with it.
+    #[inline(always)]
+    pub(super) fn at_amplitude(&self, plain: &Point, r: f64, over_centre: f64) -> (Point, f64) {
+        let shift = self.duffing * r * r;
+        let drag = self.drag * (plain.omega * over_centre);
+        let point = Point {
+            delta: plain.delta + drag * r,
+            omega_0: plain.omega_0 + shift,
+            detuning: plain.detuning - shift,
+            ..*plain
+        };
+        (point, drag)
+    }
+
+    /// Whether an oscillator moved by its amplitude still is one.
+    #[inline(always)]
+    pub(super) fn is_damped(plain: f64, omega_0: f64, delta: f64) -> bool {
+        ((omega_0 - plain).abs() <= 0.5 * plain) & (delta.abs() < omega_0)
+    }
+
+    /// From amplitude `r` and the response there with its derivatives by decay rate and frequency.
+    #[inline(always)]
+    pub(super) fn amplitude_step(
+        &self,
+        r: f64,
+        slope: f64,
+        value: Phasor,
+        [by_delta, by_omega_0]: [Phasor; 2],
+    ) -> AmplitudeStep {
+        let m = (value.re * value.re + value.im * value.im).sqrt();
+        let over_m = if m > 0.0 { 1.0 / m } else { 0.0 };
+        let z_r = by_delta * slope + by_omega_0 * (2.0 * self.duffing * r);
+        let gain = bounded(1.0 - (value.re * z_r.re + value.im * z_r.im) * over_m);
+        let step = (m - r) / gain;
+        let reach = 0.5 * (r + m);
+        let step = if step > reach { reach } else { step };
+        let step = if step < -reach { -reach } else { step };
+        AmplitudeStep {
+            next: if r + step > 0.0 { r + step } else { 0.0 },
+            gap: (m - r).abs() / r.max(m),
+            turn: z_r * (over_m / gain),
+        }
     }
 }
 

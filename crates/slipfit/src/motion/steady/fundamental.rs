@@ -2,7 +2,7 @@
 //! resonance curve is fitted with.
 
 use super::closed::{self, Closed, Halves, KAPPA};
-use super::one_stop::{self, Digits, Slip};
+use super::one_stop::{self, Digits, Row, Slip};
 use super::orbit::{OrbitOptions, PeriodicOrbit};
 
 use super::HarmonicDrive;
@@ -11,6 +11,7 @@ use crate::model::oscillator::Oscillator;
 use crate::numeric::dual::{Dual, Pair};
 use std::f64::consts::PI;
 
+pub(crate) use super::one_stop::{GROUP, Group, GroupResponse, Slips};
 pub use super::response::{Fundamental, Point, Regime};
 
 /// The closed form with two turns a cycle, followed also where the motion would stop and
@@ -51,7 +52,7 @@ fn moves_on(at: &Point, c: &Closed) -> bool {
 /// closed form continued.
 ///
 /// `None` where there is no such motion: no damping at resonance, an overdamped oscillator
-/// (`delta >= omega_0`), or values that are no numbers.
+/// (`delta >= omega_0`) that moves at all, or values that are no numbers.
 pub fn fundamental(at: &Point) -> Option<Fundamental> {
     Follower::default().fundamental(at)
 }
@@ -59,7 +60,9 @@ pub fn fundamental(at: &Point) -> Option<Fundamental> {
 /// The same along a curve: the last motion with a stop begins the search for the next.
 #[derive(Debug, Clone, Copy)]
 pub(crate) struct Follower {
-    last: Option<Slip>,
+    last: Option<Followed>,
+    /// That at the frequency before.
+    before: Option<Followed>,
     /// Accuracy at which the motion next to the last one is taken.
     digits: Digits,
     /// Whether periodic motions that no formula gives are searched for.
@@ -70,9 +73,26 @@ pub(crate) struct Follower {
     most_work: u64,
 }
 
+/// A motion with one stop and the frequency of its drive.
+#[derive(Debug, Clone, Copy)]
+struct Followed {
+    omega: f64,
+    slip: Slip,
+}
+
+/// Distance to the next frequency, over that between the last two, up to which a motion is followed
+/// along a straight line.
+const LONGEST_LINE: f64 = 4.0;
+/// The same of a group of frequencies.
+const LONGEST_LINE_OF_GROUPS: f64 = 4.0 * GROUP as f64;
+
 /// Work of one motion by each method, from its computing time.
 const WORK_OF_CLOSED: u64 = 3;
-const WORK_OF_ONE_STOP: u64 = 6;
+const WORK_OF_ONE_STOP: u64 = 8;
+/// The same for each swing of the oscillator in a cycle of its drive.
+const WORK_OF_SWING: u64 = 2;
+/// Eight motions with one stop, side by side.
+const WORK_OF_GROUP: u64 = 16;
 const WORK_OF_SLIDE: u64 = 20;
 const WORK_OF_ARC: u64 = 20;
 /// Arcs that take as long as the integral for the fundamental over one.
@@ -88,7 +108,14 @@ const MOST_SWINGS: f64 = 1_000.0;
 
 impl Default for Follower {
     fn default() -> Self {
-        Self { last: None, digits: Digits::Twelve, searches: true, work: 0, most_work: u64::MAX }
+        Self {
+            last: None,
+            before: None,
+            digits: Digits::Twelve,
+            searches: true,
+            work: 0,
+            most_work: u64::MAX,
+        }
     }
 }
 
@@ -111,11 +138,15 @@ impl Follower {
 
     /// [`fundamental`] at the next frequency.
     pub(crate) fn fundamental(&mut self, at: &Point) -> Option<Fundamental> {
-        if !(at.omega > 0.0 && at.omega_0 > 0.0 && at.delta.abs() < at.omega_0 && at.x_0 > 0.0) {
+        if !(at.omega > 0.0 && at.omega_0 > 0.0 && at.delta.is_finite() && at.x_0 > 0.0) {
             return None;
         }
         if !(at.omega.is_finite() && at.omega_0.is_finite() && at.x_0.is_finite() && at.x_f.is_finite()) {
             return None;
+        }
+        if at.delta.abs() >= at.omega_0 {
+            // What rests does so however it is damped.
+            return (at.x_0 <= at.x_f).then_some(Fundamental::REST);
         }
         if self.work >= self.most_work {
             return None;
@@ -140,13 +171,13 @@ impl Follower {
         if limited && at.omega_0 > MOST_SWINGS * at.omega {
             return None;
         }
-        let last = self.last;
+        let last = self.near(at.omega);
         let guess = closed.map_or(at.x_0, |c| c.turn_amplitude());
         // In half a cycle of a slow drive the oscillator swings many times.
         let swings = ((at.omega_0 / at.omega) as u64).saturating_add(1);
         let mut work = 0;
         let one_stop = |near: Option<Slip>, digits, work: &mut u64| {
-            *work += WORK_OF_ONE_STOP * swings;
+            *work += WORK_OF_ONE_STOP + WORK_OF_SWING * swings;
             one_stop::fundamental(at, near?, digits).map(|(f, slip)| (f, Some(slip)))
         };
         let mut found = one_stop(last, self.digits, &mut work);
@@ -176,8 +207,67 @@ impl Follower {
         }
         self.work = self.work.saturating_add(work);
         let (found, slip) = found?;
-        self.last = slip.or(last);
+        if let Some(slip) = slip {
+            self.followed(at.omega, slip);
+        }
         Some(found)
+    }
+
+    /// Where the motions followed lead at the next frequencies; `None` without any.
+    pub(crate) fn slips(&self, omega: &Row) -> Option<Slips> {
+        let last = self.last?;
+        let before = self.before.unwrap_or(Followed { omega: 0.5 * last.omega, ..last });
+        let over = 1.0 / (last.omega - before.omega);
+        let line = (omega[GROUP - 1] - last.omega).abs() * over.abs() < LONGEST_LINE_OF_GROUPS;
+        let mut slips = Slips { phase: [0.0; GROUP], duration: [0.0; GROUP] };
+        for k in 0..GROUP {
+            let part = if line { (omega[k] - last.omega) * over } else { 0.0 };
+            let slip = last.slip.beyond(before.slip, part, [before.omega, last.omega, omega[k]]);
+            slips.phase[k] = slip.phase.clamp(0.02, PI - 0.02);
+            slips.duration[k] = slip.duration.clamp(0.02 * PI / omega[k], 1.1 * PI / omega[k]);
+        }
+        Some(slips)
+    }
+
+    /// Motions with one stop were found in a group.
+    pub(crate) fn follow(&mut self, omega: &Row, slips: &Slips, found: &[bool; GROUP]) {
+        for k in (0..GROUP).filter(|&k| found[k]) {
+            let slip = Slip::new(slips.phase[k], slips.duration[k]);
+            self.followed(omega[k], slip);
+        }
+    }
+
+    /// Counts the work of so many groups of motions.
+    pub(crate) fn count_groups(&mut self, groups: u64) {
+        self.work += WORK_OF_GROUP * groups;
+    }
+
+    /// Whether no further motion is computed.
+    pub(crate) fn is_spent(&self) -> bool {
+        self.work >= self.most_work
+    }
+
+    /// Accuracy asked for.
+    pub(crate) fn digits(&self) -> Digits {
+        self.digits
+    }
+
+    fn followed(&mut self, omega: f64, slip: Slip) {
+        if self.last.is_some_and(|last| last.omega != omega) {
+            self.before = self.last;
+        }
+        self.last = Some(Followed { omega, slip });
+    }
+
+    /// Where the motion followed leads at the next frequency.
+    fn near(&self, omega: f64) -> Option<Slip> {
+        let last = self.last?;
+        let Some(before) = self.before else { return Some(last.slip) };
+        let part = (omega - last.omega) / (last.omega - before.omega);
+        if !(part.abs() <= LONGEST_LINE) {
+            return Some(last.slip);
+        }
+        Some(last.slip.beyond(before.slip, part, [before.omega, last.omega, omega]))
     }
 }
 

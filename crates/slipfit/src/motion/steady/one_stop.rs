@@ -21,13 +21,14 @@
 use super::Phasor;
 use super::closed::Walk;
 use super::response::{Fundamental, Point, Regime};
+use crate::numeric::trig;
 use std::f64::consts::PI;
 
 /// Phase of the release downwards, and how long the slide lasts, s.
 #[derive(Debug, Clone, Copy)]
-pub(super) struct Slip {
-    phase: f64,
-    duration: f64,
+pub(crate) struct Slip {
+    pub(super) phase: f64,
+    pub(super) duration: f64,
 }
 
 /// The oscillator at one frequency.
@@ -64,6 +65,7 @@ struct Balance {
 }
 
 impl Law {
+    #[inline(always)]
     fn new(at: &Point) -> Self {
         let over = 1.0 / (at.omega_0 * at.omega_0);
         let d = Phasor::new(-at.detuning * (at.omega_0 + at.omega) * over, 2.0 * at.delta * at.omega * over);
@@ -72,14 +74,15 @@ impl Law {
             omega_0: at.omega_0,
             delta: at.delta,
             omega_d: ((at.omega_0 - at.delta) * (at.omega_0 + at.delta)).sqrt(),
-            g: d.conj() / d.norm_sqr(),
+            g: d.conj() * (1.0 / d.norm_sqr()),
             x_f: at.x_f / at.x_0,
         }
     }
 
+    #[inline(always)]
     fn free(&self, u: f64) -> Free {
-        let e = (-self.delta * u).exp();
-        let (s, c) = (self.omega_d * u).sin_cos();
+        let e = trig::exp(-self.delta * u);
+        let (s, c) = trig::sin_cos(self.omega_d * u);
         let (sin, cos) = (e * s, e * c);
         let b = sin / self.omega_d;
         let b_rate = cos - self.delta * b;
@@ -93,12 +96,13 @@ impl Law {
         }
     }
 
+    #[inline(always)]
     fn balance(&self, at: Slip) -> Balance {
         let w = self.omega;
-        let (sin, cos) = at.phase.sin_cos();
+        let (sin, cos) = trig::sin_cos(at.phase);
         let crest = Phasor::new(cos, sin);
         let steady = self.g * crest;
-        let (s, c) = (w * at.duration).sin_cos();
+        let (s, c) = trig::sin_cos(w * at.duration);
         let turn = Phasor::new(c, s);
         let there = steady * turn;
         let free = self.free(at.duration);
@@ -126,6 +130,7 @@ impl Law {
     }
 
     /// The velocity of a slide from its start, at even steps.
+    #[inline(always)]
     fn walk(&self, steady: Phasor, crest: Phasor, h: f64) -> Walk {
         let (a, v) = (crest.re - steady.re, self.omega * steady.im);
         let b = (self.delta * a + v) / self.omega_d;
@@ -134,6 +139,7 @@ impl Law {
     }
 
     /// Steps short enough that no turn hides between two.
+    #[inline(always)]
     fn step(&self) -> f64 {
         PI / self.omega.max(self.omega_d) / 12.0
     }
@@ -142,6 +148,13 @@ impl Law {
 impl Slip {
     pub(super) fn new(phase: f64, duration: f64) -> Self {
         Self { phase, duration }
+    }
+
+    /// Straight on from `before` through this one, `part` of the way between them; angles go on.
+    pub(super) fn beyond(self, before: Self, part: f64, [omega_before, omega, next]: [f64; 3]) -> Self {
+        let slid = [before.duration * omega_before, self.duration * omega];
+        let on = |a: f64, b: f64| b + part * (b - a);
+        Self { phase: on(before.phase, self.phase), duration: on(slid[0], slid[1]) / next }
     }
 
     /// Let go at an amplitude, and sliding until it first turns.
@@ -153,19 +166,15 @@ impl Slip {
         let h = law.step();
         let mut walk = law.walk(law.g * crest, crest, h);
         // Its first step may lie before the drive has pulled it off.
-        let mut before = walk.step();
+        let before = walk.step();
         let most = PI / at.omega / h;
         if !most.is_finite() {
             return None;
         }
         let most = (most as u32).saturating_add(2);
-        for k in 2..=most {
-            let here = walk.step();
-            if here >= 0.0 {
-                let t = if before < 0.0 { before / (before - here) } else { 0.5 };
-                return Some(Self { phase, duration: h * (f64::from(k) - 1.0 + t) });
-            }
-            before = here;
+        if let Some((k, [before, here])) = walk.until_not_negative(most - 1, before) {
+            let t = if before < 0.0 { before / (before - here) } else { 0.5 };
+            return Some(Self { phase, duration: h * (f64::from(k) + t) });
         }
         Some(Self { phase, duration: 0.95 * PI / at.omega })
     }
@@ -173,7 +182,7 @@ impl Slip {
 
 /// How many roundings the response may be off.
 #[derive(Debug, Clone, Copy)]
-pub(super) enum Digits {
+pub(crate) enum Digits {
     Twelve = 10_000,
     /// Where no other way to a symmetric motion led.
     Eight = 100_000_000,
@@ -181,69 +190,102 @@ pub(super) enum Digits {
 
 /// Newton's steps before another way is taken.
 const MOST_STEPS: usize = 14;
+/// A step, in rad or half cycles, behind which the next is one of rounding.
+const LAST_STEP: f64 = 1e-9;
+/// The same where roundings keep it from getting smaller: a weak difference of drive and friction is left with
+/// the error many times over.
+const LAST_STEP_OF_ALL: f64 = 1e-8;
 
 /// The fundamental of the motion with one stop near `near`, if there is one.
 pub(super) fn fundamental(at: &Point, near: Slip, digits: Digits) -> Option<(Fundamental, Slip)> {
     let law = Law::new(at);
-    let half = PI / law.omega;
     let mut here = near;
-    let mut found = false;
-    for _ in 0..MOST_STEPS {
-        let b = law.balance(here);
-        let [by_phase, by_duration] = solve(&b, [-b.value[0], -b.value[1]]);
-        if !(by_phase.is_finite() && by_duration.is_finite()) {
+    for round in 1..=MOST_STEPS {
+        let mut b = law.balance(here);
+        let ([by_phase, by_duration], size) = law.newton(&b, &mut here);
+        if !law.in_range(here) {
             return None;
         }
-        here.phase += by_phase.clamp(-0.4, 0.4);
-        here.duration += by_duration.clamp(-0.3 * half, 0.3 * half);
-        if !(here.phase > 0.0 && here.phase < PI && here.duration > 0.0 && here.duration < 1.2 * half) {
-            return None;
-        }
-        // A weak difference of drive and friction is left with the error many times over.
-        let step = by_phase.abs().max(by_duration.abs() / half);
-        found = step < 1e-8;
-        if step < 1e-11 {
-            break;
+        if size < LAST_STEP || round == MOST_STEPS && size < LAST_STEP_OF_ALL {
+            match digits {
+                Digits::Twelve => b = law.balance(here),
+                // The angles follow to the square of the step; the slopes of a fit do without it.
+                Digits::Eight => {
+                    b.crest *= Phasor::new(1.0, by_phase);
+                    b.turn *= Phasor::new(1.0, law.omega * by_duration);
+                    b.steady = law.g * b.crest;
+                }
+            }
+            law.is_motion(here, &b).then_some(())?;
+            let f = law.response(at, here, &b);
+            return (law.is_precise(f.value / at.x_0, digits) && is_finite(&f)).then_some((f, here));
         }
     }
-    if !found {
-        return None;
-    }
-    let b = law.balance(here);
-    law.is_motion(here, &b).then_some(())?;
-    let f = law.response(at, here, &b, digits)?;
-    Some((f, here))
+    None
 }
 
+#[inline(always)]
 fn solve(b: &Balance, [v, x]: [f64; 2]) -> [f64; 2] {
     let over = 1.0 / (b.by_phase[0] * b.by_duration[1] - b.by_phase[1] * b.by_duration[0]);
     [(v * b.by_duration[1] - x * b.by_duration[0]) * over, (b.by_phase[0] * x - b.by_phase[1] * v) * over]
 }
 
 impl Law {
+    /// One step of Newton's method, and its size in rad or half cycles.
+    #[inline(always)]
+    fn newton(&self, b: &Balance, here: &mut Slip) -> ([f64; 2], f64) {
+        let half = PI / self.omega;
+        let [by_phase, by_duration] = solve(b, [-b.value[0], -b.value[1]]);
+        here.phase += by_phase.clamp(-0.4, 0.4);
+        here.duration += by_duration.min(0.3 * half).max(-0.3 * half);
+        // No number where either is none.
+        let size =
+            if by_phase.abs() > by_duration.abs() / half { by_phase.abs() } else { by_duration.abs() / half };
+        ([by_phase, by_duration], size + 0.0 * by_phase)
+    }
+
+    #[inline(always)]
+    fn in_range(&self, slip: Slip) -> bool {
+        (slip.phase > 0.0)
+            & (slip.phase < PI)
+            & (slip.duration > 0.0)
+            & (slip.duration * self.omega < 1.2 * PI)
+    }
+
     /// Whether the mass slides downwards all the time, is then held, and is next let go upwards.
     fn is_motion(&self, slip: Slip, b: &Balance) -> bool {
-        const ROUNDING: f64 = 1e-12;
-        if slip.duration > (1.0 + ROUNDING) * PI / self.omega {
-            return false;
-        }
-        let amplitude = b.crest.re + self.x_f;
-        let end = b.crest * b.turn;
-        if (end.re + amplitude).abs() > self.x_f + ROUNDING {
-            return false;
-        }
-        // The drive may pass its trough while the mass is held.
-        let stop = slip.phase + self.omega * slip.duration;
-        if stop < PI && amplitude - 1.0 < -self.x_f {
+        if !self.is_held(slip, b) {
             return false;
         }
         let h = self.step();
         let mut walk = self.walk(b.steady, b.crest, h);
         let steps = (slip.duration / h - 1e-6).max(0.0) as u32;
-        (0..steps).all(|_| walk.step() < 0.0)
+        walk.until_not_negative(steps, 0.0).is_none()
     }
 
-    fn response(&self, at: &Point, slip: Slip, b: &Balance, digits: Digits) -> Option<Fundamental> {
+    /// Whether it is held at the end of its slide until it is let go upwards.
+    #[inline(always)]
+    fn is_held(&self, slip: Slip, b: &Balance) -> bool {
+        const ROUNDING: f64 = 1e-12;
+        let amplitude = b.crest.re + self.x_f;
+        let end = b.crest * b.turn;
+        // The drive may pass its trough while the mass is held.
+        let stop = slip.phase + self.omega * slip.duration;
+        let pulled_off = (stop < PI) & (amplitude - 1.0 < -self.x_f);
+        (slip.duration * self.omega <= (1.0 + ROUNDING) * PI)
+            & ((end.re + amplitude).abs() <= self.x_f + ROUNDING)
+            & !pulled_off
+    }
+
+    /// The phases are good to a rounding times `|g|`, their weak difference from the drive to one times `|g|²`:
+    /// at resonance the way by velocities keeps its digits.
+    #[inline(always)]
+    fn is_precise(&self, value: Phasor, digits: Digits) -> bool {
+        self.g.norm_sqr() < digits as u32 as f64 * value.norm_sqr().sqrt()
+    }
+
+    #[inline(always)]
+    fn response(&self, at: &Point, slip: Slip, b: &Balance) -> Fundamental {
         let (w, g, x_f) = (self.omega, self.g, self.x_f);
         let (cos, sin) = (b.crest.re, b.crest.im);
         let begin = b.crest.conj();
@@ -255,21 +297,17 @@ impl Law {
         let sum = Phasor::new(0.5 * (PI - w * slip.duration), 0.0) + i(begin_2 - end_2) * 0.25
             - i(end * reach + begin * cos);
         let value = g * (Phasor::new(1.0, 0.0) - sum * friction);
-        // The phases are good to a rounding times |g|, their weak difference from the drive to one
-        // times |g|²: at resonance the way by velocities keeps its digits.
-        if !(g.norm_sqr() < digits as u32 as f64 * value.norm()) {
-            return None;
-        }
         let by_phase = (begin_2 - end_2) * 0.5 + i(end + begin) * sin - end * reach - begin * cos;
         let by_duration = -(Phasor::new(0.5, 0.0) + end_2 * 0.5 + end * reach) * w;
         let by_x_f = i(end) * -2.0;
 
         let free = &b.free;
         let (from, speed) = (cos - b.steady.re, w * b.steady.im);
+        let over_g = g.conj() * (1.0 / g.norm_sqr());
         let moved = |d: [f64; 2], own: Phasor, d_g: Phasor| {
             let [d_phase, d_duration] = solve(b, [-d[0], -d[1]]);
             let d_sum = by_phase * d_phase + by_duration * d_duration + own;
-            (d_g * value) / g - g * d_sum * friction
+            d_g * value * over_g - g * d_sum * friction
         };
         // By omega_0 and delta: through 1/D, and through the free motion.
         let over_2 = 1.0 / (self.omega_0 * self.omega_0);
@@ -303,15 +341,194 @@ impl Law {
             1.0,
         );
         let by_ratio = moved([0.0, 2.0], by_x_f, Phasor::default());
-        let f = Fundamental {
+        Fundamental {
             value: value * at.x_0,
             by_omega_0: by_omega_0 * at.x_0,
             by_delta: by_delta * at.x_0,
             by_x_0: value - by_ratio * x_f,
             by_x_f: by_ratio,
             regime: Regime::OneStop,
-        };
-        let all = [f.value, f.by_omega_0, f.by_delta, f.by_x_f];
-        all.iter().all(|z| z.re.is_finite() && z.im.is_finite()).then_some(f)
+        }
+    }
+}
+
+fn is_finite(f: &Fundamental) -> bool {
+    let all = [f.value, f.by_omega_0, f.by_delta, f.by_x_f];
+    all.iter().all(|z| z.re.is_finite() && z.im.is_finite())
+}
+
+/// Frequencies at which the motion is found side by side, on vector lanes.
+pub(crate) const GROUP: usize = 8;
+
+pub(crate) type Row = [f64; GROUP];
+
+/// Oscillators at several frequencies of their drives.
+#[derive(Debug, Clone, Copy)]
+pub(crate) struct Group {
+    pub(crate) omega: Row,
+    pub(crate) omega_0: Row,
+    pub(crate) detuning: Row,
+    pub(crate) delta: Row,
+    pub(crate) x_0: Row,
+    pub(crate) x_f: Row,
+}
+
+/// A slip at each of them.
+#[derive(Debug, Clone, Copy)]
+pub(crate) struct Slips {
+    pub(super) phase: Row,
+    pub(super) duration: Row,
+}
+
+/// Their fundamentals, real and imaginary parts: by `omega_0`, `delta`, `x_0`, `x_F`.
+#[derive(Debug, Clone, Copy)]
+pub(crate) struct GroupResponse {
+    pub(crate) value: [Row; 2],
+    pub(crate) by: [[Row; 2]; 4],
+}
+
+/// Newton's steps in a group before its points are taken one by one.
+const MOST_GROUP_STEPS: usize = 8;
+/// Steps of the walk along a slide in a group: those of slides longer than four swings are leapt over, one by one.
+const MOST_WALK: f64 = 48.0;
+
+impl Group {
+    #[inline(always)]
+    fn at(&self, k: usize) -> Point {
+        Point {
+            omega: self.omega[k],
+            omega_0: self.omega_0[k],
+            detuning: self.detuning[k],
+            delta: self.delta[k],
+            x_0: self.x_0[k],
+            x_f: self.x_f[k],
+        }
+    }
+
+    /// Moves the slips to their conditions; those of the points that are `wanted` decide when that ends.
+    #[inline(always)]
+    pub(crate) fn settle(&self, slips: &mut Slips, wanted: &[bool; GROUP]) {
+        for _ in 0..MOST_GROUP_STEPS {
+            let mut size = [0.0; GROUP];
+            for k in 0..GROUP {
+                let law = Law::new(&self.at(k));
+                let mut here = Slip { phase: slips.phase[k], duration: slips.duration[k] };
+                let b = law.balance(here);
+                let (_, step) = law.newton(&b, &mut here);
+                let good = law.in_range(here);
+                slips.phase[k] = if good { here.phase } else { f64::NAN };
+                slips.duration[k] = here.duration;
+                size[k] = if good { step } else { 0.0 };
+            }
+            let mut open = false;
+            for k in 0..GROUP {
+                open |= wanted[k] & !(size[k] < LAST_STEP);
+            }
+            if !open {
+                return;
+            }
+        }
+    }
+
+    /// The fundamentals with these slips, and which of them are motions.
+    #[inline(always)]
+    pub(crate) fn respond(&self, slips: &Slips, digits: Digits, out: &mut GroupResponse) -> [bool; GROUP] {
+        let mut motion = [false; GROUP];
+        let mut walks = [[0.0; GROUP]; 8];
+        let mut steps = [0.0; GROUP];
+        for k in 0..GROUP {
+            let at = self.at(k);
+            let law = Law::new(&at);
+            let mut here = Slip { phase: slips.phase[k], duration: slips.duration[k] };
+            let b = law.balance(here);
+            let f = law.response(&at, here, &b);
+            for (row, z) in out.by.iter_mut().zip([f.by_omega_0, f.by_delta, f.by_x_0, f.by_x_f]) {
+                (row[0][k], row[1][k]) = (z.re, z.im);
+            }
+            (out.value[0][k], out.value[1][k]) = (f.value.re, f.value.im);
+            let all = f.value + f.by_omega_0 + f.by_delta + f.by_x_f;
+            let finite = (all.re + all.im).abs() < f64::INFINITY;
+            let h = law.step();
+            steps[k] = here.duration / h - 1e-6;
+            motion[k] = law.is_held(here, &b)
+                & law.is_precise(f.value * (1.0 / at.x_0), digits)
+                & (law.newton(&b, &mut here).1 < LAST_STEP)
+                & finite
+                & (steps[k] < MOST_WALK);
+            let w = law.walk(b.steady, b.crest, h);
+            for (row, z) in [w.steady, w.free, w.turn, w.fade].into_iter().enumerate() {
+                (walks[2 * row][k], walks[2 * row + 1][k]) = (z.re, z.im);
+            }
+        }
+        let mut longest = 0.0f64;
+        for k in 0..GROUP {
+            longest = if motion[k] { longest.max(steps[k]) } else { longest };
+        }
+        // The fastest speed; it must not be upwards.
+        let mut fastest = [f64::NEG_INFINITY; GROUP];
+        for step in 1..=longest as u32 {
+            let step = f64::from(step);
+            for k in 0..GROUP {
+                let [s, t, f, g, c, d, l, m] = std::array::from_fn(|row| walks[row][k]);
+                let (steady, free) = ([s * c - t * d, s * d + t * c], [f * l - g * m, f * m + g * l]);
+                [walks[0][k], walks[1][k]] = steady;
+                [walks[2][k], walks[3][k]] = free;
+                let v = if step <= steps[k] { steady[1] + free[0] } else { f64::NEG_INFINITY };
+                fastest[k] = if v > fastest[k] { v } else { fastest[k] };
+            }
+        }
+        std::array::from_fn(|k| motion[k] & (fastest[k] < 0.0))
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// Each point by itself is compared with the motion followed from stop to stop in `fundamental`.
+    #[test]
+    fn a_group_is_its_points_one_by_one() {
+        let mut compared = 0;
+        for delta in [0.03, 0.3, 0.75] {
+            for x_f in [0.06, 0.11, 0.15, 0.18] {
+                for first in 0..60 {
+                    let omega: Row =
+                        std::array::from_fn(|k| 1.2 + 0.05 * f64::from(first) + 0.004 * k as f64);
+                    let group = Group {
+                        omega,
+                        omega_0: [3.0; GROUP],
+                        detuning: omega.map(|w| w - 3.0),
+                        delta: [delta; GROUP],
+                        x_0: [0.2; GROUP],
+                        x_f: [x_f; GROUP],
+                    };
+                    let cold = |k: u32| Slip::from_amplitude(&group.at(0), 0.02 * f64::from(k));
+                    let one = (0..20).find_map(|k| fundamental(&group.at(0), cold(k)?, Digits::Twelve));
+                    let Some((_, slip)) = one else { continue };
+                    let mut slips = Slips { phase: [slip.phase; GROUP], duration: [slip.duration; GROUP] };
+                    group.settle(&mut slips, &[true; GROUP]);
+                    let zero = [0.0; GROUP];
+                    let mut out = GroupResponse { value: [zero; 2], by: [[zero; 2]; 4] };
+                    let found = group.respond(&slips, Digits::Twelve, &mut out);
+                    for k in (0..GROUP).filter(|&k| found[k]) {
+                        let near = Slip { phase: slips.phase[k], duration: slips.duration[k] };
+                        let (f, _) = fundamental(&group.at(k), near, Digits::Twelve).unwrap();
+                        let pairs = [
+                            (f.value, out.value, 1e-11),
+                            (f.by_omega_0, out.by[0], 1e-8),
+                            (f.by_delta, out.by[1], 1e-8),
+                            (f.by_x_0, out.by[2], 1e-8),
+                            (f.by_x_f, out.by[3], 1e-8),
+                        ];
+                        for (one, rows, tolerance) in pairs {
+                            let error = (Phasor::new(rows[0][k], rows[1][k]) - one).norm() / one.norm();
+                            assert!(error < tolerance, "{:?}: {error:e}", group.at(k));
+                        }
+                        compared += 1;
+                    }
+                }
+            }
+        }
+        assert!(compared > 500, "{compared}");
     }
 }
