@@ -40,7 +40,7 @@ fn a_long_series_and_a_map_show_that_they_are_at_work() {
     let folder = tempfile::tempdir().unwrap();
     let mut state = 1u64;
     let mut manifest = String::new();
-    for n in 0..24 {
+    for n in 0..96 {
         let mut text = String::from("frequency (Hz),amplitude (V)\n");
         for i in 0..400 {
             state = state.wrapping_mul(6364136223846793005).wrapping_add(1442695040888963407);

@@ -51,7 +51,7 @@ impl NoiseModel {
         match self.known_variance {
             // With the noise known the likelihood needs no estimate of it.
             Some(v) => {
-                rss / (v * self.variance_inflation).max(f64::MIN_POSITIVE)
+                (rss / (v * self.variance_inflation).max(f64::MIN_POSITIVE)).min(f64::MAX)
                     + parameters as f64 * effective.ln()
             }
             None => bic(rss, self.observations, effective, parameters),

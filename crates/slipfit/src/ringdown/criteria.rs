@@ -521,6 +521,9 @@ criteria! {
         strong_harmonic: f64 = 0.05, source "chosen by simulation", moves "warnings";
         /// Residual variance over the noise that is warned of.
         misfit: f64 = 4.0, source "twice the noise", moves "warnings";
+        /// Quality factor, of all losses at the first amplitude, below which velocities and accelerations are warned of.
+        derivative_quality_factor: f64 = 30.0, source "x_F off by 1 % in simulated velocities",
+            moves "outliers unwarned";
         /// Samples in a cycle below which the frequency may be an alias.
         samples_per_cycle: f64 = 3.0, source "chosen by simulation", moves "warnings";
     }

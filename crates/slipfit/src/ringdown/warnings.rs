@@ -1,8 +1,10 @@
 //! Which warnings the answer to a ring-down carries.
 
 use super::Answer;
+use super::envelope::law_of;
 use super::evidence::Evidence;
 use super::window::EndReason;
+use crate::SignalKind;
 use crate::answer::describe::model_choice;
 use crate::answer::{Parameter, Warning};
 
@@ -21,6 +23,14 @@ fn too_short(e: &Evidence, answer: &Answer) -> bool {
 fn inseparable(e: &Evidence, correlation: f64, sliding_p_value: f64) -> bool {
     let criteria = &e.criteria.answer;
     correlation.abs() > criteria.inseparable && sliding_p_value >= criteria.certain_sliding
+}
+
+/// `omega A / (2 dA/dt)` of the best law at the first amplitude.
+fn quality_factor_at_first(e: &Evidence) -> Option<f64> {
+    let omega = e.measured.law.omega;
+    let law = law_of(&e.fit.comparison.preferred()?.bounded.parameters, omega);
+    let loss = law.rate(law.initial);
+    (loss > 0.0).then(|| omega * law.initial / (2.0 * loss))
 }
 
 pub(crate) fn warnings(e: &Evidence, answer: &Answer) -> Vec<Warning> {
@@ -78,6 +88,12 @@ pub(crate) fn warnings(e: &Evidence, answer: &Answer) -> Vec<Warning> {
     }
     let comparison = &e.fit.comparison;
     list.extend(model_choice(comparison, e.options.model, e.criteria.report.rival_bic));
+    let derivative = matches!(e.record.kind(), SignalKind::Velocity | SignalKind::Acceleration);
+    if let Some(quality_factor) = quality_factor_at_first(e)
+        .filter(|quality_factor| derivative && *quality_factor < criteria.derivative_quality_factor)
+    {
+        list.push(Warning::LowQDerivative { quality_factor });
+    }
     if !bare {
         let points = &e.measured.points;
         let samples = points.iter().map(|b| b.end - b.first).sum::<usize>() as f64;

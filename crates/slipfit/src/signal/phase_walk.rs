@@ -90,10 +90,10 @@ pub(crate) struct Smoothed {
 impl Smoothed {
     /// `None` where the phases do not determine the smooth one.
     pub(crate) fn beside(errors: &[PhaseError], rate: f64) -> Option<Self> {
+        let first = errors.first()?;
         let scale = scales(errors);
         let columns = scale.len();
         // The level and its variance; the same filter runs over the error and every column.
-        let first = errors.first()?;
         // What is known of the level at first changes nothing beside a constant phase.
         let (mut level, mut variance) = (vec![0.0; columns + 1], 2.0 * rate * first.averaged_s);
         let mut before = first.time_s;

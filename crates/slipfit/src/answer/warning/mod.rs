@@ -111,6 +111,11 @@ pub enum Warning {
         /// Samples per cycle.
         samples_per_cycle: f64,
     },
+    /// A velocity or acceleration that loses much in each cycle: its waveform under friction is not that of the fit.
+    LowQDerivative {
+        /// Quality factor of all losses together at the first amplitude.
+        quality_factor: f64,
+    },
     /// A change of the signal that no decay makes (a jolt, a new start); the record is used up to it.
     Disturbance {
         /// Its instant, s.
@@ -306,6 +311,7 @@ impl Warning {
             Warning::AmbiguousModel { .. } => "ambiguous_model",
             Warning::ModelNotPreferred { .. } => "model_not_preferred",
             Warning::CoarseSampling { .. } => "coarse_sampling",
+            Warning::LowQDerivative { .. } => "low_q_derivative",
             Warning::Disturbance { .. } => "disturbance",
             Warning::Harmonics { .. } => "harmonics",
             Warning::FrequencyUnknown => "frequency_unknown",

@@ -113,6 +113,11 @@ impl fmt::Display for Warning {
                 f,
                 "{samples_per_cycle:.1} samples a cycle: the frequency may be an alias; the loss is not affected"
             ),
+            Warning::LowQDerivative { quality_factor } => write!(
+                f,
+                "a velocity or acceleration of quality factor {quality_factor:.0}: friction bends its waveform otherwise \
+                 than that of a displacement, and frequency, delta and x_F may be off by more than their errors"
+            ),
             Warning::Disturbance { time_s } => {
                 write!(f, "a disturbance at {} s ends the usable decay", figures(*time_s, 4))
             }
