@@ -14,13 +14,13 @@ pub(crate) enum Analysed {
         answer: Box<ringdown::Answer>,
     },
     Resonance {
-        reading: SweepReading,
-        reference: Option<SweepReading>,
-        options: resonance::Options,
+        reading: Box<SweepReading>,
+        reference: Option<Box<SweepReading>>,
+        options: Box<resonance::Options>,
         answer: Box<resonance::Answer>,
     },
     Levels {
-        reading: LevelReading,
+        reading: Box<LevelReading>,
         options: levels::Options,
         answer: Box<levels::Answer>,
     },
@@ -45,8 +45,8 @@ impl Analysed {
     ) -> Result<Self, Refusal> {
         let read = chosen.read_options(Analysis::Resonance)?;
         let read = |file: &File<'_>| slipfit_io::read_sweep_from(file.bytes, file.name, &read);
-        let reference: Option<SweepReading> = reference.map(read).transpose()?;
-        let reading = read(file)?;
+        let reference = reference.map(read).transpose()?.map(Box::new);
+        let reading = Box::new(read(file)?);
         let mut options = chosen.resonance()?;
         if let Some(free) = &reference {
             let (unit, other) = (reading.curve.unit(), free.curve.unit());
@@ -61,12 +61,12 @@ impl Analysed {
         let refused = |e: slipfit::Error| Refusal::analysing(Analysis::Resonance.core(), file.name, &e);
         check_constant(chosen, reading.curve.unit()).map_err(refused)?;
         let answer = Box::new(resonance::analyse(&reading.curve, &options).map_err(refused)?);
-        Ok(Self::Resonance { reading, reference, options, answer })
+        Ok(Self::Resonance { reading, reference, options: Box::new(options), answer })
     }
 
     pub(crate) fn levels(file: &File<'_>, chosen: &Options) -> Result<Self, Refusal> {
-        let reading =
-            slipfit_io::read_levels_from(file.bytes, file.name, &chosen.read_options(Analysis::Levels)?)?;
+        let read = chosen.read_options(Analysis::Levels)?;
+        let reading = Box::new(slipfit_io::read_levels_from(file.bytes, file.name, &read)?);
         let mut options = chosen.levels()?;
         options.frequency_hz = options.frequency_hz.or_else(|| reading.named_frequency_hz());
         let refused = |e: slipfit::Error| Refusal::analysing(Analysis::Levels.core(), file.name, &e);

@@ -216,7 +216,7 @@ impl Session {
             }
             (Analysed::Ringdown { .. }, None) => Err(self.failed(&"there is no record")),
             (Analysed::Resonance { reading, reference, options, answer }, _) => {
-                Ok(make(&AnalysedCurve { reading, reference: reference.as_ref(), options, answer }))
+                Ok(make(&AnalysedCurve { reading, reference: reference.as_deref(), options, answer }))
             }
             (Analysed::Levels { reading, options, answer }, _) => {
                 Ok(make(&AnalysedLevels { reading, options, answer }))

@@ -1,4 +1,5 @@
 //! The files of `examples/` through the browser's face: the same answers as through the libraries.
+#![allow(clippy::unwrap_used, reason = "a failed unwrap fails the test, as it should")]
 
 use serde_json::Value;
 use slipfit_wasm::{Analysis, Answered, Options, Output, Refusal, Session};

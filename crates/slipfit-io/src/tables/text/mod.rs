@@ -197,7 +197,7 @@ fn check_text(window: &[u8]) -> Result<(), ReadProblem> {
         return Err(ReadProblem::Empty);
     }
     // Without branches, so that it runs in vector instructions.
-    let strange = |b: u8| (b < 9) | ((b >= 14) & (b < 32) & (b != 26));
+    let strange = |b: u8| (b < 9) | ((14..32).contains(&b) & (b != 26));
     let count_of = |bytes: &[u8]| usize::from(bytes.iter().map(|b| u8::from(strange(*b))).sum::<u8>());
     // A stray control character is a logger's hiccup, many are no text.
     let count: usize = window.chunks(128).map(count_of).sum();
