@@ -91,13 +91,17 @@ fn phase_errors(problem: &Waveform, fit: &Fit, noise_rms: f64, moving_s: f64) ->
     let residual = problem.residuals(p);
     let turn = (p[PHASE] / PI).ceil() - p[PHASE] / PI;
     let mut errors = Vec::new();
-    let mut from_s = problem.origin + turn * half_s;
-    while from_s + per_phase * half_s <= problem.origin + moving_s {
+    let count = ((moving_s - turn * half_s) / (per_phase * half_s)).floor();
+    // A motion whose phase does not advance has none.
+    if !(half_s > 0.0 && (1.0..=MOST_PHASES).contains(&count)) {
+        return errors;
+    }
+    for k in 0..count as usize {
+        let from_s = problem.origin + (turn + k as f64 * per_phase) * half_s;
         let to_s = from_s + per_phase * half_s;
         let at = |t: f64| problem.time.partition_point(|x| *x < t);
         let (first, end) = (at(from_s), at(to_s));
         let time_s = 0.5 * (from_s + to_s);
-        from_s = to_s;
         let (mut along, mut offset, mut square) = (0.0, 0.0, 0.0);
         for i in first..end {
             let t = problem.time[i];
