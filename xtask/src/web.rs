@@ -34,7 +34,7 @@ const EXAMPLES: [&str; 5] = [
     "tuning_fork_9nN_levels.csv",
 ];
 /// What the first view may weigh, packed: two seconds of a slow line.
-pub(crate) const MOST_PACKED: u64 = 3 << 19;
+pub(crate) const MOST_PACKED: u64 = 1_500_000;
 /// Not in any loop over samples: built for size, which takes 60 kB off what is sent.
 const BUILT_SMALL: [&str; 10] = [
     "cfb",

@@ -10,6 +10,24 @@ pub(crate) mod roots;
 pub(crate) mod trig;
 pub(crate) mod wide;
 
+/// Runs a kernel on the widest vector instructions of this machine.
+///
+/// A WebAssembly module that was compiled with lanes does not start without them, so that its kernels are in it
+/// once; natively each is there for every width, and the machine chooses.
+#[inline(always)]
+pub(crate) fn dispatch<Op: pulp::WithSimd>(op: Op) -> Op::Output {
+    #[cfg(all(target_arch = "wasm32", target_feature = "simd128"))]
+    {
+        pulp::wasm::enable_simd128();
+        match pulp::wasm::Simd128::try_new() {
+            Some(simd) => pulp::Simd::vectorize(simd, op),
+            None => unreachable!("lanes are enabled"),
+        }
+    }
+    #[cfg(not(all(target_arch = "wasm32", target_feature = "simd128")))]
+    pulp::Arch::new().dispatch(op)
+}
+
 /// The golden section, `(√5 - 1)/2`: it divides a bracket, and its multiples are spread most evenly.
 pub(crate) const GOLDEN_SECTION: f64 = 0.618_033_988_749_894_8;
 

@@ -103,7 +103,7 @@ mod tests {
                     p.rows[a][k] = if k < 20 { (a * 100 + piece * 20 + k) as f64 } else { 0.0 };
                 }
             }
-            pulp::Arch::new().dispatch(Add(&mut p, piece == 1));
+            crate::numeric::dispatch(Add(&mut p, piece == 1));
         }
         for (a, c) in [(0, 0), (2, 1), (0, 2)] {
             let expected: f64 = (0..40).map(|k| ((a * 100 + k) * (c * 100 + k)) as f64).sum();

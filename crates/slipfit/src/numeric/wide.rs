@@ -122,7 +122,7 @@ mod tests {
     fn agree_with_the_standard_library_whatever_the_length() {
         let x: Vec<f64> = (0..20_011).map(|i| (f64::from(i) - 10_000.0) * 12.345_67).collect();
         for length in [x.len(), 1000, 37, 3, 1, 0] {
-            let worst = pulp::Arch::new().dispatch(Both(&x[..length]));
+            let worst = crate::numeric::dispatch(Both(&x[..length]));
             assert!(worst < 4e-16, "{worst:e}");
         }
     }

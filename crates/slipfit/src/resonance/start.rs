@@ -35,7 +35,7 @@ pub(crate) fn linear(b: &Block, peak: &Peak, friction: bool) -> Option<(Start, b
     let mut solution = SVector::<f64, 5>::zeros();
     let (mut centre, mut width) = (0.0, 1.0);
     for _ in 0..2 {
-        let sums = pulp::Arch::new().dispatch(Balance { b, peak, friction, unit, centre, width });
+        let sums = crate::numeric::dispatch(Balance { b, peak, friction, unit, centre, width });
         let mut m = SMatrix::<f64, 5, 5>::from_fn(|a, c| sums.total(a, c));
         let v = SVector::<f64, 5>::from_fn(|a, _| sums.total(5, a));
         if !friction {

@@ -18,7 +18,7 @@ pub(super) fn products(block: &Block, at: ModelResponse, columns: &[usize], limi
     let products = Products::new(columns.len() + 1);
     let follower = Follower::for_fit(block.work.left());
     let pass = Pass { block, columns, at, rotation, limit, products, follower };
-    let (sums, work) = pulp::Arch::new().dispatch(pass);
+    let (sums, work) = crate::numeric::dispatch(pass);
     block.work.spend(block.len(), at.amplitude_dependent, work);
     sums
 }

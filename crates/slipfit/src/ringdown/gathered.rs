@@ -241,7 +241,7 @@ impl Gathered {
         if !(is_described(p) && free.iter().all(|k| DESCRIBED.contains(k))) {
             return None;
         }
-        let sums = pulp::Arch::new().dispatch(Pass { gathered: self, behind, p, free })?;
+        let sums = crate::numeric::dispatch(Pass { gathered: self, behind, p, free })?;
         for (i, a) in DESCRIBED.into_iter().enumerate().filter(|(_, a)| free.contains(a)) {
             out.jtr[a] = sums.residual[i];
             for (j, c) in DESCRIBED.into_iter().enumerate().take(i + 1).filter(|(_, c)| free.contains(c)) {

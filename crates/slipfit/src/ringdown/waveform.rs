@@ -143,7 +143,7 @@ impl Waveform<'_> {
         let (time, signal, origin) = (self.time, self.signal, self.origin);
         let (p, rest_tells) = (&CLOSED.map(|k| p[k]), self.rest == RestLevel::Exact);
         let pass = closed_sums::Pass { time, signal, origin, p, stops: true, rest_tells };
-        let sums = pulp::Arch::new().dispatch(pass)?;
+        let sums = crate::numeric::dispatch(pass)?;
         for (i, &a) in CLOSED.iter().enumerate().filter(|(_, a)| active.contains(a)) {
             out.jtr[a] = sums.jtr[i];
             for (j, &b) in CLOSED[..=i].iter().enumerate().filter(|(_, b)| active.contains(b)) {

@@ -201,7 +201,7 @@ fn refine(
     let mut omega = guess;
     let mut best: Option<Local> = None;
     for _ in 0..4 {
-        let sums = pulp::Arch::new().dispatch(SlopedSums { time, signal, centre, half, omega });
+        let sums = crate::numeric::dispatch(SlopedSums { time, signal, centre, half, omega });
         let [c, s, uc, us, cc, cs, ss, ucc, ucs, uss, uucc, uucs, uuss, y, yc, ys, uyc, uys, q] = sums;
         let n = time.len() as f64;
         // Normal equations of 1, cos, -sin, u cos, -u sin.
@@ -332,7 +332,7 @@ pub(crate) fn demodulate(time: &[f64], signal: &[f64], blocks: &[Block], phases:
 
 fn along(time: &[f64], signal: &[f64], block: &Block, phase: PhaseAt) -> Block {
     let range = block.first..block.end;
-    let sums = pulp::Arch::new().dispatch(Sums {
+    let sums = crate::numeric::dispatch(Sums {
         time: &time[range.clone()],
         signal: &signal[range],
         centre: block.time_s,

@@ -104,10 +104,10 @@ pub(crate) fn amplitudes(grid: &Grid) -> (Vec<f64>, f64) {
         complex.resize(padded / 2 + 1, Complex::default());
         scratch.resize(fft.get_scratch_len(), Complex::default());
         real[n..].fill(0.0);
-        pulp::Arch::new().dispatch(Windowed { grid: &grid.values, mean, slope, mid, out: &mut real[..n] });
+        crate::numeric::dispatch(Windowed { grid: &grid.values, mean, slope, mid, out: &mut real[..n] });
         let done = fft.process_with_scratch(real, complex, scratch);
         let mut moduli = vec![0.0; complex.len()];
-        pulp::Arch::new().dispatch(Moduli { of: complex, scale, out: &mut moduli });
+        crate::numeric::dispatch(Moduli { of: complex, scale, out: &mut moduli });
         done.map(|()| moduli)
     });
     spectrum.map_or((Vec::new(), 1.0), |s| (s, 1.0 / (padded as f64 * grid.interval_s)))

@@ -37,7 +37,7 @@ impl Window<'_> {
     /// Products of all active derivatives and the residual, summed over the samples, and the
     /// first sample at rest. `None` where the model does not exist.
     pub(crate) fn sums(&self, p: &[f64], residuals: Option<&mut Vec<f64>>) -> Option<(Sums, usize)> {
-        pulp::Arch::new().dispatch(Pass { window: self, p, residuals, borders: &[], parts: &mut Vec::new() })
+        crate::numeric::dispatch(Pass { window: self, p, residuals, borders: &[], parts: &mut Vec::new() })
     }
 
     /// The same sums, row by row of the lower triangle, for each of the parts that begin with the first sample and
@@ -45,7 +45,7 @@ impl Window<'_> {
     pub(crate) fn sums_of_parts(&self, p: &[f64], borders: &[usize]) -> Option<Vec<Vec<f64>>> {
         let mut parts = Vec::with_capacity(borders.len() + 1);
         let pass = Pass { window: self, p, residuals: None, borders, parts: &mut parts };
-        let (mut last, _) = pulp::Arch::new().dispatch(pass)?;
+        let (mut last, _) = crate::numeric::dispatch(pass)?;
         parts.push(last.taken());
         Some(parts)
     }

@@ -3,7 +3,7 @@
 use super::exact::{COUNTABLE, FreeDecay};
 use crate::error::Error;
 use crate::numeric::double_double::Dd;
-use pulp::{Arch, Simd, WithSimd};
+use pulp::{Simd, WithSimd};
 
 /// Largest decrement of a half cycle for which the series below suffice.
 const SLOW: f64 = 0.05;
@@ -46,11 +46,10 @@ fn fill(decay: &FreeDecay, time_s: &[f64], out: &mut [f64]) {
 }
 
 fn fill_here(decay: &FreeDecay, time_s: &[f64], out: &mut [f64]) {
-    let arch = Arch::new();
     if decay.lambda <= VERY_SLOW {
-        arch.dispatch(Evaluate::<4>::new(decay, time_s, out));
+        crate::numeric::dispatch(Evaluate::<4>::new(decay, time_s, out));
     } else if decay.lambda <= SLOW {
-        arch.dispatch(Evaluate::<8>::new(decay, time_s, out));
+        crate::numeric::dispatch(Evaluate::<8>::new(decay, time_s, out));
     } else {
         for (t, x) in time_s.iter().zip(out) {
             *x = decay.displacement(*t);

@@ -99,7 +99,7 @@ pub fn fit_amplitudes(sampling: Sampling<'_>, amplitude: &[f64]) -> Result<Ampli
             Trace { time: Some(time_s), amplitude, first: time_s[0], interval: None }
         }
     };
-    let (power, thirds) = pulp::Arch::new().dispatch(Look(amplitude));
+    let (power, thirds) = crate::numeric::dispatch(Look(amplitude));
     if !power.is_finite() {
         super::check_finite("amplitude", amplitude)?;
     }
@@ -120,11 +120,11 @@ pub fn fit_amplitudes(sampling: Sampling<'_>, amplitude: &[f64]) -> Result<Ampli
     };
     let sums = |&[initial, slope, rate]: &[f64; 3]| {
         if (rate * duration).abs() < STRAIGHT {
-            return Some(pulp::Arch::new().dispatch(Straight { data: &data, initial, slope, rate }));
+            return Some(crate::numeric::dispatch(Straight { data: &data, initial, slope, rate }));
         }
         let height = slope / rate;
         let pass = Pass { data: &data, height, level: initial - height, rate };
-        Some(by_slope(&pulp::Arch::new().dispatch(pass), height, rate))
+        Some(by_slope(&crate::numeric::dispatch(pass), height, rate))
     };
     let moved = |p: &[f64; 3], step: &[f64; 3]| [p[0] + step[0], p[1] + step[1], p[2] + step[2]];
     let found = minimise_to(REMAINS, start, n as f64, power, sums, moved)

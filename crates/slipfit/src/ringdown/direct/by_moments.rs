@@ -103,7 +103,7 @@ impl Law {
 
     /// Fits the traces; `found` has those that so many moments tell.
     pub(super) fn fit(&self, known: &Known) -> Found {
-        pulp::Arch::new().dispatch(Fit { law: self, known })
+        crate::numeric::dispatch(Fit { law: self, known })
     }
 }
 

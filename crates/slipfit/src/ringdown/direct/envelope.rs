@@ -79,7 +79,7 @@ pub fn fit_envelope(time_s: &[f64], amplitude: &[f64], start: &EnvelopeStart) ->
     let first = time_s[0];
     let interval = (time_s[n - 1] - first) / (n - 1) as f64;
     let (power, uneven, thirds) =
-        pulp::Arch::new().dispatch(PowerAndClock { time: time_s, amplitude, first, interval });
+        crate::numeric::dispatch(PowerAndClock { time: time_s, amplitude, first, interval });
     if !(power.is_finite() && uneven.is_finite()) {
         super::check_finite("time_s", time_s)?;
         super::check_finite("amplitude", amplitude)?;
@@ -94,7 +94,7 @@ pub fn fit_envelope(time_s: &[f64], amplitude: &[f64], start: &EnvelopeStart) ->
             n as f64,
             power,
             |&[height, level, rate]| {
-                Some(pulp::Arch::new().dispatch(Pass { data: &data, height, level, rate }))
+                Some(crate::numeric::dispatch(Pass { data: &data, height, level, rate }))
             },
             |p, step| {
                 // The step of the rate was found for the old height; the new one knows better.

@@ -147,7 +147,7 @@ impl EvenTraces {
                     continue;
                 }
                 let ahead = traces.get(row + AHEAD).map_or(trace, |(trace, _)| trace);
-                let sums = pulp::Arch::new().dispatch(Summed::<T, K> { moments, trace, ahead });
+                let sums = crate::numeric::dispatch(Summed::<T, K> { moments, trace, ahead });
                 for (to, sum) in known.moments.iter_mut().zip(sums.moments) {
                     to[lanes] = sum;
                 }

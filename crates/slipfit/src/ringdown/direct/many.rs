@@ -17,14 +17,14 @@ impl AmplitudeFit {
     /// [`friction_displacement`](Self::friction_displacement) of each fit, at the frequency that stands in
     /// its place.
     pub fn friction_displacements(fits: &[Self], frequency_hz: &[f64]) -> Vec<[f64; 2]> {
-        pulp::Arch::new().dispatch(Displacements { fits, frequency_hz })
+        crate::numeric::dispatch(Displacements { fits, frequency_hz })
     }
 
     /// [`sliding_p_value`](Self::sliding_p_value) of each fit, all of traces of so many samples.
     pub fn sliding_p_values(fits: &[Self], samples: usize) -> Vec<f64> {
         let freedom = samples.saturating_sub(3) as f64;
         if freedom > NORMAL {
-            return pulp::Arch::new().dispatch(Tails { fits });
+            return crate::numeric::dispatch(Tails { fits });
         }
         let value = |fit: &Self| {
             let [rate, error] = fit.sliding_rate;

@@ -51,7 +51,7 @@ pub(super) struct Sums<const K: usize> {
 impl Moments {
     /// For this many samples, at least twice the degrees; only what is dispatched like this may use it.
     pub(super) fn new(samples: usize) -> Self {
-        pulp::Arch::new().dispatch(Prepared { samples })
+        crate::numeric::dispatch(Prepared { samples })
     }
 }
 
@@ -241,11 +241,11 @@ mod tests {
             let y = noisy(n);
             let moments = Moments::new(n);
             let found =
-                pulp::Arch::new().dispatch(Summed::<_, DEGREES> { moments: &moments, trace: &y, ahead: &[] });
+                crate::numeric::dispatch(Summed::<_, DEGREES> { moments: &moments, trace: &y, ahead: &[] });
             let singles: Vec<f32> = y.iter().map(|y| *y as f32).collect();
             let rounded: Vec<f64> = singles.iter().map(|y| f64::from(*y)).collect();
             let few = Summed::<_, 8> { moments: &moments, trace: &singles, ahead: &singles };
-            let few = pulp::Arch::new().dispatch(few);
+            let few = crate::numeric::dispatch(few);
             let factors = recurrence(n);
             let (mut sums, mut of_singles) = ([0.0; DEGREES], [0.0; DEGREES]);
             for i in 0..n {

@@ -77,9 +77,15 @@ fn the_gradient_holds_for_every_parameter() {
     let times: Vec<f64> = (0..800).map(|i| i as f64 * 0.023 + 0.01 * noise(i)).collect();
     let signal: Vec<f64> = times.iter().map(|t| (-0.1 * t).exp() * (5.1 * t + 0.3).cos() + 0.1).collect();
     let sums = |p: &[f64; 6], stops: bool| {
-        pulp::Arch::new()
-            .dispatch(Pass { time: &times, signal: &signal, origin: times[0], p, stops, rest_tells: true })
-            .unwrap()
+        crate::numeric::dispatch(Pass {
+            time: &times,
+            signal: &signal,
+            origin: times[0],
+            p,
+            stops,
+            rest_tells: true,
+        })
+        .unwrap()
     };
     for p in [
         [1.1, 0.01, 0.08, 0.7, 5.0, 0.05],
@@ -151,7 +157,7 @@ fn an_even_clock_only_changes_the_speed() {
         for rate in [0.3, 2.0, -0.1] {
             let sums = |interval| {
                 let data = Trace { time: Some(&time), amplitude: &amplitude, first: 2.0, interval };
-                pulp::Arch::new().dispatch(envelope::Pass { data: &data, height: 0.9, level: 0.1, rate })
+                crate::numeric::dispatch(envelope::Pass { data: &data, height: 0.9, level: 0.1, rate })
             };
             let (tabled, plain) = (sums(Some(0.01)), sums(None));
             assert!((tabled.rss / plain.rss - 1.0).abs() < 1e-11, "{n}, {rate}");
@@ -320,10 +326,10 @@ fn the_series_and_the_exponentials_are_one() {
     let data = Trace { time: None, amplitude: &trace, first: 0.0, interval: Some(0.003) };
     for rate in [0.02, -0.015] {
         let (initial, slope) = (0.98, 0.37);
-        let straight = pulp::Arch::new().dispatch(amplitudes::Straight { data: &data, initial, slope, rate });
+        let straight = crate::numeric::dispatch(amplitudes::Straight { data: &data, initial, slope, rate });
         let height = slope / rate;
         let pass = envelope::Pass { data: &data, height, level: initial - height, rate };
-        let bent = amplitudes::by_slope(&pulp::Arch::new().dispatch(pass), height, rate);
+        let bent = amplitudes::by_slope(&crate::numeric::dispatch(pass), height, rate);
         assert!((straight.rss / bent.rss - 1.0).abs() < 1e-12);
         for i in 0..3 {
             let scale = (straight.jtj[i][i] * straight.rss).sqrt();

@@ -126,7 +126,7 @@ pub fn fit_waveform(time_s: &[f64], signal: &[f64], start: &Decay) -> Result<Dec
             range: "positive finite frequencies",
         });
     }
-    let (power, ordered) = pulp::Arch::new().dispatch(PowerAndOrder { time: time_s, signal });
+    let (power, ordered) = crate::numeric::dispatch(PowerAndOrder { time: time_s, signal });
     if !(ordered && power.is_finite()) {
         super::check_finite("time_s", time_s)?;
         super::check_finite("signal", signal)?;
@@ -154,7 +154,7 @@ pub fn fit_waveform(time_s: &[f64], signal: &[f64], start: &Decay) -> Result<Dec
     let fit = |from, stops| {
         let sums = |p: &[f64; 6]| {
             let pass = Pass { time: time_s, signal, origin, p, stops, rest_tells: true };
-            let ClosedSums { jtj, jtr, rss, .. } = pulp::Arch::new().dispatch(pass)?;
+            let ClosedSums { jtj, jtr, rss, .. } = crate::numeric::dispatch(pass)?;
             Some(Sums { jtj, jtr, rss })
         };
         minimise(from, n as f64, power, sums, moved)
