@@ -246,8 +246,7 @@ files! {
     phyphox_pendulum => {
         file: "phyphox_pendulum.csv",
         frequency_hz: near_frequency(0.627),
-        // Drag describes it best.
-        exponential_tau_s: near_tau(244.0),
+        viscous_tau_s: near_tau(244.0),
         // Quiet until 3.2 s, a jolt at 321 s.
         start_s: Some(3.2..=100.0),
         end_s: Some(200.0..=321.6),

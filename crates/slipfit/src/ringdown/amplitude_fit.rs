@@ -46,7 +46,7 @@ pub(crate) fn fit_amplitudes<'a>(
     let c = &criteria.amplitude;
     let origin = measured.start_s();
     let mut problem = amplitude_problem(measured, options);
-    if measured.law.walk_in_cycles > 0.0 && scatters_less(&problem, measured, options, criteria) {
+    if measured.law.walk_in_cycles > 0.0 && scatter_otherwise(&problem, measured, options, criteria) {
         measured.law.walk_in_cycles = 0.0;
         problem = amplitude_problem(measured, options);
     }
@@ -163,9 +163,10 @@ fn by_walk(block: &Block, measured: &MeasuredDecay) -> f64 {
     if variance.is_finite() { variance } else { 0.0 }
 }
 
-/// Whether the amplitudes scatter by less than noise and a walk of the phase would make them: what looks like a walk is
-/// slower than a cycle, a frequency that wanders, and leaves them alone.
-fn scatters_less(
+/// Whether the amplitudes scatter by less or by more than noise and a walk of the phase would make them. What looks like
+/// a walk and leaves them alone is slower than a cycle, a frequency that wanders; where they scatter more, the law errs,
+/// and its error is told by themselves.
+fn scatter_otherwise(
     problem: &EnvelopeProblem,
     measured: &MeasuredDecay,
     options: &Options,
@@ -179,7 +180,8 @@ fn scatters_less(
         return false;
     };
     let ratio = (deviation / measured.noise_rms).powi(2);
-    ratio < 1.0 - criteria.inference.excess_significance * ROBUST_ERROR / (problem.value.len() as f64).sqrt()
+    let error = ROBUST_ERROR / (problem.value.len() as f64).sqrt();
+    (ratio - 1.0).abs() > criteria.inference.excess_significance * error
 }
 
 /// Relative standard error of the square of a robust deviation of so many values, times the root of their number.

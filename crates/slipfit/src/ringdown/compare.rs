@@ -198,14 +198,9 @@ pub(crate) fn compare(
         }
     }
     fits.sort_by_key(|(model, _)| LossModel::all().position(|m| m == *model));
-    let comparison = ModelComparison::new(&fits, slot, noise, criteria);
-    let Some((exact, best)) = exact.zip(comparison.preferred()) else { return comparison };
-    let told = [Some(best), comparison.reported(), asked.and_then(|model| comparison.get(model))];
-    let told: Vec<LossModel> = told.into_iter().flatten().map(|fit| fit.model).collect();
-    let close = best.bounded.rss + CLOSE * noise.residual_variance(&best.bounded);
-    for (model, fit) in &mut fits {
-        let known = begun.is_some_and(|begun| begun.parameters == fit.parameters);
-        if !known && (fit.rss < close || told.contains(model)) {
+    // What an approximation found is in the table, and one of them is reported: the last step is taken by all samples.
+    if let Some(exact) = exact {
+        for (_, fit) in fits.iter_mut().filter(|(_, f)| begun.is_none_or(|b| b.parameters != f.parameters)) {
             let closer = if side_minima {
                 minimise_until(exact, &fit.parameters, &fit.free, FIT_TOLERANCE, true)
             } else {
@@ -266,10 +261,6 @@ impl Far {
         (found.rss - self.rss > self.least).then_some(found)
     }
 }
-
-/// Variances above the best model within which others are judged by the exact problem in the end: beyond, the evidence
-/// is the same whatever an approximation misses.
-const CLOSE: f64 = 20.0;
 
 /// Standard errors to within which such a model is fitted.
 const FAR_TOLERANCE: f64 = 1.0;
