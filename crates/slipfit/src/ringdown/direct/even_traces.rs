@@ -8,7 +8,7 @@ use crate::Error;
 /// [`fit_amplitudes`] for many traces of one length at even intervals, several at a time.
 ///
 /// A decay over the samples is a polynomial as far as any residual can tell: of degree 7 where it lasts up to
-/// 1.5 decay times, of degree 15 up to eight. Of such a trace least squares need no more than its moments
+/// 0.7 decay times, of degree 15 up to eight. Of such a trace least squares need no more than its moments
 /// against the polynomials that are orthonormal over the samples, with which the fit of `A(t; p)` is that of
 ///
 /// ```text
@@ -18,7 +18,7 @@ use crate::Error;
 /// One look at the samples gives the `c_k` of the first eight degrees; the steps of the fit are taken on
 /// them, sixteen traces side by side. A trace that lasts longer is looked at again for sixteen; what those do
 /// not tell (a faster decay, one that is not determined, residuals next to rounding) is fitted by
-/// [`fit_amplitudes`], so that the answers are the same: parameters agree within 1e-9 of themselves or 5e-6 of
+/// [`fit_amplitudes`], so that the answers are the same: parameters agree within 1e-9 of themselves or 1e-7 of
 /// their standard errors, whichever is more. The answer to a trace does not depend on its neighbours.
 ///
 /// ```
@@ -210,7 +210,7 @@ mod tests {
             };
             let pairs = |f: &AmplitudeFit| [f.initial_amplitude, f.sliding_rate, f.decay_rate_per_s];
             for ([value, error], [other, other_error]) in pairs(fit).into_iter().zip(pairs(alone)) {
-                let most = (1e-9 * other.abs()).max(5e-6 * other_error);
+                let most = (1e-9 * other.abs()).max(1e-7 * other_error);
                 assert!((value - other).abs() <= most, "{fit:?} for {alone:?}");
                 // Errors are those before the last step, of 3e-6 of them at most in either.
                 assert!((error / other_error - 1.0).abs() < 1e-5, "{fit:?} for {alone:?}");
