@@ -22,7 +22,10 @@ pub(crate) fn misfit(envelope: &[EnvelopePoint], criteria: &MisfitCriteria) -> O
         used.iter().map(|p| (p.time_s, (p.amplitude - p.fitted) / scale)).collect();
     let relative_rms = (residuals.iter().map(|(_, r)| r * r).sum::<f64>() / n).sqrt();
     let off = |p: &EnvelopePoint| (p.amplitude - p.fitted).abs() / p.fitted;
-    let known = used.iter().filter(|p| p.std_error < (p.amplitude - p.fitted).abs());
+    // Next to rounding of the others an amplitude has no part of its own to be off by.
+    let known = used
+        .iter()
+        .filter(|p| p.fitted > f64::EPSILON * scale && p.std_error < (p.amplitude - p.fitted).abs());
     let largest = known.max_by(|a, b| off(a).total_cmp(&off(b)))?;
     let shape = shape(&residuals, criteria);
     Some(Misfit { relative_rms, largest: off(largest), largest_at_s: largest.time_s, shape })

@@ -133,7 +133,7 @@ pub fn analyse_with(
 
 type Both = (Vector2<f64>, Matrix2<f64>);
 
-/// Mean of several by their covariances.
+/// Mean of several by their covariances; `None` where double precision does not hold them.
 fn together(list: &[&SolvedMeasurement]) -> Option<Both> {
     let mut weight = Matrix2::zeros();
     let mut sum = Vector2::zeros();
@@ -143,7 +143,10 @@ fn together(list: &[&SolvedMeasurement]) -> Option<Both> {
         sum += inverse * s.value;
     }
     let covariance = weight.try_inverse()?;
-    Some((covariance * sum, covariance))
+    let mean = covariance * sum;
+    let held =
+        mean.iter().all(|v| v.is_finite()) && covariance.diagonal().iter().all(|v| v.is_normal() && *v > 0.0);
+    held.then_some((mean, covariance))
 }
 
 /// Where the parts do not agree their mean is less sure by the Birge ratio, the root of chi square

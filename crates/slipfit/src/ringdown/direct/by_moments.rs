@@ -45,15 +45,15 @@ pub(super) struct Law {
 }
 
 /// Moments that tell slow decays, and decay times up to which they do: parameters keep within 1e-7 of their
-/// standard errors; at 1.0 some are beyond.
-pub(super) const FEW: usize = 8;
-const SLOW: f64 = 0.7;
+/// standard errors.
+pub(super) const FEW: usize = 10;
+const SLOW: f64 = 2.0;
 /// The same of all moments; 1e-8 is missed.
 const FASTEST: f64 = 8.0;
 /// Powers of `z` in `G`: the first left out is below 1e-18 for slow decays, for the fastest 1e-19.
-const TERMS: [usize; 2] = [17, 34];
+const TERMS: [usize; 2] = [19, 34];
 /// The same of powers of `z²` in the squares, whose growth is twice as fast.
-const SQUARES: [usize; 2] = [11, 24];
+const SQUARES: [usize; 2] = [13, 24];
 
 impl Law {
     /// By the first [`FEW`] moments or by all.

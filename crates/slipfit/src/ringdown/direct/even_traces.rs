@@ -7,15 +7,15 @@ use crate::Error;
 
 /// [`fit_amplitudes`] for many traces of one length at even intervals, several at a time.
 ///
-/// A decay over the samples is a polynomial as far as any residual can tell: of degree 7 where it lasts up to
-/// 0.7 decay times, of degree 15 up to eight. Of such a trace least squares need no more than its moments
+/// A decay over the samples is a polynomial as far as any residual can tell: of degree 9 where it lasts up to
+/// two decay times, of degree 15 up to eight. Of such a trace least squares need no more than its moments
 /// against the polynomials that are orthonormal over the samples, with which the fit of `A(t; p)` is that of
 ///
 /// ```text
 /// sum_i (y_i - A(t_i; p))² = sum_i y_i² - sum_k c_k² + sum_k (c_k - a_k(p))²     c_k = sum_i q_k(t_i) y_i
 /// ```
 ///
-/// One look at the samples gives the `c_k` of the first eight degrees; the steps of the fit are taken on
+/// One look at the samples gives the `c_k` of the first ten degrees; the steps of the fit are taken on
 /// them, sixteen traces side by side. A trace that lasts longer is looked at again for sixteen; what those do
 /// not tell (a faster decay, one that is not determined, residuals next to rounding) is fitted by
 /// [`fit_amplitudes`], so that the answers are the same: parameters agree within 1e-9 of themselves or 1e-7 of
