@@ -96,22 +96,22 @@ impl Toolchain {
 
     fn cargo(&self) -> Command {
         let mut build = match self {
-            Self::Rustup => {
-                let mut build = cargo();
-                build.args(["build", "--release"]);
-                build
-            }
+            Self::Rustup => cargo(),
             Self::Debian => {
                 let mut build = command("/usr/bin/cargo");
-                build.env("RUSTC_BOOTSTRAP", "1").env("RUSTC", "/usr/bin/rustc");
+                build.env("RUSTC", "/usr/bin/rustc");
                 build.env("CARGO_TARGET_WASM32_UNKNOWN_UNKNOWN_LINKER", "wasm-ld-19");
-                build.args(["build", "--release", "-Zbuild-std=std,panic_abort", "-Zprofile-rustflags"]);
-                for package in ON_LANES {
-                    build.args(["--config", &format!("profile.release.package.{package}.rustflags={LANES}")]);
-                }
                 build
             }
         };
+        // Flags of single packages are an option of nightly compilers.
+        build.env("RUSTC_BOOTSTRAP", "1").args(["build", "--release", "-Zprofile-rustflags"]);
+        if matches!(self, Self::Debian) {
+            build.arg("-Zbuild-std=std,panic_abort");
+        }
+        for package in ON_LANES {
+            build.args(["--config", &format!("profile.release.package.{package}.rustflags={LANES}")]);
+        }
         for package in BUILT_SMALL {
             build.args(["--config", &format!("profile.release.package.{package}.opt-level=\"s\"")]);
         }

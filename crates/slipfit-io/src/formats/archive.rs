@@ -25,22 +25,20 @@ const MOST_MEMBERS: usize = 1000;
 /// Reads whichever of these an archive is; of each sheet of a workbook the first `most_cells`.
 #[cfg_attr(not(feature = "excel"), expect(unused_variables, reason = "only workbooks have sheets"))]
 pub(crate) fn tables(bytes: Vec<u8>, most_cells: usize) -> Result<(HeldTables, Format), ReadProblem> {
-    let mut archive = ZipArchive::new(Cursor::new(&bytes[..])).map_err(|e| Format::Zip.broken(e))?;
+    let mut archive = Archive::new(Cursor::new(bytes)).map_err(|e| Format::Zip.broken(e))?;
     let mut names: Vec<String> =
         archive.file_names().take(MOST_MEMBERS).flatten().map(|n| n.into_owned()).collect();
     names.sort_unstable();
     let ends = |name: &str, with: &str| name.to_ascii_lowercase().ends_with(with);
     if names.iter().any(|n| n == "xl/workbook.xml") {
-        drop(archive);
         #[cfg(feature = "excel")]
-        return Ok((super::xlsx::tables(bytes, most_cells)?, Format::Xlsx));
+        return Ok((super::xlsx::tables(&mut archive, most_cells)?, Format::Xlsx));
         #[cfg(not(feature = "excel"))]
         return Err(ReadProblem::Unsupported(Format::Xlsx));
     }
     if member(&mut archive, "mimetype").is_ok_and(|m| m.starts_with(ODS)) {
-        drop(archive);
         #[cfg(feature = "excel")]
-        return Ok((super::ods::tables(bytes, most_cells)?, Format::Ods));
+        return Ok((super::ods::tables(&mut archive, most_cells)?, Format::Ods));
         #[cfg(not(feature = "excel"))]
         return Err(ReadProblem::Unsupported(Format::Ods));
     }
@@ -60,15 +58,16 @@ pub(crate) fn tables(bytes: Vec<u8>, most_cells: usize) -> Result<(HeldTables, F
     Ok((packed_texts(&mut archive, &texts)?, Format::Zip))
 }
 
-type Archive<'a> = ZipArchive<Cursor<&'a [u8]>>;
+/// An archive in memory.
+pub(super) type Archive = ZipArchive<Cursor<Vec<u8>>>;
 
-fn member(archive: &mut Archive<'_>, name: &str) -> Result<Vec<u8>, ReadProblem> {
+fn member(archive: &mut Archive, name: &str) -> Result<Vec<u8>, ReadProblem> {
     let member = archive.by_name(name).map_err(|e| Format::Zip.broken(format!("{name}: {e}")))?;
     // The size a member names is not believed beforehand.
     unpack(member).map_err(|e| Format::Zip.broken(format!("{name}: {e}")))
 }
 
-fn npz(archive: &mut Archive<'_>, names: &[String]) -> Result<HeldTables, ReadProblem> {
+fn npz(archive: &mut Archive, names: &[String]) -> Result<HeldTables, ReadProblem> {
     let (mut found, mut notes, named) = (Vec::new(), Vec::new(), NamedValues::new());
     for name in names {
         let Some(plain) = name.strip_suffix(".npy") else { continue };
@@ -90,7 +89,7 @@ fn npz(archive: &mut Archive<'_>, names: &[String]) -> Result<HeldTables, ReadPr
 }
 
 /// Texts packed together, as phyphox packs them: tables beside `meta/`.
-fn packed_texts(archive: &mut Archive<'_>, names: &[&String]) -> Result<HeldTables, ReadProblem> {
+fn packed_texts(archive: &mut Archive, names: &[&String]) -> Result<HeldTables, ReadProblem> {
     let (meta, data): (Vec<&String>, Vec<&String>) =
         names.iter().copied().partition(|n| n.starts_with("meta/") || n.contains("/meta/"));
     let mut tables = HeldTables::default();

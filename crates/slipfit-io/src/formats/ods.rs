@@ -1,10 +1,8 @@
 //! OpenDocument spreadsheets (.ods) of LibreOffice and others: sheets in one XML part of an archive.
 
-use std::io::Cursor;
-
 use quick_xml::events::{BytesStart, Event};
-use zip::ZipArchive;
 
+use super::archive::Archive;
 use super::package::{attribute, character, events_while};
 use crate::{
     error::ReadProblem,
@@ -20,10 +18,9 @@ const MOST_COLUMNS: u32 = 1 << 14;
 const MOST_REPEATED: usize = 1 << 22;
 
 /// Reads every sheet, cell by cell, of each its first `most_cells`.
-pub(crate) fn tables(bytes: Vec<u8>, most_cells: usize) -> Result<HeldTables, ReadProblem> {
-    let mut archive = ZipArchive::new(Cursor::new(bytes)).map_err(|e| Format::Ods.broken(e))?;
+pub(crate) fn tables(archive: &mut Archive, most_cells: usize) -> Result<HeldTables, ReadProblem> {
     let mut reader = Reader { left: most_cells, most_cells, ..Reader::default() };
-    events_while(&mut archive, "content.xml", Format::Ods, |event| {
+    events_while(archive, "content.xml", Format::Ods, |event| {
         reader.take(&event)?;
         Ok(true)
     })?;

@@ -1,16 +1,14 @@
 //! Parts of workbooks: XML in an archive.
 
-use std::io::{BufRead, BufReader, Cursor, Read};
+use std::io::{BufRead, BufReader, Read};
 
 use quick_xml::{
     Reader,
     events::{BytesRef, BytesStart, Event},
 };
-use zip::ZipArchive;
 
+use super::archive::Archive;
 use crate::{error::ReadProblem, format::Format, tables::unpack::BUDGET};
-
-pub(super) type Archive = ZipArchive<Cursor<Vec<u8>>>;
 
 /// Every event of a part, handed to `each` until it answers `false`; nothing where the part is missing.
 pub(super) fn events_while(

@@ -1,12 +1,11 @@
 //! Excel workbooks (.xlsx): sheets in XML, in an archive.
 
 use std::collections::HashMap;
-use std::io::Cursor;
 
 use quick_xml::events::Event;
-use zip::ZipArchive;
 
-use super::package::{Archive, attribute, character, events_while};
+use super::archive::Archive;
+use super::package::{attribute, character, events_while};
 
 use crate::{
     error::ReadProblem,
@@ -22,17 +21,16 @@ const MOST_COLUMNS: u32 = 1 << 14;
 const DAY_S: f64 = 86400.0;
 
 /// Reads every sheet, cell by cell, of each its first `most_cells`.
-pub(crate) fn tables(bytes: Vec<u8>, most_cells: usize) -> Result<HeldTables, ReadProblem> {
-    let mut archive = ZipArchive::new(Cursor::new(bytes)).map_err(|e| Format::Xlsx.broken(e))?;
-    let strings = strings(&mut archive)?;
-    let dates = date_styles(&mut archive)?;
+pub(crate) fn tables(archive: &mut Archive, most_cells: usize) -> Result<HeldTables, ReadProblem> {
+    let strings = strings(archive)?;
+    let dates = date_styles(archive)?;
     let mut sheets = Vec::new();
-    for (name, part) in parts(&mut archive)? {
+    for (name, part) in parts(archive)? {
         let mut sheet = Sheet::new(&name);
         // Charts have parts of their own; one that is missing is an empty sheet.
         if archive.index_for_name(&part).is_some() {
             cells(
-                &mut archive,
+                archive,
                 &part,
                 &SheetContext { strings: &strings, dates: &dates, most_cells },
                 &mut sheet,

@@ -179,8 +179,12 @@ pub(crate) fn candidates(
         values: values(f),
     };
     let mut list: Vec<Candidate> = comparison.fits.iter().map(candidate).collect();
-    list.sort_by(|a, b| a.bic.total_cmp(&b.bic));
+    by_bic(&mut list);
     list
+}
+
+fn by_bic(list: &mut [Candidate]) {
+    list.sort_by(|a, b| a.bic.total_cmp(&b.bic));
 }
 
 /// Correlations of the free parameters among those named, in their order.

@@ -73,6 +73,11 @@ pub(crate) struct Fit {
     pub(crate) converged: bool,
 }
 
+/// Sorts fits by their sums of squares, the least first.
+pub(crate) fn by_rss(fits: &mut [Fit]) {
+    fits.sort_by(|a, b| a.rss.total_cmp(&b.rss));
+}
+
 impl Fit {
     pub(crate) fn unit_std(&self, parameter: usize) -> f64 {
         self.unit_covariance[(parameter, parameter)].max(0.0).sqrt()

@@ -73,6 +73,7 @@ struct Tried {
 ///
 /// `least_variance`: what the variance of one weighted observation is at least, from elsewhere. `None`
 /// where there is no fit without deviations, or fewer observations than parameters without a spread.
+#[inline(never)]
 pub(crate) fn smooth(
     problem: &dyn LeastSquares,
     start: &[f64],

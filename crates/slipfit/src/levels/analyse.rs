@@ -8,6 +8,7 @@ use crate::answer::calibration::physical;
 use crate::answer::{Parameter, Parameters, Warning};
 use crate::inference::evidence::{one_sided, student_factor};
 use crate::inference::interval::bounded_interval;
+use crate::numeric::robust::ascending;
 use crate::{Error, Quantity};
 use std::f64::consts::{FRAC_PI_4, TAU};
 
@@ -60,8 +61,7 @@ pub fn analyse_with(levels: &Levels, options: &Options, criteria: &Criteria) -> 
     check(options)?;
     let c = &criteria.levels;
     let n = levels.drive().len();
-    let mut order: Vec<usize> = (0..n).collect();
-    order.sort_by(|&a, &b| levels.drive()[a].total_cmp(&levels.drive()[b]));
+    let order = ascending(levels.drive());
     let x: Vec<f64> = order.iter().map(|&i| levels.drive()[i]).collect();
     let y: Vec<f64> = order.iter().map(|&i| levels.amplitude()[i]).collect();
     let weight: Vec<f64> = match levels.std_error() {

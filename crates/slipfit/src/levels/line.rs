@@ -4,6 +4,7 @@ use super::answer::{Breakaway, LevelPoint};
 use super::criteria::LevelCriteria;
 use crate::inference::evidence::f_tail;
 use crate::inference::least_squares::linear;
+use crate::numeric::robust::ascending;
 use nalgebra::DMatrix;
 use std::f64::consts::FRAC_PI_4;
 
@@ -25,9 +26,7 @@ pub(super) struct Line {
 pub(super) fn split(x: &[f64], y: &[f64], weight: &[f64], c: &LevelCriteria) -> Option<Line> {
     let n = x.len();
     let by_drive = best_split(x, y, weight, &(0..n).collect::<Vec<_>>(), Some(c.stuck_reach));
-    let mut order: Vec<usize> = (0..n).collect();
-    order.sort_by(|&a, &b| y[a].total_cmp(&y[b]));
-    let by_amplitude = best_split(x, y, weight, &order, None);
+    let by_amplitude = best_split(x, y, weight, &ascending(y), None);
     match (by_drive, by_amplitude) {
         (Some(drive), Some(amplitude)) if amplitude.total < c.amplitude_split * drive.total => {
             Some(amplitude)

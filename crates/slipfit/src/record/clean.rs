@@ -7,7 +7,7 @@ pub const MIN_SAMPLES: usize = 8;
 
 use super::{Clock, ClockReport, Gap, rounding};
 use crate::Error;
-use crate::numeric::robust::median;
+use crate::numeric::robust::{ascending, median};
 
 /// Share of repeated stamps above which a clock may be a rounded one.
 const REPEATED_SHARE: f64 = 0.05;
@@ -72,8 +72,7 @@ impl Rows {
     }
 
     fn sort_by_time(&mut self) {
-        let mut order: Vec<usize> = (0..self.time_s.len()).collect();
-        order.sort_by(|&a, &b| self.time_s[a].total_cmp(&self.time_s[b]));
+        let order = ascending(&self.time_s);
         for column in self.columns() {
             *column = order.iter().map(|&i| column[i]).collect();
         }

@@ -8,7 +8,7 @@ use super::residuals::autocorrelation;
 use super::response::{BG_IM, BG_RE, DELTA, R_OMEGA, X_0, X_F};
 use super::search::{best_of, thinned};
 use super::start;
-use crate::inference::least_squares::{Fit, LeastSquares, minimise};
+use crate::inference::least_squares::{Fit, LeastSquares, by_rss, minimise};
 use crate::motion::steady::Phasor;
 use std::f64::consts::FRAC_PI_4;
 
@@ -63,10 +63,6 @@ pub(super) fn background_minima(
     }
     minima.truncate(kept);
     minima
-}
-
-fn by_rss(minima: &mut [Fit]) {
-    minima.sort_by(|a, b| a.rss.total_cmp(&b.rss));
 }
 
 /// Where these lead, each minimum once; no loss below zero but from the first.

@@ -3,6 +3,7 @@
 use super::work::Work;
 use super::{Curve, Response};
 use crate::motion::steady::Phasor;
+use crate::numeric::robust::ascending;
 use std::f64::consts::TAU;
 
 /// Points of a curve by rising frequency.
@@ -31,10 +32,7 @@ pub(crate) struct Block {
 impl Block {
     pub(crate) fn new(curve: &Curve) -> Self {
         let f = curve.frequency_hz();
-        let mut index: Vec<usize> = (0..curve.len()).collect();
-        if !f.is_sorted() {
-            index.sort_by(|&a, &b| f[a].total_cmp(&f[b]));
-        }
+        let index = ascending(f);
         let data = index
             .iter()
             .map(|&i| match curve.response() {

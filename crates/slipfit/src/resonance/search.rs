@@ -6,7 +6,7 @@ use super::peak::Peak;
 use super::problem::Problem;
 use super::response::COUNT;
 use super::start::{self, Start};
-use crate::inference::least_squares::{Fit, LeastSquares, Normal, minimise};
+use crate::inference::least_squares::{Fit, LeastSquares, Normal, by_rss, minimise};
 
 /// All start values for the minimiser, centre at the peak.
 pub(crate) fn starts(
@@ -81,7 +81,7 @@ fn followed(
         let near = |f: &Fit| (f.rss - fit.rss).abs() < c.same_minimum * fit.rss / problem.observations();
         if !found.iter().any(near) {
             found.push(fit);
-            found.sort_by(|a, b| a.rss.total_cmp(&b.rss));
+            by_rss(&mut found);
         } else if tries == c.tries && near(&found[0]) {
             // The same minimum twice is the minimum; with more or fewer tries every start counts.
             break;

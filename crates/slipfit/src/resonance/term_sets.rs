@@ -8,7 +8,7 @@ use super::problem::Problem;
 use super::residuals::noise_model;
 use super::response::{BG_IM, BG_RE, DELAY, DELTA, DRAG, DUFFING, R_BG_IM, R_BG_RE, X_F};
 use crate::inference::bounded::minimise_bounded;
-use crate::inference::least_squares::{Fit, STEP_TOLERANCE, minimise};
+use crate::inference::least_squares::{Fit, STEP_TOLERANCE, by_rss, minimise};
 use crate::inference::model_selection::ModelComparison;
 use crate::model::loss::LossTerm;
 
@@ -118,7 +118,7 @@ impl HypothesisFit<'_> {
         // Backgrounds that do as well are several minima of one fit.
         let minima = self.others.iter().filter(|o| o.set == instead && !o.unbounded.free.contains(&DRAG));
         let mut minima: Vec<Fit> = minima.map(|o| o.unbounded.clone()).collect();
-        minima.sort_by(|a, b| a.rss.total_cmp(&b.rss));
+        by_rss(&mut minima);
         self.take(i);
         self.minima = minima;
         true

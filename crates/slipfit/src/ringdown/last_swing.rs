@@ -7,8 +7,9 @@
 use super::criteria::WaveformCriteria;
 use super::envelope::{X_F, law_of};
 use super::waveform::{OMEGA, RestLevel, Waveform};
-use crate::inference::least_squares::{Fit, LeastSquares, Normal, STEP_TOLERANCE, minimise_until};
+use crate::inference::least_squares::{Fit, LeastSquares, Normal, STEP_TOLERANCE, by_rss, minimise_until};
 use crate::inference::quadratic::given;
+use crate::numeric::robust::ascending;
 use std::f64::consts::PI;
 
 /// Steps of the search in which the place of rest moves by `x_F`, and most steps to either side.
@@ -40,7 +41,7 @@ impl LastSwing {
     ) -> Self {
         let mut minima = other_minima(problem, &fit, criteria.last_swing_errors).unwrap_or_default();
         minima.push(fit);
-        minima.sort_by(|a, b| a.rss.total_cmp(&b.rss));
+        by_rss(&mut minima);
         let mut fit = minima.swap_remove(0);
         if problem.gathered.is_some() {
             let closer = minimise_until(&problem.exact(), &fit.parameters, &fit.free, STEP_TOLERANCE, true);
@@ -79,11 +80,10 @@ fn other_minima(problem: &Waveform, fit: &Fit, errors: f64) -> Option<Vec<Fit>> 
         .collect();
     let at = |i: usize| seen.get(i).map_or(f64::INFINITY, |s| s.0);
     let lowest = |i: &usize| at(*i) <= at(i + 1) && (*i == 0 || at(*i) <= at(i - 1));
-    let mut minima: Vec<usize> = (0..seen.len()).filter(lowest).collect();
-    minima.sort_by(|a, b| at(*a).total_cmp(&at(*b)));
-    minima.truncate(DESCENDED);
-    let descend = |i: usize| minimise_until(problem, &seen[i].1, &fit.free, STEP_TOLERANCE, true);
-    Some(minima.into_iter().filter_map(descend).collect())
+    let minima: Vec<usize> = (0..seen.len()).filter(lowest).collect();
+    let rss: Vec<f64> = minima.iter().map(|i| at(*i)).collect();
+    let descend = |i: usize| minimise_until(problem, &seen[minima[i]].1, &fit.free, STEP_TOLERANCE, true);
+    Some(ascending(&rss).into_iter().take(DESCENDED).filter_map(descend).collect())
 }
 
 #[cfg(test)]
