@@ -122,13 +122,18 @@ fn facts(analysed: &AnalysedRingdown<'_>, spell: Spelling<'_>) -> Facts {
         1 => "; 1 stretch far off every law left out".to_owned(),
         n => format!("; {n} stretches far off every law left out"),
     };
+    let at_turns = match d.samples_at_turns {
+        0 => String::new(),
+        1 => "; 1 sample beside a turning point left out".to_owned(),
+        n => format!("; {n} samples beside turning points left out"),
+    };
     let coloured = match d.noise_inflation {
         1.0 => String::new(),
         f => format!(" and {:.1} times that about the frequency of the motion", f.sqrt()),
     };
     facts.add("fit", format!(
             "of the {}; noise {}, {:.0} dB below the start{coloured}; residuals {} times what noise gives; {:.1} decay \
-             times{left_out}",
+             times{left_out}{at_turns}",
             d.method,
             plain(d.noise_rms, 2, &answer.signal_unit),
             d.signal_to_noise_db,

@@ -195,7 +195,7 @@ fn analyse_samples(
     criteria: &Criteria,
 ) -> Result<Answer, Error> {
     let by_amplitudes = amplitudes(&mut samples, record.kind(), options, criteria);
-    let waveform = record.kind() == SignalKind::Displacement;
+    let waveform = record.kind().oscillates();
     let decay = match by_amplitudes {
         Ok(decay) if waveform && options.band_hz.is_none() && options.lockin.is_none() => {
             let described = by_waveform(&samples, decay, options, criteria);

@@ -133,6 +133,9 @@ pub struct Diagnostics {
     pub law_holds: bool,
     /// Short stretches left out because they lie far off every law (glitches).
     pub left_out: usize,
+    /// Samples of an acceleration that did not count because they lie beside a turning point, where friction makes
+    /// it jump.
+    pub samples_at_turns: usize,
     /// Other modes: frequency (Hz) and strength relative to the main one.
     pub other_modes: Vec<OtherMode>,
     /// Strongest harmonic of the motion, up to the fifth, where it can be told

@@ -186,6 +186,10 @@ fn diagnostics(
         decay_times,
         falls: !(decay_times < e.criteria.answer.least_decay),
         left_out: e.fit.outliers,
+        samples_at_turns: match &e.fit.problem {
+            Problem::Waveform(problem) => problem.at_turns(&chosen.bounded.parameters),
+            Problem::Envelope(_) => 0,
+        },
         other_modes,
         distortion,
     }

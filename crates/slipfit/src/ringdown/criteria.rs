@@ -289,6 +289,10 @@ criteria! {
 criteria! {
     /// The fit of the waveform.
     pub struct WaveformCriteria in "waveform" {
+        /// Phase before and behind a turning point, rad, within which samples of an acceleration do not count: friction
+        /// makes it jump there.
+        turn_guard: f64 = 0.05, source "x_F off by up to 2 standard errors without, by none with it, in simulated accelerations",
+            moves "bias of friction in accelerations";
         /// Most samples of a window; beyond it the blocks hold the same information.
         most_samples: usize = 300_000, source "chosen by simulation", moves "time of analysis";
         /// Least loss per cycle, as a part of the amplitude.

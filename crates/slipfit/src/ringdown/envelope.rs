@@ -113,11 +113,11 @@ impl EnvelopeProblem {
                 for (j, &t) in self.elapsed.iter().enumerate() {
                     path.advance(t - now);
                     now = t;
-                    // The amplitude of a motion at rest is zero.
-                    if path.amplitude > 0.0 {
-                        visit(j, path.amplitude, by_parameters(path.by, p, &gain));
-                    } else {
+                    // The amplitude of a motion at rest is zero; beyond all numbers there is no motion.
+                    if path.amplitude <= 0.0 {
                         visit(j, 0.0, [0.0; CARRIED]);
+                    } else {
+                        visit(j, path.amplitude, by_parameters(path.by, p, &gain));
                     }
                 }
             }

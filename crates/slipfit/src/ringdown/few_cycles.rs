@@ -101,7 +101,7 @@ fn fit_from<'a>(
     if n - release < c.least_samples {
         return None;
     }
-    let start = start_values(&samples.time[release..], &samples.signal[release..], swing)?;
+    let start = start_values(samples, release, swing)?;
     let mut measured = MeasuredDecay {
         all: Vec::new(),
         window: DecayWindow {
@@ -144,7 +144,8 @@ fn fit_from<'a>(
 }
 
 /// The best of a coarse net of frequencies, decay rates and frictions, each fitted.
-fn start_values(time: &[f64], signal: &[f64], swing: &Swing) -> Option<Vec<f64>> {
+fn start_values(samples: &Samples, release: usize, swing: &Swing) -> Option<Vec<f64>> {
+    let (time, signal) = (&samples.time[release..], &samples.signal[release..]);
     let &Swing { top, rest, quarter, .. } = swing;
     let stride = (time.len() / SEARCH_SAMPLES).max(1);
     let thin = |v: &[f64]| v.iter().step_by(stride).copied().collect::<Vec<f64>>();
@@ -153,6 +154,8 @@ fn start_values(time: &[f64], signal: &[f64], swing: &Swing) -> Option<Vec<f64>>
     let problem = Waveform {
         time: &time,
         signal: &signal,
+        observable: samples.observable,
+        guard: 0.0,
         origin: time[0],
         duration: time[time.len() - 1] - time[0],
         bend: None,
@@ -169,7 +172,7 @@ fn start_values(time: &[f64], signal: &[f64], swing: &Swing) -> Option<Vec<f64>>
                 start[A0] = top.abs();
                 start[X_F] = friction * top.abs();
                 start[DELTA] = damping * omega;
-                start[PHASE] = if top > 0.0 { 0.0 } else { PI };
+                start[PHASE] = if top > 0.0 { 0.0 } else { PI } - samples.observable.phase_lead();
                 start[OMEGA] = omega;
                 start[OFFSET] = rest;
                 starts.push(start);
@@ -247,7 +250,7 @@ fn half_cycles(
                 span_s: half,
                 amplitude: amplitude * (1.0 + gain),
                 quadrature: 0.0,
-                phase: p[PHASE] + p[OMEGA] * middle,
+                phase: p[PHASE] + problem.observable.phase_lead() + p[OMEGA] * middle,
                 omega: p[OMEGA],
                 offset: p[OFFSET],
                 unit_variance: amplitude * amplitude / power.max(f64::MIN_POSITIVE),

@@ -1,10 +1,11 @@
 //! The samples under analysis: the part of the record and the band that are asked for.
 
 use super::options::Options;
+use crate::motion::decay::window::Observable;
 use crate::numeric::extremes;
 use crate::record::MIN_SAMPLES;
 use crate::signal::spectrum;
-use crate::{Clock, Error, Record};
+use crate::{Clock, Error, Record, SignalKind};
 use std::borrow::Cow;
 use std::ops::Range;
 
@@ -20,10 +21,20 @@ const STEP_SAMPLES: usize = 2000;
 pub(crate) struct Samples<'a> {
     pub(crate) time: Cow<'a, [f64]>,
     pub(crate) signal: Cow<'a, [f64]>,
+    pub(crate) observable: Observable,
     pub(crate) quadrature: Option<Cow<'a, [f64]>>,
     /// Variance of the noise about the frequency of the motion over that inside single cycles, where an
     /// earlier look has shown more; else 1.
     pub(crate) noise_inflation: f64,
+}
+
+/// What the samples of a record show of its motion; the amplitudes of others are those of a displacement.
+fn observable(kind: SignalKind) -> Observable {
+    match kind {
+        SignalKind::Velocity => Observable::Velocity,
+        SignalKind::Acceleration => Observable::Acceleration,
+        _ => Observable::Displacement,
+    }
 }
 
 impl<'a> Samples<'a> {
@@ -61,6 +72,7 @@ impl<'a> Samples<'a> {
         Ok(Self {
             time,
             signal: Cow::Borrowed(&record.signal()[first..end]),
+            observable: observable(record.kind()),
             quadrature: record.quadrature().map(|q| Cow::Borrowed(&q[first..end])),
             noise_inflation: 1.0,
         })
@@ -75,6 +87,7 @@ impl<'a> Samples<'a> {
         Self {
             time: cut(&self.time),
             signal: cut(&self.signal),
+            observable: self.observable,
             quadrature: self.quadrature.as_ref().map(cut),
             noise_inflation: self.noise_inflation,
         }
@@ -161,7 +174,13 @@ mod tests {
 
     fn samples(signal: Vec<f64>) -> Samples<'static> {
         let time = (0..signal.len()).map(|i| i as f64).collect();
-        Samples { time: Cow::Owned(time), signal: Cow::Owned(signal), quadrature: None, noise_inflation: 1.0 }
+        Samples {
+            time: Cow::Owned(time),
+            signal: Cow::Owned(signal),
+            observable: Observable::Displacement,
+            quadrature: None,
+            noise_inflation: 1.0,
+        }
     }
 
     #[test]

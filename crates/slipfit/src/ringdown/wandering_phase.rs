@@ -70,8 +70,8 @@ impl WanderingPhase {
     }
 }
 
-/// The parameters of the phase that a walk is told from: all, since those that were chosen among them took a part of the
-/// walk along.
+/// The parameters of the phase that are free while its random walk is estimated: all of them, since those selected have
+/// already fitted part of the walk.
 fn smooth_slots(problem: &Waveform) -> Vec<usize> {
     PHASE_SLOTS.into_iter().filter(|slot| *slot != BEND || problem.bend.is_some()).collect()
 }
@@ -89,7 +89,8 @@ fn phase_errors(problem: &Waveform, fit: &Fit, noise_rms: f64, moving_s: f64) ->
     let smooth = smooth_slots(problem);
     let law = law_of(p, p[OMEGA]);
     let residual = problem.residuals(p);
-    let turn = (p[PHASE] / PI).ceil() - p[PHASE] / PI;
+    let phase = (p[PHASE] + problem.observable.phase_lead()) / PI;
+    let turn = phase.ceil() - phase;
     let mut errors = Vec::new();
     let count = ((moving_s - turn * half_s) / (per_phase * half_s)).floor();
     // A motion whose phase does not advance has none.

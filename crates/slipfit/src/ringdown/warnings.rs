@@ -4,6 +4,7 @@ use super::Answer;
 use super::envelope::law_of;
 use super::evidence::Evidence;
 use super::window::EndReason;
+use super::window_fit::Problem;
 use crate::SignalKind;
 use crate::answer::describe::model_choice;
 use crate::answer::{Parameter, Warning};
@@ -88,7 +89,8 @@ pub(crate) fn warnings(e: &Evidence, answer: &Answer) -> Vec<Warning> {
     }
     let comparison = &e.fit.comparison;
     list.extend(model_choice(comparison, e.options.model, e.criteria.report.rival_bic));
-    let derivative = matches!(e.record.kind(), SignalKind::Velocity | SignalKind::Acceleration);
+    let derivative = matches!(e.record.kind(), SignalKind::Velocity | SignalKind::Acceleration)
+        && matches!(e.fit.problem, Problem::Envelope(_));
     if let Some(quality_factor) = quality_factor_at_first(e)
         .filter(|quality_factor| derivative && *quality_factor < criteria.derivative_quality_factor)
     {

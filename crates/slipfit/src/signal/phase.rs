@@ -144,7 +144,7 @@ pub(crate) fn smooth(blocks: &[Block], amplitude: &[f64], noise_rms: f64) -> Opt
             smooth: row(j, columns),
         })
         .collect();
-    // Beside every column: the ones that were chosen among them took a part of the walk along.
+    // With every column free: the columns selected have already fitted part of the walk.
     let every = errors.iter().zip(&strong).map(|(e, &j)| PhaseError { smooth: row(j, &WIDEST), ..e.clone() });
     let walk = walk_rate(&every.collect::<Vec<_>>()).unwrap_or(0.0);
     let get = |which: Column| columns.iter().position(|&x| x == which).map_or(0.0, |i| c[i]);
@@ -243,7 +243,7 @@ enum Column {
     Chirp,
 }
 
-/// Columns that a walk of the phase is told from.
+/// Columns that are free while the random walk of the phase is estimated.
 const WIDEST: [Column; 4] = [Column::One, Column::Time, Column::Square, Column::Chirp];
 
 const MODELS: [&[Column]; 5] = [

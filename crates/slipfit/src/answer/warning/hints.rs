@@ -45,7 +45,7 @@ impl Warning {
             Warning::SlowTail { .. } => vec![Hint::new("end_s", "sets the limit by hand")],
             Warning::Clipped { inside: true, .. } => vec![Hint::new("start_s", "skips them")],
             Warning::AmbiguousModel { .. } => vec![Hint::new("model", "chooses")],
-            Warning::LowQDerivative { .. } => vec![Hint::advice("a record of the displacement is exact")],
+            Warning::LowQDerivative { .. } => either("start_s", "end_s", "cuts it to the free decay"),
             Warning::Disturbance { .. } => either("start_s", "end_s", "chooses by hand"),
             Warning::FrequencyUnknown => {
                 vec![Hint::new("frequency_hz", "turns it into a friction displacement")]

@@ -111,7 +111,7 @@ pub enum Warning {
         /// Samples per cycle.
         samples_per_cycle: f64,
     },
-    /// A velocity or acceleration that loses much in each cycle: its waveform under friction is not that of the fit.
+    /// A velocity or acceleration that loses much in each cycle, described by its amplitudes alone.
     LowQDerivative {
         /// Quality factor of all losses together at the first amplitude.
         quality_factor: f64,

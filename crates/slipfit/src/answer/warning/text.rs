@@ -115,8 +115,8 @@ impl fmt::Display for Warning {
             ),
             Warning::LowQDerivative { quality_factor } => write!(
                 f,
-                "a velocity or acceleration of quality factor {quality_factor:.0}: friction bends its waveform otherwise \
-                 than that of a displacement, and frequency, delta and x_F may be off by more than their errors"
+                "a velocity or acceleration of quality factor {quality_factor:.0}, described by its amplitudes alone: \
+                 frequency, delta and x_F may be off by more than their errors"
             ),
             Warning::Disturbance { time_s } => {
                 write!(f, "a disturbance at {} s ends the usable decay", figures(*time_s, 4))

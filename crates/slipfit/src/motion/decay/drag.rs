@@ -80,6 +80,60 @@ impl Shape {
         self.at(pulp::Scalar::new(), theta, s, c).0
     }
 
+    /// [`at`](Self::at), differentiated so many times by the phase, at most twice.
+    #[inline(always)]
+    pub(super) fn derivative<S: Simd>(
+        &self,
+        simd: S,
+        order: i32,
+        theta: S::f64s,
+        s: S::f64s,
+        c: S::f64s,
+    ) -> (S::f64s, S::f64s) {
+        if order == 0 {
+            return self.at(simd, theta, s, c);
+        }
+        let v = |x: f64| simd.splat_f64s(x);
+        let mul = |a, b| simd.mul_f64s(a, b);
+        let add = |a, b| simd.add_f64s(a, b);
+        let sub = |a, b| simd.sub_f64s(a, b);
+        let times = |x: f64, a| simd.mul_f64s(v(x), a);
+        let phi = add(theta, v(-FRAC_PI_2));
+        let (ss, cc, sc) = (mul(s, s), mul(c, c), mul(s, c));
+        // S' = c B with B = 2 (1 + s)/3 - LOSS theta, B' = E.
+        let b = sub(times(2.0 / 3.0, add(v(1.0), s)), times(LOSS, theta));
+        let e = sub(times(2.0 / 3.0, c), v(LOSS));
+        let second = sub(mul(c, e), mul(s, b));
+        let k = 2.0 / 3.0 / PI * LOSS;
+        let square = add(mul(phi, phi), v(2.0 - FRAC_PI_2 * FRAC_PI_2));
+        let curved = add(v(PI / 3.0), times(LOSS, mul(phi, phi)));
+        let (first, slope, by_epsilon, by_l);
+        if order == 1 {
+            (first, slope) = (mul(c, b), second);
+            let cubic = mul(c, sub(cc, add(ss, ss)));
+            by_epsilon = add(times(1.0 / 6.0, cubic), times(k, mul(square, c)));
+            let mut sum = sub(times(2.0 / 3.0, cc), v(4.0 / 3.0));
+            sum = sub(sum, times(4.0 / 3.0, mul(phi, sc)));
+            sum = sub(sum, times(4.0 / 9.0, sub(cc, ss)));
+            sum = add(sum, add(times(2.0 * LOSS, mul(phi, s)), mul(curved, c)));
+            by_l = add(sum, times(2.0 / 3.0 * LOSS, sub(c, mul(phi, s))));
+        } else {
+            let twice = add(mul(s, e), mul(s, e));
+            first = second;
+            slope = sub(v(0.0), add(add(mul(c, b), twice), times(2.0 / 3.0, sc)));
+            let cubic = mul(s, sub(add(ss, ss), times(7.0, cc)));
+            let bracket = sub(times(2.0, mul(phi, c)), mul(square, s));
+            by_epsilon = add(times(1.0 / 6.0, cubic), times(k, bracket));
+            let mut sum = times(16.0 / 9.0 - 8.0 / 3.0, sc);
+            sum = sub(sum, times(4.0 / 3.0, mul(phi, sub(cc, ss))));
+            sum = add(sum, times(2.0 * LOSS, add(s, times(2.0, mul(phi, c)))));
+            sum = sub(sum, mul(curved, s));
+            by_l = sub(sum, times(2.0 / 3.0 * LOSS, add(times(2.0, s), mul(phi, c))));
+        }
+        let second_order = add(times(self.epsilon, by_epsilon), times(self.l, by_l));
+        (add(first, second_order), slope)
+    }
+
     /// The value, and the slope of its leading part, at the phases `theta`; `s` and `c` are sine and cosine
     /// of `theta - pi/2`.
     #[inline(always)]

@@ -10,13 +10,21 @@
 //!
 //! which is the closed form where frequency and decay rate are constant, and joins the turning
 //! points smoothly where they change slowly; quadratic drag adds [its own shape](super::drag). All
-//! derivatives are combinations of `f`, `theta f`, `g = e^(lambda theta) sin theta` and that shape. One pass gives the sums of a least-squares step; of the
-//! samples nothing is stored.
+//! derivatives are combinations of `f`, `theta f`, `g = e^(lambda theta) sin theta`, `theta g` and that shape. One pass
+//! gives the sums of a least-squares step; of the samples nothing is stored.
+//!
+//! Velocities and accelerations are combinations of the same functions: by the phase
+//!
+//! ```text
+//! f' = -(1 + lambda²) g     g' = f + 2 lambda g     (theta f)' = f + theta f'     (theta g)' = g + theta g'
+//! ```
+//!
+//! and by time that times the rate of the phase, over `omega`; an acceleration jumps at each turn.
 
 use super::drag;
 use super::parameters::{COUNT, DELTA, DRAG, OFFSET, OMEGA, PHASE, X_F};
 use super::turns::{Turn, Turns};
-use super::window::Window;
+use super::window::{Observable, Window};
 use crate::numeric::products::{Products, WIDTH};
 use crate::numeric::trig::inverse_factorials;
 use crate::numeric::wide;
@@ -136,6 +144,7 @@ struct HalfCycle {
     common: Option<[f64; 2]>,
     /// Whether drag is part of the model: its shape times `bulge` is part of the motion.
     drags: bool,
+    observable: Observable,
     /// Time of the turn, s.
     begin: f64,
     omega: f64,
@@ -148,6 +157,11 @@ struct HalfCycle {
     /// The motion is `level + height f`.
     level: f64,
     height: f64,
+    /// Of a velocity or an acceleration the parts of `f` and `g`; the rate of the phase over `omega` at the turn, its
+    /// change with time, and the part of `g` that the change leaves.
+    parts: [f64; 2],
+    rate: [f64; 2],
+    bent: f64,
     bulge: f64,
     drag: drag::Shape,
     /// Of the active parameters, in their order.
@@ -162,6 +176,7 @@ impl HalfCycle {
         Self {
             common: common_lambda.map(|lambda| [lambda, (-PI * lambda).exp()]),
             drags: p[DRAG] != 0.0 || window.active.contains(&DRAG),
+            observable: window.observable,
             begin: 0.0,
             omega: 0.0,
             curve: 0.0,
@@ -170,6 +185,9 @@ impl HalfCycle {
             moving: false,
             level: 0.0,
             height: 0.0,
+            parts: [0.0; 2],
+            rate: [0.0; 2],
+            bent: 0.0,
             bulge: 0.0,
             drag: drag::Shape::default(),
             rows: [[0.0; 5]; COUNT],
@@ -198,7 +216,7 @@ impl HalfCycle {
                 self.rows[k] = [seen * turn.by[parameter], 0.0, 0.0, 0.0, 0.0];
             }
             self.drags = false;
-            (self.level, self.height) = (seen * turn.amplitude, 0.0);
+            (self.level, self.height, self.bulge, self.bent) = (seen * turn.amplitude, 0.0, 0.0, 0.0);
             return Some(());
         }
         let x_f = p[X_F];
@@ -262,10 +280,67 @@ impl HalfCycle {
             }
         }
         (self.level, self.height) = (sign * x_f, sign * swing);
+        if self.observable != Observable::Displacement {
+            let length = next.time - turn.time;
+            self.differentiate(window.active, p[OMEGA], self.omega + self.curve * length);
+        }
         if self.drags {
             self.drag = drag::Shape::new(middle, [p[DELTA], p[DRAG]], p[OMEGA]);
         }
         Some(())
+    }
+
+    /// Makes rows of the displacement those of its derivative over `omega` to the same power, where the phase runs at
+    /// `mean`; within the half cycle its change counts for the signal, not for derivatives by parameters.
+    #[inline(always)]
+    fn differentiate(&mut self, active: &[usize], omega: f64, mean: f64) {
+        let order = self.observable.order();
+        let (lambda, kappa) = (self.lambda, 1.0 + self.lambda * self.lambda);
+        // Parts of f, g, theta f and theta g.
+        let by_phase = |mut parts: [f64; 4]| {
+            for _ in 0..order {
+                let [f, g, theta_f, theta_g] = parts;
+                parts = [
+                    g + theta_f,
+                    2.0 * lambda * g + theta_g - kappa * f,
+                    theta_g,
+                    2.0 * lambda * theta_g - kappa * theta_f,
+                ];
+            }
+            parts
+        };
+        let [f, g, ..] = by_phase([1.0, 0.0, 0.0, 0.0]);
+        (self.level, self.parts) = (0.0, [f, g]);
+        self.rate = [self.omega / omega, 2.0 * self.curve / omega];
+        self.bent = if order == 2 { -kappa * self.rate[1] / omega } else { 0.0 };
+        let scale = (mean / omega).powi(order);
+        let per_omega = f64::from(order) / omega;
+        for (k, parameter) in active.iter().copied().enumerate().filter(|(_, p)| *p < OFFSET) {
+            let [_, f, theta_f, g, u_g] = self.rows[k];
+            let mut parts = by_phase([f, g, theta_f, u_g / mean]);
+            if parameter == OMEGA {
+                parts[0] -= per_omega * self.height * self.parts[0];
+                parts[1] -= per_omega * self.height * self.parts[1];
+                self.drag_rows[k][0] -= per_omega * self.bulge;
+            }
+            let [f, g, theta_f, theta_g] = parts.map(|part| scale * part);
+            self.rows[k] = [0.0, f, theta_f, g, theta_g * mean];
+            self.drag_rows[k] = self.drag_rows[k].map(|part| scale * part);
+        }
+    }
+
+    /// The signal of a velocity or an acceleration, `u` after the turn.
+    #[inline(always)]
+    fn derivative<S: Simd>(&self, simd: S, u: S::f64s, basis: &Basis<S>) -> S::f64s {
+        let splat = |v: f64| simd.splat_f64s(v);
+        let [f, g] = self.parts.map(|part| splat(part * self.height));
+        let rate = simd.mul_add_e_f64s(splat(self.rate[1]), u, splat(self.rate[0]));
+        let mut x = simd.mul_add_e_f64s(f, basis.f, simd.mul_f64s(g, basis.g));
+        x = simd.mul_add_e_f64s(splat(self.bulge), basis.shape, x);
+        for _ in 0..self.observable.order() {
+            x = simd.mul_f64s(x, rate);
+        }
+        simd.mul_add_e_f64s(splat(self.bent * self.height), basis.g, x)
     }
 
     /// Adds the rows of its samples.
@@ -312,6 +387,7 @@ impl HalfCycle {
         let since = splat(self.begin - window.origin);
         let level = splat(self.level + p[OFFSET]);
         let (height, slope, bow) = (splat(self.height), splat(p[OFFSET + 1]), splat(p[OFFSET + 2]));
+        let direct = self.observable == Observable::Displacement;
         let tilted = p[OFFSET + 1] != 0.0 || p[OFFSET + 2] != 0.0;
         let (time, signal) = (&window.time[range.clone()], &window.signal[range]);
         let Batch { sums, active, len, .. } = batch;
@@ -321,14 +397,21 @@ impl HalfCycle {
             let v = simd.mul_f64s(simd.add_f64s(u, since), over);
             let basis = if self.moving { self.basis::<S, DRAGS>(simd, u) } else { Basis::rest(simd) };
             let mut r = simd.sub_f64s(y, level);
-            r = simd.negate_mul_add_e_f64s(height, basis.f, r);
+            if direct {
+                r = simd.negate_mul_add_e_f64s(height, basis.f, r);
+            } else {
+                r = simd.sub_f64s(r, self.derivative(simd, u, &basis));
+            }
             if tilted {
                 r = simd.negate_mul_add_e_f64s(v, simd.mul_add_e_f64s(bow, v, slope), r);
             }
-            if DRAGS {
+            if DRAGS && direct {
                 r = simd.negate_mul_add_e_f64s(splat(self.bulge), basis.shape, r);
             }
-            put(simd, &mut sums.rows[active.len()], at, r);
+            let counted = |simd: S, value: S::f64s| {
+                if window.guard > 0.0 { self.off_the_turns(simd, window.guard, u, value) } else { value }
+            };
+            put(simd, &mut sums.rows[active.len()], at, counted(simd, r));
             for (k, &parameter) in active.iter().enumerate() {
                 let value = match parameter.checked_sub(OFFSET) {
                     None => {
@@ -339,11 +422,21 @@ impl HalfCycle {
                     Some(1) => v,
                     Some(_) => simd.mul_f64s(v, v),
                 };
-                put(simd, &mut sums.rows[k], at, value);
+                put(simd, &mut sums.rows[k], at, counted(simd, value));
             }
             at += S::F64_LANES;
         }
         *len += time.len();
+    }
+
+    /// The value, or zero where the phase is within `guard` of a turn.
+    #[inline(always)]
+    fn off_the_turns<S: Simd>(&self, simd: S, guard: f64, u: S::f64s, value: S::f64s) -> S::f64s {
+        let splat = |v: f64| simd.splat_f64s(v);
+        let theta = simd.mul_f64s(u, simd.mul_add_e_f64s(splat(self.curve), u, splat(self.omega)));
+        let off = simd.abs_f64s(simd.sub_f64s(theta, splat(FRAC_PI_2)));
+        let near = simd.less_than_f64s(splat(FRAC_PI_2 - guard), off);
+        simd.select_f64s(near, splat(0.0), value)
     }
 
     /// The functions all derivatives are made of, at times since the turn.
@@ -361,7 +454,11 @@ impl HalfCycle {
         let g = simd.mul_f64s(e, sin);
         let f = simd.neg_f64s(simd.mul_add_e_f64s(e, s, simd.mul_f64s(splat(self.lambda), g)));
         let zero = splat(0.0);
-        let (shape, slope) = if DRAGS { self.drag.at(simd, theta, s, sin) } else { (zero, zero) };
+        let (shape, slope) = if DRAGS {
+            self.drag.derivative(simd, self.observable.order(), theta, s, sin)
+        } else {
+            (zero, zero)
+        };
         Basis { f, theta_f: simd.mul_f64s(theta, f), g, shape, slope }
     }
 }

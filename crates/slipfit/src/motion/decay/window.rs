@@ -1,6 +1,7 @@
 //! The samples of a window and the phase of the motion along it.
 
 use super::parameters::{BEND, CHIRP, OMEGA, PHASE};
+use std::f64::consts::FRAC_PI_2;
 
 /// Integral of the squared amplitude along a reference decay, for the backbone.
 #[derive(Debug, Clone, Default)]
@@ -54,12 +55,43 @@ impl Bend {
     }
 }
 
+/// What the samples show of the motion.
+///
+/// Lengths among the parameters, amplitude and friction displacement, are those of the signal: displacements times
+/// `omega` for velocities, times `omega²` for accelerations.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
+pub(crate) enum Observable {
+    #[default]
+    Displacement,
+    Velocity,
+    Acceleration,
+}
+
+impl Observable {
+    /// How often the displacement is differentiated.
+    pub(crate) fn order(self) -> i32 {
+        match self {
+            Self::Displacement => 0,
+            Self::Velocity => 1,
+            Self::Acceleration => 2,
+        }
+    }
+
+    /// By what the phase of the signal is ahead of that of the displacement, rad.
+    pub(crate) fn phase_lead(self) -> f64 {
+        f64::from(self.order()) * FRAC_PI_2
+    }
+}
+
 /// Samples of a window and the shape of the model.
 #[derive(Debug, Clone, Copy)]
 pub(crate) struct Window<'a> {
     /// s, never decreasing.
     pub(crate) time: &'a [f64],
     pub(crate) signal: &'a [f64],
+    pub(crate) observable: Observable,
+    /// Samples closer to a turn than this, rad, do not count.
+    pub(crate) guard: f64,
     /// Time the parameters refer to, s.
     pub(crate) origin: f64,
     pub(crate) duration: f64,
