@@ -4,7 +4,7 @@ use super::envelope::{X_F, averaging_bias};
 use super::evidence::Evidence;
 use super::fitted::{FittedMotion, Knot};
 use super::quantities::frequency_known;
-use super::waveform::{BEND, CHIRP, OFFSET};
+use super::waveform::{BEND, CHIRP, OFFSET, OMEGA, Observable};
 use super::window_fit::Problem;
 use super::{Backbone, EnvelopePoint, LossPoint};
 use crate::inference::model_selection::ModelFit;
@@ -31,6 +31,7 @@ pub(crate) fn fitted_motion(e: &Evidence, chosen: &ModelFit, law: AmplitudeLaw, 
                 drag => Slowing::new(law.amplitude(t), [law.a1, drag], omega).rate,
             };
             let (mut lag, mut before) = (0.0, slowing(0.0));
+            let lead = problem.observable.phase_lead();
             (0..KNOTS)
                 .map(|i| {
                     let t = duration * f64::from(i) / f64::from(KNOTS - 1);
@@ -43,7 +44,7 @@ pub(crate) fn fitted_motion(e: &Evidence, chosen: &ModelFit, law: AmplitudeLaw, 
                     let at = problem.phase_at(p, time_s);
                     let v = (time_s - e.fit.origin) / problem.duration.max(f64::MIN_POSITIVE);
                     let offset = p[OFFSET] + v * (p[OFFSET + 1] + v * p[OFFSET + 2]);
-                    Knot { time_s, phase: at.phase - lag, omega: at.omega - here, offset }
+                    Knot { time_s, phase: at.phase - lead - lag, omega: at.omega - here, offset }
                 })
                 .collect()
         }
@@ -60,8 +61,11 @@ pub(crate) fn fitted_motion(e: &Evidence, chosen: &ModelFit, law: AmplitudeLaw, 
         _ => 0.0,
     };
     let backbone = backbone_terms(e, chosen, omega);
-    let x_f = if matches!(e.fit.problem, Problem::Waveform(_)) { p[X_F] } else { 0.0 };
-    FittedMotion::new(e.fit.origin, e.fit.end, law, backbone, x_f, knots, floor)
+    let (x_f, observable, rate) = match &e.fit.problem {
+        Problem::Waveform(problem) => (p[X_F], problem.observable, p[OMEGA]),
+        Problem::Envelope(_) => (0.0, Observable::Displacement, omega),
+    };
+    FittedMotion::new(e.fit.origin, e.fit.end, law, backbone, x_f, knots, floor).observed_as(observable, rate)
 }
 
 /// Relative frequency shift per A² and A⁴.

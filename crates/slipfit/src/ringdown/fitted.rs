@@ -4,6 +4,7 @@ use super::two_modes::ViscousMode;
 use crate::motion::decay::amplitude::AmplitudeLaw;
 use crate::motion::decay::drag;
 use crate::motion::decay::path::{AmplitudePath, Carried};
+use crate::motion::decay::window::Observable;
 use crate::numeric::roots::border;
 use std::f64::consts::PI;
 
@@ -34,13 +35,15 @@ pub(crate) struct Knot {
 ///
 /// which is the closed form of a free decay with viscous and sliding friction
 /// when the frequency is constant, and joins the turning points smoothly when
-/// frequency or loss law change slowly.
+/// frequency or loss law change slowly. Of a velocity or an acceleration it is the derivative.
 #[derive(Debug, Clone, PartialEq)]
 pub struct FittedMotion {
     pub(crate) start_s: f64,
     pub(crate) end_s: f64,
     pub(crate) law: AmplitudeLaw,
     pub(crate) friction_displacement: f64,
+    /// What the signal is of the motion, and the frequency at vanishing amplitude, rad/s.
+    observable: (Observable, f64),
     /// Empty for a bare envelope.
     pub(crate) knots: Vec<Knot>,
     /// Relative frequency shift per A² and A⁴, which bends the loss as well.
@@ -92,6 +95,7 @@ impl FittedMotion {
             end_s,
             law,
             friction_displacement,
+            observable: (Observable::Displacement, 1.0),
             knots,
             backbone,
             table,
@@ -101,6 +105,12 @@ impl FittedMotion {
         };
         motion.rest = motion.find_rest();
         motion
+    }
+
+    /// The derivative of a motion of this frequency at vanishing amplitude, rad/s.
+    pub(crate) fn observed_as(mut self, observable: Observable, omega: f64) -> Self {
+        self.observable = (observable, omega);
+        self
     }
 
     /// The first turning point within the stick zone, `|X_n| <= x_F`.
@@ -165,7 +175,8 @@ impl FittedMotion {
             return amplitude.hypot(self.noise_floor);
         };
         if let Some(rest) = self.rest.filter(|rest| time_s >= rest.time_s) {
-            return knot.offset + rest.displacement;
+            let moves_none = self.observable.0 != Observable::Displacement;
+            return knot.offset + if moves_none { 0.0 } else { rest.displacement };
         }
         let theta = knot.phase.rem_euclid(PI);
         let sign = if (knot.phase / PI).floor().rem_euclid(2.0) == 0.0 { 1.0 } else { -1.0 };
@@ -177,8 +188,15 @@ impl FittedMotion {
         let x_f = self.friction_displacement;
         let bulge = self
             .drag_shape(before, after, knot.omega)
-            .map_or(0.0, |(height, shape)| height * shape.value(theta));
-        knot.offset + sign * (half_cycle(before, after, x_f, theta) + bulge)
+            .map_or(0.0, |(height, shape)| height * shape.value(self.observable.0.order(), theta));
+        let (observable, omega) = self.observable;
+        let rate = (knot.omega / omega).powi(observable.order());
+        let shape = if observable == Observable::Displacement {
+            half_cycle(before, after, x_f, theta)
+        } else {
+            half_cycle_by_phase(before, after, x_f, theta, observable.order())
+        };
+        knot.offset + sign * rate * (shape + bulge)
     }
 
     /// What drag adds to the shape of a half cycle between two amplitudes.
@@ -241,11 +259,58 @@ pub(crate) fn half_cycle(before: f64, after: f64, x_f: f64, theta: f64) -> f64 {
     x_f + swing * (lambda * theta).exp() * (cos - lambda * sin)
 }
 
+/// [`half_cycle`] differentiated once or twice by the phase.
+fn half_cycle_by_phase(before: f64, after: f64, x_f: f64, theta: f64, order: i32) -> f64 {
+    let swing = before - x_f;
+    let ratio = (after + x_f) / swing;
+    if !(swing > 0.0 && ratio > 0.0) {
+        return 0.0;
+    }
+    let lambda = ratio.ln() / PI;
+    let (sin, cos) = theta.sin_cos();
+    let slope = if order == 1 { sin } else { lambda * sin + cos };
+    -swing * (1.0 + lambda * lambda) * (lambda * theta).exp() * slope
+}
+
 #[cfg(test)]
 mod tests {
     use crate::motion::decay::FreeDecay;
+    use crate::noise::jitter;
     use crate::ringdown::{Options, analyse};
-    use crate::{Oscillator, Record};
+    use crate::{Oscillator, Record, SignalKind};
+
+    #[test]
+    fn the_fitted_motion_of_a_derivative_is_the_derivative() {
+        let (omega_0, delta, x_f) = (5.0, 0.3, 0.01);
+        let oscillator = Oscillator::kinematic(omega_0, delta, x_f).unwrap();
+        let decay = FreeDecay::from_rest(&oscillator, 0.3).unwrap();
+        let stop_s = decay.stop().unwrap().time_s;
+        let velocity = |t: f64| decay.velocity(t);
+        let acceleration = |t: f64| {
+            let (x, v) = (decay.displacement(t), decay.velocity(t));
+            if t < stop_s { -omega_0.powi(2) * (x + x_f * v.signum()) - 2.0 * delta * v } else { 0.0 }
+        };
+        let kinds: [(SignalKind, &dyn Fn(f64) -> f64, f64); 2] =
+            [(SignalKind::Velocity, &velocity, 1.5), (SignalKind::Acceleration, &acceleration, 7.5)];
+        for (kind, truth, most) in kinds {
+            let noise = 0.005 * most;
+            let time_s: Vec<f64> = (0..600).map(|i| 0.0213 * f64::from(i)).collect();
+            let noisy = |(i, t): (usize, &f64)| truth(*t) + noise * jitter(i, 3);
+            let signal = time_s.iter().enumerate().map(noisy).collect();
+            let record = Record::new(time_s.clone(), signal).unwrap().with_kind(kind);
+            let answer = analyse(&record, &Options::default()).unwrap();
+            assert_eq!(answer.diagnostics.method, "waveform");
+            let [start, end] = answer.fit.range_s();
+            let off: Vec<f64> = time_s
+                .iter()
+                .filter(|t| (start..=end).contains(*t))
+                .map(|t| (answer.fit.signal_at(*t) - truth(*t)).abs())
+                .collect();
+            let far = off.iter().filter(|off| **off > noise).count();
+            // A sample beside a jump may lie on its other side.
+            assert!(far <= usize::from(kind == SignalKind::Acceleration), "{kind:?}: {far} of {}", off.len());
+        }
+    }
 
     #[test]
     fn the_fitted_motion_rests_where_friction_stops_it() {

@@ -74,10 +74,10 @@ impl Shape {
         Self { epsilon: strength(drag_rate, omega) * product.sqrt(), l: decay_rate / omega }
     }
 
-    /// At a phase since the turn.
-    pub(crate) fn value(&self, theta: f64) -> f64 {
+    /// At a phase since the turn, differentiated so many times by it, at most twice.
+    pub(crate) fn value(&self, order: i32, theta: f64) -> f64 {
         let (s, c) = (theta - FRAC_PI_2).sin_cos();
-        self.at(pulp::Scalar::new(), theta, s, c).0
+        self.derivative(pulp::Scalar::new(), order, theta, s, c).0
     }
 
     /// [`at`](Self::at), differentiated so many times by the phase, at most twice.
