@@ -2,10 +2,8 @@
 
 use std::io::Cursor;
 
-use zip::ZipArchive;
-
 use super::{npy, tracker};
-use crate::tables::unpack::unpack;
+use crate::tables::unpack::{Archive, unpack};
 use crate::{
     columns::named,
     error::ReadProblem,
@@ -57,9 +55,6 @@ pub(crate) fn tables(bytes: Vec<u8>, most_cells: usize) -> Result<(HeldTables, F
     }
     Ok((packed_texts(&mut archive, &texts)?, Format::Zip))
 }
-
-/// An archive in memory.
-pub(super) type Archive = ZipArchive<Cursor<Vec<u8>>>;
 
 fn member(archive: &mut Archive, name: &str) -> Result<Vec<u8>, ReadProblem> {
     let member = archive.by_name(name).map_err(|e| Format::Zip.broken(format!("{name}: {e}")))?;

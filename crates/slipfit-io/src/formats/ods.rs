@@ -2,13 +2,13 @@
 
 use quick_xml::events::{BytesStart, Event};
 
-use super::archive::Archive;
 use super::package::{attribute, character, events_while};
 use crate::{
     error::ReadProblem,
     format::Format,
     tables::sheet::{self, Cell, Sheet},
     tables::table::HeldTables,
+    tables::unpack::Archive,
 };
 
 /// The last row and column LibreOffice has.

@@ -7,8 +7,11 @@ use quick_xml::{
     events::{BytesRef, BytesStart, Event},
 };
 
-use super::archive::Archive;
-use crate::{error::ReadProblem, format::Format, tables::unpack::BUDGET};
+use crate::{
+    error::ReadProblem,
+    format::Format,
+    tables::unpack::{Archive, BUDGET},
+};
 
 /// Every event of a part, handed to `each` until it answers `false`; nothing where the part is missing.
 pub(super) fn events_while(

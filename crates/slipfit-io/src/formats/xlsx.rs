@@ -4,7 +4,6 @@ use std::collections::HashMap;
 
 use quick_xml::events::Event;
 
-use super::archive::Archive;
 use super::package::{attribute, character, events_while};
 
 use crate::{
@@ -12,6 +11,7 @@ use crate::{
     format::Format,
     tables::sheet::{self, Cell, Sheet},
     tables::table::HeldTables,
+    tables::unpack::Archive,
 };
 
 /// The last row and column Excel has.

@@ -1,6 +1,11 @@
 //! Packed bytes, unpacked within a budget of memory.
 
-use std::io::{self, Read};
+use std::io::{self, Cursor, Read};
+
+use zip::ZipArchive;
+
+/// An archive in memory.
+pub(crate) type Archive = ZipArchive<Cursor<Vec<u8>>>;
 
 /// Memory that packed bytes may ask for, whatever they claim: a file of a megabyte can unpack to a
 /// thousand.
