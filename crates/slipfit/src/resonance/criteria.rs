@@ -130,7 +130,7 @@ criteria! {
         work_per_point: usize = 14_000, source "what curves of resonators take, with room to spare",
             moves "time of analysis";
         /// Points that count for it.
-        most_working_points: usize = 2000, source "dense curves are fitted by means of neighbours",
+        most_working_points: usize = 2800, source "dense curves are fitted by means of neighbours",
             moves "time of analysis";
         /// Part of that work after which the search for the intervals ends.
         interval_part: f64 = 0.22, source "what curves of resonators take, with room to spare",

@@ -5,6 +5,7 @@ use super::hypothesis_fit::HypothesisFit;
 use super::problem::Problem;
 use super::residuals::noise_model;
 use super::response::{BG_IM, BG_RE, COUNT, DELAY, DRAG, DUFFING, R_BG_IM, R_BG_RE};
+use super::search::best;
 use crate::inference::least_squares::{Fit, LeastSquares, Normal, minimise, promised_gain};
 use crate::inference::noise::NoiseModel;
 use crate::model::loss::LossTerm;
@@ -71,8 +72,17 @@ impl HypothesisFit<'_> {
         } else {
             minimise(&trial, &self.fit.parameters, &more).into_iter().collect()
         };
-        let fit = minima.first()?.clone();
-        let gain = self.gain(&trial, &self.fit, &fit);
+        let mut fit = minima.first()?.clone();
+        let mut gain = self.gain(&trial, &self.fit, &fit);
+        // The skewed peak is not where the straight one was.
+        if terms[0] == DUFFING
+            && gain > self.criteria.inference.instrument_bic_margin
+            && let Some(anew) = best(&trial, &self.starts, &more, &self.criteria.search)
+            && anew.rss < fit.rss
+        {
+            gain = self.gain(&trial, &self.fit, &anew);
+            fit = anew;
+        }
         Some(Extended { gain, fit, minima: if hidden { minima } else { Vec::new() } })
     }
 
