@@ -47,6 +47,15 @@ fn what_the_fuzzer_found_is_answered_or_refused() {
          0c0929003f0b1f00000000005b201913110072230028000000121f3d0000000000004a0000004e000720c86d8100478b\
          130e851e0080449a186dc02000",
     ));
+    // Blocks of amplitudes closer to each other than stamps late on the clock tell apart: it went on for ever.
+    hostile::ringdown(&bytes(
+        "e717991cb6acdc32a2bda7ea9c60cb79493694fe806578eeed62b0e05541e07223d5fb57724479b4d13010c95946ee09\
+         d81f88cdb664c673af22655ad8c95186e4ef68370d62ee2e08ce5a6f0a5449f105df1b4c6c1b74e8c65acc863574b4f2\
+         41e853726c98d4d5bcc7d680ff905383724abeaa550733f70f89cd5a0e54cd9d12444bf34cc5035bc86579a14c8672d2\
+         f20f831ba7d33bf6d74d4622f8a5f23b359a5a9021bc0f79e926651e7c758be58d8921361df3c03186d73f77fbc60c4a\
+         e1eaa80666325e33f3c4ca24c89a6d8330b3ef19befc8a1f3c1d0692a37f51c96c43fb5bbd6f5591f60573c820e834f4\
+         86676e521612545063634be998f8df1e328532006cbf91c50b1cc2",
+    ));
     // A period of the drive beyond all numbers.
     hostile::resonance(&bytes("ffff00083a3a2f08f9083a0859068d413a"));
 }

@@ -101,7 +101,8 @@ fn inflation_at_rest(samples: &Samples, answer: &Answer, criteria: &ColouredNois
     let mut blocks = Vec::new();
     while first < samples.len() {
         let start_s = samples.time[first];
-        let end = samples.time.partition_point(|t| *t < start_s + span_s);
+        // Late on the clock a block may be shorter than the stamps tell.
+        let end = samples.time.partition_point(|t| *t < start_s + span_s).max(first + 1);
         if end == samples.len() {
             break;
         }
