@@ -290,9 +290,10 @@ mod tests {
             let (x, v) = (decay.displacement(t), decay.velocity(t));
             if t < stop_s { -omega_0.powi(2) * (x + x_f * v.signum()) - 2.0 * delta * v } else { 0.0 }
         };
-        let kinds: [(SignalKind, &dyn Fn(f64) -> f64, f64); 2] =
-            [(SignalKind::Velocity, &velocity, 1.5), (SignalKind::Acceleration, &acceleration, 7.5)];
-        for (kind, truth, most) in kinds {
+        let kinds = [(SignalKind::Velocity, 1.5), (SignalKind::Acceleration, 7.5)];
+        for (kind, most) in kinds {
+            let truth: &dyn Fn(f64) -> f64 =
+                if kind == SignalKind::Velocity { &velocity } else { &acceleration };
             let noise = 0.005 * most;
             let time_s: Vec<f64> = (0..600).map(|i| 0.0213 * f64::from(i)).collect();
             let noisy = |(i, t): (usize, &f64)| truth(*t) + noise * jitter(i, 3);
