@@ -215,7 +215,7 @@ fn page(rows: &[Row], seeds: u64) -> String {
     let mut text = format!(
         "# The default answer\n\nMade by `cargo xtask statistics --default --write`, up to {seeds} records a cell \
          (fewer of long records). Exact decays released at 1 with white noise, recorded for some decay times \
-         1/δ, rest included where friction stops the motion before; amplitudes with Rician noise; velocities and accelerations of 2.5 decay times, x_F that of the displacement. The whole \
+         1/δ, rest included where friction stops the motion before; amplitudes with Rician noise; velocities and accelerations of 2.5 decay times, x_F that of the displacement, A₀ times 2πf or its square. The whole \
          analysis runs on each as every user gets it: no option but the frequency of amplitudes. *Share* is the \
          sliding part of the loss at the start; δ, x_F, f and A₀: share of the 95 % intervals that hold the truth; \
          *outliers unwarned*: answers with one of the four more than four of its standard errors off and no \
@@ -448,6 +448,14 @@ impl Decay {
         } else {
             (1.0 + offset) * (-delta * start_s).exp() - offset
         };
+        // Recorded over `omega_0` or its square; lengths of a signal are displacements times the frequency of the motion.
+        let pulled = self.oscillator.omega_d() / omega_0;
+        let amplitude = amplitude
+            * match self.cell.what {
+                What::Velocity => pulled,
+                What::Acceleration => pulled * pulled,
+                _ => 1.0,
+            };
         let frequency = match self.cell.what {
             What::Displacement | What::Velocity | What::Acceleration => self.oscillator.omega_d() / TAU,
             What::Envelope | What::LockIn => FREQUENCY_HZ,
