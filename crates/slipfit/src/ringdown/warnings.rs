@@ -89,13 +89,8 @@ pub(crate) fn warnings(e: &Evidence, answer: &Answer) -> Vec<Warning> {
     }
     let comparison = &e.fit.comparison;
     list.extend(model_choice(comparison, e.options.model, e.criteria.report.rival_bic));
-    let followed = matches!(e.fit.problem, Problem::Waveform(_));
-    let derivative = match e.record.kind() {
-        SignalKind::Velocity => !followed,
-        // Of its jumps only the samples between them tell.
-        SignalKind::Acceleration => true,
-        _ => false,
-    };
+    let derivative = matches!(e.record.kind(), SignalKind::Velocity | SignalKind::Acceleration)
+        && matches!(e.fit.problem, Problem::Envelope(_));
     if let Some(quality_factor) = quality_factor_at_first(e)
         .filter(|quality_factor| derivative && *quality_factor < criteria.derivative_quality_factor)
     {

@@ -258,15 +258,13 @@ impl Waveform<'_> {
         residuals
     }
 
-    /// Samples so close to a turn that they do not count.
+    /// How many samples do not count because they are so close to a turn.
     pub(crate) fn at_turns(&self, p: &[f64]) -> usize {
-        let moving_s = self.moving_s(p);
-        let beside = |t: &&f64| {
-            let passed = **t - self.origin;
-            let half_turns = self.window(&[]).phase(p, passed).0 / PI;
-            passed < moving_s && (half_turns - half_turns.round()).abs() * PI < self.guard
-        };
-        if self.guard > 0.0 { self.time.iter().filter(beside).count() } else { 0 }
+        if self.guard == 0.0 {
+            return 0;
+        }
+        let every = Self { guard: 0.0, ..self.clone() }.residuals(p);
+        self.residuals(p).iter().zip(every).filter(|(kept, all)| **kept == 0.0 && *all != 0.0).count()
     }
 
     /// Time for which the mass moves inside the window, s.
@@ -385,6 +383,26 @@ mod tests {
             let slope = |t: f64| (decay.velocity(t + h) - decay.velocity(t - h)) / (2.0 * h);
             let acceleration = rms(Observable::Acceleration, &|t| slope(t) + 0.3, &p);
             assert!(acceleration < 1e-5, "Q {q}: {acceleration:e}");
+        }
+    }
+
+    /// Beside the turns samples do not count, and are counted; at rest every one does.
+    #[test]
+    fn samples_beside_a_turn_do_not_count() {
+        let oscillator = Oscillator::kinematic(7.0, 0.4, 0.03).expect("valid");
+        let stop = FreeDecay::from_rest(&oscillator, 1.0).expect("valid").stop().expect("stops").time_s;
+        let time: Vec<f64> = (0..900).map(|i| f64::from(i) * 0.0123).collect();
+        let lifted = vec![0.1; time.len()];
+        let mut p = [0.0; COUNT];
+        (p[A0], p[X_F], p[DELTA], p[OMEGA]) = (1.0, 0.03, 0.4, oscillator.omega_d());
+        let all = Waveform { observable: Observable::Acceleration, ..wave(&time, &lifted, None) };
+        let guarded = Waveform { guard: 0.05, ..all.clone() };
+        let (every, kept) = (all.residuals(&p), guarded.residuals(&p));
+        let left_out = kept.iter().filter(|r| **r == 0.0).count();
+        assert!(left_out > 5 && left_out == guarded.at_turns(&p), "{left_out}");
+        assert_eq!(all.at_turns(&p), 0);
+        for ((t, all), kept) in time.iter().zip(every).zip(kept) {
+            assert!(kept == all || kept == 0.0 && *t < stop, "{t}: {kept} for {all}");
         }
     }
 

@@ -111,7 +111,7 @@ pub enum Warning {
         /// Samples per cycle.
         samples_per_cycle: f64,
     },
-    /// A velocity that loses much in each cycle, described by its amplitudes alone, or an acceleration that does.
+    /// A velocity or acceleration that loses much in each cycle, described by its amplitudes alone.
     LowQDerivative {
         /// Quality factor of all losses together at the first amplitude.
         quality_factor: f64,

@@ -115,7 +115,7 @@ impl fmt::Display for Warning {
             ),
             Warning::LowQDerivative { quality_factor } => write!(
                 f,
-                "a velocity or acceleration of quality factor {quality_factor:.0}, not described by every sample: \
+                "a velocity or acceleration of quality factor {quality_factor:.0}, described by its amplitudes alone: \
                  frequency, delta and x_F may be off by more than their errors"
             ),
             Warning::Disturbance { time_s } => {

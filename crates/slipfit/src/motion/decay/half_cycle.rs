@@ -409,7 +409,11 @@ impl HalfCycle {
                 r = simd.negate_mul_add_e_f64s(splat(self.bulge), basis.shape, r);
             }
             let counted = |simd: S, value: S::f64s| {
-                if window.guard > 0.0 { self.off_the_turns(simd, window.guard, u, value) } else { value }
+                if self.moving && window.guard > 0.0 {
+                    self.off_the_turns(simd, window.guard, u, value)
+                } else {
+                    value
+                }
             };
             put(simd, &mut sums.rows[active.len()], at, counted(simd, r));
             for (k, &parameter) in active.iter().enumerate() {
