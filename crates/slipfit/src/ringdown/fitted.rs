@@ -191,11 +191,7 @@ impl FittedMotion {
             .map_or(0.0, |(height, shape)| height * shape.value(self.observable.0.order(), theta));
         let (observable, omega) = self.observable;
         let rate = (knot.omega / omega).powi(observable.order());
-        let shape = if observable == Observable::Displacement {
-            half_cycle(before, after, x_f, theta)
-        } else {
-            half_cycle_by_phase(before, after, x_f, theta, observable.order())
-        };
+        let shape = half_cycle(before, after, x_f, theta, observable);
         knot.offset + sign * rate * (shape + bulge)
     }
 
@@ -245,31 +241,23 @@ pub(crate) fn interpolate(a: &Knot, b: &Knot, time_s: f64) -> Knot {
     }
 }
 
-/// Displacement at phase `theta` in `[0, pi]` after the turning point `before`,
-/// on the way to `-after` (both as positive amplitudes).
-pub(crate) fn half_cycle(before: f64, after: f64, x_f: f64, theta: f64) -> f64 {
+/// Displacement, or its derivative by the phase, at phase `theta` in `[0, pi]` after the turning point `before`, on the way
+/// to `-after` (both as positive amplitudes).
+fn half_cycle(before: f64, after: f64, x_f: f64, theta: f64, observable: Observable) -> f64 {
     let swing = before - x_f;
     let ratio = (after + x_f) / swing;
-    if !(swing > 0.0 && ratio > 0.0) {
+    let moves = swing > 0.0 && ratio > 0.0;
+    let lambda = if moves { ratio.ln() / PI } else { 0.0 };
+    let (sin, cos) = theta.sin_cos();
+    let curved = -swing * (1.0 + lambda * lambda) * (lambda * theta).exp();
+    match observable {
         // At rest inside the friction zone.
-        return before;
+        Observable::Displacement if !moves => before,
+        _ if !moves => 0.0,
+        Observable::Displacement => x_f + swing * (lambda * theta).exp() * (cos - lambda * sin),
+        Observable::Velocity => curved * sin,
+        Observable::Acceleration => curved * (cos + lambda * sin),
     }
-    let lambda = ratio.ln() / PI;
-    let (sin, cos) = theta.sin_cos();
-    x_f + swing * (lambda * theta).exp() * (cos - lambda * sin)
-}
-
-/// [`half_cycle`] differentiated once or twice by the phase.
-fn half_cycle_by_phase(before: f64, after: f64, x_f: f64, theta: f64, order: i32) -> f64 {
-    let swing = before - x_f;
-    let ratio = (after + x_f) / swing;
-    if !(swing > 0.0 && ratio > 0.0) {
-        return 0.0;
-    }
-    let lambda = ratio.ln() / PI;
-    let (sin, cos) = theta.sin_cos();
-    let slope = if order == 1 { sin } else { lambda * sin + cos };
-    -swing * (1.0 + lambda * lambda) * (lambda * theta).exp() * slope
 }
 
 #[cfg(test)]

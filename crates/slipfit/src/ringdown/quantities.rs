@@ -64,11 +64,7 @@ fn lag_rate(e: &Evidence, chosen: &ModelFit, omega: f64) -> Option<f64> {
     let law = law_of(&chosen.bounded.parameters, omega);
     let noise = e.measured.noise_rms;
     let start = e.fit.origin;
-    let derivatives = match e.record.kind() {
-        SignalKind::Velocity => 1.0,
-        SignalKind::Acceleration => 2.0,
-        _ => 0.0,
-    };
+    let derivatives = f64::from(e.samples.observable.order());
     let lag = |b: &Block| {
         // Within the last swings the motion has no phase.
         let amplitude =
@@ -264,12 +260,7 @@ pub(crate) fn parameters(e: &Evidence, chosen: &ModelFit, omega: f64) -> (Parame
     list.set(Parameter::InitialAmplitude, amplitude);
     if let Some(calibration) = e.options.calibration.filter(|_| known) {
         // A velocity or acceleration record holds omega or omega² times the displacement.
-        let motion = match e.record.kind() {
-            SignalKind::Velocity => 1.0 / omega,
-            SignalKind::Acceleration => 1.0 / (omega * omega),
-            _ => 1.0,
-        };
-        let displacement = x_f.scaled(motion, unit);
+        let displacement = x_f.scaled(omega.powi(-e.samples.observable.order()), unit);
         for (parameter, quantity) in
             physical(calibration, omega.hypot(delta.value), unit, &delta, &displacement)
         {
