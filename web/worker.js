@@ -22,17 +22,18 @@ const ofSession = {
 };
 
 /** Rounds of practice, and the time before each of them for calls that have come. */
-const ROUNDS = 3;
-const PAUSE_MS = 100;
+const ROUNDS = 8;
+const PAUSE_MS = 50;
+const PRACTICE_ROWS = 10_000;
 /** Whether a file has come. */
 let wanted = false;
 
 /** A decay by friction and damping with some noise, as a logger writes it. */
 function practice() {
   const rows = ["time (s),x (mm)"];
-  for (let i = 0; i < 2000; i++) {
+  for (let i = 0; i < PRACTICE_ROWS; i++) {
     const noise = ((i * 7919) % 1009) / 1009 - 0.5;
-    rows.push(`${i / 50},${((10 * Math.exp(-i / 2000) - 3) * Math.cos(0.26 * i) + 0.02 * noise).toFixed(4)}`);
+    rows.push(`${i / 50},${((10 * Math.exp(-i / PRACTICE_ROWS) - 3) * Math.cos(0.26 * i) + 0.02 * noise).toFixed(4)}`);
   }
   return new TextEncoder().encode(rows.join("\n"));
 }
