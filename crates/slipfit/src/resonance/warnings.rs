@@ -219,7 +219,9 @@ fn runs_differ(
     };
     let (rising, falling) = (of(RunDirection::Up), of(RunDirection::Down));
     // Where the runs part ways the residuals of the fit to both are no noise.
-    let noise = d.neighbour_noise.min(c.runs_noise * run_noise).max(f64::MIN_POSITIVE);
+    let noise = d.neighbour_noise.min(c.runs_noise * run_noise);
+    // Nor is noise below the rounding of the amplitudes.
+    let noise = noise.max(f64::EPSILON * d.peak.height).max(f64::MIN_POSITIVE);
     let (mut sum, mut count, mut worst) = (0.0, 0.0, (0.0, 0.0));
     for &(omega, a) in &rising {
         let i = falling.partition_point(|f| f.0 < omega);

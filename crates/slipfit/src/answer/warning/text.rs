@@ -5,6 +5,9 @@ use crate::answer::figures::{self, counted, figures};
 use crate::answer::p_value;
 use std::fmt;
 
+/// Standard errors beyond which their number says nothing more.
+const MOST_ERRORS_TOLD: f64 = 1000.0;
+
 /// A part as a percentage of two digits.
 fn percent(part: f64) -> String {
     let digits = (1.0 - (100.0 * part.abs().max(1e-9)).log10().floor()).clamp(0.0, 6.0);
@@ -203,7 +206,13 @@ impl fmt::Display for Warning {
                 write!(f, "a delay of {delay_s:.4e} s in the signal chain was fitted")
             }
             Warning::RunsDiffer { z } => {
-                write!(f, "sweeps up and down differ by {z:.1} standard errors: drift, or a sweep too fast")
+                f.write_str("sweeps up and down differ by ")?;
+                if *z < MOST_ERRORS_TOLD {
+                    write!(f, "{z:.1}")?;
+                } else {
+                    write!(f, "more than {MOST_ERRORS_TOLD}")?;
+                }
+                f.write_str(" standard errors: drift, or a sweep too fast")
             }
             Warning::ReferenceDiffers { relative_frequency, decay_rate_ratio } => {
                 write!(
