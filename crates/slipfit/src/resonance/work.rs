@@ -9,7 +9,7 @@ const PASS: u64 = 50;
 /// Work of a point on vector lanes.
 const POINT: u64 = 1;
 /// The same where the response depends on the amplitude, which is found by several steps.
-const POINT_BY_AMPLITUDE: u64 = 3;
+const POINT_BY_AMPLITUDE: u64 = 1;
 
 /// Work for the model at every point where nothing else is left.
 const REPORT: u64 = 1_000_000;
@@ -67,9 +67,9 @@ impl Work {
         self.allowed().saturating_sub(self.used())
     }
 
-    /// Whether not even motions in closed form are computed any more, of which a quarter more is allowed.
+    /// Whether not even motions in closed form are computed any more, of which an eighth more is allowed.
     pub(crate) fn is_spent(&self) -> bool {
-        self.used() >= self.allowed().saturating_add(self.allowed() / 4)
+        self.used() >= self.allowed().saturating_add(self.allowed() / 8)
     }
 
     /// What a curve to be reported may take, whatever the search took.

@@ -87,15 +87,17 @@ const LONGEST_LINE: f64 = 4.0;
 const LONGEST_LINE_OF_GROUPS: f64 = 4.0 * GROUP as f64;
 
 /// Work of one motion by each method, from its computing time.
-const WORK_OF_CLOSED: u64 = 3;
+const WORK_OF_CLOSED: u64 = 9;
 const WORK_OF_ONE_STOP: u64 = 8;
 /// The same for each swing of the oscillator in a cycle of its drive.
 const WORK_OF_SWING: u64 = 2;
 /// Eight motions with one stop, side by side.
-const WORK_OF_GROUP: u64 = 16;
+const WORK_OF_GROUP: u64 = 40;
 const WORK_OF_SLIDE: u64 = 20;
 const WORK_OF_ARC: u64 = 20;
-/// Arcs that take as long as the integral for the fundamental over one.
+/// States of a motion, in the integral for its fundamental, that take as long as an arc.
+const STATES_OF_ARC: u64 = 5;
+/// Arcs that take as long as that integral over one, as far as that is known before.
 const ARCS_OF_QUADRATURE: u64 = 20;
 /// Frequency over the natural one from which on the response is small beside its rounding, and its
 /// integral takes longer.
@@ -308,12 +310,15 @@ fn by_event_machine(
     from_rest: bool,
 ) -> (Option<Fundamental>, Option<u64>) {
     let Some(orbit) = orbit(at, from_rest) else { return (None, None) };
-    let arcs = (u64::from(orbit.cycles()) + quadrature(at)) * (orbit.events().len() as u64 + 2);
+    let arcs = u64::from(orbit.cycles()) * (orbit.events().len() as u64 + 2);
     if orbit.events().is_empty() {
         return (Some(Fundamental::REST), Some(arcs));
     }
-    let near = near.or_else(|| leading(at)).filter(|f| f.value.norm() > 0.0);
-    (near.map(|near| Fundamental { value: orbit.harmonic(1), regime: Regime::ManyTurns, ..near }), Some(arcs))
+    let Some(near) = near.or_else(|| leading(at)).filter(|f| f.value.norm() > 0.0) else {
+        return (None, Some(arcs));
+    };
+    let (value, states) = orbit.harmonic_counted(1);
+    (Some(Fundamental { value, regime: Regime::ManyTurns, ..near }), Some(arcs + states / STATES_OF_ARC))
 }
 
 /// Arcs that take as long as the integral for the fundamental over one.
