@@ -115,10 +115,12 @@ pub(crate) fn q_factor(delta: &Quantity, omega_0: impl Fn(f64) -> f64) -> Quanti
     // A rate without a limit: both grow alike.
     let q = |d: f64| if d > 0.0 { omega_0(d.min(f64::MAX)) / d.min(f64::MAX) / 2.0 } else { f64::INFINITY };
     let value = q(delta.value);
+    let [least, most] = delta.interval_95;
     Quantity {
         value,
         std_error: if delta.value > 0.0 { value * delta.std_error / delta.value } else { f64::INFINITY },
-        interval_95: [q(delta.interval_95[1]), q(delta.interval_95[0])],
+        // Rounding may exchange ends next to the value.
+        interval_95: [q(most).min(value), q(least).max(value)],
         unbounded_value: omega_0(delta.unbounded_value) / (2.0 * delta.unbounded_value),
         unit: String::new(),
     }
