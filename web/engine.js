@@ -19,8 +19,8 @@ let worker = null;
 /** The memory of a module never shrinks: one that held so much is ended before the next file. */
 const KEPT_BYTES = 50e6;
 let spent = false;
-/** Whether the larger module is needed, which reads Arrow, HDF5 and Parquet besides. */
-let columns = false;
+/** Whether the larger module is needed, which reads Arrow, HDF5, Parquet and packed sound besides. */
+let formats = false;
 /** What the worker holds once it has done all it was told: a file, and what its answer was asked. */
 /** @type {{file: Loaded, reference: Bytes | null, asked: string} | null} */
 let held = null;
@@ -29,7 +29,7 @@ let waiting = new Map();
 let last = 0;
 
 function start() {
-  worker = new Worker(new URL("worker.js", import.meta.url), { type: "module", name: columns ? "columns" : "" });
+  worker = new Worker(new URL("worker.js", import.meta.url), { type: "module", name: formats ? "formats" : "" });
   const calls = (waiting = new Map());
   const fail = (/** @type {Error} */ error) => {
     end();
@@ -106,8 +106,8 @@ export async function askOf(file, call, options) {
   const { text, trace } = await tell(call, options);
   const told = JSON.parse(text);
   if (!told.error) return { told, trace };
-  if (!told.error.with_columns || columns) throw new Refused(told.error);
-  columns = true;
+  if (!told.error.with_formats || formats) throw new Refused(told.error);
+  formats = true;
   end();
   return askOf(file, call, options);
 }

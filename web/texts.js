@@ -8,6 +8,7 @@ export const texts = {
     skip: "Skip to the content",
     tagline: "How much of an oscillator's loss is sliding friction, how much is viscous damping",
     tabs: "What to do",
+    sound: "Packed sound is decoded by Symphonia, under the Mozilla Public License 2.0; its source: github.com/pdeljanov/Symphonia",
     footer: "Everything is computed in this page: no file and no recording leaves the device. slipfit",
     offline: "Works offline now.",
   },
@@ -17,7 +18,7 @@ export const texts = {
     or: "or drop them here",
     private: "Files stay on this device. Nothing is uploaded.",
     formats:
-      "A free decay, a resonance curve, or amplitudes over drive levels: CSV and other text of any dialect, phyphox, Tracker, WAV, Excel, OpenDocument, MATLAB 5, NumPy, HDF5, Arrow, Parquet. Not here: columns packed by Zstandard, MP3, M4A, OGG and FLAC.",
+      "A free decay, a resonance curve, or amplitudes over drive levels: CSV and other text of any dialect, phyphox, Tracker, WAV, MP3, M4A, OGG, FLAC, Excel, OpenDocument, MATLAB 5, NumPy, HDF5, Arrow, Parquet. Not here: columns packed by Zstandard.",
   },
   examples: {
     label: "Examples:",

@@ -1,5 +1,5 @@
 // The core, away from the thread that draws. One call at a time; whoever cannot wait ends the worker.
-const module = self.name === "columns" ? "./slipfit_wasm_columns.js" : "./slipfit_wasm.js";
+const module = self.name === "formats" ? "./slipfit_wasm_formats.js" : "./slipfit_wasm.js";
 const ready = import(module).then(async (slipfit) => {
   await slipfit.default();
   return slipfit;

@@ -221,9 +221,9 @@ test("it works offline after the first visit", async () => {
   await context.close();
 });
 
-test("an Arrow, Parquet or HDF5 file brings the larger module", async () => {
+test("an Arrow, Parquet, HDF5 or packed sound file brings the larger module", async () => {
   const { page, context, requests } = await tested.page();
-  const larger = () => requests.filter((url) => url.includes("slipfit_wasm_columns"));
+  const larger = () => requests.filter((url) => url.includes("slipfit_wasm_formats"));
   assert.deepEqual(larger(), []);
   const folder = join(root, "validation/reference/writers");
   for (const name of ["duckdb_gzip_V1.parquet", "h5py_gzip_v108.h5"]) {
@@ -232,6 +232,14 @@ test("an Arrow, Parquet or HDF5 file brings the larger module", async () => {
     assertSameAnswer(json, commanded(line, folder), name);
   }
   assert.equal(new Set(larger()).size, 2);
+  // 26000 exp(-3 t) cos(2 pi 200 t), which the codecs with loss keep to a few thousandths.
+  for (const name of ["sound.m4a", "sound.mp3", "sound.ogg", "sound.flac", "sound_alac.m4a"]) {
+    const { json, error } = await drop(page, [{ name, bytes: readFileSync(join(folder, name)) }]);
+    assert.equal(error, null, name);
+    const { frequency_hz: frequency, decay_rate_per_s: decay } = JSON.parse(json).parameters;
+    assert.ok(Math.abs(frequency.value - 200) < 0.01, `${name}: ${frequency.value} Hz`);
+    assert.ok(Math.abs(decay.value - 3) < 0.05, `${name}: ${decay.value} 1/s`);
+  }
   await context.close();
 });
 

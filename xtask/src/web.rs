@@ -54,7 +54,7 @@ const ON_LANES: [&str; 1] = ["slipfit"];
 /// Loops on lanes, and pairs of numbers loaded as one; that compiler's LLVM crashes where it packs straight sums.
 const LANES: &str = r#"["-Ctarget-feature=+simd128", "-Cllvm-args=-slp-vectorize-hor=false"]"#;
 /// Fetched with the first file that needs it, not with the page.
-const LATER: &str = "slipfit_wasm_columns";
+const LATER: &str = "slipfit_wasm_formats";
 
 /// The site.
 pub(crate) struct Site {
@@ -150,7 +150,7 @@ pub(crate) fn build(toolchain: &Toolchain) -> Result<Site, Failure> {
     let source = root().join("web");
     copy(&source, &folder)?;
     let glue = glue()?;
-    for (name, features) in [("slipfit_wasm", None), (LATER, Some("columns"))] {
+    for (name, features) in [("slipfit_wasm", None), (LATER, Some("formats"))] {
         module(toolchain, &glue, &folder, name, features)?;
     }
     examples(&folder.join("examples"))?;

@@ -13,8 +13,8 @@ pub struct Refusal {
     pub message: String,
     /// What would help.
     pub hints: Vec<Advice>,
-    /// Whether this crate reads the file with its feature `columns`, which it was built without.
-    pub with_columns: bool,
+    /// Whether this crate reads the file with its feature `formats`, which it was built without.
+    pub with_formats: bool,
 }
 
 /// A hint that a page can turn into a button: set `option` to `value`.
@@ -30,7 +30,7 @@ pub struct Advice {
 
 impl Refusal {
     pub(crate) fn new(message: impl Into<String>) -> Self {
-        Self { message: message.into(), hints: Vec::new(), with_columns: false }
+        Self { message: message.into(), hints: Vec::new(), with_formats: false }
     }
 
     /// An analysis that could not be done.
@@ -42,11 +42,14 @@ impl Refusal {
 
 impl From<ReadError> for Refusal {
     fn from(error: ReadError) -> Self {
-        let columns = |format: &Format| matches!(format, Format::Arrow | Format::Hdf5 | Format::Parquet);
-        let with_columns = !cfg!(feature = "columns")
-            && matches!(&error.problem, ReadProblem::Unsupported(format) if columns(format));
+        let further = |format: &Format| {
+            use Format::{Aac, Arrow, Flac, Hdf5, Mp3, Mp4, Ogg, Parquet};
+            matches!(format, Arrow | Hdf5 | Parquet | Aac | Flac | Mp3 | Mp4 | Ogg)
+        };
+        let with_formats = !cfg!(feature = "formats")
+            && matches!(&error.problem, ReadProblem::Unsupported(format) if further(format));
         let hints = error.hints().iter().map(Advice::from).collect();
-        Self { hints, with_columns, ..Self::new(error.spelled(&words)) }
+        Self { hints, with_formats, ..Self::new(error.spelled(&words)) }
     }
 }
 
