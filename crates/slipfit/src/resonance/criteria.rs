@@ -127,13 +127,13 @@ criteria! {
         most_work: usize = 7_600_000, source "what curves of resonators take, with room to spare",
             moves "time of analysis";
         /// The same for each point of the curve.
-        work_per_point: usize = 29_000, source "what curves of resonators take, with room to spare",
+        work_per_point: usize = 30_000, source "what curves of resonators take, with room to spare",
             moves "time of analysis";
         /// Points that count for it.
         most_working_points: usize = 1_100, source "dense curves are fitted by means of neighbours",
             moves "time of analysis";
         /// Part of that work after which the search for the intervals ends.
-        interval_part: f64 = 0.12, source "what curves of resonators take, with room to spare",
+        interval_part: f64 = 0.1, source "what curves of resonators take, with room to spare",
             moves "time of analysis";
         /// Difference of two sums of squares, in variances of one observation, below which they are
         /// one minimum.

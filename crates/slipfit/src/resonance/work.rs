@@ -67,9 +67,9 @@ impl Work {
         self.allowed().saturating_sub(self.used())
     }
 
-    /// Whether not even motions in closed form are computed any more, of which an eighth more is allowed.
+    /// Whether not even motions in closed form are computed any more, of which a sixteenth more is allowed.
     pub(crate) fn is_spent(&self) -> bool {
-        self.used() >= self.allowed().saturating_add(self.allowed() / 8)
+        self.used() >= self.allowed().saturating_add(self.allowed() / 16)
     }
 
     /// What a curve to be reported may take, whatever the search took.
