@@ -60,6 +60,11 @@ fn what_the_fuzzer_found_is_answered_or_refused() {
     hostile::resonance(&bytes("ffff00083a3a2f08f9083a0859068d413a"));
     // A Q whose interval is next to nothing beside its rounding.
     hostile::ringdown(&bytes("020202022614ddd40120f6712009530f00000db9001b14b490fc0e"));
+    // An exponent of the loss of which nothing is known.
+    hostile::ringdown(&bytes(
+        "1d0202650b2e4a380e4c20020220c15b50b0300000008cfd000000000028006d00aa2f3d0000000007280000004528000028\
+         000028000028000028000028000000b90e00000000180000200002000000000000",
+    ));
     // Sweeps up and down without noise, far apart beside the least number.
     hostile::series(&bytes(
         "00000000006728000028000012b502020c270202028a20480320674909e01d000000f32c00003be1002019380005007d2827\

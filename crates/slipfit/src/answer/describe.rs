@@ -97,16 +97,11 @@ pub(crate) fn error_of_interval(value: f64, [lower, upper]: [f64; 2]) -> f64 {
 pub(crate) fn non_negative(found: Estimate, present: bool, unit: String) -> Quantity {
     let value = if present { found.value.max(0.0) } else { 0.0 };
     let interval_95 = found.interval.map(|v| v.max(0.0));
-    let mut std_error = known_error(found.std_error);
+    let mut std_error = found.std_error;
     if value == 0.0 && interval_95[1].is_finite() {
         std_error = std_error.max(error_of_interval(value, interval_95));
     }
     Quantity { value, std_error, interval_95, unbounded_value: found.unbounded, unit }
-}
-
-/// Where not even a variance can be formed nothing is known.
-pub(crate) fn known_error(std_error: f64) -> f64 {
-    if std_error.is_nan() { f64::INFINITY } else { std_error }
 }
 
 /// `Q = omega_0/(2 delta)`, the viscous part only, with `omega_0` for each decay rate; infinite where

@@ -45,12 +45,12 @@ impl Profile<'_> {
         if z >= NEAR && curved {
             return self.two_sided(parameter, true);
         }
-        if !z.is_finite() || z >= NEAR {
+        if !(z.is_finite() && wide.is_finite()) || z >= NEAR {
             return Estimate {
                 value,
                 unbounded,
                 std_error,
-                interval: [value - Z_95 * wide, value + Z_95 * wide],
+                interval: [-1.0, 1.0].map(|s| value + s * Z_95 * wide),
             };
         }
         let root = Root::new(self, parameter, unit);
@@ -76,10 +76,15 @@ impl Profile<'_> {
 
     fn basics(&self, parameter: usize) -> (f64, f64, f64, f64) {
         let factor = self.noise.student_factor(self.fit);
-        let std_error = self.noise.std_error(self.fit, parameter);
+        let std_error = known(self.noise.std_error(self.fit, parameter));
         let unit = self.noise.variance(self.fit).sqrt() * factor;
-        (self.fit.parameters[parameter], std_error, unit, std_error * factor)
+        (self.fit.parameters[parameter], std_error, unit, known(std_error * factor))
     }
+}
+
+/// Where not even a variance can be formed nothing is known.
+fn known(error: f64) -> f64 {
+    if error.is_nan() { f64::INFINITY } else { error }
 }
 
 /// Accuracy of the signed root beyond which a straight line through the origin gives the rest.

@@ -7,7 +7,7 @@ use super::waveform::OMEGA;
 use super::window_fit::Problem;
 use crate::answer::averaged::{self, absent_losses, exchanged_losses};
 use crate::answer::calibration::physical;
-use crate::answer::describe::{LossFit, fit_of, known_error, non_negative, q_factor, symmetric, unknown};
+use crate::answer::describe::{LossFit, fit_of, non_negative, q_factor, symmetric, unknown};
 use crate::answer::{Parameter, Parameters};
 use crate::inference::Z_95;
 use crate::inference::model_selection::{ModelComparison, ModelFit};
@@ -181,7 +181,7 @@ fn shape(e: &Evidence, chosen: &ModelFit, term: LossTerm) -> Option<(Parameter, 
     let found = profile.two_sided(slot_of, true);
     let quantity = Quantity {
         value: found.value,
-        std_error: known_error(found.std_error),
+        std_error: found.std_error,
         interval_95: found.interval.map(|v| v.clamp(shape.range[0], shape.range[1])),
         unbounded_value: found.unbounded,
         unit: parameter.unit(e.record.unit()),
@@ -210,7 +210,7 @@ fn initial_amplitude(e: &Evidence, chosen: &ModelFit) -> Quantity {
     let half = (found.interval[1] - found.interval[0]) / (2.0 * Z_95);
     Quantity {
         value: found.value,
-        std_error: known_error(found.std_error.max(half)),
+        std_error: found.std_error.max(half),
         interval_95: found.interval,
         unbounded_value: chosen.unbounded.parameters[A0],
         unit: unit.to_owned(),

@@ -93,6 +93,8 @@ const LONGEST_LINE_OF_GROUPS: f64 = 4.0 * GROUP as f64;
 
 /// Work of one motion by each method, from its computing time.
 const WORK_OF_CLOSED: u64 = 9;
+/// The most of swings that the walk along a half cycle counts: it ends with the first turn, or leaps.
+const MOST_WALKED: u64 = 50;
 const WORK_OF_ONE_STOP: u64 = 8;
 /// The same for each swing of the oscillator in a cycle of its drive.
 const WORK_OF_SWING: u64 = 2;
@@ -166,7 +168,7 @@ impl Follower {
             return closed.map(|c| c.fundamental());
         }
         // Whether it keeps its direction is looked for along the half cycle.
-        self.work = self.work.saturating_add(swings(at));
+        self.work = self.work.saturating_add(swings(at).min(MOST_WALKED));
         if let Some(c) = closed.filter(|c| moves_on(at, c)) {
             return Some(c.fundamental());
         }
