@@ -44,7 +44,7 @@ impl Warning {
             ],
             Warning::SlowTail { .. } => vec![Hint::new("end_s", "sets the limit by hand")],
             Warning::Clipped { inside: true, .. } => vec![Hint::new("start_s", "skips them")],
-            Warning::AmbiguousModel { .. } => vec![Hint::new("model", "chooses")],
+            Warning::AmbiguousModel { .. } => vec![Hint::new("model", "names the one to report")],
             Warning::LowQDerivative { .. } => either("start_s", "end_s", "cuts it to the free decay"),
             Warning::Disturbance { .. } => either("start_s", "end_s", "chooses by hand"),
             Warning::FrequencyUnknown => {
@@ -54,7 +54,8 @@ impl Warning {
             Warning::ShapeAlone { .. } => either("drive_amplitude", "reference", "narrows it"),
             Warning::RivalInstrument { background, duffing, .. } => {
                 let (option, on) = duffing.map_or(("background", *background), |on| ("duffing", on));
-                vec![Hint::new(option, "chooses").with(if on { "on" } else { "off" })]
+                let (word, effect) = if on { ("on", "fits it") } else { ("off", "leaves it out") };
+                vec![Hint::new(option, effect).with(word)]
             }
             Warning::Jump { .. } => vec![Hint::new("band_hz", "keeps to one branch")],
             Warning::OneFlank { .. } => vec![Hint::advice("measure across the peak")],
