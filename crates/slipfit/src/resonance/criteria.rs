@@ -121,19 +121,19 @@ criteria! {
         few_on_peak: usize = 20, source "chosen by simulation", moves "minima missed";
         /// Sum of squares over the least, above which a start is not followed.
         hopeless: f64 = 30.0, source "chosen by simulation", moves "minima missed";
-        /// Work after which the search for the fit ends with what it has, unless the points allow more. A
-        /// point in closed form counts as 1, eight with a stop as 40, others by their time: a million
+        /// Work after which the search for the fit ends with what it has, besides that for each point. A
+        /// point in closed form counts as 1, eight with a stop as 16, others by their time: a million
         /// takes about 25 ms on one core.
-        most_work: usize = 7_600_000, source "what curves of resonators take, with room to spare",
+        most_work: usize = 7_000_000, source "what curves of resonators take, with room to spare",
             moves "time of analysis";
         /// The same for each point of the curve.
-        work_per_point: usize = 30_000, source "what curves of resonators take, with room to spare",
+        work_per_point: usize = 14_000, source "what curves of resonators take, with room to spare",
             moves "time of analysis";
         /// Points that count for it.
-        most_working_points: usize = 1_100, source "dense curves are fitted by means of neighbours",
+        most_working_points: usize = 2800, source "dense curves are fitted by means of neighbours",
             moves "time of analysis";
         /// Part of that work after which the search for the intervals ends.
-        interval_part: f64 = 0.1, source "what curves of resonators take, with room to spare",
+        interval_part: f64 = 0.22, source "what curves of resonators take, with room to spare",
             moves "time of analysis";
         /// Difference of two sums of squares, in variances of one observation, below which they are
         /// one minimum.
@@ -145,7 +145,7 @@ impl SearchCriteria {
     /// Work allowed to a curve of so many points.
     pub(crate) fn work(&self, points: usize) -> u64 {
         let points = self.work_per_point.saturating_mul(points.min(self.most_working_points));
-        self.most_work.max(points) as u64
+        self.most_work.saturating_add(points) as u64
     }
 }
 
