@@ -65,6 +65,11 @@ fn what_the_fuzzer_found_is_answered_or_refused() {
         "1d0202650b2e4a380e4c20020220c15b50b0300000008cfd000000000028006d00aa2f3d0000000007280000004528000028\
          000028000028000028000028000000b90e00000000180000200002000000000000",
     ));
+    // A fit whose frequency strayed far above the samples: it took two minutes.
+    hostile::ringdown(&bytes(
+        "0fa941ee62bce27e56b18675a8c042d37e011bd7ab8ebe7d025b737686acb134dca7e4b620b6155ecf82c4f3985a7703b8d9\
+         6a3c1b945bffe776bdd0b752d77e6341307b66a294431d5e0b838f68e74fcba5f095",
+    ));
     // Sweeps up and down without noise, far apart beside the least number.
     hostile::series(&bytes(
         "00000000006728000028000012b502020c270202028a20480320674909e01d000000f32c00003be1002019380005007d2827\

@@ -50,7 +50,7 @@ impl Profile<'_> {
                 value,
                 unbounded,
                 std_error,
-                interval: [-1.0, 1.0].map(|s| value + s * Z_95 * wide),
+                interval: [value - Z_95 * wide, value + Z_95 * wide],
             };
         }
         let root = Root::new(self, parameter, unit);

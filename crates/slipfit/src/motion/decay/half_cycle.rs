@@ -40,6 +40,9 @@ const LANES: usize = 8;
 const EXPONENTIAL: [f64; 10] = inverse_factorials(0, 1);
 /// No half cycle changes its swing by more than `e` to this power.
 const MOST_DECREMENT: f64 = 700.0;
+/// Half cycles passed through for each sample, gaps included, beyond which the frequency is taken for no motion: a
+/// fit that strays to one far above the samples would take minutes.
+const MOST_HALF_CYCLES: usize = 64;
 
 impl Window<'_> {
     /// Products of all active derivatives and the residual, summed over the samples, and the
@@ -82,13 +85,14 @@ impl pulp::WithSimd for Pass<'_> {
             Batch { sums: Products::new(window.active.len() + 1), active: window.active, len: 0, residuals };
         let mut half = HalfCycle::new(window, p, turns.common_lambda());
         let mut n = (p[PHASE] / PI).floor();
+        let last = n + (MOST_HALF_CYCLES * time.len()) as f64;
         let mut turn = turns.at(n, (n * PI - p[PHASE]) / p[OMEGA]);
         let (mut index, mut at_rest) = (0, time.len());
         while index < time.len() {
             let next = turns.at(n + 1.0, turn.time + PI / turn.omega);
             // A phase that does not advance is no motion; beyond 2^50 half cycles counting them
             // loses its meaning.
-            if !(next.time > turn.time && next.amplitude.is_finite() && n.abs() < 1e15) {
+            if !(next.time > turn.time && next.amplitude.is_finite() && n.abs() < 1e15 && n <= last) {
                 return None;
             }
             let swing = turn.amplitude - p[X_F];
