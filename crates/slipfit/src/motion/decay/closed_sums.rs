@@ -135,7 +135,10 @@ impl pulp::WithSimd for Pass<'_> {
                 // Nothing was sampled in this half cycle; a gap is crossed at once.
                 let next = ((time[index] - origin) * omega + phase) / PI;
                 if next > n + 2.0 {
-                    n = next.floor() - 1.0;
+                    n = first_at_rest(n, next.floor() - 1.0, |n| {
+                        let fall = Fall::after(delta, (n * PI - phase) / omega);
+                        stops && a0 * fall.e - x_f * gain * fall.g <= x_f
+                    });
                     stale = FRESH;
                 } else {
                     n += 1.0;
@@ -223,6 +226,17 @@ impl pulp::WithSimd for Pass<'_> {
         out.jtj[5][5] = time.len() as f64;
         Some(out)
     }
+}
+
+/// The first half cycle at rest after `n`, which moves, or `far` where none before it is at rest.
+fn first_at_rest(n: f64, far: f64, rests: impl Fn(f64) -> bool) -> f64 {
+    let (mut before, mut after) = (n, far);
+    let halve = rests(far);
+    while halve && after - before > 1.0 {
+        let middle = (0.5 * (before + after)).floor();
+        if rests(middle) { after = middle } else { before = middle }
+    }
+    after
 }
 
 /// Adds the products of the rows, lower triangle, and their totals.

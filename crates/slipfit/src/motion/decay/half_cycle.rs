@@ -40,9 +40,11 @@ const LANES: usize = 8;
 const EXPONENTIAL: [f64; 10] = inverse_factorials(0, 1);
 /// No half cycle changes its swing by more than `e` to this power.
 const MOST_DECREMENT: f64 = 700.0;
-/// Half cycles passed through for each sample, gaps included, beyond which the frequency is taken for no motion: a
-/// fit that strays to one far above the samples would take minutes.
-const MOST_HALF_CYCLES: usize = 64;
+/// Steps from turn to turn for each sample, and those without any, beyond which the frequency is taken for no
+/// motion: a fit that strays to one far above the samples would take minutes.
+const MOST_STEPS: [usize; 2] = [8, 10_000];
+/// Half cycles without a sample from which on several are passed at once.
+const GAP: f64 = 4.0;
 
 impl Window<'_> {
     /// Products of all active derivatives and the residual, summed over the samples, and the
@@ -85,14 +87,14 @@ impl pulp::WithSimd for Pass<'_> {
             Batch { sums: Products::new(window.active.len() + 1), active: window.active, len: 0, residuals };
         let mut half = HalfCycle::new(window, p, turns.common_lambda());
         let mut n = (p[PHASE] / PI).floor();
-        let last = n + (MOST_HALF_CYCLES * time.len()) as f64;
+        let mut steps_left = MOST_STEPS[0] * time.len() + MOST_STEPS[1];
         let mut turn = turns.at(n, (n * PI - p[PHASE]) / p[OMEGA]);
         let (mut index, mut at_rest) = (0, time.len());
         while index < time.len() {
             let next = turns.at(n + 1.0, turn.time + PI / turn.omega);
             // A phase that does not advance is no motion; beyond 2^50 half cycles counting them
             // loses its meaning.
-            if !(next.time > turn.time && next.amplitude.is_finite() && n.abs() < 1e15 && n <= last) {
+            if !(next.time > turn.time && next.amplitude.is_finite() && n.abs() < 1e15 && steps_left > 0) {
                 return None;
             }
             let swing = turn.amplitude - p[X_F];
@@ -117,12 +119,43 @@ impl pulp::WithSimd for Pass<'_> {
                     borders = others;
                 }
             }
+            steps_left -= 1;
             n += 1.0;
             turn = next;
+            if end == index
+                && index < time.len()
+                && !rests
+                && let Some((far, count)) = cross_gap(&mut turns, &turn, n, p[X_F], time[index] - origin)
+            {
+                n += count;
+                turn = far;
+            }
         }
         batch.flush(simd);
         Some((batch.sums, at_rest))
     }
+}
+
+/// A turning point in the same gap as `turn`, of number `n`, but nearer to the sample at `sample`, and how many half
+/// cycles lie between them; `None` where they are few or the motion comes to rest there.
+#[inline(never)]
+fn cross_gap(turns: &mut Turns, turn: &Turn, n: f64, x_f: f64, sample: f64) -> Option<(Turn, f64)> {
+    let left = (sample - turn.time) * turn.omega * FRAC_1_PI;
+    if !(left > GAP) {
+        return None;
+    }
+    // The frequency may change on the way.
+    let mut count = (0.5 * left).min(turns.most_in_one()).floor();
+    while count > 1.0 {
+        let mut beyond = turns.clone();
+        let far = beyond.leap(n, turn, count);
+        if far.amplitude > x_f && far.time > turn.time && far.time < sample {
+            *turns = beyond;
+            return Some((far, count));
+        }
+        count = (0.5 * count).floor();
+    }
+    None
 }
 
 /// Number of leading times below `limit`, found by doubling: half cycles are short.

@@ -7,6 +7,10 @@ use super::path::{AmplitudePath, CARRIED, Carried, LinearStep};
 use super::window::Window;
 use std::f64::consts::PI;
 
+/// Relative change of the amplitude over several half cycles up to which they are passed in one step: what drag
+/// does to the phase is taken from its middle.
+const MOST_CHANGE: f64 = 0.02;
+
 /// A turning point with everything its half cycles need.
 #[derive(Clone, Copy)]
 pub(super) struct Turn {
@@ -21,6 +25,7 @@ pub(super) struct Turn {
 }
 
 /// The turning points one after the other.
+#[derive(Clone)]
 pub(super) struct Turns<'a> {
     window: &'a Window<'a>,
     p: &'a [f64],
@@ -77,6 +82,23 @@ impl<'a> Turns<'a> {
     /// Turning point `n`, the one after the last asked for, near `guess`.
     #[inline(always)]
     pub(super) fn at(&mut self, n: f64, guess: f64) -> Turn {
+        let even = self.even.filter(|_| self.begun);
+        self.reach(n, guess, even)
+    }
+
+    /// The turning point `count` after `turn`, of number `n` and the last asked for, in one step.
+    #[inline(never)]
+    pub(super) fn leap(&mut self, n: f64, turn: &Turn, count: f64) -> Turn {
+        self.reach(n + count, turn.time + count * PI / turn.omega, None)
+    }
+
+    /// Half cycles in which the amplitude changes so little that they are one step.
+    pub(super) fn most_in_one(&self) -> f64 {
+        MOST_CHANGE * self.path.amplitude.abs() * self.p[OMEGA] / (PI * self.path.rate().abs())
+    }
+
+    #[inline(always)]
+    fn reach(&mut self, n: f64, guess: f64, even: Option<(usize, LinearStep)>) -> Turn {
         let p = self.p;
         let slowing = self.slowing(guess);
         let time = match self.even {
@@ -84,9 +106,9 @@ impl<'a> Turns<'a> {
             None => self.turn_time(n, guess, slowing.rate),
         };
         let (before, passed) = (self.path.by, time - self.now);
-        match &self.even {
-            Some((parts, step)) if self.begun => (0..*parts).for_each(|_| self.path.advance_linear(step)),
-            _ => self.path.advance(passed),
+        match even {
+            Some((parts, step)) => (0..parts).for_each(|_| self.path.advance_linear(&step)),
+            None => self.path.advance(passed),
         }
         self.now = time;
         self.begun = true;

@@ -47,6 +47,28 @@ fn is_the_exact_free_decay() {
     }
 }
 
+/// Samples in bursts, one half cycle in thousands seen, the stop between two of them.
+#[test]
+fn gaps_are_crossed_as_the_exact_decay_does() {
+    let (omega_0, delta, x_f) = (7.0, 1e-4, 1e-5);
+    let oscillator = Oscillator::kinematic(omega_0, delta, x_f).expect("valid");
+    let decay = FreeDecay::from_rest(&oscillator, 1.0).expect("valid");
+    let stop = decay.stop().expect("friction stops it").time_s;
+    let time: Vec<f64> = (0..12)
+        .flat_map(|i| (0..40).map(move |k| stop * 0.13 * f64::from(i) + 0.05 * f64::from(k)))
+        .collect();
+    let signal: Vec<f64> = time.iter().map(|&t| decay.displacement(t) + 0.3).collect();
+    let mut p = [0.0; COUNT];
+    (p[A0], p[X_F], p[DELTA], p[OMEGA], p[OFFSET]) = (1.0, x_f, delta, oscillator.omega_d(), 0.3);
+    // With drag and with a chirp among the parameters, half cycles are not alike.
+    for further in [vec![], vec![DRAG], vec![DRAG, CHIRP]] {
+        let active = [A0, X_F, DELTA].into_iter().chain(further).chain([PHASE, OMEGA, OFFSET]).collect();
+        let wave = Waveform { active, ..wave(&time, &signal, None) };
+        let rms = (residuals(&wave, &p) / time.len() as f64).sqrt();
+        assert!(rms < 1e-10, "{:?}: {rms:e}", wave.active);
+    }
+}
+
 /// Velocities and accelerations of the exact decay, over `omega` and its square, to the stop and at rest.
 #[test]
 fn is_its_velocity_and_its_acceleration() {
