@@ -113,7 +113,7 @@ pub(crate) fn q_factor(delta: &Quantity, omega_0: impl Fn(f64) -> f64) -> Quanti
     let [least, most] = delta.interval_95;
     Quantity {
         value,
-        std_error: if delta.value > 0.0 { value * delta.std_error / delta.value } else { f64::INFINITY },
+        std_error: if value.is_finite() { value * delta.std_error / delta.value } else { f64::INFINITY },
         // Rounding may exchange ends next to the value.
         interval_95: [q(most).min(value), q(least).max(value)],
         unbounded_value: omega_0(delta.unbounded_value) / (2.0 * delta.unbounded_value),
@@ -220,4 +220,17 @@ pub(crate) fn fit_of<'a>(
 ) -> (Option<&'a ModelFit>, bool) {
     let present = chosen.model.has(term);
     (if present { Some(chosen) } else { comparison.fit_with(chosen, term) }, present)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_q_beyond_all_numbers_has_no_limit_and_an_order() {
+        let q = q_factor(&Quantity::normal(1e-10, 1e-11, "1/s"), |_| 1e301);
+        assert_eq!(q.value, f64::INFINITY);
+        assert_eq!(q.std_error, f64::INFINITY);
+        assert!(q.interval_95[0] <= q.interval_95[1], "{q:?}");
+    }
 }

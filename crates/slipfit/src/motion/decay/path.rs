@@ -11,8 +11,10 @@ pub(crate) const SHAPE: usize = 4 + FURTHER;
 
 /// Longest step of the closed law, over the time in which the loss changes.
 const STEP: f64 = 0.3;
-/// Most parts of one step.
+/// Most parts of one step of the closed law, and of one that is integrated: in more than the latter the amplitude all
+/// but ends between two points.
 const MOST_PARTS: f64 = 64.0;
+const MOST_INTEGRATED_PARTS: f64 = 24.0;
 
 /// One number for each loss term: sliding, viscous, drag and the further terms.
 pub(crate) type PerTerm = [f64; TERMS];
@@ -153,7 +155,9 @@ impl AmplitudePath {
     /// How fast the loss changes with the amplitude, 1/s.
     fn stiffness(&self) -> f64 {
         let closed = self.law.a1.abs() + 2.0 * self.law.a2.abs() * self.amplitude.abs();
-        if self.law.is_closed() { closed } else { closed.max(self.law.rate_slope(self.amplitude).abs()) }
+        // Below zero the further losses stay what they are at zero.
+        let varies = !self.law.is_closed() && self.amplitude > 0.0;
+        if varies { closed.max(self.law.rate_slope(self.amplitude).abs()) } else { closed }
     }
 
     /// Moves on by `duration` seconds (negative: back).
@@ -191,8 +195,9 @@ impl AmplitudePath {
 
     /// Parts of a step: each is exact where the law is closed, so that they only serve the derivatives.
     fn parts(&self, duration: f64) -> usize {
-        let step = if self.law.is_closed() { STEP } else { amplitude::STEP };
-        let parts = (self.stiffness() * duration.abs() / step).min(MOST_PARTS);
+        let (step, most) =
+            if self.law.is_closed() { (STEP, MOST_PARTS) } else { (amplitude::STEP, MOST_INTEGRATED_PARTS) };
+        let parts = (self.stiffness() * duration.abs() / step).min(most);
         // Rounded up, without the call that `ceil` is.
         let whole = parts as usize;
         (whole + usize::from((whole as f64) < parts)).max(1)
