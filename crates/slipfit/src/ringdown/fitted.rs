@@ -48,7 +48,7 @@ pub struct FittedMotion {
     pub(crate) knots: Vec<Knot>,
     /// Relative frequency shift per A² and A⁴, which bends the loss as well.
     pub(crate) backbone: [f64; 2],
-    /// Amplitudes on an even grid where the backbone leaves no closed form.
+    /// Amplitudes on an even grid where backbone or further losses leave no closed form.
     table: Vec<f64>,
     /// Added in square under an envelope's amplitude: `R² = A² + floor²`.
     pub(crate) noise_floor: f64,
@@ -76,7 +76,7 @@ impl FittedMotion {
         knots: Vec<Knot>,
         noise_floor: f64,
     ) -> Self {
-        let table = if backbone == [0.0; 2] {
+        let table = if backbone == [0.0; 2] && law.is_closed() {
             Vec::new()
         } else {
             let step = (end_s - start_s) / (TABLE - 1) as f64;
