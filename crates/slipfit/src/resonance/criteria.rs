@@ -135,6 +135,11 @@ criteria! {
         /// Part of that work after which the search for the intervals ends.
         interval_part: f64 = 0.22, source "what curves of resonators take, with room to spare",
             moves "time of analysis";
+        /// Part of the work left that one hypothesis beside the plain curve may take.
+        share: f64 = 0.5, source "the rest is for those after it", moves "minima missed";
+        /// Part of that work that is left for the loss models of the plain curve, whatever the search took.
+        models_part: f64 = 0.15, source "what curves of resonators take, with room to spare",
+            moves "curves refused";
         /// Difference of two sums of squares, in variances of one observation, below which they are
         /// one minimum.
         same_minimum: f64 = 1e-3, source "far below one standard error", moves "time of analysis";
@@ -232,6 +237,9 @@ criteria! {
         implausible_residual: f64 = 0.08, source "chosen by simulation", moves "phases ignored";
         /// Variance over that of the noise below which nothing is left to explain.
         noise_variances: f64 = 2.0, source "chosen by simulation", moves "background and delay";
+        /// Variance of another hypothesis over that of the plain curve from which on its loss models are not
+        /// compared.
+        hopeless: f64 = 30.0, source "none that was taken came near", moves "time of analysis";
         /// Variance with background and delay from the start, over the plain curve's with the terms
         /// added to it one by one, below which the former is taken.
         together: f64 = 0.8, source "chosen by simulation", moves "background and delay";

@@ -42,6 +42,7 @@ fn best_hypothesis(
     criteria: &Criteria,
 ) -> Result<FittedModels, Error> {
     let c = &criteria.selection;
+    let work = &curve.main.work;
     let fit = |hypothesis| fit(curve, hypothesis, options, criteria);
     let plain = fit(Hypothesis::plain(curve));
     // A delay asked for may be many turns across the curve: no start value but its own leads there.
@@ -54,16 +55,22 @@ fn best_hypothesis(
         // Where the plain curve is plausible, its outliers are outliers.
         let plausible = plain.as_ref().ok().filter(|_| insufficient && !implausible);
         let without = plausible.map(|plain| curve.weighted(&plain.problem.main.weight));
-        others = with_instrument(without.as_ref().unwrap_or(curve), options, criteria);
+        let most = first.map_or(f64::INFINITY, |f| c.hopeless * f.variance);
+        others = with_instrument(without.as_ref().unwrap_or(curve), most, options, criteria);
     }
     if implausible && curve.main.separate_phase {
-        let amplitudes = Hypothesis::amplitudes(curve).and_then(|h| fit(h).ok());
-        others.extend(amplitudes.and_then(|f| models::compare(curve, f).ok()));
+        let amplitudes = Hypothesis::amplitudes(curve);
+        let compared = |h| work.within(criteria.search.share, || models::compare(curve, fit(h)?));
+        others.extend(amplitudes.and_then(|h| compared(h).ok()));
     }
     let outcomes: Vec<Outcome> = others.iter().map(Outcome::of).collect();
     let chosen = plain.and_then(|plain| match select(&PlainOutcome::of(&plain), &outcomes, c) {
         Some(other) => Ok(others.swap_remove(other)),
-        None => models::compare(curve, plain),
+        None => {
+            // Whatever its fit and the others took, there is work for its loss models.
+            work.leave(criteria.search.models_part);
+            models::compare(curve, plain)
+        }
     });
     if !delay_asked {
         return chosen;
@@ -78,13 +85,22 @@ fn best_hypothesis(
     }
 }
 
-/// Backgrounds and delays from the start, until one leaves nothing but noise.
-fn with_instrument(curve: &PreparedCurve, options: &Options, criteria: &Criteria) -> Vec<FittedModels> {
+/// Backgrounds and delays from the start, until one leaves nothing but noise; those whose variance is above
+/// `most` are left out.
+fn with_instrument(
+    curve: &PreparedCurve,
+    most: f64,
+    options: &Options,
+    criteria: &Criteria,
+) -> Vec<FittedModels> {
     let noise = criteria.selection.noise_variances * curve.fitted_noise * curve.fitted_noise;
     let mut found = Vec::new();
     for hypothesis in Hypothesis::with_instrument(curve, options, criteria) {
-        let fit = fit(curve, hypothesis, options, criteria);
-        let Ok(described) = fit.and_then(|f| models::compare(curve, f)) else { continue };
+        let described = curve.main.work.within(criteria.search.share, || {
+            let fit = fit(curve, hypothesis, options, criteria).ok().filter(|f| f.variance() <= most)?;
+            models::compare(curve, fit).ok()
+        });
+        let Some(described) = described else { continue };
         let nothing_left = Outcome::of(&described).variance < noise;
         found.push(described);
         if nothing_left {

@@ -72,6 +72,22 @@ impl Work {
         self.used() >= self.allowed().saturating_add(self.allowed() / 4)
     }
 
+    /// Allows `search` a part of what is left, so that what comes after it has the rest.
+    pub(crate) fn within<T>(&self, part: f64, search: impl FnOnce() -> T) -> T {
+        let (used, allowed) = (self.used(), self.allowed());
+        let most = used.saturating_add((part * self.left() as f64) as u64);
+        self.0.step.store(most, Ordering::Relaxed);
+        let found = search();
+        self.0.step.store(allowed, Ordering::Relaxed);
+        found
+    }
+
+    /// Leaves at least a part of what the first step had to what follows.
+    pub(crate) fn leave(&self, part: f64) {
+        let least = self.used().saturating_add((part * self.0.most as f64) as u64);
+        self.0.step.store(self.allowed().max(least), Ordering::Relaxed);
+    }
+
     /// What a curve to be reported may take, whatever the search took.
     pub(crate) fn for_report(&self) -> u64 {
         self.left().max(REPORT)
@@ -125,5 +141,13 @@ mod tests {
         assert!(work.was_cut());
         assert_eq!(work.left(), 500);
         assert_eq!(work.spent(), 3 * PASS + 5 * (POINT + POINT_BY_AMPLITUDE) + 1900);
+        work.within(0.5, || {
+            assert_eq!(work.left(), 250);
+            work.spend(0, false, 1000);
+            assert_eq!(work.left(), 0);
+        });
+        assert!(work.is_spent());
+        work.leave(0.25);
+        assert_eq!(work.left(), 250);
     }
 }
