@@ -230,9 +230,12 @@ impl pulp::WithSimd for Pass<'_> {
 
 /// The first half cycle at rest after `n`, which moves, or `far` where none before it is at rest.
 fn first_at_rest(n: f64, far: f64, rests: impl Fn(f64) -> bool) -> f64 {
+    // Beyond 2^50 half cycles counting them loses its meaning.
+    if !(far < 1e15 && rests(far)) {
+        return far;
+    }
     let (mut before, mut after) = (n, far);
-    let halve = rests(far);
-    while halve && after - before > 1.0 {
+    while after - before > 1.0 {
         let middle = (0.5 * (before + after)).floor();
         if rests(middle) { after = middle } else { before = middle }
     }
