@@ -137,9 +137,8 @@ criteria! {
             moves "time of analysis";
         /// Part of the work left that one hypothesis beside the plain curve may take.
         share: f64 = 0.5, source "the rest is for those after it", moves "minima missed";
-        /// Part of that work that is left for the loss models of the plain curve, whatever the search took.
-        models_part: f64 = 0.15, source "what curves of resonators take, with room to spare",
-            moves "curves refused";
+        /// Part of that work that is left, once, for the loss models of the plain curve, whatever the search took.
+        models_part: f64 = 0.15, source "a model from its neighbour takes few steps", moves "curves refused";
         /// Difference of two sums of squares, in variances of one observation, below which they are
         /// one minimum.
         same_minimum: f64 = 1e-3, source "far below one standard error", moves "time of analysis";
@@ -239,7 +238,7 @@ criteria! {
         noise_variances: f64 = 2.0, source "chosen by simulation", moves "background and delay";
         /// Variance of another hypothesis over that of the plain curve from which on its loss models are not
         /// compared.
-        hopeless: f64 = 30.0, source "none that was taken came near", moves "time of analysis";
+        hopeless: f64 = 30.0, source "one that is taken lies below the plain curve", moves "time of analysis";
         /// Variance with background and delay from the start, over the plain curve's with the terms
         /// added to it one by one, below which the former is taken.
         together: f64 = 0.8, source "chosen by simulation", moves "background and delay";

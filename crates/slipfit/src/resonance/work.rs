@@ -82,9 +82,10 @@ impl Work {
         found
     }
 
-    /// Leaves at least a part of what the first step had to what follows.
+    /// Leaves at least a part of what the first step had to what follows, once.
     pub(crate) fn leave(&self, part: f64) {
-        let least = self.used().saturating_add((part * self.0.most as f64) as u64);
+        let part = (part * self.0.most as f64) as u64;
+        let least = self.used().saturating_add(part).min(self.0.most.saturating_add(part));
         self.0.step.store(self.allowed().max(least), Ordering::Relaxed);
     }
 
@@ -141,13 +142,23 @@ mod tests {
         assert!(work.was_cut());
         assert_eq!(work.left(), 500);
         assert_eq!(work.spent(), 3 * PASS + 5 * (POINT + POINT_BY_AMPLITUDE) + 1900);
+    }
+    #[test]
+    fn a_part_of_a_search_leaves_the_rest_to_others() {
+        let work = Work::limited(1000);
         work.within(0.5, || {
-            assert_eq!(work.left(), 250);
-            work.spend(0, false, 1000);
+            assert_eq!(work.left(), 500);
+            work.spend(0, false, 600);
             assert_eq!(work.left(), 0);
         });
-        assert!(work.is_spent());
+        assert_eq!(work.left(), 1000 - PASS - 600);
+        work.spend(0, false, 1000 - 2 * PASS - 600);
+        assert_eq!(work.left(), 0);
+        // Once, however often it is asked for.
         work.leave(0.25);
         assert_eq!(work.left(), 250);
+        work.spend(0, false, 250 - PASS);
+        work.leave(0.25);
+        assert_eq!(work.left(), 0);
     }
 }
