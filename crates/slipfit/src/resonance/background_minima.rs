@@ -1,12 +1,13 @@
 //! Minima with a background under amplitudes: it may lie on either side of the peak, and much of it
 //! looks like friction.
 
-use super::criteria::{Criteria, TermCriteria};
+use super::criteria::{SearchCriteria, TermCriteria};
+use super::hypothesis_fit::HypothesisFit;
 use super::peak::Peak;
 use super::problem::Problem;
 use super::residuals::autocorrelation;
-use super::response::{BG_IM, BG_RE, DELTA, R_OMEGA, X_0, X_F};
-use super::search::{best_of, thinned};
+use super::response::{BG_IM, BG_RE, DELTA, DRAG, DUFFING, R_OMEGA, X_0, X_F};
+use super::search::{best_roughly, thinned};
 use super::start;
 use crate::inference::least_squares::{Fit, LeastSquares, by_rss, minimise};
 use crate::motion::steady::Phasor;
@@ -17,52 +18,76 @@ const SIZES: [f64; 3] = [0.04, 0.2, 0.6];
 /// Starts that are followed for each of them.
 const TRIES: usize = 2;
 
-/// Every minimum from the fit without a background and from backgrounds all round, the best first.
-pub(super) fn background_minima(
+impl HypothesisFit<'_> {
+    /// Every minimum of `problem` with a background, from `fit` without one and from backgrounds all round,
+    /// the best first.
+    pub(super) fn background_minima(&self, problem: &Problem, fit: &Fit, free: &[usize]) -> Vec<Fit> {
+        let criteria = self.criteria;
+        let c = &criteria.terms;
+        let peak = &self.hypothesis.peak;
+        let few = thinned(problem, c.background_points, &criteria.search);
+        let coarse = few.as_ref().unwrap_or(problem);
+        let spring = free.contains(&DUFFING);
+        let starts = self.background_starts[usize::from(spring)]
+            .get_or_init(|| oscillators_at_backgrounds(coarse, fit, peak, free, &criteria.search));
+        let mut from = vec![fit.parameters.clone()];
+        from.extend(starts.iter().cloned());
+        let mut minima = distinct(coarse, from, peak, free, c);
+        if few.is_some() {
+            by_rss(minima.get_mut(1..).unwrap_or_default());
+            minima.truncate(1 + c.kept_minima);
+            let from = minima.into_iter().map(|m| m.parameters).collect();
+            minima = distinct(problem, from, peak, free, c);
+        }
+        let near = minima.first().cloned();
+        by_rss(&mut minima);
+        // Where the best leaves more than noise, a far one may only make up for what the law lacks.
+        let correlated = |m: &Fit| autocorrelation(problem, m, &criteria.residuals).variance_inflation > 1.0;
+        if minima.first().is_some_and(correlated) {
+            return near.into_iter().collect();
+        }
+        minima.truncate(c.kept_minima);
+        minima
+    }
+}
+
+/// The oscillator that fits best at each background, by viscous and sliding loss alone and with the Duffing
+/// term of `fit`: other terms move the minimum hardly, and each of their points takes several steps.
+fn oscillators_at_backgrounds(
     problem: &Problem,
     fit: &Fit,
     peak: &Peak,
     free: &[usize],
-    criteria: &Criteria,
-) -> Vec<Fit> {
-    let few = thinned(problem, criteria.terms.background_points, &criteria.search);
-    let coarse = few.as_ref().unwrap_or(problem);
-    let mut from = vec![fit.parameters.clone()];
-    let fixed: Vec<usize> = free.iter().copied().filter(|k| ![BG_RE, BG_IM].contains(k)).collect();
+    c: &SearchCriteria,
+) -> Vec<Vec<f64>> {
+    let held = |k: &usize| [BG_RE, BG_IM].contains(k) || (DRAG..=DUFFING).contains(k);
+    let moved: Vec<usize> = free.iter().copied().filter(|k| !held(k)).collect();
+    let mut used = moved.clone();
+    if problem.reference.is_some() {
+        // The derivatives by its background come with those by the curve's own.
+        used.extend([BG_RE, BG_IM]);
+    }
+    used.extend((fit.parameters[DUFFING] != 0.0).then_some(DUFFING));
+    let problem = problem.with(&used);
     let known = (!free.contains(&X_0)).then(|| fit.parameters[X_0]);
     let mut oscillators: Vec<Vec<f64>> =
         start::grid(peak, 0.0, known).iter().map(|s| start::parameters(s, known)).collect();
     oscillators.push(fit.parameters.clone());
     for p in &mut oscillators {
+        p[DRAG..DUFFING].fill(0.0);
+        p[DUFFING] = fit.parameters[DUFFING];
         p[R_OMEGA..].copy_from_slice(&fit.parameters[R_OMEGA..]);
     }
-    for size in SIZES {
-        for eighth in 0..8 {
-            let b = Phasor::from_polar(size * peak.height, FRAC_PI_4 * f64::from(eighth));
-            for p in &mut oscillators {
-                (p[BG_RE], p[BG_IM]) = (b.re, b.im);
-            }
-            let best = best_of(coarse, &oscillators, &fixed, TRIES, &criteria.search);
-            from.extend(best.map(|f| f.parameters));
+    let backgrounds = SIZES.iter().flat_map(|size| {
+        (0..8).map(move |eighth| Phasor::from_polar(size * peak.height, FRAC_PI_4 * f64::from(eighth)))
+    });
+    let at = |b: Phasor| {
+        for p in &mut oscillators {
+            (p[BG_RE], p[BG_IM]) = (b.re, b.im);
         }
-    }
-    let kept = criteria.terms.kept_minima;
-    let mut minima = distinct(coarse, from, peak, free, &criteria.terms);
-    if few.is_some() {
-        by_rss(minima.get_mut(1..).unwrap_or_default());
-        minima.truncate(1 + kept);
-        let from = minima.into_iter().map(|m| m.parameters).collect();
-        minima = distinct(problem, from, peak, free, &criteria.terms);
-    }
-    let near = minima.first().cloned();
-    by_rss(&mut minima);
-    // Where the best leaves more than noise, a far one may only make up for what the law lacks.
-    let correlated = |m: &Fit| autocorrelation(problem, m, &criteria.residuals).variance_inflation > 1.0;
-    if minima.first().is_some_and(correlated) {
-        return near.into_iter().collect();
-    }
-    minima.truncate(kept);
-    minima
+        best_roughly(&problem, &oscillators, &moved, TRIES, c).map(|f| f.parameters)
+    };
+    backgrounds.filter_map(at).collect()
 }
 
 /// Where these lead, each minimum once; no loss below zero but from the first.

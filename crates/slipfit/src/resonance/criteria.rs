@@ -121,6 +121,8 @@ criteria! {
         few_on_peak: usize = 20, source "chosen by simulation", moves "minima missed";
         /// Sum of squares over the least, above which a start is not followed.
         hopeless: f64 = 30.0, source "chosen by simulation", moves "minima missed";
+        /// Standard errors to within which a place to start from is fitted.
+        rough_errors: f64 = 0.3, source "the fit goes the rest of the way", moves "time of analysis";
         /// Work after which the search for the fit ends with what it has, besides that for each point. A
         /// point in closed form counts as 1, eight with a stop as 16, others by their time: a million
         /// takes about 25 ms on one core.

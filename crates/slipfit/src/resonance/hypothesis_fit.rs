@@ -15,6 +15,7 @@ use crate::Error;
 use crate::inference::least_squares::{Fit, LeastSquares, minimise};
 use crate::model::loss::LossTerm;
 use crate::motion::steady::Phasor;
+use std::cell::OnceCell;
 
 /// A hypothesis with its parameters fitted.
 pub(super) struct HypothesisFit<'a> {
@@ -29,6 +30,9 @@ pub(super) struct HypothesisFit<'a> {
     pub(super) others: Vec<OtherFit>,
     /// Several minima, where a background was looked for under amplitudes.
     pub(super) minima: Vec<Fit>,
+    /// Oscillators that fit best at each of many backgrounds, without and with a Duffing term: starts of that
+    /// search for every set of terms, found when one first asks for them.
+    pub(super) background_starts: [OnceCell<Vec<Vec<f64>>>; 2],
     pub(super) outliers: usize,
     /// Noise of one amplitude, from differences of neighbours.
     pub(super) noise: f64,
@@ -127,6 +131,7 @@ impl<'a> HypothesisFit<'a> {
             starts,
             others: Vec::new(),
             minima: Vec::new(),
+            background_starts: Default::default(),
             outliers: 0,
             noise: if hypothesis.kind == Kind::Plain { curve.noise } else { curve.fitted_noise },
             first_variance,

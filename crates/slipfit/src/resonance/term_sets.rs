@@ -2,7 +2,6 @@
 //! them the one with or without a Duffing term.
 
 use super::alternatives::{OtherFit, TermSet};
-use super::background_minima::background_minima;
 use super::hypothesis_fit::HypothesisFit;
 use super::problem::Problem;
 use super::residuals::noise_model;
@@ -157,7 +156,7 @@ impl HypothesisFit<'_> {
         let fits: Vec<Fit> = if hidden && !self.fit.free.contains(&BG_RE) {
             let fewer: Vec<usize> = free.iter().copied().filter(|k| !BACKGROUNDS.contains(k)).collect();
             let Some(near) = minimise(&problem.with(&fewer), &start, &fewer) else { return Vec::new() };
-            background_minima(&problem, &near, &self.hypothesis.peak, &free, self.criteria)
+            self.background_minima(&problem, &near, &free)
         } else {
             minimise(&problem, &start, &free).into_iter().collect()
         };

@@ -1,6 +1,5 @@
 //! Terms that the fit of a curve adds automatically or drops again: background, delay, Duffing, drag.
 
-use super::background_minima::background_minima;
 use super::hypothesis_fit::HypothesisFit;
 use super::problem::Problem;
 use super::residuals::noise_model;
@@ -68,7 +67,7 @@ impl HypothesisFit<'_> {
             return None;
         }
         let minima = if hidden {
-            background_minima(&trial, &self.fit, &self.hypothesis.peak, &more, self.criteria)
+            self.background_minima(&trial, &self.fit, &more)
         } else {
             minimise(&trial, &self.fit.parameters, &more).into_iter().collect()
         };
@@ -112,9 +111,7 @@ impl HypothesisFit<'_> {
     pub(super) fn settle_minima(&mut self) {
         let hidden = !self.problem.main.complex && self.options.terms.background == Some(true);
         if hidden && self.minima.is_empty() {
-            let free = &self.fit.free;
-            self.minima =
-                background_minima(&self.problem, &self.fit, &self.hypothesis.peak, free, self.criteria);
+            self.minima = self.background_minima(&self.problem, &self.fit, &self.fit.free);
             self.fit = self.minima.first().unwrap_or(&self.fit).clone();
         }
         let free = &self.fit.free;
