@@ -103,6 +103,15 @@ impl Block {
         if self.complex { 2.0 * points } else { points }
     }
 
+    /// Weighted variance of a point (of a quadrature) about the mean of those in use.
+    pub(crate) fn variation(&self) -> f64 {
+        let used = || self.data.iter().zip(&self.weight);
+        let total: f64 = self.weight.iter().sum();
+        let mean = used().map(|(z, w)| z * *w).sum::<Phasor>() / total;
+        let squares: f64 = used().map(|(z, w)| w * (z - mean).norm_sqr()).sum();
+        squares / (self.observations() - 1.0).max(1.0)
+    }
+
     pub(crate) fn amplitude(&self, i: usize) -> f64 {
         if !self.complex {
             return self.data[i].re;

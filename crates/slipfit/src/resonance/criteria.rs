@@ -236,6 +236,9 @@ criteria! {
         /// Residual of the plain curve over the height of the peak, from which on its phases are
         /// suspect.
         implausible_residual: f64 = 0.08, source "chosen by simulation", moves "phases ignored";
+        /// Its variance over that of the points about their mean, from which on they are as well: beside a narrow
+        /// peak on a high background a small residual is most of what there is to explain.
+        implausible_part: f64 = 0.3, source "chosen by simulation", moves "background and delay";
         /// Variance over that of the noise below which nothing is left to explain.
         noise_variances: f64 = 2.0, source "chosen by simulation", moves "background and delay";
         /// Variance of another hypothesis over that of the plain curve from which on its loss models are not

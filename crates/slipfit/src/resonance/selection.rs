@@ -134,6 +134,8 @@ struct PlainOutcome {
     complex: bool,
     /// Height of the peak.
     height: f64,
+    /// Variance of the points about their mean.
+    variation: f64,
     /// Variance of a point that curve and oscillator left before terms were added.
     first_variance: f64,
     /// The same in the end.
@@ -150,6 +152,7 @@ impl PlainOutcome {
         Self {
             complex: fit.problem.main.complex,
             height: fit.hypothesis.peak.height,
+            variation: fit.problem.main.variation(),
             first_variance: fit.first_variance,
             variance: fit.variance(),
             noise_variance: fit.noise.min(residuals.neighbour_noise).powi(2),
@@ -159,7 +162,8 @@ impl PlainOutcome {
 
     /// Its phases fit no resonance, and terms of the instrument added do not mend that.
     fn implausible(&self, c: &SelectionCriteria) -> bool {
-        let suspect = self.first_variance.sqrt() > c.implausible_residual * self.height;
+        let suspect = self.first_variance.sqrt() > c.implausible_residual * self.height
+            || self.first_variance > c.implausible_part * self.variation;
         self.complex && suspect && self.leaves_more_than_noise(c)
     }
 
@@ -220,6 +224,7 @@ mod tests {
         PlainOutcome {
             complex: true,
             height: 1.0,
+            variation: 0.1,
             first_variance: variance,
             variance,
             noise_variance: 1e-6,
@@ -242,6 +247,16 @@ mod tests {
         assert!(!plain.implausible(&c));
         assert!(!plain.insufficient(&c));
         assert_eq!(select(&plain, &[], &c), None);
+    }
+
+    #[test]
+    fn a_fit_that_leaves_the_curve_as_it_is_explains_nothing() {
+        let c = SelectionCriteria::default();
+        // A narrow peak on a high background: the residual is small beside its height.
+        let left = PlainOutcome { variation: 0.004, ..plain(0.004, false) };
+        assert!(left.implausible(&c));
+        assert_eq!(select(&left, &[instrument(1e-6)], &c), Some(0));
+        assert!(!PlainOutcome { variation: 0.4, ..left }.implausible(&c));
     }
 
     #[test]
