@@ -271,7 +271,7 @@ impl Lanes {
         if at.method == Method::Leading {
             self.margin = [f64::NAN; PIECE];
         } else if at.amplitude_dependent {
-            self.at_own_amplitude::<FUSED>(at, points, &mut own);
+            follower.count_closed(self.at_own_amplitude::<FUSED>(at, points, &mut own) * PIECE as u64);
         } else if points.short_series_hold(at) {
             self.closed::<FUSED, SHORT>(at, points);
         } else if at.delta.abs() <= points.omega[0] {
@@ -467,19 +467,20 @@ impl Lanes {
         }
     }
 
-    /// With drag and a Duffing term: Newton's method for the amplitude at all points at once.
+    /// With drag and a Duffing term: Newton's method for the amplitude at all points at once; the steps taken.
     #[inline(always)]
     fn at_own_amplitude<const FUSED: bool>(
         &mut self,
         at: &ModelResponse,
         points: &Points,
         own: &mut OwnAmplitudes,
-    ) {
-        const MOST: usize = 24;
+    ) -> u64 {
+        const MOST: u64 = 24;
         let mut next = own.r;
         let mut gap = [0.0; PIECE];
         let omega_0 = at.centre + at.shift;
-        for round in 0..MOST {
+        let mut steps = 0;
+        loop {
             let mut moved = MovedOscillators::<PIECE>::new();
             moved.fill(at, &points.omega, &points.level, &own.r);
             // Several loops: each of them becomes vector instructions.
@@ -508,9 +509,10 @@ impl Lanes {
             for k in 0..PIECE {
                 open |= (gap[k] > 1e-12) & !self.margin[k].is_nan();
             }
-            if !open || round + 1 == MOST {
+            if !open || steps + 1 == MOST {
                 break;
             }
+            steps += 1;
             for k in 0..PIECE {
                 own.r[k] = if gap[k] > 1e-12 { next[k] } else { own.r[k] };
             }
@@ -518,6 +520,7 @@ impl Lanes {
         for k in 0..PIECE {
             self.margin[k] = if gap[k] <= 1e-9 { self.margin[k] } else { f64::NAN };
         }
+        steps
     }
 
     /// Derivatives at fixed amplitudes become those with the amplitudes that follow.

@@ -144,7 +144,7 @@ impl Problem {
                 at.at(b.omega[i], b.drive[i], guess, &mut follower)
             })
             .collect();
-        b.work.spend(b.len(), at.amplitude_dependent, follower.work());
+        b.work.spend(b.len(), follower.work());
         modelled
     }
 

@@ -94,7 +94,8 @@ fn followed(
     ranked.sort_by(|a, b| a.0.total_cmp(&b.0));
     let mut found: Vec<Fit> = Vec::new();
     for (_, s) in ranked.into_iter().take(tries) {
-        let Some(fit) = minimised(problem, s, free) else { continue };
+        let fit = problem.main.work.within(c.share, || minimised(problem, s, free));
+        let Some(fit) = fit else { continue };
         let near = |f: &Fit| (f.rss - fit.rss).abs() < c.same_minimum * fit.rss / problem.observations();
         if !found.iter().any(near) {
             found.push(fit);

@@ -19,7 +19,7 @@ pub(super) fn products(block: &Block, at: ModelResponse, columns: &[usize], limi
     let follower = Follower::for_fit(block.work.left());
     let pass = Pass { block, columns, at, rotation, limit, products, follower };
     let (sums, work) = crate::numeric::dispatch(pass);
-    block.work.spend(block.len(), at.amplitude_dependent, work);
+    block.work.spend(block.len(), work);
     sums
 }
 

@@ -8,8 +8,6 @@ use std::sync::atomic::{AtomicBool, AtomicU64, Ordering};
 const PASS: u64 = 50;
 /// Work of a point on vector lanes.
 const POINT: u64 = 1;
-/// The same where the response depends on the amplitude, which is found by several steps.
-const POINT_BY_AMPLITUDE: u64 = 3;
 
 /// Work for the model at every point where nothing else is left.
 const REPORT: u64 = 1_000_000;
@@ -67,15 +65,15 @@ impl Work {
         self.allowed().saturating_sub(self.used())
     }
 
-    /// Whether not even motions in closed form are computed any more, of which a quarter more is allowed.
+    /// Whether not even motions in closed form are computed any more, of which a sixteenth more is allowed.
     pub(crate) fn is_spent(&self) -> bool {
-        self.used() >= self.allowed().saturating_add(self.allowed() / 4)
+        self.used() >= self.allowed().saturating_add(self.allowed() / 16)
     }
 
     /// Allows `search` a part of what is left, so that what comes after it has the rest.
     pub(crate) fn within<T>(&self, part: f64, search: impl FnOnce() -> T) -> T {
         let (used, allowed) = (self.used(), self.allowed());
-        let most = used.saturating_add((part * self.left() as f64) as u64);
+        let most = used.saturating_add((part * self.left() as f64) as u64).min(allowed);
         self.0.step.store(most, Ordering::Relaxed);
         let found = search();
         self.0.step.store(allowed, Ordering::Relaxed);
@@ -101,9 +99,8 @@ impl Work {
     }
 
     /// Counts one pass over `points`, with the work of those computed one by one.
-    pub(crate) fn spend(&self, points: usize, by_amplitude: bool, one_by_one: u64) {
-        let each = if by_amplitude { POINT_BY_AMPLITUDE } else { POINT };
-        let spent = (PASS + each * points as u64).saturating_add(one_by_one);
+    pub(crate) fn spend(&self, points: usize, one_by_one: u64) {
+        let spent = (PASS + POINT * points as u64).saturating_add(one_by_one);
         if spent >= self.left() {
             self.0.cut.store(true, Ordering::Relaxed);
         }
@@ -130,35 +127,38 @@ mod tests {
     #[test]
     fn copies_spend_from_one_account() {
         let work = Work::limited(1000);
-        work.clone().spend(5, false, 400);
+        work.clone().spend(5, 400);
         assert_eq!(work.left(), 1000 - PASS - 5 * POINT - 400);
         assert!(!work.was_cut());
-        work.spend(5, true, 1000);
+        work.spend(5, 1000);
         assert_eq!(work.left(), 0);
         assert!(!Work::limited(10_000).is_spent());
-        work.spend(0, false, 500);
+        work.spend(0, 500);
         assert!(work.is_spent());
         work.renew(0.5);
         assert!(work.was_cut());
         assert_eq!(work.left(), 500);
-        assert_eq!(work.spent(), 3 * PASS + 5 * (POINT + POINT_BY_AMPLITUDE) + 1900);
+        assert_eq!(work.spent(), 3 * PASS + 10 * POINT + 1900);
     }
     #[test]
     fn a_part_of_a_search_leaves_the_rest_to_others() {
         let work = Work::limited(1000);
         work.within(0.5, || {
             assert_eq!(work.left(), 500);
-            work.spend(0, false, 600);
+            work.spend(0, 600);
             assert_eq!(work.left(), 0);
         });
         assert_eq!(work.left(), 1000 - PASS - 600);
-        work.spend(0, false, 1000 - 2 * PASS - 600);
+        work.spend(0, 1000 - 2 * PASS - 600);
         assert_eq!(work.left(), 0);
         // Once, however often it is asked for.
         work.leave(0.25);
         assert_eq!(work.left(), 250);
-        work.spend(0, false, 250 - PASS);
+        work.spend(0, 250 - PASS);
         work.leave(0.25);
         assert_eq!(work.left(), 0);
+        // What lies beyond the limit allows a part of it no more.
+        work.spend(0, 1250 / 16);
+        work.within(0.5, || assert!(work.is_spent()));
     }
 }

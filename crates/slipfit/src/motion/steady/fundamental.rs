@@ -38,6 +38,11 @@ fn closed_at(at: &Point) -> Option<Closed> {
     (c.p > 0.0 && c.p.is_finite()).then_some(c)
 }
 
+/// Swings of the oscillator in a cycle of the drive, begun ones counted.
+fn swings(at: &Point) -> u64 {
+    ((at.omega_0 / at.omega) as u64).saturating_add(1)
+}
+
 /// Whether the mass, just turned, moves on at once and keeps its direction for half a cycle.
 fn moves_on(at: &Point, c: &Closed) -> bool {
     c.push(at.x_f) >= 0.0 && (at.omega > closed::NEVER_TURNS * at.omega_0 || closed::keeps_direction(at, c))
@@ -87,15 +92,21 @@ const LONGEST_LINE: f64 = 4.0;
 const LONGEST_LINE_OF_GROUPS: f64 = 4.0 * GROUP as f64;
 
 /// Work of one motion by each method, from its computing time.
-const WORK_OF_CLOSED: u64 = 3;
+const WORK_OF_CLOSED: u64 = 9;
+/// The most of swings that the walk along a half cycle counts: it ends with the first turn, or leaps.
+const MOST_WALKED: u64 = 50;
 const WORK_OF_ONE_STOP: u64 = 8;
 /// The same for each swing of the oscillator in a cycle of its drive.
 const WORK_OF_SWING: u64 = 2;
 /// Eight motions with one stop, side by side.
-const WORK_OF_GROUP: u64 = 16;
-const WORK_OF_SLIDE: u64 = 20;
-const WORK_OF_ARC: u64 = 20;
-/// Arcs that take as long as the integral for the fundamental over one.
+const WORK_OF_GROUP: u64 = 40;
+const WORK_OF_SLIDE: u64 = 26;
+const WORK_OF_ARC: u64 = 30;
+/// Swings of the oscillator that take as long to be followed as an arc takes besides.
+const SWINGS_OF_ARC: u64 = 2;
+/// States of a motion, in the integral for its fundamental, that take as long as an arc.
+const STATES_OF_ARC: u64 = 5;
+/// Arcs that take as long as that integral over one, as far as that is known before.
 const ARCS_OF_QUADRATURE: u64 = 20;
 /// Frequency over the natural one from which on the response is small beside its rounding, and its
 /// integral takes longer.
@@ -156,6 +167,8 @@ impl Follower {
         if at.x_f <= 0.0 {
             return closed.map(|c| c.fundamental());
         }
+        // Whether it keeps its direction is looked for along the half cycle.
+        self.work = self.work.saturating_add(swings(at).min(MOST_WALKED));
         if let Some(c) = closed.filter(|c| moves_on(at, c)) {
             return Some(c.fundamental());
         }
@@ -174,7 +187,7 @@ impl Follower {
         let last = self.near(at.omega);
         let guess = closed.map_or(at.x_0, |c| c.turn_amplitude());
         // In half a cycle of a slow drive the oscillator swings many times.
-        let swings = ((at.omega_0 / at.omega) as u64).saturating_add(1);
+        let swings = swings(at);
         let mut work = 0;
         let one_stop = |near: Option<Slip>, digits, work: &mut u64| {
             *work += WORK_OF_ONE_STOP + WORK_OF_SWING * swings;
@@ -240,6 +253,11 @@ impl Follower {
     /// Counts the work of so many groups of motions.
     pub(crate) fn count_groups(&mut self, groups: u64) {
         self.work += WORK_OF_GROUP * groups;
+    }
+
+    /// Counts so many motions in closed form, side by side.
+    pub(crate) fn count_closed(&mut self, motions: u64) {
+        self.work += motions;
     }
 
     /// Whether no further motion is computed.
@@ -308,12 +326,18 @@ fn by_event_machine(
     from_rest: bool,
 ) -> (Option<Fundamental>, Option<u64>) {
     let Some(orbit) = orbit(at, from_rest) else { return (None, None) };
-    let arcs = (u64::from(orbit.cycles()) + quadrature(at)) * (orbit.events().len() as u64 + 2);
+    // The end of an arc is looked for along it.
+    let a_cycle = orbit.events().len() as u64 + 2 + swings(at) / SWINGS_OF_ARC;
+    let arcs = u64::from(orbit.cycles()).saturating_mul(a_cycle);
     if orbit.events().is_empty() {
         return (Some(Fundamental::REST), Some(arcs));
     }
-    let near = near.or_else(|| leading(at)).filter(|f| f.value.norm() > 0.0);
-    (near.map(|near| Fundamental { value: orbit.harmonic(1), regime: Regime::ManyTurns, ..near }), Some(arcs))
+    let Some(near) = near.or_else(|| leading(at)).filter(|f| f.value.norm() > 0.0) else {
+        return (None, Some(arcs));
+    };
+    let (value, states) = orbit.harmonic_counted(1);
+    let arcs = arcs.saturating_add(states / STATES_OF_ARC);
+    (Some(Fundamental { value, regime: Regime::ManyTurns, ..near }), Some(arcs))
 }
 
 /// Arcs that take as long as the integral for the fundamental over one.

@@ -301,12 +301,22 @@ impl PeriodicOrbit {
 
     /// Phasor of harmonic `n`, time from the drive's crest; `n = 0` gives the mean.
     pub fn harmonic(&self, n: u32) -> Phasor {
+        self.harmonic_counted(n).0
+    }
+
+    /// [`Self::harmonic`] and the number of states that its integrals took.
+    pub(super) fn harmonic_counted(&self, n: u32) -> (Phasor, u64) {
         let omega = self.drive.omega();
         let w = f64::from(n) * omega;
         let factor = if n == 0 { 0.5 } else { 1.0 } * omega / PI;
-        let re = self.integral(|t, x, _| x * (w * t).cos());
-        let im = self.integral(|t, x, _| -x * (w * t).sin());
-        Phasor::new(re, im) * factor
+        let states = std::cell::Cell::new(0);
+        let counted = |value: f64| {
+            states.set(states.get() + 1);
+            value
+        };
+        let re = self.integral(|t, x, _| counted(x * (w * t).cos()));
+        let im = self.integral(|t, x, _| counted(-x * (w * t).sin()));
+        (Phasor::new(re, im) * factor, states.get())
     }
 
     /// Friction force over the stiffness, time from the drive's crest: what sliding or
