@@ -15,6 +15,10 @@ const STEP: f64 = 0.3;
 /// but ends between two points.
 const MOST_PARTS: f64 = 64.0;
 const MOST_INTEGRATED_PARTS: f64 = 24.0;
+/// Order of the step that integrates, and the first amplitude over the present one from which on it counts.
+const ORDER: f64 = 5.0;
+const SMALL: f64 = 4.0;
+const MOST_SMALLNESS: f64 = 1e6;
 
 /// One number for each loss term: sliding, viscous, drag and the further terms.
 pub(crate) type PerTerm = [f64; TERMS];
@@ -154,10 +158,13 @@ impl AmplitudePath {
 
     /// How fast the loss changes with the amplitude, 1/s.
     fn stiffness(&self) -> f64 {
-        let closed = self.law.a1.abs() + 2.0 * self.law.a2.abs() * self.amplitude.abs();
+        let a = self.amplitude;
         // Below zero the further losses stay what they are at zero.
-        let varies = !self.law.is_closed() && self.amplitude > 0.0;
-        if varies { closed.max(self.law.rate_slope(self.amplitude).abs()) } else { closed }
+        if self.law.is_closed() || a <= 0.0 {
+            return self.law.a1.abs() + 2.0 * self.law.a2.abs() * a.abs();
+        }
+        // Losses that cancel, as a fit of many terms tries them, change as little as their sum does.
+        self.law.rate_slope(a).abs().max(self.law.rate(a).abs() / a)
     }
 
     /// Moves on by `duration` seconds (negative: back).
@@ -195,12 +202,22 @@ impl AmplitudePath {
 
     /// Parts of a step: each is exact where the law is closed, so that they only serve the derivatives.
     fn parts(&self, duration: f64) -> usize {
-        let (step, most) =
-            if self.law.is_closed() { (STEP, MOST_PARTS) } else { (amplitude::STEP, MOST_INTEGRATED_PARTS) };
+        let (step, most) = if self.law.is_closed() {
+            (STEP, MOST_PARTS)
+        } else {
+            (amplitude::STEP * self.smallness(), MOST_INTEGRATED_PARTS)
+        };
         let parts = (self.stiffness() * duration.abs() / step).min(most);
         // Rounded up, without the call that `ceil` is.
         let whole = parts as usize;
         (whole + usize::from((whole as f64) < parts)).max(1)
+    }
+
+    /// By which a step of an integrated law may be longer, what it loses counted in parts of the first amplitude:
+    /// where a loss ends the motion, as `A^n` with `n < 1` does, it changes ever faster the less is left.
+    fn smallness(&self) -> f64 {
+        let part = self.law.initial / self.amplitude;
+        if part > SMALL { part.min(MOST_SMALLNESS).powf(1.0 / ORDER) } else { 1.0 }
     }
 
     /// Steps that move on by `duration` each time, where viscous and sliding loss act alone and the
