@@ -248,6 +248,23 @@ fn a_large_crosstalk_keeps_its_phases() {
     }
 }
 
+/// The residual of a fit that follows the background alone is small beside the highest amplitude.
+#[test]
+fn a_narrow_line_on_a_high_background_is_found() {
+    let o = oscillator(400.0, 0.0);
+    for (seed, angle) in [(41, 0.3), (42, 1.9), (43, 3.7), (44, 5.2)] {
+        // 2 % of the height of the line, Q x_0.
+        let (hz, mut z) = sweep(&o, [0.9, 1.1], 401, 8.0, seed);
+        z.iter_mut().for_each(|z| *z += Phasor::from_polar(0.6 * 400.0, angle));
+        let answer =
+            analyse(&Curve::complex(hz, z).build().expect("fits"), &Options::default()).expect("fits");
+        assert!(codes(&answer).contains(&"background"), "{angle}: {:?}", codes(&answer));
+        let f_0 = answer.parameter(Parameter::NaturalFrequency).expect("always reported");
+        assert!((f_0.value - 1.0).abs() < 3e-4, "{angle}: {f_0:?}");
+        assert!(!answer.sliding.detected, "{angle}");
+    }
+}
+
 #[test]
 fn folded_phases_are_left_aside_and_real_and_imaginary_parts_never() {
     let (hz, z) = sweep(&oscillator(50.0, 0.3), [0.93, 1.07], 121, 0.02, 12);
