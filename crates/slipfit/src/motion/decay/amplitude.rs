@@ -173,7 +173,7 @@ impl AmplitudeLaw {
         let (a, t) = (amplitude, time_s);
         if !self.is_closed() {
             let steps = (self.rate_slope(a).abs() * t.abs() / STEP).ceil().clamp(1.0, MOST_STEPS);
-            return (0..steps as usize).fold(a, |a, _| integrate_step(|a| self.rate(a), a, t / steps));
+            return (0..steps as usize).fold(a, |a, _| integrate_step(|a| self.rate(a), a, t / steps).after);
         }
         let Self { a0, a1, a2, .. } = *self;
         if a2 == 0.0 {
@@ -281,24 +281,38 @@ pub(super) struct FallingStep {
     whole: [f64; 2],
 }
 
+/// Amplitudes in the middle and at the end of a step of an integrated law, and the loss at its begin, middle and end.
+pub(super) struct IntegratedStep {
+    pub(super) middle: f64,
+    pub(super) after: f64,
+    pub(super) rates: [f64; 3],
+}
+
 /// One step of `dA/dt = -rate(A)`: the classical Runge-Kutta rule over the step and over its
 /// halves, extrapolated to fifth order. Off by less than 1e-9 of the amplitude over a step of
-/// [`STEP`].
-pub(super) fn integrate_step(rate: impl Fn(f64) -> f64, amplitude: f64, h: f64) -> f64 {
-    let classical = |a: f64, h: f64| {
-        let k1 = -rate(a);
+/// [`STEP`], a hundred times that in its middle.
+pub(super) fn integrate_step(rate: impl Fn(f64) -> f64, amplitude: f64, h: f64) -> IntegratedStep {
+    let classical = |a: f64, rate_here: f64, h: f64| {
+        let k1 = -rate_here;
         let k2 = -rate(a + 0.5 * h * k1);
         let k3 = -rate(a + 0.5 * h * k2);
         let k4 = -rate(a + h * k3);
         a + h / 6.0 * (k1 + 2.0 * (k2 + k3) + k4)
     };
-    let once = classical(amplitude, h);
+    let before = rate(amplitude);
+    let once = classical(amplitude, before, h);
     // Of fifth order in the part that is lost: nothing.
     if (once - amplitude).abs() < SMALL_LOSS * amplitude.abs() {
-        return once;
+        let end = rate(once);
+        // Hermite's cubic through both ends.
+        let middle = 0.5 * (amplitude + once) + 0.125 * h * (end - before);
+        return IntegratedStep { middle, after: once, rates: [before, rate(middle), end] };
     }
-    let twice = classical(classical(amplitude, 0.5 * h), 0.5 * h);
-    twice + (twice - once) / 15.0
+    let middle = classical(amplitude, before, 0.5 * h);
+    let half = rate(middle);
+    let twice = classical(middle, half, 0.5 * h);
+    let after = twice + (twice - once) / 15.0;
+    IntegratedStep { middle, after, rates: [before, half, rate(after)] }
 }
 
 /// `(1 - e^(-x))/x`, right also at zero.
@@ -401,12 +415,12 @@ mod tests {
         let (c, a0): (f64, f64) = (0.4, 2.0);
         let mut a = a0;
         for i in 1..=40 {
-            a = integrate_step(|a| c * a.powf(1.5), a, 0.1);
+            a = integrate_step(|a| c * a.powf(1.5), a, 0.1).after;
             let exact = a0 / (1.0 + 0.5 * c * a0.sqrt() * 0.1 * f64::from(i)).powi(2);
             assert!((a / exact - 1.0).abs() < 1e-8, "step {i}: {a} for {exact}");
         }
         let law = AmplitudeLaw::from_rates(1.0, [0.02, 0.1, 0.3]);
-        let there = integrate_step(|a| law.rate(a), 1.0, 0.15);
+        let there = integrate_step(|a| law.rate(a), 1.0, 0.15).after;
         assert!((there / law.after(1.0, 0.15) - 1.0).abs() < 1e-9);
     }
 

@@ -258,14 +258,20 @@ impl AmplitudePath {
         let (here, _) = self.local(before);
         let (law, f) =
             self.local(if self.backbone == [0.0; 2] { before } else { here.after(before, 0.5 * part) });
-        let (middle, after) = if law.is_closed() {
-            (law.after(before, 0.5 * part), law.after(before, part))
+        let (middle, after, slopes) = if law.is_closed() {
+            let (middle, after) = (law.after(before, 0.5 * part), law.after(before, part));
+            (middle, after, [carry(&law, before, after, part), carry(&law, middle, after, 0.5 * part)])
         } else {
-            let half = |a| integrate_step(|a| law.rate(a), a, 0.5 * part);
-            let middle = half(before);
-            (middle, half(middle))
+            let step = integrate_step(|a| law.rate(a), before, part);
+            let [first, half, last] = step.rates;
+            let slope = |a: f64, rate: f64, h: f64| {
+                let ratio = last / rate;
+                if ratio > 0.0 && ratio.is_finite() { ratio } else { along(&law, a, step.after, h) }
+            };
+            let slopes = [slope(before, first, part), slope(step.middle, half, 0.5 * part)];
+            (step.middle, step.after, slopes)
         };
-        let slopes = [carry(&law, before, after, part), carry(&law, middle, after, 0.5 * part), 1.0];
+        let slopes = [slopes[0], slopes[1], 1.0];
         self.carry([before, middle, after], part, slopes, f);
         self.amplitude = after;
     }
@@ -321,10 +327,15 @@ fn simpson(duration: f64, carry: [f64; 3], f: [f64; 3]) -> f64 {
 fn carry(law: &AmplitudeLaw, before: f64, after: f64, h: f64) -> f64 {
     let ratio = law.rate(after) / law.rate(before);
     if (law.a2 == 0.0 && law.is_closed()) || !(ratio > 0.0 && ratio.is_finite()) {
-        (-law.rate_slope(0.5 * (before + after)) * h).exp()
+        along(law, before, after, h)
     } else {
         ratio
     }
+}
+
+/// The same by the slope of the loss between both.
+fn along(law: &AmplitudeLaw, before: f64, after: f64, h: f64) -> f64 {
+    (-law.rate_slope(0.5 * (before + after)) * h).exp()
 }
 
 #[cfg(test)]
