@@ -40,6 +40,14 @@ pub(super) fn sentence(a: &Answer) -> String {
 }
 
 fn loss_sentence(a: &Answer) -> String {
+    let undetermined = a.warnings.iter().find_map(|w| match w {
+        Warning::ModelUndetermined { asked, reported } => Some((*asked, *reported)),
+        _ => None,
+    });
+    if let Some((asked, reported)) = undetermined {
+        let conclusion = conclusion(a);
+        return format!("The data do not determine all of {asked}; {reported} is reported. {conclusion}");
+    }
     let asked = a.warnings.iter().find_map(|w| match w {
         Warning::ModelNotPreferred { asked, preferred, .. } => Some((*asked, *preferred)),
         _ => None,
@@ -348,6 +356,14 @@ mod tests {
             "The data prefer viscous+sliding to viscous, the model asked for. Sliding friction is present, \
              p < 1e-12, which viscous leaves out."
         );
+        a.model = LossModel::VISCOUS_SLIDING;
+        a.warnings = vec![Warning::ModelUndetermined {
+            asked: LossModel::VISCOUS_SLIDING.with(LossTerm::Drag),
+            reported: LossModel::VISCOUS_SLIDING,
+        }];
+        let sentence = a.sentence();
+        let start = "The data do not determine all of viscous+sliding+drag; viscous+sliding is reported. ";
+        assert!(sentence.starts_with(start), "{sentence}");
     }
 
     #[test]

@@ -29,16 +29,17 @@ impl LossFit<'_> {
     /// profile also far from zero.
     ///
     /// The value is that of the constrained optimum. Where another coefficient is at or near its limit
-    /// the sum of squares has a kink there, and the interval is the profile's.
+    /// the sum of squares has a kink there, and the interval is the profile's. `None` where no such optimum is
+    /// reached.
     pub(crate) fn estimate(
         &self,
         slot: usize,
         others: &[usize],
         most: Option<f64>,
         curved: bool,
-    ) -> Estimate {
+    ) -> Option<Estimate> {
         let Self { problem, unbounded, noise, .. } = *self;
-        let Some(constrained) = constrained(problem, unbounded, others) else { return unknown() };
+        let constrained = constrained(problem, unbounded, others)?;
         let near = self.is_near_limit(others);
         let most = most.map_or(f64::INFINITY, |m| m.max(constrained.parameters[slot]));
         let range = [0.0, most];
@@ -49,7 +50,7 @@ impl LossFit<'_> {
             // The error beside the kink is that of the interval, not that of the optimum on the limit.
             found.std_error = found.std_error.max(error_of_interval(found.value, found.interval));
         }
-        found
+        Some(found)
     }
 
     /// Whether one of these coefficients is at its limit or near it.
@@ -82,6 +83,12 @@ pub(crate) fn constrained<'a>(
 /// A coefficient the data were never asked for.
 pub(crate) fn unknown() -> Estimate {
     Estimate { value: 0.0, unbounded: 0.0, std_error: f64::INFINITY, interval: [0.0, f64::INFINITY] }
+}
+
+/// A coefficient whose error the data do not give: anything from zero to `most`.
+pub(crate) fn undetermined(value: f64, most: Option<f64>) -> Estimate {
+    let interval = [0.0, most.map_or(f64::INFINITY, |m| m.max(value))];
+    Estimate { value, unbounded: value, std_error: error_of_interval(value, interval), interval }
 }
 
 /// The standard error that goes with a 95 % interval: half of its width over 1.96; for a value at its lower end,
@@ -136,8 +143,8 @@ pub(crate) fn symmetric(
     q
 }
 
-/// What is to be said about the choice of the model: one asked for that is worse by more than `bic`, or
-/// a rival as good as the preferred one to within it.
+/// What is to be said about the choice of the model: one asked for that the data do not determine, or that is worse
+/// by more than `bic`, or a rival as good as the preferred one to within it.
 pub(crate) fn model_choice(
     comparison: &ModelComparison,
     asked: Option<LossModel>,
@@ -145,7 +152,11 @@ pub(crate) fn model_choice(
 ) -> Option<Warning> {
     let preferred = comparison.preferred()?;
     if let Some(asked) = asked {
-        let worse = comparison.get(asked)?.bic - preferred.bic;
+        let chosen = comparison.largest_within(asked)?;
+        if chosen.model != asked {
+            return Some(Warning::ModelUndetermined { asked, reported: chosen.model });
+        }
+        let worse = chosen.bic - preferred.bic;
         let preferred = preferred.model;
         return (asked != preferred && worse > bic).then_some(Warning::ModelNotPreferred {
             asked,

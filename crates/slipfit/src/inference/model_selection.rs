@@ -99,6 +99,18 @@ impl ModelComparison {
         self.fits.iter().find(|f| f.model == model)
     }
 
+    /// The fit of a model asked for, or where the data do not determine all of its parameters that of the largest
+    /// model within it.
+    pub(crate) fn largest_within(&self, asked: LossModel) -> Option<&ModelFit> {
+        let within = self.fits.iter().filter(|f| f.model.is_within(asked));
+        self.get(asked).or_else(|| {
+            within.max_by(|a, b| {
+                let terms = |f: &ModelFit| f.model.terms().count();
+                terms(a).cmp(&terms(b)).then(b.bic.total_cmp(&a.bic))
+            })
+        })
+    }
+
     /// The model of lowest BIC, penalties counted, among those with every term inside its limit. Terms
     /// beside viscous and sliding loss must be significant as well: of few observations the BIC asks
     /// less than the F test does.
@@ -186,5 +198,39 @@ impl ModelComparison {
         let alone = &self.get(LossModel::from_terms(&[term])?)?.unbounded;
         let most = alone.parameters[slot].max(0.0) + 4.0 * self.noise.std_error(alone, slot);
         most.is_finite().then_some(most)
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use nalgebra::DMatrix;
+
+    fn fit(rss: f64) -> Fit {
+        Fit {
+            parameters: vec![0.1; 8],
+            unit_covariance: DMatrix::zeros(8, 8),
+            rss,
+            free: vec![0],
+            converged: true,
+        }
+    }
+
+    #[test]
+    fn a_model_that_the_data_do_not_determine_falls_to_the_largest_within_it() {
+        let noise = NoiseModel::white(100.0);
+        let viscous_drag = LossModel::VISCOUS_DRAG;
+        let all = LossModel::VISCOUS_SLIDING.with(LossTerm::Drag);
+        let fits = [
+            (LossModel::VISCOUS, fit(1.0)),
+            (LossModel::VISCOUS_SLIDING, fit(0.9)),
+            (viscous_drag, fit(0.8)),
+        ];
+        let comparison = ModelComparison::new(&fits, |_| 0, noise, &InferenceCriteria::default());
+        let found = |asked| comparison.largest_within(asked).map(|f| f.model);
+        assert_eq!(found(LossModel::VISCOUS_SLIDING), Some(LossModel::VISCOUS_SLIDING));
+        // Two of two terms each: the one that fits better.
+        assert_eq!(found(all), Some(viscous_drag));
+        assert_eq!(found(LossModel::SLIDING), None);
     }
 }

@@ -30,7 +30,7 @@ pub(super) fn answer(
     let comparison = &d.comparison;
     let preferred = comparison.preferred().ok_or(Error::NoFit { reason: "no model converged" })?;
     let chosen = match options.model {
-        Some(model) => comparison.get(model).ok_or(Error::NoFit {
+        Some(model) => comparison.largest_within(model).ok_or(Error::NoFit {
             reason: "the model asked for has more parameters than the curve determines",
         })?,
         None => comparison.reported().unwrap_or(preferred),

@@ -10,7 +10,7 @@ use super::response::{BG_RE, DUFFING, OMEGA, X_0, X_F, slot};
 use super::{Curve, DriveSource, Options};
 use crate::answer::averaged::{absent_losses, widening};
 use crate::answer::calibration::physical;
-use crate::answer::describe::{LossFit, fit_of, non_negative, q_factor, symmetric, unknown};
+use crate::answer::describe::{LossFit, fit_of, non_negative, q_factor, symmetric, undetermined, unknown};
 use crate::answer::{Parameter, Parameters};
 use crate::inference::least_squares::{Fit, minimise};
 use crate::inference::model_selection::ModelFit;
@@ -36,6 +36,7 @@ fn loss_term(d: &FittedModels, chosen: &ModelFit, term: LossTerm, unit: &str) ->
             most,
             bends(d),
         );
+        let found = found.unwrap_or_else(|| undetermined(fit.bounded.parameters[slot(term)], most));
         let by = if present { unbiased(d, chosen, &problem, &fit.unbounded) } else { None };
         by.map_or(found, |by| moved(found, by[slot(term)], d.criteria.most_correction))
     });
@@ -219,7 +220,7 @@ fn friction_ratio(d: &FittedModels, chosen: &ModelFit, x_f: &Quantity, x_0: &Qua
         let fit = minimise(&problem, &start, &with.unbounded.free)?;
         let most = (d.source == DriveSource::Shape).then_some(4.0 / PI);
         let others = with.other_slots(LossTerm::Sliding, slot);
-        let found = loss_fit(d, &problem, &fit).estimate(X_F, &others, most, true);
+        let found = loss_fit(d, &problem, &fit).estimate(X_F, &others, most, true)?;
         let by = if present { unbiased(d, chosen, &problem, &fit) } else { None };
         Some(non_negative(
             by.map_or(found, |by| moved(found, by[X_F], d.criteria.most_correction)),

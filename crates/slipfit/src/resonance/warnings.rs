@@ -153,7 +153,7 @@ fn instrument(list: &mut Vec<Warning>, d: &FittedModels, answer: &Answer) {
 /// Other terms beside the losses that explain the curve as well.
 fn rival(d: &FittedModels, answer: &Answer, options: &Options, criteria: &Criteria) -> Option<Warning> {
     let chosen = match options.model {
-        Some(model) => d.comparison.get(model)?,
+        Some(model) => d.comparison.largest_within(model)?,
         None => d.comparison.reported().or_else(|| d.comparison.preferred())?,
     };
     let (set, delta_bic, friction_displacement) = averaged::rival(d, chosen, criteria)?;

@@ -26,7 +26,7 @@ pub(crate) fn answer(e: &Evidence) -> Result<Answer, Error> {
     let comparison = &e.fit.comparison;
     let preferred = comparison.preferred().ok_or(Error::NoFit { reason: "no model converged" })?;
     let chosen = match e.options.model {
-        Some(model) => comparison.get(model).ok_or(Error::NoFit {
+        Some(model) => comparison.largest_within(model).ok_or(Error::NoFit {
             reason: "the model asked for has more parameters than the record determines",
         })?,
         None => comparison.reported().unwrap_or(preferred),

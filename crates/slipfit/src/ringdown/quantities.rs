@@ -7,7 +7,7 @@ use super::waveform::OMEGA;
 use super::window_fit::Problem;
 use crate::answer::averaged::{self, absent_losses, exchanged_losses};
 use crate::answer::calibration::physical;
-use crate::answer::describe::{LossFit, fit_of, non_negative, q_factor, symmetric, unknown};
+use crate::answer::describe::{LossFit, fit_of, non_negative, q_factor, symmetric, undetermined, unknown};
 use crate::answer::{Parameter, Parameters};
 use crate::inference::Z_95;
 use crate::inference::model_selection::{ModelComparison, ModelFit};
@@ -121,7 +121,8 @@ fn loss_term(e: &Evidence, chosen: &ModelFit, term: LossTerm, counted: &mut Vec<
     let found = fit.map_or_else(unknown, |fit| {
         // No loss exceeds what it would be alone: the others are not negative.
         let most = comparison.most(term, slot(term));
-        loss_fit(e, fit).estimate(slot(term), &fit.other_slots(term, slot), most, false)
+        let found = loss_fit(e, fit).estimate(slot(term), &fit.other_slots(term, slot), most, false);
+        found.unwrap_or_else(|| undetermined(fit.bounded.parameters[slot(term)], most))
     });
     let found = non_negative(found, present, Parameter::Loss(term).unit(e.record.unit()));
     with_absent_losses(e, chosen, (slot(term), Some(term)), found, counted)

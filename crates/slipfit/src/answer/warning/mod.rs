@@ -106,6 +106,13 @@ pub enum Warning {
         /// BIC of the one asked for above the preferred one's.
         delta_bic: f64,
     },
+    /// The data do not determine all parameters of the model asked for.
+    ModelUndetermined {
+        /// The one asked for.
+        asked: LossModel,
+        /// The largest within it that they determine: the one reported.
+        reported: LossModel,
+    },
     /// Fewer than three samples a cycle: the frequency may be an alias.
     CoarseSampling {
         /// Samples per cycle.
@@ -310,6 +317,7 @@ impl Warning {
             Warning::Clipped { .. } => "clipped",
             Warning::AmbiguousModel { .. } => "ambiguous_model",
             Warning::ModelNotPreferred { .. } => "model_not_preferred",
+            Warning::ModelUndetermined { .. } => "model_undetermined",
             Warning::CoarseSampling { .. } => "coarse_sampling",
             Warning::LowQDerivative { .. } => "low_q_derivative",
             Warning::Disturbance { .. } => "disturbance",

@@ -112,6 +112,9 @@ impl fmt::Display for Warning {
             Warning::ModelNotPreferred { asked, preferred, delta_bic } => {
                 write!(f, "the data prefer {preferred} to {asked} (BIC differs by {delta_bic:.1})")
             }
+            Warning::ModelUndetermined { asked, reported } => {
+                write!(f, "the data do not determine all parameters of {asked}: {reported} is reported")
+            }
             Warning::CoarseSampling { samples_per_cycle } => write!(
                 f,
                 "{samples_per_cycle:.1} samples a cycle: the frequency may be an alias; the loss is not affected"
