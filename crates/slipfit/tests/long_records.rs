@@ -175,3 +175,26 @@ proptest! {
         }
     }
 }
+
+/// A coder leaves out what is weak: friction that ends a decay may be the coder's.
+#[test]
+fn friction_in_samples_coded_with_loss_has_a_warning() {
+    let o = Oscillator::builder()
+        .frequency_hz(440.0)
+        .q_factor(900.0)
+        .friction_displacement(2e-4)
+        .build()
+        .unwrap();
+    let time_s: Vec<f64> = (0..20_000).map(|i| f64::from(i) / 8000.0).collect();
+    let mut signal = vec![0.0; time_s.len()];
+    Motion::new(&o, Drive::none(), 0.0, 1.0, 0.0).unwrap().fill(&time_s, &mut signal).unwrap();
+    add_noise(&mut signal, 1e-3);
+    let record = Record::uniform(8000.0, signal).unwrap();
+    let warned = |record: &Record| {
+        let answer = ringdown::analyse(record, &ringdown::Options::default()).unwrap();
+        assert!(answer.sliding.detected);
+        answer.warnings.iter().any(|w| w.code() == "lossy_coding")
+    };
+    assert!(!warned(&record));
+    assert!(warned(&record.with_lossy_coding(true)));
+}

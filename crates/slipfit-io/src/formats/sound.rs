@@ -114,7 +114,8 @@ impl PackedSound {
         };
         let mut head = Head::of_channels(first.channels, f64::from(first.rate_hz));
         let codec = running.decoder.codec_info().short_name;
-        if !LOSSLESS.contains(&codec) {
+        head.lossy = !LOSSLESS.contains(&codec);
+        if head.lossy {
             head.notes.push(
                 format!(
                     "the sound is packed with loss ({codec}): what is weak beside its loudest may be missing"

@@ -79,6 +79,7 @@ pub struct Record {
     quadrature: Option<Vec<f64>>,
     kind: SignalKind,
     unit: String,
+    lossy: bool,
     report: ClockReport,
 }
 
@@ -134,6 +135,22 @@ impl Record {
     #[must_use]
     pub fn with_unit(mut self, unit: impl Into<String>) -> Self {
         self.unit = unit.into();
+        self
+    }
+
+    /// Says that the samples were coded with loss, as sound in MP3 or AAC is: a coder leaves out what is weak beside
+    /// the loudest, which ends a decay early as friction does. Friction found in such a record has a
+    /// [warning](crate::answer::Warning::LossyCoding).
+    ///
+    /// ```
+    /// let signal = (0..100).map(|i| (0.3 * f64::from(i)).cos()).collect();
+    /// let record = slipfit::Record::uniform(44100.0, signal)?.with_lossy_coding(true);
+    /// assert!(record.is_coded_with_loss());
+    /// # Ok::<(), slipfit::Error>(())
+    /// ```
+    #[must_use]
+    pub fn with_lossy_coding(mut self, lossy: bool) -> Self {
+        self.lossy = lossy;
         self
     }
 
@@ -199,6 +216,12 @@ impl Record {
         &self.unit
     }
 
+    /// Whether the samples were coded with loss, see [`Record::with_lossy_coding`].
+    #[must_use]
+    pub fn is_coded_with_loss(&self) -> bool {
+        self.lossy
+    }
+
     /// When the samples were taken.
     #[must_use]
     pub fn clock(&self) -> &Clock {
@@ -255,7 +278,8 @@ impl Record {
 
     fn assemble(clock: Clock, rows: clean::Rows, report: ClockReport) -> Self {
         let kind = if rows.quadrature.is_some() { SignalKind::LockIn } else { SignalKind::default() };
-        Self { clock, signal: rows.signal, quadrature: rows.quadrature, kind, unit: String::new(), report }
+        let clean::Rows { signal, quadrature, .. } = rows;
+        Self { clock, signal, quadrature, kind, unit: String::new(), lossy: false, report }
     }
 }
 

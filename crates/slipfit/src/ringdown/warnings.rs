@@ -87,6 +87,9 @@ pub(crate) fn warnings(e: &Evidence, answer: &Answer) -> Vec<Warning> {
         let super::Distortion { order, relative_amplitude } = found;
         list.push(Warning::Harmonics { order, relative_amplitude });
     }
+    if e.record.is_coded_with_loss() && answer.sliding.detected {
+        list.push(Warning::LossyCoding { share: answer.sliding.share_at_highest });
+    }
     let comparison = &e.fit.comparison;
     list.extend(model_choice(comparison, e.options.model, e.criteria.report.rival_bic));
     let derivative = matches!(e.record.kind(), SignalKind::Velocity | SignalKind::Acceleration)

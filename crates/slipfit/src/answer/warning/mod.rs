@@ -113,6 +113,11 @@ pub enum Warning {
         /// The largest within it that they determine: the one reported.
         reported: LossModel,
     },
+    /// Sliding friction was found in samples that were coded with loss.
+    LossyCoding {
+        /// Sliding share of the loss at the start.
+        share: f64,
+    },
     /// Fewer than three samples a cycle: the frequency may be an alias.
     CoarseSampling {
         /// Samples per cycle.
@@ -318,6 +323,7 @@ impl Warning {
             Warning::AmbiguousModel { .. } => "ambiguous_model",
             Warning::ModelNotPreferred { .. } => "model_not_preferred",
             Warning::ModelUndetermined { .. } => "model_undetermined",
+            Warning::LossyCoding { .. } => "lossy_coding",
             Warning::CoarseSampling { .. } => "coarse_sampling",
             Warning::LowQDerivative { .. } => "low_q_derivative",
             Warning::Disturbance { .. } => "disturbance",

@@ -115,6 +115,12 @@ impl fmt::Display for Warning {
             Warning::ModelUndetermined { asked, reported } => {
                 write!(f, "the data do not determine all parameters of {asked}: {reported} is reported")
             }
+            Warning::LossyCoding { share } => write!(
+                f,
+                "the recording is coded with loss: a coder leaves out what is weak beside the loudest, which a fit \
+                 may take for the {} % of the loss that sliding friction has here",
+                figures(100.0 * share, 2)
+            ),
             Warning::CoarseSampling { samples_per_cycle } => write!(
                 f,
                 "{samples_per_cycle:.1} samples a cycle: the frequency may be an alias; the loss is not affected"
