@@ -96,7 +96,7 @@ proptest! {
 }
 
 proptest! {
-    #![proptest_config(cases(12))]
+    #![proptest_config(cases(300))]
 
     #[test]
     fn resonance_curves(bytes in bytes()) {
