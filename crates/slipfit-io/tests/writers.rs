@@ -116,7 +116,7 @@ fn sounds_as_phones_pack_them_are_read() {
         );
         let notes = reading.report.notes.iter().any(|note| note.text.contains("packed with loss"));
         assert_eq!(notes, !lossless, "{name}");
-        assert_eq!(reading.record.is_coded_with_loss(), !lossless, "{name}");
+        assert_eq!(reading.record.is_lossily_compressed(), !lossless, "{name}");
         let signal = reading.record.signal();
         // An encoder puts silence of its own in front of the sound: at most three frames of 2048.
         let error = |lag: usize| {

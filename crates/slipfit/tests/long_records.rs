@@ -176,9 +176,9 @@ proptest! {
     }
 }
 
-/// A coder leaves out what is weak: friction that ends a decay may be the coder's.
+/// A lossy compression leaves out what is weak, which ends a decay as friction does.
 #[test]
-fn friction_in_samples_coded_with_loss_has_a_warning() {
+fn friction_in_lossily_compressed_samples_has_a_warning() {
     let o = Oscillator::builder()
         .frequency_hz(440.0)
         .q_factor(900.0)
@@ -193,8 +193,8 @@ fn friction_in_samples_coded_with_loss_has_a_warning() {
     let warned = |record: &Record| {
         let answer = ringdown::analyse(record, &ringdown::Options::default()).unwrap();
         assert!(answer.sliding.detected);
-        answer.warnings.iter().any(|w| w.code() == "lossy_coding")
+        answer.warnings.iter().any(|w| w.code() == "lossy_compression")
     };
     assert!(!warned(&record));
-    assert!(warned(&record.with_lossy_coding(true)));
+    assert!(warned(&record.with_lossy_compression(true)));
 }

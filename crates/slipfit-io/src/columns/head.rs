@@ -24,7 +24,7 @@ pub(crate) struct Head {
     pub(crate) named_values: Vec<(String, String)>,
     /// Whether these are variables of the file rather than words above a table.
     pub(crate) has_variables: bool,
-    /// Whether the samples were coded with loss.
+    /// Whether the samples went through a lossy compression.
     pub(crate) lossy: bool,
     /// What was odd.
     pub(crate) notes: Vec<Note>,

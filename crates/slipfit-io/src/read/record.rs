@@ -268,8 +268,10 @@ fn finish(head: &Head, mut choice: Choice, mut samples: Samples) -> Result<Readi
     })?;
     // The record knows one more way to put a clock together.
     choice.notes.extend(advice.filter(|_| record.clock_report().rebuilt_quantum_s.is_none()));
-    let record =
-        record.with_kind(choice.kind).with_unit(choice.signal.unit.clone()).with_lossy_coding(head.lossy);
+    let record = record
+        .with_kind(choice.kind)
+        .with_unit(choice.signal.unit.clone())
+        .with_lossy_compression(head.lossy);
     let signal = ("signal", choice.signal.taken(head));
     let quadrature = choice.quadrature.map(|q| ("quadrature", q.taken(head)));
     let report = ReadReport {

@@ -138,18 +138,18 @@ impl Record {
         self
     }
 
-    /// Says that the samples were coded with loss, as sound in MP3 or AAC is: a coder leaves out what is weak beside
+    /// Says that the samples went through a lossy compression, as of MP3 or AAC, which leaves out what is weak beside
     /// the loudest, which ends a decay early as friction does. Friction found in such a record has a
-    /// [warning](crate::answer::Warning::LossyCoding).
+    /// [warning](crate::answer::Warning::LossyCompression).
     ///
     /// ```
     /// let signal = (0..100).map(|i| (0.3 * f64::from(i)).cos()).collect();
-    /// let record = slipfit::Record::uniform(44100.0, signal)?.with_lossy_coding(true);
-    /// assert!(record.is_coded_with_loss());
+    /// let record = slipfit::Record::uniform(44100.0, signal)?.with_lossy_compression(true);
+    /// assert!(record.is_lossily_compressed());
     /// # Ok::<(), slipfit::Error>(())
     /// ```
     #[must_use]
-    pub fn with_lossy_coding(mut self, lossy: bool) -> Self {
+    pub fn with_lossy_compression(mut self, lossy: bool) -> Self {
         self.lossy = lossy;
         self
     }
@@ -216,9 +216,9 @@ impl Record {
         &self.unit
     }
 
-    /// Whether the samples were coded with loss, see [`Record::with_lossy_coding`].
+    /// Whether the samples went through a lossy compression, see [`Record::with_lossy_compression`].
     #[must_use]
-    pub fn is_coded_with_loss(&self) -> bool {
+    pub fn is_lossily_compressed(&self) -> bool {
         self.lossy
     }
 

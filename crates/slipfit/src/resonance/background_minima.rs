@@ -7,9 +7,9 @@ use super::peak::Peak;
 use super::problem::Problem;
 use super::residuals::autocorrelation;
 use super::response::{BG_IM, BG_RE, DELTA, DRAG, DUFFING, R_OMEGA, X_0, X_F};
-use super::search::{best_roughly, thinned};
+use super::search::{followed, thinned};
 use super::start;
-use crate::inference::least_squares::{Fit, LeastSquares, by_rss, minimise};
+use crate::inference::least_squares::{Fit, LeastSquares, by_rss, minimise, minimise_roughly};
 use crate::motion::steady::Phasor;
 use std::f64::consts::FRAC_PI_4;
 
@@ -81,11 +81,14 @@ fn oscillators_at_backgrounds(
     let backgrounds = SIZES.iter().flat_map(|size| {
         (0..8).map(move |eighth| Phasor::from_polar(size * peak.height, FRAC_PI_4 * f64::from(eighth)))
     });
+    let roughly =
+        |p: &dyn LeastSquares, from: &[f64], free: &[usize]| minimise_roughly(p, from, free, c.rough_errors);
     let at = |b: Phasor| {
         for p in &mut oscillators {
             (p[BG_RE], p[BG_IM]) = (b.re, b.im);
         }
-        best_roughly(&problem, &oscillators, &moved, TRIES, c).map(|f| f.parameters)
+        let ends = followed(&problem, &oscillators, &moved, TRIES, c, roughly);
+        ends.into_iter().next().map(|best| best.parameters)
     };
     backgrounds.filter_map(at).collect()
 }

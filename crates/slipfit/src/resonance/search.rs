@@ -6,7 +6,7 @@ use super::peak::Peak;
 use super::problem::Problem;
 use super::response::COUNT;
 use super::start::{self, Start};
-use crate::inference::least_squares::{Fit, LeastSquares, Normal, by_rss, minimise, minimise_roughly};
+use crate::inference::least_squares::{Fit, LeastSquares, Normal, by_rss, minimise};
 
 /// All start values for the minimiser, centre at the peak.
 pub(crate) fn starts(
@@ -48,38 +48,22 @@ pub(super) fn best_of(
         && let Some(few) = thinned(problem, c.few_points, c)
     {
         let ends: Vec<Vec<f64>> =
-            followed(&few, starts, free, tries, c, minimise_all).into_iter().map(|f| f.parameters).collect();
-        if let Some(fit) = followed(problem, &ends, free, c.last_tries, c, minimise_all).into_iter().next() {
+            followed(&few, starts, free, tries, c, minimise).into_iter().map(|f| f.parameters).collect();
+        if let Some(fit) = followed(problem, &ends, free, c.last_tries, c, minimise).into_iter().next() {
             return Some(fit);
         }
     }
-    followed(problem, starts, free, tries, c, minimise_all).into_iter().next()
+    followed(problem, starts, free, tries, c, minimise).into_iter().next()
 }
 
-/// The same among all points and to within a part of a standard error, for a place to start from.
-pub(super) fn best_roughly(
+/// Where the best of the starts lead by a minimiser, the best end first.
+pub(super) fn followed(
     problem: &Problem,
     starts: &[Vec<f64>],
     free: &[usize],
     tries: usize,
     c: &SearchCriteria,
-) -> Option<Fit> {
-    let roughly = |p: &Problem, s: &[f64], free: &[usize]| minimise_roughly(p, s, free, c.rough_errors);
-    followed(problem, starts, free, tries, c, roughly).into_iter().next()
-}
-
-fn minimise_all(problem: &Problem, start: &[f64], free: &[usize]) -> Option<Fit> {
-    minimise(problem, start, free)
-}
-
-/// Where the best of the starts lead, the best end first.
-fn followed(
-    problem: &Problem,
-    starts: &[Vec<f64>],
-    free: &[usize],
-    tries: usize,
-    c: &SearchCriteria,
-    minimised: impl Fn(&Problem, &[f64], &[usize]) -> Option<Fit>,
+    minimised: impl Fn(&dyn LeastSquares, &[f64], &[usize]) -> Option<Fit>,
 ) -> Vec<Fit> {
     // A start far worse than the best is not even summed to its end.
     let mut least = f64::INFINITY;

@@ -87,8 +87,8 @@ pub(crate) fn warnings(e: &Evidence, answer: &Answer) -> Vec<Warning> {
         let super::Distortion { order, relative_amplitude } = found;
         list.push(Warning::Harmonics { order, relative_amplitude });
     }
-    if e.record.is_coded_with_loss() && answer.sliding.detected {
-        list.push(Warning::LossyCoding { share: answer.sliding.share_at_highest });
+    if e.record.is_lossily_compressed() && answer.sliding.detected {
+        list.push(Warning::LossyCompression { share: answer.sliding.share_at_highest });
     }
     let comparison = &e.fit.comparison;
     list.extend(model_choice(comparison, e.options.model, e.criteria.report.rival_bic));

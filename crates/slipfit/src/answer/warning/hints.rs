@@ -44,7 +44,7 @@ impl Warning {
             ],
             Warning::SlowTail { .. } => vec![Hint::new("end_s", "sets the limit by hand")],
             Warning::Clipped { inside: true, .. } => vec![Hint::new("start_s", "skips them")],
-            Warning::LossyCoding { .. } => vec![Hint::advice("record as WAV or FLAC")],
+            Warning::LossyCompression { .. } => vec![Hint::advice("record as WAV or FLAC")],
             Warning::AmbiguousModel { .. } => vec![Hint::new("model", "names the one to report")],
             Warning::LowQDerivative { .. } => either("start_s", "end_s", "cuts it to the free decay"),
             Warning::Disturbance { .. } => either("start_s", "end_s", "chooses by hand"),

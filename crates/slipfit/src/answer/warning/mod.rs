@@ -113,8 +113,8 @@ pub enum Warning {
         /// The largest within it that they determine: the one reported.
         reported: LossModel,
     },
-    /// Sliding friction was found in samples that were coded with loss.
-    LossyCoding {
+    /// Sliding friction was found in samples that went through a lossy compression.
+    LossyCompression {
         /// Sliding share of the loss at the start.
         share: f64,
     },
@@ -323,7 +323,7 @@ impl Warning {
             Warning::AmbiguousModel { .. } => "ambiguous_model",
             Warning::ModelNotPreferred { .. } => "model_not_preferred",
             Warning::ModelUndetermined { .. } => "model_undetermined",
-            Warning::LossyCoding { .. } => "lossy_coding",
+            Warning::LossyCompression { .. } => "lossy_compression",
             Warning::CoarseSampling { .. } => "coarse_sampling",
             Warning::LowQDerivative { .. } => "low_q_derivative",
             Warning::Disturbance { .. } => "disturbance",

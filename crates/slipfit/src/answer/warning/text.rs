@@ -115,10 +115,10 @@ impl fmt::Display for Warning {
             Warning::ModelUndetermined { asked, reported } => {
                 write!(f, "the data do not determine all parameters of {asked}: {reported} is reported")
             }
-            Warning::LossyCoding { share } => write!(
+            Warning::LossyCompression { share } => write!(
                 f,
-                "the recording is coded with loss: a coder leaves out what is weak beside the loudest, which a fit \
-                 may take for the {} % of the loss that sliding friction has here",
+                "the recording went through a lossy compression, which leaves out what is weak beside the loudest: \
+                 that may be all of the {} % that sliding friction has of the loss",
                 figures(100.0 * share, 2)
             ),
             Warning::CoarseSampling { samples_per_cycle } => write!(

@@ -1,6 +1,6 @@
 //! The amplitude followed from point to point with its derivatives by start and loss terms.
 
-use super::amplitude::{self, AmplitudeLaw, FURTHER, FallingStep, exp_share, integrate_step};
+use super::amplitude::{self, AmplitudeLaw, FURTHER, FallingStep, IntegratedStep, exp_share, integrate_step};
 use crate::model::loss::{LossTerm, SHAPED};
 
 /// Derivatives carried: by the start, `a0`, `a1`, `a2`, the further terms and the parameters of shapes.
@@ -15,10 +15,11 @@ const STEP: f64 = 0.3;
 /// but ends between two points.
 const MOST_PARTS: f64 = 64.0;
 const MOST_INTEGRATED_PARTS: f64 = 24.0;
-/// Order of the step that integrates, and the first amplitude over the present one from which on it counts.
+/// Order of the error of an integrated step.
 const ORDER: f64 = 5.0;
-const SMALL: f64 = 4.0;
-const MOST_SMALLNESS: f64 = 1e6;
+/// First amplitude over the present one from which on integrated steps are longer, and the most that counts.
+const LONGER_STEPS_FROM: f64 = 4.0;
+const MOST_AMPLITUDE_RATIO: f64 = 1e6;
 
 /// One number for each loss term: sliding, viscous, drag and the further terms.
 pub(crate) type PerTerm = [f64; TERMS];
@@ -205,7 +206,7 @@ impl AmplitudePath {
         let (step, most) = if self.law.is_closed() {
             (STEP, MOST_PARTS)
         } else {
-            (amplitude::STEP * self.smallness(), MOST_INTEGRATED_PARTS)
+            (amplitude::STEP * self.step_factor(), MOST_INTEGRATED_PARTS)
         };
         let parts = (self.stiffness() * duration.abs() / step).min(most);
         // Rounded up, without the call that `ceil` is.
@@ -213,11 +214,11 @@ impl AmplitudePath {
         (whole + usize::from((whole as f64) < parts)).max(1)
     }
 
-    /// By which a step of an integrated law may be longer, what it loses counted in parts of the first amplitude:
-    /// where a loss ends the motion, as `A^n` with `n < 1` does, it changes ever faster the less is left.
-    fn smallness(&self) -> f64 {
-        let part = self.law.initial / self.amplitude;
-        if part > SMALL { part.min(MOST_SMALLNESS).powf(1.0 / ORDER) } else { 1.0 }
+    /// Factor by which a step of an integrated law may be longer at a small amplitude, for the same error relative to
+    /// the first one: where a loss ends the motion, as `A^n` with `n < 1` does, it changes ever faster.
+    fn step_factor(&self) -> f64 {
+        let ratio = self.law.initial / self.amplitude;
+        if ratio > LONGER_STEPS_FROM { ratio.min(MOST_AMPLITUDE_RATIO).powf(1.0 / ORDER) } else { 1.0 }
     }
 
     /// Steps that move on by `duration` each time, where viscous and sliding loss act alone and the
@@ -248,8 +249,9 @@ impl AmplitudePath {
         if self.carried == Carried::None {
             return;
         }
-        let slopes = [carry(&law, before, after, part), carry(&law, middle, after, 0.5 * part), 1.0];
-        self.carry([before, middle, after], part, slopes, [1.0; TERMS]);
+        let points = [before, middle, after];
+        let slopes = slopes_along(&law, points, points.map(|a| law.rate(a)), part);
+        self.carry(points, part, slopes, [1.0; TERMS]);
     }
 
     /// One step of any law, its terms taken as those in the middle.
@@ -258,20 +260,13 @@ impl AmplitudePath {
         let (here, _) = self.local(before);
         let (law, f) =
             self.local(if self.backbone == [0.0; 2] { before } else { here.after(before, 0.5 * part) });
-        let (middle, after, slopes) = if law.is_closed() {
+        let IntegratedStep { middle, after, rates } = if law.is_closed() {
             let (middle, after) = (law.after(before, 0.5 * part), law.after(before, part));
-            (middle, after, [carry(&law, before, after, part), carry(&law, middle, after, 0.5 * part)])
+            IntegratedStep { middle, after, rates: [before, middle, after].map(|a| law.rate(a)) }
         } else {
-            let step = integrate_step(|a| law.rate(a), before, part);
-            let [first, half, last] = step.rates;
-            let slope = |a: f64, rate: f64, h: f64| {
-                let ratio = last / rate;
-                if ratio > 0.0 && ratio.is_finite() { ratio } else { along(&law, a, step.after, h) }
-            };
-            let slopes = [slope(before, first, part), slope(step.middle, half, 0.5 * part)];
-            (step.middle, step.after, slopes)
+            integrate_step(|a| law.rate(a), before, part)
         };
-        let slopes = [slopes[0], slopes[1], 1.0];
+        let slopes = slopes_along(&law, [before, middle, after], rates, part);
         self.carry([before, middle, after], part, slopes, f);
         self.amplitude = after;
     }
@@ -322,20 +317,19 @@ fn simpson(duration: f64, carry: [f64; 3], f: [f64; 3]) -> f64 {
     duration / 6.0 * (carry[0] * f[0] + 4.0 * carry[1] * f[1] + carry[2] * f[2])
 }
 
-/// Derivative of a later amplitude by an earlier one, `h` before it: both lie on one curve, so it
-/// is the ratio of its slopes.
-fn carry(law: &AmplitudeLaw, before: f64, after: f64, h: f64) -> f64 {
-    let ratio = law.rate(after) / law.rate(before);
-    if (law.a2 == 0.0 && law.is_closed()) || !(ratio > 0.0 && ratio.is_finite()) {
-        along(law, before, after, h)
-    } else {
-        ratio
-    }
-}
-
-/// The same by the slope of the loss between both.
-fn along(law: &AmplitudeLaw, before: f64, after: f64, h: f64) -> f64 {
-    (-law.rate_slope(0.5 * (before + after)) * h).exp()
+/// Derivatives of the amplitude at the end of a step by those at its begin, middle and end: all lie on one curve, so
+/// that each is the ratio of its slopes, `rates`.
+fn slopes_along(law: &AmplitudeLaw, points: [f64; 3], rates: [f64; 3], duration: f64) -> [f64; 3] {
+    let [before, middle, after] = points;
+    let by = |earlier: f64, rate: f64, h: f64| {
+        let ratio = rates[2] / rate;
+        if (law.a2 == 0.0 && law.is_closed()) || !(ratio > 0.0 && ratio.is_finite()) {
+            (-law.rate_slope(0.5 * (earlier + after)) * h).exp()
+        } else {
+            ratio
+        }
+    };
+    [by(before, rates[0], duration), by(middle, rates[1], 0.5 * duration), 1.0]
 }
 
 #[cfg(test)]
