@@ -12,6 +12,7 @@ use crate::inference::noise::NoiseModel;
 use crate::inference::profile::{Estimate, Profile};
 use crate::inference::quadratic::given;
 use crate::model::loss::{LossModel, LossTerm};
+use crate::numeric::order::sort_by_value;
 use std::borrow::Cow;
 
 /// A fit whose loss coefficients are reported.
@@ -192,7 +193,7 @@ pub(crate) fn candidates(
 }
 
 fn by_bic(list: &mut [Candidate]) {
-    list.sort_by(|a, b| a.bic.total_cmp(&b.bic));
+    sort_by_value(list, |c| c.bic);
 }
 
 /// Correlations of the free parameters among those named, in their order.

@@ -2,6 +2,7 @@
 
 use super::least_squares::{Fit, LeastSquares, minimise_until};
 use super::quadratic::given;
+use crate::numeric::order::sort_by_value;
 
 /// Minimises `rᵀr` over the `free` parameters with those of `non_negative` kept at zero or above, to
 /// within `tolerance` standard errors: where the free minimum has one below, the lowest minimum with
@@ -57,7 +58,7 @@ impl Search<'_> {
                 None => (f64::INFINITY, limit, None),
             })
             .collect();
-        limits.sort_by(|a, b| a.0.total_cmp(&b.0));
+        sort_by_value(&mut limits, |l| l.0);
         let mut exists = false;
         for (_, limit, near) in limits {
             let rest: Vec<usize> = free.iter().copied().filter(|&i| i != limit).collect();

@@ -3,6 +3,7 @@
 //! No N × p Jacobian is stored: a model streams its samples once per step and
 //! hands over `JᵀJ`, `Jᵀr` and `rᵀr` for a handful of parameters.
 
+use crate::numeric::order::sort_by_value;
 use nalgebra::{DMatrix, DVector, SymmetricEigen};
 
 /// Sums over the samples for one parameter vector; `r = data - model`,
@@ -75,7 +76,7 @@ pub(crate) struct Fit {
 
 /// Sorts fits by their sums of squares, the least first.
 pub(crate) fn by_rss(fits: &mut [Fit]) {
-    fits.sort_by(|a, b| a.rss.total_cmp(&b.rss));
+    sort_by_value(fits, |f| f.rss);
 }
 
 impl Fit {

@@ -8,7 +8,7 @@ use crate::answer::calibration::physical;
 use crate::answer::{Parameter, Parameters, Warning};
 use crate::inference::evidence::{one_sided, student_factor};
 use crate::inference::interval::bounded_interval;
-use crate::numeric::robust::ascending;
+use crate::numeric::order::ascending;
 use crate::{Error, Quantity};
 use std::f64::consts::{FRAC_PI_4, TAU};
 

@@ -4,7 +4,7 @@ use super::answer::{Breakaway, LevelPoint};
 use super::criteria::LevelCriteria;
 use crate::inference::evidence::f_tail;
 use crate::inference::least_squares::linear;
-use crate::numeric::robust::ascending;
+use crate::numeric::order::ascending;
 use nalgebra::DMatrix;
 use std::f64::consts::FRAC_PI_4;
 

@@ -1,8 +1,9 @@
 //! Numerical building blocks: trigonometry on vector lanes, double-double arithmetic, quadrature,
-//! dual numbers, sums of products, roots, robust statistics.
+//! dual numbers, sums of products, roots, order, robust statistics.
 
 pub(crate) mod double_double;
 pub(crate) mod dual;
+pub(crate) mod order;
 pub(crate) mod products;
 pub(crate) mod quadrature;
 pub(crate) mod robust;

@@ -11,13 +11,6 @@ pub(crate) fn median(values: &mut [f64]) -> Option<f64> {
     (!values.is_empty()).then(|| *values.select_nth_unstable_by(middle, f64::total_cmp).1)
 }
 
-/// Indices of the values in ascending order, equal ones as they come.
-pub(crate) fn ascending(values: &[f64]) -> Vec<usize> {
-    let mut order: Vec<usize> = (0..values.len()).collect();
-    order.sort_by(|&a, &b| values[a].total_cmp(&values[b]));
-    order
-}
-
 /// Standard deviation of normal values about zero, from the median of their sizes.
 pub(crate) fn deviation(values: impl Iterator<Item = f64>) -> Option<f64> {
     let mut sizes: Vec<f64> = values.map(f64::abs).collect();

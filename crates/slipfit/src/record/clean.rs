@@ -7,7 +7,8 @@ pub const MIN_SAMPLES: usize = 8;
 
 use super::{Clock, ClockReport, Gap, rounding};
 use crate::Error;
-use crate::numeric::robust::{ascending, median};
+use crate::numeric::order::ascending;
+use crate::numeric::robust::median;
 
 /// Share of repeated stamps above which a clock may be a rounded one.
 const REPEATED_SHARE: f64 = 0.05;

@@ -87,7 +87,7 @@ fn oscillators_at_backgrounds(
         for p in &mut oscillators {
             (p[BG_RE], p[BG_IM]) = (b.re, b.im);
         }
-        let ends = followed(&problem, &oscillators, &moved, TRIES, c, roughly);
+        let ends = followed(&problem, &oscillators, &moved, TRIES, c, &roughly);
         ends.into_iter().next().map(|best| best.parameters)
     };
     backgrounds.filter_map(at).collect()

@@ -3,7 +3,7 @@
 use super::work::Work;
 use super::{Curve, Response};
 use crate::motion::steady::Phasor;
-use crate::numeric::robust::ascending;
+use crate::numeric::order::ascending;
 use std::f64::consts::TAU;
 
 /// Points of a curve by rising frequency.

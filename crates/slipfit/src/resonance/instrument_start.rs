@@ -5,7 +5,7 @@ use super::block::Block;
 use super::criteria::InstrumentCriteria;
 use super::peak::{self, Peak};
 use crate::motion::steady::Phasor;
-use crate::numeric::GOLDEN_SECTION;
+use crate::numeric::{GOLDEN_SECTION, order::sort_by_value};
 use nalgebra::{DMatrix, DVector};
 use std::f64::consts::FRAC_PI_2;
 
@@ -97,7 +97,7 @@ pub(super) fn find(b: &Block, options: &Options, c: &InstrumentCriteria) -> Vec<
     let beside = |p: &Pole, q: &Pole| p.delayed == q.delayed && (p.delay - q.delay).abs() < 1.2 * STEP;
     let mut least: Vec<Pole> =
         tried.iter().filter(|p| tried.iter().all(|q| !beside(p, q) || q.rss >= p.rss)).copied().collect();
-    let by_rss = |list: &mut Vec<Pole>| list.sort_by(|p, q| p.rss.total_cmp(&q.rss));
+    let by_rss = |list: &mut Vec<Pole>| sort_by_value(list, |p| p.rss);
     by_rss(&mut least);
     least.truncate(2 * c.most_starts);
     for p in least.iter_mut().filter(|p| p.delay != 0.0) {

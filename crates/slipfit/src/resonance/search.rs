@@ -7,6 +7,7 @@ use super::problem::Problem;
 use super::response::COUNT;
 use super::start::{self, Start};
 use crate::inference::least_squares::{Fit, LeastSquares, Normal, by_rss, minimise};
+use crate::numeric::order::sort_by_value;
 
 /// All start values for the minimiser, centre at the peak.
 pub(crate) fn starts(
@@ -48,13 +49,16 @@ pub(super) fn best_of(
         && let Some(few) = thinned(problem, c.few_points, c)
     {
         let ends: Vec<Vec<f64>> =
-            followed(&few, starts, free, tries, c, minimise).into_iter().map(|f| f.parameters).collect();
-        if let Some(fit) = followed(problem, &ends, free, c.last_tries, c, minimise).into_iter().next() {
+            followed(&few, starts, free, tries, c, &minimise).into_iter().map(|f| f.parameters).collect();
+        if let Some(fit) = followed(problem, &ends, free, c.last_tries, c, &minimise).into_iter().next() {
             return Some(fit);
         }
     }
-    followed(problem, starts, free, tries, c, minimise).into_iter().next()
+    followed(problem, starts, free, tries, c, &minimise).into_iter().next()
 }
+
+/// A way down: what is minimised, from where, with what free.
+type Minimiser<'a> = dyn Fn(&dyn LeastSquares, &[f64], &[usize]) -> Option<Fit> + 'a;
 
 /// Where the best of the starts lead by a minimiser, the best end first.
 pub(super) fn followed(
@@ -63,7 +67,7 @@ pub(super) fn followed(
     free: &[usize],
     tries: usize,
     c: &SearchCriteria,
-    minimised: impl Fn(&dyn LeastSquares, &[f64], &[usize]) -> Option<Fit>,
+    minimised: &Minimiser<'_>,
 ) -> Vec<Fit> {
     // A start far worse than the best is not even summed to its end.
     let mut least = f64::INFINITY;
@@ -75,7 +79,7 @@ pub(super) fn followed(
             Some((r, s))
         })
         .collect();
-    ranked.sort_by(|a, b| a.0.total_cmp(&b.0));
+    sort_by_value(&mut ranked, |r| r.0);
     let mut found: Vec<Fit> = Vec::new();
     for (_, s) in ranked.into_iter().take(tries) {
         let fit = problem.main.work.within(c.share, || minimised(problem, s, free));

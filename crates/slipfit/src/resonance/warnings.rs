@@ -9,6 +9,7 @@ use super::{Answer, Curve, DriveSource, Method, Options, RunDirection, averaged,
 use crate::answer::describe::model_choice;
 use crate::answer::{Parameter, Warning};
 use crate::model::loss::LossModel;
+use crate::numeric::order::sort_by_value;
 use std::f64::consts::TAU;
 
 pub(super) fn warnings(
@@ -214,7 +215,7 @@ fn runs_differ(
             .filter(|r| r.0 == direction)
             .flat_map(|(_, b)| (0..b.len()).map(|i| (b.omega[i], b.amplitude(i))))
             .collect();
-        all.sort_by(|a, b| a.0.total_cmp(&b.0));
+        sort_by_value(&mut all, |point| point.0);
         all
     };
     let (rising, falling) = (of(RunDirection::Up), of(RunDirection::Down));

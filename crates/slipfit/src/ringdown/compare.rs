@@ -10,6 +10,7 @@ use crate::inference::noise::NoiseModel;
 use crate::inference::quadratic::given;
 use crate::model::loss::{LossModel, LossTerm};
 use crate::motion::decay::parameters::shape_slot;
+use crate::numeric::order::sort_by_value;
 use std::f64::consts::PI;
 
 /// Where every fit of a decay keeps the coefficient of a loss term.
@@ -197,7 +198,7 @@ pub(crate) fn compare(
             fits[i].1 = fit;
         }
     }
-    fits.sort_by_key(|(model, _)| LossModel::all().position(|m| m == *model));
+    sort_by_value(&mut fits, |(model, _)| LossModel::all().take_while(|m| m != model).count() as f64);
     // What an approximation found is in the table, and one of them is reported: the last step is taken by all samples.
     if let Some(exact) = exact {
         for (_, fit) in fits.iter_mut().filter(|(_, f)| begun.is_none_or(|b| b.parameters != f.parameters)) {
@@ -404,7 +405,7 @@ pub(crate) fn best_of(
     let mut sums = Normal::zeros(problem.parameters());
     let mut at = |p: &[f64]| problem.normal_of(p, &[], &mut sums, f64::INFINITY).then_some(sums.rss);
     let mut ranked: Vec<(f64, &Vec<f64>)> = starts.iter().filter_map(|s| Some((at(s)?, s))).collect();
-    ranked.sort_by(|a, b| a.0.total_cmp(&b.0));
+    sort_by_value(&mut ranked, |r| r.0);
     let few = ranked.iter().take(tried + SPARE_STARTS);
     few.filter_map(|(_, start)| minimise(start)).take(tried).min_by(|a, b| a.rss.total_cmp(&b.rss))
 }

@@ -11,6 +11,7 @@ use crate::inference::model_selection::ModelFit;
 use crate::motion::decay::AmplitudeLaw;
 use crate::motion::decay::drag::Slowing;
 use crate::motion::decay::path::{backbone_factors, shifted};
+use crate::numeric::order::sort_by_value;
 use crate::signal::blocks::Block;
 use std::f64::consts::TAU;
 
@@ -122,7 +123,7 @@ pub(crate) fn envelope_points(e: &Evidence, fit: &FittedMotion) -> Vec<EnvelopeP
             used,
         })
         .collect();
-    list.sort_by(|a, b| a.time_s.total_cmp(&b.time_s));
+    sort_by_value(&mut list, |p| p.time_s);
     list
 }
 

@@ -14,6 +14,7 @@ use super::window::{DecayWindow, EndReason, StartReason};
 use super::window_fit::Problem;
 use crate::inference::least_squares::{LeastSquares, Normal, minimise_until};
 use crate::model::loss::LossModel;
+use crate::numeric::order::sort_by_value;
 use crate::numeric::robust::neighbour_noise;
 use crate::signal::blocks::Block;
 use crate::signal::phase::PhaseLaw;
@@ -183,7 +184,7 @@ fn start_values(samples: &Samples, release: usize, swing: &Swing) -> Option<Vec<
     let mut rss = |p: &[f64]| problem.normal_of(p, &[], &mut sums, f64::INFINITY).then_some(sums.rss);
     let mut ranked: Vec<(f64, Vec<f64>)> =
         starts.into_iter().map(|start| (rss(&start).unwrap_or(f64::INFINITY), start)).collect();
-    ranked.sort_by(|a, b| a.0.total_cmp(&b.0));
+    sort_by_value(&mut ranked, |r| r.0);
     let mut best: Option<(f64, Vec<f64>)> = None;
     let mut found_again = 0;
     for (_, start) in ranked {

@@ -9,7 +9,7 @@ use super::envelope::{X_F, law_of};
 use super::waveform::{OMEGA, RestLevel, Waveform};
 use crate::inference::least_squares::{Fit, LeastSquares, Normal, STEP_TOLERANCE, by_rss, minimise_until};
 use crate::inference::quadratic::given;
-use crate::numeric::robust::ascending;
+use crate::numeric::order::ascending;
 use std::f64::consts::PI;
 
 /// Steps of the search in which the place of rest moves by `x_F`, and most steps to either side.

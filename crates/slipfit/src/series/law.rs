@@ -3,6 +3,7 @@
 use crate::inference::Z_95;
 use crate::inference::evidence::{chi_square_tail, student_factor};
 use crate::inference::least_squares::linear;
+use crate::numeric::order::sort_by_value;
 use crate::{Error, Quantity};
 use std::fmt;
 
@@ -125,7 +126,7 @@ pub fn friction_against_load(points: &[LoadPoint], units: [&str; 2]) -> Result<V
     for l in &mut list {
         l.delta_bic = l.bic - best;
     }
-    list.sort_by(|a, b| a.bic.total_cmp(&b.bic));
+    sort_by_value(&mut list, |l| l.bic);
     Ok(list)
 }
 

@@ -1,7 +1,7 @@
 //! Periodogram: the oscillations of a stretch of record, and a band-pass filter.
 
 use crate::inference::least_squares::linear;
-use crate::numeric::{robust::median, trig};
+use crate::numeric::{order::sort_by_value, robust::median, trig};
 use realfft::RealFftPlanner;
 use realfft::num_complex::Complex;
 use std::cell::RefCell;
@@ -410,7 +410,7 @@ pub(crate) fn other_lines(
                 && (l.frequency_hz - order.max(1.0) * main_hz).abs() > near
         })
         .collect();
-    lines.sort_by(|a, b| b.amplitude.total_cmp(&a.amplitude));
+    sort_by_value(&mut lines, |l| -l.amplitude);
     lines.truncate(5);
     lines
 }

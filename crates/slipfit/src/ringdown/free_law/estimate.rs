@@ -10,6 +10,7 @@ use crate::inference::evidence::student_factor;
 use crate::inference::interval::bounded_interval;
 use crate::inference::noise::{autocorrelation, significant_inflation};
 use crate::inference::smooth::{Smoothed, smooth};
+use crate::numeric::order::sort_by_value;
 use crate::numeric::robust;
 use crate::ringdown::amplitude_fit::LEAST_SQUARE;
 use std::f64::consts::PI;
@@ -125,7 +126,7 @@ fn nodes(data: &Amplitudes) -> Vec<Node> {
         let node = |(i, share): (usize, f64)| (i, Node { time_s: begin + step * i as f64, of, share });
         shares.extend(own.into_iter().map(node));
     }
-    shares.sort_by_key(|(i, _)| *i);
+    sort_by_value(&mut shares, |(i, _)| *i as f64);
     shares.into_iter().map(|(_, node)| node).collect()
 }
 
