@@ -42,21 +42,26 @@ pub(crate) trait Loss {
     /// Its derivative, `dg/dA`.
     fn shape_derivative(amplitude: f64) -> f64;
     /// Where the shape has a parameter `s`, the loss is `c A0 G(A/A0; s)` with the initial amplitude `A0`:
-    /// `G(u; s)` and its derivatives by `u` and by `s`.
-    fn relative(_u: f64, _s: f64) -> [f64; 3] {
+    /// `G(u; s)` and its derivatives by `u` and by `s`, given [`Loss::at_start`].
+    fn relative(_u: f64, _s: f64, _at_start: [f64; 2]) -> [f64; 3] {
         [0.0; 3]
     }
     /// The first of these alone.
-    fn relative_value(u: f64, s: f64) -> f64 {
-        Self::relative(u, s)[0]
+    fn relative_value(u: f64, s: f64, at_start: [f64; 2]) -> f64 {
+        Self::relative(u, s, at_start)[0]
+    }
+    /// What `G` takes from the initial amplitude, the same for every `u`: where it is `H(u/s)/H(1/s)`, `H(1/s)` and
+    /// the derivative of `H` there.
+    fn at_start(_s: f64) -> [f64; 2] {
+        [1.0, 0.0]
     }
 }
 
 /// `G(u; s) = H(u/s)/H(1/s)` and its derivatives by `u` and by `s`, of a shape `H` with its derivative: one at
 /// the initial amplitude, so that the coefficient is the loss there, which data determine best.
-pub(crate) fn scaled(h: impl Fn(f64) -> [f64; 2], u: f64, s: f64) -> [f64; 3] {
+pub(crate) fn scaled(h: impl Fn(f64) -> [f64; 2], u: f64, s: f64, at_start: [f64; 2]) -> [f64; 3] {
     let u = u.max(0.0);
-    let ([here, slope], [first, first_slope]) = (h(u / s), h(1.0 / s));
+    let ([here, slope], [first, first_slope]) = (h(u / s), at_start);
     [here / first, slope / (s * first), (here * first_slope - u * slope * first) / (s * s * first * first)]
 }
 

@@ -95,14 +95,20 @@ macro_rules! loss_terms {
             }
 
             /// Shape over the initial amplitude, given the parameter of the shape; its derivatives.
-            pub(crate) fn relative(self, u: f64, s: f64) -> [f64; 3] {
-                match self { $(LossTerm::$term => $term::relative(u, s)),+ }
+            pub(crate) fn relative(self, u: f64, Shape { parameter, at_start }: Shape) -> [f64; 3] {
+                match self { $(LossTerm::$term => $term::relative(u, parameter, at_start)),+ }
             }
 
             /// The first of these alone, the rate of an integration.
             #[inline]
-            pub(crate) fn relative_value(self, u: f64, s: f64) -> f64 {
-                match self { $(LossTerm::$term => $term::relative_value(u, s)),+ }
+            pub(crate) fn relative_value(self, u: f64, Shape { parameter, at_start }: Shape) -> f64 {
+                match self { $(LossTerm::$term => $term::relative_value(u, parameter, at_start)),+ }
+            }
+
+            /// Its shape with this parameter.
+            pub(crate) fn with(self, parameter: f64) -> Shape {
+                let at_start = match self { $(LossTerm::$term => $term::at_start(parameter)),+ };
+                Shape { parameter, at_start }
             }
 
             /// Shape of the loss, `g(A)` in `dA/dt = -c g(A)`.
@@ -116,6 +122,14 @@ macro_rules! loss_terms {
             }
         }
     };
+}
+
+/// The shape of a loss that has a parameter, zero where there is no such term.
+#[derive(Debug, Clone, Copy, PartialEq, Default)]
+pub(crate) struct Shape {
+    pub(crate) parameter: f64,
+    /// What it takes from the initial amplitude: [`Loss::at_start`].
+    at_start: [f64; 2],
 }
 
 /// Number of loss terms behind viscous, sliding and drag loss in [`LossTerm::ALL`].
@@ -214,10 +228,12 @@ mod tests {
                 assert!((parameter.range[0]..=parameter.range[1]).contains(&s));
                 for u in [0.05, 0.3, 0.9, 1.0] {
                     let h = 1e-6;
-                    let [_, by_u, by_s] = term.relative(u, s);
+                    let at = |u: f64, s: f64| term.relative(u, term.with(s));
+                    let [value, by_u, by_s] = at(u, s);
+                    assert_eq!(value, term.relative_value(u, term.with(s)));
                     let numeric = |a: [f64; 3], b: [f64; 3]| (a[0] - b[0]) / (2.0 * h);
-                    let u_off = (by_u - numeric(term.relative(u + h, s), term.relative(u - h, s))).abs();
-                    let s_off = (by_s - numeric(term.relative(u, s + h), term.relative(u, s - h))).abs();
+                    let u_off = (by_u - numeric(at(u + h, s), at(u - h, s))).abs();
+                    let s_off = (by_s - numeric(at(u, s + h), at(u, s - h))).abs();
                     assert!(u_off < 1e-7, "{} at {u}, {s}: {u_off}", term.name());
                     assert!(s_off < 1e-7, "{} at {u}, {s}: {s_off}", term.name());
                 }

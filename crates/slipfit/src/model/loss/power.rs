@@ -50,7 +50,7 @@ impl Loss for Power {
         1.5 * amplitude.max(0.0).sqrt()
     }
 
-    fn relative(u: f64, exponent: f64) -> [f64; 3] {
+    fn relative(u: f64, exponent: f64, _at_start: [f64; 2]) -> [f64; 3] {
         if !(u > 0.0) {
             return [0.0; 3];
         }
@@ -60,7 +60,7 @@ impl Loss for Power {
         [value, slope, value * ln]
     }
 
-    fn relative_value(u: f64, exponent: f64) -> f64 {
+    fn relative_value(u: f64, exponent: f64, _at_start: [f64; 2]) -> f64 {
         if u > 0.0 { (exponent * u.ln()).exp() } else { 0.0 }
     }
 }

@@ -61,8 +61,16 @@ impl Loss for Presliding {
         loop_area(amplitude)[1]
     }
 
-    fn relative(u: f64, ratio: f64) -> [f64; 3] {
-        scaled(loop_area, u, ratio)
+    fn relative(u: f64, ratio: f64, at_start: [f64; 2]) -> [f64; 3] {
+        scaled(loop_area, u, ratio, at_start)
+    }
+
+    fn relative_value(u: f64, ratio: f64, at_start: [f64; 2]) -> f64 {
+        loop_area(u.max(0.0) / ratio)[0] / at_start[0]
+    }
+
+    fn at_start(ratio: f64) -> [f64; 2] {
+        loop_area(1.0 / ratio)
     }
 }
 

@@ -60,8 +60,16 @@ impl Loss for Stribeck {
         average(amplitude)[1]
     }
 
-    fn relative(u: f64, ratio: f64) -> [f64; 3] {
-        scaled(average, u, ratio)
+    fn relative(u: f64, ratio: f64, at_start: [f64; 2]) -> [f64; 3] {
+        scaled(average, u, ratio, at_start)
+    }
+
+    fn relative_value(u: f64, ratio: f64, at_start: [f64; 2]) -> f64 {
+        average(u.max(0.0) / ratio)[0] / at_start[0]
+    }
+
+    fn at_start(ratio: f64) -> [f64; 2] {
+        average(1.0 / ratio)
     }
 }
 

@@ -2,7 +2,7 @@
 
 use crate::error::Error;
 pub(crate) use crate::model::loss::FURTHER;
-use crate::model::loss::{LossTerm, SHAPED};
+use crate::model::loss::{LossTerm, SHAPED, Shape};
 use crate::model::oscillator::{Oscillator, at_least_zero};
 use crate::numeric::quadrature::integrate;
 use std::f64::consts::PI;
@@ -54,8 +54,8 @@ pub struct AmplitudeLaw {
     pub(crate) a2: f64,
     /// Coefficients of the further terms. They have no closed form: the law is integrated.
     pub(crate) further: [f64; FURTHER],
-    /// Parameters of their shapes, zero where there is no such term.
-    pub(crate) shapes: [f64; SHAPED],
+    /// Shapes of those that have a parameter.
+    pub(crate) shapes: [Shape; SHAPED],
 }
 
 impl AmplitudeLaw {
@@ -73,7 +73,7 @@ impl AmplitudeLaw {
 
     /// The same of any rates, as a fit may try them.
     pub(crate) fn from_rates(initial: f64, [a0, a1, a2]: [f64; 3]) -> Self {
-        Self { initial, a0, a1, a2, further: [0.0; FURTHER], shapes: [0.0; SHAPED] }
+        Self { initial, a0, a1, a2, further: [0.0; FURTHER], shapes: [Shape::default(); SHAPED] }
     }
 
     /// From an oscillator, its drag rate `a2` (per s and displacement), and the initial amplitude.
@@ -112,7 +112,7 @@ impl AmplitudeLaw {
         terms
             .map(|(k, (c, term))| match k.checked_sub(FURTHER - SHAPED).map(|shaped| self.shapes[shaped]) {
                 None => c * term.shape(amplitude),
-                Some(s) if s != 0.0 && self.initial > 0.0 => {
+                Some(s) if s.parameter != 0.0 && self.initial > 0.0 => {
                     c * self.initial * term.relative_value(amplitude / self.initial, s)
                 }
                 Some(_) => 0.0,
@@ -134,7 +134,7 @@ impl AmplitudeLaw {
     /// by the amplitude over the initial one and by the parameter; zeros where there is no such term.
     pub(super) fn relative(&self, k: usize, amplitude: f64) -> [f64; 3] {
         let s = self.shapes[k];
-        if s == 0.0 || !(self.initial > 0.0) {
+        if s.parameter == 0.0 || !(self.initial > 0.0) {
             return [0.0; 3];
         }
         LossTerm::shaped()[k].relative(amplitude.max(0.0) / self.initial, s)

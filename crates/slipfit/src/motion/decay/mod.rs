@@ -11,6 +11,7 @@
 pub(crate) mod amplitude;
 pub mod averaged;
 pub(crate) mod closed_sums;
+mod dense;
 pub(crate) mod drag;
 mod exact;
 pub(crate) mod half_cycle;

@@ -3,7 +3,7 @@
 
 use super::amplitude::{AmplitudeLaw, sliding_gain};
 use super::path::{CARRIED, SHAPE};
-use crate::model::loss::LossTerm;
+use crate::model::loss::{LossTerm, Shape};
 
 /// Amplitude at the start.
 pub(crate) const A0: usize = 0;
@@ -30,7 +30,10 @@ pub(crate) const COUNT: usize = OFFSET + 3;
 pub(crate) fn law_of(p: &[f64], omega: f64) -> AmplitudeLaw {
     let [gain, ..] = sliding_gain(p[DELTA], omega);
     let further = std::array::from_fn(|k| p[DRAG + 1 + k]);
-    let shapes = std::array::from_fn(|k| p[SHAPE + k]);
+    let shape = |k: usize| {
+        if p[SHAPE + k] == 0.0 { Shape::default() } else { LossTerm::shaped()[k].with(p[SHAPE + k]) }
+    };
+    let shapes = std::array::from_fn(shape);
     AmplitudeLaw { further, shapes, ..AmplitudeLaw::from_rates(p[A0], [gain * p[X_F], p[DELTA], p[DRAG]]) }
 }
 

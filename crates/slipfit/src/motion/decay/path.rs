@@ -1,6 +1,7 @@
 //! The amplitude followed from point to point with its derivatives by start and loss terms.
 
 use super::amplitude::{self, AmplitudeLaw, FURTHER, FallingStep, IntegratedStep, exp_share, integrate_step};
+use super::dense::{LongStep, LossAt};
 use crate::model::loss::{LossTerm, SHAPED};
 
 /// Derivatives carried: by the start, `a0`, `a1`, `a2`, the further terms and the parameters of shapes.
@@ -15,6 +16,14 @@ const STEP: f64 = 0.3;
 /// but ends between two points.
 const MOST_PARTS: f64 = 64.0;
 const MOST_INTEGRATED_PARTS: f64 = 24.0;
+/// Part of the longest step that one between whose ends is interpolated may be: derivatives are then right to 1e-7.
+const INTERPOLATED_PART: f64 = 0.7;
+/// Most durations asked for that are one such step.
+const MOST_AHEAD: f64 = 64.0;
+/// How much faster the loss may change at the end of such a step than at its begin.
+const MOST_STIFFER: f64 = 2.0;
+/// Relative half width of the difference that the slope of a loss is where the frequency changes it.
+const NEAR: f64 = 1e-4;
 /// Order of the error of an integrated step.
 const ORDER: f64 = 5.0;
 /// First amplitude over the present one from which on integrated steps are longer, and the most that counts.
@@ -66,6 +75,8 @@ pub(crate) struct AmplitudePath {
     carried: Carried,
     /// The last step where the law stays the same, and its duration.
     last: (f64, Step),
+    /// The step of an integrated law within which the path is.
+    long: Option<LongStep<CARRIED>>,
 }
 
 /// The derivatives that are carried along.
@@ -128,7 +139,7 @@ impl AmplitudePath {
         let mut by = [0.0; CARRIED];
         by[0] = 1.0;
         let last = (f64::NAN, Step::Other);
-        Self { amplitude: law.initial, by, law, backbone, carried: Carried::All, last }
+        Self { amplitude: law.initial, by, law, backbone, carried: Carried::All, last, long: None }
     }
 
     /// The same with some of the derivatives alone.
@@ -149,7 +160,11 @@ impl AmplitudePath {
 
     /// Loss `-dA/dt` here.
     pub(crate) fn rate(&self) -> f64 {
-        self.local(self.amplitude).0.rate(self.amplitude)
+        self.rate_at(self.amplitude)
+    }
+
+    fn rate_at(&self, amplitude: f64) -> f64 {
+        self.local(amplitude).0.rate(amplitude)
     }
 
     /// Whether viscous and sliding loss act alone and the frequency is constant.
@@ -170,6 +185,10 @@ impl AmplitudePath {
 
     /// Moves on by `duration` seconds (negative: back).
     pub(crate) fn advance(&mut self, duration: f64) {
+        if duration == 0.0 {
+            return;
+        }
+        let duration = if self.law.is_closed() { duration } else { self.advance_long(duration) };
         if duration == 0.0 {
             return;
         }
@@ -206,7 +225,7 @@ impl AmplitudePath {
         let (step, most) = if self.law.is_closed() {
             (STEP, MOST_PARTS)
         } else {
-            (amplitude::STEP * self.step_factor(), MOST_INTEGRATED_PARTS)
+            (self.integrated_step(), MOST_INTEGRATED_PARTS)
         };
         let parts = (self.stiffness() * duration.abs() / step).min(most);
         // Rounded up, without the call that `ceil` is.
@@ -214,11 +233,14 @@ impl AmplitudePath {
         (whole + usize::from((whole as f64) < parts)).max(1)
     }
 
-    /// Factor by which a step of an integrated law may be longer at a small amplitude, for the same error relative to
-    /// the first one: where a loss ends the motion, as `A^n` with `n < 1` does, it changes ever faster.
-    fn step_factor(&self) -> f64 {
+    /// Longest step of an integrated law, over the time in which the loss changes. It may be longer at a small
+    /// amplitude, for the same error relative to the first one: where a loss ends the motion, as `A^n` with `n < 1`
+    /// does, it changes ever faster.
+    fn integrated_step(&self) -> f64 {
         let ratio = self.law.initial / self.amplitude;
-        if ratio > LONGER_STEPS_FROM { ratio.min(MOST_AMPLITUDE_RATIO).powf(1.0 / ORDER) } else { 1.0 }
+        let longer =
+            if ratio > LONGER_STEPS_FROM { ratio.min(MOST_AMPLITUDE_RATIO).powf(1.0 / ORDER) } else { 1.0 };
+        amplitude::STEP * longer
     }
 
     /// Steps that move on by `duration` each time, where viscous and sliding loss act alone and the
@@ -274,6 +296,13 @@ impl AmplitudePath {
     /// Carries the derivatives over a step by Simpson's rule: `points` are the amplitudes at its
     /// begin, middle and end, `slopes` the derivatives of the last by each of them.
     fn carry(&mut self, points: [f64; 3], duration: f64, slopes: [f64; 3], factors: PerTerm) {
+        if self.carried == Carried::All {
+            let losses = points.map(|a| self.loss(a, &factors).by);
+            for (k, by) in self.by.iter_mut().enumerate() {
+                *by = *by * slopes[0] - simpson(duration, slopes, losses.map(|loss| loss[k]));
+            }
+            return;
+        }
         for v in &mut self.by {
             *v *= slopes[0];
         }
@@ -281,33 +310,92 @@ impl AmplitudePath {
         for k in 0..3 {
             self.by[k + 1] -= factors[k] * simpson(duration, slopes, shapes[k]);
         }
-        if self.carried == Carried::All {
-            let shapes = points.map(|a| self.law.further_shapes(a));
-            for (k, by) in self.by[4..SHAPE].iter_mut().enumerate() {
-                *by -= factors[3 + k] * simpson(duration, slopes, shapes.map(|s| s[k]));
-            }
-            self.carry_shapes(points, duration, slopes, factors);
+    }
+
+    /// The loss at an amplitude, and its derivatives by the amplitude and by all that is carried. A loss whose shape
+    /// has a parameter refers to the start: `d/dA0 [A0 G(A/A0)] = G - u G'`.
+    fn loss(&self, amplitude: f64, factors: &PerTerm) -> LossAt<CARRIED> {
+        let (law, a) = (&self.law, amplitude);
+        let mut by = [0.0; CARRIED];
+        by[1..4].copy_from_slice(&[factors[0], factors[1] * a, factors[2] * a * a]);
+        let mut slope = factors[1] * law.a1 + 2.0 * a * factors[2] * law.a2;
+        for (k, term) in LossTerm::further().iter().take(FURTHER - SHAPED).enumerate() {
+            by[4 + k] = factors[3 + k] * term.shape(a.max(0.0));
+            slope += factors[3 + k] * law.further[k] * term.shape_derivative(a.max(0.0));
         }
+        for k in (0..SHAPED).filter(|&k| law.shapes[k].parameter != 0.0) {
+            let (term, initial) = (FURTHER - SHAPED + k, law.initial);
+            let [value, by_u, by_s] = law.relative(k, a);
+            let coefficient = factors[3 + term] * law.further[term];
+            by[0] += coefficient * (value - a.max(0.0) / initial * by_u);
+            by[4 + term] = factors[3 + term] * initial * value;
+            by[SHAPE + k] = coefficient * initial * by_s;
+            slope += coefficient * by_u;
+        }
+        let losses = [law.a0, law.a1, law.a2].into_iter().chain(law.further);
+        LossAt { rate: losses.zip(&by[1..]).map(|(c, shape)| c * shape).sum(), slope, by }
     }
 }
 
+/// Integrated laws in steps of their own length.
 impl AmplitudePath {
-    /// The derivatives by the parameters of shapes, and what the losses with one add to that by the start,
-    /// to which they refer: `d/dA0 [A0 G(A/A0)] = G - u G'`.
-    fn carry_shapes(&mut self, points: [f64; 3], duration: f64, slopes: [f64; 3], factors: PerTerm) {
-        for k in 0..SHAPED {
-            let term = FURTHER - SHAPED + k;
-            let coefficient = factors[3 + term] * self.law.further[term];
-            if self.law.shapes[k] == 0.0 || coefficient == 0.0 {
-                continue;
-            }
-            let initial = self.law.initial;
-            let shapes = points.map(|a| (a.max(0.0) / initial, self.law.relative(k, a)));
-            let by_start = shapes.map(|(u, [value, by_u, _])| value - u * by_u);
-            let by_parameter = shapes.map(|(_, [.., by_s])| initial * by_s);
-            self.by[0] -= coefficient * simpson(duration, slopes, by_start);
-            self.by[SHAPE + k] -= coefficient * simpson(duration, slopes, by_parameter);
+    /// Moves on in steps that do not end where they are asked for, so that the amplitude is as smooth a function of the
+    /// parameters as of time; returns what is left of `duration` where no such step can be taken.
+    fn advance_long(&mut self, duration: f64) -> f64 {
+        if duration < 0.0 {
+            self.long = None;
+            return duration;
         }
+        let mut left = duration;
+        loop {
+            if let Some(step) = &mut self.long {
+                let room = step.duration - step.passed;
+                step.passed += left.min(room);
+                self.interpolate();
+                if left <= room {
+                    return 0.0;
+                }
+                left -= room;
+            }
+            let ahead = INTERPOLATED_PART * self.integrated_step() / self.stiffness();
+            let ahead = ahead.max(duration / MOST_INTEGRATED_PARTS).min(MOST_AHEAD * duration);
+            self.long = self.long_step(ahead);
+            if self.long.is_none() {
+                return left;
+            }
+        }
+    }
+
+    fn interpolate(&mut self) {
+        let Some(step) = &self.long else { return };
+        self.amplitude = step.amplitude();
+        if self.carried != Carried::None {
+            self.by = step.derivatives();
+        }
+    }
+
+    /// A step from here; `None` where the loss changes too much along it.
+    fn long_step(&self, duration: f64) -> Option<LongStep<CARRIED>> {
+        let step = match &self.long {
+            Some(last) => last.next(duration, |a| self.rate_at(a), |a| self.loss_at(a)),
+            None => {
+                LongStep::new(self.amplitude, self.by, duration, |a| self.rate_at(a), |a| self.loss_at(a))
+            }
+        };
+        let there = Self { amplitude: step.amplitude_at_end(), ..*self };
+        let alike = there.stiffness() * duration <= MOST_STIFFER * there.integrated_step();
+        (alike && there.amplitude.is_finite()).then_some(step)
+    }
+
+    /// The loss, what the frequency does to it included.
+    fn loss_at(&self, amplitude: f64) -> LossAt<CARRIED> {
+        if self.backbone == [0.0; 2] {
+            return self.loss(amplitude, &[1.0; TERMS]);
+        }
+        let (_, factors) = self.local(amplitude);
+        let h = NEAR * amplitude.abs().max(f64::MIN_POSITIVE);
+        let slope = (self.rate_at(amplitude + h) - self.rate_at(amplitude - h)) / (2.0 * h);
+        LossAt { slope, ..self.loss(amplitude, &factors) }
     }
 }
 
@@ -375,7 +463,7 @@ mod tests {
             let at = |p: [f64; 5]| {
                 let mut law = AmplitudeLaw::from_rates(p[0], [p[1], p[2], 0.0]);
                 law.further[FURTHER - SHAPED + k] = p[3];
-                law.shapes[k] = p[4];
+                law.shapes[k] = LossTerm::shaped()[k].with(p[4]);
                 let mut path = AmplitudePath::new(law, [0.0; 2]);
                 (0..150).for_each(|_| path.advance(1.5));
                 path
