@@ -384,7 +384,7 @@ impl AmplitudePath {
         };
         let there = Self { amplitude: step.amplitude_at_end(), ..*self };
         let alike = there.stiffness() * duration <= MOST_STIFFER * there.integrated_step();
-        (alike && there.amplitude.is_finite()).then_some(step)
+        (alike && there.amplitude.is_finite() && duration > f64::MIN_POSITIVE).then_some(step)
     }
 
     /// The loss, what the frequency does to it included.
@@ -454,6 +454,18 @@ mod tests {
                 }
             }
         }
+    }
+
+    /// Instants so close that a part of their distance is zero.
+    #[test]
+    fn steps_below_all_numbers_end() {
+        let mut law = AmplitudeLaw::from_rates(1.0, [0.1, 0.2, 0.0]);
+        law.further[0] = 0.3;
+        let mut path = AmplitudePath::new(law, [0.0; 2]);
+        for duration in [5e-324, 1e-310, 1e-300] {
+            path.advance(duration);
+        }
+        assert_eq!(path.amplitude, 1.0);
     }
 
     /// Losses whose shape is fitted, their parameter among them, over a long decay.
