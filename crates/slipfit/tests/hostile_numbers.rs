@@ -1,6 +1,6 @@
 //! Hostile numbers through every analysis: an answer of finite numbers or an error, never a panic.
 //!
-//! `PROPTEST_CASES` sets how many cases each test takes; the same generator is driven by coverage in
+//! `PROPTEST_CASES` sets how many cases each test takes, `PROPTEST_RNG_SEED` which; the same generator is driven by coverage in
 //! `cargo xtask fuzz --only ringdown,resonance,levels,series`.
 
 mod hostile;
@@ -8,16 +8,12 @@ mod hostile;
 use proptest::prelude::*;
 use proptest::test_runner::RngSeed;
 
-/// As many cases as are asked for, others in every run; else these, the same in every run.
+/// As many cases as are asked for, others in every run unless their seed is named; else these, the same in every run.
 fn cases(usual: u32) -> ProptestConfig {
     let asked = std::env::var("PROPTEST_CASES").ok().and_then(|text| text.parse().ok());
-    let rng_seed = if asked.is_some() { RngSeed::Random } else { RngSeed::Fixed(1) };
-    ProptestConfig {
-        cases: asked.unwrap_or(usual),
-        rng_seed,
-        failure_persistence: None,
-        ..ProptestConfig::default()
-    }
+    let default = ProptestConfig::default();
+    let rng_seed = if asked.is_some() { default.rng_seed } else { RngSeed::Fixed(1) };
+    ProptestConfig { cases: asked.unwrap_or(usual), rng_seed, failure_persistence: None, ..default }
 }
 
 /// Bytes that libFuzzer found.
