@@ -132,7 +132,7 @@ criteria! {
         work_per_point: usize = 60_000, source "what curves of resonators take, with room to spare",
             moves "time of analysis";
         /// Points beyond that count for it.
-        most_working_points: usize = 850, source "1.5 s on one core in all",
+        most_working_points: usize = 850, source "1.6 s on one core in all",
             moves "time of analysis";
         /// Part of that work after which the search for the intervals ends.
         interval_part: f64 = 0.17, source "what curves of resonators take, with room to spare",
