@@ -52,6 +52,14 @@ fn what_the_fuzzer_found_is_answered_or_refused() {
          e1eaa80666325e33f3c4ca24c89a6d8330b3ef19befc8a1f3c1d0692a37f51c96c43fb5bbd6f5591f60573c820e834f4\
          86676e521612545063634be998f8df1e328532006cbf91c50b1cc2",
     ));
+    // Turning points at no number, between which a further law was followed for ever.
+    hostile::ringdown(&bytes(
+        "26c8597979640b4cd4544deb014573fbef386eb7e59ac66a43843c9fc506dce5e7e0d66026bd59311f7e5bbd1cbb17",
+    ));
+    hostile::ringdown(&bytes(
+        "2bcd1a069ef41f71932596e58233d26a053502333510fce1954aaba43c6444ea5c6a76f32f3f3e976bdcbe294a04950de82d\
+         c94504d9f15a49b6d4bc",
+    ));
     // A period of the drive beyond all numbers.
     hostile::resonance(&bytes("ffff00083a3a2f08f9083a0859068d413a"));
     // A Q whose interval is next to nothing beside its rounding.

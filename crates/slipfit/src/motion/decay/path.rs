@@ -342,7 +342,7 @@ impl AmplitudePath {
     /// Moves on in steps that do not end where they are asked for, so that the amplitude is as smooth a function of the
     /// parameters as of time; returns what is left of `duration` where no such step can be taken.
     fn advance_long(&mut self, duration: f64) -> f64 {
-        if duration < 0.0 {
+        if !(duration > 0.0 && duration.is_finite()) {
             self.long = None;
             return duration;
         }
@@ -466,6 +466,21 @@ mod tests {
             path.advance(duration);
         }
         assert_eq!(path.amplitude, 1.0);
+    }
+
+    /// A frequency that leaves the numbers puts its turning points at no time or infinitely late.
+    #[test]
+    fn steps_to_no_number_end() {
+        let mut law = AmplitudeLaw::from_rates(1.0, [0.1, 0.2, 0.0]);
+        law.further[0] = 0.3;
+        for backbone in [[0.0; 2], [0.1, 0.0]] {
+            for duration in [f64::NAN, f64::INFINITY, f64::NEG_INFINITY, f64::MAX] {
+                let mut path = AmplitudePath::new(law, backbone);
+                for step in [0.1, duration, 0.1, duration] {
+                    path.advance(step);
+                }
+            }
+        }
     }
 
     /// Losses whose shape is fitted, their parameter among them, over a long decay.
