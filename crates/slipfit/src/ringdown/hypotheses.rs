@@ -133,3 +133,32 @@ fn to_the_end<'a>(
     let longer = if end > to { fit(end, start.clone(), Models::All) } else { None };
     longer.or_else(|| fit(to, first, Models::All))
 }
+
+#[cfg(test)]
+mod tests {
+    use crate::motion::decay::FreeDecay;
+    use crate::noise::jitter;
+    use crate::ringdown::{Options, analyse};
+    use crate::{Oscillator, Record};
+    use std::f64::consts::{PI, TAU};
+
+    /// Friction carries most of the loss and ends the motion after some ten swings, at 60 dB: the phases of the last
+    /// blocks are late by hundreds of their errors.
+    #[test]
+    fn the_last_swings_before_a_rest_are_fitted_sample_by_sample() {
+        let (q, share, noise) = (100.0, 0.7, 7e-4);
+        let total = TAU / (2.0 * q);
+        let x_f = share / (1.0 - share) * total * PI / (2.0 * TAU);
+        let oscillator = Oscillator::kinematic(TAU, total, x_f).expect("valid");
+        let decay = FreeDecay::from_rest(&oscillator, 1.0).expect("valid");
+        assert!(decay.stop().is_some_and(|stop| stop.time_s < 40.0));
+        let time: Vec<f64> = (0..2387).map(|i| i as f64 / 30.0).collect();
+        for repeat in 0..20 {
+            let noisy =
+                |(i, &t): (usize, &f64)| decay.displacement(t) + noise * jitter(repeat * time.len() + i, 11);
+            let record = Record::new(time.clone(), time.iter().enumerate().map(noisy).collect());
+            let answer = analyse(&record.expect("valid"), &Options::default()).expect("a ring-down");
+            assert_eq!(answer.diagnostics.method, "waveform", "record {repeat}");
+        }
+    }
+}

@@ -176,7 +176,9 @@ pub(crate) fn smooth(blocks: &[Block], amplitude: &[f64], noise_rms: f64) -> Opt
     let typical_noise = median(&mut errors)?;
     let follows_law = omega > 0.0
         && (omega / omega_0 - 1.0).abs() < 0.5
-        && (excess < MOST_EXCESS || 0.5 * mean_square < 0.1 * typical_noise);
+        && (excess < MOST_EXCESS
+            || 0.5 * mean_square < 0.1 * typical_noise
+            || lags_by_friction(&strong, |j| row(j, columns), &phase, &weight, amplitude));
     // What it costs counts against the errors of all amplitudes together.
     let lost: f64 = strong
         .iter()
@@ -198,6 +200,28 @@ pub(crate) fn smooth(blocks: &[Block], amplitude: &[f64], noise_rms: f64) -> Opt
         local(&tau, &phase, &weight)
     };
     Some(Smooth { at, law, follows_law })
+}
+
+/// Whether the phases follow the law but for what friction does to them: the mass swings about a place that friction
+/// moves by `x_F` against it, so that it crosses the middle late, by `3/pi x_F/A` of the fundamental to first order. The
+/// second order, all but a turn in the last swings, is taken as an error.
+fn lags_by_friction(
+    strong: &[usize],
+    row: impl Fn(usize) -> Vec<f64>,
+    phase: &[f64],
+    weight: &[f64],
+    amplitude: &[f64],
+) -> bool {
+    let row = |j: usize| [row(j), vec![1.0 / amplitude[j].abs()]].concat();
+    let count = strong.first().map_or(0, |&j| row(j).len());
+    let given = |lag: f64| {
+        let known_to = |j: usize| weight[j] / (1.0 + weight[j] * (lag / amplitude[j]).powi(4));
+        linear(strong.iter().map(|&j| (row(j), phase[j], known_to(j))), count)
+    };
+    let lag = |c: &[f64]| c.last().copied().filter(|lag| *lag < 0.0);
+    let beside_lag = given(0.0).and_then(|(c, ..)| given(lag(&c)?)).filter(|(c, ..)| lag(c).is_some());
+    let dof = strong.len() as f64 - count as f64;
+    dof >= 1.0 && beside_lag.is_some_and(|(.., rss)| rss < MOST_EXCESS * dof)
 }
 
 /// Takes back turns lost in the noise: a line through the surest half of the
