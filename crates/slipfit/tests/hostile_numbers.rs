@@ -52,7 +52,7 @@ fn what_the_fuzzer_found_is_answered_or_refused() {
          e1eaa80666325e33f3c4ca24c89a6d8330b3ef19befc8a1f3c1d0692a37f51c96c43fb5bbd6f5591f60573c820e834f4\
          86676e521612545063634be998f8df1e328532006cbf91c50b1cc2",
     ));
-    // Turning points at no number, between which a further law was followed for ever.
+    // Turning points at NaN, between which the steps of a further law never ended.
     hostile::ringdown(&bytes(
         "26c8597979640b4cd4544deb014573fbef386eb7e59ac66a43843c9fc506dce5e7e0d66026bd59311f7e5bbd1cbb17",
     ));

@@ -202,9 +202,9 @@ pub(crate) fn smooth(blocks: &[Block], amplitude: &[f64], noise_rms: f64) -> Opt
     Some(Smooth { at, law, follows_law })
 }
 
-/// Whether the phases follow the law but for what friction does to them: the mass swings about a place that friction
-/// moves by `x_F` against it, so that it crosses the middle late, by `3/pi x_F/A` of the fundamental to first order. The
-/// second order, all but a turn in the last swings, is taken as an error.
+/// Whether the phases follow the law apart from the lag due to sliding friction. The place of equilibrium is displaced by
+/// `x_F` against the motion, so that the fundamental lags by `3/pi x_F/A` to first order; terms of second order, large in
+/// the last swings before the rest, count as an error of the phase.
 fn lags_by_friction(
     strong: &[usize],
     row: impl Fn(usize) -> Vec<f64>,

@@ -468,9 +468,9 @@ mod tests {
         assert_eq!(path.amplitude, 1.0);
     }
 
-    /// A frequency that leaves the numbers puts its turning points at no time or infinitely late.
+    /// A frequency that overflows puts its turning points at NaN or infinity.
     #[test]
-    fn steps_to_no_number_end() {
+    fn steps_that_are_not_finite_end() {
         let mut law = AmplitudeLaw::from_rates(1.0, [0.1, 0.2, 0.0]);
         law.further[0] = 0.3;
         for backbone in [[0.0; 2], [0.1, 0.0]] {
