@@ -6,6 +6,8 @@ use slipfit::{LossModel, LossTerm, Parameter, Parameters, Quantity};
 
 /// An interval this much longer on one side than on the other is printed on the screen.
 const ASYMMETRY: f64 = 1.15;
+/// Standard errors on either side within which a normal variable lies 95 % of the time.
+const Z_95: f64 = 1.96;
 
 /// One parameter in words and digits.
 #[derive(Debug, Clone, PartialEq, Serialize)]
@@ -39,9 +41,12 @@ impl ParameterRow {
     }
 
     pub(crate) fn new(parameter: Parameter, q: &Quantity) -> Self {
+        let [low, high] = q.interval_95;
+        if high - low < q.std_error {
+            return Self::by_interval(parameter, q);
+        }
         let (words, symbol) = (parameter.label().to_owned(), parameter.symbol());
         let shown = Rounded::new(q.value, q.std_error, &q.unit);
-        let [low, high] = q.interval_95;
         let interval = if low.is_finite() || high.is_finite() {
             format!("{} to {}", shown.also(low), shown.also(high))
         } else {
@@ -56,6 +61,28 @@ impl ParameterRow {
             relative: relative(q),
             asymmetric: !interval.is_empty() && is_asymmetric(q),
             interval,
+            absent: false,
+        }
+    }
+
+    /// A parameter whose whole interval is narrower than its standard error, which the curvature
+    /// at the optimum alone then gives: digits by the interval, a limit at the end of the range.
+    fn by_interval(parameter: Parameter, q: &Quantity) -> Self {
+        let [low, high] = q.interval_95;
+        let shown = Rounded::new(q.value, (high - low) / (2.0 * Z_95), &q.unit);
+        let value = match q.value <= low && low == 0.0 {
+            true => format!("< {}", shown.also(high)),
+            false => shown.value(),
+        };
+        Self {
+            words: parameter.label().to_owned(),
+            symbol: parameter.symbol(),
+            value,
+            uncertainty: String::new(),
+            unit: shown.scale.unit.clone(),
+            relative: String::new(),
+            interval: format!("{} to {}", shown.also(low), shown.also(high)),
+            asymmetric: true,
             absent: false,
         }
     }
@@ -145,6 +172,18 @@ mod tests {
         assert_eq!(significant(0.0, 3), "0");
         assert_eq!(significant(1.234e-9, 3), "1.23×10⁻⁹");
         assert_eq!(significant(f64::NAN, 3), "?");
+    }
+
+    #[test]
+    fn an_interval_narrower_than_the_standard_error_gives_the_digits() {
+        let mut q = Quantity::normal(0.0, 1400.0, "1/s");
+        q.interval_95 = [0.0, 0.157];
+        let row = ParameterRow::new(Parameter::Loss(LossTerm::Viscous), &q);
+        assert_eq!([row.value, row.uncertainty, row.interval], ["< 0.16", "", "0.00 to 0.16"]);
+        q.value = 0.1;
+        let row = ParameterRow::new(Parameter::Loss(LossTerm::Viscous), &q);
+        assert_eq!([row.value, row.uncertainty, row.interval], ["0.10", "", "0.00 to 0.16"]);
+        assert!(row.asymmetric);
     }
 
     #[test]
