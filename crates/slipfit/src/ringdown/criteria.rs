@@ -302,9 +302,10 @@ criteria! {
         most_excess: f64 = 4.0, source "twice the noise", moves "the method chosen";
         /// Residual variance over the noise down to which the waveform must describe the samples.
         variance_ratio: f64 = 1.3, source "chosen by simulation", moves "the method chosen";
-        /// Samples of a window up to which a motion that stops in it is fitted from several starts,
-        /// also where the first fit leaves no more than noise.
-        multi_start_samples: usize = 10_000, source "chosen by simulation", moves "coverage, time of analysis";
+        /// Samples of a window up to which a motion that may stop in it is fitted from several starts, also where
+        /// the first fit leaves no more than noise.
+        multi_start_samples: usize = 20_000, source "0 of 20 000 simulated records in another minimum",
+            moves "coverage, time of analysis";
         /// Variances by which a motion that ends with another swing must lie above the one of the lowest sum of
         /// squares for the last swing to be known.
         last_swing_variances: f64 = 12.0, source "a likelihood ratio of 400", moves "coverage after a stop";

@@ -1,7 +1,7 @@
 //! Every sample of a window against the exact motion.
 
 use super::compare::{Models, Search, WholeLoss, compare, loss_parameters, offer, slots};
-use super::criteria::Criteria;
+use super::criteria::{Criteria, WaveformCriteria};
 use super::envelope::{A0, DELTA, DRAG, X_F, law_of};
 use super::last_swing::LastSwing;
 use super::measured::MeasuredDecay;
@@ -15,6 +15,7 @@ use crate::inference::least_squares::{
     Fit, LeastSquares, Normal, STEP_TOLERANCE, minimise_until, promised_gain,
 };
 use crate::inference::noise::{NoiseModel, autocorrelation, significant_inflation};
+use crate::inference::quadratic::given;
 use crate::model::loss::{LossModel, LossTerm};
 use crate::signal::blocks::{self, Block};
 use crate::signal::spectrum::density_near;
@@ -33,7 +34,8 @@ const START_GUARD: f64 = 0.15;
 /// Least decay over a window that a search begins with.
 const LEAST_DECAY: f64 = 1e-3;
 
-/// Start values from the fit of the amplitudes, for a window that begins with the first block.
+/// Start values from the fit of the amplitudes, for a window that begins with the first block, with the disturbances
+/// that the phases of the blocks show already.
 pub(crate) fn start_values(
     samples: &Samples,
     measured: &MeasuredDecay,
@@ -47,11 +49,13 @@ pub(crate) fn start_values(
     start[PHASE] = blocks::wrap(first.phase - first.omega * (first.time_s - samples.time[first.first]));
     start[PHASE] -= samples.observable.phase_lead();
     start[OFFSET] = measured.points.iter().map(|b| b.offset).sum::<f64>() / measured.points.len() as f64;
+    start[BEND] = measured.law.quadratic * measured.law.omega;
+    start[CHIRP] = measured.law.drift * measured.law.omega;
     Some(start)
 }
 
-/// Fits the loss models compared, given the one asked for, to the samples of a window. `None` where the phase
-/// wanders too much for the exact motion.
+/// Fits the loss models compared, given the one asked for, to the samples of a window; disturbances of the phase that
+/// `start` has are in the model until they do not pay. `None` where the phase wanders too much for the exact motion.
 pub(crate) fn fit_waveform<'a>(
     samples: &'a Samples,
     measured: &MeasuredDecay,
@@ -111,16 +115,10 @@ fn fit_with_rest<'a>(
         gathered: None,
     };
     let mut nuisance = ALWAYS.to_vec();
-    // What the phases of the blocks show already is in the model from the start.
-    if measured.law.quadratic != 0.0 || measured.law.quartic != 0.0 {
+    if start[BEND] != 0.0 {
         problem.bend = Some(backbone.clone());
-        start[BEND] = measured.law.quadratic * measured.law.omega;
-        nuisance.push(BEND);
     }
-    if measured.law.drift != 0.0 {
-        start[CHIRP] = measured.law.drift * measured.law.omega;
-        nuisance.push(CHIRP);
-    }
+    nuisance.extend([BEND, CHIRP].into_iter().filter(|&slot| start[slot] != 0.0));
     let free = with(&basic, &nuisance);
     if samples.observable == Observable::Acceleration {
         let guarded = Waveform { guard: START_GUARD, ..problem.clone() };
@@ -157,17 +155,24 @@ fn fit_with_rest<'a>(
     problem.active = [&losses[..], &nuisance].concat();
     problem.active.sort_unstable();
     let mut noise = NoiseModel::white((n - problem.at_turns(&fit.parameters)) as f64);
-    // A fit that leaves no more than the noise is hardly a side minimum, unless swings are few.
+    // Of more samples, a fit that leaves no more than the noise is hardly a side minimum.
+    let few = n <= criteria.waveform.multi_start_samples;
     let side_minima = excess(&fit) > criteria.waveform.variance_ratio
-        || stops(&fit) && n <= criteria.waveform.multi_start_samples;
-    if side_minima && stops(&fit) && rest == RestLevel::Exact {
+        || few && may_stop(&fit, n, duration, &criteria.waveform);
+    if side_minima && fit.parameters[DRAG] != 0.0 && !fit.free.contains(&DRAG) {
+        // That of the amplitudes, which hides where the motion stops without it.
+        let mut start = fit.parameters.clone();
+        start[DRAG] = 0.0;
+        fit = minimum(&problem, &start, &fit.free)?;
+    }
+    if side_minima && stops(&fit) && rest != RestLevel::Free {
         let inflation = |fit: &Fit| {
             let left = Remainder::new(&problem, range.start, fit, &measured.points);
             left.variance_inflation_beside(WanderingPhase::of(&problem, fit, measured.noise_rms), criteria)
         };
         let last = LastSwing::search(&problem, fit, inflation, &criteria.waveform);
         fit = last.fit;
-        if !last.is_known {
+        if rest == RestLevel::Exact && !last.is_known {
             let (start, rest) = (fit.parameters, RestLevel::Bounded);
             return fit_with_rest(samples, measured, range, start, rest, (asked, models), criteria);
         }
@@ -202,6 +207,14 @@ fn whole_loss(fit: &Fit, duration: f64) -> WholeLoss {
     let further = law_of(p, p[OMEGA]).further_rate(p[A0]) / p[A0];
     let decay_rate = p[DELTA] + 2.0 * p[OMEGA] * p[X_F] / (PI * p[A0]) + further;
     WholeLoss::new(decay_rate.max(LEAST_DECAY / duration), p[A0], p[OMEGA])
+}
+
+/// Whether a motion that the samples do not exclude stops within the window.
+fn may_stop(fit: &Fit, samples: usize, duration: f64, criteria: &WaveformCriteria) -> bool {
+    let std_error = fit.unit_std(X_F) * (fit.rss / samples as f64).sqrt();
+    let most = fit.parameters[X_F] + criteria.last_swing_errors * std_error;
+    let stopping = given(fit, &[(X_F, most)]);
+    stopping.is_some_and(|(_, p)| law_of(&p, p[OMEGA]).stop_time_s().is_some_and(|t| t < duration))
 }
 
 /// The minimum from a start, the last small step taken.
