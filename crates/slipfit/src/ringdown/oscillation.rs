@@ -102,6 +102,7 @@ fn along_decay(
     let noise_rms = |blocks: &[Block]| samples.noise_inflation.sqrt() * blocks::noise_rms(blocks);
     let Projected { points, law, follows_law } = project(samples, decay, noise_rms(&all), criteria)?;
     let noise_rms = noise_rms(&points);
+    let time_variance_s2 = points.first().map_or(0.0, |b| b.span_s.powi(2) / 12.0);
     Ok(MeasuredDecay {
         all,
         window,
@@ -110,7 +111,7 @@ fn along_decay(
         phase_follows_law: follows_law,
         noise_rms,
         root_mean_squares: false,
-        time_variance_s2: 0.0,
+        time_variance_s2,
     })
 }
 
