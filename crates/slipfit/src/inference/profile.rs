@@ -17,6 +17,20 @@ pub(crate) struct Estimate {
     pub(crate) interval: [f64; 2],
 }
 
+impl Estimate {
+    /// With an interval no narrower than that of the standard error, which Student's `factor` widens: the sum of
+    /// squares rises toward another minimum, and by how much is no likelihood ratio of a regular problem.
+    pub(crate) fn no_narrower(self, factor: f64, [least, most]: [f64; 2]) -> Self {
+        let half = Z_95 * factor * self.std_error;
+        if !half.is_finite() {
+            return self;
+        }
+        let [low, high] = self.interval;
+        let lower = low.min((self.value - half).max(least));
+        Self { interval: [lower, high.max((self.value + half).min(most))], ..self }
+    }
+}
+
 /// What a profile is taken of.
 pub(crate) struct Profile<'a> {
     pub(crate) problem: &'a dyn LeastSquares,
@@ -254,6 +268,16 @@ mod tests {
         assert!(((high - centre) / (centre - low) - 1.0).abs() < 0.02, "{low} {centre} {high}");
         let straight = 3.0 * e.value * e.value * e.std_error * Z_95;
         assert!(((high - low) / (2.0 * straight) - 1.0).abs() < 0.05);
+    }
+
+    #[test]
+    fn beside_other_minima_the_standard_error_is_the_least_half_width() {
+        let found = Estimate { value: 1.0, unbounded: 1.0, std_error: 1.0, interval: [0.9, 4.0] };
+        let wide = found.no_narrower(1.0, [0.0, 5.0]);
+        assert_eq!(wide.interval, [0.0, 4.0]);
+        let unknown = Estimate { std_error: f64::INFINITY, ..found };
+        assert_eq!(unknown.no_narrower(1.0, [0.0, 5.0]), unknown);
+        assert_eq!(found.no_narrower(2.5, [0.0, 5.0]).interval, [0.0, 5.0]);
     }
 
     #[test]

@@ -123,6 +123,7 @@ pub(crate) fn fit_amplitudes<'a>(
         excess,
         autocorrelation,
         wandering: None,
+        several_minima: false,
         outliers,
     })
 }

@@ -11,7 +11,7 @@ use crate::answer::describe::{LossFit, fit_of, non_negative, q_factor, symmetric
 use crate::answer::{Parameter, Parameters};
 use crate::inference::Z_95;
 use crate::inference::model_selection::{ModelComparison, ModelFit};
-use crate::inference::profile::Profile;
+use crate::inference::profile::{Estimate, Profile};
 use crate::model::loss::{LossModel, LossTerm};
 use crate::motion::decay::parameters::shape_slot;
 use crate::signal::blocks::Block;
@@ -122,10 +122,20 @@ fn loss_term(e: &Evidence, chosen: &ModelFit, term: LossTerm, counted: &mut Vec<
         // No loss exceeds what it would be alone: the others are not negative.
         let most = comparison.most(term, slot(term));
         let found = loss_fit(e, fit).estimate(slot(term), &fit.other_slots(term, slot), most, false);
-        found.unwrap_or_else(|| undetermined(fit.bounded.parameters[slot(term)], most))
+        let found = found.unwrap_or_else(|| undetermined(fit.bounded.parameters[slot(term)], most));
+        beside_other_minima(e, fit, found, most)
     });
     let found = non_negative(found, present, Parameter::Loss(term).unit(e.record.unit()));
     with_absent_losses(e, chosen, (slot(term), Some(term)), found, counted)
+}
+
+/// An estimate that cannot be negative, nor above `most`, as several minima leave it.
+fn beside_other_minima(e: &Evidence, fit: &ModelFit, found: Estimate, most: Option<f64>) -> Estimate {
+    if !e.fit.several_minima {
+        return found;
+    }
+    let factor = e.fit.comparison.noise.student_factor(&fit.bounded);
+    found.no_narrower(factor, [0.0, most.unwrap_or(f64::INFINITY)])
 }
 
 /// Standard errors within which a loss is known that a model has not.
@@ -207,7 +217,7 @@ fn initial_amplitude(e: &Evidence, chosen: &ModelFit) -> Quantity {
         range,
         non_negative: &slots,
     };
-    let found = profile.two_sided(A0, true);
+    let found = beside_other_minima(e, chosen, profile.two_sided(A0, true), None);
     let half = (found.interval[1] - found.interval[0]) / (2.0 * Z_95);
     Quantity {
         value: found.value,

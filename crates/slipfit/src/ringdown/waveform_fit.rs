@@ -165,6 +165,7 @@ fn fit_with_rest<'a>(
         start[DRAG] = 0.0;
         fit = minimum(&problem, &start, &fit.free)?;
     }
+    let mut several_minima = side_minima;
     if side_minima && stops(&fit) && rest != RestLevel::Free {
         let inflation = |fit: &Fit| {
             let left = Remainder::new(&problem, range.start, fit, &measured.points);
@@ -172,6 +173,7 @@ fn fit_with_rest<'a>(
         };
         let last = LastSwing::search(&problem, fit, inflation, &criteria.waveform);
         fit = last.fit;
+        several_minima = !last.is_known;
         if rest == RestLevel::Exact && !last.is_known {
             let (start, rest) = (fit.parameters, RestLevel::Bounded);
             return fit_with_rest(samples, measured, range, start, rest, (asked, models), criteria);
@@ -196,6 +198,7 @@ fn fit_with_rest<'a>(
         excess: if samples.noise_inflation > 1.0 { known } else { left.in_phase.excess },
         autocorrelation: left.in_phase.autocorrelation,
         wandering,
+        several_minima,
         outliers: 0,
     };
     Some((fit, left.low_frequency))
