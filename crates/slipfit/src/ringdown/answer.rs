@@ -39,7 +39,7 @@ pub struct EnvelopePoint {
     pub amplitude: f64,
     /// Its standard error from noise alone.
     pub std_error: f64,
-    /// Amplitude of the chosen model; NaN outside the segment.
+    /// Amplitude of the chosen model, as this stretch of the fitted motion has it; NaN outside the segment.
     pub fitted: f64,
     /// Local frequency, Hz; NaN where none can be told.
     pub frequency_hz: f64,

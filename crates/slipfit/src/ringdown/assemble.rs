@@ -47,7 +47,7 @@ pub(crate) fn answer(e: &Evidence) -> Result<Answer, Error> {
         ..sliding_evidence(comparison, chosen, shares)
     };
     let fit = fitted_motion(e, chosen, law, omega);
-    let envelope = envelope_points(e, &fit);
+    let envelope = envelope_points(e, chosen, &fit);
     let diagnostics = diagnostics(e, chosen, &law, &envelope);
     let sliding = SlidingEvidence { detected: sliding.detected && diagnostics.law_holds, ..sliding };
     let (parameters, counted_losses) = parameters(e, chosen, omega);

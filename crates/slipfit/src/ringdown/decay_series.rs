@@ -5,6 +5,7 @@ use super::evidence::Evidence;
 use super::fitted::{FittedMotion, Knot};
 use super::quantities::frequency_known;
 use super::waveform::{BEND, CHIRP, OFFSET, OMEGA, Observable};
+use super::waveform_fit::remaining_fundamental;
 use super::window_fit::Problem;
 use super::{Backbone, EnvelopePoint, LossPoint};
 use crate::inference::model_selection::ModelFit;
@@ -13,13 +14,15 @@ use crate::motion::decay::drag::Slowing;
 use crate::motion::decay::path::{backbone_factors, shifted};
 use crate::numeric::order::sort_by_value;
 use crate::signal::blocks::Block;
-use std::f64::consts::TAU;
+use std::f64::consts::{PI, TAU};
 
 /// Knots of the phase along a fitted waveform.
 const KNOTS: i32 = 1024;
 /// Groups of points whose slopes are the losses, and points in a group at least.
 const LOSS_GROUPS: usize = 24;
 const LEAST_IN_GROUP: usize = 3;
+/// Part of its standard error from which a difference of an amplitude is seen in the residuals.
+const SEEN: f64 = 0.1;
 
 pub(crate) fn fitted_motion(e: &Evidence, chosen: &ModelFit, law: AmplitudeLaw, omega: f64) -> FittedMotion {
     let p = &chosen.bounded.parameters;
@@ -99,7 +102,29 @@ pub(crate) fn backbone(e: &Evidence, chosen: &ModelFit, law: &AmplitudeLaw, omeg
     })
 }
 
-pub(crate) fn envelope_points(e: &Evidence, fit: &FittedMotion) -> Vec<EnvelopePoint> {
+/// What is left of the fundamental in each block of the decay along the fitted motion, where the loss within a
+/// cycle tells its amplitude from that of the law; `None` elsewhere.
+fn left_of_amplitudes(e: &Evidence, chosen: &ModelFit, law: &AmplitudeLaw) -> Option<Vec<f64>> {
+    let Problem::Waveform(problem) = &e.fit.problem else { return None };
+    let points = &e.measured.points;
+    // The fundamental lags by the loss in a radian, up to half as much again, and its square adds to the amplitude.
+    let differs = |b: &Block| {
+        let amplitude = law.amplitude(b.time_s - e.fit.origin);
+        let lag = 1.5 * law.rate(amplitude) / (amplitude * b.omega);
+        0.5 * lag * lag * amplitude > SEEN * b.std_error(e.measured.noise_rms)
+    };
+    let whole_cycles = points.iter().all(|b| b.span_s * b.omega > PI);
+    if !whole_cycles || !points.iter().any(differs) {
+        return None;
+    }
+    let residual = problem.residuals(&chosen.bounded.parameters);
+    let first = e.samples.time.partition_point(|&t| t < problem.origin);
+    let left = remaining_fundamental(problem, first, &residual, &chosen.bounded, points);
+    let unscaled = |((in_phase, _), b): (&(f64, f64), &Block)| in_phase * b.unit_variance.sqrt();
+    (left.len() == points.len()).then(|| left.iter().zip(points).map(unscaled).collect())
+}
+
+pub(crate) fn envelope_points(e: &Evidence, chosen: &ModelFit, fit: &FittedMotion) -> Vec<EnvelopePoint> {
     let noise = e.measured.noise_rms;
     let squared = e.measured.root_mean_squares;
     // The fitted motion is that of an instant, a recorded amplitude the mean over its samples.
@@ -109,16 +134,20 @@ pub(crate) fn envelope_points(e: &Evidence, fit: &FittedMotion) -> Vec<EnvelopeP
         if squared { (fit.signal_at(b.time_s).powi(2) + bias).sqrt() } else { middle + bias }
     };
     let oscillates = e.record.kind().oscillates();
-    let used = e.measured.points.iter().map(|b| (b, true));
+    let left = left_of_amplitudes(e, chosen, &fit.law);
+    let along_motion = |(i, b): (usize, &Block)| left.as_ref().map(|left| b.amplitude - left[i]);
+    let used = e.measured.points.iter().enumerate();
+    let used = used.map(|(i, b)| (b, along_motion((i, b)).unwrap_or_else(|| fitted(b)), true));
     let [from, to] = [e.measured.points[0].first, e.measured.points[e.measured.points.len() - 1].end];
-    let unused = e.measured.all.iter().filter(|b| b.end <= from || b.first >= to).map(|b| (b, false));
+    let unused =
+        e.measured.all.iter().filter(|b| b.end <= from || b.first >= to).map(|b| (b, fitted(b), false));
     let mut list: Vec<EnvelopePoint> = used
         .chain(unused)
-        .map(|(b, used)| EnvelopePoint {
+        .map(|(b, fitted, used)| EnvelopePoint {
             time_s: b.time_s,
             amplitude: b.amplitude,
             std_error: b.std_error(noise),
-            fitted: fitted(b),
+            fitted,
             frequency_hz: if oscillates { b.omega / TAU } else { f64::NAN },
             used,
         })
@@ -161,4 +190,38 @@ pub(crate) fn loss_points(e: &Evidence, law: &AmplitudeLaw, omega: f64) -> Vec<L
             })
         })
         .collect()
+}
+
+#[cfg(test)]
+mod tests {
+    use crate::motion::decay::FreeDecay;
+    use crate::noise::jitter;
+    use crate::ringdown::{Options, analyse};
+    use crate::{Oscillator, Record};
+    use std::f64::consts::{PI, TAU};
+
+    /// Loss of a third of the amplitude in a cycle, at 66 dB: the fundamental of a block and the amplitude at a turn
+    /// differ by many standard errors.
+    #[test]
+    fn fitted_amplitudes_are_those_that_were_measured() {
+        for (q, x_f) in [(10.0, 0.0), (10.0, 0.02), (30.0, 0.01)] {
+            let oscillator = Oscillator::kinematic(TAU, PI / q, x_f).expect("valid");
+            let decay = FreeDecay::from_rest(&oscillator, 1.0).expect("valid");
+            let time: Vec<f64> = (0..240).map(|i| f64::from(i) / 30.0).collect();
+            let noisy = |(i, &t): (usize, &f64)| decay.displacement(t) + 5e-4 * jitter(i, 5);
+            let signal = time.iter().enumerate().map(noisy).collect();
+            let record = Record::new(time.clone(), signal).expect("valid");
+            let answer = analyse(&record, &Options::default()).expect("a ring-down");
+            let used: Vec<_> = answer.envelope.iter().filter(|p| p.used).collect();
+            assert!(used.len() >= 4);
+            for point in used {
+                let errors = (point.amplitude - point.fitted) / point.std_error;
+                assert!(
+                    errors.abs() < 4.0,
+                    "Q {q}, {x_f} m: {errors:.1} standard errors at {} s",
+                    point.time_s
+                );
+            }
+        }
+    }
 }
