@@ -2,6 +2,7 @@
 
 use std::f64::consts::{PI, TAU};
 use std::fmt::Write;
+use std::ops::Range;
 use std::process::ExitCode;
 use std::time::Instant;
 
@@ -52,6 +53,8 @@ const LEAST_SAMPLES: usize = 12;
 const LEAST_CYCLES: f64 = 2.0;
 /// Samples of all repeats of a cell together: long records are repeated less often.
 const MOST_SAMPLES: f64 = 2e7;
+/// Times as many records for a cell that misses.
+const MORE_RECORDS: u64 = 10;
 /// A longer record tells nothing that a tenth of it does not.
 const LONGEST: usize = 1_000_000;
 
@@ -108,25 +111,17 @@ struct Decay {
 }
 
 pub(super) fn run(choices: Choices) -> Result<ExitCode, Failure> {
-    let mut rows = Vec::new();
+    let (mut rows, mut again) = (Vec::new(), Vec::new());
     for cell in cells().into_iter().filter(|c| c.name().contains(&choices.only)) {
         let Some(decay) = cell.decay() else { continue };
         let repeats = choices.seeds.min((MOST_SAMPLES / decay.time.len() as f64).ceil() as u64).max(4);
-        let started = Instant::now();
-        let outcomes: Vec<Outcome> = (0..repeats).into_par_iter().map(|s| decay.outcome(s)).collect();
-        let scores = Scores::of(&outcomes, &decay.truth(0.0));
-        let row = Row {
-            cell,
-            samples: decay.time.len(),
-            repeats,
-            scores,
-            bound: decay.bound,
-            stops: decay.stops(),
-        };
-        eprintln!("{} | {:.1?}", row.line(), started.elapsed() / repeats as u32);
+        let row = decay.measured(0..repeats);
+        if row.misses() {
+            again.push(decay.measured(repeats..(1 + MORE_RECORDS) * repeats));
+        }
         rows.push(row);
     }
-    choices.publish("statistics_default.md", &page(&rows, choices.seeds))?;
+    choices.publish("statistics_default.md", &page(&rows, &again, choices.seeds))?;
     Ok(ExitCode::SUCCESS)
 }
 
@@ -210,7 +205,7 @@ fn minima(rows: &[Row]) -> String {
     )
 }
 
-fn page(rows: &[Row], seeds: u64) -> String {
+fn page(rows: &[Row], again: &[Row], seeds: u64) -> String {
     const COLUMNS: &str = "δ | x_F | f | A₀ | outliers unwarned | sliding claimed | drag chosen | refused | warned | δ spread | x_F spread";
     let mut text = format!(
         "# The default answer\n\nMade by `cargo xtask statistics --default --write`, up to {seeds} records a cell \
@@ -265,20 +260,28 @@ fn page(rows: &[Row], seeds: u64) -> String {
         }
     }
     text.push_str(&minima(rows));
-    let missing: Vec<&Row> = rows.iter().filter(|r| r.misses()).collect();
+    let (missing, by_chance): (Vec<&Row>, Vec<&Row>) = again.iter().partition(|r| r.misses());
+    let head = format!(
+        "| Q | share | dB | decay times | samples a cycle | with | samples | records | {COLUMNS} |\n{}|",
+        "|---".repeat(19)
+    );
+    let table = |rows: &[&Row]| {
+        let line =
+            |r: &&Row| format!("\n| {} | {} | {} | {} |", r.cell.row(), r.samples, r.repeats, pooled(&[*r]));
+        format!("{head}{}\n", rows.iter().map(line).collect::<String>())
+    };
     let _ = write!(
         text,
         "\n## Cells that miss\n\n{} of {} cells have a coverage more than three of its own standard errors below \
-         95 %.\n\n| Q | share | dB | decay times | samples a cycle | with | samples | records | {} |\n{}|\n",
-        missing.len(),
+         95 %. Of some three thousand coverages a few do by chance: these cells were measured again on \
+         {MORE_RECORDS} times as many other records, by which {} still miss:\n\n{}\nand {} do not:\n\n{}",
+        again.len(),
         rows.len(),
-        COLUMNS,
-        "|---".repeat(19)
+        missing.len(),
+        table(&missing),
+        by_chance.len(),
+        table(&by_chance)
     );
-    for row in missing {
-        let _ =
-            writeln!(text, "| {} | {} | {} | {} |", row.cell.row(), row.samples, row.repeats, pooled(&[row]));
-    }
     text
 }
 
@@ -479,6 +482,23 @@ impl Decay {
             factor * self.exact.displacement(shifted)
         };
         self.time.iter().zip(phase).map(at).collect()
+    }
+
+    /// The scores of its cell over these records.
+    fn measured(&self, records: Range<u64>) -> Row {
+        let started = Instant::now();
+        let repeats = records.end - records.start;
+        let outcomes: Vec<Outcome> = records.into_par_iter().map(|s| self.outcome(s)).collect();
+        let row = Row {
+            cell: self.cell,
+            samples: self.time.len(),
+            repeats,
+            scores: Scores::of(&outcomes, &self.truth(0.0)),
+            bound: self.bound,
+            stops: self.stops(),
+        };
+        eprintln!("{} | {:.1?}", row.line(), started.elapsed() / repeats as u32);
+        row
     }
 
     fn outcome(&self, number: u64) -> Outcome {
