@@ -14,7 +14,7 @@ use std::f64::consts::PI;
 
 /// Steps of the search in which the place of rest moves by `x_F`, and most steps to either side.
 const STEPS_PER_FRICTION: f64 = 3.0;
-const MOST_STEPS: usize = 40;
+const MOST_STEPS: usize = 80;
 /// Minima descended into, of those met along the search.
 const DESCENDED: usize = 3;
 /// Standard errors beyond which a minimum is another one.
