@@ -19,13 +19,15 @@ pub(crate) struct Estimate {
 
 impl Estimate {
     /// With an interval no narrower than that of the standard error, which Student's `factor` widens: the sum of
-    /// squares rises toward another minimum, and by how much is no likelihood ratio of a regular problem.
+    /// squares rises toward another minimum, and by how much is no likelihood ratio of a regular problem. As it is where
+    /// its interval is narrower than one standard error: two losses then explain the same, and the curvature at the
+    /// optimum says nothing.
     pub(crate) fn no_narrower(self, factor: f64, [least, most]: [f64; 2]) -> Self {
         let half = Z_95 * factor * self.std_error;
-        if !half.is_finite() {
+        let [low, high] = self.interval;
+        if !half.is_finite() || high - low < self.std_error {
             return self;
         }
-        let [low, high] = self.interval;
         let lower = low.min((self.value - half).max(least));
         Self { interval: [lower, high.max((self.value + half).min(most))], ..self }
     }
@@ -277,6 +279,8 @@ mod tests {
         assert_eq!(wide.interval, [0.0, 4.0]);
         let unknown = Estimate { std_error: f64::INFINITY, ..found };
         assert_eq!(unknown.no_narrower(1.0, [0.0, 5.0]), unknown);
+        let degenerate = Estimate { std_error: 1e3, ..found };
+        assert_eq!(degenerate.no_narrower(1.0, [0.0, 5.0]), degenerate);
         assert_eq!(found.no_narrower(2.5, [0.0, 5.0]).interval, [0.0, 5.0]);
     }
 

@@ -17,6 +17,7 @@ use crate::inference::least_squares::{
 use crate::inference::noise::{NoiseModel, autocorrelation, significant_inflation};
 use crate::inference::quadratic::given;
 use crate::model::loss::{LossModel, LossTerm};
+use crate::motion::decay::parameters::shape_slot;
 use crate::signal::blocks::{self, Block};
 use crate::signal::spectrum::density_near;
 use std::f64::consts::{PI, TAU};
@@ -214,7 +215,12 @@ fn whole_loss(fit: &Fit, duration: f64) -> WholeLoss {
 
 /// Whether a motion that the samples do not exclude stops within the window.
 fn may_stop(fit: &Fit, samples: usize, duration: f64, criteria: &WaveformCriteria) -> bool {
-    let std_error = fit.unit_std(X_F) * (fit.rss / samples as f64).sqrt();
+    // A loss of another shape beside them may leave friction without an error of its own.
+    let is_shape = |slot: &usize| LossTerm::shaped().iter().any(|t| shape_slot(*t) == Some(*slot));
+    let std_error = match fit.free.iter().any(is_shape) {
+        true => 0.0,
+        false => fit.unit_std(X_F) * (fit.rss / samples as f64).sqrt(),
+    };
     let most = fit.parameters[X_F] + criteria.last_swing_errors * std_error;
     let stopping = given(fit, &[(X_F, most)]);
     stopping.is_some_and(|(_, p)| law_of(&p, p[OMEGA]).stop_time_s().is_some_and(|t| t < duration))
