@@ -6,8 +6,6 @@ use slipfit::{LossModel, LossTerm, Parameter, Parameters, Quantity};
 
 /// An interval this much longer on one side than on the other is printed on the screen.
 const ASYMMETRY: f64 = 1.15;
-/// Standard errors on either side within which a normal variable lies 95 % of the time.
-const Z_95: f64 = 1.96;
 
 /// One parameter in words and digits.
 #[derive(Debug, Clone, PartialEq, Serialize)]
@@ -66,10 +64,10 @@ impl ParameterRow {
     }
 
     /// A parameter whose whole interval is narrower than its standard error, which the curvature
-    /// at the optimum alone then gives: digits by the interval, a limit at the end of the range.
+    /// at the optimum alone then gives: digits by a quarter of the interval, a limit at the end of the range.
     fn by_interval(parameter: Parameter, q: &Quantity) -> Self {
         let [low, high] = q.interval_95;
-        let shown = Rounded::new(q.value, (high - low) / (2.0 * Z_95), &q.unit);
+        let shown = Rounded::new(q.value, 0.25 * (high - low), &q.unit);
         let value = match q.value <= low && low == 0.0 {
             true => format!("< {}", shown.also(high)),
             false => shown.value(),

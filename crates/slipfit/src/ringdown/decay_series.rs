@@ -135,9 +135,10 @@ pub(crate) fn envelope_points(e: &Evidence, chosen: &ModelFit, fit: &FittedMotio
     };
     let oscillates = e.record.kind().oscillates();
     let left = left_of_amplitudes(e, chosen, &fit.law);
-    let along_motion = |(i, b): (usize, &Block)| left.as_ref().map(|left| b.amplitude - left[i]);
-    let used = e.measured.points.iter().enumerate();
-    let used = used.map(|(i, b)| (b, along_motion((i, b)).unwrap_or_else(|| fitted(b)), true));
+    let used = e.measured.points.iter().enumerate().map(|(i, b)| {
+        let along_motion = left.as_ref().map(|left| b.amplitude - left[i]);
+        (b, along_motion.unwrap_or_else(|| fitted(b)), true)
+    });
     let [from, to] = [e.measured.points[0].first, e.measured.points[e.measured.points.len() - 1].end];
     let unused =
         e.measured.all.iter().filter(|b| b.end <= from || b.first >= to).map(|b| (b, fitted(b), false));
