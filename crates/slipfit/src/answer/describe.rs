@@ -31,7 +31,7 @@ impl LossFit<'_> {
     ///
     /// The value is that of the constrained optimum. Where another coefficient is at or near its limit
     /// the sum of squares has a kink there, and the interval is the profile's. `None` where no such optimum is
-    /// reached.
+    /// reached, or none from which the sum of squares rises: no data say that a loss is exactly zero.
     pub(crate) fn estimate(
         &self,
         slot: usize,
@@ -47,6 +47,9 @@ impl LossFit<'_> {
         let profile = Profile { problem, fit: &constrained, unbounded, noise, range, non_negative: others };
         let mut found = profile.non_negative(slot, curved || near);
         found.interval[1] = found.interval[1].min(most);
+        if !(found.interval[1] > 0.0) {
+            return None;
+        }
         if near {
             // The error beside the kink is that of the interval, not that of the optimum on the limit.
             found.std_error = found.std_error.max(error_of_interval(found.value, found.interval));

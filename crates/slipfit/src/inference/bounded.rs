@@ -1,16 +1,13 @@
 //! Least squares with parameters that cannot be negative.
 
-use super::least_squares::{Fit, LeastSquares, minimise_until};
-use super::quadratic::given;
-use crate::numeric::order::sort_by_value;
+use super::least_squares::{Fit, LeastSquares, descend_within, fit_at};
+use super::limited_step::{Limits, idle};
 
 /// Minimises `rᵀr` over the `free` parameters with those of `non_negative` kept at zero or above, to
-/// within `tolerance` standard errors: where the free minimum has one below, the lowest minimum with
-/// such parameters on their limit.
+/// within `tolerance` standard errors. Parameters that end on their limit are not free in the fit.
 ///
-/// Branch and bound: every further parameter on its limit raises the sum of squares, so that nothing is
-/// searched below a minimum that is not lower than the best so far. The limit that costs least by the
-/// quadratic form comes first.
+/// Where the parameters left free are not determined, because two of them explain the same, the one without which
+/// the sum of squares is least is held at zero.
 pub(crate) fn minimise_bounded(
     problem: &dyn LeastSquares,
     start: &[f64],
@@ -18,64 +15,24 @@ pub(crate) fn minimise_bounded(
     non_negative: &[usize],
     tolerance: f64,
 ) -> Option<Fit> {
-    let mut search = Search { problem, non_negative, tolerance, best: None, reached: Vec::new() };
-    search.descend(start, free);
-    search.best
-}
-
-struct Search<'a> {
-    problem: &'a dyn LeastSquares,
-    non_negative: &'a [usize],
-    tolerance: f64,
-    best: Option<Fit>,
-    /// Sets of free parameters searched, and whether a minimum was reached.
-    reached: Vec<(Vec<usize>, bool)>,
-}
-
-impl Search<'_> {
-    /// Searches with these parameters free, and with more of them on their limit; whether there is a
-    /// minimum.
-    fn descend(&mut self, start: &[f64], free: &[usize]) -> bool {
-        let fit = minimise_until(self.problem, start, free, self.tolerance, true);
-        let is_lower = |f: &Fit| self.best.as_ref().is_none_or(|best| f.rss < best.rss);
-        if fit.as_ref().is_some_and(|f| !is_lower(f)) {
-            return true;
+    let limited = |i: &usize| non_negative.contains(i);
+    let mut free = free.to_vec();
+    let mut found = descend_within(problem, start, &free, non_negative, tolerance)?;
+    loop {
+        let mut left = Limits::of(problem, &free, non_negative).influential(&found.0).into_owned();
+        left.retain(|i| !limited(i) || found.0[*i] > 0.0);
+        if let Some(mut fit) = fit_at(found.clone(), &left) {
+            idle(problem, &found.0).for_each(|i| fit.parameters[i] = 0.0);
+            return Some(fit);
         }
-        let non_negative = self.non_negative.iter().copied();
-        let below: Vec<usize> = match &fit {
-            Some(f) => non_negative.filter(|&i| f.parameters[i] < 0.0).collect(),
-            None => non_negative.filter(|i| free.contains(i)).collect(),
+        let without = |i: usize| {
+            let mut at = found.0.clone();
+            at[i] = 0.0;
+            let rest: Vec<usize> = free.iter().copied().filter(|k| *k != i).collect();
+            descend_within(problem, &at, &rest, non_negative, tolerance).map(|found| (found, rest))
         };
-        if below.is_empty() {
-            let exists = fit.is_some();
-            self.best = fit.or_else(|| self.best.take());
-            return exists;
-        }
-        let mut limits: Vec<(f64, usize, Option<Vec<f64>>)> = below
-            .into_iter()
-            .map(|limit| match fit.as_ref().and_then(|f| given(f, &[(limit, 0.0)])) {
-                Some((rise, near)) => (rise, limit, Some(near)),
-                None => (f64::INFINITY, limit, None),
-            })
-            .collect();
-        sort_by_value(&mut limits, |l| l.0);
-        let mut exists = false;
-        for (_, limit, near) in limits {
-            let rest: Vec<usize> = free.iter().copied().filter(|&i| i != limit).collect();
-            let known = self.reached.iter().find(|(searched, _)| *searched == rest).map(|(_, found)| *found);
-            let found = known.unwrap_or_else(|| {
-                let mut from = |mut from: Vec<f64>| {
-                    from[limit] = 0.0;
-                    self.descend(&from, &rest)
-                };
-                // Far from the limit the plane through the minimum may lead nowhere.
-                let found = near.is_some_and(&mut from) || from(start.to_vec());
-                self.reached.push((rest, found));
-                found
-            });
-            exists |= found;
-        }
-        exists
+        let ends = left.into_iter().filter(limited).filter_map(without);
+        (found, free) = ends.min_by(|a, b| a.0.1.rss.total_cmp(&b.0.1.rss))?;
     }
 }
 
@@ -135,5 +92,69 @@ mod tests {
             assert!((found.rss / least - 1.0).abs() < 1e-9, "{seed}: {} {least}", found.rss);
             assert!(passes < 100, "{seed}: {passes}");
         }
+    }
+
+    /// `y = a + c exp(-s x)`: without `c` there is no `s`, which lies within limits.
+    struct Decay {
+        points: Vec<(f64, f64)>,
+    }
+
+    const RANGE: [f64; 2] = [0.1, 3.0];
+
+    impl Decay {
+        fn of(c: f64, s: f64) -> Self {
+            let at = |i: usize| {
+                let x = 0.05 * i as f64;
+                (x, 0.5 + c * (-s * x).exp() + 0.01 * crate::noise::jitter(i, 7))
+            };
+            Self { points: (0..80).map(at).collect() }
+        }
+    }
+
+    impl LeastSquares for Decay {
+        fn parameters(&self) -> usize {
+            3
+        }
+
+        fn observations(&self) -> f64 {
+            self.points.len() as f64
+        }
+
+        fn normal(&self, p: &[f64], out: &mut Normal) -> bool {
+            out.clear();
+            for &(x, y) in &self.points {
+                let e = (-p[2] * x).exp();
+                out.add_row(&[1.0, e, -p[1] * x * e], y - (p[0] + p[1] * e), 1.0);
+            }
+            p[2] == 0.0 || (RANGE[0]..=RANGE[1]).contains(&p[2])
+        }
+
+        fn range(&self, parameter: usize) -> [f64; 2] {
+            if parameter == 2 { RANGE } else { [f64::NEG_INFINITY, f64::INFINITY] }
+        }
+
+        fn without_influence(&self, zero: usize) -> Option<(usize, f64)> {
+            (zero == 1).then_some((2, 0.3))
+        }
+    }
+
+    #[test]
+    fn what_has_no_influence_on_a_limit_is_no_parameter_there() {
+        for start in [[0.2, 0.4, 1.0], [0.2, -0.4, 0.0], [0.5, 0.0, 0.0]] {
+            let absent = minimise_bounded(&Decay::of(-0.3, 1.0), &start, &[0, 1, 2], &[1], 1e-6).unwrap();
+            assert_eq!((&absent.parameters[1..], &absent.free[..]), (&[0.0, 0.0][..], &[0][..]));
+            let present = minimise_bounded(&Decay::of(0.3, 1.0), &start, &[0, 1, 2], &[1], 1e-6).unwrap();
+            let off = |i: usize, truth: f64| (present.parameters[i] - truth).abs() / present.unit_std(i);
+            assert!(off(0, 0.5) < 0.04 && off(1, 0.3) < 0.04 && off(2, 1.0) < 0.04, "{present:?}");
+        }
+    }
+
+    #[test]
+    fn a_parameter_beyond_its_range_ends_on_it_and_the_others_follow() {
+        let problem = Decay::of(0.3, 8.0);
+        let found = minimise(&problem, &[0.2, 0.4, 1.0], &[0, 1, 2]).unwrap();
+        assert_eq!(found.parameters[2], RANGE[1]);
+        let there = minimise(&problem, &[0.2, 0.4, RANGE[1]], &[0, 1]).unwrap();
+        assert!((found.rss / there.rss - 1.0).abs() < 1e-9, "{} {}", found.rss, there.rss);
     }
 }

@@ -1,67 +1,11 @@
 //! Damped Gauss-Newton on normal equations that the model itself sums up.
-//!
-//! No N × p Jacobian is stored: a model streams its samples once per step and
-//! hands over `JᵀJ`, `Jᵀr` and `rᵀr` for a handful of parameters.
 
+use super::limited_step::Limits;
+use super::normal::{invert, solve};
 use crate::numeric::order::sort_by_value;
-use nalgebra::{DMatrix, DVector, SymmetricEigen};
+use nalgebra::{DMatrix, SymmetricEigen};
 
-/// Sums over the samples for one parameter vector; `r = data - model`,
-/// `J = d model / d parameter`.
-#[derive(Debug, Clone)]
-pub(crate) struct Normal {
-    pub(crate) jtj: DMatrix<f64>,
-    pub(crate) jtr: DVector<f64>,
-    pub(crate) rss: f64,
-}
-
-impl Normal {
-    pub(crate) fn zeros(parameters: usize) -> Self {
-        Self { jtj: DMatrix::zeros(parameters, parameters), jtr: DVector::zeros(parameters), rss: 0.0 }
-    }
-
-    pub(crate) fn clear(&mut self) {
-        self.jtj.as_mut_slice().fill(0.0);
-        self.jtr.as_mut_slice().fill(0.0);
-        self.rss = 0.0;
-    }
-
-    /// Adds one weighted row; the lower triangle is kept.
-    pub(crate) fn add_row(&mut self, row: &[f64], residual: f64, weight: f64) {
-        for (i, &a) in row.iter().enumerate() {
-            let wa = weight * a;
-            self.jtr[i] += wa * residual;
-            for (j, &b) in row[..=i].iter().enumerate() {
-                self.jtj[(i, j)] += wa * b;
-            }
-        }
-        self.rss += weight * residual * residual;
-    }
-}
-
-/// A model together with its data.
-pub(crate) trait LeastSquares {
-    /// Number of parameters, fixed ones included.
-    fn parameters(&self) -> usize;
-
-    /// Number of observations.
-    fn observations(&self) -> f64;
-
-    /// Sums the normal equations at `p` into `out` (cleared here; lower triangle
-    /// of `jtj` suffices). `false` where the model does not exist.
-    fn normal(&self, p: &[f64], out: &mut Normal) -> bool;
-
-    /// The same, free to give up (`false`) once the sum of squares exceeds `limit`: a step
-    /// that leads there is refused anyway.
-    fn normal_within(&self, p: &[f64], out: &mut Normal, _limit: f64) -> bool {
-        self.normal(p, out)
-    }
-
-    /// The same, free to leave out the sums of parameters that are not `free`.
-    fn normal_of(&self, p: &[f64], _free: &[usize], out: &mut Normal, limit: f64) -> bool {
-        self.normal_within(p, out, limit)
-    }
-}
+pub(crate) use super::normal::{LeastSquares, Normal, log_determinant, newton_step, promised_gain};
 
 /// Where a fit ended.
 #[derive(Debug, Clone)]
@@ -141,7 +85,7 @@ pub(crate) fn minimise_roughly(
     free: &[usize],
     tolerance: f64,
 ) -> Option<Fit> {
-    let found = descend_until(problem, start, free, tolerance, Ending::Damped)?;
+    let found = descend_until(problem, start, free, &[], tolerance, Ending::Damped)?;
     fit_at(found, free)
 }
 
@@ -154,10 +98,12 @@ pub(crate) fn minimise_near(
     tolerance: f64,
 ) -> Option<Fit> {
     let mut sums = Normal::zeros(problem.parameters());
+    let limits = Limits::of(problem, free, &[]);
+    let start = &limits.within(start)[..];
     if !problem.normal_of(start, free, &mut sums, f64::INFINITY) {
         return None;
     }
-    let (step, predicted) = solve(&sums, free, 0.0)?;
+    let (step, predicted) = limits.step(start, &sums, 0.0)?;
     let there = stepped(start, free, &step);
     let near = predicted <= NEAR * NEAR * sums.rss / problem.observations().max(1.0);
     if !(near && there.iter().all(|v| v.is_finite())) {
@@ -170,7 +116,7 @@ pub(crate) fn minimise_near(
 /// Standard errors.
 const NEAR: f64 = 0.3;
 
-fn fit_at((parameters, sums, converged): (Vec<f64>, Normal, bool), free: &[usize]) -> Option<Fit> {
+pub(crate) fn fit_at((parameters, sums, converged): (Vec<f64>, Normal, bool), free: &[usize]) -> Option<Fit> {
     let unit_covariance = invert(&sums, free, parameters.len())?;
     Some(Fit { parameters, unit_covariance, rss: sums.rss, free: free.to_vec(), converged })
 }
@@ -195,18 +141,31 @@ pub(crate) fn descend(
     take_last: bool,
 ) -> Option<(Vec<f64>, Normal, bool)> {
     let ending = if take_last { Ending::Taken } else { Ending::Left };
-    descend_until(problem, start, free, tolerance, ending)
+    descend_until(problem, start, free, &[], tolerance, ending)
+}
+
+/// [`descend`] with the parameters of `non_negative` kept at zero or above, the last step taken.
+pub(crate) fn descend_within(
+    problem: &dyn LeastSquares,
+    start: &[f64],
+    free: &[usize],
+    non_negative: &[usize],
+    tolerance: f64,
+) -> Option<(Vec<f64>, Normal, bool)> {
+    descend_until(problem, start, free, non_negative, tolerance, Ending::Taken)
 }
 
 fn descend_until(
     problem: &dyn LeastSquares,
     start: &[f64],
     free: &[usize],
+    non_negative: &[usize],
     tolerance: f64,
     ending: Ending,
 ) -> Option<(Vec<f64>, Normal, bool)> {
     let p = problem.parameters();
-    let mut best = start.to_vec();
+    let limits = Limits::of(problem, free, non_negative);
+    let mut best = limits.within(start);
     let mut sums = Normal::zeros(p);
     if !problem.normal_of(&best, free, &mut sums, f64::INFINITY) || !sums.rss.is_finite() {
         return None;
@@ -216,7 +175,7 @@ fn descend_until(
     let mut converged = false;
     let mut moved = false;
     for _ in 0..MAX_STEPS {
-        let Some((step, predicted)) = solve(&sums, free, damping) else {
+        let Some((step, predicted)) = limits.step(&best, &sums, damping) else {
             if damping > 1e10 {
                 break;
             }
@@ -308,116 +267,6 @@ pub(crate) fn one_step(
     }
     let unit_covariance = invert(&all, free, problem.parameters())?;
     Some(Fit { parameters, unit_covariance, rss, free: free.to_vec(), converged: true })
-}
-
-/// Solves `(JᵀJ + damping diag) step = Jᵀr` in scaled variables; also the decrease of rss it promises.
-fn solve(sums: &Normal, free: &[usize], damping: f64) -> Option<(Vec<f64>, f64)> {
-    if free.len() <= FEW {
-        return solve_few(sums, free, damping);
-    }
-    let (a, scale) = scaled(sums, free)?;
-    let m = free.len();
-    let g = DVector::from_fn(m, |k, _| sums.jtr[free[k]] * scale[k]);
-    let mut damped = a.clone();
-    for k in 0..m {
-        damped[(k, k)] += damping;
-    }
-    let step = damped.cholesky()?.solve(&g);
-    let predicted = 2.0 * step.dot(&g) - step.dot(&(&a * &step));
-    Some(((0..m).map(|k| step[k] * scale[k]).collect(), predicted))
-}
-
-/// Parameters whose equations are solved on the stack: those of a few samples take no longer than an allocation.
-const FEW: usize = 10;
-
-fn solve_few(sums: &Normal, free: &[usize], damping: f64) -> Option<(Vec<f64>, f64)> {
-    let m = free.len();
-    let (mut a, mut scale, mut g) = ([[0.0; FEW]; FEW], [0.0; FEW], [0.0; FEW]);
-    for (k, &i) in free.iter().enumerate() {
-        let d = sums.jtj[(i, i)];
-        if !(d > 0.0 && d.is_finite()) {
-            return None;
-        }
-        scale[k] = 1.0 / d.sqrt();
-        g[k] = sums.jtr[i] * scale[k];
-        for (l, &j) in free[..=k].iter().enumerate() {
-            a[k][l] = sums.jtj[(i.max(j), i.min(j))] * scale[k] * scale[l];
-        }
-    }
-    // Cholesky's factor, then both triangles.
-    let mut factor = a;
-    for k in 0..m {
-        for l in 0..=k {
-            let inner: f64 = (0..l).map(|n| factor[k][n] * factor[l][n]).sum();
-            let left = factor[k][l] - inner + if k == l { damping } else { 0.0 };
-            if k == l && !(left > 0.0) {
-                return None;
-            }
-            factor[k][l] = if k == l { left.sqrt() } else { left / factor[l][l] };
-        }
-    }
-    let mut step = g;
-    for k in 0..m {
-        let inner: f64 = (0..k).map(|n| factor[k][n] * step[n]).sum();
-        step[k] = (step[k] - inner) / factor[k][k];
-    }
-    for k in (0..m).rev() {
-        let inner: f64 = (k + 1..m).map(|n| factor[n][k] * step[n]).sum();
-        step[k] = (step[k] - inner) / factor[k][k];
-    }
-    let mut predicted = 0.0;
-    for k in 0..m {
-        let row: f64 = (0..m).map(|l| a[k.max(l)][k.min(l)] * step[l]).sum();
-        predicted += step[k] * (2.0 * g[k] - row);
-    }
-    Some((step[..m].iter().zip(scale).map(|(s, scale)| s * scale).collect(), predicted))
-}
-
-/// The whole step `(JᵀJ)⁻¹ Jᵀr` of the free parameters.
-pub(crate) fn newton_step(sums: &Normal, free: &[usize]) -> Option<Vec<f64>> {
-    solve(sums, free, 0.0).map(|(step, _)| step)
-}
-
-/// Decrease of `rᵀr` that freeing these parameters promises, from one set of sums.
-pub(crate) fn promised_gain(sums: &Normal, free: &[usize]) -> Option<f64> {
-    solve(sums, free, 0.0).map(|(_, gain)| gain)
-}
-
-/// `ln det(JᵀJ)` of the free parameters.
-pub(crate) fn log_determinant(sums: &Normal, free: &[usize]) -> Option<f64> {
-    let (a, scale) = scaled(sums, free)?;
-    let factor = a.cholesky()?;
-    let diagonal: f64 = factor.l_dirty().diagonal().iter().map(|d| d.ln()).sum();
-    Some(2.0 * (diagonal - scale.iter().map(|s| s.ln()).sum::<f64>()))
-}
-
-fn invert(sums: &Normal, free: &[usize], p: usize) -> Option<DMatrix<f64>> {
-    let (a, scale) = scaled(sums, free)?;
-    let inverse = a.cholesky()?.inverse();
-    let mut full = DMatrix::zeros(p, p);
-    for (i, &fi) in free.iter().enumerate() {
-        for (j, &fj) in free.iter().enumerate() {
-            full[(fi, fj)] = inverse[(i, j)] * scale[i] * scale[j];
-        }
-    }
-    Some(full)
-}
-
-/// The free block of `JᵀJ` with unit diagonal, and the scales that make it so.
-fn scaled(sums: &Normal, free: &[usize]) -> Option<(DMatrix<f64>, Vec<f64>)> {
-    let mut scale = Vec::with_capacity(free.len());
-    for &i in free {
-        let d = sums.jtj[(i, i)];
-        if !(d > 0.0 && d.is_finite()) {
-            return None;
-        }
-        scale.push(1.0 / d.sqrt());
-    }
-    let a = DMatrix::from_fn(free.len(), free.len(), |i, j| {
-        let (r, c) = (free[i].max(free[j]), free[i].min(free[j]));
-        sums.jtj[(r, c)] * scale[i] * scale[j]
-    });
-    Some((a, scale))
 }
 
 /// Weighted linear least squares: coefficients and `(XᵀWX)⁻¹`.

@@ -1,9 +1,8 @@
 //! Intervals from the profile of the sum of squares.
 
 use super::Z_95;
-use super::bounded::minimise_bounded;
 use super::interval::bounded_interval;
-use super::least_squares::{Fit, LeastSquares};
+use super::least_squares::{Fit, LeastSquares, descend_within};
 use super::noise::NoiseModel;
 use super::quadratic::QuadraticProfile;
 
@@ -107,6 +106,8 @@ fn known(error: f64) -> f64 {
 const ROOT_TOLERANCE: f64 = 0.1;
 /// Standard errors to within which a fit along the profile is found.
 const FIT_TOLERANCE: f64 = 0.05;
+/// Root from which on the fit is begun at the optimum as well: beyond every end of an interval.
+const FAR_ROOT: f64 = 4.0;
 /// Accuracy of the root by the quadratic form, which is only where the search begins.
 const GUESS_TOLERANCE: f64 = 0.02;
 const MOST_TRIALS: usize = 14;
@@ -132,16 +133,22 @@ impl<'a> Root<'a> {
     fn at(&self, value: f64) -> Option<f64> {
         let Profile { problem, fit, unbounded, non_negative, .. } = *self.profile;
         let free: Vec<usize> = unbounded.free.iter().copied().filter(|&i| i != self.parameter).collect();
+        let rss = |start: &[f64], free: &[usize]| {
+            descend_within(problem, start, free, non_negative, FIT_TOLERANCE).map(|(_, sums, _)| sums.rss)
+        };
         let foreseen = self.quadratic.at(value).and_then(|near| {
             let moving: Vec<usize> = free.iter().copied().filter(|i| !near.on_limit.contains(i)).collect();
-            minimise_bounded(problem, &near.parameters, &moving, non_negative, FIT_TOLERANCE)
+            rss(&near.parameters, &moving)
         });
-        let found = foreseen.or_else(|| {
+        let root = |rss: f64| (rss - fit.rss).max(0.0).sqrt() / self.unit;
+        // So far off the search may have ended short of the minimum.
+        let near = foreseen.filter(|rss| root(*rss) < FAR_ROOT);
+        let found = near.or_else(|| {
             let mut plain = fit.parameters.clone();
             plain[self.parameter] = value;
-            minimise_bounded(problem, &plain, &free, non_negative, FIT_TOLERANCE)
-        })?;
-        Some((value - self.centre()).signum() * (found.rss - fit.rss).max(0.0).sqrt() / self.unit)
+            [foreseen, rss(&plain, &free)].into_iter().flatten().min_by(f64::total_cmp)
+        });
+        Some((value - self.centre()).signum() * root(found?))
     }
 
     /// The same root by the quadratic form.

@@ -9,7 +9,7 @@ use crate::inference::model_selection::ModelComparison;
 use crate::inference::noise::NoiseModel;
 use crate::inference::quadratic::given;
 use crate::model::loss::{LossModel, LossTerm};
-use crate::motion::decay::parameters::shape_slot;
+use crate::motion::decay::parameters::{first_shape, shape_slot};
 use crate::numeric::order::sort_by_value;
 use std::f64::consts::PI;
 
@@ -53,10 +53,6 @@ pub(crate) fn offer(start: &[f64], asked: Option<LossModel>) -> Vec<f64> {
         }
     }
     offered
-}
-
-fn first_shape(term: LossTerm) -> Option<f64> {
-    term.shape_parameter()?.starts.first().copied()
 }
 
 /// Free parameters of a model: amplitude, its loss terms, the nuisances.
@@ -293,12 +289,18 @@ fn starts(
     if let Some((_, smaller)) = fits.iter().rfind(|(m, _)| m.is_within(model)) {
         list.push(smaller.parameters.clone());
     }
-    list.extend(shaped_starts(model, fits, &with_losses(&[(LossTerm::Viscous, whole.decay_rate)]), whole));
-    if let Some((larger, fit)) = fits.iter().find(|(m, _)| model.is_within(*m)) {
+    let of_larger = fits.iter().find(|(m, _)| model.is_within(*m)).and_then(|(larger, fit)| {
         let absent: Vec<(usize, f64)> =
             larger.terms().filter(|t| !model.has(*t)).map(|t| (slot(t), 0.0)).collect();
-        list.extend(given(fit, &absent).map(|(_, p)| without_shapes(model, p)));
+        given(fit, &absent).map(|(_, p)| without_shapes(model, p))
+    });
+    // The larger one was begun at every shape.
+    let shapes_tried = of_larger.is_some() && LossModel::further_named(Some(model)) > 1;
+    if !shapes_tried {
+        let viscous = with_losses(&[(LossTerm::Viscous, whole.decay_rate)]);
+        list.extend(shaped_starts(model, fits, &viscous, whole));
     }
+    list.extend(of_larger);
     if model.terms().any(|term| !term.is_compared() && !term.is_shaped()) {
         // The search for the motion had the terms asked for free already.
         let found: Vec<(LossTerm, f64)> = model.terms().map(|term| (term, start[slot(term)])).collect();

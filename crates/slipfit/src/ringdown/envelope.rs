@@ -2,7 +2,7 @@
 
 use crate::inference::least_squares::{Fit, LeastSquares, Normal};
 use crate::motion::decay::amplitude::{AmplitudeLaw, sliding_gain};
-use crate::motion::decay::parameters::{by_parameters, shapes_exist};
+use crate::motion::decay::parameters::{by_parameters, range, shape_of, shapes_exist};
 use crate::motion::decay::path::{AmplitudePath, CARRIED, Carried};
 
 pub(crate) use crate::motion::decay::parameters::{A0, DELTA, DRAG, X_F, law_of};
@@ -104,6 +104,19 @@ impl EnvelopeProblem {
 
     /// Amplitudes and the derivatives that are `carried`.
     fn walk(&self, p: &[f64], carried: Carried, mut visit: impl FnMut(usize, f64, [f64; CARRIED])) {
+        self.walk_while(p, carried, |j, amplitude, by| {
+            visit(j, amplitude, by);
+            true
+        });
+    }
+
+    /// The same as long as they are asked for; whether that was to the end.
+    fn walk_while(
+        &self,
+        p: &[f64],
+        carried: Carried,
+        mut visit: impl FnMut(usize, f64, [f64; CARRIED]) -> bool,
+    ) -> bool {
         let law = law_of(p, self.omega);
         let gain = sliding_gain(p[DELTA], self.omega);
         match &self.lowpass {
@@ -114,10 +127,13 @@ impl EnvelopeProblem {
                     path.advance(t - now);
                     now = t;
                     // The amplitude of a motion at rest is zero; beyond all numbers there is no motion.
-                    if path.amplitude <= 0.0 {
-                        visit(j, 0.0, [0.0; CARRIED]);
+                    let seen = if path.amplitude <= 0.0 {
+                        visit(j, 0.0, [0.0; CARRIED])
                     } else {
-                        visit(j, path.amplitude, by_parameters(path.by, p, &gain));
+                        visit(j, path.amplitude, by_parameters(path.by, p, &gain))
+                    };
+                    if !seen {
+                        return false;
                     }
                 }
             }
@@ -134,10 +150,13 @@ impl EnvelopeProblem {
                             by.iter_mut().zip(d).for_each(|(sum, d)| *sum += share * d);
                         }
                     }
-                    visit(j, amplitude, by);
+                    if !visit(j, amplitude, by) {
+                        return false;
+                    }
                 }
             }
         }
+        true
     }
 }
 
@@ -170,17 +189,24 @@ impl LeastSquares for EnvelopeProblem {
         self.normal_of(p, &std::array::from_fn::<_, COUNT, _>(|i| i), out, f64::INFINITY)
     }
 
-    fn normal_of(&self, p: &[f64], free: &[usize], out: &mut Normal, _limit: f64) -> bool {
+    fn normal_of(&self, p: &[f64], free: &[usize], out: &mut Normal, limit: f64) -> bool {
         out.clear();
         if !(p[A0] > 0.0 && shapes_exist(p)) {
             return false;
         }
         if free.len() <= FEW {
-            self.sums::<FEW>(p, free, out)
+            self.sums::<FEW>(p, free, out, limit)
         } else {
-            self.sums::<COUNT>(p, free, out)
+            self.sums::<COUNT>(p, free, out, limit)
         }
-        out.rss.is_finite()
+    }
+
+    fn range(&self, parameter: usize) -> [f64; 2] {
+        range(parameter)
+    }
+
+    fn without_influence(&self, zero: usize) -> Option<(usize, f64)> {
+        shape_of(zero)
     }
 }
 
@@ -188,11 +214,11 @@ impl LeastSquares for EnvelopeProblem {
 const FEW: usize = 4;
 
 impl EnvelopeProblem {
-    /// The sums by at most `N` free parameters.
-    fn sums<const N: usize>(&self, p: &[f64], free: &[usize], out: &mut Normal) {
+    /// The sums by at most `N` free parameters; `false` where that of squares exceeds `limit`.
+    fn sums<const N: usize>(&self, p: &[f64], free: &[usize], out: &mut Normal, limit: f64) -> bool {
         let law = law_of(p, self.omega);
         let (mut jtj, mut jtr, mut rss) = ([[0.0; N]; N], [0.0; N], 0.0);
-        self.walk(p, Carried::for_parameters(free), |j, amplitude, by| {
+        let within = self.walk_while(p, Carried::for_parameters(free), |j, amplitude, by| {
             let residual = self.value[j] - self.model(&law, amplitude, p);
             let (weight, all) = (self.weight[j], self.row(amplitude, by));
             let mut row = [0.0; N];
@@ -207,6 +233,7 @@ impl EnvelopeProblem {
                 }
             }
             rss += weight * residual * residual;
+            rss <= limit
         });
         for (i, &a) in free.iter().enumerate() {
             out.jtr[a] = jtr[i];
@@ -215,6 +242,7 @@ impl EnvelopeProblem {
             }
         }
         out.rss = rss;
+        within && rss.is_finite()
     }
 }
 

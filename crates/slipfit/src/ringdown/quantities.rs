@@ -310,4 +310,35 @@ mod tests {
         let chosen = answer.comparison.iter().find(|c| c.model == answer.model).expect("compared");
         assert!((chosen.value(Parameter::FRICTION_DISPLACEMENT) / x_f.value - 1.0).abs() < 1e-9);
     }
+
+    /// Laws that the decay does not have, named: what they may explain is no part of the viscous loss, which keeps the
+    /// truth in its interval.
+    #[test]
+    fn laws_named_in_vain_leave_the_viscous_loss_in_its_interval() {
+        let (q, all) = (100.0, "viscous+sliding+drag+cubic+power+stribeck+presliding");
+        let oscillator = Oscillator::kinematic(TAU, TAU / (2.0 * q), 0.0).expect("valid");
+        let decay = FreeDecay::from_rest(&oscillator, 1.0).expect("valid");
+        for seed in 0..4 {
+            let time_s: Vec<f64> = (0..1200).map(|i| f64::from(i) / 30.0).collect();
+            let at = |(i, &t): (usize, &f64)| decay.displacement(t) + 0.01 * jitter(2000 * seed + i, 12);
+            let signal = time_s.iter().enumerate().map(at).collect();
+            let record = Record::new(time_s, signal).expect("valid");
+            for model in ["viscous+power", "viscous+stribeck", "viscous+presliding", all] {
+                let options = Options { model: Some(model.parse().expect("a model")), ..Options::default() };
+                let answer = analyse(&record, &options).expect("fits");
+                let delta = answer.parameter(Parameter::DECAY_RATE).expect("always reported");
+                let [low, high] = delta.interval_95;
+                let truth = TAU / (2.0 * q);
+                let error = if model == all { 0.05 * truth } else { 0.01 * truth };
+                assert!(low - error < truth && truth < high + error, "{model}, {seed}: {delta:?}");
+                for (parameter, found) in answer.parameters.iter() {
+                    let is_loss = matches!(parameter, Parameter::Loss(_));
+                    assert!(
+                        !is_loss || found.interval_95[1] > 0.0,
+                        "{model}, {seed}, {parameter:?}: {found:?}"
+                    );
+                }
+            }
+        }
+    }
 }

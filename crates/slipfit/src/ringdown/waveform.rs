@@ -5,7 +5,7 @@
 use super::gathered::Gathered;
 use crate::inference::least_squares::{LeastSquares, Normal};
 use crate::motion::decay::closed_sums;
-use crate::motion::decay::parameters::{A0, DELTA, X_F, law_of, shapes_exist};
+use crate::motion::decay::parameters::{A0, DELTA, X_F, law_of, range, shape_of, shapes_exist};
 use crate::motion::decay::window::Window;
 use nalgebra::DVector;
 use std::f64::consts::PI;
@@ -246,6 +246,14 @@ impl LeastSquares for Waveform<'_> {
         }
         let gathered = self.gathered.as_ref();
         gathered.is_some_and(|sums| self.gathered_pass(sums, p, free, out)) || self.pass(p, free, out, None)
+    }
+
+    fn range(&self, parameter: usize) -> [f64; 2] {
+        range(parameter)
+    }
+
+    fn without_influence(&self, zero: usize) -> Option<(usize, f64)> {
+        shape_of(zero)
     }
 }
 

@@ -69,7 +69,7 @@ impl LossModel {
     /// of its terms, and those on the way to it, a term at a time, from which its fit begins.
     pub fn compared(asked: Option<LossModel>) -> impl Iterator<Item = LossModel> {
         let terms = LossTerm::compared(asked).fold(0, |bits, term| bits | 1 << term as u8);
-        let few = LossTerm::further_of(asked).filter(|t| !t.is_compared()).count() < 2;
+        let few = Self::further_named(asked) < 2;
         let is_near = move |m: &LossModel, asked: LossModel| {
             let lacks_one = m.is_within(asked) && asked.terms.count_ones() <= m.terms.count_ones() + 1;
             let up_to_last = u16::MAX >> m.terms.leading_zeros();
@@ -82,6 +82,11 @@ impl LossModel {
         let shaped = |m: &LossModel| LossTerm::shaped().iter().any(|t| m.has(*t));
         let meant = move |m: &LossModel| both || !m.has(LossTerm::Drag) || !shaped(m);
         Self::all().filter(move |m| m.is_within(LossModel { terms })).filter(meant).filter(near)
+    }
+
+    /// Number of terms of a model asked for that are compared where they are asked for alone.
+    pub(crate) fn further_named(asked: Option<LossModel>) -> usize {
+        LossTerm::further_of(asked).filter(|t| !t.is_compared()).count()
     }
 
     /// The model with these terms; `None` when there is no loss at all.

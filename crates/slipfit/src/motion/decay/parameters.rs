@@ -42,6 +42,25 @@ pub(crate) fn shape_slot(term: LossTerm) -> Option<usize> {
     LossTerm::shaped().iter().position(|t| *t == term).map(|k| SHAPE + k)
 }
 
+/// Where the parameter of the shape of the loss stands whose coefficient stands here, and where its search begins.
+pub(crate) fn shape_of(coefficient: usize) -> Option<(usize, f64)> {
+    let mut further = LossTerm::further().iter().zip(DRAG + 1..);
+    let (term, _) = further.find(|(_, slot)| *slot == coefficient)?;
+    shape_slot(*term).zip(first_shape(*term))
+}
+
+/// Where the search for the shape of a loss begins.
+pub(crate) fn first_shape(term: LossTerm) -> Option<f64> {
+    term.shape_parameter()?.starts.first().copied()
+}
+
+/// Limits of a parameter: those of the shapes of losses have some.
+pub(crate) fn range(parameter: usize) -> [f64; 2] {
+    let term = parameter.checked_sub(SHAPE).and_then(|k| LossTerm::shaped().get(k));
+    let shape = term.and_then(|term| term.shape_parameter());
+    shape.map_or([f64::NEG_INFINITY, f64::INFINITY], |shape| shape.range)
+}
+
 /// Whether the parameters of the shapes of losses lie within their limits.
 pub(crate) fn shapes_exist(p: &[f64]) -> bool {
     let within = |(s, term): (&f64, &LossTerm)| {
