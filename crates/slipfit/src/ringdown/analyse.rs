@@ -17,6 +17,7 @@ use super::window::{EndReason, StartReason};
 use super::window_fit::Problem;
 use super::{Answer, Options, oscillation, recorded_amplitudes, second_mode};
 use crate::answer::Warning;
+use crate::model::loss::LossModel;
 use crate::{Error, Parameter, Record, SignalKind};
 
 /// Tells viscous from sliding loss in a record of a decaying oscillation.
@@ -122,8 +123,14 @@ fn refined(
     options: &Options,
     criteria: &Criteria,
 ) -> Answer {
-    let refit = |rest: Samples| analyse_samples(rest, record, options, criteria).ok();
-    let two_modes = second_mode::without_second_mode(&whole, &answer, criteria, refit);
+    let by_model = |options: &Options, rest: Samples| analyse_samples(rest, record, options, criteria).ok();
+    let as_asked = |rest: Samples| by_model(options, rest);
+    // The laws that every analysis compares tell whether there is a second mode; with others each fit takes much longer.
+    let further = LossModel::further_named(options.model) > 0;
+    let compared = Options { model: None, ..options.clone() };
+    let refit = |rest: Samples| by_model(if further { &compared } else { options }, rest);
+    let in_the_end: Option<&dyn Fn(_) -> _> = if further { Some(&as_asked) } else { None };
+    let two_modes = second_mode::without_second_mode(&whole, &answer, criteria, refit, in_the_end);
     let mut answer = two_modes.unwrap_or_else(|| {
         let refit = |noisier: Samples| analyse_part(noisier, record, options, criteria).ok();
         with_coloured_noise(whole.clone(), answer, &criteria.coloured_noise, refit)
@@ -172,11 +179,21 @@ fn analyse_part(
     match analyse_samples(whole.part(range), record, options, criteria) {
         Ok(answer) if cut && goes_on(&answer, &criteria.active_part) => {
             let of_all = analyse_samples(whole, record, options, criteria).ok();
-            Ok(of_all.filter(|a| a.segment.end_s > answer.segment.end_s).unwrap_or(answer))
+            let longer = of_all.filter(|a| a.segment.end_s > answer.segment.end_s);
+            Ok(longer.unwrap_or_else(|| ending_in_noise(answer)))
         }
-        Ok(answer) => Ok(answer),
+        Ok(answer) => Ok(if cut { ending_in_noise(answer) } else { answer }),
         Err(_) => analyse_samples(whole, record, options, criteria),
     }
+}
+
+/// An answer about the active part of a record: what follows the part is noise, so that a motion seen up
+/// to its end has reached the noise.
+fn ending_in_noise(mut answer: Answer) -> Answer {
+    if answer.segment.end_reason == EndReason::RecordEnd {
+        answer.segment.end_reason = EndReason::Noise;
+    }
+    answer
 }
 
 /// Whether the motion is still seen where the samples end.
@@ -196,8 +213,11 @@ fn analyse_samples(
 ) -> Result<Answer, Error> {
     let by_amplitudes = amplitudes(&mut samples, record.kind(), options, criteria);
     let waveform = record.kind().oscillates();
+    // Further laws hold on the average of a cycle, and several take seconds by every sample.
+    let several = LossModel::further_named(options.model) > 1;
+    let by_samples = waveform && options.band_hz.is_none() && options.lockin.is_none() && !several;
     let decay = match by_amplitudes {
-        Ok(decay) if waveform && options.band_hz.is_none() && options.lockin.is_none() => {
+        Ok(decay) if by_samples => {
             let described = by_waveform(&samples, decay, options, criteria);
             let short = described.measured.cycles() < criteria.few_cycles.most_cycles;
             match described.fit.problem {

@@ -20,12 +20,13 @@ const ROUNDS: usize = 2;
 ///
 /// Beats look like friction: the amplitude falls to zero in finite time. Two viscous modes are
 /// therefore a rival of every law of one amplitude wherever such a law leaves more than the noise.
-/// The stronger mode then keeps its own law, friction included.
+/// The stronger mode then keeps its own law, friction included: `in_the_end` by further laws than those of `refit`.
 pub(crate) fn without_second_mode<'a>(
     samples: &Samples<'a>,
     answer: &Answer,
     criteria: &Criteria,
     refit: impl Fn(Samples<'a>) -> Option<Answer>,
+    in_the_end: Option<&dyn Fn(Samples<'a>) -> Option<Answer>>,
 ) -> Option<Answer> {
     let c = &criteria.two_modes;
     if answer.fit.knots.is_empty() {
@@ -45,11 +46,24 @@ pub(crate) fn without_second_mode<'a>(
         return None;
     }
     let main = main_mode(answer)?;
-    let mean_square = left(samples, answer, answer)?.one;
+    let left_by_one = residuals(samples, decay.clone(), answer);
+    let (time_s, remaining) = seen(&samples.time[decay.clone()], &left_by_one);
+    let mean_square = remaining.iter().map(|x| x * x).sum::<f64>() / remaining.len() as f64;
+    if remaining.is_empty() {
+        return None;
+    }
     let noise = answer.diagnostics.noise_rms.powi(2);
     let one_mode = OneMode { window_s: answer.fit.range_s(), mean_square, noise };
     let described = |part: Samples<'a>, second: ViscousMode| {
-        refine(&part, second, c, &refit).filter(|found| explains(samples, answer, found, c))
+        let found = refine(&part, second, c, &refit)?;
+        let left_by_both = residuals(samples, decay.clone(), &found);
+        if !explains(&left_by_one, &left_by_both, [answer, &found], c) {
+            return None;
+        }
+        let by_further_laws = in_the_end.zip(found.fit.second_mode);
+        by_further_laws.map_or(Some(found), |(refit, second)| {
+            Some(with_modes(refit(without_mode(&part, second))?, second))
+        })
     };
     let pair = |range: Range<usize>| {
         let part = samples.part(range.clone());
@@ -58,7 +72,6 @@ pub(crate) fn without_second_mode<'a>(
         Some(with_reasons_of_record(found, answer, &range, &decay, samples.len()))
     };
     let beside = || {
-        let (time_s, remaining) = remaining(samples, answer);
         let second = mode_beside(&time_s, &remaining, &main, None, c)?;
         let found = described(samples.part(decay.clone()), second)?;
         Some(with_reasons_of_record(found, answer, &decay, &decay, samples.len()))
@@ -98,12 +111,7 @@ pub(crate) fn refine<'a>(
     criteria: &TwoModesCriteria,
     refit: impl Fn(Samples<'a>) -> Option<Answer>,
 ) -> Option<Answer> {
-    let without = |second: ViscousMode| {
-        let mut rest = part.clone();
-        let signal = rest.time.iter().zip(rest.signal.iter()).map(|(&t, x)| x - second.at(t)).collect();
-        rest.signal = Cow::Owned(signal);
-        refit(rest)
-    };
+    let without = |second: ViscousMode| refit(without_mode(part, second));
     let mut answer = without(second)?;
     // Phases fitted block by block contain part of the second mode: what is left lacks it.
     let rounds = if answer.diagnostics.method == WAVEFORM { ROUNDS } else { 0 };
@@ -117,6 +125,14 @@ pub(crate) fn refine<'a>(
         (second, answer) = (closer, found);
     }
     Some(with_modes(answer, second))
+}
+
+/// The samples less a mode.
+fn without_mode<'a>(part: &Samples<'a>, mode: ViscousMode) -> Samples<'a> {
+    let mut rest = part.clone();
+    rest.signal =
+        Cow::Owned(rest.time.iter().zip(rest.signal.iter()).map(|(&t, x)| x - mode.at(t)).collect());
+    rest
 }
 
 fn main_mode(answer: &Answer) -> Option<MainMode> {
@@ -146,44 +162,39 @@ fn window(samples: &Samples, answer: &Answer) -> Range<usize> {
     samples.time.partition_point(|t| *t < from_s)..samples.time.partition_point(|t| *t <= to_s)
 }
 
-/// What the motion of an answer without its second mode leaves of the samples in its window.
+/// What the motion of an answer leaves of the samples in its window, with their times.
 fn remaining(samples: &Samples, answer: &Answer) -> (Vec<f64>, Vec<f64>) {
     let range = window(samples, answer);
+    seen(&samples.time[range.clone()], &residuals(samples, range, answer))
+}
+
+/// What the motion of an answer leaves of some samples; NaN where it says nothing.
+fn residuals(samples: &Samples, range: Range<usize>, answer: &Answer) -> Vec<f64> {
     let pairs = samples.time[range.clone()].iter().zip(&samples.signal[range]);
-    pairs.map(|(&t, x)| (t, x - answer.fit.signal_at(t))).filter(|(_, x)| x.is_finite()).unzip()
+    pairs.map(|(&t, x)| x - answer.fit.signal_at(t)).collect()
 }
 
-/// Mean squares that two descriptions leave of the samples that both describe.
-struct Left {
-    one: f64,
-    other: f64,
-    samples: usize,
-}
-
-fn left(samples: &Samples, one: &Answer, other: &Answer) -> Option<Left> {
-    let (mut first, mut second, mut count) = (0.0, 0.0, 0usize);
-    let range = window(samples, one);
-    for (&t, x) in samples.time[range.clone()].iter().zip(&samples.signal[range]) {
-        let (a, b) = (x - one.fit.signal_at(t), x - other.fit.signal_at(t));
-        if a.is_finite() && b.is_finite() {
-            first += a * a;
-            second += b * b;
-            count += 1;
-        }
-    }
-    let n = count as f64;
-    (count > 0).then(|| Left { one: first / n, other: second / n, samples: count })
+fn seen(time_s: &[f64], residuals: &[f64]) -> (Vec<f64>, Vec<f64>) {
+    time_s.iter().zip(residuals).filter(|(_, x)| x.is_finite()).unzip()
 }
 
 /// Whether the second mode explains most of what one mode leaves above the noise, or describes a much
 /// longer decay as well.
-fn explains(samples: &Samples, one: &Answer, two: &Answer, criteria: &TwoModesCriteria) -> bool {
-    let Some(left) = left(samples, one, two) else { return false };
-    let noise = one.diagnostics.noise_rms.powi(2).min(left.other);
-    let longer = length_s(two) > criteria.longer_window * length_s(one)
+fn explains(
+    left_by_one: &[f64],
+    left_by_two: &[f64],
+    [one, two]: [&Answer; 2],
+    c: &TwoModesCriteria,
+) -> bool {
+    let both = || left_by_one.iter().zip(left_by_two).filter(|(a, b)| a.is_finite() && b.is_finite());
+    let samples = both().count() as f64;
+    let (by_one, by_two) =
+        both().fold((0.0, 0.0), |(a, b), (x, y)| (a + x * x / samples, b + y * y / samples));
+    let noise = one.diagnostics.noise_rms.powi(2).min(by_two);
+    let longer = length_s(two) > c.longer_window * length_s(one)
         && two.diagnostics.residual_excess <= one.diagnostics.residual_excess;
-    left.samples as f64 > criteria.common_part * one.segment.samples as f64
-        && (longer || left.one - left.other > criteria.explained * (left.one - noise))
+    samples > c.common_part * one.segment.samples as f64
+        && (longer || by_one - by_two > c.explained * (by_one - noise))
 }
 
 /// The answer with both modes named and drawn.
