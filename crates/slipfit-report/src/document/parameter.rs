@@ -43,6 +43,9 @@ impl ParameterRow {
         if high - low < q.std_error {
             return Self::by_interval(parameter, q);
         }
+        if high == f64::INFINITY && !(q.std_error <= q.value.abs()) {
+            return Self::from_below(parameter, q);
+        }
         let (words, symbol) = (parameter.label().to_owned(), parameter.symbol());
         let shown = Rounded::new(q.value, q.std_error, &q.unit);
         let interval = if low.is_finite() || high.is_finite() {
@@ -80,6 +83,25 @@ impl ParameterRow {
             unit: shown.scale.unit.clone(),
             relative: String::new(),
             interval: format!("{} to {}", shown.also(low), shown.also(high)),
+            asymmetric: true,
+            absent: false,
+        }
+    }
+
+    /// A parameter without an upper limit, whose error exceeds its value: what it is at least, if that is more than
+    /// nothing.
+    fn from_below(parameter: Parameter, q: &Quantity) -> Self {
+        let low = q.interval_95[0];
+        let scale = Scale::for_size(low, &q.unit);
+        let least = significant(low * scale.factor, 2);
+        Self {
+            words: parameter.label().to_owned(),
+            symbol: parameter.symbol(),
+            value: if low > 0.0 { format!("> {least}") } else { "-".to_owned() },
+            uncertainty: String::new(),
+            unit: scale.unit,
+            relative: String::new(),
+            interval: format!("{least} to ∞"),
             asymmetric: true,
             absent: false,
         }
@@ -182,6 +204,19 @@ mod tests {
         let row = ParameterRow::new(Parameter::Loss(LossTerm::Viscous), &q);
         assert_eq!([row.value, row.uncertainty, row.interval], ["0.10", "", "0.00 to 0.16"]);
         assert!(row.asymmetric);
+    }
+
+    #[test]
+    fn without_an_upper_limit_the_lower_one_is_shown() {
+        let mut q = Quantity::normal(196.0, 4e7, "");
+        q.interval_95 = [98.4, f64::INFINITY];
+        let row = ParameterRow::new(Parameter::QFactor, &q);
+        assert_eq!([row.value, row.uncertainty, row.interval], ["> 98", "", "98 to ∞"]);
+        q.interval_95[0] = 0.0;
+        let row = ParameterRow::new(Parameter::QFactor, &q);
+        assert_eq!([row.value, row.interval], ["-", "0 to ∞"]);
+        let known = Quantity { interval_95: [12.0, f64::INFINITY], ..Quantity::normal(19.0, 8.0, "") };
+        assert_eq!(ParameterRow::new(Parameter::QFactor, &known).uncertainty, "8");
     }
 
     #[test]
