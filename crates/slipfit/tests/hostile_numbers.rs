@@ -33,6 +33,8 @@ fn what_the_fuzzer_found_is_answered_or_refused() {
     // A model of five further terms, and a drive that friction all but holds: both took seconds.
     hostile::ringdown(&bytes("8d8c575d8d76f51f2c73fe5d088df5"));
     hostile::resonance(&bytes("ff0000ff2c00ff07b533fa08b5333afa33250008"));
+    // A series of ring-downs with further laws named: it took fourteen seconds.
+    hostile::series(&bytes("26040000588e00000080000010016c3b2c6c6c6c6c263d6c6ca5cbbf0a"));
     // A phase that runs backwards, and a curve that the paper's inversion gives a negative Q.
     hostile::ringdown(&bytes("2400c8ffffffffffbfff002435fdf5e030002430"));
     hostile::resonance(&bytes("2effffeb402effffffffff000010263334260a26330007412d"));

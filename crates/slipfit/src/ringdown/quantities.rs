@@ -28,13 +28,21 @@ pub(crate) fn angular_frequency(e: &Evidence, chosen: &ModelFit) -> f64 {
     }
 }
 
-/// Mean frequency over the window and its standard error, Hz.
+/// Mean frequency over the window and its standard error, Hz; of few samples the interval is Student's.
 fn mean_frequency(e: &Evidence, chosen: &ModelFit) -> Quantity {
-    let (omega, std) = match &e.fit.problem {
+    let hertz = |omega: f64, std: f64, factor: f64| {
+        let (value, std_error) = (omega / TAU, std / TAU);
+        let half = Z_95 * factor * std_error;
+        Quantity { interval_95: [value - half, value + half], ..Quantity::normal(value, std_error, "Hz") }
+    };
+    match &e.fit.problem {
         Problem::Waveform(problem) => {
             let p = &chosen.bounded.parameters;
             let across = problem.mean_rate(p);
             let mean = across.iter().map(|&(k, d)| p[k] * d).sum::<f64>();
+            if let Some(w) = e.fit.wandering {
+                return hertz(mean + w.mean_rate, w.rate_variance.sqrt(), 1.0);
+            }
             let variance: f64 = across
                 .iter()
                 .flat_map(|&(i, a)| across.iter().map(move |&(k, b)| (i, k, a * b)))
@@ -42,16 +50,15 @@ fn mean_frequency(e: &Evidence, chosen: &ModelFit) -> Quantity {
                 .sum();
             let noise = &e.fit.comparison.noise;
             let inflated = variance.max(0.0) * noise.variance(&chosen.bounded);
-            e.fit.wandering.map_or((mean, inflated.sqrt()), |w| (mean + w.mean_rate, w.rate_variance.sqrt()))
+            hertz(mean, inflated.sqrt(), noise.student_factor(&chosen.bounded))
         }
-        Problem::Envelope(problem) if e.options.frequency_hz.is_some() => (problem.omega, 0.0),
+        Problem::Envelope(problem) if e.options.frequency_hz.is_some() => hertz(problem.omega, 0.0, 1.0),
         Problem::Envelope(_) => {
             let law = &e.measured.law;
             let omega = law.mean_omega + law.mean_omega_beside_walk;
-            (omega + lag_rate(e, chosen, law.omega).unwrap_or(0.0), law.mean_omega_std)
+            hertz(omega + lag_rate(e, chosen, law.omega).unwrap_or(0.0), law.mean_omega_std, 1.0)
         }
-    };
-    Quantity::normal(omega / TAU, std / TAU, "Hz")
+    }
 }
 
 /// Rate at which the fundamental falls behind the phase of the motion, rad/s, as the phases of the blocks
