@@ -214,8 +214,12 @@ fn analyse_samples(
     let by_amplitudes = amplitudes(&mut samples, record.kind(), options, criteria);
     let waveform = record.kind().oscillates();
     // Further laws hold on the average of a cycle, and several take seconds by every sample.
-    let several = LossModel::further_named(options.model) > 1;
-    let by_samples = waveform && options.band_hz.is_none() && options.lockin.is_none() && !several;
+    let affordable = match LossModel::further_named(options.model) {
+        0 => true,
+        1 => samples.len() <= criteria.waveform.most_samples_further,
+        _ => false,
+    };
+    let by_samples = waveform && options.band_hz.is_none() && options.lockin.is_none() && affordable;
     let decay = match by_amplitudes {
         Ok(decay) if by_samples => {
             let described = by_waveform(&samples, decay, options, criteria);

@@ -377,7 +377,11 @@ fn settled_but_for_shapes(
     let settled = |start: Vec<f64>| {
         minimise_until(problem, &start, &fixed, SETTLED_TOLERANCE, true).map_or(start, |fit| fit.parameters)
     };
-    starts.into_iter().map(settled).collect()
+    let settled: Vec<Vec<f64>> = starts.into_iter().map(settled).collect();
+    // A shape far off is often made up for by losses below zero, in a minimum of its own.
+    let possible = |p: &&Vec<f64>| LossTerm::ALL.iter().all(|t| p[slot(*t)] >= 0.0);
+    let within: Vec<Vec<f64>> = settled.iter().filter(possible).cloned().collect();
+    if within.is_empty() { settled } else { within }
 }
 
 /// Standard errors to within which all but the shape is fitted where a search begins.

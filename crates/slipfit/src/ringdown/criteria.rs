@@ -295,6 +295,8 @@ criteria! {
             moves "bias of friction in accelerations";
         /// Most samples of a window; beyond it the blocks hold the same information.
         most_samples: usize = 300_000, source "chosen by simulation", moves "time of analysis";
+        /// Most samples of a record where a further law is named, which holds on the average of a cycle.
+        most_samples_further: usize = 50_000, source "an analysis within two seconds", moves "time of analysis";
         /// Least loss per cycle, as a part of the amplitude.
         least_loss: f64 = 1e-3, source "with less the motion is an ellipse to 1e-4",
             moves "time of analysis";

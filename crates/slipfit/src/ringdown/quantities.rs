@@ -130,7 +130,7 @@ fn loss_term(e: &Evidence, chosen: &ModelFit, term: LossTerm, counted: &mut Vec<
         let most = comparison.most(term, slot(term));
         let found = loss_fit(e, fit).estimate(slot(term), &fit.other_slots(term, slot), most, false);
         let found = found.unwrap_or_else(|| undetermined(fit.bounded.parameters[slot(term)], most));
-        beside_other_minima(e, fit, found, most)
+        beside_smaller_models(comparison, fit, slot(term), beside_other_minima(e, fit, found, most))
     });
     let found = non_negative(found, present, Parameter::Loss(term).unit(e.record.unit()));
     with_absent_losses(e, chosen, (slot(term), Some(term)), found, counted)
@@ -143,6 +143,31 @@ fn beside_other_minima(e: &Evidence, fit: &ModelFit, found: Estimate, most: Opti
     }
     let factor = e.fit.comparison.noise.student_factor(&fit.bounded);
     found.no_narrower(factor, [0.0, most.unwrap_or(f64::INFINITY)])
+}
+
+/// An interval of a model with a loss whose shape is fitted, with the values in it that smaller models take where they
+/// lie within the likelihood ratio of a 95 % interval: the profile is no higher there, though the search along a curved
+/// valley may not reach it.
+fn beside_smaller_models(
+    comparison: &ModelComparison,
+    fit: &ModelFit,
+    slot: usize,
+    mut found: Estimate,
+) -> Estimate {
+    if !fit.model.terms().any(LossTerm::is_shaped) {
+        return found;
+    }
+    let noise = comparison.noise;
+    let unit = noise.variance(&fit.bounded).sqrt() * noise.student_factor(&fit.bounded);
+    let near = |other: &&ModelFit| {
+        let rise = other.bounded.rss - fit.bounded.rss;
+        other.model.is_within(fit.model) && other.at_limit.is_none() && rise <= (Z_95 * unit).powi(2)
+    };
+    for other in comparison.fits.iter().filter(near) {
+        let value = other.bounded.parameters[slot];
+        found.interval = [found.interval[0].min(value), found.interval[1].max(value)];
+    }
+    found
 }
 
 /// Standard errors within which a loss is known that a model has not.
