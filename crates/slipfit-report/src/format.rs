@@ -157,6 +157,14 @@ pub struct Rounded {
 }
 
 impl Rounded {
+    /// A quantity for a line of text; where its interval is narrower than its standard error, rounded by a quarter
+    /// of the interval.
+    pub(crate) fn of(q: &slipfit::Quantity) -> Self {
+        let [low, high] = q.interval_95;
+        let error = if high - low < q.std_error { 0.25 * (high - low) } else { q.std_error };
+        Self::new(q.value, error, &q.unit)
+    }
+
     /// Rounds `value` by its standard error; a standard error that is zero or
     /// not finite leaves four significant digits and no `±`.
     pub fn new(value: f64, std_error: f64, unit: &str) -> Self {

@@ -62,7 +62,7 @@ fn subtitle(analysed: &AnalysedCurve<'_>) -> String {
         Parameter::CoulombForce,
     ] {
         if let Some(q) = analysed.answer.parameter(name).filter(|q| q.value != 0.0 && q.value.is_finite()) {
-            parts.push(format!("{} = {}", name.symbol(), Rounded::new(q.value, q.std_error, &q.unit)));
+            parts.push(format!("{} = {}", name.symbol(), Rounded::of(q)));
         }
     }
     parts.join("  ·  ")

@@ -59,7 +59,7 @@ fn subtitle(analysed: &AnalysedRingdown<'_>) -> String {
         let twice = name == Parameter::SlidingRate
             && analysed.answer.parameter(Parameter::FRICTION_DISPLACEMENT).is_some();
         if let Some(q) = analysed.answer.parameter(name).filter(|q| q.value != 0.0 && !twice) {
-            parts.push(format!("{} = {}", name.symbol(), Rounded::new(q.value, q.std_error, &q.unit)));
+            parts.push(format!("{} = {}", name.symbol(), Rounded::of(q)));
         }
     }
     parts.join("  ·  ")
