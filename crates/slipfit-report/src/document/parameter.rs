@@ -47,7 +47,7 @@ impl ParameterRow {
             return Self::from_below(parameter, q);
         }
         let (words, symbol) = (parameter.label().to_owned(), parameter.symbol());
-        let shown = Rounded::new(q.value, q.std_error, &q.unit);
+        let shown = Rounded::of(q);
         let interval = if low.is_finite() || high.is_finite() {
             format!("{} to {}", shown.also(low), shown.also(high))
         } else {
@@ -70,7 +70,7 @@ impl ParameterRow {
     /// at the optimum alone then gives: digits by a quarter of the interval, a limit at the end of the range.
     fn by_interval(parameter: Parameter, q: &Quantity) -> Self {
         let [low, high] = q.interval_95;
-        let shown = Rounded::new(q.value, 0.25 * (high - low), &q.unit);
+        let shown = Rounded::of(q);
         let value = match q.value <= low && low == 0.0 {
             true => format!("< {}", shown.also(high)),
             false => shown.value(),

@@ -141,8 +141,10 @@ impl<'a> Root<'a> {
             rss(&near.parameters, &moving)
         });
         let root = |rss: f64| (rss - fit.rss).max(0.0).sqrt() / self.unit;
-        // So far off the search may have ended short of the minimum.
-        let near = foreseen.filter(|rss| root(*rss) < FAR_ROOT);
+        // So far off a search along the curved valleys of a limited parameter may have ended short of the minimum; that
+        // of others has its work to spare.
+        let limited = || unbounded.free.iter().any(|i| problem.range(*i)[1].is_finite());
+        let near = foreseen.filter(|rss| root(*rss) < FAR_ROOT || !limited());
         let found = near.or_else(|| {
             let mut plain = fit.parameters.clone();
             plain[self.parameter] = value;

@@ -48,10 +48,10 @@ pub(crate) fn without_second_mode<'a>(
     let main = main_mode(answer)?;
     let left_by_one = residuals(samples, decay.clone(), answer);
     let (time_s, remaining) = seen(&samples.time[decay.clone()], &left_by_one);
-    let mean_square = remaining.iter().map(|x| x * x).sum::<f64>() / remaining.len() as f64;
     if remaining.is_empty() {
         return None;
     }
+    let mean_square = remaining.iter().map(|x| x * x).sum::<f64>() / remaining.len() as f64;
     let noise = answer.diagnostics.noise_rms.powi(2);
     let one_mode = OneMode { window_s: answer.fit.range_s(), mean_square, noise };
     let described = |part: Samples<'a>, second: ViscousMode| {
