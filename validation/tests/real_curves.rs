@@ -1,15 +1,17 @@
 //! Measured resonance curves, analysed as every user gets them, have the lines that others found.
 #![allow(clippy::unwrap_used, reason = "a failed unwrap fails the test, as it should")]
 
-use slipfit::resonance::{Answer, Options, analyse};
+use slipfit::resonance::{Answer, Criteria, Options, analyse, analyse_with};
 use slipfit::{Error, Parameter};
 use slipfit_io::{ReadOptions, read_sweep};
+use std::path::{Path, PathBuf};
 
 slipfit_real_data::tests! {
     a_reed_has_its_line,
     a_quartz_in_conductance_and_susceptance_has_its_line,
     a_curve_that_is_no_amplitude_claims_no_friction,
     a_quartz_in_its_impedance_has_its_line,
+    less_work_is_enough_for_every_curve,
 }
 
 fn analysed(file: &str, options: &ReadOptions) -> Result<Answer, Error> {
@@ -55,4 +57,32 @@ fn a_curve_that_is_no_amplitude_claims_no_friction() {
 fn a_quartz_in_its_impedance_has_its_line() {
     let answer = measured("quartz_impedance.xlsx");
     within(&answer, Parameter::NaturalFrequency, 44.80, 44.82);
+}
+
+/// Elsewhere the same search takes a little more or less: functions of the platform round otherwise.
+const ROUNDING_ROOM: f64 = 0.87;
+
+fn files_below(folder: &Path) -> Vec<PathBuf> {
+    let entries = std::fs::read_dir(folder).unwrap_or_else(|e| panic!("{}: {e}", folder.display()));
+    let below = |path: PathBuf| if path.is_dir() { files_below(&path) } else { vec![path] };
+    let mut files: Vec<PathBuf> = entries.flat_map(|e| below(e.unwrap().path())).collect();
+    files.sort();
+    files
+}
+
+fn less_work_is_enough_for_every_curve() {
+    let mut less = Criteria::default();
+    for work in [&mut less.search.most_work, &mut less.search.work_per_point] {
+        *work = (ROUNDING_ROOM * *work as f64) as usize;
+    }
+    let codes = |answer: &Answer| answer.warnings.iter().map(|w| w.code()).collect::<Vec<_>>();
+    let mut analysed = 0;
+    for path in files_below(&slipfit_real_data::path("sweep")) {
+        let Ok(reading) = read_sweep(std::slice::from_ref(&path), &ReadOptions::default()) else { continue };
+        let Ok(answer) = analyse(&reading.curve, &Options::default()) else { continue };
+        let with_less = analyse_with(&reading.curve, &Options::default(), &less).unwrap();
+        assert_eq!(codes(&with_less), codes(&answer), "{}", path.display());
+        analysed += 1;
+    }
+    assert!(analysed >= 10, "{analysed} curves");
 }

@@ -241,9 +241,9 @@ criteria! {
         implausible_part: f64 = 0.3, source "chosen by simulation", moves "background and delay";
         /// Variance over that of the noise below which nothing is left to explain.
         noise_variances: f64 = 2.0, source "chosen by simulation", moves "background and delay";
-        /// Variance of another hypothesis over that of the plain curve from which on its loss models are not
-        /// compared.
-        hopeless: f64 = 30.0, source "one that is taken lies below the plain curve", moves "time of analysis";
+        /// Variance of a hypothesis with instrument terms, over the most with which it may be taken, from which on
+        /// its loss models are not compared.
+        hopeless: f64 = 30.0, source "loss models take away less", moves "time of analysis";
         /// Variance with background and delay from the start, over the plain curve's with the terms
         /// added to it one by one, below which the former is taken.
         together: f64 = 0.8, source "chosen by simulation", moves "background and delay";

@@ -50,19 +50,22 @@ fn best_hypothesis(
     let first = plain.as_ref().ok().map(PlainOutcome::of);
     let implausible = first.is_some_and(|f| f.implausible(c));
     let insufficient = first.is_some_and(|f| f.insufficient(c));
+    let amplitudes =
+        (implausible && curve.main.separate_phase).then(|| Hypothesis::amplitudes(curve)).flatten();
+    let compared = |h| work.within(criteria.search.share, || models::compare(curve, fit(h)?));
+    let amplitudes = amplitudes.and_then(|h| compared(h).ok());
     let mut others: Vec<FittedModels> = Vec::new();
     if delay_asked || implausible || insufficient {
         // Where the plain curve is plausible, its outliers are outliers.
         let plausible = plain.as_ref().ok().filter(|_| insufficient && !implausible);
         let without = plausible.map(|plain| curve.weighted(&plain.problem.main.weight));
-        let most = first.map_or(f64::INFINITY, |f| c.hopeless * f.variance);
+        let by_amplitudes = amplitudes.as_ref().map_or(f64::INFINITY, |a| Outcome::of(a).variance);
+        let of_use =
+            |f: PlainOutcome| if delay_asked { f.variance } else { f.most_with_instrument(by_amplitudes, c) };
+        let most = first.map_or(f64::INFINITY, |f| c.hopeless * of_use(f));
         others = with_instrument(without.as_ref().unwrap_or(curve), most, options, criteria);
     }
-    if implausible && curve.main.separate_phase {
-        let amplitudes = Hypothesis::amplitudes(curve);
-        let compared = |h| work.within(criteria.search.share, || models::compare(curve, fit(h)?));
-        others.extend(amplitudes.and_then(|h| compared(h).ok()));
-    }
+    others.extend(amplitudes);
     let outcomes: Vec<Outcome> = others.iter().map(Outcome::of).collect();
     let chosen = plain.and_then(|plain| match select(&PlainOutcome::of(&plain), &outcomes, c) {
         Some(other) => Ok(others.swap_remove(other)),
@@ -172,6 +175,28 @@ impl PlainOutcome {
         self.complex && self.more_terms && self.leaves_more_than_noise(c)
     }
 
+    /// Most variance with phases and instrument terms instead of the plain curve, whose amplitudes alone leave
+    /// `amplitudes`.
+    fn most_instead(&self, amplitudes: f64, c: &SelectionCriteria) -> f64 {
+        let with_phases = c.phases_over_amplitudes * amplitudes;
+        with_phases.min(c.phases_over_plain * self.first_variance).min(self.variance)
+    }
+
+    /// Amplitudes alone explain the curve so much better that its phases are none.
+    fn phases_are_wrong(&self, amplitudes: f64, c: &SelectionCriteria) -> bool {
+        self.implausible(c)
+            && amplitudes < c.amplitudes_over_plain * self.first_variance
+            && c.phases_over_amplitudes * amplitudes < self.variance
+    }
+
+    /// Most variance with which a hypothesis with instrument terms from the start may be taken.
+    fn most_with_instrument(&self, amplitudes: f64, c: &SelectionCriteria) -> f64 {
+        let instead = if self.implausible(c) { self.most_instead(amplitudes, c) } else { 0.0 };
+        let asked = self.insufficient(c) && !self.phases_are_wrong(amplitudes, c);
+        let together = if asked { c.together * self.variance } else { 0.0 };
+        instead.max(together)
+    }
+
     fn leaves_more_than_noise(&self, c: &SelectionCriteria) -> bool {
         self.variance > c.noise_variances * self.noise_variance
     }
@@ -202,15 +227,11 @@ fn select(plain: &PlainOutcome, others: &[Outcome], c: &SelectionCriteria) -> Op
     };
     let left = |i: Option<usize>| i.map_or(f64::INFINITY, |i| others[i].variance);
     let (instrument, amplitudes) = (least(false), least(true));
-    if plain.implausible(c) {
-        let with_phases = c.phases_over_amplitudes * left(amplitudes);
-        let least = with_phases.min(c.phases_over_plain * plain.first_variance);
-        if left(instrument) < least.min(plain.variance) {
-            return instrument;
-        }
-        if left(amplitudes) < c.amplitudes_over_plain * plain.first_variance && with_phases < plain.variance {
-            return amplitudes;
-        }
+    if plain.implausible(c) && left(instrument) < plain.most_instead(left(amplitudes), c) {
+        return instrument;
+    }
+    if plain.phases_are_wrong(left(amplitudes), c) {
+        return amplitudes;
     }
     let better = plain.insufficient(c) && left(instrument) < c.together * plain.variance;
     instrument.filter(|_| better)
