@@ -94,7 +94,7 @@ fn oscillators_at_backgrounds(
 }
 
 /// Where these lead, each minimum once; no loss below zero but from the first.
-fn distinct(
+pub(super) fn distinct(
     problem: &Problem,
     from: Vec<Vec<f64>>,
     peak: &Peak,

@@ -2,6 +2,7 @@
 //! them the one with or without a Duffing term.
 
 use super::alternatives::{OtherFit, TermSet};
+use super::background_minima::distinct;
 use super::hypothesis_fit::HypothesisFit;
 use super::problem::Problem;
 use super::residuals::noise_model;
@@ -51,9 +52,11 @@ impl HypothesisFit<'_> {
                 if (without_drag && !drag_may_go) || (set == now && !without_drag) {
                     continue;
                 }
-                others.extend(self.with_set(set, without_drag));
+                let found = self.with_set(set, without_drag, &others);
+                others.extend(found);
             }
         }
+        others.extend(self.other_minima(now, &others));
         let richest = others.iter().max_by_key(|(_, o)| o.unbounded.free.len());
         let noise = match richest {
             Some((problem, o)) if o.unbounded.free.len() > self.fit.free.len() => {
@@ -133,7 +136,35 @@ impl HypothesisFit<'_> {
             && (self.problem.main.complex || !set.delay)
     }
 
-    fn with_set(&self, set: TermSet, without_drag: bool) -> Vec<(Problem, OtherFit)> {
+    /// Where fits with a part of the terms `free` lead: a delay and a background together have several minima, which
+    /// few points do not tell apart.
+    fn from_parts(&self, free: &[usize], others: &[(Problem, OtherFit)]) -> Vec<Vec<f64>> {
+        if ![DELAY, BG_RE].iter().all(|k| free.contains(k)) {
+            return Vec::new();
+        }
+        let is_part = |part: &[usize]| part.len() < free.len() && part.iter().all(|k| free.contains(k));
+        let parts = others.iter().map(|(_, o)| &o.unbounded).filter(|f| is_part(&f.free));
+        parts.map(|f| f.parameters.clone()).collect()
+    }
+
+    /// Minima of the terms taken beside the fit itself.
+    fn other_minima(&self, now: TermSet, others: &[(Problem, OtherFit)]) -> Vec<(Problem, OtherFit)> {
+        let parts = self.from_parts(&self.fit.free, others);
+        if parts.is_empty() {
+            return Vec::new();
+        }
+        let from = std::iter::once(self.fit.parameters.clone()).chain(parts).collect();
+        let peak = &self.hypothesis.peak;
+        let minima = distinct(&self.problem, from, peak, &self.fit.free, &self.criteria.terms);
+        minima.into_iter().skip(1).filter_map(|m| with_limits(&self.problem, now, m)).collect()
+    }
+
+    fn with_set(
+        &self,
+        set: TermSet,
+        without_drag: bool,
+        others: &[(Problem, OtherFit)],
+    ) -> Vec<(Problem, OtherFit)> {
         let hidden = set.background && !self.problem.main.complex;
         let mut free: Vec<usize> = self.fit.free.clone();
         let chosen = |k: &usize| BACKGROUNDS.contains(k) || [DELAY, DUFFING].contains(k);
@@ -158,14 +189,10 @@ impl HypothesisFit<'_> {
             let Some(near) = minimise(&problem.with(&fewer), &start, &fewer) else { return Vec::new() };
             self.background_minima(&problem, &near, &free)
         } else {
-            minimise(&problem, &start, &free).into_iter().collect()
+            let from = std::iter::once(start).chain(self.from_parts(&free, others)).collect();
+            distinct(&problem, from, &self.hypothesis.peak, &free, &self.criteria.terms)
         };
-        fits.into_iter()
-            .filter_map(|unbounded| {
-                let bounded = within_limits(&problem, &unbounded)?;
-                Some((problem.clone(), OtherFit { set, unbounded, bounded }))
-            })
-            .collect()
+        fits.into_iter().filter_map(|unbounded| with_limits(&problem, set, unbounded)).collect()
     }
 
     fn within_limits(&self) -> Fit {
@@ -183,6 +210,11 @@ impl HypothesisFit<'_> {
             }
         }
     }
+}
+
+fn with_limits(problem: &Problem, set: TermSet, unbounded: Fit) -> Option<(Problem, OtherFit)> {
+    let bounded = within_limits(problem, &unbounded)?;
+    Some((problem.clone(), OtherFit { set, unbounded, bounded }))
 }
 
 /// The fit with no loss below zero.
