@@ -5,7 +5,7 @@ use super::fitted_models::FittedModels;
 use super::prepared::PreparedCurve;
 use super::problem::Problem;
 use crate::inference::least_squares::{Fit, LeastSquares};
-use crate::inference::noise_law::{Scale, Scatter, likelihood, most_likely};
+use crate::inference::noise_law::{Scale, Scatter, likelihood};
 use crate::motion::steady::Phasor;
 
 /// Variance of a quadrature `floor² (1 + ratio a²)` where the amplitude is `a`.
@@ -27,19 +27,26 @@ impl NoiseLaw {
         if fitted.comparison.noise.variance_inflation > 1.0 {
             return None;
         }
-        let scatter = scatter(&fitted.problem_of(chosen), &chosen.unbounded)?;
-        let observations: f64 = scatter.iter().map(|s| s.count).sum();
+        let problem = fitted.problem_of(chosen);
+        let of_block = |reference| scatter(&problem, &chosen.unbounded, reference);
+        // The reference comes from the same instrument: its floor may be another, the ratio is the same.
+        let blocks: Vec<Vec<Scatter>> = [false, true].into_iter().filter_map(of_block).collect();
+        let all = || blocks.iter().flatten();
+        let observations: f64 = all().map(|s| s.count).sum();
         if observations < chosen.unbounded.free.len() as f64 + c.spare_observations {
             return None;
         }
-        let most = scatter.iter().map(|s| s.square).fold(0.0, f64::max);
-        let constant = likelihood(&scatter, 0.0, Scale::Estimated);
+        let most = all().map(|s| s.square).fold(0.0, f64::max);
+        let minus_two_log = |ratio: f64| -> f64 {
+            blocks.iter().map(|b| likelihood(b, ratio, Scale::Estimated).minus_two_log).sum()
+        };
         // The ratio at the highest amplitude: from a tenth of the floor to a thousand times the floor.
         const STEPS: i32 = 80;
         let at = |step: i32| 10f64.powf(f64::from(step) * 0.1 - 2.0) / most.max(f64::MIN_POSITIVE);
-        let best = most_likely(&scatter, (0..=STEPS).map(at), Scale::Estimated)?;
-        let gain = constant.minus_two_log - best.minus_two_log - observations.ln();
-        (gain > c.proportional_margin).then_some(Self { ratio: best.ratio })
+        let likely = (0..=STEPS).map(|step| (at(step), minus_two_log(at(step)))).filter(|l| l.1.is_finite());
+        let (ratio, best) = likely.min_by(|a, b| a.1.total_cmp(&b.1))?;
+        let gain = minus_two_log(0.0) - best - observations.ln();
+        (gain > c.proportional_margin).then_some(Self { ratio })
     }
 
     /// One over the variance at an amplitude, over that at the floor.
@@ -87,22 +94,23 @@ impl NoiseLaw {
     }
 }
 
-/// Residuals at precision one, each freed of the part that the fit took (its leverage).
-fn scatter(problem: &Problem, fit: &Fit) -> Option<Vec<Scatter>> {
+/// Residuals of a block at precision one, each freed of the part that the fit took (its leverage).
+fn scatter(problem: &Problem, fit: &Fit, reference: bool) -> Option<Vec<Scatter>> {
     const STEP: f64 = 1e-3;
     const MOST_LEVERAGE: f64 = 0.9;
-    let b = &problem.main;
-    let here = problem.predict(&fit.parameters, false);
+    let b = problem.block(reference)?;
+    let factor = if reference { problem.reference_weight } else { 1.0 };
+    let here = problem.predict(&fit.parameters, reference);
     let read = |z: Phasor, i: usize| if b.complex { z } else { Phasor::new(b.read(z.norm(), i), 0.0) };
     let mut leverage = vec![0.0; b.len()];
     let noise = (fit.rss / problem.observations()).sqrt();
     for step in fit.principal_steps() {
         let mut p = fit.parameters.clone();
         p.iter_mut().zip(&step).for_each(|(p, s)| *p += STEP * noise * s);
-        for (i, (near, m)) in problem.predict(&p, false).into_iter().zip(&here).enumerate() {
+        for (i, (near, m)) in problem.predict(&p, reference).into_iter().zip(&here).enumerate() {
             if let (Some(near), Some(m)) = (near, m) {
                 let slope = (read(near.value, i) - read(m.value, i)) / (STEP * noise);
-                leverage[i] += b.weight[i] * slope.norm_sqr();
+                leverage[i] += factor * b.weight[i] * slope.norm_sqr();
             }
         }
     }

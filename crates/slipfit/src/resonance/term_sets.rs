@@ -43,16 +43,17 @@ impl HypothesisFit<'_> {
     pub(super) fn settle_instrument(&mut self) {
         let mut others: Vec<(Problem, OtherFit)> = Vec::new();
         let now = TermSet::of(&self.problem, &self.fit.free);
-        let drag_may_go = self.fit.free.contains(&DRAG) && self.options.model.is_none();
+        let has_drag = self.fit.free.contains(&DRAG);
         // Added or not before: it may only stretch the intervals.
         let other_spring = TermSet { duffing: !now.duffing, ..now };
         let sets = SETS.map(|set| TermSet { duffing: now.duffing, ..set }).into_iter().chain([other_spring]);
         for set in sets.filter(|set| self.is_allowed(*set)) {
-            for without_drag in [false, true] {
-                if (without_drag && !drag_may_go) || (set == now && !without_drag) {
+            for drag in [has_drag, !has_drag] {
+                let may_go = has_drag && self.options.model.is_none();
+                if drag != has_drag && !may_go || (set == now && drag == has_drag) {
                     continue;
                 }
-                let found = self.with_set(set, without_drag, &others);
+                let found = self.with_set(set, drag, &others);
                 others.extend(found);
             }
         }
@@ -84,6 +85,19 @@ impl HypothesisFit<'_> {
         if let Some((_, i)) = best.filter(|(rank, _)| *rank < least) {
             self.take(i);
         }
+        let drag_instead = self.with_drag_instead();
+        self.others.extend(drag_instead);
+    }
+
+    /// Fits with drag in the place of terms of the instrument, which may look alike.
+    fn with_drag_instead(&self) -> Vec<OtherFit> {
+        let now = TermSet::of(&self.problem, &self.fit.free);
+        if self.fit.free.contains(&DRAG) || self.options.model.is_some() {
+            return Vec::new();
+        }
+        let fewer = SETS.into_iter().map(|set| TermSet { duffing: now.duffing, ..set });
+        let fewer = fewer.filter(|set| set.terms() < now.terms() && self.is_allowed(*set));
+        fewer.flat_map(|set| self.with_set(set, true, &[])).map(|(_, other)| other).collect()
     }
 
     /// Takes a fit of another set of terms instead of this one, which becomes one of the others.
@@ -121,7 +135,9 @@ impl HypothesisFit<'_> {
         let minima = self.others.iter().filter(|o| o.set == instead && !o.unbounded.free.contains(&DRAG));
         let mut minima: Vec<Fit> = minima.map(|o| o.unbounded.clone()).collect();
         by_rss(&mut minima);
+        let (unbounded, bounded) = (with_drag.unbounded.clone(), with_drag.bounded.clone());
         self.take(i);
+        self.others.push(OtherFit { set: now, unbounded, bounded });
         self.minima = minima;
         true
     }
@@ -162,19 +178,21 @@ impl HypothesisFit<'_> {
     fn with_set(
         &self,
         set: TermSet,
-        without_drag: bool,
+        drag: bool,
         others: &[(Problem, OtherFit)],
     ) -> Vec<(Problem, OtherFit)> {
         let hidden = set.background && !self.problem.main.complex;
         let mut free: Vec<usize> = self.fit.free.clone();
-        let chosen = |k: &usize| BACKGROUNDS.contains(k) || [DELAY, DUFFING].contains(k);
-        free.retain(|k| !(chosen(k) || without_drag && *k == DRAG));
+        free.retain(|k| !(BACKGROUNDS.contains(k) || [DELAY, DUFFING, DRAG].contains(k)));
         if set.background {
             let own = if self.problem.reference.is_some() { BACKGROUNDS.len() } else { 2 };
             free.extend(&BACKGROUNDS[..own]);
         }
         free.extend(
-            [(set.delay, DELAY), (set.duffing, DUFFING)].iter().filter(|(is, _)| *is).map(|(_, k)| *k),
+            [(set.delay, DELAY), (set.duffing, DUFFING), (drag, DRAG)]
+                .iter()
+                .filter(|(is, _)| *is)
+                .map(|(_, k)| *k),
         );
         let Some(problem) = self.extended(&mut free) else { return Vec::new() };
         let problem = Problem { background_delayed: set.background_delayed, ..problem };
