@@ -60,6 +60,9 @@ fn end(q: &Quantity, others: &[Weighed], side: f64) -> f64 {
     if far == end || tail(end) <= 0.025 { end } else { root(end, far, |at| tail(at) - 0.025) }
 }
 
+/// Odds that count as certainty.
+const MOST_ODDS: f64 = 1e12;
+
 /// A loss that the reported model has not, and that the data do not exclude: its probability and its
 /// coefficient, which moves the other parameters along.
 ///
@@ -73,7 +76,8 @@ struct AbsentLoss<'a> {
     comparison: &'a ModelComparison,
     with: &'a ModelFit,
     slot: usize,
-    weight: f64,
+    /// Probability of the model with it over that without.
+    odds: f64,
     /// Of the coefficient, within its limits.
     mean: f64,
     variance: f64,
@@ -81,19 +85,18 @@ struct AbsentLoss<'a> {
 }
 
 impl<'a> AbsentLoss<'a> {
-    /// The `term` beside those terms of the chosen model that are not at their limit, and the one `of`
-    /// interest; `None` where the model has it or no fit with it was made.
+    /// The `term` beside those terms of the chosen model that are `kept`; `None` where the model has it or no fit
+    /// with it was made.
     fn new(
         comparison: &'a ModelComparison,
         chosen: &ModelFit,
         term: LossTerm,
-        of: Option<LossTerm>,
+        kept: impl Fn(&LossTerm) -> bool,
         slot: impl Fn(LossTerm) -> usize,
     ) -> Option<Self> {
         if chosen.model.has(term) {
             return None;
         }
-        let kept = |t: &LossTerm| Some(*t) == of || chosen.bounded.parameters[slot(*t)] > 0.0;
         let terms: Vec<LossTerm> = chosen.model.terms().filter(kept).chain([term]).collect();
         let with = comparison.get(LossModel::from_terms(&terms)?)?;
         let without_viscous: Vec<LossTerm> =
@@ -111,27 +114,34 @@ impl<'a> AbsentLoss<'a> {
             return None;
         }
         let truncated = Truncated::new(with.unbounded.parameters[slot] / std_error, most / std_error);
-        let odds = std_error * (2.0 * PI).sqrt() / most * truncated.likelihood;
-        let weight = if odds.is_finite() { odds / (1.0 + odds) } else { 1.0 };
+        let odds = (std_error * (2.0 * PI).sqrt() / most * truncated.likelihood).min(MOST_ODDS);
         let (mean, variance) = (truncated.mean * std_error, truncated.variance * std_error * std_error);
-        Some(Self { comparison, with, slot, weight, mean, variance, std_error })
+        Some(Self { comparison, with, slot, odds, mean, variance, std_error })
+    }
+
+    /// By which the coefficient moves a quantity with this `gradient` by the parameters.
+    fn slope(&self, gradient: &[(usize, f64)]) -> f64 {
+        let covariance = |i: usize, j: usize| self.with.unbounded.unit_covariance[(i, j)];
+        let along: f64 = gradient.iter().map(|(i, g)| g * covariance(*i, self.slot)).sum();
+        along / covariance(self.slot, self.slot)
     }
 
     /// What the model with the loss says of a quantity whose `gradient` by the parameters is given: each value of its
-    /// coefficient moves it along the covariance, and leaves the error that it has given that value.
-    fn weighed(&self, gradient: &[(usize, f64)], q: &Quantity) -> Weighed {
+    /// coefficient moves it along the covariance from what it is `without`, and leaves the error that it has given that
+    /// value. `total`: the odds of all models.
+    fn weighed(&self, gradient: &[(usize, f64)], without: f64, total: f64) -> Weighed {
         let fit = &self.with.unbounded;
         let covariance = |i: usize, j: usize| fit.unit_covariance[(i, j)];
-        let along: f64 = gradient.iter().map(|(i, g)| g * covariance(*i, self.slot)).sum();
-        let slope = along / covariance(self.slot, self.slot);
+        let slope = self.slope(gradient);
         let own =
             |(i, a): &(usize, f64)| -> f64 { gradient.iter().map(|(j, b)| a * b * covariance(*i, *j)).sum() };
         let whole = gradient.iter().map(own).sum::<f64>() * self.comparison.noise.variance(fit);
         let given = (whole - slope * slope * self.std_error * self.std_error).max(0.0);
         Weighed {
-            weight: self.weight,
-            value: q.value + slope * self.mean,
-            std_error: (given + slope * slope * self.variance).sqrt(),
+            weight: self.odds / total,
+            value: without + slope * self.mean,
+            std_error: (given + slope * slope * self.variance).sqrt()
+                * self.comparison.noise.student_factor(fit),
         }
     }
 }
@@ -146,9 +156,24 @@ pub(crate) fn absent_losses(
     q: &Quantity,
     slot: impl Fn(LossTerm) -> usize + Copy,
 ) -> (Vec<LossTerm>, Vec<Weighed>) {
-    LossTerm::compared(None)
-        .filter_map(|t| Some((t, AbsentLoss::new(comparison, chosen, t, of, slot)?.weighed(gradient, q))))
-        .unzip()
+    let at_limit = |t: &LossTerm| Some(*t) != of && chosen.bounded.parameters[slot(*t)] <= 0.0;
+    let limited: Vec<LossTerm> = chosen.model.terms().filter(at_limit).collect();
+    let absent = |t, kept: &dyn Fn(&LossTerm) -> bool| AbsentLoss::new(comparison, chosen, t, kept, slot);
+    let alone = LossTerm::compared(None)
+        .filter_map(|t| Some((t, absent(t, &|t| !at_limit(t))?)))
+        .map(|(t, loss)| (t, loss, q.value));
+    // A loss that is nothing by itself may be there beside another one that opposes it.
+    let beside = LossTerm::compared(None).filter(|_| !limited.is_empty()).filter_map(|t| {
+        let loss = absent(t, &|_| true)?;
+        let estimate = &loss.with.unbounded.parameters;
+        let moved = |(i, g): &(usize, f64)| g * (estimate[*i] - chosen.bounded.parameters[*i]);
+        let with = q.value + gradient.iter().map(moved).sum::<f64>();
+        let without = with - loss.slope(gradient) * estimate[loss.slot];
+        limited.iter().all(|l| estimate[slot(*l)] > 0.0).then_some((t, loss, without))
+    });
+    let found: Vec<(LossTerm, AbsentLoss, f64)> = alone.chain(beside).collect();
+    let total = 1.0 + found.iter().map(|(_, loss, _)| loss.odds).sum::<f64>();
+    found.iter().map(|(t, loss, without)| (*t, loss.weighed(gradient, *without, total))).unzip()
 }
 
 /// What the models say of a quantity that have another loss in the place of the viscous one, where the term `of`

@@ -61,6 +61,11 @@ pub(crate) trait LeastSquares {
         self.normal_within(p, out, limit)
     }
 
+    /// Whether the work allowed to the search is used up: the model is then found nowhere, though it may exist.
+    fn is_spent(&self) -> bool {
+        false
+    }
+
     /// Limits of a parameter beyond which the model does not exist, though it does at both of them.
     fn range(&self, _parameter: usize) -> [f64; 2] {
         [f64::NEG_INFINITY, f64::INFINITY]

@@ -129,7 +129,8 @@ impl<'a> Root<'a> {
         self.profile.fit.parameters[self.parameter]
     }
 
-    /// Signed root of the likelihood ratio at a fixed value of the parameter.
+    /// Signed root of the likelihood ratio at a fixed value of the parameter; `None` where the model does not exist
+    /// and where the work for the search is used up.
     fn at(&self, value: f64) -> Option<f64> {
         let Profile { problem, fit, unbounded, non_negative, .. } = *self.profile;
         let free: Vec<usize> = unbounded.free.iter().copied().filter(|&i| i != self.parameter).collect();
@@ -150,6 +151,9 @@ impl<'a> Root<'a> {
             plain[self.parameter] = value;
             [foreseen, rss(&plain, &free)].into_iter().flatten().min_by(f64::total_cmp)
         });
+        if problem.is_spent() {
+            return None;
+        }
         Some((value - self.centre()).signum() * root(found?))
     }
 
@@ -198,7 +202,13 @@ impl<'a> Root<'a> {
         let mut outer: Option<(f64, f64)> = None;
         let mut value = clip(self.guess(target, wide));
         for _ in 0..MOST_TRIALS {
-            let root = self.at(value).unwrap_or(f64::INFINITY * target.signum());
+            let found = self.at(value);
+            if found.is_none() && self.profile.problem.is_spent() {
+                // What the quadratic form says, but not inside what was found to lie within.
+                let guess = clip(self.guess(target, wide));
+                return if (guess - inner) * target > 0.0 { guess } else { inner };
+            }
+            let root = found.unwrap_or(f64::INFINITY * target.signum());
             if (root - target).abs() < ROOT_TOLERANCE {
                 return clip(centre + (value - centre) * target / root);
             }
@@ -279,6 +289,47 @@ mod tests {
         assert!(((high - centre) / (centre - low) - 1.0).abs() < 0.02, "{low} {centre} {high}");
         let straight = 3.0 * e.value * e.value * e.std_error * Z_95;
         assert!(((high - low) / (2.0 * straight) - 1.0).abs() < 0.05);
+    }
+
+    /// A problem with the work for so many passes.
+    struct Limited {
+        problem: Cubic,
+        left: std::cell::Cell<usize>,
+    }
+
+    impl LeastSquares for Limited {
+        fn parameters(&self) -> usize {
+            self.problem.parameters()
+        }
+        fn observations(&self) -> f64 {
+            self.problem.observations()
+        }
+        fn is_spent(&self) -> bool {
+            self.left.get() == 0
+        }
+        fn normal(&self, p: &[f64], out: &mut Normal) -> bool {
+            self.left.set(self.left.get().saturating_sub(1));
+            !self.is_spent() && self.problem.normal(p, out)
+        }
+    }
+
+    #[test]
+    fn where_the_work_is_used_up_the_quadratic_form_gives_the_interval() {
+        let points = (0..200).map(|i| (f64::from(i % 20) - 9.5, f64::from((i * 7919) % 101)));
+        let problem = Cubic { points: points.collect() };
+        let fit = minimise(&problem, &[0.0, 1.0], &[0, 1]).unwrap();
+        let problem = Limited { problem, left: std::cell::Cell::new(0) };
+        let noise = NoiseModel::white(200.0);
+        let straight = Z_95 * noise.student_factor(&fit) * noise.std_error(&fit, 1);
+        for passes in 0..30 {
+            problem.left.set(passes);
+            let range = [f64::NEG_INFINITY, f64::INFINITY];
+            let p =
+                Profile { problem: &problem, fit: &fit, unbounded: &fit, noise, range, non_negative: &[] };
+            let [low, high] = p.two_sided(1, true).interval;
+            assert!(low < fit.parameters[1] - 0.5 * straight, "{passes}: {low}");
+            assert!(high > fit.parameters[1] + 0.5 * straight, "{passes}: {high}");
+        }
     }
 
     #[test]

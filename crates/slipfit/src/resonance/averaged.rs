@@ -13,11 +13,11 @@ use crate::inference::noise::NoiseModel;
 use statrs::function::erf::erfc;
 use std::f64::consts::SQRT_2;
 
-/// Value and standard error of a function of the oscillator's parameters by a fit.
+/// Value and standard error of a function of the oscillator's parameters by a fit, Student's factor in it.
 pub(super) fn estimate(fit: &OtherFit, noise: NoiseModel, of: &dyn Fn(&[f64]) -> f64) -> [f64; 2] {
     let p = &fit.bounded.parameters;
     let std_error = (variance_of(&fit.unbounded, p, of) * noise.variance(&fit.bounded)).sqrt();
-    [of(p), std_error]
+    [of(p), std_error * noise.student_factor(&fit.unbounded)]
 }
 
 /// By first-order propagation, over the variance of one observation; slopes at `p`.

@@ -1,10 +1,12 @@
 //! Noise that grows with the amplitude: a floor and a part of every amplitude.
 
+use super::alternatives::{Alternative, OtherFit, TermSet};
 use super::criteria::NoiseCriteria;
 use super::fitted_models::FittedModels;
 use super::prepared::PreparedCurve;
 use super::problem::Problem;
-use crate::inference::least_squares::{Fit, LeastSquares};
+use super::term_sets::within_limits;
+use crate::inference::least_squares::{Fit, LeastSquares, minimise};
 use crate::inference::noise_law::{Scale, Scatter, likelihood};
 use crate::motion::steady::Phasor;
 
@@ -23,6 +25,13 @@ impl NoiseLaw {
     /// The law by which the residuals of a fit have the greatest likelihood, where it explains them
     /// better than a constant noise does. `None` where they are no noise.
     pub(super) fn of(fitted: &FittedModels, c: &NoiseCriteria) -> Option<Self> {
+        let (law, gain, observations) = Self::most_likely(fitted, c)?;
+        (gain - observations.ln() > c.proportional_margin).then_some(law)
+    }
+
+    /// The law by which they have the greatest likelihood, by how much minus twice its logarithm is lower than that of a
+    /// constant noise, and the number of residuals.
+    fn most_likely(fitted: &FittedModels, c: &NoiseCriteria) -> Option<(Self, f64, f64)> {
         let chosen = fitted.comparison.reported().or_else(|| fitted.comparison.preferred())?;
         if fitted.comparison.noise.variance_inflation > 1.0 {
             return None;
@@ -45,8 +54,33 @@ impl NoiseLaw {
         let at = |step: i32| 10f64.powf(f64::from(step) * 0.1 - 2.0) / most.max(f64::MIN_POSITIVE);
         let likely = (0..=STEPS).map(|step| (at(step), minus_two_log(at(step)))).filter(|l| l.1.is_finite());
         let (ratio, best) = likely.min_by(|a, b| a.1.total_cmp(&b.1))?;
-        let gain = minus_two_log(0.0) - best - observations.ln();
-        (gain > c.proportional_margin).then_some(Self { ratio })
+        Some((Self { ratio }, minus_two_log(0.0) - best, observations))
+    }
+
+    /// The fit reported, its points weighed by the most likely law, as another fit beside it: few points do not tell
+    /// the noise of high amplitudes from that of low ones, and errors by a constant noise may be too small.
+    pub(super) fn alternative(fitted: &FittedModels, c: &NoiseCriteria) -> Option<Alternative> {
+        let chosen = fitted.comparison.reported().or_else(|| fitted.comparison.preferred())?;
+        let (law, gain, _) = Self::most_likely(fitted, c)?;
+        let mut problem = fitted.problem_of(chosen);
+        let blocks = std::iter::once(&mut problem.main).chain(&mut problem.reference);
+        let mut typical = None;
+        for block in blocks {
+            let precision: Vec<f64> = block.amplitudes().into_iter().map(|a| law.precision(a)).collect();
+            let typical = *typical.get_or_insert_with(|| geometric_mean(&precision));
+            for (k, law) in precision.into_iter().enumerate() {
+                block.precision[k] *= law / typical;
+                block.weight[k] *= law / typical;
+            }
+        }
+        let free = &chosen.unbounded.free;
+        let unbounded = minimise(&problem, &chosen.unbounded.parameters, free)?;
+        let bounded = within_limits(&problem, &unbounded)?;
+        // By the AIC: the BIC, whose prior is as wide as the information of one residual, would hardly count it.
+        let odds = (0.5 * gain - 1.0).exp();
+        let fit = OtherFit { set: TermSet::of(&problem, free), unbounded, bounded };
+        // It has no other terms: that BIC is of no interest.
+        Some(Alternative { fit, weight: odds / (1.0 + odds), delta_bic: f64::INFINITY })
     }
 
     /// One over the variance at an amplitude, over that at the floor.
@@ -64,7 +98,7 @@ impl NoiseLaw {
             .map(|(i, m)| self.precision(m.map_or(curve.main.amplitude(i), |m| m.value.norm())))
             .collect();
         // A typical point keeps its precision: noise is reported as that of such a point.
-        let typical = (main.iter().map(|p| p.ln()).sum::<f64>() / main.len() as f64).exp();
+        let typical = geometric_mean(&main);
         let scaled = |precision: &mut f64, law: f64| *precision *= law / typical;
         let mut weighed = curve.clone();
         weighed.main.precision.iter_mut().zip(&main).for_each(|(p, law)| scaled(p, *law));
@@ -92,6 +126,10 @@ impl NoiseLaw {
     pub(super) fn is_near(self, other: Self, factor: f64) -> bool {
         (self.ratio / other.ratio).ln().abs() < factor.ln()
     }
+}
+
+fn geometric_mean(values: &[f64]) -> f64 {
+    (values.iter().map(|v| v.ln()).sum::<f64>() / values.len() as f64).exp()
 }
 
 /// Residuals of a block at precision one, each freed of the part that the fit took (its leverage).

@@ -193,6 +193,10 @@ impl LeastSquares for Problem {
         self.normal_within(p, out, f64::INFINITY)
     }
 
+    fn is_spent(&self) -> bool {
+        self.main.work.left() == 0
+    }
+
     fn normal_within(&self, p: &[f64], out: &mut Normal, limit: f64) -> bool {
         out.clear();
         if self.main.work.is_spent() {

@@ -31,6 +31,12 @@ pub(super) fn best_fit(
         better.proportional_noise = Some(law.part(&better));
         (found, last) = (better, Some(law));
     }
+    if found.proportional_noise.is_none()
+        && let Some(other) = NoiseLaw::alternative(&found, &criteria.noise)
+    {
+        found.alternatives.iter_mut().for_each(|a| a.weight *= 1.0 - other.weight);
+        found.alternatives.push(other);
+    }
     Ok(found)
 }
 

@@ -25,7 +25,7 @@ const SETS: [TermSet; 5] = [
 const BACKGROUNDS: [usize; 4] = [BG_RE, BG_IM, R_BG_RE, R_BG_IM];
 
 impl TermSet {
-    fn of(problem: &Problem, free: &[usize]) -> Self {
+    pub(super) fn of(problem: &Problem, free: &[usize]) -> Self {
         let (background, delay) = (free.contains(&BG_RE), free.contains(&DELAY));
         let background_delayed = background && delay && problem.background_delayed;
         Self { background, delay, background_delayed, duffing: free.contains(&DUFFING) }
@@ -175,12 +175,7 @@ impl HypothesisFit<'_> {
         minima.into_iter().skip(1).filter_map(|m| with_limits(&self.problem, now, m)).collect()
     }
 
-    fn with_set(
-        &self,
-        set: TermSet,
-        drag: bool,
-        others: &[(Problem, OtherFit)],
-    ) -> Vec<(Problem, OtherFit)> {
+    fn with_set(&self, set: TermSet, drag: bool, others: &[(Problem, OtherFit)]) -> Vec<(Problem, OtherFit)> {
         let hidden = set.background && !self.problem.main.complex;
         let mut free: Vec<usize> = self.fit.free.clone();
         free.retain(|k| !(BACKGROUNDS.contains(k) || [DELAY, DUFFING, DRAG].contains(k)));
@@ -236,7 +231,7 @@ fn with_limits(problem: &Problem, set: TermSet, unbounded: Fit) -> Option<(Probl
 }
 
 /// The fit with no loss below zero.
-fn within_limits(problem: &Problem, fit: &Fit) -> Option<Fit> {
+pub(super) fn within_limits(problem: &Problem, fit: &Fit) -> Option<Fit> {
     let losses = [DELTA, X_F, DRAG];
     if losses.iter().all(|&k| fit.parameters[k] >= 0.0) {
         return Some(fit.clone());
