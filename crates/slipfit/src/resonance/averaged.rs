@@ -1,6 +1,6 @@
 //! Intervals that count the choice of terms beside the losses: the instrument's, and a Duffing term.
 
-use super::alternatives::{Alternative, OtherFit, TermSet};
+use super::alternatives::{Alternative, OtherFit};
 use super::criteria::Criteria;
 use super::fitted_models::FittedModels;
 use super::response::{DELTA, OMEGA, X_0, X_F};
@@ -90,12 +90,12 @@ pub(super) fn sliding_p_value(d: &FittedModels, own: f64) -> f64 {
 }
 
 /// Other terms beside the losses that explain the curve as well as those reported, and move the
-/// losses: the terms, the difference of BIC, and the friction displacement with them.
-pub(super) fn rival(
-    d: &FittedModels,
+/// losses: their fit, the difference of BIC, and the friction displacement with them.
+pub(super) fn rival<'a>(
+    d: &'a FittedModels,
     chosen: &ModelFit,
     criteria: &Criteria,
-) -> Option<(TermSet, f64, [f64; 2])> {
+) -> Option<(&'a OtherFit, f64, [f64; 2])> {
     let noise = d.comparison.noise;
     let moved = |a: &Alternative| {
         [DELTA, X_F].into_iter().any(|k| {
@@ -105,5 +105,5 @@ pub(super) fn rival(
     };
     let close = d.alternatives.iter().filter(|a| a.delta_bic < criteria.report.rival_bic && moved(a));
     let best = close.min_by(|a, b| a.delta_bic.total_cmp(&b.delta_bic))?;
-    Some((best.fit.set, best.delta_bic, estimate(&best.fit, noise, &|p| p[X_F])))
+    Some((&best.fit, best.delta_bic, estimate(&best.fit, noise, &|p| p[X_F])))
 }

@@ -1,10 +1,11 @@
 //! Which warnings the answer to a curve carries.
 
+use super::alternatives::TermSet;
 use super::block::Block;
 use super::criteria::{AnswerCriteria, Criteria};
 use super::fitted_models::{FittedModels, oscillator_seen};
 use super::peak::Peak;
-use super::response::{BG_IM, BG_RE, DELTA, DUFFING, OMEGA, R_DELTA, R_OMEGA, X_F};
+use super::response::{BG_IM, BG_RE, DELTA, DRAG, DUFFING, OMEGA, R_DELTA, R_OMEGA, X_F};
 use super::{Answer, Curve, DriveSource, Method, Options, RunDirection, averaged, peak};
 use crate::answer::describe::model_choice;
 use crate::answer::{Parameter, Warning};
@@ -157,11 +158,15 @@ fn rival(d: &FittedModels, answer: &Answer, options: &Options, criteria: &Criter
         Some(model) => d.comparison.largest_within(model)?,
         None => d.comparison.reported().or_else(|| d.comparison.preferred())?,
     };
-    let (set, delta_bic, friction_displacement) = averaged::rival(d, chosen, criteria)?;
+    let (rival, delta_bic, friction_displacement) = averaged::rival(d, chosen, criteria)?;
+    let (set, chosen) = (rival.set, &chosen.unbounded.free);
+    let drag = rival.unbounded.free.contains(&DRAG) && !chosen.contains(&DRAG);
     Some(Warning::RivalInstrument {
         background: set.background,
         delay: set.delay,
-        duffing: (set.duffing != chosen.unbounded.free.contains(&DUFFING)).then_some(set.duffing),
+        duffing: (set.duffing != chosen.contains(&DUFFING)).then_some(set.duffing),
+        drag,
+        other_minimum: set == TermSet::of(&d.problem, chosen),
         delta_bic,
         friction_displacement,
         unit: answer.unit.clone(),

@@ -53,6 +53,12 @@ impl Warning {
             }
             Warning::Undetermined { .. } => vec![Hint::advice("points across the peak would")],
             Warning::ShapeAlone { .. } => either("drive_amplitude", "reference", "narrows it"),
+            Warning::RivalInstrument { other_minimum: true, .. } => {
+                vec![Hint::advice("points farther from the peak decide")]
+            }
+            Warning::RivalInstrument { drag: true, background: true, .. } => {
+                vec![Hint::new("delay", "leaves it out").with("off")]
+            }
             Warning::RivalInstrument { background, duffing, .. } => {
                 let (option, on) = duffing.map_or(("background", *background), |on| ("duffing", on));
                 let (word, effect) = if on { ("on", "fits it") } else { ("off", "leaves it out") };

@@ -204,6 +204,10 @@ pub enum Warning {
         delay: bool,
         /// Whether they have a Duffing term, where that is the difference.
         duffing: Option<bool>,
+        /// They have drag, which those fitted have not.
+        drag: bool,
+        /// They are the same terms, at another minimum.
+        other_minimum: bool,
         /// BIC with them above the one reported.
         delta_bic: f64,
         /// Friction displacement with them, and its standard error.

@@ -192,11 +192,15 @@ impl fmt::Display for Warning {
                 background,
                 delay,
                 duffing,
+                drag,
+                other_minimum,
                 delta_bic,
                 friction_displacement,
                 unit,
             } => {
                 let terms = match (duffing, background, delay) {
+                    _ if *drag => "drag in the place of terms of the instrument explains",
+                    _ if *other_minimum => "another background or delay explains",
                     (Some(true), ..) => "a frequency that shifts with the amplitude (Duffing) explains",
                     (Some(false), ..) => "a frequency that does not shift with the amplitude explains",
                     (None, true, true) => "a background and a delay explain",
