@@ -1,6 +1,7 @@
 //! Other sets of terms beside the losses than the one reported.
 
 use super::criteria::AnswerCriteria;
+use super::response::DUFFING;
 use crate::inference::least_squares::Fit;
 use crate::inference::model_selection::ModelComparison;
 
@@ -66,8 +67,13 @@ pub(super) fn weighed(
     let shares: Vec<f64> =
         list.iter().map(|a| of_set(a.fit.set).fold(0.0, f64::max) / of_set(a.fit.set).sum::<f64>()).collect();
     list.iter_mut().zip(shares).for_each(|(a, share)| a.weight *= share);
-    // A Duffing term may look like one of the instrument: each may be what the other is taken for.
-    let total: f64 = 1.0 + list.iter().map(|a| a.weight).sum::<f64>();
-    list.iter_mut().for_each(|a| a.weight /= total);
+    // A Duffing term was fitted beside the terms reported alone, and shares their weight; it is as probable beside
+    // the others.
+    let duffing = chosen.unbounded.free.contains(&DUFFING);
+    let (springs, sets): (Vec<_>, Vec<_>) = list.iter_mut().partition(|a| a.fit.set.duffing != duffing);
+    let total: f64 = 1.0 + sets.iter().map(|a| a.weight).sum::<f64>();
+    let reported: f64 = 1.0 + springs.iter().map(|a| a.weight).sum::<f64>();
+    sets.into_iter().for_each(|a| a.weight /= total);
+    springs.into_iter().for_each(|a| a.weight /= total * reported);
     list
 }

@@ -32,9 +32,10 @@ pub(super) fn best_fit(
         (found, last) = (better, Some(law));
     }
     if found.proportional_noise.is_none()
-        && let Some(other) = NoiseLaw::alternative(&found, &criteria.noise)
+        && let Some(mut other) = NoiseLaw::alternative(&found, &criteria.noise)
     {
-        found.alternatives.iter_mut().for_each(|a| a.weight *= 1.0 - other.weight);
+        // Terms that are left out may look like such a noise: it shares the weight of the fit reported alone.
+        other.weight *= 1.0 - found.alternatives.iter().map(|a| a.weight).sum::<f64>();
         found.alternatives.push(other);
     }
     Ok(found)
