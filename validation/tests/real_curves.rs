@@ -4,7 +4,6 @@
 use slipfit::resonance::{Answer, Criteria, Options, analyse, analyse_with};
 use slipfit::{Error, Parameter};
 use slipfit_io::{ReadOptions, read_sweep};
-use std::path::{Path, PathBuf};
 
 slipfit_real_data::tests! {
     a_reed_has_its_line,
@@ -62,14 +61,6 @@ fn a_quartz_in_its_impedance_has_its_line() {
 /// Elsewhere the same search takes a little more or less: functions of the platform round otherwise.
 const ROUNDING_ROOM: f64 = 0.87;
 
-fn files_below(folder: &Path) -> Vec<PathBuf> {
-    let entries = std::fs::read_dir(folder).unwrap_or_else(|e| panic!("{}: {e}", folder.display()));
-    let below = |path: PathBuf| if path.is_dir() { files_below(&path) } else { vec![path] };
-    let mut files: Vec<PathBuf> = entries.flat_map(|e| below(e.unwrap().path())).collect();
-    files.sort();
-    files
-}
-
 fn less_work_is_enough_for_every_curve() {
     let mut less = Criteria::default();
     for work in [&mut less.search.most_work, &mut less.search.work_per_point] {
@@ -77,7 +68,9 @@ fn less_work_is_enough_for_every_curve() {
     }
     let codes = |answer: &Answer| answer.warnings.iter().map(|w| w.code()).collect::<Vec<_>>();
     let mut analysed = 0;
-    for path in files_below(&slipfit_real_data::path("sweep")) {
+    for entry in std::fs::read_dir(slipfit_real_data::path("sweep")).unwrap() {
+        // A folder is a curve of driven records.
+        let path = entry.unwrap().path();
         let Ok(reading) = read_sweep(std::slice::from_ref(&path), &ReadOptions::default()) else { continue };
         let Ok(answer) = analyse(&reading.curve, &Options::default()) else { continue };
         let with_less = analyse_with(&reading.curve, &Options::default(), &less).unwrap();

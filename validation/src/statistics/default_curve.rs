@@ -213,7 +213,7 @@ impl Sweep {
         let mut options = Options::default();
         match self.cell.drive {
             Drive::Known => options.drive_amplitude = Some(DriveAmplitude { value: X_0, std_error: 0.0 }),
-            // The friction-free curve is higher, the background the same.
+            // The friction-free curve is higher, and its background with it.
             Drive::Reference => options.reference = self.measured(&self.reference, &chain, &mut rng),
             Drive::Shape => {}
         }
@@ -287,7 +287,7 @@ fn page(rows: &[Row], again: &[Row], seeds: u64) -> String {
          {} % of the highest amplitude in both quadratures; amplitudes are the modulus of the noisy response. The \
          whole analysis runs on each as every user gets it, no model named: the drive is *known*, follows from a \
          friction-free *reference* of the same length and instrument, or from the *shape* alone. A *disturbance* \
-         adds a constant background at a random angle, a turn of the phase across the window, both, a crosstalk in \
+         adds a constant background at a random angle (of the reference too the same part of its height), a turn of the phase across the window, both, a crosstalk in \
          phase with the drive, or has a noise of {} % of each amplitude above a floor of {} % of the highest; \
          a *drag* is, at the highest amplitude, a part of the viscous loss; *Duffing* is a natural frequency moved by a \
          part of the half width of the line at the amplitude Q x₀; curves with such a term have Q {DISTURBED_Q}, the others Q 10, 100 and 1000. δ, x_F and f₀: share of the \

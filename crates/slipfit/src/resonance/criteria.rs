@@ -181,6 +181,10 @@ criteria! {
         /// constant one.
         proportional_margin: f64 = 2.0, source "Kass and Raftery 1995: positive evidence",
             moves "coverage of curves with proportional noise";
+        /// What the proportional part costs, in the logarithm of the likelihood twice over, when a fit with it
+        /// is weighed beside the one reported.
+        unsettled_penalty: f64 = 2.0, source "Akaike 1974: one parameter",
+            moves "coverage of curves with proportional noise";
         /// Observations that must be left beside the parameters.
         spare_observations: f64 = 6.0, source "chosen by simulation",
             moves "coverage of curves with few points";

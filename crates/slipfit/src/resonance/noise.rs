@@ -76,11 +76,11 @@ impl NoiseLaw {
         let free = &chosen.unbounded.free;
         let unbounded = minimise(&problem, &chosen.unbounded.parameters, free)?;
         let bounded = within_limits(&problem, &unbounded)?;
-        // By the AIC: the BIC, whose prior is as wide as the information of one residual, would hardly count it.
-        let odds = (0.5 * gain - 1.0).exp();
+        let odds = (0.5 * (gain - c.unsettled_penalty)).exp();
         let fit = OtherFit { set: TermSet::of(&problem, free), unbounded, bounded };
         // It has no other terms: that BIC is of no interest.
-        Some(Alternative { fit, weight: odds / (1.0 + odds), delta_bic: f64::INFINITY })
+        let weight = 1.0 - 1.0 / (1.0 + odds);
+        weight.is_finite().then_some(Alternative { fit, weight, delta_bic: f64::INFINITY })
     }
 
     /// One over the variance at an amplitude, over that at the floor.
