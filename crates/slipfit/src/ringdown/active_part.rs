@@ -18,10 +18,13 @@ const GAP: usize = 3;
 /// all, which is that of the noise if more than half of the record is at rest. Blocks cut for the
 /// whole record would be longer than such a motion, and its line would drown in the noise of the
 /// rest.
+///
+/// Windows shorter than a swing are quiet at its turning points: stretches elsewhere as long as the part must be quiet
+/// as well, but for a drift that is small beside the motion.
 pub(crate) fn active_part(signal: &[f64], criteria: &ActivePartCriteria) -> Option<Range<usize>> {
     let n = signal.len();
     let length = n.div_ceil(WINDOWS).max(LEAST_WINDOW);
-    let variance: Vec<f64> = signal.chunks(length).map(variance).collect();
+    let variance: Vec<f64> = signal.chunks(length).map(variance_of).collect();
     let quiet = median(&mut variance.clone())?;
     let strongest = (0..variance.len()).max_by(|&a, &b| variance[a].total_cmp(&variance[b]))?;
     if !(variance[strongest] > criteria.strongest_ratio * quiet) {
@@ -44,10 +47,18 @@ pub(crate) fn active_part(signal: &[f64], criteria: &ActivePartCriteria) -> Opti
     let moving = (last - first + 1) * length;
     let from = (first * length).saturating_sub(moving);
     let end = ((last + 1) * length + (criteria.rest_kept * moving as f64) as usize).min(n);
-    ((end - from) as f64 <= criteria.most_of_record * n as f64).then_some(from..end)
+    if (end - from) as f64 > criteria.most_of_record * n as f64 {
+        return None;
+    }
+    let most =
+        (criteria.active_ratio * quiet).max(criteria.elsewhere_ratio * variance_of(&signal[from..end]));
+    let rest = [&signal[..from], &signal[end..]];
+    let elsewhere = rest.into_iter().flat_map(|rest| rest.chunks_exact(end - from));
+    let mut elsewhere: Vec<f64> = elsewhere.map(variance_of).collect();
+    median(&mut elsewhere).is_none_or(|variance| variance <= most).then_some(from..end)
 }
 
-fn variance(part: &[f64]) -> f64 {
+fn variance_of(part: &[f64]) -> f64 {
     let n = part.len() as f64;
     let mean = part.iter().sum::<f64>() / n;
     part.iter().map(|x| (x - mean).powi(2)).sum::<f64>() / n
@@ -78,5 +89,27 @@ mod tests {
         assert_eq!(active_part(&record(10_000, 0, 3_000.0), &criteria), None);
         assert_eq!(active_part(&record(10_000, 10_000, 1.0), &criteria), None);
         assert_eq!(active_part(&[0.0; 50], &criteria), None);
+    }
+
+    /// Five swings in a hundred samples each: windows at their turning points are as quiet as the noise.
+    #[test]
+    fn slow_swings_are_no_rest() {
+        let criteria = ActivePartCriteria::default();
+        for seed in 0..20 {
+            let swing = |i: usize| (-(i as f64) / 400.0).exp() * (0.063 * i as f64).sin();
+            let signal: Vec<f64> = (0..512).map(|i| swing(i) + 0.01 * jitter(i, seed)).collect();
+            assert_eq!(active_part(&signal, &criteria), None, "seed {seed}");
+        }
+    }
+
+    #[test]
+    fn a_drift_small_beside_the_motion_is_a_rest() {
+        let criteria = ActivePartCriteria::default();
+        let mut signal = record(100_000, 60_000, 300.0);
+        for (i, x) in signal.iter_mut().enumerate() {
+            *x += 0.5 * (3e-4 * i as f64).sin();
+        }
+        let part = active_part(&signal, &criteria).expect("quiet for most of it");
+        assert!(part.contains(&60_500) && part.len() < 10_000, "{part:?}");
     }
 }

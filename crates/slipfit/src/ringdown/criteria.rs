@@ -362,6 +362,9 @@ criteria! {
             moves "bias after a stop";
         /// Amplitude over the noise at the end of such a part from which on the motion goes on behind it.
         goes_on: f64 = 4.0, source "a sample in 1e4 by chance", moves "spread at low Q";
+        /// Variance of stretches elsewhere, each as long as the part, over that of the part, at most, where the
+        /// stretches are not as quiet as the windows.
+        elsewhere_ratio: f64 = 0.05, source "a drift of a fifth of the amplitude", moves "refusals of long records";
         /// Most of the record that such a part may be.
         most_of_record: f64 = 0.5, source "chosen by simulation", moves "refusals of long records";
     }
