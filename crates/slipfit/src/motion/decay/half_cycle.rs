@@ -188,8 +188,9 @@ struct HalfCycle {
     /// Half the change of frequency.
     curve: f64,
     lambda: f64,
-    /// `e^(lambda theta)` is the series at `lambda theta / 2^squarings`, squared as often.
+    /// `e^(lambda theta)` is the series at `part theta`, `part = lambda / 2^squarings`, squared as often.
     squarings: i32,
+    part: f64,
     moving: bool,
     /// The motion is `level + height f`.
     level: f64,
@@ -219,6 +220,7 @@ impl HalfCycle {
             curve: 0.0,
             lambda: 0.0,
             squarings: 0,
+            part: 0.0,
             moving: false,
             level: 0.0,
             height: 0.0,
@@ -268,9 +270,10 @@ impl HalfCycle {
             return None;
         }
         self.lambda = lambda;
-        self.squarings = 0;
+        (self.squarings, self.part) = (0, lambda);
         while reach > 0.0625 {
             reach *= 0.5;
+            self.part *= 0.5;
             self.squarings += 1;
         }
         let over_length = 1.0 / (next.time - turn.time);
@@ -484,11 +487,10 @@ impl HalfCycle {
     #[inline(always)]
     fn basis<S: Simd, const DRAGS: bool>(&self, simd: S, u: S::f64s) -> Basis<S> {
         let splat = |v: f64| simd.splat_f64s(v);
-        let part = splat(self.lambda * 0.5f64.powi(self.squarings));
         let theta = simd.mul_f64s(u, simd.mul_add_e_f64s(splat(self.curve), u, splat(self.omega)));
         // cos theta = -sin(theta - pi/2), sin theta = cos(theta - pi/2)
         let (s, sin) = wide::half_turn(simd, simd.add_f64s(theta, splat(-FRAC_PI_2)));
-        let mut e = wide::horner(simd, simd.mul_f64s(theta, part), &EXPONENTIAL);
+        let mut e = wide::horner(simd, simd.mul_f64s(theta, splat(self.part)), &EXPONENTIAL);
         for _ in 0..self.squarings {
             e = simd.mul_f64s(e, e);
         }
