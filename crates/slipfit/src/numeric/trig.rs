@@ -77,6 +77,19 @@ pub(crate) fn small_sinh<const FUSED: bool, const SHORT: bool>(y: f64) -> f64 {
     }
 }
 
+/// `sinh(y)/y` for `|y| <= pi/2`, by the same series.
+#[inline(always)]
+pub(crate) fn sinh_over(y: f64) -> f64 {
+    horner::<false, 11>(y * y, const { &inverse_factorials(1, 2) })
+}
+
+/// `sin(r)/r` and `cos(r)` for `|r| <= pi/2`, by their Taylor series.
+#[inline(always)]
+pub(crate) fn sin_over_and_cos(r: f64) -> (f64, f64) {
+    let z = r * r;
+    (horner::<false, _>(z, &SINE), horner::<false, _>(z, &COSINE))
+}
+
 /// Hyperbolic cosine, likewise.
 #[inline(always)]
 pub(crate) fn small_cosh<const FUSED: bool, const SHORT: bool>(y: f64) -> f64 {

@@ -2,6 +2,7 @@
 
 use crate::inference::least_squares::{Fit, LeastSquares, Normal};
 use crate::motion::decay::amplitude::{AmplitudeLaw, sliding_gain};
+use crate::motion::decay::closed_path;
 use crate::motion::decay::parameters::{by_parameters, range, shape_of, shapes_exist};
 use crate::motion::decay::path::{AmplitudePath, CARRIED, Carried};
 
@@ -121,6 +122,18 @@ impl EnvelopeProblem {
         let gain = sliding_gain(p[DELTA], self.omega);
         match &self.lowpass {
             None => {
+                let at_once = carried == Carried::Closed && self.backbone == [0.0; 2];
+                if let Some(points) = if at_once { closed_path::at_times(&law, &self.elapsed) } else { None }
+                {
+                    let mut all = [0.0; CARRIED];
+                    for (j, (amplitude, by)) in points.into_iter().enumerate() {
+                        all[..by.len()].copy_from_slice(&by);
+                        if !visit(j, amplitude, by_parameters(all, p, &gain)) {
+                            return false;
+                        }
+                    }
+                    return true;
+                }
                 let mut path = AmplitudePath::new(law, self.backbone).carrying(carried);
                 let mut now = 0.0;
                 for (j, &t) in self.elapsed.iter().enumerate() {

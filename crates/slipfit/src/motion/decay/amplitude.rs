@@ -101,8 +101,14 @@ impl AmplitudeLaw {
 
     /// Loss `-dA/dt` at an amplitude.
     pub(crate) fn rate(&self, amplitude: f64) -> f64 {
-        let closed = self.a0 + amplitude * (self.a1 + amplitude * self.a2);
+        let closed = self.closed_rate(amplitude);
         if self.is_closed() { closed } else { closed + self.further_rate(amplitude) }
+    }
+
+    /// Loss by sliding, viscous and drag loss.
+    #[inline(always)]
+    pub(super) fn closed_rate(&self, amplitude: f64) -> f64 {
+        self.a0 + amplitude * (self.a1 + amplitude * self.a2)
     }
 
     /// Loss by the further terms at an amplitude.
@@ -123,6 +129,9 @@ impl AmplitudeLaw {
     /// Derivative of the loss by the amplitude.
     pub(crate) fn rate_slope(&self, amplitude: f64) -> f64 {
         let closed = self.a1 + 2.0 * amplitude * self.a2;
+        if self.is_closed() {
+            return closed;
+        }
         let terms = self.further.iter().zip(LossTerm::further());
         let fixed = terms.take(FURTHER - SHAPED);
         let fixed = fixed.fold(closed, |sum, (c, term)| sum + c * term.shape_derivative(amplitude.max(0.0)));
@@ -222,7 +231,7 @@ impl AmplitudeLaw {
     }
 
     /// `a1 - r` and `a1 + r`, `r² = a1² - 4 a0 a2`: the one that cancels by the product of both.
-    fn roots(&self, r: f64) -> (f64, f64) {
+    pub(super) fn roots(&self, r: f64) -> (f64, f64) {
         let big = self.a1.abs() + r;
         let small = if big > 0.0 { 4.0 * self.a0 * self.a2 / big } else { 0.0 };
         if self.a1 >= 0.0 { (small, big) } else { (-big, -small) }

@@ -11,7 +11,7 @@ pub(crate) const CARRIED: usize = SHAPE + SHAPED;
 pub(crate) const SHAPE: usize = 4 + FURTHER;
 
 /// Longest step of the closed law, over the time in which the loss changes.
-const STEP: f64 = 0.3;
+pub(super) const STEP: f64 = 0.3;
 /// Most parts of one step of the closed law, and of one that is integrated: in more than the latter the amplitude all
 /// but ends between two points.
 const MOST_PARTS: f64 = 64.0;
@@ -70,6 +70,8 @@ pub(crate) struct AmplitudePath {
     /// By start, a0, a1, a2 and the further terms.
     pub(crate) by: [f64; CARRIED],
     law: AmplitudeLaw,
+    /// Whether its closed form is the whole law.
+    closed: bool,
     /// Relative shift of frequency per A² and A⁴, which changes the loss terms.
     backbone: [f64; 2],
     carried: Carried,
@@ -139,7 +141,8 @@ impl AmplitudePath {
         let mut by = [0.0; CARRIED];
         by[0] = 1.0;
         let last = (f64::NAN, Step::Other);
-        Self { amplitude: law.initial, by, law, backbone, carried: Carried::All, last, long: None }
+        let closed = law.is_closed();
+        Self { amplitude: law.initial, by, law, closed, backbone, carried: Carried::All, last, long: None }
     }
 
     /// The same with some of the derivatives alone.
@@ -164,19 +167,22 @@ impl AmplitudePath {
     }
 
     fn rate_at(&self, amplitude: f64) -> f64 {
+        if self.closed && self.backbone == [0.0; 2] {
+            return self.law.closed_rate(amplitude);
+        }
         self.local(amplitude).0.rate(amplitude)
     }
 
     /// Whether viscous and sliding loss act alone and the frequency is constant.
     fn is_linear(&self) -> bool {
-        self.backbone == [0.0; 2] && self.law.a2 == 0.0 && self.law.is_closed()
+        self.backbone == [0.0; 2] && self.law.a2 == 0.0 && self.closed
     }
 
     /// How fast the loss changes with the amplitude, 1/s.
     fn stiffness(&self) -> f64 {
         let a = self.amplitude;
         // Below zero the further losses stay what they are at zero.
-        if self.law.is_closed() || a <= 0.0 {
+        if self.closed || a <= 0.0 {
             return self.law.a1.abs() + 2.0 * self.law.a2.abs() * a.abs();
         }
         // Losses that cancel, as a fit of many terms tries them, change as little as their sum does.
@@ -188,7 +194,7 @@ impl AmplitudePath {
         if duration == 0.0 {
             return;
         }
-        let duration = if self.law.is_closed() { duration } else { self.advance_long(duration) };
+        let duration = if self.closed { duration } else { self.advance_long(duration) };
         if duration == 0.0 {
             return;
         }
@@ -222,11 +228,8 @@ impl AmplitudePath {
 
     /// Parts of a step: each is exact where the law is closed, so that they only serve the derivatives.
     fn parts(&self, duration: f64) -> usize {
-        let (step, most) = if self.law.is_closed() {
-            (STEP, MOST_PARTS)
-        } else {
-            (self.integrated_step(), MOST_INTEGRATED_PARTS)
-        };
+        let (step, most) =
+            if self.closed { (STEP, MOST_PARTS) } else { (self.integrated_step(), MOST_INTEGRATED_PARTS) };
         let parts = (self.stiffness() * duration.abs() / step).min(most);
         // Rounded up, without the call that `ceil` is.
         let whole = parts as usize;
@@ -272,7 +275,7 @@ impl AmplitudePath {
             return;
         }
         let points = [before, middle, after];
-        let slopes = slopes_along(&law, points, points.map(|a| law.rate(a)), part);
+        let slopes = slopes_along(&law, true, points, points.map(|a| law.closed_rate(a)), part);
         self.carry(points, part, slopes, [1.0; TERMS]);
     }
 
@@ -282,13 +285,13 @@ impl AmplitudePath {
         let (here, _) = self.local(before);
         let (law, f) =
             self.local(if self.backbone == [0.0; 2] { before } else { here.after(before, 0.5 * part) });
-        let IntegratedStep { middle, after, rates } = if law.is_closed() {
+        let IntegratedStep { middle, after, rates } = if self.closed {
             let (middle, after) = (law.after(before, 0.5 * part), law.after(before, part));
-            IntegratedStep { middle, after, rates: [before, middle, after].map(|a| law.rate(a)) }
+            IntegratedStep { middle, after, rates: [before, middle, after].map(|a| law.closed_rate(a)) }
         } else {
             integrate_step(|a| law.rate(a), before, part)
         };
-        let slopes = slopes_along(&law, [before, middle, after], rates, part);
+        let slopes = slopes_along(&law, self.closed, [before, middle, after], rates, part);
         self.carry([before, middle, after], part, slopes, f);
         self.amplitude = after;
     }
@@ -407,11 +410,17 @@ fn simpson(duration: f64, carry: [f64; 3], f: [f64; 3]) -> f64 {
 
 /// Derivatives of the amplitude at the end of a step by those at its begin, middle and end: all lie on one curve, so
 /// that each is the ratio of its slopes, `rates`.
-fn slopes_along(law: &AmplitudeLaw, points: [f64; 3], rates: [f64; 3], duration: f64) -> [f64; 3] {
+fn slopes_along(
+    law: &AmplitudeLaw,
+    closed: bool,
+    points: [f64; 3],
+    rates: [f64; 3],
+    duration: f64,
+) -> [f64; 3] {
     let [before, middle, after] = points;
     let by = |earlier: f64, rate: f64, h: f64| {
         let ratio = rates[2] / rate;
-        if (law.a2 == 0.0 && law.is_closed()) || !(ratio > 0.0 && ratio.is_finite()) {
+        if (law.a2 == 0.0 && closed) || !(ratio > 0.0 && ratio.is_finite()) {
             (-law.rate_slope(0.5 * (earlier + after)) * h).exp()
         } else {
             ratio
