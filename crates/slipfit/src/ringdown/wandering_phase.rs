@@ -1,7 +1,7 @@
 //! What a phase that walks at random does to the parameters of the exact motion.
 
-use super::envelope::{A0, DELTA, X_F, law_of};
-use super::waveform::{BEND, OMEGA, PHASE, PHASE_SLOTS, Waveform};
+use super::envelope::{A0, DELTA, X_F};
+use super::waveform::{BEND, OMEGA, PHASE, PHASE_SLOTS, PhaseSums, Waveform};
 use crate::inference::least_squares::Fit;
 use crate::signal::phase::LEAST_WEIGHT;
 use crate::signal::phase_walk::{PhaseError, Smoothed, walk_rate};
@@ -77,7 +77,7 @@ fn smooth_slots(problem: &Waveform) -> Vec<usize> {
 }
 
 /// What the motion leaves of the phase of every half cycle, or of so many whole cycles that there are at most
-/// [`MOST_PHASES`]: the part of the residuals along `dx/dphi = -A sin phi`.
+/// [`MOST_PHASES`]: the part of the residuals along `dx/dphi`.
 ///
 /// An offset is a change of phase that alternates from half cycle to half cycle.
 fn phase_errors(problem: &Waveform, fit: &Fit, noise_rms: f64, moving_s: f64) -> Vec<PhaseError> {
@@ -87,8 +87,6 @@ fn phase_errors(problem: &Waveform, fit: &Fit, noise_rms: f64, moving_s: f64) ->
     let per_phase = if halves <= MOST_PHASES { 1.0 } else { 2.0 * (0.5 * halves / MOST_PHASES).ceil() };
     let averaged = if per_phase == 1.0 { WITHIN_HALF_CYCLE } else { 1.0 / 6.0 };
     let smooth = smooth_slots(problem);
-    let law = law_of(p, p[OMEGA]);
-    let residual = problem.residuals(p);
     let phase = (p[PHASE] + problem.observable.phase_lead()) / PI;
     let turn = phase.ceil() - phase;
     let mut errors = Vec::new();
@@ -97,20 +95,14 @@ fn phase_errors(problem: &Waveform, fit: &Fit, noise_rms: f64, moving_s: f64) ->
     if !(half_s > 0.0 && (1.0..=MOST_PHASES).contains(&count)) {
         return errors;
     }
-    for k in 0..count as usize {
-        let from_s = problem.origin + (turn + k as f64 * per_phase) * half_s;
-        let to_s = from_s + per_phase * half_s;
-        let at = |t: f64| problem.time.partition_point(|x| *x < t);
-        let (first, end) = (at(from_s), at(to_s));
-        let time_s = 0.5 * (from_s + to_s);
-        let (mut along, mut offset, mut square) = (0.0, 0.0, 0.0);
-        for i in first..end {
-            let t = problem.time[i];
-            let by_phase = -law.amplitude(t - problem.origin) * problem.phase_at(p, t).phase.sin();
-            along += residual[i] * by_phase;
-            offset += by_phase;
-            square += by_phase * by_phase;
-        }
+    let border_s = |k: usize| problem.origin + (turn + k as f64 * per_phase) * half_s;
+    let border = |k: usize| problem.time.partition_point(|t| *t < border_s(k));
+    let borders: Vec<usize> = (0..=count as usize).map(border).collect();
+    let Some(parts) = problem.sums_by_phase(p, &borders) else { return errors };
+    for (k, part) in parts.iter().enumerate().skip(1).take(count as usize) {
+        let (first, end) = (borders[k - 1], borders[k]);
+        let time_s = 0.5 * (border_s(k - 1) + border_s(k));
+        let PhaseSums { along, offset, square } = *part;
         let weight = square / (noise_rms * noise_rms);
         let error = along / square;
         if end - first >= LEAST_SAMPLES && weight > LEAST_WEIGHT && weight.is_finite() && error.is_finite() {

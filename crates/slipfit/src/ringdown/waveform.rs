@@ -41,6 +41,14 @@ pub(crate) struct Waveform<'a> {
 /// The parameters of the closed motion, in the order of its sums.
 const CLOSED: [usize; 6] = [A0, X_F, DELTA, PHASE, OMEGA, OFFSET];
 
+/// Sums over some samples of the derivative by the phase, times the residual, alone, and squared.
+#[derive(Debug, Clone, Copy)]
+pub(crate) struct PhaseSums {
+    pub(crate) along: f64,
+    pub(crate) offset: f64,
+    pub(crate) square: f64,
+}
+
 /// What the level of the samples at rest says of the motion before.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub(crate) enum RestLevel {
@@ -302,6 +310,15 @@ impl Waveform<'_> {
         let (sums, _) = part.sums(p, None)?;
         let phase = free.iter().position(|f| *f == PHASE)?;
         Some(DVector::from_fn(free.len(), |i, _| sums.total(i.max(phase), i.min(phase))))
+    }
+
+    /// Sums of the residuals along the derivative by the phase, over the samples before the first of the `borders`, from
+    /// each of them to the next, and behind the last; `None` where the model does not exist.
+    pub(crate) fn sums_by_phase(&self, p: &[f64], borders: &[usize]) -> Option<Vec<PhaseSums>> {
+        let parts = self.window(&[PHASE, OFFSET]).sums_of_parts(p, borders)?;
+        // Rows of the triangle: phase; offset; residual.
+        let of = |part: &Vec<f64>| PhaseSums { along: part[3], offset: part[1], square: part[0] };
+        Some(parts.iter().map(of).collect())
     }
 
     /// Phase of the signal of the model at a time on the record's clock.

@@ -4,7 +4,6 @@
 //! is a local level (A. C. Harvey, *Forecasting, Structural Time Series Models and the Kalman Filter*, 1989, section
 //! 4.2); the likelihood is that of the part that no smooth phase explains (restricted likelihood, ibid. 3.4.3).
 
-use crate::inference::least_squares::Normal;
 use nalgebra::{DMatrix, DVector};
 
 /// What a smooth phase leaves of the phase at an instant, rad.
@@ -23,6 +22,8 @@ pub(crate) struct PhaseError {
 
 /// Standard errors by which a walk must stand out of the noise before it counts: one phase without a walk in 20.
 const SIGNIFICANCE: f64 = 1.6;
+/// Part of that in the logarithm of the likelihood at one rate in a decade from which on all rates are tried.
+const HINT: f64 = 0.25;
 /// Rates tried: variance of the walk over all of the time in variances of the noise of one phase.
 const DECADES: std::ops::RangeInclusive<i32> = -3..=6;
 /// Rates tried in each decade.
@@ -43,12 +44,21 @@ pub(crate) fn walk_rate(errors: &[PhaseError]) -> Option<f64> {
     if !(unit.is_finite() && unit > 0.0) {
         return None;
     }
-    let minus_two_log = |rate: f64| Smoothed::beside(errors, rate).map(|s| s.minus_two_log);
+    let phases = Phases::new(errors)?;
+    let minus_two_log = |rate: f64| phases.minus_two_log(rate);
     let still = minus_two_log(0.0)?;
-    let exponents = DECADES.start() * PER_DECADE..=DECADES.end() * PER_DECADE;
-    let rates = exponents.map(|i| unit * 10f64.powf(f64::from(i) / f64::from(PER_DECADE)));
-    let tried: Vec<(f64, f64)> = rates.filter_map(|rate| Some((rate, minus_two_log(rate)?))).collect();
-    let least = tried.iter().map(|(_, l)| *l).min_by(f64::total_cmp)?;
+    let tried = |step: usize| {
+        let exponents = (DECADES.start() * PER_DECADE..=DECADES.end() * PER_DECADE).step_by(step);
+        let rates = exponents.map(|i| unit * 10f64.powf(f64::from(i) / f64::from(PER_DECADE)));
+        rates.filter_map(|rate| Some((rate, minus_two_log(rate)?))).collect::<Vec<(f64, f64)>>()
+    };
+    let least_of = |tried: &[(f64, f64)]| tried.iter().map(|(_, l)| *l).min_by(f64::total_cmp);
+    // Most phases do not walk: one rate in a decade comes near the likelihood of the best.
+    if !(still - least_of(&tried(PER_DECADE as usize))? > HINT * SIGNIFICANCE.powi(2)) {
+        return None;
+    }
+    let tried = tried(1);
+    let least = least_of(&tried)?;
     if !(still - least > SIGNIFICANCE.powi(2)) {
         return None;
     }
@@ -72,10 +82,116 @@ fn prior(errors: &[PhaseError], rate: f64) -> f64 {
     errors.windows(2).map(information).sum::<f64>().sqrt()
 }
 
-/// Largest entry of each column of the smooth phase.
-fn scales(errors: &[PhaseError]) -> Vec<f64> {
-    let largest = |k: usize| errors.iter().map(|e| e.smooth[k].abs()).fold(0.0, f64::max);
-    (0..errors[0].smooth.len()).map(|k| largest(k).max(f64::MIN_POSITIVE)).collect()
+/// Columns of a smooth phase, at most: those of a phase that bends and drifts, and an offset.
+const COLUMNS: usize = 5;
+
+/// The phases as the filter takes them, their columns scaled to a largest entry of one.
+struct Phases {
+    columns: usize,
+    scale: [f64; COLUMNS],
+    first_averaged_s: f64,
+    steps: Vec<Step>,
+}
+
+/// From one phase to the next.
+struct Step {
+    passed_s: f64,
+    noise_variance: f64,
+    averaged_s: f64,
+    /// The columns, and the error behind all that there may be.
+    row: [f64; COLUMNS + 1],
+}
+
+/// Sums over the innovations, weighted by their variances.
+struct Innovations {
+    products: [[f64; COLUMNS + 1]; COLUMNS + 1],
+    log_determinant: f64,
+}
+
+/// Variances whose product no number is too small for.
+const FACTORS: usize = 4;
+
+impl Phases {
+    fn new(errors: &[PhaseError]) -> Option<Self> {
+        let first = errors.first()?;
+        let columns = first.smooth.len().min(COLUMNS);
+        let mut scale = [0.0f64; COLUMNS];
+        for e in errors {
+            scale.iter_mut().zip(&e.smooth).for_each(|(s, v)| *s = s.max(v.abs()));
+        }
+        scale.iter_mut().for_each(|s| *s = s.max(f64::MIN_POSITIVE));
+        let mut before = first.time_s;
+        let step = |e: &PhaseError| {
+            let mut row = [0.0; COLUMNS + 1];
+            row.iter_mut().zip(&scale).zip(&e.smooth).for_each(|((row, s), v)| *row = v / s);
+            row[COLUMNS] = e.error;
+            let passed_s = e.time_s - before;
+            before = e.time_s;
+            Step { passed_s, noise_variance: 1.0 / e.weight, averaged_s: e.averaged_s, row }
+        };
+        let steps = errors.iter().map(step).collect();
+        Some(Self { columns, scale, first_averaged_s: first.averaged_s, steps })
+    }
+
+    /// The filter of the level beside a walk of a given rate, over the error and every column alike.
+    fn innovations(&self, rate: f64) -> Option<Innovations> {
+        // What is known of the level at first changes nothing beside a constant phase.
+        let (mut level, mut variance) = ([0.0; COLUMNS + 1], 2.0 * rate * self.first_averaged_s);
+        let mut sums = Innovations { products: [[0.0; COLUMNS + 1]; COLUMNS + 1], log_determinant: 0.0 };
+        for steps in self.steps.chunks(FACTORS) {
+            let mut determinant = 1.0;
+            for step in steps {
+                variance += rate * step.passed_s;
+                // Steps between means of a walk are correlated as those of a walk with so much less noise.
+                let total = variance + step.noise_variance - rate * step.averaged_s;
+                if !(total > 0.0) {
+                    return None;
+                }
+                let weight = 1.0 / total;
+                let gain = variance * weight;
+                let mut innovation = step.row;
+                for (level, innovation) in level.iter_mut().zip(&mut innovation) {
+                    *innovation -= *level;
+                    *level += gain * *innovation;
+                }
+                variance *= 1.0 - gain;
+                determinant *= total;
+                for (sums, a) in sums.products.iter_mut().zip(innovation) {
+                    sums.iter_mut().zip(innovation).for_each(|(sum, b)| *sum += weight * a * b);
+                }
+            }
+            sums.log_determinant += determinant.ln();
+        }
+        Some(sums)
+    }
+
+    /// Minus twice the logarithm of the restricted likelihood of a rate, but for a constant.
+    fn minus_two_log(&self, rate: f64) -> Option<f64> {
+        let Innovations { products, log_determinant } = self.innovations(rate)?;
+        // Cholesky's factor of the products, the error last: what it leaves on the diagonal is the sum of squares.
+        let order: [usize; COLUMNS + 1] = std::array::from_fn(|k| if k < self.columns { k } else { COLUMNS });
+        let mut factor = [[0.0; COLUMNS + 1]; COLUMNS + 1];
+        let mut minus_two_log = log_determinant;
+        for k in 0..=self.columns {
+            for l in 0..=k {
+                let inner: f64 = (0..l).map(|m| factor[k][m] * factor[l][m]).sum();
+                let left = products[order[k]][order[l]] - inner;
+                factor[k][l] = match (k == l, k == self.columns) {
+                    (true, true) => {
+                        minus_two_log += left;
+                        left
+                    }
+                    (true, false) if left > 0.0 => {
+                        minus_two_log += left.ln();
+                        left.sqrt()
+                    }
+                    (true, false) => return None,
+                    (false, _) => left / factor[l][l],
+                };
+            }
+        }
+        minus_two_log.is_finite().then_some(minus_two_log)
+    }
 }
 
 /// A smooth phase fitted beside a walk of a given rate, by generalised least squares.
@@ -83,50 +199,20 @@ pub(crate) struct Smoothed {
     /// Its parameters, and their covariance.
     pub(crate) parameters: DVector<f64>,
     pub(crate) covariance: DMatrix<f64>,
-    /// Minus twice the logarithm of the restricted likelihood, but for a constant.
-    minus_two_log: f64,
 }
 
 impl Smoothed {
     /// `None` where the phases do not determine the smooth one.
     pub(crate) fn beside(errors: &[PhaseError], rate: f64) -> Option<Self> {
-        let first = errors.first()?;
-        let scale = scales(errors);
-        let columns = scale.len();
-        // The level and its variance; the same filter runs over the error and every column.
-        // What is known of the level at first changes nothing beside a constant phase.
-        let (mut level, mut variance) = (vec![0.0; columns + 1], 2.0 * rate * first.averaged_s);
-        let mut before = first.time_s;
-        let mut sums = Normal::zeros(columns);
-        let mut determinant = 0.0;
-        let mut innovation = vec![0.0; columns + 1];
-        for e in errors {
-            variance += rate * (e.time_s - before);
-            before = e.time_s;
-            // Steps between means of a walk are correlated as those of a walk with so much less noise.
-            let total = variance + 1.0 / e.weight - rate * e.averaged_s;
-            if !(total > 0.0) {
-                return None;
-            }
-            let gain = variance / total;
-            let values = e.smooth.iter().zip(&scale).map(|(v, s)| v / s).chain([e.error]);
-            for ((value, level), innovation) in values.zip(&mut level).zip(&mut innovation) {
-                *innovation = value - *level;
-                *level += gain * *innovation;
-            }
-            variance *= 1.0 - gain;
-            determinant += total.ln();
-            sums.add_row(&innovation[..columns], innovation[columns], 1.0 / total);
-        }
-        let jtj = DMatrix::from_fn(columns, columns, |i, j| sums.jtj[(i.max(j), i.min(j))]);
-        let cholesky = jtj.cholesky()?;
-        let parameters = cholesky.solve(&sums.jtr);
-        let smooth = 2.0 * cholesky.l_dirty().diagonal().iter().map(|d| d.ln()).sum::<f64>();
-        let minus_two_log = determinant + smooth + sums.rss - sums.jtr.dot(&parameters);
+        let phases = Phases::new(errors)?;
+        let Phases { columns, scale, .. } = phases;
+        let Innovations { products, .. } = phases.innovations(rate)?;
+        let cholesky = DMatrix::from_fn(columns, columns, |i, j| products[i][j]).cholesky()?;
+        let parameters = cholesky.solve(&DVector::from_fn(columns, |i, _| products[i][COLUMNS]));
         let inverse = cholesky.inverse();
         let covariance = DMatrix::from_fn(columns, columns, |i, j| inverse[(i, j)] / (scale[i] * scale[j]));
         let parameters = DVector::from_fn(columns, |i, _| parameters[i] / scale[i]);
-        minus_two_log.is_finite().then_some(Self { parameters, covariance, minus_two_log })
+        parameters.iter().all(|p| p.is_finite()).then_some(Self { parameters, covariance })
     }
 
     /// A combination of the parameters, and its variance.
