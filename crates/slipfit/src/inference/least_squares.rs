@@ -90,12 +90,13 @@ pub(crate) fn minimise_roughly(
 }
 
 /// The same from a start so near that one step, taken unseen, is mostly enough: what a step of less than
-/// [`NEAR`] standard errors leaves is a square smaller.
+/// [`NEAR`] standard errors, or one that gains no more than `most`, leaves is a square smaller.
 pub(crate) fn minimise_near(
     problem: &dyn LeastSquares,
     start: &[f64],
     free: &[usize],
     tolerance: f64,
+    most: f64,
 ) -> Option<Fit> {
     let mut sums = Normal::zeros(problem.parameters());
     let limits = Limits::of(problem, free, &[]);
@@ -105,7 +106,7 @@ pub(crate) fn minimise_near(
     }
     let (step, predicted) = limits.step(start, &sums, 0.0)?;
     let there = stepped(start, free, &step);
-    let near = predicted <= NEAR * NEAR * sums.rss / problem.observations().max(1.0);
+    let near = predicted <= most.max(NEAR * NEAR * sums.rss / problem.observations().max(1.0));
     if !(near && there.iter().all(|v| v.is_finite())) {
         return minimise_until(problem, start, free, tolerance, true);
     }

@@ -197,11 +197,16 @@ pub(crate) fn compare(
     sort_by_value(&mut fits, |(model, _)| LossModel::all().take_while(|m| m != model).count() as f64);
     // What an approximation found is in the table, and one of them is reported: the last step is taken by all samples.
     if let Some(exact) = exact {
+        let least = fits.iter().map(|(_, fit)| fit.rss).fold(f64::INFINITY, f64::min);
         for (_, fit) in fits.iter_mut().filter(|(_, f)| begun.is_none_or(|b| b.parameters != f.parameters)) {
             let closer = if side_minima {
                 minimise_until(exact, &fit.parameters, &fit.free, FIT_TOLERANCE, true)
             } else {
-                minimise_near(exact, &fit.parameters, &fit.free, FIT_TOLERANCE)
+                // Of a model far above the best one, one step tells by how much.
+                let rise = fit.rss - least;
+                let far = rise > criteria.no_rival * noise.residual_variance(fit);
+                let most = if far { FAR_STEP * rise } else { 0.0 };
+                minimise_near(exact, &fit.parameters, &fit.free, FIT_TOLERANCE, most)
             };
             *fit = closer.unwrap_or_else(|| fit.clone());
         }
@@ -261,6 +266,9 @@ impl Far {
 
 /// Standard errors to within which such a model is fitted.
 const FAR_TOLERANCE: f64 = 1.0;
+
+/// Part of its rise over the best model that such a model may gain by its last step.
+const FAR_STEP: f64 = 0.1;
 
 /// Relative difference of sums of squares that is rounding.
 const NESTED_TOLERANCE: f64 = 1e-9;

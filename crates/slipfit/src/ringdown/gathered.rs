@@ -23,6 +23,7 @@ use crate::motion::decay::parameters::{
 use crate::motion::decay::path::{AmplitudePath, Carried};
 use crate::motion::decay::window::Window;
 use pulp::Simd;
+use std::f64::consts::PI;
 
 /// The parameters of the motions described, in the order of the lanes: losses, phase, frequency, offset.
 const DESCRIBED: [usize; LANES - 1] = [A0, X_F, DELTA, DRAG, PHASE, OMEGA, OFFSET];
@@ -52,8 +53,10 @@ const ROUGH: f64 = 0.25;
 const HOPELESS: f64 = 1000.0;
 /// Part of the sums that their differences must exceed.
 const ROUNDING: f64 = 1e-7;
-/// Fewest samples that are worth gathering.
-const LEAST_SAMPLES: usize = 100;
+/// Samples that take as long as the beginning of a half cycle, and samples and half cycles together, in samples, that are
+/// worth gathering.
+const SAMPLES_PER_HALF_CYCLE: f64 = 30.0;
+const LEAST_WORK: f64 = 2000.0;
 
 /// Sums over the stretches of a window.
 #[derive(Debug, Clone)]
@@ -187,7 +190,9 @@ impl Gathered {
     pub(crate) fn about(window: &Window, reference: &[f64]) -> Option<Self> {
         let Window { time, origin, duration, .. } = *window;
         let n = time.len();
-        if !is_described(reference) || n < LEAST_SAMPLES {
+        let half_cycles = duration * reference[OMEGA] / PI;
+        let work = n as f64 + SAMPLES_PER_HALF_CYCLE * half_cycles;
+        if !is_described(reference) || work < LEAST_WORK {
             return None;
         }
         let law = law_of(reference, reference[OMEGA]);
