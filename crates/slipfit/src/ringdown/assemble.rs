@@ -21,6 +21,7 @@ use crate::signal::blocks::Block;
 use crate::signal::spectrum;
 use crate::{Error, SignalKind};
 use std::f64::consts::TAU;
+use std::sync::Arc;
 
 pub(crate) fn answer(e: &Evidence) -> Result<Answer, Error> {
     let comparison = &e.fit.comparison;
@@ -195,11 +196,15 @@ fn diagnostics(
     }
 }
 
+/// Part of the samples from which on their lines are those of the free decay among them.
+const SAME_SAMPLES: f64 = 0.95;
+
 /// Lines of the free decay that are neither the main one nor its harmonics.
 fn other_modes(e: &Evidence) -> (Vec<OtherMode>, Option<Distortion>) {
     if !e.record.kind().oscillates() {
         return (Vec::new(), None);
     }
+    let criteria = &e.criteria.answer;
     let points = &e.measured.points;
     let range = points[0].first..points[points.len() - 1].end;
     let (time, signal) = (&e.samples.time[range.clone()], &e.samples.signal[range]);
@@ -208,11 +213,18 @@ fn other_modes(e: &Evidence) -> (Vec<OtherMode>, Option<Distortion>) {
     let mean = |part: &[Block]| part.iter().map(|b| b.omega).sum::<f64>() / part.len() as f64 / TAU;
     let quarter = points.len().div_ceil(4);
     let spread = (mean(&points[..quarter]) - mean(&points[points.len() - quarter..])).abs() / main;
-    let Some(periodogram) = spectrum::Periodogram::of(time, signal) else { return (Vec::new(), None) };
+    // That of all samples where hardly any are left out.
+    let of_all = e
+        .measured
+        .periodogram
+        .clone()
+        .filter(|p| p.samples == e.samples.len() && time.len() as f64 >= SAME_SAMPLES * p.samples as f64);
+    let Some(periodogram) = of_all.or_else(|| spectrum::Periodogram::of(time, signal).map(Arc::new)) else {
+        return (Vec::new(), None);
+    };
     let Some(own) = spectrum::dominant_of(&periodogram, time, signal, None) else {
         return (Vec::new(), None);
     };
-    let criteria = &e.criteria.answer;
     let width = (criteria.line_changes * spread).max(criteria.line_width);
     let others = spectrum::other_lines(&periodogram, main, width, criteria.other_mode * own.amplitude)
         .into_iter()

@@ -118,6 +118,7 @@ fn fit_from<'a>(
         noise_rms: swing.noise_rms,
         root_mean_squares: false,
         time_variance_s2: 0.0,
+        periodogram: None,
     };
     let mut fit = fit_waveform(samples, &measured, release..n, start, (asked, Models::All), criteria)?;
     let best = fit.comparison.preferred()?.bounded.clone();

@@ -3,7 +3,9 @@
 use super::window::{DecayWindow, EndReason};
 use crate::signal::blocks::Block;
 use crate::signal::phase::PhaseLaw;
+use crate::signal::spectrum::Periodogram;
 use std::f64::consts::TAU;
+use std::sync::Arc;
 
 /// Amplitudes along the record and its free decay.
 #[derive(Debug, Clone)]
@@ -22,6 +24,8 @@ pub(crate) struct MeasuredDecay {
     pub(crate) root_mean_squares: bool,
     /// Variance of the times of the samples whose mean an amplitude is, s²; zero where it is that of their middle.
     pub(crate) time_variance_s2: f64,
+    /// Of all samples, where their oscillation was looked for.
+    pub(crate) periodogram: Option<Arc<Periodogram>>,
 }
 
 impl MeasuredDecay {

@@ -8,8 +8,9 @@ use super::window::{DecayWindow, StartReason, decide};
 use crate::Error;
 use crate::signal::blocks::{self, Block, Cut, PhaseAt};
 use crate::signal::phase::{self, PhaseLaw};
-use crate::signal::spectrum;
+use crate::signal::spectrum::{self, Periodogram};
 use std::ops::Range;
+use std::sync::Arc;
 
 /// Amplitudes of blocks along the free decay. Where the decay is a small part of the record, the
 /// samples are narrowed to it and its surroundings: the length of a block follows the record's,
@@ -19,11 +20,15 @@ pub(crate) fn measure(
     options: &Options,
     criteria: &Criteria,
 ) -> Result<MeasuredDecay, Error> {
-    let frequency_hz = spectrum::dominant(&samples.time, &samples.signal, options.band_hz)
+    let periodogram = Periodogram::of(&samples.time, &samples.signal).map(Arc::new);
+    let frequency_hz = periodogram
+        .as_ref()
+        .and_then(|p| spectrum::dominant_of(p, &samples.time, &samples.signal, options.band_hz))
         .map(|line| line.frequency_hz)
         .filter(|f| *f > 0.0 && f.is_finite())
         .ok_or(Error::NoOscillation { reason: "the spectrum has no line above the record's own length" })?;
-    let whole = along_decay(samples, frequency_hz, options, criteria)?;
+    let mut whole = along_decay(samples, frequency_hz, options, criteria)?;
+    whole.periodogram = periodogram;
     let Some(range) = surroundings(&whole, samples, frequency_hz, criteria.blocks.recut_factor) else {
         return Ok(whole);
     };
@@ -54,6 +59,7 @@ pub(crate) fn from_the_first_block(
         points,
         law,
         phase_follows_law: follows_law,
+        periodogram: found.periodogram.clone(),
         ..*found
     })
 }
@@ -112,6 +118,7 @@ fn along_decay(
         noise_rms,
         root_mean_squares: false,
         time_variance_s2,
+        periodogram: None,
     })
 }
 

@@ -59,6 +59,7 @@ fn envelope(samples: &Samples, options: &Options, criteria: &Criteria) -> Result
         noise_rms,
         root_mean_squares: true,
         time_variance_s2,
+        periodogram: None,
     })
 }
 
@@ -102,6 +103,7 @@ fn lock_in(
         noise_rms,
         root_mean_squares: false,
         time_variance_s2,
+        periodogram: None,
     })
 }
 

@@ -4,6 +4,7 @@ use crate::inference::least_squares::linear;
 use crate::numeric::{order::sort_by_value, robust::median, trig};
 use realfft::RealFftPlanner;
 use realfft::num_complex::Complex;
+use std::borrow::Cow;
 use std::cell::RefCell;
 use std::f64::consts::{FRAC_PI_2, PI, TAU};
 
@@ -33,9 +34,9 @@ pub(crate) struct Line {
 }
 
 /// Samples on an even grid, made from any clock by linear interpolation.
-pub(crate) struct Grid {
+pub(crate) struct Grid<'a> {
     pub(crate) interval_s: f64,
-    pub(crate) values: Vec<f64>,
+    pub(crate) values: Cow<'a, [f64]>,
 }
 
 /// Median of the steps of a clock, from at most 1001 of them.
@@ -55,7 +56,7 @@ pub(crate) fn averaged(time: &[f64], signal: &[f64], width: usize) -> (Vec<f64>,
     (time.chunks_exact(width).map(mean).collect(), signal.chunks_exact(width).map(mean).collect())
 }
 
-pub(crate) fn resample(time: &[f64], signal: &[f64], interval_s: f64) -> Grid {
+pub(crate) fn resample<'a>(time: &[f64], signal: &'a [f64], interval_s: f64) -> Grid<'a> {
     let start = time[0];
     let count = (((time[time.len() - 1] - start) / interval_s).floor() as usize + 1).min(4 * LONGEST);
     if count <= time.len() {
@@ -63,7 +64,7 @@ pub(crate) fn resample(time: &[f64], signal: &[f64], interval_s: f64) -> Grid {
             |i: usize, t: f64| (t - (start + i as f64 * interval_s)).abs() > SAME_INSTANT * interval_s;
         let missed = time[..count].iter().enumerate().fold(false, |any, (i, &t)| any | misses(i, t));
         if !missed {
-            return Grid { interval_s, values: signal[..count].to_vec() };
+            return Grid { interval_s, values: Cow::Borrowed(&signal[..count]) };
         }
     }
     let mut right = 1;
@@ -82,35 +83,85 @@ pub(crate) fn resample(time: &[f64], signal: &[f64], interval_s: f64) -> Grid {
             }
         })
         .collect();
-    Grid { interval_s, values }
+    Grid { interval_s, values: Cow::Owned(values) }
 }
 
 /// Amplitude spectrum of the grid less its straight line, Hann window: amplitude per bin and bin width in Hz.
 pub(crate) fn amplitudes(grid: &Grid) -> (Vec<f64>, f64) {
     let n = grid.values.len();
-    let padded = (2 * n).next_power_of_two();
-    let mean = grid.values.iter().sum::<f64>() / n as f64;
-    let mid = 0.5 * (n as f64 - 1.0);
-    let (sxy, sxx) = grid.values.iter().enumerate().fold((0.0, 0.0), |(xy, xx), (i, &v)| {
-        let x = i as f64 - mid;
-        (xy + x * (v - mean), xx + x * x)
-    });
-    let slope = if sxx > 0.0 { sxy / sxx } else { 0.0 };
     // The window's sum is n/2 for every n above one.
     let scale = if n > 1 { 4.0 / n as f64 } else { 2.0 };
+    let spectrum = transform(grid, |complex| {
+        let mut moduli = vec![0.0; complex.len()];
+        crate::numeric::dispatch(Moduli { of: complex, scale, out: &mut moduli });
+        moduli
+    });
+    (spectrum.unwrap_or_default(), bin_hz(grid))
+}
+
+/// Length of the transform of a grid, twice as many values and more.
+fn padded(grid: &Grid) -> usize {
+    (2 * grid.values.len()).next_power_of_two()
+}
+
+/// Width of a bin of that transform, Hz.
+fn bin_hz(grid: &Grid) -> f64 {
+    1.0 / (padded(grid) as f64 * grid.interval_s)
+}
+
+/// What `of` makes of the transform of a grid less its straight line, Hann window.
+fn transform<R>(grid: &Grid, of: impl FnOnce(&[Complex<f64>]) -> R) -> Option<R> {
+    let n = grid.values.len();
+    let padded = padded(grid);
+    let mid = 0.5 * (n as f64 - 1.0);
+    let (mean, slope) = crate::numeric::dispatch(StraightLine { values: &grid.values, mid });
     let fft = PLANNER.with_borrow_mut(|planner| planner.plan_fft_forward(padded));
-    let spectrum = BUFFERS.with_borrow_mut(|Buffers { real, complex, scratch }| {
+    BUFFERS.with_borrow_mut(|Buffers { real, complex, scratch }| {
         real.resize(padded, 0.0);
         complex.resize(padded / 2 + 1, Complex::default());
         scratch.resize(fft.get_scratch_len(), Complex::default());
         real[n..].fill(0.0);
         crate::numeric::dispatch(Windowed { grid: &grid.values, mean, slope, mid, out: &mut real[..n] });
-        let done = fft.process_with_scratch(real, complex, scratch);
-        let mut moduli = vec![0.0; complex.len()];
-        crate::numeric::dispatch(Moduli { of: complex, scale, out: &mut moduli });
-        done.map(|()| moduli)
-    });
-    spectrum.map_or((Vec::new(), 1.0), |s| (s, 1.0 / (padded as f64 * grid.interval_s)))
+        fft.process_with_scratch(real, complex, scratch).ok().map(|()| of(complex))
+    })
+}
+
+/// Mean and slope of values by their number, of which `mid` is the mean.
+struct StraightLine<'a> {
+    values: &'a [f64],
+    mid: f64,
+}
+
+impl pulp::NullaryFnOnce for StraightLine<'_> {
+    type Output = (f64, f64);
+
+    #[inline(always)]
+    fn call(self) -> (f64, f64) {
+        const LANES: usize = 8;
+        let n = self.values.len() as f64;
+        let (pieces, rest) = self.values.as_chunks::<LANES>();
+        let (mut sums, mut moments) = ([0.0; LANES], [0.0; LANES]);
+        let mut first = -self.mid;
+        for piece in pieces {
+            for ((sum, moment), v) in sums.iter_mut().zip(&mut moments).zip(piece) {
+                *sum += v;
+                *moment += first * v;
+            }
+            first += LANES as f64;
+        }
+        let (mut sum, mut moment) = (0.0, 0.0);
+        for (k, (lane, lane_moment)) in sums.into_iter().zip(moments).enumerate() {
+            sum += lane;
+            moment += lane_moment + k as f64 * lane;
+        }
+        for (k, v) in rest.iter().enumerate() {
+            sum += v;
+            moment += (first + k as f64) * v;
+        }
+        // The squares of the numbers about their mean.
+        let squares = n * (n * n - 1.0) / 12.0;
+        (sum / n, if squares > 0.0 { moment / squares } else { 0.0 })
+    }
 }
 
 /// The grid less its straight line, times the Hann window `sin²(pi (i + 1/2)/n)`.
@@ -128,12 +179,32 @@ impl pulp::NullaryFnOnce for Windowed<'_> {
     #[inline(always)]
     fn call(self) {
         let step = PI / self.grid.len() as f64;
-        let mut at = 0.0;
-        for (out, &v) in self.out.iter_mut().zip(self.grid) {
+        // A count of floating point would be one chain of additions.
+        for ((out, &v), i) in self.out.iter_mut().zip(self.grid).zip(0i32..) {
+            let at = f64::from(i);
             let (_, w) = trig::half_turn((at + 0.5) * step - FRAC_PI_2);
             *out = w * w * (v - self.mean - self.slope * (at - self.mid));
-            at += 1.0;
         }
+    }
+}
+
+/// Sum of the squared moduli of numbers.
+struct Power<'a> {
+    of: &'a [Complex<f64>],
+}
+
+impl pulp::NullaryFnOnce for Power<'_> {
+    type Output = f64;
+
+    #[inline(always)]
+    fn call(self) -> f64 {
+        const LANES: usize = 8;
+        let (pieces, rest) = self.of.as_chunks::<LANES>();
+        let mut sums = [0.0; LANES];
+        for piece in pieces {
+            sums.iter_mut().zip(piece).for_each(|(sum, c)| *sum += c.norm_sqr());
+        }
+        sums.iter().sum::<f64>() + rest.iter().map(Complex::norm_sqr).sum::<f64>()
     }
 }
 
@@ -167,28 +238,41 @@ fn refine(spectrum: &[f64], i: usize, width: f64) -> Line {
     Line { frequency_hz: (i as f64 + shift) * width, amplitude: (b - 0.25 * (a - c) * shift).exp() }
 }
 
+impl Grid<'_> {
+    fn duration(&self) -> f64 {
+        self.values.len() as f64 * self.interval_s
+    }
+}
+
+/// A grid over a record, or over its loudest part where it is long, and how many samples it is made of; `None` for
+/// fewer than eight.
+fn loudest_grid<'a>(time: &[f64], signal: &'a [f64]) -> Option<(Grid<'a>, usize)> {
+    if time.len() < 8 {
+        return None;
+    }
+    let (from, to) = loudest(signal, LONGEST);
+    let (t, y) = (&time[from..to], &signal[from..to]);
+    let least = (t[t.len() - 1] - t[0]) / (2.0 * LONGEST as f64);
+    Some((resample(t, y, median_step(t).max(least)), to - from))
+}
+
 /// Amplitude spectrum of a record, of its loudest part where it is long.
+#[derive(Debug)]
 pub(crate) struct Periodogram {
     spectrum: Vec<f64>,
     /// Width of a bin, Hz.
     bin: f64,
     /// Length of the stretch, s, and in samples.
     duration: f64,
-    samples: usize,
+    pub(crate) samples: usize,
 }
 
 impl Periodogram {
     /// `None` for fewer than eight samples.
     pub(crate) fn of(time: &[f64], signal: &[f64]) -> Option<Self> {
-        if time.len() < 8 {
-            return None;
-        }
-        let (from, to) = loudest(signal, LONGEST);
-        let (t, y) = (&time[from..to], &signal[from..to]);
-        let grid = resample(t, y, median_step(t).max((t[t.len() - 1] - t[0]) / (2.0 * LONGEST as f64)));
+        let (grid, samples) = loudest_grid(time, signal)?;
         let (spectrum, bin) = amplitudes(&grid);
-        let duration = grid.values.len() as f64 * grid.interval_s;
-        Some(Self { spectrum, bin, duration, samples: to - from })
+        Some(Self { spectrum, bin, duration: grid.duration(), samples })
     }
 
     fn strongest(&self, band_hz: Option<[f64; 2]>) -> Option<Line> {
@@ -247,10 +331,16 @@ pub(crate) fn density_near(time: &[f64], residuals: &[f64], frequency_hz: f64) -
     if !((mean_step / median_step(time) - 1.0).abs() < EVEN) {
         return None;
     }
-    let Periodogram { spectrum, bin, duration, .. } = Periodogram::of(time, residuals)?;
+    let (grid, _) = loudest_grid(time, residuals)?;
+    let (bin, duration) = (bin_hz(&grid), grid.duration());
+    transform(&grid, |spectrum| density_of(spectrum, bin, duration, frequency_hz))?
+}
+
+/// The same of a transform.
+fn density_of(spectrum: &[Complex<f64>], bin: f64, duration: f64, frequency_hz: f64) -> Option<Density> {
     let power = |range: std::ops::Range<usize>| {
         let part = spectrum.get(range)?;
-        (!part.is_empty()).then(|| part.iter().map(|a| a * a).sum::<f64>() / part.len() as f64)
+        (!part.is_empty()).then(|| crate::numeric::dispatch(Power { of: part }) / part.len() as f64)
     };
     let index = |hz: f64| ((hz / bin) as usize).min(spectrum.len());
     let (from, to) = (index(BAND[0] * frequency_hz), index(BAND[1] * frequency_hz));
@@ -359,7 +449,7 @@ pub(crate) fn loudest_line(signal: &[f64], interval_s: f64) -> Option<Line> {
         .collect();
     let duration = values.len() as f64 * interval_s;
     let samples = values.len();
-    let (spectrum, bin) = amplitudes(&Grid { interval_s, values });
+    let (spectrum, bin) = amplitudes(&Grid { interval_s, values: Cow::Owned(values) });
     Periodogram { spectrum, bin, duration, samples }.strongest(None)
 }
 
