@@ -29,16 +29,19 @@ pub(crate) fn fitted_motion(e: &Evidence, chosen: &ModelFit, law: AmplitudeLaw, 
     let knots = match &e.fit.problem {
         Problem::Waveform(problem) => {
             let duration = e.fit.end - e.fit.origin;
-            let step = duration / f64::from(KNOTS - 1);
+            // A phase and an offset along straight lines need no more than their ends.
+            let straight = law.a2 == 0.0 && [BEND, CHIRP, OFFSET + 2].iter().all(|k| p[*k] == 0.0);
+            let count = if straight { 2 } else { KNOTS };
+            let step = duration / f64::from(count - 1);
             let slowing = |t: f64| match law.a2 {
                 0.0 => 0.0,
                 drag => Slowing::new(law.amplitude(t), [law.a1, drag], omega).rate,
             };
             let (mut lag, mut before) = (0.0, slowing(0.0));
             let lead = problem.observable.phase_lead();
-            (0..KNOTS)
+            (0..count)
                 .map(|i| {
-                    let t = duration * f64::from(i) / f64::from(KNOTS - 1);
+                    let t = duration * f64::from(i) / f64::from(count - 1);
                     let time_s = e.fit.origin + t;
                     let here = slowing(t);
                     if i > 0 {
