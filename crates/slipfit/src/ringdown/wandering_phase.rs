@@ -36,11 +36,14 @@ impl WanderingPhase {
         let p = &fit.parameters;
         let moving_s = problem.moving_s(p);
         let errors = phase_errors(problem, fit, noise_rms, moving_s);
-        let rate = walk_rate(&errors)?;
+        let slots = smooth_slots(problem);
+        // The offset is last.
+        let selected = |k: usize| slots.get(k).is_none_or(|slot| fit.free.contains(slot));
+        let rate = walk_rate(&errors, selected)?;
         let mean = problem.mean_rate(p);
         let of_slot = |slot: &usize| mean.iter().find(|(k, _)| k == slot).map_or(0.0, |(_, d)| *d);
-        // The offset is last, and no part of the rate.
-        let across: Vec<f64> = smooth_slots(problem).iter().map(of_slot).chain([0.0]).collect();
+        // The offset is no part of the rate.
+        let across: Vec<f64> = slots.iter().map(of_slot).chain([0.0]).collect();
         let (mean_rate, rate_variance) =
             Smoothed::beside(&errors, rate)?.combined(&DVector::from_vec(across));
         let cycles = moving_s * p[OMEGA] / TAU;

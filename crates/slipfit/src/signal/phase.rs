@@ -144,9 +144,8 @@ pub(crate) fn smooth(blocks: &[Block], amplitude: &[f64], noise_rms: f64) -> Opt
             smooth: row(j, columns),
         })
         .collect();
-    // With every column free: the columns selected have already fitted part of the walk.
     let every = errors.iter().zip(&strong).map(|(e, &j)| PhaseError { smooth: row(j, &WIDEST), ..e.clone() });
-    let walk = walk_rate(&every.collect::<Vec<_>>()).unwrap_or(0.0);
+    let walk = walk_rate(&every.collect::<Vec<_>>(), |k| columns.contains(&WIDEST[k])).unwrap_or(0.0);
     let get = |which: Column| columns.iter().position(|&x| x == which).map_or(0.0, |i| c[i]);
     let omega = get(Column::Time) / span;
     // Mean rate over the stretch: the difference of two phases, each a combination of the coefficients.

@@ -29,10 +29,24 @@ const DECADES: std::ops::RangeInclusive<i32> = -3..=6;
 /// Rates tried in each decade.
 const PER_DECADE: i32 = 3;
 
-/// Variance that the phase gains in a second by walking, rad²/s, the mean of its distribution given the phases (by
-/// Jeffreys' prior): errors from it are those of Student's distribution where steps are few. `None` where the phases
-/// show no walk.
-pub(crate) fn walk_rate(errors: &[PhaseError]) -> Option<f64> {
+/// Variance that the phase gains in a second by walking, rad²/s; `None` where the phases show no walk.
+///
+/// All columns are free while it is estimated, since those selected have already fitted part of the walk. Columns that are
+/// not `selected` may explain all of it, and have no part in the motion: what the selected ones leave is then the walk.
+pub(crate) fn walk_rate(errors: &[PhaseError], selected: impl Fn(usize) -> bool) -> Option<f64> {
+    rate_beside(errors).or_else(|| {
+        let kept: Vec<usize> = (0..errors.first()?.smooth.len()).filter(|k| selected(*k)).collect();
+        let of = |e: &PhaseError| kept.iter().map(|k| e.smooth[*k]).collect();
+        let beside_selected: Vec<PhaseError> =
+            errors.iter().map(|e| PhaseError { smooth: of(e), ..*e }).collect();
+        let fewer = kept.len() < errors[0].smooth.len();
+        if fewer { rate_beside(&beside_selected) } else { None }
+    })
+}
+
+/// The mean of the distribution of the rate given the phases (by Jeffreys' prior): errors from it are those of Student's
+/// distribution where steps are few. `None` where no rate stands out.
+fn rate_beside(errors: &[PhaseError]) -> Option<f64> {
     let n = errors.len();
     let columns = errors.first()?.smooth.len();
     if n < columns + 2 {
@@ -244,7 +258,8 @@ mod tests {
             const REPEATS: usize = 400;
             let missed = (0..REPEATS).filter(|&seed| {
                 let phases = phases(n, 1e4, 0.01, seed);
-                let smoothed = Smoothed::beside(&phases, walk_rate(&phases).unwrap_or(0.0)).unwrap();
+                let smoothed =
+                    Smoothed::beside(&phases, walk_rate(&phases, |_| true).unwrap_or(0.0)).unwrap();
                 let (slope, variance) = smoothed.combined(&DVector::from_vec(vec![0.0, 1.0]));
                 slope.abs() > 1.96 * variance.sqrt()
             });
@@ -255,7 +270,8 @@ mod tests {
 
     #[test]
     fn noise_alone_is_seldom_taken_for_a_walk() {
-        let walking = (0..400).filter(|&seed| walk_rate(&phases(60, 1e4, 0.0, seed)).is_some()).count();
+        let walking =
+            (0..400).filter(|&seed| walk_rate(&phases(60, 1e4, 0.0, seed), |_| true).is_some()).count();
         assert!(walking < 40, "{walking} of 400");
     }
 
@@ -284,7 +300,7 @@ mod tests {
                     smooth: vec![1.0, i as f64],
                 })
                 .collect();
-            walk_rate(&phases).unwrap()
+            walk_rate(&phases, |_| true).unwrap()
         };
         let mean = (0..REPEATS).map(found).sum::<f64>() / REPEATS as f64;
         assert!((mean / rate - 1.0).abs() < 0.15, "{mean} for {rate}");
