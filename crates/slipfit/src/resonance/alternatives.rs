@@ -32,6 +32,8 @@ pub(crate) struct Alternative {
     pub(crate) fit: OtherFit,
     /// Of all weights, that of the fit reported among them.
     pub(crate) weight: f64,
+    /// The same for the natural frequency, for which a Duffing term is probable before the data.
+    pub(crate) frequency_weight: f64,
     /// By which its BIC is higher than that of the fit reported.
     pub(crate) delta_bic: f64,
 }
@@ -58,7 +60,7 @@ pub(super) fn weighed(
             let parameters = fit.unbounded.free.len();
             let weight = (0.5 * (own - rank(fit.bounded.rss, parameters))).exp();
             let delta_bic = noise.bic(fit.bounded.rss, parameters) - own_bic;
-            Alternative { fit, weight, delta_bic }
+            Alternative { fit, weight, frequency_weight: 0.0, delta_bic }
         })
         .filter(|a| a.weight.is_finite() && a.weight > c.least_weight)
         .collect();
@@ -72,8 +74,15 @@ pub(super) fn weighed(
     let duffing = chosen.unbounded.free.contains(&DUFFING);
     let (springs, sets): (Vec<_>, Vec<_>) = list.iter_mut().partition(|a| a.fit.set.duffing != duffing);
     let total: f64 = 1.0 + sets.iter().map(|a| a.weight).sum::<f64>();
-    let reported: f64 = 1.0 + springs.iter().map(|a| a.weight).sum::<f64>();
-    sets.into_iter().for_each(|a| a.weight /= total);
-    springs.into_iter().for_each(|a| a.weight /= total * reported);
+    let other_springs: f64 = springs.iter().map(|a| a.weight).sum();
+    let odds = if duffing { 1.0 / c.duffing_odds } else { c.duffing_odds };
+    for a in sets {
+        a.weight /= total;
+        a.frequency_weight = a.weight;
+    }
+    for a in springs {
+        a.frequency_weight = odds * a.weight / (total * (1.0 + odds * other_springs));
+        a.weight /= total * (1.0 + other_springs);
+    }
     list
 }

@@ -45,11 +45,12 @@ fn variance_of(fit: &Fit, p: &[f64], of: &dyn Fn(&[f64]) -> f64) -> f64 {
 }
 
 /// The interval stretched over those of all minima that explain the data as well, by what other terms beside
-/// the losses would give, and by losses that the model has not (`absent`).
+/// the losses would give, each by its `weight`, and by losses that the model has not (`absent`).
 pub(super) fn stretched(
     d: &FittedModels,
     mut q: Quantity,
     absent: &[Weighed],
+    weight: fn(&Alternative) -> f64,
     of: &dyn Fn(&[f64]) -> f64,
 ) -> Quantity {
     let noise = d.comparison.noise;
@@ -67,7 +68,7 @@ pub(super) fn stretched(
     let rest = 1.0 - absent.iter().map(|a| a.weight).sum::<f64>().min(1.0);
     let instruments = d.alternatives.iter().map(|a| {
         let [value, std_error] = estimate(&a.fit, noise, of);
-        Weighed { weight: rest * a.weight, value, std_error }
+        Weighed { weight: rest * weight(a), value, std_error }
     });
     let others: Vec<Weighed> = instruments.chain(absent.iter().copied()).collect();
     let mut q = averaged::stretched(q, &others);

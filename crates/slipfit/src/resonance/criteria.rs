@@ -316,6 +316,9 @@ criteria! {
         /// twice over, when its fit is weighed beside the one reported.
         alternative_penalty: f64 = 3.0, source "chosen by simulation, between Akaike's 2 and the BIC",
             moves "coverage under a background too weak to be seen, and width of intervals without one";
+        /// Odds before the data of a frequency that moves with the amplitude, for the natural frequency.
+        duffing_odds: f64 = 9.0, source "springs are linear by approximation only; chosen by simulation",
+            moves "coverage of the natural frequency under a Duffing term, and width of its intervals";
         /// Weight over that of the fit reported below which another does not count.
         least_weight: f64 = 0.001, source "far below a half of 2.5 %", moves "coverage";
         /// Standard errors by which other terms of the instrument must move a loss to be named.

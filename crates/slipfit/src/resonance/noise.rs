@@ -80,7 +80,12 @@ impl NoiseLaw {
         let fit = OtherFit { set: TermSet::of(&problem, free), unbounded, bounded };
         // It has no other terms: that BIC is of no interest.
         let weight = 1.0 - 1.0 / (1.0 + odds);
-        weight.is_finite().then_some(Alternative { fit, weight, delta_bic: f64::INFINITY })
+        weight.is_finite().then_some(Alternative {
+            fit,
+            weight,
+            frequency_weight: weight,
+            delta_bic: f64::INFINITY,
+        })
     }
 
     /// One over the variance at an amplitude, over that at the floor.

@@ -1,5 +1,6 @@
 //! The parameters of the answer, with intervals that keep to the limits.
 
+use super::alternatives::Alternative;
 use super::averaged;
 use super::bias;
 use super::criteria::Criteria;
@@ -98,15 +99,18 @@ pub(super) fn parameters(
     // Intervals count losses that the data do not exclude, unless a model was asked for.
     let mut stretched =
         |q: Quantity, of_term: Option<LossTerm>, gradient: &[(usize, f64)], of: &dyn Fn(&[f64]) -> f64| {
+            let is_frequency = of_term.is_none() && gradient.iter().all(|(k, _)| *k == OMEGA);
+            let weight: fn(&Alternative) -> f64 =
+                if is_frequency { |a| a.frequency_weight } else { |a| a.weight };
             let counted = options.model.is_none() && of_term.is_none_or(|term| chosen.model.has(term));
             if !counted {
-                return averaged::stretched(d, q, &[], of);
+                return averaged::stretched(d, q, &[], weight, of);
             }
             let (terms, absent) = absent_losses(&d.comparison, chosen, of_term, gradient, &q, slot);
             if widening(&q, &absent) > d.mentioned_widening {
                 noticed.extend(terms);
             }
-            averaged::stretched(d, q, &absent, of)
+            averaged::stretched(d, q, &absent, weight, of)
         };
     let of_frequency = |p: &[f64]| (centre + p[OMEGA]) / TAU;
     list.set(Parameter::NaturalFrequency, stretched(frequency, None, &[(OMEGA, 1.0 / TAU)], &of_frequency));
