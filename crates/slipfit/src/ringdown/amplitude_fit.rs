@@ -100,7 +100,11 @@ pub(crate) fn fit_amplitudes<'a>(
         criteria: &criteria.inference,
     };
     let comparison = compare(&problem, &start, nuisance, noise_model, whole, search);
-    let best = comparison.preferred().ok_or(Error::NoFit { reason: "no model converged" })?;
+    let best = comparison.preferred().ok_or(Error::NotARingDown {
+        cycles: measured.cycles(),
+        needed: criteria.blocks.least_cycles,
+        reason: "its amplitudes follow no law of loss",
+    })?;
     let residuals = problem.residuals(&best.bounded.parameters);
     let autocorrelation = autocorrelation(&residuals);
     let mut excess = 1.0;
