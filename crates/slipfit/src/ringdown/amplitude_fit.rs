@@ -6,7 +6,7 @@ use super::compare::{
 use super::criteria::{AmplitudeCriteria, Criteria};
 use super::envelope::{A0, DELTA, EnvelopeProblem, FLOOR, X_F};
 use super::lowpass::Kernel;
-use super::measured::MeasuredDecay;
+use super::measured::{BELOW_NOISE, MeasuredDecay};
 use super::options::Options;
 use super::window_fit::{Problem, WindowFit};
 use crate::answer::describe::constrained;
@@ -100,10 +100,11 @@ pub(crate) fn fit_amplitudes<'a>(
         criteria: &criteria.inference,
     };
     let comparison = compare(&problem, &start, nuisance, noise_model, whole, search);
+    // Where no law can be fitted the first amplitude has no error that it could exceed.
     let best = comparison.preferred().ok_or(Error::NotARingDown {
         cycles: measured.cycles(),
         needed: criteria.blocks.least_cycles,
-        reason: "its amplitudes follow no law of loss",
+        reason: BELOW_NOISE,
     })?;
     let residuals = problem.residuals(&best.bounded.parameters);
     let autocorrelation = autocorrelation(&residuals);

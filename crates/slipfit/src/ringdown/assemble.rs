@@ -5,6 +5,7 @@ use super::decay_series::{backbone, envelope_points, fitted_motion, loss_points}
 use super::envelope::{A0, DELTA, X_F, law_of};
 use super::evidence::Evidence;
 use super::free_law::free_law;
+use super::measured::BELOW_NOISE;
 use super::misfit::misfit;
 use super::quantities::{angular_frequency, displacement_of, parameters};
 use super::stop::stop;
@@ -35,8 +36,7 @@ pub(crate) fn answer(e: &Evidence) -> Result<Answer, Error> {
     let error = comparison.noise.std_error(&chosen.bounded, A0);
     if !(chosen.bounded.parameters[A0] > e.criteria.answer.least_amplitude * error) {
         let needed = e.criteria.blocks.least_cycles;
-        let reason = "the first amplitude is less than twice its own error: what swings lies below the noise";
-        return Err(Error::NotARingDown { cycles: e.cycles, needed, reason });
+        return Err(Error::NotARingDown { cycles: e.cycles, needed, reason: BELOW_NOISE });
     }
     let omega = angular_frequency(e, chosen);
     let law = law_of(&chosen.bounded.parameters, omega);

@@ -7,6 +7,10 @@ use crate::signal::spectrum::Periodogram;
 use std::f64::consts::TAU;
 use std::sync::Arc;
 
+/// Why amplitudes that tell nothing are refused.
+pub(crate) const BELOW_NOISE: &str =
+    "the first amplitude is less than twice its own error: what swings lies below the noise";
+
 /// Amplitudes along the record and its free decay.
 #[derive(Debug, Clone)]
 pub(crate) struct MeasuredDecay {
