@@ -19,7 +19,7 @@ use crate::inference::quadratic::given;
 use crate::model::loss::{LossModel, LossTerm};
 use crate::motion::decay::parameters::shape_slot;
 use crate::signal::blocks::{self, Block};
-use crate::signal::spectrum::density_near;
+use crate::signal::noise_density::density_near;
 use std::f64::consts::{PI, TAU};
 use std::ops::Range;
 

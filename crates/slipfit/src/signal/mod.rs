@@ -2,6 +2,8 @@
 
 pub(crate) mod blocks;
 pub mod demodulate;
+pub(crate) mod noise_density;
 pub(crate) mod phase;
 pub(crate) mod phase_walk;
 pub(crate) mod spectrum;
+mod transform;

@@ -23,7 +23,7 @@ pub(crate) struct PhaseError {
 /// Standard errors by which a walk must stand out of the noise before it counts: one phase without a walk in 20.
 const SIGNIFICANCE: f64 = 1.6;
 /// Part of that in the logarithm of the likelihood at one rate in a decade from which on all rates are tried.
-const HINT: f64 = 0.25;
+const WORTH_A_LOOK: f64 = 0.25;
 /// Rates tried: variance of the walk over all of the time in variances of the noise of one phase.
 const DECADES: std::ops::RangeInclusive<i32> = -3..=6;
 /// Rates tried in each decade.
@@ -36,11 +36,13 @@ const PER_DECADE: i32 = 3;
 pub(crate) fn walk_rate(errors: &[PhaseError], selected: impl Fn(usize) -> bool) -> Option<f64> {
     rate_beside(errors).or_else(|| {
         let kept: Vec<usize> = (0..errors.first()?.smooth.len()).filter(|k| selected(*k)).collect();
+        if kept.len() == errors[0].smooth.len() {
+            return None;
+        }
         let of = |e: &PhaseError| kept.iter().map(|k| e.smooth[*k]).collect();
         let beside_selected: Vec<PhaseError> =
             errors.iter().map(|e| PhaseError { smooth: of(e), ..*e }).collect();
-        let fewer = kept.len() < errors[0].smooth.len();
-        if fewer { rate_beside(&beside_selected) } else { None }
+        rate_beside(&beside_selected)
     })
 }
 
@@ -68,7 +70,7 @@ fn rate_beside(errors: &[PhaseError]) -> Option<f64> {
     };
     let least_of = |tried: &[(f64, f64)]| tried.iter().map(|(_, l)| *l).min_by(f64::total_cmp);
     // Most phases do not walk: one rate in a decade comes near the likelihood of the best.
-    if !(still - least_of(&tried(PER_DECADE as usize))? > HINT * SIGNIFICANCE.powi(2)) {
+    if !(still - least_of(&tried(PER_DECADE as usize))? > WORTH_A_LOOK * SIGNIFICANCE.powi(2)) {
         return None;
     }
     let tried = tried(1);

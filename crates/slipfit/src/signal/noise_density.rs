@@ -1,0 +1,104 @@
+//! Power density of noise about a frequency.
+
+use super::transform::{bin_hz, loudest_grid, median_step, transform};
+use realfft::num_complex::Complex;
+
+/// Power density of noise about a frequency.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub(crate) struct Density {
+    /// Over the mean density up to half the sampling rate: 1 for white noise.
+    pub(crate) ratio: f64,
+    /// Density at the lowest frequencies over the mean one; 0 where the band of the motion reaches down to them.
+    pub(crate) lowest: f64,
+    /// Degrees of freedom of that ratio.
+    pub(crate) degrees: f64,
+}
+
+/// Relative width of the band about a frequency in which the density of noise is that at it.
+const BAND: [f64; 2] = [0.5, 1.5];
+/// Bins of independent noise that a Hann window merges into one.
+const HANN_BINS: f64 = 1.5;
+/// Relative deviation of the mean step of a clock from the median one that is still an even clock.
+const EVEN: f64 = 0.01;
+/// Bins of a spectrum that tell how an offset wanders.
+const LOWEST: usize = 12;
+
+/// The density of residuals about a frequency, which sets how well an oscillation there is known;
+/// `None` for an uneven clock, whose interpolation is no white noise, or less than a cycle.
+pub(crate) fn density_near(time: &[f64], residuals: &[f64], frequency_hz: f64) -> Option<Density> {
+    let steps = (time.len().max(2) - 1) as f64;
+    let mean_step = (time.last()? - time.first()?) / steps;
+    if !((mean_step / median_step(time) - 1.0).abs() < EVEN) {
+        return None;
+    }
+    let (grid, _) = loudest_grid(time, residuals)?;
+    let (bin, duration) = (bin_hz(&grid), grid.duration());
+    transform(&grid, |spectrum| density_of(spectrum, bin, duration, frequency_hz))?
+}
+
+/// The same of a transform.
+fn density_of(spectrum: &[Complex<f64>], bin: f64, duration: f64, frequency_hz: f64) -> Option<Density> {
+    let power = |range: std::ops::Range<usize>| {
+        let part = spectrum.get(range)?;
+        (!part.is_empty()).then(|| crate::numeric::dispatch(Power { of: part }) / part.len() as f64)
+    };
+    let index = |hz: f64| ((hz / bin) as usize).min(spectrum.len());
+    let (from, to) = (index(BAND[0] * frequency_hz), index(BAND[1] * frequency_hz));
+    let white = power(1..spectrum.len())?;
+    let ratio = power(from..to)? / white;
+    // The lowest bins hold the offset, which is fitted.
+    let lowest_end = index((LOWEST as f64 * bin).min(BAND[0] * frequency_hz));
+    let lowest = power(1..lowest_end).map_or(0.0, |p| p / white);
+    let degrees = 2.0 * (to - from) as f64 * bin * duration / HANN_BINS;
+    (ratio.is_finite() && lowest.is_finite() && degrees > 0.0).then_some(Density { ratio, lowest, degrees })
+}
+
+/// Sum of the squared moduli of numbers.
+struct Power<'a> {
+    of: &'a [Complex<f64>],
+}
+
+impl pulp::NullaryFnOnce for Power<'_> {
+    type Output = f64;
+
+    #[inline(always)]
+    fn call(self) -> f64 {
+        const LANES: usize = 8;
+        let (pieces, rest) = self.of.as_chunks::<LANES>();
+        let mut sums = [0.0; LANES];
+        for piece in pieces {
+            sums.iter_mut().zip(piece).for_each(|(sum, c)| *sum += c.norm_sqr());
+        }
+        sums.iter().sum::<f64>() + rest.iter().map(Complex::norm_sqr).sum::<f64>()
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use std::f64::consts::PI;
+
+    #[test]
+    fn the_density_of_coloured_noise_is_that_of_its_process() {
+        // AR(1): (1 - a²)/(1 + a² - 2 a cos(omega)).
+        let a = 0.9;
+        let (mut white, mut coloured) = (Vec::new(), Vec::new());
+        let mut last = 0.0;
+        for i in 0..20_000 {
+            let w = crate::noise::jitter(i, 11);
+            last = a * last + w;
+            white.push(w);
+            coloured.push(last);
+        }
+        let time: Vec<f64> = (0..20_000).map(f64::from).collect();
+        let flat = density_near(&time, &white, 1.0 / 30.0).unwrap();
+        assert!((flat.ratio - 1.0).abs() < 4.0 * (2.0 / flat.degrees).sqrt(), "{flat:?}");
+        let found = density_near(&time, &coloured, 1.0 / 30.0).unwrap();
+        let expected = (1.0 - a * a) / (1.0 + a * a - 2.0 * a * (2.0 * PI / 30.0).cos());
+        assert!((found.ratio / expected - 1.0).abs() < 0.25, "{found:?} for {expected}");
+        // An uneven clock is interpolated, which colours any noise.
+        let uneven: Vec<f64> =
+            time.iter().map(|t| t + 0.4 * (t * t).sin() + if *t > 1e4 { *t } else { 0.0 }).collect();
+        assert_eq!(density_near(&uneven, &white, 1.0 / 30.0), None);
+    }
+}

@@ -1,0 +1,234 @@
+//! The Fourier transform of samples on an even grid.
+
+use crate::numeric::{robust::median, trig};
+use realfft::RealFftPlanner;
+use realfft::num_complex::Complex;
+use std::borrow::Cow;
+use std::cell::RefCell;
+use std::f64::consts::{FRAC_PI_2, PI};
+
+thread_local! {
+    // Planning costs more than one transform; records of one length share a plan.
+    pub(super) static PLANNER: RefCell<RealFftPlanner<f64>> = RefCell::new(RealFftPlanner::new());
+    // Blocks of this size come from the system page by page, which takes as long as a transform.
+    static BUFFERS: RefCell<Buffers> = RefCell::default();
+}
+
+/// What a transform reads, writes and needs besides.
+#[derive(Default)]
+struct Buffers {
+    real: Vec<f64>,
+    complex: Vec<Complex<f64>>,
+    scratch: Vec<Complex<f64>>,
+}
+
+/// Longest transform used; of a longer record its loudest part is taken.
+pub(super) const LONGEST: usize = 1 << 15;
+
+/// Samples on an even grid, made from any clock by linear interpolation.
+pub(super) struct Grid<'a> {
+    pub(super) interval_s: f64,
+    pub(super) values: Cow<'a, [f64]>,
+}
+
+/// Median of the steps of a clock, from at most 1001 of them.
+pub(super) fn median_step(time: &[f64]) -> f64 {
+    let stride = (time.len() / 1000).max(1);
+    let mut steps: Vec<f64> =
+        time.windows(2).step_by(stride).map(|w| w[1] - w[0]).filter(|&d| d > 0.0).collect();
+    median(&mut steps).unwrap_or(f64::NAN)
+}
+
+/// Part of an interval by which the stamps of an even clock miss it, after rounding of many steps.
+const SAME_INSTANT: f64 = 1e-6;
+
+impl Grid<'_> {
+    /// Length of the stretch, s.
+    pub(super) fn duration(&self) -> f64 {
+        self.values.len() as f64 * self.interval_s
+    }
+}
+
+/// A grid over a record, or over its loudest part where it is long, and how many samples it is made of; `None` for
+/// fewer than eight.
+pub(super) fn loudest_grid<'a>(time: &[f64], signal: &'a [f64]) -> Option<(Grid<'a>, usize)> {
+    if time.len() < 8 {
+        return None;
+    }
+    let (from, to) = loudest(signal, LONGEST);
+    let (t, y) = (&time[from..to], &signal[from..to]);
+    let least = (t[t.len() - 1] - t[0]) / (2.0 * LONGEST as f64);
+    Some((resample(t, y, median_step(t).max(least)), to - from))
+}
+
+/// The stretch of at most `longest` samples with the highest variance.
+pub(super) fn loudest(signal: &[f64], longest: usize) -> (usize, usize) {
+    if signal.len() <= longest {
+        return (0, signal.len());
+    }
+    let hop = longest / 4;
+    let stride = (hop / 64).clamp(1, 8);
+    let sums: Vec<[f64; 3]> = signal
+        .chunks_exact(hop)
+        .map(|part| part.iter().step_by(stride).fold([0.0; 3], |[n, s, q], &v| [n + 1.0, s + v, q + v * v]))
+        .collect();
+    let mut best = (0, f64::NEG_INFINITY);
+    for (i, four) in sums.windows(4).enumerate() {
+        let [n, s, q] = four.iter().fold([0.0; 3], |[n, s, q], p| [n + p[0], s + p[1], q + p[2]]);
+        let variance = q / n - (s / n) * (s / n);
+        if variance > best.1 {
+            best = (i * hop, variance);
+        }
+    }
+    (best.0, (best.0 + longest).min(signal.len()))
+}
+
+fn resample<'a>(time: &[f64], signal: &'a [f64], interval_s: f64) -> Grid<'a> {
+    let start = time[0];
+    let count = (((time[time.len() - 1] - start) / interval_s).floor() as usize + 1).min(4 * LONGEST);
+    if count <= time.len() {
+        let misses =
+            |i: usize, t: f64| (t - (start + i as f64 * interval_s)).abs() > SAME_INSTANT * interval_s;
+        let missed = time[..count].iter().enumerate().fold(false, |any, (i, &t)| any | misses(i, t));
+        if !missed {
+            return Grid { interval_s, values: Cow::Borrowed(&signal[..count]) };
+        }
+    }
+    let mut right = 1;
+    let values = (0..count)
+        .map(|i| {
+            let t = start + i as f64 * interval_s;
+            while right + 1 < time.len() && time[right] < t {
+                right += 1;
+            }
+            let (a, b) = (time[right - 1], time[right]);
+            // Across a gap nothing is known: hold zero weight by holding the earlier value.
+            if b > a && b - a < 20.0 * interval_s {
+                signal[right - 1] + (signal[right] - signal[right - 1]) * ((t - a) / (b - a)).clamp(0.0, 1.0)
+            } else {
+                signal[right - 1]
+            }
+        })
+        .collect();
+    Grid { interval_s, values: Cow::Owned(values) }
+}
+
+/// Amplitude spectrum of the grid less its straight line, Hann window: amplitude per bin and bin width in Hz.
+pub(super) fn amplitudes(grid: &Grid) -> (Vec<f64>, f64) {
+    let n = grid.values.len();
+    // The window's sum is n/2 for every n above one.
+    let scale = if n > 1 { 4.0 / n as f64 } else { 2.0 };
+    let spectrum = transform(grid, |complex| {
+        let mut moduli = vec![0.0; complex.len()];
+        crate::numeric::dispatch(Moduli { of: complex, scale, out: &mut moduli });
+        moduli
+    });
+    (spectrum.unwrap_or_default(), bin_hz(grid))
+}
+
+/// Length of the transform of a grid, twice as many values and more.
+fn padded(grid: &Grid) -> usize {
+    (2 * grid.values.len()).next_power_of_two()
+}
+
+/// Width of a bin of that transform, Hz.
+pub(super) fn bin_hz(grid: &Grid) -> f64 {
+    1.0 / (padded(grid) as f64 * grid.interval_s)
+}
+
+/// What `of` makes of the transform of a grid less its straight line, Hann window.
+pub(super) fn transform<R>(grid: &Grid, of: impl FnOnce(&[Complex<f64>]) -> R) -> Option<R> {
+    let n = grid.values.len();
+    let padded = padded(grid);
+    let mid = 0.5 * (n as f64 - 1.0);
+    let (mean, slope) = crate::numeric::dispatch(StraightLine { values: &grid.values, mid });
+    let fft = PLANNER.with_borrow_mut(|planner| planner.plan_fft_forward(padded));
+    BUFFERS.with_borrow_mut(|Buffers { real, complex, scratch }| {
+        real.resize(padded, 0.0);
+        complex.resize(padded / 2 + 1, Complex::default());
+        scratch.resize(fft.get_scratch_len(), Complex::default());
+        real[n..].fill(0.0);
+        crate::numeric::dispatch(Windowed { grid: &grid.values, mean, slope, mid, out: &mut real[..n] });
+        fft.process_with_scratch(real, complex, scratch).ok().map(|()| of(complex))
+    })
+}
+
+/// Mean and slope of values by their number, of which `mid` is the mean.
+struct StraightLine<'a> {
+    values: &'a [f64],
+    mid: f64,
+}
+
+impl pulp::NullaryFnOnce for StraightLine<'_> {
+    type Output = (f64, f64);
+
+    #[inline(always)]
+    fn call(self) -> (f64, f64) {
+        const LANES: usize = 8;
+        let n = self.values.len() as f64;
+        let (pieces, rest) = self.values.as_chunks::<LANES>();
+        let (mut sums, mut moments) = ([0.0; LANES], [0.0; LANES]);
+        let mut first = -self.mid;
+        for piece in pieces {
+            for ((sum, moment), v) in sums.iter_mut().zip(&mut moments).zip(piece) {
+                *sum += v;
+                *moment += first * v;
+            }
+            first += LANES as f64;
+        }
+        let (mut sum, mut moment) = (0.0, 0.0);
+        for (k, (lane, lane_moment)) in sums.into_iter().zip(moments).enumerate() {
+            sum += lane;
+            moment += lane_moment + k as f64 * lane;
+        }
+        for (k, v) in rest.iter().enumerate() {
+            sum += v;
+            moment += (first + k as f64) * v;
+        }
+        // The squares of the numbers about their mean.
+        let squares = n * (n * n - 1.0) / 12.0;
+        (sum / n, if squares > 0.0 { moment / squares } else { 0.0 })
+    }
+}
+
+/// The grid less its straight line, times the Hann window `sin²(pi (i + 1/2)/n)`.
+struct Windowed<'a> {
+    grid: &'a [f64],
+    mean: f64,
+    slope: f64,
+    mid: f64,
+    out: &'a mut [f64],
+}
+
+impl pulp::NullaryFnOnce for Windowed<'_> {
+    type Output = ();
+
+    #[inline(always)]
+    fn call(self) {
+        let step = PI / self.grid.len() as f64;
+        // A count of floating point would be one chain of additions.
+        for ((out, &v), i) in self.out.iter_mut().zip(self.grid).zip(0i32..) {
+            let at = f64::from(i);
+            let (_, w) = trig::half_turn((at + 0.5) * step - FRAC_PI_2);
+            *out = w * w * (v - self.mean - self.slope * (at - self.mid));
+        }
+    }
+}
+
+/// Moduli of numbers, times a scale.
+struct Moduli<'a> {
+    of: &'a [Complex<f64>],
+    scale: f64,
+    out: &'a mut [f64],
+}
+
+impl pulp::NullaryFnOnce for Moduli<'_> {
+    type Output = ();
+
+    #[inline(always)]
+    fn call(self) {
+        for (out, c) in self.out.iter_mut().zip(self.of) {
+            *out = (c.re * c.re + c.im * c.im).sqrt() * self.scale;
+        }
+    }
+}
