@@ -47,7 +47,8 @@ pub(crate) fn widening(q: &Quantity, others: &[Weighed]) -> f64 {
 /// The end of an interval, the upper one for a `side` of 1.
 fn end(q: &Quantity, others: &[Weighed], side: f64) -> f64 {
     let end = if side < 0.0 { q.interval_95[0] } else { q.interval_95[1] };
-    let own = 1.0 - others.iter().map(|o| o.weight).sum::<f64>();
+    let all: f64 = others.iter().map(|o| o.weight).sum();
+    let own = (1.0 - all).max(0.0);
     // Normal tails, each half with the width that its end has.
     let width = side * (end - q.value) / Z_95;
     let tail = |at: f64| {
@@ -55,7 +56,9 @@ fn end(q: &Quantity, others: &[Weighed], side: f64) -> f64 {
         let mine = if width > 0.0 { own * beyond(q.value, width) } else { 0.0 };
         mine + others.iter().map(|o| o.weight * beyond(o.value, o.std_error)).sum::<f64>()
     };
-    let ends = others.iter().map(|o| o.value + side * Z_95 * o.std_error);
+    // Weights of several kinds may sum to more than one.
+    let reach = Z_95 * all.max(1.0);
+    let ends = others.iter().map(|o| o.value + side * reach * o.std_error);
     let far = side * ends.map(|e| side * e).fold(side * end, f64::max);
     if far == end || tail(end) <= 0.025 { end } else { root(end, far, |at| tail(at) - 0.025) }
 }

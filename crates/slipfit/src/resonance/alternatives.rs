@@ -30,7 +30,7 @@ pub(crate) struct OtherFit {
 #[derive(Debug, Clone)]
 pub(crate) struct Alternative {
     pub(crate) fit: OtherFit,
-    /// Of all weights, that of the fit reported among them.
+    /// Over that of the fit reported and of the others of its kind.
     pub(crate) weight: f64,
     /// The same for the natural frequency, for which a Duffing term is probable before the data.
     pub(crate) frequency_weight: f64,
@@ -69,20 +69,19 @@ pub(super) fn weighed(
     let shares: Vec<f64> =
         list.iter().map(|a| of_set(a.fit.set).fold(0.0, f64::max) / of_set(a.fit.set).sum::<f64>()).collect();
     list.iter_mut().zip(shares).for_each(|(a, share)| a.weight *= share);
-    // A Duffing term was fitted beside the terms reported alone, and shares their weight; it is as probable beside
-    // the others.
+    // A Duffing term and a background look alike, so that neither may take the weight of the other: each kind is
+    // weighed against the fit reported alone.
     let duffing = chosen.unbounded.free.contains(&DUFFING);
-    let (springs, sets): (Vec<_>, Vec<_>) = list.iter_mut().partition(|a| a.fit.set.duffing != duffing);
-    let total: f64 = 1.0 + sets.iter().map(|a| a.weight).sum::<f64>();
-    let other_springs: f64 = springs.iter().map(|a| a.weight).sum();
     let odds = if duffing { 1.0 / c.duffing_odds } else { c.duffing_odds };
-    for a in sets {
-        a.weight /= total;
-        a.frequency_weight = a.weight;
-    }
-    for a in springs {
-        a.frequency_weight = odds * a.weight / (total * (1.0 + odds * other_springs));
-        a.weight /= total * (1.0 + other_springs);
-    }
+    let (springs, sets): (Vec<_>, Vec<_>) = list.iter_mut().partition(|a| a.fit.set.duffing != duffing);
+    let share = |mut kind: Vec<&mut Alternative>, odds: f64| {
+        let total: f64 = kind.iter().map(|a| a.weight).sum();
+        for a in &mut kind {
+            a.frequency_weight = odds * a.weight / (1.0 + odds * total);
+            a.weight /= 1.0 + total;
+        }
+    };
+    share(sets, 1.0);
+    share(springs, odds);
     list
 }

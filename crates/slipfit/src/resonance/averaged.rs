@@ -86,8 +86,9 @@ pub(super) fn sliding_p_value(d: &FittedModels, own: f64) -> f64 {
         let z = fit.parameters[X_F] / noise.std_error(fit, X_F);
         if z.is_finite() { a.weight * 0.5 * erfc(z / SQRT_2) } else { a.weight }
     };
-    let rest: f64 = d.alternatives.iter().map(|a| a.weight).sum();
-    (1.0 - rest) * own + d.alternatives.iter().map(of).sum::<f64>()
+    let sum: f64 = d.alternatives.iter().map(|a| a.weight).sum();
+    let others: f64 = d.alternatives.iter().map(of).sum();
+    if sum < 1.0 { (1.0 - sum) * own + others } else { others / sum }
 }
 
 /// Other terms beside the losses that explain the curve as well as those reported, and move the
