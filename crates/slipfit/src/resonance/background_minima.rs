@@ -93,7 +93,7 @@ fn oscillators_at_backgrounds(
     backgrounds.filter_map(at).collect()
 }
 
-/// Where these lead, each minimum once; no loss below zero but from the first.
+/// Where these lead, each minimum once; no loss below zero by more than its errors but from the first.
 pub(super) fn distinct(
     problem: &Problem,
     from: Vec<Vec<f64>>,
@@ -104,17 +104,83 @@ pub(super) fn distinct(
     let mut minima: Vec<Fit> = Vec::new();
     for p in from {
         let Some(f) = minimise(problem, &p, free) else { continue };
+        let error = |fit: &Fit, k: usize, rss: f64| fit.unit_std(k) * (rss / problem.observations()).sqrt();
         let apart = |m: &Fit| {
+            // A fit that ended nowhere has errors as large as its residuals.
+            let rss = m.rss.min(f.rss);
             [X_F, BG_RE, BG_IM].into_iter().any(|k| {
-                let error = (m.unit_std(k).powi(2) * m.rss / problem.observations()).sqrt();
-                let least = c.distinct_errors * error.max(1e-9 * peak.height);
+                let least = c.distinct_errors * error(m, k, rss).max(1e-9 * peak.height);
                 (m.parameters[k] - f.parameters[k]).abs() > least
             })
         };
-        let physical = f.parameters[X_F] >= 0.0 && f.parameters[DELTA] >= 0.0;
+        let physical =
+            [X_F, DELTA].iter().all(|&k| f.parameters[k] >= -c.negative_errors * error(&f, k, f.rss));
         if (physical || minima.is_empty()) && minima.iter().all(apart) {
             minima.push(f);
         }
     }
     minima
+}
+
+#[cfg(test)]
+mod tests {
+    use super::super::block::Block;
+    use super::super::criteria::Criteria;
+    use super::super::hypothesis::Hypothesis;
+    use super::super::hypothesis_fit::HypothesisFit;
+    use super::super::prepared::PreparedCurve;
+    use super::super::response::{BG_IM, BG_RE, DELTA, DRAG, DUFFING, OMEGA, X_0, X_F};
+    use super::super::term_sets::within_limits;
+    use super::super::{Curve, Options};
+    use crate::inference::least_squares::{Fit, LeastSquares, minimise};
+    use crate::motion::steady::Phasor;
+    use crate::motion::steady::fundamental::{Point, fundamental};
+    use crate::noise::jitter;
+    use std::f64::consts::TAU;
+
+    const RATE: f64 = 0.01 * 0.5 * TAU;
+    const CROSSTALK: f64 = 3.0;
+
+    /// Amplitudes of a viscous oscillator with crosstalk, 1 % noise.
+    fn with_crosstalk(seed: u64) -> Curve {
+        let hz: Vec<f64> = (0..201).map(|i| 1.0 + 0.03 * (f64::from(i) / 100.0 - 1.0)).collect();
+        let at = |(i, hz): (usize, &f64)| {
+            let omega = TAU * hz;
+            let point = Point { omega, omega_0: TAU, detuning: omega - TAU, delta: RATE, x_0: 1.0, x_f: 0.0 };
+            let noise = Phasor::new(jitter(i, 2 * seed), jitter(i, 2 * seed + 1)) * 0.9;
+            (fundamental(&point).unwrap().value + CROSSTALK + noise).norm()
+        };
+        let amplitude = hz.iter().enumerate().map(at).collect();
+        Curve::builder(hz, amplitude).build().unwrap()
+    }
+
+    /// By noise half of the best fits have a friction just below zero: they are minima like the others.
+    #[test]
+    fn no_lower_minimum_is_near_the_truth() {
+        let (options, criteria) = (Options::default(), Criteria::default());
+        let missed: Vec<u64> = (0..100)
+            .filter(|&seed| {
+                let block = Block::new(&with_crosstalk(seed));
+                let prepared = PreparedCurve::new(block, None, &options, &criteria).unwrap();
+                let plain = Hypothesis::plain(&prepared);
+                let mut fit = HypothesisFit::new(&prepared, plain, &options, &criteria).unwrap();
+                fit.add_needed();
+                fit.settle_instrument();
+                let mut free = vec![OMEGA, DELTA, X_0, X_F, BG_RE, BG_IM];
+                let problem = fit.extended(&mut free).unwrap();
+                let mut truth = fit.fit.parameters.clone();
+                (truth[OMEGA], truth[DELTA], truth[X_0], truth[X_F]) =
+                    (TAU - problem.centre, RATE, 1.0, 0.001);
+                (truth[BG_RE], truth[BG_IM], truth[DRAG], truth[DUFFING]) = (CROSSTALK, 0.0, 0.0, 0.0);
+                let bounded = |fit: &Fit| within_limits(&problem, fit).map_or(f64::INFINITY, |fit| fit.rss);
+                let near = bounded(&minimise(&problem, &truth, &free).unwrap());
+                let others = fit.others.iter().map(|other| &other.unbounded).chain(&fit.minima);
+                let found = others.chain([&fit.fit]).filter(|fit| fit.free == free).map(bounded);
+                // In a valley that is flat within the noise either end is the minimum.
+                found.fold(f64::INFINITY, f64::min) > near * (1.0 + 1.0 / problem.observations())
+            })
+            .collect();
+        // Seven were, when a friction below zero was none, or the way without drag began at the end of that with drag.
+        assert!(missed.len() <= 2, "of seeds {missed:?}");
+    }
 }

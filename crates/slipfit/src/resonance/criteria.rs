@@ -230,6 +230,9 @@ criteria! {
         kept_minima: usize = 8, source "chosen by simulation", moves "coverage under a background";
         /// Standard errors by which two such minima differ.
         distinct_errors: f64 = 0.1, source "far below one standard error", moves "time of analysis";
+        /// Standard errors by which a loss may lie below zero in a minimum of amplitudes on a background.
+        negative_errors: f64 = 3.0, source "one curve in a thousand without that loss",
+            moves "coverage of curves on a background";
     }
 }
 

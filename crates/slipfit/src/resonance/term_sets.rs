@@ -8,8 +8,9 @@ use super::hypothesis_fit::HypothesisFit;
 use super::problem::Problem;
 use super::residuals::noise_model;
 use super::response::{BG_IM, BG_RE, DELAY, DELTA, DRAG, DUFFING, R_BG_IM, R_BG_RE, X_F};
+use super::search::best;
 use crate::inference::bounded::minimise_bounded;
-use crate::inference::least_squares::{Fit, STEP_TOLERANCE, by_rss, minimise};
+use crate::inference::least_squares::{Fit, STEP_TOLERANCE, by_rss};
 use crate::inference::model_selection::ModelComparison;
 use crate::model::loss::LossTerm;
 
@@ -208,7 +209,12 @@ impl HypothesisFit<'_> {
         }
         let fits: Vec<Fit> = if hidden && !self.fit.free.contains(&BG_RE) {
             let fewer: Vec<usize> = free.iter().copied().filter(|k| !BACKGROUNDS.contains(k)).collect();
-            let Some(near) = minimise(&problem.with(&fewer), &start, &fewer) else { return Vec::new() };
+            // Without drag the way may lead out of the curve from where drag led.
+            let drag_goes = self.fit.free.contains(&DRAG) && !drag;
+            let starts = if drag_goes { &self.starts[..] } else { &[] };
+            let from: Vec<Vec<f64>> = std::iter::once(start).chain(starts.iter().cloned()).collect();
+            let without = problem.with(&fewer);
+            let Some(near) = best(&without, &from, &fewer, &self.criteria.search) else { return Vec::new() };
             self.background_minima(&problem, &near, &free)
         } else {
             let from = std::iter::once(start).chain(self.starts_of_parts(&free, others)).collect();
