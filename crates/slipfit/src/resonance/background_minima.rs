@@ -180,7 +180,7 @@ mod tests {
                 found.fold(f64::INFINITY, f64::min) > near * (1.0 + 1.0 / problem.observations())
             })
             .collect();
-        // Seven were, when a friction below zero was none, or the way without drag began at the end of that with drag.
+        // Where a friction below zero is none, six are.
         assert!(missed.len() <= 2, "of seeds {missed:?}");
     }
 }
