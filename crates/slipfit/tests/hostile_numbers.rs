@@ -76,6 +76,16 @@ fn what_the_fuzzer_found_is_answered_or_refused() {
         "0fa941ee62bce27e56b18675a8c042d37e011bd7ab8ebe7d025b737686acb134dca7e4b620b6155ecf82c4f3985a7703b8d9\
          6a3c1b945bffe776bdd0b752d77e6341307b66a294431d5e0b838f68e74fcba5f095",
     ));
+    // Residuals over the least noise there is, and a Q that the paper's inversion puts beyond any limit: said to be inf.
+    hostile::resonance(&bytes(
+        "0802022c03d001020210202f194d847e44007a6e0000000028000000af097ea4b91e0000000028492d007309002d1b1d144f\
+         0a89a50002",
+    ));
+    hostile::resonance(&bytes(
+        "200202972ffa203ed68628253d28a0dd2807c0206800000000002879f8001020e4051300000000c9521fce450c11ad97621f\
+         d3000000005428e06700191e00bc881f2850be00027320ad029132f3238d1d0b02472097b20624ae4e20cc14000000002839\
+         db00090002",
+    ));
     // Sweeps up and down without noise, far apart beside the least number.
     hostile::series(&bytes(
         "00000000006728000028000012b502020c270202028a20480320674909e01d000000f32c00003be1002019380005007d2827\

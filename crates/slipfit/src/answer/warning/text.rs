@@ -14,6 +14,16 @@ fn percent(part: f64) -> String {
     format!("{:.*} %", digits as usize, 100.0 * part)
 }
 
+/// How many times something is another, by its power of ten beyond a million.
+fn multiple(ratio: f64) -> String {
+    if ratio < 1e6 { figures(ratio, 2) } else { format!("{:.0e}", ratio.min(f64::MAX)) }
+}
+
+/// A relative bias; of what grows without limit there is none to tell.
+fn bias(relative: f64) -> String {
+    if relative.is_finite() { format!("by {:+.0} %", 100.0 * relative) } else { "beyond any limit".into() }
+}
+
 /// A value with its error rounded to one digit, to two below 3, as `(3.4 ± 0.8)×10⁻³ rad`.
 fn with_error([value, error]: [f64; 2], unit: &str) -> String {
     let size = value.abs().max(error);
@@ -69,7 +79,7 @@ impl fmt::Display for Warning {
             Warning::ModelMisfit { ratio, misfit: None } => write!(
                 f,
                 "residuals are {} times the noise: the law holds only roughly; intervals are widened",
-                figures(*ratio, 2)
+                multiple(*ratio)
             ),
             Warning::ModelMisfit { ratio, misfit: Some(found) } => write!(
                 f,
@@ -78,7 +88,7 @@ impl fmt::Display for Warning {
                 percent(found.relative_rms),
                 percent(found.largest),
                 figures(found.largest_at_s, 4),
-                figures(*ratio, 2),
+                multiple(*ratio),
                 found.shape
             ),
             Warning::FurtherLaw { model, delta_bic, ratio } => write!(
@@ -250,10 +260,10 @@ impl fmt::Display for Warning {
             }
             Warning::PaperBias { friction, q_factor } => write!(
                 f,
-                "the inversion with a = 4/3 is biased on this curve: friction by {:+.0} %, Q by {:+.0} %; the exact \
-                 model (the default) is not",
-                100.0 * friction,
-                100.0 * q_factor
+                "the inversion with a = 4/3 is biased on this curve: friction {}, Q {}; the exact model (the default) \
+                 is not",
+                bias(*friction),
+                bias(*q_factor)
             ),
             Warning::Dropped { not_finite, zero_frequency: 0 } => {
                 write!(f, "left out: {}", counted(*not_finite, "non-finite point"))
@@ -317,6 +327,15 @@ mod tests {
         assert_eq!(with_error([1.2346e-12, 1.4e-15], "m"), "(1.2346 ± 0.0014)×10⁻¹² m");
         assert_eq!(with_error([2.5, 0.31], ""), "2.5 ± 0.3");
         assert_eq!(with_error([4e5, 0.0], "V"), "4.000e5 V");
+    }
+
+    #[test]
+    fn numbers_beyond_all_numbers_are_put_in_words() {
+        let biased = Warning::PaperBias { friction: 5.67, q_factor: f64::INFINITY }.to_string();
+        assert!(biased.contains("friction by +567 %, Q beyond any limit; the exact"), "{biased}");
+        let misfit = |ratio| Warning::ModelMisfit { ratio, misfit: None }.to_string();
+        assert!(misfit(f64::INFINITY).starts_with("residuals are 2e308 times the noise"));
+        assert!(misfit(34.2).starts_with("residuals are 34 times the noise"));
     }
 
     #[test]
