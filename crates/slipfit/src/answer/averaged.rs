@@ -13,7 +13,7 @@ use std::f64::consts::{PI, SQRT_2};
 /// What another model says of a parameter, and how probable it is.
 #[derive(Debug, Clone, Copy)]
 pub(crate) struct Weighed {
-    /// Probability of the model, that of the one reported counted.
+    /// Probability of the model beside the one reported; those of several kinds of models may sum to more than one.
     pub(crate) weight: f64,
     pub(crate) value: f64,
     pub(crate) std_error: f64,
@@ -56,7 +56,6 @@ fn end(q: &Quantity, others: &[Weighed], side: f64) -> f64 {
         let mine = if width > 0.0 { own * beyond(q.value, width) } else { 0.0 };
         mine + others.iter().map(|o| o.weight * beyond(o.value, o.std_error)).sum::<f64>()
     };
-    // Weights of several kinds may sum to more than one.
     let reach = Z_95 * all.max(1.0);
     let ends = others.iter().map(|o| o.value + side * reach * o.std_error);
     let far = side * ends.map(|e| side * e).fold(side * end, f64::max);

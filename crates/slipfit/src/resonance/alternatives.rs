@@ -40,7 +40,7 @@ pub(crate) struct Alternative {
 
 /// The other fits with their weights, those that count; `exp(-delta/2)` where `delta` is the
 /// difference of `n ln rss + c p` (Burnham and Anderson 2002, *Model Selection and Multimodel
-/// Inference*, with `c = 2`).
+/// Inference*, have `c = 2`), `c` being [`AnswerCriteria::alternative_penalty`].
 pub(super) fn weighed(
     others: Vec<OtherFit>,
     comparison: &ModelComparison,

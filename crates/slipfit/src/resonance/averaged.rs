@@ -88,7 +88,8 @@ pub(super) fn sliding_p_value(d: &FittedModels, own: f64) -> f64 {
     };
     let sum: f64 = d.alternatives.iter().map(|a| a.weight).sum();
     let others: f64 = d.alternatives.iter().map(of).sum();
-    if sum < 1.0 { (1.0 - sum) * own + others } else { others / sum }
+    // Weights of several kinds may sum to more than one.
+    ((1.0 - sum).max(0.0) * own + others) / sum.max(1.0)
 }
 
 /// Other terms beside the losses that explain the curve as well as those reported, and move the
