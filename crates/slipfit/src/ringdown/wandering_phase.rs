@@ -52,13 +52,12 @@ impl WanderingPhase {
         let covariance =
             DMatrix::from_fn(free.len(), free.len(), |i, j| fit.unit_covariance[(free[i], free[j])]);
         let step_s = moving_s / steps as f64;
+        let at_step = |k: usize| problem.time.partition_point(|t| *t < problem.origin + k as f64 * step_s);
+        let borders: Vec<usize> = (1..steps).map(at_step).collect();
         let mut after = DVector::zeros(free.len());
         let mut variance = DMatrix::zeros(free.len(), free.len());
-        let mut end = problem.time.len();
-        for k in (1..steps).rev() {
-            let from = problem.time.partition_point(|t| *t < problem.origin + k as f64 * step_s);
-            after += problem.along_phase(p, free, from..end)?;
-            end = from;
+        for part in problem.along_phase(p, free, &borders)?.iter().skip(1).rev() {
+            after += part;
             let moved = &covariance * &after;
             variance += &moved * moved.transpose() * (rate * step_s);
         }

@@ -9,7 +9,6 @@ use crate::motion::decay::parameters::{A0, DELTA, X_F, law_of, range, shape_of, 
 use crate::motion::decay::window::Window;
 use nalgebra::DVector;
 use std::f64::consts::PI;
-use std::ops::Range;
 use std::sync::Arc;
 
 pub(crate) use crate::motion::decay::parameters::{BEND, CHIRP, COUNT, OFFSET, OMEGA, PHASE};
@@ -302,14 +301,25 @@ impl Waveform<'_> {
         slots.iter().filter_map(|s| PHASE_SLOTS.iter().position(|k| k == s)).map(|k| by[k]).collect()
     }
 
-    /// Products of the derivatives by `free` parameters with that by the phase, summed over some of the samples;
-    /// `None` where the model does not exist.
-    pub(crate) fn along_phase(&self, p: &[f64], free: &[usize], range: Range<usize>) -> Option<DVector<f64>> {
-        let part =
-            Window { time: &self.time[range.clone()], signal: &self.signal[range], ..self.window(free) };
-        let (sums, _) = part.sums(p, None)?;
+    /// Products of the derivatives by `free` parameters with that by the phase, summed over the samples before the first
+    /// of the `borders`, from each of them to the next, and behind the last; `None` where the model does not exist.
+    pub(crate) fn along_phase(
+        &self,
+        p: &[f64],
+        free: &[usize],
+        borders: &[usize],
+    ) -> Option<Vec<DVector<f64>>> {
         let phase = free.iter().position(|f| *f == PHASE)?;
-        Some(DVector::from_fn(free.len(), |i, _| sums.total(i.max(phase), i.min(phase))))
+        let parts = self.window(free).sums_of_parts(p, borders)?;
+        // Rows of the lower triangle.
+        let row = |i: usize| (i.max(phase), i.min(phase));
+        let of = |part: &Vec<f64>| {
+            DVector::from_fn(free.len(), |i, _| {
+                let (a, b) = row(i);
+                part[a * (a + 1) / 2 + b]
+            })
+        };
+        Some(parts.iter().map(of).collect())
     }
 
     /// Sums of the residuals along the derivative by the phase, over the samples before the first of the `borders`, from
