@@ -138,24 +138,18 @@ pub(super) fn detect(lines: &[&[u8]]) -> Option<Shape> {
 }
 
 fn detect_rows(lines: &[&[u8]], words: bool) -> Option<Shape> {
-    let mut best: Option<(usize, Shape)> = None;
     let mut whole = vec![[None; 2]; lines.len()];
-    for &(delimiter, decimal) in CANDIDATES {
+    let mut shape_with = |&(delimiter, decimal): &(Delimiter, Decimal)| {
         let widths = rows_of_numbers(lines, &mut whole, delimiter, decimal, words);
-        let Some(width) = mode(&widths) else { continue };
-        let shape = Shape { delimiter, decimal, width, words };
-        let rows = widths.len();
-        // One cell a row is what any wrong delimiter gives.
-        let better = best.is_none_or(|(most, held)| {
-            let clearly = rows * 50 > most * 51;
-            let as_good = rows * 51 >= most * 50;
-            clearly || (as_good && held.width == 1 && width > 1)
-        });
-        if better {
-            best = Some((rows, shape));
-        }
-    }
-    let (_, mut shape) = best?;
+        mode(&widths).map(|width| (widths.len(), Shape { delimiter, decimal, width, words }))
+    };
+    // Those before it divide no line, so that they find one cell a row; those behind it cannot find clearly more rows.
+    let first = CANDIDATES.iter().find(|(delimiter, _)| lines.iter().any(|line| divides(line, *delimiter)));
+    let nearly_all = |found: &(usize, Shape)| found.1.width > 1 && found.0 * 51 >= lines.len() * 50;
+    let (_, mut shape) = match first.and_then(&mut shape_with).filter(nearly_all) {
+        Some(found) => found,
+        None => CANDIDATES.iter().filter_map(shape_with).reduce(better)?,
+    };
     if shape.delimiter == Delimiter::Comma && is_decimal_comma(lines) {
         shape = Shape { delimiter: Delimiter::None, decimal: Decimal::Comma, width: 1, words };
     }
@@ -163,6 +157,15 @@ fn detect_rows(lines: &[&[u8]], words: bool) -> Option<Shape> {
         shape.delimiter = Delimiter::None;
     }
     Some(shape)
+}
+
+/// The one with clearly more rows; where they are alike, the first with more than one cell a row, which is what any
+/// wrong delimiter gives.
+fn better(held: (usize, Shape), other: (usize, Shape)) -> (usize, Shape) {
+    let ((most, held_shape), (rows, shape)) = (held, other);
+    let clearly = rows * 50 > most * 51;
+    let as_good = rows * 51 >= most * 50;
+    if clearly || (as_good && held_shape.width == 1 && shape.width > 1) { other } else { held }
 }
 
 /// The number of cells of each row of numbers. A line that a delimiter does not divide is the same for each of
