@@ -2,7 +2,9 @@
 
 use super::parameter::Parameter;
 use super::quantity::Quantity;
+use crate::Error;
 use crate::model::displacement::{Coordinate, DisplacementUnit};
+use crate::model::oscillator::{above_zero, at_least_zero};
 
 /// The one mechanical constant a displacement record cannot give.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -25,6 +27,14 @@ pub enum Calibration {
 }
 
 impl Calibration {
+    /// # Errors
+    /// [`Error::Parameter`] where the constant is not above zero and finite, or its error below zero.
+    pub(crate) fn check(self) -> Result<(), Error> {
+        let (Self::Stiffness { value, std_error } | Self::Mass { value, std_error }) = self;
+        above_zero("calibration", value)?;
+        at_least_zero("calibration std_error", std_error)
+    }
+
     /// Value and standard error as a quantity.
     pub fn quantity(self) -> Quantity {
         let (value, std_error, unit) = match self {
@@ -49,18 +59,6 @@ pub(crate) fn physical(
         Calibration::Stiffness { value, std_error } => (value / square, value, std_error / value),
         Calibration::Mass { value, std_error } => (value, value * square, std_error / value),
     };
-    let widened = |q: Quantity| -> Quantity {
-        let extra = q.value * relative;
-        let wide = |end: f64| {
-            let d = end - q.value;
-            q.value + d.signum() * d.hypot(crate::inference::Z_95 * extra)
-        };
-        Quantity {
-            std_error: q.std_error.hypot(extra),
-            interval_95: [wide(q.interval_95[0]).max(0.0), wide(q.interval_95[1])],
-            ..q
-        }
-    };
     let (length, angle) = length_in_metres(unit);
     let (gamma_unit, force_unit) = match (length, angle) {
         (_, true) => ("N m s".to_owned(), "N m".to_owned()),
@@ -68,8 +66,11 @@ pub(crate) fn physical(
         (None, _) => ("N s/m".to_owned(), format!("N/m × {unit}")),
     };
     [
-        (Parameter::ViscousCoefficient, widened(delta.scaled(2.0 * mass, gamma_unit))),
-        (Parameter::CoulombForce, widened(x_f.scaled(stiffness * length.unwrap_or(1.0), force_unit))),
+        (Parameter::ViscousCoefficient, delta.scaled(2.0 * mass, gamma_unit).widened(relative)),
+        (
+            Parameter::CoulombForce,
+            x_f.scaled(stiffness * length.unwrap_or(1.0), force_unit).widened(relative),
+        ),
     ]
 }
 

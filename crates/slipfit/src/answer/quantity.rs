@@ -52,4 +52,17 @@ impl Quantity {
             unit: unit.into(),
         }
     }
+
+    /// The same, not below zero, times a factor that is known to `relative` of itself: its error and that of the factor
+    /// add in squares, and so do the widths of the interval.
+    pub(crate) fn widened(self, relative: f64) -> Self {
+        let extra = self.value * relative;
+        let width = |end: f64| (end - self.value).hypot(crate::inference::Z_95 * extra);
+        let [low, high] = self.interval_95;
+        Self {
+            std_error: self.std_error.hypot(extra),
+            interval_95: [(self.value - width(low)).max(0.0), self.value + width(high)],
+            ..self
+        }
+    }
 }

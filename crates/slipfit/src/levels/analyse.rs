@@ -4,7 +4,7 @@ use super::answer::{Answer, Diagnostics, FittedLevels, LevelPoint};
 use super::criteria::Criteria;
 use super::line::{bend, breakaway, split};
 use super::{Levels, Options};
-use crate::answer::calibration::physical;
+use crate::answer::calibration::{Calibration, physical};
 use crate::answer::{Parameter, Parameters, Warning};
 use crate::inference::evidence::{one_sided, student_factor};
 use crate::inference::interval::bounded_interval;
@@ -100,25 +100,14 @@ pub fn analyse_with(levels: &Levels, options: &Options, criteria: &Criteria) -> 
         interval_95: [-1.0, 1.0].map(|s| line.slope + s * crate::inference::Z_95 * factor * slope_std),
         ..Quantity::normal(line.slope, slope_std, ratio_unit(levels.unit(), drive_unit))
     };
-    let wide = threshold_std * factor;
-    // Points on a line to the last digit leave no uncertainty.
-    let [low, high] = if wide > 0.0 {
-        bounded_interval(threshold / wide).map(|v| v * wide)
-    } else {
-        [threshold.max(0.0); 2]
-    };
-    let threshold = Quantity {
-        value: threshold.max(0.0),
-        std_error: threshold_std,
-        interval_95: [low, high],
-        unbounded_value: threshold,
-        unit: drive_unit.to_owned(),
-    };
+    let threshold = not_negative(threshold, threshold_std, factor, drive_unit);
+    let missing = not_negative(-line.intercept, v(0, 0).sqrt(), factor, levels.unit());
     let mut parameters = Parameters::default();
     parameters.set(Parameter::Slope, slope.clone());
     parameters.set(Parameter::Threshold, threshold.clone());
-    let calibrated = calibrated(levels, options, &slope, &threshold);
-    if let Some((q, x_f)) = &calibrated {
+    let found = LineQuantities { slope, threshold, missing, correlation };
+    let calibrated = found.calibrated(levels, options);
+    if let Some(Calibrated { q, x_f, .. }) = &calibrated {
         parameters.set(Parameter::QFactor, q.clone());
         parameters.set(Parameter::FRICTION_DISPLACEMENT, x_f.clone());
         if let Some(hz) = options.frequency_hz {
@@ -131,7 +120,7 @@ pub fn analyse_with(levels: &Levels, options: &Options, criteria: &Criteria) -> 
             }
         }
     }
-    let fit = FittedLevels { slope: line.slope, threshold: threshold.value };
+    let fit = FittedLevels { slope: line.slope, threshold: found.threshold.value };
     let points: Vec<LevelPoint> = (0..n)
         .map(|i| LevelPoint {
             index: order[i],
@@ -152,8 +141,8 @@ pub fn analyse_with(levels: &Levels, options: &Options, criteria: &Criteria) -> 
     if levels.not_finite() > 0 {
         warnings.push(Warning::Dropped { not_finite: levels.not_finite(), zero_frequency: 0 });
     }
-    if threshold.value > 0.0 && x[0] > threshold.value {
-        warnings.push(Warning::ThresholdExtrapolated { ratio: x[0] / threshold.value });
+    if found.threshold.value > 0.0 && x[0] > found.threshold.value {
+        warnings.push(Warning::ThresholdExtrapolated { ratio: x[0] / found.threshold.value });
     }
     if bend_p_value < c.not_straight {
         warnings.push(Warning::NotStraight { p_value: bend_p_value, falling });
@@ -177,7 +166,7 @@ pub fn analyse_with(levels: &Levels, options: &Options, criteria: &Criteria) -> 
         [Parameter::Slope, Parameter::Threshold, Parameter::QFactor, Parameter::FRICTION_DISPLACEMENT];
     let highest = measured.iter().filter_map(|p| Some(parameters.get(*p)?.interval_95[1]));
     // A factor of quality that is not above zero was too small for a number.
-    let vanished = calibrated.as_ref().is_some_and(|(q, _)| !(q.value > 0.0));
+    let vanished = calibrated.as_ref().is_some_and(|c| !(c.q.value > 0.0));
     if vanished || !figures.chain(of_points).chain(of_parameters).chain(highest).all(f64::is_finite) {
         return Err(Error::NoFit {
             reason: "the levels are too large, too small or too far apart for a line",
@@ -188,6 +177,7 @@ pub fn analyse_with(levels: &Levels, options: &Options, criteria: &Criteria) -> 
         p_value,
         detected: p_value < criteria.inference.detected,
         correlation,
+        loss_correlation: calibrated.map_or(0.0, |c| c.loss_correlation),
         breakaway,
         diagnostics: Diagnostics { points: n, moving, stuck: n - moving, residual_rms, bend_p_value },
         points,
@@ -211,7 +201,7 @@ fn check(options: &Options) -> Result<(), Error> {
     if options.drive_gain.is_some() && options.q_factor.is_some() {
         return Err(Error::ConflictingParameters { first: "drive_gain", second: "q_factor" });
     }
-    Ok(())
+    options.calibration.map_or(Ok(()), Calibration::check)
 }
 
 fn ratio_unit(of: &str, by: &str) -> String {
@@ -223,42 +213,71 @@ fn ratio_unit(of: &str, by: &str) -> String {
     }
 }
 
-/// Q and x_F where the drive has a scale: `Q = slope/gain`, `x_F = (pi/4) gain threshold`.
-fn calibrated(
-    levels: &Levels,
-    options: &Options,
-    slope: &Quantity,
-    threshold: &Quantity,
-) -> Option<(Quantity, Quantity)> {
-    let widened = |q: Quantity, relative: f64| -> Quantity {
-        let extra = q.value * relative;
-        let wide = |end: f64| {
-            let d = end - q.value;
-            (q.value + d.signum() * d.hypot(crate::inference::Z_95 * extra)).max(0.0)
-        };
-        Quantity {
-            std_error: q.std_error.hypot(extra),
-            interval_95: [wide(q.interval_95[0]), wide(q.interval_95[1])],
-            ..q
-        }
-    };
-    if let Some([q, q_std]) = options.q_factor {
-        // gain = slope/Q, so x_F = (pi/4) slope threshold/Q; slope and threshold move together.
-        let gain = slope.value / q;
-        let x_f = widened(threshold.scaled(FRAC_PI_4 * gain, levels.unit()), q_std / q);
-        return Some((Quantity::normal(q, q_std, ""), x_f));
+/// A quantity that is not below zero, from an estimate that may be; `factor` is Student's.
+fn not_negative(estimate: f64, std_error: f64, factor: f64, unit: &str) -> Quantity {
+    let wide = std_error * factor;
+    // Points on a line to the last digit leave no uncertainty.
+    let interval_95 =
+        if wide > 0.0 { bounded_interval(estimate / wide).map(|v| v * wide) } else { [estimate.max(0.0); 2] };
+    Quantity {
+        value: estimate.max(0.0),
+        std_error,
+        interval_95,
+        unbounded_value: estimate,
+        unit: unit.to_owned(),
     }
-    let one_unit = !levels.unit().is_empty() && levels.unit() == levels.drive_unit();
-    let [gain, gain_std] = match options.drive_gain {
-        Some(gain) => gain,
-        None if one_unit => [1.0, 0.0],
-        None => return None,
-    };
-    let relative = gain_std / gain;
-    Some((
-        widened(slope.scaled(1.0 / gain, ""), relative),
-        widened(threshold.scaled(FRAC_PI_4 * gain, levels.unit()), relative),
-    ))
+}
+
+/// What the line gives.
+struct LineQuantities {
+    slope: Quantity,
+    threshold: Quantity,
+    /// The amplitude that friction takes away, `slope threshold`: minus the intercept.
+    missing: Quantity,
+    /// Of slope and threshold.
+    correlation: f64,
+}
+
+/// What it gives where the drive has a scale.
+struct Calibrated {
+    q: Quantity,
+    x_f: Quantity,
+    /// Of decay rate and friction.
+    loss_correlation: f64,
+}
+
+impl LineQuantities {
+    /// `Q = slope/gain`, `x_F = (pi/4) gain threshold`; given Q, `x_F = (pi/4) slope threshold/Q`.
+    fn calibrated(&self, levels: &Levels, options: &Options) -> Option<Calibrated> {
+        if let Some([q, q_std]) = options.q_factor {
+            let relative = q_std / q;
+            let x_f = self.missing.scaled(FRAC_PI_4 / q, levels.unit());
+            let loss_correlation = loss_correlation(relative, 0.0, &x_f, 0.0);
+            let q = Quantity::normal(q, q_std, "");
+            return Some(Calibrated { q, x_f: x_f.widened(relative), loss_correlation });
+        }
+        let one_unit = !levels.unit().is_empty() && levels.unit() == levels.drive_unit();
+        let [gain, gain_std] = match options.drive_gain {
+            Some(gain) => gain,
+            None if one_unit => [1.0, 0.0],
+            None => return None,
+        };
+        let relative = gain_std / gain;
+        let x_f = self.threshold.scaled(FRAC_PI_4 * gain, levels.unit());
+        let of_slope = self.slope.std_error / self.slope.value;
+        let loss_correlation = loss_correlation(relative, of_slope, &x_f, self.correlation);
+        let q = self.slope.scaled(1.0 / gain, "").widened(relative);
+        Some(Calibrated { q, x_f: x_f.widened(relative), loss_correlation })
+    }
+}
+
+/// Correlation of decay rate and friction: both have the error of the scale, `common` of themselves; the decay rate
+/// falls as the slope, known to `of_slope` of itself, rises.
+fn loss_correlation(common: f64, of_slope: f64, x_f: &Quantity, correlation: f64) -> f64 {
+    let of_scale = common * x_f.value;
+    let covariance = common * of_scale - correlation * of_slope * x_f.std_error;
+    let errors = common.hypot(of_slope) * of_scale.hypot(x_f.std_error);
+    if errors > 0.0 { (covariance / errors).clamp(-1.0, 1.0) } else { 0.0 }
 }
 
 /// `factor/q`; without an upper limit where that of `q` is not above zero.
@@ -279,6 +298,7 @@ fn inverse(q: &Quantity, factor: f64, unit: &str) -> Quantity {
 mod tests {
     use super::*;
     use crate::motion::steady::scan;
+    use crate::noise::jitter;
     use crate::{Calibration, Oscillator};
 
     fn exact(q: f64, x_f: f64, drive: &[f64], noise: f64) -> Levels {
@@ -293,6 +313,46 @@ mod tests {
             })
             .collect();
         Levels::builder(drive.to_vec(), amplitude).unit("mm").drive_unit("mm").build().unwrap()
+    }
+
+    /// Given Q, friction is what the line lacks at no drive: its interval holds the truth, and it goes with the decay rate
+    /// as far as Q does.
+    #[test]
+    fn a_given_q_leaves_intervals_that_hold_the_friction() {
+        let drive: Vec<f64> = (0..8).map(|i| 0.6 + 0.2 * f64::from(i)).collect();
+        let (q, threshold, noise) = (40.0, 0.5, 0.3);
+        let truth = FRAC_PI_4 * threshold;
+        let options = Options { q_factor: Some([q, 0.4]), frequency_hz: Some(2.0), ..Options::default() };
+        let held = (0..400).filter(|&seed| {
+            let assumed = q + 0.4 * jitter(seed, 9);
+            let level = |(i, d): (usize, &f64)| q * (d - threshold) + noise * jitter(8 * seed + i, 10);
+            let amplitude: Vec<f64> = drive.iter().enumerate().map(level).collect();
+            let levels = Levels::builder(drive.clone(), amplitude).unit("mm").build().unwrap();
+            let options = Options { q_factor: Some([assumed, 0.4]), ..options.clone() };
+            let a = analyse(&levels, &options).unwrap();
+            let [low, high] = a.parameter(Parameter::FRICTION_DISPLACEMENT).unwrap().interval_95;
+            (low..=high).contains(&truth)
+        });
+        let part = held.count() as f64 / 400.0;
+        assert!((0.92..=0.98).contains(&part), "{part}");
+        let a = analyse(&exact(q, 0.4, &drive, 0.0), &options).unwrap();
+        let x_f = a.parameter(Parameter::FRICTION_DISPLACEMENT).unwrap();
+        assert!((0.0..=1.0).contains(&a.loss_correlation), "{}", a.loss_correlation);
+        assert!(x_f.std_error >= x_f.value * 0.4 / q);
+    }
+
+    #[test]
+    fn a_calibration_below_zero_is_refused() {
+        let levels = exact(100.0, 0.4, &[0.6, 0.7, 0.8, 0.9], 0.0);
+        for calibration in [
+            Calibration::Stiffness { value: 0.0, std_error: 0.0 },
+            Calibration::Mass { value: -1.0, std_error: 0.0 },
+            Calibration::Mass { value: 1.0, std_error: f64::NAN },
+        ] {
+            let options = Options { calibration: Some(calibration), ..Options::default() };
+            let refused = analyse(&levels, &options);
+            assert!(matches!(refused, Err(Error::Parameter { .. })), "{refused:?}");
+        }
     }
 
     /// A Q that may be zero leaves the decay rate and the damping open upwards.

@@ -95,6 +95,9 @@ pub struct Answer {
     pub detected: bool,
     /// Correlation of slope and threshold.
     pub correlation: f64,
+    /// Correlation of decay rate and friction displacement; zero where they are not reported.
+    #[cfg_attr(feature = "serde", serde(skip))]
+    pub(crate) loss_correlation: f64,
     /// Where the mass breaks loose.
     pub breakaway: Option<Breakaway>,
     /// The points beside the fit, by rising drive.

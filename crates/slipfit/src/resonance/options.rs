@@ -93,15 +93,6 @@ impl Options {
                 return Err(Error::ConflictingParameters { first: "drive_amplitude", second: "reference" });
             }
         }
-        if let Some(Calibration::Stiffness { value, std_error } | Calibration::Mass { value, std_error }) =
-            self.calibration
-        {
-            crate::model::oscillator::above_zero("calibration", value)?;
-            if !(std_error >= 0.0 && std_error.is_finite()) {
-                let range = "the numbers from zero on";
-                return Err(Error::Parameter { name: "calibration std_error", value: std_error, range });
-            }
-        }
-        Ok(())
+        self.calibration.map_or(Ok(()), Calibration::check)
     }
 }

@@ -109,12 +109,6 @@ impl Options {
             ("frequency_hz", self.frequency_hz),
             ("time_constant_s", self.lockin.map(|l| l.time_constant_s)),
             ("band_hz", self.band_hz.map(|b| b[1])),
-            (
-                "calibration",
-                self.calibration.map(|c| match c {
-                    Calibration::Stiffness { value, .. } | Calibration::Mass { value, .. } => value,
-                }),
-            ),
         ];
         for (name, value) in positive {
             if let Some(value) = value.filter(|v| !(*v > 0.0 && v.is_finite())) {
@@ -128,16 +122,6 @@ impl Options {
         if let Some(order) = self.lockin.map(|l| l.order).filter(|o| !(1..=8).contains(o)) {
             return Err(Error::Parameter { name: "order", value: f64::from(order), range: "1 to 8" });
         }
-        if let Some(Calibration::Stiffness { std_error, .. } | Calibration::Mass { std_error, .. }) =
-            self.calibration
-            && !(std_error >= 0.0 && std_error.is_finite())
-        {
-            return Err(Error::Parameter {
-                name: "std_error",
-                value: std_error,
-                range: "the non-negative numbers",
-            });
-        }
-        Ok(())
+        self.calibration.map_or(Ok(()), Calibration::check)
     }
 }

@@ -57,6 +57,7 @@ pub fn analyse_with(
     for m in measurements {
         crate::model::oscillator::above_zero("scale", m.scale)?;
     }
+    options.calibration.map_or(Ok(()), Calibration::check)?;
     let mut warnings = Vec::new();
     let mut singles = Vec::with_capacity(measurements.len());
     let mut solved = Vec::new();

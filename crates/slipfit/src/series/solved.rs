@@ -34,8 +34,7 @@ impl SolvedMeasurement {
         let rho = match answer {
             SingleAnswer::RingDown(a) => a.correlation(PAIR[0], PAIR[1]).unwrap_or(0.0),
             SingleAnswer::Sweep(a) => a.correlation(PAIR[0], PAIR[1]).unwrap_or(0.0),
-            // delta falls as the slope rises.
-            SingleAnswer::Levels(a) => -a.correlation,
+            SingleAnswer::Levels(a) => a.loss_correlation,
         };
         let rho = rho.clamp(-0.999_999, 0.999_999);
         let (s_d, s_x) = (delta.std_error, x_f.std_error);
