@@ -219,3 +219,17 @@ def np_bytes(columns):
     held = io.BytesIO()
     np.save(held, np.column_stack(columns))
     return held.getvalue()
+
+
+def test_tables_and_bare_fits_are_compared(swing):
+    one, other = (slipfit.ringdown(*swing, unit="rad").comparison for _ in range(2))
+    assert one == other
+    shorter = [column[:1500] for column in swing]
+    assert one != slipfit.ringdown(*shorter, unit="rad").comparison
+    t = 0.01 * np.arange(120)
+    fits = [
+        slipfit.fit_envelope(t, np.exp(-t), initial_amplitude=1, offset_amplitude=0, decay_rate_per_s=start)
+        for start in (0.9, 0.9)
+    ]
+    assert fits[0] == fits[1]
+    assert hash(fits[0]) == hash(fits[1])

@@ -246,3 +246,19 @@ def test_no_table_or_option_does_more_than_raise(rows, options):
     assert len(answers) == count
     assert set(answers["status"]) <= {"done", "warned", "failed"}
     assert all(reason for status, reason in zip(answers["status"], answers["reason"]) if status == "failed")
+
+
+def test_arrays_of_every_make_are_tables():
+    t = 0.01 * np.arange(120)
+    trace = np.exp(-0.5 * t) - 0.1 * (1 - np.exp(-0.5 * t)) / 0.5
+    mask = np.zeros((1, 120), bool)
+    mask[0, 7] = True
+    masked = np.ma.array(np.where(mask, 50.0, trace), mask=mask)
+    tables = [np.array([trace]), np.array([trace]).astype(">f8"), np.array([trace]).astype(np.longdouble), masked]
+    for table in tables:
+        found = slipfit.fit_batch(table, amplitude="a", dt=0.01)
+        assert found["sliding_rate"][0] == pytest.approx(0.1, rel=1e-6)
+    assert found["samples_left_out"][0] == 1
+    assert slipfit.fit_batch(np.zeros((2, 0)), amplitude="a", dt=0.01)["status"].tolist() == ["failed", "failed"]
+    assert "sliding_rate" in found
+    assert list(found) == found.column_names

@@ -263,3 +263,69 @@ def test_npy_of_pickled_objects_is_refused():
     np.save(held, np.array([{"a": 1}], dtype=object), allow_pickle=True)
     with pytest.raises(slipfit.ReadError):
         slipfit.read(held.getvalue(), "objects.npy")
+
+
+def test_what_is_masked_is_left_out_wherever_it_stands(swing):
+    time, signal = swing
+    mask = np.arange(len(time)) % 7 == 3
+    missing = np.where(mask, np.nan, signal)
+    found = slipfit.ringdown(time, missing, unit="rad")
+    assert slipfit.ringdown(np.ma.array(np.where(mask, 0, time), mask=mask), missing, unit="rad").parameters == (
+        slipfit.ringdown(np.where(mask, np.nan, time), missing, unit="rad").parameters
+    )
+    assert slipfit.ringdown(time, np.ma.array(np.where(mask, 50, signal), mask=mask), unit="rad") == found
+    with pytest.raises(slipfit.OptionError, match="complex"):
+        slipfit.ringdown(time, np.ma.array(signal + 1j, mask=mask))
+    frequency = np.linspace(0.9, 1.1, 81)
+    sweep = slipfit.simulate.sweep(
+        frequency, frequency_hz=1, q_factor=50, friction_displacement=0.3, drive_amplitude=1
+    )
+    response = sweep["amplitude"] * np.exp(1j * sweep["phase_rad"])
+    hidden = np.arange(81) % 7 == 3
+    garbage = np.ma.array(np.where(hidden, 50 + 50j, response), mask=hidden)
+    assert slipfit.fit_resonance(frequency, garbage, drive_amplitude=1).friction_displacement[0] == pytest.approx(0.3)
+
+
+def test_times_are_taken_in_the_unit_that_they_name(swing):
+    xarray = pytest.importorskip("xarray")
+    time, signal = swing
+    hz = slipfit.ringdown(time, signal, unit="rad").parameters.frequency_hz.value
+
+    def labelled(scale, unit):
+        return xarray.DataArray(signal, dims="t", coords={"t": ("t", time * scale, {"units": unit})})
+
+    for scale, unit in [(1.0, "s"), (1e3, "ms"), (1e6, "us"), (1 / 60, "min")]:
+        found = slipfit.ringdown(labelled(scale, unit), unit="rad").parameters.frequency_hz.value
+        assert found == pytest.approx(hz, rel=1e-9)
+    with pytest.raises(slipfit.OptionError, match="fortnights"):
+        slipfit.ringdown(labelled(1.0, "fortnights"))
+
+
+def test_dates_of_every_make_are_times(swing):
+    pandas = pytest.importorskip("pandas")
+    time, signal = swing
+    hz = slipfit.ringdown(time, signal, unit="rad").parameters.frequency_hz.value
+    dates = pandas.Timestamp("2026-03-29", tz="UTC") + pandas.to_timedelta(time, unit="s")
+    for given in (pandas.Series(dates), dates, list(dates.to_pydatetime()), list(pandas.to_timedelta(time, unit="s"))):
+        found = slipfit.ringdown(given, signal, unit="rad")
+        assert found.parameters.frequency_hz.value == pytest.approx(hz, rel=1e-6)
+
+
+@pytest.mark.parametrize(
+    ("option", "given"),
+    [
+        ("stiffness", {"stiffness": "12"}),
+        ("band_hz", {"band_hz": "79"}),
+        ("start_s", {"start_s": 10**400}),
+        ("rate_hz", {"rate_hz": 500}),
+    ],
+)
+def test_what_would_be_taken_for_something_else_is_refused(swing, option, given):
+    with pytest.raises(slipfit.OptionError) as refused:
+        slipfit.ringdown(*swing, **given)
+    assert refused.value.option == option
+
+
+def test_a_list_of_lists_of_other_lengths_is_refused(swing):
+    with pytest.raises(slipfit.OptionError):
+        slipfit.ringdown(swing[0][:2], [[1], [1, 2]])

@@ -230,3 +230,18 @@ def test_no_stack_does_more_than_raise(stack, dt, axis, frequency_hz):
         return
     assert found["status"].size * stack.shape[2 if axis is None else axis] == stack.size
     assert set(np.unique(found["status"].values)) <= {"done", "warned", "failed"}
+
+
+def test_masks_single_precision_and_numpy_scalars_are_taken(tmp_path):
+    xarray = pytest.importorskip("xarray")
+    t = 0.01 * np.arange(120)
+    trace = np.exp(-0.5 * t) - 0.1 * (1 - np.exp(-0.5 * t)) / 0.5
+    mask = np.zeros((1, 1, 120), bool)
+    mask[..., 7] = True
+    masked = np.ma.array(np.where(mask, 50.0, trace), mask=mask)
+    assert slipfit.fit_map(masked, 0.01)["sliding_rate"].item() == pytest.approx(0.1, rel=1e-6)
+    stack = trace[None, None]
+    slipfit.fit_map(stack, np.float32(0.01), frequency_hz=np.int64(75000), resume=tmp_path)
+    for times, units in ((t.astype("f4"), {}), (1e3 * t, {"units": "ms"})):
+        labelled = xarray.DataArray(stack, dims=("y", "x", "t"), coords={"t": ("t", times, units)})
+        assert slipfit.fit_map(labelled)["sliding_rate"].item() == pytest.approx(0.1, rel=1e-5)

@@ -243,6 +243,8 @@ def _record(
         if signal is None and quadrature is None:
             return read(time, rate_hz=rate_hz, unit=unit, kind=kind)
         _nothing_besides(given, "a file", "; slipfit.read(file, signal=…) names its columns")
+    if rate_hz is not None and time is not None and signal is not None:
+        raise _input.refuse("rate_hz", "rate_hz is given beside time, which tells it already")
     times, values, own_unit = _input.time_and_signal(time, signal)
     if rate_hz is not None:
         # The rate stands in place of stamps.
@@ -428,7 +430,7 @@ def _curve(
         unit = unit if unit is not None else own
     if frequency is None or response is None:
         raise _input.refuse("response", "a curve needs frequencies and a response")
-    values = np.asarray(response)
+    values = np.asarray(_input.unmasked(response))
     optional = {
         name: None if column is None else _input.vector(name, column)
         for name, column in (("phase_rad", phase_rad), ("std_error", std_error), ("drive", drive))
@@ -437,6 +439,8 @@ def _curve(
     if values.dtype.kind == "c":
         if phase_rad is not None:
             raise _input.refuse("phase_rad", "phase_rad is given beside a complex response, which has it")
+        # Both parts of what is masked are missing.
+        values = np.where(np.isnan(values), complex(np.nan, np.nan), values)
         real, imaginary = _input.vector("response", np.real(values)), _input.vector("response", np.imag(values))
     else:
         amplitude = _input.vector("response", response)

@@ -162,6 +162,12 @@ class Section(Mapping[str, Any]):
         return "Section(" + ", ".join(f"{name}={value!r}" for name, value in self.items()) + ")"
 
 
+def _same(one: NDArray[Any], other: NDArray[Any]) -> bool:
+    """Whether two columns are equal, missing numbers taken as equal."""
+    numbers = one.dtype.kind == other.dtype.kind == "f"
+    return np.array_equal(one, other, equal_nan=numbers)
+
+
 class Table(Mapping[str, NDArray[Any]]):
     """Columns of one length, as items and as attributes."""
 
@@ -192,6 +198,14 @@ class Table(Mapping[str, NDArray[Any]]):
 
     def __dir__(self) -> list[str]:
         return [*super().__dir__(), *self._columns]
+
+    def __eq__(self, other: object) -> bool:
+        if not isinstance(other, Table):
+            return NotImplemented
+        same = list(self) == list(other)
+        return same and all(_same(column, other[name]) for name, column in self.items())
+
+    __hash__ = None  # type: ignore[assignment]
 
     def to_dataframe(self) -> pd.DataFrame:
         """The columns as a pandas DataFrame."""

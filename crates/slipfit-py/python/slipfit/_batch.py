@@ -47,6 +47,12 @@ class ArrowTable:
         """Names of the columns, in order."""
         return self._held.column_names
 
+    def __contains__(self, name: object) -> bool:
+        return name in self.column_names
+
+    def __iter__(self) -> Iterator[str]:
+        return iter(self.column_names)
+
     def __getitem__(self, name: str) -> NDArray[Any]:
         """A column as an array; a number that does not exist is NaN, a flag False."""
         values = self._held.column(name)
@@ -111,13 +117,18 @@ def _table(table: Any, column: str) -> Any:
     """An array with a trace in each row as a table; anything else as it is."""
     if not isinstance(table, np.ndarray):
         return table
+    table = _input.unmasked(table)
     if table.ndim != 2 or table.dtype.kind not in "fiu":
         raise _input.refuse(
             "table", f"table is an array of {table.dtype} of the shape {table.shape}: real numbers (rows, samples)"
         )
     import pyarrow as pa
 
-    flat = pa.array(np.ascontiguousarray(table).reshape(-1))
+    if not table.shape[1]:
+        return pa.table({column: pa.array([[]] * table.shape[0], pa.list_(pa.float64()))})
+    if table.dtype.itemsize > 8:
+        table = table.astype(np.float64)
+    flat = pa.array(np.ascontiguousarray(table, dtype=table.dtype.newbyteorder("=")).reshape(-1))
     return pa.table({column: pa.FixedSizeListArray.from_arrays(flat, table.shape[1])})
 
 

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from typing import Any
 
 import numpy as np
@@ -65,7 +65,8 @@ class EnvelopeFit:
 
     best: Envelope
     std_error: Envelope
-    correlation: NDArray[np.float64]
+    #: Left out where two fits are compared.
+    correlation: NDArray[np.float64] = field(compare=False)
     residual_rms: float
     converged: bool
     steps: int
@@ -77,7 +78,7 @@ class DecayFit:
 
     best: Decay
     std_error: Decay
-    correlation: NDArray[np.float64]
+    correlation: NDArray[np.float64] = field(compare=False)
     residual_rms: float
     converged: bool
     steps: int

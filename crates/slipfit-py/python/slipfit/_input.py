@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import datetime
 import os
 from collections.abc import Mapping
 from typing import Any, TypeAlias, Union
@@ -23,14 +24,36 @@ def refuse(option: str, message: str) -> OptionError:
     return OptionError(message, "option", details={"option": option})
 
 
+#: Seconds in the units of time that labelled arrays name.
+_SECONDS = {
+    "s": 1.0, "sec": 1.0, "second": 1.0, "seconds": 1.0, "ms": 1e-3, "millisecond": 1e-3, "milliseconds": 1e-3,
+    "us": 1e-6, "µs": 1e-6, "μs": 1e-6, "microsecond": 1e-6, "microseconds": 1e-6,
+    "ns": 1e-9, "nanosecond": 1e-9, "nanoseconds": 1e-9, "min": 60.0, "minute": 60.0, "minutes": 60.0,
+    "h": 3600.0, "hour": 3600.0, "hours": 3600.0,
+}  # fmt: skip
+
+
+def unmasked(values: Any) -> Any:
+    """A masked array with NaN in place of what is masked, anything else as it is."""
+    if not isinstance(values, np.ma.MaskedArray):
+        return values
+    if values.dtype.kind in "mM":
+        return values.filled(np.array("NaT", dtype=values.dtype))
+    if values.dtype.kind in "fc":
+        return values.filled(np.nan)
+    numbers = values.astype(object if values.dtype.kind == "O" else np.float64)
+    return numbers.filled(np.nan)
+
+
 def vector(name: str, values: ArrayLike) -> Vector:
     """One-dimensional array of double precision; what is masked or missing is NaN.
 
     Nothing is copied where the values are such an array already, whatever its stride.
     """
-    if isinstance(values, np.ma.MaskedArray):
-        values = np.ma.filled(values.astype(np.float64), np.nan)
-    array = np.asarray(values)
+    try:
+        array = np.asarray(unmasked(values))
+    except ValueError as error:
+        raise refuse(name, f"{name} is no array of numbers: {error}") from None
     if array.ndim != 1:
         raise refuse(name, f"{name} has the shape {array.shape} where one dimension is needed")
     if array.dtype.kind == "c":
@@ -44,8 +67,16 @@ def vector(name: str, values: ArrayLike) -> Vector:
 
 
 def seconds(name: str, values: ArrayLike) -> Vector:
-    """Times in seconds; dates and durations are counted from the first."""
-    array = np.asarray(values)
+    """Times in seconds; dates are counted from the first."""
+    if getattr(getattr(values, "dtype", None), "tz", None) is not None:
+        # A column of pandas whose dates have a time zone.
+        values = values.dt.tz_convert(None)
+    try:
+        array = np.asarray(unmasked(values))
+    except ValueError as error:
+        raise refuse(name, f"{name} is no array of times: {error}") from None
+    if array.dtype.kind == "O" and array.ndim == 1:
+        array = _moments(array)
     if array.dtype.kind == "M":
         known = array[~np.isnat(array)]
         array = array - (known[0] if known.size else np.datetime64(0, "s"))
@@ -55,6 +86,33 @@ def seconds(name: str, values: ArrayLike) -> Vector:
         array = array.astype("timedelta64[ns]").astype(np.int64) / 1e9
         array[missing] = np.nan
     return vector(name, array)
+
+
+def _moments(array: NDArray[np.object_]) -> NDArray[Any]:
+    """Dates or durations held as objects of their own; anything else as it is."""
+    known = [one for one in array if one is not None and one == one]
+    if known and all(isinstance(one, datetime.timedelta) for one in known):
+        return array.astype("timedelta64[ns]")
+    if known and all(isinstance(one, datetime.datetime) for one in known):
+        naive = [
+            one.astimezone(datetime.timezone.utc).replace(tzinfo=None)
+            if isinstance(one, datetime.datetime) and one.tzinfo is not None
+            else one
+            for one in array
+        ]
+        return np.array(naive, dtype="datetime64[ns]")
+    return array
+
+
+def coordinate_seconds(coordinate: Any) -> Vector:
+    """Times of a coordinate of xarray, in the unit that it names."""
+    times = seconds("time", coordinate.to_numpy())
+    unit = coordinate.attrs.get("units")
+    if unit is None or coordinate.dtype.kind in "mM":
+        return times
+    if str(unit) not in _SECONDS:
+        raise refuse("time", f"the times are in {str(unit)!r}: s, ms, us, ns, min or h are known")
+    return times * _SECONDS[str(unit)]
 
 
 def _index_times(index: Any) -> Vector:
@@ -80,7 +138,7 @@ def time_and_signal(time: Any, signal: Any) -> tuple[Vector | None, Any, str | N
         unit = None if given is None else str(given)
         dimension = labelled.dims[0]
         if dimension in labelled.coords:
-            times = seconds("time", labelled.coords[dimension].to_numpy())
+            times = coordinate_seconds(labelled.coords[dimension])
         values: Any = labelled.to_numpy()
     elif module == "pandas" and hasattr(labelled, "index"):
         if getattr(labelled, "ndim", 1) != 1:
@@ -101,9 +159,12 @@ def pair(name: str, value: Uncertain | None) -> float | tuple[float, float] | No
     if value is None or isinstance(value, (int, float, np.integer, np.floating)):
         return None if value is None else float(value)
     try:
+        # Of a text each character would be a number.
+        if isinstance(value, (str, bytes)):
+            raise TypeError
         number, error = value
         return float(number), float(error)
-    except (TypeError, ValueError):
+    except (TypeError, ValueError, OverflowError):
         raise refuse(name, f"{name}={value!r}: a number, or a number and its standard error") from None
 
 
@@ -113,7 +174,7 @@ def number(name: str, value: float | None) -> float | None:
         return None
     try:
         return float(value)
-    except (TypeError, ValueError):
+    except (TypeError, ValueError, OverflowError):
         raise refuse(name, f"{name}={value!r}: a number is needed") from None
 
 
@@ -122,9 +183,11 @@ def band(value: tuple[float, float] | None) -> tuple[float, float] | None:
     if value is None:
         return None
     try:
+        if isinstance(value, (str, bytes)):
+            raise TypeError
         low, high = value
         return float(low), float(high)
-    except (TypeError, ValueError):
+    except (TypeError, ValueError, OverflowError):
         raise refuse("band_hz", f"band_hz={value!r}: two frequencies, the lower one first") from None
 
 

@@ -186,10 +186,7 @@ def fit_map(
         dims = tuple(name for name in dims if name != time_dim)
         coords = {name: stack.coords[name] for name in dims if name in stack.coords}
         if dt is None and time_dim in stack.coords:
-            steps = np.diff(_input.seconds("time", stack.coords[time_dim].to_numpy()))
-            if steps.size == 0 or not np.allclose(steps, steps[0], rtol=1e-6, atol=0):
-                raise _input.refuse("dt", f"the coordinate {time_dim!r} is not even: slipfit.fit_batch takes times")
-            dt = float(steps.mean())
+            dt = _even_step(time_dim, stack.coords[time_dim])
         if unit is None and "units" in stack.attrs:
             unit = str(stack.attrs["units"])
     if dt is None:
@@ -197,7 +194,9 @@ def fit_map(
     unit = unit or ""
     column = "amplitude" if kind == "amplitude" else "signal"
     options: dict[str, Any] = {
-        column: "trace", "dt": dt, "frequency_hz": frequency_hz, "min_amplitude": min_amplitude,
+        column: "trace", "dt": _input.number("dt", dt),
+        "frequency_hz": _input.number("frequency_hz", frequency_hz),
+        "min_amplitude": _input.number("min_amplitude", min_amplitude),
         "method": method, "unit": unit, "kind": None if kind == "amplitude" else kind,
     }  # fmt: skip
     across = tuple(n for i, n in enumerate(shape) if i != axis)
@@ -230,12 +229,24 @@ def fit_map(
     return xr.Dataset(variables, coords=coords, attrs={"method": method, "slipfit": _core.__version__})
 
 
+def _even_step(name: str, coordinate: Any) -> float:
+    """Interval of even times [s]."""
+    times = _input.coordinate_seconds(coordinate)
+    steps = np.diff(times)
+    # Times of single precision are even to their last digit only.
+    digit = np.finfo(coordinate.dtype).eps if coordinate.dtype.kind == "f" else 0.0
+    step = float(times[-1] - times[0]) / max(1, steps.size)
+    if not steps.size or not np.abs(steps - step).max() <= 1e-6 * step + 2 * digit * np.abs(times).max():
+        raise _input.refuse("dt", f"the coordinate {name!r} is not even: slipfit.fit_batch takes times")
+    return step
+
+
 def _traces(stack: Any, axis: int, first: int, end: int) -> NDArray[Any]:
     """The traces of some rows of pixels, one after the other."""
     # The first axis that is not time is cut.
     cut: list[slice] = [slice(None)] * 3
     cut[1 if axis == 0 else 0] = slice(first, end)
-    block = np.moveaxis(np.asarray(stack[tuple(cut)]), axis, -1)
+    block = np.moveaxis(np.asarray(_input.unmasked(stack[tuple(cut)])), axis, -1)
     if block.dtype.kind not in "fiu":
         raise _input.refuse("stack", f"stack holds {block.dtype} where real numbers are needed")
     return block.reshape(-1, block.shape[-1])

@@ -64,12 +64,17 @@ impl Constants {
     pub(super) fn calibration(self, py: Python<'_>, unit: &str) -> PyResult<Option<Calibration>> {
         let Some((name, constant, coordinate)) = self.given(py)? else { return Ok(None) };
         coordinate.check_unit(unit).map_err(|_| {
-            let other = match coordinate {
-                Coordinate::Length => "torsion_stiffness or inertia calibrates an angle",
-                Coordinate::Angle => "stiffness or mass calibrates a displacement",
+            let help = if unit.is_empty() {
+                "unit='deg' or unit='rad' says which angle it is"
+            } else if Coordinate::Length.check_unit(unit).is_ok() {
+                "stiffness or mass calibrates a displacement"
+            } else if Coordinate::Angle.check_unit(unit).is_ok() {
+                "torsion_stiffness or inertia calibrates an angle"
+            } else {
+                "a capacitance has no force"
             };
-            let words = coordinate.words();
-            option_error(py, name, format!("{name} is for {words}; the signal is in {unit}; {other}"))
+            let (words, found) = (coordinate.words(), if unit.is_empty() { "has no unit" } else { "is in " });
+            option_error(py, name, format!("{name} is for {words}; the signal {found}{unit}; {help}"))
         })?;
         Ok(Some(constant))
     }
