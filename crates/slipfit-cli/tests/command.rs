@@ -306,6 +306,36 @@ fn bad_arguments_are_status_two() {
 }
 
 #[test]
+fn a_constant_of_angles_needs_an_angle() {
+    let decay = |header: &str| {
+        let swing = |i: u32| {
+            let t = 0.1 * f64::from(i);
+            format!("{t},{}", 20.0 * (-0.03 * t).exp() * (3.0 * t).cos())
+        };
+        folder_with("swing.csv", &table(&format!("t (s),{header}"), swing))
+    };
+    let viscous_unit = |header: &str| {
+        let folder = decay(header);
+        let arguments = "ringdown swing.csv --inertia 0.12 --json -";
+        let told = stdout(slipfit().current_dir(folder.path()).args(arguments.split(' ')));
+        let answer: serde_json::Value = serde_json::from_str(&told).unwrap();
+        answer["parameters"]["viscous_coefficient"]["unit"].as_str().unwrap().to_owned()
+    };
+    for header in ["Winkel (Grad)", "Angle (Deg)", "Angle (DEG)", "Angle (Rad)"] {
+        assert_eq!(viscous_unit(header), "N m s", "{header}");
+    }
+    for (header, found) in [("theta", "the signal has no unit"), ("theta (V)", "the signal is in V")] {
+        for flag in ["--inertia", "--torsion-stiffness"] {
+            let said = complaint(decay(header).path(), &["swing.csv", flag, "0.12"]);
+            let said = said.split_whitespace().collect::<Vec<_>>().join(" ");
+            for part in [flag, found, "--unit deg or --unit rad"] {
+                assert!(said.contains(part), "{header} {flag}: {said}");
+            }
+        }
+    }
+}
+
+#[test]
 fn simulate_names_what_is_missing() {
     let output = slipfit()
         .args(["simulate", "decay", "--amplitude", "1", "--duration", "1", "--rate-hz", "10"])

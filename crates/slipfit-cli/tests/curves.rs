@@ -163,6 +163,12 @@ fn bad_curves_are_refused_or_flagged() {
     let missing = folder.path().join("missing.csv");
     assert!(refused(&["resonance"], &missing).contains("missing.csv"));
     let other_unit = write(&folder, "free.csv", "f (Hz),A (V)\n9,1\n10,5\n11,1\n");
+    let rows = (0..41).map(|i| format!("{},{},1\n", 9.0 + 0.05 * f64::from(i), 1 + i % 3));
+    let text = format!("f (MHz),G (mS),B (mS)\n{}", rows.collect::<String>());
+    let quartz = write(&folder, "quartz.csv", &text);
+    let said = refused(&["resonance", "--stiffness", "12000"], &quartz);
+    assert!(said.contains("--stiffness is for a displacement; the signal is in F"), "{said}");
+    assert!(said.contains("a capacitance has no force"), "{said}");
     let said = refused(&["resonance", "--reference", other_unit.to_str().unwrap()], &few);
     assert!(said.contains("--reference"), "{said}");
     assert!(said.contains("`V`"), "{said}");

@@ -145,6 +145,41 @@ fn a_quartz_is_read_by_its_admittance() {
 }
 
 #[test]
+fn a_quartz_gives_the_same_capacitance_in_any_unit() {
+    let complex = |reading: &SweepReading| {
+        assert_eq!(reading.curve.unit(), "F");
+        let slipfit::resonance::Response::Complex(z) = reading.curve.response() else { panic!() };
+        z.iter().flat_map(|z| [z.re, z.im]).collect::<Vec<f64>>()
+    };
+    let table = |head: &str, [a, b]: [f64; 2]| {
+        let row = |(f, re, im): (f64, f64, f64)| format!("{f},{},{}\n", re * a, im * b);
+        let rows = [(9.0, 1e-4, 1e-3), (10.0, 2e-2, 1e-3), (11.0, 1e-4, -1e-3)].map(row);
+        format!("f (MHz),{head}\n{}", rows.concat())
+    };
+    let close = |found: &[f64], wanted: &[f64], head: &str| {
+        let near = |(f, w): (&f64, &f64)| (f - w).abs() <= 1e-9 * w.abs();
+        assert!(found.iter().zip(wanted).all(near), "{head}: {found:?} for {wanted:?}");
+    };
+    let wanted = complex(&read(&table("G (S),B (S)", [1.0; 2])));
+    for (head, factors) in [
+        ("G (mS),B (mS)", [1e3; 2]),
+        ("G (\u{b5}S),B (\u{3bc}S)", [1e6; 2]),
+        ("Gp (uS),Bp", [1e6; 2]),
+        ("Gp (S),Bp (mS)", [1.0, 1e3]),
+    ] {
+        close(&complex(&read(&table(head, factors))), &wanted, head);
+    }
+    let options = ReadOptions { unit: Some("mS".into()), ..Default::default() };
+    close(&complex(&with(&table("Gp,Bp", [1e3; 2]), &options).unwrap()), &wanted, "--unit mS");
+    let [ohm, kilo] = [("Rs (Ohm),Xs (Ohm)", 1.0), ("Rs (k\u{3a9}),Xs (k\u{3a9})", 1e-3)]
+        .map(|(head, factor)| complex(&read(&table(head, [factor; 2]))));
+    close(&kilo, &ohm, "impedance");
+    let [siemens, milli] = [("G (S),none", 1.0), ("G (mS),none", 1e3)]
+        .map(|(head, factor)| amplitudes(&read(&table(head, [factor, 1.0]))));
+    close(&milli, &siemens, "alone");
+}
+
+#[test]
 fn velocities_and_accelerations_become_displacements() {
     let text = "f (Hz),velocity amplitude (mm/s)\n9,1\n10,62.83185307179586\n11,1\n";
     let reading = read(text);

@@ -77,7 +77,7 @@ pub enum Error {
         /// The one value.
         value: f64,
     },
-    /// Time runs backwards through most of the record.
+    /// Time goes backwards at this sample, or stands still where it has to rise.
     #[error("time goes backwards at sample {index}: {previous} s, then {next} s")]
     TimeBackwards {
         /// Index of the first offending sample.
@@ -117,8 +117,9 @@ pub enum Error {
         /// The least that would do.
         needed: f64,
     },
-    /// A mechanical constant of a displacement was given for an angle, or the other way round.
-    #[error("the constant is for {expected}; the signal is in {unit}")]
+    /// A mechanical constant was given for a signal it cannot calibrate: of a displacement for an
+    /// angle, or the other way round.
+    #[error("the constant is for {expected}; the signal {}", in_unit(unit))]
     WrongCoordinate {
         /// What the constant is for: a displacement or an angle.
         expected: &'static str,
@@ -194,6 +195,10 @@ fn too_few(cycles: f64, needed: f64) -> String {
         return String::new();
     }
     format!("{cycles:.1} cycles of free decay above the noise ({needed} are needed); ")
+}
+
+fn in_unit(unit: &str) -> String {
+    if unit.is_empty() { "has no unit".to_owned() } else { format!("is in {unit}") }
 }
 
 #[cfg(test)]

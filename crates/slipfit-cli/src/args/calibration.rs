@@ -43,12 +43,18 @@ impl CalibrationArgs {
     pub(crate) fn check(&self, unit: &str) -> Result<(), Failure> {
         let Some((flag, coordinate)) = self.given() else { return Ok(()) };
         coordinate.check_unit(unit).map_err(|_| {
-            let others = match coordinate {
-                Coordinate::Length => "--torsion-stiffness or --inertia calibrates an angle",
-                Coordinate::Angle => "--stiffness or --mass calibrates a displacement",
+            let help = if unit.is_empty() {
+                "--unit deg or --unit rad says which angle it is"
+            } else if Coordinate::Length.check_unit(unit).is_ok() {
+                "--stiffness or --mass calibrates a displacement, --unit deg or --unit rad says that \
+                 it is an angle"
+            } else if Coordinate::Angle.check_unit(unit).is_ok() {
+                "--torsion-stiffness or --inertia calibrates an angle, --unit changes the unit read"
+            } else {
+                "a capacitance has no force, --unit changes the unit read"
             };
-            Failure::new(format!("{flag} is for {}; the signal is in {unit}", coordinate.words()))
-                .hint(format!("{others}, --unit changes the unit read"))
+            let found = if unit.is_empty() { "has no unit" } else { "is in " };
+            Failure::new(format!("{flag} is for {}; the signal {found}{unit}", coordinate.words())).hint(help)
         })
     }
 

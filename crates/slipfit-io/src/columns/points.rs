@@ -59,7 +59,13 @@ impl Rows<'_> {
     }
 
     fn pairs(&self, re: &Picked, im: &Picked) -> Vec<Phasor> {
-        self.values(re).into_iter().zip(self.values(im)).map(|(re, im)| Phasor::new(re, im)).collect()
+        self.pairs_times(re, im, [1.0; 2])
+    }
+
+    /// The pairs, each column times its factor.
+    fn pairs_times(&self, re: &Picked, im: &Picked, [a, b]: [f64; 2]) -> Vec<Phasor> {
+        let columns = self.values(re).into_iter().zip(self.values(im));
+        columns.map(|(re, im)| Phasor::new(re * a, im * b)).collect()
     }
 
     /// The refusal of a number below zero in a row that was kept.
@@ -131,14 +137,18 @@ impl Rows<'_> {
             Response::Complex(re, im) => Ok((self.pairs(re, im), true)),
             Response::Admittance(g, Some(b)) => {
                 notes.push(format!("the admittance was {CHARGE}").into());
-                Ok((self.pairs(g, b), true))
+                Ok((self.pairs_times(g, b, to_si(units::siemens, g, Some(b))), true))
             }
             Response::Impedance(r, Some(x)) => {
                 notes.push(format!("the series impedance was inverted to an admittance and {CHARGE}").into());
-                Ok((self.pairs(r, x).into_iter().map(|z| Phasor::new(1.0, 0.0) / z).collect(), true))
+                let impedances = self.pairs_times(r, x, to_si(units::ohms, r, Some(x)));
+                Ok((impedances.into_iter().map(|z| Phasor::new(1.0, 0.0) / z).collect(), true))
             }
             Response::Admittance(only, None) | Response::Impedance(only, None) => {
-                let values = self.values(only);
+                let known =
+                    if matches!(response, Response::Admittance(..)) { units::siemens } else { units::ohms };
+                let [factor, _] = to_si(known, only, None);
+                let values: Vec<f64> = self.values(only).into_iter().map(|v| v * factor).collect();
                 let largest = values.iter().copied().fold(0.0, f64::max);
                 if largest <= 0.0 {
                     return Err(self.negative("amplitude", only, 0));
@@ -183,8 +193,15 @@ pub(crate) fn build(
     let frequency_hz = rows.frequency(&choice.frequency)?;
     let (values, phased) = rows.response(&choice.response, &mut notes)?;
     let mut std_error = match (&choice.std_error, &choice.response) {
+        (Some(p), Response::Admittance(g, b)) => {
+            let [factor, _] = to_si(units::siemens, g, b.as_ref());
+            let factor = units::siemens(&p.unit).unwrap_or(factor);
+            Some(rows.values(p).into_iter().map(|v| v * factor).collect())
+        }
         (Some(p), _) => Some(rows.values(p)),
-        (None, Response::Impedance(r, Some(x))) => inverted_error(&rows.pairs(r, x), &values),
+        (None, Response::Impedance(r, Some(x))) => {
+            inverted_error(&rows.pairs_times(r, x, to_si(units::ohms, r, Some(x))), &values)
+        }
         _ => None,
     };
     let values =
@@ -206,6 +223,12 @@ pub(crate) fn build(
     }
     let curve = builder.build().map_err(ReadProblem::Data)?;
     Ok(Points { curve, rows_read: rows.kept.len() as u64, skipped: rows.skipped, notes })
+}
+
+/// Factors of two columns to S or Ω; one without a known unit is taken to have the other's.
+fn to_si(known: fn(&str) -> Option<f64>, first: &Picked, second: Option<&Picked>) -> [f64; 2] {
+    let (a, b) = (known(&first.unit), second.and_then(|second| known(&second.unit)));
+    [a.or(b), b.or(a)].map(|factor| factor.unwrap_or(1.0))
 }
 
 /// Standard error of the admittances `1/Z` where that of the impedances is one and the same:

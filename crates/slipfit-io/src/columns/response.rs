@@ -126,14 +126,25 @@ impl Chooser<'_> {
 
     /// A conductance with the susceptance that belongs to it.
     fn admittance(&self, g: usize, why: &str, taken: &[usize]) -> Response {
-        let b = self.of_role(Role::Susceptance, taken).map(|b| self.picked(b, "named like a susceptance"));
-        Response::Admittance(self.picked(g, why), b)
+        let b = self.of_role(Role::Susceptance, taken);
+        let b = b.map(|b| self.picked_in(units::siemens, b, "named like a susceptance"));
+        Response::Admittance(self.picked_in(units::siemens, g, why), b)
     }
 
     /// A series resistance with the reactance that belongs to it.
     fn impedance(&self, r: usize, why: &str, taken: &[usize]) -> Response {
-        let x = self.of_role(Role::Reactance, taken).map(|x| self.picked(x, "named like a reactance"));
-        Response::Impedance(self.picked(r, why), x)
+        let x = self.of_role(Role::Reactance, taken);
+        let x = x.map(|x| self.picked_in(units::ohms, x, "named like a reactance"));
+        Response::Impedance(self.picked_in(units::ohms, r, why), x)
+    }
+
+    /// A column in the unit asked for, if that is one it may have.
+    fn picked_in(&self, known: fn(&str) -> Option<f64>, index: usize, why: &str) -> Picked {
+        let mut picked = self.picked(index, why);
+        if let Some(unit) = self.options.unit.as_deref().filter(|unit| known(unit).is_some()) {
+            unit.trim().clone_into(&mut picked.unit);
+        }
+        picked
     }
 
     /// `X` and `Y` beside `R`, a phase or a frequency, in volts or amperes.

@@ -235,8 +235,8 @@ const CURVE: &[Rule] = &[
     }),
 ];
 
-const SIEMENS: &str = "s ms us \u{b5}s \u{3bc}s siemens mho";
-const OHM: &str = "ohm ohms \u{3c9} kohm k\u{3c9} \u{2126}";
+const SIEMENS: &str = "s ms us \u{b5}s \u{3bc}s ns siemens mho mmho umho \u{b5}mho \u{3bc}mho";
+const OHM: &str = "ohm ohms \u{3c9} kohm k\u{3c9} mohm m\u{3c9} \u{2126}";
 
 impl Role {
     /// In a record over time.

@@ -168,6 +168,37 @@ pub(crate) fn radians(unit: &str) -> Option<f64> {
     })
 }
 
+/// What turns numbers in a unit of conductance into S.
+pub(crate) fn siemens(unit: &str) -> Option<f64> {
+    with_prefix(unit, &["siemens", "mho", "s"])
+}
+
+/// What turns numbers in a unit of resistance into Ω.
+pub(crate) fn ohms(unit: &str) -> Option<f64> {
+    with_prefix(unit, &["ohms", "ohm", "\u{3c9}"])
+}
+
+/// The factor of an SI prefix before one of these names in lower case; the case of a prefix counts,
+/// that of a name does not.
+fn with_prefix(unit: &str, names: &[&str]) -> Option<f64> {
+    let unit = unit.trim();
+    let prefix = |name: &&str| {
+        let (at, _) = unit.char_indices().rev().nth(name.chars().count() - 1)?;
+        (unit[at..].to_lowercase() == **name).then(|| unit[..at].trim())
+    };
+    Some(match names.iter().find_map(prefix)? {
+        "" => 1.0,
+        "G" => 1e9,
+        "M" => 1e6,
+        "k" => 1e3,
+        "m" => 1e-3,
+        "u" | "\u{b5}" | "\u{3bc}" => 1e-6,
+        "n" => 1e-9,
+        "p" => 1e-12,
+        _ => return None,
+    })
+}
+
 /// The unit of what has been integrated over time: `m/s` and `m/s^2` become `m`.
 pub(crate) fn integrated(unit: &str) -> String {
     let unit = unit.trim();
@@ -238,5 +269,28 @@ mod tests {
         assert_eq!(hertz("rad / s"), Some(1.0 / TAU));
         assert_eq!(hertz("rpm"), Some(1.0 / 60.0));
         assert_eq!(hertz("horse"), None);
+    }
+
+    #[test]
+    fn conductances_and_resistances_have_prefixes() {
+        for (unit, wanted) in [
+            ("S", 1.0),
+            ("siemens", 1.0),
+            ("mS", 1e-3),
+            ("ms", 1e-3),
+            ("\u{b5}S", 1e-6),
+            ("\u{3bc}S", 1e-6),
+            ("uS", 1e-6),
+            ("nS", 1e-9),
+            ("mmho", 1e-3),
+        ] {
+            assert_eq!(siemens(unit), Some(wanted), "{unit}");
+        }
+        for (unit, wanted) in
+            [("Ohm", 1.0), ("\u{2126}", 1.0), ("k\u{3a9}", 1e3), ("m\u{3a9}", 1e-3), ("MOhm", 1e6)]
+        {
+            assert_eq!(ohms(unit), Some(wanted), "{unit}");
+        }
+        assert_eq!([siemens("V"), siemens(""), ohms("horse")], [None; 3]);
     }
 }

@@ -3,7 +3,7 @@
 use super::parameter::Parameter;
 use super::quantity::Quantity;
 use crate::Error;
-use crate::model::displacement::{Coordinate, DisplacementUnit};
+use crate::model::displacement::{Coordinate, DisplacementUnit, before_time};
 use crate::model::oscillator::{above_zero, at_least_zero};
 
 /// The one mechanical constant a displacement record cannot give.
@@ -77,7 +77,7 @@ pub(crate) fn physical(
 /// Factor to metres or radians (of a rate or an acceleration, to those a second), and whether the
 /// unit is an angle; `None` for what is neither.
 fn length_in_metres(unit: &str) -> (Option<f64>, bool) {
-    let unit = unit.split(['/', ' ', '·']).next().unwrap_or("");
+    let unit = before_time(unit);
     match DisplacementUnit::named(unit) {
         Some(known) => (Some(known.si), known.coordinate == Coordinate::Angle),
         None => ((unit == "g").then_some(9.806_65), false),

@@ -62,13 +62,13 @@ impl Error {
             Self::MissingParameter { name: "drive_amplitude", .. } => {
                 alternatives(["drive_amplitude", "reference"], "gives it").into()
             }
+            Self::WrongCoordinate { .. } => vec![Hint::new("unit", "changes the unit read")],
             // The message says it.
             Self::Parameter { .. }
             | Self::MissingParameter { .. }
             | Self::DoesNotHold { .. }
             | Self::Length { .. }
             | Self::NoSteadyMotion { .. }
-            | Self::WrongCoordinate { .. }
             | Self::UnitMismatch { .. }
             | Self::BelowLeastAmplitude { .. }
             | Self::FrequencyNegative { .. }

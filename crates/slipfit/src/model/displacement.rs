@@ -23,6 +23,7 @@ pub struct DisplacementUnit {
 
 impl DisplacementUnit {
     /// The unit of this name; `None` for what is neither a length nor an angle.
+    /// Names of angles count in any case, as `Deg`; `Grad` is German for degrees.
     ///
     /// ```
     /// use slipfit::model::displacement::{Coordinate, DisplacementUnit};
@@ -33,7 +34,11 @@ impl DisplacementUnit {
     #[must_use]
     pub fn named(unit: &str) -> Option<Self> {
         use Coordinate::{Angle, Length};
-        let (si, coordinate) = match unit.trim() {
+        let unit = unit.trim();
+        if let Some(si) = angle(unit) {
+            return Some(Self { si, coordinate: Angle });
+        }
+        let (si, coordinate) = match unit {
             "m" => (1.0, Length),
             "dm" => (0.1, Length),
             "cm" => (1e-2, Length),
@@ -42,11 +47,6 @@ impl DisplacementUnit {
             "nm" => (1e-9, Length),
             "pm" => (1e-12, Length),
             "fm" => (1e-15, Length),
-            "rad" => (1.0, Angle),
-            "mrad" => (1e-3, Angle),
-            "urad" | "µrad" | "μrad" => (1e-6, Angle),
-            "deg" | "°" | "degrees" => (1f64.to_radians(), Angle),
-            "rev" | "turn" | "turns" => (TAU, Angle),
             _ => return None,
         };
         Some(Self { si, coordinate })
@@ -67,18 +67,46 @@ impl DisplacementUnit {
     }
 }
 
+/// The angle of this name in rad. Prefixes keep their case: `MRad` is not `mrad`.
+fn angle(unit: &str) -> Option<f64> {
+    let radians = |name: &str| name.eq_ignore_ascii_case("rad");
+    let prefixes = [("m", 1e-3), ("u", 1e-6), ("µ", 1e-6), ("μ", 1e-6), ("n", 1e-9)];
+    Some(match unit.to_lowercase().as_str() {
+        "rad" | "radian" | "radians" => 1.0,
+        "deg" | "°" | "degree" | "degrees" | "grad" => 1f64.to_radians(),
+        "arcmin" => 1f64.to_radians() / 60.0,
+        "arcsec" => 1f64.to_radians() / 3600.0,
+        "rev" | "revs" | "turn" | "turns" => TAU,
+        _ => prefixes.into_iter().find(|(prefix, _)| unit.strip_prefix(prefix).is_some_and(radians))?.1,
+    })
+}
+
+/// The unit of which `unit` may be a rate or an acceleration: `deg` of `deg/s`.
+pub(crate) fn before_time(unit: &str) -> &str {
+    unit.split(['/', ' ', '·']).next().unwrap_or("")
+}
+
 impl Coordinate {
-    /// Whether a mechanical constant of this coordinate can turn displacements in `unit` into
-    /// forces: a stiffness in N/m says nothing about an angle, nor a torsion stiffness about a length.
+    /// Whether a mechanical constant of this coordinate can turn displacements in `unit`, or their
+    /// rates and accelerations, into forces: a stiffness in N/m says nothing about an angle, nor a
+    /// torsion stiffness about a length.
+    ///
+    /// A constant of angles needs a unit known as one. That of lengths takes unknown units too, for
+    /// forces in N/m times them, but no capacitance, which has no force.
     ///
     /// # Errors
-    /// [`Error::WrongCoordinate`] where the unit is known to be one of the other coordinate.
+    /// [`Error::WrongCoordinate`] where the unit does not fit.
     pub fn check_unit(self, unit: &str) -> Result<(), Error> {
-        match DisplacementUnit::named(unit) {
-            Some(known) if known.coordinate != self => {
-                Err(Error::WrongCoordinate { expected: self.words(), unit: unit.to_owned() })
-            }
-            _ => Ok(()),
+        let base = before_time(unit.trim());
+        let fits = match (self, DisplacementUnit::named(base)) {
+            (_, Some(known)) => known.coordinate == self,
+            (Self::Angle, None) => false,
+            (Self::Length, None) => !is_capacitance(base),
+        };
+        if fits {
+            Ok(())
+        } else {
+            Err(Error::WrongCoordinate { expected: self.words(), unit: unit.to_owned() })
         }
     }
 
@@ -90,6 +118,11 @@ impl Coordinate {
             Self::Angle => "an angle",
         }
     }
+}
+
+/// Whether a unit is one of capacitances: `F`, `pF`.
+fn is_capacitance(unit: &str) -> bool {
+    unit.strip_suffix('F').is_some_and(|prefix| ["", "m", "u", "µ", "μ", "n", "p", "f"].contains(&prefix))
 }
 
 #[cfg(test)]
@@ -108,8 +141,40 @@ mod tests {
     #[test]
     fn a_constant_belongs_to_its_coordinate() {
         assert_eq!(Coordinate::Length.check_unit("mm"), Ok(()));
-        assert_eq!(Coordinate::Angle.check_unit("V"), Ok(()), "nobody knows");
+        assert_eq!(Coordinate::Length.check_unit("V"), Ok(()), "nobody knows");
         assert!(Coordinate::Length.check_unit("deg").is_err());
         assert!(Coordinate::Angle.check_unit("nm").is_err());
+        for unit in ["deg", "Deg", "°/s", "rad/s^2", "rad s^-2", "mrad"] {
+            assert_eq!(Coordinate::Angle.check_unit(unit), Ok(()), "{unit}");
+            assert!(Coordinate::Length.check_unit(unit).is_err(), "{unit}");
+        }
+        for unit in ["", "V", "horse", "m/s^2", "g", "MRad"] {
+            assert!(Coordinate::Angle.check_unit(unit).is_err(), "{unit}");
+        }
+        for unit in ["F", "pF"] {
+            assert!(Coordinate::Length.check_unit(unit).is_err(), "{unit}");
+        }
+    }
+
+    #[test]
+    fn names_of_angles_count_in_any_case_and_prefixes_in_theirs() {
+        let degree = 1f64.to_radians();
+        for (unit, si) in [
+            ("Deg", degree),
+            ("DEG", degree),
+            ("Degrees", degree),
+            ("Grad", degree),
+            ("Rad", 1.0),
+            ("RAD", 1.0),
+            ("mRad", 1e-3),
+            ("µrad", 1e-6),
+            ("Turns", TAU),
+        ] {
+            let wanted = DisplacementUnit { si, coordinate: Coordinate::Angle };
+            assert_eq!(DisplacementUnit::named(unit), Some(wanted), "{unit}");
+        }
+        for unit in ["MRad", "MRAD", "M", "MM", "degC", "rad^2", "prad"] {
+            assert_eq!(DisplacementUnit::named(unit), None, "{unit}");
+        }
     }
 }
