@@ -110,11 +110,17 @@ pub fn analyse_with(levels: &Levels, options: &Options, criteria: &Criteria) -> 
     if let Some(Calibrated { q, x_f, .. }) = &calibrated {
         parameters.set(Parameter::QFactor, q.clone());
         parameters.set(Parameter::FRICTION_DISPLACEMENT, x_f.clone());
-        if let Some(hz) = options.frequency_hz {
-            let delta = inverse(q, std::f64::consts::PI * hz, "1/s");
+        let hz = options.frequency_hz;
+        let delta = hz.map(|hz| inverse(q, std::f64::consts::PI * hz, "1/s"));
+        if let Some(delta) = &delta {
             parameters.set(Parameter::DECAY_RATE, delta.clone());
-            if let Some(calibration) = options.calibration {
-                for (parameter, quantity) in physical(calibration, TAU * hz, levels.unit(), &delta, x_f) {
+        }
+        if let Some(calibration) = options.calibration {
+            // The force of friction follows from a stiffness without any frequency, the damping does not.
+            let unknown = Quantity::normal(f64::NAN, f64::NAN, "1/s");
+            let (omega_0, delta) = (TAU * hz.unwrap_or(f64::NAN), delta.unwrap_or(unknown));
+            for (parameter, quantity) in physical(calibration, omega_0, levels.unit(), &delta, x_f) {
+                if hz.is_some() || parameter == Parameter::CoulombForce {
                     parameters.set(parameter, quantity);
                 }
             }
@@ -201,7 +207,14 @@ fn check(options: &Options) -> Result<(), Error> {
     if options.drive_gain.is_some() && options.q_factor.is_some() {
         return Err(Error::ConflictingParameters { first: "drive_gain", second: "q_factor" });
     }
-    options.calibration.map_or(Ok(()), Calibration::check)
+    options.calibration.map_or(Ok(()), Calibration::check)?;
+    if matches!(options.calibration, Some(Calibration::Mass { .. })) && options.frequency_hz.is_none() {
+        return Err(Error::MissingParameter {
+            name: "frequency_hz",
+            hint: "forces follow from a mass by it",
+        });
+    }
+    Ok(())
 }
 
 fn ratio_unit(of: &str, by: &str) -> String {
@@ -339,6 +352,20 @@ mod tests {
         let x_f = a.parameter(Parameter::FRICTION_DISPLACEMENT).unwrap();
         assert!((0.0..=1.0).contains(&a.loss_correlation), "{}", a.loss_correlation);
         assert!(x_f.std_error >= x_f.value * 0.4 / q);
+    }
+
+    #[test]
+    fn a_stiffness_gives_the_friction_force_without_a_frequency_and_a_mass_asks_for_one() {
+        let levels = exact(100.0, 0.4, &[0.6, 0.7, 0.8, 0.9], 0.0);
+        let stiffness = Calibration::Stiffness { value: 10.0, std_error: 0.1 };
+        let a = analyse(&levels, &Options { calibration: Some(stiffness), ..Options::default() }).unwrap();
+        let force = a.parameter(Parameter::CoulombForce).unwrap();
+        assert!((force.value / 4e-3 - 1.0).abs() < 1e-3, "{force:?}");
+        assert!(force.std_error > 0.99e-2 * force.value);
+        assert!(a.parameter(Parameter::ViscousCoefficient).is_none());
+        let mass = Calibration::Mass { value: 1.0, std_error: 0.0 };
+        let refused = analyse(&levels, &Options { calibration: Some(mass), ..Options::default() });
+        assert!(matches!(refused, Err(Error::MissingParameter { .. })), "{refused:?}");
     }
 
     #[test]
