@@ -18,6 +18,7 @@ use super::window_fit::Problem;
 use super::{Answer, Options, oscillation, recorded_amplitudes, second_mode};
 use crate::answer::Warning;
 use crate::model::loss::LossModel;
+use crate::record::Clock;
 use crate::{Error, Parameter, Record, SignalKind};
 
 /// Tells viscous from sliding loss in a record of a decaying oscillation.
@@ -43,9 +44,10 @@ use crate::{Error, Parameter, Record, SignalKind};
 /// `/s^2`, else it is `omega x_F` or `omega² x_F` in the record's unit.
 ///
 /// Limits: one mode (others are reported, [`Options::band_hz`] isolates one);
-/// at least one and a half cycles above the noise; drag holds to second order
-/// in the loss of a half cycle, further terms on the average of a cycle, exact
-/// for Q well above one.
+/// at least two cycles above the noise, or, where the exact motion describes
+/// every sample (of at most 20 000), one swing back of a fifth of the first;
+/// drag holds to second order in the loss of a half cycle, further terms on the
+/// average of a cycle, exact for Q well above one.
 ///
 /// # Errors
 /// [`Error::Parameter`] for an option out of range, [`Error::NoOscillation`],
@@ -78,6 +80,7 @@ pub fn analyse(record: &Record, options: &Options) -> Result<Answer, Error> {
 /// As [`analyse`].
 pub fn analyse_with(record: &Record, options: &Options, criteria: &Criteria) -> Result<Answer, Error> {
     options.check()?;
+    let options = &below_half_the_rate(record, options)?;
     let whole = Samples::prepare(record, options)?;
     let answer = analyse_without_line(&whole, record, options, criteria);
     let of_samples = record.kind() == SignalKind::Displacement && options.band_hz.is_none();
@@ -85,6 +88,21 @@ pub fn analyse_with(record: &Record, options: &Options, criteria: &Criteria) -> 
         return answer;
     }
     without_steady_line(&whole, answer, criteria, |rest| analyse_part(rest, record, options, criteria).ok())
+}
+
+/// The options with a band that ends at half the rate of an even clock: the record has no higher frequency.
+fn below_half_the_rate(record: &Record, options: &Options) -> Result<Options, Error> {
+    let mut options = options.clone();
+    let even = record.kind().oscillates() && matches!(record.clock(), Clock::Uniform { .. });
+    let highest = 0.5 / record.clock_report().median_step_s;
+    if let Some([low, high]) = options.band_hz.as_mut().filter(|_| even) {
+        if !(*low < highest) {
+            let range = "frequencies below half of the sampling rate";
+            return Err(Error::Parameter { name: "band_hz", value: *low, range });
+        }
+        *high = high.min(highest);
+    }
+    Ok(options)
 }
 
 /// [`analyse_with`] of prepared samples.
