@@ -6,6 +6,7 @@ use super::samples::Samples;
 use crate::numeric::extremes;
 use crate::signal::blocks::{Block, noise_rms};
 use std::f64::consts::{PI, TAU};
+use std::ops::Range;
 
 /// Samples whose extremes are found together.
 const CHUNK: usize = 1024;
@@ -97,11 +98,15 @@ fn most_at_next_levels(signal: &[f64], sign: f64) -> usize {
     levels[1..].iter().map(|(_, count)| *count).max().unwrap_or(0)
 }
 
-/// Number of samples at the ends of the range, and the index after the last of them.
-pub(crate) fn clipped_samples(signal: &[f64], criteria: &ClippingCriteria) -> (usize, usize) {
-    let Some(ceiling) = ceiling(signal, criteria) else { return (0, 0) };
-    let count = signal.iter().filter(|v| ceiling.holds(**v)).count();
-    (count, signal.iter().rposition(|v| ceiling.holds(*v)).map_or(0, |last| last + 1))
+/// Number of samples at the ends of the range, and whether some of them lie in a window.
+pub(crate) fn clipped_samples(
+    signal: &[f64],
+    window: Range<usize>,
+    criteria: &ClippingCriteria,
+) -> (usize, bool) {
+    let Some(ceiling) = ceiling(signal, criteria) else { return (0, false) };
+    let clipped = |v: &&f64| ceiling.holds(**v);
+    (signal.iter().filter(clipped).count(), signal[window].iter().any(|v| clipped(&v)))
 }
 
 /// Clipped crests, as the motion fitted to them tells: two or three are too few to tell a range by
@@ -233,15 +238,20 @@ mod tests {
 
     #[test]
     fn clipping_is_counted_across_the_edges_of_chunks() {
-        let clipped = |signal: &[f64]| clipped_samples(signal, &ClippingCriteria::default());
+        let within = |signal: &[f64], window| clipped_samples(signal, window, &ClippingCriteria::default());
+        let clipped = |signal: &[f64]| within(signal, 0..signal.len());
         let mut signal: Vec<f64> = (0..5000).map(|i| (f64::from(i) * 0.37).sin() * 0.9).collect();
-        assert_eq!(clipped(&signal), (0, 0));
+        assert_eq!(clipped(&signal), (0, false));
         signal[1020..1030].fill(1.0);
         signal[3000..3003].fill(1.0);
         signal[3500..3505].fill(-1.0);
-        assert_eq!(clipped(&signal), (0, 0), "two runs are no clipping");
+        assert_eq!(clipped(&signal), (0, false), "two runs are no clipping");
         signal[4990..4996].fill(-1.0);
-        assert_eq!(clipped(&signal), (10 + 3 + 5 + 6, 4996));
+        assert_eq!(clipped(&signal), (10 + 3 + 5 + 6, true));
+        assert_eq!(within(&signal, 4995..4996), (24, true));
+        for outside in [0..1020, 3505..4990, 4996..5000] {
+            assert_eq!(within(&signal, outside.clone()), (24, false), "{outside:?}");
+        }
     }
 
     /// Two crests of six cycles, three samples each: too few to tell a range by, until the motion fitted to them
@@ -272,13 +282,14 @@ mod tests {
             (0..3000).map(|i| read(x(f64::from(i)).clamp(-2.0, ceiling))).collect()
         };
         for step in [0.0, 1e-3, 0.02, 0.1] {
-            assert_eq!(clipped_samples(&motion(2.0, step), &criteria), (0, 0), "step {step}");
+            assert_eq!(clipped_samples(&motion(2.0, step), 0..3000, &criteria), (0, false), "step {step}");
         }
         let signal = motion(0.8, 0.0);
         let at_ceiling = signal.iter().filter(|v| **v == 0.8).count();
-        let last = signal.iter().rposition(|v| *v == 0.8).map(|i| i + 1);
-        let (count, end) = clipped_samples(&signal, &criteria);
-        assert_eq!((count, Some(end)), (at_ceiling, last));
+        let end = signal.iter().rposition(|v| *v == 0.8).map_or(0, |i| i + 1);
+        let (count, near_its_end) = clipped_samples(&signal, end - 1..end, &criteria);
+        assert_eq!((count, near_its_end), (at_ceiling, true));
+        assert!(!clipped_samples(&signal, end..3000, &criteria).1);
         assert!(count > 50, "{count} samples to {end}");
         assert!(end > 600, "{count} samples to {end}");
     }

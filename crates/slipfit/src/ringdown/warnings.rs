@@ -76,10 +76,10 @@ pub(crate) fn warnings(e: &Evidence, answer: &Answer) -> Vec<Warning> {
     if e.measured.window.disturbed {
         list.push(Warning::Disturbance { time_s: answer.segment.end_s });
     }
-    let clipped = super::clipping::clipped_samples(&e.samples.signal, &e.criteria.clipping);
-    if !bare && clipped.0 > 0 {
-        let first = e.measured.points[0].first;
-        list.push(Warning::Clipped { samples: clipped.0, inside: clipped.1 > first });
+    let window = e.measured.points[0].first..e.measured.points[e.measured.points.len() - 1].end;
+    let (samples, inside) = super::clipping::clipped_samples(&e.samples.signal, window, &e.criteria.clipping);
+    if !bare && samples > 0 {
+        list.push(Warning::Clipped { samples, inside });
     }
     if let Some(found) =
         answer.diagnostics.distortion.filter(|d| d.relative_amplitude > criteria.strong_harmonic)
