@@ -17,7 +17,7 @@ pub(super) fn set_rice(problem: &mut Problem, p: &[f64], variance: f64, c: &Resi
     // Noise above the lowest amplitudes read is none of Rice's.
     let mut low: Vec<f64> = (0..n).map(|i| problem.main.data[i].re).collect();
     low.sort_by(f64::total_cmp);
-    problem.main.rice = variance.min(low[n / c.rice_part].powi(2));
+    problem.main.rice = variance.min(low[(n / c.rice_part.max(1)).min(n - 1)].powi(2));
     for (i, modelled) in problem.predict(p, false).into_iter().enumerate() {
         if problem.main.weight[i] > 0.0
             && let Some(m) = modelled

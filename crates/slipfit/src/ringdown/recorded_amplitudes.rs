@@ -43,7 +43,10 @@ fn envelope(samples: &Samples, options: &Options, criteria: &Criteria) -> Result
     let c = &criteria.blocks;
     let mut sorted: Vec<f64> = all.iter().map(|b| b.amplitude).collect();
     sorted.sort_by(f64::total_cmp);
-    let (low, top) = (sorted[sorted.len() / c.envelope_floor_fraction], sorted[sorted.len() - 1]);
+    let (low, top) = (
+        sorted[(sorted.len() / c.envelope_floor_fraction.max(1)).min(sorted.len() - 1)],
+        sorted[sorted.len() - 1],
+    );
     let floor = |error: f64| low.min(c.envelope_floor_of_top * top) + c.envelope_floor_errors * error;
     let omega = angular_frequency(samples, options);
     let amplitudes = BlockAmplitudes::with_floor(&all, omega, noise_rms, floor);

@@ -52,7 +52,8 @@ pub fn amplitude_loss_rate(
 /// Time for the amplitude to fall from `from` to `to` at a given loss rate `-dA/dt`, s:
 /// `∫ dA / rate(A)`.
 ///
-/// Infinite where the rate vanishes on the way.
+/// Infinite where the rate vanishes on the way, unless it does so at an end and the time to there is finite, as that of
+/// a rate that falls with the root of the amplitude.
 ///
 /// # Errors
 /// [`Error::Parameter`] unless `0 <= to <= from < infinity`.
@@ -61,7 +62,14 @@ pub fn time_to_fall(from: f64, to: f64, rate: impl Fn(f64) -> f64) -> Result<f64
     if !(0.0..=from).contains(&to) {
         return Err(Error::Parameter { name: "to", value: to, range: "0 <= to <= from" });
     }
-    let time = integrate(&|a: f64| 1.0 / rate(a), to, from);
+    let inverse = |a: f64| 1.0 / rate(a);
+    // Nearer and nearer to where the rate vanishes, each tenth of the way left must take less time than the one before.
+    let endless = |end: f64, other: f64| {
+        let at = |part: i32| end + (other - end) * 10f64.powi(-part);
+        let tenth = |part: i32| integrate(&inverse, at(part + 1), at(part)).abs();
+        from > to && !(rate(end) > 0.0) && !(tenth(6) < 0.9 * tenth(5))
+    };
+    let time = if endless(to, from) || endless(from, to) { f64::NAN } else { integrate(&inverse, to, from) };
     Ok(if time.is_nan() { f64::INFINITY } else { time })
 }
 
@@ -132,6 +140,15 @@ mod tests {
     fn a_constant_rate_takes_its_time() {
         assert!((time_to_fall(3.0, 1.0, |_| 0.5).unwrap() - 4.0).abs() < 1e-13);
         assert!(time_to_fall(1.0, 2.0, |_| 0.5).is_err());
+    }
+
+    #[test]
+    fn a_rate_that_vanishes_takes_for_ever_unless_it_falls_with_a_root() {
+        assert_eq!(time_to_fall(1.0, 0.0, |a| a).unwrap(), f64::INFINITY);
+        assert_eq!(time_to_fall(1.0, 0.5, |a| (a - 0.5).powi(2)).unwrap(), f64::INFINITY);
+        assert_eq!(time_to_fall(1.0, 0.5, |a| 1.0 - a).unwrap(), f64::INFINITY);
+        assert!((time_to_fall(1.0, 0.0, f64::sqrt).unwrap() - 2.0).abs() < 1e-6);
+        assert_eq!(time_to_fall(1.0, 1.0, |_| 0.0).unwrap(), 0.0);
     }
 
     #[test]
