@@ -178,8 +178,8 @@ pub(crate) fn absent_losses(
     found.iter().map(|(t, loss, without)| (*t, loss.weighed(gradient, *without, total))).unzip()
 }
 
-/// What the models say of a quantity that have another loss in the place of the viscous one, where the term `of`
-/// interest is viscous loss or one that they have; `value` gives the quantity and its standard error of a fit.
+/// What the models that have another loss in place of viscous damping say of a quantity; `value` gives the
+/// quantity and its standard error for a fit. Nothing where the chosen model has no viscous damping.
 ///
 /// A model with the other loss beside viscous loss leaves little weight on their end, where viscous loss is nothing:
 /// the one with as many parameters is as probable before the data.

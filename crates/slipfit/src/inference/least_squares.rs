@@ -270,7 +270,7 @@ pub(crate) fn one_step(
     Some(Fit { parameters, unit_covariance, rss, free: free.to_vec(), converged: true })
 }
 
-/// Weighted linear least squares: coefficients and `(XᵀWX)⁻¹`.
+/// Weighted linear least squares: coefficients, `(XᵀWX)⁻¹` and the weighted sum of squares of the residuals.
 pub(crate) fn linear(
     rows: impl Iterator<Item = (Vec<f64>, f64, f64)>,
     columns: usize,

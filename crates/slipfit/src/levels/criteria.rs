@@ -30,7 +30,8 @@ criteria! {
         /// Least threshold of the line over the highest stuck level.
         stuck_reach: f64 = 0.5, source "the noise of a line may halve it", moves "which levels move";
         /// Amplitude over that of the line below which a level above the threshold is stuck.
-        stuck_of_expected: f64 = 0.25, source "far below the noise of a reading", moves "breakaway and its warning";
+        stuck_of_expected: f64 = 0.25, source "a level that moves is read near the line",
+            moves "breakaway and its warning";
         /// Standard errors above which the amplitude of the line lies there.
         expected_errors: f64 = 4.0, source "one level in 1e4 by chance", moves "breakaway and its warning";
         /// Moving levels without which no bend is tested.

@@ -17,7 +17,7 @@ use std::f64::consts::PI;
 /// sin(pi f k h) / (k sin(pi f h)),
 /// ```
 ///
-/// which [`Averaging::finish`] puts back, at most 0.6 %. White noise falls by `sqrt(k)`, so that
+/// which [`Averaging::finish`] puts back, at most 0.7 %. White noise falls by `sqrt(k)`, so that
 /// an estimate from the averaged record is as sure as one from all rows.
 ///
 /// ```

@@ -76,8 +76,7 @@ pub struct ClockReport {
     pub gaps: usize,
     /// The longest of them.
     pub longest_gap: Option<Gap>,
-    /// Median time between two samples (s); of the steps that are not zero
-    /// where more than half are.
+    /// Median step (s); where more than half of the steps are zero, the median of the others.
     pub median_step_s: f64,
     /// Root mean square deviation of the steps from their median, over that
     /// median, gaps left out; 0 for a uniform clock.

@@ -20,8 +20,9 @@ pub struct Swings {
 }
 
 impl Record {
-    /// Counts the swings beyond a tenth of the largest, in one pass over at most 2¹⁸ samples about
-    /// the largest. The middle is the median.
+    /// Counts the swings about the median that go beyond a tenth of the largest. Of a record of more than
+    /// 2¹⁸ samples only so many are looked at, from 2¹⁵ before the one farthest from the mean on, or the
+    /// last ones where fewer follow.
     ///
     /// ```
     /// use slipfit::Record;

@@ -71,8 +71,7 @@ pub fn analyse(curve: &Curve, options: &Options) -> Result<Answer, Error> {
     analyse_with(curve, options, &Criteria::default())
 }
 
-const SEARCH_CUT: &str =
-    "the points follow no resonance curve: the search for one was cut after so much work";
+const SEARCH_CUT: &str = "no resonance curve was found within the work allowed";
 
 /// [`analyse`] by other thresholds than the default ones.
 ///

@@ -77,7 +77,7 @@ pub struct CurvePoint {
     pub residual: f64,
     /// Residual across the fitted phase, response unit; zero without phases.
     pub residual_across: f64,
-    /// Stops in a cycle of the exact motion at this point.
+    /// Stops in a cycle of the exact motion, at least: 0 for many turning points, and where nothing moves.
     pub stops: usize,
     /// Relative drive level of this point (1 without a drive column).
     pub drive: f64,
@@ -185,7 +185,7 @@ pub struct Diagnostics {
     pub residual_excess: f64,
     /// First autocorrelation of the residuals along the frequency.
     pub residual_autocorrelation: f64,
-    /// Highest amplitude over the noise, dB.
+    /// Highest amplitude over the noise of one quadrature, dB.
     pub signal_to_noise_db: f64,
     /// Span of the frequencies over the full width of the line at 1/√2 of its height.
     pub line_widths: f64,

@@ -25,7 +25,7 @@ pub struct Segment {
     /// Why it ends there.
     #[cfg_attr(feature = "schema", schemars(with = "String"))]
     pub end_reason: EndReason,
-    /// Cycles inside (zero for a bare envelope, where none is seen).
+    /// Cycles inside; zero for bare envelopes and lock-in records, whose samples show none.
     pub cycles: f64,
 }
 
@@ -121,7 +121,7 @@ pub struct Diagnostics {
     pub residual_autocorrelation: f64,
     /// How far the amplitudes lie off the law and in what shape, where that is above the noise.
     pub misfit: Option<Misfit>,
-    /// Amplitude at the start over noise, dB.
+    /// Root mean square of the motion at the start over the noise, dB.
     pub signal_to_noise_db: f64,
     /// Decay times recorded: ln of the first over the last amplitude used, which counts no lower than its
     /// standard error.

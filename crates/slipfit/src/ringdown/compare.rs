@@ -175,7 +175,7 @@ pub(crate) fn compare(
             fits.extend(fit_one(model, &fits).map(|fit| (model, fit)));
         }
     }
-    // Where it has losses below zero, the largest on its limits is one of those within it.
+    // Where the largest model has negative losses, it is fitted without them as well.
     let mut model = largest;
     while let Some(inside) = without_negative(&fits, model) {
         if fits.iter().all(|(m, _)| *m != inside) {

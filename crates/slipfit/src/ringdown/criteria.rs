@@ -31,7 +31,7 @@ criteria_groups! {
         amplitude: AmplitudeCriteria,
         /// The fit of the waveform.
         waveform: WaveformCriteria,
-        /// Records of one to three cycles.
+        /// Records of few cycles.
         few_cycles: FewCyclesCriteria,
         /// A short motion in a long quiet record.
         active_part: ActivePartCriteria,
@@ -74,7 +74,7 @@ criteria! {
         /// Blocks above the noise that longer blocks must leave.
         least_visible: usize = 30, source "chosen by simulation", moves "window start and end";
         /// Standard errors below which the amplitude of a block is noise.
-        floor_errors: f64 = 4.0, source "one block in 1e4 by chance", moves "window end";
+        floor_errors: f64 = 4.0, source "one block in 3000 by chance", moves "window end";
         /// Steps of the converter below which an amplitude is not resolved.
         floor_steps: f64 = 1.5, source "chosen by simulation", moves "window end";
         /// Part of the largest amplitude below which no amplitude counts.
@@ -83,7 +83,7 @@ criteria! {
         loss_errors: f64 = 10.0, source "chosen by simulation", moves "bias of late amplitudes";
         /// Most blocks of a record of amplitudes.
         recorded_blocks: usize = 500, source "chosen by simulation", moves "time of analysis";
-        /// The noise floor of an envelope is below this fraction (one in so many) of its amplitudes.
+        /// One in so many amplitudes of an envelope lies below its noise floor.
         envelope_floor_fraction: usize = 50, source "chosen by simulation", moves "window end";
         /// Most that the noise floor of an envelope takes of its largest amplitude.
         envelope_floor_of_top: f64 = 0.2, source "chosen by simulation", moves "window end";
@@ -324,7 +324,8 @@ criteria! {
 }
 
 criteria! {
-    /// Records of one to three cycles.
+    /// Records of few cycles: too short for amplitudes of whole cycles, or with a decay of fewer than
+    /// `most_cycles` cycles that the fit of the waveform begun at its amplitudes does not describe.
     pub struct FewCyclesCriteria in "few_cycles" {
         /// Most samples of such a record.
         most_samples: usize = 20_000, source "chosen by simulation", moves "time of analysis";

@@ -1,5 +1,8 @@
-//! Records of one to three cycles: too short for amplitudes of whole cycles,
-//! long enough for the exact motion to be fitted to every sample.
+//! Records of few cycles: the exact motion is fitted to every sample, from start values of its own.
+//!
+//! They are too short for amplitudes of whole cycles, or hold a decay of fewer than
+//! [`most_cycles`](FewCyclesCriteria::most_cycles) (8) cycles that the fit of the waveform begun at its
+//! amplitudes does not describe.
 
 use super::compare::Models;
 use super::criteria::{AgreementCriteria, Criteria, FewCyclesCriteria};

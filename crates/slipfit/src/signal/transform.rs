@@ -31,7 +31,7 @@ pub(super) struct Grid<'a> {
     pub(super) values: Cow<'a, [f64]>,
 }
 
-/// Median of the steps of a clock, from at most 1001 of them.
+/// Median of the steps of a clock that are above zero, from at most 2000 of them.
 pub(super) fn median_step(time: &[f64]) -> f64 {
     let stride = (time.len() / 1000).max(1);
     let mut steps: Vec<f64> =

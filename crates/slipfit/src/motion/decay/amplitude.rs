@@ -310,7 +310,7 @@ pub(super) fn integrate_step(rate: impl Fn(f64) -> f64, amplitude: f64, h: f64) 
     };
     let before = rate(amplitude);
     let once = classical(amplitude, before, h);
-    // Of fifth order in the part that is lost: nothing.
+    // The error is of fifth order in the loss of the step, negligible here.
     if (once - amplitude).abs() < SMALL_LOSS * amplitude.abs() {
         let end = rate(once);
         // Hermite's cubic through both ends.

@@ -44,7 +44,7 @@ pub fn ring_down_amplitude(oscillator: &Oscillator, initial_amplitude: f64, time
 }
 
 /// Energy lost in half a cycle at velocity amplitude `v`, eq. (17), over the mass:
-/// `2 (F/m) v/omega_r + (pi/2)(gamma/m) v²/omega_r`.
+/// `2 (F/m) v/omega_r + (pi/2)(gamma/m) v²/omega_r`; `omega_r` is taken as `omega_0` here.
 ///
 /// The print lacks the `1/omega_r` of the viscous term, without which eq. (18)
 /// does not follow and the dimensions do not fit: see
@@ -56,6 +56,8 @@ pub fn half_cycle_energy(oscillator: &Oscillator, velocity_amplitude: f64) -> f6
 }
 
 /// Eq. (17) as printed, `2 (F/m) v/omega_r + (pi/2)(gamma/m) v²`: kept to show the difference.
+///
+/// `omega_r` is taken as `omega_0` here.
 pub fn half_cycle_energy_as_printed(oscillator: &Oscillator, velocity_amplitude: f64) -> f64 {
     let v = velocity_amplitude;
     2.0 * force_over_mass(oscillator) * v / oscillator.omega_0() + PI * oscillator.decay_rate_per_s() * v * v
@@ -64,7 +66,7 @@ pub fn half_cycle_energy_as_printed(oscillator: &Oscillator, velocity_amplitude:
 /// Rate of change of the velocity amplitude, eq. (18):
 /// `dv/dt = -(2F/pi + gamma v/2)/m`, per s².
 ///
-/// Its solution from `v = A_i omega_r` is eq. (16).
+/// Its solution from `v = A_i omega_r` is eq. (16); `omega_r` is taken as `omega_0` here.
 pub fn velocity_amplitude_rate(oscillator: &Oscillator, velocity_amplitude: f64) -> f64 {
     -(2.0 * force_over_mass(oscillator) / PI + oscillator.decay_rate_per_s() * velocity_amplitude)
 }

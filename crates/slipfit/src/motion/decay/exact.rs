@@ -241,7 +241,7 @@ impl FreeDecay {
             return None;
         }
         // Rounding may put the index one off; the turning points themselves decide.
-        // It cannot be many: the bound on the search is for the reader's peace.
+        // It cannot be many: the bound guards against an endless loop.
         let mut left = 10_000;
         while n > 1.0 && self.amplitude(n - 1.0) <= x_s && left > 0 {
             n -= 1.0;

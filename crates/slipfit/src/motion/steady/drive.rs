@@ -14,7 +14,7 @@ impl HarmonicDrive {
     /// Amplitude `x_0` and angular frequency, rad/s.
     ///
     /// # Errors
-    /// [`Error::Parameter`] unless both are above zero and finite.
+    /// [`Error::Parameter`] unless `1e-150 <= amplitude <= 1e100` and `0 < omega <= 1e50`.
     pub fn new(amplitude: f64, omega: f64) -> Result<Self, Error> {
         if !(1e-150..=1e100).contains(&amplitude) {
             let range = "0 < amplitude, 1e-150 to 1e100";

@@ -6,8 +6,8 @@
 //!
 //! The proportionality `a` is not the constant 4/3 the paper finds: it runs from 1.24 to
 //! 1.62 with `beta` and with the window fitted. Inverting with 4/3 biases `F` by +53 %
-//! (`beta` 0.05, window of 1.5 half line widths) to -2.6 % (`beta` 0.9, window of 10), `Q` by
-//! +3 % to -21 % in the same two. Fitting eq. (8) or the exact curve has no such bias.
+//! (`beta` 0.05, window of 1.5 half line widths) to -3.3 % (`beta` 0.9, window of 10), `Q` by
+//! +3 % to -23 % in the same two. Fitting eq. (8) or the exact curve has no such bias.
 
 pub use super::lorentzian_fit::{LorentzianFit, fit};
 

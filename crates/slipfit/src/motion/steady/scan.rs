@@ -173,7 +173,7 @@ pub fn chirp_with_friction(
 ///
 /// # Errors
 /// [`Error::Parameter`] for a drive or frequency not above zero, or a negative wait; else as
-/// [`solve`](super::solve())(super::solve).
+/// [`solve`](super::solve()).
 ///
 /// ```
 /// # use slipfit::{Oscillator, motion::simulate::Friction, motion::steady::scan};

@@ -6,7 +6,7 @@ criteria! {
     /// The law without a model.
     pub struct FreeLawCriteria in "free_law" {
         /// Amplitudes without which no law is drawn through them.
-        least_points: usize = 12, source "four times the parameters of a straight line",
+        least_points: usize = 12, source "four times the three unknowns of a start, a loss and its slope",
             moves "coverage of the law without a model";
         /// Amplitudes for each stretch of the curve with a curvature of its own.
         points_per_stretch: usize = 5, source "more stretches change no coverage",

@@ -169,7 +169,7 @@ mod tests {
     }
 
     #[test]
-    fn a_decay_is_followed_from_the_start_of_the_record_follow_into_noise() {
+    fn a_decay_is_followed_from_the_start_of_the_record_into_noise() {
         let found = window(|t| (-t / 20.0).exp());
         assert_eq!(found.start_reason, StartReason::RecordStart);
         assert_eq!(found.end_reason, EndReason::Noise);

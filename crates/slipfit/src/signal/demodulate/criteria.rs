@@ -6,7 +6,7 @@ criteria! {
     /// The thresholds of [`demodulate_with`](super::demodulate_with).
     pub struct Criteria in "demodulation" {
         /// Cycles that the steady motion must hold.
-        least_cycles: f64 = 3.0, source "amplitude, phase, offset and drift are five unknowns",
+        least_cycles: f64 = 3.0, source "amplitude, phase, frequency, offset and drift are five unknowns",
             moves "refusals";
         /// Samples without which no sine is fitted.
         least_samples: usize = 16, source "twice as many as a sine with two harmonics, offset and drift has unknowns",
@@ -21,15 +21,15 @@ criteria! {
             moves "instant from which the motion is steady";
         /// Standard deviations from the mean of those after it beyond which a block is part of the
         /// transient.
-        far: f64 = 3.5, source "one steady block in two thousand", moves "transient left in, or too much left out";
+        far: f64 = 3.5, source "one steady block in 2e5", moves "transient left in, or too much left out";
         /// Standard deviations from the steady motion beyond which a block tells how fast the transient
         /// falls.
-        seen: f64 = 2.0, source "one steady block in twenty", moves "transient left in, or too much left out";
+        seen: f64 = 2.0, source "one steady block in 55", moves "transient left in, or too much left out";
         /// Decay times of the transient left out beyond the last block that shows it.
         guard: f64 = 2.0, source "what it adds to the mean is below the noise of the mean",
             moves "bias of the amplitude";
         /// Standard errors by which the two halves of a steady motion may differ.
-        halves_differ: f64 = 4.0, source "one steady motion in 1e4", moves "warnings of motions not settled";
+        halves_differ: f64 = 4.0, source "one steady motion in 1e7", moves "warnings of motions not settled";
         /// The same over the amplitude: such a difference does not count, however small the noise.
         halves_relative: f64 = 1e-3, source "below the accuracy of a drive", moves "warnings of motions not settled";
         /// p value of a constant frequency of the drive below which it changes along the record.
