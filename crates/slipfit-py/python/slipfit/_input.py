@@ -38,10 +38,10 @@ def unmasked(values: Any) -> Any:
     if not isinstance(values, np.ma.MaskedArray):
         return values
     if values.dtype.kind in "mM":
-        return values.filled(np.array("NaT", dtype=values.dtype))
+        return values.filled(np.datetime64("NaT") if values.dtype.kind == "M" else np.timedelta64("NaT"))
     if values.dtype.kind in "fc":
         return values.filled(np.nan)
-    numbers = values.astype(object if values.dtype.kind == "O" else np.float64)
+    numbers: Any = values.astype(object if values.dtype.kind == "O" else np.float64)
     return numbers.filled(np.nan)
 
 
@@ -70,7 +70,8 @@ def seconds(name: str, values: ArrayLike) -> Vector:
     """Times in seconds; dates are counted from the first."""
     if getattr(getattr(values, "dtype", None), "tz", None) is not None:
         # A column of pandas whose dates have a time zone.
-        values = values.dt.tz_convert(None)
+        dates: Any = values
+        values = dates.dt.tz_convert(None)
     try:
         array = np.asarray(unmasked(values))
     except ValueError as error:
