@@ -481,6 +481,9 @@ criteria! {
         silence_periods: f64 = 3.0, source "chosen by simulation", moves "stops reported";
         /// Periods' worth of samples that may follow the silence.
         samples_after: f64 = 0.5, source "chosen by simulation", moves "stops reported";
+        /// Amplitudes of the last block, and errors of a sample, beyond which what follows is another motion.
+        another_motion: f64 = 5.0, source "a decay does not grow, and noise lies beyond once in 2e6 samples",
+            moves "stops reported";
         /// One in so many samples after the decay shows the place of rest.
         tail_part: usize = 4, source "chosen by simulation", moves "stops reported";
         /// Samples that show the place of rest at least.

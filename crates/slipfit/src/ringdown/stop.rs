@@ -20,7 +20,11 @@ pub(crate) fn stop(
     let last = measured.points.last()?;
     // The phase of a strange record may run backwards.
     let period = TAU / last.omega.abs();
-    let n = signal.len();
+    // A jolt or a second release ends the rest.
+    let beyond = criteria.another_motion * last.amplitude.max(measured.noise_rms);
+    let another = |i: &usize| (signal[*i] - last.offset).abs() > beyond;
+    let n = (last.end..signal.len()).find(another).unwrap_or(signal.len());
+    let (time, signal) = (&time[..n], &signal[..n]);
     if let Some(silent) = silence(time, last, period, criteria) {
         return Some(Stop {
             time_s: time[silent],
@@ -68,4 +72,34 @@ fn silence(time: &[f64], last: &Block, period: f64, criteria: &StopCriteria) -> 
     let silent = (last.first..n - 1).find(|&i| time[i + 1] - time[i] > criteria.silence_periods * period)?;
     let in_a_period = (last.end - last.first) as f64 / last.span_s * period;
     ((n - 1 - silent) as f64 <= criteria.samples_after * in_a_period).then_some(silent)
+}
+
+#[cfg(test)]
+mod tests {
+    use crate::motion::decay::FreeDecay;
+    use crate::noise::jitter;
+    use crate::ringdown::{Options, analyse};
+    use crate::{Oscillator, Record};
+    use std::f64::consts::TAU;
+
+    /// Three releases: the stop is that of the motion that the answer describes.
+    #[test]
+    fn the_stop_is_that_of_the_motion_used() {
+        let stop_s = |x_f: f64| {
+            let oscillator = Oscillator::kinematic(TAU * 2.0, 0.05, x_f).expect("valid");
+            FreeDecay::from_rest(&oscillator, 1.0).expect("valid")
+        };
+        let decays = [stop_s(0.02), stop_s(0.03), stop_s(0.04)];
+        let at = |i: usize| {
+            let t = i as f64 / 100.0;
+            let hit = ((t / 20.0) as usize).min(2);
+            decays[hit].displacement(t - 20.0 * hit as f64) + 1e-3 * jitter(i, 4)
+        };
+        let record = Record::uniform(100.0, (0..6000).map(at).collect()).expect("valid");
+        let answer = analyse(&record, &Options::default()).expect("fits");
+        let hit = ((answer.segment.start_s + 0.5) / 20.0) as usize;
+        let truth = 20.0 * hit as f64 + decays[hit].stop().expect("stops").time_s;
+        let found = answer.stop.expect("it comes to rest").time_s;
+        assert!((found - truth).abs() < 0.5, "{found} for {truth}: {:?}", answer.segment);
+    }
 }
