@@ -77,6 +77,17 @@ impl Failure {
                     "--min-amplitude {least} {unit}: the decay begins at {initial} already"
                 ));
             }
+            Error::OutsideRecord { name, value_s, from_s, to_s } => {
+                let message = format!(
+                    "{}: {} {value_s} leaves nothing: the record goes from {from_s} s to {to_s} s",
+                    file.display(),
+                    flag(name)
+                );
+                return Self::new(message).hints(&error.hints(what));
+            }
+            Error::MissingParameter { name, hint } => {
+                return Self::new(format!("{} is missing: {hint}", flag(name)));
+            }
             _ => {}
         }
         Self::new(format!("{}: {error}", file.display())).hints(&error.hints(what))

@@ -61,7 +61,8 @@ Files are written beside their place and renamed: a full disk or a kill leaves t
 No output may be an input. A file that slipfit did not write is replaced with --force only; its
 own it knows by their schema, first comment, last line or metadata (.npy has room for none).
 
-Exit status: 0 done, 1 warnings under --strict, 2 failed, 130 interrupted.";
+Exit status: 0 done (of several files at least one), 1 warnings or a failed file under --strict, 2 failed,
+130 interrupted.";
 
 /// Tells sliding friction from viscous damping in any oscillator.
 ///
