@@ -94,7 +94,7 @@ impl Failure {
     }
 
     /// The same with what helps, if anything does.
-    fn hints(self, hints: &[Hint]) -> Self {
+    pub(crate) fn hints(self, hints: &[Hint]) -> Self {
         if hints.is_empty() { self } else { self.hint(hint::spelled(hints, &spelled)) }
     }
 }

@@ -100,7 +100,7 @@ impl<'py> Failure<'py> {
         self
     }
 
-    fn hints(mut self, hints: Vec<Hint>) -> Self {
+    pub(crate) fn hints(mut self, hints: Vec<Hint>) -> Self {
         self.hints = hints;
         self
     }

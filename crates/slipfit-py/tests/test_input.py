@@ -309,6 +309,10 @@ def test_dates_of_every_make_are_times(swing):
     for given in (pandas.Series(dates), dates, list(dates.to_pydatetime()), list(pandas.to_timedelta(time, unit="s"))):
         found = slipfit.ringdown(given, signal, unit="rad")
         assert found.parameters.frequency_hz.value == pytest.approx(hz, rel=1e-6)
+    holes = list(dates.to_pydatetime())
+    holes[10], holes[20], holes[30] = None, pandas.NaT, pandas.NA
+    found = slipfit.ringdown(holes, signal, unit="rad")
+    assert found.to_dict()["input"]["rows_skipped"] == 3
 
 
 @pytest.mark.parametrize(

@@ -4,6 +4,7 @@ use super::Uncertain;
 use crate::failure::Failure;
 use clap::Args;
 use slipfit::Calibration;
+use slipfit::answer::hint::Analysis;
 use slipfit::model::displacement::Coordinate;
 
 /// At most one mechanical constant.
@@ -42,19 +43,9 @@ impl CalibrationArgs {
     /// Whether the constant fits a signal in `unit`.
     pub(crate) fn check(&self, unit: &str) -> Result<(), Failure> {
         let Some((flag, coordinate)) = self.given() else { return Ok(()) };
-        coordinate.check_unit(unit).map_err(|_| {
-            let help = if unit.is_empty() {
-                "--unit deg or --unit rad says which angle it is"
-            } else if Coordinate::Length.check_unit(unit).is_ok() {
-                "--stiffness or --mass calibrates a displacement, --unit deg or --unit rad says that \
-                 it is an angle"
-            } else if Coordinate::Angle.check_unit(unit).is_ok() {
-                "--torsion-stiffness or --inertia calibrates an angle, --unit changes the unit read"
-            } else {
-                "a capacitance has no force, --unit changes the unit read"
-            };
-            let found = if unit.is_empty() { "has no unit" } else { "is in " };
-            Failure::new(format!("{flag} is for {}; the signal {found}{unit}", coordinate.words())).hint(help)
+        coordinate.check_unit(unit).map_err(|error| {
+            let message = error.to_string().replacen("the constant", flag, 1);
+            Failure::new(message).hints(&error.hints(Analysis::Ringdown))
         })
     }
 

@@ -3,6 +3,7 @@
 use std::f64::consts::TAU;
 
 use slipfit::SignalKind;
+use slipfit::model::displacement::{Coordinate, DisplacementUnit};
 
 /// From a unit of time to seconds.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -159,13 +160,7 @@ pub(crate) fn hertz(unit: &str) -> Option<f64> {
 
 /// What turns numbers in a unit of angle into radians.
 pub(crate) fn radians(unit: &str) -> Option<f64> {
-    Some(match unit.trim().to_lowercase().as_str() {
-        "rad" | "radian" | "radians" => 1.0,
-        "mrad" => 1e-3,
-        "deg" | "degree" | "degrees" | "grad" | "\u{b0}" => 1f64.to_radians(),
-        "turn" | "turns" | "rev" => TAU,
-        _ => return None,
-    })
+    DisplacementUnit::named(unit).filter(|unit| unit.coordinate == Coordinate::Angle).map(|unit| unit.si)
 }
 
 /// What turns numbers in a unit of conductance into S.

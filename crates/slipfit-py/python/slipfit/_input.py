@@ -91,18 +91,25 @@ def seconds(name: str, values: ArrayLike) -> Vector:
 
 def _moments(array: NDArray[np.object_]) -> NDArray[Any]:
     """Dates or durations held as objects of their own; anything else as it is."""
-    known = [one for one in array if one is not None and one == one]
+    known = [one for one in array if not _missing(one)]
     if known and all(isinstance(one, datetime.timedelta) for one in known):
-        return array.astype("timedelta64[ns]")
+        return np.array([np.timedelta64("NaT") if _missing(one) else one for one in array], "timedelta64[ns]")
     if known and all(isinstance(one, datetime.datetime) for one in known):
-        naive = [
-            one.astimezone(datetime.timezone.utc).replace(tzinfo=None)
-            if isinstance(one, datetime.datetime) and one.tzinfo is not None
-            else one
-            for one in array
-        ]
-        return np.array(naive, dtype="datetime64[ns]")
+        return np.array([np.datetime64("NaT") if _missing(one) else _naive(one) for one in array], "datetime64[ns]")
     return array
+
+
+def _missing(one: Any) -> bool:
+    """Whether an object stands for no value: None, NaN and NaT, which differ from themselves, or the NA of pandas."""
+    try:
+        return one is None or bool(one != one)
+    except TypeError:
+        return True
+
+
+def _naive(moment: datetime.datetime) -> datetime.datetime:
+    """A date without its time zone, in that of Greenwich."""
+    return moment if moment.tzinfo is None else moment.astimezone(datetime.timezone.utc).replace(tzinfo=None)
 
 
 def coordinate_seconds(coordinate: Any) -> Vector:

@@ -1,7 +1,8 @@
 //! What is fixed before an analysis.
 
-use crate::failure::option_error;
+use crate::failure::{Failure, option_error};
 use pyo3::prelude::*;
+use slipfit::answer::hint::Analysis;
 use slipfit::model::displacement::Coordinate;
 use slipfit::resonance::{DriveAmplitude, Method, Terms};
 use slipfit::ringdown::{LawOption, LowPass};
@@ -63,18 +64,10 @@ impl Constants {
     /// The constant, which must fit a signal in `unit`.
     pub(super) fn calibration(self, py: Python<'_>, unit: &str) -> PyResult<Option<Calibration>> {
         let Some((name, constant, coordinate)) = self.given(py)? else { return Ok(None) };
-        coordinate.check_unit(unit).map_err(|_| {
-            let help = if unit.is_empty() {
-                "unit='deg' or unit='rad' says which angle it is"
-            } else if Coordinate::Length.check_unit(unit).is_ok() {
-                "stiffness or mass calibrates a displacement"
-            } else if Coordinate::Angle.check_unit(unit).is_ok() {
-                "torsion_stiffness or inertia calibrates an angle"
-            } else {
-                "a capacitance has no force"
-            };
-            let (words, found) = (coordinate.words(), if unit.is_empty() { "has no unit" } else { "is in " });
-            option_error(py, name, format!("{name} is for {words}; the signal {found}{unit}; {help}"))
+        coordinate.check_unit(unit).map_err(|error| {
+            let message = error.to_string().replacen("the constant", name, 1);
+            let failure = Failure::new(py, "OptionError", "option", message).with("option", name);
+            failure.hints(error.hints(Analysis::Ringdown)).into_error()
         })?;
         Ok(Some(constant))
     }

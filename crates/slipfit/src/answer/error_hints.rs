@@ -2,6 +2,7 @@
 
 use super::hint::{Analysis, Hint};
 use crate::Error;
+use crate::model::displacement::Coordinate;
 
 impl Error {
     /// What a person can do about it in the analysis that was asked for, mostly an option; empty where
@@ -62,7 +63,7 @@ impl Error {
             Self::MissingParameter { name: "drive_amplitude", .. } => {
                 alternatives(["drive_amplitude", "reference"], "gives it").into()
             }
-            Self::WrongCoordinate { .. } => vec![Hint::new("unit", "changes the unit read")],
+            Self::WrongCoordinate { unit, .. } => other_constants(unit),
             // The message says it.
             Self::Parameter { .. }
             | Self::MissingParameter { .. }
@@ -85,6 +86,24 @@ fn free_decay_by_hand() -> Vec<Hint> {
     let mut hints = alternatives(["start_s", "end_s"], "chooses the free decay by hand").to_vec();
     hints.push(Hint::advice("a longer record helps more"));
     hints
+}
+
+/// The constants that can calibrate a signal in `unit`, or the unit that those given need.
+fn other_constants(unit: &str) -> Vec<Hint> {
+    let angle = |advice: &'static str| ["deg", "rad"].map(|unit| Hint::new("unit", advice).with(unit));
+    let read = || Hint::new("unit", "changes the unit read");
+    if unit.is_empty() {
+        angle("says which angle it is").into()
+    } else if Coordinate::Length.check_unit(unit).is_ok() {
+        let constants = alternatives(["stiffness", "mass"], "calibrates a displacement");
+        [constants, angle("says that it is an angle")].concat()
+    } else if Coordinate::Angle.check_unit(unit).is_ok() {
+        let mut hints = alternatives(["torsion_stiffness", "inertia"], "calibrates an angle").to_vec();
+        hints.push(read());
+        hints
+    } else {
+        vec![Hint::advice("a capacitance has no force"), read()]
+    }
 }
 
 fn other_columns_of_levels() -> Vec<Hint> {

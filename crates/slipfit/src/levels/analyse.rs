@@ -101,11 +101,11 @@ pub fn analyse_with(levels: &Levels, options: &Options, criteria: &Criteria) -> 
         ..Quantity::normal(line.slope, slope_std, ratio_unit(levels.unit(), drive_unit))
     };
     let threshold = not_negative(threshold, threshold_std, factor, drive_unit);
-    let missing = not_negative(-line.intercept, v(0, 0).sqrt(), factor, levels.unit());
+    let lost_amplitude = not_negative(-line.intercept, v(0, 0).sqrt(), factor, levels.unit());
     let mut parameters = Parameters::default();
     parameters.set(Parameter::Slope, slope.clone());
     parameters.set(Parameter::Threshold, threshold.clone());
-    let found = LineQuantities { slope, threshold, missing, correlation };
+    let found = LineQuantities { slope, threshold, lost_amplitude, correlation };
     let calibrated = found.calibrated(levels, options);
     if let Some(Calibrated { q, x_f, .. }) = &calibrated {
         parameters.set(Parameter::QFactor, q.clone());
@@ -246,7 +246,7 @@ struct LineQuantities {
     slope: Quantity,
     threshold: Quantity,
     /// The amplitude that friction takes away, `slope threshold`: minus the intercept.
-    missing: Quantity,
+    lost_amplitude: Quantity,
     /// Of slope and threshold.
     correlation: f64,
 }
@@ -264,7 +264,7 @@ impl LineQuantities {
     fn calibrated(&self, levels: &Levels, options: &Options) -> Option<Calibrated> {
         if let Some([q, q_std]) = options.q_factor {
             let relative = q_std / q;
-            let x_f = self.missing.scaled(FRAC_PI_4 / q, levels.unit());
+            let x_f = self.lost_amplitude.scaled(FRAC_PI_4 / q, levels.unit());
             let loss_correlation = loss_correlation(relative, 0.0, &x_f, 0.0);
             let q = Quantity::normal(q, q_std, "");
             return Some(Calibrated { q, x_f: x_f.widened(relative), loss_correlation });
