@@ -3,16 +3,11 @@
 mod outcome;
 mod steps;
 
-use std::fs::File;
-use std::process::{Child, Command, ExitCode};
+use std::process::ExitCode;
 use std::time::{Duration, Instant};
 
 use crate::Failure;
-use crate::places::target;
 use outcome::{Outcome, Step};
-
-/// Asks for the builds of the last steps alone.
-const AHEAD: &str = "--ahead";
 
 struct Row {
     name: &'static str,
@@ -23,22 +18,10 @@ struct Row {
 /// Runs every step, or those whose names hold a text, whatever became of the earlier ones, and prints a
 /// table.
 pub(crate) fn run(arguments: &[String]) -> Result<ExitCode, Failure> {
-    let begun = Instant::now();
     let rows: Vec<Row> = match arguments {
-        [] => {
-            let ahead = start_ahead()?;
-            let mut rows: Vec<Row> = steps::FIRST.iter().map(take).collect();
-            rows.push(take_ahead(ahead));
-            rows.extend(steps::LAST.iter().map(take));
-            rows
-        }
-        [flag] if flag == AHEAD => {
-            steps::build_ahead();
-            return Ok(ExitCode::SUCCESS);
-        }
+        [] => steps::ALL.iter().map(take).collect(),
         [flag, text] if flag == "--only" => {
-            let all = steps::FIRST.iter().chain(&steps::LAST);
-            all.filter(|(name, _)| name.contains(text.as_str())).map(take).collect()
+            steps::ALL.iter().filter(|(name, _)| name.contains(text.as_str())).map(take).collect()
         }
         _ => return Err("check takes nothing, or --only TEXT".into()),
     };
@@ -47,7 +30,8 @@ pub(crate) fn run(arguments: &[String]) -> Result<ExitCode, Failure> {
     }
     println!("\n{}", table(&rows));
     let failed = rows.iter().filter(|row| row.result.is_err()).count();
-    let total_s = begun.elapsed().as_secs_f64();
+    let total: Duration = rows.iter().map(|row| row.time).sum();
+    let total_s = total.as_secs_f64();
     if failed == 0 {
         println!("check passed in {total_s:.0} s");
         Ok(ExitCode::SUCCESS)
@@ -55,21 +39,6 @@ pub(crate) fn run(arguments: &[String]) -> Result<ExitCode, Failure> {
         println!("check FAILED: {failed} of {} steps, {total_s:.0} s", rows.len());
         Ok(ExitCode::FAILURE)
     }
-}
-
-/// Starts this program once more for the builds of the last steps, which leave half of the cores idle. What it
-/// prints lies in `target/check-ahead.log`.
-fn start_ahead() -> Result<Child, Failure> {
-    let log = File::create(target()?.join("check-ahead.log"))?;
-    let mut ahead = Command::new(std::env::current_exe()?);
-    Ok(ahead.args(["check", AHEAD]).stdout(log.try_clone()?).stderr(log).spawn()?)
-}
-
-/// The row of the time it takes beyond the first steps.
-fn take_ahead(mut ahead: Child) -> Row {
-    let begun = Instant::now();
-    let result = ahead.wait().map(|_| Outcome::passed()).map_err(Failure::from);
-    Row { name: "builds made ahead", result, time: begun.elapsed() }
 }
 
 fn take(&(name, action): &Step) -> Row {

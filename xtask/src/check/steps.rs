@@ -2,7 +2,6 @@
 
 use std::ffi::OsStr;
 use std::path::{Path, PathBuf};
-use std::process::Command;
 
 use super::outcome::{Outcome, Step};
 use crate::places::{cargo, command, root, run, slipfit, slipfit_build, succeeds, target};
@@ -10,8 +9,7 @@ use crate::tools::{CARGO_DENY, TYPOS};
 use crate::web::{self, Toolchain, WASM};
 use crate::{Failure, book, python};
 
-/// On the source and with the profile of the tests.
-pub(super) const FIRST: [Step; 8] = [
+pub(super) const ALL: [Step; 14] = [
     ("format", format),
     ("core links no C", core_links_no_c),
     ("core without default features", core_without_default_features),
@@ -20,10 +18,6 @@ pub(super) const FIRST: [Step; 8] = [
     ("documentation", documentation),
     ("tests", tests),
     ("documentation tests", documentation_tests),
-];
-
-/// With what [`build_ahead`] makes.
-pub(super) const LAST: [Step; 6] = [
     ("Python package", python_package),
     ("commands of the documentation", commands_of_the_documentation),
     ("page in a browser", page_in_a_browser),
@@ -34,18 +28,6 @@ pub(super) const LAST: [Step; 6] = [
 
 /// Built by `cargo xtask fuzz` with libFuzzer in it, which takes a C++ compiler.
 const FUZZ: &str = "slipfit-fuzz";
-
-/// Makes what [`LAST`] needs. What fails here fails again in its step, which says why.
-pub(super) fn build_ahead() {
-    let _ = package_environment().and_then(|programs| run(&mut wheel_build(&programs)?));
-    let _ = slipfit();
-    if let Ok(toolchain) = Toolchain::find() {
-        let _ = web::build(&toolchain);
-    }
-    for tool in [CARGO_DENY, TYPOS] {
-        let _ = tool.program();
-    }
-}
 
 fn format() -> Result<Outcome, Failure> {
     let output = cargo().args(["fmt", "--all", "--check"]).output()?;
@@ -175,16 +157,25 @@ fn documentation_tests() -> Result<Outcome, Failure> {
 
 /// The wheel, built and installed into an environment of its own, beside the command it must agree with.
 fn python_package() -> Result<Outcome, Failure> {
-    let programs = match package_environment() {
+    let requirements = root().join("crates/slipfit-py/tests/requirements.txt");
+    let environment = target()?.join("venv-package");
+    let programs = match python::environment(&environment) {
         Ok(programs) => programs,
         Err(failure) => return Ok(Outcome::Skipped(format!("Python package NOT tested: {failure}"))),
     };
+    if let Err(failure) = python::install(&programs, [OsStr::new("--requirement"), requirements.as_os_str()])
+    {
+        return Ok(Outcome::Skipped(format!("Python package NOT tested: {failure}")));
+    }
     let python = python::python_in(&programs);
-    let wheels = wheels()?;
+    let wheels = target()?.join("wheels");
     if wheels.is_dir() {
         std::fs::remove_dir_all(&wheels)?;
     }
-    run(&mut wheel_build(&programs)?)?;
+    // Both as users build them: the profile of the tests takes several times as long.
+    let mut maturin = command(programs.join("maturin"));
+    maturin.args(["build", "--quiet", "--release", "--interpreter"]).arg(&python);
+    run(maturin.arg("--out").arg(&wheels).env("CARGO", cargo().get_program()))?;
     let wheel = std::fs::read_dir(&wheels)?.next().ok_or("maturin built no wheel")??.path();
     let again = [OsStr::new("--force-reinstall"), OsStr::new("--no-deps"), wheel.as_os_str()];
     python::install(&programs, again)?;
@@ -193,26 +184,6 @@ fn python_package() -> Result<Outcome, Failure> {
     // The types; its program for Node comes over the network the first time.
     run(command(programs.join("pyright")).arg("--pythonpath").arg(&python))?;
     Ok(Outcome::passed())
-}
-
-/// The environment of the package's tests, filled with what they import: the folder of its programs.
-fn package_environment() -> Result<PathBuf, Failure> {
-    let programs = python::environment(&target()?.join("venv-package"))?;
-    let requirements = root().join("crates/slipfit-py/tests/requirements.txt");
-    python::install(&programs, [OsStr::new("--requirement"), requirements.as_os_str()])?;
-    Ok(programs)
-}
-
-fn wheels() -> Result<PathBuf, Failure> {
-    Ok(target()?.join("wheels"))
-}
-
-/// As users build it: the profile of the tests takes several times as long.
-fn wheel_build(programs: &Path) -> Result<Command, Failure> {
-    let mut maturin = command(programs.join("maturin"));
-    maturin.args(["build", "--quiet", "--release", "--interpreter"]).arg(python::python_in(programs));
-    maturin.arg("--out").arg(wheels()?).env("CARGO", cargo().get_program());
-    Ok(maturin)
 }
 
 fn commands_of_the_documentation() -> Result<Outcome, Failure> {
