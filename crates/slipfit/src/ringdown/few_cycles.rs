@@ -160,7 +160,7 @@ fn start_values(samples: &Samples, release: usize, swing: &Swing) -> Option<Vec<
         time: &time,
         signal: &signal,
         observable: samples.observable,
-        guard: 0.0,
+        guard: None,
         origin: time[0],
         duration: time[time.len() - 1] - time[0],
         bend: None,

@@ -5,6 +5,7 @@
 use super::gathered::Gathered;
 use crate::inference::least_squares::{LeastSquares, Normal};
 use crate::motion::decay::closed_sums;
+use crate::motion::decay::half_cycle::Passed;
 use crate::motion::decay::parameters::{A0, DELTA, X_F, law_of, range, shape_of, shapes_exist};
 use crate::motion::decay::window::Window;
 use nalgebra::DVector;
@@ -23,8 +24,8 @@ pub(crate) struct Waveform<'a> {
     pub(crate) time: &'a [f64],
     pub(crate) signal: &'a [f64],
     pub(crate) observable: Observable,
-    /// Samples closer to a turn than this, rad, do not count: friction makes an acceleration jump there.
-    pub(crate) guard: f64,
+    /// Samples of an acceleration beside its turns, where friction makes it jump, do not count.
+    pub(crate) guard: Option<Guard>,
     /// Start of the window, s; parameters refer to it.
     pub(crate) origin: f64,
     pub(crate) duration: f64,
@@ -35,6 +36,16 @@ pub(crate) struct Waveform<'a> {
     pub(crate) active: Vec<usize>,
     /// Sums near a reference motion, where they were gathered.
     pub(crate) gathered: Option<Arc<Gathered>>,
+}
+
+/// Samples beside the turns that do not count.
+#[derive(Debug, Clone, Copy)]
+pub(crate) struct Guard {
+    /// Phase before and behind a turn, rad.
+    pub(crate) reach: f64,
+    /// Number of samples that every sum of squares stands for: a motion with more turns would leave less for the
+    /// samples that it leaves out. `None`: those that count.
+    pub(crate) stands_for: Option<f64>,
 }
 
 /// The parameters of the closed motion, in the order of its sums.
@@ -78,7 +89,7 @@ impl Waveform<'_> {
             time: self.time,
             signal: self.signal,
             observable: self.observable,
-            guard: self.guard,
+            guard: self.guard.map_or(0.0, |guard| guard.reach),
             origin: self.origin,
             duration: self.duration,
             bend: self.bend.as_ref(),
@@ -104,7 +115,7 @@ impl Waveform<'_> {
             return out.rss.is_finite();
         }
         let found = self.window(active).sums(p, residuals.as_deref_mut());
-        let Some((sums, at_rest)) = found else { return false };
+        let Some(Passed { sums, at_rest, left_out }) = found else { return false };
         let n = active.len();
         for (i, &a) in active.iter().enumerate() {
             out.jtr[a] = sums.total(n, i);
@@ -115,6 +126,9 @@ impl Waveform<'_> {
         out.rss = sums.total(n, n);
         if self.rest != RestLevel::Exact && self.rest_has_a_level() && at_rest < self.time.len() {
             self.level_of_rest(p, active, at_rest, out, residuals);
+        }
+        if let Some(all) = self.guard.and_then(|guard| guard.stands_for) {
+            out.rss *= all / (self.time.len() - left_out).max(1) as f64;
         }
         out.rss.is_finite()
     }
@@ -134,7 +148,7 @@ impl Waveform<'_> {
                 time,
                 signal,
                 observable: self.observable,
-                guard: self.guard,
+                guard: self.guard.map(|guard| Guard { stands_for: None, ..guard }),
                 origin,
                 duration: self.duration,
                 bend: None,
@@ -275,11 +289,8 @@ impl Waveform<'_> {
 
     /// How many samples do not count because they are so close to a turn.
     pub(crate) fn at_turns(&self, p: &[f64]) -> usize {
-        if self.guard == 0.0 {
-            return 0;
-        }
-        let every = Self { guard: 0.0, ..self.clone() }.residuals(p);
-        self.residuals(p).iter().zip(every).filter(|(kept, all)| **kept == 0.0 && *all != 0.0).count()
+        let passed = self.guard.and_then(|_| self.window(&[]).sums(p, None));
+        passed.map_or(0, |passed| passed.left_out)
     }
 
     /// Time for which the mass moves inside the window, s.

@@ -8,7 +8,7 @@ use super::measured::MeasuredDecay;
 use super::samples::Samples;
 use super::wandering_phase::WanderingPhase;
 use super::waveform::{
-    BEND, Bend, CHIRP, COUNT, OFFSET, OMEGA, Observable, PHASE, RestLevel, Waveform, rest_tells,
+    BEND, Bend, CHIRP, COUNT, Guard, OFFSET, OMEGA, Observable, PHASE, RestLevel, Waveform, rest_tells,
 };
 use super::window_fit::{Problem, WindowFit};
 use crate::inference::least_squares::{
@@ -107,7 +107,7 @@ fn fit_with_rest<'a>(
         time: &samples.time[range.clone()],
         signal: &samples.signal[range.clone()],
         observable: samples.observable,
-        guard: 0.0,
+        guard: None,
         origin,
         duration,
         bend: None,
@@ -122,9 +122,14 @@ fn fit_with_rest<'a>(
     nuisance.extend([BEND, CHIRP].into_iter().filter(|&slot| start[slot] != 0.0));
     let free = with(&basic, &nuisance);
     if samples.observable == Observable::Acceleration {
-        let guarded = Waveform { guard: START_GUARD, ..problem.clone() };
+        let within = |reach, start: &[f64]| {
+            let guard = Some(Guard { reach, stands_for: None });
+            let guarded = Waveform { guard, ..problem.clone() };
+            Some(Guard { reach, stands_for: Some((n - guarded.at_turns(start)) as f64) })
+        };
+        let guarded = Waveform { guard: within(START_GUARD, &start), ..problem.clone() };
         start = minimum(&guarded, &start, &free)?.parameters;
-        problem.guard = criteria.waveform.turn_guard;
+        problem.guard = within(criteria.waveform.turn_guard, &start);
     }
     let mut fit = minimum(&problem, &start, &free)?;
     let excess = |fit: &Fit| fit.rss / n as f64 / measured.noise_rms.powi(2);
@@ -155,7 +160,8 @@ fn fit_with_rest<'a>(
     }
     problem.active = [&losses[..], &nuisance].concat();
     problem.active.sort_unstable();
-    let mut noise = NoiseModel::white((n - problem.at_turns(&fit.parameters)) as f64);
+    let stands_for = problem.guard.and_then(|guard| guard.stands_for);
+    let mut noise = NoiseModel::white(stands_for.unwrap_or(n as f64));
     // Of more samples, a fit that leaves no more than the noise is hardly a side minimum.
     let few = n <= criteria.waveform.multi_start_samples;
     let side_minima = excess(&fit) > criteria.waveform.variance_ratio
@@ -357,8 +363,9 @@ impl Fundamental {
 impl Remainder {
     fn new(problem: &Waveform, first: usize, fit: &Fit, points: &[Block]) -> Self {
         let residual = problem.residuals(&fit.parameters);
-        let counted = residual.len() - problem.at_turns(&fit.parameters);
-        let variance = fit.rss / (counted as f64 - fit.free.len() as f64).max(1.0);
+        let stands_for = problem.guard.and_then(|guard| guard.stands_for);
+        let counted = stands_for.unwrap_or(residual.len() as f64);
+        let variance = fit.rss / (counted - fit.free.len() as f64).max(1.0);
         let (in_phase, quadrature): (Vec<f64>, Vec<f64>) =
             remaining_fundamental(problem, first, &residual, fit, points).into_iter().unzip();
         let density = density_near(problem.time, &residual, fit.parameters[OMEGA] / TAU);

@@ -47,9 +47,9 @@ const MOST_STEPS: [usize; 2] = [8, 10_000];
 const GAP: f64 = 4.0;
 
 impl Window<'_> {
-    /// Products of all active derivatives and the residual, summed over the samples, and the
-    /// first sample at rest. `None` where the model does not exist.
-    pub(crate) fn sums(&self, p: &[f64], residuals: Option<&mut Vec<f64>>) -> Option<(Sums, usize)> {
+    /// Products of all active derivatives and the residual, summed over the samples. `None` where the model does not
+    /// exist.
+    pub(crate) fn sums(&self, p: &[f64], residuals: Option<&mut Vec<f64>>) -> Option<Passed> {
         crate::numeric::dispatch(Pass { window: self, p, residuals, borders: &[], parts: &mut Vec::new() })
     }
 
@@ -58,10 +58,19 @@ impl Window<'_> {
     pub(crate) fn sums_of_parts(&self, p: &[f64], borders: &[usize]) -> Option<Vec<Vec<f64>>> {
         let mut parts = Vec::with_capacity(borders.len() + 1);
         let pass = Pass { window: self, p, residuals: None, borders, parts: &mut parts };
-        let (mut last, _) = crate::numeric::dispatch(pass)?;
-        parts.push(last.taken());
+        let mut last = crate::numeric::dispatch(pass)?;
+        parts.push(last.sums.taken());
         Some(parts)
     }
+}
+
+/// What a pass over the samples gives.
+pub(crate) struct Passed {
+    pub(crate) sums: Sums,
+    /// The first sample at rest.
+    pub(crate) at_rest: usize,
+    /// Samples that do not count because they are so close to a turn.
+    pub(crate) left_out: usize,
 }
 
 struct Pass<'a> {
@@ -73,7 +82,7 @@ struct Pass<'a> {
 }
 
 impl pulp::WithSimd for Pass<'_> {
-    type Output = Option<(Sums, usize)>;
+    type Output = Option<Passed>;
 
     #[inline(always)]
     fn with_simd<S: Simd>(self, simd: S) -> Self::Output {
@@ -83,8 +92,8 @@ impl pulp::WithSimd for Pass<'_> {
             return None;
         }
         let mut turns = Turns::new(window, p);
-        let mut batch =
-            Batch { sums: Products::new(window.active.len() + 1), active: window.active, len: 0, residuals };
+        let sums = Products::new(window.active.len() + 1);
+        let mut batch = Batch { sums, active: window.active, len: 0, left_out: 0.0, residuals };
         let mut half = HalfCycle::new(window, p, turns.common_lambda());
         let mut n = (p[PHASE] / PI).floor();
         let mut steps_left = MOST_STEPS[0] * time.len() + MOST_STEPS[1];
@@ -132,7 +141,7 @@ impl pulp::WithSimd for Pass<'_> {
             }
         }
         batch.flush(simd);
-        Some((batch.sums, at_rest))
+        Some(Passed { sums: batch.sums, at_rest, left_out: batch.left_out as usize })
     }
 }
 
@@ -430,9 +439,10 @@ impl HalfCycle {
         let direct = self.observable == Observable::Displacement;
         let tilted = p[OFFSET + 1] != 0.0 || p[OFFSET + 2] != 0.0;
         let (time, signal) = (&window.time[range.clone()], &window.signal[range]);
-        let Batch { sums, active, len, .. } = batch;
+        let guarded = self.moving && window.guard > 0.0;
+        let Batch { sums, active, len, left_out, .. } = batch;
         let mut at = *len;
-        for (t, y, _) in wide::Pairs::new(simd, time, signal) {
+        for (t, y, weight) in wide::Pairs::new(simd, time, signal) {
             let u = simd.sub_f64s(t, begin);
             let v = simd.mul_f64s(simd.add_f64s(u, since), over);
             let basis = if self.moving { self.basis::<S, DRAGS>(simd, u) } else { Basis::rest(simd) };
@@ -449,12 +459,11 @@ impl HalfCycle {
                 r = simd.negate_mul_add_e_f64s(splat(self.bulge), basis.shape, r);
             }
             let counted = |simd: S, value: S::f64s| {
-                if self.moving && window.guard > 0.0 {
-                    self.off_the_turns(simd, window.guard, u, value)
-                } else {
-                    value
-                }
+                if guarded { self.off_the_turns(simd, window.guard, u, value) } else { value }
             };
+            if guarded {
+                *left_out += simd.reduce_sum_f64s(simd.sub_f64s(weight, counted(simd, weight)));
+            }
             put(simd, &mut sums.rows[active.len()], at, counted(simd, r));
             for (k, &parameter) in active.iter().enumerate() {
                 let value = match parameter.checked_sub(OFFSET) {
@@ -549,6 +558,7 @@ struct Batch<'a> {
     sums: Sums,
     active: &'a [usize],
     len: usize,
+    left_out: f64,
     residuals: Option<&'a mut Vec<f64>>,
 }
 

@@ -6,6 +6,7 @@ use crate::motion::decay::parameters::DRAG;
 use crate::motion::decay::path::SHAPE;
 use crate::motion::simulate::Drive;
 use crate::motion::simulate::smooth::{self, SmoothMotion};
+use crate::noise::jitter;
 
 fn wave<'a>(time: &'a [f64], signal: &'a [f64], bend: Option<Bend>) -> Waveform<'a> {
     let duration = time[time.len() - 1];
@@ -13,7 +14,7 @@ fn wave<'a>(time: &'a [f64], signal: &'a [f64], bend: Option<Bend>) -> Waveform<
         time,
         signal,
         observable: Observable::Displacement,
-        guard: 0.0,
+        guard: None,
         origin: 0.0,
         duration,
         bend,
@@ -110,7 +111,7 @@ fn samples_beside_a_turn_do_not_count() {
     let mut p = [0.0; COUNT];
     (p[A0], p[X_F], p[DELTA], p[OMEGA]) = (1.0, 0.03, 0.4, oscillator.omega_d());
     let all = Waveform { observable: Observable::Acceleration, ..wave(&time, &lifted, None) };
-    let guarded = Waveform { guard: 0.05, ..all.clone() };
+    let guarded = Waveform { guard: Some(Guard { reach: 0.05, stands_for: None }), ..all.clone() };
     let (every, kept) = (all.residuals(&p), guarded.residuals(&p));
     let left_out = kept.iter().filter(|r| **r == 0.0).count();
     assert!(left_out > 5 && left_out == guarded.at_turns(&p), "{left_out}");
@@ -118,6 +119,23 @@ fn samples_beside_a_turn_do_not_count() {
     for ((t, all), kept) in time.iter().zip(every).zip(kept) {
         assert!(kept == all || kept == 0.0 && *t < stop, "{t}: {kept} for {all}");
     }
+}
+
+/// Of noise alone a motion that goes on leaves as much as one that rests: turns without a swing explain nothing.
+#[test]
+fn a_motion_with_more_turns_gains_nothing_by_them() {
+    let time: Vec<f64> = (0..20_000).map(|i| f64::from(i) * 0.01).collect();
+    let noise: Vec<f64> = (0..time.len()).map(|i| jitter(i, 5)).collect();
+    let mut p = [0.0; COUNT];
+    (p[A0], p[DELTA], p[OMEGA]) = (1e-6, 0.01, 9.0);
+    let guard = Some(Guard { reach: 0.05, stands_for: Some(time.len() as f64) });
+    let wave = Waveform { observable: Observable::Acceleration, guard, ..wave(&time, &noise, None) };
+    let going_on = residuals(&wave, &p);
+    assert!(wave.at_turns(&p) > 500);
+    p[X_F] = 2e-6;
+    assert_eq!(wave.at_turns(&p), 0);
+    let gained = 1.0 - going_on / residuals(&wave, &p);
+    assert!(gained.abs() < 0.01, "{gained}");
 }
 
 /// Against the integrated motion: with drag a half cycle is known to second order in the loss, and what is
