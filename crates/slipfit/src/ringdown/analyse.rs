@@ -9,6 +9,7 @@ use super::criteria::{ActivePartCriteria, Criteria};
 use super::evidence::Evidence;
 use super::few_cycles::fit_few_cycles;
 use super::further_laws::try_further_laws;
+use super::held::release;
 use super::hypotheses::{FittedDecay, by_waveform};
 use super::samples::Samples;
 use super::steady_line::without_steady_line;
@@ -81,12 +82,40 @@ pub fn analyse_with(record: &Record, options: &Options, criteria: &Criteria) -> 
     options.check()?;
     let options = &below_half_the_rate(record, options)?;
     let whole = Samples::prepare(record, options)?;
-    let answer = analyse_without_line(&whole, record, options, criteria);
-    let of_samples = record.kind() == SignalKind::Displacement && options.band_hz.is_none();
-    if !of_samples || options.lockin.is_some() {
+    let from_release = after_hold(&whole, record, options, criteria);
+    from_release.map_or_else(|| analyse_with_line(&whole, record, options, criteria), Ok)
+}
+
+/// The answer about the samples from the release on, where the mass is held before it and they have one.
+fn after_hold(whole: &Samples, record: &Record, options: &Options, criteria: &Criteria) -> Option<Answer> {
+    if !shows_displacement(record, options) || options.start_s.is_some() {
+        return None;
+    }
+    let released = release(&whole.signal, &criteria.held)?;
+    let mut answer = analyse_with_line(&whole.part(released..whole.len()), record, options, criteria).ok()?;
+    if answer.segment.start_reason == StartReason::RecordStart {
+        answer.segment.start_reason = StartReason::Held;
+    }
+    Some(answer)
+}
+
+/// Whether the samples show the displacement itself, with its place of rest.
+fn shows_displacement(record: &Record, options: &Options) -> bool {
+    record.kind() == SignalKind::Displacement && options.band_hz.is_none()
+}
+
+/// [`analyse_with`] of prepared samples.
+fn analyse_with_line(
+    whole: &Samples,
+    record: &Record,
+    options: &Options,
+    criteria: &Criteria,
+) -> Result<Answer, Error> {
+    let answer = analyse_without_line(whole, record, options, criteria);
+    if !shows_displacement(record, options) || options.lockin.is_some() {
         return answer;
     }
-    without_steady_line(&whole, answer, criteria, |rest| analyse_part(rest, record, options, criteria).ok())
+    without_steady_line(whole, answer, criteria, |rest| analyse_part(rest, record, options, criteria).ok())
 }
 
 /// The options with a band that ends at half of the rate: the filter has samples at even times, a median step apart.
@@ -103,7 +132,7 @@ fn below_half_the_rate(record: &Record, options: &Options) -> Result<Options, Er
     Ok(options)
 }
 
-/// [`analyse_with`] of prepared samples.
+/// [`analyse_with_line`] without a look for a steady line.
 fn analyse_without_line(
     whole: &Samples,
     record: &Record,
@@ -177,8 +206,11 @@ fn clipped_crests_of(
     criteria: &Criteria,
 ) -> Option<ClippedCrests> {
     let told = answer.warnings.iter().any(|w| matches!(w, Warning::Clipped { .. }));
-    let of_samples = record.kind() == SignalKind::Displacement && options.band_hz.is_none();
-    if told || !of_samples { None } else { clipped_crests(whole, answer, &criteria.clipping) }
+    if told || !shows_displacement(record, options) {
+        None
+    } else {
+        clipped_crests(whole, answer, &criteria.clipping)
+    }
 }
 
 /// The analysis of the active part of the samples, or of all of them.

@@ -33,6 +33,8 @@ criteria_groups! {
         waveform: WaveformCriteria,
         /// Records of few cycles.
         few_cycles: FewCyclesCriteria,
+        /// A displacement held before the release.
+        held: HeldCriteria,
         /// A short motion in a long quiet record.
         active_part: ActivePartCriteria,
         /// Two viscous modes as a rival of every law of one.
@@ -348,6 +350,27 @@ criteria! {
         most_cycles: f64 = 8.0, source "chosen by simulation", moves "coverage of records of few cycles";
         /// Part of the noise below which no amplitude is shown.
         half_cycle_noise: f64 = 0.3, source "chosen by simulation", moves "the amplitudes shown";
+    }
+}
+
+criteria! {
+    /// A displacement held aside before its release.
+    pub struct HeldCriteria in "held" {
+        /// Range of the means of its windows, over their distance from the place of rest, at most.
+        level_range: f64 = 0.3, source "four deviations of means to 7 % of it", moves "refusals of held records";
+        /// Deflection to the other side, over that of the release, that is a swing.
+        across: f64 = 0.5, source "three deviations of noise of a sixth of the amplitude", moves "the start of the decay";
+        /// Part of the samples before it that may be deflected as far.
+        across_part: f64 = 0.01, source "three deviations of normal noise", moves "the start of the decay";
+        /// Widest deflection behind it over that of the release.
+        widest: f64 = 1.2, source "a release gives no energy; noise", moves "the start of the decay";
+        /// Deflection over that of the release at which it is left; the first swing reaches as far to the other side.
+        left: f64 = 0.3, source "a fifth of a cycle", moves "the start of the decay";
+        /// Length over the time in which it is left, at least: the top of a sine lasts at most twice as long. Within as
+        /// much of that time the mass has swung across.
+        leaving_times: f64 = 4.0, source "twice the top of a sine", moves "the start of the decay";
+        /// Deviations of the noise of the held mass beyond which a sample shows it released.
+        release_errors: f64 = 3.0, source "a sample in 400 by chance", moves "the start of the decay";
     }
 }
 

@@ -20,6 +20,7 @@ mod fitted;
 mod free_law;
 mod further_laws;
 mod gathered;
+mod held;
 mod hypotheses;
 mod last_swing;
 pub(crate) mod lowpass;

@@ -11,6 +11,8 @@ pub enum StartReason {
     RecordStart,
     /// Before it the motion is driven or disturbed.
     LeadIn,
+    /// Before it the mass is held aside.
+    Held,
     /// Before it samples are clipped.
     Clipped,
     /// The start was asked for.
@@ -46,6 +48,7 @@ impl StartReason {
         match self {
             StartReason::RecordStart => "the record starts",
             StartReason::LeadIn => "before it the motion is driven or disturbed",
+            StartReason::Held => "before it the mass is held",
             StartReason::Clipped => "before it samples are clipped",
             StartReason::Requested => "asked for",
         }
