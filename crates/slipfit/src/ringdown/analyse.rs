@@ -81,9 +81,15 @@ pub fn analyse(record: &Record, options: &Options) -> Result<Answer, Error> {
 pub fn analyse_with(record: &Record, options: &Options, criteria: &Criteria) -> Result<Answer, Error> {
     options.check()?;
     let options = &below_half_the_rate(record, options)?;
-    let whole = Samples::prepare(record, options)?;
+    let whole = Samples::prepare(record, options, &criteria.spikes)?;
     let from_release = after_hold(&whole, record, options, criteria);
-    from_release.map_or_else(|| analyse_with_line(&whole, record, options, criteria), Ok)
+    let mut answer = from_release.map_or_else(|| analyse_with_line(&whole, record, options, criteria), Ok)?;
+    let used = answer.segment.start_s..=answer.segment.end_s;
+    let spikes_s: Vec<f64> = whole.spikes_s.into_iter().filter(|t| used.contains(t)).collect();
+    if let Some(first) = spikes_s.first() {
+        answer.warnings.push(Warning::Spikes { samples: spikes_s.len(), time_s: *first });
+    }
+    Ok(answer)
 }
 
 /// The answer about the samples from the release on, where the mass is held before it and they have one.
@@ -143,7 +149,7 @@ fn analyse_without_line(
     let cut = clipped_crests_of(whole, &answer, record, options, criteria);
     let behind = cut.filter(|_| options.start_s.is_none()).and_then(|cut| {
         let options = Options { start_s: Some(cut.end_s.next_up()), ..options.clone() };
-        let rest = Samples::prepare(record, &options).ok()?;
+        let rest = Samples::prepare(record, &options, &criteria.spikes).ok()?;
         let answer = analyse_part(rest.clone(), record, &options, criteria).ok()?;
         Some((rest, answer, options))
     });

@@ -19,6 +19,8 @@ criteria_groups! {
         inference: InferenceCriteria,
         /// Amplitudes of blocks.
         blocks: BlockCriteria,
+        /// Single samples far off their neighbours.
+        spikes: SpikeCriteria,
         /// Blocks with clipped samples.
         clipping: ClippingCriteria,
         /// The free decay among the blocks.
@@ -97,6 +99,18 @@ criteria! {
             moves "window end of coarse records";
         /// Mean amplitude of the last third over the first third of a record that grows.
         growth_ratio: f64 = 1.2, source "chosen by simulation", moves "the reason of a refusal";
+    }
+}
+
+criteria! {
+    /// Single samples far off their neighbours.
+    pub struct SpikeCriteria in "spikes" {
+        /// Deviations of the surroundings, or steps of the converter, that a sample lies off its neighbours.
+        deviations: f64 = 6.0, source "a sample in 5e8 of normal noise", moves "spread in records with spikes";
+        /// Greatest over least step between the stamps about it.
+        step_range: f64 = 1.5, source "no gap lies beside it", moves "spread in records with spikes";
+        /// Part of the samples that may be spikes.
+        most_part: f64 = 0.02, source "one in fifty; more are part of the signal", moves "spread in records with spikes";
     }
 }
 

@@ -32,6 +32,7 @@ mod quantities;
 mod recorded_amplitudes;
 mod samples;
 mod second_mode;
+mod spikes;
 mod steady_line;
 mod stop;
 mod two_modes;

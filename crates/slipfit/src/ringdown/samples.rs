@@ -1,6 +1,8 @@
 //! The samples under analysis: the part of the record and the band that are asked for.
 
+use super::criteria::SpikeCriteria;
 use super::options::Options;
+use super::spikes::spikes;
 use crate::motion::decay::window::Observable;
 use crate::numeric::extremes;
 use crate::record::MIN_SAMPLES;
@@ -26,6 +28,8 @@ pub(crate) struct Samples<'a> {
     /// Variance of the noise about the frequency of the motion over that inside single cycles, where an
     /// earlier look has shown more; else 1.
     pub(crate) noise_inflation: f64,
+    /// Instants of the spikes left out, s.
+    pub(crate) spikes_s: Vec<f64>,
 }
 
 /// What the samples of a record show of its motion; the amplitudes of others are those of a displacement.
@@ -38,9 +42,16 @@ fn observable(kind: SignalKind) -> Observable {
 }
 
 impl<'a> Samples<'a> {
-    /// The part of the record between `start_s` and `end_s`, inside the band if one is given.
-    pub(crate) fn prepare(record: &'a Record, options: &Options) -> Result<Self, Error> {
+    /// The part of the record between `start_s` and `end_s` without its spikes, inside the band if one is given.
+    pub(crate) fn prepare(
+        record: &'a Record,
+        options: &Options,
+        criteria: &SpikeCriteria,
+    ) -> Result<Self, Error> {
         let mut samples = Self::between(record, options.start_s, options.end_s)?;
+        if record.kind().oscillates() {
+            samples.leave_out(&spikes(&samples.time, &samples.signal, criteria));
+        }
         if let Some(band) = options.band_hz
             && record.kind().oscillates()
         {
@@ -75,6 +86,7 @@ impl<'a> Samples<'a> {
             observable: observable(record.kind()),
             quadrature: record.quadrature().map(|q| Cow::Borrowed(&q[first..end])),
             noise_inflation: 1.0,
+            spikes_s: Vec::new(),
         })
     }
 
@@ -90,7 +102,24 @@ impl<'a> Samples<'a> {
             observable: self.observable,
             quadrature: self.quadrature.as_ref().map(cut),
             noise_inflation: self.noise_inflation,
+            spikes_s: self.spikes_s.clone(),
         }
+    }
+
+    /// Leaves out some of the samples, ascending.
+    fn leave_out(&mut self, spikes: &[usize]) {
+        if spikes.is_empty() {
+            return;
+        }
+        self.spikes_s = spikes.iter().map(|i| self.time[*i]).collect();
+        let kept = |column: &[f64]| {
+            let mut left_out = spikes.iter().copied().peekable();
+            let rest = column.iter().enumerate().filter(|(i, _)| left_out.next_if_eq(i).is_none());
+            rest.map(|(_, v)| *v).collect()
+        };
+        self.time = Cow::Owned(kept(&self.time));
+        self.signal = Cow::Owned(kept(&self.signal));
+        self.quadrature = self.quadrature.as_deref().map(|q| Cow::Owned(kept(q)));
     }
 
     pub(crate) fn len(&self) -> usize {
@@ -180,6 +209,7 @@ mod tests {
             observable: Observable::Displacement,
             quadrature: None,
             noise_inflation: 1.0,
+            spikes_s: Vec::new(),
         }
     }
 

@@ -81,6 +81,13 @@ pub enum Warning {
         /// Signal unit.
         unit: String,
     },
+    /// Single samples far off their neighbours, left out.
+    Spikes {
+        /// How many of the part used.
+        samples: usize,
+        /// Instant of the first, s.
+        time_s: f64,
+    },
     /// Samples at the rails of the converter.
     Clipped {
         /// How many.
@@ -323,6 +330,7 @@ impl Warning {
             Warning::NoFreeLaw { .. } => "no_free_law",
             Warning::LawChanges { .. } => "law_changes",
             Warning::SlowTail { .. } => "slow_tail",
+            Warning::Spikes { .. } => "spikes",
             Warning::Clipped { .. } => "clipped",
             Warning::AmbiguousModel { .. } => "ambiguous_model",
             Warning::ModelNotPreferred { .. } => "model_not_preferred",

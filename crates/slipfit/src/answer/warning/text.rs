@@ -111,6 +111,12 @@ impl fmt::Display for Warning {
                 figures(*time_s, 4),
                 format!("{} {unit}", figures(*amplitude, 2)).trim_end()
             ),
+            Warning::Spikes { samples, time_s } => {
+                let (verb, first) = if *samples == 1 { ("was", "") } else { ("were", "the first ") };
+                let counted = counted(*samples, "sample");
+                let time = figures(*time_s, 4);
+                write!(f, "{counted} far off the neighbours {verb} left out, {first}at {time} s")
+            }
             Warning::Clipped { samples, inside } => {
                 let place = if *inside { "some inside" } else { "all outside" };
                 let verb = if *samples == 1 { "is" } else { "are" };

@@ -1,0 +1,151 @@
+//! Spikes: single samples far off the motion that their neighbours show.
+
+use super::criteria::SpikeCriteria;
+use crate::numeric::robust::deviation;
+
+/// Samples judged together: the noise and the size of the motion change along a record.
+const WINDOW: usize = 256;
+/// Square of the largest deviation over the mean square in a window from which on it may be a spike; one window of
+/// normal noise in 400.
+const GATE: f64 = 20.0;
+/// Neighbours on either side that tell where a sample should lie.
+const REACH: usize = 2;
+
+/// The spikes among the samples, ascending; none where they are many: what happens again and again is part of the
+/// motion, or of its sensor.
+///
+/// A sample between neighbours two on either side lies near `(4 (x₋₁ + x₊₁) - (x₋₂ + x₊₂))/6`, which a cubic does
+/// exactly. A spike is off by many deviations of what its surroundings are off by, and off both of its neighbours, to
+/// the same side, by more than these are off theirs: a step and the crest of a wave are not.
+pub(crate) fn spikes(time: &[f64], signal: &[f64], criteria: &SpikeCriteria) -> Vec<usize> {
+    let n = signal.len();
+    let mut found = Vec::new();
+    let mut off = [0.0; WINDOW];
+    let mut from = REACH;
+    while from + REACH < n {
+        let end = (from + WINDOW).min(n - REACH);
+        let off = &mut off[..end - from];
+        let rows = signal[from - REACH..end + REACH].windows(2 * REACH + 1);
+        off.iter_mut().zip(rows).for_each(|(off, row)| *off = off_neighbours(row));
+        let (mut sum, mut largest) = (0.0, 0.0f64);
+        for square in off.iter().map(|o| o * o) {
+            sum += square;
+            largest = largest.max(square);
+        }
+        if largest * off.len() as f64 > GATE * sum {
+            let least = least_spike(&signal[from - REACH..end + REACH], off, criteria);
+            let is_spike = |i: &usize| {
+                let near = i - REACH..i + REACH + 1;
+                off[i - from].abs() > least
+                    && stands_out(&signal[near.clone()], least)
+                    && is_even(&time[near], criteria.step_range)
+            };
+            found.extend((from..end).filter(is_spike));
+        }
+        from = end;
+    }
+    if found.len() as f64 > criteria.most_part * n as f64 {
+        found.clear();
+    }
+    found
+}
+
+/// How far the middle one of five samples lies off the cubic through the others.
+fn off_neighbours(row: &[f64]) -> f64 {
+    row[2] - (4.0 * (row[1] + row[3]) - (row[0] + row[4])) / 6.0
+}
+
+/// Least deviation of a spike among some samples: deviations of all, or steps of the converter.
+fn least_spike(signal: &[f64], off: &[f64], criteria: &SpikeCriteria) -> f64 {
+    let noise = deviation(off.iter().copied()).unwrap_or(f64::INFINITY);
+    let steps = signal.windows(2).map(|w| (w[1] - w[0]).abs()).filter(|step| *step > 0.0);
+    criteria.deviations * noise.max(steps.fold(f64::INFINITY, f64::min))
+}
+
+/// Whether the middle one of five samples lies off both neighbours to one side, by more than these lie off theirs.
+fn stands_out(row: &[f64], least: f64) -> bool {
+    let (left, right) = (row[2] - row[1], row[2] - row[3]);
+    let beside = (row[1] - row[0]).abs().max((row[3] - row[4]).abs());
+    left * right > 0.0 && left.abs().min(right.abs()) > least.max(beside)
+}
+
+/// Whether the steps between stamps are alike.
+fn is_even(time: &[f64], range: f64) -> bool {
+    let steps = || time.windows(2).map(|w| w[1] - w[0]);
+    let (least, most) = (steps().fold(f64::INFINITY, f64::min), steps().fold(0.0, f64::max));
+    most <= range * least
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::answer::Warning;
+    use crate::motion::decay::FreeDecay;
+    use crate::noise::jitter;
+    use crate::ringdown::{Options, analyse};
+    use crate::{Oscillator, Record};
+
+    const SPIKES: [(usize, f64); 4] = [(300, 0.5), (301 + 256, -0.04), (1200, 0.03), (2998, -2.0)];
+
+    fn time() -> Vec<f64> {
+        (0..3000).map(|i| 0.02 * f64::from(i)).collect()
+    }
+
+    /// 60 s of a decay that friction ends, its turns sharp in velocity.
+    fn motion(noise: f64, seed: u64) -> Vec<f64> {
+        let oscillator = Oscillator::kinematic(8.0, 0.04, 4e-4).expect("valid");
+        let decay = FreeDecay::from_rest(&oscillator, 0.1).expect("valid");
+        time().iter().enumerate().map(|(i, t)| decay.displacement(*t) + noise * jitter(i, seed)).collect()
+    }
+
+    #[test]
+    fn spikes_are_found_and_nothing_else() {
+        let criteria = SpikeCriteria::default();
+        for noise in [0.0, 1e-6, 1e-3] {
+            let mut signal = motion(noise, 1);
+            assert_eq!(spikes(&time(), &signal, &criteria), [0usize; 0], "noise {noise}");
+            SPIKES.iter().for_each(|(i, size)| signal[*i] += size);
+            // The last sample but one has one neighbour too few.
+            assert_eq!(spikes(&time(), &signal, &criteria), [300, 557, 1200], "noise {noise}");
+        }
+    }
+
+    #[test]
+    fn steps_quanta_and_frequent_ones_are_kept() {
+        let criteria = SpikeCriteria::default();
+        let quantised: Vec<f64> = motion(1e-4, 2).iter().map(|x| (x / 2e-3).round() * 2e-3).collect();
+        assert_eq!(spikes(&time(), &quantised, &criteria), [0usize; 0]);
+        let stepped: Vec<f64> =
+            motion(1e-4, 3).iter().enumerate().map(|(i, x)| x + if i < 1000 { 1.0 } else { 0.0 }).collect();
+        assert_eq!(spikes(&time(), &stepped, &criteria), [0usize; 0]);
+        let clicking: Vec<f64> = motion(1e-4, 4)
+            .iter()
+            .enumerate()
+            .map(|(i, x)| x + if i % 25 == 0 { 0.1 } else { 0.0 })
+            .collect();
+        assert_eq!(spikes(&time(), &clicking, &criteria), [0usize; 0]);
+        for signal in [vec![], vec![1.0; 4], vec![1e300, -1e300, 1e300, -1e300, 1e300, 0.0]] {
+            let time: Vec<f64> = (0..signal.len()).map(|i| i as f64).collect();
+            assert_eq!(spikes(&time, &signal, &criteria), [0usize; 0]);
+        }
+    }
+
+    #[test]
+    fn an_answer_is_that_without_the_spikes_and_counts_them() {
+        let clean = motion(1e-3, 5);
+        let mut spiked = clean.clone();
+        SPIKES[..3].iter().for_each(|(i, size)| spiked[*i] += size);
+        let answer = |signal| {
+            let record = Record::new(time(), signal).expect("valid").with_unit("rad");
+            analyse(&record, &Options::default()).expect("a ring-down")
+        };
+        let (clean, spiked) = (answer(clean), answer(spiked));
+        for ((_, without), (_, with)) in clean.parameters.iter().zip(spiked.parameters.iter()) {
+            let moved = (with.value - without.value).abs();
+            assert!(moved <= 0.2 * without.std_error, "{with:?} for {without:?}");
+        }
+        let told = spiked.warnings.iter().find(|w| w.code() == "spikes");
+        assert!(matches!(told, Some(Warning::Spikes { samples: 3, .. })), "{told:?}");
+        assert!(clean.warnings.iter().all(|w| w.code() != "spikes"));
+    }
+}
