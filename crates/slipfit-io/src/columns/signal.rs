@@ -128,9 +128,17 @@ impl Chooser<'_> {
         if !ringing.is_empty() {
             best = ringing;
         }
+        // A derivative has another unit: axes of one unit swing a quarter turn apart where the motion is an ellipse.
+        let one_unit = |a: usize, b: usize| {
+            let unit = |c: usize| &self.head.names[c].unit;
+            !unit(a).is_empty() && unit(a) == unit(b)
+        };
         let derived = |c: usize| {
-            best.iter()
-                .any(|&other| other != c && content::is_derivative(&self.values[c], &self.values[other]))
+            best.iter().any(|&other| {
+                other != c
+                    && !one_unit(c, other)
+                    && content::is_derivative(&self.values[c], &self.values[other])
+            })
         };
         let original: Vec<usize> = best.iter().copied().filter(|&c| !derived(c)).collect();
         if !original.is_empty() {

@@ -204,6 +204,49 @@ fn a_ring_down_is_told_from_its_drive_by_its_numbers() {
     assert!(matches!(reading.record.clock(), Clock::Uniform { .. }));
 }
 
+/// White noise of rms 1, the same everywhere.
+fn noise(i: usize) -> f64 {
+    let scrambled = (i as f64 * 12.9898).sin() * 43758.5453;
+    12_f64.sqrt() * (scrambled - scrambled.floor() - 0.5)
+}
+
+/// The acceleration of a phone whose swing a constant force has stopped within `stop_s`.
+fn swing(t: f64, stop_s: f64) -> f64 {
+    (1.0 - t / stop_s).max(0.0) * (9.0 * t).cos()
+}
+
+#[test]
+fn of_three_axes_the_one_that_swings_is_taken_whatever_noise_its_rest_leaves_on_the_others() {
+    for (rows, stop_s) in [(6000, 9.0), (60_000, 12.0)] {
+        for strong in 0..3 {
+            let text = table_of("t (s),ax (m/s^2),ay (m/s^2),az (m/s^2)\n", rows, |i, _, _| {
+                let t = 0.01 * i as f64;
+                let axis = |k: usize| {
+                    let part = if k == strong { 3.0 } else { 0.06 };
+                    let bias = [0.1, -0.05, 9.81][k];
+                    format!("{:.5}", bias + part * swing(t, stop_s) + 0.01 * noise(3 * i + k))
+                };
+                format!("{t:.2},{},{},{}", axis(0), axis(1), axis(2))
+            });
+            let reading = read(text);
+            assert_eq!(signal(&reading).column.number, strong + 2, "{rows} rows: {}", signal(&reading).why);
+        }
+    }
+}
+
+#[test]
+fn of_an_ellipse_the_long_axis_is_taken_in_either_sense_of_rotation() {
+    for sense in [1.0, -1.0] {
+        let text = table_of("t (s),ax (m/s^2),ay (m/s^2)\n", 2000, |i, _, _| {
+            let t = 0.01 * i as f64;
+            let decay = (-0.1 * t).exp();
+            let (x, y) = (0.2 * decay * (9.0 * t).cos(), sense * decay * (9.0 * t).sin());
+            format!("{t:.2},{x:.5},{y:.5}")
+        });
+        assert_eq!(signal(&read(text)).column.number, 3, "{sense}");
+    }
+}
+
 #[test]
 fn a_counter_of_rows_is_no_time_unless_named_or_asked_for() {
     let text = table_of("", 60, |i, _, x| format!("{i},{x}"));
