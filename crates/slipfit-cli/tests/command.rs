@@ -306,6 +306,34 @@ fn bad_arguments_are_status_two() {
 }
 
 #[test]
+fn runs_one_after_the_other_are_chosen_by_number() {
+    let run = |from: f64| {
+        (0..300)
+            .map(move |i| 0.05 * f64::from(i))
+            .map(move |t| format!("{t:.2},{:.5}", from * (3.0 * t).cos() * (-0.1 * t).exp()))
+    };
+    let rows: Vec<String> = [1.0, 2.0, 3.0].into_iter().flat_map(run).collect();
+    let folder = folder_with("runs.csv", format!("t (s),x (mm)\n{}\n", rows.join("\n")).as_bytes());
+    let amplitude = |arguments: &str| {
+        let told = stdout(slipfit().current_dir(folder.path()).args(arguments.split(' ')));
+        let answer: serde_json::Value = serde_json::from_str(&told).unwrap();
+        answer["parameters"]["initial_amplitude"]["value"].as_f64().unwrap()
+    };
+    for (number, expected) in [(1, 1.0), (2, 2.0), (3, 3.0)] {
+        let found = amplitude(&format!("ringdown runs.csv --run {number} --json -"));
+        assert!((found / expected - 1.0).abs() < 1e-3, "{number}: {found}");
+    }
+    assert_eq!(
+        complaint(folder.path(), &["runs.csv", "--run", "4"]),
+        "error: runs.csv: --run 4: the file has 3\n"
+    );
+    let told = stdout(slipfit().current_dir(folder.path()).args(["inspect", "runs.csv"]));
+    let told = told.split_whitespace().collect::<Vec<_>>().join(" ");
+    let note = "3 runs stand one after the other; number 1, the longest, was read; --run reads another";
+    assert!(told.contains(note), "{told}");
+}
+
+#[test]
 fn a_constant_of_angles_needs_an_angle() {
     let decay = |header: &str| {
         let swing = |i: u32| {

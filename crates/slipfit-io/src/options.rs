@@ -20,7 +20,9 @@ pub struct ReadOptions {
     pub sheet: Option<String>,
     /// Which of several tables side by side, from 1.
     pub part: Option<usize>,
-    /// Which of several runs or curves in groups of columns, from 1.
+    /// Which of several runs, from 1: in groups of columns or, where there is one group, one after the other with
+    /// a clock that begins again, of which the longest is read if none is named; or which of several curves in
+    /// groups of columns.
     pub run: Option<usize>,
     /// Column of the times.
     pub time: Option<String>,

@@ -87,7 +87,7 @@ pub struct ReadReport {
     pub parts: usize,
     /// The one read, from 1.
     pub part: usize,
-    /// Runs or curves in groups of columns.
+    /// Runs or curves in groups of columns, or runs one after the other.
     pub runs: usize,
     /// The one read, from 1.
     pub run: usize,

@@ -159,6 +159,9 @@ pub(crate) fn core_error(py: Python<'_>, analysis: Analysis, error: &Error) -> P
         Error::TimeBackwards { index, previous, next } => {
             raised.with("index", *index).with("previous", *previous).with("next", *next)
         }
+        Error::NoSuchRun { asked, found } => {
+            raised.with("option", "run").with("value", *asked).with("found", *found)
+        }
         Error::NotARingDown { cycles, needed, reason } => {
             raised.with("cycles", *cycles).with("needed", *needed).with("reason", *reason)
         }

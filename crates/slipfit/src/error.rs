@@ -87,6 +87,14 @@ pub enum Error {
         /// Its time.
         next: f64,
     },
+    /// More runs were asked for than the record holds one after the other.
+    #[error("run = {asked}: the record has {found}")]
+    NoSuchRun {
+        /// The one asked for, from 1.
+        asked: usize,
+        /// How many there are.
+        found: usize,
+    },
     /// All stamps are equal.
     #[error("time stands still: every stamp is {time_s} s")]
     TimeStandsStill {

@@ -51,7 +51,7 @@ pub(crate) struct ReadingArgs {
     #[arg(long, value_name = "N", help_heading = "Reading")]
     pub(crate) part: Option<usize>,
 
-    /// Which of several runs in groups of columns, from 1
+    /// Which of several runs, in groups of columns or one after the other, from 1
     #[arg(long, value_name = "N", help_heading = "Reading")]
     pub(crate) run: Option<usize>,
 

@@ -28,6 +28,8 @@ pub(crate) struct Choice {
     pub(crate) part: usize,
     pub(crate) runs: usize,
     pub(crate) run: usize,
+    /// The run asked for where its columns hold one run beside each other: those one after the other are counted.
+    pub(crate) rows_run: Option<usize>,
     pub(crate) notes: Vec<Note>,
     /// Whether the numbers decided, so that more of them could decide better.
     pub(crate) by_content: bool,
@@ -111,6 +113,7 @@ impl Chooser<'_> {
             part: group.table,
             runs,
             run: group.run,
+            rows_run: options.run.filter(|_| runs == 1),
             notes: self.notes,
             by_content: self.by_content,
         })
@@ -135,7 +138,7 @@ impl Chooser<'_> {
         };
         let part = numbered("part", holder.map(|g| g.table).or(options.part), parts)?;
         let runs = groups.iter().filter(|g| g.table == part).count();
-        let run = numbered("run", holder.map(|g| g.run).or(options.run), runs)?;
+        let run = numbered("run", holder.map(|g| g.run).or(options.run.filter(|_| runs > 1)), runs)?;
         let group = groups.iter().find(|g| g.table == part && g.run == run).cloned();
         let missing = ReadProblem::NoColumn { needed: Needed::Signal, columns: self.list() };
         Ok((group.ok_or(missing)?, parts, runs))

@@ -1,6 +1,6 @@
 //! A record over time from a table, with its account.
 
-use slipfit::{Record, record::Averaging};
+use slipfit::{ClockReport, Record, record::Averaging};
 
 use super::{
     open::{Origin, opened},
@@ -14,7 +14,7 @@ use crate::{
         record::{self, Choice},
         units,
     },
-    error::{ReadError, ReadProblem},
+    error::{OptionProblem, ReadError, ReadProblem},
     options::ReadOptions,
     report::{Note, ReadReport, Reading, Skipped, TimeSource},
     tables::table::{self, LeftOut, Reason, TableSource},
@@ -90,9 +90,17 @@ fn choose_table(source: &mut dyn TableSource, options: &ReadOptions) -> Result<(
             Ok(choice) => fit.push((table, choice)),
             Err(problem) => first_problem = first_problem.or(Some(problem)),
         }
-        if !fit.is_empty() && !source.must_choose() {
+        let settled = fit.last().is_some_and(|(_, choice)| choice.rows_run.is_none());
+        if settled && !source.must_choose() {
             break;
         }
+    }
+    // Runs in groups of columns go before runs that only the rows can tell.
+    if fit.iter().any(|(_, choice)| choice.rows_run.is_none()) {
+        fit.retain(|(_, choice)| choice.rows_run.is_none());
+    }
+    if !source.must_choose() {
+        fit.truncate(1);
     }
     let heads = source.heads();
     if fit.len() > 1 {
@@ -249,11 +257,13 @@ fn finish(head: &Head, mut choice: Choice, mut samples: Samples) -> Result<Readi
         }
     }
     let Samples { time_s, signal, quadrature, read: rows_read, backwards, skipped, .. } = samples;
-    let record = match (&choice.time, choice.quadrature.is_some()) {
-        (Time::Rate(rate), false) => Record::uniform(*rate / factor, signal),
-        (Time::Rate(rate), true) => Record::lock_in_uniform(*rate / factor, signal, quadrature),
-        (_, false) => Record::new(time_s, signal),
-        (_, true) => Record::lock_in(time_s, signal, quadrature),
+    let record = match (&choice.time, choice.quadrature.is_some(), choice.rows_run) {
+        (Time::Rate(_), _, Some(run)) if run != 1 => Err(slipfit::Error::NoSuchRun { asked: run, found: 1 }),
+        (Time::Rate(rate), false, _) => Record::uniform(*rate / factor, signal),
+        (Time::Rate(rate), true, _) => Record::lock_in_uniform(*rate / factor, signal, quadrature),
+        (_, false, None) => Record::new(time_s, signal),
+        (_, true, None) => Record::lock_in(time_s, signal, quadrature),
+        (_, paired, Some(run)) => Record::of_run(run, time_s, signal, paired.then_some(quadrature)),
     };
     let record = record.map_err(|error| match (error, backwards) {
         (slipfit::Error::ConstantSignal { value }, _) => ReadProblem::ConstantSignal { column, value },
@@ -264,8 +274,15 @@ fn finish(head: &Head, mut choice: Choice, mut samples: Samples) -> Result<Readi
             let column = choice.time.column().map(|t| head.label(t.index)).unwrap_or_default();
             ReadProblem::TimeBackwards { row, column, previous, next }
         }
+        (slipfit::Error::NoSuchRun { asked, found }, _) => ReadProblem::Option {
+            option: "run",
+            value: asked.to_string(),
+            problem: OptionProblem::OnlySo(found),
+        },
         (other, _) => ReadProblem::Data(other),
     })?;
+    let runs = runs_in_rows(&mut choice, record.clock_report());
+    choice.notes.extend(runs);
     // The record knows one more way to put a clock together.
     choice.notes.extend(advice.filter(|_| record.clock_report().rebuilt_quantum_s.is_none()));
     let record = record
@@ -292,6 +309,24 @@ fn finish(head: &Head, mut choice: Choice, mut samples: Samples) -> Result<Readi
         ..head.report()
     };
     Ok(Reading { record, report })
+}
+
+/// What there is to say where several runs stand one after the other, and their number.
+fn runs_in_rows(choice: &mut Choice, clock: &ClockReport) -> Option<Note> {
+    if clock.resets == 0 {
+        return None;
+    }
+    let (found, taken) = (clock.resets + 1, clock.run);
+    let longest = if choice.rows_run.is_some() { "" } else { ", the longest," };
+    let note = Note::new(format!(
+        "the clock begins again: {found} runs stand one after the other; number {taken}{longest} was read"
+    ));
+    // Those in groups of columns have the numbers.
+    if choice.runs > 1 {
+        return Some(note);
+    }
+    (choice.runs, choice.run) = (found, taken);
+    Some(note.hint("run", "reads another"))
 }
 
 /// Clock times begin again at midnight: those after it get a day more.

@@ -81,7 +81,8 @@ def read(
     sheet : str or int, optional
         Which sheet, variable, group or track.
     part, run : int, optional
-        Which of several tables side by side, or runs in groups of columns, from 1.
+        Which of several tables side by side; which of several runs, in groups of columns or one after
+        the other; from 1.
     most_samples : int, optional
         Samples held at most; longer records are averaged while they are read.
     format : str, optional

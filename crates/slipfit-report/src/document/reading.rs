@@ -101,7 +101,8 @@ pub(super) fn clock(report: &ClockReport) -> Option<String> {
     count(report.reordered, "rows put in order");
     count(report.repeated_stamps, "repeated stamps");
     if report.resets > 0 {
-        said.push(format!("{} resets: {} rows of other runs left out", report.resets, report.other_run_rows));
+        let resets = counted(report.resets as u64, "reset");
+        said.push(format!("{resets}: {} rows of other runs left out", report.other_run_rows));
     }
     if let Some(quantum) = report.rebuilt_quantum_s {
         said.push(format!("uniform clock rebuilt from stamps rounded to {}", plain(quantum, 2, "s")));

@@ -20,7 +20,7 @@ object! {
         tables: usize = analysed.reading.report.parts,
         /// The run read, from 1.
         run: usize = analysed.reading.report.run,
-        /// Runs in groups of columns.
+        /// Runs in groups of columns, or one after the other.
         runs: usize = analysed.reading.report.runs,
         /// Where the times come from.
         time: Time<'a> = Time::new(analysed.reading.report.time.as_ref()),

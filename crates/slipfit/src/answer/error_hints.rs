@@ -21,6 +21,7 @@ impl Error {
                 Hint::new("kind", "says what it holds"),
                 Hint::new("band_hz", "says where to look"),
             ],
+            Self::NoSuchRun { .. } => vec![Hint::new("run", "counts from 1")],
             Self::ConstantSignal { .. } => vec![Hint::new("signal", "names another column")],
             Self::TimeBackwards { .. } | Self::TimeStandsStill { .. } => {
                 vec![Hint::new("time", "names another column"), Hint::new("rate_hz", "replaces it")]

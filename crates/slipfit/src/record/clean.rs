@@ -113,14 +113,15 @@ pub(super) fn check_signal(rows: &Rows) -> Result<(), Error> {
     Ok(())
 }
 
-/// Puts the rows in order of time and takes their clock out of them.
-pub(super) fn clock(rows: &mut Rows, report: &mut ClockReport) -> Result<Clock, Error> {
+/// Puts the rows of a run, of the longest unless one is named, in order of time and takes their clock out of them.
+pub(super) fn clock(rows: &mut Rows, report: &mut ClockReport, run: Option<usize>) -> Result<Clock, Error> {
     if let Some(clock) = exactly_uniform(&rows.time_s) {
+        report.run = run.map_or(Ok(1), |run| numbered(run, 1))?;
         return Ok(settle(clock, rows, report));
     }
     check_direction(&rows.time_s)?;
     drop_corrupt_stamps(rows, report);
-    keep_longest_run(rows, report);
+    keep_run(rows, report, run)?;
     let backward = steps(&rows.time_s).filter(|s| *s < 0.0).count();
     if backward > 0 {
         report.reordered = backward;
@@ -219,32 +220,44 @@ fn drop_corrupt_stamps(rows: &mut Rows, report: &mut ClockReport) {
     }
 }
 
-/// Splits where the clock jumps back for good and keeps the longest part.
-fn keep_longest_run(rows: &mut Rows, report: &mut ClockReport) {
-    let t = &rows.time_s;
-    let n = t.len();
-    let far = DISORDER_STEPS * median_step(t);
-    let mut starts = vec![0];
-    for i in 1..n {
-        let back = t[i - 1] - t[i];
-        let recovers = || t[i..n.min(i + DISORDER_ROWS)].iter().any(|next| *next >= t[i - 1]);
-        if back > far && !recovers() {
-            starts.push(i);
-        }
+/// Splits where the clock jumps back for good and keeps one part.
+fn keep_run(rows: &mut Rows, report: &mut ClockReport, wanted: Option<usize>) -> Result<(), Error> {
+    let runs = runs(&rows.time_s);
+    report.resets = runs.len() - 1;
+    report.run = match wanted {
+        Some(run) => numbered(run, runs.len())?,
+        None => longest(&runs),
+    };
+    if report.resets > 0 {
+        let kept = runs[report.run - 1].clone();
+        report.other_run_rows = rows.time_s.len() - kept.len();
+        rows.keep(kept);
     }
-    report.resets = starts.len() - 1;
-    if report.resets == 0 {
-        return;
-    }
-    starts.push(n);
-    // The first of equals: runs are taken in the order they were made.
-    let longest = starts
-        .windows(2)
-        .map(|w| w[0]..w[1])
-        .reduce(|best, run| if run.len() > best.len() { run } else { best })
-        .unwrap_or(0..n);
-    report.other_run_rows = n - longest.len();
-    rows.keep(longest);
+    Ok(())
+}
+
+/// The parts between which the clock jumps back for good; at least one.
+fn runs(time_s: &[f64]) -> Vec<Range<usize>> {
+    let n = time_s.len();
+    let far = DISORDER_STEPS * median_step(time_s);
+    let resets = |i: &usize| {
+        let before = time_s[i - 1];
+        let recovers = || time_s[*i..n.min(i + DISORDER_ROWS)].iter().any(|next| *next >= before);
+        before - time_s[*i] > far && !recovers()
+    };
+    let starts = std::iter::once(0).chain((1..n).filter(resets));
+    let ends: Vec<usize> = starts.clone().skip(1).chain([n]).collect();
+    starts.zip(ends).map(|(start, end)| start..end).collect()
+}
+
+/// Number of the longest run; the first of equals: runs are taken in the order they were made.
+fn longest(runs: &[Range<usize>]) -> usize {
+    let longest = (0..runs.len()).reduce(|best, i| if runs[i].len() > runs[best].len() { i } else { best });
+    longest.map_or(1, |i| i + 1)
+}
+
+fn numbered(asked: usize, found: usize) -> Result<usize, Error> {
+    if (1..=found).contains(&asked) { Ok(asked) } else { Err(Error::NoSuchRun { asked, found }) }
 }
 
 /// Median of the positive steps, from a sample of them in long records.

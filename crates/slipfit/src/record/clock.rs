@@ -62,6 +62,8 @@ pub struct ClockReport {
     pub corrupt_stamps: usize,
     /// Places where the clock jumps back for good: another run begins.
     pub resets: usize,
+    /// The run that was kept, from 1; 0 where no stamps were looked at.
+    pub run: usize,
     /// Rows of the other runs, left out.
     pub other_run_rows: usize,
     /// The stamps were those of a uniform clock written with too few digits;

@@ -50,7 +50,7 @@ impl SignalKind {
 /// - a row out of order by a little is put in its place; a stamp that is
 ///   plainly corrupt (one row, far from both neighbours) takes its row with it;
 /// - where the clock jumps back for good another run begins: the run with most
-///   rows is kept;
+///   rows is kept, or the one that [`Record::of_run`] names;
 /// - repeated stamps stay, except where the clock is uniform and only *written*
 ///   with too few digits: then the uniform clock is rebuilt;
 /// - gaps and irregular steps stay as they are.
@@ -93,7 +93,35 @@ impl Record {
     /// - [`Error::TimeBackwards`] if more stamps go backwards than forwards
     /// - [`Error::TimeStandsStill`] if all stamps are equal
     pub fn new(time_s: Vec<f64>, signal: Vec<f64>) -> Result<Self, Error> {
-        Self::from_stamps(time_s, signal, None)
+        Self::from_stamps(time_s, signal, None, None)
+    }
+
+    /// One of several runs that stand one after the other, from 1, each with a clock of its own; otherwise as
+    /// [`Record::new`] or, with a quadrature, [`Record::lock_in`], which keep the longest.
+    /// [`ClockReport::resets`] is one less than there are runs.
+    ///
+    /// ```
+    /// use slipfit::{Error, Record};
+    /// let (mut time_s, mut signal) = (Vec::new(), Vec::new());
+    /// for n in [20, 30, 10] {
+    ///     time_s.extend((0..n).map(|i| 0.1 * f64::from(i)));
+    ///     signal.extend((0..n).map(|i| f64::from(n) * f64::from(i).cos()));
+    /// }
+    /// let last = Record::of_run(3, time_s.clone(), signal.clone(), None)?;
+    /// assert_eq!((last.len(), last.signal()[0]), (10, 10.0));
+    /// assert_eq!(Record::of_run(4, time_s, signal, None), Err(Error::NoSuchRun { asked: 4, found: 3 }));
+    /// # Ok::<(), Error>(())
+    /// ```
+    ///
+    /// # Errors
+    /// [`Error::NoSuchRun`] if there is none of this number; otherwise as [`Record::new`].
+    pub fn of_run(
+        run: usize,
+        time_s: Vec<f64>,
+        signal: Vec<f64>,
+        quadrature: Option<Vec<f64>>,
+    ) -> Result<Self, Error> {
+        Self::from_stamps(time_s, signal, quadrature, Some(run))
     }
 
     /// A record sampled at a constant rate (Hz), starting at 0 s.
@@ -113,7 +141,7 @@ impl Record {
     /// # Errors
     /// As [`Record::new`]; a row is left out where either output is not finite.
     pub fn lock_in(time_s: Vec<f64>, in_phase: Vec<f64>, quadrature: Vec<f64>) -> Result<Self, Error> {
-        Self::from_stamps(time_s, in_phase, Some(quadrature))
+        Self::from_stamps(time_s, in_phase, Some(quadrature), None)
     }
 
     /// As [`Record::lock_in`], sampled at a constant rate (Hz) from 0 s on.
@@ -234,7 +262,12 @@ impl Record {
         &self.report
     }
 
-    fn from_stamps(time_s: Vec<f64>, signal: Vec<f64>, quadrature: Option<Vec<f64>>) -> Result<Self, Error> {
+    fn from_stamps(
+        time_s: Vec<f64>,
+        signal: Vec<f64>,
+        quadrature: Option<Vec<f64>>,
+        run: Option<usize>,
+    ) -> Result<Self, Error> {
         check_length("signal", signal.len(), time_s.len())?;
         if let Some(quadrature) = &quadrature {
             check_length("quadrature", quadrature.len(), time_s.len())?;
@@ -243,7 +276,7 @@ impl Record {
         let mut report = ClockReport { rows: rows.signal.len(), ..ClockReport::default() };
         clean::drop_nonfinite(&mut rows, &mut report);
         clean::check_signal(&rows)?;
-        let clock = clean::clock(&mut rows, &mut report)?;
+        let clock = clean::clock(&mut rows, &mut report, run)?;
         // Again: the run that was kept may be short or constant.
         clean::check_signal(&rows)?;
         Ok(Self::assemble(clock, rows, report))
@@ -268,7 +301,7 @@ impl Record {
         clean::drop_nonfinite(&mut rows, &mut report);
         clean::check_signal(&rows)?;
         let clock = if inner_missing {
-            clean::clock(&mut rows, &mut report)?
+            clean::clock(&mut rows, &mut report, None)?
         } else {
             report.median_step_s = interval_s;
             Clock::Uniform { start_s, interval_s }

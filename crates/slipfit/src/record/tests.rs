@@ -65,6 +65,27 @@ fn after_a_reset_the_longest_run_is_kept() {
 }
 
 #[test]
+fn the_run_that_is_asked_for_is_kept_and_one_too_many_is_refused() {
+    let mut time: Vec<f64> = (0..30).map(|i| 0.1 * f64::from(i)).collect();
+    time.extend((0..50).map(|i| 0.1 * f64::from(i)));
+    time[40] = 1e6;
+    let run = |n| Record::of_run(n, time.clone(), ring(80), None);
+    for (n, first, len) in [(1, 0, 30), (2, 30, 49)] {
+        let record = run(n).unwrap();
+        assert_eq!((record.len(), record.signal()[0]), (len, ring(80)[first]), "run {n}");
+        let report = record.clock_report();
+        assert_eq!((report.resets, report.run, report.corrupt_stamps), (1, n, 1), "run {n}");
+        assert_eq!(record.len() + report.other_run_rows + report.corrupt_stamps, 80, "run {n}");
+    }
+    for asked in [0, 3] {
+        assert_eq!(run(asked), Err(Error::NoSuchRun { asked, found: 2 }));
+    }
+    let even: Vec<f64> = (0..30).map(f64::from).collect();
+    assert!(Record::of_run(1, even.clone(), ring(30), None).is_ok());
+    assert_eq!(Record::of_run(2, even, ring(30), None), Err(Error::NoSuchRun { asked: 2, found: 1 }));
+}
+
+#[test]
 fn rows_out_of_order_by_a_little_are_sorted_with_their_samples() {
     let mut time: Vec<f64> = (0..40).map(|i| 0.1 * f64::from(i) + 1e-4 * f64::from(i % 3)).collect();
     let mut signal = ring(40);

@@ -260,6 +260,42 @@ fn a_file_that_starts_again_keeps_its_longest_run() {
     assert_is_ring(&reading, 50);
     assert_eq!(reading.record.clock_report().resets, 1);
     assert_eq!(reading.report.skipped[0].reason, "`t` in column 1 is not a number");
+    assert_eq!((reading.report.runs, reading.report.run), (2, 2));
+    assert_eq!(
+        reading.report.notes[1].to_string(),
+        "the clock begins again: 2 runs stand one after the other; number 2, the longest, was read; run reads another"
+    );
+}
+
+#[test]
+fn each_run_of_a_file_that_starts_again_can_be_asked_for() {
+    let lengths = [30, 50, 20];
+    let run = |n: &usize| table_of("", *n, |_, t, x| format!("{t},{x}"));
+    let text = format!("t,x\n{}", lengths.iter().map(run).collect::<String>());
+    let of = |run: usize| read_with(&text, &ReadOptions { run: Some(run), ..Default::default() });
+    for (number, length) in (1..).zip(lengths) {
+        let reading = of(number).unwrap();
+        assert_is_ring(&reading, length);
+        assert_eq!((reading.report.runs, reading.report.run), (3, number));
+        assert_eq!(reading.report.rows_read, 100);
+        let said = format!("3 runs stand one after the other; number {number} was read");
+        assert!(note(&reading, 1).ends_with(&said), "{:?}", reading.report.notes);
+    }
+    for none in [0, 4] {
+        assert_eq!(of(none).unwrap_err().to_string(), format!("file.csv: run = {none}: the file has 3"));
+    }
+}
+
+#[test]
+fn a_run_that_is_not_there_is_refused_with_and_without_times() {
+    let second = ReadOptions { run: Some(2), ..Default::default() };
+    let timed = table_of("t,x\n", 40, |_, t, x| format!("{t},{x}"));
+    assert_eq!(error(&timed, &second).0, "file.csv: run = 2: the file has 1");
+    let rated = ReadOptions { rate_hz: Some(16.0), ..second };
+    let bare = table_of("x\n", 40, |_, _, x| x.to_string());
+    assert_eq!(error(&bare, &rated).0, "file.csv: run = 2: the file has 1");
+    let first = ReadOptions { run: Some(1), ..rated };
+    assert_is_ring(&read_with(&bare, &first).unwrap(), 40);
 }
 
 #[test]
