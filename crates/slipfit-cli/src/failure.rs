@@ -71,6 +71,9 @@ impl Failure {
             Error::Parameter { name, value, range } => {
                 return Self::new(format!("{} {value}: must be among {}", flag(name), in_flags(range)));
             }
+            Error::Band { low_hz, high_hz } => {
+                return Self::new(format!("--band {low_hz} {high_hz}: the lower frequency comes first"));
+            }
             Error::BelowLeastAmplitude { least, initial, unit } => {
                 let initial = plain(*initial, 3, unit);
                 return Self::new(format!(

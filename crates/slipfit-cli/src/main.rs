@@ -10,7 +10,6 @@ mod output;
 mod progress;
 mod version;
 
-use clap::Parser;
 use failure::{FAILED, Failure};
 use std::process::ExitCode;
 
@@ -22,7 +21,7 @@ fn main() -> ExitCode {
             report(panic);
         }
     }));
-    let cli = args::Cli::parse();
+    let cli = args::parse();
     interrupt::begin();
     let color = cli.color.into();
     let done = match &cli.command {

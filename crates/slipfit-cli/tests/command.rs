@@ -306,6 +306,71 @@ fn bad_arguments_are_status_two() {
 }
 
 #[test]
+fn a_number_with_a_sign_is_refused_for_its_value() {
+    let file = example("classroom_pendulum.csv");
+    let file = file.to_str().unwrap();
+    let positive = "must be above zero";
+    for (command, arguments, expected) in [
+        ("ringdown", "--min-amplitude -1", positive),
+        ("ringdown", "--rate-hz -1e-3", positive),
+        ("ringdown", "--band -5 1", positive),
+        ("ringdown", "--band 1 -.5", positive),
+        ("ringdown", "--stiffness -5±1", positive),
+        ("ringdown", "--run -1", "must be a whole number from 1 on"),
+        ("ringdown", "--signal -1", "no such column"),
+        ("ringdown", "--lockin-order -1", "-1 is not in 1..=8"),
+        ("ringdown", "--start --end", "not a number"),
+        ("resonance", "--drive-amplitude -2", positive),
+        ("levels", "--q -2", positive),
+        ("map", "--dt -1", positive),
+    ] {
+        let output = slipfit().args([command, file]).args(arguments.split(' ')).output().unwrap();
+        let said = String::from_utf8(output.stderr).unwrap();
+        assert_eq!(output.status.code(), Some(2), "{said}");
+        assert!(said.contains(expected) && !said.contains("tip:"), "{arguments}: {said}");
+    }
+    for (command, file) in
+        [("ringdown", "classroom_pendulum.csv"), ("resonance", "tuning_fork_12nN_sweep.csv")]
+    {
+        let output = slipfit().arg(command).arg(example(file)).args(["--band", "5", "1"]).output().unwrap();
+        let said = String::from_utf8(output.stderr).unwrap();
+        assert_eq!(said, "error: --band 5 1: the lower frequency comes first\n");
+    }
+}
+
+#[test]
+fn a_force_of_a_signal_without_a_unit_says_so() {
+    let swing = |i: u32| {
+        let t = 0.1 * f64::from(i);
+        format!("{t},{}", 20.0 * (-0.03 * t).exp() * (3.0 * t).cos())
+    };
+    let folder = folder_with("swing.csv", &table("t (s),x", swing));
+    let run = |more: &[&str]| {
+        let mut command = slipfit();
+        command.current_dir(folder.path()).args([
+            "ringdown",
+            "swing.csv",
+            "--stiffness",
+            "40",
+            "--json",
+            "-",
+        ]);
+        let output = command.args(more).output().unwrap();
+        let answer: serde_json::Value = serde_json::from_slice(&output.stdout).unwrap();
+        let unit = answer["parameters"]["coulomb_force"]["unit"].as_str().unwrap().to_owned();
+        (unit, String::from_utf8(output.stderr).unwrap())
+    };
+    let (unit, said) = run(&[]);
+    assert_eq!(unit, "N/m × signal unit");
+    let said = said.split_whitespace().collect::<Vec<_>>().join(" ");
+    assert!(said.contains("note: --stiffness: the unit of the signal is unknown"), "{said}");
+    assert!(said.contains("--unit gives it"), "{said}");
+    let (unit, said) = run(&["--unit", "mm"]);
+    assert_eq!(unit, "N");
+    assert!(!said.contains("note:"), "{said}");
+}
+
+#[test]
 fn runs_one_after_the_other_are_chosen_by_number() {
     let run = |from: f64| {
         (0..300)

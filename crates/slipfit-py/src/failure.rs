@@ -159,6 +159,9 @@ pub(crate) fn core_error(py: Python<'_>, analysis: Analysis, error: &Error) -> P
         Error::TimeBackwards { index, previous, next } => {
             raised.with("index", *index).with("previous", *previous).with("next", *next)
         }
+        Error::Band { low_hz, high_hz } => {
+            raised.with("option", "band_hz").with("value", (*low_hz, *high_hz))
+        }
         Error::NoSuchRun { asked, found } => {
             raised.with("option", "run").with("value", *asked).with("found", *found)
         }

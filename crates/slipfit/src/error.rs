@@ -87,6 +87,14 @@ pub enum Error {
         /// Its time.
         next: f64,
     },
+    /// A band that does not rise.
+    #[error("band_hz = {low_hz} {high_hz} is no rising pair of frequencies: the lower one comes first")]
+    Band {
+        /// The first frequency given (Hz).
+        low_hz: f64,
+        /// The second (Hz).
+        high_hz: f64,
+    },
     /// More runs were asked for than the record holds one after the other.
     #[error("run = {asked}: the record has {found}")]
     NoSuchRun {

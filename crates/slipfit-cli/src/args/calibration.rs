@@ -12,19 +12,19 @@ use slipfit::model::displacement::Coordinate;
 #[group(multiple = false)]
 pub(crate) struct CalibrationArgs {
     /// Stiffness k [N/m], for a displacement in m: 12000, 12000±300, 12000(300)
-    #[arg(long, value_name = "K", allow_negative_numbers = true, help_heading = "Forces")]
+    #[arg(long, value_name = "K", help_heading = "Forces")]
     stiffness: Option<Uncertain>,
 
     /// Mass m [kg], for a displacement in m
-    #[arg(long, value_name = "M", allow_negative_numbers = true, help_heading = "Forces")]
+    #[arg(long, value_name = "M", help_heading = "Forces")]
     mass: Option<Uncertain>,
 
     /// Torsion stiffness [N m/rad], for an angle
-    #[arg(long, value_name = "K", allow_negative_numbers = true, help_heading = "Forces")]
+    #[arg(long, value_name = "K", help_heading = "Forces")]
     torsion_stiffness: Option<Uncertain>,
 
     /// Moment of inertia [kg m²], for an angle
-    #[arg(long, value_name = "I", allow_negative_numbers = true, help_heading = "Forces")]
+    #[arg(long, value_name = "I", help_heading = "Forces")]
     inertia: Option<Uncertain>,
 }
 
@@ -47,6 +47,14 @@ impl CalibrationArgs {
             let message = error.to_string().replacen("the constant", flag, 1);
             Failure::new(message).hints(&error.hints(Analysis::Ringdown))
         })
+    }
+
+    /// What to know where the constant is given and the unit of the signal is not.
+    pub(crate) fn unit_note(&self, unit: &str) -> Option<String> {
+        let (flag, _) = self.given().filter(|_| unit.trim().is_empty())?;
+        Some(format!(
+            "{flag}: the unit of the signal is unknown, so the force is in N/m times it; --unit gives it"
+        ))
     }
 
     pub(crate) fn constant(&self) -> Option<Calibration> {

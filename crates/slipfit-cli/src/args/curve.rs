@@ -1,5 +1,6 @@
 //! How a resonance curve is read.
 
+use super::count;
 use super::reading::Kind;
 use super::value::{FormatName, Positive, Text, number, text};
 use clap::Args;
@@ -68,7 +69,7 @@ pub(crate) struct CurveArgs {
     sheet: Option<Text>,
 
     /// Which of several curves in groups of columns, from 1
-    #[arg(long, value_name = "N", help_heading = "Reading")]
+    #[arg(long, value_name = "N", value_parser = count, help_heading = "Reading")]
     run: Option<usize>,
 
     /// Column of the times of raw records

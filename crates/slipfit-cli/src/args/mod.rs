@@ -18,7 +18,8 @@ mod simulate;
 mod value;
 
 use clap::builder::styling::{AnsiColor, Styles};
-use clap::{Parser, Subcommand, ValueEnum};
+use clap::{Arg, CommandFactory, FromArgMatches, Parser, Subcommand, ValueEnum};
+use std::any::TypeId;
 
 pub(crate) use answer::{AnswerArgs, ReplaceArgs, TableArgs};
 pub(crate) use app::AppArgs;
@@ -37,8 +38,8 @@ pub(crate) use simulate::{
     Beginning, DecayArgs, DriveArgs, DrivenArgs, LevelsArgs, OutputKind, SimulateArgs, SimulateCommand,
     SweepArgs, Tone, WaveArgs,
 };
-pub(crate) use value::Uncertain;
-use value::{finite, not_negative, positive};
+use value::{Finite, Positive, count, finite, not_negative, positive};
+pub(crate) use value::{Uncertain, similar};
 
 const STYLES: Styles = Styles::styled()
     .header(AnsiColor::Green.on_default().bold())
@@ -124,13 +125,67 @@ impl From<Color> for anstream::ColorChoice {
     }
 }
 
+/// The command line as it was typed; ends the program where it is wrong or asks for help.
+pub(crate) fn parse() -> Cli {
+    let matches = with_signs(Cli::command()).get_matches();
+    Cli::from_arg_matches(&matches).unwrap_or_else(|error| error.format(&mut Cli::command()).exit())
+}
+
+/// The command with a sign allowed before every number, so that the parser of the value says what is wrong with it;
+/// clap itself takes `-1` for an option.
+fn with_signs(command: clap::Command) -> clap::Command {
+    let signed = |arg: Arg| match arg.get_action().takes_values() && !arg.is_positional() {
+        // Clap knows no `-1e-3` and no `-5±1` for a number.
+        true if is_number(&arg) => arg.allow_hyphen_values(true),
+        true => arg.allow_negative_numbers(true),
+        false => arg,
+    };
+    command.mut_args(signed).mut_subcommands(with_signs)
+}
+
+fn is_number(arg: &Arg) -> bool {
+    let id = arg.get_value_parser().type_id();
+    let numbers = [
+        TypeId::of::<f64>(),
+        TypeId::of::<usize>(),
+        TypeId::of::<u64>(),
+        TypeId::of::<u32>(),
+        TypeId::of::<u16>(),
+        TypeId::of::<u8>(),
+        TypeId::of::<Finite>(),
+        TypeId::of::<Positive>(),
+        TypeId::of::<Uncertain>(),
+        TypeId::of::<Tone>(),
+    ];
+    numbers.iter().any(|number| id == *number)
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;
-    use clap::CommandFactory;
 
     #[test]
     fn the_command_line_is_consistent() {
-        Cli::command().debug_assert();
+        with_signs(Cli::command()).debug_assert();
+    }
+
+    #[test]
+    fn a_sign_before_a_number_is_no_option() {
+        fn check(command: &clap::Command, checked: &mut usize) {
+            // The names of numbers in the help; COL, NAME and FILE are words.
+            const NUMBERS: &str = "A BETA BITS F G GAMMA HI HZ HZ,X[,DEG] I K LO M N P Q RATE RMS S X X0";
+            for arg in command.get_arguments() {
+                let names = arg.get_value_names().unwrap_or_default();
+                if names.iter().any(|name| NUMBERS.split(' ').any(|number| name == number)) {
+                    assert!(arg.is_allow_hyphen_values_set(), "{} {}", command.get_name(), arg.get_id());
+                    *checked += 1;
+                }
+            }
+            command.get_subcommands().for_each(|command| check(command, checked));
+        }
+        let (mut command, mut checked) = (with_signs(Cli::command()), 0);
+        command.build();
+        check(&command, &mut checked);
+        assert!(checked > 50, "{checked}");
     }
 }

@@ -1,5 +1,6 @@
 //! How a file is read, where it does not say so itself.
 
+use super::count;
 use super::value::{FormatName, Positive, Text, number, text};
 use clap::{Args, ValueEnum};
 use serde::Deserialize;
@@ -48,15 +49,15 @@ pub(crate) struct ReadingArgs {
     pub(crate) sheet: Option<Text>,
 
     /// Which of several tables side by side, from 1
-    #[arg(long, value_name = "N", help_heading = "Reading")]
+    #[arg(long, value_name = "N", value_parser = count, help_heading = "Reading")]
     pub(crate) part: Option<usize>,
 
     /// Which of several runs, in groups of columns or one after the other, from 1
-    #[arg(long, value_name = "N", help_heading = "Reading")]
+    #[arg(long, value_name = "N", value_parser = count, help_heading = "Reading")]
     pub(crate) run: Option<usize>,
 
     /// Samples held at most; longer records are averaged while they are read (33554432, half a gigabyte)
-    #[arg(long, value_name = "N", help_heading = "Reading")]
+    #[arg(long, value_name = "N", value_parser = count, help_heading = "Reading")]
     pub(crate) most_samples: Option<usize>,
 }
 

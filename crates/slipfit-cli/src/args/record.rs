@@ -8,15 +8,15 @@ use std::path::PathBuf;
 #[derive(Debug, Args)]
 pub(crate) struct OscillatorArgs {
     /// Undamped frequency [Hz]
-    #[arg(long, value_name = "HZ", value_parser = positive, allow_negative_numbers = true, help_heading = "Oscillator")]
+    #[arg(long, value_name = "HZ", value_parser = positive, help_heading = "Oscillator")]
     pub(crate) frequency_hz: Option<f64>,
 
     /// Stiffness k [N/m]
-    #[arg(long, value_name = "K", value_parser = positive, allow_negative_numbers = true, help_heading = "Oscillator")]
+    #[arg(long, value_name = "K", value_parser = positive, help_heading = "Oscillator")]
     pub(crate) stiffness: Option<f64>,
 
     /// Mass m [kg]
-    #[arg(long, value_name = "M", value_parser = positive, allow_negative_numbers = true, help_heading = "Oscillator")]
+    #[arg(long, value_name = "M", value_parser = positive, help_heading = "Oscillator")]
     pub(crate) mass: Option<f64>,
 
     /// Quality factor of the viscous loss alone
@@ -24,14 +24,13 @@ pub(crate) struct OscillatorArgs {
         long,
         value_name = "Q",
         value_parser = positive,
-        allow_negative_numbers = true,
         conflicts_with = "viscous",
         help_heading = "Oscillator"
     )]
     pub(crate) q: Option<f64>,
 
     /// Viscous coefficient gamma [N s/m = kg/s]
-    #[arg(long, value_name = "GAMMA", value_parser = not_negative, allow_negative_numbers = true, help_heading = "Oscillator")]
+    #[arg(long, value_name = "GAMMA", value_parser = not_negative, help_heading = "Oscillator")]
     pub(crate) viscous: Option<f64>,
 
     /// Friction displacement x_F = F/k [unit of the displacement]
@@ -39,7 +38,6 @@ pub(crate) struct OscillatorArgs {
         long,
         value_name = "X",
         value_parser = not_negative,
-        allow_negative_numbers = true,
         conflicts_with_all = ["coulomb_force", "beta"],
         help_heading = "Oscillator"
     )]
@@ -50,14 +48,13 @@ pub(crate) struct OscillatorArgs {
         long,
         value_name = "F",
         value_parser = not_negative,
-        allow_negative_numbers = true,
         conflicts_with = "beta",
         help_heading = "Oscillator"
     )]
     pub(crate) coulomb_force: Option<f64>,
 
     /// Sliding friction over the drive or the release, 4F/(pi k x_0)
-    #[arg(long, value_name = "BETA", value_parser = not_negative, allow_negative_numbers = true, help_heading = "Oscillator")]
+    #[arg(long, value_name = "BETA", value_parser = not_negative, help_heading = "Oscillator")]
     pub(crate) beta: Option<f64>,
 
     /// Static friction force F_s [N]; equal to the sliding one unless given
@@ -65,14 +62,13 @@ pub(crate) struct OscillatorArgs {
         long,
         value_name = "F",
         value_parser = not_negative,
-        allow_negative_numbers = true,
         conflicts_with = "static_displacement",
         help_heading = "Oscillator"
     )]
     pub(crate) static_force: Option<f64>,
 
     /// Static friction as a displacement F_s/k [unit of the displacement]
-    #[arg(long, value_name = "X", value_parser = not_negative, allow_negative_numbers = true, help_heading = "Oscillator")]
+    #[arg(long, value_name = "X", value_parser = not_negative, help_heading = "Oscillator")]
     pub(crate) static_displacement: Option<f64>,
 
     #[command(flatten)]
@@ -87,14 +83,13 @@ pub(crate) struct MinusArgs {
         long,
         value_name = "X",
         value_parser = not_negative,
-        allow_negative_numbers = true,
         conflicts_with = "coulomb_force_minus",
         help_heading = "Friction that differs by direction"
     )]
     pub(crate) friction_displacement_minus: Option<f64>,
 
     /// The same as a force F- [N]
-    #[arg(long, value_name = "F", value_parser = not_negative, allow_negative_numbers = true, help_heading = "Friction that differs by direction")]
+    #[arg(long, value_name = "F", value_parser = not_negative, help_heading = "Friction that differs by direction")]
     pub(crate) coulomb_force_minus: Option<f64>,
 
     /// Static friction against a pull to negative x, F_s-/k; that the other way unless given,
@@ -103,14 +98,13 @@ pub(crate) struct MinusArgs {
         long,
         value_name = "X",
         value_parser = not_negative,
-        allow_negative_numbers = true,
         conflicts_with = "static_force_minus",
         help_heading = "Friction that differs by direction"
     )]
     pub(crate) static_displacement_minus: Option<f64>,
 
     /// The same as a force F_s- [N]
-    #[arg(long, value_name = "F", value_parser = not_negative, allow_negative_numbers = true, help_heading = "Friction that differs by direction")]
+    #[arg(long, value_name = "F", value_parser = not_negative, help_heading = "Friction that differs by direction")]
     pub(crate) static_force_minus: Option<f64>,
 }
 
@@ -122,7 +116,7 @@ pub(crate) struct SampleArgs {
     pub(crate) unit: String,
 
     /// Root mean square of white noise; of amplitudes, on each of X and Y
-    #[arg(long, value_name = "RMS", value_parser = not_negative, allow_negative_numbers = true, default_value_t = 0.0, help_heading = "Record")]
+    #[arg(long, value_name = "RMS", value_parser = not_negative, default_value_t = 0.0, help_heading = "Record")]
     pub(crate) noise_rms: f64,
 
     /// Seed of the noise

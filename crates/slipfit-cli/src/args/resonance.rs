@@ -2,7 +2,7 @@
 
 use super::calibration::CalibrationArgs;
 use super::curve::CurveArgs;
-use super::value::{Positive, Uncertain, band, model_help};
+use super::value::{Positive, Uncertain, band, loss_model, model_help};
 use super::{AnswerArgs, TableArgs};
 use clap::{Args, ValueEnum};
 use serde::Deserialize;
@@ -137,7 +137,7 @@ impl FromStr for Model {
         if let Ok(response) = Response::from_str(&word, true) {
             return Ok(Self::Response(response));
         }
-        word.parse().map(Self::Loss)
+        loss_model(&word).map(Self::Loss)
     }
 }
 

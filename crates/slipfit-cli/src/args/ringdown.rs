@@ -73,11 +73,11 @@ pub(crate) struct RingdownArgs {
 #[serde(default)]
 pub(crate) struct RingdownAnalysisArgs {
     /// Use nothing before this instant [s]
-    #[arg(long, value_name = "S", allow_negative_numbers = true, help_heading = "Analysis")]
+    #[arg(long, value_name = "S", help_heading = "Analysis")]
     start: Option<Finite>,
 
     /// Use nothing after this instant [s]
-    #[arg(long, value_name = "S", allow_negative_numbers = true, help_heading = "Analysis")]
+    #[arg(long, value_name = "S", help_heading = "Analysis")]
     end: Option<Finite>,
 
     /// Follow the decay down to this amplitude only [unit of the signal]

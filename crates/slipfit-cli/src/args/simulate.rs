@@ -45,7 +45,7 @@ pub(crate) struct DecayArgs {
     pub(crate) oscillator: OscillatorArgs,
 
     /// Amplitude at the release
-    #[arg(long, value_name = "A", value_parser = finite, allow_negative_numbers = true, help_heading = "Record")]
+    #[arg(long, value_name = "A", value_parser = finite, help_heading = "Record")]
     pub(crate) amplitude: f64,
 
     #[command(flatten)]
@@ -70,11 +70,11 @@ pub(crate) struct DecayArgs {
 #[derive(Debug, Args)]
 pub(crate) struct SamplingArgs {
     /// Length of the record [s]
-    #[arg(long, value_name = "S", value_parser = positive, allow_negative_numbers = true, help_heading = "Record")]
+    #[arg(long, value_name = "S", value_parser = positive, help_heading = "Record")]
     pub(crate) duration: f64,
 
     /// Samples per second
-    #[arg(long, value_name = "RATE", value_parser = positive, allow_negative_numbers = true, help_heading = "Record")]
+    #[arg(long, value_name = "RATE", value_parser = positive, help_heading = "Record")]
     pub(crate) rate_hz: f64,
 }
 
@@ -122,7 +122,7 @@ pub(crate) struct DrivenArgs {
     pub(crate) drive: WaveArgs,
 
     /// Frequency of the drive [Hz]; the oscillator's own unless given
-    #[arg(long, value_name = "HZ", value_parser = positive, allow_negative_numbers = true, help_heading = "Drive")]
+    #[arg(long, value_name = "HZ", value_parser = positive, help_heading = "Drive")]
     pub(crate) drive_frequency_hz: Option<f64>,
 
     /// Where to begin
@@ -130,7 +130,7 @@ pub(crate) struct DrivenArgs {
     pub(crate) from: Beginning,
 
     /// Switch the drive off at this instant [s]
-    #[arg(long, value_name = "S", value_parser = not_negative, allow_negative_numbers = true, help_heading = "Drive")]
+    #[arg(long, value_name = "S", value_parser = not_negative, help_heading = "Drive")]
     pub(crate) off_at: Option<f64>,
 
     #[command(flatten)]
@@ -164,19 +164,18 @@ pub(crate) struct WaveArgs {
         long,
         value_name = "X",
         value_parser = positive,
-        allow_negative_numbers = true,
         conflicts_with = "drive_force",
         help_heading = "Drive"
     )]
     pub(crate) drive_amplitude: Option<f64>,
 
     /// Amplitude P of a force instead [N]
-    #[arg(long, value_name = "P", value_parser = positive, allow_negative_numbers = true, help_heading = "Drive")]
+    #[arg(long, value_name = "P", value_parser = positive, help_heading = "Drive")]
     pub(crate) drive_force: Option<f64>,
 
     /// Harmonic of the base: frequency [Hz], amplitude, and phase ahead of a cosine [deg] unless
     /// zero; may be repeated
-    #[arg(long, value_name = "HZ,X[,DEG]", value_parser = Tone::parse, allow_hyphen_values = true, help_heading = "Drive")]
+    #[arg(long, value_name = "HZ,X[,DEG]", value_parser = Tone::parse, help_heading = "Drive")]
     pub(crate) tone: Vec<Tone>,
 
     /// Positions of the base over time from a file, straight lines between its samples
@@ -219,11 +218,11 @@ impl Tone {
 #[group(required = true, multiple = false)]
 pub(crate) struct DriveArgs {
     /// Amplitude x_0 of the base [unit of the displacement]
-    #[arg(long, value_name = "X", value_parser = positive, allow_negative_numbers = true, help_heading = "Drive")]
+    #[arg(long, value_name = "X", value_parser = positive, help_heading = "Drive")]
     pub(crate) drive_amplitude: Option<f64>,
 
     /// Amplitude P of a force instead [N]
-    #[arg(long, value_name = "P", value_parser = positive, allow_negative_numbers = true, help_heading = "Drive")]
+    #[arg(long, value_name = "P", value_parser = positive, help_heading = "Drive")]
     pub(crate) drive_force: Option<f64>,
 }
 
@@ -258,11 +257,11 @@ pub(crate) struct SweepArgs {
     pub(crate) drive: DriveArgs,
 
     /// First frequency [Hz]
-    #[arg(long, value_name = "HZ", value_parser = positive, allow_negative_numbers = true, help_heading = "Sweep")]
+    #[arg(long, value_name = "HZ", value_parser = positive, help_heading = "Sweep")]
     pub(crate) start_hz: f64,
 
     /// Last frequency [Hz]; below the first to sweep down
-    #[arg(long, value_name = "HZ", value_parser = positive, allow_negative_numbers = true, help_heading = "Sweep")]
+    #[arg(long, value_name = "HZ", value_parser = positive, help_heading = "Sweep")]
     pub(crate) stop_hz: f64,
 
     /// Frequencies recorded
@@ -270,7 +269,7 @@ pub(crate) struct SweepArgs {
     pub(crate) points: u32,
 
     /// Sweep continuously in this time [s], instead of waiting at each point
-    #[arg(long, value_name = "S", value_parser = positive, allow_negative_numbers = true, help_heading = "Sweep")]
+    #[arg(long, value_name = "S", value_parser = positive, help_heading = "Sweep")]
     pub(crate) sweep_time: Option<f64>,
 
     /// Wait so long at each frequency [s], the motion going on from one to the next
@@ -278,7 +277,6 @@ pub(crate) struct SweepArgs {
         long,
         value_name = "S",
         value_parser = not_negative,
-        allow_negative_numbers = true,
         conflicts_with = "sweep_time",
         help_heading = "Sweep"
     )]
@@ -308,11 +306,11 @@ pub(crate) struct LevelsArgs {
     pub(crate) oscillator: OscillatorArgs,
 
     /// First drive amplitude x_0 [unit of the displacement]
-    #[arg(long, value_name = "X", value_parser = positive, allow_negative_numbers = true, help_heading = "Levels")]
+    #[arg(long, value_name = "X", value_parser = positive, help_heading = "Levels")]
     pub(crate) start_amplitude: f64,
 
     /// Last drive amplitude x_0 [unit of the displacement]; --beta refers to it
-    #[arg(long, value_name = "X", value_parser = positive, allow_negative_numbers = true, help_heading = "Levels")]
+    #[arg(long, value_name = "X", value_parser = positive, help_heading = "Levels")]
     pub(crate) stop_amplitude: f64,
 
     /// Levels recorded
@@ -324,11 +322,11 @@ pub(crate) struct LevelsArgs {
     pub(crate) log: bool,
 
     /// Frequency of the drive [Hz]; the oscillator's own unless given
-    #[arg(long, value_name = "HZ", value_parser = positive, allow_negative_numbers = true, help_heading = "Levels")]
+    #[arg(long, value_name = "HZ", value_parser = positive, help_heading = "Levels")]
     pub(crate) drive_frequency_hz: Option<f64>,
 
     /// Wait so long at each level [s], instead of for the steady motion
-    #[arg(long, value_name = "S", value_parser = not_negative, allow_negative_numbers = true, help_heading = "Levels")]
+    #[arg(long, value_name = "S", value_parser = not_negative, help_heading = "Levels")]
     pub(crate) wait: Option<f64>,
 
     #[command(flatten)]

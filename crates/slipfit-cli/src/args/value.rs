@@ -82,7 +82,7 @@ impl FromStr for Loss {
     type Err = String;
 
     fn from_str(text: &str) -> Result<Self, String> {
-        text.parse().map(Self)
+        loss_model(text).map(Self)
     }
 }
 
@@ -92,6 +92,28 @@ impl FromStr for Law {
     fn from_str(text: &str) -> Result<Self, String> {
         text.parse().map(Self)
     }
+}
+
+/// A word this similar to a known one is probably meant to be it (Jaro and Winkler's measure).
+const SIMILAR: f64 = 0.8;
+
+/// The known word that was probably meant.
+pub(crate) fn similar<'a>(word: &str, known: impl IntoIterator<Item = &'a str>) -> Option<&'a str> {
+    let likeness = |known: &str| strsim::jaro_winkler(word, known);
+    let best = known.into_iter().max_by(|a, b| likeness(a).total_cmp(&likeness(b)));
+    best.filter(|known| likeness(known) >= SIMILAR)
+}
+
+/// A loss model; where there is none of this name, with the one that was probably meant.
+pub(super) fn loss_model(text: &str) -> Result<LossModel, String> {
+    text.parse::<LossModel>().map_err(|unknown| {
+        let term = |typed: &str| similar(typed, LossTerm::ALL.iter().map(|term| term.name()));
+        let terms: Option<Vec<&str>> = text.split('+').map(term).collect();
+        match terms.and_then(|terms| terms.join("+").parse::<LossModel>().ok()) {
+            Some(meant) => format!("{unknown}; did you mean `{meant}`?"),
+            None => unknown,
+        }
+    })
 }
 
 /// In a manifest what is typed may be a text or a number.
@@ -145,6 +167,14 @@ pub(super) fn positive(text: &str) -> Result<f64, String> {
 /// A finite number, zero or above.
 pub(super) fn not_negative(text: &str) -> Result<f64, String> {
     finite(text).and_then(|v| if v >= 0.0 { Ok(v) } else { Err("must not be negative".to_owned()) })
+}
+
+/// A whole number from 1 on.
+pub(super) fn count(text: &str) -> Result<usize, String> {
+    match text.trim().parse::<usize>() {
+        Ok(number) if number > 0 => Ok(number),
+        _ => Err("must be a whole number from 1 on".to_owned()),
+    }
 }
 
 /// The text of a value that is given.
@@ -257,6 +287,22 @@ mod tests {
         assert!(positive("0").is_err());
         assert_eq!(not_negative("0"), Ok(0.0));
         assert!(not_negative("-1").is_err());
+        assert_eq!(count("3"), Ok(3));
+        for text in ["-1", "0", "1.5", ""] {
+            assert_eq!(count(text), Err("must be a whole number from 1 on".to_owned()), "{text}");
+        }
+    }
+
+    #[test]
+    fn an_unknown_model_names_the_terms_and_the_one_that_was_meant() {
+        let refusal = |text: &str| text.parse::<Loss>().unwrap_err();
+        let terms = "terms are viscous, sliding, drag, cubic, power, stribeck, presliding, joined by + as in \
+                     viscous+sliding";
+        assert_eq!(refusal("foo"), format!("no loss model `foo`: {terms}"));
+        for (typed, meant) in [("slidng+viscous", "viscous+sliding"), ("viscouss", "viscous")] {
+            let said = refusal(typed);
+            assert_eq!(said, format!("no loss model `{typed}`: {terms}; did you mean `{meant}`?"));
+        }
     }
 
     #[test]

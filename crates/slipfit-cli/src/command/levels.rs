@@ -18,7 +18,7 @@ pub(crate) fn run(args: &LevelFitArgs, color: ColorChoice) -> Result<ExitCode, F
     let answer = analyse(&reading.levels, &options)
         .map_err(|e| Failure::analysing(Analysis::Levels, &args.file, &e))?;
     let analysed = AnalysedLevels { reading: &reading, options: &options, answer: &answer };
-    show(&args.out, &to, &analysed, color)
+    show(&args.out, &to, &analysed, args.calibration.unit_note(reading.levels.unit()), color)
 }
 
 /// Reads what an analysis needs.

@@ -38,7 +38,7 @@ pub(crate) fn run(args: &ResonanceArgs, color: ColorChoice) -> Result<ExitCode, 
         options: &options,
         answer: &answer,
     };
-    show(&args.out, &to, &analysed, color)
+    show(&args.out, &to, &analysed, args.calibration.unit_note(reading.curve.unit()), color)
 }
 
 /// A table of curves, one a file.

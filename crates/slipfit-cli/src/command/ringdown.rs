@@ -40,8 +40,7 @@ pub(crate) fn run(args: &RingdownArgs, color: ColorChoice) -> Result<ExitCode, F
     let to = Destinations::new(&args.out, [file.as_path()])?;
     let Done { reading, options, answer } = watched(file, args)?;
     let analysed = AnalysedRingdown { file, reading: &reading, options: &options, answer: &answer };
-
-    show(&args.out, &to, &analysed, color)
+    show(&args.out, &to, &analysed, args.calibration.unit_note(reading.record.unit()), color)
 }
 
 /// A file read and analysed.

@@ -57,7 +57,7 @@ pub(crate) fn run(args: &SeriesArgs, color: ColorChoice) -> Result<ExitCode, Fai
         options: &options,
         answer: &answer,
     };
-    show(&args.out, &to, &analysed, color)
+    show(&args.out, &to, &analysed, None, color)
 }
 
 /// Remarks on what was read, with the flags of this program.

@@ -1,7 +1,7 @@
 //! From an answer to the files, the report and the warnings.
 
 use crate::args::AnswerArgs;
-use crate::failure::{Failure, WARNED, WARNING, spelled};
+use crate::failure::{Failure, WARNED, WARNING, note_line, spelled};
 use crate::output::{self, Outputs, Target};
 use crate::version::provenance;
 use anstream::ColorChoice;
@@ -48,11 +48,12 @@ pub(crate) fn drawn(picture: &Picture, format: Format) -> Result<Vec<u8>, Failur
     picture.render(format).ok_or_else(|| Failure::new("the picture could not be drawn"))
 }
 
-/// Writes the files asked for, then the report, then the warnings.
+/// Writes the files asked for, then the report, then the warnings and a note on how the program was used.
 pub(crate) fn show(
     out: &AnswerArgs,
     to: &Destinations,
     report: &dyn Report,
+    note: Option<String>,
     color: ColorChoice,
 ) -> Result<ExitCode, Failure> {
     let document = report.document(&spelled);
@@ -85,7 +86,8 @@ pub(crate) fn show(
             output::print(&terminal::screen(&document, &written), color)?;
         }
         let warnings = document.warnings().iter().map(|w| terminal::warning(w, WARNING));
-        output::print_error(&warnings.collect::<String>(), color);
+        let note = note.map(|note| note_line(&note));
+        output::print_error(&warnings.chain(note).collect::<String>(), color);
     }
     let warned = out.strict && !document.warnings().is_empty();
     Ok(if warned { ExitCode::from(WARNED) } else { ExitCode::SUCCESS })

@@ -1,13 +1,11 @@
 //! Keys of a TOML table, taken out of it by the structures they fill.
 
+use crate::args::similar;
 use serde::de::{self, Deserializer, Visitor};
 use serde::{Deserialize, forward_to_deserialize_any};
 use std::fmt;
 use toml::Spanned;
 use toml::de::DeTable;
-
-/// A word this similar to a known key is probably meant to be it (Jaro and Winkler's measure).
-const SIMILAR: f64 = 0.8;
 
 /// Something wrong in a manifest, with its place.
 #[derive(Debug)]
@@ -78,10 +76,8 @@ impl<'i> Keys<'i> {
         if let Some((_, why)) = elsewhere.iter().find(|(known, _)| known.contains(&name)) {
             return Err(Problem::new(format!("{name}: {why}"), at));
         }
-        let similar = |known: &&str| strsim::jaro_winkler(name, known);
-        let best = self.known.into_iter().max_by(|a, b| similar(a).total_cmp(&similar(b)));
-        let meant = best.filter(|known| similar(known) >= SIMILAR);
-        let meant = meant.map(|known| format!("; did you mean `{known}`?")).unwrap_or_default();
+        let meant =
+            similar(name, self.known).map(|known| format!("; did you mean `{known}`?")).unwrap_or_default();
         Err(Problem::new(format!("unknown key `{name}`{meant}"), at))
     }
 }

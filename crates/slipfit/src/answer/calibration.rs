@@ -46,7 +46,7 @@ impl Calibration {
 }
 
 /// `gamma = 2 m delta` and `F = k x_F`, with `k = m omega_0²`; a displacement in a unit of
-/// no known length gives the force in N/m times it.
+/// no known length, or in none, gives the force in N/m times it.
 pub(crate) fn physical(
     calibration: Calibration,
     omega_0: f64,
@@ -63,6 +63,7 @@ pub(crate) fn physical(
     let (gamma_unit, force_unit) = match (length, angle) {
         (_, true) => ("N m s".to_owned(), "N m".to_owned()),
         (Some(_), _) => ("N s/m".to_owned(), "N".to_owned()),
+        (None, _) if unit.trim().is_empty() => ("N s/m".to_owned(), "N/m × signal unit".to_owned()),
         (None, _) => ("N s/m".to_owned(), format!("N/m × {unit}")),
     };
     [

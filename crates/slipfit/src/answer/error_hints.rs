@@ -67,6 +67,7 @@ impl Error {
             Self::WrongCoordinate { unit, .. } => other_constants(unit),
             // The message says it.
             Self::Parameter { .. }
+            | Self::Band { .. }
             | Self::MissingParameter { .. }
             | Self::DoesNotHold { .. }
             | Self::Length { .. }

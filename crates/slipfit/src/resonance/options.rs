@@ -70,8 +70,7 @@ impl Options {
     /// Checks every number given.
     pub(crate) fn check(&self) -> Result<(), Error> {
         if let Some([low, high]) = self.band_hz.filter(|b| !(b[0] >= 0.0 && b[0] < b[1])) {
-            let value = if low >= 0.0 { high } else { low };
-            return Err(Error::Parameter { name: "band_hz", value, range: "rising pairs of frequencies" });
+            return Err(Error::Band { low_hz: low, high_hz: high });
         }
         if self.model.is_some_and(|m| m.terms().any(LossTerm::is_shaped)) {
             return Err(Error::DoesNotHold {

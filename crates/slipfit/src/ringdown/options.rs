@@ -116,8 +116,7 @@ impl Options {
             }
         }
         if let Some([low, high]) = self.band_hz.filter(|b| !(b[0] >= 0.0 && b[0] < b[1])) {
-            let value = if low >= 0.0 { high } else { low };
-            return Err(Error::Parameter { name: "band_hz", value, range: "rising pairs of frequencies" });
+            return Err(Error::Band { low_hz: low, high_hz: high });
         }
         if let Some(order) = self.lockin.map(|l| l.order).filter(|o| !(1..=8).contains(o)) {
             return Err(Error::Parameter { name: "order", value: f64::from(order), range: "1 to 8" });

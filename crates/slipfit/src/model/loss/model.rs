@@ -142,9 +142,16 @@ impl std::str::FromStr for LossModel {
     type Err = String;
 
     fn from_str(text: &str) -> Result<Self, String> {
-        Self::all().find(|m| m.name() == text).ok_or_else(|| {
-            let names: Vec<_> = Self::all().map(Self::name).collect();
-            format!("no loss model `{text}`; one of {}", names.join(", "))
+        let named = |name: &str| LossTerm::ALL.iter().copied().find(|term| term.name() == name);
+        let terms: Option<Vec<LossTerm>> = text.split('+').map(named).collect();
+        let model = terms.as_deref().and_then(Self::from_terms);
+        // No term twice.
+        model.filter(|m| m.terms().count() == text.split('+').count()).ok_or_else(|| {
+            let terms: Vec<_> = LossTerm::ALL.iter().map(|term| term.name()).collect();
+            format!(
+                "no loss model `{text}`: terms are {}, joined by + as in viscous+sliding",
+                terms.join(", ")
+            )
         })
     }
 }
@@ -162,7 +169,10 @@ mod tests {
         }
         assert_eq!(LossModel::VISCOUS_SLIDING_DRAG.name(), "viscous+sliding+drag");
         assert_eq!(LossModel::from_terms(&[]), None);
-        assert!("elastic".parse::<LossModel>().is_err());
+        assert_eq!("sliding+viscous".parse(), Ok(LossModel::VISCOUS_SLIDING));
+        for none in ["elastic", "viscous+", "viscous+viscous", ""] {
+            assert!(none.parse::<LossModel>().is_err(), "{none}");
+        }
     }
 
     #[test]
