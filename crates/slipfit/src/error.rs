@@ -78,7 +78,7 @@ pub enum Error {
         value: f64,
     },
     /// Time goes backwards at this sample, or stands still where it has to rise.
-    #[error("time goes backwards at sample {index}: {previous} s, then {next} s")]
+    #[error("{}", does_not_rise(*index, *previous, *next))]
     TimeBackwards {
         /// Index of the first offending sample.
         index: usize,
@@ -213,6 +213,14 @@ fn too_few(cycles: f64, needed: f64) -> String {
     format!("{cycles:.1} cycles of free decay above the noise ({needed} are needed); ")
 }
 
+fn does_not_rise(index: usize, previous: f64, next: f64) -> String {
+    if next == previous {
+        format!("time does not increase at sample {index}: {previous} s twice")
+    } else {
+        format!("time goes backwards at sample {index}: {previous} s, then {next} s")
+    }
+}
+
 fn in_unit(unit: &str) -> String {
     if unit.is_empty() { "has no unit".to_owned() } else { format!("is in {unit}") }
 }
@@ -220,6 +228,13 @@ fn in_unit(unit: &str) -> String {
 #[cfg(test)]
 mod tests {
     use super::*;
+
+    #[test]
+    fn a_repeated_time_is_told_from_one_that_goes_back() {
+        let refusal = |next| Error::TimeBackwards { index: 4, previous: 0.5, next }.to_string();
+        assert_eq!(refusal(0.5), "time does not increase at sample 4: 0.5 s twice");
+        assert_eq!(refusal(0.25), "time goes backwards at sample 4: 0.5 s, then 0.25 s");
+    }
 
     #[test]
     fn enough_cycles_are_not_called_too_few() {

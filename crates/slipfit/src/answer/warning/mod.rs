@@ -282,7 +282,7 @@ pub enum Warning {
         /// Whether the slope falls with the drive.
         falling: bool,
     },
-    /// Drive and amplitude have different units: no Q and no friction displacement.
+    /// Drive and amplitude are not known to have one unit: no Q and no friction displacement.
     DriveUncalibrated,
     /// Levels at which the mass stuck lie above those at which it moved.
     Hysteresis {

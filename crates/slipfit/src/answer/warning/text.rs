@@ -304,7 +304,10 @@ impl fmt::Display for Warning {
                 }
             ),
             Warning::DriveUncalibrated => {
-                f.write_str("drive levels have a unit of their own: the threshold is given in it")
+                f.write_str(
+                    "nothing relates the unit of the drive to that of the amplitudes: the threshold is given as \
+                     the drive is",
+                )
             }
             Warning::Hysteresis { stuck_at, moving_at } => write!(
                 f,
