@@ -11,6 +11,7 @@ use super::few_cycles::fit_few_cycles;
 use super::further_laws::try_further_laws;
 use super::held::release;
 use super::hypotheses::{FittedDecay, by_waveform};
+use super::other_motion::other_motion;
 use super::samples::Samples;
 use super::steady_line::without_steady_line;
 use super::window::by_law::{change_of_law, end_of_lead_in};
@@ -20,6 +21,7 @@ use super::{Answer, Options, oscillation, recorded_amplitudes, second_mode};
 use crate::answer::Warning;
 use crate::model::loss::LossModel;
 use crate::{Error, Parameter, Record, SignalKind};
+use std::ops::Range;
 
 /// Tells viscous from sliding loss in a record of a decaying oscillation.
 ///
@@ -82,14 +84,47 @@ pub fn analyse_with(record: &Record, options: &Options, criteria: &Criteria) -> 
     options.check()?;
     let options = &below_half_the_rate(record, options)?;
     let whole = Samples::prepare(record, options, &criteria.spikes)?;
-    let from_release = after_hold(&whole, record, options, criteria);
-    let mut answer = from_release.map_or_else(|| analyse_with_line(&whole, record, options, criteria), Ok)?;
+    let mut answer = analyse_from_release(&whole, record, options, criteria)?;
+    if record.kind().oscillates()
+        && let Some(other) = other_motion(&whole, &answer, &criteria.other_motion)
+    {
+        let (from, to) = (whole.time[other.range.start], whole.time[other.range.end - 1]);
+        answer = of_one_motion(&whole, other.own, record, options, criteria).unwrap_or(answer);
+        answer.warnings.push(Warning::OtherMotion { from_s: from, to_s: to });
+    }
     let used = answer.segment.start_s..=answer.segment.end_s;
     let spikes_s: Vec<f64> = whole.spikes_s.into_iter().filter(|t| used.contains(t)).collect();
     if let Some(first) = spikes_s.first() {
         answer.warnings.push(Warning::Spikes { samples: spikes_s.len(), time_s: *first });
     }
     Ok(answer)
+}
+
+/// The answer about the samples around one of several motions.
+fn of_one_motion(
+    whole: &Samples,
+    own: Range<usize>,
+    record: &Record,
+    options: &Options,
+    criteria: &Criteria,
+) -> Option<Answer> {
+    let (begun, ended) = (own.start > 0, own.end < whole.len());
+    let mut answer = analyse_from_release(&whole.part(own), record, options, criteria).ok()?;
+    if begun && answer.segment.start_reason == StartReason::RecordStart {
+        answer.segment.start_reason = StartReason::LeadIn;
+    }
+    Some(if ended { ending_in_noise(answer) } else { answer })
+}
+
+/// [`analyse_with`] of prepared samples.
+fn analyse_from_release(
+    whole: &Samples,
+    record: &Record,
+    options: &Options,
+    criteria: &Criteria,
+) -> Result<Answer, Error> {
+    let from_release = after_hold(whole, record, options, criteria);
+    from_release.map_or_else(|| analyse_with_line(whole, record, options, criteria), Ok)
 }
 
 /// The answer about the samples from the release on, where the mass is held before it and they have one.
@@ -110,7 +145,7 @@ fn shows_displacement(record: &Record, options: &Options) -> bool {
     record.kind() == SignalKind::Displacement && options.band_hz.is_none()
 }
 
-/// [`analyse_with`] of prepared samples.
+/// [`analyse_from_release`] without a look for a held mass.
 fn analyse_with_line(
     whole: &Samples,
     record: &Record,

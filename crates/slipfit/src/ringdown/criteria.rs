@@ -51,6 +51,8 @@ criteria_groups! {
         free_law: FreeLawCriteria,
         /// The rest after the motion.
         stop: StopCriteria,
+        /// Another motion in the same record.
+        other_motion: OtherMotionCriteria,
         /// What the answer states and warns of.
         answer: AnswerCriteria,
         /// What is reported of the models compared.
@@ -364,6 +366,20 @@ criteria! {
         most_cycles: f64 = 8.0, source "chosen by simulation", moves "coverage of records of few cycles";
         /// Part of the noise below which no amplitude is shown.
         half_cycle_noise: f64 = 0.3, source "chosen by simulation", moves "the amplitudes shown";
+    }
+}
+
+criteria! {
+    /// Another motion in the same record, apart from the one analysed.
+    pub struct OtherMotionCriteria in "other_motion" {
+        /// Root mean square of a cycle, over the first amplitude, from which on it is motion.
+        least_amplitude: f64 = 0.1, source "more than hum and drift in a cycle", moves "coverage in records of several releases";
+        /// The same over the noise.
+        least_noise: f64 = 4.0, source "a cycle of noise exceeds it never", moves "coverage in records of several releases";
+        /// Cycles of rest between two motions.
+        rest_cycles: usize = 2, source "beats rest for no longer at once", moves "coverage in records of several releases";
+        /// Cycles of another motion, at least.
+        least_cycles: usize = 3, source "a jolt is shorter", moves "coverage in records of several releases";
     }
 }
 

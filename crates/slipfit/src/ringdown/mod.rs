@@ -28,6 +28,7 @@ mod measured;
 mod misfit;
 mod options;
 mod oscillation;
+mod other_motion;
 mod quantities;
 mod recorded_amplitudes;
 mod samples;

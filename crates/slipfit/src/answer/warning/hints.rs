@@ -1,7 +1,13 @@
 //! What helps against each warning.
 
 use super::Warning;
+use crate::answer::figures::figures;
 use crate::answer::hint::Hint;
+
+/// An instant with the digits that choose a sample of most records.
+fn instant(time_s: f64) -> f64 {
+    figures(time_s, 6).parse().unwrap_or(time_s)
+}
 
 /// Limits about `main` that leave `other` outside.
 fn band_about(main: f64, other: f64, decimals: i32) -> [f64; 2] {
@@ -39,8 +45,12 @@ impl Warning {
                 vec![Hint::new("model", "reports it").with(model.name())]
             }
             Warning::LawChanges { time_s } => vec![
-                Hint::new("end_s", "analyses the part before").with((time_s * 1e4).round() / 1e4),
-                Hint::new("start_s", "the part after").with((time_s * 1e4).round() / 1e4),
+                Hint::new("end_s", "analyses the part before").with(instant(*time_s)),
+                Hint::new("start_s", "the part after").with(instant(*time_s)),
+            ],
+            Warning::OtherMotion { from_s, to_s } => vec![
+                Hint::new("start_s", "begins with it").with(instant(*from_s)),
+                Hint::new("end_s", "ends with it").with(instant(*to_s)),
             ],
             Warning::SlowTail { .. } => vec![Hint::new("end_s", "sets the limit by hand")],
             Warning::Clipped { inside: true, .. } => vec![Hint::new("start_s", "skips them")],

@@ -81,6 +81,13 @@ pub enum Warning {
         /// Signal unit.
         unit: String,
     },
+    /// Another motion in the record, apart from the one analysed.
+    OtherMotion {
+        /// Where the longest other one begins, s.
+        from_s: f64,
+        /// Where it ends, s.
+        to_s: f64,
+    },
     /// Single samples far off their neighbours, left out.
     Spikes {
         /// How many of the part used.
@@ -330,6 +337,7 @@ impl Warning {
             Warning::NoFreeLaw { .. } => "no_free_law",
             Warning::LawChanges { .. } => "law_changes",
             Warning::SlowTail { .. } => "slow_tail",
+            Warning::OtherMotion { .. } => "other_motion",
             Warning::Spikes { .. } => "spikes",
             Warning::Clipped { .. } => "clipped",
             Warning::AmbiguousModel { .. } => "ambiguous_model",

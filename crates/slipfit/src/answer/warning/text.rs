@@ -111,6 +111,12 @@ impl fmt::Display for Warning {
                 figures(*time_s, 4),
                 format!("{} {unit}", figures(*amplitude, 2)).trim_end()
             ),
+            Warning::OtherMotion { from_s, to_s } => write!(
+                f,
+                "another motion, from {} s to {} s, is left out",
+                figures(*from_s, 4),
+                figures(*to_s, 4)
+            ),
             Warning::Spikes { samples, time_s } => {
                 let (verb, first) = if *samples == 1 { ("was", "") } else { ("were", "the first ") };
                 let counted = counted(*samples, "sample");

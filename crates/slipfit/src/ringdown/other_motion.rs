@@ -1,0 +1,137 @@
+//! Another motion in the same record: a release before or behind the one that is analysed.
+
+use super::Answer;
+use super::criteria::OtherMotionCriteria;
+use super::samples::Samples;
+use super::window::{EndReason, StartReason};
+use crate::Parameter;
+use std::ops::Range;
+
+/// What a record holds beside the motion analysed.
+#[derive(Debug, Clone, PartialEq)]
+pub(crate) struct OtherMotion {
+    /// The longest other motion.
+    pub(crate) range: Range<usize>,
+    /// The samples around the motion analysed, up to the others.
+    pub(crate) own: Range<usize>,
+}
+
+/// Other motions, each apart from the motion analysed by a rest; `None` where there is none.
+///
+/// In windows of a cycle the samples move where their root mean square about the mean is a part of the first amplitude
+/// and many times the noise.
+pub(crate) fn other_motion(
+    samples: &Samples,
+    answer: &Answer,
+    criteria: &OtherMotionCriteria,
+) -> Option<OtherMotion> {
+    let segment = &answer.segment;
+    if segment.start_reason == StartReason::RecordStart && segment.end_reason == EndReason::RecordEnd {
+        return None;
+    }
+    let value = |parameter| answer.parameter(parameter).map(|q| q.value);
+    let (frequency_hz, amplitude) = (value(Parameter::Frequency)?, value(Parameter::InitialAmplitude)?);
+    let least =
+        (criteria.least_amplitude * amplitude).max(criteria.least_noise * answer.diagnostics.noise_rms);
+    let windows = cycles(&samples.time, frequency_hz)?;
+    let moves: Vec<bool> = windows.iter().map(|w| rms(&samples.signal[w.clone()]) > least).collect();
+    let at = |time_s: f64| samples.time.partition_point(|t| *t < time_s);
+    let (start, end) = (at(segment.start_s), at(segment.end_s));
+    let first = windows.iter().position(|w| w.end > start)?;
+    let last = windows.iter().rposition(|w| w.start < end)?;
+    let runs: Vec<Range<usize>> = runs(&moves, criteria.rest_cycles)
+        .into_iter()
+        .filter(|run| run.len() >= criteria.least_cycles)
+        .collect();
+    let before = runs.iter().filter(|run| run.end + criteria.rest_cycles <= first).max_by_key(|run| run.end);
+    let behind = runs.iter().find(|run| run.start >= last + criteria.rest_cycles);
+    let longest = runs.iter().filter(|run| run.end <= first || run.start > last);
+    let longest = longest.max_by_key(|run| run.len()).filter(|_| before.is_some() || behind.is_some())?;
+    let samples_of = |run: &Range<usize>| windows[run.start].start..windows[run.end - 1].end;
+    let own = before.map_or(0, |run| windows[run.end].start)
+        ..behind.map_or(samples.len(), |run| windows[run.start - 1].start);
+    Some(OtherMotion { range: samples_of(longest), own })
+}
+
+/// Windows of a cycle; `None` where there are none, or cycles without samples.
+fn cycles(time: &[f64], frequency_hz: f64) -> Option<Vec<Range<usize>>> {
+    let mut windows = Vec::new();
+    let mut from = 0;
+    while from < time.len() {
+        let end = from + time[from..].partition_point(|t| (t - time[from]) * frequency_hz < 1.0);
+        windows.push(from..end);
+        from = end.max(from + 1);
+    }
+    (frequency_hz > 0.0 && !windows.is_empty()).then_some(windows)
+}
+
+/// Runs of windows that move, with no more than `gap` quiet ones inside.
+fn runs(moves: &[bool], gap: usize) -> Vec<Range<usize>> {
+    let mut runs: Vec<Range<usize>> = Vec::new();
+    for i in (0..moves.len()).filter(|i| moves[*i]) {
+        match runs.last_mut() {
+            Some(run) if i - run.end < gap => run.end = i + 1,
+            _ => runs.push(i..i + 1),
+        }
+    }
+    runs
+}
+
+fn rms(signal: &[f64]) -> f64 {
+    let n = signal.len() as f64;
+    let mean = signal.iter().sum::<f64>() / n;
+    (signal.iter().map(|x| (x - mean).powi(2)).sum::<f64>() / n).sqrt()
+}
+
+#[cfg(test)]
+mod tests {
+    use crate::answer::Warning;
+    use crate::motion::decay::FreeDecay;
+    use crate::noise::{assert_held, jitter};
+    use crate::ringdown::{Answer, Options, analyse};
+    use crate::{Oscillator, Parameter, Record};
+
+    const DELTA: f64 = 0.05;
+
+    /// Releases from so much after so many seconds each, at 50 samples a second.
+    fn releases(of: &[(f64, f64)], repeat: usize) -> Record {
+        let oscillator = Oscillator::kinematic(7.5, DELTA, 6e-4).expect("valid");
+        let mut signal = Vec::new();
+        for (amplitude, seconds) in of {
+            let decay = FreeDecay::from_rest(&oscillator, *amplitude).expect("valid");
+            signal.extend((0..(50.0 * seconds) as usize).map(|i| decay.displacement(i as f64 / 50.0)));
+        }
+        signal.iter_mut().enumerate().for_each(|(i, x)| *x += 1e-3 * jitter(i + 10_000 * repeat, 3));
+        Record::uniform(50.0, signal).expect("valid").with_unit("rad")
+    }
+
+    fn told(answer: &Answer) -> Option<[f64; 2]> {
+        answer.warnings.iter().find_map(|w| match w {
+            Warning::OtherMotion { from_s, to_s } => Some([*from_s, *to_s]),
+            _ => None,
+        })
+    }
+
+    #[test]
+    fn every_other_release_is_left_out_and_the_longest_told() {
+        let options = Options::default();
+        let record = |repeat| releases(&[(0.1, 30.0), (0.12, 40.0), (0.08, 25.0)], repeat);
+        assert_held(record, &options, Parameter::DECAY_RATE, DELTA);
+        assert_held(record, &options, Parameter::FRICTION_DISPLACEMENT, 6e-4);
+        let answer = analyse(&record(0), &options).expect("a ring-down");
+        let [from_s, to_s] = told(&answer).expect("told");
+        let other = Options { start_s: Some(from_s), end_s: Some(to_s), ..options };
+        let other = analyse(&record(0), &other).expect("a ring-down");
+        assert!(other.segment.start_s >= from_s && other.segment.end_s <= to_s);
+        assert!(answer.segment.end_s <= from_s || answer.segment.start_s >= to_s);
+        assert_eq!(told(&other), None);
+    }
+
+    #[test]
+    fn one_release_has_no_other() {
+        for of in [&[(0.1, 60.0)][..], &[(1e-3, 20.0), (0.1, 60.0)], &[(0.1, 2.0), (0.12, 60.0)]] {
+            let answer = analyse(&releases(of, 0), &Options::default()).expect("a ring-down");
+            assert_eq!(told(&answer), None, "{of:?}");
+        }
+    }
+}
