@@ -22,15 +22,24 @@ pub(super) enum Nuisance {
     Hum,
     /// A range that ends at 85 % of the amplitude.
     Clipped,
+    /// One sample in 500 off by 20 % to twice the amplitude.
+    Spikes,
+    /// The mass held aside before its release, for half as long as it is recorded afterwards.
+    Held,
+    /// Another release behind the first, from 70 % of the amplitude and recorded as long.
+    SecondRelease,
 }
 
-pub(super) const DISTURBANCES: [Nuisance; 6] = [
+pub(super) const DISTURBANCES: [Nuisance; 9] = [
     Nuisance::Ar,
     Nuisance::Pink,
     Nuisance::OffsetWalk,
     Nuisance::PhaseWalk,
     Nuisance::Hum,
     Nuisance::Clipped,
+    Nuisance::Spikes,
+    Nuisance::Held,
+    Nuisance::SecondRelease,
 ];
 
 const AUTOCORRELATION: f64 = 0.9;
@@ -39,6 +48,10 @@ const PHASE_WALK_RAD: f64 = 0.3;
 const HUM: f64 = 0.05;
 const MAINS_HZ: f64 = 50.0;
 const CEILING: f64 = 0.85;
+const SPIKES: f64 = 0.002;
+const SPIKE: std::ops::Range<f64> = 0.2..2.0;
+/// Amplitude of the second release.
+pub(super) const SECOND_RELEASE: f64 = 0.7;
 /// Time constants of the sum of relaxations that makes noise of density 1/f, in factors of 3.
 const RELAXATIONS: i32 = 9;
 
@@ -52,6 +65,22 @@ impl Nuisance {
             Self::PhaseWalk => "phase walks",
             Self::Hum => "mains hum",
             Self::Clipped => "clipped",
+            Self::Spikes => "spikes",
+            Self::Held => "held before",
+            Self::SecondRelease => "second release",
+        }
+    }
+
+    /// The motion with what is recorded before and behind it, and how many samples are before it; `second` is that
+    /// of the second release.
+    pub(super) fn surrounded(self, motion: Vec<f64>, second: impl FnOnce() -> Vec<f64>) -> (usize, Vec<f64>) {
+        match self {
+            Self::Held => {
+                let held = vec![motion[0]; motion.len() / 2];
+                (held.len(), [held, motion].concat())
+            }
+            Self::SecondRelease => (0, [motion, second()].concat()),
+            _ => (0, motion),
         }
     }
 
@@ -80,6 +109,13 @@ impl Nuisance {
                 signal.iter_mut().zip(time_s).for_each(|(x, t)| *x += hum(t));
             }
             Self::Clipped => signal.iter_mut().for_each(|x| *x = x.clamp(-CEILING, CEILING)),
+            Self::Spikes => {
+                for x in &mut signal {
+                    if rng.random::<f64>() < SPIKES {
+                        *x += rng.random_range(SPIKE) * if rng.random::<bool>() { 1.0 } else { -1.0 };
+                    }
+                }
+            }
             _ => {}
         }
         signal
