@@ -7,12 +7,14 @@ use crate::interrupt::interruptible_until;
 use arrow_array::cast::AsArray;
 use arrow_array::types::{Float64Type, Int64Type};
 use arrow_array::{RecordBatch, RecordBatchReader};
+use arrow_ipc::reader::StreamReader;
+use arrow_ipc::writer::StreamWriter;
 use arrow_schema::{ArrowError, DataType, Schema, SchemaRef};
 use numpy::PyArray1;
 use pyo3::IntoPyObjectExt;
 use pyo3::exceptions::{PyKeyError, PyStopIteration};
 use pyo3::prelude::*;
-use pyo3::types::PyCapsule;
+use pyo3::types::{PyBytes, PyCapsule};
 use slipfit::SignalKind;
 use slipfit_batch::{Clock, Error, Method, Number, Options, Signal, fit_batch_until};
 use std::sync::atomic::AtomicBool;
@@ -84,6 +86,26 @@ impl ArrowTable {
             }
         }
     }
+
+    /// The table as a stream of Arrow's file format.
+    fn to_bytes<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyBytes>> {
+        let write = || {
+            let mut writer = StreamWriter::try_new(Vec::new(), &self.schema)?;
+            self.batches.iter().try_for_each(|batch| writer.write(batch))?;
+            writer.into_inner()
+        };
+        Ok(PyBytes::new(py, &write().map_err(|error| batch_error(py, error.into()))?))
+    }
+
+    /// The table that these bytes hold.
+    #[staticmethod]
+    fn of_bytes(py: Python<'_>, bytes: &[u8]) -> PyResult<Self> {
+        let read = || {
+            let reader = StreamReader::try_new(bytes, None)?;
+            Ok(Self { schema: reader.schema(), batches: reader.collect::<Result<_, _>>()? })
+        };
+        read().map_err(|error: ArrowError| batch_error(py, error.into()))
+    }
 }
 
 /// Answers to the batches of a stream, one after the other, each computed when it is asked for.
@@ -139,7 +161,9 @@ impl ArrowStream {
         requested_schema: Option<Bound<'py, PyAny>>,
     ) -> PyResult<Bound<'py, PyCapsule>> {
         drop(requested_schema);
-        let answers = self.take().ok_or_else(|| option_error(py, "table", "the stream has been read"))?;
+        let answers = self.take().ok_or_else(|| {
+            Failure::new(py, "OptionError", "read", "the stream has been read").into_error()
+        })?;
         export_stream(py, Box::new(answers))
     }
 

@@ -1,5 +1,9 @@
 """Batches: one row of answer for each trace, from any table with Arrow's C interface."""
 
+import copy
+import inspect
+import pickle
+
 import numpy as np
 import pytest
 import slipfit
@@ -188,6 +192,26 @@ def test_a_source_that_fails_says_so():
 def test_what_cannot_be_meant_is_refused(table, options, words):
     with pytest.raises(slipfit.OptionError, match=words):
         slipfit.fit_batch(table, **options)
+
+
+def test_tables_of_answers_are_copied_and_pickled():
+    rows = pa.array([[1 - 0.002 * k * i for i in range(90)] for k in (1, 2)] + [None], pa.list_(pa.float64()))
+    names = pa.array(["one", "two", "three"]).dictionary_encode()
+    table = pa.table({"amplitude": rows, "name": names})
+    answers = slipfit.fit_batch(table, amplitude="amplitude", dt=DT, keep="name")
+    (streamed,) = slipfit.fit_stream(table, amplitude="amplitude", dt=DT, keep="name")
+    empty = slipfit.fit_batch(table[:0], amplitude="amplitude", dt=DT, keep="name")
+    for held in (answers, streamed, empty):
+        for same in (pickle.loads(pickle.dumps(held)), copy.copy(held), copy.deepcopy(held)):
+            assert same.to_pyarrow().equals(held.to_pyarrow())
+            assert same.column_names == held.column_names
+
+
+def test_a_misspelt_option_of_a_stream_is_named():
+    with pytest.raises(TypeError, match=r"fit_stream\(\) got an unexpected keyword argument 'amplitud'"):
+        slipfit.fit_stream(pa.table({"a": [[1.0]]}), amplitud="a", dt=1)
+    options = inspect.signature(slipfit.fit_batch).parameters
+    assert inspect.signature(slipfit.fit_stream).parameters == options
 
 
 def test_ctrl_c_ends_a_batch():

@@ -15,6 +15,7 @@ if TYPE_CHECKING:
     import pandas as pd
     import polars as pl
     import pyarrow as pa
+    from typing_extensions import Self
 
 #: A number for every row, or the name of a column of numbers.
 PerRow: TypeAlias = Union[float, str]
@@ -38,6 +39,16 @@ class ArrowTable:
     def __arrow_c_schema__(self) -> Any:
         """The types of the columns by Arrow's C interface."""
         return self._held.__arrow_c_schema__()
+
+    def __reduce__(self) -> tuple[Any, ...]:
+        return _of_bytes, (self._held.to_bytes(),)
+
+    def __copy__(self) -> Self:
+        return self
+
+    def __deepcopy__(self, memo: dict[int, Any]) -> Self:
+        # Nothing in a table of answers changes; its columns are handed out as copies.
+        return self
 
     def __len__(self) -> int:
         return len(self._held)
@@ -77,6 +88,10 @@ class ArrowTable:
 
     def __repr__(self) -> str:
         return f"<ArrowTable: {len(self)} rows, {len(self.column_names)} columns>"
+
+
+def _of_bytes(held: bytes) -> ArrowTable:
+    return ArrowTable(_core.ArrowTable.of_bytes(held))
 
 
 class ArrowStream:
@@ -147,7 +162,7 @@ def _choices(
     keep: Sequence[str] = (),
     **analysis: Any,
 ) -> dict[str, Any]:
-    given = [name for name, value in analysis.items() if value is not None]
+    given = [name for name in analysis if analysis[name] is not None]
     if given and method == "fit":
         raise _input.refuse(given[0], f"{given[0]} is an option of method='analyse'; fit has one model")
     return {
@@ -261,7 +276,28 @@ def fit_batch(
     return ArrowTable(_core.fit_batch(_table(table, amplitude or signal or "x"), choices))
 
 
-def fit_stream(table: Any, **options: Any) -> ArrowStream:
+def fit_stream(
+    table: Any,
+    *,
+    amplitude: str | None = None,
+    x: str | None = None,
+    y: str | None = None,
+    signal: str | None = None,
+    kind: Literal["displacement", "velocity", "acceleration"] | None = None,
+    dt: PerRow | None = None,
+    time: str | None = None,
+    frequency_hz: PerRow | None = None,
+    min_amplitude: PerRow | None = None,
+    method: Literal["fit", "analyse"] = "fit",
+    unit: str = "",
+    keep: Sequence[str] = (),
+    model: str | None = None,
+    band_hz: tuple[float, float] | None = None,
+    start_s: float | None = None,
+    end_s: float | None = None,
+    lockin_time_constant_s: float | None = None,
+    lockin_order: int | None = None,
+) -> ArrowStream:
     """Does what :func:`fit_batch` does with the batches of a stream, as they come.
 
     No more than one batch and its answers are held.
@@ -270,8 +306,10 @@ def fit_stream(table: Any, **options: Any) -> ArrowStream:
     ----------
     table : object with Arrow's C interface
         Such as a pyarrow RecordBatchReader; it is read once.
-    **options
-        Those of :func:`fit_batch`.
+    amplitude, x, y, signal, kind, dt, time, frequency_hz, min_amplitude, method, unit, keep : optional
+        As for :func:`fit_batch`.
+    model, band_hz, start_s, end_s, lockin_time_constant_s, lockin_order : optional
+        Options of ``method="analyse"``, see :func:`ringdown`.
 
     Returns
     -------
@@ -292,8 +330,10 @@ def fit_stream(table: Any, **options: Any) -> ArrowStream:
     >>> [len(answers) for answers in slipfit.fit_stream(source, amplitude="amplitude", dt=0.01)]
     [2, 3]
     """
-    try:
-        choices = _choices(**options)
-    except TypeError as error:
-        raise _input.refuse("options", str(error).replace("_choices()", "fit_stream()")) from None
+    choices = _choices(
+        amplitude=amplitude, x=x, y=y, signal=signal, kind=kind, dt=dt, time=time,
+        frequency_hz=frequency_hz, min_amplitude=min_amplitude, method=method, unit=unit, keep=keep,
+        model=model, band_hz=band_hz, start_s=start_s, end_s=end_s,
+        lockin_time_constant_s=lockin_time_constant_s, lockin_order=lockin_order,
+    )  # fmt: skip
     return ArrowStream(_core.fit_stream(table, choices))
