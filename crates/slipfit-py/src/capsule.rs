@@ -47,14 +47,11 @@ pub(crate) fn import(table: &Bound<'_, PyAny>) -> PyResult<Box<dyn RecordBatchRe
         return Ok(Box::new(RecordBatchIterator::new([Ok(batch)], schema)));
     }
     let kind = table.get_type().qualname()?;
-    Err(option_error(
-        py,
-        "table",
-        format!(
-            "table is a {kind}, which does not export Arrow's C interface (__arrow_c_stream__); pyarrow.table, \
-             polars.DataFrame and others do"
-        ),
-    ))
+    let message = format!(
+        "table is of the type {kind}, which does not export Arrow's C interface (__arrow_c_stream__); pyarrow.table, \
+         polars.DataFrame and others do"
+    );
+    Err(Failure::new(py, "OptionTypeError", "type", message).with("option", "table").into_error())
 }
 
 /// A stream for others to read.

@@ -17,6 +17,8 @@ pub(crate) fn spell(option: &'static str, value: Option<&HintValue>) -> String {
     let name = keyword(option);
     match value {
         None => name.to_owned(),
+        // What stands for a value in the words of a command line.
+        Some(HintValue::Text(word)) if word == "RATE" => name.to_owned(),
         Some(HintValue::Text(word)) => match (word.as_str(), switch(name)) {
             ("off", true) => format!("{name}=False"),
             ("on", true) => format!("{name}=True"),
@@ -31,8 +33,6 @@ fn keyword(option: &str) -> &str {
     match option {
         "time_constant_s" => "lockin_time_constant_s",
         "order" => "lockin_order",
-        "calibration" | "calibration std_error" | "std_error" => "stiffness or mass",
-        "drive_amplitude std_error" => "drive_amplitude",
         other => other,
     }
 }
@@ -45,14 +45,16 @@ fn switch(name: &str) -> bool {
 pub(crate) type HintParts = (Option<String>, Option<Py<PyAny>>, String, String);
 
 pub(crate) fn hint_parts(py: Python<'_>, hint: &Hint) -> PyResult<HintParts> {
-    let value = hint.value.as_ref().map(|value| {
+    let known = hint.value.as_ref().filter(|value| **value != HintValue::Text("RATE".to_owned()));
+    let value = known.map(|value| {
         Ok::<_, PyErr>(match value {
             HintValue::Number(number) => number.into_pyobject(py)?.into_any().unbind(),
             HintValue::Range([low, high]) => (*low, *high).into_pyobject(py)?.into_any().unbind(),
             HintValue::Text(word) => word.into_pyobject(py)?.into_any().unbind(),
         })
     });
-    let option = hint.option.map(|option| keyword(option).to_owned());
+    // Another analysis is advice, not an argument.
+    let option = hint.option.filter(|option| *option != "analysis").map(|option| keyword(option).to_owned());
     Ok((option, value.transpose()?, hint.advice.clone().into_owned(), hint.spelled(&spell)))
 }
 
@@ -146,6 +148,8 @@ pub(crate) fn core_error(py: Python<'_>, analysis: Analysis, error: &Error) -> P
         Error::Parameter { name, value, range } => {
             raised.with("option", keyword(name)).with("value", *value).with("range", *range)
         }
+        Error::MissingParameter { name, .. } => raised.with("option", keyword(name)),
+        Error::ConflictingParameters { second, .. } => raised.with("option", keyword(second)),
         Error::OutsideRecord { name, value_s, from_s, to_s } => {
             raised.with("option", *name).with("value", *value_s).with("range", (*from_s, *to_s))
         }
@@ -207,9 +211,22 @@ pub(crate) fn read_error(py: Python<'_>, error: ReadError) -> PyErr {
                 ReadProblem::Option { option, value, .. } => {
                     raised.with("option", *option).with("value", value)
                 }
+                ReadProblem::Data(Error::Parameter { name, value, range }) => {
+                    raised.with("option", keyword(name)).with("value", *value).with("range", *range)
+                }
+                ReadProblem::Data(Error::PointOutOfRange { name, index, value, range }) => raised
+                    .with("option", *name)
+                    .with("index", *index)
+                    .with("value", *value)
+                    .with("range", *range),
                 ReadProblem::TimeBackwards { column, .. }
                 | ReadProblem::TooFewRows { column, .. }
                 | ReadProblem::Negative { column, .. }
+                | ReadProblem::NoTickRate { column }
+                | ReadProblem::NoCentre { column }
+                | ReadProblem::TimeRecord { column, .. }
+                | ReadProblem::OneFrequency { column, .. }
+                | ReadProblem::OneLevel { column, .. }
                 | ReadProblem::ConstantSignal { column, .. } => raised.with("column", column),
                 _ => raised,
             }

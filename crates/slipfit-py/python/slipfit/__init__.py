@@ -38,7 +38,7 @@ from ._answers import (
 )
 from ._batch import ArrowStream, ArrowTable, fit_batch, fit_stream
 from ._core import Curve, Levels, Record, __version__
-from ._errors import Hint, NoAnswerError, OptionError, ReadError, SlipfitError
+from ._errors import Hint, NoAnswerError, OptionError, OptionTypeError, ReadError, SlipfitError
 from ._fits import (
     CurveFit,
     Decay,
@@ -67,6 +67,7 @@ __all__ = [
     "Measurement",
     "NoAnswerError",
     "OptionError",
+    "OptionTypeError",
     "Parameters",
     "Quantity",
     "ReadError",

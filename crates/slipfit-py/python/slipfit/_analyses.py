@@ -3,15 +3,17 @@
 from __future__ import annotations
 
 import os
-from collections.abc import Iterable, Sequence
+from collections.abc import Callable, Iterable, Sequence
 from dataclasses import dataclass, field
-from typing import Any, Literal, TypeAlias, Union
+from typing import Annotated, Any, Literal, TypeAlias, Union
 
 import numpy as np
 from numpy.typing import ArrayLike
 
 from . import _core, _input
+from ._arguments import public, wrong_type
 from ._answers import LevelsAnswer, ResonanceAnswer, RingdownAnswer, SeriesAnswer
+from ._errors import SlipfitError
 from ._input import Path, Uncertain
 
 Kind: TypeAlias = Literal["displacement", "velocity", "acceleration", "envelope", "lock-in"]
@@ -26,11 +28,14 @@ _CHOICES = (
 
 def _choices(**given: Any) -> dict[str, Any]:
     """Every option of reading; a column may be given by its number."""
-    numbers = ("part", "run", "rate_hz", "centre_hz", "most_samples")
-    return {
-        name: value if value is None or name in numbers else str(value)
-        for name, value in ((name, given.get(name)) for name in _CHOICES)
-    }
+    counts, numbers = ("part", "run", "most_samples"), ("rate_hz", "centre_hz")
+
+    def choice(name: str, value: Any) -> Any:
+        if name in counts:
+            return _input.whole(name, value)
+        return value if value is None or name in numbers else str(value)
+
+    return {name: choice(name, given.get(name)) for name in _CHOICES}
 
 
 def _source(source: object) -> Any:
@@ -41,10 +46,13 @@ def _source(source: object) -> Any:
     if isinstance(source, (str, os.PathLike)):
         return [os.fspath(source)]
     if isinstance(source, Iterable):
-        return [os.fspath(one) for one in source]
-    raise _input.refuse("source", f"source is a {type(source).__name__}: a path or bytes are needed")
+        paths = list(source)
+        if all(map(_input.path_like, paths)):
+            return [os.fspath(one) for one in paths]
+    raise wrong_type("source", source, "paths or bytes are needed")
 
 
+@public
 def read(
     source: Path | bytes | bytearray | memoryview,
     name: str | None = None,
@@ -110,14 +118,15 @@ def read(
     """
     choices = _choices(
         time=time, signal=signal, quadrature=quadrature, time_unit=time_unit, unit=unit, kind=kind,
-        rate_hz=_input.number("rate_hz", rate_hz), sheet=sheet, part=part, run=run,
+        rate_hz=_input.optional("rate_hz", rate_hz), sheet=sheet, part=part, run=run,
         most_samples=most_samples, format=format,
     )  # fmt: skip
     return _core.read_record(_source(source), name, choices)
 
 
+@public
 def read_curve(
-    source: Path | Sequence[Path] | bytes | bytearray | memoryview,
+    source: Path | Iterable[Path] | bytes | bytearray | memoryview,
     name: str | None = None,
     *,
     frequency: Column | None = None,
@@ -175,13 +184,14 @@ def read_curve(
     choices = _choices(
         frequency=frequency, amplitude=amplitude, phase=phase, real=real, imaginary=imaginary,
         drive=drive, std_error=std_error, frequency_unit=frequency_unit, unit=unit,
-        phase_unit=phase_unit, centre_hz=_input.number("centre_hz", centre_hz), kind=kind,
+        phase_unit=phase_unit, centre_hz=_input.optional("centre_hz", centre_hz), kind=kind,
         sheet=sheet, run=run, time=time, time_unit=time_unit, format=format,
-        rate_hz=_input.number("rate_hz", rate_hz),
+        rate_hz=_input.optional("rate_hz", rate_hz),
     )  # fmt: skip
     return _core.read_curve(_source(source), name, choices)
 
 
+@public
 def read_levels(
     source: Path | bytes | bytearray | memoryview,
     name: str | None = None,
@@ -256,7 +266,7 @@ def _record(
         times,
         _input.vector("signal", values),
         None if quadrature is None else _input.vector("quadrature", quadrature),
-        _input.number("rate_hz", rate_hz),
+        _input.optional("rate_hz", rate_hz),
         unit if unit is not None else own_unit,
         kind,
     )
@@ -268,6 +278,7 @@ def _nothing_besides(given: dict[str, Any], what: str, hint: str) -> None:
             raise _input.refuse(name, f"{name} is given beside {what}, which holds it already{hint}")
 
 
+@public
 def ringdown(
     time: Any = None,
     signal: Any = None,
@@ -390,7 +401,7 @@ def _ringdown_choices(
     lockin_order: int | None = None,
     frequency_hz: float | None = None,
 ) -> dict[str, Any]:
-    number = _input.number
+    number = _input.optional
     return {
         "start_s": number("start_s", start_s),
         "end_s": number("end_s", end_s),
@@ -399,7 +410,7 @@ def _ringdown_choices(
         "model": model,
         "law": law,
         "lockin_time_constant_s": number("lockin_time_constant_s", lockin_time_constant_s),
-        "lockin_order": lockin_order,
+        "lockin_order": _input.whole("lockin_order", lockin_order),
         "frequency_hz": number("frequency_hz", frequency_hz),
     }
 
@@ -431,7 +442,7 @@ def _curve(
         unit = unit if unit is not None else own
     if frequency is None or response is None:
         raise _input.refuse("response", "a curve needs frequencies and a response")
-    values = np.asarray(_input.unmasked(response))
+    values = _input.held("response", response)
     optional = {
         name: None if column is None else _input.vector(name, column)
         for name, column in (("phase_rad", phase_rad), ("std_error", std_error), ("drive", drive))
@@ -451,6 +462,7 @@ def _curve(
     )  # fmt: skip
 
 
+@public
 def resonance(
     frequency: Any,
     response: Any = None,
@@ -460,7 +472,7 @@ def resonance(
     drive: ArrayLike | None = None,
     unit: str | None = None,
     kind: Kind | None = None,
-    reference: _core.Curve | Path | None = None,
+    reference: _core.Curve | Path | Sequence[Path] | bytes | None = None,
     drive_amplitude: Uncertain | None = None,
     band_hz: tuple[float, float] | None = None,
     method: Literal["exact", "leading", "paper"] = "exact",
@@ -598,6 +610,7 @@ def _levels(
     )
 
 
+@public
 def levels(
     drive: Any,
     amplitude: Any = None,
@@ -669,7 +682,7 @@ def _levels_choices(
     q_factor: Uncertain | None = None,
 ) -> dict[str, Any]:
     return {
-        "frequency_hz": _input.number("frequency_hz", frequency_hz),
+        "frequency_hz": _input.optional("frequency_hz", frequency_hz),
         "drive_gain": _input.pair("drive_gain", drive_gain),
         "q_factor": _input.pair("q_factor", q_factor),
     }
@@ -698,40 +711,49 @@ class Measurement:
     """
 
     data: _core.Record | _core.Curve | _core.Levels
-    condition: str = ""
+    condition: Annotated[str, "a label; its number is `value`"] = ""
     value: Uncertain | None = None
     name: str | None = None
     reference: _core.Curve | None = None
     scale: float | None = None
     options: dict[str, Any] = field(default_factory=dict)
 
-    def _entry(self) -> tuple[Any, str, str, tuple[float, float] | None, float | None]:
-        if not isinstance(self.condition, str):
-            raise _input.refuse("condition", f"condition={self.condition!r}: a label; its number is `value`")
+    def __post_init__(self) -> None:
+        self._entry()
+
+    def _choices(self) -> dict[str, Any]:
+        choices: Callable[..., dict[str, Any]] = _levels_choices
+        if isinstance(self.data, _core.Record):
+            choices = _ringdown_choices
+        elif isinstance(self.data, _core.Curve):
+            choices = _resonance_choices
         try:
-            measured: Any
-            if isinstance(self.data, _core.Record):
-                measured = (self.data, _ringdown_choices(**self.options))
-            elif isinstance(self.data, _core.Curve):
-                measured = (self.data, self.reference, _resonance_choices(**self.options))
-            elif isinstance(self.data, _core.Levels):
-                measured = (self.data, _levels_choices(**self.options))
-            else:
-                kind = type(self.data).__name__
-                raise _input.refuse("data", f"data is a {kind}: a Record, a Curve or Levels are needed")
+            return public(choices)(**self.options)
+        except SlipfitError as error:
+            raise type(error)(f"options: {error}", error.code, details={"option": "options"}) from None
         except TypeError as error:
-            raise _input.refuse("options", f"options={self.options!r}: {error}") from None
+            analysis = choices.__name__.removeprefix("_").removesuffix("_choices")
+            message = str(error).replace(f"{choices.__name__}()", f"slipfit.{analysis}()")
+            raise _input.refuse("options", f"options: {message}") from None
+
+    def _entry(self) -> tuple[Any, str, str, tuple[float, float] | None, float | None]:
+        choices = self._choices()
+        measured = (self.data, self.reference) if isinstance(self.data, _core.Curve) else (self.data,)
         value = _input.pair("value", self.value)
         uncertain = value if value is None or isinstance(value, tuple) else (value, 0.0)
         name = self.name if self.name is not None else os.path.basename(self.data.path)
-        scale = _input.number("scale", self.scale)
+        scale = _input.optional("scale", self.scale)
         if scale is not None and not 0 < scale < float("inf"):
             raise _input.refuse("scale", f"scale={scale}: must be above zero")
-        return measured, name, self.condition, uncertain, scale
+        return (*measured, choices), name, self.condition, uncertain, scale
 
 
+setattr(Measurement, "__init__", public(Measurement.__init__))
+
+
+@public
 def series(
-    measurements: Sequence[Measurement],
+    measurements: Iterable[Measurement],
     *,
     title: str = "",
     condition: str = "condition",
@@ -747,7 +769,7 @@ def series(
 
     Parameters
     ----------
-    measurements : sequence of Measurement
+    measurements : iterable of Measurement
         At least one.
     title, condition, condition_unit : str, optional
         What the report shows; `condition` is what was varied.
@@ -768,7 +790,10 @@ def series(
     OptionError
         Where measurements do not fit together.
     """
-    entries = [one._entry() for one in measurements]
+    held = list(measurements)
+    if not all(isinstance(one, Measurement) for one in held):
+        raise wrong_type("measurements", measurements, "several Measurements are needed")
+    entries = [one._entry() for one in held]
     if not entries:
         raise _input.refuse("measurements", "a series needs at least one measurement")
     choices = {

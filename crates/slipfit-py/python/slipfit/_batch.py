@@ -9,6 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from . import _core, _input
+from ._arguments import public
 from ._analyses import _ringdown_choices
 
 if TYPE_CHECKING:
@@ -125,7 +126,7 @@ class ArrowStream:
 
 
 def _per_row(name: str, value: PerRow | None) -> float | str | None:
-    return value if value is None or isinstance(value, str) else _input.number(name, value)
+    return value if value is None or isinstance(value, str) else _input.optional(name, value)
 
 
 def _table(table: Any, column: str) -> Any:
@@ -175,6 +176,7 @@ def _choices(
     }  # fmt: skip
 
 
+@public
 def fit_batch(
     table: Any,
     *,
@@ -276,6 +278,7 @@ def fit_batch(
     return ArrowTable(_core.fit_batch(_table(table, amplitude or signal or "x"), choices))
 
 
+@public
 def fit_stream(
     table: Any,
     *,

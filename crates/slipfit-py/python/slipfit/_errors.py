@@ -77,7 +77,11 @@ class SlipfitError(Exception):
 
 
 class OptionError(SlipfitError, ValueError):
-    """A value or an array that cannot be meant; ``option`` names the argument."""
+    """A value or an array that cannot be meant; ``option`` names the argument, ``value`` is what was given."""
+
+
+class OptionTypeError(OptionError, TypeError):
+    """An argument of another type than it can have; ``option`` names it, ``value`` is what was given."""
 
 
 class ReadError(SlipfitError, ValueError):

@@ -9,6 +9,7 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from . import _core, _input
+from ._arguments import public
 from ._analyses import _curve
 
 
@@ -100,6 +101,7 @@ class CurveFit:
     converged: bool
 
 
+@public
 def fit_envelope(
     time: ArrayLike,
     amplitude: ArrayLike,
@@ -144,12 +146,17 @@ def fit_envelope(
     >>> round(fit.best.offset_amplitude, 9)
     0.3
     """
-    start = (float(initial_amplitude), float(offset_amplitude), float(decay_rate_per_s))
+    start = (
+        _input.number("initial_amplitude", initial_amplitude),
+        _input.number("offset_amplitude", offset_amplitude),
+        _input.number("decay_rate_per_s", decay_rate_per_s),
+    )
     found = _core.envelope(_input.seconds("time", time), _input.vector("amplitude", amplitude), start)
     best, error, correlation, rms, converged, steps = found
     return EnvelopeFit(Envelope(*best), Envelope(*error), np.array(correlation), rms, converged, steps)
 
 
+@public
 def fit_waveform(
     time: ArrayLike,
     signal: ArrayLike,
@@ -196,14 +203,19 @@ def fit_waveform(
     0.002
     """
     start = (
-        float(initial_amplitude), float(friction_displacement), float(decay_rate_per_s),
-        float(phase_rad), float(frequency_hz), float(offset),
-    )  # fmt: skip
+        _input.number("initial_amplitude", initial_amplitude),
+        _input.number("friction_displacement", friction_displacement),
+        _input.number("decay_rate_per_s", decay_rate_per_s),
+        _input.number("phase_rad", phase_rad),
+        _input.number("frequency_hz", frequency_hz),
+        _input.number("offset", offset),
+    )
     found = _core.waveform(_input.seconds("time", time), _input.vector("signal", signal), start)
     best, error, correlation, rms, converged, steps = found
     return DecayFit(Decay(*best), Decay(*error), np.array(correlation), rms, converged, steps)
 
 
+@public
 def fit_resonance(
     frequency: Any,
     response: Any = None,
@@ -248,6 +260,6 @@ def fit_resonance(
     0.3
     """
     curve = _curve(frequency, response, phase_rad=phase_rad, std_error=std_error)
-    values, rms, converged = _core.resonance_fit(curve, _input.number("drive_amplitude", drive_amplitude))
+    values, rms, converged = _core.resonance_fit(curve, _input.optional("drive_amplitude", drive_amplitude))
     hz, delta, x_f, x_0, phase = ((value, error) for value, error in values)
     return CurveFit(hz, delta, x_f, x_0, phase, rms, converged)

@@ -3,18 +3,20 @@
 from __future__ import annotations
 
 import datetime
+import operator
 import os
-from collections.abc import Mapping
+from collections.abc import Iterable, Mapping
 from typing import Any, TypeAlias, Union
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
+from ._arguments import shown, wrong_type
 from ._errors import OptionError
 
 Vector: TypeAlias = NDArray[np.float64]
 #: A path, or several of them.
-Path: TypeAlias = Union[str, "os.PathLike[str]"]
+Path: TypeAlias = Union[str, os.PathLike[str]]
 #: A value, or a value with its standard error.
 Uncertain: TypeAlias = Union[float, tuple[float, float]]
 
@@ -45,15 +47,25 @@ def unmasked(values: Any) -> Any:
     return numbers.filled(np.nan)
 
 
+def held(name: str, values: Any) -> NDArray[Any]:
+    """Whatever can be an array, as one."""
+    if type(values) is np.ndarray:
+        return values
+    try:
+        array = np.asarray(unmasked(values))
+    except Exception as error:  # an object's own conversion raises what it likes
+        raise wrong_type(name, values, f"an array is needed ({error})") from None
+    if not array.ndim and not hasattr(values, "shape"):
+        raise wrong_type(name, values, "an array is needed")
+    return array
+
+
 def vector(name: str, values: ArrayLike) -> Vector:
     """One-dimensional array of double precision; what is masked or missing is NaN.
 
     Nothing is copied where the values are such an array already, whatever its stride.
     """
-    try:
-        array = np.asarray(unmasked(values))
-    except ValueError as error:
-        raise refuse(name, f"{name} is no array of numbers: {error}") from None
+    array = held(name, values)
     if array.ndim != 1:
         raise refuse(name, f"{name} has the shape {array.shape} where one dimension is needed")
     if array.dtype.kind == "c":
@@ -62,7 +74,7 @@ def vector(name: str, values: ArrayLike) -> Vector:
         raise refuse(name, f"{name} holds times where numbers are needed")
     try:
         return np.asarray(array, dtype=np.float64)
-    except (TypeError, ValueError) as error:
+    except (TypeError, ValueError, OverflowError) as error:
         raise refuse(name, f"{name} does not hold numbers ({array.dtype}): {error}") from None
 
 
@@ -72,10 +84,7 @@ def seconds(name: str, values: ArrayLike) -> Vector:
         # A column of pandas whose dates have a time zone.
         dates: Any = values
         values = dates.dt.tz_convert(None)
-    try:
-        array = np.asarray(unmasked(values))
-    except ValueError as error:
-        raise refuse(name, f"{name} is no array of times: {error}") from None
+    array = held(name, values)
     if array.dtype.kind == "O" and array.ndim == 1:
         array = _moments(array)
     if array.dtype.kind == "M":
@@ -140,6 +149,9 @@ def time_and_signal(time: Any, signal: Any) -> tuple[Vector | None, Any, str | N
     times: Vector | None = None
     module = type(labelled).__module__.split(".")[0]
     if module == "xarray":
+        if not hasattr(labelled, "ndim"):
+            kind = type(labelled).__name__
+            raise wrong_type("signal", labelled, f"one of the variables of the {kind} is needed")
         if labelled.ndim != 1:
             raise refuse("signal", f"signal has the dimensions {labelled.dims} where one is needed")
         given = labelled.attrs.get("units")
@@ -162,41 +174,45 @@ def time_and_signal(time: Any, signal: Any) -> tuple[Vector | None, Any, str | N
     return times, values, unit
 
 
-def pair(name: str, value: Uncertain | None) -> float | tuple[float, float] | None:
-    """A value with or without its standard error."""
-    if value is None or isinstance(value, (int, float, np.integer, np.floating)):
-        return None if value is None else float(value)
-    try:
-        # Of a text each character would be a number.
-        if isinstance(value, (str, bytes)):
-            raise TypeError
-        number, error = value
-        return float(number), float(error)
-    except (TypeError, ValueError, OverflowError):
-        raise refuse(name, f"{name}={value!r}: a number, or a number and its standard error") from None
-
-
-def number(name: str, value: float | None) -> float | None:
+def number(name: str, value: Any) -> float:
     """A number, whatever type of number it is."""
-    if value is None:
-        return None
     try:
         return float(value)
-    except (TypeError, ValueError, OverflowError):
-        raise refuse(name, f"{name}={value!r}: a number is needed") from None
+    except OverflowError:
+        raise refuse(name, f"{name}={shown(value)}: beyond all numbers of double precision") from None
+    except (TypeError, ValueError):
+        raise wrong_type(name, value, "a number is needed") from None
+
+
+def optional(name: str, value: float | None) -> float | None:
+    """A number or nothing."""
+    return None if value is None else number(name, value)
+
+
+def whole(name: str, value: int | None) -> int | None:
+    """A count or nothing."""
+    if value is None:
+        return None
+    count = operator.index(value)
+    if not 0 <= count < 1 << 32:
+        raise refuse(name, f"{name}={shown(count)}: a whole number from zero to {(1 << 32) - 1} is needed")
+    return count
+
+
+def pair(name: str, value: Uncertain | None) -> float | tuple[float, float] | None:
+    """A value with or without its standard error."""
+    if isinstance(value, Iterable) and np.ndim(value):
+        first, error = value
+        return number(name, first), number(name, error)
+    return None if value is None else number(name, value)
 
 
 def band(value: tuple[float, float] | None) -> tuple[float, float] | None:
     """Lower and upper limit."""
     if value is None:
         return None
-    try:
-        if isinstance(value, (str, bytes)):
-            raise TypeError
-        low, high = value
-        return float(low), float(high)
-    except (TypeError, ValueError, OverflowError):
-        raise refuse("band_hz", f"band_hz={value!r}: two frequencies, the lower one first") from None
+    low, high = value
+    return number("band_hz", low), number("band_hz", high)
 
 
 def constants(given: Mapping[str, Uncertain | None]) -> dict[str, float | tuple[float, float] | None]:

@@ -14,6 +14,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from . import _core, _input
+from ._arguments import public, wrong_type
 from ._batch import fit_batch
 from ._input import Path
 
@@ -85,6 +86,7 @@ class _Stored:
         return self._held.part(axis, cut[axis].start, cut[axis].stop)
 
 
+@public
 def fit_map(
     stack: Any,
     dt: float | None = None,
@@ -164,7 +166,9 @@ def fit_map(
     elif data is not None:
         raise _input.refuse("data", f"data={data!r}: it names an array in a file, and stack is one")
     labelled = isinstance(stack, xr.DataArray)
-    shape = tuple(getattr(stack, "shape", ()))
+    if not isinstance(getattr(stack, "shape", None), tuple):
+        raise wrong_type("stack", stack, "an array with the axes (y, x, t), in any order, or a path is needed")
+    shape = tuple(stack.shape)
     if len(shape) != 3:
         raise _input.refuse("stack", f"stack has the shape {shape}: (y, x, t) is needed, in any order")
     if 0 in shape:
@@ -194,16 +198,19 @@ def fit_map(
     unit = unit or ""
     column = "amplitude" if kind == "amplitude" else "signal"
     options: dict[str, Any] = {
-        column: "trace", "dt": _input.number("dt", dt),
-        "frequency_hz": _input.number("frequency_hz", frequency_hz),
-        "min_amplitude": _input.number("min_amplitude", min_amplitude),
+        column: "trace", "dt": _input.optional("dt", dt),
+        "frequency_hz": _input.optional("frequency_hz", frequency_hz),
+        "min_amplitude": _input.optional("min_amplitude", min_amplitude),
         "method": method, "unit": unit, "kind": None if kind == "amplitude" else kind,
     }  # fmt: skip
     across = tuple(n for i, n in enumerate(shape) if i != axis)
     samples = shape[axis]
     folder = None if resume is None else FilePath(os.fspath(resume))
     if folder is not None:
-        folder.mkdir(parents=True, exist_ok=True)
+        try:
+            folder.mkdir(parents=True, exist_ok=True)
+        except ValueError as error:
+            raise _input.refuse("resume", f"resume={resume!r}: {error}") from None
     parts: list[dict[str, NDArray[Any]]] = []
     for first, end in _blocks(across, samples):
         traces = _traces(stack, axis, first, end)

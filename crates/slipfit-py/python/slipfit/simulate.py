@@ -11,9 +11,14 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from . import _core, _input
+from ._arguments import public
 from ._answers import Table
+from ._errors import ReadError
 
 __all__ = ["decay", "driven", "sweep"]
+
+#: Cycles at a frequency, each followed from event to event.
+_MOST_CYCLES = 1e9
 
 _OSCILLATOR = """frequency_hz, mass, stiffness : float, optional
         Undamped frequency [Hz]; or two of it, mass [kg] and stiffness [N/m].
@@ -33,17 +38,32 @@ _NOISE = """noise_rms : float
 
 def _noisy(signal: NDArray[np.float64], noise_rms: float, seed: int) -> NDArray[np.float64]:
     rms = _input.number("noise_rms", noise_rms)
-    if rms is None or not 0 <= rms < float("inf"):
+    if not 0 <= rms < float("inf"):
         raise _input.refuse("noise_rms", f"noise_rms={noise_rms!r}: zero or above is needed")
-    if not isinstance(seed, (int, np.integer)) or seed < 0:
+    if seed < 0:
         raise _input.refuse("seed", f"seed={seed!r}: a whole number, zero or above, is needed")
     return signal + rms * np.random.default_rng(seed).standard_normal(len(signal)) if rms else signal
 
 
+def _record(
+    time_s: NDArray[np.float64], signal: NDArray[np.float64], unit: str, moves_by: str, still: str
+) -> _core.Record:
+    """The samples as a record, which must move."""
+    if (signal == signal[0]).all() and len(signal) > 1:
+        raise _input.refuse(moves_by, still)
+    try:
+        return _core.record_of_arrays(time_s, signal, None, None, unit, "displacement")
+    except ReadError as error:
+        if error.code not in ("too_few_rows", "broken"):
+            raise
+        raise _input.refuse("duration_s", f"{len(signal)} samples in duration_s at rate_hz: more are needed") from None
+
+
 def _oscillator(**given: float | None) -> dict[str, float | None]:
-    return {name: _input.number(name, value) for name, value in given.items()}
+    return {name: _input.optional(name, value) for name, value in given.items()}
 
 
+@public
 def decay(
     *,
     amplitude: float,
@@ -98,11 +118,15 @@ def decay(
         viscous_coefficient=viscous_coefficient, friction_displacement=friction_displacement,
         coulomb_force=coulomb_force, static_displacement=static_displacement, static_force=static_force,
     )  # fmt: skip
-    time_s, signal = _core.decay(oscillator, float(amplitude), float(duration_s), float(rate_hz))
-    signal = _noisy(signal, noise_rms, seed)
-    return _core.record_of_arrays(time_s, signal, None, None, unit, "displacement")
+    time_s, signal = _core.decay(
+        oscillator, _input.number("amplitude", amplitude),
+        _input.number("duration_s", duration_s), _input.number("rate_hz", rate_hz),
+    )  # fmt: skip
+    still = f"amplitude={amplitude}: the mass stays where it is released, and a record at rest tells nothing"
+    return _record(time_s, _noisy(signal, noise_rms, seed), unit, "amplitude", still)
 
 
+@public
 def driven(
     *,
     drive_amplitude: float,
@@ -161,6 +185,9 @@ def driven(
     >>> bool(abs(motion.signal).max() < 20)  # friction keeps it below Q x_0
     True
     """
+    off = _input.optional("drive_off_s", drive_off_s)
+    if off is not None and not off > 0:
+        raise _input.refuse("drive_off_s", f"drive_off_s={drive_off_s}: above zero, or the drive is never on")
     if start not in ("rest", "steady"):
         raise _input.refuse("start", f"start={start!r}: one of rest, steady")
     oscillator = _oscillator(
@@ -169,13 +196,15 @@ def driven(
         coulomb_force=coulomb_force, static_displacement=static_displacement, static_force=static_force,
     )  # fmt: skip
     time_s, signal = _core.driven(
-        oscillator, float(drive_amplitude), _input.number("drive_frequency_hz", drive_frequency_hz),
-        float(duration_s), float(rate_hz), start == "steady", _input.number("drive_off_s", drive_off_s),
+        oscillator, _input.number("drive_amplitude", drive_amplitude),
+        _input.optional("drive_frequency_hz", drive_frequency_hz), _input.number("duration_s", duration_s),
+        _input.number("rate_hz", rate_hz), start == "steady", off,
     )  # fmt: skip
-    signal = _noisy(signal, noise_rms, seed)
-    return _core.record_of_arrays(time_s, signal, None, None, unit, "displacement")
+    still = f"drive_amplitude={drive_amplitude}: the mass stays at rest, and a record at rest tells nothing"
+    return _record(time_s, _noisy(signal, noise_rms, seed), unit, "drive_amplitude", still)
 
 
+@public
 def sweep(
     frequencies_hz: ArrayLike,
     *,
@@ -227,9 +256,15 @@ def sweep(
         coulomb_force=coulomb_force, static_displacement=static_displacement, static_force=static_force,
     )  # fmt: skip
     frequencies = _input.vector("frequencies_hz", frequencies_hz)
+    if not ((frequencies > 0) & np.isfinite(frequencies)).all():
+        raise _input.refuse("frequencies_hz", "frequencies_hz: each must be above zero and finite")
+    wait = _input.optional("wait_s", wait_s)
+    if wait is not None and len(frequencies) and wait * frequencies.max() > _MOST_CYCLES:
+        raise _input.refuse("wait_s", f"wait_s={wait_s}: at most {_MOST_CYCLES:.0e} cycles of the drive")
     found = _core.sweep(
-        oscillator, float(drive_amplitude), frequencies.tolist(), _input.number("wait_s", wait_s)
-    )
+        oscillator, _input.number("drive_amplitude", drive_amplitude),
+        frequencies.tolist(), wait,
+    )  # fmt: skip
     return Table(dict(zip(("frequency_hz", "amplitude", "phase_rad"), found)))
 
 

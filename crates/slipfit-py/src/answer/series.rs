@@ -64,6 +64,17 @@ impl Measured<'_> {
     }
 }
 
+/// What is wrong with one measurement, with its name.
+fn of_measurement(py: Python<'_>, error: PyErr, name: &str) -> PyErr {
+    let value = error.value(py);
+    let told = value.getattr("message").and_then(|message| message.extract::<String>());
+    let Ok(message) = told else { return error };
+    match value.setattr("message", format!("{name}: {message}")) {
+        Ok(()) => error,
+        Err(other) => other,
+    }
+}
+
 /// A measurement with its name, the label and value of its condition, and its scale.
 type Entry<'py> = (Measured<'py>, String, String, Option<(f64, f64)>, Option<f64>);
 
@@ -89,7 +100,7 @@ pub(crate) fn series_answer(
     let (mut measurements, mut inputs) = (Vec::new(), Vec::new());
     let mut scales = Vec::new();
     for (measured, name, label, value, scale) in entries {
-        let (data, input) = measured.data(py)?;
+        let (data, input) = measured.data(py).map_err(|error| of_measurement(py, error, &name))?;
         let condition = Condition { label, value: value.map(<[f64; 2]>::from) };
         measurements.push(Measurement { name, condition, data, scale: 1.0 });
         inputs.push(input);

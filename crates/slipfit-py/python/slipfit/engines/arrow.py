@@ -8,6 +8,7 @@ from concurrent.futures import ThreadPoolExecutor
 from typing import TYPE_CHECKING, Any
 
 from .. import _input
+from .._arguments import public
 from . import _rows
 
 if TYPE_CHECKING:
@@ -18,6 +19,7 @@ if TYPE_CHECKING:
 _BATCH = 64
 
 
+@public
 def ringdown_files(
     pattern: str, *, filesystem: fs.FileSystem | None = None, threads: int = 8, **options: Any
 ) -> pa.RecordBatchReader:

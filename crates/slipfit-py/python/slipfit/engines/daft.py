@@ -5,6 +5,7 @@ from __future__ import annotations
 from typing import TYPE_CHECKING, Any
 
 from .. import _batch
+from .._arguments import public
 from . import _rows
 
 if TYPE_CHECKING:
@@ -12,6 +13,7 @@ if TYPE_CHECKING:
     import pyarrow as pa
 
 
+@public
 def fit(frame: daft.DataFrame, **options: Any) -> daft.DataFrame:
     """:func:`slipfit.fit_batch` of every row of a frame.
 
@@ -49,6 +51,7 @@ def fit(frame: daft.DataFrame, **options: Any) -> daft.DataFrame:
 _COLUMNS = ("amplitude", "x", "y", "signal", "dt", "time", "frequency_hz", "min_amplitude")
 
 
+@public
 def ringdown_files(pattern: str, *, io_config: Any = None, **options: Any) -> daft.DataFrame:
     """Analyses every file that fits a pattern, in any store that Daft reads; one row a file.
 

@@ -2,12 +2,17 @@
 
 from __future__ import annotations
 
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 from .. import _batch
+from .._arguments import public
+
+if TYPE_CHECKING:
+    import dask.dataframe as dd
 
 
-def fit(frame: Any, **options: Any) -> Any:
+@public
+def fit(frame: dd.DataFrame, **options: Any) -> Any:
     """:func:`slipfit.fit_batch` of every row of a ``dask.dataframe``, by ``map_partitions``.
 
     Columns of lists stay lists with ``dask.config.set({"dataframe.convert-string": False})``.
@@ -27,7 +32,9 @@ def fit(frame: Any, **options: Any) -> Any:
     kinds = {c: pa.list_(pa.float64()) if c in lists else None for c in frame.columns}
     empty = pa.table({c: pa.array([], kind or _kind(frame._meta[c])) for c, kind in kinds.items()})
     meta = _batch.fit_batch(empty, **options).to_pandas()
-    return frame.map_partitions(lambda part: _batch.fit_batch(part, **options).to_pandas(), meta=meta)
+    # Its methods have no types.
+    untyped: Any = frame
+    return untyped.map_partitions(lambda part: _batch.fit_batch(part, **options).to_pandas(), meta=meta)
 
 
 def _kind(column: Any) -> Any:

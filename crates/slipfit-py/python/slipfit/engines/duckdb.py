@@ -5,12 +5,14 @@ from __future__ import annotations
 from typing import TYPE_CHECKING, Any
 
 from .. import _batch
+from .._arguments import public
 
 if TYPE_CHECKING:
     import duckdb
     import pyarrow as pa
 
 
+@public
 def fit(relation: duckdb.DuckDBPyRelation, *, rows: int = 4096, **options: Any) -> pa.RecordBatchReader:
     """:func:`slipfit.fit_batch` of every row of a relation, as it is read.
 

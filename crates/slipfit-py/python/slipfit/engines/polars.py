@@ -5,11 +5,13 @@ from __future__ import annotations
 from typing import TYPE_CHECKING, Any
 
 from .. import _batch
+from .._arguments import public
 
 if TYPE_CHECKING:
     import polars as pl
 
 
+@public
 def fit(frame: pl.LazyFrame, **options: Any) -> pl.LazyFrame:
     """:func:`slipfit.fit_batch` of every row, by ``map_batches``.
 

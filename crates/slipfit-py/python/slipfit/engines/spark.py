@@ -6,6 +6,7 @@ from collections.abc import Iterator
 from typing import TYPE_CHECKING, Any
 
 from .. import _batch
+from .._arguments import public
 from . import _rows
 
 if TYPE_CHECKING:
@@ -13,6 +14,7 @@ if TYPE_CHECKING:
     from pyspark.sql import DataFrame, SparkSession
 
 
+@public
 def fit(frame: DataFrame, **options: Any) -> DataFrame:
     """:func:`slipfit.fit_batch` of every row, by ``mapInArrow``; workers need the package.
 
@@ -35,6 +37,7 @@ def fit(frame: DataFrame, **options: Any) -> DataFrame:
     return frame.mapInArrow(losses, from_arrow_schema(answer))
 
 
+@public
 def ringdown_files(spark: SparkSession, pattern: str, **options: Any) -> DataFrame:
     """Analyses every file that fits a pattern, by ``binaryFile``; one row a file.
 

@@ -1,0 +1,360 @@
+"""What every public function does with its arguments: their types are those it declares, and errors name them."""
+
+from __future__ import annotations
+
+import builtins
+import collections.abc
+import functools
+import inspect
+import itertools
+import os
+import reprlib
+import types
+import typing
+from collections.abc import Callable, Iterable, Mapping
+from dataclasses import dataclass, replace
+from typing import Any, ParamSpec, TypeVar
+
+import numpy as np
+
+from . import _core
+from ._errors import Hint, OptionError, OptionTypeError, SlipfitError
+
+_P = ParamSpec("_P")
+_R = TypeVar("_R")
+
+#: What an argument may be called, in words.
+_WORDS: dict[Any, str] = {
+    str: "a text", float: "a number", int: "a whole number", bool: "True or False", dict: "a dictionary",
+    bytes: "bytes", os.PathLike: "a path", collections.abc.Callable: "a function",
+}  # fmt: skip
+
+#: Names of the libraries, and the arguments that may stand behind each.
+_BEHIND: dict[str, tuple[str, ...]] = {
+    "calibration": ("stiffness", "mass", "torsion_stiffness", "inertia"),
+    "position": ("amplitude",),
+    "displacement": ("amplitude",),
+    "drive amplitude": ("drive_amplitude",),
+    "drive frequency_hz": ("drive_frequency_hz", "frequency_hz"),
+    "omega": ("frequencies_hz", "drive_frequency_hz", "frequency_hz"),
+    "omega_0": ("frequency_hz", "stiffness", "mass"),
+    "end_s": ("drive_off_s",),
+    "time_s": ("time",),
+    "interval_s": ("dt",),
+    "frequency_hz": ("frequency", "frequencies_hz"),
+    "amplitude": ("response", "drive_amplitude"),
+    "real": ("response",),
+    "imaginary": ("response",),
+    "source": ("time", "frequency", "drive", "reference"),
+    "table": ("stack",),
+}
+
+
+@dataclass(frozen=True)
+class _Named:
+    """A class of a package that is imported only where its objects come from."""
+
+    name: str
+
+    def __getattr__(self, name: str) -> _Named:
+        return _Named(f"{self.name}.{name}")
+
+    def __or__(self, other: Any) -> Any:
+        return typing.Union[typing.ForwardRef(self.name), other]
+
+    def __ror__(self, other: Any) -> Any:
+        return typing.Union[other, typing.ForwardRef(self.name)]
+
+
+class _Names(dict[str, Any]):
+    """Names of annotations: what a module does not import stands for itself."""
+
+    def __init__(self, module: Mapping[str, Any]) -> None:
+        # Of arrays the conversion says what they cannot be.
+        super().__init__({"ArrayLike": object})
+        self._module = module
+
+    def __missing__(self, name: str) -> Any:
+        if name in self._module or hasattr(builtins, name):
+            raise KeyError(name)
+        return _Named(name)
+
+
+def _alternatives(annotation: Any) -> tuple[Any, ...]:
+    if typing.get_origin(annotation) in (typing.Union, types.UnionType):
+        return tuple(kind for one in typing.get_args(annotation) for kind in _alternatives(one))
+    if typing.get_origin(annotation) is typing.Literal:
+        return tuple(dict.fromkeys(type(word) for word in typing.get_args(annotation)))
+    return (annotation,)
+
+
+def _is_number(value: Any) -> bool:
+    return hasattr(type(value), "__float__") and getattr(getattr(value, "dtype", None), "kind", "f") != "c"
+
+
+def _is_pair(value: Any) -> bool:
+    # Of a text each character would be a number.
+    if isinstance(value, (str, bytes, set, Mapping)) or not isinstance(value, Iterable):
+        return False
+    held = getattr(value, "__len__", lambda: 0)() if getattr(value, "ndim", 1) else 0
+    return held == 2 and all(map(_is_number, value))
+
+
+def _are(value: Any, kinds: tuple[Any, ...]) -> bool:
+    """Whether this can be gone through and, as far as can be seen, holds such things."""
+    if isinstance(value, (bytes, bytearray, memoryview)) or not isinstance(value, Iterable):
+        return False
+    if getattr(value, "ndim", 1) != 1:
+        return False
+    return not isinstance(value, (list, tuple, set, np.ndarray)) or all(_is(one, kinds) for one in value)
+
+
+def _is(value: Any, kinds: tuple[Any, ...]) -> bool:
+    return any(_is_one(value, kind) for kind in kinds)
+
+
+def _is_one(value: Any, kind: Any) -> bool:
+    if kind in (Any, object):
+        return True
+    if kind is float:
+        return _is_number(value)
+    if kind is int:
+        return hasattr(type(value), "__index__") and not getattr(value, "ndim", 0)
+    if kind is bool:
+        return isinstance(value, bool) or getattr(getattr(value, "dtype", None), "kind", "") == "b"
+    if isinstance(kind, (_Named, typing.ForwardRef)):
+        name = kind.name if isinstance(kind, _Named) else kind.__forward_arg__
+        return any(base.__name__ == name.rpartition(".")[2] for base in type(value).__mro__)
+    origin = typing.get_origin(kind)
+    if origin is tuple:
+        return _is_pair(value)
+    if origin in (collections.abc.Sequence, collections.abc.Iterable):
+        return _are(value, _alternatives(typing.get_args(kind)[0]))
+    return isinstance(value, origin or kind)
+
+
+def _words(kinds: Iterable[Any]) -> str:
+    """What is needed, such as `a number or a text`."""
+    held = [kind for kind in kinds if kind is not type(None)]
+    plain = [typing.get_origin(kind) or kind for kind in held]
+    if tuple in plain and float in plain:
+        return "a number, or a number and its standard error"
+    if tuple in plain:
+        return "two frequencies, the lower one first"
+    if bytes in plain:
+        held = [kind for kind in held if kind not in (bytearray, memoryview)]
+    if os.PathLike in plain:
+        held = [kind for kind in held if kind is not str]
+    words = []
+    for kind in held:
+        origin = typing.get_origin(kind) or kind
+        if origin in (collections.abc.Sequence, collections.abc.Iterable):
+            inner = _alternatives(typing.get_args(kind)[0])
+            several = {str: "texts"}.get(inner[0], f"{getattr(inner[0], '__name__', '')}s")
+            words.append("several paths" if any(_is_path(one) for one in inner) else f"several {several}")
+        elif isinstance(kind, (_Named, typing.ForwardRef)):
+            words.append(f"a {kind.name if isinstance(kind, _Named) else kind.__forward_arg__}")
+        else:
+            words.append(_WORDS.get(origin) or f"a {origin.__name__}")
+    words = list(dict.fromkeys(words))
+    verb = "are" if words[-1].startswith("several") else "is"
+    return " or ".join([", ".join(words[:-1]), words[-1]] if len(words) > 1 else words) + f" {verb} needed"
+
+
+def _is_path(kind: Any) -> bool:
+    return (typing.get_origin(kind) or kind) is os.PathLike
+
+
+def shown(value: Any) -> str:
+    """A value as it was written, cut where it is long; anything without a short form by its type."""
+    if value is None or isinstance(value, (bool, int, float, complex, str, bytes, list, tuple, dict, set)):
+        try:
+            return _SHORT.repr(value)
+        except ValueError:
+            # More digits than Python writes.
+            pass
+    return f"<{type(value).__name__}>"
+
+
+_SHORT = reprlib.Repr()
+_SHORT.maxstring = _SHORT.maxother = 60
+
+
+def wrong_type(option: str, value: Any, needed: str) -> OptionTypeError:
+    """The exception for an argument of another type than is needed."""
+    return OptionTypeError(
+        f"{option}={shown(value)}: {needed}", "type", details={"option": option, "value": value}
+    )
+
+
+def _check_letters(option: str, value: Any, encode: Callable[[str], bytes]) -> None:
+    """Refuses text with half of a character, which no library takes; a path may hold any byte."""
+    if isinstance(value, (list, tuple)):
+        # Long ones are samples.
+        for one in value[:64]:
+            _check_letters(option, one, encode)
+    elif isinstance(value, str) and not value.isascii():
+        try:
+            encode(value)
+        except UnicodeEncodeError as error:
+            message = f"{option}={shown(value)}: {error.reason}"
+            raise OptionError(message, "option", details={"option": option, "value": value}) from None
+
+
+def _plain(kinds: tuple[Any, ...]) -> frozenset[type]:
+    """Types that are taken without a closer look."""
+    if object in kinds or Any in kinds:
+        return frozenset((np.ndarray,))
+    return frozenset(kind for kind in kinds if isinstance(kind, type) and kind is not str)
+
+
+class _Function:
+    """Parameters of a function, and what each may be."""
+
+    def __init__(self, function: Callable[..., Any]) -> None:
+        self.name = function.__name__
+        self.parameters = inspect.signature(function).parameters
+        module = function.__globals__
+        names = _Names(module)
+        self.kinds: dict[str, tuple[Any, ...]] = {}
+        self.words: dict[str, str] = {}
+        for name, parameter in self.parameters.items():
+            if parameter.kind in (parameter.VAR_POSITIONAL, parameter.VAR_KEYWORD):
+                continue
+            annotation = parameter.annotation
+            if isinstance(annotation, str):
+                annotation = eval(annotation, module, names)
+            if typing.get_origin(annotation) is typing.Annotated:
+                annotation, self.words[name] = typing.get_args(annotation)
+            self.kinds[name] = (object,) if annotation is parameter.empty else _alternatives(annotation)
+        self.order = tuple(self.kinds)
+        self.takes_any = any(one.kind is one.VAR_KEYWORD for one in self.parameters.values())
+        # Types that need no closer look.
+        self.plain = {name: _plain(kinds) for name, kinds in self.kinds.items()}
+
+    def check(self, given: Iterable[tuple[str, Any]]) -> None:
+        """Refuses what is of another type than is declared."""
+        plain = self.plain
+        for name, value in given:
+            if name in plain and type(value) not in plain[name]:
+                self._look(name, value)
+
+    def _look(self, name: str, value: Any) -> None:
+        kinds = self.kinds[name]
+        if not _is(value, kinds):
+            raise wrong_type(name, value, self.words.get(name) or _words(kinds))
+        if isinstance(value, (str, list, tuple)):
+            path = any(_is_path(kind) or kind in (object, Any) for kind in kinds)
+            _check_letters(name, value, os.fsencode if path else str.encode)
+
+    def behind(self, option: str, given: Mapping[str, Any]) -> str | None:
+        """The argument that a name of the libraries stands for, one that was given before others."""
+        if option in self.parameters or self.takes_any:
+            return option
+        names = _BEHIND.get(option.removesuffix(" std_error"), (option.removesuffix(" std_error"),))
+        known = [name for name in names if name in self.parameters]
+        if option not in ("amplitude", "source"):
+            known.sort(key=lambda name: given.get(name) is None)
+        return known[0] if known else None
+
+    def retell(self, error: SlipfitError, given: Mapping[str, Any]) -> None:
+        """An error in the words of this call: its option and its hints name arguments, its value is the one given."""
+        details, message = dict(error.details), error.message
+        option = details.get("option")
+        if option is None and "column" in details:
+            option = next((name for name, value in given.items() if _names(value, details["column"])), None)
+        if option is not None:
+            # What one of several measurements was given is an argument of none but that one.
+            own = self.behind(option, given) or ("measurements" if "measurements" in self.parameters else None)
+            if own not in (None, option):
+                if option.startswith("omega"):
+                    # Its value is not the one that was given.
+                    message = f"{own}={shown(given.get(own))}: {message}"
+                elif message.startswith((f"{option} =", f"{option} is ", f"{option} has ", f"{option}:")):
+                    message = f"{own}{message[len(option) :]}"
+            details["option"] = own
+            if own is not None and (own != option or "value" not in details):
+                details["value"] = given.get(own)
+        hints = [hint for hint in (self._hint(one, given) for one in error.hints) if hint is not None]
+        error.__init__(  # type: ignore[misc]
+            message,
+            error.code,
+            [(one.option, one.value, one.advice, one.text) for one in hints],
+            together(hints) if error.hints else error.advice,
+            details,
+        )
+
+    def _hint(self, hint: Hint, given: Mapping[str, Any]) -> Hint | None:
+        """The hint as it helps in this call; None where it does not."""
+        if hint.option is None or self.takes_any:
+            return hint
+        own = self.behind(hint.option, given) if hint.option not in _COLUMNS else hint.option
+        if own in self.kinds and object not in self.kinds[own] and Any not in self.kinds[own]:
+            return hint if own == hint.option else replace(hint, option=own, text=own + hint.text[len(hint.option) :])
+        # Only a file has columns and units to choose.
+        reader = _READERS.get(self.name)
+        if reader is None or not _is_read(given.get(self.order[0])):
+            return None
+        return replace(hint, option=None, text=f"slipfit.{reader}(…, {_before(hint)}) {hint.advice}")
+
+
+_READINGS = (_core.Record, _core.Curve, _core.Levels)
+
+#: What reads the files of an analysis.
+_READERS = {
+    "ringdown": "read", "resonance": "read_curve", "fit_resonance": "read_curve", "levels": "read_levels",
+}  # fmt: skip
+
+#: Columns of files, which arguments of arrays share their names with.
+_COLUMNS = frozenset(
+    ("time", "signal", "quadrature", "frequency", "amplitude", "phase", "real", "imaginary", "std_error", "drive")
+)
+
+
+def _is_read(source: Any) -> bool:
+    """Whether this is a file or was read from one."""
+    if isinstance(source, (list, tuple)):
+        return bool(source) and _is_read(source[0])
+    file = isinstance(source, (str, bytes, bytearray, memoryview, os.PathLike))
+    return file or isinstance(source, _READINGS) and source.path != "arrays"
+
+
+def _names(value: Any, column: str) -> bool:
+    return value == column if isinstance(value, str) else isinstance(value, (list, tuple)) and column in value
+
+
+def _before(hint: Hint) -> str:
+    """What a hint says before its advice: the option with its value."""
+    return hint.text.removesuffix(hint.advice).rstrip()
+
+
+def together(hints: Iterable[Hint]) -> str:
+    """Several hints as one sentence: those of one advice are alternatives."""
+    sentences = []
+    for advice, group in itertools.groupby(hints, lambda hint: hint.advice):
+        options = " or ".join(filter(None, map(_before, group)))
+        sentences.append(f"{options} {advice}" if options else advice)
+    return "; ".join(sentences)
+
+
+def public(function: Callable[_P, _R]) -> Callable[_P, _R]:
+    """Checks the types of arguments by their annotations and tells errors in the words of the call."""
+    found: list[_Function] = []
+
+    def described() -> _Function:
+        if not found:
+            found.append(_Function(function))
+        return found[0]
+
+    @functools.wraps(function)
+    def called(*args: _P.args, **kwargs: _P.kwargs) -> _R:
+        known = found[0] if found else described()
+        known.check(zip(known.order, args))
+        known.check(kwargs.items())
+        try:
+            return function(*args, **kwargs)
+        except SlipfitError as error:
+            known.retell(error, dict(zip(known.order, args)) | kwargs)
+            raise
+
+    return called
