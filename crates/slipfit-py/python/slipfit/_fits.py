@@ -183,7 +183,8 @@ def fit_waveform(
     Returns
     -------
     DecayFit
-        Standard errors are those of white noise.
+        Standard errors are those of white noise. In a record that goes on past the stop of the motion
+        the lowest minimum over all turning points at which it may have stopped.
 
     Raises
     ------

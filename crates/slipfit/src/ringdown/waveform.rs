@@ -4,7 +4,7 @@
 
 use super::gathered::Gathered;
 use crate::inference::least_squares::{LeastSquares, Normal};
-use crate::motion::decay::closed_sums;
+use crate::motion::decay::closed_sums::{self, Stop};
 use crate::motion::decay::half_cycle::Passed;
 use crate::motion::decay::parameters::{A0, DELTA, X_F, law_of, range, shape_of, shapes_exist};
 use crate::motion::decay::window::Window;
@@ -178,7 +178,7 @@ impl Waveform<'_> {
         }
         let (time, signal, origin) = (self.time, self.signal, self.origin);
         let (p, rest_tells) = (&CLOSED.map(|k| p[k]), self.rest == RestLevel::Exact);
-        let pass = closed_sums::Pass { time, signal, origin, p, stops: true, rest_tells };
+        let pass = closed_sums::Pass { time, signal, origin, p, stop: Stop::Friction, rest_tells };
         let sums = crate::numeric::dispatch(pass)?;
         for (i, &a) in CLOSED.iter().enumerate().filter(|(_, a)| active.contains(a)) {
             out.jtr[a] = sums.jtr[i];

@@ -13,11 +13,31 @@ pub(crate) struct Pass<'a> {
     pub(crate) signal: &'a [f64],
     pub(crate) origin: f64,
     pub(crate) p: &'a [f64; 6],
-    /// Whether the motion ends where friction holds it; else its law goes on past zero, smooth
-    /// in every parameter.
-    pub(crate) stops: bool,
+    pub(crate) stop: Stop,
     /// Whether the place of rest is part of the model; where not, the model is the offset there.
     pub(crate) rest_tells: bool,
+}
+
+/// Where the motion ends.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub(crate) enum Stop {
+    /// Nowhere: its law goes on past zero, smooth in every parameter.
+    Never,
+    /// Where friction holds it.
+    Friction,
+    /// At the turning point of this number, whether friction holds it there or not: smooth in every parameter.
+    Turn(f64),
+}
+
+impl Stop {
+    #[inline(always)]
+    fn is_at(self, n: f64, swing: f64) -> bool {
+        match self {
+            Self::Never => false,
+            Self::Friction => swing <= 0.0,
+            Self::Turn(last) => n >= last,
+        }
+    }
 }
 
 /// Sums over the samples by `A_0`, `x_F`, `delta`, phase, `omega` and offset: `JᵀJ` (lower triangle), `Jᵀr`, `rᵀr`.
@@ -82,7 +102,7 @@ impl pulp::WithSimd for Pass<'_> {
 
     #[inline(always)]
     fn with_simd<S: Simd>(self, simd: S) -> Option<ClosedSums> {
-        let Self { time, signal, origin, p, stops, rest_tells } = self;
+        let Self { time, signal, origin, p, stop, rest_tells } = self;
         let &[a0, x_f, delta, phase, omega, offset] = p;
         if !(omega > 0.0 && omega.is_finite()) {
             return None;
@@ -125,7 +145,7 @@ impl pulp::WithSimd for Pass<'_> {
                 return None;
             }
             // The spring no longer overcomes the friction: at rest for good.
-            let rests = stops && swing <= 0.0;
+            let rests = stop.is_at(n, swing);
             if rests {
                 at_rest = index;
             }
@@ -137,7 +157,7 @@ impl pulp::WithSimd for Pass<'_> {
                 if next > n + 2.0 {
                     n = first_at_rest(n, next.floor() - 1.0, |n| {
                         let fall = Fall::after(delta, (n * PI - phase) / omega);
-                        stops && a0 * fall.e - x_f * gain * fall.g <= x_f
+                        stop.is_at(n, a0 * fall.e - x_f * gain * fall.g - x_f)
                     });
                     stale = FRESH;
                 } else {

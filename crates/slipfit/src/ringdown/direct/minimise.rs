@@ -154,7 +154,7 @@ fn solve<const N: usize>(l: &[[f64; N]; N], g: &[f64; N]) -> [f64; N] {
 }
 
 /// The damped step and the decrease of the sum of squares it promises.
-fn step<const N: usize>(sums: &Sums<N>, damping: f64) -> Option<([f64; N], f64)> {
+pub(super) fn step<const N: usize>(sums: &Sums<N>, damping: f64) -> Option<([f64; N], f64)> {
     let l = factor(&sums.jtj, damping)?;
     let x = solve(&l, &sums.jtr);
     // (A + d D) x = g, so 2 g·x - x·A x = g·x + d x·D x.
@@ -165,7 +165,7 @@ fn step<const N: usize>(sums: &Sums<N>, damping: f64) -> Option<([f64; N], f64)>
     Some((x, gain))
 }
 
-fn inverse<const N: usize>(a: &[[f64; N]; N]) -> Option<[[f64; N]; N]> {
+pub(super) fn inverse<const N: usize>(a: &[[f64; N]; N]) -> Option<[[f64; N]; N]> {
     let l = factor(a, 0.0)?;
     let mut out = [[0.0; N]; N];
     for (i, row) in out.iter_mut().enumerate() {

@@ -4,9 +4,11 @@ mod amplitudes;
 mod by_moments;
 mod envelope;
 mod even_traces;
+mod last_turn;
 mod many;
 mod minimise;
 mod moments;
+mod samples;
 mod straight;
 #[cfg(test)]
 pub(super) mod tests;

@@ -1,11 +1,11 @@
 //! The exact motion through every sample.
 
-use super::minimise::{Sums, minimise, spread};
+use super::last_turn;
+use super::minimise::{Minimum, spread};
+use super::samples::{Samples, Stop, nearer};
 use crate::Error;
 use crate::motion::decay::amplitude::sliding_gain;
-pub(super) use crate::motion::decay::closed_sums::Pass;
-use crate::motion::decay::closed_sums::{ClosedSums, Fall};
-use crate::signal::blocks::{self, Block, PhaseAt};
+use crate::motion::decay::closed_sums::Fall;
 use std::f64::consts::TAU;
 
 /// Parameters of a free decay with viscous and sliding friction.
@@ -51,7 +51,7 @@ pub struct DecayFit {
     pub residual_rms: f64,
     /// Whether no step would have changed a parameter by a hundredth of its standard error.
     pub converged: bool,
-    /// Passes over all samples.
+    /// Passes over all samples of the search that ended in it.
     pub steps: usize,
 }
 
@@ -75,8 +75,9 @@ pub struct DecayFit {
 /// - `start`: where the search begins. Its frequency must be right to about
 ///   half a cycle over the record, its phase to about a radian
 ///
-/// A record that runs into the rest needs a start that already rests in the
-/// right half cycle: the sum of squares jumps where the rest moves by one.
+/// A record that goes on past the stop has a minimum for every turning point at
+/// which the motion may have stopped: the lowest of them is found, in about four
+/// times as long as one of them.
 ///
 /// Standard errors are those of white noise of the residuals' size. Losses may
 /// come out negative, so that averages over many records stay unbiased.
@@ -144,31 +145,23 @@ pub fn fit_waveform(time_s: &[f64], signal: &[f64], start: &Decay) -> Result<Dec
         start.offset,
     ];
     let duration = time_s[n - 1] - origin;
-    let moved = |p: &[f64; 6], step: &[f64; 6]| {
-        let mut q = *p;
-        for k in 0..6 {
-            q[k] += step[k];
-        }
-        q
-    };
-    let fit = |from, stops| {
-        let sums = |p: &[f64; 6]| {
-            let pass = Pass { time: time_s, signal, origin, p, stops, rest_tells: true };
-            let ClosedSums { jtj, jtr, rss, .. } = crate::numeric::dispatch(pass)?;
-            Some(Sums { jtj, jtr, rss })
-        };
-        minimise(from, n as f64, power, sums, moved)
-    };
+    let samples = Samples { time: time_s, signal, power };
     let mut found = None;
     if let Some((near, rss)) = nearer(time_s, signal, &at) {
         // The straight pieces it was found from know what residual to expect.
-        found = fit(near, false).filter(|f| f.converged && f.rss < 2.0 * rss + 1e-20 * power);
+        found = samples.fit(near, Stop::Never).filter(|f| f.converged && f.rss < 2.0 * rss + 1e-20 * power);
     }
-    found = found.or_else(|| fit(at, false));
-    if found.is_none_or(|f| stopped(&f.best, duration)) {
-        let smooth = found.and_then(|f| fit(f.best, true));
-        let own = fit(at, true);
-        found = [smooth, own].into_iter().flatten().min_by(|a, b| a.rss.total_cmp(&b.rss));
+    found = found.or_else(|| samples.fit(at, Stop::Never));
+    let unsure = found.is_none_or(|f| stopped(&f.best, duration) || samples.end_is_calmer(f.rss));
+    if unsure {
+        let own = samples.fit(at, Stop::Friction);
+        let smooth = found.and_then(|f| {
+            if stopped(&f.best, duration) { samples.fit(f.best, Stop::Friction) } else { Some(f) }
+        });
+        let known = [smooth, own].into_iter().flatten().min_by(|a, b| a.rss.total_cmp(&b.rss));
+        found = last_turn::of_any_part(&samples, &at, known);
+    } else if let Some((fit, stopping)) = found.and_then(|f| Some((f, may_stop(&f, duration, n)?))) {
+        found = last_turn::beside(&samples, &stopping, fit);
     }
     let found = found.ok_or(Error::NoFit { reason: "the samples do not tell six parameters apart" })?;
     let (mut error, correlation) = spread(&found.inverse, found.rss / (n - 6) as f64);
@@ -183,68 +176,20 @@ pub fn fit_waveform(time_s: &[f64], signal: &[f64], start: &Decay) -> Result<Dec
     })
 }
 
+/// Standard errors of friction within which a motion may stop.
+const ERRORS: f64 = 5.0;
+
+/// A motion that the samples do not exclude and that stops before `duration` is over.
+fn may_stop(fit: &Minimum<6>, duration: f64, samples: usize) -> Option<[f64; 6]> {
+    let error = (fit.inverse[1][1].max(0.0) * fit.rss / samples as f64).sqrt();
+    let more = std::array::from_fn(|k| fit.best[k] + ERRORS * error * fit.inverse[k][1] / fit.inverse[1][1]);
+    stopped(&more, duration).then_some(more)
+}
+
 /// Whether friction holds the motion before `duration` is over.
 fn stopped(&[a0, x_f, delta, _, omega, _]: &[f64; 6], duration: f64) -> bool {
     let fall = Fall::after(delta, duration);
     a0 * fall.e - x_f * (sliding_gain(delta, omega)[0] * fall.g + 1.0) <= 0.0
-}
-
-/// Pieces whose amplitudes and phases lead the start to its goal.
-const PIECES: usize = 24;
-
-/// A better start: amplitude and phase of a few pieces along the start's own
-/// phase, a straight line through the phases, the averaged law through the
-/// amplitudes. Also the residual sum of squares of the pieces. `None` for fewer
-/// than four cycles or where nothing comes of it.
-fn nearer(time: &[f64], signal: &[f64], at: &[f64; 6]) -> Option<([f64; 6], f64)> {
-    let &[_, x_f, delta, phase, omega, _] = at;
-    let (origin, n) = (time[0], time.len());
-    let cycles = omega / TAU * (time[n - 1] - origin);
-    let count = (cycles.min(n as f64 / 12.0) as usize).min(PIECES);
-    if count < 4 {
-        return None;
-    }
-    let pieces: Vec<Block> = (0..count)
-        .map(|i| {
-            let (first, end) = (i * n / count, (i + 1) * n / count);
-            Block::of(first, end, 0.5 * (time[first] + time[end - 1]))
-        })
-        .collect();
-    let along: Vec<PhaseAt> = pieces
-        .iter()
-        .map(|b| PhaseAt { phase: phase + omega * (b.time_s - origin), omega, chirp: 0.0, loss: 0.0 })
-        .collect();
-    let found = blocks::demodulate(time, signal, &pieces, &along);
-    let centres: Vec<f64> = found.iter().map(|b| b.time_s).collect();
-    let amplitudes: Vec<f64> = found.iter().map(|b| b.amplitude.hypot(b.quadrature)).collect();
-    // Straight line through the phases, each as sure as its amplitude is high.
-    let mut line = [0.0; 5];
-    let mut ahead = 0.0;
-    for (b, a) in found.iter().zip(&amplitudes) {
-        let turn = b.quadrature.atan2(b.amplitude);
-        ahead = turn + TAU * ((ahead - turn) / TAU).round();
-        let (t, w) = (b.time_s - origin, a * a);
-        for (sum, term) in line.iter_mut().zip([w, w * t, w * t * t, w * ahead, w * t * ahead]) {
-            *sum += term;
-        }
-    }
-    let [w, wt, wtt, wp, wtp] = line;
-    let bend = w * wtt - wt * wt;
-    let (shift, rate) = ((wtt * wp - wt * wtp) / bend, (w * wtp - wt * wp) / bend);
-    let next = omega + rate;
-    let offset_amplitude = x_f * sliding_gain(delta, omega)[0] / delta;
-    let start = super::EnvelopeStart {
-        initial_amplitude: amplitudes[0],
-        offset_amplitude: if offset_amplitude.is_finite() { offset_amplitude } else { 0.0 },
-        decay_rate_per_s: delta,
-    };
-    let law = super::fit_envelope(&centres, &amplitudes, &start).ok().filter(|f| f.converged)?.best;
-    let (c, delta) = (law.offset_amplitude, law.decay_rate_per_s);
-    let first = (law.initial_amplitude + c) * (delta * (centres[0] - origin)).exp() - c;
-    let mean = found.iter().map(|b| b.offset).sum::<f64>() / count as f64;
-    let near = [first, c * delta / sliding_gain(delta, next)[0], delta, phase + shift, next, mean];
-    let sound = near.iter().all(|v| v.is_finite()) && next > 0.5 * omega && next < 2.0 * omega && first > 0.0;
-    sound.then(|| (near, found.iter().map(|b| b.rss).sum()))
 }
 
 /// Sum of squares of the samples, and whether the times are finite and never decrease.
