@@ -235,6 +235,23 @@ def test_hints_about_files_name_what_reads_them():
     assert raised.value.hints == ()
 
 
+def test_what_another_analysis_takes_is_sent_there():
+    curve, held = slipfit.read_curve(CURVE), slipfit.read_levels(LEVELS)
+    for call, given, analysis in (
+        (slipfit.ringdown, curve, "resonance"),
+        (slipfit.ringdown, held, "levels"),
+        (slipfit.resonance, SWING, "ringdown"),
+        (slipfit.levels, SWING, "ringdown"),
+        (slipfit.levels, curve, "resonance"),
+    ):
+        with pytest.raises(slipfit.OptionTypeError, match=f"slipfit.{analysis} takes it"):
+            call(given)
+    with pytest.raises(slipfit.OptionTypeError, match="columns is needed: frequency_hz, amplitude, phase_rad"):
+        slipfit.resonance(slipfit.simulate.sweep([1.0], frequency_hz=1, q_factor=9, drive_amplitude=1))
+    with pytest.raises(slipfit.OptionError, match=r"band_hz=\(1.5, 1\): a rising pair"):
+        slipfit.ringdown(SWING, band_hz=(1.5, 1))
+
+
 def test_a_motion_at_rest_names_what_would_move_it():
     for name, option, more in (
         ("simulate.decay", "amplitude", {"friction_displacement": 2}),

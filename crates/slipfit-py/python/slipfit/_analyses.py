@@ -12,7 +12,7 @@ from numpy.typing import ArrayLike
 
 from . import _core, _input
 from ._arguments import public, wrong_type
-from ._answers import LevelsAnswer, ResonanceAnswer, RingdownAnswer, SeriesAnswer
+from ._answers import LevelsAnswer, ResonanceAnswer, RingdownAnswer, SeriesAnswer, Table
 from ._errors import SlipfitError
 from ._input import Path, Uncertain
 
@@ -250,6 +250,7 @@ def _record(
     if isinstance(time, _core.Record):
         _nothing_besides(given, "a Record", "")
         return time
+    _own_kind("time", time)
     if _input.path_like(time) or isinstance(time, (bytes, bytearray, memoryview)):
         if signal is None and quadrature is None:
             return read(time, rate_hz=rate_hz, unit=unit, kind=kind)
@@ -270,6 +271,15 @@ def _record(
         unit if unit is not None else own_unit,
         kind,
     )
+
+
+def _own_kind(option: str, given: object) -> None:
+    """Refuses what another analysis takes, and a table whose columns are needed."""
+    for kind, analysis in ((_core.Record, "ringdown"), (_core.Curve, "resonance"), (_core.Levels, "levels")):
+        if isinstance(given, kind):
+            raise wrong_type(option, given, f"slipfit.{analysis} takes it")
+    if isinstance(given, Table):
+        raise wrong_type(option, given, f"one of its columns is needed: {', '.join(given)}")
 
 
 def _nothing_besides(given: dict[str, Any], what: str, hint: str) -> None:
@@ -432,6 +442,7 @@ def _curve(
     if isinstance(frequency, _core.Curve):
         _nothing_besides(given, "a Curve", "")
         return frequency
+    _own_kind("frequency", frequency)
     paths = isinstance(frequency, (list, tuple)) and bool(frequency) and all(map(_input.path_like, frequency))
     if paths or _input.path_like(frequency) or isinstance(frequency, (bytes, bytearray, memoryview)):
         del given["unit"], given["kind"]
@@ -595,6 +606,7 @@ def _levels(
     if isinstance(drive, _core.Levels):
         _nothing_besides(given, "Levels", "")
         return drive
+    _own_kind("drive", drive)
     if _input.path_like(drive) or isinstance(drive, (bytes, bytearray, memoryview)):
         del given["unit"], given["drive_unit"]
         _nothing_besides(given, "a file", "; slipfit.read_levels(file, amplitude=…) names its columns")

@@ -169,7 +169,7 @@ def shown(value: Any) -> str:
     """A value as it was written, cut where it is long; anything without a short form by its type."""
     if value is None or isinstance(value, (bool, int, float, complex, str, bytes, list, tuple, dict, set)):
         try:
-            return _SHORT.repr(value)
+            return " ".join(_SHORT.repr(value).split())
         except ValueError:
             # More digits than Python writes.
             pass
@@ -177,7 +177,8 @@ def shown(value: Any) -> str:
 
 
 _SHORT = reprlib.Repr()
-_SHORT.maxstring = _SHORT.maxother = 60
+_SHORT.maxstring, _SHORT.maxother, _SHORT.maxlevel = 60, 40, 2
+_SHORT.maxlist = _SHORT.maxtuple = _SHORT.maxdict = 4
 
 
 def wrong_type(option: str, value: Any, needed: str) -> OptionTypeError:

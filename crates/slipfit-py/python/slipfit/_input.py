@@ -211,8 +211,10 @@ def band(value: tuple[float, float] | None) -> tuple[float, float] | None:
     """Lower and upper limit."""
     if value is None:
         return None
-    low, high = value
-    return number("band_hz", low), number("band_hz", high)
+    low, high = (number("band_hz", one) for one in value)
+    if low >= high:
+        raise refuse("band_hz", f"band_hz={shown(value)}: a rising pair of frequencies is needed")
+    return low, high
 
 
 def constants(given: Mapping[str, Uncertain | None]) -> dict[str, float | tuple[float, float] | None]:
