@@ -3,6 +3,7 @@
 use super::active_part::active_part;
 use super::amplitude_fit::fit_amplitudes;
 use super::assemble;
+use super::baseline::{better, without_baseline};
 use super::clipping::{ClippedCrests, clipped_crests};
 use super::coloured_noise::with_coloured_noise;
 use super::criteria::{ActivePartCriteria, Criteria};
@@ -180,7 +181,8 @@ fn analyse_without_line(
     options: &Options,
     criteria: &Criteria,
 ) -> Result<Answer, Error> {
-    let answer = analyse_part(whole.clone(), record, options, criteria)?;
+    let (level, answer, baseline) = about_a_level(whole, record, options, criteria)?;
+    let whole = &level;
     let cut = clipped_crests_of(whole, &answer, record, options, criteria);
     let behind = cut.filter(|_| options.start_s.is_none()).and_then(|cut| {
         let options = Options { start_s: Some(cut.end_s.next_up()), ..options.clone() };
@@ -191,6 +193,7 @@ fn analyse_without_line(
     let inside = behind.is_none();
     let (whole, answer, options) = behind.unwrap_or((whole.clone(), answer, options.clone()));
     let mut answer = refined(whole, answer, record, &options, criteria);
+    answer.warnings.extend(baseline.filter(|_| inside));
     if let Some(cut) = cut {
         answer.warnings.push(Warning::Clipped { samples: cut.samples, inside });
         if !inside {
@@ -198,6 +201,34 @@ fn analyse_without_line(
         }
     }
     Ok(answer)
+}
+
+/// The answer about the samples, or about those without a baseline along a curve where that is better.
+fn about_a_level<'a>(
+    whole: &Samples<'a>,
+    record: &Record,
+    options: &Options,
+    criteria: &Criteria,
+) -> Result<(Samples<'a>, Answer, Option<Warning>), Error> {
+    let answer = analyse_part(whole.clone(), record, options, criteria);
+    let doubtful = match &answer {
+        Ok(answer) => answer.diagnostics.method != "waveform",
+        Err(refusal) => of_length(refusal),
+    };
+    let of_samples = record.kind().oscillates() && options.band_hz.is_none() && options.lockin.is_none();
+    let level = if doubtful && of_samples {
+        without_baseline(whole, answer.as_ref().ok(), &criteria.baseline)
+    } else {
+        None
+    };
+    if let Some((level, range)) = level
+        && let Ok(found) = analyse_part(level.clone(), record, options, criteria)
+        && better(&found, answer.as_ref().ok(), criteria)
+    {
+        let first = found.parameter(Parameter::InitialAmplitude).map_or(f64::NAN, |a| a.value);
+        return Ok((level, found, Some(Warning::Baseline { relative: range / first })));
+    }
+    Ok((whole.clone(), answer?, None))
 }
 
 /// The answer with a second mode taken out, with noise about the frequency of the motion counted, and with further

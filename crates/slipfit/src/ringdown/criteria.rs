@@ -37,6 +37,8 @@ criteria_groups! {
         few_cycles: FewCyclesCriteria,
         /// A displacement held before the release.
         held: HeldCriteria,
+        /// A baseline along a curve.
+        baseline: BaselineCriteria,
         /// A short motion in a long quiet record.
         active_part: ActivePartCriteria,
         /// Two viscous modes as a rival of every law of one.
@@ -401,6 +403,22 @@ criteria! {
         leaving_times: f64 = 4.0, source "twice the top of a sine", moves "the start of the decay";
         /// Deviations of the noise of the held mass beyond which a sample shows it released.
         release_errors: f64 = 3.0, source "a sample in 400 by chance", moves "the start of the decay";
+    }
+}
+
+criteria! {
+    /// A baseline that wanders along a curve.
+    pub struct BaselineCriteria in "baseline" {
+        /// Cycles of a record at least: in fewer a baseline looks like the decay.
+        least_cycles: f64 = 10.0, source "a polynomial and a decay of a cycle each hardly correlate", moves "coverage with drift";
+        /// Degree of the polynomial at most.
+        most_degree: usize = 16, source "two periods of a sine, to a thousandth", moves "coverage with drift";
+        /// Levels for each degree at least.
+        levels_per_degree: usize = 3, source "a bend takes three levels", moves "coverage with drift";
+        /// Variance that is left over that with the baseline, from which on it is subtracted.
+        gain: f64 = 0.5, source "chosen by simulation", moves "coverage with drift";
+        /// Samples at most.
+        most_samples: usize = 300_000, source "the fit of the waveform takes no more", moves "time of analysis";
     }
 }
 

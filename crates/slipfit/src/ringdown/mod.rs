@@ -6,6 +6,7 @@ mod amplitude_fit;
 mod analyse;
 mod answer;
 mod assemble;
+mod baseline;
 mod block_amplitudes;
 mod clipping;
 mod coloured_noise;

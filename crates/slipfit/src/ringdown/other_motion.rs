@@ -18,8 +18,8 @@ pub(crate) struct OtherMotion {
 
 /// Other motions, each apart from the motion analysed by a rest; `None` where there is none.
 ///
-/// In windows of a cycle the samples move where their root mean square about the mean is a part of the first amplitude
-/// and many times the noise.
+/// In windows of a cycle the samples move where their root mean square about a straight line is a part of the first
+/// amplitude and many times the noise.
 pub(crate) fn other_motion(
     samples: &Samples,
     answer: &Answer,
@@ -77,10 +77,14 @@ fn runs(moves: &[bool], gap: usize) -> Vec<Range<usize>> {
     runs
 }
 
+/// Root mean square about a straight line.
 fn rms(signal: &[f64]) -> f64 {
     let n = signal.len() as f64;
     let mean = signal.iter().sum::<f64>() / n;
-    (signal.iter().map(|x| (x - mean).powi(2)).sum::<f64>() / n).sqrt()
+    let centred = || signal.iter().enumerate().map(|(i, x)| (i as f64 - 0.5 * (n - 1.0), x - mean));
+    let (along, lengths) = centred().fold((0.0, 0.0), |(xy, xx), (u, x)| (xy + u * x, xx + u * u));
+    let slope = if lengths > 0.0 { along / lengths } else { 0.0 };
+    (centred().map(|(u, x)| (x - slope * u).powi(2)).sum::<f64>() / n).sqrt()
 }
 
 #[cfg(test)]

@@ -30,6 +30,8 @@ pub(crate) struct Samples<'a> {
     pub(crate) noise_inflation: f64,
     /// Instants of the spikes left out, s.
     pub(crate) spikes_s: Vec<f64>,
+    /// Whether the level of a rest is that at which friction holds the mass; not where a baseline was subtracted.
+    pub(crate) level_known: bool,
 }
 
 /// What the samples of a record show of its motion; the amplitudes of others are those of a displacement.
@@ -87,6 +89,7 @@ impl<'a> Samples<'a> {
             quadrature: record.quadrature().map(|q| Cow::Borrowed(&q[first..end])),
             noise_inflation: 1.0,
             spikes_s: Vec::new(),
+            level_known: true,
         })
     }
 
@@ -103,6 +106,7 @@ impl<'a> Samples<'a> {
             quadrature: self.quadrature.as_ref().map(cut),
             noise_inflation: self.noise_inflation,
             spikes_s: self.spikes_s.clone(),
+            level_known: self.level_known,
         }
     }
 
@@ -210,6 +214,7 @@ mod tests {
             quadrature: None,
             noise_inflation: 1.0,
             spikes_s: Vec::new(),
+            level_known: true,
         }
     }
 

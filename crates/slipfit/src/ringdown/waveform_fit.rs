@@ -67,12 +67,17 @@ pub(crate) fn fit_waveform<'a>(
 ) -> Option<WindowFit<'a>> {
     let tells = samples.observable == Observable::Displacement
         && rest_tells(start[X_F], measured.noise_rms, range.len());
-    let rest = if tells { RestLevel::Exact } else { RestLevel::Bounded };
+    let rest = match tells {
+        _ if !samples.level_known => RestLevel::Free,
+        true => RestLevel::Exact,
+        false => RestLevel::Bounded,
+    };
     let fit = |rest, start| fit_with_rest(samples, measured, range.clone(), start, rest, compared, criteria);
     let (found, low_frequency) = fit(rest, start)?;
     let best = &found.comparison.preferred()?.bounded.parameters;
     let rests = law_of(best, best[OMEGA]).stop_time_s().is_some_and(|t| found.origin + t < found.end);
     if !rests
+        || rest == RestLevel::Free
         || low_frequency < criteria.coloured_noise.low_frequency * measured.noise_rms.powi(2)
         || rest_tells(best[X_F], low_frequency.sqrt(), range.len())
     {

@@ -81,6 +81,11 @@ pub enum Warning {
         /// Signal unit.
         unit: String,
     },
+    /// A baseline along a curve, subtracted.
+    Baseline {
+        /// Its range over the first amplitude.
+        relative: f64,
+    },
     /// Another motion in the record, apart from the one analysed.
     OtherMotion {
         /// Where the longest other one begins, s.
@@ -337,6 +342,7 @@ impl Warning {
             Warning::NoFreeLaw { .. } => "no_free_law",
             Warning::LawChanges { .. } => "law_changes",
             Warning::SlowTail { .. } => "slow_tail",
+            Warning::Baseline { .. } => "baseline",
             Warning::OtherMotion { .. } => "other_motion",
             Warning::Spikes { .. } => "spikes",
             Warning::Clipped { .. } => "clipped",

@@ -111,6 +111,12 @@ impl fmt::Display for Warning {
                 figures(*time_s, 4),
                 format!("{} {unit}", figures(*amplitude, 2)).trim_end()
             ),
+            Warning::Baseline { relative } => write!(
+                f,
+                "the level about which the motion swings wanders along a curve, by {} % of the amplitude: it was \
+                 subtracted",
+                figures(100.0 * relative, 2)
+            ),
             Warning::OtherMotion { from_s, to_s } => write!(
                 f,
                 "another motion, from {} s to {} s, is left out",
