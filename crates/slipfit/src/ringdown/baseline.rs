@@ -29,7 +29,9 @@ pub(crate) fn without_baseline<'a>(
     if time.len() > criteria.most_samples {
         return None;
     }
-    let at = Position::of(time);
+    // Before the decay a drive or a hand moves the level.
+    let from_s = answer.map_or(time[0], |answer| answer.segment.start_s);
+    let at = Position::between(from_s, time[time.len() - 1]);
     let frequency_hz = match answer {
         Some(answer) => answer.parameter(Parameter::Frequency)?.value,
         None => {
@@ -41,7 +43,8 @@ pub(crate) fn without_baseline<'a>(
     if !(frequency_hz * samples.duration() >= criteria.least_cycles) {
         return None;
     }
-    let levels = levels(time, signal, frequency_hz);
+    let from = time.partition_point(|t| *t < from_s).min(time.len() - 1);
+    let levels = levels(&time[from..], &signal[from..], frequency_hz);
     let most = criteria.most_degree.min(levels.len() / criteria.levels_per_degree);
     let values: Vec<f64> = levels.iter().map(|l| l.1).collect();
     let variance = neighbour_noise(values.windows(3))?.powi(2).max(f64::MIN_POSITIVE);
@@ -66,21 +69,20 @@ pub(crate) fn better(found: &Answer, before: Option<&Answer>, criteria: &Criteri
         || noise(found) < criteria.baseline.gain * noise(before)
 }
 
-/// Time as a part of the record, from -1 to 1.
+/// Time as a part of a stretch, from -1 to 1; before it -1.
 struct Position {
     middle_s: f64,
     half_s: f64,
 }
 
 impl Position {
-    fn of(time: &[f64]) -> Self {
-        let (first, last) = (time[0], time[time.len() - 1]);
+    fn between(first: f64, last: f64) -> Self {
         Self { middle_s: 0.5 * (first + last), half_s: (0.5 * (last - first)).max(f64::MIN_POSITIVE) }
     }
 
     /// Legendre polynomials up to a degree.
     fn basis(&self, time_s: f64, degree: usize) -> Vec<f64> {
-        let u = (time_s - self.middle_s) / self.half_s;
+        let u = ((time_s - self.middle_s) / self.half_s).max(-1.0);
         let mut values = vec![1.0, u];
         for k in 1..degree {
             let n = k as f64;

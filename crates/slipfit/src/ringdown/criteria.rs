@@ -378,6 +378,8 @@ criteria! {
         least_amplitude: f64 = 0.1, source "more than hum and drift in a cycle", moves "coverage in records of several releases";
         /// The same over the noise.
         least_noise: f64 = 4.0, source "a cycle of noise exceeds it never", moves "coverage in records of several releases";
+        /// Part of that below which it rests.
+        quiet: f64 = 0.5, source "a slow fall through the limit is no rest", moves "coverage in records of several releases";
         /// Cycles of rest between two motions.
         rest_cycles: usize = 2, source "beats rest for no longer at once", moves "coverage in records of several releases";
         /// Cycles of another motion, at least.

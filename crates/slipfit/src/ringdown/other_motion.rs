@@ -34,19 +34,22 @@ pub(crate) fn other_motion(
     let least =
         (criteria.least_amplitude * amplitude).max(criteria.least_noise * answer.diagnostics.noise_rms);
     let windows = cycles(&samples.time, frequency_hz)?;
-    let moves: Vec<bool> = windows.iter().map(|w| rms(&samples.signal[w.clone()]) > least).collect();
     let at = |time_s: f64| samples.time.partition_point(|t| *t < time_s);
     let (start, end) = (at(segment.start_s), at(segment.end_s));
     let first = windows.iter().position(|w| w.end > start)?;
     let last = windows.iter().rposition(|w| w.start < end)?;
-    let runs: Vec<Range<usize>> = runs(&moves, criteria.rest_cycles)
-        .into_iter()
-        .filter(|run| run.len() >= criteria.least_cycles)
-        .collect();
-    let before = runs.iter().filter(|run| run.end + criteria.rest_cycles <= first).max_by_key(|run| run.end);
-    let behind = runs.iter().find(|run| run.start >= last + criteria.rest_cycles);
-    let longest = runs.iter().filter(|run| run.end <= first || run.start > last);
-    let longest = longest.max_by_key(|run| run.len()).filter(|_| before.is_some() || behind.is_some())?;
+    let motion = |(i, window): (usize, &Range<usize>)| match rms(&samples.signal[window.clone()]) {
+        _ if (first..=last).contains(&i) => Motion::Moves,
+        rms if rms > least => Motion::Moves,
+        rms if rms > criteria.quiet * least => Motion::Between,
+        _ => Motion::Rests,
+    };
+    let motions: Vec<Motion> = windows.iter().enumerate().map(motion).collect();
+    let others = |run: &Range<usize>| run.len() >= criteria.least_cycles && !run.contains(&first);
+    let runs: Vec<Range<usize>> = runs(&motions, criteria.rest_cycles).into_iter().filter(others).collect();
+    let before = runs.iter().rfind(|run| run.end <= first);
+    let behind = runs.iter().find(|run| run.start > last);
+    let longest = runs.iter().max_by_key(|run| run.len())?;
     let samples_of = |run: &Range<usize>| windows[run.start].start..windows[run.end - 1].end;
     let own = before.map_or(0, |run| windows[run.end].start)
         ..behind.map_or(samples.len(), |run| windows[run.start - 1].start);
@@ -65,13 +68,26 @@ fn cycles(time: &[f64], frequency_hz: f64) -> Option<Vec<Range<usize>>> {
     (frequency_hz > 0.0 && !windows.is_empty()).then_some(windows)
 }
 
-/// Runs of windows that move, with no more than `gap` quiet ones inside.
-fn runs(moves: &[bool], gap: usize) -> Vec<Range<usize>> {
+#[derive(Clone, Copy, PartialEq)]
+enum Motion {
+    Moves,
+    Between,
+    Rests,
+}
+
+/// Runs of windows that begin and end with one that moves, apart from each other by at least `rest` that rest.
+fn runs(motions: &[Motion], rest: usize) -> Vec<Range<usize>> {
     let mut runs: Vec<Range<usize>> = Vec::new();
-    for i in (0..moves.len()).filter(|i| moves[*i]) {
-        match runs.last_mut() {
-            Some(run) if i - run.end < gap => run.end = i + 1,
-            _ => runs.push(i..i + 1),
+    let (mut resting, mut rested) = (0, true);
+    for (i, motion) in motions.iter().enumerate() {
+        resting = if *motion == Motion::Rests { resting + 1 } else { 0 };
+        rested |= resting >= rest;
+        if *motion == Motion::Moves {
+            match runs.last_mut() {
+                Some(run) if !rested => run.end = i + 1,
+                _ => runs.push(i..i + 1),
+            }
+            rested = false;
         }
     }
     runs
