@@ -12,6 +12,7 @@ use super::few_cycles::fit_few_cycles;
 use super::further_laws::try_further_laws;
 use super::held::release;
 use super::hypotheses::{FittedDecay, by_waveform};
+use super::level::Baseline;
 use super::other_motion::other_motion;
 use super::samples::Samples;
 use super::steady_line::without_steady_line;
@@ -193,7 +194,11 @@ fn analyse_without_line(
     let inside = behind.is_none();
     let (whole, answer, options) = behind.unwrap_or((whole.clone(), answer, options.clone()));
     let mut answer = refined(whole, answer, record, &options, criteria);
-    answer.warnings.extend(baseline.filter(|_| inside));
+    if let Some(baseline) = baseline.filter(|_| inside) {
+        let first = answer.parameter(Parameter::InitialAmplitude).map_or(f64::NAN, |a| a.value);
+        answer.warnings.push(Warning::Baseline { relative: baseline.range / first });
+        answer.fit.baseline = Some(baseline);
+    }
     if let Some(cut) = cut {
         answer.warnings.push(Warning::Clipped { samples: cut.samples, inside });
         if !inside {
@@ -209,7 +214,7 @@ fn about_a_level<'a>(
     record: &Record,
     options: &Options,
     criteria: &Criteria,
-) -> Result<(Samples<'a>, Answer, Option<Warning>), Error> {
+) -> Result<(Samples<'a>, Answer, Option<Baseline>), Error> {
     let answer = analyse_part(whole.clone(), record, options, criteria);
     let doubtful = match &answer {
         Ok(answer) => answer.diagnostics.method != "waveform",
@@ -221,12 +226,11 @@ fn about_a_level<'a>(
     } else {
         None
     };
-    if let Some((level, range)) = level
+    if let Some((level, baseline)) = level
         && let Ok(found) = analyse_part(level.clone(), record, options, criteria)
         && better(&found, answer.as_ref().ok(), criteria)
     {
-        let first = found.parameter(Parameter::InitialAmplitude).map_or(f64::NAN, |a| a.value);
-        return Ok((level, found, Some(Warning::Baseline { relative: range / first })));
+        return Ok((level, found, Some(baseline)));
     }
     Ok((whole.clone(), answer?, None))
 }

@@ -1,6 +1,7 @@
 //! Baseline: a level about which the motion swings that wanders along a curve, subtracted.
 
 use super::criteria::BaselineCriteria;
+use super::level::{Baseline, Position};
 use super::samples::Samples;
 use super::{Answer, Criteria};
 use crate::Parameter;
@@ -15,7 +16,7 @@ const LEVELS: f64 = 400.0;
 /// Samples of a level at least.
 const LEAST_SAMPLES: usize = 8;
 
-/// The samples without their baseline, and its range; `None` where the levels about which `answer` swings, or the
+/// The samples without their baseline, and it; `None` where the levels about which `answer` swings, or the
 /// strongest oscillation where there is none, lie on a parabola, which every fit has, or where cycles are few.
 ///
 /// The level of each cycle is that of a local fit of level, slope and an oscillation with its slope. Of polynomials of
@@ -24,7 +25,7 @@ pub(crate) fn without_baseline<'a>(
     samples: &Samples<'a>,
     answer: Option<&Answer>,
     criteria: &BaselineCriteria,
-) -> Option<(Samples<'a>, f64)> {
+) -> Option<(Samples<'a>, Baseline)> {
     let (time, signal) = (&samples.time[..], &samples.signal[..]);
     if time.len() > criteria.most_samples {
         return None;
@@ -36,8 +37,9 @@ pub(crate) fn without_baseline<'a>(
         Some(answer) => answer.parameter(Parameter::Frequency)?.value,
         None => {
             let all: Vec<(f64, f64)> = time.iter().copied().zip(signal.iter().copied()).collect();
-            let (rough, _) = polynomial(&all, &at, criteria.most_degree)?;
-            dominant(time, &less(time, signal, &at, &rough), None)?.frequency_hz
+            let (curve, _) = polynomial(&all, &at, criteria.most_degree)?;
+            let rough = Baseline { at, curve, range: 0.0 };
+            dominant(time, &less(time, signal, &rough), None)?.frequency_hz
         }
     };
     if !(frequency_hz * samples.duration() >= criteria.least_cycles) {
@@ -54,10 +56,12 @@ pub(crate) fn without_baseline<'a>(
         Some((rss / variance + price * degree as f64, curve))
     });
     let (_, curve) = fits.min_by(|a, b| a.0.total_cmp(&b.0)).filter(|(_, curve)| curve.len() > 3)?;
-    let flat = less(time, signal, &at, &curve);
+    let mut baseline = Baseline { at, curve, range: 0.0 };
+    let flat = less(time, signal, &baseline);
     let moved = signal.iter().zip(&flat).map(|(before, after)| before - after);
     let (low, high) = moved.fold((f64::INFINITY, f64::NEG_INFINITY), |(l, h), m| (l.min(m), h.max(m)));
-    Some((Samples { signal: Cow::Owned(flat), level_known: false, ..samples.clone() }, high - low))
+    baseline.range = high - low;
+    Some((Samples { signal: Cow::Owned(flat), level_known: false, ..samples.clone() }, baseline))
 }
 
 /// Whether an answer about samples without a baseline describes them better.
@@ -69,43 +73,15 @@ pub(crate) fn better(found: &Answer, before: Option<&Answer>, criteria: &Criteri
         || noise(found) < criteria.baseline.gain * noise(before)
 }
 
-/// Time as a part of a stretch, from -1 to 1; before it -1.
-struct Position {
-    middle_s: f64,
-    half_s: f64,
-}
-
-impl Position {
-    fn between(first: f64, last: f64) -> Self {
-        Self { middle_s: 0.5 * (first + last), half_s: (0.5 * (last - first)).max(f64::MIN_POSITIVE) }
-    }
-
-    /// Legendre polynomials up to a degree.
-    fn basis(&self, time_s: f64, degree: usize) -> Vec<f64> {
-        let u = ((time_s - self.middle_s) / self.half_s).max(-1.0);
-        let mut values = vec![1.0, u];
-        for k in 1..degree {
-            let n = k as f64;
-            values.push(((2.0 * n + 1.0) * u * values[k] - n * values[k - 1]) / (n + 1.0));
-        }
-        values.truncate(degree + 1);
-        values
-    }
-}
-
 /// Coefficients of a polynomial through values at instants, and the sum of squares it leaves.
 fn polynomial(values: &[(f64, f64)], at: &Position, degree: usize) -> Option<(Vec<f64>, f64)> {
     let rows = values.iter().map(|(t, y)| (at.basis(*t, degree), *y, 1.0));
     linear(rows, degree + 1).map(|(coefficients, _, rss)| (coefficients, rss))
 }
 
-/// A signal less a polynomial but for its mean.
-fn less(time: &[f64], signal: &[f64], at: &Position, curve: &[f64]) -> Vec<f64> {
-    let degree = curve.len() - 1;
-    let value = |t: f64| -> f64 {
-        at.basis(t, degree).iter().zip(curve).skip(1).map(|(basis, coefficient)| basis * coefficient).sum()
-    };
-    time.iter().zip(signal).map(|(t, x)| x - value(*t)).collect()
+/// A signal less a baseline.
+fn less(time: &[f64], signal: &[f64], baseline: &Baseline) -> Vec<f64> {
+    time.iter().zip(signal).map(|(t, x)| x - baseline.value(*t)).collect()
 }
 
 /// Instants and levels of stretches of at least a cycle.
@@ -166,6 +142,11 @@ mod tests {
     fn a_curved_baseline_leaves_friction_and_decay_rate_where_they_are() {
         let levels: [fn(f64) -> f64; 3] =
             [|v| 0.3 * (2.2 * PI * v + 1.0).sin(), |v| (-4.0 * v).exp(), |v| (4.0 * PI * v).sin()];
+        let record_0 = record(levels[0], 0);
+        let fit = analyse(&record_0, &Options::default()).expect("a ring-down").fit;
+        let off =
+            record_0.signal().iter().enumerate().map(|(i, x)| (x - fit.signal_at(i as f64 / 40.0)).abs());
+        assert!(off.filter(|off| off.is_finite()).fold(0.0, f64::max) < 0.03);
         assert!(told(levels[0]).contains(&"baseline"));
         assert!(told(levels[2]).contains(&"baseline"));
         for level in levels {

@@ -1,5 +1,6 @@
 //! The fitted motion, to be drawn or subtracted.
 
+use super::level::Baseline;
 use super::two_modes::ViscousMode;
 use crate::motion::decay::amplitude::AmplitudeLaw;
 use crate::motion::decay::drag;
@@ -56,6 +57,8 @@ pub struct FittedMotion {
     rest: Option<Rest>,
     /// Another mode that adds to the motion.
     pub(crate) second_mode: Option<ViscousMode>,
+    /// What the level about which it swings wanders by beside its offset.
+    pub(crate) baseline: Option<Baseline>,
 }
 
 /// The turning point from which the mass does not move any more.
@@ -102,6 +105,7 @@ impl FittedMotion {
             noise_floor,
             rest: None,
             second_mode: None,
+            baseline: None,
         };
         motion.rest = motion.find_rest();
         motion
@@ -166,7 +170,8 @@ impl FittedMotion {
     /// stretch. For an envelope record, the amplitude with the noise floor.
     /// Where the record holds two modes, both.
     pub fn signal_at(&self, time_s: f64) -> f64 {
-        self.first_mode_at(time_s) + self.second_mode.map_or(0.0, |mode| mode.at(time_s))
+        let level = self.baseline.as_ref().map_or(0.0, |baseline| baseline.value(time_s));
+        self.first_mode_at(time_s) + self.second_mode.map_or(0.0, |mode| mode.at(time_s)) + level
     }
 
     fn first_mode_at(&self, time_s: f64) -> f64 {

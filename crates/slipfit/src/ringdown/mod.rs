@@ -24,6 +24,7 @@ mod gathered;
 mod held;
 mod hypotheses;
 mod last_swing;
+mod level;
 pub(crate) mod lowpass;
 mod measured;
 mod misfit;

@@ -1,0 +1,43 @@
+//! Level about which a motion swings, where it wanders along a curve.
+
+/// A polynomial of time, without its mean.
+#[derive(Debug, Clone, PartialEq)]
+pub(crate) struct Baseline {
+    pub(super) at: Position,
+    /// Coefficients of Legendre polynomials.
+    pub(super) curve: Vec<f64>,
+    /// Greatest less least of its values at the samples.
+    pub(super) range: f64,
+}
+
+impl Baseline {
+    pub(crate) fn value(&self, time_s: f64) -> f64 {
+        let basis = self.at.basis(time_s, self.curve.len() - 1);
+        basis.iter().zip(&self.curve).skip(1).map(|(basis, coefficient)| basis * coefficient).sum()
+    }
+}
+
+/// Time as a part of a stretch, from -1 to 1; before it -1.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub(super) struct Position {
+    middle_s: f64,
+    half_s: f64,
+}
+
+impl Position {
+    pub(super) fn between(first: f64, last: f64) -> Self {
+        Self { middle_s: 0.5 * (first + last), half_s: (0.5 * (last - first)).max(f64::MIN_POSITIVE) }
+    }
+
+    /// Legendre polynomials up to a degree.
+    pub(super) fn basis(&self, time_s: f64, degree: usize) -> Vec<f64> {
+        let u = ((time_s - self.middle_s) / self.half_s).max(-1.0);
+        let mut values = vec![1.0, u];
+        for k in 1..degree {
+            let n = k as f64;
+            values.push(((2.0 * n + 1.0) * u * values[k] - n * values[k - 1]) / (n + 1.0));
+        }
+        values.truncate(degree + 1);
+        values
+    }
+}
