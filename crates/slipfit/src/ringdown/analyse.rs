@@ -22,6 +22,7 @@ use super::window_fit::Problem;
 use super::{Answer, Options, oscillation, recorded_amplitudes, second_mode};
 use crate::answer::Warning;
 use crate::model::loss::LossModel;
+use crate::record::MIN_SAMPLES;
 use crate::{Error, Parameter, Record, SignalKind};
 use std::ops::Range;
 
@@ -187,14 +188,18 @@ fn analyse_without_line(
     let cut = clipped_crests_of(whole, &answer, record, options, criteria);
     let behind = cut.filter(|_| options.start_s.is_none()).and_then(|cut| {
         let options = Options { start_s: Some(cut.end_s.next_up()), ..options.clone() };
-        let rest = Samples::prepare(record, &options, &criteria.spikes).ok()?;
+        let first = whole.time.partition_point(|t| *t <= cut.end_s);
+        let rest = whole.part(first..whole.len());
+        if rest.len() < MIN_SAMPLES {
+            return None;
+        }
         let answer = analyse_part(rest.clone(), record, &options, criteria).ok()?;
         Some((rest, answer, options))
     });
     let inside = behind.is_none();
     let (whole, answer, options) = behind.unwrap_or((whole.clone(), answer, options.clone()));
     let mut answer = refined(whole, answer, record, &options, criteria);
-    if let Some(baseline) = baseline.filter(|_| inside) {
+    if let Some(baseline) = baseline {
         let first = answer.parameter(Parameter::InitialAmplitude).map_or(f64::NAN, |a| a.value);
         answer.warnings.push(Warning::Baseline { relative: baseline.range / first });
         answer.fit.baseline = Some(baseline);

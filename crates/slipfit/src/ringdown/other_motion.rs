@@ -56,7 +56,7 @@ pub(crate) fn other_motion(
     Some(OtherMotion { range: samples_of(longest), own })
 }
 
-/// Windows of a cycle; `None` where there are none, or cycles without samples.
+/// Windows of a cycle; `None` without a frequency.
 fn cycles(time: &[f64], frequency_hz: f64) -> Option<Vec<Range<usize>>> {
     let mut windows = Vec::new();
     let mut from = 0;

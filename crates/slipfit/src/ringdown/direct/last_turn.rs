@@ -22,7 +22,7 @@ const BESIDE: usize = 3;
 const FIRST: usize = 4;
 /// Motions whose stop is looked for, of those with the lowest sum of squares.
 const DESCENDED: usize = 8;
-/// Times that a search which has not converged is taken up again.
+/// Further searches from where one has not converged.
 const AGAIN: usize = 4;
 /// Steps along the edge of the motions that stop at a turning point.
 const EDGE_STEPS: usize = 12;
