@@ -20,31 +20,14 @@ use slipfit::{Oscillator, Parameter, Record, SignalKind};
 
 use super::bounds;
 use super::choices::Choices;
+use super::default_cells::{
+    Cell, DERIVATIVE_Q, DRAG, FREQUENCY_HZ, NUISANCE_Q, NUISANCE_SHARE, Q, REST_Q, SHARE, SNR_DB, What, cells,
+};
 use super::nuisances::{DISTURBANCES, Nuisance, SECOND_RELEASE};
 use super::scores::{Estimated, Outcome, Scores, True};
 use super::trials::{coverage_error, mean_and_deviation, seed};
 use crate::Failure;
 
-const Q: [f64; 4] = [5.0, 30.0, 300.0, 5_000.0];
-const SHARE: [f64; 4] = [0.0, 0.03, 0.2, 0.7];
-const SNR_DB: [f64; 3] = [20.0, 40.0, 60.0];
-const DECAY_TIMES: [f64; 4] = [0.5, 1.0, 3.0, 8.0];
-const SAMPLES_PER_CYCLE: [f64; 3] = [6.0, 30.0, 200.0];
-const ENVELOPE_DECAY_TIMES: [f64; 3] = [1.0, 3.0, 6.0];
-const ENVELOPE_SAMPLES_PER_CYCLE: [f64; 2] = [0.5, 4.0];
-const NUISANCE_Q: [f64; 2] = [30.0, 300.0];
-const NUISANCE_SHARE: [f64; 3] = [0.0, 0.2, 0.5];
-/// Motions that stop after some ten swings, recorded on: the level of the rest tells which was the last.
-const REST_Q: [f64; 3] = [50.0, 100.0, 200.0];
-const REST_SHARE: [f64; 3] = [0.3, 0.5, 0.7];
-const REST_SNR_DB: [f64; 4] = [30.0, 40.0, 50.0, 60.0];
-/// Motions of few cycles recorded as a gyroscope or an accelerometer does.
-const DERIVATIVE_Q: [f64; 3] = [5.0, 8.0, 15.0];
-const DERIVATIVE_SHARE: [f64; 2] = [0.2, 0.5];
-const DERIVATIVE_SNR_DB: [f64; 2] = [40.0, 60.0];
-/// Parts of what sliding leaves of the loss at the start that are drag.
-const DRAG: [f64; 2] = [0.3, 1.0];
-const FREQUENCY_HZ: f64 = 1.7;
 /// Turn of a lock-in's phase in a decay time, rad, and its phase at the release.
 const DETUNING_RAD: f64 = 0.4;
 const LOCK_IN_PHASE_RAD: f64 = 0.7;
@@ -57,46 +40,6 @@ const MOST_SAMPLES: f64 = 2e7;
 const MORE_RECORDS: u64 = 10;
 /// A longer record tells nothing that a tenth of it does not.
 const LONGEST: usize = 1_000_000;
-
-/// What is recorded.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
-enum What {
-    /// The displacement.
-    Displacement,
-    /// The amplitude, by a detector whose noise has two quadratures (Rician).
-    Envelope,
-    /// The velocity, in m/s.
-    Velocity,
-    /// The acceleration, in m/s^2.
-    Acceleration,
-    /// In phase and in quadrature to a reference that is [`DETUNING_RAD`] per decay time off.
-    LockIn,
-}
-
-#[derive(Debug, Clone, Copy)]
-struct Cell {
-    what: What,
-    q: f64,
-    share: f64,
-    snr_db: f64,
-    decay_times: f64,
-    samples_per_cycle: f64,
-    /// Part of the loss at the start that is drag, of what sliding leaves.
-    drag: f64,
-    nuisance: Nuisance,
-}
-
-/// The cell that disturbances and drag are added to.
-const USUAL: Cell = Cell {
-    what: What::Displacement,
-    q: 300.0,
-    share: 0.0,
-    snr_db: 40.0,
-    decay_times: 2.5,
-    samples_per_cycle: 30.0,
-    drag: 0.0,
-    nuisance: Nuisance::None,
-};
 
 struct Decay {
     cell: Cell,
@@ -286,89 +229,7 @@ fn page(rows: &[Row], again: &[Row], seeds: u64) -> String {
     text
 }
 
-fn cells() -> Vec<Cell> {
-    let mut cells = Vec::new();
-    for q in Q {
-        for share in SHARE {
-            for snr_db in SNR_DB {
-                for decay_times in DECAY_TIMES {
-                    cells.extend(SAMPLES_PER_CYCLE.map(|samples_per_cycle| Cell {
-                        what: What::Displacement,
-                        q,
-                        share,
-                        snr_db,
-                        decay_times,
-                        samples_per_cycle,
-                        ..USUAL
-                    }));
-                }
-            }
-        }
-    }
-    for q in REST_Q {
-        for share in REST_SHARE {
-            cells.extend(REST_SNR_DB.map(|snr_db| Cell { q, share, snr_db, ..USUAL }));
-        }
-    }
-    for nuisance in DISTURBANCES {
-        for q in NUISANCE_Q {
-            cells.extend(NUISANCE_SHARE.map(|share| Cell { q, share, nuisance, ..USUAL }));
-        }
-    }
-    for drag in DRAG {
-        for q in NUISANCE_Q {
-            for snr_db in SNR_DB {
-                cells.extend(NUISANCE_SHARE.map(|share| Cell { q, share, drag, snr_db, ..USUAL }));
-            }
-        }
-    }
-    for what in [What::Velocity, What::Acceleration] {
-        for q in DERIVATIVE_Q {
-            for share in DERIVATIVE_SHARE {
-                cells.extend(DERIVATIVE_SNR_DB.map(|snr_db| Cell { what, q, share, snr_db, ..USUAL }));
-            }
-        }
-    }
-    for share in SHARE {
-        for snr_db in SNR_DB {
-            for decay_times in ENVELOPE_DECAY_TIMES {
-                for what in [What::Envelope, What::LockIn] {
-                    cells.extend(ENVELOPE_SAMPLES_PER_CYCLE.map(|samples_per_cycle| Cell {
-                        what,
-                        q: 300.0,
-                        share,
-                        snr_db,
-                        decay_times,
-                        samples_per_cycle,
-                        ..USUAL
-                    }));
-                }
-            }
-        }
-    }
-    cells
-}
-
 impl Cell {
-    /// White noise, no drag.
-    fn plain(&self, what: What) -> bool {
-        self.what == what && self.drag == 0.0 && self.nuisance == Nuisance::None
-    }
-
-    fn name(&self) -> String {
-        let Self { what, q, share, snr_db, decay_times, samples_per_cycle, drag, nuisance } = self;
-        format!(
-            "{what:?} Q={q} share={share} snr={snr_db} L={decay_times} spc={samples_per_cycle} drag={drag} {};",
-            nuisance.name()
-        )
-    }
-
-    fn row(&self) -> String {
-        let Self { q, share, snr_db, decay_times, samples_per_cycle, drag, nuisance, .. } = self;
-        let with = if *drag > 0.0 { format!("drag {drag}") } else { nuisance.name().to_owned() };
-        format!("{q} | {share} | {snr_db} | {decay_times} | {samples_per_cycle} | {with}")
-    }
-
     /// The record without noise; `None` for less than a ring-down.
     fn decay(self) -> Option<Decay> {
         let omega_0 = TAU * FREQUENCY_HZ;

@@ -6,6 +6,7 @@
 
 mod bounds;
 mod choices;
+mod default_cells;
 mod default_curve;
 mod default_decay;
 mod disturbance;

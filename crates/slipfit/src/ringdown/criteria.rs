@@ -1,5 +1,12 @@
 //! Every threshold that decides something in the analysis of a ring-down.
 
+mod record;
+
+pub use record::{
+    ActivePartCriteria, BaselineCriteria, ClippingCriteria, HeldCriteria, OtherMotionCriteria, SpikeCriteria,
+    SteadyLineCriteria, StopCriteria,
+};
+
 use super::free_law::criteria::FreeLawCriteria;
 use crate::answer::ReportCriteria;
 use crate::inference::criteria::{InferenceCriteria, criteria, criteria_groups};
@@ -103,74 +110,6 @@ criteria! {
             moves "window end of coarse records";
         /// Mean amplitude of the last third over the first third of a record that grows.
         growth_ratio: f64 = 1.2, source "chosen by simulation", moves "the reason of a refusal";
-    }
-}
-
-criteria! {
-    /// Single samples far off their neighbours.
-    pub struct SpikeCriteria in "spikes" {
-        /// Deviations of the surroundings, or steps of the converter, that a sample lies off its neighbours.
-        deviations: f64 = 6.0, source "a sample in 5e8 of normal noise", moves "spread in records with spikes";
-        /// Greatest over least step between the stamps about it.
-        step_range: f64 = 1.5, source "no gap lies beside it", moves "spread in records with spikes";
-        /// Part of the samples that may be spikes.
-        most_part: f64 = 0.02, source "one in fifty; more are part of the signal", moves "spread in records with spikes";
-    }
-}
-
-criteria! {
-    /// Samples cut off at the ends of a range.
-    pub struct ClippingCriteria in "clipping" {
-        /// Equal samples in a row at an extreme of the record that count as clipped.
-        run: usize = 4, source "chosen by simulation", moves "clipping warnings";
-        /// Such runs in a clipped record.
-        runs: usize = 3, source "chosen by simulation", moves "clipping warnings";
-        /// Samples at the extremes of a record that make them the ends of its range.
-        returns: usize = 6, source "chosen by simulation", moves "clipping warnings";
-        /// Runs in which they lie.
-        return_runs: usize = 4, source "a mass held before its release is one run",
-            moves "clipping warnings";
-        /// Runs that are enough where one crest after another has one.
-        crest_runs: usize = 3, source "half a cycle and its neighbours", moves "clipping warnings";
-        /// Equal samples in a row at an extreme that may be a clipped crest, where the fitted motion goes
-        /// beyond it.
-        cut_run: usize = 2, source "a smooth crest with noise repeats no value", moves "bias after clipping";
-        /// Standard deviations of the noise by which it goes beyond, on average.
-        cut_errors: f64 = 2.0, source "half a step of a converter is 1.73 of its rounding",
-            moves "bias after clipping";
-        /// Such runs within the fitted window.
-        cut_runs: usize = 2, source "a mass held before its release is one run", moves "bias after clipping";
-        /// Gap between two such runs over their mean length, at most.
-        gap_ratio: usize = 20, source "a crest that is flat for a tenth of a half cycle",
-            moves "clipping warnings";
-        /// Samples at that extreme over those at any of the four levels next to it: at most 2.4 for a
-        /// steady sinusoid on a converter's steps.
-        return_ratio: f64 = 4.0, source "1/(sqrt(2) - 1) = 2.4 for a sinusoid", moves "clipping warnings";
-        /// Part of the largest amplitude from which on crests may be clipped.
-        from_amplitude: f64 = 0.9, source "chosen by simulation", moves "window start";
-        /// Blocks with round crests that end the clipped part.
-        round_blocks: usize = 2, source "chosen by simulation", moves "window start";
-        /// One in so many clipped blocks is left out behind the last flat one.
-        margin_part: usize = 20, source "chosen by simulation", moves "bias after clipping";
-        /// Standard deviations of the noise that keep crests behind the clipped ones off the ceiling.
-        margin_errors: f64 = 3.0, source "one crest in 700 by chance", moves "bias after clipping";
-        /// Converter steps in an amplitude whose crests can be distinguished from flat ones.
-        least_steps: f64 = 8.0, source "chosen by simulation", moves "window start";
-        /// Length of a flat crest over that of a sinusoid's on the converter's steps.
-        plateau_ratio: f64 = 2.5, source "chosen by simulation", moves "window start";
-        /// Samples of a flat crest at least.
-        plateau_samples: usize = 4, source "chosen by simulation", moves "window start";
-        /// Part of the amplitude above which a run of equal samples is a crest.
-        plateau_height: f64 = 0.5, source "chosen by simulation", moves "window start";
-        /// Flat crests in a clipped block at least.
-        plateaus: usize = 2, source "chosen by simulation", moves "window start";
-        /// One flat crest in so many cycles of a clipped block at least.
-        plateau_cycles: f64 = 8.0, source "chosen by simulation", moves "window start";
-        /// A block that touches the ceiling belongs to the clipped ones if it lies at most one in so
-        /// many of them behind.
-        straggler_part: usize = 5, source "chosen by simulation", moves "window start";
-        /// Blocks that must remain after the clipped ones.
-        least_after: usize = 8, source "chosen by simulation", moves "window start";
     }
 }
 
@@ -372,79 +311,6 @@ criteria! {
 }
 
 criteria! {
-    /// Another motion in the same record, apart from the one analysed.
-    pub struct OtherMotionCriteria in "other_motion" {
-        /// Root mean square of a cycle, over the first amplitude, from which on it is motion.
-        least_amplitude: f64 = 0.1, source "more than hum and drift in a cycle", moves "coverage in records of several releases";
-        /// The same over the noise.
-        least_noise: f64 = 4.0, source "a cycle of noise exceeds it never", moves "coverage in records of several releases";
-        /// Part of that below which it rests.
-        quiet: f64 = 0.5, source "a slow fall through the limit is no rest", moves "coverage in records of several releases";
-        /// Cycles of rest between two motions.
-        rest_cycles: usize = 2, source "beats rest for no longer at once", moves "coverage in records of several releases";
-        /// Cycles of another motion, at least.
-        least_cycles: usize = 3, source "a jolt is shorter", moves "coverage in records of several releases";
-    }
-}
-
-criteria! {
-    /// A displacement held aside before its release.
-    pub struct HeldCriteria in "held" {
-        /// Range of the means of its windows, over their distance from the place of rest, at most.
-        level_range: f64 = 0.3, source "four deviations of means to 7 % of it", moves "refusals of held records";
-        /// Deflection to the other side, over that of the release, that is a swing.
-        across: f64 = 0.5, source "three deviations of noise of a sixth of the amplitude", moves "the start of the decay";
-        /// Part of the samples before it that may be deflected as far.
-        across_part: f64 = 0.01, source "three deviations of normal noise", moves "the start of the decay";
-        /// Widest deflection behind it over that of the release.
-        widest: f64 = 1.2, source "a release gives no energy; noise", moves "the start of the decay";
-        /// Deflection over that of the release at which it is left; the first swing reaches as far to the other side.
-        left: f64 = 0.3, source "a fifth of a cycle", moves "the start of the decay";
-        /// Length over the time in which it is left, at least: the top of a sine lasts at most twice as long. Within as
-        /// much of that time the mass has swung across.
-        leaving_times: f64 = 4.0, source "twice the top of a sine", moves "the start of the decay";
-        /// Deviations of the noise of the held mass beyond which a sample shows it released.
-        release_errors: f64 = 3.0, source "a sample in 400 by chance", moves "the start of the decay";
-    }
-}
-
-criteria! {
-    /// A baseline that wanders along a curve.
-    pub struct BaselineCriteria in "baseline" {
-        /// Cycles of a record at least: in fewer a baseline looks like the decay.
-        least_cycles: f64 = 10.0, source "a polynomial and a decay of a cycle each hardly correlate", moves "coverage with drift";
-        /// Degree of the polynomial at most.
-        most_degree: usize = 16, source "two periods of a sine, to a thousandth", moves "coverage with drift";
-        /// Levels for each degree at least.
-        levels_per_degree: usize = 3, source "a bend takes three levels", moves "coverage with drift";
-        /// Variance that is left over that with the baseline, from which on it is subtracted.
-        gain: f64 = 0.5, source "chosen by simulation", moves "coverage with drift";
-        /// Samples at most.
-        most_samples: usize = 300_000, source "the fit of the waveform takes no more", moves "time of analysis";
-    }
-}
-
-criteria! {
-    /// A short motion in a record that is quiet for most of its length.
-    pub struct ActivePartCriteria in "active_part" {
-        /// Variance of the strongest window over the median of all.
-        strongest_ratio: f64 = 10.0, source "amplitude over noise of 4", moves "refusals of long records";
-        /// Variance over the median from which on a window belongs to the motion.
-        active_ratio: f64 = 3.0, source "amplitude over noise of 2", moves "refusals of long records";
-        /// Quiet samples kept behind the motion, over its length.
-        rest_kept: f64 = 2.0, source "the place of rest is known as well as the motion",
-            moves "bias after a stop";
-        /// Amplitude over the noise at the end of such a part from which on the motion goes on behind it.
-        goes_on: f64 = 4.0, source "a sample in 1e4 by chance", moves "spread at low Q";
-        /// Variance of stretches elsewhere, each as long as the part, over that of the part, at most, where the
-        /// stretches are not as quiet as the windows.
-        elsewhere_ratio: f64 = 0.05, source "a drift of a fifth of the amplitude", moves "refusals of long records";
-        /// Most of the record that such a part may be.
-        most_of_record: f64 = 0.5, source "chosen by simulation", moves "refusals of long records";
-    }
-}
-
-criteria! {
     /// Two viscous modes as a rival of every law of one mode.
     pub struct TwoModesCriteria in "two_modes" {
         /// Residual variance of one mode over the noise from which on a second is looked for.
@@ -470,28 +336,6 @@ criteria! {
         errors: f64 = 5.0, source "one pair in 1e6 by chance", moves "modes reported";
         /// Amplitude of the second mode over that of the first, at least.
         least_amplitude: f64 = 2e-3, source "chosen by simulation", moves "modes reported";
-    }
-}
-
-criteria! {
-    /// A steady line beside the decay, such as hum of the mains.
-    pub struct SteadyLineCriteria in "steady_line" {
-        /// The last one in so many samples show it.
-        part: usize = 3, source "chosen by simulation", moves "refusals of records with hum";
-        /// Most samples of a record in which it is looked for.
-        most_samples: usize = 300_000, source "chosen by simulation", moves "time of analysis";
-        /// Cycles of it that they must hold.
-        cycles: f64 = 3.0, source "fewer are a drift of the offset", moves "refusals of records with hum";
-        /// Part of their variance that it must explain.
-        explained: f64 = 0.5, source "more than all noise", moves "refusals of records with hum";
-        /// Part of itself that its amplitude may change by over them.
-        change: f64 = 0.1, source "the motion itself falls by more where it was three times as large",
-            moves "refusals of records with hum";
-        /// Its amplitude over the largest deflection, at most.
-        most_amplitude: f64 = 0.3, source "chosen by simulation", moves "refusals of records with hum";
-        /// Variance about the motion over the noise of single cycles from which on one is looked for, and by which
-        /// that about the motion must fall without it.
-        noise: f64 = 4.0, source "twice the noise", moves "coverage of records with hum";
     }
 }
 
@@ -544,35 +388,6 @@ criteria! {
         /// Density of the residuals at low frequencies over that of white noise from which on the
         /// level of the rest says nothing of the last swing.
         low_frequency: f64 = 4.0, source "twice the error of a level", moves "bias of x_F";
-    }
-}
-
-criteria! {
-    /// The rest after the motion, and where it begins.
-    pub struct StopCriteria in "stop" {
-        /// Periods without a sample that show a recorder at rest.
-        silence_periods: f64 = 3.0, source "chosen by simulation", moves "stops reported";
-        /// Periods' worth of samples that may follow the silence.
-        samples_after: f64 = 0.5, source "chosen by simulation", moves "stops reported";
-        /// Amplitudes of the last block, and errors of a sample, beyond which what follows is another motion.
-        another_motion: f64 = 5.0, source "a decay does not grow, and noise lies beyond once in 2e6 samples",
-            moves "stops reported";
-        /// One in so many samples after the decay shows the place of rest.
-        tail_part: usize = 4, source "chosen by simulation", moves "stops reported";
-        /// Samples that show the place of rest at least.
-        tail_samples: usize = 8, source "chosen by simulation", moves "stops reported";
-        /// Periods that the record must go on after the decay.
-        tail_periods: f64 = 2.0, source "chosen by simulation", moves "stops reported";
-        /// Standard deviations about the place of rest within which the mass rests.
-        rest_deviations: f64 = 4.0, source "one sample in 1e4 by chance", moves "time of the stop";
-        /// Deviations at rest that the noise of the motion may take the place of.
-        most_deviation: f64 = 3.0, source "chosen by simulation", moves "time of the stop";
-        /// Converter steps about the place of rest within which the mass rests.
-        rest_steps: f64 = 2.0, source "chosen by simulation", moves "time of the stop";
-        /// Periods that a rest must last.
-        rest_periods: f64 = 1.5, source "chosen by simulation", moves "stops reported";
-        /// Swing before the rest, over the width of the rest, of a motion that stops.
-        last_swing: f64 = 3.0, source "chosen by simulation", moves "stops reported";
     }
 }
 
