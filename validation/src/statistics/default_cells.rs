@@ -1,6 +1,6 @@
 //! Cells of the statistics of ring-downs analysed by default.
 
-use super::nuisances::{DISTURBANCES, Nuisance};
+use super::nuisances::{COARSE_DECAY_TIMES, DISTURBANCES, Nuisance};
 
 pub(super) const Q: [f64; 4] = [5.0, 30.0, 300.0, 5_000.0];
 pub(super) const SHARE: [f64; 4] = [0.0, 0.03, 0.2, 0.7];
@@ -109,8 +109,12 @@ pub(super) fn cells() -> Vec<Cell> {
         }
     }
     for nuisance in DISTURBANCES {
+        let decay_times = match nuisance {
+            Nuisance::CoarseSteps => COARSE_DECAY_TIMES,
+            _ => USUAL.decay_times,
+        };
         for q in NUISANCE_Q {
-            cells.extend(NUISANCE_SHARE.map(|share| Cell { q, share, nuisance, ..USUAL }));
+            cells.extend(NUISANCE_SHARE.map(|share| Cell { q, share, nuisance, decay_times, ..USUAL }));
         }
     }
     for drag in DRAG {

@@ -28,9 +28,11 @@ pub(super) enum Nuisance {
     Held,
     /// Another release behind the first, from 70 % of the amplitude and recorded as long.
     SecondRelease,
+    /// Samples rounded to steps of a twentieth of the amplitude, recorded until the motion is far below a step.
+    CoarseSteps,
 }
 
-pub(super) const DISTURBANCES: [Nuisance; 9] = [
+pub(super) const DISTURBANCES: [Nuisance; 10] = [
     Nuisance::Ar,
     Nuisance::Pink,
     Nuisance::OffsetWalk,
@@ -40,6 +42,7 @@ pub(super) const DISTURBANCES: [Nuisance; 9] = [
     Nuisance::Spikes,
     Nuisance::Held,
     Nuisance::SecondRelease,
+    Nuisance::CoarseSteps,
 ];
 
 const AUTOCORRELATION: f64 = 0.9;
@@ -50,6 +53,9 @@ const MAINS_HZ: f64 = 50.0;
 const CEILING: f64 = 0.85;
 const SPIKES: f64 = 0.002;
 const SPIKE: std::ops::Range<f64> = 0.2..2.0;
+const STEP: f64 = 0.05;
+/// Decay times for which coarse steps are recorded.
+pub(super) const COARSE_DECAY_TIMES: f64 = 8.0;
 /// Amplitude of the second release.
 pub(super) const SECOND_RELEASE: f64 = 0.7;
 /// Time constants of the sum of relaxations that makes noise of density 1/f, in factors of 3.
@@ -68,6 +74,7 @@ impl Nuisance {
             Self::Spikes => "spikes",
             Self::Held => "held before",
             Self::SecondRelease => "second release",
+            Self::CoarseSteps => "coarse steps",
         }
     }
 
@@ -115,6 +122,10 @@ impl Nuisance {
                         *x += rng.random_range(SPIKE) * if rng.random::<bool>() { 1.0 } else { -1.0 };
                     }
                 }
+            }
+            Self::CoarseSteps => {
+                let zero = rng.random::<f64>();
+                signal.iter_mut().for_each(|x| *x = STEP * (*x / STEP + zero).round());
             }
             _ => {}
         }

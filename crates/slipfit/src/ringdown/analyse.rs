@@ -86,7 +86,7 @@ pub fn analyse(record: &Record, options: &Options) -> Result<Answer, Error> {
 pub fn analyse_with(record: &Record, options: &Options, criteria: &Criteria) -> Result<Answer, Error> {
     options.check()?;
     let options = &below_half_the_rate(record, options)?;
-    let whole = Samples::prepare(record, options, &criteria.spikes)?;
+    let whole = Samples::prepare(record, options, criteria)?;
     let mut answer = analyse_from_release(&whole, record, options, criteria)?;
     if record.kind().oscillates()
         && let Some(other) = other_motion(&whole, &answer, &criteria.other_motion)

@@ -10,6 +10,7 @@ use super::misfit::misfit;
 use super::quantities::{angular_frequency, displacement_of, parameters};
 use super::stop::stop;
 use super::waveform::OMEGA;
+use super::window::EndReason;
 use super::window_fit::Problem;
 use super::{Answer, Diagnostics, Distortion, EnvelopePoint, OtherMode, Segment, Stop};
 use crate::answer::describe::{self, candidates, sliding_evidence};
@@ -53,6 +54,8 @@ pub(crate) fn answer(e: &Evidence) -> Result<Answer, Error> {
     let sliding = SlidingEvidence { detected: sliding.detected && diagnostics.law_holds, ..sliding };
     let (parameters, counted_losses) = parameters(e, chosen, omega);
     let diagnostics = Diagnostics { counted_losses, ..diagnostics };
+    let friction_stops = sliding.detected && fit.rest_s().is_some_and(|t| t < e.fit.end);
+    let stop = stop_of(e, friction_stops);
     let mut answer = Answer {
         model: chosen.model,
         preferred_model: preferred.model,
@@ -60,12 +63,12 @@ pub(crate) fn answer(e: &Evidence) -> Result<Answer, Error> {
         comparison: candidates(comparison, |f| rms(e, f), |f| values(e, f, omega)),
         sliding,
         correlations: correlations(e, chosen),
-        segment: segment_of(e),
+        segment: segment_of(e, stop.as_ref()),
         loss: loss_points(e, &law, omega),
         envelope,
         free_law: free_law(e, chosen),
         backbone: backbone(e, chosen, &law, omega),
-        stop: stop_of(e),
+        stop,
         second_mode: None,
         diagnostics,
         warnings: Vec::new(),
@@ -115,22 +118,33 @@ fn correlations(e: &Evidence, chosen: &ModelFit) -> Vec<Correlation> {
 }
 
 /// The rest after the motion, where the samples are positions and the end is not set by hand.
-fn stop_of(e: &Evidence) -> Option<Stop> {
+///
+/// A rest that the converter does not resolve hides fading swings as well as a stop: the fitted motion tells them apart.
+fn stop_of(e: &Evidence, friction_stops: bool) -> Option<Stop> {
     if e.record.kind() != SignalKind::Displacement || e.options.end_s.is_some() {
         return None;
     }
-    let converter_step = e.samples.converter_step(e.criteria.blocks.distinct_values);
-    stop(e.samples, e.measured, converter_step, &e.criteria.stop)
+    let samples = e.samples.with_rest();
+    let converter_step = samples.converter_step(e.criteria.blocks.distinct_values);
+    let rests = e.measured.window.end_reason == EndReason::Rest || e.samples.rest.is_some() && friction_stops;
+    stop(&samples, e.measured, converter_step, rests, &e.criteria.stop)
 }
 
-fn segment_of(e: &Evidence) -> Segment {
+fn segment_of(e: &Evidence, stop: Option<&Stop>) -> Segment {
     let points = &e.measured.points;
+    let end_reason = match e.measured.window.end_reason {
+        EndReason::RecordEnd if e.samples.rest.is_some() => match stop {
+            Some(_) => EndReason::Rest,
+            None => EndReason::Resolution,
+        },
+        reason => reason,
+    };
     Segment {
         start_s: e.fit.origin,
         end_s: e.fit.end.min(e.samples.time[e.samples.time.len() - 1]),
         samples: points[points.len() - 1].end - points[0].first,
         start_reason: e.measured.window.start_reason,
-        end_reason: e.measured.window.end_reason,
+        end_reason,
         cycles: if !e.record.kind().oscillates() { 0.0 } else { e.cycles },
     }
 }

@@ -69,8 +69,9 @@ pub(crate) fn better(found: &Answer, before: Option<&Answer>, criteria: &Criteri
     let Some(before) = before else { return true };
     let (found, before) = (&found.diagnostics, &before.diagnostics);
     let noise = |d: &super::Diagnostics| d.noise_rms.powi(2) * d.residual_excess.max(1.0);
-    found.method == "waveform" && before.method != "waveform"
-        || noise(found) < criteria.baseline.gain * noise(before)
+    let gained =
+        if found.method == "waveform" && before.method != "waveform" { 1.0 } else { criteria.baseline.gain };
+    noise(found) < gained * noise(before)
 }
 
 /// Coefficients of a polynomial through values at instants, and the sum of squares it leaves.

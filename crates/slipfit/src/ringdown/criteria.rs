@@ -3,8 +3,8 @@
 mod record;
 
 pub use record::{
-    ActivePartCriteria, BaselineCriteria, ClippingCriteria, HeldCriteria, OtherMotionCriteria, SpikeCriteria,
-    SteadyLineCriteria, StopCriteria,
+    ActivePartCriteria, BaselineCriteria, ClippingCriteria, HeldCriteria, OtherMotionCriteria,
+    ResolutionCriteria, SpikeCriteria, SteadyLineCriteria, StopCriteria,
 };
 
 use super::free_law::criteria::FreeLawCriteria;
@@ -28,6 +28,8 @@ criteria_groups! {
         blocks: BlockCriteria,
         /// Single samples far off their neighbours.
         spikes: SpikeCriteria,
+        /// A rest that the converter does not resolve.
+        resolution: ResolutionCriteria,
         /// Blocks with clipped samples.
         clipping: ClippingCriteria,
         /// The free decay among the blocks.

@@ -39,6 +39,7 @@ mod spikes;
 mod steady_line;
 mod stop;
 mod two_modes;
+mod unresolved;
 mod wandering_phase;
 mod warnings;
 mod waveform;

@@ -1,8 +1,9 @@
 //! The samples under analysis: the part of the record and the band that are asked for.
 
-use super::criteria::SpikeCriteria;
+use super::criteria::Criteria;
 use super::options::Options;
 use super::spikes::spikes;
+use super::unresolved::{may_be_unresolved, resolved};
 use crate::motion::decay::window::Observable;
 use crate::numeric::extremes;
 use crate::record::MIN_SAMPLES;
@@ -32,6 +33,8 @@ pub(crate) struct Samples<'a> {
     pub(crate) spikes_s: Vec<f64>,
     /// Whether the level of a rest is that at which friction holds the mass; not where a baseline was subtracted.
     pub(crate) level_known: bool,
+    /// Stamps and samples of a rest behind these, in which the steps of the converter hide the motion.
+    pub(crate) rest: Option<(Cow<'a, [f64]>, Cow<'a, [f64]>)>,
 }
 
 /// What the samples of a record show of its motion; the amplitudes of others are those of a displacement.
@@ -45,19 +48,15 @@ fn observable(kind: SignalKind) -> Observable {
 
 impl<'a> Samples<'a> {
     /// The part of the record between `start_s` and `end_s` without its spikes, inside the band if one is given.
-    pub(crate) fn prepare(
-        record: &'a Record,
-        options: &Options,
-        criteria: &SpikeCriteria,
-    ) -> Result<Self, Error> {
+    pub(crate) fn prepare(record: &'a Record, options: &Options, criteria: &Criteria) -> Result<Self, Error> {
         let mut samples = Self::between(record, options.start_s, options.end_s)?;
         if record.kind().oscillates() {
-            samples.leave_out(&spikes(&samples.time, &samples.signal, criteria));
-        }
-        if let Some(band) = options.band_hz
-            && record.kind().oscillates()
-        {
-            samples.signal = Cow::Owned(spectrum::band_pass(&samples.time, &samples.signal, band));
+            samples.leave_out(&spikes(&samples.time, &samples.signal, &criteria.spikes));
+            if let Some(band) = options.band_hz {
+                samples.signal = Cow::Owned(spectrum::band_pass(&samples.time, &samples.signal, band));
+            } else if options.end_s.is_none() {
+                samples.leave_unresolved(criteria);
+            }
         }
         samples.check_scales()?;
         Ok(samples)
@@ -90,15 +89,14 @@ impl<'a> Samples<'a> {
             noise_inflation: 1.0,
             spikes_s: Vec::new(),
             level_known: true,
+            rest: None,
         })
     }
 
     /// Some of the samples.
     pub(crate) fn part(&self, range: Range<usize>) -> Self {
-        let cut = |column: &Cow<'a, [f64]>| match column {
-            Cow::Borrowed(all) => Cow::Borrowed(&all[range.clone()]),
-            Cow::Owned(all) => Cow::Owned(all[range.clone()].to_vec()),
-        };
+        let to_the_end = range.end == self.len();
+        let cut = |column: &Cow<'a, [f64]>| part_of(column, range.clone());
         Self {
             time: cut(&self.time),
             signal: cut(&self.signal),
@@ -107,7 +105,30 @@ impl<'a> Samples<'a> {
             noise_inflation: self.noise_inflation,
             spikes_s: self.spikes_s.clone(),
             level_known: self.level_known,
+            rest: self.rest.clone().filter(|_| to_the_end),
         }
+    }
+
+    /// Takes a rest that the converter does not resolve out of the samples.
+    fn leave_unresolved(&mut self, criteria: &Criteria) {
+        if !may_be_unresolved(&self.signal) {
+            return;
+        }
+        let step = self.converter_step(criteria.blocks.distinct_values);
+        let end = resolved(&self.time, &self.signal, step, &criteria.resolution);
+        if step > 0.0 && (MIN_SAMPLES..self.len()).contains(&end) {
+            let behind = |column: &Cow<'a, [f64]>| part_of(column, end..column.len());
+            let rest = (behind(&self.time), behind(&self.signal));
+            *self = Self { rest: Some(rest), ..self.part(0..end) };
+        }
+    }
+
+    /// The samples with the rest behind them.
+    pub(crate) fn with_rest(&self) -> Cow<'_, Self> {
+        let Some((time, signal)) = &self.rest else { return Cow::Borrowed(self) };
+        let joined = |column: &[f64], rest: &[f64]| Cow::Owned([column, rest].concat());
+        let (time, signal) = (joined(&self.time, time), joined(&self.signal, signal));
+        Cow::Owned(Self { time, signal, rest: None, ..self.clone() })
     }
 
     /// Leaves out some of the samples, ascending.
@@ -174,6 +195,13 @@ impl<'a> Samples<'a> {
     }
 }
 
+fn part_of<'a>(column: &Cow<'a, [f64]>, range: Range<usize>) -> Cow<'a, [f64]> {
+    match column {
+        Cow::Borrowed(all) => Cow::Borrowed(&all[range]),
+        Cow::Owned(all) => Cow::Owned(all[range].to_vec()),
+    }
+}
+
 /// A lower bound of the number of different values: that of their marks in a table of [`MARKS`].
 /// It saves most records the sorting.
 fn distinct_at_least(values: &[f64]) -> usize {
@@ -215,6 +243,7 @@ mod tests {
             noise_inflation: 1.0,
             spikes_s: Vec::new(),
             level_known: true,
+            rest: None,
         }
     }
 

@@ -4,16 +4,16 @@ use super::Stop;
 use super::criteria::StopCriteria;
 use super::measured::MeasuredDecay;
 use super::samples::Samples;
-use super::window::EndReason;
 use crate::signal::blocks::Block;
 use std::f64::consts::TAU;
 
 /// The rest after the last block of the decay, if the record goes on and holds still.
-/// `converter_step` is that of the samples, zero if unknown.
+/// `converter_step` is that of the samples, zero if unknown; `rests` where the motion is known to stop in them.
 pub(crate) fn stop(
     samples: &Samples,
     measured: &MeasuredDecay,
     converter_step: f64,
+    rests: bool,
     criteria: &StopCriteria,
 ) -> Option<Stop> {
     let (time, signal) = (&samples.time[..], &samples.signal[..]);
@@ -53,7 +53,7 @@ pub(crate) fn stop(
     // A rest is entered within a swing or two; a fading one only sinks below the noise.
     let before = time.partition_point(|&t| t < time[moving] - period);
     let swing = signal[before..=moving].iter().map(|v| (v - position).abs()).fold(0.0, f64::max);
-    if swing < criteria.last_swing * within && measured.window.end_reason != EndReason::Rest {
+    if swing < criteria.last_swing * within && !rests {
         return None;
     }
     let error = scatter / (tail as f64).sqrt();

@@ -203,7 +203,7 @@ pub(crate) fn smooth(blocks: &[Block], amplitude: &[f64], noise_rms: f64) -> Opt
 
 /// Whether the phases follow the law apart from the lag due to sliding friction. The place of equilibrium is displaced by
 /// `x_F` against the motion, so that the fundamental lags by `3/pi x_F/A` to first order; terms of second order, large in
-/// the last swings before the rest, count as an error of the phase.
+/// the last swings before the rest, count as an error of the phase. The last block may hold the rest and have no phase.
 fn lags_by_friction(
     strong: &[usize],
     row: impl Fn(usize) -> Vec<f64>,
@@ -213,14 +213,17 @@ fn lags_by_friction(
 ) -> bool {
     let row = |j: usize| [row(j), vec![1.0 / amplitude[j].abs()]].concat();
     let count = strong.first().map_or(0, |&j| row(j).len());
-    let given = |lag: f64| {
+    let given = |blocks: &[usize], lag: f64| {
         let known_to = |j: usize| weight[j] / (1.0 + weight[j] * (lag / amplitude[j]).powi(4));
-        linear(strong.iter().map(|&j| (row(j), phase[j], known_to(j))), count)
+        linear(blocks.iter().map(|&j| (row(j), phase[j], known_to(j))), count)
     };
     let lag = |c: &[f64]| c.last().copied().filter(|lag| *lag < 0.0);
-    let beside_lag = given(0.0).and_then(|(c, ..)| given(lag(&c)?)).filter(|(c, ..)| lag(c).is_some());
-    let dof = strong.len() as f64 - count as f64;
-    dof >= 1.0 && beside_lag.is_some_and(|(.., rss)| rss < MOST_EXCESS * dof)
+    let lags = |blocks: &[usize]| {
+        let beside_lag = given(blocks, 0.0).and_then(|(c, ..)| given(blocks, lag(&c)?));
+        let dof = blocks.len() as f64 - count as f64;
+        dof >= 1.0 && beside_lag.is_some_and(|(c, _, rss)| lag(&c).is_some() && rss < MOST_EXCESS * dof)
+    };
+    lags(strong) || strong.split_last().is_some_and(|(_, before)| lags(before))
 }
 
 /// Takes back turns lost in the noise: a line through the surest half of the

@@ -30,6 +30,8 @@ pub enum EndReason {
     Noise,
     /// The motion comes to rest.
     Rest,
+    /// The motion falls below a step of the converter.
+    Resolution,
     /// The amplitude jumps up.
     Disturbance,
     /// The amplitude falls below the law of the earlier decay, or follows another one.
@@ -62,6 +64,7 @@ impl EndReason {
             EndReason::RecordEnd => "the record ends",
             EndReason::Noise => "the oscillation reaches the noise",
             EndReason::Rest => "the motion comes to rest",
+            EndReason::Resolution => "the motion falls below a step of the converter",
             EndReason::Disturbance => "a disturbance",
             EndReason::LawChange | EndReason::SlowTail => "the amplitude leaves the law of the earlier decay",
             EndReason::Requested => "asked for",

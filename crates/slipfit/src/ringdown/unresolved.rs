@@ -1,0 +1,136 @@
+//! Unresolved rest: the end of a record, in which the steps of the converter hide what is left of the motion.
+
+use super::criteria::ResolutionCriteria;
+use crate::numeric::robust::median;
+
+/// Samples at the end that show the level of the rest: one in so many, and so many at least.
+const LAST_PART: usize = 32;
+const LEAST_LAST: usize = 8;
+/// Turns before the rest whose median distance is half a period.
+const TURNS: usize = 7;
+
+/// Number of samples up to half a cycle behind the last motion that the steps of the converter, of height `step`, show;
+/// all of them where no long rest follows.
+///
+/// The rounding error of a sample is noise of its own, with variance `step²/12`, where the signal or its noise crosses
+/// steps between samples (W. R. Bennett, *Spectra of quantized signals*, 1948). At rest all samples share one error: as
+/// hundreds of measurements of a mass that does not move they would exclude every motion below a step, and call a viscous
+/// decay that sinks below it stopped by friction. Noise of half a step lets neighbouring samples differ by more than
+/// this rest may, and is left alone.
+pub(crate) fn resolved(time: &[f64], signal: &[f64], step: f64, criteria: &ResolutionCriteria) -> usize {
+    let n = signal.len();
+    resolved_end(time, signal, step, criteria).unwrap_or(n)
+}
+
+/// Whether the last samples take at most three values, as those of an unresolved rest do.
+pub(crate) fn may_be_unresolved(signal: &[f64]) -> bool {
+    let mut values: Vec<f64> = Vec::new();
+    for x in last(signal) {
+        if !values.contains(x) {
+            values.push(*x);
+        }
+        if values.len() > 3 {
+            return false;
+        }
+    }
+    true
+}
+
+fn last(signal: &[f64]) -> &[f64] {
+    &signal[signal.len() - (signal.len() / LAST_PART).max(LEAST_LAST).min(signal.len())..]
+}
+
+fn resolved_end(time: &[f64], signal: &[f64], step: f64, criteria: &ResolutionCriteria) -> Option<usize> {
+    let level = median(&mut last(signal).to_vec())?;
+    let beyond = (criteria.steps + 0.5) * step;
+    let side = |i: usize| match signal[i] - level {
+        off if off > beyond => 1,
+        off if off < -beyond => -1,
+        _ => 0,
+    };
+    // One sample by itself is noise.
+    let moves = |i: &usize| side(*i) != 0 && side(i - 1) == side(*i);
+    let moving = (1..signal.len()).rev().find(moves)?;
+    let half_period_s = half_period(time, moving, side)?;
+    let kept_s = time[moving] + 2.0 * criteria.kept_cycles * half_period_s;
+    let end = time.partition_point(|t| *t <= kept_s);
+    let hidden_s = time[time.len() - 1] - kept_s;
+    (hidden_s > 2.0 * criteria.rest_cycles * half_period_s).then_some(end)
+}
+
+/// Median time between the last changes of side up to a sample.
+fn half_period(time: &[f64], last: usize, side: impl Fn(usize) -> i32) -> Option<f64> {
+    let mut turns = Vec::new();
+    let mut from = side(last);
+    for i in (0..last).rev() {
+        let now = side(i);
+        if now != 0 && now != from {
+            from = now;
+            turns.push(time[i]);
+            if turns.len() > TURNS {
+                break;
+            }
+        }
+    }
+    median(&mut turns.windows(2).map(|w| w[0] - w[1]).collect::<Vec<_>>())
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::motion::decay::FreeDecay;
+    use crate::noise::{assert_held, jitter};
+    use crate::ringdown::{EndReason, Options, analyse};
+    use crate::{Oscillator, Parameter, Record};
+
+    const DELTA: f64 = 0.12;
+    const STEP: f64 = 0.02;
+
+    /// 70 s at 30 samples a second from 1, in steps of a fiftieth, with noise of some steps.
+    fn record(x_f: f64, noise_steps: f64, repeat: usize) -> Record {
+        let oscillator = Oscillator::kinematic(6.0, DELTA, x_f).expect("valid");
+        let decay = FreeDecay::from_rest(&oscillator, 1.0).expect("valid");
+        let zero = 0.37 + 0.11 * repeat as f64;
+        let sample = |i: usize| {
+            let noise = noise_steps * jitter(i + 2100 * repeat, 5);
+            STEP * (decay.displacement(i as f64 / 30.0) / STEP + zero + noise).round()
+        };
+        Record::uniform(30.0, (0..2100).map(sample).collect()).expect("valid")
+    }
+
+    #[test]
+    fn a_viscous_decay_that_sinks_below_a_step_is_not_stopped_by_friction() {
+        for noise_steps in [0.0, 0.15] {
+            for repeat in 0..12 {
+                let answer = analyse(&record(0.0, noise_steps, repeat), &Options::default()).expect("fits");
+                assert!(!answer.sliding.detected, "{noise_steps}, {repeat}: {:?}", answer.sliding);
+                let faded = [EndReason::Resolution, EndReason::Noise].contains(&answer.segment.end_reason);
+                assert!(faded, "{:?}", answer.segment);
+                assert_eq!(answer.stop, None);
+            }
+        }
+        let options = Options::default();
+        assert_held(|repeat| record(0.0, 0.15, repeat), &options, Parameter::DECAY_RATE, DELTA);
+    }
+
+    #[test]
+    fn the_level_of_a_rest_is_known_to_a_step() {
+        let options = Options::default();
+        for x_f in [0.03, 0.008] {
+            assert_held(|repeat| record(x_f, 0.15, repeat), &options, Parameter::FRICTION_DISPLACEMENT, x_f);
+            assert_held(|repeat| record(x_f, 0.15, repeat), &options, Parameter::DECAY_RATE, DELTA);
+        }
+        let answer = analyse(&record(0.03, 0.15, 0), &options).expect("fits");
+        let stop = answer.stop.expect("friction stops it");
+        assert!(stop.position.abs() < 0.03 + STEP, "{stop:?}");
+        assert_eq!(answer.segment.end_reason, EndReason::Rest);
+    }
+
+    #[test]
+    fn a_rest_with_noise_of_a_step_is_used_to_its_end() {
+        let noisy = record(0.03, 1.0, 0);
+        let end = resolved(&noisy.times_s(0..2100), noisy.signal(), STEP, &ResolutionCriteria::default());
+        assert_eq!(end, 2100);
+        assert!(!may_be_unresolved(noisy.signal()));
+    }
+}
