@@ -162,7 +162,7 @@ fn page(rows: &[Row], again: &[Row], seeds: u64) -> String {
          40 dB, 2.5 decay times, sliding shares 0, 0.2 and 0.5: noise of autocorrelation 0.9 or density 1/f in \
          place of the white, an offset that walks by 5 % and a phase that walks by 0.3 rad over the record, 5 % \
          of mains at 50 Hz (there beyond half the sampling rate), a range that ends at 85 %, one sample in 500 off by 0.2 to 2, \
-         the mass held at 1 for half as long before its release, a second release from 0.7 behind the first, recorded as long, steps of 0.05 recorded for 8 decay times.\n\n## Means\n\n| cells | number | {COLUMNS} |\n{}|\n",
+         the mass held at 1 for half as long before its release, a second release from 0.7 behind the first, recorded as long, steps of 0.05 recorded for 8 decay times, a reading of x - 0.1 x³.\n\n## Means\n\n| cells | number | {COLUMNS} |\n{}|\n",
         "|---".repeat(13)
     );
     let mut group = |name: String, of: &dyn Fn(&Cell) -> bool| {

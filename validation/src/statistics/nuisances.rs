@@ -30,9 +30,11 @@ pub(super) enum Nuisance {
     SecondRelease,
     /// Samples rounded to steps of a twentieth of the amplitude, recorded until the motion is far below a step.
     CoarseSteps,
+    /// A reading that bends, `x - 0.1 x³`.
+    BentReading,
 }
 
-pub(super) const DISTURBANCES: [Nuisance; 10] = [
+pub(super) const DISTURBANCES: [Nuisance; 11] = [
     Nuisance::Ar,
     Nuisance::Pink,
     Nuisance::OffsetWalk,
@@ -43,6 +45,7 @@ pub(super) const DISTURBANCES: [Nuisance; 10] = [
     Nuisance::Held,
     Nuisance::SecondRelease,
     Nuisance::CoarseSteps,
+    Nuisance::BentReading,
 ];
 
 const AUTOCORRELATION: f64 = 0.9;
@@ -53,6 +56,7 @@ const MAINS_HZ: f64 = 50.0;
 const CEILING: f64 = 0.85;
 const SPIKES: f64 = 0.002;
 const SPIKE: std::ops::Range<f64> = 0.2..2.0;
+const BEND: f64 = -0.1;
 const STEP: f64 = 0.05;
 /// Decay times for which coarse steps are recorded.
 pub(super) const COARSE_DECAY_TIMES: f64 = 8.0;
@@ -75,6 +79,7 @@ impl Nuisance {
             Self::Held => "held before",
             Self::SecondRelease => "second release",
             Self::CoarseSteps => "coarse steps",
+            Self::BentReading => "bent reading",
         }
     }
 
@@ -104,7 +109,8 @@ impl Nuisance {
             Self::Pink => pink(n, rng),
             _ => (0..n).map(|_| rng.sample(StandardNormal)).collect(),
         };
-        let mut signal: Vec<f64> = motion.iter().zip(&noise).map(|(x, v)| x + sigma * v).collect();
+        let read = |x: f64| if self == Self::BentReading { x + BEND * x.powi(3) } else { x };
+        let mut signal: Vec<f64> = motion.iter().zip(&noise).map(|(x, v)| read(*x) + sigma * v).collect();
         match self {
             Self::OffsetWalk => {
                 let offset = walk(OFFSET_WALK, n, rng);

@@ -57,6 +57,11 @@ impl Quantity {
     /// add in squares, and so do the widths of the interval.
     pub(crate) fn widened(self, relative: f64) -> Self {
         let extra = self.value * relative;
+        self.with_error(extra)
+    }
+
+    /// The same, not below zero, with another error beside its own.
+    pub(crate) fn with_error(self, extra: f64) -> Self {
         let width = |end: f64| (end - self.value).hypot(crate::inference::Z_95 * extra);
         let [low, high] = self.interval_95;
         Self {

@@ -128,6 +128,7 @@ pub(crate) fn fit_amplitudes<'a>(
         excess,
         autocorrelation,
         wandering: None,
+        harmonics: None,
         several_minima: false,
         outliers,
     })

@@ -15,6 +15,7 @@ use super::hypotheses::{FittedDecay, by_waveform};
 use super::level::Baseline;
 use super::other_motion::other_motion;
 use super::samples::Samples;
+use super::sensor_curve::straightened;
 use super::steady_line::without_steady_line;
 use super::window::by_law::{change_of_law, end_of_lead_in};
 use super::window::{EndReason, StartReason};
@@ -198,7 +199,13 @@ fn analyse_without_line(
     });
     let inside = behind.is_none();
     let (whole, answer, options) = behind.unwrap_or((whole.clone(), answer, options.clone()));
-    let mut answer = refined(whole, answer, record, &options, criteria);
+    let mut answer = refined(whole.clone(), answer, record, &options, criteria);
+    if shows_displacement(record, &options) && LossModel::further_named(options.model) == 0 {
+        answer = straightened(&whole, answer, &criteria.sensor, |rest: Samples| {
+            let answer = analyse_part(rest.clone(), record, &options, criteria).ok()?;
+            Some(refined(rest, answer, record, &options, criteria))
+        });
+    }
     if let Some(baseline) = baseline {
         let first = answer.parameter(Parameter::InitialAmplitude).map_or(f64::NAN, |a| a.value);
         answer.warnings.push(Warning::Baseline { relative: baseline.range / first });

@@ -4,7 +4,7 @@ mod record;
 
 pub use record::{
     ActivePartCriteria, BaselineCriteria, ClippingCriteria, HeldCriteria, OtherMotionCriteria,
-    ResolutionCriteria, SpikeCriteria, SteadyLineCriteria, StopCriteria,
+    ResolutionCriteria, SensorCriteria, SpikeCriteria, SteadyLineCriteria, StopCriteria,
 };
 
 use super::free_law::criteria::FreeLawCriteria;
@@ -48,6 +48,8 @@ criteria_groups! {
         held: HeldCriteria,
         /// A baseline along a curve.
         baseline: BaselineCriteria,
+        /// A reading that bends with the deflection.
+        sensor: SensorCriteria,
         /// A short motion in a long quiet record.
         active_part: ActivePartCriteria,
         /// Two viscous modes as a rival of every law of one.

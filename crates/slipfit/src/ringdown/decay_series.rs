@@ -4,8 +4,8 @@ use super::envelope::{X_F, averaging_bias};
 use super::evidence::Evidence;
 use super::fitted::{FittedMotion, Knot};
 use super::quantities::frequency_known;
+use super::remainder::remaining_fundamental;
 use super::waveform::{BEND, CHIRP, OFFSET, OMEGA, Observable};
-use super::waveform_fit::remaining_fundamental;
 use super::window_fit::Problem;
 use super::{Backbone, EnvelopePoint, LossPoint};
 use crate::inference::model_selection::ModelFit;
@@ -72,7 +72,10 @@ pub(crate) fn fitted_motion(e: &Evidence, chosen: &ModelFit, law: AmplitudeLaw, 
         Problem::Waveform(problem) => (p[X_F], problem.observable, p[OMEGA]),
         Problem::Envelope(_) => (0.0, Observable::Displacement, omega),
     };
-    FittedMotion::new(e.fit.origin, e.fit.end, law, backbone, x_f, knots, floor).observed_as(observable, rate)
+    let mut motion = FittedMotion::new(e.fit.origin, e.fit.end, law, backbone, x_f, knots, floor)
+        .observed_as(observable, rate);
+    motion.harmonics = e.fit.harmonics;
+    motion
 }
 
 /// Relative frequency shift per A² and A⁴.

@@ -1,6 +1,7 @@
 //! The fitted motion, to be drawn or subtracted.
 
 use super::level::Baseline;
+use super::sensor_curve::SensorCurve;
 use super::two_modes::ViscousMode;
 use crate::motion::decay::amplitude::AmplitudeLaw;
 use crate::motion::decay::drag;
@@ -59,6 +60,10 @@ pub struct FittedMotion {
     pub(crate) second_mode: Option<ViscousMode>,
     /// What the level about which it swings wanders by beside its offset.
     pub(crate) baseline: Option<Baseline>,
+    /// Second and third harmonic in phase with the motion beyond its own, in standard errors.
+    pub(crate) harmonics: Option<[f64; 2]>,
+    /// How the sensor that reads it bends; amplitudes are those of the straightened reading.
+    pub(crate) sensor_curve: Option<SensorCurve>,
 }
 
 /// The turning point from which the mass does not move any more.
@@ -106,6 +111,8 @@ impl FittedMotion {
             rest: None,
             second_mode: None,
             baseline: None,
+            harmonics: None,
+            sensor_curve: None,
         };
         motion.rest = motion.find_rest();
         motion
@@ -171,7 +178,9 @@ impl FittedMotion {
     /// Where the record holds two modes, both.
     pub fn signal_at(&self, time_s: f64) -> f64 {
         let level = self.baseline.as_ref().map_or(0.0, |baseline| baseline.value(time_s));
-        self.first_mode_at(time_s) + self.second_mode.map_or(0.0, |mode| mode.at(time_s)) + level
+        let first_mode = self.first_mode_at(time_s);
+        let read = self.sensor_curve.map_or(first_mode, |curve| curve.reading(first_mode));
+        read + self.second_mode.map_or(0.0, |mode| mode.at(time_s)) + level
     }
 
     fn first_mode_at(&self, time_s: f64) -> f64 {
@@ -210,7 +219,7 @@ impl FittedMotion {
         })
     }
 
-    fn phase_at(&self, time_s: f64) -> Option<Knot> {
+    pub(super) fn phase_at(&self, time_s: f64) -> Option<Knot> {
         if amplitude_missing(&self.knots) {
             return None;
         }

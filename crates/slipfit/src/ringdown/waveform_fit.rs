@@ -5,6 +5,7 @@ use super::criteria::{Criteria, WaveformCriteria};
 use super::envelope::{A0, DELTA, DRAG, X_F, law_of};
 use super::last_swing::LastSwing;
 use super::measured::MeasuredDecay;
+use super::remainder::{Remainder, harmonics};
 use super::samples::Samples;
 use super::wandering_phase::WanderingPhase;
 use super::waveform::{
@@ -14,13 +15,12 @@ use super::window_fit::{Problem, WindowFit};
 use crate::inference::least_squares::{
     Fit, LeastSquares, Normal, STEP_TOLERANCE, minimise_until, promised_gain,
 };
-use crate::inference::noise::{NoiseModel, autocorrelation, significant_inflation};
+use crate::inference::noise::NoiseModel;
 use crate::inference::quadratic::given;
 use crate::model::loss::{LossModel, LossTerm};
 use crate::motion::decay::parameters::shape_slot;
-use crate::signal::blocks::{self, Block};
-use crate::signal::noise_density::density_near;
-use std::f64::consts::{PI, TAU};
+use crate::signal::blocks;
+use std::f64::consts::PI;
 use std::ops::Range;
 
 /// Parameters of phase and offset that every motion has.
@@ -198,7 +198,9 @@ fn fit_with_rest<'a>(
         Search { asked, models, begun: Some(&fit), side_minima, exact, criteria: &criteria.inference };
     let comparison = compare(&problem, &fit.parameters, &nuisance, noise, whole, search);
     let left = Remainder::new(&problem, range.start, &comparison.preferred()?.bounded, &measured.points);
-    let wandering = WanderingPhase::of(&problem, &comparison.preferred()?.bounded, measured.noise_rms);
+    let best = &comparison.preferred()?.bounded;
+    let harmonics = harmonics(&problem, range.start, &left, best, &measured.points);
+    let wandering = WanderingPhase::of(&problem, best, measured.noise_rms);
     noise.variance_inflation = left.variance_inflation_beside(wandering, criteria);
     // Where the noise about the frequency of the motion is known, the remainder is measured by that.
     let known = left.in_phase.excess * left.variance / measured.noise_rms.powi(2).max(f64::MIN_POSITIVE);
@@ -210,6 +212,7 @@ fn fit_with_rest<'a>(
         excess: if samples.noise_inflation > 1.0 { known } else { left.in_phase.excess },
         autocorrelation: left.in_phase.autocorrelation,
         wandering,
+        harmonics,
         several_minima,
         outliers: 0,
     };
@@ -324,104 +327,6 @@ fn drop_nuisance(
     }
 }
 
-/// What is left in the residuals of the blocks.
-struct Remainder {
-    in_phase: Fundamental,
-    quadrature: Fundamental,
-    /// Variance of the residuals.
-    variance: f64,
-    /// Density of all residuals about the frequency of the motion over that of white noise, less its
-    /// own standard error.
-    coloured: f64,
-    /// Variance of white noise with the density that they have at the lowest frequencies.
-    low_frequency: f64,
-}
-
-/// The fundamental left in the residuals of the blocks, of one phase.
-struct Fundamental {
-    /// Its variance over that of white noise.
-    excess: f64,
-    /// From block to block.
-    autocorrelation: f64,
-    blocks: usize,
-}
-
-impl Fundamental {
-    fn new(left: &[f64], variance: f64) -> Self {
-        // The parameters already took their share of these blocks.
-        let dof = (left.len() as f64 - 3.0).max(1.0);
-        Self {
-            excess: left.iter().map(|s| s * s).sum::<f64>() / dof / variance.max(f64::MIN_POSITIVE),
-            autocorrelation: autocorrelation(left),
-            blocks: left.len(),
-        }
-    }
-
-    /// By which the variance of the parameters exceeds that under white noise.
-    fn variance_inflation(&self, significance: f64) -> f64 {
-        let white = 1.0 + significance * (2.0 / self.blocks.max(1) as f64).sqrt();
-        let excess = if self.excess > white { self.excess } else { 1.0 };
-        excess * significant_inflation(self.autocorrelation, self.blocks, significance)
-    }
-}
-
-impl Remainder {
-    fn new(problem: &Waveform, first: usize, fit: &Fit, points: &[Block]) -> Self {
-        let residual = problem.residuals(&fit.parameters);
-        let stands_for = problem.guard.and_then(|guard| guard.stands_for);
-        let counted = stands_for.unwrap_or(residual.len() as f64);
-        let variance = fit.rss / (counted - fit.free.len() as f64).max(1.0);
-        let (in_phase, quadrature): (Vec<f64>, Vec<f64>) =
-            remaining_fundamental(problem, first, &residual, fit, points).into_iter().unzip();
-        let density = density_near(problem.time, &residual, fit.parameters[OMEGA] / TAU);
-        let coloured = density.map_or(0.0, |d| d.ratio * (1.0 - (2.0 / d.degrees).sqrt()));
-        Self {
-            in_phase: Fundamental::new(&in_phase, variance),
-            quadrature: Fundamental::new(&quadrature, variance),
-            variance,
-            low_frequency: variance * density.map_or(0.0, |d| d.lowest),
-            coloured,
-        }
-    }
-
-    /// [`variance_inflation`](Self::variance_inflation) where the phase walks as well.
-    fn variance_inflation_beside(&self, wandering: Option<WanderingPhase>, criteria: &Criteria) -> f64 {
-        let walked = wandering.map_or(1.0, |w| w.variance_ratio / self.variance.max(f64::MIN_POSITIVE));
-        self.variance_inflation(criteria).max(walked)
-    }
-
-    /// By which the variance of the parameters exceeds that under white noise.
-    ///
-    /// In few swings a wandering phase biases the losses too: its excess variance counts where it is significant.
-    fn variance_inflation(&self, criteria: &Criteria) -> f64 {
-        let significance = criteria.inference.excess_significance;
-        let in_phase = self.in_phase.variance_inflation(significance);
-        let beyond_doubt =
-            self.quadrature.variance_inflation(criteria.waveform.wandering_significance * significance);
-        in_phase.max(beyond_doubt).max(self.coloured)
-    }
-}
-
-/// Fundamental left in the residual of each block inside the window that begins with sample
-/// `first`, in phase and in quadrature, scaled so that white noise gives each its own variance.
-pub(crate) fn remaining_fundamental(
-    problem: &Waveform,
-    first: usize,
-    residual: &[f64],
-    fit: &Fit,
-    blocks: &[Block],
-) -> Vec<(f64, f64)> {
-    let inside: Vec<Block> = blocks
-        .iter()
-        .filter(|b| b.first >= first && b.end <= first + residual.len())
-        .map(|b| Block { first: b.first - first, end: b.end - first, ..*b })
-        .collect();
-    let phases: Vec<_> = inside.iter().map(|b| problem.phase_at(&fit.parameters, b.time_s)).collect();
-    blocks::demodulate(problem.time, residual, &inside, &phases)
-        .iter()
-        .map(|b| (b.amplitude / b.unit_variance.sqrt(), b.quadrature / b.unit_variance.sqrt()))
-        .collect()
-}
 #[cfg(test)]
 mod tests {
     use crate::motion::decay::FreeDecay;

@@ -21,6 +21,8 @@ pub(crate) struct WindowFit<'a> {
     pub(crate) autocorrelation: f64,
     /// A phase that walks at random beside the motion, where every sample is compared with it.
     pub(crate) wandering: Option<WanderingPhase>,
+    /// Second and third harmonic in phase with the motion beyond its own, in standard errors.
+    pub(crate) harmonics: Option<[f64; 2]>,
     /// Another last swing explains the samples nearly as well: the sum of squares has several minima.
     pub(crate) several_minima: bool,
     /// Blocks left out because they lie far off every law.

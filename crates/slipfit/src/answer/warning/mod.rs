@@ -86,6 +86,11 @@ pub enum Warning {
         /// Its range over the first amplitude.
         relative: f64,
     },
+    /// A reading that bends with the deflection, straightened.
+    SensorCurve {
+        /// Third harmonic that it gave the motion at its start, as a part of the amplitude.
+        third: f64,
+    },
     /// Another motion in the record, apart from the one analysed.
     OtherMotion {
         /// Where the longest other one begins, s.
@@ -343,6 +348,7 @@ impl Warning {
             Warning::LawChanges { .. } => "law_changes",
             Warning::SlowTail { .. } => "slow_tail",
             Warning::Baseline { .. } => "baseline",
+            Warning::SensorCurve { .. } => "sensor_curve",
             Warning::OtherMotion { .. } => "other_motion",
             Warning::Spikes { .. } => "spikes",
             Warning::Clipped { .. } => "clipped",

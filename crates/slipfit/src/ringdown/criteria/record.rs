@@ -141,6 +141,27 @@ criteria! {
 }
 
 criteria! {
+    /// A reading that bends with the deflection.
+    pub struct SensorCriteria in "sensor" {
+        /// Strongest harmonic over the amplitude from which on a curve is looked for where no motion describes every sample.
+        strong_line: f64 = 5e-4, source "bends the amplitude by a part in 700", moves "bias with bent readings";
+        /// Standard errors of the cubic coefficient of the curve, whose error the intervals count.
+        significance: f64 = 3.0, source "a record in 400 by chance", moves "bias with bent readings";
+        /// Standard errors of the quadratic one.
+        quadratic_significance: f64 = 5.0, source "a record in 2e6 by chance", moves "bias with bent readings";
+        /// Third harmonic in phase with the motion over that in quadrature, at least.
+        in_phase: f64 = 2.0, source "losses make harmonics in quadrature", moves "bias with bent readings";
+        /// Standard errors of the one in quadrature that it may have by chance.
+        phase_errors: f64 = 4.0, source "twice two standard errors", moves "bias with bent readings";
+        /// Third harmonic over the first amplitude, at most.
+        most: f64 = 0.05, source "a cubic gives the sine of 60 degrees to 1 %; beyond it the wave is warned of",
+            moves "bias with bent readings";
+        /// Standard errors from which on friction is told beside a curve.
+        friction_errors: f64 = 3.0, source "a side in 700 by chance", moves "false friction with bent readings";
+    }
+}
+
+criteria! {
     /// Another motion in the same record, apart from the one analysed.
     pub struct OtherMotionCriteria in "other_motion" {
         /// Root mean square of a cycle, over the first amplitude, from which on it is motion.

@@ -3,9 +3,9 @@
 use crate::ringdown::criteria::AgreementCriteria;
 use crate::ringdown::envelope::{X_F, law_of};
 use crate::ringdown::measured::MeasuredDecay;
+use crate::ringdown::remainder::remaining_fundamental;
 use crate::ringdown::samples::Samples;
 use crate::ringdown::waveform::{OMEGA, Waveform};
-use crate::ringdown::waveform_fit::remaining_fundamental;
 use crate::ringdown::window_fit::{Problem, WindowFit};
 
 /// Whether nothing but noise is left of every block in the window: in single blocks, in runs of

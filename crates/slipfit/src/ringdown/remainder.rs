@@ -1,0 +1,156 @@
+//! What a fitted motion leaves of the samples: the fundamental of each block, the density of the noise, a third harmonic.
+
+use super::criteria::Criteria;
+use super::envelope::{A0, law_of};
+use super::wandering_phase::WanderingPhase;
+use super::waveform::{OMEGA, Waveform};
+use crate::inference::least_squares::Fit;
+use crate::inference::noise::{autocorrelation, significant_inflation};
+use crate::signal::blocks::{self, Block};
+use crate::signal::noise_density::density_near;
+use std::f64::consts::TAU;
+
+/// What is left in the residuals of the blocks.
+pub(super) struct Remainder {
+    /// Data less model, sample by sample.
+    pub(super) residual: Vec<f64>,
+    pub(super) in_phase: Fundamental,
+    quadrature: Fundamental,
+    /// Variance of the residuals.
+    pub(super) variance: f64,
+    /// Density of all residuals about the frequency of the motion over that of white noise, less its
+    /// own standard error.
+    coloured: f64,
+    /// Variance of white noise with the density that they have at the lowest frequencies.
+    pub(super) low_frequency: f64,
+}
+
+/// The fundamental left in the residuals of the blocks, of one phase.
+pub(super) struct Fundamental {
+    /// Its variance over that of white noise.
+    pub(super) excess: f64,
+    /// From block to block.
+    pub(super) autocorrelation: f64,
+    blocks: usize,
+}
+
+impl Fundamental {
+    fn new(left: &[f64], variance: f64) -> Self {
+        // The parameters already took their share of these blocks.
+        let dof = (left.len() as f64 - 3.0).max(1.0);
+        Self {
+            excess: left.iter().map(|s| s * s).sum::<f64>() / dof / variance.max(f64::MIN_POSITIVE),
+            autocorrelation: autocorrelation(left),
+            blocks: left.len(),
+        }
+    }
+
+    /// By which the variance of the parameters exceeds that under white noise.
+    fn variance_inflation(&self, significance: f64) -> f64 {
+        let white = 1.0 + significance * (2.0 / self.blocks.max(1) as f64).sqrt();
+        let excess = if self.excess > white { self.excess } else { 1.0 };
+        excess * significant_inflation(self.autocorrelation, self.blocks, significance)
+    }
+}
+
+impl Remainder {
+    pub(super) fn new(problem: &Waveform, first: usize, fit: &Fit, points: &[Block]) -> Self {
+        let residual = problem.residuals(&fit.parameters);
+        let stands_for = problem.guard.and_then(|guard| guard.stands_for);
+        let counted = stands_for.unwrap_or(residual.len() as f64);
+        let variance = fit.rss / (counted - fit.free.len() as f64).max(1.0);
+        let (in_phase, quadrature): (Vec<f64>, Vec<f64>) =
+            remaining_fundamental(problem, first, &residual, fit, points).into_iter().unzip();
+        let density = density_near(problem.time, &residual, fit.parameters[OMEGA] / TAU);
+        let coloured = density.map_or(0.0, |d| d.ratio * (1.0 - (2.0 / d.degrees).sqrt()));
+        Self {
+            in_phase: Fundamental::new(&in_phase, variance),
+            quadrature: Fundamental::new(&quadrature, variance),
+            variance,
+            low_frequency: variance * density.map_or(0.0, |d| d.lowest),
+            coloured,
+            residual,
+        }
+    }
+
+    /// [`variance_inflation`](Self::variance_inflation) where the phase walks as well.
+    pub(super) fn variance_inflation_beside(
+        &self,
+        wandering: Option<WanderingPhase>,
+        criteria: &Criteria,
+    ) -> f64 {
+        let walked = wandering.map_or(1.0, |w| w.variance_ratio / self.variance.max(f64::MIN_POSITIVE));
+        self.variance_inflation(criteria).max(walked)
+    }
+
+    /// By which the variance of the parameters exceeds that under white noise.
+    ///
+    /// In few swings a wandering phase biases the losses too: its excess variance counts where it is significant.
+    fn variance_inflation(&self, criteria: &Criteria) -> f64 {
+        let significance = criteria.inference.excess_significance;
+        let in_phase = self.in_phase.variance_inflation(significance);
+        let beyond_doubt =
+            self.quadrature.variance_inflation(criteria.waveform.wandering_significance * significance);
+        in_phase.max(beyond_doubt).max(self.coloured)
+    }
+}
+
+/// Fundamental left in the residual of each block inside the window that begins with sample
+/// `first`, in phase and in quadrature, scaled so that white noise gives each its own variance.
+pub(crate) fn remaining_fundamental(
+    problem: &Waveform,
+    first: usize,
+    residual: &[f64],
+    fit: &Fit,
+    blocks: &[Block],
+) -> Vec<(f64, f64)> {
+    let inside = inside(first, residual.len(), blocks);
+    let phases: Vec<_> = inside.iter().map(|b| problem.phase_at(&fit.parameters, b.time_s)).collect();
+    blocks::demodulate(problem.time, residual, &inside, &phases)
+        .iter()
+        .map(|b| (b.amplitude / b.unit_variance.sqrt(), b.quadrature / b.unit_variance.sqrt()))
+        .collect()
+}
+
+/// Blocks inside a window of `n` samples that begins with sample `first`, counted from there.
+fn inside(first: usize, n: usize, blocks: &[Block]) -> Vec<Block> {
+    let within = blocks.iter().filter(|b| b.first >= first && b.end <= first + n);
+    within.map(|b| Block { first: b.first - first, end: b.end - first, ..*b }).collect()
+}
+
+/// Samples of a cycle without which no harmonics are seen.
+const SAMPLES_PER_CYCLE: f64 = 8.0;
+
+/// Second and third harmonic left in phase with the motion, as far as they fall as the square and the cube of the
+/// amplitude, in standard errors; `None` where samples are few.
+pub(super) fn harmonics(
+    problem: &Waveform,
+    first: usize,
+    left: &Remainder,
+    fit: &Fit,
+    blocks: &[Block],
+) -> Option<[f64; 2]> {
+    let p = &fit.parameters;
+    let n = left.residual.len();
+    if problem.duration * p[OMEGA] / TAU * SAMPLES_PER_CYCLE > n as f64 {
+        return None;
+    }
+    let inside = inside(first, n, blocks);
+    let law = law_of(p, p[OMEGA]);
+    let errors = [2, 3].map(|order| {
+        let times = f64::from(order);
+        let multiple = |b: &Block| {
+            let at = problem.phase_at(p, b.time_s);
+            blocks::PhaseAt { phase: times * at.phase, omega: times * at.omega, ..at }
+        };
+        let phases: Vec<_> = inside.iter().map(multiple).collect();
+        let (mut along, mut square) = (0.0, 0.0);
+        for b in blocks::demodulate(problem.time, &left.residual, &inside, &phases) {
+            let power = (law.amplitude(b.time_s - problem.origin) / p[A0]).powi(order);
+            along += b.amplitude * power / b.unit_variance;
+            square += power * power / b.unit_variance;
+        }
+        along / (square * left.variance).sqrt()
+    });
+    errors.iter().all(|e| e.is_finite()).then_some(errors)
+}
