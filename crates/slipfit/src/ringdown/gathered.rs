@@ -202,7 +202,8 @@ impl Gathered {
         let before = |k: usize| time.partition_point(|t| *t < origin + k as f64 * length);
         let borders: Vec<usize> = (1..STRETCHES).map(before).filter(|border| *border < n).collect();
         let parts = Window { active: &DESCRIBED, ..*window }.sums_of_parts(reference, &borders)?;
-        let mut follow = Follow::new(reference, reference[DRAG] != 0.0);
+        // What drag costs the phase is a part of its derivatives, also where the reference has none.
+        let mut follow = Follow::new(reference, true);
         let mut there = Normal::zeros(COUNT);
         let mut stretches = Vec::with_capacity(whole);
         for (k, part) in parts.iter().enumerate() {

@@ -276,6 +276,12 @@ fn sums_that_were_gathered_are_those_of_all_samples() {
             out
         };
         let here = sums(&exact, &p);
+        let at_reference = sums(&gathered, &p);
+        for (k, i) in free.iter().flat_map(|k| free.iter().map(move |i| (*k, *i))).filter(|(k, i)| i <= k) {
+            let scale = (here.jtj[(k, k)] * here.jtj[(i, i)]).sqrt();
+            let off = (at_reference.jtj[(k, i)] - here.jtj[(k, i)]).abs() / scale;
+            assert!(off < 1e-6, "{observable:?} {k} {i}: {off}");
+        }
         let steps = [
             (A0, 3e-3),
             (X_F, 1e-4),
