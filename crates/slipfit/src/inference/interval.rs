@@ -13,29 +13,50 @@ fn phi(x: f64) -> f64 {
     0.5 * (1.0 + erf(x / std::f64::consts::SQRT_2))
 }
 
-/// Acceptance interval of the estimate for a true value `mu` (in standard errors): the
-/// estimates ranked first by likelihood ratio against the best value allowed.
-fn acceptance(mu: f64) -> (f64, f64) {
-    // ln R = -(x-mu)²/2 for x >= 0, x mu - mu²/2 for x < 0. With half width h above mu the
-    // lower edge of equal rank is mu - h while that is >= 0, else (mu² - h²)/(2 mu).
-    let lower = |h: f64| if h <= mu { mu - h } else { (mu * mu - h * h) / (2.0 * mu) };
-    let content = |h: f64| phi(h) - phi(lower(h) - mu);
-    let h = root(1.0, 3.0, |h| content(h) - 0.95);
-    (lower(h), mu + h)
+/// Distance below which 95 % of a normal distribution lie.
+const Z_95_BELOW: f64 = 1.644_853_626_951_472_2;
+/// Least true value looked at where the end of an interval is sought.
+const FLOOR: f64 = 1e-6;
+
+/// Probability of the estimates between `below` and `above` standard errors of the true value.
+fn between(below: f64, above: f64) -> f64 {
+    phi(above) - phi(below)
 }
 
 /// The interval for the true value, in standard errors above the limit, given
 /// an estimate `z` standard errors above it.
+///
+/// The estimates that a true value `mu` accepts are ranked by their likelihood ratio against the best value allowed,
+/// `ln R = -(x - mu)²/2` for `x >= 0` and `x mu - mu²/2` for `x < 0`. They reach up to `mu + h` and down to the estimate of
+/// equal rank, `mu - h` while that is not below zero and `(mu² - h²)/(2 mu)` else; `h` makes them 95 %. The ends of the
+/// interval are the true values that accept `z` just so, and both edges rise with `mu`.
 pub(crate) fn bounded_interval(z: f64) -> [f64; 2] {
-    if z > 6.0 {
-        return [z - Z_95, z + Z_95];
+    [lower_end(z), upper_end(z)]
+}
+
+/// The true value that accepts estimates up to `z`.
+fn lower_end(z: f64) -> f64 {
+    if !(z > Z_95_BELOW + FLOOR) {
+        return 0.0;
     }
-    // The edges of acceptance rise with mu.
-    let solve = |edge: fn((f64, f64)) -> f64, a: f64, b: f64| root(a, b, |mu| edge(acceptance(mu)) - z);
-    let floor = 1e-6;
-    let low = if acceptance(floor).1 >= z { 0.0 } else { solve(|e| e.1, floor, 8.0) };
-    let high = solve(|e| e.0, floor, 12.0);
-    [low, high]
+    if z >= 2.0 * Z_95 {
+        return z - Z_95;
+    }
+    let content = |h: f64| {
+        let mu = z - h;
+        between(if h <= mu { -h } else { -(mu * mu + h * h) / (2.0 * mu) }, h)
+    };
+    z - root(1.0, z, |h| content(h) - 0.95)
+}
+
+/// The true value that accepts estimates down to `z`.
+fn upper_end(z: f64) -> f64 {
+    if z >= 0.0 {
+        return z + Z_95;
+    }
+    // Equal rank: h² = mu² - 2 mu z.
+    let content = |mu: f64| between(z - mu, (mu * (mu - 2.0 * z)).sqrt());
+    if content(FLOOR) >= 0.95 { FLOOR } else { root(FLOOR, Z_95, |mu| content(mu) - 0.95) }
 }
 
 #[cfg(test)]
@@ -57,6 +78,25 @@ mod tests {
                 .sum();
             assert!((covered - 0.95).abs() < 0.003, "truth {mu}: {covered}");
         }
+    }
+
+    /// Ends found from the acceptance of each true value, without the shortcuts.
+    #[test]
+    fn ends_are_those_of_the_acceptance() {
+        let acceptance = |mu: f64| {
+            let lower = |h: f64| if h <= mu { mu - h } else { (mu * mu - h * h) / (2.0 * mu) };
+            let h = root(1.0, 3.0, |h| between(lower(h) - mu, h) - 0.95);
+            [lower(h), mu + h]
+        };
+        for k in -60..80 {
+            let z = 0.1 * f64::from(k) + 0.013;
+            let [low, high] = bounded_interval(z);
+            let solved = |edge: usize| root(FLOOR, 12.0, |mu| acceptance(mu)[edge] - z);
+            let expected = if z <= Z_95_BELOW { 0.0 } else { solved(1) };
+            assert!((low - expected).abs() < 1e-9, "{z}: {low} for {expected}");
+            assert!((high - solved(0)).abs() < 1e-9, "{z}: {high} for {}", solved(0));
+        }
+        assert_eq!(bounded_interval(-1e9), [0.0, FLOOR]);
     }
 
     #[test]
