@@ -5,6 +5,7 @@
 //! 4.2); the likelihood is that of the part that no smooth phase explains (restricted likelihood, ibid. 3.4.3).
 
 use nalgebra::{DMatrix, DVector};
+use pulp::{Simd, WithSimd};
 
 /// What a smooth phase leaves of the phase at an instant, rad.
 #[derive(Debug, Clone)]
@@ -61,19 +62,22 @@ fn rate_beside(errors: &[PhaseError]) -> Option<f64> {
         return None;
     }
     let phases = Phases::new(errors)?;
-    let minus_two_log = |rate: f64| phases.minus_two_log(rate);
-    let still = minus_two_log(0.0)?;
     let tried = |step: usize| {
         let exponents = (DECADES.start() * PER_DECADE..=DECADES.end() * PER_DECADE).step_by(step);
         let rates = exponents.map(|i| unit * 10f64.powf(f64::from(i) / f64::from(PER_DECADE)));
-        rates.filter_map(|rate| Some((rate, minus_two_log(rate)?))).collect::<Vec<(f64, f64)>>()
+        let rates: Vec<f64> = std::iter::once(0.0).chain(rates).collect();
+        let found: Vec<Option<f64>> =
+            rates.chunks(RATES).flat_map(|rates| phases.minus_two_logs(rates)).collect();
+        let of_rates = rates.into_iter().zip(&found).skip(1);
+        Some((found[0]?, of_rates.filter_map(|(rate, value)| Some((rate, (*value)?))).collect::<Vec<_>>()))
     };
     let least_of = |tried: &[(f64, f64)]| tried.iter().map(|(_, l)| *l).min_by(f64::total_cmp);
     // Most phases do not walk: one rate in a decade comes near the likelihood of the best.
-    if !(still - least_of(&tried(PER_DECADE as usize))? > WORTH_A_LOOK * SIGNIFICANCE.powi(2)) {
+    let (still, few) = tried(PER_DECADE as usize)?;
+    if !(still - least_of(&few)? > WORTH_A_LOOK * SIGNIFICANCE.powi(2)) {
         return None;
     }
-    let tried = tried(1);
+    let (_, tried) = tried(1)?;
     let least = least_of(&tried)?;
     if !(still - least > SIGNIFICANCE.powi(2)) {
         return None;
@@ -114,14 +118,76 @@ struct Step {
     passed_s: f64,
     noise_variance: f64,
     averaged_s: f64,
-    /// The columns, and the error behind all that there may be.
+    /// The columns, and the error behind them.
     row: [f64; COLUMNS + 1],
 }
 
-/// Sums over the innovations, weighted by their variances.
-struct Innovations {
-    products: [[f64; COLUMNS + 1]; COLUMNS + 1],
-    log_determinant: f64,
+/// Rates whose innovations are found side by side.
+const RATES: usize = 8;
+
+/// A number for each of some rates.
+type Lanes<const N: usize> = [f64; N];
+
+/// Sums over the innovations beside walks of some rates, weighted by their variances: the lower triangle of their
+/// products, and the logarithm of the determinant, which is not a number where the rate gives no variance.
+struct Innovations<const N: usize> {
+    products: [[Lanes<N>; COLUMNS + 1]; COLUMNS + 1],
+    log_determinant: Lanes<N>,
+}
+
+/// The filter of the level beside walks of some rates.
+struct Filter<'a, const N: usize> {
+    phases: &'a Phases,
+    rates: Lanes<N>,
+}
+
+impl<const N: usize> WithSimd for Filter<'_, N> {
+    type Output = Innovations<N>;
+
+    /// Over the error and every column alike.
+    #[inline(always)]
+    fn with_simd<S: Simd>(self, _: S) -> Innovations<N> {
+        let Self { phases, rates } = self;
+        let rows = phases.columns + 1;
+        // What is known of the level at first changes nothing beside a constant phase.
+        let mut level = [[0.0; N]; COLUMNS + 1];
+        let mut variance = rates.map(|rate| 2.0 * rate * phases.first_averaged_s);
+        let mut sums =
+            Innovations { products: [[[0.0; N]; COLUMNS + 1]; COLUMNS + 1], log_determinant: [0.0; N] };
+        for steps in phases.steps.chunks(FACTORS) {
+            let mut determinant = [1.0; N];
+            for step in steps {
+                let (mut weight, mut gain) = ([0.0; N], [0.0; N]);
+                for n in 0..N {
+                    let moved = variance[n] + rates[n] * step.passed_s;
+                    // Steps between means of a walk are correlated as those of a walk with so much less noise.
+                    let total = moved + step.noise_variance - rates[n] * step.averaged_s;
+                    weight[n] = 1.0 / total;
+                    gain[n] = moved * weight[n];
+                    variance[n] = moved * (1.0 - gain[n]);
+                    determinant[n] *= if total > 0.0 { total } else { f64::NAN };
+                }
+                let mut innovation = [[0.0; N]; COLUMNS + 1];
+                for k in 0..rows {
+                    for n in 0..N {
+                        innovation[k][n] = step.row[k] - level[k][n];
+                        level[k][n] += gain[n] * innovation[k][n];
+                    }
+                }
+                for k in 0..rows {
+                    for l in 0..=k {
+                        for n in 0..N {
+                            sums.products[k][l][n] += weight[n] * innovation[k][n] * innovation[l][n];
+                        }
+                    }
+                }
+            }
+            for n in 0..N {
+                sums.log_determinant[n] += determinant[n].ln();
+            }
+        }
+        sums
+    }
 }
 
 /// Variances whose product no number is too small for.
@@ -139,8 +205,8 @@ impl Phases {
         let mut before = first.time_s;
         let step = |e: &PhaseError| {
             let mut row = [0.0; COLUMNS + 1];
-            row.iter_mut().zip(&scale).zip(&e.smooth).for_each(|((row, s), v)| *row = v / s);
-            row[COLUMNS] = e.error;
+            row.iter_mut().zip(&scale).zip(&e.smooth).take(columns).for_each(|((row, s), v)| *row = v / s);
+            row[columns] = e.error;
             let passed_s = e.time_s - before;
             before = e.time_s;
             Step { passed_s, noise_variance: 1.0 / e.weight, averaged_s: e.averaged_s, row }
@@ -149,49 +215,27 @@ impl Phases {
         Some(Self { columns, scale, first_averaged_s: first.averaged_s, steps })
     }
 
-    /// The filter of the level beside a walk of a given rate, over the error and every column alike.
-    fn innovations(&self, rate: f64) -> Option<Innovations> {
-        // What is known of the level at first changes nothing beside a constant phase.
-        let (mut level, mut variance) = ([0.0; COLUMNS + 1], 2.0 * rate * self.first_averaged_s);
-        let mut sums = Innovations { products: [[0.0; COLUMNS + 1]; COLUMNS + 1], log_determinant: 0.0 };
-        for steps in self.steps.chunks(FACTORS) {
-            let mut determinant = 1.0;
-            for step in steps {
-                variance += rate * step.passed_s;
-                // Steps between means of a walk are correlated as those of a walk with so much less noise.
-                let total = variance + step.noise_variance - rate * step.averaged_s;
-                if !(total > 0.0) {
-                    return None;
-                }
-                let weight = 1.0 / total;
-                let gain = variance * weight;
-                let mut innovation = step.row;
-                for (level, innovation) in level.iter_mut().zip(&mut innovation) {
-                    *innovation -= *level;
-                    *level += gain * *innovation;
-                }
-                variance *= 1.0 - gain;
-                determinant *= total;
-                for (sums, a) in sums.products.iter_mut().zip(innovation) {
-                    sums.iter_mut().zip(innovation).for_each(|(sum, b)| *sum += weight * a * b);
-                }
-            }
-            sums.log_determinant += determinant.ln();
-        }
-        Some(sums)
+    /// The innovations beside walks of some rates.
+    fn innovations<const N: usize>(&self, rates: Lanes<N>) -> Innovations<N> {
+        crate::numeric::dispatch(Filter { phases: self, rates })
     }
 
-    /// Minus twice the logarithm of the restricted likelihood of a rate, but for a constant.
-    fn minus_two_log(&self, rate: f64) -> Option<f64> {
-        let Innovations { products, log_determinant } = self.innovations(rate)?;
+    /// Minus twice the logarithm of the restricted likelihood of some rates, but for a constant; `None` where there is
+    /// none.
+    fn minus_two_logs(&self, rates: &[f64]) -> Vec<Option<f64>> {
+        let side_by_side = std::array::from_fn(|n| rates.get(n).or(rates.last()).copied().unwrap_or(0.0));
+        let innovations: Innovations<RATES> = self.innovations(side_by_side);
+        (0..rates.len()).map(|n| self.minus_two_log(&innovations, n)).collect()
+    }
+
+    fn minus_two_log(&self, innovations: &Innovations<RATES>, n: usize) -> Option<f64> {
         // Cholesky's factor of the products, the error last: what it leaves on the diagonal is the sum of squares.
-        let order: [usize; COLUMNS + 1] = std::array::from_fn(|k| if k < self.columns { k } else { COLUMNS });
         let mut factor = [[0.0; COLUMNS + 1]; COLUMNS + 1];
-        let mut minus_two_log = log_determinant;
+        let mut minus_two_log = innovations.log_determinant[n];
         for k in 0..=self.columns {
             for l in 0..=k {
                 let inner: f64 = (0..l).map(|m| factor[k][m] * factor[l][m]).sum();
-                let left = products[order[k]][order[l]] - inner;
+                let left = innovations.products[k][l][n] - inner;
                 factor[k][l] = match (k == l, k == self.columns) {
                     (true, true) => {
                         minus_two_log += left;
@@ -222,9 +266,13 @@ impl Smoothed {
     pub(crate) fn beside(errors: &[PhaseError], rate: f64) -> Option<Self> {
         let phases = Phases::new(errors)?;
         let Phases { columns, scale, .. } = phases;
-        let Innovations { products, .. } = phases.innovations(rate)?;
-        let cholesky = DMatrix::from_fn(columns, columns, |i, j| products[i][j]).cholesky()?;
-        let parameters = cholesky.solve(&DVector::from_fn(columns, |i, _| products[i][COLUMNS]));
+        let Innovations { products, log_determinant } = phases.innovations([rate]);
+        if log_determinant[0].is_nan() {
+            return None;
+        }
+        let product = |i: usize, j: usize| products[i.max(j)][i.min(j)][0];
+        let cholesky = DMatrix::from_fn(columns, columns, product).cholesky()?;
+        let parameters = cholesky.solve(&DVector::from_fn(columns, |i, _| product(i, columns)));
         let inverse = cholesky.inverse();
         let covariance = DMatrix::from_fn(columns, columns, |i, j| inverse[(i, j)] / (scale[i] * scale[j]));
         let parameters = DVector::from_fn(columns, |i, _| parameters[i] / scale[i]);
