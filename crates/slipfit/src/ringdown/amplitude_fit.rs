@@ -96,7 +96,7 @@ pub(crate) fn fit_amplitudes<'a>(
         models: Models::All,
         begun: None,
         side_minima: true,
-        exact: None,
+        last: None,
         criteria: &criteria.inference,
     };
     let comparison = compare(&problem, &start, nuisance, noise_model, whole, search);

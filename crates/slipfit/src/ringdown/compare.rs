@@ -104,9 +104,18 @@ pub(crate) struct Search<'a> {
     pub(crate) begun: Option<&'a Fit>,
     /// Whether there may be several minima.
     pub(crate) side_minima: bool,
-    /// The problem without approximations, by which the rivals are judged in the end.
-    pub(crate) exact: Option<&'a dyn LeastSquares>,
+    /// By what the models are judged in the end where the problem is an approximation.
+    pub(crate) last: Option<LastSteps<'a>>,
     pub(crate) criteria: &'a InferenceCriteria,
+}
+
+/// A problem without its approximations.
+#[derive(Clone, Copy)]
+pub(crate) struct LastSteps<'a> {
+    /// To far below a standard error.
+    pub(crate) closely: &'a dyn LeastSquares,
+    /// To rounding.
+    pub(crate) exact: &'a dyn LeastSquares,
 }
 
 /// Which models are compared.
@@ -138,7 +147,7 @@ pub(crate) fn compare(
     nuisance: &[usize],
     noise: NoiseModel,
     whole: WholeLoss,
-    Search { asked, models, begun, side_minima, exact, criteria }: Search,
+    Search { asked, models, begun, side_minima, last, criteria }: Search,
 ) -> ModelComparison {
     let mut fits: Vec<(LossModel, Fit)> = Vec::new();
     // Models that the others begin from.
@@ -195,23 +204,46 @@ pub(crate) fn compare(
         }
     }
     sort_by_value(&mut fits, |(model, _)| LossModel::all().take_while(|m| m != model).count() as f64);
-    // What an approximation found is in the table, and one of them is reported: the last step is taken by all samples.
-    if let Some(exact) = exact {
-        let least = fits.iter().map(|(_, fit)| fit.rss).fold(f64::INFINITY, f64::min);
-        for (_, fit) in fits.iter_mut().filter(|(_, f)| begun.is_none_or(|b| b.parameters != f.parameters)) {
-            let closer = if side_minima {
-                minimise_until(exact, &fit.parameters, &fit.free, FIT_TOLERANCE, true)
-            } else {
-                // Of a model far above the best one, one step tells by how much.
-                let rise = fit.rss - least;
-                let far = rise > criteria.no_rival * noise.residual_variance(fit);
-                let most = if far { FAR_STEP * rise } else { 0.0 };
-                minimise_near(exact, &fit.parameters, &fit.free, FIT_TOLERANCE, most)
-            };
-            *fit = closer.unwrap_or_else(|| fit.clone());
-        }
+    let known = last.map(|last| take_last_steps(&mut fits, last, (begun, side_minima), noise, criteria));
+    let comparison = ModelComparison::new(&fits, slot, noise, criteria);
+    let Some((known, last)) = known.zip(last) else { return comparison };
+    let reported = [comparison.preferred(), comparison.reported()].into_iter().flatten();
+    let left: Vec<LossModel> = reported.map(|fit| fit.model).filter(|model| !known.contains(model)).collect();
+    for (_, fit) in fits.iter_mut().filter(|(model, _)| left.contains(model)) {
+        let closer = minimise_near(last.exact, &fit.parameters, &fit.free, FIT_TOLERANCE, 0.0);
+        *fit = closer.unwrap_or_else(|| fit.clone());
     }
-    ModelComparison::new(&fits, slot, noise, criteria)
+    if left.is_empty() { comparison } else { ModelComparison::new(&fits, slot, noise, criteria) }
+}
+
+/// What an approximation found is in the table: the last step is taken without it. Those are returned for which no other
+/// is left, viscous and sliding loss unless they are far above the best one.
+fn take_last_steps(
+    fits: &mut [(LossModel, Fit)],
+    LastSteps { closely, exact }: LastSteps,
+    (begun, side_minima): (Option<&Fit>, bool),
+    noise: NoiseModel,
+    criteria: &InferenceCriteria,
+) -> Vec<LossModel> {
+    let least = fits.iter().map(|(_, fit)| fit.rss).fold(f64::INFINITY, f64::min);
+    let is_begun = |fit: &Fit| begun.is_some_and(|b| b.parameters == fit.parameters);
+    let mut known: Vec<LossModel> = fits.iter().filter(|(_, f)| is_begun(f)).map(|(m, _)| *m).collect();
+    for (model, fit) in fits.iter_mut().filter(|(_, fit)| !is_begun(fit)) {
+        // Of a model far above the best one, one step tells by how much.
+        let rise = fit.rss - least;
+        let far = rise > criteria.no_rival * noise.residual_variance(fit);
+        let reported = model.is_within(LossModel::VISCOUS_SLIDING) && !far;
+        let problem = if reported { exact } else { closely };
+        let closer = if side_minima {
+            minimise_until(problem, &fit.parameters, &fit.free, FIT_TOLERANCE, true)
+        } else {
+            let most = if far { FAR_STEP * rise } else { 0.0 };
+            minimise_near(problem, &fit.parameters, &fit.free, FIT_TOLERANCE, most)
+        };
+        *fit = closer.unwrap_or_else(|| fit.clone());
+        known.extend(reported.then_some(*model));
+    }
+    known
 }
 
 /// A fitted model without its losses below zero; `None` where it has none, or no others.

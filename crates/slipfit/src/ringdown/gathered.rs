@@ -14,32 +14,21 @@
 //! What is neglected is of second order in the change of a loss over half a stretch, not over the window. The last
 //! swings before a stop, whose number may change, and the rest are summed sample by sample.
 
+use super::described::{A, C, D, DESCRIBED, Follow, LANES, Lanes, O, P, State, W, X, is_described};
 use crate::inference::least_squares::Normal;
 use crate::motion::decay::amplitude::sliding_gain;
-use crate::motion::decay::drag::Slowing;
 use crate::motion::decay::parameters::{
-    A0, BEND, CHIRP, COUNT, DELTA, DRAG, OFFSET, OMEGA, PHASE, X_F, by_parameters, law_of,
+    A0, BEND, CHIRP, COUNT, DELTA, DRAG, OFFSET, OMEGA, PHASE, X_F, law_of,
 };
-use crate::motion::decay::path::{AmplitudePath, Carried};
 use crate::motion::decay::window::Window;
 use pulp::Simd;
 use std::f64::consts::PI;
 
-/// The parameters of the motions described, in the order of the lanes: losses, phase, frequency, offset.
-const DESCRIBED: [usize; LANES - 1] = [A0, X_F, DELTA, DRAG, PHASE, OMEGA, OFFSET];
-const A: usize = 0;
-const X: usize = 1;
-const D: usize = 2;
-const C: usize = 3;
-const P: usize = 4;
-const W: usize = 5;
-const O: usize = 6;
-/// The described parameters and one that is always zero.
-const LANES: usize = 8;
-type Lanes = [f64; LANES];
-
-/// Stretches that a window is divided into.
+/// Stretches that a window is divided into, and parts of each where a motion is to be described finely, none of fewer
+/// samples.
 const STRETCHES: usize = 12;
+const MOST_PARTS: usize = 3;
+const LEAST_IN_PART: usize = 64;
 /// Friction displacements that the amplitude of the reference has at the end of the last stretch at least, and that of
 /// a motion described.
 const REFERENCE_SWING: f64 = 12.0;
@@ -49,8 +38,12 @@ const LEAST_SWING: f64 = 2.5;
 const NEAR: f64 = 0.05;
 const ROUGH: f64 = 0.25;
 /// Rise of the sum of squares above that of the reference, in variances, from which a rough description is enough: the
-/// motion is that of no rival.
+/// motion is hopeless, that of no rival.
 const HOPELESS: f64 = 1000.0;
+/// Standard errors by which what is neglected may move a parameter where a motion is described finely: of one as good
+/// as the reference, and as a part of the root of the rise of the others; and of those that are hopeless.
+const FINE: f64 = 1e-3;
+const FINE_OF_HOPELESS: f64 = 1e-2;
 /// Part of the sums that their differences must exceed.
 const ROUNDING: f64 = 1e-7;
 /// Samples that take as long as the beginning of a half cycle, and samples and half cycles together, in samples, that are
@@ -64,33 +57,85 @@ pub(crate) struct Gathered {
     reference: Vec<f64>,
     rss: f64,
     samples: usize,
+    /// Those of the samples, none where some lie behind the last stretch.
+    residuals: Vec<f64>,
     /// Sums at the reference by those parameters and by disturbances of phase and offset, for which they are rough;
     /// `None` where the rest has a level of its own.
     there: Option<Normal>,
-    /// Length of a stretch, s.
-    length: f64,
-    stretches: Vec<Stretch>,
+    coarse: Stretches,
+    /// The same in more parts.
+    fine: Option<Stretches>,
     /// First sample behind the last stretch, and its end after the origin, s.
     tail: (usize, f64),
 }
 
-/// Sums over the samples of one stretch.
+/// How closely the sums at a motion are wanted.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub(crate) enum Closeness {
+    /// As near as a search needs them.
+    Coarse,
+    /// To within [`FINE`].
+    Fine,
+}
+
+/// Stretches of one length, from the beginning of the window on.
+#[derive(Debug, Clone)]
+struct Stretches {
+    /// s.
+    length: f64,
+    list: Vec<Stretch>,
+}
+
+/// One of them, with the reference in its middle.
 #[derive(Debug, Clone)]
 struct Stretch {
-    /// The reference in the middle.
     state: State,
+    sums: Part,
+}
+
+/// Sums over some samples.
+#[derive(Debug, Clone)]
+struct Part {
     products: [Lanes; LANES],
     residual: Lanes,
     rss: f64,
 }
 
-/// Amplitude and phase of a motion at a time, with their derivatives.
-#[derive(Debug, Clone, Copy)]
-struct State {
-    amplitude: f64,
-    phase: f64,
-    by: Lanes,
-    phase_by: Lanes,
+impl Part {
+    /// From the rows of the lower triangle.
+    fn new(rows: &[f64]) -> Self {
+        let pair = |a: usize, c: usize| rows[a.max(c) * (a.max(c) + 1) / 2 + a.min(c)];
+        let (mut products, mut residual) = ([[0.0; LANES]; LANES], [0.0; LANES]);
+        for i in 0..DESCRIBED.len() {
+            residual[i] = pair(DESCRIBED.len(), i);
+            for j in 0..DESCRIBED.len() {
+                products[i][j] = pair(i, j);
+            }
+        }
+        Self { products, residual, rss: pair(DESCRIBED.len(), DESCRIBED.len()) }
+    }
+
+    fn joined(parts: &[Self]) -> Self {
+        let mut all = Self { products: [[0.0; LANES]; LANES], residual: [0.0; LANES], rss: 0.0 };
+        for part in parts {
+            let rows = all.products.iter_mut().chain([&mut all.residual]);
+            for (sums, row) in rows.zip(part.products.iter().chain([&part.residual])) {
+                sums.iter_mut().zip(row).for_each(|(sum, v)| *sum += v);
+            }
+            all.rss += part.rss;
+        }
+        all
+    }
+}
+
+impl Stretches {
+    fn about(reference: &[f64], length: f64, sums: &[Part]) -> Self {
+        // What drag costs the phase is a part of its derivatives, also where the reference has none.
+        let mut follow = Follow::new(reference, true);
+        let middles = (0..sums.len()).map(|k| (k as f64 + 0.5) * length);
+        let list = middles.zip(sums).map(|(t, sums)| Stretch { state: follow.to(t), sums: sums.clone() });
+        Self { length, list: list.collect() }
+    }
 }
 
 /// Adds the sums of a stretch by all parameters.
@@ -130,60 +175,6 @@ fn add_disturbed(
     }
 }
 
-/// A motion followed from time to time.
-struct Follow<'a> {
-    p: &'a [f64],
-    gain: [f64; 3],
-    path: AmplitudePath,
-    drags: bool,
-    now: f64,
-    lag: f64,
-    lag_by: [f64; 4],
-}
-
-impl<'a> Follow<'a> {
-    fn new(p: &'a [f64], drags: bool) -> Self {
-        let gain = sliding_gain(p[DELTA], p[OMEGA]);
-        let path = AmplitudePath::new(law_of(p, p[OMEGA]), [0.0; 2]).carrying(Carried::Closed);
-        Self { p, gain, path, drags, now: 0.0, lag: 0.0, lag_by: [0.0; 4] }
-    }
-
-    fn to(&mut self, time: f64) -> State {
-        let (p, passed) = (self.p, time - self.now);
-        if self.drags {
-            self.path.advance(0.5 * passed);
-            let slowing = Slowing::new(self.path.amplitude, [p[DELTA], p[DRAG]], p[OMEGA]);
-            let by = by_parameters(self.path.by, p, &self.gain);
-            self.lag += slowing.rate * passed;
-            for (lag, by) in self.lag_by.iter_mut().zip(by) {
-                *lag += slowing.by_amplitude * by * passed;
-            }
-            self.lag_by[DELTA] += slowing.by_decay * passed;
-            self.lag_by[DRAG] += slowing.by_drag * passed;
-            self.path.advance(0.5 * passed);
-        } else {
-            self.path.advance(passed);
-        }
-        self.now = time;
-        let losses = by_parameters(self.path.by, p, &self.gain);
-        let (mut by, mut phase_by) = ([0.0; LANES], [0.0; LANES]);
-        by[..4].copy_from_slice(&losses[..4]);
-        by[W] = self.path.by[X_F] * p[X_F] * self.gain[2];
-        for (by, lag) in phase_by.iter_mut().zip(self.lag_by) {
-            *by = -lag;
-        }
-        phase_by[P] = 1.0;
-        phase_by[W] = time + self.lag / p[OMEGA];
-        let phase = p[PHASE] + p[OMEGA] * time - self.lag;
-        State { amplitude: self.path.amplitude, phase, by, phase_by }
-    }
-}
-
-/// Whether a motion has no other losses and disturbances than those described.
-fn is_described(p: &[f64]) -> bool {
-    p.iter().enumerate().all(|(k, v)| *v == 0.0 || DESCRIBED.contains(&k))
-}
-
 impl Gathered {
     /// The samples of a window gathered about a motion that is near its minimum. `None` where the motion is none of
     /// those described.
@@ -199,34 +190,37 @@ impl Gathered {
         let swings = |t: f64| law.amplitude(t) > REFERENCE_SWING * reference[X_F].max(0.0);
         let length = duration / STRETCHES as f64;
         let whole = (1..=STRETCHES).rev().find(|k| swings(*k as f64 * length))?;
-        let before = |k: usize| time.partition_point(|t| *t < origin + k as f64 * length);
-        let borders: Vec<usize> = (1..STRETCHES).map(before).filter(|border| *border < n).collect();
-        let parts = Window { active: &DESCRIBED, ..*window }.sums_of_parts(reference, &borders)?;
-        // What drag costs the phase is a part of its derivatives, also where the reference has none.
-        let mut follow = Follow::new(reference, true);
+        let finer = (n / (STRETCHES * LEAST_IN_PART)).clamp(1, MOST_PARTS);
+        let before = |k: usize| time.partition_point(|t| *t < origin + k as f64 * length / finer as f64);
+        let borders: Vec<usize> = (1..STRETCHES * finer).map(before).filter(|border| *border < n).collect();
+        let mut residuals = Vec::with_capacity(n);
+        let window = Window { active: &DESCRIBED, ..*window };
+        let parts = window.sums_of_parts(reference, &borders, Some(&mut residuals))?;
+        let parts: Vec<Part> = parts.iter().map(|rows| Part::new(rows)).collect();
+        let stretches: Vec<Part> = parts.chunks(finer).map(Part::joined).collect();
         let mut there = Normal::zeros(COUNT);
-        let mut stretches = Vec::with_capacity(whole);
-        for (k, part) in parts.iter().enumerate() {
-            let pair = |a: usize, c: usize| part[a.max(c) * (a.max(c) + 1) / 2 + a.min(c)];
-            let (mut products, mut residual) = ([[0.0; LANES]; LANES], [0.0; LANES]);
-            for i in 0..DESCRIBED.len() {
-                residual[i] = pair(DESCRIBED.len(), i);
-                for j in 0..DESCRIBED.len() {
-                    products[i][j] = pair(i, j);
-                }
-            }
-            let rss = pair(DESCRIBED.len(), DESCRIBED.len());
-            let middle = (k as f64 + 0.5) * length;
-            add_disturbed(&mut there, window, middle, &products, &residual);
+        for (k, Part { products, residual, rss }) in stretches.iter().enumerate() {
+            add_disturbed(&mut there, &window, (k as f64 + 0.5) * length, products, residual);
             there.rss += rss;
-            if k < whole {
-                stretches.push(Stretch { state: follow.to(middle), products, residual, rss });
-            }
         }
-        let tail = (borders.get(whole - 1).copied().unwrap_or(n), whole as f64 * length);
+        let about = |length, sums: &[Part], count: usize| {
+            Stretches::about(reference, length, &sums[..sums.len().min(count)])
+        };
+        let coarse = about(length, &stretches, whole);
+        let fine = (finer > 1).then(|| about(length / finer as f64, &parts, whole * finer));
+        let tail = (borders.get(whole * finer - 1).copied().unwrap_or(n), whole as f64 * length);
         let rss = there.rss;
         let there = (tail.0 == n || window.rest_tells).then_some(there);
-        Some(Self { reference: reference.to_vec(), rss, samples: n, there, length, stretches, tail })
+        if tail.0 < n {
+            residuals.clear();
+        }
+        let reference = reference.to_vec();
+        Some(Self { reference, rss, samples: n, residuals, there, coarse, fine, tail })
+    }
+
+    /// The residuals at the reference, where no sample is at rest; `None` at any other motion.
+    pub(crate) fn residuals_at(&self, p: &[f64]) -> Option<&[f64]> {
+        (p == self.reference && !self.residuals.is_empty()).then_some(&self.residuals)
     }
 
     /// Sums at the reference by all parameters, which by the disturbances of phase and offset are rough: within a
@@ -241,13 +235,19 @@ impl Gathered {
         &self,
         p: &[f64],
         free: &[usize],
+        closeness: Closeness,
         out: &mut Normal,
         behind: &Behind,
     ) -> Option<()> {
         if !(is_described(p) && free.iter().all(|k| DESCRIBED.contains(k))) {
             return None;
         }
-        let sums = crate::numeric::dispatch(Pass { gathered: self, behind, p, free })?;
+        let pass = |stretches| {
+            crate::numeric::dispatch(Pass { gathered: self, stretches, closeness, behind, p, free })
+        };
+        // Most motions are near enough for the stretches that are few.
+        let finely = || pass(self.fine.as_ref().filter(|_| closeness == Closeness::Fine)?);
+        let sums = pass(&self.coarse).or_else(finely)?;
         for (i, a) in DESCRIBED.into_iter().enumerate().filter(|(_, a)| free.contains(a)) {
             out.jtr[a] = sums.residual[i];
             for (j, c) in DESCRIBED.into_iter().enumerate().take(i + 1).filter(|(_, c)| free.contains(c)) {
@@ -265,6 +265,8 @@ type Behind<'a> = dyn Fn(usize, f64, &[f64], &[usize], &mut Normal) -> bool + 'a
 /// The sums to be found at a motion.
 struct Pass<'a> {
     gathered: &'a Gathered,
+    stretches: &'a Stretches,
+    closeness: Closeness,
     behind: &'a Behind<'a>,
     p: &'a [f64],
     free: &'a [usize],
@@ -327,25 +329,39 @@ impl pulp::WithSimd for Pass<'_> {
 
     #[inline(always)]
     fn with_simd<S: Simd>(self, simd: S) -> Option<Sums> {
-        let Self { gathered, behind, p, free } = self;
+        let Self { gathered, stretches: Stretches { length, list }, closeness, behind, p, free } = self;
         let drags = p[DRAG] != 0.0 || free.contains(&DRAG);
         let mut sums = Sums { products: [[0.0; LANES]; LANES], residual: [0.0; LANES], rss: 0.0 };
-        let (mut cancelling, mut farthest) = (0.0, 0.0f64);
+        let (mut cancelling, mut farthest, mut neglected) = (0.0, 0.0f64, 0.0);
         let mut follow = Follow::new(p, drags);
         let (from, from_s) = gathered.tail;
         let q = DESCRIBED.map(|k| p[k]);
         let q_ref = DESCRIBED.map(|k| gathered.reference[k]);
-        for (k, stretch) in gathered.stretches.iter().enumerate() {
-            let here = follow.to((k as f64 + 0.5) * gathered.length);
-            let Stretch { state, products, residual, rss } = stretch;
+        let gains = [p, &gathered.reference].map(|p| sliding_gain(p[DELTA], p[OMEGA])[0]);
+        for (k, stretch) in list.iter().enumerate() {
+            let here = follow.to((k as f64 + 0.5) * length);
+            let Stretch { state, sums: Part { products, residual, rss } } = stretch;
             let s = here.amplitude / state.amplitude;
             let turned = here.phase - state.phase;
             // Of opposite sign, viscous and drag loss cancel but for the change of the amplitude.
             let (viscous, drag) = (q[D] - q_ref[D], q[C] * here.amplitude - q_ref[C] * state.amplitude);
             let loss = (viscous + drag).abs() + 0.25 * drag.abs();
-            farthest = farthest.max(turned.abs()).max(0.5 * loss * gathered.length);
+            farthest = farthest.max(turned.abs()).max(0.5 * loss * length);
             if !(farthest < ROUGH && here.amplitude > 0.0) {
                 return None;
+            }
+            if closeness == Closeness::Fine {
+                let sliding = gains[0] * q[X] / here.amplitude - gains[1] * q_ref[X] / state.amplitude;
+                let whole = q_ref[D] + q_ref[C] * state.amplitude + gains[1] * q_ref[X] / state.amplitude;
+                let half = 0.5 * length;
+                // How the logarithm of the amplitude goes apart, and how that changes as the amplitude falls.
+                let apart = (drag - sliding).abs();
+                let net = (viscous + drag + sliding).abs() + whole.abs() * half * apart;
+                let rate = (q[W] - q_ref[W]).abs();
+                let second = net * (net + apart) + rate * (rate + net) + (turned / half).powi(2);
+                // The fourth power of the time since the middle is a fifth of that at the ends on the average.
+                let relative = (0.5 * half * half * second).powi(2) / 5.0;
+                neglected += relative * (state.amplitude / state.by[A]).powi(2) * products[A][A];
             }
             // Displacements of the state and the parameters, with their rows.
             let s_by = scaled(1.0 / state.amplitude, &here.by);
@@ -389,6 +405,15 @@ impl pulp::WithSimd for Pass<'_> {
             cancelling += rss + change.abs();
             sums.add(simd, products, &left, &rows);
         }
+        let samples = gathered.samples as f64;
+        if closeness == Closeness::Fine {
+            let here: f64 = list.iter().map(|stretch| stretch.sums.rss).sum();
+            let rise = (sums.rss - here).max(0.0);
+            let part = if rise * samples > HOPELESS * gathered.rss { FINE_OF_HOPELESS } else { FINE };
+            if !(neglected * samples <= FINE * FINE * gathered.rss + part * part * rise * samples) {
+                return None;
+            }
+        }
         let end = follow.to(from_s);
         if !(end.amplitude > LEAST_SWING * p[X_F].max(0.0)) {
             return None;
@@ -415,8 +440,8 @@ impl pulp::WithSimd for Pass<'_> {
             cancelling += found.rss;
             sums.add(simd, &products, &residual, &rows);
         }
-        let rise = (sums.rss - gathered.rss) * gathered.samples as f64;
-        if farthest > NEAR && !(rise > HOPELESS * gathered.rss) {
+        let rise = (sums.rss - gathered.rss) * samples;
+        if closeness == Closeness::Coarse && farthest > NEAR && !(rise > HOPELESS * gathered.rss) {
             return None;
         }
         // Of exact samples nothing but rounding is left.

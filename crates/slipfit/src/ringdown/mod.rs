@@ -13,6 +13,7 @@ mod coloured_noise;
 mod compare;
 pub mod criteria;
 mod decay_series;
+mod described;
 mod direct;
 mod envelope;
 mod evidence;

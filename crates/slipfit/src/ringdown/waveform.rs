@@ -2,7 +2,7 @@
 //!
 //! The sums over the samples are those of the [half-cycle kernel](crate::motion::decay::half_cycle).
 
-use super::gathered::Gathered;
+use super::gathered::{Closeness, Gathered};
 use crate::inference::least_squares::{LeastSquares, Normal};
 use crate::motion::decay::closed_sums::{self, Stop};
 use crate::motion::decay::half_cycle::Passed;
@@ -35,7 +35,7 @@ pub(crate) struct Waveform<'a> {
     /// Parameters whose derivatives are wanted.
     pub(crate) active: Vec<usize>,
     /// Sums near a reference motion, where they were gathered.
-    pub(crate) gathered: Option<Arc<Gathered>>,
+    pub(crate) gathered: Option<(Arc<Gathered>, Closeness)>,
 }
 
 /// Samples beside the turns that do not count.
@@ -135,12 +135,13 @@ impl Waveform<'_> {
 
     /// The same problem with its sums gathered about a motion near its minimum, where they can be.
     pub(crate) fn gathered_about(self, p: &[f64]) -> Self {
-        let gathered = Gathered::about(&self.window(&self.active), p).map(Arc::new);
-        Self { gathered, ..self }
+        let gathered = Gathered::about(&self.window(&self.active), p);
+        Self { gathered: gathered.map(|sums| (Arc::new(sums), Closeness::Coarse)), ..self }
     }
 
     /// The sums near the motion about which they were gathered; whether they could be had.
-    fn gathered_pass(&self, gathered: &Gathered, p: &[f64], free: &[usize], out: &mut Normal) -> bool {
+    fn gathered_pass(&self, p: &[f64], free: &[usize], out: &mut Normal) -> bool {
+        let Some((gathered, closeness)) = &self.gathered else { return false };
         let sums = |from: usize, from_s: f64, p: &[f64], active: &[usize], out: &mut Normal| {
             let (time, signal) = (&self.time[from..], &self.signal[from..]);
             let origin = self.origin + from_s;
@@ -158,7 +159,17 @@ impl Waveform<'_> {
             };
             behind.pass(p, active, out, None)
         };
-        gathered.normal_of(p, free, out, &sums).is_some()
+        gathered.normal_of(p, free, *closeness, out, &sums).is_some()
+    }
+
+    /// The same problem, its gathered sums taken only where they are as good as those of all samples.
+    pub(crate) fn closely(&self) -> Self {
+        // An acceleration jumps at its turns, which no sum follows from motion to motion.
+        if self.observable == Observable::Acceleration {
+            return self.exact();
+        }
+        let gathered = self.gathered.clone().map(|(sums, _)| (sums, Closeness::Fine));
+        Self { gathered, ..self.clone() }
     }
 
     /// The same problem, every sum taken sample by sample.
@@ -265,8 +276,7 @@ impl LeastSquares for Waveform<'_> {
         if omega * self.duration > 100.0 * PI * self.time.len() as f64 {
             return false;
         }
-        let gathered = self.gathered.as_ref();
-        gathered.is_some_and(|sums| self.gathered_pass(sums, p, free, out)) || self.pass(p, free, out, None)
+        self.gathered_pass(p, free, out) || self.pass(p, free, out, None)
     }
 
     fn range(&self, parameter: usize) -> [f64; 2] {
@@ -281,6 +291,9 @@ impl LeastSquares for Waveform<'_> {
 impl Waveform<'_> {
     /// Data less model, sample by sample; NaN where the model does not exist.
     pub(crate) fn residuals(&self, p: &[f64]) -> Vec<f64> {
+        if let Some(known) = self.gathered.as_ref().and_then(|(sums, _)| sums.residuals_at(p)) {
+            return known.to_vec();
+        }
         let mut residuals = Vec::with_capacity(self.time.len());
         self.pass(p, &[], &mut Normal::zeros(COUNT), Some(&mut residuals));
         residuals.resize(self.time.len(), f64::NAN);
@@ -321,7 +334,7 @@ impl Waveform<'_> {
         borders: &[usize],
     ) -> Option<Vec<DVector<f64>>> {
         let phase = free.iter().position(|f| *f == PHASE)?;
-        let parts = self.window(free).sums_of_parts(p, borders)?;
+        let parts = self.window(free).sums_of_parts(p, borders, None)?;
         // Rows of the lower triangle.
         let row = |i: usize| (i.max(phase), i.min(phase));
         let of = |part: &Vec<f64>| {
@@ -336,7 +349,7 @@ impl Waveform<'_> {
     /// Sums of the residuals along the derivative by the phase, over the samples before the first of the `borders`, from
     /// each of them to the next, and behind the last; `None` where the model does not exist.
     pub(crate) fn sums_by_phase(&self, p: &[f64], borders: &[usize]) -> Option<Vec<PhaseSums>> {
-        let parts = self.window(&[PHASE, OFFSET]).sums_of_parts(p, borders)?;
+        let parts = self.window(&[PHASE, OFFSET]).sums_of_parts(p, borders, None)?;
         // Rows of the triangle: phase; offset; residual.
         let of = |part: &Vec<f64>| PhaseSums { along: part[3], offset: part[1], square: part[0] };
         Some(parts.iter().map(of).collect())

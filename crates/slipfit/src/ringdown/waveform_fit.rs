@@ -1,6 +1,6 @@
 //! Every sample of a window against the exact motion.
 
-use super::compare::{Models, Search, WholeLoss, compare, loss_parameters, offer, slots};
+use super::compare::{LastSteps, Models, Search, WholeLoss, compare, loss_parameters, offer, slots};
 use super::criteria::{Criteria, WaveformCriteria};
 use super::envelope::{A0, DELTA, DRAG, X_F, law_of};
 use super::last_swing::LastSwing;
@@ -192,10 +192,10 @@ fn fit_with_rest<'a>(
         }
     }
     let whole = whole_loss(&fit, duration);
-    let exact = problem.gathered.is_some().then(|| problem.exact());
-    let exact = exact.as_ref().map(|exact| exact as &dyn LeastSquares);
+    let last = problem.gathered.is_some().then(|| [problem.closely(), problem.exact()]);
+    let last = last.as_ref().map(|[closely, exact]| LastSteps { closely, exact });
     let search =
-        Search { asked, models, begun: Some(&fit), side_minima, exact, criteria: &criteria.inference };
+        Search { asked, models, begun: Some(&fit), side_minima, last, criteria: &criteria.inference };
     let comparison = compare(&problem, &fit.parameters, &nuisance, noise, whole, search);
     let left = Remainder::new(&problem, range.start, &comparison.preferred()?.bounded, &measured.points);
     let best = &comparison.preferred()?.bounded;
@@ -277,7 +277,7 @@ fn add_nuisances(
         let gains = others.filter_map(|o| Some((o, (promised(&beside(nuisance, o))? - alone) / variance)));
         gains.max_by(|a, b| a.1.total_cmp(&b.1))
     };
-    let rough = problem.gathered.as_ref().and_then(|sums| sums.roughly_at(&fit.parameters));
+    let rough = problem.gathered.as_ref().and_then(|(sums, _)| sums.roughly_at(&fit.parameters));
     if let Some((_, gain)) = rough.and_then(|sums| most_promising(sums, nuisance, fit.free.len()))
         && gain < ROUGH_PART * price
     {

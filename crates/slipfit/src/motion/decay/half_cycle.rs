@@ -54,10 +54,15 @@ impl Window<'_> {
     }
 
     /// The same sums, row by row of the lower triangle, for each of the parts that begin with the first sample and
-    /// with those at `borders`, ascending.
-    pub(crate) fn sums_of_parts(&self, p: &[f64], borders: &[usize]) -> Option<Vec<Vec<f64>>> {
+    /// with those at `borders`, ascending; residuals where they are asked for.
+    pub(crate) fn sums_of_parts(
+        &self,
+        p: &[f64],
+        borders: &[usize],
+        residuals: Option<&mut Vec<f64>>,
+    ) -> Option<Vec<Vec<f64>>> {
         let mut parts = Vec::with_capacity(borders.len() + 1);
-        let pass = Pass { window: self, p, residuals: None, borders, parts: &mut parts };
+        let pass = Pass { window: self, p, residuals, borders, parts: &mut parts };
         let mut last = crate::numeric::dispatch(pass)?;
         parts.push(last.sums.taken());
         Some(parts)
