@@ -574,10 +574,16 @@ impl Batch<'_> {
         if let Some(list) = &mut self.residuals {
             list.extend_from_slice(&self.sums.rows[rows - 1][..self.len]);
         }
+        let few = self.len <= WIDTH / 2;
+        let end = if few { WIDTH / 2 } else { WIDTH };
         for row in &mut self.sums.rows[..rows] {
-            row[self.len..].fill(0.0);
+            row[self.len..end].fill(0.0);
         }
-        self.sums.add(simd);
+        if few {
+            self.sums.add_halves(simd);
+        } else {
+            self.sums.add(simd);
+        }
         self.len = 0;
     }
 }

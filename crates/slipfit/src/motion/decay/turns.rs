@@ -55,7 +55,8 @@ impl<'a> Turns<'a> {
         let path = AmplitudePath::new(law_of(p, p[OMEGA]), backbone).carrying(carried);
         let drags = p[DRAG] != 0.0 || window.active.contains(&DRAG);
         let straight = (window.bend.is_none() || p[BEND] == 0.0) && p[CHIRP] == 0.0;
-        let alike = straight && !drags && carried != Carried::All;
+        // Drag that is zero bends none of them, though its derivative is wanted.
+        let alike = straight && p[DRAG] == 0.0 && carried != Carried::All;
         let even = if alike { path.even_steps(PI / p[OMEGA]) } else { None };
         Self {
             window,
