@@ -2,7 +2,7 @@
 
 use crate::inference::least_squares::{Fit, LeastSquares, Normal};
 use crate::motion::decay::amplitude::{AmplitudeLaw, sliding_gain};
-use crate::motion::decay::closed_path;
+use crate::motion::decay::closed_path::{self, Points};
 use crate::motion::decay::parameters::{by_parameters, range, shape_of, shapes_exist};
 use crate::motion::decay::path::{AmplitudePath, CARRIED, Carried};
 
@@ -103,6 +103,12 @@ impl EnvelopeProblem {
         row
     }
 
+    /// All amplitudes by the closed law, where it is the law and its derivatives suffice.
+    fn at_once(&self, law: &AmplitudeLaw, carried: Carried) -> Option<Points> {
+        let closed = carried != Carried::All && self.backbone == [0.0; 2] && self.lowpass.is_none();
+        if closed { closed_path::at_times(law, &self.elapsed) } else { None }
+    }
+
     /// Amplitudes and the derivatives that are `carried`.
     fn walk(&self, p: &[f64], carried: Carried, mut visit: impl FnMut(usize, f64, [f64; CARRIED])) {
         self.walk_while(p, carried, |j, amplitude, by| {
@@ -122,13 +128,12 @@ impl EnvelopeProblem {
         let gain = sliding_gain(p[DELTA], self.omega);
         match &self.lowpass {
             None => {
-                let at_once = carried == Carried::Closed && self.backbone == [0.0; 2];
-                if let Some(points) = if at_once { closed_path::at_times(&law, &self.elapsed) } else { None }
-                {
+                if let Some(points) = self.at_once(&law, carried) {
+                    let [amplitude, rows @ ..] = points.rows();
                     let mut all = [0.0; CARRIED];
-                    for (j, (amplitude, by)) in points.into_iter().enumerate() {
-                        all[..by.len()].copy_from_slice(&by);
-                        if !visit(j, amplitude, by_parameters(all, p, &gain)) {
+                    for j in 0..amplitude.len() {
+                        all[..rows.len()].copy_from_slice(&rows.map(|row| row[j]));
+                        if !visit(j, amplitude[j], by_parameters(all, p, &gain)) {
                             return false;
                         }
                     }
@@ -208,7 +213,7 @@ impl LeastSquares for EnvelopeProblem {
             return false;
         }
         if free.len() <= FEW {
-            self.sums::<FEW>(p, free, out, limit)
+            self.closed_sums(p, free, out, limit).unwrap_or_else(|| self.sums::<FEW>(p, free, out, limit))
         } else {
             self.sums::<COUNT>(p, free, out, limit)
         }
@@ -226,7 +231,111 @@ impl LeastSquares for EnvelopeProblem {
 /// Amplitude and the losses compared by default.
 const FEW: usize = 4;
 
+/// Points whose sums are found together.
+const TOGETHER: usize = 8;
+
+/// Sums over amplitudes that the closed law gives at once.
+struct ClosedSums<'a> {
+    problem: &'a EnvelopeProblem,
+    law: &'a AmplitudeLaw,
+    points: &'a Points,
+    /// `x_F` times the derivative of its rate by the decay rate, and that rate for each of it.
+    gains: [f64; 2],
+}
+
+/// Numbers of some points.
+type Together = [f64; TOGETHER];
+
+/// Products of rows, of the rows and the residuals, and the sum of squares, place by place.
+struct Sums {
+    jtj: [[Together; FEW]; FEW],
+    jtr: [Together; FEW],
+    rss: Together,
+}
+
+impl ClosedSums<'_> {
+    /// Adds value, weight, amplitude and derivatives of some points.
+    #[inline(always)]
+    fn add(&self, sums: &mut Sums, [value, weight, a, by_a, by_x, by_d, by_c]: [&Together; 7]) {
+        let Self { problem, law, gains: [through_delta, gain], .. } = *self;
+        let half_variance = 0.5 * problem.time_variance_s2;
+        let (mut rows, mut residual) = ([*by_a, *by_x, *by_d, *by_c], [0.0; TOGETHER]);
+        for n in 0..TOGETHER {
+            let rate = law.a0 + a[n] * (law.a1 + a[n] * law.a2);
+            let second = rate * (law.a1 + 2.0 * a[n] * law.a2);
+            let bias = if a[n] > 0.0 { half_variance * second } else { 0.0 };
+            residual[n] = value[n] - (a[n] + bias);
+            rows[DELTA][n] = by_d[n] + by_x[n] * through_delta;
+            rows[X_F][n] = by_x[n] * gain;
+        }
+        for i in 0..FEW {
+            let mut weighted = [0.0; TOGETHER];
+            for n in 0..TOGETHER {
+                weighted[n] = weight[n] * rows[i][n];
+                sums.jtr[i][n] += weighted[n] * residual[n];
+            }
+            for k in 0..=i {
+                for n in 0..TOGETHER {
+                    sums.jtj[i][k][n] += weighted[n] * rows[k][n];
+                }
+            }
+        }
+        for n in 0..TOGETHER {
+            sums.rss[n] += weight[n] * residual[n] * residual[n];
+        }
+    }
+}
+
+impl pulp::NullaryFnOnce for ClosedSums<'_> {
+    type Output = Sums;
+
+    #[inline(always)]
+    fn call(self) -> Sums {
+        const NONE: Together = [0.0; TOGETHER];
+        let mut sums = Sums { jtj: [[NONE; FEW]; FEW], jtr: [NONE; FEW], rss: NONE };
+        let [amplitude, by_a, by_x, by_d, by_c] = self.points.rows();
+        let columns = [&self.problem.value[..], &self.problem.weight, amplitude, by_a, by_x, by_d, by_c];
+        let [value, weight, a, by_a, by_x, by_d, by_c] = columns.map(|column| column.as_chunks().0);
+        for (((value, weight), (a, by_a)), ((by_x, by_d), by_c)) in
+            value.iter().zip(weight).zip(a.iter().zip(by_a)).zip(by_x.iter().zip(by_d).zip(by_c))
+        {
+            self.add(&mut sums, [value, weight, a, by_a, by_x, by_d, by_c]);
+        }
+        // The last places have no weight.
+        let rest = columns.map(|column| {
+            let mut piece = NONE;
+            let rest = column.as_chunks::<TOGETHER>().1;
+            piece[..rest.len()].copy_from_slice(rest);
+            piece
+        });
+        self.add(&mut sums, rest.each_ref());
+        sums
+    }
+}
+
 impl EnvelopeProblem {
+    /// [`Self::sums`] by the first [`FEW`] parameters where the closed law is the law; `None` elsewhere.
+    fn closed_sums(&self, p: &[f64], free: &[usize], out: &mut Normal, limit: f64) -> Option<bool> {
+        if self.squared || free.iter().any(|k| *k >= FEW) {
+            return None;
+        }
+        let law = law_of(p, self.omega);
+        let points = self.at_once(&law, Carried::Closed)?;
+        let [gain, gain_by_delta, _] = sliding_gain(p[DELTA], self.omega);
+        let gains = [p[X_F] * gain_by_delta, gain];
+        let sums = ClosedSums { problem: self, law: &law, points: &points, gains };
+        let Sums { jtj, jtr, rss } = crate::numeric::dispatch(sums);
+        let total = |places: &Together| places.iter().sum::<f64>();
+        for &a in free {
+            out.jtr[a] = total(&jtr[a]);
+            for &b in free.iter().filter(|b| **b <= a) {
+                out.jtj[(a, b)] = total(&jtj[a][b]);
+            }
+        }
+        out.rss = total(&rss);
+        Some(out.rss <= limit && out.rss.is_finite())
+    }
+
     /// The sums by at most `N` free parameters; `false` where that of squares exceeds `limit`.
     fn sums<const N: usize>(&self, p: &[f64], free: &[usize], out: &mut Normal, limit: f64) -> bool {
         let law = law_of(p, self.omega);

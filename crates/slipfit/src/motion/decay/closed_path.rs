@@ -18,21 +18,37 @@ const LEAST_LEFT: f64 = 1e-6;
 /// Largest exponent.
 const MOST_EXPONENT: f64 = 600.0;
 
-/// An amplitude, and its derivatives by the start, sliding, viscous and drag loss.
-pub(crate) type Point = (f64, [f64; 4]);
+/// Amplitudes at some times and their derivatives by the start, sliding, viscous and drag loss, each of them in a row.
+#[derive(Debug)]
+pub(crate) struct Points {
+    count: usize,
+    rows: Vec<f64>,
+}
+
+/// Rows of an amplitude and its derivatives, and those that are needed to find them.
+const FOUND: usize = 5;
+const ROWS: usize = FOUND + 2;
+
+impl Points {
+    /// The amplitudes, then their derivatives.
+    #[inline(always)]
+    pub(crate) fn rows(&self) -> [&[f64]; FOUND] {
+        std::array::from_fn(|k| &self.rows[k * self.count..][..self.count])
+    }
+}
 
 /// Amplitude and derivatives at ascending times after the start, the amplitude zero without derivatives behind the stop.
 /// `None` where they have to be followed step by step: where the loss changes much from one time to the next, or is none.
-pub(crate) fn at_times(law: &AmplitudeLaw, times: &[f64]) -> Option<Vec<Point>> {
+pub(crate) fn at_times(law: &AmplitudeLaw, times: &[f64]) -> Option<Points> {
     let &last = times.last()?;
     let stiffness = law.a1.abs() + 2.0 * law.a2.abs() * law.initial.abs();
-    let mut longest = times[0];
+    let (mut longest, mut shortest) = (times[0], f64::INFINITY);
     for pair in times.windows(2) {
         let step = pair[1] - pair[0];
-        // A time before the last one counts as no step.
         longest = if step > longest { step } else { longest };
+        shortest = if step < shortest { step } else { shortest };
     }
-    if !(law.is_closed() && times[0] >= 0.0 && longest * stiffness <= STEP) {
+    if !(law.is_closed() && times[0] >= 0.0 && longest * stiffness <= STEP && shortest >= 0.0) {
         return None;
     }
     let d = 4.0 * law.a0 * law.a2 - law.a1 * law.a1;
@@ -42,49 +58,9 @@ pub(crate) fn at_times(law: &AmplitudeLaw, times: &[f64]) -> Option<Vec<Point>> 
         Form::Tangent(root) => 0.5 * root * last < MOST_ANGLE,
         Form::Falling(r) => r * last < MOST_EXPONENT,
     };
-    if !within {
-        return None;
-    }
-    // The middle of each step, and its end.
-    let mut before = 0.0;
-    let mut amplitudes = Vec::with_capacity(2 * times.len());
-    for &t in times {
-        amplitudes.extend([0.5 * (before + t), t]);
-        before = t;
-    }
-    let mut shares = vec![0.0; amplitudes.len()];
-    crate::numeric::dispatch(Evaluate { law, form, amplitudes: &mut amplitudes, shares: &mut shares });
-    let first = law.closed_rate(law.initial);
-    let over_first = 1.0 / first;
-    let powers = |a: f64, share: f64| [share, a * share, a * a * share];
-    let mut sums = [0.0; 3];
-    let (mut before, mut start) = (0.0, powers(law.initial, over_first));
-    let mut points = Vec::with_capacity(times.len());
-    for ((&t, a), share) in times.iter().zip(amplitudes.as_chunks::<2>().0).zip(shares.as_chunks::<2>().0) {
-        let &[middle, after] = a;
-        if after <= 0.0 {
-            points.resize(times.len(), (0.0, [0.0; 4]));
-            return Some(points);
-        }
-        let falls = share[0] * first > 0.0 && share[1] * first > 0.0 && after <= law.initial;
-        if !falls || t < before {
-            return None;
-        }
-        let rate = law.closed_rate(after);
-        // Losses that cancel along the decay leave rounding alone.
-        let size = law.a0.abs() + after * (law.a1.abs() + after * law.a2.abs());
-        if !(rate.abs() > LEAST_LEFT * size) {
-            return None;
-        }
-        let sixth = (t - before) / 6.0;
-        let (half, end) = (powers(middle, share[0]), powers(after, share[1]));
-        for k in 0..3 {
-            sums[k] += sixth * (start[k] + 4.0 * half[k] + end[k]);
-        }
-        points.push((after, [rate * over_first, -rate * sums[0], -rate * sums[1], -rate * sums[2]]));
-        (before, start) = (t, end);
-    }
-    Some(points)
+    let mut rows = vec![0.0; ROWS * times.len()];
+    let found = within && crate::numeric::dispatch(Evaluate { law, form, times, rows: &mut rows });
+    found.then_some(Points { count: times.len(), rows })
 }
 
 /// The function of time that the law is, with `D = 4 a0 a2 - a1²`.
@@ -96,34 +72,25 @@ enum Form {
     Falling(f64),
 }
 
-/// Amplitudes in the place of times, and `1/R` there.
-struct Evaluate<'a> {
-    law: &'a AmplitudeLaw,
-    form: Form,
-    amplitudes: &'a mut [f64],
-    shares: &'a mut [f64],
-}
-
-impl pulp::NullaryFnOnce for Evaluate<'_> {
-    type Output = ();
-
+impl Form {
+    /// Amplitudes in the place of times.
     #[inline(always)]
-    fn call(self) {
-        let AmplitudeLaw { initial: a, a0, a1, a2, .. } = *self.law;
-        match self.form {
-            Form::Tangent(root) => {
-                for t in self.amplitudes.iter_mut() {
+    fn put(self, law: &AmplitudeLaw, row: &mut [f64]) {
+        let AmplitudeLaw { initial: a, a0, a1, a2, .. } = *law;
+        match self {
+            Self::Tangent(root) => {
+                for t in row {
                     let half = 0.5 * *t * root;
                     let (sin_over, cos) = trig::sin_over_and_cos(half);
                     let s = 0.5 * *t * sin_over;
                     *t = (a * (cos - a1 * s) - 2.0 * a0 * s) / (cos + (2.0 * a2 * a + a1) * s);
                 }
             }
-            Form::Falling(r) => {
-                let (less, more) = self.law.roots(r);
+            Self::Falling(r) => {
+                let (less, more) = law.roots(r);
                 let (over_r, near) = (1.0 / r.max(f64::MIN_POSITIVE), std::f64::consts::FRAC_PI_2);
                 let (top, bottom) = (a0 + 0.5 * a * less, 0.5 * more + a2 * a);
-                for t in self.amplitudes.iter_mut() {
+                for t in row {
                     let y = 0.5 * r * *t;
                     let half = trig::exp(-y);
                     let e = half * half;
@@ -134,9 +101,102 @@ impl pulp::NullaryFnOnce for Evaluate<'_> {
                 }
             }
         }
-        for (share, &a) in self.shares.iter_mut().zip(&*self.amplitudes) {
-            *share = 1.0 / (a0 + a * (a1 + a * a2));
+    }
+}
+
+/// `A^k/R` for each loss.
+#[inline(always)]
+fn powers(amplitude: f64, share: f64) -> [f64; 3] {
+    [share, amplitude * share, amplitude * amplitude * share]
+}
+
+/// Simpson's rule for each loss.
+#[inline(always)]
+fn simpson(passed: f64, begin: [f64; 3], halfway: [f64; 3], end: [f64; 3]) -> [f64; 3] {
+    let sixth = passed / 6.0;
+    [
+        sixth * (begin[0] + 4.0 * halfway[0] + end[0]),
+        sixth * (begin[1] + 4.0 * halfway[1] + end[1]),
+        sixth * (begin[2] + 4.0 * halfway[2] + end[2]),
+    ]
+}
+
+/// The rows of [`Points`]; whether they could be found.
+struct Evaluate<'a> {
+    law: &'a AmplitudeLaw,
+    form: Form,
+    times: &'a [f64],
+    rows: &'a mut [f64],
+}
+
+impl pulp::NullaryFnOnce for Evaluate<'_> {
+    type Output = bool;
+
+    #[inline(always)]
+    fn call(self) -> bool {
+        let Self { law, form, times, rows } = self;
+        let count = times.len();
+        let mut rows = rows.chunks_exact_mut(count);
+        let [Some(amplitude), Some(share), Some(by_0), Some(by_1), Some(by_2), Some(middle), Some(half)] =
+            std::array::from_fn(|_| rows.next())
+        else {
+            return false;
+        };
+        amplitude.copy_from_slice(times);
+        middle[0] = 0.5 * times[0];
+        for (middle, pair) in middle[1..].iter_mut().zip(times.windows(2)) {
+            *middle = 0.5 * (pair[0] + pair[1]);
         }
+        form.put(law, amplitude);
+        form.put(law, middle);
+        let moving = amplitude.iter().position(|a| *a <= 0.0).unwrap_or(count);
+        for row in [&mut *amplitude, &mut *share, &mut *by_0, &mut *by_1, &mut *by_2] {
+            row[moving..].fill(0.0);
+        }
+        let (amplitude, share, times) = (&amplitude[..moving], &mut share[..moving], &times[..moving]);
+        let [by_0, by_1, by_2] = [by_0, by_1, by_2].map(|row| &mut row[..moving]);
+        let (middle, half) = (&middle[..moving], &mut half[..moving]);
+        // 1/R in the middle of each step and at its end.
+        let first = law.closed_rate(law.initial);
+        let over_first = 1.0 / first;
+        let mut is_fall = true;
+        for i in 0..moving {
+            let (a, rate) = (amplitude[i], law.closed_rate(amplitude[i]));
+            share[i] = 1.0 / rate;
+            half[i] = 1.0 / law.closed_rate(middle[i]);
+            // Losses that cancel along the decay leave rounding alone.
+            let size = law.a0.abs() + a * (law.a1.abs() + a * law.a2.abs());
+            is_fall &= (share[i] * first > 0.0)
+                & (half[i] * first > 0.0)
+                & (a <= law.initial)
+                & (rate.abs() > LEAST_LEFT * size);
+        }
+        if !is_fall {
+            return false;
+        }
+        if moving > 0 {
+            let begin = powers(law.initial, over_first);
+            let (halfway, end) = (powers(middle[0], half[0]), powers(amplitude[0], share[0]));
+            [by_0[0], by_1[0], by_2[0]] = simpson(times[0], begin, halfway, end);
+        }
+        for i in 1..moving {
+            let begin = powers(amplitude[i - 1], share[i - 1]);
+            let (halfway, end) = (powers(middle[i], half[i]), powers(amplitude[i], share[i]));
+            [by_0[i], by_1[i], by_2[i]] = simpson(times[i] - times[i - 1], begin, halfway, end);
+        }
+        let mut sums = [0.0; 3];
+        for ((by_0, by_1), by_2) in by_0.iter_mut().zip(&mut *by_1).zip(&mut *by_2) {
+            for (sum, by) in sums.iter_mut().zip([by_0, by_1, by_2]) {
+                *sum += *by;
+                *by = *sum;
+            }
+        }
+        for i in 0..moving {
+            let rate = law.closed_rate(amplitude[i]);
+            share[i] = rate * over_first;
+            (by_0[i], by_1[i], by_2[i]) = (-rate * by_0[i], -rate * by_1[i], -rate * by_2[i]);
+        }
+        true
     }
 }
 
@@ -145,6 +205,9 @@ mod tests {
     use super::super::path::{AmplitudePath, Carried};
     use super::*;
     use proptest::prelude::*;
+
+    /// An amplitude, and its derivatives.
+    type Point = (f64, [f64; 4]);
 
     /// Step by step.
     fn followed(law: AmplitudeLaw, times: &[f64]) -> Vec<Point> {
@@ -161,6 +224,8 @@ mod tests {
 
     fn assert_alike(law: AmplitudeLaw, times: &[f64]) -> bool {
         let Some(found) = at_times(&law, times) else { return false };
+        let [amplitude, by @ ..] = found.rows();
+        let found: Vec<Point> = (0..times.len()).map(|i| (amplitude[i], by.map(|row| row[i]))).collect();
         let expected = followed(law, times);
         let largest = |k: usize| expected.iter().map(|(_, by)| by[k].abs()).fold(0.0, f64::max);
         for (i, ((a, by), (b, expected))) in found.iter().zip(&expected).enumerate() {
