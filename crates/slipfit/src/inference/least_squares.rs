@@ -279,9 +279,14 @@ pub(crate) fn linear(
     for (row, value, weight) in rows {
         sums.add_row(&row, value, weight);
     }
-    let free: Vec<usize> = (0..columns).collect();
-    let (step, gain) = solve(&sums, &free, 0.0)?;
-    let covariance = invert(&sums, &free, columns)?;
+    linear_of(&sums, &(0..columns).collect::<Vec<usize>>())
+}
+
+/// The same by some of the columns whose sums are known.
+pub(crate) fn linear_of(sums: &Normal, columns: &[usize]) -> Option<(Vec<f64>, DMatrix<f64>, f64)> {
+    let (step, gain) = solve(sums, columns, 0.0)?;
+    let all = invert(sums, columns, sums.jtr.len())?;
+    let covariance = DMatrix::from_fn(columns.len(), columns.len(), |i, j| all[(columns[i], columns[j])]);
     Some((step, covariance, (sums.rss - gain).max(0.0)))
 }
 

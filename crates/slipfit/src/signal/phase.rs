@@ -7,7 +7,7 @@
 use super::blocks::{Block, PhaseAt};
 use super::phase_walk::{PhaseError, Smoothed, walk_rate};
 use crate::inference::evidence::bic;
-use crate::inference::least_squares::linear;
+use crate::inference::least_squares::{Normal, linear, linear_of};
 use crate::inference::noise::{ar1_variance_inflation, autocorrelation};
 use crate::numeric::robust::median;
 use nalgebra::DVector;
@@ -88,18 +88,14 @@ pub(crate) fn smooth(blocks: &[Block], amplitude: &[f64], noise_rms: f64) -> Opt
         let total: f64 = weight.iter().sum();
         blocks.iter().zip(&weight).map(|(b, w)| b.omega * w).sum::<f64>() / total
     };
-    let row = |j: usize, columns: &[Column]| -> Vec<f64> {
-        columns
-            .iter()
-            .map(|c| match c {
-                Column::One => 1.0,
-                Column::Time => tau[j] / span,
-                Column::Square => square[j] / span,
-                Column::Fourth => fourth[j] / span,
-                Column::Chirp => (tau[j] / span - 0.5).powi(2),
-            })
-            .collect()
+    let at = |j: usize, column: Column| match column {
+        Column::One => 1.0,
+        Column::Time => tau[j] / span,
+        Column::Square => square[j] / span,
+        Column::Fourth => fourth[j] / span,
+        Column::Chirp => (tau[j] / span - 0.5).powi(2),
     };
+    let row = |j: usize, columns: &[Column]| -> Vec<f64> { columns.iter().map(|c| at(j, *c)).collect() };
     // Only strong blocks take part: a weak one may have slipped a turn. One among weak ones is noise.
     let is_strong = |j: usize| weight.get(j).is_some_and(|w| *w > LEAST_WEIGHT);
     let beside_strong = |j: usize| j > 0 && is_strong(j - 1) || is_strong(j + 1);
@@ -108,13 +104,17 @@ pub(crate) fn smooth(blocks: &[Block], amplitude: &[f64], noise_rms: f64) -> Opt
         return None;
     }
     unslip(&mut phase, &tau, &weight, span);
+    let mut sums = Normal::zeros(EVERY.len());
+    for &j in &strong {
+        sums.add_row(&EVERY.map(|column| at(j, column)), phase[j], weight[j]);
+    }
     let mut best: Option<Candidate> = None;
     for columns in MODELS {
         if strong.len() < columns.len() + 2 && columns.len() > 2 {
             continue;
         }
-        let rows = strong.iter().map(|&j| (row(j, columns), phase[j], weight[j]));
-        let Some((c, covariance, rss)) = linear(rows, columns.len()) else { continue };
+        let places: Vec<usize> = columns.iter().map(|c| *c as usize).collect();
+        let Some((c, covariance, rss)) = linear_of(&sums, &places) else { continue };
         let n = strong.len() as f64;
         // The noise is known, so is the scale: chi-squared, not its logarithm, unless it is in excess.
         let score = bic(rss.max(n), n, n, columns.len()) + if columns.len() > 2 { 6.0 } else { 0.0 };
@@ -268,6 +268,9 @@ enum Column {
     Fourth,
     Chirp,
 }
+
+/// All columns, in their order.
+const EVERY: [Column; 5] = [Column::One, Column::Time, Column::Square, Column::Fourth, Column::Chirp];
 
 /// Columns that are free while the random walk of the phase is estimated.
 const WIDEST: [Column; 4] = [Column::One, Column::Time, Column::Square, Column::Chirp];
