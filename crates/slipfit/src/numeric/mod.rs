@@ -32,6 +32,20 @@ pub(crate) fn dispatch<Op: pulp::WithSimd>(op: Op) -> Op::Output {
 /// The golden section, `(√5 - 1)/2`: it divides a bracket, and its multiples are spread most evenly.
 pub(crate) const GOLDEN_SECTION: f64 = 0.618_033_988_749_894_8;
 
+/// Sum of what `of` makes of each value; lane by lane, since one chain of additions waits for each.
+#[inline(always)]
+pub(crate) fn sum_of(values: &[f64], of: impl Fn(f64) -> f64) -> f64 {
+    const LANES: usize = 16;
+    let (pieces, rest) = values.as_chunks::<LANES>();
+    let mut sums = [0.0; LANES];
+    for piece in pieces {
+        for k in 0..LANES {
+            sums[k] += of(piece[k]);
+        }
+    }
+    sums.iter().sum::<f64>() + rest.iter().map(|v| of(*v)).sum::<f64>()
+}
+
 /// Least and greatest value; lane by lane, since one chain of comparisons waits for each.
 pub(crate) fn extremes(values: &[f64]) -> (f64, f64) {
     const LANES: usize = 8;

@@ -2,6 +2,7 @@
 
 use super::criteria::ActivePartCriteria;
 use crate::numeric::robust::median;
+use crate::numeric::sum_of;
 use std::ops::Range;
 
 /// Windows the record is divided into.
@@ -60,8 +61,8 @@ pub(crate) fn active_part(signal: &[f64], criteria: &ActivePartCriteria) -> Opti
 
 fn variance_of(part: &[f64]) -> f64 {
     let n = part.len() as f64;
-    let mean = part.iter().sum::<f64>() / n;
-    part.iter().map(|x| (x - mean).powi(2)).sum::<f64>() / n
+    let mean = sum_of(part, |x| x) / n;
+    sum_of(part, |x| (x - mean).powi(2)) / n
 }
 
 #[cfg(test)]

@@ -129,24 +129,35 @@ pub(crate) fn clipped_crests(
     let window = answer.segment.start_s..=answer.segment.end_s;
     let mut found = ClippedCrests { samples: 0, end_s: f64::NEG_INFINITY };
     let (mut beyond, mut runs) = (0.0, 0);
-    let mut first = 0;
-    for run in samples.signal.chunk_by(|x, y| x == y) {
-        let range = first..first + run.len();
-        first = range.end;
-        let side = if run[0] == high { 1.0 } else { -1.0 };
-        if run.len() < criteria.cut_run || (run[0] != high && run[0] != low) {
+    let mut from = 0;
+    while let Some(first) = next_of(&samples.signal, from, [low, high]) {
+        let level = samples.signal[first];
+        let length = samples.signal[first..].iter().take_while(|x| **x == level).count();
+        from = first + length;
+        let side = if level == high { 1.0 } else { -1.0 };
+        if length < criteria.cut_run {
             continue;
         }
-        let times = samples.time[range].iter().filter(|t| window.contains(t));
+        let times = samples.time[first..from].iter().filter(|t| window.contains(t));
         let before = found.samples;
         for &t in times {
-            beyond += side * (answer.fit.signal_at(t) - run[0]);
+            beyond += side * (answer.fit.signal_at(t) - level);
             (found.samples, found.end_s) = (found.samples + 1, t);
         }
         runs += usize::from(found.samples > before);
     }
     let margin = criteria.cut_errors * answer.diagnostics.noise_rms;
     (runs >= criteria.cut_runs && beyond > margin * found.samples as f64).then_some(found)
+}
+
+/// The next sample at one of two levels, looked for in pieces that are compared at once.
+fn next_of(signal: &[f64], from: usize, levels: [f64; 2]) -> Option<usize> {
+    const PIECE: usize = 64;
+    let is_one = |x: &f64| (*x == levels[0]) | (*x == levels[1]);
+    let pieces = signal.get(from..)?.chunks(PIECE);
+    let before = pieces.take_while(|piece| !piece.iter().fold(false, |any, x| any | is_one(x))).count();
+    let first = from + before * PIECE;
+    signal.get(first..)?.iter().position(is_one).map(|k| first + k)
 }
 
 /// How many of the first blocks are clipped or lie before clipped ones. `None` where there are

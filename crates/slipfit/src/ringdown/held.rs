@@ -2,6 +2,7 @@
 
 use super::criteria::HeldCriteria;
 use crate::numeric::robust::{deviation, median};
+use crate::numeric::sum_of;
 use std::ops::Range;
 
 /// Windows the record is divided into: more show a short hold, longer ones average more of the noise.
@@ -36,7 +37,7 @@ fn release_among(windows: usize, signal: &[f64], criteria: &HeldCriteria) -> Opt
     let relative = |x: f64| (x - centre) / (level - centre);
     let (before, behind) = (&signal[..held.start * length], &signal[held.end * length..]);
     let across = before.iter().filter(|x| relative(**x) < -criteria.across).count();
-    let widest = behind.chunks(length).map(mean).map(|m| relative(m).abs()).fold(0.0, f64::max);
+    let widest = means[held.end..].iter().map(|m| relative(*m).abs()).fold(0.0, f64::max);
     let leaving = means[held.end..].iter().position(|m| relative(*m) < criteria.left)?;
     // The swing across takes three times as long as the deflection takes to be left.
     let first_swing = criteria.leaving_times * ((leaving + 1) * length) as f64;
@@ -88,7 +89,7 @@ fn longest_level(means: &[f64], centre: f64, range: f64) -> Option<Range<usize>>
 }
 
 fn mean(values: &[f64]) -> f64 {
-    values.iter().sum::<f64>() / values.len() as f64
+    sum_of(values, |x| x) / values.len() as f64
 }
 
 #[cfg(test)]

@@ -2,6 +2,7 @@
 
 use super::criteria::SpikeCriteria;
 use crate::numeric::robust::deviation;
+use crate::numeric::{extremes, sum_of};
 
 /// Samples judged together: the noise and the size of the motion change along a record.
 const WINDOW: usize = 256;
@@ -27,11 +28,9 @@ pub(crate) fn spikes(time: &[f64], signal: &[f64], criteria: &SpikeCriteria) -> 
         let off = &mut off[..end - from];
         let rows = signal[from - REACH..end + REACH].windows(2 * REACH + 1);
         off.iter_mut().zip(rows).for_each(|(off, row)| *off = off_neighbours(row));
-        let (mut sum, mut largest) = (0.0, 0.0f64);
-        for square in off.iter().map(|o| o * o) {
-            sum += square;
-            largest = largest.max(square);
-        }
+        let sum = sum_of(off, |o| o * o);
+        let (low, high) = extremes(off);
+        let largest = (low * low).max(high * high);
         if largest * off.len() as f64 > GATE * sum {
             let least = least_spike(&signal[from - REACH..end + REACH], off, criteria);
             let is_spike = |i: &usize| {
