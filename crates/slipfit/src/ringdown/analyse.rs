@@ -87,7 +87,8 @@ pub fn analyse(record: &Record, options: &Options) -> Result<Answer, Error> {
 pub fn analyse_with(record: &Record, options: &Options, criteria: &Criteria) -> Result<Answer, Error> {
     options.check()?;
     let options = &below_half_the_rate(record, options)?;
-    let whole = Samples::prepare(record, options, criteria)?;
+    let prepared = Samples::prepare(record, options, criteria)?;
+    let whole = prepared.borrowed();
     let mut answer = analyse_from_release(&whole, record, options, criteria)?;
     if record.kind().oscillates()
         && let Some(other) = other_motion(&whole, &answer, &criteria.other_motion)

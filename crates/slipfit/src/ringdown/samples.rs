@@ -93,6 +93,18 @@ impl<'a> Samples<'a> {
         })
     }
 
+    /// The same samples, which take no memory to copy.
+    pub(crate) fn borrowed(&self) -> Samples<'_> {
+        Samples {
+            time: Cow::Borrowed(&self.time),
+            signal: Cow::Borrowed(&self.signal),
+            quadrature: self.quadrature.as_deref().map(Cow::Borrowed),
+            spikes_s: self.spikes_s.clone(),
+            rest: self.rest.as_ref().map(|(time, signal)| (Cow::Borrowed(&**time), Cow::Borrowed(&**signal))),
+            ..*self
+        }
+    }
+
     /// Some of the samples.
     pub(crate) fn part(&self, range: Range<usize>) -> Self {
         let to_the_end = range.end == self.len();
