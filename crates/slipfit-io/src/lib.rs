@@ -234,6 +234,19 @@ pub fn read_sweep_from(
     read::curve::read(Origin::Stream(Box::new(reader)), name, options)
 }
 
+/// What turns numbers in the unit `from` into numbers in the unit `to`; `None` where they are not known to be units
+/// of one quantity (length, angle, time, frequency, voltage, current, conductance, resistance).
+///
+/// ```
+/// assert_eq!(slipfit_io::unit_factor("mm", "m"), Some(1e-3));
+/// assert_eq!(slipfit_io::unit_factor("m/N", "m/N"), Some(1.0));
+/// assert_eq!(slipfit_io::unit_factor("V", "m"), None);
+/// ```
+#[must_use]
+pub fn unit_factor(from: &str, to: &str) -> Option<f64> {
+    columns::units::ratio(from.trim(), to.trim())
+}
+
 /// Reads drive levels and the amplitudes they gave.
 ///
 /// A table with a column of frequencies besides holds a curve for each level;

@@ -45,7 +45,8 @@ pub struct ReadOptions {
     pub most_samples: Option<usize>,
     /// Column of the frequencies of a curve, of their periods or of shifts.
     pub frequency: Option<String>,
-    /// Unit of the frequencies: `Hz`, `kHz`, `MHz`, `rad/s`, `rpm`, or `s`, `ms` of a period.
+    /// Unit of the frequencies: `Hz`, `kHz`, `MHz`, `rad/s`, `rpm`, `s` or `ms` of a period, or `log10 Hz`,
+    /// `log10 kHz`, `ln rad/s` of logarithms.
     pub frequency_unit: Option<String>,
     /// The frequency (Hz) the shifts are counted from.
     pub centre_hz: Option<f64>,
@@ -53,7 +54,7 @@ pub struct ReadOptions {
     pub amplitude: Option<String>,
     /// Column of the phases.
     pub phase: Option<String>,
-    /// Unit of the phases: `deg` or `rad`.
+    /// Unit of the phases: `deg`, `rad`, `cycles`, or `pi` of multiples of it.
     pub phase_unit: Option<String>,
     /// Column of the real part of the response.
     pub real: Option<String>,
@@ -61,7 +62,7 @@ pub struct ReadOptions {
     pub imaginary: Option<String>,
     /// Column of the standard errors of the amplitudes.
     pub std_error: Option<String>,
-    /// Column of the drive: its level at each point, or in driven records its signal.
+    /// Column of the drive: its level at each point, or in driven records its signal; `none` where a curve has none.
     pub drive: Option<String>,
     /// Unit of the drive levels.
     pub drive_unit: Option<String>,

@@ -35,7 +35,7 @@ pub(crate) struct CurveArgs {
     #[arg(long, value_name = "COL", conflicts_with_all = ["amplitude", "phase"], help_heading = "Reading")]
     imaginary: Option<Text>,
 
-    /// Column of the drive: its level at each point, divided out (of raw records: its signal)
+    /// Column of the drive: its level at each point, divided out (of raw records: its signal); or none
     #[arg(long, value_name = "COL", help_heading = "Reading")]
     drive: Option<Text>,
 
@@ -43,7 +43,7 @@ pub(crate) struct CurveArgs {
     #[arg(long, value_name = "COL", help_heading = "Reading")]
     std_error: Option<Text>,
 
-    /// Unit of the frequencies: Hz, kHz, MHz, rad/s, rpm, or s, ms of periods
+    /// Unit of the frequencies: Hz, kHz, MHz, rad/s, rpm, s, ms of periods, or "log10 Hz" of logarithms
     #[arg(long, value_name = "UNIT", help_heading = "Reading")]
     frequency_unit: Option<Text>,
 
@@ -51,7 +51,7 @@ pub(crate) struct CurveArgs {
     #[arg(long, value_name = "UNIT", help_heading = "Reading")]
     unit: Option<Text>,
 
-    /// Unit of the phases: deg, rad
+    /// Unit of the phases: deg, rad, cycles, pi
     #[arg(long, value_name = "UNIT", help_heading = "Reading")]
     phase_unit: Option<Text>,
 

@@ -4,10 +4,11 @@ use slipfit::SignalKind;
 
 use super::{
     chooser::{Chooser, Picked, numbered},
+    drive::Drive,
     frequency::Frequency,
     head::Head,
     name,
-    response::{Response, Scale},
+    response::Response,
     role::Role,
     units::{self, Measures},
 };
@@ -18,7 +19,7 @@ use crate::{error::ReadProblem, options::ReadOptions, report::Note};
 pub(crate) struct Choice {
     pub(crate) frequency: Frequency,
     pub(crate) response: Response,
-    pub(crate) drive: Option<Picked>,
+    pub(crate) drive: Option<Drive>,
     pub(crate) std_error: Option<Picked>,
     pub(crate) kind: SignalKind,
     pub(crate) unit: String,
@@ -34,7 +35,7 @@ impl Choice {
     pub(crate) fn columns(&self) -> Vec<(&'static str, &Picked)> {
         let mut columns = self.frequency.columns();
         columns.extend(self.response.columns());
-        columns.extend(self.drive.as_ref().map(|d| ("drive", d)));
+        columns.extend(self.drive.as_ref().map(|d| ("drive", &d.column)));
         columns.extend(self.std_error.as_ref().map(|e| ("std_error", e)));
         columns
     }
@@ -53,8 +54,8 @@ impl Chooser<'_> {
         let mut taken: Vec<usize> = indices(frequency.columns());
         let response = self.response(&taken)?;
         taken.extend::<Vec<usize>>(indices(response.columns()));
-        let drive = self.drive(&taken)?;
-        taken.extend(drive.as_ref().map(|d| d.index));
+        let drive = self.drive(&response, &taken)?;
+        taken.extend(drive.as_ref().map(|d| d.column.index));
         let std_error = self.std_error(&response, &taken)?;
         taken.extend(std_error.as_ref().map(|e| e.index));
         let (kind, unit) = self.kind(&response);
@@ -84,30 +85,14 @@ impl Chooser<'_> {
         Ok((runs, run))
     }
 
-    fn drive(&mut self, taken: &[usize]) -> Result<Option<Picked>, ReadProblem> {
-        if let Some(index) = self.asked("drive", &self.options.drive)? {
-            return Ok(Some(self.picked(index, "asked for")));
-        }
-        let Some(index) = self.of_role(Role::Drive, taken) else { return Ok(None) };
-        if self.finite(index).any(|v| v <= 0.0) {
-            self.note_not_positive(index, "a drive", "divided out", "drive");
-            return Ok(None);
-        }
-        Ok(Some(self.picked(index, "named like a drive; divided out")))
-    }
-
-    fn note_not_positive(&mut self, index: usize, like: &str, used: &str, option: &'static str) {
-        let label = self.label(index);
-        let text =
-            format!("{label} is named like {like} but is not above zero throughout: it was not {used}");
-        self.notes.push(Note::new(text).hint(option, "insists"));
-    }
-
     fn std_error(&mut self, response: &Response, taken: &[usize]) -> Result<Option<Picked>, ReadProblem> {
         if let Some(index) = self.asked("std_error", &self.options.std_error)? {
             return Ok(Some(self.picked(index, "asked for")));
         }
-        let Response::Amplitude(amplitude, Scale::Linear, _) = response else { return Ok(None) };
+        let Response::Amplitude(amplitude, scale, _) = response else { return Ok(None) };
+        if scale.factor().is_none() {
+            return Ok(None);
+        }
         let names = &self.head.names;
         let theirs = name::words(&names[amplitude.index].bare);
         // Errors of something else name it, or stand behind it.
@@ -149,7 +134,7 @@ impl Chooser<'_> {
             Response::Complex(re, _) => {
                 (self.options.unit.clone().unwrap_or_else(|| re.unit.clone()), re.index)
             }
-            Response::Admittance(..) | Response::Impedance(..) => {
+            Response::Admittance(..) | Response::Impedance(..) | Response::Modulus { .. } => {
                 return (SignalKind::Velocity, "F".to_owned());
             }
         };
@@ -159,7 +144,12 @@ impl Chooser<'_> {
         let name = &self.head.names[index];
         // A name says so by a word, not by a letter that means something else here.
         let long = name::words(&name.bare).first().is_some_and(|w| w.chars().count() > 3);
+        let bare = name.bare.to_lowercase();
+        let named = |words: &[&str]| words.iter().any(|word| bare.contains(word));
         let kind = match (Role::in_record(name), units::measures(&unit)) {
+            // A response to a force has a name of its own for each kind.
+            (_, None) if named(&["mobilit", "movilidad"]) => SignalKind::Velocity,
+            (_, None) if named(&["inertanc", "accelerance"]) => SignalKind::Acceleration,
             (Role::Signal { kind: kind @ (SignalKind::Velocity | SignalKind::Acceleration), .. }, _)
                 if long =>
             {

@@ -1,10 +1,10 @@
 //! Which column holds the frequencies of a curve.
 
-use std::f64::consts::TAU;
+use std::f64::consts::{E, TAU};
 
 use super::{
     chooser::{Chooser, Picked},
-    name::Name,
+    name::{self, Name},
     role::Role,
     units::{self, Measures},
 };
@@ -18,6 +18,8 @@ use crate::{
 pub(crate) enum Frequency {
     /// Times a factor to Hz.
     Plain(Picked, f64),
+    /// Logarithms to a base of frequencies, which are times a factor Hz.
+    Logarithm(Picked, f64, f64),
     /// The factor for its unit to seconds.
     Period(Picked, f64),
     /// Times a factor, from a centre in Hz or from one that stands in a column, with its factor.
@@ -34,7 +36,7 @@ impl Frequency {
     /// The columns read, with what they are; the first is the one swept.
     pub(super) fn columns(&self) -> Vec<(&'static str, &Picked)> {
         match self {
-            Self::Plain(p, _) => vec![("frequency", p)],
+            Self::Plain(p, _) | Self::Logarithm(p, ..) => vec![("frequency", p)],
             Self::Period(p, _) => vec![("period", p)],
             Self::Shift(p, _, Centre::Hz(_)) => vec![("shift", p)],
             Self::Shift(p, _, Centre::Column(c, _)) => vec![("shift", p), ("centre", c)],
@@ -43,9 +45,32 @@ impl Frequency {
 
     /// The column of the frequencies, periods or shifts.
     pub(super) fn swept(&self) -> &Picked {
-        let (Self::Plain(p, _) | Self::Period(p, _) | Self::Shift(p, ..)) = self;
+        let (Self::Plain(p, _) | Self::Logarithm(p, ..) | Self::Period(p, _) | Self::Shift(p, ..)) = self;
         p
     }
+}
+
+/// Base and factor to Hz of a column of logarithms, by its header or by the unit given: `log10 f`, `lg(f/kHz)`,
+/// `ln omega`, `log10 kHz`.
+fn logarithm(header: &str) -> Option<(f64, f64)> {
+    let lower = header.trim().to_lowercase();
+    let (rest, base) = [("log10", 10.0), ("log_10", 10.0), ("log", 10.0), ("lg", 10.0), ("ln", E)]
+        .into_iter()
+        .find_map(|(word, base)| Some((lower.strip_prefix(word)?, base)))?;
+    let words = name::words(rest);
+    let of = words.first()?.as_str();
+    let angular = matches!(of, "omega" | "\u{3c9}" | "w");
+    // `logf` is one word, `logger` another.
+    let apart =
+        !rest.starts_with(char::is_alphabetic) || matches!(of, "f" | "freq" | "frequency" | "frequenz");
+    let frequency = matches!(of, "f" | "nu" | "\u{3bd}") || of.starts_with("freq") || of.starts_with("frec");
+    // A unit keeps its case: mHz and MHz.
+    let marks = |c: char| c.is_whitespace() || "()[]{},;".contains(c);
+    let unit = header.trim().split(marks).flat_map(|part| [Some(part), part.split_once('/').map(|p| p.1)]);
+    let factor = unit.flatten().find_map(units::hertz);
+    let factor = factor.unwrap_or(if angular { 1.0 / TAU } else { 1.0 });
+    let unit_alone = units::hertz(rest.trim_matches(|c: char| marks(c))).is_some();
+    (apart && (frequency || angular) || unit_alone).then_some((base, factor))
 }
 
 impl Chooser<'_> {
@@ -55,7 +80,11 @@ impl Chooser<'_> {
             Some(index) => (index, self.roles[index], "asked for"),
             None => self.find_frequency()?,
         };
-        let unit = match self.options.frequency_unit.as_deref() {
+        let unit = self.options.frequency_unit.as_deref();
+        if let Some((base, factor)) = logarithm(unit.unwrap_or(&self.head.names[index].header)) {
+            return Ok(self.logarithms(index, why, base, factor));
+        }
+        let unit = match unit {
             Some(unit) => unit.trim().to_owned(),
             None => self.head.names[index].unit.clone(),
         };
@@ -74,7 +103,7 @@ impl Chooser<'_> {
                 factor
             }
             None if self.options.frequency_unit.is_some() => {
-                let known = "Hz, kHz, MHz, rad/s, rpm, or s, ms and us of a period";
+                let known = "Hz, kHz, MHz, rad/s, rpm, s, ms and us of a period, or log10 Hz";
                 let problem = OptionProblem::UnknownUnit(known);
                 return Err(ReadProblem::Option { option: "frequency_unit", value: unit, problem });
             }
@@ -94,6 +123,21 @@ impl Chooser<'_> {
         }
         let centre = self.centre(index)?;
         Ok(Frequency::Shift(picked, factor, centre))
+    }
+
+    /// A column of logarithms of frequencies.
+    fn logarithms(&mut self, index: usize, why: &str, base: f64, factor: f64) -> Frequency {
+        let mut picked = self.picked(index, why);
+        let base_name = if base == 10.0 { "10" } else { "e" };
+        let times = if factor == 1.0 { String::new() } else { format!(" times {factor:.6}") };
+        let text = format!(
+            "{} holds logarithms of frequencies: {base_name}^x{times} was taken as Hz",
+            self.label(index)
+        );
+        self.notes
+            .push(Note::new(text).hint("frequency_unit", "says otherwise, such as Hz or \"log10 kHz\""));
+        "Hz".clone_into(&mut picked.unit);
+        Frequency::Logarithm(picked, base, factor)
     }
 
     /// The unit of a frequency that names none.
@@ -194,5 +238,32 @@ impl Chooser<'_> {
         });
         let missing = || ReadProblem::NoCentre { column: self.label(shift) };
         named.map(Centre::Hz).ok_or_else(missing)
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn logarithms_of_frequencies_are_told_by_their_header() {
+        for (header, wanted) in [
+            ("log10 f", Some((10.0, 1.0))),
+            ("log10(f/Hz)", Some((10.0, 1.0))),
+            ("log10(f)", Some((10.0, 1.0))),
+            ("lg(f/kHz)", Some((10.0, 1e3))),
+            ("log f [MHz]", Some((10.0, 1e6))),
+            ("log10 frequency (mHz)", Some((10.0, 1e-3))),
+            ("logf", Some((10.0, 1.0))),
+            ("ln omega", Some((E, 1.0 / TAU))),
+            ("log10 kHz", Some((10.0, 1e3))),
+            ("log10(Hz)", Some((10.0, 1.0))),
+            ("log10 A", None),
+            ("logger frequency", None),
+            ("f (Hz)", None),
+            ("log", None),
+        ] {
+            assert_eq!(logarithm(header), wanted, "{header}");
+        }
     }
 }

@@ -5,6 +5,7 @@ mod chooser;
 pub(crate) mod clock;
 mod content;
 pub(crate) mod curve;
+mod drive;
 mod frequency;
 mod groups;
 pub(crate) mod head;
@@ -15,8 +16,10 @@ pub(crate) mod record;
 mod response;
 pub(crate) mod role;
 pub(crate) mod rows;
+mod scale;
 mod signal;
 pub(crate) mod units;
+mod unnamed;
 
 pub(crate) use chooser::{Chooser, Picked};
 pub(crate) use response::PEAK;

@@ -97,7 +97,8 @@ fn split_unit(text: &str) -> (String, String) {
         {
             let unit = text[from + open.len_utf8()..to].trim();
             let rest = format!("{} {}", text[..from].trim(), text[to + close.len_utf8()..].trim());
-            if units::measures(unit).is_some() || (unit.len() > 1 && !unit.contains(char::is_whitespace)) {
+            let known = units::measures(unit).is_some() || units::radians(unit).is_some();
+            if known || (unit.len() > 1 && !unit.contains(char::is_whitespace)) {
                 return (rest.trim().to_owned(), unit.to_owned());
             }
         }
@@ -112,12 +113,19 @@ fn split_unit(text: &str) -> (String, String) {
             && units::measures(unit).is_some()
             // `Expansion In` is no length in inches.
             && !(mark == " " && unit.eq_ignore_ascii_case("in"))
+            // Nor is `U_in` a voltage in inches.
+            && !(mark == "_" && unit.eq_ignore_ascii_case("in") && is_electrical(bare))
             && (mark.contains('/') || mark == " in " || unit.len() > 1 || unit == "s")
         {
             return (bare.trim().to_owned(), unit.trim().to_owned());
         }
     }
     (text.to_owned(), String::new())
+}
+
+/// Whether a name is that of a voltage, a current or a channel.
+fn is_electrical(bare: &str) -> bool {
+    ["u", "v", "i", "ch"].contains(&bare.trim().to_lowercase().as_str())
 }
 
 #[cfg(test)]
@@ -142,6 +150,8 @@ mod tests {
             ("Data Set 1:Position(m)", "Position", "m"),
             ("U in mV", "U", "mV"),
             ("Expansion In", "Expansion In", ""),
+            ("U_in", "U_in", ""),
+            ("gap_in", "gap", "in"),
             ("theta1", "theta1", ""),
             ("Winkel (°)", "Winkel", "°"),
         ] {

@@ -9,8 +9,10 @@ use super::{
     curve::Choice,
     frequency::{Centre, Frequency},
     head::Head,
-    response::{Response, Scale},
-    rows, units,
+    response::Response,
+    rows,
+    scale::Scale,
+    units,
 };
 use crate::{
     error::ReadProblem,
@@ -41,7 +43,7 @@ impl Rows<'_> {
         let (picked, reason) = match frequency {
             Frequency::Plain(p, _) => (p, "frequency below zero"),
             Frequency::Period(p, _) => (p, "period below zero"),
-            Frequency::Shift(..) => return,
+            Frequency::Shift(..) | Frequency::Logarithm(..) => return,
         };
         let column = &self.values[picked.index];
         let below: Vec<usize> = self.kept.iter().copied().filter(|&row| column[row] < 0.0).collect();
@@ -85,6 +87,7 @@ impl Rows<'_> {
         let written = self.values(picked);
         let hz: Vec<f64> = match frequency {
             Frequency::Plain(_, factor) => written.iter().map(|v| v * factor).collect(),
+            Frequency::Logarithm(_, base, factor) => written.iter().map(|v| base.powf(*v) * factor).collect(),
             // A period of zero is no number of Hz, and is counted as such with the points.
             Frequency::Period(_, seconds) => written.iter().map(|v| 1.0 / (v * seconds)).collect(),
             Frequency::Shift(_, factor, Centre::Hz(hz)) => written.iter().map(|v| hz + v * factor).collect(),
@@ -144,6 +147,39 @@ impl Rows<'_> {
                 let impedances = self.pairs_times(r, x, to_si(units::ohms, r, Some(x)));
                 Ok((impedances.into_iter().map(|z| Phasor::new(1.0, 0.0) / z).collect(), true))
             }
+            Response::Modulus { of, is_impedance, angle } => {
+                let known = if *is_impedance { units::ohms } else { units::siemens };
+                let [factor, _] = to_si(known, of, None);
+                let moduli = self.values(of);
+                if let Some(i) = moduli.iter().position(|v| *v < 0.0) {
+                    return Err(self.negative("amplitude", of, i));
+                }
+                let how = if *is_impedance {
+                    "impedance was inverted to an admittance and"
+                } else {
+                    "admittance was"
+                };
+                let alone = match angle {
+                    Some(_) => "",
+                    None => "; with its angle that could be told from the motion",
+                };
+                notes.push(format!("the {how} {CHARGE}{alone}").into());
+                let angles = match angle {
+                    Some((column, to_radians)) => {
+                        self.values(column).iter().map(|v| v * to_radians).collect()
+                    }
+                    None => vec![0.0; moduli.len()],
+                };
+                let point = |(modulus, angle): (f64, f64)| {
+                    let (r, phi) = if *is_impedance {
+                        (1.0 / (modulus * factor), -angle)
+                    } else {
+                        (modulus * factor, angle)
+                    };
+                    Phasor::from_polar(r, phi)
+                };
+                Ok((moduli.into_iter().zip(angles).map(point).collect(), angle.is_some()))
+            }
             Response::Admittance(only, None) | Response::Impedance(only, None) => {
                 let known =
                     if matches!(response, Response::Admittance(..)) { units::siemens } else { units::ohms };
@@ -198,6 +234,16 @@ pub(crate) fn build(
             let factor = units::siemens(&p.unit).unwrap_or(factor);
             Some(rows.values(p).into_iter().map(|v| v * factor).collect())
         }
+        (Some(p), Response::Amplitude(_, scale, _)) => {
+            let factor = scale.factor().unwrap_or(1.0);
+            Some(rows.values(p).into_iter().map(|v| v * factor).collect())
+        }
+        (Some(p), Response::Modulus { of, is_impedance, .. }) => {
+            let [factor, _] = to_si(if *is_impedance { units::ohms } else { units::siemens }, of, None);
+            // Of 1/Z the error is that of Z times |Y|^2.
+            let slope = |y: &Phasor| if *is_impedance { y.norm_sqr() } else { 1.0 };
+            Some(rows.values(p).iter().zip(&values).map(|(v, y)| v * factor * slope(y)).collect())
+        }
         (Some(p), _) => Some(rows.values(p)),
         (None, Response::Impedance(r, Some(x))) => {
             inverted_error(&rows.pairs_times(r, x, to_si(units::ohms, r, Some(x))), &values)
@@ -208,6 +254,7 @@ pub(crate) fn build(
         to_displacement(&frequency_hz, values, phased, std_error.as_deref_mut(), choice.kind, &mut notes);
     let is_displacement = choice.kind == SignalKind::Displacement;
     let unit = if is_displacement { choice.unit.clone() } else { units::integrated(&choice.unit) };
+    let hz = if choice.drive.is_some() { frequency_hz.clone() } else { Vec::new() };
     let builder = if phased {
         Curve::complex(frequency_hz, values)
     } else {
@@ -216,7 +263,13 @@ pub(crate) fn build(
     let beside = matches!(choice.response, Response::Amplitude(..));
     let mut builder = if phased && beside { builder.separate_phase() } else { builder }.unit(unit);
     if let Some(drive) = &choice.drive {
-        builder = builder.drive(rows.values(drive));
+        let times = match drive.kind {
+            SignalKind::Velocity => 1,
+            SignalKind::Acceleration => 2,
+            _ => 0,
+        };
+        let levels = rows.values(&drive.column).into_iter().zip(&hz).map(|(v, f)| v / (TAU * f).powi(times));
+        builder = builder.drive(levels.collect());
     }
     if let Some(errors) = std_error {
         builder = builder.std_error(errors);

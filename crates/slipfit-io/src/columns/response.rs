@@ -5,6 +5,7 @@ use std::f64::consts::PI;
 use super::{
     chooser::{Chooser, Picked},
     role::Role,
+    scale::{self, Scale, Written},
     units,
 };
 use crate::{
@@ -14,26 +15,6 @@ use crate::{
 
 /// A peak over the amplitudes at the ends of a curve.
 pub(crate) const PEAK: f64 = 1.5;
-
-/// How an amplitude is written.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub(crate) enum Scale {
-    Linear,
-    /// `10^(x/20)`.
-    Decibel,
-    /// The square of an amplitude.
-    Power,
-}
-
-impl Scale {
-    pub(crate) fn linear(self, value: f64) -> f64 {
-        match self {
-            Self::Linear => value,
-            Self::Decibel => units::from_decibels(value),
-            Self::Power => value.sqrt(),
-        }
-    }
-}
 
 /// What the response is made of.
 #[derive(Debug, Clone, PartialEq)]
@@ -45,6 +26,13 @@ pub(crate) enum Response {
     Admittance(Picked, Option<Picked>),
     /// Series resistance and reactance.
     Impedance(Picked, Option<Picked>),
+    /// Modulus of an admittance or, where so it is, of an impedance; with the angle and its factor to radians, if
+    /// there is one.
+    Modulus {
+        of: Picked,
+        is_impedance: bool,
+        angle: Option<(Picked, f64)>,
+    },
 }
 
 impl Response {
@@ -55,6 +43,10 @@ impl Response {
             Self::Complex(re, im) => (("real", re), Some(("imaginary", im))),
             Self::Admittance(g, b) => (("conductance", g), b.as_ref().map(|b| ("susceptance", b))),
             Self::Impedance(r, x) => (("resistance", r), x.as_ref().map(|x| ("reactance", x))),
+            Self::Modulus { of, angle, is_impedance } => {
+                let what = if *is_impedance { "impedance" } else { "admittance" };
+                ((what, of), angle.as_ref().map(|a| ("phase", &a.0)))
+            }
         };
         [Some(first), second].into_iter().flatten().collect()
     }
@@ -89,6 +81,9 @@ impl Chooser<'_> {
             return match self.roles[amplitude] {
                 Role::Conductance if alone => Ok(self.admittance(amplitude, "asked for", taken)),
                 Role::Resistance if alone => Ok(self.impedance(amplitude, "asked for", taken)),
+                Role::Admittance | Role::Impedance if o.unit.is_none() => {
+                    self.modulus(amplitude, "asked for", taken)
+                }
                 _ => self.amplitude(amplitude, "asked for", taken),
             };
         }
@@ -105,23 +100,60 @@ impl Chooser<'_> {
         if let Some(g) = role(Role::Conductance) {
             return Ok(self.admittance(g, "named like a conductance", taken));
         }
+        if let Some(y) = role(Role::Admittance) {
+            return self.modulus(y, "named like an admittance", taken);
+        }
+        if let Some(z) = role(Role::Impedance) {
+            return self.modulus(z, "named like an impedance", taken);
+        }
         if let Some(amplitude) = role(Role::Amplitude) {
             return self.amplitude(amplitude, "named like an amplitude", taken);
         }
         if let Some(r) = role(Role::Resistance) {
             return Ok(self.impedance(r, "named like a series resistance", taken));
         }
+        if let Some(response) = self.unnamed_parts(taken) {
+            return Ok(response);
+        }
         let columns = self.list();
         let free = |i: &&usize| {
             !taken.contains(i) && self.filled(**i) && matches!(self.roles[**i], Role::Unknown | Role::Real)
         };
-        match self.near.iter().find(free).copied() {
+        let channel = |i: &usize| self.is_channel(*i) && self.peak_over_ends(*i) >= PEAK;
+        let channel = self.near.iter().filter(free).copied().find(channel);
+        match channel.or_else(|| self.near.iter().find(free).copied()) {
+            Some(first) if channel.is_some() => {
+                self.amplitude(first, "the first channel that has a peak", taken)
+            }
             Some(first) => match self.peaked_beside(first, taken) {
                 Some(index) => self.amplitude(index, "the first column left that has a peak", taken),
                 None => self.amplitude(first, "the first column left", taken),
             },
             None => Err(ReadProblem::NoColumn { needed: Needed::Amplitude, columns }),
         }
+    }
+
+    /// Two columns without names that a resonance fits as real and imaginary part.
+    fn unnamed_parts(&mut self, taken: &[usize]) -> Option<Response> {
+        let unnamed = |i: &usize| self.head.names[*i].header.is_empty();
+        let free = |i: &usize| unnamed(i) && !taken.contains(i) && self.filled(*i);
+        let mut free = self.near.iter().copied().filter(free);
+        let (first, second) = (free.next()?, free.next()?);
+        if self.options.unit.is_some() || self.options.phase.is_some() {
+            return None;
+        }
+        if !self.are_parts(*taken.first()?, first, second) {
+            return None;
+        }
+        let (a, b) = (self.label(first), self.label(second));
+        let text = format!(
+            "{a} and {b} have no names: a resonance fits them far better as real and imaginary part than as amplitude and \
+             phase, and so they were taken"
+        );
+        let note = Note::new(text).hint("amplitude", "says otherwise");
+        self.notes.push(note.hint("phase", "says otherwise"));
+        let why = "a resonance fits it best so";
+        Some(Response::Complex(self.picked(first, why), self.picked(second, why)))
     }
 
     /// A conductance with the susceptance that belongs to it.
@@ -136,6 +168,24 @@ impl Chooser<'_> {
         let x = self.of_role(Role::Reactance, taken);
         let x = x.map(|x| self.picked_in(units::ohms, x, "named like a reactance"));
         Response::Impedance(self.picked_in(units::ohms, r, why), x)
+    }
+
+    /// The modulus of an admittance or an impedance with its angle: in their exports theta is one, in whatever unit.
+    fn modulus(&mut self, of: usize, why: &str, taken: &[usize]) -> Result<Response, ReadProblem> {
+        let is_impedance = self.roles[of] == Role::Impedance;
+        let without: Vec<usize> = taken.iter().copied().chain([of]).collect();
+        let theta = |i: &usize| {
+            let bare = self.head.names[*i].bare.trim().to_lowercase();
+            ["theta", "\u{3b8}", "\u{3d1}"].contains(&bare.as_str()) && !without.contains(i)
+        };
+        if self.of_role(Role::Phase, &without).is_none()
+            && let Some(index) = self.near.iter().copied().find(theta)
+        {
+            self.roles[index] = Role::Phase;
+        }
+        let angle = self.phase(&without)?;
+        let known = if is_impedance { units::ohms } else { units::siemens };
+        Ok(Response::Modulus { of: self.picked_in(known, of, why), is_impedance, angle })
     }
 
     /// A column in the unit asked for, if that is one it may have.
@@ -166,36 +216,45 @@ impl Chooser<'_> {
         if let Some(unit) = &given {
             unit.trim().clone_into(&mut amplitude.unit);
         }
-        let mut scale = Scale::Linear;
         let label = self.label(index);
-        let in_decibels = |unit: &str| format!("{label}: levels in {unit} were made linear, 10^(x/20)");
-        if let Some(linear) = units::linear_unit(&amplitude.unit) {
-            self.notes.push(in_decibels(&amplitude.unit).into());
-            linear.clone_into(&mut amplitude.unit);
-            scale = Scale::Decibel;
-        } else if units::is_squared(&amplitude.unit) {
-            self.notes.push(format!("{label}: a power: its square root was taken").into());
-            amplitude.unit = format!("√{}", amplitude.unit);
-            scale = Scale::Power;
-        } else if amplitude.unit.is_empty()
-            && ["db", "dbm"].contains(&self.head.names[index].bare.to_lowercase().trim())
-        {
-            self.notes.push(in_decibels("dB").into());
-            scale = Scale::Decibel;
+        let name = Some(self.head.names[index].bare.as_str()).filter(|_| given.is_none());
+        let Written { mut scale, unit, done } = scale::written(&amplitude.unit, name);
+        amplitude.unit = unit;
+        if let Some(done) = done {
+            let note = Note::new(format!("{label}: {done}"));
+            let as_they_are = matches!(scale, Scale::Times(_) | Scale::Power);
+            self.notes.push(if as_they_are { note.hint("unit", "names another") } else { note });
         }
         let without: Vec<usize> = taken.iter().copied().chain([index]).collect();
         let phase = self.phase(&without)?;
+        if scale == Scale::Linear && self.head.names[index].header.is_empty() && given.is_none() {
+            scale = self.scale_without_name(index, taken);
+        }
+        Ok(Response::Amplitude(amplitude, scale, phase))
+    }
+
+    /// How a column without name and unit is written.
+    fn scale_without_name(&mut self, index: usize, taken: &[usize]) -> Scale {
+        let label = self.label(index);
         // No amplitude is negative; decibels are, below their reference.
-        let negative = self.finite(index).any(|v| v < 0.0);
-        let unnamed = self.head.names[index].header.is_empty() && given.is_none();
-        if negative && scale == Scale::Linear && unnamed {
+        if self.finite(index).any(|v| v < 0.0) {
             let text = format!("{label} has no name and negative numbers: it was taken as levels in dB");
             let note = Note::new(text).hint("unit", "says otherwise");
             let part = "reads a part of a complex response";
             self.notes.push(note.hint("real", part).hint("imaginary", part));
-            scale = Scale::Decibel;
+            return Scale::Decibel;
         }
-        Ok(Response::Amplitude(amplitude, scale, phase))
+        let decibels = taken.first().and_then(|over| self.fits_decibels(*over, index));
+        let (scale, text) = match decibels {
+            Some(true) => (
+                Scale::Decibel,
+                format!("{label} has no name, and a resonance fits it best as levels in dB: so it was taken"),
+            ),
+            Some(false) => return Scale::Linear,
+            None => (Scale::Linear, format!("{label} names no unit: its amplitudes were taken as linear")),
+        };
+        self.notes.push(Note::new(text).hint("unit", "says otherwise"));
+        scale
     }
 
     fn phase(&mut self, without: &[usize]) -> Result<Option<(Picked, f64)>, ReadProblem> {
@@ -227,7 +286,7 @@ impl Chooser<'_> {
             return Ok(Some((picked, factor)));
         }
         if let Some(unit) = &self.options.phase_unit {
-            let problem = OptionProblem::UnknownUnit("deg or rad");
+            let problem = OptionProblem::UnknownUnit("deg, rad, cycles or pi");
             return Err(ReadProblem::Option { option: "phase_unit", value: unit.clone(), problem });
         }
         let largest = self.finite(index).fold(0.0, |m: f64, v| m.max(v.abs()));
@@ -250,15 +309,7 @@ impl Chooser<'_> {
         if !unnamed(first) || !self.turns_half(first) {
             return None;
         }
-        let peaked = |&i: &usize| {
-            let values: Vec<f64> = self.finite(i).collect();
-            let tenth = (values.len() / 10).max(1);
-            let mean = |part: &[f64]| part.iter().sum::<f64>() / part.len() as f64;
-            // Means, so that one wild point is no peak.
-            let highest = values.chunks(tenth).map(mean).fold(f64::NEG_INFINITY, f64::max);
-            let ends = mean(&values[..tenth]).max(mean(&values[values.len() - tenth..]));
-            values.iter().all(|v| *v > 0.0) && highest > PEAK * ends
-        };
+        let peaked = |&i: &usize| self.peak_over_ends(i) > PEAK;
         self.near.iter().copied().filter(|&i| i != first && unnamed(i)).find(peaked)
     }
 

@@ -34,7 +34,13 @@ pub(crate) enum Role {
     /// Quartz: real and imaginary part of the impedance in series.
     Resistance,
     Reactance,
+    /// The modulus of an admittance, electrical as of a quartz.
+    Admittance,
+    /// The modulus of an impedance.
+    Impedance,
     Drive,
+    /// The motion of what carries the oscillator.
+    Base,
     StdError,
     /// Beside the motion: a counter, a file name, a temperature, a spectrum.
     Never,
@@ -87,6 +93,14 @@ impl<'a> Header<'a> {
         units::hertz(unit).is_some() && !listed("deg/s \u{b0}/s mrad/s 1/s", &unit.trim().to_lowercase())
     }
 
+    /// Whether the header is the logarithm of a frequency, whose unit may stand for it: `log10(f/Hz)`.
+    fn is_logarithm(&self) -> bool {
+        let words = words(&self.name.header);
+        let of = |word: &String| listed("f freq frequency frequenz omega ω nu ν", word);
+        let one = |word: &String| listed("logf lgf", word);
+        words.first().is_some_and(|first| one(first) || listed("log lg ln", first) && words.iter().any(of))
+    }
+
     fn names_frequency(&self) -> bool {
         self.within("freq frequen fréquen frecuen kreisfrequ puls част 频率 頻率 周波数")
     }
@@ -98,6 +112,15 @@ impl<'a> Header<'a> {
     /// Whether the header is a letter for a quantity of a quartz, in its unit or none.
     fn letter(&self, letter: &str, units: &str) -> bool {
         self.bare.eq_ignore_ascii_case(letter) && (self.name.unit.trim().is_empty() || self.unit_in(units))
+    }
+
+    /// Whether the header is the modulus of an admittance or an impedance, in its unit or none: by a part of a
+    /// word, by how it is written, or by a letter in that unit.
+    fn electrical(&self, part: &str, written: &str, letter: &str, units: &str) -> bool {
+        let in_unit = self.unit_in(units);
+        // A unit of several words stays in the name: `Impedance (N s/m)` is mechanical.
+        let named = self.within(part) && !self.bare.contains(['(', '[']) || self.is_any(written);
+        named && (in_unit || self.name.unit.trim().is_empty()) || in_unit && self.is_any(letter)
     }
 
     fn is_any(&self, list: &str) -> bool {
@@ -175,7 +198,7 @@ const CURVE: &[Rule] = &[
         h.has("sigma err error unc std stdev fehler errore erreur se σ")
             || h.within("uncert unsicher incert stderr")
     }),
-    (Role::Never, |h| h.within("resid fft outlier temperat pressure bandwidth")),
+    (Role::Never, |h| h.within("resid fft outlier temperat pressure bandwidth coheren kohären")),
     // `Oscillation Control>Center Frequency (Hz)` and `Frequency Shift (Hz)` before `Frequency`.
     (Role::Centre, |h| {
         h.within("center centre mitten carrier central") && (h.in_hertz() || h.names_frequency())
@@ -194,19 +217,26 @@ const CURVE: &[Rule] = &[
     (Role::Drive, |h| {
         h.within("drive driving antrieb excit anreg erreg force kraft forza stimul")
             || h.has("input exc force")
+            || listed("uin vin uein chin", &h.words.concat())
+    }),
+    (Role::Base, |h| {
+        h.has("base basis sockel socle shaker ground foundation fundament support table tisch boden floor")
+            && (h.name.unit.is_empty() || matches!(h.measures, Some(Measures::Signal(_))))
     }),
     (Role::Period, |h| h.within("period schwingungsdauer umlauf") || h.is_time() && h.bare == "T"),
     (Role::Time, |h| {
         h.within("time zeit tempo temps tiempo timestamp elapsed время 时间 時間")
             || h.is_time() && ["t", "T"].contains(&h.bare)
     }),
-    (Role::Frequency, |h| h.names_frequency() || h.in_hertz()),
+    (Role::Frequency, |h| h.names_frequency() || h.in_hertz() || h.is_logarithm()),
     (Role::Conductance, |h| h.is_any("gp conductance leitwert") || h.letter("g", SIEMENS)),
     (Role::Susceptance, |h| h.is_any("bp susceptance") || h.letter("b", SIEMENS)),
     (Role::Resistance, |h| h.is_any("rs resistance") || h.bare.eq_ignore_ascii_case("r") && h.unit_in(OHM)),
     (Role::Reactance, |h| {
         h.is_any("xs reactance reaktanz") || h.bare.eq_ignore_ascii_case("x") && h.unit_in(OHM)
     }),
+    (Role::Admittance, |h| h.electrical("admittan", "|y| ymag y_mag mag(y) abs(y)", "y", SIEMENS)),
+    (Role::Impedance, |h| h.electrical("impedan", "|z| zmag z_mag mag(z) abs(z)", "z", OHM)),
     // An oscillator's angle is a response; the phase of one is called so or stands in degrees.
     (Role::Unknown, |h| {
         h.begins("theta θ ϑ angle")
@@ -218,7 +248,7 @@ const CURVE: &[Rule] = &[
     (Role::Amplitude, |h| {
         h.within(
             "amplitud ampiezza magnitud betrag response respons transmiss ausschlag амплит 振幅 幅值 幅度 level pegel power gain \
-             deflection elongat",
+             deflection elongat mobilit movilidad inertanc accelerance receptanc rezeptanz frf psd asd",
         ) || h.bare.starts_with('|')
             || h.is_level()
     }),
@@ -297,12 +327,20 @@ mod tests {
             ("phase_deg|phi[deg]|Phase (rad)|<Zs", Role::Phase),
             ("Re(X)", Role::Real),
             ("Im (V)", Role::Imaginary),
-            ("drive_V|drive_amp|Excitation (V)", Role::Drive),
+            ("drive_V|drive_amp|Excitation (V)|U_in [V]|Vin (V)|U_in|Ch in", Role::Drive),
+            ("base (g)|Base acceleration (g)|Shaker displacement (mm)", Role::Base),
+            ("log10 f|log10(f/Hz)|lg f|log frequency (kHz)", Role::Frequency),
+            ("baseline|log10 A", Role::Unknown),
             ("sigma_A|amp err", Role::StdError),
             ("Gp", Role::Conductance),
             ("Bp", Role::Susceptance),
             ("Rs", Role::Resistance),
             ("Xs (Ω)", Role::Reactance),
+            ("Impedance|Z (kOhm)|Impedanz [Ω]|Zmag", Role::Impedance),
+            ("Admittance (mS)|Y [µS]", Role::Admittance),
+            ("impedance phase (deg)", Role::Phase),
+            ("Y (V)|Y", Role::Amplitude),
+            ("mobility (m/s/N)|FRF magnitude ((m/s²)/N)|receptance (m/N)|PSD (nm^2/Hz)", Role::Amplitude),
             ("resid_rms_rad|FFT fft / rad|n_outliers|source", Role::Never),
             ("Zeit t / s", Role::Time),
             ("Weg|", Role::Unknown),
@@ -312,5 +350,7 @@ mod tests {
             }
         }
         assert_eq!(Role::in_curve(&Name::parse("|Zs|")), Role::Amplitude);
+        assert_eq!(Role::in_curve(&Name::parse("|Z| (Ohm)")), Role::Impedance);
+        assert_eq!(Role::in_curve(&Name::parse("|Y| (S)")), Role::Admittance);
     }
 }

@@ -1,6 +1,6 @@
 //! Units as they stand in headers.
 
-use std::f64::consts::TAU;
+use std::f64::consts::{PI, SQRT_2, TAU};
 
 use slipfit::SignalKind;
 use slipfit::model::displacement::{Coordinate, DisplacementUnit};
@@ -78,6 +78,43 @@ const LEVELS: &[(&str, &str)] = &[
 const DERIVATIVES: &[(SignalKind, &str)] =
     &[(SignalKind::Acceleration, "/s^2 /s2 /s**2 /s/s s^-2 /sec^2"), (SignalKind::Velocity, "/s /sec s^-1")];
 
+/// Forces and torques that a response is divided by.
+const FORCES: &[&str] = &[
+    "/N",
+    "/kN",
+    "/daN",
+    "/mN",
+    "/uN",
+    "/\u{b5}N",
+    "/\u{3bc}N",
+    "/nN",
+    "/lbf",
+    "/kgf",
+    "/Nm",
+    "/(N m)",
+    "/(N*m)",
+    "/(N\u{b7}m)",
+];
+
+/// The root of a bandwidth.
+const ROOT_HERTZ: &[&str] =
+    &["/\u{221a}Hz", "/\u{221a}(Hz)", "/sqrt(Hz)", "/rtHz", "/rt(Hz)", "/Hz^0.5", "/Hz^(1/2)", "/Hz^1/2"];
+
+/// What numbers in such units are times the factor: amplitudes.
+const MULTIPLES: &[(&str, f64)] = &[
+    ("peak-to-peak", 0.5),
+    ("peak to peak", 0.5),
+    ("pk-pk", 0.5),
+    ("pkpk", 0.5),
+    ("p-p", 0.5),
+    ("ptp", 0.5),
+    ("pp", 0.5),
+    ("rms", SQRT_2),
+    ("eff", SQRT_2),
+    ("peak", 1.0),
+    ("pk", 1.0),
+];
+
 /// Units whose square roots are amplitudes.
 const SQUARES: &str = "w mw uw \u{b5}w \u{3bc}w nw v^2 v\u{b2} m^2 m\u{b2} rad^2 rad\u{b2}";
 
@@ -88,6 +125,14 @@ pub(super) fn listed(list: &str, word: &str) -> bool {
 
 /// What a unit measures, or `None` if it is not known.
 pub(crate) fn measures(unit: &str) -> Option<Measures> {
+    plain(unit).or_else(|| {
+        let (base, _) = numerator(unit).or_else(|| Some((multiple(unit)?.0, "")))?;
+        plain(base).filter(|known| matches!(known, Measures::Signal(_)))
+    })
+}
+
+/// What a unit measures that is no part of an oscillation and not divided by a force.
+fn plain(unit: &str) -> Option<Measures> {
     let unit = tidy(unit);
     if let Some(hz) = unit.strip_suffix("hz").and_then(tick_rate) {
         return Some(Measures::Time(Seconds::Over(hz)));
@@ -116,6 +161,55 @@ pub(crate) fn measures(unit: &str) -> Option<Measures> {
     };
     let derivative = DERIVATIVES.iter().find(|(_, ends)| ends.split_ascii_whitespace().any(of_position));
     derivative.map(|(kind, _)| Measures::Signal(*kind))
+}
+
+/// The unit of a response and what it is divided by: `(m/s^2)/N` is `m/s^2` for each `/N`, `nm/√Hz` is `nm`
+/// for each `/√Hz`.
+pub(crate) fn numerator(unit: &str) -> Option<(&str, &str)> {
+    let unit = unit.trim();
+    let ends: Vec<usize> = unit.match_indices('/').map(|(at, _)| at).filter(|at| *at > 0).collect();
+    let is_known = |at: &&usize| {
+        let tail = &unit[**at..];
+        FORCES.contains(&tail) || ROOT_HERTZ.iter().any(|end| tail.eq_ignore_ascii_case(end))
+    };
+    let at = *ends.iter().find(is_known)?;
+    Some((bare(unit[..at].trim()), &unit[at..]))
+}
+
+/// A unit of force behind a response.
+pub(crate) fn is_per_force(unit: &str) -> bool {
+    numerator(unit).is_some_and(|(_, of)| FORCES.contains(&of))
+}
+
+/// A unit without brackets around all of it.
+fn bare(unit: &str) -> &str {
+    let inner = unit.strip_prefix('(').and_then(|rest| rest.strip_suffix(')')).map(str::trim);
+    inner.filter(|inner| !inner.contains(['(', ')'])).unwrap_or(unit)
+}
+
+/// A unit that says how much of an oscillation its numbers are, without that, and the factor to amplitudes:
+/// peak to peak, effective or peak.
+pub(crate) fn multiple(unit: &str) -> Option<(&str, f64)> {
+    let unit = unit.trim();
+    let of = |(end, factor): &(&str, f64)| {
+        let at = unit.len().checked_sub(end.len())?;
+        let (base, tail) = (unit.get(..at)?, unit.get(at..)?);
+        let base = base.trim_end_matches([' ', '_', '-', ',']);
+        let known = || base.is_empty() || matches!(plain(base), Some(Measures::Signal(_)));
+        (tail.eq_ignore_ascii_case(end) && known()).then_some((base, *factor))
+    };
+    MULTIPLES.iter().find_map(of)
+}
+
+/// The unit whose numbers are the square roots of a power spectral density: `nm/√Hz` of `nm^2/Hz`.
+pub(crate) fn root_of_density(unit: &str) -> Option<String> {
+    let unit = unit.trim();
+    let at = unit.len().checked_sub(3)?;
+    let square = unit.get(at..).filter(|tail| tail.eq_ignore_ascii_case("/hz")).and(unit.get(..at))?.trim();
+    let square = square.strip_prefix('(').and_then(|rest| rest.strip_suffix(')')).unwrap_or(square);
+    let base = bare(["^2", "\u{b2}", "**2", "2"].iter().find_map(|end| square.strip_suffix(end))?.trim());
+    let known = matches!(plain(base), Some(Measures::Signal(_)));
+    known.then(|| format!("{base}/\u{221a}Hz"))
 }
 
 /// The unit of the linear amplitudes that levels in `unit` stand for.
@@ -158,9 +252,34 @@ pub(crate) fn hertz(unit: &str) -> Option<f64> {
     })
 }
 
-/// What turns numbers in a unit of angle into radians.
+/// What turns numbers in a unit of angle into radians; phases are counted in cycles and in multiples of pi too.
 pub(crate) fn radians(unit: &str) -> Option<f64> {
+    match tidy(unit).as_str() {
+        "cycle" | "cycles" | "cyc" | "cycl" | "periods" | "zyklen" | "2pi" | "2\u{3c0}" => return Some(TAU),
+        "pi" | "\u{3c0}" | "pi rad" | "\u{3c0} rad" | "rad/pi" | "rad/\u{3c0}" => return Some(PI),
+        _ => {}
+    }
     DisplacementUnit::named(unit).filter(|unit| unit.coordinate == Coordinate::Angle).map(|unit| unit.si)
+}
+
+/// What turns numbers in one unit into numbers in another of the same quantity.
+pub(crate) fn ratio(from: &str, to: &str) -> Option<f64> {
+    if from == to {
+        return Some(1.0);
+    }
+    let seconds = |unit: &str| match plain(unit)? {
+        Measures::Time(seconds) => Some(seconds.of(1.0)),
+        _ => None,
+    };
+    let volts = |unit: &str| with_prefix(unit, &["volts", "volt", "v"]);
+    let amperes = |unit: &str| with_prefix(unit, &["amperes", "ampere", "a"]);
+    let metres = |unit: &str| {
+        let known = DisplacementUnit::named(unit).filter(|unit| unit.coordinate == Coordinate::Length)?;
+        Some(known.si)
+    };
+    let known: [&dyn Fn(&str) -> Option<f64>; 8] =
+        [&hertz, &seconds, &metres, &radians, &volts, &amperes, &siemens, &ohms];
+    known.iter().find_map(|known| Some(known(from)? / known(to)?))
 }
 
 /// What turns numbers in a unit of conductance into S.
@@ -197,6 +316,9 @@ fn with_prefix(unit: &str, names: &[&str]) -> Option<f64> {
 /// The unit of what has been integrated over time: `m/s` and `m/s^2` become `m`.
 pub(crate) fn integrated(unit: &str) -> String {
     let unit = unit.trim();
+    if let Some((base, of)) = numerator(unit) {
+        return format!("{}{of}", integrated(base));
+    }
     let ends = ["/s^2", "/s²", "/s2", "/s/s", "/s", " s^-2", " s^-1"];
     match (ends.iter().find_map(|end| unit.strip_suffix(end)), unit) {
         (Some(base), _) => base.trim().to_owned(),
@@ -254,6 +376,62 @@ mod tests {
         assert_eq!(measures("60 MHz"), Some(Measures::Time(Seconds::Over(60e6))));
         assert_eq!(measures("1.8GHz"), Some(Measures::Time(Seconds::Over(1.8e9))));
         assert_eq!(measures("horse"), None);
+    }
+
+    #[test]
+    fn units_per_force_and_per_root_of_a_bandwidth_keep_the_kind_of_their_numerator() {
+        for (unit, kind, integrated_once) in [
+            ("m/s/N", SignalKind::Velocity, "m/N"),
+            ("(m/s)/N", SignalKind::Velocity, "m/N"),
+            ("(m/s\u{b2})/N", SignalKind::Acceleration, "m/N"),
+            ("m/s^2/N", SignalKind::Acceleration, "m/N"),
+            ("g/N", SignalKind::Acceleration, "g s^2/N"),
+            ("mm/N", SignalKind::Displacement, "mm s/N"),
+            ("g/\u{221a}Hz", SignalKind::Acceleration, "g s^2/\u{221a}Hz"),
+        ] {
+            assert_eq!(measures(unit), Some(Measures::Signal(kind)), "{unit}");
+            assert_eq!(integrated(unit), integrated_once, "{unit}");
+        }
+        assert!(is_per_force("m/s/N") && !is_per_force("nm/\u{221a}Hz") && !is_per_force("N"));
+        assert_eq!([measures("N"), measures("/N")], [Some(Measures::Other), None]);
+    }
+
+    #[test]
+    fn parts_of_an_oscillation_and_densities_are_units_of_amplitudes() {
+        for (unit, wanted) in [
+            ("mVpp", Some(("mV", 0.5))),
+            ("V pp", Some(("V", 0.5))),
+            ("mm p-p", Some(("mm", 0.5))),
+            ("Vrms", Some(("V", SQRT_2))),
+            ("V_rms", Some(("V", SQRT_2))),
+            ("g pk", Some(("g", 1.0))),
+            ("pp", Some(("", 0.5))),
+            ("mm", None),
+            ("\u{b5}", None),
+        ] {
+            assert_eq!(multiple(unit), wanted, "{unit}");
+        }
+        for (unit, root) in [
+            ("nm^2/Hz", Some("nm/\u{221a}Hz")),
+            ("nm\u{b2}/Hz", Some("nm/\u{221a}Hz")),
+            ("(m/s^2)^2/Hz", Some("m/s^2/\u{221a}Hz")),
+            ("g2/Hz", Some("g/\u{221a}Hz")),
+            ("nm/Hz", None),
+            ("1/Hz", None),
+            ("Hz", None),
+            ("\u{b2}/Hz", None),
+        ] {
+            assert_eq!(root_of_density(unit).as_deref(), root, "{unit}");
+        }
+    }
+
+    #[test]
+    fn phases_are_counted_in_cycles_and_in_multiples_of_pi_too() {
+        for (unit, wanted) in [("cycles", TAU), ("rev", TAU), ("\u{3c0} rad", PI), ("deg", 1f64.to_radians())]
+        {
+            assert_eq!(radians(unit), Some(wanted), "{unit}");
+        }
+        assert_eq!(radians("Hz"), None);
     }
 
     #[test]

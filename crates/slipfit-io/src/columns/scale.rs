@@ -1,0 +1,136 @@
+//! How the numbers of a column become amplitudes.
+
+use std::f64::consts::SQRT_2;
+
+use super::{name::words, units};
+
+/// How an amplitude is written.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub(crate) enum Scale {
+    Linear,
+    /// Another measure of an oscillation, such as peak to peak: this factor makes it an amplitude.
+    Times(f64),
+    /// `10^(x/20)`.
+    Decibel,
+    /// The square of an amplitude.
+    Power,
+}
+
+impl Scale {
+    pub(crate) fn linear(self, value: f64) -> f64 {
+        match self {
+            Self::Linear => value,
+            Self::Times(factor) => value * factor,
+            Self::Decibel => units::from_decibels(value),
+            Self::Power => value.sqrt(),
+        }
+    }
+
+    /// The factor to amplitudes, of standard errors too, where there is one.
+    pub(crate) fn factor(self) -> Option<f64> {
+        match self {
+            Self::Linear => Some(1.0),
+            Self::Times(factor) => Some(factor),
+            Self::Decibel | Self::Power => None,
+        }
+    }
+}
+
+/// What a unit, or a name where no unit is given, says of the numbers below it.
+#[derive(Debug, Clone, PartialEq)]
+pub(super) struct Written {
+    pub(super) scale: Scale,
+    /// The unit of the amplitudes.
+    pub(super) unit: String,
+    /// What was done to get them, where something was.
+    pub(super) done: Option<String>,
+}
+
+/// How amplitudes are written: by their unit and, where no other was asked for, by the name of their column.
+pub(super) fn written(unit: &str, name: Option<&str>) -> Written {
+    let linear = || Written { scale: Scale::Linear, unit: unit.to_owned(), done: None };
+    if let Some(linear) = units::linear_unit(unit) {
+        return levels(unit, linear);
+    }
+    if let Some(root) = units::root_of_density(unit) {
+        let done = format!(
+            "a power spectral density: its square root was taken, in {root}, as of the response to a drive of equal \
+             strength at all frequencies"
+        );
+        return Written { scale: Scale::Power, unit: root, done: Some(done) };
+    }
+    if units::is_squared(unit) {
+        let done = Some("a power: its square root was taken".to_owned());
+        return Written { scale: Scale::Power, unit: format!("\u{221a}{unit}"), done };
+    }
+    if let Some((base, factor)) = units::multiple(unit) {
+        return times(factor, base);
+    }
+    let Some(name) = name else { return linear() };
+    let lower = name.to_lowercase();
+    if unit.is_empty() {
+        if ["db", "dbm"].contains(&lower.trim()) {
+            return levels("dB", "");
+        }
+        if words(name).iter().any(|word| word == "psd") {
+            let done = "named like a power spectral density: its square root was taken".to_owned();
+            return Written { scale: Scale::Power, unit: String::new(), done: Some(done) };
+        }
+    }
+    let of_name = ["peak to peak", "peak-to-peak", "peak2peak", "pk-pk", "p-p", "spitze-spitze"];
+    let peak_to_peak = of_name.iter().any(|part| lower.contains(part))
+        || words(name).iter().any(|word| matches!(word.as_str(), "pp" | "vpp" | "upp" | "ptp" | "pkpk"));
+    let effective = words(name)
+        .iter()
+        .any(|word| matches!(word.as_str(), "rms" | "vrms" | "urms" | "eff" | "ueff" | "effektivwert"));
+    match (peak_to_peak, effective) {
+        (true, _) => times(0.5, unit),
+        (false, true) => times(SQRT_2, unit),
+        (false, false) => linear(),
+    }
+}
+
+fn levels(written: &str, linear: &str) -> Written {
+    let done = Some(format!("levels in {written} were made linear, 10^(x/20)"));
+    Written { scale: Scale::Decibel, unit: linear.to_owned(), done }
+}
+
+/// Numbers that are amplitudes but for a factor.
+fn times(factor: f64, unit: &str) -> Written {
+    let (scale, what) = if factor == 1.0 {
+        return Written { scale: Scale::Linear, unit: unit.to_owned(), done: None };
+    } else if factor < 1.0 {
+        (Scale::Times(factor), "peak to peak: halved to amplitudes")
+    } else {
+        (Scale::Times(factor), "effective values: multiplied by the square root of 2 to amplitudes")
+    };
+    let of = if unit.is_empty() { String::new() } else { format!(" in {unit}") };
+    Written { scale, unit: unit.to_owned(), done: Some(format!("{what}{of}")) }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn headers_say_how_amplitudes_are_written() {
+        for (unit, name, scale, of_amplitudes) in [
+            ("mVpp", "amplitude", Scale::Times(0.5), "mV"),
+            ("mV", "Vpp", Scale::Times(0.5), "mV"),
+            ("mm", "Peak-to-peak", Scale::Times(0.5), "mm"),
+            ("g", "RMS acceleration", Scale::Times(SQRT_2), "g"),
+            ("nm^2/Hz", "PSD", Scale::Power, "nm/\u{221a}Hz"),
+            ("", "psd_x", Scale::Power, ""),
+            ("", "dB", Scale::Decibel, ""),
+            ("dBm", "S21", Scale::Decibel, "\u{221a}mW"),
+            ("nm/\u{221a}Hz", "ASD", Scale::Linear, "nm/\u{221a}Hz"),
+            ("mm", "stopped", Scale::Linear, "mm"),
+        ] {
+            let found = written(unit, Some(name));
+            assert_eq!((found.scale, found.unit.as_str()), (scale, of_amplitudes), "{name} ({unit})");
+            assert_eq!(found.done.is_some(), scale != Scale::Linear, "{name} ({unit})");
+        }
+        // A unit that is asked for says more than a name.
+        assert_eq!(written("mV", None).scale, Scale::Linear);
+    }
+}
