@@ -273,3 +273,20 @@ fn columns_without_names_are_what_a_resonance_fits_best() {
         "as it stands",
     );
 }
+
+#[test]
+fn overloads_are_no_points() {
+    for mark in ["9999", "9.9e37", "OVLD", "-999", "1E+30"] {
+        let text: String = (0..40)
+            .map(|i| {
+                let f = 98.0 + 0.1 * f64::from(i);
+                let a = 20.0 / (1.0 + (f - 100.0).powi(2));
+                if i == 17 || i == 30 { format!("{f},{mark}\n") } else { format!("{f},{a}\n") }
+            })
+            .collect();
+        let reading = read(&format!("f (Hz),A (nm)\n{text}"));
+        assert_eq!((reading.curve.len(), reading.report.rows_skipped()), (38, 2), "{mark}");
+        assert_eq!(reading.report.skipped[0].first_row, 19, "{mark}: {:?}", reading.report.skipped);
+        assert!(amplitudes(&reading).iter().all(|a| *a < 21.0));
+    }
+}

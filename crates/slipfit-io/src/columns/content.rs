@@ -1,5 +1,7 @@
 //! What the numbers of a column look like.
 
+use super::sentinel;
+
 /// What tells a column that rings from the others, by its numbers alone. All chosen on the measured files and on
 /// simulated phone records (three axes, 0.3 % to 1 % noise, rests up to 300 times the decay).
 mod criteria {
@@ -49,7 +51,10 @@ pub(super) struct Content {
 
 impl Content {
     pub(super) fn of(column: &[f64]) -> Self {
-        let values: Vec<f64> = column.iter().copied().filter(|v| v.is_finite()).collect();
+        let mut values: Vec<f64> = column.iter().copied().filter(|v| v.is_finite()).collect();
+        if !sentinel::hide(&mut values).is_empty() {
+            values.retain(|v| v.is_finite());
+        }
         let n = values.len();
         let steps = || values.windows(2).map(|w| w[1] - w[0]);
         let up = steps().filter(|s| *s > 0.0).count() as f64;

@@ -17,6 +17,7 @@ mod response;
 pub(crate) mod role;
 pub(crate) mod rows;
 mod scale;
+pub(crate) mod sentinel;
 mod signal;
 pub(crate) mod units;
 mod unnamed;

@@ -12,7 +12,7 @@ use super::{
     response::Response,
     rows,
     scale::Scale,
-    units,
+    sentinel, units,
 };
 use crate::{
     error::ReadProblem,
@@ -53,6 +53,19 @@ impl Rows<'_> {
             self.kept.retain(|&row| !(column[row] < 0.0));
             let (rows, first_row) = (below.len() as u64, self.first_row + first as u64);
             self.skipped.push(Skipped { reason: reason.to_owned(), rows, first_row });
+        }
+    }
+
+    /// Points with a number that stands for no value in one of the columns.
+    fn leave_out_sentinels(&mut self, columns: &[usize]) {
+        for &column in columns {
+            let mut kept: Vec<f64> = self.kept.iter().map(|&row| self.values[column][row]).collect();
+            for sentinel in sentinel::hide(&mut kept) {
+                let row = self.first_row + self.kept[sentinel.first] as u64;
+                self.skipped.push(sentinel.skipped(column + 1, row));
+            }
+            let mut kept = kept.iter();
+            self.kept.retain(|_| kept.next().is_some_and(|v| v.is_finite()));
         }
     }
 
@@ -226,6 +239,8 @@ pub(crate) fn build(
     let mut rows = Rows { head, values, first_row, kept, skipped };
     let mut notes = Vec::new();
     rows.leave_out_below_zero(&choice.frequency);
+    let beside = choice.response.columns().into_iter().map(|(_, picked)| picked.index);
+    rows.leave_out_sentinels(&beside.collect::<Vec<_>>());
     let frequency_hz = rows.frequency(&choice.frequency)?;
     let (values, phased) = rows.response(&choice.response, &mut notes)?;
     let mut std_error = match (&choice.std_error, &choice.response) {

@@ -12,7 +12,7 @@ use crate::{
         clock::Time,
         head::Head,
         record::{self, Choice},
-        units,
+        sentinel, units,
     },
     error::{OptionProblem, ReadError, ReadProblem},
     options::ReadOptions,
@@ -44,6 +44,56 @@ struct Samples {
     backwards: Option<Backwards>,
     skipped: Vec<Skipped>,
     averaging: Averaging,
+    /// Samples behind a line that gave none, with their lines; between them each line is a sample.
+    lines: Vec<(usize, u64)>,
+}
+
+impl Samples {
+    /// Keeps the line of the next sample where it does not follow from that of the one before.
+    fn at_line(&mut self, line: u64) {
+        /// Lines kept; those behind are told from the last of them.
+        const MOST: usize = 1 << 16;
+        let next = self.signal.len();
+        let follows = self.lines.last().is_some_and(|(sample, of)| of + (next - sample) as u64 == line);
+        if !follows && self.lines.len() < MOST {
+            self.lines.push((next, line));
+        }
+    }
+
+    /// The line of a sample.
+    fn line(&self, sample: usize) -> u64 {
+        let before = self.lines.iter().rev().find(|(first, _)| *first <= sample);
+        before.map_or(sample as u64 + 1, |(first, line)| line + (sample - first) as u64)
+    }
+
+    /// Leaves out samples whose number stands for no value; sampled at a rate, they keep their time.
+    fn leave_out_sentinels(&mut self, choice: &Choice) {
+        let columns = [Some(&choice.signal), choice.quadrature.as_ref()];
+        let mut hidden = false;
+        for (at, picked) in columns.into_iter().flatten().enumerate() {
+            let found = sentinel::hide(if at == 0 { &mut self.signal } else { &mut self.quadrature });
+            hidden |= !found.is_empty();
+            for sentinel in found {
+                let row = self.line(sentinel.first);
+                self.skipped.push(sentinel.skipped(picked.index + 1, row));
+            }
+        }
+        if !hidden {
+            return;
+        }
+        let is_value: Vec<bool> = (0..self.signal.len())
+            .map(|i| self.signal[i].is_finite() && self.quadrature.get(i).is_none_or(|q| q.is_finite()))
+            .collect();
+        if self.time_s.is_empty() {
+            self.read = is_value.iter().filter(|is| **is).count() as u64;
+            return;
+        }
+        for column in [&mut self.time_s, &mut self.signal, &mut self.quadrature] {
+            let mut is = is_value.iter();
+            column.retain(|_| is.next().is_none_or(|is| *is));
+        }
+        self.read = self.signal.len() as u64;
+    }
 }
 
 /// Reads a record from any format; `watch` is told how many bytes have been read.
@@ -168,6 +218,7 @@ fn scan(
         backwards: None,
         skipped: Vec::new(),
         averaging,
+        lines: Vec::new(),
     };
     let (mut rows_before, mut elapsed, mut started) = (0_u64, 0.0, false);
     let mut left_out = LeftOut::default();
@@ -195,6 +246,7 @@ fn scan(
                 None => samples.read += 1,
             }
             let Some(seconds) = time else {
+                samples.at_line(line);
                 // The row was sampled: it keeps its time.
                 samples.signal.push(if gap.is_none() { batch.columns[0][i] } else { f64::NAN });
                 if let Some(quadrature) = batch.columns.get(1) {
@@ -219,6 +271,7 @@ fn scan(
             {
                 samples.backwards = Some(Backwards { row: line, previous, next: time_s });
             }
+            samples.at_line(line);
             samples.time_s.push(time_s);
             samples.signal.push(batch.columns[0][i]);
             samples.quadrature.extend(batch.columns.get(2).map(|q| q[i]));
@@ -240,6 +293,9 @@ fn finish(head: &Head, mut choice: Choice, mut samples: Samples) -> Result<Readi
     let left_out_rows =
         samples.averaging.finish(&mut samples.time_s, &mut samples.signal, &mut samples.quadrature);
     choice.notes.extend(averaged(&samples.averaging, samples.signal.len(), left_out_rows));
+    if samples.averaging.factor() == 1 {
+        samples.leave_out_sentinels(&choice);
+    }
     let factor = samples.averaging.factor() as f64;
     for (values, level) in [&mut samples.signal, &mut samples.quadrature].into_iter().zip(choice.levels) {
         if level {

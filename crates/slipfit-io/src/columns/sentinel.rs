@@ -1,0 +1,149 @@
+//! Numbers that stand for no value: `-999`, `9999`, `9.9e37`.
+
+use crate::report::Skipped;
+
+/// A number that stands for none, and where it does.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub(crate) struct Sentinel {
+    pub(crate) value: f64,
+    /// How often it occurs.
+    pub(crate) count: usize,
+    /// Where it occurs first.
+    pub(crate) first: usize,
+}
+
+/// Different ones looked for in a column.
+const MOST: usize = 4;
+/// How many times the range of all others a repeated number lies outside of it.
+const OUTSIDE: f64 = 10.0;
+/// The same for a number that instruments write where they have none, repeated.
+const OUTSIDE_WORD: f64 = 2.0;
+/// From here on no instrument measures: 1e30, 9.9e37 (SCPI), the largest of single precision.
+const NO_QUANTITY: f64 = 1e30;
+
+/// The number that unmistakably stands for none: the least or the greatest, the same to the last digit in several
+/// rows, or one that instruments write so, and far outside of all others.
+pub(crate) fn find(values: &[f64]) -> Option<Sentinel> {
+    let (low, high) = range(values, |_| true)?;
+    let candidates = if low.abs() > high.abs() { [low, high] } else { [high, low] };
+    candidates.into_iter().find_map(|value| stands_for_none(values, value))
+}
+
+fn range(values: &[f64], counts: impl Fn(f64) -> bool) -> Option<(f64, f64)> {
+    let ends = values
+        .iter()
+        .filter(|v| v.is_finite() && counts(**v))
+        .fold((f64::INFINITY, f64::NEG_INFINITY), |(low, high), v| (low.min(*v), high.max(*v)));
+    (ends.0 < ends.1).then_some(ends)
+}
+
+fn stands_for_none(values: &[f64], value: f64) -> Option<Sentinel> {
+    let (low, high) = range(values, |v| v != value)?;
+    let gap = (low - value).max(value - high);
+    let times = gap / (high - low);
+    if !(times > OUTSIDE_WORD) {
+        return None;
+    }
+    let count = values.iter().filter(|v| **v == value).count();
+    let word = is_word(value);
+    let unmistakable =
+        if word && count > 1 { times > OUTSIDE_WORD } else { (word || count > 1) && times > OUTSIDE };
+    let first = values.iter().position(|v| *v == value)?;
+    (unmistakable && 2 * count < values.len()).then_some(Sentinel { value, count, first })
+}
+
+/// Whether instruments and programs write a number where they have none: nines, or beyond all quantities.
+fn is_word(value: f64) -> bool {
+    let size = value.abs();
+    if size >= NO_QUANTITY {
+        return true;
+    }
+    let text = size.to_string();
+    let mut digits = text.bytes().filter(|b| *b != b'.');
+    (3..=10).contains(&text.len()) && digits.all(|b| b == b'9')
+}
+
+impl Sentinel {
+    /// As rows left out of a column, numbered from 1, whose first row with it is line `row`.
+    pub(crate) fn skipped(self, column: usize, row: u64) -> Skipped {
+        let reason = format!(
+            "{} in column {column}, far outside all other values, stands for no value",
+            written(self.value)
+        );
+        Skipped { reason, rows: self.count as u64, first_row: row }
+    }
+}
+
+fn written(value: f64) -> String {
+    if value.abs() < 1e6 { value.to_string() } else { format!("{value:e}") }
+}
+
+/// All of a column, each hidden (NaN) before the next is looked for.
+pub(crate) fn hide(values: &mut [f64]) -> Vec<Sentinel> {
+    let mut found = Vec::new();
+    while found.len() < MOST
+        && let Some(sentinel) = find(values)
+    {
+        values.iter_mut().filter(|v| **v == sentinel.value).for_each(|v| *v = f64::NAN);
+        found.push(sentinel);
+    }
+    found
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use proptest::prelude::*;
+
+    fn with(marks: &[(usize, f64)]) -> Vec<f64> {
+        let mut values: Vec<f64> = (0..200).map(|i| (f64::from(i) * 0.3).cos() * 5.0).collect();
+        marks.iter().for_each(|(at, value)| values[*at] = *value);
+        values
+    }
+
+    #[test]
+    fn what_instruments_write_for_no_value_is_found() {
+        for (marks, value, count) in [
+            (&[(0, -999.0), (1, -999.0)][..], -999.0, 2),
+            (&[(7, 9999.0)], 9999.0, 1),
+            (&[(7, 99.9), (8, 99.9)], 99.9, 2),
+            (&[(3, 9.9e37), (90, 9.9e37)], 9.9e37, 2),
+            (&[(199, 1e30)], 1e30, 1),
+            (&[(3, -500.0), (90, -500.0)], -500.0, 2),
+        ] {
+            let found = find(&with(marks)).map(|s| (s.value, s.count, s.first));
+            assert_eq!(found, Some((value, count, marks[0].0)), "{marks:?}");
+        }
+        let mut several = with(&[(0, -999.0), (1, -999.0), (50, 1e30), (60, 9999.0), (61, 9999.0)]);
+        let values: Vec<f64> = hide(&mut several).iter().map(|s| s.value).collect();
+        assert_eq!(values, [1e30, 9999.0, -999.0]);
+        assert_eq!(several.iter().filter(|v| v.is_nan()).count(), 5);
+    }
+
+    #[test]
+    fn jolts_rails_and_rest_are_values() {
+        for marks in [
+            // A jolt, and one that repeats by chance not so far off.
+            &[(7, -500.0)][..],
+            &[(7, 60.0), (9, 60.0)],
+            // The rail of a converter close above the signal.
+            &[(7, 9.99), (8, 9.99), (9, 9.99)],
+        ] {
+            assert_eq!(find(&with(marks)), None, "{marks:?}");
+        }
+        let held: Vec<f64> = (0..100).map(|i| if i < 60 { 999.0 } else { f64::from(i % 3) }).collect();
+        assert_eq!(find(&held), None, "most of the record");
+        let two: Vec<f64> = (0..100).map(|i| if i == 9 { 999.0 } else { 0.0 }).collect();
+        assert_eq!(find(&two), None, "nothing else moves");
+        assert_eq!(find(&[]), None);
+    }
+
+    proptest! {
+        #[test]
+        fn values_of_any_size_are_looked_at(mut values in prop::collection::vec(any::<f64>(), 0..60)) {
+            let rows = values.iter().filter(|v| v.is_finite()).count();
+            let left_out: usize = hide(&mut values).iter().map(|s| s.count).sum();
+            prop_assert_eq!(values.iter().filter(|v| v.is_finite()).count() + left_out, rows);
+        }
+    }
+}
