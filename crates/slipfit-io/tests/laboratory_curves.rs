@@ -290,3 +290,34 @@ fn overloads_are_no_points() {
         assert!(amplitudes(&reading).iter().all(|a| *a < 21.0));
     }
 }
+
+#[test]
+fn cells_that_hold_more_than_a_number_are_taken_apart() {
+    let wanted: Vec<f64> = resonance().iter().map(|(_, re, im)| re.hypot(*im)).collect();
+    let table = |header: &str, row: &dyn Fn(f64, Phasor) -> String| {
+        let line = |(f, re, im): (f64, f64, f64)| format!("{}\n", row(f, Phasor::new(re, im)));
+        format!("{header}\n{}", resonance().into_iter().map(line).collect::<String>())
+    };
+    for (header, phased, row) in [
+        (
+            "f,A,phase",
+            true,
+            (|f, z: Phasor| format!("{f} Hz,{} nm,{}\u{b0}", z.norm(), z.arg().to_degrees()))
+                as fn(f64, Phasor) -> String,
+        ),
+        ("f,A", false, |f, z: Phasor| format!("{} kHz,{} nm", f / 1e3, z.norm())),
+        ("f (Hz),A (nm)", false, |f, z: Phasor| format!("{f} \u{b1} 0.01,{} \u{b1} 0.5", z.norm())),
+        ("f (Hz),response (nm)", true, |f, z: Phasor| format!("{f},{}{:+}j", z.re, z.im)),
+        ("f (Hz);response (nm)", true, |f, z: Phasor| format!("{f};({} + {}i)", z.re, z.im)),
+    ] {
+        let text = table(header, &row);
+        let reading = read(&text);
+        close(&amplitudes(&reading), &wanted, header);
+        assert_eq!(reading.curve.unit(), "nm", "{header}");
+        assert_eq!(matches!(reading.curve.response(), Response::Complex(_)), phased, "{header}");
+        close(&reading.curve.frequency_hz()[..1], &[97.0], header);
+        assert!(said(&reading).contains("cells hold more than numbers"), "{header}: {}", said(&reading));
+        let errors = reading.curve.std_error().map(<[f64]>::to_vec);
+        assert_eq!(errors.is_some(), text.contains('\u{b1}'), "{header}");
+    }
+}

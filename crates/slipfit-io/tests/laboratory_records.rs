@@ -67,3 +67,20 @@ fn the_column_that_swings_is_found_beneath_what_stands_for_none() {
     let reading = read(&format!("time (s),x (m),y (m)\n{text}"), &ReadOptions::default());
     assert_eq!(reading.report.column("signal").unwrap().column.number, 3);
 }
+
+#[test]
+fn cells_with_units_and_errors_are_numbers() {
+    let text: String = (0..100)
+        .map(|i| format!("{:.2} s;{:.4} \u{b1} 0.01 mm\n", 0.05 * f64::from(i), swing(i)))
+        .collect::<String>()
+        .replace('.', ",");
+    let reading = read(&format!("Zeit;Weg\n{text}"), &ReadOptions::default());
+    assert_eq!((reading.record.len(), reading.record.unit()), (100, "mm"));
+    assert!((reading.record.signal()[10] - swing(10)).abs() < 1e-4);
+    assert!((reading.record.time_s(99) - 4.95).abs() < 1e-9);
+    assert!(
+        reading.report.notes.iter().any(|n| n.text.contains("cells hold more than numbers")),
+        "{:?}",
+        reading.report.notes
+    );
+}

@@ -137,6 +137,16 @@ pub(super) fn detect(lines: &[&[u8]]) -> Option<Shape> {
     })
 }
 
+/// Whether most of the lines in the middle are rows of numbers, and of nothing else.
+pub(super) fn is_clear(lines: &[&[u8]], shape: Shape) -> bool {
+    const LOOKED_AT: usize = 24;
+    let from = lines.len() / 2;
+    let kind = |line: &&&[u8]| row_kind(line, shape.delimiter, shape.decimal, false);
+    let kinds: Vec<RowKind> = lines[from..].iter().take(LOOKED_AT).map(|line| kind(&line)).collect();
+    let rows = kinds.iter().filter(|kind| matches!(kind, RowKind::Numbers(_))).count();
+    !shape.words && rows * 2 >= kinds.len()
+}
+
 fn detect_rows(lines: &[&[u8]], words: bool) -> Option<Shape> {
     let mut whole = vec![[None; 2]; lines.len()];
     let mut shape_with = |&(delimiter, decimal): &(Delimiter, Decimal)| {

@@ -1,6 +1,7 @@
 //! Delimited text of any dialect.
 
 mod dialect;
+mod dress;
 mod layout;
 mod number;
 mod scan;
@@ -8,10 +9,11 @@ mod source;
 mod stamp;
 mod vendors;
 
-use std::io::Read;
+use std::{io::Read, sync::Arc};
 
 pub(crate) use self::layout::text as decoded;
 use self::{
+    dress::Dress,
     layout::Layout,
     scan::{Part, Plan},
     source::Source,
@@ -42,6 +44,8 @@ pub(crate) struct Text<R> {
     encoding: &'static str,
     newline: u8,
     layout: Layout,
+    /// How its cells are dressed, where they are not numbers alone.
+    dress: Option<Arc<Dress>>,
     /// Every column, where the window that was looked at holds the whole text and each line of it is a row.
     previewed: Option<Vec<Vec<f64>>>,
 }
@@ -64,14 +68,21 @@ impl<R: Read> Text<R> {
         if head_lines.is_empty() && !source.ended() {
             return Err(ReadProblem::LineTooLong { row: 1, limit: HEAD });
         }
-        let mut layout = layout::find(&head_lines).ok_or_else(|| no_table(&head_lines))?;
+        let plain = layout::find(&head_lines);
+        let clear = plain.as_ref().is_some_and(|layout| dialect::is_clear(&head_lines, layout.shape));
+        let dressed = if clear { None } else { undressed(&head_lines) };
+        let (mut layout, dress) = match dressed {
+            Some((layout, dress)) => (layout, Some(Arc::new(dress))),
+            None => (plain.ok_or_else(|| no_table(&head_lines))?, None),
+        };
         layout.convention = vendors::apply(&head_lines, &mut layout);
-        Ok(Self { source, size, encoding, newline, layout, previewed: None })
+        Ok(Self { source, size, encoding, newline, layout, dress, previewed: None })
     }
 
     fn plan(&self, wanted: &[usize]) -> Plan {
         let mut plan = Plan::new(self.layout.shape, self.layout.quoted, self.newline, wanted);
         plan.day = self.layout.day;
+        plan.dress.clone_from(&self.dress);
         plan
     }
 
@@ -189,6 +200,20 @@ impl<R: Read> TableSource for Text<R> {
             first_data_row: self.layout.first_line as u64 + 1,
         })
     }
+}
+
+/// The table of a text whose cells hold more than numbers.
+fn undressed(lines: &[&[u8]]) -> Option<(Layout, Dress)> {
+    let dress = Dress::find(lines)?;
+    let plain = dress.head(lines);
+    let plain: Vec<&[u8]> = plain.iter().map(Vec::as_slice).collect();
+    let mut layout = layout::find(&plain)?;
+    let names = dress.names();
+    if layout.header_line.is_none() && names.len() == layout.head.names.len() {
+        layout.head.names = names;
+    }
+    layout.head.notes.push(dress.note());
+    Some((layout, dress))
 }
 
 /// Refuses bytes that no text has.

@@ -1,9 +1,12 @@
 //! Rows of text to columns of numbers, as fast as the file can be had.
 
+use std::sync::Arc;
+
 use memchr::{memchr, memchr_iter, memchr2};
 
 use super::{
     dialect::{self, Shape, separator},
+    dress::Dress,
     layout::text,
     number::{self, Cell},
 };
@@ -23,6 +26,8 @@ pub(super) struct Plan {
     newline: u8,
     /// The day from whose midnight dates count, itself counted from 1970.
     pub(super) day: i64,
+    /// How cells are dressed that are not numbers alone.
+    pub(super) dress: Option<Arc<Dress>>,
     /// Columns wanted in order, with their places in the answer.
     wanted: Vec<(usize, usize)>,
 }
@@ -67,7 +72,15 @@ impl Plan {
     pub(super) fn new(shape: Shape, quoted: bool, newline: u8, wanted: &[usize]) -> Self {
         let mut wanted: Vec<(usize, usize)> = wanted.iter().copied().zip(0..).collect();
         wanted.sort_unstable();
-        Self { delimiter: shape.delimiter, decimal: shape.decimal, quoted, newline, day: 0, wanted }
+        Self {
+            delimiter: shape.delimiter,
+            decimal: shape.decimal,
+            quoted,
+            newline,
+            day: 0,
+            dress: None,
+            wanted,
+        }
     }
 
     /// Reads whole lines, of which the last may lack its end, on all cores, and does something
@@ -98,6 +111,14 @@ impl Plan {
 
     /// Reads whole lines, of which the last may lack its end.
     pub(super) fn part(&self, bytes: &[u8]) -> Part {
+        match &self.dress {
+            Some(dress) => self.plain_part(&dress.rows(bytes, self.newline)),
+            None => self.plain_part(bytes),
+        }
+    }
+
+    /// The same of cells that are numbers alone.
+    fn plain_part(&self, bytes: &[u8]) -> Part {
         // A cell takes two bytes at least.
         let line = memchr(self.newline, bytes).map_or(bytes.len(), |at| at + 1).max(2 * self.wanted.len());
         let columns = vec![Vec::with_capacity(bytes.len() / line); self.wanted.len()];
