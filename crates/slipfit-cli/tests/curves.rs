@@ -256,3 +256,23 @@ fn the_report_fits_the_screen() {
         assert!(report.contains(word), "{word}: {report}");
     }
 }
+
+#[test]
+fn a_drive_amplitude_comes_in_a_unit_of_its_own() {
+    let folder = tempfile::tempdir().unwrap();
+    let rows: String = (0..60)
+        .map(|i| {
+            let f = 97.0 + 0.1 * f64::from(i);
+            let z = 1.0 / (1.0 - (f / 100.0_f64).powi(2)).hypot(0.01);
+            format!("{f},{z}\n")
+        })
+        .collect();
+    let file = write(&folder, "sweep.csv", &format!("f (Hz),A (nm)\n{rows}"));
+    let with = |drive: &str| json(&["resonance", "--drive-amplitude", drive], &file)["parameters"].clone();
+    assert_eq!(with("1"), with("1 nm"));
+    // A factor of 1000 is exact to rounding.
+    let micrometres = with("0.001 \u{b5}m")["drive_amplitude"]["value"].as_f64().unwrap();
+    assert!((micrometres - 1.0).abs() < 1e-12, "{micrometres}");
+    let said = refused(&["resonance", "--drive-amplitude", "1 V"], &file);
+    assert!(said.contains("`V`") && said.contains("`nm`") && said.contains("--unit"), "{said}");
+}

@@ -2,7 +2,7 @@
 
 use super::calibration::CalibrationArgs;
 use super::curve::CurveArgs;
-use super::value::{Positive, Uncertain, band, loss_model, model_help};
+use super::value::{InUnit, Positive, band, loss_model, model_help};
 use super::{AnswerArgs, TableArgs};
 use clap::{Args, ValueEnum};
 use serde::Deserialize;
@@ -68,10 +68,10 @@ pub(crate) struct ResonanceArgs {
 #[derive(Debug, Clone, Default, Args, Deserialize)]
 #[serde(default)]
 pub(crate) struct ResonanceAnalysisArgs {
-    /// Drive amplitude x_0, in the response's unit, such as 0.0625±0.001; with a column of drive
-    /// levels the one at their mean
+    /// Drive amplitude x_0, in the response's unit or the one behind it, such as 0.0625±0.001 or "1 nm"; with a
+    /// column of drive levels the one at their mean
     #[arg(long, value_name = "X0", help_heading = "Analysis")]
-    drive_amplitude: Option<Uncertain>,
+    drive_amplitude: Option<InUnit>,
 
     /// How the response is computed: exact (the default), leading, paper
     #[arg(long, value_enum, value_name = "NAME", hide_possible_values = true, help_heading = "Analysis")]
@@ -178,6 +178,11 @@ impl ResonanceArgs {
 }
 
 impl ResonanceAnalysisArgs {
+    /// The unit of the drive amplitude, where it is not that of the response.
+    pub(crate) fn drive_unit(&self) -> Option<String> {
+        self.drive_amplitude.as_ref().and_then(|given| given.unit.clone())
+    }
+
     /// What to say where the response is named by `--model`, as it once was.
     pub(crate) fn old_spelling(&self) -> Option<String> {
         self.model.iter().find_map(|model| match model {
@@ -203,8 +208,9 @@ impl ResonanceAnalysisArgs {
         if let Some(response) = self.response {
             options.method = response.into();
         }
-        options.drive_amplitude =
-            self.drive_amplitude.map(|u| DriveAmplitude { value: u.value, std_error: u.std_error });
+        let of =
+            |given: &InUnit| DriveAmplitude { value: given.number.value, std_error: given.number.std_error };
+        options.drive_amplitude = self.drive_amplitude.as_ref().map(of);
         let mut terms = Terms::default();
         terms.background = switch(self.background);
         terms.delay = switch(self.delay);

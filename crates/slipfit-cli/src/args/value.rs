@@ -148,7 +148,7 @@ macro_rules! as_typed {
         })*
     };
 }
-as_typed!(Text, Finite, Positive, FormatName, Loss, Law, Uncertain);
+as_typed!(Text, Finite, Positive, FormatName, Loss, Law, Uncertain, InUnit);
 
 /// A number that is finite: clap's own parser takes `nan` and `inf`.
 pub(super) fn finite(text: &str) -> Result<f64, String> {
@@ -225,6 +225,32 @@ impl FromStr for Uncertain {
     }
 }
 
+/// A number with or without an uncertainty and the unit it is in: `1 nm`, `0.0625±0.001 V`, `1e-6 m/N`.
+#[derive(Debug, Clone, PartialEq)]
+pub(crate) struct InUnit {
+    pub(crate) number: Uncertain,
+    /// Without blanks around it; `None` where none is given.
+    pub(crate) unit: Option<String>,
+}
+
+impl FromStr for InUnit {
+    type Err = String;
+
+    fn from_str(text: &str) -> Result<Self, String> {
+        let refused = match text.parse() {
+            Ok(number) => return Ok(Self { number, unit: None }),
+            Err(refused) => refused,
+        };
+        let begins = |c: char| c.is_alphabetic() || "\u{b0}\u{221a}(%".contains(c);
+        let split = |(at, c): (usize, char)| {
+            let (number, unit) = (text[..at].parse().ok().filter(|_| begins(c))?, text[at..].trim());
+            Some(Self { number, unit: Some(unit.to_owned()) })
+        };
+        // From the end, so that the exponent of a number belongs to it.
+        text.char_indices().rev().find_map(split).ok_or(refused)
+    }
+}
+
 fn split_plus_minus(text: &str) -> Option<(&str, &str)> {
     ["±", "+/-", "+-"].into_iter().find_map(|sign| text.split_once(sign))
 }
@@ -276,6 +302,26 @@ mod tests {
         near("1.234(5)", 1.234, 0.005);
         near("1.2(0.3)", 1.2, 0.3);
         near("1e-3±2e-5", 1e-3, 2e-5);
+    }
+
+    #[test]
+    fn a_number_may_have_its_unit_behind_it() {
+        for (text, value, error, unit) in [
+            ("1", 1.0, 0.0, None),
+            ("1 nm", 1.0, 0.0, Some("nm")),
+            ("1e-6 m/N", 1e-6, 0.0, Some("m/N")),
+            ("10mV", 10.0, 0.0, Some("mV")),
+            ("0.25\u{b1}0.01 \u{b5}m", 0.25, 0.01, Some("\u{b5}m")),
+            ("4.0(2) \u{b0}", 4.0, 0.2, Some("\u{b0}")),
+        ] {
+            let found: InUnit = text.parse().unwrap_or_else(|e| panic!("{text}: {e}"));
+            assert!((found.number.value - value).abs() <= 1e-12 * value, "{text}: {found:?}");
+            assert!((found.number.std_error - error).abs() <= 1e-12 * value, "{text}: {found:?}");
+            assert_eq!(found.unit.as_deref(), unit, "{text}");
+        }
+        for text in ["nm", "-2 nm", "0 nm", "1 2 nm", "", "12\u{b1}"] {
+            assert!(text.parse::<InUnit>().is_err(), "{text}");
+        }
     }
 
     #[test]

@@ -25,7 +25,8 @@ pub(crate) fn run(args: &ResonanceArgs, color: ColorChoice) -> Result<ExitCode, 
     let curve = args.curve.options();
     let (reference, reading, options, answer) = progress::watched("analysing", args.out.quiet, || {
         let reference = read_reference(args.reference.as_deref(), &curve)?;
-        let (reading, options) = prepare(&args.files, &curve, args.options(), reference.as_ref())?;
+        let given = (args.options(), args.analysis.drive_unit());
+        let (reading, options) = prepare(&args.files, &curve, given, reference.as_ref())?;
         args.calibration.check(reading.curve.unit())?;
         let file = Path::new(&reading.report.path);
         let answer = analyse(&reading.curve, &options)
@@ -43,12 +44,13 @@ pub(crate) fn run(args: &ResonanceArgs, color: ColorChoice) -> Result<ExitCode, 
 
 /// A table of curves, one a file.
 fn many(args: &ResonanceArgs, color: ColorChoice) -> Result<ExitCode, Failure> {
-    let (curve, options) = (args.curve.options(), args.options());
+    let (curve, options, drive_unit) = (args.curve.options(), args.options(), args.analysis.drive_unit());
     // Read once: it is the same for all of them.
     let reference = read_reference(args.reference.as_deref(), &curve)?;
     let fingerprint = reference.as_ref().map(|r| r.report.sha256.as_str()).unwrap_or_default();
     let one = |file: &Path| {
-        let (reading, options) = prepare(&[file.to_owned()], &curve, options.clone(), reference.as_ref())?;
+        let given = (options.clone(), drive_unit.clone());
+        let (reading, options) = prepare(&[file.to_owned()], &curve, given, reference.as_ref())?;
         args.calibration.check(reading.curve.unit())?;
         let answer = analyse(&reading.curve, &options)
             .map_err(|e| Failure::analysing(Analysis::Resonance, file, &e))?;
@@ -62,7 +64,7 @@ fn many(args: &ResonanceArgs, color: ColorChoice) -> Result<ExitCode, Failure> {
         table: &args.table,
         out: &args.out,
         columns: batch::resonance::COLUMNS,
-        options: format!("{curve:?} {options:?} {fingerprint}"),
+        options: format!("{curve:?} {options:?} {drive_unit:?} {fingerprint}"),
         one: &one,
     };
     batch::run(&task, color)
@@ -77,14 +79,27 @@ pub(crate) fn read_reference(
     Ok(file.map(read).transpose()?)
 }
 
-/// Reads what an analysis needs.
+/// Reads what an analysis needs; the drive amplitude of the options, in the unit given with them, comes in that of
+/// the response.
 pub(crate) fn prepare(
     files: &[PathBuf],
     reading: &ReadOptions,
-    mut options: Options,
+    (mut options, drive_unit): (Options, Option<String>),
     reference: Option<&SweepReading>,
 ) -> Result<(SweepReading, Options), Failure> {
     let reading = read_sweep(files, reading)?;
+    if let (Some(drive), Some(from)) = (&mut options.drive_amplitude, drive_unit) {
+        let to = reading.curve.unit();
+        let factor = slipfit_io::unit_factor(&from, to).ok_or_else(|| {
+            let of = if to.is_empty() { "in no known unit".to_owned() } else { format!("in `{to}`") };
+            Failure::new(format!(
+                "--drive-amplitude is in `{from}`, the response of {} {of}",
+                reading.report.path
+            ))
+            .hint("--unit says what the response is in; without a unit the drive amplitude is in that of the response")
+        })?;
+        (drive.value, drive.std_error) = (drive.value * factor, drive.std_error * factor);
+    }
     if let Some(reference) = reference {
         let (unit, other) = (reading.curve.unit(), reference.curve.unit());
         if unit != other {

@@ -80,10 +80,10 @@ fn read(entry: &Entry) -> Result<(Data, Input), Failure> {
             };
             (Data::RingDown { record: Box::new(reading.record), options: Box::new(options) }, input)
         }
-        Source::Sweep { files, reference, reading, options } => {
+        Source::Sweep { files, reference, reading, options, drive_unit } => {
             let reference = super::resonance::read_reference(reference.as_deref(), reading)?;
-            let (reading, options) =
-                super::resonance::prepare(files, reading, (**options).clone(), reference.as_ref())?;
+            let given = ((**options).clone(), drive_unit.clone());
+            let (reading, options) = super::resonance::prepare(files, reading, given, reference.as_ref())?;
             let input = Input {
                 path: reading.report.path,
                 sha256: reading.report.sha256,

@@ -133,6 +133,8 @@ pub(crate) enum Source {
         reference: Option<PathBuf>,
         reading: Box<ReadOptions>,
         options: Box<resonance::Options>,
+        /// The unit of their drive amplitude, where it is not that of the response.
+        drive_unit: Option<String>,
     },
     Levels {
         file: PathBuf,
@@ -286,7 +288,8 @@ fn entry(mut keys: Keys<'_>, number: usize, folder: &Path, unit: &str) -> Result
             let analysis = keys.take::<ResonanceAnalysisArgs>().map_err(within)?;
             let reference = keys.take::<Reference>().map_err(within)?.reference.map(|file| folder.join(file));
             notes.extend(analysis.old_spelling());
-            ("resonance", Source::Sweep { files, reference, reading, options: Box::new(analysis.options()) })
+            let (options, drive_unit) = (Box::new(analysis.options()), analysis.drive_unit());
+            ("resonance", Source::Sweep { files, reference, reading, options, drive_unit })
         }
         (None, None, Some(file)) => {
             let reading = keys.take::<LevelReadingArgs>().map_err(within)?.options();
