@@ -107,6 +107,9 @@ pub(super) fn clock(report: &ClockReport) -> Option<String> {
     if let Some(quantum) = report.rebuilt_quantum_s {
         said.push(format!("uniform clock rebuilt from stamps rounded to {}", plain(quantum, 2, "s")));
     }
+    if let Some(samples) = report.burst_samples {
+        said.push(format!("bursts of {samples} samples under one stamp each, put evenly between the stamps"));
+    }
     if let Some(gap) = &report.longest_gap {
         said.push(format!(
             "{} {} {} from {} on",

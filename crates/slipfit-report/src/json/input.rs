@@ -280,6 +280,11 @@ object! {
         longest_gap_s: Option<f64> = record.clock_report().longest_gap.map(|g| g.length_s),
         /// Rounding of the stamps from which a uniform clock was rebuilt; null where it was not.
         rebuilt_quantum_s: Option<f64> = record.clock_report().rebuilt_quantum_s,
+        /// Half of the width of the rates that the stamps of a rebuilt clock leave, over the rate; 0 where none was.
+        rebuilt_rate_error: f64 = record.clock_report().rebuilt_rate_error,
+        /// Usual number of samples under one stamp, whose times were put evenly between the stamps; null where each has
+        /// its own.
+        burst_samples: Option<usize> = record.clock_report().burst_samples,
     }
 }
 

@@ -5,7 +5,7 @@ use std::ops::Range;
 /// The fewest samples a record may have.
 pub const MIN_SAMPLES: usize = 8;
 
-use super::{Clock, ClockReport, Gap, rounding};
+use super::{Clock, ClockReport, Gap, bursts, rounding};
 use crate::Error;
 use crate::numeric::order::ascending;
 use crate::numeric::robust::median;
@@ -136,6 +136,17 @@ pub(super) fn clock(rows: &mut Rows, report: &mut ClockReport, run: Option<usize
     {
         report.rebuilt_quantum_s = Some(rebuilt.quantum_s);
         report.rebuilt_excess_s = rebuilt.excess_s;
+        report.rebuilt_rate_error = rebuilt.rate_error;
+        return Ok(settle(rebuilt.clock, rows, report));
+    }
+    if report.repeated_stamps as f64 > REPEATED_SHARE * rows.time_s.len() as f64
+        && let Some(rebuilt) = bursts::rebuild(&rows.time_s, &rows.signal)
+    {
+        report.burst_samples = Some(rebuilt.samples);
+        report.rebuilt_rate_error = rebuilt.rate_error;
+        if let Clock::Stamps(stamps) = &rebuilt.clock {
+            describe_steps(stamps, report);
+        }
         return Ok(settle(rebuilt.clock, rows, report));
     }
     let stamps = std::mem::take(&mut rows.time_s);

@@ -72,6 +72,12 @@ pub struct ClockReport {
     /// Greatest distance of a stamp from the rebuilt clock beyond half its
     /// rounding (s), at most a tenth of a step and of the rounding.
     pub rebuilt_excess_s: f64,
+    /// Half of the width of the rates with which all stamps of a rebuilt clock agree, over the rate; 0 where none
+    /// was rebuilt or the stamps leave no room.
+    pub rebuilt_rate_error: f64,
+    /// The stamps stood for bursts of samples each, usually of this many; their times were put evenly between the
+    /// stamps.
+    pub burst_samples: Option<usize>,
     /// Stretches without samples. Where sampling is regular (80 % of the steps
     /// within 20 % of the median) a step above 1.5 medians; otherwise a step
     /// above 10 medians of the record and of its eight neighbours.

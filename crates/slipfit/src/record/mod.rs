@@ -1,6 +1,7 @@
 //! A measured record: when, how much, and what kind of signal.
 
 mod averaging;
+mod bursts;
 mod clean;
 mod clock;
 mod glance;

@@ -16,6 +16,8 @@ pub(super) struct Rebuilt {
     pub(super) quantum_s: f64,
     /// Greatest distance of a stamp beyond half its rounding (s).
     pub(super) excess_s: f64,
+    /// Half of the width of the rates with which all stamps agree, over the rate.
+    pub(super) rate_error: f64,
 }
 
 /// How a stamp was shortened.
@@ -115,7 +117,29 @@ fn fit(time_s: &[f64], shortening: Shortening, shift: f64) -> Option<Rebuilt> {
         excess_s = excess_s.max(excess);
     }
     let clock = Clock::Uniform { start_s, interval_s };
-    Some(Rebuilt { clock, quantum_s: coarsest_s, excess_s })
+    let half = |t: f64| 0.5 * shortening.quantum_s(t, rough_step_s) + excess_s.max(0.0);
+    let rate_error = rate_error(time_s, interval_s, half);
+    Some(Rebuilt { clock, quantum_s: coarsest_s, excess_s, rate_error })
+}
+
+/// How far the interval may be off, over it: every two stamps, each off by `half` at the most, bound it. Of long
+/// records those at the beginning are taken with those at the end, which bound it closest.
+fn rate_error(time_s: &[f64], interval_s: f64, half: impl Fn(f64) -> f64) -> f64 {
+    const MOST: usize = 512;
+    let taken = MOST.min(time_s.len() / 2);
+    let (mut least, mut most) = (0.0_f64, f64::INFINITY);
+    let late: Vec<(f64, f64, f64)> =
+        (time_s.len() - taken..time_s.len()).map(|k| (k as f64, time_s[k], half(time_s[k]))).collect();
+    for (i, &early) in time_s.iter().enumerate().take(taken) {
+        let slack = half(early);
+        for &(k, t, of) in &late {
+            let (rows, between, room) = (k - i as f64, t - early, slack + of);
+            least = least.max((between - room) / rows);
+            most = most.min((between + room) / rows);
+        }
+    }
+    let off = (most - interval_s).max(interval_s - least) / interval_s;
+    if off.is_finite() { off.max(0.0) } else { 0.0 }
 }
 
 #[cfg(test)]

@@ -227,3 +227,53 @@ proptest! {
         prop_assert!(again.clock().is_uniform());
     }
 }
+
+#[test]
+fn bursts_under_one_stamp_are_put_on_the_even_clock_they_come_from() {
+    for (samples, jitter) in [(4, 0.0), (8, 0.0), (5, 0.2)] {
+        let dt = 0.0517;
+        let stamp = |i: usize| {
+            let burst = i / samples;
+            let late = jitter * samples as f64 * dt * (burst as f64 * 1.7).sin().abs();
+            (burst * samples + samples - 1) as f64 * dt + late
+        };
+        let record = Record::new((0..400).map(stamp).collect(), ring(400)).unwrap();
+        let report = record.clock_report();
+        assert_eq!(report.burst_samples, Some(samples));
+        let Clock::Uniform { interval_s, .. } = *record.clock() else { panic!("{report:?}") };
+        let off = (interval_s / dt - 1.0).abs();
+        assert!(off <= report.rebuilt_rate_error + 1e-12, "{off} {report:?}");
+        assert!(report.rebuilt_rate_error < 5e-3, "{report:?}");
+    }
+}
+
+#[test]
+fn bursts_that_are_lost_leave_a_gap() {
+    let dt = 0.0517;
+    let stamps = (0..400).filter(|i| !(160..200).contains(i)).map(|i| (i / 4 * 4 + 3) as f64 * dt);
+    let record = Record::new(stamps.collect(), ring(360)).unwrap();
+    let report = record.clock_report();
+    assert_eq!((report.burst_samples, report.gaps), (Some(4), 1));
+    assert!((record.time_s(200) - 240.0 * dt).abs() < 1e-9, "{}", record.time_s(200));
+    assert!((report.longest_gap.unwrap().length_s - 41.0 * dt).abs() < 1e-9);
+}
+
+#[test]
+fn values_that_are_held_are_no_bursts() {
+    let time: Vec<f64> = (0..400).map(|i| (i / 4) as f64 * 0.123_456_789).collect();
+    let held: Vec<f64> = ring(100).into_iter().flat_map(|v| [v; 4]).collect();
+    assert_eq!(Record::new(time, held).unwrap().clock_report().burst_samples, None);
+}
+
+#[test]
+fn the_rate_of_a_rebuilt_clock_is_known_as_far_as_its_stamps_say() {
+    for dt in [0.1001, 0.0595, 0.03337] {
+        let time: Vec<f64> = (0..420).map(|i| (f64::from(i) * dt).floor()).collect();
+        let record = Record::new(time, ring(420)).unwrap();
+        let Clock::Uniform { interval_s, .. } = *record.clock() else { panic!("{dt}") };
+        let error = record.clock_report().rebuilt_rate_error;
+        assert!((interval_s / dt - 1.0).abs() <= error, "{dt}: {interval_s} {error}");
+        // A third of a second from the first to the last stamp, each of which is off by up to one.
+        assert!(error * 420.0 * dt < 0.33, "{dt}: {error}");
+    }
+}

@@ -35,13 +35,16 @@ fn mean_frequency(e: &Evidence, chosen: &ModelFit) -> Quantity {
         let half = Z_95 * factor * std_error;
         Quantity { interval_95: [value - half, value + half], ..Quantity::normal(value, std_error, "Hz") }
     };
+    // Of a clock that was rebuilt the rate lies anywhere between two limits.
+    let clock = e.record.clock_report().rebuilt_rate_error / 3.0_f64.sqrt();
+    let timed = |omega: f64, std: f64, factor: f64| hertz(omega, std.hypot(clock * omega), factor);
     match &e.fit.problem {
         Problem::Waveform(problem) => {
             let p = &chosen.bounded.parameters;
             let across = problem.mean_rate(p);
             let mean = across.iter().map(|&(k, d)| p[k] * d).sum::<f64>();
             if let Some(w) = e.fit.wandering {
-                return hertz(mean + w.mean_rate, w.rate_variance.sqrt(), 1.0);
+                return timed(mean + w.mean_rate, w.rate_variance.sqrt(), 1.0);
             }
             let variance: f64 = across
                 .iter()
@@ -50,13 +53,13 @@ fn mean_frequency(e: &Evidence, chosen: &ModelFit) -> Quantity {
                 .sum();
             let noise = &e.fit.comparison.noise;
             let inflated = variance.max(0.0) * noise.variance(&chosen.bounded);
-            hertz(mean, inflated.sqrt(), noise.student_factor(&chosen.bounded))
+            timed(mean, inflated.sqrt(), noise.student_factor(&chosen.bounded))
         }
         Problem::Envelope(problem) if e.options.frequency_hz.is_some() => hertz(problem.omega, 0.0, 1.0),
         Problem::Envelope(_) => {
             let law = &e.measured.law;
             let omega = law.mean_omega + law.mean_omega_beside_walk;
-            hertz(omega + lag_rate(e, chosen, law.omega).unwrap_or(0.0), law.mean_omega_std, 1.0)
+            timed(omega + lag_rate(e, chosen, law.omega).unwrap_or(0.0), law.mean_omega_std, 1.0)
         }
     }
 }

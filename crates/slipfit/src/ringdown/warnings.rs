@@ -26,6 +26,20 @@ fn inseparable(e: &Evidence, correlation: f64, sliding_p_value: f64) -> bool {
     correlation.abs() > criteria.inseparable && sliding_p_value >= criteria.certain_sliding
 }
 
+/// A clock of bursts, or of stamps so coarse that the rate they leave is most of what is not known of the frequency.
+fn rebuilt_clock(e: &Evidence, answer: &Answer) -> Option<Warning> {
+    let report = e.record.clock_report();
+    let (rate_error, quantum_s) = (report.rebuilt_rate_error, report.rebuilt_quantum_s);
+    let of_frequency = |q: &crate::Quantity| 2.0 * rate_error * q.value / 3.0_f64.sqrt() > q.std_error;
+    let coarse = quantum_s.is_some() && answer.parameter(Parameter::Frequency).is_some_and(of_frequency);
+    let burst_samples = report.burst_samples;
+    (coarse || burst_samples.is_some()).then_some(Warning::ClockRebuilt {
+        burst_samples,
+        quantum_s,
+        rate_error,
+    })
+}
+
 /// `omega A / (2 dA/dt)` of the best law at the first amplitude.
 fn quality_factor_at_first(e: &Evidence) -> Option<f64> {
     let omega = e.measured.law.omega;
@@ -87,6 +101,7 @@ pub(crate) fn warnings(e: &Evidence, answer: &Answer) -> Vec<Warning> {
         let super::Distortion { order, relative_amplitude } = found;
         list.push(Warning::Harmonics { order, relative_amplitude });
     }
+    list.extend(rebuilt_clock(e, answer));
     if e.record.is_lossily_compressed() && answer.sliding.detected {
         list.push(Warning::LossyCompression { share: answer.sliding.share_at_highest });
     }

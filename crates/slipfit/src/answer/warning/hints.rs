@@ -54,6 +54,7 @@ impl Warning {
             ],
             Warning::SlowTail { .. } => vec![Hint::new("end_s", "sets the limit by hand")],
             Warning::Clipped { inside: true, .. } => vec![Hint::new("start_s", "skips them")],
+            Warning::ClockRebuilt { .. } => vec![Hint::new("rate_hz", "gives the samples per second")],
             Warning::LossyCompression { .. } => vec![Hint::advice("record as WAV or FLAC")],
             Warning::AmbiguousModel { .. } => vec![Hint::new("model", "names the one to report")],
             Warning::LowQDerivative { .. } => either("start_s", "end_s", "cuts it to the free decay"),

@@ -142,6 +142,15 @@ pub enum Warning {
         /// Sliding share of the loss at the start.
         share: f64,
     },
+    /// The stamps were not those of the samples, and a clock was rebuilt from them.
+    ClockRebuilt {
+        /// Samples of a burst, where each had one stamp.
+        burst_samples: Option<usize>,
+        /// Rounding of the stamps, s, where they were rounded.
+        quantum_s: Option<f64>,
+        /// How far the rate may be off, over it.
+        rate_error: f64,
+    },
     /// Fewer than three samples a cycle: the frequency may be an alias.
     CoarseSampling {
         /// Samples per cycle.
@@ -356,6 +365,7 @@ impl Warning {
             Warning::ModelNotPreferred { .. } => "model_not_preferred",
             Warning::ModelUndetermined { .. } => "model_undetermined",
             Warning::LossyCompression { .. } => "lossy_compression",
+            Warning::ClockRebuilt { .. } => "clock_rebuilt",
             Warning::CoarseSampling { .. } => "coarse_sampling",
             Warning::LowQDerivative { .. } => "low_q_derivative",
             Warning::Disturbance { .. } => "disturbance",

@@ -155,6 +155,24 @@ impl fmt::Display for Warning {
                  that may be all of the {} % that sliding friction has of the loss",
                 figures(100.0 * share, 2)
             ),
+            Warning::ClockRebuilt { burst_samples, quantum_s, rate_error } => {
+                match (burst_samples, quantum_s) {
+                    (Some(samples), _) => write!(
+                        f,
+                        "one stamp stands for bursts of {samples} samples: their times were put evenly between the stamps"
+                    )?,
+                    (None, Some(quantum)) => write!(
+                        f,
+                        "the stamps are rounded to {} s: the even clock they are roundings of took their place",
+                        figures(*quantum, 2)
+                    )?,
+                    (None, None) => write!(f, "the clock was rebuilt from the stamps")?,
+                }
+                if *rate_error > 0.0 {
+                    write!(f, "; its rate, and with it the frequency, is known to {} %", figures(100.0 * rate_error, 1))?;
+                }
+                Ok(())
+            }
             Warning::CoarseSampling { samples_per_cycle } => write!(
                 f,
                 "{samples_per_cycle:.1} samples a cycle: the frequency may be an alias; the loss is not affected"
