@@ -239,7 +239,7 @@ pub fn read_sweep_from(
 ///
 /// ```
 /// assert_eq!(slipfit_io::unit_factor("mm", "m"), Some(1e-3));
-/// assert_eq!(slipfit_io::unit_factor("m/N", "m/N"), Some(1.0));
+/// assert_eq!(slipfit_io::unit_factor("mm/N", "m/N"), Some(1e-3));
 /// assert_eq!(slipfit_io::unit_factor("V", "m"), None);
 /// ```
 #[must_use]

@@ -24,11 +24,32 @@ const NO_QUANTITY: f64 = 1e30;
 /// The number that unmistakably stands for none: the least or the greatest, the same to the last digit in several
 /// rows, or one that instruments write so, and far outside of all others.
 pub(crate) fn find(values: &[f64]) -> Option<Sentinel> {
-    let (low, high) = range(values, |_| true)?;
+    let (low, high) = ends(values).or_else(|| range(values, |_| true))?;
+    // Nearly every column has a number in the middle of its range, which none has that such a number stretches.
+    let margin = (high - low) / (OUTSIDE_WORD + 1.0);
+    if values.iter().any(|v| *v > low + margin && *v < high - margin) {
+        return None;
+    }
     let candidates = if low.abs() > high.abs() { [low, high] } else { [high, low] };
     candidates.into_iter().find_map(|value| stands_for_none(values, value))
 }
 
+/// The least and the greatest number, several at a time; `None` where they are not finite and apart.
+fn ends(values: &[f64]) -> Option<(f64, f64)> {
+    const LANES: usize = 8;
+    let (mut low, mut high) = ([f64::INFINITY; LANES], [f64::NEG_INFINITY; LANES]);
+    for chunk in values.chunks(LANES) {
+        for (lane, v) in chunk.iter().enumerate() {
+            low[lane] = if *v < low[lane] { *v } else { low[lane] };
+            high[lane] = if *v > high[lane] { *v } else { high[lane] };
+        }
+    }
+    let low = low.into_iter().fold(f64::INFINITY, f64::min);
+    let high = high.into_iter().fold(f64::NEG_INFINITY, f64::max);
+    (low < high && low.is_finite() && high.is_finite()).then_some((low, high))
+}
+
+/// The same of those finite numbers that count.
 fn range(values: &[f64], counts: impl Fn(f64) -> bool) -> Option<(f64, f64)> {
     let ends = values
         .iter()

@@ -267,6 +267,9 @@ pub(crate) fn ratio(from: &str, to: &str) -> Option<f64> {
     if from == to {
         return Some(1.0);
     }
+    if let (Some((from, of)), Some((to, other))) = (numerator(from), numerator(to)) {
+        return if of == other { ratio(from, to) } else { None };
+    }
     let seconds = |unit: &str| match plain(unit)? {
         Measures::Time(seconds) => Some(seconds.of(1.0)),
         _ => None,
@@ -277,9 +280,15 @@ pub(crate) fn ratio(from: &str, to: &str) -> Option<f64> {
         let known = DisplacementUnit::named(unit).filter(|unit| unit.coordinate == Coordinate::Length)?;
         Some(known.si)
     };
-    let known: [&dyn Fn(&str) -> Option<f64>; 8] =
-        [&hertz, &seconds, &metres, &radians, &volts, &amperes, &siemens, &ohms];
-    known.iter().find_map(|known| Some(known(from)? / known(to)?))
+    let factor = |known: &dyn Fn(&str) -> Option<f64>| Some(known(from)? / known(to)?);
+    factor(&hertz)
+        .or_else(|| factor(&seconds))
+        .or_else(|| factor(&metres))
+        .or_else(|| factor(&radians))
+        .or_else(|| factor(&volts))
+        .or_else(|| factor(&amperes))
+        .or_else(|| factor(&siemens))
+        .or_else(|| factor(&ohms))
 }
 
 /// What turns numbers in a unit of conductance into S.
