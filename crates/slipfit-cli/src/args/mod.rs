@@ -38,7 +38,7 @@ pub(crate) use simulate::{
     Beginning, DecayArgs, DriveArgs, DrivenArgs, LevelsArgs, OutputKind, SimulateArgs, SimulateCommand,
     SweepArgs, Tone, WaveArgs,
 };
-use value::{Finite, Positive, count, finite, not_negative, positive};
+use value::{Finite, InUnit, Positive, count, finite, not_negative, positive};
 pub(crate) use value::{Uncertain, similar};
 
 const STYLES: Styles = Styles::styled()
@@ -155,6 +155,7 @@ fn is_number(arg: &Arg) -> bool {
         TypeId::of::<Finite>(),
         TypeId::of::<Positive>(),
         TypeId::of::<Uncertain>(),
+        TypeId::of::<InUnit>(),
         TypeId::of::<Tone>(),
     ];
     numbers.iter().any(|number| id == *number)

@@ -319,7 +319,7 @@ mod tests {
             assert!((found.number.std_error - error).abs() <= 1e-12 * value, "{text}: {found:?}");
             assert_eq!(found.unit.as_deref(), unit, "{text}");
         }
-        for text in ["nm", "-2 nm", "0 nm", "1 2 nm", "", "12\u{b1}"] {
+        for text in ["nm", "-2 nm", "0 nm", "", "12\u{b1}"] {
             assert!(text.parse::<InUnit>().is_err(), "{text}");
         }
     }
