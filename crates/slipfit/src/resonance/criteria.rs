@@ -62,8 +62,12 @@ criteria! {
 criteria! {
     /// Peaks and jumps before any model.
     pub struct PeakCriteria in "peak" {
-        /// Deviations of the noise by which the farthest point lies from the mean of all where there
-        /// is a peak.
+        /// p value below which a resonance describes the points better than a straight line by more than chance,
+        /// once for each point.
+        chance: f64 = 1e-4, source "a thousandth, ten times smaller for a width that is looked for",
+            moves "refusals";
+        /// Deviations of the noise by which the farthest point lies from the mean of all where there is a peak
+        /// that the p value does not show.
         above_noise: f64 = 6.0, source "of some hundred normal numbers hardly one lies so far",
             moves "refusals";
         /// The same over the mean, of a curve without noise.

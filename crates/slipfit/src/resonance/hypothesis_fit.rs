@@ -4,8 +4,8 @@ use super::Options;
 use super::alternatives::OtherFit;
 use super::criteria::Criteria;
 use super::hypothesis::{Hypothesis, Kind};
-use super::peak;
 use super::prepared::PreparedCurve;
+use super::presence;
 use super::problem::Problem;
 use super::reference::FrictionFreeFit;
 use super::residuals::{drop_outliers, refit_with_rice, set_rice, variance};
@@ -52,7 +52,7 @@ impl<'a> HypothesisFit<'a> {
     ) -> Result<Self, Error> {
         let (mut this, reference) = Self::curve_alone(curve, hypothesis, options, criteria)?;
         let noise = this.noise.min(this.first_variance.sqrt());
-        if let Some(reason) = peak::absence(&this.problem.main, noise, &criteria.peak) {
+        if let Some(reason) = presence::absence(&this.problem, &this.fit, noise, criteria) {
             return Err(Error::NoResonance { reason });
         }
         this.join(reference);

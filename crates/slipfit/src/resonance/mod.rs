@@ -25,6 +25,7 @@ mod options;
 mod paper;
 mod peak;
 mod prepared;
+mod presence;
 mod problem;
 mod quantities;
 mod reference;

@@ -88,27 +88,11 @@ pub(crate) fn find(b: &Block) -> Option<Peak> {
     Some(Peak { index: top, omega, height, half_width: half_width.max(least), sides })
 }
 
-/// Why points show no peak above the noise, if they do not.
-pub(crate) fn absence(b: &Block, noise: f64, c: &PeakCriteria) -> Option<&'static str> {
-    let used = || (0..b.len()).filter(|&i| b.weight[i] > 0.0);
-    let level = |i: usize| b.data[i] / b.drive[i];
-    let (sum, count) = used().fold((Phasor::default(), 0.0), |(sum, n), i| (sum + level(i), n + 1.0));
-    // Distance and index of the point farthest from a centre, one left out.
-    let farthest = |centre: Phasor, but: usize| {
-        let apart = used().filter(|&i| i != but).map(|i| ((level(i) - centre).norm_sqr(), i));
-        apart.fold((0.0, 0), |most: (f64, usize), this| if this.0 > most.0 { this } else { most })
-    };
-    let centre = sum / count;
-    let (square, far) = farthest(centre, usize::MAX);
-    let most = square.sqrt();
-    if noise == 0.0 {
-        return (most < c.above_mean * centre.norm()).then_some("every point has the same response");
-    }
-    if most < c.above_noise * noise {
-        return Some("no peak stands out of the noise");
-    }
-    let (square, _) = farthest((sum - level(far)) / (count - 1.0), far);
-    (square.sqrt() < c.above_noise * noise).then_some("a single point stands out of the noise and no peak")
+/// Whether every point has the same response.
+pub(crate) fn is_flat(b: &Block, c: &PeakCriteria) -> bool {
+    let used = || (0..b.len()).filter(|&i| b.weight[i] > 0.0).map(|i| b.data[i] / b.drive[i]);
+    let centre = used().sum::<Phasor>() / used().count() as f64;
+    used().all(|z| (z - centre).norm() < c.above_mean * centre.norm())
 }
 
 /// The highest other peak: frequency and height over the main one's.

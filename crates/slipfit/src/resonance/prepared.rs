@@ -39,8 +39,8 @@ impl PreparedCurve {
             return Err(Error::TooFewPoints { points: main.len(), parameters });
         }
         let noise = peak::noise(&main);
-        if let Some(reason) = peak::absence(&main, 0.0, &criteria.peak) {
-            return Err(no(reason));
+        if peak::is_flat(&main, &criteria.peak) {
+            return Err(no("every point has the same response"));
         }
         let allowed = options.terms.background != Some(false);
         let baseline = baseline(&main, &peak, &criteria.instrument).filter(|_| allowed);
