@@ -66,6 +66,7 @@ impl Analysis {
             ],
             Self::Resonance => &[
                 "amplitude",
+                "amplitude_offset",
                 "background",
                 "band_hz",
                 "centre_hz",
@@ -171,6 +172,7 @@ struct Chosen {
     method: Option<String>,
     background: Option<bool>,
     delay: Option<bool>,
+    amplitude_offset: Option<bool>,
     phase_offset: Option<bool>,
     duffing: Option<bool>,
     drive_gain: Option<Uncertain>,
@@ -330,6 +332,7 @@ impl Chosen {
         let mut terms = Terms::default();
         terms.background = self.background;
         terms.delay = self.delay;
+        terms.amplitude_offset = self.amplitude_offset;
         terms.phase_offset = self.phase_offset;
         terms.duffing = self.duffing;
         options.terms = terms;

@@ -72,6 +72,7 @@ fn is_of_reading(name: &str) -> bool {
         "method",
         "background",
         "delay",
+        "amplitude_offset",
         "phase_offset",
         "duffing",
         "drive_gain",

@@ -79,7 +79,7 @@ struct Row {
     cell: Cell,
     seeds: u64,
     scores: Scores,
-    /// Share of the answers with a background or a delay.
+    /// Share of the answers with a background, a delay or a constant in every amplitude.
     instrument: f64,
 }
 
@@ -222,7 +222,8 @@ impl Sweep {
         let took = begun.elapsed();
         let instrument = answer
             .as_ref()
-            .is_some_and(|a| a.instrument.background.is_some() || a.instrument.delay_s.is_some());
+            .map(|a| &a.instrument)
+            .is_some_and(|i| i.background.is_some() || i.delay_s.is_some() || i.amplitude_offset.is_some());
         Analysed { outcome: answer.map_or_else(Outcome::default, |a| self.outcome(&a)), instrument, took }
     }
 
@@ -231,7 +232,13 @@ impl Sweep {
         let estimate = |t: &True| answer.parameter(t.parameter).map(|q| Estimated::of(q, t.value));
         // Naming a fitted term of the instrument does not question the answer.
         let questions_answer = |w: &Warning| {
-            !matches!(w, Warning::Background { .. } | Warning::Delay { .. } | Warning::PhaseSign)
+            !matches!(
+                w,
+                Warning::Background { .. }
+                    | Warning::Delay { .. }
+                    | Warning::AmplitudeOffset { .. }
+                    | Warning::PhaseSign
+            )
         };
         Outcome {
             estimates: truth.iter().map(estimate).collect(),
@@ -292,7 +299,7 @@ fn page(rows: &[Row], again: &[Row], seeds: u64) -> String {
          a *drag* is, at the highest amplitude, a part of the viscous loss; *Duffing* is a natural frequency moved by a \
          part of the half width of the line at the amplitude Q x₀; curves with such a term have Q {DISTURBED_Q}, the others Q 10, 100 and 1000. δ, x_F and f₀: share of the \
          95 % intervals that hold the truth; *outliers unwarned*: answers with one of the three more than four of its \
-         standard errors off and no warning (naming a background or a delay is not counted as one). Friction is \
+         standard errors off and no warning (naming a fitted term of the instrument is not counted as one). Friction is \
          *missed* where it is there and not significant, as it must be where the curve cannot tell.\n\n## Means over \
          β 0, 0.1, 0.5, 0.9 and Q\n\n| disturbance | data | drive | points | {COLUMNS} |\n{}|\n",
         rows.len(),

@@ -94,6 +94,10 @@ pub(crate) struct ResonanceAnalysisArgs {
     #[arg(long, value_enum, value_name = "WHEN", hide_possible_values = true, help_heading = "Analysis")]
     delay: Option<Switch>,
 
+    /// A constant in every amplitude of a curve without phases (zero of the detector): on, off; as needed unless given
+    #[arg(long, value_enum, value_name = "WHEN", hide_possible_values = true, help_heading = "Analysis")]
+    amplitude_offset: Option<Switch>,
+
     /// A constant phase offset: on, off; on unless given
     #[arg(long, value_enum, value_name = "WHEN", hide_possible_values = true, help_heading = "Analysis")]
     phase_offset: Option<Switch>,
@@ -214,6 +218,7 @@ impl ResonanceAnalysisArgs {
         let mut terms = Terms::default();
         terms.background = switch(self.background);
         terms.delay = switch(self.delay);
+        terms.amplitude_offset = switch(self.amplitude_offset);
         terms.phase_offset = switch(self.phase_offset);
         terms.duffing = switch(self.duffing);
         options.terms = terms;

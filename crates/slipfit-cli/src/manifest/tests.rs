@@ -127,7 +127,9 @@ fn full<T: for<'de> Deserialize<'de>>() -> T {
             "response" => "response = \"paper\"\n".to_owned(),
             "kind" => "kind = \"velocity\"\n".to_owned(),
             "format" => "format = \"text\"\n".to_owned(),
-            "background" | "delay" | "phase_offset" | "duffing" => format!("{key} = \"on\"\n"),
+            "background" | "delay" | "amplitude_offset" | "phase_offset" | "duffing" => {
+                format!("{key} = \"on\"\n")
+            }
             key => format!("{key} = 3\n"),
         })
         .collect();

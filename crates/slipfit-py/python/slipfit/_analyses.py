@@ -490,6 +490,7 @@ def resonance(
     model: str | None = None,
     background: bool | None = None,
     delay: bool | None = None,
+    amplitude_offset: bool | None = None,
     phase_offset: bool | None = None,
     duffing: bool | None = None,
     stiffness: Uncertain | None = None,
@@ -527,8 +528,9 @@ def resonance(
         ``exact``, ``leading`` (eq. 8 of the paper) or ``paper`` (its eq. 14).
     model : str, optional
         Report this loss model, whichever the data prefer.
-    background, delay, phase_offset, duffing : bool, optional
-        Whether these terms are fitted; decided by the data if not given.
+    background, delay, amplitude_offset, phase_offset, duffing : bool, optional
+        Whether these terms are fitted; decided by the data if not given. ``amplitude_offset`` is a constant in
+        every amplitude of a curve without phases, as the zero of a detector.
     stiffness, mass, torsion_stiffness, inertia : float or (value, std_error), optional
         One of them turns displacements into forces.
 
@@ -563,7 +565,8 @@ def resonance(
     )
     choices = _resonance_choices(
         band_hz=band_hz, method=method, model=model, drive_amplitude=drive_amplitude,
-        background=background, delay=delay, phase_offset=phase_offset, duffing=duffing,
+        background=background, delay=delay, amplitude_offset=amplitude_offset, phase_offset=phase_offset,
+        duffing=duffing,
     )  # fmt: skip
     constants = _input.constants(
         {"stiffness": stiffness, "mass": mass, "torsion_stiffness": torsion_stiffness, "inertia": inertia}
@@ -579,6 +582,7 @@ def _resonance_choices(
     drive_amplitude: Uncertain | None = None,
     background: bool | None = None,
     delay: bool | None = None,
+    amplitude_offset: bool | None = None,
     phase_offset: bool | None = None,
     duffing: bool | None = None,
 ) -> dict[str, Any]:
@@ -589,6 +593,7 @@ def _resonance_choices(
         "drive_amplitude": _input.pair("drive_amplitude", drive_amplitude),
         "background": background,
         "delay": delay,
+        "amplitude_offset": amplitude_offset,
         "phase_offset": phase_offset,
         "duffing": duffing,
     }

@@ -131,6 +131,7 @@ pub(crate) struct ResonanceChoices {
     drive_amplitude: Option<Uncertain>,
     background: Option<bool>,
     delay: Option<bool>,
+    amplitude_offset: Option<bool>,
     phase_offset: Option<bool>,
     duffing: Option<bool>,
 }
@@ -156,6 +157,7 @@ impl ResonanceChoices {
         let mut terms = Terms::default();
         terms.background = self.background;
         terms.delay = self.delay;
+        terms.amplitude_offset = self.amplitude_offset;
         terms.phase_offset = self.phase_offset;
         terms.duffing = self.duffing;
         options.terms = terms;

@@ -132,6 +132,9 @@ fn instrument(facts: &mut Facts, answer: &Answer) {
         let delayed = if i.background_delayed { ", behind the same delay" } else { "" };
         said.push(format!("background {} and {} in quadrature{delayed}", show(re), show(im)));
     }
+    if let Some(q) = &i.amplitude_offset {
+        said.push(format!("{} in every amplitude", Rounded::new(q.value, q.std_error, &answer.unit)));
+    }
     if i.phase_was_conjugated {
         said.push("phases conjugated".to_owned());
     }

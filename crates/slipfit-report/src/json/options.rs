@@ -47,6 +47,8 @@ object! {
         background: Option<bool> = options.terms.background,
         /// Whether a delay is fitted.
         delay: Option<bool> = options.terms.delay,
+        /// Whether a constant in every amplitude is fitted.
+        amplitude_offset: Option<bool> = options.terms.amplitude_offset,
         /// Whether a phase offset is fitted.
         phase_offset: Option<bool> = options.terms.phase_offset,
         /// Whether a frequency that depends on the amplitude is fitted.

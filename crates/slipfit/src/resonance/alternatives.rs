@@ -12,6 +12,8 @@ pub(super) struct TermSet {
     pub(super) delay: bool,
     /// The delay is the background's too.
     pub(super) background_delayed: bool,
+    /// A constant in every amplitude.
+    pub(super) offset: bool,
     /// The natural frequency depends on the amplitude.
     pub(super) duffing: bool,
 }

@@ -7,7 +7,8 @@ use super::fitted_models::FittedModels;
 use super::problem::Problem;
 use super::quantities::{given_terms, is_exact, papers_parameters, parameters};
 use super::response::{
-    BG_IM, BG_RE, DELAY, DELTA, DRAG, DUFFING, ModelResponse, OMEGA, PHASE, R_DELTA, R_OMEGA, X_0, X_F, slot,
+    BG_IM, BG_RE, DELAY, DELTA, DRAG, DUFFING, ModelResponse, OFFSET, OMEGA, PHASE, R_DELTA, R_OMEGA, X_0,
+    X_F, slot,
 };
 use super::{
     Answer, Curve, CurvePoint, Diagnostics, DriveSource, FittedCurve, Instrument, Method, Options,
@@ -123,7 +124,7 @@ fn guide(used: &Curve, problem: &Problem, p: &[f64], least: usize) -> Vec<[f64; 
     let b = &problem.main;
     let at = problem.response(p, false);
     let seen = |i: usize| b.data[i] - at.background_at(b.omega[i]);
-    let amplitude = |i: usize| if b.complex { seen(i).norm() } else { b.data[i].re };
+    let amplitude = |i: usize| if b.complex { seen(i).norm() } else { b.data[i].re - at.offset };
     (0..b.len())
         .filter(|&i| (run.first..run.first + run.points).contains(&b.index[i]))
         .map(|i| [b.omega[i], amplitude(i)])
@@ -199,6 +200,7 @@ fn instrument(d: &FittedModels, chosen: &ModelFit) -> Instrument {
         background_delayed: d.problem.background_delayed
             && fit.free.contains(&DELAY)
             && fit.free.contains(&BG_RE),
+        amplitude_offset: term(OFFSET, ""),
         phase_was_conjugated: d.conjugated,
         centre_hz: d.problem.centre / TAU,
     }
@@ -215,7 +217,10 @@ fn points(problem: &Problem, p: &[f64], reference: bool, sigma: f64) -> Vec<Curv
         .map(|(i, m)| {
             let value = m.map_or(crate::motion::steady::Phasor::new(f64::NAN, f64::NAN), |m| m.value);
             let size = value.norm();
-            let fitted_amplitude = if b.complex { size } else { b.read(size, i) };
+            let fitted_amplitude = match &m {
+                Some(m) if !b.complex => b.reading(i, m).re,
+                _ => size,
+            };
             let apart = if b.complex {
                 // Along and across the fitted phase.
                 (b.data[i] - value) * value.conj() / size

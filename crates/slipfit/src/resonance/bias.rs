@@ -62,8 +62,7 @@ fn read(problem: &Problem, block: &Block, p: &[f64], reference: bool) -> Option<
     let modelled = problem.predict(p, reference).into_iter().enumerate();
     modelled
         .map(|(i, m)| match m {
-            Some(m) if block.complex => Some(m.value),
-            Some(m) => Some(Phasor::new(block.read(m.value.norm(), i), 0.0)),
+            Some(m) => Some(block.reading(i, &m)),
             None if block.weight[i] > 0.0 => None,
             None => Some(Phasor::default()),
         })

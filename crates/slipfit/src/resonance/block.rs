@@ -1,5 +1,6 @@
 //! Points of one curve by rising frequency, with their weights.
 
+use super::response::Modelled;
 use super::work::Work;
 use super::{Curve, Response};
 use crate::motion::steady::Phasor;
@@ -187,11 +188,16 @@ impl Block {
     }
 
     /// Measured at point `i` less modelled: the complex difference, or that of amplitudes.
-    pub(crate) fn residual(&self, i: usize, model: Phasor) -> Phasor {
+    pub(crate) fn residual(&self, i: usize, model: &Modelled) -> Phasor {
+        self.data[i] - self.reading(i, model)
+    }
+
+    /// What the model says is read at point `i`, real when there is no phase.
+    pub(crate) fn reading(&self, i: usize, model: &Modelled) -> Phasor {
         if self.complex {
-            self.data[i] - model
+            model.value
         } else {
-            Phasor::new(self.data[i].re - self.read(model.norm(), i), 0.0)
+            Phasor::new(self.read(model.value.norm(), i) + model.offset, 0.0)
         }
     }
 

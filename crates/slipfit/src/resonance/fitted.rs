@@ -1,7 +1,7 @@
 //! The fitted curve, to be drawn or subtracted.
 
 use super::problem::Problem;
-use super::response::{Modelled, X_F};
+use super::response::{Modelled, OFFSET, X_F};
 use crate::motion::steady::Phasor;
 use crate::motion::steady::fundamental::Follower;
 use std::f64::consts::TAU;
@@ -38,7 +38,11 @@ impl FittedCurve {
     }
 
     fn at(&self, p: &[f64], frequency_hz: f64) -> Phasor {
-        self.modelled(p, frequency_hz).map_or(Phasor::new(f64::NAN, f64::NAN), |m| m.value)
+        let stretched = |m: Modelled| {
+            let size = m.value.norm();
+            if size > 0.0 { m.value * (1.0 + m.offset / size) } else { Phasor::new(m.offset, 0.0) }
+        };
+        self.modelled(p, frequency_hz).map_or(Phasor::new(f64::NAN, f64::NAN), stretched)
     }
 
     fn modelled(&self, p: &[f64], frequency_hz: f64) -> Option<Modelled> {
@@ -62,6 +66,7 @@ impl FittedCurve {
         let below = above.saturating_sub(1);
         let nearest = if omega - b.omega[below] < b.omega[above] - omega { below } else { above };
         let background = self.problem.background_at(&self.parameters, b.omega[nearest]);
-        if b.complex { (b.data[nearest] - background).norm() } else { b.data[nearest].re }
+        let offset = self.parameters[OFFSET];
+        if b.complex { (b.data[nearest] - background).norm() } else { b.data[nearest].re - offset }
     }
 }

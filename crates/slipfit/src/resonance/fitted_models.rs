@@ -5,7 +5,7 @@ use super::block::Block;
 use super::criteria::AnswerCriteria;
 use super::peak::Peak;
 use super::problem::Problem;
-use super::response::{BG_IM, BG_RE};
+use super::response::{BG_IM, BG_RE, OFFSET};
 use super::{DriveSource, Method};
 use crate::inference::least_squares::Fit;
 use crate::inference::model_selection::{ModelComparison, ModelFit};
@@ -41,13 +41,13 @@ pub(crate) struct FittedModels {
     pub(crate) mentioned_widening: f64,
 }
 
-/// Amplitudes of the oscillator as the points show them: without the background fitted, at the
+/// Amplitudes of the oscillator as the points show them: without background and offset fitted, at the
 /// mean drive. `None` where that is what was measured.
 pub(crate) fn oscillator_seen(problem: &Problem, p: &[f64]) -> Option<Block> {
     let b = &problem.main;
     let background = Phasor::new(p[BG_RE], p[BG_IM]);
     let even = b.drive.iter().all(|d| *d == 1.0);
-    if even && background == Phasor::default() {
+    if even && background == Phasor::default() && p[OFFSET] == 0.0 {
         return None;
     }
     let mut mean = problem.clone();
@@ -64,7 +64,7 @@ pub(crate) fn oscillator_seen(problem: &Problem, p: &[f64]) -> Option<Block> {
                 let ratio = if size > 0.0 { wanted / size } else { 1.0 };
                 (b.data[i] - problem.background_at(p, b.omega[i])).norm() * ratio
             } else {
-                (wanted + b.residual(i, here.value).re).max(0.0)
+                (wanted + b.residual(i, &here).re).max(0.0)
             };
             Phasor::new(amplitude, 0.0)
         })

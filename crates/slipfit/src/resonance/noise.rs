@@ -8,7 +8,6 @@ use super::problem::Problem;
 use super::term_sets::within_limits;
 use crate::inference::least_squares::{Fit, LeastSquares, minimise};
 use crate::inference::noise_law::{Scale, Scatter, likelihood};
-use crate::motion::steady::Phasor;
 
 /// Variance of a quadrature `floor² (1 + ratio a²)` where the amplitude is `a`.
 ///
@@ -144,7 +143,6 @@ fn scatter(problem: &Problem, fit: &Fit, reference: bool) -> Option<Vec<Scatter>
     let b = problem.block(reference)?;
     let factor = if reference { problem.reference_weight } else { 1.0 };
     let here = problem.predict(&fit.parameters, reference);
-    let read = |z: Phasor, i: usize| if b.complex { z } else { Phasor::new(b.read(z.norm(), i), 0.0) };
     let mut leverage = vec![0.0; b.len()];
     let noise = (fit.rss / problem.observations()).sqrt();
     for step in fit.principal_steps() {
@@ -152,7 +150,7 @@ fn scatter(problem: &Problem, fit: &Fit, reference: bool) -> Option<Vec<Scatter>
         p.iter_mut().zip(&step).for_each(|(p, s)| *p += STEP * noise * s);
         for (i, (near, m)) in problem.predict(&p, reference).into_iter().zip(&here).enumerate() {
             if let (Some(near), Some(m)) = (near, m) {
-                let slope = (read(near.value, i) - read(m.value, i)) / (STEP * noise);
+                let slope = (b.reading(i, &near) - b.reading(i, m)) / (STEP * noise);
                 leverage[i] += factor * b.weight[i] * slope.norm_sqr();
             }
         }
@@ -163,7 +161,7 @@ fn scatter(problem: &Problem, fit: &Fit, reference: bool) -> Option<Vec<Scatter>
         .map(|i| {
             let m = here[i]?;
             let left = 1.0 - (leverage[i] / count).min(MOST_LEVERAGE);
-            let residual = b.residual(i, m.value).norm_sqr() / left;
+            let residual = b.residual(i, &m).norm_sqr() / left;
             Some(Scatter { square: m.value.norm_sqr(), floor: 1.0, residual, count })
         })
         .collect();

@@ -60,6 +60,9 @@ pub struct Terms {
     pub background: Option<bool>,
     /// A delay of the signal chain (phase falling linearly with frequency). Needs phases.
     pub delay: Option<bool>,
+    /// A constant that adds to every amplitude, above or below zero: the zero of a detector that reads
+    /// amplitudes (rms, peak). Of curves without phases, and not beside a background unless both are asked for.
+    pub amplitude_offset: Option<bool>,
     /// A constant phase offset. Needs phases; always fitted unless `Some(false)`.
     pub phase_offset: Option<bool>,
     /// A frequency that moves with the square of the amplitude (Duffing).

@@ -6,8 +6,8 @@ use super::peak;
 use super::problem::Problem;
 use super::residuals::{refit_with_rice, variance};
 use super::response::{
-    BG_IM, BG_RE, COUNT, DELAY, DELTA, DRAG, DUFFING, OMEGA, PHASE, R_BG_IM, R_BG_RE, R_DELTA, R_OMEGA,
-    R_PHASE, X_0, X_F,
+    BG_IM, BG_RE, COUNT, DELAY, DELTA, DRAG, DUFFING, OFFSET, OMEGA, PHASE, R_BG_IM, R_BG_RE, R_DELTA,
+    R_OMEGA, R_PHASE, X_0, X_F,
 };
 use super::search::{best, starts};
 use super::start;
@@ -94,9 +94,9 @@ pub(super) fn sliding_p_value(problem: &Problem, fit: &Fit, c: &SearchCriteria) 
     let mut p = vec![0.0; COUNT];
     (p[OMEGA], p[DELTA], p[X_0], p[PHASE]) = (q[R_OMEGA], q[R_DELTA], q[X_0], q[R_PHASE]);
     (p[BG_RE], p[BG_IM], p[DELAY]) = (q[R_BG_RE], q[R_BG_IM], q[DELAY]);
-    (p[DRAG], p[DUFFING]) = (q[DRAG], q[DUFFING]);
+    (p[DRAG], p[DUFFING], p[OFFSET]) = (q[DRAG], q[DUFFING], q[OFFSET]);
     let mut free = vec![OMEGA, DELTA, X_0];
-    free.extend([DRAG, DUFFING].into_iter().filter(|k| fit.free.contains(k)));
+    free.extend([DRAG, DUFFING, OFFSET].into_iter().filter(|k| fit.free.contains(k)));
     if block.complex {
         free.push(PHASE);
     }

@@ -94,7 +94,7 @@ pub(super) fn autocorrelation(problem: &Problem, fit: &Fit, c: &ResidualCriteria
         .filter(|&(i, _)| b.weight[i] > 0.0)
         .filter_map(|(i, m)| {
             let m = m?;
-            let r = b.residual(i, m.value) * b.precision[i].sqrt();
+            let r = b.residual(i, &m) * b.precision[i].sqrt();
             // Along and across the fitted phase, which turns through the peak.
             Some(if b.complex && m.value.norm() > 0.0 { r * m.value.conj() / m.value.norm() } else { r })
         })

@@ -21,9 +21,11 @@ pub(crate) const PHASE: usize = DUFFING + 1;
 pub(crate) const DELAY: usize = DUFFING + 2;
 pub(crate) const BG_RE: usize = DUFFING + 3;
 pub(crate) const BG_IM: usize = DUFFING + 4;
+/// A constant in every amplitude that is read, unit of the response; of curves without phases.
+pub(crate) const OFFSET: usize = DUFFING + 5;
 /// Parameters of the main block.
-pub(super) const MAIN: usize = DUFFING + 5;
-/// The same of the reference; drive, delay, drag and Duffing term are shared.
+pub(super) const MAIN: usize = DUFFING + 6;
+/// The same of the reference; drive, delay, offset, drag and Duffing term are shared.
 pub(crate) const R_OMEGA: usize = MAIN;
 pub(crate) const R_DELTA: usize = MAIN + 1;
 pub(crate) const R_PHASE: usize = MAIN + 2;
@@ -52,12 +54,15 @@ pub(crate) struct Modelled {
     pub(crate) value: Phasor,
     /// The oscillator alone.
     pub(crate) oscillator: Phasor,
+    /// In the amplitude that is read.
+    pub(crate) offset: f64,
     pub(crate) regime: Regime,
 }
 
 /// The response of one block: oscillator and instrument with their parameters.
 ///
-/// Measured is `Z e^(i (phase - (omega - centre) delay)) + background`.
+/// Measured is `Z e^(i (phase - (omega - centre) delay)) + background`, of curves without phases the modulus of
+/// that and an offset.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub(crate) struct ModelResponse {
     pub(super) method: Method,
@@ -80,6 +85,7 @@ pub(crate) struct ModelResponse {
     pub(super) background: Phasor,
     /// The delay is the background's too.
     pub(super) background_delayed: bool,
+    pub(super) offset: f64,
 }
 
 impl ModelResponse {
@@ -109,7 +115,7 @@ impl ModelResponse {
         let f = self.oscillator(&self.point(omega, level), guess, follower, &mut by)?;
         let rotation = Phasor::from_polar(1.0, self.phase - (omega - self.centre) * self.delay);
         let value = f.value * rotation + self.background_at(omega);
-        Some(Modelled { value, oscillator: f.value, regime: f.regime })
+        Some(Modelled { value, oscillator: f.value, offset: self.offset, regime: f.regime })
     }
 
     /// The oscillator alone, and its derivatives.

@@ -2,7 +2,7 @@
 
 use super::block::Block;
 use super::lanes::{Lanes, PIECE, Points};
-use super::response::{BG_IM, BG_RE, DELAY, MAIN, ModelResponse, PHASE, X_0, X_F};
+use super::response::{BG_IM, BG_RE, DELAY, MAIN, ModelResponse, OFFSET, PHASE, X_0, X_F};
 use crate::motion::steady::Phasor;
 use crate::motion::steady::fundamental::Follower;
 use crate::numeric::products::{Products, WIDTH};
@@ -135,6 +135,8 @@ impl Pass<'_> {
                     }
                     BG_RE => (across[k], -along[k]),
                     BG_IM => (along[k], across[k]),
+                    // Of amplitudes alone, below.
+                    OFFSET => (0.0, 0.0),
                     _ => (lanes.by_re[j][k], lanes.by_im[j][k]),
                 };
             }
@@ -178,14 +180,18 @@ impl Pass<'_> {
                 along_im[k] *= slope;
             }
         }
-        for row in &mut rows[..n] {
+        for (row, &j) in rows[..n].iter_mut().zip(self.columns) {
             let [re, im] = halves(row);
+            if j == OFFSET {
+                re.copy_from_slice(&points.root);
+                continue;
+            }
             for k in 0..PIECE {
                 re[k] = (along_re[k] * re[k] + along_im[k] * im[k]) * points.root[k];
             }
         }
         for k in 0..PIECE {
-            rows[n][k] = (points.re[k] - read[k]) * points.root[k];
+            rows[n][k] = (points.re[k] - read[k] - at.offset) * points.root[k];
         }
     }
 }

@@ -7,7 +7,7 @@ use super::hypothesis::Kind;
 use super::hypothesis_fit::HypothesisFit;
 use super::problem::Problem;
 use super::residuals::noise_model;
-use super::response::{BG_IM, BG_RE, DELAY, DELTA, DRAG, DUFFING, R_BG_IM, R_BG_RE, X_F};
+use super::response::{BG_IM, BG_RE, DELAY, DELTA, DRAG, DUFFING, OFFSET, R_BG_IM, R_BG_RE, X_F};
 use super::search::best;
 use crate::inference::bounded::minimise_bounded;
 use crate::inference::least_squares::{Fit, STEP_TOLERANCE, by_rss};
@@ -15,10 +15,11 @@ use crate::inference::model_selection::ModelComparison;
 use crate::model::loss::LossTerm;
 
 const NOTHING: TermSet =
-    TermSet { background: false, delay: false, background_delayed: false, duffing: false };
-const SETS: [TermSet; 5] = [
+    TermSet { background: false, delay: false, background_delayed: false, offset: false, duffing: false };
+const SETS: [TermSet; 6] = [
     NOTHING,
     TermSet { background: true, ..NOTHING },
+    TermSet { offset: true, ..NOTHING },
     TermSet { delay: true, ..NOTHING },
     TermSet { background: true, delay: true, ..NOTHING },
     TermSet { background: true, delay: true, background_delayed: true, ..NOTHING },
@@ -30,12 +31,13 @@ impl TermSet {
     pub(super) fn of(problem: &Problem, free: &[usize]) -> Self {
         let (background, delay) = (free.contains(&BG_RE), free.contains(&DELAY));
         let background_delayed = background && delay && problem.background_delayed;
-        Self { background, delay, background_delayed, duffing: free.contains(&DUFFING) }
+        let (offset, duffing) = (free.contains(&OFFSET), free.contains(&DUFFING));
+        Self { background, delay, background_delayed, offset, duffing }
     }
 
     /// Terms beyond the oscillator.
     fn terms(self) -> f64 {
-        f64::from(u8::from(self.background)) + f64::from(u8::from(self.delay))
+        [self.background, self.delay, self.offset].into_iter().map(|term| f64::from(u8::from(term))).sum()
     }
 }
 
@@ -123,24 +125,28 @@ impl HypothesisFit<'_> {
         self.fit = taken.unbounded;
     }
 
-    /// Takes a background instead of the drag that amplitudes without phases prefer, unless they do so
+    /// Takes a background or an offset instead of the drag that amplitudes without phases prefer, unless they do so
     /// clearly; whether it was taken.
     pub(super) fn background_instead_of_drag(&mut self, comparison: &ModelComparison) -> bool {
         let now = TermSet::of(&self.problem, &self.fit.free);
-        if self.problem.main.complex || now.background || self.options.model.is_some() {
+        if self.problem.main.complex || now.background || now.offset || self.options.model.is_some() {
             return false;
         }
         let Some(with_drag) = comparison.preferred().filter(|f| f.model.has(LossTerm::Drag)) else {
             return false;
         };
         let most = with_drag.bic + self.criteria.terms.drag_over_background;
-        let instead = TermSet { background: true, ..now };
+        let set = TermSet { offset: false, ..now };
+        let instead = [TermSet { background: true, ..set }, TermSet { offset: true, ..set }];
         let bic = |o: &OtherFit| comparison.noise.bic(o.bounded.rss, o.unbounded.free.len());
         let best = (0..self.others.len())
-            .filter(|&i| self.others[i].set == instead && !self.others[i].unbounded.free.contains(&DRAG))
+            .filter(|&i| {
+                instead.contains(&self.others[i].set) && !self.others[i].unbounded.free.contains(&DRAG)
+            })
             .min_by(|&a, &b| bic(&self.others[a]).total_cmp(&bic(&self.others[b])));
         let Some(i) = best.filter(|&i| bic(&self.others[i]) < most) else { return false };
         // Backgrounds that do as well are several minima of one fit.
+        let instead = self.others[i].set;
         let minima = self.others.iter().filter(|o| o.set == instead && !o.unbounded.free.contains(&DRAG));
         let mut minima: Vec<Fit> = minima.map(|o| o.unbounded.clone()).collect();
         by_rss(&mut minima);
@@ -158,14 +164,17 @@ impl HypothesisFit<'_> {
         allowed(wanted.background, set.background)
             && allowed(wanted.delay, set.delay)
             && allowed(wanted.duffing, set.duffing)
+            && allowed(wanted.amplitude_offset, set.offset)
             && (self.problem.main.complex || !set.delay)
+            && !(self.problem.main.complex && set.offset)
     }
 
     /// Where fits with a part of the terms `free` lead: a delay and a background together have several minima, which
-    /// few points do not tell apart.
+    /// few points do not tell apart, and an offset is far from a background that was fitted instead.
     fn starts_of_parts(&self, free: &[usize], others: &[(Problem, OtherFit)]) -> Vec<Vec<f64>> {
         // Other hypotheses are other starts of them already.
-        if self.hypothesis.kind != Kind::Plain || ![DELAY, BG_RE].iter().all(|k| free.contains(k)) {
+        let several = [DELAY, BG_RE].iter().all(|k| free.contains(k)) || free.contains(&OFFSET);
+        if self.hypothesis.kind != Kind::Plain || !several {
             return Vec::new();
         }
         let is_part = |part: &[usize]| part.len() < free.len() && part.iter().all(|k| free.contains(k));
@@ -188,13 +197,13 @@ impl HypothesisFit<'_> {
     fn with_set(&self, set: TermSet, drag: bool, others: &[(Problem, OtherFit)]) -> Vec<(Problem, OtherFit)> {
         let hidden = set.background && !self.problem.main.complex;
         let mut free: Vec<usize> = self.fit.free.clone();
-        free.retain(|k| !(BACKGROUNDS.contains(k) || [DELAY, DUFFING, DRAG].contains(k)));
+        free.retain(|k| !(BACKGROUNDS.contains(k) || [DELAY, DUFFING, DRAG, OFFSET].contains(k)));
         if set.background {
             let own = if self.problem.reference.is_some() { BACKGROUNDS.len() } else { 2 };
             free.extend(&BACKGROUNDS[..own]);
         }
         free.extend(
-            [(set.delay, DELAY), (set.duffing, DUFFING), (drag, DRAG)]
+            [(set.delay, DELAY), (set.offset, OFFSET), (set.duffing, DUFFING), (drag, DRAG)]
                 .iter()
                 .filter(|(is, _)| *is)
                 .map(|(_, k)| *k),
@@ -202,7 +211,7 @@ impl HypothesisFit<'_> {
         let Some(problem) = self.extended(&mut free) else { return Vec::new() };
         let problem = Problem { background_delayed: set.background_delayed, ..problem };
         let mut start = self.fit.parameters.clone();
-        for k in BACKGROUNDS.into_iter().chain([DELAY, DRAG, DUFFING]) {
+        for k in BACKGROUNDS.into_iter().chain([DELAY, OFFSET, DRAG, DUFFING]) {
             if !free.contains(&k) {
                 start[k] = 0.0;
             }
@@ -235,6 +244,9 @@ impl HypothesisFit<'_> {
             }
             if !set.delay {
                 start[DELAY] = 0.0;
+            }
+            if !set.offset {
+                start[OFFSET] = 0.0;
             }
         }
     }
@@ -335,5 +347,38 @@ mod tests {
         }
         assert!(held >= 16, "{held} of 20");
         assert!(instead >= 1, "{instead}");
+    }
+
+    /// A detector's zero raises the flanks as friction lowers the peak.
+    #[test]
+    fn a_constant_in_every_amplitude_is_no_friction() {
+        for (offset, x_f) in [(0.005, 0.0), (-0.02, 0.0), (-0.02, 0.3)] {
+            let (mut held, mut found, mut named) = (0, 0, 0);
+            for seed in 0..20 {
+                let zero = offset * 100.0 * (1.0 - 4.0 / std::f64::consts::PI * x_f);
+                let at =
+                    |(i, w): (usize, f64)| (response(w, DELTA, x_f) + noise(i, 2 * seed) * 0.5).norm() + zero;
+                let seen: Vec<f64> = frequencies(101).enumerate().map(at).map(f64::abs).collect();
+                let hz = frequencies(101).map(|w| w / TAU).collect();
+                let curve = Curve::builder(hz, seen).build().unwrap();
+                let known = super::super::DriveAmplitude { value: 1.0, std_error: 0.0 };
+                let options = Options { drive_amplitude: Some(known), ..Options::default() };
+                let answer = analyse(&curve, &options).unwrap();
+                let [low, high] = answer.parameter(Parameter::FRICTION_DISPLACEMENT).unwrap().interval_95;
+                held += usize::from((low..=high).contains(&x_f));
+                found += usize::from(answer.sliding.detected);
+                named += usize::from(answer.warnings.iter().any(|w| {
+                    matches!(
+                        w,
+                        Warning::AmplitudeOffset { .. } | Warning::RivalInstrument { offset: Some(true), .. }
+                    )
+                }));
+            }
+            // Without the term one interval in five holds the truth, and more than half of the curves find friction.
+            assert!(held >= 17, "{offset} {x_f}: {held} of 20");
+            assert!(named >= 17, "{offset} {x_f}: {named} of 20");
+            let most = if x_f > 0.0 { 20 } else { 1 };
+            assert!(found <= most, "{offset} {x_f}: {found} of 20");
+        }
     }
 }

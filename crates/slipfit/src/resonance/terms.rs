@@ -1,9 +1,9 @@
-//! Terms that the fit of a curve adds automatically or drops again: background, delay, Duffing, drag.
+//! Terms that the fit of a curve adds automatically or drops again: background, offset, delay, Duffing, drag.
 
 use super::hypothesis_fit::HypothesisFit;
 use super::problem::Problem;
 use super::residuals::noise_model;
-use super::response::{BG_IM, BG_RE, COUNT, DELAY, DRAG, DUFFING, R_BG_IM, R_BG_RE};
+use super::response::{BG_IM, BG_RE, COUNT, DELAY, DRAG, DUFFING, OFFSET, R_BG_IM, R_BG_RE};
 use super::search::best;
 use crate::inference::least_squares::{Fit, LeastSquares, Normal, minimise, promised_gain};
 use crate::inference::noise::NoiseModel;
@@ -23,16 +23,22 @@ impl HypothesisFit<'_> {
     pub(super) fn add_needed(&mut self) {
         let margin = self.criteria.inference.instrument_bic_margin;
         let wanted = self.options.terms;
-        let candidates: [(&[usize], Option<bool>, bool); 3] = [
+        let complex = self.problem.main.complex;
+        let candidates: [(&[usize], Option<bool>, bool); 4] = [
             (&[BG_RE, BG_IM], wanted.background, true),
-            (&[DELAY], wanted.delay, self.problem.main.complex),
+            (&[OFFSET], wanted.amplitude_offset, !complex),
+            (&[DELAY], wanted.delay, complex),
             (&[DUFFING], wanted.duffing, true),
         ];
         for _ in 0..candidates.len() {
             let tried = candidates
                 .iter()
                 .filter(|(terms, asked, possible)| {
-                    asked.is_none() && *possible && !self.fit.free.contains(&terms[0])
+                    let free = &self.fit.free;
+                    // Amplitudes do not tell a background from an offset beside it.
+                    let other = [(BG_RE, OFFSET), (OFFSET, BG_RE)].into_iter().find(|o| o.0 == terms[0]);
+                    let instead = other.is_some_and(|(_, other)| free.contains(&other));
+                    asked.is_none() && *possible && !instead && !free.contains(&terms[0])
                 })
                 .filter_map(|(terms, ..)| self.with_terms(terms));
             let most = |a: Extended, b: Extended| if b.gain > a.gain { b } else { a };

@@ -5,7 +5,7 @@ use super::block::Block;
 use super::criteria::{AnswerCriteria, Criteria};
 use super::fitted_models::{FittedModels, oscillator_seen};
 use super::peak::Peak;
-use super::response::{BG_IM, BG_RE, DELTA, DRAG, DUFFING, OMEGA, R_DELTA, R_OMEGA, X_F};
+use super::response::{BG_IM, BG_RE, DELTA, DRAG, DUFFING, OFFSET, OMEGA, R_DELTA, R_OMEGA, X_F};
 use super::{Answer, Curve, DriveSource, Method, Options, RunDirection, averaged, peak};
 use crate::answer::describe::model_choice;
 use crate::answer::{Parameter, Warning};
@@ -138,6 +138,9 @@ fn instrument(list: &mut Vec<Warning>, d: &FittedModels, answer: &Answer) {
             phases: d.problem.main.complex,
         });
     }
+    if answer.instrument.amplitude_offset.is_some() {
+        list.push(Warning::AmplitudeOffset { relative: p[OFFSET] / d.problem.main.highest() });
+    }
     if let Some(delay) = &answer.instrument.delay_s {
         list.push(Warning::Delay { delay_s: delay.value });
     }
@@ -166,6 +169,7 @@ fn rival(d: &FittedModels, answer: &Answer, options: &Options, criteria: &Criter
     Some(Warning::RivalInstrument {
         background: set.background,
         delay: set.delay,
+        offset: (set.offset != chosen.contains(&OFFSET)).then_some(set.offset),
         duffing: (set.duffing != chosen.contains(&DUFFING)).then_some(set.duffing),
         drag,
         other_minimum: set == TermSet::of(&d.problem, chosen),

@@ -70,6 +70,12 @@ impl Warning {
             Warning::RivalInstrument { drag: true, background: true, .. } => {
                 vec![Hint::new("delay", "leaves it out").with("off")]
             }
+            Warning::RivalInstrument { offset: Some(true), .. } => {
+                vec![Hint::new("amplitude_offset", "fits it").with("on")]
+            }
+            Warning::RivalInstrument { offset: Some(false), background: false, .. } => {
+                vec![Hint::new("amplitude_offset", "leaves it out").with("off")]
+            }
             Warning::RivalInstrument { background, duffing, .. } => {
                 let (option, on) = duffing.map_or(("background", *background), |on| ("duffing", on));
                 let (word, effect) = if on { ("on", "fits it") } else { ("off", "leaves it out") };

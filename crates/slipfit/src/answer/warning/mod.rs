@@ -229,12 +229,19 @@ pub enum Warning {
         /// Whether phases separate it from friction.
         phases: bool,
     },
+    /// A constant in every amplitude was added automatically or asked for.
+    AmplitudeOffset {
+        /// Its size over the highest amplitude, with its sign.
+        relative: f64,
+    },
     /// Other terms beside the losses than those fitted explain the curve as well, and give other losses.
     RivalInstrument {
         /// They have a background.
         background: bool,
         /// They have a delay.
         delay: bool,
+        /// Whether they have a constant in every amplitude, where that is a difference.
+        offset: Option<bool>,
         /// Whether they have a Duffing term, where that is the difference.
         duffing: Option<bool>,
         /// They have drag, which those fitted have not.
@@ -381,6 +388,7 @@ impl Warning {
             Warning::FewPointsInLine { .. } => "few_points_in_line",
             Warning::Skewed { .. } => "leaning",
             Warning::Background { .. } => "background",
+            Warning::AmplitudeOffset { .. } => "amplitude_offset",
             Warning::RivalInstrument { .. } => "rival_instrument",
             Warning::Delay { .. } => "delay",
             Warning::RunsDiffer { .. } => "runs_differ",

@@ -240,9 +240,16 @@ impl fmt::Display for Warning {
                     "; amplitudes alone do not separate it from friction, phases would"
                 }
             ),
+            Warning::AmplitudeOffset { relative } => write!(
+                f,
+                "a constant of {:.2} % of the highest amplitude was fitted to every amplitude (the zero of the \
+                 detector); phases would separate it from friction",
+                100.0 * relative
+            ),
             Warning::RivalInstrument {
                 background,
                 delay,
+                offset,
                 duffing,
                 drag,
                 other_minimum,
@@ -255,6 +262,7 @@ impl fmt::Display for Warning {
                     _ if *other_minimum => "another background or delay explains",
                     (Some(true), ..) => "a frequency that shifts with the amplitude (Duffing) explains",
                     (Some(false), ..) => "a frequency that does not shift with the amplitude explains",
+                    _ if *offset == Some(true) => "a constant in every amplitude (the zero of the detector) explains",
                     (None, true, true) => "a background and a delay explain",
                     (None, true, false) => "a background explains",
                     (None, false, true) => "a delay without a background explains",
