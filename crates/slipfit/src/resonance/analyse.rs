@@ -4,7 +4,7 @@ use super::block::Block;
 use super::criteria::Criteria;
 use super::prepared::PreparedCurve;
 use super::work::Work;
-use super::{Answer, Curve, Options, assemble, selection};
+use super::{Answer, Curve, Options, assemble, measured_columns};
 use crate::Error;
 
 /// Tells viscous from sliding loss in a resonance curve.
@@ -23,7 +23,8 @@ use crate::Error;
 /// they are not, or are, the other sets of these terms stretch the intervals by their weights. A
 /// Duffing term is added where the BIC falls by 14; where it is not, or is, the fit with the other choice
 /// stretches the intervals alike. Noise that grows with the amplitude is found from the residuals, unless
-/// the curve brings errors of its own.
+/// the curve brings errors of its own; errors and drives of the points that the residuals contradict are set aside
+/// with a warning.
 ///
 /// The height of a curve is `Q x_0 (1 - 4 x_F/(pi x_0))`: with the drive amplitude `x_0` known
 /// ([`Options::drive_amplitude`], or a friction-free [`Options::reference`]) friction and Q
@@ -100,7 +101,7 @@ pub(super) fn analyse_within(
 ) -> Result<Answer, Error> {
     let block = |curve: &Curve| Block { work: work.clone(), ..Block::new(curve) };
     let prepared = PreparedCurve::new(block(used), options.reference.as_ref().map(block), options, criteria)?;
-    let fitted = selection::best_fit(&prepared, options, criteria, used.std_error().is_some());
+    let fitted = measured_columns::best_fit(&prepared, options, criteria, used.std_error().is_some());
     let fitted =
         fitted.map_err(|error| if work.was_cut() { Error::NoFit { reason: SEARCH_CUT } } else { error })?;
     // Whatever the search took, there is work for the intervals.

@@ -28,6 +28,8 @@ criteria_groups! {
         residuals: ResidualCriteria,
         /// Noise that grows with the amplitude.
         noise: NoiseCriteria,
+        /// Columns beside the response.
+        columns: ColumnCriteria,
         /// The friction-free reference.
         reference: ReferenceCriteria,
         /// Terms added automatically.
@@ -196,6 +198,19 @@ criteria! {
         rounds: usize = 2, source "chosen by simulation", moves "time of analysis";
         /// Factor within which a ratio of proportional part to floor is settled.
         settled: f64 = 1.5, source "weights matter by their root", moves "time of analysis";
+    }
+}
+
+criteria! {
+    /// Columns beside the response: errors of points, drive.
+    pub struct ColumnCriteria in "columns" {
+        /// Standard deviation of the logarithm of the errors from point to point above which they may be those of few
+        /// repeats.
+        error_scatter: f64 = 0.1, source "that of fifty repeats, 1/sqrt(2 (50 - 1))",
+            moves "coverage of curves with errors of few repeats";
+        /// BIC by which a fit without a column must be better, for the column to be set aside.
+        margin: f64 = 6.0, source "Kass and Raftery 1995: strong evidence",
+            moves "coverage of curves with a measured drive, or with errors of few repeats";
     }
 }
 

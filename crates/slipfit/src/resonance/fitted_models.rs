@@ -3,6 +3,7 @@
 use super::alternatives::Alternative;
 use super::block::Block;
 use super::criteria::AnswerCriteria;
+use super::measured_columns::Contradicted;
 use super::peak::Peak;
 use super::problem::Problem;
 use super::response::{BG_IM, BG_RE, OFFSET};
@@ -34,6 +35,7 @@ pub(crate) struct FittedModels {
     pub(crate) alternatives: Vec<Alternative>,
     /// Noise of an amplitude over the amplitude, where the noise grows with it.
     pub(crate) proportional_noise: Option<f64>,
+    pub(crate) contradicted: Contradicted,
     pub(crate) criteria: AnswerCriteria,
     /// [`ReportCriteria::near_limit`](crate::answer::ReportCriteria::near_limit).
     pub(crate) near_limit: f64,

@@ -19,6 +19,7 @@ mod hypothesis;
 mod hypothesis_fit;
 mod instrument_start;
 mod lanes;
+mod measured_columns;
 mod models;
 mod noise;
 mod options;
@@ -48,8 +49,8 @@ pub use answer::{
     ReferenceFit,
 };
 pub use criteria::{
-    AnswerCriteria, Criteria, ForceCriteria, InstrumentCriteria, LossModelCriteria, NoiseCriteria,
-    PeakCriteria, PreparationCriteria, ReferenceCriteria, ResidualCriteria, SearchCriteria,
+    AnswerCriteria, ColumnCriteria, Criteria, ForceCriteria, InstrumentCriteria, LossModelCriteria,
+    NoiseCriteria, PeakCriteria, PreparationCriteria, ReferenceCriteria, ResidualCriteria, SearchCriteria,
     SelectionCriteria, TermCriteria,
 };
 pub use curve::{Curve, CurveBuilder, Dropped, Response, Run, RunDirection};

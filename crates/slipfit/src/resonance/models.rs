@@ -4,6 +4,7 @@ use super::criteria::Criteria;
 use super::fitted_models::{FittedModels, oscillator_seen};
 use super::hypothesis::Kind;
 use super::hypothesis_fit::HypothesisFit;
+use super::measured_columns::Contradicted;
 use super::peak;
 use super::prepared::PreparedCurve;
 use super::problem::Problem;
@@ -64,6 +65,7 @@ pub(super) fn compare(curve: &PreparedCurve, mut chosen: HypothesisFit) -> Resul
         minima,
         alternatives,
         proportional_noise: None,
+        contradicted: Contradicted::default(),
         criteria: criteria.answer.clone(),
         near_limit: criteria.report.near_limit,
         mentioned_widening: criteria.report.mentioned_widening,

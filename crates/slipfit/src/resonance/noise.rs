@@ -132,6 +132,25 @@ impl NoiseLaw {
     }
 }
 
+/// The BIC of the fit reported at some points, each weighed by its own precision, but for a constant: fits of one curve
+/// with points weighed in several ways are compared by it.
+pub(super) fn bic_at_own_precision(fitted: &FittedModels, points: &[usize]) -> Option<f64> {
+    let chosen = fitted.comparison.reported().or_else(|| fitted.comparison.preferred())?;
+    let problem = fitted.problem_of(chosen);
+    let b = &problem.main;
+    let residuals = problem.residuals(&chosen.unbounded.parameters);
+    let count = if b.complex { 2.0 } else { 1.0 };
+    let of = |&i: &usize| {
+        let residual = residuals[i]?.norm_sqr();
+        Some(Scatter { square: 0.0, floor: 1.0 / b.precision[i], residual, count })
+    };
+    let scatter: Vec<Scatter> = points.iter().map(of).collect::<Option<_>>()?;
+    let parameters =
+        chosen.unbounded.free.len() as f64 + f64::from(u8::from(fitted.proportional_noise.is_some()));
+    let penalty = parameters * (count * scatter.len() as f64).ln();
+    Some(likelihood(&scatter, 0.0, Scale::Estimated).minus_two_log + penalty)
+}
+
 fn geometric_mean(values: &[f64]) -> f64 {
     (values.iter().map(|v| v.ln()).sum::<f64>() / values.len() as f64).exp()
 }

@@ -35,6 +35,12 @@ pub(super) fn warnings(
     if d.left_out > 0 {
         list.push(Warning::Outliers { points: d.left_out });
     }
+    if let Some(scatter) = d.contradicted.errors {
+        list.push(Warning::ScatteredErrors { scatter });
+    }
+    if let Some(scatter) = d.contradicted.drive {
+        list.push(Warning::DriveReadback { scatter });
+    }
     if b.work.was_cut() {
         list.push(Warning::SearchCut);
     }

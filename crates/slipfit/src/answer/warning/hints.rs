@@ -83,6 +83,12 @@ impl Warning {
             }
             Warning::Jump { .. } => vec![Hint::new("band_hz", "keeps to one branch")],
             Warning::OneFlank { .. } => vec![Hint::advice("measure across the peak")],
+            Warning::ScatteredErrors { .. } => {
+                vec![Hint::advice("errors pooled over neighbouring points are surer")]
+            }
+            Warning::DriveReadback { .. } => {
+                vec![Hint::advice("a less noisy reading of the drive would be used")]
+            }
             Warning::ThresholdExtrapolated { .. } => vec![Hint::advice("lower levels would show it")],
             Warning::DriveUncalibrated => {
                 either("drive_gain", "q_factor", "gives Q and the friction displacement")

@@ -303,6 +303,16 @@ pub enum Warning {
         /// How many points.
         points: usize,
     },
+    /// Errors of the points scatter from point to point and the residuals do not follow them: they were set aside.
+    ScatteredErrors {
+        /// Standard deviation of their logarithm from one point to the next.
+        scatter: f64,
+    },
+    /// A measured drive scatters and the response does not follow it: its smooth course was used.
+    DriveReadback {
+        /// Its standard deviation about that course, over the drive.
+        scatter: f64,
+    },
     /// No drive level lies below the threshold: it is extrapolated.
     ThresholdExtrapolated {
         /// Lowest level over the threshold.
@@ -399,6 +409,8 @@ impl Warning {
             Warning::Dropped { .. } => "dropped",
             Warning::SearchCut => "search_cut",
             Warning::Outliers { .. } => "outliers",
+            Warning::ScatteredErrors { .. } => "scattered_errors",
+            Warning::DriveReadback { .. } => "drive_readback",
             Warning::ThresholdExtrapolated { .. } => "threshold_extrapolated",
             Warning::NotStraight { .. } => "bent",
             Warning::DriveUncalibrated => "drive_uncalibrated",

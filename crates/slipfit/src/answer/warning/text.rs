@@ -332,6 +332,18 @@ impl fmt::Display for Warning {
                 let verb = if *points == 1 { "was" } else { "were" };
                 write!(f, "{} {verb} left out", counted(*points, "outlier"))
             }
+            Warning::ScatteredErrors { scatter } => write!(
+                f,
+                "the errors of the points scatter by {:.0} % from one to the next, as those of few repeats do, and the \
+                 residuals do not follow them: they were set aside, and the residuals give the noise",
+                100.0 * scatter
+            ),
+            Warning::DriveReadback { scatter } => write!(
+                f,
+                "the drive of the points scatters by {:.2} % and the response does not follow it: its smooth course \
+                 was used",
+                100.0 * scatter
+            ),
             Warning::ThresholdExtrapolated { ratio } => write!(
                 f,
                 "every level lies above the threshold (the lowest {ratio:.1} times): it is extrapolated along the \
