@@ -7,7 +7,7 @@ use super::criteria::Criteria;
 use super::fitted_models::FittedModels;
 use super::paper::Lorentzian;
 use super::problem::Problem;
-use super::response::{BG_RE, DUFFING, OFFSET, OMEGA, X_0, X_F, slot};
+use super::response::{BG_RE, DELTA, DUFFING, OFFSET, OMEGA, X_0, X_F, slot};
 use super::{Curve, DriveSource, Options};
 use crate::answer::averaged::{absent_losses, widening};
 use crate::answer::calibration::physical;
@@ -68,15 +68,20 @@ fn bends(d: &FittedModels) -> bool {
     d.source != DriveSource::Known || d.problem.prior.is_some()
 }
 
-/// Standard errors of what a series compares, as if no other terms of the instrument were possible.
+/// Standard errors of what a series compares, as if no other terms of the instrument were possible, and not smaller
+/// than with the limits lifted: the values that it takes are those.
 pub(super) fn given_terms(used: &Curve, d: &FittedModels, chosen: &ModelFit) -> Vec<(Parameter, f64)> {
-    let frequency =
-        symmetric(d.comparison.noise, &chosen.bounded, OMEGA, [1.0 / TAU, d.problem.centre], "Hz");
+    let noise = d.comparison.noise;
+    let frequency = symmetric(noise, &chosen.bounded, OMEGA, [1.0 / TAU, d.problem.centre], "Hz");
+    let lifted = |q: Quantity, k: usize| {
+        let own = noise.std_error(&chosen.unbounded, k);
+        if chosen.unbounded.free.contains(&k) { q.std_error.max(own) } else { q.std_error }
+    };
     vec![
         (Parameter::NaturalFrequency, frequency.std_error),
-        (Parameter::DECAY_RATE, loss_term(d, chosen, LossTerm::Viscous, used.unit()).std_error),
-        (Parameter::FRICTION_DISPLACEMENT, loss_term(d, chosen, LossTerm::Sliding, used.unit()).std_error),
-        (Parameter::DriveAmplitude, drive_amplitude(d, chosen, used.unit()).std_error),
+        (Parameter::DECAY_RATE, lifted(loss_term(d, chosen, LossTerm::Viscous, used.unit()), DELTA)),
+        (Parameter::FRICTION_DISPLACEMENT, lifted(loss_term(d, chosen, LossTerm::Sliding, used.unit()), X_F)),
+        (Parameter::DriveAmplitude, lifted(drive_amplitude(d, chosen, used.unit()), X_0)),
     ]
 }
 

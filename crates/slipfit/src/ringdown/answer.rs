@@ -240,9 +240,17 @@ pub struct Answer {
     /// The fitted waveform, to be evaluated at any instant.
     #[cfg_attr(feature = "serde", serde(skip))]
     pub fit: super::FittedMotion,
+    /// Standard errors with no loss limited, which belong to the correlations.
+    #[cfg_attr(feature = "serde", serde(skip))]
+    pub(crate) unbounded_errors: Vec<(Parameter, f64)>,
 }
 
 impl Answer {
+    /// The standard error of a loss with the limits lifted.
+    pub(crate) fn unbounded_error(&self, parameter: Parameter) -> Option<f64> {
+        self.unbounded_errors.iter().find(|(known, _)| *known == parameter).map(|(_, error)| *error)
+    }
+
     /// The value of a parameter, if the analysis reports it.
     pub fn parameter(&self, parameter: Parameter) -> Option<&Quantity> {
         self.parameters.get(parameter)

@@ -63,6 +63,7 @@ pub(crate) fn answer(e: &Evidence) -> Result<Answer, Error> {
         comparison: candidates(comparison, |f| rms(e, f), |f| values(e, f, omega)),
         sliding,
         correlations: correlations(e, chosen),
+        unbounded_errors: unbounded_errors(e, chosen, omega),
         segment: segment_of(e, stop.as_ref()),
         loss: loss_points(e, &law, omega),
         envelope,
@@ -100,6 +101,16 @@ fn values(e: &Evidence, fit: &ModelFit, omega: f64) -> Values {
         (parameter, factor * fit.bounded.parameters[slot])
     };
     named(&e.fit.comparison).into_iter().map(value).collect()
+}
+
+fn unbounded_errors(e: &Evidence, chosen: &ModelFit, omega: f64) -> Vec<(Parameter, f64)> {
+    let (fit, noise) = (&chosen.unbounded, e.fit.comparison.noise);
+    let displacement = displacement_of(e.record, omega).0;
+    let error = |(slot, parameter)| {
+        let factor = if parameter == Parameter::FRICTION_DISPLACEMENT { displacement } else { 1.0 };
+        (parameter, factor * noise.std_error(fit, slot))
+    };
+    named(&e.fit.comparison).into_iter().filter(|(slot, _)| fit.free.contains(slot)).map(error).collect()
 }
 
 fn correlations(e: &Evidence, chosen: &ModelFit) -> Vec<Correlation> {

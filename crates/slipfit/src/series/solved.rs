@@ -24,8 +24,13 @@ impl SolvedMeasurement {
         const PAIR: [Parameter; 2] = [Parameter::DECAY_RATE, Parameter::FRICTION_DISPLACEMENT];
         let get = |parameter: Parameter| {
             let mut quantity = answer.parameters().get(parameter).cloned()?;
-            if let SingleAnswer::Sweep(a) = answer {
-                quantity.std_error = a.error_given_terms(parameter)?;
+            // Values with the limits lifted go with errors with the limits lifted.
+            match answer {
+                SingleAnswer::Sweep(a) => quantity.std_error = a.error_given_terms(parameter)?,
+                SingleAnswer::RingDown(a) => {
+                    quantity.std_error = a.unbounded_error(parameter).unwrap_or(quantity.std_error);
+                }
+                SingleAnswer::Levels(_) => {}
             }
             Some(quantity)
         };
@@ -59,7 +64,7 @@ impl SolvedMeasurement {
                 .filter(|q| q.std_error > 0.0 && q.std_error.is_finite())
                 .map(|q| {
                     let with = |other| a.correlation(Parameter::DriveAmplitude, other).unwrap_or(0.0);
-                    ([q.value * scale, q.std_error * scale], PAIR.map(with))
+                    ([q.unbounded_value * scale, q.std_error * scale], PAIR.map(with))
                 }),
             _ => None,
         };
