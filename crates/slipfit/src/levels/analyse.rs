@@ -3,6 +3,7 @@
 use super::answer::{Answer, Diagnostics, FittedLevels, LevelPoint};
 use super::criteria::Criteria;
 use super::line::{bend, breakaway, split};
+use super::noise::{AveragedLine, averaged};
 use super::{Levels, Options};
 use crate::answer::calibration::{Calibration, physical};
 use crate::answer::{Parameter, Parameters, Warning};
@@ -22,7 +23,8 @@ use std::f64::consts::{FRAC_PI_4, TAU};
 ///
 /// which the exact motion follows to `2 (x_F/R_0)²`. The levels are split into a stuck and a
 /// moving branch where that describes all of them best; the moving branch gives slope and
-/// threshold, the split the breakaway.
+/// threshold, the split the breakaway. Without errors of the levels, noise that is constant and noise that grows with
+/// the amplitude both count, by their restricted likelihood.
 ///
 /// Units: amplitudes in one unit, drive levels in another or the same. Where they are the
 /// same ([`Levels::drive_unit`] equals [`Levels::unit`]), or [`Options::drive_gain`] or
@@ -69,22 +71,26 @@ pub fn analyse_with(levels: &Levels, options: &Options, criteria: &Criteria) -> 
         None => vec![1.0; n],
     };
     let known = levels.std_error().is_some();
-    let line = split(&x, &y, &weight, c).ok_or(Error::NoFit {
+    let mut line = split(&x, &y, &weight, c).ok_or(Error::NoFit {
         reason: "fewer than three levels move, or the amplitude does not rise with the drive",
     })?;
     let moving = line.moving.iter().filter(|m| **m).count();
     let dof = (moving as f64 - 2.0).max(1.0);
     let reduced = line.rss / dof;
-    let variance = if known { reduced.max(1.0) } else { reduced };
+    let AveragedLine { intercept, slope, covariance: v, variance } = if known {
+        AveragedLine::with_errors(&line, &weight, reduced.max(1.0))
+    } else {
+        averaged(&x, &y, &line, c)
+    };
+    (line.intercept, line.slope) = (intercept, slope);
     let factor = student_factor(dof);
     let threshold = -line.intercept / line.slope;
     // Threshold t = -b/a by the delta method; at the test of t = 0 the line through zero.
-    let v = |i: usize, j: usize| line.covariance[(i, j)] * variance;
-    let slope_std = v(1, 1).sqrt();
+    let slope_std = v[1][1].sqrt();
     let t_variance =
-        (v(0, 0) + threshold * threshold * v(1, 1) + 2.0 * threshold * v(0, 1)) / line.slope.powi(2);
+        (v[0][0] + threshold * threshold * v[1][1] + 2.0 * threshold * v[0][1]) / line.slope.powi(2);
     let threshold_std = t_variance.max(0.0).sqrt();
-    let covariance = -(v(0, 1) + threshold * v(1, 1)) / line.slope;
+    let covariance = -(v[0][1] + threshold * v[1][1]) / line.slope;
     let correlation = if threshold_std > 0.0 {
         // Of a variance that all but cancels rounding may leave less than nothing.
         (covariance / slope_std / threshold_std).clamp(-1.0, 1.0)
@@ -92,7 +98,7 @@ pub fn analyse_with(levels: &Levels, options: &Options, criteria: &Criteria) -> 
         0.0
     };
     // A negative intercept is a threshold: one-sided.
-    let gain = line.intercept * line.intercept / v(0, 0).max(f64::MIN_POSITIVE);
+    let gain = line.intercept * line.intercept / v[0][0].max(f64::MIN_POSITIVE);
     let p_value = if line.intercept < 0.0 { one_sided(gain, dof) } else { 1.0 };
 
     let drive_unit = levels.drive_unit();
@@ -101,7 +107,7 @@ pub fn analyse_with(levels: &Levels, options: &Options, criteria: &Criteria) -> 
         ..Quantity::normal(line.slope, slope_std, ratio_unit(levels.unit(), drive_unit))
     };
     let threshold = not_negative(threshold, threshold_std, factor, drive_unit);
-    let lost_amplitude = not_negative(-line.intercept, v(0, 0).sqrt(), factor, levels.unit());
+    let lost_amplitude = not_negative(-line.intercept, v[0][0].sqrt(), factor, levels.unit());
     let mut parameters = Parameters::default();
     parameters.set(Parameter::Slope, slope.clone());
     parameters.set(Parameter::Threshold, threshold.clone());
@@ -132,7 +138,7 @@ pub fn analyse_with(levels: &Levels, options: &Options, criteria: &Criteria) -> 
             index: order[i],
             drive: x[i],
             amplitude: y[i],
-            std_error: (variance / weight[i]).sqrt(),
+            std_error: variance[i].sqrt(),
             fitted: fit.amplitude(x[i]),
             moving: line.moving[i],
         })
@@ -141,7 +147,8 @@ pub fn analyse_with(levels: &Levels, options: &Options, criteria: &Criteria) -> 
         v.iter().zip(&line.moving).filter(|(_, m)| **m).map(|(v, _)| *v).collect()
     };
     let weight_moving = of_moving(&weight);
-    let (bend_p_value, falling) = bend(&of_moving(&x), &of_moving(&y), &weight_moving, &line, c.bend_levels);
+    let precision: Vec<f64> = variance.iter().map(|v| 1.0 / v.max(f64::MIN_POSITIVE)).collect();
+    let (bend_p_value, falling) = bend(&of_moving(&x), &of_moving(&y), &of_moving(&precision), c.bend_levels);
     let breakaway = breakaway(&points, &line, c);
     let mut warnings = Vec::new();
     if levels.not_finite() > 0 {

@@ -34,6 +34,9 @@ criteria! {
             moves "breakaway and its warning";
         /// Standard errors above which the amplitude of the line lies there.
         expected_errors: f64 = 4.0, source "one level in 1e4 by chance", moves "breakaway and its warning";
+        /// Odds before the data of a noise with a part in proportion to the amplitude, of levels without errors.
+        proportional_odds: f64 = 0.2, source "chosen by simulation: few levels keep their threshold",
+            moves "coverage of slope and threshold";
         /// Moving levels without which no bend is tested.
         bend_levels: usize = 5, source "two more than the parameters of a parabola", moves "warnings";
         /// p value of a straight line below which a warning names the bend.

@@ -69,25 +69,27 @@ fn best_split(x: &[f64], y: &[f64], weight: &[f64], order: &[usize], reach: Opti
     best
 }
 
-/// p value of a quadratic term in the moving branch, and whether its slope falls; 1 for fewer than
-/// `least` levels.
-pub(super) fn bend(x: &[f64], y: &[f64], weight: &[f64], line: &Line, least: usize) -> (f64, bool) {
+/// p value of a quadratic term or of a kink in the moving branch, and whether its slope falls; 1 for fewer than `least`
+/// levels. A kink, as of an amplifier that saturates, counts once for each level at which it may lie.
+pub(super) fn bend(x: &[f64], y: &[f64], weight: &[f64], least: usize) -> (f64, bool) {
     let n = x.len();
     if n < least {
         return (1.0, false);
     }
     let centre = x.iter().sum::<f64>() / n as f64;
-    let rows = (0..n).map(|i| {
-        let u = x[i] - centre;
-        (vec![1.0, u, u * u], y[i], weight[i])
-    });
-    match linear(rows, 3) {
-        Some((c, _, rss)) => {
-            let dof = n as f64 - 3.0;
-            (f_tail((line.rss - rss).max(0.0) / (rss / dof).max(f64::MIN_POSITIVE), 1.0, dof), c[2] < 0.0)
-        }
-        None => (1.0, false),
-    }
+    let straight = (0..n).map(|i| (vec![1.0, x[i] - centre], y[i], weight[i]));
+    let Some((.., straight)) = linear(straight, 2) else { return (1.0, false) };
+    let with = |further: &dyn Fn(f64) -> f64, times: f64| {
+        let rows = (0..n).map(|i| (vec![1.0, x[i] - centre, further(x[i])], y[i], weight[i]));
+        let (c, _, rss) = linear(rows, 3)?;
+        let dof = n as f64 - 3.0;
+        let f = (straight - rss).max(0.0) / (rss / dof).max(f64::MIN_POSITIVE);
+        Some(((times * f_tail(f, 1.0, dof)).min(1.0), c[2] < 0.0))
+    };
+    let kinks = x.get(2..n - 2).unwrap_or_default();
+    let kinked = kinks.iter().filter_map(|at| with(&|x| (x - at).max(0.0), kinks.len() as f64));
+    let bent = with(&|x| (x - centre).powi(2), 1.0);
+    bent.into_iter().chain(kinked).min_by(|a, b| a.0.total_cmp(&b.0)).unwrap_or((1.0, false))
 }
 
 /// Where the mass breaks loose, by the branches.

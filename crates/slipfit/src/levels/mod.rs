@@ -6,6 +6,7 @@ mod answer;
 mod criteria;
 mod line;
 mod measurement;
+mod noise;
 
 pub use analyse::{analyse, analyse_with};
 pub use answer::{Answer, Breakaway, Diagnostics, FittedLevels, LevelPoint};
