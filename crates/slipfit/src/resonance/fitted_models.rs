@@ -3,7 +3,6 @@
 use super::alternatives::Alternative;
 use super::block::Block;
 use super::criteria::AnswerCriteria;
-use super::measured_columns::Contradicted;
 use super::peak::Peak;
 use super::problem::Problem;
 use super::response::{BG_IM, BG_RE, OFFSET};
@@ -11,6 +10,15 @@ use super::{DriveSource, Method};
 use crate::inference::least_squares::Fit;
 use crate::inference::model_selection::{ModelComparison, ModelFit};
 use crate::motion::steady::Phasor;
+
+/// Columns that the residuals contradict, with the scatter that these have, relative.
+#[derive(Debug, Clone, Copy, Default)]
+pub(crate) struct Contradicted {
+    /// Errors of the points.
+    pub(crate) errors: Option<f64>,
+    /// The drive of each point.
+    pub(crate) drive: Option<f64>,
+}
 
 /// Everything the fits brought.
 #[derive(Debug)]

@@ -3,21 +3,12 @@
 use super::Options;
 use super::block::Block;
 use super::criteria::Criteria;
-use super::fitted_models::FittedModels;
+use super::fitted_models::{Contradicted, FittedModels};
 use super::noise::bic_at_own_precision;
 use super::prepared::PreparedCurve;
 use super::selection;
 use crate::Error;
 use nalgebra::{DMatrix, DVector};
-
-/// Columns that the residuals contradict, with the scatter that these have, relative.
-#[derive(Debug, Clone, Copy, Default)]
-pub(crate) struct Contradicted {
-    /// Errors of the points.
-    pub(crate) errors: Option<f64>,
-    /// The drive of each point.
-    pub(crate) drive: Option<f64>,
-}
 
 /// The best fit with the columns as they are; with the smooth course of the drive, and with errors that the residuals
 /// themselves give, where that describes the response better by a margin.

@@ -1,10 +1,9 @@
 //! Every loss model fitted beside the terms of the hypothesis taken.
 
 use super::criteria::Criteria;
-use super::fitted_models::{FittedModels, oscillator_seen};
+use super::fitted_models::{Contradicted, FittedModels, oscillator_seen};
 use super::hypothesis::Kind;
 use super::hypothesis_fit::HypothesisFit;
-use super::measured_columns::Contradicted;
 use super::peak;
 use super::prepared::PreparedCurve;
 use super::problem::Problem;
