@@ -7,6 +7,7 @@ mod analyse;
 mod answer;
 mod assemble;
 mod baseline;
+mod bent_reading;
 mod block_amplitudes;
 mod clipping;
 mod coloured_noise;

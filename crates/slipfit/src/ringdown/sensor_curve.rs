@@ -1,16 +1,5 @@
-//! Sensor curve: a reading that bends with the deflection, found by its third harmonic and straightened.
+//! Sensor curve: a reading that bends with the deflection.
 
-use super::Answer;
-use super::criteria::SensorCriteria;
-use super::samples::Samples;
-use super::window_fit::WAVEFORM;
-use crate::answer::Warning;
-use crate::inference::least_squares::linear;
-use crate::{Parameter, Quantity};
-use std::borrow::Cow;
-
-/// Rounds in which the curve is estimated from what the motion leaves and the motion fitted to the straightened reading.
-const ROUNDS: usize = 2;
 /// Steps of Newton's method that straighten a reading.
 const STEPS: usize = 30;
 
@@ -20,9 +9,9 @@ const STEPS: usize = 30;
 /// and the fundamental `A + 3 k A³/4`: an amplitude that is read too small where it is large looks like friction.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub(crate) struct SensorCurve {
-    centre: f64,
-    quadratic: f64,
-    cubic: f64,
+    pub(super) centre: f64,
+    pub(super) quadratic: f64,
+    pub(super) cubic: f64,
 }
 
 impl SensorCurve {
@@ -33,7 +22,7 @@ impl SensorCurve {
     }
 
     /// The straightened value of a reading; `None` where the curve does not rise up to there.
-    fn straightened(&self, reading: f64) -> Option<f64> {
+    pub(super) fn straightened(&self, reading: f64) -> Option<f64> {
         let mut x = reading - self.centre;
         for _ in 0..STEPS {
             let slope = 1.0 + x * (2.0 * self.quadratic + 3.0 * x * self.cubic);
@@ -48,198 +37,11 @@ impl SensorCurve {
         }
         Some(self.centre + x)
     }
-
-    fn with(self, more: Estimate) -> Self {
-        Self { quadratic: self.quadratic + more.quadratic, cubic: self.cubic + more.cubic, ..self }
-    }
-}
-
-/// Coefficients by which a reading still bends, and the standard error of the cubic one.
-#[derive(Debug, Clone, Copy)]
-struct Estimate {
-    quadratic: f64,
-    cubic: f64,
-    cubic_error: f64,
-}
-
-/// The answer by `refit` to the straightened reading, where the samples show a third harmonic in phase with the motion
-/// that falls as the cube of the amplitude, beyond what a spring that stiffens gives.
-///
-/// Losses make harmonics in quadrature to the motion, electronics in proportion to it. The error of the curve counts in
-/// every parameter by the difference that it makes.
-pub(crate) fn straightened<'a>(
-    samples: &Samples<'a>,
-    answer: Answer,
-    criteria: &SensorCriteria,
-    refit: impl Fn(Samples<'a>) -> Option<Answer>,
-) -> Answer {
-    found(samples, &answer, criteria, refit).unwrap_or(answer)
-}
-
-fn found<'a>(
-    samples: &Samples<'a>,
-    answer: &Answer,
-    criteria: &SensorCriteria,
-    refit: impl Fn(Samples<'a>) -> Option<Answer>,
-) -> Option<Answer> {
-    if !may_bend(answer, criteria) {
-        return None;
-    }
-    let bends = |e: &Estimate| e.quadratic != 0.0 || e.cubic.abs() > criteria.significance * e.cubic_error;
-    let estimate = bend(samples, answer, criteria).filter(bends)?;
-    // At the start the mean of a bent reading is another one.
-    let centre = answer.fit.knots.last()?.offset;
-    let mut curve = SensorCurve { centre, quadratic: 0.0, cubic: 0.0 }.with(estimate);
-    let by = |curve: SensorCurve| {
-        let straight: Option<Vec<f64>> = samples.signal.iter().map(|s| curve.straightened(*s)).collect();
-        let straight = Samples { signal: Cow::Owned(straight?), ..samples.clone() };
-        let found = refit(straight.clone()).filter(|found| found.diagnostics.method == WAVEFORM)?;
-        Some((straight, found))
-    };
-    let (mut straight, mut found) = by(curve)?;
-    let mut error = estimate.cubic_error;
-    for _ in 1..ROUNDS {
-        let Some(more) = bend(&straight, &found, criteria) else { break };
-        curve = curve.with(more);
-        error = more.cubic_error;
-        (straight, found) = by(curve)?;
-    }
-    let amplitude = found.parameter(Parameter::InitialAmplitude)?.value;
-    let third = 0.25 * curve.cubic * amplitude.powi(2);
-    let better = found.diagnostics.residual_rms < answer.diagnostics.residual_rms;
-    let describes = better || answer.diagnostics.method != WAVEFORM;
-    if !describes || third.abs() > criteria.most {
-        return None;
-    }
-    let (_, beside) = by(SensorCurve { cubic: curve.cubic + error, ..curve })?;
-    let list: Vec<Parameter> = found.parameters.iter().map(|(p, _)| p).collect();
-    for parameter in list {
-        let difference = beside.parameter(parameter).map(|q| q.unbounded_value);
-        if let (Some(quantity), Some(there)) = (found.parameters.get_mut(parameter), difference) {
-            *quantity = with_error(quantity.clone(), there - quantity.unbounded_value);
-        }
-    }
-    let x_f = found.parameter(Parameter::FRICTION_DISPLACEMENT)?;
-    found.sliding.detected &= x_f.value > criteria.friction_errors * x_f.std_error;
-    found.fit.sensor_curve = Some(curve);
-    found.warnings.push(Warning::SensorCurve { third });
-    Some(found)
-}
-
-fn with_error(quantity: Quantity, extra: f64) -> Quantity {
-    if extra.is_finite() { quantity.with_error(extra) } else { quantity }
-}
-
-/// Whether the samples may bend: where every sample is compared with the motion, by the harmonics that it leaves;
-/// elsewhere by the strongest line.
-fn may_bend(answer: &Answer, criteria: &SensorCriteria) -> bool {
-    let fit = &answer.fit;
-    let plain = fit.baseline.is_none() && answer.second_mode.is_none() && fit.knots.len() > 1;
-    plain
-        && match fit.harmonics {
-            Some([second, third]) => {
-                second.abs() > criteria.quadratic_significance || third.abs() > criteria.significance
-            }
-            None => {
-                answer.diagnostics.distortion.is_some_and(|d| d.relative_amplitude > criteria.strong_line)
-            }
-        }
-}
-
-/// What bends the reading of a fitted motion, by its harmonics; `None` where they are not those of a curve.
-fn bend(samples: &Samples, answer: &Answer, criteria: &SensorCriteria) -> Option<Estimate> {
-    let fit = &answer.fit;
-    let [from, to] = fit.range_s();
-    let to = fit.rest_s().unwrap_or(to).min(to);
-    let range = samples.time.partition_point(|t| *t < from)..samples.time.partition_point(|t| *t <= to);
-    let first = fit.amplitude_at(from);
-    if !(first > 0.0) {
-        return None;
-    }
-    // Third harmonic in phase and in quadrature, second harmonic with its mean and in quadrature, a level.
-    let rows = |powers: [i32; 2]| {
-        samples.time[range.clone()].iter().zip(&samples.signal[range.clone()]).filter_map(move |(t, s)| {
-            let phase = fit.phase_at(*t)?.phase;
-            let a = fit.amplitude_at(*t) / first;
-            let [third, second] = powers.map(|power| a.powi(power));
-            let (sin_3, cos_3) = (3.0 * phase).sin_cos();
-            let (sin_2, cos_2) = (2.0 * phase).sin_cos();
-            let row = vec![third * cos_3, third * sin_3, second * cos_2, second * sin_2, second, 1.0];
-            Some((row, s - fit.signal_at(*t), 1.0)).filter(|(_, left, _)| left.is_finite())
-        })
-    };
-    let columns = 6;
-    let (c, covariance, rss) = linear(rows([3, 2]), columns)?;
-    let (.., in_proportion) = linear(rows([1, 1]), columns)?;
-    let dof = range.len().checked_sub(columns + answer.parameters.iter().count()).filter(|n| *n > 0)?;
-    let variance = rss / dof as f64;
-    let error = |i: usize| (variance * covariance[(i, i)]).sqrt();
-    let in_phase =
-        |i: usize| c[i].abs() + criteria.phase_errors * error(i + 1) > criteria.in_phase * c[i + 1].abs();
-    let (third, second) =
-        (in_phase(0), in_phase(2) && c[2].abs() > criteria.quadratic_significance * error(2));
-    if !(third || second) || !(rss < in_proportion) {
-        return None;
-    }
-    // A spring that stiffens by a part of the frequency has a third harmonic of a twelfth of that part.
-    let shift = answer.backbone.as_ref().map_or(0.0, |b| b.quadratic) * first * first;
-    let cubic = if third { 4.0 * (c[0] - shift / 12.0 * first) / first.powi(3) } else { 0.0 };
-    let quadratic = if second { 2.0 * c[2] / first.powi(2) } else { 0.0 };
-    Some(Estimate { quadratic, cubic, cubic_error: 4.0 * error(0) / first.powi(3) })
 }
 
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::motion::decay::FreeDecay;
-    use crate::noise::{assert_held, jitter};
-    use crate::ringdown::{Options, analyse};
-    use crate::{Oscillator, Record};
-
-    const DELTA: f64 = 0.06;
-
-    /// 40 s at 40 samples a second from 1, read as `x + q x² + k x³`.
-    fn record(x_f: f64, [q, k]: [f64; 2], noise: f64, repeat: usize) -> Record {
-        let oscillator = Oscillator::kinematic(7.0, DELTA, x_f).expect("valid");
-        let decay = FreeDecay::from_rest(&oscillator, 1.0).expect("valid");
-        let sample = |i: usize| {
-            let x = decay.displacement(i as f64 / 40.0);
-            0.2 + x + x * x * (q + k * x) + noise * jitter(i + 1600 * repeat, 8)
-        };
-        Record::uniform(40.0, (0..1600).map(sample).collect()).expect("valid")
-    }
-
-    fn told(record: &Record) -> bool {
-        let answer = analyse(record, &Options::default()).expect("a ring-down");
-        answer.warnings.iter().any(|w| w.code() == "sensor_curve")
-    }
-
-    #[test]
-    fn a_reading_that_bends_is_straightened() {
-        let options = Options::default();
-        for (curve, noise) in [([0.0, -0.1], 0.01), ([0.05, 0.05], 0.005), ([0.1, 0.0], 0.003)] {
-            for x_f in [0.0, 0.008] {
-                let read = |repeat| record(x_f, curve, noise, repeat);
-                assert!(told(&read(0)), "{curve:?}");
-                assert_held(read, &options, Parameter::DECAY_RATE, DELTA);
-                assert_held(read, &options, Parameter::FRICTION_DISPLACEMENT, x_f);
-            }
-        }
-    }
-
-    /// The fit is drawn as it is read.
-    #[test]
-    fn the_fit_bends_with_the_reading() {
-        let read = record(0.008, [0.05, -0.1], 0.005, 0);
-        let fit = analyse(&read, &Options::default()).expect("a ring-down").fit;
-        let off = read.signal().iter().enumerate().map(|(i, s)| (s - fit.signal_at(i as f64 / 40.0)).abs());
-        assert!(off.filter(|off| off.is_finite()).fold(0.0, f64::max) < 0.03);
-    }
-
-    #[test]
-    fn friction_and_stiffening_are_no_curve() {
-        assert_eq!((0..30).filter(|repeat| told(&record(0.02, [0.0; 2], 0.001, *repeat))).count(), 0);
-    }
 
     #[test]
     fn a_reading_is_the_inverse_of_its_straightened_value() {

@@ -88,8 +88,8 @@ pub enum Warning {
     },
     /// A reading that bends with the deflection, straightened.
     SensorCurve {
-        /// Third harmonic that it gave the motion at its start, as a part of the amplitude.
-        third: f64,
+        /// By how much at most at the first amplitude, as a part of it.
+        relative: f64,
     },
     /// Another motion in the record, apart from the one analysed.
     OtherMotion {

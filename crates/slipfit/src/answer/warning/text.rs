@@ -117,11 +117,11 @@ impl fmt::Display for Warning {
                  subtracted",
                 figures(100.0 * relative, 2)
             ),
-            Warning::SensorCurve { third } => write!(
+            Warning::SensorCurve { relative } => write!(
                 f,
-                "the reading bends with the deflection: a third harmonic of {} % at the start falls as the cube of the \
-                 amplitude; amplitude, x_F and fit are those of the straightened reading",
-                figures(100.0 * third.abs(), 2)
+                "the reading bends with the deflection, by {} % of the first amplitude: amplitude, x_F and fit are those \
+                 of the straightened reading",
+                figures(100.0 * relative, 2)
             ),
             Warning::OtherMotion { from_s, to_s } => write!(
                 f,
