@@ -33,8 +33,15 @@ pub(crate) struct Samples<'a> {
     pub(crate) spikes_s: Vec<f64>,
     /// Whether the level of a rest is that at which friction holds the mass; not where a baseline was subtracted.
     pub(crate) level_known: bool,
-    /// Stamps and samples of a rest behind these, in which the steps of the converter hide the motion.
-    pub(crate) rest: Option<(Cow<'a, [f64]>, Cow<'a, [f64]>)>,
+    /// A rest behind these, in which the steps of the converter hide the motion.
+    pub(crate) rest: Option<UnresolvedRest<'a>>,
+}
+
+/// Stamps and samples of a rest that is not analysed.
+#[derive(Debug, Clone)]
+pub(crate) struct UnresolvedRest<'a> {
+    time: Cow<'a, [f64]>,
+    signal: Cow<'a, [f64]>,
 }
 
 /// What the samples of a record show of its motion; the amplitudes of others are those of a displacement.
@@ -100,7 +107,10 @@ impl<'a> Samples<'a> {
             signal: Cow::Borrowed(&self.signal),
             quadrature: self.quadrature.as_deref().map(Cow::Borrowed),
             spikes_s: self.spikes_s.clone(),
-            rest: self.rest.as_ref().map(|(time, signal)| (Cow::Borrowed(&**time), Cow::Borrowed(&**signal))),
+            rest: self.rest.as_ref().map(|rest| UnresolvedRest {
+                time: Cow::Borrowed(&rest.time),
+                signal: Cow::Borrowed(&rest.signal),
+            }),
             ..*self
         }
     }
@@ -130,16 +140,16 @@ impl<'a> Samples<'a> {
         let end = resolved(&self.time, &self.signal, step, &criteria.resolution);
         if step > 0.0 && (MIN_SAMPLES..self.len()).contains(&end) {
             let behind = |column: &Cow<'a, [f64]>| part_of(column, end..column.len());
-            let rest = (behind(&self.time), behind(&self.signal));
+            let rest = UnresolvedRest { time: behind(&self.time), signal: behind(&self.signal) };
             *self = Self { rest: Some(rest), ..self.part(0..end) };
         }
     }
 
     /// The samples with the rest behind them.
     pub(crate) fn with_rest(&self) -> Cow<'_, Self> {
-        let Some((time, signal)) = &self.rest else { return Cow::Borrowed(self) };
+        let Some(rest) = &self.rest else { return Cow::Borrowed(self) };
         let joined = |column: &[f64], rest: &[f64]| Cow::Owned([column, rest].concat());
-        let (time, signal) = (joined(&self.time, time), joined(&self.signal, signal));
+        let (time, signal) = (joined(&self.time, &rest.time), joined(&self.signal, &rest.signal));
         Cow::Owned(Self { time, signal, rest: None, ..self.clone() })
     }
 
