@@ -7,6 +7,7 @@ use super::{
     name,
     response::{PEAK, Response},
     role::Role,
+    scale::{self, Scale},
     units::{self, Measures},
 };
 use crate::{error::ReadProblem, report::Note};
@@ -17,11 +18,14 @@ pub(crate) struct Drive {
     pub(crate) column: Picked,
     /// A motion of the base that is a velocity or an acceleration is divided by omega as often as the response.
     pub(crate) kind: SignalKind,
+    /// Levels are made linear as those of the response are.
+    pub(crate) scale: Scale,
 }
 
 impl Drive {
     fn of(column: Picked) -> Self {
-        Self { column, kind: SignalKind::Displacement }
+        let scale = scale::written(&column.unit, None).scale;
+        Self { column, kind: SignalKind::Displacement, scale }
     }
 }
 
@@ -100,7 +104,7 @@ impl Chooser<'_> {
             Some(Measures::Signal(kind @ (SignalKind::Velocity | SignalKind::Acceleration))) => kind,
             _ => SignalKind::Displacement,
         };
-        Drive { column, kind }
+        Drive { kind, ..Drive::of(column) }
     }
 
     /// Whether a column is named as one of several channels, which says nothing of what is in them.

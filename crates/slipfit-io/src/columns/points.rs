@@ -239,8 +239,9 @@ pub(crate) fn build(
     let mut rows = Rows { head, values, first_row, kept, skipped };
     let mut notes = Vec::new();
     rows.leave_out_below_zero(&choice.frequency);
-    let beside = choice.response.columns().into_iter().map(|(_, picked)| picked.index);
-    rows.leave_out_sentinels(&beside.collect::<Vec<_>>());
+    let response = choice.response.columns().into_iter().map(|(_, picked)| picked.index);
+    let swept = choice.frequency.columns().into_iter().take(1).map(|(_, picked)| picked.index);
+    rows.leave_out_sentinels(&response.chain(swept).collect::<Vec<_>>());
     let frequency_hz = rows.frequency(&choice.frequency)?;
     let (values, phased) = rows.response(&choice.response, &mut notes)?;
     let mut std_error = match (&choice.std_error, &choice.response) {
@@ -283,7 +284,8 @@ pub(crate) fn build(
             SignalKind::Acceleration => 2,
             _ => 0,
         };
-        let levels = rows.values(&drive.column).into_iter().zip(&hz).map(|(v, f)| v / (TAU * f).powi(times));
+        let levels = rows.values(&drive.column).into_iter().zip(&hz);
+        let levels = levels.map(|(v, f)| drive.scale.linear(v) / (TAU * f).powi(times));
         builder = builder.drive(levels.collect());
     }
     if let Some(errors) = std_error {

@@ -220,7 +220,7 @@ const CURVE: &[Rule] = &[
             || listed("uin vin uein chin", &h.words.concat())
     }),
     (Role::Base, |h| {
-        h.has("base basis sockel socle shaker ground foundation fundament support table tisch boden floor")
+        h.has("base basis sockel socle shaker foundation fundament")
             && (h.name.unit.is_empty() || matches!(h.measures, Some(Measures::Signal(_))))
     }),
     (Role::Period, |h| h.within("period schwingungsdauer umlauf") || h.is_time() && h.bare == "T"),

@@ -267,6 +267,12 @@ pub(crate) fn ratio(from: &str, to: &str) -> Option<f64> {
     if from == to {
         return Some(1.0);
     }
+    if let Some((base, factor)) = multiple(from) {
+        return Some(factor * ratio(base, to)?);
+    }
+    if let Some((base, factor)) = multiple(to) {
+        return Some(ratio(from, base)? / factor);
+    }
     if let (Some((from, of)), Some((to, other))) = (numerator(from), numerator(to)) {
         return if of == other { ratio(from, to) } else { None };
     }

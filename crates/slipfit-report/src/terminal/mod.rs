@@ -54,6 +54,8 @@ fn short(label: &str) -> &str {
         "susceptance" => "suscept",
         "resistance" => "resist",
         "reactance" => "react",
+        "impedance" => "imped",
+        "admittance" => "admit",
         "response" => "signal",
         other => other,
     }

@@ -60,7 +60,7 @@ impl Quantity {
         self.with_error(extra)
     }
 
-    /// The same, not below zero, with another error beside its own.
+    /// The same with another error beside its own, added in squares; of a quantity that is not below zero, as its interval.
     pub(crate) fn with_error(self, extra: f64) -> Self {
         let width = |end: f64| (end - self.value).hypot(crate::inference::Z_95 * extra);
         let [low, high] = self.interval_95;

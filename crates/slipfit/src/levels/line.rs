@@ -86,9 +86,9 @@ pub(super) fn bend(x: &[f64], y: &[f64], weight: &[f64], least: usize) -> (f64, 
         let f = (straight - rss).max(0.0) / (rss / dof).max(f64::MIN_POSITIVE);
         Some(((times * f_tail(f, 1.0, dof)).min(1.0), c[2] < 0.0))
     };
-    let kinks = x.get(2..n - 2).unwrap_or_default();
-    let kinked = kinks.iter().filter_map(|at| with(&|x| (x - at).max(0.0), kinks.len() as f64));
-    let bent = with(&|x| (x - centre).powi(2), 1.0);
+    let kinks = x.get(2..n.saturating_sub(2)).unwrap_or_default();
+    let kinked = kinks.iter().filter_map(|at| with(&|x| (x - at).max(0.0), kinks.len() as f64 + 1.0));
+    let bent = with(&|x| (x - centre).powi(2), kinks.len() as f64 + 1.0);
     bent.into_iter().chain(kinked).min_by(|a, b| a.0.total_cmp(&b.0)).unwrap_or((1.0, false))
 }
 

@@ -61,7 +61,15 @@ pub(crate) fn without_baseline<'a>(
     let moved = signal.iter().zip(&flat).map(|(before, after)| before - after);
     let (low, high) = moved.fold((f64::INFINITY, f64::NEG_INFINITY), |(l, h), m| (l.min(m), h.max(m)));
     baseline.range = high - low;
-    Some((Samples { signal: Cow::Owned(flat), level_known: false, ..samples.clone() }, baseline))
+    Some((
+        Samples {
+            signal: Cow::Owned(flat),
+            level_known: false,
+            rest: samples.rest_alone(),
+            ..samples.clone()
+        },
+        baseline,
+    ))
 }
 
 /// Whether an answer about samples without a baseline describes them better.

@@ -51,7 +51,8 @@ fn found<'a>(
     let mut curve = SensorCurve { centre, quadratic: estimate.quadratic, cubic: estimate.cubic };
     let by = |curve: SensorCurve| {
         let straight: Option<Vec<f64>> = samples.signal.iter().map(|s| curve.straightened(*s)).collect();
-        let straight = Samples { signal: Cow::Owned(straight?), ..samples.clone() };
+        let straight =
+            Samples { signal: Cow::Owned(straight?), rest: samples.rest_alone(), ..samples.clone() };
         let found = refit(straight.clone()).filter(|found| found.diagnostics.method == WAVEFORM)?;
         Some((straight, found))
     };

@@ -145,6 +145,12 @@ impl<'a> Samples<'a> {
         }
     }
 
+    /// That a rest follows, without its samples: what is subtracted or straightened here is not there.
+    pub(crate) fn rest_alone(&self) -> Option<UnresolvedRest<'a>> {
+        let none = || Cow::Owned(Vec::new());
+        self.rest.as_ref().map(|_| UnresolvedRest { time: none(), signal: none() })
+    }
+
     /// The samples with the rest behind them.
     pub(crate) fn with_rest(&self) -> Cow<'_, Self> {
         let Some(rest) = &self.rest else { return Cow::Borrowed(self) };

@@ -129,7 +129,7 @@ pub(crate) fn refine<'a>(
 
 /// The samples less a mode.
 fn without_mode<'a>(part: &Samples<'a>, mode: ViscousMode) -> Samples<'a> {
-    let mut rest = part.clone();
+    let mut rest = Samples { rest: part.rest_alone(), ..part.clone() };
     rest.signal =
         Cow::Owned(rest.time.iter().zip(rest.signal.iter()).map(|(&t, x)| x - mode.at(t)).collect());
     rest

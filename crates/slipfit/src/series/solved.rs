@@ -28,7 +28,8 @@ impl SolvedMeasurement {
             match answer {
                 SingleAnswer::Sweep(a) => quantity.std_error = a.error_given_terms(parameter)?,
                 SingleAnswer::RingDown(a) => {
-                    quantity.std_error = a.unbounded_error(parameter).unwrap_or(quantity.std_error);
+                    let unbounded = a.unbounded_error(parameter).unwrap_or_default();
+                    quantity.std_error = quantity.std_error.max(unbounded);
                 }
                 SingleAnswer::Levels(_) => {}
             }

@@ -108,7 +108,7 @@ pub(super) struct Shape {
 const FIRST: usize = 150;
 
 /// In order of preference where several fit equally well.
-const CANDIDATES: &[(Delimiter, Decimal)] = &[
+pub(super) const CANDIDATES: &[(Delimiter, Decimal)] = &[
     (Delimiter::Tab, Decimal::Point),
     (Delimiter::Semicolon, Decimal::Point),
     (Delimiter::Tab, Decimal::Comma),

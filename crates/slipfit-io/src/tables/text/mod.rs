@@ -1,7 +1,7 @@
 //! Delimited text of any dialect.
 
+mod annotated;
 mod dialect;
-mod dress;
 mod layout;
 mod number;
 mod scan;
@@ -13,7 +13,7 @@ use std::{io::Read, sync::Arc};
 
 pub(crate) use self::layout::text as decoded;
 use self::{
-    dress::Dress,
+    annotated::Annotations,
     layout::Layout,
     scan::{Part, Plan},
     source::Source,
@@ -44,8 +44,8 @@ pub(crate) struct Text<R> {
     encoding: &'static str,
     newline: u8,
     layout: Layout,
-    /// How its cells are dressed, where they are not numbers alone.
-    dress: Option<Arc<Dress>>,
+    /// How its cells are annotated, where they are not numbers alone.
+    annotations: Option<Arc<Annotations>>,
     /// Every column, where the window that was looked at holds the whole text and each line of it is a row.
     previewed: Option<Vec<Vec<f64>>>,
 }
@@ -70,19 +70,19 @@ impl<R: Read> Text<R> {
         }
         let plain = layout::find(&head_lines);
         let clear = plain.as_ref().is_some_and(|layout| dialect::is_clear(&head_lines, layout.shape));
-        let dressed = if clear { None } else { undressed(&head_lines) };
-        let (mut layout, dress) = match dressed {
-            Some((layout, dress)) => (layout, Some(Arc::new(dress))),
+        let annotated = if clear { None } else { without_annotations(&head_lines) };
+        let (mut layout, annotations) = match annotated {
+            Some((layout, annotations)) => (layout, Some(Arc::new(annotations))),
             None => (plain.ok_or_else(|| no_table(&head_lines))?, None),
         };
         layout.convention = vendors::apply(&head_lines, &mut layout);
-        Ok(Self { source, size, encoding, newline, layout, dress, previewed: None })
+        Ok(Self { source, size, encoding, newline, layout, annotations, previewed: None })
     }
 
     fn plan(&self, wanted: &[usize]) -> Plan {
         let mut plan = Plan::new(self.layout.shape, self.layout.quoted, self.newline, wanted);
         plan.day = self.layout.day;
-        plan.dress.clone_from(&self.dress);
+        plan.annotations.clone_from(&self.annotations);
         plan
     }
 
@@ -203,17 +203,17 @@ impl<R: Read> TableSource for Text<R> {
 }
 
 /// The table of a text whose cells hold more than numbers.
-fn undressed(lines: &[&[u8]]) -> Option<(Layout, Dress)> {
-    let dress = Dress::find(lines)?;
-    let plain = dress.head(lines);
+fn without_annotations(lines: &[&[u8]]) -> Option<(Layout, Annotations)> {
+    let annotations = Annotations::find(lines)?;
+    let plain = annotations.head(lines);
     let plain: Vec<&[u8]> = plain.iter().map(Vec::as_slice).collect();
     let mut layout = layout::find(&plain)?;
-    let names = dress.names();
+    let names = annotations.names();
     if layout.header_line.is_none() && names.len() == layout.head.names.len() {
         layout.head.names = names;
     }
-    layout.head.notes.push(dress.note());
-    Some((layout, dress))
+    layout.head.notes.push(annotations.note());
+    Some((layout, annotations))
 }
 
 /// Refuses bytes that no text has.

@@ -5,8 +5,8 @@ use std::sync::Arc;
 use memchr::{memchr, memchr_iter, memchr2};
 
 use super::{
+    annotated::Annotations,
     dialect::{self, Shape, separator},
-    dress::Dress,
     layout::text,
     number::{self, Cell},
 };
@@ -26,8 +26,8 @@ pub(super) struct Plan {
     newline: u8,
     /// The day from whose midnight dates count, itself counted from 1970.
     pub(super) day: i64,
-    /// How cells are dressed that are not numbers alone.
-    pub(super) dress: Option<Arc<Dress>>,
+    /// How cells are annotated that are not numbers alone.
+    pub(super) annotations: Option<Arc<Annotations>>,
     /// Columns wanted in order, with their places in the answer.
     wanted: Vec<(usize, usize)>,
 }
@@ -78,7 +78,7 @@ impl Plan {
             quoted,
             newline,
             day: 0,
-            dress: None,
+            annotations: None,
             wanted,
         }
     }
@@ -111,8 +111,8 @@ impl Plan {
 
     /// Reads whole lines, of which the last may lack its end.
     pub(super) fn part(&self, bytes: &[u8]) -> Part {
-        match &self.dress {
-            Some(dress) => self.plain_part(&dress.rows(bytes, self.newline)),
+        match &self.annotations {
+            Some(annotations) => self.plain_part(&annotations.rows(bytes, self.newline)),
             None => self.plain_part(bytes),
         }
     }

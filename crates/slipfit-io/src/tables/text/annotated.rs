@@ -1,6 +1,6 @@
-//! Numbers dressed with a unit, an error or an imaginary part: `12.73 nm`, `12.73 ± 0.50`, `9.98-7.90j`.
+//! Numbers annotated with a unit, an error or an imaginary part: `12.73 nm`, `12.73 ± 0.50`, `9.98-7.90j`.
 //!
-//! A text whose rows are such cells is undressed line by line before it is read: units go to the headers, errors and
+//! A text whose rows are such cells is taken apart line by line before it is read: units go to the headers, errors and
 //! imaginary parts to columns of their own.
 
 use std::borrow::Cow;
@@ -17,7 +17,7 @@ use crate::{
 
 /// Lines looked at.
 const FIRST: usize = 150;
-/// Rows that make a table of dressed cells.
+/// Rows that make a table of annotated cells.
 const FEWEST: usize = 3;
 
 /// What a cell holds besides its number.
@@ -29,7 +29,7 @@ enum Second {
 
 /// A cell taken apart.
 #[derive(Debug, PartialEq)]
-struct Dressed {
+struct AnnotatedNumber {
     value: f64,
     second: Option<(Second, f64)>,
     unit: String,
@@ -48,9 +48,9 @@ impl Column {
     }
 }
 
-/// How the cells of a text are dressed.
+/// How the cells of a text are annotated.
 #[derive(Debug, Clone, PartialEq)]
-pub(super) struct Dress {
+pub(super) struct Annotations {
     delimiter: Delimiter,
     decimal: Decimal,
     columns: Vec<Column>,
@@ -58,51 +58,52 @@ pub(super) struct Dress {
     header: Option<usize>,
 }
 
-const WAYS: &[(Delimiter, Decimal)] = &[
-    (Delimiter::Tab, Decimal::Point),
-    (Delimiter::Semicolon, Decimal::Point),
-    (Delimiter::Tab, Decimal::Comma),
-    (Delimiter::Semicolon, Decimal::Comma),
-    (Delimiter::Bar, Decimal::Point),
-    (Delimiter::Bar, Decimal::Comma),
-    (Delimiter::Comma, Decimal::Point),
-];
+/// Ways of writing a table whose cells may hold blanks.
+fn ways() -> impl Iterator<Item = (Delimiter, Decimal)> {
+    let quoted = (Delimiter::Comma, Decimal::Comma);
+    dialect::CANDIDATES.iter().copied().filter(move |way| way.0 != Delimiter::Blanks && *way != quoted)
+}
 
-impl Dress {
-    /// How most of the first lines are dressed, if they are.
+impl Annotations {
+    /// How most of the first lines are annotated, if they are.
     pub(super) fn find(lines: &[&[u8]]) -> Option<Self> {
         let first = &lines[..lines.len().min(FIRST)];
         let filled = first.iter().filter(|line| !line.trim_ascii().is_empty()).count();
-        let best = WAYS
-            .iter()
-            .map(|way| rows(first, *way))
+        let best = ways()
+            .map(|way| rows(first, way))
             .reduce(|held, other| if other.len() > held.len() { other } else { held })?;
         if best.len() < FEWEST || best.len() * 2 <= filled {
             return None;
         }
-        let (delimiter, decimal) = *WAYS.iter().find(|way| rows(first, **way).len() == best.len())?;
+        let (delimiter, decimal) = ways().find(|way| rows(first, *way).len() == best.len())?;
         let mut columns = vec![Column::default(); best.first()?.1.len()];
-        for (_, cells) in &best {
-            for (column, cell) in
-                columns.iter_mut().zip(cells).filter_map(|(c, cell)| Some((c, cell.as_ref()?)))
-            {
-                column.second = column.second.or(cell.second.map(|(second, _)| second));
-                if column.unit.is_empty() {
-                    column.unit.clone_from(&cell.unit);
-                }
-            }
+        for (i, column) in columns.iter_mut().enumerate() {
+            let cells = || best.iter().filter_map(|(_, cells)| cells[i].as_ref());
+            let of = |second: Second| cells().filter(|c| c.second.is_some_and(|(s, _)| s == second)).count();
+            let most = [Second::Error, Second::Imaginary].into_iter().max_by_key(|second| of(*second));
+            column.second = most.filter(|second| of(*second) > 0);
+            column.unit = cells().find(|c| !c.unit.is_empty()).map(|c| c.unit.clone()).unwrap_or_default();
         }
         let header = (0..best.first()?.0).rev().find(|&i| {
             let cells = dialect::cells(first[i], delimiter);
             let named = |cell: &&[u8]| {
-                number::cell(cell, decimal) == Cell::Text && undressed(cell, decimal).is_none()
+                number::cell(cell, decimal) == Cell::Text && annotated_number(cell, decimal).is_none()
             };
             !dialect::is_comment(first[i]) && cells.len() == columns.len() && cells.iter().any(named)
         });
+        // Numbers are given in the unit of their header.
+        let names = header.map(|i| dialect::cells(first[i], delimiter)).unwrap_or_default();
+        for (column, name) in columns.iter_mut().zip(names).filter(|(column, _)| !column.unit.is_empty()) {
+            let unit = Name::parse(&text(number::trim(name))).unit;
+            if !unit.is_empty() {
+                units::ratio(&column.unit, &unit)?;
+                column.unit = unit;
+            }
+        }
         Some(Self { delimiter, decimal, columns, header })
     }
 
-    /// The first lines of the text, undressed.
+    /// The first lines of the text, taken apart.
     pub(super) fn head(&self, lines: &[&[u8]]) -> Vec<Vec<u8>> {
         let line = |(i, line): (usize, &&[u8])| {
             let mut out = Vec::with_capacity(line.len());
@@ -116,7 +117,7 @@ impl Dress {
         lines.iter().enumerate().map(line).collect()
     }
 
-    /// Whole lines below the header, undressed.
+    /// Whole lines below the header, taken apart.
     pub(super) fn rows(&self, bytes: &[u8], newline: u8) -> Vec<u8> {
         let mut out = Vec::with_capacity(bytes.len());
         for line in bytes.split_inclusive(|b| *b == newline) {
@@ -174,22 +175,22 @@ impl Dress {
                 out.extend_from_slice(cell);
                 continue;
             };
-            let taken = undressed(cell, self.decimal).and_then(|dressed| {
-                let bare = dressed.unit.is_empty();
-                let factor = if bare { Some(1.0) } else { units::ratio(&dressed.unit, &column.unit) };
-                Some((dressed, factor?))
+            let taken = annotated_number(cell, self.decimal).and_then(|annotated| {
+                let bare = annotated.unit.is_empty();
+                let factor = if bare { Some(1.0) } else { units::ratio(&annotated.unit, &column.unit) };
+                Some((annotated, factor?))
             });
-            let Some((dressed, factor)) = taken else {
+            let Some((annotated, factor)) = taken else {
                 out.extend_from_slice(cell);
                 if column.second.is_some() {
                     out.push(separator);
                 }
                 continue;
             };
-            self.number(dressed.value * factor, out);
+            self.number(annotated.value * factor, out);
             if let Some(wanted) = column.second {
                 out.push(separator);
-                match dressed.second {
+                match annotated.second {
                     Some((second, value)) if second == wanted => self.number(value * factor, out),
                     // A real number among complex ones.
                     _ if wanted == Second::Imaginary => out.push(b'0'),
@@ -228,9 +229,12 @@ impl Dress {
     }
 }
 
-/// The rows of the usual width whose cells are numbers or dressed numbers, with one of these among them; `None` where a
+/// The rows of the usual width whose cells are numbers or annotated numbers, with one of these among them; `None` where a
 /// cell is missing.
-fn rows(lines: &[&[u8]], (delimiter, decimal): (Delimiter, Decimal)) -> Vec<(usize, Vec<Option<Dressed>>)> {
+fn rows(
+    lines: &[&[u8]],
+    (delimiter, decimal): (Delimiter, Decimal),
+) -> Vec<(usize, Vec<Option<AnnotatedNumber>>)> {
     let row = |(i, line): (usize, &&[u8])| {
         if line.trim_ascii().is_empty() || dialect::is_comment(line) {
             return None;
@@ -240,23 +244,24 @@ fn rows(lines: &[&[u8]], (delimiter, decimal): (Delimiter, Decimal)) -> Vec<(usi
         for cell in dialect::cells(line, delimiter) {
             cells.push(match number::cell(cell, decimal) {
                 Cell::Missing => None,
-                Cell::Number(value) => Some(Dressed { value, second: None, unit: String::new() }),
+                Cell::Number(value) => Some(AnnotatedNumber { value, second: None, unit: String::new() }),
                 Cell::Text => {
                     any = true;
-                    Some(undressed(cell, decimal)?)
+                    Some(annotated_number(cell, decimal)?)
                 }
             });
         }
         (any && cells.len() > 1).then_some((i, cells))
     };
-    let mut rows: Vec<(usize, Vec<Option<Dressed>>)> = lines.iter().enumerate().filter_map(row).collect();
+    let mut rows: Vec<(usize, Vec<Option<AnnotatedNumber>>)> =
+        lines.iter().enumerate().filter_map(row).collect();
     let width = rows.first().map_or(0, |(_, cells)| cells.len());
     rows.retain(|(_, cells)| cells.len() == width);
     rows
 }
 
 /// Takes a cell apart; `None` of anything but a number with a known unit, an error or an imaginary part.
-fn undressed(cell: &[u8], decimal: Decimal) -> Option<Dressed> {
+fn annotated_number(cell: &[u8], decimal: Decimal) -> Option<AnnotatedNumber> {
     /// The longest cell looked at.
     const LONGEST: usize = 80;
     let cell = text(number::trim(cell));
@@ -275,7 +280,7 @@ fn undressed(cell: &[u8], decimal: Decimal) -> Option<Dressed> {
     let rest = rest.trim();
     let unit = if bracket { rest.strip_prefix(')')?.trim() } else { rest };
     let known = unit.is_empty() || is_unit(unit);
-    known.then(|| Dressed { value, second, unit: unit.to_owned() })
+    known.then(|| AnnotatedNumber { value, second, unit: unit.to_owned() })
 }
 
 /// The error or imaginary part behind a number, if there is one, and what follows.
@@ -344,8 +349,8 @@ mod tests {
     use super::*;
     use proptest::prelude::*;
 
-    fn apart(cell: &str, decimal: Decimal) -> Option<Dressed> {
-        undressed(cell.as_bytes(), decimal)
+    fn apart(cell: &str, decimal: Decimal) -> Option<AnnotatedNumber> {
+        annotated_number(cell.as_bytes(), decimal)
     }
 
     #[test]
@@ -374,7 +379,7 @@ mod tests {
             // Percents and last digits are products.
             assert!((found - wanted).abs() < 1e-12, "{cell}: {found}");
         }
-        let comma = Dressed { value: 12.73, second: Some((Error, 0.5)), unit: "mm".into() };
+        let comma = AnnotatedNumber { value: 12.73, second: Some((Error, 0.5)), unit: "mm".into() };
         assert_eq!(apart("12,73 \u{b1} 0,5 mm", Decimal::Comma), Some(comma));
         for cell in [
             "12 horses",
@@ -396,23 +401,35 @@ mod tests {
     #[test]
     fn lines_become_plain_numbers() {
         let lines: [&[u8]; 5] = [b"f,A", b"1 kHz,2 nm", b"1.1 kHz,3000 pm", b"# remark", b"1200 Hz,n/a"];
-        let dress = Dress::find(&lines).unwrap();
+        let annotations = Annotations::find(&lines).unwrap();
         let head: Vec<String> =
-            dress.head(&lines).into_iter().map(|l| String::from_utf8(l).unwrap()).collect();
+            annotations.head(&lines).into_iter().map(|l| String::from_utf8(l).unwrap()).collect();
         assert_eq!(head, ["f (kHz),A (nm)", "1e0,2e0", "1.1e0,3e0", "# remark", "1.2e0,n/a"]);
+        // A unit in the header is that of its numbers.
+        let lines: [&[u8]; 4] =
+            [b"f (kHz),A (nm)", b"970 Hz,12 pm", b"980 Hz,20 \xc2\xb1 1 pm", b"1 kHz,20 pm"];
+        let head: Vec<String> = Annotations::find(&lines)
+            .unwrap()
+            .head(&lines)
+            .into_iter()
+            .map(|l| String::from_utf8(l).unwrap())
+            .collect();
+        assert_eq!(head[1..3], ["9.7e-1,1.2e-2,", "9.8e-1,2e-2,1e-3"]);
+        let other: [&[u8]; 4] = [b"f (kHz),A (nm)", b"970 s,12 pm", b"980 s,13 pm", b"990 s,13 pm"];
+        assert_eq!(Annotations::find(&other), None);
         let plain: [&[u8]; 4] = [b"f,A", b"1,2", b"2,3", b"3,4"];
-        assert_eq!(Dress::find(&plain), None);
+        assert_eq!(Annotations::find(&plain), None);
     }
 
     proptest! {
         #[test]
-        fn any_lines_are_undressed_or_left(
+        fn any_lines_are_taken_apart_or_left(
             lines in prop::collection::vec("[0-9a-zA-Z.,;()+ij \u{b1}\u{b0}-]{0,24}", 0..12),
         ) {
             let lines: Vec<&[u8]> = lines.iter().map(String::as_bytes).collect();
-            if let Some(dress) = Dress::find(&lines) {
-                prop_assert_eq!(dress.head(&lines).len(), lines.len());
-                prop_assert!(dress.names().len() >= 2);
+            if let Some(annotations) = Annotations::find(&lines) {
+                prop_assert_eq!(annotations.head(&lines).len(), lines.len());
+                prop_assert!(annotations.names().len() >= 2);
             }
         }
     }
