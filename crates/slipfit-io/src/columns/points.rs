@@ -174,7 +174,7 @@ impl Rows<'_> {
                 };
                 let alone = match angle {
                     Some(_) => "",
-                    None => "; with its angle that could be told from the motion",
+                    None => "; phases beside the amplitudes separate it from the motion",
                 };
                 notes.push(format!("the {how} {CHARGE}{alone}").into());
                 let angles = match angle {

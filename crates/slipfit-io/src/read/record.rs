@@ -51,7 +51,7 @@ struct Samples {
 impl Samples {
     /// Keeps the line of the next sample where it does not follow from that of the one before.
     fn at_line(&mut self, line: u64) {
-        /// Lines kept; those behind are told from the last of them.
+        /// Line numbers kept; later ones follow from the last of them.
         const MOST: usize = 1 << 16;
         let next = self.signal.len();
         let follows = self.lines.last().is_some_and(|(sample, of)| of + (next - sample) as u64 == line);

@@ -42,8 +42,8 @@ use crate::Error;
 ///
 /// # Errors
 /// [`Error::Parameter`] for an option out of range, [`Error::TooFewPoints`] below one point
-/// more than free parameters, [`Error::NoResonance`] or [`Error::NoFit`] where there is nothing
-/// to answer. A fit that merely disappoints is an [`Answer`] with warnings.
+/// more than free parameters, [`Error::DoesNotHold`] for a constant in the amplitudes of points with
+/// phases, [`Error::NoResonance`] or [`Error::NoFit`] where there is nothing to answer. A fit that merely disappoints is an [`Answer`] with warnings.
 ///
 /// ```
 /// use slipfit::Parameter;
@@ -80,6 +80,12 @@ const SEARCH_CUT: &str = "no resonance curve was found within the work allowed";
 /// As [`analyse`].
 pub fn analyse_with(curve: &Curve, options: &Options, criteria: &Criteria) -> Result<Answer, Error> {
     options.check()?;
+    if options.terms.amplitude_offset == Some(true) && curve.is_complex() {
+        return Err(Error::DoesNotHold {
+            method: "a constant in every amplitude",
+            why: "the points have phases, beside which the constant is a background",
+        });
+    }
     let used = match options.band_hz {
         Some(band) => curve.within(band),
         None => curve.clone(),
@@ -107,4 +113,23 @@ pub(super) fn analyse_within(
     // Whatever the search took, there is work for the intervals.
     work.renew(criteria.search.interval_part);
     assemble::answer(curve, used, options, &fitted, criteria)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::motion::steady::Phasor;
+
+    #[test]
+    fn a_constant_in_the_amplitudes_of_points_with_phases_is_refused() {
+        let hz: Vec<f64> = (0..41).map(|i| 0.95 + 0.0025 * f64::from(i)).collect();
+        let z = hz.iter().map(|f| Phasor::new(1.0 - f * f, 0.02 * f).inv()).collect();
+        let curve = Curve::complex(hz, z).build().expect("valid");
+        let mut options = Options::default();
+        options.terms.amplitude_offset = Some(true);
+        let refused = analyse(&curve, &options);
+        assert!(matches!(refused, Err(Error::DoesNotHold { .. })), "{refused:?}");
+        options.terms.amplitude_offset = Some(false);
+        assert!(analyse(&curve, &options).is_ok());
+    }
 }
