@@ -27,11 +27,14 @@ impl Normal {
 
     /// Adds one weighted row; the lower triangle is kept.
     pub(crate) fn add_row(&mut self, row: &[f64], residual: f64, weight: f64) {
-        for (i, &a) in row.iter().enumerate() {
-            let wa = weight * a;
-            self.jtr[i] += wa * residual;
-            for (j, &b) in row[..=i].iter().enumerate() {
-                self.jtj[(i, j)] += wa * b;
+        let rows = self.jtj.nrows();
+        // By columns, which lie one after another.
+        let columns = self.jtj.as_mut_slice().chunks_exact_mut(rows.max(1));
+        for (j, ((column, jtr), &b)) in columns.zip(self.jtr.as_mut_slice()).zip(row).enumerate() {
+            let wb = weight * b;
+            *jtr += wb * residual;
+            for (sum, a) in column[j..].iter_mut().zip(&row[j..]) {
+                *sum += wb * a;
             }
         }
         self.rss += weight * residual * residual;

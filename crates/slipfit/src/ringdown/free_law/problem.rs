@@ -3,10 +3,12 @@
 use super::curve::Curve;
 use crate::inference::least_squares::{LeastSquares, Normal};
 
-/// Longest step of the integration, over the time in which the loss changes, and most steps from one
-/// amplitude to the next.
-const STEP: f64 = 0.2;
-const MOST_STEPS: f64 = 64.0;
+/// Longest step of the integration, over the time in which the loss changes, and steps in the time of a stretch at
+/// least: rule and interpolation are right to 1e-8 of the amplitude.
+const STEP: f64 = 0.05;
+const STEPS_PER_STRETCH: f64 = 8.0;
+/// Shortest step, over the longest.
+const SHORTEST: f64 = 1e-3;
 
 /// Amplitude at the start; the coefficients of the curve follow.
 pub(super) const START: usize = 0;
@@ -41,14 +43,15 @@ impl FreeProblem {
         let n = p.len();
         let (mut amplitudes, mut rows) = (vec![0.0; self.value.len()], vec![0.0; n * self.value.len()]);
         let Some(first) = self.nodes.first() else { return (amplitudes, rows) };
-        let mut state = State::new(&self.curve, p);
-        let mut now = first.time_s;
+        let last = self.nodes.last().map_or(first.time_s, |last| last.time_s);
+        let stretches = (self.curve.coefficients() - 2) as f64;
+        let longest = (last - first.time_s) / (STEPS_PER_STRETCH * stretches);
+        let mut path = Path::new(&self.curve, p, first.time_s, longest);
         for node in &self.nodes {
-            state.advance(node.time_s - now);
-            now = node.time_s;
-            amplitudes[node.of] += node.share * state.amplitude;
+            path.go_to(node.time_s);
+            amplitudes[node.of] += node.share * path.amplitude;
             let row = &mut rows[n * node.of..n * (node.of + 1)];
-            row.iter_mut().zip(&state.by).for_each(|(row, by)| *row += node.share * by);
+            row.iter_mut().zip(&path.by).for_each(|(row, by)| *row += node.share * by);
         }
         (amplitudes, rows)
     }
@@ -105,63 +108,119 @@ impl LeastSquares for FreeProblem {
     }
 }
 
-/// The motion carried along with its derivatives: `d/dt A = -g`, `d/dt A_k = -g' A_k - psi_k`.
-struct State<'a> {
-    curve: &'a Curve,
-    p: &'a [f64],
+/// Amplitude and its derivatives at one instant, and the rates of all: `d/dt A = -g`, `d/dt A_k = -g' A_k - psi_k`.
+#[derive(Clone)]
+struct State {
     amplitude: f64,
+    rate: f64,
     /// By the start and by the coefficients of the curve.
     by: Vec<f64>,
-    /// Room for shapes and slopes of one amplitude.
-    shapes: Vec<f64>,
-    slopes: Vec<f64>,
+    by_rate: Vec<f64>,
+    /// Of the loss, `g'`.
+    slope: f64,
 }
 
-impl<'a> State<'a> {
-    fn new(curve: &'a Curve, p: &'a [f64]) -> Self {
+impl State {
+    /// Rates by amplitude and derivatives; `room` takes the shapes and slopes of the curve.
+    fn set_rates(&mut self, curve: &Curve, p: &[f64], room: &mut [Vec<f64>; 2]) {
+        let [shapes, slopes] = room;
+        curve.shapes(self.amplitude, shapes);
+        curve.slopes(self.amplitude, slopes);
+        let dot = |v: &[f64]| v.iter().zip(&p[1..]).map(|(v, p)| v * p).sum::<f64>();
+        self.rate = -dot(shapes);
+        self.slope = dot(slopes);
+        for (i, (rate, by)) in self.by_rate.iter_mut().zip(&self.by).enumerate() {
+            let shape = if i == START { 0.0 } else { shapes[i - 1] };
+            *rate = -self.slope * by - shape;
+        }
+    }
+}
+
+/// The motion followed in steps as long as its loss allows, and between their ends by cubics.
+struct Path<'a> {
+    curve: &'a Curve,
+    p: &'a [f64],
+    longest: f64,
+    begin: State,
+    end: State,
+    begin_s: f64,
+    step_s: f64,
+    /// Amplitude and derivatives where it has gone to.
+    amplitude: f64,
+    by: Vec<f64>,
+    now_s: f64,
+    stage: State,
+    room: [Vec<f64>; 2],
+}
+
+impl<'a> Path<'a> {
+    fn new(curve: &'a Curve, p: &'a [f64], start_s: f64, longest: f64) -> Self {
         let mut by = vec![0.0; p.len()];
         by[START] = 1.0;
-        let room = vec![0.0; curve.coefficients()];
-        Self { curve, p, amplitude: p[START], by, shapes: room.clone(), slopes: room }
+        let mut room = [vec![0.0; curve.coefficients()], vec![0.0; curve.coefficients()]];
+        let by_rate = vec![0.0; p.len()];
+        let mut begin = State { amplitude: p[START], rate: 0.0, by: by.clone(), by_rate, slope: 0.0 };
+        begin.set_rates(curve, p, &mut room);
+        Self {
+            curve,
+            p,
+            longest,
+            begin_s: start_s,
+            step_s: 0.0,
+            amplitude: begin.amplitude,
+            by,
+            now_s: start_s,
+            stage: begin.clone(),
+            end: begin.clone(),
+            begin,
+            room,
+        }
     }
 
-    /// Loss and its slope at an amplitude; the shapes there stay behind.
-    fn loss(&mut self, amplitude: f64) -> [f64; 2] {
-        self.curve.shapes(amplitude, &mut self.shapes);
-        self.curve.slopes(amplitude, &mut self.slopes);
-        let dot = |v: &[f64]| v.iter().zip(&self.p[1..]).map(|(v, p)| v * p).sum::<f64>();
-        [dot(&self.shapes), dot(&self.slopes)]
-    }
-
-    fn advance(&mut self, duration: f64) {
-        if duration == 0.0 {
+    fn go_to(&mut self, time_s: f64) {
+        if time_s == self.now_s {
             return;
         }
-        let [_, slope] = self.loss(self.amplitude);
-        let steps = (slope.abs() * duration / STEP).ceil().clamp(1.0, MOST_STEPS);
-        (0..steps as usize).for_each(|_| self.step(duration / steps));
+        while time_s > self.begin_s + self.step_s {
+            self.step();
+        }
+        self.now_s = time_s;
+        let (h, u) = (self.step_s, (time_s - self.begin_s) / self.step_s);
+        let v = 1.0 - u;
+        let [w0, w1] = [v * v * (1.0 + 2.0 * u), u * u * (1.0 + 2.0 * v)];
+        let [r0, r1] = [h * u * v * v, -h * u * u * v];
+        let (begin, end) = (&self.begin, &self.end);
+        self.amplitude = w0 * begin.amplitude + w1 * end.amplitude + r0 * begin.rate + r1 * end.rate;
+        for (i, by) in self.by.iter_mut().enumerate() {
+            *by = w0 * begin.by[i] + w1 * end.by[i] + r0 * begin.by_rate[i] + r1 * end.by_rate[i];
+        }
     }
 
-    /// The classical Runge-Kutta rule for amplitude and derivatives together.
-    fn step(&mut self, h: f64) {
-        let (a0, by0) = (self.amplitude, self.by.clone());
-        let mut sum = 0.0;
-        let mut sums = vec![0.0; by0.len()];
-        let (mut k, mut ks) = (0.0, vec![0.0; by0.len()]);
-        for (ahead, weight) in [(0.0, 1.0), (0.5, 2.0), (0.5, 2.0), (1.0, 1.0)] {
-            let [g, slope] = self.loss(a0 + ahead * h * k);
-            for (i, (k_i, start)) in ks.iter_mut().zip(&by0).enumerate() {
-                let shape = if i == START { 0.0 } else { self.shapes[i - 1] };
-                *k_i = -slope * (start + ahead * h * *k_i) - shape;
-                sums[i] += weight * *k_i;
+    /// The classical Runge-Kutta rule for amplitude and derivatives together, from the end of the last step on.
+    fn step(&mut self) {
+        std::mem::swap(&mut self.begin, &mut self.end);
+        self.begin_s += self.step_s;
+        let h = (STEP / self.begin.slope.abs()).clamp(SHORTEST * self.longest, self.longest);
+        self.step_s = h;
+        let sixth = h / 6.0;
+        self.stage.clone_from(&self.begin);
+        self.end.amplitude = self.begin.amplitude + sixth * self.begin.rate;
+        for ((end, begin), rate) in self.end.by.iter_mut().zip(&self.begin.by).zip(&self.begin.by_rate) {
+            *end = begin + sixth * rate;
+        }
+        for (ahead, weight) in [(0.5, 2.0), (0.5, 2.0), (1.0, 1.0)] {
+            let (stage, begin) = (&mut self.stage, &self.begin);
+            stage.amplitude = begin.amplitude + ahead * h * stage.rate;
+            for ((by, start), rate) in stage.by.iter_mut().zip(&begin.by).zip(&stage.by_rate) {
+                *by = start + ahead * h * rate;
             }
-            k = -g;
-            sum += weight * k;
+            self.stage.set_rates(self.curve, self.p, &mut self.room);
+            self.end.amplitude += weight * sixth * self.stage.rate;
+            for (end, rate) in self.end.by.iter_mut().zip(&self.stage.by_rate) {
+                *end += weight * sixth * rate;
+            }
         }
-        self.amplitude = a0 + h / 6.0 * sum;
-        for ((by, start), sum) in self.by.iter_mut().zip(&by0).zip(&sums) {
-            *by = start + h / 6.0 * sum;
-        }
+        self.end.set_rates(self.curve, self.p, &mut self.room);
     }
 }
 
