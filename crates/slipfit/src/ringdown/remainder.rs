@@ -118,21 +118,19 @@ fn inside(first: usize, n: usize, blocks: &[Block]) -> Vec<Block> {
     within.map(|b| Block { first: b.first - first, end: b.end - first, ..*b }).collect()
 }
 
-/// Samples of a cycle without which no harmonics are seen.
-const SAMPLES_PER_CYCLE: f64 = 8.0;
-
 /// Second and third harmonic left in phase with the motion, as far as they fall as the square and the cube of the
-/// amplitude, in standard errors; `None` where samples are few.
+/// amplitude, in standard errors; `None` of fewer samples a cycle than `samples_per_cycle`.
 pub(super) fn harmonics(
     problem: &Waveform,
     first: usize,
     left: &Remainder,
     fit: &Fit,
     blocks: &[Block],
+    samples_per_cycle: f64,
 ) -> Option<[f64; 2]> {
     let p = &fit.parameters;
     let n = left.residual.len();
-    if problem.duration * p[OMEGA] / TAU * SAMPLES_PER_CYCLE > n as f64 {
+    if problem.duration * p[OMEGA] / TAU * samples_per_cycle > n as f64 {
         return None;
     }
     let inside = inside(first, n, blocks);

@@ -133,7 +133,7 @@ impl<'a> Samples<'a> {
 
     /// Takes a rest that the converter does not resolve out of the samples.
     fn leave_unresolved(&mut self, criteria: &Criteria) {
-        if !may_be_unresolved(&self.signal) {
+        if !may_be_unresolved(&self.signal, &criteria.resolution) {
             return;
         }
         let step = self.converter_step(criteria.blocks.distinct_values);

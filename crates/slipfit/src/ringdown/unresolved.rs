@@ -3,12 +3,6 @@
 use super::criteria::ResolutionCriteria;
 use crate::numeric::robust::median;
 
-/// Samples at the end that show the level of the rest: one in so many, and so many at least.
-const LAST_PART: usize = 32;
-const LEAST_LAST: usize = 8;
-/// Turns before the rest whose median distance is half a period.
-const TURNS: usize = 7;
-
 /// Number of samples up to half a cycle behind the last motion that the steps of the converter, of height `step`, show;
 /// all of them where no long rest follows.
 ///
@@ -22,26 +16,28 @@ pub(crate) fn resolved(time: &[f64], signal: &[f64], step: f64, criteria: &Resol
     resolved_end(time, signal, step, criteria).unwrap_or(n)
 }
 
-/// Whether the last samples take at most three values, as those of an unresolved rest do.
-pub(crate) fn may_be_unresolved(signal: &[f64]) -> bool {
+/// Whether the last samples take as few values as those of an unresolved rest do.
+pub(crate) fn may_be_unresolved(signal: &[f64], criteria: &ResolutionCriteria) -> bool {
     let mut values: Vec<f64> = Vec::new();
-    for x in last(signal) {
+    for x in last(signal, criteria) {
         if !values.contains(x) {
             values.push(*x);
         }
-        if values.len() > 3 {
+        if values.len() > criteria.most_values {
             return false;
         }
     }
     true
 }
 
-fn last(signal: &[f64]) -> &[f64] {
-    &signal[signal.len() - (signal.len() / LAST_PART).max(LEAST_LAST).min(signal.len())..]
+/// The samples at the end that show the level of the rest.
+fn last<'a>(signal: &'a [f64], criteria: &ResolutionCriteria) -> &'a [f64] {
+    let n = signal.len();
+    &signal[n - (n / criteria.last_part).max(criteria.least_last).min(n)..]
 }
 
 fn resolved_end(time: &[f64], signal: &[f64], step: f64, criteria: &ResolutionCriteria) -> Option<usize> {
-    let level = median(&mut last(signal).to_vec())?;
+    let level = median(&mut last(signal, criteria).to_vec())?;
     let beyond = (criteria.steps + 0.5) * step;
     let side = |i: usize| match signal[i] - level {
         off if off > beyond => 1,
@@ -51,15 +47,15 @@ fn resolved_end(time: &[f64], signal: &[f64], step: f64, criteria: &ResolutionCr
     // One sample by itself is noise.
     let moves = |i: &usize| side(*i) != 0 && side(i - 1) == side(*i);
     let moving = (1..signal.len()).rev().find(moves)?;
-    let half_period_s = half_period(time, moving, side)?;
+    let half_period_s = half_period(time, moving, side, criteria.turns)?;
     let kept_s = time[moving] + 2.0 * criteria.kept_cycles * half_period_s;
     let end = time.partition_point(|t| *t <= kept_s);
     let hidden_s = time[time.len() - 1] - kept_s;
     (hidden_s > 2.0 * criteria.rest_cycles * half_period_s).then_some(end)
 }
 
-/// Median time between the last changes of side up to a sample.
-fn half_period(time: &[f64], last: usize, side: impl Fn(usize) -> i32) -> Option<f64> {
+/// Median time between so many of the last changes of side up to a sample.
+fn half_period(time: &[f64], last: usize, side: impl Fn(usize) -> i32, most: usize) -> Option<f64> {
     let mut turns = Vec::new();
     let mut from = side(last);
     for i in (0..last).rev() {
@@ -67,7 +63,7 @@ fn half_period(time: &[f64], last: usize, side: impl Fn(usize) -> i32) -> Option
         if now != 0 && now != from {
             from = now;
             turns.push(time[i]);
-            if turns.len() > TURNS {
+            if turns.len() > most {
                 break;
             }
         }
@@ -131,6 +127,6 @@ mod tests {
         let noisy = record(0.03, 1.0, 0);
         let end = resolved(&noisy.times_s(0..2100), noisy.signal(), STEP, &ResolutionCriteria::default());
         assert_eq!(end, 2100);
-        assert!(!may_be_unresolved(noisy.signal()));
+        assert!(!may_be_unresolved(noisy.signal(), &ResolutionCriteria::default()));
     }
 }

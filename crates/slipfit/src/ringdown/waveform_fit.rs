@@ -199,7 +199,8 @@ fn fit_with_rest<'a>(
     let comparison = compare(&problem, &fit.parameters, &nuisance, noise, whole, search);
     let left = Remainder::new(&problem, range.start, &comparison.preferred()?.bounded, &measured.points);
     let best = &comparison.preferred()?.bounded;
-    let harmonics = harmonics(&problem, range.start, &left, best, &measured.points);
+    let least = criteria.sensor.samples_per_cycle;
+    let harmonics = harmonics(&problem, range.start, &left, best, &measured.points, least);
     let wandering = WanderingPhase::of(&problem, best, measured.noise_rms);
     noise.variance_inflation = left.variance_inflation_beside(wandering, criteria);
     // Where the noise about the frequency of the motion is known, the remainder is measured by that.

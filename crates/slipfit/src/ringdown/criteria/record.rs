@@ -24,6 +24,14 @@ criteria! {
         kept_cycles: f64 = 0.5, source "a swing that friction does not stop ends in them", moves "spread after a stop";
         /// Cycles of such a rest at least.
         rest_cycles: f64 = 1.0, source "a shorter rest has few samples that share an error", moves "spread in coarse records";
+        /// The last one in so many samples show the level of the rest.
+        last_part: usize = 32, source "a rest as long as it takes to see one", moves "false friction in coarse records";
+        /// So many of them at least.
+        least_last: usize = 8, source "half of them may be noise", moves "false friction in coarse records";
+        /// Different values that they take at most.
+        most_values: usize = 3, source "noise below half a step reaches the next steps only", moves "false friction in coarse records";
+        /// Half cycles before it whose median length is half a period.
+        turns: usize = 7, source "half of them may be cut short by the steps", moves "the end of coarse records";
     }
 }
 
@@ -145,6 +153,8 @@ criteria! {
     pub struct SensorCriteria in "sensor" {
         /// Strongest harmonic over the amplitude from which on a curve is looked for where no motion describes every sample.
         strong_line: f64 = 5e-4, source "bends the amplitude by a part in 700", moves "bias with bent readings";
+        /// Samples of a cycle, at least, that show harmonics.
+        samples_per_cycle: f64 = 8.0, source "of the third harmonic, more than two", moves "bias with bent readings";
         /// Standard errors of the cubic coefficient of the curve, whose error the intervals count.
         significance: f64 = 3.0, source "a record in 400 by chance", moves "bias with bent readings";
         /// Standard errors of the quadratic one.
