@@ -4,8 +4,7 @@ use slipfit::{ClockReport, Record, record::Averaging};
 
 use super::{
     open::{Origin, opened},
-    pick,
-    rounded::{self, Rounded},
+    pick, rounded,
 };
 use crate::{
     columns::{
@@ -306,11 +305,7 @@ fn finish(head: &Head, mut choice: Choice, mut samples: Samples) -> Result<Readi
     choice.notes.extend(past_midnight(&mut samples.time_s));
     if samples.averaging.factor() == 1 {
         choice.notes.extend(put_on_step(head, &choice.time, &mut samples.time_s));
-        match rounded::rebuild(&mut samples.time_s) {
-            Some(Rounded::Rebuilt(note)) => choice.notes.push(note),
-            Some(Rounded::Left(note)) => advice = Some(note),
-            None => {}
-        }
+        advice = rounded::advice(&samples.time_s);
     }
     let Samples { time_s, signal, quadrature, read: rows_read, backwards, skipped, .. } = samples;
     let record = match (&choice.time, choice.quadrature.is_some(), choice.rows_run) {
@@ -339,7 +334,6 @@ fn finish(head: &Head, mut choice: Choice, mut samples: Samples) -> Result<Readi
     })?;
     let runs = runs_in_rows(&mut choice, record.clock_report());
     choice.notes.extend(runs);
-    // The record knows one more way to put a clock together.
     choice.notes.extend(advice.filter(|_| record.clock_report().rebuilt_quantum_s.is_none()));
     let record = record
         .with_kind(choice.kind)
