@@ -68,8 +68,8 @@ pub(crate) struct ResonanceArgs {
 #[derive(Debug, Clone, Default, Args, Deserialize)]
 #[serde(default)]
 pub(crate) struct ResonanceAnalysisArgs {
-    /// Drive amplitude x_0, in the response's unit or the one behind it, such as 0.0625±0.001 or "1 nm"; with a
-    /// column of drive levels the one at their mean
+    /// Drive amplitude x_0 (half of peak to peak), in the response's unit or the one behind it, such as 0.0625±0.001 or
+    /// "1 nm"; with a column of drive levels the one at their mean
     #[arg(long, value_name = "X0", help_heading = "Analysis")]
     drive_amplitude: Option<InUnit>,
 

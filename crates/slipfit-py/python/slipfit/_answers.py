@@ -491,6 +491,20 @@ class RingdownAnswer(_Compared):
         """Where and when the motion came to rest; None where the record does not show it."""
         return self._section("stop")
 
+    @property
+    def second_mode(self) -> Section | None:
+        """A weaker mode beside the motion: ``frequency``, ``decay_rate``, ``amplitude``; None for one mode."""
+        return self._section("second_mode")
+
+    @property
+    def sensor_curve(self) -> Section | None:
+        """How the sensor bends: ``centre``, ``quadratic``, ``cubic``, ``cubic_std_error``; None where straight.
+
+        It reads ``centre + x + quadratic x**2 + cubic x**3`` of a displacement x; amplitude and
+        friction displacement are those of x.
+        """
+        return self._section("sensor_curve")
+
     def plot(self, ax: Axes | None = None) -> list[Axes]:
         return _plot.ringdown(self, ax)
 

@@ -9,7 +9,7 @@ use super::reading::{clock, columns_taken, rows_read};
 use crate::format::{Rounded, plain, times};
 use crate::{AnalysedRingdown, Sentence, plot};
 use slipfit::answer::hint::Spelling;
-use slipfit::ringdown::FreeLaw;
+use slipfit::ringdown::{FreeLaw, SensorCurve};
 use slipfit::{Quantity, SignalKind};
 
 pub(super) fn document<'a>(analysed: &'a AnalysedRingdown<'a>, spell: Spelling<'_>) -> Document<'a> {
@@ -56,6 +56,21 @@ fn free_law(facts: &mut Facts, law: &FreeLaw, unit: &str) {
     };
     let rising = if law.rising { "; constrained to rise with the amplitude" } else { "" };
     facts.add("", format!("{shape}; measured down to {}{rising}", plain(law.lowest_amplitude, 3, unit)));
+}
+
+/// The curve of the sensor, in the unit of the signal: `reads 0.2 + x + 0.05 x² - 0.1 x³`.
+fn sensor_curve(curve: &SensorCurve, unit: &str) -> String {
+    let term = |coefficient: f64, power: &str| match coefficient {
+        0.0 => String::new(),
+        c => format!(" {} {} {power}", if c < 0.0 { '-' } else { '+' }, plain(c.abs(), 3, "")),
+    };
+    let unit = if unit.is_empty() { String::new() } else { format!(" in {unit}") };
+    format!(
+        "reads {} + x{}{} of a displacement x{unit}: straightened",
+        plain(curve.centre, 4, ""),
+        term(curve.quadratic, "x²"),
+        term(curve.cubic, "x³")
+    )
 }
 
 /// Whether the record holds amplitudes, not the motion itself.
@@ -112,6 +127,9 @@ fn facts(analysed: &AnalysedRingdown<'_>, spell: Spelling<'_>) -> Facts {
             "mode 2",
             format!("{frequency}, decay rate {decay_rate}, amplitude {amplitude}: subtracted"),
         );
+    }
+    if let Some(curve) = &answer.sensor_curve {
+        facts.add("sensor", sensor_curve(curve, &answer.signal_unit));
     }
     if let Some(law) = &answer.free_law {
         free_law(&mut facts, law, &answer.signal_unit);

@@ -62,7 +62,8 @@ impl FromIterator<(Parameter, f64)> for Values {
 #[cfg_attr(feature = "serde", derive(serde::Serialize))]
 #[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
 pub struct SlidingEvidence {
-    /// Sliding friction is needed: `p_value` below 0.01 and the BIC prefers it.
+    /// Sliding friction is needed: `p_value` below 0.01 and the BIC prefers it; beside a sensor curve, three
+    /// standard errors of the friction displacement.
     pub detected: bool,
     /// Probability that data without sliding friction would look at least this much like data with
     /// it, given the best model without it. One-sided: friction cannot be negative.

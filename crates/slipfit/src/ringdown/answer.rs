@@ -1,6 +1,7 @@
 //! The answer to a ring-down: parameters, evidence, warnings.
 
 use super::free_law::FreeLaw;
+use super::sensor_curve::SensorCurve;
 use super::window::{EndReason, StartReason};
 use crate::Quantity;
 use crate::answer::columns::columns;
@@ -230,6 +231,9 @@ pub struct Answer {
     /// A second, weaker mode where one does not describe the record: every other field is about the
     /// stronger one, with this one subtracted.
     pub second_mode: Option<Mode>,
+    /// How the sensor bends, where the motion shows it: amplitudes and friction displacement are those of the
+    /// straightened reading.
+    pub sensor_curve: Option<SensorCurve>,
     /// Quality of the description.
     pub diagnostics: Diagnostics,
     /// What limits the answer.

@@ -71,6 +71,7 @@ pub(crate) fn answer(e: &Evidence) -> Result<Answer, Error> {
         backbone: backbone(e, chosen, &law, omega),
         stop,
         second_mode: None,
+        sensor_curve: None,
         diagnostics,
         warnings: Vec::new(),
         signal_unit: e.record.unit().to_owned(),

@@ -6,7 +6,9 @@ use super::samples::Samples;
 use super::sensor_curve::SensorCurve;
 use super::window_fit::WAVEFORM;
 use crate::answer::Warning;
+use crate::inference::evidence::chi_square_tail;
 use crate::inference::least_squares::linear;
+use crate::model::loss::LossModel;
 use crate::{Parameter, Quantity};
 use std::borrow::Cow;
 
@@ -48,7 +50,8 @@ fn found<'a>(
     let estimate = bend(samples, answer, criteria).filter(bends)?;
     // At the start the mean of a bent reading is another one.
     let centre = answer.fit.knots.last()?.offset;
-    let mut curve = SensorCurve { centre, quadratic: estimate.quadratic, cubic: estimate.cubic };
+    let Estimate { quadratic, cubic, cubic_error: cubic_std_error } = estimate;
+    let mut curve = SensorCurve { centre, quadratic, cubic, cubic_std_error };
     let by = |curve: SensorCurve| {
         let straight: Option<Vec<f64>> = samples.signal.iter().map(|s| curve.straightened(*s)).collect();
         let straight =
@@ -57,12 +60,11 @@ fn found<'a>(
         Some((straight, found))
     };
     let (mut straight, mut found) = by(curve)?;
-    let mut error = estimate.cubic_error;
     for _ in 1..ROUNDS {
         let Some(more) = bend(&straight, &found, criteria) else { break };
         curve.quadratic += more.quadratic;
         curve.cubic += more.cubic;
-        error = more.cubic_error;
+        curve.cubic_std_error = more.cubic_error;
         (straight, found) = by(curve)?;
     }
     let amplitude = found.parameter(Parameter::InitialAmplitude)?.value;
@@ -72,7 +74,7 @@ fn found<'a>(
     if !describes || third.abs() > criteria.most {
         return None;
     }
-    let (_, beside) = by(SensorCurve { cubic: curve.cubic + error, ..curve })?;
+    let (_, beside) = by(SensorCurve { cubic: curve.cubic + curve.cubic_std_error, ..curve })?;
     let list: Vec<Parameter> = found.parameters.iter().map(|(p, _)| p).collect();
     for parameter in list {
         let difference = beside.parameter(parameter).map(|q| q.unbounded_value);
@@ -81,11 +83,27 @@ fn found<'a>(
         }
     }
     let x_f = found.parameter(Parameter::FRICTION_DISPLACEMENT)?;
-    found.sliding.detected &= x_f.value > criteria.friction_errors * x_f.std_error;
+    let errors = x_f.value / x_f.std_error;
+    counting_the_curve(&mut found, errors, criteria);
     found.fit.sensor_curve = Some(curve);
+    found.sensor_curve = Some(curve);
     let relative = curve.quadratic.abs() * amplitude + curve.cubic.abs() * amplitude.powi(2);
     found.warnings.push(Warning::SensorCurve { relative });
     Some(found)
+}
+
+/// The evidence for friction of `errors` standard errors, those of the curve included: what the curve may have made of a
+/// viscous decay is no evidence.
+fn counting_the_curve(answer: &mut Answer, errors: f64, criteria: &SensorCriteria) {
+    let viscous = answer.preferred_model.is_within(LossModel::VISCOUS_SLIDING);
+    let by_chance = 0.5 * chi_square_tail(errors * errors, 1.0);
+    let evidence = &mut answer.sliding;
+    evidence.p_value = evidence.p_value.max(by_chance);
+    evidence.detected &= errors > criteria.friction_errors;
+    if viscous && evidence.viscous_only_p_value < 1.0 {
+        evidence.viscous_only_p_value = evidence.viscous_only_p_value.max(by_chance);
+        evidence.viscous_only_excluded &= errors > criteria.friction_errors;
+    }
 }
 
 fn with_error(quantity: Quantity, extra: f64) -> Quantity {
@@ -186,6 +204,51 @@ mod tests {
                 assert_held(read, &options, Parameter::DECAY_RATE, DELTA);
                 assert_held(read, &options, Parameter::FRICTION_DISPLACEMENT, x_f);
             }
+        }
+    }
+
+    /// What the error of the curve may have made of a viscous decay is no evidence for friction.
+    #[test]
+    fn the_p_value_counts_the_error_of_the_curve() {
+        let answer = |x_f: f64, repeat: usize| {
+            analyse(&record(x_f, [0.0, -0.1], 0.01, repeat), &Options::default()).expect("a ring-down")
+        };
+        for repeat in 0..20 {
+            let viscous = answer(0.0, repeat);
+            let x_f = viscous.parameter(Parameter::FRICTION_DISPLACEMENT).expect("reported").clone();
+            let least = 0.5 * chi_square_tail((x_f.unbounded_value.max(0.0) / x_f.std_error).powi(2), 1.0);
+            assert!(viscous.sliding.p_value >= 0.99 * least, "{repeat}: {:?}, {x_f:?}", viscous.sliding);
+            assert!(viscous.sliding.p_value > 1e-3, "{repeat}: {:?}", viscous.sliding);
+            let curve = viscous.sensor_curve.expect("it bends");
+            assert!((curve.cubic + 0.1).abs() < 4.0 * curve.cubic_std_error, "{repeat}: {curve:?}");
+        }
+        assert!(answer(0.008, 0).sliding.detected);
+    }
+
+    /// A spring that stiffens gives the motion itself a third harmonic.
+    #[test]
+    fn a_stiffening_spring_is_no_curve() {
+        let stiffened = |stiffening: f64, repeat: usize| {
+            let force = |x: f64, v: f64| -2.0 * DELTA * v - 49.0 * x * (1.0 + stiffening * x * x);
+            let (mut x, mut v, steps) = (1.0, 0.0, 20);
+            let h = 1.0 / (40.0 * f64::from(steps));
+            let mut signal = Vec::new();
+            for i in 0..1600 {
+                signal.push(0.2 + x + 0.001 * jitter(i + 1600 * repeat, 8));
+                for _ in 0..steps {
+                    let (k1, l1) = (v, force(x, v));
+                    let (k2, l2) = (v + 0.5 * h * l1, force(x + 0.5 * h * k1, v + 0.5 * h * l1));
+                    let (k3, l3) = (v + 0.5 * h * l2, force(x + 0.5 * h * k2, v + 0.5 * h * l2));
+                    let (k4, l4) = (v + h * l3, force(x + h * k3, v + h * l3));
+                    x += h / 6.0 * (k1 + 2.0 * k2 + 2.0 * k3 + k4);
+                    v += h / 6.0 * (l1 + 2.0 * l2 + 2.0 * l3 + l4);
+                }
+            }
+            Record::uniform(40.0, signal).expect("valid")
+        };
+        for stiffening in [0.03, 0.1, -0.05] {
+            let count = (0..8).filter(|repeat| told(&stiffened(stiffening, *repeat))).count();
+            assert_eq!(count, 0, "{stiffening}");
         }
     }
 

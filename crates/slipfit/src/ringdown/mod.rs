@@ -63,4 +63,5 @@ pub use direct::{
 pub use fitted::FittedMotion;
 pub use free_law::{FreeLaw, FreeLossPoint};
 pub use options::{LawOption, LowPass, Options};
+pub use sensor_curve::SensorCurve;
 pub use window::{EndReason, StartReason};

@@ -3,15 +3,22 @@
 /// Steps of Newton's method that straighten a reading.
 const STEPS: usize = 30;
 
-/// `s = x + q x² + k x³`: what a sensor reads of a displacement `x` off the place of rest.
+/// `s = c + x + q x² + k x³`: what a sensor reads of a displacement `x` off the place `c` of rest.
 ///
 /// A tracker that sees `L sin θ` of a pendulum has `k = -1/(6 L²)`. With `x = A cos φ` the third harmonic is `k A³/4`,
 /// and the fundamental `A + 3 k A³/4`: an amplitude that is read too small where it is large looks like friction.
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub(crate) struct SensorCurve {
-    pub(super) centre: f64,
-    pub(super) quadratic: f64,
-    pub(super) cubic: f64,
+#[cfg_attr(feature = "serde", derive(serde::Serialize))]
+#[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
+pub struct SensorCurve {
+    /// Reading at rest c, signal unit.
+    pub centre: f64,
+    /// Quadratic coefficient q, one over the signal unit; zero where the samples show none.
+    pub quadratic: f64,
+    /// Cubic coefficient k, one over the signal unit squared; zero where the samples show none.
+    pub cubic: f64,
+    /// Standard error of the cubic coefficient, which the errors of the parameters count.
+    pub cubic_std_error: f64,
 }
 
 impl SensorCurve {
@@ -45,12 +52,13 @@ mod tests {
 
     #[test]
     fn a_reading_is_the_inverse_of_its_straightened_value() {
-        let curve = SensorCurve { centre: 0.3, quadratic: 0.1, cubic: -0.2 };
+        let curve = SensorCurve { centre: 0.3, quadratic: 0.1, cubic: -0.2, cubic_std_error: 0.0 };
         for x in [-0.5, 0.0, 0.3, 0.9] {
             let straight = curve.straightened(curve.reading(x)).expect("it rises");
             assert!((straight - x).abs() < 1e-14);
         }
         // Beyond its highest reading.
-        assert_eq!(SensorCurve { centre: 0.0, quadratic: 0.0, cubic: -1.0 }.straightened(5.0), None);
+        let falling = SensorCurve { centre: 0.0, quadratic: 0.0, cubic: -1.0, cubic_std_error: 0.0 };
+        assert_eq!(falling.straightened(5.0), None);
     }
 }
