@@ -24,6 +24,9 @@ def test_a_known_friction_is_found(answer):
     assert answer.preferred_model == "viscous+sliding"
     assert -1 <= answer.correlation("decay_rate_per_s", "friction_displacement") <= 1
     assert answer.correlation("decay_rate_per_s", "slope") is None
+    with pytest.raises(KeyError, match="no parameter 'decay_rate'; there are"):
+        answer.correlation("decay_rate", "friction_displacement")
+    assert answer.second_mode is None and answer.sensor_curve is None
 
 
 def test_parameters_are_items_and_attributes(answer):

@@ -446,8 +446,19 @@ class _Compared(_Measured):
         return Section(self._data["diagnostics"])
 
     def correlation(self, a: str, b: str) -> float | None:
-        """Correlation of two estimated parameters, in either order; None where it is not reported."""
-        for entry in self._data["correlations"]:
+        """Correlation of two estimated parameters, in either order; None where it is not reported.
+
+        Raises
+        ------
+        KeyError
+            For a name that is no parameter's.
+        """
+        pairs = self._data["correlations"]
+        known = {*Parameters.__annotations__, *(name for entry in pairs for name in entry["parameters"])}
+        for name in (a, b):
+            if name not in known:
+                raise KeyError(f"no parameter {name!r}; there are {', '.join(sorted(known))}")
+        for entry in pairs:
             if set(entry["parameters"]) == {a, b}:
                 value: float | None = entry["value"]
                 return value
