@@ -58,19 +58,15 @@ fn free_law(facts: &mut Facts, law: &FreeLaw, unit: &str) {
     facts.add("", format!("{shape}; measured down to {}{rising}", plain(law.lowest_amplitude, 3, unit)));
 }
 
-/// The curve of the sensor, in the unit of the signal: `reads 0.2 + x + 0.05 x² - 0.1 x³`.
+/// The curve of the sensor in the unit of the signal: `reads x + 0.05 x² - 0.1 x³`.
 fn sensor_curve(curve: &SensorCurve, unit: &str) -> String {
     let term = |coefficient: f64, power: &str| match coefficient {
         0.0 => String::new(),
         c => format!(" {} {} {power}", if c < 0.0 { '-' } else { '+' }, plain(c.abs(), 3, "")),
     };
     let unit = if unit.is_empty() { String::new() } else { format!(" in {unit}") };
-    format!(
-        "reads {} + x{}{} of a displacement x{unit}: straightened",
-        plain(curve.centre, 4, ""),
-        term(curve.quadratic, "x²"),
-        term(curve.cubic, "x³")
-    )
+    let [quadratic, cubic] = [term(curve.quadratic, "x²"), term(curve.cubic, "x³")];
+    format!("reads x{quadratic}{cubic} of a displacement x{unit} off the middle: straightened")
 }
 
 /// Whether the record holds amplitudes, not the motion itself.
