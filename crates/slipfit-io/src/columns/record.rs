@@ -24,6 +24,8 @@ pub(crate) struct Choice {
     /// Whether signal and quadrature are in decibels to be made linear.
     pub(crate) levels: [bool; 2],
     pub(crate) kind: SignalKind,
+    /// Whether gravity is in the signal and turns with the motion.
+    pub(crate) turning_gravity: bool,
     pub(crate) parts: usize,
     pub(crate) part: usize,
     pub(crate) runs: usize,
@@ -102,6 +104,7 @@ impl Chooser<'_> {
             let text = format!("{runs} runs stand in groups of columns; number {} was read", group.run);
             self.notes.push(Note::new(text).hint("run", "reads another"));
         }
+        let turning_gravity = kind == SignalKind::Acceleration && self.turns_in_gravity(signal);
         let quadrature = quadrature.map(|q| self.signal_taken(q, &why));
         Ok(Choice {
             time,
@@ -109,6 +112,7 @@ impl Chooser<'_> {
             levels: [level, quadrature.as_ref().is_some_and(|q| q.1)],
             quadrature: quadrature.map(|q| q.0),
             kind,
+            turning_gravity,
             parts,
             part: group.table,
             runs,

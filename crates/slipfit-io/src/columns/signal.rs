@@ -10,11 +10,17 @@ use super::{
     role::Role,
     units::{self, Measures},
 };
-use crate::error::{Needed, ReadProblem};
+use crate::{
+    error::{Needed, ReadProblem},
+    report::Note,
+};
 
 /// Part of an amplitude, and of a turn, by which the columns of one lock-in agree but for their digits.
 const MODULUS_WITHIN: f64 = 0.02;
 const ANGLE_WITHIN_RAD: f64 = 0.05;
+/// The acceleration of gravity in m/s² and in units of itself, and the part by which a sensor and the swing are off it.
+const GRAVITY: [f64; 2] = [9.81, 1.0];
+const GRAVITY_WITHIN: f64 = 0.05;
 /// Rank of a column whose name says nothing.
 const UNKNOWN_RANK: u8 = 40;
 
@@ -140,9 +146,25 @@ impl Chooser<'_> {
                     && content::is_derivative(&self.values[c], &self.values[other])
             })
         };
+        let square_of = |c: usize| {
+            best.iter().copied().find(|&other| {
+                other != c && one_unit(c, other) && content::is_square(&self.values[c], &self.values[other])
+            })
+        };
+        let squares: Vec<(usize, usize)> = best.iter().filter_map(|&c| Some((c, square_of(c)?))).collect();
         let original: Vec<usize> = best.iter().copied().filter(|&c| !derived(c)).collect();
         if !original.is_empty() {
             best = original;
+        }
+        let linear = |c: &usize| squares.iter().all(|(square, _)| square != c);
+        if best.iter().any(linear) {
+            best.retain(linear);
+            for (square, of) in squares {
+                let (square, of) = (self.label(square), self.label(of));
+                let text =
+                    format!("{square} runs like the square of {of}, as along a pendulum, and was not taken");
+                self.notes.push(Note::new(text).hint("signal", "says otherwise"));
+            }
         }
         // Sizes compare only within one unit.
         let unit = &self.head.names[best[0]].unit;
@@ -154,6 +176,22 @@ impl Chooser<'_> {
             .unwrap_or(best[0]);
         let prefix = if like.is_empty() { String::new() } else { format!("{like}, and ") };
         Ok((greatest, format!("{prefix}oscillates and dies down most among {among}")))
+    }
+
+    /// Whether a column is the acceleration across a pendulum with another beside it that holds gravity and runs along it.
+    pub(super) fn turns_in_gravity(&self, signal: usize) -> bool {
+        let holds_gravity = |c: usize| {
+            let (sum, n) = self.finite(c).fold((0.0, 0.0), |(sum, n), v| (sum + v, n + 1.0));
+            let level = (sum / n).abs();
+            GRAVITY.into_iter().any(|g| (level / g - 1.0).abs() < GRAVITY_WITHIN)
+        };
+        let unit = |c: usize| &self.head.names[c].unit;
+        self.near.iter().any(|&c| {
+            c != signal
+                && unit(c) == unit(signal)
+                && holds_gravity(c)
+                && content::is_square(&self.values[c], &self.values[signal])
+        })
     }
 
     pub(super) fn kind_of(&self, index: usize) -> SignalKind {

@@ -338,7 +338,8 @@ fn finish(head: &Head, mut choice: Choice, mut samples: Samples) -> Result<Readi
     let record = record
         .with_kind(choice.kind)
         .with_unit(choice.signal.unit.clone())
-        .with_lossy_compression(head.lossy);
+        .with_lossy_compression(head.lossy)
+        .with_turning_gravity(choice.turning_gravity);
     let signal = ("signal", choice.signal.taken(head));
     let quadrature = choice.quadrature.map(|q| ("quadrature", q.taken(head)));
     let report = ReadReport {

@@ -81,6 +81,7 @@ pub struct Record {
     kind: SignalKind,
     unit: String,
     lossy: bool,
+    turning_gravity: bool,
     report: ClockReport,
 }
 
@@ -183,6 +184,22 @@ impl Record {
         self
     }
 
+    /// Says that the samples are the acceleration across a pendulum, of a sensor that turns with it and reads gravity as
+    /// well: of `r θ'' + g sin θ` the part `1 - r/L` of `g sin θ` is left, so that amplitudes are not those of the swing.
+    /// The answer has a [warning](crate::answer::Warning::TurningGravity).
+    ///
+    /// ```
+    /// let signal = (0..100).map(|i| (0.3 * f64::from(i)).cos()).collect();
+    /// let record = slipfit::Record::uniform(100.0, signal)?.with_turning_gravity(true);
+    /// assert!(record.has_turning_gravity());
+    /// # Ok::<(), slipfit::Error>(())
+    /// ```
+    #[must_use]
+    pub fn with_turning_gravity(mut self, turning: bool) -> Self {
+        self.turning_gravity = turning;
+        self
+    }
+
     /// Number of samples, at least [`MIN_SAMPLES`].
     #[must_use]
     #[allow(clippy::len_without_is_empty, reason = "a record is never empty")]
@@ -251,6 +268,12 @@ impl Record {
         self.lossy
     }
 
+    /// Whether gravity is in the samples and turns with the motion, see [`Record::with_turning_gravity`].
+    #[must_use]
+    pub fn has_turning_gravity(&self) -> bool {
+        self.turning_gravity
+    }
+
     /// When the samples were taken.
     #[must_use]
     pub fn clock(&self) -> &Clock {
@@ -313,7 +336,16 @@ impl Record {
     fn assemble(clock: Clock, rows: clean::Rows, report: ClockReport) -> Self {
         let kind = if rows.quadrature.is_some() { SignalKind::LockIn } else { SignalKind::default() };
         let clean::Rows { signal, quadrature, .. } = rows;
-        Self { clock, signal, quadrature, kind, unit: String::new(), lossy: false, report }
+        Self {
+            clock,
+            signal,
+            quadrature,
+            kind,
+            unit: String::new(),
+            lossy: false,
+            turning_gravity: false,
+            report,
+        }
     }
 }
 

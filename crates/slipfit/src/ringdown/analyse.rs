@@ -16,6 +16,7 @@ use super::hypotheses::{FittedDecay, by_waveform};
 use super::level::Baseline;
 use super::other_motion::other_motion;
 use super::samples::Samples;
+use super::squared_reading::squared_reading;
 use super::steady_line::without_steady_line;
 use super::window::by_law::{change_of_law, end_of_lead_in};
 use super::window::{EndReason, StartReason};
@@ -97,6 +98,7 @@ pub fn analyse_with(record: &Record, options: &Options, criteria: &Criteria) -> 
         answer = of_one_motion(&whole, other.own, record, options, criteria).unwrap_or(answer);
         answer.warnings.push(Warning::OtherMotion { from_s: from, to_s: to });
     }
+    answer.warnings.extend(squared_reading(&answer, record.kind(), &criteria.squared_reading));
     let used = answer.segment.start_s..=answer.segment.end_s;
     let spikes_s: Vec<f64> = whole.spikes_s.into_iter().filter(|t| used.contains(t)).collect();
     if let Some(first) = spikes_s.first() {

@@ -4,7 +4,8 @@ mod record;
 
 pub use record::{
     ActivePartCriteria, BaselineCriteria, ClippingCriteria, HeldCriteria, OtherMotionCriteria,
-    ResolutionCriteria, SensorCriteria, SpikeCriteria, SteadyLineCriteria, StopCriteria,
+    ResolutionCriteria, SensorCriteria, SpikeCriteria, SquaredReadingCriteria, SteadyLineCriteria,
+    StopCriteria,
 };
 
 use super::free_law::criteria::FreeLawCriteria;
@@ -50,6 +51,8 @@ criteria_groups! {
         baseline: BaselineCriteria,
         /// A reading that bends with the deflection.
         sensor: SensorCriteria,
+        /// A reading of the square of the deflection.
+        squared_reading: SquaredReadingCriteria,
         /// A short motion in a long quiet record.
         active_part: ActivePartCriteria,
         /// Two viscous modes as a rival of every law of one.

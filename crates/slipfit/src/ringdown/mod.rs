@@ -40,6 +40,7 @@ mod samples;
 mod second_mode;
 mod sensor_curve;
 mod spikes;
+mod squared_reading;
 mod steady_line;
 mod stop;
 mod two_modes;

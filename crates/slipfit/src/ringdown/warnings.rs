@@ -102,6 +102,9 @@ pub(crate) fn warnings(e: &Evidence, answer: &Answer) -> Vec<Warning> {
         list.push(Warning::Harmonics { order, relative_amplitude });
     }
     list.extend(rebuilt_clock(e, answer));
+    if e.record.has_turning_gravity() {
+        list.push(Warning::TurningGravity);
+    }
     if e.record.is_lossily_compressed() && answer.sliding.detected {
         list.push(Warning::LossyCompression { share: answer.sliding.share_at_highest });
     }

@@ -48,6 +48,13 @@ impl Warning {
                 Hint::new("end_s", "analyses the part before").with(instant(*time_s)),
                 Hint::new("start_s", "the part after").with(instant(*time_s)),
             ],
+            Warning::SquaredReading { along_pendulum: true } => {
+                vec![Hint::new(
+                    "signal",
+                    "names a gyroscope or an axis across the pendulum, where the file has one",
+                )]
+            }
+            Warning::TurningGravity => vec![Hint::advice("record a gyroscope or the linear acceleration")],
             Warning::OtherMotion { from_s, to_s } => vec![
                 Hint::new("start_s", "begins with it").with(instant(*from_s)),
                 Hint::new("end_s", "ends with it").with(instant(*to_s)),

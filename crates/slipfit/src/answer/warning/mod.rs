@@ -91,6 +91,13 @@ pub enum Warning {
         /// By how much at most at the first amplitude, as a part of it.
         relative: f64,
     },
+    /// The level follows the amplitude, as that of the square of a deflection.
+    SquaredReading {
+        /// It is the acceleration along a pendulum, gravity included.
+        along_pendulum: bool,
+    },
+    /// An acceleration across a pendulum holds gravity, which turns with it.
+    TurningGravity,
     /// Another motion in the record, apart from the one analysed.
     OtherMotion {
         /// Where the longest other one begins, s.
@@ -375,6 +382,8 @@ impl Warning {
             Warning::SlowTail { .. } => "slow_tail",
             Warning::Baseline { .. } => "baseline",
             Warning::SensorCurve { .. } => "sensor_curve",
+            Warning::SquaredReading { .. } => "squared_reading",
+            Warning::TurningGravity => "turning_gravity",
             Warning::OtherMotion { .. } => "other_motion",
             Warning::Spikes { .. } => "spikes",
             Warning::Clipped { .. } => "clipped",

@@ -123,6 +123,20 @@ impl fmt::Display for Warning {
                  of the straightened reading",
                 figures(100.0 * relative, 2)
             ),
+            Warning::SquaredReading { along_pendulum: true } => f.write_str(
+                "the level of the acceleration follows its amplitude, as along a pendulum, where gravity and centripetal \
+                 acceleration oscillate at twice the frequency of the swing, as its square: frequency, delta and x_F are \
+                 not those of the swing",
+            ),
+            Warning::SquaredReading { along_pendulum: false } => f.write_str(
+                "the level follows the amplitude, as in the square of a deflection, a light power for one: frequency, delta \
+                 and x_F are not those of the deflection then",
+            ),
+            Warning::TurningGravity => f.write_str(
+                "gravity is in the acceleration and turns with the pendulum: across it, at the distance r from the pivot, \
+                 the part 1 - r/L of it is left, L = g/omega^2. Frequency, delta and share of sliding are those of the \
+                 swing, amplitude and x_F are not",
+            ),
             Warning::OtherMotion { from_s, to_s } => write!(
                 f,
                 "another motion, from {} s to {} s, is left out",

@@ -172,6 +172,24 @@ criteria! {
 }
 
 criteria! {
+    /// A reading of the square of the deflection, whose level follows its amplitude.
+    pub struct SquaredReadingCriteria in "squared_reading" {
+        /// Levels along the decay at least.
+        least_levels: usize = 8, source "four times the unknowns of a line", moves "squared readings unwarned";
+        /// Part of the variance of the levels that the amplitudes must explain.
+        explained: f64 = 0.8, source "0.88 to 1 in simulated squares at 30 to 50 dB, below 0.3 in displacements", moves "squared readings unwarned";
+        /// Slope of the level over the amplitude less one, at most, of a square.
+        square_within: f64 = 0.15, source "0.96 to 1.03 in simulated squares", moves "squared readings unwarned";
+        /// Slope along a pendulum at least.
+        pendulum_least: f64 = 0.1, source "a sensor at 0.61 of the length of the simple pendulum", moves "squared readings unwarned";
+        /// Slope along a pendulum at most.
+        pendulum_most: f64 = 0.5, source "a sensor at 1.5 times that length", moves "squared readings unwarned";
+        /// Part by which the level at rest may differ from the acceleration of gravity.
+        gravity_within: f64 = 0.03, source "offsets of accelerometers in telephones reach 2 %", moves "squared readings unwarned";
+    }
+}
+
+criteria! {
     /// Another motion in the same record, apart from the one analysed.
     pub struct OtherMotionCriteria in "other_motion" {
         /// Root mean square of a cycle, over the first amplitude, from which on it is motion.

@@ -295,3 +295,26 @@ fn each_sensor_has_its_own_times() {
     assert_eq!((time_column(&reading), signal(&reading).column.number), (3, 4));
     assert_is_ring(&reading, 99);
 }
+
+/// A phone on a pendulum that reads gravity, another on a spring.
+#[test]
+fn the_axis_across_a_pendulum_goes_before_that_along_it() {
+    let phone = |across: fn(f64) -> f64, along: fn(f64, f64) -> f64| {
+        let rows = (0..900).map(|i| {
+            let t = f64::from(i) / 50.0;
+            let (amplitude, noise) = (0.4 * (-0.04 * t).exp(), 0.01 * (1e5 * t).sin());
+            let (angle, velocity) = (amplitude * (4.4 * t).cos(), -amplitude * (4.4 * t).sin());
+            format!("{t},{},{},{noise}\n", across(angle) + noise, along(angle, velocity) - noise)
+        });
+        let header = "t (s),Acceleration x (m/s^2),Acceleration y (m/s^2),Acceleration z (m/s^2)\n";
+        let reading = read(header.to_owned() + &rows.collect::<String>());
+        (signal(&reading).column.number, reading.record.has_turning_gravity())
+    };
+    let along = |angle: f64, velocity: f64| 9.81 * (angle.cos() + 0.8 * velocity * velocity);
+    assert_eq!(phone(|angle| 1.96 * angle, along), (2, true));
+    assert_eq!(phone(|_| 0.1, along), (3, false));
+    assert_eq!(phone(|angle| -4.0 * angle, |_, _| 9.81), (2, false));
+    assert_eq!(phone(|angle| 0.1 * angle, |angle, _| 9.81 - 4.0 * angle), (3, false));
+    // The linear acceleration is that of the swing.
+    assert_eq!(phone(|angle| 7.8 * angle, |_, velocity| 7.8 * velocity * velocity), (2, false));
+}
