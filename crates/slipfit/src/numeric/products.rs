@@ -1,24 +1,48 @@
 //! Sums of products of rows of numbers, many at a time.
 
 use pulp::Simd;
+use std::ops::{Deref, DerefMut};
 
 /// Numbers in a row.
 pub(crate) const WIDTH: usize = 64;
 const LANES: usize = 16;
 
-/// `Σ row_a row_c` for every pair of up to `N` rows, over pieces of the data.
+/// A row, which begins where a line of the cache does: no register lies across two of them.
 #[derive(Debug, Clone)]
-pub(crate) struct Products<const N: usize> {
-    pub(crate) rows: Box<[[f64; WIDTH]; N]>,
-    count: usize,
-    sums: Vec<[f64; LANES]>,
+#[repr(align(64))]
+pub(crate) struct Row([f64; WIDTH]);
+
+impl Deref for Row {
+    type Target = [f64; WIDTH];
+
+    fn deref(&self) -> &Self::Target {
+        &self.0
+    }
 }
 
-impl<const N: usize> Products<N> {
-    /// For the first `count` rows.
+impl DerefMut for Row {
+    fn deref_mut(&mut self) -> &mut Self::Target {
+        &mut self.0
+    }
+}
+
+/// The sum for a pair of rows, place by place.
+#[derive(Debug, Clone)]
+#[repr(align(64))]
+struct Sum([f64; LANES]);
+
+/// `Σ row_a row_c` for every pair of rows, over pieces of the data.
+#[derive(Debug, Clone)]
+pub(crate) struct Products {
+    pub(crate) rows: Vec<Row>,
+    sums: Vec<Sum>,
+}
+
+impl Products {
+    /// For so many rows.
     pub(crate) fn new(count: usize) -> Self {
-        let count = count.min(N);
-        Self { rows: Box::new([[0.0; WIDTH]; N]), count, sums: vec![[0.0; LANES]; count * (count + 1) / 2] }
+        let rows = vec![Row([0.0; WIDTH]); count];
+        Self { rows, sums: vec![Sum([0.0; LANES]); count * (count + 1) / 2] }
     }
 
     /// Adds the products of whole rows.
@@ -36,15 +60,15 @@ impl<const N: usize> Products<N> {
     #[inline(always)]
     fn add_pieces<S: Simd, const PIECES: usize>(&mut self, simd: S) {
         let registers = LANES / S::F64_LANES;
-        for a in 0..self.count {
-            let (one, _) = S::as_simd_f64s(&self.rows[a]);
+        for a in 0..self.rows.len() {
+            let (one, _) = S::as_simd_f64s(&self.rows[a][..]);
             let sums = &mut self.sums[a * (a + 1) / 2..][..=a];
             for l in 0..registers {
                 // A part of a row is kept in registers for all its partners.
                 let one: [S::f64s; PIECES] = std::array::from_fn(|j| one[j * registers + l]);
                 for (other, sum) in self.rows.iter().zip(&mut *sums) {
-                    let (other, _) = S::as_simd_f64s(other);
-                    let sum = &mut S::as_mut_simd_f64s(sum).0[l];
+                    let (other, _) = S::as_simd_f64s(&other[..]);
+                    let sum = &mut S::as_mut_simd_f64s(&mut sum.0).0[l];
                     let mut added = *sum;
                     for j in 0..PIECES {
                         added = simd.mul_add_e_f64s(one[j], other[j * registers + l], added);
@@ -56,10 +80,18 @@ impl<const N: usize> Products<N> {
     }
 
     /// The sums so far, which begin anew: row by row of the lower triangle.
-    pub(crate) fn taken(&mut self) -> Vec<f64> {
-        let pairs = (0..self.count).flat_map(|a| (0..=a).map(move |c| (a, c)));
-        let totals = pairs.map(|(a, c)| self.total(a, c)).collect();
-        self.sums.fill([0.0; LANES]);
+    #[inline(always)]
+    pub(crate) fn taken<S: Simd>(&mut self, simd: S) -> Vec<f64> {
+        let mut totals = Vec::with_capacity(self.sums.len());
+        for sum in &mut self.sums {
+            let (registers, _) = S::as_mut_simd_f64s(&mut sum.0);
+            let mut all = simd.splat_f64s(0.0);
+            for register in registers {
+                all = simd.add_f64s(all, *register);
+                *register = simd.splat_f64s(0.0);
+            }
+            totals.push(simd.reduce_sum_f64s(all));
+        }
         totals
     }
 
@@ -67,7 +99,7 @@ impl<const N: usize> Products<N> {
     pub(crate) fn total(&self, a: usize, c: usize) -> f64 {
         let (a, c) = (a.max(c), a.min(c));
         // Halves upon halves: sixteen additions in a row would wait for each other.
-        let mut all = self.sums[a * (a + 1) / 2 + c];
+        let mut all = self.sums[a * (a + 1) / 2 + c].0;
         let mut half = LANES / 2;
         while half > 0 {
             for l in 0..half {
@@ -83,7 +115,7 @@ impl<const N: usize> Products<N> {
 mod tests {
     use super::*;
 
-    struct Add<'a>(&'a mut Products<4>, bool);
+    struct Add<'a>(&'a mut Products, bool);
 
     impl pulp::WithSimd for Add<'_> {
         type Output = ();
@@ -96,7 +128,7 @@ mod tests {
 
     #[test]
     fn every_pair_is_summed_over_all_pieces() {
-        let mut p = Products::<4>::new(3);
+        let mut p = Products::new(3);
         for piece in 0..2 {
             for a in 0..3 {
                 for k in 0..WIDTH {

@@ -94,11 +94,11 @@ struct Balance<'a> {
 }
 
 impl pulp::WithSimd for Balance<'_> {
-    type Output = Products<6>;
+    type Output = Products;
 
     /// Five unknowns and the right-hand side.
     #[inline(always)]
-    fn with_simd<S: pulp::Simd>(self, simd: S) -> Products<6> {
+    fn with_simd<S: pulp::Simd>(self, simd: S) -> Products {
         const PIECE: usize = WIDTH / 2;
         let Balance { b, peak, friction, unit, centre, width } = self;
         let mut products = Products::new(6);

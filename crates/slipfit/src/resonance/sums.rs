@@ -2,18 +2,15 @@
 
 use super::block::Block;
 use super::lanes::{Lanes, PIECE, Points};
-use super::response::{BG_IM, BG_RE, DELAY, MAIN, ModelResponse, OFFSET, PHASE, X_0, X_F};
+use super::response::{BG_IM, BG_RE, DELAY, ModelResponse, OFFSET, PHASE, X_0, X_F};
 use crate::motion::steady::Phasor;
 use crate::motion::steady::fundamental::Follower;
 use crate::numeric::products::{Products, WIDTH};
 use crate::numeric::trig;
 
-/// Products of derivatives and residuals, the residual last.
-type Sums = Products<{ MAIN + 1 }>;
-
-/// Sums of a block over the `columns` of its parameters; `None` where the model does not exist or
+/// Sums of a block over the `columns` of its parameters, the residual last; `None` where the model does not exist or
 /// the sum of squares exceeds `limit`.
-pub(super) fn products(block: &Block, at: ModelResponse, columns: &[usize], limit: f64) -> Option<Sums> {
+pub(super) fn products(block: &Block, at: ModelResponse, columns: &[usize], limit: f64) -> Option<Products> {
     let rotation = Phasor::from_polar(1.0, at.phase);
     let products = Products::new(columns.len() + 1);
     let follower = Follower::for_fit(block.work.left());
@@ -30,13 +27,13 @@ struct Pass<'a> {
     /// By the phase offset.
     rotation: Phasor,
     limit: f64,
-    products: Sums,
+    products: Products,
     follower: Follower,
 }
 
 impl pulp::WithSimd for Pass<'_> {
     /// With the work of motions that stop.
-    type Output = (Option<Sums>, u64);
+    type Output = (Option<Products>, u64);
 
     #[inline(always)]
     fn with_simd<S: pulp::Simd>(self, simd: S) -> Self::Output {
@@ -50,7 +47,7 @@ impl pulp::WithSimd for Pass<'_> {
 
 impl Pass<'_> {
     #[inline(always)]
-    fn sums<S: pulp::Simd, const FUSED: bool>(mut self, simd: S) -> (Option<Sums>, u64) {
+    fn sums<S: pulp::Simd, const FUSED: bool>(mut self, simd: S) -> (Option<Products>, u64) {
         let exists = self.add_up::<S, FUSED>(simd).is_some();
         (exists.then_some(self.products), self.follower.work())
     }

@@ -117,13 +117,14 @@ impl Waveform<'_> {
         let found = self.window(active).sums(p, residuals.as_deref_mut());
         let Some(Passed { sums, at_rest, left_out }) = found else { return false };
         let n = active.len();
+        let sum = |i: usize, j: usize| sums[i * (i + 1) / 2 + j];
         for (i, &a) in active.iter().enumerate() {
-            out.jtr[a] = sums.total(n, i);
+            out.jtr[a] = sum(n, i);
             for (j, &b) in active[..=i].iter().enumerate() {
-                out.jtj[(a.max(b), a.min(b))] = sums.total(i, j);
+                out.jtj[(a.max(b), a.min(b))] = sum(i, j);
             }
         }
-        out.rss = sums.total(n, n);
+        out.rss = sum(n, n);
         if self.rest != RestLevel::Exact && self.rest_has_a_level() && at_rest < self.time.len() {
             self.level_of_rest(p, active, at_rest, out, residuals);
         }

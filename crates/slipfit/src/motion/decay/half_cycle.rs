@@ -31,9 +31,6 @@ use crate::numeric::wide;
 use pulp::Simd;
 use std::f64::consts::{FRAC_1_PI, FRAC_PI_2, PI};
 
-/// Rows of the sums: the active parameters, the residual last.
-pub(crate) type Sums = Products<{ COUNT + 1 }>;
-
 /// Numbers computed together.
 const LANES: usize = 8;
 /// `1/k!`: the terms of `e^x` that count for `|x| <= 1/16`.
@@ -63,15 +60,16 @@ impl Window<'_> {
     ) -> Option<Vec<Vec<f64>>> {
         let mut parts = Vec::with_capacity(borders.len() + 1);
         let pass = Pass { window: self, p, residuals, borders, parts: &mut parts };
-        let mut last = crate::numeric::dispatch(pass)?;
-        parts.push(last.sums.taken());
+        let last = crate::numeric::dispatch(pass)?;
+        parts.push(last.sums);
         Some(parts)
     }
 }
 
 /// What a pass over the samples gives.
 pub(crate) struct Passed {
-    pub(crate) sums: Sums,
+    /// By the active parameters, the residual last: row by row of the lower triangle, behind the last border.
+    pub(crate) sums: Vec<f64>,
     /// The first sample at rest.
     pub(crate) at_rest: usize,
     /// Samples that do not count because they are so close to a turn.
@@ -129,7 +127,7 @@ impl pulp::WithSimd for Pass<'_> {
                 index = to;
                 while let Some((_, others)) = borders.split_first().filter(|(b, _)| **b == index) {
                     batch.flush(simd);
-                    parts.push(batch.sums.taken());
+                    parts.push(batch.sums.taken(simd));
                     borders = others;
                 }
             }
@@ -146,7 +144,7 @@ impl pulp::WithSimd for Pass<'_> {
             }
         }
         batch.flush(simd);
-        Some(Passed { sums: batch.sums, at_rest, left_out: batch.left_out as usize })
+        Some(Passed { sums: batch.sums.taken(simd), at_rest, left_out: batch.left_out as usize })
     }
 }
 
@@ -447,6 +445,7 @@ impl HalfCycle {
         let guarded = self.moving && window.guard > 0.0;
         let Batch { sums, active, len, left_out, .. } = batch;
         let mut at = *len;
+        let rows = &mut sums.rows[..=active.len()];
         for (t, y, weight) in wide::Pairs::new(simd, time, signal) {
             let u = simd.sub_f64s(t, begin);
             let v = simd.mul_f64s(simd.add_f64s(u, since), over);
@@ -469,7 +468,7 @@ impl HalfCycle {
             if guarded {
                 *left_out += simd.reduce_sum_f64s(simd.sub_f64s(weight, counted(simd, weight)));
             }
-            put(simd, &mut sums.rows[active.len()], at, counted(simd, r));
+            put(simd, &mut rows[active.len()], at, counted(simd, r));
             for (k, &parameter) in active.iter().enumerate() {
                 let value = match parameter.checked_sub(OFFSET) {
                     None => {
@@ -480,7 +479,7 @@ impl HalfCycle {
                     Some(1) => v,
                     Some(_) => simd.mul_f64s(v, v),
                 };
-                put(simd, &mut sums.rows[k], at, counted(simd, value));
+                put(simd, &mut rows[k], at, counted(simd, value));
             }
             at += S::F64_LANES;
         }
@@ -526,6 +525,18 @@ fn put<S: Simd>(_: S, row: &mut [f64; WIDTH], at: usize, value: S::f64s) {
     S::as_mut_simd_f64s(&mut row[at..at + S::F64_LANES]).0[0] = value;
 }
 
+/// Clears a row from a place on, register by register: the few places are fewer than a call is worth.
+#[inline(always)]
+fn clear_from(row: &mut [f64], from: usize) {
+    let (pieces, _) = row.as_chunks_mut::<LANES>();
+    let first = from / LANES;
+    for (piece, at) in pieces[first..].iter_mut().zip((first * LANES..).step_by(LANES)) {
+        for (k, value) in piece.iter_mut().enumerate() {
+            *value = if at + k < from { *value } else { 0.0 };
+        }
+    }
+}
+
 /// `f`, `theta f` and `g` of some samples, what drag adds to the motion, and its slope by the phase.
 #[derive(Clone, Copy)]
 struct Basis<S: Simd> {
@@ -560,7 +571,7 @@ impl<S: Simd> Basis<S> {
 
 /// Rows waiting for their products.
 struct Batch<'a> {
-    sums: Sums,
+    sums: Products,
     active: &'a [usize],
     len: usize,
     left_out: f64,
@@ -577,7 +588,7 @@ impl Batch<'_> {
         let few = self.len <= WIDTH / 2;
         let end = if few { WIDTH / 2 } else { WIDTH };
         for row in &mut self.sums.rows[..rows] {
-            row[self.len..end].fill(0.0);
+            clear_from(&mut row[..end], self.len);
         }
         if few {
             self.sums.add_halves(simd);
