@@ -1,5 +1,6 @@
 //! Damped Gauss-Newton on normal equations that the model itself sums up.
 
+use super::covariance::Covariance;
 use super::limited_step::Limits;
 use super::normal::{invert, solve};
 use crate::numeric::order::sort_by_value;
@@ -11,8 +12,8 @@ pub(crate) use super::normal::{LeastSquares, Normal, log_determinant, newton_ste
 #[derive(Debug, Clone)]
 pub(crate) struct Fit {
     pub(crate) parameters: Vec<f64>,
-    /// `(JᵀJ)⁻¹` over all parameters, zero rows for fixed ones. Not yet scaled by the noise variance.
-    pub(crate) unit_covariance: DMatrix<f64>,
+    /// `(JᵀJ)⁻¹`, not yet scaled by the noise variance.
+    pub(crate) unit_covariance: Covariance,
     pub(crate) rss: f64,
     pub(crate) free: Vec<usize>,
     pub(crate) converged: bool,

@@ -1,6 +1,7 @@
 //! Estimation and inference: least squares, noise model, intervals, model comparison.
 
 pub(crate) mod bounded;
+pub(crate) mod covariance;
 pub(crate) mod criteria;
 pub(crate) mod evidence;
 pub(crate) mod interval;

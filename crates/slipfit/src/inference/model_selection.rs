@@ -4,15 +4,16 @@ use super::criteria::InferenceCriteria;
 use super::least_squares::Fit;
 use super::noise::NoiseModel;
 use crate::model::loss::{LossModel, LossTerm};
+use std::sync::Arc;
 
 /// One loss model, fitted.
 #[derive(Debug, Clone)]
 pub(crate) struct ModelFit {
     pub(crate) model: LossModel,
     /// Best fit with the limits lifted: losses may come out negative.
-    pub(crate) unbounded: Fit,
+    pub(crate) unbounded: Arc<Fit>,
     /// Best fit within the limits: this one, or that of the smaller model it falls to.
-    pub(crate) bounded: Fit,
+    pub(crate) bounded: Arc<Fit>,
     /// The loss term that came out negative, if any.
     pub(crate) at_limit: Option<LossTerm>,
     pub(crate) bic: f64,
@@ -42,6 +43,7 @@ impl ModelComparison {
         noise: NoiseModel,
         criteria: &InferenceCriteria,
     ) -> Self {
+        let fits: Vec<(LossModel, Arc<Fit>)> = fits.iter().map(|(m, f)| (*m, Arc::new(f.clone()))).collect();
         let negative = |m: LossModel, f: &Fit| m.terms().find(|t| f.parameters[slot(*t)] < 0.0);
         let fits = fits
             .iter()
@@ -58,8 +60,8 @@ impl ModelComparison {
                 };
                 ModelFit {
                     model: *model,
-                    unbounded: fit.clone(),
-                    bounded: bounded.clone(),
+                    unbounded: Arc::clone(fit),
+                    bounded: Arc::clone(bounded),
                     at_limit,
                     bic: noise.bic(bounded.rss, fit.free.len()),
                 }
@@ -204,12 +206,13 @@ impl ModelComparison {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::inference::covariance::Covariance;
     use nalgebra::DMatrix;
 
     fn fit(rss: f64) -> Fit {
         Fit {
             parameters: vec![0.1; 8],
-            unit_covariance: DMatrix::zeros(8, 8),
+            unit_covariance: Covariance::new(DMatrix::zeros(1, 1), &[0], 8),
             rss,
             free: vec![0],
             converged: true,

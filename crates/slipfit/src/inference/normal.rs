@@ -3,6 +3,7 @@
 //! No N × p Jacobian is stored: a model streams its samples once per step and
 //! hands over `JᵀJ`, `Jᵀr` and `rᵀr` for a handful of parameters.
 
+use super::covariance::Covariance;
 use nalgebra::{DMatrix, DVector};
 
 /// Sums over the samples for one parameter vector; `r = data - model`,
@@ -162,17 +163,16 @@ pub(crate) fn log_determinant(sums: &Normal, free: &[usize]) -> Option<f64> {
     Some(2.0 * (diagonal - scale.iter().map(|s| s.ln()).sum::<f64>()))
 }
 
-/// `(JᵀJ)⁻¹` over all `p` parameters, zero rows for those not free.
-pub(crate) fn invert(sums: &Normal, free: &[usize], p: usize) -> Option<DMatrix<f64>> {
+/// `(JᵀJ)⁻¹` of the free ones among `p` parameters.
+pub(crate) fn invert(sums: &Normal, free: &[usize], p: usize) -> Option<Covariance> {
     let (a, scale) = scaled(sums, free)?;
-    let inverse = a.cholesky()?.inverse();
-    let mut full = DMatrix::zeros(p, p);
-    for (i, &fi) in free.iter().enumerate() {
-        for (j, &fj) in free.iter().enumerate() {
-            full[(fi, fj)] = inverse[(i, j)] * scale[i] * scale[j];
+    let mut inverse = a.cholesky()?.inverse();
+    for (i, by_row) in scale.iter().enumerate() {
+        for (j, by_column) in scale.iter().enumerate() {
+            inverse[(i, j)] = inverse[(i, j)] * by_row * by_column;
         }
     }
-    Some(full)
+    Some(Covariance::new(inverse, free, p))
 }
 
 /// The free block of `JᵀJ` with unit diagonal, and the scales that make it so.

@@ -71,11 +71,16 @@ pub(crate) fn given(fit: &Fit, fixed: &[(usize, f64)]) -> Option<(f64, Vec<f64>)
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::inference::covariance::Covariance;
 
     fn fit() -> Fit {
         Fit {
             parameters: vec![1.0, -0.5],
-            unit_covariance: DMatrix::from_row_slice(2, 2, &[1.0, -0.8, -0.8, 1.0]),
+            unit_covariance: Covariance::new(
+                DMatrix::from_row_slice(2, 2, &[1.0, -0.8, -0.8, 1.0]),
+                &[0, 1],
+                2,
+            ),
             rss: 10.0,
             free: vec![0, 1],
             converged: true,

@@ -150,7 +150,7 @@ impl HypothesisFit<'_> {
         let minima = self.others.iter().filter(|o| o.set == instead && !o.unbounded.free.contains(&DRAG));
         let mut minima: Vec<Fit> = minima.map(|o| o.unbounded.clone()).collect();
         by_rss(&mut minima);
-        let (unbounded, bounded) = (with_drag.unbounded.clone(), with_drag.bounded.clone());
+        let (unbounded, bounded) = (Fit::clone(&with_drag.unbounded), Fit::clone(&with_drag.bounded));
         self.take(i);
         self.others.push(OtherFit { set: now, unbounded, bounded });
         self.minima = minima;

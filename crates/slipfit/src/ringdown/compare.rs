@@ -203,7 +203,7 @@ pub(crate) fn compare(
             fits[i].1 = fit;
         }
     }
-    sort_by_value(&mut fits, |(model, _)| LossModel::all().take_while(|m| m != model).count() as f64);
+    fits.sort_by_key(|(model, _)| model.place());
     let known = last.map(|last| take_last_steps(&mut fits, last, (begun, side_minima), noise, criteria));
     let comparison = ModelComparison::new(&fits, slot, noise, criteria);
     let Some((known, last)) = known.zip(last) else { return comparison };

@@ -62,6 +62,11 @@ impl LossModel {
         (1..=most).flat_map(sets).map(|terms| LossModel { terms })
     }
 
+    /// What [`Self::all`] is in the order of.
+    pub(crate) fn place(self) -> (u32, u16) {
+        (self.terms.count_ones(), self.terms)
+    }
+
     /// The models that an analysis compares, simpler ones first: those of the terms that are
     /// always compared, and of those in the model asked for. Drag beside a term whose shape is fitted, which
     /// may take its place, is compared where both were asked for. Two further terms and more have so many models that
