@@ -23,8 +23,10 @@ pub(crate) struct PhaseError {
 
 /// Standard errors by which a walk must stand out of the noise before it counts: one phase without a walk in 20.
 const SIGNIFICANCE: f64 = 1.6;
-/// Part of that in the logarithm of the likelihood at one rate in a decade from which on all rates are tried.
+/// Part of that in the logarithm of the likelihood at one rate in so many from which on all rates are tried.
 const WORTH_A_LOOK: f64 = 0.25;
+/// Rates from one of the first look to the next: with the absence of a walk there are [`RATES`], found side by side.
+const FIRST_STEP: usize = 4;
 /// Rates tried: variance of the walk over all of the time in variances of the noise of one phase.
 const DECADES: std::ops::RangeInclusive<i32> = -3..=6;
 /// Rates tried in each decade.
@@ -72,8 +74,8 @@ fn rate_beside(errors: &[PhaseError]) -> Option<f64> {
         Some((found[0]?, of_rates.filter_map(|(rate, value)| Some((rate, (*value)?))).collect::<Vec<_>>()))
     };
     let least_of = |tried: &[(f64, f64)]| tried.iter().map(|(_, l)| *l).min_by(f64::total_cmp);
-    // Most phases do not walk: one rate in a decade comes near the likelihood of the best.
-    let (still, few) = tried(PER_DECADE as usize)?;
+    // Most phases do not walk: one rate in a decade or so comes near the likelihood of the best.
+    let (still, few) = tried(FIRST_STEP)?;
     if !(still - least_of(&few)? > WORTH_A_LOOK * SIGNIFICANCE.powi(2)) {
         return None;
     }
