@@ -150,7 +150,6 @@ fn bend(samples: &Samples, answer: &Answer, criteria: &SensorCriteria) -> Option
     };
     let columns = 6;
     let (c, covariance, rss) = linear(rows([3, 2]), columns)?;
-    let (.., in_proportion) = linear(rows([1, 1]), columns)?;
     let dof = range.len().checked_sub(columns + answer.parameters.iter().count()).filter(|n| *n > 0)?;
     let variance = rss / dof as f64;
     let error = |i: usize| (variance * covariance[(i, i)]).sqrt();
@@ -158,7 +157,8 @@ fn bend(samples: &Samples, answer: &Answer, criteria: &SensorCriteria) -> Option
         |i: usize| c[i].abs() + criteria.phase_errors * error(i + 1) > criteria.in_phase * c[i + 1].abs();
     let (third, second) =
         (in_phase(0), in_phase(2) && c[2].abs() > criteria.quadratic_significance * error(2));
-    if !(third || second) || !(rss < in_proportion) {
+    let in_proportion = || linear(rows([1, 1]), columns).map(|(.., rss)| rss);
+    if !((third || second) && rss < in_proportion()?) {
         return None;
     }
     // A spring that stiffens by a part of the frequency has a third harmonic of a twelfth of that part.
