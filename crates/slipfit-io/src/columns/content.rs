@@ -59,15 +59,17 @@ impl Content {
             values.retain(|v| v.is_finite());
         }
         let n = values.len();
-        let steps = || values.windows(2).map(|w| w[1] - w[0]);
-        let up = steps().filter(|s| *s > 0.0).count() as f64;
-        let down = steps().filter(|s| *s < 0.0).count() as f64;
+        let Steps { up, down, ones } = Steps::of(&values);
+        let (up, down) = (up as f64, down as f64);
         let (rest, motion) = motion(&values);
+        let blocks_of_motion = blocks(motion);
+        // Most columns move from the first row to the last.
+        let whole_moves = motion.len() == n;
         Self {
             filled: n as f64 / column.len().max(1) as f64,
             rising: if up + down > 0.0 { up / (up + down) } else { 0.0 },
             moving: (up + down) / n.saturating_sub(1).max(1) as f64,
-            counts: n > 1 && steps().all(|s| s == 1.0),
+            counts: n > 1 && ones == n - 1,
             whole: n > 1 && values.iter().all(|v| v.fract() == 0.0),
             mean_step: match values[..] {
                 [first, .., last] => (last - first) / (n - 1) as f64,
@@ -75,8 +77,8 @@ impl Content {
             },
             least: values.iter().copied().fold(f64::INFINITY, f64::min),
             greatest: values.iter().copied().fold(f64::NEG_INFINITY, f64::max),
-            swing: greatest_rms(&blocks(&values)),
-            gradual: gradual(motion, rest > 0),
+            swing: if whole_moves { greatest_rms(&blocks_of_motion) } else { greatest_rms(&blocks(&values)) },
+            gradual: gradual(&blocks_of_motion, rest > 0),
             smoothness: smoothness(motion),
             steady_positive: steady_positive(&values),
         }
@@ -99,11 +101,50 @@ impl Content {
     }
 }
 
+/// How many steps from row to row go up, go down, and are exactly one.
+#[derive(Default)]
+struct Steps {
+    up: usize,
+    down: usize,
+    ones: usize,
+}
+
+impl Steps {
+    fn of(values: &[f64]) -> Self {
+        let mut all = Self::default();
+        for (value, next) in values.iter().zip(values.iter().skip(1)) {
+            let step = next - value;
+            all.up += usize::from(step > 0.0);
+            all.down += usize::from(step < 0.0);
+            all.ones += usize::from(step == 1.0);
+        }
+        all
+    }
+}
+
+/// The sum of what a function makes of pairs of values, several at a time: additions one after the other would wait for
+/// each other.
+fn sum_of_pairs(values: &[f64], others: &[f64], of: impl Fn(f64, f64) -> f64) -> f64 {
+    const LANES: usize = 8;
+    let (pieces, rest) = values.as_chunks::<LANES>();
+    let (others, other_rest) = others.as_chunks::<LANES>();
+    let mut sums = [0.0; LANES];
+    for (piece, other) in pieces.iter().zip(others) {
+        for ((sum, v), w) in sums.iter_mut().zip(piece).zip(other) {
+            *sum += of(*v, *w);
+        }
+    }
+    sums.iter().sum::<f64>() + rest.iter().zip(other_rest).map(|(v, w)| of(*v, *w)).sum::<f64>()
+}
+
+fn mean_of(values: &[f64]) -> f64 {
+    sum_of_pairs(values, values, |v, _| v) / values.len().max(1) as f64
+}
+
 fn mean_and_rms(values: &[f64]) -> (f64, f64) {
-    let n = values.len().max(1) as f64;
-    let mean = values.iter().sum::<f64>() / n;
-    let variance = values.iter().map(|v| (v - mean).powi(2)).sum::<f64>() / n;
-    (mean, variance.sqrt())
+    let mean = mean_of(values);
+    let squares = sum_of_pairs(values, values, |v, _| (v - mean) * (v - mean));
+    (mean, (squares / values.len().max(1) as f64).sqrt())
 }
 
 /// Cuts a column into blocks of at least two cycles.
@@ -142,14 +183,14 @@ fn motion(values: &[f64]) -> (usize, &[f64]) {
 }
 
 fn crossings(values: &[f64]) -> usize {
-    let (mean, _) = mean_and_rms(values);
-    values.windows(2).filter(|w| (w[0] < mean) != (w[1] < mean)).count()
+    let mean = mean_of(values);
+    let pairs = values.iter().zip(values.iter().skip(1));
+    pairs.map(|(v, next)| usize::from((*v < mean) != (*next < mean))).sum()
 }
 
-/// Share of blocks in which a motion is dying down, but for those in which a drive was switched on or off.
-fn gradual(motion: &[f64], begins_at_rest: bool) -> f64 {
-    let blocks = blocks(motion);
-    let greatest = greatest_rms(&blocks);
+/// Share of the blocks of a motion in which it is dying down, but for those in which a drive was switched on or off.
+fn gradual(blocks: &[&[f64]], begins_at_rest: bool) -> f64 {
+    let greatest = greatest_rms(blocks);
     let dies_down = |block: &&&[f64]| {
         let rms = mean_and_rms(block).1;
         rms > REST * greatest && rms < FULL * greatest && smoothness(block) >= SMOOTH
@@ -161,8 +202,9 @@ fn gradual(motion: &[f64], begins_at_rest: bool) -> f64 {
 /// Correlation of successive values.
 fn smoothness(values: &[f64]) -> f64 {
     let (mean, rms) = mean_and_rms(values);
-    let products = values.windows(2).map(|w| (w[0] - mean) * (w[1] - mean));
-    let covariance = products.sum::<f64>() / values.len().max(1) as f64;
+    let next = values.get(1..).unwrap_or_default();
+    let products = sum_of_pairs(&values[..next.len()], next, |v, w| (v - mean) * (w - mean));
+    let covariance = products / values.len().max(1) as f64;
     if rms > 0.0 { covariance / (rms * rms) } else { 0.0 }
 }
 
