@@ -2,6 +2,7 @@
 
 use super::Answer;
 use super::criteria::SensorCriteria;
+use super::remainder::Harmonics;
 use super::samples::Samples;
 use super::sensor_curve::SensorCurve;
 use super::window_fit::WAVEFORM;
@@ -117,7 +118,7 @@ fn may_bend(answer: &Answer, criteria: &SensorCriteria) -> bool {
     let plain = fit.baseline.is_none() && answer.second_mode.is_none() && fit.knots.len() > 1;
     plain
         && match fit.harmonics {
-            Some([second, third]) => {
+            Some(Harmonics { in_phase: [second, third], .. }) => {
                 second.abs() > criteria.quadratic_significance || third.abs() > criteria.significance
             }
             None => {

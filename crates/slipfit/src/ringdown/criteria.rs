@@ -430,6 +430,11 @@ criteria! {
         strong_harmonic: f64 = 0.05, source "chosen by simulation", moves "warnings";
         /// Residual variance over the noise that is warned of.
         misfit: f64 = 4.0, source "twice the noise", moves "warnings";
+        /// Standard errors by which what a motion leaves of the blocks exceeds their noise, of a misfit that is warned of.
+        misfit_errors: f64 = 6.0, source "0 of 600 simulated decays at 20 to 60 dB, one in 1e4 of ten blocks by chance",
+            moves "outliers unwarned";
+        /// Standard errors of a third harmonic in quadrature that stays while the amplitude falls.
+        play_errors: f64 = 5.0, source "a record in 2e6 by chance", moves "outliers unwarned";
         /// Quality factor, of all losses at the first amplitude, below which velocities and accelerations are warned of.
         derivative_quality_factor: f64 = 30.0, source "x_F off by 1 % in simulated velocities",
             moves "outliers unwarned";

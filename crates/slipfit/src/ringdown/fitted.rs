@@ -1,6 +1,7 @@
 //! The fitted motion, to be drawn or subtracted.
 
 use super::level::Baseline;
+use super::remainder::Harmonics;
 use super::sensor_curve::SensorCurve;
 use super::two_modes::ViscousMode;
 use crate::motion::decay::amplitude::AmplitudeLaw;
@@ -60,8 +61,8 @@ pub struct FittedMotion {
     pub(crate) second_mode: Option<ViscousMode>,
     /// What the level about which it swings wanders by beside its offset.
     pub(crate) baseline: Option<Baseline>,
-    /// Second and third harmonic in phase with the motion beyond its own, in standard errors.
-    pub(crate) harmonics: Option<[f64; 2]>,
+    /// Harmonics beyond its own.
+    pub(crate) harmonics: Option<Harmonics>,
     /// How the sensor that reads it bends; amplitudes are those of the straightened reading.
     pub(crate) sensor_curve: Option<SensorCurve>,
 }

@@ -118,8 +118,18 @@ fn inside(first: usize, n: usize, blocks: &[Block]) -> Vec<Block> {
     within.map(|b| Block { first: b.first - first, end: b.end - first, ..*b }).collect()
 }
 
-/// Second and third harmonic left in phase with the motion, as far as they fall as the square and the cube of the
-/// amplitude, in standard errors; `None` of fewer samples a cycle than `samples_per_cycle`.
+/// Harmonics left beside the motion, in standard errors.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub(crate) struct Harmonics {
+    /// Second and third in phase, as far as they fall as the square and the cube of the amplitude.
+    pub(crate) in_phase: [f64; 2],
+    /// Third in quadrature, as far as it stays while the amplitude falls; none where it rather falls in proportion.
+    pub(crate) steady: f64,
+    /// The same in the unit of the signal.
+    pub(crate) steady_amplitude: f64,
+}
+
+/// Harmonics left beside the motion; `None` of fewer samples a cycle than `samples_per_cycle`.
 pub(super) fn harmonics(
     problem: &Waveform,
     first: usize,
@@ -127,7 +137,7 @@ pub(super) fn harmonics(
     fit: &Fit,
     blocks: &[Block],
     samples_per_cycle: f64,
-) -> Option<[f64; 2]> {
+) -> Option<Harmonics> {
     let p = &fit.parameters;
     let n = left.residual.len();
     if problem.duration * p[OMEGA] / TAU * samples_per_cycle > n as f64 {
@@ -135,20 +145,38 @@ pub(super) fn harmonics(
     }
     let inside = inside(first, n, blocks);
     let law = law_of(p, p[OMEGA]);
-    let errors = [2, 3].map(|order| {
+    // Relative amplitude and what is left of a harmonic, block by block.
+    let order = |order: i32| {
         let times = f64::from(order);
         let multiple = |b: &Block| {
             let at = problem.phase_at(p, b.time_s);
             blocks::PhaseAt { phase: times * at.phase, omega: times * at.omega, ..at }
         };
         let phases: Vec<_> = inside.iter().map(multiple).collect();
+        let relative = |b: &Block| law.amplitude(b.time_s - problem.origin) / p[A0];
+        let left = blocks::demodulate(problem.time, &left.residual, &inside, &phases);
+        left.into_iter().map(|b| (relative(&b), b)).collect::<Vec<(f64, Block)>>()
+    };
+    // The part that goes with a power of the amplitude, and its standard error.
+    let part = |blocks: &[(f64, Block)], power: i32, of: fn(&Block) -> f64| {
         let (mut along, mut square) = (0.0, 0.0);
-        for b in blocks::demodulate(problem.time, &left.residual, &inside, &phases) {
-            let power = (law.amplitude(b.time_s - problem.origin) / p[A0]).powi(order);
-            along += b.amplitude * power / b.unit_variance;
-            square += power * power / b.unit_variance;
+        for (relative, b) in blocks {
+            along += of(b) * relative.powi(power) / b.unit_variance;
+            square += relative.powi(2 * power) / b.unit_variance;
         }
-        along / (square * left.variance).sqrt()
+        (along / square, (left.variance / square).sqrt())
+    };
+    let [second, third] = [order(2), order(3)];
+    let in_phase = [(&second, 2), (&third, 3)].map(|(blocks, power)| {
+        let (value, error) = part(blocks, power, |b| b.amplitude);
+        value / error
     });
-    errors.iter().all(|e| e.is_finite()).then_some(errors)
+    let [steady, in_proportion] = [0, 1].map(|power| part(&third, power, |b| b.quadrature));
+    let [errors, other] = [steady, in_proportion].map(|(value, error)| (value / error).abs());
+    let found = Harmonics {
+        in_phase,
+        steady: if errors > other { errors } else { 0.0 },
+        steady_amplitude: steady.0.abs(),
+    };
+    (in_phase[0] + in_phase[1] + errors + other).is_finite().then_some(found)
 }

@@ -48,6 +48,28 @@ fn quality_factor_at_first(e: &Evidence) -> Option<f64> {
     (loss > 0.0).then(|| omega * law.initial / (2.0 * loss))
 }
 
+/// Whether what a motion leaves of the blocks is more than their noise beyond doubt.
+fn shows_misfit(e: &Evidence, excess: f64) -> bool {
+    let dof = (e.measured.points.len() as f64 - 3.0).max(1.0);
+    let beyond_doubt = 1.0 + e.criteria.answer.misfit_errors * (2.0 / dof).sqrt();
+    matches!(e.fit.problem, Problem::Waveform(_)) && excess > beyond_doubt
+}
+
+/// A frequency of a motion that changes with time by more than with the amplitude.
+fn frequency_drift(e: &Evidence, answer: &Answer) -> Option<Warning> {
+    let backbone = answer.backbone.as_ref().filter(|_| matches!(e.fit.problem, Problem::Waveform(_)))?;
+    let relative = backbone.drift_per_s * (answer.segment.end_s - answer.segment.start_s);
+    let with_amplitude = backbone.frequency_at_start_hz / backbone.frequency_at_zero_hz - 1.0;
+    (relative.abs() > with_amplitude.abs()).then_some(Warning::FrequencyDrift { relative })
+}
+
+/// A third harmonic in quadrature that stays while the amplitude falls.
+fn play(e: &Evidence, answer: &Answer) -> Option<Warning> {
+    let found = e.fit.harmonics.filter(|h| h.steady > e.criteria.answer.play_errors)?;
+    let first = answer.parameter(Parameter::InitialAmplitude)?.value;
+    Some(Warning::Play { relative_amplitude: found.steady_amplitude / first })
+}
+
 pub(crate) fn warnings(e: &Evidence, answer: &Answer) -> Vec<Warning> {
     let criteria = &e.criteria.answer;
     let mut list = Vec::new();
@@ -70,7 +92,7 @@ pub(crate) fn warnings(e: &Evidence, answer: &Answer) -> Vec<Warning> {
         });
     }
     let excess = answer.diagnostics.residual_excess;
-    if excess > criteria.misfit {
+    if excess > criteria.misfit || shows_misfit(e, excess) {
         list.push(Warning::ModelMisfit { ratio: excess.sqrt(), misfit: answer.diagnostics.misfit });
     }
     if e.options.law.is_some() && answer.free_law.is_none() {
@@ -101,6 +123,8 @@ pub(crate) fn warnings(e: &Evidence, answer: &Answer) -> Vec<Warning> {
         let super::Distortion { order, relative_amplitude } = found;
         list.push(Warning::Harmonics { order, relative_amplitude });
     }
+    list.extend(frequency_drift(e, answer));
+    list.extend(play(e, answer));
     list.extend(rebuilt_clock(e, answer));
     if e.record.has_turning_gravity() {
         list.push(Warning::TurningGravity);
@@ -128,4 +152,66 @@ pub(crate) fn warnings(e: &Evidence, answer: &Answer) -> Vec<Warning> {
         list.push(Warning::FrequencyUnknown);
     }
     list
+}
+
+#[cfg(test)]
+mod tests {
+    use crate::noise::jitter;
+    use crate::ringdown::{Options, analyse};
+    use crate::{Oscillator, Record, motion::decay::FreeDecay};
+
+    const DELTA: f64 = 0.06;
+    const OMEGA: f64 = 7.0;
+
+    /// In how many of six records of 40 s, at 40 samples a second and 44 dB, a warning is told.
+    fn told(code: &str, motion: impl Fn(f64) -> f64) -> usize {
+        let exact: Vec<f64> = (0..1600).map(|i| motion(i as f64 / 40.0)).collect();
+        let warns = |repeat: &usize| {
+            let noisy = exact.iter().enumerate().map(|(i, x)| x + 0.006 * jitter(i + 1600 * repeat, 7));
+            let record = Record::uniform(40.0, noisy.collect()).expect("valid");
+            let answer = analyse(&record, &Options::default()).expect("a ring-down");
+            answer.warnings.iter().any(|w| w.code() == code)
+        };
+        (0..6).filter(warns).count()
+    }
+
+    fn amplitude(t: f64) -> f64 {
+        (-DELTA * t).exp()
+    }
+
+    #[test]
+    fn a_frequency_that_drifts_is_told_and_one_that_depends_on_the_amplitude_is_not() {
+        let drifting = |t: f64| amplitude(t) * (OMEGA * t * (1.0 + 0.005 * t / 80.0)).cos();
+        assert_eq!(told("frequency_drift", drifting), 6);
+        // The phase of omega (1 - 0.02 A²).
+        let lag = |t: f64| 0.01 * OMEGA / DELTA * (1.0 - amplitude(t).powi(2));
+        assert_eq!(told("frequency_drift", |t| amplitude(t) * (OMEGA * t - lag(t)).cos()), 0);
+    }
+
+    #[test]
+    fn an_amplitude_off_the_law_beyond_doubt_is_a_misfit_below_twice_the_noise() {
+        let wobbling =
+            |part: f64| move |t: f64| amplitude(t) * (1.0 + part * (0.9 * t).cos()) * (OMEGA * t).cos();
+        assert!(told("model_misfit", wobbling(0.007)) >= 4);
+        assert_eq!(told("model_misfit", wobbling(0.0)), 0);
+    }
+
+    #[test]
+    fn play_is_told_and_friction_is_not() {
+        let motion = |x_f: f64| {
+            let oscillator = Oscillator::kinematic(OMEGA, DELTA, x_f).expect("valid");
+            FreeDecay::from_rest(&oscillator, 1.0).expect("valid")
+        };
+        let (free, sliding) = (motion(0.0), motion(0.008));
+        let mut reading = 1.0;
+        let with_play: Vec<f64> = (0..1600)
+            .map(|i| {
+                let x = free.displacement(i as f64 / 40.0);
+                reading = f64::clamp(reading, x - 0.01, x + 0.01);
+                reading
+            })
+            .collect();
+        assert_eq!(told("play", |t| with_play[(40.0 * t).round() as usize]), 6);
+        assert_eq!(told("play", |t| sliding.displacement(t)), 0);
+    }
 }

@@ -157,6 +157,7 @@ fn fit_with_rest<'a>(
     for term in [CHIRP, BEND] {
         drop_nuisance(&problem, &mut fit, &basic, &mut nuisance, term, price);
     }
+    prefer_bend(&problem, &mut fit, &basic, &mut nuisance, price);
     if !nuisance.contains(&BEND) {
         problem.bend = None;
     }
@@ -325,6 +326,23 @@ fn drop_nuisance(
     if (without.rss - fit.rss) / variance < price {
         *nuisance = fewer;
         *fit = without;
+    }
+}
+
+/// Takes a frequency that depends on the amplitude in place of one that drifts, if the fit is worse by less than a price:
+/// every pendulum has the one, and along a short decay they look alike.
+fn prefer_bend(problem: &Waveform, fit: &mut Fit, basic: &[usize], nuisance: &mut Vec<usize>, price: f64) {
+    if !nuisance.contains(&CHIRP) || nuisance.contains(&BEND) {
+        return;
+    }
+    let bent: Vec<usize> = nuisance.iter().map(|&o| if o == CHIRP { BEND } else { o }).collect();
+    let mut start = fit.parameters.clone();
+    start[CHIRP] = 0.0;
+    let Some(found) = minimum(problem, &start, &with(basic, &bent)) else { return };
+    let variance = fit.rss / (problem.time.len() as f64 - fit.free.len() as f64).max(1.0);
+    if (found.rss - fit.rss) / variance < price {
+        *nuisance = bent;
+        *fit = found;
     }
 }
 

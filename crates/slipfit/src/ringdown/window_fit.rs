@@ -2,6 +2,7 @@
 //! left free, or every sample against the exact motion.
 
 use super::envelope::EnvelopeProblem;
+use super::remainder::Harmonics;
 use super::wandering_phase::WanderingPhase;
 use super::waveform::Waveform;
 use crate::inference::least_squares::LeastSquares;
@@ -21,8 +22,8 @@ pub(crate) struct WindowFit<'a> {
     pub(crate) autocorrelation: f64,
     /// A phase that walks at random beside the motion, where every sample is compared with it.
     pub(crate) wandering: Option<WanderingPhase>,
-    /// Second and third harmonic in phase with the motion beyond its own, in standard errors.
-    pub(crate) harmonics: Option<[f64; 2]>,
+    /// Harmonics beyond its own.
+    pub(crate) harmonics: Option<Harmonics>,
     /// Another last swing explains the samples nearly as well: the sum of squares has several minima.
     pub(crate) several_minima: bool,
     /// Blocks left out because they lie far off every law.

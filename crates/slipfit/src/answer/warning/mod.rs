@@ -180,6 +180,16 @@ pub enum Warning {
         /// Amplitude relative to the fundamental's.
         relative_amplitude: f64,
     },
+    /// The frequency changes with time by more than with the amplitude.
+    FrequencyDrift {
+        /// By which part, along the decay.
+        relative: f64,
+    },
+    /// The reading lags by a constant, as one with play does.
+    Play {
+        /// Third harmonic in quadrature over the first amplitude.
+        relative_amplitude: f64,
+    },
     /// An amplitude record without its frequency: no friction displacement.
     FrequencyUnknown,
     /// The data set no upper limit to a parameter.
@@ -396,6 +406,8 @@ impl Warning {
             Warning::LowQDerivative { .. } => "low_q_derivative",
             Warning::Disturbance { .. } => "disturbance",
             Warning::Harmonics { .. } => "harmonics",
+            Warning::FrequencyDrift { .. } => "frequency_drift",
+            Warning::Play { .. } => "play",
             Warning::FrequencyUnknown => "frequency_unknown",
             Warning::Undetermined { .. } => "undetermined",
             Warning::ShapeAlone { .. } => "shape_alone",

@@ -205,6 +205,18 @@ impl fmt::Display for Warning {
                  fitted (a nonlinear sensor, a stop that is hit, a hardening spring?)",
                 relative_amplitude * 100.0
             ),
+            Warning::FrequencyDrift { relative } => write!(
+                f,
+                "the frequency drifts by {} % along the decay, more than it depends on the amplitude: a second mode nearby, \
+                 a plane of swing that turns, play in the sensor or a disturbance, by which losses may be off as well",
+                figures(100.0 * relative, 2)
+            ),
+            Warning::Play { relative_amplitude } => write!(
+                f,
+                "a third harmonic of {} % of the first amplitude lags and stays while the amplitude falls, as of play or hysteresis \
+                 between motion and sensor, or of a friction that is not constant: frequency, delta and x_F may be off by it",
+                figures(100.0 * relative_amplitude, 2)
+            ),
             Warning::FrequencyUnknown => {
                 f.write_str("the record holds amplitudes only: sliding friction is given as a rate of loss")
             }
