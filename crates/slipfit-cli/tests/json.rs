@@ -53,7 +53,7 @@ fn every_option_is_echoed() {
         ("ringdown --start 0.01 --end 1 --min-amplitude 0.01 --band 0.001 150 --model viscous+sliding --law free \
           --lockin-time-constant 1e-4 --lockin-order 2 --frequency-hz 100 --stiffness 3", at("decay.csv")),
         ("resonance --drive-amplitude 10e-12 --response leading --model viscous+sliding --band 32000 33500 \
-          --background on --delay on --amplitude-offset off --phase-offset on --duffing on --stiffness 3",
+          --background on --delay on --amplitude-offset off --noise-floor off --phase-offset on --duffing on --stiffness 3",
          example("tuning_fork_9nN_sweep.csv").display().to_string()),
         ("levels --frequency-hz 100 --drive-gain 3 --stiffness 3",
          example("tuning_fork_9nN_levels.csv").display().to_string()),

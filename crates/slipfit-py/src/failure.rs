@@ -38,7 +38,7 @@ fn keyword(option: &str) -> &str {
 }
 
 fn switch(name: &str) -> bool {
-    matches!(name, "background" | "delay" | "amplitude_offset" | "phase_offset" | "duffing")
+    matches!(name, "background" | "delay" | "amplitude_offset" | "noise_floor" | "phase_offset" | "duffing")
 }
 
 /// A hint as Python has it: option, value, advice, and all of that in words.

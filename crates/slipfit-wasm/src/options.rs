@@ -83,6 +83,7 @@ impl Analysis {
                 "mass",
                 "method",
                 "model",
+                "noise_floor",
                 "phase",
                 "phase_offset",
                 "phase_unit",
@@ -173,6 +174,7 @@ struct Chosen {
     background: Option<bool>,
     delay: Option<bool>,
     amplitude_offset: Option<bool>,
+    noise_floor: Option<bool>,
     phase_offset: Option<bool>,
     duffing: Option<bool>,
     drive_gain: Option<Uncertain>,
@@ -333,6 +335,7 @@ impl Chosen {
         terms.background = self.background;
         terms.delay = self.delay;
         terms.amplitude_offset = self.amplitude_offset;
+        terms.noise_floor = self.noise_floor;
         terms.phase_offset = self.phase_offset;
         terms.duffing = self.duffing;
         options.terms = terms;

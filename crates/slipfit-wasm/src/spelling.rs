@@ -73,6 +73,7 @@ fn is_of_reading(name: &str) -> bool {
         "background",
         "delay",
         "amplitude_offset",
+        "noise_floor",
         "phase_offset",
         "duffing",
         "drive_gain",

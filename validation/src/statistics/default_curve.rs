@@ -220,10 +220,12 @@ impl Sweep {
         let begun = Instant::now();
         let answer = curve.and_then(|curve| analyse(&curve, &options).ok());
         let took = begun.elapsed();
-        let instrument = answer
-            .as_ref()
-            .map(|a| &a.instrument)
-            .is_some_and(|i| i.background.is_some() || i.delay_s.is_some() || i.amplitude_offset.is_some());
+        let instrument = answer.as_ref().map(|a| &a.instrument).is_some_and(|i| {
+            i.background.is_some()
+                || i.delay_s.is_some()
+                || i.amplitude_offset.is_some()
+                || i.noise_floor.is_some()
+        });
         Analysed { outcome: answer.map_or_else(Outcome::default, |a| self.outcome(&a)), instrument, took }
     }
 
@@ -237,6 +239,7 @@ impl Sweep {
                 Warning::Background { .. }
                     | Warning::Delay { .. }
                     | Warning::AmplitudeOffset { .. }
+                    | Warning::NoiseFloor { .. }
                     | Warning::PhaseSign
             )
         };

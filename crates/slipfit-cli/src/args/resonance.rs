@@ -98,6 +98,11 @@ pub(crate) struct ResonanceAnalysisArgs {
     #[arg(long, value_enum, value_name = "WHEN", hide_possible_values = true, help_heading = "Analysis")]
     amplitude_offset: Option<Switch>,
 
+    /// A noise floor that adds to every amplitude in squares, of a curve without phases (spectrum analyser, rms): on, off;
+    /// as needed unless given
+    #[arg(long, value_enum, value_name = "WHEN", hide_possible_values = true, help_heading = "Analysis")]
+    noise_floor: Option<Switch>,
+
     /// A constant phase offset: on, off; on unless given
     #[arg(long, value_enum, value_name = "WHEN", hide_possible_values = true, help_heading = "Analysis")]
     phase_offset: Option<Switch>,
@@ -219,6 +224,7 @@ impl ResonanceAnalysisArgs {
         terms.background = switch(self.background);
         terms.delay = switch(self.delay);
         terms.amplitude_offset = switch(self.amplitude_offset);
+        terms.noise_floor = switch(self.noise_floor);
         terms.phase_offset = switch(self.phase_offset);
         terms.duffing = switch(self.duffing);
         options.terms = terms;

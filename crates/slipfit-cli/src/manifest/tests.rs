@@ -127,7 +127,7 @@ fn full<T: for<'de> Deserialize<'de>>() -> T {
             "response" => "response = \"paper\"\n".to_owned(),
             "kind" => "kind = \"velocity\"\n".to_owned(),
             "format" => "format = \"text\"\n".to_owned(),
-            "background" | "delay" | "amplitude_offset" | "phase_offset" | "duffing" => {
+            "background" | "delay" | "amplitude_offset" | "noise_floor" | "phase_offset" | "duffing" => {
                 format!("{key} = \"on\"\n")
             }
             key => format!("{key} = 3\n"),

@@ -491,6 +491,7 @@ def resonance(
     background: bool | None = None,
     delay: bool | None = None,
     amplitude_offset: bool | None = None,
+    noise_floor: bool | None = None,
     phase_offset: bool | None = None,
     duffing: bool | None = None,
     stiffness: Uncertain | None = None,
@@ -528,9 +529,10 @@ def resonance(
         ``exact``, ``leading`` (eq. 8 of the paper) or ``paper`` (its eq. 14).
     model : str, optional
         Report this loss model, whichever the data prefer.
-    background, delay, amplitude_offset, phase_offset, duffing : bool, optional
+    background, delay, amplitude_offset, noise_floor, phase_offset, duffing : bool, optional
         Whether these terms are fitted; decided by the data if not given. ``amplitude_offset`` is a constant in
-        every amplitude of a curve without phases, as the zero of a detector.
+        every amplitude of a curve without phases, as the zero of a detector; ``noise_floor`` one that adds in squares,
+        as in a spectrum analyser.
     stiffness, mass, torsion_stiffness, inertia : float or (value, std_error), optional
         One of them turns displacements into forces.
 
@@ -565,8 +567,8 @@ def resonance(
     )
     choices = _resonance_choices(
         band_hz=band_hz, method=method, model=model, drive_amplitude=drive_amplitude,
-        background=background, delay=delay, amplitude_offset=amplitude_offset, phase_offset=phase_offset,
-        duffing=duffing,
+        background=background, delay=delay, amplitude_offset=amplitude_offset, noise_floor=noise_floor,
+        phase_offset=phase_offset, duffing=duffing,
     )  # fmt: skip
     constants = _input.constants(
         {"stiffness": stiffness, "mass": mass, "torsion_stiffness": torsion_stiffness, "inertia": inertia}
@@ -583,6 +585,7 @@ def _resonance_choices(
     background: bool | None = None,
     delay: bool | None = None,
     amplitude_offset: bool | None = None,
+    noise_floor: bool | None = None,
     phase_offset: bool | None = None,
     duffing: bool | None = None,
 ) -> dict[str, Any]:
@@ -594,6 +597,7 @@ def _resonance_choices(
         "background": background,
         "delay": delay,
         "amplitude_offset": amplitude_offset,
+        "noise_floor": noise_floor,
         "phase_offset": phase_offset,
         "duffing": duffing,
     }

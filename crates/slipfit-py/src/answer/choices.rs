@@ -132,6 +132,7 @@ pub(crate) struct ResonanceChoices {
     background: Option<bool>,
     delay: Option<bool>,
     amplitude_offset: Option<bool>,
+    noise_floor: Option<bool>,
     phase_offset: Option<bool>,
     duffing: Option<bool>,
 }
@@ -158,6 +159,7 @@ impl ResonanceChoices {
         terms.background = self.background;
         terms.delay = self.delay;
         terms.amplitude_offset = self.amplitude_offset;
+        terms.noise_floor = self.noise_floor;
         terms.phase_offset = self.phase_offset;
         terms.duffing = self.duffing;
         options.terms = terms;

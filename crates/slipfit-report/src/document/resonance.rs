@@ -135,6 +135,12 @@ fn instrument(facts: &mut Facts, answer: &Answer) {
     if let Some(q) = &i.amplitude_offset {
         said.push(format!("{} in every amplitude", Rounded::new(q.value, q.std_error, &answer.unit)));
     }
+    if let Some(q) = &i.noise_floor {
+        said.push(format!(
+            "noise floor {} in every amplitude",
+            Rounded::new(q.value, q.std_error, &answer.unit)
+        ));
+    }
     if i.phase_was_conjugated {
         said.push("phases conjugated".to_owned());
     }

@@ -49,6 +49,8 @@ object! {
         delay: Option<bool> = options.terms.delay,
         /// Whether a constant in every amplitude is fitted.
         amplitude_offset: Option<bool> = options.terms.amplitude_offset,
+        /// Whether a noise floor that adds in squares is fitted.
+        noise_floor: Option<bool> = options.terms.noise_floor,
         /// Whether a phase offset is fitted.
         phase_offset: Option<bool> = options.terms.phase_offset,
         /// Whether a frequency that depends on the amplitude is fitted.

@@ -14,6 +14,8 @@ pub(super) struct TermSet {
     pub(super) background_delayed: bool,
     /// A constant in every amplitude.
     pub(super) offset: bool,
+    /// A noise floor in every amplitude.
+    pub(super) floor: bool,
     /// The natural frequency depends on the amplitude.
     pub(super) duffing: bool,
 }

@@ -42,8 +42,8 @@ use crate::Error;
 ///
 /// # Errors
 /// [`Error::Parameter`] for an option out of range, [`Error::TooFewPoints`] below one point
-/// more than free parameters, [`Error::DoesNotHold`] for a constant in the amplitudes of points with
-/// phases, [`Error::NoResonance`] or [`Error::NoFit`] where there is nothing to answer. A fit that merely disappoints is an [`Answer`] with warnings.
+/// more than free parameters, [`Error::DoesNotHold`] for a constant or a noise floor in the amplitudes of points with
+/// phases, or a delay of points without them, [`Error::NoResonance`] or [`Error::NoFit`] where there is nothing to answer. A fit that merely disappoints is an [`Answer`] with warnings.
 ///
 /// ```
 /// use slipfit::Parameter;
@@ -80,11 +80,24 @@ const SEARCH_CUT: &str = "no resonance curve was found within the work allowed";
 /// As [`analyse`].
 pub fn analyse_with(curve: &Curve, options: &Options, criteria: &Criteria) -> Result<Answer, Error> {
     options.check()?;
-    if options.terms.amplitude_offset == Some(true) && curve.is_complex() {
-        return Err(Error::DoesNotHold {
-            method: "a constant in every amplitude",
-            why: "the points have phases, beside which the constant is a background",
-        });
+    let terms = options.terms;
+    let (with, without) = (
+        "the points have phases, beside which it is a background",
+        "the points have no phases, and a delay turns nothing else",
+    );
+    for (asked, method, complex, why) in [
+        (terms.amplitude_offset, "a constant in every amplitude", true, with),
+        (
+            terms.noise_floor,
+            "a noise floor in every amplitude",
+            true,
+            "the points have phases, beside which noise has no mean",
+        ),
+        (terms.delay, "a delay", false, without),
+    ] {
+        if asked == Some(true) && curve.is_complex() == complex {
+            return Err(Error::DoesNotHold { method, why });
+        }
     }
     let used = match options.band_hz {
         Some(band) => curve.within(band),
@@ -117,19 +130,31 @@ pub(super) fn analyse_within(
 
 #[cfg(test)]
 mod tests {
+    use super::super::Terms;
     use super::*;
     use crate::motion::steady::Phasor;
 
     #[test]
-    fn a_constant_in_the_amplitudes_of_points_with_phases_is_refused() {
+    fn terms_that_the_points_cannot_have_are_refused() {
         let hz: Vec<f64> = (0..41).map(|i| 0.95 + 0.0025 * f64::from(i)).collect();
         let z = hz.iter().map(|f| Phasor::new(1.0 - f * f, 0.02 * f).inv()).collect();
-        let curve = Curve::complex(hz, z).build().expect("valid");
-        let mut options = Options::default();
-        options.terms.amplitude_offset = Some(true);
-        let refused = analyse(&curve, &options);
-        assert!(matches!(refused, Err(Error::DoesNotHold { .. })), "{refused:?}");
-        options.terms.amplitude_offset = Some(false);
-        assert!(analyse(&curve, &options).is_ok());
+        let with_phases = Curve::complex(hz.clone(), z).build().expect("valid");
+        let amplitudes = (0..hz.len()).map(|i| with_phases.response().amplitude(i)).collect();
+        let without = Curve::builder(hz, amplitudes).build().expect("valid");
+        let terms = |of: fn(&mut Terms) -> &mut Option<bool>, asked: bool| {
+            let mut options = Options::default();
+            *of(&mut options.terms) = Some(asked);
+            options
+        };
+        let cases: [(fn(&mut Terms) -> &mut Option<bool>, &Curve); 3] = [
+            (|t| &mut t.amplitude_offset, &with_phases),
+            (|t| &mut t.noise_floor, &with_phases),
+            (|t| &mut t.delay, &without),
+        ];
+        for (of, curve) in cases {
+            let refused = analyse(curve, &terms(of, true));
+            assert!(matches!(refused, Err(Error::DoesNotHold { .. })), "{refused:?}");
+            assert!(analyse(curve, &terms(of, false)).is_ok());
+        }
     }
 }

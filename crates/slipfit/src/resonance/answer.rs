@@ -50,6 +50,8 @@ pub struct Instrument {
     pub background_delayed: bool,
     /// A constant in every amplitude, as a detector's zero, response unit; `None` where not fitted.
     pub amplitude_offset: Option<Quantity>,
+    /// A noise floor that adds to every amplitude in squares, response unit; `None` where not fitted.
+    pub noise_floor: Option<Quantity>,
     /// The phases given run the other way (`e^(-i omega t)`) and were conjugated.
     pub phase_was_conjugated: bool,
     /// The frequency `omega_c/2 pi` about which the delay turns, Hz.

@@ -7,18 +7,19 @@ use super::fitted_models::FittedModels;
 use super::problem::Problem;
 use super::quantities::{given_terms, is_exact, papers_parameters, parameters};
 use super::response::{
-    BG_IM, BG_RE, DELAY, DELTA, DRAG, DUFFING, ModelResponse, OFFSET, OMEGA, PHASE, R_DELTA, R_OMEGA, X_0,
-    X_F, slot,
+    BG_IM, BG_RE, DELAY, DELTA, DRAG, DUFFING, FLOOR, ModelResponse, OFFSET, OMEGA, PHASE, R_DELTA, R_OMEGA,
+    X_0, X_F, slot,
 };
 use super::{
     Answer, Curve, CurvePoint, Diagnostics, DriveSource, FittedCurve, Instrument, Method, Options,
     ReferenceFit, RunDirection, force, paper, reference,
 };
-use crate::Error;
 use crate::answer::describe::{candidates, correlations, sliding_evidence, symmetric};
 use crate::answer::{Parameter, SlidingEvidence, Values};
+use crate::inference::Z_95;
 use crate::inference::model_selection::{ModelComparison, ModelFit};
 use crate::model::loss::LossTerm;
+use crate::{Error, Quantity};
 use std::f64::consts::{PI, TAU};
 
 pub(super) fn answer(
@@ -124,7 +125,7 @@ fn guide(used: &Curve, problem: &Problem, p: &[f64], least: usize) -> Vec<[f64; 
     let b = &problem.main;
     let at = problem.response(p, false);
     let seen = |i: usize| b.data[i] - at.background_at(b.omega[i]);
-    let amplitude = |i: usize| if b.complex { seen(i).norm() } else { b.data[i].re - at.offset };
+    let amplitude = |i: usize| if b.complex { seen(i).norm() } else { at.amplitude_of(b.data[i].re) };
     (0..b.len())
         .filter(|&i| (run.first..run.first + run.points).contains(&b.index[i]))
         .map(|i| [b.omega[i], amplitude(i)])
@@ -201,8 +202,23 @@ fn instrument(d: &FittedModels, chosen: &ModelFit) -> Instrument {
             && fit.free.contains(&DELAY)
             && fit.free.contains(&BG_RE),
         amplitude_offset: term(OFFSET, ""),
+        noise_floor: term(FLOOR, "").map(root),
         phase_was_conjugated: d.conjugated,
         centre_hz: d.problem.centre / TAU,
+    }
+}
+
+/// The root of a quantity; zero where that is below zero.
+fn root(square: Quantity) -> Quantity {
+    let of = |v: f64| v.max(0.0).sqrt();
+    let [low, high] = square.interval_95.map(of);
+    let value = of(square.value);
+    Quantity {
+        value,
+        std_error: (high - low) / (2.0 * Z_95),
+        interval_95: [low, high],
+        unbounded_value: value,
+        ..square
     }
 }
 

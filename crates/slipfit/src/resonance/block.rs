@@ -194,11 +194,7 @@ impl Block {
 
     /// What the model says is read at point `i`, real when there is no phase.
     pub(crate) fn reading(&self, i: usize, model: &Modelled) -> Phasor {
-        if self.complex {
-            model.value
-        } else {
-            Phasor::new(self.read(model.value.norm(), i) + model.offset, 0.0)
-        }
+        if self.complex { model.value } else { Phasor::new(self.read(model.size(), i) + model.offset, 0.0) }
     }
 
     pub(crate) fn highest(&self) -> f64 {

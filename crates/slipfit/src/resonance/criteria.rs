@@ -65,8 +65,8 @@ criteria! {
     /// Peaks and jumps before any model.
     pub struct PeakCriteria in "peak" {
         /// p value below which a resonance describes the points better than a straight line by more than chance,
-        /// once for each point.
-        chance: f64 = 1e-4, source "a thousandth, ten times smaller for a width that is looked for",
+        /// once for each place of such a peak.
+        chance: f64 = 1e-3, source "of 3600 curves of noise or a slope, 21 to 101 points, none is answered by it",
             moves "refusals";
         /// Deviations of the noise by which the farthest point lies from the mean of all where there is a peak
         /// that the p value does not show.
@@ -208,6 +208,11 @@ criteria! {
         /// repeats.
         error_scatter: f64 = 0.1, source "that of fifty repeats, 1/sqrt(2 (50 - 1))",
             moves "coverage of curves with errors of few repeats";
+        /// Highest degree of the polynomial in the frequency that a measured drive may follow.
+        course_degree: usize = 3, source "an amplifier and its load are smooth across a line",
+            moves "coverage of curves with a measured drive";
+        /// Scatter of the drive about it, relative, from which on it may be noise of its reading.
+        drive_scatter: f64 = 1e-6, source "digits that are printed", moves "coverage of curves with a measured drive";
         /// BIC by which a fit without a column must be better, for the column to be set aside.
         margin: f64 = 6.0, source "Kass and Raftery 1995: strong evidence",
             moves "coverage of curves with a measured drive, or with errors of few repeats";

@@ -1,7 +1,7 @@
 //! The fitted curve, to be drawn or subtracted.
 
 use super::problem::Problem;
-use super::response::{Modelled, OFFSET, X_F};
+use super::response::{Modelled, X_F};
 use crate::motion::steady::Phasor;
 use crate::motion::steady::fundamental::Follower;
 use std::f64::consts::TAU;
@@ -40,7 +40,8 @@ impl FittedCurve {
     fn at(&self, p: &[f64], frequency_hz: f64) -> Phasor {
         let stretched = |m: Modelled| {
             let size = m.value.norm();
-            if size > 0.0 { m.value * (1.0 + m.offset / size) } else { Phasor::new(m.offset, 0.0) }
+            let read = m.size() + m.offset;
+            if size > 0.0 { m.value * (read / size) } else { Phasor::new(read, 0.0) }
         };
         self.modelled(p, frequency_hz).map_or(Phasor::new(f64::NAN, f64::NAN), stretched)
     }
@@ -65,8 +66,8 @@ impl FittedCurve {
         let above = b.omega.partition_point(|w| *w < omega).min(b.len() - 1);
         let below = above.saturating_sub(1);
         let nearest = if omega - b.omega[below] < b.omega[above] - omega { below } else { above };
-        let background = self.problem.background_at(&self.parameters, b.omega[nearest]);
-        let offset = self.parameters[OFFSET];
-        if b.complex { (b.data[nearest] - background).norm() } else { b.data[nearest].re - offset }
+        let at = self.problem.response(&self.parameters, false);
+        let background = at.background_at(b.omega[nearest]);
+        if b.complex { (b.data[nearest] - background).norm() } else { at.amplitude_of(b.data[nearest].re) }
     }
 }

@@ -5,19 +5,28 @@ use super::block::Block;
 use super::criteria::AnswerCriteria;
 use super::peak::Peak;
 use super::problem::Problem;
-use super::response::{BG_IM, BG_RE, OFFSET};
+use super::response::{BG_IM, BG_RE, FLOOR, OFFSET};
 use super::{DriveSource, Method};
 use crate::inference::least_squares::Fit;
 use crate::inference::model_selection::{ModelComparison, ModelFit};
 use crate::motion::steady::Phasor;
 
-/// Columns that the residuals contradict, with the scatter that these have, relative.
+/// A column that was set aside.
+#[derive(Debug, Clone, Copy)]
+pub(crate) struct SetAside {
+    /// How it scatters, relative.
+    pub(crate) scatter: f64,
+    /// No fit was found with it; else the residuals contradict it.
+    pub(crate) no_fit: bool,
+}
+
+/// Columns that were set aside.
 #[derive(Debug, Clone, Copy, Default)]
-pub(crate) struct Contradicted {
+pub(crate) struct ColumnsSetAside {
     /// Errors of the points.
-    pub(crate) errors: Option<f64>,
+    pub(crate) errors: Option<SetAside>,
     /// The drive of each point.
-    pub(crate) drive: Option<f64>,
+    pub(crate) drive: Option<SetAside>,
 }
 
 /// Everything the fits brought.
@@ -43,7 +52,7 @@ pub(crate) struct FittedModels {
     pub(crate) alternatives: Vec<Alternative>,
     /// Noise of an amplitude over the amplitude, where the noise grows with it.
     pub(crate) proportional_noise: Option<f64>,
-    pub(crate) contradicted: Contradicted,
+    pub(crate) set_aside: ColumnsSetAside,
     pub(crate) criteria: AnswerCriteria,
     /// [`ReportCriteria::near_limit`](crate::answer::ReportCriteria::near_limit).
     pub(crate) near_limit: f64,
@@ -57,7 +66,7 @@ pub(crate) fn oscillator_seen(problem: &Problem, p: &[f64]) -> Option<Block> {
     let b = &problem.main;
     let background = Phasor::new(p[BG_RE], p[BG_IM]);
     let even = b.drive.iter().all(|d| *d == 1.0);
-    if even && background == Phasor::default() && p[OFFSET] == 0.0 {
+    if even && background == Phasor::default() && p[OFFSET] == 0.0 && p[FLOOR] == 0.0 {
         return None;
     }
     let mut mean = problem.clone();

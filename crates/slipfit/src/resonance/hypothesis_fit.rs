@@ -9,7 +9,9 @@ use super::presence;
 use super::problem::Problem;
 use super::reference::FrictionFreeFit;
 use super::residuals::{drop_outliers, refit_with_rice, set_rice, variance};
-use super::response::{BG_IM, BG_RE, DELAY, DELTA, DUFFING, OFFSET, OMEGA, PHASE, R_OMEGA, X_0, X_F, slot};
+use super::response::{
+    BG_IM, BG_RE, DELAY, DELTA, DUFFING, FLOOR, OFFSET, OMEGA, PHASE, R_OMEGA, X_0, X_F, slot,
+};
 use super::search::{best, rss, starts};
 use crate::Error;
 use crate::inference::least_squares::{Fit, LeastSquares, minimise};
@@ -92,6 +94,7 @@ impl<'a> HypothesisFit<'a> {
         free_if(background, &[BG_RE, BG_IM]);
         free_if(complex && (wanted.delay == Some(true) || instrument.delay != 0.0), &[DELAY]);
         free_if(!complex && wanted.amplitude_offset == Some(true), &[OFFSET]);
+        free_if(!complex && wanted.noise_floor == Some(true), &[FLOOR]);
         free_if(wanted.duffing == Some(true), &[DUFFING]);
         let reference = curve.reference.as_ref().map(|block| hypothesis.view(block));
         let reference =

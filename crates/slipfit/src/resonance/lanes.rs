@@ -147,8 +147,8 @@ impl Points {
             for k in 0..PIECE {
                 let background = at.background_at(self.omega[k]);
                 let (re, im) = (self.re[k] - background.re, self.im[k] - background.im);
-                self.guess[k] =
-                    if b.complex { (re * re + im * im).sqrt() } else { (self.re[k] - at.offset).max(0.0) };
+                let seen = if b.complex { (re * re + im * im).sqrt() } else { at.amplitude_of(self.re[k]) };
+                self.guess[k] = seen.max(0.0);
             }
         }
         next

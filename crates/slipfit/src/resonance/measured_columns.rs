@@ -2,8 +2,8 @@
 
 use super::Options;
 use super::block::Block;
-use super::criteria::Criteria;
-use super::fitted_models::{Contradicted, FittedModels};
+use super::criteria::{ColumnCriteria, Criteria};
+use super::fitted_models::{ColumnsSetAside, FittedModels, SetAside};
 use super::noise::bic_at_own_precision;
 use super::prepared::PreparedCurve;
 use super::selection;
@@ -11,7 +11,7 @@ use crate::Error;
 use nalgebra::{DMatrix, DVector};
 
 /// The best fit with the columns as they are; with the smooth course of the drive, and with errors that the residuals
-/// themselves give, where that describes the response better by a margin.
+/// themselves give, where that describes the response better by a margin, or where there is no fit otherwise.
 ///
 /// Noise of a measured drive is none of the motion's, and a model that follows it errs towards the losses under which
 /// the drive matters least. Errors of few repeats scatter themselves (of three repeats by 64 %), and weights by them
@@ -24,25 +24,27 @@ pub(super) fn best_fit(
 ) -> Result<FittedModels, Error> {
     let c = &criteria.columns;
     let mut found = selection::best_fit(curve, options, criteria, errors_known);
-    let mut contradicted = Contradicted::default();
+    let mut set_aside = ColumnsSetAside::default();
     let mut curve = curve.clone();
     let mut known = errors_known;
-    if let Some((other, scatter)) = with_smooth_drive(&curve)
+    if let Some((other, scatter)) = with_smooth_drive(&curve, c)
         && let Some(better) = better(&found, &other, options, criteria, known)
     {
-        (found, curve, contradicted.drive) = (Ok(better), other, Some(scatter));
+        set_aside.drive = Some(SetAside { scatter, no_fit: found.is_err() });
+        (found, curve) = (Ok(better), other);
     }
     if known && let Some(scatter) = error_scatter(&curve.main).filter(|s| *s > c.error_scatter) {
         let other = with_equal_errors(&curve);
         known = false;
         if let Some(better) = better(&found, &other, options, criteria, known) {
-            (found, contradicted.errors) = (Ok(better), Some(scatter));
+            set_aside.errors = Some(SetAside { scatter, no_fit: found.is_err() });
+            found = Ok(better);
         }
     }
-    found.map(|f| FittedModels { contradicted, ..f })
+    found.map(|f| FittedModels { set_aside, ..f })
 }
 
-/// The fit of the other curve, where it is better than the one found.
+/// The fit of the other curve, where it is better than the one found or there is none.
 fn better(
     found: &Result<FittedModels, Error>,
     other: &PreparedCurve,
@@ -60,23 +62,21 @@ fn better(
 }
 
 /// The curve under the smooth course of its drive, and how the drive scatters about that.
-fn with_smooth_drive(curve: &PreparedCurve) -> Option<(PreparedCurve, f64)> {
-    let (smooth, scatter) = course(&curve.main)?;
+fn with_smooth_drive(curve: &PreparedCurve, c: &ColumnCriteria) -> Option<(PreparedCurve, f64)> {
+    let (smooth, scatter) = course(&curve.main, c)?;
     let mut other = curve.clone();
     other.main.drive = smooth;
     for block in [&mut other.reference, &mut other.all].into_iter().flatten() {
-        if let Some((smooth, _)) = course(block) {
+        if let Some((smooth, _)) = course(block, c) {
             block.drive = smooth;
         }
     }
     Some((other, scatter))
 }
 
-/// The polynomial of lowest BIC through the relative drive, up to a cubic, and the scatter about it; `None` where it
+/// The polynomial of lowest BIC through the relative drive, and the scatter about it; `None` where it
 /// does not scatter.
-fn course(b: &Block) -> Option<(Vec<f64>, f64)> {
-    const HIGHEST: usize = 3;
-    const NOTHING: f64 = 1e-6;
+fn course(b: &Block, c: &ColumnCriteria) -> Option<(Vec<f64>, f64)> {
     let n = b.len();
     let (first, last) = (*b.omega.first()?, *b.omega.last()?);
     let place = |i: usize| (2.0 * b.omega[i] - first - last) / (last - first).max(f64::MIN_POSITIVE);
@@ -90,10 +90,10 @@ fn course(b: &Block) -> Option<(Vec<f64>, f64)> {
         let bic = n as f64 * rss.max(f64::MIN_POSITIVE).ln() + (degree as f64 + 1.0) * (n as f64).ln();
         (spare >= 1.0).then(|| (bic, fitted, (rss / spare).sqrt()))
     };
-    let degrees = (0..=HIGHEST).filter_map(of_degree);
+    let degrees = (0..=c.course_degree).filter_map(of_degree);
     let (_, fitted, scatter) = degrees.min_by(|a, b| a.0.total_cmp(&b.0))?;
     let above_zero = fitted.iter().all(|d| *d > 0.0);
-    (above_zero && scatter > NOTHING).then(|| (fitted.iter().copied().collect(), scatter))
+    (above_zero && scatter > c.drive_scatter).then(|| (fitted.iter().copied().collect(), scatter))
 }
 
 /// Standard deviation of the logarithm of the errors from point to point: by second differences, whose median a smooth

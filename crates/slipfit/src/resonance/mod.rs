@@ -37,6 +37,8 @@ mod selection;
 mod start;
 mod sums;
 mod term_sets;
+#[cfg(test)]
+mod term_sets_tests;
 mod terms;
 mod warnings;
 mod work;

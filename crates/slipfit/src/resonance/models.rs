@@ -1,7 +1,7 @@
 //! Every loss model fitted beside the terms of the hypothesis taken.
 
 use super::criteria::Criteria;
-use super::fitted_models::{Contradicted, FittedModels, oscillator_seen};
+use super::fitted_models::{ColumnsSetAside, FittedModels, oscillator_seen};
 use super::hypothesis::Kind;
 use super::hypothesis_fit::HypothesisFit;
 use super::peak;
@@ -64,7 +64,7 @@ pub(super) fn compare(curve: &PreparedCurve, mut chosen: HypothesisFit) -> Resul
         minima,
         alternatives,
         proportional_noise: None,
-        contradicted: Contradicted::default(),
+        set_aside: ColumnsSetAside::default(),
         criteria: criteria.answer.clone(),
         near_limit: criteria.report.near_limit,
         mentioned_widening: criteria.report.mentioned_widening,

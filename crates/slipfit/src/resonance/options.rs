@@ -61,8 +61,11 @@ pub struct Terms {
     /// A delay of the signal chain (phase falling linearly with frequency). Needs phases.
     pub delay: Option<bool>,
     /// A constant that adds to every amplitude, above or below zero: the zero of a detector that reads
-    /// amplitudes (rms, peak). Of curves without phases, and not beside a background unless both are asked for.
+    /// amplitudes (rms, peak). Of curves without phases.
     pub amplitude_offset: Option<bool>,
+    /// A noise floor that adds to every amplitude in squares, `sqrt(A² + n²)`: of a spectrum analyser, of averaged squares, of
+    /// a lock-in's R at a low signal. Of curves without phases, and beside a constant only if both are asked for.
+    pub noise_floor: Option<bool>,
     /// A constant phase offset. Needs phases; always fitted unless `Some(false)`.
     pub phase_offset: Option<bool>,
     /// A frequency that moves with the square of the amplitude (Duffing).

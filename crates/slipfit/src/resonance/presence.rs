@@ -4,6 +4,7 @@ use super::block::Block;
 use super::criteria::Criteria;
 use super::problem::Problem;
 use super::residuals::noise_model;
+use super::response::Modelled;
 use crate::inference::evidence::f_tail;
 use crate::inference::least_squares::Fit;
 use crate::motion::steady::Phasor;
@@ -12,7 +13,8 @@ use crate::motion::steady::Phasor;
 /// one amplitude.
 ///
 /// All points judge together: an F test of the resonance against a straight line, which must hold without the
-/// point farthest from the line as well. The p value counts once for each point, where a peak may be found by chance.
+/// point farthest from the line as well. The p value counts once for each place where a peak of that width may be found by
+/// chance.
 /// Where the test sees none, points far above the noise still are one, unless the line leaves nothing but noise.
 pub(super) fn absence(problem: &Problem, fit: &Fit, noise: f64, criteria: &Criteria) -> Option<&'static str> {
     let b = &problem.main;
@@ -50,7 +52,7 @@ fn is_beyond_a_line(problem: &Problem, fit: &Fit, criteria: &Criteria) -> bool {
     let far = problem.residuals(&fit.parameters)[all.farthest];
     let rest = fit.rss - far.map_or(0.0, |r| b.weight[all.farthest] * r.norm_sqr());
     let inflation = noise_model(problem, fit, &criteria.residuals).variance_inflation;
-    let places = b.len() as f64;
+    let places = places(problem, fit);
     [(all, fit.rss, 0.0), (without, rest, 1.0)].into_iter().all(|(line, left, dropped)| {
         let observations = b.observations() - dropped * if b.complex { 2.0 } else { 1.0 };
         let numerator = (fit.free.len() as f64 - line.parameters).max(1.0);
@@ -61,6 +63,18 @@ fn is_beyond_a_line(problem: &Problem, fit: &Fit, criteria: &Criteria) -> bool {
         let f = (line.rss - left) / numerator / (left / denominator);
         places * f_tail(f, numerator, denominator) < criteria.peak.chance
     })
+}
+
+/// How many peaks as wide as the fitted one stand side by side among the points.
+fn places(problem: &Problem, fit: &Fit) -> f64 {
+    let b = &problem.main;
+    let size = |m: Option<Modelled>, drive: f64| m.map_or(f64::NAN, |m| m.oscillator.norm() / drive);
+    let sizes: Vec<f64> =
+        problem.predict(&fit.parameters, false).into_iter().zip(&b.drive).map(|(m, d)| size(m, *d)).collect();
+    let ends = |(l, h): (f64, f64), s: &f64| (l.min(*s), h.max(*s));
+    let (low, high) = sizes.iter().fold((f64::INFINITY, 0.0), ends);
+    let wide = sizes.iter().filter(|s| **s > 0.5 * (low + high)).count();
+    b.len() as f64 / wide.max(1) as f64
 }
 
 /// The straight line through the response over the drive.

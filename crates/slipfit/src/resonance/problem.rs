@@ -3,8 +3,8 @@
 use super::Method;
 use super::block::Block;
 use super::response::{
-    BG_IM, BG_RE, COUNT, DELAY, DELTA, DRAG, DUFFING, MAIN, ModelResponse, Modelled, OFFSET, OMEGA, PHASE,
-    R_BG_IM, R_BG_RE, R_DELTA, R_OMEGA, R_PHASE, X_0, X_F,
+    BG_IM, BG_RE, COUNT, DELAY, DELTA, DRAG, DUFFING, FLOOR, MAIN, ModelResponse, Modelled, OFFSET, OMEGA,
+    PHASE, R_BG_IM, R_BG_RE, R_DELTA, R_OMEGA, R_PHASE, X_0, X_F,
 };
 use super::sums;
 use crate::inference::least_squares::{LeastSquares, Normal};
@@ -27,13 +27,13 @@ const OF_MAIN: [usize; MAIN] = {
 const OF_REFERENCE: [usize; MAIN] = {
     let mut slots = [COUNT; MAIN];
     (slots[OMEGA], slots[DELTA], slots[X_0]) = (R_OMEGA, R_DELTA, X_0);
-    (slots[DRAG], slots[DUFFING], slots[OFFSET]) = (DRAG, DUFFING, OFFSET);
+    (slots[DRAG], slots[DUFFING], slots[OFFSET], slots[FLOOR]) = (DRAG, DUFFING, OFFSET, FLOOR);
     (slots[PHASE], slots[DELAY], slots[BG_RE], slots[BG_IM]) = (R_PHASE, DELAY, R_BG_RE, R_BG_IM);
     slots
 };
 
 /// Parameters beside the drive that curve and reference have in common.
-const SHARED: [usize; 4] = [DELAY, DRAG, DUFFING, OFFSET];
+const SHARED: [usize; 5] = [DELAY, DRAG, DUFFING, OFFSET, FLOOR];
 
 /// Everything that is fitted at once.
 #[derive(Debug, Clone, PartialEq)]
@@ -130,6 +130,7 @@ impl Problem {
             background: Phasor::new(get(BG_RE), get(BG_IM)),
             background_delayed: self.background_delayed,
             offset: get(OFFSET),
+            floor: get(FLOOR),
         }
     }
 
@@ -141,7 +142,7 @@ impl Problem {
         let modelled = (0..b.len())
             .map(|i| {
                 let here = b.data[i] - at.background_at(b.omega[i]);
-                let guess = if b.complex { here.norm() } else { b.data[i].re - at.offset };
+                let guess = if b.complex { here.norm() } else { at.amplitude_of(b.data[i].re) };
                 at.at(b.omega[i], b.drive[i], guess, &mut follower)
             })
             .collect();
@@ -255,7 +256,7 @@ mod tests {
 
     #[test]
     fn the_gradient_is_that_of_the_sum_of_squares() {
-        let linear = vec![OMEGA, DELTA, X_0, X_F, PHASE, DELAY, BG_RE, BG_IM, OFFSET];
+        let linear = vec![OMEGA, DELTA, X_0, X_F, PHASE, DELAY, BG_RE, BG_IM, OFFSET, FLOOR];
         let amplitude_dependent: Vec<usize> = (0..MAIN).collect();
         for (complex, used, ratio) in [
             (true, linear.clone(), false),
@@ -268,6 +269,7 @@ mod tests {
             (p[OMEGA], p[DELTA], p[X_0]) = (0.1, 0.3, 0.45);
             p[X_F] = if ratio { 0.3 } else { 0.1 };
             (p[PHASE], p[DELAY], p[BG_RE], p[BG_IM], p[OFFSET]) = (0.2, 0.05, 0.1, -0.2, 0.03);
+            p[FLOOR] = 0.01;
             (p[R_OMEGA], p[R_DELTA], p[R_PHASE], p[R_BG_RE], p[R_BG_IM]) = (0.05, 0.25, 0.1, 0.02, 0.03);
             if used.contains(&DRAG) {
                 p[DRAG..DUFFING].fill(0.02);
@@ -314,7 +316,7 @@ mod tests {
             (true, true, 0.2, 0.4),
             (true, false, -0.02, 0.4),
         ] {
-            let mut used = vec![OMEGA, DELTA, X_0, X_F, PHASE, DELAY, BG_RE, BG_IM, OFFSET];
+            let mut used = vec![OMEGA, DELTA, X_0, X_F, PHASE, DELAY, BG_RE, BG_IM, OFFSET, FLOOR];
             if amplitude_dependent {
                 used.extend(DRAG..=DUFFING);
             }
@@ -326,6 +328,7 @@ mod tests {
             let mut p = vec![0.0; COUNT];
             (p[DELTA], p[X_0], p[X_F]) = (delta, 0.45, x_f);
             (p[PHASE], p[DELAY], p[BG_RE], p[BG_IM], p[OFFSET]) = (0.2, 0.05, 0.1, -0.2, 0.03);
+            p[FLOOR] = 0.01;
             if amplitude_dependent {
                 p[DRAG..DUFFING].fill(0.02);
                 p[DUFFING] = 0.01;

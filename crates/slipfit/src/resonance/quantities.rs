@@ -7,7 +7,7 @@ use super::criteria::Criteria;
 use super::fitted_models::FittedModels;
 use super::paper::Lorentzian;
 use super::problem::Problem;
-use super::response::{BG_RE, DELTA, DUFFING, OFFSET, OMEGA, X_0, X_F, slot};
+use super::response::{BG_RE, DELTA, DUFFING, FLOOR, OFFSET, OMEGA, X_0, X_F, slot};
 use super::{Curve, DriveSource, Options};
 use crate::answer::averaged::{absent_losses, widening};
 use crate::answer::calibration::physical;
@@ -164,9 +164,9 @@ fn calibrated(
     }
 }
 
-/// Whether a background or an offset takes part: then no smaller model bounds what the chosen one finds.
+/// Whether a background, an offset or a noise floor takes part: then no smaller model bounds what the chosen one finds.
 fn on_background(chosen: &ModelFit) -> bool {
-    [BG_RE, OFFSET].iter().any(|k| chosen.unbounded.free.contains(k))
+    [BG_RE, OFFSET, FLOOR].iter().any(|k| chosen.unbounded.free.contains(k))
 }
 
 fn drive_amplitude(d: &FittedModels, chosen: &ModelFit, unit: &str) -> Quantity {

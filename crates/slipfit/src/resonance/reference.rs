@@ -6,7 +6,7 @@ use super::peak;
 use super::problem::Problem;
 use super::residuals::{refit_with_rice, variance};
 use super::response::{
-    BG_IM, BG_RE, COUNT, DELAY, DELTA, DRAG, DUFFING, OFFSET, OMEGA, PHASE, R_BG_IM, R_BG_RE, R_DELTA,
+    BG_IM, BG_RE, COUNT, DELAY, DELTA, DRAG, DUFFING, FLOOR, OFFSET, OMEGA, PHASE, R_BG_IM, R_BG_RE, R_DELTA,
     R_OMEGA, R_PHASE, X_0, X_F,
 };
 use super::search::{best, starts};
@@ -94,9 +94,10 @@ pub(super) fn sliding_p_value(problem: &Problem, fit: &Fit, c: &SearchCriteria) 
     let mut p = vec![0.0; COUNT];
     (p[OMEGA], p[DELTA], p[X_0], p[PHASE]) = (q[R_OMEGA], q[R_DELTA], q[X_0], q[R_PHASE]);
     (p[BG_RE], p[BG_IM], p[DELAY]) = (q[R_BG_RE], q[R_BG_IM], q[DELAY]);
-    (p[DRAG], p[DUFFING], p[OFFSET]) = (q[DRAG], q[DUFFING], q[OFFSET]);
+    let shared = [DRAG, DUFFING, OFFSET, FLOOR];
+    shared.into_iter().for_each(|k| p[k] = q[k]);
     let mut free = vec![OMEGA, DELTA, X_0];
-    free.extend([DRAG, DUFFING, OFFSET].into_iter().filter(|k| fit.free.contains(k)));
+    free.extend(shared.into_iter().filter(|k| fit.free.contains(k)));
     if block.complex {
         free.push(PHASE);
     }

@@ -22,7 +22,7 @@ pub(super) fn set_rice(problem: &mut Problem, p: &[f64], variance: f64, c: &Resi
         if problem.main.weight[i] > 0.0
             && let Some(m) = modelled
         {
-            problem.main.weight[i] = problem.main.rice_weight(m.value.norm(), i);
+            problem.main.weight[i] = problem.main.rice_weight(m.size(), i);
         }
     }
 }

@@ -23,9 +23,11 @@ pub(crate) const BG_RE: usize = DUFFING + 3;
 pub(crate) const BG_IM: usize = DUFFING + 4;
 /// A constant in every amplitude that is read, unit of the response; of curves without phases.
 pub(crate) const OFFSET: usize = DUFFING + 5;
+/// Square of a noise floor that adds to every amplitude in squares; of curves without phases.
+pub(crate) const FLOOR: usize = DUFFING + 6;
 /// Parameters of the main block.
-pub(super) const MAIN: usize = DUFFING + 6;
-/// The same of the reference; drive, delay, offset, drag and Duffing term are shared.
+pub(super) const MAIN: usize = DUFFING + 7;
+/// The same of the reference; drive, delay, offset, noise floor, drag and Duffing term are shared.
 pub(crate) const R_OMEGA: usize = MAIN;
 pub(crate) const R_DELTA: usize = MAIN + 1;
 pub(crate) const R_PHASE: usize = MAIN + 2;
@@ -56,13 +58,23 @@ pub(crate) struct Modelled {
     pub(crate) oscillator: Phasor,
     /// In the amplitude that is read.
     pub(crate) offset: f64,
+    /// In its square.
+    pub(crate) floor: f64,
     pub(crate) regime: Regime,
+}
+
+impl Modelled {
+    /// Amplitude with the noise floor.
+    pub(crate) fn size(&self) -> f64 {
+        let size = self.value.norm();
+        if self.floor == 0.0 { size } else { (size * size + self.floor).max(0.0).sqrt() }
+    }
 }
 
 /// The response of one block: oscillator and instrument with their parameters.
 ///
 /// Measured is `Z e^(i (phase - (omega - centre) delay)) + background`, of curves without phases the modulus of
-/// that and an offset.
+/// that, in squares a noise floor, and an offset.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub(crate) struct ModelResponse {
     pub(super) method: Method,
@@ -86,9 +98,17 @@ pub(crate) struct ModelResponse {
     /// The delay is the background's too.
     pub(super) background_delayed: bool,
     pub(super) offset: f64,
+    pub(super) floor: f64,
 }
 
 impl ModelResponse {
+    /// The amplitude that is read as this, of curves without phases.
+    #[inline(always)]
+    pub(super) fn amplitude_of(&self, read: f64) -> f64 {
+        let above = read - self.offset;
+        if self.floor == 0.0 { above } else { (above * above - self.floor).max(0.0).sqrt() }
+    }
+
     /// The background as it is read at one frequency.
     pub(super) fn background_at(&self, omega: f64) -> Phasor {
         let delayed = self.background_delayed && self.delay != 0.0;
@@ -115,7 +135,13 @@ impl ModelResponse {
         let f = self.oscillator(&self.point(omega, level), guess, follower, &mut by)?;
         let rotation = Phasor::from_polar(1.0, self.phase - (omega - self.centre) * self.delay);
         let value = f.value * rotation + self.background_at(omega);
-        Some(Modelled { value, oscillator: f.value, offset: self.offset, regime: f.regime })
+        Some(Modelled {
+            value,
+            oscillator: f.value,
+            offset: self.offset,
+            floor: self.floor,
+            regime: f.regime,
+        })
     }
 
     /// The oscillator alone, and its derivatives.

@@ -2,7 +2,7 @@
 
 use super::block::Block;
 use super::lanes::{Lanes, PIECE, Points};
-use super::response::{BG_IM, BG_RE, DELAY, ModelResponse, OFFSET, PHASE, X_0, X_F};
+use super::response::{BG_IM, BG_RE, DELAY, FLOOR, ModelResponse, OFFSET, PHASE, X_0, X_F};
 use crate::motion::steady::Phasor;
 use crate::motion::steady::fundamental::Follower;
 use crate::numeric::products::{Products, WIDTH};
@@ -133,7 +133,7 @@ impl Pass<'_> {
                     BG_RE => (across[k], -along[k]),
                     BG_IM => (along[k], across[k]),
                     // Of amplitudes alone, below.
-                    OFFSET => (0.0, 0.0),
+                    OFFSET | FLOOR => (0.0, 0.0),
                     _ => (lanes.by_re[j][k], lanes.by_im[j][k]),
                 };
             }
@@ -159,13 +159,15 @@ impl Pass<'_> {
             lanes.im[k] += background_im[k];
         }
         let (mut along_re, mut along_im) = ([0.0; PIECE], [0.0; PIECE]);
-        let mut read = [0.0; PIECE];
+        let (mut read, mut by_square) = ([0.0; PIECE], [0.0; PIECE]);
         let noisy = self.block.rice > 0.0;
         for k in 0..PIECE {
-            let size = (lanes.re[k] * lanes.re[k] + lanes.im[k] * lanes.im[k]).sqrt();
+            let square = lanes.re[k] * lanes.re[k] + lanes.im[k] * lanes.im[k] + at.floor;
+            let size = if square > 0.0 { square.sqrt() } else { 0.0 };
             read[k] = size;
             let over = if size > 0.0 { 1.0 / size } else { 0.0 };
             (along_re[k], along_im[k]) = (lanes.re[k] * over, lanes.im[k] * over);
+            by_square[k] = 0.5 * over;
         }
         if noisy {
             for k in 0..PIECE {
@@ -175,12 +177,19 @@ impl Pass<'_> {
                 let slope = size / read[k];
                 along_re[k] *= slope;
                 along_im[k] *= slope;
+                by_square[k] *= slope;
             }
         }
         for (row, &j) in rows[..n].iter_mut().zip(self.columns) {
             let [re, im] = halves(row);
             if j == OFFSET {
                 re.copy_from_slice(&points.root);
+                continue;
+            }
+            if j == FLOOR {
+                for k in 0..PIECE {
+                    re[k] = by_square[k] * points.root[k];
+                }
                 continue;
             }
             for k in 0..PIECE {

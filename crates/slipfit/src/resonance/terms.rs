@@ -1,9 +1,9 @@
-//! Terms that the fit of a curve adds automatically or drops again: background, offset, delay, Duffing, drag.
+//! Terms that the fit of a curve adds automatically or drops again: background, offset, noise floor, delay, Duffing, drag.
 
 use super::hypothesis_fit::HypothesisFit;
 use super::problem::Problem;
 use super::residuals::noise_model;
-use super::response::{BG_IM, BG_RE, COUNT, DELAY, DRAG, DUFFING, OFFSET, R_BG_IM, R_BG_RE};
+use super::response::{BG_IM, BG_RE, COUNT, DELAY, DRAG, DUFFING, FLOOR, OFFSET, R_BG_IM, R_BG_RE};
 use super::search::best;
 use crate::inference::least_squares::{Fit, LeastSquares, Normal, minimise, promised_gain};
 use crate::inference::noise::NoiseModel;
@@ -24,9 +24,10 @@ impl HypothesisFit<'_> {
         let margin = self.criteria.inference.instrument_bic_margin;
         let wanted = self.options.terms;
         let complex = self.problem.main.complex;
-        let candidates: [(&[usize], Option<bool>, bool); 4] = [
+        let candidates: [(&[usize], Option<bool>, bool); 5] = [
             (&[BG_RE, BG_IM], wanted.background, true),
             (&[OFFSET], wanted.amplitude_offset, !complex),
+            (&[FLOOR], wanted.noise_floor, !complex),
             (&[DELAY], wanted.delay, complex),
             (&[DUFFING], wanted.duffing, true),
         ];
@@ -35,9 +36,10 @@ impl HypothesisFit<'_> {
                 .iter()
                 .filter(|(terms, asked, possible)| {
                     let free = &self.fit.free;
-                    // Amplitudes do not tell a background from an offset beside it.
-                    let other = [(BG_RE, OFFSET), (OFFSET, BG_RE)].into_iter().find(|o| o.0 == terms[0]);
-                    let instead = other.is_some_and(|(_, other)| free.contains(&other));
+                    // Amplitudes do not tell a background from an offset or a noise floor beside it.
+                    let alike = [BG_RE, OFFSET, FLOOR];
+                    let instead =
+                        !complex && alike.contains(&terms[0]) && alike.iter().any(|k| free.contains(k));
                     asked.is_none() && *possible && !instead && !free.contains(&terms[0])
                 })
                 .filter_map(|(terms, ..)| self.with_terms(terms));
@@ -77,7 +79,9 @@ impl HypothesisFit<'_> {
         } else {
             minimise(&trial, &self.fit.parameters, &more).into_iter().collect()
         };
-        let mut fit = minima.first()?.clone();
+        // Noise has no square below zero.
+        let exists = |f: &&Fit| terms[0] != FLOOR || f.parameters[FLOOR] > 0.0;
+        let mut fit = minima.first().filter(exists)?.clone();
         let mut gain = self.gain(&trial, &self.fit, &fit);
         // The skewed peak is not where the straight one was.
         if terms[0] == DUFFING

@@ -3,9 +3,9 @@
 use super::alternatives::TermSet;
 use super::block::Block;
 use super::criteria::{AnswerCriteria, Criteria};
-use super::fitted_models::{FittedModels, oscillator_seen};
+use super::fitted_models::{FittedModels, SetAside, oscillator_seen};
 use super::peak::Peak;
-use super::response::{BG_IM, BG_RE, DELTA, DRAG, DUFFING, OFFSET, OMEGA, R_DELTA, R_OMEGA, X_F};
+use super::response::{BG_IM, BG_RE, DELTA, DRAG, DUFFING, FLOOR, OFFSET, OMEGA, R_DELTA, R_OMEGA, X_F};
 use super::{Answer, Curve, DriveSource, Method, Options, RunDirection, averaged, peak};
 use crate::answer::describe::model_choice;
 use crate::answer::{Parameter, Warning};
@@ -35,11 +35,11 @@ pub(super) fn warnings(
     if d.left_out > 0 {
         list.push(Warning::Outliers { points: d.left_out });
     }
-    if let Some(scatter) = d.contradicted.errors {
-        list.push(Warning::ScatteredErrors { scatter });
+    if let Some(SetAside { scatter, no_fit }) = d.set_aside.errors {
+        list.push(Warning::ScatteredErrors { scatter, no_fit });
     }
-    if let Some(scatter) = d.contradicted.drive {
-        list.push(Warning::DriveReadback { scatter });
+    if let Some(SetAside { scatter, no_fit }) = d.set_aside.drive {
+        list.push(Warning::DriveReadback { scatter, no_fit });
     }
     if b.work.was_cut() {
         list.push(Warning::SearchCut);
@@ -147,6 +147,9 @@ fn instrument(list: &mut Vec<Warning>, d: &FittedModels, answer: &Answer) {
     if answer.instrument.amplitude_offset.is_some() {
         list.push(Warning::AmplitudeOffset { relative: p[OFFSET] / d.problem.main.highest() });
     }
+    if let Some(floor) = &answer.instrument.noise_floor {
+        list.push(Warning::NoiseFloor { relative: floor.value / d.problem.main.highest() });
+    }
     if let Some(delay) = &answer.instrument.delay_s {
         list.push(Warning::Delay { delay_s: delay.value });
     }
@@ -176,6 +179,7 @@ fn rival(d: &FittedModels, answer: &Answer, options: &Options, criteria: &Criter
         background: set.background,
         delay: set.delay,
         offset: (set.offset != chosen.contains(&OFFSET)).then_some(set.offset),
+        floor: (set.floor != chosen.contains(&FLOOR)).then_some(set.floor),
         duffing: (set.duffing != chosen.contains(&DUFFING)).then_some(set.duffing),
         drag,
         other_minimum: set == TermSet::of(&d.problem, chosen),

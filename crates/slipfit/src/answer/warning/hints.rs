@@ -83,6 +83,12 @@ impl Warning {
             Warning::RivalInstrument { offset: Some(false), background: false, .. } => {
                 vec![Hint::new("amplitude_offset", "leaves it out").with("off")]
             }
+            Warning::RivalInstrument { floor: Some(true), .. } => {
+                vec![Hint::new("noise_floor", "fits it").with("on")]
+            }
+            Warning::RivalInstrument { floor: Some(false), background: false, .. } => {
+                vec![Hint::new("noise_floor", "leaves it out").with("off")]
+            }
             Warning::RivalInstrument { background, duffing, .. } => {
                 let (option, on) = duffing.map_or(("background", *background), |on| ("duffing", on));
                 let (word, effect) = if on { ("on", "fits it") } else { ("off", "leaves it out") };
@@ -94,7 +100,10 @@ impl Warning {
                 vec![Hint::advice("errors pooled over neighbouring points are surer")]
             }
             Warning::DriveReadback { .. } => {
-                vec![Hint::advice("a less noisy reading of the drive would be used")]
+                vec![Hint::new("drive", "takes it as constant").with("none")]
+            }
+            Warning::FewLevels { .. } => {
+                vec![Hint::advice("errors of the levels, or more levels, make it surer")]
             }
             Warning::ThresholdExtrapolated { .. } => vec![Hint::advice("lower levels would show it")],
             Warning::DriveUncalibrated => {

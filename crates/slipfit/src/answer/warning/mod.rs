@@ -251,6 +251,11 @@ pub enum Warning {
         /// Its size over the highest amplitude, with its sign.
         relative: f64,
     },
+    /// A noise floor in every amplitude was added automatically or asked for.
+    NoiseFloor {
+        /// Its size over the highest amplitude.
+        relative: f64,
+    },
     /// Other terms beside the losses than those fitted explain the curve as well, and give other losses.
     RivalInstrument {
         /// They have a background.
@@ -259,6 +264,8 @@ pub enum Warning {
         delay: bool,
         /// Whether they have a constant in every amplitude, where that is a difference.
         offset: Option<bool>,
+        /// Whether they have a noise floor in every amplitude, where that is a difference.
+        floor: Option<bool>,
         /// Whether they have a Duffing term, where that is the difference.
         duffing: Option<bool>,
         /// They have drag, which those fitted have not.
@@ -324,11 +331,20 @@ pub enum Warning {
     ScatteredErrors {
         /// Standard deviation of their logarithm from one point to the next.
         scatter: f64,
+        /// No fit was found with them; else the residuals do not follow them.
+        no_fit: bool,
     },
     /// A measured drive scatters and the response does not follow it: its smooth course was used.
     DriveReadback {
         /// Its standard deviation about that course, over the drive.
         scatter: f64,
+        /// No fit was found with it as read; else the response does not follow it.
+        no_fit: bool,
+    },
+    /// So few levels move that their scatter gives the errors of the line to no better than a factor.
+    FewLevels {
+        /// Levels that move.
+        moving: usize,
     },
     /// No drive level lies below the threshold: it is extrapolated.
     ThresholdExtrapolated {
@@ -420,6 +436,7 @@ impl Warning {
             Warning::Skewed { .. } => "leaning",
             Warning::Background { .. } => "background",
             Warning::AmplitudeOffset { .. } => "amplitude_offset",
+            Warning::NoiseFloor { .. } => "noise_floor",
             Warning::RivalInstrument { .. } => "rival_instrument",
             Warning::Delay { .. } => "delay",
             Warning::RunsDiffer { .. } => "runs_differ",
@@ -432,6 +449,7 @@ impl Warning {
             Warning::Outliers { .. } => "outliers",
             Warning::ScatteredErrors { .. } => "scattered_errors",
             Warning::DriveReadback { .. } => "drive_readback",
+            Warning::FewLevels { .. } => "few_levels",
             Warning::ThresholdExtrapolated { .. } => "threshold_extrapolated",
             Warning::NotStraight { .. } => "bent",
             Warning::DriveUncalibrated => "drive_uncalibrated",

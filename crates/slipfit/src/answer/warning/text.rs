@@ -272,10 +272,17 @@ impl fmt::Display for Warning {
                  detector); phases would separate it from friction",
                 100.0 * relative
             ),
+            Warning::NoiseFloor { relative } => write!(
+                f,
+                "a noise floor of {:.2} % of the highest amplitude, which adds in squares, was fitted to every amplitude; \
+                 phases would separate it from friction",
+                100.0 * relative
+            ),
             Warning::RivalInstrument {
                 background,
                 delay,
                 offset,
+                floor,
                 duffing,
                 drag,
                 other_minimum,
@@ -289,6 +296,7 @@ impl fmt::Display for Warning {
                     (Some(true), ..) => "a frequency that shifts with the amplitude (Duffing) explains",
                     (Some(false), ..) => "a frequency that does not shift with the amplitude explains",
                     _ if *offset == Some(true) => "a constant in every amplitude (the zero of the detector) explains",
+                    _ if *floor == Some(true) => "a noise floor that adds to every amplitude in squares explains",
                     (None, true, true) => "a background and a delay explain",
                     (None, true, false) => "a background explains",
                     (None, false, true) => "a delay without a background explains",
@@ -358,17 +366,23 @@ impl fmt::Display for Warning {
                 let verb = if *points == 1 { "was" } else { "were" };
                 write!(f, "{} {verb} left out", counted(*points, "outlier"))
             }
-            Warning::ScatteredErrors { scatter } => write!(
+            Warning::ScatteredErrors { scatter, no_fit } => write!(
                 f,
-                "the errors of the points scatter by {:.0} % from one to the next, as those of few repeats do, and the \
-                 residuals do not follow them: they were set aside, and the residuals give the noise",
-                100.0 * scatter
+                "the errors of the points scatter by {:.0} % from one to the next, as those of few repeats do, and {}: \
+                 they were set aside, and the residuals give the noise",
+                100.0 * scatter,
+                if *no_fit { "with them no fit was found" } else { "the residuals do not follow them" }
             ),
-            Warning::DriveReadback { scatter } => write!(
+            Warning::DriveReadback { scatter, no_fit } => write!(
                 f,
-                "the drive of the points scatters by {:.2} % and the response does not follow it: its smooth course \
-                 was used",
-                100.0 * scatter
+                "the drive of the points scatters by {:.2} % and {}: its smooth course was used",
+                100.0 * scatter,
+                if *no_fit { "with it as read no fit was found" } else { "the response does not follow it" }
+            ),
+            Warning::FewLevels { moving } => write!(
+                f,
+                "the line rests on {} that move: their scatter about it gives its errors to a factor at best",
+                counted(*moving, "level")
             ),
             Warning::ThresholdExtrapolated { ratio } => write!(
                 f,
