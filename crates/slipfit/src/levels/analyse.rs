@@ -4,14 +4,14 @@ use super::answer::{Answer, Diagnostics, FittedLevels, LevelPoint};
 use super::criteria::Criteria;
 use super::line::{bend, breakaway, split};
 use super::noise::{AveragedLine, averaged};
+use super::quantities::{Calibrated, LineQuantities, inverse, not_negative, ratio_unit};
 use super::{Levels, Options};
 use crate::answer::calibration::{Calibration, physical};
 use crate::answer::{Parameter, Parameters, Warning};
-use crate::inference::evidence::{one_sided, student_factor};
-use crate::inference::interval::bounded_interval;
+use crate::inference::evidence::{chi_square_tail, one_sided, student_factor};
 use crate::numeric::order::ascending;
 use crate::{Error, Quantity};
-use std::f64::consts::{FRAC_PI_4, TAU};
+use std::f64::consts::TAU;
 
 /// Threshold and slope of the amplitude at resonance over the drive level.
 ///
@@ -24,7 +24,7 @@ use std::f64::consts::{FRAC_PI_4, TAU};
 /// which the exact motion follows to `2 (x_F/R_0)²`. The levels are split into a stuck and a
 /// moving branch where that describes all of them best; the moving branch gives slope and
 /// threshold, the split the breakaway. Without errors of the levels, noise that is constant and noise that grows with
-/// the amplitude both count, by their restricted likelihood.
+/// the amplitude both count, by their restricted likelihood; errors given are believed unless the levels scatter more.
 ///
 /// Units: amplitudes in one unit, drive levels in another or the same. Where they are the
 /// same ([`Levels::drive_unit`] equals [`Levels::unit`]), or [`Options::drive_gain`] or
@@ -76,12 +76,14 @@ pub fn analyse_with(levels: &Levels, options: &Options, criteria: &Criteria) -> 
     })?;
     let moving = line.moving.iter().filter(|m| **m).count();
     let dof = (moving as f64 - 2.0).max(1.0);
-    let reduced = line.rss / dof;
+    let believed = known && chi_square_tail(line.rss, dof) > c.errors_too_small;
     let AveragedLine { intercept, slope, covariance: v, variance } = if known {
-        AveragedLine::with_errors(&line, &weight, reduced.max(1.0))
+        AveragedLine::with_errors(&line, &weight, if believed { 1.0 } else { line.rss / dof })
     } else {
         averaged(&x, &y, &line, c)
     };
+    // Errors that are known are as good as those of many residuals.
+    let dof = if believed { f64::INFINITY } else { dof };
     (line.intercept, line.slope) = (intercept, slope);
     let factor = student_factor(dof);
     let threshold = -line.intercept / line.slope;
@@ -154,6 +156,9 @@ pub fn analyse_with(levels: &Levels, options: &Options, criteria: &Criteria) -> 
     if levels.not_finite() > 0 {
         warnings.push(Warning::Dropped { not_finite: levels.not_finite(), zero_frequency: 0 });
     }
+    if !known && moving <= c.few_levels {
+        warnings.push(Warning::FewLevels { moving });
+    }
     if found.threshold.value > 0.0 && x[0] > found.threshold.value {
         warnings.push(Warning::ThresholdExtrapolated { ratio: x[0] / found.threshold.value });
     }
@@ -224,102 +229,13 @@ fn check(options: &Options) -> Result<(), Error> {
     Ok(())
 }
 
-fn ratio_unit(of: &str, by: &str) -> String {
-    match (of, by) {
-        (a, b) if a == b => String::new(),
-        (a, "") => a.to_owned(),
-        ("", b) => format!("1/{b}"),
-        (a, b) => format!("{a}/{b}"),
-    }
-}
-
-/// A quantity that is not below zero, from an estimate that may be; `factor` is Student's.
-fn not_negative(estimate: f64, std_error: f64, factor: f64, unit: &str) -> Quantity {
-    let wide = std_error * factor;
-    // Points on a line to the last digit leave no uncertainty.
-    let interval_95 =
-        if wide > 0.0 { bounded_interval(estimate / wide).map(|v| v * wide) } else { [estimate.max(0.0); 2] };
-    Quantity {
-        value: estimate.max(0.0),
-        std_error,
-        interval_95,
-        unbounded_value: estimate,
-        unit: unit.to_owned(),
-    }
-}
-
-/// What the line gives.
-struct LineQuantities {
-    slope: Quantity,
-    threshold: Quantity,
-    /// The amplitude that friction takes away, `slope threshold`: minus the intercept.
-    lost_amplitude: Quantity,
-    /// Of slope and threshold.
-    correlation: f64,
-}
-
-/// What it gives where the drive has a scale.
-struct Calibrated {
-    q: Quantity,
-    x_f: Quantity,
-    /// Of decay rate and friction.
-    loss_correlation: f64,
-}
-
-impl LineQuantities {
-    /// `Q = slope/gain`, `x_F = (pi/4) gain threshold`; given Q, `x_F = (pi/4) slope threshold/Q`.
-    fn calibrated(&self, levels: &Levels, options: &Options) -> Option<Calibrated> {
-        if let Some([q, q_std]) = options.q_factor {
-            let relative = q_std / q;
-            let x_f = self.lost_amplitude.scaled(FRAC_PI_4 / q, levels.unit());
-            let loss_correlation = loss_correlation(relative, 0.0, &x_f, 0.0);
-            let q = Quantity::normal(q, q_std, "");
-            return Some(Calibrated { q, x_f: x_f.widened(relative), loss_correlation });
-        }
-        let one_unit = !levels.unit().is_empty() && levels.unit() == levels.drive_unit();
-        let [gain, gain_std] = match options.drive_gain {
-            Some(gain) => gain,
-            None if one_unit => [1.0, 0.0],
-            None => return None,
-        };
-        let relative = gain_std / gain;
-        let x_f = self.threshold.scaled(FRAC_PI_4 * gain, levels.unit());
-        let of_slope = self.slope.std_error / self.slope.value;
-        let loss_correlation = loss_correlation(relative, of_slope, &x_f, self.correlation);
-        let q = self.slope.scaled(1.0 / gain, "").widened(relative);
-        Some(Calibrated { q, x_f: x_f.widened(relative), loss_correlation })
-    }
-}
-
-/// Correlation of decay rate and friction: both have the error of the scale, `common` of themselves; the decay rate
-/// falls as the slope, known to `of_slope` of itself, rises.
-fn loss_correlation(common: f64, of_slope: f64, x_f: &Quantity, correlation: f64) -> f64 {
-    let of_scale = common * x_f.value;
-    let covariance = common * of_scale - correlation * of_slope * x_f.std_error;
-    let errors = common.hypot(of_slope) * of_scale.hypot(x_f.std_error);
-    if errors > 0.0 { (covariance / errors).clamp(-1.0, 1.0) } else { 0.0 }
-}
-
-/// `factor/q`; without an upper limit where that of `q` is not above zero.
-fn inverse(q: &Quantity, factor: f64, unit: &str) -> Quantity {
-    let value = factor / q.value;
-    let [low, high] = q.interval_95;
-    let highest = if low > 0.0 { factor / low } else { f64::INFINITY };
-    Quantity {
-        value,
-        std_error: value * q.std_error / q.value,
-        interval_95: [factor / high, highest],
-        unbounded_value: value,
-        unit: unit.to_owned(),
-    }
-}
-
 #[cfg(test)]
 mod tests {
     use super::*;
     use crate::motion::steady::scan;
     use crate::noise::jitter;
     use crate::{Calibration, Oscillator};
+    use std::f64::consts::FRAC_PI_4;
 
     fn exact(q: f64, x_f: f64, drive: &[f64], noise: f64) -> Levels {
         let o =

@@ -3,6 +3,7 @@
 use crate::Quantity;
 use crate::answer::columns::columns;
 use crate::answer::{Parameter, Parameters, Warning};
+use crate::inference::Z_95;
 
 /// One level beside the fit.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -120,6 +121,15 @@ pub struct Answer {
 }
 
 impl Answer {
+    /// What few residuals add to the standard errors in an interval: Student's half width over the normal one.
+    pub(crate) fn student_factor(&self) -> f64 {
+        let of_slope = self.parameters.get(Parameter::Slope).map(|q| {
+            let [low, high] = q.interval_95;
+            (high - low) / (2.0 * Z_95 * q.std_error)
+        });
+        of_slope.filter(|f| f.is_finite()).unwrap_or(1.0)
+    }
+
     /// The value of a parameter, if the analysis reports it.
     pub fn parameter(&self, parameter: Parameter) -> Option<&Quantity> {
         self.parameters.get(parameter)

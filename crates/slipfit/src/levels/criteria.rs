@@ -37,6 +37,21 @@ criteria! {
         /// Odds before the data of a noise with a part in proportion to the amplitude, of levels without errors.
         proportional_odds: f64 = 0.2, source "chosen by simulation: few levels keep their threshold",
             moves "coverage of slope and threshold";
+        /// Highest over lowest moving amplitude from which on these odds grow in proportion to it.
+        narrow_span: f64 = 10.0, source "no instrument has one noise over decades; chosen by simulation",
+            moves "coverage of the slope of levels over decades";
+        /// Least part in proportion over the floor, at the highest amplitude and in squares, that the noise may have.
+        least_proportional: f64 = 0.01, source "less moves no weight", moves "coverage of slope and threshold";
+        /// The most.
+        most_proportional: f64 = 1e6, source "a thousand times the floor: levels over five decades",
+            moves "coverage of slope and threshold";
+        /// Moving levels from which on residuals tell one noise from the other.
+        noise_levels: usize = 3, source "one residual beside the line, and the odds", moves "coverage of slope and threshold";
+        /// p value of chi square below which errors given with the levels are too small, and what the line leaves counts.
+        errors_too_small: f64 = 0.05, source "one line in twenty with right errors",
+            moves "coverage of slope and threshold";
+        /// Moving levels without errors up to which a warning says how few they are.
+        few_levels: usize = 5, source "three residuals give an error to 40 %", moves "warnings";
         /// Moving levels without which no bend is tested.
         bend_levels: usize = 5, source "two more than the parameters of a parabola", moves "warnings";
         /// p value of a straight line below which a warning names the bend.

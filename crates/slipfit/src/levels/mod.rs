@@ -7,6 +7,7 @@ mod criteria;
 mod line;
 mod measurement;
 mod noise;
+mod quantities;
 
 pub use analyse::{analyse, analyse_with};
 pub use answer::{Answer, Breakaway, Diagnostics, FittedLevels, LevelPoint};

@@ -22,17 +22,31 @@ impl SolvedMeasurement {
     /// Values and covariance out of an answer.
     pub(super) fn new(measurement: usize, scale: f64, answer: &SingleAnswer) -> Result<Self, &'static str> {
         const PAIR: [Parameter; 2] = [Parameter::DECAY_RATE, Parameter::FRICTION_DISPLACEMENT];
+        // Of the fit that has the correlations, its limits lifted as those of the values are.
+        let own_error = |parameter: Parameter| match answer {
+            SingleAnswer::Sweep(a) => a.error_given_terms(parameter),
+            SingleAnswer::RingDown(a) => a.unbounded_error(parameter),
+            SingleAnswer::Levels(_) => None,
+        };
+        // Losses that the data do not exclude widen both errors of a ring-down alike: each by its own factor would turn what
+        // the data determine best into something that they do not.
+        let widening = |parameter: Parameter| {
+            let own = own_error(parameter).filter(|e| *e > 0.0 && e.is_finite())?;
+            Some(answer.parameters().get(parameter)?.std_error / own)
+        };
+        let by_losses = match answer {
+            SingleAnswer::RingDown(_) => {
+                PAIR.into_iter().filter_map(widening).filter(|w| w.is_finite()).fold(1.0, f64::max)
+            }
+            _ => 1.0,
+        };
+        let by_few = match answer {
+            SingleAnswer::Levels(a) => a.student_factor(),
+            _ => 1.0,
+        };
         let get = |parameter: Parameter| {
             let mut quantity = answer.parameters().get(parameter).cloned()?;
-            // Values with the limits lifted go with errors with the limits lifted.
-            match answer {
-                SingleAnswer::Sweep(a) => quantity.std_error = a.error_given_terms(parameter)?,
-                SingleAnswer::RingDown(a) => {
-                    let unbounded = a.unbounded_error(parameter).unwrap_or_default();
-                    quantity.std_error = quantity.std_error.max(unbounded);
-                }
-                SingleAnswer::Levels(_) => {}
-            }
+            quantity.std_error = own_error(parameter).unwrap_or(quantity.std_error) * by_losses * by_few;
             Some(quantity)
         };
         let delta = get(PAIR[0]).ok_or("it gives no decay rate")?;

@@ -1,0 +1,97 @@
+//! What the line through the levels gives: slope, threshold, and with a scale of the drive Q and friction.
+
+use super::{Levels, Options};
+use crate::Quantity;
+use crate::inference::interval::bounded_interval;
+use std::f64::consts::FRAC_PI_4;
+
+/// Unit of one over another.
+pub(super) fn ratio_unit(of: &str, by: &str) -> String {
+    match (of, by) {
+        (a, b) if a == b => String::new(),
+        (a, "") => a.to_owned(),
+        ("", b) => format!("1/{b}"),
+        (a, b) => format!("{a}/{b}"),
+    }
+}
+
+/// A quantity that is not below zero, from an estimate that may be; `factor` is Student's.
+pub(super) fn not_negative(estimate: f64, std_error: f64, factor: f64, unit: &str) -> Quantity {
+    let wide = std_error * factor;
+    // Points on a line to the last digit leave no uncertainty.
+    let interval_95 =
+        if wide > 0.0 { bounded_interval(estimate / wide).map(|v| v * wide) } else { [estimate.max(0.0); 2] };
+    Quantity {
+        value: estimate.max(0.0),
+        std_error,
+        interval_95,
+        unbounded_value: estimate,
+        unit: unit.to_owned(),
+    }
+}
+
+/// What the line gives.
+pub(super) struct LineQuantities {
+    pub(super) slope: Quantity,
+    pub(super) threshold: Quantity,
+    /// The amplitude that friction takes away, `slope threshold`: minus the intercept.
+    pub(super) lost_amplitude: Quantity,
+    /// Of slope and threshold.
+    pub(super) correlation: f64,
+}
+
+/// What it gives where the drive has a scale.
+pub(super) struct Calibrated {
+    pub(super) q: Quantity,
+    pub(super) x_f: Quantity,
+    /// Of decay rate and friction.
+    pub(super) loss_correlation: f64,
+}
+
+impl LineQuantities {
+    /// `Q = slope/gain`, `x_F = (pi/4) gain threshold`; given Q, `x_F = (pi/4) slope threshold/Q`.
+    pub(super) fn calibrated(&self, levels: &Levels, options: &Options) -> Option<Calibrated> {
+        if let Some([q, q_std]) = options.q_factor {
+            let relative = q_std / q;
+            let x_f = self.lost_amplitude.scaled(FRAC_PI_4 / q, levels.unit());
+            let loss_correlation = loss_correlation(relative, 0.0, &x_f, 0.0);
+            let q = Quantity::normal(q, q_std, "");
+            return Some(Calibrated { q, x_f: x_f.widened(relative), loss_correlation });
+        }
+        let one_unit = !levels.unit().is_empty() && levels.unit() == levels.drive_unit();
+        let [gain, gain_std] = match options.drive_gain {
+            Some(gain) => gain,
+            None if one_unit => [1.0, 0.0],
+            None => return None,
+        };
+        let relative = gain_std / gain;
+        let x_f = self.threshold.scaled(FRAC_PI_4 * gain, levels.unit());
+        let of_slope = self.slope.std_error / self.slope.value;
+        let loss_correlation = loss_correlation(relative, of_slope, &x_f, self.correlation);
+        let q = self.slope.scaled(1.0 / gain, "").widened(relative);
+        Some(Calibrated { q, x_f: x_f.widened(relative), loss_correlation })
+    }
+}
+
+/// Correlation of decay rate and friction: both have the error of the scale, `common` of themselves; the decay rate
+/// falls as the slope, known to `of_slope` of itself, rises.
+fn loss_correlation(common: f64, of_slope: f64, x_f: &Quantity, correlation: f64) -> f64 {
+    let of_scale = common * x_f.value;
+    let covariance = common * of_scale - correlation * of_slope * x_f.std_error;
+    let errors = common.hypot(of_slope) * of_scale.hypot(x_f.std_error);
+    if errors > 0.0 { (covariance / errors).clamp(-1.0, 1.0) } else { 0.0 }
+}
+
+/// `factor/q`; without an upper limit where that of `q` is not above zero.
+pub(super) fn inverse(q: &Quantity, factor: f64, unit: &str) -> Quantity {
+    let value = factor / q.value;
+    let [low, high] = q.interval_95;
+    let highest = if low > 0.0 { factor / low } else { f64::INFINITY };
+    Quantity {
+        value,
+        std_error: value * q.std_error / q.value,
+        interval_95: [factor / high, highest],
+        unbounded_value: value,
+        unit: unit.to_owned(),
+    }
+}
