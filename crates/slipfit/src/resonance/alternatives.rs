@@ -1,7 +1,7 @@
 //! Other sets of terms beside the losses than the one reported.
 
 use super::criteria::AnswerCriteria;
-use super::response::DUFFING;
+use super::response::{BG_RE, DUFFING, FLOOR, OFFSET};
 use crate::inference::least_squares::Fit;
 use crate::inference::model_selection::ModelComparison;
 
@@ -42,6 +42,17 @@ pub(crate) struct Alternative {
     pub(crate) delta_bic: f64,
 }
 
+/// Whether a constant or a noise floor in every amplitude takes part and no background.
+fn is_level(free: &[usize]) -> bool {
+    (free.contains(&OFFSET) || free.contains(&FLOOR)) && !free.contains(&BG_RE)
+}
+
+/// Free parameters, a constant or a noise floor counted like the two of a background: a background is the rule, and under
+/// amplitudes they look alike.
+pub(super) fn counted_parameters(free: &[usize]) -> usize {
+    free.len() + usize::from(is_level(free))
+}
+
 /// The other fits with their weights, those that count; `exp(-delta/2)` where `delta` is the
 /// difference of `n ln rss + c p` (Burnham and Anderson 2002, *Model Selection and Multimodel
 /// Inference*, have `c = 2`), `c` being [`AnswerCriteria::alternative_penalty`].
@@ -56,14 +67,14 @@ pub(super) fn weighed(
     let rank = |rss: f64, parameters: usize| {
         effective * rss.max(f64::MIN_POSITIVE).ln() + c.alternative_penalty * parameters as f64
     };
-    let own = rank(chosen.bounded.rss, chosen.unbounded.free.len());
+    let own = rank(chosen.bounded.rss, counted_parameters(&chosen.unbounded.free));
     let own_bic = noise.bic(chosen.bounded.rss, chosen.unbounded.free.len());
     let mut list: Vec<Alternative> = others
         .into_iter()
         .map(|fit| {
-            let parameters = fit.unbounded.free.len();
-            let weight = (0.5 * (own - rank(fit.bounded.rss, parameters))).exp();
-            let delta_bic = noise.bic(fit.bounded.rss, parameters) - own_bic;
+            let free = &fit.unbounded.free;
+            let weight = (0.5 * (own - rank(fit.bounded.rss, counted_parameters(free)))).exp();
+            let delta_bic = noise.bic(fit.bounded.rss, free.len()) - own_bic;
             Alternative { fit, weight, frequency_weight: 0.0, delta_bic }
         })
         .filter(|a| a.weight.is_finite() && a.weight > c.least_weight)
@@ -73,8 +84,8 @@ pub(super) fn weighed(
     let shares: Vec<f64> =
         list.iter().map(|a| of_set(a.fit.set).fold(0.0, f64::max) / of_set(a.fit.set).sum::<f64>()).collect();
     list.iter_mut().zip(shares).for_each(|(a, share)| a.weight *= share);
-    // A Duffing term and a background look alike, so that neither may take the weight of the other: each kind is
-    // weighed against the fit reported alone.
+    // A Duffing term, a background and a constant or noise floor look alike, so that none may take the weight of
+    // another: each kind is weighed against the fit reported alone.
     let duffing = chosen.unbounded.free.contains(&DUFFING);
     let odds = if duffing { 1.0 / c.duffing_odds } else { c.duffing_odds };
     let (springs, sets): (Vec<_>, Vec<_>) = list.iter_mut().partition(|a| a.fit.set.duffing != duffing);
@@ -85,7 +96,9 @@ pub(super) fn weighed(
             a.weight /= 1.0 + total;
         }
     };
+    let (levels, sets): (Vec<_>, Vec<_>) = sets.into_iter().partition(|a| is_level(&a.fit.unbounded.free));
     share(sets, 1.0);
+    share(levels, 1.0);
     share(springs, odds);
     list
 }

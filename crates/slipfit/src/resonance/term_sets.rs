@@ -1,7 +1,7 @@
 //! Every set of instrument terms that may be part of a curve, fitted; the one taken, and the others, among
 //! them the one with or without a Duffing term.
 
-use super::alternatives::{OtherFit, TermSet};
+use super::alternatives::{OtherFit, TermSet, counted_parameters};
 use super::background_minima::distinct;
 use super::hypothesis::Kind;
 use super::hypothesis_fit::HypothesisFit;
@@ -98,7 +98,11 @@ impl HypothesisFit<'_> {
         } else {
             self.criteria.terms.instrument_margin
         };
-        let rank = |set: TermSet, fit: &Fit| noise.bic(fit.rss, fit.free.len()) + margin * set.terms();
+        let floor_margin = self.criteria.terms.floor_over_constant;
+        let rank = |set: TermSet, fit: &Fit| {
+            let floor = if set.floor { floor_margin } else { 0.0 };
+            noise.bic(fit.rss, counted_parameters(&fit.free)) + margin * set.terms() + floor
+        };
         let least = rank(now, &self.fit);
         // Drag is judged among the loss models, and a Duffing term was added or not before.
         let comparable = |o: &OtherFit| {
