@@ -58,7 +58,7 @@ pub(crate) fn python(analysis: Analysis, file: &str, reference: Option<&str>, op
 
 /// Whether an option says how the file is read.
 fn is_of_reading(name: &str) -> bool {
-    const OF_ANALYSIS: [&str; 22] = [
+    const OF_ANALYSIS: [&str; 23] = [
         "band_hz",
         "start_s",
         "end_s",

@@ -10,9 +10,8 @@ use super::residuals::noise_model;
 use super::response::{BG_IM, BG_RE, DELAY, DELTA, DRAG, DUFFING, FLOOR, OFFSET, R_BG_IM, R_BG_RE, X_F};
 use super::search::best;
 use crate::inference::bounded::minimise_bounded;
-use crate::inference::least_squares::{Fit, LeastSquares, STEP_TOLERANCE, by_rss};
+use crate::inference::least_squares::{Fit, STEP_TOLERANCE, by_rss};
 use crate::inference::model_selection::ModelComparison;
-use crate::inference::noise::NoiseModel;
 use crate::model::loss::LossTerm;
 
 const NOTHING: TermSet = TermSet {
@@ -31,12 +30,6 @@ const SETS: [TermSet; 7] = [
     TermSet { delay: true, ..NOTHING },
     TermSet { background: true, delay: true, ..NOTHING },
     TermSet { background: true, delay: true, background_delayed: true, ..NOTHING },
-];
-
-/// Beside a background under amplitudes: tried where a term of the instrument is needed.
-const BESIDE_BACKGROUND: [TermSet; 2] = [
-    TermSet { background: true, offset: true, ..NOTHING },
-    TermSet { background: true, floor: true, ..NOTHING },
 ];
 
 const BACKGROUNDS: [usize; 4] = [BG_RE, BG_IM, R_BG_RE, R_BG_IM];
@@ -74,14 +67,6 @@ impl HypothesisFit<'_> {
                 }
                 let found = self.with_set(set, drag, &others);
                 others.extend(found);
-            }
-        }
-        if self.needs_instrument(&others) {
-            for set in BESIDE_BACKGROUND.map(|set| TermSet { duffing: now.duffing, ..set }) {
-                if set != now && self.is_allowed(set) {
-                    let found = self.with_set(set, has_drag, &others);
-                    others.extend(found);
-                }
             }
         }
         others.extend(self.other_minima(now, &others));
@@ -204,21 +189,6 @@ impl HypothesisFit<'_> {
             && allowed(wanted.noise_floor, set.floor)
             && (self.problem.main.complex || !set.delay)
             && !(self.problem.main.complex && (set.offset || set.floor))
-    }
-
-    /// Whether the data call for a term of the instrument in amplitudes.
-    fn needs_instrument(&self, others: &[(Problem, OtherFit)]) -> bool {
-        if self.problem.main.complex || self.hypothesis.kind != Kind::Plain {
-            return false;
-        }
-        let noise = NoiseModel::white(self.problem.observations());
-        let own = (TermSet::of(&self.problem, &self.fit.free), &self.fit);
-        let fits = || std::iter::once(own).chain(others.iter().map(|(_, o)| (o.set, &o.unbounded)));
-        let least = |with: bool| {
-            let some = fits().filter(|(set, _)| (set.terms() > 0.0) == with);
-            some.map(|(_, f)| noise.bic(f.rss, f.free.len())).fold(f64::INFINITY, f64::min)
-        };
-        least(true) < least(false)
     }
 
     /// Where fits with a part of the terms `free` lead: a delay and a background together have several minima, which

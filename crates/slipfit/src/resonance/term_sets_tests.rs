@@ -131,18 +131,3 @@ fn a_noise_floor_is_no_friction() {
         assert!(found >= least && (x_f > 0.0 || found <= 1), "{floor} {x_f}: {found} of 20");
     }
 }
-
-#[test]
-fn a_constant_beside_a_background_is_no_friction() {
-    for (zero, x_f) in [(1.0, 0.0), (2.0, 0.4)] {
-        let read = |i: usize, seed: u64, z: Phasor| {
-            (z + Phasor::from_polar(3.0, 1.9 * seed as f64) + noise(i, 2 * seed) * 0.3).norm() + zero
-        };
-        let [held, named, found] = of_20(x_f, &read, &|w| matches!(w, Warning::Background { .. }));
-        // By the background alone one in twenty without friction.
-        assert!(held >= 17, "{zero} {x_f}: {held} of 20");
-        assert!(named >= 17, "{zero} {x_f}: {named} of 20");
-        let most = if x_f > 0.0 { 20 } else { 1 };
-        assert!(found <= most, "{zero} {x_f}: {found} of 20");
-    }
-}

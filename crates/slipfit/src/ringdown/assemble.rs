@@ -56,11 +56,14 @@ pub(crate) fn answer(e: &Evidence) -> Result<Answer, Error> {
     let diagnostics = Diagnostics { counted_losses, ..diagnostics };
     let friction_stops = sliding.detected && fit.rest_s().is_some_and(|t| t < e.fit.end);
     let stop = stop_of(e, friction_stops);
+    let mut models = candidates(comparison, |f| rms(e, f), |f| values(e, f, omega));
+    // A loss whose limit is lifted may grow beyond all numbers over a long record: it describes nothing.
+    models.retain(|candidate| candidate.rms.is_finite() || candidate.model == chosen.model);
     let mut answer = Answer {
         model: chosen.model,
         preferred_model: preferred.model,
         parameters,
-        comparison: candidates(comparison, |f| rms(e, f), |f| values(e, f, omega)),
+        comparison: models,
         sliding,
         correlations: correlations(e, chosen),
         unbounded_errors: unbounded_errors(e, chosen, omega),
