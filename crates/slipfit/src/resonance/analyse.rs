@@ -141,12 +141,13 @@ mod tests {
         let with_phases = Curve::complex(hz.clone(), z).build().expect("valid");
         let amplitudes = (0..hz.len()).map(|i| with_phases.response().amplitude(i)).collect();
         let without = Curve::builder(hz, amplitudes).build().expect("valid");
-        let terms = |of: fn(&mut Terms) -> &mut Option<bool>, asked: bool| {
+        type Term = fn(&mut Terms) -> &mut Option<bool>;
+        let terms = |of: Term, asked: bool| {
             let mut options = Options::default();
             *of(&mut options.terms) = Some(asked);
             options
         };
-        let cases: [(fn(&mut Terms) -> &mut Option<bool>, &Curve); 3] = [
+        let cases: [(Term, &Curve); 3] = [
             (|t| &mut t.amplitude_offset, &with_phases),
             (|t| &mut t.noise_floor, &with_phases),
             (|t| &mut t.delay, &without),
