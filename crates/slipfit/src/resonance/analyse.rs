@@ -81,19 +81,13 @@ const SEARCH_CUT: &str = "no resonance curve was found within the work allowed";
 pub fn analyse_with(curve: &Curve, options: &Options, criteria: &Criteria) -> Result<Answer, Error> {
     options.check()?;
     let terms = options.terms;
-    let (with, without) = (
-        "the points have phases, beside which it is a background",
-        "the points have no phases, and a delay turns nothing else",
-    );
+    let constant = "the points have phases: what is added to them is a background";
+    let noise = "the points have phases: their noise has no mean";
+    let delay = "the points have no phases, and a delay changes nothing else";
     for (asked, method, complex, why) in [
-        (terms.amplitude_offset, "a constant in every amplitude", true, with),
-        (
-            terms.noise_floor,
-            "a noise floor in every amplitude",
-            true,
-            "the points have phases, beside which noise has no mean",
-        ),
-        (terms.delay, "a delay", false, without),
+        (terms.amplitude_offset, "a constant in every amplitude", true, constant),
+        (terms.noise_floor, "a noise floor in every amplitude", true, noise),
+        (terms.delay, "a delay", false, delay),
     ] {
         if asked == Some(true) && curve.is_complex() == complex {
             return Err(Error::DoesNotHold { method, why });

@@ -1,4 +1,4 @@
-//! Terms of the instrument are told from friction, and from one another.
+//! Tests of the choice of instrument terms: on simulated curves each is named, and none is reported as friction.
 
 use super::{Curve, Options, analyse};
 use crate::Parameter;

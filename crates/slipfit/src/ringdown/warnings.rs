@@ -48,11 +48,11 @@ fn quality_factor_at_first(e: &Evidence) -> Option<f64> {
     (loss > 0.0).then(|| omega * law.initial / (2.0 * loss))
 }
 
-/// Whether what a motion leaves of the blocks is more than their noise beyond doubt.
+/// Whether the residuals of the blocks exceed their noise by the standard errors that are warned of.
 fn shows_misfit(e: &Evidence, excess: f64) -> bool {
     let dof = (e.measured.points.len() as f64 - 3.0).max(1.0);
-    let beyond_doubt = 1.0 + e.criteria.answer.misfit_errors * (2.0 / dof).sqrt();
-    matches!(e.fit.problem, Problem::Waveform(_)) && excess > beyond_doubt
+    let limit = 1.0 + e.criteria.answer.misfit_errors * (2.0 / dof).sqrt();
+    matches!(e.fit.problem, Problem::Waveform(_)) && excess > limit
 }
 
 /// A frequency of a motion that changes with time by more than with the amplitude.
@@ -189,7 +189,7 @@ mod tests {
     }
 
     #[test]
-    fn an_amplitude_off_the_law_beyond_doubt_is_a_misfit_below_twice_the_noise() {
+    fn an_amplitude_off_the_law_by_six_errors_is_a_misfit_below_twice_the_noise() {
         let wobbling =
             |part: f64| move |t: f64| amplitude(t) * (1.0 + part * (0.9 * t).cos()) * (OMEGA * t).cos();
         assert!(told("model_misfit", wobbling(0.007)) >= 4);
