@@ -201,13 +201,16 @@ fn analyse_without_line(
         Some((rest, answer, options))
     });
     let inside = behind.is_none();
-    let (whole, answer, options) = behind.unwrap_or((whole.clone(), answer, options.clone()));
-    let mut answer = refined(whole.clone(), answer, record, &options, criteria);
+    let (whole, mut answer, options) = behind.unwrap_or((whole.clone(), answer, options.clone()));
+    // Before a second mode is looked for: a strong third harmonic, which falls three times as fast, passes for one.
     if shows_displacement(record, &options) && LossModel::further_named(options.model) == 0 {
         answer = straightened(&whole, answer, &criteria.sensor, |rest: Samples| {
             let answer = analyse_part(rest.clone(), record, &options, criteria).ok()?;
             Some(refined(rest, answer, record, &options, criteria))
         });
+    }
+    if answer.sensor_curve.is_none() {
+        answer = refined(whole.clone(), answer, record, &options, criteria);
     }
     if let Some(baseline) = baseline {
         let first = answer.parameter(Parameter::InitialAmplitude).map_or(f64::NAN, |a| a.value);
