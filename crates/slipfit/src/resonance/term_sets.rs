@@ -70,7 +70,10 @@ impl HypothesisFit<'_> {
             }
         }
         others.extend(self.other_minima(now, &others));
-        let richest = others.iter().max_by_key(|(_, o)| o.unbounded.free.len());
+        let terms = |o: &OtherFit| o.unbounded.free.len();
+        let richest = others.iter().min_by(|(_, a), (_, b)| {
+            terms(b).cmp(&terms(a)).then(a.unbounded.rss.total_cmp(&b.unbounded.rss))
+        });
         let noise = match richest {
             Some((problem, o)) if o.unbounded.free.len() > self.fit.free.len() => {
                 noise_model(problem, &o.unbounded, &self.criteria.residuals)
@@ -159,7 +162,7 @@ impl HypothesisFit<'_> {
             TermSet { offset: true, ..now },
             TermSet { floor: true, ..now },
         ];
-        let bic = |o: &OtherFit| comparison.noise.bic(o.bounded.rss, o.unbounded.free.len());
+        let bic = |o: &OtherFit| comparison.noise.bic(o.bounded.rss, counted_parameters(&o.unbounded.free));
         let best = (0..self.others.len())
             .filter(|&i| {
                 instead.contains(&self.others[i].set) && !self.others[i].unbounded.free.contains(&DRAG)

@@ -131,3 +131,21 @@ fn a_noise_floor_is_no_friction() {
         assert!(found >= least && (x_f > 0.0 || found <= 1), "{floor} {x_f}: {found} of 20");
     }
 }
+
+/// Crosstalk, drag and a constant lower the flanks alike where the drive is not known.
+#[test]
+fn crosstalk_under_amplitudes_leaves_the_damping_open() {
+    let x_f = 0.5 * std::f64::consts::FRAC_PI_4;
+    // A part of the highest amplitude, of which 54 are left by the friction.
+    let crosstalk = Phasor::new(0.03 * 54.0, 0.0);
+    let held = (0..24u64).filter(|&seed| {
+        let seen = frequencies(201).enumerate();
+        let seen = seen.map(|(i, w)| (response(w, DELTA, x_f) + crosstalk + noise(i, 2 * seed) * 0.6).norm());
+        let hz = frequencies(201).map(|w| w / TAU).collect();
+        let curve = Curve::builder(hz, seen.collect()).build().unwrap();
+        delta_held(&Options::default(), &curve).0
+    });
+    // Without the count of a constant as two parameters, 17.
+    let held = held.count();
+    assert!(held >= 20, "{held} of 24");
+}
