@@ -154,7 +154,7 @@ pub(crate) fn amplitude_problem(measured: &MeasuredDecay, options: &Options) -> 
         elapsed: points.iter().map(|b| b.time_s - origin).collect(),
         value,
         weight,
-        omega: if measured.law.drift == 0.0 { measured.law.omega } else { measured.law.mean_omega },
+        omega: measured.law.reference_omega(),
         backbone: measured.law.backbone(),
         squared,
         time_variance_s2: measured.time_variance_s2,

@@ -191,6 +191,68 @@ fn project(
             phase.omega = blocks[j].omega;
         }
     }
-    let points = blocks::demodulate(&samples.time, &samples.signal, blocks, &phases);
-    Ok(Projected { points, law: smooth.law, follows_law: smooth.follows_law })
+    let mut points = blocks::demodulate(&samples.time, &samples.signal, blocks, &phases);
+    let mut law = smooth.law;
+    let order = samples.observable.order();
+    if smooth.follows_law && order > 0 {
+        at_one_frequency(&mut points, &mut law, order);
+    }
+    Ok(Projected { points, law, follows_law: smooth.follows_law })
+}
+
+/// Amplitudes of a derivative of this order as they were at one frequency: the motion of amplitude `A` has a velocity of
+/// `omega A` and an acceleration of `omega² A`, `omega` that at `A`, and losses act on the motion.
+fn at_one_frequency(points: &mut [Block], law: &mut PhaseLaw, order: i32) {
+    let reference = law.reference_omega();
+    for b in points {
+        let factor = (reference / b.omega).powi(order);
+        b.amplitude *= factor;
+        b.quadrature *= factor;
+        b.unit_variance *= factor * factor;
+    }
+    // With `a = A (1 + q A²)^order` the shift `q a² + c a⁴` is `q A² + (c + 2 order q²) A⁴`.
+    law.quartic += 2.0 * f64::from(order) * law.quadratic * law.quadratic;
+}
+
+#[cfg(test)]
+mod tests {
+    use crate::noise::{assert_held, jitter};
+    use crate::ringdown::Options;
+    use crate::{Parameter, Record, SignalKind};
+
+    /// Acceleration of a pendulum of 3.27 rad/s released at 40°, 60 s at 50 samples a second.
+    fn acceleration(delta: f64) -> Vec<f64> {
+        let force = |x: f64, v: f64| -2.0 * delta * v - 10.7 * x.sin();
+        let (mut x, mut v, steps) = (0.7, 0.0, 4);
+        let h = 1.0 / (50.0 * f64::from(steps));
+        let mut signal = Vec::new();
+        for _ in 0..3000 {
+            signal.push(force(x, v));
+            for _ in 0..steps {
+                let (k1, l1) = (v, force(x, v));
+                let (k2, l2) = (v + 0.5 * h * l1, force(x + 0.5 * h * k1, v + 0.5 * h * l1));
+                let (k3, l3) = (v + 0.5 * h * l2, force(x + 0.5 * h * k2, v + 0.5 * h * l2));
+                let (k4, l4) = (v + h * l3, force(x + h * k3, v + h * l3));
+                x += h / 6.0 * (k1 + 2.0 * k2 + 2.0 * k3 + k4);
+                v += h / 6.0 * (l1 + 2.0 * l2 + 2.0 * l3 + l4);
+            }
+        }
+        signal
+    }
+
+    /// The frequency rises by 3 % as the amplitude falls, and an acceleration by 6 %, which is no loss.
+    #[test]
+    fn the_acceleration_of_a_pendulum_falls_by_its_losses_alone() {
+        for delta in [0.009, 0.03] {
+            let clean = acceleration(delta);
+            let record = |repeat: usize| {
+                let noisy = |(i, a): (usize, &f64)| a + 0.03 * jitter(i + clean.len() * repeat, 5);
+                let signal = clean.iter().enumerate().map(noisy).collect();
+                Record::uniform(50.0, signal).expect("valid").with_kind(SignalKind::Acceleration)
+            };
+            let options = Options::default();
+            assert_held(record, &options, Parameter::DECAY_RATE, delta);
+            assert_held(record, &options, Parameter::FRICTION_DISPLACEMENT, 0.0);
+        }
+    }
 }

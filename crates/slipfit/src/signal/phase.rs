@@ -39,6 +39,11 @@ impl PhaseLaw {
         if self.drift == 0.0 { [self.quadratic, self.quartic] } else { [0.0; 2] }
     }
 
+    /// Rate of which amplitude laws and derivatives count: that at vanishing amplitude, or with a drift the mean, rad/s.
+    pub(crate) fn reference_omega(&self) -> f64 {
+        if self.drift == 0.0 { self.omega } else { self.mean_omega }
+    }
+
     /// Relative change of frequency at an amplitude.
     pub(crate) fn shift(&self, amplitude: f64) -> f64 {
         let s = amplitude * amplitude;
