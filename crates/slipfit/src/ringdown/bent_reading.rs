@@ -29,30 +29,42 @@ struct Estimate {
 }
 
 /// The answer by `refit` to the straightened reading, where the samples show a second or third harmonic in phase with the
-/// motion that falls as the square or cube of the amplitude, beyond what a spring that stiffens gives.
+/// motion that falls as the square or cube of the amplitude, beyond what a spring that stiffens gives. A reading that bends
+/// by more than such a curve describes is warned of.
 ///
 /// Losses make harmonics in quadrature to the motion, electronics in proportion to it. The error of the curve counts in
 /// every parameter by the difference that it makes.
 pub(crate) fn straightened<'a>(
     samples: &Samples<'a>,
-    answer: Answer,
+    mut answer: Answer,
     criteria: &SensorCriteria,
     refit: impl Fn(Samples<'a>) -> Option<Answer>,
 ) -> Answer {
-    found(samples, &answer, criteria, refit).unwrap_or(answer)
+    let bends = |e: &Estimate| e.quadratic != 0.0 || e.cubic.abs() > criteria.significance * e.cubic_error;
+    let may_bend = may_bend(&answer, criteria);
+    let estimate = may_bend.then(|| bend(samples, &answer, criteria, None).filter(bends)).flatten();
+    let Some(estimate) = estimate else { return answer };
+    if let Some(found) = along_curve(samples, &answer, estimate, criteria, refit) {
+        return found;
+    }
+    let named = answer.warnings.iter().any(|w| matches!(w, Warning::Harmonics { .. }));
+    let relative_amplitude =
+        0.25 * estimate.cubic.abs() * answer.fit.amplitude_at(answer.fit.start_s).powi(2);
+    let sure = estimate.cubic.abs() > criteria.unstraightened_errors * estimate.cubic_error;
+    if sure && relative_amplitude > criteria.unstraightened && !named {
+        answer.warnings.push(Warning::Harmonics { order: 3, relative_amplitude });
+    }
+    answer
 }
 
-fn found<'a>(
+/// The answer to the reading straightened along a curve of which there is an estimate; `None` where no curve describes it.
+fn along_curve<'a>(
     samples: &Samples<'a>,
     answer: &Answer,
+    estimate: Estimate,
     criteria: &SensorCriteria,
     refit: impl Fn(Samples<'a>) -> Option<Answer>,
 ) -> Option<Answer> {
-    if !may_bend(answer, criteria) {
-        return None;
-    }
-    let bends = |e: &Estimate| e.quadratic != 0.0 || e.cubic.abs() > criteria.significance * e.cubic_error;
-    let estimate = bend(samples, answer, criteria, None).filter(bends)?;
     // At the start the mean of a bent reading is another one.
     let centre = answer.fit.knots.last()?.offset;
     let Estimate { quadratic, cubic, cubic_error: cubic_std_error } = estimate;
@@ -226,6 +238,20 @@ mod tests {
                 assert_held(read, &options, Parameter::DECAY_RATE, DELTA);
                 assert_held(read, &options, Parameter::FRICTION_DISPLACEMENT, x_f);
             }
+        }
+    }
+
+    /// The curve that the third harmonic asks for does not rise to the highest reading.
+    #[test]
+    fn a_reading_that_no_curve_straightens_is_warned_of() {
+        for x_f in [0.0, 0.008] {
+            let oscillator = Oscillator::kinematic(7.0, DELTA, x_f).expect("valid");
+            let decay = FreeDecay::from_rest(&oscillator, 1.0).expect("valid");
+            let sample = |i: usize| decay.displacement(i as f64 / 40.0).tanh() + 0.02 * jitter(i, 8);
+            let record = Record::uniform(40.0, (0..1600).map(sample).collect()).expect("valid");
+            let answer = analyse(&record, &Options::default()).expect("a ring-down");
+            let codes: Vec<&str> = answer.warnings.iter().map(Warning::code).collect();
+            assert!(codes.contains(&"harmonics") && answer.sensor_curve.is_none(), "{codes:?}");
         }
     }
 

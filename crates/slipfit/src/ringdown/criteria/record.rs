@@ -166,6 +166,10 @@ criteria! {
         /// Third harmonic over the first amplitude, at most.
         most: f64 = 0.05, source "a cubic gives the sine of 60 degrees to 1 %; beyond it the wave is warned of",
             moves "bias with bent readings";
+        /// Third harmonic over the first amplitude from which on a reading that no curve straightens is warned of.
+        unstraightened: f64 = 0.01, source "reads an amplitude too small by 3 %", moves "warnings of bent readings";
+        /// Standard errors of that harmonic.
+        unstraightened_errors: f64 = 5.0, source "a record in 2e6 by chance", moves "warnings of bent readings";
         /// Standard errors from which on friction is told beside a curve.
         friction_errors: f64 = 3.0, source "a side in 700 by chance", moves "false friction with bent readings";
     }
