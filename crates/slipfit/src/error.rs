@@ -225,6 +225,10 @@ fn in_unit(unit: &str) -> String {
     if unit.is_empty() { "has no unit".to_owned() } else { format!("is in {unit}") }
 }
 
+/// Reason of [`Error::NoFit`] for numbers that no other part of the record would mend.
+pub(crate) const BEYOND_NUMBERS: &str = "signal or duration lie beyond 1e-60 to 1e60, where powers leave the \
+                                         range of numbers; choose another unit";
+
 #[cfg(test)]
 mod tests {
     use super::*;

@@ -2,6 +2,7 @@
 
 use super::hint::{Analysis, Hint};
 use crate::Error;
+use crate::error::BEYOND_NUMBERS;
 use crate::model::displacement::Coordinate;
 
 impl Error {
@@ -39,6 +40,8 @@ impl Error {
                     vec![Hint::advice("measure at more levels of the drive, below and above the threshold")]
                 }
             },
+            // Another unit helps, as the reason says.
+            Self::NoFit { reason } if *reason == BEYOND_NUMBERS => Vec::new(),
             Self::NoFit { .. } => match analysis {
                 Analysis::Ringdown => {
                     alternatives(["start_s", "end_s", "band_hz"], "chooses a cleaner part").into()

@@ -4,6 +4,7 @@ use super::criteria::Criteria;
 use super::options::Options;
 use super::spikes::spikes;
 use super::unresolved::{may_be_unresolved, resolved};
+use crate::error::BEYOND_NUMBERS;
 use crate::motion::decay::window::Observable;
 use crate::numeric::extremes;
 use crate::record::MIN_SAMPLES;
@@ -216,10 +217,7 @@ impl<'a> Samples<'a> {
         if [signal, self.duration()].iter().all(|v| REPRESENTABLE.contains(v)) {
             return Ok(());
         }
-        Err(Error::NoFit {
-            reason: "signal or duration lie beyond 1e-60 to 1e60, where powers leave the range of \
-                     numbers; choose another unit",
-        })
+        Err(Error::NoFit { reason: BEYOND_NUMBERS })
     }
 }
 

@@ -71,6 +71,7 @@ impl AmplitudeFit {
 /// - [`Error::Length`] if times and amplitudes differ in number
 /// - [`Error::TooFewSamples`] for fewer than four
 /// - [`Error::Parameter`] for a value that is not finite, an interval not above zero
+/// - [`Error::TimeBackwards`] for a time less than the one before
 /// - [`Error::NoFit`] where the data do not determine three parameters, as of a constant
 ///
 /// ```
@@ -96,6 +97,7 @@ pub fn fit_amplitudes(sampling: Sampling<'_>, amplitude: &[f64]) -> Result<Ampli
         Sampling::At(time_s) => {
             super::check_lengths("amplitude", time_s.len(), n, 4)?;
             super::check_finite("time_s", time_s)?;
+            super::check_order(time_s)?;
             Trace { time: Some(time_s), amplitude, first: time_s[0], interval: None }
         }
     };
@@ -105,7 +107,7 @@ pub fn fit_amplitudes(sampling: Sampling<'_>, amplitude: &[f64]) -> Result<Ampli
     }
     let duration = match sampling {
         Sampling::Every(interval) => interval * (n - 1) as f64,
-        Sampling::At(time_s) => time_s.iter().fold(0.0, |most: f64, t| most.max((t - time_s[0]).abs())),
+        Sampling::At(time_s) => time_s[n - 1] - time_s[0],
     };
     let curved = data.interval.and_then(|interval| by_thirds(thirds, n / 3, interval));
     let start = match curved {

@@ -55,6 +55,7 @@ pub struct EnvelopeFit {
 /// - [`Error::Length`] if the two differ in length
 /// - [`Error::TooFewSamples`] for fewer than four
 /// - [`Error::Parameter`] for a value that is not finite
+/// - [`Error::TimeBackwards`] for a time less than the one before
 /// - [`Error::NoFit`] where the data do not determine three parameters
 ///
 /// ```
@@ -87,6 +88,9 @@ pub fn fit_envelope(time_s: &[f64], amplitude: &[f64], start: &EnvelopeStart) ->
     // Stamps within four roundings of an even clock are one.
     let even = uneven <= 4.0 * f64::EPSILON * first.abs().max(time_s[n - 1].abs());
     let interval = (even && interval > 0.0).then_some(interval);
+    if interval.is_none() {
+        super::check_order(time_s)?;
+    }
     let data = Trace { time: Some(time_s), amplitude, first, interval };
     let fit = |at| {
         minimise(

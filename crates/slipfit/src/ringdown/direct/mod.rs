@@ -38,6 +38,14 @@ fn check_finite(name: &'static str, values: &[f64]) -> Result<(), Error> {
     }
 }
 
+/// Refuses a time less than the one before.
+fn check_order(time_s: &[f64]) -> Result<(), Error> {
+    match time_s.windows(2).position(|w| w[1] < w[0]) {
+        Some(i) => Err(Error::TimeBackwards { index: i + 1, previous: time_s[i], next: time_s[i + 1] }),
+        None => Ok(()),
+    }
+}
+
 fn check_start(values: &[(&'static str, f64)]) -> Result<(), Error> {
     values.iter().try_for_each(|&(name, value)| check_finite(name, &[value]))
 }

@@ -131,9 +131,7 @@ pub fn fit_waveform(time_s: &[f64], signal: &[f64], start: &Decay) -> Result<Dec
     if !(ordered && power.is_finite()) {
         super::check_finite("time_s", time_s)?;
         super::check_finite("signal", signal)?;
-        if let Some(i) = time_s.windows(2).position(|w| w[1] < w[0]) {
-            return Err(Error::TimeBackwards { index: i + 1, previous: time_s[i], next: time_s[i + 1] });
-        }
+        super::check_order(time_s)?;
     }
     let origin = time_s[0];
     let at = [
