@@ -96,6 +96,10 @@ impl Options {
             let problem = "an oscillation needs the method analyse; fit takes amplitudes, or X and Y";
             return wrong("method", problem.to_owned());
         }
+        if self.frequency_hz.is_some() && matches!(self.signal, Signal::Oscillation(..)) {
+            let problem = "only for amplitudes, or X and Y; an oscillation has a frequency of its own";
+            return wrong("frequency_hz", problem.to_owned());
+        }
         let interval = match &self.clock {
             Clock::Interval(number) => Some(number),
             Clock::Times(_) => None,

@@ -1,7 +1,7 @@
 //! Rows of answer as columns.
 
 use crate::answer::{Estimate, Status};
-use crate::error::Error;
+use crate::error::{Error, place};
 use crate::options::{Method, Options};
 use crate::trace::column;
 use arrow_array::{ArrayRef, BooleanArray, Float64Array, Int64Array, RecordBatch, StringArray};
@@ -204,16 +204,16 @@ pub(crate) fn detected(p_value: f64) -> bool {
 /// The columns of an answer to a table of this schema: those kept, then the answer's own.
 ///
 /// # Errors
-/// [`Error::NoColumn`] where a column to keep is not there; [`Error::Option`] where it would stand
-/// twice.
+/// [`Error::NoColumn`], [`Error::AmbiguousColumn`] where a column to keep is not there or there more than once;
+/// [`Error::Option`] where it would stand twice.
 pub fn schema(table: &Schema, options: &Options) -> Result<Schema, Error> {
     let own = contents(options.method);
     let mut fields = Vec::new();
-    for name in &options.keep {
-        let Ok(field) = table.field_with_name(name) else {
-            let all: Vec<String> = table.fields().iter().map(|field| format!("`{}`", field.name())).collect();
-            return Err(Error::NoColumn { name: name.clone(), columns: all.join(", ") });
-        };
+    for (at, name) in options.keep.iter().enumerate() {
+        let field = table.field(place(table, name)?);
+        if options.keep[..at].contains(name) {
+            return Err(Error::Option { option: "keep", problem: format!("`{name}` is named twice") });
+        }
         if own.iter().any(|(known, _)| known == name) {
             let problem = format!("the answer has a column `{name}` of its own");
             return Err(Error::Option { option: "keep", problem });

@@ -1,6 +1,6 @@
 //! Traces in the columns of a batch.
 
-use crate::error::Error;
+use crate::error::{Error, place};
 use crate::options::{Clock, Number, Options, Signal};
 use arrow_array::cast::AsArray;
 use arrow_array::types::{
@@ -121,11 +121,7 @@ impl<'a> Input<'a> {
 }
 
 pub(crate) fn column<'a>(batch: &'a RecordBatch, name: &str) -> Result<&'a ArrayRef, Error> {
-    batch.column_by_name(name).ok_or_else(|| {
-        let schema = batch.schema();
-        let all: Vec<String> = schema.fields().iter().map(|field| format!("`{}`", field.name())).collect();
-        Error::NoColumn { name: name.to_owned(), columns: all.join(", ") }
-    })
+    place(batch.schema_ref(), name).map(|at| batch.column(at))
 }
 
 /// A list of numbers in each row.
@@ -265,7 +261,7 @@ impl Numbers {
                     found: held.data_type().clone(),
                     needed: "a column of numbers",
                 })?;
-                Ok(Self::Each(Float64Array::new(values.into(), held.nulls().cloned())))
+                Ok(Self::Each(Float64Array::new(values.into(), held.logical_nulls())))
             }
         }
     }

@@ -6,7 +6,8 @@ use arrow_array::cast::AsArray;
 use arrow_array::types::{
     ArrowPrimitiveType, Float32Type, Float64Type, Int16Type, Int32Type, Int64Type, UInt8Type, UInt64Type,
 };
-use arrow_array::{Array, ArrayRef, Float64Array, RecordBatch, StringArray};
+use arrow_array::{Array, ArrayRef, Float64Array, ListArray, RecordBatch, StringArray};
+use arrow_schema::{Field, Schema};
 use proptest::prelude::*;
 use slipfit::SignalKind;
 use slipfit_batch::{Clock, Error, Method, Number, Options, Signal, fit_batch, fit_batch_until, schema};
@@ -366,4 +367,43 @@ proptest! {
             prop_assert!(!failed || !text(&answer, "reason", i).is_empty());
         }
     }
+}
+
+#[test]
+fn columns_are_found_once_and_options_meant_for_others_are_refused() {
+    let trace: Vec<f64> = (0..60).map(|i| (-0.02 * f64::from(i)).exp()).collect();
+    let lists = || -> ArrayRef {
+        Arc::new(ListArray::from_iter_primitive::<Float64Type, _, _>([Some(trace.iter().copied().map(Some))]))
+    };
+    let fields: Vec<Field> =
+        ["a", "a", "i"].iter().map(|name| Field::new(*name, lists().data_type().clone(), true)).collect();
+    let table = RecordBatch::try_new(Arc::new(Schema::new(fields)), vec![lists(), lists(), lists()]).unwrap();
+    let of = |name: &str| Options::fit(Signal::Amplitude(name.into()), Number::Same(0.01));
+    assert!(matches!(fit_batch(&table, &of("a")), Err(Error::AmbiguousColumn { name }) if name == "a"));
+    let mut twice = of("i");
+    twice.keep = vec!["i".into(), "i".into()];
+    assert_eq!(fit_batch(&table, &twice).unwrap_err().to_string(), "keep: `i` is named twice");
+    let signal = Signal::Oscillation("i".into(), SignalKind::Displacement);
+    let mut oscillation = Options::new(signal, Clock::Interval(Number::Same(0.01)), Method::Analyse);
+    oscillation.frequency_hz = Some(Number::Same(5.0));
+    let said = fit_batch(&table, &oscillation).unwrap_err().to_string();
+    assert!(said.starts_with("frequency_hz: only for amplitudes"), "{said}");
+}
+
+#[test]
+fn times_that_go_backwards_fail_their_row() {
+    let times: Vec<f64> = (0..60).map(|i| 0.01 * f64::from(i)).collect();
+    let trace = || Some(times.iter().map(|t| Some((-2.0 * t).exp() + 1e-3 * (900.0 * t).sin())));
+    let back: Vec<f64> = times.iter().rev().copied().collect();
+    let stamps = [&times, &back].map(|list| Some(list.iter().copied().map(Some)));
+    let table = RecordBatch::try_from_iter([
+        ("a", Arc::new(ListArray::from_iter_primitive::<Float64Type, _, _>([trace(), trace()])) as ArrayRef),
+        ("t", Arc::new(ListArray::from_iter_primitive::<Float64Type, _, _>(stamps)) as ArrayRef),
+    ])
+    .unwrap();
+    let options = Options::new(Signal::Amplitude("a".into()), Clock::Times("t".into()), Method::Fit);
+    let answer = fit_batch(&table, &options).unwrap();
+    let reason = answer["reason"].as_string::<i32>();
+    assert_eq!(reason.value(0), "");
+    assert!(reason.value(1).starts_with("time goes backwards at sample 1"), "{}", reason.value(1));
 }

@@ -102,6 +102,10 @@ fn opened(path: &Path, name: Option<&str>) -> Result<([usize; 3], String, Source
         return Err(ReadProblem::Empty);
     }
     if head.starts_with(b"\x93NUMPY") {
+        if let Some(name) = name {
+            let reason = format!("{name:?} names an array, and a .npy file holds one without a name");
+            return Err(ReadProblem::NoStack { reason });
+        }
         let (shape, stored, first) = npy::cube(&head)?;
         let length = file.metadata().map_err(ReadProblem::Io)?.len();
         let numbers = shape.iter().try_fold(stored.bytes as u64, |n, d| n.checked_mul(*d as u64));
