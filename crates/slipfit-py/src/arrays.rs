@@ -3,7 +3,7 @@
 //! An analysis of arrays is one of the file that `numpy.save` would write of them, so that cleaning,
 //! fingerprint, report and JSON are the reader's, and the command gives the same answer.
 
-use crate::failure::option_error;
+use crate::failure::{Failure, option_error};
 use numpy::PyReadonlyArray1;
 use pyo3::prelude::*;
 
@@ -26,6 +26,13 @@ pub(crate) fn npy(py: Python<'_>, columns: &[(&str, &Vector<'_>)]) -> PyResult<V
                 format!("{name} has {found} values where {first} has {rows}: both need one for each sample"),
             ));
         }
+    }
+    if rows < 2 {
+        let name = columns.last().map_or("signal", |(name, _)| name);
+        let found = if rows == 0 { "no rows" } else { "one row" };
+        let message = format!("{NAME}: {name} has {found} where several are needed");
+        let failure = Failure::new(py, "ReadError", "too_few_rows", message);
+        return Err(failure.with("file", NAME).with("row", None::<usize>).with("found", rows).into_error());
     }
     let views: Vec<_> = columns.iter().map(|(_, values)| values.as_array()).collect();
     let mut bytes = header(columns.iter().map(|(name, _)| *name), rows);

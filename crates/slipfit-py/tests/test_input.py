@@ -333,3 +333,67 @@ def test_what_would_be_taken_for_something_else_is_refused(swing, option, given)
 def test_a_list_of_lists_of_other_lengths_is_refused(swing):
     with pytest.raises(slipfit.OptionError):
         slipfit.ringdown(swing[0][:2], [[1], [1, 2]])
+
+
+def test_what_is_missing_in_objects_is_missing(swing):
+    pandas = pytest.importorskip("pandas")
+    time, signal = swing
+    for missing in (None, pandas.NA, float("nan")):
+        objects = np.array([missing, *signal[1:]], dtype=object)
+        assert slipfit.ringdown(time, objects).to_dict()["input"]["rows_skipped"] == 1
+    with pytest.raises(slipfit.OptionError, match="does not hold numbers"):
+        slipfit.ringdown(time, np.array([1j, *signal[1:]], dtype=object))
+
+
+def test_numbers_beyond_doubles_are_left_out_without_a_warning(swing):
+    time, signal = swing
+    wide = signal.astype(np.longdouble)
+    if np.finfo(wide.dtype).max <= np.finfo(float).max:
+        pytest.skip("no wider numbers here")
+    wide[5] = np.longdouble("1e4000")
+    assert slipfit.ringdown(time, wide).to_dict()["input"]["rows_skipped"] == 1
+
+
+@pytest.mark.parametrize(("rows", "words"), [(0, "signal has no rows"), (1, "signal has one row")])
+def test_arrays_without_rows_are_not_called_a_broken_file(rows, words):
+    with pytest.raises(slipfit.ReadError, match=words) as raised:
+        slipfit.ringdown(np.arange(rows), np.arange(rows))
+    assert (raised.value.code, raised.value.found) == ("too_few_rows", rows)
+    with pytest.raises(slipfit.ReadError, match="amplitude has"):
+        slipfit.levels(np.arange(rows), np.arange(rows))
+
+
+def test_numbers_beyond_all_powers_have_no_hint_but_another_unit(swing):
+    with pytest.raises(slipfit.NoAnswerError, match="choose another unit") as raised:
+        slipfit.ringdown(swing[0], swing[1] * 1e200)
+    assert raised.value.hints == ()
+
+
+def test_labelled_curves_and_levels_bring_their_units(sweep):
+    xarray = pytest.importorskip("xarray")
+    pandas = pytest.importorskip("pandas")
+    frequency, response = sweep
+    plain = slipfit.resonance(frequency, response, drive_amplitude=1, unit="mm")
+    for scale, unit in ((1.0, "Hz"), (1e-3, "kHz"), (2 * np.pi, "rad/s"), (1.0, None)):
+        attrs = {} if unit is None else {"units": unit}
+        hz = xarray.DataArray(scale * frequency, dims="f", attrs=attrs)
+        values = xarray.DataArray(response, dims="f", attrs={"units": "mm"})
+        for arguments in ((hz, values), (values.assign_coords(f=hz),), (hz, response)):
+            found = slipfit.resonance(*arguments, drive_amplitude=1)
+            x_f, other = (one.parameters.friction_displacement for one in (found, plain))
+            assert x_f.value == pytest.approx(other.value, rel=1e-6)
+            assert found.parameters.natural_frequency_hz.value == pytest.approx(1, abs=1e-3)
+            assert x_f.unit == ("" if arguments[-1] is response else "mm")
+    with pytest.raises(slipfit.OptionError, match="frequency is in 'THz': mHz") as raised:
+        slipfit.resonance(xarray.DataArray(frequency, dims="f", attrs={"units": "THz"}), response)
+    assert raised.value.option == "frequency"
+    with pytest.raises(slipfit.OptionError, match="frequency is a DataFrame") as raised:
+        slipfit.resonance(pandas.DataFrame({"f": frequency}))
+    assert raised.value.option == "frequency"
+    whole = pandas.Series(np.abs(response), index=np.arange(10, 91))
+    assert slipfit.resonance(whole, drive_amplitude=1).parameters.natural_frequency_hz.value > 10
+    drive = np.arange(0.1, 1.3, 0.1)
+    amplitude = np.maximum(40 * (drive - 0.35), 0) + 0.02 * (np.arange(12) * 7 % 5)
+    labelled = (xarray.DataArray(one, dims="d", attrs={"units": unit}) for one, unit in ((drive, "V"), (amplitude, "mm")))
+    data = slipfit.levels(*labelled).to_dict()["input"]
+    assert (data["drive_unit"], data["unit"]) == ("V", "mm")

@@ -262,6 +262,9 @@ def _record(
         # The rate stands in place of stamps.
         times = None
     elif times is None:
+        if values is not None and np.ndim(_input.held("signal", values)) != 1:
+            # A table, or anything else that is no signal: its shape says more.
+            _input.vector("signal", values)
         raise _input.refuse("time", "no times: give time or rate_hz")
     return _core.record_of_arrays(
         times,
@@ -448,9 +451,10 @@ def _curve(
         del given["unit"], given["kind"]
         _nothing_besides(given, "a file", "; slipfit.read_curve(file, amplitude=…) names its columns")
         return read_curve(frequency, unit=unit, kind=kind)
-    if response is None and type(frequency).__module__.split(".")[0] in ("pandas", "xarray"):
-        frequency, response, own = _input.time_and_signal(frequency, None)
-        unit = unit if unit is not None else own
+    own = _input.own_unit(response)
+    if response is None:
+        frequency, response, own = _input.frequency_and_response(frequency)
+    unit = unit if unit is not None else own
     if frequency is None or response is None:
         raise _input.refuse("response", "a curve needs frequencies and a response")
     values = _input.held("response", response)
@@ -468,7 +472,7 @@ def _curve(
     else:
         amplitude = _input.vector("response", response)
     return _core.curve_of_arrays(
-        _input.vector("frequency", frequency), amplitude, optional["phase_rad"], real, imaginary,
+        _input.hertz("frequency", frequency), amplitude, optional["phase_rad"], real, imaginary,
         optional["std_error"], optional["drive"], unit, kind,
     )  # fmt: skip
 
@@ -626,8 +630,8 @@ def _levels(
         _input.vector("drive", drive),
         _input.vector("amplitude", amplitude),
         None if std_error is None else _input.vector("std_error", std_error),
-        unit,
-        drive_unit,
+        unit if unit is not None else _input.own_unit(amplitude),
+        drive_unit if drive_unit is not None else _input.own_unit(drive),
     )
 
 
@@ -762,6 +766,8 @@ class Measurement:
         measured = (self.data, self.reference) if isinstance(self.data, _core.Curve) else (self.data,)
         value = _input.pair("value", self.value)
         uncertain = value if value is None or isinstance(value, tuple) else (value, 0.0)
+        if uncertain is not None and not (np.isfinite(uncertain).all() and uncertain[1] >= 0):
+            raise _input.refuse("value", f"value={self.value}: finite numbers are needed, no error below zero")
         name = self.name if self.name is not None else os.path.basename(self.data.path)
         scale = _input.optional("scale", self.scale)
         if scale is not None and not 0 < scale < float("inf"):

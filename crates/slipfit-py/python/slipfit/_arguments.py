@@ -89,7 +89,8 @@ def _alternatives(annotation: Any) -> tuple[Any, ...]:
 
 
 def _is_number(value: Any) -> bool:
-    return hasattr(type(value), "__float__") and getattr(getattr(value, "dtype", None), "kind", "f") != "c"
+    # NumPy would make one of a text, and of a duration in whatever unit it counts.
+    return hasattr(type(value), "__float__") and getattr(getattr(value, "dtype", None), "kind", "f") in "biuf"
 
 
 def _is_pair(value: Any) -> bool:

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import datetime
+import math
 import operator
 import os
 from collections.abc import Iterable, Mapping
@@ -32,6 +33,13 @@ _SECONDS = {
     "us": 1e-6, "µs": 1e-6, "μs": 1e-6, "microsecond": 1e-6, "microseconds": 1e-6,
     "ns": 1e-9, "nanosecond": 1e-9, "nanoseconds": 1e-9, "min": 60.0, "minute": 60.0, "minutes": 60.0,
     "h": 3600.0, "hour": 3600.0, "hours": 3600.0,
+}  # fmt: skip
+
+
+#: Hertz in the units of frequency that labelled arrays name.
+_HERTZ = {
+    "Hz": 1.0, "hertz": 1.0, "1/s": 1.0, "s-1": 1.0, "mHz": 1e-3, "kHz": 1e3, "MHz": 1e6, "GHz": 1e9,
+    "rad/s": 0.5 / math.pi,
 }  # fmt: skip
 
 
@@ -73,37 +81,90 @@ def vector(name: str, values: ArrayLike) -> Vector:
     if array.dtype.kind in "mM":
         raise refuse(name, f"{name} holds times where numbers are needed")
     try:
-        return np.asarray(array, dtype=np.float64)
-    except (TypeError, ValueError, OverflowError) as error:
+        return _doubles(array)
+    except (TypeError, ValueError, ArithmeticError) as error:
         raise refuse(name, f"{name} does not hold numbers ({array.dtype}): {error}") from None
 
 
+def _doubles(array: NDArray[Any]) -> Vector:
+    # What is beyond all doubles is infinite: left out and counted, as any infinite sample.
+    with np.errstate(over="ignore"):
+        try:
+            return np.asarray(array, dtype=np.float64)
+        except TypeError:
+            if array.dtype.kind != "O":
+                raise
+            return np.array([np.nan if _missing(one) else one for one in array], dtype=np.float64)
+
+
+def own_unit(values: Any) -> str | None:
+    """The unit that an array of xarray names."""
+    if type(values).__module__.split(".")[0] != "xarray":
+        return None
+    unit = getattr(values, "attrs", {}).get("units")
+    return None if unit is None else str(unit)
+
+
+def _in_unit(name: str, numbers: Vector, unit: str | None, known: Mapping[str, float], words: str) -> Vector:
+    """Numbers of a unit, where one is named, in that of which `known` has the factors."""
+    if not unit:
+        return numbers
+    if unit not in known:
+        raise refuse(name, f"{name} is in {unit!r}: {words} are known")
+    return numbers * known[unit]
+
+
+def hertz(name: str, values: ArrayLike) -> Vector:
+    """Frequencies in Hz; those of xarray are taken in the unit that they name."""
+    return _in_unit(name, vector(name, values), own_unit(values), _HERTZ, "mHz, Hz, kHz, MHz, GHz and rad/s")
+
+
 def seconds(name: str, values: ArrayLike) -> Vector:
-    """Times in seconds; dates are counted from the first."""
+    """Times in seconds; dates are counted from the first, numbers of xarray taken in the unit that they name."""
+    unit = own_unit(values)
     if getattr(getattr(values, "dtype", None), "tz", None) is not None:
         # A column of pandas whose dates have a time zone.
         dates: Any = values
         values = dates.dt.tz_convert(None)
     array = held(name, values)
     if array.dtype.kind == "O" and array.ndim == 1:
-        array = _moments(array)
+        array = _moments(name, array)
     if array.dtype.kind == "M":
+        if np.datetime_data(array.dtype)[0] in ("Y", "M"):
+            # Months differ in length, their first days do not.
+            array = array.astype("datetime64[D]")
         known = array[~np.isnat(array)]
         array = array - (known[0] if known.size else np.datetime64(0, "s"))
     if array.dtype.kind == "m":
-        # From the first, so that no digit of a date in nanoseconds is lost.
-        missing = np.isnat(array)
-        array = array.astype("timedelta64[ns]").astype(np.int64) / 1e9
-        array[missing] = np.nan
-    return vector(name, array)
+        return _durations(name, array)
+    return _in_unit(name, vector(name, array), unit, _SECONDS, "s, ms, us, ns, min and h")
 
 
-def _moments(array: NDArray[np.object_]) -> NDArray[Any]:
+#: Seconds in the larger units of NumPy's durations, and the smaller units in a second.
+_LONG = {"W": 604800, "D": 86400, "h": 3600, "m": 60, "s": 1}
+_SHORT = {"ms": 1e3, "us": 1e6, "ns": 1e9, "ps": 1e12, "fs": 1e15, "as": 1e18}
+
+
+def _durations(name: str, array: NDArray[Any]) -> Vector:
+    """Durations in seconds, from counts of their own unit, so that no digit is lost."""
+    unit, step = np.datetime_data(array.dtype)
+    if unit not in _LONG and unit not in _SHORT:
+        words = "no unit" if unit == "generic" else "months or years, which differ in length"
+        raise refuse(name, f"{name} holds durations of {words} ({array.dtype})")
+    counts = array.astype(np.int64) * float(step)
+    times = counts * _LONG[unit] if unit in _LONG else counts / _SHORT[unit]
+    times[np.isnat(array)] = np.nan
+    return vector(name, times)
+
+
+def _moments(name: str, array: NDArray[np.object_]) -> NDArray[Any]:
     """Dates or durations held as objects of their own; anything else as it is."""
     known = [one for one in array if not _missing(one)]
     if known and all(isinstance(one, datetime.timedelta) for one in known):
         return np.array([np.timedelta64("NaT") if _missing(one) else one for one in array], "timedelta64[ns]")
     if known and all(isinstance(one, datetime.datetime) for one in known):
+        if len({one.tzinfo is None for one in known}) > 1:
+            raise refuse(name, f"{name} mixes dates with and without a time zone")
         return np.array([np.datetime64("NaT") if _missing(one) else _naive(one) for one in array], "datetime64[ns]")
     return array
 
@@ -121,21 +182,49 @@ def _naive(moment: datetime.datetime) -> datetime.datetime:
     return moment if moment.tzinfo is None else moment.astimezone(datetime.timezone.utc).replace(tzinfo=None)
 
 
-def coordinate_seconds(coordinate: Any) -> Vector:
-    """Times of a coordinate of xarray, in the unit that it names."""
-    times = seconds("time", coordinate.to_numpy())
-    unit = coordinate.attrs.get("units")
-    if unit is None or coordinate.dtype.kind in "mM":
-        return times
-    if str(unit) not in _SECONDS:
-        raise refuse("time", f"the times are in {str(unit)!r}: s, ms, us, ns, min or h are known")
-    return times * _SECONDS[str(unit)]
+def _counts_rows(index: Any) -> bool:
+    """Whether an index of pandas is a count of rows, from which some may have been taken: it says nothing of time."""
+    return type(index).__name__ == "RangeIndex" or (index.dtype.kind in "iu" and index.name is None)
 
 
-def _index_times(index: Any) -> Vector:
+def _index_times(name: str, index: Any) -> Vector:
+    if hasattr(index, "to_timestamp"):
+        # Periods begin at their stamp.
+        index = index.to_timestamp()
     if getattr(index, "tz", None) is not None:
         index = index.tz_convert(None)
-    return seconds("time", index.to_numpy())
+    return seconds(name, index.to_numpy())
+
+
+def _index(axis: str, index: Any) -> Vector:
+    """An index of pandas as times or frequencies."""
+    if getattr(index, "nlevels", 1) > 1:
+        raise refuse(axis, f"the index has {index.nlevels} levels: give one of them, or another array, as {axis}")
+    return _index_times(axis, index) if axis == "time" else hertz(axis, index.to_numpy())
+
+
+def _labelled(axis: str, option: str, given: Any) -> tuple[Vector | None, Any, str | None] | None:
+    """Times or frequencies, values and unit of a labelled array; None of any other."""
+    module = type(given).__module__.split(".")[0]
+    if module == "xarray":
+        if not hasattr(given, "ndim"):
+            raise wrong_type(option, given, f"one of the variables of the {type(given).__name__} is needed")
+        if given.ndim != 1:
+            raise refuse(option, f"{option} has the dimensions {given.dims} where one is needed")
+        coordinate = given.coords.get(given.dims[0])
+        convert = seconds if axis == "time" else hertz
+        return None if coordinate is None else convert(axis, coordinate), given.to_numpy(), own_unit(given)
+    if module == "pandas" and hasattr(given, "index"):
+        if getattr(given, "ndim", 1) != 1:
+            raise refuse(option, f"{option} is a DataFrame: one of its columns is needed")
+        counted = _counts_rows(given.index) if axis == "time" else type(given.index).__name__ == "RangeIndex"
+        return None if counted else _index(axis, given.index), given.to_numpy(), None
+    return None
+
+
+def frequency_and_response(labelled: Any) -> tuple[Vector | None, Any, str | None]:
+    """Frequencies, response and unit of a labelled array; nothing of any other."""
+    return _labelled("frequency", "frequency", labelled) or (None, None, None)
 
 
 def time_and_signal(time: Any, signal: Any) -> tuple[Vector | None, Any, str | None]:
@@ -144,33 +233,11 @@ def time_and_signal(time: Any, signal: Any) -> tuple[Vector | None, Any, str | N
     A pandas Series has its times in its index, an xarray DataArray in the
     coordinate of its one dimension and its unit in ``attrs["units"]``.
     """
-    labelled = time if signal is None else signal
-    unit: str | None = None
-    times: Vector | None = None
-    module = type(labelled).__module__.split(".")[0]
-    if module == "xarray":
-        if not hasattr(labelled, "ndim"):
-            kind = type(labelled).__name__
-            raise wrong_type("signal", labelled, f"one of the variables of the {kind} is needed")
-        if labelled.ndim != 1:
-            raise refuse("signal", f"signal has the dimensions {labelled.dims} where one is needed")
-        given = labelled.attrs.get("units")
-        unit = None if given is None else str(given)
-        dimension = labelled.dims[0]
-        if dimension in labelled.coords:
-            times = coordinate_seconds(labelled.coords[dimension])
-        values: Any = labelled.to_numpy()
-    elif module == "pandas" and hasattr(labelled, "index"):
-        if getattr(labelled, "ndim", 1) != 1:
-            raise refuse("signal", "signal is a DataFrame: one of its columns is needed")
-        # A plain count of rows says nothing about time.
-        if type(labelled.index).__name__ != "RangeIndex":
-            times = _index_times(labelled.index)
-        values = labelled.to_numpy()
-    else:
-        values = labelled
+    given = time if signal is None else signal
+    times, values, unit = _labelled("time", "signal", given) or (None, given, None)
     if signal is not None and time is not None:
-        times = seconds("time", _index_times(time) if hasattr(time, "to_numpy") and hasattr(time, "tz") else time)
+        indexed = hasattr(time, "to_numpy") and hasattr(time, "nlevels")
+        times = _index("time", time) if indexed else seconds("time", time)
     return times, values, unit
 
 
