@@ -12,6 +12,9 @@ import slipfit
 from slipfit import _core
 
 
+SWING = {"frequency_hz": 1.2, "q_factor": 80, "amplitude": 0.4, "duration_s": 40, "rate_hz": 50, "unit": "rad"}
+
+
 def test_a_known_friction_is_found(answer):
     x_f = answer.parameters.friction_displacement
     assert abs(x_f.value - 0.002) < 4 * x_f.std_error
@@ -36,8 +39,13 @@ def test_parameters_are_items_and_attributes(answer):
     assert "q_factor" in dir(parameters)
     with pytest.raises(AttributeError, match="no parameter 'slope'.*friction_displacement"):
         parameters.slope
-    with pytest.raises(KeyError):
+    with pytest.raises(KeyError, match="no parameter 'slope'; there are frequency_hz"):
         parameters["slope"]
+    with pytest.raises(KeyError, match="no value 'slope'; there are start_s"):
+        answer.segment["slope"]
+    with pytest.raises(KeyError, match="no column 'slope'; there are time_s"):
+        answer.envelope["slope"]
+    assert parameters.get("slope") is None and "slope" not in answer.segment
 
 
 def test_typed_names_are_all_parameters():
@@ -177,6 +185,12 @@ def test_answers_are_drawn(answer, sweep):
     assert len(levels.plot()) == 1
     for number in plt.get_fignums():
         plt.figure(number).canvas.draw()
+    series = slipfit.series([slipfit.Measurement(slipfit.simulate.decay(**SWING))])
+    for drawn in (answer, curve, levels, series):
+        for wrong in (5, "ax", [ax], np.array([ax]), plt.figure()):
+            with pytest.raises(slipfit.OptionTypeError, match="matplotlib Axes are needed") as raised:
+                drawn.plot(wrong)
+            assert raised.value.option == "ax" and raised.value.value is wrong
     plt.close("all")
 
 
@@ -236,3 +250,65 @@ def test_tables_and_bare_fits_are_compared(swing):
     ]
     assert fits[0] == fits[1]
     assert hash(fits[0]) == hash(fits[1])
+
+
+def test_sections_are_the_callers_own(swing):
+    answer = slipfit.ringdown(*swing, unit="rad", law="free")
+    law = answer.free_law
+    assert law.curve.amplitude.shape == law.curve.loss_per_cycle.shape
+    assert law.limit.interval_95[0] < law.limit.value == answer.to_dict()["free_law"]["limit"]["value"]
+    assert len(repr(law)) < 1000
+    law.curve.amplitude[:] = -1
+    law.limit.interval_95[0] = -1
+    assert answer.free_law.curve.amplitude.min() >= 0
+    assert answer.free_law.limit.interval_95[0] == answer.to_dict()["free_law"]["limit"]["interval_95"][0]
+    for same in (copy.deepcopy(answer.free_law), pickle.loads(pickle.dumps(answer.free_law))):
+        assert same == answer.free_law
+
+
+HOSTILE = "<script>alert(1)</script>"
+
+
+def test_names_and_units_are_no_markup():
+    record = slipfit.simulate.decay(**{**SWING, "unit": HOSTILE})
+    sweep = slipfit.simulate.sweep(
+        np.linspace(0.9, 1.1, 41), frequency_hz=1, q_factor=50, friction_displacement=0.3, drive_amplitude=1
+    )
+    drive = np.arange(0.1, 1.3, 0.1)
+    answers = [
+        slipfit.ringdown(record),
+        slipfit.resonance(sweep.frequency_hz, sweep.amplitude, drive_amplitude=1, unit=HOSTILE),
+        slipfit.levels(drive, np.maximum(40 * (drive - 0.35), 0), unit=HOSTILE, drive_unit=HOSTILE),
+        slipfit.series(
+            [slipfit.Measurement(record, HOSTILE, name=HOSTILE)], title=HOSTILE, condition=HOSTILE,
+            condition_unit=HOSTILE,
+        ),
+    ]  # fmt: skip
+    for answer in answers:
+        for page in (answer._repr_html_(), answer.to_svg()):
+            assert "<script" not in page, type(answer).__name__
+        assert HOSTILE in answer.to_json()
+
+
+def test_an_answer_serves_many_threads(swing):
+    import threading
+
+    answer = slipfit.ringdown(*swing, unit="rad")
+    begun, found = threading.Barrier(8), []
+
+    def look():
+        begun.wait()
+        found.append((str(answer), answer._repr_html_(), hash(answer), answer.parameters, answer.fit, answer.warnings))
+
+    threads = [threading.Thread(target=look) for _ in range(8)]
+    for thread in threads:
+        thread.start()
+    for thread in threads:
+        thread.join()
+    assert len(found) == 8 and all(one == found[0] for one in found)
+
+
+@pytest.mark.parametrize("kind", [slipfit.Record, slipfit.Curve, slipfit.Levels, slipfit.ArrowTable, slipfit.RingdownAnswer])
+def test_every_attribute_says_what_it_is(kind):
+    for name in dir(kind):
+        assert name.startswith("_") or inspect.getdoc(getattr(kind, name)), name

@@ -5,12 +5,13 @@ from __future__ import annotations
 import json
 from collections.abc import Iterator, Mapping
 from dataclasses import dataclass
-from typing import TYPE_CHECKING, Any, Literal
+from typing import TYPE_CHECKING, Annotated, Any, Literal
 
 import numpy as np
 from numpy.typing import NDArray
 
 from . import _core, _plot
+from ._arguments import public
 from ._errors import Hint
 
 if TYPE_CHECKING:
@@ -64,6 +65,14 @@ class Quantity:
         return f"{self.value:.6g} ± {self.std_error:.2g}{unit}"
 
 
+def _item(held: Mapping[str, Any], what: str, name: object) -> Any:
+    """What is held by this name; the error for any other says which there are."""
+    try:
+        return held[name]  # type: ignore[index]
+    except KeyError:
+        raise KeyError(f"no {what} {name!r}; there are {', '.join(held)}") from None
+
+
 class Parameters(Mapping[str, Quantity]):
     """Parameters by name, as items and as attributes.
 
@@ -99,7 +108,8 @@ class Parameters(Mapping[str, Quantity]):
         self._held = dict(held)
 
     def __getitem__(self, name: str) -> Quantity:
-        return self._held[name]
+        quantity: Quantity = _item(self._held, "parameter", name)
+        return quantity
 
     def __iter__(self) -> Iterator[str]:
         return iter(self._held)
@@ -127,16 +137,23 @@ class Parameters(Mapping[str, Quantity]):
         return "Parameters(" + ", ".join(f"{name}={quantity}" for name, quantity in self.items()) + ")"
 
 
+def _part(value: Any) -> Any:
+    """A value of JSON as the caller's own: objects are sections, lists are copied."""
+    if isinstance(value, dict):
+        return Section(value)
+    return [_part(one) for one in value] if isinstance(value, list) else value
+
+
 class Section(Mapping[str, Any]):
-    """A part of an answer: its values as items and as attributes."""
+    """A part of an answer: its values as items and as attributes, sections among them."""
 
     __slots__ = ("_held",)
 
     def __init__(self, held: Mapping[str, Any]) -> None:
-        self._held = dict(held)
+        self._held = {name: _part(value) for name, value in held.items()}
 
     def __getitem__(self, name: str) -> Any:
-        return self._held[name]
+        return _item(self._held, "value", name)
 
     def __iter__(self) -> Iterator[str]:
         return iter(self._held)
@@ -177,7 +194,8 @@ class Table(Mapping[str, NDArray[Any]]):
         self._columns = dict(columns)
 
     def __getitem__(self, name: str) -> NDArray[Any]:
-        return self._columns[name]
+        column: NDArray[Any] = _item(self._columns, "column", name)
+        return column
 
     def __iter__(self) -> Iterator[str]:
         return iter(self._columns)
@@ -362,7 +380,10 @@ class Answer:
         """The parameters as a pandas DataFrame, one row each."""
         raise NotImplementedError
 
-    def plot(self, ax: Axes | None = None) -> list[Axes]:
+    @public
+    def plot(
+        self, ax: Annotated[Axes | None, "matplotlib Axes are needed, such as plt.subplots() gives"] = None
+    ) -> list[Axes]:
         """Draws data and fit with matplotlib.
 
         Parameters
@@ -375,6 +396,9 @@ class Answer:
         list of Axes
             The panels drawn.
         """
+        return self._draw(ax)
+
+    def _draw(self, ax: Axes | None) -> list[Axes]:
         raise NotImplementedError
 
     def __str__(self) -> str:
@@ -482,10 +506,11 @@ class RingdownAnswer(_Compared):
     def free_law(self) -> Section | None:
         """The loss against the amplitude without a model, where ``law`` asked for it.
 
-        ``curve`` has amplitude, loss_per_cycle, low_95 and high_95; ``limit`` is the loss per
+        ``curve`` is a table of amplitude, loss_per_cycle, low_95 and high_95; ``limit`` is the loss per
         second at vanishing amplitude (sliding), ``slope`` its slope there (viscous).
         """
-        return self._section("free_law")
+        held = self._data["free_law"]
+        return None if held is None else Section({**held, "curve": _table(held["curve"])})
 
     @property
     def segment(self) -> Section:
@@ -516,10 +541,8 @@ class RingdownAnswer(_Compared):
         """
         return self._section("sensor_curve")
 
-    def plot(self, ax: Axes | None = None) -> list[Axes]:
+    def _draw(self, ax: Axes | None) -> list[Axes]:
         return _plot.ringdown(self, ax)
-
-    plot.__doc__ = Answer.plot.__doc__
 
 
 class ResonanceAnswer(_Compared):
@@ -552,10 +575,8 @@ class ResonanceAnswer(_Compared):
         """What the instrument adds: phase offset, delay, background."""
         return Section(self._data["instrument"])
 
-    def plot(self, ax: Axes | None = None) -> list[Axes]:
+    def _draw(self, ax: Axes | None) -> list[Axes]:
         return _plot.resonance(self, ax)
-
-    plot.__doc__ = Answer.plot.__doc__
 
 
 class LevelsAnswer(_Measured):
@@ -588,10 +609,8 @@ class LevelsAnswer(_Measured):
         """How well the line describes the points."""
         return Section(self._data["diagnostics"])
 
-    def plot(self, ax: Axes | None = None) -> list[Axes]:
+    def _draw(self, ax: Axes | None) -> list[Axes]:
         return _plot.levels(self, ax)
-
-    plot.__doc__ = Answer.plot.__doc__
 
 
 class SeriesAnswer(Answer):
@@ -648,7 +667,5 @@ class SeriesAnswer(Answer):
                     )
         return pd.DataFrame(rows)
 
-    def plot(self, ax: Axes | None = None) -> list[Axes]:
+    def _draw(self, ax: Axes | None) -> list[Axes]:
         return _plot.series(self, ax)
-
-    plot.__doc__ = Answer.plot.__doc__

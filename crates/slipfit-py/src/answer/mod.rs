@@ -9,6 +9,7 @@ pub(crate) use choices::RingdownChoices;
 pub(crate) use series::series_answer;
 
 use crate::failure::{HintParts, hint_parts, spell};
+use crate::interrupt::quick;
 use anstyle::Style;
 use numpy::IntoPyArray;
 use pyo3::prelude::*;
@@ -90,6 +91,52 @@ impl Analysed {
             Self::Series { .. } => None,
         }
     }
+
+    /// The measured data and the fitted model beside them, as named columns.
+    fn fit(&self) -> Vec<(&'static str, Vec<f64>)> {
+        let mut columns = Vec::new();
+        match self {
+            Self::Ringdown { reading, answer, .. } => {
+                let record = &reading.record;
+                let [start, end] = answer.fit.range_s();
+                let times = record.times_s(0..record.len());
+                let within = |t: f64| (start..=end).contains(&t);
+                let of = |f: &dyn Fn(f64) -> f64| {
+                    times.iter().map(|&t| if within(t) { f(t) } else { f64::NAN }).collect::<Vec<_>>()
+                };
+                let (amplitude, fitted) =
+                    (of(&|t| answer.fit.amplitude_at(t)), of(&|t| answer.fit.signal_at(t)));
+                columns.push(("time_s", times));
+                columns.push(("signal", record.signal().to_vec()));
+                columns.push(("fitted", fitted));
+                columns.push(("amplitude", amplitude));
+            }
+            Self::Curve { answer, .. } => {
+                let hz: Vec<f64> = answer.points.iter().map(|p| p.frequency_hz).collect();
+                let ends = [
+                    hz.iter().copied().fold(f64::INFINITY, f64::min),
+                    hz.iter().copied().fold(0.0, f64::max),
+                ];
+                let dense = even(ends);
+                columns.push(("amplitude", dense.iter().map(|f| answer.fit.response(*f).norm()).collect()));
+                columns.push(("phase_rad", dense.iter().map(|f| answer.fit.response(*f).arg()).collect()));
+                columns.push((
+                    "friction_free",
+                    dense.iter().map(|f| answer.fit.friction_free(*f).norm()).collect(),
+                ));
+                columns.push(("frequency_hz", dense));
+            }
+            Self::Levels { answer, .. } => {
+                let most = answer.points.iter().map(|p| p.drive).fold(0.0, f64::max);
+                let dense = even([0.0, most]);
+                columns.push(("amplitude", dense.iter().map(|d| answer.fit.amplitude(*d)).collect()));
+                columns.push(("friction_free", dense.iter().map(|d| answer.fit.friction_free(*d)).collect()));
+                columns.push(("drive", dense));
+            }
+            Self::Series { .. } => {}
+        }
+        columns
+    }
 }
 
 /// Name, value, standard error, interval, value with the limit lifted, unit.
@@ -97,41 +144,55 @@ type QuantityParts = (&'static str, f64, f64, (f64, f64), f64, String);
 /// Code, message, hints, all of it in words.
 type WarningParts = (&'static str, String, Vec<HintParts>, String);
 
+impl Answer {
+    /// What `write` writes of the report.
+    fn written(
+        &self,
+        py: Python<'_>,
+        write: impl FnOnce(&dyn Report, &mut Vec<u8>) -> std::io::Result<()> + Send,
+    ) -> PyResult<String> {
+        let text = quick(py, || {
+            let mut text = Vec::new();
+            self.0.report(|report| write(report, &mut text)).map(|()| text)
+        })??;
+        Ok(String::from_utf8(text)?)
+    }
+}
+
 #[pymethods]
 impl Answer {
     /// The whole answer as JSON: docs/json.md.
-    fn json(&self) -> PyResult<String> {
-        let mut text = Vec::new();
-        self.0.report(|report| report.write_json(&mut text))?;
-        Ok(String::from_utf8(text)?)
+    fn json(&self, py: Python<'_>) -> PyResult<String> {
+        let write = |report: &dyn Report, text: &mut Vec<u8>| report.write_json(text);
+        self.written(py, write)
     }
 
     /// The numbers behind the figure as CSV.
-    fn csv(&self) -> PyResult<String> {
-        let mut text = Vec::new();
-        self.0.report(|report| report.write_csv(&mut text))?;
-        Ok(String::from_utf8(text)?)
+    fn csv(&self, py: Python<'_>) -> PyResult<String> {
+        let write = |report: &dyn Report, text: &mut Vec<u8>| report.write_csv(text);
+        self.written(py, write)
     }
 
     /// The report as on a screen, without colours.
-    fn screen(&self) -> String {
-        let text = self.0.report(|report| {
+    fn screen(&self, py: Python<'_>) -> PyResult<String> {
+        let print = |report: &dyn Report| {
             let document = report.document(&spell);
             let warnings: String =
                 document.warnings().iter().map(|w| terminal::warning(w, Style::new())).collect();
-            terminal::screen(&document, &[]) + &warnings
-        });
-        anstream::adapter::strip_str(&text).to_string()
+            let text = terminal::screen(&document, &[]) + &warnings;
+            anstream::adapter::strip_str(&text).to_string()
+        };
+        quick(py, || self.0.report(print))
     }
 
     /// The answer, its parameters and tables as one element of HTML.
-    fn html(&self) -> String {
-        self.0.report(|report| page::fragment(&report.document(&spell)))
+    fn html(&self, py: Python<'_>) -> PyResult<String> {
+        quick(py, || self.0.report(|report| page::fragment(&report.document(&spell))))
     }
 
     /// The figure as SVG.
-    fn svg(&self) -> PyResult<String> {
-        let picture = self.0.report(|report| report.figure().render(Format::Svg));
+    fn svg(&self, py: Python<'_>) -> PyResult<String> {
+        let picture = quick(py, || self.0.report(|report| report.figure().render(Format::Svg)))?;
         Ok(String::from_utf8(picture.unwrap_or_default())?)
     }
 
@@ -155,43 +216,8 @@ impl Answer {
     /// The measured data and the fitted model beside them, as named arrays.
     fn fit<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyDict>> {
         let columns = PyDict::new(py);
-        let add = |name: &str, values: Vec<f64>| columns.set_item(name, values.into_pyarray(py));
-        match &self.0 {
-            Analysed::Ringdown { reading, answer, .. } => {
-                let record = &reading.record;
-                let [start, end] = answer.fit.range_s();
-                let times = record.times_s(0..record.len());
-                let within = |t: f64| (start..=end).contains(&t);
-                let of = |f: &dyn Fn(f64) -> f64| {
-                    times.iter().map(|&t| if within(t) { f(t) } else { f64::NAN }).collect::<Vec<_>>()
-                };
-                let (amplitude, fitted) =
-                    (of(&|t| answer.fit.amplitude_at(t)), of(&|t| answer.fit.signal_at(t)));
-                add("time_s", times)?;
-                add("signal", record.signal().to_vec())?;
-                add("fitted", fitted)?;
-                add("amplitude", amplitude)?;
-            }
-            Analysed::Curve { answer, .. } => {
-                let hz: Vec<f64> = answer.points.iter().map(|p| p.frequency_hz).collect();
-                let ends = [
-                    hz.iter().copied().fold(f64::INFINITY, f64::min),
-                    hz.iter().copied().fold(0.0, f64::max),
-                ];
-                let dense = even(ends);
-                add("amplitude", dense.iter().map(|f| answer.fit.response(*f).norm()).collect())?;
-                add("phase_rad", dense.iter().map(|f| answer.fit.response(*f).arg()).collect())?;
-                add("friction_free", dense.iter().map(|f| answer.fit.friction_free(*f).norm()).collect())?;
-                add("frequency_hz", dense)?;
-            }
-            Analysed::Levels { answer, .. } => {
-                let most = answer.points.iter().map(|p| p.drive).fold(0.0, f64::max);
-                let dense = even([0.0, most]);
-                add("amplitude", dense.iter().map(|d| answer.fit.amplitude(*d)).collect())?;
-                add("friction_free", dense.iter().map(|d| answer.fit.friction_free(*d)).collect())?;
-                add("drive", dense)?;
-            }
-            Analysed::Series { .. } => {}
+        for (name, values) in quick(py, || self.0.fit())? {
+            columns.set_item(name, values.into_pyarray(py))?;
         }
         Ok(columns)
     }

@@ -26,43 +26,51 @@ fn notes(report: &ReadReport) -> Vec<String> {
 
 #[pymethods]
 impl Record {
+    /// Times of the samples [s].
     #[getter]
     fn time_s<'py>(&self, py: Python<'py>) -> Array<'py> {
         let record = &self.reading.record;
         record.times_s(0..record.len()).into_pyarray(py)
     }
 
+    /// The samples, in `unit`; of a lock-in its X output.
     #[getter]
     fn signal<'py>(&self, py: Python<'py>) -> Array<'py> {
         PyArray1::from_slice(py, self.reading.record.signal())
     }
 
+    /// Y output of a lock-in; None of anything else.
     #[getter]
     fn quadrature<'py>(&self, py: Python<'py>) -> Option<Array<'py>> {
         self.reading.record.quadrature().map(|values| PyArray1::from_slice(py, values))
     }
 
+    /// Unit of the samples; empty if unknown.
     #[getter]
     fn unit(&self) -> &str {
         self.reading.record.unit()
     }
 
+    /// What was recorded: displacement, velocity, acceleration, envelope or lock-in.
     #[getter]
     fn kind(&self) -> &'static str {
         let kind = self.reading.record.kind();
         KINDS.iter().find(|(_, known)| *known == kind).map_or("other", |(name, _)| name)
     }
 
+    /// The file, or the name that stands for bytes or arrays.
     #[getter]
     fn path(&self) -> &str {
         &self.reading.report.path
     }
 
+    /// SHA-256 of the bytes that were read.
     #[getter]
     fn sha256(&self) -> &str {
         &self.reading.report.sha256
     }
 
+    /// What was assumed or left out while reading, in words.
     #[getter]
     fn notes(&self) -> Vec<String> {
         notes(&self.reading.report)
@@ -99,11 +107,13 @@ impl Record {
 
 #[pymethods]
 impl Curve {
+    /// Frequencies of the drive [Hz].
     #[getter]
     fn frequency_hz<'py>(&self, py: Python<'py>) -> Array<'py> {
         PyArray1::from_slice(py, self.reading.curve.frequency_hz())
     }
 
+    /// Amplitude of the response at each frequency, in `unit`.
     #[getter]
     fn amplitude<'py>(&self, py: Python<'py>) -> Array<'py> {
         let curve = &self.reading.curve;
@@ -111,26 +121,31 @@ impl Curve {
         PyArray1::from_iter(py, (0..curve.len()).map(|i| response.amplitude(i)))
     }
 
+    /// Unit of the response; empty if unknown.
     #[getter]
     fn unit(&self) -> &str {
         self.reading.curve.unit()
     }
 
+    /// Whether the phases were measured.
     #[getter]
     fn has_phase(&self) -> bool {
         self.reading.curve.is_complex()
     }
 
+    /// The file, or the name that stands for bytes or arrays.
     #[getter]
     fn path(&self) -> &str {
         &self.reading.report.path
     }
 
+    /// SHA-256 of the bytes that were read.
     #[getter]
     fn sha256(&self) -> &str {
         &self.reading.report.sha256
     }
 
+    /// What was assumed or left out while reading, in words.
     #[getter]
     fn notes(&self) -> Vec<String> {
         notes(&self.reading.report)
@@ -167,36 +182,43 @@ impl Curve {
 
 #[pymethods]
 impl Levels {
+    /// Levels of the drive, in `drive_unit`.
     #[getter]
     fn drive<'py>(&self, py: Python<'py>) -> Array<'py> {
         PyArray1::from_slice(py, self.reading.levels.drive())
     }
 
+    /// Amplitude at each level, in `unit`.
     #[getter]
     fn amplitude<'py>(&self, py: Python<'py>) -> Array<'py> {
         PyArray1::from_slice(py, self.reading.levels.amplitude())
     }
 
+    /// Unit of the amplitudes; empty if unknown.
     #[getter]
     fn unit(&self) -> &str {
         self.reading.levels.unit()
     }
 
+    /// Unit of the levels; empty if unknown.
     #[getter]
     fn drive_unit(&self) -> &str {
         self.reading.levels.drive_unit()
     }
 
+    /// The file, or the name that stands for bytes or arrays.
     #[getter]
     fn path(&self) -> &str {
         &self.reading.report.path
     }
 
+    /// SHA-256 of the bytes that were read.
     #[getter]
     fn sha256(&self) -> &str {
         &self.reading.report.sha256
     }
 
+    /// What was assumed or left out while reading, in words.
     #[getter]
     fn notes(&self) -> Vec<String> {
         notes(&self.reading.report)
