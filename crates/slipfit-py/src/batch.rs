@@ -2,23 +2,20 @@
 
 use crate::answer::RingdownChoices;
 use crate::capsule::{export_schema, export_stream, import};
+use crate::column;
 use crate::failure::{Failure, option_error};
-use crate::interrupt::interruptible_until;
-use arrow_array::cast::AsArray;
-use arrow_array::types::{Float64Type, Int64Type};
-use arrow_array::{RecordBatch, RecordBatchReader};
+use crate::interrupt::{bug_report, caught, interruptible_until, quick};
+use arrow_array::{ArrayRef, RecordBatch, RecordBatchReader};
 use arrow_ipc::reader::StreamReader;
 use arrow_ipc::writer::StreamWriter;
-use arrow_schema::{ArrowError, DataType, Schema, SchemaRef};
-use numpy::PyArray1;
-use pyo3::IntoPyObjectExt;
+use arrow_schema::{ArrowError, SchemaRef};
 use pyo3::exceptions::{PyKeyError, PyStopIteration};
 use pyo3::prelude::*;
 use pyo3::types::{PyBytes, PyCapsule};
 use slipfit::SignalKind;
 use slipfit_batch::{Clock, Error, Method, Number, Options, Signal, fit_batch_until};
 use std::sync::atomic::AtomicBool;
-use std::sync::{Arc, Mutex, PoisonError};
+use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
 
 /// A table of answers.
 #[pyclass(frozen, module = "slipfit")]
@@ -57,34 +54,23 @@ impl ArrowTable {
         self.schema.fields().iter().map(|field| field.name().clone()).collect()
     }
 
-    /// A column of the answer: numbers as an array, in which null is NaN, texts as a list.
+    /// A column of the answer: numbers as an array, texts as a list.
     fn column<'py>(&self, py: Python<'py>, name: &str) -> PyResult<Bound<'py, PyAny>> {
         let index = self.schema.index_of(name).map_err(|_| PyKeyError::new_err(name.to_owned()))?;
-        let parts = || self.batches.iter().map(move |batch| batch.column(index));
-        match self.schema.field(index).data_type() {
-            DataType::Float64 => {
-                let values = parts().flat_map(|part| part.as_primitive::<Float64Type>().iter());
-                let values: Vec<f64> = values.map(|v| v.unwrap_or(f64::NAN)).collect();
-                PyArray1::from_vec(py, values).into_bound_py_any(py)
-            }
-            DataType::Int64 => {
-                let values = parts().flat_map(|part| part.as_primitive::<Int64Type>().iter());
-                PyArray1::from_iter(py, values.map(Option::unwrap_or_default)).into_bound_py_any(py)
-            }
-            DataType::Boolean => {
-                let values = parts().flat_map(|part| part.as_boolean().iter());
-                PyArray1::from_iter(py, values.map(Option::unwrap_or_default)).into_bound_py_any(py)
-            }
-            DataType::Utf8 => {
-                let values = parts().flat_map(|part| part.as_string::<i32>().iter());
-                values.collect::<Vec<Option<&str>>>().into_bound_py_any(py)
-            }
-            other => {
-                let message =
-                    format!("the column `{name}` was kept as it came ({other}); to_pyarrow() has it");
+        let parts: Vec<&ArrayRef> = self.batches.iter().map(|batch| batch.column(index)).collect();
+        match column::values(py, self.schema.field(index).data_type(), &parts)? {
+            Some(values) => Ok(values),
+            None => {
+                let found = self.schema.field(index).data_type();
+                let message = format!("the column `{name}` is as it came ({found}); to_pyarrow() has it");
                 Err(option_error(py, "name", message))
             }
         }
+    }
+
+    /// Tables are equal if their columns and rows are, in whatever batches they lie.
+    fn __eq__(&self, other: &Self) -> bool {
+        self.schema.fields() == other.schema.fields() && column::same_rows(&self.batches, &other.batches)
     }
 
     /// The table as a stream of Arrow's file format.
@@ -94,7 +80,7 @@ impl ArrowTable {
             self.batches.iter().try_for_each(|batch| writer.write(batch))?;
             writer.into_inner()
         };
-        Ok(PyBytes::new(py, &write().map_err(|error| batch_error(py, error.into()))?))
+        Ok(PyBytes::new(py, &quick(py, write)?.map_err(|error: ArrowError| batch_error(py, error.into()))?))
     }
 
     /// The table that these bytes hold.
@@ -112,8 +98,19 @@ impl ArrowTable {
 #[pyclass(frozen, module = "slipfit")]
 pub(crate) struct ArrowStream {
     schema: SchemaRef,
-    /// `None` once it has been handed on.
-    answers: Mutex<Option<Answers>>,
+    state: Mutex<State>,
+}
+
+/// How far a stream has been read.
+enum State {
+    Ready(Box<Answers>),
+    /// A thread computes the next batch.
+    Busy,
+    Ended,
+    /// Another reader has it.
+    Exported,
+    /// What was left went with an error or an interruption.
+    Broken,
 }
 
 /// The batches of a source, answered.
@@ -134,8 +131,11 @@ impl Iterator for Answers {
     type Item = Result<RecordBatch, ArrowError>;
 
     fn next(&mut self) -> Option<Self::Item> {
-        let answer = self.answer(&AtomicBool::new(false))?;
-        Some(answer.map_err(|error| ArrowError::ExternalError(Box::new(error))))
+        // A reader of another language asks: no panic may reach it.
+        match caught(|| self.answer(&AtomicBool::new(false))) {
+            Ok(answer) => Some(answer?.map_err(|error| ArrowError::ExternalError(Box::new(error)))),
+            Err(panic) => Some(Err(ArrowError::ExternalError(bug_report(&*panic).into()))),
+        }
     }
 }
 
@@ -146,8 +146,28 @@ impl RecordBatchReader for Answers {
 }
 
 impl ArrowStream {
-    fn take(&self) -> Option<Answers> {
-        self.answers.lock().unwrap_or_else(PoisonError::into_inner).take()
+    fn state(&self) -> MutexGuard<'_, State> {
+        self.state.lock().unwrap_or_else(PoisonError::into_inner)
+    }
+
+    /// The answers that are left, `None` at the end of the stream; the stream is then in the state `taken`.
+    fn take(&self, py: Python<'_>, taken: State) -> PyResult<Option<Box<Answers>>> {
+        let mut state = self.state();
+        let (code, message) = match &*state {
+            State::Ready(_) => {
+                return Ok(match std::mem::replace(&mut *state, taken) {
+                    State::Ready(answers) => Some(answers),
+                    _ => None,
+                });
+            }
+            State::Ended => return Ok(None),
+            State::Busy => ("busy", "another thread is reading the stream"),
+            State::Exported => ("read", "the stream has been read"),
+            State::Broken => {
+                ("broken_off", "the stream broke off at an error or an interruption: its rest is lost")
+            }
+        };
+        Err(Failure::new(py, "OptionError", code, message).into_error())
     }
 }
 
@@ -161,10 +181,10 @@ impl ArrowStream {
         requested_schema: Option<Bound<'py, PyAny>>,
     ) -> PyResult<Bound<'py, PyCapsule>> {
         drop(requested_schema);
-        let answers = self.take().ok_or_else(|| {
+        let answers = self.take(py, State::Exported)?.ok_or_else(|| {
             Failure::new(py, "OptionError", "read", "the stream has been read").into_error()
         })?;
-        export_stream(py, Box::new(answers))
+        export_stream(py, answers)
     }
 
     /// The types of the columns by Arrow's C interface.
@@ -179,19 +199,23 @@ impl ArrowStream {
 
     /// The answers to the next batch.
     fn next_batch(&self, py: Python<'_>) -> PyResult<ArrowTable> {
-        let Some(mut answers) = self.take() else { return Err(PyStopIteration::new_err(())) };
-        let (answers, found) = interruptible_until(py, move |cancelled| {
+        let Some(mut answers) = self.take(py, State::Busy)? else {
+            return Err(PyStopIteration::new_err(()));
+        };
+        let computed = interruptible_until(py, move |cancelled| {
             let found = answers.answer(cancelled);
             (answers, found)
-        })?;
-        match found {
-            None => Err(PyStopIteration::new_err(())),
-            Some(found) => {
-                *self.answers.lock().unwrap_or_else(PoisonError::into_inner) = Some(answers);
-                let batch = found.map_err(|error| batch_error(py, error))?;
-                Ok(ArrowTable { schema: batch.schema(), batches: vec![batch] })
+        });
+        let (next, found) = match computed {
+            Ok((_, None)) => (State::Ended, Err(PyStopIteration::new_err(()))),
+            Ok((answers, Some(Ok(batch)))) => {
+                (State::Ready(answers), Ok(ArrowTable { schema: batch.schema(), batches: vec![batch] }))
             }
-        }
+            Ok((_, Some(Err(error)))) => (State::Broken, Err(batch_error(py, error))),
+            Err(interrupted) => (State::Broken, Err(interrupted)),
+        };
+        *self.state() = next;
+        found
     }
 }
 
@@ -201,11 +225,14 @@ fn batch_error(py: Python<'_>, error: Error) -> PyErr {
         Error::NoColumn { name, .. } => {
             Failure::new(py, "OptionError", "no_column", message).with("column", name).into_error()
         }
+        Error::AmbiguousColumn { name } => {
+            Failure::new(py, "OptionError", "ambiguous_column", message).with("column", name).into_error()
+        }
         Error::ColumnType { name, .. } => {
             Failure::new(py, "OptionError", "column_type", message).with("column", name).into_error()
         }
         Error::Option { option, .. } => option_error(py, option, message),
-        _ => Failure::new(py, "SlipfitError", "arrow", message).into_error(),
+        _ => Failure::new(py, "SlipfitError", "arrow", message).with("option", "table").into_error(),
     }
 }
 
@@ -254,6 +281,10 @@ impl BatchChoices {
             "analyse" => Method::Analyse,
             other => return wrong("method", &format!("method={other:?}: one of fit, analyse")),
         };
+        if let (Some(kind), None) = (&self.kind, &self.signal) {
+            let message = format!("kind={kind:?}: it says what signal=… is, and there is none");
+            return wrong("kind", &message);
+        }
         let signal = match (self.amplitude, self.x, self.y, self.signal) {
             (Some(name), None, None, None) => Signal::Amplitude(name),
             (None, Some(x), Some(y), None) => Signal::LockIn(x, y),
@@ -293,8 +324,11 @@ impl BatchChoices {
 fn answers(py: Python<'_>, table: &Bound<'_, PyAny>, choices: BatchChoices) -> PyResult<Answers> {
     let options = choices.options(py)?;
     let source = import(table)?;
-    let schema: Schema = slipfit_batch::schema(&source.schema(), &options).map_err(|e| batch_error(py, e))?;
-    Ok(Answers { source, options, schema: Arc::new(schema) })
+    // No rows of this schema: what is wrong with the table as a whole is said before any is read.
+    let empty = RecordBatch::new_empty(source.schema());
+    let answer = quick(py, || slipfit_batch::fit_batch(&empty, &options))?;
+    let schema = answer.map_err(|error| batch_error(py, error))?.schema();
+    Ok(Answers { source, options, schema })
 }
 
 /// Fits every trace of a table.
@@ -320,5 +354,6 @@ pub(crate) fn fit_stream(
     choices: BatchChoices,
 ) -> PyResult<ArrowStream> {
     let answers = answers(py, table, choices)?;
-    Ok(ArrowStream { schema: Arc::clone(&answers.schema), answers: Mutex::new(Some(answers)) })
+    let schema = Arc::clone(&answers.schema);
+    Ok(ArrowStream { schema, state: Mutex::new(State::Ready(Box::new(answers))) })
 }

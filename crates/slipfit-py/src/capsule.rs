@@ -15,7 +15,8 @@ use pyo3::types::PyCapsule;
 pub(crate) fn import(table: &Bound<'_, PyAny>) -> PyResult<Box<dyn RecordBatchReader + Send>> {
     let py = table.py();
     let arrow = |error: ArrowError| {
-        Failure::new(py, "OptionError", "arrow", format!("the table cannot be taken: {error}")).into_error()
+        let message = format!("the table cannot be taken: {error}");
+        Failure::new(py, "OptionError", "arrow", message).with("option", "table").into_error()
     };
     if table.hasattr("__arrow_c_stream__")? {
         let capsule = table.call_method0("__arrow_c_stream__")?.cast_into::<PyCapsule>()?;
@@ -23,7 +24,11 @@ pub(crate) fn import(table: &Bound<'_, PyAny>) -> PyResult<Box<dyn RecordBatchRe
         // SAFETY: a capsule of this name holds such a stream, says the interface. It is moved out; an
         // empty one is left for the capsule to release.
         let reader = unsafe { RecordBatchStreamReader::from_raw(pointer.cast().as_ptr()) };
-        return Ok(Box::new(reader.map_err(arrow)?));
+        return Ok(Box::new(reader.map_err(|error| match error {
+            // The schema of a single column, such as a Series, has no fields; a stream that was read has none at all.
+            ArrowError::CDataInterface(_) => option_error(py, "table", not_a_table(table)),
+            other => arrow(other),
+        })?));
     }
     if table.hasattr("__arrow_c_array__")? {
         let (schema, array): (Bound<'_, PyCapsule>, Bound<'_, PyCapsule>) =
@@ -38,9 +43,7 @@ pub(crate) fn import(table: &Bound<'_, PyAny>) -> PyResult<Box<dyn RecordBatchRe
         }
         .map_err(arrow)?;
         if !matches!(data.data_type(), DataType::Struct(_)) {
-            let message =
-                format!("the table is a column of {}; columns with names are needed", data.data_type());
-            return Err(option_error(py, "table", message));
+            return Err(option_error(py, "table", not_a_table(table)));
         }
         let batch = RecordBatch::from(StructArray::from(data));
         let schema = batch.schema();
@@ -52,6 +55,13 @@ pub(crate) fn import(table: &Bound<'_, PyAny>) -> PyResult<Box<dyn RecordBatchRe
          polars.DataFrame and others do"
     );
     Err(Failure::new(py, "OptionTypeError", "type", message).with("option", "table").into_error())
+}
+
+fn not_a_table(table: &Bound<'_, PyAny>) -> String {
+    let kind = table.get_type().qualname().map_or_else(|_| "object".to_owned(), |name| name.to_string());
+    format!(
+        "table is of the type {kind} and has no columns with names: it is a single column, or has been read"
+    )
 }
 
 /// A stream for others to read.

@@ -2,11 +2,12 @@
 
 use crate::failure::Failure;
 use pyo3::prelude::*;
+use rayon::{ThreadPool, ThreadPoolBuilder};
 use std::any::Any;
 use std::panic::{AssertUnwindSafe, catch_unwind};
-use std::sync::Arc;
 use std::sync::atomic::{AtomicBool, Ordering};
 use std::sync::mpsc::{self, RecvTimeoutError};
+use std::sync::{Arc, Mutex, OnceLock, PoisonError};
 use std::thread;
 use std::time::Duration;
 
@@ -34,7 +35,7 @@ pub(crate) fn interruptible_until<T: Send + 'static>(
     let told = Arc::clone(&cancelled);
     let worker = move || {
         // Nobody listens after a signal.
-        let _ = sender.send(catch_unwind(AssertUnwindSafe(|| work(&told))));
+        let _ = sender.send(caught(move || work(&told)));
     };
     thread::Builder::new().name("slipfit".to_owned()).spawn(worker)?;
     loop {
@@ -56,18 +57,47 @@ pub(crate) fn interruptible_until<T: Send + 'static>(
 
 /// Runs something short without the interpreter's lock.
 pub(crate) fn quick<T: Send>(py: Python<'_>, work: impl FnOnce() -> T + Send) -> PyResult<T> {
-    py.detach(|| catch_unwind(AssertUnwindSafe(work))).map_err(|panic| bug(py, &*panic))
+    py.detach(|| caught(work)).map_err(|panic| bug(py, &*panic))
+}
+
+/// What `work` returns, on the threads of this process, or its panic.
+pub(crate) fn caught<T: Send>(work: impl FnOnce() -> T + Send) -> thread::Result<T> {
+    catch_unwind(AssertUnwindSafe(|| match forked_pool() {
+        Some(pool) => pool.install(work),
+        None => work(),
+    }))
+}
+
+/// The threads of a process that was forked from one that had computed: those of rayon's global pool stayed with its
+/// parent, and work given to them would never be done. `None` in any other process.
+fn forked_pool() -> Option<Arc<ThreadPool>> {
+    static FIRST: OnceLock<u32> = OnceLock::new();
+    static POOL: Mutex<Option<(u32, Arc<ThreadPool>)>> = Mutex::new(None);
+    let process = std::process::id();
+    if *FIRST.get_or_init(|| process) == process {
+        return None;
+    }
+    let mut held = POOL.lock().unwrap_or_else(PoisonError::into_inner);
+    match &*held {
+        Some((owner, pool)) if *owner == process => Some(Arc::clone(pool)),
+        _ => {
+            let built = ThreadPoolBuilder::new().build();
+            let pool = Arc::new(built.unwrap_or_else(|error| panic!("no threads can be started: {error}")));
+            // A pool of the parent has no threads here to be told of its end.
+            std::mem::forget(held.replace((process, Arc::clone(&pool))));
+            Some(pool)
+        }
+    }
 }
 
 /// A panic is a bug of slipfit, and is said to be one.
 fn bug(py: Python<'_>, panic: &(dyn Any + Send)) -> PyErr {
+    Failure::new(py, "SlipfitError", "internal", bug_report(panic)).into_error()
+}
+
+/// What a panic said.
+pub(crate) fn bug_report(panic: &(dyn Any + Send)) -> String {
     let text = panic.downcast_ref::<&str>().map(ToString::to_string);
     let text = text.or_else(|| panic.downcast_ref::<String>().cloned()).unwrap_or_default();
-    Failure::new(
-        py,
-        "SlipfitError",
-        "internal",
-        format!("this is a bug of slipfit, please report it: {text}"),
-    )
-    .into_error()
+    format!("this is a bug of slipfit, please report it: {text}")
 }

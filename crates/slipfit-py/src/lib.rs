@@ -7,6 +7,7 @@ mod answer;
 mod arrays;
 mod batch;
 mod capsule;
+mod column;
 mod failure;
 mod fits;
 mod interrupt;

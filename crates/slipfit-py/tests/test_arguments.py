@@ -187,6 +187,9 @@ FEW = pa.table({"a": [[1.0]]})
         ("Measurement", {"data": SWING, "options": {"lockin_order": 2.0}}, "options"),
         ("Measurement", {"data": SWING, "options": {"colour": 2.0}}, "options"),
         ("Measurement", {"data": SWING, "scale": -5}, "scale"),
+        ("Measurement", {"data": SWING, "value": float("nan")}, "value"),
+        ("Measurement", {"data": SWING, "value": (1, -1)}, "value"),
+        ("Measurement", {"data": SWING, "value": (1, float("inf"))}, "value"),
         ("fit_envelope", {**CALLS["fit_envelope"], "time": TIME * np.nan}, "time"),
         ("fit_envelope", {**CALLS["fit_envelope"], "amplitude": TRACE[1:]}, "amplitude"),
         ("fit_envelope", {**CALLS["fit_envelope"], "time": TIME[:3], "amplitude": TRACE[:3]}, None),
@@ -286,6 +289,49 @@ def test_engines_refuse_what_they_cannot_take(call, option, value):
     with pytest.raises(slipfit.OptionTypeError, match=option) as raised:
         function(**others, **{option: value})
     assert (raised.value.option, raised.value.value) == (option, value)
+
+
+FRAMES = {
+    "daft": lambda table: pytest.importorskip("daft").from_arrow(table),
+    "dask": lambda table: pytest.importorskip("dask.dataframe").from_pandas(table.to_pandas(), npartitions=1),
+    "duckdb": lambda table: pytest.importorskip("duckdb").connect().from_arrow(table),
+    "polars": lambda table: pytest.importorskip("polars").from_arrow(table).lazy(),
+}
+
+
+@pytest.mark.parametrize("engine", FRAMES)
+@pytest.mark.parametrize(
+    ("options", "option"),
+    [
+        ({}, "amplitude"),
+        ({"amplitude": "nothing", "dt": 1}, "amplitude"),
+        ({"amplitude": "trace", "dt": "nothing"}, "dt"),
+        ({"amplitude": "trace", "dt": 1, "keep": ["nothing"]}, "keep"),
+        ({"amplitude": "trace", "dt": 0}, "dt"),
+    ],
+)
+def test_engines_refuse_their_options_at_the_call(engine, options, option):
+    frame = FRAMES[engine](pa.table({"id": [1, 2], "trace": [TRACE, TRACE]}))
+    fit = importlib.import_module(f"slipfit.engines.{engine}").fit
+    with pytest.raises(slipfit.OptionError) as raised:
+        fit(frame, **options)
+    assert raised.value.option == option
+    if "nothing" in str(options):
+        assert "no column `nothing`; there are `id`, `trace`" in str(raised.value)
+
+
+def test_counts_of_engines_are_above_zero(tmp_path):
+    from slipfit.engines import arrow, duckdb
+
+    (tmp_path / "swing.csv").write_bytes(ROWS)
+    with pytest.raises(slipfit.OptionError, match="threads=0"):
+        arrow.ringdown_files(f"{tmp_path}/*.csv", threads=0)
+    with pytest.raises(TypeError, match="unexpected keyword argument 'modle'"):
+        arrow.ringdown_files(f"{tmp_path}/*.csv", modle="viscous")
+    relation = FRAMES["duckdb"](pa.table({"trace": [TRACE]}))
+    for rows in (0, -1):
+        with pytest.raises(slipfit.OptionError, match="rows="):
+            duckdb.fit(relation, rows=rows, amplitude="trace", dt=1)
 
 
 class SparkSession:

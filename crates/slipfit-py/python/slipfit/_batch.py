@@ -9,8 +9,9 @@ import numpy as np
 from numpy.typing import NDArray
 
 from . import _core, _input
-from ._arguments import public
+from ._arguments import public, wrong_type
 from ._analyses import _ringdown_choices
+from ._errors import SlipfitError
 
 if TYPE_CHECKING:
     import pandas as pd
@@ -51,6 +52,12 @@ class ArrowTable:
         # Nothing in a table of answers changes; its columns are handed out as copies.
         return self
 
+    def __eq__(self, other: object) -> bool:
+        return self._held == other._held if isinstance(other, ArrowTable) else NotImplemented
+
+    # A table is compared by its rows, as NumPy's arrays and those of pyarrow are.
+    __hash__ = None  # type: ignore[assignment]
+
     def __len__(self) -> int:
         return len(self._held)
 
@@ -66,9 +73,21 @@ class ArrowTable:
         return iter(self.column_names)
 
     def __getitem__(self, name: str) -> NDArray[Any]:
-        """A column as an array; a number that does not exist is NaN, a flag False."""
-        values = self._held.column(name)
-        return values if isinstance(values, np.ndarray) else np.array(values)
+        """A column as an array; a number that does not exist is NaN, a flag False.
+
+        Kept columns have their own type, whole numbers with gaps that of doubles; those that are neither
+        numbers, flags nor texts are left to :meth:`to_pyarrow`.
+        """
+        if not isinstance(name, str):
+            known = ", ".join(self.column_names)
+            raise wrong_type("name", name, f"the name of a column is needed, one of {known}; to_pandas() has rows")
+        try:
+            values = self._held.column(name)
+        except KeyError:
+            raise KeyError(f"no column {name!r}; there are {', '.join(self)}") from None
+        if isinstance(values, np.ndarray):
+            return values
+        return np.array(values, dtype=object if None in values else np.str_)
 
     def to_pyarrow(self) -> pa.Table:
         """The table as a pyarrow Table."""
@@ -102,8 +121,9 @@ class ArrowStream:
     (``pyarrow.RecordBatchReader.from_stream(answers)``), or batch by batch in a loop.
     """
 
-    def __init__(self, held: _core.ArrowStream) -> None:
+    def __init__(self, held: _core.ArrowStream, table: Any = None) -> None:
         self._held = held
+        self._table = table
 
     def __arrow_c_stream__(self, requested_schema: Any = None) -> Any:
         """The answers as a stream of Arrow's C interface."""
@@ -122,7 +142,16 @@ class ArrowStream:
         return self
 
     def __next__(self) -> ArrowTable:
-        return ArrowTable(self._held.next_batch())
+        try:
+            return ArrowTable(self._held.next_batch())
+        except SlipfitError as error:
+            # As an error of the call that named it.
+            if error.details.get("option") == "table":
+                error.details["value"] = self._table
+            raise
+
+    def __repr__(self) -> str:
+        return f"<ArrowStream: {len(self.column_names)} columns>"
 
 
 def _per_row(name: str, value: PerRow | None) -> float | str | None:
@@ -278,6 +307,11 @@ def fit_batch(
     return ArrowTable(_core.fit_batch(_table(table, amplitude or signal or "x"), choices))
 
 
+def answer_columns(**options: Any) -> list[str]:
+    """Columns of the answer to an array with these options, which must be such as :func:`fit_batch` takes."""
+    return fit_batch(np.empty((0, 1)), **options).column_names
+
+
 @public
 def fit_stream(
     table: Any,
@@ -303,7 +337,8 @@ def fit_stream(
 ) -> ArrowStream:
     """Does what :func:`fit_batch` does with the batches of a stream, as they come.
 
-    No more than one batch and its answers are held.
+    No more than one batch and its answers are held. What is wrong with the table as a whole, such as a
+    column that is missing, is said at once; an error of its source where it comes.
 
     Parameters
     ----------
@@ -339,4 +374,4 @@ def fit_stream(
         model=model, band_hz=band_hz, start_s=start_s, end_s=end_s,
         lockin_time_constant_s=lockin_time_constant_s, lockin_order=lockin_order,
     )  # fmt: skip
-    return ArrowStream(_core.fit_stream(table, choices))
+    return ArrowStream(_core.fit_stream(table, choices), table)

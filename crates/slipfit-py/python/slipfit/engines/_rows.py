@@ -2,7 +2,8 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable
+import inspect
+from collections.abc import Iterable, Mapping
 from typing import TYPE_CHECKING, Any
 
 from .._analyses import read, ringdown
@@ -57,6 +58,11 @@ def _answered(answer: RingdownAnswer) -> dict[str, Any]:
             stem, end = _PARAMETERS[name]
             row.update({stem + part + end: value for part, value in zip(_PARTS, values)})
     return row
+
+
+def check(options: Mapping[str, Any]) -> None:
+    """Refuses options that :func:`slipfit.ringdown` does not have, before any file is read."""
+    inspect.signature(ringdown).bind(None, **options)
 
 
 def of_file(name: str, contents: bytes | None, **options: Any) -> dict[str, Any]:

@@ -50,6 +50,9 @@ def ringdown_files(
     import pyarrow as pa
     from pyarrow import fs
 
+    _rows.check(options)
+    if threads < 1:
+        raise _input.refuse("threads", f"threads={threads}: at least one is needed")
     if filesystem is None:
         held, place = fs.FileSystem.from_uri(pattern) if "://" in pattern else (fs.LocalFileSystem(), pattern)
     else:

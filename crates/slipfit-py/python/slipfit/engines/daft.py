@@ -36,8 +36,8 @@ def fit(frame: daft.DataFrame, **options: Any) -> daft.DataFrame:
     named = [v for k, v in options.items() if k in _COLUMNS and isinstance(v, str)]
     columns = list(dict.fromkeys([*([keep] if isinstance(keep, str) else keep), *named]))
     kinds = frame.schema().to_pyarrow_schema()
-    empty = pa.table({name: pa.array([], kinds.field(name).type) for name in columns})
-    fields = list(_batch.fit_batch(empty, **options).to_pyarrow().schema)
+    # Of a column that is missing, the fit says so, and which there are.
+    fields = list(_batch.fit_batch(kinds.empty_table(), **options).to_pyarrow().schema)
 
     @daft.func.batch(return_dtype=daft.DataType.from_arrow_type(pa.struct(fields)))
     def losses(*series: daft.Series) -> pa.Array:
@@ -74,6 +74,7 @@ def ringdown_files(pattern: str, *, io_config: Any = None, **options: Any) -> da
     import pyarrow as pa
     from daft.functions import download
 
+    _rows.check(options)
     fields = list(_rows.schema())
 
     @daft.func.batch(return_dtype=daft.DataType.from_arrow_type(pa.struct(fields)))

@@ -26,8 +26,7 @@ def fit(frame: dd.DataFrame, **options: Any) -> Any:
     """
     import pyarrow as pa
 
-    name = next(v for k, v in options.items() if k in ("amplitude", "x", "signal") and isinstance(v, str))
-    lists = {name, options.get("y"), options.get("time")}
+    lists = {options.get(name) for name in ("amplitude", "x", "y", "signal", "time")}
     # An empty pandas column does not say that it holds lists.
     kinds = {c: pa.list_(pa.float64()) if c in lists else None for c in frame.columns}
     empty = pa.table({c: pa.array([], kind or _kind(frame._meta[c])) for c, kind in kinds.items()})

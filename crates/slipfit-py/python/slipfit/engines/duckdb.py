@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING, Any
 
-from .. import _batch
+from .. import _batch, _input
 from .._arguments import public
 
 if TYPE_CHECKING:
@@ -30,4 +30,6 @@ def fit(relation: duckdb.DuckDBPyRelation, *, rows: int = 4096, **options: Any) 
     """
     import pyarrow as pa
 
+    if rows < 1:
+        raise _input.refuse("rows", f"rows={rows}: at least one is held")
     return pa.RecordBatchReader.from_stream(_batch.fit_stream(relation.to_arrow_reader(rows), **options))

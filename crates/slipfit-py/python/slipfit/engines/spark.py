@@ -52,6 +52,8 @@ def ringdown_files(spark: SparkSession, pattern: str, **options: Any) -> DataFra
     """
     from pyspark.sql.pandas.types import from_arrow_schema
 
+    _rows.check(options)
+
     def analysed(batches: Iterator[pa.RecordBatch]) -> Iterator[pa.RecordBatch]:
         for batch in batches:
             held = (batch["path"].to_pylist(), batch["content"].to_pylist())
