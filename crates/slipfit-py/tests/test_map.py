@@ -74,6 +74,8 @@ def test_files_are_read_block_by_block(stack, tmp_path, monkeypatch, axis):
         slipfit.fit_map(tmp_path / "stack.h5", DT)
     with pytest.raises(slipfit.OptionError, match="names an array in a file"):
         slipfit.fit_map(stack, DT, data="scan/amplitude")
+    with pytest.raises(slipfit.ReadError, match="holds one without a name"):
+        slipfit.fit_map(tmp_path / "stack.npy", DT, data="amplitude")
 
 
 def packings():
@@ -133,6 +135,15 @@ def test_labels_are_taken_over(stack):
     assert found["initial_amplitude"].attrs["units"] == "pm"
     turned = slipfit.fit_map(array.transpose("time", "row", "column"))
     np.testing.assert_allclose(turned["sliding_rate"], found["sliding_rate"], rtol=1e-12)
+    where = {"height": (("row", "column"), stack[..., 0]), "run": 5, "index": ("time", np.arange(150))}
+    beside = slipfit.fit_map(array.assign_coords(where))
+    assert set(beside.coords) == {"row", "height", "run"}, "all but those over time"
+    np.testing.assert_array_equal(beside["height"], stack[..., 0])
+    for taken in (array.assign_coords(status=("row", np.arange(12))), array.rename(row="samples")):
+        with pytest.raises(slipfit.OptionError, match="rename that dimension or coordinate"):
+            slipfit.fit_map(taken)
+    with pytest.raises(slipfit.OptionError, match="does not rise"):
+        slipfit.fit_map(array.isel(time=slice(None, None, -1)))
     uneven = array.assign_coords(time=array["time"] ** 2)
     with pytest.raises(slipfit.OptionError, match="not even"):
         slipfit.fit_map(uneven)
@@ -197,6 +208,11 @@ def test_an_oscillation_is_analysed_in_each_pixel():
         (np.zeros((0, 2, 9)), {"dt": 1}, "no pixels"),
         (np.zeros((2, 2, 0)), {"dt": 1}, "no samples"),
         (np.zeros((2, 2, 9)), {"dt": 1, "kind": "displacement"}, "needs the method analyse"),
+        (
+            np.zeros((2, 2, 9)),
+            {"dt": 1, "kind": "displacement", "method": "analyse", "frequency_hz": 5},
+            "frequency of its own",
+        ),
     ],
 )
 def test_what_cannot_be_meant_is_refused(stack, options, words):

@@ -5,6 +5,7 @@ from __future__ import annotations
 import hashlib
 import json
 import os
+import threading
 import zipfile
 from collections.abc import Callable, Iterator
 from pathlib import Path as FilePath
@@ -15,7 +16,7 @@ from numpy.typing import NDArray
 
 from . import _core, _input
 from ._arguments import public, wrong_type
-from ._batch import fit_batch
+from ._batch import answer_columns, fit_batch
 from ._input import Path
 
 if TYPE_CHECKING:
@@ -65,7 +66,7 @@ def _stored(path: FilePath, signature: str) -> dict[str, NDArray[Any]] | None:
 
 
 def _store(path: FilePath, signature: str, found: dict[str, NDArray[Any]]) -> None:
-    part = path.with_suffix(f".{os.getpid()}.part")
+    part = path.with_suffix(f".{os.getpid()}-{threading.get_ident()}.part")
     columns: dict[str, Any] = found
     with part.open("wb") as file:
         np.savez(file, signature=np.array(signature), **columns)
@@ -173,7 +174,9 @@ def fit_map(
         raise _input.refuse("stack", f"stack has the shape {shape}: (y, x, t) is needed, in any order")
     if 0 in shape:
         raise _input.refuse("stack", f"stack has the shape {shape}: it has no pixels or no samples")
-    dims = tuple(map(str, stack.dims)) if labelled else ("y", "x")
+    dims = tuple(stack.dims) if labelled else ("y", "x")
+    if len(set(dims)) < len(dims):
+        raise _input.refuse("stack", f"stack has the dimensions {dims}: each needs a name of its own")
     if labelled and axis is None:
         axis = next((name for name in ("time", "t") if name in dims), None)
     if isinstance(axis, str):
@@ -184,11 +187,12 @@ def fit_map(
     if not -3 <= axis < 3:
         raise _input.refuse("axis", f"axis={axis}: a stack has the axes 0, 1 and 2")
     axis %= 3
-    coords: dict[str, Any] = {}
+    coords: Any = {}
     if labelled:
         time_dim = dims[axis]
         dims = tuple(name for name in dims if name != time_dim)
-        coords = {name: stack.coords[name] for name in dims if name in stack.coords}
+        beside = stack.coords.to_dataset()
+        coords = beside.drop_vars([name for name, one in beside.variables.items() if time_dim in one.dims]).coords
         if dt is None and time_dim in stack.coords:
             dt = _even_step(time_dim, stack.coords[time_dim])
         if unit is None and "units" in stack.attrs:
@@ -205,6 +209,11 @@ def fit_map(
     }  # fmt: skip
     across = tuple(n for i, n in enumerate(shape) if i != axis)
     samples = shape[axis]
+    # What is wrong with the options is said before a pixel is read.
+    columns = answer_columns(**options)
+    taken = next((name for name in (*dims, *coords) if name in columns), None)
+    if taken is not None:
+        raise _input.refuse("stack", f"stack has {taken!r}, as a map has: rename that dimension or coordinate")
     folder = None if resume is None else FilePath(os.fspath(resume))
     if folder is not None:
         try:
@@ -236,13 +245,15 @@ def fit_map(
     return xr.Dataset(variables, coords=coords, attrs={"method": method, "slipfit": _core.__version__})
 
 
-def _even_step(name: str, coordinate: Any) -> float:
+def _even_step(name: object, coordinate: Any) -> float:
     """Interval of even times [s]."""
-    times = _input.coordinate_seconds(coordinate)
+    times = _input.seconds("time", coordinate)
     steps = np.diff(times)
     # Times of single precision are even to their last digit only.
     digit = np.finfo(coordinate.dtype).eps if coordinate.dtype.kind == "f" else 0.0
     step = float(times[-1] - times[0]) / max(1, steps.size)
+    if steps.size and step <= 0:
+        raise _input.refuse("dt", f"the coordinate {name!r} does not rise: sort the stack by it, or give dt")
     if not steps.size or not np.abs(steps - step).max() <= 1e-6 * step + 2 * digit * np.abs(times).max():
         raise _input.refuse("dt", f"the coordinate {name!r} is not even: slipfit.fit_batch takes times")
     return step
