@@ -181,6 +181,9 @@ fn python_package() -> Result<Outcome, Failure> {
     python::install(&programs, again)?;
     run(command(&python).args(["-m", "pytest", "--quiet"]).env("SLIPFIT_COMMAND", slipfit()?))?;
     run(command(&python).args(["-m", "mypy"]))?;
+    // The stub of the extension against the extension.
+    let stub = ["slipfit._core", "--mypy-config-file", "pyproject.toml"];
+    run(command(&python).args(["-m", "mypy.stubtest"]).args(stub))?;
     // The types; its program for Node comes over the network the first time.
     run(command(programs.join("pyright")).arg("--pythonpath").arg(&python))?;
     Ok(Outcome::passed())

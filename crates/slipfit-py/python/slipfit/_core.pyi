@@ -1,12 +1,43 @@
-from typing import Any
+from typing import Any, final
 
 import numpy as np
 from numpy.typing import NDArray
 
 _Vector = NDArray[np.float64]
 
+__all__ = [
+    "Answer",
+    "ArrowStream",
+    "ArrowTable",
+    "Curve",
+    "Levels",
+    "Record",
+    "Stack",
+    "__version__",
+    "curve_of_arrays",
+    "decay",
+    "driven",
+    "envelope",
+    "fit_batch",
+    "fit_stream",
+    "levels_answer",
+    "levels_of_arrays",
+    "parameter_names",
+    "read_curve",
+    "read_levels",
+    "read_record",
+    "record_of_arrays",
+    "resonance_answer",
+    "resonance_fit",
+    "ringdown_answer",
+    "series_answer",
+    "sweep",
+    "waveform",
+]
+
 __version__: str
 
+@final
 class Record:
     """Samples of one oscillating quantity with a clean clock."""
 
@@ -27,7 +58,10 @@ class Record:
     @property
     def notes(self) -> list[str]: ...
     def __len__(self) -> int: ...
+    def __copy__(self) -> Record: ...
+    def __deepcopy__(self, _memo: dict[int, Any], /) -> Record: ...
 
+@final
 class Curve:
     """A response over frequency."""
 
@@ -46,7 +80,10 @@ class Curve:
     @property
     def notes(self) -> list[str]: ...
     def __len__(self) -> int: ...
+    def __copy__(self) -> Curve: ...
+    def __deepcopy__(self, _memo: dict[int, Any], /) -> Curve: ...
 
+@final
 class Levels:
     """Amplitudes over drive levels."""
 
@@ -65,17 +102,21 @@ class Levels:
     @property
     def notes(self) -> list[str]: ...
     def __len__(self) -> int: ...
+    def __copy__(self) -> Levels: ...
+    def __deepcopy__(self, _memo: dict[int, Any], /) -> Levels: ...
 
+@final
 class Stack:
     """An array of three axes in a file, of which parts are read."""
 
-    def __init__(self, path: str, data: str | None) -> None: ...
+    def __new__(cls, path: str, data: str | None) -> Stack: ...
     @property
     def shape(self) -> tuple[int, int, int]: ...
     @property
     def unit(self) -> str: ...
     def part(self, axis: int, first: int, end: int) -> NDArray[np.float64]: ...
 
+@final
 class Answer:
     @property
     def analysis(self) -> str: ...
@@ -88,6 +129,7 @@ class Answer:
     def warnings(self) -> list[tuple[str, str, list[tuple[Any, Any, str, str]], str]]: ...
     def fit(self) -> dict[str, _Vector]: ...
 
+@final
 class ArrowTable:
     def __arrow_c_stream__(self, requested_schema: Any = None) -> Any: ...
     def __arrow_c_schema__(self) -> Any: ...
@@ -99,6 +141,7 @@ class ArrowTable:
     @staticmethod
     def of_bytes(bytes: bytes) -> ArrowTable: ...
 
+@final
 class ArrowStream:
     def __arrow_c_stream__(self, requested_schema: Any = None) -> Any: ...
     def __arrow_c_schema__(self) -> Any: ...
