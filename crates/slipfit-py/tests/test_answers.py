@@ -266,6 +266,21 @@ def test_sections_are_the_callers_own(swing):
         assert same == answer.free_law
 
 
+def test_a_parameter_is_given_on_with_its_error(swing, answer):
+    drive = np.arange(0.1, 1.3, 0.1)
+    amplitude = np.maximum(40 * (drive - 0.35), 0) + 0.02 * (np.arange(12) * 7 % 5)
+    q = answer.parameters.q_factor
+    given = slipfit.levels(drive, amplitude, unit="rad", q_factor=q)
+    assert given == slipfit.levels(drive, amplitude, unit="rad", q_factor=(q.value, q.std_error))
+    assert given != slipfit.levels(drive, amplitude, unit="rad", q_factor=q.value)
+    x_f = answer.parameters.friction_displacement
+    wide = slipfit.ringdown(*swing, unit="rad", torsion_stiffness=x_f).parameters.coulomb_force
+    exact = slipfit.ringdown(*swing, unit="rad", torsion_stiffness=x_f.value).parameters.coulomb_force
+    assert wide.std_error > exact.std_error
+    measured = slipfit.Measurement(slipfit.simulate.decay(**SWING), value=q)
+    assert slipfit.series([measured]).table[0].value == q.value
+
+
 HOSTILE = "<script>alert(1)</script>"
 
 

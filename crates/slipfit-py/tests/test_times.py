@@ -89,6 +89,13 @@ def test_rows_of_pandas_that_are_counted_are_no_times(swing, hz):
         with pytest.raises(slipfit.OptionError, match="no times"):
             slipfit.ringdown(series)
     assert slipfit.ringdown(whole, rate_hz=50).parameters.frequency_hz.value == pytest.approx(hz, rel=1e-9)
+    # A rate counts rows: where some were taken out the samples would close up.
+    for series in (whole[whole.index != 7], holes.dropna(), whole.sample(frac=1, random_state=1)):
+        with pytest.raises(slipfit.OptionError, match="missing or out of order") as raised:
+            slipfit.ringdown(series, rate_hz=50)
+        assert raised.value.option == "signal"
+    assert slipfit.ringdown(holes, rate_hz=50).to_dict()["input"]["rows_skipped"] == 1
+    assert slipfit.ringdown(whole[::2], rate_hz=25).parameters.frequency_hz.value == pytest.approx(hz, rel=1e-4)
     # Whole seconds with a name are times.
     seconds = pandas.Series(signal, index=pandas.Index(np.arange(len(signal)), name="t"))
     assert found(seconds, None) == pytest.approx(hz * 0.02, rel=1e-9)

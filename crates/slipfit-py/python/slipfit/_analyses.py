@@ -261,6 +261,7 @@ def _record(
     if rate_hz is not None:
         # The rate stands in place of stamps.
         times = None
+        _input.check_every_row(time if signal is None else signal)
     elif times is None:
         if values is not None and np.ndim(_input.held("signal", values)) != 1:
             # A table, or anything else that is no signal: its shape says more.

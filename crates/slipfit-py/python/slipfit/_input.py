@@ -6,8 +6,8 @@ import datetime
 import math
 import operator
 import os
-from collections.abc import Iterable, Mapping
-from typing import Any, TypeAlias, Union
+from collections.abc import Mapping
+from typing import TYPE_CHECKING, Any, TypeAlias, Union
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
@@ -15,11 +15,14 @@ from numpy.typing import ArrayLike, NDArray
 from ._arguments import shown, wrong_type
 from ._errors import OptionError
 
+if TYPE_CHECKING:
+    from ._answers import Quantity
+
 Vector: TypeAlias = NDArray[np.float64]
 #: A path, or several of them.
 Path: TypeAlias = Union[str, os.PathLike[str]]
-#: A value, or a value with its standard error.
-Uncertain: TypeAlias = Union[float, tuple[float, float]]
+#: A value, or a value with its standard error, such as a parameter of another answer.
+Uncertain: TypeAlias = Union[float, tuple[float, float], "Quantity"]
 
 
 def refuse(option: str, message: str) -> OptionError:
@@ -187,6 +190,16 @@ def _counts_rows(index: Any) -> bool:
     return type(index).__name__ == "RangeIndex" or (index.dtype.kind in "iu" and index.name is None)
 
 
+def check_every_row(given: Any) -> None:
+    """Refuses a Series of pandas from which rows were taken, where a rate counts them."""
+    if type(given).__module__.split(".")[0] != "pandas" or not hasattr(given, "index"):
+        return
+    if getattr(given.index, "nlevels", 1) == 1 and _counts_rows(given.index):
+        steps = np.diff(given.index.to_numpy())
+        if steps.size and (steps != steps[0]).any():
+            raise refuse("signal", "rows of signal are missing or out of order, where rate_hz counts them: keep them as NaN")
+
+
 def _index_times(name: str, index: Any) -> Vector:
     if hasattr(index, "to_timestamp"):
         # Periods begin at their stamp.
@@ -268,10 +281,13 @@ def whole(name: str, value: int | None) -> int | None:
 
 def pair(name: str, value: Uncertain | None) -> float | tuple[float, float] | None:
     """A value with or without its standard error."""
-    if isinstance(value, Iterable) and np.ndim(value):
-        first, error = value
+    given: Any = value
+    if hasattr(given, "std_error"):
+        given = (given.value, given.std_error)
+    if np.ndim(given):
+        first, error = given
         return number(name, first), number(name, error)
-    return None if value is None else number(name, value)
+    return None if given is None else number(name, given)
 
 
 def band(value: tuple[float, float] | None) -> tuple[float, float] | None:
