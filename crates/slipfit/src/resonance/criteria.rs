@@ -143,7 +143,7 @@ criteria! {
         /// Part of that work after which the search for the intervals ends.
         interval_part: f64 = 0.17, source "what curves of resonators take, with room to spare",
             moves "time of analysis";
-        /// Part of the work left that one start, or one hypothesis beside the plain curve, may take.
+        /// Part of the work left that one start, or one hypothesis about a curve with phases, may take.
         share: f64 = 0.5, source "the rest is for those after it", moves "minima missed";
         /// Part of that work that is left, once, for the loss models of the plain curve, whatever the search took.
         models_part: f64 = 0.15, source "a model from its neighbour takes few steps", moves "curves refused";

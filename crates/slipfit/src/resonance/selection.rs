@@ -56,7 +56,9 @@ fn best_hypothesis(
     let c = &criteria.selection;
     let work = &curve.main.work;
     let fit = |hypothesis| fit(curve, hypothesis, options, criteria);
-    let plain = fit(Hypothesis::plain(curve));
+    // Without the delay that a curve has, the search for the plain one may have no end.
+    let share = if curve.main.complex { criteria.search.share } else { 1.0 };
+    let plain = work.within(share, || fit(Hypothesis::plain(curve)));
     // A delay asked for may be many turns across the curve: no start value but its own leads there.
     let delay_asked = options.terms.delay == Some(true) && curve.main.complex;
     let first = plain.as_ref().ok().map(PlainOutcome::of);

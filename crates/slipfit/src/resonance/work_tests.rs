@@ -68,3 +68,25 @@ fn four_hundred_points_end() {
         assert!(share < MOST, "{what}: {share}");
     }
 }
+
+/// The phases rise through the resonance, so long is the delay: as they are measured they fit none.
+#[test]
+fn a_plain_curve_without_end_leaves_work_for_a_delay() {
+    use super::analyse::analyse;
+    use crate::motion::steady::scan;
+    let q = 5000.0;
+    let o = crate::Oscillator::builder().frequency_hz(1.0).q_factor(q).build().unwrap();
+    let place: Vec<f64> = (0..401).map(|i| -9.0 + 0.045 * f64::from(i)).collect();
+    let hz: Vec<f64> = place.iter().map(|nu| 1.0 + nu / (2.0 * q)).collect();
+    let seen = place.iter().zip(&hz).enumerate().map(|(i, (nu, f))| {
+        let noise = Phasor::new(jitter(i, 1), jitter(i, 2)) * (q / 900.0);
+        scan::reading(&o, 1.0, *f).unwrap().fundamental * Phasor::from_polar(1.0, 0.56 * nu) + noise
+    });
+    let seen: Vec<Phasor> = seen.collect();
+    let amplitude = seen.iter().map(|z| z.norm()).collect();
+    let phase = seen.iter().map(|z| z.arg()).collect();
+    let curve = Curve::builder(hz, amplitude).phase_rad(phase).build().unwrap();
+    let answer = analyse(&curve, &Options::default()).unwrap();
+    let delta = answer.parameter(crate::Parameter::DECAY_RATE).unwrap().value;
+    assert!((delta * q / std::f64::consts::PI - 1.0).abs() < 0.02, "{delta}");
+}
