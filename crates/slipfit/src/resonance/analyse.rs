@@ -2,6 +2,8 @@
 
 use super::block::Block;
 use super::criteria::Criteria;
+use super::fitted_models::FittedModels;
+use super::peak;
 use super::prepared::PreparedCurve;
 use super::work::Work;
 use super::{Answer, Curve, Options, assemble, measured_columns};
@@ -113,8 +115,20 @@ pub(super) fn analyse_within(
     work: &Work,
 ) -> Result<Answer, Error> {
     let block = |curve: &Curve| Block { work: work.clone(), ..Block::new(curve) };
-    let prepared = PreparedCurve::new(block(used), options.reference.as_ref().map(block), options, criteria)?;
-    let fitted = measured_columns::best_fit(&prepared, options, criteria, used.std_error().is_some());
+    let fit = |main: Block, spikes: usize| {
+        let prepared = PreparedCurve::new(main, options.reference.as_ref().map(block), options, criteria)?;
+        let fitted = measured_columns::best_fit(&prepared, options, criteria, used.std_error().is_some())?;
+        Ok(FittedModels { spikes, ..fitted })
+    };
+    let mut main = block(used);
+    let mut fitted = fit(main.clone(), 0);
+    // A glitch far above the peak hides it.
+    for spikes in 1..=main.len() / criteria.residuals.outlier_part.max(1) {
+        let Err(Error::NoResonance { .. }) = fitted else { break };
+        let Some(fewer) = peak::without_spike(&main, &criteria.residuals) else { break };
+        main = fewer;
+        fitted = fit(main.clone(), spikes).or(fitted);
+    }
     let fitted =
         fitted.map_err(|error| if work.was_cut() { Error::NoFit { reason: SEARCH_CUT } } else { error })?;
     // Whatever the search took, there is work for the intervals.
@@ -126,7 +140,8 @@ pub(super) fn analyse_within(
 mod tests {
     use super::super::Terms;
     use super::*;
-    use crate::motion::steady::Phasor;
+    use crate::motion::steady::{Phasor, scan};
+    use crate::noise::jitter;
 
     #[test]
     fn terms_that_the_points_cannot_have_are_refused() {
@@ -150,6 +165,31 @@ mod tests {
             let refused = analyse(curve, &terms(of, true));
             assert!(matches!(refused, Err(Error::DoesNotHold { .. })), "{refused:?}");
             assert!(analyse(curve, &terms(of, false)).is_ok());
+        }
+    }
+
+    /// Curve of a resonance of quality 100 without friction, each point as `read` shows it.
+    fn seen(points: usize, noise: f64, read: impl Fn(usize, Phasor) -> Phasor) -> (Vec<f64>, Vec<Phasor>) {
+        let o = crate::Oscillator::builder().frequency_hz(1.0).q_factor(100.0).build().unwrap();
+        let hz: Vec<f64> = (0..points).map(|i| 0.97 + 0.06 * i as f64 / (points - 1) as f64).collect();
+        let z = hz.iter().enumerate().map(|(i, f)| {
+            let noise = Phasor::new(jitter(i, 5), jitter(i, 6)) * noise;
+            read(i, scan::reading(&o, 1.0, *f).unwrap().fundamental + noise)
+        });
+        let z = z.collect();
+        (hz, z)
+    }
+
+    #[test]
+    fn a_glitch_above_the_peak_is_left_out() {
+        for glitches in [&[5][..], &[5, 44]] {
+            let (hz, z) = seen(61, 0.5, |i, z| if glitches.contains(&i) { z * 40.0 } else { z });
+            let curve = Curve::builder(hz, z.iter().map(|z| z.norm()).collect()).build().unwrap();
+            let answer = analyse(&curve, &Options::default()).unwrap();
+            let q = answer.parameter(crate::Parameter::QFactor).unwrap();
+            assert!((q.value - 100.0).abs() < 4.0 * q.std_error, "{q:?}");
+            assert_eq!(answer.diagnostics.left_out, glitches.len());
+            assert_eq!(answer.diagnostics.points, 61 - glitches.len());
         }
     }
 }

@@ -291,7 +291,7 @@ fn diagnostics(
         counted_losses: None,
         points: d.all.as_ref().map_or(b.len(), Block::len) - d.left_out,
         outside_band: curve.len() - used.len(),
-        left_out: d.left_out,
+        left_out: d.left_out + d.spikes,
         noise_rms: d.neighbour_noise,
         residual_rms: sigma,
         proportional_noise: d.proportional_noise,

@@ -41,7 +41,10 @@ pub(crate) struct FittedModels {
     pub(crate) phases_ignored: bool,
     /// Every point, where the fit used means of neighbours.
     pub(crate) all: Option<Block>,
+    /// Points left out of the fit.
     pub(crate) left_out: usize,
+    /// Points left out before it.
+    pub(crate) spikes: usize,
     /// Noise of one point as differences of the residuals between neighbours give it.
     pub(crate) neighbour_noise: f64,
     pub(crate) autocorrelation: f64,

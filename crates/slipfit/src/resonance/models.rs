@@ -59,6 +59,7 @@ pub(super) fn compare(curve: &PreparedCurve, mut chosen: HypothesisFit) -> Resul
         phases_ignored: hypothesis.kind == Kind::Amplitudes,
         all: curve.all.as_ref().map(|all| hypothesis.view(all)),
         left_out: chosen.outliers,
+        spikes: 0,
         neighbour_noise: residuals.neighbour_noise,
         autocorrelation: residuals.rho,
         minima,

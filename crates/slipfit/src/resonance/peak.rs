@@ -1,7 +1,7 @@
 //! Peak, width and noise of a curve before any model, other peaks and jumps.
 
 use super::block::Block;
-use super::criteria::PeakCriteria;
+use super::criteria::{PeakCriteria, ResidualCriteria};
 use crate::motion::steady::Phasor;
 
 /// The main peak as read off the points.
@@ -86,6 +86,19 @@ pub(crate) fn find(b: &Block) -> Option<Peak> {
     };
     let least = 1e-9 * b.omega[top];
     Some(Peak { index: top, omega, height, half_width: half_width.max(least), sides })
+}
+
+/// The points without the highest one, where that stands alone as a glitch does.
+pub(crate) fn without_spike(b: &Block, c: &ResidualCriteria) -> Option<Block> {
+    let level = b.levels();
+    let top = find(b)?.index;
+    let beside = [top.wrapping_sub(1), top + 1].into_iter().filter_map(|i| level.get(i));
+    let beside = beside.copied().fold(0.0, f64::max);
+    let alone = beside < c.outlier_neighbour * level[top]
+        && level[top] - beside > c.outlier_deviations * noise(b)
+        && b.len() >= c.outlier_points;
+    let rest: Vec<usize> = (0..b.len()).filter(|&i| i != top).collect();
+    alone.then(|| b.subset(&rest))
 }
 
 /// Whether every point has the same response.

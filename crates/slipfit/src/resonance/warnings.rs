@@ -32,8 +32,8 @@ pub(super) fn warnings(
             zero_frequency: dropped.zero_frequency,
         });
     }
-    if d.left_out > 0 {
-        list.push(Warning::Outliers { points: d.left_out });
+    if answer.diagnostics.left_out > 0 {
+        list.push(Warning::Outliers { points: answer.diagnostics.left_out });
     }
     if let Some(SetAside { scatter, no_fit }) = d.set_aside.errors {
         list.push(Warning::ScatteredErrors { scatter, no_fit });
