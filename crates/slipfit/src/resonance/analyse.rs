@@ -192,4 +192,17 @@ mod tests {
             assert_eq!(answer.diagnostics.points, 61 - glitches.len());
         }
     }
+
+    #[test]
+    fn no_friction_is_claimed_of_a_curve_that_is_cut_off() {
+        let mut sure = 0;
+        for share in [0.7, 0.75, 0.8, 0.85, 0.9] {
+            let (hz, z) = seen(401, 0.5, |_, z| z / z.norm() * z.norm().min(100.0 * share));
+            let answer = analyse(&Curve::complex(hz, z).build().unwrap(), &Options::default()).unwrap();
+            sure += usize::from(answer.sliding.p_value < 0.01);
+            assert!(!answer.sliding.detected, "{share}");
+        }
+        // By chance alone it would be friction.
+        assert!(sure > 0);
+    }
 }

@@ -112,7 +112,8 @@ fn evidence(d: &FittedModels, chosen: &ModelFit, shares: [f64; 2]) -> SlidingEvi
     let own = d.comparison.sliding_beside(chosen).map_or(found.p_value, |p| p.max(found.p_value));
     let none = chosen.model.has(LossTerm::Sliding) && !(chosen.bounded.parameters[X_F] > 0.0);
     let p_value = if none { 1.0 } else { averaged::sliding_p_value(d, own) };
-    SlidingEvidence { p_value, detected: found.detected && p_value < d.comparison.criteria.detected, ..found }
+    let detected = found.detected && p_value < d.comparison.criteria.detected && d.law_holds(chosen);
+    SlidingEvidence { p_value, detected, ..found }
 }
 
 /// The first run's points, where there are runs up and down.

@@ -9,6 +9,7 @@ use super::response::{BG_IM, BG_RE, FLOOR, OFFSET};
 use super::{DriveSource, Method};
 use crate::inference::least_squares::Fit;
 use crate::inference::model_selection::{ModelComparison, ModelFit};
+use crate::model::loss::LossTerm;
 use crate::motion::steady::Phasor;
 
 /// A column that was set aside.
@@ -98,6 +99,22 @@ impl FittedModels {
     /// The problem as a model's fit uses it.
     pub(crate) fn problem_of(&self, fit: &ModelFit) -> Problem {
         self.problem.with(&fit.unbounded.free)
+    }
+
+    /// Whether what the losses leave beyond the noise is less than what friction explains, and small: otherwise
+    /// friction may only make up for a law that is another.
+    pub(crate) fn law_holds(&self, chosen: &ModelFit) -> bool {
+        let noise = &self.comparison.noise;
+        if noise.variance_inflation == 1.0 {
+            return true;
+        }
+        let left = chosen.bounded.rss;
+        let variance = noise.residual_variance(&chosen.bounded);
+        let beyond = (variance - self.neighbour_noise * self.neighbour_noise).max(0.0);
+        let without = self.comparison.fits.iter().filter(|f| !f.model.has(LossTerm::Sliding));
+        let explained = without.map(|f| f.bounded.rss - left).fold(f64::INFINITY, f64::min);
+        explained >= left * beyond / variance
+            && beyond.sqrt() < self.criteria.no_law * self.problem.main.highest()
     }
 
     pub(crate) fn method(&self) -> Method {
