@@ -25,10 +25,10 @@ pub(super) fn correction(problem: &Problem, fit: &Fit, variance: f64) -> Option<
         let length = side * variance.sqrt();
         fit.parameters.iter().zip(&steps[axis]).map(|(p, step)| p + length * step).collect::<Vec<f64>>()
     };
-    let mut moved = problem.clone();
+    let mut moved = centred(problem, &fit.parameters)?;
     for reference in [false, true] {
-        let Some(block) = problem.block(reference) else { continue };
-        let centre = read(problem, block, &fit.parameters, reference)?;
+        let Some(block) = moved.block(reference) else { continue };
+        let centre = block.data.clone();
         let mut data = centre.clone();
         for axis in 0..free.len() {
             let up = read(problem, block, &at(axis, 1.0), reference)?;
@@ -42,9 +42,6 @@ pub(super) fn correction(problem: &Problem, fit: &Fit, variance: f64) -> Option<
             _ => moved.main.data = data,
         }
     }
-    if let Some([_, weight]) = problem.prior {
-        moved.prior = Some([fit.parameters[X_0], weight]);
-    }
     let mut sums = Normal::zeros(COUNT);
     if !moved.normal(&fit.parameters, &mut sums) {
         return None;
@@ -55,6 +52,19 @@ pub(super) fn correction(problem: &Problem, fit: &Fit, variance: f64) -> Option<
         all[k] = s;
     }
     Some(all)
+}
+
+/// The problem whose data are what the model reads, without residuals.
+pub(super) fn centred(problem: &Problem, p: &[f64]) -> Option<Problem> {
+    let mut centred = problem.clone();
+    centred.main.data = read(problem, &problem.main, p, false)?;
+    if let Some(reference) = &mut centred.reference {
+        reference.data = read(problem, problem.reference.as_ref()?, p, true)?;
+    }
+    if let Some([_, weight]) = problem.prior {
+        centred.prior = Some([p[X_0], weight]);
+    }
+    Some(centred)
 }
 
 /// The reading that the model predicts at each point.

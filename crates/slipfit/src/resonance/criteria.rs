@@ -40,6 +40,8 @@ criteria_groups! {
         models: LossModelCriteria,
         /// The force balance without a model.
         force: ForceCriteria,
+        /// Points that lag behind the frequency.
+        lag: LagCriteria,
         /// The answer and its warnings.
         answer: AnswerCriteria,
         /// What is reported of the models compared.
@@ -309,6 +311,27 @@ criteria! {
         most_noise: f64 = 0.3, source "chosen by simulation", moves "the line through the forces";
         /// Points without which there is no line.
         least_points: usize = 4, source "two more than unknowns", moves "the line through the forces";
+    }
+}
+
+criteria! {
+    /// Points that lag behind the frequency.
+    pub struct LagCriteria in "lag" {
+        /// Longest time between two points that is tried, in times in which the resonator or the instrument forgets.
+        longest_step: f64 = 2.0, source "what is kept then, a seventh, hardly shows but in the frequency",
+            moves "warnings";
+        /// Each time tried over the one before.
+        finer: f64 = 0.6, source "chosen by simulation", moves "time of analysis";
+        /// Times tried.
+        steps: usize = 10, source "to a fiftieth", moves "warnings";
+        /// Part of a lag that the parameters must leave over.
+        least_seen: f64 = 1e-6, source "far above rounding", moves "warnings";
+        /// Sum of squares, in variances, by which a lag must lower that of the fit.
+        least_gain: f64 = 18.0, source "the most of 880 curves without a lag is 14", moves "warnings";
+        /// Variance over that of the noise below which a lag explains what is left where that is more than noise.
+        noise_variances: f64 = 1.5, source "chosen by simulation", moves "warnings";
+        /// BIC by which a lag in the place of terms of the instrument or the spring must be better.
+        margin: f64 = 10.0, source "Kass and Raftery 1995: very strong evidence", moves "warnings";
     }
 }
 

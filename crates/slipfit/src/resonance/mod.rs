@@ -18,6 +18,7 @@ mod force;
 mod hypothesis;
 mod hypothesis_fit;
 mod instrument_start;
+mod lag;
 mod lanes;
 mod measured_columns;
 mod models;
@@ -51,9 +52,9 @@ pub use answer::{
     ReferenceFit,
 };
 pub use criteria::{
-    AnswerCriteria, ColumnCriteria, Criteria, ForceCriteria, InstrumentCriteria, LossModelCriteria,
-    NoiseCriteria, PeakCriteria, PreparationCriteria, ReferenceCriteria, ResidualCriteria, SearchCriteria,
-    SelectionCriteria, TermCriteria,
+    AnswerCriteria, ColumnCriteria, Criteria, ForceCriteria, InstrumentCriteria, LagCriteria,
+    LossModelCriteria, NoiseCriteria, PeakCriteria, PreparationCriteria, ReferenceCriteria, ResidualCriteria,
+    SearchCriteria, SelectionCriteria, TermCriteria,
 };
 pub use curve::{Curve, CurveBuilder, Dropped, Response, Run, RunDirection};
 pub use direct::{CurveFit, fit};

@@ -4,11 +4,13 @@ use super::alternatives::TermSet;
 use super::block::Block;
 use super::criteria::{AnswerCriteria, Criteria};
 use super::fitted_models::{FittedModels, SetAside, oscillator_seen};
+use super::lag;
 use super::peak::Peak;
 use super::response::{BG_IM, BG_RE, DELTA, DRAG, DUFFING, FLOOR, OFFSET, OMEGA, R_DELTA, R_OMEGA, X_F};
 use super::{Answer, Curve, DriveSource, Method, Options, RunDirection, averaged, peak};
 use crate::answer::describe::model_choice;
 use crate::answer::{Parameter, Warning};
+use crate::inference::model_selection::ModelFit;
 use crate::model::loss::LossModel;
 use crate::numeric::order::sort_by_value;
 use std::f64::consts::TAU;
@@ -66,6 +68,9 @@ pub(super) fn warnings(
         list.push(Warning::Jump { frequency_hz: omega / TAU, hysteresis: true });
     } else if let Some(z) = differ {
         list.push(Warning::RunsDiffer { z });
+    }
+    if jump.is_none() && hysteresis.is_none() && differ.is_none() {
+        list.extend(lagging(d, options, criteria));
     }
     if jump.is_none()
         && hysteresis.is_none()
@@ -166,12 +171,24 @@ fn instrument(list: &mut Vec<Warning>, d: &FittedModels, answer: &Answer) {
     }
 }
 
+fn chosen<'a>(d: &'a FittedModels, options: &Options) -> Option<&'a ModelFit> {
+    match options.model {
+        Some(model) => d.comparison.largest_within(model),
+        None => d.comparison.reported().or_else(|| d.comparison.preferred()),
+    }
+}
+
+/// Points that lag behind the frequency.
+fn lagging(d: &FittedModels, options: &Options, criteria: &Criteria) -> Option<Warning> {
+    let fit = &chosen(d, options)?.unbounded;
+    let problem = d.problem.with(&fit.free);
+    let shift = lag::shift(&problem, fit, d.comparison.noise, d.neighbour_noise, &criteria.lag)?;
+    Some(Warning::Lag { shift_hz: shift / TAU })
+}
+
 /// Other terms beside the losses that explain the curve as well.
 fn rival(d: &FittedModels, answer: &Answer, options: &Options, criteria: &Criteria) -> Option<Warning> {
-    let chosen = match options.model {
-        Some(model) => d.comparison.largest_within(model)?,
-        None => d.comparison.reported().or_else(|| d.comparison.preferred())?,
-    };
+    let chosen = chosen(d, options)?;
     let (rival, delta_bic, friction_displacement) = averaged::rival(d, chosen, criteria)?;
     let (set, chosen) = (rival.set, &chosen.unbounded.free);
     let drag = rival.unbounded.free.contains(&DRAG) && !chosen.contains(&DRAG);

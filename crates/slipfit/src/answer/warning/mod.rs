@@ -289,6 +289,11 @@ pub enum Warning {
         /// Mean difference over its standard error.
         z: f64,
     },
+    /// The points lag behind the frequency: each keeps a part of the one before.
+    Lag {
+        /// By how much that moves the natural frequency, Hz.
+        shift_hz: f64,
+    },
     /// The reference curve belongs to another resonator, or another drive.
     ReferenceDiffers {
         /// Relative difference of the natural frequencies.
@@ -440,6 +445,7 @@ impl Warning {
             Warning::RivalInstrument { .. } => "rival_instrument",
             Warning::Delay { .. } => "delay",
             Warning::RunsDiffer { .. } => "runs_differ",
+            Warning::Lag { .. } => "lag",
             Warning::ReferenceDiffers { .. } => "reference_differs",
             Warning::ReferenceSlides { .. } => "reference_slides",
             Warning::Stuck { .. } => "stuck",

@@ -321,6 +321,13 @@ impl fmt::Display for Warning {
                 }
                 f.write_str(" standard errors: drift, or a sweep too fast")
             }
+            Warning::Lag { shift_hz } => {
+                write!(
+                    f,
+                    "the points lag behind the frequency, as in a sweep faster than the resonator or a low-pass follows: \
+                     f₀ is off by about {shift_hz:.1e} Hz; wait longer at each point, or sweep up and down"
+                )
+            }
             Warning::ReferenceDiffers { relative_frequency, decay_rate_ratio } => {
                 write!(
                     f,
