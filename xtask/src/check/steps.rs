@@ -179,7 +179,9 @@ fn python_package() -> Result<Outcome, Failure> {
     let wheel = std::fs::read_dir(&wheels)?.next().ok_or("maturin built no wheel")??.path();
     let again = [OsStr::new("--force-reinstall"), OsStr::new("--no-deps"), wheel.as_os_str()];
     python::install(&programs, again)?;
-    run(command(&python).args(["-m", "pytest", "--quiet"]).env("SLIPFIT_COMMAND", slipfit()?))?;
+    let mut tests = command(&python);
+    tests.args(["-m", "pytest", "--quiet", "--numprocesses", "auto", "--dist", "worksteal"]);
+    run(tests.env("SLIPFIT_COMMAND", slipfit()?))?;
     run(command(&python).args(["-m", "mypy"]))?;
     // The stub of the extension against the extension.
     let stub = ["slipfit._core", "--mypy-config-file", "pyproject.toml"];
