@@ -199,7 +199,7 @@ impl AmplitudeLaw {
             }
             let (sin, cos) = half.sin_cos();
             let s = sin / root;
-            return (a * (cos - a1 * s) - 2.0 * a0 * s) / (cos + (2.0 * a2 * a + a1) * s);
+            return unless_past(cos + (2.0 * a2 * a + a1) * s, a * (cos - a1 * s) - 2.0 * a0 * s);
         }
         let r = (-d).sqrt();
         self.falling(a, r, (-r * t).exp(), t * exp_share(r * t))
@@ -209,7 +209,7 @@ impl AmplitudeLaw {
     /// times `(1 + E)/2`; `s = (1 - E)/r`.
     fn falling(&self, a: f64, r: f64, e: f64, s: f64) -> f64 {
         let (less, more) = self.roots(r);
-        (a * e - s * (self.a0 + 0.5 * a * less)) / (e + s * (0.5 * more + self.a2 * a))
+        unless_past(e + s * (0.5 * more + self.a2 * a), a * e - s * (self.a0 + 0.5 * a * less))
     }
 
     /// [`Self::after`] half of `time_s` and the whole, for any amplitude: the functions of one time are those of
@@ -322,6 +322,13 @@ pub(super) fn integrate_step(rate: impl Fn(f64) -> f64, amplitude: f64, h: f64) 
     let twice = classical(middle, half, 0.5 * h);
     let after = twice + (twice - once) / 15.0;
     IntegratedStep { middle, after, rates: [before, half, rate(after)] }
+}
+
+/// The amplitude `above / below`, or zero past the pole, long after the stop: the loss below zero takes it there where
+/// viscous loss is negative, and behind it the formula comes back from above.
+#[inline(always)]
+fn unless_past(below: f64, above: f64) -> f64 {
+    if below <= 0.0 { 0.0 } else { above / below }
 }
 
 /// `(1 - e^(-x))/x`, right also at zero.
