@@ -1,4 +1,4 @@
-//! Noise for unit tests, the same numbers wherever they run, and records repeated with it.
+//! For unit tests: noise, the same numbers wherever they run, records repeated with it, and motions under any force.
 
 use crate::ringdown::{Options, analyse};
 use crate::{Parameter, Record};
@@ -32,4 +32,25 @@ pub(crate) fn jitter(i: usize, k: u64) -> f64 {
         })
         .sum::<f64>()
         - 6.0
+}
+
+/// Displacement and velocity, `n` times `dt` apart, of a mass released at `start` under a force `force(x, v)` over the
+/// mass: the classical Runge-Kutta rule in `parts` parts of each step.
+pub(crate) fn motion(
+    force: impl Fn(f64, f64) -> f64,
+    start: f64,
+    n: usize,
+    dt: f64,
+    parts: usize,
+) -> Vec<[f64; 2]> {
+    let h = dt / parts as f64;
+    let part = |[x, v]: [f64; 2]| {
+        let (k1, l1) = (v, force(x, v));
+        let (k2, l2) = (v + 0.5 * h * l1, force(x + 0.5 * h * k1, v + 0.5 * h * l1));
+        let (k3, l3) = (v + 0.5 * h * l2, force(x + 0.5 * h * k2, v + 0.5 * h * l2));
+        let (k4, l4) = (v + h * l3, force(x + h * k3, v + h * l3));
+        [x + h / 6.0 * (k1 + 2.0 * k2 + 2.0 * k3 + k4), v + h / 6.0 * (l1 + 2.0 * l2 + 2.0 * l3 + l4)]
+    };
+    let next = |state: &[f64; 2]| Some((0..parts).fold(*state, |state, _| part(state)));
+    std::iter::successors(Some([start, 0.0]), next).take(n).collect()
 }

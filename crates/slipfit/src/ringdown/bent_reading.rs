@@ -201,7 +201,7 @@ fn bend(
 mod tests {
     use super::*;
     use crate::motion::decay::FreeDecay;
-    use crate::noise::{assert_held, jitter};
+    use crate::noise::{assert_held, jitter, motion};
     use crate::ringdown::{Options, analyse};
     use crate::{Oscillator, Record};
 
@@ -290,20 +290,9 @@ mod tests {
     fn a_stiffening_spring_is_no_curve() {
         let stiffened = |stiffening: f64, repeat: usize| {
             let force = |x: f64, v: f64| -2.0 * DELTA * v - 49.0 * x * (1.0 + stiffening * x * x);
-            let (mut x, mut v, steps) = (1.0, 0.0, 20);
-            let h = 1.0 / (40.0 * f64::from(steps));
-            let mut signal = Vec::new();
-            for i in 0..1600 {
-                signal.push(0.2 + x + 0.001 * jitter(i + 1600 * repeat, 8));
-                for _ in 0..steps {
-                    let (k1, l1) = (v, force(x, v));
-                    let (k2, l2) = (v + 0.5 * h * l1, force(x + 0.5 * h * k1, v + 0.5 * h * l1));
-                    let (k3, l3) = (v + 0.5 * h * l2, force(x + 0.5 * h * k2, v + 0.5 * h * l2));
-                    let (k4, l4) = (v + h * l3, force(x + h * k3, v + h * l3));
-                    x += h / 6.0 * (k1 + 2.0 * k2 + 2.0 * k3 + k4);
-                    v += h / 6.0 * (l1 + 2.0 * l2 + 2.0 * l3 + l4);
-                }
-            }
+            let states = motion(force, 1.0, 1600, 1.0 / 40.0, 20);
+            let seen = |(i, [x, _]): (usize, &[f64; 2])| 0.2 + x + 0.001 * jitter(i + 1600 * repeat, 8);
+            let signal = states.iter().enumerate().map(seen).collect();
             Record::uniform(40.0, signal).expect("valid")
         };
         for stiffening in [0.03, 0.1, -0.05] {

@@ -216,28 +216,14 @@ fn at_one_frequency(points: &mut [Block], law: &mut PhaseLaw, order: i32) {
 
 #[cfg(test)]
 mod tests {
-    use crate::noise::{assert_held, jitter};
+    use crate::noise::{assert_held, jitter, motion};
     use crate::ringdown::Options;
     use crate::{Parameter, Record, SignalKind};
 
     /// Acceleration of a pendulum of 3.27 rad/s released at 40°, 60 s at 50 samples a second.
     fn acceleration(delta: f64) -> Vec<f64> {
         let force = |x: f64, v: f64| -2.0 * delta * v - 10.7 * x.sin();
-        let (mut x, mut v, steps) = (0.7, 0.0, 4);
-        let h = 1.0 / (50.0 * f64::from(steps));
-        let mut signal = Vec::new();
-        for _ in 0..3000 {
-            signal.push(force(x, v));
-            for _ in 0..steps {
-                let (k1, l1) = (v, force(x, v));
-                let (k2, l2) = (v + 0.5 * h * l1, force(x + 0.5 * h * k1, v + 0.5 * h * l1));
-                let (k3, l3) = (v + 0.5 * h * l2, force(x + 0.5 * h * k2, v + 0.5 * h * l2));
-                let (k4, l4) = (v + h * l3, force(x + h * k3, v + h * l3));
-                x += h / 6.0 * (k1 + 2.0 * k2 + 2.0 * k3 + k4);
-                v += h / 6.0 * (l1 + 2.0 * l2 + 2.0 * l3 + l4);
-            }
-        }
-        signal
+        motion(force, 0.7, 3000, 1.0 / 50.0, 4).iter().map(|[x, v]| force(*x, *v)).collect()
     }
 
     /// The frequency rises by 3 % as the amplitude falls, and an acceleration by 6 %, which is no loss.
