@@ -326,8 +326,8 @@ def test_counts_of_engines_are_above_zero(tmp_path):
     (tmp_path / "swing.csv").write_bytes(ROWS)
     with pytest.raises(slipfit.OptionError, match="threads=0"):
         arrow.ringdown_files(f"{tmp_path}/*.csv", threads=0)
-    with pytest.raises(TypeError, match="unexpected keyword argument 'modle'"):
-        arrow.ringdown_files(f"{tmp_path}/*.csv", modle="viscous")
+    with pytest.raises(TypeError, match="unexpected keyword argument 'losses'"):
+        arrow.ringdown_files(f"{tmp_path}/*.csv", losses="viscous")
     relation = FRAMES["duckdb"](pa.table({"trace": [TRACE]}))
     for rows in (0, -1):
         with pytest.raises(slipfit.OptionError, match="rows="):
