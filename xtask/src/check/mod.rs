@@ -1,5 +1,6 @@
 //! Everything that must hold before a change goes in.
 
+mod ahead;
 mod outcome;
 mod steps;
 
@@ -19,7 +20,10 @@ struct Row {
 /// table.
 pub(crate) fn run(arguments: &[String]) -> Result<ExitCode, Failure> {
     let rows: Vec<Row> = match arguments {
-        [] => steps::ALL.iter().map(take).collect(),
+        [] => {
+            ahead::start();
+            steps::ALL.iter().map(take).collect()
+        }
         [flag, text] if flag == "--only" => {
             steps::ALL.iter().filter(|(name, _)| name.contains(text.as_str())).map(take).collect()
         }
