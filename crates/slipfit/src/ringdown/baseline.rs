@@ -17,7 +17,8 @@ const LEVELS: f64 = 400.0;
 const LEAST_SAMPLES: usize = 8;
 
 /// The samples without their baseline, and it; `None` where the levels about which `answer` swings, or the
-/// strongest oscillation where there is none, lie on a parabola, which every fit has, or where cycles are few.
+/// strongest oscillation where there is none, lie on a parabola that is not steep, which every fit has, or where cycles
+/// are few.
 ///
 /// The level of each cycle is that of a local fit of level, slope and an oscillation with its slope. Of polynomials of
 /// time that with the least BIC is taken, the noise of the levels being that from one to the next.
@@ -55,12 +56,18 @@ pub(crate) fn without_baseline<'a>(
         let (curve, rss) = polynomial(&levels, &at, degree)?;
         Some((rss / variance + price * degree as f64, curve))
     });
-    let (_, curve) = fits.min_by(|a, b| a.0.total_cmp(&b.0)).filter(|(_, curve)| curve.len() > 3)?;
+    let (_, curve) = fits.min_by(|a, b| a.0.total_cmp(&b.0)).filter(|(_, curve)| curve.len() > 1)?;
+    let is_parabola = curve.len() <= 3;
     let mut baseline = Baseline { at, curve, range: 0.0 };
     let flat = less(time, signal, &baseline);
     let moved = signal.iter().zip(&flat).map(|(before, after)| before - after);
     let (low, high) = moved.fold((f64::INFINITY, f64::NEG_INFINITY), |(l, h), m| (l.min(m), h.max(m)));
     baseline.range = high - low;
+    // A steep one hides frequency, rest and end before any fit.
+    let first = answer.and_then(|a| a.parameter(Parameter::InitialAmplitude)).map_or(0.0, |a| a.value);
+    if is_parabola && baseline.range < criteria.steep * first {
+        return None;
+    }
     Some((
         Samples {
             signal: Cow::Owned(flat),
@@ -163,6 +170,24 @@ mod tests {
             assert_held(|repeat| record(level, repeat), &options, Parameter::DECAY_RATE, DELTA);
             assert_held(|repeat| record(level, repeat), &options, Parameter::FRICTION_DISPLACEMENT, X_F);
         }
+    }
+
+    /// Six times as high as the motion: the levels tell the rest from the motion no more, and their mean is none of rest.
+    #[test]
+    fn a_steep_baseline_hides_no_rest() {
+        let (delta, x_f) = (0.018, 0.0093);
+        let oscillator = Oscillator::kinematic(4.6, delta, x_f).expect("valid");
+        let decay = FreeDecay::from_rest(&oscillator, 1.0).expect("valid");
+        let record = |repeat: usize| {
+            let sample = |i: usize| {
+                let t = i as f64 / 36.0;
+                decay.displacement(t) - 0.17 * t + 0.016 * jitter(i + 1224 * repeat, 6)
+            };
+            Record::uniform(36.0, (0..1224).map(sample).collect()).expect("valid")
+        };
+        let options = Options::default();
+        assert_held(record, &options, Parameter::DECAY_RATE, delta);
+        assert_held(record, &options, Parameter::FRICTION_DISPLACEMENT, x_f);
     }
 
     #[test]

@@ -141,6 +141,8 @@ criteria! {
         most_degree: usize = 16, source "two periods of a sine, to a thousandth", moves "coverage with drift";
         /// Levels for each degree at least.
         levels_per_degree: usize = 3, source "a bend takes three levels", moves "coverage with drift";
+        /// Range over the first amplitude from which on a straight or parabolic one is subtracted as well.
+        steep: f64 = 1.0, source "the record spans more by it than by the motion", moves "coverage with drift";
         /// Variance that is left over that with the baseline, from which on it is subtracted.
         gain: f64 = 0.5, source "chosen by simulation", moves "coverage with drift";
         /// Samples at most.
