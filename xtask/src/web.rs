@@ -57,8 +57,6 @@ const ON_LANES: [&str; 1] = ["slipfit"];
 const LANES: &str = r#"["-Ctarget-feature=+simd128", "-Cllvm-args=-slp-vectorize-hor=false", "-Cllvm-args=-inline-threshold=40"]"#;
 /// Fetched with the first file that needs it, not with the page.
 const LATER: &str = "slipfit_wasm_formats";
-/// Builds of the core for the page, and their features.
-pub(crate) const MODULES: [(&str, Option<&str>); 2] = [("slipfit_wasm", None), (LATER, Some("formats"))];
 
 /// The site.
 pub(crate) struct Site {
@@ -98,7 +96,7 @@ impl Toolchain {
         Err(format!("`rustup target add {WASM}` (or on Debian `{DEBIAN}`) is missing"))
     }
 
-    fn cargo(&self) -> Result<Command, Failure> {
+    fn cargo(&self) -> Command {
         let mut build = match self {
             Self::Rustup => cargo(),
             Self::Debian => {
@@ -108,8 +106,6 @@ impl Toolchain {
                 build
             }
         };
-        // Its own folder: a build of the command does not wait for it.
-        build.env("CARGO_TARGET_DIR", compiled()?);
         // Flags of single packages are an option of nightly compilers.
         build.env("RUSTC_BOOTSTRAP", "1").args(["build", "--release", "-Zprofile-rustflags"]);
         if matches!(self, Self::Debian) {
@@ -122,15 +118,7 @@ impl Toolchain {
         for package in BUILT_SMALL {
             build.args(["--config", &format!("profile.release.package.{package}.opt-level=\"s\"")]);
         }
-        Ok(build)
-    }
-
-    /// Compiles the core for the page.
-    pub(crate) fn module(&self, features: Option<&str>) -> Result<Command, Failure> {
-        let mut build = self.cargo()?;
-        build.args(["--package", "slipfit-wasm", "--lib", "--no-default-features", "--target", WASM]);
-        build.args(features.map(|features| format!("--features={features}")));
-        Ok(build)
+        build
     }
 }
 
@@ -165,7 +153,7 @@ pub(crate) fn build(toolchain: &Toolchain) -> Result<Site, Failure> {
     let source = root().join("web");
     copy(&source, &folder)?;
     let glue = glue()?;
-    for (name, features) in MODULES {
+    for (name, features) in [("slipfit_wasm", None), (LATER, Some("formats"))] {
         module(toolchain, &glue, &folder, name, features)?;
     }
     examples(&folder.join("examples"))?;
@@ -181,11 +169,6 @@ pub(crate) fn build(toolchain: &Toolchain) -> Result<Site, Failure> {
     Ok(Site { folder, packed })
 }
 
-/// Where the core is compiled for the page.
-fn compiled() -> Result<PathBuf, Failure> {
-    Ok(target()?.join("web"))
-}
-
 /// One build of the core for the page. binaryen's wasm-opt took 50 s for each, saved 15 kB of what is sent, and let
 /// the first answer take longer.
 fn module(
@@ -195,8 +178,10 @@ fn module(
     name: &str,
     features: Option<&str>,
 ) -> Result<(), Failure> {
-    run(&mut toolchain.module(features)?)?;
-    let built = compiled()?.join(WASM).join("release").join("slipfit_wasm.wasm");
+    let mut build = toolchain.cargo();
+    build.args(["--package", "slipfit-wasm", "--lib", "--no-default-features", "--target", WASM]);
+    run(build.args(features.map(|features| format!("--features={features}"))))?;
+    let built = target()?.join(WASM).join("release").join("slipfit_wasm.wasm");
     run(command(glue).arg(built).arg(name).arg(folder))
 }
 
