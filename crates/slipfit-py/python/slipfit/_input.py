@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import datetime
-import math
 import operator
 import os
 from collections.abc import Mapping
@@ -12,6 +11,7 @@ from typing import TYPE_CHECKING, Any, TypeAlias, Union
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
+from . import _core
 from ._arguments import shown, wrong_type
 from ._errors import OptionError
 
@@ -28,22 +28,6 @@ Uncertain: TypeAlias = Union[float, tuple[float, float], "Quantity"]
 def refuse(option: str, message: str) -> OptionError:
     """The exception for an argument that cannot be meant."""
     return OptionError(message, "option", details={"option": option})
-
-
-#: Seconds in the units of time that labelled arrays name.
-_SECONDS = {
-    "s": 1.0, "sec": 1.0, "second": 1.0, "seconds": 1.0, "ms": 1e-3, "millisecond": 1e-3, "milliseconds": 1e-3,
-    "us": 1e-6, "µs": 1e-6, "μs": 1e-6, "microsecond": 1e-6, "microseconds": 1e-6,
-    "ns": 1e-9, "nanosecond": 1e-9, "nanoseconds": 1e-9, "min": 60.0, "minute": 60.0, "minutes": 60.0,
-    "h": 3600.0, "hour": 3600.0, "hours": 3600.0,
-}  # fmt: skip
-
-
-#: Hertz in the units of frequency that labelled arrays name.
-_HERTZ = {
-    "Hz": 1.0, "hertz": 1.0, "1/s": 1.0, "s-1": 1.0, "mHz": 1e-3, "kHz": 1e3, "MHz": 1e6, "GHz": 1e9,
-    "rad/s": 0.5 / math.pi,
-}  # fmt: skip
 
 
 def unmasked(values: Any) -> Any:
@@ -108,18 +92,19 @@ def own_unit(values: Any) -> str | None:
     return None if unit is None else str(unit)
 
 
-def _in_unit(name: str, numbers: Vector, unit: str | None, known: Mapping[str, float], words: str) -> Vector:
-    """Numbers of a unit, where one is named, in that of which `known` has the factors."""
+def _in_unit(name: str, numbers: Vector, unit: str | None, wanted: str, words: str) -> Vector:
+    """Numbers of a unit, where one is named, in another of the same quantity."""
     if not unit:
         return numbers
-    if unit not in known:
+    factor = _core.unit_factor(unit, wanted)
+    if factor is None:
         raise refuse(name, f"{name} is in {unit!r}: {words} are known")
-    return numbers * known[unit]
+    return numbers * factor
 
 
 def hertz(name: str, values: ArrayLike) -> Vector:
     """Frequencies in Hz; those of xarray are taken in the unit that they name."""
-    return _in_unit(name, vector(name, values), own_unit(values), _HERTZ, "mHz, Hz, kHz, MHz, GHz and rad/s")
+    return _in_unit(name, vector(name, values), own_unit(values), "Hz", "mHz, Hz, kHz, MHz, GHz and rad/s")
 
 
 def seconds(name: str, values: ArrayLike) -> Vector:
@@ -140,7 +125,7 @@ def seconds(name: str, values: ArrayLike) -> Vector:
         array = array - (known[0] if known.size else np.datetime64(0, "s"))
     if array.dtype.kind == "m":
         return _durations(name, array)
-    return _in_unit(name, vector(name, array), unit, _SECONDS, "s, ms, us, ns, min and h")
+    return _in_unit(name, vector(name, array), unit, "s", "s, ms, us, ns, min and h")
 
 
 #: Seconds in the larger units of NumPy's durations, and the smaller units in a second.

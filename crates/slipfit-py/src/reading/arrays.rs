@@ -19,6 +19,12 @@ fn numbered<'a, 'py>(
     (given, number)
 }
 
+/// What turns numbers in a unit into numbers in another of the same quantity; None where they are not known to be.
+#[pyfunction]
+pub(crate) fn unit_factor(unit: &str, wanted: &str) -> Option<f64> {
+    slipfit_io::unit_factor(unit, wanted)
+}
+
 /// A record of arrays.
 #[pyfunction]
 #[pyo3(signature = (time_s, signal, quadrature, rate_hz, unit, kind))]
