@@ -325,7 +325,8 @@ impl fmt::Display for Warning {
                 write!(
                     f,
                     "the points lag behind the frequency, as in a sweep faster than the resonator or a low-pass follows: \
-                     f₀ is off by about {shift_hz:.1e} Hz; wait longer at each point, or sweep up and down"
+                     f₀ is off by about {} Hz; wait longer at each point, or sweep up and down",
+                    figures(*shift_hz, 2)
                 )
             }
             Warning::ReferenceDiffers { relative_frequency, decay_rate_ratio } => {
