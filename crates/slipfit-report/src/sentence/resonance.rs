@@ -55,7 +55,7 @@ fn conclusion(a: &Answer) -> String {
     let limit = |parameter| a.parameter(parameter).map(|q| (q.interval_95, q.unit.clone()));
     let ratio = limit(Parameter::FrictionRatio).map(|(i, _)| i);
     let law = if a.preferred_model.is_within(a.model) { a.preferred_model } else { a.model };
-    if !s.detected && a.diagnostics.residual_excess > 1.0 && s.p_value < 0.01 && s.delta_bic > 0.0 {
+    if !a.diagnostics.law_holds {
         return format!(
             "Whether sliding friction takes part stays open, {drive}: what every loss law leaves of the curve is more \
              than noise and than what friction explains."

@@ -127,6 +127,10 @@ criteria! {
         /// drift of the frequency, a backbone) is added automatically.
         instrument_bic_margin: f64 = 14.0, source "leaves about one term in 1e5 to chance",
             moves "spread of the loss parameters in short records";
+        /// Residuals beyond the noise, over the amplitude of a decay or the height of a curve, above which no law describes
+        /// it, nor says anything of friction.
+        no_law: f64 = 0.05, source "more than the terms of a law differ by",
+            moves "the sentence of the answer, and false detections where the law is another";
         /// p value below which sliding friction counts as detected, where the BIC prefers it as well,
         /// and below which a purely viscous loss counts as excluded.
         detected: f64 = 0.01, source "one record in a hundred without friction",

@@ -189,6 +189,9 @@ pub struct Diagnostics {
     pub residual_excess: f64,
     /// First autocorrelation of the residuals along the frequency.
     pub residual_autocorrelation: f64,
+    /// False where friction would be claimed by its p value, but explains less than what is left of the curve beyond the
+    /// noise, or that is a large part of the height: then nothing is said about friction.
+    pub law_holds: bool,
     /// Highest amplitude over the noise of one quadrature, dB.
     pub signal_to_noise_db: f64,
     /// Span of the frequencies over the full width of the line at 1/√2 of its height.

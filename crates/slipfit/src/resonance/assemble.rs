@@ -75,6 +75,7 @@ pub(super) fn answer(
         None => points(&problem, p, false, sigma),
     };
     let reference = problem.reference.is_some().then(|| reference(d, chosen, &problem, sigma, criteria));
+    let (sliding, law_holds) = evidence(d, chosen, shares);
     let mut answer = Answer {
         model: chosen.model,
         preferred_model: preferred.model,
@@ -82,14 +83,14 @@ pub(super) fn answer(
         drive_source: d.source,
         parameters,
         comparison: candidates(comparison, |f| rms(d, f), |f| values(d, f)),
-        sliding: evidence(d, chosen, shares),
+        sliding,
         correlations: correlations(&chosen.unbounded, &named(comparison)),
         instrument: instrument(d, chosen),
         force,
         force_line,
         paper: paper::estimate(&problem, p, d.source != DriveSource::Shape, &criteria.search),
         reference,
-        diagnostics: Diagnostics { counted_losses, ..diagnostics(curve, used, d, &points, sigma) },
+        diagnostics: Diagnostics { counted_losses, law_holds, ..diagnostics(curve, used, d, &points, sigma) },
         warnings: Vec::new(),
         unit: used.unit().to_owned(),
         given_terms: given_terms(used, d, chosen),
@@ -106,14 +107,16 @@ pub(super) fn answer(
 }
 
 /// The evidence for sliding friction, other terms of the instrument counted. Where the losses reported
-/// have it, it is not surer than beside those; where they have none of it, it is not seen.
-fn evidence(d: &FittedModels, chosen: &ModelFit, shares: [f64; 2]) -> SlidingEvidence {
+/// have it, it is not surer than beside those; where they have none of it, it is not seen. And whether the law holds on
+/// which that evidence rests.
+fn evidence(d: &FittedModels, chosen: &ModelFit, shares: [f64; 2]) -> (SlidingEvidence, bool) {
     let found = sliding_evidence(&d.comparison, chosen, shares);
     let own = d.comparison.sliding_beside(chosen).map_or(found.p_value, |p| p.max(found.p_value));
     let none = chosen.model.has(LossTerm::Sliding) && !(chosen.bounded.parameters[X_F] > 0.0);
     let p_value = if none { 1.0 } else { averaged::sliding_p_value(d, own) };
-    let detected = found.detected && p_value < d.comparison.criteria.detected && d.law_holds(chosen);
-    SlidingEvidence { p_value, detected, ..found }
+    let significant = found.detected && p_value < d.comparison.criteria.detected;
+    let law_holds = !significant || d.law_holds(chosen);
+    (SlidingEvidence { p_value, detected: significant && law_holds, ..found }, law_holds)
 }
 
 /// The first run's points, where there are runs up and down.
@@ -298,6 +301,7 @@ fn diagnostics(
         proportional_noise: d.proportional_noise,
         residual_excess: d.comparison.noise.variance_inflation,
         residual_autocorrelation: d.autocorrelation,
+        law_holds: true,
         signal_to_noise_db: 20.0 * (b.highest() / sigma.max(f64::MIN_POSITIVE)).log10(),
         line_widths: span / (2.0 * d.peak.half_width),
         points_in_line: b.omega.iter().filter(near).count(),

@@ -376,9 +376,6 @@ criteria! {
         least_weight: f64 = 0.001, source "far below a half of 2.5 %", moves "coverage";
         /// Standard errors by which other terms of the instrument must move a loss to be named.
         rival_errors: f64 = 2.0, source "chosen by simulation", moves "warnings";
-        /// Part of the height by which the reported losses may miss the curve, noise aside: beyond it none describes it,
-        /// and nothing is said about friction.
-        no_law: f64 = 0.05, source "as of a decay", moves "friction claimed where the law is another";
         /// Noise of the residuals over that within one run above which the runs are compared by the
         /// latter.
         runs_noise: f64 = 1.5, source "chosen by simulation", moves "warnings";

@@ -114,7 +114,7 @@ impl FittedModels {
         let without = self.comparison.fits.iter().filter(|f| !f.model.has(LossTerm::Sliding));
         let explained = without.map(|f| f.bounded.rss - left).fold(f64::INFINITY, f64::min);
         explained >= left * beyond / variance
-            && beyond.sqrt() < self.criteria.no_law * self.problem.main.highest()
+            && beyond.sqrt() < self.comparison.criteria.no_law * self.problem.main.highest()
     }
 
     pub(crate) fn method(&self) -> Method {

@@ -209,7 +209,7 @@ fn diagnostics(
         counted_losses: None,
         residual_excess: e.fit.excess,
         residual_autocorrelation: e.fit.autocorrelation,
-        law_holds: !misfit.is_some_and(|m| m.relative_rms > e.criteria.misfit.no_law),
+        law_holds: !misfit.is_some_and(|m| m.relative_rms > e.criteria.inference.no_law),
         misfit,
         signal_to_noise_db: 20.0
             * (law.initial / std::f64::consts::SQRT_2 / noise.max(f64::MIN_POSITIVE)).log10(),

@@ -357,9 +357,6 @@ criteria! {
         kink: f64 = 0.6, source "chosen by simulation", moves "warnings";
         /// The end of a decay is one in so many of its amplitudes.
         end_part: usize = 7, source "chosen by simulation", moves "warnings";
-        /// Residuals over the amplitude above which no law describes the decay, nor says anything of
-        /// friction.
-        no_law: f64 = 0.05, source "more than the terms of a law differ by", moves "the sentence of the answer";
         /// Residual variance that a law with a fitted shape leaves, over that of the laws compared, below which
         /// it is said to describe the decay better.
         further_law_left: f64 = 0.5, source "chosen by simulation", moves "warnings";
