@@ -31,8 +31,9 @@ pub(crate) fn cargo() -> Command {
     command(std::env::var_os("CARGO").unwrap_or_else(|| "cargo".into()))
 }
 
-/// The program `slipfit` as users have it, built where it is missing. With `slipfit app` in it always: without that
-/// feature the readers' dependencies have others, and would be compiled once more.
+/// The program `slipfit` as users have it, built where it is missing. With `slipfit app` in it always, and with the
+/// features of dependencies that the Python package asks for: otherwise the readers and the core would be compiled once
+/// more.
 pub(crate) fn slipfit() -> Result<PathBuf, Failure> {
     run(&mut slipfit_build())?;
     Ok(target()?.join("release/slipfit").with_extension(std::env::consts::EXE_EXTENSION))
@@ -41,7 +42,8 @@ pub(crate) fn slipfit() -> Result<PathBuf, Failure> {
 /// What builds it.
 pub(crate) fn slipfit_build() -> Command {
     let mut build = cargo();
-    build.args(["build", "--quiet", "--release", "--package", "slipfit-cli", "--features", "app"]);
+    build.args(["build", "--quiet", "--release", "--bin", "slipfit"]);
+    build.args(["--package", "slipfit-cli", "--features", "app", "--package", "slipfit-py"]);
     build
 }
 

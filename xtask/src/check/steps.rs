@@ -157,16 +157,14 @@ fn documentation_tests() -> Result<Outcome, Failure> {
 
 /// The wheel, built and installed into an environment of its own, beside the command it must agree with.
 fn python_package() -> Result<Outcome, Failure> {
-    let requirements = root().join("crates/slipfit-py/tests/requirements.txt");
     let environment = target()?.join("venv-package");
-    let programs = match python::environment(&environment) {
+    // What comes over the network comes while the command is compiled.
+    let (programs, slipfit) = beside(|| python_of_the_package(&environment), slipfit);
+    let slipfit = slipfit?;
+    let programs = match programs {
         Ok(programs) => programs,
         Err(failure) => return Ok(Outcome::Skipped(format!("Python package NOT tested: {failure}"))),
     };
-    if let Err(failure) = python::install(&programs, [OsStr::new("--requirement"), requirements.as_os_str()])
-    {
-        return Ok(Outcome::Skipped(format!("Python package NOT tested: {failure}")));
-    }
     let python = python::python_in(&programs);
     let wheels = target()?.join("wheels");
     if wheels.is_dir() {
@@ -181,14 +179,43 @@ fn python_package() -> Result<Outcome, Failure> {
     python::install(&programs, again)?;
     let mut tests = command(&python);
     tests.args(["-m", "pytest", "--quiet", "--numprocesses", "auto", "--dist", "worksteal"]);
-    run(tests.env("SLIPFIT_COMMAND", slipfit()?))?;
-    run(command(&python).args(["-m", "mypy"]))?;
+    run(tests.env("SLIPFIT_COMMAND", slipfit))?;
+    // The types; the program of the second checker for Node comes over the network the first time.
+    let types = || {
+        run(command(&python).args(["-m", "mypy"]))?;
+        run(command(programs.join("pyright")).arg("--pythonpath").arg(&python))
+    };
     // The stub of the extension against the extension.
-    let stub = ["slipfit._core", "--mypy-config-file", "pyproject.toml"];
-    run(command(&python).args(["-m", "mypy.stubtest"]).args(stub))?;
-    // The types; its program for Node comes over the network the first time.
-    run(command(programs.join("pyright")).arg("--pythonpath").arg(&python))?;
+    let stub = || {
+        let options = ["slipfit._core", "--mypy-config-file", "pyproject.toml"];
+        run(command(&python).args(["-m", "mypy.stubtest"]).args(options))
+    };
+    let (types, stub) = beside(|| types().map_err(|failure| failure.to_string()), stub);
+    types?;
+    stub?;
     Ok(Outcome::passed())
+}
+
+/// An environment with what the package and its tests need.
+fn python_of_the_package(environment: &Path) -> Result<PathBuf, String> {
+    let requirements = root().join("crates/slipfit-py/tests/requirements.txt");
+    let made = python::environment(environment).and_then(|programs| {
+        python::install(&programs, [OsStr::new("--requirement"), requirements.as_os_str()])?;
+        Ok(programs)
+    });
+    made.map_err(|failure| failure.to_string())
+}
+
+/// Does one thing while another is done.
+fn beside<A: Send, B>(one: impl FnOnce() -> A + Send, other: impl FnOnce() -> B) -> (A, B) {
+    std::thread::scope(|scope| {
+        let one = scope.spawn(one);
+        let other = other();
+        match one.join() {
+            Ok(one) => (one, other),
+            Err(panic) => std::panic::resume_unwind(panic),
+        }
+    })
 }
 
 fn commands_of_the_documentation() -> Result<Outcome, Failure> {
@@ -217,16 +244,20 @@ fn page_in_a_browser() -> Result<Outcome, Failure> {
             return Ok(Outcome::Skipped(format!("page and core NOT built for the web: {missing}")));
         }
     };
-    let site = web::build(&toolchain)?;
+    let folder = root().join("web");
+    let packages = || {
+        let mut npm = command("npm");
+        npm.args(["ci", "--no-audit", "--no-fund", "--prefix"]).arg(&folder);
+        succeeds(&mut npm)
+    };
+    let (packages, site) = beside(packages, || web::build(&toolchain));
+    let site = site?;
     let size = format!("{} kB packed at the first view", site.packed / 1000);
     if site.packed > web::MOST_PACKED {
         return Err(format!("{size}: {} kB at most", web::MOST_PACKED / 1000).into());
     }
     let skipped = |reason: &str| Ok(Outcome::Skipped(format!("page built, {size}, NOT tested: {reason}")));
-    let folder = root().join("web");
-    let mut npm = command("npm");
-    npm.args(["ci", "--no-audit", "--no-fund", "--prefix"]).arg(&folder);
-    if !succeeds(&mut npm) {
+    if !packages {
         return skipped("`npm ci` in web/ cannot be run");
     }
     run(command("node")
