@@ -534,10 +534,10 @@ class RingdownAnswer(_Compared):
 
     @property
     def sensor_curve(self) -> Section | None:
-        """How the sensor bends: ``centre``, ``quadratic``, ``cubic``, ``cubic_std_error``; None where straight.
+        """How the sensor bends: ``centre``, ``quadratic``, ``cubic``, ``saturation``, the ``std_error`` of both; None where straight.
 
-        It reads ``centre + x + quadratic x**2 + cubic x**3`` of a displacement x; amplitude and
-        friction displacement are those of x.
+        It reads ``centre + x + quadratic x**2 + cubic x**3 / (1 + saturation x**2)`` of a displacement x;
+        amplitude and friction displacement are those of x.
         """
         return self._section("sensor_curve")
 

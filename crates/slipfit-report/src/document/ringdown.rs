@@ -58,7 +58,7 @@ fn free_law(facts: &mut Facts, law: &FreeLaw, unit: &str) {
     facts.add("", format!("{shape}; measured down to {}{rising}", plain(law.lowest_amplitude, 3, unit)));
 }
 
-/// The curve of the sensor in the unit of the signal: `reads x + 0.05 x² - 0.1 x³`.
+/// The curve of the sensor in the unit of the signal: `reads x + 0.05 x² - 0.1 x³/(1 + 0.4 x²)`.
 fn sensor_curve(curve: &SensorCurve, unit: &str) -> String {
     let term = |coefficient: f64, power: &str| match coefficient {
         0.0 => String::new(),
@@ -66,7 +66,11 @@ fn sensor_curve(curve: &SensorCurve, unit: &str) -> String {
     };
     let unit = if unit.is_empty() { String::new() } else { format!(" in {unit}") };
     let [quadratic, cubic] = [term(curve.quadratic, "x²"), term(curve.cubic, "x³")];
-    format!("reads x{quadratic}{cubic} of a displacement x{unit} off the middle: straightened")
+    let saturation = match term(curve.saturation, "x²") {
+        none if none.is_empty() => none,
+        some => format!("/(1{some})"),
+    };
+    format!("reads x{quadratic}{cubic}{saturation} of a displacement x{unit} off the middle: straightened")
 }
 
 /// Whether the record holds amplitudes, not the motion itself.

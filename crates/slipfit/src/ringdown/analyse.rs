@@ -204,10 +204,9 @@ fn analyse_without_line(
     let (whole, mut answer, options) = behind.unwrap_or((whole.clone(), answer, options.clone()));
     // Before a second mode is looked for: a strong third harmonic, which falls three times as fast, passes for one.
     if shows_displacement(record, &options) && LossModel::further_named(options.model) == 0 {
-        answer = straightened(&whole, answer, &criteria.sensor, |rest: Samples| {
-            let answer = analyse_part(rest.clone(), record, &options, criteria).ok()?;
-            Some(refined(rest, answer, record, &options, criteria))
-        });
+        let fit = |rest: Samples| analyse_part(rest, record, &options, criteria).ok();
+        let refine = |rest: Samples, answer: Answer| refined(rest, answer, record, &options, criteria);
+        answer = straightened(&whole, answer, &criteria.sensor, fit, refine);
     }
     if answer.sensor_curve.is_none() {
         answer = refined(whole.clone(), answer, record, &options, criteria);

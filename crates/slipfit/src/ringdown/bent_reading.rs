@@ -2,33 +2,55 @@
 
 use super::Answer;
 use super::criteria::SensorCriteria;
+use super::fitted::FittedMotion;
 use super::remainder::Harmonics;
 use super::samples::Samples;
 use super::sensor_curve::SensorCurve;
 use super::window_fit::WAVEFORM;
 use crate::answer::Warning;
 use crate::inference::evidence::chi_square_tail;
-use crate::inference::least_squares::linear;
+use crate::inference::least_squares::{Normal, linear_of};
 use crate::model::loss::LossModel;
 use crate::{Parameter, Quantity};
 use std::borrow::Cow;
 
-/// Rounds, at most, in which the curve is estimated from what the motion leaves and the motion fitted to the straightened
-/// reading. The first takes the amplitude as it is read: of a cubic part of a tenth it makes an eighth.
-const ROUNDS: usize = 8;
-/// Part of its standard error by which the cubic coefficient moves in the last of them, and of a strong line the
-/// quadratic one.
-const SETTLED: f64 = 0.1;
-
-/// Coefficients by which a reading still bends, and the standard error of the cubic one.
+/// Coefficients by which a reading still bends, and the covariance of the odd ones.
 #[derive(Debug, Clone, Copy)]
 struct Estimate {
     quadratic: f64,
-    cubic: f64,
-    cubic_error: f64,
+    /// Cubic coefficient and that of saturation.
+    odd: [f64; 2],
+    /// Lower triangle of Cholesky: a change of both for each of its columns.
+    spread: [[f64; 2]; 2],
 }
 
-/// The answer by `refit` to the straightened reading, where the samples show a second or third harmonic in phase with the
+impl Estimate {
+    /// Standard errors of the odd coefficients.
+    fn errors(&self) -> [f64; 2] {
+        let [[first, along], [_, across]] = self.spread;
+        [first.abs(), along.hypot(across)]
+    }
+
+    /// A part of it, as sure as the whole.
+    fn times(&self, part: f64) -> Self {
+        Self { quadratic: part * self.quadratic, odd: self.odd.map(|c| part * c), ..*self }
+    }
+
+    /// What is added to a curve.
+    fn added_to(&self, curve: SensorCurve) -> SensorCurve {
+        let [cubic_std_error, saturation_std_error] = self.errors();
+        SensorCurve {
+            quadratic: curve.quadratic + self.quadratic,
+            cubic: curve.cubic + self.odd[0],
+            cubic_std_error,
+            saturation: curve.saturation + self.odd[1],
+            saturation_std_error,
+            ..curve
+        }
+    }
+}
+
+/// The answer by `fit` and `refine` to the straightened reading, where the samples show a second or third harmonic in phase with the
 /// motion that falls as the square or cube of the amplitude, beyond what a spring that stiffens gives. A reading that bends
 /// by more than such a curve describes is warned of.
 ///
@@ -38,19 +60,20 @@ pub(crate) fn straightened<'a>(
     samples: &Samples<'a>,
     mut answer: Answer,
     criteria: &SensorCriteria,
-    refit: impl Fn(Samples<'a>) -> Option<Answer>,
+    fit: impl Fn(Samples<'a>) -> Option<Answer>,
+    refine: impl Fn(Samples<'a>, Answer) -> Answer,
 ) -> Answer {
-    let bends = |e: &Estimate| e.quadratic != 0.0 || e.cubic.abs() > criteria.significance * e.cubic_error;
+    let bends = |e: &Estimate| e.quadratic != 0.0 || e.odd[0].abs() > criteria.significance * e.errors()[0];
     let may_bend = may_bend(&answer, criteria);
     let estimate = may_bend.then(|| bend(samples, &answer, criteria, None).filter(bends)).flatten();
     let Some(estimate) = estimate else { return answer };
-    if let Some(found) = along_curve(samples, &answer, estimate, criteria, refit) {
+    if let Some(found) = along_curve(samples, &answer, estimate, criteria, fit, refine) {
         return found;
     }
     let named = answer.warnings.iter().any(|w| matches!(w, Warning::Harmonics { .. }));
     let relative_amplitude =
-        0.25 * estimate.cubic.abs() * answer.fit.amplitude_at(answer.fit.start_s).powi(2);
-    let sure = estimate.cubic.abs() > criteria.unstraightened_errors * estimate.cubic_error;
+        0.25 * estimate.odd[0].abs() * answer.fit.amplitude_at(answer.fit.start_s).powi(2);
+    let sure = estimate.odd[0].abs() > criteria.unstraightened_errors * estimate.errors()[0];
     if sure && relative_amplitude > criteria.unstraightened && !named {
         answer.warnings.push(Warning::Harmonics { order: 3, relative_amplitude });
     }
@@ -63,54 +86,93 @@ fn along_curve<'a>(
     answer: &Answer,
     estimate: Estimate,
     criteria: &SensorCriteria,
-    refit: impl Fn(Samples<'a>) -> Option<Answer>,
+    fit: impl Fn(Samples<'a>) -> Option<Answer>,
+    refine: impl Fn(Samples<'a>, Answer) -> Answer,
 ) -> Option<Answer> {
     // At the start the mean of a bent reading is another one.
     let centre = answer.fit.knots.last()?.offset;
-    let Estimate { quadratic, cubic, cubic_error: cubic_std_error } = estimate;
-    let mut curve = SensorCurve { centre, quadratic, cubic, cubic_std_error };
-    let by = |curve: SensorCurve| {
-        let straight: Option<Vec<f64>> = samples.signal.iter().map(|s| curve.straightened(*s)).collect();
-        let straight =
-            Samples { signal: Cow::Owned(straight?), rest: samples.rest_alone(), ..samples.clone() };
-        let found = refit(straight.clone()).filter(|found| found.diagnostics.method == WAVEFORM)?;
+    let straight = SensorCurve { centre, ..SensorCurve::default() };
+    let along = |curve: SensorCurve| -> Option<Vec<f64>> {
+        samples.signal.iter().map(|s| curve.straightened(*s)).collect()
+    };
+    // An estimate by an amplitude that is read too small may bend a curve down before the highest reading.
+    let towards = |curve: SensorCurve, estimate: &Estimate| {
+        let parts = (0..criteria.halvings).map(|n| estimate.times(0.5f64.powi(n as i32)));
+        parts.map(|part| part.added_to(curve)).find_map(|next| Some((next, along(next)?)))
+    };
+    let fitted = |signal: Vec<f64>| {
+        let straight = Samples { signal: Cow::Owned(signal), rest: samples.rest_alone(), ..samples.clone() };
+        let found = fit(straight.clone())?;
         Some((straight, found))
     };
-    let (mut straight, mut found) = by(curve)?;
-    for _ in 1..ROUNDS {
+    let (mut curve, signal) = towards(straight, &estimate)?;
+    let (mut straight, mut found) = fitted(signal)?;
+    let mut spread = estimate.spread;
+    let top = answer.fit.amplitude_at(answer.fit.start_s);
+    for _ in 1..criteria.rounds {
         let Some(more) = bend(&straight, &found, criteria, Some(&curve)) else { break };
-        curve.quadratic += more.quadratic;
-        curve.cubic += more.cubic;
-        curve.cubic_std_error = more.cubic_error;
-        (straight, found) = by(curve)?;
-        let bends = more.quadratic.abs() * answer.fit.amplitude_at(answer.fit.start_s);
-        if more.cubic.abs() < SETTLED * more.cubic_error && bends < SETTLED * criteria.strong_line {
+        let (next, signal) = towards(curve, &more)?;
+        curve = next;
+        spread = more.spread;
+        (straight, found) = fitted(signal)?;
+        let settled = |(change, error): (f64, f64)| change.abs() <= criteria.settled * error;
+        let odd = more.odd.into_iter().zip(more.errors()).all(settled);
+        if odd && more.quadratic.abs() * top < criteria.settled * criteria.strong_line {
             break;
         }
     }
+    // A second mode or another law would take up what the curve has not straightened yet.
+    found = refine(straight, found);
     let amplitude = found.parameter(Parameter::InitialAmplitude)?.value;
-    let third = 0.25 * curve.cubic * amplitude.powi(2);
-    let better = found.diagnostics.residual_rms < answer.diagnostics.residual_rms;
-    let describes = better || answer.diagnostics.method != WAVEFORM;
-    if !describes || third.abs() > criteria.most {
+    let third = curve.third_harmonic(amplitude) / amplitude;
+    found.fit.sensor_curve = Some(curve);
+    let better = {
+        // Straightened noise is larger than that of the reading.
+        let [one, other] = [&found.fit, &answer.fit].map(FittedMotion::range_s);
+        let both = [one[0].max(other[0]), one[1].min(other[1])];
+        sum_left(samples, &found.fit, both) < sum_left(samples, &answer.fit, both)
+    };
+    let describes = found.diagnostics.method == WAVEFORM && (better || answer.diagnostics.method != WAVEFORM);
+    let most = if curve.saturation > 0.0 { criteria.most_saturated } else { criteria.most };
+    if !describes || third.abs() > most {
         return None;
     }
-    let (_, beside) = by(SensorCurve { cubic: curve.cubic + curve.cubic_std_error, ..curve })?;
     let list: Vec<Parameter> = found.parameters.iter().map(|(p, _)| p).collect();
-    for parameter in list {
-        let difference = beside.parameter(parameter).map(|q| q.unbounded_value);
-        if let (Some(quantity), Some(there)) = (found.parameters.get_mut(parameter), difference) {
-            *quantity = with_error(quantity.clone(), there - quantity.unbounded_value);
+    let values = list.iter().map(|p| found.parameter(*p).map(|q| q.unbounded_value)).collect::<Vec<_>>();
+    for change in spread.into_iter().filter(|change| *change != [0.0; 2]) {
+        // By a whole error the curve may no longer rise to the highest reading.
+        let aside = |part: f64| {
+            let [cubic, saturation] = change.map(|c| part * c);
+            let saturation = curve.saturation + saturation;
+            along(SensorCurve { cubic: curve.cubic + cubic, saturation, ..curve })
+                .map(|signal| (part, signal))
+        };
+        let (part, signal) = ASIDE.into_iter().find_map(aside)?;
+        let (straight, beside) = fitted(signal)?;
+        let beside = refine(straight, beside);
+        for (parameter, here) in list.iter().zip(&values) {
+            let there = beside.parameter(*parameter).map(|q| q.unbounded_value);
+            if let (Some(quantity), Some((there, here))) =
+                (found.parameters.get_mut(*parameter), there.zip(*here))
+            {
+                *quantity = with_error(quantity.clone(), (there - here) / part);
+            }
         }
     }
     let x_f = found.parameter(Parameter::FRICTION_DISPLACEMENT)?;
     let errors = x_f.value / x_f.std_error;
     counting_the_curve(&mut found, errors, criteria);
-    found.fit.sensor_curve = Some(curve);
     found.sensor_curve = Some(curve);
-    let relative = curve.quadratic.abs() * amplitude + curve.cubic.abs() * amplitude.powi(2);
+    let odd = curve.cubic * curve.by_odd(amplitude)[0] / amplitude;
+    let relative = curve.quadratic.abs() * amplitude + odd.abs();
     found.warnings.push(Warning::SensorCurve { relative });
     Some(found)
+}
+
+/// Sum of squares that a fitted motion leaves of the reading.
+fn sum_left(samples: &Samples, fit: &FittedMotion, [from, to]: [f64; 2]) -> f64 {
+    let both = samples.time.iter().zip(&samples.signal[..]);
+    both.filter(|(t, _)| (from..=to).contains(*t)).map(|(t, s)| (s - fit.signal_at(*t)).powi(2)).sum()
 }
 
 /// The evidence for friction of `errors` standard errors, those of the curve included: what the curve may have made of a
@@ -163,39 +225,98 @@ fn bend(
     if !(first > 0.0) {
         return None;
     }
-    // Third harmonic in phase and in quadrature, second harmonic with its mean and in quadrature, a level.
-    let rows = |powers: [i32; 2]| {
-        samples.time[range.clone()].iter().zip(&samples.signal[range.clone()]).filter_map(move |(t, s)| {
-            let phase = fit.phase_at(*t)?.phase;
-            let a = fit.amplitude_at(*t) / first;
-            let [third, second] = powers.map(|power| a.powi(power));
-            let (sin_3, cos_3) = (3.0 * phase).sin_cos();
-            let (sin_2, cos_2) = (2.0 * phase).sin_cos();
-            let row = vec![third * cos_3, third * sin_3, second * cos_2, second * sin_2, second, 1.0];
-            Some((row, s - fit.signal_at(*t), 1.0)).filter(|(_, left, _)| left.is_finite())
-        })
+    let so_far = found.copied().unwrap_or_default();
+    let sums = |falls: Falls| {
+        let mut sums = Normal::zeros(COLUMNS);
+        for (t, s) in samples.time[range.clone()].iter().zip(&samples.signal[range.clone()]) {
+            let Some(at) = fit.phase_at(*t) else { continue };
+            let left = s - fit.signal_at(*t);
+            if left.is_finite() {
+                let amplitude = fit.amplitude_at(*t);
+                // What is even on the reading is not on the straightened one.
+                let weight = so_far.odd_slope(amplitude * at.phase.cos()).powi(2);
+                sums.add_row(&row(&so_far, amplitude, at.phase, first, falls), left, weight);
+            }
+        }
+        sums
     };
-    let columns = 6;
-    let (c, covariance, rss) = linear(rows([3, 2]), columns)?;
-    let dof = range.len().checked_sub(columns + answer.parameters.iter().count()).filter(|n| *n > 0)?;
-    let variance = rss / dof as f64;
-    let error = |i: usize| (variance * covariance[(i, i)]).sqrt();
+    let by_powers = sums(Falls::ByPowers);
+    let unsaturated: Vec<usize> = (0..SATURATION).collect();
+    let (c, covariance, rss) = linear_of(&by_powers, &unsaturated)?;
+    let free = COLUMNS + answer.parameters.iter().count();
+    let dof = range.len().checked_sub(free).filter(|n| *n > 0)? as f64;
+    let error = |i: usize| (rss / dof * covariance[(i, i)]).sqrt();
     let in_phase =
         |i: usize| c[i].abs() + criteria.phase_errors * error(i + 1) > criteria.in_phase * c[i + 1].abs();
     let (third, second) =
         (in_phase(0), in_phase(2) && c[2].abs() > criteria.quadratic_significance * error(2));
-    let in_proportion = || linear(rows([1, 1]), columns).map(|(.., rss)| rss);
+    let in_proportion = || linear_of(&sums(Falls::InProportion), &unsaturated).map(|(.., rss)| rss);
     if found.is_none() && !((third || second) && rss < in_proportion()?) {
         return None;
     }
-    let third = third || found.is_some_and(|curve| curve.cubic != 0.0);
-    let second = second || found.is_some_and(|curve| curve.quadratic != 0.0);
+    let third = third || so_far.cubic != 0.0;
+    let second = second || so_far.quadratic != 0.0;
     // A spring that stiffens by a part of the frequency has a third harmonic of a twelfth of that part.
-    let shift = answer.backbone.as_ref().map_or(0.0, |b| b.quadratic) * first * first;
-    let cubic = if third { 4.0 * (c[0] - shift / 12.0 * first) / first.powi(3) } else { 0.0 };
-    let quadratic = if second { 2.0 * c[2] / first.powi(2) } else { 0.0 };
-    Some(Estimate { quadratic, cubic, cubic_error: 4.0 * error(0) / first.powi(3) })
+    let of_spring = answer.backbone.as_ref().map_or(0.0, |b| b.quadratic) / 3.0;
+    let quadratic = if second { c[2] } else { 0.0 };
+    let cubic = if third { c[0] - of_spring } else { 0.0 };
+    let unsaturated = Estimate { quadratic, odd: [cubic, 0.0], spread: [[error(0), 0.0], [0.0; 2]] };
+    let size = so_far.cubic.abs();
+    if !(so_far.cubic < 0.0) {
+        return Some(unsaturated);
+    }
+    // What is known of saturation before: the fifth harmonic may drown in the noise.
+    let mut with_prior = by_powers;
+    let [mean, width] = [criteria.saturation * size, criteria.saturation_width * size];
+    let mut prior = [0.0; COLUMNS];
+    prior[SATURATION] = 1.0;
+    with_prior.add_row(&prior, mean - so_far.saturation, rss / dof / width.powi(2));
+    let all: Vec<usize> = (0..COLUMNS).collect();
+    let Some((c, covariance, rss)) = linear_of(&with_prior, &all) else { return Some(unsaturated) };
+    let [kk, kr, rr] =
+        [(0, 0), (0, SATURATION), (SATURATION, SATURATION)].map(|at| rss / dof * covariance[at]);
+    let along = kr / kk.sqrt();
+    let spread = [[kk.sqrt(), along], [0.0, (rr - along * along).max(0.0).sqrt()]];
+    // A curve that flattens does not steepen again: at the limit the cubic coefficient is the best one there.
+    let saturation = c[SATURATION].max(-so_far.saturation);
+    let cubic = c[0] - of_spring + kr / rr * (saturation - c[SATURATION]);
+    Some(Estimate { quadratic, odd: [cubic, saturation], spread })
 }
+
+/// How the harmonics of a motion fall with its amplitude.
+#[derive(Debug, Clone, Copy)]
+enum Falls {
+    /// By its powers, as those of a curve.
+    ByPowers,
+    /// In proportion to it, as those of electronics.
+    InProportion,
+}
+
+/// What a curve adds to the straightened reading of a motion: by its cubic coefficient, with the third harmonic in
+/// quadrature; by the quadratic one, with the second in quadrature, its mean and a level; at the frequency itself, where
+/// the fitted motion has taken its part; by saturation.
+fn row(curve: &SensorCurve, amplitude: f64, phase: f64, first: f64, falls: Falls) -> [f64; COLUMNS] {
+    let [(sin_2, cos_2), (sin_3, cos_3)] = [(2.0 * phase).sin_cos(), (3.0 * phase).sin_cos()];
+    let x = amplitude * phase.cos();
+    let (third, second, by_odd) = match falls {
+        Falls::ByPowers => {
+            let slope = curve.odd_slope(x);
+            (0.25 * amplitude.powi(3), 0.5 * amplitude * amplitude, curve.by_odd(x).map(|by| by / slope))
+        }
+        Falls::InProportion => (amplitude, amplitude, [amplitude * cos_3, 0.0]),
+    };
+    let a = (amplitude / first).powi(2);
+    let even = [second * cos_2, second * sin_2, second, 1.0];
+    let [e0, e1, e2, e3] = even;
+    [by_odd[0], third * sin_3, e0, e1, e2, e3, x, a * x, a * a * x, by_odd[1]]
+}
+
+/// Standard errors of a curve by which its effect on the parameters is measured, the first that gives a curve.
+const ASIDE: [f64; 6] = [1.0, -1.0, 0.5, -0.5, 0.25, -0.25];
+
+/// Columns of what is left of a reading, that of saturation last.
+const COLUMNS: usize = SATURATION + 1;
+const SATURATION: usize = 9;
 
 #[cfg(test)]
 mod tests {
@@ -204,6 +325,7 @@ mod tests {
     use crate::noise::{assert_held, jitter, motion};
     use crate::ringdown::{Options, analyse};
     use crate::{Oscillator, Record};
+    use std::f64::consts::FRAC_PI_3;
 
     const DELTA: f64 = 0.06;
 
@@ -241,17 +363,43 @@ mod tests {
         }
     }
 
-    /// The curve that the third harmonic asks for does not rise to the highest reading.
+    /// It saturates by more than the curve describes.
     #[test]
     fn a_reading_that_no_curve_straightens_is_warned_of() {
         for x_f in [0.0, 0.008] {
             let oscillator = Oscillator::kinematic(7.0, DELTA, x_f).expect("valid");
             let decay = FreeDecay::from_rest(&oscillator, 1.0).expect("valid");
-            let sample = |i: usize| decay.displacement(i as f64 / 40.0).tanh() + 0.02 * jitter(i, 8);
+            let sample =
+                |i: usize| (2.0 * decay.displacement(i as f64 / 40.0)).tanh() / 2.0 + 0.05 * jitter(i, 8);
             let record = Record::uniform(40.0, (0..1600).map(sample).collect()).expect("valid");
             let answer = analyse(&record, &Options::default()).expect("a ring-down");
             let codes: Vec<&str> = answer.warnings.iter().map(Warning::code).collect();
             assert!(codes.contains(&"harmonics") && answer.sensor_curve.is_none(), "{codes:?}");
+        }
+    }
+
+    /// Of a cubic that the third harmonic asks for here, the highest reading is below those of the record.
+    #[test]
+    fn a_reading_that_saturates_is_straightened() {
+        let options = Options::default();
+        let tracker = |x: f64| (FRAC_PI_3 * x).sin() / FRAC_PI_3;
+        for (curve, saturation) in [(f64::tanh as fn(f64) -> f64, 0.4), (tracker, 0.0)] {
+            for x_f in [0.0, 0.008] {
+                let decay =
+                    FreeDecay::from_rest(&Oscillator::kinematic(7.0, DELTA, x_f).expect("valid"), 1.0);
+                let decay = decay.expect("valid");
+                let read = |repeat: usize| {
+                    let sample =
+                        |i| curve(decay.displacement(i as f64 / 40.0)) + 0.005 * jitter(i + 1600 * repeat, 8);
+                    Record::uniform(40.0, (0..1600).map(sample).collect()).expect("valid")
+                };
+                let found = analyse(&read(0), &options).expect("a ring-down").sensor_curve.expect("it bends");
+                let off = (found.saturation - saturation).abs();
+                assert!(off <= 5.0 * found.saturation_std_error, "{found:?}");
+                assert_held(read, &options, Parameter::DECAY_RATE, DELTA);
+                assert_held(read, &options, Parameter::FRICTION_DISPLACEMENT, x_f);
+                assert_held(read, &options, Parameter::InitialAmplitude, 1.0);
+            }
         }
     }
 

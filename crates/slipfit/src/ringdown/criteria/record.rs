@@ -157,9 +157,23 @@ criteria! {
         strong_line: f64 = 5e-4, source "bends the amplitude by a part in 700", moves "bias with bent readings";
         /// Samples of a cycle, at least, that show harmonics.
         samples_per_cycle: f64 = 8.0, source "of the third harmonic, more than two", moves "bias with bent readings";
+        /// Saturation of a curve that flattens, over its cubic coefficient, where the samples do not determine it.
+        saturation: f64 = 1.0, source "a sine has 0.3, a hyperbolic tangent 1.2, x/√(1 + x²) 1.5, an arc tangent 1.8",
+            moves "bias with bent readings";
+        /// Standard deviation of that.
+        saturation_width: f64 = 1.0, source "the same curves, and a cubic, which has none", moves "coverage with bent readings";
+        /// Rounds, at most, in which the curve is estimated from what the motion leaves and the motion fitted to the
+        /// straightened reading.
+        rounds: usize = 12, source "the first takes the amplitude as it is read: of a cubic part of a tenth it makes an eighth",
+            moves "bias with bent readings";
+        /// Halvings of an estimate, at most, by which the curve does not rise to the highest reading.
+        halvings: usize = 5, source "less than a sixteenth is no step", moves "bias with bent readings";
+        /// Part of their standard errors by which the odd coefficients move in the last of them, and of a strong line the
+        /// quadratic one.
+        settled: f64 = 0.1, source "small against the error that is reported", moves "bias with bent readings";
         /// Standard errors of the cubic coefficient of the curve, whose error the intervals count.
         significance: f64 = 3.0, source "a record in 400 by chance", moves "bias with bent readings";
-        /// Standard errors of the quadratic one.
+        /// Standard errors of the quadratic one and of saturation.
         quadratic_significance: f64 = 5.0, source "a record in 2e6 by chance", moves "bias with bent readings";
         /// Third harmonic in phase with the motion over that in quadrature, at least.
         in_phase: f64 = 2.0, source "losses make harmonics in quadrature", moves "bias with bent readings";
@@ -168,6 +182,8 @@ criteria! {
         /// Third harmonic over the first amplitude, at most.
         most: f64 = 0.05, source "a cubic gives the sine of 60 degrees to 1 %; beyond it the wave is warned of",
             moves "bias with bent readings";
+        /// The same of a curve that saturates.
+        most_saturated: f64 = 0.1, source "it gives the hyperbolic tangent of 1.5 to 0.4 %", moves "bias with bent readings";
         /// Third harmonic over the first amplitude from which on a reading that no curve straightens is warned of.
         unstraightened: f64 = 0.01, source "reads an amplitude too small by 3 %", moves "warnings of bent readings";
         /// Standard errors of that harmonic.
