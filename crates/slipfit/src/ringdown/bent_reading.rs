@@ -248,8 +248,9 @@ fn bend(
     let error = |i: usize| (rss / dof * covariance[(i, i)]).sqrt();
     let in_phase =
         |i: usize| c[i].abs() + criteria.phase_errors * error(i + 1) > criteria.in_phase * c[i + 1].abs();
-    let (third, second) =
-        (in_phase(0), in_phase(2) && c[2].abs() > criteria.quadratic_significance * error(2));
+    // A harmonic that is not there is no curve, whatever a spring would have.
+    let third = in_phase(0) && c[0].abs() > criteria.significance * error(0);
+    let second = in_phase(2) && c[2].abs() > criteria.quadratic_significance * error(2);
     let in_proportion = || linear_of(&sums(Falls::InProportion), &unsaturated).map(|(.., rss)| rss);
     if found.is_none() && !((third || second) && rss < in_proportion()?) {
         return None;
