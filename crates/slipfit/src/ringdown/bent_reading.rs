@@ -2,6 +2,7 @@
 
 use super::Answer;
 use super::criteria::SensorCriteria;
+use super::curve_estimate::{Estimate, bend, of_pendulum};
 use super::fitted::FittedMotion;
 use super::remainder::Harmonics;
 use super::samples::Samples;
@@ -9,46 +10,9 @@ use super::sensor_curve::SensorCurve;
 use super::window_fit::WAVEFORM;
 use crate::answer::Warning;
 use crate::inference::evidence::chi_square_tail;
-use crate::inference::least_squares::{Normal, linear_of};
 use crate::model::loss::LossModel;
 use crate::{Parameter, Quantity};
 use std::borrow::Cow;
-
-/// Coefficients by which a reading still bends, and the covariance of the odd ones.
-#[derive(Debug, Clone, Copy)]
-struct Estimate {
-    quadratic: f64,
-    /// Cubic coefficient and that of saturation.
-    odd: [f64; 2],
-    /// Lower triangle of Cholesky: a change of both for each of its columns.
-    spread: [[f64; 2]; 2],
-}
-
-impl Estimate {
-    /// Standard errors of the odd coefficients.
-    fn errors(&self) -> [f64; 2] {
-        let [[first, along], [_, across]] = self.spread;
-        [first.abs(), along.hypot(across)]
-    }
-
-    /// A part of it, as sure as the whole.
-    fn times(&self, part: f64) -> Self {
-        Self { quadratic: part * self.quadratic, odd: self.odd.map(|c| part * c), ..*self }
-    }
-
-    /// What is added to a curve.
-    fn added_to(&self, curve: SensorCurve) -> SensorCurve {
-        let [cubic_std_error, saturation_std_error] = self.errors();
-        SensorCurve {
-            quadratic: curve.quadratic + self.quadratic,
-            cubic: curve.cubic + self.odd[0],
-            cubic_std_error,
-            saturation: curve.saturation + self.odd[1],
-            saturation_std_error,
-            ..curve
-        }
-    }
-}
 
 /// The answer by `fit` and `refine` to the straightened reading, where the samples show a second or third harmonic in phase with the
 /// motion that falls as the square or cube of the amplitude, beyond what a spring that stiffens gives. A reading that bends
@@ -65,9 +29,16 @@ pub(crate) fn straightened<'a>(
 ) -> Answer {
     let bends = |e: &Estimate| e.quadratic != 0.0 || e.odd[0].abs() > criteria.significance * e.errors()[0];
     let may_bend = may_bend(&answer, criteria);
-    let estimate = may_bend.then(|| bend(samples, &answer, criteria, None).filter(bends)).flatten();
-    let Some(estimate) = estimate else { return answer };
-    if let Some(found) = along_curve(samples, &answer, estimate, criteria, fit, refine) {
+    let estimate = may_bend.then(|| bend(samples, &answer, criteria, None, None).filter(bends)).flatten();
+    let along =
+        |estimate: (Estimate, Option<f64>)| along_curve(samples, &answer, estimate, criteria, &fit, &refine);
+    let Some(estimate) = estimate else {
+        let pendulum = of_pendulum(&answer).filter(|_| is_plain(&answer) && answer.fit.harmonics.is_some());
+        let hidden =
+            pendulum.and_then(|k| along((bend(samples, &answer, criteria, None, Some(k))?, Some(k))));
+        return hidden.unwrap_or(answer);
+    };
+    if let Some(found) = along((estimate, None)) {
         return found;
     }
     let named = answer.warnings.iter().any(|w| matches!(w, Warning::Harmonics { .. }));
@@ -84,10 +55,10 @@ pub(crate) fn straightened<'a>(
 fn along_curve<'a>(
     samples: &Samples<'a>,
     answer: &Answer,
-    estimate: Estimate,
+    (estimate, pendulum): (Estimate, Option<f64>),
     criteria: &SensorCriteria,
-    fit: impl Fn(Samples<'a>) -> Option<Answer>,
-    refine: impl Fn(Samples<'a>, Answer) -> Answer,
+    fit: &impl Fn(Samples<'a>) -> Option<Answer>,
+    refine: &impl Fn(Samples<'a>, Answer) -> Answer,
 ) -> Option<Answer> {
     // At the start the mean of a bent reading is another one.
     let centre = answer.fit.knots.last()?.offset;
@@ -110,7 +81,7 @@ fn along_curve<'a>(
     let mut spread = estimate.spread;
     let top = answer.fit.amplitude_at(answer.fit.start_s);
     for _ in 1..criteria.rounds {
-        let Some(more) = bend(&straight, &found, criteria, Some(&curve)) else { break };
+        let Some(more) = bend(&straight, &found, criteria, Some(&curve), pendulum) else { break };
         let (next, signal) = towards(curve, &more)?;
         curve = next;
         spread = more.spread;
@@ -193,13 +164,16 @@ fn with_error(quantity: Quantity, extra: f64) -> Quantity {
     if extra.is_finite() { quantity.with_error(extra) } else { quantity }
 }
 
+/// Whether one motion about one level was fitted.
+fn is_plain(answer: &Answer) -> bool {
+    answer.fit.baseline.is_none() && answer.second_mode.is_none() && answer.fit.knots.len() > 1
+}
+
 /// Whether the samples may bend: where every sample is compared with the motion, by the harmonics that it leaves;
 /// elsewhere by the strongest line.
 fn may_bend(answer: &Answer, criteria: &SensorCriteria) -> bool {
-    let fit = &answer.fit;
-    let plain = fit.baseline.is_none() && answer.second_mode.is_none() && fit.knots.len() > 1;
-    plain
-        && match fit.harmonics {
+    is_plain(answer)
+        && match answer.fit.harmonics {
             Some(Harmonics { in_phase: [second, third], .. }) => {
                 second.abs() > criteria.quadratic_significance || third.abs() > criteria.significance
             }
@@ -209,115 +183,8 @@ fn may_bend(answer: &Answer, criteria: &SensorCriteria) -> bool {
         }
 }
 
-/// What bends the reading of a fitted motion, by its harmonics; `None` where they are not those of a curve. What is left of
-/// one that was `found` counts however small it is.
-fn bend(
-    samples: &Samples,
-    answer: &Answer,
-    criteria: &SensorCriteria,
-    found: Option<&SensorCurve>,
-) -> Option<Estimate> {
-    let fit = &answer.fit;
-    let [from, to] = fit.range_s();
-    let to = fit.rest_s().unwrap_or(to).min(to);
-    let range = samples.time.partition_point(|t| *t < from)..samples.time.partition_point(|t| *t <= to);
-    let first = fit.amplitude_at(from);
-    if !(first > 0.0) {
-        return None;
-    }
-    let so_far = found.copied().unwrap_or_default();
-    let sums = |falls: Falls| {
-        let mut sums = Normal::zeros(COLUMNS);
-        for (t, s) in samples.time[range.clone()].iter().zip(&samples.signal[range.clone()]) {
-            let Some(at) = fit.phase_at(*t) else { continue };
-            let left = s - fit.signal_at(*t);
-            if left.is_finite() {
-                let amplitude = fit.amplitude_at(*t);
-                // What is even on the reading is not on the straightened one.
-                let weight = so_far.odd_slope(amplitude * at.phase.cos()).powi(2);
-                sums.add_row(&row(&so_far, amplitude, at.phase, first, falls), left, weight);
-            }
-        }
-        sums
-    };
-    let by_powers = sums(Falls::ByPowers);
-    let unsaturated: Vec<usize> = (0..SATURATION).collect();
-    let (c, covariance, rss) = linear_of(&by_powers, &unsaturated)?;
-    let free = COLUMNS + answer.parameters.iter().count();
-    let dof = range.len().checked_sub(free).filter(|n| *n > 0)? as f64;
-    let error = |i: usize| (rss / dof * covariance[(i, i)]).sqrt();
-    let in_phase =
-        |i: usize| c[i].abs() + criteria.phase_errors * error(i + 1) > criteria.in_phase * c[i + 1].abs();
-    // A harmonic that is not there is no curve, whatever a spring would have.
-    let third = in_phase(0) && c[0].abs() > criteria.significance * error(0);
-    let second = in_phase(2) && c[2].abs() > criteria.quadratic_significance * error(2);
-    let in_proportion = || linear_of(&sums(Falls::InProportion), &unsaturated).map(|(.., rss)| rss);
-    if found.is_none() && !((third || second) && rss < in_proportion()?) {
-        return None;
-    }
-    let third = third || so_far.cubic != 0.0;
-    let second = second || so_far.quadratic != 0.0;
-    // A spring that stiffens by a part of the frequency has a third harmonic of a twelfth of that part.
-    let of_spring = answer.backbone.as_ref().map_or(0.0, |b| b.quadratic) / 3.0;
-    let quadratic = if second { c[2] } else { 0.0 };
-    let cubic = if third { c[0] - of_spring } else { 0.0 };
-    let unsaturated = Estimate { quadratic, odd: [cubic, 0.0], spread: [[error(0), 0.0], [0.0; 2]] };
-    let size = so_far.cubic.abs();
-    if !(so_far.cubic < 0.0) {
-        return Some(unsaturated);
-    }
-    // What is known of saturation before: the fifth harmonic may drown in the noise.
-    let mut with_prior = by_powers;
-    let [mean, width] = [criteria.saturation * size, criteria.saturation_width * size];
-    let mut prior = [0.0; COLUMNS];
-    prior[SATURATION] = 1.0;
-    with_prior.add_row(&prior, mean - so_far.saturation, rss / dof / width.powi(2));
-    let all: Vec<usize> = (0..COLUMNS).collect();
-    let Some((c, covariance, rss)) = linear_of(&with_prior, &all) else { return Some(unsaturated) };
-    let [kk, kr, rr] =
-        [(0, 0), (0, SATURATION), (SATURATION, SATURATION)].map(|at| rss / dof * covariance[at]);
-    let along = kr / kk.sqrt();
-    let spread = [[kk.sqrt(), along], [0.0, (rr - along * along).max(0.0).sqrt()]];
-    // A curve that flattens does not steepen again: at the limit the cubic coefficient is the best one there.
-    let saturation = c[SATURATION].max(-so_far.saturation);
-    let cubic = c[0] - of_spring + kr / rr * (saturation - c[SATURATION]);
-    Some(Estimate { quadratic, odd: [cubic, saturation], spread })
-}
-
-/// How the harmonics of a motion fall with its amplitude.
-#[derive(Debug, Clone, Copy)]
-enum Falls {
-    /// By its powers, as those of a curve.
-    ByPowers,
-    /// In proportion to it, as those of electronics.
-    InProportion,
-}
-
-/// What a curve adds to the straightened reading of a motion: by its cubic coefficient, with the third harmonic in
-/// quadrature; by the quadratic one, with the second in quadrature, its mean and a level; at the frequency itself, where
-/// the fitted motion has taken its part; by saturation.
-fn row(curve: &SensorCurve, amplitude: f64, phase: f64, first: f64, falls: Falls) -> [f64; COLUMNS] {
-    let [(sin_2, cos_2), (sin_3, cos_3)] = [(2.0 * phase).sin_cos(), (3.0 * phase).sin_cos()];
-    let x = amplitude * phase.cos();
-    let (third, second, by_odd) = match falls {
-        Falls::ByPowers => {
-            let slope = curve.odd_slope(x);
-            (0.25 * amplitude.powi(3), 0.5 * amplitude * amplitude, curve.by_odd(x).map(|by| by / slope))
-        }
-        Falls::InProportion => (amplitude, amplitude, [amplitude * cos_3, 0.0]),
-    };
-    let a = (amplitude / first).powi(2);
-    let even = [second * cos_2, second * sin_2, second, 1.0];
-    let [e0, e1, e2, e3] = even;
-    [by_odd[0], third * sin_3, e0, e1, e2, e3, x, a * x, a * a * x, by_odd[1]]
-}
-
 /// Standard errors of a curve by which its effect on the parameters is measured, the first that gives a curve.
 const ASIDE: [f64; 6] = [1.0, -1.0, 0.5, -0.5, 0.25, -0.25];
-
-/// Columns of what is left of a reading, that of saturation last.
-const COLUMNS: usize = SATURATION + 1;
-const SATURATION: usize = 9;
 
 #[cfg(test)]
 mod tests {
@@ -448,6 +315,27 @@ mod tests {
             let count = (0..8).filter(|repeat| told(&stiffened(stiffening, *repeat))).count();
             assert_eq!(count, 0, "{stiffening}");
         }
+    }
+
+    /// At 15° the third harmonic of `L sin θ`, 0.3 %, drowns; the frequency tells that it is there, unless an angle is read.
+    #[test]
+    fn a_tracked_pendulum_is_straightened_where_noise_hides_the_harmonic() {
+        let top = 15f64.to_radians();
+        let force = |x: f64, v: f64| -2.0 * DELTA * v - 49.0 * (top * x).sin() / top;
+        let states = motion(force, 1.0, 1200, 1.0 / 25.0, 20);
+        let seen = |tracked: bool, repeat: usize| {
+            let read = |(i, [x, _]): (usize, &[f64; 2])| {
+                let place = if tracked { (top * x).sin() } else { top * x };
+                place + 0.007 * top * jitter(i + 1200 * repeat, 8)
+            };
+            let record = Record::uniform(25.0, states.iter().enumerate().map(read).collect());
+            record.expect("valid").with_unit(if tracked { "m" } else { "rad" })
+        };
+        let options = Options::default();
+        assert_held(|repeat| seen(true, repeat), &options, Parameter::DECAY_RATE, DELTA);
+        assert_held(|repeat| seen(false, repeat), &options, Parameter::DECAY_RATE, DELTA);
+        let count = |tracked| (0..24).filter(|repeat| told(&seen(tracked, *repeat))).count();
+        assert!(count(true) >= 16 && count(false) == 0, "{} {}", count(true), count(false));
     }
 
     /// The fit is drawn as it is read.

@@ -13,6 +13,7 @@ mod clipping;
 mod coloured_noise;
 mod compare;
 pub mod criteria;
+mod curve_estimate;
 mod decay_series;
 mod described;
 mod direct;
