@@ -14,9 +14,9 @@ use crate::model::loss::LossModel;
 use crate::{Parameter, Quantity};
 use std::borrow::Cow;
 
-/// The answer by `fit` and `refine` to the straightened reading, where the samples show a second or third harmonic in phase with the
-/// motion that falls as the square or cube of the amplitude, beyond what a spring that stiffens gives. A reading that bends
-/// by more than such a curve describes is warned of.
+/// The answer by `fit` and `refine` to the straightened reading, where the samples show a second or third harmonic in
+/// phase with the motion that falls as the square or cube of the amplitude, beyond what a spring that stiffens gives. A
+/// reading that bends by more than such a curve describes is warned of.
 ///
 /// Losses make harmonics in quadrature to the motion, electronics in proportion to it. The error of the curve counts in
 /// every parameter by the difference that it makes.

@@ -58,8 +58,10 @@ pub(super) fn of_pendulum(answer: &Answer) -> Option<f64> {
 }
 
 /// What bends the reading of a fitted motion, by its harmonics; `None` where they are not those of a curve. What is left of
-/// one that was `found` counts however small it is. The curve of a `pendulum` is taken where the third harmonic, which the noise
-/// hides, is nearer to it than to none; the estimate is held near it.
+/// one that was `found` counts however small it is.
+///
+/// The curve of a `pendulum`, of this cubic coefficient, is taken where the third harmonic, which the noise hides, is
+/// nearer to it than to none; the estimate is held near it.
 pub(super) fn bend(
     samples: &Samples,
     answer: &Answer,
@@ -106,7 +108,7 @@ pub(super) fn bend(
     let second = in_phase(2) && c[2].abs() > criteria.quadratic_significance * error(2);
     let in_proportion = || linear_of(&sums(Falls::InProportion), &unsaturated).map(|(.., rss)| rss);
     let counts = match pendulum {
-        Some(k) => found.is_some() || in_phase(0) && c[0] - of_spring < 0.5 * k,
+        Some(k) => found.is_some() || in_phase(0) && c[0] - of_spring < criteria.pendulum * k,
         None => found.is_some() || (third || second) && rss < in_proportion()?,
     };
     if !counts {
@@ -114,17 +116,17 @@ pub(super) fn bend(
     }
     let third = third || pendulum.is_some() || so_far.cubic != 0.0;
     let second = second || so_far.quadratic != 0.0;
+    // What is known before, as a measurement of its own.
     let mut expect = |column: usize, mean: f64, width: f64| {
         let mut row = [0.0; COLUMNS];
         row[column] = 1.0;
         by_powers.add_row(&row, mean, variance / width.powi(2));
     };
     if let Some(k) = pendulum {
-        expect(0, k - so_far.cubic + of_spring, 0.5 * k);
+        expect(0, k - so_far.cubic + of_spring, criteria.pendulum * k);
     }
-    let size = so_far.cubic.abs();
-    if size > 0.0 {
-        let [mean, width] = [criteria.saturation * size, criteria.saturation_width * size];
+    if so_far.cubic < 0.0 {
+        let [mean, width] = [criteria.saturation, criteria.saturation_width].map(|part| part * -so_far.cubic);
         expect(SATURATION, mean - so_far.saturation, width);
     }
     let (c, covariance, _) = linear_of(&by_powers, &unsaturated)?;

@@ -162,6 +162,9 @@ criteria! {
             moves "bias with bent readings";
         /// Standard deviation of that.
         saturation_width: f64 = 1.0, source "the same curves, and a cubic, which has none", moves "coverage with bent readings";
+        /// Cubic coefficient of a pendulum seen from the side from which on a hidden harmonic is taken for its own, over the one
+        /// that its frequency tells; and the standard deviation by which it is held near that one.
+        pendulum: f64 = 0.5, source "nearer to the one of a pendulum than to none", moves "bias of tracked pendulums";
         /// Rounds, at most, in which the curve is estimated from what the motion leaves and the motion fitted to the
         /// straightened reading.
         rounds: usize = 12, source "the first takes the amplitude as it is read: of a cubic part of a tenth it makes an eighth",
