@@ -25,9 +25,9 @@ pub struct SensorCurve {
     pub cubic: f64,
     /// Standard error of the cubic coefficient, which the errors of the parameters count.
     pub cubic_std_error: f64,
-    /// Coefficient r by which the cubic term saturates, one over the signal unit squared; zero where the samples show none.
+    /// Coefficient r by which the cubic term saturates, one over the signal unit squared; zero where k is not negative.
     pub saturation: f64,
-    /// Its standard error, which counts likewise; zero where the samples show none.
+    /// Its standard error, which counts likewise; zero where k is not negative.
     pub saturation_std_error: f64,
 }
 

@@ -176,7 +176,7 @@ criteria! {
         settled: f64 = 0.1, source "small against the error that is reported", moves "bias with bent readings";
         /// Standard errors of the cubic coefficient of the curve, whose error the intervals count.
         significance: f64 = 3.0, source "a record in 400 by chance", moves "bias with bent readings";
-        /// Standard errors of the quadratic one and of saturation.
+        /// Standard errors of the quadratic one.
         quadratic_significance: f64 = 5.0, source "a record in 2e6 by chance", moves "bias with bent readings";
         /// Third harmonic in phase with the motion over that in quadrature, at least.
         in_phase: f64 = 2.0, source "losses make harmonics in quadrature", moves "bias with bent readings";
