@@ -1,28 +1,31 @@
 //! Everything that must hold before a change goes in.
 
+mod beside;
 mod outcome;
 mod steps;
 
 use std::process::ExitCode;
-use std::time::{Duration, Instant};
+use std::time::Instant;
 
 use crate::Failure;
-use outcome::{Outcome, Step};
-
-struct Row {
-    name: &'static str,
-    result: Result<Outcome, Failure>,
-    time: Duration,
-}
+use beside::Beside;
+use outcome::{Outcome, Profile, Row, Step};
 
 /// Runs every step, or those whose names hold a text, whatever became of the earlier ones, and prints a
 /// table.
 pub(crate) fn run(arguments: &[String]) -> Result<ExitCode, Failure> {
+    let begun = Instant::now();
     let rows: Vec<Row> = match arguments {
-        [] => steps::ALL.iter().map(take).collect(),
-        [flag, text] if flag == "--only" => {
-            steps::ALL.iter().filter(|(name, _)| name.contains(text.as_str())).map(take).collect()
+        [] => {
+            let beside = Beside::start()?;
+            let mut rows: Vec<Row> = of(Profile::Dev).map(take).collect();
+            rows.extend(beside.finish()?);
+            rows
         }
+        [flag, text] if flag == "--only" => {
+            steps::ALL.iter().filter(|step| step.name.contains(text.as_str())).map(take).collect()
+        }
+        [flag, path] if flag == beside::FLAG => return beside::run(of(Profile::Release).map(take), path),
         _ => return Err("check takes nothing, or --only TEXT".into()),
     };
     if rows.is_empty() {
@@ -30,8 +33,7 @@ pub(crate) fn run(arguments: &[String]) -> Result<ExitCode, Failure> {
     }
     println!("\n{}", table(&rows));
     let failed = rows.iter().filter(|row| row.result.is_err()).count();
-    let total: Duration = rows.iter().map(|row| row.time).sum();
-    let total_s = total.as_secs_f64();
+    let total_s = begun.elapsed().as_secs_f64();
     if failed == 0 {
         println!("check passed in {total_s:.0} s");
         Ok(ExitCode::SUCCESS)
@@ -41,16 +43,20 @@ pub(crate) fn run(arguments: &[String]) -> Result<ExitCode, Failure> {
     }
 }
 
-fn take(&(name, action): &Step) -> Row {
-    eprintln!("\n== {name} ==");
+fn of(profile: Profile) -> impl Iterator<Item = &'static Step> {
+    steps::ALL.iter().filter(move |step| step.profile == profile)
+}
+
+fn take(step: &Step) -> Row {
+    eprintln!("\n== {} ==", step.name);
     let begun = Instant::now();
-    let result = action();
+    let result = (step.action)();
     match &result {
         Ok(Outcome::Passed(_)) => {}
         Ok(Outcome::Skipped(reason)) => eprintln!("SKIPPED: {reason}"),
         Err(failure) => eprintln!("FAILED: {failure}"),
     }
-    Row { name, result, time: begun.elapsed() }
+    Row { name: step.name.to_owned(), result, time: begun.elapsed() }
 }
 
 fn table(rows: &[Row]) -> String {
@@ -70,11 +76,14 @@ fn table(rows: &[Row]) -> String {
 
 #[cfg(test)]
 mod tests {
+    use std::time::Duration;
+
     use super::*;
 
     #[test]
     fn the_table_tells_passed_skipped_and_failed_apart() {
-        let row = |name, result| Row { name, result, time: Duration::from_millis(2_600) };
+        let row =
+            |name: &str, result| Row { name: name.to_owned(), result, time: Duration::from_millis(2_600) };
         let text = table(&[
             row("one", Ok(Outcome::passed())),
             row("two", Ok(Outcome::Skipped("no network".into()))),

@@ -1,5 +1,7 @@
 //! What a step is and how it ends.
 
+use std::time::Duration;
+
 use crate::Failure;
 
 /// How a step ended that did not fail; the text is the note in the table.
@@ -14,5 +16,35 @@ impl Outcome {
     }
 }
 
+/// What a step compiles as.
+#[derive(Clone, Copy, PartialEq, Eq)]
+pub(super) enum Profile {
+    /// For development, or nothing.
+    Dev,
+    /// For users.
+    Release,
+}
+
 /// A step with its name.
-pub(super) type Step = (&'static str, fn() -> Result<Outcome, Failure>);
+pub(super) struct Step {
+    pub(super) name: &'static str,
+    pub(super) profile: Profile,
+    pub(super) action: fn() -> Result<Outcome, Failure>,
+}
+
+impl Step {
+    pub(super) const fn dev(name: &'static str, action: fn() -> Result<Outcome, Failure>) -> Step {
+        Step { name, profile: Profile::Dev, action }
+    }
+
+    pub(super) const fn release(name: &'static str, action: fn() -> Result<Outcome, Failure>) -> Step {
+        Step { name, profile: Profile::Release, action }
+    }
+}
+
+/// A step that was taken: a row of the table.
+pub(super) struct Row {
+    pub(super) name: String,
+    pub(super) result: Result<Outcome, Failure>,
+    pub(super) time: Duration,
+}

@@ -10,20 +10,20 @@ use crate::web::{self, Toolchain, WASM};
 use crate::{Failure, book, python};
 
 pub(super) const ALL: [Step; 14] = [
-    ("format", format),
-    ("core links no C", core_links_no_c),
-    ("core without default features", core_without_default_features),
-    ("libraries without a feature", libraries_without_a_feature),
-    ("clippy", clippy),
-    ("documentation", documentation),
-    ("tests", tests),
-    ("documentation tests", documentation_tests),
-    ("Python package", python_package),
-    ("commands of the documentation", commands_of_the_documentation),
-    ("page in a browser", page_in_a_browser),
-    ("licences, bans, sources", licences_bans_sources),
-    ("advisories", advisories),
-    ("spelling", spelling),
+    Step::dev("format", format),
+    Step::dev("core links no C", core_links_no_c),
+    Step::dev("core without default features", core_without_default_features),
+    Step::dev("libraries without a feature", libraries_without_a_feature),
+    Step::dev("clippy", clippy),
+    Step::dev("documentation", documentation),
+    Step::dev("tests", tests),
+    Step::dev("documentation tests", documentation_tests),
+    Step::release("Python package", python_package),
+    Step::release("commands of the documentation", commands_of_the_documentation),
+    Step::release("page in a browser", page_in_a_browser),
+    Step::release("licences, bans, sources", licences_bans_sources),
+    Step::release("advisories", advisories),
+    Step::release("spelling", spelling),
 ];
 
 /// Built by `cargo xtask fuzz` with libFuzzer in it, which takes a C++ compiler.
