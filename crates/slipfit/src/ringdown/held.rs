@@ -11,6 +11,8 @@ const WINDOWS: [usize; 2] = [256, 1024];
 const LEAST_WINDOW: usize = 4;
 /// Windows of a record in which a held start is looked for, at least.
 const LEAST_WINDOWS: usize = 16;
+/// Parts of a record at whose end the place of rest is looked for: a hold may be longer than all that follows.
+const REST_PARTS: [usize; 3] = [2, 4, 8];
 /// Part of the deflection that is rounding.
 const ROUNDING: f64 = 1e-9;
 
@@ -20,18 +22,29 @@ const ROUNDING: f64 = 1e-9;
 /// It is the longest run of windows at one level away from the place of rest, no swing before it, nothing wider behind
 /// it, and left at once to the other side: the top of a slow swing is left as slowly as it lasts.
 pub(crate) fn release(signal: &[f64], criteria: &HeldCriteria) -> Option<usize> {
-    WINDOWS.into_iter().find_map(|windows| release_among(windows, signal, criteria))
+    WINDOWS.into_iter().find_map(|windows| {
+        let length = signal.len().div_ceil(windows).max(LEAST_WINDOW);
+        let means: Vec<f64> = signal.chunks(length).map(mean).collect();
+        if means.len() < LEAST_WINDOWS {
+            return None;
+        }
+        REST_PARTS.into_iter().find_map(|part| {
+            let centre = median(&mut means[means.len() - means.len() / part..].to_vec())?;
+            release_from(signal, length, &means, centre, criteria)
+        })
+    })
 }
 
-fn release_among(windows: usize, signal: &[f64], criteria: &HeldCriteria) -> Option<usize> {
+/// The release to a place of rest, by the means of windows of a length.
+fn release_from(
+    signal: &[f64],
+    length: usize,
+    means: &[f64],
+    centre: f64,
+    criteria: &HeldCriteria,
+) -> Option<usize> {
     let n = signal.len();
-    let length = n.div_ceil(windows).max(LEAST_WINDOW);
-    let means: Vec<f64> = signal.chunks(length).map(mean).collect();
-    if means.len() < LEAST_WINDOWS {
-        return None;
-    }
-    let centre = median(&mut means[means.len() / 2..].to_vec())?;
-    let held = longest_level(&means, centre, criteria.level_range)?;
+    let held = longest_level(means, centre, criteria.level_range)?;
     let level = median(&mut means[held.clone()].to_vec())?;
     // The release is at 1, the place of rest at 0.
     let relative = |x: f64| (x - centre) / (level - centre);
@@ -49,14 +62,14 @@ fn release_among(windows: usize, signal: &[f64], criteria: &HeldCriteria) -> Opt
     {
         return None;
     }
-    // The last window may hold the beginning of the motion.
+    // The last windows may hold the beginning of the motion.
     let samples = signal[held.start * length..held.end * length].iter();
     let noise_rms = deviation(samples.map(|x| x - level))?;
     let last = (held.end + 1) * length;
     let still = |x: &f64| {
         (x - level).abs() <= criteria.release_errors * noise_rms + ROUNDING * (level - centre).abs()
     };
-    let from = (held.end - 1) * length;
+    let from = held.start * length;
     let released = from + signal[from..last.min(n)].iter().rposition(still)? + 1;
     (n - released >= LEAST_WINDOWS * LEAST_WINDOW).then_some(released)
 }
@@ -99,6 +112,7 @@ mod tests {
     use crate::noise::{assert_held, jitter};
     use crate::ringdown::{Options, StartReason, analyse};
     use crate::{Oscillator, Parameter, Record};
+    use std::f64::consts::{PI, TAU};
 
     const DELTA: f64 = 0.05;
 
@@ -123,6 +137,23 @@ mod tests {
                 let after_s = 0.02 * first as f64 - held_s;
                 assert!((-0.04..=late_s + 0.03).contains(&after_s), "{held_s} s, noise {noise}: {after_s} s");
             }
+        }
+    }
+
+    /// A swing of a hundred windows, and a hold longer than all that follows it.
+    #[test]
+    fn a_release_is_found_in_short_records() {
+        let oscillator = Oscillator::kinematic(TAU, PI / 9.0, 0.02).expect("valid");
+        let decay = FreeDecay::from_rest(&oscillator, 1.0).expect("valid");
+        for (held_s, moving_s, rate_hz) in [(5.0, 8.0, 30.0), (5.0, 8.0, 120.0), (9.0, 4.0, 60.0)] {
+            let sample = |i: usize| {
+                let t = i as f64 / rate_hz - held_s;
+                (if t < 0.0 { 1.0 } else { decay.displacement(t) }) + 3e-3 * jitter(i, 5)
+            };
+            let signal: Vec<f64> = (0..((held_s + moving_s) * rate_hz) as usize).map(sample).collect();
+            let first = release(&signal, &HeldCriteria::default()).expect("held");
+            let after_s = first as f64 / rate_hz - held_s;
+            assert!((0.0..0.06).contains(&after_s), "{held_s} s at {rate_hz} Hz: {after_s} s");
         }
     }
 
