@@ -10,8 +10,9 @@ use super::window_fit::Problem;
 use super::{Backbone, EnvelopePoint, LossPoint};
 use crate::inference::model_selection::ModelFit;
 use crate::motion::decay::AmplitudeLaw;
+use crate::motion::decay::backbone::backbone_factors;
 use crate::motion::decay::drag::Slowing;
-use crate::motion::decay::path::{backbone_factors, shifted};
+use crate::motion::decay::path::shifted;
 use crate::numeric::order::sort_by_value;
 use crate::signal::blocks::Block;
 use std::f64::consts::{PI, TAU};
@@ -97,6 +98,11 @@ pub(crate) fn backbone(e: &Evidence, chosen: &ModelFit, law: &AmplitudeLaw, omeg
     let drift = match &e.fit.problem {
         Problem::Waveform(_) => chosen.bounded.parameters[CHIRP] / omega,
         Problem::Envelope(_) => e.measured.law.drift,
+    };
+    // That of vanishing amplitude: with a drift, the amplitudes refer to the mean.
+    let omega = match &e.fit.problem {
+        Problem::Waveform(_) => omega,
+        Problem::Envelope(_) => e.measured.law.omega,
     };
     let s = law.initial * law.initial;
     Some(Backbone {
@@ -185,7 +191,7 @@ pub(crate) fn loss_points(e: &Evidence, law: &AmplitudeLaw, omega: f64) -> Vec<L
             let error =
                 (group.iter().map(|b| b.unit_variance).sum::<f64>() / n / sxx).sqrt() * e.measured.noise_rms;
             let s = a0 * a0;
-            let f = backbone_factors(s * (backbone[0] + s * backbone[1]));
+            let f = backbone_factors(a0, backbone);
             let parts = [law.a0 * f[0], law.a1 * a0 * f[1], law.a2 * s * f[2]];
             let further = shifted(law, &f).further_rate(a0);
             (a0 > 0.0).then(|| LossPoint {

@@ -10,6 +10,7 @@
 
 pub(crate) mod amplitude;
 pub mod averaged;
+pub(crate) mod backbone;
 pub(crate) mod closed_path;
 pub(crate) mod closed_sums;
 mod dense;

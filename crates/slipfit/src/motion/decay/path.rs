@@ -1,6 +1,7 @@
 //! The amplitude followed from point to point with its derivatives by start and loss terms.
 
 use super::amplitude::{self, AmplitudeLaw, FURTHER, FallingStep, IntegratedStep, exp_share, integrate_step};
+use super::backbone::backbone_factors;
 use super::dense::{LongStep, LossAt};
 use crate::model::loss::{LossTerm, SHAPED};
 
@@ -35,22 +36,6 @@ pub(crate) type PerTerm = [f64; TERMS];
 
 /// Number of loss terms.
 const TERMS: usize = 3 + FURTHER;
-
-/// Factors on the loss terms of an oscillator whose frequency differs by the relative `shift` at
-/// the present amplitude.
-///
-/// For a spring `k (x + alpha x³)`, shift = 3/8 alpha A²: energy lost per cycle, over dE/dA, both
-/// for the fundamental amplitude A and to first order in alpha.
-pub(crate) fn backbone_factors(shift: f64) -> PerTerm {
-    let [viscous, sliding, drag] = [LossTerm::Viscous, LossTerm::Sliding, LossTerm::Drag];
-    let factor = |term: LossTerm| (1.0 - term.backbone() * shift).clamp(0.3, 3.0);
-    std::array::from_fn(|k| match k {
-        0 => factor(sliding),
-        1 => factor(viscous),
-        2 => factor(drag),
-        _ => factor(LossTerm::further()[k - 3]),
-    })
-}
 
 /// The law in force where the frequency is shifted: each term times its factor.
 pub(crate) fn shifted(law: &AmplitudeLaw, f: &PerTerm) -> AmplitudeLaw {
@@ -152,12 +137,10 @@ impl AmplitudePath {
 
     /// The law in force at an amplitude, and the factors that make it so.
     fn local(&self, amplitude: f64) -> (AmplitudeLaw, PerTerm) {
-        let s = amplitude * amplitude;
-        let shift = s * (self.backbone[0] + s * self.backbone[1]);
-        if shift == 0.0 {
+        if self.backbone == [0.0; 2] {
             return (self.law, [1.0; TERMS]);
         }
-        let f = backbone_factors(shift);
+        let f = backbone_factors(amplitude, self.backbone);
         (shifted(&self.law, &f), f)
     }
 
