@@ -26,6 +26,8 @@ pub(crate) struct PhaseLaw {
     pub(crate) quadratic: f64,
     pub(crate) quartic: f64,
     pub(crate) drift: f64,
+    /// Change of the frequency by the drift over the stretch, over that by the largest amplitude.
+    pub(crate) drift_over_shift: f64,
     /// Variance that the phase gains in a second by a random walk, rad²/s; zero where none is seen.
     pub(crate) walk: f64,
     /// The same as far as it goes on within cycles, where amplitudes feel it.
@@ -33,15 +35,20 @@ pub(crate) struct PhaseLaw {
 }
 
 impl PhaseLaw {
-    /// Frequency against amplitude as it bends the loss too. With a drift in
-    /// time beside it the two cannot be told apart, and none is assumed.
+    /// Frequency against amplitude as it bends the loss too. Beside a drift in time of similar size it may be part of
+    /// the drift, and none is assumed.
     pub(crate) fn backbone(&self) -> [f64; 2] {
-        if self.drift == 0.0 { [self.quadratic, self.quartic] } else { [0.0; 2] }
+        if self.is_of_amplitude() { [self.quadratic, self.quartic] } else { [0.0; 2] }
     }
 
-    /// Rate of which amplitude laws and derivatives count: that at vanishing amplitude, or with a drift the mean, rad/s.
+    fn is_of_amplitude(&self) -> bool {
+        self.drift == 0.0 || self.drift_over_shift < MOST_DRIFT
+    }
+
+    /// Rate of which amplitude laws and derivatives count: that at vanishing amplitude, or where it is not known for a
+    /// drift the mean, rad/s.
     pub(crate) fn reference_omega(&self) -> f64 {
-        if self.drift == 0.0 { self.omega } else { self.mean_omega }
+        if self.is_of_amplitude() { self.omega } else { self.mean_omega }
     }
 
     /// Relative change of frequency at an amplitude.
@@ -64,6 +71,8 @@ pub(crate) struct Smooth {
 pub(crate) const LEAST_WEIGHT: f64 = 16.0;
 /// Scatter of the phases about a law over their errors up to which the law is taken as it is.
 const MOST_EXCESS: f64 = 3.0;
+/// Drift over the shift by the amplitude up to which the shift is that of the amplitude.
+const MOST_DRIFT: f64 = 0.1;
 /// Weighted sum of squared relative errors that the amplitudes may have from a phase off the law: at
 /// one, no combination of the amplitudes is off by more than its standard error.
 const MOST_LOST: f64 = 1.0;
@@ -109,17 +118,31 @@ pub(crate) fn smooth(blocks: &[Block], amplitude: &[f64], noise_rms: f64) -> Opt
         return None;
     }
     unslip(&mut phase, &tau, &weight, span);
+    // Phases of thousands of turns known to a ten-thousandth of one: their squares leave no digit for what is left of
+    // them. A line is taken off first, and what each law leaves is summed of itself.
+    let line = linear(strong.iter().map(|&j| (row(j, MODELS[0]), phase[j], weight[j])), MODELS[0].len())?.0;
+    let rows: Vec<_> = strong.iter().map(|&j| EVERY.map(|column| at(j, column))).collect();
+    let above: Vec<f64> = strong.iter().map(|&j| phase[j] - model_at(&row(j, MODELS[0]), &line)).collect();
     let mut sums = Normal::zeros(EVERY.len());
-    for &j in &strong {
-        sums.add_row(&EVERY.map(|column| at(j, column)), phase[j], weight[j]);
+    for ((values, above), &j) in rows.iter().zip(&above).zip(&strong) {
+        sums.add_row(values, *above, weight[j]);
     }
+    let left_of = |c: &[f64], places: &[usize]| -> f64 {
+        let left = rows.iter().zip(&above).zip(&strong).map(|((values, above), &j)| {
+            let model: f64 = places.iter().zip(c).map(|(&k, c)| values[k] * c).sum();
+            weight[j] * (above - model).powi(2)
+        });
+        left.sum()
+    };
     let mut best: Option<Candidate> = None;
     for columns in MODELS {
         if strong.len() < columns.len() + 2 && columns.len() > 2 {
             continue;
         }
         let places: Vec<usize> = columns.iter().map(|c| *c as usize).collect();
-        let Some((c, covariance, rss)) = linear_of(&sums, &places) else { continue };
+        let Some((mut c, covariance, _)) = linear_of(&sums, &places) else { continue };
+        let rss = left_of(&c, &places);
+        c.iter_mut().zip(&line).for_each(|(c, line)| *c += line);
         let n = strong.len() as f64;
         // The noise is known, so is the scale: chi-squared, not its logarithm, unless it is in excess.
         let score = bic(rss.max(n), n, n, columns.len()) + if columns.len() > 2 { 6.0 } else { 0.0 };
@@ -135,6 +158,7 @@ pub(crate) fn smooth(blocks: &[Block], amplitude: &[f64], noise_rms: f64) -> Opt
     for (p, m) in phase.iter_mut().zip(&model) {
         *p += TAU * ((m - *p) / TAU).round();
     }
+    let left: Vec<f64> = phase.iter().zip(&model).map(|(p, m)| p - m).collect();
     // A phase that walks is off by more the longer it walks.
     let residuals: Vec<f64> = strong.iter().map(|&j| (phase[j] - model[j]) * weight[j].sqrt()).collect();
     let inflation =
@@ -164,6 +188,8 @@ pub(crate) fn smooth(blocks: &[Block], amplitude: &[f64], noise_rms: f64) -> Opt
     let beside = if walk > 0.0 { Smoothed::beside(&errors, walk) } else { None };
     let walked = beside.map(|smoothed| smoothed.combined(&DVector::from_column_slice(&across)));
     let (further, variance) = walked.unwrap_or((0.0, across_variance.max(0.0) * excess.max(1.0) * inflation));
+    let shift = (get(Column::Square) + get(Column::Fourth)) / span / omega;
+    let drift = 2.0 * get(Column::Chirp) / (span * span) / omega;
     let law = PhaseLaw {
         omega,
         mean_omega: (model_at(&row(last, columns), &c) - model_at(&row(0, columns), &c)) / span,
@@ -171,7 +197,8 @@ pub(crate) fn smooth(blocks: &[Block], amplitude: &[f64], noise_rms: f64) -> Opt
         mean_omega_std: variance.max(0.0).sqrt() / span,
         quadratic: get(Column::Square) / span / omega / (scale * scale),
         quartic: get(Column::Fourth) / span / omega / scale.powi(4),
-        drift: 2.0 * get(Column::Chirp) / (span * span) / omega,
+        drift,
+        drift_over_shift: (drift * span / shift).abs(),
         walk,
         walk_in_cycles: walk,
     };
@@ -182,7 +209,7 @@ pub(crate) fn smooth(blocks: &[Block], amplitude: &[f64], noise_rms: f64) -> Opt
         && (omega / omega_0 - 1.0).abs() < 0.5
         && (excess < MOST_EXCESS
             || 0.5 * mean_square < 0.1 * typical_noise
-            || lags_by_friction(&strong, |j| row(j, columns), &phase, &weight, amplitude));
+            || lags_by_friction(&strong, |j| row(j, columns), &left, &weight, amplitude));
     // What it costs counts against the errors of all amplitudes together.
     let lost: f64 = strong
         .iter()
@@ -206,13 +233,13 @@ pub(crate) fn smooth(blocks: &[Block], amplitude: &[f64], noise_rms: f64) -> Opt
     Some(Smooth { at, law, follows_law })
 }
 
-/// Whether the phases follow the law apart from the lag due to sliding friction. The place of equilibrium is displaced by
+/// Whether phases follow the law, of which `left` is left, apart from the lag due to sliding friction. The place of equilibrium is displaced by
 /// `x_F` against the motion, so that the fundamental lags by `3/pi x_F/A` to first order; terms of second order, large in
 /// the last swings before the rest, count as an error of the phase. The last block may hold the rest and have no phase.
 fn lags_by_friction(
     strong: &[usize],
     row: impl Fn(usize) -> Vec<f64>,
-    phase: &[f64],
+    left: &[f64],
     weight: &[f64],
     amplitude: &[f64],
 ) -> bool {
@@ -220,7 +247,7 @@ fn lags_by_friction(
     let count = strong.first().map_or(0, |&j| row(j).len());
     let given = |blocks: &[usize], lag: f64| {
         let known_to = |j: usize| weight[j] / (1.0 + weight[j] * (lag / amplitude[j]).powi(4));
-        linear(blocks.iter().map(|&j| (row(j), phase[j], known_to(j))), count)
+        linear(blocks.iter().map(|&j| (row(j), left[j], known_to(j))), count)
     };
     let lag = |c: &[f64]| c.last().copied().filter(|lag| *lag < 0.0);
     let lags = |blocks: &[usize]| {
@@ -280,6 +307,7 @@ const EVERY: [Column; 5] = [Column::One, Column::Time, Column::Square, Column::F
 /// Columns that are free while the random walk of the phase is estimated.
 const WIDEST: [Column; 4] = [Column::One, Column::Time, Column::Square, Column::Chirp];
 
+/// Each begins with a line.
 const MODELS: [&[Column]; 5] = [
     &[Column::One, Column::Time],
     &[Column::One, Column::Time, Column::Square],
