@@ -20,7 +20,8 @@ mod stack;
 mod _core {
     #[pymodule_export]
     use crate::answer::{
-        Answer, levels_answer, parameter_names, resonance_answer, ringdown_answer, series_answer,
+        Answer, check_ringdown, levels_answer, parameter_names, resonance_answer, ringdown_answer,
+        series_answer,
     };
     #[pymodule_export]
     use crate::batch::{ArrowStream, ArrowTable, fit_batch, fit_stream};

@@ -86,6 +86,46 @@ def test_arrow_reads_a_store(store, contents):
         arrow.ringdown_files("s3://bucket/runs/*.wav", filesystem=held)
 
 
+@pytest.mark.parametrize(
+    ("options", "words"),
+    [
+        ({"model": "coulomb"}, "no loss model `coulomb`"),
+        ({"model": 5}, "model=5: a text is needed"),
+        ({"law": "any"}, "no law `any`"),
+        ({"band_hz": (3, 1)}, "rising pair"),
+        ({"start_s": 5, "end_s": 3}, "end_s = 3 is outside times after start_s"),
+        ({"min_amplitude": -1}, "min_amplitude = -1 is outside the positive numbers"),
+        ({"lockin_order": 2}, "give both"),
+        ({"kind": "smell"}, "kind='smell': one of displacement"),
+        ({"rate_hz": 0}, "a positive number of samples"),
+        ({"mass": 1, "stiffness": 1}, "mass are both given"),
+        ({"stiffness": -1}, "stiffness = -1 is outside"),
+        ({"signal": "x"}, "signal is given beside files"),
+    ],
+)
+def test_options_that_answer_no_file_are_refused_at_once(tmp_path, options, words):
+    from slipfit.engines import arrow
+
+    (tmp_path / "run.csv").write_text(text(0))
+    with pytest.raises(slipfit.OptionError, match=words) as raised:
+        arrow.ringdown_files(f"{tmp_path}/*.csv", **options)
+    assert raised.value.option in options
+    with pytest.raises(TypeError, match="colour"):
+        arrow.ringdown_files(f"{tmp_path}/*.csv", colour="red")
+
+
+def test_files_are_read_as_the_options_say(tmp_path):
+    """Those of :func:`slipfit.ringdown`, which takes the rate and the unit of a file too."""
+    from slipfit.engines import arrow
+
+    values = [row.split(",")[1] for row in text(0).splitlines()[1:]]
+    (tmp_path / "run.txt").write_text("\n".join(values))
+    rows = arrow.ringdown_files(f"{tmp_path}/*.txt", rate_hz=40, unit="mm", kind="displacement").read_all().to_pylist()
+    answer = slipfit.ringdown(tmp_path / "run.txt", rate_hz=40, unit="mm", kind="displacement")
+    assert rows[0]["unit"] == "mm" and rows[0]["status"] != "failed"
+    assert rows[0]["friction_displacement"] == answer.parameters.friction_displacement.value
+
+
 def test_daft_reads_a_store(store, contents):
     daft = pytest.importorskip("daft")
     from slipfit.engines import daft as engine

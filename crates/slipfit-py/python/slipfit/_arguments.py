@@ -251,9 +251,11 @@ class _Function:
 
     def behind(self, option: str, given: Mapping[str, Any]) -> str | None:
         """The argument that a name of the libraries stands for, one that was given before others."""
-        if option in self.parameters or self.takes_any:
+        if option in self.parameters or option in given:
             return option
         names = _BEHIND.get(option.removesuffix(" std_error"), (option.removesuffix(" std_error"),))
+        if self.takes_any:
+            return next((name for name in names if name in given), option)
         known = [name for name in names if name in self.parameters]
         if option not in ("amplitude", "source"):
             known.sort(key=lambda name: given.get(name) is None)
@@ -337,6 +339,12 @@ def together(hints: Iterable[Hint]) -> str:
         options = " or ".join(filter(None, map(_before, group)))
         sentences.append(f"{options} {advice}" if options else advice)
     return "; ".join(sentences)
+
+
+def check(function: Callable[..., Any], given: Mapping[str, Any]) -> None:
+    """Refuses what a call of a public function would refuse for its name or type."""
+    inspect.signature(function).bind_partial(**given)
+    _Function(inspect.unwrap(function)).check(given.items())
 
 
 def public(function: Callable[_P, _R]) -> Callable[_P, _R]:

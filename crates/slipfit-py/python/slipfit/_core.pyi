@@ -14,6 +14,7 @@ __all__ = [
     "Record",
     "Stack",
     "__version__",
+    "check_ringdown",
     "curve_of_arrays",
     "decay",
     "driven",
@@ -189,6 +190,7 @@ def levels_of_arrays(
     drive_unit: str | None,
 ) -> Levels: ...
 def ringdown_answer(record: Record, choices: _Choices, constants: _Choices) -> Answer: ...
+def check_ringdown(choices: _Choices, constants: _Choices) -> None: ...
 def resonance_answer(
     curve: Curve, reference: Curve | None, choices: _Choices, constants: _Choices
 ) -> Answer: ...

@@ -11,6 +11,14 @@ use slipfit::{levels, resonance, ringdown};
 use slipfit_io::SweepReading;
 use std::sync::Arc;
 
+/// Refuses what no free decay can be analysed with.
+#[pyfunction]
+pub(crate) fn check_ringdown(py: Python<'_>, choices: RingdownChoices, constants: Constants) -> PyResult<()> {
+    let mut options = choices.options(py)?;
+    options.calibration = constants.given(py)?.map(|(_, constant, _)| constant);
+    options.check().map_err(|error| core_error(py, Analysis::Ringdown, &error))
+}
+
 /// Analyses a free decay.
 #[pyfunction]
 pub(crate) fn ringdown_answer(

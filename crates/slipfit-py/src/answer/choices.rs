@@ -1,6 +1,6 @@
 //! What is fixed before an analysis.
 
-use crate::failure::{Failure, option_error};
+use crate::failure::{Failure, core_error, option_error};
 use pyo3::prelude::*;
 use slipfit::answer::hint::Analysis;
 use slipfit::model::displacement::Coordinate;
@@ -117,6 +117,7 @@ impl RingdownChoices {
             }
         };
         options.frequency_hz = self.frequency_hz;
+        options.check().map_err(|error| core_error(py, Analysis::Ringdown, &error))?;
         Ok(options)
     }
 }

@@ -4,7 +4,7 @@ mod analyse;
 mod choices;
 mod series;
 
-pub(crate) use analyse::{levels_answer, resonance_answer, ringdown_answer};
+pub(crate) use analyse::{check_ringdown, levels_answer, resonance_answer, ringdown_answer};
 pub(crate) use choices::RingdownChoices;
 pub(crate) use series::series_answer;
 

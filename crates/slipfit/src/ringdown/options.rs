@@ -91,8 +91,11 @@ impl Options {
         }
     }
 
-    /// Checks every number given.
-    pub(crate) fn check(&self) -> Result<(), Error> {
+    /// Whether every number given can be meant, of whatever record; [`analyse`](super::analyse) asks this first.
+    ///
+    /// # Errors
+    /// [`Error::Parameter`] and [`Error::Band`] with the number that is out of range.
+    pub fn check(&self) -> Result<(), Error> {
         let finite = [("start_s", self.start_s), ("end_s", self.end_s)];
         for (name, value) in finite {
             if let Some(value) = value.filter(|v| !v.is_finite()) {

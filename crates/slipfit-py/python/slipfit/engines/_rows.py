@@ -2,11 +2,12 @@
 
 from __future__ import annotations
 
-import inspect
+import math
 from collections.abc import Iterable, Mapping
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Any, get_args
 
-from .._analyses import read, ringdown
+from .. import _arguments, _core, _input
+from .._analyses import Kind, _ringdown_choices, read, ringdown
 from .._answers import RingdownAnswer
 from .._errors import SlipfitError
 
@@ -60,9 +61,26 @@ def _answered(answer: RingdownAnswer) -> dict[str, Any]:
     return row
 
 
+#: Options that say how a file is read.
+_READING = ("rate_hz", "unit", "kind")
+_CONSTANTS = ("stiffness", "mass", "torsion_stiffness", "inertia")
+
+
 def check(options: Mapping[str, Any]) -> None:
-    """Refuses options that :func:`slipfit.ringdown` does not have, before any file is read."""
-    inspect.signature(ringdown).bind(None, **options)
+    """Refuses options with which :func:`slipfit.ringdown` answers no file, before any is read."""
+    _arguments.check(ringdown, options)
+    for name in ("time", "signal", "quadrature"):
+        if options.get(name) is not None:
+            raise _input.refuse(name, f"{name} is given beside files, which hold it already")
+    rate, kind = _input.optional("rate_hz", options.get("rate_hz")), options.get("kind")
+    if rate is not None and not 0 < rate < math.inf:
+        raise _input.refuse("rate_hz", f"rate_hz={rate}: a positive number of samples per second is needed")
+    if kind is not None and kind not in get_args(Kind):
+        raise _input.refuse("kind", f"kind={_arguments.shown(kind)}: one of {', '.join(get_args(Kind))}")
+    elsewhere = (*_READING, *_CONSTANTS, "time", "signal", "quadrature")
+    choices = {name: value for name, value in options.items() if name not in elsewhere}
+    constants = _input.constants({name: options.get(name) for name in _CONSTANTS})
+    _core.check_ringdown(_ringdown_choices(**choices), constants)
 
 
 def of_file(name: str, contents: bytes | None, **options: Any) -> dict[str, Any]:
@@ -70,7 +88,8 @@ def of_file(name: str, contents: bytes | None, **options: Any) -> dict[str, Any]
     try:
         if contents is None:
             raise ValueError("the file could not be fetched")
-        row = _answered(ringdown(read(contents, name), **options))
+        reading = {option: options.pop(option) for option in _READING if option in options}
+        row = _answered(ringdown(read(contents, name, **reading), **options))
     except (SlipfitError, ValueError, OSError) as error:
         row = {"status": "failed", "reason": str(error)}
     return {"file": name, **row}
