@@ -4,12 +4,15 @@ use crate::error::{Error, place};
 use crate::options::{Clock, Number, Options, Signal};
 use arrow_array::cast::AsArray;
 use arrow_array::types::{
-    Float16Type, Float32Type, Float64Type, Int8Type, Int16Type, Int32Type, Int64Type, UInt8Type, UInt16Type,
+    Decimal32Type, Decimal64Type, Decimal128Type, Decimal256Type, DurationMicrosecondType,
+    DurationMillisecondType, DurationNanosecondType, DurationSecondType, Float16Type, Float32Type,
+    Float64Type, Int8Type, Int16Type, Int32Type, Int64Type, TimestampMicrosecondType,
+    TimestampMillisecondType, TimestampNanosecondType, TimestampSecondType, UInt8Type, UInt16Type,
     UInt32Type, UInt64Type,
 };
 use arrow_array::{Array, ArrayRef, ArrowPrimitiveType, Float64Array, PrimitiveArray, RecordBatch};
-use arrow_buffer::NullBuffer;
-use arrow_schema::DataType;
+use arrow_buffer::{NullBuffer, i256};
+use arrow_schema::{DataType, TimeUnit};
 use slipfit::SignalKind;
 use std::ops::Range;
 
@@ -19,7 +22,7 @@ pub(crate) struct Input<'a> {
     /// Y of a lock-in.
     pub(crate) quadrature: Option<Lists<'a>>,
     pub(crate) kind: SignalKind,
-    times: Option<Lists<'a>>,
+    times: Option<Times<'a>>,
     interval_s: Option<Numbers>,
     frequency_hz: Option<Numbers>,
     min_amplitude: Option<Numbers>,
@@ -46,15 +49,18 @@ pub(crate) struct Beside {
 impl<'a> Input<'a> {
     pub(crate) fn new(batch: &'a RecordBatch, options: &'a Options) -> Result<Self, Error> {
         let lists = |name: &str| Lists::new(name, column(batch, name)?);
-        let numbers = |number: &Number| Numbers::new(batch, number);
+        let numbers = |number: &Number| Numbers::new(batch, number, converted, "a column of numbers");
         let (signal, quadrature, kind) = match &options.signal {
             Signal::Amplitude(name) => (lists(name)?, None, SignalKind::Envelope),
             Signal::LockIn(x, y) => (lists(x)?, Some(lists(y)?), SignalKind::LockIn),
             Signal::Oscillation(name, kind) => (lists(name)?, None, *kind),
         };
         let (times, interval_s) = match &options.clock {
-            Clock::Interval(number) => (None, Some(numbers(number)?)),
-            Clock::Times(name) => (Some(lists(name)?), None),
+            Clock::Interval(number) => {
+                let needed = "a column of numbers or durations";
+                (None, Some(Numbers::new(batch, number, seconds, needed)?))
+            }
+            Clock::Times(name) => (Some(Times::new(name, column(batch, name)?)?), None),
         };
         Ok(Self {
             signal,
@@ -124,18 +130,60 @@ pub(crate) fn column<'a>(batch: &'a RecordBatch, name: &str) -> Result<&'a Array
     place(batch.schema_ref(), name).map(|at| batch.column(at))
 }
 
-/// A list of numbers in each row.
-pub(crate) struct Lists<'a> {
+/// Where the values of each row stand.
+struct Places<'a> {
     rows: usize,
     nulls: Option<&'a NullBuffer>,
     offsets: Offsets<'a>,
-    values: Values<'a>,
 }
 
 enum Offsets<'a> {
     Small(&'a [i32]),
     Large(&'a [i64]),
     Fixed(usize),
+}
+
+impl<'a> Places<'a> {
+    /// The places, and the values of all rows; `None` of what is no list.
+    fn new(lists: &'a ArrayRef) -> Option<(Self, &'a ArrayRef)> {
+        let (offsets, values) = match lists.data_type() {
+            DataType::List(_) => {
+                let held = lists.as_list::<i32>();
+                (Offsets::Small(held.value_offsets()), held.values())
+            }
+            DataType::LargeList(_) => {
+                let held = lists.as_list::<i64>();
+                (Offsets::Large(held.value_offsets()), held.values())
+            }
+            DataType::FixedSizeList(_, size) => {
+                let held = lists.as_fixed_size_list();
+                // Slices of a fixed-size list have sliced values.
+                (Offsets::Fixed(usize::try_from(*size).unwrap_or(0)), held.values())
+            }
+            _ => return None,
+        };
+        Some((Self { rows: lists.len(), nulls: lists.nulls(), offsets }, values))
+    }
+
+    fn range(&self, row: usize) -> Range<usize> {
+        // Offsets are not negative and within the values: Arrow checks them.
+        match self.offsets {
+            Offsets::Small(offsets) => offsets[row] as usize..offsets[row + 1] as usize,
+            Offsets::Large(offsets) => offsets[row] as usize..offsets[row + 1] as usize,
+            Offsets::Fixed(size) => row * size..(row + 1) * size,
+        }
+    }
+
+    /// Where the values of a row stand, `None` where it is null.
+    fn of(&self, row: usize) -> Option<Range<usize>> {
+        self.nulls.is_none_or(|nulls| nulls.is_valid(row)).then(|| self.range(row))
+    }
+}
+
+/// A list of numbers in each row.
+pub(crate) struct Lists<'a> {
+    places: Places<'a>,
+    values: Values<'a>,
 }
 
 /// The numbers of a row as they lie in memory.
@@ -161,27 +209,16 @@ enum Values<'a> {
 
 impl<'a> Lists<'a> {
     fn new(name: &str, lists: &'a ArrayRef) -> Result<Self, Error> {
-        let wrong = || Error::ColumnType {
+        Self::converted_by(converted, lists).ok_or_else(|| Error::ColumnType {
             name: name.to_owned(),
             found: lists.data_type().clone(),
             needed: "a list, a large list or a fixed-size list of numbers",
-        };
-        let (offsets, values) = match lists.data_type() {
-            DataType::List(_) => {
-                let held = lists.as_list::<i32>();
-                (Offsets::Small(held.value_offsets()), held.values())
-            }
-            DataType::LargeList(_) => {
-                let held = lists.as_list::<i64>();
-                (Offsets::Large(held.value_offsets()), held.values())
-            }
-            DataType::FixedSizeList(_, size) => {
-                let held = lists.as_fixed_size_list();
-                // Slices of a fixed-size list have sliced values.
-                (Offsets::Fixed(usize::try_from(*size).unwrap_or(0)), held.values())
-            }
-            _ => return Err(wrong()),
-        };
+        })
+    }
+
+    /// Lists whose values this function makes doubles of, where they are none.
+    fn converted_by(convert: Convert, lists: &'a ArrayRef) -> Option<Self> {
+        let (places, values) = Places::new(lists)?;
         let values = match values.data_type() {
             DataType::Float64 if values.null_count() == 0 => {
                 Values::Doubles(values.as_primitive::<Float64Type>().values())
@@ -189,18 +226,9 @@ impl<'a> Lists<'a> {
             DataType::Float32 if values.null_count() == 0 => {
                 Values::Singles(values.as_primitive::<Float32Type>().values())
             }
-            _ => Values::Converted(converted(values).ok_or_else(wrong)?),
+            _ => Values::Converted(convert(values)?),
         };
-        Ok(Self { rows: lists.len(), nulls: lists.nulls(), offsets, values })
-    }
-
-    fn range(&self, row: usize) -> Range<usize> {
-        // Offsets are not negative and within the values: Arrow checks them.
-        match self.offsets {
-            Offsets::Small(offsets) => offsets[row] as usize..offsets[row + 1] as usize,
-            Offsets::Large(offsets) => offsets[row] as usize..offsets[row + 1] as usize,
-            Offsets::Fixed(size) => row * size..(row + 1) * size,
-        }
+        Some(Self { places, values })
     }
 
     /// The numbers of all rows, of which each has its [`place`](Self::place).
@@ -214,7 +242,7 @@ impl<'a> Lists<'a> {
 
     /// Where the numbers of a row stand, `None` where it is null.
     pub(crate) fn place(&self, row: usize) -> Option<Range<usize>> {
-        self.nulls.is_none_or(|nulls| nulls.is_valid(row)).then(|| self.range(row))
+        self.places.of(row)
     }
 
     /// The numbers of a row where they lie, `None` where it is null.
@@ -240,7 +268,47 @@ impl<'a> Lists<'a> {
     }
 
     pub(crate) fn rows(&self) -> usize {
-        self.rows
+        self.places.rows
+    }
+}
+
+/// A list of times in each row.
+enum Times<'a> {
+    /// Seconds: numbers as they are, and durations.
+    Seconds(Lists<'a>),
+    /// Dates, of which each row counts from its first.
+    Dates { places: Places<'a>, stamps: &'a [i64], nulls: Option<&'a NullBuffer>, unit: TimeUnit },
+}
+
+impl<'a> Times<'a> {
+    fn new(name: &str, lists: &'a ArrayRef) -> Result<Self, Error> {
+        let dates = || {
+            let (places, values) = Places::new(lists)?;
+            let (stamps, unit) = stamps(values)?;
+            Some(Self::Dates { places, stamps, nulls: values.nulls(), unit })
+        };
+        let numbers = || Lists::converted_by(seconds, lists).map(Self::Seconds);
+        dates().or_else(numbers).ok_or_else(|| Error::ColumnType {
+            name: name.to_owned(),
+            found: lists.data_type().clone(),
+            needed: "a list, a large list or a fixed-size list of numbers, dates or durations",
+        })
+    }
+
+    /// The times of a row in seconds, `None` where it is null.
+    fn get<'s>(&'s self, row: usize, scratch: &'s mut Vec<f64>) -> Option<&'s [f64]> {
+        let (places, stamps, nulls, unit) = match self {
+            Self::Seconds(lists) => return lists.get(row, scratch),
+            Self::Dates { places, stamps, nulls, unit } => (places, stamps, nulls, unit),
+        };
+        let range = places.of(row)?;
+        let known = |at: usize| nulls.is_none_or(|nulls| nulls.is_valid(at));
+        let first = range.clone().find(|at| known(*at)).map_or(0, |at| stamps[at]);
+        // Counts are subtracted before they are doubles, which have too few digits for nanoseconds since 1970.
+        let time = |at: usize| (i128::from(stamps[at]) - i128::from(first)) as f64 / per_second(*unit);
+        scratch.clear();
+        scratch.extend(range.map(|at| if known(at) { time(at) } else { f64::NAN }));
+        Some(scratch)
     }
 }
 
@@ -251,15 +319,20 @@ enum Numbers {
 }
 
 impl Numbers {
-    fn new(batch: &RecordBatch, number: &Number) -> Result<Self, Error> {
+    fn new(
+        batch: &RecordBatch,
+        number: &Number,
+        convert: Convert,
+        needed: &'static str,
+    ) -> Result<Self, Error> {
         match number {
             Number::Same(value) => Ok(Self::Same(*value)),
             Number::Column(name) => {
                 let held = column(batch, name)?;
-                let values = converted(held).ok_or_else(|| Error::ColumnType {
+                let values = convert(held).ok_or_else(|| Error::ColumnType {
                     name: name.clone(),
                     found: held.data_type().clone(),
-                    needed: "a column of numbers",
+                    needed,
                 })?;
                 Ok(Self::Each(Float64Array::new(values.into(), held.logical_nulls())))
             }
@@ -274,26 +347,91 @@ impl Numbers {
     }
 }
 
+/// What makes doubles of values, null as NaN; `None` where they are of another type.
+type Convert = fn(&ArrayRef) -> Option<Vec<f64>>;
+
+fn doubles<T: ArrowPrimitiveType>(values: &ArrayRef, double: impl Fn(T::Native) -> f64) -> Vec<f64> {
+    let held: &PrimitiveArray<T> = values.as_primitive::<T>();
+    held.iter().map(|v| v.map_or(f64::NAN, &double)).collect()
+}
+
 /// Numbers of any type as doubles, null as NaN; `None` of what is no number.
 fn converted(values: &ArrayRef) -> Option<Vec<f64>> {
-    fn all<T: ArrowPrimitiveType>(values: &ArrayRef, double: impl Fn(T::Native) -> f64) -> Vec<f64> {
-        let held: &PrimitiveArray<T> = values.as_primitive::<T>();
-        held.iter().map(|v| v.map_or(f64::NAN, &double)).collect()
-    }
+    let scaled = |scale: i8| {
+        let power = 10f64.powi(i32::from(scale.unsigned_abs()));
+        // Powers of ten below one are not exact, those above are.
+        move |v: f64| if scale < 0 { v * power } else { v / power }
+    };
     Some(match values.data_type() {
-        DataType::Float64 => all::<Float64Type>(values, |v| v),
-        DataType::Float32 => all::<Float32Type>(values, f64::from),
-        DataType::Float16 => all::<Float16Type>(values, f64::from),
-        DataType::Int8 => all::<Int8Type>(values, f64::from),
-        DataType::Int16 => all::<Int16Type>(values, f64::from),
-        DataType::Int32 => all::<Int32Type>(values, f64::from),
-        DataType::Int64 => all::<Int64Type>(values, |v| v as f64),
-        DataType::UInt8 => all::<UInt8Type>(values, f64::from),
-        DataType::UInt16 => all::<UInt16Type>(values, f64::from),
-        DataType::UInt32 => all::<UInt32Type>(values, f64::from),
-        DataType::UInt64 => all::<UInt64Type>(values, |v| v as f64),
+        DataType::Float64 => doubles::<Float64Type>(values, |v| v),
+        DataType::Float32 => doubles::<Float32Type>(values, f64::from),
+        DataType::Float16 => doubles::<Float16Type>(values, f64::from),
+        DataType::Int8 => doubles::<Int8Type>(values, f64::from),
+        DataType::Int16 => doubles::<Int16Type>(values, f64::from),
+        DataType::Int32 => doubles::<Int32Type>(values, f64::from),
+        DataType::Int64 => doubles::<Int64Type>(values, |v| v as f64),
+        DataType::UInt8 => doubles::<UInt8Type>(values, f64::from),
+        DataType::UInt16 => doubles::<UInt16Type>(values, f64::from),
+        DataType::UInt32 => doubles::<UInt32Type>(values, f64::from),
+        DataType::UInt64 => doubles::<UInt64Type>(values, |v| v as f64),
+        DataType::Decimal32(_, scale) => {
+            let value = scaled(*scale);
+            doubles::<Decimal32Type>(values, |v| value(f64::from(v)))
+        }
+        DataType::Decimal64(_, scale) => {
+            let value = scaled(*scale);
+            doubles::<Decimal64Type>(values, |v| value(v as f64))
+        }
+        DataType::Decimal128(_, scale) => {
+            let value = scaled(*scale);
+            doubles::<Decimal128Type>(values, |v| value(v as f64))
+        }
+        DataType::Decimal256(_, scale) => {
+            let value = scaled(*scale);
+            doubles::<Decimal256Type>(values, |v| value(wide(v)))
+        }
         // A column of nothing but nulls.
         DataType::Null => vec![f64::NAN; values.len()],
         _ => return None,
     })
+}
+
+/// A whole number of 256 bits as a double.
+fn wide(value: i256) -> f64 {
+    let (low, high) = value.to_parts();
+    // In two parts a small number below zero would be the difference of two large ones.
+    value.to_i128().map_or_else(|| high as f64 * 2f64.powi(128) + low as f64, |v| v as f64)
+}
+
+/// [`converted`], and durations in seconds.
+fn seconds(values: &ArrayRef) -> Option<Vec<f64>> {
+    let DataType::Duration(unit) = values.data_type() else { return converted(values) };
+    let second = |v: i64| v as f64 / per_second(*unit);
+    Some(match unit {
+        TimeUnit::Second => doubles::<DurationSecondType>(values, second),
+        TimeUnit::Millisecond => doubles::<DurationMillisecondType>(values, second),
+        TimeUnit::Microsecond => doubles::<DurationMicrosecondType>(values, second),
+        TimeUnit::Nanosecond => doubles::<DurationNanosecondType>(values, second),
+    })
+}
+
+/// Dates as counts of their unit; `None` of what is none.
+fn stamps(values: &ArrayRef) -> Option<(&[i64], TimeUnit)> {
+    let DataType::Timestamp(unit, _) = values.data_type() else { return None };
+    let counts = match unit {
+        TimeUnit::Second => values.as_primitive::<TimestampSecondType>().values(),
+        TimeUnit::Millisecond => values.as_primitive::<TimestampMillisecondType>().values(),
+        TimeUnit::Microsecond => values.as_primitive::<TimestampMicrosecondType>().values(),
+        TimeUnit::Nanosecond => values.as_primitive::<TimestampNanosecondType>().values(),
+    };
+    Some((counts, *unit))
+}
+
+fn per_second(unit: TimeUnit) -> f64 {
+    match unit {
+        TimeUnit::Second => 1.0,
+        TimeUnit::Millisecond => 1e3,
+        TimeUnit::Microsecond => 1e6,
+        TimeUnit::Nanosecond => 1e9,
+    }
 }

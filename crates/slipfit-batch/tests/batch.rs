@@ -4,7 +4,8 @@
 use arrow_array::builder::{FixedSizeListBuilder, LargeListBuilder, ListBuilder, PrimitiveBuilder};
 use arrow_array::cast::AsArray;
 use arrow_array::types::{
-    ArrowPrimitiveType, Float32Type, Float64Type, Int16Type, Int32Type, Int64Type, UInt8Type, UInt64Type,
+    ArrowPrimitiveType, Float32Type, Float64Type, Int16Type, Int32Type, Int64Type, TimestampNanosecondType,
+    UInt8Type, UInt64Type,
 };
 use arrow_array::{Array, ArrayRef, Float64Array, ListArray, RecordBatch, StringArray};
 use arrow_schema::{Field, Schema};
@@ -388,6 +389,31 @@ fn columns_are_found_once_and_options_meant_for_others_are_refused() {
     oscillation.frequency_hz = Some(Number::Same(5.0));
     let said = fit_batch(&table, &oscillation).unwrap_err().to_string();
     assert!(said.starts_with("frequency_hz: only for amplitudes"), "{said}");
+}
+
+#[test]
+fn dates_count_from_the_first_of_their_row() {
+    // From one end of the calendar to the other: differences are beyond the whole numbers of 64 bits.
+    let ends = |i: i64| i64::MIN + 4 * i * (i64::MAX / 800);
+    let nanoseconds = (0..200).map(|i| Some(ends(i)));
+    let late = (0..200).map(|i| (i > 0).then_some(1_800_000_000_000_000_000 + 10_000_000 * i));
+    let dates = ListArray::from_iter_primitive::<TimestampNanosecondType, _, _>([
+        Some(nanoseconds.collect::<Vec<_>>()),
+        Some(late.collect()),
+    ]);
+    let traces = [Some(decay(0.2, 0.7, 200)), Some(decay(0.2, 0.7, 200))];
+    let table = RecordBatch::try_from_iter([
+        ("a", lists::<Float64Type>(&traces, |v| v)),
+        ("t", Arc::new(dates) as ArrayRef),
+    ])
+    .unwrap();
+    let options = Options::new(Signal::Amplitude("a".into()), Clock::Times("t".into()), Method::Fit);
+    let answer = fit_batch(&table, &options).unwrap();
+    let scale = DT / (4.0 * (i64::MAX / 800) as f64 * 1e-9);
+    assert!((number(&answer, "sliding_rate", 0).unwrap() / scale - 0.2).abs() < 1e-6);
+    // The sample without a date is left out, and the row begins with the next.
+    assert!((number(&answer, "sliding_rate", 1).unwrap() - 0.2).abs() < 1e-9);
+    assert!((number(&answer, "initial_amplitude", 1).unwrap() - decay(0.2, 0.7, 2)[1]).abs() < 1e-9);
 }
 
 #[test]

@@ -369,6 +369,102 @@ def test_times_of_a_row_go_forwards():
     assert slipfit.fit_batch(gaps, amplitude="a", dt="d")["reason"].tolist() == ["dt is null"]
 
 
+@pytest.mark.parametrize("unit", ["s", "ms", "us", "ns"])
+@pytest.mark.parametrize("zone", [None, "Europe/Lisbon"])
+def test_times_may_be_dates_or_durations(unit, zone):
+    """Dates of today in nanoseconds have more digits than doubles: each row counts from its first."""
+    step = {"s": 1000, "ms": 1000, "us": 10_000, "ns": 10_000_000}[unit]
+    per_second = {"s": 1, "ms": 1000, "us": 1_000_000, "ns": 1_000_000_000}[unit]
+    counts = step * np.arange(len(TIME))
+    dates = [1_770_000_000 * per_second + late + counts for late in (0, 7, 123_456_789)]
+    traces = list(decays(3, noise=0.001)[2])
+    plain = pa.table({"a": traces, "t": [counts / per_second] * 3})
+    expected = slipfit.fit_batch(plain, amplitude="a", time="t")
+    assert expected["status"].tolist() == ["done"] * 3
+    for kind, stamps in ((pa.timestamp(unit, zone), dates), (pa.duration(unit), [counts] * 3)):
+        for column in (pa.list_(kind), pa.large_list(kind), pa.list_(kind, len(TIME))):
+            times = pa.array([row.tolist() for row in stamps], column)
+            found = slipfit.fit_batch(pa.table({"a": traces, "t": times}), amplitude="a", time="t")
+            assert found == expected, column
+            part = slipfit.fit_batch(pa.table({"a": traces, "t": times}).slice(1), amplitude="a", time="t")
+            assert (part["decay_rate_per_s"] == expected["decay_rate_per_s"][1:]).all()
+    with pytest.raises(slipfit.OptionError, match="fixed-size list of numbers$"):
+        slipfit.fit_batch(pa.table({"a": times}), amplitude="a", dt=DT)
+
+
+def test_dates_that_are_missing_are_left_out():
+    start = np.datetime64("2026-11-27T07:00:00", "us")
+    stamps = (start + np.arange(len(TIME)) * np.timedelta64(10, "ms")).astype(object).tolist()
+    gaps = [None if i % 50 == 0 else one for i, one in enumerate(stamps)]
+    traces = list(decays(2)[2])
+    # The first date known, of the second sample, is where the row begins.
+    answers = slipfit.fit_batch(pa.table({"a": traces, "t": [gaps, None]}), amplitude="a", time="t")
+    assert answers["samples_left_out"].tolist() == [6, 0]
+    assert answers["reason"].tolist() == ["", "the times are null"]
+    assert abs(answers["initial_amplitude"][0] - traces[0][1]) < 1e-6
+
+
+def test_decimals_are_numbers():
+    """DuckDB makes them of numbers that are typed, 0.01."""
+    traces = list(decays(2, noise=0.001)[2])
+    expected = slipfit.fit_batch(pa.table({"a": traces}), amplitude="a", dt=DT)
+    for kind in (pa.decimal32(5, 2), pa.decimal64(12, 4), pa.decimal128(30, 9), pa.decimal256(60, 12)):
+        step = pa.array([DT] * 2, pa.float64()).cast(kind)
+        assert slipfit.fit_batch(pa.table({"a": traces, "dt": step}), amplitude="a", dt="dt") == expected
+    times = pa.array([TIME.round(2)] * 2).cast(pa.list_(pa.decimal128(10, 2)))
+    found = slipfit.fit_batch(pa.table({"a": traces, "t": times}), amplitude="a", time="t")
+    np.testing.assert_allclose(found["decay_rate_per_s"], expected["decay_rate_per_s"], rtol=1e-9)
+    # Below zero, where a number of 256 bits is the complement of one.
+    falling = pa.array([(1 - np.arange(300) / 200).tolist()])
+    expected = slipfit.fit_batch(pa.table({"a": falling}), amplitude="a", dt=DT)
+    for kind in (pa.decimal32(9, 3), pa.decimal128(30, 3), pa.decimal256(60, 3)):
+        found = slipfit.fit_batch(pa.table({"a": falling.cast(pa.list_(kind))}), amplitude="a", dt=DT)
+        np.testing.assert_allclose(found["sliding_rate"], expected["sliding_rate"], rtol=1e-9)
+        np.testing.assert_allclose(found["sliding_rate"], 0.5, rtol=1e-6)
+
+
+def test_an_interval_may_be_a_duration():
+    traces = list(decays(2, noise=0.001)[2])
+    expected = slipfit.fit_batch(pa.table({"a": traces}), amplitude="a", dt=DT)
+    for unit, step in (("ms", 10), ("us", 10_000), ("ns", 10_000_000)):
+        steps = pa.table({"a": traces, "dt": pa.array([step] * 2, pa.duration(unit))})
+        assert slipfit.fit_batch(steps, amplitude="a", dt="dt") == expected
+        with pytest.raises(slipfit.OptionError, match="a column of numbers$"):
+            slipfit.fit_batch(steps, amplitude="a", dt=DT, min_amplitude="dt")
+
+
+def test_answers_are_columns_and_no_array_of_their_names():
+    """NumPy and pandas would go through a table and find the names."""
+    pd = pytest.importorskip("pandas")
+    answers = slipfit.fit_batch(decays(3)[2], amplitude="a", dt=DT)
+    for made in (np.asarray, np.array, pd.DataFrame):
+        with pytest.raises(slipfit.OptionTypeError, match="to_pandas"):
+            made(answers)
+    frame = answers.to_pandas()
+    assert list(frame) == list(dict(answers)) == answers.keys()
+    pd.testing.assert_frame_equal(pa.table(answers).to_pandas(), frame)
+    pd.testing.assert_frame_equal(pd.DataFrame(dict(answers)), frame, check_dtype=False)
+
+
+def test_an_array_of_xarray_is_one_of_numpy():
+    xr = pytest.importorskip("xarray")
+    traces = decays(3)[2]
+    expected = slipfit.fit_batch(traces, amplitude="a", dt=DT)
+    assert slipfit.fit_batch(xr.DataArray(traces, dims=("row", "t")), amplitude="a", dt=DT) == expected
+
+
+def test_options_out_of_range_are_refused_at_once():
+    """Not by every row for itself."""
+    for options, words in (
+        ({"start_s": 5, "end_s": 3}, "end_s = 3 is outside times after start_s"),
+        ({"start_s": np.nan}, "start_s = NaN is outside finite times"),
+        ({"lockin_order": 9, "lockin_time_constant_s": 1}, "lockin_order = 9 is outside 1 to 8"),
+        ({"band_hz": (-3, 1)}, "no rising pair"),
+    ):
+        with pytest.raises(slipfit.OptionError, match=words):
+            slipfit.fit_batch(np.ones((2, 9)), signal="a", dt=1, method="analyse", **options)
+
+
 def test_rows_are_the_answers_of_their_records_to_the_last_bit():
     """Two hundred oscillations of many frequencies, losses and noises, with and without gaps."""
     random = np.random.default_rng(0)

@@ -73,6 +73,13 @@ def test_xarray_brings_its_unit(swing, answer):
     assert slipfit.ringdown(array, unit="mm").to_dict()["input"]["unit"] == "mm"
     with pytest.raises(slipfit.OptionError, match="one is needed"):
         slipfit.ringdown(xarray.DataArray(np.zeros((3, 4))))
+    # Without a coordinate a dimension counts samples, which are no seconds.
+    bare = xarray.DataArray(signal, dims="time", attrs={"units": "rad"})
+    with pytest.raises(slipfit.OptionError, match="no times: give time or rate_hz"):
+        slipfit.ringdown(bare)
+    assert slipfit.ringdown(bare, rate_hz=50) == slipfit.ringdown(signal=signal, rate_hz=50, unit="rad")
+    with pytest.raises(slipfit.OptionError, match="response"):
+        slipfit.resonance(bare)
 
 
 def test_polars_series_are_taken(swing, answer):

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Iterator, Sequence
-from typing import TYPE_CHECKING, Any, Literal, TypeAlias, Union
+from typing import TYPE_CHECKING, Any, Literal, NoReturn, TypeAlias, Union
 
 import numpy as np
 from numpy.typing import NDArray
@@ -27,8 +27,8 @@ class ArrowTable:
     """A table of answers, one row a trace.
 
     Anything that reads Arrow's C interface takes it as it is:
-    ``pyarrow.table(answers)``, ``polars.DataFrame(answers)``.
-    A column is ``answers["decay_rate_per_s"]``.
+    ``pyarrow.table(answers)``, ``polars.DataFrame(answers)``, ``pandas.DataFrame.from_arrow(answers)``.
+    A column is ``answers["decay_rate_per_s"]``, ``dict(answers)`` has all of them.
     """
 
     def __init__(self, held: _core.ArrowTable) -> None:
@@ -71,6 +71,14 @@ class ArrowTable:
 
     def __iter__(self) -> Iterator[str]:
         return iter(self.column_names)
+
+    def keys(self) -> list[str]:
+        """Names of the columns, as a dictionary has them: ``dict(answers)`` holds an array for each."""
+        return self.column_names
+
+    def __array__(self, dtype: Any = None, copy: bool | None = None) -> NoReturn:
+        # NumPy, and pandas by it, would make an array of the names.
+        raise wrong_type("table", self, "a column is an array, answers[name]; to_pandas() has rows")
 
     def __getitem__(self, name: str) -> NDArray[Any]:
         """A column as an array; a number that does not exist is NaN, a flag False.
@@ -160,6 +168,8 @@ def _per_row(name: str, value: PerRow | None) -> float | str | None:
 
 def _table(table: Any, column: str) -> Any:
     """An array with a trace in each row as a table; anything else as it is."""
+    if _input.is_of_xarray(table) and hasattr(table, "ndim"):
+        table = table.to_numpy()
     if not isinstance(table, np.ndarray):
         return table
     table = _input.unmasked(table)
@@ -240,8 +250,8 @@ def fit_batch(
         A pyarrow Table or RecordBatch, a polars or pandas DataFrame, a DuckDB
         or Daft relation, with one trace a row: lists, large lists or
         fixed-size lists of any real numbers. Null and NaN are left out and
-        counted. A NumPy array of shape (rows, samples) is taken as the column
-        that `amplitude` or `signal` names (by pyarrow, without a copy).
+        counted. An array of NumPy or xarray of shape (rows, samples) is taken as
+        the column that `amplitude` or `signal` names (by pyarrow, without a copy).
     amplitude : str
         Column of amplitudes; or
     x, y : str
@@ -251,9 +261,10 @@ def fit_batch(
     kind : str, optional
         What `signal` is: ``displacement``, ``velocity``, ``acceleration``.
     dt : float or str
-        Interval of the samples [s], or the column of it.
+        Interval of the samples [s], or the column of it, numbers or durations.
     time : str
-        Column of lists of times [s], in place of `dt`.
+        Column of lists of times [s], in place of `dt`; or of dates, which each row counts from its
+        first, or of durations.
     frequency_hz : float or str, optional
         Frequency of the oscillation [Hz], which amplitudes do not show: with
         it sliding friction is given as a friction displacement.

@@ -84,9 +84,14 @@ def _doubles(array: NDArray[Any]) -> Vector:
             return np.array([np.nan if _missing(one) else one for one in array], dtype=np.float64)
 
 
+def is_of_xarray(values: Any) -> bool:
+    """Whether this is an array or a data set of xarray."""
+    return type(values).__module__.split(".")[0] == "xarray"
+
+
 def own_unit(values: Any) -> str | None:
     """The unit that an array of xarray names."""
-    if type(values).__module__.split(".")[0] != "xarray":
+    if not is_of_xarray(values):
         return None
     unit = getattr(values, "attrs", {}).get("units")
     return None if unit is None else str(unit)
@@ -203,16 +208,16 @@ def _index(axis: str, index: Any) -> Vector:
 
 def _labelled(axis: str, option: str, given: Any) -> tuple[Vector | None, Any, str | None] | None:
     """Times or frequencies, values and unit of a labelled array; None of any other."""
-    module = type(given).__module__.split(".")[0]
-    if module == "xarray":
+    if is_of_xarray(given):
         if not hasattr(given, "ndim"):
             raise wrong_type(option, given, f"one of the variables of the {type(given).__name__} is needed")
         if given.ndim != 1:
             raise refuse(option, f"{option} has the dimensions {given.dims} where one is needed")
-        coordinate = given.coords.get(given.dims[0])
         convert = seconds if axis == "time" else hertz
-        return None if coordinate is None else convert(axis, coordinate), given.to_numpy(), own_unit(given)
-    if module == "pandas" and hasattr(given, "index"):
+        # A dimension without a coordinate is one of samples: xarray would hand out their numbers.
+        known = given.dims[0] in given.coords
+        return convert(axis, given.coords[given.dims[0]]) if known else None, given.to_numpy(), own_unit(given)
+    if type(given).__module__.split(".")[0] == "pandas" and hasattr(given, "index"):
         if getattr(given, "ndim", 1) != 1:
             raise refuse(option, f"{option} is a DataFrame: one of its columns is needed")
         counted = _counts_rows(given.index) if axis == "time" else type(given.index).__name__ == "RangeIndex"
