@@ -48,6 +48,40 @@ def test_parameters_are_items_and_attributes(answer):
     assert parameters.get("slope") is None and "slope" not in answer.segment
 
 
+@pytest.mark.parametrize(
+    ("value", "std_error", "unit", "spec", "text"),
+    [
+        (0.0123456, 0.000789, "rad", "", "0.0123456 ± 0.00079 rad"),
+        (0.0123456, 0.000789, "rad", ".3g", "0.0123 ± 0.000789 rad"),
+        (0.0123456, 0.000789, "rad", "+.4f", "+0.0123 ± 0.0008 rad"),
+        (0.0123456, 0.000789, "", ".1e", "1.2e-02 ± 7.9e-04"),
+        (1234567.0, 89.0, "", ",.0f", "1,234,567 ± 89"),
+        (0.0123456, 0.000789, "rad", "26", "   0.0123456 ± 0.00079 rad"),
+        (0.0123456, 0.000789, "rad", "*<24.1u", "0.0123 ± 0.0008 rad*****"),
+        (0.0123456, 0.000789, "rad", "^21.1u", " 0.0123 ± 0.0008 rad "),
+        # To the digits of the error, which may round up into the next decade.
+        (0.0123456, 0.000789, "rad", "u", "0.01235 ± 0.00079 rad"),
+        (12.345, 0.0996, "s", ".2u", "12.35 ± 0.10 s"),
+        (-12.345, 0.0996, "s", ".1u", "-12.3 ± 0.1 s"),
+        (123456.0, 789.0, "", ".2u", "(1.2346 ± 0.0079)e+05"),
+        (1.5e-9, 2.2e-11, "m", "+.1u", "(+1.50 ± 0.02)e-09 m"),
+        (0.0, 2.2e-10, "m", ".2u", "(0.0 ± 2.2)e-10 m"),
+        (1e-320, 1e-322, "m", ".1u", "(10.00 ± 0.10)e-321 m"),
+        # Without an error there is nothing to round to.
+        (1.5, 0.0, "mm", ".2u", "1.5 ± 0 mm"),
+        (math.inf, math.nan, "", ".2u", "inf ± nan"),
+    ],
+)
+def test_a_quantity_is_formatted_as_its_numbers(value, std_error, unit, spec, text):
+    assert format(slipfit.Quantity(value, std_error, (0.0, 1.0), value, unit), spec) == text
+
+
+@pytest.mark.parametrize("spec", ["d", "x", "08.3f", "=20", ".3s", "rad", "%d"])
+def test_a_format_of_no_number_is_refused(answer, spec):
+    with pytest.raises(ValueError, match="format"):
+        format(answer.parameters.q_factor, spec)
+
+
 def test_typed_names_are_all_parameters():
     assert set(slipfit.Parameters.__annotations__) == set(_core.parameter_names())
 
@@ -177,12 +211,14 @@ def test_answers_are_drawn(answer, sweep):
     _, ax = plt.subplots()
     assert answer.plot(ax) == [ax]
     assert ax.get_xlabel() == "time [s]" and ax.get_ylabel() == "amplitude [rad]"
+    assert [text.get_text() for text in ax.get_legend().get_texts()] == ["measured", "not used", "viscous+sliding"]
     assert len(answer.plot()) == 4
     curve = slipfit.resonance(*sweep, drive_amplitude=1.0, unit="mm")
     assert len(curve.plot()) == 2
     drive = np.arange(0.1, 1.3, 0.1)
     levels = slipfit.levels(drive, np.maximum(40 * (drive - 0.35), 0) + 0.02 * (np.arange(12) * 7 % 5))
     assert len(levels.plot()) == 1
+    assert "without friction" in [line.get_label() for line in curve.plot()[0].lines]
     for number in plt.get_fignums():
         plt.figure(number).canvas.draw()
     series = slipfit.series([slipfit.Measurement(slipfit.simulate.decay(**SWING))])
@@ -250,6 +286,15 @@ def test_tables_and_bare_fits_are_compared(swing):
     ]
     assert fits[0] == fits[1]
     assert hash(fits[0]) == hash(fits[1])
+
+
+def test_a_table_is_no_array_of_its_names(answer):
+    """NumPy and pandas would go through a mapping and find its keys."""
+    pd = pytest.importorskip("pandas")
+    for made in (np.asarray, np.array, pd.DataFrame):
+        with pytest.raises(slipfit.OptionTypeError, match="to_dataframe"):
+            made(answer.comparison)
+    assert list(answer.comparison.to_dataframe()) == list(answer.comparison) == list(dict(answer.comparison))
 
 
 def test_sections_are_the_callers_own(swing):

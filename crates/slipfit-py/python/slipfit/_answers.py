@@ -3,15 +3,18 @@
 from __future__ import annotations
 
 import json
+import math
+import re
 from collections.abc import Iterator, Mapping
 from dataclasses import dataclass
-from typing import TYPE_CHECKING, Annotated, Any, Literal
+from decimal import Decimal
+from typing import TYPE_CHECKING, Annotated, Any, Literal, NoReturn
 
 import numpy as np
 from numpy.typing import NDArray
 
 from . import _core, _plot
-from ._arguments import public
+from ._arguments import public, wrong_type
 from ._errors import Hint
 
 if TYPE_CHECKING:
@@ -49,6 +52,23 @@ class Quantity:
         The estimate with its limit lifted: averages of it stay unbiased.
     unit : str
         Unit in plain text; empty for a pure number.
+
+    Notes
+    -----
+    A format specification is that of the two numbers, ``f"{q:.3g}"``; its fill, alignment and width are
+    those of the whole text. As in the package uncertainties, ``u`` counts the digits of the standard error
+    and rounds the value to the same decimal: ``f"{q:.2u}"``.
+
+    Examples
+    --------
+    >>> import slipfit
+    >>> q = slipfit.Quantity(0.0123456, 0.000789, (0.0108, 0.0139), 0.0123456, "rad")
+    >>> f"{q}", f"{q:.3g}"
+    ('0.0123456 ± 0.00079 rad', '0.0123 ± 0.000789 rad')
+    >>> f"{q:.4f}", f"{q:.1e}"
+    ('0.0123 ± 0.0008 rad', '1.2e-02 ± 7.9e-04 rad')
+    >>> f"{q:.2u}", f"{q:>24.1u}"
+    ('0.01235 ± 0.00079 rad', '     0.0123 ± 0.0008 rad')
     """
 
     value: float
@@ -63,6 +83,40 @@ class Quantity:
     def __str__(self) -> str:
         unit = f" {self.unit}" if self.unit else ""
         return f"{self.value:.6g} ± {self.std_error:.2g}{unit}"
+
+    def __format__(self, spec: str) -> str:
+        parts = _SPECIFICATION.fullmatch(spec)
+        if parts is None:
+            raise ValueError(f"Invalid format specifier {spec!r} for object of type 'Quantity'")
+        fill, align, sign, other, width, group, digits, kind = parts.groups("")
+        unit = f" {self.unit}" if self.unit else ""
+        if kind == "u":
+            text = self._to_digits_of_error(sign, max(int(digits[1:] or 2), 1)) + unit
+        elif kind == "s" and not digits or not (sign or other or group or digits or kind):
+            text = str(self)
+        else:
+            number = other + group + digits + kind
+            text = f"{format(self.value, sign + number)} ± {format(self.std_error, number)}{unit}"
+        # On the right, as numbers.
+        return format(text, f"{fill}{align or '>'}{width}")
+
+    def _to_digits_of_error(self, sign: str, digits: int) -> str:
+        """Value and error down to the last of so many digits of the error."""
+        if not (math.isfinite(self.value) and 0 < self.std_error < math.inf):
+            return f"{self.value:{sign}.6g} ± {self.std_error:.2g}"
+        # Rounding may carry into the next decade: 0.0996 is 0.10.
+        error = float(f"{self.std_error:.{digits - 1}e}")
+        decimals = digits - 1 - math.floor(math.log10(error))
+        decade = math.floor(math.log10(max(abs(self.value), error)))
+        if decimals >= 0 and decade > -5:
+            return f"{self.value:{sign}.{decimals}f} ± {error:.{decimals}f}"
+        value, error_shown = (Decimal(number).scaleb(-decade) for number in (self.value, error))
+        shown = decimals + decade
+        return f"({value:{sign}.{shown}f} ± {error_shown:.{shown}f})e{decade:+03}"
+
+
+#: Fill, alignment, sign, other options of numbers, width, thousands, precision, type.
+_SPECIFICATION = re.compile(r"(?:(.)?([<>^]))?([-+ ]?)(z?#?)([1-9]\d*)?([,_]?)(\.\d+)?([a-zA-Z%]?)", re.DOTALL)
 
 
 def _item(held: Mapping[str, Any], what: str, name: object) -> Any:
@@ -224,6 +278,10 @@ class Table(Mapping[str, NDArray[Any]]):
         return same and all(_same(column, other[name]) for name, column in self.items())
 
     __hash__ = None  # type: ignore[assignment]
+
+    def __array__(self, dtype: Any = None, copy: bool | None = None) -> NoReturn:
+        # NumPy, and pandas by it, would make an array of the names.
+        raise wrong_type("table", self, "a column is an array, table[name]; to_dataframe() has all of them")
 
     def to_dataframe(self) -> pd.DataFrame:
         """The columns as a pandas DataFrame."""
