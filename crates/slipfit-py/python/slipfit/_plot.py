@@ -36,12 +36,14 @@ def _unit(label: str, unit: str) -> str:
 def _amplitude_over_time(ax: Axes, answer: RingdownAnswer, unit: str) -> None:
     envelope = answer.envelope
     used = envelope["used"]
-    for chosen, alpha in ((used, 1.0), (~used, 0.35)):
-        ax.plot(envelope["time_s"][chosen], envelope["amplitude"][chosen], alpha=alpha, **_DOTS)
-    ax.plot(envelope["time_s"][used], envelope["fitted"][used], **_FIT)
+    for chosen, alpha, label in ((used, 1.0, "measured"), (~used, 0.35, "not used")):
+        if chosen.any():
+            ax.plot(envelope["time_s"][chosen], envelope["amplitude"][chosen], alpha=alpha, label=label, **_DOTS)
+    ax.plot(envelope["time_s"][used], envelope["fitted"][used], label=answer.model, **_FIT)
     if (envelope["amplitude"][used] > 0).any():
         ax.set_yscale("log")
     ax.set(xlabel="time [s]", ylabel=_unit("amplitude", unit))
+    ax.legend()
 
 
 def ringdown(answer: RingdownAnswer, ax: Axes | None) -> list[Axes]:
@@ -60,11 +62,12 @@ def ringdown(answer: RingdownAnswer, ax: Axes | None) -> list[Axes]:
     order = np.argsort(loss["amplitude"])
     axes[2].errorbar(
         loss["amplitude"], loss["loss_per_cycle"], yerr=loss["std_error"],
-        fmt="o", color="0.35", markersize=3.0, elinewidth=0.6,
+        fmt="o", color="0.35", markersize=3.0, elinewidth=0.6, label="measured",
     )
-    axes[2].plot(loss["amplitude"][order], loss["fitted"][order], **_FIT)
-    axes[2].plot(loss["amplitude"][order], loss["fitted_sliding"][order], **_FREE)
+    axes[2].plot(loss["amplitude"][order], loss["fitted"][order], label=answer.model, **_FIT)
+    axes[2].plot(loss["amplitude"][order], loss["fitted_sliding"][order], label="of it sliding", **_FREE)
     axes[2].set(xlabel=_unit("amplitude", unit), ylabel=_unit("loss per cycle", unit))
+    axes[2].legend()
     if with_frequency:
         used = envelope["used"]
         axes[3].plot(envelope["amplitude"][used], envelope["frequency_hz"][used], **_DOTS)
@@ -79,10 +82,11 @@ def resonance(answer: ResonanceAnswer, ax: Axes | None) -> list[Axes]:
     curve, fit = answer.curve, answer.fit
     with_phase = bool(np.isfinite(curve["phase_rad"]).any())
     axes = [ax] if ax is not None else _panels(2 if with_phase else 1)
-    axes[0].plot(curve["frequency_hz"], curve["amplitude"], **_DOTS)
-    axes[0].plot(fit["frequency_hz"], fit["amplitude"], **_FIT)
-    axes[0].plot(fit["frequency_hz"], fit["friction_free"], **_FREE)
+    axes[0].plot(curve["frequency_hz"], curve["amplitude"], label="measured", **_DOTS)
+    axes[0].plot(fit["frequency_hz"], fit["amplitude"], label=answer.model, **_FIT)
+    axes[0].plot(fit["frequency_hz"], fit["friction_free"], label="without friction", **_FREE)
     axes[0].set(xlabel="frequency [Hz]", ylabel=_unit("amplitude", unit))
+    axes[0].legend()
     if len(axes) > 1:
         axes[1].plot(curve["frequency_hz"], np.unwrap(curve["phase_rad"]), **_DOTS)
         axes[1].plot(fit["frequency_hz"], np.unwrap(fit["phase_rad"]), **_FIT)
@@ -95,10 +99,11 @@ def levels(answer: LevelsAnswer, ax: Axes | None) -> list[Axes]:
     data = answer.to_dict()["input"]
     axes = [ax] if ax is not None else _panels(1)
     points, fit = answer.levels, answer.fit
-    axes[0].plot(points["drive"], points["amplitude"], **_DOTS)
-    axes[0].plot(fit["drive"], fit["amplitude"], **_FIT)
-    axes[0].plot(fit["drive"], fit["friction_free"], **_FREE)
+    axes[0].plot(points["drive"], points["amplitude"], label="measured", **_DOTS)
+    axes[0].plot(fit["drive"], fit["amplitude"], label="fit", **_FIT)
+    axes[0].plot(fit["drive"], fit["friction_free"], label="without friction", **_FREE)
     axes[0].set(xlabel=_unit("drive", data["drive_unit"]), ylabel=_unit("amplitude", data["unit"]))
+    axes[0].legend()
     return axes
 
 
