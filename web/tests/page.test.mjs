@@ -296,7 +296,7 @@ test("files are handed out: report, figure, answer, numbers", async () => {
   assert.equal(name, "classroom_pendulum.html");
   assert.ok(report.startsWith("<!DOCTYPE html>") && report.includes("slipfit ringdown classroom_pendulum.csv"));
   const [, markdown] = await handed(page, "markdown");
-  assert.ok(markdown.includes(JSON.parse(json).sentence.replaceAll("<", "&lt;")) && markdown.includes("| friction displacement |"), markdown);
+  assert.ok(markdown.includes(JSON.parse(json).sentence) && markdown.includes("| friction displacement |"), markdown);
   const svg = (await handed(page, "svg"))[1];
   assert.ok(svg.startsWith("<svg"));
   const [png] = await Promise.all([page.waitForEvent("download"), page.click("#take-png")]);

@@ -306,6 +306,23 @@ fn bad_arguments_are_status_two() {
 }
 
 #[test]
+fn a_file_in_the_place_of_a_command_says_what_to_type() {
+    let folder = folder_with("my swing.csv", b"0,1\n");
+    let said = |word: &str| {
+        let output = slipfit().current_dir(folder.path()).arg(word).output().unwrap();
+        assert_eq!((output.status.code(), output.stdout.len()), (Some(2), 0), "{output:?}");
+        String::from_utf8(output.stderr).unwrap()
+    };
+    for (word, typed) in [("my swing.csv", "\"my swing.csv\""), ("missing.wav", "missing.wav")] {
+        let said = said(word);
+        assert!(said.contains(&format!("tip: slipfit ringdown {typed} analyses")), "{said}");
+        assert!(said.contains(&format!("tip: slipfit inspect {typed} shows")), "{said}");
+    }
+    assert!(!said("swing").contains("ringdown swing"));
+    assert!(said("rigndown").contains("'ringdown'"));
+}
+
+#[test]
 fn a_number_with_a_sign_is_refused_for_its_value() {
     let file = example("classroom_pendulum.csv");
     let file = file.to_str().unwrap();

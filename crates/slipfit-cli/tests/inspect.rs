@@ -44,6 +44,9 @@ fn every_line_fits_the_screen_and_the_command_given_works() {
 #[test]
 fn a_file_that_is_no_table_is_an_error() {
     let folder = tempfile::tempdir().unwrap();
+    let output = slipfit().arg("inspect").arg(folder.path()).output().unwrap();
+    let said = String::from_utf8(output.stderr).unwrap();
+    assert!(said.contains("slipfit ringdown ") && said.contains("resonance "), "{said}");
     std::fs::write(folder.path().join("notes.txt"), "no numbers here\n").unwrap();
     let output = slipfit().current_dir(folder.path()).args(["inspect", "notes.txt"]).output().unwrap();
     assert_eq!(output.status.code(), Some(2));
@@ -85,5 +88,8 @@ fn the_command_given_is_one_a_shell_takes() {
     }
     let output = slipfit().current_dir(folder.path()).args(["inspect", "."]).output().unwrap();
     let said = String::from_utf8(output.stderr).unwrap();
-    assert!(said.contains("hint: slipfit resonance . reads"), "{said}");
+    assert!(
+        said.contains("slipfit ringdown . makes") && said.contains("slipfit resonance . reads"),
+        "{said}"
+    );
 }

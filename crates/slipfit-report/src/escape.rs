@@ -43,6 +43,8 @@ pub fn markdown(text: &str) -> String {
     while let Some(c) = rest.next() {
         let inside = before.is_alphanumeric() && rest.peek().is_some_and(|c| c.is_alphanumeric());
         match c {
+            // Before a blank, as in `p < 1e-12`, it begins nothing.
+            '<' if rest.peek() == Some(&' ') => out.push('<'),
             '<' => out.push_str("&lt;"),
             '&' => out.push_str("&amp;"),
             // Between letters an underscore marks nothing.
@@ -221,6 +223,7 @@ mod tests {
     #[test]
     fn names_cannot_mark_up_markdown() {
         assert_eq!(markdown_cell("a|b<script>*x*\n[l](u)"), "a\\|b&lt;script>\\*x\\* [l\\](u)");
+        assert_eq!(markdown("p < 1e-12 <"), "p < 1e-12 &lt;");
         assert_eq!(markdown_cell("tuning_fork_9nN"), "tuning_fork_9nN");
         assert_eq!(markdown_cell("_x_"), "\\_x\\_");
         for name in HOSTILE {

@@ -17,9 +17,12 @@ mod shell;
 mod simulate;
 mod value;
 
+use clap::builder::StyledStr;
 use clap::builder::styling::{AnsiColor, Styles};
+use clap::error::{ContextKind, ContextValue};
 use clap::{Arg, CommandFactory, FromArgMatches, Parser, Subcommand, ValueEnum};
 use std::any::TypeId;
+use std::path::Path;
 
 pub(crate) use answer::{AnswerArgs, ReplaceArgs, TableArgs};
 pub(crate) use app::AppArgs;
@@ -62,8 +65,8 @@ Files are written beside their place and renamed: a full disk or a kill leaves t
 No output may be an input. A file that slipfit did not write is replaced with --force only; its
 own it knows by their schema, first comment, last line or metadata (.npy has room for none).
 
-Exit status: 0 done (of several files at least one), 1 warnings or a failed file under --strict, 2 failed,
-130 interrupted.";
+Exit status: 0 done (of several files at least one), 1 warnings or a failed file under --strict,
+2 failed, 130 interrupted.";
 
 /// Tells sliding friction from viscous damping in any oscillator.
 ///
@@ -127,8 +130,27 @@ impl From<Color> for anstream::ColorChoice {
 
 /// The command line as it was typed; ends the program where it is wrong or asks for help.
 pub(crate) fn parse() -> Cli {
-    let matches = with_signs(Cli::command()).get_matches();
+    let matches =
+        with_signs(Cli::command()).try_get_matches().unwrap_or_else(|error| without_command(error).exit());
     Cli::from_arg_matches(&matches).unwrap_or_else(|error| error.format(&mut Cli::command()).exit())
+}
+
+/// The error, with what to type where a file stands in the place of a command.
+fn without_command(mut error: clap::Error) -> clap::Error {
+    let word = match error.get(ContextKind::InvalidSubcommand) {
+        Some(ContextValue::String(word)) => word.clone(),
+        _ => return error,
+    };
+    if Path::new(&word).exists() || Path::new(&word).extension().is_some() {
+        let file = quoted(&word);
+        let tips = [
+            format!("slipfit ringdown {file} analyses a measured decay"),
+            format!("slipfit inspect {file} shows what the file holds"),
+        ];
+        let tips = tips.into_iter().map(StyledStr::from).collect();
+        error.insert(ContextKind::Suggested, ContextValue::StyledStrs(tips));
+    }
+    error
 }
 
 /// The command with a sign allowed before every number, so that the parser of the value says what is wrong with it;

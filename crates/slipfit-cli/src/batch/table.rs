@@ -4,7 +4,7 @@ use super::parquet;
 use crate::failure::Failure;
 use crate::output::Target;
 use slipfit_report::escape;
-use slipfit_report::format::plain;
+use slipfit_report::format::{Rounded, plain};
 use slipfit_report::row::{Column, Row, Value};
 use std::fmt::Write as _;
 use std::path::Path;
@@ -80,14 +80,19 @@ const HEADINGS: [&str; 7] =
 /// The cells a person reads: value and 95 % interval.
 fn cells(row: &Row) -> [String; 7] {
     let number = |v: Option<f64>, unit: &str| v.map(|v| plain(v, 4, unit)).unwrap_or_default();
+    // Value and limits in one unit, to the digits that the interval leaves.
+    let within = |v: f64, low: f64, high: f64, unit: &str| {
+        let shown = Rounded::new(v, 0.25 * (high - low), unit);
+        let unit = &shown.scale.unit;
+        let gap = if unit.is_empty() || shown.scale.power.is_some() { "" } else { " " };
+        format!("{} ({} to {}){gap}{unit}", shown.value(), shown.also(low), shown.also(high))
+    };
     let ranged = |v: Option<f64>, low: Option<f64>, high: Option<f64>, unit: &str| match (v, low, high) {
         // A term the model leaves out has no value, only a bound.
         (Some(v), Some(low), Some(high)) if v == 0.0 || !(low..=high).contains(&v) => {
             format!("< {}", plain(high, 2, unit))
         }
-        (Some(_), Some(low), Some(high)) => {
-            format!("{} ({} to {})", number(v, unit), plain(low, 3, ""), plain(high, 3, ""))
-        }
+        (Some(v), Some(low), Some(high)) => within(v, low, high, unit),
         _ => number(v, unit),
     };
     let unit = row.text("unit");
@@ -153,7 +158,8 @@ mod tests {
             cells(&Row::answered(Path::new("a.csv"), &[], COLUMNS, values))[5].clone()
         };
         assert_eq!(row(0.0), "< 2.7 mrad");
-        assert!(row(0.001).starts_with("1 mrad ("), "{}", row(0.001));
+        // The limits are in the unit of the value: 1 mrad (2.54×10⁻⁴ to 0.00268) was none.
+        assert_eq!(row(0.001), "1.0 (0.3 to 2.7) mrad");
     }
 
     #[test]

@@ -17,10 +17,10 @@ const FIRST_LINES: usize = 5;
 
 pub(crate) fn run(args: &InspectArgs, color: ColorChoice) -> Result<ExitCode, Failure> {
     if args.file.is_dir() {
-        let name = args.file.display();
+        let (name, typed) = (args.file.display(), typed(&args.file));
         return Err(Failure::new(format!("{name}: this is a folder")).hint(format!(
-            "slipfit resonance {} reads driven records, one for each frequency",
-            typed(&args.file)
+            "slipfit ringdown {typed} makes a table of decays; slipfit resonance {typed} reads driven records, one \
+             for each frequency"
         )));
     }
     // Standard output may be redirected into the file itself.
