@@ -217,6 +217,8 @@ FEW = pa.table({"a": [[1.0]]})
         ("simulate.sweep", {**CALLS["simulate.sweep"], "drive_amplitude": -1}, "drive_amplitude"),
         ("simulate.sweep", {**CALLS["simulate.sweep"], "frequencies_hz": [-1.0]}, "frequencies_hz"),
         ("simulate.sweep", {**CALLS["simulate.sweep"], "frequencies_hz": [1e60]}, "frequencies_hz"),
+        # A cycle of so slow a drive has as many stops as natural periods.
+        ("simulate.sweep", {**CALLS["simulate.sweep"], "friction_displacement": 0.1, "frequencies_hz": [1e-9]}, "frequencies_hz"),
     ],
 )
 def test_errors_and_their_hints_name_arguments_of_the_call(name, arguments, option):

@@ -47,6 +47,8 @@ impl Default for OrbitOptions {
     }
 }
 
+/// Slowest drive over the natural frequency: its cycle has as many events as natural periods.
+const SLOWEST: f64 = 1e-5;
 /// Starts tried where the one from rest leads to no orbit, and the cycles each is given.
 const ELSEWHERE: u32 = 256;
 const ELSEWHERE_CYCLES: u32 = 200;
@@ -138,7 +140,8 @@ impl PeriodicOrbit {
     /// # Errors
     /// [`Error::DoesNotHold`] if none was found within `max_cycles`: no damping at
     /// resonance, or a period other than the drive's (where static friction exceeds the sliding
-    /// one, one draw in 100 000 settles to two or three cycles and has no orbit of one).
+    /// one, one draw in 100 000 settles to two or three cycles and has no orbit of one);
+    /// [`Error::Parameter`] for a drive slower than 1e-5 of the natural frequency.
     pub fn find(
         oscillator: &Oscillator,
         drive: &HarmonicDrive,
@@ -158,6 +161,14 @@ impl PeriodicOrbit {
         drive: &HarmonicDrive,
         options: OrbitOptions,
     ) -> Result<Self, Error> {
+        let slowest = SLOWEST * oscillator.omega_0();
+        if drive.omega() < slowest {
+            return Err(Error::Parameter {
+                name: "omega",
+                value: drive.omega(),
+                range: "with stops, at least 1e-5 of the natural frequency",
+            });
+        }
         let period = 2.0 * PI / drive.omega();
         let tone = Drive::harmonic(drive.amplitude(), drive.omega())?;
         let begin = |(x, v): (f64, f64)| Motion::with_friction(oscillator, friction, tone.clone(), 0.0, x, v);
