@@ -73,6 +73,13 @@ fn logarithm(header: &str) -> Option<(f64, f64)> {
     (apart && (frequency || angular) || unit_alone).then_some((base, factor))
 }
 
+/// Whether a name is that of an angular frequency.
+fn is_angular(bare: &str) -> bool {
+    let bare = bare.to_lowercase();
+    let words = ["omega", "\u{3c9}", "kreisfreq", "angular", "pulsa"];
+    bare.trim() == "w" || words.iter().any(|word| bare.contains(word))
+}
+
 impl Chooser<'_> {
     pub(super) fn frequency(&mut self) -> Result<Frequency, ReadProblem> {
         let given = self.asked("frequency", &self.options.frequency)?;
@@ -93,6 +100,15 @@ impl Chooser<'_> {
             _ => None,
         };
         let mut picked = self.picked(index, why);
+        if units::is_per_second(&unit) && is_angular(&self.head.names[index].bare) {
+            let text = format!(
+                "{} is named like an angular frequency: {unit} was taken as rad/s",
+                self.label(index)
+            );
+            self.notes.push(Note::new(text).hint("frequency_unit", "says otherwise"));
+            "rad/s".clone_into(&mut picked.unit);
+            return Ok(Frequency::Plain(picked, 1.0 / TAU));
+        }
         if let Some(seconds) = seconds {
             picked.unit = unit;
             return Ok(Frequency::Period(picked, seconds));
@@ -142,10 +158,8 @@ impl Chooser<'_> {
 
     /// The unit of a frequency that names none.
     fn guessed_unit(&mut self, index: usize, picked: &mut Picked) -> f64 {
-        let bare = self.head.names[index].bare.to_lowercase();
         let header = self.head.names[index].header.trim().to_lowercase();
-        let angular = ["omega", "ω", "kreisfreq", "angular", "pulsa"].iter().any(|w| bare.contains(w));
-        let (unit, factor) = if angular || bare == "w" {
+        let (unit, factor) = if is_angular(&self.head.names[index].bare) {
             ("rad/s", 1.0 / TAU)
         } else {
             match units::hertz(&header).filter(|_| header.ends_with("hz") || header == "rpm") {

@@ -97,6 +97,7 @@ fn split_unit(text: &str) -> (String, String) {
         {
             let unit = text[from + open.len_utf8()..to].trim();
             let rest = format!("{} {}", text[..from].trim(), text[to + close.len_utf8()..].trim());
+            let rest = rest.trim_end().trim_end_matches('/');
             let known = units::measures(unit).is_some() || units::radians(unit).is_some();
             if known || (unit.len() > 1 && !unit.contains(char::is_whitespace)) {
                 return (rest.trim().to_owned(), unit.to_owned());
@@ -110,7 +111,8 @@ fn split_unit(text: &str) -> (String, String) {
         };
         if let Some((bare, unit)) = parts
             && !bare.trim().is_empty()
-            && units::measures(unit).is_some()
+            && (units::measures(unit).is_some()
+                || matches!(mark.trim(), "in" | "/") && units::hertz(unit).is_some())
             // `Expansion In` is no length in inches.
             && !(mark == " " && unit.eq_ignore_ascii_case("in"))
             // Nor is `U_in` a voltage in inches.
@@ -149,6 +151,10 @@ mod tests {
             ("Position (mm) Run #1", "Position", "mm"),
             ("Data Set 1:Position(m)", "Position", "m"),
             ("U in mV", "U", "mV"),
+            ("ω in 1/s", "ω", "1/s"),
+            ("ω / s^-1", "ω", "s^-1"),
+            ("ω/(1/s)", "ω", "1/s"),
+            ("Drehzahl in rpm", "Drehzahl", "rpm"),
             ("Expansion In", "Expansion In", ""),
             ("U_in", "U_in", ""),
             ("gap_in", "gap", "in"),

@@ -232,12 +232,14 @@ pub(crate) fn is_squared(unit: &str) -> bool {
 
 /// What turns numbers in a unit of frequency into Hz.
 pub(crate) fn hertz(unit: &str) -> Option<f64> {
-    let unit = unit.trim().replace(['\u{b7}', ' '], "");
+    let unit = unit.trim().replace(['\u{b7}', ' '], "").replace("\u{207b}\u{b9}", "^-1");
+    let unit = bare(&unit);
     // The prefixes that only their case tells apart: mHz and MHz.
     let mega = unit.starts_with('M');
     Some(match unit.to_lowercase().as_str() {
         _ if unit == "mHz" => 1e-3,
-        "hz" | "1/s" | "s^-1" | "s-1" | "cps" | "hertz" => 1.0,
+        "hz" | "cps" | "hertz" => 1.0,
+        _ if is_per_second(unit) => 1.0,
         "khz" => 1e3,
         "mhz" => 1e6,
         "ghz" => 1e9,
@@ -250,6 +252,12 @@ pub(crate) fn hertz(unit: &str) -> Option<f64> {
         "rpm" | "1/min" | "u/min" | "min^-1" | "/min" => 1.0 / 60.0,
         _ => return None,
     })
+}
+
+/// Whether a unit is one over a second, which is Hz of frequencies and rad/s of angular ones.
+pub(crate) fn is_per_second(unit: &str) -> bool {
+    let unit = unit.trim().to_lowercase().replace("\u{207b}\u{b9}", "^-1");
+    matches!(bare(&unit), "1/s" | "1/sec" | "s^-1" | "s-1" | "sec^-1")
 }
 
 /// What turns numbers in a unit of angle into radians; phases are counted in cycles and in multiples of pi too.
@@ -456,6 +464,10 @@ mod tests {
         assert_eq!(hertz("kHz"), Some(1e3));
         assert_eq!(hertz("rad / s"), Some(1.0 / TAU));
         assert_eq!(hertz("rpm"), Some(1.0 / 60.0));
+        assert_eq!(hertz("rad s\u{207b}\u{b9}"), Some(1.0 / TAU));
+        for unit in ["1/s", "(1/s)", "s^-1", "s\u{207b}\u{b9}", "s-1"] {
+            assert_eq!((hertz(unit), is_per_second(unit)), (Some(1.0), true), "{unit}");
+        }
         assert_eq!(hertz("horse"), None);
     }
 
