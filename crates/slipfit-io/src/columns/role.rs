@@ -90,7 +90,8 @@ impl<'a> Header<'a> {
     /// Whether the unit is one of frequencies and of nothing else.
     fn in_hertz(&self) -> bool {
         let unit = self.name.unit.as_str();
-        units::hertz(unit).is_some() && !listed("deg/s \u{b0}/s mrad/s 1/s", &unit.trim().to_lowercase())
+        let of_other = listed("deg/s \u{b0}/s mrad/s", &unit.trim().to_lowercase());
+        units::hertz(unit).is_some() && !of_other && !units::is_per_second(unit)
     }
 
     /// Whether the header is the logarithm of a frequency, whose unit may stand for it: `log10(f/Hz)`.
@@ -103,6 +104,20 @@ impl<'a> Header<'a> {
 
     fn names_frequency(&self) -> bool {
         self.within("freq frequen fréquen frecuen kreisfrequ puls част 频率 頻率 周波数")
+    }
+
+    /// Whether the header is the frequency at which something is driven, not the drive: `Erregerfrequenz`, `f_drive`;
+    /// a capital F is a force.
+    fn is_drive_frequency(&self) -> bool {
+        let unit = self.name.unit.trim();
+        let letter = self.begins("f \u{3bd} nu \u{3c9} omega") && !self.bare.starts_with('F');
+        let of_drive = || self.within(DRIVES) || self.has("exc d");
+        (self.names_frequency() || letter && of_drive()) && (unit.is_empty() || units::hertz(unit).is_some())
+    }
+
+    /// Whether the header is one of the two outputs of a lock-in, not a phase: `in-phase`, `Out of phase (V)`.
+    fn is_quadrature_of_phase(&self) -> bool {
+        is_in_phase(&self.words) || is_out_of_phase(&self.words)
     }
 
     fn unit_in(&self, list: &str) -> bool {
@@ -126,6 +141,20 @@ impl<'a> Header<'a> {
     fn is_any(&self, list: &str) -> bool {
         listed(list, &self.bare.to_lowercase())
     }
+}
+
+const DRIVES: &str = "drive driving antrieb excit anreg erreg force kraft forza stimul";
+const FORCES: &str = "n kn mn un \u{b5}n \u{3bc}n nn pn";
+
+/// Whether one of the words, or two in a row, says `in phase`; the end of `gain phase` does not.
+pub(super) fn is_in_phase(words: &[String]) -> bool {
+    words.iter().any(|word| word == "inphase") || words.windows(2).any(|pair| pair == ["in", "phase"])
+}
+
+/// Whether the words say `out of phase`.
+pub(super) fn is_out_of_phase(words: &[String]) -> bool {
+    words.iter().any(|word| word == "outofphase")
+        || words.windows(3).any(|triple| triple == ["out", "of", "phase"])
 }
 
 type Rule = (Role, fn(&Header<'_>) -> bool);
@@ -153,8 +182,8 @@ const RECORD: &[Rule] = &[
         (h.is_time() || named || h.begins("t dt δt sec secs ms") || h.within("time zeit tiempo timestamp"))
             && !matches!(h.measures, Some(Measures::Signal(_) | Measures::Level(_)))
     }),
-    (Role::Real, |h| h.words.concat().contains("inphase")),
-    (Role::Imaginary, |h| h.has("quadrature quad")),
+    (Role::Real, |h| is_in_phase(&h.words)),
+    (Role::Imaginary, |h| h.has("quadrature quad") || is_out_of_phase(&h.words)),
     (signal(90, Envelope, "named like a level in dB"), |h| h.is_level()),
     (signal(30, Acceleration, "named like an acceleration"), |h| {
         is_acceleration(h) && h.within("absolut betrag norm abs total magnitude")
@@ -207,15 +236,15 @@ const CURVE: &[Rule] = &[
         h.within("shift detun verstimm offset delta") && (h.in_hertz() || h.names_frequency())
             || h.begins("df δf dω δω dw ∆f")
     }),
-    (Role::Phase, |h| {
-        h.within("phase fase phas phasenv фаз 相位 位相") && !h.words.concat().starts_with("inphase")
+    (Role::Phase, |h| h.within("phase fase phas phasenv фаз 相位 位相") && !h.is_quadrature_of_phase()),
+    (Role::Real, |h| h.begins("re real realteil inphase reale réel") || is_in_phase(&h.words)),
+    (Role::Imaginary, |h| {
+        h.begins("im imag imaginary imaginärteil quadrature quad immaginaria") || is_out_of_phase(&h.words)
     }),
-    (Role::Real, |h| {
-        h.begins("re real realteil inphase reale réel") || h.words.concat().starts_with("inphase")
-    }),
-    (Role::Imaginary, |h| h.begins("im imag imaginary imaginärteil quadrature quad immaginaria")),
+    (Role::Frequency, |h| h.is_drive_frequency()),
     (Role::Drive, |h| {
-        h.within("drive driving antrieb excit anreg erreg force kraft forza stimul")
+        h.within(DRIVES)
+            || h.bare.starts_with('F') && h.begins("f") && h.unit_in(FORCES)
             || h.has("input exc force")
             || listed("uin vin uein chin", &h.words.concat())
     }),
@@ -329,6 +358,15 @@ mod tests {
             ("Im (V)", Role::Imaginary),
             ("drive_V|drive_amp|Excitation (V)|U_in [V]|Vin (V)|U_in|Ch in", Role::Drive),
             ("base (g)|Base acceleration (g)|Shaker displacement (mm)", Role::Base),
+            (
+                "Drive frequency (Hz)|driving frequency|Excitation frequency|drive freq|f_drive|f_exc (Hz)|\
+                 Erregerfrequenz|Erregerkreisfrequenz \u{3c9}/(1/s)|\u{3c9}_d (rad/s)",
+                Role::Frequency,
+            ),
+            ("F (N)|F0 (mN)|F_drive|Drive frequency amplitude (V)|Excitation (Hz/V)", Role::Drive),
+            ("S11 in-phase|In phase (V)", Role::Real),
+            ("Out-of-phase (V)|out of phase", Role::Imaginary),
+            ("gain phase", Role::Phase),
             ("log10 f|log10(f/Hz)|lg f|log frequency (kHz)", Role::Frequency),
             ("baseline|log10 A", Role::Unknown),
             ("sigma_A|amp err", Role::StdError),
