@@ -124,13 +124,31 @@ fn phases_come_in_degrees_and_radians_wrapped_or_not() {
 
 #[test]
 fn complex_responses_come_in_parts() {
-    for header in ["f,Re(X),Im(X)", "f (Hz),X (V),Y (V)", "frequency,real,imag", "f,inphase,quadrature"] {
+    for header in [
+        "f,Re(X),Im(X)",
+        "f (Hz),X (V),Y (V)",
+        "frequency,real,imag",
+        "f,inphase,quadrature",
+        "f,re:Trc1_S21,im:Trc1_S21",
+        "Drive frequency (Hz),In-phase (V),Out-of-phase (V)",
+        "f,Demod x,Demod y",
+        "f,Input 1 X (V),Input 1 Y (V)",
+        "f,I,Q",
+        "f,elastic,absorptive",
+    ] {
         let reading = read(&format!("{header}\n9,1,-0.1\n10,0,-5\n11,-1,-0.1\n"));
         let slipfit::resonance::Response::Complex(z) = reading.curve.response() else { panic!("{header}") };
         assert_eq!((z[1].re, z[1].im), (0.0, -5.0), "{header}");
     }
     let half = with("f,Re(X)\n9,1\n10,0\n", &ReadOptions { real: Some("2".into()), ..Default::default() });
     assert!(matches!(half.unwrap_err().problem, ReadProblem::HalfComplex { .. }));
+}
+
+#[test]
+fn a_touchstone_file_of_real_and_imaginary_parts_has_phases() {
+    let text = "! by hand\n# Hz S RI R 50\n9 1 -0.1\n10 0 -5\n11 -1 -0.1\n";
+    let slipfit::resonance::Response::Complex(z) = read(text).curve.response().clone() else { panic!() };
+    assert_eq!((z[1].re, z[1].im), (0.0, -5.0));
 }
 
 #[test]

@@ -12,6 +12,7 @@ pub(crate) mod head;
 pub(crate) mod name;
 pub(crate) mod named;
 pub(crate) mod points;
+pub(crate) mod quadrature;
 pub(crate) mod record;
 mod response;
 pub(crate) mod role;

@@ -59,8 +59,14 @@ pub(crate) fn words(text: &str) -> Vec<String> {
 
 /// Takes `Run #2`, `Data Set 1:` or `Latest:` off a header.
 fn split_run(header: &str) -> (String, Option<String>) {
+    // A network analyser writes a part of a trace before its name: `re:Trc1_S21`.
+    let is_part = |before: &str| {
+        let part = before.trim().to_lowercase();
+        ["re", "im", "db", "mag", "lin", "ang", "arg", "phase", "real", "imag"].contains(&part.as_str())
+    };
     if let Some((before, after)) = header.split_once(':')
         && !after.trim().is_empty()
+        && !is_part(before)
         && !before.contains(['(', '['])
     {
         return (after.trim().to_owned(), Some(before.trim().to_lowercase()));
@@ -172,6 +178,7 @@ mod tests {
         assert_eq!(Name::parse("Latest: Time (s)").run.as_deref(), Some("latest"));
         assert_eq!(Name::parse("Data Set 2:Time(s)").run.as_deref(), Some("data set 2"));
         assert_eq!(Name::parse("Angle (rad)").run, None);
+        assert_eq!(Name::parse("re:Trc1_S21").run, None);
         assert_eq!(Name::parse("Trunk angle").run, None);
     }
 }

@@ -4,6 +4,7 @@ use std::f64::consts::PI;
 
 use super::{
     chooser::{Chooser, Picked},
+    quadrature::Pair,
     role::Role,
     scale::{self, Scale, Written},
     units,
@@ -63,7 +64,8 @@ impl Chooser<'_> {
             (Some(one), None) | (None, Some(one)) => {
                 let missing = if real.is_some() { "imaginary" } else { "real" };
                 let other = if real.is_some() { Role::Imaginary } else { Role::Real };
-                let Some(found) = self.of_role(other, taken) else {
+                let beside = || self.quadrature_pair(taken).and_then(|pair| pair.other(one));
+                let Some(found) = self.of_role(other, taken).or_else(beside) else {
                     let (given, columns) = (self.label(one), self.list());
                     return Err(ReadProblem::HalfComplex { given, missing, columns });
                 };
@@ -93,9 +95,9 @@ impl Chooser<'_> {
                 (self.picked(re, "named like a real part"), self.picked(im, "named like an imaginary part"));
             return Ok(Response::Complex(re, im));
         }
-        if let Some((x, y)) = self.signed_pair(taken) {
-            let why = "an output of a lock-in";
-            return Ok(Response::Complex(self.picked(x, why), self.picked(y, why)));
+        if let Some(pair) = self.quadrature_pair(taken) {
+            let [x, y] = [pair.real, pair.imaginary].map(|i| self.picked(i, Pair::WHY));
+            return Ok(Response::Complex(x, y));
         }
         if let Some(g) = role(Role::Conductance) {
             return Ok(self.admittance(g, "named like a conductance", taken));
@@ -195,19 +197,6 @@ impl Chooser<'_> {
             unit.trim().clone_into(&mut picked.unit);
         }
         picked
-    }
-
-    /// `X` and `Y` beside `R`, a phase or a frequency, in volts or amperes.
-    fn signed_pair(&self, taken: &[usize]) -> Option<(usize, usize)> {
-        let named = |name: &str| {
-            let is = |i: &&usize| {
-                self.head.names[**i].bare.trim().eq_ignore_ascii_case(name) && !taken.contains(i)
-            };
-            self.near.iter().find(is).copied()
-        };
-        let (x, y) = (named("x")?, named("y")?);
-        let signed = |i: usize| self.finite(i).any(|v| v < 0.0);
-        (signed(x) || signed(y)).then_some((x, y))
     }
 
     fn amplitude(&mut self, index: usize, why: &str, taken: &[usize]) -> Result<Response, ReadProblem> {

@@ -69,7 +69,7 @@ impl Chooser<'_> {
     }
 
     /// Whether nearly all rows of a column are `sqrt(x² + y²)`, times one factor.
-    fn is_modulus(&self, column: usize, x: usize, y: usize) -> bool {
+    pub(super) fn is_modulus(&self, column: usize, x: usize, y: usize) -> bool {
         let [r, x, y] = [column, x, y].map(|c| &self.values[c]);
         let mut factors: Vec<f64> = r
             .iter()
