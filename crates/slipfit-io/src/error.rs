@@ -186,6 +186,12 @@ pub enum ReadProblem {
         /// The column of shifts.
         column: String,
     },
+    /// Frequencies over one that nothing names.
+    #[error("{column} is a ratio of frequencies, and nothing says to which")]
+    FrequencyRatio {
+        /// The column of ratios.
+        column: String,
+    },
     /// Samples over time instead of a curve over frequency or amplitudes over drive levels.
     #[error("{column} holds times: this is a record of the motion, not {instead_of}")]
     TimeRecord {
@@ -405,6 +411,10 @@ impl ReadProblem {
             Self::NoCentre { .. } => {
                 vec![Hint::new("centre_hz", "gives the frequency the shifts are counted from")]
             }
+            Self::FrequencyRatio { .. } => vec![
+                Hint::new("frequency_unit", "says what 1 stands for, such as \"80.1 Hz\""),
+                Hint::new("frequency", "names another column"),
+            ],
             Self::TimeRecord { .. } => vec![
                 Hint::analysis(Analysis::Ringdown, "reads a free decay"),
                 Hint::advice("for driven runs give all their files, or their folder"),

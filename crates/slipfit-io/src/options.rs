@@ -46,7 +46,7 @@ pub struct ReadOptions {
     /// Column of the frequencies of a curve, of their periods or of shifts.
     pub frequency: Option<String>,
     /// Unit of the frequencies: `Hz`, `kHz`, `MHz`, `rad/s`, `rpm`, `s` or `ms` of a period, or `log10 Hz`,
-    /// `log10 kHz`, `ln rad/s` of logarithms.
+    /// `log10 kHz`, `ln rad/s` of logarithms; or what 1 stands for in a column of ratios, such as `80.1 Hz`.
     pub frequency_unit: Option<String>,
     /// The frequency (Hz) the shifts are counted from.
     pub centre_hz: Option<f64>,

@@ -93,11 +93,22 @@ fn amplitudes_come_as_numbers_levels_and_powers() {
         ("S21 (dB)", "", 10.0),
         ("level [dBm]", "√mW", 10.0),
         ("power (mW)", "√mW", 20f64.sqrt()),
+        ("Power (a.u.)", "", 20f64.sqrt()),
+        ("|A|^2", "", 20f64.sqrt()),
+        ("A^2 (nm^2)", "nm", 20f64.sqrt()),
+        ("R² (V²)", "V", 20f64.sqrt()),
+        ("db:Trc1_S21", "", 10.0),
         ("amplitude in mm", "mm", 20.0),
     ] {
         let reading = read(&format!("f (Hz),{header}\n9,1\n10,20\n11,2\n"));
         close(&amplitudes(&reading)[1..2], &[wanted]);
         assert_eq!(reading.curve.unit(), unit);
+    }
+    for (header, says) in [("|A|^2", true), ("Power (V)", true), ("intensity", true), ("A (V)", false)] {
+        let reading = read(&format!("f (Hz),{header}\n9,1\n10,20\n11,2\n"));
+        let said =
+            reading.report.notes.iter().any(|n| n.text.contains("square root") || n.text.contains("powers"));
+        assert_eq!(said, says, "{header}: {:?}", reading.report.notes);
     }
     let options = ReadOptions { unit: Some("dB".into()), ..Default::default() };
     let reading = with("f (Hz),A\n9,-20\n10,0\n11,-20\n", &options).unwrap();
@@ -113,6 +124,12 @@ fn phases_come_in_degrees_and_radians_wrapped_or_not() {
         ("phase", ["-10", "-90", "-170"]),
         ("Phase (rad)", ["-0.174532925199", "-1.570796326795", "-2.967059728390"]),
         ("theta (rad)", ["-0.174532925199", "4.712388980385", "3.316125578790"]),
+        ("\u{398}", ["-10", "-90", "-170"]),
+        ("Ang", ["-10", "-90", "-170"]),
+        ("Angle", ["-10", "-90", "-170"]),
+        ("deg", ["-10", "-90", "-170"]),
+        ("S21(DEG)", ["-10", "-90", "-170"]),
+        ("ang:Trc1_S21", ["-10", "-90", "-170"]),
     ] {
         let rows: String = numbers.iter().zip([9, 10, 11]).map(|(p, f)| format!("{f},1,{p}\n")).collect();
         let reading = read(&format!("f (Hz),R,{header}\n{rows}"));
@@ -149,6 +166,28 @@ fn a_touchstone_file_of_real_and_imaginary_parts_has_phases() {
     let text = "! by hand\n# Hz S RI R 50\n9 1 -0.1\n10 0 -5\n11 -1 -0.1\n";
     let slipfit::resonance::Response::Complex(z) = read(text).curve.response().clone() else { panic!() };
     assert_eq!((z[1].re, z[1].im), (0.0, -5.0));
+}
+
+#[test]
+fn an_angle_that_has_a_peak_is_no_phase() {
+    let reading = read("f (Hz),A (V),angle\n9,1,0.1\n10,5,2\n11,1,0.1\n");
+    assert!(matches!(reading.curve.response(), slipfit::resonance::Response::Amplitude(_)));
+    let of_one_name = read("f (Hz),H_dB,H_deg\n9,0,-10\n10,20,-90\n11,0,-170\n");
+    close(&amplitudes(&of_one_name), &[1.0, 10.0, 1.0]);
+    assert!((phases_deg(&of_one_name)[2] + 170.0).abs() < 1e-9);
+}
+
+#[test]
+fn ratios_of_frequencies_ask_for_what_one_stands_for() {
+    let text = "f/f0,A/A0\n0.9,0.2\n1,1\n1.1,0.2\n";
+    let error = with(text, &ReadOptions::default()).unwrap_err();
+    assert!(matches!(error.problem, ReadProblem::FrequencyRatio { .. }), "{error}");
+    assert!(hint_of(&error).contains("frequency_unit says what 1 stands for"), "{}", hint_of(&error));
+    let given = |unit: &str| ReadOptions { frequency_unit: Some(unit.into()), ..Default::default() };
+    close(with(text, &given("80 Hz")).unwrap().curve.frequency_hz(), &[72.0, 80.0, 88.0]);
+    close(with(text, &given("Hz")).unwrap().curve.frequency_hz(), &[0.9, 1.0, 1.1]);
+    let beside = read("f/f0,f (Hz),A\n0.9,9,0.2\n1,10,1\n1.1,11,0.2\n");
+    close(beside.curve.frequency_hz(), &[9.0, 10.0, 11.0]);
 }
 
 #[test]

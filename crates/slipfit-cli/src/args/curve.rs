@@ -43,7 +43,8 @@ pub(crate) struct CurveArgs {
     #[arg(long, value_name = "COL", help_heading = "Reading")]
     std_error: Option<Text>,
 
-    /// Unit of the frequencies: Hz, kHz, MHz, rad/s, rpm, s, ms of periods, or "log10 Hz" of logarithms
+    /// Unit of the frequencies: Hz, kHz, MHz, rad/s, rpm, s, ms of periods, "log10 Hz" of logarithms, or what 1 stands for
+    /// in a column of ratios, such as "80.1 Hz"
     #[arg(long, value_name = "UNIT", help_heading = "Reading")]
     frequency_unit: Option<Text>,
 

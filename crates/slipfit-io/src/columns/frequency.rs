@@ -73,6 +73,34 @@ fn logarithm(header: &str) -> Option<(f64, f64)> {
     (apart && (frequency || angular) || unit_alone).then_some((base, factor))
 }
 
+/// A frequency with its number: `80.1 Hz` is what 1 stands for in a column of ratios.
+fn number_of_hertz(unit: &str) -> Option<f64> {
+    let unit = unit.trim();
+    let letters = unit.find(|c: char| c.is_alphabetic())?;
+    let number: f64 = unit[..letters].trim().parse().ok()?;
+    let hz = number * units::hertz(&unit[letters..])?;
+    (hz.is_finite() && hz > 0.0).then_some(hz)
+}
+
+/// Whether a column holds frequencies over one of them: `f/f0`, `\u{3c9}/\u{3c9}_n`, `normalised frequency`.
+fn is_ratio(name: &Name) -> bool {
+    let letters = ["f", "\u{3bd}", "nu", "\u{3c9}", "omega", "w", "freq", "frequency", "frequenz"];
+    let over = || {
+        let (above, below) = name.header.split_once('/')?;
+        let first = |part: &str| name::words(part).into_iter().find(|word| letters.contains(&word.as_str()));
+        let begins = name::words(below).into_iter().next()?;
+        let known = units::hertz(below).is_some() || units::measures(below).is_some();
+        Some(!known && letters.contains(&begins.as_str()) && first(above).is_some())
+    };
+    let words = name::words(&name.bare);
+    let has = |parts: &[&str]| words.iter().any(|word| parts.iter().any(|part| word.starts_with(part)));
+    let named = has(&["freq", "frequen", "fr\u{e9}quen", "frecuen"])
+        && has(&["norm", "reduc", "relativ", "ratio", "dimensionless"])
+        || has(&["frequenzverh", "frequenzquot"]);
+    let unit = name.unit.trim();
+    over() == Some(true) || named && (unit.is_empty() || matches!(unit, "1" | "-" | "%"))
+}
+
 /// Whether a name is that of an angular frequency.
 fn is_angular(bare: &str) -> bool {
     let bare = bare.to_lowercase();
@@ -88,6 +116,15 @@ impl Chooser<'_> {
             None => self.find_frequency()?,
         };
         let unit = self.options.frequency_unit.as_deref();
+        if let Some(hz) = unit.and_then(number_of_hertz) {
+            let picked = Picked { unit: "Hz".to_owned(), ..self.picked(index, why) };
+            let text = format!("{} was multiplied by {hz} Hz", self.label(index));
+            self.notes.push(text.into());
+            return Ok(Frequency::Plain(picked, hz));
+        }
+        if unit.is_none() && is_ratio(&self.head.names[index]) {
+            return Err(ReadProblem::FrequencyRatio { column: self.label(index) });
+        }
         if let Some((base, factor)) = logarithm(unit.unwrap_or(&self.head.names[index].header)) {
             return Ok(self.logarithms(index, why, base, factor));
         }
@@ -119,7 +156,8 @@ impl Chooser<'_> {
                 factor
             }
             None if self.options.frequency_unit.is_some() => {
-                let known = "Hz, kHz, MHz, rad/s, rpm, s, ms and us of a period, or log10 Hz";
+                let known =
+                    "Hz, kHz, MHz, rad/s, rpm, s, ms and us of a period, log10 Hz, or 80.1 Hz of ratios";
                 let problem = OptionProblem::UnknownUnit(known);
                 return Err(ReadProblem::Option { option: "frequency_unit", value: unit, problem });
             }
@@ -187,7 +225,10 @@ impl Chooser<'_> {
             (Role::Shift, "named like a shift of the frequency"),
             (Role::Period, "named like a period"),
         ] {
-            let found = self.of_role(role, &[]);
+            // Where a frequency stands beside its ratio to another one, it is read.
+            let ratios: Vec<usize> =
+                self.near.iter().copied().filter(|&i| is_ratio(&self.head.names[i])).collect();
+            let found = self.of_role(role, &ratios).or_else(|| self.of_role(role, &[]));
             let Some(index) = found else { continue };
             // Of a frequency that never changes and shifts from it, the shifts are the sweep.
             let constant = || !self.varies(index) && self.of_role(Role::Shift, &[]).is_some();
@@ -258,6 +299,28 @@ impl Chooser<'_> {
 #[cfg(test)]
 mod tests {
     use super::*;
+
+    #[test]
+    fn ratios_of_frequencies_are_told_from_frequencies() {
+        for header in
+            ["f/f0", "f / f_res", "\u{3c9}/\u{3c9}0", "\u{3a9}/\u{3c9}_n", "omega/omega0", "frequency/f0"]
+        {
+            assert!(is_ratio(&Name::parse(header)), "{header}");
+        }
+        for header in
+            ["normalised frequency", "frequency ratio (1)", "Frequenzverh\u{e4}ltnis", "relative frequency"]
+        {
+            assert!(is_ratio(&Name::parse(header)), "{header}");
+        }
+        for header in
+            ["f/Hz", "f / kHz", "\u{3c9}/s^-1", "f (Hz)", "relative frequency (Hz)", "log10(f/Hz)", "A/f"]
+        {
+            assert!(!is_ratio(&Name::parse(header)), "{header}");
+        }
+        assert_eq!(number_of_hertz("80.1 Hz"), Some(80.1));
+        assert_eq!(number_of_hertz("2kHz"), Some(2e3));
+        assert_eq!([number_of_hertz("Hz"), number_of_hertz("60 V"), number_of_hertz("log10 Hz")], [None; 3]);
+    }
 
     #[test]
     fn logarithms_of_frequencies_are_told_by_their_header() {

@@ -4,6 +4,7 @@ use std::f64::consts::PI;
 
 use super::{
     chooser::{Chooser, Picked},
+    name::words,
     quadrature::Pair,
     role::Role,
     scale::{self, Scale, Written},
@@ -51,6 +52,11 @@ impl Response {
         };
         [Some(first), second].into_iter().flatten().collect()
     }
+}
+
+/// Whether a unit is one of angles.
+fn is_angle(unit: &str) -> bool {
+    units::radians(unit).is_some()
 }
 
 impl Chooser<'_> {
@@ -185,7 +191,7 @@ impl Chooser<'_> {
         {
             self.roles[index] = Role::Phase;
         }
-        let angle = self.phase(&without)?;
+        let angle = self.phase(of, &without)?;
         let known = if is_impedance { units::ohms } else { units::siemens };
         Ok(Response::Modulus { of: self.picked_in(known, of, why), is_impedance, angle })
     }
@@ -209,13 +215,19 @@ impl Chooser<'_> {
         let name = Some(self.head.names[index].bare.as_str()).filter(|_| given.is_none());
         let Written { mut scale, unit, done } = scale::written(&amplitude.unit, name);
         amplitude.unit = unit;
+        if name.is_some_and(|name| scale::may_be_power(&amplitude.unit, name)) {
+            let text = format!(
+                "{label} may hold powers, and its unit does not say so: it was taken as amplitudes as it stands"
+            );
+            self.notes.push(Note::new(text).hint("unit", "takes square roots, such as V^2"));
+        }
         if let Some(done) = done {
             let note = Note::new(format!("{label}: {done}"));
             let as_they_are = matches!(scale, Scale::Times(_) | Scale::Power);
             self.notes.push(if as_they_are { note.hint("unit", "names another") } else { note });
         }
         let without: Vec<usize> = taken.iter().copied().chain([index]).collect();
-        let phase = self.phase(&without)?;
+        let phase = self.phase(index, &without)?;
         if scale == Scale::Linear && self.head.names[index].header.is_empty() && given.is_none() {
             scale = self.scale_without_name(index, taken);
         }
@@ -246,7 +258,7 @@ impl Chooser<'_> {
         scale
     }
 
-    fn phase(&mut self, without: &[usize]) -> Result<Option<(Picked, f64)>, ReadProblem> {
+    fn phase(&mut self, of: usize, without: &[usize]) -> Result<Option<(Picked, f64)>, ReadProblem> {
         let given = self.asked("phase", &self.options.phase)?;
         // Where headers stand, a phase has one.
         let headed = self.head.names.iter().any(|n| !n.header.is_empty());
@@ -256,7 +268,10 @@ impl Chooser<'_> {
         };
         let (index, why) = match given {
             Some(index) => (index, "asked for"),
-            None => match (self.of_role(Role::Phase, without), unnamed()) {
+            None => match (
+                self.of_role(Role::Phase, without).or_else(|| self.angle_beside(of, without)),
+                unnamed(),
+            ) {
                 (Some(index), _) => (index, "named like a phase"),
                 (None, Some(index)) if self.turns_half(index) => {
                     (index, "it turns by half a turn, as phases do")
@@ -268,8 +283,12 @@ impl Chooser<'_> {
             },
         };
         let mut picked = self.picked(index, why);
+        let bare = self.head.names[index].bare.trim();
         if let Some(unit) = &self.options.phase_unit {
             unit.trim().clone_into(&mut picked.unit);
+        } else if picked.unit.is_empty() && units::radians(bare).is_some() {
+            // A column headed by its unit alone.
+            bare.clone_into(&mut picked.unit);
         }
         if let Some(factor) = units::radians(&picked.unit) {
             return Ok(Some((picked, factor)));
@@ -289,6 +308,31 @@ impl Chooser<'_> {
         self.notes.push(Note::new(text).hint("phase_unit", "says otherwise"));
         unit.clone_into(&mut picked.unit);
         Ok(Some((picked, factor)))
+    }
+
+    /// An angle beside an amplitude that is called one is its phase: `Ang`, `\u{398}`, `deg`, or `S21 (deg)` beside
+    /// `S21 (dB)`.
+    fn angle_beside(&self, of: usize, without: &[usize]) -> Option<usize> {
+        let name = |i: usize| &self.head.names[i];
+        let called = |i: usize| {
+            let angle = ["ang", "angle", "theta", "\u{3b8}", "\u{3d1}", "deg", "degrees", "rad"];
+            let first = words(&name(i).bare);
+            first.first().is_some_and(|word| angle.contains(&word.as_str()))
+                && self.roles[i] == Role::Unknown
+                && self.roles[of] == Role::Amplitude
+        };
+        let in_degrees = |i: usize| {
+            let same = name(i).bare.trim().eq_ignore_ascii_case(name(of).bare.trim());
+            same && !name(of).bare.trim().is_empty() && is_angle(&name(i).unit) && !is_angle(&name(of).unit)
+        };
+        let fits = |i: &usize| {
+            !without.contains(i)
+                && self.filled(*i)
+                && (called(*i) || in_degrees(*i))
+                && self.looks_like_phase(*i)
+                && self.peak_over_ends(*i) < PEAK
+        };
+        self.near.iter().copied().find(fits)
     }
 
     /// Where the first column without a name turns as a phase does: the first other one with a peak.

@@ -236,7 +236,11 @@ const CURVE: &[Rule] = &[
         h.within("shift detun verstimm offset delta") && (h.in_hertz() || h.names_frequency())
             || h.begins("df δf dω δω dw ∆f")
     }),
-    (Role::Phase, |h| h.within("phase fase phas phasenv фаз 相位 位相") && !h.is_quadrature_of_phase()),
+    (Role::Phase, |h| {
+        h.within("phase fase phas phasenv фаз 相位 位相") && !h.is_quadrature_of_phase()
+            // `S21 (deg)` is the phase of a scattering parameter.
+            || h.begins("s") && h.bare.contains(|c: char| c.is_ascii_digit()) && units::radians(&h.name.unit).is_some()
+    }),
     (Role::Real, |h| h.begins("re real realteil inphase reale réel") || is_in_phase(&h.words)),
     (Role::Imaginary, |h| {
         h.begins("im imag imaginary imaginärteil quadrature quad immaginaria") || is_out_of_phase(&h.words)
@@ -268,11 +272,11 @@ const CURVE: &[Rule] = &[
     (Role::Impedance, |h| h.electrical("impedan", "|z| zmag z_mag mag(z) abs(z)", "z", OHM)),
     // An oscillator's angle is a response; the phase of one is called so or stands in degrees.
     (Role::Unknown, |h| {
-        h.begins("theta θ ϑ angle")
+        h.begins("theta θ ϑ angle ang")
             && !listed("deg \u{b0} rad degree degrees grad", &h.name.unit.to_lowercase())
     }),
     (Role::Phase, |h| {
-        h.begins("phi φ ϕ theta θ ϑ arg ph angle lag") || h.bare.starts_with(['<', '\u{2220}'])
+        h.begins("phi φ ϕ theta θ ϑ arg ph angle ang lag") || h.bare.starts_with(['<', '\u{2220}'])
     }),
     (Role::Amplitude, |h| {
         h.within(
@@ -353,7 +357,7 @@ mod tests {
             ("Center Frequency (Hz)", Role::Centre),
             ("T_s|Period (ms)", Role::Period),
             ("amp_rad|A_Skt|Amplitude (m)|S21 (dB)|X[%]", Role::Amplitude),
-            ("phase_deg|phi[deg]|Phase (rad)|<Zs", Role::Phase),
+            ("phase_deg|phi[deg]|Phase (rad)|<Zs|S21(DEG)|S21_deg|Ang (deg)", Role::Phase),
             ("Re(X)", Role::Real),
             ("Im (V)", Role::Imaginary),
             ("drive_V|drive_amp|Excitation (V)|U_in [V]|Vin (V)|U_in|Ch in", Role::Drive),

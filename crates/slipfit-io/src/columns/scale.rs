@@ -2,7 +2,10 @@
 
 use std::f64::consts::SQRT_2;
 
-use super::{name::words, units};
+use super::{
+    name::words,
+    units::{self, listed},
+};
 
 /// How an amplitude is written.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -59,18 +62,26 @@ pub(super) fn written(unit: &str, name: Option<&str>) -> Written {
         );
         return Written { scale: Scale::Power, unit: root, done: Some(done) };
     }
-    if units::is_squared(unit) {
-        let done = Some("a power: its square root was taken".to_owned());
-        return Written { scale: Scale::Power, unit: format!("\u{221a}{unit}"), done };
+    if let Some(root) = units::root_of_square(unit) {
+        return power("a power", root);
     }
     if let Some((base, factor)) = units::multiple(unit) {
         return times(factor, base);
     }
     let Some(name) = name else { return linear() };
     let lower = name.to_lowercase();
-    if unit.is_empty() {
-        if ["db", "dbm"].contains(&lower.trim()) {
-            return levels("dB", "");
+    // `db:Trc1_S21`, `dB(S21)`.
+    let decibels = words(name).first().is_some_and(|first| matches!(first.as_str(), "db" | "dbm"));
+    if decibels && units::measures(unit).is_none() {
+        return levels("dB", "");
+    }
+    if is_square(&lower) {
+        let root = if unit.is_empty() { String::new() } else { format!("\u{221a}{unit}") };
+        return power("named like the square of an amplitude", root);
+    }
+    if unit.is_empty() || is_arbitrary(unit) {
+        if words(name).iter().any(|word| listed(POWERS, word)) {
+            return power("named like a power", String::new());
         }
         if words(name).iter().any(|word| word == "psd") {
             let done = "named like a power spectral density: its square root was taken".to_owned();
@@ -88,6 +99,36 @@ pub(super) fn written(unit: &str, name: Option<&str>) -> Written {
         (false, true) => times(SQRT_2, unit),
         (false, false) => linear(),
     }
+}
+
+/// Names of powers.
+const POWERS: &str = "power leistung puissance potenza potencia";
+
+/// Names of what may be a power or an amplitude.
+const EITHER: &str = "power leistung puissance potenza potencia intensity intensit\u{e4}t intensit\u{e9} intensit\u{e0} \
+    intensidad";
+
+/// Whether a name may be that of a power and nothing says so: not its unit, nor that it is a square.
+pub(super) fn may_be_power(unit: &str, name: &str) -> bool {
+    let said = units::linear_unit(unit).is_some() || written(unit, Some(name)).scale != Scale::Linear;
+    !said && words(name).iter().any(|word| listed(EITHER, word))
+}
+
+/// Whether a name in lower case says that it is a square: `|a|^2`, `x\u{b2}`, `amplitude squared`.
+fn is_square(lower: &str) -> bool {
+    let lower = lower.trim();
+    let ends = ["^2", "\u{b2}", "**2", "squared", "quadrat"];
+    ends.iter().any(|end| lower.strip_suffix(end).is_some_and(|base| !base.is_empty()))
+}
+
+/// Whether a unit says nothing.
+fn is_arbitrary(unit: &str) -> bool {
+    listed("a.u. a.u au arb arb. arb.u. arb.units %", &unit.trim().to_lowercase())
+}
+
+fn power(what: &str, root: String) -> Written {
+    let done = Some(format!("{what}: its square root was taken"));
+    Written { scale: Scale::Power, unit: root, done }
 }
 
 fn levels(written: &str, linear: &str) -> Written {
@@ -122,6 +163,17 @@ mod tests {
             ("nm^2/Hz", "PSD", Scale::Power, "nm/\u{221a}Hz"),
             ("", "psd_x", Scale::Power, ""),
             ("", "dB", Scale::Decibel, ""),
+            ("", "db:Trc1_S21", Scale::Decibel, ""),
+            ("S21", "dB", Scale::Decibel, ""),
+            ("", "|A|^2", Scale::Power, ""),
+            ("V^2", "X\u{b2}", Scale::Power, "V"),
+            ("nm^2", "A", Scale::Power, "nm"),
+            ("", "R squared", Scale::Power, ""),
+            ("a.u.", "Power", Scale::Power, ""),
+            ("mW", "Power", Scale::Power, "\u{221a}mW"),
+            ("V", "Power", Scale::Linear, "V"),
+            ("", "intensity", Scale::Linear, ""),
+            ("m/s^2", "A", Scale::Linear, "m/s^2"),
             ("dBm", "S21", Scale::Decibel, "\u{221a}mW"),
             ("nm/\u{221a}Hz", "ASD", Scale::Linear, "nm/\u{221a}Hz"),
             ("mm", "stopped", Scale::Linear, "mm"),
@@ -129,6 +181,17 @@ mod tests {
             let found = written(unit, Some(name));
             assert_eq!((found.scale, found.unit.as_str()), (scale, of_amplitudes), "{name} ({unit})");
             assert_eq!(found.done.is_some(), scale != Scale::Linear, "{name} ({unit})");
+        }
+        for (unit, name, may_be) in [
+            ("V", "Power", true),
+            ("", "intensity", true),
+            ("a.u.", "Intensity", true),
+            ("mW", "Power", false),
+            ("", "Power", false),
+            ("dBm", "Power", false),
+            ("V", "Amplitude", false),
+        ] {
+            assert_eq!(may_be_power(unit, name), may_be, "{name} ({unit})");
         }
         // A unit that is asked for says more than a name.
         assert_eq!(written("mV", None).scale, Scale::Linear);

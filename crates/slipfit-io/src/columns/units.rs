@@ -115,8 +115,8 @@ const MULTIPLES: &[(&str, f64)] = &[
     ("pk", 1.0),
 ];
 
-/// Units whose square roots are amplitudes.
-const SQUARES: &str = "w mw uw \u{b5}w \u{3bc}w nw v^2 v\u{b2} m^2 m\u{b2} rad^2 rad\u{b2}";
+/// Units of power, whose square roots are amplitudes.
+const POWERS: &str = "w mw uw \u{b5}w \u{3bc}w nw";
 
 /// Whether a list of words between blanks has a word.
 pub(super) fn listed(list: &str, word: &str) -> bool {
@@ -225,9 +225,15 @@ pub(crate) fn from_decibels(level: f64) -> f64 {
     10f64.powf(level / 20.0)
 }
 
-/// Whether numbers in a unit are squares of amplitudes.
-pub(crate) fn is_squared(unit: &str) -> bool {
-    listed(SQUARES, &unit.trim().to_lowercase())
+/// The unit of the amplitudes whose squares are in a unit: `V` of `V^2`, `\u{221a}mW` of `mW`.
+pub(crate) fn root_of_square(unit: &str) -> Option<String> {
+    let unit = unit.trim();
+    if listed(POWERS, &unit.to_lowercase()) {
+        return Some(format!("\u{221a}{unit}"));
+    }
+    let base = bare(["^2", "\u{b2}", "**2"].iter().find_map(|end| unit.strip_suffix(end))?.trim());
+    let signal = |unit: &str| matches!(plain(unit), Some(Measures::Signal(_)));
+    (!signal(unit) && signal(base)).then(|| base.to_owned())
 }
 
 /// What turns numbers in a unit of frequency into Hz.
