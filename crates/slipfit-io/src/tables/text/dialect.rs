@@ -210,7 +210,7 @@ fn divides(line: &[u8], delimiter: Delimiter) -> bool {
 /// Whether commas that could separate pairs of integers are decimal marks of
 /// single numbers: `38,0169` is.
 fn is_decimal_comma(lines: &[&[u8]]) -> bool {
-    let (mut pairs, mut lengths, mut header) = (0_usize, Vec::new(), None);
+    let (mut pairs, mut lengths, mut header) = (Vec::new(), Vec::new(), None);
     for line in lines {
         match row_kind(line, Delimiter::Comma, Decimal::Point, false) {
             RowKind::Numbers(1) => {}
@@ -223,19 +223,42 @@ fn is_decimal_comma(lines: &[&[u8]]) -> bool {
                 if left == b"-0" || (right.len() > 1 && right[0] == b'0') {
                     return true;
                 }
-                pairs += 1;
+                pairs.push([left, right]);
                 lengths.push(right.len());
             }
             RowKind::Numbers(_) => return false,
-            RowKind::Text(width) if pairs == 0 => header = Some(width),
+            RowKind::Text(width) if pairs.is_empty() => header = Some(width),
             _ => {}
         }
     }
     match header {
-        Some(1) => pairs > 0,
+        Some(1) => !pairs.is_empty(),
         Some(_) => false,
-        None => pairs > 0 && lengths[0] > 1 && lengths.iter().all(|l| *l == lengths[0]),
+        None => {
+            let alike =
+                lengths.first().is_some_and(|&first| first > 1 && lengths.iter().all(|l| *l == first));
+            alike && !is_clock_beside_readings(&pairs)
+        }
     }
+}
+
+/// Whether pairs of integers are a clock and what was read by it, as `1234,885` of a microcontroller: in many rows the
+/// first goes up in each. Decimals of as many digits would be numbers that go up evenly, to the last of them.
+fn is_clock_beside_readings(pairs: &[[&[u8]; 2]]) -> bool {
+    const ROWS: usize = 8;
+    /// Steps between rounded numbers of an even clock stray by so many units of the last digit at most.
+    const EVEN: i128 = 4;
+    let number = |cell: &[u8]| std::str::from_utf8(cell).ok()?.parse::<i64>().ok().map(i128::from);
+    let rows: Option<Vec<[i128; 2]>> =
+        pairs.iter().map(|[left, right]| Some([number(left)?, number(right)?])).collect();
+    let Some(rows) = rows.filter(|rows| rows.len() >= ROWS) else { return false };
+    // Lines far into the file stand a stride apart.
+    let near = &rows[..rows.len().min(FIRST / 2)];
+    let digits = pairs[0][1].len().min(18) as u32;
+    let joined = |[left, right]: &[i128; 2]| left * 10_i128.pow(digits) + right;
+    let steps: Vec<i128> = near.windows(2).map(|w| joined(&w[1]) - joined(&w[0])).collect();
+    let (least, most) = steps.iter().fold((i128::MAX, i128::MIN), |(l, m), s| (l.min(*s), m.max(*s)));
+    rows.windows(2).all(|w| w[1][0] > w[0][0]) && most - least > EVEN
 }
 
 fn is_integer(cell: &[u8]) -> bool {
@@ -282,6 +305,17 @@ mod tests {
         assert_eq!(shape("t,n\n38,16\n40,89\n"), (Delimiter::Comma, Decimal::Point, 2));
         assert_eq!(shape("0,5\n1,12\n2,7\n"), (Delimiter::Comma, Decimal::Point, 2));
         assert_eq!(shape("5\n1\n2\n"), (Delimiter::None, Decimal::Point, 1));
+        let rows = |row: &dyn Fn(i64) -> String| (0..20).map(|i| row(i) + "\n").collect::<String>();
+        let two = (Delimiter::Comma, Decimal::Point, 2);
+        let one = (Delimiter::None, Decimal::Comma, 1);
+        assert_eq!(shape(&rows(&|i| format!("{},{}", 1234 + 20 * i, 500 + 300 * (i % 3 - 1)))), two);
+        assert_eq!(shape(&rows(&|i| format!("{},{}", 40 * i / 100, 10 + (40 * i) % 90))), one, "it repeats");
+        assert_eq!(
+            shape(&rows(&|i| format!("{},{:02}", 253 * i / 100, (253 * i) % 100))),
+            one,
+            "an even clock"
+        );
+        assert_eq!(shape(&rows(&|i| format!("{},{}", 30 + i % 4, 20 + 7 * i % 60))), one, "it swings");
     }
 
     #[test]
