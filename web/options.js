@@ -21,7 +21,7 @@ const FIELDS = {
     analysis: { band_hz: "pair", model: "model", drive_amplitude: "uncertain", method: "method", reference: "file" },
   },
   levels: {
-    reading: { drive: "column", amplitude: "column", std_error: "column", drive_unit: "text", unit: "text" },
+    reading: { drive: "column", amplitude: "column", real: "column", imaginary: "column", std_error: "column", drive_unit: "text", unit: "text" },
     analysis: { drive_gain: "uncertain", q_factor: "uncertain", frequency_hz: "number" },
   },
 };

@@ -56,7 +56,7 @@ pub struct ReadOptions {
     pub phase: Option<String>,
     /// Unit of the phases: `deg`, `rad`, `cycles`, or `pi` of multiples of it.
     pub phase_unit: Option<String>,
-    /// Column of the real part of the response.
+    /// Column of the real part of the response, of a curve or at drive levels.
     pub real: Option<String>,
     /// Column of its imaginary part.
     pub imaginary: Option<String>,

@@ -307,6 +307,35 @@ fn levels(text: &str) -> LevelReading {
 }
 
 #[test]
+fn levels_of_two_parts_are_their_modulus() {
+    for header in [
+        "Drive (V),X (V),Y (V)",
+        "U_exc,Demod x,Demod y",
+        "F (N),Re,Im",
+        "F0 (mN),In-phase (V),Out-of-phase (V)",
+    ] {
+        let reading = levels(&format!("{header}\n1,-3,4\n2,6,-8\n3,-9,12\n4,12,-16\n"));
+        close(reading.levels.amplitude(), &[5.0, 10.0, 15.0, 20.0]);
+        close(reading.levels.drive(), &[1.0, 2.0, 3.0, 4.0]);
+        let taken =
+            ["drive", "real", "imaginary"].map(|what| reading.report.column(what).unwrap().column.number);
+        assert_eq!(taken, [1, 2, 3], "{header}");
+    }
+    let beside = levels("Drive (V),X (V),Y (V),R (V)\n1,-3,4,5\n2,6,-8,10\n3,-9,12,15\n");
+    assert_eq!(beside.report.column("amplitude").unwrap().column.number, 4);
+    let text = "a,b,c\n1,-3,4\n2,6,-8\n3,-9,12\n";
+    let asked = |real: Option<&str>, imaginary: Option<&str>| ReadOptions {
+        real: real.map(str::to_owned),
+        imaginary: imaginary.map(str::to_owned),
+        ..Default::default()
+    };
+    let both = read_levels_from(text.as_bytes(), "l.csv", &asked(Some("2"), Some("3"))).unwrap();
+    close(both.levels.amplitude(), &[5.0, 10.0, 15.0]);
+    let half = read_levels_from(text.as_bytes(), "l.csv", &asked(None, Some("3"))).unwrap_err();
+    assert!(matches!(half.problem, ReadProblem::HalfComplex { .. }), "{half}");
+}
+
+#[test]
 fn drive_levels_come_one_a_row_or_one_a_curve() {
     let plain = levels("drive amplitude (nm),amplitude (nm),phase (deg)\n0.1,0,0\n0.2,3,-90\n0.3,8,-90\n");
     assert_eq!(plain.levels.drive(), [0.1, 0.2, 0.3]);

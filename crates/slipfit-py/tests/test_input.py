@@ -404,3 +404,5 @@ def test_labelled_curves_and_levels_bring_their_units(sweep):
     labelled = (xarray.DataArray(one, dims="d", attrs={"units": unit}) for one, unit in ((drive, "V"), (amplitude, "mm")))
     data = slipfit.levels(*labelled).to_dict()["input"]
     assert (data["drive_unit"], data["unit"]) == ("V", "mm")
+    real, turned = (slipfit.levels(drive, one).parameters for one in (amplitude, amplitude * np.exp(2j)))
+    assert turned.threshold.value == pytest.approx(real.threshold.value)

@@ -60,6 +60,14 @@ pub(crate) struct LevelReadingArgs {
     #[arg(long, value_name = "COL", help_heading = "Reading")]
     amplitude: Option<Text>,
 
+    /// Column of the real part (X of a lock-in): the amplitude is the modulus of both
+    #[arg(long, value_name = "COL", conflicts_with = "amplitude", help_heading = "Reading")]
+    real: Option<Text>,
+
+    /// Column of the imaginary part (Y of a lock-in)
+    #[arg(long, value_name = "COL", conflicts_with = "amplitude", help_heading = "Reading")]
+    imaginary: Option<Text>,
+
     /// Column of the standard errors of the amplitudes
     #[arg(long, value_name = "COL", help_heading = "Reading")]
     std_error: Option<Text>,
@@ -110,6 +118,8 @@ impl LevelReadingArgs {
             format: self.format.as_ref().map(|f| f.format),
             drive: text(&self.drive),
             amplitude: text(&self.amplitude),
+            real: text(&self.real),
+            imaginary: text(&self.imaginary),
             std_error: text(&self.std_error),
             unit: text(&self.unit),
             drive_unit: text(&self.drive_unit),

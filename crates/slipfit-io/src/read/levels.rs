@@ -7,8 +7,8 @@ use super::{
     pick,
 };
 use crate::{
-    columns::{Chooser, Picked, head::Head, role::Role, rows, units},
-    error::{Needed, ReadError, ReadProblem},
+    columns::{Chooser, Picked, head::Head, quadrature::Pair, role::Role, rows, units},
+    error::{Needed, OptionProblem, ReadError, ReadProblem},
     options::ReadOptions,
     report::{LevelReading, Note, ReadReport},
     tables::table::{Held, TableSource},
@@ -80,7 +80,10 @@ fn curves(tables: &[Held]) -> Option<(Held, Vec<usize>)> {
 /// What will be read of a table.
 struct Choice {
     drive: Picked,
+    /// The amplitudes, or the real part of the response.
     amplitude: Picked,
+    /// The imaginary part of the response: the amplitude is the modulus of both.
+    imaginary: Option<Picked>,
     std_error: Option<Picked>,
     frequency: Option<usize>,
     /// Whether drive and amplitude are in decibels to be made linear.
@@ -93,7 +96,9 @@ impl Choice {
     /// The columns read, with what they are.
     fn columns(&self) -> Vec<(&'static str, &Picked)> {
         let std_error = self.std_error.as_ref().map(|p| ("std_error", p));
-        [Some(("drive", &self.drive)), Some(("amplitude", &self.amplitude)), std_error]
+        let imaginary = self.imaginary.as_ref().map(|p| ("imaginary", p));
+        let amplitude = if imaginary.is_some() { "real" } else { "amplitude" };
+        [Some(("drive", &self.drive)), Some((amplitude, &self.amplitude)), imaginary, std_error]
             .into_iter()
             .flatten()
             .collect()
@@ -111,26 +116,41 @@ impl Chooser<'_> {
             let fits = |i: &usize| chooser.roles[*i] == wanted && !without.contains(i) && chooser.filled(*i);
             (0..chooser.roles.len()).find(fits)
         };
+        let asks_for_parts = options.real.is_some() || options.imaginary.is_some();
+        if let (true, Some(value)) = (asks_for_parts, &options.amplitude) {
+            let problem = OptionProblem::Excludes("real and imaginary");
+            return Err(ReadProblem::Option { option: "amplitude", value: value.clone(), problem });
+        }
+        let parts = self.parts()?;
+        let beside: Vec<usize> = parts.iter().flatten().map(|(index, _)| *index).collect();
         let (drive, why_drive) = if let Some(index) = self.asked("drive", &options.drive)? {
             (index, "asked for")
-        } else if let Some(index) = of(self, Role::Drive, &[]) {
+        } else if let Some(index) = of(self, Role::Drive, &beside) {
             (index, "named like a drive")
         } else if let Some(time) = of(self, Role::Time, &[]) {
             let instead_of = "amplitudes over levels of the drive";
             return Err(ReadProblem::TimeRecord { column: self.label(time), instead_of });
         } else {
-            let other = |i: usize| matches!(self.roles[i], Role::Frequency | Role::Phase | Role::Never);
+            let other = |i: usize| {
+                matches!(self.roles[i], Role::Frequency | Role::Phase | Role::Never) || beside.contains(&i)
+            };
             let first = (0..self.roles.len()).find(|&i| self.filled(i) && !other(i));
             (first.ok_or_else(|| missing(self.head))?, "the first column")
         };
-        let (amplitude, why_amplitude) = if let Some(index) = self.asked("amplitude", &options.amplitude)? {
-            (index, "asked for")
-        } else if let Some(index) = of(self, Role::Amplitude, &[drive]) {
-            (index, "named like an amplitude")
-        } else {
-            let next = of(self, Role::Unknown, &[drive]);
-            (next.ok_or_else(|| missing(self.head))?, "the next column")
-        };
+        let without: Vec<usize> = beside.iter().copied().chain([drive]).collect();
+        let modulus = of(self, Role::Amplitude, &without);
+        let parts = parts.filter(|_| !beside.contains(&drive));
+        let ((amplitude, why_amplitude), imaginary) =
+            if let Some(index) = self.asked("amplitude", &options.amplitude)? {
+                ((index, "asked for"), None)
+            } else if let Some([real, imaginary]) = parts.filter(|_| asks_for_parts || modulus.is_none()) {
+                (real, Some(imaginary))
+            } else if let Some(index) = modulus.or_else(|| of(self, Role::Amplitude, &[drive])) {
+                ((index, "named like an amplitude"), None)
+            } else {
+                let next = of(self, Role::Unknown, &[drive]);
+                ((next.ok_or_else(|| missing(self.head))?, "the next column"), None)
+            };
         let std_error = match self.asked("std_error", &options.std_error)? {
             Some(index) => Some((index, "asked for")),
             None => of(self, Role::StdError, &[drive, amplitude])
@@ -139,12 +159,47 @@ impl Chooser<'_> {
         };
         let frequency = of(self, Role::Frequency, &[drive, amplitude]);
         let (amplitude, linear_amplitude) = self.in_unit(amplitude, why_amplitude, options.unit.as_ref());
+        let imaginary = imaginary.map(|(index, why)| self.picked(index, why));
         let (drive, linear_drive) = self.in_unit(drive, why_drive, options.drive_unit.as_ref());
         let error = |(index, why)| Picked { unit: amplitude.unit.clone(), ..self.picked(index, why) };
         let std_error = std_error.map(error);
         let levels = [linear_drive, linear_amplitude];
         let named = self.roles[drive.index] == Role::Drive;
-        Ok(Choice { drive, amplitude, std_error, frequency, levels, named })
+        Ok(Choice { drive, amplitude, imaginary, std_error, frequency, levels, named })
+    }
+
+    /// Real and imaginary part of the response, asked for or named so, and why.
+    fn parts(&self) -> Result<Option<[(usize, &'static str); 2]>, ReadProblem> {
+        let options = self.options;
+        let drive = self.asked("drive", &options.drive)?;
+        let without: Vec<usize> = drive.into_iter().collect();
+        let named = [Role::Real, Role::Imaginary].map(|role| self.of_role(role, &without));
+        let pair = match named {
+            [Some(real), Some(imaginary)] => Some([real, imaginary]),
+            _ => self.quadrature_pair(&without).map(|pair| [pair.real, pair.imaginary]),
+        };
+        let asked = [self.asked("real", &options.real)?, self.asked("imaginary", &options.imaginary)?];
+        let other = |given: usize, part: usize| {
+            let in_pair = pair.and_then(|pair| pair.contains(&given).then(|| pair[part]));
+            in_pair.filter(|found| *found != given).or(named[part])
+        };
+        let half = |given: usize, missing: &'static str| ReadProblem::HalfComplex {
+            given: self.label(given),
+            missing,
+            columns: self.list(),
+        };
+        Ok(match asked {
+            [Some(real), Some(imaginary)] => Some([(real, "asked for"), (imaginary, "asked for")]),
+            [Some(real), None] => {
+                let found = other(real, 1).ok_or_else(|| half(real, "imaginary"))?;
+                Some([(real, "asked for"), (found, Pair::WHY)])
+            }
+            [None, Some(imaginary)] => {
+                let found = other(imaginary, 0).ok_or_else(|| half(imaginary, "real"))?;
+                Some([(found, Pair::WHY), (imaginary, "asked for")])
+            }
+            [None, None] => pair.map(|pair| pair.map(|index| (index, Pair::WHY))),
+        })
     }
 
     /// A column in its unit or the one given, and whether it holds decibels.
@@ -169,10 +224,19 @@ fn from_table(table: &Held, starts: &[usize], options: &ReadOptions) -> Result<L
     let mut taken: Vec<usize> = choice.columns().into_iter().map(|(_, picked)| picked.index).collect();
     let mut skipped = table.skipped.clone();
     let rows = rows::complete(columns, &taken, 1, &mut skipped);
+    if let Some(imaginary) = &choice.imaginary {
+        let (x, y) = (chooser.label(choice.amplitude.index), chooser.label(imaginary.index));
+        let text = format!("{x} and {y}: the amplitude was taken as their modulus");
+        chooser.notes.push(Note::new(text).hint("amplitude", "names a column that stands alone"));
+    }
     let linear = |v: f64, level: bool| if level { units::from_decibels(v) } else { v };
     let mut points: Vec<[f64; 3]> = Vec::with_capacity(rows.len());
     for &row in &rows {
-        let amplitude = linear(columns[choice.amplitude.index][row], choice.levels[1]);
+        let written = columns[choice.amplitude.index][row];
+        let amplitude = match &choice.imaginary {
+            Some(imaginary) => written.hypot(columns[imaginary.index][row]),
+            None => linear(written, choice.levels[1]),
+        };
         if amplitude < 0.0 {
             return Err(ReadProblem::Negative {
                 what: "amplitude",

@@ -198,6 +198,8 @@ def read_levels(
     *,
     drive: Column | None = None,
     amplitude: Column | None = None,
+    real: Column | None = None,
+    imaginary: Column | None = None,
     std_error: Column | None = None,
     unit: str | None = None,
     drive_unit: str | None = None,
@@ -214,6 +216,8 @@ def read_levels(
         Stands for bytes in reports and errors.
     drive, amplitude, std_error : str or int, optional
         Columns by name or by number from 1.
+    real, imaginary : str or int, optional
+        Columns of the two outputs of a lock-in, of which the modulus is taken.
     unit, drive_unit : str, optional
         Units where the file does not name them.
     sheet : str or int, optional
@@ -232,8 +236,8 @@ def read_levels(
         What is wrong with the file, with its row and what would help.
     """
     choices = _choices(
-        drive=drive, amplitude=amplitude, std_error=std_error, unit=unit, drive_unit=drive_unit,
-        sheet=sheet, format=format,
+        drive=drive, amplitude=amplitude, real=real, imaginary=imaginary, std_error=std_error, unit=unit,
+        drive_unit=drive_unit, sheet=sheet, format=format,
     )  # fmt: skip
     return _core.read_levels(_source(source), name, choices)
 
@@ -458,24 +462,28 @@ def _curve(
     unit = unit if unit is not None else own
     if frequency is None or response is None:
         raise _input.refuse("response", "a curve needs frequencies and a response")
-    values = _input.held("response", response)
+    parts = _parts("response", response)
     optional = {
         name: None if column is None else _input.vector(name, column)
         for name, column in (("phase_rad", phase_rad), ("std_error", std_error), ("drive", drive))
     }
-    amplitude = real = imaginary = None
-    if values.dtype.kind == "c":
-        if phase_rad is not None:
-            raise _input.refuse("phase_rad", "phase_rad is given beside a complex response, which has it")
-        # Both parts of what is masked are missing.
-        values = np.where(np.isnan(values), complex(np.nan, np.nan), values)
-        real, imaginary = _input.vector("response", np.real(values)), _input.vector("response", np.imag(values))
-    else:
-        amplitude = _input.vector("response", response)
+    amplitude, real, imaginary = parts
+    if real is not None and phase_rad is not None:
+        raise _input.refuse("phase_rad", "phase_rad is given beside a complex response, which has it")
     return _core.curve_of_arrays(
         _input.hertz("frequency", frequency), amplitude, optional["phase_rad"], real, imaginary,
         optional["std_error"], optional["drive"], unit, kind,
     )  # fmt: skip
+
+
+def _parts(name: str, response: Any) -> tuple[Any, Any, Any]:
+    """Amplitudes, or real and imaginary parts of what is complex."""
+    values = _input.held(name, response)
+    if values.dtype.kind != "c":
+        return _input.vector(name, response), None, None
+    # Both parts of what is masked are missing.
+    values = np.where(np.isnan(values), complex(np.nan, np.nan), values)
+    return None, _input.vector(name, np.real(values)), _input.vector(name, np.imag(values))
 
 
 @public
@@ -629,7 +637,7 @@ def _levels(
         raise _input.refuse("amplitude", "levels need amplitudes beside the levels of the drive")
     return _core.levels_of_arrays(
         _input.vector("drive", drive),
-        _input.vector("amplitude", amplitude),
+        *_parts("amplitude", amplitude),
         None if std_error is None else _input.vector("std_error", std_error),
         unit if unit is not None else _input.own_unit(amplitude),
         drive_unit if drive_unit is not None else _input.own_unit(drive),
@@ -659,7 +667,7 @@ def levels(
     drive : array_like, shape (n,), or Levels, path
         Levels of the drive. :class:`Levels` or a path stand alone.
     amplitude : array_like, shape (n,)
-        Amplitude at resonance at each level.
+        Amplitude at resonance at each level, or complex response, of which the modulus is taken.
     std_error : array_like, shape (n,), optional
         Standard errors of the amplitudes.
     unit, drive_unit : str, optional

@@ -184,7 +184,9 @@ def curve_of_arrays(
 ) -> Curve: ...
 def levels_of_arrays(
     drive: _Vector,
-    amplitude: _Vector,
+    amplitude: _Vector | None,
+    real: _Vector | None,
+    imaginary: _Vector | None,
     std_error: _Vector | None,
     unit: str | None,
     drive_unit: str | None,

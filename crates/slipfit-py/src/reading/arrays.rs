@@ -98,22 +98,33 @@ pub(crate) fn curve_of_arrays(
 }
 
 /// Drive levels of arrays.
+#[allow(clippy::too_many_arguments, reason = "the columns levels may have")]
 #[pyfunction]
-#[pyo3(signature = (drive, amplitude, std_error, unit, drive_unit))]
+#[pyo3(signature = (drive, amplitude, real, imaginary, std_error, unit, drive_unit))]
 pub(crate) fn levels_of_arrays(
     py: Python<'_>,
     drive: Vector<'_>,
-    amplitude: Vector<'_>,
+    amplitude: Option<Vector<'_>>,
+    real: Option<Vector<'_>>,
+    imaginary: Option<Vector<'_>>,
     std_error: Option<Vector<'_>>,
     unit: Option<String>,
     drive_unit: Option<String>,
 ) -> PyResult<Levels> {
-    let columns = [("drive", Some(drive)), ("amplitude", Some(amplitude)), ("std_error", std_error)];
+    let columns = [
+        ("drive", Some(drive)),
+        ("amplitude", amplitude),
+        ("real", real),
+        ("imaginary", imaginary),
+        ("std_error", std_error),
+    ];
     let (given, number) = numbered(&columns);
     let bytes = arrays::npy(py, &given)?;
     let choices = Choices {
         drive: number("drive"),
         amplitude: number("amplitude"),
+        real: number("real"),
+        imaginary: number("imaginary"),
         std_error: number("std_error"),
         unit,
         drive_unit,
