@@ -12,7 +12,7 @@ use std::path::PathBuf;
 const AFTER_HELP: &str = "\
 Examples:
   slipfit levels levels.csv
-      threshold and slope; with drive and amplitude in one unit also Q and x_F
+      threshold and slope; with drive and amplitude both lengths or both angles also Q and x_F
   slipfit levels lockin.csv --drive 1 --amplitude 3 --drive-gain 2.4e-9±0.1e-9
       a drive in volts, each 2.4 nm at the base
   slipfit levels lockin.csv --q 9300±200 --frequency-hz 32757 --stiffness 12000

@@ -671,7 +671,7 @@ def levels(
     std_error : array_like, shape (n,), optional
         Standard errors of the amplitudes.
     unit, drive_unit : str, optional
-        Units of amplitudes and levels; in one unit Q and x_F follow.
+        Units of amplitudes and levels; where both are lengths or both are angles Q and x_F follow.
     frequency_hz : float, optional
         Frequency of the resonance [Hz]: with it the decay rate follows from Q.
     drive_gain : float or (value, std_error), optional

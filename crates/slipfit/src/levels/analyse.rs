@@ -26,9 +26,10 @@ use std::f64::consts::TAU;
 /// threshold, the split the breakaway. Without errors of the levels, noise that is constant and noise that grows with
 /// the amplitude both count, by their restricted likelihood; errors given are believed unless the levels scatter more.
 ///
-/// Units: amplitudes in one unit, drive levels in another or the same. Where they are the
-/// same ([`Levels::drive_unit`] equals [`Levels::unit`]), or [`Options::drive_gain`] or
-/// [`Options::q_factor`] is given, Q and the friction displacement follow.
+/// Units: amplitudes in one unit, drive levels in another or the same. Where both are lengths
+/// or both are angles ([`DisplacementUnit::gain`](crate::model::displacement::DisplacementUnit::gain)),
+/// or [`Options::drive_gain`] or [`Options::q_factor`] is given, Q and the friction displacement
+/// follow, unless that Q is below 1/2, which no resonance has.
 ///
 /// Limits: each level measured at its own resonance, and waited out; one oscillator.
 ///
@@ -420,6 +421,42 @@ mod tests {
         assert!(
             (a.parameter(Parameter::FRICTION_DISPLACEMENT).unwrap().value - FRAC_PI_4 * 0.005).abs() < 1e-9
         );
+    }
+
+    /// A slope of 0.02 between two voltages is no Q of 0.02, and one between lengths is that of their units.
+    #[test]
+    fn one_unit_is_a_gain_where_it_is_a_length_or_an_angle() {
+        let levels = |unit: &str, drive_unit: &str, slope: f64| {
+            let drive: Vec<f64> = (0..8).map(|i| 1.0 + 0.5 * f64::from(i)).collect();
+            let amplitude =
+                drive.iter().enumerate().map(|(i, d)| slope * (d - 0.5) * (1.0 + 1e-4 * jitter(i, 3)));
+            let amplitude = amplitude.collect();
+            let levels = Levels::builder(drive, amplitude).unit(unit).drive_unit(drive_unit).build().unwrap();
+            analyse(&levels, &Options::default()).unwrap()
+        };
+        for [unit, drive_unit] in [["V", "V"], ["Vrms", "Vrms"], ["\u{221a}mW", "\u{221a}mW"], ["", ""]] {
+            for slope in [0.02, 50.0] {
+                let a = levels(unit, drive_unit, slope);
+                assert!(a.parameter(Parameter::QFactor).is_none(), "{unit}");
+                assert!(a.parameter(Parameter::FRICTION_DISPLACEMENT).is_none(), "{unit}");
+                assert!(a.warnings.iter().any(|w| w.code() == "drive_uncalibrated"), "{unit}");
+            }
+        }
+        for (unit, drive_unit, slope) in
+            [("cm", "mm", 5.0), ("mm", "mm", 50.0), ("nm", "mm", 50e6), ("mrad", "rad", 5e4)]
+        {
+            let a = levels(unit, drive_unit, slope);
+            let of = |parameter| a.parameter(parameter).unwrap().value;
+            assert!((of(Parameter::QFactor) / 50.0 - 1.0).abs() < 1e-3, "{unit} of {drive_unit}");
+            let x_f = FRAC_PI_4 * 0.5 * slope / 50.0;
+            assert!(
+                (of(Parameter::FRICTION_DISPLACEMENT) / x_f - 1.0).abs() < 1e-2,
+                "{unit} of {drive_unit}"
+            );
+        }
+        let a = levels("nm", "mm", 50.0);
+        assert!(a.parameter(Parameter::QFactor).is_none());
+        assert!(a.warnings.iter().any(|w| w.code() == "drive_uncalibrated"));
     }
 
     #[test]

@@ -27,7 +27,7 @@ pub struct Options {
     /// Frequency of the resonance, Hz: with it the decay rate follows from Q.
     pub frequency_hz: Option<f64>,
     /// Response units per drive unit, so that drive levels become `x_0`, with its standard
-    /// error; not needed when both have one unit.
+    /// error; not needed where both are lengths or angles.
     pub drive_gain: Option<[f64; 2]>,
     /// Quality factor of the viscous part when known, with its standard error: it takes the
     /// place of `drive_gain`.

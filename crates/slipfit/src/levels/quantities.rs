@@ -3,6 +3,7 @@
 use super::{Levels, Options};
 use crate::Quantity;
 use crate::inference::interval::bounded_interval;
+use crate::model::displacement::DisplacementUnit;
 use std::f64::consts::FRAC_PI_4;
 
 /// Unit of one over another.
@@ -48,8 +49,12 @@ pub(super) struct Calibrated {
     pub(super) loss_correlation: f64,
 }
 
+/// The Q of critical damping.
+const LEAST_Q: f64 = 0.5;
+
 impl LineQuantities {
-    /// `Q = slope/gain`, `x_F = (pi/4) gain threshold`; given Q, `x_F = (pi/4) slope threshold/Q`.
+    /// `Q = slope/gain`, `x_F = (pi/4) gain threshold`; given Q, `x_F = (pi/4) slope threshold/Q`. `None` where nothing
+    /// gives the gain, or one that no oscillator has.
     pub(super) fn calibrated(&self, levels: &Levels, options: &Options) -> Option<Calibrated> {
         if let Some([q, q_std]) = options.q_factor {
             let relative = q_std / q;
@@ -58,17 +63,17 @@ impl LineQuantities {
             let q = Quantity::normal(q, q_std, "");
             return Some(Calibrated { q, x_f: x_f.widened(relative), loss_correlation });
         }
-        let one_unit = !levels.unit().is_empty() && levels.unit() == levels.drive_unit();
-        let [gain, gain_std] = match options.drive_gain {
-            Some(gain) => gain,
-            None if one_unit => [1.0, 0.0],
-            None => return None,
-        };
+        let of_units = || Some([DisplacementUnit::gain(levels.drive_unit(), levels.unit())?, 0.0]);
+        let [gain, gain_std] = options.drive_gain.or_else(of_units)?;
         let relative = gain_std / gain;
         let x_f = self.threshold.scaled(FRAC_PI_4 * gain, levels.unit());
         let of_slope = self.slope.std_error / self.slope.value;
         let loss_correlation = loss_correlation(relative, of_slope, &x_f, self.correlation);
         let q = self.slope.scaled(1.0 / gain, "").widened(relative);
+        // Nothing below rings, let alone has a resonance: the gain is not that of the drive at the base.
+        if q.value < LEAST_Q && q.value > 0.0 {
+            return None;
+        }
         Some(Calibrated { q, x_f: x_f.widened(relative), loss_correlation })
     }
 }

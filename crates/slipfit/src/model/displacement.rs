@@ -52,6 +52,29 @@ impl DisplacementUnit {
         Some(Self { si, coordinate })
     }
 
+    /// What the numbers of a drive are in the unit of the response, where both are lengths or both are angles; `None`
+    /// where nothing says so. Equal units of anything else say nothing: a voltage that drives and one that a sensor
+    /// gives are not one quantity.
+    ///
+    /// ```
+    /// use slipfit::model::displacement::DisplacementUnit;
+    /// assert_eq!(DisplacementUnit::gain("mm", "mm"), Some(1.0));
+    /// assert_eq!(DisplacementUnit::gain("V", "V"), None);
+    /// ```
+    #[must_use]
+    pub fn gain(drive: &str, response: &str) -> Option<f64> {
+        /// Lengths in files that have no SI unit here, or none at all; of one unit they are one quantity.
+        const OTHERS: [&str; 10] =
+            ["in", "inch", "inches", "ft", "mil", "px", "pixel", "pixels", "metre", "meter"];
+        let (drive, response) = (drive.trim(), response.trim());
+        let is_other = OTHERS.iter().any(|other| other.eq_ignore_ascii_case(drive));
+        let is_known = Self::named(drive).is_some() || is_other && drive.eq_ignore_ascii_case(response);
+        if !is_known {
+            return None;
+        }
+        if is_other { Some(1.0) } else { Self::factor(drive, response).ok() }
+    }
+
     /// The factor that turns numbers in the unit `from` into numbers in the unit `to`.
     ///
     /// # Errors
@@ -135,6 +158,27 @@ mod tests {
         assert_eq!(DisplacementUnit::factor("V", "V"), Ok(1.0));
         for [from, to] in [["mm", "rad"], ["V", "m"], ["", "m"]] {
             assert!(DisplacementUnit::factor(from, to).is_err(), "{from} {to}");
+        }
+    }
+
+    #[test]
+    fn lengths_and_angles_alone_prove_a_gain() {
+        for (drive, response, gain) in
+            [("mm", "mm", 1.0), ("mm", "cm", 0.1), ("mm", "nm", 1e6), ("px", "px", 1.0), ("rad", "mrad", 1e3)]
+        {
+            let found = DisplacementUnit::gain(drive, response).unwrap();
+            assert!((found / gain - 1.0).abs() < 1e-12, "{drive} {response}: {found}");
+        }
+        for [drive, response] in [
+            ["V", "V"],
+            ["Vrms", "Vrms"],
+            ["", ""],
+            ["\u{221a}mW"; 2],
+            ["g", "g"],
+            ["mm", "rad"],
+            ["px", "mm"],
+        ] {
+            assert_eq!(DisplacementUnit::gain(drive, response), None, "{drive} {response}");
         }
     }
 

@@ -363,7 +363,8 @@ pub enum Warning {
         /// Whether the slope falls with the drive.
         falling: bool,
     },
-    /// Drive and amplitude are not known to have one unit: no Q and no friction displacement.
+    /// Nothing relates drive and amplitude, as two lengths or two angles are related, or what does gives a Q below 1/2:
+    /// no Q and no friction displacement.
     DriveUncalibrated,
     /// Levels at which the mass stuck lie above those at which it moved.
     Hysteresis {

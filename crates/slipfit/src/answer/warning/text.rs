@@ -409,8 +409,8 @@ impl fmt::Display for Warning {
             ),
             Warning::DriveUncalibrated => {
                 f.write_str(
-                    "nothing relates the unit of the drive to that of the amplitudes: the threshold is given as \
-                     the drive is",
+                    "nothing relates the drive to the amplitudes, as two lengths or two angles are related where they give \
+                     a Q above 1/2: the threshold is given as the drive is",
                 )
             }
             Warning::Hysteresis { stuck_at, moving_at } => write!(
