@@ -205,4 +205,30 @@ mod tests {
         // By chance alone it would be friction.
         assert!(sure > 0);
     }
+
+    /// A curve cut off looks like drag, beside which the viscous loss may come out below zero.
+    #[test]
+    fn values_and_table_are_those_of_one_fit() {
+        let known = crate::resonance::DriveAmplitude { value: 1.0, std_error: 0.0 };
+        let options = Options { drive_amplitude: Some(known), ..Options::default() };
+        for share in [0.6, 0.65, 0.7, 0.75, 0.8, 0.85] {
+            let (hz, z) = seen(61, 0.1, |_, z| z / z.norm() * z.norm().min(100.0 * share));
+            let amplitudes = z.iter().map(|z| z.norm()).collect();
+            let answer = analyse(&Curve::builder(hz, amplitudes).build().unwrap(), &options).unwrap();
+            let row = answer.comparison.iter().find(|c| c.model == answer.model).unwrap();
+            for parameter in [crate::Parameter::DECAY_RATE, crate::Parameter::FRICTION_DISPLACEMENT] {
+                let value = answer.parameter(parameter).unwrap();
+                let of_row = row.values.get(parameter).unwrap();
+                assert!(
+                    (of_row - value.value).abs() < 0.5 * value.std_error,
+                    "{share}: {value:?} in a row of {of_row}"
+                );
+            }
+            let x_f = answer.parameter(crate::Parameter::FRICTION_DISPLACEMENT).unwrap();
+            assert!(x_f.interval_95[0] == 0.0 || answer.sliding.p_value < 0.1, "{share}: {x_f:?}");
+            let delta = answer.parameter(crate::Parameter::DECAY_RATE).unwrap().value;
+            let none = answer.warnings.iter().any(|w| w.code() == "no_viscous_loss");
+            assert_eq!(none, delta == 0.0 && answer.model != crate::LossModel::VISCOUS_SLIDING);
+        }
+    }
 }

@@ -18,7 +18,7 @@ use crate::answer::describe::{candidates, correlations, sliding_evidence, symmet
 use crate::answer::{Parameter, SlidingEvidence, Values};
 use crate::inference::Z_95;
 use crate::inference::model_selection::{ModelComparison, ModelFit};
-use crate::model::loss::LossTerm;
+use crate::model::loss::{LossModel, LossTerm};
 use crate::{Error, Quantity};
 use std::f64::consts::{PI, TAU};
 
@@ -114,7 +114,11 @@ fn evidence(d: &FittedModels, chosen: &ModelFit, shares: [f64; 2]) -> (SlidingEv
     let own = d.comparison.sliding_beside(chosen).map_or(found.p_value, |p| p.max(found.p_value));
     let none = chosen.model.has(LossTerm::Sliding) && !(chosen.bounded.parameters[X_F] > 0.0);
     let p_value = if none { 1.0 } else { averaged::sliding_p_value(d, own) };
-    let significant = found.detected && p_value < d.comparison.criteria.detected;
+    // Beside a further loss no viscous one at all is improbable: friction that takes its place needs to be surer.
+    let further = !chosen.model.is_within(LossModel::VISCOUS_SLIDING);
+    let takes_its_place = further && !none && !(chosen.bounded.parameters[DELTA] > 0.0);
+    let penalty = if takes_its_place { d.comparison.criteria.no_viscous_penalty } else { 0.0 };
+    let significant = found.detected && found.delta_bic > penalty && p_value < d.comparison.criteria.detected;
     let law_holds = !significant || d.law_holds(chosen);
     (SlidingEvidence { p_value, detected: significant && law_holds, ..found }, law_holds)
 }

@@ -120,16 +120,17 @@ fn fit_models(
         LossModel::compared(options.model).filter(|m| has_start(m) && *m != LossModel::VISCOUS_SLIDING);
     let order = std::iter::once(LossModel::VISCOUS_SLIDING).chain(simpler_first);
     let mut fits: Vec<(LossModel, Fit)> = Vec::new();
-    let mut surely_viscous = false;
-    for model in order {
+    let is_further = |model: LossModel| !model.is_within(LossModel::VISCOUS_SLIDING);
+    let surely_viscous = |fits: &[(LossModel, Fit)], model: LossModel| {
+        let fit = fits.iter().find(|(m, _)| *m == model).map(|(_, f)| f);
+        fit.is_some_and(|f| f.parameters[DELTA] > criteria.models.surely_viscous * noise.std_error(f, DELTA))
+    };
+    let add = |fits: &mut Vec<(LossModel, Fit)>, model: LossModel| {
         let terms: Vec<usize> = model.terms().map(slot).collect();
-        if surely_viscous && !model.has(LossTerm::Viscous) && options.model != Some(model) {
-            continue;
-        }
         let mut free: Vec<usize> = others.iter().chain(&terms).copied().collect();
         free.sort_unstable();
         if (problem.observations() as usize) <= free.len() {
-            continue;
+            return;
         }
         let mut from: Vec<Vec<f64>> =
             fits.iter().map(|(_, f)| f.parameters.clone()).chain(starts.iter().cloned()).collect();
@@ -140,7 +141,8 @@ fn fit_models(
                 }
             }
             // Sliding alone has no height at resonance: the drive must fall short of it.
-            if !model.has(LossTerm::Viscous) && model.has_sliding() {
+            let alone = terms.iter().all(|&k| k == X_F || p[k] <= 0.0);
+            if !model.has(LossTerm::Viscous) && model.has_sliding() && alone {
                 p[X_F] = p[X_F].max(SLIDING_ALONE * p[X_0]);
             }
         }
@@ -162,12 +164,24 @@ fn fit_models(
                 (mirrored[DELTA], mirrored[BG_IM]) = (-mirrored[DELTA], -mirrored[BG_IM]);
                 fit = minimise(&own, &mirrored, &free).filter(|f| f.parameters[DELTA] > 0.0).unwrap_or(fit);
             }
-            if model == LossModel::VISCOUS_SLIDING {
-                // So far from zero no data call for a model without it.
-                surely_viscous =
-                    fit.parameters[DELTA] > criteria.models.surely_viscous * noise.std_error(&fit, DELTA);
-            }
             fits.push((model, fit));
+        }
+    };
+    let mut left_out = Vec::new();
+    for model in order {
+        // So far from zero no data call for a model without it.
+        let needless = !model.has(LossTerm::Viscous) && surely_viscous(&fits, LossModel::VISCOUS_SLIDING);
+        if needless && options.model != Some(model) {
+            left_out.push(model);
+        } else {
+            add(&mut fits, model);
+        }
+    }
+    // Beside a further loss the viscous one may be none after all: then the model within the limits is one without it.
+    for model in left_out {
+        let with = model.with(LossTerm::Viscous);
+        if is_further(model) && !surely_viscous(&fits, with) {
+            add(&mut fits, model);
         }
     }
     fits

@@ -127,6 +127,10 @@ fn shape(list: &mut Vec<Warning>, d: &FittedModels, answer: &Answer, c: &AnswerC
             list.push(Warning::ShapeAlone { friction_ratio: [low, high.min(1.0f64.max(low))] });
         }
     }
+    let further = !answer.model.is_within(LossModel::VISCOUS_SLIDING);
+    if further && answer.parameter(Parameter::DECAY_RATE).is_some_and(|q| q.value <= 0.0) {
+        list.push(Warning::NoViscousLoss { model: answer.model });
+    }
     if let Some(entry) = d.comparison.get(LossModel::VISCOUS_SLIDING) {
         let fit = &entry.unbounded;
         let correlation = fit.correlation(DELTA, X_F);

@@ -256,6 +256,11 @@ pub enum Warning {
         /// Its size over the highest amplitude.
         relative: f64,
     },
+    /// Beside a further loss such as drag the curve leaves no viscous one, as that of a detector that is cut off does.
+    NoViscousLoss {
+        /// The model reported.
+        model: LossModel,
+    },
     /// Other terms beside the losses than those fitted explain the curve as well, and give other losses.
     RivalInstrument {
         /// They have a background.
@@ -443,6 +448,7 @@ impl Warning {
             Warning::Background { .. } => "background",
             Warning::AmplitudeOffset { .. } => "amplitude_offset",
             Warning::NoiseFloor { .. } => "noise_floor",
+            Warning::NoViscousLoss { .. } => "no_viscous_loss",
             Warning::RivalInstrument { .. } => "rival_instrument",
             Warning::Delay { .. } => "delay",
             Warning::RunsDiffer { .. } => "runs_differ",

@@ -309,6 +309,11 @@ impl fmt::Display for Warning {
                     with_error(*friction_displacement, unit)
                 )
             }
+            Warning::NoViscousLoss { model } => write!(
+                f,
+                "by {model} the curve has no viscous loss at all, which hardly any resonator lacks: a detector that is cut off \
+                 or saturates flattens the peak alike, and its losses are then wrong"
+            ),
             Warning::Delay { delay_s } => {
                 write!(f, "a delay of {delay_s:.4e} s in the signal chain was fitted")
             }
