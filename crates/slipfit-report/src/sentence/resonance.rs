@@ -31,6 +31,16 @@ pub(super) fn sentence(a: &Answer) -> String {
     conclusion(a)
 }
 
+/// The term of the instrument that amplitudes alone do not tell from friction.
+fn beside_friction(a: &Answer) -> Option<&'static str> {
+    a.warnings.iter().find_map(|w| match w {
+        Warning::Background { phases: false, .. } => Some("the background"),
+        Warning::AmplitudeOffset { .. } => Some("the constant in every amplitude"),
+        Warning::NoiseFloor { .. } => Some("the noise floor"),
+        _ => None,
+    })
+}
+
 fn conclusion(a: &Answer) -> String {
     let s = &a.sliding;
     let drive = match a.drive_source {
@@ -45,12 +55,17 @@ fn conclusion(a: &Answer) -> String {
         } else {
             String::new()
         };
-        return format!(
-            "Sliding friction carries {} of the loss at the peak{rest}, {drive}{by}; a curve without it is \
-             excluded, {}.",
-            percent(s.share_at_highest),
-            p_value(s.p_value)
+        let carries = format!(
+            "Sliding friction carries {} of the loss at the peak{rest}, {drive}{by}",
+            percent(s.share_at_highest)
         );
+        // What the p value takes for granted is not known.
+        if let Some(term) = beside_friction(a) {
+            return format!(
+                "{carries}, if {term} is as fitted: amplitudes alone do not tell it from friction, and no p value holds."
+            );
+        }
+        return format!("{carries}; a curve without it is excluded, {}.", p_value(s.p_value));
     }
     let limit = |parameter| a.parameter(parameter).map(|q| (q.interval_95, q.unit.clone()));
     let ratio = limit(Parameter::FrictionRatio).map(|(i, _)| i);
@@ -61,7 +76,10 @@ fn conclusion(a: &Answer) -> String {
              than noise and than what friction explains."
         );
     }
-    if law.has_sliding() && !s.detected && s.share_at_highest > 0.0 {
+    // What the interval keeps off zero is possible, whichever model has the lower BIC.
+    let off_zero = a.model.has_sliding()
+        && limit(Parameter::FRICTION_DISPLACEMENT).is_some_and(|(interval, _)| interval[0] > 0.0);
+    if (law.has_sliding() || off_zero) && !s.detected && s.share_at_highest > 0.0 {
         return format!(
             "Sliding friction is possible but not certain, {}, {drive}: it would carry {} of the loss at the \
              peak.",
@@ -89,4 +107,52 @@ fn conclusion(a: &Answer) -> String {
         _ => String::new(),
     };
     format!("The curve is explained without sliding friction, {}, {drive}{wide}{below}.", p_value(s.p_value))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use slipfit::Oscillator;
+    use slipfit::motion::steady::{Phasor, scan};
+    use slipfit::resonance::{Curve, Options, analyse};
+
+    fn answer(friction: f64, background: f64, phases: bool) -> Answer {
+        let o = Oscillator::builder().frequency_hz(1.0).q_factor(100.0).friction_displacement(friction);
+        let o = o.build().unwrap();
+        let hz: Vec<f64> = (0..161).map(|i| 0.96 + 5e-4 * f64::from(i)).collect();
+        let mut noise = 0.37f64;
+        let mut jitter = || {
+            noise = (noise * 997.0).fract();
+            0.6 * (noise - 0.5)
+        };
+        let read = |f: &f64| {
+            let z = scan::reading(&o, 1.0, *f).unwrap().fundamental;
+            z + Phasor::new(background + jitter(), jitter())
+        };
+        let z: Vec<Phasor> = hz.iter().map(read).collect();
+        let curve = if phases {
+            Curve::complex(hz, z)
+        } else {
+            Curve::builder(hz, z.iter().map(|z| z.norm()).collect())
+        };
+        analyse(&curve.build().unwrap(), &Options::default()).unwrap()
+    }
+
+    #[test]
+    fn no_p_value_stands_where_a_background_may_be_friction() {
+        let said = sentence(&answer(0.4, 6.0, false));
+        assert!(said.contains("if the background is as fitted") && !said.contains("p <"), "{said}");
+        let said = sentence(&answer(0.4, 6.0, true));
+        assert!(said.contains("a curve without it is excluded, p <"), "{said}");
+    }
+
+    #[test]
+    fn friction_that_the_interval_keeps_off_zero_is_possible() {
+        for friction in [0.0, 2e-3, 4e-3, 6e-3, 8e-3, 1e-2, 1.2e-2] {
+            let answer = answer(friction, 0.0, true);
+            let [low, _] = answer.parameter(Parameter::FRICTION_DISPLACEMENT).unwrap().interval_95;
+            let said = sentence(&answer);
+            assert!(low == 0.0 || !said.contains("explained without"), "{friction}: {said}");
+        }
+    }
 }

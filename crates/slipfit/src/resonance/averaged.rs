@@ -78,14 +78,17 @@ pub(super) fn stretched(
     q
 }
 
-/// p value of sliding friction with the other fits counted: the mean of what each says.
+/// p value of sliding friction with the other fits counted: the mean of what each says; it is not surer than by any of
+/// the minima that explain the data as well, over which the interval is stretched.
 pub(super) fn sliding_p_value(d: &FittedModels, own: f64) -> f64 {
     let noise = d.comparison.noise;
-    let of = |a: &Alternative| {
-        let fit = &a.fit.unbounded;
+    let by = |fit: &Fit| {
         let z = fit.parameters[X_F] / noise.std_error(fit, X_F);
-        if z.is_finite() { a.weight * 0.5 * erfc(z / SQRT_2) } else { a.weight }
+        if z.is_finite() { 0.5 * erfc(z / SQRT_2) } else { 1.0 }
     };
+    let several = d.minima.iter().filter(|_| d.minima.len() > 1);
+    let own = several.map(by).fold(own, f64::max);
+    let of = |a: &Alternative| a.weight * by(&a.fit.unbounded);
     let sum: f64 = d.alternatives.iter().map(|a| a.weight).sum();
     let others: f64 = d.alternatives.iter().map(of).sum();
     // Weights of several kinds may sum to more than one.
