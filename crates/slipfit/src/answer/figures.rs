@@ -10,6 +10,15 @@ pub(crate) fn figures(value: f64, digits: i32) -> String {
     if text.contains('.') { text.trim_end_matches('0').trim_end_matches('.').to_owned() } else { text }
 }
 
+/// A number in a unit with the prefix that leaves one to three digits before the point.
+pub(crate) fn scaled(value: f64, digits: i32, unit: &str) -> String {
+    const PREFIXES: [&str; 9] = ["f", "p", "n", "µ", "m", "", "k", "M", "G"];
+    let third = (value.abs().log10() / 3.0).floor();
+    let third = if third.is_finite() { third.clamp(-5.0, 3.0) } else { 0.0 };
+    let prefix = PREFIXES.get((third + 5.0) as usize).unwrap_or(&"");
+    format!("{} {prefix}{unit}", figures(value / 1000f64.powf(third), digits))
+}
+
 /// A number of things, of which one has no `s`.
 pub(crate) fn counted(count: usize, thing: &str) -> String {
     format!("{count} {thing}{}", if count == 1 { "" } else { "s" })
@@ -41,6 +50,14 @@ mod tests {
         for (value, digits, text) in cases {
             assert_eq!(figures(value, digits), text);
         }
+    }
+
+    #[test]
+    fn a_prefix_keeps_numbers_short() {
+        assert_eq!(scaled(5.3284e-3, 3, "s"), "5.33 ms");
+        assert_eq!(scaled(-2.5e-7, 3, "s"), "-250 ns");
+        assert_eq!(scaled(1.25, 3, "s"), "1.25 s");
+        assert_eq!(scaled(0.0, 3, "s"), "0 s");
     }
 
     #[test]

@@ -231,4 +231,20 @@ mod tests {
             assert_eq!(none, delta == 0.0 && answer.model != crate::LossModel::VISCOUS_SLIDING);
         }
     }
+
+    #[test]
+    fn a_delay_below_zero_is_no_delay() {
+        let delayed = |delay: f64| {
+            let (hz, z) =
+                seen(101, 0.1, |i, z| z * Phasor::from_polar(1.0, -delay * 0.06 * i as f64 / 100.0));
+            let curve = Curve::complex(hz, z).build().unwrap();
+            let options =
+                Options { terms: Terms { delay: Some(true), ..Terms::default() }, ..Options::default() };
+            let codes: Vec<_> =
+                analyse(&curve, &options).unwrap().warnings.iter().map(|w| w.code()).collect();
+            ["delay", "negative_delay"].map(|code| codes.contains(&code))
+        };
+        assert_eq!(delayed(5.0), [true, false]);
+        assert_eq!(delayed(-5.0), [false, true]);
+    }
 }

@@ -374,6 +374,9 @@ criteria! {
             moves "coverage of the natural frequency under a Duffing term, and width of its intervals";
         /// Weight over that of the fit reported below which another does not count.
         least_weight: f64 = 0.001, source "far below a half of 2.5 %", moves "coverage";
+        /// Standard errors below zero from which on a delay is none: no instrument answers before its drive.
+        negative_delay: f64 = 3.0, source "of 300 curves of a resonance none, whatever cables and filters",
+            moves "warnings";
         /// Standard errors by which other terms of the instrument must move a loss to be named.
         rival_errors: f64 = 2.0, source "chosen by simulation", moves "warnings";
         /// Noise of the residuals over that within one run above which the runs are compared by the

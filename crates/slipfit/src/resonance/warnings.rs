@@ -82,7 +82,7 @@ pub(super) fn warnings(
         list.push(Warning::SecondPeak { main_hz: omega / TAU, other_hz: other / TAU, relative_height });
     }
     shape(&mut list, d, answer, c);
-    instrument(&mut list, d, answer);
+    instrument(&mut list, d, answer, c);
     list.extend(rival(d, answer, options, criteria));
     reference(&mut list, d, answer, c);
     let misfit = answer.diagnostics.residual_rms / answer.diagnostics.noise_rms.max(f64::MIN_POSITIVE);
@@ -145,7 +145,7 @@ fn shape(list: &mut Vec<Warning>, d: &FittedModels, answer: &Answer, c: &AnswerC
     }
 }
 
-fn instrument(list: &mut Vec<Warning>, d: &FittedModels, answer: &Answer) {
+fn instrument(list: &mut Vec<Warning>, d: &FittedModels, answer: &Answer, c: &AnswerCriteria) {
     let p = &answer.fit.parameters;
     if answer.instrument.background.is_some() {
         list.push(Warning::Background {
@@ -160,7 +160,12 @@ fn instrument(list: &mut Vec<Warning>, d: &FittedModels, answer: &Answer) {
         list.push(Warning::NoiseFloor { relative: floor.value / d.problem.main.highest() });
     }
     if let Some(delay) = &answer.instrument.delay_s {
-        list.push(Warning::Delay { delay_s: delay.value });
+        let errors = -delay.value / delay.std_error;
+        list.push(if errors > c.negative_delay {
+            Warning::NegativeDelay { delay_s: delay.value, errors }
+        } else {
+            Warning::Delay { delay_s: delay.value }
+        });
     }
     let lean = answer.parameter(Parameter::DuffingCoefficient);
     // A Duffing term that is zero within its error does not skew the peak.

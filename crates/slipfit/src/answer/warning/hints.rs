@@ -96,6 +96,10 @@ impl Warning {
             }
             Warning::Jump { .. } => vec![Hint::new("band_hz", "keeps to one branch")],
             Warning::OneFlank { .. } => vec![Hint::advice("measure across the peak")],
+            Warning::NegativeDelay { .. } => vec![
+                Hint::new("kind", "says what was measured"),
+                Hint::advice("see that the phases are those of the response against the drive"),
+            ],
             Warning::ScatteredErrors { .. } => {
                 vec![Hint::advice("errors pooled over neighbouring points are surer")]
             }

@@ -289,6 +289,14 @@ pub enum Warning {
         /// s.
         delay_s: f64,
     },
+    /// The delay that was fitted is below zero by more than its error: no instrument answers before its drive, so that the curve
+    /// departs from the model.
+    NegativeDelay {
+        /// s.
+        delay_s: f64,
+        /// Standard errors below zero.
+        errors: f64,
+    },
     /// Up and down sweeps of one file differ.
     RunsDiffer {
         /// Mean difference over its standard error.
@@ -451,6 +459,7 @@ impl Warning {
             Warning::NoViscousLoss { .. } => "no_viscous_loss",
             Warning::RivalInstrument { .. } => "rival_instrument",
             Warning::Delay { .. } => "delay",
+            Warning::NegativeDelay { .. } => "negative_delay",
             Warning::RunsDiffer { .. } => "runs_differ",
             Warning::Lag { .. } => "lag",
             Warning::ReferenceDiffers { .. } => "reference_differs",

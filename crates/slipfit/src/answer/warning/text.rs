@@ -315,7 +315,20 @@ impl fmt::Display for Warning {
                  or saturates flattens the peak alike, and its losses are then wrong"
             ),
             Warning::Delay { delay_s } => {
-                write!(f, "a delay of {delay_s:.4e} s in the signal chain was fitted")
+                write!(f, "a delay of {} in the signal chain was fitted", figures::scaled(*delay_s, 3, "s"))
+            }
+            Warning::NegativeDelay { delay_s, errors } => {
+                write!(f, "a delay of {} was fitted, ", figures::scaled(*delay_s, 3, "s"))?;
+                if *errors < MOST_ERRORS_TOLD {
+                    write!(f, "{}", figures(*errors, 2))?;
+                } else {
+                    write!(f, "more than {MOST_ERRORS_TOLD}")?;
+                }
+                f.write_str(
+                    " standard errors below zero, and no instrument answers before its drive: the curve departs from the \
+                     model in another way, as where an acceleration passes for a displacement, or a gain, a background or \
+                     the drive changes along the sweep; its losses may be wrong",
+                )
             }
             Warning::RunsDiffer { z } => {
                 f.write_str("sweeps up and down differ by ")?;
