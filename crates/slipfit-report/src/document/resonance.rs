@@ -59,7 +59,7 @@ fn facts(analysed: &AnalysedCurve<'_>, spell: Spelling<'_>) -> Facts {
     };
     let drive = match answer.drive_source {
         DriveSource::Known => "x₀ as given",
-        DriveSource::Reference => "x₀ from the reference",
+        DriveSource::Reference => "x₀ from the reference, at the same gain and drive",
         DriveSource::Shape => "x₀ from the shape alone",
         _ => "x₀ unknown",
     };

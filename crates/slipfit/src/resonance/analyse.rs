@@ -3,6 +3,7 @@
 use super::block::Block;
 use super::criteria::Criteria;
 use super::fitted_models::FittedModels;
+use super::free_gain::FreeGain;
 use super::peak;
 use super::prepared::PreparedCurve;
 use super::work::Work;
@@ -131,6 +132,14 @@ pub(super) fn analyse_within(
     }
     let fitted =
         fitted.map_err(|error| if work.was_cut() { Error::NoFit { reason: SEARCH_CUT } } else { error })?;
+    let mut fitted = fitted;
+    if options.reference.is_some() && !fitted.problem.main.complex {
+        let known = used.std_error().is_some() && fitted.set_aside.errors.is_none();
+        fitted.free_gain = work.within(criteria.search.share, || {
+            let alone = PreparedCurve::new(main, None, options, criteria).ok()?;
+            FreeGain::of(&fitted, alone, options, criteria, known)
+        });
+    }
     // Whatever the search took, there is work for the intervals.
     work.renew(criteria.search.interval_part);
     assemble::answer(curve, used, options, &fitted, criteria)
@@ -246,5 +255,38 @@ mod tests {
         };
         assert_eq!(delayed(5.0), [true, false]);
         assert_eq!(delayed(-5.0), [false, true]);
+    }
+
+    /// Curve and reference of amplitudes, the reference read with another gain.
+    #[test]
+    fn a_reference_at_another_gain_is_named() {
+        let o =
+            crate::Oscillator::builder().frequency_hz(1.0).q_factor(100.0).friction_displacement(0.4).build();
+        let o = o.unwrap();
+        let answered = |gain: f64, seed: u64| {
+            let (hz, free) = seen(121, 0.1, |_, z| z * gain);
+            let read = |(i, f): (usize, &f64)| {
+                let noise = Phasor::new(jitter(i, 2 * seed + 7), jitter(i, 2 * seed + 8)) * 0.1;
+                (scan::reading(&o, 1.0, *f).unwrap().fundamental + noise).norm()
+            };
+            let amplitudes = hz.iter().enumerate().map(read).collect();
+            let reference =
+                Curve::builder(hz.clone(), free.iter().map(|z| z.norm()).collect()).build().unwrap();
+            let options = Options { reference: Some(reference), ..Options::default() };
+            let answer = analyse(&Curve::builder(hz, amplitudes).build().unwrap(), &options).unwrap();
+            let named = answer.warnings.iter().any(|w| w.code() == "reference_gain");
+            (named, answer.parameter(crate::Parameter::FRICTION_DISPLACEMENT).unwrap().clone())
+        };
+        for seed in 0..5 {
+            let (named, x_f) = answered(1.0, seed);
+            assert!(!named && x_f.std_error < 0.01, "{seed}: {x_f:?}");
+            for gain in [0.7, 1.4] {
+                let (named, x_f) = answered(gain, seed);
+                assert!(
+                    named && (x_f.interval_95[0]..=x_f.interval_95[1]).contains(&0.4),
+                    "{gain}, {seed}: {x_f:?}"
+                );
+            }
+        }
     }
 }

@@ -66,10 +66,14 @@ pub(super) fn stretched(
         }
     }
     let rest = 1.0 - absent.iter().map(|a| a.weight).sum::<f64>().min(1.0);
-    let instruments = d.alternatives.iter().map(|a| {
+    let others = |a: &Alternative, share: f64| {
         let [value, std_error] = estimate(&a.fit, noise, of);
-        Weighed { weight: rest * weight(a), value, std_error }
-    });
+        Weighed { weight: share * weight(a), value, std_error }
+    };
+    let gain = d.free_gain.as_ref().map(|g| &g.alternative);
+    let same_gain = rest * (1.0 - gain.map_or(0.0, weight));
+    let instruments = d.alternatives.iter().map(|a| others(a, same_gain));
+    let instruments = instruments.chain(gain.map(|a| others(a, rest)));
     let others: Vec<Weighed> = instruments.chain(absent.iter().copied()).collect();
     let mut q = averaged::stretched(q, &others);
     if q.interval_95 != before {
@@ -92,7 +96,22 @@ pub(super) fn sliding_p_value(d: &FittedModels, own: f64) -> f64 {
     let sum: f64 = d.alternatives.iter().map(|a| a.weight).sum();
     let others: f64 = d.alternatives.iter().map(of).sum();
     // Weights of several kinds may sum to more than one.
-    ((1.0 - sum).max(0.0) * own + others) / sum.max(1.0)
+    let same_gain = ((1.0 - sum).max(0.0) * own + others) / sum.max(1.0);
+    let gain = d.free_gain.as_ref().map(|g| &g.alternative);
+    gain.map_or(same_gain, |a| (1.0 - a.weight) * same_gain + of(a))
+}
+
+/// Whether a fit gives a loss other than that of the fit chosen, by more than its errors.
+pub(super) fn moves_a_loss(
+    d: &FittedModels,
+    a: &Alternative,
+    chosen: &ModelFit,
+    criteria: &Criteria,
+) -> bool {
+    [DELTA, X_F].into_iter().any(|k| {
+        let apart = a.fit.bounded.parameters[k] - chosen.bounded.parameters[k];
+        apart.abs() > criteria.answer.rival_errors * d.comparison.noise.std_error(&chosen.unbounded, k)
+    })
 }
 
 /// Other terms beside the losses that explain the curve as well as those reported, and move the
@@ -103,13 +122,10 @@ pub(super) fn rival<'a>(
     criteria: &Criteria,
 ) -> Option<(&'a OtherFit, f64, [f64; 2])> {
     let noise = d.comparison.noise;
-    let moved = |a: &Alternative| {
-        [DELTA, X_F].into_iter().any(|k| {
-            let apart = a.fit.bounded.parameters[k] - chosen.bounded.parameters[k];
-            apart.abs() > criteria.answer.rival_errors * noise.std_error(&chosen.unbounded, k)
-        })
-    };
-    let close = d.alternatives.iter().filter(|a| a.delta_bic < criteria.report.rival_bic && moved(a));
+    let close = d
+        .alternatives
+        .iter()
+        .filter(|a| a.delta_bic < criteria.report.rival_bic && moves_a_loss(d, a, chosen, criteria));
     let best = close.min_by(|a, b| a.delta_bic.total_cmp(&b.delta_bic))?;
     Some((&best.fit, best.delta_bic, estimate(&best.fit, noise, &|p| p[X_F])))
 }

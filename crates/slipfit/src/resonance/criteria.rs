@@ -228,6 +228,9 @@ criteria! {
         weight_change: f64 = 0.2, source "chosen by simulation", moves "coverage";
         /// Times that the weight is renewed.
         weight_rounds: usize = 3, source "chosen by simulation", moves "coverage";
+        /// Odds before the data of a curve of amplitudes read with another gain, or driven otherwise, than its reference.
+        other_gain_odds: f64 = 0.05, source "a setting is seldom changed unnoticed; chosen by simulation",
+            moves "coverage beside a reference at another gain, and width of intervals beside one at the same";
     }
 }
 
@@ -363,6 +366,8 @@ criteria! {
         reference_widths: f64 = 5.0, source "one resonator keeps its frequency", moves "warnings";
         /// Factor by which the damping of the reference may differ.
         reference_damping: f64 = 3.0, source "one resonator keeps its damping", moves "warnings";
+        /// Probability above which another gain of the reference is named.
+        other_gain: f64 = 0.5, source "more probable than not", moves "warnings";
         /// p value below which the reference has friction of its own.
         reference_slides: f64 = 0.001, source "chosen by simulation", moves "warnings";
         /// What a parameter of another set of instrument terms costs, in the logarithm of the likelihood

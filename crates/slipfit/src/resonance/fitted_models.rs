@@ -3,6 +3,7 @@
 use super::alternatives::Alternative;
 use super::block::Block;
 use super::criteria::AnswerCriteria;
+use super::free_gain::FreeGain;
 use super::peak::Peak;
 use super::problem::Problem;
 use super::response::{BG_IM, BG_RE, FLOOR, OFFSET};
@@ -54,6 +55,8 @@ pub(crate) struct FittedModels {
     pub(crate) minima: Vec<Fit>,
     /// Other sets of instrument terms that count.
     pub(crate) alternatives: Vec<Alternative>,
+    /// Curve and reference with a drive each, of amplitudes.
+    pub(crate) free_gain: Option<FreeGain>,
     /// Noise of an amplitude over the amplitude, where the noise grows with it.
     pub(crate) proportional_noise: Option<f64>,
     pub(crate) set_aside: ColumnsSetAside,

@@ -15,6 +15,7 @@ mod direct;
 mod fitted;
 mod fitted_models;
 mod force;
+mod free_gain;
 mod hypothesis;
 mod hypothesis_fit;
 mod instrument_start;

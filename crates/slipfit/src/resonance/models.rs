@@ -64,6 +64,7 @@ pub(super) fn compare(curve: &PreparedCurve, mut chosen: HypothesisFit) -> Resul
         autocorrelation: residuals.rho,
         minima,
         alternatives,
+        free_gain: None,
         proportional_noise: None,
         set_aside: ColumnsSetAside::default(),
         criteria: criteria.answer.clone(),

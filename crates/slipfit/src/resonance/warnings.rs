@@ -84,7 +84,7 @@ pub(super) fn warnings(
     shape(&mut list, d, answer, c);
     instrument(&mut list, d, answer, c);
     list.extend(rival(d, answer, options, criteria));
-    reference(&mut list, d, answer, c);
+    reference(&mut list, d, answer, options, criteria);
     let misfit = answer.diagnostics.residual_rms / answer.diagnostics.noise_rms.max(f64::MIN_POSITIVE);
     // Next to the least noise there is, the ratio leaves the numbers.
     let misfit = misfit.min(f64::MAX);
@@ -215,8 +215,26 @@ fn rival(d: &FittedModels, answer: &Answer, options: &Options, criteria: &Criter
     })
 }
 
-fn reference(list: &mut Vec<Warning>, d: &FittedModels, answer: &Answer, c: &AnswerCriteria) {
+fn reference(
+    list: &mut Vec<Warning>,
+    d: &FittedModels,
+    answer: &Answer,
+    options: &Options,
+    criteria: &Criteria,
+) {
+    let c = &criteria.answer;
     let Some(reference) = &answer.reference else { return };
+    if let Some(gain) = &d.free_gain
+        && gain.alternative.weight > c.other_gain
+        && chosen(d, options).is_some_and(|c| averaged::moves_a_loss(d, &gain.alternative, c, criteria))
+    {
+        list.push(Warning::ReferenceGain {
+            ratio: gain.ratio,
+            delta_bic: gain.alternative.delta_bic,
+            friction_displacement: averaged::estimate(&gain.alternative.fit, d.comparison.noise, &|p| p[X_F]),
+            unit: answer.unit.clone(),
+        });
+    }
     let p = &answer.fit.parameters;
     let apart = (p[R_OMEGA] - p[OMEGA]).abs();
     let relative_frequency = apart / (d.problem.centre + p[OMEGA]);

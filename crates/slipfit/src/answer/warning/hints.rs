@@ -100,6 +100,9 @@ impl Warning {
                 Hint::new("kind", "says what was measured"),
                 Hint::advice("see that the phases are those of the response against the drive"),
             ],
+            Warning::ReferenceGain { .. } => {
+                vec![Hint::new("drive_amplitude", "gives that of this curve")]
+            }
             Warning::ScatteredErrors { .. } => {
                 vec![Hint::advice("errors pooled over neighbouring points are surer")]
             }

@@ -314,6 +314,17 @@ pub enum Warning {
         /// Decay rate of the reference over that of the curve.
         decay_rate_ratio: f64,
     },
+    /// The shape of a curve of amplitudes asks for another drive than that of its reference.
+    ReferenceGain {
+        /// Drive of the curve by its shape over that of the reference.
+        ratio: f64,
+        /// BIC with a drive for each above that of the one reported.
+        delta_bic: f64,
+        /// Friction displacement then, and its standard error.
+        friction_displacement: [f64; 2],
+        /// Unit of the response.
+        unit: String,
+    },
     /// The reference curve itself shows sliding friction.
     ReferenceSlides {
         /// p value of it.
@@ -463,6 +474,7 @@ impl Warning {
             Warning::RunsDiffer { .. } => "runs_differ",
             Warning::Lag { .. } => "lag",
             Warning::ReferenceDiffers { .. } => "reference_differs",
+            Warning::ReferenceGain { .. } => "reference_gain",
             Warning::ReferenceSlides { .. } => "reference_slides",
             Warning::Stuck { .. } => "stuck",
             Warning::PaperBias { .. } => "paper_bias",

@@ -359,6 +359,15 @@ impl fmt::Display for Warning {
                     f.write_str("and the curve has no viscous loss to compare with its own")
                 }
             }
+            Warning::ReferenceGain { ratio, delta_bic, friction_displacement, unit } => write!(
+                f,
+                "by its own shape the curve has {} times the drive of its reference, which explains both {} (BIC differs \
+                 by {:.1}), with x_F = {}: x_0 comes from the reference and holds for the same gain and drive alone",
+                figures(*ratio, 3),
+                if *delta_bic < 0.0 { "better" } else { "as well" },
+                delta_bic.abs(),
+                with_error(*friction_displacement, unit)
+            ),
             Warning::ReferenceSlides { p_value: p } => write!(
                 f,
                 "the reference curve itself shows sliding friction ({}): x_0 comes out too small",
