@@ -1,9 +1,10 @@
 //! From drive levels and amplitudes to slope and threshold.
 
-use super::answer::{Answer, Diagnostics, FittedLevels, LevelPoint};
+use super::answer::{Answer, Detector, Diagnostics, FittedLevels, LevelPoint};
 use super::criteria::Criteria;
-use super::line::{bend, breakaway, split};
+use super::line::{Line, bend, breakaway, split};
 use super::noise::{AveragedLine, averaged};
+use super::plateau::{Adds, Corrected, Plateau};
 use super::quantities::{Calibrated, LineQuantities, inverse, not_negative, ratio_unit};
 use super::{Levels, Options};
 use crate::answer::calibration::{Calibration, physical};
@@ -25,6 +26,7 @@ use std::f64::consts::TAU;
 /// moving branch where that describes all of them best; the moving branch gives slope and
 /// threshold, the split the breakaway. Without errors of the levels, noise that is constant and noise that grows with
 /// the amplitude both count, by their restricted likelihood; errors given are believed unless the levels scatter more.
+/// What a detector reads where the mass sticks, its zero or its noise, is taken off every level.
 ///
 /// Units: amplitudes in one unit, drive levels in another or the same. Where both are lengths
 /// or both are angles ([`DisplacementUnit::gain`](crate::model::displacement::DisplacementUnit::gain)),
@@ -78,10 +80,31 @@ pub fn analyse_with(levels: &Levels, options: &Options, criteria: &Criteria) -> 
     let moving = line.moving.iter().filter(|m| **m).count();
     let dof = (moving as f64 - 2.0).max(1.0);
     let believed = known && chi_square_tail(line.rss, dof) > c.errors_too_small;
-    let AveragedLine { intercept, slope, covariance: v, variance } = if known {
-        AveragedLine::with_errors(&line, &weight, if believed { 1.0 } else { line.rss / dof })
-    } else {
-        averaged(&x, &y, &line, c)
+    let fit = |y: &[f64], line: &Line| {
+        if known {
+            AveragedLine::with_errors(line, &weight, if believed { 1.0 } else { line.rss / dof })
+        } else {
+            averaged(&x, y, line, c)
+        }
+    };
+    let plateau = Plateau::of(&x, &y, &weight, &line, c);
+    // The logarithm of the likelihood.
+    let evidence = |line: &Line| {
+        if believed { -0.5 * line.rss } else { -0.5 * dof * line.rss.max(f64::MIN_POSITIVE).ln() }
+    };
+    let corrected = plateau
+        .and_then(|p| p.taken_off(&y, |y| line.through(&x, y, &weight), fit, evidence).map(|c| (p, c)));
+    let mut moved = y.clone();
+    let mut detector = Detector::default();
+    let mut plateau = None;
+    let AveragedLine { intercept, slope, covariance: v, variance } = match corrected {
+        Some((found, Corrected { adds, at_rest, levels, line: straight, found: averaged })) => {
+            plateau = Some((found, adds));
+            detector = Detector { at_rest, squares: adds == Adds::Squares };
+            (moved, line) = (levels, straight);
+            averaged
+        }
+        None => fit(&y, &line),
     };
     // Errors that are known are as good as those of many residuals.
     let dof = if believed { f64::INFINITY } else { dof };
@@ -135,7 +158,7 @@ pub fn analyse_with(levels: &Levels, options: &Options, criteria: &Criteria) -> 
             }
         }
     }
-    let fit = FittedLevels { slope: line.slope, threshold: found.threshold.value };
+    let fit = FittedLevels { slope: line.slope, threshold: found.threshold.value, detector };
     let points: Vec<LevelPoint> = (0..n)
         .map(|i| LevelPoint {
             index: order[i],
@@ -151,7 +174,8 @@ pub fn analyse_with(levels: &Levels, options: &Options, criteria: &Criteria) -> 
     };
     let weight_moving = of_moving(&weight);
     let precision: Vec<f64> = variance.iter().map(|v| 1.0 / v.max(f64::MIN_POSITIVE)).collect();
-    let (bend_p_value, falling) = bend(&of_moving(&x), &of_moving(&y), &of_moving(&precision), c.bend_levels);
+    let (bend_p_value, falling) =
+        bend(&of_moving(&x), &of_moving(&moved), &of_moving(&precision), c.bend_levels);
     let breakaway = breakaway(&points, &line, c);
     let mut warnings = Vec::new();
     if levels.not_finite() > 0 {
@@ -165,6 +189,20 @@ pub fn analyse_with(levels: &Levels, options: &Options, criteria: &Criteria) -> 
     }
     if bend_p_value < c.not_straight {
         warnings.push(Warning::NotStraight { p_value: bend_p_value, falling });
+    }
+    if let Some((plateau, adds)) = plateau {
+        warnings.push(Warning::LevelPlateau {
+            reading: plateau.reading,
+            levels: plateau.levels,
+            in_squares: adds == Adds::Squares,
+            unit: levels.unit().to_owned(),
+        });
+    }
+    // A line above zero without a drive, where no bend explains it.
+    let p_above = if line.intercept > 0.0 { one_sided(gain, dof) } else { 1.0 };
+    if p_above < c.above_zero && bend_p_value >= c.not_straight {
+        let unit = levels.unit().to_owned();
+        warnings.push(Warning::AboveZero { reading: line.intercept, p_value: p_above, unit });
     }
     if calibrated.is_none() {
         warnings.push(Warning::DriveUncalibrated);

@@ -56,22 +56,37 @@ pub struct Diagnostics {
     pub bend_p_value: f64,
 }
 
+/// What the detector reads without motion.
+#[derive(Debug, Clone, Copy, PartialEq, Default)]
+pub(crate) struct Detector {
+    pub(crate) at_rest: f64,
+    /// It adds in squares, else it is a constant.
+    pub(crate) squares: bool,
+}
+
+impl Detector {
+    fn reading(self, amplitude: f64) -> f64 {
+        if self.squares { amplitude.hypot(self.at_rest) } else { amplitude + self.at_rest }
+    }
+}
+
 /// The fitted line with its threshold.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct FittedLevels {
     pub(crate) slope: f64,
     pub(crate) threshold: f64,
+    pub(crate) detector: Detector,
 }
 
 impl FittedLevels {
-    /// Fitted amplitude at a drive level: `slope (drive - threshold)`, zero below.
+    /// Fitted amplitude at a drive level: `slope (drive - threshold)`, zero below, as the detector reads it.
     pub fn amplitude(&self, drive: f64) -> f64 {
-        (self.slope * (drive - self.threshold)).max(0.0)
+        self.detector.reading((self.slope * (drive - self.threshold)).max(0.0))
     }
 
     /// The same without friction: the line through zero.
     pub fn friction_free(&self, drive: f64) -> f64 {
-        self.slope * drive
+        self.detector.reading(self.slope * drive)
     }
 }
 

@@ -52,6 +52,13 @@ criteria! {
             moves "coverage of slope and threshold";
         /// Moving levels without errors up to which a warning says how few they are.
         few_levels: usize = 5, source "three residuals give an error to 40 %", moves "warnings";
+        /// Stuck levels from which on they show what the detector reads without motion.
+        plateau_levels: usize = 2, source "one may be about to move", moves "threshold under a detector's zero or noise";
+        /// Standard errors by which they must read more than an amplitude of noise does.
+        plateau_errors: f64 = 4.0, source "one record in 1e4 by chance",
+            moves "threshold under a detector's zero or noise, and warnings";
+        /// p value below which a warning names a line that lies above zero without a drive.
+        above_zero: f64 = 0.001, source "one record in a thousand without friction", moves "warnings";
         /// Moving levels without which no bend is tested.
         bend_levels: usize = 5, source "two more than the parameters of a parabola", moves "warnings";
         /// p value of a straight line below which a warning names the bend.

@@ -69,6 +69,17 @@ fn best_split(x: &[f64], y: &[f64], weight: &[f64], order: &[usize], reach: Opti
     best
 }
 
+impl Line {
+    /// The line through the same moving levels with other amplitudes.
+    pub(super) fn through(&self, x: &[f64], y: &[f64], weight: &[f64]) -> Option<Self> {
+        let moving = (0..x.len()).filter(|&i| self.moving[i]);
+        let (c, covariance, rss) = linear(moving.map(|i| (vec![1.0, x[i]], y[i], weight[i])), 2)?;
+        let (intercept, slope) = (c[0], c[1]);
+        let total = self.total - self.rss + rss;
+        (slope > 0.0).then(|| Self { moving: self.moving.clone(), slope, intercept, covariance, rss, total })
+    }
+}
+
 /// p value of a quadratic term or of a kink in the moving branch, and whether its slope falls; 1 for fewer than `least`
 /// levels. A kink, as of an amplifier that saturates, counts once for each level at which it may lie.
 pub(super) fn bend(x: &[f64], y: &[f64], weight: &[f64], least: usize) -> (f64, bool) {

@@ -7,6 +7,7 @@ mod criteria;
 mod line;
 mod measurement;
 mod noise;
+mod plateau;
 mod quantities;
 
 pub use analyse::{analyse, analyse_with};

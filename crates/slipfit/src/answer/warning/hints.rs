@@ -112,6 +112,9 @@ impl Warning {
             Warning::FewLevels { .. } => {
                 vec![Hint::advice("errors of the levels, or more levels, make it surer")]
             }
+            Warning::AboveZero { .. } => {
+                vec![Hint::advice("levels down to no drive show what is read at rest")]
+            }
             Warning::ThresholdExtrapolated { .. } => vec![Hint::advice("lower levels would show it")],
             Warning::DriveUncalibrated => {
                 either("drive_gain", "q_factor", "gives Q and the friction displacement")

@@ -387,6 +387,26 @@ pub enum Warning {
         /// Whether the slope falls with the drive.
         falling: bool,
     },
+    /// Levels at which the mass sticks read more than noise: the zero or the noise of the detector, taken off every level.
+    LevelPlateau {
+        /// What they read.
+        reading: f64,
+        /// How many.
+        levels: usize,
+        /// It was taken off in squares, else as a constant.
+        in_squares: bool,
+        /// Unit of the amplitudes.
+        unit: String,
+    },
+    /// The line through the levels lies above zero without a drive.
+    AboveZero {
+        /// By how much.
+        reading: f64,
+        /// p value of a line through zero.
+        p_value: f64,
+        /// Unit of the amplitudes.
+        unit: String,
+    },
     /// Nothing relates drive and amplitude, as two lengths or two angles are related, or what does gives a Q below 1/2:
     /// no Q and no friction displacement.
     DriveUncalibrated,
@@ -486,6 +506,8 @@ impl Warning {
             Warning::FewLevels { .. } => "few_levels",
             Warning::ThresholdExtrapolated { .. } => "threshold_extrapolated",
             Warning::NotStraight { .. } => "bent",
+            Warning::LevelPlateau { .. } => "level_plateau",
+            Warning::AboveZero { .. } => "above_zero",
             Warning::DriveUncalibrated => "drive_uncalibrated",
             Warning::Hysteresis { .. } => "hysteresis",
             Warning::Disagree { .. } => "disagree",

@@ -43,6 +43,20 @@ fn with_error([value, error]: [f64; 2], unit: &str) -> String {
     text.trim_end().to_owned()
 }
 
+/// A number with so many significant digits, by its power of ten below a hundredth and beyond a million.
+fn powers(value: f64, digits: i32) -> String {
+    let power = value.abs().log10().floor();
+    if !power.is_finite() || (-2.0..6.0).contains(&power) {
+        return figures(value, digits);
+    }
+    format!("{}×10{}", figures(value / 10f64.powf(power), digits), superscript(power as i32))
+}
+
+/// A number of three digits in a unit, which may have a prefix already.
+fn in_unit(value: f64, unit: &str) -> String {
+    format!("{} {unit}", powers(value, 3)).trim_end().to_owned()
+}
+
 fn superscript(number: i32) -> String {
     let digit = |c: char| "⁰¹²³⁴⁵⁶⁷⁸⁹".chars().nth(c as usize - '0' as usize).unwrap_or(c);
     number.to_string().chars().map(|c| if c == '-' { '⁻' } else { digit(c) }).collect()
@@ -433,6 +447,22 @@ impl fmt::Display for Warning {
                 } else {
                     "the slope rises with the drive; friction may weaken with speed"
                 }
+            ),
+            Warning::LevelPlateau { reading, levels, in_squares, unit } => write!(
+                f,
+                "{} below the threshold {} {} instead of nothing, the zero or the noise of the detector: it was taken off \
+                 every level, {}; the errors count both ways",
+                counted(*levels, "level"),
+                if *levels == 1 { "reads" } else { "read" },
+                in_unit(*reading, unit),
+                if *in_squares { "in squares" } else { "as a constant" }
+            ),
+            Warning::AboveZero { reading, p_value: p, unit } => write!(
+                f,
+                "the line through the levels reads {} without any drive ({}): the zero of the detector, or a slope that \
+                 falls, hides a threshold up to as much",
+                in_unit(*reading, unit),
+                p_value(*p)
             ),
             Warning::DriveUncalibrated => {
                 f.write_str(

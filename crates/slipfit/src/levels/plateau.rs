@@ -1,0 +1,198 @@
+//! What a detector reads where the mass sticks: its zero or its noise, which the moving levels hold as well.
+
+use super::criteria::LevelCriteria;
+use super::line::Line;
+use super::noise::AveragedLine;
+use crate::inference::evidence::student_factor;
+
+/// Mean of an amplitude of nothing but noise, over the deviation of a quadrature (Rice).
+const MEAN_AT_REST: f64 = 1.253_314_137_315_5;
+/// Variance of the same over that of a quadrature.
+const VARIANCE_AT_REST: f64 = 0.429_203_673_205_1;
+
+/// How the detector adds what it reads without motion.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub(super) enum Adds {
+    /// A zero: a constant in every reading.
+    Constant,
+    /// Noise within a bandwidth: in squares.
+    Squares,
+}
+
+impl Adds {
+    /// An amplitude without a reading at rest.
+    fn taken_off(self, reading: f64, at_rest: f64) -> f64 {
+        match self {
+            Self::Constant => reading - at_rest,
+            Self::Squares => (reading * reading - at_rest * at_rest).max(0.0).sqrt(),
+        }
+    }
+}
+
+/// What stuck levels read.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub(super) struct Plateau {
+    /// On average.
+    pub(super) reading: f64,
+    /// How many levels.
+    pub(super) levels: usize,
+    /// What of it is no noise of the quadratures: a constant, and its standard error.
+    constant: [f64; 2],
+    /// The same in squares.
+    in_squares: [f64; 2],
+}
+
+impl Plateau {
+    /// The plateau of the levels that stick, where it is above what their noise would read.
+    pub(super) fn of(x: &[f64], y: &[f64], weight: &[f64], line: &Line, c: &LevelCriteria) -> Option<Self> {
+        let stuck: Vec<usize> = (0..x.len()).filter(|&i| !line.moving[i]).collect();
+        let n = stuck.len() as f64;
+        if stuck.len() < c.plateau_levels {
+            return None;
+        }
+        let sum = |of: &dyn Fn(usize) -> f64| stuck.iter().map(|&i| weight[i] * of(i)).sum::<f64>();
+        let total = sum(&|_| 1.0);
+        let reading = sum(&|i| y[i]) / total;
+        let scatter = sum(&|i| (y[i] - reading).powi(2));
+        // What creeps follows the drive.
+        let along = sum(&|i| x[i] * y[i]) / sum(&|i| x[i] * x[i]).max(f64::MIN_POSITIVE);
+        if sum(&|i| (y[i] - along * x[i]).powi(2)) < scatter {
+            return None;
+        }
+        let dof = (line.moving.iter().filter(|m| **m).count() as f64 - 2.0).max(0.0) + n - 1.0;
+        let variance = (line.rss + scatter / VARIANCE_AT_REST) / dof * n / total;
+        let sigma = variance.sqrt();
+        let std_error = sigma * (VARIANCE_AT_REST / n + MEAN_AT_REST * MEAN_AT_REST / (2.0 * dof)).sqrt();
+        let constant = reading - MEAN_AT_REST * sigma;
+        if !(constant > c.plateau_errors * student_factor(dof) * std_error) {
+            return None;
+        }
+        let square = sum(&|i| y[i] * y[i]) / total - 2.0 * variance;
+        let in_squares = [square.max(0.0).sqrt(), std_error];
+        Some(Self { reading, levels: stuck.len(), constant: [constant, std_error], in_squares })
+    }
+
+    /// The line through the moving levels without it, both ways to add counted by how well each describes them; and
+    /// the way that describes them better, with the line and the levels by that. `fit` gives the line with its errors.
+    pub(super) fn taken_off(
+        &self,
+        y: &[f64],
+        straight: impl Fn(&[f64]) -> Option<Line>,
+        fit: impl Fn(&[f64], &Line) -> AveragedLine,
+        evidence: impl Fn(&Line) -> f64,
+    ) -> Option<Corrected> {
+        let by = |adds: Adds| {
+            let [at_rest, std_error] = if adds == Adds::Constant { self.constant } else { self.in_squares };
+            let without =
+                |at_rest: f64| -> Vec<f64> { y.iter().map(|y| adds.taken_off(*y, at_rest)).collect() };
+            let levels = without(at_rest);
+            let line = straight(&levels)?;
+            let moved = straight(&without(at_rest + std_error))?;
+            let mut found = fit(&levels, &line);
+            let steps = [moved.intercept - line.intercept, moved.slope - line.slope];
+            for i in 0..2 {
+                for j in 0..2 {
+                    found.covariance[i][j] += steps[i] * steps[j];
+                }
+            }
+            Some((evidence(&line), Corrected { adds, at_rest, levels, line, found }))
+        };
+        let mut both: Vec<(f64, Corrected)> =
+            [Adds::Constant, Adds::Squares].into_iter().filter_map(by).collect();
+        both.sort_by(|a, b| b.0.total_cmp(&a.0));
+        let most = both.first()?.0;
+        let weights: Vec<f64> = both.iter().map(|(evidence, _)| (evidence - most).exp()).collect();
+        let all: f64 = weights.iter().sum();
+        let mean = |of: &dyn Fn(&AveragedLine) -> f64| {
+            both.iter().zip(&weights).map(|((_, c), w)| w / all * of(&c.found)).sum::<f64>()
+        };
+        let at = [mean(&|f| f.intercept), mean(&|f| f.slope)];
+        let apart = |f: &AveragedLine| [f.intercept - at[0], f.slope - at[1]];
+        let covariance =
+            [0, 1].map(|i| [0, 1].map(|j| mean(&|f| f.covariance[i][j] + apart(f)[i] * apart(f)[j])));
+        let mut best = both.swap_remove(0).1;
+        (best.found.intercept, best.found.slope, best.found.covariance) = (at[0], at[1], covariance);
+        Some(best)
+    }
+}
+
+/// The levels without what the detector reads at rest.
+pub(super) struct Corrected {
+    pub(super) adds: Adds,
+    pub(super) at_rest: f64,
+    pub(super) levels: Vec<f64>,
+    pub(super) line: Line,
+    pub(super) found: AveragedLine,
+}
+
+#[cfg(test)]
+mod tests {
+    use super::super::{Levels, Options, analyse};
+    use crate::Parameter;
+    use crate::answer::Warning;
+    use crate::noise::jitter;
+
+    const SLOPE: f64 = 100.0;
+    const NOISE: f64 = 0.5;
+
+    /// Levels by a lock-in with noise in both quadratures, as a detector reads them.
+    fn levels(seed: usize, threshold: f64, read: impl Fn(f64) -> f64) -> Levels {
+        let drive: Vec<f64> = (1..=20).map(|i| 0.1 * f64::from(i)).collect();
+        let at = |(i, d): (usize, &f64)| {
+            let seed = 2 * seed as u64;
+            read(
+                (SLOPE * (d - threshold).max(0.0) + NOISE * jitter(i, seed))
+                    .hypot(NOISE * jitter(i, seed + 1)),
+            )
+        };
+        let amplitude = drive.iter().enumerate().map(at).collect();
+        Levels::builder(drive, amplitude).unit("mm").drive_unit("mm").build().unwrap()
+    }
+
+    /// Of 100 records, how many hold the threshold, and how many carry a warning.
+    fn held(threshold: f64, code: &str, read: impl Fn(f64) -> f64) -> [usize; 2] {
+        let mut counts = [0; 2];
+        for seed in 0..100 {
+            let answer = analyse(&levels(seed, threshold, &read), &Options::default()).unwrap();
+            let [low, high] = answer.parameter(Parameter::Threshold).unwrap().interval_95;
+            counts[0] += usize::from((low..=high).contains(&threshold));
+            counts[1] += usize::from(answer.warnings.iter().map(Warning::code).any(|c| c == code));
+        }
+        counts
+    }
+
+    #[test]
+    fn what_a_detector_reads_at_rest_is_taken_off() {
+        // Left in, the threshold is held in none.
+        let [constant, warned] = held(0.65, "level_plateau", |a| a + 5.0);
+        assert!(constant >= 88 && warned == 100, "{constant} {warned}");
+        let [squares, warned] = held(0.65, "level_plateau", |a| a.hypot(15.0));
+        assert!(squares >= 88 && warned == 100, "{squares} {warned}");
+        let [plain, warned] = held(0.65, "level_plateau", |a| a);
+        assert!(plain >= 88 && warned <= 1, "{plain} {warned}");
+    }
+
+    #[test]
+    fn the_fit_is_drawn_as_the_detector_reads() {
+        let answer = analyse(&levels(3, 0.65, |a| a + 5.0), &Options::default()).unwrap();
+        for p in answer.points.iter().filter(|p| !p.moving || p.drive > 0.8) {
+            assert!((p.fitted - p.amplitude).abs() < 2.5, "{p:?}");
+        }
+    }
+
+    #[test]
+    fn a_line_above_zero_without_a_drive_is_named() {
+        assert_eq!(held(0.0, "above_zero", |a| a + 5.0)[1], 100);
+        assert!(held(0.0, "above_zero", |a| a)[1] <= 1);
+    }
+
+    #[test]
+    fn levels_that_creep_with_the_drive_are_no_plateau() {
+        let creeping = levels(1, 0.65, |a| a);
+        let amplitude = creeping.drive().iter().zip(creeping.amplitude());
+        let amplitude = amplitude.map(|(d, a)| if *d < 0.65 { 10.0 * d } else { *a }).collect();
+        let levels = Levels::builder(creeping.drive().to_vec(), amplitude).build().unwrap();
+        let answer = analyse(&levels, &Options::default()).unwrap();
+        assert!(!answer.warnings.iter().any(|w| w.code() == "level_plateau"), "{:?}", answer.warnings);
+    }
+}
