@@ -250,7 +250,8 @@ pub fn unit_factor(from: &str, to: &str) -> Option<f64> {
 /// Reads drive levels and the amplitudes they gave.
 ///
 /// A table with a column of frequencies besides holds a curve for each level;
-/// of each the largest amplitude is taken.
+/// of each the height of its peak is taken ([`slipfit::levels::peak_height`]), where the points
+/// do not tell it the largest amplitude.
 ///
 /// # Errors
 /// [`ReadError`], naming the file and what would help.

@@ -23,7 +23,7 @@ Examples:
 /// Without sliding friction amplitude is proportional to drive; with it the
 /// line is the same but begins at a threshold 4F/(pi k), below which the mass
 /// sticks. Reads one row for each level, or a curve for each level, of which
-/// the largest amplitude is taken.
+/// the height of the peak is taken.
 #[derive(Debug, Args)]
 #[command(name = "levels", after_help = AFTER_HELP, after_long_help = AFTER_HELP)]
 pub(crate) struct LevelFitArgs {

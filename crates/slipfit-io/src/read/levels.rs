@@ -1,6 +1,6 @@
 //! Amplitudes at resonance over the level of the drive.
 
-use slipfit::levels::Levels;
+use slipfit::levels::{Levels, peak_height};
 
 use super::{
     open::{Origin, gathered, opened},
@@ -253,16 +253,25 @@ fn from_table(table: &Held, starts: &[usize], options: &ReadOptions) -> Result<L
         let hz: Vec<f64> = rows.iter().map(|&row| columns[frequency][row]).collect();
         let curve_of = |i: usize| starts.iter().filter(|&&start| start <= rows[i]).count();
         if let Some(groups) = groups(&points, &hz, starts.len() > 1, curve_of) {
-            points = peaks(&points, &groups);
+            let fitted;
+            (points, fitted) = peaks(&points, &hz, &groups);
             let column = head.label(frequency);
             if points.len() < FEWEST {
                 return Err(ReadProblem::OneLevel { column, needed: FEWEST });
             }
-            chooser.notes.push(Note::new(format!(
-                "{column} holds frequencies: of the {} rows the largest amplitude at each of {} drive levels was taken",
-                rows.len(),
-                points.len()
-            )));
+            let (rows, levels) = (rows.len(), points.len());
+            let of = format!("{column} holds frequencies: of the {rows} rows the");
+            chooser.notes.push(Note::new(match levels - fitted {
+                0 => format!("{of} height of the resonance fitted at each of {levels} drive levels was taken"),
+                coarse if fitted == 0 => format!(
+                    "{of} largest amplitude at each of {coarse} drive levels was taken, which may lie below the peak: no \
+                     resonance could be fitted there; sweep more finely"
+                ),
+                coarse => format!(
+                    "{of} height of the resonance fitted at each of {fitted} drive levels was taken, and at {coarse} the largest \
+                     amplitude, which may lie below the peak"
+                ),
+            }));
         }
     }
     let column = |at: usize| points.iter().map(|p| p[at]).collect::<Vec<f64>>();
@@ -336,16 +345,32 @@ fn clusters(points: &[[f64; 3]]) -> Vec<usize> {
     groups
 }
 
-/// Of each curve the point of the largest amplitude for its drive, in the order in which the curves come.
-fn peaks(points: &[[f64; 3]], groups: &[usize]) -> Vec<[f64; 3]> {
-    let mut list: Vec<(usize, [f64; 3])> = Vec::new();
-    let higher = |a: &[f64; 3], b: &[f64; 3]| a[1] * b[0] > b[1] * a[0];
-    for (point, group) in points.iter().zip(groups) {
-        match list.iter_mut().find(|(held, _)| held == group) {
-            Some((_, held)) if higher(point, held) => *held = *point,
-            Some(_) => {}
-            None => list.push((*group, *point)),
+/// Of each curve the drive of the point of the largest amplitude for it, and the height of the peak, in the order in which
+/// the curves come; how many heights were fitted, the others being that amplitude.
+fn peaks(points: &[[f64; 3]], hz: &[f64], groups: &[usize]) -> (Vec<[f64; 3]>, usize) {
+    let mut curves: Vec<(usize, Vec<usize>)> = Vec::new();
+    for (i, group) in groups.iter().enumerate() {
+        match curves.iter_mut().find(|(held, _)| held == group) {
+            Some((_, curve)) => curve.push(i),
+            None => curves.push((*group, vec![i])),
         }
     }
-    list.into_iter().map(|(_, point)| point).collect()
+    let higher = |a: &[f64; 3], b: &[f64; 3]| a[1] * b[0] > b[1] * a[0];
+    let mut fitted = 0;
+    let peak = |(_, curve): (usize, Vec<usize>)| {
+        let most = |held: [f64; 3], &i: &usize| if higher(&points[i], &held) { points[i] } else { held };
+        let mut held = curve.iter().skip(1).fold(points[curve[0]], most);
+        let frequencies: Vec<f64> = curve.iter().map(|&i| hz[i]).collect();
+        // At one drive, from which the points may stray.
+        let at_one = |&i: &usize| {
+            if points[i][0] > 0.0 { points[i][1] * held[0] / points[i][0] } else { points[i][1] }
+        };
+        let amplitudes: Vec<f64> = curve.iter().map(at_one).collect();
+        if let Some(height) = peak_height(&frequencies, &amplitudes) {
+            (held[1], fitted) = (height, fitted + 1);
+        }
+        held
+    };
+    let list = curves.into_iter().map(peak).collect();
+    (list, fitted)
 }

@@ -52,6 +52,13 @@ criteria! {
             moves "coverage of slope and threshold";
         /// Moving levels without errors up to which a warning says how few they are.
         few_levels: usize = 5, source "three residuals give an error to 40 %", moves "warnings";
+        /// Points in the upper half of a peak from which on its height is fitted.
+        peak_points: usize = 3, source "as many as height, place and width", moves "slope of levels that are curves";
+        /// What a fit of such a peak may leave, over its largest amplitude, and by how much it may lie below that.
+        peak_residual: f64 = 0.05, source "five times the noise of a usual curve", moves "slope of levels that are curves";
+        /// The most that its height may be over the largest amplitude.
+        peak_rise: f64 = 1.5, source "the most between points of which three lie in the upper half",
+            moves "slope of levels that are curves";
         /// Stuck levels from which on they show what the detector reads without motion.
         plateau_levels: usize = 2, source "one may be about to move", moves "threshold under a detector's zero or noise";
         /// Standard errors by which they must read more than an amplitude of noise does.

@@ -4,6 +4,7 @@
 mod analyse;
 mod answer;
 mod criteria;
+mod height;
 mod line;
 mod measurement;
 mod noise;
@@ -13,4 +14,5 @@ mod quantities;
 pub use analyse::{analyse, analyse_with};
 pub use answer::{Answer, Breakaway, Diagnostics, FittedLevels, LevelPoint};
 pub use criteria::{Criteria, LevelCriteria};
+pub use height::peak_height;
 pub use measurement::{Levels, LevelsBuilder, Options};
