@@ -225,6 +225,10 @@ fn in_unit(unit: &str) -> String {
     if unit.is_empty() { "has no unit".to_owned() } else { format!("is in {unit}") }
 }
 
+/// Reason of [`Error::NoResonance`] for points that may be a peak, or a straight line.
+pub(crate) const NO_MORE_THAN_A_LINE: &str = "a straight line describes the points as well: if there is a peak, the sweep \
+                                              is too narrow or too coarse to show it";
+
 /// Reason of [`Error::NoFit`] for numbers that no other part of the record would mend.
 pub(crate) const BEYOND_NUMBERS: &str = "signal or duration lie beyond 1e-60 to 1e60, where powers leave the \
                                          range of numbers; choose another unit";

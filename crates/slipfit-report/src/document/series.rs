@@ -42,7 +42,8 @@ impl Scales {
         let all =
             || analysed.answer.table.iter().flat_map(|r| [&r.ring_down, &r.resonance, &r.joint]).flatten();
         let most = |of: fn(&Estimate) -> &Quantity| {
-            all().map(|c| of(c).value.abs()).filter(|v| v.is_finite()).fold(0.0, f64::max)
+            let size = |q: &Quantity| if is_below(q) { q.interval_95[1] } else { q.value.abs() };
+            all().map(|c| size(of(c))).filter(|v| v.is_finite()).fold(0.0, f64::max)
         };
         let unit = |of: fn(&Estimate) -> &Quantity| all().next().map_or("", |c| of(c).unit.as_str());
         Self {
@@ -94,11 +95,26 @@ fn table(analysed: &AnalysedSeries<'_>) -> Table {
         (String::new(), 1),
     ];
     table.note = "z: difference of the two ways over its standard error.".to_owned();
+    if table.rows.iter().flatten().any(|cell| cell.starts_with(BELOW)) {
+        table.note.push_str(" <: upper limit (95 %) of what may be none.");
+    }
     table
 }
 
-/// A value in the unit of its column, rounded by its uncertainty.
+/// What stands before an upper limit.
+const BELOW: &str = "< ";
+
+/// Whether a value within its error of zero is an upper limit.
+fn is_below(q: &Quantity) -> bool {
+    let [low, high] = q.interval_95;
+    low <= 0.0 && high > 0.0 && high.is_finite() && q.value <= q.std_error
+}
+
+/// A value in the unit of its column, rounded by its uncertainty; an upper limit next to zero.
 fn shown(q: &Quantity, scale: &Scale) -> String {
+    if is_below(q) {
+        return format!("{BELOW}{}", plain(q.interval_95[1] * scale.factor, 2, ""));
+    }
     let (value, error) = (q.value * scale.factor, q.std_error * scale.factor);
     if !value.is_finite() {
         return NONE.to_owned();
@@ -111,6 +127,11 @@ fn shown(q: &Quantity, scale: &Scale) -> String {
     let two = error / 10f64.powf(decade) < 2.95;
     let decimals = (if two { 1.0 - decade } else { -decade }).clamp(0.0, 12.0) as usize;
     format!("{value:.decimals$} ± {error:.decimals$}")
+}
+
+/// A symbol beside its value or upper limit.
+fn equation(symbol: &str, shown: &str) -> String {
+    if shown.starts_with(BELOW) { format!("{symbol} {shown}") } else { format!("{symbol} = {shown}") }
 }
 
 /// What the table is built from and what follows from it.
@@ -148,13 +169,11 @@ fn joint(facts: &mut Facts, analysed: &AnalysedSeries<'_>) {
     let value = |row: &ConditionRow| {
         let joint = row.joint.as_ref()?;
         Some(format!(
-            "{}: {} = {} {}, {} = {} {}",
+            "{}: {} {}, {} {}",
             row.condition,
-            symbols[0],
-            shown(&joint.friction, &scales.friction),
+            equation(symbols[0], &shown(&joint.friction, &scales.friction)),
             scales.friction.unit,
-            symbols[1],
-            shown(&joint.damping, &scales.damping),
+            equation(symbols[1], &shown(&joint.damping, &scales.damping)),
             scales.damping.unit
         ))
     };
@@ -209,5 +228,23 @@ fn alone(facts: &mut Facts, analysed: &AnalysedSeries<'_>) {
         if !codes.is_empty() {
             facts.add("", format!("warnings: {} (its own command says more)", codes.join(", ")));
         }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn what_may_be_none_is_an_upper_limit() {
+        let scale = Scale::for_size(1.0, "nm");
+        let of = |value: f64, low: f64, high: f64| {
+            let q = Quantity { interval_95: [low, high], ..Quantity::normal(value, 0.0691, "nm") };
+            (shown(&q, &scale), equation("x_F", &shown(&q, &scale)))
+        };
+        assert_eq!(of(0.0378, 0.0, 0.171), ("< 0.17".to_owned(), "x_F < 0.17".to_owned()));
+        assert_eq!(of(0.378, 0.24, 0.51).0, "0.38 ± 0.07");
+        // Not next to zero.
+        assert_eq!(of(0.12, 0.0, 0.25).0, "0.12 ± 0.07");
     }
 }

@@ -2,7 +2,7 @@
 
 use super::hint::{Analysis, Hint};
 use crate::Error;
-use crate::error::BEYOND_NUMBERS;
+use crate::error::{BEYOND_NUMBERS, NO_MORE_THAN_A_LINE};
 use crate::model::displacement::Coordinate;
 
 impl Error {
@@ -52,6 +52,14 @@ impl Error {
                 ],
                 Analysis::Levels => other_columns_of_levels(),
             },
+            Self::NoResonance { reason }
+                if *reason == NO_MORE_THAN_A_LINE && analysis == Analysis::Resonance =>
+            {
+                vec![
+                    Hint::advice("sweep over several widths of the peak, with ten points or more within it"),
+                    Hint::new("band_hz", "says where to look"),
+                ]
+            }
             Self::NoResonance { .. } => match analysis {
                 Analysis::Levels => other_columns_of_levels(),
                 Analysis::Ringdown | Analysis::Resonance => vec![

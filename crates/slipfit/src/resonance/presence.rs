@@ -5,6 +5,7 @@ use super::criteria::Criteria;
 use super::problem::Problem;
 use super::residuals::noise_model;
 use super::response::Modelled;
+use crate::error::NO_MORE_THAN_A_LINE;
 use crate::inference::evidence::f_tail;
 use crate::inference::least_squares::Fit;
 use crate::motion::steady::Phasor;
@@ -41,7 +42,7 @@ pub(super) fn absence(problem: &Problem, fit: &Fit, noise: f64, criteria: &Crite
     let line = Line::through(b, None)?;
     let variance = line.rss / (b.observations() - line.parameters).max(1.0);
     let nothing_left = variance < criteria.selection.noise_variances * line.neighbour_variance;
-    nothing_left.then_some("a straight line leaves nothing but noise, which is no peak")
+    nothing_left.then_some(NO_MORE_THAN_A_LINE)
 }
 
 /// Whether the fit describes the points better than a straight line by more than chance.
@@ -186,5 +187,20 @@ mod tests {
             let answered = answered.count();
             assert!(answered <= 1, "{points} points, level {level}, slope {slope}: {answered} of 50");
         }
+    }
+
+    #[test]
+    fn a_sweep_too_narrow_to_show_its_peak_is_refused_with_what_helps() {
+        let o = Oscillator::builder().frequency_hz(1.0).q_factor(Q).build().unwrap();
+        let frequencies: Vec<f64> = (0..15).map(|i| 1.006 + 4e-4 * f64::from(i)).collect();
+        let read = |(i, f): (usize, &f64)| {
+            (scan::reading(&o, 1.0, *f).unwrap().fundamental + noise(3, i) * 0.5).norm()
+        };
+        let seen = frequencies.iter().enumerate().map(read).collect();
+        let refused = analyse(&Curve::builder(frequencies, seen).build().unwrap(), &Options::default());
+        let error = refused.unwrap_err();
+        assert!(error.to_string().contains("too narrow or too coarse"), "{error}");
+        let hints = error.hints(crate::answer::hint::Analysis::Resonance);
+        assert!(hints[0].to_string().contains("sweep over several widths"), "{hints:?}");
     }
 }

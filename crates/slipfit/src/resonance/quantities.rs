@@ -136,7 +136,8 @@ pub(super) fn parameters(
     let gradient = if x_0.std_error > 0.0 { &by_both[..] } else { &by_both[..1] };
     list.set(Parameter::DriveAmplitude, x_0);
     let of_ratio = |p: &[f64]| p[X_F] / (FRAC_PI_4 * p[X_0]);
-    list.set(Parameter::FrictionRatio, stretched(beta, Some(LossTerm::Sliding), gradient, &of_ratio));
+    let beta = stretched(beta, Some(LossTerm::Sliding), gradient, &of_ratio);
+    list.set(Parameter::FrictionRatio, below_one(beta));
     for term in chosen.model.terms().filter(|t| !is_exact(*t)) {
         list.set(Parameter::Loss(term), loss_term(d, chosen, term, unit));
     }
@@ -146,6 +147,13 @@ pub(super) fn parameters(
     }
     calibrated(&mut list, options, omega_0, unit, &delta, &x_f);
     (list, LossModel::from_terms(&noticed))
+}
+
+/// With an upper limit of one, or of the value itself: beyond it friction leaves no peak at the resonance.
+fn below_one(mut ratio: Quantity) -> Quantity {
+    let most = ratio.value.max(1.0);
+    ratio.interval_95[1] = ratio.interval_95[1].min(most);
+    ratio
 }
 
 /// Adds force and viscous coefficient where a stiffness or mass is known.
@@ -286,4 +294,22 @@ pub(super) fn papers_parameters(
 /// Whether a loss is one of the two that the exact response has.
 pub(super) fn is_exact(term: LossTerm) -> bool {
     matches!(term, LossTerm::Viscous | LossTerm::Sliding)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn no_friction_ratio_above_one_leaves_a_peak() {
+        let ratio = |value: f64, high: f64| {
+            let q = Quantity { interval_95: [0.0, high], ..Quantity::normal(value, 0.5, "") };
+            below_one(q).interval_95
+        };
+        assert_eq!(ratio(0.3, 1.4), [0.0, 1.0]);
+        assert_eq!(ratio(0.3, f64::INFINITY), [0.0, 1.0]);
+        assert_eq!(ratio(0.3, 0.7), [0.0, 0.7]);
+        // Where the motion stops, the value itself may lie beyond.
+        assert_eq!(ratio(1.1, 1.2), [0.0, 1.1]);
+    }
 }

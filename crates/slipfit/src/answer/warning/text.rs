@@ -267,8 +267,10 @@ impl fmt::Display for Warning {
             }
             Warning::Skewed { relative_shift, line_widths } => write!(
                 f,
-                "the peak is skewed: a Duffing term shifts the frequency by {line_widths:.2} line widths \
-                 ({relative_shift:.2e} of it) at the highest amplitude"
+                "the peak is skewed: a Duffing term shifts the frequency by {} line widths ({} of it) at the highest \
+                 amplitude",
+                powers(*line_widths, 2),
+                powers(*relative_shift, 2)
             ),
             Warning::Background { relative, phases } => write!(
                 f,
@@ -497,6 +499,16 @@ mod tests {
         assert_eq!(with_error([1.2346e-12, 1.4e-15], "m"), "(1.2346 ± 0.0014)×10⁻¹² m");
         assert_eq!(with_error([2.5, 0.31], ""), "2.5 ± 0.3");
         assert_eq!(with_error([4e5, 0.0], "V"), "4.000e5 V");
+    }
+
+    #[test]
+    fn a_lean_that_is_hardly_there_keeps_its_digits() {
+        let leaning = Warning::Skewed { relative_shift: -6.62e-7, line_widths: -3.17e-3 }.to_string();
+        assert!(leaning.contains("by -3.2×10⁻³ line widths (-6.6×10⁻⁷ of it)"), "{leaning}");
+        let leaning = Warning::Skewed { relative_shift: 0.012, line_widths: 0.25 }.to_string();
+        assert!(leaning.contains("by 0.25 line widths (0.012 of it)"), "{leaning}");
+        let delay = Warning::Delay { delay_s: 5.3284e-3 }.to_string();
+        assert!(delay.starts_with("a delay of 5.33 ms in"), "{delay}");
     }
 
     #[test]
