@@ -84,6 +84,42 @@ fn the_reference_gives_the_friction_of_the_example() {
     assert_eq!(answer["sliding"]["detected"], true);
 }
 
+/// The amplitude is the modulus of what the flags name; every flag of a hint is one of the command.
+#[test]
+fn levels_take_two_parts_and_hints_name_what_they_take() {
+    let folder = tempfile::tempdir().unwrap();
+    let text = "Drive (V),A,B\n1,-3,4\n2,6,-8\n3,-9.1,12\n4,12,-16\n5,15,20\n6,-18,-24\n";
+    let file = write(&folder, "levels.csv", text);
+    let answer = json(&["levels", "--real", "2", "--imaginary", "B"], &file);
+    keeps_to_schema(&answer, "levels");
+    assert_eq!(answer["input"]["taken"]["imaginary"]["number"], 3);
+    let slope = answer["parameters"]["slope"]["value"].as_f64().unwrap();
+    assert!((slope - 5.0).abs() < 0.1, "{slope}");
+    let help = stdout(slipfit().args(["levels", "--help"]));
+    let half = refused(&["levels", "--imaginary", "3"], &file);
+    for message in [refused(&["levels"], &file), half] {
+        assert!(message.contains("--real"), "{message}");
+        for flag in message.split_whitespace().filter(|word| word.starts_with("--")) {
+            assert!(help.contains(flag.trim_end_matches([':', ',', ';'])), "{flag}: {message}");
+        }
+    }
+}
+
+/// Volts of a drive and volts of a sensor give no Q.
+#[test]
+fn levels_of_volts_over_volts_have_no_q() {
+    let folder = tempfile::tempdir().unwrap();
+    let rows: String = (1..12).map(|i| format!("{i},{}\n", 0.02 * f64::from(i) - 0.01)).collect();
+    let file = write(&folder, "levels.csv", &format!("Drive (V),Amplitude (V)\n{rows}"));
+    let answer = json(&["levels"], &file);
+    assert!(answer["parameters"]["q_factor"].is_null(), "{}", answer["parameters"]);
+    let warnings = answer["warnings"].as_array().unwrap();
+    assert!(warnings.iter().any(|w| w["code"] == "drive_uncalibrated"), "{warnings:?}");
+    let file = write(&folder, "lengths.csv", &format!("x0 (mm),A (m)\n{rows}"));
+    let q = json(&["levels"], &file)["parameters"]["q_factor"]["value"].as_f64().unwrap();
+    assert!((q - 20.0).abs() < 0.1, "{q}");
+}
+
 #[test]
 fn levels_of_the_example_show_their_threshold() {
     let answer = json(&["levels", "--stiffness", "10000"], &example("tuning_fork_9nN_levels.csv"));

@@ -39,7 +39,7 @@ pub(crate) struct Pair {
 }
 
 impl Pair {
-    pub(crate) const WHY: &'static str = "an output of a lock-in";
+    pub(crate) const WHY: &'static str = "one of two parts of a response";
 
     /// The other of the two.
     pub(crate) fn other(self, than: usize) -> Option<usize> {
