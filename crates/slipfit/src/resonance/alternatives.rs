@@ -42,6 +42,15 @@ pub(crate) struct Alternative {
     pub(crate) delta_bic: f64,
 }
 
+/// What curve and reference say where each has a drive of its own.
+#[derive(Debug)]
+pub(crate) struct FreeGain {
+    /// The fit of the curve; the sums of squares are those of both.
+    pub(crate) alternative: Alternative,
+    /// Drive of the curve by its shape over that of the reference.
+    pub(crate) ratio: f64,
+}
+
 /// Whether a constant or a noise floor in every amplitude takes part and no background.
 fn is_level(free: &[usize]) -> bool {
     (free.contains(&OFFSET) || free.contains(&FLOOR)) && !free.contains(&BG_RE)

@@ -3,7 +3,7 @@
 use super::block::Block;
 use super::criteria::Criteria;
 use super::fitted_models::FittedModels;
-use super::free_gain::FreeGain;
+use super::free_gain::free_gain;
 use super::peak;
 use super::prepared::PreparedCurve;
 use super::work::Work;
@@ -137,7 +137,7 @@ pub(super) fn analyse_within(
         let known = used.std_error().is_some() && fitted.set_aside.errors.is_none();
         fitted.free_gain = work.within(criteria.search.share, || {
             let alone = PreparedCurve::new(main, None, options, criteria).ok()?;
-            FreeGain::of(&fitted, alone, options, criteria, known)
+            free_gain(&fitted, alone, options, criteria, known)
         });
     }
     // Whatever the search took, there is work for the intervals.

@@ -1,9 +1,8 @@
 //! What the fits of a curve bring, and what they say of the loss models.
 
-use super::alternatives::Alternative;
+use super::alternatives::{Alternative, FreeGain};
 use super::block::Block;
 use super::criteria::AnswerCriteria;
-use super::free_gain::FreeGain;
 use super::peak::Peak;
 use super::problem::Problem;
 use super::response::{BG_IM, BG_RE, FLOOR, OFFSET};

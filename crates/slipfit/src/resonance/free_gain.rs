@@ -1,7 +1,7 @@
 //! The curve by itself beside the fit with its reference: amplitudes read with another gain, or driven otherwise, than
 //! those of the reference.
 
-use super::alternatives::{Alternative, OtherFit, TermSet, counted_parameters};
+use super::alternatives::{Alternative, FreeGain, OtherFit, TermSet, counted_parameters};
 use super::criteria::Criteria;
 use super::fitted_models::FittedModels;
 use super::prepared::PreparedCurve;
@@ -12,61 +12,50 @@ use super::term_sets::within_limits;
 use super::{Options, selection};
 use crate::inference::least_squares::minimise;
 
-/// What curve and reference say where each has a drive of its own.
-#[derive(Debug)]
-pub(crate) struct FreeGain {
-    /// The fit of the curve; the sums of squares are those of both.
-    pub(crate) alternative: Alternative,
-    /// Drive of the curve by its shape over that of the reference.
-    pub(crate) ratio: f64,
-}
-
 /// Parameters of a reference without phases.
 const OF_REFERENCE: usize = 3;
 
-impl FreeGain {
-    /// Of a curve of amplitudes, `alone` without its reference; `None` where the curve by itself is no resonance.
-    ///
-    /// A background, a constant or a drag that only the reference asks for makes up for a gain that differs: the fits are
-    /// weighed by all of their parameters.
-    pub(super) fn of(
-        fitted: &FittedModels,
-        alone: PreparedCurve,
-        options: &Options,
-        criteria: &Criteria,
-        errors_known: bool,
-    ) -> Option<Self> {
-        let reference = fitted.problem.reference.as_ref().filter(|r| !r.complex)?;
-        let chosen = fitted.comparison.reported().or_else(|| fitted.comparison.preferred())?;
-        let options = Options { reference: None, ..options.clone() };
-        let alone = selection::best_fit(&alone, &options, criteria, errors_known).ok()?;
-        let other = alone.comparison.reported().or_else(|| alone.comparison.preferred())?;
-        // Judged by the points as the joint fit weighs them.
-        let free = other.unbounded.free.clone();
-        let problem = Problem { reference: None, ..fitted.problem.clone() }.with(&free);
-        let problem = Problem { background_delayed: alone.problem.background_delayed, ..problem };
-        let mut unbounded = minimise(&problem, &other.unbounded.parameters, &free)?;
-        let mut bounded = within_limits(&problem, &unbounded)?;
-        let own = FrictionFreeFit::new(reference.clone(), &problem, false, criteria).ok()?;
-        let left = fitted.problem.reference_weight
-            * own.variance
-            * (reference.observations() - OF_REFERENCE as f64).max(1.0);
-        (unbounded.rss, bounded.rss) = (unbounded.rss + left, bounded.rss + left);
-        let c = &criteria.reference;
-        let noise = fitted.comparison.noise;
-        let effective = noise.observations / noise.variance_inflation;
-        let penalty = criteria.answer.alternative_penalty;
-        let rank = |rss: f64, parameters: usize| {
-            effective * rss.max(f64::MIN_POSITIVE).ln() + penalty * parameters as f64
-        };
-        let gain = rank(chosen.bounded.rss, counted_parameters(&chosen.unbounded.free))
-            - rank(bounded.rss, counted_parameters(&free) + OF_REFERENCE);
-        let odds = c.other_gain_odds * (0.5 * gain).exp();
-        let weight = if odds.is_finite() { odds / (1.0 + odds) } else { 1.0 };
-        let delta_bic = noise.bic(bounded.rss, free.len() + OF_REFERENCE)
-            - noise.bic(chosen.bounded.rss, chosen.unbounded.free.len());
-        let ratio = bounded.parameters[X_0] / chosen.bounded.parameters[X_0];
-        let fit = OtherFit { set: TermSet::of(&problem, &free), unbounded, bounded };
-        Some(Self { alternative: Alternative { fit, weight, frequency_weight: weight, delta_bic }, ratio })
-    }
+/// Of a curve of amplitudes, `alone` without its reference; `None` where the curve by itself is no resonance.
+///
+/// A background, a constant or a drag that only the reference asks for makes up for a gain that differs: the fits are
+/// weighed by all of their parameters.
+pub(super) fn free_gain(
+    fitted: &FittedModels,
+    alone: PreparedCurve,
+    options: &Options,
+    criteria: &Criteria,
+    errors_known: bool,
+) -> Option<FreeGain> {
+    let reference = fitted.problem.reference.as_ref().filter(|r| !r.complex)?;
+    let chosen = fitted.comparison.reported().or_else(|| fitted.comparison.preferred())?;
+    let options = Options { reference: None, ..options.clone() };
+    let alone = selection::best_fit(&alone, &options, criteria, errors_known).ok()?;
+    let other = alone.comparison.reported().or_else(|| alone.comparison.preferred())?;
+    // Judged by the points as the joint fit weighs them.
+    let free = other.unbounded.free.clone();
+    let problem = Problem { reference: None, ..fitted.problem.clone() }.with(&free);
+    let problem = Problem { background_delayed: alone.problem.background_delayed, ..problem };
+    let mut unbounded = minimise(&problem, &other.unbounded.parameters, &free)?;
+    let mut bounded = within_limits(&problem, &unbounded)?;
+    let own = FrictionFreeFit::new(reference.clone(), &problem, false, criteria).ok()?;
+    let left = fitted.problem.reference_weight
+        * own.variance
+        * (reference.observations() - OF_REFERENCE as f64).max(1.0);
+    (unbounded.rss, bounded.rss) = (unbounded.rss + left, bounded.rss + left);
+    let c = &criteria.reference;
+    let noise = fitted.comparison.noise;
+    let effective = noise.observations / noise.variance_inflation;
+    let penalty = criteria.answer.alternative_penalty;
+    let rank = |rss: f64, parameters: usize| {
+        effective * rss.max(f64::MIN_POSITIVE).ln() + penalty * parameters as f64
+    };
+    let gain = rank(chosen.bounded.rss, counted_parameters(&chosen.unbounded.free))
+        - rank(bounded.rss, counted_parameters(&free) + OF_REFERENCE);
+    let odds = c.other_gain_odds * (0.5 * gain).exp();
+    let weight = if odds.is_finite() { odds / (1.0 + odds) } else { 1.0 };
+    let delta_bic = noise.bic(bounded.rss, free.len() + OF_REFERENCE)
+        - noise.bic(chosen.bounded.rss, chosen.unbounded.free.len());
+    let ratio = bounded.parameters[X_0] / chosen.bounded.parameters[X_0];
+    let fit = OtherFit { set: TermSet::of(&problem, &free), unbounded, bounded };
+    Some(FreeGain { alternative: Alternative { fit, weight, frequency_weight: weight, delta_bic }, ratio })
 }
