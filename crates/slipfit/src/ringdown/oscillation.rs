@@ -243,23 +243,26 @@ mod tests {
         }
     }
 
-    /// Three hundred swings from 60° at 54 dB: second order of the loss and of the frequency, and phases of two thousand
-    /// radians, each known to a few thousandths.
+    /// Three hundred swings from 60° at 46 dB: second order of the loss and of the frequency, and phases of two thousand
+    /// radians, each known to a hundredth.
     #[test]
     fn a_pendulum_from_sixty_degrees_has_no_friction_and_no_drift() {
         let delta = 0.008;
         let clean = motion(|x, v| -2.0 * delta * v - 39.5 * x.sin(), 1.05, 7500, 0.04, 12);
         let record = |repeat: usize| {
-            let noisy = |(i, [x, _]): (usize, &[f64; 2])| x + 2e-3 * jitter(i + clean.len() * repeat, 5);
+            let noisy = |(i, [x, _]): (usize, &[f64; 2])| x + 5e-3 * jitter(i + clean.len() * repeat, 5);
             Record::uniform(25.0, clean.iter().enumerate().map(noisy).collect()).expect("valid")
         };
         let options = Options::default();
         let answer = analyse(&record(0), &options).expect("a ring-down");
-        let backbone = answer.backbone.expect("it swings");
+        let backbone = answer.backbone.as_ref().expect("it swings");
         assert_eq!(backbone.drift_per_s, 0.0);
         assert!((backbone.quadratic * 16.0 + 1.0).abs() < 5e-3, "{backbone:?}");
         assert!((backbone.frequency_at_zero_hz / (39.5f64.sqrt() / TAU) - 1.0).abs() < 1e-4, "{backbone:?}");
-        assert_held(record, &options, Parameter::DECAY_RATE, delta);
+        assert!(!answer.sliding.detected);
+        // 2 % off to first order.
+        let found = answer.parameter(Parameter::DECAY_RATE).expect("always reported").value;
+        assert!((found / delta - 1.0).abs() < 3e-3, "{found}");
         assert_held(record, &options, Parameter::FRICTION_DISPLACEMENT, 0.0);
     }
 }

@@ -1,7 +1,12 @@
 //! Loss of an oscillator whose frequency depends on the amplitude.
 
-use super::path::PerTerm;
-use crate::model::loss::LossTerm;
+use crate::model::loss::{FURTHER, LossTerm};
+
+/// One number for each loss term: sliding, viscous, drag and the further terms.
+pub(crate) type PerTerm = [f64; TERMS];
+
+/// Number of loss terms.
+pub(crate) const TERMS: usize = 3 + FURTHER;
 
 /// Least and greatest factor on a loss: beyond, the expansion means nothing.
 const FACTORS: [f64; 2] = [0.3, 3.0];
@@ -116,7 +121,7 @@ mod tests {
             let found = (1.0 - factors[k]) / shift;
             assert!((found - term.backbone()).abs() < 1e-4, "{}: {found}", term.name());
         }
-        assert_eq!(backbone_factors(0.7, [0.0; 2]), [1.0; 3 + crate::motion::decay::amplitude::FURTHER]);
+        assert_eq!(backbone_factors(0.7, [0.0; 2]), [1.0; TERMS]);
     }
 
     #[test]

@@ -1,7 +1,7 @@
 //! The amplitude followed from point to point with its derivatives by start and loss terms.
 
 use super::amplitude::{self, AmplitudeLaw, FURTHER, FallingStep, IntegratedStep, exp_share, integrate_step};
-use super::backbone::backbone_factors;
+use super::backbone::{PerTerm, TERMS, backbone_factors};
 use super::dense::{LongStep, LossAt};
 use crate::model::loss::{LossTerm, SHAPED};
 
@@ -30,12 +30,6 @@ const ORDER: f64 = 5.0;
 /// First amplitude over the present one from which on integrated steps are longer, and the most that counts.
 const LONGER_STEPS_FROM: f64 = 4.0;
 const MOST_AMPLITUDE_RATIO: f64 = 1e6;
-
-/// One number for each loss term: sliding, viscous, drag and the further terms.
-pub(crate) type PerTerm = [f64; TERMS];
-
-/// Number of loss terms.
-const TERMS: usize = 3 + FURTHER;
 
 /// The law in force where the frequency is shifted: each term times its factor.
 pub(crate) fn shifted(law: &AmplitudeLaw, f: &PerTerm) -> AmplitudeLaw {
