@@ -183,6 +183,8 @@ fn fit_models(
         let with = model.with(LossTerm::Viscous);
         if is_further(model) && !surely_viscous(&fits, with) {
             add(&mut fits, model);
+            // One that has none goes astray, and says nothing of what the further loss may be.
+            fits.pop_if(|(added, fit)| *added == model && !fit.converged);
         }
     }
     fits
