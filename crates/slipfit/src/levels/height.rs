@@ -13,11 +13,11 @@ const ROUNDING: f64 = 1e-9;
 /// The largest amplitude of a sweep lies below it by as much as the steps are coarse, and the noise lifts it.
 ///
 /// ```
-/// let hz: Vec<f64> = (0..12).map(|i| 0.915 + 0.016 * f64::from(i)).collect();
-/// let amplitude: Vec<f64> = hz.iter().map(|f| 1.0 / (1.0 - f * f).hypot(0.02 * f)).collect();
+/// let hz: Vec<f64> = (0..14).map(|i| 96.7 + 0.5 * f64::from(i)).collect();
+/// let amplitude: Vec<f64> = hz.iter().map(|f| 1.0 / (1.0 - f * f / 1e4).hypot(f / 5e3)).collect();
 /// let largest = amplitude.iter().copied().fold(0.0, f64::max);
 /// let height = slipfit::levels::peak_height(&hz, &amplitude).expect("a resonance");
-/// assert!(largest < 47.0 && (height - 50.0).abs() < 0.01);
+/// assert!(largest < 49.0 && (height - 50.0).abs() < 0.05);
 /// ```
 #[must_use]
 pub fn peak_height(frequency_hz: &[f64], amplitude: &[f64]) -> Option<f64> {
