@@ -200,24 +200,39 @@ fn project(
     Ok(Projected { points, law, follows_law: smooth.follows_law })
 }
 
+/// Part of the largest amplitude at which a shift of the frequency is taken besides.
+const WITHIN: f64 = 0.75;
+
 /// Amplitudes of a derivative of this order as they were at one frequency: the motion of amplitude `A` has a velocity of
 /// `omega A` and an acceleration of `omega² A`, `omega` that at `A`, and losses act on the motion.
 fn at_one_frequency(points: &mut [Block], law: &mut PhaseLaw, order: i32) {
     let reference = law.reference_omega();
+    let largest = points.iter().map(|b| b.amplitude.abs()).fold(0.0, f64::max);
     for b in points {
         let factor = (reference / b.omega).powi(order);
         b.amplitude *= factor;
         b.quadrature *= factor;
         b.unit_variance *= factor * factor;
     }
-    // With `a = A (1 + q A²)^order` the shift `q a² + c a⁴` is `q A² + (c + 2 order q²) A⁴`.
-    law.quartic += 2.0 * f64::from(order) * law.quadratic * law.quadratic;
+    // The shift by `a = A (1 + shift)^order`, as one by `A`.
+    let [(outer, square), (inner, within)] = [largest, WITHIN * largest].map(|a| {
+        let shift = law.shift(a);
+        let square = (a / (1.0 + shift).powi(order)).powi(2);
+        (shift / square, square)
+    });
+    let quartic = (outer - inner) / (square - within);
+    if order != 0 && quartic.is_finite() {
+        (law.quadratic, law.quartic) = (outer - quartic * square, quartic);
+    }
 }
 
 #[cfg(test)]
 mod tests {
+    use super::at_one_frequency;
     use crate::noise::{assert_held, jitter, motion};
     use crate::ringdown::{Options, analyse};
+    use crate::signal::blocks::Block;
+    use crate::signal::phase::PhaseLaw;
     use crate::{Parameter, Record, SignalKind};
     use std::f64::consts::TAU;
 
@@ -264,5 +279,31 @@ mod tests {
         let found = answer.parameter(Parameter::DECAY_RATE).expect("always reported").value;
         assert!((found / delta - 1.0).abs() < 3e-3, "{found}");
         assert_held(record, &options, Parameter::FRICTION_DISPLACEMENT, 0.0);
+    }
+
+    /// Velocity and acceleration of a swing from 60°: the shift by the amplitude of the motion, between the two
+    /// amplitudes at which it is taken and below.
+    #[test]
+    fn the_shift_by_a_derivative_is_one_by_the_motion() {
+        for (order, tolerance) in [(0, 1e-12), (1, 2e-4), (2, 7e-4)] {
+            let recorded =
+                PhaseLaw { omega: 6.0, quadratic: -0.0625, quartic: 9.5e-4, ..PhaseLaw::default() };
+            // By the amplitude of the derivative, over its rate at rest.
+            let of_motion = |a: f64| a / (1.0 + recorded.shift(a)).powi(order);
+            let largest = 1.05;
+            let block = Block {
+                amplitude: largest,
+                omega: 6.0 * (1.0 + recorded.shift(largest)),
+                ..Block::of(0, 1, 0.0)
+            };
+            let (mut points, mut law) = ([block], recorded);
+            at_one_frequency(&mut points, &mut law, order);
+            assert!((points[0].amplitude / of_motion(largest) - 1.0).abs() < 1e-12);
+            for part in [0.2, 0.4, 0.6, 0.8, 1.0] {
+                let a = part * largest;
+                let (found, shift) = (law.shift(of_motion(a)), recorded.shift(a));
+                assert!((found - shift).abs() < tolerance, "{order}, {part}: {found} for {shift}");
+            }
+        }
     }
 }
