@@ -106,6 +106,8 @@ pub fn analyse_with(levels: &Levels, options: &Options, criteria: &Criteria) -> 
         }
         None => fit(&y, &line),
     };
+    // The values count both ways in which a detector may add; what is drawn is one of them.
+    let by_detector = plateau.is_some().then(|| [(-line.intercept / line.slope).max(0.0), line.slope]);
     // Errors that are known are as good as those of many residuals.
     let dof = if believed { f64::INFINITY } else { dof };
     (line.intercept, line.slope) = (intercept, slope);
@@ -158,7 +160,8 @@ pub fn analyse_with(levels: &Levels, options: &Options, criteria: &Criteria) -> 
             }
         }
     }
-    let fit = FittedLevels { slope: line.slope, threshold: found.threshold.value, detector };
+    let [threshold, slope] = by_detector.unwrap_or([found.threshold.value, line.slope]);
+    let fit = FittedLevels { slope, threshold, detector };
     let points: Vec<LevelPoint> = (0..n)
         .map(|i| LevelPoint {
             index: order[i],

@@ -178,6 +178,14 @@ mod tests {
         for p in answer.points.iter().filter(|p| !p.moving || p.drive > 0.8) {
             assert!((p.fitted - p.amplitude).abs() < 2.5, "{p:?}");
         }
+        for seed in 0..40 {
+            let answer = analyse(&levels(seed, 0.65, |a| a + 5.0), &Options::default()).unwrap();
+            let moving: Vec<f64> =
+                answer.points.iter().filter(|p| p.moving).map(|p| p.amplitude - p.fitted).collect();
+            let mean = moving.iter().sum::<f64>() / moving.len() as f64;
+            let error = NOISE / (moving.len() as f64).sqrt();
+            assert!(mean.abs() < error, "{seed}: {mean} of {error}");
+        }
     }
 
     #[test]
