@@ -107,9 +107,8 @@ impl<'a> AbsentLoss<'a> {
         let viscous = slot(LossTerm::Viscous);
         let slot = slot(term);
         let most = match replaced {
-            Some(fit) => fit.unbounded.parameters[slot],
-            // Not fitted where viscous loss is sure.
-            None => given(&with.unbounded, &[(viscous, 0.0)])?.1[slot],
+            Some(fit) if !comparison.viscous_is_sure => fit.unbounded.parameters[slot],
+            _ => given(&with.unbounded, &[(viscous, 0.0)])?.1[slot],
         };
         let std_error = comparison.noise.std_error(&with.unbounded, slot);
         if !(std_error > 0.0 && std_error.is_finite() && most > 0.0) {

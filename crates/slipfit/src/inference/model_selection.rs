@@ -32,6 +32,8 @@ pub(crate) struct ModelComparison {
     pub(crate) fits: Vec<ModelFit>,
     pub(crate) noise: NoiseModel,
     pub(crate) criteria: InferenceCriteria,
+    /// Viscous loss is sure beside sliding loss: models without it say nothing of what may take its place.
+    pub(crate) viscous_is_sure: bool,
 }
 
 impl ModelComparison {
@@ -67,7 +69,7 @@ impl ModelComparison {
                 }
             })
             .collect();
-        Self { fits, noise, criteria: criteria.clone() }
+        Self { fits, noise, criteria: criteria.clone(), viscous_is_sure: false }
     }
 
     /// The same fits judged by another noise model.

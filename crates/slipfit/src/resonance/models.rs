@@ -98,8 +98,21 @@ fn loss_models(chosen: &HypothesisFit) -> (ModelComparison, Autocorrelation) {
     if let Some((_, f)) = richest.filter(|_| residuals.variance_inflation > 1.0 && more_is_possible) {
         residuals = autocorrelation(&problem.with(&f.free), f, &criteria.residuals);
     }
+    let viscous_is_sure = surely_viscous(&fits, LossModel::VISCOUS_SLIDING, noise, criteria);
     let noise = inflated(residuals.variance_inflation);
-    (ModelComparison::new(&fits, slot, noise, &criteria.inference), residuals)
+    let comparison = ModelComparison::new(&fits, slot, noise, &criteria.inference);
+    (ModelComparison { viscous_is_sure, ..comparison }, residuals)
+}
+
+/// Whether the viscous loss of a model is so far from zero that no data call for one without it.
+fn surely_viscous(
+    fits: &[(LossModel, Fit)],
+    model: LossModel,
+    noise: NoiseModel,
+    criteria: &Criteria,
+) -> bool {
+    let fit = fits.iter().find(|(m, _)| *m == model).map(|(_, f)| f);
+    fit.is_some_and(|f| f.parameters[DELTA] > criteria.models.surely_viscous * noise.std_error(f, DELTA))
 }
 
 /// Fits every loss model, each from its relatives; `free` are the parameters of the fit so far.
@@ -122,10 +135,7 @@ fn fit_models(
     let order = std::iter::once(LossModel::VISCOUS_SLIDING).chain(simpler_first);
     let mut fits: Vec<(LossModel, Fit)> = Vec::new();
     let is_further = |model: LossModel| !model.is_within(LossModel::VISCOUS_SLIDING);
-    let surely_viscous = |fits: &[(LossModel, Fit)], model: LossModel| {
-        let fit = fits.iter().find(|(m, _)| *m == model).map(|(_, f)| f);
-        fit.is_some_and(|f| f.parameters[DELTA] > criteria.models.surely_viscous * noise.std_error(f, DELTA))
-    };
+    let surely_viscous = |fits: &[(LossModel, Fit)], model| surely_viscous(fits, model, noise, criteria);
     let add = |fits: &mut Vec<(LossModel, Fit)>, model: LossModel| {
         let terms: Vec<usize> = model.terms().map(slot).collect();
         let mut free: Vec<usize> = others.iter().chain(&terms).copied().collect();
@@ -170,7 +180,6 @@ fn fit_models(
     };
     let mut left_out = Vec::new();
     for model in order {
-        // So far from zero no data call for a model without it.
         let needless = !model.has(LossTerm::Viscous) && surely_viscous(&fits, LossModel::VISCOUS_SLIDING);
         if needless && options.model != Some(model) {
             left_out.push(model);
@@ -183,7 +192,7 @@ fn fit_models(
         let with = model.with(LossTerm::Viscous);
         if is_further(model) && !surely_viscous(&fits, with) {
             add(&mut fits, model);
-            // One that has none goes astray, and says nothing of what the further loss may be.
+            // One that has none goes astray.
             fits.pop_if(|(added, fit)| *added == model && !fit.converged);
         }
     }
