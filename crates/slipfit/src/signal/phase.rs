@@ -26,8 +26,8 @@ pub(crate) struct PhaseLaw {
     pub(crate) quadratic: f64,
     pub(crate) quartic: f64,
     pub(crate) drift: f64,
-    /// Change of the frequency by the drift over the stretch, over that by the largest amplitude.
-    pub(crate) drift_over_shift: f64,
+    /// Change of the frequency by a drift or a walk over the stretch, over that by the largest amplitude.
+    pub(crate) other_over_shift: f64,
     /// Variance that the phase gains in a second by a random walk, rad²/s; zero where none is seen.
     pub(crate) walk: f64,
     /// The same as far as it goes on within cycles, where amplitudes feel it.
@@ -35,18 +35,18 @@ pub(crate) struct PhaseLaw {
 }
 
 impl PhaseLaw {
-    /// Frequency against amplitude as it bends the loss too. Beside a drift in time of similar size it may be part of
-    /// the drift, and none is assumed.
+    /// Frequency against amplitude as it bends the loss too. Beside a drift in time or a walk of similar size it may be
+    /// part of that, and none is assumed.
     pub(crate) fn backbone(&self) -> [f64; 2] {
         if self.is_of_amplitude() { [self.quadratic, self.quartic] } else { [0.0; 2] }
     }
 
     fn is_of_amplitude(&self) -> bool {
-        self.drift == 0.0 || self.drift_over_shift < MOST_DRIFT
+        self.drift == 0.0 && self.walk == 0.0 || self.other_over_shift < MOST_OTHER
     }
 
     /// Rate of which amplitude laws and derivatives count: that at vanishing amplitude, or where it is not known for a
-    /// drift the mean, rad/s.
+    /// drift or a walk the mean, rad/s.
     pub(crate) fn reference_omega(&self) -> f64 {
         if self.is_of_amplitude() { self.omega } else { self.mean_omega }
     }
@@ -71,8 +71,8 @@ pub(crate) struct Smooth {
 pub(crate) const LEAST_WEIGHT: f64 = 16.0;
 /// Scatter of the phases about a law over their errors up to which the law is taken as it is.
 const MOST_EXCESS: f64 = 3.0;
-/// Drift over the shift by the amplitude up to which the shift is that of the amplitude.
-const MOST_DRIFT: f64 = 0.1;
+/// Drift or walk over the shift by the amplitude up to which the shift is that of the amplitude.
+const MOST_OTHER: f64 = 0.1;
 /// Weighted sum of squared relative errors that the amplitudes may have from a phase off the law: at
 /// one, no combination of the amplitudes is off by more than its standard error.
 const MOST_LOST: f64 = 1.0;
@@ -198,7 +198,7 @@ pub(crate) fn smooth(blocks: &[Block], amplitude: &[f64], noise_rms: f64) -> Opt
         quadratic: get(Column::Square) / span / omega / (scale * scale),
         quartic: get(Column::Fourth) / span / omega / scale.powi(4),
         drift,
-        drift_over_shift: (drift * span / shift).abs(),
+        other_over_shift: (drift * span).hypot((walk / span).sqrt() / omega) / shift.abs(),
         walk,
         walk_in_cycles: walk,
     };
