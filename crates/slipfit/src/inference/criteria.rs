@@ -123,6 +123,10 @@ criteria! {
         /// from that of white noise before it counts.
         excess_significance: f64 = 1.6, source "two-sided 10 % point of the normal distribution",
             moves "coverage";
+        /// Standard errors by which the variance of a loss from cluster to cluster of the observations must exceed that
+        /// under white noise before it counts.
+        cluster_significance: f64 = 2.6, source "one-sided 0.5 % point of the normal distribution",
+            moves "coverage where noise changes along the decay";
         /// BIC by which a fit must improve before a term of the instrument (drift of the offset,
         /// drift of the frequency, a backbone) is added automatically.
         instrument_bic_margin: f64 = 14.0, source "leaves about one term in 1e5 to chance",
@@ -161,6 +165,6 @@ mod tests {
         assert_eq!(table[0].name, "inference.excess_significance");
         assert_eq!(table[0].value, 3.0);
         assert!(table[0].meaning.starts_with("Standard errors"), "{}", table[0].meaning);
-        assert_eq!(table[1].value, 14.0);
+        assert_eq!(table[1].value, 2.6);
     }
 }

@@ -5,6 +5,7 @@ pub(crate) mod covariance;
 pub(crate) mod criteria;
 pub(crate) mod evidence;
 pub(crate) mod interval;
+pub(crate) mod jackknife;
 pub(crate) mod least_squares;
 pub(crate) mod limited_step;
 pub(crate) mod model_selection;

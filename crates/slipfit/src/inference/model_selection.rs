@@ -103,6 +103,11 @@ impl ModelComparison {
         self.fits.iter().find(|f| f.model == model)
     }
 
+    /// The largest model with its terms inside their limits: what it leaves is noise if any of them holds.
+    pub(crate) fn largest(&self) -> Option<&ModelFit> {
+        self.fits.iter().max_by_key(|f| f.model.terms().count())
+    }
+
     /// The fit of a model asked for, or where the data do not determine all of its parameters that of the largest
     /// model within it.
     pub(crate) fn largest_within(&self, asked: LossModel) -> Option<&ModelFit> {

@@ -1,5 +1,6 @@
 //! The amplitudes of the blocks against the loss laws.
 
+use super::cluster_jackknife::inflation_of_amplitudes;
 use super::compare::{
     Models, Search, WholeLoss, best_of, compare, loss_parameters, offer, sliding_starts, slot,
 };
@@ -119,7 +120,12 @@ pub(crate) fn fit_amplitudes<'a>(
             noise_model.known_variance = Some(noise);
         }
     }
-    noise_model.variance_inflation = significant_inflation(autocorrelation, n, significance);
+    let largest = comparison.largest().map_or(&best.bounded, |fit| &fit.bounded);
+    let variance = noise_model.residual_variance(largest);
+    let from_cluster_to_cluster =
+        inflation_of_amplitudes(&problem, largest, variance, criteria.inference.cluster_significance);
+    let serial_inflation = significant_inflation(autocorrelation, n, significance);
+    noise_model.variance_inflation = serial_inflation.max(from_cluster_to_cluster);
     Ok(WindowFit {
         comparison: comparison.with_noise(noise_model),
         problem: Problem::Envelope(problem),
@@ -127,6 +133,7 @@ pub(crate) fn fit_amplitudes<'a>(
         end: measured.end_s(),
         excess,
         autocorrelation,
+        serial_inflation,
         wandering: None,
         harmonics: None,
         several_minima: false,

@@ -16,6 +16,7 @@ use super::{Answer, Diagnostics, Distortion, EnvelopePoint, OtherMode, Segment, 
 use crate::answer::describe::{self, candidates, sliding_evidence};
 use crate::answer::{Correlation, Parameter, SlidingEvidence, Values};
 use crate::inference::model_selection::{ModelComparison, ModelFit};
+use crate::inference::noise::NoiseModel;
 use crate::model::loss::LossModel;
 use crate::motion::decay::AmplitudeLaw;
 use crate::numeric::roots::border;
@@ -34,7 +35,9 @@ pub(crate) fn answer(e: &Evidence) -> Result<Answer, Error> {
         })?,
         None => comparison.reported().unwrap_or(preferred),
     };
-    let error = comparison.noise.std_error(&chosen.bounded, A0);
+    // That a law errs, from cycle to cycle, puts no motion below the noise.
+    let noise = NoiseModel { variance_inflation: e.fit.serial_inflation, ..comparison.noise };
+    let error = noise.std_error(&chosen.bounded, A0);
     if !(chosen.bounded.parameters[A0] > e.criteria.answer.least_amplitude * error) {
         let needed = e.criteria.blocks.least_cycles;
         return Err(Error::NotARingDown { cycles: e.cycles, needed, reason: BELOW_NOISE });

@@ -283,6 +283,9 @@ criteria! {
         /// Times the significance of an excess at which the phase is taken to wander.
         wandering_significance: f64 = 2.0, source "chosen by simulation",
             moves "coverage where the phase walks";
+        /// Part of the standard error of the level of a rest that the error which rounding gives all its samples may be
+        /// for the level to count.
+        rounding_of_rest: f64 = 0.5, source "adds 6 % to the standard error", moves "coverage after a stop";
         /// Variances of the noise by which a model is foreseen to lie above a larger one where it is not fitted at
         /// all, in a window that only shows how far the motion goes on.
         not_fitted: f64 = 1000.0, source "chosen by simulation", moves "time of analysis";

@@ -10,6 +10,7 @@ mod baseline;
 mod bent_reading;
 mod block_amplitudes;
 mod clipping;
+mod cluster_jackknife;
 mod coloured_noise;
 mod compare;
 pub mod criteria;

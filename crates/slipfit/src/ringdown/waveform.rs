@@ -4,12 +4,13 @@
 
 use super::gathered::{Closeness, Gathered};
 use crate::inference::least_squares::{LeastSquares, Normal};
-use crate::motion::decay::closed_sums::{self, Stop};
+use crate::motion::decay::closed_sums::{ClosedSums, Pass, Stop};
 use crate::motion::decay::half_cycle::Passed;
 use crate::motion::decay::parameters::{A0, DELTA, X_F, law_of, range, shape_of, shapes_exist};
 use crate::motion::decay::window::Window;
 use nalgebra::DVector;
 use std::f64::consts::PI;
+use std::ops::Range;
 use std::sync::Arc;
 
 pub(crate) use crate::motion::decay::parameters::{BEND, CHIRP, COUNT, OFFSET, OMEGA, PHASE};
@@ -181,17 +182,7 @@ impl Waveform<'_> {
     /// The sums where viscous and sliding loss act alone on a phase and an offset without disturbances, and the first
     /// sample at rest; `None` elsewhere.
     fn closed_pass(&self, p: &[f64], active: &[usize], out: &mut Normal) -> Option<usize> {
-        let others = p.iter().enumerate().filter(|(k, _)| !CLOSED.contains(k));
-        if self.observable != Observable::Displacement
-            || !active.iter().all(|k| CLOSED.contains(k))
-            || others.into_iter().any(|(_, v)| *v != 0.0)
-        {
-            return None;
-        }
-        let (time, signal, origin) = (self.time, self.signal, self.origin);
-        let (p, rest_tells) = (&CLOSED.map(|k| p[k]), self.rest == RestLevel::Exact);
-        let pass = closed_sums::Pass { time, signal, origin, p, stop: Stop::Friction, rest_tells };
-        let sums = crate::numeric::dispatch(pass)?;
+        let sums = self.closed_sums(p, active, 0..self.time.len())?;
         for (i, &a) in CLOSED.iter().enumerate().filter(|(_, a)| active.contains(a)) {
             out.jtr[a] = sums.jtr[i];
             for (j, &b) in CLOSED[..=i].iter().enumerate().filter(|(_, b)| active.contains(b)) {
@@ -200,6 +191,40 @@ impl Waveform<'_> {
         }
         out.rss = sums.rss;
         Some(sums.at_rest)
+    }
+
+    /// The same of some samples.
+    fn closed_sums(&self, p: &[f64], active: &[usize], range: Range<usize>) -> Option<ClosedSums> {
+        let others = p.iter().enumerate().filter(|(k, _)| !CLOSED.contains(k));
+        if self.observable != Observable::Displacement
+            || !active.iter().all(|k| CLOSED.contains(k))
+            || others.into_iter().any(|(_, v)| *v != 0.0)
+        {
+            return None;
+        }
+        let (time, signal, origin) = (&self.time[range.clone()], &self.signal[range], self.origin);
+        let (p, rest_tells) = (&CLOSED.map(|k| p[k]), self.rest == RestLevel::Exact);
+        crate::numeric::dispatch(Pass { time, signal, origin, p, stop: Stop::Friction, rest_tells })
+    }
+
+    /// The rows of the lower triangle that these sums have, of each part.
+    fn closed_parts(&self, p: &[f64], free: &[usize], borders: &[usize]) -> Option<Vec<Vec<f64>>> {
+        let places: Option<Vec<usize>> =
+            free.iter().map(|slot| CLOSED.iter().position(|k| k == slot)).collect();
+        let places = places?;
+        let n = self.time.len();
+        let ends = borders.iter().copied().chain([n]);
+        let part = |(from, to): (usize, usize)| {
+            let sums = self.closed_sums(p, free, from..to)?;
+            let mut rows = Vec::with_capacity((free.len() + 1) * (free.len() + 2) / 2);
+            for (i, &a) in places.iter().enumerate() {
+                rows.extend(places[..=i].iter().map(|&b| sums.jtj[a.max(b)][a.min(b)]));
+            }
+            rows.extend(places.iter().map(|&a| sums.jtr[a]));
+            rows.push(sums.rss);
+            Some(rows)
+        };
+        std::iter::once(0).chain(borders.iter().copied()).zip(ends).map(part).collect()
     }
 
     /// Gives the samples at rest a level of their own: their sums with the mean of what is left of
@@ -335,7 +360,7 @@ impl Waveform<'_> {
         borders: &[usize],
     ) -> Option<Vec<DVector<f64>>> {
         let phase = free.iter().position(|f| *f == PHASE)?;
-        let parts = self.window(free).sums_of_parts(p, borders, None)?;
+        let parts = self.sums_of_parts(p, free, borders)?;
         // Rows of the lower triangle.
         let row = |i: usize| (i.max(phase), i.min(phase));
         let of = |part: &Vec<f64>| {
@@ -347,10 +372,22 @@ impl Waveform<'_> {
         Some(parts.iter().map(of).collect())
     }
 
+    /// Products of the derivatives by `free` parameters and the residual, rows of the lower triangle, summed over the samples
+    /// before the first of the `borders`, from each of them to the next, and behind the last; `None` where the model does
+    /// not exist.
+    pub(crate) fn sums_of_parts(
+        &self,
+        p: &[f64],
+        free: &[usize],
+        borders: &[usize],
+    ) -> Option<Vec<Vec<f64>>> {
+        self.closed_parts(p, free, borders).or_else(|| self.window(free).sums_of_parts(p, borders, None))
+    }
+
     /// Sums of the residuals along the derivative by the phase, over the samples before the first of the `borders`, from
     /// each of them to the next, and behind the last; `None` where the model does not exist.
     pub(crate) fn sums_by_phase(&self, p: &[f64], borders: &[usize]) -> Option<Vec<PhaseSums>> {
-        let parts = self.window(&[PHASE, OFFSET]).sums_of_parts(p, borders, None)?;
+        let parts = self.sums_of_parts(p, &[PHASE, OFFSET], borders)?;
         // Rows of the triangle: phase; offset; residual.
         let of = |part: &Vec<f64>| PhaseSums { along: part[3], offset: part[1], square: part[0] };
         Some(parts.iter().map(of).collect())

@@ -1,5 +1,6 @@
 //! Every sample of a window against the exact motion.
 
+use super::cluster_jackknife::inflation_of_samples;
 use super::compare::{LastSteps, Models, Search, WholeLoss, compare, loss_parameters, offer, slots};
 use super::criteria::{Criteria, WaveformCriteria};
 use super::envelope::{A0, DELTA, DRAG, X_F, law_of};
@@ -75,16 +76,29 @@ pub(crate) fn fit_waveform<'a>(
     let fit = |rest, start| fit_with_rest(samples, measured, range.clone(), start, rest, compared, criteria);
     let (found, low_frequency) = fit(rest, start)?;
     let best = &found.comparison.preferred()?.bounded.parameters;
-    let rests = law_of(best, best[OMEGA]).stop_time_s().is_some_and(|t| found.origin + t < found.end);
-    if !rests
-        || rest == RestLevel::Free
-        || low_frequency < criteria.coloured_noise.low_frequency * measured.noise_rms.powi(2)
-        || rest_tells(best[X_F], low_frequency.sqrt(), range.len())
-    {
+    let stop_s = law_of(best, best[OMEGA]).stop_time_s().map(|t| found.origin + t).filter(|t| *t < found.end);
+    let Some(stop_s) = stop_s.filter(|_| rest != RestLevel::Free) else { return Some(found) };
+    let wanders = low_frequency >= criteria.coloured_noise.low_frequency * measured.noise_rms.powi(2)
+        && !rest_tells(best[X_F], low_frequency.sqrt(), range.len());
+    let variance = found.comparison.noise.residual_variance(&found.comparison.preferred()?.bounded);
+    if !wanders && !rest_is_rounded(samples, stop_s, variance, criteria) {
         return Some(found);
     }
     let (free, _) = fit(RestLevel::Free, best.clone())?;
     Some(free)
+}
+
+/// Whether rounding to the steps of the converter moves all samples at rest alike, by more than the part of the standard
+/// error of their mean that the criteria allow. `variance` is that of a sample, rounding included.
+///
+/// Noise of `s` steps leaves of the error of a constant at most `exp(-2 pi² s²)/pi` steps (B. Widrow and I. Kollár,
+/// *Quantization Noise*, 2008).
+fn rest_is_rounded(samples: &Samples, stop_s: f64, variance: f64, criteria: &Criteria) -> bool {
+    let at_rest = samples.len() - samples.time.partition_point(|t| *t < stop_s);
+    let step = samples.converter_step(criteria.blocks.distinct_values);
+    let noise = (variance - step * step / 12.0).max(0.0) / (step * step);
+    let shared = step / PI * (-2.0 * PI * PI * noise).exp();
+    step > 0.0 && shared * (at_rest as f64 / variance).sqrt() > criteria.waveform.rounding_of_rest
 }
 
 /// [`fit_waveform`] given what the level of the rest says, and the variance of white noise with the
@@ -203,16 +217,26 @@ fn fit_with_rest<'a>(
     let least = criteria.sensor.samples_per_cycle;
     let harmonics = harmonics(&problem, range.start, &left, best, &measured.points, least);
     let wandering = WanderingPhase::of(&problem, best, measured.noise_rms);
-    noise.variance_inflation = left.variance_inflation_beside(wandering, criteria);
+    let serial_inflation = left.variance_inflation_beside(wandering, criteria);
+    noise.variance_inflation = serial_inflation;
     // Where the noise about the frequency of the motion is known, the remainder is measured by that.
     let known = left.in_phase.excess * left.variance / measured.noise_rms.powi(2).max(f64::MIN_POSITIVE);
+    let excess = if samples.noise_inflation > 1.0 { known } else { left.in_phase.excess };
+    // What the law misses moves the cycles too, but is no noise: another law may describe it.
+    if excess < criteria.answer.misfit {
+        let largest = comparison.largest().map_or(best, |fit| &fit.bounded);
+        let significance = criteria.inference.cluster_significance;
+        let from_cycle_to_cycle = inflation_of_samples(&problem, largest, left.variance, significance);
+        noise.variance_inflation = serial_inflation.max(from_cycle_to_cycle);
+    }
     let fit = WindowFit {
         comparison: comparison.with_noise(noise),
         problem: Problem::Waveform(problem),
         origin,
         end: origin + duration,
-        excess: if samples.noise_inflation > 1.0 { known } else { left.in_phase.excess },
+        excess,
         autocorrelation: left.in_phase.autocorrelation,
+        serial_inflation,
         wandering,
         harmonics,
         several_minima,

@@ -20,6 +20,8 @@ pub(crate) struct WindowFit<'a> {
     pub(crate) excess: f64,
     /// First autocorrelation of the residuals.
     pub(crate) autocorrelation: f64,
+    /// What autocorrelation alone does to the variances of the parameters.
+    pub(crate) serial_inflation: f64,
     /// A phase that walks at random beside the motion, where every sample is compared with it.
     pub(crate) wandering: Option<WanderingPhase>,
     /// Harmonics beyond its own.

@@ -361,3 +361,29 @@ fn the_gradient_holds_for_every_parameter() {
         }
     }
 }
+
+/// The closed motion and the kernel of any loss, a rest behind them.
+#[test]
+fn sums_of_parts_are_the_same_by_both_kernels() {
+    let time: Vec<f64> = (0..600).map(|i| 0.011 * f64::from(i)).collect();
+    let signal: Vec<f64> = (0..600).map(|i| jitter(i, 17)).collect();
+    let mut p = [0.0; COUNT];
+    (p[A0], p[X_F], p[DELTA], p[OMEGA], p[PHASE], p[OFFSET]) = (1.0, 0.06, 0.2, 9.0, 0.4, 0.1);
+    let free = [A0, DELTA, X_F, PHASE, OMEGA, OFFSET];
+    let borders = [0, 37, 37, 300, 590];
+    for rest in [RestLevel::Exact, RestLevel::Free] {
+        let wave = Waveform { rest, ..wave(&time, &signal, None) };
+        let closed = wave.closed_parts(&p, &free, &borders).expect("nothing but these losses");
+        let any = wave.window(&free).sums_of_parts(&p, &borders, None).expect("a motion");
+        assert_eq!(closed.len(), borders.len() + 1);
+        for (part, (a, b)) in closed.iter().zip(&any).enumerate() {
+            assert_eq!(a.len(), b.len());
+            for (x, y) in a.iter().zip(b) {
+                // The one carries its derivatives by Simpson's rule.
+                assert!((x - y).abs() < 1e-6 * (1.0 + y.abs()), "{rest:?}, part {part}: {x} for {y}");
+            }
+        }
+    }
+    p[DRAG] = 0.01;
+    assert!(wave(&time, &signal, None).closed_parts(&p, &free, &borders).is_none());
+}
