@@ -3,7 +3,7 @@
 use crate::answer::{Estimate, Status};
 use crate::table::{Fits, Part, Row, detected};
 use crate::trace::{Beside, Input, Kind, Scratch};
-use slipfit::ringdown::{AmplitudeFit, EvenTraces, Sampling, fit_amplitudes};
+use slipfit::ringdown::{AmplitudeFit, EvenTraces, Sampling, TraceCriteria, fit_amplitudes};
 use std::ops::Range;
 
 /// What fits traces of one length side by side: that of the first row that is not null.
@@ -59,9 +59,13 @@ fn block<T: Copy + Into<f64>>(
         if failed.next_if_eq(&at).is_some() {
             // A gap, or a reason, is found alone.
             part.write(number, &row(input, number, scratch));
-        } else if warnings(fit).iter().any(|(_, warned)| *warned) {
+            continue;
+        }
+        let (trace, interval) = traces[at];
+        let floor = ends_in_noise(fit, interval * (samples - 1) as f64, trace.iter().map(|v| (*v).into()));
+        if warnings(fit, samples, floor).iter().any(|(_, warned)| *warned) {
             let beside = same.map_or_else(|| input.beside(number), Ok);
-            let answered = beside.map(|beside| answer(fit, &beside, samples, samples));
+            let answered = beside.map(|beside| answer(fit, &beside, [samples; 2], floor));
             part.write(number, &answered.unwrap_or_else(Row::failed));
         }
     }
@@ -110,14 +114,20 @@ fn fitted(input: &Input<'_>, row: usize, scratch: &mut Scratch) -> Result<Row, S
         (fit_amplitudes(Sampling::At(&stamps), &values), values.len())
     };
     let fit = fit.map_err(|error| error.to_string())?;
-    Ok(answer(&fit, &beside, used, all))
+    let elapsed = |i: usize| match sampling {
+        Sampling::Every(interval) => interval * i as f64,
+        Sampling::At(stamps) => stamps[i] - stamps[0],
+    };
+    let last = amplitude.len().saturating_sub(1);
+    let floor = ends_in_noise(&fit, elapsed(last), amplitude.iter().copied());
+    Ok(answer(&fit, &beside, [used, all], floor))
 }
 
 /// A fit as a row: of `used` samples of `all`.
-fn answer(fit: &AmplitudeFit, beside: &Beside, used: usize, all: usize) -> Row {
+fn answer(fit: &AmplitudeFit, beside: &Beside, [used, all]: [usize; 2], floor: bool) -> Row {
     let p_value = fit.sliding_p_value(used);
     let warned: Vec<&str> =
-        warnings(fit).into_iter().filter_map(|(code, warned)| warned.then_some(code)).collect();
+        warnings(fit, used, floor).into_iter().filter_map(|(code, warned)| warned.then_some(code)).collect();
     Row {
         status: if warned.is_empty() { Status::Done } else { Status::Warned },
         reason: warned.join(" "),
@@ -137,18 +147,28 @@ fn answer(fit: &AmplitudeFit, beside: &Beside, used: usize, all: usize) -> Row {
     }
 }
 
-/// Codes of warnings, and whether a fit has each.
-fn warnings(fit: &AmplitudeFit) -> [(&'static str, bool); 4] {
-    let unlikely = |[value, error]: [f64; 2]| value < -UNLIKELY * error;
+/// Whether a trace ends in its noise and is never negative: of such amplitudes noise raises the last ones.
+fn ends_in_noise(fit: &AmplitudeFit, duration_s: f64, mut trace: impl Iterator<Item = f64>) -> bool {
+    let least = TraceCriteria::default().noise_floor * fit.residual_rms;
+    // Samples that are missing say nothing.
+    fit.amplitude_at(duration_s) < least && trace.all(|v| !(v < 0.0))
+}
+
+/// Codes of warnings, and whether a fit to so many samples has each.
+fn warnings(fit: &AmplitudeFit, samples: usize, floor: bool) -> [(&'static str, bool); 6] {
+    let TraceCriteria { inseparable, unlikely, misfit, .. } = TraceCriteria::default();
+    let unlikely = |[value, error]: [f64; 2]| value < -unlikely * error;
+    // Ratios below are likely whatever the degrees of freedom are, which saves the tail of nearly all traces.
+    let leaves = fit.lack_of_fit[0] > LIKELY && fit.misfit_p_value(samples) < misfit;
     [
         ("not_converged", !fit.converged),
-        ("not_separable", fit.correlation.abs() > SEPARABLE),
+        ("not_separable", fit.correlation.abs() > inseparable),
+        ("misfit", leaves),
+        ("noise_floor", floor),
         ("negative_damping", unlikely(fit.decay_rate_per_s)),
         ("negative_friction", unlikely(fit.sliding_rate)),
     ]
 }
 
-/// Correlation of the two losses beyond which the trace does not tell them apart.
-const SEPARABLE: f64 = 0.999;
-/// Standard errors below zero that chance does not explain, once in 30 000 traces.
-const UNLIKELY: f64 = 4.0;
+/// Ratio of variances that thirteen degrees of freedom exceed once in 3000 traces.
+const LIKELY: f64 = 2.9;

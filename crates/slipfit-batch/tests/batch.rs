@@ -255,6 +255,46 @@ fn a_trace_is_followed_down_to_the_least_amplitude() {
     assert!((rate(&options) - 0.9).abs() < 1e-6);
 }
 
+/// A sum of twelve uniform numbers, as good as normal.
+fn normal(i: usize) -> f64 {
+    let uniform = |j: usize| {
+        let mut z = ((12 * i + j) as u64 + 1).wrapping_mul(0x9e37_79b9_7f4a_7c15);
+        z = (z ^ (z >> 30)).wrapping_mul(0xbf58_476d_1ce4_e5b9);
+        z = (z ^ (z >> 27)).wrapping_mul(0x94d0_49bb_1331_11eb);
+        ((z ^ (z >> 31)) >> 11) as f64 / (1u64 << 53) as f64
+    };
+    (0..12).map(uniform).sum::<f64>() - 6.0
+}
+
+/// Rest behind a stop took friction for damping, and a noise floor hid it, each without a word.
+#[test]
+fn what_is_no_such_decay_is_warned_of() {
+    const N: usize = 400;
+    let of = |made: &dyn Fn(usize, f64) -> f64, law: &[f64]| Some((0..N).map(|i| made(i, law[i])).collect());
+    let (sliding, slow) = (decay(1.5, 0.5, N), decay(0.0, 0.5, N));
+    let rows: Vec<Option<Vec<f64>>> = vec![
+        of(&|i, a| a.max(0.0) + 0.02 * normal(i), &sliding),
+        of(&|i, a| (a.max(0.0) + 0.02 * normal(i)).hypot(0.02 * normal(i + N)), &sliding),
+        of(&|i, a| (a + 0.1 * normal(i)).hypot(0.1 * normal(i + N)), &slow),
+        of(&|i, a| a + 0.1 * normal(i), &slow),
+        of(&|i, a| (a + 0.02 * normal(i)).hypot(0.02 * normal(i + N)), &slow),
+    ];
+    let table = batch(lists::<Float64Type>(&rows, |v| v));
+    let times: Vec<Option<Vec<f64>>> =
+        rows.iter().map(|_| Some((0..N).map(|i| i as f64 * DT).collect())).collect();
+    let stamped = RecordBatch::try_from_iter([
+        ("amplitude", Arc::clone(table.column(0))),
+        ("t", lists::<Float64Type>(&times, |v| v)),
+    ]);
+    let by_times = Options::new(Signal::Amplitude("amplitude".into()), Clock::Times("t".into()), Method::Fit);
+    for answer in [fit_batch(&table, &options()).unwrap(), fit_batch(&stamped.unwrap(), &by_times).unwrap()] {
+        let reason = |row| text(&answer, "reason", row);
+        assert!(reason(0).contains("misfit"), "{}", reason(0));
+        assert!(reason(1).contains("misfit"), "{}", reason(1));
+        assert_eq!((reason(2), reason(3), reason(4)), ("noise_floor", "", ""));
+    }
+}
+
 #[test]
 fn lock_in_outputs_and_oscillations_are_analysed() {
     let oscillator = slipfit::Oscillator::kinematic(50.0, 0.3, 0.002).unwrap();

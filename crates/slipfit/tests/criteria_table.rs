@@ -21,6 +21,13 @@ samples, or parts of an amplitude.
 
 ";
 
+const TRACES: &str = "
+## Traces of batches and maps
+
+Of the bare fit of amplitudes, the method `fit`.
+
+";
+
 const RESONANCE: &str = "
 ## Resonance curves
 
@@ -52,6 +59,7 @@ A program sets these through `slipfit::series::analyse_with`.
 
 fn page() -> String {
     let ringdown = table(&ringdown::Criteria::default().table());
+    let traces = table(&ringdown::TraceCriteria::default().table());
     let resonance = table(&resonance::Criteria::default().table());
     let levels = table(&levels::LevelCriteria::default().table());
     let demodulation = table(&demodulate::Criteria::default().table());
@@ -60,6 +68,8 @@ fn page() -> String {
         HEAD,
         RINGDOWN,
         &ringdown,
+        TRACES,
+        &traces,
         RESONANCE,
         &resonance,
         LEVELS,

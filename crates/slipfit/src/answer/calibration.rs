@@ -35,6 +35,20 @@ impl Calibration {
         at_least_zero("calibration std_error", std_error)
     }
 
+    /// The same constant, known exactly.
+    pub(crate) fn exact(self) -> Self {
+        match self {
+            Self::Stiffness { value, .. } => Self::Stiffness { value, std_error: 0.0 },
+            Self::Mass { value, .. } => Self::Mass { value, std_error: 0.0 },
+        }
+    }
+
+    /// Its standard error over its value.
+    pub(crate) fn relative_error(self) -> f64 {
+        let (Self::Stiffness { value, std_error } | Self::Mass { value, std_error }) = self;
+        std_error / value
+    }
+
     /// Value and standard error as a quantity.
     pub fn quantity(self) -> Quantity {
         let (value, std_error, unit) = match self {
@@ -55,9 +69,10 @@ pub(crate) fn physical(
     x_f: &Quantity,
 ) -> [(Parameter, Quantity); 2] {
     let square = omega_0 * omega_0;
-    let (mass, stiffness, relative) = match calibration {
-        Calibration::Stiffness { value, std_error } => (value / square, value, std_error / value),
-        Calibration::Mass { value, std_error } => (value, value * square, std_error / value),
+    let relative = calibration.relative_error();
+    let (mass, stiffness) = match calibration {
+        Calibration::Stiffness { value, .. } => (value / square, value),
+        Calibration::Mass { value, .. } => (value, value * square),
     };
     let (length, angle) = length_in_metres(unit);
     let (gamma_unit, force_unit) = match (length, angle) {

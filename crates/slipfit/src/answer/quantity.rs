@@ -60,6 +60,15 @@ impl Quantity {
         self.with_error(extra)
     }
 
+    /// Adds another error, in squares, to a quantity of any sign and to the widths of its interval.
+    pub(crate) fn add_error(&mut self, extra: f64) {
+        let extra = extra.abs();
+        self.std_error = self.std_error.hypot(extra);
+        let width = |end: f64| (end - self.value).hypot(crate::inference::Z_95 * extra);
+        let [low, high] = self.interval_95;
+        self.interval_95 = [self.value - width(low), self.value + width(high)];
+    }
+
     /// The same with another error beside its own, added in squares; of a quantity that is not below zero, as its interval.
     pub(crate) fn with_error(self, extra: f64) -> Self {
         let width = |end: f64| (end - self.value).hypot(crate::inference::Z_95 * extra);

@@ -443,6 +443,22 @@ criteria! {
     }
 }
 
+criteria! {
+    /// What a fit of amplitudes is warned of in batches and maps.
+    pub struct TraceCriteria in "trace" {
+        /// Correlation of the two losses beyond which a trace does not tell them apart.
+        inseparable: f64 = 0.999, source "chosen by simulation", moves "warnings";
+        /// Standard errors below zero of a loss that is none.
+        unlikely: f64 = 4.0, source "one trace in 30 000 by chance", moves "warnings";
+        /// p value of what the law leaves of the slow part of a trace, below which it is no such decay.
+        misfit: f64 = 3e-5, source "one trace in 30 000 by chance",
+            moves "motions that stop within a trace, and noise floors, unwarned";
+        /// Last amplitude over the noise below which amplitudes that are never negative are raised by it.
+        noise_floor: f64 = 4.0, source "intervals of friction hold 90 % down to 3.4 in simulated traces of 400 samples",
+            moves "friction hidden by a noise floor, unwarned";
+    }
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;

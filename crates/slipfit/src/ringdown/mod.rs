@@ -58,7 +58,7 @@ pub use analyse::{analyse, analyse_with};
 pub use answer::{
     Answer, Backbone, Diagnostics, Distortion, EnvelopePoint, LossPoint, Mode, OtherMode, Segment, Stop,
 };
-pub use criteria::Criteria;
+pub use criteria::{Criteria, TraceCriteria};
 pub use direct::{
     AmplitudeFit, Decay, DecayFit, EnvelopeFit, EnvelopeStart, EvenTraces, Sampling, fit_amplitudes,
     fit_envelope, fit_waveform,

@@ -2,14 +2,14 @@
 
 use super::answer::{Answer, ConditionRow, Consistency, Estimate};
 use super::criteria::Criteria;
-use super::joint::{birge, joint, references};
+use super::joint::{joint, references};
 use super::law::{LoadPoint, friction_against_load};
 use super::single::analyse_one;
 use super::solved::SolvedMeasurement;
 use super::{Condition, Measurement, Options};
 use crate::answer::Warning;
 use crate::answer::calibration::Calibration;
-use crate::inference::evidence::chi_square_tail;
+use crate::inference::evidence::{chi_square_tail, student_factor};
 use crate::{Error, Quantity};
 use nalgebra::{Matrix2, Vector2};
 use std::f64::consts::TAU;
@@ -27,12 +27,14 @@ use std::f64::consts::TAU;
 ///
 /// The joint fit is the generalised least squares of all answers with the parameters solved
 /// to be shared ([`Options::shared`]); damping and friction of one condition always are. Where
-/// what is put together does not agree ([`Criteria::disagree`]), the errors of the mean are widened by the root of
-/// chi square over its degrees of freedom (R. T. Birge, Phys. Rev. 40, 207, 1932).
+/// what is put together does not agree ([`Criteria::disagree`]), its errors are widened by the root of
+/// chi square over its degrees of freedom (R. T. Birge, Phys. Rev. 40, 207, 1932). The mean of one condition is widened by
+/// it wherever it exceeds one, and by Student's factor for so few: a few measurements seldom show by a p value that they
+/// scatter more than their errors say.
 ///
 /// Limits: answers enter by value and covariance, not by their samples; an answer close to a
 /// limit enters by its unbounded estimate. A common calibration takes no part in the
-/// comparison, since both ways share it.
+/// comparison, since both ways share it; values in newtons, and what follows from them, have its error beside their own.
 ///
 /// # Errors
 /// [`Error::TooFewSamples`] without measurements; [`Error::Parameter`] for a scale not above
@@ -85,7 +87,7 @@ pub fn analyse_with(
             labels.push(&m.condition);
         }
     }
-    let table: Vec<ConditionRow> = labels
+    let (table, exact): (Vec<ConditionRow>, Vec<Option<Estimate>>) = labels
         .iter()
         .map(|condition| {
             let here = |ring_down: Option<bool>| -> Vec<&SolvedMeasurement> {
@@ -95,9 +97,9 @@ pub fn analyse_with(
                     .filter(|s| ring_down.is_none_or(|r| r == s.ring_down))
                     .collect()
             };
-            row(condition, &here(Some(true)), &here(Some(false)), &here(None), options, criteria)
+            row(condition, &here(Some(true)), &here(Some(false)), &here(None), options)
         })
-        .collect();
+        .unzip();
     for r in &table {
         if let Some(p_value) = r.p_value.filter(|p| *p < criteria.disagree) {
             warnings.push(Warning::Disagree { condition: r.condition.clone(), p_value });
@@ -127,7 +129,14 @@ pub fn analyse_with(
     {
         warnings.push(Warning::NotShared { p_value: j.p_value });
     }
-    let laws = laws(&table, options);
+    for r in &table {
+        if let Some([load, _]) = r.value.filter(|v| v[0] < 0.0 && !options.condition_unit.is_empty()) {
+            if may_be_load(&options.condition_unit) {
+                warnings.push(Warning::NegativeLoad { condition: r.condition.clone(), load });
+            }
+        }
+    }
+    let laws = laws(&table, &exact, options);
     let agrees = agreement_p_value.map(|p| !(p < criteria.disagree));
     Ok(Answer { singles, table, agreement_p_value, agrees, joint, laws, warnings })
 }
@@ -150,14 +159,17 @@ fn together(list: &[&SolvedMeasurement]) -> Option<Both> {
     held.then_some((mean, covariance))
 }
 
-/// Where the parts do not agree their mean is less sure by the Birge ratio, the root of chi square
-/// over its degrees of freedom.
-fn widened((mean, covariance): Both, list: &[&SolvedMeasurement], criteria: &Criteria) -> Both {
+/// Where the parts scatter more than their errors say their mean is less sure by the Birge ratio, the root of chi
+/// square over its degrees of freedom, and by Student's factor.
+fn widened((mean, covariance): Both, list: &[&SolvedMeasurement]) -> Both {
     let off = |s: &&SolvedMeasurement| {
         Some(((s.value - mean).transpose() * s.covariance.try_inverse()? * (s.value - mean))[0])
     };
     let chi_square: f64 = list.iter().filter_map(off).sum();
-    (mean, covariance * birge(chi_square, 2 * list.len().saturating_sub(1), criteria))
+    let freedom = 2.0 * list.len().saturating_sub(1) as f64;
+    let scattered = chi_square > freedom && freedom > 0.0;
+    let factor = if scattered { chi_square / freedom * student_factor(freedom).powi(2) } else { 1.0 };
+    (mean, covariance * factor)
 }
 
 /// Chi square of the difference, two degrees of freedom.
@@ -173,8 +185,7 @@ fn row(
     resonances: &[&SolvedMeasurement],
     all: &[&SolvedMeasurement],
     options: &Options,
-    criteria: &Criteria,
-) -> ConditionRow {
+) -> (ConditionRow, Option<Estimate>) {
     let (r, s) = (together(ring_downs), together(resonances));
     let hz = all.iter().find_map(|s| s.frequency).map(|f| f[0]);
     let pair = |k: usize| {
@@ -182,20 +193,27 @@ fn row(
         let z = (a.0[k] - b.0[k]) / (a.1[(k, k)] + b.1[(k, k)]).sqrt();
         Some(Consistency { z, p_value: chi_square_tail(z * z, 1.0) })
     };
-    ConditionRow {
+    let joint = together(all).map(|b| widened(b, all));
+    let row = ConditionRow {
         condition: condition.label.clone(),
         value: condition.value,
-        ring_down: r.map(|b| cell(b, hz, options)),
-        resonance: s.map(|b| cell(b, hz, options)),
+        ring_down: r.map(|b| cell(b, hz, options, options.calibration)),
+        resonance: s.map(|b| cell(b, hz, options, options.calibration)),
         friction: pair(1),
         damping: pair(0),
         p_value: r.zip(s).and_then(|(a, b)| difference(a, b)).map(|c| chi_square_tail(c, 2.0)),
-        joint: together(all).map(|b| cell(widened(b, all, criteria), hz, options)),
-    }
+        joint: joint.map(|b| cell(b, hz, options, options.calibration)),
+    };
+    (row, joint.map(|b| cell(b, hz, options, options.calibration.map(Calibration::exact))))
 }
 
-/// As a person reads it: within the limits, in newtons where a calibration is given.
-fn cell((value, covariance): Both, hz: Option<f64>, options: &Options) -> Estimate {
+/// As a person reads it: within the limits, in newtons where a calibration is given, whose error counts.
+fn cell(
+    (value, covariance): Both,
+    hz: Option<f64>,
+    options: &Options,
+    calibration: Option<Calibration>,
+) -> Estimate {
     let limited = |k: usize, unit: &str| {
         let std = covariance[(k, k)].sqrt();
         let [low, high] = crate::inference::interval::bounded_interval(value[k] / std);
@@ -209,44 +227,55 @@ fn cell((value, covariance): Both, hz: Option<f64>, options: &Options) -> Estima
     };
     let (delta, x_f) = (limited(0, "1/s"), limited(1, &options.unit));
     let correlation = covariance[(0, 1)] / (covariance[(0, 0)] * covariance[(1, 1)]).sqrt();
-    match (options.calibration, hz) {
+    match (calibration, hz) {
         (Some(calibration), Some(hz)) => {
-            let exact = match calibration {
-                Calibration::Stiffness { value, .. } => Calibration::Stiffness { value, std_error: 0.0 },
-                Calibration::Mass { value, .. } => Calibration::Mass { value, std_error: 0.0 },
+            let of = |calibration| {
+                let [(_, damping), (_, friction)] =
+                    crate::answer::calibration::physical(calibration, TAU * hz, &options.unit, &delta, &x_f);
+                Estimate { friction, damping, correlation }
             };
-            let [(_, damping), (_, friction)] =
-                crate::answer::calibration::physical(exact, TAU * hz, &options.unit, &delta, &x_f);
-            Estimate { friction, damping, correlation }
+            let (own, all) = (of(calibration.exact()), of(calibration));
+            // The error of the constant moves both alike.
+            let common = own.friction.value * own.damping.value * calibration.relative_error().powi(2);
+            let covariance = correlation * own.friction.std_error * own.damping.std_error + common;
+            let size = all.friction.std_error * all.damping.std_error;
+            Estimate { correlation: if size > 0.0 { covariance / size } else { correlation }, ..all }
         }
         _ => Estimate { friction: x_f, damping: delta, correlation },
     }
 }
 
 /// Friction against the conditions that are numbers, where they may be loads.
-fn laws(table: &[ConditionRow], options: &Options) -> Vec<super::LawFit> {
-    if !may_be_load(&options.condition_unit) {
+///
+/// All points share the calibration, whose error says nothing of how they lie: it counts in what comes out. `exact` are the
+/// estimates without it.
+fn laws(table: &[ConditionRow], exact: &[Option<Estimate>], options: &Options) -> Vec<super::LawFit> {
+    let named = !options.condition_unit.is_empty();
+    let negative = table.iter().any(|r| r.value.is_some_and(|v| v[0] < 0.0));
+    if !may_be_load(&options.condition_unit) || (negative && !named) {
         return Vec::new();
     }
-    let cells: Vec<(&ConditionRow, &Estimate)> = table
+    let cells: Vec<([f64; 2], &Estimate)> = table
         .iter()
-        .filter(|r| r.value.is_some_and(|v| v[0] >= 0.0))
-        .filter_map(|r| Some((r, r.joint.as_ref()?)))
+        .zip(exact)
+        .filter_map(|(r, exact)| Some((r.value.filter(|v| v[0] >= 0.0)?, exact.as_ref()?)))
         .collect();
     let points: Vec<LoadPoint> = cells
         .iter()
-        .filter_map(|(r, c)| {
-            let [load, load_std_error] = r.value?;
-            Some(LoadPoint {
-                load,
-                load_std_error,
-                friction: c.friction.unbounded_value,
-                friction_std_error: c.friction.std_error,
-            })
+        .map(|([load, load_std_error], c)| LoadPoint {
+            load: *load,
+            load_std_error: *load_std_error,
+            friction: c.friction.unbounded_value,
+            friction_std_error: c.friction.std_error,
         })
         .collect();
     let unit = cells.first().map_or("", |(_, c)| c.friction.unit.as_str());
-    friction_against_load(&points, [&options.condition_unit, unit]).unwrap_or_default()
+    let mut laws = friction_against_load(&points, [&options.condition_unit, unit]).unwrap_or_default();
+    let relative = options.calibration.map_or(0.0, Calibration::relative_error);
+    for law in &mut laws {
+        law.times_uncertain(relative);
+    }
+    laws
 }
 
 /// Whether a unit is one of force or of a mass that weighs; without a unit anything may be.

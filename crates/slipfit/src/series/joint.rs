@@ -11,7 +11,7 @@ use crate::{Quantity, resonance};
 use nalgebra::{DMatrix, DVector};
 
 /// Factor of the variances, 1 where chance explains chi square.
-pub(super) fn birge(chi_square: f64, degrees_of_freedom: usize, criteria: &Criteria) -> f64 {
+fn birge(chi_square: f64, degrees_of_freedom: usize, criteria: &Criteria) -> f64 {
     let dof = degrees_of_freedom as f64;
     if dof > 0.0 && chi_square_tail(chi_square, dof) < criteria.disagree { chi_square / dof } else { 1.0 }
 }

@@ -78,7 +78,10 @@ impl fmt::Display for LoadLaw {
 ///
 /// Each law is fitted with the effective variance `sigma_F² + (dF/dN)² sigma_N²`, repeated
 /// until it settles. Errors that are zero for all points count as equal and unknown; the
-/// spread about the law then gives them.
+/// spread about the law then gives them. Where the points scatter more than their errors say, a scatter common to
+/// all is added in squares until chi square is its degrees of freedom (R. C. Paule and J. Mandel, J. Res. NBS 87,
+/// 377, 1982). Intervals are never narrower than those of Student's t from the spread about the law, since few points
+/// do not tell whether they scatter.
 ///
 /// `units` are those of load and friction.
 ///
@@ -138,38 +141,53 @@ fn fit(law: LoadLaw, points: &[LoadPoint], [load_unit, friction_unit]: [&str; 2]
         return None;
     }
     let unknown = points.iter().all(|p| p.friction_std_error == 0.0 && p.load_std_error == 0.0);
-    let mut coefficient = 0.0;
-    let mut found = None;
-    for _ in 0..20 {
-        let rows = points.iter().map(|p| {
-            let slope = coefficient * power * p.load.max(f64::MIN_POSITIVE).powf(power - 1.0);
-            let variance = p.friction_std_error.powi(2) + (slope * p.load_std_error).powi(2);
-            let weight = if unknown {
-                1.0
-            } else {
-                1.0 / variance.max(1e-30 * p.friction.powi(2)).max(f64::MIN_POSITIVE)
-            };
-            let mut row = vec![p.load.powf(power)];
-            if columns == 2 {
-                row.push(1.0);
+    let weighted = |scatter: f64| {
+        let mut coefficient = 0.0;
+        let mut found = None;
+        for _ in 0..20 {
+            let rows = points.iter().map(|p| {
+                let slope = coefficient * power * p.load.max(f64::MIN_POSITIVE).powf(power - 1.0);
+                let variance = p.friction_std_error.powi(2) + (slope * p.load_std_error).powi(2) + scatter;
+                let weight = if unknown {
+                    1.0
+                } else {
+                    1.0 / variance.max(1e-30 * p.friction.powi(2)).max(f64::MIN_POSITIVE)
+                };
+                let mut row = vec![p.load.powf(power)];
+                if columns == 2 {
+                    row.push(1.0);
+                }
+                (row, p.friction, weight)
+            });
+            let (c, covariance, chi2) = linear(rows, columns)?;
+            let settled = (c[0] - coefficient).abs() <= 1e-12 * c[0].abs();
+            coefficient = c[0];
+            found = Some((c, covariance, chi2));
+            if settled {
+                break;
             }
-            (row, p.friction, weight)
-        });
-        let (c, covariance, chi2) = linear(rows, columns)?;
-        let settled = (c[0] - coefficient).abs() <= 1e-12 * c[0].abs();
-        coefficient = c[0];
-        found = Some((c, covariance, chi2));
-        if settled {
-            break;
         }
-    }
-    let (c, covariance, chi2) = found?;
+        found
+    };
+    let (mut c, mut covariance, chi2) = weighted(0.0)?;
     let dof = n - columns;
     let reduced = chi2 / (dof as f64).max(1.0);
-    // Given errors are believed unless the spread exceeds them.
-    let variance = if unknown { reduced } else { reduced.max(1.0) };
-    let widen = if dof == 0 { 1.0 } else { student_factor(dof as f64) };
-    let widen = if !unknown && reduced <= 1.0 { 1.0 } else { widen };
+    let student = if dof == 0 { 1.0 } else { student_factor(dof as f64) };
+    // Half width of an interval over that of the normal, and variance over that of the weights.
+    let (widen, variance) = match (unknown, reduced > 1.0) {
+        (true, _) => (student, reduced),
+        (false, false) => ((student * reduced.sqrt()).max(1.0), 1.0),
+        (false, true) => {
+            let scatter = common_scatter(points, |scatter| Some(weighted(scatter)?.2 / dof as f64));
+            match weighted(scatter) {
+                Some((found, inverse, left)) => {
+                    (c, covariance) = (found, inverse);
+                    (student, left / dof as f64)
+                }
+                None => (student, reduced),
+            }
+        }
+    };
     let quantity = |value: f64, std: f64, unit: String| {
         let half = Z_95 * widen * std;
         Quantity { interval_95: [value - half, value + half], ..Quantity::normal(value, std, unit) }
@@ -213,6 +231,33 @@ fn fit(law: LoadLaw, points: &[LoadPoint], [load_unit, friction_unit]: [&str; 2]
         bic,
         delta_bic: 0.0,
     })
+}
+
+/// Variance that, common to all points, leaves a reduced chi square of one; `reduced` falls with it.
+fn common_scatter(points: &[LoadPoint], reduced: impl Fn(f64) -> Option<f64>) -> f64 {
+    let most = points.iter().map(|p| p.friction.abs()).fold(0.0, f64::max);
+    let (mut low, mut high) = (0.0, most * most);
+    // To double precision of the largest.
+    for _ in 0..100 {
+        let middle = 0.5 * (low + high);
+        if reduced(middle).is_some_and(|r| r > 1.0) {
+            low = middle;
+        } else {
+            high = middle;
+        }
+    }
+    high
+}
+
+impl LawFit {
+    /// With friction in a unit that is known to `relative` of itself.
+    pub(super) fn times_uncertain(&mut self, relative: f64) {
+        self.coefficient.add_error(relative * self.coefficient.value);
+        // The pull-off load is a ratio of two frictions.
+        if let (LoadLaw::Amontons, Some(offset)) = (self.law, &mut self.offset) {
+            offset.add_error(relative * offset.value);
+        }
+    }
 }
 
 #[cfg(test)]

@@ -4,6 +4,7 @@ use crate::args::MapArgs;
 use arrow_array::RecordBatch;
 use arrow_array::cast::AsArray;
 use arrow_array::types::Float64Type;
+use slipfit::InferenceCriteria;
 use slipfit_report::escape;
 use slipfit_report::format::{Scale, plain};
 use slipfit_report::plot::{self, Image};
@@ -59,10 +60,30 @@ impl Map<'_> {
             .collect()
     }
 
+    fn detected(&self) -> impl Iterator<Item = Option<bool>> {
+        let columns = self.parts.iter().filter_map(|part| part.column_by_name("sliding_detected"));
+        columns.flat_map(|column| column.as_boolean().iter())
+    }
+
+    /// Whether a pixel has a warning, or no answer.
+    fn warned(&self) -> Vec<bool> {
+        self.texts("status").map(|status| status != "done").collect()
+    }
+
+    /// Whether the trace of a pixel does not determine its numbers.
+    fn undetermined(&self) -> Vec<bool> {
+        let says = |reason: &str| reason.split(' ').any(|code| UNDETERMINED.contains(&code));
+        self.texts("reason").map(says).collect()
+    }
+
     pub(super) fn picture(&self, args: &MapArgs) -> plot::Picture {
         let shown = self.shown();
+        let undetermined = self.undetermined();
         let image = |(name, words, unit): &(&str, &str, String)| {
             let mut values = self.numbers(name);
+            for (value, undetermined) in values.iter_mut().zip(&undetermined) {
+                *value = value.filter(|_| !undetermined);
+            }
             let mut sizes: Vec<f64> = values.iter().flatten().map(|v| v.abs()).collect();
             sizes.sort_by(f64::total_cmp);
             // That of the middle value: a stray pixel has no say.
@@ -82,9 +103,17 @@ impl Map<'_> {
             };
             format!("{file}{data}[{index}]")
         };
-        let caption = "Viscous and sliding loss of each pixel. Colours leave one value in a hundred out at \
-                       either end; grey: no answer.";
-        plot::images(&file, caption, self.pixels, &images, &note)
+        let mut caption =
+            "Viscous and sliding loss of each pixel. Colours leave one value in a hundred out at \
+                           either end; grey: no answer, or none that the trace determines."
+                .to_owned();
+        let drawn =
+            self.warned().iter().zip(&undetermined).filter(|(warned, none)| **warned && !**none).count();
+        let failed = self.texts("status").filter(|status| *status == "failed").count();
+        if let Some(others) = drawn.checked_sub(failed).filter(|others| *others > 0) {
+            caption += &format!(" {others} of the coloured pixels have a warning.");
+        }
+        plot::images(&file, &caption, self.pixels, &images, &note)
     }
 
     pub(super) fn summary(&self, args: &MapArgs, samples: usize) -> String {
@@ -95,13 +124,37 @@ impl Map<'_> {
         self.texts("status").for_each(|word| *status.entry(word).or_default() += 1);
         let counts: Vec<String> = status.iter().map(|(word, count)| format!("{count} {word}")).collect();
         text += &format!("  {}\n", counts.join(", "));
-        let flags = self.parts.iter().filter_map(|part| part.column_by_name("sliding_detected"));
-        let detected: usize = flags.map(|column| column.as_boolean().true_count()).sum();
-        text += &format!("  sliding friction detected in {detected}\n");
+        let detected = self.detected().filter(|flag| *flag == Some(true)).count();
+        let warned = self.warned();
+        let found = |(i, found): (usize, Option<bool>)| found == Some(true) && warned.get(i) == Some(&true);
+        let beside = match self.detected().enumerate().filter(|at| found(*at)).count() {
+            0 => String::new(),
+            count => format!(", {count} of them with a warning"),
+        };
+        let chance = InferenceCriteria::default().detected;
+        text += &format!(
+            "  sliding friction detected in {detected}{beside} (in one of {:.0} where there is none)\n",
+            1.0 / chance
+        );
+        let sound = warned.iter().filter(|warned| !**warned).count();
+        let of = if sound < warned.len() && sound > 0 {
+            text += &format!("  of the {sound} pixels without a warning:\n");
+            true
+        } else {
+            false
+        };
         for (name, words, unit) in self.shown() {
-            let mut values: Vec<f64> = self.numbers(name).into_iter().flatten().collect();
+            let counts = |i: usize| !of || warned.get(i) == Some(&false);
+            let mut values: Vec<f64> = self
+                .numbers(name)
+                .into_iter()
+                .enumerate()
+                .filter(|(i, _)| counts(*i))
+                .filter_map(|(_, v)| v)
+                .collect();
             values.sort_by(f64::total_cmp);
-            let at = |part: f64| values[(part * (values.len() - 1) as f64).round() as usize];
+            let Some(last) = values.len().checked_sub(1) else { continue };
+            let at = |part: f64| values[(part * last as f64).round() as usize];
             let [median, low, high] = [0.5, 0.25, 0.75].map(|part| plain(at(part), 4, &unit));
             text += &format!("  {words}: {median} in the middle, half of the pixels from {low} to {high}\n");
         }
@@ -119,5 +172,7 @@ impl Map<'_> {
     }
 }
 
+/// Warnings under which the numbers of a pixel say nothing.
+const UNDETERMINED: [&str; 2] = ["not_converged", "not_separable"];
 /// Reasons that are listed.
 const MOST_REASONS: usize = 8;

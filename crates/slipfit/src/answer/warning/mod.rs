@@ -434,6 +434,13 @@ pub enum Warning {
         /// Its name.
         name: String,
     },
+    /// A condition of a series is a load below zero, which is in no law of friction.
+    NegativeLoad {
+        /// Its label.
+        condition: String,
+        /// The load, in the unit of the conditions.
+        load: f64,
+    },
     /// A measurement of a series gives no friction displacement and damping.
     NotUsed {
         /// Its name.
@@ -513,6 +520,7 @@ impl Warning {
             Warning::Disagree { .. } => "disagree",
             Warning::NotShared { .. } => "not_shared",
             Warning::Failed { .. } => "failed",
+            Warning::NegativeLoad { .. } => "negative_load",
             Warning::NotUsed { .. } => "not_used",
         }
     }

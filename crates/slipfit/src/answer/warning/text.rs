@@ -484,6 +484,10 @@ impl fmt::Display for Warning {
                 write!(f, "the measurements do not share the parameters that they should ({})", p_value(*p))
             }
             Warning::Failed { name } => write!(f, "{name} could not be analysed; the others were"),
+            Warning::NegativeLoad { condition, .. } => write!(
+                f,
+                "{condition} is a load below zero: it is in no law of friction against load"
+            ),
             Warning::NotUsed { name, why } => write!(f, "{name} is not in the joint fit: {why}"),
         }
     }

@@ -1,9 +1,11 @@
 //! Viscous and sliding loss of an amplitude trace, without a start and without an allocation.
 
 use super::envelope::{LANES, Pass, Trace, by_thirds, thirds};
+use super::lack_of_fit::{UNKNOWNS, lack_of_fit};
 use super::minimise::{Sums, minimise_to, spread};
 use super::straight::{BEND, SHARE, STRAIGHT};
 use crate::Error;
+use crate::inference::evidence::f_tail;
 
 /// When the amplitudes of a trace were taken.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -27,6 +29,10 @@ pub struct AmplitudeFit {
     pub correlation: f64,
     /// Root mean square of amplitude less model.
     pub residual_rms: f64,
+    /// Variance of what is left of the slow part of the trace (its moments against the lowest polynomials, or the
+    /// means of its tenths) over that of the rest, and its degrees of freedom; zeros
+    /// below twenty samples, and next to rounding.
+    pub lack_of_fit: [f64; 2],
     /// Whether no step would have changed a parameter by a hundredth of its standard error.
     pub converged: bool,
     /// Passes over the samples.
@@ -40,10 +46,27 @@ impl AmplitudeFit {
         Self::friction_displacements(std::slice::from_ref(self), &[frequency_hz])[0]
     }
 
+    /// Amplitude of the law so long, s, after the first time, signal unit.
+    pub fn amplitude_at(&self, elapsed_s: f64) -> f64 {
+        let [initial, rate] = [self.initial_amplitude[0], self.decay_rate_per_s[0]];
+        let fall = -(-rate * elapsed_s).exp_m1();
+        let gain = if rate == 0.0 { elapsed_s } else { fall / rate };
+        initial * (1.0 - fall) - self.sliding_rate[0] * gain
+    }
+
     /// Probability that a trace of so many samples without sliding friction would show at least this
     /// much of it. One-sided: friction cannot be negative; 1 where it came out so.
     pub fn sliding_p_value(&self, samples: usize) -> f64 {
         Self::sliding_p_values(std::slice::from_ref(self), samples)[0]
+    }
+
+    /// Probability that a decay under viscous and sliding friction, with white noise, leaves at least this much
+    /// in the slow part of a trace of so many samples: an F test of [`lack_of_fit`](Self::lack_of_fit). Small where
+    /// the motion stops within the trace, runs into a noise floor, or obeys another law, and where noise is not white.
+    pub fn misfit_p_value(&self, samples: usize) -> f64 {
+        let [ratio, freedom] = self.lack_of_fit;
+        let rest = samples as f64 - UNKNOWNS as f64 - freedom;
+        if freedom > 0.0 && rest > 0.0 { f_tail(ratio, freedom, rest) } else { 1.0 }
     }
 }
 
@@ -105,10 +128,11 @@ pub fn fit_amplitudes(sampling: Sampling<'_>, amplitude: &[f64]) -> Result<Ampli
     if !power.is_finite() {
         super::check_finite("amplitude", amplitude)?;
     }
-    let duration = match sampling {
-        Sampling::Every(interval) => interval * (n - 1) as f64,
-        Sampling::At(time_s) => time_s[n - 1] - time_s[0],
+    let elapsed = |i: usize| match sampling {
+        Sampling::Every(interval) => interval * i as f64,
+        Sampling::At(time_s) => time_s[i] - time_s[0],
     };
+    let duration = elapsed(n - 1);
     let curved = data.interval.and_then(|interval| by_thirds(thirds, n / 3, interval));
     let start = match curved {
         Some([height, level, rate]) => [height + level, height * rate, rate],
@@ -142,6 +166,7 @@ pub fn fit_amplitudes(sampling: Sampling<'_>, amplitude: &[f64]) -> Result<Ampli
         decay_rate_per_s: [rate, error[2]],
         correlation: correlation[1][2],
         residual_rms: (found.rss / n as f64).sqrt(),
+        lack_of_fit: lack_of_fit(elapsed, amplitude, found.best),
         converged: found.converged,
         steps: found.passes,
     })

@@ -1,6 +1,7 @@
 //! The fit of traces that are known by their moments, several side by side.
 
 use super::amplitudes::AmplitudeFit;
+use super::lack_of_fit;
 use super::moments::{DEGREES, recurrence};
 use crate::numeric::trig::{fused, has_fused};
 
@@ -116,6 +117,7 @@ pub(super) struct Found {
     decay: [Lanes; 2],
     correlation: Lanes,
     rms: Lanes,
+    lack_of_fit: [Lanes; 2],
 }
 
 impl Found {
@@ -128,6 +130,7 @@ impl Found {
             decay_rate_per_s: of(&self.decay),
             correlation: self.correlation[lane],
             residual_rms: self.rms[lane],
+            lack_of_fit: of(&self.lack_of_fit),
             converged: true,
             steps: 1,
         })
@@ -279,7 +282,15 @@ impl Fit<'_> {
             decay: [zero; 2],
             correlation: zero,
             rms: zero,
+            lack_of_fit: [zero; 2],
         };
+        // What the trace has of the polynomials above a mean.
+        let mut slow = zero;
+        for moment in &known.moments[1..law.degrees] {
+            for k in 0..TRACES {
+                slow[k] = fused::<FUSED>(moment[k], moment[k], slow[k]);
+            }
+        }
         for k in 0..TRACES {
             let z = z[k];
             let per = 1.0 / at.gg[k];
@@ -317,6 +328,8 @@ impl Fit<'_> {
             found.decay[1][k] = 2.0 * z_error * rate;
             found.correlation[k] = sliding_slope * z_error / sliding_error;
             found.rms[k] = (rss * per_sample).sqrt();
+            let left = lack_of_fit::ratio(slow[k] - b * at.gy[k], rss, law.degrees, n as usize);
+            [found.lack_of_fit[0][k], found.lack_of_fit[1][k]] = left;
             found.serves[k] = ended[k]
                 & (known.power[k] > 0.0)
                 & (z.abs() <= law.most)

@@ -181,6 +181,7 @@ const NO_FIT: AmplitudeFit = AmplitudeFit {
     decay_rate_per_s: [f64::NAN; 2],
     correlation: f64::NAN,
     residual_rms: f64::NAN,
+    lack_of_fit: [0.0; 2],
     converged: false,
     steps: 0,
 };

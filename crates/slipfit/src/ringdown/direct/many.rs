@@ -193,6 +193,7 @@ mod tests {
             decay_rate_per_s: [delta, 0.25],
             correlation: -0.75,
             residual_rms: 1.0,
+            lack_of_fit: [0.0; 2],
             converged: true,
             steps: 1,
         }

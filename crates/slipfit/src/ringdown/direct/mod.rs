@@ -4,6 +4,7 @@ mod amplitudes;
 mod by_moments;
 mod envelope;
 mod even_traces;
+mod lack_of_fit;
 mod last_turn;
 mod many;
 mod minimise;

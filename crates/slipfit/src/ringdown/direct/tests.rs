@@ -343,6 +343,7 @@ fn the_p_value_of_sliding_friction_is_that_of_its_tail() {
         decay_rate_per_s: [0.0, 1.0],
         correlation: 0.0,
         residual_rms: 1.0,
+        lack_of_fit: [0.0; 2],
         converged: true,
         steps: 1,
     };
@@ -399,4 +400,53 @@ fn amplitudes_that_tell_nothing_are_refused() {
         fit_amplitudes(Sampling::At(&[2.0; 5]), &[5.0, 4.0, 3.0, 2.0, 1.0]),
         Err(Error::NoFit { .. })
     ));
+}
+
+fn fitted_both_ways(trace: &[f64]) -> [AmplitudeFit; 2] {
+    let together = EvenTraces::new(trace.len()).fit(&[(trace, 0.01)]).remove(0).unwrap();
+    let times: Vec<f64> = (0..trace.len()).map(|i| 0.01 * i as f64).collect();
+    [together, fit_amplitudes(Sampling::At(&times), trace).unwrap()]
+}
+
+/// A decay of `e^(-delta t)` under a sliding rate, with noise; one that stops stays at zero.
+fn ending_trace(samples: usize, delta: f64, sliding: f64, sigma: f64, seed: usize) -> Vec<f64> {
+    let value = |i: usize| {
+        let t = 0.01 * i as f64;
+        let gain = if delta > 0.0 { -(-delta * t).exp_m1() / delta } else { t };
+        ((1.0 - delta * gain) - sliding * gain).max(0.0) + sigma * noise(i + seed * samples)
+    };
+    (0..samples).map(value).collect()
+}
+
+#[test]
+fn noise_alone_seldom_is_a_misfit() {
+    for (delta, sliding) in [(0.3, 0.0), (0.3, 0.1), (0.0, 0.2), (1.5, 0.02), (4.0, 0.0)] {
+        let p: Vec<[f64; 2]> = (0..400)
+            .map(|seed| {
+                fitted_both_ways(&ending_trace(200, delta, sliding, 0.02, seed))
+                    .map(|fit| fit.misfit_p_value(200))
+            })
+            .collect();
+        for way in 0..2 {
+            // Of 400 with 10 %: 40 ± 6; four times that.
+            let few = p.iter().filter(|p| p[way] < 0.1).count();
+            assert!((16..=64).contains(&few), "{delta}, {sliding}, {way}: {few}");
+            assert!(p.iter().all(|p| p[way] > 3e-5), "{delta}, {sliding}, {way}");
+        }
+    }
+}
+
+#[test]
+fn a_motion_that_stops_within_the_trace_is_a_misfit() {
+    for fit in fitted_both_ways(&ending_trace(200, 0.3, 1.0, 0.02, 7)) {
+        assert!(fit.misfit_p_value(200) < 1e-6, "{fit:?}");
+    }
+}
+
+#[test]
+fn few_samples_and_no_noise_say_nothing() {
+    let short = fit_amplitudes(Sampling::Every(0.01), &ending_trace(12, 0.3, 1.0, 0.02, 7)).unwrap();
+    assert_eq!(short.misfit_p_value(12), 1.0);
+    let constant = AmplitudeFit { lack_of_fit: [0.0; 2], ..short };
+    assert_eq!(constant.misfit_p_value(500), 1.0);
 }
