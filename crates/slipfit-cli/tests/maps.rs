@@ -295,3 +295,32 @@ fn a_dead_pixel_does_not_end_a_map() {
     let said = stdout(slipfit().arg("map").arg(&path).args(["--dt", "0.02"]));
     assert!(said.contains("5 done, 1 failed"), "{said}");
 }
+
+/// What a trace does not determine is neither drawn nor in the middle of the rest, which says how many it is of.
+#[test]
+fn pixels_with_warnings_do_not_speak_for_the_map() {
+    let folder = tempfile::tempdir().unwrap();
+    let path = folder.path().join("odd.npy");
+    let mut bytes = fs::read(stack("stack.npy")).unwrap();
+    let begin = bytes.len() - 6 * 128 * 4;
+    let noise = |i: usize| ((i * i * 7919 + i * 104_729) % 1009) as f32 / 1009.0 - 0.5;
+    let stops = |i: usize| (1.0 - i as f32 / 32.0).max(0.0) + 0.01 * noise(i);
+    for (pixel, value) in [&stops as &dyn Fn(usize) -> f32, &noise].into_iter().enumerate() {
+        for i in 0..128 {
+            let at = begin + (128 * pixel + i) * 4;
+            bytes[at..at + 4].copy_from_slice(&value(i).to_le_bytes());
+        }
+    }
+    fs::write(&path, bytes).unwrap();
+    let plot = folder.path().join("odd.svg");
+    let mut command = slipfit();
+    command.arg("map").arg(&path).args(["--dt", "0.02", "--plot"]).arg(&plot);
+    let said = stdout(&mut command);
+    assert!(said.contains("4 done, 2 warned"), "{said}");
+    assert!(said.contains("of the 4 pixels without a warning:"), "{said}");
+    assert!(said.contains("misfit"), "{said}");
+    let svg = fs::read_to_string(plot).unwrap();
+    // The noise, in the images of both losses.
+    assert_eq!(svg.matches("no value").count(), 2, "{said}");
+    assert!(svg.contains("1 of the coloured pixels has a warning"), "{said}");
+}

@@ -111,7 +111,8 @@ impl Map<'_> {
             self.warned().iter().zip(&undetermined).filter(|(warned, none)| **warned && !**none).count();
         let failed = self.texts("status").filter(|status| *status == "failed").count();
         if let Some(others) = drawn.checked_sub(failed).filter(|others| *others > 0) {
-            caption += &format!(" {others} of the coloured pixels have a warning.");
+            let have = if others == 1 { "has" } else { "have" };
+            caption += &format!(" {others} of the coloured pixels {have} a warning.");
         }
         plot::images(&file, &caption, self.pixels, &images, &note)
     }
@@ -133,18 +134,16 @@ impl Map<'_> {
         };
         let chance = InferenceCriteria::default().detected;
         text += &format!(
-            "  sliding friction detected in {detected}{beside} (in one of {:.0} where there is none)\n",
+            "  sliding friction detected in {detected}{beside} (by chance in one of {:.0})\n",
             1.0 / chance
         );
         let sound = warned.iter().filter(|warned| !**warned).count();
-        let of = if sound < warned.len() && sound > 0 {
+        let apart = sound < warned.len() && sound > 0;
+        if apart {
             text += &format!("  of the {sound} pixels without a warning:\n");
-            true
-        } else {
-            false
-        };
+        }
         for (name, words, unit) in self.shown() {
-            let counts = |i: usize| !of || warned.get(i) == Some(&false);
+            let counts = |i: usize| !apart || warned.get(i) == Some(&false);
             let mut values: Vec<f64> = self
                 .numbers(name)
                 .into_iter()
