@@ -12,25 +12,39 @@ pub(super) enum Number {
     Text(String),
 }
 
+/// A condition as it is written, and the unit in which its label says its number.
+#[derive(Debug)]
+pub(super) struct Written {
+    pub(super) condition: Condition,
+    /// `None` for a number in the unit of the series, or none; empty where the label names no unit.
+    unit: Option<String>,
+}
+
 /// The condition written as `given`, with the number `value` where the label does not say it.
 pub(super) fn condition(
     given: Option<&Number>,
     value: Option<&Number>,
     unit: &str,
-) -> Result<Condition, String> {
+) -> Result<Written, String> {
     let beside = |text: &str| if unit.is_empty() { text.to_owned() } else { format!("{text} {unit}") };
-    let (label, own) = match given {
-        None => (String::new(), None),
-        Some(Number::Plain(value)) => (beside(&value.to_string()), Some([*value, 0.0])),
+    let (label, own, own_unit) = match given {
+        None => (String::new(), None, None),
+        Some(Number::Plain(value)) => (beside(&value.to_string()), Some([*value, 0.0]), None),
         Some(Number::Text(text)) => {
             let number = text.trim_end_matches(|c: char| !c.is_ascii_digit() && c != ')' && c != '%');
-            (text.clone(), pair(number).ok())
+            let (own, named) = (pair(number).ok(), text[number.len()..].trim());
+            match own {
+                // A number between quotes is a number.
+                Some(_) if named.is_empty() => (beside(text.trim()), own, None),
+                Some(_) => (text.clone(), own, Some(named.to_owned())),
+                None => (text.clone(), None, None),
+            }
         }
     };
-    let value = match value {
-        Some(Number::Plain(value)) => Some([*value, 0.0]),
-        Some(Number::Text(text)) => Some(pair(text).map_err(|e| format!("value: {e}"))?),
-        None => own,
+    let (value, own_unit) = match value {
+        Some(Number::Plain(value)) => (Some([*value, 0.0]), None),
+        Some(Number::Text(text)) => (Some(pair(text).map_err(|e| format!("value: {e}"))?), None),
+        None => (own, own_unit),
     };
     let label = if label.is_empty() {
         value.map_or_else(|| "(none)".to_owned(), |v| beside(&v[0].to_string()))
@@ -40,7 +54,83 @@ pub(super) fn condition(
     if let Some([value, _]) = value.filter(|v| !v[0].is_finite()) {
         return Err(format!("value = {value}: must be a finite number"));
     }
-    Ok(Condition { label, value })
+    Ok(Written { condition: Condition { label, value }, unit: own_unit })
+}
+
+/// Brings all numbers to one unit: that of the series or, where it names none, that of the first label with one.
+/// Labels whose units have nothing in common are names, and no numbers.
+///
+/// Returns the unit; the error is that of the condition in its place.
+pub(super) fn in_one_unit(all: &mut [Written], unit: &str) -> Result<String, (usize, String)> {
+    let Some(first) = all.iter().find_map(|written| written.unit.clone()) else { return Ok(unit.to_owned()) };
+    let wanted = if unit.is_empty() { first } else { unit.to_owned() };
+    let factors: Vec<Option<f64>> = all
+        .iter()
+        .map(|written| written.unit.as_deref().map_or(Some(1.0), |own| factor(own, &wanted)))
+        .collect();
+    if let Some(at) = factors.iter().position(Option::is_none) {
+        let label = &all[at].condition.label;
+        if !unit.is_empty() {
+            let problem =
+                format!("condition = {label:?} is not in {unit}, the condition_unit; value gives its number");
+            return Err((at, problem));
+        }
+        for written in all.iter_mut().filter(|written| written.unit.is_some()) {
+            written.condition.value = None;
+        }
+        return Ok(String::new());
+    }
+    let bare = |written: &Written| written.unit.is_none() && written.condition.value.is_some();
+    if let Some(at) = all.iter().position(bare).filter(|_| unit.is_empty()) {
+        let label = &all[at].condition.label;
+        return Err((
+            at,
+            format!(
+                "condition = {label} has no unit, others have {wanted}: condition_unit names that of plain numbers"
+            ),
+        ));
+    }
+    for (written, factor) in all.iter_mut().zip(factors) {
+        let factor = factor.unwrap_or(1.0);
+        written.condition.value = written.condition.value.map(|value| value.map(|v| v * factor));
+    }
+    Ok(wanted)
+}
+
+/// What turns numbers in `from` into numbers in `to`: of one unit with two prefixes, or of two that are known.
+fn factor(from: &str, to: &str) -> Option<f64> {
+    const PREFIXES: [(&str, i32); 14] = [
+        ("", 0),
+        ("f", -15),
+        ("p", -12),
+        ("n", -9),
+        ("\u{b5}", -6),
+        ("\u{3bc}", -6),
+        ("u", -6),
+        ("m", -3),
+        ("c", -2),
+        ("d", -1),
+        ("h", 2),
+        ("k", 3),
+        ("M", 6),
+        ("G", 9),
+    ];
+    let split = |unit: &'static [(&str, i32)], text: &str| -> Vec<(i32, String)> {
+        let bases =
+            unit.iter().filter_map(|(prefix, power)| Some((*power, text.strip_prefix(prefix)?.to_owned())));
+        bases.filter(|(_, base)| !base.is_empty()).collect()
+    };
+    if from == to {
+        return Some(1.0);
+    }
+    let (from_parts, to_parts) = (split(&PREFIXES, from), split(&PREFIXES, to));
+    let powers = from_parts.iter().flat_map(|(power, base)| {
+        to_parts.iter().filter(move |(_, other)| other == base).map(move |(other, _)| power - other)
+    });
+    powers
+        .min_by_key(|power| power.abs())
+        .map(|power| 10f64.powi(power))
+        .or_else(|| slipfit_io::unit_factor(from, to))
 }
 
 /// A value of any sign with its standard error.

@@ -13,7 +13,7 @@ use crate::args::{
     Uncertain,
 };
 use crate::failure::Failure;
-use condition::{Number, condition};
+use condition::{Number, Written, condition, in_one_unit};
 use keys::{Keys, Problem};
 use serde::Deserialize;
 use sha2::{Digest, Sha256};
@@ -172,9 +172,30 @@ fn parse(text: &str, folder: &Path) -> Result<Manifest, Problem> {
     let mut keys = Keys::new(table);
     let heading: Heading = keys.take()?;
     keys.finish(&[])?;
-    let mut entries = Vec::new();
+    let (mut entries, mut conditions, mut places) = (Vec::new(), Vec::new(), Vec::new());
     for (i, keys) in measurements(written)?.into_iter().enumerate() {
-        entries.push(entry(keys, i + 1, folder, &heading.condition_unit)?);
+        places.push(keys.at);
+        let (entry, condition) = entry(keys, i + 1, folder, &heading.condition_unit)?;
+        entries.push(entry);
+        conditions.push(condition);
+    }
+    let at = |(i, message): (usize, String)| {
+        Problem::new(message, places[i]).within(&format!("measurement {}", i + 1))
+    };
+    let condition_unit = in_one_unit(&mut conditions, &heading.condition_unit).map_err(at)?;
+    for i in 0..entries.len() {
+        let condition = &conditions[i].condition;
+        let same = |other: &&Written| {
+            other.condition.label == condition.label && other.condition.value != condition.value
+        };
+        if conditions[..i].iter().any(|other| same(&other)) {
+            let problem = format!(
+                "condition {:?} has another value above: one label is one condition",
+                condition.label
+            );
+            return Err(at((i, problem)));
+        }
+        entries[i].condition = condition.clone();
     }
     // Two measurements of one name could not be told apart.
     for i in 0..entries.len() {
@@ -190,7 +211,7 @@ fn parse(text: &str, folder: &Path) -> Result<Manifest, Problem> {
         title: heading.title,
         unit: heading.unit,
         condition: heading.condition.unwrap_or_else(|| "condition".to_owned()),
-        condition_unit: heading.condition_unit,
+        condition_unit,
         entries,
     })
 }
@@ -258,7 +279,7 @@ fn shared(names: &[String]) -> Result<Shared, String> {
     Ok(shared)
 }
 
-fn entry(mut keys: Keys<'_>, number: usize, folder: &Path, unit: &str) -> Result<Entry, Problem> {
+fn entry(mut keys: Keys<'_>, number: usize, folder: &Path, unit: &str) -> Result<(Entry, Written), Problem> {
     let start = keys.at;
     let entry: EntryKeys = keys.take()?;
     let heading = match &entry.name {
@@ -305,12 +326,13 @@ fn entry(mut keys: Keys<'_>, number: usize, folder: &Path, unit: &str) -> Result
     if let Some(scale) = entry.scale.filter(|s| !(s.is_finite() && *s > 0.0)) {
         return Err(here(format!("scale = {scale}: must be above zero")));
     }
-    let condition = condition(entry.condition.as_ref(), entry.value.as_ref(), unit).map_err(here)?;
+    let written = condition(entry.condition.as_ref(), entry.value.as_ref(), unit).map_err(here)?;
+    let condition = written.condition.clone();
     let file = match &source {
         Source::Ringdown { file, .. } | Source::Levels { file, .. } => Some(file),
         Source::Sweep { files, .. } => files.first(),
     };
     let file = file.and_then(|f| f.file_name()).map(|n| n.to_string_lossy().into_owned());
     let name = entry.name.or(file).unwrap_or_else(|| word.to_owned());
-    Ok(Entry { name, condition, scale: entry.scale, source, notes })
+    Ok((Entry { name, condition, scale: entry.scale, source, notes }, written))
 }

@@ -52,9 +52,53 @@ fn a_manifest_is_read() {
     assert_eq!(options.method, slipfit::resonance::Method::Paper);
     assert_eq!(options.model.map(|m| m.name()), Some("viscous"));
     assert!(m.entries[1].notes[0].contains("--response paper"), "{:?}", m.entries[1].notes);
-    assert_eq!(m.entries[1].condition.value, Some([0.4, 0.1]));
+    // In the unit of the series.
+    assert_eq!(m.entries[1].condition.value, Some([400.0, 100.0]));
     assert_eq!(m.entries[2].condition, Condition { label: "wet".into(), value: Some([-2.0, 0.5]) });
     assert_eq!(m.entries[2].scale, Some(1e-3));
+}
+
+/// What the conditions of a manifest say, and their unit.
+fn conditions(head: &str, each: &[&str]) -> Result<(Vec<Option<f64>>, String), String> {
+    let measurements: Vec<String> =
+        each.iter().map(|keys| format!("[[measurement]]\nringdown = 'a'\n{keys}\n")).collect();
+    let m = read(&format!("{head}\n{}", measurements.concat()))?;
+    Ok((m.entries.iter().map(|e| e.condition.value.map(|v| v[0])).collect(), m.condition_unit))
+}
+
+/// Numbers of one column: 0.1 N and 200 mN once were 0.1 and 200, and a current without `condition_unit` was a load.
+#[test]
+fn labels_are_brought_to_one_unit() {
+    let all = |values: &[f64]| values.iter().copied().map(Some).collect::<Vec<_>>();
+    let mixed = ["condition = '0.5 N'", "condition = '250 mN'", "condition = '1 kN'"];
+    assert_eq!(conditions("", &mixed).unwrap(), (all(&[0.5, 0.25, 1000.0]), "N".into()));
+    assert_eq!(
+        conditions("condition_unit = 'mN'", &mixed).unwrap(),
+        (all(&[500.0, 250.0, 1e6]), "mN".into())
+    );
+    let current = ["condition = '100 mA'", "condition = '200 mA'"];
+    assert_eq!(conditions("", &current).unwrap(), (all(&[100.0, 200.0]), "mA".into()));
+    let names = ["condition = '2 thin'", "condition = '3 thick'", "condition = 'wet'"];
+    assert_eq!(conditions("", &names).unwrap(), (vec![None; 3], String::new()));
+    // A number between quotes is one.
+    let m = read("condition_unit = 'N'\n[[measurement]]\nringdown = 'a'\ncondition = '2'\n").unwrap();
+    assert_eq!(m.entries[0].condition, Condition { label: "2 N".into(), value: Some([2.0, 0.0]) });
+    for (head, each, word) in [
+        (
+            "condition_unit = 'N'",
+            ["condition = 1", "condition = '400 mA'"],
+            "measurement 2: condition = \"400 mA\" is not in N",
+        ),
+        ("", ["condition = '1 N'", "condition = 2"], "measurement 2: condition = 2 has no unit"),
+        (
+            "",
+            ["condition = 'a'\nvalue = 1", "condition = 'a'\nvalue = 2"],
+            "measurement 2: condition \"a\" has another value",
+        ),
+    ] {
+        let said = conditions(head, &each).unwrap_err();
+        assert!(said.contains(word), "{said}");
+    }
 }
 
 #[test]
