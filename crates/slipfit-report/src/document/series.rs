@@ -95,6 +95,14 @@ fn table(analysed: &AnalysedSeries<'_>) -> Table {
         (String::new(), 1),
     ];
     table.note = "z: difference of the two ways over its standard error.".to_owned();
+    if let Some(relative) = analysed.options.calibration.map(|c| c.quantity()).map(|q| q.std_error / q.value)
+        && relative > 0.0
+    {
+        let share = plain(100.0 * relative, 2, "%");
+        table.note.push_str(&format!(
+            " ± counts the error of the constant, {share} of every {friction} and {damping}; z and p do not, as both ways share it."
+        ));
+    }
     if table.rows.iter().flatten().any(|cell| cell.starts_with(BELOW)) {
         table.note.push_str(" <: upper limit (95 %) of what may be none.");
     }

@@ -195,6 +195,7 @@ fn fit(law: LoadLaw, points: &[LoadPoint], [load_unit, friction_unit]: [&str; 2]
     let std = |k: usize| (covariance[(k, k)] * variance).max(0.0).sqrt();
     let ratio = match (load_unit, friction_unit) {
         (l, f) if l == f && power == 1.0 => String::new(),
+        ("", f) => f.to_owned(),
         (l, f) if power == 1.0 => format!("{f}/{l}"),
         (l, f) => format!("{f}/{l}^(2/3)"),
     };
@@ -263,6 +264,7 @@ impl LawFit {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::noise::jitter;
 
     fn points(law: impl Fn(f64) -> f64) -> Vec<LoadPoint> {
         [0.5, 1.0, 2.0, 3.0, 5.0, 8.0, 12.0]
@@ -293,6 +295,35 @@ mod tests {
         assert!(0.3 < l.coefficient.interval_95[1]);
         assert!(l.p_value.unwrap() > 0.05);
         assert!((l.offset.as_ref().unwrap().value - 0.5).abs() < 0.03);
+    }
+
+    /// Three points tell little of a scatter that their errors do not count, and weights by those errors say too much of
+    /// eight: intervals held the slope in 86 and 88 %.
+    #[test]
+    fn the_slope_of_scattered_points_is_held() {
+        let mut drawn = 0;
+        let mut normal = || {
+            drawn += 1;
+            jitter(drawn, 7)
+        };
+        const RUNS: usize = 2000;
+        for loads in [vec![1.0, 3.0, 5.0], (1..=8).map(f64::from).collect()] {
+            let mut held = 0;
+            for _ in 0..RUNS {
+                let mut point = |load: &f64| {
+                    let error = 0.01 * (0.5 * normal()).exp();
+                    let friction = (0.2 * load + 0.1) * (1.0 + 0.05 * normal()) + error * normal();
+                    LoadPoint { load: *load, load_std_error: 0.0, friction, friction_std_error: error }
+                };
+                let points: Vec<LoadPoint> = loads.iter().map(&mut point).collect();
+                let laws = friction_against_load(&points, ["N", "N"]).unwrap();
+                let amontons = laws.iter().find(|l| l.law == LoadLaw::Amontons).unwrap();
+                let [low, high] = amontons.coefficient.interval_95;
+                held += usize::from(low <= 0.2 && 0.2 <= high);
+            }
+            // Of 95 % in 2000 runs one standard error is 0.5 %.
+            assert!(held > RUNS * 92 / 100, "{}: {held} of {RUNS}", loads.len());
+        }
     }
 
     #[test]
