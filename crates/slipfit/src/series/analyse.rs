@@ -130,10 +130,9 @@ pub fn analyse_with(
         warnings.push(Warning::NotShared { p_value: j.p_value });
     }
     for r in &table {
-        if let Some([load, _]) = r.value.filter(|v| v[0] < 0.0 && !options.condition_unit.is_empty()) {
-            if may_be_load(&options.condition_unit) {
-                warnings.push(Warning::NegativeLoad { condition: r.condition.clone(), load });
-            }
+        let below = r.value.filter(|v| v[0] < 0.0 && !options.condition_unit.is_empty());
+        if let Some([load, _]) = below.filter(|_| may_be_load(&options.condition_unit)) {
+            warnings.push(Warning::NegativeLoad { condition: r.condition.clone(), load });
         }
     }
     let laws = laws(&table, &exact, options);
