@@ -14,6 +14,8 @@ const BINS: usize = 40;
 const FINEST: usize = 256;
 /// Pixels that tell their value and trace where a picture can be pointed at.
 const MOST_NOTES: usize = 10_000;
+/// Where the grey core of a doubtful cell ends, along its side.
+const CORE: f64 = 0.75;
 /// Part of the values at either end that does not stretch the colours.
 const OUTSIDE: f64 = 0.01;
 
@@ -24,6 +26,8 @@ pub struct Image {
     pub title: String,
     /// Row by row; `None` where there is none.
     pub values: Vec<Option<f64>>,
+    /// Values that are drawn with a grey core, since they are not to be relied on; empty for none.
+    pub doubtful: Vec<bool>,
 }
 
 /// Images of one grid, one below the other, each with its colours and a histogram.
@@ -90,13 +94,24 @@ fn drawn(
         for left in (0..columns).step_by(wide) {
             let (bottom, right) = ((top + tall).min(rows), (left + wide).min(columns));
             let cell = (top..bottom).flat_map(|y| (left..right).map(move |x| (y, x)));
+            let (mut doubtful, mut all) = (0, 0);
             let held: Vec<f64> = cell
+                .inspect(|(y, x)| {
+                    all += 1;
+                    doubtful += usize::from(image.doubtful.get(y * columns + x) == Some(&true));
+                })
                 .filter_map(|(y, x)| image.values.get(y * columns + x).copied().flatten())
                 .filter(|v| v.is_finite())
                 .collect();
             let mean = (!held.is_empty()).then(|| held.iter().sum::<f64>() / held.len() as f64);
             let low = [left as f64 - 0.5, top as f64 - 0.5];
             panel.patch(low, [right as f64 - 0.5, bottom as f64 - 0.5], colour(mean, scale));
+            // Of cells that stand for many, those that are mostly so.
+            if 2 * doubtful > all && mean.is_some() {
+                let core = |from: usize, to: usize, part: f64| from as f64 + part * (to - from) as f64 - 0.5;
+                let ends = [1.0 - CORE, CORE].map(|part| [core(left, right, part), core(top, bottom, part)]);
+                panel.patch(ends[0], ends[1], NONE);
+            }
         }
     }
     if rows * columns <= MOST_NOTES {
@@ -171,13 +186,26 @@ mod tests {
     #[test]
     fn every_pixel_tells_its_trace_and_value() {
         let values = (0..6).map(|i| (i != 4).then_some(f64::from(i))).collect();
-        let image = Image { title: "x_F (nm)".into(), values };
+        let image = Image { title: "x_F (nm)".into(), values, doubtful: Vec::new() };
         let note = |y: usize, x: usize| format!("stack.npy[{y}, {x}]");
         let picture = images("Map", "caption", [2, 3], &[image], &note);
         let text = String::from_utf8(picture.render(Format::Svg).unwrap_or_default()).unwrap_or_default();
         assert_eq!(text.matches("stack.npy[").count(), 6, "{text}");
         assert!(text.contains("stack.npy[1, 2]\nx_F (nm): 5.000000e0"), "{text}");
         assert!(text.contains("stack.npy[1, 1]\nx_F (nm): no value"), "{text}");
+    }
+
+    #[test]
+    fn doubtful_pixels_have_a_grey_core() {
+        let grey = |doubtful: Vec<bool>| {
+            let values = vec![Some(1.0), Some(2.0), None, Some(3.0)];
+            let image = Image { title: "x_F (nm)".into(), values, doubtful };
+            let picture = images("Map", "caption", [2, 2], &[image], &|_, _| String::new());
+            let svg = String::from_utf8(picture.render(Format::Svg).unwrap_or_default()).unwrap_or_default();
+            svg.matches("#cdd0d4").count()
+        };
+        // That without a value is grey as a whole.
+        assert_eq!(grey(vec![true, false, true, true]), grey(Vec::new()) + 2);
     }
 
     #[test]

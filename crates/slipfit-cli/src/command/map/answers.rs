@@ -1,6 +1,6 @@
 //! The answers of all pixels: drawn and summed up.
 
-use crate::args::MapArgs;
+use crate::args::{MapArgs, MapMethod};
 use arrow_array::RecordBatch;
 use arrow_array::cast::AsArray;
 use arrow_array::types::Float64Type;
@@ -79,6 +79,7 @@ impl Map<'_> {
     pub(super) fn picture(&self, args: &MapArgs) -> plot::Picture {
         let shown = self.shown();
         let undetermined = self.undetermined();
+        let doubtful = if matches!(args.method, MapMethod::Fit) { self.warned() } else { Vec::new() };
         let image = |(name, words, unit): &(&str, &str, String)| {
             let mut values = self.numbers(name);
             for (value, undetermined) in values.iter_mut().zip(&undetermined) {
@@ -89,7 +90,7 @@ impl Map<'_> {
             // That of the middle value: a stray pixel has no say.
             let scale = Scale::for_size(sizes.get(sizes.len() / 2).copied().unwrap_or(0.0), unit);
             values.iter_mut().flatten().for_each(|v| *v *= scale.factor);
-            Image { title: scale.titled(words), values }
+            Image { title: scale.titled(words), values, doubtful: doubtful.clone() }
         };
         let images: Vec<Image> = shown.iter().map(image).collect();
         let file = args.file.display().to_string();
@@ -112,7 +113,8 @@ impl Map<'_> {
         let failed = self.texts("status").filter(|status| *status == "failed").count();
         if let Some(others) = drawn.checked_sub(failed).filter(|others| *others > 0) {
             let have = if others == 1 { "has" } else { "have" };
-            caption += &format!(" {others} of the coloured pixels {have} a warning.");
+            let shown = if doubtful.is_empty() { "" } else { " (grey core)" };
+            caption += &format!(" {others} of the coloured pixels {have} a warning{shown}.");
         }
         plot::images(&file, &caption, self.pixels, &images, &note)
     }
