@@ -84,3 +84,16 @@ fn cells_with_units_and_errors_are_numbers() {
         reading.report.notes
     );
 }
+
+#[test]
+fn a_unit_given_against_that_of_the_header_is_stated() {
+    let text: String = (0..400).map(|i| format!("{},{}\n", 0.05 * f64::from(i), swing(i))).collect();
+    let stated = |unit: &str, header: &str| {
+        let options = ReadOptions { unit: Some(unit.to_owned()), ..Default::default() };
+        let notes = read(&format!("t (s),{header}\n{text}"), &options).report.notes;
+        notes.iter().any(|n| n.text.contains("is headed mm; its numbers were taken as m, the unit given"))
+    };
+    assert!(stated("m", "x (mm)"));
+    assert!(!stated("mm", "x (mm)"));
+    assert!(!stated("m", "x"));
+}

@@ -96,6 +96,7 @@ impl Chooser<'_> {
             let text = format!("nothing says what {} is: it was taken as a displacement", self.label(signal));
             self.notes.push(Note::new(text).hint("kind", "says otherwise"));
         }
+        self.note_another_unit(signal);
         if parts > 1 {
             let text = format!("{parts} tables stand side by side; number {} was read", group.table);
             self.notes.push(Note::new(text).hint("part", "reads another"));

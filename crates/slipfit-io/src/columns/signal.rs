@@ -224,6 +224,18 @@ impl Chooser<'_> {
         }
     }
 
+    /// Says where the unit given is not the one that the header names.
+    pub(super) fn note_another_unit(&mut self, index: usize) {
+        let in_header = self.head.names[index].unit.as_str();
+        let Some(given) = self.options.unit.as_deref().map(str::trim) else { return };
+        if !(in_header.is_empty() || in_header == given || units::ratio(in_header, given) == Some(1.0)) {
+            let label = self.label(index);
+            let text =
+                format!("{label} is headed {in_header}; its numbers were taken as {given}, the unit given");
+            self.notes.push(text.into());
+        }
+    }
+
     /// The signal, and whether its levels are to be made linear.
     pub(super) fn signal_taken(&self, index: usize, why: &str) -> (Picked, bool) {
         let written = self.written_unit(index);

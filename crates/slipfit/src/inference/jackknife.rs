@@ -51,7 +51,7 @@ impl Cluster {
 }
 
 /// Variance of that of the parameters (by their places) which the clusters move most, over that under white noise of such
-/// a `variance`. 1 where it is not larger by `significance` standard errors of the ratio under white noise.
+/// a `variance`. 1 where white noise exceeds it no more seldom than a normal variable exceeds `significance`.
 pub(crate) fn variance_inflation(
     clusters: &[Cluster],
     parameters: &[usize],
@@ -94,7 +94,10 @@ impl Movement {
 
     fn inflation(&self, significance: f64) -> Option<f64> {
         let ratio = self.squares / self.expected;
-        let white = 1.0 + significance * (2.0 * self.expected_squares).sqrt() / self.expected;
+        let freedom = self.expected * self.expected / self.expected_squares;
+        // Point of chi square over its degrees of freedom (E. B. Wilson and M. M. Hilferty, PNAS 17, 684, 1931).
+        let width = 2.0 / (9.0 * freedom);
+        let white = (1.0 - width + significance * width.sqrt()).powi(3);
         (self.clusters >= LEAST_CLUSTERS && ratio > white && ratio.is_finite()).then_some(ratio)
     }
 }

@@ -120,12 +120,16 @@ pub(crate) fn fit_amplitudes<'a>(
             noise_model.known_variance = Some(noise);
         }
     }
-    let largest = comparison.largest().map_or(&best.bounded, |fit| &fit.bounded);
-    let variance = noise_model.residual_variance(largest);
-    let from_cluster_to_cluster =
-        inflation_of_amplitudes(&problem, largest, variance, criteria.inference.cluster_significance);
     let serial_inflation = significant_inflation(autocorrelation, n, significance);
-    noise_model.variance_inflation = serial_inflation.max(from_cluster_to_cluster);
+    noise_model.variance_inflation = serial_inflation;
+    // What the law misses moves the clusters too, but is no noise: another law may describe it.
+    if excess < c.most_cluster_excess {
+        let largest = comparison.largest().map_or(&best.bounded, |fit| &fit.bounded);
+        let variance = noise_model.residual_variance(largest);
+        let from_cluster_to_cluster =
+            inflation_of_amplitudes(&problem, largest, variance, criteria.inference.cluster_significance);
+        noise_model.variance_inflation = serial_inflation.max(from_cluster_to_cluster);
+    }
     Ok(WindowFit {
         comparison: comparison.with_noise(noise_model),
         problem: Problem::Envelope(problem),

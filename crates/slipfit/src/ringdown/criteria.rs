@@ -234,6 +234,10 @@ criteria! {
     pub struct AmplitudeCriteria in "amplitude" {
         /// Part of the first amplitude below which an envelope's noise floor is fitted.
         floor_visible: f64 = 0.2, source "chosen by simulation", moves "bias of envelopes";
+        /// Residual variance over the noise from which on what moves clusters of amplitudes is a law that is missing rather
+        /// than errors that are not alike.
+        most_cluster_excess: f64 = 30.0, source "chosen by simulation: noise thirty times as loud at the start leaves 20",
+            moves "coverage where noise changes along the decay, loss terms chosen";
         /// Least amplitude that the error of the law refers to, as a part of the first one.
         law_error_base: f64 = 0.05, source "chosen by simulation", moves "bias where the law is off";
         /// Robust standard deviations beyond which a block is an outlier.

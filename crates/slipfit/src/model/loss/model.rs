@@ -153,13 +153,32 @@ impl std::str::FromStr for LossModel {
         // No term twice.
         model.filter(|m| m.terms().count() == text.split('+').count()).ok_or_else(|| {
             let terms: Vec<_> = LossTerm::ALL.iter().map(|term| term.name()).collect();
+            let known_as = text.split('+').find_map(|part| {
+                let known = SYNONYMS.iter().find(|(synonym, _)| part.trim().eq_ignore_ascii_case(synonym));
+                known.map(|(synonym, term)| format!("; {synonym} is `{}` here", term.name()))
+            });
             format!(
-                "no loss model `{text}`: terms are {}, joined by + as in viscous+sliding",
-                terms.join(", ")
+                "no loss model `{text}`: terms are {}, joined by + as in viscous+sliding{}",
+                terms.join(", "),
+                known_as.unwrap_or_default()
             )
         })
     }
 }
+
+/// Other words for a loss.
+const SYNONYMS: [(&str, LossTerm); 10] = [
+    ("coulomb", LossTerm::Sliding),
+    ("dry", LossTerm::Sliding),
+    ("friction", LossTerm::Sliding),
+    ("solid", LossTerm::Sliding),
+    ("linear", LossTerm::Viscous),
+    ("exponential", LossTerm::Viscous),
+    ("quadratic", LossTerm::Drag),
+    ("air", LossTerm::Drag),
+    ("aerodynamic", LossTerm::Drag),
+    ("turbulent", LossTerm::Drag),
+];
 
 #[cfg(test)]
 mod tests {
@@ -175,6 +194,12 @@ mod tests {
         assert_eq!(LossModel::VISCOUS_SLIDING_DRAG.name(), "viscous+sliding+drag");
         assert_eq!(LossModel::from_terms(&[]), None);
         assert_eq!("sliding+viscous".parse(), Ok(LossModel::VISCOUS_SLIDING));
+        for (text, meant) in
+            [("Coulomb", "coulomb is `sliding`"), ("viscous+quadratic", "quadratic is `drag`")]
+        {
+            let refusal = text.parse::<LossModel>().unwrap_err();
+            assert!(refusal.ends_with(&format!("; {meant} here")), "{refusal}");
+        }
         for none in ["elastic", "viscous+", "viscous+viscous", ""] {
             assert!(none.parse::<LossModel>().is_err(), "{none}");
         }
