@@ -66,7 +66,7 @@ pub(super) fn in_one_unit(all: &mut [Written], unit: &str) -> Result<String, (us
     let wanted = if unit.is_empty() { first } else { unit.to_owned() };
     let factors: Vec<Option<f64>> = all
         .iter()
-        .map(|written| written.unit.as_deref().map_or(Some(1.0), |own| factor(own, &wanted)))
+        .map(|written| written.unit.as_deref().map_or(Some(1.0), |own| slipfit_io::unit_factor(own, &wanted)))
         .collect();
     if let Some(at) = factors.iter().position(Option::is_none) {
         let label = &all[at].condition.label;
@@ -95,42 +95,6 @@ pub(super) fn in_one_unit(all: &mut [Written], unit: &str) -> Result<String, (us
         written.condition.value = written.condition.value.map(|value| value.map(|v| v * factor));
     }
     Ok(wanted)
-}
-
-/// What turns numbers in `from` into numbers in `to`: of one unit with two prefixes, or of two that are known.
-fn factor(from: &str, to: &str) -> Option<f64> {
-    const PREFIXES: [(&str, i32); 14] = [
-        ("", 0),
-        ("f", -15),
-        ("p", -12),
-        ("n", -9),
-        ("\u{b5}", -6),
-        ("\u{3bc}", -6),
-        ("u", -6),
-        ("m", -3),
-        ("c", -2),
-        ("d", -1),
-        ("h", 2),
-        ("k", 3),
-        ("M", 6),
-        ("G", 9),
-    ];
-    let split = |unit: &'static [(&str, i32)], text: &str| -> Vec<(i32, String)> {
-        let bases =
-            unit.iter().filter_map(|(prefix, power)| Some((*power, text.strip_prefix(prefix)?.to_owned())));
-        bases.filter(|(_, base)| !base.is_empty()).collect()
-    };
-    if from == to {
-        return Some(1.0);
-    }
-    let (from_parts, to_parts) = (split(&PREFIXES, from), split(&PREFIXES, to));
-    let powers = from_parts.iter().flat_map(|(power, base)| {
-        to_parts.iter().filter(move |(_, other)| other == base).map(move |(other, _)| power - other)
-    });
-    powers
-        .min_by_key(|power| power.abs())
-        .map(|power| 10f64.powi(power))
-        .or_else(|| slipfit_io::unit_factor(from, to))
 }
 
 /// A value of any sign with its standard error.

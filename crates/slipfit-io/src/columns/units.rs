@@ -309,6 +309,16 @@ pub(crate) fn ratio(from: &str, to: &str) -> Option<f64> {
         .or_else(|| factor(&amperes))
         .or_else(|| factor(&siemens))
         .or_else(|| factor(&ohms))
+        .or_else(|| factor(&|unit| with_prefix(unit, &["newtons", "newton", "n"])))
+        .or_else(|| factor(&|unit| with_prefix(unit, &["grams", "gram", "g"])))
+        .or_else(|| factor(&pascals))
+        .or_else(|| factor(&|unit| with_prefix(unit, &["watts", "watt", "w"])))
+}
+
+/// What turns numbers in a unit of pressure into Pa.
+fn pascals(unit: &str) -> Option<f64> {
+    let bars = || with_prefix(unit, &["bars", "bar"]).map(|bars| 1e5 * bars);
+    with_prefix(unit, &["pascals", "pascal", "pa"]).or_else(bars)
 }
 
 /// What turns numbers in a unit of conductance into S.
@@ -334,6 +344,7 @@ fn with_prefix(unit: &str, names: &[&str]) -> Option<f64> {
         "G" => 1e9,
         "M" => 1e6,
         "k" => 1e3,
+        "h" => 1e2,
         "m" => 1e-3,
         "u" | "\u{b5}" | "\u{3bc}" => 1e-6,
         "n" => 1e-9,
