@@ -26,8 +26,22 @@ pub struct Image {
     pub title: String,
     /// Row by row; `None` where there is none.
     pub values: Vec<Option<f64>>,
-    /// Values that are drawn with a grey core, since they are not to be relied on; empty for none.
+    /// Values that are drawn with a grey core and are in no scale or histogram, since they are not to be relied on;
+    /// empty for none.
     pub doubtful: Vec<bool>,
+}
+
+impl Image {
+    /// The values that set the scale: those that are not doubtful, or all where there is no other.
+    fn counted(&self) -> Vec<f64> {
+        let finite = |sound: bool| -> Vec<f64> {
+            let values = self.values.iter().enumerate();
+            let kept = values.filter(|(i, _)| !(sound && self.doubtful.get(*i) == Some(&true)));
+            kept.filter_map(|(_, value)| value.filter(|v| v.is_finite())).collect()
+        };
+        let sound = finite(true);
+        if sound.is_empty() { finite(false) } else { sound }
+    }
 }
 
 /// Images of one grid, one below the other, each with its colours and a histogram.
@@ -49,7 +63,7 @@ pub fn images(
     figure.text([30.0, 32.0], heading, 18.0, INK, Anchor::Start);
     for (i, image) in images.iter().enumerate() {
         let top = 50.0 + i as f64 * IMAGE[1];
-        let scale = scale(&image.values);
+        let scale = scale(image.counted());
         figure.place([0.0, top], drawn(image, [rows, columns], scale, notes));
         figure.place([IMAGE[0], top], bar(scale));
         figure.place([IMAGE[0] + BAR, top], histogram(image, scale));
@@ -62,8 +76,7 @@ pub fn images(
 }
 
 /// Ends of the colours.
-fn scale(values: &[Option<f64>]) -> Option<[f64; 2]> {
-    let mut sorted: Vec<f64> = values.iter().flatten().copied().filter(|v| v.is_finite()).collect();
+fn scale(mut sorted: Vec<f64>) -> Option<[f64; 2]> {
     sorted.sort_by(f64::total_cmp);
     let last = sorted.len().checked_sub(1)?;
     let at = |part: f64| sorted[(part * last as f64).round() as usize];
@@ -155,7 +168,7 @@ fn histogram(image: &Image, scale: Option<[f64; 2]>) -> Figure {
     };
     let mut counts = [0_usize; BINS];
     let mut outside = 0_usize;
-    for value in image.values.iter().flatten().filter(|v| v.is_finite()) {
+    for value in image.counted() {
         let place = (value - low) / (high - low);
         if (0.0..=1.0).contains(&place) {
             counts[((place * BINS as f64) as usize).min(BINS - 1)] += 1;
@@ -182,6 +195,20 @@ fn histogram(image: &Image, scale: Option<[f64; 2]>) -> Figure {
 mod tests {
     use super::*;
     use crate::plot::Format;
+
+    #[test]
+    fn doubtful_values_stretch_no_scale() {
+        let values: Vec<Option<f64>> = (0..40).map(|i| Some(f64::from(i))).chain([Some(1e6)]).collect();
+        let with = |doubtful: Vec<bool>| {
+            let image = Image { title: String::new(), values: values.clone(), doubtful };
+            scale(image.counted()).expect("values")
+        };
+        let last = |from: usize| (0..41).map(|i| i >= from).collect();
+        assert!(with(last(41))[1] > 1e5);
+        assert!(with(last(40))[1] < 100.0);
+        // There are no others.
+        assert!(with(last(0))[1] > 1e5);
+    }
 
     #[test]
     fn every_pixel_tells_its_trace_and_value() {
@@ -213,8 +240,9 @@ mod tests {
         let mut values: Vec<Option<f64>> = (0..1000).map(|i| Some(f64::from(i))).collect();
         values[0] = Some(-1e9);
         values[1] = Some(f64::NAN);
-        assert_eq!(scale(&values), Some([11.0, 989.0]));
-        assert_eq!(scale(&[None, Some(f64::NAN)]), None);
-        assert_eq!(scale(&[Some(3.0), Some(3.0)]), Some([1.5, 4.5]));
+        let of = |values| scale(Image { title: String::new(), values, doubtful: Vec::new() }.counted());
+        assert_eq!(of(values), Some([11.0, 989.0]));
+        assert_eq!(of(vec![None, Some(f64::NAN)]), None);
+        assert_eq!(of(vec![Some(3.0), Some(3.0)]), Some([1.5, 4.5]));
     }
 }

@@ -113,7 +113,7 @@ impl Map<'_> {
         let failed = self.texts("status").filter(|status| *status == "failed").count();
         if let Some(others) = drawn.checked_sub(failed).filter(|others| *others > 0) {
             let have = if others == 1 { "has" } else { "have" };
-            let shown = if doubtful.is_empty() { "" } else { " (grey core)" };
+            let shown = if doubtful.is_empty() { "" } else { " (grey core, in no scale and no histogram)" };
             caption += &format!(" {others} of the coloured pixels {have} a warning{shown}.");
         }
         plot::images(&file, &caption, self.pixels, &images, &note)
