@@ -110,8 +110,8 @@ pub(crate) fn fit_amplitudes<'a>(
     let residuals = problem.residuals(&best.bounded.parameters);
     let autocorrelation = autocorrelation(&residuals);
     let mut excess = 1.0;
+    let dof = (n as f64 - best.bounded.free.len() as f64).max(1.0);
     if !measured.root_mean_squares {
-        let dof = (n as f64 - best.bounded.free.len() as f64).max(1.0);
         // Against the noise alone, whatever the law was forgiven.
         let chi_squared: f64 =
             residuals.iter().zip(&problem.weight).zip(&noise_weights).map(|((r, w), v)| r * r / w * v).sum();
@@ -136,6 +136,7 @@ pub(crate) fn fit_amplitudes<'a>(
         origin,
         end: measured.end_s(),
         excess,
+        excess_freedom: dof,
         autocorrelation,
         serial_inflation,
         wandering: None,

@@ -137,10 +137,10 @@ pub struct Diagnostics {
     /// Samples of an acceleration that did not count because they lie beside a turning point, where friction makes
     /// it jump.
     pub samples_at_turns: usize,
-    /// Other modes: frequency (Hz) and strength relative to the main one.
+    /// Other modes that noise does not explain: frequency (Hz) and strength relative to the main one.
     pub other_modes: Vec<OtherMode>,
     /// Strongest harmonic of the motion, up to the fifth, where it can be told
-    /// from the main line.
+    /// from the main line and from noise.
     pub distortion: Option<Distortion>,
 }
 

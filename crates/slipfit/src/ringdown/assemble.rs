@@ -21,7 +21,7 @@ use crate::model::loss::LossModel;
 use crate::motion::decay::AmplitudeLaw;
 use crate::numeric::roots::border;
 use crate::signal::blocks::Block;
-use crate::signal::spectrum;
+use crate::signal::spectrum::{self, NoiseFloor};
 use crate::{Error, SignalKind};
 use std::f64::consts::TAU;
 use std::sync::Arc;
@@ -202,8 +202,8 @@ fn diagnostics(
     let last = last_amplitude(e, law).max(measured_to);
     let decay_times = if last > 0.0 { (law.initial / last).ln().max(0.0) } else { 0.0 };
     let (other_modes, distortion) = other_modes(e);
-    let above_noise = e.fit.excess > e.criteria.answer.misfit;
-    let misfit = above_noise.then(|| misfit(envelope, &e.criteria.misfit)).flatten();
+    let leaves_much = e.fit.leaves_much(&e.criteria.answer);
+    let misfit = leaves_much.then(|| misfit(envelope, &e.criteria.misfit)).flatten();
     Diagnostics {
         method: e.fit.problem.method(),
         noise_rms: noise,
@@ -231,7 +231,8 @@ fn diagnostics(
 /// Part of the samples from which on their lines are those of the free decay among them.
 const SAME_SAMPLES: f64 = 0.95;
 
-/// Lines of the free decay that are neither the main one nor its harmonics.
+/// Lines of the free decay that noise does not explain: those that are neither the main one nor its harmonics, and the
+/// strongest harmonic.
 fn other_modes(e: &Evidence) -> (Vec<OtherMode>, Option<Distortion>) {
     if !e.record.kind().oscillates() {
         return (Vec::new(), None);
@@ -258,11 +259,13 @@ fn other_modes(e: &Evidence) -> (Vec<OtherMode>, Option<Distortion>) {
         return (Vec::new(), None);
     };
     let width = (criteria.line_changes * spread).max(criteria.line_width);
-    let others = spectrum::other_lines(&periodogram, main, width, criteria.other_mode * own.amplitude)
+    let noise = NoiseFloor { rms: e.measured.noise_rms, probability: criteria.line_of_noise };
+    let least = criteria.other_mode * own.amplitude;
+    let others = spectrum::other_lines(&periodogram, main, width, least, noise)
         .into_iter()
         .map(|l| OtherMode { frequency_hz: l.frequency_hz, relative_amplitude: l.amplitude / own.amplitude })
         .collect();
-    let distortion = spectrum::strongest_harmonic(&periodogram, main)
+    let distortion = spectrum::strongest_harmonic(&periodogram, main, noise)
         .map(|(order, amplitude)| Distortion { order, relative_amplitude: amplitude / own.amplitude });
     (others, distortion)
 }

@@ -430,10 +430,14 @@ criteria! {
         line_width: f64 = 0.02, source "chosen by simulation", moves "modes reported";
         /// Changes of the main frequency along the decay within which a line belongs to it.
         line_changes: f64 = 2.0, source "chosen by simulation", moves "modes reported";
+        /// Probability of a line as strong in white noise, below which it is another mode or a harmonic.
+        line_of_noise: f64 = 0.01, source "one record in a hundred by chance", moves "modes reported, and warnings";
         /// Relative amplitude of a harmonic that is warned of.
         strong_harmonic: f64 = 0.05, source "chosen by simulation", moves "warnings";
         /// Residual variance over the noise that is warned of.
         misfit: f64 = 4.0, source "twice the noise", moves "warnings";
+        /// Probability of as much residual variance in white noise below which it is warned of: few blocks leave much by chance.
+        misfit_by_chance: f64 = 1e-3, source "one record in a thousand", moves "warnings of records of few cycles";
         /// Standard errors by which what a motion leaves of the blocks exceeds their noise, of a misfit that is warned of.
         misfit_errors: f64 = 6.0, source "0 of 600 simulated decays at 20 to 60 dB, one in 1e4 of ten blocks by chance",
             moves "outliers unwarned";

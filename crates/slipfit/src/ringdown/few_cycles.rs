@@ -140,6 +140,7 @@ fn fit_from<'a>(
     measured.noise_rms = sigma.min(swing.noise_rms);
     // There are no blocks that would show what is left of the fundamental.
     fit.excess = (sigma / measured.noise_rms).powi(2);
+    fit.excess_freedom = (count - best.free.len() as f64).max(1.0);
     if p[X_F] > 0.0 && law.stop_time_s().is_some_and(|stop| stop < duration) {
         measured.window.end_reason = EndReason::Rest;
     }

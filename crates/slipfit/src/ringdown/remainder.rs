@@ -29,6 +29,8 @@ pub(super) struct Remainder {
 pub(super) struct Fundamental {
     /// Its variance over that of white noise.
     pub(super) excess: f64,
+    /// Degrees of freedom of that.
+    pub(super) freedom: f64,
     /// From block to block.
     pub(super) autocorrelation: f64,
     blocks: usize,
@@ -37,9 +39,10 @@ pub(super) struct Fundamental {
 impl Fundamental {
     fn new(left: &[f64], variance: f64) -> Self {
         // The parameters already took their share of these blocks.
-        let dof = (left.len() as f64 - 3.0).max(1.0);
+        let freedom = (left.len() as f64 - 3.0).max(1.0);
         Self {
-            excess: left.iter().map(|s| s * s).sum::<f64>() / dof / variance.max(f64::MIN_POSITIVE),
+            excess: left.iter().map(|s| s * s).sum::<f64>() / freedom / variance.max(f64::MIN_POSITIVE),
+            freedom,
             autocorrelation: autocorrelation(left),
             blocks: left.len(),
         }

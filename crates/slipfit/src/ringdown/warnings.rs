@@ -92,7 +92,7 @@ pub(crate) fn warnings(e: &Evidence, answer: &Answer) -> Vec<Warning> {
         });
     }
     let excess = answer.diagnostics.residual_excess;
-    if excess > criteria.misfit || shows_misfit(e, excess) {
+    if e.fit.leaves_much(criteria) || shows_misfit(e, excess) {
         list.push(Warning::ModelMisfit { ratio: excess.sqrt(), misfit: answer.diagnostics.misfit });
     }
     if e.options.law.is_some() && answer.free_law.is_none() {

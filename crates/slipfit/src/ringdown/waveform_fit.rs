@@ -244,6 +244,7 @@ fn fit_with_rest<'a>(
         origin,
         end: origin + duration,
         excess,
+        excess_freedom: left.in_phase.freedom,
         autocorrelation: left.in_phase.autocorrelation,
         serial_inflation,
         wandering,

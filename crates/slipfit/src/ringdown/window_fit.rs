@@ -1,10 +1,12 @@
 //! The loss models fitted to the data of one window: the amplitudes of the blocks with the phase
 //! left free, or every sample against the exact motion.
 
+use super::criteria::AnswerCriteria;
 use super::envelope::EnvelopeProblem;
 use super::remainder::Harmonics;
 use super::wandering_phase::WanderingPhase;
 use super::waveform::Waveform;
+use crate::inference::evidence::chi_square_tail;
 use crate::inference::least_squares::LeastSquares;
 use crate::inference::model_selection::ModelComparison;
 
@@ -18,6 +20,8 @@ pub(crate) struct WindowFit<'a> {
     pub(crate) end: f64,
     /// Residual variance of the fundamental over that of the noise.
     pub(crate) excess: f64,
+    /// Degrees of freedom of that.
+    pub(crate) excess_freedom: f64,
     /// First autocorrelation of the residuals.
     pub(crate) autocorrelation: f64,
     /// What autocorrelation alone does to the variances of the parameters.
@@ -30,6 +34,14 @@ pub(crate) struct WindowFit<'a> {
     pub(crate) several_minima: bool,
     /// Blocks left out because they lie far off every law.
     pub(crate) outliers: usize,
+}
+
+impl WindowFit<'_> {
+    /// Whether the law leaves far more than the noise, by more than a few residuals do by chance.
+    pub(crate) fn leaves_much(&self, criteria: &AnswerCriteria) -> bool {
+        let by_chance = chi_square_tail(self.excess * self.excess_freedom, self.excess_freedom);
+        self.excess > criteria.misfit && !(by_chance > criteria.misfit_by_chance)
+    }
 }
 
 /// The data of a window with the motion that they are compared with.

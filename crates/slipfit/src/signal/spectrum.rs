@@ -50,6 +50,14 @@ impl Periodogram {
         Some(Self { spectrum, bin, duration: grid.duration(), samples })
     }
 
+    /// Amplitude that the highest of so many independent lines of white noise exceeds with this probability.
+    ///
+    /// Under the Hann window the square of one is exponential, of mean `6 sigma²/n`.
+    fn line_of_noise(&self, noise_rms: f64, lines: f64, probability: f64) -> f64 {
+        let height = (lines.max(1.0) / probability).ln();
+        noise_rms * (6.0 * height / self.samples.max(1) as f64).sqrt()
+    }
+
     fn strongest(&self, band_hz: Option<[f64; 2]>) -> Option<Line> {
         // Below one cycle per stretch there is only drift.
         let lowest = band_hz.map_or(0.0, |b| b[0]).max(0.7 / self.duration);
@@ -178,18 +186,30 @@ pub(crate) fn loudest_line(signal: &[f64], interval_s: f64) -> Option<Line> {
     Periodogram { spectrum, bin, duration, samples }.strongest(None)
 }
 
-/// Lines of at least this amplitude other than the main one, its neighbourhood
+/// White noise under the lines of a spectrum.
+#[derive(Debug, Clone, Copy)]
+pub(crate) struct NoiseFloor {
+    /// Of one sample.
+    pub(crate) rms: f64,
+    /// Probability of a line as strong in noise, below which it is one of the motion.
+    pub(crate) probability: f64,
+}
+
+/// Lines of at least this amplitude that noise does not explain, other than the main one, its neighbourhood
 /// and its harmonics, strongest first.
 pub(crate) fn other_lines(
     periodogram: &Periodogram,
     main_hz: f64,
     relative_width: f64,
     least: f64,
+    noise: NoiseFloor,
 ) -> Vec<Line> {
     let Periodogram { spectrum, bin, duration, samples } = periodogram;
     if *samples < 32 {
         return Vec::new();
     }
+    let of_noise = periodogram.line_of_noise(noise.rms, 0.5 * *samples as f64, noise.probability);
+    let least = least.max(of_noise);
     let near = (relative_width * main_hz).max(4.0 / duration);
     let mut lines: Vec<Line> = (2..spectrum.len().saturating_sub(2))
         // The parabola lifts a peak of the Hann window by far less than fourfold.
@@ -208,22 +228,30 @@ pub(crate) fn other_lines(
     lines
 }
 
-/// The strongest harmonic up to the fifth: its order and amplitude.
-pub(crate) fn strongest_harmonic(periodogram: &Periodogram, main_hz: f64) -> Option<(usize, f64)> {
+/// The strongest harmonic up to the fifth that noise does not explain: its order and amplitude.
+pub(crate) fn strongest_harmonic(
+    periodogram: &Periodogram,
+    main_hz: f64,
+    noise: NoiseFloor,
+) -> Option<(usize, f64)> {
     let Periodogram { spectrum, bin, duration, .. } = periodogram;
     // Closer than this the main line's own width reaches the second harmonic.
     if main_hz * duration < 8.0 {
         return None;
     }
-    (2..=5)
-        .filter_map(|order| {
-            let middle = order as f64 * main_hz / bin;
-            let reach = (0.02 * middle).max(2.0);
-            let (from, to) = ((middle - reach) as usize, (middle + reach).ceil() as usize);
-            let highest = spectrum.get(from..=to)?.iter().fold(0.0f64, |m, &a| m.max(a));
-            Some((order, highest))
-        })
-        .max_by(|a, b| a.1.total_cmp(&b.1))
+    let mut looked_at = 0;
+    let found = (2..=5).filter_map(|order| {
+        let middle = order as f64 * main_hz / bin;
+        let reach = (0.02 * middle).max(2.0);
+        let (from, to) = ((middle - reach) as usize, (middle + reach).ceil() as usize);
+        let about = spectrum.get(from..=to)?;
+        looked_at += about.len();
+        Some((order, about.iter().fold(0.0f64, |m, &a| m.max(a))))
+    });
+    let (order, amplitude) = found.max_by(|a, b| a.1.total_cmp(&b.1))?;
+    let lines = looked_at as f64 * bin * duration;
+    let of_noise = periodogram.line_of_noise(noise.rms, lines, noise.probability);
+    (amplitude > of_noise).then_some((order, amplitude))
 }
 
 /// The signal's part between two frequencies, edges rounded over a tenth of
@@ -280,6 +308,7 @@ pub(crate) fn band_pass(time: &[f64], signal: &[f64], band_hz: [f64; 2]) -> Vec<
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::noise::jitter;
     use std::f64::consts::TAU;
 
     #[test]
@@ -320,13 +349,50 @@ mod tests {
         }
     }
 
+    const NO_NOISE: NoiseFloor = NoiseFloor { rms: 0.0, probability: 0.01 };
+
+    /// Of a decay in white noise of a tenth of it one record in a hundred shows a line beside it, and as many a harmonic.
+    #[test]
+    fn noise_is_no_other_mode_and_no_harmonic() {
+        const RECORDS: usize = 400;
+        let rms = 0.1;
+        let time: Vec<f64> = (0..860).map(|i| f64::from(i) / 51.0).collect();
+        let shows = |record: usize| {
+            let noisy = |(i, t): (usize, &f64)| {
+                (-0.18 * t).exp() * (TAU * 1.7 * t).cos() + rms * jitter(record * time.len() + i, 4)
+            };
+            let signal: Vec<f64> = time.iter().enumerate().map(noisy).collect();
+            let periodogram = Periodogram::of(&time, &signal).expect("long enough");
+            let noise = NoiseFloor { rms, probability: 0.01 };
+            let lines = other_lines(&periodogram, 1.7, 0.05, 0.0, noise);
+            [!lines.is_empty(), strongest_harmonic(&periodogram, 1.7, noise).is_some()]
+        };
+        let found: Vec<[bool; 2]> = (0..RECORDS).map(shows).collect();
+        for k in 0..2 {
+            let count = found.iter().filter(|found| found[k]).count();
+            assert!(count <= 12, "{count} of {RECORDS}");
+        }
+        // Neither is a harmonic of a fifth of the motion noise.
+        let signal: Vec<f64> = time
+            .iter()
+            .enumerate()
+            .map(|(i, t)| {
+                let phase = TAU * 1.7 * t;
+                (-0.18 * t).exp() * (phase.cos() + 0.2 * (3.0 * phase).cos()) + rms * jitter(i, 4)
+            })
+            .collect();
+        let periodogram = Periodogram::of(&time, &signal).expect("long enough");
+        let harmonic = strongest_harmonic(&periodogram, 1.7, NoiseFloor { rms, probability: 0.01 });
+        assert_eq!(harmonic.map(|(order, _)| order), Some(3));
+    }
+
     #[test]
     fn a_band_picks_the_weaker_line() {
         let t: Vec<f64> = (0..4000).map(|i| i as f64 * 1e-2).collect();
         let y: Vec<f64> = t.iter().map(|t| (TAU * t).sin() + 0.3 * (TAU * 3.3 * t).sin()).collect();
         let line = dominant(&t, &y, Some([2.0, 5.0])).expect("a line");
         assert!((line.frequency_hz - 3.3).abs() < 0.05);
-        let others = other_lines(&Periodogram::of(&t, &y).expect("long enough"), 1.0, 0.05, 0.01);
+        let others = other_lines(&Periodogram::of(&t, &y).expect("long enough"), 1.0, 0.05, 0.01, NO_NOISE);
         assert!((others[0].frequency_hz - 3.3).abs() < 0.05, "{others:?}");
         assert!((others[0].amplitude - 0.3).abs() < 0.03, "{others:?}");
     }
