@@ -33,6 +33,25 @@ fn three_cycles_do_not_claim_a_friction_they_cannot_know() {
     assert!(covered >= 16, "{covered} of 20");
 }
 
+/// Friction stops the motion after four and a half cycles of four samples each.
+#[test]
+fn a_motion_that_friction_stops_soon_has_cycles_enough() {
+    let o =
+        Oscillator::builder().frequency_hz(1.7).q_factor(20.0).friction_displacement(0.04).build().unwrap();
+    let time_s: Vec<f64> = (0..119).map(|i| f64::from(i) / 7.1).collect();
+    let mut signal = vec![0.0; time_s.len()];
+    Motion::new(&o, Drive::none(), 0.0, 1.0, 0.0).unwrap().fill(&time_s, &mut signal).unwrap();
+    for (i, x) in signal.iter_mut().enumerate() {
+        *x += 0.01 * (7.0 * (i * i) as f64).sin();
+    }
+    let record = Record::new(time_s, signal).unwrap();
+    let answer = ringdown::analyse(&record, &ringdown::Options::default()).unwrap();
+    let codes: Vec<&str> = answer.warnings.iter().map(|w| w.code()).collect();
+    assert!(!codes.contains(&"too_few_cycles") && !codes.contains(&"coarse_sampling"), "{codes:?}");
+    let x_f = answer.parameter(Parameter::FRICTION_DISPLACEMENT).unwrap();
+    assert!((x_f.interval_95[0]..=x_f.interval_95[1]).contains(&0.04), "{x_f:?}");
+}
+
 #[test]
 fn a_part_outside_of_the_record_is_called_that() {
     let time_s: Vec<f64> = (0..100).map(f64::from).collect();

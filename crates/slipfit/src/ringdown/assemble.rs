@@ -148,6 +148,9 @@ fn stop_of(e: &Evidence, friction_stops: bool) -> Option<Stop> {
     stop(&samples, e.measured, converter_step, rests, &e.criteria.stop)
 }
 
+/// Part of a window within which two of its times are one.
+const SAME_INSTANT: f64 = 1e-6;
+
 fn segment_of(e: &Evidence, stop: Option<&Stop>) -> Segment {
     let points = &e.measured.points;
     let end_reason = match e.measured.window.end_reason {
@@ -157,8 +160,11 @@ fn segment_of(e: &Evidence, stop: Option<&Stop>) -> Segment {
         },
         reason => reason,
     };
+    // Of stamps with few digits the middle of a block less half of it is that of its first sample to their rounding.
+    let first_s = e.samples.time[points[0].first];
+    let rounded = (e.fit.origin - first_s).abs() < SAME_INSTANT * (e.fit.end - e.fit.origin);
     Segment {
-        start_s: e.fit.origin,
+        start_s: if rounded { first_s } else { e.fit.origin },
         end_s: e.fit.end.min(e.samples.time[e.samples.time.len() - 1]),
         samples: points[points.len() - 1].end - points[0].first,
         start_reason: e.measured.window.start_reason,

@@ -13,6 +13,9 @@ pub(crate) struct BlockAmplitudes<'a> {
     pub(crate) floor: Vec<f64>,
     /// Angular frequency of the oscillation, rad/s.
     pub(crate) omega: f64,
+    /// What a block of moduli reads of noise alone, `E[R²] = A² + level²`; zero for blocks of an oscillation, whose own
+    /// error is all of it.
+    pub(crate) level: f64,
 }
 
 impl<'a> BlockAmplitudes<'a> {
@@ -40,11 +43,26 @@ impl<'a> BlockAmplitudes<'a> {
     ) -> Self {
         let error: Vec<f64> = blocks.iter().map(|b| b.std_error(noise_rms)).collect();
         let floor = error.iter().map(|&e| floor(e)).collect();
-        Self { blocks, error, floor, omega }
+        Self { blocks, error, floor, omega, level: 0.0 }
     }
 
     pub(crate) fn amplitude(&self, block: usize) -> f64 {
         self.blocks[block].amplitude
+    }
+
+    /// What a block reads where the motion has this amplitude.
+    pub(crate) fn reading(&self, amplitude: f64) -> f64 {
+        amplitude.hypot(self.level)
+    }
+
+    /// Amplitude of the motion in a block, and its standard error.
+    pub(crate) fn of_motion(&self, block: usize) -> [f64; 2] {
+        let (read, error) = (self.amplitude(block), self.error[block]);
+        if self.level == 0.0 {
+            return [read, error];
+        }
+        let amplitude = (read * read - self.level * self.level).max(error * error).sqrt();
+        [amplitude, error * (read / amplitude).max(1.0)]
     }
 
     /// Running median of three, so that single blocks count for nothing.

@@ -419,7 +419,7 @@ criteria! {
         /// Correlation above which the viscous and the sliding term are one number.
         inseparable: f64 = 0.99, source "chosen by simulation",
             moves "warnings, and the model reported";
-        /// p value below which sliding friction is certain in spite of such a correlation.
+        /// p value below which sliding friction is certain in spite of such a correlation, or of few cycles before it stops the motion.
         certain_sliding: f64 = 1e-4, source "chosen by simulation",
             moves "warnings, and the model reported";
         /// Relative amplitude of another mode that is reported.

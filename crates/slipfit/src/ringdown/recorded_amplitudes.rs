@@ -10,7 +10,7 @@ use crate::numeric::robust::neighbour_noise;
 use crate::signal::blocks::Block;
 use crate::signal::phase::{self, PhaseLaw};
 use crate::{Error, SignalKind};
-use std::f64::consts::TAU;
+use std::f64::consts::{SQRT_2, TAU};
 use std::ops::Range;
 
 /// Amplitudes along the free decay of a record that holds amplitudes.
@@ -49,7 +49,10 @@ fn envelope(samples: &Samples, options: &Options, criteria: &Criteria) -> Result
     );
     let floor = |error: f64| low.min(c.envelope_floor_of_top * top) + c.envelope_floor_errors * error;
     let omega = angular_frequency(samples, options);
-    let amplitudes = BlockAmplitudes::with_floor(&all, omega, noise_rms, floor);
+    let amplitudes = BlockAmplitudes {
+        level: SQRT_2 * noise_rms,
+        ..BlockAmplitudes::with_floor(&all, omega, noise_rms, floor)
+    };
     let window = decide::of_amplitudes(&amplitudes, options, criteria)?;
     let points = all[window.first..window.end].to_vec();
     let time_variance_s2 = time_variance(&points);
@@ -165,7 +168,7 @@ fn constant_frequency(omega: f64) -> PhaseLaw {
 mod tests {
     use crate::motion::decay::AmplitudeLaw;
     use crate::noise::{assert_held, jitter};
-    use crate::ringdown::Options;
+    use crate::ringdown::{EndReason, Options, analyse};
     use crate::{Parameter, Record, SignalKind};
 
     /// A lock-in at 20 dB, its reference a little off, followed into the noise: phases that follow the noise
@@ -188,6 +191,29 @@ mod tests {
         };
         let options = Options { frequency_hz: Some(0.25), ..Options::default() };
         assert_held(record, &options, Parameter::DECAY_RATE, delta);
+    }
+
+    /// Many amplitudes a block, at 35 dB, long after friction has stopped the motion: what they read of noise is no decay that
+    /// goes on more slowly.
+    #[test]
+    fn the_noise_after_a_stop_is_no_slow_tail() {
+        let (samples, noise) = (54_000, 0.017);
+        let (delta, friction) = (3.8e-3, 1.5e-2);
+        let law = AmplitudeLaw::new(1.0, friction, delta, 0.0).expect("valid");
+        let time: Vec<f64> = (0..samples).map(|i| f64::from(i) / 46.0).collect();
+        let misses = |repeat: usize| {
+            let output = |i: usize, k: u64| noise * jitter(repeat * time.len() + i, k);
+            let at = |(i, t): (usize, &f64)| (law.amplitude(*t).max(0.0) + output(i, 3)).hypot(output(i, 4));
+            let amplitudes = time.iter().enumerate().map(at).collect();
+            let record =
+                Record::new(time.clone(), amplitudes).expect("valid").with_kind(SignalKind::Envelope);
+            let answer = analyse(&record, &Options::default()).expect("fits");
+            let end = answer.segment.end_reason;
+            assert!(matches!(end, EndReason::Noise | EndReason::Rest), "record {repeat}: {end:?}");
+            let found = answer.parameter(Parameter::SlidingRate).expect("always reported");
+            !(found.interval_95[0]..=found.interval_95[1]).contains(&friction)
+        };
+        assert!((0..12).filter(|repeat| misses(*repeat)).count() <= 3);
     }
 
     /// Amplitudes at 20 dB, followed far into the noise, the last one twice the level of the rest: one in twenty is.

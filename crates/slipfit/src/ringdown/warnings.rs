@@ -9,15 +9,18 @@ use crate::SignalKind;
 use crate::answer::describe::model_choice;
 use crate::answer::{Parameter, Warning};
 
-/// Whether the record is too short to tell viscous from sliding loss; not where both are determined.
+/// Whether the record is too short to tell viscous from sliding loss; not where both are determined, nor where sliding that
+/// is certain stops the motion and its friction is determined: no record of it would be longer.
 fn too_short(e: &Evidence, answer: &Answer) -> bool {
     let criteria = &e.criteria.answer;
     let determined = |parameter| {
         let q = answer.parameter(parameter);
         q.is_some_and(|q| q.std_error < criteria.determined * q.value)
     };
-    let both = determined(Parameter::DECAY_RATE) && determined(Parameter::FRICTION_DISPLACEMENT);
-    e.record.kind().oscillates() && e.cycles < criteria.few_cycles && !both
+    let stops =
+        e.measured.window.end_reason == EndReason::Rest && answer.sliding.p_value < criteria.certain_sliding;
+    let told = determined(Parameter::FRICTION_DISPLACEMENT) && (determined(Parameter::DECAY_RATE) || stops);
+    e.record.kind().oscillates() && e.cycles < criteria.few_cycles && !told
 }
 
 /// Whether the two are one number, by their correlation; not where sliding is certain.
@@ -143,8 +146,9 @@ pub(crate) fn warnings(e: &Evidence, answer: &Answer) -> Vec<Warning> {
     }
     if !bare {
         let points = &e.measured.points;
-        let samples = points.iter().map(|b| b.end - b.first).sum::<usize>() as f64;
-        let per_cycle = samples / e.cycles;
+        // Half cycles of few samples are no blocks, but among them.
+        let samples = points[points.len() - 1].end - points[0].first;
+        let per_cycle = samples as f64 / e.cycles;
         if per_cycle < criteria.samples_per_cycle {
             list.push(Warning::CoarseSampling { samples_per_cycle: per_cycle });
         }

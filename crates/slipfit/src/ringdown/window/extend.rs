@@ -123,10 +123,9 @@ impl Search<'_> {
         let Some(law) = SeedFit::new(self.amplitudes, blocks, self.c) else { return end };
         while end < self.amplitudes.blocks.len() {
             let (predicted, error) = (law.predict(end), self.amplitudes.error[end]);
+            let off = self.amplitudes.amplitude(end) - self.amplitudes.reading(predicted);
             // The modulus of signal and noise together scatters below A + 4 sigma.
-            if predicted < self.c.noise_prediction * error
-                || (self.amplitudes.amplitude(end) - predicted).abs() > self.c.noise_errors * error
-            {
+            if predicted < self.c.noise_prediction * error || off.abs() > self.c.noise_errors * error {
                 break;
             }
             end += 1;

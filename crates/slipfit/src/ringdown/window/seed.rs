@@ -116,23 +116,22 @@ impl<'a> SeedFit<'a> {
     ) -> Option<Self> {
         let stride = (blocks.len() / MOST_POINTS).max(1);
         let origin = amplitudes.blocks[blocks.start].time_s;
-        let top = amplitudes.amplitude(blocks.start);
+        let top = amplitudes.of_motion(blocks.start)[0];
         let index: Vec<usize> = blocks.step_by(stride).collect();
         // Errors in proportion to the amplitude keep the late blocks in the vote.
         let variance = |i: usize| {
-            amplitudes.error[i].powi(2)
-                + (criteria.law_error * amplitudes.amplitude(i)).powi(2)
-                + 1e-8 * top * top
+            let [amplitude, error] = amplitudes.of_motion(i);
+            error.powi(2) + (criteria.law_error * amplitude).powi(2) + 1e-8 * top * top
         };
         let problem = EnvelopeProblem {
             elapsed: index.iter().map(|&i| amplitudes.blocks[i].time_s - origin).collect(),
-            value: index.iter().map(|&i| amplitudes.amplitude(i)).collect(),
+            value: index.iter().map(|&i| amplitudes.of_motion(i)[0]).collect(),
             weight: index.iter().map(|&i| 1.0 / variance(i)).collect(),
             ..blank(amplitudes.omega)
         };
         let last = index[index.len() - 1];
         let span = (amplitudes.blocks[last].time_s - origin).max(f64::MIN_POSITIVE);
-        let delta = ((top / amplitudes.amplitude(last).max(1e-6 * top)).ln() / span).max(1e-9 / span);
+        let delta = ((top / amplitudes.of_motion(last)[0].max(1e-6 * top)).ln() / span).max(1e-9 / span);
         let mut start = vec![0.0; problem.parameters()];
         (start[A0], start[DELTA]) = (top, delta);
         let mut free = vec![A0, DELTA];
@@ -164,7 +163,7 @@ impl<'a> SeedFit<'a> {
         let deviation =
             (error.powi(2) + (c.law_error * amplitude).powi(2)).sqrt() * self.scatter.min(c.most_scatter);
         let tolerated = c.miss_errors * error + relative * amplitude + c.miss_deviations * deviation;
-        (amplitude - self.predict(block)) / tolerated.max(f64::MIN_POSITIVE)
+        (amplitude - self.amplitudes.reading(self.predict(block))) / tolerated.max(f64::MIN_POSITIVE)
     }
 }
 
