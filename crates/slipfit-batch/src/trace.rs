@@ -141,6 +141,8 @@ enum Offsets<'a> {
     Small(&'a [i32]),
     Large(&'a [i64]),
     Fixed(usize),
+    /// No row has values.
+    Nowhere,
 }
 
 impl<'a> Places<'a> {
@@ -160,23 +162,26 @@ impl<'a> Places<'a> {
                 // Slices of a fixed-size list have sliced values.
                 (Offsets::Fixed(usize::try_from(*size).unwrap_or(0)), held.values())
             }
+            // Tables that do not declare their columns, as those of pandas, have this type where every row is null
+            // and where there is none: parts of a larger one among them.
+            DataType::Null => (Offsets::Nowhere, lists),
             _ => return None,
         };
         Some((Self { rows: lists.len(), nulls: lists.nulls(), offsets }, values))
     }
 
-    fn range(&self, row: usize) -> Range<usize> {
+    /// Where the values of a row stand, `None` where it is null.
+    fn of(&self, row: usize) -> Option<Range<usize>> {
+        if self.nulls.is_some_and(|nulls| nulls.is_null(row)) {
+            return None;
+        }
         // Offsets are not negative and within the values: Arrow checks them.
-        match self.offsets {
+        Some(match self.offsets {
             Offsets::Small(offsets) => offsets[row] as usize..offsets[row + 1] as usize,
             Offsets::Large(offsets) => offsets[row] as usize..offsets[row + 1] as usize,
             Offsets::Fixed(size) => row * size..(row + 1) * size,
-        }
-    }
-
-    /// Where the values of a row stand, `None` where it is null.
-    fn of(&self, row: usize) -> Option<Range<usize>> {
-        self.nulls.is_none_or(|nulls| nulls.is_valid(row)).then(|| self.range(row))
+            Offsets::Nowhere => return None,
+        })
     }
 }
 

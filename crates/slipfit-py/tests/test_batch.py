@@ -504,3 +504,15 @@ def test_rows_are_the_answers_of_their_records_to_the_last_bit():
                 parts = [held[stem + part + end] for part in ("", "_std_error", "_low", "_high")]
                 np.testing.assert_array_equal(parts, values, err_msg=f"{name} of row {row}")
     assert done > 150
+
+
+def test_columns_of_nothing_but_nulls_are_rows():
+    """As pandas makes them of a part of a table in which every trace is missing, or which has no rows."""
+    for options in ({"amplitude": "a"}, {"signal": "a", "method": "analyse"}, {"x": "a", "y": "a"}):
+        for rows in (0, 1, 300):
+            answers = slipfit.fit_batch(pa.table({"a": pa.nulls(rows)}), dt=DT, **options)
+            assert answers["status"].tolist() == ["failed"] * rows
+            assert set(answers["reason"].tolist()) <= {"the trace is null"}
+    times = pa.table({"a": [[1.0, 0.5]], "t": pa.nulls(1)})
+    assert slipfit.fit_batch(times, amplitude="a", time="t")["reason"].tolist() == ["the times are null"]
+    assert list(slipfit.fit_stream(pa.table({"a": pa.nulls(2)}), amplitude="a", dt=DT))[0]["status"].size == 2

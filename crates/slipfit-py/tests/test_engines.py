@@ -80,6 +80,22 @@ def test_dask(table, expected):
     same(pa.Table.from_pandas(found, preserve_index=False), expected)
 
 
+def test_parts_without_traces_end_no_job(table):
+    """Of a part without rows, or with missing traces only, pandas does not say that it holds lists."""
+    dd = pytest.importorskip("dask.dataframe")
+    import dask
+    from slipfit.engines import dask as engine
+
+    frame = table.slice(0, 40).to_pandas()
+    frame.loc[frame.index < 10, "trace"] = None
+    with dask.config.set({"dataframe.convert-string": False}):
+        traces = dd.from_pandas(frame, npartitions=4)
+        found = engine.fit(traces, **OPTIONS).compute(scheduler="threads")
+        assert (found["status"].tolist()[:10], len(found)) == (["failed"] * 10, 40)
+        late = engine.fit(traces[traces["id"] >= frame["id"][30]], **OPTIONS).compute(scheduler="threads")
+        assert len(late) == 10
+
+
 def test_daft(table, expected):
     daft = pytest.importorskip("daft")
     from slipfit.engines import daft as engine
