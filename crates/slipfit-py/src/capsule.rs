@@ -8,6 +8,7 @@ use arrow_array::ffi::{FFI_ArrowArray, FFI_ArrowSchema, from_ffi};
 use arrow_array::ffi_stream::{FFI_ArrowArrayStream, RecordBatchStreamReader};
 use arrow_array::{RecordBatch, RecordBatchIterator, RecordBatchReader, StructArray};
 use arrow_schema::{ArrowError, DataType, Schema};
+use pyo3::exceptions::PyException;
 use pyo3::prelude::*;
 use pyo3::types::PyCapsule;
 
@@ -19,7 +20,8 @@ pub(crate) fn import(table: &Bound<'_, PyAny>) -> PyResult<Box<dyn RecordBatchRe
         Failure::new(py, "OptionError", "arrow", message).with("option", "table").into_error()
     };
     if table.hasattr("__arrow_c_stream__")? {
-        let capsule = table.call_method0("__arrow_c_stream__")?.cast_into::<PyCapsule>()?;
+        let exported = table.call_method0("__arrow_c_stream__").map_err(|error| not_exported(py, error))?;
+        let capsule = exported.cast_into::<PyCapsule>()?;
         let pointer = capsule.pointer_checked(Some(c"arrow_array_stream"))?;
         // SAFETY: a capsule of this name holds such a stream, says the interface. It is moved out; an
         // empty one is left for the capsule to release.
@@ -32,7 +34,7 @@ pub(crate) fn import(table: &Bound<'_, PyAny>) -> PyResult<Box<dyn RecordBatchRe
     }
     if table.hasattr("__arrow_c_array__")? {
         let (schema, array): (Bound<'_, PyCapsule>, Bound<'_, PyCapsule>) =
-            table.call_method0("__arrow_c_array__")?.extract()?;
+            table.call_method0("__arrow_c_array__").map_err(|error| not_exported(py, error))?.extract()?;
         let schema = schema.pointer_checked(Some(c"arrow_schema"))?;
         let array = array.pointer_checked(Some(c"arrow_array"))?;
         // SAFETY: capsules of these names hold an array and its schema, says the interface. The array
@@ -55,6 +57,18 @@ pub(crate) fn import(table: &Bound<'_, PyAny>) -> PyResult<Box<dyn RecordBatchRe
          polars.DataFrame and others do"
     );
     Err(Failure::new(py, "OptionTypeError", "type", message).with("option", "table").into_error())
+}
+
+/// What a table of another package says when it cannot be had as Arrow; errors of slipfit and interruptions as they are.
+fn not_exported(py: Python<'_>, error: PyErr) -> PyErr {
+    let own = py.import("slipfit._errors").and_then(|errors| errors.getattr("SlipfitError"));
+    if !error.is_instance_of::<PyException>(py) || own.is_ok_and(|own| error.is_instance(py, &own)) {
+        return error;
+    }
+    let message = format!("the table cannot be taken: {error}");
+    let told = Failure::new(py, "OptionError", "arrow", message).with("option", "table").into_error();
+    told.set_cause(py, Some(error));
+    told
 }
 
 fn not_a_table(table: &Bound<'_, PyAny>) -> String {

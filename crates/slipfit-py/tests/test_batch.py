@@ -516,3 +516,13 @@ def test_columns_of_nothing_but_nulls_are_rows():
     times = pa.table({"a": [[1.0, 0.5]], "t": pa.nulls(1)})
     assert slipfit.fit_batch(times, amplitude="a", time="t")["reason"].tolist() == ["the times are null"]
     assert list(slipfit.fit_stream(pa.table({"a": pa.nulls(2)}), amplitude="a", dt=DT))[0]["status"].size == 2
+
+
+def test_tables_that_cannot_be_exported_say_so():
+    pandas = pytest.importorskip("pandas")
+    mixed = pandas.DataFrame({"amplitude": [[1.0, 0.5], 3, "x"]})
+    for call in (slipfit.fit_batch, slipfit.fit_stream):
+        with pytest.raises(slipfit.OptionError, match="the table cannot be taken: .*amplitude") as raised:
+            call(mixed, amplitude="amplitude", dt=DT)
+        assert raised.value.option == "table"
+        assert raised.value.__cause__ is not None
