@@ -1,6 +1,8 @@
 """Everything that is an array is taken; what cannot be meant is refused by name."""
 
+import errno
 import io
+import pickle
 import threading
 
 import numpy as np
@@ -406,3 +408,22 @@ def test_labelled_curves_and_levels_bring_their_units(sweep):
     assert (data["drive_unit"], data["unit"]) == ("V", "mm")
     real, turned = (slipfit.levels(drive, one).parameters for one in (amplitude, amplitude * np.exp(2j)))
     assert turned.threshold.value == pytest.approx(real.threshold.value)
+
+
+def test_a_folder_says_what_takes_its_files(tmp_path):
+    (tmp_path / "one.csv").write_text("t (s),x (mm)\n")
+    for call in (slipfit.read, slipfit.ringdown, lambda path: slipfit.ringdown(str(path))):
+        with pytest.raises(slipfit.FolderError, match="this is a folder") as raised:
+            call(tmp_path)
+        error = raised.value
+        assert isinstance(error, slipfit.ReadError) and isinstance(error, IsADirectoryError)
+        assert (error.errno, error.filename, error.file) == (errno.EISDIR, str(tmp_path), str(tmp_path))
+        assert error.code == "folder"
+        assert f"slipfit.engines.arrow.ringdown_files({str(tmp_path / '*')!r})" in str(error)
+        again = pickle.loads(pickle.dumps(error))
+        assert (str(again), again.filename, again.hints) == (str(error), error.filename, error.hints)
+    with pytest.raises(slipfit.FolderError, match="one of its files"):
+        slipfit.levels(tmp_path)
+    # Of driven records a folder is what is wanted.
+    with pytest.raises(slipfit.ReadError, match="driven record"):
+        slipfit.resonance(tmp_path)

@@ -38,7 +38,7 @@ from ._answers import (
 )
 from ._batch import ArrowStream, ArrowTable, fit_batch, fit_stream
 from ._core import Curve, Levels, Record, __version__
-from ._errors import Hint, NoAnswerError, OptionError, OptionTypeError, ReadError, SlipfitError
+from ._errors import FolderError, Hint, NoAnswerError, OptionError, OptionTypeError, ReadError, SlipfitError
 from ._fits import (
     CurveFit,
     Decay,
@@ -61,6 +61,7 @@ __all__ = [
     "DecayFit",
     "Envelope",
     "EnvelopeFit",
+    "FolderError",
     "Hint",
     "Levels",
     "LevelsAnswer",

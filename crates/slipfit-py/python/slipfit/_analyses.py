@@ -13,7 +13,7 @@ from numpy.typing import ArrayLike
 from . import _core, _input
 from ._arguments import public, wrong_type
 from ._answers import LevelsAnswer, ResonanceAnswer, RingdownAnswer, SeriesAnswer, Table
-from ._errors import SlipfitError
+from ._errors import FolderError, SlipfitError
 from ._input import Path, Uncertain
 
 Kind: TypeAlias = Literal["displacement", "velocity", "acceleration", "envelope", "lock-in"]
@@ -50,6 +50,16 @@ def _source(source: object) -> Any:
         if all(map(_input.path_like, paths)):
             return [os.fspath(one) for one in paths]
     raise wrong_type("source", source, "paths or bytes are needed")
+
+
+def _refuse_folder(source: object, advice: str) -> None:
+    """Refuses a folder where a file is needed."""
+    if not isinstance(source, (str, os.PathLike)):
+        return
+    name = os.fspath(source)
+    if os.path.isdir(name):
+        hints = [(None, None, advice, advice)]
+        raise FolderError(f"{name}: this is a folder", "folder", hints, advice, {"file": name, "row": None})
 
 
 @public
@@ -104,7 +114,7 @@ def read(
     Raises
     ------
     ReadError
-        What is wrong with the file, with its row and what would help.
+        What is wrong with the file, with its row and what would help; of a folder a FolderError.
     OSError
         Where the system refuses.
 
@@ -116,6 +126,9 @@ def read(
     >>> len(record), record.unit
     (60, 'mm')
     """
+    if isinstance(source, (str, os.PathLike)):
+        files = os.path.join(os.fspath(source), "*")
+        _refuse_folder(source, f"slipfit.engines.arrow.ringdown_files({files!r}) makes a table of its decays")
     choices = _choices(
         time=time, signal=signal, quadrature=quadrature, time_unit=time_unit, unit=unit, kind=kind,
         rate_hz=_input.optional("rate_hz", rate_hz), sheet=sheet, part=part, run=run,
@@ -235,6 +248,7 @@ def read_levels(
     ReadError
         What is wrong with the file, with its row and what would help.
     """
+    _refuse_folder(source, "one of its files is needed")
     choices = _choices(
         drive=drive, amplitude=amplitude, real=real, imaginary=imaginary, std_error=std_error, unit=unit,
         drive_unit=drive_unit, sheet=sheet, format=format,

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import errno
 from collections.abc import Iterable, Mapping
 from dataclasses import dataclass
 from typing import Any
@@ -86,6 +87,25 @@ class OptionTypeError(OptionError, TypeError):
 
 class ReadError(SlipfitError, ValueError):
     """A file that could not be read; ``file`` and ``row`` say where."""
+
+
+class FolderError(IsADirectoryError, ReadError):
+    """A folder where a file is needed; ``file`` and ``filename`` name it."""
+
+    def __init__(
+        self,
+        message: str,
+        code: str = "folder",
+        hints: Iterable[tuple[Any, Any, str, str]] = (),
+        advice: str = "",
+        details: Mapping[str, Any] | None = None,
+    ) -> None:
+        SlipfitError.__init__(self, message, code, hints, advice, details)
+        self.errno, self.strerror = errno.EISDIR, "this is a folder"
+        self.filename = self.details.get("file")
+
+    def __str__(self) -> str:
+        return SlipfitError.__str__(self)
 
 
 class NoAnswerError(SlipfitError, ValueError):
