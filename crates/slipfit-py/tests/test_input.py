@@ -427,3 +427,54 @@ def test_a_folder_says_what_takes_its_files(tmp_path):
     # Of driven records a folder is what is wanted.
     with pytest.raises(slipfit.ReadError, match="driven record"):
         slipfit.resonance(tmp_path)
+
+
+def test_arrays_with_units_are_taken_in_them(swing, answer):
+    pint = pytest.importorskip("pint")
+    unit = pint.UnitRegistry()
+    time, signal = swing
+
+    class Astropy(np.ndarray):
+        """An array as those of astropy are: NumPy sees its numbers alone."""
+
+    def astropy(numbers, unit):
+        held = np.asarray(numbers).view(Astropy)
+        held.unit, held.value = unit, np.asarray(numbers)
+        return held
+
+    for times, samples in (
+        (unit.Quantity(time * 1e3, "ms"), unit.Quantity(signal, "rad")),
+        (astropy(time * 1e3, "ms"), astropy(signal, "rad")),
+    ):
+        found = slipfit.ringdown(times, samples)
+        assert found.parameters.friction_displacement.unit == "rad"
+        assert found.parameters.frequency_hz.value == pytest.approx(answer.parameters.frequency_hz.value, rel=1e-9)
+        assert slipfit.ringdown(times, samples, unit="m").parameters.friction_displacement.unit == "m"
+    with pytest.raises(slipfit.OptionError, match="time is in 'mm'"):
+        slipfit.ringdown(unit.Quantity(time, "mm"), signal)
+    # Both outputs of a lock-in in one unit.
+    noise = 1e-3 * np.random.default_rng(3).standard_normal((2, len(time)))
+    x, y = np.outer([0.6, 0.8], np.exp(-0.1 * time)) + noise
+    apart = slipfit.ringdown(time, unit.Quantity(x, "mm"), quadrature=unit.Quantity(y * 1e3, "um"))
+    alone = slipfit.ringdown(time, x, quadrature=y, unit="mm").parameters.initial_amplitude
+    assert apart.parameters.initial_amplitude.value == pytest.approx(alone.value, rel=1e-9)
+    assert apart.parameters.initial_amplitude.unit == "mm"
+    with pytest.raises(slipfit.OptionError, match="quadrature is in 's'"):
+        slipfit.ringdown(time, unit.Quantity(x, "mm"), quadrature=unit.Quantity(y, "s"))
+    with pytest.raises(slipfit.OptionError, match="rate_hz"):
+        slipfit.ringdown(signal=signal, rate_hz=unit.Quantity(50, "Hz"))
+
+
+def test_curves_with_units_are_taken_in_them(sweep):
+    pint = pytest.importorskip("pint")
+    unit = pint.UnitRegistry()
+    hz, response = sweep
+    amplitude, phase = np.abs(response), np.unwrap(np.angle(response))
+    plain = slipfit.resonance(hz, amplitude, phase_rad=phase, std_error=amplitude * 0 + 0.05, unit="mm")
+    found = slipfit.resonance(
+        unit.Quantity(hz * 1e3, "mHz"), unit.Quantity(amplitude, "mm"),
+        phase_rad=unit.Quantity(np.degrees(phase), "deg"), std_error=unit.Quantity(amplitude * 0 + 50, "um"),
+    )  # fmt: skip
+    for name, quantity in plain.parameters.items():
+        assert found.parameters[name].value == pytest.approx(quantity.value, rel=1e-6), name
+        assert found.parameters[name].unit == quantity.unit

@@ -261,3 +261,11 @@ def test_masks_single_precision_and_numpy_scalars_are_taken(tmp_path):
     for times, units in ((t.astype("f4"), {}), (1e3 * t, {"units": "ms"})):
         labelled = xarray.DataArray(stack, dims=("y", "x", "t"), coords={"t": ("t", times, units)})
         assert slipfit.fit_map(labelled)["sliding_rate"].item() == pytest.approx(0.1, rel=1e-5)
+
+
+def test_stacks_bring_their_unit(stack):
+    pint = pytest.importorskip("pint")
+    found = slipfit.fit_map(pint.UnitRegistry().Quantity(stack, "nm"), DT)
+    xr.testing.assert_identical(found, slipfit.fit_map(stack, DT, unit="nm"))
+    rows = pint.UnitRegistry().Quantity(stack[0], "nm")
+    assert slipfit.fit_batch(rows, amplitude="a", dt=DT) == slipfit.fit_batch(stack[0], amplitude="a", dt=DT)

@@ -285,12 +285,13 @@ def _record(
             # A table, or anything else that is no signal: its shape says more.
             _input.vector("signal", values)
         raise _input.refuse("time", "no times: give time or rate_hz")
+    told = unit if unit is not None else own_unit
     return _core.record_of_arrays(
         times,
         _input.vector("signal", values),
-        None if quadrature is None else _input.vector("quadrature", quadrature),
+        None if quadrature is None else _input.alike("quadrature", quadrature, own_unit or told),
         _input.optional("rate_hz", rate_hz),
-        unit if unit is not None else own_unit,
+        told,
         kind,
     )
 
@@ -473,20 +474,18 @@ def _curve(
     own = _input.own_unit(response)
     if response is None:
         frequency, response, own = _input.frequency_and_response(frequency)
-    unit = unit if unit is not None else own
+    told = unit if unit is not None else own
     if frequency is None or response is None:
         raise _input.refuse("response", "a curve needs frequencies and a response")
     parts = _parts("response", response)
-    optional = {
-        name: None if column is None else _input.vector(name, column)
-        for name, column in (("phase_rad", phase_rad), ("std_error", std_error), ("drive", drive))
-    }
+    phases = None if phase_rad is None else _input.radians("phase_rad", phase_rad)
+    errors = None if std_error is None else _input.alike("std_error", std_error, own or told)
+    drives = None if drive is None else _input.vector("drive", drive)
     amplitude, real, imaginary = parts
     if real is not None and phase_rad is not None:
         raise _input.refuse("phase_rad", "phase_rad is given beside a complex response, which has it")
     return _core.curve_of_arrays(
-        _input.hertz("frequency", frequency), amplitude, optional["phase_rad"], real, imaginary,
-        optional["std_error"], optional["drive"], unit, kind,
+        _input.hertz("frequency", frequency), amplitude, phases, real, imaginary, errors, drives, told, kind,
     )  # fmt: skip
 
 
@@ -649,11 +648,13 @@ def _levels(
         return read_levels(drive, unit=unit, drive_unit=drive_unit)
     if amplitude is None:
         raise _input.refuse("amplitude", "levels need amplitudes beside the levels of the drive")
+    own = _input.own_unit(amplitude)
+    told = unit if unit is not None else own
     return _core.levels_of_arrays(
         _input.vector("drive", drive),
         *_parts("amplitude", amplitude),
-        None if std_error is None else _input.vector("std_error", std_error),
-        unit if unit is not None else _input.own_unit(amplitude),
+        None if std_error is None else _input.alike("std_error", std_error, own or told),
+        told,
         drive_unit if drive_unit is not None else _input.own_unit(drive),
     )
 

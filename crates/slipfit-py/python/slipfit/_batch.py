@@ -166,6 +166,13 @@ def _per_row(name: str, value: PerRow | None) -> float | str | None:
     return value if value is None or isinstance(value, str) else _input.optional(name, value)
 
 
+def _in_unit(table: Any, options: dict[str, Any]) -> Any:
+    """The numbers of an array; its unit is the one of the traces where none is given."""
+    if not options["unit"]:
+        options["unit"] = _input.own_unit(table) or ""
+    return _input.numbers(table)
+
+
 def _table(table: Any, column: str) -> Any:
     """An array with a trace in each row as a table; anything else as it is."""
     if _input.is_of_xarray(table) and hasattr(table, "ndim"):
@@ -251,7 +258,8 @@ def fit_batch(
         or Daft relation, with one trace a row: lists, large lists or
         fixed-size lists of any real numbers. Null and NaN are left out and
         counted. An array of NumPy or xarray of shape (rows, samples) is taken as
-        the column that `amplitude` or `signal` names (by pyarrow, without a copy).
+        the column that `amplitude` or `signal` names (by pyarrow, without a copy);
+        its unit is taken over.
     amplitude : str
         Column of amplitudes; or
     x, y : str
@@ -309,11 +317,13 @@ def fit_batch(
     >>> str(answers["reason"][2])
     '0 usable samples; at least 4 are needed'
     """
+    named: dict[str, Any] = {"unit": unit}
+    table = _in_unit(table, named)
     choices = _choices(
         amplitude=amplitude, x=x, y=y, signal=signal, kind=kind, dt=dt, time=time,
-        frequency_hz=frequency_hz, min_amplitude=min_amplitude, method=method, unit=unit, keep=keep,
+        frequency_hz=frequency_hz, min_amplitude=min_amplitude, method=method, keep=keep,
         model=model, band_hz=band_hz, start_s=start_s, end_s=end_s,
-        lockin_time_constant_s=lockin_time_constant_s, lockin_order=lockin_order,
+        lockin_time_constant_s=lockin_time_constant_s, lockin_order=lockin_order, **named,
     )  # fmt: skip
     return ArrowTable(_core.fit_batch(_table(table, amplitude or signal or "x"), choices))
 

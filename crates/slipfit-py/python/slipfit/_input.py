@@ -42,12 +42,37 @@ def unmasked(values: Any) -> Any:
     return numbers.filled(np.nan)
 
 
+def _measured(values: Any) -> tuple[Any, str] | None:
+    """Numbers and unit of an array that has both, as those of pint, astropy and unyt; None of any other."""
+    if type(values) is np.ndarray or not hasattr(values, "shape"):
+        return None
+    for number, unit in (("magnitude", "units"), ("value", "unit"), ("value", "units")):
+        if hasattr(values, number) and hasattr(values, unit):
+            held, named = getattr(values, number), getattr(values, unit)
+            if hasattr(named, "shape"):
+                # Columns of those names, of a frame or of records.
+                return None
+            try:
+                # pint spells its units out unless it is asked for symbols.
+                text = format(named, "~C")
+            except (TypeError, ValueError):
+                text = str(named)
+            return held, "" if text == "dimensionless" else text.replace(" ", "")
+    return None
+
+
+def numbers(values: Any) -> Any:
+    """The numbers of an array that has a unit, anything else as it is."""
+    measured = _measured(values)
+    return values if measured is None else measured[0]
+
+
 def held(name: str, values: Any) -> NDArray[Any]:
     """Whatever can be an array, as one."""
     if type(values) is np.ndarray:
         return values
     try:
-        array = np.asarray(unmasked(values))
+        array = np.asarray(unmasked(numbers(values)))
     except Exception as error:  # an object's own conversion raises what it likes
         raise wrong_type(name, values, f"an array is needed ({error})") from None
     if not array.ndim and not hasattr(values, "shape"):
@@ -90,11 +115,28 @@ def is_of_xarray(values: Any) -> bool:
 
 
 def own_unit(values: Any) -> str | None:
-    """The unit that an array of xarray names."""
+    """The unit that an array of xarray names, or that belongs to the array."""
     if not is_of_xarray(values):
-        return None
+        measured = _measured(values)
+        return measured[1] or None if measured is not None else None
     unit = getattr(values, "attrs", {}).get("units")
-    return None if unit is None else str(unit)
+    return own_unit(getattr(values, "data", None)) if unit is None else str(unit)
+
+
+def alike(name: str, values: ArrayLike, unit: str | None) -> Vector:
+    """Numbers that stand beside others in this unit, in the same unit if they name one."""
+    own = own_unit(values)
+    if not own or not unit or own == unit:
+        return vector(name, values)
+    factor = _core.unit_factor(own, unit)
+    if factor is None:
+        raise refuse(name, f"{name} is in {own!r}, what it belongs to in {unit!r}")
+    return vector(name, values) * factor
+
+
+def radians(name: str, values: ArrayLike) -> Vector:
+    """Angles in rad; those that name their unit are taken in it."""
+    return _in_unit(name, vector(name, values), own_unit(values), "rad", "rad, mrad, deg and turns")
 
 
 def _in_unit(name: str, numbers: Vector, unit: str | None, wanted: str, words: str) -> Vector:
@@ -234,10 +276,11 @@ def time_and_signal(time: Any, signal: Any) -> tuple[Vector | None, Any, str | N
     """Times, signal and the unit that a labelled array brings along.
 
     A pandas Series has its times in its index, an xarray DataArray in the
-    coordinate of its one dimension and its unit in ``attrs["units"]``.
+    coordinate of its one dimension and its unit in ``attrs["units"]``; arrays of
+    pint and astropy have their unit.
     """
     given = time if signal is None else signal
-    times, values, unit = _labelled("time", "signal", given) or (None, given, None)
+    times, values, unit = _labelled("time", "signal", given) or (None, given, own_unit(given))
     if signal is not None and time is not None:
         indexed = hasattr(time, "to_numpy") and hasattr(time, "nlevels")
         times = _index("time", time) if indexed else seconds("time", time)

@@ -195,8 +195,7 @@ def fit_map(
         coords = beside.drop_vars([name for name, one in beside.variables.items() if time_dim in one.dims]).coords
         if dt is None and time_dim in stack.coords:
             dt = _even_step(time_dim, stack.coords[time_dim])
-        if unit is None and "units" in stack.attrs:
-            unit = str(stack.attrs["units"])
+    unit = _input.own_unit(stack) if unit is None else unit
     if dt is None:
         raise _input.refuse("dt", "dt is needed: the interval of the samples [s]")
     unit = unit or ""
@@ -245,6 +244,7 @@ def fit_map(
     return xr.Dataset(variables, coords=coords, attrs={"method": method, "slipfit": _core.__version__})
 
 
+def _traces(stack: Any, axis: int, first: int, end: int) -> NDArray[Any]:
 def _even_step(name: object, coordinate: Any) -> float:
     """Interval of even times [s]."""
     times = _input.seconds("time", coordinate)
@@ -259,12 +259,11 @@ def _even_step(name: object, coordinate: Any) -> float:
     return step
 
 
-def _traces(stack: Any, axis: int, first: int, end: int) -> NDArray[Any]:
     """The traces of some rows of pixels, one after the other."""
     # The first axis that is not time is cut.
     cut: list[slice] = [slice(None)] * 3
     cut[1 if axis == 0 else 0] = slice(first, end)
-    block = np.moveaxis(np.asarray(_input.unmasked(stack[tuple(cut)])), axis, -1)
+    block = np.moveaxis(np.asarray(_input.unmasked(_input.numbers(stack[tuple(cut)]))), axis, -1)
     if block.dtype.kind not in "fiu":
         raise _input.refuse("stack", f"stack holds {block.dtype} where real numbers are needed")
     return block.reshape(-1, block.shape[-1])
