@@ -3,6 +3,7 @@
 import errno
 import io
 import pickle
+import re
 import threading
 
 import numpy as np
@@ -365,11 +366,33 @@ def test_numbers_beyond_doubles_are_left_out_without_a_warning(swing):
 
 @pytest.mark.parametrize(("rows", "words"), [(0, "signal has no rows"), (1, "signal has one row")])
 def test_arrays_without_rows_are_not_called_a_broken_file(rows, words):
-    with pytest.raises(slipfit.ReadError, match=words) as raised:
+    with pytest.raises(slipfit.OptionError, match=words) as raised:
         slipfit.ringdown(np.arange(rows), np.arange(rows))
     assert (raised.value.code, raised.value.found) == ("too_few_rows", rows)
-    with pytest.raises(slipfit.ReadError, match="amplitude has"):
+    with pytest.raises(slipfit.OptionError, match="amplitude has"):
         slipfit.levels(np.arange(rows), np.arange(rows))
+
+
+def test_what_is_wrong_with_arrays_is_told_of_arguments(swing, sweep):
+    time, signal = swing
+    cases = [
+        (lambda: slipfit.ringdown(time[::-1], signal), "time", r"^time: time goes backwards .*, at index 1\n"),
+        (lambda: slipfit.ringdown(time * 0, signal), None, "^time stands still"),
+        (lambda: slipfit.ringdown(time, signal * 0), "signal", "^signal is constant"),
+        (lambda: slipfit.ringdown(time, signal * np.nan), "signal", r"^signal: usable.* in signal \(index 0 and others\)$"),
+        (lambda: slipfit.ringdown(signal=signal, rate_hz=0), "rate_hz", "^rate_hz"),
+        (lambda: slipfit.resonance(-sweep[0], sweep[1]), "frequency", "^frequency: .*below zero, at index 0"),
+        (lambda: slipfit.resonance(sweep[0] * 0 + 3, sweep[1]), "frequency", "^frequency"),
+        (lambda: slipfit.resonance(sweep[0], -abs(sweep[1])), "response", "^response: .*below zero, at index 0"),
+        (lambda: slipfit.levels([1, 2, 3, 4], [1, 2, -3, 4]), "amplitude", "^amplitude: .*below zero, at index 2"),
+    ]
+    for call, option, words in cases:
+        with pytest.raises(slipfit.OptionError, match=words) as raised:
+            call()
+        error = raised.value
+        assert getattr(error, "option", None) == option, str(error)
+        assert not re.search(r"\b(column|row|arrays)\b", str(error))
+        assert not hasattr(error, "file")
 
 
 def test_numbers_beyond_all_powers_have_no_hint_but_another_unit(swing):

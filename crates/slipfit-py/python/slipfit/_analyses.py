@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import os
+import re
 from collections.abc import Callable, Iterable, Sequence
 from dataclasses import dataclass, field
 from typing import Annotated, Any, Literal, TypeAlias, Union
@@ -13,7 +14,7 @@ from numpy.typing import ArrayLike
 from . import _core, _input
 from ._arguments import public, wrong_type
 from ._answers import LevelsAnswer, ResonanceAnswer, RingdownAnswer, SeriesAnswer, Table
-from ._errors import FolderError, SlipfitError
+from ._errors import FolderError, OptionError, ReadError, SlipfitError
 from ._input import Path, Uncertain
 
 Kind: TypeAlias = Literal["displacement", "velocity", "acceleration", "envelope", "lock-in"]
@@ -286,14 +287,42 @@ def _record(
             _input.vector("signal", values)
         raise _input.refuse("time", "no times: give time or rate_hz")
     told = unit if unit is not None else own_unit
-    return _core.record_of_arrays(
-        times,
-        _input.vector("signal", values),
-        None if quadrature is None else _input.alike("quadrature", quadrature, own_unit or told),
-        _input.optional("rate_hz", rate_hz),
-        told,
-        kind,
-    )
+    columns = {
+        "time_s": times,
+        "signal": _input.vector("signal", values),
+        "quadrature": None if quadrature is None else _input.alike("quadrature", quadrature, own_unit or told),
+    }
+    rate = _input.optional("rate_hz", rate_hz)
+    record: _core.Record = _of_arrays(_core.record_of_arrays, columns, rate, told, kind)
+    return record
+
+
+def _of_arrays(take: Callable[..., Any], columns: dict[str, Any], *others: Any) -> Any:
+    """What is read of arrays; what is wrong with them is told as arguments and indices, not as a file."""
+    try:
+        return take(*columns.values(), *others)
+    except ReadError as error:
+        raise _as_option(error, [name for name, column in columns.items() if column is not None]) from None
+
+
+def _as_option(error: ReadError, names: list[str]) -> OptionError:
+    def named(place: re.Match[str]) -> str:
+        number = int(place[1])
+        return names[number - 1] if number <= len(names) else place[0]
+
+    details = {name: value for name, value in error.details.items() if name not in ("file", "row", "column")}
+    message = re.sub(r"^arrays(, row \d+)?: ", "", error.message)
+    message = re.sub(r"\bcolumn (\d+)( `\w+`)?", named, message)
+    # Rows of files count from one, arrays from zero.
+    message = re.sub(r"\(row (\d+)", lambda row: f"(index {int(row[1]) - 1}", message)
+    if error.details.get("row") is not None:
+        details["index"] = error.details["row"] - 1
+        message = f"{message}, at index {details['index']}"
+    column = re.match(r"column (\d+)", error.details.get("column") or "")
+    if column is not None:
+        details["option"] = named(column)
+    hints = [(one.option, one.value, one.advice, one.text) for one in error.hints]
+    return OptionError(message, error.code, hints, error.advice, details)
 
 
 def _own_kind(option: str, given: object) -> None:
@@ -484,9 +513,12 @@ def _curve(
     amplitude, real, imaginary = parts
     if real is not None and phase_rad is not None:
         raise _input.refuse("phase_rad", "phase_rad is given beside a complex response, which has it")
-    return _core.curve_of_arrays(
-        _input.hertz("frequency", frequency), amplitude, phases, real, imaginary, errors, drives, told, kind,
-    )  # fmt: skip
+    columns = {
+        "frequency_hz": _input.hertz("frequency", frequency), "amplitude": amplitude, "phase_rad": phases,
+        "real": real, "imaginary": imaginary, "std_error": errors, "drive": drives,
+    }  # fmt: skip
+    curve: _core.Curve = _of_arrays(_core.curve_of_arrays, columns, told, kind)
+    return curve
 
 
 def _parts(name: str, response: Any) -> tuple[Any, Any, Any]:
@@ -650,13 +682,14 @@ def _levels(
         raise _input.refuse("amplitude", "levels need amplitudes beside the levels of the drive")
     own = _input.own_unit(amplitude)
     told = unit if unit is not None else own
-    return _core.levels_of_arrays(
-        _input.vector("drive", drive),
-        *_parts("amplitude", amplitude),
-        None if std_error is None else _input.alike("std_error", std_error, own or told),
-        told,
-        drive_unit if drive_unit is not None else _input.own_unit(drive),
-    )
+    measured, real, imaginary = _parts("amplitude", amplitude)
+    columns = {
+        "drive": _input.vector("drive", drive), "amplitude": measured, "real": real, "imaginary": imaginary,
+        "std_error": None if std_error is None else _input.alike("std_error", std_error, own or told),
+    }  # fmt: skip
+    of_drive = drive_unit if drive_unit is not None else _input.own_unit(drive)
+    levels: _core.Levels = _of_arrays(_core.levels_of_arrays, columns, told, of_drive)
+    return levels
 
 
 @public
