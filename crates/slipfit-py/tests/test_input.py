@@ -501,3 +501,11 @@ def test_curves_with_units_are_taken_in_them(sweep):
     for name, quantity in plain.parameters.items():
         assert found.parameters[name].value == pytest.approx(quantity.value, rel=1e-6), name
         assert found.parameters[name].unit == quantity.unit
+
+
+def test_texts_as_times_are_told_from_numbers(swing):
+    time, signal = swing
+    dates = [f"2026-01-01T00:{int(t) // 60:02}:{t % 60:09.6f}" for t in time]
+    for texts in (dates, np.array(dates), np.array(dates, object)):
+        with pytest.raises(slipfit.OptionError, match=r"such as '2026-01-01T00:00:00.*pandas.to_datetime\(time\)"):
+            slipfit.ringdown(texts, signal)

@@ -172,7 +172,14 @@ def seconds(name: str, values: ArrayLike) -> Vector:
         array = array - (known[0] if known.size else np.datetime64(0, "s"))
     if array.dtype.kind == "m":
         return _durations(name, array)
-    return _in_unit(name, vector(name, array), unit, "s", "s, ms, us, ns, min and h")
+    try:
+        numbers = vector(name, array)
+    except OptionError:
+        if array.ndim != 1 or not all(isinstance(one, str) for one in array[:1]):
+            raise
+        dates = f"pandas.to_datetime({name}) makes dates of texts"
+        raise refuse(name, f"{name} holds texts that are no numbers, such as {shown(str(array[0]))}: {dates}") from None
+    return _in_unit(name, numbers, unit, "s", "s, ms, us, ns, min and h")
 
 
 #: Seconds in the larger units of NumPy's durations, and the smaller units in a second.
