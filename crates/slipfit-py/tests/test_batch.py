@@ -1,6 +1,7 @@
 """Batches: one row of answer for each trace, from any table with Arrow's C interface."""
 
 import copy
+import datetime
 import inspect
 import pickle
 
@@ -526,3 +527,40 @@ def test_tables_that_cannot_be_exported_say_so():
             call(mixed, amplitude="amplitude", dt=DT)
         assert raised.value.option == "table"
         assert raised.value.__cause__ is not None
+
+
+def test_one_interval_may_be_a_duration():
+    pandas = pytest.importorskip("pandas")
+    _, _, traces = decays(3)
+    whole = slipfit.fit_batch(traces, amplitude="amplitude", dt=0.01)
+    stamps = pandas.date_range("2026-01-01", periods=3, freq="10ms")
+    for dt in (datetime.timedelta(milliseconds=10), np.timedelta64(10, "ms"), stamps[1] - stamps[0]):
+        assert slipfit.fit_batch(traces, amplitude="amplitude", dt=dt) == whole
+    for dt in (np.timedelta64("NaT"), np.timedelta64(1, "Y"), pandas.NaT, -datetime.timedelta(1), [0.01], np.ones(3)):
+        with pytest.raises(slipfit.OptionError) as raised:
+            slipfit.fit_batch(traces, amplitude="amplitude", dt=dt)
+        assert raised.value.option == "dt"
+    with pytest.raises(slipfit.OptionTypeError, match="the name of a column of lists of times is needed"):
+        slipfit.fit_batch(traces, amplitude="amplitude", time=TIME)
+
+
+def test_labelled_rows_bring_their_time_and_unit():
+    xr = pytest.importorskip("xarray")
+    _, _, traces = decays(4)
+    whole = slipfit.fit_batch(traces, amplitude="amplitude", dt=DT)
+    sampled = DT * np.arange(traces.shape[1])
+    dates = np.datetime64("2026-01-01", "ns") + (sampled * 1e9).round().astype("timedelta64[ns]")
+    for name, coordinate in (("time", sampled), ("T", sampled), ("sampled", dates)):
+        rows = xr.DataArray(traces, dims=("row", name), coords={name: coordinate})
+        for held in (rows, rows.transpose()):
+            answers = slipfit.fit_batch(held, amplitude="amplitude")
+            np.testing.assert_allclose(answers["sliding_rate"], whole["sliding_rate"], rtol=1e-6)
+            assert len(slipfit.fit_batch(held, amplitude="amplitude", dt=2 * DT)) == 4
+    # Columns of these names are no unit and no numbers of one.
+    named = pa.table({"value": lists(traces)["amplitude"], "unit": ["nm"] * 4}).to_pandas()
+    assert slipfit.fit_batch(named, amplitude="value", dt=DT)["sliding_rate"].tolist() == whole["sliding_rate"].tolist()
+    plain = xr.DataArray(traces, dims=("row", "sample"))
+    assert slipfit.fit_batch(plain, amplitude="amplitude", dt=DT) == whole
+    with pytest.raises(slipfit.OptionError, match="'time' is not even: give dt, or a table"):
+        uneven = xr.DataArray(traces, dims=("row", "time"), coords={"time": sampled**2})
+        slipfit.fit_batch(uneven, amplitude="amplitude")

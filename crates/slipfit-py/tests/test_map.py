@@ -263,6 +263,19 @@ def test_masks_single_precision_and_numpy_scalars_are_taken(tmp_path):
         assert slipfit.fit_map(labelled)["sliding_rate"].item() == pytest.approx(0.1, rel=1e-5)
 
 
+def test_time_is_found_by_its_name_or_its_dates(stack):
+    found = slipfit.fit_map(stack, DT)
+    first = np.moveaxis(stack, 2, 0)
+    sampled = DT * np.arange(150)
+    durations = (sampled * 1e9).round().astype("timedelta64[ns]")
+    for name, coordinate in (("Time", sampled), ("T", sampled), ("sampled", durations)):
+        labelled = xr.DataArray(first, dims=(name, "y", "x"), coords={name: coordinate})
+        for dt in (None, DT, np.timedelta64(10, "ms")):
+            again = slipfit.fit_map(labelled, dt)
+            assert again.sizes == {"y": 12, "x": 7}
+            np.testing.assert_allclose(again["sliding_rate"], found["sliding_rate"], rtol=1e-6, atol=1e-9)
+
+
 def test_stacks_bring_their_unit(stack):
     pint = pytest.importorskip("pint")
     found = slipfit.fit_map(pint.UnitRegistry().Quantity(stack, "nm"), DT)

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Iterator, Sequence
-from typing import TYPE_CHECKING, Any, Literal, NoReturn, TypeAlias, Union
+from typing import TYPE_CHECKING, Annotated, Any, Literal, NoReturn, TypeAlias, Union
 
 import numpy as np
 from numpy.typing import NDArray
@@ -12,6 +12,7 @@ from . import _core, _input
 from ._arguments import public, wrong_type
 from ._analyses import _ringdown_choices
 from ._errors import SlipfitError
+from ._input import Interval
 
 if TYPE_CHECKING:
     import pandas as pd
@@ -21,6 +22,8 @@ if TYPE_CHECKING:
 
 #: A number for every row, or the name of a column of numbers.
 PerRow: TypeAlias = Union[float, str]
+_NUMBERS = "a number or the name of a column is needed"
+_DT = "a number of seconds, a duration or the name of a column is needed"
 
 
 class ArrowTable:
@@ -166,11 +169,19 @@ def _per_row(name: str, value: PerRow | None) -> float | str | None:
     return value if value is None or isinstance(value, str) else _input.optional(name, value)
 
 
-def _in_unit(table: Any, options: dict[str, Any]) -> Any:
-    """The numbers of an array; its unit is the one of the traces where none is given."""
+def _labelled(table: Any, options: dict[str, Any]) -> Any:
+    """The rows of an array of xarray, their time behind, and what it names of options that are not given."""
     if not options["unit"]:
         options["unit"] = _input.own_unit(table) or ""
-    return _input.numbers(table)
+    if not _input.is_of_xarray(table) or getattr(table, "ndim", 0) != 2:
+        return _input.numbers(table)
+    name = _input.time_dimension(table)
+    if name is None:
+        return table
+    if options["dt"] is None and options["time"] is None and name in table.coords:
+        otherwise = "give dt, or a table with a column of times"
+        options["dt"] = _input.even_step(name, table.coords[name], otherwise)
+    return table.transpose(..., name)
 
 
 def _table(table: Any, column: str) -> Any:
@@ -200,7 +211,7 @@ def _choices(
     y: str | None = None,
     signal: str | None = None,
     kind: str | None = None,
-    dt: PerRow | None = None,
+    dt: PerRow | Interval | None = None,
     time: str | None = None,
     frequency_hz: PerRow | None = None,
     min_amplitude: PerRow | None = None,
@@ -214,7 +225,7 @@ def _choices(
         raise _input.refuse(given[0], f"{given[0]} is an option of method='analyse'; fit has one model")
     return {
         "amplitude": amplitude, "x": x, "y": y, "signal": signal, "kind": kind,
-        "dt": _per_row("dt", dt), "time": time,
+        "dt": dt if isinstance(dt, str) else _input.interval("dt", dt), "time": time,
         "frequency_hz": _per_row("frequency_hz", frequency_hz),
         "min_amplitude": _per_row("min_amplitude", min_amplitude),
         "method": method, "unit": unit, "keep": [keep] if isinstance(keep, str) else list(keep),
@@ -231,10 +242,10 @@ def fit_batch(
     y: str | None = None,
     signal: str | None = None,
     kind: Literal["displacement", "velocity", "acceleration"] | None = None,
-    dt: PerRow | None = None,
-    time: str | None = None,
-    frequency_hz: PerRow | None = None,
-    min_amplitude: PerRow | None = None,
+    dt: Annotated[PerRow | Interval | None, _DT] = None,
+    time: Annotated[str | None, "the name of a column of lists of times is needed"] = None,
+    frequency_hz: Annotated[PerRow | None, _NUMBERS] = None,
+    min_amplitude: Annotated[PerRow | None, _NUMBERS] = None,
     method: Literal["fit", "analyse"] = "fit",
     unit: str = "",
     keep: Sequence[str] = (),
@@ -259,7 +270,8 @@ def fit_batch(
         fixed-size lists of any real numbers. Null and NaN are left out and
         counted. An array of NumPy or xarray of shape (rows, samples) is taken as
         the column that `amplitude` or `signal` names (by pyarrow, without a copy);
-        its unit is taken over.
+        of xarray a dimension called ``time`` or ``t``, or the one of dates, may
+        come first, and the unit is taken over.
     amplitude : str
         Column of amplitudes; or
     x, y : str
@@ -268,8 +280,9 @@ def fit_batch(
         column of the oscillation itself, for ``method="analyse"``.
     kind : str, optional
         What `signal` is: ``displacement``, ``velocity``, ``acceleration``.
-    dt : float or str
-        Interval of the samples [s], or the column of it, numbers or durations.
+    dt : float, duration or str
+        Interval of the samples [s], or the column of it, numbers or durations. Of an
+        array of xarray with a coordinate of even times it is theirs if not given.
     time : str
         Column of lists of times [s], in place of `dt`; or of dates, which each row counts from its
         first, or of durations.
@@ -317,10 +330,10 @@ def fit_batch(
     >>> str(answers["reason"][2])
     '0 usable samples; at least 4 are needed'
     """
-    named: dict[str, Any] = {"unit": unit}
-    table = _in_unit(table, named)
+    named: dict[str, Any] = {"dt": dt, "time": time, "unit": unit}
+    table = _labelled(table, named)
     choices = _choices(
-        amplitude=amplitude, x=x, y=y, signal=signal, kind=kind, dt=dt, time=time,
+        amplitude=amplitude, x=x, y=y, signal=signal, kind=kind,
         frequency_hz=frequency_hz, min_amplitude=min_amplitude, method=method, keep=keep,
         model=model, band_hz=band_hz, start_s=start_s, end_s=end_s,
         lockin_time_constant_s=lockin_time_constant_s, lockin_order=lockin_order, **named,
@@ -342,10 +355,10 @@ def fit_stream(
     y: str | None = None,
     signal: str | None = None,
     kind: Literal["displacement", "velocity", "acceleration"] | None = None,
-    dt: PerRow | None = None,
-    time: str | None = None,
-    frequency_hz: PerRow | None = None,
-    min_amplitude: PerRow | None = None,
+    dt: Annotated[PerRow | Interval | None, _DT] = None,
+    time: Annotated[str | None, "the name of a column of lists of times is needed"] = None,
+    frequency_hz: Annotated[PerRow | None, _NUMBERS] = None,
+    min_amplitude: Annotated[PerRow | None, _NUMBERS] = None,
     method: Literal["fit", "analyse"] = "fit",
     unit: str = "",
     keep: Sequence[str] = (),

@@ -21,6 +21,8 @@ if TYPE_CHECKING:
 Vector: TypeAlias = NDArray[np.float64]
 #: A path, or several of them.
 Path: TypeAlias = Union[str, os.PathLike[str]]
+#: A number of seconds, or a duration.
+Interval: TypeAlias = Union[float, datetime.timedelta, np.timedelta64]
 #: A value, or a value with its standard error, such as a parameter of another answer.
 Uncertain: TypeAlias = Union[float, tuple[float, float], "Quantity"]
 
@@ -180,6 +182,39 @@ def seconds(name: str, values: ArrayLike) -> Vector:
         dates = f"pandas.to_datetime({name}) makes dates of texts"
         raise refuse(name, f"{name} holds texts that are no numbers, such as {shown(str(array[0]))}: {dates}") from None
     return _in_unit(name, numbers, unit, "s", "s, ms, us, ns, min and h")
+
+
+def interval(name: str, value: Any) -> float | None:
+    """A number of seconds, a duration as one, or nothing."""
+    if isinstance(value, datetime.timedelta):
+        return value.total_seconds()
+    if isinstance(value, np.timedelta64):
+        return float(_durations(name, np.array([value]))[0])
+    return optional(name, value)
+
+
+def time_dimension(array: Any) -> Any:
+    """The dimension of time of an array of xarray: that of its name, or the only one of dates or durations."""
+    for wanted in ("time", "t"):
+        found = [name for name in array.dims if str(name).lower() == wanted]
+        if found:
+            return found[0]
+    dated = [name for name in array.dims if name in array.coords and array.coords[name].dtype.kind in "mM"]
+    return dated[0] if len(dated) == 1 else None
+
+
+def even_step(name: object, coordinate: Any, otherwise: str) -> float:
+    """Interval of even times [s]."""
+    times = seconds("time", coordinate)
+    steps = np.diff(times)
+    # Times of single precision are even to their last digit only.
+    digit = np.finfo(coordinate.dtype).eps if coordinate.dtype.kind == "f" else 0.0
+    step = float(times[-1] - times[0]) / max(1, steps.size) if times.size else 0.0
+    if steps.size and step <= 0:
+        raise refuse("dt", f"the coordinate {name!r} does not rise: sort by it, or give dt")
+    if not steps.size or not np.abs(steps - step).max() <= 1e-6 * step + 2 * digit * np.abs(times).max():
+        raise refuse("dt", f"the coordinate {name!r} is not even: {otherwise}")
+    return step
 
 
 #: Seconds in the larger units of NumPy's durations, and the smaller units in a second.

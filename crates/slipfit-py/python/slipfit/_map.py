@@ -9,7 +9,7 @@ import threading
 import zipfile
 from collections.abc import Callable, Iterator
 from pathlib import Path as FilePath
-from typing import TYPE_CHECKING, Any, Literal
+from typing import TYPE_CHECKING, Annotated, Any, Literal
 
 import numpy as np
 from numpy.typing import NDArray
@@ -17,7 +17,7 @@ from numpy.typing import NDArray
 from . import _core, _input
 from ._arguments import public, wrong_type
 from ._batch import answer_columns, fit_batch
-from ._input import Path
+from ._input import Interval, Path
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -90,7 +90,7 @@ class _Stored:
 @public
 def fit_map(
     stack: Any,
-    dt: float | None = None,
+    dt: Annotated[Interval | None, "a number of seconds or a duration is needed"] = None,
     *,
     data: str | None = None,
     axis: int | str | None = None,
@@ -113,7 +113,7 @@ def fit_map(
         A NumPy array or memmap, an h5py or zarr dataset, an xarray DataArray,
         whose coordinates and unit (``attrs["units"]``) are taken over, or the
         path of a .npy file, an HDF5 file or a zarr store.
-    dt : float
+    dt : float or duration
         Interval of the samples [s]; of a DataArray with a coordinate of even
         times it is theirs if not given.
     data : str, optional
@@ -121,7 +121,7 @@ def fit_map(
         path.
     axis : int or str, optional
         The axis of time, by number or, of a DataArray, by name; the last one,
-        or a dimension called ``time`` or ``t``.
+        or a dimension called ``time`` or ``t``, or the one of dates.
     frequency_hz, min_amplitude, method : optional
         As for :func:`fit_batch`.
     kind : str
@@ -178,7 +178,8 @@ def fit_map(
     if len(set(dims)) < len(dims):
         raise _input.refuse("stack", f"stack has the dimensions {dims}: each needs a name of its own")
     if labelled and axis is None:
-        axis = next((name for name in ("time", "t") if name in dims), None)
+        named = _input.time_dimension(stack)
+        axis = None if named is None else dims.index(named)
     if isinstance(axis, str):
         if not labelled or axis not in dims:
             raise _input.refuse("axis", f"axis={axis!r}: there is no such dimension")
@@ -194,14 +195,14 @@ def fit_map(
         beside = stack.coords.to_dataset()
         coords = beside.drop_vars([name for name, one in beside.variables.items() if time_dim in one.dims]).coords
         if dt is None and time_dim in stack.coords:
-            dt = _even_step(time_dim, stack.coords[time_dim])
+            dt = _input.even_step(time_dim, stack.coords[time_dim], "slipfit.fit_batch takes times")
     unit = _input.own_unit(stack) if unit is None else unit
     if dt is None:
         raise _input.refuse("dt", "dt is needed: the interval of the samples [s]")
     unit = unit or ""
     column = "amplitude" if kind == "amplitude" else "signal"
     options: dict[str, Any] = {
-        column: "trace", "dt": _input.optional("dt", dt),
+        column: "trace", "dt": _input.interval("dt", dt),
         "frequency_hz": _input.optional("frequency_hz", frequency_hz),
         "min_amplitude": _input.optional("min_amplitude", min_amplitude),
         "method": method, "unit": unit, "kind": None if kind == "amplitude" else kind,
@@ -245,20 +246,6 @@ def fit_map(
 
 
 def _traces(stack: Any, axis: int, first: int, end: int) -> NDArray[Any]:
-def _even_step(name: object, coordinate: Any) -> float:
-    """Interval of even times [s]."""
-    times = _input.seconds("time", coordinate)
-    steps = np.diff(times)
-    # Times of single precision are even to their last digit only.
-    digit = np.finfo(coordinate.dtype).eps if coordinate.dtype.kind == "f" else 0.0
-    step = float(times[-1] - times[0]) / max(1, steps.size)
-    if steps.size and step <= 0:
-        raise _input.refuse("dt", f"the coordinate {name!r} does not rise: sort the stack by it, or give dt")
-    if not steps.size or not np.abs(steps - step).max() <= 1e-6 * step + 2 * digit * np.abs(times).max():
-        raise _input.refuse("dt", f"the coordinate {name!r} is not even: slipfit.fit_batch takes times")
-    return step
-
-
     """The traces of some rows of pixels, one after the other."""
     # The first axis that is not time is cut.
     cut: list[slice] = [slice(None)] * 3
