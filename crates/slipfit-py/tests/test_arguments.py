@@ -40,6 +40,7 @@ CALLS = {
     "fit_waveform": {"time": SWING.time_s, "signal": SWING.signal, "initial_amplitude": 0.4, "frequency_hz": 1.2},
     "fit_resonance": {"frequency": HZ, "response": RESPONSE},
     "fit_map": {"stack": TRACE.reshape(1, 1, -1), "dt": 0.02},
+    "plot_map": {"found": slipfit.fit_map(TRACE.reshape(1, 1, -1), 0.02)},
     "simulate.decay": {**OSCILLATOR, "amplitude": 1, "duration_s": 9, "rate_hz": 9},
     "simulate.driven": {**OSCILLATOR, "drive_amplitude": 1, "duration_s": 9, "rate_hz": 9},
     "simulate.sweep": {**OSCILLATOR, "drive_amplitude": 1, "frequencies_hz": [0.9, 1.0]},

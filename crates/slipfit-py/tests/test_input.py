@@ -258,10 +258,10 @@ def test_no_bytes_do_more_than_raise(data):
 def test_doctests_hold():
     import doctest
 
-    from slipfit import _analyses, _answers, _batch, _errors, _fits, _input, _map, simulate
+    from slipfit import _analyses, _answers, _batch, _errors, _fits, _input, _map, _plot, simulate
 
     tried = 0
-    for module in (slipfit, _analyses, _answers, _batch, _errors, _fits, _input, _map, simulate):
+    for module in (slipfit, _analyses, _answers, _batch, _errors, _fits, _input, _map, _plot, simulate):
         found = doctest.testmod(module, report=True)
         assert found.failed == 0, module.__name__
         tried += found.attempted

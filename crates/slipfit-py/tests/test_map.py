@@ -282,3 +282,39 @@ def test_stacks_bring_their_unit(stack):
     xr.testing.assert_identical(found, slipfit.fit_map(stack, DT, unit="nm"))
     rows = pint.UnitRegistry().Quantity(stack[0], "nm")
     assert slipfit.fit_batch(rows, amplitude="a", dt=DT) == slipfit.fit_batch(stack[0], amplitude="a", dt=DT)
+
+
+def test_pictures_mark_pixels_with_a_warning(stack):
+    matplotlib = pytest.importorskip("matplotlib")
+    matplotlib.use("Agg")
+    import matplotlib.pyplot as plt
+
+    stack = stack.copy()
+    stack[2, 3] = np.maximum(1 - 3 * DT * np.arange(150), 0) + 1e-3 * stack[2, 4]
+    stack[5, 1] = np.nan
+    found = slipfit.fit_map(xr.DataArray(stack, dims=("y", "x", "t"), coords={"x": 0.5 * np.arange(7)}), DT, unit="nm")
+    assert found["status"].values[2, 3] == "warned"
+    assert found["status"].values[5, 1] == "failed"
+    panels = slipfit.plot_map(found)
+    assert [panel.get_xlabel() for panel in panels] == ["x", "x"]
+    for panel, name in zip(panels, ("sliding_rate", "decay_rate_per_s")):
+        colours, cores = panel.collections
+        shown = colours.get_array()
+        assert shown.mask[5, 1] and shown.mask.sum() == 1
+        warned = np.argwhere((found["status"] == "warned").values)
+        assert len(cores.get_paths()) == len(warned)
+        # The core of a pixel lies within it.
+        at = warned.tolist().index([2, 3])
+        low, high = cores.get_paths()[at].get_extents().get_points()
+        np.testing.assert_allclose([low, high], [[1.375, 1.75], [1.625, 2.25]])
+        sound = found[name].values[(found["status"] == "done").values]
+        assert sound.min() <= colours.norm.vmin and colours.norm.vmax <= sound.max()
+    plt.close(panels[0].figure)
+    figure, ax = plt.subplots()
+    assert slipfit.plot_map(found.isel(y=[5], x=[1]), "decay_rate_per_s", ax) == [ax]
+    with pytest.raises(slipfit.OptionError, match="there are decay_rate_per_s, ") as raised:
+        slipfit.plot_map(found, "decay")
+    assert raised.value.option == "column"
+    with pytest.raises(slipfit.OptionError, match="no map"):
+        slipfit.plot_map(found[["sliding_rate"]])
+    plt.close(figure)

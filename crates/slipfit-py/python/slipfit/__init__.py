@@ -50,6 +50,7 @@ from ._fits import (
     fit_waveform,
 )
 from ._map import fit_map
+from ._plot import plot_map
 
 __all__ = [
     "Answer",
@@ -88,6 +89,7 @@ __all__ = [
     "fit_stream",
     "fit_waveform",
     "levels",
+    "plot_map",
     "read",
     "read_curve",
     "read_levels",

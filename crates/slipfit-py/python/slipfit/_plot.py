@@ -2,12 +2,17 @@
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Annotated, Any
 
 import numpy as np
 
+from . import _input
+from ._arguments import public
+
 if TYPE_CHECKING:
+    import xarray
     from matplotlib.axes import Axes
+    from numpy.typing import NDArray
 
     from ._answers import LevelsAnswer, ResonanceAnswer, RingdownAnswer, SeriesAnswer
 
@@ -128,4 +133,105 @@ def series(answer: SeriesAnswer, ax: Axes | None) -> list[Axes]:
         axis.set_xticks(range(len(labels)), labels)
         axis.set(ylabel=_unit(what, unit))
         axis.legend()
+    return axes
+
+
+#: Part of a pixel's sides that the grey core of one with a warning covers, as in the command's picture.
+_CORE = 0.5
+#: Part of the values that lies beyond either end of the colours.
+_OUTSIDE = 0.01
+#: Warnings of traces that do not determine their numbers.
+_UNDETERMINED = frozenset(("not_converged", "not_separable"))
+
+
+def _edges(found: xarray.Dataset, name: Any) -> tuple[NDArray[Any], str]:
+    """Where the pixels of a dimension begin and end, and its label: by its coordinate where that goes one way."""
+    count, label, at = found.sizes[name], str(name), None
+    if name in found.coords and found.coords[name].dtype.kind in "fiu":
+        held = found.coords[name].to_numpy().astype(float)
+        steps = np.diff(held)
+        if (steps > 0).all() or (steps < 0).all():
+            at, label = held, _unit(label, _input.own_unit(found.coords[name]) or "")
+    at = np.arange(count, dtype=float) if at is None else at
+    half = np.diff(at) / 2 if count > 1 else np.array([0.5])
+    return np.concatenate([[at[0] - half[0]], at + np.append(half, half[-1])[:count]]), label
+
+
+def _image(ax: Axes, found: xarray.Dataset, name: str) -> None:
+    """One column of a map with its colours."""
+    from matplotlib.collections import PolyCollection
+
+    rows, columns = found[name].dims
+    (y, y_label), (x, x_label) = _edges(found, rows), _edges(found, columns)
+    codes = np.vectorize(lambda reason: not _UNDETERMINED.isdisjoint(str(reason).split(" ")), otypes=[bool])
+    values = np.where(codes(found["reason"].to_numpy()), np.nan, found[name].to_numpy().astype(float))
+    known = np.isfinite(values)
+    # A whole analysis warns of what it has allowed for.
+    doubtful = (found["status"].to_numpy() != "done") & (found.attrs.get("method") != "analyse")
+    scale = values[known & ~doubtful] if (known & ~doubtful).any() else values[known]
+    low, high = np.quantile(scale, [_OUTSIDE, 1 - _OUTSIDE], method="nearest") if scale.size else (None, None)
+    ax.set_facecolor("0.8")
+    colours = ax.pcolormesh(x, y, np.ma.masked_invalid(values), vmin=low, vmax=high)
+    ax.figure.colorbar(colours, ax=ax, label=_unit(name, str(found[name].attrs.get("units", ""))), extend="both")
+    at = np.argwhere(known & doubtful)
+    corners = [((1 - _CORE) / 2, (1 + _CORE) / 2)[side] for side in (0, 1)]
+    left, right = (x[at[:, 1]] + part * (x[at[:, 1] + 1] - x[at[:, 1]]) for part in corners)
+    low_y, high_y = (y[at[:, 0]] + part * (y[at[:, 0] + 1] - y[at[:, 0]]) for part in corners)
+    cores = np.stack([np.stack(c, -1) for c in ((left, low_y), (right, low_y), (right, high_y), (left, high_y))], 1)
+    ax.add_collection(PolyCollection(list(cores), facecolors="0.8", linewidths=0), autolim=False)
+    ax.set(xlabel=x_label, ylabel=y_label)
+
+
+@public
+def plot_map(
+    found: xarray.Dataset,
+    column: str | None = None,
+    ax: Annotated[Axes | None, "matplotlib Axes are needed, such as plt.subplots() gives"] = None,
+) -> list[Axes]:
+    """Draws a map with matplotlib, doubtful pixels marked as in the command's picture.
+
+    Pixels with a warning have a grey core and no say in the colours; those without an answer, or whose
+    trace determines none (``not_converged``, ``not_separable``), are grey. Colours leave one value in a
+    hundred out at either end.
+
+    Parameters
+    ----------
+    found : xarray.Dataset
+        The map, from :func:`fit_map` or from where it was written to.
+    column : str, optional
+        What is drawn; without it friction (as a displacement where there is one) and the decay rate.
+    ax : matplotlib Axes, optional
+        Where to draw `column`; without it a figure is made.
+
+    Returns
+    -------
+    list of Axes
+        The panels drawn.
+
+    Raises
+    ------
+    OptionError
+        For a data set that is no map, or a column that it has not.
+
+    Examples
+    --------
+    >>> import numpy as np, slipfit
+    >>> t = 0.01 * np.arange(200)
+    >>> stack = 1 - np.array([[0.1, 0.2], [0.3, 0.7]])[..., None] * t
+    >>> found = slipfit.fit_map(stack, dt=0.01)
+    >>> [panel.get_xlabel() for panel in slipfit.plot_map(found)]
+    ['x', 'x']
+    """
+    numbers = [str(name) for name, one in found.data_vars.items() if one.dtype.kind == "f" and one.ndim == 2]
+    if not numbers or "status" not in found or "reason" not in found:
+        raise _input.refuse("found", "found is no map: status, reason and numbers over two dimensions are needed")
+    if column is not None and column not in numbers:
+        raise _input.refuse("column", f"column={column!r}: there are {', '.join(numbers)}")
+    if ax is not None and column is None:
+        raise _input.refuse("column", "ax is given without column: one picture is drawn there")
+    known = [name for name in ("friction_displacement", "sliding_rate") if bool(found[name].notnull().any())]
+    names = [column] if column is not None else [*(known or ["sliding_rate"])[:1], "decay_rate_per_s"]
+    axes = [ax] if ax is not None else _panels(len(names))
+    for axis, name in zip(axes, names):
+        _image(axis, found, name)
     return axes
