@@ -372,3 +372,19 @@ def test_an_answer_serves_many_threads(swing):
 def test_every_attribute_says_what_it_is(kind):
     for name in dir(kind):
         assert name.startswith("_") or inspect.getdoc(getattr(kind, name)), name
+
+
+def test_parameters_go_on_as_docs_python_says(answer):
+    uncertainties = pytest.importorskip("uncertainties")
+    decay_rate, x_f = answer.parameters.decay_rate_per_s, answer.parameters.friction_displacement
+    assert float(x_f) == x_f.value
+    assert np.array([decay_rate, x_f], float).tolist() == [decay_rate.value, x_f.value]
+    r = answer.correlation("decay_rate_per_s", "friction_displacement")
+    pairs = [(q.value, q.std_error) for q in (decay_rate, x_f)]
+    d, x = uncertainties.correlated_values_norm(pairs, [[1, r], [r, 1]])
+    ratio = x / d
+    # More together makes less of a ratio.
+    alone = uncertainties.ufloat(*pairs[1]) / uncertainties.ufloat(*pairs[0])
+    assert ratio.n == alone.n and (ratio.s < alone.s) == (r > 0)
+    with pytest.raises(TypeError):
+        x_f / decay_rate
