@@ -179,6 +179,8 @@ def test_curves_and_levels_are_refused_by_name(sweep):
     with pytest.raises(slipfit.OptionError, match="cannot be shared"):
         record = slipfit.simulate.decay(frequency_hz=1, q_factor=20, amplitude=1, duration_s=9, rate_hz=50)
         slipfit.series([slipfit.Measurement(record)], shared=["mood"])
+    with pytest.raises(slipfit.OptionError, match="reference is the curve without friction"):
+        slipfit.Measurement(record, reference=other)
     with pytest.raises(slipfit.OptionError, match="its number is"):
         slipfit.series([slipfit.Measurement(record, condition=9e-9)])
     with pytest.raises(slipfit.OptionError, match="unexpected keyword"):

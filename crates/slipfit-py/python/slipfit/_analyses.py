@@ -820,6 +820,8 @@ class Measurement:
 
     def _entry(self) -> tuple[Any, str, str, tuple[float, float] | None, float | None]:
         choices = self._choices()
+        if self.reference is not None and not isinstance(self.data, _core.Curve):
+            raise _input.refuse("reference", "reference is the curve without friction of a curve, and data is none")
         measured = (self.data, self.reference) if isinstance(self.data, _core.Curve) else (self.data,)
         value = _input.pair("value", self.value)
         uncertain = value if value is None or isinstance(value, tuple) else (value, 0.0)
