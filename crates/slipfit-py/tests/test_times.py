@@ -110,9 +110,12 @@ def test_a_table_alone_is_not_said_to_lack_times(swing):
     polars = pytest.importorskip("polars")
     time, signal = swing
     frame = polars.DataFrame({"t": time, "x": signal})
-    for table in (frame, np.column_stack(swing), (time, signal)):
-        with pytest.raises(slipfit.OptionError, match="one dimension"):
+    for table in (frame, frame.to_pandas(), frame.to_arrow(), np.column_stack(swing)):
+        with pytest.raises(slipfit.OptionError, match="of 2 columns: one is needed as time, one as signal") as raised:
             slipfit.ringdown(table)
+        assert (raised.value.option, raised.value.value is table) == ("time", True)
+    with pytest.raises(slipfit.OptionError, match="one dimension"):
+        slipfit.ringdown((time, signal))
     with pytest.raises(slipfit.OptionTypeError, match="an array is needed"):
         slipfit.ringdown({"t": time, "x": signal})
 

@@ -276,6 +276,10 @@ def _record(
         _nothing_besides(given, "a file", "; slipfit.read(file, signal=…) names its columns")
     if rate_hz is not None and time is not None and signal is not None:
         raise _input.refuse("rate_hz", "rate_hz is given beside time, which tells it already")
+    shape = getattr(time, "shape", None)
+    if signal is None and isinstance(shape, tuple) and len(shape) == 2 and not _input.is_of_xarray(time):
+        table = type(time).__name__
+        raise _input.refuse("time", f"time is a {table} of {shape[1]} columns: one is needed as time, one as signal")
     times, values, own_unit = _input.time_and_signal(time, signal)
     if rate_hz is not None:
         # The rate stands in place of stamps.
