@@ -5,6 +5,7 @@
 
 use proptest::prelude::*;
 use slipfit::Parameter;
+use slipfit::motion::decay::FreeDecay;
 use slipfit::motion::simulate::{Drive, Motion};
 use slipfit::record::Averaging;
 use slipfit::{Oscillator, Record, SignalKind, ringdown};
@@ -197,4 +198,27 @@ fn friction_in_lossily_compressed_samples_has_a_warning() {
     };
     assert!(!warned(&record));
     assert!(warned(&record.with_lossy_compression(true)));
+}
+
+/// A simulated decay without noise: rounding is no misfit, and its sum of squares has a minimum that is found.
+#[test]
+fn an_exact_decay_is_described_without_a_warning() {
+    let o =
+        Oscillator::builder().frequency_hz(1.7).q_factor(80.0).friction_displacement(0.0).build().unwrap();
+    for n in [5000, 40_000] {
+        let time_s: Vec<f64> = (0..n).map(|i| 60.0 * f64::from(i) / f64::from(n)).collect();
+        let mut signal = vec![0.0; time_s.len()];
+        FreeDecay::from_rest(&o, 1.0).unwrap().fill(&time_s, &mut signal).unwrap();
+        let record = Record::new(time_s, signal).unwrap();
+        let answer = ringdown::analyse(&record, &ringdown::Options::default()).unwrap();
+        let codes: Vec<&str> = answer.warnings.iter().map(|w| w.code()).collect();
+        assert!(codes.is_empty(), "{n}: {codes:?}");
+        let reported = answer.comparison.iter().find(|c| c.model == answer.model).unwrap();
+        assert!(reported.converged, "{n}");
+        let delta = answer.parameter(Parameter::DECAY_RATE).unwrap();
+        assert!((delta.value / o.decay_rate_per_s() - 1.0).abs() < 1e-12, "{n}: {delta:?}");
+        assert!(delta.std_error < 1e-12 * delta.value, "{n}: {delta:?}");
+        let x_f = answer.parameter(Parameter::FRICTION_DISPLACEMENT).unwrap();
+        assert!(x_f.interval_95[1] < 1e-12 && !answer.sliding.detected, "{n}: {x_f:?}");
+    }
 }

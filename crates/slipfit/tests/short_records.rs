@@ -33,12 +33,12 @@ fn three_cycles_do_not_claim_a_friction_they_cannot_know() {
     assert!(covered >= 16, "{covered} of 20");
 }
 
-/// Friction stops the motion after four and a half cycles of four samples each.
+/// Friction stops the motion after four and a half cycles of as many samples each.
 #[test]
 fn a_motion_that_friction_stops_soon_has_cycles_enough() {
     let o =
         Oscillator::builder().frequency_hz(1.7).q_factor(20.0).friction_displacement(0.04).build().unwrap();
-    let time_s: Vec<f64> = (0..119).map(|i| f64::from(i) / 7.1).collect();
+    let time_s: Vec<f64> = (0..119).map(|i| f64::from(i) / 7.65).collect();
     let mut signal = vec![0.0; time_s.len()];
     Motion::new(&o, Drive::none(), 0.0, 1.0, 0.0).unwrap().fill(&time_s, &mut signal).unwrap();
     for (i, x) in signal.iter_mut().enumerate() {

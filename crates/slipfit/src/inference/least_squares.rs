@@ -186,7 +186,8 @@ fn descend_until(
         };
         // Change of rss the quadratic model foresees, in units of the noise variance.
         let noise = sums.rss / problem.observations().max(1.0);
-        let negligible = predicted <= tolerance * tolerance * noise || predicted <= 1e-15 * sums.rss;
+        let least = (tolerance * tolerance * noise).max(1e-15 * sums.rss).max(problem.rounding());
+        let negligible = predicted <= least;
         let undamped = damping <= 1e-3;
         if negligible && (undamped || ending == Ending::Damped) {
             converged = true;

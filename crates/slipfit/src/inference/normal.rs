@@ -50,6 +50,11 @@ pub(crate) trait LeastSquares {
     /// Number of observations.
     fn observations(&self) -> f64;
 
+    /// The part of the sum of squares that is the rounding of times and motion, counted whether or not it is seen.
+    fn rounding(&self) -> f64 {
+        0.0
+    }
+
     /// Sums the normal equations at `p` into `out` (cleared here; lower triangle
     /// of `jtj` suffices). `false` where the model does not exist.
     fn normal(&self, p: &[f64], out: &mut Normal) -> bool;

@@ -46,6 +46,9 @@ pub(crate) struct Profile<'a> {
     pub(crate) non_negative: &'a [usize],
 }
 
+/// Sum of squares over that of rounding up to which rounding is most of it.
+const MOSTLY_ROUNDING: f64 = 2.0;
+
 /// Nearer to its limit than this many standard errors an estimate gets a profile.
 const NEAR: f64 = 6.0;
 
@@ -68,6 +71,10 @@ impl Profile<'_> {
                 interval: [value - Z_95 * wide, value + Z_95 * wide],
             };
         }
+        if self.is_rounding() {
+            let interval = bounded_interval(z).map(|end| end * wide);
+            return Estimate { value, unbounded, std_error, interval };
+        }
         let root = Root::new(self, parameter, unit);
         let distance = root.at(0.0).map_or(z, |r| -r);
         let [low, high] = bounded_interval(distance);
@@ -80,13 +87,18 @@ impl Profile<'_> {
     pub(crate) fn two_sided(&self, parameter: usize, curved: bool) -> Estimate {
         let (value, std_error, unit, wide) = self.basics(parameter);
         let unbounded = self.unbounded.parameters[parameter];
-        let interval = if curved && wide.is_finite() {
+        let interval = if curved && wide.is_finite() && !self.is_rounding() {
             let root = Root::new(self, parameter, unit);
             [root.find(-Z_95, wide), root.find(Z_95, wide)]
         } else {
             [value - Z_95 * wide, value + Z_95 * wide]
         };
         Estimate { value, unbounded, std_error, interval }
+    }
+
+    /// Whether the optimum leaves hardly more than rounding: within such errors nothing is curved.
+    fn is_rounding(&self) -> bool {
+        self.fit.rss <= MOSTLY_ROUNDING * self.problem.rounding()
     }
 
     fn basics(&self, parameter: usize) -> (f64, f64, f64, f64) {

@@ -166,6 +166,7 @@ fn start_values(samples: &Samples, release: usize, swing: &Swing) -> Option<Vec<
         duration: time[time.len() - 1] - time[0],
         bend: None,
         rest: RestLevel::Exact,
+        rounding_rms: 0.0,
         active: free.to_vec(),
         gathered: None,
     };

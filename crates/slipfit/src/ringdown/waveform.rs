@@ -33,6 +33,8 @@ pub(crate) struct Waveform<'a> {
     /// Shape of the backbone; `None` leaves [`BEND`] without effect.
     pub(crate) bend: Option<Bend>,
     pub(crate) rest: RestLevel,
+    /// What times and motion are rounded to, which every sample counts as noise.
+    pub(crate) rounding_rms: f64,
     /// Parameters whose derivatives are wanted.
     pub(crate) active: Vec<usize>,
     /// Sums near a reference motion, where they were gathered.
@@ -156,6 +158,7 @@ impl Waveform<'_> {
                 duration: self.duration,
                 bend: None,
                 rest: self.rest,
+                rounding_rms: 0.0,
                 active: Vec::new(),
                 gathered: None,
             };
@@ -268,8 +271,8 @@ impl Waveform<'_> {
             }
         }
         // Of exact samples the difference is all rounding, of either sign.
-        let rounding = f64::EPSILON.powi(2) * n * level * level;
-        out.rss = (out.rss + n * level * level - 2.0 * level * left).max(rounding);
+        let rounding = f64::EPSILON * n * level * level;
+        out.rss = (out.rss + n * level * level - 2.0 * level * left).max(0.0) + rounding;
         if let Some(list) = residuals {
             list[from..].iter_mut().for_each(|r| *r -= level);
         }
@@ -283,6 +286,10 @@ impl LeastSquares for Waveform<'_> {
 
     fn observations(&self) -> f64 {
         self.time.len() as f64
+    }
+
+    fn rounding(&self) -> f64 {
+        self.observations() * self.rounding_rms.powi(2)
     }
 
     fn normal(&self, p: &[f64], out: &mut Normal) -> bool {
@@ -302,7 +309,9 @@ impl LeastSquares for Waveform<'_> {
         if omega * self.duration > 100.0 * PI * self.time.len() as f64 {
             return false;
         }
-        self.gathered_pass(p, free, out) || self.pass(p, free, out, None)
+        let found = self.gathered_pass(p, free, out) || self.pass(p, free, out, None);
+        out.rss += self.rounding();
+        found
     }
 
     fn range(&self, parameter: usize) -> [f64; 2] {

@@ -19,6 +19,7 @@ fn wave<'a>(time: &'a [f64], signal: &'a [f64], bend: Option<Bend>) -> Waveform<
         duration,
         bend,
         rest: RestLevel::Exact,
+        rounding_rms: 0.0,
         active: (0..OFFSET + 3).collect(),
         gathered: None,
     }
