@@ -1,6 +1,6 @@
 //! Noise that grows with the amplitude: a floor and a part of every amplitude.
 
-use super::alternatives::{Alternative, OtherFit, TermSet};
+use super::alternatives::{Alternative, Kind, OtherFit, TermSet};
 use super::criteria::NoiseCriteria;
 use super::fitted_models::FittedModels;
 use super::prepared::PreparedCurve;
@@ -72,7 +72,13 @@ impl NoiseLaw {
             let bounded = within_limits(&problem, &unbounded)?;
             let fit = OtherFit { set: TermSet::of(&problem, free), unbounded, bounded };
             // It has no other terms: that BIC is of no interest.
-            Some(Alternative { fit, weight, frequency_weight: weight, delta_bic: f64::INFINITY })
+            Some(Alternative {
+                fit,
+                kind: Kind::Noise,
+                weight,
+                frequency_weight: weight,
+                delta_bic: f64::INFINITY,
+            })
         };
         laws.iter().filter_map(other).collect()
     }
