@@ -7,10 +7,10 @@ use super::prepared::PreparedCurve;
 use super::problem::Problem;
 use super::response::Modelled;
 use super::term_sets::within_limits;
-use crate::inference::least_squares::{Fit, LeastSquares, minimise};
+use crate::inference::least_squares::{Fit, LeastSquares, Normal, log_determinant, minimise};
 use crate::inference::noise_law::{Scale, Scatter, likelihood};
+use crate::inference::normal::{invert, solve};
 use crate::motion::steady::Phasor;
-use nalgebra::{DMatrix, DVector};
 
 /// Variance of a quadrature `floor² (1 + ratio a²)` where the amplitude is `a`.
 ///
@@ -209,43 +209,40 @@ impl Residuals {
     fn under(&self, ratio: f64) -> Option<Likely> {
         const ROUNDS: usize = 4;
         let n = self.parameters;
+        let all: Vec<usize> = (0..n).collect();
         let law = |o: &Observation| 1.0 / (1.0 + ratio * o.square);
-        let sums: Vec<(DMatrix<f64>, DVector<f64>, f64)> = self
-            .blocks
-            .iter()
-            .map(|block| {
-                let (mut products, mut gradient) = (DMatrix::zeros(n, n), DVector::zeros(n));
-                let mut square = 0.0;
-                for o in block {
-                    let by = law(o);
-                    for (a, x) in o.slopes.iter().enumerate() {
-                        gradient[a] += by * x * o.residual;
-                        for (b, y) in o.slopes.iter().enumerate() {
-                            products[(a, b)] += by * x * y;
-                        }
-                    }
-                    square += by * o.residual * o.residual;
-                }
-                (products, gradient, square)
-            })
-            .collect();
+        let sums_of = |block: &Vec<Observation>| {
+            let mut sums = Normal::zeros(n);
+            block.iter().for_each(|o| sums.add_row(&o.slopes, o.residual, law(o)));
+            sums
+        };
+        let sums: Vec<Normal> = self.blocks.iter().map(sums_of).collect();
         let mut variances: Vec<f64> =
-            self.blocks.iter().zip(&sums).map(|(b, s)| s.2 / b.len() as f64).collect();
+            self.blocks.iter().zip(&sums).map(|(b, s)| s.rss / b.len() as f64).collect();
         let mut minus_two_log = f64::NAN;
         for _ in 0..ROUNDS {
-            let (mut products, mut gradient) = (DMatrix::zeros(n, n), DVector::zeros(n));
-            for ((p, g, _), v) in sums.iter().zip(&variances) {
-                products += p / *v;
-                gradient += g / *v;
+            let mut whole = Normal::zeros(n);
+            for (s, v) in sums.iter().zip(&variances) {
+                let add = |(sum, x): (&mut f64, &f64)| *sum += x / v;
+                whole.jtj.as_mut_slice().iter_mut().zip(s.jtj.as_slice()).for_each(add);
+                whole.jtr.as_mut_slice().iter_mut().zip(s.jtr.as_slice()).for_each(add);
             }
-            let whole = products.cholesky()?;
-            let moved = whole.solve(&gradient);
-            minus_two_log = 2.0 * whole.l_dirty().diagonal().iter().map(|d| d.ln()).sum::<f64>();
-            for ((block, (p, g, square)), v) in self.blocks.iter().zip(&sums).zip(&mut variances) {
-                let left = square - 2.0 * moved.dot(g) + moved.dot(&(p * &moved));
+            let (moved, _) = solve(&whole, &all, 0.0)?;
+            let covariance = invert(&whole, &all, n)?;
+            minus_two_log = log_determinant(&whole, &all)?;
+            for ((block, s), v) in self.blocks.iter().zip(&sums).zip(&mut variances) {
+                let (mut left, mut told) = (s.rss, 0.0);
+                for i in 0..n {
+                    left -= 2.0 * moved[i] * s.jtr[i];
+                    for j in 0..n {
+                        let product = s.jtj[(i.max(j), i.min(j))];
+                        left += moved[i] * moved[j] * product;
+                        told += covariance[(i, j)] * product / *v;
+                    }
+                }
                 let count = block.len() as f64;
                 minus_two_log += left / *v + count * v.ln();
-                *v = left / (count - whole.solve(p).trace() / *v).max(1.0);
+                *v = left / (count - told).max(1.0);
             }
         }
         minus_two_log -= self.blocks.iter().flatten().map(|o| law(o).ln()).sum::<f64>();
