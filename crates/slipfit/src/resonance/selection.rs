@@ -1,5 +1,6 @@
 //! Which hypotheses about a curve are fitted, and which of the fits is taken.
 
+use super::alternatives::Alternative;
 use super::criteria::{Criteria, SelectionCriteria};
 use super::fitted_models::FittedModels;
 use super::hypothesis::Hypothesis;
@@ -31,9 +32,16 @@ pub(super) fn best_fit(
         better.proportional_noise = Some(law.part(&better));
         (found, last) = (better, Some(law));
     }
-    if found.proportional_noise.is_none() {
-        let others = NoiseLaw::alternatives(&found, &criteria.noise);
-        found.alternatives.extend(others);
+    if found.proportional_noise.is_none()
+        && let Some(mut other) = NoiseLaw::alternative(&found, &criteria.noise)
+    {
+        // Terms that are left out may look like such a noise: it shares the weight of the fit reported alone.
+        let left = |weight: fn(&Alternative) -> f64| {
+            (1.0 - found.alternatives.iter().map(weight).sum::<f64>()).max(0.0)
+        };
+        other.weight *= left(|a| a.weight);
+        other.frequency_weight *= left(|a| a.frequency_weight);
+        found.alternatives.push(other);
     }
     Ok(found)
 }
