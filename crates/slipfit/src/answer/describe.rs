@@ -103,8 +103,8 @@ pub(crate) fn error_of_interval(value: f64, [lower, upper]: [f64; 2]) -> f64 {
 }
 
 /// A value that cannot be negative as it is reported: zero where the chosen model has no such term
-/// (`present`), its interval from there to the upper end of the one with the term. At zero its standard error is at least that of the interval:
-/// the curvature there is that of the optimum on the limit.
+/// (`present`), its interval from there to the upper end of the one with the term. At zero its standard error is at
+/// least that of the interval: the curvature there is that of the optimum on the limit.
 pub(crate) fn non_negative(found: Estimate, present: bool, unit: String) -> Quantity {
     let value = if present { found.value.max(0.0) } else { 0.0 };
     let [low, high] = found.interval.map(|v| v.max(0.0));

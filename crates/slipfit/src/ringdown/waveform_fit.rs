@@ -131,8 +131,8 @@ fn fit_with_rest<'a>(
         duration,
         bend: None,
         rest,
-        // Of a phase, and of what is computed of it.
-        rounding_rms: f64::EPSILON * (start[OMEGA] * (origin.abs() + duration) + 1.0) * start[A0].abs(),
+        // Of a phase, and of what is computed of it; that of stamps far from zero is in the samples.
+        rounding_rms: f64::EPSILON * (start[OMEGA] * duration + 1.0) * start[A0].abs(),
         active: [&losses[..], &ALWAYS, &OPTIONAL].concat(),
         gathered: None,
     };
