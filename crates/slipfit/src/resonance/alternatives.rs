@@ -30,10 +30,25 @@ pub(crate) struct OtherFit {
     pub(crate) bounded: Fit,
 }
 
+/// What a fit has otherwise than the one reported. The fits of one kind are rivals; those of several kinds look alike or
+/// may be there together, so that none takes the weight of another.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub(crate) enum Kind {
+    /// Background, delay or drive.
+    Instrument,
+    /// A constant or a noise floor in every amplitude.
+    Level,
+    /// With or without a Duffing term.
+    Spring,
+    /// The same terms, the points weighed by another law of their noise.
+    Noise,
+}
+
 /// A fit beside the one reported.
 #[derive(Debug, Clone)]
 pub(crate) struct Alternative {
     pub(crate) fit: OtherFit,
+    pub(crate) kind: Kind,
     /// Over that of the fit reported and of the others of its kind.
     pub(crate) weight: f64,
     /// The same for the natural frequency, for which a Duffing term is probable before the data.
@@ -78,13 +93,19 @@ pub(super) fn weighed(
     };
     let own = rank(chosen.bounded.rss, counted_parameters(&chosen.unbounded.free));
     let own_bic = noise.bic(chosen.bounded.rss, chosen.unbounded.free.len());
+    let duffing = chosen.unbounded.free.contains(&DUFFING);
     let mut list: Vec<Alternative> = others
         .into_iter()
         .map(|fit| {
             let free = &fit.unbounded.free;
             let weight = (0.5 * (own - rank(fit.bounded.rss, counted_parameters(free)))).exp();
             let delta_bic = noise.bic(fit.bounded.rss, free.len()) - own_bic;
-            Alternative { fit, weight, frequency_weight: 0.0, delta_bic }
+            let kind = match fit.set.duffing != duffing {
+                true => Kind::Spring,
+                false if is_level(free) => Kind::Level,
+                false => Kind::Instrument,
+            };
+            Alternative { kind, weight, frequency_weight: 0.0, delta_bic, fit }
         })
         .filter(|a| a.weight.is_finite() && a.weight > c.least_weight)
         .collect();
@@ -93,21 +114,17 @@ pub(super) fn weighed(
     let shares: Vec<f64> =
         list.iter().map(|a| of_set(a.fit.set).fold(0.0, f64::max) / of_set(a.fit.set).sum::<f64>()).collect();
     list.iter_mut().zip(shares).for_each(|(a, share)| a.weight *= share);
-    // A Duffing term, a background and a constant or noise floor look alike, so that none may take the weight of
-    // another: each kind is weighed against the fit reported alone.
-    let duffing = chosen.unbounded.free.contains(&DUFFING);
-    let odds = if duffing { 1.0 / c.duffing_odds } else { c.duffing_odds };
-    let (springs, sets): (Vec<_>, Vec<_>) = list.iter_mut().partition(|a| a.fit.set.duffing != duffing);
-    let share = |mut kind: Vec<&mut Alternative>, odds: f64| {
-        let total: f64 = kind.iter().map(|a| a.weight).sum();
-        for a in &mut kind {
+    for kind in [Kind::Instrument, Kind::Level, Kind::Spring] {
+        let odds = match kind {
+            Kind::Spring if duffing => 1.0 / c.duffing_odds,
+            Kind::Spring => c.duffing_odds,
+            _ => 1.0,
+        };
+        let total: f64 = list.iter().filter(|a| a.kind == kind).map(|a| a.weight).sum();
+        for a in list.iter_mut().filter(|a| a.kind == kind) {
             a.frequency_weight = odds * a.weight / (1.0 + odds * total);
             a.weight /= 1.0 + total;
         }
-    };
-    let (levels, sets): (Vec<_>, Vec<_>) = sets.into_iter().partition(|a| is_level(&a.fit.unbounded.free));
-    share(sets, 1.0);
-    share(levels, 1.0);
-    share(springs, odds);
+    }
     list
 }

@@ -1,6 +1,6 @@
 //! Intervals that count the choice of terms beside the losses: the instrument's, and a Duffing term.
 
-use super::alternatives::{Alternative, OtherFit};
+use super::alternatives::{Alternative, Kind, OtherFit};
 use super::criteria::Criteria;
 use super::fitted_models::FittedModels;
 use super::response::{DELTA, OMEGA, X_0, X_F};
@@ -65,21 +65,33 @@ pub(super) fn stretched(
             }
         }
     }
-    let rest = 1.0 - absent.iter().map(|a| a.weight).sum::<f64>().min(1.0);
+    let absence = absent.iter().map(|a| a.weight).sum::<f64>().min(1.0);
+    let of_kind = |kind: Kind| d.alternatives.iter().filter(move |a| a.kind == kind).map(weight).sum::<f64>();
     let others = |a: &Alternative, share: f64| {
+        // Other terms and a loss that is absent are rivals, weighed each against the fit reported alone.
+        let rest = match a.kind {
+            Kind::Noise => 1.0,
+            kind => rest_beside(absence, of_kind(kind)),
+        };
         let [value, std_error] = estimate(&a.fit, noise, of);
-        Weighed { weight: share * weight(a), value, std_error }
+        Weighed { weight: share * rest * weight(a), value, std_error }
     };
     let gain = d.free_gain.as_ref().map(|g| &g.alternative);
-    let same_gain = rest * (1.0 - gain.map_or(0.0, weight));
+    let same_gain = 1.0 - gain.map_or(0.0, weight);
     let instruments = d.alternatives.iter().map(|a| others(a, same_gain));
-    let instruments = instruments.chain(gain.map(|a| others(a, rest)));
+    let instruments = instruments.chain(gain.map(|a| others(a, 1.0)));
     let others: Vec<Weighed> = instruments.chain(absent.iter().copied()).collect();
     let mut q = averaged::stretched(q, &others);
     if q.interval_95 != before {
         q.std_error = q.std_error.max((q.interval_95[1] - q.interval_95[0]) / (2.0 * Z_95));
     }
     q
+}
+
+/// What a loss that is absent leaves of the weight of other terms, which alone would have `terms` of one: of odds `a` for
+/// the loss and `t` for the terms `t/(1 + a + t)` over `t/(1 + t)`.
+fn rest_beside(absence: f64, terms: f64) -> f64 {
+    (1.0 - absence) / (1.0 - absence * terms).max(f64::MIN_POSITIVE)
 }
 
 /// p value of sliding friction with the other fits counted: the mean of what each says; it is not surer than by any of
@@ -93,10 +105,13 @@ pub(super) fn sliding_p_value(d: &FittedModels, own: f64) -> f64 {
     let several = d.minima.iter().filter(|_| d.minima.len() > 1);
     let own = several.map(by).fold(own, f64::max);
     let of = |a: &Alternative| a.weight * by(&a.fit.unbounded);
-    let sum: f64 = d.alternatives.iter().map(|a| a.weight).sum();
-    let others: f64 = d.alternatives.iter().map(of).sum();
     // Weights of several kinds may sum to more than one.
-    let same_gain = ((1.0 - sum).max(0.0) * own + others) / sum.max(1.0);
+    let mean = |own: f64, noise: bool| {
+        let list = || d.alternatives.iter().filter(|a| (a.kind == Kind::Noise) == noise);
+        let sum: f64 = list().map(|a| a.weight).sum();
+        ((1.0 - sum).max(0.0) * own + list().map(of).sum::<f64>()) / sum.max(1.0)
+    };
+    let same_gain = mean(mean(own, true), false);
     let gain = d.free_gain.as_ref().map(|g| &g.alternative);
     gain.map_or(same_gain, |a| (1.0 - a.weight) * same_gain + of(a))
 }
@@ -128,4 +143,18 @@ pub(super) fn rival<'a>(
         .filter(|a| a.delta_bic < criteria.report.rival_bic && moves_a_loss(d, a, chosen, criteria));
     let best = close.min_by(|a, b| a.delta_bic.total_cmp(&b.delta_bic))?;
     Some((&best.fit, best.delta_bic, estimate(&best.fit, noise, &|p| p[X_F])))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::rest_beside;
+
+    /// Odds of 10 for a loss that is absent, 4 for other terms.
+    #[test]
+    fn rivals_are_each_weighed_against_the_fit_reported() {
+        let (absence, terms) = (10.0 / 11.0, 4.0 / 5.0);
+        assert!((terms * rest_beside(absence, terms) - 4.0 / 15.0).abs() < 1e-12);
+        assert_eq!(rest_beside(0.0, terms), 1.0);
+        assert_eq!(rest_beside(1.0, 1.0), 0.0);
+    }
 }

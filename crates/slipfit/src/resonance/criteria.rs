@@ -185,14 +185,19 @@ criteria! {
 criteria! {
     /// Noise that grows with the amplitude.
     pub struct NoiseCriteria in "noise" {
-        /// BIC by which a noise with a part in proportion to the amplitude must be better than a
-        /// constant one.
-        proportional_margin: f64 = 2.0, source "Kass and Raftery 1995: positive evidence",
+        /// Twice the logarithm of the odds above which a noise with a part in proportion to the amplitude, whichever, is
+        /// reported and not a constant one; below, the intervals count both.
+        proportional_margin: f64 = 10.0, source "Kass and Raftery 1995: very strong evidence",
             moves "coverage of curves with proportional noise";
-        /// What the proportional part costs, in the logarithm of the likelihood twice over, when a fit with it
-        /// is weighed beside the one reported.
-        unsettled_penalty: f64 = 2.0, source "Akaike 1974: one parameter",
-            moves "coverage of curves with proportional noise";
+        /// Probability before the data of a proportional part whose variance over that of the floor lies in any one decade,
+        /// over that of none.
+        proportional_odds: f64 = 1.0, source "no order of magnitude is preferred; chosen by simulation",
+            moves "coverage of curves of few points with proportional noise, and width of intervals without it";
+        /// Noise over the amplitude above which such a part is improbable before the data.
+        most_proportional: f64 = 0.01, source "ranges, gains and drives wander by less",
+            moves "coverage of curves of few points with proportional noise, and width of intervals without it";
+        /// Probability below which a law of the noise does not count.
+        least_weight: f64 = 0.005, source "far below a half of 2.5 %, several of them", moves "coverage";
         /// Observations that must be left beside the parameters.
         spare_observations: f64 = 6.0, source "chosen by simulation",
             moves "coverage of curves with few points";

@@ -1,7 +1,7 @@
 //! The curve by itself beside the fit with its reference: amplitudes read with another gain, or driven otherwise, than
 //! those of the reference.
 
-use super::alternatives::{Alternative, FreeGain, OtherFit, TermSet, counted_parameters};
+use super::alternatives::{Alternative, FreeGain, Kind, OtherFit, TermSet, counted_parameters};
 use super::criteria::Criteria;
 use super::fitted_models::FittedModels;
 use super::prepared::PreparedCurve;
@@ -57,5 +57,7 @@ pub(super) fn free_gain(
         - noise.bic(chosen.bounded.rss, chosen.unbounded.free.len());
     let ratio = bounded.parameters[X_0] / chosen.bounded.parameters[X_0];
     let fit = OtherFit { set: TermSet::of(&problem, &free), unbounded, bounded };
-    Some(FreeGain { alternative: Alternative { fit, weight, frequency_weight: weight, delta_bic }, ratio })
+    let kind = Kind::Instrument;
+    let alternative = Alternative { fit, kind, weight, frequency_weight: weight, delta_bic };
+    Some(FreeGain { alternative, ratio })
 }

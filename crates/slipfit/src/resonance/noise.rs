@@ -1,13 +1,16 @@
 //! Noise that grows with the amplitude: a floor and a part of every amplitude.
 
-use super::alternatives::{Alternative, OtherFit, TermSet};
+use super::alternatives::{Alternative, Kind, OtherFit, TermSet};
 use super::criteria::NoiseCriteria;
 use super::fitted_models::FittedModels;
 use super::prepared::PreparedCurve;
 use super::problem::Problem;
+use super::response::Modelled;
 use super::term_sets::within_limits;
-use crate::inference::least_squares::{Fit, LeastSquares, minimise};
+use crate::inference::least_squares::{Fit, LeastSquares, Normal, log_determinant, minimise};
 use crate::inference::noise_law::{Scale, Scatter, likelihood};
+use crate::inference::normal::{invert, solve};
+use crate::motion::steady::Phasor;
 
 /// Variance of a quadrature `floor² (1 + ratio a²)` where the amplitude is `a`.
 ///
@@ -21,70 +24,55 @@ pub(super) struct NoiseLaw {
 }
 
 impl NoiseLaw {
-    /// The law by which the residuals of a fit have the greatest likelihood, where it explains them
-    /// better than a constant noise does. `None` where they are no noise.
-    pub(super) fn of(fitted: &FittedModels, c: &NoiseCriteria) -> Option<Self> {
-        let (law, gain, observations) = Self::most_likely(fitted, c)?;
-        (gain - observations.ln() > c.proportional_margin).then_some(law)
+    /// The law by which the residuals of a fit have the greatest likelihood, where a constant noise is excluded beside all
+    /// that grow. `None` where they are no noise. `weighed_by` is the law by which the points are weighed already.
+    pub(super) fn of(fitted: &FittedModels, weighed_by: Option<Self>, c: &NoiseCriteria) -> Option<Self> {
+        let laws = Residuals::of(fitted, weighed_by, c)?.laws(c);
+        let best = laws.iter().max_by(|a, b| a.odds.total_cmp(&b.odds))?;
+        let evidence = 2.0 * laws.iter().map(|law| law.odds).sum::<f64>().ln();
+        (evidence > c.proportional_margin).then_some(Self { ratio: best.ratio })
     }
 
-    /// The law by which they have the greatest likelihood, by how much minus twice its logarithm is lower than that of a
-    /// constant noise, and the number of residuals.
-    fn most_likely(fitted: &FittedModels, c: &NoiseCriteria) -> Option<(Self, f64, f64)> {
-        let chosen = fitted.comparison.reported().or_else(|| fitted.comparison.preferred())?;
-        if fitted.comparison.noise.variance_inflation > 1.0 {
-            return None;
-        }
-        let problem = fitted.problem_of(chosen);
-        let of_block = |reference| scatter(&problem, &chosen.unbounded, reference);
-        // The reference comes from the same instrument: its floor may be another, the ratio is the same.
-        let blocks: Vec<Vec<Scatter>> = [false, true].into_iter().filter_map(of_block).collect();
-        let all = || blocks.iter().flatten();
-        let observations: f64 = all().map(|s| s.count).sum();
-        if observations < chosen.unbounded.free.len() as f64 + c.spare_observations {
-            return None;
-        }
-        let most = all().map(|s| s.square).fold(0.0, f64::max);
-        let minus_two_log = |ratio: f64| -> f64 {
-            blocks.iter().map(|b| likelihood(b, ratio, Scale::Estimated).minus_two_log).sum()
-        };
-        // The ratio at the highest amplitude: from a tenth of the floor to a thousand times the floor.
-        const STEPS: i32 = 80;
-        let at = |step: i32| 10f64.powf(f64::from(step) * 0.1 - 2.0) / most.max(f64::MIN_POSITIVE);
-        let likely = (0..=STEPS).map(|step| (at(step), minus_two_log(at(step)))).filter(|l| l.1.is_finite());
-        let (ratio, best) = likely.min_by(|a, b| a.1.total_cmp(&b.1))?;
-        Some((Self { ratio }, minus_two_log(0.0) - best, observations))
-    }
-
-    /// The fit reported, its points weighed by the most likely law, as another fit beside it: few points do not tell
-    /// the noise of high amplitudes from that of low ones, and errors by a constant noise may be too small.
-    pub(super) fn alternative(fitted: &FittedModels, c: &NoiseCriteria) -> Option<Alternative> {
-        let chosen = fitted.comparison.reported().or_else(|| fitted.comparison.preferred())?;
-        let (law, gain, _) = Self::most_likely(fitted, c)?;
-        let mut problem = fitted.problem_of(chosen);
-        let blocks = std::iter::once(&mut problem.main).chain(&mut problem.reference);
-        let mut typical = None;
-        for block in blocks {
-            let precision: Vec<f64> = block.amplitudes().into_iter().map(|a| law.precision(a)).collect();
-            let typical = *typical.get_or_insert_with(|| geometric_mean(&precision));
-            for (k, law) in precision.into_iter().enumerate() {
-                block.precision[k] *= law / typical;
-                block.weight[k] *= law / typical;
+    /// The fit reported, its points weighed by each law that the residuals do not exclude, as other fits beside it: few
+    /// points do not tell the noise of high amplitudes from that of low ones, and errors by a constant noise, or by the
+    /// most likely law, may be too small.
+    pub(super) fn alternatives(fitted: &FittedModels, c: &NoiseCriteria) -> Vec<Alternative> {
+        let chosen = fitted.comparison.reported().or_else(|| fitted.comparison.preferred());
+        let Some((chosen, residuals)) = chosen.zip(Residuals::of(fitted, None, c)) else { return Vec::new() };
+        let laws = residuals.laws(c);
+        let total = 1.0 + laws.iter().map(|law| law.odds).sum::<f64>();
+        let other = |law: &Law| {
+            let weight = law.odds / total;
+            // Written so that no number is unlikely as well.
+            if !(weight > c.least_weight) {
+                return None;
             }
-        }
-        let free = &chosen.unbounded.free;
-        let unbounded = minimise(&problem, &chosen.unbounded.parameters, free)?;
-        let bounded = within_limits(&problem, &unbounded)?;
-        let odds = (0.5 * (gain - c.unsettled_penalty)).exp();
-        let fit = OtherFit { set: TermSet::of(&problem, free), unbounded, bounded };
-        // It has no other terms: that BIC is of no interest.
-        let weight = 1.0 - 1.0 / (1.0 + odds);
-        weight.is_finite().then_some(Alternative {
-            fit,
-            weight,
-            frequency_weight: weight,
-            delta_bic: f64::INFINITY,
-        })
+            let mut problem = fitted.problem_of(chosen);
+            problem.reference_weight *= law.reference;
+            let by = Self { ratio: law.ratio };
+            let mut typical = None;
+            for block in std::iter::once(&mut problem.main).chain(&mut problem.reference) {
+                let precision: Vec<f64> = block.amplitudes().into_iter().map(|a| by.precision(a)).collect();
+                let typical = *typical.get_or_insert_with(|| geometric_mean(&precision));
+                for (k, law) in precision.into_iter().enumerate() {
+                    block.precision[k] *= law / typical;
+                    block.weight[k] *= law / typical;
+                }
+            }
+            let free = &chosen.unbounded.free;
+            let unbounded = minimise(&problem, &chosen.unbounded.parameters, free)?;
+            let bounded = within_limits(&problem, &unbounded)?;
+            let fit = OtherFit { set: TermSet::of(&problem, free), unbounded, bounded };
+            // It has no other terms: that BIC is of no interest.
+            Some(Alternative {
+                fit,
+                kind: Kind::Noise,
+                weight,
+                frequency_weight: weight,
+                delta_bic: f64::INFINITY,
+            })
+        };
+        laws.iter().filter_map(other).collect()
     }
 
     /// One over the variance at an amplitude, over that at the floor.
@@ -155,34 +143,210 @@ fn geometric_mean(values: &[f64]) -> f64 {
     (values.iter().map(|v| v.ln()).sum::<f64>() / values.len() as f64).exp()
 }
 
-/// Residuals of a block at precision one, each freed of the part that the fit took (its leverage).
-fn scatter(problem: &Problem, fit: &Fit, reference: bool) -> Option<Vec<Scatter>> {
+/// Ratios of the variances tried in a decade.
+const STEPS_PER_DECADE: f64 = 4.0;
+
+/// Minus twice the logarithm of the restricted likelihood, but for a constant, with what is most likely beside the ratio.
+struct Likely {
+    minus_two_log: f64,
+    /// Noise of the floor, of the curve.
+    noise: f64,
+    /// Its variance over what it was taken to be beside that of the reference.
+    reference: f64,
+}
+
+/// A ratio of the two parts.
+struct Law {
+    ratio: f64,
+    /// Over a constant noise, after the data.
+    odds: f64,
+    reference: f64,
+}
+
+/// Residuals of a fit with their derivatives by its parameters along its principal steps, weighted, of the curve and of
+/// its reference, which comes from the same instrument: its floor may be another, the ratio is the same.
+struct Residuals {
+    blocks: Vec<Vec<Observation>>,
+    parameters: usize,
+}
+
+struct Observation {
+    /// Modelled amplitude, squared.
+    square: f64,
+    residual: f64,
+    slopes: Vec<f64>,
+}
+
+impl Residuals {
+    fn of(fitted: &FittedModels, weighed_by: Option<NoiseLaw>, c: &NoiseCriteria) -> Option<Self> {
+        let chosen = fitted.comparison.reported().or_else(|| fitted.comparison.preferred())?;
+        if fitted.comparison.noise.variance_inflation > 1.0 {
+            return None;
+        }
+        let problem = fitted.problem_of(chosen);
+        let of_block = |reference| observations(&problem, &chosen.unbounded, reference, weighed_by);
+        let blocks: Vec<Vec<Observation>> = [false, true].into_iter().filter_map(of_block).collect();
+        let found = Self { blocks, parameters: chosen.unbounded.free.len() };
+        (found.observations() >= found.parameters as f64 + c.spare_observations).then_some(found)
+    }
+
+    fn observations(&self) -> f64 {
+        self.blocks.iter().map(Vec::len).sum::<usize>() as f64
+    }
+
+    /// The laws whose proportional part at the highest amplitude is a third of the floor to three hundred times the floor.
+    fn laws(&self, c: &NoiseCriteria) -> Vec<Law> {
+        const STEPS: i32 = 24;
+        let most = self.blocks.iter().flatten().map(|o| o.square).fold(f64::MIN_POSITIVE, f64::max);
+        let Some(constant) = self.under(0.0) else { return Vec::new() };
+        let law = |step: i32| {
+            let ratio = 10f64.powf(f64::from(step) / STEPS_PER_DECADE - 1.0) / most;
+            let likely = self.under(ratio)?;
+            // Probable before the data alike for every ratio, up to a noise that no instrument has.
+            let part = ratio.sqrt() * likely.noise / c.most_proportional;
+            let before = c.proportional_odds / STEPS_PER_DECADE / (1.0 + part.powi(4));
+            let odds = before * (0.5 * (constant.minus_two_log - likely.minus_two_log)).exp();
+            Some(Law { ratio, odds, reference: likely.reference })
+        };
+        (0..=STEPS).filter_map(law).collect()
+    }
+
+    /// The likelihood of what the residuals are beyond the parameters (Patterson and Thompson 1971, Biometrika 58, 545),
+    /// whichever these are: points that tell them leave hardly any residual, and so tell nothing of the noise.
+    fn under(&self, ratio: f64) -> Option<Likely> {
+        const ROUNDS: usize = 4;
+        let n = self.parameters;
+        let all: Vec<usize> = (0..n).collect();
+        let law = |o: &Observation| 1.0 / (1.0 + ratio * o.square);
+        let sums_of = |block: &Vec<Observation>| {
+            let mut sums = Normal::zeros(n);
+            block.iter().for_each(|o| sums.add_row(&o.slopes, o.residual, law(o)));
+            sums
+        };
+        let sums: Vec<Normal> = self.blocks.iter().map(sums_of).collect();
+        let mut variances: Vec<f64> =
+            self.blocks.iter().zip(&sums).map(|(b, s)| s.rss / b.len() as f64).collect();
+        let mut minus_two_log = f64::NAN;
+        for _ in 0..ROUNDS {
+            let mut whole = Normal::zeros(n);
+            for (s, v) in sums.iter().zip(&variances) {
+                let add = |(sum, x): (&mut f64, &f64)| *sum += x / v;
+                whole.jtj.as_mut_slice().iter_mut().zip(s.jtj.as_slice()).for_each(add);
+                whole.jtr.as_mut_slice().iter_mut().zip(s.jtr.as_slice()).for_each(add);
+            }
+            let (moved, _) = solve(&whole, &all, 0.0)?;
+            let covariance = invert(&whole, &all, n)?;
+            minus_two_log = log_determinant(&whole, &all)?;
+            for ((block, s), v) in self.blocks.iter().zip(&sums).zip(&mut variances) {
+                let (mut left, mut told) = (s.rss, 0.0);
+                for i in 0..n {
+                    left -= 2.0 * moved[i] * s.jtr[i];
+                    for j in 0..n {
+                        let product = s.jtj[(i.max(j), i.min(j))];
+                        left += moved[i] * moved[j] * product;
+                        told += covariance[(i, j)] * product / *v;
+                    }
+                }
+                let count = block.len() as f64;
+                minus_two_log += left / *v + count * v.ln();
+                *v = left / (count - told).max(1.0);
+            }
+        }
+        minus_two_log -= self.blocks.iter().flatten().map(|o| law(o).ln()).sum::<f64>();
+        let reference = variances.last().map_or(1.0, |v| variances[0] / v);
+        let found = Likely { minus_two_log, noise: variances[0].sqrt(), reference };
+        found.minus_two_log.is_finite().then_some(found)
+    }
+}
+
+/// Those of a block, of a complex one both quadratures.
+fn observations(
+    problem: &Problem,
+    fit: &Fit,
+    reference: bool,
+    weighed_by: Option<NoiseLaw>,
+) -> Option<Vec<Observation>> {
     const STEP: f64 = 1e-3;
-    const MOST_LEVERAGE: f64 = 0.9;
     let b = problem.block(reference)?;
     let factor = if reference { problem.reference_weight } else { 1.0 };
     let here = problem.predict(&fit.parameters, reference);
-    let mut leverage = vec![0.0; b.len()];
-    let noise = (fit.rss / problem.observations()).sqrt();
-    for step in fit.principal_steps() {
-        let mut p = fit.parameters.clone();
-        p.iter_mut().zip(&step).for_each(|(p, s)| *p += STEP * noise * s);
-        for (i, (near, m)) in problem.predict(&p, reference).into_iter().zip(&here).enumerate() {
-            if let (Some(near), Some(m)) = (near, m) {
-                let slope = (b.reading(i, &near) - b.reading(i, m)) / (STEP * noise);
-                leverage[i] += factor * b.weight[i] * slope.norm_sqr();
-            }
-        }
-    }
-    let count = if b.complex { 2.0 } else { 1.0 };
-    let used = (0..b.len()).filter(|&i| b.weight[i] > 0.0);
-    let found: Option<Vec<Scatter>> = used
-        .map(|i| {
-            let m = here[i]?;
-            let left = 1.0 - (leverage[i] / count).min(MOST_LEVERAGE);
-            let residual = b.residual(i, &m).norm_sqr() / left;
-            Some(Scatter { square: m.value.norm_sqr(), floor: 1.0, residual, count })
+    let noise = STEP * (fit.rss / problem.observations()).sqrt();
+    let near: Vec<Vec<Option<Modelled>>> = fit
+        .principal_steps()
+        .iter()
+        .map(|step| {
+            let p: Vec<f64> = fit.parameters.iter().zip(step).map(|(p, s)| p + noise * s).collect();
+            problem.predict(&p, reference)
         })
         .collect();
-    found.filter(|list| !list.is_empty())
+    let mut found = Vec::new();
+    for i in (0..b.len()).filter(|&i| b.weight[i] > 0.0) {
+        let m = here[i].as_ref()?;
+        let law = weighed_by.map_or(1.0, |law| law.precision(m.value.norm()));
+        let root = (factor * b.weight[i] / law).sqrt();
+        let residual = b.residual(i, m) * root;
+        let slope = |near: &Option<Modelled>| {
+            near.as_ref()
+                .map_or(Phasor::default(), |near| (b.reading(i, near) - b.reading(i, m)) * (root / noise))
+        };
+        let slopes: Vec<Phasor> = near.iter().map(|near| slope(&near[i])).collect();
+        let square = m.value.norm_sqr();
+        let part = |of: fn(&Phasor) -> f64| Observation {
+            square,
+            residual: of(&residual),
+            slopes: slopes.iter().map(of).collect(),
+        };
+        found.push(part(|z| z.re));
+        if b.complex {
+            found.push(part(|z| z.im));
+        }
+    }
+    (!found.is_empty()).then_some(found)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::super::{Curve, Options, analyse};
+    use crate::motion::steady::{Phasor, scan};
+    use crate::noise::jitter;
+    use crate::{Oscillator, Parameter};
+
+    /// Amplitudes whose noise is 0.4 % of each and 0.02 % of the highest. By the scatter of the flanks the peak
+    /// were known to a twentieth of its noise, and its few points are what tells the parameters.
+    #[test]
+    fn few_points_do_not_tell_that_the_noise_is_constant() {
+        const CURVES: usize = 60;
+        let oscillator = |x_f: f64| {
+            Oscillator::builder()
+                .frequency_hz(1.0)
+                .q_factor(100.0)
+                .friction_displacement(x_f)
+                .build()
+                .unwrap()
+        };
+        let hz: Vec<f64> = (0..13).map(|i| 0.96 + 0.08 * f64::from(i) / 12.0).collect();
+        let read = |x_f: f64, seed: u64| {
+            let clean: Vec<Phasor> =
+                hz.iter().map(|f| scan::reading(&oscillator(x_f), 1.0, *f).unwrap().fundamental).collect();
+            let highest = clean.iter().map(|z| z.norm()).fold(0.0, f64::max);
+            let noisy = |(i, z): (usize, &Phasor)| {
+                let noise = Phasor::new(jitter(i, 2 * seed), jitter(i, 2 * seed + 1));
+                (z + noise * (4e-3 * z.norm()).hypot(2e-4 * highest)).norm()
+            };
+            Curve::builder(hz.clone(), clean.iter().enumerate().map(noisy).collect()).build().unwrap()
+        };
+        let [x_f, delta] = [0.39, std::f64::consts::PI / 100.0];
+        let mut missed = [0; 2];
+        for curve in 0..CURVES as u64 {
+            let options = Options { reference: Some(read(0.0, 2 * curve + 1)), ..Options::default() };
+            let answer = analyse(&read(x_f, 2 * curve), &options).unwrap();
+            let truths = [(Parameter::DECAY_RATE, delta), (Parameter::NaturalFrequency, 1.0)];
+            for (missed, (parameter, truth)) in missed.iter_mut().zip(truths) {
+                let [low, high] = answer.parameter(parameter).unwrap().interval_95;
+                *missed += usize::from(!(low..=high).contains(&truth));
+            }
+        }
+        // Three of sixty are one in twenty.
+        assert!(missed[0] + missed[1] <= 10, "{missed:?} of {CURVES}");
+    }
 }

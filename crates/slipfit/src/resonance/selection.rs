@@ -1,6 +1,5 @@
 //! Which hypotheses about a curve are fitted, and which of the fits is taken.
 
-use super::alternatives::Alternative;
 use super::criteria::{Criteria, SelectionCriteria};
 use super::fitted_models::FittedModels;
 use super::hypothesis::Hypothesis;
@@ -25,23 +24,16 @@ pub(super) fn best_fit(
     }
     let mut last: Option<NoiseLaw> = None;
     for _ in 0..criteria.noise.rounds {
-        let Some(law) = NoiseLaw::of(&found, &criteria.noise) else { break };
+        let Some(law) = NoiseLaw::of(&found, last, &criteria.noise) else { break };
         let settled = last.is_some_and(|last| law.is_near(last, criteria.noise.settled));
         let Some(weighed) = law.weighed(curve, &found).filter(|_| !settled) else { break };
         let Ok(mut better) = best_hypothesis(&weighed, options, criteria) else { break };
         better.proportional_noise = Some(law.part(&better));
         (found, last) = (better, Some(law));
     }
-    if found.proportional_noise.is_none()
-        && let Some(mut other) = NoiseLaw::alternative(&found, &criteria.noise)
-    {
-        // Terms that are left out may look like such a noise: it shares the weight of the fit reported alone.
-        let left = |weight: fn(&Alternative) -> f64| {
-            (1.0 - found.alternatives.iter().map(weight).sum::<f64>()).max(0.0)
-        };
-        other.weight *= left(|a| a.weight);
-        other.frequency_weight *= left(|a| a.frequency_weight);
-        found.alternatives.push(other);
+    if found.proportional_noise.is_none() {
+        let others = NoiseLaw::alternatives(&found, &criteria.noise);
+        found.alternatives.extend(others);
     }
     Ok(found)
 }
