@@ -22,8 +22,9 @@ const ROUNDING: f64 = 1e-9;
 /// It is the longest run of windows at one level away from the place of rest, no swing before it, nothing wider behind
 /// it, and left at once to the other side: the top of a slow swing is left as slowly as it lasts.
 pub(crate) fn release(signal: &[f64], criteria: &HeldCriteria) -> Option<usize> {
-    WINDOWS.into_iter().find_map(|windows| {
-        let length = signal.len().div_ceil(windows).max(LEAST_WINDOW);
+    let mut lengths = WINDOWS.map(|windows| signal.len().div_ceil(windows).max(LEAST_WINDOW)).to_vec();
+    lengths.dedup();
+    lengths.into_iter().find_map(|length| {
         let means: Vec<f64> = signal.chunks(length).map(mean).collect();
         if means.len() < LEAST_WINDOWS {
             return None;
@@ -78,14 +79,16 @@ fn release_from(
 fn longest_level(means: &[f64], centre: f64, range: f64) -> Option<Range<usize>> {
     let mut longest = 0..0;
     for start in 0..means.len() {
-        if means.len() - start <= longest.len() {
-            break;
-        }
+        let Some(&beyond) = means.get(start + longest.len()) else { break };
         let (mut least, mut most) = (means[start], means[start]);
         let level = |least: f64, most: f64| {
             let distance = (least - centre).abs().min((most - centre).abs());
             (least > centre) == (most > centre) && most - least <= range * distance && distance > 0.0
         };
+        // A longer run has these two at its level.
+        if !level(least.min(beyond), most.max(beyond)) {
+            continue;
+        }
         let mut end = start;
         while let Some(m) = means.get(end) {
             (least, most) = (least.min(*m), most.max(*m));
