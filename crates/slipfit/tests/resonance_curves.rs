@@ -92,6 +92,25 @@ fn an_exact_curve_is_taken_apart_with_the_drive_known_or_from_a_reference() {
     }
 }
 
+/// Simulated curves without noise: in rounding there is no lag, no background, no delay, and a fit settles.
+#[test]
+fn an_exact_curve_is_described_without_a_warning() {
+    for (q, x_f, points) in [(10.0, 0.1, 201), (100.0, 0.0, 41), (100.0, 0.4, 201), (5000.0, 0.4, 41)] {
+        let o = oscillator(q, x_f);
+        let (hz, z) = sweep(&o, [1.0 - 1.0 / q, 1.0 + 1.0 / q], points, 0.0, 0);
+        for options in [Options::default(), known()] {
+            let curve = Curve::complex(hz.clone(), z.clone()).build().unwrap();
+            let a = analyse(&curve, &options).unwrap();
+            assert_eq!(codes(&a), [""; 0], "{q} {x_f}");
+            assert!(a.comparison.iter().find(|c| c.model == a.model).unwrap().converged, "{q} {x_f}");
+            let delta = a.parameter(Parameter::DECAY_RATE).unwrap().value;
+            assert!((delta / o.decay_rate_per_s() - 1.0).abs() < 1e-9, "{q} {x_f}: {delta}");
+            let found = a.parameter(Parameter::FRICTION_DISPLACEMENT).unwrap().value;
+            assert!((found - x_f).abs() < 1e-9, "{q} {x_f}: {found}");
+        }
+    }
+}
+
 #[test]
 fn amplitudes_and_curves_with_stops_do_as_well() {
     let o = oscillator(5.0, 0.7);

@@ -157,6 +157,9 @@ pub(crate) fn descend_within(
     descend_until(problem, start, free, non_negative, tolerance, Ending::Taken)
 }
 
+/// Variances of rounding by which a step must lower the sum of squares.
+const WITHIN_ROUNDING: f64 = 10.0;
+
 fn descend_until(
     problem: &dyn LeastSquares,
     start: &[f64],
@@ -186,7 +189,8 @@ fn descend_until(
         };
         // Change of rss the quadratic model foresees, in units of the noise variance.
         let noise = sums.rss / problem.observations().max(1.0);
-        let least = (tolerance * tolerance * noise).max(1e-15 * sums.rss).max(problem.rounding());
+        let rounding = WITHIN_ROUNDING * problem.rounding() / problem.observations().max(1.0);
+        let least = (tolerance * tolerance * noise).max(1e-15 * sums.rss).max(rounding);
         let negligible = predicted <= least;
         let undamped = damping <= 1e-3;
         if negligible && (undamped || ending == Ending::Damped) {

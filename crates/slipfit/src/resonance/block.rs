@@ -26,6 +26,8 @@ pub(crate) struct Block {
     pub(crate) index: Vec<usize>,
     /// Variance of a quadrature at precision 1, for amplitudes; zero: none assumed.
     pub(crate) rice: f64,
+    /// Variance of a quadrature at precision 1 that is the rounding of frequencies and responses.
+    pub(super) rounding_variance: f64,
     /// What fits of this curve may still cost.
     pub(crate) work: Work,
 }
@@ -34,7 +36,7 @@ impl Block {
     pub(crate) fn new(curve: &Curve) -> Self {
         let f = curve.frequency_hz();
         let index = ascending(f);
-        let data = index
+        let data: Vec<Phasor> = index
             .iter()
             .map(|&i| match curve.response() {
                 Response::Amplitude(a) => Phasor::new(a[i], 0.0),
@@ -53,8 +55,10 @@ impl Block {
             }
             None => vec![1.0; index.len()],
         };
+        let largest = data.iter().map(|z| z.norm()).fold(0.0, f64::max);
         Self {
             omega: index.iter().map(|&i| TAU * f[i]).collect(),
+            rounding_variance: (relative_rounding(f, &index) * largest).powi(2),
             data,
             complex: curve.is_complex(),
             separate_phase: curve.has_separate_phase(),
@@ -102,6 +106,12 @@ impl Block {
     pub(crate) fn observations(&self) -> f64 {
         let points = self.weight.iter().filter(|w| **w > 0.0).count() as f64;
         if self.complex { 2.0 * points } else { points }
+    }
+
+    /// The part of the weighted sum of squares that is rounding.
+    pub(crate) fn rounding(&self) -> f64 {
+        let quadratures = if self.complex { 2.0 } else { 1.0 };
+        self.rounding_variance * quadratures * self.weight.iter().sum::<f64>()
     }
 
     /// Weighted variance of a point (of a quadrature) about the mean of those in use.
@@ -183,6 +193,7 @@ impl Block {
             drive: every(&self.drive),
             index: self.index.iter().step_by(stride).copied().collect(),
             rice: self.rice,
+            rounding_variance: self.rounding_variance,
             work: self.work.clone(),
         }
     }
@@ -228,4 +239,13 @@ impl Block {
         let share = if v > 0.0 { 2.0 - self.rice_excess(m * m, v) } else { 1.0 };
         self.precision[i] / share
     }
+}
+
+/// Rounding of a response computed at rounded frequencies, over the highest: a response turns within the width of its
+/// line, of which the points show a few.
+fn relative_rounding(frequency_hz: &[f64], ascending: &[usize]) -> f64 {
+    const ROUNDINGS: f64 = 16.0;
+    let [first, last] = [ascending.first(), ascending.last()].map(|i| i.map_or(0.0, |&i| frequency_hz[i]));
+    let across = if last > first { last / (last - first) } else { 0.0 };
+    ROUNDINGS * f64::EPSILON * (1.0 + across)
 }

@@ -191,6 +191,10 @@ impl LeastSquares for Problem {
             + if self.prior.is_some() { 1.0 } else { 0.0 }
     }
 
+    fn rounding(&self) -> f64 {
+        self.main.rounding() + self.reference_weight * self.reference.as_ref().map_or(0.0, Block::rounding)
+    }
+
     fn normal(&self, p: &[f64], out: &mut Normal) -> bool {
         self.normal_within(p, out, f64::INFINITY)
     }
@@ -216,6 +220,7 @@ impl LeastSquares for Problem {
             out.jtr[X_0] += weight * r;
             out.rss += weight * r * r;
         }
+        out.rss += self.rounding();
         self.add_sums(p, false, 1.0, limit, out) && self.add_sums(p, true, self.reference_weight, limit, out)
     }
 }

@@ -99,13 +99,15 @@ pub(super) fn autocorrelation(problem: &Problem, fit: &Fit, c: &ResidualCriteria
             Some(if b.complex && m.value.norm() > 0.0 { r * m.value.conj() / m.value.norm() } else { r })
         })
         .collect();
-    let square: f64 = r.iter().map(Phasor::norm_sqr).sum();
+    // Rounding counts as white, whatever it left in these.
+    let rounding = b.rounding();
+    let square: f64 = rounding + r.iter().map(Phasor::norm_sqr).sum::<f64>();
     if r.len() < 5 || !(square > 0.0) {
         let neighbour_noise = square.max(0.0).sqrt();
         return Autocorrelation { rho: 0.0, neighbour_noise, variance_inflation: 1.0 };
     }
     let product: f64 = r.windows(2).map(|w| w[0].re * w[1].re + w[0].im * w[1].im).sum();
-    let difference: f64 = r.windows(2).map(|w| (w[1] - w[0]).norm_sqr()).sum();
+    let difference = 2.0 * rounding + r.windows(2).map(|w| (w[1] - w[0]).norm_sqr()).sum::<f64>();
     let per = if b.complex { 2.0 } else { 1.0 };
     let count = per * (r.len() - 1) as f64;
     let rho = product / square;
