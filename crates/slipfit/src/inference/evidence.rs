@@ -24,6 +24,16 @@ pub(crate) fn chi_square_tail(chi_square: f64, dof: f64) -> f64 {
     }
 }
 
+/// Upper tail of a chi square whose variances were themselves estimated from some degrees of freedom, infinite where they
+/// are known.
+pub(crate) fn scaled_tail(chi_square: f64, dof: f64, freedom: f64) -> f64 {
+    if freedom.is_finite() {
+        f_tail(chi_square / dof, dof, freedom)
+    } else {
+        chi_square_tail(chi_square, dof)
+    }
+}
+
 /// p value of one more loss term that cannot be negative.
 ///
 /// Under the null the likelihood ratio is half the time zero (the estimate sits

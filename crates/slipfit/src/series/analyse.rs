@@ -3,15 +3,15 @@
 use super::answer::{Answer, ConditionRow, Consistency, Estimate};
 use super::criteria::Criteria;
 use super::joint::{joint, references};
-use super::law::{LoadPoint, friction_against_load};
+use super::law::{Known, LoadPoint, laws_of};
+use super::scatter::{Mean, Repeats, Scatter};
 use super::single::analyse_one;
 use super::solved::SolvedMeasurement;
 use super::{Condition, Measurement, Options};
-use crate::answer::Warning;
 use crate::answer::calibration::Calibration;
-use crate::inference::evidence::{chi_square_tail, student_factor};
+use crate::answer::{Parameter, Warning};
+use crate::inference::evidence::scaled_tail;
 use crate::{Error, Quantity};
-use nalgebra::{Matrix2, Vector2};
 use std::f64::consts::TAU;
 
 /// Analyses each measurement alone, compares the ways at each condition as Table 1 of
@@ -25,12 +25,13 @@ use std::f64::consts::TAU;
 /// chi² = d' (C_1 + C_2)⁻¹ d     with two degrees of freedom
 /// ```
 ///
-/// The joint fit is the generalised least squares of all answers with the parameters solved
-/// to be shared ([`Options::shared`]); damping and friction of one condition always are. Where
-/// what is put together does not agree ([`Criteria::disagree`]), its errors are widened by the root of
-/// chi square over its degrees of freedom (R. T. Birge, Phys. Rev. 40, 207, 1932). The mean of one condition is widened by
-/// it wherever it exceeds one, and by Student's factor for so few: a few measurements seldom show by a p value that they
-/// scatter more than their errors say.
+/// Repeats of one way at one condition may scatter more than their errors say: by how much is estimated from all of
+/// them together, as in a random-effects meta-analysis (REML), and counts in every covariance above. In the mean of one
+/// condition what the two ways differ by counts as well. Intervals have Student's factor of the repeats there are.
+///
+/// The joint fit is the generalised least squares of all answers with the parameters said
+/// to be shared ([`Options::shared`]); damping and friction of one condition always are. Where chi square exceeds its
+/// degrees of freedom its errors grow by the root of their ratio (R. T. Birge, Phys. Rev. 40, 207, 1932).
 ///
 /// Limits: answers enter by value and covariance, not by their samples; an answer close to a
 /// limit enters by its unbounded estimate. A common calibration takes no part in the
@@ -87,47 +88,55 @@ pub fn analyse_with(
             labels.push(&m.condition);
         }
     }
-    let (table, exact): (Vec<ConditionRow>, Vec<Option<Estimate>>) = labels
-        .iter()
-        .map(|condition| {
-            let here = |ring_down: Option<bool>| -> Vec<&SolvedMeasurement> {
-                solved
-                    .iter()
-                    .filter(|s| measurements[s.measurement].condition.label == condition.label)
-                    .filter(|s| ring_down.is_none_or(|r| r == s.ring_down))
-                    .collect()
-            };
-            row(condition, &here(Some(true)), &here(Some(false)), &here(None), options)
-        })
-        .unzip();
+    let here = |condition: &Condition, ring_down: Option<bool>| -> Repeats<'_> {
+        let list = solved
+            .iter()
+            .filter(|s| measurements[s.measurement].condition.label == condition.label)
+            .filter(|s| ring_down.is_none_or(|r| r == s.ring_down));
+        Repeats::new(list.collect())
+    };
+    let conditions = |ring_down: Option<bool>| labels.iter().map(move |c| here(c, ring_down));
+    // Repeats of one way say how they scatter; what the ways differ by is a question of its own, but counts in their mean.
+    let (ring_downs, resonances, all): (Vec<_>, Vec<_>, Vec<_>) =
+        (conditions(Some(true)).collect(), conditions(Some(false)).collect(), conditions(None).collect());
+    let of_repeats = Scatter::of(ring_downs.iter().chain(&resonances));
+    let of_all = Scatter::of(&all);
+    let rows = ring_downs.iter().zip(&resonances).zip(&all).map(|((r, s), all)| {
+        let hz = all.list.iter().find_map(|s| s.frequency).map(|f| f[0]);
+        Row {
+            ring_down: r.mean(&of_repeats),
+            resonance: s.mean(&of_repeats),
+            joint: all.mean(&of_all),
+            hz,
+            measurements: all.list.len(),
+        }
+    });
+    let rows: Vec<Row> = rows.collect();
+    let table: Vec<ConditionRow> = labels.iter().zip(&rows).map(|(c, row)| row.shown(c, options)).collect();
     for r in &table {
         if let Some(p_value) = r.p_value.filter(|p| *p < criteria.disagree) {
             warnings.push(Warning::Disagree { condition: r.condition.clone(), p_value });
         }
     }
-    let compared: Vec<f64> = labels
-        .iter()
-        .filter_map(|c| {
-            let of = |ring_down: bool| {
-                let list: Vec<&SolvedMeasurement> = solved
-                    .iter()
-                    .filter(|s| {
-                        s.ring_down == ring_down && measurements[s.measurement].condition.label == c.label
-                    })
-                    .collect();
-                together(&list).map(|b| widened(b, &list))
-            };
-            difference(of(true)?, of(false)?)
-        })
-        .collect();
-    let agreement_p_value =
-        (!compared.is_empty()).then(|| chi_square_tail(compared.iter().sum(), 2.0 * compared.len() as f64));
-    let references = references(&solved, measurements);
-    let joint = joint(&solved, &references, measurements, &labels, options, criteria);
+    let differences: Vec<Difference> = rows.iter().filter_map(Row::difference).collect();
+    let agreement_p_value = differences.into_iter().reduce(Difference::and).map(Difference::p_value);
+    let scattered = ring_downs.iter().chain(&resonances).flat_map(|r| {
+        let more = of_repeats.covariance(r.level);
+        r.list.iter().map(move |s| s.scattered(&more))
+    });
+    let scattered: Vec<SolvedMeasurement> = scattered.collect();
+    let references = references(&scattered, measurements);
+    let joint = joint(&scattered, &references, measurements, &labels, options, of_repeats.spread());
     if let Some(j) = &joint
         && j.p_value < criteria.disagree
     {
-        warnings.push(Warning::NotShared { p_value: j.p_value });
+        let shared = [
+            (j.natural_frequency_hz.is_some(), Parameter::NaturalFrequency),
+            (j.drive_amplitude.is_some(), Parameter::DriveAmplitude),
+            (j.decay_rate_per_s.is_some(), Parameter::DECAY_RATE),
+        ];
+        let shared = shared.into_iter().filter_map(|(is, parameter)| is.then_some(parameter)).collect();
+        warnings.push(Warning::NotShared { p_value: j.p_value, shared });
     }
     for r in &table {
         let below = r.value.filter(|v| v[0] < 0.0 && !options.condition_unit.is_empty());
@@ -135,98 +144,99 @@ pub fn analyse_with(
             warnings.push(Warning::NegativeLoad { condition: r.condition.clone(), load });
         }
     }
-    let laws = laws(&table, &exact, options);
+    let laws = laws(&labels, &rows, &of_all, options, criteria);
     let agrees = agreement_p_value.map(|p| !(p < criteria.disagree));
-    Ok(Answer { singles, table, agreement_p_value, agrees, joint, laws, warnings })
+    Ok(Answer {
+        singles,
+        table,
+        agreement_p_value,
+        agrees,
+        scatter: of_all.relative(&all),
+        joint,
+        laws,
+        warnings,
+    })
 }
 
-type Both = (Vector2<f64>, Matrix2<f64>);
+/// What was found at one condition.
+struct Row {
+    ring_down: Option<Mean>,
+    resonance: Option<Mean>,
+    joint: Option<Mean>,
+    /// Frequency, Hz.
+    hz: Option<f64>,
+    measurements: usize,
+}
 
-/// Mean of several by their covariances; `None` where double precision does not hold them.
-fn together(list: &[&SolvedMeasurement]) -> Option<Both> {
-    let mut weight = Matrix2::zeros();
-    let mut sum = Vector2::zeros();
-    for s in list {
-        let inverse = s.covariance.try_inverse()?;
-        weight += inverse;
-        sum += inverse * s.value;
+/// Chi square of differences.
+struct Difference {
+    chi_square: f64,
+    compared: f64,
+    /// Degrees of freedom of the errors.
+    freedom: f64,
+}
+
+impl Difference {
+    fn and(self, other: Self) -> Self {
+        Self {
+            chi_square: self.chi_square + other.chi_square,
+            compared: self.compared + other.compared,
+            freedom: self.freedom.min(other.freedom),
+        }
     }
-    let covariance = weight.try_inverse()?;
-    let mean = covariance * sum;
-    let held =
-        mean.iter().all(|v| v.is_finite()) && covariance.diagonal().iter().all(|v| v.is_normal() && *v > 0.0);
-    held.then_some((mean, covariance))
+
+    fn p_value(self) -> f64 {
+        scaled_tail(self.chi_square, self.compared, self.freedom)
+    }
 }
 
-/// Where the parts scatter more than their errors say their mean is less sure by the Birge ratio, the root of chi
-/// square over its degrees of freedom, and by Student's factor.
-fn widened((mean, covariance): Both, list: &[&SolvedMeasurement]) -> Both {
-    let off = |s: &&SolvedMeasurement| {
-        Some(((s.value - mean).transpose() * s.covariance.try_inverse()? * (s.value - mean))[0])
-    };
-    let chi_square: f64 = list.iter().filter_map(off).sum();
-    let freedom = 2.0 * list.len().saturating_sub(1) as f64;
-    let scattered = chi_square > freedom && freedom > 0.0;
-    let factor = if scattered { chi_square / freedom * student_factor(freedom).powi(2) } else { 1.0 };
-    (mean, covariance * factor)
-}
+impl Row {
+    /// The two ways, damping and friction together, their correlations counted.
+    fn difference(&self) -> Option<Difference> {
+        let (a, b) = (self.ring_down?, self.resonance?);
+        let d = a.value - b.value;
+        let inverse = (a.covariance + b.covariance).try_inverse()?;
+        let chi_square = (d.transpose() * inverse * d)[(0, 0)];
+        let freedom = a.freedom.into_iter().chain(b.freedom).fold(f64::INFINITY, f64::min);
+        Some(Difference { chi_square, compared: 2.0, freedom })
+    }
 
-/// Chi square of the difference, two degrees of freedom.
-fn difference(a: Both, b: Both) -> Option<f64> {
-    let d = a.0 - b.0;
-    let inverse = (a.1 + b.1).try_inverse()?;
-    Some((d.transpose() * inverse * d)[(0, 0)])
-}
-
-fn row(
-    condition: &Condition,
-    ring_downs: &[&SolvedMeasurement],
-    resonances: &[&SolvedMeasurement],
-    all: &[&SolvedMeasurement],
-    options: &Options,
-) -> (ConditionRow, Option<Estimate>) {
-    // Ways of several measurements that scatter are less sure, and so is what their difference says.
-    let of = |list: &[&SolvedMeasurement]| together(list).map(|b| widened(b, list));
-    let (r, s) = (of(ring_downs), of(resonances));
-    let hz = all.iter().find_map(|s| s.frequency).map(|f| f[0]);
-    let pair = |k: usize| {
-        let (a, b) = (r?, s?);
-        let z = (a.0[k] - b.0[k]) / (a.1[(k, k)] + b.1[(k, k)]).sqrt();
-        Some(Consistency { z, p_value: chi_square_tail(z * z, 1.0) })
-    };
-    let joint = of(all);
-    let row = ConditionRow {
-        condition: condition.label.clone(),
-        value: condition.value,
-        ring_down: r.map(|b| cell(b, hz, options, options.calibration)),
-        resonance: s.map(|b| cell(b, hz, options, options.calibration)),
-        friction: pair(1),
-        damping: pair(0),
-        p_value: r.zip(s).and_then(|(a, b)| difference(a, b)).map(|c| chi_square_tail(c, 2.0)),
-        joint: joint.map(|b| cell(b, hz, options, options.calibration)),
-    };
-    (row, joint.map(|b| cell(b, hz, options, options.calibration.map(Calibration::exact))))
+    fn shown(&self, condition: &Condition, options: &Options) -> ConditionRow {
+        let pair = |k: usize| {
+            let (a, b) = (self.ring_down?, self.resonance?);
+            let z = (a.value[k] - b.value[k]) / (a.covariance[(k, k)] + b.covariance[(k, k)]).sqrt();
+            let freedom = a.freedom[k].min(b.freedom[k]);
+            Some(Consistency { z, p_value: scaled_tail(z * z, 1.0, freedom) })
+        };
+        let cell = |mean: Option<Mean>| mean.map(|m| cell(&m, self.hz, options, options.calibration));
+        ConditionRow {
+            condition: condition.label.clone(),
+            value: condition.value,
+            ring_down: cell(self.ring_down),
+            resonance: cell(self.resonance),
+            friction: pair(1),
+            damping: pair(0),
+            p_value: self.difference().map(Difference::p_value),
+            joint: cell(self.joint),
+        }
+    }
 }
 
 /// As a person reads it: within the limits, in newtons where a calibration is given, whose error counts.
-fn cell(
-    (value, covariance): Both,
-    hz: Option<f64>,
-    options: &Options,
-    calibration: Option<Calibration>,
-) -> Estimate {
+fn cell(mean: &Mean, hz: Option<f64>, options: &Options, calibration: Option<Calibration>) -> Estimate {
     let limited = |k: usize, unit: &str| {
-        let std = covariance[(k, k)].sqrt();
-        let [low, high] = crate::inference::interval::bounded_interval(value[k] / std);
+        let (value, [std_error, wide]) = (mean.value[k], mean.errors(k));
+        let [low, high] = crate::inference::interval::bounded_interval(value / wide);
         Quantity {
-            value: value[k].max(0.0),
-            std_error: std,
-            interval_95: [low * std, high * std],
-            unbounded_value: value[k],
+            value: value.max(0.0),
+            std_error,
+            interval_95: [low * wide, high * wide],
+            unbounded_value: value,
             unit: unit.to_owned(),
         }
     };
     let (delta, x_f) = (limited(0, "1/s"), limited(1, &options.unit));
+    let covariance = &mean.covariance;
     let correlation = covariance[(0, 1)] / (covariance[(0, 0)] * covariance[(1, 1)]).sqrt();
     match (calibration, hz) {
         (Some(calibration), Some(hz)) => {
@@ -248,30 +258,43 @@ fn cell(
 
 /// Friction against the conditions that are numbers, where they may be loads.
 ///
-/// All points share the calibration, whose error says nothing of how they lie: it counts in what comes out. `exact` are the
-/// estimates without it.
-fn laws(table: &[ConditionRow], exact: &[Option<Estimate>], options: &Options) -> Vec<super::LawFit> {
+/// All points share the calibration, whose error says nothing of how they lie: it counts in what comes out.
+fn laws(
+    labels: &[&Condition],
+    rows: &[Row],
+    scatter: &Scatter,
+    options: &Options,
+    criteria: &Criteria,
+) -> Vec<super::LawFit> {
     let named = !options.condition_unit.is_empty();
-    let negative = table.iter().any(|r| r.value.is_some_and(|v| v[0] < 0.0));
+    let negative = labels.iter().any(|c| c.value.is_some_and(|v| v[0] < 0.0));
     if !may_be_load(&options.condition_unit) || (negative && !named) {
         return Vec::new();
     }
-    let cells: Vec<([f64; 2], &Estimate)> = table
-        .iter()
-        .zip(exact)
-        .filter_map(|(r, exact)| Some((r.value.filter(|v| v[0] >= 0.0)?, exact.as_ref()?)))
-        .collect();
-    let points: Vec<LoadPoint> = cells
-        .iter()
-        .map(|([load, load_std_error], c)| LoadPoint {
-            load: *load,
-            load_std_error: *load_std_error,
-            friction: c.friction.unbounded_value,
-            friction_std_error: c.friction.std_error,
-        })
-        .collect();
-    let unit = cells.first().map_or("", |(_, c)| c.friction.unit.as_str());
-    let mut laws = friction_against_load(&points, [&options.condition_unit, unit]).unwrap_or_default();
+    let exact = options.calibration.map(Calibration::exact);
+    let (mut points, mut unit) = (Vec::new(), String::new());
+    let (mut freedom, mut measurements) = (f64::INFINITY, 0.0);
+    for (condition, row) in labels.iter().zip(rows) {
+        let (Some([load, load_std_error]), Some(mean)) = (condition.value.filter(|v| v[0] >= 0.0), row.joint)
+        else {
+            continue;
+        };
+        let friction = cell(&mean, row.hz, options, exact).friction;
+        points.push(LoadPoint {
+            load,
+            load_std_error,
+            friction: friction.unbounded_value,
+            friction_std_error: friction.std_error,
+        });
+        freedom = freedom.min(mean.freedom[1]);
+        measurements += row.measurements as f64;
+        unit = friction.unit;
+    }
+    if points.len() < 2 {
+        return Vec::new();
+    }
+    let known = Known { measurements, freedom, repeats: scatter.freedom, left: scatter.left };
+    let mut laws = laws_of(&points, [&options.condition_unit, &unit], &known, criteria);
     let relative = options.calibration.map_or(0.0, Calibration::relative_error);
     for law in &mut laws {
         law.times_uncertain(relative);
@@ -290,11 +313,13 @@ fn may_be_load(unit: &str) -> bool {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::model::loss::LossModel;
     use crate::motion::decay::FreeDecay;
     use crate::motion::steady::{Phasor, scan};
     use crate::noise::jitter;
     use crate::series::Data;
     use crate::{Oscillator, Record, resonance, ringdown};
+    use nalgebra::{Matrix2, Vector2};
 
     fn both(label: &str, load: f64, x_f: f64, seed: u64) -> Vec<Measurement> {
         let o = Oscillator::builder()
@@ -412,6 +437,35 @@ mod tests {
         }
     }
 
+    /// All measurements of a series have one model, so that drag which one ring-down does not exclude is no error of it: it
+    /// made clear friction 1.8 times as unsure. Drag that a ring-down is said to have is in its answer.
+    #[test]
+    fn a_ring_down_of_a_series_has_the_errors_of_its_model() {
+        let Data::RingDown { record, .. } = both("a", 1.0, 0.05, 3).remove(0).data else { unreachable!() };
+        let error = |model: Option<LossModel>| {
+            let options = ringdown::Options { model, ..ringdown::Options::default() };
+            let mut series = both("a", 1.0, 0.05, 3);
+            series.truncate(1);
+            series[0].data = Data::RingDown { record: record.clone(), options: Box::new(options) };
+            let row = analyse(&series, &Options::default()).unwrap().table.remove(0);
+            row.ring_down.unwrap().friction.std_error
+        };
+        let alone = |model: LossModel| {
+            let options = ringdown::Options { model: Some(model), ..ringdown::Options::default() };
+            let answer = ringdown::analyse(&record, &options).unwrap();
+            answer.parameter(Parameter::FRICTION_DISPLACEMENT).unwrap().std_error
+        };
+        let [two, three] = [LossModel::VISCOUS_SLIDING, LossModel::VISCOUS_SLIDING_DRAG];
+        assert!(alone(three) > 1.5 * alone(two));
+        assert!((error(None) / alone(two) - 1.0).abs() < 0.05, "{} {}", error(None), alone(two));
+        assert!(
+            (error(Some(three)) / alone(three) - 1.0).abs() < 0.05,
+            "{} {}",
+            error(Some(three)),
+            alone(three)
+        );
+    }
+
     /// Two measurements whose friction scatters by three times its error beside damping that correlates with it as in
     /// a ring-down: intervals of their mean held friction in 79 %.
     #[test]
@@ -432,9 +486,9 @@ mod tests {
                 frequency: None,
                 drive: None,
             });
-            let all: Vec<&SolvedMeasurement> = list.iter().collect();
-            let (mean, covariance) = widened(together(&all).unwrap(), &all);
-            held += u64::from(mean[1].abs() <= 1.96 * covariance[(1, 1)].sqrt());
+            let all = Repeats::new(list.iter().collect());
+            let mean = all.mean(&Scatter::of([&all])).unwrap();
+            held += u64::from(mean.value[1].abs() <= 1.96 * mean.errors(1)[1]);
         }
         assert!(held > RUNS * 88 / 100, "{held} of {RUNS}");
     }

@@ -101,6 +101,19 @@ pub struct Joint {
     pub p_value: f64,
 }
 
+/// How repeats at one condition scatter beyond their errors.
+#[derive(Debug, Clone, Copy, PartialEq)]
+#[cfg_attr(feature = "serde", derive(serde::Serialize))]
+#[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
+pub struct RepeatScatter {
+    /// Standard deviation of friction over its value, of all conditions.
+    pub friction: f64,
+    /// Standard deviation of damping over its value.
+    pub damping: f64,
+    /// Measurements beyond the first of each condition, which tell it.
+    pub repeats: usize,
+}
+
 /// Everything [`analyse`](super::analyse) found out.
 #[derive(Debug, Clone, PartialEq)]
 #[non_exhaustive]
@@ -113,10 +126,24 @@ pub struct Answer {
     pub agreement_p_value: Option<f64>,
     /// Whether they agree by it.
     pub agrees: Option<bool>,
+    /// How repeats scatter, which counts in the errors; `None` without repeats, or where their errors explain it.
+    pub scatter: Option<RepeatScatter>,
     /// Everything fitted jointly.
     pub joint: Option<Joint>,
     /// Friction against load, laws compared, best first; empty without numeric conditions.
     pub laws: Vec<LawFit>,
     /// What limits the answer.
     pub warnings: Vec<Warning>,
+}
+
+impl Answer {
+    /// Whether sliding friction is seen at any condition.
+    pub fn has_friction(&self) -> bool {
+        self.table.iter().filter_map(|r| r.joint.as_ref()).any(|c| c.friction.interval_95[0] > 0.0)
+    }
+
+    /// Whether any condition was measured by ring-down, and any by resonance.
+    pub fn ways(&self) -> [bool; 2] {
+        [self.table.iter().any(|r| r.ring_down.is_some()), self.table.iter().any(|r| r.resonance.is_some())]
+    }
 }

@@ -5,9 +5,11 @@ use crate::inference::criteria::criteria;
 criteria! {
     /// The thresholds of [`analyse_with`](super::analyse_with).
     pub struct Criteria in "series" {
-        /// p value below which answers that are put together do not agree: a warning says so, and
-        /// their variances grow by chi square over its degrees of freedom.
+        /// p value below which answers that are put together do not agree: a warning says so.
         disagree: f64 = 0.01, source "one series in a hundred of a single truth",
-            moves "warnings, and errors of what is put together";
+            moves "warnings";
+        /// Difference of BIC from which on a law of friction against load is excluded.
+        law_excluded: f64 = 6.0, source "strong evidence on the scale of Kass and Raftery (1995)",
+            moves "the sentence of a series";
     }
 }

@@ -1,20 +1,15 @@
 //! Generalised least squares of all measurements, with what is shared.
 
 use super::answer::Joint;
-use super::criteria::Criteria;
+use super::scatter::spread;
 use super::solved::SolvedMeasurement;
 use super::{Condition, Data, Measurement, Options};
 use crate::answer::Parameter;
+use crate::inference::Z_95;
 use crate::inference::evidence::chi_square_tail;
 use crate::model::loss::LossModel;
 use crate::{Quantity, resonance};
 use nalgebra::{DMatrix, DVector};
-
-/// Factor of the variances, 1 where chance explains chi square.
-fn birge(chi_square: f64, degrees_of_freedom: usize, criteria: &Criteria) -> f64 {
-    let dof = degrees_of_freedom as f64;
-    if dof > 0.0 && chi_square_tail(chi_square, dof) < criteria.disagree { chi_square / dof } else { 1.0 }
-}
 
 /// A friction-free curve behind several sweeps, and the drive amplitude it tells by itself.
 pub(super) struct Reference {
@@ -54,14 +49,15 @@ pub(super) fn references(solved: &[SolvedMeasurement], measurements: &[Measureme
     shared.filter_map(alone).collect()
 }
 
-/// Generalised least squares of all measurements solved alone.
+/// Generalised least squares of all measurements solved alone; intervals are at least `least_spread` times as wide as those
+/// of the normal.
 pub(super) fn joint(
     solved: &[SolvedMeasurement],
     references: &[Reference],
     measurements: &[Measurement],
     labels: &[&Condition],
     options: &Options,
-    criteria: &Criteria,
+    least_spread: f64,
 ) -> Option<Joint> {
     if solved.len() < 2 {
         return None;
@@ -159,10 +155,14 @@ pub(super) fn joint(
     if degrees_of_freedom == 0 {
         return None;
     }
-    let factor = birge(chi_square, degrees_of_freedom, criteria);
+    // As for the mean of one condition.
+    let reduced = chi_square / degrees_of_freedom as f64;
+    let widen = spread(reduced, degrees_of_freedom as f64).max(least_spread);
     let quantity = |k: usize, offset: f64, unit: &str| {
-        let std_error = (covariance[(k, k)] * factor).sqrt() * scales[k];
-        Quantity::normal(solution[k] * scales[k] + offset, std_error, unit)
+        let std_error = (covariance[(k, k)] * reduced.max(1.0)).sqrt() * scales[k];
+        let value = solution[k] * scales[k] + offset;
+        let half = Z_95 * widen * covariance[(k, k)].sqrt() * scales[k];
+        Quantity { interval_95: [value - half, value + half], ..Quantity::normal(value, std_error, unit) }
     };
     Some(Joint {
         natural_frequency_hz: with_frequency.then(|| quantity(frequency_at, centre, "Hz")),

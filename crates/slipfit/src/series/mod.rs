@@ -7,11 +7,12 @@ mod criteria;
 mod joint;
 mod law;
 mod measurement;
+mod scatter;
 mod single;
 mod solved;
 
 pub use analyse::{analyse, analyse_with};
-pub use answer::{Answer, ConditionRow, Consistency, Estimate, Joint, SingleAnswer};
+pub use answer::{Answer, ConditionRow, Consistency, Estimate, Joint, RepeatScatter, SingleAnswer};
 pub use criteria::Criteria;
 pub use law::{LawFit, LoadLaw, LoadPoint, friction_against_load};
 pub use measurement::{Condition, Data, Measurement, Options, Shared, common_unit};

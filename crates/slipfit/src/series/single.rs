@@ -2,10 +2,10 @@
 
 use super::Data;
 use super::answer::SingleAnswer;
-use crate::model::loss::LossModel;
+use crate::model::loss::{LossModel, LossTerm};
 use crate::{Error, levels, resonance, ringdown};
 
-/// The answer as asked for, and the one with viscous damping and sliding friction.
+/// The answer as asked for, and the one with viscous damping and sliding friction, beside what else a ring-down has.
 pub(super) fn analyse_one(data: &Data) -> (Result<SingleAnswer, Error>, Option<SingleAnswer>) {
     match data {
         Data::RingDown { record, options } => asked_and_both(
@@ -13,6 +13,7 @@ pub(super) fn analyse_one(data: &Data) -> (Result<SingleAnswer, Error>, Option<S
                 let model = forced.or(options.model);
                 ringdown::analyse(record, &ringdown::Options { model, ..(**options).clone() })
             },
+            |answer| answer.model.with(LossTerm::Viscous).with(LossTerm::Sliding),
             |answer| answer.model,
             |answer| SingleAnswer::RingDown(Box::new(answer)),
         ),
@@ -21,6 +22,7 @@ pub(super) fn analyse_one(data: &Data) -> (Result<SingleAnswer, Error>, Option<S
                 let model = forced.or(options.model);
                 resonance::analyse(curve, &resonance::Options { model, ..(**options).clone() })
             },
+            |_| LossModel::VISCOUS_SLIDING,
             |answer| answer.model,
             |answer| SingleAnswer::Sweep(Box::new(answer)),
         ),
@@ -28,23 +30,24 @@ pub(super) fn analyse_one(data: &Data) -> (Result<SingleAnswer, Error>, Option<S
         Data::Levels { levels, options } => asked_and_both(
             |_| levels::analyse(levels, options),
             |_| LossModel::VISCOUS_SLIDING,
+            |_| LossModel::VISCOUS_SLIDING,
             |answer| SingleAnswer::Levels(Box::new(answer)),
         ),
     }
 }
 
-/// An analysis as asked for, and once more where its model was not viscous damping and sliding
-/// friction.
+/// An analysis as asked for, and once more where its model is not the one that is `compared`.
 fn asked_and_both<A: Clone>(
     analyse: impl Fn(Option<LossModel>) -> Result<A, Error>,
+    compared: impl Fn(&A) -> LossModel,
     model: impl Fn(&A) -> LossModel,
     single: impl Fn(A) -> SingleAnswer,
 ) -> (Result<SingleAnswer, Error>, Option<SingleAnswer>) {
-    const BOTH: LossModel = LossModel::VISCOUS_SLIDING;
     let answer = match analyse(None) {
         Ok(answer) => answer,
         Err(e) => return (Err(e), None),
     };
-    let both = if model(&answer) == BOTH { Some(answer.clone()) } else { analyse(Some(BOTH)).ok() };
+    let compared = compared(&answer);
+    let both = if model(&answer) == compared { Some(answer.clone()) } else { analyse(Some(compared)).ok() };
     (Ok(single(answer)), both.map(single))
 }

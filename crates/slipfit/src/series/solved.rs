@@ -6,6 +6,7 @@ use nalgebra::{Matrix2, Vector2};
 use std::f64::consts::TAU;
 
 /// What one measurement says, limits lifted, in the common unit.
+#[derive(Clone)]
 pub(super) struct SolvedMeasurement {
     pub(super) measurement: usize,
     pub(super) ring_down: bool,
@@ -22,23 +23,12 @@ impl SolvedMeasurement {
     /// Values and covariance out of an answer.
     pub(super) fn new(measurement: usize, scale: f64, answer: &SingleAnswer) -> Result<Self, &'static str> {
         const PAIR: [Parameter; 2] = [Parameter::DECAY_RATE, Parameter::FRICTION_DISPLACEMENT];
-        // Of the fit that has the correlations, its limits lifted as those of the values are.
+        // Of the fit that has the correlations, its limits lifted as those of the values are. In a series the
+        // model is given, so that losses which one of many measurements does not exclude are no error of it.
         let own_error = |parameter: Parameter| match answer {
             SingleAnswer::Sweep(a) => a.error_given_terms(parameter),
             SingleAnswer::RingDown(a) => a.unbounded_error(parameter),
             SingleAnswer::Levels(_) => None,
-        };
-        // Losses that the data do not exclude widen both errors of a ring-down alike: each by its own factor would turn what
-        // the data determine best into something that they do not.
-        let widening = |parameter: Parameter| {
-            let own = own_error(parameter).filter(|e| *e > 0.0 && e.is_finite())?;
-            Some(answer.parameters().get(parameter)?.std_error / own)
-        };
-        let by_losses = match answer {
-            SingleAnswer::RingDown(_) => {
-                PAIR.into_iter().filter_map(widening).filter(|w| w.is_finite()).fold(1.0, f64::max)
-            }
-            _ => 1.0,
         };
         let by_few = match answer {
             SingleAnswer::Levels(a) => a.student_factor(),
@@ -46,7 +36,7 @@ impl SolvedMeasurement {
         };
         let get = |parameter: Parameter| {
             let mut quantity = answer.parameters().get(parameter).cloned()?;
-            quantity.std_error = own_error(parameter).unwrap_or(quantity.std_error) * by_losses * by_few;
+            quantity.std_error = own_error(parameter).unwrap_or(quantity.std_error) * by_few;
             Some(quantity)
         };
         let delta = get(PAIR[0]).ok_or("it gives no decay rate")?;
@@ -91,5 +81,13 @@ impl SolvedMeasurement {
             frequency,
             drive,
         })
+    }
+
+    /// The same with scatter between repeats.
+    pub(super) fn scattered(&self, more: &Matrix2<f64>) -> Self {
+        let covariance = self.covariance + more;
+        let shrunk = |k: usize, rho: f64| rho * (self.covariance[(k, k)] / covariance[(k, k)]).sqrt();
+        let drive = self.drive.map(|(value, [a, b])| (value, [shrunk(0, a), shrunk(1, b)]));
+        Self { covariance, drive, ..self.clone() }
     }
 }

@@ -424,10 +424,12 @@ pub enum Warning {
         /// p value of their agreement.
         p_value: f64,
     },
-    /// The measurements of a series do not share the parameters that they should.
+    /// The measurements of a series differ by more than their errors from one joint fit.
     NotShared {
-        /// p value of it.
+        /// p value of its chi square.
         p_value: f64,
+        /// What they were said to share beside damping and friction of one condition.
+        shared: Vec<Parameter>,
     },
     /// A measurement of a series could not be analysed; the others were.
     Failed {

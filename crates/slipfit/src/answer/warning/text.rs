@@ -480,8 +480,21 @@ impl fmt::Display for Warning {
             Warning::Disagree { condition, p_value: p } => {
                 write!(f, "{condition}: ring-down and resonance disagree ({})", p_value(*p))
             }
-            Warning::NotShared { p_value: p } => {
-                write!(f, "the measurements do not share the parameters that they should ({})", p_value(*p))
+            Warning::NotShared { p_value: p, shared } => {
+                write!(
+                    f,
+                    "the measurements lie off the joint fit by more than their errors and the scatter of repeats explain ({})",
+                    p_value(*p)
+                )?;
+                if shared.is_empty() {
+                    return f.write_str(": at one condition ring-down and resonance give different friction or damping");
+                }
+                let ones: Vec<String> = shared.iter().map(|p| format!("one {}", p.label())).collect();
+                write!(
+                    f,
+                    ", in which all have {}: do not share what changes between the conditions",
+                    ones.join(" and ")
+                )
             }
             Warning::Failed { name } => write!(f, "{name} could not be analysed; the others were"),
             Warning::NegativeLoad { condition, .. } => write!(
@@ -496,6 +509,7 @@ impl fmt::Display for Warning {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::answer::Parameter;
 
     #[test]
     fn a_value_is_rounded_to_its_error() {
@@ -522,6 +536,14 @@ mod tests {
         let misfit = |ratio| Warning::ModelMisfit { ratio, misfit: None }.to_string();
         assert!(misfit(f64::INFINITY).starts_with("residuals are 2e308 times the noise"));
         assert!(misfit(34.2).starts_with("residuals are 34 times the noise"));
+    }
+
+    #[test]
+    fn what_a_joint_fit_shares_is_named() {
+        let said = |shared| Warning::NotShared { p_value: 1e-3, shared }.to_string();
+        let all = said(vec![Parameter::NaturalFrequency, Parameter::DECAY_RATE]);
+        assert!(all.contains("all have one natural frequency and one decay rate"), "{all}");
+        assert!(said(Vec::new()).ends_with("ring-down and resonance give different friction or damping"));
     }
 
     #[test]
