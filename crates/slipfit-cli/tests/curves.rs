@@ -141,6 +141,59 @@ fn the_series_of_the_example_agrees() {
     }
 }
 
+/// Of ring-downs alone the answer is friction and what it follows, not what was not measured.
+#[test]
+fn a_series_of_one_way_says_what_it_found() {
+    let folder = tempfile::tempdir().unwrap();
+    let at = |name: &str| folder.path().join(name);
+    let told = |friction: [&str; 2]| {
+        let mut manifest = "condition = 'load'\ncondition_unit = 'N'\n".to_owned();
+        for (x_f, load) in friction.into_iter().zip([1, 2]) {
+            let made = slipfit()
+                .args([
+                    "simulate",
+                    "decay",
+                    "--frequency-hz",
+                    "10",
+                    "--q",
+                    "100",
+                    "--unit",
+                    "mm",
+                    "--amplitude",
+                    "1",
+                ])
+                .args([
+                    "--duration",
+                    "8",
+                    "--rate-hz",
+                    "100",
+                    "--noise-rms",
+                    "0.01",
+                    "--friction-displacement",
+                    x_f,
+                ])
+                .arg("--out")
+                .arg(at(&format!("{load}.csv")))
+                .arg("--force")
+                .output()
+                .unwrap();
+            assert!(made.status.success(), "{made:?}");
+            manifest.push_str(&format!("[[measurement]]\nringdown = '{load}.csv'\ncondition = {load}\n"));
+        }
+        let manifest = write(&folder, "s.toml", &manifest);
+        let said =
+            stdout(slipfit().arg("series").arg(manifest).arg("--force").arg("--plot").arg(at("s.svg")));
+        (said, std::fs::read_to_string(at("s.svg")).unwrap())
+    };
+    let (said, svg) = told(["0.001", "0.002"]);
+    assert!(said.starts_with("Friction at 2 loads is described best by F = "), "{said}");
+    assert!(!said.contains("resonance"), "{said}");
+    assert!(svg.contains("ring-down") && !svg.contains("both together") && !svg.contains("resonance"));
+    let (said, svg) = told(["0", "0"]);
+    assert!(said.starts_with("No sliding friction is found at 2 conditions: it is below "), "{said}");
+    assert!(!said.contains("BIC") && !svg.contains("F = "), "{said}");
+}
+
 #[test]
 fn every_output_is_written() {
     let folder = tempfile::tempdir().unwrap();

@@ -685,6 +685,11 @@ class SeriesAnswer(Answer):
         return [Section(one) for one in self._data["measurements"]]
 
     @property
+    def scatter(self) -> Section | None:
+        """How repeats scatter beyond their errors; None where they do not."""
+        return self._section("scatter")
+
+    @property
     def joint(self) -> Section | None:
         """The joint fit; None where there is none."""
         return self._section("joint")

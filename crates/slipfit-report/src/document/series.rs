@@ -7,7 +7,7 @@ use crate::format::{Rounded, Scale, p_value, plain};
 use crate::{AnalysedSeries, Sentence, plot};
 use slipfit::Quantity;
 use slipfit::answer::hint::Spelling;
-use slipfit::series::{ConditionRow, Consistency, Estimate, SingleAnswer};
+use slipfit::series::{ConditionRow, Consistency, Estimate, LawFit, LoadLaw, SingleAnswer};
 
 pub(super) fn document<'a>(analysed: &'a AnalysedSeries<'a>, spell: Spelling<'_>) -> Document<'a> {
     let (answer, heading) = (analysed.answer, analysed.heading);
@@ -61,46 +61,63 @@ impl Scales {
 
 const NONE: &str = "-";
 
+type Way = fn(&ConditionRow) -> &Option<Estimate>;
+
 /// One row for each condition.
 fn table(analysed: &AnalysedSeries<'_>) -> Table {
     let scales = Scales::of(analysed);
     let [friction, damping] = scales.symbols();
-    let ways = ["ring-down", "resonance", "z"];
-    let heads = [analysed.heading.condition.as_str()].into_iter().chain(ways).chain(ways).chain(["p"]);
-    let mut rows = vec![heads.map(str::to_owned).collect()];
+    // Ways that nobody went have no column, and one alone is compared with nothing.
+    let ways: Vec<(&str, Way)> = [("ring-down", (|r| &r.ring_down) as Way), ("resonance", |r| &r.resonance)]
+        .into_iter()
+        .zip(analysed.answer.ways())
+        .filter_map(|(way, gone)| gone.then_some(way))
+        .collect();
+    let both = ways.len() > 1;
+    let compared = |cell: String| both.then_some(cell);
+    let heads = || ways.iter().map(|(name, _)| (*name).to_owned()).chain(compared("z".to_owned()));
+    let condition = analysed.heading.condition.clone();
+    let mut rows: Vec<Vec<String>> = vec![
+        std::iter::once(condition).chain(heads()).chain(heads()).chain(compared("p".to_owned())).collect(),
+    ];
     for row in &analysed.answer.table {
-        let value = |cell: &Option<Estimate>, of: fn(&Estimate) -> &Quantity, scale: &Scale| match cell {
-            Some(cell) => shown(of(cell), scale),
-            None => NONE.to_owned(),
-        };
         let z =
             |pair: &Option<Consistency>| pair.as_ref().map_or(NONE.to_owned(), |p| format!("{:+.1}", p.z));
-        rows.push(vec![
-            row.condition.clone(),
-            value(&row.ring_down, |c| &c.friction, &scales.friction),
-            value(&row.resonance, |c| &c.friction, &scales.friction),
-            z(&row.friction),
-            value(&row.ring_down, |c| &c.damping, &scales.damping),
-            value(&row.resonance, |c| &c.damping, &scales.damping),
-            z(&row.damping),
-            row.p_value
-                .map_or(NONE.to_owned(), |p| p_value(p).trim_start_matches(['p', ' ', '=']).to_owned()),
-        ]);
+        let mut cells = vec![row.condition.clone()];
+        let parts: [(fn(&Estimate) -> &Quantity, &Scale, &Option<Consistency>); 2] = [
+            (|c| &c.friction, &scales.friction, &row.friction),
+            (|c| &c.damping, &scales.damping, &row.damping),
+        ];
+        for (of, scale, pair) in parts {
+            let value = |(_, way): &(&str, Way)| {
+                way(row).as_ref().map_or(NONE.to_owned(), |cell| shown(of(cell), scale))
+            };
+            cells.extend(ways.iter().map(value).chain(compared(z(pair))));
+        }
+        let p = row
+            .p_value
+            .map_or(NONE.to_owned(), |p| p_value(p).trim_start_matches(['p', ' ', '=']).to_owned());
+        cells.extend(compared(p));
+        rows.push(cells);
     }
+    let columns = ways.len() + usize::from(both);
     let mut table = Table::new("Friction and damping at each condition", rows);
     table.groups = vec![
         (String::new(), 1),
-        (scales.friction.titled(friction), 3),
-        (scales.damping.titled(damping), 3),
-        (String::new(), 1),
+        (scales.friction.titled(friction), columns),
+        (scales.damping.titled(damping), columns),
     ];
-    table.note = "z: difference of the two ways over its standard error.".to_owned();
+    table.groups.extend(compared(String::new()).map(|empty| (empty, 1)));
+    if both {
+        table.note = "z: difference of the two ways over its standard error.".to_owned();
+    }
     if let Some(relative) = analysed.options.calibration.map(|c| c.quantity()).map(|q| q.std_error / q.value)
         && relative > 0.0
     {
         let share = plain(100.0 * relative, 2, "%");
         table.note.push_str(&format!(
-            " ± counts the error of the constant, {share} of every {friction} and {damping}; z and p do not, as both ways share it."
+            " ± counts the error of the constant, {share} of every {friction} and {damping}{}.",
+            if both { "; z and p do not, as both ways share it" } else { "" }
         ));
     }
     if table.rows.iter().flatten().any(|cell| cell.starts_with(BELOW)) {
@@ -174,6 +191,19 @@ fn joint(facts: &mut Facts, analysed: &AnalysedSeries<'_>) {
     }
     let scales = Scales::of(analysed);
     let symbols = scales.symbols();
+    if let Some(scatter) = &answer.scatter {
+        let parts =
+            [(symbols[0], scatter.friction, answer.has_friction()), (symbols[1], scatter.damping, true)];
+        let parts: Vec<String> = parts
+            .into_iter()
+            .filter(|&(_, relative, seen)| seen && relative > 0.0)
+            .map(|(symbol, relative, _)| format!("{symbol} by {}", plain(100.0 * relative, 2, "%")))
+            .collect();
+        if !parts.is_empty() {
+            let repeats = format!("repeats scatter beyond their errors, {}; counted", parts.join(", "));
+            facts.add("scatter", repeats);
+        }
+    }
     let value = |row: &ConditionRow| {
         let joint = row.joint.as_ref()?;
         Some(format!(
@@ -185,13 +215,18 @@ fn joint(facts: &mut Facts, analysed: &AnalysedSeries<'_>) {
             scales.damping.unit
         ))
     };
-    for (i, line) in answer.table.iter().filter_map(value).enumerate() {
+    // Of one way the table has it.
+    let both = answer.ways() == [true; 2];
+    for (i, line) in answer.table.iter().filter(|_| both).filter_map(value).enumerate() {
         facts.add(if i == 0 { "both" } else { "" }, line);
     }
 }
 
 fn laws(facts: &mut Facts, analysed: &AnalysedSeries<'_>) {
-    for (i, law) in analysed.answer.laws.iter().enumerate() {
+    // Without friction no law is told from another: what is left is a limit of the coefficient.
+    let friction = analysed.answer.has_friction();
+    let told = |law: &&LawFit| friction || law.law == LoadLaw::Proportional;
+    for (i, law) in analysed.answer.laws.iter().filter(told).enumerate() {
         let c = &law.coefficient;
         let [low, high] = c.interval_95;
         let offset = law.offset.as_ref().map_or_else(String::new, |q| {
@@ -204,11 +239,11 @@ fn laws(facts: &mut Facts, analysed: &AnalysedSeries<'_>) {
         };
         let shown = Rounded::new(c.value, c.std_error, &c.unit);
         let said = format!(
-            "{}: {shown} (95 %: {} to {}){offset}; {tested}, ΔBIC {:.1}",
+            "{}: {shown} (95 %: {} to {}){offset}; {tested}{}",
             law.law,
             shown.also(low),
             shown.also(high),
-            law.delta_bic
+            if friction { format!(", ΔBIC {:.1}", law.delta_bic) } else { String::new() }
         );
         facts.add(if i == 0 { "load" } else { "" }, said);
     }

@@ -6,7 +6,7 @@ use crate::{AnalysedSeries, Sentence};
 use serde::Serialize;
 use slipfit::Parameters;
 use slipfit::answer::Warning;
-use slipfit::series::{ConditionRow, Joint, LawFit, SingleAnswer};
+use slipfit::series::{ConditionRow, Joint, LawFit, RepeatScatter, SingleAnswer};
 use std::io::{self, Write};
 
 /// Writes the whole answer to a series.
@@ -43,6 +43,8 @@ pub(super) struct SeriesEnvelope<'a> {
     table: &'a [ConditionRow],
     /// p value that ring-down and resonance agree at every condition.
     agreement_p_value: Option<f64>,
+    /// How repeats scatter beyond their errors; null where they do not.
+    scatter: Option<RepeatScatter>,
     /// The joint fit; null where there is none.
     joint: Option<&'a Joint>,
     /// Friction against load, best first; empty without numeric conditions.
@@ -75,6 +77,7 @@ impl<'a> SeriesEnvelope<'a> {
             sentence: answer.sentence(),
             table: &answer.table,
             agreement_p_value: answer.agreement_p_value,
+            scatter: answer.scatter,
             joint: answer.joint.as_ref(),
             laws: &answer.laws,
             measurements: (0..answer.singles.len()).map(|i| Alone::new(analysed, i)).collect(),

@@ -57,7 +57,7 @@ fn panel(analysed: &AnalysedSeries<'_>, name: &str, part: Part, laws: &[LawFit])
     let (low, top) = if least > 0.0 && span < 0.5 * high {
         (least - 0.35 * span, high + 0.6 * span)
     } else {
-        (least.min(0.0), 1.3 * high)
+        (1.1 * least.min(0.0), 1.3 * high)
     };
     let unit = cells().next().map_or("", |q| q.unit.as_str());
     let scale = Scale::for_size(high, unit);
@@ -71,8 +71,9 @@ fn panel(analysed: &AnalysedSeries<'_>, name: &str, part: Part, laws: &[LawFit])
     let y = Axis::linear(low * s, top * s, label);
     let mut panel = Panel::new(&mut figure, name, x, y);
     let mut legend: Vec<(Mark, &str)> = Vec::new();
-    let law_name = laws.first().map(|l| l.law.to_string()).unwrap_or_default();
-    if let (Places::Values { range, .. }, Some(law)) = (&places, laws.first()) {
+    let law = laws.first().filter(|_| analysed.answer.has_friction());
+    let law_name = law.map(|l| l.law.to_string()).unwrap_or_default();
+    if let (Places::Values { range, .. }, Some(law)) = (&places, law) {
         let along = (0..=100).map(|i| range[0] + (range[1] - range[0]) * f64::from(i) / 100.0);
         panel.line(along.map(|n| [n, at_load(law, n) * s]), LAW);
         legend.push((Mark::Line(LAW), &law_name));
@@ -83,7 +84,10 @@ fn panel(analysed: &AnalysedSeries<'_>, name: &str, part: Part, laws: &[LawFit])
         (|r| &r.ring_down, RING_DOWN, "ring-down", -1.0),
         (|r| &r.resonance, RESONANCE, "resonance", 1.0),
     ];
-    for (way, color, name, side) in ways {
+    // One way alone is all there is.
+    let alone = analysed.answer.ways() != [true; 2];
+    for (way, color, name, side) in ways.into_iter().skip(usize::from(alone)) {
+        let side = if alone { 0.0 } else { side };
         let points: Vec<[f64; 3]> = rows
             .iter()
             .enumerate()
