@@ -62,6 +62,7 @@ impl Scales {
 const NONE: &str = "-";
 
 type Way = fn(&ConditionRow) -> &Option<Estimate>;
+type Part = fn(&Estimate) -> &Quantity;
 
 /// One row for each condition.
 fn table(analysed: &AnalysedSeries<'_>) -> Table {
@@ -84,7 +85,7 @@ fn table(analysed: &AnalysedSeries<'_>) -> Table {
         let z =
             |pair: &Option<Consistency>| pair.as_ref().map_or(NONE.to_owned(), |p| format!("{:+.1}", p.z));
         let mut cells = vec![row.condition.clone()];
-        let parts: [(fn(&Estimate) -> &Quantity, &Scale, &Option<Consistency>); 2] = [
+        let parts: [(Part, &Scale, &Option<Consistency>); 2] = [
             (|c| &c.friction, &scales.friction, &row.friction),
             (|c| &c.damping, &scales.damping, &row.damping),
         ];

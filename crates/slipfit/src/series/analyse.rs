@@ -290,7 +290,8 @@ fn laws(
         measurements += row.measurements as f64;
         unit = friction.unit;
     }
-    if points.len() < 2 {
+    // One load tells no law from another.
+    if points.iter().all(|p: &LoadPoint| p.load == points[0].load) {
         return Vec::new();
     }
     let known = Known { measurements, freedom, repeats: scatter.freedom, left: scatter.left };
@@ -521,6 +522,13 @@ mod tests {
         // A temperature, or a number of anything.
         assert_eq!(named("\u{b0}C"), (false, true));
         assert_eq!(named(""), (false, true));
+    }
+
+    #[test]
+    fn one_load_has_no_law() {
+        let mut all = both("a", 2.0, 0.05, 3);
+        all.extend(both("b", 2.0, 0.02, 5));
+        assert!(analyse(&all, &Options::default()).unwrap().laws.is_empty());
     }
 
     #[test]

@@ -1,7 +1,7 @@
 //! Generalised least squares of all measurements, with what is shared.
 
 use super::answer::Joint;
-use super::scatter::spread;
+use super::likelihood::spread;
 use super::solved::SolvedMeasurement;
 use super::{Condition, Data, Measurement, Options};
 use crate::answer::Parameter;

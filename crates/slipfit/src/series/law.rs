@@ -1,7 +1,7 @@
 //! Friction against load.
 
-use super::Criteria;
-use super::scatter::{lowest, spread, weights};
+use super::criteria::Criteria;
+use super::likelihood::{lowest, spread, weights};
 use crate::inference::Z_95;
 use crate::inference::evidence::{scaled_tail, student_factor};
 use crate::inference::least_squares::linear;

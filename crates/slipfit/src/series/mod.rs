@@ -6,6 +6,7 @@ mod answer;
 mod criteria;
 mod joint;
 mod law;
+mod likelihood;
 mod measurement;
 mod scatter;
 mod single;

@@ -481,18 +481,19 @@ impl fmt::Display for Warning {
                 write!(f, "{condition}: ring-down and resonance disagree ({})", p_value(*p))
             }
             Warning::NotShared { p_value: p, shared } => {
-                write!(
-                    f,
-                    "the measurements lie off the joint fit by more than their errors and the scatter of repeats explain ({})",
-                    p_value(*p)
-                )?;
+                let p = p_value(*p);
                 if shared.is_empty() {
-                    return f.write_str(": at one condition ring-down and resonance give different friction or damping");
+                    return write!(
+                        f,
+                        "the joint fit is rejected ({p}): at one condition ring-down and resonance give different friction \
+                         or damping"
+                    );
                 }
                 let ones: Vec<String> = shared.iter().map(|p| format!("one {}", p.label())).collect();
                 write!(
                     f,
-                    ", in which all have {}: do not share what changes between the conditions",
+                    "the joint fit, in which all measurements have {}, is rejected ({p}): they differ by more than their \
+                     errors and the scatter of repeats; do not share what changes between the conditions",
                     ones.join(" and ")
                 )
             }
@@ -542,7 +543,7 @@ mod tests {
     fn what_a_joint_fit_shares_is_named() {
         let said = |shared| Warning::NotShared { p_value: 1e-3, shared }.to_string();
         let all = said(vec![Parameter::NaturalFrequency, Parameter::DECAY_RATE]);
-        assert!(all.contains("all have one natural frequency and one decay rate"), "{all}");
+        assert!(all.contains("all measurements have one natural frequency and one decay rate"), "{all}");
         assert!(said(Vec::new()).ends_with("ring-down and resonance give different friction or damping"));
     }
 
