@@ -104,10 +104,16 @@ const JOINT: Step = step(
     "",
     "Least squares of all single answers with their covariances, the parameters named as shared held in common.",
 );
+const REPEATS: Step = step(
+    "Scatter of repeats",
+    "C = C_i + diag(τ_δ², τ_F²)",
+    "Random effects by restricted maximum likelihood from all conditions; intervals of Knapp and Hartung (2003).",
+);
 const LOAD: Step = step(
     "Friction against load",
     "F = μN,   F = μN + F_0,   F = μ(N + N_0),   F = cN^{2/3}",
-    "Amontons without and with offset, with adhesion, Hertz; errors of both variables counted, compared by BIC.",
+    "Amontons without and with offset, with adhesion, Hertz; errors of both variables and a scatter about the law \
+     counted, compared by BIC.",
 );
 
 pub(super) fn of_ringdown(answer: &ringdown::Answer, bare: bool) -> Vec<Step> {
@@ -160,7 +166,12 @@ pub(super) fn of_series(answer: &series::Answer) -> Vec<Step> {
     if singles().any(|s| matches!(s, series::SingleAnswer::Levels(_))) {
         steps.push(LEVELS);
     }
-    steps.push(AGREE);
+    if answer.scatter.is_some() {
+        steps.push(REPEATS);
+    }
+    if answer.ways() == [true; 2] {
+        steps.push(AGREE);
+    }
     if answer.joint.is_some() {
         steps.push(JOINT);
     }
