@@ -151,7 +151,7 @@ pub fn analyse_with(
         table,
         agreement_p_value,
         agrees,
-        scatter: of_all.relative(&all),
+        scatter: of_all.relative(&all, criteria),
         joint,
         laws,
         warnings,

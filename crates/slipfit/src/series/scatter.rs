@@ -1,9 +1,10 @@
 //! Scatter of repeats beyond their errors, as a random-effects meta-analysis estimates it.
 
 use super::answer::RepeatScatter;
+use super::criteria::Criteria;
 use super::likelihood::{lowest, spread, weights};
 use super::solved::SolvedMeasurement;
-use crate::inference::evidence::student_factor;
+use crate::inference::evidence::{chi_square_tail, student_factor};
 use nalgebra::{Matrix2, Vector2};
 
 /// Measurements that should give one answer, and their arithmetic mean.
@@ -157,15 +158,18 @@ impl Scatter {
         spread(self.left / self.freedom, self.freedom)
     }
 
-    /// It in parts of the values, where there is any.
-    pub(super) fn relative(&self, all: &[Repeats<'_>]) -> Option<RepeatScatter> {
+    /// It in parts of the values, where the errors alone do not explain how repeats lie about their means.
+    pub(super) fn relative(&self, all: &[Repeats<'_>], criteria: &Criteria) -> Option<RepeatScatter> {
+        let chi_square: f64 = all.iter().filter_map(|r| Some(r.together(&Matrix2::zeros())?.2)).sum();
+        if !(self.freedom > 0.0 && chi_square_tail(chi_square, 2.0 * self.freedom) < criteria.disagree) {
+            return None;
+        }
         let there = || all.iter().filter(|r| !r.list.is_empty());
         let [damping, friction] = [0, 1].map(|k| {
             let square: f64 = there().map(|r| self.covariance(r.level)[(k, k)]).sum();
             (square / there().map(|r| r.level[k].powi(2)).sum::<f64>()).sqrt()
         });
-        let any = damping > 0.0 || friction > 0.0;
-        any.then_some(RepeatScatter { friction, damping, repeats: self.freedom as usize })
+        Some(RepeatScatter { friction, damping, repeats: self.freedom as usize })
     }
 
     /// What it adds to the covariance of one measurement.
@@ -199,6 +203,7 @@ mod tests {
         const ERROR: f64 = 0.01;
         let covariance = Matrix2::new(1.0, -0.9, -0.9, 1.0) * (ERROR * ERROR);
         let mut found = [0, 1].map(|_| (0.0, 0.0, 0));
+        let mut said = [0.0; 2];
         for seed in 0..RUNS {
             let normal = |i: usize| jitter(i, seed);
             let loads: Vec<Vec<SolvedMeasurement>> = (0..5)
@@ -215,6 +220,9 @@ mod tests {
                 .collect();
             let all: Vec<Repeats<'_>> = loads.iter().map(|l| Repeats::new(l.iter().collect())).collect();
             let scatter = Scatter::of(&all);
+            let stated = scatter.relative(&all, &Criteria::default()).unwrap();
+            said[0] += stated.damping / RUNS as f64;
+            said[1] += stated.friction / RUNS as f64;
             for (load, repeats) in all.iter().enumerate() {
                 let mean = repeats.mean(&scatter).unwrap();
                 for (k, truth) in [1.0, load as f64 + 1.0].into_iter().enumerate() {
@@ -228,6 +236,7 @@ mod tests {
                 }
             }
         }
+        assert!(said[0] < 0.005 && (0.04..0.055).contains(&said[1]), "{said:?}");
         for (square, variance, held) in found {
             let ratio = (variance / square).sqrt();
             assert!((0.85..1.25).contains(&ratio), "{ratio}");
@@ -242,7 +251,9 @@ mod tests {
         let covariance = Matrix2::new(1.0, -0.9, -0.9, 1.0);
         let list = [[0.1, 9.9], [-0.1, 10.1], [0.0, 10.0]].map(|v| measured(v, covariance));
         let repeats = Repeats::new(list.iter().collect());
-        let mean = repeats.mean(&Scatter::of([&repeats])).unwrap();
+        let scatter = Scatter::of([&repeats]);
+        let mean = repeats.mean(&scatter).unwrap();
+        assert_eq!(scatter.relative(&[repeats], &Criteria::default()), None);
         for k in [0, 1] {
             let [error, wide] = mean.errors(k);
             assert!((error - (1.0_f64 / 3.0).sqrt()).abs() < 1e-12, "{error}");
