@@ -55,7 +55,7 @@ const WITHOUT_LOOPS: [&str; 2] = ["slipfit-report", "slipfit-wasm"];
 const ON_LANES: [&str; 1] = ["slipfit"];
 /// Loops on lanes, and pairs of numbers loaded as one; that compiler's LLVM crashes where it packs straight sums.
 /// Functions are copied into their callers where they are shortest: 56 kB less to fetch.
-const LANES: &str = r#"["-Ctarget-feature=+simd128", "-Cllvm-args=-slp-vectorize-hor=false", "-Cllvm-args=-inline-threshold=8"]"#;
+const LANES: &str = r#"["-Ctarget-feature=+simd128", "-Cllvm-args=-slp-vectorize-hor=false", "-Cllvm-args=-inline-threshold=4"]"#;
 /// Fetched with the first file that needs it, not with the page.
 const LATER: &str = "slipfit_wasm_formats";
 
