@@ -245,7 +245,7 @@ fn about_a_level<'a>(
     };
     if let Some((level, baseline)) = level
         && let Ok(found) = analyse_part(level.clone(), record, options, criteria)
-        && better(&found, answer.as_ref().ok(), &baseline, &criteria.baseline)
+        && better(&found, answer.as_ref().ok(), criteria)
     {
         return Ok((level, found, Some(baseline)));
     }

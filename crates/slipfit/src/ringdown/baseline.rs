@@ -1,9 +1,9 @@
 //! Baseline: a level about which the motion swings that wanders along a curve, subtracted.
 
-use super::Answer;
 use super::criteria::BaselineCriteria;
 use super::level::{Baseline, Position};
 use super::samples::Samples;
+use super::{Answer, Criteria};
 use crate::Parameter;
 use crate::inference::least_squares::linear;
 use crate::numeric::robust::neighbour_noise;
@@ -80,23 +80,12 @@ pub(crate) fn without_baseline<'a>(
 }
 
 /// Whether an answer about samples without a baseline describes them better.
-pub(crate) fn better(
-    found: &Answer,
-    before: Option<&Answer>,
-    baseline: &Baseline,
-    criteria: &BaselineCriteria,
-) -> bool {
+pub(crate) fn better(found: &Answer, before: Option<&Answer>, criteria: &Criteria) -> bool {
     let Some(before) = before else { return true };
-    let first = before.parameter(Parameter::InitialAmplitude).map_or(0.0, |a| a.value);
     let (found, before) = (&found.diagnostics, &before.diagnostics);
     let noise = |d: &super::Diagnostics| d.noise_rms.powi(2) * d.residual_excess.max(1.0);
-    let gained = if baseline.range > criteria.wide * first {
-        criteria.gain_of_wide
-    } else if found.method == "waveform" && before.method != "waveform" {
-        1.0
-    } else {
-        criteria.gain
-    };
+    let gained =
+        if found.method == "waveform" && before.method != "waveform" { 1.0 } else { criteria.baseline.gain };
     noise(found) < gained * noise(before)
 }
 
@@ -181,17 +170,6 @@ mod tests {
             assert_held(|repeat| record(level, repeat), &options, Parameter::DECAY_RATE, DELTA);
             assert_held(|repeat| record(level, repeat), &options, Parameter::FRICTION_DISPLACEMENT, X_F);
         }
-    }
-
-    /// Noise that wanders hides what a level that relaxes adds to the first amplitudes; one of 2 % may be none.
-    #[test]
-    fn a_wide_baseline_is_subtracted_without_a_gain() {
-        let answer = analyse(&record(|_| 0.0, 0), &Options::default()).expect("a ring-down");
-        let subtracted = |range: f64| {
-            let baseline = Baseline { at: Position::between(0.0, 50.0), curve: vec![0.0; 5], range };
-            better(&answer, Some(&answer), &baseline, &BaselineCriteria::default())
-        };
-        assert!(subtracted(0.2) && !subtracted(0.02));
     }
 
     /// Six times as high as the motion: the levels tell the rest from the motion no more, and their mean is none of rest.

@@ -145,10 +145,6 @@ criteria! {
         steep: f64 = 1.0, source "the record spans more by it than by the motion", moves "coverage with drift";
         /// Variance that is left over that with the baseline, from which on it is subtracted.
         gain: f64 = 0.5, source "chosen by simulation", moves "coverage with drift";
-        /// Range over the first amplitude from which on a baseline is none that a wide swing of another frequency feigns.
-        wide: f64 = 0.05, source "a pendulum from 75° feigns 2 %", moves "coverage with drift";
-        /// The same as `gain` for such a one: noise that wanders hides what it adds to the first amplitudes.
-        gain_of_wide: f64 = 2.0, source "chosen by simulation", moves "coverage with drift";
         /// Samples at most.
         most_samples: usize = 300_000, source "the fit of the waveform takes no more", moves "time of analysis";
     }
