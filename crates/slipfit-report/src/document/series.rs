@@ -224,7 +224,7 @@ fn joint(facts: &mut Facts, analysed: &AnalysedSeries<'_>) {
 }
 
 fn laws(facts: &mut Facts, analysed: &AnalysedSeries<'_>) {
-    // Without friction no law is told from another: what is left is a limit of the coefficient.
+    // Without friction the laws cannot be told apart: only an upper limit of the coefficient remains.
     let friction = analysed.answer.has_friction();
     let told = |law: &&LawFit| friction || law.law == LoadLaw::Proportional;
     for (i, law) in analysed.answer.laws.iter().filter(told).enumerate() {

@@ -185,8 +185,8 @@ criteria! {
 criteria! {
     /// Noise that grows with the amplitude.
     pub struct NoiseCriteria in "noise" {
-        /// Twice the logarithm of the odds above which a noise with a part in proportion to the amplitude, whichever, is
-        /// reported and not a constant one; below, the intervals count both.
+        /// Twice the logarithm of the odds of all noises with a part in proportion to the amplitude over a constant one, above
+        /// which the most probable of them is reported; below, the noise is constant and the intervals count both.
         proportional_margin: f64 = 10.0, source "Kass and Raftery 1995: very strong evidence",
             moves "coverage of curves with proportional noise";
         /// Probability before the data of a proportional part whose variance over that of the floor lies in any one decade,

@@ -5,10 +5,10 @@ use crate::inference::criteria::criteria;
 criteria! {
     /// The thresholds of [`analyse_with`](super::analyse_with).
     pub struct Criteria in "series" {
-        /// p value below which answers that are put together do not agree: a warning says so, and of repeats the
-        /// answer states how they scatter. It counts in any case.
+        /// p value below which answers that are put together do not agree: a warning is given, and the scatter of repeats
+        /// is stated. Errors count that scatter in any case.
         disagree: f64 = 0.01, source "one series in a hundred of a single truth",
-            moves "warnings, and what is said of repeats";
+            moves "warnings, and whether the scatter of repeats is stated";
         /// Difference of BIC from which on a law of friction against load is excluded.
         law_excluded: f64 = 6.0, source "strong evidence on the scale of Kass and Raftery (1995)",
             moves "the sentence of a series";
