@@ -169,7 +169,7 @@ pub(super) fn of_series(answer: &series::Answer) -> Vec<Step> {
     if answer.scatter.is_some() {
         steps.push(REPEATS);
     }
-    if answer.ways() == [true; 2] {
+    if answer.methods() == [true; 2] {
         steps.push(AGREE);
     }
     if answer.joint.is_some() {

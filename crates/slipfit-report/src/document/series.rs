@@ -61,22 +61,23 @@ impl Scales {
 
 const NONE: &str = "-";
 
-type Way = fn(&ConditionRow) -> &Option<Estimate>;
+type Method = fn(&ConditionRow) -> &Option<Estimate>;
 type Part = fn(&Estimate) -> &Quantity;
 
 /// One row for each condition.
 fn table(analysed: &AnalysedSeries<'_>) -> Table {
     let scales = Scales::of(analysed);
     let [friction, damping] = scales.symbols();
-    // Ways that nobody went have no column, and one alone is compared with nothing.
-    let ways: Vec<(&str, Way)> = [("ring-down", (|r| &r.ring_down) as Way), ("resonance", |r| &r.resonance)]
-        .into_iter()
-        .zip(analysed.answer.ways())
-        .filter_map(|(way, gone)| gone.then_some(way))
-        .collect();
-    let both = ways.len() > 1;
+    // A method that was not used has no column, and one alone is compared with nothing.
+    let methods: Vec<(&str, Method)> =
+        [("ring-down", (|r| &r.ring_down) as Method), ("resonance", |r| &r.resonance)]
+            .into_iter()
+            .zip(analysed.answer.methods())
+            .filter_map(|(method, used)| used.then_some(method))
+            .collect();
+    let both = methods.len() > 1;
     let compared = |cell: String| both.then_some(cell);
-    let heads = || ways.iter().map(|(name, _)| (*name).to_owned()).chain(compared("z".to_owned()));
+    let heads = || methods.iter().map(|(name, _)| (*name).to_owned()).chain(compared("z".to_owned()));
     let condition = analysed.heading.condition.clone();
     let mut rows: Vec<Vec<String>> = vec![
         std::iter::once(condition).chain(heads()).chain(heads()).chain(compared("p".to_owned())).collect(),
@@ -90,10 +91,10 @@ fn table(analysed: &AnalysedSeries<'_>) -> Table {
             (|c| &c.damping, &scales.damping, &row.damping),
         ];
         for (of, scale, pair) in parts {
-            let value = |(_, way): &(&str, Way)| {
-                way(row).as_ref().map_or(NONE.to_owned(), |cell| shown(of(cell), scale))
+            let value = |(_, method): &(&str, Method)| {
+                method(row).as_ref().map_or(NONE.to_owned(), |cell| shown(of(cell), scale))
             };
-            cells.extend(ways.iter().map(value).chain(compared(z(pair))));
+            cells.extend(methods.iter().map(value).chain(compared(z(pair))));
         }
         let p = row
             .p_value
@@ -101,7 +102,7 @@ fn table(analysed: &AnalysedSeries<'_>) -> Table {
         cells.extend(compared(p));
         rows.push(cells);
     }
-    let columns = ways.len() + usize::from(both);
+    let columns = methods.len() + usize::from(both);
     let mut table = Table::new("Friction and damping at each condition", rows);
     table.groups = vec![
         (String::new(), 1),
@@ -216,8 +217,8 @@ fn joint(facts: &mut Facts, analysed: &AnalysedSeries<'_>) {
             scales.damping.unit
         ))
     };
-    // Of one way the table has it.
-    let both = answer.ways() == [true; 2];
+    // Of one method the table has it.
+    let both = answer.methods() == [true; 2];
     for (i, line) in answer.table.iter().filter(|_| both).filter_map(value).enumerate() {
         facts.add(if i == 0 { "both" } else { "" }, line);
     }

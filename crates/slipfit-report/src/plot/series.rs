@@ -84,8 +84,8 @@ fn panel(analysed: &AnalysedSeries<'_>, name: &str, part: Part, laws: &[LawFit])
         (|r| &r.ring_down, RING_DOWN, "ring-down", -1.0),
         (|r| &r.resonance, RESONANCE, "resonance", 1.0),
     ];
-    // One way alone is all there is.
-    let alone = analysed.answer.ways() != [true; 2];
+    // One method alone is all there is.
+    let alone = analysed.answer.methods() != [true; 2];
     for (way, color, name, side) in ways.into_iter().skip(usize::from(alone)) {
         let side = if alone { 0.0 } else { side };
         let points: Vec<[f64; 3]> = rows

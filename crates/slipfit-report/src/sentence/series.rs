@@ -68,7 +68,7 @@ fn found(answer: &Answer) -> String {
     };
     format!(
         "Friction at {} loads is described best by {}, with {}; {open}.",
-        best.degrees_of_freedom + 1 + usize::from(best.offset.is_some()),
+        best.loads(),
         best.law,
         values.join(" and ")
     )

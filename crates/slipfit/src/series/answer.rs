@@ -143,7 +143,7 @@ impl Answer {
     }
 
     /// Whether any condition was measured by ring-down, and any by resonance.
-    pub fn ways(&self) -> [bool; 2] {
+    pub fn methods(&self) -> [bool; 2] {
         [self.table.iter().any(|r| r.ring_down.is_some()), self.table.iter().any(|r| r.resonance.is_some())]
     }
 }

@@ -126,11 +126,11 @@ pub fn friction_against_load(points: &[LoadPoint], units: [&str; 2]) -> Result<V
             return Err(Error::PointOutOfRange { name: "friction", index, value: p.friction, range });
         }
     }
-    Ok(laws_of(points, units, &Known::of_points(n), &Criteria::default()))
+    Ok(laws_of(points, units, &Replication::of_points(n), &Criteria::default()))
 }
 
-/// What stands behind the errors of the points.
-pub(super) struct Known {
+/// The measurements that the points and their errors come from.
+pub(super) struct Replication {
     /// Measurements.
     pub(super) measurements: f64,
     /// Degrees of freedom that the variances of the points were estimated from, infinite where they are known.
@@ -140,7 +140,7 @@ pub(super) struct Known {
     pub(super) left: f64,
 }
 
-impl Known {
+impl Replication {
     /// Points of one measurement each.
     fn of_points(n: usize) -> Self {
         Self { measurements: n as f64, freedom: f64::INFINITY, repeats: 0.0, left: 0.0 }
@@ -151,12 +151,12 @@ impl Known {
 pub(super) fn laws_of(
     points: &[LoadPoint],
     units: [&str; 2],
-    known: &Known,
+    replication: &Replication,
     criteria: &Criteria,
 ) -> Vec<LawFit> {
     let mut list: Vec<LawFit> = [LoadLaw::Proportional, LoadLaw::Amontons, LoadLaw::Adhesive, LoadLaw::Hertz]
         .into_iter()
-        .filter_map(|law| fit(law, points, units, known))
+        .filter_map(|law| fit(law, points, units, replication))
         .collect();
     let best = list.iter().map(|l| l.bic).fold(f64::INFINITY, f64::min);
     for l in &mut list {
@@ -192,7 +192,7 @@ fn fit(
     law: LoadLaw,
     points: &[LoadPoint],
     [load_unit, friction_unit]: [&str; 2],
-    known: &Known,
+    replication: &Replication,
 ) -> Option<LawFit> {
     let n = points.len();
     let power = if law == LoadLaw::Hertz { 2.0 / 3.0 } else { 1.0 };
@@ -261,8 +261,8 @@ fn fit(
         let fit = fitted.as_ref().unwrap_or(&bare);
         // Of few points the spread does not tell whether they scatter: with that of the repeats it widens in any case, and
         // what they scatter more is known from the points alone (Satterthwaite).
-        let all = dof as f64 + known.repeats;
-        let spread = spread((fit.chi_square + known.left) / all, all);
+        let all = dof as f64 + replication.repeats;
+        let spread = spread((fit.chi_square + replication.left) / all, all);
         let share = |k: usize| 1.0 - bare.covariance[(k, k)] / fit.covariance[(k, k)];
         let share = (0..columns).map(share).fold(0.0, f64::max);
         let scattered = if share > 0.0 { student_factor(dof as f64 / (share * share)) } else { 1.0 };
@@ -274,14 +274,14 @@ fn fit(
         let [same, proportional] = likeliest(Weighted::deviance);
         let best = same.1.min(proportional.1);
         let deviance = (best - bare.logarithms).max(0.0);
-        if known.freedom.is_finite() {
+        if replication.freedom.is_finite() {
             // Student's likelihood, of variances that are estimates.
-            (known.freedom + n as f64) * (deviance / known.freedom).ln_1p()
+            (replication.freedom + n as f64) * (deviance / replication.freedom).ln_1p()
         } else {
             deviance
         }
     };
-    let bic = deviance + columns as f64 * if unknown { n as f64 } else { known.measurements }.ln();
+    let bic = deviance + columns as f64 * if unknown { n as f64 } else { replication.measurements }.ln();
     let chi2 = bare.chi_square;
     let Weighted { values: c, covariance, .. } = fitted.unwrap_or(bare);
     let quantity = |value: f64, std: f64, unit: String| {
@@ -320,7 +320,7 @@ fn fit(
         offset,
         chi_square: chi2,
         degrees_of_freedom: dof,
-        p_value: (dof > 0 && !unknown).then(|| scaled_tail(chi2, dof as f64, known.freedom)),
+        p_value: (dof > 0 && !unknown).then(|| scaled_tail(chi2, dof as f64, replication.freedom)),
         bic,
         delta_bic: 0.0,
         excluded: false,
@@ -328,6 +328,11 @@ fn fit(
 }
 
 impl LawFit {
+    /// Number of loads it was fitted to.
+    pub fn loads(&self) -> usize {
+        self.degrees_of_freedom + 1 + usize::from(self.offset.is_some())
+    }
+
     /// With friction in a unit that is known to `relative` of itself.
     pub(super) fn times_uncertain(&mut self, relative: f64) {
         self.coefficient.add_error(relative * self.coefficient.value);

@@ -4,6 +4,7 @@
 mod analyse;
 mod answer;
 mod criteria;
+mod drag;
 mod joint;
 mod law;
 mod likelihood;

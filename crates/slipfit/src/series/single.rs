@@ -5,49 +5,71 @@ use super::answer::SingleAnswer;
 use crate::model::loss::{LossModel, LossTerm};
 use crate::{Error, levels, resonance, ringdown};
 
-/// The answer as asked for, and the one with viscous damping and sliding friction, beside what else a ring-down has.
-pub(super) fn analyse_one(data: &Data) -> (Result<SingleAnswer, Error>, Option<SingleAnswer>) {
+/// What a measurement says of viscous damping and sliding friction, beside what else a ring-down has.
+pub(super) struct Compared {
+    pub(super) without_drag: SingleAnswer,
+    /// The same beside drag, where a ring-down may have it or not.
+    pub(super) beside_drag: Option<SingleAnswer>,
+}
+
+/// The answer as asked for, and those compared with other measurements.
+pub(super) fn analyse_one(data: &Data) -> (Result<SingleAnswer, Error>, Option<Compared>) {
     match data {
-        Data::RingDown { record, options } => asked_and_both(
-            |forced| {
-                let model = forced.or(options.model);
+        Data::RingDown { record, options } => {
+            let analyse = |model: Option<LossModel>| {
                 ringdown::analyse(record, &ringdown::Options { model, ..(**options).clone() })
-            },
-            |answer| answer.model.with(LossTerm::Viscous).with(LossTerm::Sliding),
-            |answer| answer.model,
-            |answer| SingleAnswer::RingDown(Box::new(answer)),
-        ),
-        Data::Sweep { curve, options } => asked_and_both(
-            |forced| {
-                let model = forced.or(options.model);
+            };
+            let answer = match analyse(options.model) {
+                Ok(answer) => answer,
+                Err(e) => return (Err(e), None),
+            };
+            let by = |model: LossModel| {
+                let found = if answer.model == model && options.model.is_some() {
+                    Some(answer.clone())
+                } else {
+                    analyse(Some(model)).ok()
+                };
+                found.map(|found| SingleAnswer::RingDown(Box::new(found)))
+            };
+            let both = answer.model.with(LossTerm::Viscous).with(LossTerm::Sliding);
+            let compared = if options.model.is_some() {
+                by(both).map(Compared::alone)
+            } else {
+                let without = both.without(&[LossTerm::Drag]).and_then(by);
+                let beside = by(both.with(LossTerm::Drag));
+                match (without, beside) {
+                    (Some(without_drag), beside_drag) => Some(Compared { without_drag, beside_drag }),
+                    (None, beside) => beside.map(Compared::alone),
+                }
+            };
+            (Ok(SingleAnswer::RingDown(Box::new(answer))), compared)
+        }
+        Data::Sweep { curve, options } => {
+            let analyse = |model: Option<LossModel>| {
                 resonance::analyse(curve, &resonance::Options { model, ..(**options).clone() })
-            },
-            |_| LossModel::VISCOUS_SLIDING,
-            |answer| answer.model,
-            |answer| SingleAnswer::Sweep(Box::new(answer)),
-        ),
+            };
+            let answer = match analyse(options.model) {
+                Ok(answer) => answer,
+                Err(e) => return (Err(e), None),
+            };
+            const BOTH: LossModel = LossModel::VISCOUS_SLIDING;
+            let both = if answer.model == BOTH { Some(answer.clone()) } else { analyse(Some(BOTH)).ok() };
+            let single = |answer| SingleAnswer::Sweep(Box::new(answer));
+            (Ok(single(answer)), both.map(single).map(Compared::alone))
+        }
         // Levels know no other model.
-        Data::Levels { levels, options } => asked_and_both(
-            |_| levels::analyse(levels, options),
-            |_| LossModel::VISCOUS_SLIDING,
-            |_| LossModel::VISCOUS_SLIDING,
-            |answer| SingleAnswer::Levels(Box::new(answer)),
-        ),
+        Data::Levels { levels, options } => match levels::analyse(levels, options) {
+            Ok(answer) => {
+                let single = SingleAnswer::Levels(Box::new(answer));
+                (Ok(single.clone()), Some(Compared::alone(single)))
+            }
+            Err(e) => (Err(e), None),
+        },
     }
 }
 
-/// An analysis as asked for, and once more where its model is not the one that is `compared`.
-fn asked_and_both<A: Clone>(
-    analyse: impl Fn(Option<LossModel>) -> Result<A, Error>,
-    compared: impl Fn(&A) -> LossModel,
-    model: impl Fn(&A) -> LossModel,
-    single: impl Fn(A) -> SingleAnswer,
-) -> (Result<SingleAnswer, Error>, Option<SingleAnswer>) {
-    let answer = match analyse(None) {
-        Ok(answer) => answer,
-        Err(e) => return (Err(e), None),
-    };
-    let compared = compared(&answer);
-    let both = if model(&answer) == compared { Some(answer.clone()) } else { analyse(Some(compared)).ok() };
-    (Ok(single(answer)), both.map(single))
+impl Compared {
+    fn alone(without_drag: SingleAnswer) -> Self {
+        Self { without_drag, beside_drag: None }
+    }
 }

@@ -23,8 +23,8 @@ impl SolvedMeasurement {
     /// Values and covariance out of an answer.
     pub(super) fn new(measurement: usize, scale: f64, answer: &SingleAnswer) -> Result<Self, &'static str> {
         const PAIR: [Parameter; 2] = [Parameter::DECAY_RATE, Parameter::FRICTION_DISPLACEMENT];
-        // Of the fit that has the correlations, its limits lifted as those of the values are. In a series the
-        // model is given, so that losses which one of many measurements does not exclude are no error of it.
+        // Of the fit that has the correlations, its limits lifted as those of the values are. Drag that a ring-down does not
+        // exclude is weighed over all of them.
         let own_error = |parameter: Parameter| match answer {
             SingleAnswer::Sweep(a) => a.error_given_terms(parameter),
             SingleAnswer::RingDown(a) => a.unbounded_error(parameter),
@@ -81,6 +81,16 @@ impl SolvedMeasurement {
             frequency,
             drive,
         })
+    }
+
+    /// The mean of this and what another model says, by its weight, and what they differ by counted.
+    pub(super) fn averaged_with(self, other: Self, weight: f64) -> Self {
+        let apart = other.value - self.value;
+        let value = self.value + apart * weight;
+        let covariance = self.covariance * (1.0 - weight)
+            + other.covariance * weight
+            + apart * apart.transpose() * (weight * (1.0 - weight));
+        Self { value, covariance, ..if weight > 0.5 { other } else { self } }
     }
 
     /// The same with scatter between repeats.
