@@ -37,6 +37,8 @@ const LANES: usize = 8;
 const EXPONENTIAL: [f64; 10] = inverse_factorials(0, 1);
 /// No half cycle changes its swing by more than `e` to this power.
 const MOST_DECREMENT: f64 = 700.0;
+/// By what factor the ratio of swings below x_F may differ from that of viscous damping.
+const LAST_SWING: f64 = 2.0;
 /// Steps from turn to turn for each sample, and those without any, beyond which the frequency is taken for no
 /// motion: a fit that strays to one far above the samples would take minutes.
 const MOST_STEPS: [usize; 2] = [8, 10_000];
@@ -274,7 +276,13 @@ impl HalfCycle {
         // Both swings, that of the turn and that of the next.
         let (swing, swing_after) = (turn.amplitude - x_f, next.amplitude + x_f);
         let [lambda, over_ratio] = self.common.unwrap_or_else(|| {
-            let ratio = swing_after / swing;
+            let mut ratio = swing_after / swing;
+            if swing < x_f {
+                // The law of amplitudes is right to a small part of x_F, which may be all of the last swing: of so small a
+                // one viscous loss alone takes a part worth mention.
+                let viscous = (-PI * p[DELTA] / p[OMEGA]).exp();
+                ratio = ratio.max(viscous / LAST_SWING).min(viscous * LAST_SWING);
+            }
             [ratio.ln() * FRAC_1_PI, 1.0 / ratio]
         });
         let mut reach = (PI * lambda).abs();

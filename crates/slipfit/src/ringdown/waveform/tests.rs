@@ -388,3 +388,38 @@ fn sums_of_parts_are_the_same_by_both_kernels() {
     p[DRAG] = 0.01;
     assert!(wave(&time, &signal, None).closed_parts(&p, &free, &borders).is_none());
 }
+
+/// Under drag the law of amplitudes may leave a last swing of any small size: what moves it must not be divided by it.
+#[test]
+fn derivatives_hold_where_the_last_swing_vanishes() {
+    const FRICTION: f64 = 0.0117;
+    let time: Vec<f64> = (0..612).map(|i| f64::from(i) * 0.01).collect();
+    let signal = vec![0.0; time.len()];
+    let at = |a_0: f64| {
+        let mut p = [0.0; COUNT];
+        (p[A0], p[X_F], p[DRAG], p[OMEGA]) = (a_0, FRICTION, 0.46, 31.4);
+        p
+    };
+    let level = |a_0: f64| wave(&time, &signal, None).residuals(&at(a_0))[time.len() - 1].abs();
+    let bisected = |[mut low, mut high]: [f64; 2], lies_above: &dyn Fn(f64) -> bool| {
+        for _ in 0..60 {
+            let middle = 0.5 * (low + high);
+            *(if lies_above(middle) { &mut high } else { &mut low }) = middle;
+        }
+        [low, high]
+    };
+    // The motion stops ever higher until the spring overcomes the friction once more, a little above x_F.
+    let from = (0..100).map(|i| 1.0 + 1e-3 * f64::from(i)).find(|a_0| level(*a_0) < 1e-3).expect("near zero");
+    let mut to = from;
+    while level(to) < FRICTION {
+        to += 2e-6;
+    }
+    let [low, high] = bisected([to, to + 1e-4], &|a_0| level(a_0) < FRICTION);
+    for a_0 in [low, high, high + 1e-12, high + 1e-10, high + 1e-8] {
+        let mut out = Normal::zeros(COUNT);
+        assert!(wave(&time, &signal, None).normal(&at(a_0), &mut out));
+        // Of each sample at most one.
+        let square = out.jtj[(A0, A0)];
+        assert!(square <= time.len() as f64, "{a_0}: {square}");
+    }
+}
