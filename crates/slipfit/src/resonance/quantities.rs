@@ -7,7 +7,7 @@ use super::criteria::Criteria;
 use super::fitted_models::FittedModels;
 use super::paper::Lorentzian;
 use super::problem::Problem;
-use super::response::{BG_RE, DELTA, DUFFING, FLOOR, OFFSET, OMEGA, X_0, X_F, slot};
+use super::response::{BG_RE, DUFFING, FLOOR, OFFSET, OMEGA, X_0, X_F, slot};
 use super::{Curve, DriveSource, Options};
 use crate::answer::averaged::{absent_losses, widening};
 use crate::answer::calibration::physical;
@@ -77,12 +77,16 @@ pub(super) fn given_terms(used: &Curve, d: &FittedModels, chosen: &ModelFit) -> 
         let own = noise.std_error(&chosen.unbounded, k);
         if chosen.unbounded.free.contains(&k) { q.std_error.max(own) } else { q.std_error }
     };
-    vec![
-        (Parameter::NaturalFrequency, frequency.std_error),
-        (Parameter::DECAY_RATE, lifted(loss_term(d, chosen, LossTerm::Viscous, used.unit()), DELTA)),
-        (Parameter::FRICTION_DISPLACEMENT, lifted(loss_term(d, chosen, LossTerm::Sliding, used.unit()), X_F)),
-        (Parameter::DriveAmplitude, lifted(drive_amplitude(d, chosen, used.unit()), X_0)),
-    ]
+    let of_loss = |term: LossTerm| lifted(loss_term(d, chosen, term, used.unit()), slot(term));
+    let losses = [LossTerm::Viscous, LossTerm::Sliding, LossTerm::Drag];
+    let losses = losses.into_iter().filter(|term| *term != LossTerm::Drag || chosen.model.has(*term));
+    losses
+        .map(|term| (Parameter::Loss(term), of_loss(term)))
+        .chain([
+            (Parameter::NaturalFrequency, frequency.std_error),
+            (Parameter::DriveAmplitude, lifted(drive_amplitude(d, chosen, used.unit()), X_0)),
+        ])
+        .collect()
 }
 
 /// The parameters, and the losses that the model has not and their intervals count noticeably.

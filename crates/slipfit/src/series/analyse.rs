@@ -2,7 +2,7 @@
 
 use super::answer::{Answer, ConditionRow, Consistency, Estimate};
 use super::criteria::Criteria;
-use super::drag::{self, Candidates};
+use super::drag::{Candidates, Weighed};
 use super::joint::{joint, references};
 use super::law::{LoadPoint, Replication, laws_of};
 use super::scatter::{Mean, Repeats, Scatter};
@@ -25,6 +25,10 @@ use std::f64::consts::TAU;
 /// ```text
 /// chi² = d' (C_1 + C_2)⁻¹ d     with two degrees of freedom
 /// ```
+///
+/// Drag is one rate of all measurements, estimated from them together as far as they agree on it; values and covariances are
+/// averages over the model without it and that with it, p values those of each model averaged by the same weight. What is
+/// not known of it is an error that all measurements share. A model that the options of a measurement name is taken as it is.
 ///
 /// Repeats of one way at one condition may scatter more than their errors say: by how much is estimated from all of
 /// them together, as in a random-effects meta-analysis (REML), and counts in every covariance above. In the mean of one
@@ -83,31 +87,34 @@ pub fn analyse_with(
     if singles.iter().all(|(_, s)| s.is_err()) {
         return Err(Error::NoFit { reason: "no measurement of the series could be analysed" });
     }
-    let solved = drag::averaged(candidates, criteria);
+    let Weighed { averaged: solved, models } = Weighed::new(candidates, criteria);
     let mut labels: Vec<&Condition> = Vec::new();
     for m in measurements {
         if !labels.iter().any(|c| c.label == m.condition.label) {
             labels.push(&m.condition);
         }
     }
-    let here = |condition: &Condition, ring_down: Option<bool>| -> Repeats<'_> {
-        let list = solved
-            .iter()
-            .filter(|s| measurements[s.measurement].condition.label == condition.label)
-            .filter(|s| ring_down.is_none_or(|r| r == s.ring_down));
-        Repeats::new(list.collect())
-    };
-    let conditions = |ring_down: Option<bool>| labels.iter().map(move |c| here(c, ring_down));
+    let places = Places { measurements, labels: &labels };
     // Repeats of one way say how they scatter; what the ways differ by is a question of its own, but counts in their mean.
-    let (ring_downs, resonances, all): (Vec<_>, Vec<_>, Vec<_>) =
-        (conditions(Some(true)).collect(), conditions(Some(false)).collect(), conditions(None).collect());
+    let [ring_downs, resonances, all] =
+        [Some(true), Some(false), None].map(|ring_down| places.repeats(&solved, ring_down));
     let of_repeats = Scatter::of(ring_downs.iter().chain(&resonances));
     let of_all = Scatter::of(&all);
-    let rows = ring_downs.iter().zip(&resonances).zip(&all).map(|((r, s), all)| {
+    let pairs = |(weight, solved): &(f64, Vec<SolvedMeasurement>)| {
+        let [ring_downs, resonances] = [true, false].map(|ring_down| places.repeats(solved, Some(ring_down)));
+        let scatter = Scatter::of(ring_downs.iter().chain(&resonances));
+        let pair = |(r, s): (&Repeats<'_>, &Repeats<'_>)| {
+            Some(Pair { ring_down: r.mean(&scatter)?, resonance: s.mean(&scatter)? })
+        };
+        (*weight, ring_downs.iter().zip(&resonances).map(pair).collect())
+    };
+    let compared: Vec<(f64, Vec<Option<Pair>>)> = models.iter().map(pairs).collect();
+    let rows = ring_downs.iter().zip(&resonances).zip(&all).enumerate().map(|(i, ((r, s), all))| {
         let hz = all.list.iter().find_map(|s| s.frequency).map(|f| f[0]);
         Row {
             ring_down: r.mean(&of_repeats),
             resonance: s.mean(&of_repeats),
+            pairs: compared.iter().map(|(weight, pairs)| (*weight, pairs[i])).collect(),
             joint: all.mean(&of_all),
             hz,
             measurements: all.list.len(),
@@ -120,8 +127,11 @@ pub fn analyse_with(
             warnings.push(Warning::Disagree { condition: r.condition.clone(), p_value });
         }
     }
-    let differences: Vec<Difference> = rows.iter().filter_map(Row::difference).collect();
-    let agreement_p_value = differences.into_iter().reduce(Difference::and).map(Difference::p_value);
+    let agreement = compared.iter().map(|(weight, pairs)| {
+        let differences = pairs.iter().flatten().filter_map(Pair::difference);
+        Some(weight * differences.reduce(Difference::and)?.p_value())
+    });
+    let agreement_p_value: Option<f64> = agreement.sum();
     let scattered = ring_downs.iter().chain(&resonances).flat_map(|r| {
         let more = of_repeats.covariance(r.level);
         r.list.iter().map(move |s| s.scattered(&more))
@@ -160,10 +170,32 @@ pub fn analyse_with(
     })
 }
 
+/// Which condition each measurement belongs to.
+struct Places<'a> {
+    measurements: &'a [Measurement],
+    labels: &'a [&'a Condition],
+}
+
+impl Places<'_> {
+    /// The measurements of each condition, by one way or both.
+    fn repeats<'a>(&self, solved: &'a [SolvedMeasurement], ring_down: Option<bool>) -> Vec<Repeats<'a>> {
+        let here = |condition: &&Condition| {
+            let list = solved
+                .iter()
+                .filter(|s| self.measurements[s.measurement].condition.label == condition.label)
+                .filter(|s| ring_down.is_none_or(|r| r == s.ring_down));
+            Repeats::new(list.collect())
+        };
+        self.labels.iter().map(here).collect()
+    }
+}
+
 /// What was found at one condition.
 struct Row {
     ring_down: Option<Mean>,
     resonance: Option<Mean>,
+    /// Both by each model, with its weight.
+    pairs: Vec<(f64, Option<Pair>)>,
     joint: Option<Mean>,
     /// Frequency, Hz.
     hz: Option<f64>,
@@ -192,23 +224,45 @@ impl Difference {
     }
 }
 
-impl Row {
+/// Means by ring-down and by resonance.
+#[derive(Clone, Copy)]
+struct Pair {
+    ring_down: Mean,
+    resonance: Mean,
+}
+
+impl Pair {
     /// The two ways, damping and friction together, their correlations counted.
     fn difference(&self) -> Option<Difference> {
-        let (a, b) = (self.ring_down?, self.resonance?);
+        let (a, b) = (&self.ring_down, &self.resonance);
         let d = a.value - b.value;
-        let inverse = (a.covariance + b.covariance).try_inverse()?;
+        let inverse = a.covariance_from(b).try_inverse()?;
         let chi_square = (d.transpose() * inverse * d)[(0, 0)];
         let freedom = a.freedom.into_iter().chain(b.freedom).fold(f64::INFINITY, f64::min);
         Some(Difference { chi_square, compared: 2.0, freedom })
     }
 
+    /// Damping or friction alone.
+    fn consistency(&self, k: usize) -> Consistency {
+        let (a, b) = (&self.ring_down, &self.resonance);
+        let z = (a.value[k] - b.value[k]) / a.covariance_from(b)[(k, k)].sqrt();
+        let freedom = a.freedom[k].min(b.freedom[k]);
+        Consistency { z, p_value: scaled_tail(z * z, 1.0, freedom) }
+    }
+}
+
+impl Row {
+    /// A figure of both ways, averaged over the models.
+    fn averaged(&self, figure: impl Fn(&Pair) -> Option<f64>) -> Option<f64> {
+        self.pairs.iter().map(|(weight, pair)| Some(weight * figure(pair.as_ref()?)?)).sum()
+    }
+
     fn shown(&self, condition: &Condition, options: &Options) -> ConditionRow {
         let pair = |k: usize| {
-            let (a, b) = (self.ring_down?, self.resonance?);
-            let z = (a.value[k] - b.value[k]) / (a.covariance[(k, k)] + b.covariance[(k, k)]).sqrt();
-            let freedom = a.freedom[k].min(b.freedom[k]);
-            Some(Consistency { z, p_value: scaled_tail(z * z, 1.0, freedom) })
+            Some(Consistency {
+                z: self.averaged(|pair| Some(pair.consistency(k).z))?,
+                p_value: self.averaged(|pair| Some(pair.consistency(k).p_value))?,
+            })
         };
         let cell = |mean: Option<Mean>| mean.map(|m| cell(&m, self.hz, options, options.calibration));
         ConditionRow {
@@ -218,7 +272,7 @@ impl Row {
             resonance: cell(self.resonance),
             friction: pair(1),
             damping: pair(0),
-            p_value: self.difference().map(Difference::p_value),
+            p_value: self.averaged(|pair| Some(pair.difference()?.p_value())),
             joint: cell(self.joint),
         }
     }
@@ -274,7 +328,7 @@ fn laws(
         return Vec::new();
     }
     let exact = options.calibration.map(Calibration::exact);
-    let (mut points, mut unit) = (Vec::new(), String::new());
+    let (mut points, mut shared, mut unit) = (Vec::new(), Vec::new(), String::new());
     let (mut freedom, mut measurements) = (f64::INFINITY, 0.0);
     for (condition, row) in labels.iter().zip(rows) {
         let (Some([load, load_std_error]), Some(mean)) = (condition.value.filter(|v| v[0] >= 0.0), row.joint)
@@ -282,12 +336,14 @@ fn laws(
             continue;
         };
         let friction = cell(&mean, row.hz, options, exact).friction;
+        let unit_size = friction.std_error / mean.errors(1)[0];
         points.push(LoadPoint {
             load,
             load_std_error,
             friction: friction.unbounded_value,
-            friction_std_error: friction.std_error,
+            friction_std_error: mean.own_error(1) * unit_size,
         });
+        shared.push(mean.shared[1] * unit_size);
         freedom = freedom.min(mean.freedom[1]);
         measurements += row.measurements as f64;
         unit = friction.unit;
@@ -296,7 +352,7 @@ fn laws(
     if points.iter().all(|p: &LoadPoint| p.load == points[0].load) {
         return Vec::new();
     }
-    let known = Replication { measurements, freedom, repeats: scatter.freedom, left: scatter.left };
+    let known = Replication { measurements, freedom, repeats: scatter.freedom, left: scatter.left, shared };
     let mut laws = laws_of(&points, [&options.condition_unit, &unit], &known, criteria);
     let relative = options.calibration.map_or(0.0, Calibration::relative_error);
     for law in &mut laws {
@@ -486,6 +542,7 @@ mod tests {
                     Vector2::new(damping, noise + 3.0 * normal(10 * i + 3))
                 },
                 covariance: Matrix2::new(1.0, -0.9, -0.9, 1.0),
+                shared: Vector2::zeros(),
                 frequency: None,
                 drive: None,
             });

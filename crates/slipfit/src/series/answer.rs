@@ -1,7 +1,7 @@
 //! The answer to a series.
 
 use super::law::LawFit;
-use crate::answer::{Parameters, Warning};
+use crate::answer::{Parameter, Parameters, Warning};
 use crate::{Error, Quantity, levels, resonance, ringdown};
 
 /// One measurement alone.
@@ -23,6 +23,25 @@ impl SingleAnswer {
             SingleAnswer::RingDown(a) => &a.parameters,
             SingleAnswer::Sweep(a) => &a.parameters,
             SingleAnswer::Levels(a) => &a.parameters,
+        }
+    }
+
+    /// Correlation of two losses, limits lifted.
+    pub(super) fn correlation(&self, a: Parameter, b: Parameter) -> Option<f64> {
+        match self {
+            SingleAnswer::RingDown(answer) => answer.correlation(a, b),
+            SingleAnswer::Sweep(answer) => answer.correlation(a, b),
+            // They have viscous damping and sliding friction alone.
+            SingleAnswer::Levels(answer) => Some(answer.loss_correlation),
+        }
+    }
+
+    /// Standard error of a loss, limits lifted, of the fit that has the correlations.
+    pub(super) fn own_error(&self, parameter: Parameter) -> Option<f64> {
+        match self {
+            SingleAnswer::Sweep(answer) => answer.error_given_terms(parameter),
+            SingleAnswer::RingDown(answer) => answer.unbounded_error(parameter),
+            SingleAnswer::Levels(_) => None,
         }
     }
 }

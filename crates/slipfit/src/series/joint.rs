@@ -9,7 +9,7 @@ use crate::inference::Z_95;
 use crate::inference::evidence::chi_square_tail;
 use crate::model::loss::LossModel;
 use crate::{Quantity, resonance};
-use nalgebra::{DMatrix, DVector};
+use nalgebra::{DMatrix, DVector, Vector2};
 
 /// A friction-free curve behind several sweeps, and the drive amplitude it tells by itself.
 pub(super) struct Reference {
@@ -70,12 +70,17 @@ pub(super) fn joint(
     let with_frequency = shared.natural_frequency && solved.iter().any(|s| s.frequency.is_some());
     let drive_at = frequency_at + usize::from(with_frequency);
     let with_drive = shared.drive_amplitude && solved.iter().any(|s| s.drive.is_some());
-    let unknowns = drive_at + usize::from(with_drive);
+    // And what moves all measurements together, 0 ± 1.
+    let together = drive_at + usize::from(with_drive);
+    let with_shared = solved.iter().any(|s| s.shared != Vector2::zeros());
+    let unknowns = together + usize::from(with_shared);
     // Relative to first values, so that hertz and metres share a matrix.
     let scale = |k: usize| -> f64 {
         let typical =
             |v: &mut dyn Iterator<Item = f64>| v.map(f64::abs).fold(0.0, f64::max).max(f64::MIN_POSITIVE);
-        if k < n {
+        if k == together {
+            1.0
+        } else if k < n {
             typical(&mut solved.iter().map(|s| s.covariance[(1, 1)].sqrt()))
         } else if k < frequency_at {
             typical(&mut solved.iter().map(|s| s.covariance[(0, 0)].sqrt()))
@@ -128,15 +133,29 @@ pub(super) fn joint(
                 );
             bare.cholesky().map(|c| c.inverse())
         })?;
+        let mut add = |i: usize, j: usize, w: f64| {
+            normal[(i, j)] += w * scales[i] * scales[j];
+        };
         for i in 0..value.len() {
             for j in 0..value.len() {
                 let w = inverse[(i, j)];
-                normal[(place[i], place[j])] += w * scales[place[i]] * scales[place[j]];
+                add(place[i], place[j], w);
                 rhs[place[i]] += w * value[j] * scales[place[i]];
                 total += w * value[i] * value[j];
+                if with_shared {
+                    let [a, b] = [i, j].map(|k| s.shared.get(k).copied().unwrap_or(0.0));
+                    add(place[i], together, w * b);
+                    add(together, place[j], w * a);
+                    add(together, together, w * a * b);
+                    rhs[together] += w * a * value[j];
+                }
             }
         }
         observations += value.len();
+    }
+    if with_shared {
+        normal[(together, together)] += 1.0;
+        observations += 1;
     }
     // Every sweep brought its reference along: each counts once.
     for reference in references.iter().filter(|_| with_drive) {

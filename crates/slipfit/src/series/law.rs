@@ -138,12 +138,15 @@ pub(super) struct Replication {
     /// Repeats at the same load, and their chi square with these errors.
     pub(super) repeats: f64,
     pub(super) left: f64,
+    /// What moves each point by one standard error together with all others, beside its own error.
+    pub(super) shared: Vec<f64>,
 }
 
 impl Replication {
     /// Points of one measurement each.
     fn of_points(n: usize) -> Self {
-        Self { measurements: n as f64, freedom: f64::INFINITY, repeats: 0.0, left: 0.0 }
+        let shared = vec![0.0; n];
+        Self { measurements: n as f64, freedom: f64::INFINITY, repeats: 0.0, left: 0.0, shared }
     }
 }
 
@@ -209,7 +212,7 @@ fn fit(
         for _ in 0..20 {
             let largest = points.iter().map(|p| at(&coefficients, p.load).abs()).fold(0.0, f64::max);
             let mut logarithms = 0.0;
-            let rows = points.iter().map(|p| {
+            let rows = points.iter().zip(&replication.shared).map(|(p, shared)| {
                 let slope = coefficients[0] * power * p.load.max(f64::MIN_POSITIVE).powf(power - 1.0);
                 let share = if largest > 0.0 { at(&coefficients, p.load) / largest } else { 1.0 };
                 let variance = p.friction_std_error.powi(2)
@@ -226,9 +229,15 @@ fn fit(
                 if columns == 2 {
                     row.push(1.0);
                 }
+                row.push(*shared);
                 (row, p.friction, weight)
             });
-            let (values, covariance, chi_square) = linear(rows, columns)?;
+            // What is shared is one more unknown, 0 ± 1.
+            let mut known = vec![0.0; columns + 1];
+            known[columns] = 1.0;
+            let rows = rows.chain(std::iter::once((known, 0.0, 1.0)));
+            let (mut values, covariance, chi_square) = linear(rows, columns + 1)?;
+            values.truncate(columns);
             let settled = (values[0] - coefficients[0]).abs() <= 1e-12 * values[0].abs();
             coefficients.clone_from(&values);
             found = Some(Weighted { values, covariance, chi_square, logarithms });

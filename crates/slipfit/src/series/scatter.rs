@@ -18,6 +18,8 @@ pub(super) struct Repeats<'a> {
 pub(super) struct Mean {
     pub(super) value: Vector2<f64>,
     pub(super) covariance: Matrix2<f64>,
+    /// What moves it by one standard error together with all other means, part of the covariance.
+    pub(super) shared: Vector2<f64>,
     /// Of damping and friction; infinite where the errors of the measurements are all.
     pub(super) freedom: [f64; 2],
     /// Half width of an interval over that of the normal, at least.
@@ -25,11 +27,33 @@ pub(super) struct Mean {
 }
 
 impl Mean {
+    /// Covariance of its difference from another mean, which moves with what both share.
+    pub(super) fn covariance_from(&self, other: &Self) -> Matrix2<f64> {
+        let both = self.shared * other.shared.transpose();
+        self.covariance + other.covariance - both - both.transpose()
+    }
+
+    /// Standard error of its own, without what is shared.
+    pub(super) fn own_error(&self, k: usize) -> f64 {
+        (self.covariance[(k, k)] - self.shared[k].powi(2)).max(0.0).sqrt()
+    }
+
     /// Standard error of damping or friction, and what takes its place in an interval.
     pub(super) fn errors(&self, k: usize) -> [f64; 2] {
         let std_error = self.covariance[(k, k)].sqrt();
         [std_error, std_error * student_factor(self.freedom[k]).max(self.spread)]
     }
+}
+
+/// Repeats put together.
+struct Together {
+    value: Vector2<f64>,
+    covariance: Matrix2<f64>,
+    shared: Vector2<f64>,
+    /// How they lie about their mean.
+    chi_square: f64,
+    /// Logarithm of the determinant of all covariances, and of that of the weight of the mean, which restricts the likelihood.
+    logarithms: f64,
 }
 
 /// How damping and friction scatter from one repeat to another, whatever the condition.
@@ -56,39 +80,48 @@ impl<'a> Repeats<'a> {
         Self { list, level }
     }
 
-    /// Their mean by their covariances, each with `more`; how they lie about it; and the logarithms of the determinants of
-    /// all covariances less that of the mean's, which restrict the likelihood. `None` where double precision does not
-    /// hold them.
-    fn together(&self, more: &Matrix2<f64>) -> Option<(Vector2<f64>, Matrix2<f64>, f64, f64)> {
+    /// Their mean by their covariances, each with `more`, and by what they share: generalised least squares with that as a
+    /// further unknown, known to be 0 ± 1. `None` where double precision does not hold them.
+    fn together(&self, more: &Matrix2<f64>) -> Option<Together> {
         let (mut weight, mut sum, mut logarithms) = (Matrix2::zeros(), Vector2::zeros(), 0.0);
+        let (mut cross, mut own, mut moved) = (Vector2::zeros(), 1.0, 0.0);
         for s in &self.list {
             let covariance = s.covariance + more;
             let inverse = covariance.try_inverse()?;
             weight += inverse;
             sum += inverse * s.value;
+            cross += inverse * s.shared;
+            own += s.shared.dot(&(inverse * s.shared));
+            moved += s.shared.dot(&(inverse * s.value));
             logarithms += covariance.determinant().ln();
         }
-        let covariance = weight.try_inverse()?;
-        let mean = covariance * sum;
+        let given = weight.try_inverse()?;
+        // Of the further unknown, the mean eliminated.
+        let precision = own - cross.dot(&(given * cross));
+        let further = (moved - cross.dot(&(given * sum))) / precision;
+        let value = given * (sum - cross * further);
+        let shared = given * cross / precision;
+        let covariance = given + shared * shared.transpose() * precision;
         let off = |s: &&SolvedMeasurement| {
-            let d = s.value - mean;
+            let d = s.value - value - s.shared * further;
             Some((d.transpose() * (s.covariance + more).try_inverse()? * d)[0])
         };
-        let chi_square = self.list.iter().filter_map(off).sum();
-        let held = mean.iter().all(|v| v.is_finite())
+        let chi_square = self.list.iter().filter_map(off).sum::<f64>() + further * further;
+        let held = value.iter().all(|v| v.is_finite())
             && covariance.diagonal().iter().all(|v| v.is_normal() && *v > 0.0);
-        held.then(|| (mean, covariance, chi_square, logarithms - covariance.determinant().ln()))
+        let logarithms = logarithms - given.determinant().ln() + precision.ln();
+        held.then_some(Together { value, covariance, shared, chi_square, logarithms })
     }
 
     /// Their mean, the scatter of repeats counted, and Satterthwaite's degrees of freedom of its variances.
     pub(super) fn mean(&self, scatter: &Scatter) -> Option<Mean> {
-        let (_, bare, ..) = self.together(&Matrix2::zeros())?;
-        let (value, covariance, ..) = self.together(&scatter.covariance(self.level))?;
+        let bare = self.together(&Matrix2::zeros())?;
+        let Together { value, covariance, shared, .. } = self.together(&scatter.covariance(self.level))?;
         let freedom = [0, 1].map(|k| {
-            let share = 1.0 - bare[(k, k)] / covariance[(k, k)];
+            let share = 1.0 - bare.covariance[(k, k)] / covariance[(k, k)];
             if share > 0.0 { scatter.freedom / (share * share) } else { f64::INFINITY }
         });
-        Some(Mean { value, covariance, freedom, spread: scatter.spread() })
+        Some(Mean { value, covariance, shared, freedom, spread: scatter.spread() })
     }
 }
 
@@ -119,8 +152,8 @@ impl Shape {
                     let mut tried = shape;
                     tried.deviation[k] = deviation;
                     let deviance = |r: &&Repeats<'_>| {
-                        let (_, _, chi_square, logarithms) = r.together(&tried.covariance(r.level))?;
-                        Some(chi_square + logarithms)
+                        let together = r.together(&tried.covariance(r.level))?;
+                        Some(together.chi_square + together.logarithms)
                     };
                     several.iter().map(deviance).sum::<Option<f64>>().unwrap_or(f64::INFINITY)
                 };
@@ -148,7 +181,7 @@ impl Scatter {
             freedom: several.iter().map(|r| r.list.len() as f64 - 1.0).sum(),
             left: 0.0,
         };
-        let left = |r: &&Repeats<'_>| Some(0.5 * r.together(&scatter.covariance(r.level))?.2);
+        let left = |r: &&Repeats<'_>| Some(0.5 * r.together(&scatter.covariance(r.level))?.chi_square);
         scatter.left = several.iter().filter_map(left).sum();
         scatter
     }
@@ -160,7 +193,8 @@ impl Scatter {
 
     /// It in parts of the values, where the errors alone do not explain how repeats lie about their means.
     pub(super) fn relative(&self, all: &[Repeats<'_>], criteria: &Criteria) -> Option<RepeatScatter> {
-        let chi_square: f64 = all.iter().filter_map(|r| Some(r.together(&Matrix2::zeros())?.2)).sum();
+        let chi_square: f64 =
+            all.iter().filter_map(|r| Some(r.together(&Matrix2::zeros())?.chi_square)).sum();
         if !(self.freedom > 0.0 && chi_square_tail(chi_square, 2.0 * self.freedom) < criteria.disagree) {
             return None;
         }
@@ -192,7 +226,16 @@ mod tests {
 
     fn measured(value: [f64; 2], covariance: Matrix2<f64>) -> SolvedMeasurement {
         let value = Vector2::from(value);
-        SolvedMeasurement { measurement: 0, ring_down: true, value, covariance, frequency: None, drive: None }
+        let shared = Vector2::zeros();
+        SolvedMeasurement {
+            measurement: 0,
+            ring_down: true,
+            value,
+            covariance,
+            shared,
+            frequency: None,
+            drive: None,
+        }
     }
 
     /// Five loads three times, friction scattered by 5 % beside errors that correlate as those of ring-downs: damping, which

@@ -5,10 +5,10 @@ use super::answer::SingleAnswer;
 use crate::model::loss::{LossModel, LossTerm};
 use crate::{Error, levels, resonance, ringdown};
 
-/// What a measurement says of viscous damping and sliding friction, beside what else a ring-down has.
+/// What a measurement says of viscous damping and sliding friction, beside what else it has.
 pub(super) struct Compared {
     pub(super) without_drag: SingleAnswer,
-    /// The same beside drag, where a ring-down may have it or not.
+    /// The same beside drag, where it may have it or not.
     pub(super) beside_drag: Option<SingleAnswer>,
 }
 
@@ -55,7 +55,11 @@ pub(super) fn analyse_one(data: &Data) -> (Result<SingleAnswer, Error>, Option<C
             const BOTH: LossModel = LossModel::VISCOUS_SLIDING;
             let both = if answer.model == BOTH { Some(answer.clone()) } else { analyse(Some(BOTH)).ok() };
             let single = |answer| SingleAnswer::Sweep(Box::new(answer));
-            (Ok(single(answer)), both.map(single).map(Compared::alone))
+            let beside_drag =
+                if options.model.is_none() { analyse(Some(BOTH.with(LossTerm::Drag))).ok() } else { None };
+            let compared = both
+                .map(|both| Compared { without_drag: single(both), beside_drag: beside_drag.map(single) });
+            (Ok(single(answer)), compared)
         }
         // Levels know no other model.
         Data::Levels { levels, options } => match levels::analyse(levels, options) {

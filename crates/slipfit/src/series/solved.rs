@@ -13,6 +13,8 @@ pub(super) struct SolvedMeasurement {
     /// Damping rate and friction displacement.
     pub(super) value: Vector2<f64>,
     pub(super) covariance: Matrix2<f64>,
+    /// What moves them by one standard error together with all other measurements, beside the covariance.
+    pub(super) shared: Vector2<f64>,
     /// Natural frequency, Hz, and its standard error.
     pub(super) frequency: Option<[f64; 2]>,
     /// Drive amplitude, its standard error, and its correlation with the two.
@@ -23,30 +25,20 @@ impl SolvedMeasurement {
     /// Values and covariance out of an answer.
     pub(super) fn new(measurement: usize, scale: f64, answer: &SingleAnswer) -> Result<Self, &'static str> {
         const PAIR: [Parameter; 2] = [Parameter::DECAY_RATE, Parameter::FRICTION_DISPLACEMENT];
-        // Of the fit that has the correlations, its limits lifted as those of the values are. Drag that a ring-down does not
+        // Of the fit that has the correlations, its limits lifted as those of the values are. Drag that a measurement does not
         // exclude is weighed over all of them.
-        let own_error = |parameter: Parameter| match answer {
-            SingleAnswer::Sweep(a) => a.error_given_terms(parameter),
-            SingleAnswer::RingDown(a) => a.unbounded_error(parameter),
-            SingleAnswer::Levels(_) => None,
-        };
         let by_few = match answer {
             SingleAnswer::Levels(a) => a.student_factor(),
             _ => 1.0,
         };
         let get = |parameter: Parameter| {
             let mut quantity = answer.parameters().get(parameter).cloned()?;
-            quantity.std_error = own_error(parameter).unwrap_or(quantity.std_error) * by_few;
+            quantity.std_error = answer.own_error(parameter).unwrap_or(quantity.std_error) * by_few;
             Some(quantity)
         };
         let delta = get(PAIR[0]).ok_or("it gives no decay rate")?;
         let x_f = get(PAIR[1]).ok_or("it gives no friction displacement")?.scaled(scale, "");
-        let rho = match answer {
-            SingleAnswer::RingDown(a) => a.correlation(PAIR[0], PAIR[1]).unwrap_or(0.0),
-            SingleAnswer::Sweep(a) => a.correlation(PAIR[0], PAIR[1]).unwrap_or(0.0),
-            SingleAnswer::Levels(a) => a.loss_correlation,
-        };
-        let rho = rho.clamp(-0.999_999, 0.999_999);
+        let rho = answer.correlation(PAIR[0], PAIR[1]).unwrap_or(0.0).clamp(-0.999_999, 0.999_999);
         let (s_d, s_x) = (delta.std_error, x_f.std_error);
         if !(s_d > 0.0 && s_x > 0.0 && s_d.is_finite() && s_x.is_finite()) {
             return Err("it does not determine damping and friction");
@@ -78,19 +70,10 @@ impl SolvedMeasurement {
             ring_down: matches!(answer, SingleAnswer::RingDown(_)),
             value: Vector2::new(delta.unbounded_value, x_f.unbounded_value),
             covariance,
+            shared: Vector2::zeros(),
             frequency,
             drive,
         })
-    }
-
-    /// The mean of this and what another model says, by its weight, and what they differ by counted.
-    pub(super) fn averaged_with(self, other: Self, weight: f64) -> Self {
-        let apart = other.value - self.value;
-        let value = self.value + apart * weight;
-        let covariance = self.covariance * (1.0 - weight)
-            + other.covariance * weight
-            + apart * apart.transpose() * (weight * (1.0 - weight));
-        Self { value, covariance, ..if weight > 0.5 { other } else { self } }
     }
 
     /// The same with scatter between repeats.
