@@ -203,11 +203,7 @@ fn analyse_without_line(
     let inside = behind.is_none();
     let (whole, mut answer, options) = behind.unwrap_or((whole.clone(), answer, options.clone()));
     // Before a second mode is looked for: a strong third harmonic, which falls three times as fast, passes for one.
-    if shows_displacement(record, &options) && LossModel::further_named(options.model) == 0 {
-        let fit = |rest: Samples| analyse_part(rest, record, &options, criteria).ok();
-        let refine = |rest: Samples, answer: Answer| refined(rest, answer, record, &options, criteria);
-        answer = straightened(&whole, answer, &criteria.sensor, fit, refine);
-    }
+    answer = straightened_reading(&whole, answer, record, &options, criteria);
     if answer.sensor_curve.is_none() {
         answer = refined(whole.clone(), answer, record, &options, criteria);
     }
@@ -225,7 +221,24 @@ fn analyse_without_line(
     Ok(answer)
 }
 
-/// The answer about the samples, or about those without a baseline along a curve where that is better.
+/// The answer about the straightened reading where that of a displacement bends, else the one given.
+fn straightened_reading(
+    whole: &Samples,
+    answer: Answer,
+    record: &Record,
+    options: &Options,
+    criteria: &Criteria,
+) -> Answer {
+    if !shows_displacement(record, options) || LossModel::further_named(options.model) > 0 {
+        return answer;
+    }
+    let fit = |rest: Samples| analyse_part(rest, record, options, criteria).ok();
+    let refine = |rest: Samples, answer: Answer| refined(rest, answer, record, options, criteria);
+    straightened(whole, answer, &criteria.sensor, fit, refine)
+}
+
+/// The answer about the samples, or about those without a baseline along a curve where that is better and no bend of the
+/// reading explains the level.
 fn about_a_level<'a>(
     whole: &Samples<'a>,
     record: &Record,
@@ -243,9 +256,13 @@ fn about_a_level<'a>(
     } else {
         None
     };
+    let bends = |answer: &Answer| {
+        straightened_reading(whole, answer.clone(), record, options, criteria).sensor_curve.is_some()
+    };
     if let Some((level, baseline)) = level
         && let Ok(found) = analyse_part(level.clone(), record, options, criteria)
-        && better(&found, answer.as_ref().ok(), criteria)
+        && better(&found, answer.as_ref().ok(), &baseline, &criteria.baseline)
+        && !answer.as_ref().is_ok_and(bends)
     {
         return Ok((level, found, Some(baseline)));
     }

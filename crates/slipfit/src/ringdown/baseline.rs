@@ -1,20 +1,38 @@
 //! Baseline: a level about which the motion swings that wanders along a curve, subtracted.
 
+use super::Answer;
 use super::criteria::BaselineCriteria;
 use super::level::{Baseline, Position};
 use super::samples::Samples;
-use super::{Answer, Criteria};
 use crate::Parameter;
-use crate::inference::least_squares::linear;
+use crate::inference::least_squares::{Normal, linear, linear_of};
 use crate::numeric::robust::neighbour_noise;
 use crate::signal::spectrum::dominant;
 use std::borrow::Cow;
 use std::f64::consts::TAU;
+use std::ops::Range;
 
 /// Levels of a record at most.
 const LEVELS: f64 = 400.0;
 /// Samples of a level at least.
 const LEAST_SAMPLES: usize = 8;
+/// Columns of level, slope, the oscillation and its slope, and with its second harmonic.
+const FIRST: Range<usize> = 0..6;
+const WITH_SECOND: Range<usize> = 0..8;
+
+/// The level of a stretch of the record, and the motion about it.
+struct Level {
+    time_s: f64,
+    value: f64,
+    second: Option<SecondHarmonic>,
+}
+
+/// That of a stretch, in phase with the motion, as the square of the motion has it.
+struct SecondHarmonic {
+    amplitude: f64,
+    squared_motion: f64,
+    weight: f64,
+}
 
 /// The samples without their baseline, and it; `None` where the levels about which `answer` swings, or the
 /// strongest oscillation where there is none, lie on a parabola that is not steep, which every fit has, or where cycles
@@ -39,7 +57,7 @@ pub(crate) fn without_baseline<'a>(
         None => {
             let all: Vec<(f64, f64)> = time.iter().copied().zip(signal.iter().copied()).collect();
             let (curve, _) = polynomial(&all, &at, criteria.most_degree)?;
-            let rough = Baseline { at, curve, range: 0.0 };
+            let rough = Baseline { at, curve, range: 0.0, goes_with_motion: false };
             dominant(time, &less(time, signal, &rough), None)?.frequency_hz
         }
     };
@@ -47,7 +65,8 @@ pub(crate) fn without_baseline<'a>(
         return None;
     }
     let from = time.partition_point(|t| *t < from_s).min(time.len() - 1);
-    let levels = levels(&time[from..], &signal[from..], frequency_hz);
+    let stretches = levels(&time[from..], &signal[from..], frequency_hz);
+    let levels: Vec<(f64, f64)> = stretches.iter().map(|l| (l.time_s, l.value)).collect();
     let most = criteria.most_degree.min(levels.len() / criteria.levels_per_degree);
     let values: Vec<f64> = levels.iter().map(|l| l.1).collect();
     let variance = neighbour_noise(values.windows(3))?.powi(2).max(f64::MIN_POSITIVE);
@@ -58,11 +77,10 @@ pub(crate) fn without_baseline<'a>(
     });
     let (_, curve) = fits.min_by(|a, b| a.0.total_cmp(&b.0)).filter(|(_, curve)| curve.len() > 1)?;
     let is_parabola = curve.len() <= 3;
-    let mut baseline = Baseline { at, curve, range: 0.0 };
+    let mut baseline = Baseline { at, curve, range: 0.0, goes_with_motion: false };
+    baseline.goes_with_motion = goes_with_motion(&stretches, &baseline, criteria);
     let flat = less(time, signal, &baseline);
-    let moved = signal.iter().zip(&flat).map(|(before, after)| before - after);
-    let (low, high) = moved.fold((f64::INFINITY, f64::NEG_INFINITY), |(l, h), m| (l.min(m), h.max(m)));
-    baseline.range = high - low;
+    baseline.range = range(signal.iter().zip(&flat).map(|(before, after)| before - after));
     // A steep one hides frequency, rest and end before any fit.
     let first = answer.and_then(|a| a.parameter(Parameter::InitialAmplitude)).map_or(0.0, |a| a.value);
     if is_parabola && baseline.range < criteria.steep * first {
@@ -80,12 +98,26 @@ pub(crate) fn without_baseline<'a>(
 }
 
 /// Whether an answer about samples without a baseline describes them better.
-pub(crate) fn better(found: &Answer, before: Option<&Answer>, criteria: &Criteria) -> bool {
+pub(crate) fn better(
+    found: &Answer,
+    before: Option<&Answer>,
+    baseline: &Baseline,
+    criteria: &BaselineCriteria,
+) -> bool {
     let Some(before) = before else { return true };
+    let first = before.parameter(Parameter::InitialAmplitude).map_or(0.0, |a| a.value);
     let (found, before) = (&found.diagnostics, &before.diagnostics);
     let noise = |d: &super::Diagnostics| d.noise_rms.powi(2) * d.residual_excess.max(1.0);
-    let gained =
-        if found.method == "waveform" && before.method != "waveform" { 1.0 } else { criteria.baseline.gain };
+    // In single cycles a level that wanders slowly adds nothing: what makes them noisier is none.
+    let as_quiet = found.noise_rms.powi(2) <= criteria.noise_of_wide * before.noise_rms.powi(2);
+    let is_wide = baseline.range > criteria.wide * first && !baseline.goes_with_motion && as_quiet;
+    let gained = if is_wide {
+        criteria.gain_of_wide
+    } else if found.method == "waveform" && before.method != "waveform" {
+        1.0
+    } else {
+        criteria.gain
+    };
     noise(found) < gained * noise(before)
 }
 
@@ -100,8 +132,29 @@ fn less(time: &[f64], signal: &[f64], baseline: &Baseline) -> Vec<f64> {
     time.iter().zip(signal).map(|(t, x)| x - baseline.value(*t)).collect()
 }
 
-/// Instants and levels of stretches of at least a cycle.
-fn levels(time: &[f64], signal: &[f64], frequency_hz: f64) -> Vec<(f64, f64)> {
+/// Greatest less least of values.
+fn range(values: impl Iterator<Item = f64>) -> f64 {
+    let (low, high) = values.fold((f64::INFINITY, f64::NEG_INFINITY), |(l, h), v| (l.min(v), h.max(v)));
+    high - low
+}
+
+/// Whether the motion moves the level, as it does where a reading bends or a spring is harder to one side: with the level
+/// it moves the second harmonic, which a level that wanders by itself leaves alone.
+///
+/// `q x²` raises the level by `q A²/2`, as much as it has of `cos 2φ`; a force `-α x²` lowers it by `α A²/2ω²`, three times
+/// as much.
+fn goes_with_motion(levels: &[Level], baseline: &Baseline, criteria: &BaselineCriteria) -> bool {
+    let seconds: Vec<&SecondHarmonic> = levels.iter().filter_map(|l| l.second.as_ref()).collect();
+    let rows = seconds.iter().map(|h| (vec![h.squared_motion], h.amplitude, h.weight));
+    let Some((slope, covariance, rss)) = linear(rows, 1).filter(|_| seconds.len() > 1) else { return false };
+    let error = (covariance[(0, 0)] * rss / (seconds.len() - 1) as f64).sqrt();
+    let moved = slope[0].abs() * range(seconds.iter().map(|h| h.squared_motion));
+    let of_level = range(levels.iter().map(|l| baseline.value(l.time_s)));
+    slope[0].abs() > criteria.second_harmonic_errors * error && moved > criteria.second_harmonic * of_level
+}
+
+/// Levels of stretches of at least a cycle.
+fn levels(time: &[f64], signal: &[f64], frequency_hz: f64) -> Vec<Level> {
     let cycles = ((time[time.len() - 1] - time[0]) * frequency_hz / LEVELS).ceil().max(1.0);
     let span_s = cycles / frequency_hz;
     let mut found = Vec::new();
@@ -114,16 +167,37 @@ fn levels(time: &[f64], signal: &[f64], frequency_hz: f64) -> Vec<(f64, f64)> {
         }
         if end - from >= LEAST_SAMPLES {
             let middle = start + 0.5 * span_s;
-            let rows = time[from..end].iter().zip(&signal[from..end]).map(|(t, x)| {
+            let mut sums = Normal::zeros(WITH_SECOND.end);
+            for (t, x) in time[from..end].iter().zip(&signal[from..end]) {
                 let u = (t - middle) / span_s;
-                let (sin, cos) = (TAU * frequency_hz * (t - middle)).sin_cos();
-                (vec![1.0, u, cos, sin, u * cos, u * sin], *x, 1.0)
-            });
-            found.extend(linear(rows, 6).map(|(level, _, _)| (middle, level[0])));
+                let angle = TAU * frequency_hz * (t - middle);
+                let ((sin, cos), (sin_2, cos_2)) = (angle.sin_cos(), (2.0 * angle).sin_cos());
+                sums.add_row(&[1.0, u, cos, sin, u * cos, u * sin, cos_2, sin_2], *x, 1.0);
+            }
+            let level = linear_of(&sums, &FIRST.collect::<Vec<usize>>());
+            found.extend(level.map(|(level, ..)| Level {
+                time_s: middle,
+                value: level[0],
+                second: second_harmonic(&sums),
+            }));
         }
         from = end.max(from + 1);
     }
     found
+}
+
+fn second_harmonic(sums: &Normal) -> Option<SecondHarmonic> {
+    let (by, covariance, _) = linear_of(sums, &WITH_SECOND.collect::<Vec<usize>>())?;
+    let (cos, sin) = (by[2], by[3]);
+    let squared_motion = cos * cos + sin * sin;
+    // Those of the square of the motion, whose level is 1.
+    let [cos_2, sin_2] = [(cos * cos - sin * sin) / squared_motion, 2.0 * cos * sin / squared_motion];
+    let variance = cos_2 * cos_2 * covariance[(6, 6)]
+        + sin_2 * sin_2 * covariance[(7, 7)]
+        + 2.0 * cos_2 * sin_2 * covariance[(6, 7)];
+    let found =
+        SecondHarmonic { amplitude: by[6] * cos_2 + by[7] * sin_2, squared_motion, weight: variance.recip() };
+    (found.amplitude.is_finite() && found.weight.is_finite() && found.weight > 0.0).then_some(found)
 }
 
 #[cfg(test)]
@@ -131,6 +205,7 @@ mod tests {
     use super::*;
     use crate::motion::decay::FreeDecay;
     use crate::noise::{assert_held, jitter};
+    use crate::ringdown::Criteria;
     use crate::ringdown::{Options, analyse};
     use crate::{Oscillator, Record};
     use std::f64::consts::PI;
@@ -169,6 +244,61 @@ mod tests {
             let options = Options::default();
             assert_held(|repeat| record(level, repeat), &options, Parameter::DECAY_RATE, DELTA);
             assert_held(|repeat| record(level, repeat), &options, Parameter::FRICTION_DISPLACEMENT, X_F);
+        }
+    }
+
+    /// Noise that wanders hides what a level that relaxes adds to the first amplitudes; one of 2 % may be none.
+    #[test]
+    fn a_wide_baseline_is_subtracted_without_a_gain_unless_the_motion_makes_it() {
+        let answer = analyse(&record(|_| 0.0, 0), &Options::default()).expect("a ring-down");
+        let subtracted = |range: f64, goes_with_motion: bool| {
+            let at = Position::between(0.0, 50.0);
+            let baseline = Baseline { at, curve: vec![0.0; 5], range, goes_with_motion };
+            better(&answer, Some(&answer), &baseline, &BaselineCriteria::default())
+        };
+        assert!(subtracted(0.2, false) && !subtracted(0.2, true) && !subtracted(0.02, false));
+    }
+
+    /// Relaxing by one and a half times the first amplitude, and walking; such noise keeps the variance where it is.
+    #[test]
+    fn a_level_that_relaxes_and_walks_leaves_friction_and_decay_rate_where_they_are() {
+        let (delta, x_f) = (0.08, 0.003);
+        let oscillator = Oscillator::kinematic(7.0, delta, x_f).expect("valid");
+        let decay = FreeDecay::from_rest(&oscillator, 1.0).expect("valid");
+        let record = |repeat: usize| {
+            let mut walk = 0.0;
+            let sample = |i: usize| {
+                let t = i as f64 / 15.0;
+                walk += 0.002 * jitter(i + 600 * repeat, 7);
+                decay.displacement(t) + 1.5 * (-t / 6.0).exp() + walk + 0.001 * jitter(i + 600 * repeat, 6)
+            };
+            Record::uniform(15.0, (0..600).map(sample).collect()).expect("valid")
+        };
+        let options = Options::default();
+        assert_held(record, &options, Parameter::DECAY_RATE, delta);
+        assert_held(record, &options, Parameter::FRICTION_DISPLACEMENT, x_f);
+    }
+
+    #[test]
+    fn a_level_that_the_motion_moves_is_no_baseline() {
+        let told = |reading: fn(f64, f64) -> f64, repeat: usize| {
+            let oscillator = Oscillator::kinematic(7.0, DELTA, X_F).expect("valid");
+            let decay = FreeDecay::from_rest(&oscillator, 1.0).expect("valid");
+            let sample = |i: usize| {
+                let t = i as f64 / 40.0;
+                reading(decay.displacement(t), t) + 0.005 * jitter(i + 2000 * repeat, 6)
+            };
+            let record = Record::uniform(40.0, (0..2000).map(sample).collect()).expect("valid");
+            let (options, criteria) = (Options::default(), Criteria::default());
+            let samples = Samples::prepare(&record, &options, &criteria).expect("samples");
+            let found = without_baseline(&samples, None, &criteria.baseline);
+            found.expect("the level moves along a curve").1.goes_with_motion
+        };
+        // A reading that bends, and one that wanders by itself as fast as the square of the amplitude falls.
+        for repeat in 0..8 {
+            assert!(told(|x, _| x - 0.2 * x * x, repeat), "{repeat}");
+            assert!(told(|x, t| x - 0.1 * (-0.13 * t).exp() + 0.2 * x * x, repeat), "{repeat}");
+            assert!(!told(|x, t| x - 0.1 * (-0.13 * t).exp(), repeat), "{repeat}");
         }
     }
 

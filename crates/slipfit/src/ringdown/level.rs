@@ -8,6 +8,8 @@ pub(crate) struct Baseline {
     pub(super) curve: Vec<f64>,
     /// Greatest less least of its values at the samples.
     pub(super) range: f64,
+    /// Whether the motion itself moves the level.
+    pub(super) goes_with_motion: bool,
 }
 
 impl Baseline {

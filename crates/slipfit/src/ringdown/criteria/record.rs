@@ -145,6 +145,18 @@ criteria! {
         steep: f64 = 1.0, source "the record spans more by it than by the motion", moves "coverage with drift";
         /// Variance that is left over that with the baseline, from which on it is subtracted.
         gain: f64 = 0.5, source "chosen by simulation", moves "coverage with drift";
+        /// Range over the first amplitude from which on a baseline is none that a wide swing of another frequency feigns.
+        wide: f64 = 0.05, source "a pendulum from 75° feigns 2 %", moves "coverage with drift";
+        /// The same as `gain` for such a one: noise that wanders hides what it adds to the first amplitudes.
+        gain_of_wide: f64 = 2.0, source "chosen by simulation", moves "coverage with drift";
+        /// Variance within single cycles without such a one over that before, at most.
+        noise_of_wide: f64 = 1.1, source "at most 1.1 in 45 simulated drifts; steps, gaps and held frames raise it by more",
+            moves "coverage with drift";
+        /// Second harmonic in phase with the motion over the change of the level from which on the motion makes it.
+        second_harmonic: f64 = 0.25, source "a reading that bends has 1, a spring harder to one side 1/3",
+            moves "bias with bent readings";
+        /// Standard errors of that harmonic.
+        second_harmonic_errors: f64 = 5.0, source "a record in 2e6 by chance", moves "bias with bent readings";
         /// Samples at most.
         most_samples: usize = 300_000, source "the fit of the waveform takes no more", moves "time of analysis";
     }
