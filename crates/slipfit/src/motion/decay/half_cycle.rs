@@ -37,8 +37,9 @@ const LANES: usize = 8;
 const EXPONENTIAL: [f64; 10] = inverse_factorials(0, 1);
 /// No half cycle changes its swing by more than `e` to this power.
 const MOST_DECREMENT: f64 = 700.0;
-/// By what factor the ratio of swings below x_F may differ from that of viscous damping.
-const LAST_SWING: f64 = 2.0;
+/// A last swing, in parts of x_F, and by what factor the ratio of such swings may differ from that of viscous damping.
+const LAST_SWING: f64 = 0.1;
+const LAST_RATIO: f64 = 2.0;
 /// Steps from turn to turn for each sample, and those without any, beyond which the frequency is taken for no
 /// motion: a fit that strays to one far above the samples would take minutes.
 const MOST_STEPS: [usize; 2] = [8, 10_000];
@@ -275,13 +276,16 @@ impl HalfCycle {
         let x_f = p[X_F];
         // Both swings, that of the turn and that of the next.
         let (swing, swing_after) = (turn.amplitude - x_f, next.amplitude + x_f);
+        let mut follows_law = true;
         let [lambda, over_ratio] = self.common.unwrap_or_else(|| {
             let mut ratio = swing_after / swing;
-            if swing < x_f {
+            if swing < LAST_SWING * x_f {
                 // The law of amplitudes is right to a small part of x_F, which may be all of the last swing: of so small a
                 // one viscous loss alone takes a part worth mention.
                 let viscous = (-PI * p[DELTA] / p[OMEGA]).exp();
-                ratio = ratio.max(viscous / LAST_SWING).min(viscous * LAST_SWING);
+                let bounded = ratio.max(viscous / LAST_RATIO).min(viscous * LAST_RATIO);
+                follows_law = bounded == ratio;
+                ratio = bounded;
             }
             [ratio.ln() * FRAC_1_PI, 1.0 / ratio]
         });
@@ -312,8 +316,9 @@ impl HalfCycle {
         self.bulge = sign * strength * middle;
         let per_turn = sign * FRAC_1_PI;
         for (k, parameter) in motion {
-            let (a, b) = (turn.by[parameter], next.by[parameter]);
             let direct = if parameter == X_F { 1.0 } else { 0.0 };
+            let a = turn.by[parameter];
+            let b = if follows_law { next.by[parameter] } else { (a - direct) / over_ratio - direct };
             // dx/dX = s (f - h), dx/dX' = s h/rho, dx/dx_F = s [1 - f + (1 + 1/rho) h] with
             // h = (theta f - g)/pi; dx/dtheta = -s (X - x_F)(1 + lambda²) g.
             let slide = (b * over_ratio - a + direct * (1.0 + over_ratio)) * per_turn;
