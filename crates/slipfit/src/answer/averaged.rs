@@ -3,6 +3,7 @@
 use super::describe::error_of_interval;
 use crate::Quantity;
 use crate::inference::Z_95;
+use crate::inference::criteria::InferenceCriteria;
 use crate::inference::model_selection::{ModelComparison, ModelFit};
 use crate::inference::quadratic::given;
 use crate::model::loss::{LossModel, LossTerm};
@@ -72,7 +73,8 @@ const MOST_ODDS: f64 = 1e12;
 /// likelihood beside the terms of the model being normal, with estimate `a` and standard error `s`, the odds
 /// of the model with the loss are `s sqrt(2 pi)/most exp(z²/2) [Phi(z) - Phi(z - most/s)]`, `z = a/s`. Unlike
 /// the BIC, whose prior is as wide as the information of one sample, this leaves weight on a loss that the
-/// record could not have shown.
+/// record could not have shown. A range as wide leaves hardly any on a weak loss, which moves the others by many of the
+/// errors of a precise record: with smaller odds the coefficient lies within a small part of it.
 #[derive(Debug, Clone, Copy)]
 struct AbsentLoss<'a> {
     comparison: &'a ModelComparison,
@@ -88,14 +90,14 @@ struct AbsentLoss<'a> {
 
 impl<'a> AbsentLoss<'a> {
     /// The `term` beside those terms of the chosen model that are `kept`; `None` where the model has it or no fit
-    /// with it was made.
-    fn new(
+    /// with it was made. One for each of the ranges that its coefficient may lie in.
+    fn of_ranges(
         comparison: &'a ModelComparison,
         chosen: &ModelFit,
         term: LossTerm,
         kept: impl Fn(&LossTerm) -> bool,
         slot: impl Fn(LossTerm) -> usize,
-    ) -> Option<Self> {
+    ) -> Option<[Self; 2]> {
         if chosen.model.has(term) {
             return None;
         }
@@ -114,10 +116,16 @@ impl<'a> AbsentLoss<'a> {
         if !(std_error > 0.0 && std_error.is_finite() && most > 0.0) {
             return None;
         }
-        let truncated = Truncated::new(with.unbounded.parameters[slot] / std_error, most / std_error);
-        let odds = (std_error * (2.0 * PI).sqrt() / most * truncated.likelihood).min(MOST_ODDS);
-        let (mean, variance) = (truncated.mean * std_error, truncated.variance * std_error * std_error);
-        Some(Self { comparison, with, slot, odds, mean, variance, std_error })
+        let estimate = with.unbounded.parameters[slot] / std_error;
+        let InferenceCriteria { weak_loss, weak_loss_odds, .. } = comparison.criteria;
+        let of_range = |[part, prior]: [f64; 2]| {
+            let most = part * most;
+            let truncated = Truncated::new(estimate, most / std_error);
+            let odds = prior * std_error * (2.0 * PI).sqrt() / most * truncated.likelihood;
+            let (mean, variance) = (truncated.mean * std_error, truncated.variance * std_error * std_error);
+            Self { comparison, with, slot, odds: odds.min(MOST_ODDS), mean, variance, std_error }
+        };
+        Some([[1.0, 1.0], [weak_loss, weak_loss_odds]].map(of_range))
     }
 
     /// By which the coefficient moves a quantity with this `gradient` by the parameters.
@@ -159,13 +167,15 @@ pub(crate) fn absent_losses(
 ) -> (Vec<LossTerm>, Vec<Weighed>) {
     let at_limit = |t: &LossTerm| Some(*t) != of && chosen.bounded.parameters[slot(*t)] <= 0.0;
     let limited: Vec<LossTerm> = chosen.model.terms().filter(at_limit).collect();
-    let absent = |t, kept: &dyn Fn(&LossTerm) -> bool| AbsentLoss::new(comparison, chosen, t, kept, slot);
+    let absent = |t, kept: &dyn Fn(&LossTerm) -> bool| {
+        AbsentLoss::of_ranges(comparison, chosen, t, kept, slot).into_iter().flatten()
+    };
     let alone = LossTerm::compared(None)
-        .filter_map(|t| Some((t, absent(t, &|t| !at_limit(t))?)))
-        .map(|(t, loss)| (t, loss, q.value));
+        .flat_map(|t| absent(t, &|t| !at_limit(t)).map(move |loss| (t, loss, q.value)));
     // A loss that is nothing by itself may be there beside another one that opposes it.
-    let beside = LossTerm::compared(None).filter(|_| !limited.is_empty()).filter_map(|t| {
-        let loss = absent(t, &|_| true)?;
+    let all_kept = LossTerm::compared(None).filter(|_| !limited.is_empty());
+    let all_kept = all_kept.flat_map(|t| absent(t, &|_| true).map(move |loss| (t, loss)));
+    let beside = all_kept.filter_map(|(t, loss)| {
         let estimate = &loss.with.unbounded.parameters;
         let moved = |(i, g): &(usize, f64)| g * (estimate[*i] - chosen.bounded.parameters[*i]);
         let with = q.value + gradient.iter().map(moved).sum::<f64>();

@@ -147,6 +147,11 @@ criteria! {
         /// is more often chance, with a friction far off.
         no_viscous_penalty: f64 = 6.0, source "strong evidence on the scale of Kass and Raftery (1995)",
             moves "bias of friction in records with two losses and 20 dB";
+        /// The largest weak loss, in parts of what would take the place of all viscous loss.
+        weak_loss: f64 = 0.05, source "chosen by simulation, drag of 2 to 100 % of the viscous loss at any quality factor",
+            moves "coverage with weak drag, and width of intervals without drag";
+        /// Odds before the data that a loss which a model has not is a weak one, over those that it is one of any size.
+        weak_loss_odds: f64 = 0.2, source "chosen with it", moves "coverage with weak drag, and width of intervals without drag";
         /// Variances of the noise by which the sum of squares of a model lies above that of a larger one
         /// where it is no rival, and is fitted from one start to within a standard error.
         no_rival: f64 = 100.0, source "beyond every price of a parameter and every significance asked for",

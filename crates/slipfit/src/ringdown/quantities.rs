@@ -319,11 +319,13 @@ pub(crate) fn parameters(e: &Evidence, chosen: &ModelFit, omega: f64) -> (Parame
 #[cfg(test)]
 mod tests {
     use crate::motion::decay::FreeDecay;
+    use crate::motion::simulate::Drive;
+    use crate::motion::simulate::smooth::{SmoothMotion, drag};
     use crate::noise::assert_held;
     use crate::noise::jitter;
     use crate::ringdown::{Options, analyse};
     use crate::{Oscillator, Parameter, Record, SignalKind};
-    use std::f64::consts::TAU;
+    use std::f64::consts::{FRAC_PI_4, PI, TAU};
 
     /// A gyroscope's rad/s give the friction displacement in rad, and the frequency of the motion.
     #[test]
@@ -375,5 +377,24 @@ mod tests {
                 }
             }
         }
+    }
+
+    /// 2 % of the viscous loss are drag: too little to be seen, it moves the decay rate by many of the errors beside none.
+    #[test]
+    fn weak_drag_that_does_not_show_is_counted() {
+        let (omega, delta) = (TAU, PI / 300.0);
+        let oscillator = Oscillator::kinematic(omega, delta, 0.05 * delta / omega).expect("valid");
+        // dA/dt = -(4/3π) c ω A² for an acceleration c v².
+        let law = drag(0.02 * delta * 3.0 * FRAC_PI_4 / omega.powi(3)).expect("valid");
+        let record = |repeat: usize| {
+            let mut motion =
+                SmoothMotion::new(&oscillator, law.clone(), Drive::none(), 0.0, 1.0, 0.0).expect("valid");
+            let sample = |i: usize| {
+                let clean = motion.state_at(i as f64 / 9.3).expect("moves").position;
+                clean + 0.0004 * jitter(800 * repeat + i, 17)
+            };
+            Record::uniform(9.3, (0..800).map(sample).collect()).expect("valid")
+        };
+        assert_held(record, &Options::default(), Parameter::DECAY_RATE, delta);
     }
 }
