@@ -230,10 +230,10 @@ fn examples(folder: &Path) -> Result<(), Failure> {
         }
         Ok(String::from_utf8(output.stdout)?)
     };
-    let viscous = "--frequency-hz 4 --q 80 --unit mm --amplitude 5 --duration 38 --rate-hz 40 --noise-rms 0.01 --seed 11";
+    let viscous = "--frequency-hz 4 --q 80 --unit mm --amplitude 5 --duration 30 --rate-hz 24 --noise-rms 0.01 --seed 11";
     std::fs::write(folder.join("viscous_decay.csv"), simulated(viscous)?)?;
-    let strong = "--frequency-hz 80 --q 400 --unit V --amplitude 1 --duration 2.6 --rate-hz 800 --noise-rms 0.002 --seed 12";
-    let weak = "--frequency-hz 97 --q 500 --unit V --amplitude 0.4 --duration 2.6 --rate-hz 800";
+    let strong = "--frequency-hz 80 --q 400 --unit V --amplitude 1 --duration 2 --rate-hz 800 --noise-rms 0.002 --seed 12";
+    let weak = "--frequency-hz 97 --q 500 --unit V --amplitude 0.4 --duration 2 --rate-hz 800";
     std::fs::write(folder.join("two_modes.csv"), sum(&simulated(strong)?, &simulated(weak)?)?)?;
     Ok(())
 }
