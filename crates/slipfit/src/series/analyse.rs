@@ -1,6 +1,7 @@
 //! The analysis of a series: each measurement alone, compared, and together.
 
 use super::answer::{Answer, ConditionRow, Consistency, Estimate};
+use super::comparison::{Difference, Pair};
 use super::criteria::Criteria;
 use super::drag::{Candidates, Weighed};
 use super::joint::{joint, references};
@@ -11,7 +12,6 @@ use super::solved::SolvedMeasurement;
 use super::{Condition, Measurement, Options};
 use crate::answer::calibration::Calibration;
 use crate::answer::{Parameter, Warning};
-use crate::inference::evidence::scaled_tail;
 use crate::{Error, Quantity};
 use std::f64::consts::TAU;
 
@@ -94,14 +94,15 @@ pub fn analyse_with(
             labels.push(&m.condition);
         }
     }
-    let places = Places { measurements, labels: &labels };
+    let grouping = Grouping { measurements, labels: &labels };
     // Repeats of one way say how they scatter; what the ways differ by is a question of its own, but counts in their mean.
     let [ring_downs, resonances, all] =
-        [Some(true), Some(false), None].map(|ring_down| places.repeats(&solved, ring_down));
+        [Some(true), Some(false), None].map(|ring_down| grouping.repeats(&solved, ring_down));
     let of_repeats = Scatter::of(ring_downs.iter().chain(&resonances));
     let of_all = Scatter::of(&all);
     let pairs = |(weight, solved): &(f64, Vec<SolvedMeasurement>)| {
-        let [ring_downs, resonances] = [true, false].map(|ring_down| places.repeats(solved, Some(ring_down)));
+        let [ring_downs, resonances] =
+            [true, false].map(|ring_down| grouping.repeats(solved, Some(ring_down)));
         let scatter = Scatter::of(ring_downs.iter().chain(&resonances));
         let pair = |(r, s): (&Repeats<'_>, &Repeats<'_>)| {
             Some(Pair { ring_down: r.mean(&scatter)?, resonance: s.mean(&scatter)? })
@@ -171,12 +172,12 @@ pub fn analyse_with(
 }
 
 /// Which condition each measurement belongs to.
-struct Places<'a> {
+struct Grouping<'a> {
     measurements: &'a [Measurement],
     labels: &'a [&'a Condition],
 }
 
-impl Places<'_> {
+impl Grouping<'_> {
     /// The measurements of each condition, by one way or both.
     fn repeats<'a>(&self, solved: &'a [SolvedMeasurement], ring_down: Option<bool>) -> Vec<Repeats<'a>> {
         let here = |condition: &&Condition| {
@@ -200,55 +201,6 @@ struct Row {
     /// Frequency, Hz.
     hz: Option<f64>,
     measurements: usize,
-}
-
-/// Chi square of differences.
-struct Difference {
-    chi_square: f64,
-    compared: f64,
-    /// Degrees of freedom of the errors.
-    freedom: f64,
-}
-
-impl Difference {
-    fn and(self, other: Self) -> Self {
-        Self {
-            chi_square: self.chi_square + other.chi_square,
-            compared: self.compared + other.compared,
-            freedom: self.freedom.min(other.freedom),
-        }
-    }
-
-    fn p_value(self) -> f64 {
-        scaled_tail(self.chi_square, self.compared, self.freedom)
-    }
-}
-
-/// Means by ring-down and by resonance.
-#[derive(Clone, Copy)]
-struct Pair {
-    ring_down: Mean,
-    resonance: Mean,
-}
-
-impl Pair {
-    /// The two ways, damping and friction together, their correlations counted.
-    fn difference(&self) -> Option<Difference> {
-        let (a, b) = (&self.ring_down, &self.resonance);
-        let d = a.value - b.value;
-        let inverse = a.covariance_from(b).try_inverse()?;
-        let chi_square = (d.transpose() * inverse * d)[(0, 0)];
-        let freedom = a.freedom.into_iter().chain(b.freedom).fold(f64::INFINITY, f64::min);
-        Some(Difference { chi_square, compared: 2.0, freedom })
-    }
-
-    /// Damping or friction alone.
-    fn consistency(&self, k: usize) -> Consistency {
-        let (a, b) = (&self.ring_down, &self.resonance);
-        let z = (a.value[k] - b.value[k]) / a.covariance_from(b)[(k, k)].sqrt();
-        let freedom = a.freedom[k].min(b.freedom[k]);
-        Consistency { z, p_value: scaled_tail(z * z, 1.0, freedom) }
-    }
 }
 
 impl Row {

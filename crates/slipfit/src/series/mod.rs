@@ -3,6 +3,7 @@
 
 mod analyse;
 mod answer;
+mod comparison;
 mod criteria;
 mod drag;
 mod joint;
