@@ -2,6 +2,7 @@
 
 pub(crate) mod blocks;
 pub mod demodulate;
+mod fourier;
 pub(crate) mod noise_density;
 pub(crate) mod phase;
 pub(crate) mod phase_walk;

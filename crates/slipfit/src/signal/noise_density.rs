@@ -1,7 +1,7 @@
 //! Power density of noise about a frequency.
 
 use super::transform::{bin_hz, loudest_grid, median_step, transform};
-use realfft::num_complex::Complex;
+use nalgebra::Complex;
 
 /// Power density of noise about a frequency.
 #[derive(Debug, Clone, Copy, PartialEq)]

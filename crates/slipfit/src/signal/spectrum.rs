@@ -1,8 +1,10 @@
 //! Periodogram: the oscillations of a stretch of record, and a band-pass filter.
 
-use super::transform::{Grid, LONGEST, PLANNER, amplitudes, loudest, loudest_grid, median_step};
+use super::fourier;
+use super::transform::{Grid, LONGEST, amplitudes, loudest, loudest_grid, median_step};
 use crate::inference::least_squares::linear;
 use crate::numeric::order::sort_by_value;
+use nalgebra::Complex;
 use std::borrow::Cow;
 use std::f64::consts::{PI, TAU};
 
@@ -275,10 +277,8 @@ pub(crate) fn band_pass(time: &[f64], signal: &[f64], band_hz: [f64; 2]) -> Vec<
         *v = signal[right - 1] + u * (signal[right] - signal[right - 1]) - mean;
     }
     let size = buffer.len();
-    let (forward, back) =
-        PLANNER.with_borrow_mut(|planner| (planner.plan_fft_forward(size), planner.plan_fft_inverse(size)));
-    let mut spectrum = forward.make_output_vec();
-    if forward.process(&mut buffer, &mut spectrum).is_err() {
+    let (mut spectrum, mut scratch) = (vec![Complex::default(); size / 2 + 1], Vec::new());
+    if !fourier::forward(&mut buffer, &mut spectrum, &mut scratch) {
         return signal.to_vec();
     }
     let bin = 1.0 / (size as f64 * step);
@@ -292,7 +292,7 @@ pub(crate) fn band_pass(time: &[f64], signal: &[f64], band_hz: [f64; 2]) -> Vec<
     if let Some(last) = spectrum.last_mut() {
         last.im = 0.0;
     }
-    if back.process(&mut spectrum, &mut buffer).is_err() {
+    if !fourier::inverse(&mut spectrum, &mut buffer, &mut scratch) {
         return signal.to_vec();
     }
     time.iter()

@@ -1,15 +1,13 @@
 //! The Fourier transform of samples on an even grid.
 
+use super::fourier;
 use crate::numeric::{extremes, robust::median, trig};
-use realfft::RealFftPlanner;
-use realfft::num_complex::Complex;
+use nalgebra::Complex;
 use std::borrow::Cow;
 use std::cell::RefCell;
 use std::f64::consts::{FRAC_PI_2, PI};
 
 thread_local! {
-    // Planning costs more than one transform; records of one length share a plan.
-    pub(super) static PLANNER: RefCell<RealFftPlanner<f64>> = RefCell::new(RealFftPlanner::new());
     // Blocks of this size come from the system page by page, which takes as long as a transform.
     static BUFFERS: RefCell<Buffers> = RefCell::default();
 }
@@ -150,14 +148,12 @@ pub(super) fn transform<R>(grid: &Grid, of: impl FnOnce(&[Complex<f64>]) -> R) -
     let padded = padded(grid);
     let mid = 0.5 * (n as f64 - 1.0);
     let (mean, slope) = crate::numeric::dispatch(StraightLine { values: &grid.values, mid });
-    let fft = PLANNER.with_borrow_mut(|planner| planner.plan_fft_forward(padded));
     BUFFERS.with_borrow_mut(|Buffers { real, complex, scratch }| {
         real.resize(padded, 0.0);
         complex.resize(padded / 2 + 1, Complex::default());
-        scratch.resize(fft.get_scratch_len(), Complex::default());
         real[n..].fill(0.0);
         crate::numeric::dispatch(Windowed { grid: &grid.values, mean, slope, mid, out: &mut real[..n] });
-        fft.process_with_scratch(real, complex, scratch).ok().map(|()| of(complex))
+        fourier::forward(real, complex, scratch).then(|| of(complex))
     })
 }
 
