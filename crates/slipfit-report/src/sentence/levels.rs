@@ -11,7 +11,14 @@ pub(super) fn sentence(answer: &Answer) -> String {
     };
     let shown = Rounded::new(threshold.value, threshold.std_error, &threshold.unit);
     if !answer.detected {
-        let high = plain(threshold.interval_95[1], 2, &threshold.unit);
+        let [low, high] = threshold.interval_95.map(|end| plain(end, 2, &threshold.unit));
+        if threshold.interval_95[0] > 0.0 {
+            return format!(
+                "A threshold is possible but not certain ({}): sliding friction would hold the mass up to a drive \
+                 between {low} and {high} (95 %).",
+                p_value(answer.p_value)
+            );
+        }
         return format!(
             "No threshold is seen ({}): sliding friction holds the mass below a drive of {high} at most.",
             p_value(answer.p_value)
@@ -24,4 +31,32 @@ pub(super) fn sentence(answer: &Answer) -> String {
         "Sliding friction holds the mass up to a drive of {shown}{friction}; a line through zero is excluded, {}.",
         p_value(answer.p_value)
     )
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use slipfit::levels::{Levels, Options, analyse};
+
+    #[test]
+    fn a_threshold_that_the_interval_keeps_off_zero_is_possible() {
+        let mut possible = 0;
+        for threshold in 0..40 {
+            let threshold = 5e-4 * f64::from(threshold);
+            let mut noise = 0.37f64;
+            let drives: Vec<f64> = (1..=12).map(|i| 0.1 * f64::from(i)).collect();
+            let amplitude = |drive: &f64| {
+                noise = (noise * 997.0).fract();
+                50.0 * (drive - threshold) + (noise - 0.5)
+            };
+            let amplitudes: Vec<f64> = drives.iter().map(amplitude).collect();
+            let levels = Levels::builder(drives, amplitudes).build().unwrap();
+            let answer = analyse(&levels, &Options::default()).unwrap();
+            let [low, _] = answer.parameter(Parameter::Threshold).unwrap().interval_95;
+            let said = sentence(&answer);
+            assert_eq!(said.contains("No threshold"), !answer.detected && low == 0.0, "{threshold}: {said}");
+            possible += usize::from(said.contains("possible but not certain"));
+        }
+        assert!(possible > 0);
+    }
 }

@@ -216,6 +216,17 @@ fn absent(a: &Answer) -> String {
     let terms: Vec<LossTerm> = law(a).terms().filter(acts).collect();
     let explain = if terms.len() == 1 { "alone explains" } else { "explain" };
     let cause = format!("{} {explain}", capital(&in_words(terms.into_iter())));
+    // What the interval keeps off zero is possible, whichever model has the lower BIC.
+    let possible = a.parameter(Parameter::FRICTION_DISPLACEMENT).filter(|q| q.interval_95[0] > 0.0);
+    if let Some(q) = possible {
+        return format!(
+            "{cause} the decay; sliding friction is possible but not certain, {}: x_F lies between {} and {} (95 %){}.",
+            p_value(a.sliding.p_value),
+            plain(q.interval_95[0], 2, &q.unit),
+            plain(q.interval_95[1], 2, &q.unit),
+            open_question(a)
+        );
+    }
     let limit = [(Parameter::FRICTION_DISPLACEMENT, "x_F is"), (Parameter::SlidingRate, "it takes")]
         .into_iter()
         .find_map(|(parameter, is)| a.parameter(parameter).map(|q| (q.interval_95[1], q.unit.as_str(), is)))
@@ -317,6 +328,16 @@ mod tests {
             "Viscous damping alone explains the decay; no sliding friction is found, p = 0.42: x_F is below \
              250 µrad (95 %)."
         );
+        let mut x_f = a.parameter(Parameter::FRICTION_DISPLACEMENT).unwrap().clone();
+        x_f.interval_95 = [3.1e-5, 2.5e-4];
+        a.parameters.set(Parameter::FRICTION_DISPLACEMENT, x_f.clone());
+        assert_eq!(
+            a.sentence(),
+            "Viscous damping alone explains the decay; sliding friction is possible but not certain, p = 0.42: x_F \
+             lies between 31 µrad and 250 µrad (95 %)."
+        );
+        x_f.interval_95[0] = 0.0;
+        a.parameters.set(Parameter::FRICTION_DISPLACEMENT, x_f);
         a.model = LossModel::VISCOUS_DRAG;
         a.warnings = vec![Warning::AmbiguousModel {
             chosen: LossModel::VISCOUS_DRAG,
