@@ -130,6 +130,9 @@ pub struct Answer {
     /// Unit of the drive levels.
     #[cfg_attr(feature = "serde", serde(skip))]
     pub drive_unit: String,
+    /// Frequency of the resonance, Hz, where it was given.
+    #[cfg_attr(feature = "serde", serde(skip))]
+    pub(crate) frequency_hz: Option<f64>,
     /// The fitted line.
     #[cfg_attr(feature = "serde", serde(skip))]
     pub fit: FittedLevels,

@@ -110,16 +110,13 @@ pub fn analyse_with(
         (*weight, ring_downs.iter().zip(&resonances).map(pair).collect())
     };
     let compared: Vec<(f64, Vec<Option<Pair>>)> = models.iter().map(pairs).collect();
-    let rows = ring_downs.iter().zip(&resonances).zip(&all).enumerate().map(|(i, ((r, s), all))| {
-        let hz = all.list.iter().find_map(|s| s.frequency).map(|f| f[0]);
-        Row {
-            ring_down: r.mean(&of_repeats),
-            resonance: s.mean(&of_repeats),
-            pairs: compared.iter().map(|(weight, pairs)| (*weight, pairs[i])).collect(),
-            joint: all.mean(&of_all),
-            hz,
-            measurements: all.list.len(),
-        }
+    let rows = ring_downs.iter().zip(&resonances).zip(&all).enumerate().map(|(i, ((r, s), all))| Row {
+        ring_down: r.mean(&of_repeats),
+        resonance: s.mean(&of_repeats),
+        pairs: compared.iter().map(|(weight, pairs)| (*weight, pairs[i])).collect(),
+        joint: all.mean(&of_all),
+        hz: all.list.first().map_or(f64::NAN, |s| s.frequency[0]),
+        measurements: all.list.len(),
     });
     let rows: Vec<Row> = rows.collect();
     let table: Vec<ConditionRow> = labels.iter().zip(&rows).map(|(c, row)| row.shown(c, options)).collect();
@@ -198,8 +195,8 @@ struct Row {
     /// Both by each model, with its weight.
     pairs: Vec<(f64, Option<Pair>)>,
     joint: Option<Mean>,
-    /// Frequency, Hz.
-    hz: Option<f64>,
+    /// Frequency, Hz, where there are measurements.
+    hz: f64,
     measurements: usize,
 }
 
@@ -231,7 +228,7 @@ impl Row {
 }
 
 /// As a person reads it: within the limits, in newtons where a calibration is given, whose error counts.
-fn cell(mean: &Mean, hz: Option<f64>, options: &Options, calibration: Option<Calibration>) -> Estimate {
+fn cell(mean: &Mean, hz: f64, options: &Options, calibration: Option<Calibration>) -> Estimate {
     let limited = |k: usize, unit: &str| {
         let (value, [std_error, wide]) = (mean.value[k], mean.errors(k));
         let [low, high] = crate::inference::interval::bounded_interval(value / wide);
@@ -246,22 +243,20 @@ fn cell(mean: &Mean, hz: Option<f64>, options: &Options, calibration: Option<Cal
     let (delta, x_f) = (limited(0, "1/s"), limited(1, &options.unit));
     let covariance = &mean.covariance;
     let correlation = covariance[(0, 1)] / (covariance[(0, 0)] * covariance[(1, 1)]).sqrt();
-    match (calibration, hz) {
-        (Some(calibration), Some(hz)) => {
-            let of = |calibration| {
-                let [(_, damping), (_, friction)] =
-                    crate::answer::calibration::physical(calibration, TAU * hz, &options.unit, &delta, &x_f);
-                Estimate { friction, damping, correlation }
-            };
-            let (own, all) = (of(calibration.exact()), of(calibration));
-            // The error of the constant moves both alike.
-            let common = own.friction.value * own.damping.value * calibration.relative_error().powi(2);
-            let covariance = correlation * own.friction.std_error * own.damping.std_error + common;
-            let size = all.friction.std_error * all.damping.std_error;
-            Estimate { correlation: if size > 0.0 { covariance / size } else { correlation }, ..all }
-        }
-        _ => Estimate { friction: x_f, damping: delta, correlation },
-    }
+    let Some(calibration) = calibration else {
+        return Estimate { friction: x_f, damping: delta, correlation };
+    };
+    let of = |calibration| {
+        let [(_, damping), (_, friction)] =
+            crate::answer::calibration::physical(calibration, TAU * hz, &options.unit, &delta, &x_f);
+        Estimate { friction, damping, correlation }
+    };
+    let (own, all) = (of(calibration.exact()), of(calibration));
+    // The error of the constant moves both alike.
+    let common = own.friction.value * own.damping.value * calibration.relative_error().powi(2);
+    let covariance = correlation * own.friction.std_error * own.damping.std_error + common;
+    let size = all.friction.std_error * all.damping.std_error;
+    Estimate { correlation: if size > 0.0 { covariance / size } else { correlation }, ..all }
 }
 
 /// Friction against the conditions that are numbers, where they may be loads.
@@ -495,7 +490,7 @@ mod tests {
                 },
                 covariance: Matrix2::new(1.0, -0.9, -0.9, 1.0),
                 shared: Vector2::zeros(),
-                frequency: None,
+                frequency: [1.0, 0.0],
                 drive: None,
             });
             let all = Repeats::new(list.iter().collect());

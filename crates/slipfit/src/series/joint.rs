@@ -67,7 +67,7 @@ pub(super) fn joint(
     let n = labels.len();
     let dampings = if shared.decay_rate { 1 } else { n };
     let frequency_at = n + dampings;
-    let with_frequency = shared.natural_frequency && solved.iter().any(|s| s.frequency.is_some());
+    let with_frequency = shared.natural_frequency && solved.iter().any(|s| s.measured_frequency().is_some());
     let drive_at = frequency_at + usize::from(with_frequency);
     let with_drive = shared.drive_amplitude && solved.iter().any(|s| s.drive.is_some());
     // And what moves all measurements together, 0 ± 1.
@@ -85,12 +85,12 @@ pub(super) fn joint(
         } else if k < frequency_at {
             typical(&mut solved.iter().map(|s| s.covariance[(0, 0)].sqrt()))
         } else if with_frequency && k == frequency_at {
-            typical(&mut solved.iter().filter_map(|s| s.frequency.map(|f| f[1])))
+            typical(&mut solved.iter().filter_map(|s| s.measured_frequency().map(|f| f[1])))
         } else {
             typical(&mut solved.iter().filter_map(|s| s.drive.map(|d| d.0[1])))
         }
     };
-    let centre = solved.iter().find_map(|s| s.frequency).map_or(0.0, |f| f[0]);
+    let centre = solved.iter().find_map(SolvedMeasurement::measured_frequency).map_or(0.0, |f| f[0]);
     let scales: Vec<f64> = (0..unknowns).map(scale).collect();
     let mut normal = DMatrix::<f64>::zeros(unknowns, unknowns);
     let mut rhs = DVector::<f64>::zeros(unknowns);
@@ -119,7 +119,7 @@ pub(super) fn joint(
         if with_drive && let Some(([v, std], rho)) = s.drive {
             grow(drive_at, v, std, rho, &mut covariance);
         }
-        if with_frequency && let Some([v, std]) = s.frequency {
+        if with_frequency && let Some([v, std]) = s.measured_frequency() {
             grow(frequency_at, v - centre, std, [0.0; 2], &mut covariance);
         }
         // Three pairwise correlations taken from rounded answers need not fit together.

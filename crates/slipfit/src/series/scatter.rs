@@ -233,7 +233,7 @@ mod tests {
             value,
             covariance,
             shared,
-            frequency: None,
+            frequency: [1.0, 0.0],
             drive: None,
         }
     }

@@ -15,8 +15,8 @@ pub(super) struct SolvedMeasurement {
     pub(super) covariance: Matrix2<f64>,
     /// What moves them by one standard error together with all other measurements, beside the covariance.
     pub(super) shared: Vector2<f64>,
-    /// Natural frequency, Hz, and its standard error.
-    pub(super) frequency: Option<[f64; 2]>,
+    /// Natural frequency, Hz, and its standard error: zero where it was given.
+    pub(super) frequency: [f64; 2],
     /// Drive amplitude, its standard error, and its correlation with the two.
     pub(super) drive: Option<([f64; 2], [f64; 2])>,
 }
@@ -53,9 +53,9 @@ impl SolvedMeasurement {
                 get(Parameter::Frequency).map(|q| [q.value.hypot(delta.value / TAU), q.std_error])
             }
             SingleAnswer::Sweep(_) => get(Parameter::NaturalFrequency).map(|q| [q.value, q.std_error]),
-            SingleAnswer::Levels(_) => None,
-        }
-        .filter(|f| f[1] > 0.0 && f[1].is_finite());
+            SingleAnswer::Levels(a) => a.frequency_hz.map(|hz| [hz, 0.0]),
+        };
+        let frequency = frequency.ok_or("its frequency is not known")?;
         let drive = match answer {
             SingleAnswer::Sweep(a) => get(Parameter::DriveAmplitude)
                 .filter(|q| q.std_error > 0.0 && q.std_error.is_finite())
@@ -74,6 +74,11 @@ impl SolvedMeasurement {
             frequency,
             drive,
         })
+    }
+
+    /// Its natural frequency and the standard error, where it was measured.
+    pub(super) fn measured_frequency(&self) -> Option<[f64; 2]> {
+        Some(self.frequency).filter(|f| f[1] > 0.0 && f[1].is_finite())
     }
 
     /// The same with scatter between repeats.
