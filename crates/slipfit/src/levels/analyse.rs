@@ -179,7 +179,7 @@ pub fn analyse_with(levels: &Levels, options: &Options, criteria: &Criteria) -> 
     let precision: Vec<f64> = variance.iter().map(|v| 1.0 / v.max(f64::MIN_POSITIVE)).collect();
     let (bend_p_value, falling) =
         bend(&of_moving(&x), &of_moving(&moved), &of_moving(&precision), c.bend_levels);
-    let breakaway = breakaway(&points, &line, c);
+    let breakaway = breakaway(&points, &moved, &line, c);
     let mut warnings = Vec::new();
     if levels.not_finite() > 0 {
         warnings.push(Warning::Dropped { not_finite: levels.not_finite(), zero_frequency: 0 });
@@ -244,6 +244,7 @@ pub fn analyse_with(levels: &Levels, options: &Options, criteria: &Criteria) -> 
         warnings,
         unit: levels.unit().to_owned(),
         drive_unit: drive_unit.to_owned(),
+        frequency_hz: options.frequency_hz,
         fit,
     })
 }

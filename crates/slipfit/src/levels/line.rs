@@ -103,20 +103,25 @@ pub(super) fn bend(x: &[f64], y: &[f64], weight: &[f64], least: usize) -> (f64, 
     bent.into_iter().chain(kinked).min_by(|a, b| a.0.total_cmp(&b.0)).unwrap_or((1.0, false))
 }
 
-/// Where the mass breaks loose, by the branches.
-pub(super) fn breakaway(points: &[LevelPoint], line: &Line, c: &LevelCriteria) -> Option<Breakaway> {
+/// Where the mass breaks loose, by the branches; `amplitudes`: of the motion, without what a detector adds.
+pub(super) fn breakaway(
+    points: &[LevelPoint],
+    amplitudes: &[f64],
+    line: &Line,
+    c: &LevelCriteria,
+) -> Option<Breakaway> {
     let threshold = -line.intercept / line.slope;
     // Above the threshold, and far from what the line expects there.
-    let against_the_line = |p: &&LevelPoint| {
+    let against_the_line = |(p, amplitude): &(&LevelPoint, &f64)| {
         let expected = line.slope * (p.drive - threshold);
-        p.amplitude < c.stuck_of_expected * expected && expected > c.expected_errors * p.std_error
+        **amplitude < c.stuck_of_expected * expected && expected > c.expected_errors * p.std_error
     };
-    let stuck_above_threshold = points.iter().filter(against_the_line).map(|p| p.drive).next_back();
+    let all = || points.iter().zip(amplitudes);
+    let stuck_above_threshold = all().filter(against_the_line).map(|(p, _)| p.drive).next_back();
     let ratio = |stuck_at: f64| stuck_at / (FRAC_PI_4 * threshold);
-    let drives = |moving: bool| points.iter().filter(move |p| p.moving == moving);
     Some(Breakaway {
-        stuck_below: drives(false).map(|p| p.drive).next_back(),
-        moving_from: drives(true).find(|p| !against_the_line(p)).map(|p| p.drive)?,
+        stuck_below: points.iter().filter(|p| !p.moving).map(|p| p.drive).next_back(),
+        moving_from: all().find(|each| each.0.moving && !against_the_line(each)).map(|(p, _)| p.drive)?,
         stuck_above_threshold,
         static_ratio_at_least: stuck_above_threshold.map(ratio).filter(|r| *r > 1.0 && r.is_finite()),
     })
