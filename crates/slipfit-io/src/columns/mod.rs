@@ -17,7 +17,7 @@ pub(crate) mod record;
 mod response;
 pub(crate) mod role;
 pub(crate) mod rows;
-mod scale;
+pub(crate) mod scale;
 pub(crate) mod sentinel;
 mod signal;
 pub(crate) mod units;

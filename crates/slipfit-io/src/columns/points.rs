@@ -11,7 +11,7 @@ use super::{
     head::Head,
     response::Response,
     rows,
-    scale::Scale,
+    scale::{self, Scale},
     sentinel, units,
 };
 use crate::{
@@ -218,6 +218,55 @@ impl Rows<'_> {
     }
 }
 
+impl Rows<'_> {
+    /// Standard errors of the responses.
+    fn std_errors(&self, choice: &Choice, responses: &[Phasor]) -> Option<Vec<f64>> {
+        let Some(column) = &choice.std_error else {
+            return match &choice.response {
+                Response::Impedance(r, Some(x)) => {
+                    inverted_error(&self.pairs_times(r, x, to_si(units::ohms, r, Some(x))), responses)
+                }
+                _ => None,
+            };
+        };
+        let written = self.values(column);
+        let each = |of: &dyn Fn(f64, f64) -> f64| {
+            let pairs = written.iter().zip(responses);
+            Some(pairs.map(|(error, response)| of(*error, response.norm())).collect())
+        };
+        let in_si = |known: fn(&str) -> Option<f64>, first: &Picked, second: Option<&Picked>| {
+            known(&column.unit).unwrap_or(to_si(known, first, second)[0])
+        };
+        // Of 1/Z the error is that of Z times |Y|^2.
+        let inverse = |factor: f64| move |error: f64, y: f64| error * factor * y * y;
+        match &choice.response {
+            Response::Amplitude(amplitude, scale, _) => {
+                each(&|error, a| scale.error(error, &column.unit, a, &amplitude.unit))
+            }
+            Response::Complex(real, _) => {
+                let factor = units::ratio(&column.unit, &real.unit).unwrap_or(1.0);
+                each(&|error, _| error * factor)
+            }
+            Response::Admittance(g, Some(b)) => {
+                let factor = in_si(units::siemens, g, Some(b));
+                each(&|error, _| error * factor)
+            }
+            Response::Impedance(r, Some(x)) => each(&inverse(in_si(units::ohms, r, Some(x)))),
+            Response::Modulus { of, is_impedance: true, .. } => each(&inverse(in_si(units::ohms, of, None))),
+            Response::Modulus { of, .. } => {
+                let factor = in_si(units::siemens, of, None);
+                each(&|error, _| error * factor)
+            }
+            Response::Admittance(only, None) | Response::Impedance(only, None) => {
+                let is_admittance = matches!(choice.response, Response::Admittance(..));
+                let factor = in_si(if is_admittance { units::siemens } else { units::ohms }, only, None);
+                let largest = responses.iter().map(|a| a.norm()).fold(0.0, f64::max);
+                each(&|error, a| scale::of_root(error * factor, a, largest))
+            }
+        }
+    }
+}
+
 /// Makes the curve of the columns chosen; the first row of the table is line `first_row`.
 pub(crate) fn build(
     head: &Head,
@@ -244,28 +293,7 @@ pub(crate) fn build(
     rows.leave_out_sentinels(&response.chain(swept).collect::<Vec<_>>());
     let frequency_hz = rows.frequency(&choice.frequency)?;
     let (values, phased) = rows.response(&choice.response, &mut notes)?;
-    let mut std_error = match (&choice.std_error, &choice.response) {
-        (Some(p), Response::Admittance(g, b)) => {
-            let [factor, _] = to_si(units::siemens, g, b.as_ref());
-            let factor = units::siemens(&p.unit).unwrap_or(factor);
-            Some(rows.values(p).into_iter().map(|v| v * factor).collect())
-        }
-        (Some(p), Response::Amplitude(_, scale, _)) => {
-            let factor = scale.factor().unwrap_or(1.0);
-            Some(rows.values(p).into_iter().map(|v| v * factor).collect())
-        }
-        (Some(p), Response::Modulus { of, is_impedance, .. }) => {
-            let [factor, _] = to_si(if *is_impedance { units::ohms } else { units::siemens }, of, None);
-            // Of 1/Z the error is that of Z times |Y|^2.
-            let slope = |y: &Phasor| if *is_impedance { y.norm_sqr() } else { 1.0 };
-            Some(rows.values(p).iter().zip(&values).map(|(v, y)| v * factor * slope(y)).collect())
-        }
-        (Some(p), _) => Some(rows.values(p)),
-        (None, Response::Impedance(r, Some(x))) => {
-            inverted_error(&rows.pairs_times(r, x, to_si(units::ohms, r, Some(x))), &values)
-        }
-        _ => None,
-    };
+    let mut std_error = rows.std_errors(choice, &values);
     let values =
         to_displacement(&frequency_hz, values, phased, std_error.as_deref_mut(), choice.kind, &mut notes);
     let is_displacement = choice.kind == SignalKind::Displacement;

@@ -29,7 +29,24 @@ impl Scale {
         }
     }
 
-    /// The factor to amplitudes, of standard errors too, where there is one.
+    /// The standard error of an amplitude in `unit` whose written value has this one, in `error_unit`.
+    ///
+    /// Of decibels and squares the error may be written in the unit of the amplitude as well.
+    pub(crate) fn error(self, error: f64, error_unit: &str, amplitude: f64, unit: &str) -> f64 {
+        let same_kind = |is_other: bool| error_unit.trim().is_empty() || is_other;
+        match self {
+            Self::Times(factor) if same_kind(error_unit.trim() == unit.trim()) => error * factor,
+            Self::Decibel if same_kind(units::linear_unit(error_unit).is_some()) => {
+                error * amplitude * std::f64::consts::LN_10 / 20.0
+            }
+            Self::Power if same_kind(units::root_of_square(error_unit).is_some()) => {
+                of_root(error, amplitude, 1.0)
+            }
+            _ => error * units::ratio(error_unit.trim(), unit.trim()).unwrap_or(1.0),
+        }
+    }
+
+    /// The factor to amplitudes where there is one.
     pub(crate) fn factor(self) -> Option<f64> {
         match self {
             Self::Linear => Some(1.0),
@@ -37,6 +54,12 @@ impl Scale {
             Self::Decibel | Self::Power => None,
         }
     }
+}
+
+/// The standard error of `root = sqrt(times value)` whose value has this one: near zero that of a value as large as its
+/// error.
+pub(super) fn of_root(error: f64, root: f64, times: f64) -> f64 {
+    0.5 * times * error / root.max((times * error).sqrt())
 }
 
 /// What a unit, or a name where no unit is given, says of the numbers below it.

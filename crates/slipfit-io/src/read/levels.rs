@@ -7,7 +7,7 @@ use super::{
     pick,
 };
 use crate::{
-    columns::{Chooser, Picked, head::Head, quadrature::Pair, role::Role, rows, units},
+    columns::{Chooser, Picked, head::Head, quadrature::Pair, role::Role, rows, scale::Scale, units},
     error::{Needed, OptionProblem, ReadError, ReadProblem},
     options::ReadOptions,
     report::{LevelReading, Note, ReadReport},
@@ -161,8 +161,7 @@ impl Chooser<'_> {
         let (amplitude, linear_amplitude) = self.in_unit(amplitude, why_amplitude, options.unit.as_ref());
         let imaginary = imaginary.map(|(index, why)| self.picked(index, why));
         let (drive, linear_drive) = self.in_unit(drive, why_drive, options.drive_unit.as_ref());
-        let error = |(index, why)| Picked { unit: amplitude.unit.clone(), ..self.picked(index, why) };
-        let std_error = std_error.map(error);
+        let std_error = std_error.map(|(index, why)| self.picked(index, why));
         let levels = [linear_drive, linear_amplitude];
         let named = self.roles[drive.index] == Role::Drive;
         Ok(Choice { drive, amplitude, imaginary, std_error, frequency, levels, named })
@@ -246,7 +245,10 @@ fn from_table(table: &Held, starts: &[usize], options: &ReadOptions) -> Result<L
                 unit: String::new(),
             });
         }
-        let error = choice.std_error.as_ref().map_or(f64::NAN, |p| columns[p.index][row]);
+        let error = choice.std_error.as_ref().map_or(f64::NAN, |p| {
+            let scale = if choice.levels[1] { Scale::Decibel } else { Scale::Linear };
+            scale.error(columns[p.index][row], &p.unit, amplitude, &choice.amplitude.unit)
+        });
         points.push([linear(columns[choice.drive.index][row], choice.levels[0]), amplitude, error]);
     }
     if let Some(frequency) = choice.frequency {
