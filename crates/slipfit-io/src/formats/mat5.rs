@@ -202,6 +202,8 @@ impl Found {
                     }
                     false => return None,
                 };
+                // Without fields any number of structures fits into no bytes.
+                let count = if names.is_empty() { 0 } else { count };
                 for i in 1..=count {
                     let place = if count == 1 { path.clone() } else { format!("{path}({i})") };
                     for field in &names {

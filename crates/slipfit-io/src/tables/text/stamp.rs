@@ -34,7 +34,13 @@ pub(super) fn read(text: &str) -> Option<Stamp> {
     if text.len() > 40 || !text.starts_with(|c: char| c.is_ascii_digit()) {
         return None;
     }
-    let split = text.bytes().position(|byte| matches!(byte, b'T' | b't' | b' '));
+    // A `t` behind a letter is that of a month.
+    let bytes = text.as_bytes();
+    let splits = |at: usize| match bytes[at] {
+        b'T' | b't' => at > 0 && bytes[at - 1].is_ascii_digit(),
+        byte => byte == b' ',
+    };
+    let split = (0..bytes.len()).find(|at| splits(*at));
     let (first, rest) = match split {
         Some(at) => (&text[..at], text[at + 1..].trim_start()),
         None => (text, ""),
@@ -175,6 +181,9 @@ mod tests {
             ("01.05.2024 13:34:56", second),
             ("5/1/2024 1:34:56 PM", second),
             ("01-May-2024 13:34:56", second),
+            ("01-OCT-2024t13:34:56", second + 153.0 * 86400.0),
+            ("1-Sept-2024 13:34:56", second + 123.0 * 86400.0),
+            ("01-August-2024 13:34:56", second + 92.0 * 86400.0),
             ("1970-01-01", 0.0),
             // date -u -d '2000-02-29 00:00:01' +%s
             ("2000-02-29 00:00:01", 951_782_401.0),
