@@ -79,9 +79,8 @@ pub(crate) fn constrained<'a>(
     }
     // On its limit each such coefficient pulls the others along.
     let start = given(unbounded, &below).map_or_else(|| unbounded.parameters.clone(), |(_, p)| p);
-    let fixed: Vec<usize> = below.iter().map(|b| b.0).collect();
-    let free: Vec<usize> = unbounded.free.iter().copied().filter(|i| !fixed.contains(i)).collect();
-    minimise_bounded(problem, &start, &free, non_negative, STEP_TOLERANCE).map(Cow::Owned)
+    // Beside another one on its limit a coefficient below zero may rise above it.
+    minimise_bounded(problem, &start, &unbounded.free, non_negative, STEP_TOLERANCE).map(Cow::Owned)
 }
 
 /// A coefficient the data were never asked for.

@@ -58,7 +58,8 @@ pub(super) fn stretched(
     if d.minima.len() > 1 {
         for fit in &d.minima {
             let p = &fit.parameters;
-            let half = Z_95 * (variance_of(fit, p, of) * noise.variance(fit)).sqrt();
+            let error = (variance_of(fit, p, of) * noise.variance(fit)).sqrt();
+            let half = Z_95 * error * noise.student_factor(fit);
             if half.is_finite() {
                 q.interval_95[0] = q.interval_95[0].min((of(p) - half).max(0.0));
                 q.interval_95[1] = q.interval_95[1].max(of(p) + half);

@@ -7,12 +7,13 @@ use super::hypothesis::Kind;
 use super::hypothesis_fit::HypothesisFit;
 use super::problem::Problem;
 use super::residuals::noise_model;
-use super::response::{BG_IM, BG_RE, DELAY, DELTA, DRAG, DUFFING, FLOOR, OFFSET, R_BG_IM, R_BG_RE, X_F};
+use super::response::{BG_IM, BG_RE, DELAY, DRAG, DUFFING, FLOOR, OFFSET, R_BG_IM, R_BG_RE, slot};
 use super::search::best;
-use crate::inference::bounded::minimise_bounded;
-use crate::inference::least_squares::{Fit, STEP_TOLERANCE, by_rss};
+use crate::answer::describe::constrained;
+use crate::inference::least_squares::{Fit, by_rss};
 use crate::inference::model_selection::ModelComparison;
 use crate::model::loss::LossTerm;
+use std::borrow::Cow;
 
 const NOTHING: TermSet = TermSet {
     background: false,
@@ -298,9 +299,6 @@ fn with_limits(problem: &Problem, set: TermSet, unbounded: Fit) -> Option<(Probl
 
 /// The fit with no loss below zero.
 pub(super) fn within_limits(problem: &Problem, fit: &Fit) -> Option<Fit> {
-    let losses = [DELTA, X_F, DRAG];
-    if losses.iter().all(|&k| fit.parameters[k] >= 0.0) {
-        return Some(fit.clone());
-    }
-    minimise_bounded(problem, &fit.parameters, &fit.free, &losses, STEP_TOLERANCE)
+    let losses: Vec<usize> = LossTerm::ALL.iter().map(|term| slot(*term)).collect();
+    constrained(problem, fit, &losses).map(Cow::into_owned)
 }
