@@ -221,19 +221,35 @@ struct Truncated {
 
 impl Truncated {
     fn new(z: f64, most: f64) -> Self {
-        // The upper end matters where the estimate is near it.
+        if z <= most {
+            return Self::below(z, most);
+        }
+        // Seen from the upper end it is one about a value below zero.
+        let mirrored = Self::below(most - z, most);
+        Self {
+            likelihood: (most * (z - 0.5 * most)).exp() * mirrored.likelihood,
+            mean: most - mirrored.mean,
+            ..mirrored
+        }
+    }
+
+    /// That of a `z` that is not above `most`.
+    fn below(z: f64, most: f64) -> Self {
         let density = |x: f64| (-0.5 * x * x).exp() / (2.0 * PI).sqrt();
         let beyond = |x: f64| 0.5 * erfc(x / SQRT_2);
-        // Far below zero the tail is an exponential of rate -z.
-        if z < -6.0 {
-            let mean = -1.0 / z;
-            return Self { likelihood: mean / (2.0 * PI).sqrt(), mean, variance: mean * mean };
+        // Far below zero it is an exponential of rate -z.
+        if z < -30.0 {
+            let left = (z * most).exp_m1();
+            let behind = most * (1.0 + left) / left;
+            let mean = behind - 1.0 / z;
+            return Self {
+                likelihood: left / z / (2.0 * PI).sqrt(),
+                mean,
+                variance: (1.0 / (z * z) - most * behind / left).max(0.0),
+            };
         }
         let top = most - z;
         let content = beyond(-z) - beyond(top);
-        if !(content > 0.0) {
-            return Self { likelihood: f64::INFINITY, mean: most, variance: 1.0 };
-        }
         let shift = (density(z) - density(top)) / content;
         let square = (-z * density(z) - top * density(top)) / content;
         Self {
@@ -251,7 +267,17 @@ mod tests {
 
     #[test]
     fn a_truncated_normal_has_the_moments_of_its_integral() {
-        for (z, most) in [(-5.0, 3.0), (-1.0, 10.0), (0.3, 0.5), (2.0, 30.0), (4.0, 5.0)] {
+        let cases = [
+            (-5.0, 3.0),
+            (-1.0, 10.0),
+            (0.3, 0.5),
+            (2.0, 30.0),
+            (4.0, 5.0),
+            (9.0, 1.0),
+            (9.5, 1.0),
+            (12.0, 3.0),
+        ];
+        for (z, most) in cases {
             let moment = |k: i32| {
                 integrate(&|x: f64| x.powi(k) * (z * x - 0.5 * x * x).exp() / (2.0 * PI).sqrt(), 0.0, most)
             };
@@ -262,6 +288,14 @@ mod tests {
             assert!((found.mean / mean - 1.0).abs() < 1e-5, "{z} {most}: {} {mean}", found.mean);
             assert!((found.variance / variance - 1.0).abs() < 1e-3, "{z} {most}: {}", found.variance);
         }
+        for (z, most) in [(-31.0, 0.02), (-29.0, 0.02)] {
+            let found = Truncated::new(z, most);
+            let mean = 1.0 / -z - most / ((-z * most).exp() - 1.0);
+            assert!((found.mean / mean - 1.0).abs() < 2e-3, "{z}: {} for {mean}", found.mean);
+        }
+        let narrow = Truncated::new(-8.0, 0.05);
+        assert!((narrow.mean - (0.025 - 8.0 * 0.05 * 0.05 / 12.0)).abs() < 1e-5, "{}", narrow.mean);
+        assert!((narrow.variance * 12.0 / (0.05 * 0.05) - 1.0).abs() < 0.05, "{}", narrow.variance);
         let far = Truncated::new(-40.0, 5.0);
         assert!((far.mean * 40.0 - 1.0).abs() < 0.01, "{}", far.mean);
         assert!(far.likelihood.is_finite());

@@ -54,10 +54,16 @@ impl Quantity {
     }
 
     /// The same, not below zero, times a factor that is known to `relative` of itself: its error and that of the factor
-    /// add in squares, and so do the widths of the interval.
+    /// add in squares, and so do the widths of the interval, at each end by what the factor changes there.
     pub(crate) fn widened(self, relative: f64) -> Self {
-        let extra = self.value * relative;
-        self.with_error(extra)
+        let most = |end: f64| self.value.abs().max(end.abs()) * relative;
+        let [low, high] = self.interval_95;
+        let [below, above] = [self.clone().with_error(most(low)), self.clone().with_error(most(high))];
+        Self {
+            std_error: self.std_error.hypot(self.value * relative),
+            interval_95: [below.interval_95[0], above.interval_95[1]],
+            ..self
+        }
     }
 
     /// Adds another error, in squares, to a quantity of any sign and to the widths of its interval.
