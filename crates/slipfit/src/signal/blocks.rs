@@ -198,10 +198,11 @@ fn refine(
 ) -> Option<Local> {
     let centre = start + 0.5 * span;
     let half = 0.5 * span;
+    let level = signal.first()?;
     let mut omega = guess;
     let mut best: Option<Local> = None;
     for _ in 0..4 {
-        let sums = crate::numeric::dispatch(SlopedSums { time, signal, centre, half, omega });
+        let sums = crate::numeric::dispatch(SlopedSums { time, signal, level, centre, half, omega });
         let [c, s, uc, us, cc, cs, ss, ucc, ucs, uss, uucc, uucs, uuss, y, yc, ys, uyc, uys, q] = sums;
         let n = time.len() as f64;
         // Normal equations of 1, cos, -sin, u cos, -u sin.
@@ -226,7 +227,7 @@ fn refine(
         let here = Local {
             omega,
             z: [p, r],
-            offset: c[0],
+            offset: level + c[0],
             unit_variance: amplitude_variance,
             rss,
             unexplained: if total > 0.0 { rss / total } else { 1.0 },
@@ -253,6 +254,8 @@ fn refine(
 struct SlopedSums<'a> {
     time: &'a [f64],
     signal: &'a [f64],
+    /// Taken off every sample: squares of a large offset would leave nothing of the noise.
+    level: &'a f64,
     centre: f64,
     half: f64,
     omega: f64,
@@ -269,7 +272,9 @@ impl pulp::WithSimd for SlopedSums<'_> {
         let centre = simd.splat_f64s(self.centre);
         let inverse = simd.splat_f64s(1.0 / self.half);
         let omega = simd.splat_f64s(self.omega);
+        let level = simd.splat_f64s(*self.level);
         for (t, y, weight) in wide::Pairs::new(simd, self.time, self.signal) {
+            let y = simd.mul_f64s(weight, simd.sub_f64s(y, level));
             let t = simd.sub_f64s(t, centre);
             let (sin, cos) = wide::sin_cos(simd, simd.mul_f64s(omega, t));
             let u = simd.mul_f64s(t, inverse);
@@ -335,6 +340,7 @@ fn along(time: &[f64], signal: &[f64], block: &Block, phase: PhaseAt) -> Block {
     let sums = crate::numeric::dispatch(Sums {
         time: &time[range.clone()],
         signal: &signal[range],
+        level: block.offset,
         centre: block.time_s,
         phase,
     });
@@ -351,7 +357,7 @@ fn along(time: &[f64], signal: &[f64], block: &Block, phase: PhaseAt) -> Block {
         quadrature: x[2],
         phase: phase.phase,
         omega: phase.omega,
-        offset: x[0],
+        offset: block.offset + x[0],
         unit_variance: cholesky.inverse()[(1, 1)],
         rss: (yy - x.dot(&g)).max(0.0),
         dof: (n - 3.0).max(1.0),
@@ -362,6 +368,8 @@ fn along(time: &[f64], signal: &[f64], block: &Block, phase: PhaseAt) -> Block {
 struct Sums<'a> {
     time: &'a [f64],
     signal: &'a [f64],
+    /// Taken off every sample, as that of [`SlopedSums`].
+    level: f64,
     centre: f64,
     phase: PhaseAt,
 }
@@ -379,7 +387,9 @@ impl pulp::WithSimd for Sums<'_> {
         let half_chirp = simd.splat_f64s(0.5 * self.phase.chirp);
         let minus_loss = simd.splat_f64s(-self.phase.loss);
         let one = simd.splat_f64s(1.0);
+        let level = simd.splat_f64s(self.level);
         for (t, y, weight) in wide::Pairs::new(simd, self.time, self.signal) {
+            let y = simd.mul_f64s(weight, simd.sub_f64s(y, level));
             let t = simd.sub_f64s(t, centre);
             let angle = simd.mul_add_e_f64s(simd.mul_add_e_f64s(half_chirp, t, omega), t, phase);
             let (sin, cos) = wide::sin_cos(simd, angle);
