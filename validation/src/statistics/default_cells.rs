@@ -20,7 +20,7 @@ pub(super) const DERIVATIVE_Q: [f64; 3] = [5.0, 8.0, 15.0];
 pub(super) const DERIVATIVE_SHARE: [f64; 2] = [0.2, 0.5];
 pub(super) const DERIVATIVE_SNR_DB: [f64; 2] = [40.0, 60.0];
 /// Parts of what sliding leaves of the loss at the start that are drag.
-pub(super) const DRAG: [f64; 2] = [0.3, 1.0];
+pub(super) const DRAG: [f64; 3] = [0.03, 0.3, 1.0];
 pub(super) const FREQUENCY_HZ: f64 = 1.7;
 
 /// What is recorded.
