@@ -296,6 +296,28 @@ mod tests {
 
     /// Given Q, friction is what the line lacks at no drive: its interval holds the truth, and it goes with the decay rate
     /// as far as Q does.
+    /// Four readings at each of six levels, all moving: a third of such records had the lowest level stuck, which counted
+    /// for four levels that read a plateau, and 22 of 100 thresholds were more than four errors off.
+    #[test]
+    fn repeated_readings_stick_or_move_together() {
+        let (mut held, mut runs) = (0, 0);
+        for seed in 0..30 {
+            for threshold in [0.05, 0.1, 0.15] {
+                let drive: Vec<f64> = (0..24).map(|i| f64::from(i / 4 + 1) / 6.0).collect();
+                let reading = |(i, x): (usize, &f64)| 10.0 * (x - threshold) + 0.03 * jitter(i, seed);
+                let amplitude: Vec<f64> = drive.iter().enumerate().map(reading).collect();
+                let levels = Levels::builder(drive, amplitude).build().unwrap();
+                let answer = analyse(&levels, &Options::default()).unwrap();
+                assert_eq!(answer.diagnostics.stuck % 4, 0, "{threshold} {seed}");
+                assert!(!answer.warnings.iter().any(|w| w.code() == "level_plateau"), "{threshold} {seed}");
+                let [low, high] = answer.parameter(Parameter::Threshold).unwrap().interval_95;
+                held += usize::from(low <= threshold && threshold <= high);
+                runs += 1;
+            }
+        }
+        assert!(held >= runs * 90 / 100, "{held} of {runs}");
+    }
+
     #[test]
     fn a_given_q_leaves_intervals_that_hold_the_friction() {
         let drive: Vec<f64> = (0..8).map(|i| 0.6 + 0.2 * f64::from(i)).collect();

@@ -29,6 +29,8 @@ criteria! {
             moves "threshold of levels raised and lowered";
         /// Least threshold of the line over the highest stuck level.
         stuck_reach: f64 = 0.5, source "the noise of a line may halve it", moves "which levels move";
+        /// Relative difference of drives up to which they are readings of one level.
+        same_level: f64 = 1e-3, source "what a source strays by", moves "which levels move, and plateaus";
         /// Amplitude over that of the line below which a level above the threshold is stuck.
         stuck_of_expected: f64 = 0.25, source "a level that moves is read near the line",
             moves "breakaway and its warning";
@@ -42,7 +44,7 @@ criteria! {
             moves "coverage of the slope of levels over decades";
         /// Least part in proportion over the floor, at the highest amplitude and in squares, that the noise may have.
         least_proportional: f64 = 0.01, source "less moves no weight", moves "coverage of slope and threshold";
-        /// The most.
+        /// Largest part in proportion over the floor, at the highest amplitude and in squares.
         most_proportional: f64 = 1e6, source "a thousand times the floor: levels over five decades",
             moves "coverage of slope and threshold";
         /// Moving levels from which on residuals tell one noise from the other.

@@ -25,8 +25,8 @@ pub(super) struct Line {
 /// that were raised and lowered, or raised only while the mass stuck beyond the threshold.
 pub(super) fn split(x: &[f64], y: &[f64], weight: &[f64], c: &LevelCriteria) -> Option<Line> {
     let n = x.len();
-    let by_drive = best_split(x, y, weight, &(0..n).collect::<Vec<_>>(), Some(c.stuck_reach));
-    let by_amplitude = best_split(x, y, weight, &ascending(y), None);
+    let by_drive = best_split(x, y, weight, &(0..n).collect::<Vec<_>>(), Order::Drive, c);
+    let by_amplitude = best_split(x, y, weight, &ascending(y), Order::Amplitude, c);
     match (by_drive, by_amplitude) {
         (Some(drive), Some(amplitude)) if amplitude.total < c.amplitude_split * drive.total => {
             Some(amplitude)
@@ -36,21 +36,54 @@ pub(super) fn split(x: &[f64], y: &[f64], weight: &[f64], c: &LevelCriteria) -> 
     }
 }
 
-/// The best split where the levels move from one on in an order; with `reach` the line's threshold is
-/// at least this part of the highest stuck level.
-fn best_split(x: &[f64], y: &[f64], weight: &[f64], order: &[usize], reach: Option<f64>) -> Option<Line> {
+/// Whether two drives, the lower one first, are readings of one level.
+pub(super) fn same_level(lower: f64, higher: f64, c: &LevelCriteria) -> bool {
+    higher - lower <= c.same_level * higher
+}
+
+/// By what levels are split.
+#[derive(Clone, Copy, PartialEq, Eq)]
+enum Order {
+    Drive,
+    Amplitude,
+}
+
+/// The best split where the levels move from one on in an order. In that of the drive all readings of a level
+/// stick or all move, and the line's threshold is not far below the highest stuck level; in that of the amplitude what
+/// sticks beside or above a level that moves reads far less than the line there.
+fn best_split(
+    x: &[f64],
+    y: &[f64],
+    weight: &[f64],
+    order: &[usize],
+    by: Order,
+    c: &LevelCriteria,
+) -> Option<Line> {
     let n = order.len();
     let mut best: Option<Line> = None;
     for first in 0..=n.checked_sub(3)? {
         let (stuck, moving) = order.split_at(first);
-        let rows = moving.iter().map(|&i| (vec![1.0, x[i]], y[i], weight[i]));
-        let Some((c, covariance, rss)) = linear(rows, 2) else { continue };
-        if !(c[1] > 0.0) {
+        if by == Order::Drive
+            && let (Some(&last), Some(&next)) = (stuck.last(), moving.first())
+            && same_level(x[last], x[next], c)
+        {
             continue;
         }
-        if let (Some(reach), Some(&last)) = (reach, stuck.last())
-            && -c[0] / c[1] < reach * x[last]
-        {
+        let rows = moving.iter().map(|&i| (vec![1.0, x[i]], y[i], weight[i]));
+        let Some((line, covariance, rss)) = linear(rows, 2) else { continue };
+        let (intercept, slope) = (line[0], line[1]);
+        if !(slope > 0.0) {
+            continue;
+        }
+        let contradicts = match by {
+            Order::Drive => stuck.last().is_some_and(|&last| -intercept / slope < c.stuck_reach * x[last]),
+            Order::Amplitude => {
+                let lowest = moving.iter().map(|&i| x[i]).fold(f64::INFINITY, f64::min);
+                let beside = stuck.iter().filter(|&&i| lowest < x[i] || same_level(x[i], lowest, c));
+                beside.into_iter().any(|&i| y[i] > c.stuck_of_expected * (intercept + slope * x[i]))
+            }
+        };
+        if contradicts {
             continue;
         }
         // What sticks reads its own level, the noise floor of an amplitude.
@@ -63,7 +96,7 @@ fn best_split(x: &[f64], y: &[f64], weight: &[f64], order: &[usize], reach: Opti
         if best.as_ref().is_none_or(|b| total < b.total * (1.0 - 1.0 / n as f64)) {
             let mut moves = vec![false; n];
             moving.iter().for_each(|&i| moves[i] = true);
-            best = Some(Line { moving: moves, slope: c[1], intercept: c[0], covariance, rss, total });
+            best = Some(Line { moving: moves, slope, intercept, covariance, rss, total });
         }
     }
     best

@@ -1,7 +1,7 @@
 //! What a detector reads where the mass sticks: its zero or its noise, which the moving levels hold as well.
 
 use super::criteria::LevelCriteria;
-use super::line::Line;
+use super::line::{Line, same_level};
 use super::noise::AveragedLine;
 use crate::inference::evidence::student_factor;
 
@@ -47,7 +47,10 @@ impl Plateau {
     pub(super) fn of(x: &[f64], y: &[f64], weight: &[f64], line: &Line, c: &LevelCriteria) -> Option<Self> {
         let stuck: Vec<usize> = (0..x.len()).filter(|&i| !line.moving[i]).collect();
         let n = stuck.len() as f64;
-        if stuck.len() < c.plateau_levels {
+        // Several readings of one level may be about to move as one of them may.
+        let repeated = stuck.windows(2).filter(|pair| same_level(x[pair[0]], x[pair[1]], c)).count();
+        let levels = stuck.len() - repeated;
+        if levels < c.plateau_levels {
             return None;
         }
         let sum = |of: &dyn Fn(usize) -> f64| stuck.iter().map(|&i| weight[i] * of(i)).sum::<f64>();
@@ -69,7 +72,7 @@ impl Plateau {
         }
         let square = sum(&|i| y[i] * y[i]) / total - 2.0 * variance;
         let in_squares = [square.max(0.0).sqrt(), std_error];
-        Some(Self { reading, levels: stuck.len(), constant: [constant, std_error], in_squares })
+        Some(Self { reading, levels, constant: [constant, std_error], in_squares })
     }
 
     /// The line through the moving levels without it, both ways to add counted by how well each describes them; and
