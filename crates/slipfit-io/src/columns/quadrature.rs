@@ -133,7 +133,15 @@ impl Chooser<'_> {
                 let (real, imaginary) = (columns[real], columns[imaginary]);
                 let swings = |i: usize| self.finite(i).any(|v| v < 0.0);
                 let used = |i: usize| pairs.iter().any(|pair| pair.other(i).is_some());
-                if third || used(real) || used(imaginary) || vague && !swings(real) && !swings(imaginary) {
+                if third || used(real) || used(imaginary) {
+                    continue;
+                }
+                // A background may keep both parts above zero.
+                let by_resonance = || {
+                    let frequency = self.of_role(Role::Frequency, &[]);
+                    frequency.is_some_and(|over| self.are_no_amplitudes(over, real, imaginary))
+                };
+                if vague && !swings(real) && !swings(imaginary) && !by_resonance() {
                     continue;
                 }
                 let alone = |i: usize| name::words(&self.head.names[i].bare).len() == 1;
@@ -192,6 +200,20 @@ mod tests {
         }
         let amplitudes = [vec![9.0, 10.0, 11.0], vec![1.0, 5.0, 1.0], vec![1.0, 2.0, 1.0]];
         assert_eq!(found(&["f", "X1", "Y1"], &amplitudes), None, "amplitudes along two axes");
+    }
+
+    #[test]
+    fn parts_that_a_background_keeps_above_zero_are_told_from_amplitudes() {
+        let f: Vec<f64> = (0..61).map(|i| 99.0 + f64::from(i) / 30.0).collect();
+        let detuning = |f: f64| (f - 100.0) / 0.2;
+        let real = |f: f64| 3.0 - detuning(f) / (1.0 + detuning(f).powi(2));
+        let imaginary = |f: f64| 2.0 - 1.0 / (1.0 + detuning(f).powi(2));
+        let column = |of: &dyn Fn(f64) -> f64| f.iter().map(|f| of(*f)).collect::<Vec<f64>>();
+        let parts = [f.clone(), column(&real), column(&imaginary)];
+        assert_eq!(found(&["frequency (Hz)", "X (V)", "Y (V)"], &parts), Some((1, 2)));
+        let amplitude = |f: f64| (1.0 + detuning(f).powi(2)).sqrt().recip();
+        let axes = [f.clone(), column(&amplitude), column(&|f| 0.3 * amplitude(f))];
+        assert_eq!(found(&["frequency (Hz)", "X (V)", "Y (V)"], &axes), None);
     }
 
     #[test]

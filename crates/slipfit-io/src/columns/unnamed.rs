@@ -11,6 +11,8 @@ const CLEARLY: f64 = 0.5;
 const FITS: f64 = 0.3;
 /// Points looked at.
 const MOST: usize = 2000;
+/// Rows that tell a resonance in two parts from amplitudes.
+const LEAST: usize = 8;
 /// Passes of the fit of a pole.
 const PASSES: usize = 6;
 
@@ -33,6 +35,15 @@ impl Chooser<'_> {
         });
         let polar = polar.flatten().fold(f64::INFINITY, f64::min);
         parts < FITS && parts < CLEARLY * polar
+    }
+
+    /// Whether a resonance fits two columns over a third far better as real and imaginary part than either of them as an
+    /// amplitude.
+    pub(super) fn are_no_amplitudes(&self, over: usize, first: usize, second: usize) -> bool {
+        let rows = self.rows_of([over, first, second]);
+        let parts = of_pole(&rows.iter().map(|&[f, a, b]| (f, Phasor::new(a, b))).collect::<Vec<_>>());
+        let amplitude = |k: usize| of_amplitude(&rows.iter().map(|row| (row[0], row[k])).collect::<Vec<_>>());
+        rows.len() >= LEAST && parts < FITS && parts < CLEARLY * amplitude(1).min(amplitude(2))
     }
 
     /// Whether the numbers of a column over another are levels in dB rather than amplitudes; `None` where a
