@@ -328,7 +328,7 @@ criteria! {
     /// Two viscous modes as a rival of every law of one mode.
     pub struct TwoModesCriteria in "two_modes" {
         /// Residual variance of one mode over the noise from which on a second is looked for.
-        least_excess: f64 = 2.0, source "as much again as the noise; chosen by simulation, modes at 6 samples a cycle", moves "modes reported, false friction in beats";
+        least_excess: f64 = 4.0, source "twice the noise", moves "modes reported, false friction in beats";
         /// Part of what one mode leaves, noise excepted, that the second must explain.
         explained: f64 = 0.75, source "half the root mean square", moves "modes reported";
         /// Residual variance, noise excepted, of two viscous modes over that of one law above which no
