@@ -57,12 +57,12 @@ pub(crate) struct Alternative {
     pub(crate) delta_bic: f64,
 }
 
-/// What curve and reference say where each has a drive of its own.
+/// What the curve says by itself, with a drive that is neither given nor that of its reference.
 #[derive(Debug)]
 pub(crate) struct FreeGain {
     /// The fit of the curve; the sums of squares are those of both.
     pub(crate) alternative: Alternative,
-    /// Drive of the curve by its shape over that of the reference.
+    /// Drive of the curve by its shape over the one given or that of the reference.
     pub(crate) ratio: f64,
 }
 

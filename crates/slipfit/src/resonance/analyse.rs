@@ -133,7 +133,7 @@ pub(super) fn analyse_within(
     let fitted =
         fitted.map_err(|error| if work.was_cut() { Error::NoFit { reason: SEARCH_CUT } } else { error })?;
     let mut fitted = fitted;
-    if options.reference.is_some() && !fitted.problem.main.complex {
+    if options.reference.is_some() || options.drive_amplitude.is_some() {
         let known = used.std_error().is_some() && fitted.set_aside.errors.is_none();
         fitted.free_gain = work.within(criteria.search.share, || {
             let alone = PreparedCurve::new(main, None, options, criteria).ok()?;
@@ -255,6 +255,20 @@ mod tests {
         };
         assert_eq!(delayed(5.0), [true, false]);
         assert_eq!(delayed(-5.0), [false, true]);
+    }
+
+    /// A drive given 10 % too large made friction of a fifth of the loss, p < 1e-12, and a background of 7 %.
+    #[test]
+    fn a_drive_that_contradicts_the_shape_of_the_curve_is_named() {
+        let (hz, z) = seen(121, 0.5, |_, z| z);
+        for (given, differs) in [(1.0, false), (1.1, true), (1.414, true), (0.9, true)] {
+            let known = crate::resonance::DriveAmplitude { value: given, std_error: 0.0 };
+            let options = Options { drive_amplitude: Some(known), ..Options::default() };
+            let answer = analyse(&Curve::complex(hz.clone(), z.clone()).build().unwrap(), &options).unwrap();
+            let codes: Vec<_> = answer.warnings.iter().map(|w| w.code()).collect();
+            assert!(!answer.sliding.detected, "{given}: {codes:?}");
+            assert_eq!(codes.contains(&"drive_differs"), differs, "{given}: {codes:?}");
+        }
     }
 
     /// Curve and reference of amplitudes, the reference read with another gain.

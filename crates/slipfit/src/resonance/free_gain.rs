@@ -1,5 +1,5 @@
-//! The curve by itself beside the fit with its reference: amplitudes read with another gain, or driven otherwise, than
-//! those of the reference.
+//! The curve by itself beside the fit with its drive known: read with another gain, or driven otherwise, than its reference
+//! or than was given.
 
 use super::alternatives::{Alternative, FreeGain, Kind, OtherFit, TermSet, counted_parameters};
 use super::criteria::Criteria;
@@ -15,10 +15,10 @@ use crate::inference::least_squares::minimise;
 /// Parameters of a reference without phases.
 const OF_REFERENCE: usize = 3;
 
-/// Of a curve of amplitudes, `alone` without its reference; `None` where the curve by itself is no resonance.
+/// Of the curve `alone`, without its reference; `None` where the curve by itself is no resonance.
 ///
-/// A background, a constant or a drag that only the reference asks for makes up for a gain that differs: the fits are
-/// weighed by all of their parameters.
+/// A background, a constant, a drag or sliding friction that only the drive asks for makes up for one that differs: the
+/// fits are weighed by all of their parameters.
 pub(super) fn free_gain(
     fitted: &FittedModels,
     alone: PreparedCurve,
@@ -26,21 +26,26 @@ pub(super) fn free_gain(
     criteria: &Criteria,
     errors_known: bool,
 ) -> Option<FreeGain> {
-    let reference = fitted.problem.reference.as_ref().filter(|r| !r.complex)?;
+    let reference = fitted.problem.reference.as_ref();
+    let of_reference = reference.map_or(0, |r| OF_REFERENCE + usize::from(r.complex));
     let chosen = fitted.comparison.reported().or_else(|| fitted.comparison.preferred())?;
-    let options = Options { reference: None, ..options.clone() };
+    let options = Options { reference: None, drive_amplitude: None, ..options.clone() };
     let alone = selection::best_fit(&alone, &options, criteria, errors_known).ok()?;
     let other = alone.comparison.reported().or_else(|| alone.comparison.preferred())?;
     // Judged by the points as the joint fit weighs them.
     let free = other.unbounded.free.clone();
-    let problem = Problem { reference: None, ..fitted.problem.clone() }.with(&free);
+    let problem = Problem { reference: None, prior: None, ..fitted.problem.clone() }.with(&free);
     let problem = Problem { background_delayed: alone.problem.background_delayed, ..problem };
     let mut unbounded = minimise(&problem, &other.unbounded.parameters, &free)?;
     let mut bounded = within_limits(&problem, &unbounded)?;
-    let own = FrictionFreeFit::new(reference.clone(), &problem, false, criteria).ok()?;
-    let left = fitted.problem.reference_weight
-        * own.variance
-        * (reference.observations() - OF_REFERENCE as f64).max(1.0);
+    let left = match reference {
+        Some(reference) => {
+            let own = FrictionFreeFit::new(reference.clone(), &problem, false, criteria).ok()?;
+            let observations = reference.observations() - of_reference as f64;
+            fitted.problem.reference_weight * own.variance * observations.max(1.0)
+        }
+        None => 0.0,
+    };
     (unbounded.rss, bounded.rss) = (unbounded.rss + left, bounded.rss + left);
     let c = &criteria.reference;
     let noise = fitted.comparison.noise;
@@ -50,10 +55,10 @@ pub(super) fn free_gain(
         effective * rss.max(f64::MIN_POSITIVE).ln() + penalty * parameters as f64
     };
     let gain = rank(chosen.bounded.rss, counted_parameters(&chosen.unbounded.free))
-        - rank(bounded.rss, counted_parameters(&free) + OF_REFERENCE);
+        - rank(bounded.rss, counted_parameters(&free) + of_reference);
     let odds = c.other_gain_odds * (0.5 * gain).exp();
     let weight = if odds.is_finite() { odds / (1.0 + odds) } else { 1.0 };
-    let delta_bic = noise.bic(bounded.rss, free.len() + OF_REFERENCE)
+    let delta_bic = noise.bic(bounded.rss, free.len() + of_reference)
         - noise.bic(chosen.bounded.rss, chosen.unbounded.free.len());
     let ratio = bounded.parameters[X_0] / chosen.bounded.parameters[X_0];
     let fit = OtherFit { set: TermSet::of(&problem, &free), unbounded, bounded };

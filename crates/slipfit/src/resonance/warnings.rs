@@ -6,7 +6,7 @@ use super::criteria::{AnswerCriteria, Criteria};
 use super::fitted_models::{FittedModels, SetAside, oscillator_seen};
 use super::lag;
 use super::peak::Peak;
-use super::response::{BG_IM, BG_RE, DELTA, DRAG, DUFFING, FLOOR, OFFSET, OMEGA, R_DELTA, R_OMEGA, X_F};
+use super::response::{BG_IM, BG_RE, DELTA, DRAG, DUFFING, FLOOR, OFFSET, OMEGA, R_DELTA, R_OMEGA, X_0, X_F};
 use super::{Answer, Curve, DriveSource, Method, Options, RunDirection, averaged, peak};
 use crate::answer::describe::model_choice;
 use crate::answer::{Parameter, Warning};
@@ -84,7 +84,7 @@ pub(super) fn warnings(
     shape(&mut list, d, answer, c);
     instrument(&mut list, d, answer, c);
     list.extend(rival(d, answer, options, criteria));
-    reference(&mut list, d, answer, options, criteria);
+    drive(&mut list, d, answer, options, criteria);
     let misfit = answer.diagnostics.residual_rms / answer.diagnostics.noise_rms.max(f64::MIN_POSITIVE);
     // Next to the least noise there is, the ratio leaves the numbers.
     let misfit = misfit.min(f64::MAX);
@@ -215,26 +215,28 @@ fn rival(d: &FittedModels, answer: &Answer, options: &Options, criteria: &Criter
     })
 }
 
-fn reference(
-    list: &mut Vec<Warning>,
-    d: &FittedModels,
-    answer: &Answer,
-    options: &Options,
-    criteria: &Criteria,
-) {
+fn drive(list: &mut Vec<Warning>, d: &FittedModels, answer: &Answer, options: &Options, criteria: &Criteria) {
     let c = &criteria.answer;
-    let Some(reference) = &answer.reference else { return };
     if let Some(gain) = &d.free_gain
         && gain.alternative.weight > c.other_gain
         && chosen(d, options).is_some_and(|c| averaged::moves_a_loss(d, &gain.alternative, c, criteria))
     {
-        list.push(Warning::ReferenceGain {
-            ratio: gain.ratio,
-            delta_bic: gain.alternative.delta_bic,
-            friction_displacement: averaged::estimate(&gain.alternative.fit, d.comparison.noise, &|p| p[X_F]),
-            unit: answer.unit.clone(),
+        let by_shape =
+            |of: &dyn Fn(&[f64]) -> f64| averaged::estimate(&gain.alternative.fit, d.comparison.noise, of);
+        let (delta_bic, unit) = (gain.alternative.delta_bic, answer.unit.clone());
+        let friction_displacement = by_shape(&|p| p[X_F]);
+        list.push(match options.drive_amplitude {
+            Some(given) => Warning::DriveDiffers {
+                given: given.value,
+                by_shape: by_shape(&|p| p[X_0]),
+                delta_bic,
+                friction_displacement,
+                unit,
+            },
+            None => Warning::ReferenceGain { ratio: gain.ratio, delta_bic, friction_displacement, unit },
         });
     }
+    let Some(reference) = &answer.reference else { return };
     let p = &answer.fit.parameters;
     let apart = (p[R_OMEGA] - p[OMEGA]).abs();
     let relative_frequency = apart / (d.problem.centre + p[OMEGA]);

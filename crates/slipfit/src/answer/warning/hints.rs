@@ -100,6 +100,12 @@ impl Warning {
                 Hint::new("kind", "says what was measured"),
                 Hint::advice("see that the phases are those of the response against the drive"),
             ],
+            Warning::DriveDiffers { .. } => {
+                vec![Hint::new(
+                    "drive_amplitude",
+                    "left out lets the curve give it; rms and peak to peak are other values",
+                )]
+            }
             Warning::ReferenceGain { .. } => {
                 vec![Hint::new("drive_amplitude", "gives that of this curve")]
             }

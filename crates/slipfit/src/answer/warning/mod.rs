@@ -314,7 +314,20 @@ pub enum Warning {
         /// Decay rate of the reference over that of the curve.
         decay_rate_ratio: f64,
     },
-    /// The shape of a curve of amplitudes asks for another drive than that of its reference.
+    /// The shape of a curve asks for another drive than the one given.
+    DriveDiffers {
+        /// The one given.
+        given: f64,
+        /// By the shape, with its standard error.
+        by_shape: [f64; 2],
+        /// BIC with it above that of the one reported.
+        delta_bic: f64,
+        /// Friction displacement then, and its standard error.
+        friction_displacement: [f64; 2],
+        /// Unit of the response.
+        unit: String,
+    },
+    /// The shape of a curve asks for another drive than that of its reference.
     ReferenceGain {
         /// Drive of the curve by its shape over that of the reference.
         ratio: f64,
@@ -503,6 +516,7 @@ impl Warning {
             Warning::RunsDiffer { .. } => "runs_differ",
             Warning::Lag { .. } => "lag",
             Warning::ReferenceDiffers { .. } => "reference_differs",
+            Warning::DriveDiffers { .. } => "drive_differs",
             Warning::ReferenceGain { .. } => "reference_gain",
             Warning::ReferenceSlides { .. } => "reference_slides",
             Warning::Stuck { .. } => "stuck",

@@ -375,6 +375,16 @@ impl fmt::Display for Warning {
                     f.write_str("and the curve has no viscous loss to compare with its own")
                 }
             }
+            Warning::DriveDiffers { given, by_shape, delta_bic, friction_displacement, unit } => write!(
+                f,
+                "by its own shape the curve has x_0 = {} in place of {}, which explains it {} (BIC differs by {:.1}), with \
+                 x_F = {}",
+                with_error(*by_shape, unit),
+                in_unit(*given, unit),
+                if *delta_bic < 0.0 { "better" } else { "as well" },
+                delta_bic.abs(),
+                with_error(*friction_displacement, unit)
+            ),
             Warning::ReferenceGain { ratio, delta_bic, friction_displacement, unit } => write!(
                 f,
                 "by its own shape the curve has {} times the drive of its reference, which explains both {} (BIC differs \
