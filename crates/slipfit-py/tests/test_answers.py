@@ -318,9 +318,9 @@ def test_a_parameter_is_given_on_with_its_error(swing, answer):
     given = slipfit.levels(drive, amplitude, unit="rad", q_factor=q)
     assert given == slipfit.levels(drive, amplitude, unit="rad", q_factor=(q.value, q.std_error))
     assert given != slipfit.levels(drive, amplitude, unit="rad", q_factor=q.value)
-    x_f = answer.parameters.friction_displacement
-    wide = slipfit.ringdown(*swing, unit="rad", torsion_stiffness=x_f).parameters.coulomb_force
-    exact = slipfit.ringdown(*swing, unit="rad", torsion_stiffness=x_f.value).parameters.coulomb_force
+    k = slipfit.Quantity(2, 0.1, (1.8, 2.2), 2, "N m/rad")
+    wide = slipfit.ringdown(*swing, unit="rad", torsion_stiffness=k).parameters.coulomb_force
+    exact = slipfit.ringdown(*swing, unit="rad", torsion_stiffness=k.value).parameters.coulomb_force
     assert wide.std_error > exact.std_error
     measured = slipfit.Measurement(slipfit.simulate.decay(**SWING), value=q)
     assert slipfit.series([measured]).table[0].value == q.value

@@ -486,8 +486,6 @@ def test_arrays_with_units_are_taken_in_them(swing, answer):
     assert apart.parameters.initial_amplitude.unit == "mm"
     with pytest.raises(slipfit.OptionError, match="quadrature is in 's'"):
         slipfit.ringdown(time, unit.Quantity(x, "mm"), quadrature=unit.Quantity(y, "s"))
-    with pytest.raises(slipfit.OptionError, match="rate_hz"):
-        slipfit.ringdown(signal=signal, rate_hz=unit.Quantity(50, "Hz"))
 
 
 def test_curves_with_units_are_taken_in_them(sweep):

@@ -11,7 +11,7 @@ from typing import Annotated, Any, Literal, TypeAlias, Union
 import numpy as np
 from numpy.typing import ArrayLike
 
-from . import _core, _input
+from . import _core, _input, _units
 from ._arguments import public, wrong_type
 from ._answers import LevelsAnswer, ResonanceAnswer, RingdownAnswer, SeriesAnswer, Table
 from ._errors import FolderError, OptionError, ReadError, SlipfitError
@@ -446,8 +446,9 @@ def ringdown(
     """
     record = _record(time, signal, quadrature, rate_hz, unit, kind)
     choices = _ringdown_choices(
-        start_s=start_s, end_s=end_s, min_amplitude=min_amplitude, band_hz=band_hz, model=model,
-        law=law, lockin_time_constant_s=lockin_time_constant_s, lockin_order=lockin_order,
+        start_s=start_s, end_s=end_s,
+        min_amplitude=_input.of_samples("min_amplitude", min_amplitude, record.unit), band_hz=band_hz,
+        model=model, law=law, lockin_time_constant_s=lockin_time_constant_s, lockin_order=lockin_order,
         frequency_hz=frequency_hz,
     )  # fmt: skip
     constants = _input.constants(
@@ -628,7 +629,8 @@ def resonance(
         frequency, response, phase_rad=phase_rad, std_error=std_error, drive=drive, unit=unit, kind=kind
     )
     choices = _resonance_choices(
-        band_hz=band_hz, method=method, model=model, drive_amplitude=drive_amplitude,
+        band_hz=band_hz, method=method, model=model,
+        drive_amplitude=_input.of_samples("drive_amplitude", drive_amplitude, curve.unit, uncertain=True),
         background=background, delay=delay, amplitude_offset=amplitude_offset, noise_floor=noise_floor,
         phase_offset=phase_offset, duffing=duffing,
     )  # fmt: skip
@@ -755,11 +757,17 @@ def levels(
     True
     """
     held = _levels(drive, amplitude, std_error=std_error, unit=unit, drive_unit=drive_unit)
-    choices = _levels_choices(frequency_hz=frequency_hz, drive_gain=drive_gain, q_factor=q_factor)
+    gain = _input.of_samples("drive_gain", drive_gain, _gain_unit(held), uncertain=True)
+    choices = _levels_choices(frequency_hz=frequency_hz, drive_gain=gain, q_factor=q_factor)
     constants = _input.constants(
         {"stiffness": stiffness, "mass": mass, "torsion_stiffness": torsion_stiffness, "inertia": inertia}
     )
     return LevelsAnswer(_core.levels_answer(held, choices, constants))
+
+
+def _gain_unit(held: _core.Levels) -> str:
+    """Unit of the amplitude at the base for one unit of the level; empty where it is unknown."""
+    return f"{held.unit}/{held.drive_unit}" if held.unit and held.drive_unit else ""
 
 
 def _levels_choices(
@@ -813,8 +821,15 @@ class Measurement:
             choices = _ringdown_choices
         elif isinstance(self.data, _core.Curve):
             choices = _resonance_choices
+        units = {"min_amplitude": self.data.unit, "drive_amplitude": self.data.unit}
+        if isinstance(self.data, _core.Levels):
+            units["drive_gain"] = _gain_unit(self.data)
         try:
-            return public(choices)(**self.options)
+            options = {
+                name: _input.of_samples(name, value, units[name], uncertain=name.startswith("drive")) if name in units else value
+                for name, value in self.options.items()
+            }
+            return public(choices)(**options)
         except SlipfitError as error:
             raise type(error)(f"options: {error}", error.code, details={"option": "options"}) from None
         except TypeError as error:
@@ -822,12 +837,15 @@ class Measurement:
             message = str(error).replace(f"{choices.__name__}()", f"slipfit.{analysis}()")
             raise _input.refuse("options", f"options: {message}") from None
 
-    def _entry(self) -> tuple[Any, str, str, tuple[float, float] | None, float | None]:
+    def _entry(self, condition_unit: str = "") -> tuple[Any, str, str, tuple[float, float] | None, float | None]:
         choices = self._choices()
         if self.reference is not None and not isinstance(self.data, _core.Curve):
             raise _input.refuse("reference", "reference is the curve without friction of a curve, and data is none")
         measured = (self.data, self.reference) if isinstance(self.data, _core.Curve) else (self.data,)
-        value = _input.pair("value", self.value)
+        own = _input.unit_of_one(self.value) or ""
+        if own and condition_unit and _units.ratio(own, condition_unit) is None:
+            raise _input.refuse("value", f"a value is in {own!r} and condition_unit={condition_unit!r}")
+        value = _input.pair("value", self.value, condition_unit or own)
         uncertain = value if value is None or isinstance(value, tuple) else (value, 0.0)
         if uncertain is not None and not (np.isfinite(uncertain).all() and uncertain[1] >= 0):
             raise _input.refuse("value", f"value={self.value}: finite numbers are needed, no error below zero")
@@ -883,7 +901,9 @@ def series(
     held = list(measurements)
     if not all(isinstance(one, Measurement) for one in held):
         raise wrong_type("measurements", measurements, "several Measurements are needed")
-    entries = [one._entry() for one in held]
+    if not condition_unit:
+        condition_unit = next(filter(None, (_input.unit_of_one(one.value) for one in held)), "")
+    entries = [one._entry(condition_unit) for one in held]
     if not entries:
         raise _input.refuse("measurements", "a series needs at least one measurement")
     choices = {

@@ -227,7 +227,7 @@ def _choices(
         "amplitude": amplitude, "x": x, "y": y, "signal": signal, "kind": kind,
         "dt": dt if isinstance(dt, str) else _input.interval("dt", dt), "time": time,
         "frequency_hz": _per_row("frequency_hz", frequency_hz),
-        "min_amplitude": _per_row("min_amplitude", min_amplitude),
+        "min_amplitude": _per_row("min_amplitude", _input.of_samples("min_amplitude", min_amplitude, unit)),
         "method": method, "unit": unit, "keep": [keep] if isinstance(keep, str) else list(keep),
         "ringdown": _ringdown_choices(**analysis),
     }  # fmt: skip

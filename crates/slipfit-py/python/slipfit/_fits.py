@@ -146,9 +146,10 @@ def fit_envelope(
     >>> round(fit.best.offset_amplitude, 9)
     0.3
     """
+    unit = _input.own_unit(amplitude) or ""
     start = (
-        _input.number("initial_amplitude", initial_amplitude),
-        _input.number("offset_amplitude", offset_amplitude),
+        _input.number("initial_amplitude", initial_amplitude, unit),
+        _input.number("offset_amplitude", offset_amplitude, unit),
         _input.number("decay_rate_per_s", decay_rate_per_s),
     )
     found = _core.envelope(_input.seconds("time", time), _input.vector("amplitude", amplitude), start)
@@ -203,13 +204,14 @@ def fit_waveform(
     >>> round(fit.best.friction_displacement, 9)
     0.002
     """
+    unit = _input.own_unit(signal) or ""
     start = (
-        _input.number("initial_amplitude", initial_amplitude),
-        _input.number("friction_displacement", friction_displacement),
+        _input.number("initial_amplitude", initial_amplitude, unit),
+        _input.number("friction_displacement", friction_displacement, unit),
         _input.number("decay_rate_per_s", decay_rate_per_s),
         _input.number("phase_rad", phase_rad),
         _input.number("frequency_hz", frequency_hz),
-        _input.number("offset", offset),
+        _input.number("offset", offset, unit),
     )
     found = _core.waveform(_input.seconds("time", time), _input.vector("signal", signal), start)
     best, error, correlation, rms, converged, steps = found
@@ -261,6 +263,7 @@ def fit_resonance(
     0.3
     """
     curve = _curve(frequency, response, phase_rad=phase_rad, std_error=std_error)
-    values, rms, converged = _core.resonance_fit(curve, _input.optional("drive_amplitude", drive_amplitude))
+    drive = _input.of_samples("drive_amplitude", drive_amplitude, curve.unit)
+    values, rms, converged = _core.resonance_fit(curve, _input.optional("drive_amplitude", drive))
     hz, delta, x_f, x_0, phase = ((value, error) for value, error in values)
     return CurveFit(hz, delta, x_f, x_0, phase, rms, converged)

@@ -11,7 +11,7 @@ from typing import TYPE_CHECKING, Any, TypeAlias, Union
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from . import _core
+from . import _core, _units
 from ._arguments import shown, wrong_type
 from ._errors import OptionError
 
@@ -45,8 +45,9 @@ def unmasked(values: Any) -> Any:
 
 
 def _measured(values: Any) -> tuple[Any, str] | None:
-    """Numbers and unit of an array that has both, as those of pint, astropy and unyt; None of any other."""
-    if type(values) is np.ndarray or not hasattr(values, "shape"):
+    """Numbers and unit of what has both, as those of pint, astropy and unyt; None of any other."""
+    # A single value of pint has no shape.
+    if type(values) is np.ndarray or not (hasattr(values, "shape") or hasattr(values, "magnitude")):
         return None
     for number, unit in (("magnitude", "units"), ("value", "unit"), ("value", "units")):
         if hasattr(values, number) and hasattr(values, unit):
@@ -54,12 +55,7 @@ def _measured(values: Any) -> tuple[Any, str] | None:
             if hasattr(named, "shape"):
                 # Columns of those names, of a frame or of records.
                 return None
-            try:
-                # pint spells its units out unless it is asked for symbols.
-                text = format(named, "~C")
-            except (TypeError, ValueError):
-                text = str(named)
-            return held, "" if text == "dimensionless" else text.replace(" ", "")
+            return held, _units.spelled(named)
     return None
 
 
@@ -130,7 +126,7 @@ def alike(name: str, values: ArrayLike, unit: str | None) -> Vector:
     own = own_unit(values)
     if not own or not unit or own == unit:
         return vector(name, values)
-    factor = _core.unit_factor(own, unit)
+    factor = _units.ratio(own, unit)
     if factor is None:
         raise refuse(name, f"{name} is in {own!r}, what it belongs to in {unit!r}")
     return vector(name, values) * factor
@@ -329,8 +325,55 @@ def time_and_signal(time: Any, signal: Any) -> tuple[Vector | None, Any, str | N
     return times, values, unit
 
 
-def number(name: str, value: Any) -> float:
-    """A number, whatever type of number it is."""
+def unit_of_one(value: Any) -> str | None:
+    """The unit of a single value: empty for a pure number that says so, None for one that names none."""
+    if isinstance(value, (list, tuple)) and len(value):
+        # A value and its standard error.
+        return unit_of_one(value[0])
+    if isinstance(value, (int, float)):
+        return None
+    if hasattr(value, "std_error"):
+        # A parameter of an answer.
+        unit = getattr(value, "unit", None)
+        return None if unit is None else str(unit)
+    if is_of_xarray(value):
+        return own_unit(value)
+    measured = _measured(value)
+    return None if measured is None else measured[1]
+
+
+def _factor(name: str, own: str | None, samples: str | None) -> float:
+    """What turns a value in its own unit into one in the unit of its option, or in that of the samples."""
+    wanted = _units.of_option(name) if samples is None else samples
+    # A parameter of samples without a unit has none either.
+    if own is None or own == wanted or samples is not None and not own:
+        return 1.0
+    if samples is None and not wanted:
+        factor = _units.ratio(own, "1")
+    else:
+        factor = _units.ratio(own, wanted) if own and wanted else None
+    if factor is not None:
+        return factor
+    given = f"{name} is in {own!r}" if own else f"{name} is a pure number"
+    if samples is None:
+        raise refuse(name, f"{given} where {f'a value in {wanted}' if wanted else 'a pure number'} is needed")
+    beside = f"in {samples!r}" if samples else "in no unit: give unit"
+    raise refuse(name, f"{given}, what it belongs to {beside}")
+
+
+def number(name: str, value: Any, samples: str | None = None) -> float:
+    """A number, whatever type of number it is; one that has a unit in that of its option.
+
+    `samples` is the unit of the samples for an option that has theirs, empty where it is unknown.
+    """
+    own = unit_of_one(value)
+    if own is not None:
+        held = value.value if hasattr(value, "std_error") else numbers(value)
+        return _factor(name, own, samples) * _float(name, held)
+    return _float(name, value)
+
+
+def _float(name: str, value: Any) -> float:
     try:
         return float(value)
     except OverflowError:
@@ -344,6 +387,15 @@ def optional(name: str, value: float | None) -> float | None:
     return None if value is None else number(name, value)
 
 
+def of_samples(name: str, value: Any, unit: str, uncertain: bool = False) -> Any:
+    """A value with a unit of its own in that of the samples, anything else as it is."""
+    if uncertain and isinstance(value, (list, tuple)):
+        return tuple(of_samples(name, one, unit) for one in value)
+    if unit_of_one(value) is None:
+        return value
+    return pair(name, value, unit) if uncertain else number(name, value, unit)
+
+
 def whole(name: str, value: int | None) -> int | None:
     """A count or nothing."""
     if value is None:
@@ -354,15 +406,16 @@ def whole(name: str, value: int | None) -> int | None:
     return count
 
 
-def pair(name: str, value: Uncertain | None) -> float | tuple[float, float] | None:
+def pair(name: str, value: Uncertain | None, samples: str | None = None) -> float | tuple[float, float] | None:
     """A value with or without its standard error."""
     given: Any = value
     if hasattr(given, "std_error"):
-        given = (given.value, given.std_error)
-    if np.ndim(given):
+        factor = _factor(name, unit_of_one(given), samples)
+        return factor * _float(name, given.value), factor * _float(name, given.std_error)
+    if hasattr(type(given), "__len__") and getattr(given, "ndim", 1) != 0:
         first, error = given
-        return number(name, first), number(name, error)
-    return None if given is None else number(name, given)
+        return number(name, first, samples), number(name, error, samples)
+    return None if given is None else number(name, given, samples)
 
 
 def band(value: tuple[float, float] | None) -> tuple[float, float] | None:

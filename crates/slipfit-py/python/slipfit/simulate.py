@@ -10,7 +10,7 @@ from typing import Any, Literal
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from . import _core, _input
+from . import _core, _input, _units
 from ._arguments import public
 from ._answers import Table
 from ._errors import ReadError
@@ -19,6 +19,13 @@ __all__ = ["decay", "driven", "sweep"]
 
 #: Cycles at a frequency, each followed from event to event.
 _MOST_CYCLES = 1e9
+
+#: Units of what moves to and fro, and of what turns.
+_SLIDING = {"viscous_coefficient": "N s/m", "coulomb_force": "N", "static_force": "N"}
+_TURNING = {
+    "mass": "kg m²", "stiffness": "N m/rad", "viscous_coefficient": "N m s/rad",
+    "coulomb_force": "N m", "static_force": "N m",
+}  # fmt: skip
 
 _OSCILLATOR = """frequency_hz, mass, stiffness : float, optional
         Undamped frequency [Hz]; or two of it, mass [kg] and stiffness [N/m].
@@ -36,8 +43,8 @@ _NOISE = """noise_rms : float
         Of the noise: the same seed, the same numbers."""
 
 
-def _noisy(signal: NDArray[np.float64], noise_rms: float, seed: int) -> NDArray[np.float64]:
-    rms = _input.number("noise_rms", noise_rms)
+def _noisy(signal: NDArray[np.float64], noise_rms: float, seed: int, unit: str) -> NDArray[np.float64]:
+    rms = _input.number("noise_rms", noise_rms, unit)
     if not 0 <= rms < float("inf"):
         raise _input.refuse("noise_rms", f"noise_rms={noise_rms!r}: zero or above is needed")
     if seed < 0:
@@ -59,8 +66,14 @@ def _record(
         raise _input.refuse("duration_s", f"{len(signal)} samples in duration_s at rate_hz: more are needed") from None
 
 
-def _oscillator(**given: float | None) -> dict[str, float | None]:
-    return {name: _input.optional(name, value) for name, value in given.items()}
+def _oscillator(unit: str, **given: float | None) -> dict[str, float | None]:
+    """The oscillator; of a rotation the mass is a moment of inertia, and so on."""
+    turns = _units.ratio(unit, "rad") is not None
+    units = {"friction_displacement": unit, "static_displacement": unit, **(_TURNING if turns else _SLIDING)}
+    return {
+        name: None if value is None else _input.number(name, value, units.get(name))
+        for name, value in given.items()
+    }
 
 
 @public
@@ -114,16 +127,16 @@ def decay(
     [9.8, -8.8, 7.8]
     """
     oscillator = _oscillator(
-        frequency_hz=frequency_hz, mass=mass, stiffness=stiffness, q_factor=q_factor,
+        unit, frequency_hz=frequency_hz, mass=mass, stiffness=stiffness, q_factor=q_factor,
         viscous_coefficient=viscous_coefficient, friction_displacement=friction_displacement,
         coulomb_force=coulomb_force, static_displacement=static_displacement, static_force=static_force,
     )  # fmt: skip
     time_s, signal = _core.decay(
-        oscillator, _input.number("amplitude", amplitude),
+        oscillator, _input.number("amplitude", amplitude, unit),
         _input.number("duration_s", duration_s), _input.number("rate_hz", rate_hz),
     )  # fmt: skip
     still = f"amplitude={amplitude}: the mass stays where it is released, and a record at rest tells nothing"
-    return _record(time_s, _noisy(signal, noise_rms, seed), unit, "amplitude", still)
+    return _record(time_s, _noisy(signal, noise_rms, seed, unit), unit, "amplitude", still)
 
 
 @public
@@ -191,17 +204,17 @@ def driven(
     if start not in ("rest", "steady"):
         raise _input.refuse("start", f"start={start!r}: one of rest, steady")
     oscillator = _oscillator(
-        frequency_hz=frequency_hz, mass=mass, stiffness=stiffness, q_factor=q_factor,
+        unit, frequency_hz=frequency_hz, mass=mass, stiffness=stiffness, q_factor=q_factor,
         viscous_coefficient=viscous_coefficient, friction_displacement=friction_displacement,
         coulomb_force=coulomb_force, static_displacement=static_displacement, static_force=static_force,
     )  # fmt: skip
     time_s, signal = _core.driven(
-        oscillator, _input.number("drive_amplitude", drive_amplitude),
+        oscillator, _input.number("drive_amplitude", drive_amplitude, unit),
         _input.optional("drive_frequency_hz", drive_frequency_hz), _input.number("duration_s", duration_s),
         _input.number("rate_hz", rate_hz), start == "steady", off,
     )  # fmt: skip
     still = f"drive_amplitude={drive_amplitude}: the mass stays at rest, and a record at rest tells nothing"
-    return _record(time_s, _noisy(signal, noise_rms, seed), unit, "drive_amplitude", still)
+    return _record(time_s, _noisy(signal, noise_rms, seed, unit), unit, "drive_amplitude", still)
 
 
 @public
@@ -251,7 +264,7 @@ def sweep(
     [5.24, 50.0, 4.736]
     """
     oscillator = _oscillator(
-        frequency_hz=frequency_hz, mass=mass, stiffness=stiffness, q_factor=q_factor,
+        "", frequency_hz=frequency_hz, mass=mass, stiffness=stiffness, q_factor=q_factor,
         viscous_coefficient=viscous_coefficient, friction_displacement=friction_displacement,
         coulomb_force=coulomb_force, static_displacement=static_displacement, static_force=static_force,
     )  # fmt: skip
