@@ -13,6 +13,9 @@ an answer with parameters, intervals, evidence and warnings. The numbers are
 those that the command ``slipfit`` prints.
 """
 
+import importlib
+from typing import TYPE_CHECKING, Any
+
 from . import simulate
 from ._analyses import (
     Measurement,
@@ -52,6 +55,9 @@ from ._fits import (
 from ._map import fit_map
 from ._plot import plot_map
 
+if TYPE_CHECKING:
+    from . import engines
+
 __all__ = [
     "Answer",
     "ArrowStream",
@@ -82,6 +88,7 @@ __all__ = [
     "Table",
     "Warning",
     "__version__",
+    "engines",
     "fit_batch",
     "fit_envelope",
     "fit_map",
@@ -98,3 +105,14 @@ __all__ = [
     "series",
     "simulate",
 ]
+
+
+def __getattr__(name: str) -> Any:
+    # The engines are imported where they are asked for, as are their packages.
+    if name == "engines":
+        return importlib.import_module(".engines", __name__)
+    raise AttributeError(f"module {__name__!r} has no attribute {name!r}")
+
+
+def __dir__() -> list[str]:
+    return sorted({*globals(), "engines"})
