@@ -4,6 +4,8 @@ import errno
 import io
 import pickle
 import re
+import subprocess
+import sys
 import threading
 
 import numpy as np
@@ -73,7 +75,9 @@ def test_xarray_brings_its_unit(swing, answer):
     time, signal = swing
     array = xarray.DataArray(signal, coords={"time": time}, dims="time", attrs={"units": "rad"})
     assert slipfit.ringdown(array) == answer
-    assert slipfit.ringdown(array, unit="mm").to_dict()["input"]["unit"] == "mm"
+    assert slipfit.ringdown(array, unit="rad") == answer
+    with pytest.raises(slipfit.OptionError, match="unit='mm' beside time in 'rad': give numbers without"):
+        slipfit.ringdown(array, unit="mm")
     with pytest.raises(slipfit.OptionError, match="one is needed"):
         slipfit.ringdown(xarray.DataArray(np.zeros((3, 4))))
     # Without a coordinate a dimension counts samples, which are no seconds.
@@ -474,7 +478,9 @@ def test_arrays_with_units_are_taken_in_them(swing, answer):
         found = slipfit.ringdown(times, samples)
         assert found.parameters.friction_displacement.unit == "rad"
         assert found.parameters.frequency_hz.value == pytest.approx(answer.parameters.frequency_hz.value, rel=1e-9)
-        assert slipfit.ringdown(times, samples, unit="m").parameters.friction_displacement.unit == "m"
+        with pytest.raises(slipfit.OptionError, match="unit='mrad' beside signal in 'rad': convert signal") as raised:
+            slipfit.ringdown(times, samples, unit="mrad")
+        assert raised.value.option == "unit"
     with pytest.raises(slipfit.OptionError, match="time is in 'mm'"):
         slipfit.ringdown(unit.Quantity(time, "mm"), signal)
     # Both outputs of a lock-in in one unit.
@@ -509,3 +515,40 @@ def test_texts_as_times_are_told_from_numbers(swing):
     for texts in (dates, np.array(dates), np.array(dates, object)):
         with pytest.raises(slipfit.OptionError, match=r"such as '2026-01-01T00:00:00.*pandas.to_datetime\(time\)"):
             slipfit.ringdown(texts, signal)
+
+
+def test_an_index_tells_its_unit_and_stands_beside_no_rate(swing, answer):
+    pandas = pytest.importorskip("pandas")
+    time, signal = swing
+    for scale, name in ((1e3, "time (ms)"), (1, "t [s]"), (1, "time")):
+        series = pandas.Series(signal, index=pandas.Index(time * scale, name=name))
+        found = slipfit.ringdown(series, unit="rad").parameters.frequency_hz.value
+        assert found == pytest.approx(answer.parameters.frequency_hz.value, rel=1e-9)
+        with pytest.raises(slipfit.OptionError, match="rate_hz is given beside the index"):
+            slipfit.ringdown(series, rate_hz=50)
+    with pytest.raises(slipfit.OptionError, match="time is in 'mm'"):
+        slipfit.ringdown(pandas.Series(signal, index=pandas.Index(time, name="time (mm)")))
+    assert slipfit.ringdown(pandas.Series(signal), rate_hz=50) == slipfit.ringdown(signal=signal, rate_hz=50)
+
+
+@pytest.mark.parametrize("kind", ["envelope", "lock-in"])
+def test_a_curve_is_a_motion(sweep, kind):
+    for call in (lambda: slipfit.resonance(*sweep, kind=kind), lambda: slipfit.read_curve(b"f,R\n1,2\n", kind=kind)):
+        with pytest.raises(slipfit.OptionError, match="displacement, velocity, acceleration for a") as raised:
+            call()
+        assert raised.value.option == "kind"
+
+
+def test_an_oscillation_has_no_output_filter(swing):
+    with pytest.raises(slipfit.OptionError, match="this record oscillates") as raised:
+        slipfit.ringdown(*swing, lockin_time_constant_s=0.1, lockin_order=2)
+    assert raised.value.option == "lockin_time_constant_s"
+    amplitudes = np.exp(-0.1 * swing[0]) + 1e-3 * np.random.default_rng(1).standard_normal(len(swing[0]))
+    slipfit.ringdown(swing[0], amplitudes, kind="envelope", lockin_time_constant_s=0.1, lockin_order=2)
+
+
+def test_engines_are_there_without_an_import():
+    code = "import slipfit; assert 'engines' in dir(slipfit); slipfit.engines.arrow.ringdown_files"
+    subprocess.run([sys.executable, "-c", code], check=True)
+    with pytest.raises(AttributeError, match="no attribute 'engine'"):
+        slipfit.engine

@@ -6,7 +6,7 @@ import os
 import re
 from collections.abc import Callable, Iterable, Sequence
 from dataclasses import dataclass, field
-from typing import Annotated, Any, Literal, TypeAlias, Union
+from typing import Annotated, Any, Literal, TypeAlias, Union, get_args
 
 import numpy as np
 from numpy.typing import ArrayLike
@@ -18,6 +18,8 @@ from ._errors import FolderError, OptionError, ReadError, SlipfitError
 from ._input import Path, Uncertain
 
 Kind: TypeAlias = Literal["displacement", "velocity", "acceleration", "envelope", "lock-in"]
+#: What the response of a curve may be.
+Motion: TypeAlias = Literal["displacement", "velocity", "acceleration"]
 Column: TypeAlias = Union[str, int]
 
 _CHOICES = (
@@ -154,7 +156,7 @@ def read_curve(
     unit: str | None = None,
     phase_unit: str | None = None,
     centre_hz: float | None = None,
-    kind: Kind | None = None,
+    kind: Motion | None = None,
     sheet: Column | None = None,
     run: int | None = None,
     time: Column | None = None,
@@ -195,6 +197,7 @@ def read_curve(
     ReadError
         What is wrong with the file, with its row and what would help.
     """
+    _check_motion(kind)
     choices = _choices(
         frequency=frequency, amplitude=amplitude, phase=phase, real=real, imaginary=imaginary,
         drive=drive, std_error=std_error, frequency_unit=frequency_unit, unit=unit,
@@ -290,7 +293,8 @@ def _record(
             # A table, or anything else that is no signal: its shape says more.
             _input.vector("signal", values)
         raise _input.refuse("time", "no times: give time or rate_hz")
-    told = unit if unit is not None else own_unit
+    given_as = "time" if signal is None else "signal"
+    told = _input.unit_told(given_as, own_unit, unit)
     columns = {
         "time_s": times,
         "signal": _input.vector("signal", values),
@@ -454,7 +458,12 @@ def ringdown(
     constants = _input.constants(
         {"stiffness": stiffness, "mass": mass, "torsion_stiffness": torsion_stiffness, "inertia": inertia}
     )
-    return RingdownAnswer(_core.ringdown_answer(record, choices, constants))
+    answer = RingdownAnswer(_core.ringdown_answer(record, choices, constants))
+    filtered = next((name for name in ("lockin_time_constant_s", "lockin_order") if choices[name] is not None), None)
+    if filtered and record.quadrature is None and record.kind != "envelope" and answer.backbone is not None:
+        what = "only for amplitudes and the outputs of a lock-in; this record oscillates"
+        raise _input.refuse(filtered, f"{filtered}={choices[filtered]:g}: {what}")
+    return answer
 
 
 def _ringdown_choices(
@@ -482,6 +491,12 @@ def _ringdown_choices(
     }
 
 
+def _check_motion(kind: str | None) -> None:
+    """Refuses what only a record in time can be."""
+    if kind in ("envelope", "lock-in"):
+        raise _input.refuse("kind", f"kind={kind!r}: one of {', '.join(get_args(Motion))} for a resonance curve")
+
+
 def _curve(
     frequency: Any,
     response: Any = None,
@@ -490,8 +505,9 @@ def _curve(
     std_error: ArrayLike | None = None,
     drive: ArrayLike | None = None,
     unit: str | None = None,
-    kind: Kind | None = None,
+    kind: Motion | None = None,
 ) -> _core.Curve:
+    _check_motion(kind)
     given = {
         "response": response, "phase_rad": phase_rad, "std_error": std_error, "drive": drive,
         "unit": unit, "kind": kind,
@@ -508,7 +524,7 @@ def _curve(
     own = _input.own_unit(response)
     if response is None:
         frequency, response, own = _input.frequency_and_response(frequency)
-    told = unit if unit is not None else own
+    told = _input.unit_told("response", own, unit)
     if frequency is None or response is None:
         raise _input.refuse("response", "a curve needs frequencies and a response")
     parts = _parts("response", response)
@@ -545,7 +561,7 @@ def resonance(
     std_error: ArrayLike | None = None,
     drive: ArrayLike | None = None,
     unit: str | None = None,
-    kind: Kind | None = None,
+    kind: Motion | None = None,
     reference: _core.Curve | Path | Sequence[Path] | bytes | None = None,
     drive_amplitude: Uncertain | None = None,
     band_hz: tuple[float, float] | None = None,
@@ -687,13 +703,13 @@ def _levels(
     if amplitude is None:
         raise _input.refuse("amplitude", "levels need amplitudes beside the levels of the drive")
     own = _input.own_unit(amplitude)
-    told = unit if unit is not None else own
+    told = _input.unit_told("amplitude", own, unit)
     measured, real, imaginary = _parts("amplitude", amplitude)
     columns = {
         "drive": _input.vector("drive", drive), "amplitude": measured, "real": real, "imaginary": imaginary,
         "std_error": None if std_error is None else _input.alike("std_error", std_error, own or told),
     }  # fmt: skip
-    of_drive = drive_unit if drive_unit is not None else _input.own_unit(drive)
+    of_drive = _input.unit_told("drive", _input.own_unit(drive), drive_unit, "drive_unit")
     levels: _core.Levels = _of_arrays(_core.levels_of_arrays, columns, told, of_drive)
     return levels
 

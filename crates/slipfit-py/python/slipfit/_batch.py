@@ -171,8 +171,7 @@ def _per_row(name: str, value: PerRow | None) -> float | str | None:
 
 def _labelled(table: Any, options: dict[str, Any]) -> Any:
     """The rows of an array of xarray, their time behind, and what it names of options that are not given."""
-    if not options["unit"]:
-        options["unit"] = _input.own_unit(table) or ""
+    options["unit"] = _input.unit_told("table", _input.own_unit(table), options["unit"] or None) or ""
     if not _input.is_of_xarray(table) or getattr(table, "ndim", 0) != 2:
         return _input.numbers(table)
     name = _input.time_dimension(table)

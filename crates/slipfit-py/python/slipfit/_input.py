@@ -5,6 +5,7 @@ from __future__ import annotations
 import datetime
 import operator
 import os
+import re
 from collections.abc import Mapping
 from typing import TYPE_CHECKING, Any, TypeAlias, Union
 
@@ -119,6 +120,19 @@ def own_unit(values: Any) -> str | None:
         return measured[1] or None if measured is not None else None
     unit = getattr(values, "attrs", {}).get("units")
     return own_unit(getattr(values, "data", None)) if unit is None else str(unit)
+
+
+def unit_told(name: str, own: str | None, unit: str | None, option: str = "unit") -> str | None:
+    """The unit of samples: as it is told, or that of an array which has its own. Both must agree."""
+    if unit is None or not own or own == unit:
+        return own if unit is None else unit
+    factor = _units.ratio(own, unit)
+    if factor == 1:
+        return unit
+    told = f"{option}={unit!r} beside {name} in {own!r}"
+    if factor is None:
+        raise refuse(option, f"{told}: give numbers without a unit, such as numpy.asarray({name})")
+    raise refuse(option, f"{told}: convert {name} to {unit!r}, or leave {option} out")
 
 
 def alike(name: str, values: ArrayLike, unit: str | None) -> Vector:
@@ -261,13 +275,15 @@ def _counts_rows(index: Any) -> bool:
 
 
 def check_every_row(given: Any) -> None:
-    """Refuses a Series of pandas from which rows were taken, where a rate counts them."""
+    """Refuses a Series of pandas from which rows were taken, or with times of its own, where a rate counts rows."""
     if type(given).__module__.split(".")[0] != "pandas" or not hasattr(given, "index"):
         return
     if getattr(given.index, "nlevels", 1) == 1 and _counts_rows(given.index):
         steps = np.diff(given.index.to_numpy())
         if steps.size and (steps != steps[0]).any():
             raise refuse("signal", "rows of signal are missing or out of order, where rate_hz counts them: keep them as NaN")
+    elif getattr(given.index, "nlevels", 1) == 1 and given.index.to_numpy().dtype.kind in "fiumM":
+        raise refuse("rate_hz", "rate_hz is given beside the index of signal, which tells the time: signal.to_numpy() has none")
 
 
 def _index_times(name: str, index: Any) -> Vector:
@@ -279,11 +295,20 @@ def _index_times(name: str, index: Any) -> Vector:
     return seconds(name, index.to_numpy())
 
 
+#: A unit in the name of an index, as `time (ms)` and `f [kHz]`.
+_NAMED_UNIT = re.compile(r".*[(\[{]\s*([^()\[\]{}]+?)\s*[)\]}]\s*")
+
+
 def _index(axis: str, index: Any) -> Vector:
-    """An index of pandas as times or frequencies."""
+    """An index of pandas as times or frequencies, in the unit of its name if it has one."""
     if getattr(index, "nlevels", 1) > 1:
         raise refuse(axis, f"the index has {index.nlevels} levels: give one of them, or another array, as {axis}")
-    return _index_times(axis, index) if axis == "time" else hertz(axis, index.to_numpy())
+    values = _index_times(axis, index) if axis == "time" else hertz(axis, index.to_numpy())
+    named = _NAMED_UNIT.fullmatch(str(index.name or ""))
+    if named is None or index.to_numpy().dtype.kind not in "fiu":
+        return values
+    wanted, words = ("s", "s, ms, us, ns, min and h") if axis == "time" else ("Hz", "mHz, Hz, kHz, MHz, GHz and rad/s")
+    return _in_unit(axis, values, named[1], wanted, words)
 
 
 def _labelled(axis: str, option: str, given: Any) -> tuple[Vector | None, Any, str | None] | None:

@@ -196,7 +196,8 @@ def fit_map(
         coords = beside.drop_vars([name for name, one in beside.variables.items() if time_dim in one.dims]).coords
         if dt is None and time_dim in stack.coords:
             dt = _input.even_step(time_dim, stack.coords[time_dim], "slipfit.fit_batch takes times")
-    unit = _input.own_unit(stack) if unit is None else unit
+    if not isinstance(stack, _Stored):
+        unit = _input.unit_told("stack", _input.own_unit(stack), unit)
     if dt is None:
         raise _input.refuse("dt", "dt is needed: the interval of the samples [s]")
     unit = unit or ""
