@@ -2,6 +2,7 @@
 
 import importlib
 import inspect
+import io
 
 import numpy as np
 import pytest
@@ -342,3 +343,32 @@ class SparkSession:
 
 
 SPARK = SparkSession()
+
+
+@pytest.mark.parametrize(
+    ("name", "meant"),
+    [
+        ("rate", "rate_hz"), ("fs", "rate_hz"), ("dt", "rate_hz=1/dt"), ("units", "unit"), ("band", "band_hz"),
+        ("quadratur", "quadrature"), ("colour", None),
+    ],
+)  # fmt: skip
+def test_a_near_keyword_names_the_one_that_is_meant(name, meant):
+    words = f"unexpected keyword argument '{name}'" + (f"; did you mean {meant}\\?" if meant else "$")
+    with pytest.raises(TypeError, match=words):
+        slipfit.ringdown(TIME, SWING.signal, **{name: 2})
+
+
+def test_what_is_no_file_says_what_is():
+    for call in (slipfit.read, slipfit.ringdown, slipfit.read_curve, slipfit.resonance, slipfit.levels):
+        with pytest.raises(slipfit.OptionError, match="text of 61 lines, no path: give its bytes") as raised:
+            call(ROWS.decode())
+        assert len(str(raised.value)) < 120
+    for call in (slipfit.read, slipfit.ringdown, slipfit.read_levels):
+        with pytest.raises(slipfit.OptionTypeError, match=r"give its bytes, \w+.getvalue\(\)"):
+            call(io.BytesIO(ROWS))
+    with pytest.raises(slipfit.OptionError, match="signal=z.real, quadrature=z.imag"):
+        slipfit.ringdown(TIME, NOISE * 1j)
+    with pytest.raises(slipfit.OptionError, match="signal is missing; if this is the signal, give rate_hz"):
+        slipfit.ringdown(NOISE)
+    with pytest.raises(slipfit.OptionError, match="amplitude='a' and signal='a': one of them is needed"):
+        slipfit.fit_batch(FEW, amplitude="a", signal="a", dt=1)

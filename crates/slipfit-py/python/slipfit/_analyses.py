@@ -47,7 +47,11 @@ def _source(source: object) -> Any:
     if isinstance(source, bytes):
         return source
     if isinstance(source, (str, os.PathLike)):
-        return [os.fspath(source)]
+        name = os.fspath(source)
+        lines = len(name.splitlines())
+        if isinstance(source, str) and lines > 1:
+            raise _input.refuse("source", f"source is a text of {lines} lines, no path: give its bytes, .encode()")
+        return [name]
     if isinstance(source, Iterable):
         paths = list(source)
         if all(map(_input.path_like, paths)):
@@ -292,9 +296,15 @@ def _record(
         if values is not None and np.ndim(_input.held("signal", values)) != 1:
             # A table, or anything else that is no signal: its shape says more.
             _input.vector("signal", values)
+        if signal is None and quadrature is None and time is not None:
+            missing = "signal is missing; if this is the signal, give rate_hz"
+            raise _input.refuse("time", f"no times: give time or rate_hz; {missing}")
         raise _input.refuse("time", "no times: give time or rate_hz")
     given_as = "time" if signal is None else "signal"
     told = _input.unit_told(given_as, own_unit, unit)
+    if quadrature is None and _input.held("signal", values).dtype.kind == "c":
+        advice = "of a lock-in give signal=z.real, quadrature=z.imag"
+        raise _input.refuse("signal", f"signal is complex where real numbers are needed: {advice}")
     columns = {
         "time_s": times,
         "signal": _input.vector("signal", values),

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import builtins
 import collections.abc
+import difflib
 import functools
 import inspect
 import itertools
@@ -47,6 +48,17 @@ _BEHIND: dict[str, tuple[str, ...]] = {
     "imaginary": ("response",),
     "source": ("time", "frequency", "drive", "reference"),
     "table": ("stack",),
+}
+
+
+#: Names of other libraries, and the arguments that they stand for.
+_ALIASES = {
+    **dict.fromkeys(("fs", "sr", "samplerate", "sample_rate", "sampling_rate", "sampling_frequency"), ("rate_hz", "")),
+    "dt": ("rate_hz", "=1/dt"),
+    "fmin": ("band_hz", ""),
+    "fmax": ("band_hz", ""),
+    "k": ("stiffness", ""),
+    "m": ("mass", ""),
 }
 
 
@@ -184,6 +196,10 @@ _SHORT.maxlist = _SHORT.maxtuple = _SHORT.maxdict = 4
 
 def wrong_type(option: str, value: Any, needed: str) -> OptionTypeError:
     """The exception for an argument of another type than is needed."""
+    if hasattr(value, "getvalue"):
+        needed = f"{needed}: give its bytes, {option}.getvalue()"
+    elif callable(getattr(value, "read", None)):
+        needed = f"{needed}: give its bytes, {option}.read()"
     return OptionTypeError(
         f"{option}={shown(value)}: {needed}", "type", details={"option": option, "value": value}
     )
@@ -240,6 +256,24 @@ class _Function:
         for name, value in given:
             if name in plain and type(value) not in plain[name]:
                 self._look(name, value)
+
+    def check_names(self, given: Iterable[str]) -> None:
+        """Refuses an argument that there is not, with the one that may be meant."""
+        if self.takes_any:
+            return
+        for name in given:
+            if name not in self.parameters:
+                near = self._near(name)
+                meant = f"; did you mean {near}?" if near else ""
+                raise TypeError(f"{self.name}() got an unexpected keyword argument {name!r}{meant}")
+
+    def _near(self, name: str) -> str | None:
+        near = [own for own in self.parameters if own.startswith(f"{name}_") or own == name.removesuffix("s")]
+        alias = _ALIASES.get(name.lower(), ("", ""))
+        if not near and alias[0] in self.parameters:
+            return "".join(alias)
+        near = near or difflib.get_close_matches(name, self.parameters, 1)
+        return near[0] if near else None
 
     def _look(self, name: str, value: Any) -> None:
         kinds = self.kinds[name]
@@ -361,6 +395,7 @@ def public(function: Callable[_P, _R]) -> Callable[_P, _R]:
         known = found[0] if found else described()
         known.check(zip(known.order, args))
         known.check(kwargs.items())
+        known.check_names(kwargs)
         try:
             return function(*args, **kwargs)
         except SlipfitError as error:

@@ -219,6 +219,11 @@ def _choices(
     keep: Sequence[str] = (),
     **analysis: Any,
 ) -> dict[str, Any]:
+    traces = {"amplitude": amplitude, "x": x, "signal": signal}
+    named = [name for name, column in traces.items() if column is not None]
+    if len(named) > 1:
+        words = " and ".join(f"{name}={traces[name]!r}" for name in named)
+        raise _input.refuse(named[-1], f"{words}: one of them is needed")
     given = [name for name in analysis if analysis[name] is not None]
     if given and method == "fit":
         raise _input.refuse(given[0], f"{given[0]} is an option of method='analyse'; fit has one model")
@@ -296,7 +301,8 @@ def fit_batch(
         one loss model, nothing compared, errors of white noise. ``analyse``:
         the whole analysis of :func:`ringdown`.
     unit : str
-        Unit of the traces.
+        Unit of the traces, to which a `min_amplitude` with a unit of its own is
+        converted; neither names nor metadata of the columns hold it.
     keep : sequence of str
         Columns of the table that stand before those of the answer.
     model, band_hz, start_s, end_s, lockin_time_constant_s, lockin_order : optional
@@ -306,12 +312,14 @@ def fit_batch(
     -------
     ArrowTable
         ``status`` (``done``, ``warned``, ``failed``), ``reason`` (codes of the
-        warnings, or why it failed), then value, ``_std_error``, ``_low`` and
-        ``_high`` (95 %) of ``decay_rate``, ``sliding_rate``,
-        ``friction_displacement`` and ``initial_amplitude``, ``correlation`` of
+        warnings, or why it failed), then ``decay_rate_per_s``, ``sliding_rate``,
+        ``friction_displacement`` and ``initial_amplitude``, each with its
+        ``_std_error``, ``_low`` and ``_high`` (95 %) before the unit
+        (``decay_rate_low_per_s``, ``sliding_rate_low``), ``correlation`` of
         the two losses, ``residual_rms``, ``sliding_detected``,
         ``sliding_p_value``, ``samples`` used and ``samples_left_out``; of
-        ``analyse`` also ``model``, ``frequency_hz``, ``start_s``, ``end_s``.
+        ``analyse`` also ``model``, ``frequency_hz`` (``frequency_low_hz``),
+        ``start_s``, ``end_s``.
 
     Raises
     ------
