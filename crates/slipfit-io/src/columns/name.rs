@@ -1,6 +1,6 @@
 //! Headers of columns: name, unit and run.
 
-use super::units::{self, Measures};
+use super::units::{self, Measures, Seconds};
 
 /// A column as its header describes it.
 #[derive(Debug, Clone, PartialEq, Default)]
@@ -64,9 +64,14 @@ fn split_run(header: &str) -> (String, Option<String>) {
         let part = before.trim().to_lowercase();
         ["re", "im", "db", "mag", "lin", "ang", "arg", "phase", "real", "imag"].contains(&part.as_str())
     };
+    // `GMT+01:00` is an offset.
+    let is_clock = |before: &str, after: &str| {
+        before.ends_with(|c: char| c.is_ascii_digit()) && after.starts_with(|c: char| c.is_ascii_digit())
+    };
     if let Some((before, after)) = header.split_once(':')
         && !after.trim().is_empty()
         && !is_part(before)
+        && !is_clock(before, after)
         && !before.contains(['(', '['])
     {
         return (after.trim().to_owned(), Some(before.trim().to_lowercase()));
@@ -97,6 +102,14 @@ fn find_word(text: &str, word: &str) -> Option<usize> {
 /// Takes the unit off a header: `Time (s)`, `power [dBm]`, `Weg / rad`,
 /// `Angle/rad`, `time_ms`, `U in V`, `Zeit s`.
 fn split_unit(text: &str) -> (String, String) {
+    // A logger of Onset writes which sensor it is behind the unit.
+    let text = text.split(" (LGR S/N").next().unwrap_or(text);
+    if is_time_alone(text) {
+        return (text.to_owned(), text.to_owned());
+    }
+    if let Some(volts_or_amperes) = of_circuit(text) {
+        return (text.to_owned(), volts_or_amperes.to_owned());
+    }
     for (open, close) in [('[', ']'), ('(', ')'), ('{', '}'), ('（', '）')] {
         if let (Some(from), Some(to)) = (text.find(open), text.rfind(close))
             && from < to
@@ -109,6 +122,16 @@ fn split_unit(text: &str) -> (String, String) {
                 return (rest.trim().to_owned(), unit.to_owned());
             }
         }
+    }
+    // Three words: `a m s^-2`.
+    let last_words = text.match_indices(' ').map(|(at, _)| text.split_at(at)).find(|(bare, unit)| {
+        let is_unit = unit.trim().contains(' ') && units::is_derivative(unit);
+        is_unit && !bare.trim().is_empty() && !bare.ends_with([' ', '/', ','])
+    });
+    if let Some((bare, unit)) = last_words
+        && !bare.ends_with(" in")
+    {
+        return (bare.trim().to_owned(), unit.trim().to_owned());
     }
     for mark in [" / ", " in ", "/", ", ", " ", "_"] {
         let parts = match mark {
@@ -123,12 +146,73 @@ fn split_unit(text: &str) -> (String, String) {
             && !(mark == " " && unit.eq_ignore_ascii_case("in"))
             // Nor is `U_in` a voltage in inches.
             && !(mark == "_" && unit.eq_ignore_ascii_case("in") && is_electrical(bare))
-            && (mark.contains('/') || mark == " in " || unit.len() > 1 || unit == "s")
+            && (mark.contains('/') || mark == " in " || unit.len() > 1 || unit == "s" || is_letter_of(bare, mark, unit))
         {
             return (bare.trim().to_owned(), unit.trim().to_owned());
         }
     }
-    (text.to_owned(), String::new())
+    match joined_time(text) {
+        Some(at) => (text[..at].to_owned(), text[at..].to_owned()),
+        None => (text.to_owned(), String::new()),
+    }
+}
+
+/// Whether a header is a unit of short times and nothing else: `us`, `ms`, `micros`.
+fn is_time_alone(text: &str) -> bool {
+    let is_word = text.chars().all(char::is_alphabetic) && text != "ps";
+    is_word && matches!(units::measures(text), Some(Measures::Time(Seconds::Over(_))))
+}
+
+/// What a circuit simulator names by its node or part: V of `V(out)`, A of `I(R1)`. `v(t)` is a function of time.
+fn of_circuit(text: &str) -> Option<&'static str> {
+    let (letter, rest) = text.split_once('(')?;
+    let node = rest.strip_suffix(')')?;
+    let is_node = node.chars().count() > 1
+        && node.chars().all(|c| c.is_ascii_alphanumeric() || matches!(c, '_' | ',' | '+' | '-'))
+        && node.starts_with(|c: char| c.is_ascii_alphabetic())
+        && units::measures(node).is_none()
+        && units::hertz(node).is_none();
+    match letter {
+        "V" | "v" if is_node => Some("V"),
+        "I" | "i" if is_node => Some("A"),
+        _ => None,
+    }
+}
+
+/// Whether one letter behind a mark is a unit: `U_V`, of accelerations `ax_g`, and `Position, m`.
+fn is_letter_of(bare: &str, mark: &str, unit: &str) -> bool {
+    let first = || words(bare).first().cloned().unwrap_or_default();
+    mark == ", " && matches!(unit, "m" | "g" | "V")
+        || mark == "_"
+            && match unit {
+                // Curves name the level of a drive so, which divides the response as it stands.
+                "V" => !["drive", "excit", "antrieb"].iter().any(|part| bare.to_lowercase().contains(part)),
+                "g" => {
+                    let lower = bare.to_lowercase();
+                    ["acc", "beschl", "vib"].iter().any(|part| lower.contains(part))
+                        || units::listed("a ax ay az x y z", &first())
+                }
+                _ => false,
+            }
+}
+
+/// Where the unit of a time begins that is joined to its name: `TimeUS`, `timestampNs`, `elapsedMillis`, `timems`.
+fn joined_time(text: &str) -> Option<usize> {
+    let is_short = |unit: &str| matches!(units::measures(unit), Some(Measures::Time(Seconds::Over(_))));
+    let lower_before = |at: usize| text[..at].ends_with(char::is_lowercase);
+    let camel = text
+        .char_indices()
+        .filter(|(at, c)| c.is_uppercase() && lower_before(*at))
+        .map(|(at, _)| at)
+        .find(|at| text[*at..].chars().all(char::is_alphabetic) && is_short(&text[*at..]));
+    let of_time = || {
+        let name = ["timestamp", "time"].into_iter().find(|name| {
+            let start = text.get(..name.len());
+            start.is_some_and(|start| start.eq_ignore_ascii_case(name)) && is_short(&text[name.len()..])
+        })?;
+        Some(name.len())
+    };
+    camel.or_else(of_time)
 }
 
 /// Whether a name is that of a voltage, a current or a channel.
@@ -166,6 +250,40 @@ mod tests {
             ("gap_in", "gap", "in"),
             ("theta1", "theta1", ""),
             ("Winkel (°)", "Winkel", "°"),
+            ("us", "us", "us"),
+            ("µs", "µs", "µs"),
+            ("usec", "usec", "usec"),
+            ("TimeUS", "Time", "US"),
+            ("timestampNs", "timestamp", "Ns"),
+            ("timestamp_ms", "timestamp", "ms"),
+            ("elapsedMillis", "elapsed", "Millis"),
+            ("timems", "time", "ms"),
+            ("Время (мс)", "Время", "мс"),
+            ("t [1/100 s]", "t", "1/100 s"),
+            ("time(10ms)", "time", "10ms"),
+            ("Time [x 10ms]", "Time", "x 10ms"),
+            ("t (10^-3 s)", "t", "10^-3 s"),
+            ("STATUS", "STATUS", ""),
+            ("times", "times", ""),
+            ("a m s^-2", "a", "m s^-2"),
+            ("a / m s⁻²", "a", "m s⁻²"),
+            ("v in m s-1", "v", "m s-1"),
+            ("v / ms⁻¹", "v", "ms⁻¹"),
+            ("ax (m/(s^2))", "ax", "m/(s^2)"),
+            ("a (meter / second ** 2)", "a", "meter / second ** 2"),
+            ("V(out)", "V(out)", "V"),
+            ("V(n001)", "V(n001)", "V"),
+            ("I(R1)", "I(R1)", "A"),
+            ("v(m/s)", "v", "m/s"),
+            ("v(t)", "v(t)", ""),
+            ("V (V)", "V", "V"),
+            ("U_V", "U", "V"),
+            ("drive_V", "drive_V", ""),
+            ("ax_g", "ax", "g"),
+            ("gz_dps", "gz", "dps"),
+            ("omega_g", "omega_g", ""),
+            ("x_m", "x_m", ""),
+            ("Accel, g (LGR S/N: 2345)", "Accel", "g"),
         ] {
             let name = Name::parse(header);
             assert_eq!((name.bare.as_str(), name.unit.as_str()), (bare, unit), "{header}");
@@ -179,6 +297,7 @@ mod tests {
         assert_eq!(Name::parse("Data Set 2:Time(s)").run.as_deref(), Some("data set 2"));
         assert_eq!(Name::parse("Angle (rad)").run, None);
         assert_eq!(Name::parse("re:Trc1_S21").run, None);
+        assert_eq!(Name::parse("Date Time, GMT+01:00").run, None);
         assert_eq!(Name::parse("Trunk angle").run, None);
     }
 }

@@ -3,7 +3,7 @@
 use std::f64::consts::{PI, SQRT_2, TAU};
 
 use slipfit::SignalKind;
-use slipfit::model::displacement::{Coordinate, DisplacementUnit};
+use slipfit::model::displacement::{Coordinate, DisplacementUnit, derivative};
 
 /// From a unit of time to seconds.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -48,11 +48,22 @@ const TIMES: &[(Seconds, &str)] = &[
         Seconds::Same,
         "s sec secs sek second seconds sekunde sekunden seconde secondes secondi secondo segundo segundos сек с 秒",
     ),
-    (Seconds::Over(1e3), "ms msec millis millisecond milliseconds millisekunden"),
-    (Seconds::Over(1e6), "us usec \u{b5}s \u{3bc}s micros microsecond microseconds"),
-    (Seconds::Over(1e9), "ns nanosecond nanoseconds"),
+    (
+        Seconds::Over(1e3),
+        "ms msec msecs msek millis millisec millisecond milliseconds millisekunden millisecondes millisecondi milisegundos \
+         мс мсек 毫秒",
+    ),
+    (
+        Seconds::Over(1e6),
+        "us usec usecs \u{b5}s \u{3bc}s \u{b5}sec \u{3bc}sec micros microsec microsecond microseconds mikrosekunden \
+         microsecondes microsecondi microsegundos мкс 微秒",
+    ),
+    (
+        Seconds::Over(1e9),
+        "ns nsec nsecs nanos nanosec nanosecs nanosecond nanoseconds nanosekunden nanosecondes nanosecondi nanosegundos нс",
+    ),
     (Seconds::Over(1e12), "ps"),
-    (Seconds::Times(60.0), "min minute minutes minuten"),
+    (Seconds::Times(60.0), "min minute minutes minuten мин"),
     (Seconds::Times(3600.0), "h hr hour hours"),
 ];
 
@@ -73,10 +84,6 @@ const LEVELS: &[(&str, &str)] = &[
     ("mV", "dbmv"),
     ("\u{b5}V", "dbuv db\u{b5}v db\u{3bc}v"),
 ];
-
-/// Endings that make a derivative of a position.
-const DERIVATIVES: &[(SignalKind, &str)] =
-    &[(SignalKind::Acceleration, "/s^2 /s2 /s**2 /s/s s^-2 /sec^2"), (SignalKind::Velocity, "/s /sec s^-1")];
 
 /// Forces and torques that a response is divided by.
 const FORCES: &[&str] = &[
@@ -133,12 +140,12 @@ pub(crate) fn measures(unit: &str) -> Option<Measures> {
 
 /// What a unit measures that is no part of an oscillation and not divided by a force.
 fn plain(unit: &str) -> Option<Measures> {
-    let unit = tidy(unit);
+    let (written, unit) = (unit.to_lowercase(), tidy(unit));
     if let Some(hz) = unit.strip_suffix("hz").and_then(tick_rate) {
         return Some(Measures::Time(Seconds::Over(hz)));
     }
-    if let Some((seconds, _)) = TIMES.iter().find(|(_, names)| listed(names, &unit)) {
-        return Some(Measures::Time(*seconds));
+    if let Some(seconds) = time(&unit).or_else(|| scaled_time(&unit)) {
+        return Some(Measures::Time(seconds));
     }
     if unit == "db re" {
         return Some(Measures::Level(""));
@@ -152,15 +159,48 @@ fn plain(unit: &str) -> Option<Measures> {
     if listed(ACCELERATIONS, &unit) {
         return Some(Measures::Signal(SignalKind::Acceleration));
     }
-    if listed(POSITIONS, &unit) {
+    let is_position = |unit: &str| listed(POSITIONS, unit) || DisplacementUnit::named(unit).is_some();
+    if is_position(&unit) {
         return Some(Measures::Signal(SignalKind::Displacement));
     }
-    let of_position = |suffix: &str| {
-        let base = unit.strip_suffix(suffix).map(|base| base.trim_end_matches(['*', '\u{b7}', ' ']));
-        base.is_some_and(|base| listed(POSITIONS, base))
+    let (base, order) = derivative(&written)?;
+    let kind = if order == 1 { SignalKind::Velocity } else { SignalKind::Acceleration };
+    is_position(&base).then_some(Measures::Signal(kind))
+}
+
+/// A unit of time in lower case.
+fn time(unit: &str) -> Option<Seconds> {
+    TIMES.iter().find(|(_, names)| listed(names, unit)).map(|(seconds, _)| *seconds)
+}
+
+/// So many of a unit of time, in lower case: `10ms`, `x 10 ms`, `1/100 s`, `10^-3 s`, `1e-6 s`.
+fn scaled_time(unit: &str) -> Option<Seconds> {
+    let unit = unit.trim_start_matches(['x', '\u{d7}', '*', ' ']);
+    let digits = |c: char| c.is_ascii_digit();
+    let power = unit.strip_prefix("10").map(|rest| rest.strip_prefix("**").unwrap_or(rest));
+    let power = power.and_then(|rest| rest.strip_prefix("^-").or_else(|| rest.strip_prefix('-')));
+    let (divisor, rest) = if let Some(rest) = power {
+        let end = rest.find(|c| !digits(c))?;
+        (10f64.powi(rest[..end].parse().ok()?), &rest[end..])
+    } else if let Some(rest) = unit.strip_prefix("1/").filter(|rest| rest.starts_with(digits)) {
+        let end = rest.find(|c| !digits(c))?;
+        (rest[..end].parse().ok()?, &rest[end..])
+    } else {
+        // The `e` of `1e-3`.
+        let is_number = |c: char| digits(c) || c == '.';
+        let end = unit.find(|c| !is_number(c)).filter(|end| *end > 0)?;
+        let exponent =
+            unit[end..].strip_prefix("e-").map(|rest| rest.len() - rest.trim_start_matches(digits).len());
+        let end = exponent.filter(|length| *length > 0).map_or(end, |length| end + 2 + length);
+        (1.0 / unit[..end].parse::<f64>().ok()?, &unit[end..])
     };
-    let derivative = DERIVATIVES.iter().find(|(_, ends)| ends.split_ascii_whitespace().any(of_position));
-    derivative.map(|(kind, _)| Measures::Signal(*kind))
+    let unit = rest.trim_start_matches(['*', '\u{b7}', '\u{d7}', ' ']);
+    let known = time(unit).filter(|_| divisor.is_finite() && divisor > 0.0)?;
+    Some(match known {
+        Seconds::Same => Seconds::Over(divisor),
+        Seconds::Over(of_unit) => Seconds::Over(of_unit * divisor),
+        Seconds::Times(of_unit) => Seconds::Times(of_unit / divisor),
+    })
 }
 
 /// The unit of a response and what it is divided by: `(m/s^2)/N` is `m/s^2` for each `/N`, `nm/√Hz` is `nm`
@@ -236,6 +276,11 @@ pub(crate) fn root_of_square(unit: &str) -> Option<String> {
     (!signal(unit) && signal(base)).then(|| base.to_owned())
 }
 
+/// Whether a unit is a time derivative of a position, written in several words: `m s^-2`.
+pub(super) fn is_derivative(unit: &str) -> bool {
+    derivative(unit).is_some() && matches!(plain(unit), Some(Measures::Signal(_)))
+}
+
 /// What turns numbers in a unit of frequency into Hz.
 pub(crate) fn hertz(unit: &str) -> Option<f64> {
     let unit = unit.trim().replace(['\u{b7}', ' '], "").replace("\u{207b}\u{b9}", "^-1");
@@ -254,7 +299,7 @@ pub(crate) fn hertz(unit: &str) -> Option<f64> {
         "krad/s" => 1e3 / TAU,
         "mrad/s" if mega => 1e6 / TAU,
         "mrad/s" => 1e-3 / TAU,
-        "deg/s" | "\u{b0}/s" => 1.0 / 360.0,
+        "deg/s" | "\u{b0}/s" | "deg/sec" | "\u{b0}/sec" | "dps" => 1.0 / 360.0,
         "rpm" | "1/min" | "u/min" | "min^-1" | "/min" => 1.0 / 60.0,
         _ => return None,
     })
@@ -359,9 +404,14 @@ pub(crate) fn integrated(unit: &str) -> String {
     if let Some((base, of)) = numerator(unit) {
         return format!("{}{of}", integrated(base));
     }
-    let ends = ["/s^2", "/s²", "/s2", "/s/s", "/s", " s^-2", " s^-1"];
-    match (ends.iter().find_map(|end| unit.strip_suffix(end)), unit) {
-        (Some(base), _) => base.trim().to_owned(),
+    let cut = || {
+        ["/s^2", "/s\u{b2}", "/s2", "/s/s", "/s", " s^-2", " s^-1"]
+            .iter()
+            .find_map(|end| unit.strip_suffix(end))
+    };
+    let base = derivative(unit).map(|(base, _)| base).or_else(|| cut().map(|base| base.trim().to_owned()));
+    match (base, unit) {
+        (Some(base), _) => base,
         (None, "" | "F") => unit.to_owned(),
         (None, "g") => "g s^2".to_owned(),
         (None, other) => format!("{other} s"),
@@ -387,6 +437,8 @@ fn tidy(unit: &str) -> String {
         .replace('\u{b2}', "^2")
         .replace("\u{207b}\u{b9}", "^-1")
         .replace("\u{207b}^2", "^-2")
+        .replace("\u{207b}\u{b3}", "^-3")
+        .replace("\u{207b}\u{2076}", "^-6")
         .replace(" / ", "/")
         .replace(" ^", "^")
         .replace(" s^", "s^")
@@ -401,13 +453,34 @@ mod tests {
 
     #[test]
     fn units_are_known_by_many_spellings() {
-        for unit in ["m/s^2", "m/s²", "m s^-2", "mm/s2", "g", "rad/s/s", "m s⁻²", "m·s^-2"] {
+        for unit in [
+            "m/s^2",
+            "m/s²",
+            "m s^-2",
+            "mm/s2",
+            "g",
+            "rad/s/s",
+            "m s⁻²",
+            "m·s^-2",
+            "ms⁻²",
+            "m*s^-2",
+            "m/(s^2)",
+            "m/s/s",
+            "m/sec^2",
+            "m s-2",
+            "m s**-2",
+            "m/s**2",
+            "meter / second ** 2",
+            "V/s²",
+        ] {
             assert_eq!(measures(unit), Some(Measures::Signal(SignalKind::Acceleration)), "{unit}");
         }
-        for unit in ["rad/s", "deg / s", "°/s", "m s-1", "mm/sec"] {
+        for unit in
+            ["rad/s", "deg / s", "°/s", "m s-1", "mm/sec", "ms⁻¹", "rad s-1", "deg/sec", "dps", "inch/s"]
+        {
             assert_eq!(measures(unit), Some(Measures::Signal(SignalKind::Velocity)), "{unit}");
         }
-        for unit in ["rad", "°", "V", "µm", "μm", " mm "] {
+        for unit in ["rad", "°", "V", "µm", "μm", " mm ", "metre", "Inch", "angstrom", "Å", "micron"] {
             assert_eq!(measures(unit), Some(Measures::Signal(SignalKind::Displacement)), "{unit}");
         }
         assert_eq!(measures("ms"), Some(Measures::Time(Seconds::Over(1e3))));
@@ -415,6 +488,26 @@ mod tests {
         assert_eq!(measures("Hz"), Some(Measures::Other));
         assert_eq!(measures("60 MHz"), Some(Measures::Time(Seconds::Over(60e6))));
         assert_eq!(measures("1.8GHz"), Some(Measures::Time(Seconds::Over(1.8e9))));
+        for (unit, divisor) in [
+            ("ms", 1e3),
+            ("мс", 1e3),
+            ("µsec", 1e6),
+            ("nsecs", 1e9),
+            ("1/100 s", 100.0),
+            ("10ms", 100.0),
+            ("x 10 ms", 100.0),
+            ("10^-3 s", 1e3),
+            ("10⁻³ s", 1e3),
+            ("1e-6 s", 1e6),
+            ("0.5 ms", 2e3),
+        ] {
+            let Some(Measures::Time(Seconds::Over(found))) = measures(unit) else { panic!("{unit}") };
+            assert!((found / divisor - 1.0).abs() < 1e-12, "{unit}: {found}");
+        }
+        assert_eq!(measures("2 min"), Some(Measures::Time(Seconds::Times(120.0))));
+        for unit in ["1/s", "1/min", "10^-3", "10", "1/0 s", "0 s", "x", "1/100", "e-3 s", "1.2.3 s"] {
+            assert!(!matches!(measures(unit), Some(Measures::Time(_))), "{unit}");
+        }
         assert_eq!(measures("horse"), None);
     }
 
@@ -430,6 +523,11 @@ mod tests {
             ("g/\u{221a}Hz", SignalKind::Acceleration, "g s^2/\u{221a}Hz"),
         ] {
             assert_eq!(measures(unit), Some(Measures::Signal(kind)), "{unit}");
+            assert_eq!(integrated(unit), integrated_once, "{unit}");
+        }
+        for (unit, integrated_once) in
+            [("ms⁻²", "m"), ("m s-1", "m"), ("rad/sec", "rad"), ("dps", "deg"), ("V/s", "V")]
+        {
             assert_eq!(integrated(unit), integrated_once, "{unit}");
         }
         assert!(is_per_force("m/s/N") && !is_per_force("nm/\u{221a}Hz") && !is_per_force("N"));

@@ -94,7 +94,7 @@ pub(crate) fn physical(
 /// unit is an angle; `None` for what is neither.
 fn length_in_metres(unit: &str) -> (Option<f64>, bool) {
     let unit = before_time(unit);
-    match DisplacementUnit::named(unit) {
+    match DisplacementUnit::named(&unit) {
         Some(known) => (Some(known.si), known.coordinate == Coordinate::Angle),
         None => ((unit == "g").then_some(9.806_65), false),
     }

@@ -23,7 +23,8 @@ pub struct DisplacementUnit {
 
 impl DisplacementUnit {
     /// The unit of this name; `None` for what is neither a length nor an angle.
-    /// Names of angles count in any case, as `Deg`; `Grad` is German for degrees.
+    /// Names of angles count in any case, as `Deg`, and so do words for lengths, as `Inches`; `Grad` is German for
+    /// degrees.
     ///
     /// ```
     /// use slipfit::model::displacement::{Coordinate, DisplacementUnit};
@@ -38,18 +39,7 @@ impl DisplacementUnit {
         if let Some(si) = angle(unit) {
             return Some(Self { si, coordinate: Angle });
         }
-        let (si, coordinate) = match unit {
-            "m" => (1.0, Length),
-            "dm" => (0.1, Length),
-            "cm" => (1e-2, Length),
-            "mm" => (1e-3, Length),
-            "um" | "µm" | "μm" => (1e-6, Length),
-            "nm" => (1e-9, Length),
-            "pm" => (1e-12, Length),
-            "fm" => (1e-15, Length),
-            _ => return None,
-        };
-        Some(Self { si, coordinate })
+        length(unit).map(|si| Self { si, coordinate: Length })
     }
 
     /// What the numbers of a drive are in the unit of the response, where both are lengths or both are angles; `None`
@@ -63,9 +53,8 @@ impl DisplacementUnit {
     /// ```
     #[must_use]
     pub fn gain(drive: &str, response: &str) -> Option<f64> {
-        /// Lengths in files that have no SI unit here, or none at all; of one unit they are one quantity.
-        const OTHERS: [&str; 10] =
-            ["in", "inch", "inches", "ft", "mil", "px", "pixel", "pixels", "metre", "meter"];
+        /// Lengths in files that have no SI unit; of one unit they are one quantity.
+        const OTHERS: [&str; 3] = ["px", "pixel", "pixels"];
         let (drive, response) = (drive.trim(), response.trim());
         let is_other = OTHERS.iter().any(|other| other.eq_ignore_ascii_case(drive));
         let is_known = Self::named(drive).is_some() || is_other && drive.eq_ignore_ascii_case(response);
@@ -104,9 +93,169 @@ fn angle(unit: &str) -> Option<f64> {
     })
 }
 
+/// Words for units, in any case, by their symbols.
+const WORDS: &[(&str, &[&str])] = &[
+    ("m", &["meter", "metre", "meters", "metres"]),
+    ("dm", &["decimeter", "decimetre", "decimeters", "decimetres"]),
+    ("cm", &["centimeter", "centimetre", "centimeters", "centimetres"]),
+    ("mm", &["millimeter", "millimetre", "millimeters", "millimetres"]),
+    ("µm", &["micrometer", "micrometre", "micrometers", "micrometres", "micron", "microns"]),
+    ("nm", &["nanometer", "nanometre", "nanometers", "nanometres"]),
+    ("Å", &["angstrom", "angstroms", "ångström", "å"]),
+    ("in", &["in", "inch", "inches"]),
+    ("ft", &["ft", "feet"]),
+    ("mil", &["mil", "mils"]),
+    ("rad", &["radian", "radians"]),
+    ("deg", &["degree", "degrees"]),
+];
+
+/// The symbol of a unit that may be written as a word.
+fn symbol(unit: &str) -> &str {
+    let lower = unit.to_lowercase();
+    let of_word = WORDS.iter().find(|(_, words)| words.contains(&lower.as_str()));
+    of_word.map_or(unit, |(symbol, _)| symbol)
+}
+
+/// The length of this name in m.
+fn length(unit: &str) -> Option<f64> {
+    Some(match symbol(unit) {
+        "m" => 1.0,
+        "dm" => 0.1,
+        "cm" => 1e-2,
+        "mm" => 1e-3,
+        "um" | "µm" | "μm" => 1e-6,
+        "nm" => 1e-9,
+        "pm" => 1e-12,
+        "fm" => 1e-15,
+        "Å" => 1e-10,
+        "in" => 0.0254,
+        "ft" => 0.3048,
+        "mil" => 25.4e-6,
+        _ => return None,
+    })
+}
+
+/// What a unit is a time derivative of, and of which order: `m` and 2 of `m/s^2`, `m s⁻²`, `ms⁻²`, `m·s**-2`,
+/// `metre / second ** 2` and `m/s/s`; `deg` and 1 of `deg/sec` and `dps`. `None` of anything else.
+///
+/// ```
+/// use slipfit::model::displacement::derivative;
+/// assert_eq!(derivative("mm s^-2"), Some(("mm".to_owned(), 2)));
+/// assert_eq!(derivative("ms"), None);
+/// ```
+#[must_use]
+pub fn derivative(unit: &str) -> Option<(String, u8)> {
+    let unit = unit.trim();
+    if unit.eq_ignore_ascii_case("dps") {
+        return Some(("deg".to_owned(), 1));
+    }
+    let mut factors = factors(&plain_marks(unit))?;
+    // `ms⁻²` is no square of milliseconds.
+    if let [(name, power @ -2..=-1)] = &factors[..]
+        && let Some(base) = name.strip_suffix('s').filter(|base| DisplacementUnit::named(base).is_some())
+    {
+        factors = vec![(base.to_owned(), 1), ("s".to_owned(), *power)];
+    }
+    let is_second = |name: &str| {
+        ["s", "sec", "secs", "second", "seconds"].iter().any(|known| known.eq_ignore_ascii_case(name))
+    };
+    let (times, others): (Vec<_>, Vec<_>) = factors.into_iter().partition(|(name, _)| is_second(name));
+    let order = match times.iter().map(|(_, power)| power).sum() {
+        -1 => 1,
+        -2 => 2,
+        _ => return None,
+    };
+    let [(base, 1)] = &others[..] else { return None };
+    Some((symbol(base).to_owned(), order))
+}
+
+/// A unit with powers as `^-2`, products as blanks and quotients as `/`.
+fn plain_marks(unit: &str) -> String {
+    let mut plain = String::with_capacity(unit.len());
+    let mut raised = false;
+    for c in unit.replace("**", "^").chars() {
+        let power = match c {
+            '⁻' => Some('-'),
+            '¹' => Some('1'),
+            '²' => Some('2'),
+            '³' => Some('3'),
+            _ => None,
+        };
+        if power.is_some() && !raised {
+            plain.push('^');
+        }
+        raised = power.is_some();
+        plain.push(match (power, c) {
+            (Some(power), _) => power,
+            (None, '·' | '⋅' | '∙' | '•' | '*' | '.') => ' ',
+            (None, '−' | '–') => '-',
+            (None, '∕' | '⁄') => '/',
+            (None, other) => other,
+        });
+    }
+    plain
+}
+
+/// The factors of a unit and their powers; `None` of what is no product of names.
+fn factors(unit: &str) -> Option<Vec<(String, i32)>> {
+    let mut found: Vec<(String, i32)> = Vec::new();
+    let (mut rest, mut sign) = (unit.trim(), 1);
+    while !rest.is_empty() {
+        if let Some(inner) = rest.strip_prefix('(') {
+            let (inner, after) = inner.split_once(')')?;
+            found.extend(factors(inner)?.into_iter().map(|(name, power)| (name, sign * power)));
+            rest = after;
+        } else {
+            let is_letter = |c: char| c.is_alphabetic() || matches!(c, '°' | '%');
+            let end = rest.find(|c: char| !is_letter(c)).unwrap_or(rest.len());
+            let (name, after) = rest.split_at(end);
+            let (power, after) = power(after)?;
+            if name.is_empty() {
+                return None;
+            }
+            found.push((name.to_owned(), sign * power));
+            rest = after;
+        }
+        let next = rest.trim_start();
+        (rest, sign) = match next.strip_prefix('/') {
+            Some(after) if !after.trim_start().is_empty() => (after.trim_start(), -1),
+            Some(_) => return None,
+            // Without a mark between them two names are one.
+            None if next.len() == rest.len() && !next.is_empty() => return None,
+            None => (next, 1),
+        };
+    }
+    (found.len() <= 4).then_some(found)
+}
+
+/// The power in front of what follows a name, 1 without one: `^-2`, ` ^ 2`, `-2`, `2`.
+fn power(text: &str) -> Option<(i32, &str)> {
+    let spaced = text.trim_start();
+    let (marked, digits) = match spaced.strip_prefix('^') {
+        Some(rest) => (true, rest.trim_start()),
+        None => (false, text),
+    };
+    let (bracketed, digits) = match digits.strip_prefix('(').filter(|_| marked) {
+        Some(inner) => (true, inner),
+        None => (false, digits),
+    };
+    let (sign, number) = match digits.strip_prefix('-') {
+        Some(number) => (-1, number),
+        None => (1, digits),
+    };
+    let end = number.find(|c: char| !c.is_ascii_digit()).unwrap_or(number.len());
+    if end == 0 {
+        return (!marked && sign == 1).then_some((1, text));
+    }
+    let value: i32 = number[..end].parse().ok().filter(|value| *value < 10)?;
+    let after = &number[end..];
+    Some((sign * value, if bracketed { after.strip_prefix(')')? } else { after }))
+}
+
 /// The unit of which `unit` may be a rate or an acceleration: `deg` of `deg/s`.
-pub(crate) fn before_time(unit: &str) -> &str {
-    unit.split(['/', ' ', '·']).next().unwrap_or("")
+pub(crate) fn before_time(unit: &str) -> String {
+    let before = || unit.split(['/', ' ', '·']).next().unwrap_or("").to_owned();
+    derivative(unit).map_or_else(before, |(base, _)| base)
 }
 
 impl Coordinate {
@@ -121,10 +270,10 @@ impl Coordinate {
     /// [`Error::WrongCoordinate`] where the unit does not fit.
     pub fn check_unit(self, unit: &str) -> Result<(), Error> {
         let base = before_time(unit.trim());
-        let fits = match (self, DisplacementUnit::named(base)) {
+        let fits = match (self, DisplacementUnit::named(&base)) {
             (_, Some(known)) => known.coordinate == self,
             (Self::Angle, None) => false,
-            (Self::Length, None) => !is_capacitance(base),
+            (Self::Length, None) => !is_capacitance(&base),
         };
         if fits {
             Ok(())
@@ -183,12 +332,100 @@ mod tests {
     }
 
     #[test]
+    fn derivatives_are_known_by_many_spellings() {
+        for unit in [
+            "m/s^2",
+            "m/s²",
+            "m/s2",
+            "m/s**2",
+            "m/s/s",
+            "m/sec^2",
+            "m/(s^2)",
+            "m/(s·s)",
+            "m s^-2",
+            "m s-2",
+            "m s⁻²",
+            "m·s⁻²",
+            "m*s^-2",
+            "m s**-2",
+            "m.s-2",
+            "ms⁻²",
+            "ms^-2",
+            "ms-2",
+            "meter / second ** 2",
+            "metre/second^2",
+            "m / s ^ 2",
+            "m s^(-2)",
+            "(m/s)/s",
+            "(m/s^2)",
+            "s^-2 m",
+            "m s\u{2212}2",
+        ] {
+            assert_eq!(derivative(unit), Some(("m".to_owned(), 2)), "{unit}");
+        }
+        for (unit, base) in [
+            ("rad/s", "rad"),
+            ("rad s-1", "rad"),
+            ("rads⁻¹", "rad"),
+            ("rad/sec", "rad"),
+            ("°/s", "°"),
+            ("deg / sec", "deg"),
+            ("dps", "deg"),
+            ("ms⁻¹", "m"),
+            ("mms-1", "mm"),
+            ("m s-1", "m"),
+            ("V/s", "V"),
+            ("µm/s", "µm"),
+            ("inches/s", "in"),
+            ("Å/s", "Å"),
+            ("microns/second", "µm"),
+            ("px/s", "px"),
+            ("MM/S", "MM"),
+        ] {
+            assert_eq!(derivative(unit), Some((base.to_owned(), 1)), "{unit}");
+        }
+        for unit in [
+            "",
+            "m",
+            "s",
+            "ms",
+            "1/s",
+            "s^-1",
+            "s-1",
+            "ms^2",
+            "m s",
+            "V/m/s",
+            "V/(m/s)",
+            "m/s/N",
+            "g",
+            "m/s^3",
+            "kg m/s^2",
+            "nm/√Hz",
+            "m/",
+            "/s",
+            "m//s",
+            "m^2/s",
+            "((m/s",
+            "ps^-1",
+            "m/s^",
+            "m-/s",
+            "s s^-2",
+            "S^-1",
+            "m/s)",
+            "mm^99999999999/s",
+            "m/s-2",
+        ] {
+            assert_eq!(derivative(unit), None, "{unit}");
+        }
+    }
+
+    #[test]
     fn a_constant_belongs_to_its_coordinate() {
         assert_eq!(Coordinate::Length.check_unit("mm"), Ok(()));
         assert_eq!(Coordinate::Length.check_unit("V"), Ok(()), "nobody knows");
         assert!(Coordinate::Length.check_unit("deg").is_err());
         assert!(Coordinate::Angle.check_unit("nm").is_err());
-        for unit in ["deg", "Deg", "°/s", "rad/s^2", "rad s^-2", "mrad"] {
+        for unit in ["deg", "Deg", "°/s", "rad/s^2", "rad s^-2", "rads⁻²", "mrad"] {
             assert_eq!(Coordinate::Angle.check_unit(unit), Ok(()), "{unit}");
             assert!(Coordinate::Length.check_unit(unit).is_err(), "{unit}");
         }

@@ -12,6 +12,7 @@ use crate::answer::{Parameter, Parameters};
 use crate::inference::Z_95;
 use crate::inference::model_selection::{ModelComparison, ModelFit};
 use crate::inference::profile::{Estimate, Profile};
+use crate::model::displacement::derivative;
 use crate::model::loss::{LossModel, LossTerm};
 use crate::motion::decay::parameters::shape_slot;
 use crate::signal::blocks::Block;
@@ -101,13 +102,17 @@ fn lag_rate(e: &Evidence, chosen: &ModelFit, omega: f64) -> Option<f64> {
 /// By what a length of the signal becomes a displacement, and its unit: for a velocity or an acceleration whose unit
 /// says so, `1/omega` and the unit times s, or `1/omega²` and the unit times s².
 pub(crate) fn displacement_of(record: &Record, omega: f64) -> (f64, String) {
-    let without = |ends: &[&str]| ends.iter().find_map(|end| record.unit().strip_suffix(end));
-    let (factor, unit) = match record.kind() {
-        SignalKind::Velocity => (1.0 / omega, without(&["/s"])),
-        SignalKind::Acceleration => (1.0 / (omega * omega), without(&["/s^2", "/s²", "/s2"])),
-        _ => (1.0, None),
+    let (factor, order, ends): (f64, u8, &[&str]) = match record.kind() {
+        SignalKind::Velocity => (1.0 / omega, 1, &["/s"]),
+        SignalKind::Acceleration => (1.0 / (omega * omega), 2, &["/s^2", "/s²", "/s2"]),
+        _ => return (1.0, record.unit().to_owned()),
     };
-    unit.map_or_else(|| (1.0, record.unit().to_owned()), |unit| (factor, unit.to_owned()))
+    let cut = || ends.iter().find_map(|end| record.unit().strip_suffix(end)).map(str::to_owned);
+    let unit = match derivative(record.unit()) {
+        Some((base, found)) => (found == order).then_some(base),
+        None => cut(),
+    };
+    unit.map_or_else(|| (1.0, record.unit().to_owned()), |unit| (factor, unit))
 }
 
 /// Whether the frequency of the oscillation is known.

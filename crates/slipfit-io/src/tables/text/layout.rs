@@ -269,6 +269,15 @@ fn join_name_rows(
     upper.iter().zip(&cells).map(|(upper, lower)| format!("{upper} {lower}").trim().to_owned()).collect()
 }
 
+/// A cell without brackets around all of it: the last one of `m/(s^2)` stays.
+fn unbracketed(cell: &str) -> &str {
+    let cell = cell.trim();
+    match cell.as_bytes() {
+        [b'(', .., b')'] | [b'[', .., b']'] => unbracketed(&cell[1..cell.len() - 1]),
+        _ => cell,
+    }
+}
+
 /// Where the line above the numbers holds units only, names stand above it.
 fn join_unit_row(
     cells: Vec<String>,
@@ -278,7 +287,7 @@ fn join_unit_row(
     shape: Shape,
 ) -> Vec<String> {
     let is_unit = |cell: &String| {
-        let inner = cell.trim_matches(['(', ')', '[', ']', ' ']);
+        let inner = unbracketed(cell);
         cell.is_empty()
             || units::measures(inner).is_some()
             || (cell.starts_with(['(', '[']) && cell.ends_with([')', ']']))
@@ -293,7 +302,7 @@ fn join_unit_row(
         Some(names) => names
             .iter()
             .zip(&cells)
-            .map(|(name, unit)| format!("{name} ({})", unit.trim_matches(['(', ')', '[', ']', ' '])))
+            .map(|(name, unit)| format!("{name} ({})", unbracketed(unit)))
             .map(|joined| joined.trim_end_matches("()").trim().to_owned())
             .collect(),
         None => cells,
