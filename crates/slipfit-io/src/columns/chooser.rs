@@ -1,6 +1,10 @@
 //! The columns of a table while they are chosen.
 
-use super::{content::Content, head::Head, role::Role};
+use super::{
+    content::Content,
+    head::Head,
+    role::{self, Role},
+};
 use crate::{
     error::{OptionProblem, ReadProblem},
     options::ReadOptions,
@@ -38,13 +42,21 @@ pub(crate) struct Chooser<'a> {
     pub(super) contents: Vec<Content>,
     /// Whether the numbers decided, so that more of them could decide better.
     pub(super) by_content: bool,
+    /// The nanoseconds above the whole seconds of the column of times.
+    pub(super) nanoseconds: Option<usize>,
 }
 
 impl<'a> Chooser<'a> {
     /// Columns over time.
     pub(super) fn of_record(head: &'a Head, values: &'a [Vec<f64>], options: &'a ReadOptions) -> Self {
-        let roles = head.names.iter().map(Role::in_record).collect();
-        let contents = values.iter().map(|column| Content::of(column)).collect();
+        let contents: Vec<Content> = values.iter().map(|column| Content::of(column)).collect();
+        let mut roles = role::in_records(&head.names);
+        for (role, (name, content)) in roles.iter_mut().zip(head.names.iter().zip(&contents)) {
+            // A date that goes on from row to row holds the time of day too.
+            if *role == Role::Never && role::names_date(name) && content.is_monotone() {
+                *role = Role::Time;
+            }
+        }
         Self { contents, ..Self::new(head, values, options, roles) }
     }
 
@@ -55,7 +67,17 @@ impl<'a> Chooser<'a> {
 
     fn new(head: &'a Head, values: &'a [Vec<f64>], options: &'a ReadOptions, roles: Vec<Role>) -> Self {
         let (near, notes) = (head.all(), head.notes.clone());
-        Self { head, values, options, roles, near, notes, contents: Vec::new(), by_content: false }
+        Self {
+            head,
+            values,
+            options,
+            roles,
+            near,
+            notes,
+            contents: Vec::new(),
+            by_content: false,
+            nanoseconds: None,
+        }
     }
 
     pub(crate) fn label(&self, index: usize) -> String {

@@ -43,6 +43,9 @@ fn epoch(time: f64) -> Option<(&'static str, Seconds)> {
     UNITS.into_iter().find(within).map(|(_, unit, seconds)| (unit, seconds))
 }
 
+/// The longest step between rows of a clock that counts without naming its unit, 1 s in ns.
+const COUNTS: f64 = 1e9;
+
 impl Chooser<'_> {
     pub(super) fn time(&mut self, asked: Option<usize>, signal: Option<usize>) -> Result<Time, ReadProblem> {
         if let Some(rate) = self.options.rate_hz {
@@ -51,6 +54,11 @@ impl Chooser<'_> {
                 self.notes.push(format!("{label} was not read: the rate given stands in its place").into());
             }
             return Ok(Time::Rate(rate));
+        }
+        if let Some((whole, fraction)) =
+            self.split_clock().filter(|(whole, _)| asked.is_none_or(|a| a == *whole))
+        {
+            return Ok(self.clock_of_two(whole, fraction));
         }
         if let Some(index) = asked {
             return self.time_taken(index, "asked for");
@@ -113,6 +121,45 @@ impl Chooser<'_> {
         }
     }
 
+    /// Columns of whole seconds and of the nanoseconds above them, as ROS writes a time: `stamp.secs`, `stamp.nsecs`.
+    fn split_clock(&self) -> Option<(usize, usize)> {
+        if self.options.time_unit.is_some() {
+            return None;
+        }
+        let name = |c: usize| name::words(&self.head.names[c].header);
+        let pair = |c: usize| {
+            let words = name(c);
+            let (last, before) = words.split_last().filter(|(last, _)| units::listed("sec secs", last))?;
+            let content = self.contents[c];
+            if !(content.whole && content.rising == 1.0 && content.filled > 0.0) {
+                return None;
+            }
+            let fraction = [format!("n{last}"), format!("nano{last}")];
+            self.near.iter().copied().find(|&other| {
+                let (content, words) = (self.contents[other], name(other));
+                let is_fraction =
+                    content.whole && content.least >= 0.0 && (1e3..1e9).contains(&content.greatest);
+                let [of_second @ .., last] = &words[..] else { return false };
+                is_fraction && of_second == before && fraction.contains(last)
+            })
+        };
+        self.near.iter().find_map(|&c| Some((c, pair(c)?)))
+    }
+
+    /// The sum of whole seconds and nanoseconds.
+    fn clock_of_two(&mut self, whole: usize, fraction: usize) -> Time {
+        self.roles[whole] = Role::Time;
+        self.roles[fraction] = Role::Never;
+        let (seconds, nanoseconds) = (self.label(whole), self.label(fraction));
+        let text = format!("the times are the sum of {seconds} in s and {nanoseconds} in ns");
+        self.notes.push(Note::new(text).hint("time", "names another column"));
+        self.nanoseconds = Some(fraction);
+        Time::Column(
+            Picked { unit: "s".to_owned(), ..self.picked(whole, "whole seconds beside nanoseconds") },
+            Seconds::Same,
+        )
+    }
+
     /// Whether a column holds the times between rows.
     fn is_interval(&self, index: usize) -> bool {
         let content = self.contents[index];
@@ -151,6 +198,8 @@ impl Chooser<'_> {
     fn time_unit(&mut self, index: usize, interval: bool) -> Result<(String, Seconds), ReadProblem> {
         let (content, name, label) = (self.contents[index], &self.head.names[index], self.label(index));
         let milliseconds = || ("ms".to_owned(), Seconds::Over(1e3));
+        let microseconds = || ("us".to_owned(), Seconds::Over(1e6));
+        let nanoseconds = || ("ns".to_owned(), Seconds::Over(1e9));
         if !name.unit.is_empty() {
             return match units::measures(&name.unit) {
                 Some(Measures::Time(seconds)) => Ok((name.unit.clone(), seconds)),
@@ -159,16 +208,21 @@ impl Chooser<'_> {
             };
         }
         let bare = name.bare.to_lowercase();
+        let words = name::words(&bare);
+        let of_words = words.iter().find_map(|word| match units::measures(word) {
+            Some(Measures::Time(seconds @ Seconds::Over(_))) if word != "ps" => Some((word.clone(), seconds)),
+            _ => None,
+        });
+        if let Some(named) = of_words {
+            return Ok(named);
+        }
         if bare.starts_with("milli") {
             return Ok(milliseconds());
         }
         if bare.starts_with("micro") {
-            return Ok(("us".to_owned(), Seconds::Over(1e6)));
+            return Ok(microseconds());
         }
-        if name::words(&bare)
-            .iter()
-            .any(|word| matches!(word.as_str(), "second" | "seconds" | "sec" | "secs"))
-        {
+        if words.iter().any(|word| matches!(word.as_str(), "second" | "seconds" | "sec" | "secs")) {
             return Ok(("s".to_owned(), Seconds::Same));
         }
         let counted = epoch(content.least).filter(|_| !interval);
@@ -178,13 +232,18 @@ impl Chooser<'_> {
         } else if interval && content.greatest >= 1.0 {
             let text = format!("{label}: steps of {:.0} were taken as milliseconds", content.greatest);
             (text, milliseconds())
-        } else if !interval && content.whole && (2.0..=1000.0).contains(&content.mean_step) {
-            // Microcontrollers count milliseconds; nobody samples an oscillator every few seconds.
+        } else if !interval && content.whole && (2.0..=COUNTS).contains(&content.mean_step) {
+            // Microcontrollers count milliseconds and microseconds; nobody samples an oscillator every few seconds.
+            let (of_what, taken) = match content.mean_step {
+                step if step <= 1e3 => ("milliseconds", milliseconds()),
+                step if step <= 1e6 => ("microseconds", microseconds()),
+                _ => ("nanoseconds", nanoseconds()),
+            };
             let text = format!(
-                "{label} names no unit and holds whole numbers {:.1} apart: they were taken as milliseconds",
+                "{label} names no unit and holds whole numbers {:.1} apart: they were taken as {of_what}",
                 content.mean_step
             );
-            (text, milliseconds())
+            (text, taken)
         } else {
             let text = format!("{label} names no unit: its times were taken as seconds");
             (text, ("s".to_owned(), Seconds::Same))

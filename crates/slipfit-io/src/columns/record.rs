@@ -21,6 +21,8 @@ pub(crate) struct Choice {
     pub(crate) time: Time,
     pub(crate) signal: Picked,
     pub(crate) quadrature: Option<Picked>,
+    /// The column of nanoseconds to be added to times in whole seconds.
+    pub(crate) nanoseconds: Option<usize>,
     /// Whether signal and quadrature are in decibels to be made linear.
     pub(crate) levels: [bool; 2],
     pub(crate) kind: SignalKind,
@@ -55,7 +57,10 @@ impl Chooser<'_> {
         let quadrature = self.asked("quadrature", &options.quadrature)?;
         let time = self.asked("time", &options.time)?;
         let time = self.time(time, signal)?;
-        let candidates = self.candidates(time.column().map(|t| t.index));
+        let mut candidates = self.candidates(time.column().map(|t| t.index));
+        if candidates.is_empty() {
+            candidates.extend(self.only_other(time.column().map(|t| t.index)));
+        }
         let pair = match (signal, quadrature) {
             (None, None) => self.lock_in_pair(&candidates),
             (None, Some(q)) => candidates.iter().copied().find(|&c| c != q).map(|i| (i, q)),
@@ -112,6 +117,7 @@ impl Chooser<'_> {
             signal: signal_taken,
             levels: [level, quadrature.as_ref().is_some_and(|q| q.1)],
             quadrature: quadrature.map(|q| q.0),
+            nanoseconds: self.nanoseconds,
             kind,
             turning_gravity,
             parts,

@@ -83,6 +83,26 @@ impl<'a> Header<'a> {
         self.measures == Some(Measures::Signal(kind))
     }
 
+    /// Whether the unit leaves open that a letter stands for a kind: `V (V)` is no velocity, `gz (deg/s)` no acceleration.
+    fn leaves_open(&self, kind: SignalKind) -> bool {
+        match self.measures {
+            None => true,
+            Some(Measures::Signal(measured)) => measured == kind,
+            Some(_) => false,
+        }
+    }
+
+    /// Whether one of its words is the name of a sensor with an axis or without: `AccX`, `gFz`, `GyrY`.
+    fn of_axis(&self, sensors: &str) -> bool {
+        self.words.iter().any(|word| listed(sensors, word.strip_suffix(['x', 'y', 'z']).unwrap_or(word)))
+    }
+
+    /// Whether the header is an analogue input of a microcontroller: `A0`.
+    fn is_analogue_pin(&self) -> bool {
+        let number = self.bare.strip_prefix('A');
+        number.is_some_and(|n| !n.is_empty() && n.len() < 3 && n.bytes().all(|b| b.is_ascii_digit()))
+    }
+
     fn is_level(&self) -> bool {
         matches!(self.measures, Some(Measures::Level(_)))
     }
@@ -163,6 +183,8 @@ const fn signal(rank: u8, kind: SignalKind, like: &'static str) -> Role {
     Role::Signal { rank, kind, like }
 }
 
+const VELOCITY: Role = signal(60, Velocity, "named like a velocity");
+
 /// Roles in a record over time; the first rule that fits decides.
 const RECORD: &[Rule] = &[
     (Role::Never, |h| {
@@ -186,14 +208,19 @@ const RECORD: &[Rule] = &[
     (Role::Imaginary, |h| h.has("quadrature quad") || is_out_of_phase(&h.words)),
     (signal(90, Envelope, "named like a level in dB"), |h| h.is_level()),
     (signal(30, Acceleration, "named like an acceleration"), |h| {
-        is_acceleration(h) && h.within("absolut betrag norm abs total magnitude")
+        is_acceleration(h) && (h.within("absolut betrag norm abs total magnitude") || h.begins("tgf"))
     }),
     (signal(50, Acceleration, "named like an acceleration"), is_acceleration),
-    (signal(60, Velocity, "named like a velocity"), |h| {
+    (VELOCITY, |h| {
         h.is_signal(Velocity)
             || h.within("ableitung derivative derivata dérivée derivada")
-            || h.within("veloc speed geschwindig vitesse omega angvel gyro скорость 速度")
-            || h.begins("v vx vy vz w ω vel")
+            || h.within(
+                "veloc speed geschwindig vitesse omega angvel gyro drehrate rotationrate rotrate скорость 速度",
+            )
+            || h.is_any("dx/dt dy/dt dz/dt dθ/dt dϑ/dt dφ/dt dtheta/dt dphi/dt")
+            || h.of_axis("gyr")
+            || h.begins("v vx vy vz w wx wy wz ω ωx ωy ωz vel") && h.leaves_open(Velocity)
+            || h.has("rotation") && h.has("rate")
     }),
     (signal(80, Envelope, "named like an amplitude"), |h| {
         h.within("magnitude envelope enveloppe envolvente einhüllende hüllkurve inviluppo amplitud ampiezza 振幅 power") || h.begins("r mag amp")
@@ -210,6 +237,7 @@ const RECORD: &[Rule] = &[
     }),
     (signal(70, Displacement, "named like a measured signal"), |h| {
         h.is_signal(Displacement)
+            || h.is_analogue_pin()
             || h.within("voltag spannung tension voltaj signal detector photodiode")
             || h.begins("u volt volts ch cha chb kanal canal adc value wert")
     }),
@@ -218,7 +246,10 @@ const RECORD: &[Rule] = &[
 fn is_acceleration(h: &Header<'_>) -> bool {
     h.is_signal(Acceleration)
         || h.within("accel beschleunig acelera accélér ускорен 加速度")
-        || h.begins("a ax ay az acc gx gy gz")
+        || h.of_axis("acc ac linacc gf")
+        || h.is_any("d2x/dt2 d²x/dt² d^2x/dt^2")
+        || h.begins("tgf")
+        || h.begins("a ax ay az gx gy gz") && h.leaves_open(Acceleration) && !h.is_analogue_pin()
 }
 
 /// Roles in a curve over frequency or over drive levels; the first rule that fits decides.
@@ -312,6 +343,10 @@ impl Role {
         Self::by(CURVE, name)
     }
 
+    fn is_of(self, wanted: SignalKind) -> bool {
+        matches!(self, Self::Signal { kind, .. } if kind == wanted)
+    }
+
     fn by(rules: &[Rule], name: &Name) -> Self {
         if name.header.is_empty() {
             return Self::Unknown;
@@ -321,15 +356,52 @@ impl Role {
     }
 }
 
+/// The roles of the columns of a record, which depend on each other: `gx` is an angular velocity beside `ax`.
+pub(super) fn in_records(names: &[Name]) -> Vec<Role> {
+    let first = |name: &Name| words(&name.bare).into_iter().next().unwrap_or_default();
+    let accelerometer = names.iter().any(|name| {
+        listed("ax ay az accx accy accz acx acy acz", &first(name))
+            && Role::in_record(name).is_of(Acceleration)
+    });
+    let of = |name: &Name| {
+        let is_gyroscope = accelerometer && name.unit.is_empty() && listed("gx gy gz", &first(name));
+        if is_gyroscope { VELOCITY } else { Role::in_record(name) }
+    };
+    names.iter().map(of).collect()
+}
+
+/// Whether a header names a date.
+pub(super) fn names_date(name: &Name) -> bool {
+    words(&name.header).iter().any(|word| listed("date datetime datum fecha data", word))
+}
+
+/// Whether a header names a force or a pressure, or measures one.
+pub(super) fn names_force(name: &Name) -> bool {
+    let unit = name.unit.trim().to_lowercase();
+    let named =
+        || words(&name.bare).iter().any(|word| listed("force kraft forza fuerza pressure druck sound", word));
+    listed(FORCES, &unit) || listed("pa kpa hpa mpa bar mbar", &unit) || unit.is_empty() && named()
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;
 
     #[test]
     fn roles_in_a_record_follow_the_words() {
-        for header in
-            ["Time (s)", "t", "timestamp", "Zeit t / s", "Tempo", "Δt (ms)", "Timed", "t1", "Temps (s)"]
-        {
+        for header in [
+            "Time (s)",
+            "t",
+            "timestamp",
+            "Zeit t / s",
+            "Tempo",
+            "Δt (ms)",
+            "Timed",
+            "t1",
+            "Temps (s)",
+            "us",
+            "TimeUS",
+        ] {
             assert_eq!(Role::in_record(&Name::parse(header)), Role::Time, "{header}");
         }
         for (header, wanted) in [
@@ -340,6 +412,35 @@ mod tests {
             ("power [dBm]", Envelope),
             ("omega1", Velocity),
             ("Voltage ( V )", Displacement),
+            ("V (V)", Displacement),
+            ("v [V]", Displacement),
+            ("V1 (V)", Displacement),
+            ("V(out)", Displacement),
+            ("A (V)", Displacement),
+            ("ax (V)", Displacement),
+            ("A0", Displacement),
+            ("v (m)", Displacement),
+            ("v", Velocity),
+            ("V", Velocity),
+            ("gz (deg/s)", Velocity),
+            ("gz", Acceleration),
+            ("a1", Acceleration),
+            ("Acceleration (V)", Acceleration),
+            ("gFx", Acceleration),
+            ("TgF", Acceleration),
+            ("AccX", Acceleration),
+            ("AcZ", Acceleration),
+            ("LinAccY", Acceleration),
+            ("LSM6DS_AccZ", Acceleration),
+            ("Vertical acc", Acceleration),
+            ("a / ms⁻²", Acceleration),
+            ("GyrX", Velocity),
+            ("wz", Velocity),
+            ("rotationRate.x", Velocity),
+            ("Rotation rate z", Velocity),
+            ("Drehrate", Velocity),
+            ("dx/dt", Velocity),
+            ("rotation", Displacement),
         ] {
             let role = Role::in_record(&Name::parse(header));
             assert!(matches!(role, Role::Signal { kind, .. } if kind == wanted), "{header}: {role:?}");

@@ -7,7 +7,7 @@ use slipfit::SignalKind;
 use super::{
     chooser::{Chooser, Picked},
     content, named,
-    role::Role,
+    role::{Role, names_force},
     units::{self, Measures},
 };
 use crate::{
@@ -34,6 +34,27 @@ impl Chooser<'_> {
             .filter(|&c| !matches!(self.roles[c], Role::Time | Role::Never))
             .filter(|&c| self.roles[c] != Role::Unknown || !self.is_second_clock(c))
             .collect()
+    }
+
+    /// The only column beside the times, where it is named like what stands beside a motion but measures something that
+    /// follows it: a force, a pressure, the voltage of a `Sample`.
+    pub(super) fn only_other(&mut self, time: Option<usize>) -> Option<usize> {
+        let filled =
+            |c: &usize| Some(*c) != time && Some(*c) != self.nanoseconds && self.contents[*c].filled > 0.0;
+        let others: Vec<usize> = self.near.iter().copied().filter(filled).collect();
+        let [only] = others[..] else { return None };
+        let (name, content) = (&self.head.names[only], self.contents[only]);
+        let measured = matches!(name.measures(), Some(Measures::Signal(_)));
+        let follows = self.roles[only] == Role::Never && (measured || names_force(name));
+        if !follows || content.counts || content.is_monotone() {
+            return None;
+        }
+        let text = format!(
+            "{} is the only column beside the times: it was taken as following the displacement",
+            self.label(only)
+        );
+        self.notes.push(Note::new(text).hint("kind", "says otherwise"));
+        Some(only)
     }
 
     /// An unnamed column beside others that goes up like a time or a counter.

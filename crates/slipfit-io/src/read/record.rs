@@ -200,6 +200,7 @@ fn scan(
         Time::Rate(_) => None,
     };
     wanted.extend(choice.quadrature.as_ref().map(|q| q.index));
+    wanted.extend(choice.nanoseconds);
     let is_interval = matches!(choice.time, Time::Intervals(..));
     let interval_s = if let Time::Rate(rate_hz) = choice.time { Some(1.0 / rate_hz) } else { None };
     // The mean of levels is no level of the mean.
@@ -254,6 +255,9 @@ fn scan(
                 continue;
             };
             let mut stamp = batch.columns[1][i];
+            if choice.nanoseconds.is_some() {
+                stamp += batch.columns[wanted.len() - 1][i] / 1e9;
+            }
             if is_interval && stamp.is_finite() {
                 // The first sample has nothing before it.
                 elapsed += if started { stamp } else { 0.0 };
@@ -273,7 +277,7 @@ fn scan(
             samples.at_line(line);
             samples.time_s.push(time_s);
             samples.signal.push(batch.columns[0][i]);
-            samples.quadrature.extend(batch.columns.get(2).map(|q| q[i]));
+            samples.quadrature.extend(choice.quadrature.as_ref().map(|_| batch.columns[2][i]));
         }
         rows_before += batch.rows() as u64;
         if !batch.more {
