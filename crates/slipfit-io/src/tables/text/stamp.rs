@@ -45,12 +45,20 @@ pub(super) fn read(text: &str) -> Option<Stamp> {
         Some(at) => (&text[..at], text[at + 1..].trim_start()),
         None => (text, ""),
     };
-    if let Some(day) = date(first) {
-        let timed = !rest.is_empty();
+    let timed = !rest.is_empty();
+    // Of two digits a year is one where a time of day follows.
+    if let Some(day) = date(first).or_else(|| if timed { date(&of_this_century(first)?) } else { None }) {
         let seconds = if timed { time_of_day(rest)? } else { 0.0 };
         return Some(Stamp { day: Some(day), seconds, timed });
     }
     time_of_day(text).map(|seconds| Stamp { day: None, seconds, timed: true })
+}
+
+/// `11/03/2023` of `11/03/23`.
+fn of_this_century(text: &str) -> Option<String> {
+    let (before, year) = text.split_at_checked(text.len().checked_sub(2)?)?;
+    let short = before.ends_with(['/', '.']) && before.len() <= 6 && digits(year, 2).is_some();
+    short.then(|| format!("{before}20{year}"))
 }
 
 fn digits(text: &str, most: usize) -> Option<i64> {
@@ -180,6 +188,8 @@ mod tests {
             ("2024/05/01 13:34:56", second),
             ("01.05.2024 13:34:56", second),
             ("5/1/2024 1:34:56 PM", second),
+            ("05/01/24 01:34:56 PM", second),
+            ("01.05.24 13:34:56", second),
             ("01-May-2024 13:34:56", second),
             ("01-OCT-2024t13:34:56", second + 153.0 * 86400.0),
             ("1-Sept-2024 13:34:56", second + 123.0 * 86400.0),
@@ -218,6 +228,8 @@ mod tests {
             "12:61:00",
             "-12:00:00",
             "1-2-3",
+            "1.5.24",
+            "11/03/23",
             "192.168.1.2012",
             "10/20",
             "",

@@ -48,6 +48,7 @@ const VENDORS: &[Vendor] = &[
     ("Vernier", is_vernier, |_, _| {}),
     ("Tracker", is_tracker, add_tracker_names),
     ("phyphox", is_phyphox, |_, _| {}),
+    ("Physics Toolbox", |p| p.headers.iter().any(|h| h == "gFx" || h == "TgF"), add_g),
     ("Sensor Logger", is_sensor_logger, note_sensor_kinds),
 ];
 
@@ -88,6 +89,15 @@ fn add_labone_units(preamble: &Preamble, layout: &mut Layout) {
             _ => continue,
         };
         *name = with_unit(plain, unit);
+    }
+}
+
+/// Accelerations in units of that of gravity, and their modulus.
+fn add_g(_: &Preamble, layout: &mut Layout) {
+    for name in &mut layout.head.names {
+        if matches!(name.header.as_str(), "gFx" | "gFy" | "gFz" | "TgF") {
+            *name = with_unit(&name.header, "g");
+        }
     }
 }
 

@@ -106,6 +106,17 @@ fn time_units_come_from_headers_and_may_be_overridden() {
         ("t [ns],x\n", 1e9),
         ("Zeit / s,x\n", 1.0),
         ("t (µs),x\n", 1e6),
+        ("us,x\n", 1e6),
+        ("µs,x\n", 1e6),
+        ("usec,x\n", 1e6),
+        ("TimeUS,x\n", 1e6),
+        ("timestampNs,x\n", 1e9),
+        ("timestamp_ms,x\n", 1e3),
+        ("Время (мс),x\n", 1e3),
+        ("t [1/100 s],x\n", 1e2),
+        ("time(10ms),x\n", 1e2),
+        ("Time [x 10ms],x\n", 1e2),
+        ("Time (10^-3 s),x\n", 1e3),
     ] {
         assert_is_ring(&read(table_of(header, 40, |_, t, x| format!("{},{x}", t * factor))), 40);
     }
@@ -317,4 +328,137 @@ fn the_axis_across_a_pendulum_goes_before_that_along_it() {
     assert_eq!(phone(|angle| 0.1 * angle, |angle, _| 9.81 - 4.0 * angle), (3, false));
     // The linear acceleration is that of the swing.
     assert_eq!(phone(|angle| 7.8 * angle, |_, velocity| 7.8 * velocity * velocity), (2, false));
+}
+
+#[test]
+fn whole_numbers_far_apart_are_microseconds_or_nanoseconds_and_said_to_be() {
+    for (header, per_second, of_what) in
+        [("", 1e6, "microseconds"), ("timestamp,x\n", 1e6, "microseconds"), ("t,x\n", 1e9, "nanoseconds")]
+    {
+        let reading = read(table_of(header, 40, |_, t, x| format!("{},{x}", t * per_second)));
+        assert_is_ring(&reading, 40);
+        let said = reading.report.notes.iter().find(|n| n.text.contains(of_what)).unwrap();
+        assert_eq!(said.hints[0].option, Some("time_unit"), "{header}");
+    }
+    let tide = read(table_of("seconds,x\n", 40, |_, t, x| format!("{},{x}", t * 57_600.0)));
+    assert_eq!(tide.record.time_s(1), 3600.0);
+}
+
+#[test]
+fn seconds_and_nanoseconds_in_two_columns_are_added() {
+    let row = |_: usize, t: f64, x: f64| {
+        let t = 1_699_023_120.0 + t;
+        format!("{},{},{x}", t.floor(), (t - t.floor()) * 1e9)
+    };
+    for header in [
+        "secs,nsecs,position\n",
+        ".header.stamp.secs,.header.stamp.nsecs,.joint_states.position\n",
+        "sec,nanosec,x\n",
+    ] {
+        let reading = read(table_of(header, 200, row));
+        assert_eq!(
+            (reading.record.len(), time_column(&reading), signal(&reading).column.number),
+            (200, 1, 3),
+            "{header}"
+        );
+        for i in [1, 17, 199] {
+            assert!((reading.record.time_s(i) - 1_699_023_120.0 - ring(i).0).abs() < 1e-6, "{header}");
+        }
+        assert!(
+            reading.report.notes.iter().any(|n| n.hints.first().is_some_and(|h| h.option == Some("time")))
+        );
+    }
+    // Beside the outputs of a lock-in.
+    let text =
+        table_of("secs,nsecs,In-Phase,Quadrature\n", 60, |i, t, x| format!("{},{}", row(i, t, x), 2.0 * x));
+    let reading = read(text);
+    let quadrature = reading.record.quadrature().unwrap();
+    assert!(quadrature.iter().zip(reading.record.signal()).all(|(q, x)| *q == 2.0 * x));
+    // Asked for, one of them is the time.
+    let options = ReadOptions { time: Some("nsecs".into()), ..Default::default() };
+    let reading =
+        read_with(table_of("secs,nsecs,x\n", 16, |i, _, x| format!("7,{},{x}", i * 62_500_000)), &options);
+    assert_is_ring(&reading.unwrap(), 16);
+}
+
+#[test]
+fn a_unit_goes_before_a_letter_and_gyroscopes_are_told_by_what_stands_beside_them() {
+    for (header, kind, unit) in [
+        ("t,V (V)\n", SignalKind::Displacement, "V"),
+        ("t,v [V]\n", SignalKind::Displacement, "V"),
+        ("t,V1 (V)\n", SignalKind::Displacement, "V"),
+        ("time,V(out)\n", SignalKind::Displacement, "V"),
+        ("t,ax (V)\n", SignalKind::Displacement, "V"),
+        ("t,A0\n", SignalKind::Displacement, ""),
+        ("t,gz (deg/s)\n", SignalKind::Velocity, "deg/s"),
+        ("t,gz_dps\n", SignalKind::Velocity, "dps"),
+        ("t,acc_g\n", SignalKind::Acceleration, "g"),
+        ("t / s,v / ms⁻¹\n", SignalKind::Velocity, "ms⁻¹"),
+        ("t,a (m/s/s)\n", SignalKind::Acceleration, "m/s/s"),
+        ("t,a (meter / second ** 2)\n", SignalKind::Acceleration, "meter / second ** 2"),
+        ("t,dx/dt\n", SignalKind::Velocity, ""),
+        ("t,AccX\n", SignalKind::Acceleration, ""),
+        ("time,gFx\n", SignalKind::Acceleration, "g"),
+    ] {
+        let reading = read(table_of(header, 40, |_, t, x| format!("{t},{x}")));
+        assert_eq!((reading.record.kind(), reading.record.unit()), (kind, unit), "{header}");
+    }
+    let row = |_: usize, t: f64, x: f64| format!("{t},0.01,0.02,1,0.1,0.2,{x}");
+    let reading = read(table_of("t,ax,ay,az,gx,gy,gz\n", 80, row));
+    assert_eq!((reading.record.kind(), signal(&reading).column.number), (SignalKind::Velocity, 7));
+    let units = "t\tShimmer_Accel_X_CAL\nms\tm/(s^2)\n";
+    let reading = read(table_of(units, 40, |_, t, x| format!("{}\t{x}", t * 1e3)));
+    assert_is_ring(&reading, 40);
+    assert_eq!((reading.record.kind(), reading.record.unit()), (SignalKind::Acceleration, "m/(s^2)"));
+}
+
+#[test]
+fn a_name_of_a_date_is_no_hindrance_to_times() {
+    let clock = |t: f64| format!("{:02}:{:07.4}", (t / 60.0).floor(), t % 60.0);
+    for header in
+        ["Date/Time", "Date Time", "Datum", "Datum/Zeit", "Fecha y hora", "\"Date Time, GMT+01:00\""]
+    {
+        let text =
+            table_of(&format!("{header},x (mm)\n"), 40, |_, t, x| format!("2023-11-03 00:{},{x}", clock(t)));
+        let reading = read(text);
+        assert_eq!(time_column(&reading), 1, "{header}");
+        assert_is_ring(&reading, 40);
+    }
+    // As a spreadsheet holds it.
+    let text = table_of("Datum;x (mm)\n", 40, |_, t, x| format!("{};{x}", 3_908_001_123.0 + t));
+    assert_eq!(time_column(&read(text)), 1);
+    let hobo = "\"#\",\"Date Time, GMT+01:00\",\"Accel, g (LGR S/N: 2345)\"\n";
+    let reading = read(table_of(hobo, 40, |i, t, x| format!("{},11/03/23 12:{} AM,{x}", i + 1, clock(t))));
+    assert_is_ring(&reading, 40);
+    assert_eq!((reading.record.kind(), reading.record.unit()), (SignalKind::Acceleration, "g"));
+    // A date beside the time of day stays beside it.
+    let text = table_of("Date,Time (s),x\n", 40, |_, t, x| format!("2023-11-03,{t},{x}"));
+    assert_eq!(time_column(&read(text)), 2);
+}
+
+#[test]
+fn a_force_or_a_sample_alone_beside_the_times_is_the_signal() {
+    for (header, unit) in [
+        ("Force (N)", "N"),
+        ("Kraft (N)", "N"),
+        ("Sound Pressure (Pa)", "Pa"),
+        ("Sample R (V)", "V"),
+        ("Force", ""),
+    ] {
+        let text = table_of(&format!("t (s),{header}\n"), 40, |_, t, x| format!("{t},{x}"));
+        let reading = read(text);
+        assert_is_ring(&reading, 40);
+        assert_eq!(
+            (reading.record.kind(), reading.record.unit()),
+            (SignalKind::Displacement, unit),
+            "{header}"
+        );
+        assert!(reading.report.notes.iter().any(|n| n.text.contains("only column beside the times")));
+    }
+    for header in ["Frequency (Hz)", "sigma", "Temperature"] {
+        let text = table_of(&format!("t (s),{header}\n"), 40, |_, t, x| format!("{t},{x}"));
+        assert!(read_with(text, &ReadOptions::default()).is_err(), "{header}");
+    }
+    let reading = read(table_of("t (s),Force (N),x (mm)\n", 40, |i, t, x| format!("{t},{},{x}", i % 7)));
+    assert_eq!(signal(&reading).column.number, 3);
 }
