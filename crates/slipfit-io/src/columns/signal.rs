@@ -138,6 +138,18 @@ impl Chooser<'_> {
         let from = if varying.is_empty() { candidates } else { &varying };
         let top = from.iter().map(|&c| self.rank(c)).max();
         let mut best: Vec<usize> = from.iter().copied().filter(|&c| Some(self.rank(c)) == top).collect();
+        // A gyroscope that rests beside an accelerometer that swings.
+        let is_of =
+            |c: usize, of: SignalKind| matches!(self.roles[c], Role::Signal { kind, .. } if kind == of);
+        let rings = |c: usize| self.contents[c].is_ringing();
+        if !best.is_empty() && best.iter().all(|&c| is_of(c, SignalKind::Velocity) && !rings(c)) {
+            let swings = |c: &usize| is_of(*c, SignalKind::Acceleration) && rings(*c);
+            let swinging: Vec<usize> = from.iter().copied().filter(swings).collect();
+            if !swinging.is_empty() {
+                best = swinging;
+                self.by_content = true;
+            }
+        }
         let like = match best.first().map(|&c| self.roles[c]) {
             None => {
                 return Err(ReadProblem::NoColumn { needed: Needed::Signal, columns: self.list() });

@@ -406,6 +406,19 @@ fn a_unit_goes_before_a_letter_and_gyroscopes_are_told_by_what_stands_beside_the
     let row = |_: usize, t: f64, x: f64| format!("{t},0.01,0.02,1,0.1,0.2,{x}");
     let reading = read(table_of("t,ax,ay,az,gx,gy,gz\n", 80, row));
     assert_eq!((reading.record.kind(), signal(&reading).column.number), (SignalKind::Velocity, 7));
+    // Neither noise of a gyroscope goes before an acceleration that swings.
+    for header in ["t,ax,ay,gx,gy\n", "t,AccX,AccY,GyrX,GyrY\n"] {
+        let row = |i: usize, t: f64, _: f64| {
+            let x = 9.0 * (-0.05 * t).exp() * (2.0 * t).cos();
+            format!("{t},{x},0.01,{},{}", noise(i), noise(i + 999))
+        };
+        let reading = read(table_of(header, 400, row));
+        assert_eq!(
+            (reading.record.kind(), signal(&reading).column.number),
+            (SignalKind::Acceleration, 2),
+            "{header}"
+        );
+    }
     let units = "t\tShimmer_Accel_X_CAL\nms\tm/(s^2)\n";
     let reading = read(table_of(units, 40, |_, t, x| format!("{}\t{x}", t * 1e3)));
     assert_is_ring(&reading, 40);
