@@ -52,8 +52,11 @@ mod radix4 {
     use std::collections::BTreeMap;
     use std::rc::Rc;
 
+    /// By their length and whether they lead forward.
+    type Plans = BTreeMap<(usize, bool), Rc<Radix4<f64>>>;
+
     thread_local! {
-        static PLANS: RefCell<BTreeMap<(usize, bool), Rc<Radix4<f64>>>> = RefCell::default();
+        static PLANS: RefCell<Plans> = RefCell::default();
     }
 
     /// Transforms complex numbers in place, as many as a power of two.
