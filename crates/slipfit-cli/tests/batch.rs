@@ -94,6 +94,31 @@ fn a_table_comes_in_every_form() {
 }
 
 #[test]
+fn friction_of_an_accelerometer_is_a_displacement() {
+    let folder = tempfile::tempdir().unwrap();
+    let mut text = String::from("Time (s),Acceleration (m/s^2)\n");
+    for i in 0..1500 {
+        let t = 0.02 * f64::from(i);
+        text += &format!(
+            "{t:.2},{:.5}\n",
+            20.0 * (-0.05 * t).exp() * (8.0 * t).cos() + 0.1 * (7.7 * f64::from(i * i)).sin()
+        );
+    }
+    fs::write(folder.path().join("a.csv"), &text).unwrap();
+    fs::write(folder.path().join("b.csv"), &text).unwrap();
+    for table in ["out.json", "out.md"] {
+        let arguments = ["ringdown", "a.csv", "b.csv", "--table", table];
+        let output = slipfit().current_dir(folder.path()).args(arguments).output().unwrap();
+        assert!(output.status.success(), "{output:?}");
+    }
+    let rows = rows(&folder.path().join("out.json"));
+    assert_eq!(rows[0]["unit"], "m/s^2");
+    assert_eq!(rows[0]["friction_unit"], "m");
+    let page = fs::read_to_string(folder.path().join("out.md")).unwrap();
+    assert!(!page.contains("/s^2"), "{page}");
+}
+
+#[test]
 fn nothing_but_failures_is_a_failure_and_doubts_count_under_strict() {
     let folder = folder(1);
     fs::write(folder.path().join("bad.csv"), "no numbers\n").unwrap();
@@ -221,7 +246,7 @@ fn a_parquet_table_holds_what_json_does() {
             seen += 1;
         }
     }
-    assert_eq!(seen, 4 * 24);
+    assert_eq!(seen, 4 * 25);
 }
 
 /// Curves of one resonator at three frictions, with the reference they share.

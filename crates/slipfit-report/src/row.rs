@@ -175,6 +175,14 @@ impl Row {
         }
     }
 
+    /// The unit of friction displacements; that of the signal where it has no column of its own.
+    pub fn friction_unit(&self) -> &str {
+        match self.text("friction_unit") {
+            "" => self.text("unit"),
+            unit => unit,
+        }
+    }
+
     /// Reads a row back from its line in the journal; `None` where it is not one.
     pub fn parse(line: &str, columns: &'static [Column]) -> Option<Self> {
         let map: serde_json::Map<String, serde_json::Value> = serde_json::from_str(line).ok()?;

@@ -17,6 +17,7 @@ columns! { |reading: &Reading, answer: &Answer| {
     number "friction_displacement" = value(answer.parameter(Parameter::FRICTION_DISPLACEMENT)),
     number "friction_displacement_low" = low(answer.parameter(Parameter::FRICTION_DISPLACEMENT)),
     number "friction_displacement_high" = high(answer.parameter(Parameter::FRICTION_DISPLACEMENT)),
+    text "friction_unit" = answer.parameter(Parameter::FRICTION_DISPLACEMENT).map_or("", |q| &q.unit),
     number "initial_amplitude" = value(answer.parameter(Parameter::InitialAmplitude)),
     text "unit" = &answer.signal_unit,
     flag "sliding_detected" = answer.sliding.detected,

@@ -95,7 +95,7 @@ fn cells(row: &Row) -> [String; 7] {
         (Some(v), Some(low), Some(high)) => within(v, low, high, unit),
         _ => number(v, unit),
     };
-    let unit = row.text("unit");
+    let unit = row.friction_unit();
     let quantity = |names: [&str; 3], unit: &str| {
         let [value, low, high] = names.map(|name| row.number(&[name]));
         ranged(value, low, high, unit)

@@ -75,7 +75,7 @@ fn read(entry: &Entry) -> Result<(Data, Input), Failure> {
                 path: reading.report.path,
                 sha256: reading.report.sha256,
                 kind: "ringdown",
-                unit: reading.record.unit().to_owned(),
+                unit: reading.record.displacement_unit(),
                 notes: in_flags(&reading.report.notes),
             };
             (Data::RingDown { record: Box::new(reading.record), options: Box::new(options) }, input)

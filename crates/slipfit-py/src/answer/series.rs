@@ -43,7 +43,7 @@ impl Measured<'_> {
                 let reading = &record.reading;
                 let mut options = choices.options(py)?;
                 options.frequency_hz = options.frequency_hz.or_else(|| reading.named_frequency_hz());
-                let input = input(&reading.report, "ringdown", reading.record.unit());
+                let input = input(&reading.report, "ringdown", &reading.record.displacement_unit());
                 let record = Box::new(reading.record.clone());
                 (Data::RingDown { record, options: Box::new(options) }, input)
             }

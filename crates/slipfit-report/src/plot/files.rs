@@ -31,12 +31,12 @@ pub(super) fn figure(rows: &[Row]) -> Figure {
         count(Status::Failed)
     );
     let unit = usual_unit(rows);
-    let other = rows.iter().filter(|r| r.status != Status::Failed && r.text("unit") != unit).count();
+    let other = rows.iter().filter(|r| r.status != Status::Failed && r.friction_unit() != unit).count();
     let mut below = "Bars: 95 % intervals.".to_owned();
     if other > 0 {
         below += &format!(" {other} files in other units than {unit} are left out of the friction.");
     }
-    let same_unit = |r: &Row| r.text("unit") == unit;
+    let same_unit = |r: &Row| r.friction_unit() == unit;
     let x_f = entries(rows, "friction_displacement", "friction_displacement", "", same_unit);
     let delta = entries(rows, "decay_rate", "decay_rate", "_per_s", |_| true);
     let share = plain(rows, &["sliding_share_at_start", "sliding_share_at_peak"], 100.0);
@@ -56,7 +56,7 @@ pub(super) fn figure(rows: &[Row]) -> Figure {
 
 /// The unit most files have.
 fn usual_unit(rows: &[Row]) -> &str {
-    let answered = || rows.iter().filter(|r| r.status != Status::Failed).map(|r| r.text("unit"));
+    let answered = || rows.iter().filter(|r| r.status != Status::Failed).map(Row::friction_unit);
     answered().max_by_key(|unit| answered().filter(|u| u == unit).count()).unwrap_or("")
 }
 

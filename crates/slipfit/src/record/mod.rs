@@ -15,6 +15,7 @@ pub use clock::{Clock, ClockReport, Gap};
 pub use glance::Swings;
 
 use crate::Error;
+use crate::model::displacement::derivative;
 
 /// What the numbers of a record are.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash, Default)]
@@ -260,6 +261,34 @@ impl Record {
     #[must_use]
     pub fn unit(&self) -> &str {
         &self.unit
+    }
+
+    /// Unit of the displacements of the motion: of a velocity or an acceleration whose unit says so that unit times s or s².
+    ///
+    /// ```
+    /// use slipfit::{Record, SignalKind};
+    /// let record = Record::uniform(1.0, vec![0.0; 32])?.with_unit("mm/s").with_kind(SignalKind::Velocity);
+    /// assert_eq!(record.displacement_unit(), "mm");
+    /// # Ok::<(), slipfit::Error>(())
+    /// ```
+    #[must_use]
+    pub fn displacement_unit(&self) -> String {
+        self.integrated().1
+    }
+
+    /// How often a length of the signal is divided by `omega` for one of the displacement, and the unit of that.
+    pub(crate) fn integrated(&self) -> (i32, String) {
+        let (order, ends): (u8, &[&str]) = match self.kind {
+            SignalKind::Velocity => (1, &["/s"]),
+            SignalKind::Acceleration => (2, &["/s^2", "/s²", "/s2"]),
+            _ => return (0, self.unit.clone()),
+        };
+        let cut = || ends.iter().find_map(|end| self.unit.strip_suffix(end)).map(str::to_owned);
+        let unit = match derivative(&self.unit) {
+            Some((base, found)) => (found == order).then_some(base),
+            None => cut(),
+        };
+        unit.map_or_else(|| (0, self.unit.clone()), |unit| (i32::from(order), unit))
     }
 
     /// Whether the samples went through a lossy compression, see [`Record::with_lossy_compression`].

@@ -12,13 +12,12 @@ use crate::answer::{Parameter, Parameters};
 use crate::inference::Z_95;
 use crate::inference::model_selection::{ModelComparison, ModelFit};
 use crate::inference::profile::{Estimate, Profile};
-use crate::model::displacement::derivative;
 use crate::model::loss::{LossModel, LossTerm};
 use crate::motion::decay::parameters::shape_slot;
 use crate::signal::blocks::Block;
 use crate::signal::phase::{LEAST_WEIGHT, phase_weight};
 use crate::signal::phase_walk::{PhaseError, Smoothed};
-use crate::{Quantity, Record, SignalKind};
+use crate::{Quantity, Record};
 use std::f64::consts::{PI, TAU};
 
 /// Angular frequency at vanishing amplitude, rad/s.
@@ -102,17 +101,8 @@ fn lag_rate(e: &Evidence, chosen: &ModelFit, omega: f64) -> Option<f64> {
 /// By what a length of the signal becomes a displacement, and its unit: for a velocity or an acceleration whose unit
 /// says so, `1/omega` and the unit times s, or `1/omega²` and the unit times s².
 pub(crate) fn displacement_of(record: &Record, omega: f64) -> (f64, String) {
-    let (factor, order, ends): (f64, u8, &[&str]) = match record.kind() {
-        SignalKind::Velocity => (1.0 / omega, 1, &["/s"]),
-        SignalKind::Acceleration => (1.0 / (omega * omega), 2, &["/s^2", "/s²", "/s2"]),
-        _ => return (1.0, record.unit().to_owned()),
-    };
-    let cut = || ends.iter().find_map(|end| record.unit().strip_suffix(end)).map(str::to_owned);
-    let unit = match derivative(record.unit()) {
-        Some((base, found)) => (found == order).then_some(base),
-        None => cut(),
-    };
-    unit.map_or_else(|| (1.0, record.unit().to_owned()), |unit| (factor, unit))
+    let (order, unit) = record.integrated();
+    (omega.powi(-order), unit)
 }
 
 /// Whether the frequency of the oscillation is known.

@@ -27,13 +27,14 @@ _PARTS = ("", "_std_error", "_low", "_high")
 
 
 def schema() -> pa.Schema:
-    """Columns of :func:`of_files`: the file, how it ended, parameters in the file's units, evidence."""
+    """Columns of :func:`of_files`: the file, how it ended, parameters in the file's units (displacements in
+    ``friction_unit``), evidence."""
     import pyarrow as pa
 
     numbers = [(stem + part + end, pa.float64()) for stem, end in _PARAMETERS.values() for part in _PARTS]
     return pa.schema(
         [("file", pa.string()), ("status", pa.string()), ("reason", pa.string()), ("model", pa.string())]
-        + [("unit", pa.string()), *numbers]
+        + [("unit", pa.string()), ("friction_unit", pa.string()), *numbers]
         + [("sliding_detected", pa.bool_()), ("sliding_p_value", pa.float64()), ("residual_rms", pa.float64())]
         + [("start_s", pa.float64()), ("end_s", pa.float64())]
     )
@@ -42,11 +43,13 @@ def schema() -> pa.Schema:
 def _answered(answer: RingdownAnswer) -> dict[str, Any]:
     data = answer.to_dict()
     codes = [warning.code for warning in answer.warnings]
+    friction = answer.parameters.get("friction_displacement")
     row: dict[str, Any] = {
         "status": "warned" if codes else "done",
         "reason": " ".join(codes),
         "model": data["model"],
         "unit": data["input"]["unit"],
+        "friction_unit": friction.unit if friction is not None else None,
         "sliding_detected": answer.sliding.detected,
         "sliding_p_value": answer.sliding.p_value,
         "residual_rms": data["diagnostics"]["residual_rms"],
