@@ -216,9 +216,7 @@ impl Rows<'_> {
             }
         }
     }
-}
 
-impl Rows<'_> {
     /// Standard errors of the responses.
     fn std_errors(&self, choice: &Choice, responses: &[Phasor]) -> Option<Vec<f64>> {
         let Some(column) = &choice.std_error else {

@@ -1,4 +1,4 @@
-//! Confidence intervals that stay honest beside a physical limit.
+//! Feldman-Cousins intervals of a parameter that cannot be below zero.
 //!
 //! A loss coefficient cannot be negative. For an estimate `z` standard errors
 //! above the limit (below it when negative) the interval is that of Feldman and

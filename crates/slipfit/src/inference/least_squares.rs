@@ -65,8 +65,8 @@ pub(crate) fn minimise(problem: &dyn LeastSquares, start: &[f64], free: &[usize]
     minimise_until(problem, start, free, STEP_TOLERANCE, false)
 }
 
-/// The same to within `tolerance` standard errors. With `take_last` the step found that small is
-/// taken as well, unseen after others: what it leaves is a square smaller, and a pass over the data is saved.
+/// [`minimise`] to within `tolerance` standard errors. With `take_last` the final step is applied without evaluating the
+/// model there: its error is of second order, and a pass over the data is saved.
 pub(crate) fn minimise_until(
     problem: &dyn LeastSquares,
     start: &[f64],
@@ -78,8 +78,8 @@ pub(crate) fn minimise_until(
     fit_at(found, free)
 }
 
-/// The same where hardly more than the sum of squares counts: a step that only its damping makes that small
-/// ends the search as well, instead of many smaller ones along an edge of the model.
+/// [`minimise`] for the sum of squares alone: a step that only its damping makes small ends the search as well, instead
+/// of many smaller ones along an edge of the model.
 pub(crate) fn minimise_roughly(
     problem: &dyn LeastSquares,
     start: &[f64],
@@ -90,8 +90,8 @@ pub(crate) fn minimise_roughly(
     fit_at(found, free)
 }
 
-/// The same from a start so near that one step, taken unseen, is mostly enough: what a step of less than
-/// [`NEAR`] standard errors, or one that gains no more than `most`, leaves is a square smaller.
+/// [`minimise`] from a start near the minimum: a first step below [`NEAR`] standard errors, or one that lowers the sum of
+/// squares by no more than `most`, is applied without evaluating the model there; its error is of second order.
 pub(crate) fn minimise_near(
     problem: &dyn LeastSquares,
     start: &[f64],
@@ -187,7 +187,7 @@ fn descend_until(
             damping = if damping == 0.0 { 1e-6 } else { damping * 10.0 };
             continue;
         };
-        // Change of rss the quadratic model foresees, in units of the noise variance.
+        // Decrease of rss predicted by the quadratic model, in units of the noise variance.
         let noise = sums.rss / problem.observations().max(1.0);
         let rounding = WITHIN_ROUNDING * problem.rounding() / problem.observations().max(1.0);
         let least = (tolerance * tolerance * noise).max(1e-15 * sums.rss).max(rounding);

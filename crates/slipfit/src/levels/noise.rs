@@ -27,8 +27,9 @@ impl AveragedLine {
 const PER_DECADE: f64 = 10.0;
 
 /// The line under constant noise, and under variances `1 + ratio A²` for many ratios, averaged by their restricted
-/// likelihood (Patterson and Thompson 1971, Biometrika 58, 545), every decade of the ratio as likely as another, the more so the farther
-/// the amplitudes lie apart.
+/// likelihood (Patterson and Thompson 1971, Biometrika 58, 545). Before the data the logarithm of the ratio is uniform; the odds
+/// of any such noise against a constant one are `proportional_odds`, which grow in proportion to the span of the amplitudes
+/// above `narrow_span`.
 ///
 /// Levels over decades have a noise in proportion to the amplitude (ranges, gain, drive), and few of them do not tell it
 /// from a constant one: the errors count both.

@@ -74,19 +74,19 @@ criteria! {
         /// that the p value does not show.
         above_noise: f64 = 6.0, source "of some hundred normal numbers hardly one lies so far",
             moves "refusals";
-        /// The same over the mean, of a curve without noise.
+        /// Part of the mean by which the farthest point lies from it, in a curve without noise.
         above_mean: f64 = 1e-6, source "chosen by simulation", moves "refusals";
         /// Deviations of the noise that a second peak rises above the saddle.
         second_above_noise: f64 = 8.0, source "chosen by simulation", moves "warnings of second peaks";
-        /// The same over the height of the main peak.
+        /// Rise of a second peak above the saddle over the height of the main peak.
         second_of_height: f64 = 0.08, source "chosen by simulation", moves "warnings of second peaks";
-        /// The same over the height of the second peak itself.
+        /// Rise of a second peak above the saddle over its own height.
         second_of_own: f64 = 0.25, source "chosen by simulation", moves "warnings of second peaks";
         /// Part of the rise that a neighbour of the second peak must share.
         second_neighbour: f64 = 0.4, source "chosen by simulation", moves "warnings of second peaks";
         /// Step between neighbours over the height of the peak that counts as a jump.
         jump_of_height: f64 = 0.35, source "chosen by simulation", moves "warnings of jumps";
-        /// The same in deviations of the noise.
+        /// Step between neighbours in deviations of the noise that counts as a jump.
         jump_above_noise: f64 = 8.0, source "chosen by simulation", moves "warnings of jumps";
         /// Slope of a jump over the steepest of the other flank.
         jump_steepness: f64 = 3.0, source "chosen by simulation", moves "warnings of jumps";

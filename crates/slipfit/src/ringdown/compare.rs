@@ -122,7 +122,7 @@ pub(crate) struct LastSteps<'a> {
 #[derive(Debug, Clone, Copy)]
 pub(crate) enum Models {
     All,
-    /// Without those foreseen to lie above a larger one by more than so many variances of the noise: none of
+    /// Without those predicted to lie above a larger one by more than so many variances of the noise: none of
     /// them becomes the preferred one.
     Rivals {
         within: f64,
@@ -161,7 +161,7 @@ pub(crate) fn compare(
         if let Some(fit) = begun.filter(|fit| !side_minima && is_fit_of(fit, model, &free)) {
             return Some(fit.clone());
         }
-        if let Some(far) = Far::foreseen(model, fits, criteria.no_rival, noise) {
+        if let Some(far) = DistantModel::predicted(model, fits, criteria.no_rival, noise) {
             if matches!(models, Models::Rivals { within } if far.rise > within) {
                 return None;
             }
@@ -253,8 +253,9 @@ fn without_negative(fits: &[(LossModel, Fit)], model: LossModel) -> Option<LossM
     if negative.is_empty() { None } else { model.without(&negative) }
 }
 
-/// A model of which the quadratic form of a larger one foresees that it is no rival.
-struct Far {
+/// A model whose sum of squares, predicted by the quadratic form of a larger fit, exceeds that by more than `no_rival`
+/// variances of the noise.
+struct DistantModel {
     free: Vec<usize>,
     start: Vec<f64>,
     /// Sum of squares of the larger one.
@@ -265,8 +266,8 @@ struct Far {
     least: f64,
 }
 
-impl Far {
-    fn foreseen(
+impl DistantModel {
+    fn predicted(
         model: LossModel,
         fits: &[(LossModel, Fit)],
         no_rival: f64,

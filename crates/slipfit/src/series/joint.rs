@@ -1,7 +1,7 @@
 //! Generalised least squares of all measurements, with what is shared.
 
 use super::answer::Joint;
-use super::likelihood::spread;
+use super::likelihood::hartung_knapp_factor;
 use super::solved::SolvedMeasurement;
 use super::{Condition, Data, Measurement, Options};
 use crate::answer::Parameter;
@@ -176,7 +176,7 @@ pub(super) fn joint(
     }
     // As for the mean of one condition.
     let reduced = chi_square / degrees_of_freedom as f64;
-    let widen = spread(reduced, degrees_of_freedom as f64).max(least_spread);
+    let widen = hartung_knapp_factor(reduced, degrees_of_freedom as f64).max(least_spread);
     let quantity = |k: usize, offset: f64, unit: &str| {
         let std_error = (covariance[(k, k)] * reduced.max(1.0)).sqrt() * scales[k];
         let value = solution[k] * scales[k] + offset;

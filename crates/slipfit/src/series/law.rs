@@ -1,7 +1,7 @@
 //! Friction against load.
 
 use super::criteria::Criteria;
-use super::likelihood::{lowest, spread, weights};
+use super::likelihood::{hartung_knapp_factor, lowest, weights};
 use crate::inference::Z_95;
 use crate::inference::evidence::{scaled_tail, student_factor};
 use crate::inference::least_squares::linear;
@@ -271,7 +271,7 @@ fn fit(
         // Of few points the spread does not tell whether they scatter: with that of the repeats it widens in any case, and
         // what they scatter more is known from the points alone (Satterthwaite).
         let all = dof as f64 + replication.repeats;
-        let spread = spread((fit.chi_square + replication.left) / all, all);
+        let spread = hartung_knapp_factor((fit.chi_square + replication.left) / all, all);
         let share = |k: usize| 1.0 - bare.covariance[(k, k)] / fit.covariance[(k, k)];
         let share = (0..columns).map(share).fold(0.0, f64::max);
         let scattered = if share > 0.0 { student_factor(dof as f64 / (share * share)) } else { 1.0 };

@@ -1,16 +1,15 @@
-//! What the scatter of repeats and that about a law are estimated by.
+//! Hartung-Knapp factor, weights of two models by their likelihoods, and the minimum over a scatter.
 
 use crate::inference::evidence::student_factor;
 use crate::numeric::GOLDEN_SECTION;
 
-/// Half width of an interval over that of the normal, by what is left of each of some degrees of freedom: those of a few
-/// seldom show that they scatter (G. Knapp and J. Hartung, Stat. Med. 22, 2693, 2003, never below one as C. Röver et al., BMC
+/// Half width of an interval over that of the normal, by the chi square of each of `freedom` degrees of freedom (G. Knapp and J. Hartung, Stat. Med. 22, 2693, 2003, never below one as C. Röver et al., BMC
 /// Med. Res. Methodol. 15, 99, 2015, advise).
-pub(super) fn spread(reduced: f64, freedom: f64) -> f64 {
+pub(super) fn hartung_knapp_factor(reduced: f64, freedom: f64) -> f64 {
     if freedom > 0.0 { (student_factor(freedom) * reduced.sqrt()).max(1.0) } else { 1.0 }
 }
 
-/// Weights of two descriptions by minus twice the logarithms of their likelihoods.
+/// Weights of two models by minus twice the logarithms of their likelihoods.
 pub(super) fn weights([a, b]: [f64; 2]) -> [f64; 2] {
     let second = 1.0 / (1.0 + (0.5 * (b - a)).exp());
     let second = if second.is_finite() { second } else { 0.0 };

@@ -2,7 +2,7 @@
 
 use super::answer::RepeatScatter;
 use super::criteria::Criteria;
-use super::likelihood::{lowest, spread, weights};
+use super::likelihood::{hartung_knapp_factor, lowest, weights};
 use super::solved::SolvedMeasurement;
 use crate::inference::evidence::{chi_square_tail, student_factor};
 use nalgebra::{Matrix2, Vector2};
@@ -188,7 +188,7 @@ impl Scatter {
 
     /// Half width of an interval over that of the normal, at least.
     pub(super) fn spread(&self) -> f64 {
-        spread(self.left / self.freedom, self.freedom)
+        hartung_knapp_factor(self.left / self.freedom, self.freedom)
     }
 
     /// It in parts of the values, where the errors alone do not explain how repeats lie about their means.

@@ -478,8 +478,7 @@ impl fmt::Display for Warning {
             ),
             Warning::DriveUncalibrated => {
                 f.write_str(
-                    "nothing relates the drive to the amplitudes, as two lengths or two angles are related where they give \
-                     a Q above 1/2: the threshold is given as the drive is",
+                    "the drive is not known in the unit of the amplitudes: the threshold is in the unit of the drive",
                 )
             }
             Warning::Hysteresis { stuck_at, moving_at } => write!(

@@ -147,7 +147,8 @@ criteria! {
         gain: f64 = 0.5, source "chosen by simulation", moves "coverage with drift";
         /// Range over the first amplitude from which on a baseline is none that a wide swing of another frequency feigns.
         wide: f64 = 0.05, source "a pendulum from 75° feigns 2 %", moves "coverage with drift";
-        /// The same as `gain` for such a one: noise that wanders hides what it adds to the first amplitudes.
+        /// Variance left over that with a wide baseline, from which on it is subtracted: noise that wanders hides what it adds to
+        /// the first amplitudes.
         gain_of_wide: f64 = 2.0, source "chosen by simulation", moves "coverage with drift";
         /// Variance within single cycles without such a one over that before, at most.
         noise_of_wide: f64 = 1.1, source "at most 1.1 in 45 simulated drifts; steps, gaps and held frames raise it by more",
@@ -197,7 +198,7 @@ criteria! {
         /// Third harmonic over the first amplitude, at most.
         most: f64 = 0.05, source "a cubic gives the sine of 60 degrees to 1 %; beyond it the wave is warned of",
             moves "bias with bent readings";
-        /// The same of a curve that saturates.
+        /// Third harmonic over the first amplitude, at most, of a curve that saturates.
         most_saturated: f64 = 0.1, source "it gives the hyperbolic tangent of 1.5 to 0.4 %", moves "bias with bent readings";
         /// Third harmonic over the first amplitude from which on a reading that no curve straightens is warned of.
         unstraightened: f64 = 0.01, source "reads an amplitude too small by 3 %", moves "warnings of bent readings";
@@ -231,7 +232,7 @@ criteria! {
     pub struct OtherMotionCriteria in "other_motion" {
         /// Root mean square of a cycle, over the first amplitude, from which on it is motion.
         least_amplitude: f64 = 0.1, source "more than hum and drift in a cycle", moves "coverage in records of several releases";
-        /// The same over the noise.
+        /// Root mean square of a cycle over the noise from which on it is motion.
         least_noise: f64 = 4.0, source "a cycle of noise exceeds it never", moves "coverage in records of several releases";
         /// Part of that below which it rests.
         quiet: f64 = 0.5, source "a slow fall through the limit is no rest", moves "coverage in records of several releases";

@@ -15,7 +15,7 @@ const NORMAL: f64 = 200.0;
 
 impl AmplitudeFit {
     /// [`friction_displacement`](Self::friction_displacement) of each fit, at the frequency that stands in
-    /// its place.
+    /// its place; not a number where none does.
     pub fn friction_displacements(fits: &[Self], frequency_hz: &[f64]) -> Vec<[f64; 2]> {
         crate::numeric::dispatch(Displacements { fits, frequency_hz })
     }
@@ -134,13 +134,14 @@ impl Displacements<'_> {
     #[inline(always)]
     fn values<const FUSED: bool>(self) -> Vec<[f64; 2]> {
         let mut all = Vec::with_capacity(self.fits.len());
-        for (fits, frequency_hz) in self.fits.chunks(LANES).zip(self.frequency_hz.chunks(LANES)) {
+        for (k, fits) in self.fits.chunks(LANES).enumerate() {
+            let frequency_hz = self.frequency_hz.get(k * LANES..).unwrap_or_default();
             let rate = gathered(fits, |fit| fit.sliding_rate[0]);
             let rate_error = gathered(fits, |fit| fit.sliding_rate[1]);
             let delta = gathered(fits, |fit| fit.decay_rate_per_s[0]);
             let delta_error = gathered(fits, |fit| fit.decay_rate_per_s[1]);
             let correlation = gathered(fits, |fit| fit.correlation);
-            let mut hz = [1.0; LANES];
+            let mut hz = [f64::NAN; LANES];
             for (hz, frequency) in hz.iter_mut().zip(frequency_hz) {
                 *hz = *frequency;
             }
@@ -232,6 +233,8 @@ mod tests {
         let fits: Vec<AmplitudeFit> = rates.iter().map(|delta| fit(0.2, *delta)).collect();
         let frequency_hz: Vec<f64> = (0..rates.len()).map(|i| 1.0 + 0.1 * i as f64).collect();
         let found = AmplitudeFit::friction_displacements(&fits, &frequency_hz);
+        let few = AmplitudeFit::friction_displacements(&fits, &frequency_hz[..2]);
+        assert_eq!((few.len(), few[1], few[2][0].is_nan()), (fits.len(), found[1], true));
         for ((fit, hz), [value, error]) in fits.iter().zip(&frequency_hz).zip(&found) {
             let [delta, delta_error] = fit.decay_rate_per_s;
             let [gain, by_delta, _] = sliding_gain(delta, TAU * hz);

@@ -30,7 +30,7 @@ criteria! {
             moves "bias of the amplitude";
         /// Standard errors by which the two halves of a steady motion may differ.
         halves_differ: f64 = 4.0, source "one steady motion in 1e7", moves "warnings of motions not settled";
-        /// The same over the amplitude: such a difference does not count, however small the noise.
+        /// Difference of the halves over the amplitude that does not count, however small the noise.
         halves_relative: f64 = 1e-3, source "below the accuracy of a drive", moves "warnings of motions not settled";
         /// p value of a constant frequency of the drive below which it changes along the record.
         frequency_changes: f64 = 1e-3, source "one drive of constant frequency in a thousand",
