@@ -267,7 +267,8 @@ impl Record {
     ///
     /// ```
     /// use slipfit::{Record, SignalKind};
-    /// let record = Record::uniform(1.0, vec![0.0; 32])?.with_unit("mm/s").with_kind(SignalKind::Velocity);
+    /// let record = Record::uniform(1.0, (0..32).map(f64::from).collect())?;
+    /// let record = record.with_unit("mm/s").with_kind(SignalKind::Velocity);
     /// assert_eq!(record.displacement_unit(), "mm");
     /// # Ok::<(), slipfit::Error>(())
     /// ```
