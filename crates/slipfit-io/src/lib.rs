@@ -236,12 +236,13 @@ pub fn read_sweep_from(
 
 /// What turns numbers in the unit `from` into numbers in the unit `to`; `None` where they are not known to be units
 /// of one quantity (length, angle, time, frequency, voltage, current, conductance, resistance, force, mass, pressure,
-/// power).
+/// power, and products of the usual ones).
 ///
 /// ```
 /// assert_eq!(slipfit_io::unit_factor("mm", "m"), Some(1e-3));
 /// assert_eq!(slipfit_io::unit_factor("mm/N", "m/N"), Some(1e-3));
 /// assert_eq!(slipfit_io::unit_factor("mbar", "hPa"), Some(1.0));
+/// assert_eq!(slipfit_io::unit_factor("kN/m", "kg/s^2"), Some(1e3));
 /// assert_eq!(slipfit_io::unit_factor("V", "m"), None);
 /// ```
 #[must_use]

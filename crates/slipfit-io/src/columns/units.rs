@@ -1,33 +1,16 @@
 //! Units as they stand in headers.
 
+mod list;
+mod product;
+mod time;
+
 use std::f64::consts::{PI, SQRT_2, TAU};
 
 use slipfit::SignalKind;
 use slipfit::model::displacement::{Coordinate, DisplacementUnit, derivative};
 
-/// From a unit of time to seconds.
-#[derive(Debug, Clone, Copy, PartialEq)]
-pub(crate) enum Seconds {
-    /// Seconds as they are.
-    Same,
-    /// Longer units.
-    Times(f64),
-    /// Shorter units. Divided, 651 ms are 0.651 s to the last digit, and a
-    /// clock written with few digits stays recognisable as such.
-    Over(f64),
-}
-
-impl Seconds {
-    /// A time in seconds.
-    #[inline]
-    pub(crate) fn of(self, time: f64) -> f64 {
-        match self {
-            Self::Same => time,
-            Self::Times(factor) => time * factor,
-            Self::Over(divisor) => time / divisor,
-        }
-    }
-}
+pub(crate) use list::listed;
+pub(crate) use time::Seconds;
 
 /// What a unit measures.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -41,31 +24,6 @@ pub(crate) enum Measures {
     /// Something that is neither.
     Other,
 }
-
-/// Units of time by their length; every table here has its spellings between blanks.
-const TIMES: &[(Seconds, &str)] = &[
-    (
-        Seconds::Same,
-        "s sec secs sek second seconds sekunde sekunden seconde secondes secondi secondo segundo segundos сек с 秒",
-    ),
-    (
-        Seconds::Over(1e3),
-        "ms msec msecs msek millis millisec millisecond milliseconds millisekunden millisecondes millisecondi milisegundos \
-         мс мсек 毫秒",
-    ),
-    (
-        Seconds::Over(1e6),
-        "us usec usecs \u{b5}s \u{3bc}s \u{b5}sec \u{3bc}sec micros microsec microsecond microseconds mikrosekunden \
-         microsecondes microsecondi microsegundos мкс 微秒",
-    ),
-    (
-        Seconds::Over(1e9),
-        "ns nsec nsecs nanos nanosec nanosecs nanosecond nanoseconds nanosekunden nanosecondes nanosecondi nanosegundos нс",
-    ),
-    (Seconds::Over(1e12), "ps"),
-    (Seconds::Times(60.0), "min minute minutes minuten мин"),
-    (Seconds::Times(3600.0), "h hr hour hours"),
-];
 
 /// Lengths, angles and electrical signals that stand for them.
 const POSITIONS: &str = "m meter metre meters dm cm mm um \u{b5}m \u{3bc}m nm pm fm in inch ft mil px pixel pixels \
@@ -125,11 +83,6 @@ const MULTIPLES: &[(&str, f64)] = &[
 /// Units of power, whose square roots are amplitudes.
 const POWERS: &str = "w mw uw \u{b5}w \u{3bc}w nw";
 
-/// Whether a list of words between blanks has a word.
-pub(super) fn listed(list: &str, word: &str) -> bool {
-    list.split_ascii_whitespace().any(|known| known == word)
-}
-
 /// What a unit measures, or `None` if it is not known.
 pub(crate) fn measures(unit: &str) -> Option<Measures> {
     plain(unit).or_else(|| {
@@ -141,10 +94,10 @@ pub(crate) fn measures(unit: &str) -> Option<Measures> {
 /// What a unit measures that is no part of an oscillation and not divided by a force.
 fn plain(unit: &str) -> Option<Measures> {
     let (written, unit) = (unit.to_lowercase(), tidy(unit));
-    if let Some(hz) = unit.strip_suffix("hz").and_then(tick_rate) {
+    if let Some(hz) = unit.strip_suffix("hz").and_then(time::tick_rate) {
         return Some(Measures::Time(Seconds::Over(hz)));
     }
-    if let Some(seconds) = time(&unit).or_else(|| scaled_time(&unit)) {
+    if let Some(seconds) = time::named(&unit) {
         return Some(Measures::Time(seconds));
     }
     if unit == "db re" {
@@ -166,41 +119,6 @@ fn plain(unit: &str) -> Option<Measures> {
     let (base, order) = derivative(&written)?;
     let kind = if order == 1 { SignalKind::Velocity } else { SignalKind::Acceleration };
     is_position(&base).then_some(Measures::Signal(kind))
-}
-
-/// A unit of time in lower case.
-fn time(unit: &str) -> Option<Seconds> {
-    TIMES.iter().find(|(_, names)| listed(names, unit)).map(|(seconds, _)| *seconds)
-}
-
-/// So many of a unit of time, in lower case: `10ms`, `x 10 ms`, `1/100 s`, `10^-3 s`, `1e-6 s`.
-fn scaled_time(unit: &str) -> Option<Seconds> {
-    let unit = unit.trim_start_matches(['x', '\u{d7}', '*', ' ']);
-    let digits = |c: char| c.is_ascii_digit();
-    let power = unit.strip_prefix("10").map(|rest| rest.strip_prefix("**").unwrap_or(rest));
-    let power = power.and_then(|rest| rest.strip_prefix("^-").or_else(|| rest.strip_prefix('-')));
-    let (divisor, rest) = if let Some(rest) = power {
-        let end = rest.find(|c| !digits(c))?;
-        (10f64.powi(rest[..end].parse().ok()?), &rest[end..])
-    } else if let Some(rest) = unit.strip_prefix("1/").filter(|rest| rest.starts_with(digits)) {
-        let end = rest.find(|c| !digits(c))?;
-        (rest[..end].parse().ok()?, &rest[end..])
-    } else {
-        // The `e` of `1e-3`.
-        let is_number = |c: char| digits(c) || c == '.';
-        let end = unit.find(|c| !is_number(c)).filter(|end| *end > 0)?;
-        let exponent =
-            unit[end..].strip_prefix("e-").map(|rest| rest.len() - rest.trim_start_matches(digits).len());
-        let end = exponent.filter(|length| *length > 0).map_or(end, |length| end + 2 + length);
-        (1.0 / unit[..end].parse::<f64>().ok()?, &unit[end..])
-    };
-    let unit = rest.trim_start_matches(['*', '\u{b7}', '\u{d7}', ' ']);
-    let known = time(unit).filter(|_| divisor.is_finite() && divisor > 0.0)?;
-    Some(match known {
-        Seconds::Same => Seconds::Over(divisor),
-        Seconds::Over(of_unit) => Seconds::Over(of_unit * divisor),
-        Seconds::Times(of_unit) => Seconds::Times(of_unit / divisor),
-    })
 }
 
 /// The unit of a response and what it is divided by: `(m/s^2)/N` is `m/s^2` for each `/N`, `nm/√Hz` is `nm`
@@ -321,19 +239,19 @@ pub(crate) fn radians(unit: &str) -> Option<f64> {
     DisplacementUnit::named(unit).filter(|unit| unit.coordinate == Coordinate::Angle).map(|unit| unit.si)
 }
 
-/// What turns numbers in one unit into numbers in another of the same quantity.
-pub(crate) fn ratio(from: &str, to: &str) -> Option<f64> {
+/// [`ratio`] of units that are names alone, or so much for each of one.
+fn ratio_of_names(from: &str, to: &str) -> Option<f64> {
     if from == to {
         return Some(1.0);
     }
     if let Some((base, factor)) = multiple(from) {
-        return Some(factor * ratio(base, to)?);
+        return Some(factor * ratio_of_names(base, to)?);
     }
     if let Some((base, factor)) = multiple(to) {
-        return Some(ratio(from, base)? / factor);
+        return Some(ratio_of_names(from, base)? / factor);
     }
     if let (Some((from, of)), Some((to, other))) = (numerator(from), numerator(to)) {
-        return if of == other { ratio(from, to) } else { None };
+        return if of == other { ratio_of_names(from, to) } else { None };
     }
     let seconds = |unit: &str| match plain(unit)? {
         Measures::Time(seconds) => Some(seconds.of(1.0)),
@@ -358,6 +276,11 @@ pub(crate) fn ratio(from: &str, to: &str) -> Option<f64> {
         .or_else(|| factor(&|unit| with_prefix(unit, &["grams", "gram", "g"])))
         .or_else(|| factor(&pascals))
         .or_else(|| factor(&|unit| with_prefix(unit, &["watts", "watt", "w"])))
+}
+
+/// What turns numbers in one unit into numbers in another of the same quantity, each a name or a product of names.
+pub(crate) fn ratio(from: &str, to: &str) -> Option<f64> {
+    ratio_of_names(from, to).or_else(|| product::ratio(from, to, ratio_of_names))
 }
 
 /// What turns numbers in a unit of pressure into Pa.
@@ -416,17 +339,6 @@ pub(crate) fn integrated(unit: &str) -> String {
         (None, "g") => "g s^2".to_owned(),
         (None, other) => format!("{other} s"),
     }
-}
-
-/// The rate of a clock whose ticks are the unit, `60 M` of `60 MHz`.
-fn tick_rate(text: &str) -> Option<f64> {
-    let (number, factor) = match text.trim_end().chars().next_back()? {
-        'k' => (text.trim_end().strip_suffix('k')?, 1e3),
-        'm' => (text.trim_end().strip_suffix('m')?, 1e6),
-        'g' => (text.trim_end().strip_suffix('g')?, 1e9),
-        _ => (text, 1.0),
-    };
-    number.trim().parse::<f64>().ok().map(|n| n * factor).filter(|hz| hz.is_finite() && *hz > 0.0)
 }
 
 /// Lower case, without blanks around operators, powers as `^2`.
@@ -607,5 +519,26 @@ mod tests {
             assert_eq!(ohms(unit), Some(wanted), "{unit}");
         }
         assert_eq!([siemens("V"), siemens(""), ohms("horse")], [None; 3]);
+    }
+
+    #[test]
+    fn products_of_one_quantity_have_a_ratio() {
+        for (from, to, expected) in [
+            ("N/mm", "N/m", 1e3),
+            ("kN/m", "N/m", 1e3),
+            ("kg/s²", "N/m", 1.0),
+            ("g cm^2", "kg m²", 1e-7),
+            ("mN m/deg", "N m/rad", 1e-3 * 180.0 / std::f64::consts::PI),
+            ("N*s/mm", "kg/s", 1e3),
+            ("µm/V", "m/V", 1e-6),
+            ("mm/m", "1", 1e-3),
+            ("1/ms", "1/s", 1e3),
+        ] {
+            let found = ratio(from, to).unwrap_or(f64::NAN);
+            assert!((found / expected - 1.0).abs() < 1e-12, "{from} in {to}: {found}");
+        }
+        for (from, to) in [("N/m", "N m"), ("horse/m", "N/m"), ("N/m", "kg"), ("N//m", "N/m")] {
+            assert_eq!(ratio(from, to), None, "{from} in {to}");
+        }
     }
 }

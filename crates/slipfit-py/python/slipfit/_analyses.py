@@ -11,7 +11,7 @@ from typing import Annotated, Any, Literal, TypeAlias, Union, get_args
 import numpy as np
 from numpy.typing import ArrayLike
 
-from . import _core, _input, _units
+from . import _core, _input
 from ._arguments import public, wrong_type
 from ._answers import LevelsAnswer, ResonanceAnswer, RingdownAnswer, SeriesAnswer, Table
 from ._errors import FolderError, OptionError, ReadError, SlipfitError
@@ -869,7 +869,7 @@ class Measurement:
             raise _input.refuse("reference", "reference is the curve without friction of a curve, and data is none")
         measured = (self.data, self.reference) if isinstance(self.data, _core.Curve) else (self.data,)
         own = _input.unit_of_one(self.value) or ""
-        if own and condition_unit and _units.ratio(own, condition_unit) is None:
+        if own and condition_unit and _core.unit_factor(own, condition_unit) is None:
             raise _input.refuse("value", f"a value is in {own!r} and condition_unit={condition_unit!r}")
         value = _input.pair("value", self.value, condition_unit or own)
         uncertain = value if value is None or isinstance(value, tuple) else (value, 0.0)

@@ -126,7 +126,7 @@ def unit_told(name: str, own: str | None, unit: str | None, option: str = "unit"
     """The unit of samples: as it is told, or that of an array which has its own. Both must agree."""
     if unit is None or not own or own == unit:
         return own if unit is None else unit
-    factor = _units.ratio(own, unit)
+    factor = _core.unit_factor(own, unit)
     if factor == 1:
         return unit
     told = f"{option}={unit!r} beside {name} in {own!r}"
@@ -140,7 +140,7 @@ def alike(name: str, values: ArrayLike, unit: str | None) -> Vector:
     own = own_unit(values)
     if not own or not unit or own == unit:
         return vector(name, values)
-    factor = _units.ratio(own, unit)
+    factor = _core.unit_factor(own, unit)
     if factor is None:
         raise refuse(name, f"{name} is in {own!r}, what it belongs to in {unit!r}")
     return vector(name, values) * factor
@@ -374,9 +374,9 @@ def _factor(name: str, own: str | None, samples: str | None) -> float:
     if own is None or own == wanted or samples is not None and not own:
         return 1.0
     if samples is None and not wanted:
-        factor = _units.ratio(own, "1")
+        factor = _core.unit_factor(own, "1")
     else:
-        factor = _units.ratio(own, wanted) if own and wanted else None
+        factor = _core.unit_factor(own, wanted) if own and wanted else None
     if factor is not None:
         return factor
     given = f"{name} is in {own!r}" if own else f"{name} is a pure number"

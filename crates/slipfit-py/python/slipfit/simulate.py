@@ -10,7 +10,7 @@ from typing import Any, Literal
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from . import _core, _input, _units
+from . import _core, _input
 from ._arguments import public
 from ._answers import Table
 from ._errors import ReadError
@@ -68,7 +68,7 @@ def _record(
 
 def _oscillator(unit: str, **given: float | None) -> dict[str, float | None]:
     """The oscillator; of a rotation the mass is a moment of inertia, and so on."""
-    turns = _units.ratio(unit, "rad") is not None
+    turns = _core.unit_factor(unit, "rad") is not None
     units = {"friction_displacement": unit, "static_displacement": unit, **(_TURNING if turns else _SLIDING)}
     return {
         name: None if value is None else _input.number(name, value, units.get(name))

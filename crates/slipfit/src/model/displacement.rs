@@ -149,7 +149,7 @@ pub fn derivative(unit: &str) -> Option<(String, u8)> {
     if unit.eq_ignore_ascii_case("dps") {
         return Some(("deg".to_owned(), 1));
     }
-    let mut factors = factors(&plain_marks(unit))?;
+    let mut factors = factors(unit)?;
     // `ms⁻²` is no square of milliseconds.
     if let [(name, power @ -2..=-1)] = &factors[..]
         && let Some(base) = name.strip_suffix('s').filter(|base| DisplacementUnit::named(base).is_some())
@@ -196,14 +196,35 @@ fn plain_marks(unit: &str) -> String {
     plain
 }
 
-/// The factors of a unit and their powers; `None` of what is no product of names.
-fn factors(unit: &str) -> Option<Vec<(String, i32)>> {
+/// The factors of a unit and their powers, however products, quotients and powers are marked; `None` of what is no
+/// product of names.
+///
+/// ```
+/// use slipfit::model::displacement::factors;
+/// assert_eq!(factors("N m/rad"), Some(vec![("N".into(), 1), ("m".into(), 1), ("rad".into(), -1)]));
+/// assert_eq!(factors("1/s"), Some(vec![("s".into(), -1)]));
+/// assert_eq!(factors("10 m"), None);
+/// ```
+#[must_use]
+pub fn factors(unit: &str) -> Option<Vec<(String, i32)>> {
+    factors_of(&plain_marks(unit))
+}
+
+fn factors_of(unit: &str) -> Option<Vec<(String, i32)>> {
     let mut found: Vec<(String, i32)> = Vec::new();
-    let (mut rest, mut sign) = (unit.trim(), 1);
+    let inverse = || {
+        unit.trim()
+            .strip_prefix('1')?
+            .trim_start()
+            .strip_prefix('/')
+            .map(str::trim_start)
+            .filter(|below| !below.is_empty())
+    };
+    let (mut rest, mut sign) = inverse().map_or((unit.trim(), 1), |below| (below, -1));
     while !rest.is_empty() {
         if let Some(inner) = rest.strip_prefix('(') {
             let (inner, after) = inner.split_once(')')?;
-            found.extend(factors(inner)?.into_iter().map(|(name, power)| (name, sign * power)));
+            found.extend(factors_of(inner)?.into_iter().map(|(name, power)| (name, sign * power)));
             rest = after;
         } else {
             let is_letter = |c: char| c.is_alphabetic() || matches!(c, '°' | '%');
