@@ -3,22 +3,15 @@
 use super::describe::error_of_interval;
 use crate::Quantity;
 use crate::inference::Z_95;
+use crate::inference::coefficient::AbsentCoefficient;
+pub(crate) use crate::inference::coefficient::Weighed;
 use crate::inference::criteria::InferenceCriteria;
 use crate::inference::model_selection::{ModelComparison, ModelFit};
 use crate::inference::quadratic::given;
 use crate::model::loss::{LossModel, LossTerm};
 use crate::numeric::roots::root;
 use statrs::function::erf::erfc;
-use std::f64::consts::{PI, SQRT_2};
-
-/// What another model says of a parameter, and how probable it is.
-#[derive(Debug, Clone, Copy)]
-pub(crate) struct Weighed {
-    /// Probability of the model beside the one reported; those of several kinds of models may sum to more than one.
-    pub(crate) weight: f64,
-    pub(crate) value: f64,
-    pub(crate) std_error: f64,
-}
+use std::f64::consts::SQRT_2;
 
 /// The interval stretched by what other models say: to the end beyond which the tails of all estimates, each
 /// by its weight, hold 2.5 % (Turek and Fletcher 2012, Computational Statistics and Data Analysis 56, 2809);
@@ -63,28 +56,19 @@ fn end(q: &Quantity, others: &[Weighed], side: f64) -> f64 {
     if far == end || tail(end) <= 0.025 { end } else { root(end, far, |at| tail(at) - 0.025) }
 }
 
-/// Odds that count as certainty.
-const MOST_ODDS: f64 = 1e12;
-
 /// A loss that the reported model has not, and that the data do not exclude: its probability and its
 /// coefficient, which moves the other parameters along.
 ///
-/// Before the data the coefficient lies anywhere between zero and what would take the place of all viscous loss. Its
-/// likelihood beside the terms of the model being normal, with estimate `a` and standard error `s`, the odds
-/// of the model with the loss are `s sqrt(2 pi)/most exp(z²/2) [Phi(z) - Phi(z - most/s)]`, `z = a/s`. Unlike
-/// the BIC, whose prior is as wide as the information of one sample, this leaves weight on a loss that the
-/// record could not have shown. A range as wide leaves hardly any on a weak loss, which moves the others by many of the
-/// errors of a precise record: with smaller odds the coefficient lies within a small part of it.
+/// Before the data the coefficient lies anywhere between zero and what would take the place of all viscous loss. A range
+/// as wide leaves hardly any weight on a weak loss, which moves the others by many of the errors of a precise record: with
+/// smaller odds the coefficient lies within a small part of it.
 #[derive(Debug, Clone, Copy)]
 struct AbsentLoss<'a> {
     comparison: &'a ModelComparison,
     with: &'a ModelFit,
     slot: usize,
-    /// Probability of the model with it over that without.
-    odds: f64,
-    /// Of the coefficient, within its limits.
-    mean: f64,
-    variance: f64,
+    coefficient: AbsentCoefficient,
+    /// Of the coefficient, without limits.
     std_error: f64,
 }
 
@@ -116,14 +100,11 @@ impl<'a> AbsentLoss<'a> {
         if !(std_error > 0.0 && std_error.is_finite() && most > 0.0) {
             return None;
         }
-        let estimate = with.unbounded.parameters[slot] / std_error;
+        let estimate = with.unbounded.parameters[slot];
         let InferenceCriteria { weak_loss, weak_loss_odds, .. } = comparison.criteria;
         let of_range = |[part, prior]: [f64; 2]| {
-            let most = part * most;
-            let truncated = Truncated::new(estimate, most / std_error);
-            let odds = prior * std_error * (2.0 * PI).sqrt() / most * truncated.likelihood;
-            let (mean, variance) = (truncated.mean * std_error, truncated.variance * std_error * std_error);
-            Self { comparison, with, slot, odds: odds.min(MOST_ODDS), mean, variance, std_error }
+            let coefficient = AbsentCoefficient::within(estimate, std_error, part * most, prior);
+            Self { comparison, with, slot, coefficient, std_error }
         };
         Some([[1.0, 1.0], [weak_loss, weak_loss_odds]].map(of_range))
     }
@@ -146,12 +127,8 @@ impl<'a> AbsentLoss<'a> {
             |(i, a): &(usize, f64)| -> f64 { gradient.iter().map(|(j, b)| a * b * covariance(*i, *j)).sum() };
         let whole = gradient.iter().map(own).sum::<f64>() * self.comparison.noise.variance(fit);
         let given = (whole - slope * slope * self.std_error * self.std_error).max(0.0);
-        Weighed {
-            weight: self.odds / total,
-            value: without + slope * self.mean,
-            std_error: (given + slope * slope * self.variance).sqrt()
-                * self.comparison.noise.student_factor(fit),
-        }
+        let by = self.coefficient.weighed(without, slope, given, total);
+        Weighed { std_error: by.std_error * self.comparison.noise.student_factor(fit), ..by }
     }
 }
 
@@ -183,7 +160,7 @@ pub(crate) fn absent_losses(
         limited.iter().all(|l| estimate[slot(*l)] > 0.0).then_some((t, loss, without))
     });
     let found: Vec<(LossTerm, AbsentLoss, f64)> = alone.chain(beside).collect();
-    let total = 1.0 + found.iter().map(|(_, loss, _)| loss.odds).sum::<f64>();
+    let total = 1.0 + found.iter().map(|(_, loss, _)| loss.coefficient.odds).sum::<f64>();
     found.iter().map(|(t, loss, without)| (*t, loss.weighed(gradient, *without, total))).unzip()
 }
 
@@ -211,95 +188,9 @@ pub(crate) fn exchanged_losses(
     LossTerm::compared(None).filter(|t| !chosen.model.has(*t)).filter_map(exchanged).unzip()
 }
 
-/// A normal distribution of unit width about `z`, between zero and `most`.
-struct Truncated {
-    /// `exp(z²/2)` times its content.
-    likelihood: f64,
-    mean: f64,
-    variance: f64,
-}
-
-impl Truncated {
-    fn new(z: f64, most: f64) -> Self {
-        if z <= most {
-            return Self::below(z, most);
-        }
-        // Seen from the upper end it is one about a value below zero.
-        let mirrored = Self::below(most - z, most);
-        Self {
-            likelihood: (most * (z - 0.5 * most)).exp() * mirrored.likelihood,
-            mean: most - mirrored.mean,
-            ..mirrored
-        }
-    }
-
-    /// That of a `z` that is not above `most`.
-    fn below(z: f64, most: f64) -> Self {
-        let density = |x: f64| (-0.5 * x * x).exp() / (2.0 * PI).sqrt();
-        let beyond = |x: f64| 0.5 * erfc(x / SQRT_2);
-        // Far below zero it is an exponential of rate -z.
-        if z < -30.0 {
-            let left = (z * most).exp_m1();
-            let behind = most * (1.0 + left) / left;
-            let mean = behind - 1.0 / z;
-            return Self {
-                likelihood: left / z / (2.0 * PI).sqrt(),
-                mean,
-                variance: (1.0 / (z * z) - most * behind / left).max(0.0),
-            };
-        }
-        let top = most - z;
-        let content = beyond(-z) - beyond(top);
-        let shift = (density(z) - density(top)) / content;
-        let square = (-z * density(z) - top * density(top)) / content;
-        Self {
-            likelihood: (0.5 * z * z).exp() * content,
-            mean: z + shift,
-            variance: (1.0 + square - shift * shift).max(0.0),
-        }
-    }
-}
-
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::numeric::quadrature::integrate;
-
-    #[test]
-    fn a_truncated_normal_has_the_moments_of_its_integral() {
-        let cases = [
-            (-5.0, 3.0),
-            (-1.0, 10.0),
-            (0.3, 0.5),
-            (2.0, 30.0),
-            (4.0, 5.0),
-            (9.0, 1.0),
-            (9.5, 1.0),
-            (12.0, 3.0),
-        ];
-        for (z, most) in cases {
-            let moment = |k: i32| {
-                integrate(&|x: f64| x.powi(k) * (z * x - 0.5 * x * x).exp() / (2.0 * PI).sqrt(), 0.0, most)
-            };
-            let found = Truncated::new(z, most);
-            let mean = moment(1) / moment(0);
-            let variance = moment(2) / moment(0) - mean * mean;
-            assert!((found.likelihood / moment(0) - 1.0).abs() < 1e-6, "{z} {most}");
-            assert!((found.mean / mean - 1.0).abs() < 1e-5, "{z} {most}: {} {mean}", found.mean);
-            assert!((found.variance / variance - 1.0).abs() < 1e-3, "{z} {most}: {}", found.variance);
-        }
-        for (z, most) in [(-31.0, 0.02), (-29.0, 0.02)] {
-            let found = Truncated::new(z, most);
-            let mean = 1.0 / -z - most / ((-z * most).exp() - 1.0);
-            assert!((found.mean / mean - 1.0).abs() < 2e-3, "{z}: {} for {mean}", found.mean);
-        }
-        let narrow = Truncated::new(-8.0, 0.05);
-        assert!((narrow.mean - (0.025 - 8.0 * 0.05 * 0.05 / 12.0)).abs() < 1e-5, "{}", narrow.mean);
-        assert!((narrow.variance * 12.0 / (0.05 * 0.05) - 1.0).abs() < 0.05, "{}", narrow.variance);
-        let far = Truncated::new(-40.0, 5.0);
-        assert!((far.mean * 40.0 - 1.0).abs() < 0.01, "{}", far.mean);
-        assert!(far.likelihood.is_finite());
-    }
 
     #[test]
     fn an_interval_is_stretched_to_where_all_tails_hold_their_share() {

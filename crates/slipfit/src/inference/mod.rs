@@ -1,6 +1,7 @@
 //! Estimation and inference: least squares, noise model, intervals, model comparison.
 
 pub(crate) mod bounded;
+pub(crate) mod coefficient;
 pub(crate) mod covariance;
 pub(crate) mod criteria;
 pub(crate) mod evidence;
@@ -8,6 +9,7 @@ pub(crate) mod interval;
 pub(crate) mod jackknife;
 pub(crate) mod least_squares;
 pub(crate) mod limited_step;
+pub(crate) mod model_average;
 pub(crate) mod model_selection;
 pub(crate) mod noise;
 pub(crate) mod noise_law;

@@ -7,6 +7,7 @@
 //! over the curve (Nychka 1988, Journal of the American Statistical Association 83, 1134).
 
 use super::least_squares::{Fit, LeastSquares, Normal, log_determinant, minimise};
+use super::model_average::ModelWeights;
 use nalgebra::DMatrix;
 use std::ops::Range;
 
@@ -119,24 +120,18 @@ pub(crate) fn smooth(
 
 /// Mean and covariance over the spreads tried.
 fn average(tried: &[Tried], deviations: Range<usize>) -> Option<Smoothed> {
-    let best = tried.iter().min_by(|a, b| a.deviance.total_cmp(&b.deviance))?;
-    let n = best.fit.parameters.len();
-    let weight = |t: &Tried| (-0.5 * (t.deviance - best.deviance)).exp();
-    let total: f64 = tried.iter().map(weight).sum();
-    let mean = |of: &dyn Fn(&Tried) -> f64| tried.iter().map(|t| weight(t) * of(t)).sum::<f64>() / total;
-    let parameters: Vec<f64> = (0..n).map(|k| mean(&|t| t.fit.parameters[k])).collect();
-    let covariance = DMatrix::from_fn(n, n, |i, j| {
-        mean(&|t| {
-            let off = |k: usize| t.fit.parameters[k] - parameters[k];
-            t.variance * t.fit.unit_covariance[(i, j)] + off(i) * off(j)
-        })
-    });
-    let effective = mean(&|t| {
-        let free: f64 = deviations.clone().map(|k| 1.0 - t.penalty * t.fit.unit_covariance[(k, k)]).sum();
+    if tried.is_empty() {
+        return None;
+    }
+    let weights = ModelWeights::new(tried.iter().map(|t| [1.0, t.deviance]));
+    let (parameters, covariance) = weights
+        .moments(|t| &tried[t].fit.parameters, |t, at| tried[t].variance * tried[t].fit.unit_covariance[at]);
+    let effective = weights.mean(|t| {
+        let Tried { fit, penalty, .. } = &tried[t];
+        let free: f64 = deviations.clone().map(|k| 1.0 - penalty * fit.unit_covariance[(k, k)]).sum();
         free.max(0.0)
     });
-    let known = total > 0.0 && covariance.iter().all(|c| c.is_finite());
-    known.then_some(Smoothed { parameters, covariance, effective })
+    covariance.iter().all(|c| c.is_finite()).then_some(Smoothed { parameters, covariance, effective })
 }
 
 #[cfg(test)]
