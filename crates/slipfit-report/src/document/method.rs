@@ -91,7 +91,9 @@ const LINE: Step = step(
     "Line and threshold",
     "",
     "Levels are split into stuck and moving where that describes them best; a weighted line goes through the \
-     moving ones. A threshold above zero is tested one-sided; its interval is that of Feldman and Cousins (1998).",
+     moving ones. A threshold above zero is tested one-sided; its interval is that of Feldman and Cousins (1998). A loss \
+     in proportion to the square of the amplitude bends the line: it is fitted where the levels show it, and counted in the \
+     intervals where they do not exclude it.",
 );
 const AGREE: Step = step(
     "Do ring-down and resonance agree?",

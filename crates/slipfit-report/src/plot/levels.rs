@@ -5,6 +5,9 @@ use crate::AnalysedLevels;
 use crate::format::Scale;
 use slipfit::Parameter;
 
+/// Straight pieces that a curve is drawn of.
+const CURVE_STEPS: u32 = 60;
+
 pub(super) fn charts(analysed: &AnalysedLevels<'_>) -> Vec<Chart> {
     let answer = analysed.answer;
     let most = |of: fn(&slipfit::levels::LevelPoint) -> f64| {
@@ -18,8 +21,15 @@ pub(super) fn charts(analysed: &AnalysedLevels<'_>) -> Vec<Chart> {
     let dots = |moving: bool| {
         answer.points.iter().filter(|p| p.moving == moving).map(|p| [p.drive * d, p.amplitude * a]).collect()
     };
-    let at = |x: f64| [x * d, answer.fit.amplitude(x) * a];
-    let free = |x: f64| [x * d, answer.fit.friction_free(x) * a];
+    // Curves, where drag bends the line.
+    let drawn = |from: f64, of: &dyn Fn(f64) -> f64| -> Vec<[f64; 2]> {
+        let steps = 0..=CURVE_STEPS;
+        let drives = steps.map(|i| from + (top - from) * f64::from(i) / f64::from(CURVE_STEPS));
+        drives.map(|x| [x * d, of(x) * a]).collect()
+    };
+    let free = drawn(0.0, &|x| answer.fit.friction_free(x));
+    let moves = drawn(threshold, &|x| answer.fit.amplitude(x));
+    let fit = [[0.0, answer.fit.amplitude(0.0) * a]].into_iter().chain(moves).collect();
     let axis = |name: &str, scale: &Scale| {
         let unit = scale.unit.trim_start_matches('×');
         if unit.is_empty() { name.to_owned() } else { format!("{name} [{unit}]") }
@@ -31,8 +41,8 @@ pub(super) fn charts(analysed: &AnalysedLevels<'_>) -> Vec<Chart> {
         x: Scaled::linear(&axis("drive", &drive), [0.0, 1.03 * top * d]),
         y: Scaled::linear(&axis("amplitude", &amplitude), [0.0, 1.08 * most(|p| p.amplitude) * a]),
         series: vec![
-            series("without friction", vec![free(0.0), free(top)], SeriesStyle::Dashed(5)),
-            series("fit", vec![at(0.0), at(threshold), at(top)], SeriesStyle::Line(1)),
+            series("without friction", free, SeriesStyle::Dashed(5)),
+            series("fit", fit, SeriesStyle::Line(1)),
             series("moving", dots(true), SeriesStyle::LargeDots(0)),
             series("stuck", dots(false), SeriesStyle::LargeDots(5)),
         ],

@@ -1,16 +1,15 @@
 //! From drive levels and amplitudes to slope and threshold.
 
-use super::answer::{Answer, Detector, Diagnostics, FittedLevels, LevelPoint};
-use super::criteria::Criteria;
-use super::line::{Line, bend, breakaway, split};
-use super::noise::{AveragedLine, averaged};
-use super::plateau::{Adds, Corrected, Plateau};
-use super::quantities::{Calibrated, LineQuantities, inverse, not_negative, ratio_unit};
+use super::answer::{Answer, Breakaway, Diagnostics, LevelPoint};
+use super::branch::MovingBranch;
+use super::criteria::{Criteria, LevelCriteria};
+use super::line::breakaway;
+use super::plateau::Adds;
+use super::quantities::{Calibrated, LineQuantities, inverse};
+use super::sorted::SortedLevels;
 use super::{Levels, Options};
 use crate::answer::calibration::{Calibration, physical};
 use crate::answer::{Parameter, Parameters, Warning};
-use crate::inference::evidence::{chi_square_tail, one_sided, student_factor};
-use crate::numeric::order::ascending;
 use crate::{Error, Quantity};
 use std::f64::consts::TAU;
 
@@ -26,7 +25,9 @@ use std::f64::consts::TAU;
 /// moving branch where that describes all of them best; the moving branch gives slope and
 /// threshold, the split the breakaway. Without errors of the levels, noise that is constant and noise that grows with
 /// the amplitude both count, by their restricted likelihood; errors given are believed unless the levels scatter more.
-/// What a detector reads where the mass sticks, its zero or its noise, is taken off every level.
+/// What a detector reads where the mass sticks, its zero or its noise, is taken off every level. Loss in proportion to the
+/// square of the amplitude bends the line, `y + c y² = slope (drive - threshold)`: where the levels show it, slope and
+/// threshold are those of the curve; where they do not exclude it, the intervals count it.
 ///
 /// Units: amplitudes in one unit, drive levels in another or the same. Where both are lengths
 /// or both are angles ([`DisplacementUnit::gain`](crate::model::displacement::DisplacementUnit::gain)),
@@ -64,136 +65,115 @@ pub fn analyse(levels: &Levels, options: &Options) -> Result<Answer, Error> {
 /// As [`analyse`].
 pub fn analyse_with(levels: &Levels, options: &Options, criteria: &Criteria) -> Result<Answer, Error> {
     check(options)?;
-    let c = &criteria.levels;
-    let n = levels.drive().len();
-    let order = ascending(levels.drive());
-    let x: Vec<f64> = order.iter().map(|&i| levels.drive()[i]).collect();
-    let y: Vec<f64> = order.iter().map(|&i| levels.amplitude()[i]).collect();
-    let weight: Vec<f64> = match levels.std_error() {
-        Some(s) => order.iter().map(|&i| 1.0 / (s[i] * s[i])).collect(),
-        None => vec![1.0; n],
-    };
-    let known = levels.std_error().is_some();
-    let mut line = split(&x, &y, &weight, c).ok_or(Error::NoFit {
+    let sorted = SortedLevels::of(levels);
+    let branch = MovingBranch::of(&sorted, criteria).ok_or(Error::NoFit {
         reason: "fewer than three levels move, or the amplitude does not rise with the drive",
     })?;
-    let moving = line.moving.iter().filter(|m| **m).count();
-    let dof = (moving as f64 - 2.0).max(1.0);
-    let believed = known && chi_square_tail(line.rss, dof) > c.errors_too_small;
-    let fit = |y: &[f64], line: &Line| {
-        if known {
-            AveragedLine::with_errors(line, &weight, if believed { 1.0 } else { line.rss / dof })
-        } else {
-            averaged(&x, y, line, c)
-        }
-    };
-    let plateau = Plateau::of(&x, &y, &weight, &line, c);
-    // The logarithm of the likelihood.
-    let evidence = |line: &Line| {
-        if believed { -0.5 * line.rss } else { -0.5 * dof * line.rss.max(f64::MIN_POSITIVE).ln() }
-    };
-    let corrected = plateau
-        .and_then(|p| p.taken_off(&y, |y| line.through(&x, y, &weight), fit, evidence).map(|c| (p, c)));
-    let mut moved = y.clone();
-    let mut detector = Detector::default();
-    let mut plateau = None;
-    let AveragedLine { intercept, slope, covariance: v, variance } = match corrected {
-        Some((found, Corrected { adds, at_rest, levels, line: straight, found: averaged })) => {
-            plateau = Some((found, adds));
-            detector = Detector { at_rest, squares: adds == Adds::Squares };
-            (moved, line) = (levels, straight);
-            averaged
-        }
-        None => fit(&y, &line),
-    };
-    // The values count both ways in which a detector may add; what is drawn is one of them.
-    let by_detector = plateau.is_some().then(|| [(-line.intercept / line.slope).max(0.0), line.slope]);
-    // Errors that are known are as good as those of many residuals.
-    let dof = if believed { f64::INFINITY } else { dof };
-    (line.intercept, line.slope) = (intercept, slope);
-    let factor = student_factor(dof);
-    let threshold = -line.intercept / line.slope;
-    // Threshold t = -b/a by the delta method; at the test of t = 0 the line through zero.
-    let slope_std = v[1][1].sqrt();
-    let t_variance =
-        (v[0][0] + threshold * threshold * v[1][1] + 2.0 * threshold * v[0][1]) / line.slope.powi(2);
-    let threshold_std = t_variance.max(0.0).sqrt();
-    let covariance = -(v[0][1] + threshold * v[1][1]) / line.slope;
-    let correlation = if threshold_std > 0.0 {
-        // Of a variance that all but cancels rounding may leave less than nothing.
-        (covariance / slope_std / threshold_std).clamp(-1.0, 1.0)
-    } else {
-        0.0
-    };
-    // A negative intercept is a threshold: one-sided.
-    let gain = line.intercept * line.intercept / v[0][0].max(f64::MIN_POSITIVE);
-    let p_value = if line.intercept < 0.0 { one_sided(gain, dof) } else { 1.0 };
-
-    let drive_unit = levels.drive_unit();
-    let slope = Quantity {
-        interval_95: [-1.0, 1.0].map(|s| line.slope + s * crate::inference::Z_95 * factor * slope_std),
-        ..Quantity::normal(line.slope, slope_std, ratio_unit(levels.unit(), drive_unit))
-    };
-    let threshold = not_negative(threshold, threshold_std, factor, drive_unit);
-    let lost_amplitude = not_negative(-line.intercept, v[0][0].sqrt(), factor, levels.unit());
-    let mut parameters = Parameters::default();
-    parameters.set(Parameter::Slope, slope.clone());
-    parameters.set(Parameter::Threshold, threshold.clone());
-    let found = LineQuantities { slope, threshold, lost_amplitude, correlation };
+    let found = LineQuantities::of(&branch, levels, criteria);
     let calibrated = found.calibrated(levels, options);
-    if let Some(Calibrated { q, x_f, .. }) = &calibrated {
-        parameters.set(Parameter::QFactor, q.clone());
-        parameters.set(Parameter::FRICTION_DISPLACEMENT, x_f.clone());
-        let hz = options.frequency_hz;
-        let delta = hz.map(|hz| inverse(q, std::f64::consts::PI * hz, "1/s"));
-        if let Some(delta) = &delta {
-            parameters.set(Parameter::DECAY_RATE, delta.clone());
-        }
-        if let Some(calibration) = options.calibration {
-            // The force of friction follows from a stiffness without any frequency, the damping does not.
-            let unknown = Quantity::normal(f64::NAN, f64::NAN, "1/s");
-            let (omega_0, delta) = (TAU * hz.unwrap_or(f64::NAN), delta.unwrap_or(unknown));
-            for (parameter, quantity) in physical(calibration, omega_0, levels.unit(), &delta, x_f) {
-                if hz.is_some() || parameter == Parameter::CoulombForce {
-                    parameters.set(parameter, quantity);
-                }
+    let points = points(&sorted, &branch);
+    let [intercept, slope] = [0, 1].map(|k| branch.fit.parameters[k]);
+    let breakaway = breakaway(&points, &branch.motion, [intercept, slope], &criteria.levels);
+    let moving = branch.line.moving_levels();
+    let answer = Answer {
+        parameters: parameters(&found, calibrated.as_ref(), levels, options),
+        p_value: found.p_value,
+        detected: found.p_value < criteria.inference.detected,
+        correlation: found.correlation,
+        loss_correlation: calibrated.as_ref().map_or(0.0, |c| c.loss_correlation),
+        diagnostics: Diagnostics {
+            points: points.len(),
+            moving,
+            stuck: points.len() - moving,
+            residual_rms: branch.residual_rms,
+            bend_p_value: branch.bend.0,
+        },
+        warnings: warnings(levels, &branch, &found, breakaway, calibrated.is_some(), &criteria.levels),
+        breakaway,
+        points,
+        unit: levels.unit().to_owned(),
+        drive_unit: levels.drive_unit().to_owned(),
+        frequency_hz: options.frequency_hz,
+        fit: branch.drawn,
+    };
+    // A factor of quality that is not above zero was too small for a number.
+    let vanished = calibrated.is_some_and(|c| !(c.q.value > 0.0));
+    if vanished || !is_finite(&answer) {
+        return Err(Error::NoFit {
+            reason: "the levels are too large, too small or too far apart for a line",
+        });
+    }
+    Ok(answer)
+}
+
+fn parameters(
+    found: &LineQuantities,
+    calibrated: Option<&Calibrated>,
+    levels: &Levels,
+    options: &Options,
+) -> Parameters {
+    let mut parameters = Parameters::default();
+    parameters.set(Parameter::Slope, found.slope.clone());
+    parameters.set(Parameter::Threshold, found.threshold.clone());
+    let Some(Calibrated { q, x_f, .. }) = calibrated else { return parameters };
+    parameters.set(Parameter::QFactor, q.clone());
+    parameters.set(Parameter::FRICTION_DISPLACEMENT, x_f.clone());
+    let hz = options.frequency_hz;
+    let delta = hz.map(|hz| inverse(q, std::f64::consts::PI * hz, "1/s"));
+    if let Some(delta) = &delta {
+        parameters.set(Parameter::DECAY_RATE, delta.clone());
+    }
+    if let Some(calibration) = options.calibration {
+        // The force of friction follows from a stiffness without any frequency, the damping does not.
+        let unknown = Quantity::normal(f64::NAN, f64::NAN, "1/s");
+        let (omega_0, delta) = (TAU * hz.unwrap_or(f64::NAN), delta.unwrap_or(unknown));
+        for (parameter, quantity) in physical(calibration, omega_0, levels.unit(), &delta, x_f) {
+            if hz.is_some() || parameter == Parameter::CoulombForce {
+                parameters.set(parameter, quantity);
             }
         }
     }
-    let [threshold, slope] = by_detector.unwrap_or([found.threshold.value, line.slope]);
-    let fit = FittedLevels { slope, threshold, detector };
-    let points: Vec<LevelPoint> = (0..n)
-        .map(|i| LevelPoint {
-            index: order[i],
-            drive: x[i],
-            amplitude: y[i],
-            std_error: variance[i].sqrt(),
-            fitted: fit.amplitude(x[i]),
-            moving: line.moving[i],
-        })
-        .collect();
-    let of_moving = |v: &[f64]| -> Vec<f64> {
-        v.iter().zip(&line.moving).filter(|(_, m)| **m).map(|(v, _)| *v).collect()
+    parameters
+}
+
+fn points(sorted: &SortedLevels, branch: &MovingBranch) -> Vec<LevelPoint> {
+    let point = |i: usize| LevelPoint {
+        index: sorted.order[i],
+        drive: sorted.drive[i],
+        amplitude: sorted.amplitude[i],
+        std_error: branch.fit.variance[i].sqrt(),
+        fitted: branch.drawn.amplitude(sorted.drive[i]),
+        moving: branch.line.moving[i],
     };
-    let weight_moving = of_moving(&weight);
-    let precision: Vec<f64> = variance.iter().map(|v| 1.0 / v.max(f64::MIN_POSITIVE)).collect();
-    let (bend_p_value, falling) =
-        bend(&of_moving(&x), &of_moving(&moved), &of_moving(&precision), c.bend_levels);
-    let breakaway = breakaway(&points, &moved, &line, c);
+    (0..sorted.order.len()).map(point).collect()
+}
+
+fn warnings(
+    levels: &Levels,
+    branch: &MovingBranch,
+    found: &LineQuantities,
+    breakaway: Option<Breakaway>,
+    is_calibrated: bool,
+    c: &LevelCriteria,
+) -> Vec<Warning> {
     let mut warnings = Vec::new();
     if levels.not_finite() > 0 {
         warnings.push(Warning::Dropped { not_finite: levels.not_finite(), zero_frequency: 0 });
     }
-    if !known && moving <= c.few_levels {
+    let moving = branch.line.moving_levels();
+    if levels.std_error().is_none() && moving <= c.few_levels {
         warnings.push(Warning::FewLevels { moving });
     }
-    if found.threshold.value > 0.0 && x[0] > found.threshold.value {
-        warnings.push(Warning::ThresholdExtrapolated { ratio: x[0] / found.threshold.value });
+    let lowest = levels.drive().iter().copied().fold(f64::INFINITY, f64::min);
+    if found.threshold.value > 0.0 && lowest > found.threshold.value {
+        warnings.push(Warning::ThresholdExtrapolated { ratio: lowest / found.threshold.value });
     }
-    if bend_p_value < c.not_straight {
-        warnings.push(Warning::NotStraight { p_value: bend_p_value, falling });
+    let (p_value, falling) = branch.bend;
+    let straight = p_value >= c.not_straight;
+    if !straight {
+        warnings.push(Warning::NotStraight { p_value, falling });
     }
-    if let Some((plateau, adds)) = plateau {
+    if let Some((plateau, adds)) = branch.plateau {
         warnings.push(Warning::LevelPlateau {
             reading: plateau.reading,
             levels: plateau.levels,
@@ -201,13 +181,12 @@ pub fn analyse_with(levels: &Levels, options: &Options, criteria: &Criteria) -> 
             unit: levels.unit().to_owned(),
         });
     }
-    // A line above zero without a drive, where no bend explains it.
-    let p_above = if line.intercept > 0.0 { one_sided(gain, dof) } else { 1.0 };
-    if p_above < c.above_zero && bend_p_value >= c.not_straight {
-        let unit = levels.unit().to_owned();
-        warnings.push(Warning::AboveZero { reading: line.intercept, p_value: p_above, unit });
+    // No bend explains it.
+    if found.p_above_zero < c.above_zero && straight {
+        let (reading, unit) = (branch.fit.parameters[0], levels.unit().to_owned());
+        warnings.push(Warning::AboveZero { reading, p_value: found.p_above_zero, unit });
     }
-    if calibrated.is_none() {
+    if !is_calibrated {
         warnings.push(Warning::DriveUncalibrated);
     }
     if let Some(b) = breakaway
@@ -216,37 +195,22 @@ pub fn analyse_with(levels: &Levels, options: &Options, criteria: &Criteria) -> 
     {
         warnings.push(Warning::Hysteresis { stuck_at, moving_at: b.moving_from });
     }
-    let residual_rms = (line.rss / weight_moving.iter().sum::<f64>()).sqrt();
-    let figures = [p_value, correlation, residual_rms, bend_p_value].into_iter();
-    let of_points = points.iter().flat_map(|p| [p.std_error, p.fitted]);
-    let of_parameters =
-        parameters.iter().flat_map(|(_, q)| [q.value, q.std_error, q.unbounded_value, q.interval_95[0]]);
-    // The limits of what is inverse to a Q may be open.
+    warnings
+}
+
+/// Whether all of an answer is a number; the limits of what is inverse to a Q may be open.
+fn is_finite(answer: &Answer) -> bool {
+    let d = &answer.diagnostics;
+    let figures = [answer.p_value, answer.correlation, d.residual_rms, d.bend_p_value].into_iter();
+    let of_points = answer.points.iter().flat_map(|p| [p.std_error, p.fitted]);
+    let of_parameters = answer
+        .parameters
+        .iter()
+        .flat_map(|(_, q)| [q.value, q.std_error, q.unbounded_value, q.interval_95[0]]);
     let measured =
         [Parameter::Slope, Parameter::Threshold, Parameter::QFactor, Parameter::FRICTION_DISPLACEMENT];
-    let highest = measured.iter().filter_map(|p| Some(parameters.get(*p)?.interval_95[1]));
-    // A factor of quality that is not above zero was too small for a number.
-    let vanished = calibrated.as_ref().is_some_and(|c| !(c.q.value > 0.0));
-    if vanished || !figures.chain(of_points).chain(of_parameters).chain(highest).all(f64::is_finite) {
-        return Err(Error::NoFit {
-            reason: "the levels are too large, too small or too far apart for a line",
-        });
-    }
-    Ok(Answer {
-        parameters,
-        p_value,
-        detected: p_value < criteria.inference.detected,
-        correlation,
-        loss_correlation: calibrated.map_or(0.0, |c| c.loss_correlation),
-        breakaway,
-        diagnostics: Diagnostics { points: n, moving, stuck: n - moving, residual_rms, bend_p_value },
-        points,
-        warnings,
-        unit: levels.unit().to_owned(),
-        drive_unit: drive_unit.to_owned(),
-        frequency_hz: options.frequency_hz,
-        fit,
-    })
+    let highest = measured.iter().filter_map(|p| Some(answer.parameters.get(*p)?.interval_95[1]));
+    figures.chain(of_points).chain(of_parameters).chain(highest).all(f64::is_finite)
 }
 
 fn check(options: &Options) -> Result<(), Error> {

@@ -70,23 +70,33 @@ impl Detector {
     }
 }
 
-/// The fitted line with its threshold.
+/// The fitted line, or curve, with its threshold.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct FittedLevels {
     pub(crate) slope: f64,
     pub(crate) threshold: f64,
+    /// `c` of `y + c y² = slope (drive - threshold)`; zero for a line.
+    pub(crate) bend: f64,
     pub(crate) detector: Detector,
 }
 
 impl FittedLevels {
-    /// Fitted amplitude at a drive level: `slope (drive - threshold)`, zero below, as the detector reads it.
+    /// Fitted amplitude `y` at a drive level: `slope (drive - threshold)`, or with a bend `c` the solution of
+    /// `y + c y² = slope (drive - threshold)`; zero below the threshold; as the detector reads it.
     pub fn amplitude(&self, drive: f64) -> f64 {
-        self.detector.reading((self.slope * (drive - self.threshold)).max(0.0))
+        self.read(self.slope * (drive - self.threshold))
     }
 
-    /// The same without friction: the line through zero.
+    /// The same without friction, through zero.
     pub fn friction_free(&self, drive: f64) -> f64 {
-        self.detector.reading(self.slope * drive)
+        self.read(self.slope * drive)
+    }
+
+    fn read(&self, line: f64) -> f64 {
+        let line = line.max(0.0);
+        // A curve that rises ever steeper ends where it stands upright.
+        let root = (1.0 + 4.0 * self.bend * line).max(0.0).sqrt();
+        self.detector.reading(2.0 * line / (1.0 + root))
     }
 }
 

@@ -47,8 +47,8 @@ criteria! {
         /// Largest part in proportion over the floor, at the highest amplitude and in squares.
         most_proportional: f64 = 1e6, source "a thousand times the floor: levels over five decades",
             moves "coverage of slope and threshold";
-        /// Moving levels from which on residuals tell one noise from the other.
-        noise_levels: usize = 3, source "one residual beside the line, and the odds", moves "coverage of slope and threshold";
+        /// Residuals beside the parameters from which on they tell one noise from the other.
+        noise_residuals: usize = 1, source "one, and the odds", moves "coverage of slope and threshold";
         /// p value of chi square below which errors given with the levels are too small, and what the line leaves counts.
         errors_too_small: f64 = 0.05, source "one line in twenty with right errors",
             moves "coverage of slope and threshold";
@@ -70,7 +70,13 @@ criteria! {
         above_zero: f64 = 0.001, source "one record in a thousand without friction", moves "warnings";
         /// Moving levels without which no bend is tested.
         bend_levels: usize = 5, source "two more than the parameters of a parabola", moves "warnings";
-        /// p value of a straight line below which a warning names the bend.
+        /// Largest loss by drag over the viscous one, at the highest amplitude, that levels on a line may hide.
+        largest_bend: f64 = 1.0, source "as much as the viscous loss", moves "intervals of slope and threshold";
+        /// Odds before the data of a bend up to that over those of a line.
+        bend_odds: f64 = 1.0, source "chosen by simulation, drag of 10 % and compression of 3 %",
+            moves "coverage with a bend, and width of intervals without one";
+        /// p value of a straight line below which slope and threshold are those of the curve at small amplitudes, and a
+        /// warning says so.
         not_straight: f64 = 0.001, source "one record in a thousand on a line", moves "warnings";
     }
 }

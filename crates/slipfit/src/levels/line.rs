@@ -2,10 +2,8 @@
 
 use super::answer::{Breakaway, LevelPoint};
 use super::criteria::LevelCriteria;
-use crate::inference::evidence::f_tail;
 use crate::inference::least_squares::linear;
 use crate::numeric::order::ascending;
-use nalgebra::DMatrix;
 use std::f64::consts::FRAC_PI_4;
 
 /// The straight line through the moving levels.
@@ -14,7 +12,6 @@ pub(super) struct Line {
     pub(super) moving: Vec<bool>,
     pub(super) slope: f64,
     pub(super) intercept: f64,
-    pub(super) covariance: DMatrix<f64>,
     pub(super) rss: f64,
     total: f64,
 }
@@ -70,7 +67,7 @@ fn best_split(
             continue;
         }
         let rows = moving.iter().map(|&i| (vec![1.0, x[i]], y[i], weight[i]));
-        let Some((line, covariance, rss)) = linear(rows, 2) else { continue };
+        let Some((line, _, rss)) = linear(rows, 2) else { continue };
         let (intercept, slope) = (line[0], line[1]);
         if !(slope > 0.0) {
             continue;
@@ -96,57 +93,38 @@ fn best_split(
         if best.as_ref().is_none_or(|b| total < b.total * (1.0 - 1.0 / n as f64)) {
             let mut moves = vec![false; n];
             moving.iter().for_each(|&i| moves[i] = true);
-            best = Some(Line { moving: moves, slope, intercept, covariance, rss, total });
+            best = Some(Line { moving: moves, slope, intercept, rss, total });
         }
     }
     best
 }
 
 impl Line {
+    pub(super) fn moving_levels(&self) -> usize {
+        self.moving.iter().filter(|moves| **moves).count()
+    }
+
     /// The line through the same moving levels with other amplitudes.
     pub(super) fn through(&self, x: &[f64], y: &[f64], weight: &[f64]) -> Option<Self> {
         let moving = (0..x.len()).filter(|&i| self.moving[i]);
-        let (c, covariance, rss) = linear(moving.map(|i| (vec![1.0, x[i]], y[i], weight[i])), 2)?;
+        let (c, _, rss) = linear(moving.map(|i| (vec![1.0, x[i]], y[i], weight[i])), 2)?;
         let (intercept, slope) = (c[0], c[1]);
         let total = self.total - self.rss + rss;
-        (slope > 0.0).then(|| Self { moving: self.moving.clone(), slope, intercept, covariance, rss, total })
+        (slope > 0.0).then(|| Self { moving: self.moving.clone(), slope, intercept, rss, total })
     }
-}
-
-/// p value of a quadratic term or of a kink in the moving branch, and whether its slope falls; 1 for fewer than `least`
-/// levels. A kink, as of an amplifier that saturates, counts once for each level at which it may lie.
-pub(super) fn bend(x: &[f64], y: &[f64], weight: &[f64], least: usize) -> (f64, bool) {
-    let n = x.len();
-    if n < least {
-        return (1.0, false);
-    }
-    let centre = x.iter().sum::<f64>() / n as f64;
-    let straight = (0..n).map(|i| (vec![1.0, x[i] - centre], y[i], weight[i]));
-    let Some((.., straight)) = linear(straight, 2) else { return (1.0, false) };
-    let with = |further: &dyn Fn(f64) -> f64, times: f64| {
-        let rows = (0..n).map(|i| (vec![1.0, x[i] - centre, further(x[i])], y[i], weight[i]));
-        let (c, _, rss) = linear(rows, 3)?;
-        let dof = n as f64 - 3.0;
-        let f = (straight - rss).max(0.0) / (rss / dof).max(f64::MIN_POSITIVE);
-        Some(((times * f_tail(f, 1.0, dof)).min(1.0), c[2] < 0.0))
-    };
-    let kinks = x.get(2..n.saturating_sub(2)).unwrap_or_default();
-    let kinked = kinks.iter().filter_map(|at| with(&|x| (x - at).max(0.0), kinks.len() as f64 + 1.0));
-    let bent = with(&|x| (x - centre).powi(2), kinks.len() as f64 + 1.0);
-    bent.into_iter().chain(kinked).min_by(|a, b| a.0.total_cmp(&b.0)).unwrap_or((1.0, false))
 }
 
 /// Where the mass breaks loose, by the branches; `amplitudes`: of the motion, without what a detector adds.
 pub(super) fn breakaway(
     points: &[LevelPoint],
     amplitudes: &[f64],
-    line: &Line,
+    [intercept, slope]: [f64; 2],
     c: &LevelCriteria,
 ) -> Option<Breakaway> {
-    let threshold = -line.intercept / line.slope;
+    let threshold = -intercept / slope;
     // Above the threshold, and far from what the line expects there.
     let against_the_line = |(p, amplitude): &(&LevelPoint, &f64)| {
-        let expected = line.slope * (p.drive - threshold);
+        let expected = slope * (p.drive - threshold);
         **amplitude < c.stuck_of_expected * expected && expected > c.expected_errors * p.std_error
     };
     let all = || points.iter().zip(amplitudes);

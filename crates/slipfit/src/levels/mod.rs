@@ -3,6 +3,8 @@
 
 mod analyse;
 mod answer;
+mod bend;
+mod branch;
 mod criteria;
 mod height;
 mod line;
@@ -10,6 +12,7 @@ mod measurement;
 mod noise;
 mod plateau;
 mod quantities;
+mod sorted;
 
 pub use analyse::{analyse, analyse_with};
 pub use answer::{Answer, Breakaway, Diagnostics, FittedLevels, LevelPoint};

@@ -1,98 +1,129 @@
-//! The line through the moving levels under noise that may grow with the amplitude.
+//! A fit of the moving levels under noise that may grow with the amplitude.
 
 use super::criteria::LevelCriteria;
-use super::line::Line;
+use crate::inference::evidence::chi_square_tail;
 use crate::inference::least_squares::linear;
+use crate::inference::model_average::ModelWeights;
+use nalgebra::DMatrix;
 
-/// A line with its errors, averaged over the noise that the levels allow.
-pub(super) struct AveragedLine {
-    pub(super) intercept: f64,
-    pub(super) slope: f64,
-    /// Of intercept and slope.
-    pub(super) covariance: [[f64; 2]; 2],
-    /// Of each level.
-    pub(super) variance: Vec<f64>,
+/// The moving levels as a linear problem.
+pub(super) struct LinearLevels<'a> {
+    /// Derivatives of each level's amplitude by the parameters.
+    pub(super) columns: Vec<Vec<f64>>,
+    /// What the columns describe: amplitudes, or those about a point where a curve is linear.
+    pub(super) response: Vec<f64>,
+    pub(super) amplitude: &'a [f64],
+    pub(super) moving: &'a [bool],
 }
 
-impl AveragedLine {
-    /// Of levels with errors, all of them `scale` times the variance given.
-    pub(super) fn with_errors(line: &Line, weight: &[f64], scale: f64) -> Self {
-        let covariance = [0, 1].map(|i| [0, 1].map(|j| scale * line.covariance[(i, j)]));
-        let variance = weight.iter().map(|w| scale / w).collect();
-        Self { intercept: line.intercept, slope: line.slope, covariance, variance }
+impl<'a> LinearLevels<'a> {
+    /// A straight line: intercept and slope.
+    pub(super) fn straight(drive: &[f64], amplitude: &'a [f64], moving: &'a [bool]) -> Self {
+        let columns = drive.iter().map(|x| vec![1.0, *x]).collect();
+        Self { columns, response: amplitude.to_vec(), amplitude, moving }
     }
+
+    fn parameters(&self) -> usize {
+        self.columns[0].len()
+    }
+
+    fn of_moving(&self) -> impl Iterator<Item = usize> + '_ {
+        (0..self.moving.len()).filter(|&i| self.moving[i])
+    }
+
+    /// Coefficients, their covariance at unit variance, and the sum of squares, by the weight of each level.
+    fn fit(&self, weight: impl Fn(usize) -> f64) -> Option<(Vec<f64>, DMatrix<f64>, f64)> {
+        let rows = self.of_moving().map(|i| (self.columns[i].clone(), self.response[i], weight(i)));
+        linear(rows, self.parameters())
+    }
+}
+
+/// Parameters with their errors, by the noise that the levels allow.
+pub(super) struct AveragedFit {
+    pub(super) parameters: Vec<f64>,
+    pub(super) covariance: DMatrix<f64>,
+    /// Of each level.
+    pub(super) variance: Vec<f64>,
+    /// Of the variance; infinite where errors that are known are believed.
+    pub(super) dof: f64,
 }
 
 /// Ratios tried in each decade.
 const PER_DECADE: f64 = 10.0;
 
-/// The line under constant noise, and under variances `1 + ratio A²` for many ratios, averaged by their restricted
-/// likelihood (Patterson and Thompson 1971, Biometrika 58, 545). Before the data the logarithm of the ratio is uniform; the odds
-/// of any such noise against a constant one are `proportional_odds`, which grow in proportion to the span of the amplitudes
-/// above `narrow_span`.
-///
-/// Levels over decades have a noise in proportion to the amplitude (ranges, gain, drive), and few of them do not tell it
-/// from a constant one: the errors count both.
-pub(super) fn averaged(x: &[f64], y: &[f64], line: &Line, c: &LevelCriteria) -> AveragedLine {
-    let moving: Vec<usize> = (0..x.len()).filter(|&i| line.moving[i]).collect();
-    let n = moving.len() as f64;
-    let dof = (n - 2.0).max(1.0);
-    let square = |i: usize| if line.moving[i] { y[i] * y[i] } else { 0.0 };
-    let under = |ratio: f64| {
-        let variance = |i: usize| 1.0 + ratio * square(i);
-        let rows = moving.iter().map(|&i| (vec![1.0, x[i]], y[i], 1.0 / variance(i)));
-        let (at, unit, rss) = linear(rows, 2)?;
-        let logarithms: f64 = moving.iter().map(|&i| variance(i).ln()).sum();
-        let deviance = (n - 2.0) * rss.ln() + logarithms - unit.view((0, 0), (2, 2)).determinant().ln();
-        Some(Fitted {
-            ratio,
-            at: [at[0], at[1]],
-            unit: [[unit[(0, 0)], unit[(0, 1)]], [unit[(1, 0)], unit[(1, 1)]]],
-            variance: rss / dof,
-            deviance,
+impl AveragedFit {
+    /// By the inverse variances given with the levels, or by those that the levels tell.
+    pub(super) fn of(levels: &LinearLevels, weight: Option<&[f64]>, c: &LevelCriteria) -> Option<Self> {
+        match weight {
+            Some(weight) => Self::with_errors(levels, weight, c),
+            None => Self::averaged(levels, c),
+        }
+    }
+
+    /// Errors given are believed unless the levels scatter more; then all of them are too small by one factor.
+    fn with_errors(levels: &LinearLevels, weight: &[f64], c: &LevelCriteria) -> Option<Self> {
+        let (parameters, unit, rss) = levels.fit(|i| weight[i])?;
+        let dof = (levels.of_moving().count() as f64 - levels.parameters() as f64).max(1.0);
+        let believed = chi_square_tail(rss, dof) > c.errors_too_small;
+        let scale = if believed { 1.0 } else { rss / dof };
+        Some(Self {
+            parameters,
+            covariance: unit * scale,
+            variance: weight.iter().map(|w| scale / w).collect(),
+            dof: if believed { f64::INFINITY } else { dof },
         })
-    };
-    let sizes = || moving.iter().map(|&i| y[i].abs()).filter(|a| *a > 0.0);
-    let span = sizes().fold(0.0, f64::max) / sizes().fold(f64::INFINITY, f64::min);
-    let odds = c.proportional_odds * (span / c.narrow_span).max(1.0);
-    let highest = moving.iter().map(|&i| square(i)).fold(0.0, f64::max).max(f64::MIN_POSITIVE);
-    let [first, last] =
-        [c.least_proportional, c.most_proportional].map(|ratio| (ratio.log10() * PER_DECADE).round() as i32);
-    let ratios = (first..=last).map(|k| 10f64.powf(f64::from(k) / PER_DECADE) / highest);
-    let proportional: Vec<Fitted> = ratios.filter_map(under).filter(|f| f.deviance.is_finite()).collect();
-    let share = odds / proportional.len().max(1) as f64;
-    let constant = Fitted {
-        ratio: 0.0,
-        at: [line.intercept, line.slope],
-        unit: [0, 1].map(|i| [0, 1].map(|j| line.covariance[(i, j)])),
-        variance: line.rss / dof,
-        deviance: under(0.0).map_or(f64::NEG_INFINITY, |f| f.deviance),
-    };
-    let told = moving.len() >= c.noise_levels && constant.deviance.is_finite();
-    let mut fits = vec![(1.0, constant)];
-    if told {
-        fits.extend(proportional.into_iter().map(|f| (share, f)));
     }
-    let least = fits.iter().map(|(_, f)| f.deviance).fold(f64::INFINITY, f64::min);
-    for (weight, f) in &mut fits {
-        *weight *= if told { (-0.5 * (f.deviance - least)).exp() } else { 1.0 };
+
+    /// The fit under constant noise, and under variances `1 + ratio A²` for many ratios, averaged by their restricted
+    /// likelihood (Patterson and Thompson 1971, Biometrika 58, 545). Before the data the logarithm of the ratio is uniform;
+    /// the odds of any such noise against a constant one are `proportional_odds`, which grow in proportion to the span of the
+    /// amplitudes above `narrow_span`.
+    ///
+    /// Levels over decades have a noise in proportion to the amplitude (ranges, gain, drive), and few of them do not tell
+    /// it from a constant one: the errors count both.
+    fn averaged(levels: &LinearLevels, c: &LevelCriteria) -> Option<Self> {
+        let (n, free) = (levels.of_moving().count() as f64, levels.parameters() as f64);
+        let dof = (n - free).max(1.0);
+        let square = |i: usize| if levels.moving[i] { levels.amplitude[i].powi(2) } else { 0.0 };
+        let under = |ratio: f64| {
+            let variance = |i: usize| 1.0 + ratio * square(i);
+            let (parameters, unit, rss) = levels.fit(|i| 1.0 / variance(i))?;
+            let logarithms: f64 = levels.of_moving().map(|i| variance(i).ln()).sum();
+            let deviance = (n - free) * rss.ln() + logarithms - unit.determinant().ln();
+            Some(Fitted { ratio, parameters, unit, variance: rss / dof, deviance })
+        };
+        let sizes = || levels.of_moving().map(|i| levels.amplitude[i].abs()).filter(|a| *a > 0.0);
+        let span = sizes().fold(0.0, f64::max) / sizes().fold(f64::INFINITY, f64::min);
+        let odds = c.proportional_odds * (span / c.narrow_span).max(1.0);
+        let highest = levels.of_moving().map(square).fold(0.0, f64::max).max(f64::MIN_POSITIVE);
+        let [first, last] = [c.least_proportional, c.most_proportional]
+            .map(|ratio| (ratio.log10() * PER_DECADE).round() as i32);
+        let ratios = (first..=last).map(|k| 10f64.powf(f64::from(k) / PER_DECADE) / highest);
+        let constant = under(0.0)?;
+        let mut fits = vec![constant];
+        if n >= free + c.noise_residuals as f64 && fits[0].deviance.is_finite() {
+            fits.extend(ratios.filter_map(under).filter(|f| f.deviance.is_finite()));
+        } else {
+            // Alone it has all of the weight, whatever its likelihood.
+            fits[0].deviance = 0.0;
+        }
+        let share = odds / (fits.len() - 1).max(1) as f64;
+        let prior = |f: &Fitted| if f.ratio > 0.0 { share } else { 1.0 };
+        let weights = ModelWeights::new(fits.iter().map(|f| [prior(f), f.deviance]));
+        let (parameters, covariance) =
+            weights.moments(|f| &fits[f].parameters, |f, at| fits[f].unit[at] * fits[f].variance);
+        let variance = |i| weights.mean(|f| fits[f].variance * (1.0 + fits[f].ratio * square(i)));
+        let variance = (0..levels.moving.len()).map(variance).collect();
+        Some(Self { parameters, covariance, variance, dof })
     }
-    let total: f64 = fits.iter().map(|(w, _)| w).sum();
-    let mean = |of: &dyn Fn(&Fitted) -> f64| fits.iter().map(|(w, f)| w / total * of(f)).sum::<f64>();
-    let at = [0, 1].map(|i| mean(&|f| f.at[i]));
-    let covariance = [0, 1].map(|i| {
-        [0, 1].map(|j| mean(&|f| f.unit[i][j] * f.variance + (f.at[i] - at[i]) * (f.at[j] - at[j])))
-    });
-    let variance = (0..x.len()).map(|i| mean(&|f| f.variance * (1.0 + f.ratio * square(i)))).collect();
-    AveragedLine { intercept: at[0], slope: at[1], covariance, variance }
 }
 
-/// The line under one ratio.
+/// The fit under one ratio.
 struct Fitted {
     ratio: f64,
-    at: [f64; 2],
+    parameters: Vec<f64>,
     /// Covariance over the variance of the floor.
-    unit: [[f64; 2]; 2],
+    unit: DMatrix<f64>,
     /// Of the floor.
     variance: f64,
     /// Minus twice the logarithm of the restricted likelihood, but for a constant.

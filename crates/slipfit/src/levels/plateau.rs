@@ -2,8 +2,11 @@
 
 use super::criteria::LevelCriteria;
 use super::line::{Line, same_level};
-use super::noise::AveragedLine;
+use super::noise::AveragedFit;
 use crate::inference::evidence::student_factor;
+use crate::inference::model_average::ModelWeights;
+use crate::numeric::order::sort_by_value;
+use nalgebra::DVector;
 
 /// Mean of an amplitude of nothing but noise, over the deviation of a quadrature (Rice).
 const MEAN_AT_REST: f64 = 1.253_314_137_315_5;
@@ -62,7 +65,7 @@ impl Plateau {
         if sum(&|i| (y[i] - along * x[i]).powi(2)) < scatter {
             return None;
         }
-        let dof = (line.moving.iter().filter(|m| **m).count() as f64 - 2.0).max(0.0) + n - 1.0;
+        let dof = (line.moving_levels() as f64 - 2.0).max(0.0) + n - 1.0;
         let variance = (line.rss + scatter / VARIANCE_AT_REST) / dof * n / total;
         let sigma = variance.sqrt();
         let std_error = sigma * (VARIANCE_AT_REST / n + MEAN_AT_REST * MEAN_AT_REST / (2.0 * dof)).sqrt();
@@ -81,8 +84,8 @@ impl Plateau {
         &self,
         y: &[f64],
         straight: impl Fn(&[f64]) -> Option<Line>,
-        fit: impl Fn(&[f64], &Line) -> AveragedLine,
-        evidence: impl Fn(&Line) -> f64,
+        fit: impl Fn(&[f64]) -> Option<AveragedFit>,
+        minus_two_log: impl Fn(&Line) -> f64,
     ) -> Option<Corrected> {
         let by = |adds: Adds| {
             let [at_rest, std_error] = if adds == Adds::Constant { self.constant } else { self.in_squares };
@@ -91,30 +94,23 @@ impl Plateau {
             let levels = without(at_rest);
             let line = straight(&levels)?;
             let moved = straight(&without(at_rest + std_error))?;
-            let mut found = fit(&levels, &line);
-            let steps = [moved.intercept - line.intercept, moved.slope - line.slope];
-            for i in 0..2 {
-                for j in 0..2 {
-                    found.covariance[i][j] += steps[i] * steps[j];
-                }
-            }
-            Some((evidence(&line), Corrected { adds, at_rest, levels, line, found }))
+            let mut found = fit(&levels)?;
+            let steps = DVector::from_vec(vec![moved.intercept - line.intercept, moved.slope - line.slope]);
+            found.covariance += &steps * steps.transpose();
+            Some((minus_two_log(&line), Corrected { adds, at_rest, levels, line, found }))
         };
         let mut both: Vec<(f64, Corrected)> =
             [Adds::Constant, Adds::Squares].into_iter().filter_map(by).collect();
-        both.sort_by(|a, b| b.0.total_cmp(&a.0));
-        let most = both.first()?.0;
-        let weights: Vec<f64> = both.iter().map(|(evidence, _)| (evidence - most).exp()).collect();
-        let all: f64 = weights.iter().sum();
-        let mean = |of: &dyn Fn(&AveragedLine) -> f64| {
-            both.iter().zip(&weights).map(|((_, c), w)| w / all * of(&c.found)).sum::<f64>()
-        };
-        let at = [mean(&|f| f.intercept), mean(&|f| f.slope)];
-        let apart = |f: &AveragedLine| [f.intercept - at[0], f.slope - at[1]];
-        let covariance =
-            [0, 1].map(|i| [0, 1].map(|j| mean(&|f| f.covariance[i][j] + apart(f)[i] * apart(f)[j])));
+        sort_by_value(&mut both, |each| each.0);
+        if both.is_empty() {
+            return None;
+        }
+        let weights = ModelWeights::new(both.iter().map(|each| [1.0, each.0]));
+        let found = |m: usize| &both[m].1.found;
+        let (parameters, covariance) =
+            weights.moments(|m| &found(m).parameters, |m, at| found(m).covariance[at]);
         let mut best = both.swap_remove(0).1;
-        (best.found.intercept, best.found.slope, best.found.covariance) = (at[0], at[1], covariance);
+        (best.found.parameters, best.found.covariance) = (parameters, covariance);
         Some(best)
     }
 }
@@ -125,7 +121,7 @@ pub(super) struct Corrected {
     pub(super) at_rest: f64,
     pub(super) levels: Vec<f64>,
     pub(super) line: Line,
-    pub(super) found: AveragedLine,
+    pub(super) found: AveragedFit,
 }
 
 #[cfg(test)]

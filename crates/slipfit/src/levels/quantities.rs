@@ -1,7 +1,15 @@
 //! What the line through the levels gives: slope, threshold, and with a scale of the drive Q and friction.
 
+use super::bend::Curved;
+use super::branch::MovingBranch;
+use super::criteria::Criteria;
+use super::noise::AveragedFit;
 use super::{Levels, Options};
 use crate::Quantity;
+use crate::answer::averaged::stretched;
+use crate::inference::Z_95;
+use crate::inference::coefficient::Weighed;
+use crate::inference::evidence::{one_sided, student_factor};
 use crate::inference::interval::bounded_interval;
 use crate::model::displacement::DisplacementUnit;
 use std::f64::consts::FRAC_PI_4;
@@ -39,6 +47,63 @@ pub(super) struct LineQuantities {
     pub(super) lost_amplitude: Quantity,
     /// Of slope and threshold.
     pub(super) correlation: f64,
+    /// No sliding friction would do as well; one-sided.
+    pub(super) p_value: f64,
+    /// The same for a line that lies above zero without a drive.
+    pub(super) p_above_zero: f64,
+}
+
+impl LineQuantities {
+    /// Slope and threshold of the branch, curves that the levels do not exclude counted.
+    pub(super) fn of(branch: &MovingBranch, levels: &Levels, criteria: &Criteria) -> Self {
+        let AveragedFit { parameters, covariance: v, dof, .. } = &branch.fit;
+        let (intercept, slope) = (parameters[0], parameters[1]);
+        let factor = student_factor(*dof);
+        let threshold = -intercept / slope;
+        // Threshold t = -a/b by the delta method; at the test of t = 0 the line through zero.
+        let gradient = [-1.0 / slope, -threshold / slope];
+        let [slope_std, lost_std] = [v[(1, 1)], v[(0, 0)]].map(f64::sqrt);
+        let along = |k: usize| gradient[0] * v[(0, k)] + gradient[1] * v[(1, k)];
+        let threshold_std = (gradient[0] * along(0) + gradient[1] * along(1)).max(0.0).sqrt();
+        let correlation = if threshold_std > 0.0 {
+            // Of a variance that all but cancels rounding may leave less than nothing.
+            (along(1) / slope_std / threshold_std).clamp(-1.0, 1.0)
+        } else {
+            0.0
+        };
+        let curves = |straight: f64, gradient: [f64; 2]| -> Vec<Weighed> {
+            let beside =
+                |rival: &Curved| rival.beside(straight, gradient, &criteria.levels, &criteria.inference);
+            branch.rival.as_ref().map_or_else(Vec::new, beside)
+        };
+        let lost = curves(-intercept, [-1.0, 0.0]);
+        let evidence = |side: f64| {
+            let p = |lost: f64, std_error: f64, dof: f64| {
+                if side * lost > 0.0 { one_sided((lost / std_error).powi(2), dof) } else { 1.0 }
+            };
+            let others: f64 = lost.iter().map(|o| o.weight * p(o.value, o.std_error, f64::INFINITY)).sum();
+            let straight = 1.0 - lost.iter().map(|o| o.weight).sum::<f64>();
+            straight * p(-intercept, lost_std.max(f64::MIN_POSITIVE), *dof) + others
+        };
+        let [p_value, p_above_zero] = [1.0, -1.0].map(evidence);
+        let drive_unit = levels.drive_unit();
+        let wide = |mut q: Quantity| {
+            q.interval_95 = [-1.0, 1.0].map(|s| q.value + s * Z_95 * factor * q.std_error);
+            q
+        };
+        let of_slope = wide(Quantity::normal(slope, slope_std, ratio_unit(levels.unit(), drive_unit)));
+        Self {
+            slope: stretched(of_slope, &curves(slope, [0.0, 1.0])),
+            threshold: stretched(
+                not_negative(threshold, threshold_std, factor, drive_unit),
+                &curves(threshold, gradient),
+            ),
+            lost_amplitude: stretched(not_negative(-intercept, lost_std, factor, levels.unit()), &lost),
+            correlation,
+            p_value,
+            p_above_zero,
+        }
+    }
 }
 
 /// What it gives where the drive has a scale.

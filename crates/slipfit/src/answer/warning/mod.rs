@@ -393,7 +393,8 @@ pub enum Warning {
         /// Lowest level over the threshold.
         ratio: f64,
     },
-    /// The amplitude does not rise along a straight line: drag or a nonlinear spring besides.
+    /// The amplitude does not rise along a straight line: drag or a nonlinear spring besides. Slope and threshold are those of
+    /// a curve at small amplitudes.
     NotStraight {
         /// p value of a straight line.
         p_value: f64,

@@ -455,9 +455,11 @@ impl fmt::Display for Warning {
                 "the amplitude does not rise along a straight line ({}): {}",
                 p_value(*p),
                 if *falling {
-                    "the slope falls with the drive, as drag or a detuned hardening spring make it"
+                    "the slope falls with the drive, as drag, a detector that compresses or a detuned hardening spring make \
+                     it; slope and threshold are those of a curve at small amplitudes"
                 } else {
-                    "the slope rises with the drive; friction may weaken with speed"
+                    "the slope rises with the drive, friction may weaken with speed; slope and threshold are those of a \
+                     curve at small amplitudes"
                 }
             ),
             Warning::LevelPlateau { reading, levels, in_squares, unit } => write!(

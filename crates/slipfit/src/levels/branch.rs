@@ -1,0 +1,87 @@
+//! The moving branch: its line, what the detector adds to it, and its bend.
+
+use super::answer::{Detector, FittedLevels};
+use super::bend::{Curved, bend};
+use super::criteria::Criteria;
+use super::line::{Line, split};
+use super::noise::{AveragedFit, LinearLevels};
+use super::plateau::{Adds, Corrected, Plateau};
+use super::sorted::SortedLevels;
+
+/// What the moving levels say.
+pub(super) struct MovingBranch {
+    pub(super) line: Line,
+    /// Amplitude of the motion at each level, without what the detector adds.
+    pub(super) motion: Vec<f64>,
+    pub(super) plateau: Option<(Plateau, Adds)>,
+    /// Intercept and slope of the line with their errors, or of the curve at small amplitudes where the levels do not lie on
+    /// a line.
+    pub(super) fit: AveragedFit,
+    /// The curve, of levels that do not exclude a line.
+    pub(super) rival: Option<Curved>,
+    /// p value of a straight line, and whether the slope falls.
+    pub(super) bend: (f64, bool),
+    /// Root mean square of the residuals, by the weights.
+    pub(super) residual_rms: f64,
+    /// What is drawn.
+    pub(super) drawn: FittedLevels,
+}
+
+impl MovingBranch {
+    /// `None` where fewer than three levels move, or the amplitude does not rise with the drive.
+    pub(super) fn of(sorted: &SortedLevels, criteria: &Criteria) -> Option<Self> {
+        let c = &criteria.levels;
+        let (x, weights) = (&sorted.drive, sorted.weights.as_deref());
+        let weight: Vec<f64> = (0..x.len()).map(|i| sorted.weight(i)).collect();
+        let mut line = split(x, &sorted.amplitude, &weight, c)?;
+        let moving = line.moving.clone();
+        let straight = |y: &[f64]| AveragedFit::of(&LinearLevels::straight(x, y, &moving), weights, c);
+        let mut fit = straight(&sorted.amplitude)?;
+        let mut motion = sorted.amplitude.clone();
+        let mut detector = Detector::default();
+        let mut plateau = None;
+        let dof = (line.moving_levels() as f64 - 2.0).max(1.0);
+        let believed = fit.dof.is_infinite();
+        let minus_two_log =
+            |line: &Line| if believed { line.rss } else { dof * line.rss.max(f64::MIN_POSITIVE).ln() };
+        let found = Plateau::of(x, &sorted.amplitude, &weight, &line, c);
+        let corrected = found.and_then(|p| {
+            let through = |y: &[f64]| line.through(x, y, &weight);
+            p.taken_off(&sorted.amplitude, through, straight, minus_two_log).map(|c| (p, c))
+        });
+        // The values count both ways in which a detector may add; what is drawn is one of them.
+        let mut drawn = [fit.parameters[0], fit.parameters[1]];
+        if let Some((found, Corrected { adds, at_rest, levels, line: by_one, found: averaged })) = corrected {
+            plateau = Some((found, adds));
+            detector = Detector { at_rest, squares: adds == Adds::Squares };
+            (motion, line, fit) = (levels, by_one, averaged);
+            drawn = [line.intercept, line.slope];
+        }
+        let of_moving =
+            |v: &[f64]| -> Vec<f64> { v.iter().zip(&moving).filter(|(_, m)| **m).map(|(v, _)| *v).collect() };
+        let precision: Vec<f64> = fit.variance.iter().map(|v| 1.0 / v.max(f64::MIN_POSITIVE)).collect();
+        let bend = bend(&of_moving(x), &of_moving(&motion), &of_moving(&precision), c.bend_levels);
+        let mut rival = Curved::through(sorted, &motion, &moving, [line.intercept, line.slope], c);
+        let (mut rss, mut bent) = (line.rss, 0.0);
+        if bend.0 < c.not_straight
+            && let Some(curved) = rival.take_if(|curved| curved.rises())
+        {
+            let by_line = straight(&motion)?;
+            (rss, bent) = (curved.rss, curved.bend());
+            // What a plateau changes in the line and its errors, it changes in the curve.
+            drawn = [0, 1].map(|i| drawn[i] + curved.fit.parameters[i] - by_line.parameters[i]);
+            for i in 0..2 {
+                fit.parameters[i] += curved.fit.parameters[i] - by_line.parameters[i];
+                for j in 0..2 {
+                    fit.covariance[(i, j)] += curved.fit.covariance[(i, j)] - by_line.covariance[(i, j)];
+                }
+            }
+            (fit.variance, fit.dof) = (curved.fit.variance, curved.fit.dof);
+        }
+        let total: f64 = of_moving(&weight).iter().sum();
+        let [intercept, slope] = drawn;
+        let threshold = (-intercept / slope).max(0.0);
+        let drawn = FittedLevels { slope, threshold, bend: bent, detector };
+        Some(Self { line, motion, plateau, fit, rival, bend, residual_rms: (rss / total).sqrt(), drawn })
+    }
+}
