@@ -100,6 +100,10 @@ pub(super) fn clock(report: &ClockReport) -> Option<String> {
     count(report.corrupt_stamps, "rows with a corrupt stamp left out");
     count(report.reordered, "rows put in order");
     count(report.repeated_stamps, "repeated stamps");
+    if let Some(period_s) = report.wrap_period_s {
+        let times = counted(report.wraps as u64, "time");
+        said.push(format!("begins again every {} and was counted on, {times}", plain(period_s, 10, "s")));
+    }
     if report.resets > 0 {
         let resets = counted(report.resets as u64, "reset");
         said.push(format!("{resets}: {} rows of other runs left out", report.other_run_rows));

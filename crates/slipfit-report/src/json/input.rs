@@ -270,6 +270,10 @@ object! {
         reordered_rows: usize = record.clock_report().reordered,
         /// Rows left out because of a corrupt stamp.
         corrupt_stamps: usize = record.clock_report().corrupt_stamps,
+        /// Times at which a counter began again at zero while the motion went on, and was counted on.
+        wraps: usize = record.clock_report().wraps,
+        /// Length after which it does; null where it did not.
+        wrap_period_s: Option<f64> = record.clock_report().wrap_period_s,
         /// Times at which the clock began anew.
         resets: usize = record.clock_report().resets,
         /// Rows of other runs left out.

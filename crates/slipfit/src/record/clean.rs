@@ -5,7 +5,7 @@ use std::ops::Range;
 /// The fewest samples a record may have.
 pub const MIN_SAMPLES: usize = 8;
 
-use super::{Clock, ClockReport, Gap, bursts, rounding};
+use super::{Clock, ClockReport, Gap, bursts, rounding, wraps};
 use crate::Error;
 use crate::numeric::order::ascending;
 use crate::numeric::robust::median;
@@ -13,7 +13,7 @@ use crate::numeric::robust::median;
 /// Share of repeated stamps above which a clock may be a rounded one.
 const REPEATED_SHARE: f64 = 0.05;
 /// Backward steps up to this many median steps are disorder, not resets.
-const DISORDER_STEPS: f64 = 10.0;
+pub(super) const DISORDER_STEPS: f64 = 10.0;
 /// Rows within which disorder must be over.
 const DISORDER_ROWS: usize = 8;
 /// Steps looked at for a median.
@@ -120,6 +120,7 @@ pub(super) fn clock(rows: &mut Rows, report: &mut ClockReport, run: Option<usize
         return Ok(settle(clock, rows, report));
     }
     check_direction(&rows.time_s)?;
+    count_on(rows, report);
     drop_corrupt_stamps(rows, report);
     keep_run(rows, report, run)?;
     let backward = steps(&rows.time_s).filter(|s| *s < 0.0).count();
@@ -205,6 +206,17 @@ fn check_direction(time_s: &[f64]) -> Result<(), Error> {
         return Err(Error::TimeBackwards { index, previous: time_s[index - 1], next: time_s[index] });
     }
     Ok(())
+}
+
+/// Counts a clock on that begins again at zero while the motion goes on.
+fn count_on(rows: &mut Rows, report: &mut ClockReport) {
+    if steps(&rows.time_s).all(|s| s >= 0.0) {
+        return;
+    }
+    let step_s = median_step(&rows.time_s);
+    if let Some(wraps) = wraps::join(&mut rows.time_s, step_s) {
+        (report.wraps, report.wrap_period_s) = (wraps.count, Some(wraps.period_s));
+    }
 }
 
 /// Leaves out single rows whose stamp is far from both neighbours while these

@@ -60,6 +60,10 @@ pub struct ClockReport {
     pub reordered: usize,
     /// Rows left out for one stamp far from both its neighbours.
     pub corrupt_stamps: usize,
+    /// Places where a counter begins again at zero while the motion goes on: it was counted on.
+    pub wraps: usize,
+    /// Length (s) after which it begins again.
+    pub wrap_period_s: Option<f64>,
     /// Places where the clock jumps back for good: another run begins.
     pub resets: usize,
     /// The run that was kept, from 1; 0 where no stamps were looked at.

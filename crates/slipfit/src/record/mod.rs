@@ -6,6 +6,7 @@ mod clean;
 mod clock;
 mod glance;
 mod rounding;
+mod wraps;
 
 use std::ops::Range;
 
@@ -51,6 +52,8 @@ impl SignalKind {
 /// - rows whose time or signal is not finite are left out and counted;
 /// - a row out of order by a little is put in its place; a stamp that is
 ///   plainly corrupt (one row, far from both neighbours) takes its row with it;
+/// - a counter that begins again at zero while the motion goes on, after 2¹⁶, 2²⁴ or 2³² of its units or a second, a
+///   minute, an hour or a day, is counted on where the step over that place is the usual one;
 /// - where the clock jumps back for good another run begins: the run with most
 ///   rows is kept, or the one that [`Record::of_run`] names;
 /// - repeated stamps stay, except where the clock is uniform and only *written*

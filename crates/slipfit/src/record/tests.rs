@@ -277,3 +277,56 @@ fn the_rate_of_a_rebuilt_clock_is_known_as_far_as_its_stamps_say() {
         assert!(error * 420.0 * dt < 0.33, "{dt}: {error}");
     }
 }
+
+#[test]
+fn a_counter_that_begins_again_is_counted_on() {
+    for (period_s, start_s, dt) in [
+        (4294.967_296, 4290.0, 0.01),
+        (4_294_967.296, 4_294_960.0, 0.02),
+        (60.0, 57.0, 0.02),
+        (1.0, 0.4, 0.02),
+        (65.536, 60.0, 0.02),
+        (86400.0, 86390.0, 0.01),
+    ] {
+        for unit_s in [0.0, 1e-6] {
+            let stamp = |i: usize| {
+                let t = (start_s + i as f64 * dt) % period_s;
+                if unit_s > 0.0 { (t / unit_s).floor() * unit_s } else { t }
+            };
+            let record = Record::new((0..3000).map(stamp).collect(), ring(3000)).unwrap();
+            let report = record.clock_report();
+            let wraps = ((start_s + 2999.0 * dt) / period_s) as usize;
+            assert_eq!((record.len(), report.wraps, report.resets), (3000, wraps, 0), "{period_s}");
+            assert!((report.wrap_period_s.unwrap() - period_s).abs() < 1e-9 * period_s);
+            assert!((record.duration_s() - 2999.0 * dt).abs() < 1e-5, "{}", record.duration_s());
+        }
+    }
+    // An int of 16 bits goes on at its most negative.
+    let stamp = |i: i32| f64::from((i * 20 + 32768).rem_euclid(65536) - 32768) / 1e3;
+    let record = Record::new((0..4000).map(stamp).collect(), ring(4000)).unwrap();
+    assert_eq!((record.clock_report().wraps, record.clock_report().resets), (1, 0));
+    assert!((record.duration_s() - 79.98).abs() < 1e-9);
+}
+
+#[test]
+fn runs_of_a_round_length_from_zero_are_no_counter() {
+    for (first, n) in [(0, 3000), (1, 3001)] {
+        let one = || (first..n).map(|i| f64::from(i) * 0.02);
+        let time: Vec<f64> = one().chain(one()).collect();
+        let record = Record::new(time, ring(6000)).unwrap();
+        assert_eq!((record.len(), record.clock_report().wraps, record.clock_report().resets), (3000, 0, 1));
+    }
+    // Nor are runs that take up a clock elsewhere.
+    let time: Vec<f64> = (2000..2900).chain(0..600).map(|i| f64::from(i) * 0.02).collect();
+    assert_eq!(Record::new(time, ring(1500)).unwrap().clock_report().wraps, 0);
+}
+
+#[test]
+fn a_run_behind_one_whose_counter_began_again_has_a_clock_of_its_own() {
+    let counted = |i: i32| (57.0 + f64::from(i) * 0.02) % 60.0;
+    let time: Vec<f64> = (0..1000).map(counted).chain((0..500).map(|i| 30.0 + f64::from(i) * 0.02)).collect();
+    let time: Vec<f64> = time.into_iter().chain((0..300).map(|i| 5.0 + f64::from(i) * 0.02)).collect();
+    let record = Record::new(time, ring(1800)).unwrap();
+    let report = record.clock_report();
+    assert_eq!((report.wraps, report.resets, record.len()), (1, 1, 1500));
+}
