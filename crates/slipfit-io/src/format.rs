@@ -70,6 +70,48 @@ pub enum Format {
     Aac,
     /// Feather of the first version.
     FeatherV1,
+    /// JSON, also one object a line.
+    Json,
+    /// XML, as Logger Pro writes it (.cmbl).
+    Xml,
+    /// A web page.
+    Html,
+    /// Igor Pro binary wave (.ibw).
+    Igor,
+    /// LeCroy trace (.trc).
+    LeCroy,
+    /// Tektronix waveform (.isf, .wfm).
+    Tektronix,
+    /// Keysight oscilloscope waveform (.bin).
+    Keysight,
+    /// sigrok session (.sr).
+    Sigrok,
+    /// ROS bag (.bag).
+    RosBag,
+    /// MCAP, as ROS 2 writes it.
+    Mcap,
+    /// Bruker NanoScope image or force curve (.spm).
+    NanoScope,
+    /// NT-MDT (.mdt).
+    NtMdt,
+    /// JPK force curves (.jpk-force).
+    Jpk,
+    /// Gwyddion (.gwy).
+    Gwyddion,
+    /// Axon binary file (.abf).
+    Axon,
+    /// European Data Format (.edf, .bdf).
+    Edf,
+    /// NetCDF of the classic form.
+    NetCdf,
+    /// FITS.
+    Fits,
+    /// Data of R (.rds, .RData).
+    R,
+    /// Origin project (.opj, .opju).
+    Origin,
+    /// DuckDB database.
+    DuckDb,
 }
 
 /// Bytes that tell a format.
@@ -128,6 +170,52 @@ const KNOWN: &[Known] = &[
     (Format::Ogg, "an Ogg sound file", "ogg oga", &[(0, b"OggS")]),
     (Format::Aac, "an AAC sound file", "aac", &[(0, b"\xff\xf1"), (0, b"\xff\xf9")]),
     (Format::FeatherV1, "a Feather file of the first version", "feather1", &[(0, b"FEA1")]),
+    (Format::Json, "JSON", "json jsonl ndjson", &[]),
+    (Format::Xml, "an XML file (Logger Pro's .cmbl is one)", "xml cmbl", &[]),
+    (Format::Html, "a web page", "html htm", &[]),
+    (Format::Igor, "an Igor Pro wave (.ibw)", "ibw", &[]),
+    (
+        Format::LeCroy,
+        "a LeCroy trace (.trc)",
+        "trc",
+        &[(0, b"WAVEDESC"), (11, b"WAVEDESC"), (15, b"WAVEDESC"), (16, b"WAVEDESC")],
+    ),
+    (
+        Format::Tektronix,
+        "a Tektronix waveform (.isf, .wfm)",
+        "isf wfm",
+        &[(0, b":WFMP:"), (0, b":WFMPRE:"), (0, b"WFMPRE:"), (0, b":WFMO"), (2, b":WFM#")],
+    ),
+    (Format::Keysight, "a waveform of a Keysight oscilloscope (.bin)", "ag10", &[]),
+    (Format::Sigrok, "a sigrok session (.sr)", "sr", &[]),
+    (Format::RosBag, "a ROS bag (.bag)", "bag", &[(0, b"#ROSBAG")]),
+    (Format::Mcap, "an MCAP file, as ROS 2 writes them", "mcap", &[(0, b"\x89MCAP")]),
+    (
+        Format::NanoScope,
+        "a NanoScope file of Bruker (.spm)",
+        "spm nanoscope",
+        &[(0, b"\\*File list"), (0, b"\\*Force file list"), (0, b"?*File list")],
+    ),
+    (Format::NtMdt, "an NT-MDT file (.mdt)", "mdt", &[(0, b"\x01\xb0\x93\xff")]),
+    (Format::Jpk, "a file of JPK force curves (.jpk-force)", "jpk-force jpk", &[]),
+    (Format::Gwyddion, "a Gwyddion file (.gwy)", "gwy", &[(0, b"GWYP"), (0, b"GWYO")]),
+    (Format::Axon, "an Axon binary file (.abf)", "abf", &[]),
+    (Format::Edf, "a file of the European Data Format (.edf, .bdf)", "edf bdf", &[(0, b"\xffBIOSEMI")]),
+    (
+        Format::NetCdf,
+        "a NetCDF file of the classic form",
+        "netcdf nc",
+        &[(0, b"CDF\x01"), (0, b"CDF\x02"), (0, b"CDF\x05")],
+    ),
+    (Format::Fits, "a FITS file", "fits fit", &[(0, b"SIMPLE  =")]),
+    (
+        Format::R,
+        "data saved by R (.rds, .RData)",
+        "rds rdata",
+        &[(0, b"RDX2"), (0, b"RDX3"), (0, b"X\n\0\0\0")],
+    ),
+    (Format::Origin, "an Origin project (.opj, .opju)", "opj opju", &[(0, b"CPYA "), (0, b"CPYUA ")]),
+    (Format::DuckDb, "a DuckDB database", "duckdb", &[(8, b"DUCK")]),
 ];
 
 impl Format {
@@ -163,7 +251,67 @@ impl Format {
                 "read it by pyarrow.feather.read_table in Python and write it again: the second version is Arrow IPC"
             }
             Self::Gzip | Self::Xz | Self::Bzip2 | Self::Zstd => "unpack it first",
+            Self::Json => {
+                "write it as CSV, in Python by `pandas.read_json(FILE).to_csv(\"swing.csv\", index=False)`, with \
+                 `lines=True` where each line is an object"
+            }
+            Self::Xml => {
+                "export it as CSV or text from the program that wrote it (in Logger Pro: File, Export As)"
+            }
+            Self::Html => "this may be a page about the file in its place: download the file itself",
+            Self::Igor => {
+                "save the wave as delimited text from Igor Pro, or read it in Python by igor2 and write it as CSV"
+            }
+            Self::LeCroy => {
+                "save the trace as text or MATLAB on the oscilloscope, or read it in Python by lecroyscope"
+            }
+            Self::Tektronix => {
+                "save the waveform as CSV on the oscilloscope, or read it in Python by tm_data_types"
+            }
+            Self::Keysight => "save the waveform as CSV on the oscilloscope",
+            Self::Sigrok => {
+                "convert it by `sigrok-cli -i FILE -O csv -o swing.csv`, or export it from PulseView as CSV"
+            }
+            Self::RosBag => "write the topic as CSV, by `rostopic echo -b FILE -p /TOPIC > swing.csv`",
+            Self::Mcap => "write the topic as CSV, with PlotJuggler or in Python by mcap",
+            Self::NanoScope | Self::NtMdt | Self::Jpk | Self::Gwyddion => {
+                "export the curve as text, from the program that wrote it or from Gwyddion"
+            }
+            Self::Axon => {
+                "export it as text from Clampfit, or read it in Python by pyabf and write it as CSV"
+            }
+            Self::Edf => "write the channel as CSV, with EDFbrowser or in Python by pyedflib",
+            Self::NetCdf => "write it as HDF5, by `nccopy -k nc4 FILE new.nc`, or as CSV by xarray in Python",
+            Self::Fits => "write the table as CSV, in Python by astropy.table.Table.read",
+            Self::R => "write the table in R by `write.csv(x, \"swing.csv\", row.names = FALSE)`",
+            Self::Origin => "export the worksheet as CSV or text from Origin",
+            Self::DuckDb => "write the table by `COPY x TO 'swing.parquet'`",
             _ => "export the data as text: one row per sample, columns for time and signal",
+        }
+    }
+
+    /// Formats of other programs that no bytes at one place mark.
+    pub(crate) fn by_structure(head: &[u8]) -> Option<Self> {
+        let text = head.strip_prefix(b"\xef\xbb\xbf").unwrap_or(head).trim_ascii_start();
+        let begins = |with: &str| {
+            text.get(..with.len()).is_some_and(|start| start.eq_ignore_ascii_case(with.as_bytes()))
+        };
+        if is_json(text) {
+            Some(Self::Json)
+        } else if begins("<!doctype html") || begins("<html") {
+            Some(Self::Html)
+        } else if begins("<?xml") {
+            Some(Self::Xml)
+        } else if is_binary(head, &[b"ABF ", b"ABF2"]) {
+            Some(Self::Axon)
+        } else if is_binary(head, &[b"AG01", b"AG03", b"AG10"]) {
+            Some(Self::Keysight)
+        } else if is_edf(head) {
+            Some(Self::Edf)
+        } else if is_igor(head) {
+            Some(Self::Igor)
+        } else {
+            None
         }
     }
 
@@ -181,6 +329,46 @@ impl Format {
     #[must_use]
     pub fn name(self) -> &'static str {
         KNOWN.iter().find(|(format, ..)| *format == self).map_or("a file", |(_, name, ..)| name)
+    }
+}
+
+/// Whether a text is an object of JSON or a list of them; a list of numbers may be a row of a table.
+fn is_json(text: &[u8]) -> bool {
+    let inner = |text: &[u8], of: u8| {
+        let inner = text.strip_prefix(&[of])?.trim_ascii_start();
+        inner.first().copied()
+    };
+    let object = |text: &[u8]| matches!(inner(text, b'{'), Some(b'"' | b'}'));
+    let list = || text.strip_prefix(b"[").is_some_and(|rest| object(rest.trim_ascii_start()));
+    object(text) || list()
+}
+
+/// Whether a file begins with one of these letters and holds bytes that no text has.
+fn is_binary(head: &[u8], marks: &[&[u8]]) -> bool {
+    marks.iter().any(|mark| head.starts_with(mark)) && head.iter().take(64).any(|byte| *byte == 0)
+}
+
+/// Whether a file begins as the European Data Format does: its version in eight characters, then whom and when.
+fn is_edf(head: &[u8]) -> bool {
+    let at = |i: usize| head.get(i).copied();
+    head.starts_with(b"0       ")
+        && [(170, b'.'), (173, b'.'), (178, b'.'), (181, b'.')].iter().all(|(i, b)| at(*i) == Some(*b))
+}
+
+/// Whether a file begins as a wave of Igor Pro does: a version, and words of 16 bits that add up to zero.
+fn is_igor(head: &[u8]) -> bool {
+    let sums_to_zero = |length: usize, word: fn([u8; 2]) -> u16| {
+        let words = |head: &[u8]| {
+            head.as_chunks::<2>().0.iter().fold(0_u16, |sum, pair| sum.wrapping_add(word(*pair)))
+        };
+        head.get(..length).is_some_and(|head| words(head) == 0)
+    };
+    match head {
+        [5, 0, ..] => sums_to_zero(384, u16::from_le_bytes),
+        [0, 5, ..] => sums_to_zero(384, u16::from_be_bytes),
+        [2, 0, ..] => sums_to_zero(126, u16::from_le_bytes),
+        [0, 2, ..] => sums_to_zero(126, u16::from_be_bytes),
+        _ => false,
     }
 }
 
@@ -220,10 +408,50 @@ mod tests {
             (b"UnFinMF 4.11    ", Format::Mdf),
             (b"\x80\x04\x95\x10\0\0", Format::Pickle),
             (b"\x80\x02}q\0", Format::Pickle),
+            (b"#9000001000WAVEDESC", Format::LeCroy),
+            (b":WFMP:NR_P 10000;", Format::Tektronix),
+            (b"#ROSBAG V2.0\n", Format::RosBag),
+            (b"\x89MCAP0\r\n", Format::Mcap),
+            (b"\\*File list\r\n", Format::NanoScope),
+            (b"CDF\x01\0\0\0\0", Format::NetCdf),
         ] {
             assert_eq!(Format::by_magic(head), Some(format));
         }
         assert_eq!(Format::by_magic("\u{20ac} 5".as_bytes()), None);
+    }
+
+    #[test]
+    fn json_and_waves_are_told_from_tables() {
+        let igor = |version: u8| {
+            let mut head = vec![0; 400];
+            (head[0], head[8], head[20]) = (version, 0x37, 0xf1);
+            let sum = head[..384]
+                .as_chunks::<2>()
+                .0
+                .iter()
+                .fold(0_u16, |s, w| s.wrapping_add(u16::from_le_bytes(*w)));
+            head[2..4].copy_from_slice(&0_u16.wrapping_sub(sum).to_le_bytes());
+            head
+        };
+        let edf = format!("0       {:160}01.02.2403.04.05768     ", "X");
+        for (head, format) in [
+            (b"{\"t\":0,\"x\":0.12}\r\n{".as_slice(), Some(Format::Json)),
+            (b"\xef\xbb\xbf[\n  {\"t\": 0}", Some(Format::Json)),
+            (b"<?xml version=\"1.0\"?><Document>", Some(Format::Xml)),
+            (b"<!DOCTYPE html>", Some(Format::Html)),
+            (edf.as_bytes(), Some(Format::Edf)),
+            (&igor(5), Some(Format::Igor)),
+            (b"ABF2\0\0\x06\x02", Some(Format::Axon)),
+            (b"AG10\x20\0\0\0", Some(Format::Keysight)),
+            (b"AG10,AG20\n1,2\n", None),
+            (&[5, 0, 1, 0, 9, 9], None),
+            (b"[Header]\nUnit=mm\n", None),
+            (b"[0.0, 1.2]\n[0.1, 1.1]\n", None),
+            (b"{t, x}\n0,1\n", None),
+            (b"0       1\n1       2\n", None),
+        ] {
+            assert_eq!(Format::by_structure(head), format, "{}", String::from_utf8_lossy(head));
+        }
     }
 
     #[test]

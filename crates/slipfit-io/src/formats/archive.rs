@@ -43,6 +43,13 @@ pub(crate) fn tables(bytes: Vec<u8>, most_cells: usize) -> Result<(HeldTables, F
     if names.iter().any(|n| ends(n, ".npy")) {
         return Ok((npz(&mut archive, &names)?, Format::Npz));
     }
+    let holds = |wanted: &str| names.iter().any(|name| name == wanted);
+    if holds("header.properties") {
+        return Err(ReadProblem::Unsupported(Format::Jpk));
+    }
+    if holds("version") && holds("metadata") {
+        return Err(ReadProblem::Unsupported(Format::Sigrok));
+    }
     if let Some(name) = names.iter().find(|n| ends(n, ".trk")) {
         let track = member(&mut archive, name)?;
         return Ok((tracker::tables(&track)?, Format::Tracker));

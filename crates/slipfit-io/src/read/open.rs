@@ -207,7 +207,7 @@ fn format_of(head: &[u8]) -> Format {
         } else if is_arrow_stream(head) {
             Format::Arrow
         } else {
-            Format::Text
+            Format::by_structure(head).unwrap_or(Format::Text)
         }
     })
 }
