@@ -92,6 +92,19 @@ pub enum ReadProblem {
         /// Beginning of the first of them.
         first: String,
     },
+    /// Decimal commas between cells that commas separate too, in rows that differ in length.
+    #[error(
+        "`{line}`: commas separate the cells and are decimal marks too, for {columns} columns, and rows differ in length: \
+         which comma is which cannot be told"
+    )]
+    DecimalCommas {
+        /// Line of the file, from 1.
+        row: u64,
+        /// That line.
+        line: String,
+        /// Columns that the header names.
+        columns: usize,
+    },
     /// Several tables could be meant and none was named.
     #[error("several tables could be read: {tables}")]
     SeveralTables {
@@ -199,6 +212,18 @@ pub enum ReadProblem {
         column: String,
         /// What it should be.
         instead_of: &'static str,
+    },
+    /// A curve over frequency or amplitudes over drive levels instead of samples over time.
+    #[error("{column} holds {holds}: this is {what}, not a record over time")]
+    NotOverTime {
+        /// The column of frequencies or drive levels.
+        column: String,
+        /// What it holds.
+        holds: &'static str,
+        /// What the file is.
+        what: &'static str,
+        /// What reads it.
+        analysis: Analysis,
     },
     /// A frequency, a period or an amplitude below zero.
     #[error("{column}: {what} {value}{} is below zero", spaced(.unit))]
@@ -327,9 +352,10 @@ impl ReadProblem {
     #[must_use]
     pub fn row(&self) -> Option<u64> {
         match self {
-            Self::LineTooLong { row, .. } | Self::TimeBackwards { row, .. } | Self::Negative { row, .. } => {
-                Some(*row)
-            }
+            Self::LineTooLong { row, .. }
+            | Self::DecimalCommas { row, .. }
+            | Self::TimeBackwards { row, .. }
+            | Self::Negative { row, .. } => Some(*row),
             _ => None,
         }
     }
@@ -357,6 +383,11 @@ impl ReadProblem {
             Self::NoTable { .. } => vec![Hint::advice(
                 "the samples belong into rows of numbers, one row each, below a header or without one",
             )],
+            Self::DecimalCommas { .. } => {
+                vec![Hint::advice(
+                    "export it again with decimal points, or with semicolons or tabs between the cells",
+                )]
+            }
             Self::SeveralTables { .. } => vec![Hint::new("sheet", "names the one to read")],
             Self::NoTableFits { .. } => vec![
                 Hint::new("sheet", "names a table"),
@@ -378,6 +409,11 @@ impl ReadProblem {
                     None => Hint::new("rate_hz", "gives the samples per second").with("RATE"),
                 },
                 Hint::new("time", "names a column"),
+            ],
+            Self::NotOverTime { analysis, .. } => vec![
+                Hint::analysis(*analysis, "reads it"),
+                Hint::new("time", "names a column of times"),
+                Hint::new("rate_hz", "gives the samples per second"),
             ],
             Self::NoColumn { needed: Needed::Frequency, .. } => vec![
                 Hint::new("frequency", "names a column"),

@@ -335,3 +335,193 @@ fn a_curve_without_names_may_have_its_phase_first() {
     let number = |what: &str| reading.report.column(what).map(|taken| taken.column.number);
     assert_eq!((number("amplitude"), number("phase")), (Some(2), Some(3)), "{:?}", reading.report.taken);
 }
+
+/// The rows of the swing without their times.
+fn values(header: &str, row: impl Fn(usize) -> String) -> String {
+    table(header, row)
+}
+
+#[test]
+fn steps_that_instruments_state_stand_for_times() {
+    let value = |k: usize| format!("{:.1}", x(k));
+    let tabbed = |k: usize| format!("\t{:.1}\t0", x(k));
+    for (what, text) in [
+        (
+            "Rigol",
+            values("X,CH1,Start,Increment,\nSequence,Volt,-1.0e-01,2.0e-02", |k| {
+                format!("{k},{:.4e},", x(k))
+            }),
+        ),
+        (
+            "Rigol, two channels",
+            values("X,CH1,CH2,Start,Increment,\nSequence,Volt,Volt,-1.0e-01,2.0e-02", |k| {
+                format!("{k},{:.4e},{:.1e},", x(k), 1e-3 * (k as f64).sin())
+            }),
+        ),
+        ("Rigol MSO5000", values("Time(s),CH1(V),t0 = -0.1s, tInc = 0.02s,", |k| format!(",{:.4e},", x(k)))),
+        (
+            "LabVIEW",
+            values(
+                "LabVIEW Measurement\t\nSeparator\tTab\n***End_of_Header***\t\nChannels\t1\t\t\nY_Unit_Label\tVolts\t\t\n\
+                 X_Dimension\tTime\t\t\nDelta_X\t0.02\t\t\n***End_of_Header***\t\t\t\nX_Value\tVoltage_0\tComment",
+                tabbed,
+            ),
+        ),
+        (
+            "Keyence",
+            values("[Header]\nUnit=mm\nSamplingCycle(us)=20000\n[Data]", |k| format!("{k},{:.1}", x(k))),
+        ),
+        (
+            "interval",
+            values("Sampling interval,2.0E-02\nTrigger position,100\nNo.,OUT1", |k| {
+                format!("{k},{:.1}", x(k))
+            }),
+        ),
+        ("Hioki", values("\"Sampling interval\",\"20ms\"\n\"CH1\"\n\"V\"", value)),
+        ("Yokogawa", values("\"TraceName\",\"CH1\"\n\"HResolution\",\"2.0E-02\"\n\"HUnit\",\"s\"", value)),
+        ("Siglent", values("Sample Interval,Analog:2.0e-02\nVertical Units,CH1:V\nCH1 (Volt)", value)),
+        ("Infiniium", values("Points:,300\nXInc:,0.02\nXOrg:,-0.1\nYUnits:,Volt\nData", value)),
+    ] {
+        let reading = swing(text.as_bytes());
+        assert!(matches!(reading.report.time, Some(TimeSource::Rate(_))), "{what}");
+        assert!(notes(&reading).contains("50 Hz"), "{what}: {}", notes(&reading));
+    }
+    // A curve over frequency is none over time, whatever rate stands above it.
+    let text = values("# Sample rate: 1000 Hz\nFrequency (Hz),Amplitude (V)", |k| {
+        format!("{k}.5,{:.1}", x(k).abs())
+    });
+    assert!(read_from(text.as_bytes(), "curve.csv", &ReadOptions::default()).is_err());
+}
+
+#[test]
+fn names_of_rows_are_no_column_of_the_header() {
+    for header in ["\"time\" \"pos\"", "time pos"] {
+        for first in [0, 1] {
+            let text = table(header, |k| format!("\"{}\" {:.2} {:.1}", k + first, k as f64 * STEP_S, x(k)));
+            let reading = swing(text.as_bytes());
+            assert_eq!(reading.report.column("signal").unwrap().column.header, "pos");
+        }
+    }
+    let text = table("\"time\",\"pos\"", |k| format!("\"{}\",{:.2},{:.1}", k + 1, k as f64 * STEP_S, x(k)));
+    swing(text.as_bytes());
+    // Of a header that names no last column the names stay where they are.
+    let text = table("t,x", |k| format!("{:.2},{:.1},{}", k as f64 * STEP_S, x(k), k % 3));
+    assert_eq!(swing(text.as_bytes()).report.column("signal").unwrap().column.header, "x");
+}
+
+#[test]
+fn stamps_of_a_serial_monitor_stand_before_an_arrow() {
+    let clock = |k: usize| format!("12:34:{:06.3}", 5.0 + k as f64 * STEP_S);
+    let alone = (0..ROWS).map(|k| format!("{} -> {:.1}\n", clock(k), x(k))).collect::<String>();
+    let reading = swing(alone.as_bytes());
+    assert_eq!(time_unit(&reading), "s");
+    for (separator, header) in
+        [(',', ""), ('\t', ""), (' ', ""), (',', "12:34:04.990 -> t,x\n"), ('\t', "12:34:04.990 -> t\tx\n")]
+    {
+        // Lines arrive late by a little.
+        let late = |k: usize| format!("12:34:{:06.3}", 5.0 + k as f64 * STEP_S + 0.003 * (k % 3) as f64);
+        let row = |k: usize| format!("{} -> {}{separator}{:.1}\n", late(k), 20 * k, x(k));
+        let text = header.to_owned() + &(0..ROWS).map(row).collect::<String>();
+        assert_eq!(time_unit(&swing(text.as_bytes())), "ms", "{text:.60}");
+    }
+}
+
+#[test]
+fn decimal_commas_between_commas_are_read_or_refused() {
+    let comma = |k: usize| format!("{:.2},{:.1}", k as f64 * STEP_S, x(k)).replace('.', ",");
+    let text = table("t,x", comma);
+    let reading = swing(text.as_bytes());
+    assert!(notes(&reading).contains("decimal marks too"), "{}", notes(&reading));
+    swing((0..ROWS).map(|k| comma(k) + "\n").collect::<String>().as_bytes());
+    let three = |k: usize| comma(k) + &format!(",{:.2}", k as f64 / 100.0).replace('.', ",");
+    swing(table("t,x,n", three).as_bytes());
+    // Whole numbers without a fraction leave open which comma is which.
+    let trimmed = |k: usize| format!("{},{}", k as f64 * STEP_S, x(k)).replace('.', ",");
+    let error =
+        read_from(table("t,x", trimmed).as_bytes(), "swing.csv", &ReadOptions::default()).unwrap_err();
+    assert!(error.to_string().contains("which comma is which"), "{error}");
+    // Whole numbers alone are just that.
+    let whole = table("t,x", |k| format!("{},{:.0},{},7", 20 * k, x(k), k % 5));
+    assert_eq!(read_from(whole.as_bytes(), "swing.csv", &ReadOptions::default()).unwrap().record.len(), ROWS);
+}
+
+#[test]
+fn axes_are_of_the_sensor_that_the_file_is_named_after() {
+    let row = |k: usize| {
+        let t = k as f64 * STEP_S;
+        format!(
+            "{:.1},0.{},0.{},{t:.9},{}",
+            x(k),
+            k % 7,
+            k % 5,
+            1_699_023_123_123_456_789_i64 + (t * 1e9) as i64
+        )
+    };
+    let text = table("z,y,x,seconds_elapsed,time", row);
+    for (name, kind) in [
+        ("phone/Accelerometer.csv", SignalKind::Acceleration),
+        ("Gyroscope.csv", SignalKind::Velocity),
+        ("swing.csv", SignalKind::Displacement),
+    ] {
+        let reading = read_from(text.as_bytes(), name, &ReadOptions::default()).unwrap();
+        assert_eq!(reading.record.kind(), kind, "{name}");
+        assert_eq!(reading.report.dialect.as_ref().unwrap().convention, Some("Sensor Logger"));
+    }
+    let given = ReadOptions { kind: Some(SignalKind::Displacement), ..Default::default() };
+    let reading = read_from(text.as_bytes(), "Accelerometer.csv", &given).unwrap();
+    assert_eq!(reading.record.kind(), SignalKind::Displacement);
+    // A unit says more than the name of the file.
+    let reading =
+        read_from(plain("t (s);x (mm)").as_bytes(), "accelerometer.csv", &ReadOptions::default()).unwrap();
+    assert_eq!(reading.record.kind(), SignalKind::Displacement);
+}
+
+#[test]
+fn an_amplitude_goes_with_the_phase_of_its_own_channel() {
+    let row = |k: usize| {
+        let f = 900.0 + k as f64;
+        let (re, im) = (1.0 - (f / 1000.0).powi(2), f / 1000.0 / 50.0);
+        let level = -10.0 * (re * re + im * im).log10();
+        format!("{f:.2},{:.5},{level:.5},{:.3}\n", 0.001 * (k as f64).sin(), -im.atan2(re).to_degrees())
+    };
+    let rows: String = (0..201).map(row).collect();
+    let text = format!(
+        "#Digilent WaveForms Network Analyzer\nFrequency (Hz),Channel 1 Magnitude (dB),Channel 2 Magnitude (dB),\
+         Channel 2 Phase (deg)\n{rows}"
+    );
+    let reading = read_sweep_from(text.as_bytes(), "net.csv", &ReadOptions::default()).unwrap();
+    assert_eq!(reading.report.column("amplitude").unwrap().column.number, 3);
+    assert_eq!(reading.report.column("phase").unwrap().column.number, 4);
+    let first = ReadOptions { amplitude: Some("2".into()), ..Default::default() };
+    let reading = read_sweep_from(text.as_bytes(), "net.csv", &first).unwrap();
+    assert_eq!(reading.report.column("phase"), None);
+}
+
+#[test]
+fn remarks_about_the_samples_are_no_header() {
+    let value = |k: usize| format!("{:.1}", x(k));
+    let both = |k: usize| format!("{:.2} {:.1}", k as f64 * STEP_S, x(k));
+    let force_curve = "# channel: vDeflection\n# units: V\n# sampling rate: 50.0 Hz";
+    let named = format!("{force_curve}\n# columns: time deflection");
+    let reading = swing(table(&named, both).as_bytes());
+    assert_eq!(reading.report.column("signal").unwrap().column.header, "deflection");
+    for text in [table(force_curve, value), table(force_curve, both)] {
+        let reading = swing(text.as_bytes());
+        assert_eq!(reading.report.column("signal").unwrap().column.header, "");
+        assert_eq!((reading.record.kind(), reading.record.unit()), (SignalKind::Displacement, "V"));
+    }
+    let audacity = "swing   Sample Rate: 50 Hz. Sample values on linear scale.\n";
+    let timed = |k: usize| format!("{:.2}\t{:.1}", k as f64 * STEP_S, x(k));
+    for text in [table(audacity, value), table(audacity, timed)] {
+        assert_eq!(swing(text.as_bytes()).report.column("signal").unwrap().column.header, "");
+    }
+}
+
+#[test]
+fn ticks_are_those_of_the_clock_that_a_remark_names() {
+    let row = |k: usize| format!("{};{:.1};0.5;1000", 6_000_000_000_u64 + 1_200_000 * k as u64, x(k));
+    let text = table("% clockbase = 60000000\n% timestamp; x; y; freq", row);
+    let reading = read_from(text.as_bytes(), "demod.csv", &ReadOptions::default()).unwrap();
+    assert!((reading.record.duration_s() - 299.0 * STEP_S).abs() < 1e-9, "{}", reading.record.duration_s());
+    assert_eq!(reading.record.kind(), SignalKind::LockIn);
+}

@@ -225,6 +225,7 @@ pub(crate) fn read_error(py: Python<'_>, error: ReadError) -> PyErr {
                 | ReadProblem::NoTickRate { column }
                 | ReadProblem::NoCentre { column }
                 | ReadProblem::TimeRecord { column, .. }
+                | ReadProblem::NotOverTime { column, .. }
                 | ReadProblem::OneFrequency { column, .. }
                 | ReadProblem::OneLevel { column, .. }
                 | ReadProblem::ConstantSignal { column, .. } => raised.with("column", column),

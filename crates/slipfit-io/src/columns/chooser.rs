@@ -1,5 +1,7 @@
 //! The columns of a table while they are chosen.
 
+use slipfit::answer::hint::Analysis;
+
 use super::{
     content::Content,
     head::Head,
@@ -121,6 +123,22 @@ impl<'a> Chooser<'a> {
         let fits = |i: &&usize| self.roles[**i] == wanted && !without.contains(i) && self.filled(**i);
         let varying = self.near.iter().filter(fits).find(|i| self.varies(**i));
         varying.or_else(|| self.near.iter().find(fits)).copied()
+    }
+
+    /// Why columns without times are no record: they hold a curve over frequency or amplitudes over drive levels.
+    pub(super) fn not_over_time(&self) -> Option<ReadProblem> {
+        let of = |wanted: Role| {
+            let fits = |i: &usize| Role::in_curve(&self.head.names[*i]) == wanted && self.varies(*i);
+            self.near.iter().copied().find(fits)
+        };
+        let is = |index: usize, holds, what, analysis| {
+            Some(ReadProblem::NotOverTime { column: self.label(index), holds, what, analysis })
+        };
+        if let Some(index) = of(Role::Frequency) {
+            return is(index, "frequencies", "a resonance curve", Analysis::Resonance);
+        }
+        let drive = of(Role::Drive).filter(|_| of(Role::Amplitude).is_some())?;
+        is(drive, "levels of a drive", "amplitudes over drive levels", Analysis::Levels)
     }
 
     /// Columns with numbers that are not read, so that nobody has to wonder.

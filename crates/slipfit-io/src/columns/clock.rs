@@ -107,18 +107,32 @@ impl Chooser<'_> {
                         index,
                         "its numbers are nearly constant, as times since the row before are",
                     ),
-                    _ => match rate_hz.filter(|_| self.head.has_variables) {
-                        Some(rate) => {
-                            let text =
-                                format!("no times: the rate that the file names, {rate} Hz, was taken");
-                            self.notes.push(Note::new(text).hint("rate_hz", "says otherwise"));
-                            Ok(Time::Rate(rate))
+                    _ => {
+                        match rate_hz.filter(|_| self.head.has_variables).or_else(|| self.stated_rate_hz()) {
+                            Some(rate) => {
+                                let text =
+                                    format!("no times: the rate that the file names, {rate} Hz, was taken");
+                                self.notes.push(Note::new(text).hint("rate_hz", "says otherwise"));
+                                Ok(Time::Rate(rate))
+                            }
+                            None => {
+                                let columns = self.head.list(&self.near);
+                                Err(self.not_over_time().unwrap_or(ReadProblem::NoTime { columns, rate_hz }))
+                            }
                         }
-                        None => Err(ReadProblem::NoTime { columns: self.head.list(&self.near), rate_hz }),
-                    },
+                    }
                 }
             }
         }
+    }
+
+    /// The rate that an instrument states, of a table that is no curve over frequency.
+    fn stated_rate_hz(&self) -> Option<f64> {
+        let of_curve = |c: &usize| {
+            let role = Role::in_curve(&self.head.names[*c]);
+            matches!(role, Role::Frequency | Role::Shift | Role::Period)
+        };
+        self.head.stated_rate_hz.filter(|_| !self.near.iter().any(of_curve))
     }
 
     /// Columns of whole seconds and of the nanoseconds above them, as ROS writes a time: `stamp.secs`, `stamp.nsecs`.

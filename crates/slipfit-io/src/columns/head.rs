@@ -18,6 +18,8 @@ pub(crate) struct Head {
     pub(crate) names: Vec<Name>,
     /// Samples per second, where the format itself states it.
     pub(crate) rate_hz: Option<f64>,
+    /// Samples per second that the lines above the table state, for a table without times.
+    pub(crate) stated_rate_hz: Option<f64>,
     /// Time from row to row (s) as the file states it, which the first column rounds.
     pub(crate) step_s: Option<f64>,
     /// Values named beside the table.

@@ -39,17 +39,22 @@ pub(crate) struct Choice {
     pub(crate) by_content: bool,
 }
 
-/// Chooses columns from what the first rows hold.
-pub(crate) fn choose(head: &Head, values: &[Vec<f64>], options: &ReadOptions) -> Result<Choice, ReadProblem> {
+/// Chooses columns from what the first rows hold, of a file of that name.
+pub(crate) fn choose(
+    head: &Head,
+    values: &[Vec<f64>],
+    file: &str,
+    options: &ReadOptions,
+) -> Result<Choice, ReadProblem> {
     if let (Some(time), Some(_)) = (&options.time, options.rate_hz) {
         let problem = OptionProblem::Excludes("a sampling rate");
         return Err(ReadProblem::Option { option: "time", value: time.clone(), problem });
     }
-    Chooser::of_record(head, values, options).record()
+    Chooser::of_record(head, values, options).record(file)
 }
 
 impl Chooser<'_> {
-    fn record(mut self) -> Result<Choice, ReadProblem> {
+    fn record(mut self, file: &str) -> Result<Choice, ReadProblem> {
         let options = self.options;
         let (group, parts, runs) = self.group()?;
         self.near = group.columns;
@@ -96,6 +101,8 @@ impl Chooser<'_> {
             _ if quadrature.is_some() => SignalKind::LockIn,
             kind => kind,
         };
+        let of_place = options.kind.is_none() && quadrature.is_none();
+        let kind = if of_place { self.kind_of_place(signal, file).unwrap_or(kind) } else { kind };
         let unsaid = options.kind.is_none() && signal_taken.unit.is_empty() && !level;
         if unsaid && quadrature.is_none() && self.roles[signal] == Role::Unknown {
             let text = format!("nothing says what {} is: it was taken as a displacement", self.label(signal));

@@ -54,6 +54,18 @@ impl Response {
     }
 }
 
+/// The channel that a header names: 2 of `Channel 2 Phase (deg)` and `CH2 (dB)`.
+fn channel(header: &str) -> Option<u32> {
+    let lower = header.to_lowercase();
+    ["channel", "kanal", "canal", "chan", "ch"].into_iter().find_map(|word| {
+        let at = lower.find(word)?;
+        let begins = lower[..at].chars().next_back().is_none_or(|c| !c.is_alphabetic());
+        let number = lower[at + word.len()..].trim_start_matches([' ', '_', '#', '.']);
+        let digits = number.find(|c: char| !c.is_ascii_digit()).unwrap_or(number.len());
+        number[..digits].parse().ok().filter(|_| begins)
+    })
+}
+
 /// Whether a unit is one of angles.
 fn is_angle(unit: &str) -> bool {
     units::radians(unit).is_some()
@@ -115,6 +127,15 @@ impl Chooser<'_> {
             return self.modulus(z, "named like an impedance", taken);
         }
         if let Some(amplitude) = role(Role::Amplitude) {
+            if let Some(with_phase) = self.amplitude_of_phase(amplitude, taken) {
+                let text = format!(
+                    "{} has a phase and {} has none: the first was taken",
+                    self.label(with_phase),
+                    self.label(amplitude)
+                );
+                self.notes.push(Note::new(text).hint("amplitude", "names another"));
+                return self.amplitude(with_phase, "the amplitude of the channel that has a phase", taken);
+            }
             return self.amplitude(amplitude, "named like an amplitude", taken);
         }
         if let Some(r) = role(Role::Resistance) {
@@ -139,6 +160,32 @@ impl Chooser<'_> {
             },
             None => Err(ReadProblem::NoColumn { needed: Needed::Amplitude, columns }),
         }
+    }
+
+    /// The first phase that is not one of another channel.
+    fn phase_of(&self, amplitude: usize, without: &[usize]) -> Option<usize> {
+        let others: Vec<usize> =
+            self.near.iter().copied().filter(|&i| self.is_of_another(amplitude, i)).collect();
+        self.of_role(Role::Phase, &[without, &others].concat())
+    }
+
+    /// Where the only phases are those of another channel, the amplitude of that.
+    fn amplitude_of_phase(&self, amplitude: usize, taken: &[usize]) -> Option<usize> {
+        if self.options.phase.is_some() || self.phase_of(amplitude, taken).is_some() {
+            return None;
+        }
+        let phase = self.of_role(Role::Phase, taken)?;
+        let others: Vec<usize> =
+            self.near.iter().copied().filter(|&i| self.is_of_another(phase, i)).collect();
+        let same =
+            |i: &usize| self.roles[*i] == Role::Amplitude && channel(&self.head.names[*i].header).is_some();
+        self.of_role(Role::Amplitude, &[taken, &others].concat()).filter(same)
+    }
+
+    /// Whether two columns name a channel each, and not the same.
+    fn is_of_another(&self, one: usize, other: usize) -> bool {
+        let of = |i: usize| channel(&self.head.names[i].header);
+        of(one).zip(of(other)).is_some_and(|(one, other)| one != other)
     }
 
     /// Two columns without names that a resonance fits as real and imaginary part.
@@ -268,19 +315,18 @@ impl Chooser<'_> {
         };
         let (index, why) = match given {
             Some(index) => (index, "asked for"),
-            None => match (
-                self.of_role(Role::Phase, without).or_else(|| self.angle_beside(of, without)),
-                unnamed(),
-            ) {
-                (Some(index), _) => (index, "named like a phase"),
-                (None, Some(index)) if self.turns_half(index) => {
-                    (index, "it turns by half a turn, as phases do")
+            None => {
+                match (self.phase_of(of, without).or_else(|| self.angle_beside(of, without)), unnamed()) {
+                    (Some(index), _) => (index, "named like a phase"),
+                    (None, Some(index)) if self.turns_half(index) => {
+                        (index, "it turns by half a turn, as phases do")
+                    }
+                    (None, Some(index)) if self.looks_like_phase(index) => {
+                        (index, "the next column, within half a turn or two")
+                    }
+                    _ => return Ok(None),
                 }
-                (None, Some(index)) if self.looks_like_phase(index) => {
-                    (index, "the next column, within half a turn or two")
-                }
-                _ => return Ok(None),
-            },
+            }
         };
         let mut picked = self.picked(index, why);
         let bare = self.head.names[index].bare.trim();

@@ -370,6 +370,22 @@ pub(super) fn in_records(names: &[Name]) -> Vec<Role> {
     names.iter().map(of).collect()
 }
 
+/// What the sensor measures that a sheet or a file is named after: `Linear Acceleration`, `Gyroscope.csv`.
+pub(super) fn kind_of_place(place: &str) -> Option<SignalKind> {
+    // `TotalAcceleration` is one word, `acc` in `account` none.
+    let words = words(place);
+    let within =
+        |parts: &str| words.iter().any(|word| parts.split_ascii_whitespace().any(|part| word.contains(part)));
+    let has = |list: &str| words.iter().any(|word| listed(list, word));
+    if within("acceler beschleunig acelera accélér accelero ускорен 加速度") || has("acc accel") {
+        Some(Acceleration)
+    } else if within("gyro rotationrate angularvel drehrate") || has("gyr") {
+        Some(Velocity)
+    } else {
+        None
+    }
+}
+
 /// Whether a header names a date.
 pub(super) fn names_date(name: &Name) -> bool {
     words(&name.header).iter().any(|word| listed("date datetime datum fecha data", word))
@@ -447,6 +463,21 @@ mod tests {
         }
         for header in ["FFT f_3 / rad", "Frequenz f / Hz", "sigma", "Neue Größe f_2 / V"] {
             assert_eq!(Role::in_record(&Name::parse(header)), Role::Never, "{header}");
+        }
+    }
+
+    #[test]
+    fn places_are_named_after_their_sensor() {
+        for (place, kind) in [
+            ("Accelerometer.csv", Some(Acceleration)),
+            ("TotalAcceleration", Some(Acceleration)),
+            ("run 3 acc.csv", Some(Acceleration)),
+            ("Gyroscope.csv", Some(Velocity)),
+            ("account.csv", None),
+            ("swing.csv", None),
+            ("Orientation.csv", None),
+        ] {
+            assert_eq!(kind_of_place(place), kind, "{place}");
         }
     }
 

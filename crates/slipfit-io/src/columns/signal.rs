@@ -7,7 +7,7 @@ use slipfit::SignalKind;
 use super::{
     chooser::{Chooser, Picked},
     content, named,
-    role::{Role, names_force},
+    role::{self, Role, names_force},
     units::{self, Measures},
 };
 use crate::{
@@ -59,7 +59,10 @@ impl Chooser<'_> {
 
     /// An unnamed column beside others that goes up like a time or a counter.
     fn is_second_clock(&self, column: usize) -> bool {
-        self.near.len() > 2 && self.contents[column].is_monotone() && self.contents[column].moving > 0.5
+        self.near.len() > 1 && self.contents[column].counts
+            || self.near.len() > 2
+                && self.contents[column].is_monotone()
+                && self.contents[column].moving > 0.5
     }
 
     pub(super) fn lock_in_pair(&self, candidates: &[usize]) -> Option<(usize, usize)> {
@@ -152,7 +155,8 @@ impl Chooser<'_> {
         }
         let like = match best.first().map(|&c| self.roles[c]) {
             None => {
-                return Err(ReadProblem::NoColumn { needed: Needed::Signal, columns: self.list() });
+                let missing = ReadProblem::NoColumn { needed: Needed::Signal, columns: self.list() };
+                return Err(self.not_over_time().unwrap_or(missing));
             }
             Some(Role::Signal { like, .. }) => like,
             Some(_) => "",
@@ -244,6 +248,21 @@ impl Chooser<'_> {
             Role::Signal { kind, .. } => kind,
             _ => SignalKind::Displacement,
         }
+    }
+
+    /// What an axis without a unit measures, by the name of its sheet or file: `Accelerometer.csv`.
+    pub(super) fn kind_of_place(&mut self, index: usize, file: &str) -> Option<SignalKind> {
+        let axis = self.head.names[index].bare.trim().to_lowercase();
+        if !units::listed("x y z", &axis) || !self.written_unit(index).is_empty() {
+            return None;
+        }
+        let base = file.rsplit(['/', '\\']).next().unwrap_or_default();
+        let of = |place: &str| role::kind_of_place(place).map(|kind| (kind, place.to_owned()));
+        let (kind, place) = of(&self.head.name).or_else(|| of(base))?;
+        let what = if kind == SignalKind::Velocity { "a velocity" } else { "an acceleration" };
+        let text = format!("{} was taken as {what}, by the name `{place}`", self.label(index));
+        self.notes.push(Note::new(text).hint("kind", "says otherwise"));
+        Some(kind)
     }
 
     /// The unit given, in the header, or else named above the table.

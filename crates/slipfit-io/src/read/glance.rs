@@ -68,7 +68,7 @@ pub(crate) fn glance(
             let sweep = curve.filter(|_| whole).map(|o| curve::from_tables(&tables, first_row, o));
             return Ok((tables, None, sweep, false));
         }
-        let mut reading = record::from_source(source, record);
+        let mut reading = record::from_source(source, name, record);
         let mut sweep = curve.map(|options| curve::from_tables(&tables, None, options));
         let in_part = (0..tables.len()).any(|table| source.is_cut(table));
         if in_part {

@@ -103,7 +103,7 @@ pub(crate) fn read(
     watch: Option<&mut dyn FnMut(u64)>,
 ) -> Result<Reading, ReadError> {
     let (mut reading, fingerprint) =
-        opened(origin, options.format, watch, |source| from_source(source, options))
+        opened(origin, options.format, watch, |source| from_source(source, name, options))
             .map_err(|problem| ReadError::new(name, problem))?;
     fingerprint.write(&mut reading.report, name);
     Ok(reading)
@@ -112,15 +112,20 @@ pub(crate) fn read(
 /// The record of one of the tables.
 pub(super) fn from_source(
     source: &mut dyn TableSource,
+    name: &str,
     options: &ReadOptions,
 ) -> Result<Reading, ReadProblem> {
-    let (table, choice) = choose_table(source, options)?;
+    let (table, choice) = choose_table(source, name, options)?;
     let samples = scan(source, table, &choice, options)?;
     finish(source.heads()[table], choice, samples)
 }
 
 /// The table to read and its columns.
-fn choose_table(source: &mut dyn TableSource, options: &ReadOptions) -> Result<(usize, Choice), ReadProblem> {
+fn choose_table(
+    source: &mut dyn TableSource,
+    name: &str,
+    options: &ReadOptions,
+) -> Result<(usize, Choice), ReadProblem> {
     let heads = source.heads();
     let names: Vec<&str> = heads.iter().map(|h| h.name.as_str()).collect();
     // A text has one table and no sheets.
@@ -130,12 +135,12 @@ fn choose_table(source: &mut dyn TableSource, options: &ReadOptions) -> Result<(
         _ => (names.len() == 1).then_some(0),
     };
     if let Some(table) = only {
-        return Ok((table, choose(source, table, options)?));
+        return Ok((table, choose(source, table, name, options)?));
     }
     let mut fit: Vec<(usize, Choice)> = Vec::new();
     let mut first_problem = None;
     for table in 0..names.len().min(MOST_TABLES) {
-        match choose(source, table, options) {
+        match choose(source, table, name, options) {
             Ok(choice) => fit.push((table, choice)),
             Err(problem) => first_problem = first_problem.or(Some(problem)),
         }
@@ -168,12 +173,17 @@ fn choose_table(source: &mut dyn TableSource, options: &ReadOptions) -> Result<(
     Ok((table, choice))
 }
 
-/// The columns of a table, from its first rows.
-fn choose(source: &mut dyn TableSource, table: usize, options: &ReadOptions) -> Result<Choice, ReadProblem> {
+/// The columns of a table of a file of that name, from its first rows.
+fn choose(
+    source: &mut dyn TableSource,
+    table: usize,
+    name: &str,
+    options: &ReadOptions,
+) -> Result<Choice, ReadProblem> {
     let mut choice = Err(ReadProblem::Empty);
     for attempt in 0.. {
         let Some(preview) = table::preview(source, table, attempt)? else { break };
-        choice = record::choose(&preview.head, &preview.columns, options);
+        choice = record::choose(&preview.head, &preview.columns, name, options);
         let decided = choice.as_ref().is_ok_and(|choice| !choice.by_content);
         if decided || !preview.cut {
             return choice;

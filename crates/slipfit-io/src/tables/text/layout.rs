@@ -7,8 +7,8 @@ use super::{
     number, stamp,
 };
 use crate::{
-    columns::{head::Head, name::Name, named, role::Role, units},
-    report::{Delimiter, Note},
+    columns::{head::Head, name::Name, named, role::Role, stated, units},
+    report::{Decimal, Delimiter, Note},
 };
 
 /// Rows after the first that must be rows as well.
@@ -51,12 +51,54 @@ pub(super) fn find(lines: &[&[u8]]) -> Option<Layout> {
         Some((line, names)) => (Some(line), names),
         None => (None, vec![Name::default(); shape.width]),
     };
+    let names = behind_row_names(names, header_line, lines, first_line, shape);
     let (names, day) = stamped(names, lines[first_line], shape, &mut notes);
     let quoted = lines[first_line..].iter().any(|l| memchr::memchr(b'"', l).is_some());
     let named_values =
         named::values(lines[..first_line].iter().map(|line| text(uncommented(line)).into_owned()));
-    let head = Head { names, named_values, notes, ..Head::default() };
+    let stated_rate_hz = stated_rate_hz(&lines[..first_line], shape);
+    let head = Head { names, named_values, stated_rate_hz, notes, ..Head::default() };
     Some(Layout { shape, header_line, first_line, quoted, day, convention: None, head })
+}
+
+/// The rate that the lines above a table state.
+fn stated_rate_hz(lines: &[&[u8]], shape: Shape) -> Option<f64> {
+    let lines: Vec<Cow<'_, str>> = lines.iter().map(|line| text(line)).collect();
+    let own = dialect::separator(shape.delimiter).map(char::from);
+    let any: &[char] = if shape.decimal == Decimal::Comma { &[';', '\t'] } else { &[',', ';', '\t'] };
+    let of =
+        |separators: &[char]| stated::rate_hz(lines.iter().map(|line| &**line), separators, shape.decimal);
+    own.and_then(|own| of(&[own])).or_else(|| of(any))
+}
+
+/// Names that stand one column too far to the left, as R writes them above rows that begin with a number of their own.
+fn behind_row_names(
+    mut names: Vec<Name>,
+    header_line: Option<usize>,
+    lines: &[&[u8]],
+    first_line: usize,
+    shape: Shape,
+) -> Vec<Name> {
+    const ROWS: usize = 20;
+    let Some(header) = header_line.filter(|_| shape.width > 2) else { return names };
+    let rows: Vec<Vec<&[u8]>> = lines[first_line..]
+        .iter()
+        .map(|line| dialect::cells(line, shape.delimiter))
+        .filter(|cells| cells.len() == shape.width)
+        .take(ROWS)
+        .collect();
+    let number = |cell: &&[u8]| number::number(number::trim(cell), shape.decimal);
+    let labels: Vec<f64> = rows.iter().filter_map(|row| number(row.first()?)).collect();
+    let counts = labels.len() > 2
+        && labels.len() == rows.len()
+        && labels.windows(2).all(|w| w[1] - w[0] == 1.0)
+        && matches!(labels.first(), Some(0.0 | 1.0));
+    let filled = rows.iter().all(|row| row.last().and_then(number).is_some());
+    let short = dialect::cells(lines[header].trim_ascii_end(), shape.delimiter).len() + 1 == shape.width;
+    if counts && filled && short && names.last().is_some_and(|name| name.header.is_empty()) {
+        names.rotate_right(1);
+    }
+    names
 }
 
 /// Columns of dates and times of day are times in seconds, whatever their headers; with the first day.
@@ -118,7 +160,11 @@ fn header(
 ) -> Option<(usize, Vec<Name>)> {
     let above = || (0..first_line).rev().filter(|&i| kinds[i] != RowKind::Blank);
     let nearest = above().next()?;
-    if holds_numbers(lines[nearest], shape) {
+    let states_rate =
+        |line: &[u8]| shape.delimiter != Delimiter::Comma && stated_rate_hz(&[line], shape).is_some();
+    if states_rate(lines[nearest]) {
+        // A sentence about the samples, not their names.
+    } else if holds_numbers(lines[nearest], shape) {
         notes.push(
             format!(
                 "line {} holds numbers among its words: it was taken for preamble and not read",
@@ -150,7 +196,7 @@ fn header(
     }
     // Among remarks a header is one whose words are those of columns.
     above().filter(|&i| kinds[i] == RowKind::Comment).find_map(|i| {
-        let cells = header_cells(uncommented(lines[i]), shape)?;
+        let cells = header_cells(names_of(uncommented(lines[i]), shape)?, shape)?;
         let cells = join_unit_row(cells, i, lines, kinds, shape);
         let names: Vec<Name> = cells.iter().map(|c| Name::parse(c)).collect();
         let known = names.iter().filter(|n| Role::in_record(n) != Role::Unknown).count();
@@ -173,13 +219,31 @@ fn uncommented(line: &[u8]) -> &[u8] {
     line[marks..].trim_ascii()
 }
 
+/// The part of a remark that may name columns: what stands behind `columns:`, nothing of `units: V`.
+fn names_of(line: &[u8], shape: Shape) -> Option<&[u8]> {
+    if dialect::separator(shape.delimiter).is_some() {
+        return Some(line);
+    }
+    let words =
+        line.iter().position(|byte| *byte == b':').map(|at| (&line[..at], line[at + 1..].trim_ascii()));
+    match words {
+        Some((key, names)) if !key.contains(&b'(') && !key.iter().any(u8::is_ascii_whitespace) => {
+            let key = key.to_ascii_lowercase();
+            let of_columns = [b"columns".as_slice(), b"column", b"fields", b"names", b"header", b"spalten"];
+            of_columns.contains(&key.as_slice()).then_some(names)
+        }
+        _ => Some(line),
+    }
+}
+
 /// The cells of a header, if there is a way to see as many as the rows have.
 fn header_cells(line: &[u8], shape: Shape) -> Option<Vec<String>> {
     let line = line.trim_ascii_end();
     if shape.delimiter == Delimiter::None {
         // A line with a number among its words is a value of something else.
         let numeric = |c: &[u8]| matches!(number::cell(c, shape.decimal), number::Cell::Number(_));
-        if line.split(|b| b",;\t=: ".contains(b)).any(numeric) && !line.starts_with(b"\"") {
+        let several = line.windows(3).any(|bytes| matches!(bytes, b"\",\"" | b"\";\""));
+        if several || line.split(|b| b",;\t=: ".contains(b)).any(numeric) && !line.starts_with(b"\"") {
             return None;
         }
         return Some(vec![text(number::trim(line)).into_owned()]);
@@ -203,7 +267,10 @@ fn header_cells(line: &[u8], shape: Shape) -> Option<Vec<String>> {
 /// Empty cells at the end may be too many or too few.
 fn fitted(mut cells: Vec<String>, width: usize) -> Option<Vec<String>> {
     // LabVIEW names a column of comments and writes none.
-    let spare = |cell: &String| cell.is_empty() || cell == "Comment";
+    // Rigol's start and step stand behind the names.
+    let spare = |cell: &String| {
+        cell.is_empty() || cell == "Comment" || cell.starts_with("t0 =") || cell.starts_with("tInc =")
+    };
     while cells.len() > width && cells.last().is_some_and(spare) {
         cells.pop();
     }

@@ -4,6 +4,7 @@ mod annotated;
 mod dialect;
 mod layout;
 mod number;
+mod rewrite;
 mod scan;
 mod source;
 mod stamp;
@@ -13,8 +14,8 @@ use std::{io::Read, sync::Arc};
 
 pub(crate) use self::layout::text as decoded;
 use self::{
-    annotated::Annotations,
     layout::Layout,
+    rewrite::Rewrite,
     scan::{Part, Plan},
     source::Source,
 };
@@ -44,8 +45,8 @@ pub(crate) struct Text<R> {
     encoding: &'static str,
     newline: u8,
     layout: Layout,
-    /// How its cells are annotated, where they are not numbers alone.
-    annotations: Option<Arc<Annotations>>,
+    /// How its lines are written anew, where they are no rows of numbers alone.
+    rewrite: Option<Arc<Rewrite>>,
     /// Every column, where the window that was looked at holds the whole text and each line of it is a row.
     previewed: Option<Vec<Vec<f64>>>,
 }
@@ -70,19 +71,23 @@ impl<R: Read> Text<R> {
         }
         let plain = layout::find(&head_lines);
         let clear = plain.as_ref().is_some_and(|layout| dialect::is_clear(&head_lines, layout.shape));
-        let annotated = if clear { None } else { without_annotations(&head_lines) };
-        let (mut layout, annotations) = match annotated {
-            Some((layout, annotations)) => (layout, Some(Arc::new(annotations))),
+        let rewrite = match plain.as_ref().filter(|_| clear) {
+            Some(layout) => Rewrite::halved(&head_lines, layout)?,
+            None => Rewrite::find(&head_lines),
+        };
+        let rewritten = rewrite.and_then(|rewrite| Some((rewritten(&head_lines, &rewrite)?, rewrite)));
+        let (mut layout, rewrite) = match rewritten {
+            Some((layout, rewrite)) => (layout, Some(Arc::new(rewrite))),
             None => (plain.ok_or_else(|| no_table(&head_lines))?, None),
         };
         layout.convention = vendors::apply(&head_lines, &mut layout);
-        Ok(Self { source, size, encoding, newline, layout, annotations, previewed: None })
+        Ok(Self { source, size, encoding, newline, layout, rewrite, previewed: None })
     }
 
     fn plan(&self, wanted: &[usize]) -> Plan {
         let mut plan = Plan::new(self.layout.shape, self.layout.quoted, self.newline, wanted);
         plan.day = self.layout.day;
-        plan.annotations.clone_from(&self.annotations);
+        plan.rewrite.clone_from(&self.rewrite);
         plan
     }
 
@@ -202,18 +207,17 @@ impl<R: Read> TableSource for Text<R> {
     }
 }
 
-/// The table of a text whose cells hold more than numbers.
-fn without_annotations(lines: &[&[u8]]) -> Option<(Layout, Annotations)> {
-    let annotations = Annotations::find(lines)?;
-    let plain = annotations.head(lines);
+/// The table of a text whose lines are written anew.
+fn rewritten(lines: &[&[u8]], rewrite: &Rewrite) -> Option<Layout> {
+    let plain = rewrite.head(lines);
     let plain: Vec<&[u8]> = plain.iter().map(Vec::as_slice).collect();
     let mut layout = layout::find(&plain)?;
-    let names = annotations.names();
+    let names = rewrite.names();
     if layout.header_line.is_none() && names.len() == layout.head.names.len() {
         layout.head.names = names;
     }
-    layout.head.notes.push(annotations.note());
-    Some((layout, annotations))
+    layout.head.notes.push(rewrite.note());
+    Some(layout)
 }
 
 /// Refuses bytes that no text has.

@@ -5,10 +5,10 @@ use std::sync::Arc;
 use memchr::{memchr, memchr_iter, memchr2};
 
 use super::{
-    annotated::Annotations,
     dialect::{self, Shape, separator},
     layout::text,
     number::{self, Cell},
+    rewrite::Rewrite,
 };
 use crate::{
     report::{Decimal, Delimiter},
@@ -26,8 +26,8 @@ pub(super) struct Plan {
     newline: u8,
     /// The day from whose midnight dates count, itself counted from 1970.
     pub(super) day: i64,
-    /// How cells are annotated that are not numbers alone.
-    pub(super) annotations: Option<Arc<Annotations>>,
+    /// How lines are written anew that are no rows of numbers alone.
+    pub(super) rewrite: Option<Arc<Rewrite>>,
     /// Columns wanted in order, with their places in the answer.
     wanted: Vec<(usize, usize)>,
 }
@@ -78,7 +78,7 @@ impl Plan {
             quoted,
             newline,
             day: 0,
-            annotations: None,
+            rewrite: None,
             wanted,
         }
     }
@@ -111,8 +111,8 @@ impl Plan {
 
     /// Reads whole lines, of which the last may lack its end.
     pub(super) fn part(&self, bytes: &[u8]) -> Part {
-        match &self.annotations {
-            Some(annotations) => self.plain_part(&annotations.rows(bytes, self.newline)),
+        match &self.rewrite {
+            Some(rewrite) => self.plain_part(&rewrite.rows(bytes, self.newline)),
             None => self.plain_part(bytes),
         }
     }

@@ -41,6 +41,7 @@ const VENDORS: &[Vendor] = &[
     ("Zurich Instruments LabOne", is_labone, add_labone_units),
     ("Nanonis", |p| p.lines.iter().any(|l| l == "[DATA]"), add_nanonis_values),
     ("LabVIEW", |p| p.headers.first().is_some_and(|h| h == "X_Value"), add_labview_units),
+    ("a Rigol oscilloscope", |p| rigol_columns(p).is_some(), add_rigol_columns),
     ("Klipper", is_klipper, add_klipper_units),
     ("Moku", |p| p.lines.iter().any(|l| l.starts_with('%') && l.contains("Moku")), |_, _| {}),
     ("a spectrum analyser", is_analyser, add_analyser_axes),
@@ -69,10 +70,10 @@ fn with_unit(header: &str, unit: &str) -> Name {
     Name { unit: unit.to_owned(), ..Name::parse(header) }
 }
 
-/// `chunk;timestamp;x;y;…`, times in ticks of the instrument's clock.
+/// `chunk;timestamp;x;y;…`, or `timestamp` below a `clockbase`: times in ticks of the instrument's clock.
 fn is_labone(preamble: &Preamble) -> bool {
     let has = |name: &str| preamble.headers.iter().any(|h| h.trim_start_matches(['%', ' ']) == name);
-    has("chunk") && has("timestamp")
+    has("timestamp") && (has("chunk") || preamble.value("clockbase").is_some())
 }
 
 /// Ticks become seconds by a clock that the file may name (`clockbase`) and mostly does not.
@@ -138,6 +139,29 @@ fn add_labview_units(preamble: &Preamble, layout: &mut Layout) {
     let steps = of_channels("Delta_X");
     let step = steps.first().and_then(|step| step.replace(',', ".").parse::<f64>().ok());
     layout.head.step_s = step.filter(|step| over_time && *step > 0.0 && step.is_finite());
+}
+
+/// `X,CH1,Start,Increment` over `Sequence,Volt,-1.0e-01,1.0e-04`: the cells of both lines.
+fn rigol_columns(preamble: &Preamble) -> Option<Vec<(&str, &str)>> {
+    let [.., names, values] = &preamble.lines[..] else { return None };
+    let columns: Vec<(&str, &str)> =
+        names.split(',').map(str::trim).zip(values.split(',').map(str::trim)).collect();
+    let stated = |name: &str| columns.iter().any(|(n, v)| *n == name && v.parse::<f64>().is_ok());
+    (names.starts_with("X,") && stated("Start") && stated("Increment")).then_some(columns)
+}
+
+/// Numbers of samples from the first on, then the channels with their units; the step stands beside them.
+fn add_rigol_columns(preamble: &Preamble, layout: &mut Layout) {
+    let Some(columns) = rigol_columns(preamble) else { return };
+    let step = columns.iter().find(|(name, _)| *name == "Increment").and_then(|(_, v)| v.parse::<f64>().ok());
+    let head = &mut layout.head;
+    head.stated_rate_hz = step.map(|step| 1.0 / step).filter(|rate| *rate > 0.0 && rate.is_finite());
+    // That of the line of numbers among words, which are read here.
+    head.notes.clear();
+    let channels = columns.iter().take_while(|(name, _)| *name != "Start");
+    for (name, (header, unit)) in head.names.iter_mut().zip(channels) {
+        *name = if *header == "X" { Name::parse(unit) } else { with_unit(header, unit) };
+    }
 }
 
 /// Firmware of 3D printers: raw accelerations and their spectra.
@@ -292,16 +316,18 @@ fn name_tracks(preamble: &Preamble, layout: &mut Layout) {
     }
 }
 
-/// `time` in nanoseconds since 1970, `seconds_elapsed`, then the axes of one sensor.
+/// `time` in nanoseconds since 1970, `seconds_elapsed`, and the axes of one sensor.
 fn is_sensor_logger(preamble: &Preamble) -> bool {
-    preamble.headers.len() > 2 && preamble.headers[..2] == ["time", "seconds_elapsed"]
+    let has = |name: &str| preamble.headers.iter().any(|header| header == name);
+    preamble.headers.len() > 2 && has("time") && has("seconds_elapsed")
 }
 
 /// The name of the file tells the sensor, its columns do not.
 fn note_sensor_kinds(_: &Preamble, layout: &mut Layout) {
-    if layout.head.names.iter().skip(2).all(|name| ["x", "y", "z"].contains(&name.bare.as_str())) {
-        let text = "Sensor Logger names no units: accelerometers are in m/s^2, gyroscopes in rad/s";
-        let kind = "says which this is (acceleration, velocity)";
+    let known = ["time", "seconds_elapsed", "x", "y", "z"];
+    if layout.head.names.iter().all(|name| known.contains(&name.header.as_str())) {
+        let text = "Sensor Logger names no units: accelerometers are in m/s^2 or g, gyroscopes in rad/s";
+        let kind = "says which this is (acceleration, velocity) where the name of the file does not";
         layout.head.notes.push(Note::new(text).hint("kind", kind).hint("unit", "names the unit"));
     }
 }
