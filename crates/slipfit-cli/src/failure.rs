@@ -69,7 +69,12 @@ impl Failure {
     pub(crate) fn analysing(what: Analysis, file: &Path, error: &Error) -> Self {
         match error {
             Error::Parameter { name, value, range } => {
-                return Self::new(format!("{} {value}: must be among {}", flag(name), in_flags(range)));
+                let range = in_flags(range);
+                let must_be = match range.strip_prefix("times ") {
+                    Some(rest) => format!("must be a time {rest}"),
+                    None => format!("must be among {range}"),
+                };
+                return Self::new(format!("{} {value}: {must_be}", flag(name)));
             }
             Error::Band { low_hz, high_hz } => {
                 return Self::new(format!("--band {low_hz} {high_hz}: the lower frequency comes first"));

@@ -302,7 +302,7 @@ fn bad_arguments_are_status_two() {
     let said = complaint(Path::new("."), &[file, "--stiffness", "12000"]);
     assert!(said.contains("--torsion-stiffness"), "{said}");
     let said = complaint(Path::new("."), &[file, "--start", "20", "--end", "10"]);
-    assert_eq!(said, "error: --end 10: must be among times after --start\n");
+    assert_eq!(said, "error: --end 10: must be a time after --start\n");
 }
 
 #[test]

@@ -234,6 +234,22 @@ pub fn plain(value: f64, significant: i32, unit: &str) -> String {
     format!("{}{gap}{}", digits(shown, fewest), scale.unit)
 }
 
+/// A time (s) on a clock of which a span is told: of one that counts from 1970 with the digits to tell it by.
+///
+/// ```
+/// use slipfit_report::format::instant;
+/// assert_eq!(instant(1.23456, 30.0), "1.235 s");
+/// assert_eq!(instant(1_699_023_130.1234, 30.0), "1699023130.12 s");
+/// ```
+pub fn instant(time_s: f64, span_s: f64) -> String {
+    let span_s = span_s.abs();
+    if !(span_s > 0.0 && time_s.abs() > 100.0 * span_s) {
+        return plain(time_s, 4, "s");
+    }
+    let decimals = (3.0 - span_s.log10().floor() - 1.0).clamp(0.0, 9.0) as usize;
+    format!("{time_s:.decimals$} s")
+}
+
 /// How many times as much: two decimals, from ten times on none.
 ///
 /// ```

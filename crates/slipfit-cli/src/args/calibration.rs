@@ -1,6 +1,6 @@
 //! A mechanical constant that turns displacements into forces.
 
-use super::Uncertain;
+use super::value::{Inertia, Mass, Stiffness, TorsionStiffness, Uncertain};
 use crate::failure::Failure;
 use clap::Args;
 use slipfit::Calibration;
@@ -13,19 +13,19 @@ use slipfit::model::displacement::Coordinate;
 pub(crate) struct CalibrationArgs {
     /// Stiffness k [N/m], for a displacement in m: 12000, 12000±300, 12000(300)
     #[arg(long, value_name = "K", help_heading = "Forces")]
-    stiffness: Option<Uncertain>,
+    stiffness: Option<Stiffness>,
 
     /// Mass m [kg], for a displacement in m
     #[arg(long, value_name = "M", help_heading = "Forces")]
-    mass: Option<Uncertain>,
+    mass: Option<Mass>,
 
     /// Torsion stiffness [N m/rad], for an angle
     #[arg(long, value_name = "K", help_heading = "Forces")]
-    torsion_stiffness: Option<Uncertain>,
+    torsion_stiffness: Option<TorsionStiffness>,
 
     /// Moment of inertia [kg m²], for an angle
     #[arg(long, value_name = "I", help_heading = "Forces")]
-    inertia: Option<Uncertain>,
+    inertia: Option<Inertia>,
 }
 
 impl CalibrationArgs {
@@ -58,10 +58,10 @@ impl CalibrationArgs {
     }
 
     pub(crate) fn constant(&self) -> Option<Calibration> {
-        let stiffness = self.stiffness.or(self.torsion_stiffness);
-        let mass = self.mass.or(self.inertia);
-        stiffness
-            .map(|u| Calibration::Stiffness { value: u.value, std_error: u.std_error })
-            .or_else(|| mass.map(|u| Calibration::Mass { value: u.value, std_error: u.std_error }))
+        let stiffness = self.stiffness.map(|k| k.0).or(self.torsion_stiffness.map(|k| k.0));
+        let mass = self.mass.map(|m| m.0).or(self.inertia.map(|i| i.0));
+        let of_stiffness = |k: Uncertain| Calibration::Stiffness { value: k.value, std_error: k.std_error };
+        let of_mass = |m: Uncertain| Calibration::Mass { value: m.value, std_error: m.std_error };
+        stiffness.map(of_stiffness).or_else(|| mass.map(of_mass))
     }
 }

@@ -41,7 +41,10 @@ pub(crate) use simulate::{
     Beginning, DecayArgs, DriveArgs, DrivenArgs, LevelsArgs, OutputKind, SimulateArgs, SimulateCommand,
     SweepArgs, Tone, WaveArgs,
 };
-use value::{Finite, InUnit, Positive, count, finite, not_negative, positive};
+use value::{
+    Finite, InUnit, Inertia, Mass, Positive, Stiffness, TorsionStiffness, count, finite, not_negative,
+    positive,
+};
 pub(crate) use value::{Uncertain, similar};
 
 const STYLES: Styles = Styles::styled()
@@ -178,6 +181,10 @@ fn is_number(arg: &Arg) -> bool {
         TypeId::of::<Positive>(),
         TypeId::of::<Uncertain>(),
         TypeId::of::<InUnit>(),
+        TypeId::of::<Stiffness>(),
+        TypeId::of::<Mass>(),
+        TypeId::of::<TorsionStiffness>(),
+        TypeId::of::<Inertia>(),
         TypeId::of::<Tone>(),
     ];
     numbers.iter().any(|number| id == *number)

@@ -148,7 +148,20 @@ macro_rules! as_typed {
         })*
     };
 }
-as_typed!(Text, Finite, Positive, FormatName, Loss, Law, Uncertain, InUnit);
+as_typed!(
+    Text,
+    Finite,
+    Positive,
+    FormatName,
+    Loss,
+    Law,
+    Uncertain,
+    InUnit,
+    Stiffness,
+    Mass,
+    TorsionStiffness,
+    Inertia
+);
 
 /// A number that is finite: clap's own parser takes `nan` and `inf`.
 pub(super) fn finite(text: &str) -> Result<f64, String> {
@@ -251,6 +264,37 @@ impl FromStr for InUnit {
     }
 }
 
+/// A mechanical constant in the SI, which may be typed in another unit of its quantity: `200g`, `12±0.3 N/mm`.
+macro_rules! constants {
+    ($($name:ident in $unit:literal, $doc:literal;)*) => {
+        $(
+            #[doc = $doc]
+            #[derive(Debug, Clone, Copy, PartialEq)]
+            pub(crate) struct $name(pub(crate) Uncertain);
+
+            impl FromStr for $name {
+                type Err = String;
+
+                fn from_str(text: &str) -> Result<Self, String> {
+                    let InUnit { number, unit } = text.parse()?;
+                    let factor = match &unit {
+                        None => 1.0,
+                        Some(unit) => slipfit_io::unit_factor(unit, $unit)
+                            .ok_or_else(|| format!("{unit} is no unit that is known here; it is taken in {}", $unit))?,
+                    };
+                    Ok(Self(Uncertain { value: factor * number.value, std_error: factor * number.std_error }))
+                }
+            }
+        )*
+    };
+}
+constants! {
+    Stiffness in "N/m", "Stiffness (N/m).";
+    Mass in "kg", "Mass (kg).";
+    TorsionStiffness in "N m/rad", "Torsion stiffness (N m/rad).";
+    Inertia in "kg m^2", "Moment of inertia (kg m²).";
+}
+
 fn split_plus_minus(text: &str) -> Option<(&str, &str)> {
     ["±", "+/-", "+-"].into_iter().find_map(|sign| text.split_once(sign))
 }
@@ -322,6 +366,24 @@ mod tests {
         for text in ["nm", "-2 nm", "0 nm", "", "12\u{b1}"] {
             assert!(text.parse::<InUnit>().is_err(), "{text}");
         }
+    }
+
+    #[test]
+    fn constants_are_taken_in_the_unit_that_is_typed() {
+        let near = |found: Uncertain, value: f64, error: f64| {
+            assert!((found.value - value).abs() <= 1e-12 * value, "{found:?}");
+            assert!((found.std_error - error).abs() <= 1e-12 * value, "{found:?}");
+        };
+        near("200g".parse::<Mass>().unwrap().0, 0.2, 0.0);
+        near("0.2".parse::<Mass>().unwrap().0, 0.2, 0.0);
+        near("200±3 g".parse::<Mass>().unwrap().0, 0.2, 0.003);
+        near("0.200(3) kg".parse::<Mass>().unwrap().0, 0.2, 0.003);
+        near("12 N/mm".parse::<Stiffness>().unwrap().0, 12000.0, 0.0);
+        near("5 mN m/rad".parse::<TorsionStiffness>().unwrap().0, 0.005, 0.0);
+        near("30 g cm^2".parse::<Inertia>().unwrap().0, 3e-6, 0.0);
+        let refused = "200 mm".parse::<Mass>().unwrap_err();
+        assert_eq!(refused, "mm is no unit that is known here; it is taken in kg");
+        assert!("g".parse::<Mass>().is_err());
     }
 
     #[test]

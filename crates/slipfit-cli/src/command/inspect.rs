@@ -32,7 +32,15 @@ pub(crate) fn run(args: &InspectArgs, color: ColorChoice) -> Result<ExitCode, Fa
     let Glance { head, tables, record: reading, swings, curve, .. } = looked;
     let lines = if tables.dialect.is_some() { first_lines(&head) } else { Vec::new() };
     let flags = args.reading.as_flags();
-    let next_command = command(&args.file, &flags, &tables, &reading, curve.is_some());
+    let is_levels = || {
+        let read = || slipfit_io::read_levels(&args.file, &args.reading.options());
+        curve.is_none()
+            && reading.is_err()
+            && args.file.as_os_str() != "-"
+            && read().is_ok_and(|read| read.report.named)
+    };
+    let verb = if is_levels() { "levels" } else { verb(&tables, &reading, curve.is_some()) };
+    let next_command = command(&args.file, &flags, &tables, &reading, verb);
     let inspected = Inspected {
         file: &args.file,
         tables: &tables,
@@ -46,19 +54,23 @@ pub(crate) fn run(args: &InspectArgs, color: ColorChoice) -> Result<ExitCode, Fa
     Ok(ExitCode::SUCCESS)
 }
 
+/// The command that analyses the file.
+fn verb(tables: &Tables, reading: &Result<Reading, ReadError>, is_curve: bool) -> &'static str {
+    let sweep = is_curve || reading.is_err() && tables.tables.iter().any(Table::is_sweep);
+    if sweep { "resonance" } else { "ringdown" }
+}
+
 /// What to type next.
 fn command(
     file: &Path,
     flags: &str,
     tables: &Tables,
     reading: &Result<Reading, ReadError>,
-    is_curve: bool,
+    verb: &str,
 ) -> String {
-    let sweep = is_curve || reading.is_err() && tables.tables.iter().any(Table::is_sweep);
-    let verb = if sweep { "resonance" } else { "ringdown" };
     let mut text = format!("slipfit {verb} {}{}", typed(file), flags);
     if let Err(error) = reading
-        && !sweep
+        && verb == "ringdown"
     {
         // What is missing stands in capitals where the file does not suggest it.
         text += &match &error.problem {

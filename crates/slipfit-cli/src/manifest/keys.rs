@@ -69,6 +69,25 @@ impl<'i> Keys<'i> {
         self.table.contains_key(key)
     }
 
+    /// The first key that is left, and which of some words it was probably meant to be.
+    pub(super) fn meant(&self, words: &[&'static str]) -> Option<(&str, &'static str)> {
+        let keys = self.table.keys().map(|key| key.get_ref().as_ref());
+        keys.filter_map(|key| Some((key, similar(key, words.iter().copied())?))).next()
+    }
+
+    /// Whether a key is left that names a file in other words.
+    pub(super) fn names_file(&self) -> Option<&str> {
+        self.table
+            .keys()
+            .map(|key| key.get_ref().as_ref())
+            .find(|key| similar(key, ["file", "path", "files"]).is_some())
+    }
+
+    /// Names of tables that are taken apart elsewhere, so that others like them are told what was meant.
+    pub(super) fn know(&mut self, words: &[&'static str]) {
+        self.known.extend(words);
+    }
+
     /// Refuses whatever no structure took; `elsewhere` says of some keys where they belong.
     pub(super) fn finish(self, elsewhere: &[(&[&str], &str)]) -> Result<(), Problem> {
         let Some(key) = self.table.keys().min_by_key(|key| key.span().start) else { return Ok(()) };

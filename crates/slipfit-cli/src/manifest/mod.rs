@@ -171,6 +171,7 @@ fn parse(text: &str, folder: &Path) -> Result<Manifest, Problem> {
     let written = table.get_mut().remove("measurement");
     let mut keys = Keys::new(table);
     let heading: Heading = keys.take()?;
+    keys.know(&["measurement"]);
     keys.finish(&[])?;
     let (mut entries, mut conditions, mut places) = (Vec::new(), Vec::new(), Vec::new());
     for (i, keys) in measurements(written)?.into_iter().enumerate() {
@@ -318,7 +319,11 @@ fn entry(mut keys: Keys<'_>, number: usize, folder: &Path, unit: &str) -> Result
             ("levels", Source::Levels { file: folder.join(file), reading, options })
         }
         (None, None, None) => {
-            return Err(here("one of ringdown, sweep and levels names its file".to_owned()));
+            let meant = keys.meant(&["ringdown", "sweep", "levels"]);
+            let meant = meant.map(|(key, meant)| format!("`{key}`: did you mean `{meant}`?"));
+            let named = || keys.names_file().map(|key| format!("`{key}` does not say of what the file is"));
+            let said = meant.or_else(named).map(|said| format!("; {said}")).unwrap_or_default();
+            return Err(here(format!("one of ringdown, sweep and levels names its file{said}")));
         }
         _ => return Err(here("ringdown, sweep and levels exclude each other".to_owned())),
     };

@@ -1,7 +1,7 @@
 //! How a record was read.
 
 use super::facts::Facts;
-use crate::format::{percent, plain};
+use crate::format::{instant, percent, plain};
 use slipfit::answer::hint::Spelling;
 use slipfit::{ClockReport, SignalKind};
 use slipfit_io::{ColumnTaken, ReadReport, Reading, TimeSource};
@@ -120,7 +120,7 @@ pub(super) fn clock(report: &ClockReport) -> Option<String> {
             report.gaps,
             if report.gaps == 1 { "gap," } else { "gaps, the longest" },
             plain(gap.length_s, 3, "s"),
-            plain(gap.start_s, 4, "s")
+            instant(gap.start_s, 100.0 * gap.length_s)
         ));
     }
     if report.step_spread > 0.02 {

@@ -6,7 +6,7 @@ use super::method;
 use super::models::Comparison;
 use super::parameter::ParameterRow;
 use super::reading::{clock, columns_taken, rows_read};
-use crate::format::{Rounded, plain, times};
+use crate::format::{Rounded, instant, plain, times};
 use crate::{AnalysedRingdown, Sentence, plot};
 use slipfit::answer::hint::Spelling;
 use slipfit::ringdown::{FreeLaw, SensorCurve};
@@ -100,14 +100,15 @@ fn facts(analysed: &AnalysedRingdown<'_>, spell: Spelling<'_>) -> Facts {
         facts.add("note", named);
     }
     let s = &answer.segment;
+    let span_s = s.end_s - s.start_s;
     let cycles = if s.cycles > 0.0 { format!("{} cycles, ", plain(s.cycles, 3, "")) } else { String::new() };
     facts.add(
         "used",
         format!(
             "{} ({}) to {} ({}): {cycles}{} samples",
-            plain(s.start_s, 4, "s"),
+            instant(s.start_s, span_s),
             s.start_reason,
-            plain(s.end_s, 4, "s"),
+            instant(s.end_s, span_s),
             s.end_reason,
             s.samples
         ),
@@ -118,7 +119,7 @@ fn facts(analysed: &AnalysedRingdown<'_>, spell: Spelling<'_>) -> Facts {
             let unit = &answer.signal_unit;
             format!("; static friction holds between {} and {}", plain(low, 3, unit), plain(high, 3, unit))
         });
-        facts.add("stop", format!("at {}, {position} off the middle{hold}", plain(stop.time_s, 4, "s")));
+        facts.add("stop", format!("at {}, {position} off the middle{hold}", instant(stop.time_s, span_s)));
     }
     if let Some(mode) = &answer.second_mode {
         let [frequency, decay_rate, amplitude] = [&mode.frequency, &mode.decay_rate, &mode.amplitude]

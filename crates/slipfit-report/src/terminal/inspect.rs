@@ -5,7 +5,7 @@ use super::table::{Align, columns, width};
 use super::{ANSWER, DIM, HEADING, WIDTH, labelled};
 use crate::document::{reading, resonance};
 use crate::escape;
-use crate::format::plain;
+use crate::format::{instant, plain};
 use slipfit::answer::hint::Spelling;
 use slipfit::record::Swings;
 use slipfit_io::{Delimiter, Dialect, ReadError, Reading, SweepReading, Table, Tables};
@@ -132,7 +132,7 @@ fn one_table(table: &Table, several: bool) -> String {
         let number = |v: Option<f64>| v.map_or_else(|| "–".to_owned(), |v| plain(v, 4, ""));
         rows.push(vec![
             (i + 1).to_string(),
-            clipped(if column.header.is_empty() { "–" } else { &column.header }, 24),
+            if column.header.is_empty() { "–".to_owned() } else { column.header.clone() },
             clipped(if column.unit.is_empty() { "–" } else { &column.unit }, 8),
             number(finite().next()),
             number(finite().next_back()),
@@ -141,11 +141,12 @@ fn one_table(table: &Table, several: bool) -> String {
         ]);
     }
     // A name gives way before a number does.
-    for most in (6..24).rev() {
+    let whole: Vec<String> = rows.iter().map(|row| row[1].clone()).collect();
+    for most in (6..=24).rev() {
+        rows.iter_mut().zip(told_apart(&whole, most)).for_each(|(row, name)| row[1] = name);
         if width(&rows) <= WIDTH - 4 {
             break;
         }
-        rows.iter_mut().for_each(|row| row[1] = clipped(&row[1], most));
     }
     let align =
         [Align::Right, Align::Left, Align::Left, Align::Right, Align::Right, Align::Right, Align::Right];
@@ -201,10 +202,28 @@ fn picture(
     }
     // Ends of a narrow span differ in their later digits.
     let digits = (ends[1].abs() / (ends[1] - ends[0])).log10().ceil().clamp(0.0, 8.0) as i32 + 3;
-    let [start, end] = ends.map(|v| plain(v, digits.max(4), ends_unit));
+    // Seconds since 1970 are not told in powers of ten.
+    let label = |v: f64| {
+        let counted = ends_unit == "s" && v.abs() >= 1e6;
+        if counted { instant(v, ends[1] - ends[0]) } else { plain(v, digits.max(4), ends_unit) }
+    };
+    let [start, end] = ends.map(label);
     let blanks = 66_usize.saturating_sub(start.chars().count() + end.chars().count());
     let _ = writeln!(text, "{:13}{start}{:blanks$}{end}", "", "");
     text
+}
+
+/// Names of at most so many characters; of those that begin alike the ends are kept too.
+fn told_apart(names: &[String], most: usize) -> Vec<String> {
+    let short: Vec<String> = names.iter().map(|name| clipped(name, most)).collect();
+    let alike = |i: usize| (0..names.len()).any(|k| k != i && short[k] == short[i] && names[k] != names[i]);
+    let inner = |name: &str| {
+        let behind = most / 2;
+        let (kept, all) = (most - behind - 1, name.chars().count());
+        let (start, end) = (name.chars().take(kept), name.chars().skip(all - behind));
+        start.chain(['…']).chain(end).collect::<String>()
+    };
+    (0..names.len()).map(|i| if alike(i) { inner(&names[i]) } else { short[i].clone() }).collect()
 }
 
 /// Text of at most so many characters.
@@ -215,4 +234,21 @@ fn clipped(text: &str, most: usize) -> String {
     let mut short: String = text.chars().take(most.saturating_sub(1)).collect();
     short.push('…');
     short
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn names_that_begin_alike_keep_their_ends() {
+        let names = ["t", "Acceleration of the phone x (m/s^2)", "Acceleration of the phone y (m/s^2)"];
+        let names = names.map(str::to_owned);
+        let short = told_apart(&names, 24);
+        assert_eq!(
+            short,
+            ["t", "Acceleratio…ne x (m/s^2)", "Acceleratio…ne y (m/s^2)"].map(|n| n.to_owned())
+        );
+        assert!(short.iter().all(|name| name.chars().count() <= 24));
+    }
 }
