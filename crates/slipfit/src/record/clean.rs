@@ -13,7 +13,7 @@ use crate::numeric::robust::median;
 /// Share of repeated stamps above which a clock may be a rounded one.
 const REPEATED_SHARE: f64 = 0.05;
 /// Backward steps up to this many median steps are disorder, not resets.
-pub(super) const DISORDER_STEPS: f64 = 10.0;
+const DISORDER_STEPS: f64 = 10.0;
 /// Rows within which disorder must be over.
 const DISORDER_ROWS: usize = 8;
 /// Steps looked at for a median.
@@ -214,7 +214,7 @@ fn count_on(rows: &mut Rows, report: &mut ClockReport) {
         return;
     }
     let step_s = median_step(&rows.time_s);
-    if let Some(wraps) = wraps::join(&mut rows.time_s, step_s) {
+    if let Some(wraps) = wraps::join(&mut rows.time_s, step_s, DISORDER_STEPS * step_s) {
         (report.wraps, report.wrap_period_s) = (wraps.count, Some(wraps.period_s));
     }
 }

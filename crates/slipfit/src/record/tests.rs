@@ -281,7 +281,7 @@ fn the_rate_of_a_rebuilt_clock_is_known_as_far_as_its_stamps_say() {
 #[test]
 fn a_counter_that_begins_again_is_counted_on() {
     for (period_s, start_s, dt) in [
-        (4294.967_296, 4290.0, 0.01),
+        (4_294.967_296, 4290.0, 0.01),
         (4_294_967.296, 4_294_960.0, 0.02),
         (60.0, 57.0, 0.02),
         (1.0, 0.4, 0.02),

@@ -50,9 +50,10 @@ impl Period {
     }
 }
 
-/// Moves on the stamps behind each place where a counter begins again; `step_s` is the usual step.
-pub(super) fn join(time_s: &mut [f64], step_s: f64) -> Option<Wraps> {
-    let far = |i: &usize| time_s[i - 1] - time_s[*i] > super::clean::DISORDER_STEPS * step_s;
+/// Moves on the stamps behind each place where a counter begins again; `step_s` is the usual step, and what goes back by
+/// less than `far_s` is disorder.
+pub(super) fn join(time_s: &mut [f64], step_s: f64, far_s: f64) -> Option<Wraps> {
+    let far = |i: &usize| time_s[i - 1] - time_s[*i] > far_s;
     let stays = |i: &usize| time_s.get(i + 1).is_none_or(|next| *next < time_s[i - 1]);
     let falls: Vec<usize> = (1..time_s.len()).filter(far).filter(stays).collect();
     let joined = |period: Period| {
