@@ -214,8 +214,10 @@ pub enum ReadProblem {
         instead_of: &'static str,
     },
     /// A curve over frequency or amplitudes over drive levels instead of samples over time.
-    #[error("{column} holds {holds}: this is {what}, not a record over time")]
+    #[error("{missing}, and {column} holds {holds}: this is {what}, not a record over time")]
     NotOverTime {
+        /// Which column is missing, in words.
+        missing: &'static str,
         /// The column of frequencies or drive levels.
         column: String,
         /// What it holds.
@@ -314,7 +316,7 @@ pub enum Needed {
 }
 
 impl Needed {
-    fn missing(self) -> &'static str {
+    pub(crate) fn missing(self) -> &'static str {
         match self {
             Self::Signal => "no column could be the signal",
             Self::Frequency => "no column of frequencies",

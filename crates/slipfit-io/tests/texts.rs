@@ -2,7 +2,7 @@
 //! Each holds the same swing, and what was assumed stands in the report.
 #![allow(clippy::unwrap_used, reason = "a failed unwrap fails the test, as it should")]
 
-use slipfit::SignalKind;
+use slipfit::{SignalKind, answer::hint::HintValue};
 use slipfit_io::{ReadOptions, Reading, TimeSource, read_from, read_sweep_from};
 
 const ROWS: usize = 300;
@@ -391,6 +391,31 @@ fn steps_that_instruments_state_stand_for_times() {
         format!("{k}.5,{:.1}", x(k).abs())
     });
     assert!(read_from(text.as_bytes(), "curve.csv", &ReadOptions::default()).is_err());
+}
+
+#[test]
+fn what_is_no_record_is_told_what_reads_it() {
+    for (text, said, hint) in [
+        (
+            table("f/Hz,A/mA", |k| format!("{}.5,{:.1}", k, x(k).abs())),
+            "no column of times, and column 1 `f/Hz` holds frequencies: this is a resonance curve",
+            "slipfit resonance",
+        ),
+        (
+            table("drive/V,A/mA", |k| format!("{}.5,{:.1}", k + 1, 5.0 * k as f64 + 1.3)),
+            "no column could be the signal, and column 1 `drive/V` holds levels of a drive",
+            "slipfit levels",
+        ),
+    ] {
+        let error = read_from(text.as_bytes(), "curve.csv", &ReadOptions::default()).unwrap_err();
+        assert!(error.to_string().contains(said), "{error}");
+        let spelled = |option: &'static str, value: Option<&HintValue>| match value {
+            Some(value) if option == "analysis" => format!("slipfit {value}"),
+            _ => option.to_owned(),
+        };
+        let hints = slipfit::answer::hint::spelled(&error.hints(), &spelled);
+        assert!(hints.starts_with(hint), "{hints}");
+    }
 }
 
 #[test]

@@ -125,14 +125,14 @@ impl<'a> Chooser<'a> {
         varying.or_else(|| self.near.iter().find(fits)).copied()
     }
 
-    /// Why columns without times are no record: they hold a curve over frequency or amplitudes over drive levels.
-    pub(super) fn not_over_time(&self) -> Option<ReadProblem> {
+    /// Why columns among which one is missing are no record: they hold a curve over frequency or amplitudes over drive levels.
+    pub(super) fn not_over_time(&self, missing: &'static str) -> Option<ReadProblem> {
         let of = |wanted: Role| {
             let fits = |i: &usize| Role::in_curve(&self.head.names[*i]) == wanted && self.varies(*i);
             self.near.iter().copied().find(fits)
         };
         let is = |index: usize, holds, what, analysis| {
-            Some(ReadProblem::NotOverTime { column: self.label(index), holds, what, analysis })
+            Some(ReadProblem::NotOverTime { missing, column: self.label(index), holds, what, analysis })
         };
         if let Some(index) = of(Role::Frequency) {
             return is(index, "frequencies", "a resonance curve", Analysis::Resonance);

@@ -117,7 +117,9 @@ impl Chooser<'_> {
                             }
                             None => {
                                 let columns = self.head.list(&self.near);
-                                Err(self.not_over_time().unwrap_or(ReadProblem::NoTime { columns, rate_hz }))
+                                Err(self
+                                    .not_over_time("no column of times")
+                                    .unwrap_or(ReadProblem::NoTime { columns, rate_hz }))
                             }
                         }
                     }

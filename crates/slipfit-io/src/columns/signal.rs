@@ -156,7 +156,7 @@ impl Chooser<'_> {
         let like = match best.first().map(|&c| self.roles[c]) {
             None => {
                 let missing = ReadProblem::NoColumn { needed: Needed::Signal, columns: self.list() };
-                return Err(self.not_over_time().unwrap_or(missing));
+                return Err(self.not_over_time(Needed::Signal.missing()).unwrap_or(missing));
             }
             Some(Role::Signal { like, .. }) => like,
             Some(_) => "",
