@@ -152,7 +152,9 @@ pub enum ReadProblem {
         column: String,
     },
     /// Time runs backwards.
-    #[error("{column}: time goes backwards ({previous} s, then {next} s)")]
+    #[error(
+        "{column}: time goes backwards ({previous} s, then {next} s), {}", slipfit::error::out_of_order(*backward, *forward)
+    )]
     TimeBackwards {
         /// Line of the file, from 1.
         row: u64,
@@ -162,6 +164,10 @@ pub enum ReadProblem {
         previous: f64,
         /// Time on that line (s).
         next: f64,
+        /// Steps from row to row that go back.
+        backward: usize,
+        /// Steps that go forth.
+        forward: usize,
     },
     /// Too few rows could be read.
     #[error("{column}: usable rows {read}, needed at least {needed}{skipped}")]

@@ -29,7 +29,7 @@ pub(crate) fn spell(option: &'static str, value: Option<&HintValue>) -> String {
 }
 
 /// The keyword that sets an option of a library, where it is not the option's name.
-fn keyword(option: &str) -> &str {
+pub(crate) fn keyword(option: &str) -> &str {
     match option {
         "time_constant_s" => "lockin_time_constant_s",
         "order" => "lockin_order",
@@ -160,7 +160,8 @@ pub(crate) fn core_error(py: Python<'_>, analysis: Analysis, error: &Error) -> P
         Error::TooFewPoints { points, parameters } => {
             raised.with("found", *points).with("needed", parameters + 1)
         }
-        Error::TimeBackwards { index, previous, next } => {
+        Error::TimeBackwards { index, previous, next }
+        | Error::TimeOutOfOrder { index, previous, next, .. } => {
             raised.with("index", *index).with("previous", *previous).with("next", *next)
         }
         Error::Band { low_hz, high_hz } => {

@@ -87,6 +87,20 @@ pub enum Error {
         /// Its time.
         next: f64,
     },
+    /// The rows of a record are not in order of time: they run from the last to the first, or are mixed.
+    #[error("time goes backwards at sample {index}: {previous} s, then {next} s, {}", out_of_order(*backward, *forward))]
+    TimeOutOfOrder {
+        /// Index of the first sample that is earlier than its predecessor.
+        index: usize,
+        /// Its predecessor's time.
+        previous: f64,
+        /// Its time.
+        next: f64,
+        /// Steps from row to row that go back.
+        backward: usize,
+        /// Steps that go forth.
+        forward: usize,
+    },
     /// A band that does not rise.
     #[error("band_hz = {low_hz} {high_hz} is no rising pair of frequencies: the lower one comes first")]
     Band {
@@ -221,6 +235,18 @@ fn does_not_rise(index: usize, previous: f64, next: f64) -> String {
     }
 }
 
+/// How many steps between rows go back, and what helps.
+pub fn out_of_order(backward: usize, forward: usize) -> String {
+    if forward == 0 {
+        "as in every step: the record runs from its end to its start; reverse its rows".to_owned()
+    } else {
+        format!(
+            "as in {backward} of {} steps: the rows are in no order; sort them by time",
+            backward + forward
+        )
+    }
+}
+
 fn in_unit(unit: &str) -> String {
     if unit.is_empty() { "has no unit".to_owned() } else { format!("is in {unit}") }
 }
@@ -242,6 +268,23 @@ mod tests {
         let refusal = |next| Error::TimeBackwards { index: 4, previous: 0.5, next }.to_string();
         assert_eq!(refusal(0.5), "time does not increase at sample 4: 0.5 s twice");
         assert_eq!(refusal(0.25), "time goes backwards at sample 4: 0.5 s, then 0.25 s");
+    }
+
+    #[test]
+    fn a_reversed_record_is_told_from_an_unsorted_one() {
+        let refusal = |backward, forward| {
+            Error::TimeOutOfOrder { index: 1, previous: 0.5, next: 0.25, backward, forward }.to_string()
+        };
+        assert_eq!(
+            refusal(9, 0),
+            "time goes backwards at sample 1: 0.5 s, then 0.25 s, as in every step: the record runs from its end to \
+             its start; reverse its rows"
+        );
+        assert_eq!(
+            refusal(4, 5),
+            "time goes backwards at sample 1: 0.5 s, then 0.25 s, as in 4 of 9 steps: the rows are in no order; sort \
+             them by time"
+        );
     }
 
     #[test]

@@ -335,9 +335,12 @@ fn finish(head: &Head, mut choice: Choice, mut samples: Samples) -> Result<Readi
         (slipfit::Error::TooFewSamples { found, needed }, _) => {
             ReadProblem::TooFewRows { read: found, needed, column, skipped: left_out(&skipped) }
         }
-        (slipfit::Error::TimeBackwards { .. }, Some(Backwards { row, previous, next })) => {
+        (
+            slipfit::Error::TimeOutOfOrder { backward, forward, .. },
+            Some(Backwards { row, previous, next }),
+        ) => {
             let column = choice.time.column().map(|t| head.label(t.index)).unwrap_or_default();
-            ReadProblem::TimeBackwards { row, column, previous, next }
+            ReadProblem::TimeBackwards { row, column, previous, next, backward, forward }
         }
         (slipfit::Error::NoSuchRun { asked, found }, _) => ReadProblem::Option {
             option: "run",

@@ -14,6 +14,8 @@ use crate::numeric::robust::median;
 const REPEATED_SHARE: f64 = 0.05;
 /// Backward steps up to this many median steps are disorder, not resets.
 const DISORDER_STEPS: f64 = 10.0;
+/// Share of backward steps from which on rows may be in no order at all.
+const SHUFFLED_SHARE: f64 = 0.25;
 /// Rows within which disorder must be over.
 const DISORDER_ROWS: usize = 8;
 /// Steps looked at for a median.
@@ -201,9 +203,10 @@ fn check_direction(time_s: &[f64]) -> Result<(), Error> {
     if backward + forward == 0 {
         return Err(Error::TimeStandsStill { time_s: time_s.first().copied().unwrap_or(f64::NAN) });
     }
-    if backward > forward {
+    if backward > forward || is_shuffled(time_s, backward) {
         let index = 1 + steps(time_s).position(|s| s < 0.0).unwrap_or(0);
-        return Err(Error::TimeBackwards { index, previous: time_s[index - 1], next: time_s[index] });
+        let (previous, next) = (time_s[index - 1], time_s[index]);
+        return Err(Error::TimeOutOfOrder { index, previous, next, backward, forward });
     }
     Ok(())
 }
@@ -217,6 +220,16 @@ fn count_on(rows: &mut Rows, report: &mut ClockReport) {
     if let Some(wraps) = wraps::join(&mut rows.time_s, step_s, DISORDER_STEPS * step_s) {
         (report.wraps, report.wrap_period_s) = (wraps.count, Some(wraps.period_s));
     }
+}
+
+/// Whether rows stand far from their place, and everywhere: no clock does that.
+fn is_shuffled(time_s: &[f64], backward: usize) -> bool {
+    if (backward as f64) < SHUFFLED_SHARE * time_s.len() as f64 {
+        return false;
+    }
+    let order = ascending(time_s);
+    let far = order.iter().enumerate().filter(|(place, row)| place.abs_diff(**row) > DISORDER_ROWS).count();
+    2 * far > time_s.len()
 }
 
 /// Leaves out single rows whose stamp is far from both neighbours while these

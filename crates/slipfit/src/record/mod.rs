@@ -42,6 +42,33 @@ impl SignalKind {
     pub fn oscillates(self) -> bool {
         !matches!(self, SignalKind::Envelope | SignalKind::LockIn)
     }
+
+    /// The unit of the displacement behind samples in this unit: `mm` of a velocity in `mm/s`.
+    ///
+    /// ```
+    /// use slipfit::SignalKind;
+    /// assert_eq!(SignalKind::Velocity.displacement_unit("mm/s"), "mm");
+    /// assert_eq!(SignalKind::Acceleration.displacement_unit("g"), "g");
+    /// ```
+    #[must_use]
+    pub fn displacement_unit(self, unit: &str) -> String {
+        self.integrated(unit).1
+    }
+
+    /// How often a length in this unit is divided by `omega` for one of the displacement, and the unit of that.
+    fn integrated(self, unit: &str) -> (i32, String) {
+        let (order, ends): (u8, &[&str]) = match self {
+            SignalKind::Velocity => (1, &["/s"]),
+            SignalKind::Acceleration => (2, &["/s^2", "/s²", "/s2"]),
+            _ => return (0, unit.to_owned()),
+        };
+        let cut = || ends.iter().find_map(|end| unit.strip_suffix(end)).map(str::to_owned);
+        let of_displacement = match derivative(unit) {
+            Some((base, found)) => (found == order).then_some(base),
+            None => cut(),
+        };
+        of_displacement.map_or_else(|| (0, unit.to_owned()), |unit| (i32::from(order), unit))
+    }
 }
 
 /// Samples of one oscillating quantity with their times.
@@ -96,7 +123,7 @@ impl Record {
     /// - [`Error::Length`] if the two differ in length
     /// - [`Error::TooFewSamples`] if fewer than [`MIN_SAMPLES`] remain
     /// - [`Error::ConstantSignal`] if all samples are equal
-    /// - [`Error::TimeBackwards`] if more stamps go backwards than forwards
+    /// - [`Error::TimeOutOfOrder`] if more stamps go backwards than forwards, or the rows are in no order
     /// - [`Error::TimeStandsStill`] if all stamps are equal
     pub fn new(time_s: Vec<f64>, signal: Vec<f64>) -> Result<Self, Error> {
         Self::from_stamps(time_s, signal, None, None)
@@ -282,17 +309,7 @@ impl Record {
 
     /// How often a length of the signal is divided by `omega` for one of the displacement, and the unit of that.
     pub(crate) fn integrated(&self) -> (i32, String) {
-        let (order, ends): (u8, &[&str]) = match self.kind {
-            SignalKind::Velocity => (1, &["/s"]),
-            SignalKind::Acceleration => (2, &["/s^2", "/s²", "/s2"]),
-            _ => return (0, self.unit.clone()),
-        };
-        let cut = || ends.iter().find_map(|end| self.unit.strip_suffix(end)).map(str::to_owned);
-        let unit = match derivative(&self.unit) {
-            Some((base, found)) => (found == order).then_some(base),
-            None => cut(),
-        };
-        unit.map_or_else(|| (0, self.unit.clone()), |unit| (i32::from(order), unit))
+        self.kind.integrated(&self.unit)
     }
 
     /// Whether the samples went through a lossy compression, see [`Record::with_lossy_compression`].

@@ -165,7 +165,7 @@ fn what_cannot_be_a_record_is_refused_by_name() {
     let back: Vec<f64> = time.iter().rev().copied().collect();
     assert_eq!(
         Record::new(back, ring(20)),
-        Err(Error::TimeBackwards { index: 1, previous: 19.0, next: 18.0 })
+        Err(Error::TimeOutOfOrder { index: 1, previous: 19.0, next: 18.0, backward: 19, forward: 0 })
     );
     assert_eq!(Record::new(vec![3.0; 20], ring(20)), Err(Error::TimeStandsStill { time_s: 3.0 }));
     assert_eq!(Record::new(time.clone(), vec![2.0; 20]), Err(Error::ConstantSignal { value: 2.0 }));
@@ -329,4 +329,25 @@ fn a_run_behind_one_whose_counter_began_again_has_a_clock_of_its_own() {
     let record = Record::new(time, ring(1800)).unwrap();
     let report = record.clock_report();
     assert_eq!((report.wraps, report.resets, record.len()), (1, 1, 1500));
+}
+
+/// Of a permutation as many steps go back as forth: whether one is refused may not hang on which are more.
+#[test]
+fn mixed_rows_are_refused_and_rows_near_their_place_are_put_there() {
+    let n = 400;
+    for seed in 0..20_u64 {
+        let mut order: Vec<usize> = (0..n).collect();
+        order.sort_by_key(|i| (*i as u64 + 1).wrapping_mul(2 * seed + 0x9e37_79b9_7f4a_7c15) >> 20);
+        let times = order.iter().map(|i| 0.1 * *i as f64).collect();
+        let signal = order.iter().map(|i| ring(n)[*i]).collect();
+        let found = Record::new(times, signal);
+        assert!(matches!(found, Err(Error::TimeOutOfOrder { forward: 1.., .. })), "{seed}: {found:?}");
+    }
+    // Pairs the wrong way round, behind a row in its place.
+    let swapped: Vec<usize> =
+        (0..n).map(|i| if i % 2 == 1 { i + 1 } else { i.saturating_sub(1) }).map(|i| i.min(n - 1)).collect();
+    let times = swapped.iter().map(|i| 0.1 * *i as f64).collect();
+    let record = Record::new(times, swapped.iter().map(|i| ring(n)[*i]).collect()).unwrap();
+    assert_eq!((record.len(), record.clock_report().reordered), (n, n / 2 - 1));
+    assert_eq!(record.signal(), ring(n));
 }

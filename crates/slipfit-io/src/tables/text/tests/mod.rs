@@ -234,7 +234,9 @@ fn bad_files_are_refused_with_a_reason_and_a_way_out() {
     assert_eq!(message(constant.as_bytes()), "file.csv: column 2 `x` is constant (0.5): nothing oscillates");
     let backwards = table_of("t (s),x (m)\n", 40, |_, t, x| format!("{},{x}", 9.0 - t));
     let (text, hint) = error(&backwards, &ReadOptions::default());
-    assert_eq!(text, "file.csv, row 3: column 1 `t (s)`: time goes backwards (9 s, then 8.9375 s)");
+    let told = "file.csv, row 3: column 1 `t (s)`: time goes backwards (9 s, then 8.9375 s), as in every step: the record \
+                runs from its end to its start; reverse its rows";
+    assert_eq!(text, told);
     assert!(hint.contains("time "));
     assert_eq!(message(b"t,x\n1,2\0\n"), "file.csv: this is not text: byte 0x00 at position 7");
     assert_eq!(message(b"BZh9"), "file.csv: this is a bzip2 file, which is not read yet");
