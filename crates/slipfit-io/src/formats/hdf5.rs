@@ -14,6 +14,7 @@ use crate::{
     tables::arrays::{self, Array, NamedValues},
     tables::binary::{Kind, Stored},
     tables::guard,
+    tables::known::{Known, not_found},
     tables::table::HeldTables,
 };
 
@@ -72,18 +73,24 @@ pub(crate) fn cube(path: &Path, name: Option<&str>) -> Result<([usize; 3], Strin
         let bytes = std::fs::metadata(path).map_or(0, |m| usize::try_from(m.len()).unwrap_or(usize::MAX));
         let file = Hdf5File::open_with_options(path, limits(bytes).0)?;
         let mut sets = Vec::new();
-        if let Some(name) = name {
-            sets.push((name.to_owned(), file.dataset(name)?));
-        } else {
-            let mut seen = Vec::new();
-            cubes(&file.root_group()?, "", &mut seen, &mut sets);
+        let named = name.map(|name| (name, file.dataset(name)));
+        if let Some((name, Ok(set))) = named {
+            return Ok((vec![(name.to_owned(), set)], Vec::new()));
         }
-        Ok(sets)
+        all_sets(&file.root_group()?, "", &mut Vec::new(), &mut sets);
+        let known = sets.iter().map(|(path, set)| Known { path: path.clone(), shape: set.shape().to_vec() });
+        let known: Vec<Known> = known.collect();
+        match named {
+            // It is there, and broken.
+            Some((name, Err(error))) if known.iter().any(|one| one.is(name)) => Err(error),
+            Some(_) => Ok((Vec::new(), known)),
+            None => Ok((sets.into_iter().filter(|(_, set)| set.shape().len() == 3).collect(), known)),
+        }
     };
-    let mut sets = guard::guarded(Format::Hdf5, open, |e: Error| Format::Hdf5.broken(e))?;
+    let (mut sets, known) = guard::guarded(Format::Hdf5, open, |e: Error| Format::Hdf5.broken(e))?;
     let refused = |reason: String| ReadProblem::NoStack { reason };
     let Some((name, set)) = sets.pop() else {
-        return Err(refused("no data set in the file has three axes".to_owned()));
+        return Err(refused(not_found("data set", name, &known)));
     };
     if !sets.is_empty() {
         let names: Vec<String> = sets.iter().map(|(name, _)| name.clone()).chain([name]).collect();
@@ -103,18 +110,18 @@ pub(crate) fn cube(path: &Path, name: Option<&str>) -> Result<([usize; 3], Strin
     Ok((shape, unit, Cube { set, kind }))
 }
 
-/// All data sets of three dimensions, with their paths.
-fn cubes(group: &Group, path: &str, seen: &mut Vec<u64>, found: &mut Vec<(String, Dataset)>) {
+/// All data sets with their paths.
+fn all_sets(group: &Group, path: &str, seen: &mut Vec<u64>, found: &mut Vec<(String, Dataset)>) {
     if seen.len() > MOST_SETS || seen.contains(&group.address()) {
         return;
     }
     seen.push(group.address());
     let Ok((groups, sets)) = group.members() else { return };
-    for set in sets.into_iter().filter(|set| set.shape().len() == 3) {
+    for set in sets {
         found.push((format!("{path}/{}", set.name()), set));
     }
     for inner in groups {
-        cubes(&inner, &format!("{path}/{}", inner.name()), seen, found);
+        all_sets(&inner, &format!("{path}/{}", inner.name()), seen, found);
     }
 }
 

@@ -4,6 +4,8 @@ pub(crate) mod arrays;
 pub(crate) mod binary;
 #[cfg(any(feature = "arrow", feature = "hdf5", feature = "parquet", feature = "sound"))]
 pub(crate) mod guard;
+#[cfg(any(feature = "hdf5", feature = "zarr"))]
+pub(crate) mod known;
 #[cfg(feature = "excel")]
 pub(crate) mod sheet;
 pub(crate) mod table;

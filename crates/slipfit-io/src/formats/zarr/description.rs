@@ -75,8 +75,9 @@ fn lengths(value: &Value) -> Option<[usize; 3]> {
 }
 
 impl Array {
-    pub(super) fn axes(&self) -> usize {
-        self.text["shape"].as_array().map_or(0, Vec::len)
+    pub(super) fn shape(&self) -> Vec<u64> {
+        let lengths = self.text["shape"].as_array();
+        lengths.into_iter().flatten().map(|length| length.as_u64().unwrap_or_default()).collect()
     }
 
     /// Its unit and where its numbers are.

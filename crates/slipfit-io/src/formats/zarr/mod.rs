@@ -12,6 +12,7 @@ use std::fs;
 use std::path::{Component, Path, PathBuf};
 
 use crate::error::ReadProblem;
+use crate::tables::known::{Known, not_found};
 use cube::refused;
 use description::{Array, Node, node};
 
@@ -30,14 +31,15 @@ pub(crate) fn cube(path: &Path, name: Option<&str>) -> Result<([usize; 3], Strin
         let folder = path.join(inner);
         match node(&folder)? {
             Some(Node::Array(array)) => found.push((name.to_owned(), folder, array)),
-            _ => return Err(refused(format!("there is no array {name} in it"))),
+            _ => return Err(refused(not_found("array", Some(name), &known(path)))),
         }
     } else {
         let mut left = MOST_NODES;
         search(path, "", DEEPEST, &mut left, &mut found)?;
+        found.retain(|(_, _, array)| array.shape().len() == 3);
     }
     let Some((name, folder, array)) = found.pop() else {
-        return Err(refused("no array of zarr in the folder has three axes".to_owned()));
+        return Err(refused(not_found("array", None, &known(path))));
     };
     if !found.is_empty() {
         let names: Vec<String> = found.into_iter().map(|(name, ..)| name).chain([name]).collect();
@@ -49,7 +51,15 @@ pub(crate) fn cube(path: &Path, name: Option<&str>) -> Result<([usize; 3], Strin
 
 type Found = (String, PathBuf, Array);
 
-/// The arrays of three axes in a group and those in it.
+/// What the store holds, as far as it can be read.
+fn known(path: &Path) -> Vec<Known> {
+    let (mut left, mut found) = (MOST_NODES, Vec::new());
+    // What cannot be read is none of those to choose from.
+    let _ = search(path, "", DEEPEST, &mut left, &mut found);
+    found.into_iter().map(|(path, _, array)| Known { path, shape: array.shape() }).collect()
+}
+
+/// The arrays in a group and those in it.
 fn search(
     folder: &Path,
     name: &str,
@@ -62,9 +72,7 @@ fn search(
     }
     *left -= 1;
     match node(folder)? {
-        Some(Node::Array(array)) if array.axes() == 3 => {
-            found.push((name.to_owned(), folder.to_owned(), array));
-        }
+        Some(Node::Array(array)) => found.push((name.to_owned(), folder.to_owned(), array)),
         Some(Node::Group) => {
             let entries = fs::read_dir(folder).map_err(ReadProblem::Io)?;
             let mut names: Vec<_> = entries.flatten().map(|entry| entry.file_name()).collect();
