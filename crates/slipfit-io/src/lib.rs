@@ -250,6 +250,22 @@ pub fn unit_factor(from: &str, to: &str) -> Option<f64> {
     columns::units::ratio(from.trim(), to.trim())
 }
 
+/// The unit in the name of a column, as readers take it from a header; `None` where the name has none that is known:
+/// a word in brackets may be anything else.
+///
+/// ```
+/// use slipfit_io::unit_of_name;
+/// assert_eq!(unit_of_name("time (ms)").as_deref(), Some("ms"));
+/// assert_eq!(unit_of_name("t/ms").as_deref(), Some("ms"));
+/// assert_eq!(unit_of_name("f [kHz]").as_deref(), Some("kHz"));
+/// assert_eq!(unit_of_name("time (local)"), None);
+/// assert_eq!(unit_of_name("time"), None);
+/// ```
+#[must_use]
+pub fn unit_of_name(name: &str) -> Option<String> {
+    Some(columns::name::Name::parse(name).unit).filter(|unit| columns::units::is_known(unit))
+}
+
 /// Reads drive levels and the amplitudes they gave.
 ///
 /// A table with a column of frequencies besides holds a curve for each level;

@@ -30,7 +30,7 @@ mod _core {
     #[pymodule_export]
     use crate::reading::{
         Curve, Levels, Record, curve_of_arrays, levels_of_arrays, read_curve, read_levels, read_record,
-        record_of_arrays, unit_factor,
+        record_of_arrays, unit_factor, unit_of_name,
     };
     #[pymodule_export]
     use crate::simulate::{decay, driven, sweep};

@@ -264,10 +264,10 @@ def test_no_bytes_do_more_than_raise(data):
 def test_doctests_hold():
     import doctest
 
-    from slipfit import _analyses, _answers, _batch, _errors, _fits, _input, _map, _plot, simulate
+    from slipfit import _analyses, _answers, _batch, _errors, _fits, _input, _map, _plot, simulate, typing
 
     tried = 0
-    for module in (slipfit, _analyses, _answers, _batch, _errors, _fits, _input, _map, _plot, simulate):
+    for module in (slipfit, _analyses, _answers, _batch, _errors, _fits, _input, _map, _plot, simulate, typing):
         found = doctest.testmod(module, report=True)
         assert found.failed == 0, module.__name__
         tried += found.attempted
@@ -552,3 +552,94 @@ def test_engines_are_there_without_an_import():
     subprocess.run([sys.executable, "-c", code], check=True)
     with pytest.raises(AttributeError, match="no attribute 'engine'"):
         slipfit.engine
+
+
+def test_a_name_tells_the_unit_as_a_header_does(swing, answer):
+    pandas, polars = pytest.importorskip("pandas"), pytest.importorskip("polars")
+    time, signal = swing
+    hz = answer.parameters.frequency_hz.value
+    for make in (pandas.Series, polars.Series):
+        for scale, name in ((1e3, "time (ms)"), (1e3, "t/ms"), (1e6, "time [us]"), (1 / 60, "t (min)"), (1 / 86400, "days (days)")):
+            column = make(time * scale, name=name) if make is pandas.Series else make(name, time * scale)
+            found = slipfit.ringdown(column, signal).parameters.frequency_hz.value
+            assert found == pytest.approx(hz, rel=1e-9), name
+    # What is no unit is a word.
+    for name in ("time (local)", "time [UTC]", "t (1)", "run (3)", "time (lab clock)", "time", 5, ("t", "ms")):
+        column = pandas.Series(time, name=name)
+        assert slipfit.ringdown(column, signal, unit="rad") == answer, name
+        indexed = pandas.Series(signal, index=pandas.Index(time, name=name))
+        assert slipfit.ringdown(indexed, unit="rad") == answer, name
+    for name in ("time (mV)", "t (mm)", "f (kHz)"):
+        with pytest.raises(slipfit.OptionError, match=f"time is in '.*' by its name '{re.escape(name)}': s, ms") as raised:
+            slipfit.ringdown(pandas.Series(time, name=name), signal)
+        assert raised.value.option == "time"
+        assert slipfit.ringdown(pandas.Series(time, name=name).to_numpy(), signal, unit="rad") == answer
+    dates = pandas.Series(pandas.to_datetime(time, unit="s"), name="time (mV)")
+    assert slipfit.ringdown(dates, signal).parameters.frequency_hz.value == pytest.approx(hz, rel=1e-6)
+
+
+def test_names_of_samples_phases_and_errors_tell_their_units(swing, sweep):
+    pandas = pytest.importorskip("pandas")
+    time, signal = swing
+    named = slipfit.ringdown(time, pandas.Series(signal, name="angle (mrad)"))
+    assert named == slipfit.ringdown(time, signal, unit="mrad")
+    assert slipfit.ringdown(time, pandas.Series(signal, name="angle (V)"), unit="rad").parameters == (
+        slipfit.ringdown(time, signal, unit="rad").parameters
+    )
+    assert slipfit.ringdown(time, pandas.Series(signal, name="shifted_ms")).to_dict()["input"]["unit"] == ""
+    frequency, response = sweep
+    columns = {"f (mHz)": 1e3 * frequency, "R (mm)": np.abs(response), "phase (deg)": np.degrees(np.angle(response)), "e (um)": np.full(81, 50.0)}
+    frame = pandas.DataFrame(columns)
+    plain = slipfit.resonance(
+        frequency, np.abs(response), phase_rad=np.angle(response), std_error=np.full(81, 0.05), unit="mm", drive_amplitude=1
+    )
+    found = slipfit.resonance(
+        frame["f (mHz)"], frame["R (mm)"], phase_rad=frame["phase (deg)"], std_error=frame["e (um)"], drive_amplitude=1
+    )
+    for name, quantity in plain.parameters.items():
+        assert found.parameters[name].value == pytest.approx(quantity.value, rel=1e-6), name
+        assert found.parameters[name].unit == quantity.unit
+    with pytest.raises(slipfit.OptionError, match="phase_rad is in 'mm' by its name"):
+        slipfit.resonance(frequency, np.abs(response), phase_rad=frame["R (mm)"])
+    levels = slipfit.levels(pandas.Series([1.0, 2, 3, 4], name="drive (V)"), pandas.Series([0.1, 2.1, 4.1, 6.2], name="R (nm)"))
+    assert levels.parameters.threshold.unit == "V"
+
+
+def test_a_reversed_record_is_told_from_an_unsorted_one(swing, answer):
+    time, signal = swing
+    with pytest.raises(slipfit.OptionError, match="as in every step: .* reverse its rows, at index 1") as raised:
+        slipfit.ringdown(time[::-1], signal[::-1])
+    assert (raised.value.option, raised.value.code) == ("time", "time_backwards")
+    for seed in range(8):
+        mixed = np.random.default_rng(seed).permutation(len(time))
+        with pytest.raises(slipfit.OptionError, match=r"as in \d+ of 2000 steps: .* sort them by time, at index"):
+            slipfit.ringdown(time[mixed], signal[mixed])
+        order = np.argsort(time[mixed])
+        assert slipfit.ringdown(time[mixed][order], signal[mixed][order], unit="rad") == answer
+
+
+def test_arguments_are_refused_before_the_analysis(swing, sweep, monkeypatch):
+    def analysed(*_):
+        raise AssertionError("the analysis runs")
+
+    for name in ("ringdown_answer", "resonance_answer", "levels_answer", "series_answer"):
+        monkeypatch.setattr(slipfit._core, name, analysed)
+    record = slipfit.read(np_bytes_of(swing), "swing.npy", time=1, signal=2, unit="rad")
+    wrong = [
+        {"lockin_time_constant_s": 0.1, "lockin_order": 2}, {"lockin_order": 2}, {"model": "glue"}, {"law": "any"},
+        {"start_s": 3, "end_s": 2}, {"min_amplitude": -1}, {"stiffness": 1, "mass": 1}, {"stiffness": -1},
+        {"band_hz": (3, 2)}, {"frequency_hz": -1},
+    ]  # fmt: skip
+    for options in wrong:
+        with pytest.raises(slipfit.OptionError):
+            slipfit.ringdown(*swing, unit="rad", **options)
+        with pytest.raises(slipfit.OptionError):
+            slipfit.ringdown(record, **options)
+    with pytest.raises(slipfit.OptionError, match="options: lockin_time_constant_s=0.1: only for amplitudes"):
+        slipfit.Measurement(record, options=wrong[0])
+
+
+def np_bytes_of(columns):
+    held = io.BytesIO()
+    np.save(held, np.column_stack(columns))
+    return held.getvalue()

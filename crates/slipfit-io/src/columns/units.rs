@@ -91,6 +91,11 @@ pub(crate) fn measures(unit: &str) -> Option<Measures> {
     })
 }
 
+/// Whether this is a unit.
+pub(crate) fn is_known(unit: &str) -> bool {
+    measures(unit).is_some() || hertz(unit).is_some() || radians(unit).is_some()
+}
+
 /// What a unit measures that is no part of an oscillation and not divided by a force.
 fn plain(unit: &str) -> Option<Measures> {
     let (written, unit) = (unit.to_lowercase(), tidy(unit));

@@ -16,7 +16,7 @@ those that the command ``slipfit`` prints.
 import importlib
 from typing import TYPE_CHECKING, Any
 
-from . import simulate
+from . import simulate, typing
 from ._analyses import (
     Measurement,
     levels,
@@ -104,6 +104,7 @@ __all__ = [
     "ringdown",
     "series",
     "simulate",
+    "typing",
 ]
 
 

@@ -4,9 +4,9 @@ from __future__ import annotations
 
 import os
 import re
-from collections.abc import Callable, Iterable, Sequence
+from collections.abc import Callable, Iterable, Mapping, Sequence
 from dataclasses import dataclass, field
-from typing import Annotated, Any, Literal, TypeAlias, Union, get_args
+from typing import Annotated, Any, Literal, get_args
 
 import numpy as np
 from numpy.typing import ArrayLike
@@ -15,12 +15,7 @@ from . import _core, _input
 from ._arguments import public, wrong_type
 from ._answers import LevelsAnswer, ResonanceAnswer, RingdownAnswer, SeriesAnswer, Table
 from ._errors import FolderError, OptionError, ReadError, SlipfitError
-from ._input import Path, Uncertain
-
-Kind: TypeAlias = Literal["displacement", "velocity", "acceleration", "envelope", "lock-in"]
-#: What the response of a curve may be.
-Motion: TypeAlias = Literal["displacement", "velocity", "acceleration"]
-Column: TypeAlias = Union[str, int]
+from .typing import Band, Column, Kind, Motion, Path, Scalar, Uncertain
 
 _CHOICES = (
     "format", "sheet", "part", "run", "time", "time_unit", "rate_hz", "signal", "quadrature", "unit", "kind",
@@ -80,7 +75,7 @@ def read(
     time_unit: str | None = None,
     unit: str | None = None,
     kind: Kind | None = None,
-    rate_hz: float | None = None,
+    rate_hz: Scalar | None = None,
     sheet: Column | None = None,
     part: int | None = None,
     run: int | None = None,
@@ -101,7 +96,7 @@ def read(
         Units where the file does not name them.
     kind : str, optional
         ``displacement``, ``velocity``, ``acceleration``, ``envelope`` or ``lock-in``.
-    rate_hz : float, optional
+    rate_hz : float or quantity, optional
         Samples per second, in place of a column of times.
     sheet : str or int, optional
         Which sheet, variable, group or track.
@@ -159,13 +154,13 @@ def read_curve(
     frequency_unit: str | None = None,
     unit: str | None = None,
     phase_unit: str | None = None,
-    centre_hz: float | None = None,
+    centre_hz: Scalar | None = None,
     kind: Motion | None = None,
     sheet: Column | None = None,
     run: int | None = None,
     time: Column | None = None,
     time_unit: str | None = None,
-    rate_hz: float | None = None,
+    rate_hz: Scalar | None = None,
     format: str | None = None,
 ) -> _core.Curve:
     """Reads a resonance curve, or demodulates the driven records of several files or a folder.
@@ -180,7 +175,7 @@ def read_curve(
         Columns by name or by number from 1.
     frequency_unit, unit, phase_unit : str, optional
         Units where the file does not name them.
-    centre_hz : float, optional
+    centre_hz : float or quantity, optional
         The frequency that shifts are counted from.
     kind : str, optional
         What the response is; divided by i omega once for a velocity, twice for an acceleration.
@@ -268,7 +263,7 @@ def _record(
     time: Any,
     signal: Any,
     quadrature: ArrayLike | None = None,
-    rate_hz: float | None = None,
+    rate_hz: Scalar | None = None,
     unit: str | None = None,
     kind: Kind | None = None,
 ) -> _core.Record:
@@ -301,14 +296,14 @@ def _record(
             raise _input.refuse("time", f"no times: give time or rate_hz; {missing}")
         raise _input.refuse("time", "no times: give time or rate_hz")
     given_as = "time" if signal is None else "signal"
-    told = _input.unit_told(given_as, own_unit, unit)
+    told, of_numbers = _input.named(time if signal is None else signal, own_unit, _input.unit_told(given_as, own_unit, unit))
     if quadrature is None and _input.held("signal", values).dtype.kind == "c":
         advice = "of a lock-in give signal=z.real, quadrature=z.imag"
         raise _input.refuse("signal", f"signal is complex where real numbers are needed: {advice}")
     columns = {
         "time_s": times,
         "signal": _input.vector("signal", values),
-        "quadrature": None if quadrature is None else _input.alike("quadrature", quadrature, own_unit or told),
+        "quadrature": None if quadrature is None else _input.alike("quadrature", quadrature, of_numbers),
     }
     rate = _input.optional("rate_hz", rate_hz)
     record: _core.Record = _of_arrays(_core.record_of_arrays, columns, rate, told, kind)
@@ -364,17 +359,17 @@ def ringdown(
     signal: Any = None,
     *,
     quadrature: ArrayLike | None = None,
-    rate_hz: float | None = None,
+    rate_hz: Scalar | None = None,
     unit: str | None = None,
     kind: Kind | None = None,
     model: str | None = None,
-    band_hz: tuple[float, float] | None = None,
-    start_s: float | None = None,
-    end_s: float | None = None,
-    min_amplitude: float | None = None,
+    band_hz: Band | None = None,
+    start_s: Scalar | None = None,
+    end_s: Scalar | None = None,
+    min_amplitude: Scalar | None = None,
     law: str | None = None,
-    frequency_hz: float | None = None,
-    lockin_time_constant_s: float | None = None,
+    frequency_hz: Scalar | None = None,
+    lockin_time_constant_s: Scalar | None = None,
     lockin_order: int | None = None,
     stiffness: Uncertain | None = None,
     mass: Uncertain | None = None,
@@ -397,7 +392,7 @@ def ringdown(
         Samples in any unit; NaN is left out and counted. Of a lock-in its X output.
     quadrature : array_like, shape (n,), optional
         Y output of a lock-in.
-    rate_hz : float, optional
+    rate_hz : float or quantity, optional
         Samples per second, in place of `time`.
     unit : str, optional
         Unit of the samples, such as ``rad`` or ``mm``.
@@ -406,20 +401,20 @@ def ringdown(
         ``lock-in``; found out if not given.
     model : str, optional
         Report this loss model, such as ``viscous+sliding``, whichever the data prefer.
-    band_hz : tuple of float, optional
+    band_hz : (low, high), optional
         Only oscillations between these frequencies [Hz].
-    start_s, end_s : float, optional
+    start_s, end_s : float or quantity, optional
         First and last instant used [s].
-    min_amplitude : float, optional
+    min_amplitude : float or quantity, optional
         Follow the decay down to this amplitude only, unit of the signal.
     law : {"free", "rising"}, optional
         Draw the loss against the amplitude without a model as well, with its confidence band;
         ``"rising"`` where the loss grows with the amplitude.
-    frequency_hz : float, optional
+    frequency_hz : float or quantity, optional
         Frequency of the oscillation [Hz], for amplitudes, which do not show it.
     lockin_time_constant_s, lockin_order : float and int, optional
         Output filter of the lock-in: time constant of a stage [s] and number of stages.
-    stiffness, mass, torsion_stiffness, inertia : float or (value, std_error), optional
+    stiffness, mass, torsion_stiffness, inertia : float, quantity or (value, std_error), optional
         One of them turns displacements into forces [N/m, kg, N m/rad, kg m²].
 
     Returns
@@ -468,24 +463,29 @@ def ringdown(
     constants = _input.constants(
         {"stiffness": stiffness, "mass": mass, "torsion_stiffness": torsion_stiffness, "inertia": inertia}
     )
-    answer = RingdownAnswer(_core.ringdown_answer(record, choices, constants))
-    filtered = next((name for name in ("lockin_time_constant_s", "lockin_order") if choices[name] is not None), None)
-    if filtered and record.quadrature is None and record.kind != "envelope" and answer.backbone is not None:
-        what = "only for amplitudes and the outputs of a lock-in; this record oscillates"
-        raise _input.refuse(filtered, f"{filtered}={choices[filtered]:g}: {what}")
-    return answer
+    _core.check_ringdown(choices, constants)
+    _check_filter(record, choices)
+    return RingdownAnswer(_core.ringdown_answer(record, choices, constants))
+
+
+def _check_filter(record: _core.Record, choices: Mapping[str, Any]) -> None:
+    """Refuses the output filter of a lock-in beside a record that is not behind one."""
+    constant, order = choices["lockin_time_constant_s"], choices["lockin_order"]
+    if constant is not None and order is not None and record.kind not in ("envelope", "lock-in"):
+        what = f"only for amplitudes and the outputs of a lock-in; this record oscillates, its kind is {record.kind!r}"
+        raise _input.refuse("lockin_time_constant_s", f"lockin_time_constant_s={constant:g}: {what}")
 
 
 def _ringdown_choices(
-    start_s: float | None = None,
-    end_s: float | None = None,
-    min_amplitude: float | None = None,
-    band_hz: tuple[float, float] | None = None,
+    start_s: Scalar | None = None,
+    end_s: Scalar | None = None,
+    min_amplitude: Scalar | None = None,
+    band_hz: Band | None = None,
     model: str | None = None,
     law: str | None = None,
-    lockin_time_constant_s: float | None = None,
+    lockin_time_constant_s: Scalar | None = None,
     lockin_order: int | None = None,
-    frequency_hz: float | None = None,
+    frequency_hz: Scalar | None = None,
 ) -> dict[str, Any]:
     number = _input.optional
     return {
@@ -531,15 +531,15 @@ def _curve(
         del given["unit"], given["kind"]
         _nothing_besides(given, "a file", "; slipfit.read_curve(file, amplitude=…) names its columns")
         return read_curve(frequency, unit=unit, kind=kind)
-    own = _input.own_unit(response)
+    own, labelled = _input.own_unit(response), frequency if response is None else response
     if response is None:
         frequency, response, own = _input.frequency_and_response(frequency)
-    told = _input.unit_told("response", own, unit)
+    told, of_numbers = _input.named(labelled, own, _input.unit_told("response", own, unit))
     if frequency is None or response is None:
         raise _input.refuse("response", "a curve needs frequencies and a response")
     parts = _parts("response", response)
     phases = None if phase_rad is None else _input.radians("phase_rad", phase_rad)
-    errors = None if std_error is None else _input.alike("std_error", std_error, own or told)
+    errors = None if std_error is None else _input.alike("std_error", std_error, of_numbers)
     drives = None if drive is None else _input.vector("drive", drive)
     amplitude, real, imaginary = parts
     if real is not None and phase_rad is not None:
@@ -574,7 +574,7 @@ def resonance(
     kind: Motion | None = None,
     reference: _core.Curve | Path | Sequence[Path] | bytes | None = None,
     drive_amplitude: Uncertain | None = None,
-    band_hz: tuple[float, float] | None = None,
+    band_hz: Band | None = None,
     method: Literal["exact", "leading", "paper"] = "exact",
     model: str | None = None,
     background: bool | None = None,
@@ -610,9 +610,9 @@ def resonance(
     reference : Curve or path, optional
         A friction-free curve of the same oscillator and drive, which gives the drive amplitude. It has
         frequency, viscous damping, phase and background of its own; delay, drag and Duffing term are shared.
-    drive_amplitude : float or (value, std_error), optional
+    drive_amplitude : float, quantity or (value, std_error), optional
         Drive amplitude x_0, in the unit of the response.
-    band_hz : tuple of float, optional
+    band_hz : (low, high), optional
         Only points between these frequencies [Hz].
     method : str, optional
         ``exact``, ``leading`` (eq. 8 of the paper) or ``paper`` (its eq. 14).
@@ -622,7 +622,7 @@ def resonance(
         Whether these terms are fitted; decided by the data if not given. ``amplitude_offset`` is a constant in
         every amplitude of a curve without phases, as the zero of a detector; ``noise_floor`` one that adds in squares,
         as in a spectrum analyser.
-    stiffness, mass, torsion_stiffness, inertia : float or (value, std_error), optional
+    stiffness, mass, torsion_stiffness, inertia : float, quantity or (value, std_error), optional
         One of them turns displacements into forces.
 
     Returns
@@ -668,7 +668,7 @@ def resonance(
 
 
 def _resonance_choices(
-    band_hz: tuple[float, float] | None = None,
+    band_hz: Band | None = None,
     method: str = "exact",
     model: str | None = None,
     drive_amplitude: Uncertain | None = None,
@@ -713,13 +713,13 @@ def _levels(
     if amplitude is None:
         raise _input.refuse("amplitude", "levels need amplitudes beside the levels of the drive")
     own = _input.own_unit(amplitude)
-    told = _input.unit_told("amplitude", own, unit)
+    told, of_numbers = _input.named(amplitude, own, _input.unit_told("amplitude", own, unit))
     measured, real, imaginary = _parts("amplitude", amplitude)
     columns = {
         "drive": _input.vector("drive", drive), "amplitude": measured, "real": real, "imaginary": imaginary,
-        "std_error": None if std_error is None else _input.alike("std_error", std_error, own or told),
+        "std_error": None if std_error is None else _input.alike("std_error", std_error, of_numbers),
     }  # fmt: skip
-    of_drive = _input.unit_told("drive", _input.own_unit(drive), drive_unit, "drive_unit")
+    of_drive, _ = _input.named(drive, None, _input.unit_told("drive", _input.own_unit(drive), drive_unit, "drive_unit"))
     levels: _core.Levels = _of_arrays(_core.levels_of_arrays, columns, told, of_drive)
     return levels
 
@@ -732,7 +732,7 @@ def levels(
     std_error: ArrayLike | None = None,
     unit: str | None = None,
     drive_unit: str | None = None,
-    frequency_hz: float | None = None,
+    frequency_hz: Scalar | None = None,
     drive_gain: Uncertain | None = None,
     q_factor: Uncertain | None = None,
     stiffness: Uncertain | None = None,
@@ -752,13 +752,13 @@ def levels(
         Standard errors of the amplitudes.
     unit, drive_unit : str, optional
         Units of amplitudes and levels; where both are lengths or both are angles Q and x_F follow.
-    frequency_hz : float, optional
+    frequency_hz : float or quantity, optional
         Frequency of the resonance [Hz]: with it the decay rate follows from Q.
-    drive_gain : float or (value, std_error), optional
+    drive_gain : float, quantity or (value, std_error), optional
         Drive amplitude at the base, in the unit of the amplitudes, for one unit of the level.
-    q_factor : float or (value, std_error), optional
+    q_factor : float, quantity or (value, std_error), optional
         Quality factor of the viscous loss, in place of `drive_gain`.
-    stiffness, mass, torsion_stiffness, inertia : float or (value, std_error), optional
+    stiffness, mass, torsion_stiffness, inertia : float, quantity or (value, std_error), optional
         One of them turns displacements into forces.
 
     Returns
@@ -797,7 +797,7 @@ def _gain_unit(held: _core.Levels) -> str:
 
 
 def _levels_choices(
-    frequency_hz: float | None = None,
+    frequency_hz: Scalar | None = None,
     drive_gain: Uncertain | None = None,
     q_factor: Uncertain | None = None,
 ) -> dict[str, Any]:
@@ -818,13 +818,13 @@ class Measurement:
         What was measured, from :func:`read`, :func:`read_curve`, :func:`read_levels`.
     condition : str
         Label of what was set while measuring, such as ``9 nN``.
-    value : float or (value, std_error), optional
+    value : float, quantity or (value, std_error), optional
         The condition as a number.
     name : str, optional
         Name of the measurement; that of its file if not given.
     reference : Curve, optional
         Friction-free curve of a curve.
-    scale : float, optional
+    scale : float or quantity, optional
         Factor from its unit to that of the series, where units do not say it.
     options : dict
         Options of its analysis: those of :func:`ringdown`, :func:`resonance` or :func:`levels`.
@@ -835,7 +835,7 @@ class Measurement:
     value: Uncertain | None = None
     name: str | None = None
     reference: _core.Curve | None = None
-    scale: float | None = None
+    scale: Scalar | None = None
     options: dict[str, Any] = field(default_factory=dict)
 
     def __post_init__(self) -> None:
@@ -855,7 +855,10 @@ class Measurement:
                 name: _input.of_samples(name, value, units[name], uncertain=name.startswith("drive")) if name in units else value
                 for name, value in self.options.items()
             }
-            return public(choices)(**options)
+            chosen = public(choices)(**options)
+            if isinstance(self.data, _core.Record):
+                _check_filter(self.data, chosen)
+            return chosen
         except SlipfitError as error:
             raise type(error)(f"options: {error}", error.code, details={"option": "options"}) from None
         except TypeError as error:
@@ -911,7 +914,7 @@ def series(
         Unit of displacements in the table; that of the first measurement if not given.
     shared : iterable of str, optional
         Parameters held in common: ``natural_frequency``, ``drive_amplitude``, ``decay_rate``.
-    stiffness, mass, torsion_stiffness, inertia : float or (value, std_error), optional
+    stiffness, mass, torsion_stiffness, inertia : float, quantity or (value, std_error), optional
         One of them turns displacements into forces.
 
     Returns

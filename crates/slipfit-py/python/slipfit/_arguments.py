@@ -97,7 +97,8 @@ def _alternatives(annotation: Any) -> tuple[Any, ...]:
         return tuple(kind for one in typing.get_args(annotation) for kind in _alternatives(one))
     if typing.get_origin(annotation) is typing.Literal:
         return tuple(dict.fromkeys(type(word) for word in typing.get_args(annotation)))
-    return (annotation,)
+    # A number is what can be made one.
+    return (float,) if annotation is typing.SupportsFloat else (annotation,)
 
 
 def _is_number(value: Any) -> bool:

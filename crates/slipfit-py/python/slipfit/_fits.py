@@ -11,6 +11,7 @@ from numpy.typing import ArrayLike, NDArray
 from . import _core, _input
 from ._arguments import public
 from ._analyses import _curve
+from .typing import Scalar
 
 
 @dataclass(frozen=True)
@@ -106,9 +107,9 @@ def fit_envelope(
     time: ArrayLike,
     amplitude: ArrayLike,
     *,
-    initial_amplitude: float,
-    offset_amplitude: float,
-    decay_rate_per_s: float,
+    initial_amplitude: Scalar,
+    offset_amplitude: Scalar,
+    decay_rate_per_s: Scalar,
 ) -> EnvelopeFit:
     """Fits ``A(t) = (A_0 + C) exp(-delta t) - C`` to amplitudes by least squares.
 
@@ -118,7 +119,7 @@ def fit_envelope(
         Times [s]; t counts from the first.
     amplitude : array_like, shape (n,)
         Amplitudes in any unit, finite, n >= 4.
-    initial_amplitude, offset_amplitude, decay_rate_per_s : float
+    initial_amplitude, offset_amplitude, decay_rate_per_s : float or quantity
         Where the search begins: A_0, C, delta.
 
     Returns
@@ -162,12 +163,12 @@ def fit_waveform(
     time: ArrayLike,
     signal: ArrayLike,
     *,
-    initial_amplitude: float,
-    frequency_hz: float,
-    friction_displacement: float = 0.0,
-    decay_rate_per_s: float = 0.0,
-    phase_rad: float = 0.0,
-    offset: float = 0.0,
+    initial_amplitude: Scalar,
+    frequency_hz: Scalar,
+    friction_displacement: Scalar = 0.0,
+    decay_rate_per_s: Scalar = 0.0,
+    phase_rad: Scalar = 0.0,
+    offset: Scalar = 0.0,
 ) -> DecayFit:
     """Fits the exact free decay under viscous and sliding friction to every sample.
 
@@ -177,7 +178,7 @@ def fit_waveform(
         Times [s], never decreasing.
     signal : array_like, shape (n,)
         Displacement in any unit, finite, n >= 7.
-    initial_amplitude, frequency_hz, friction_displacement, decay_rate_per_s, phase_rad, offset : float
+    initial_amplitude, frequency_hz, friction_displacement, decay_rate_per_s, phase_rad, offset : float or quantity
         Where the search begins. The frequency must be right to about half a
         cycle over the record, the phase to about a radian.
 
@@ -225,7 +226,7 @@ def fit_resonance(
     *,
     phase_rad: ArrayLike | None = None,
     std_error: ArrayLike | None = None,
-    drive_amplitude: float | None = None,
+    drive_amplitude: Scalar | None = None,
 ) -> CurveFit:
     """Fits the exact fundamental with viscous damping and sliding friction to a curve.
 
@@ -237,7 +238,7 @@ def fit_resonance(
         Amplitudes or complex responses.
     phase_rad, std_error : array_like, shape (n,), optional
         Phases [rad] and standard errors of real amplitudes.
-    drive_amplitude : float, optional
+    drive_amplitude : float or quantity, optional
         Fixes x_0; without it, it is fitted.
 
     Returns

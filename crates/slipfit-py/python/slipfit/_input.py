@@ -5,9 +5,8 @@ from __future__ import annotations
 import datetime
 import operator
 import os
-import re
 from collections.abc import Mapping
-from typing import TYPE_CHECKING, Any, TypeAlias, Union
+from typing import Any, TypeAlias
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
@@ -15,17 +14,9 @@ from numpy.typing import ArrayLike, NDArray
 from . import _core, _units
 from ._arguments import shown, wrong_type
 from ._errors import OptionError
-
-if TYPE_CHECKING:
-    from ._answers import Quantity
+from .typing import Band, Scalar, Uncertain
 
 Vector: TypeAlias = NDArray[np.float64]
-#: A path, or several of them.
-Path: TypeAlias = Union[str, os.PathLike[str]]
-#: A number of seconds, or a duration.
-Interval: TypeAlias = Union[float, datetime.timedelta, np.timedelta64]
-#: A value, or a value with its standard error, such as a parameter of another answer.
-Uncertain: TypeAlias = Union[float, tuple[float, float], "Quantity"]
 
 
 def refuse(option: str, message: str) -> OptionError:
@@ -122,6 +113,18 @@ def own_unit(values: Any) -> str | None:
     return own_unit(getattr(values, "data", None)) if unit is None else str(unit)
 
 
+def _named_unit(values: Any) -> str | None:
+    """The unit in the name of a column of pandas, polars or xarray, as a file's header would tell it."""
+    name = getattr(values, "name", None)
+    labelled = type(values).__module__.split(".")[0] in ("pandas", "polars", "xarray")
+    return _core.unit_of_name(name) if labelled and isinstance(name, str) else None
+
+
+def unit_known(values: Any) -> str | None:
+    """The unit that an array has, or else that of its name."""
+    return own_unit(values) or _named_unit(values)
+
+
 def unit_told(name: str, own: str | None, unit: str | None, option: str = "unit") -> str | None:
     """The unit of samples: as it is told, or that of an array which has its own. Both must agree."""
     if unit is None or not own or own == unit:
@@ -137,7 +140,7 @@ def unit_told(name: str, own: str | None, unit: str | None, option: str = "unit"
 
 def alike(name: str, values: ArrayLike, unit: str | None) -> Vector:
     """Numbers that stand beside others in this unit, in the same unit if they name one."""
-    own = own_unit(values)
+    own = unit_known(values)
     if not own or not unit or own == unit:
         return vector(name, values)
     factor = _core.unit_factor(own, unit)
@@ -148,27 +151,30 @@ def alike(name: str, values: ArrayLike, unit: str | None) -> Vector:
 
 def radians(name: str, values: ArrayLike) -> Vector:
     """Angles in rad; those that name their unit are taken in it."""
-    return _in_unit(name, vector(name, values), own_unit(values), "rad", "rad, mrad, deg and turns")
+    return _in_unit(name, vector(name, values), values, "rad", "rad, mrad, deg and turns")
 
 
-def _in_unit(name: str, numbers: Vector, unit: str | None, wanted: str, words: str) -> Vector:
-    """Numbers of a unit, where one is named, in another of the same quantity."""
+def _in_unit(name: str, numbers: Vector, given: Any, wanted: str, words: str) -> Vector:
+    """Numbers of what was given, in the unit wanted where that or its name has another of the same quantity."""
+    unit = unit_known(given)
     if not unit:
         return numbers
     factor = _core.unit_factor(unit, wanted)
     if factor is None:
-        raise refuse(name, f"{name} is in {unit!r}: {words} are known")
+        named = "" if own_unit(given) else f" by its name {given.name!r}"
+        without = f"; {name}.to_numpy() has no name" if named else ""
+        raise refuse(name, f"{name} is in {unit!r}{named}: {words} are known{without}")
     return numbers * factor
 
 
 def hertz(name: str, values: ArrayLike) -> Vector:
     """Frequencies in Hz; those of xarray are taken in the unit that they name."""
-    return _in_unit(name, vector(name, values), own_unit(values), "Hz", "mHz, Hz, kHz, MHz, GHz and rad/s")
+    return _in_unit(name, vector(name, values), values, "Hz", "mHz, Hz, kHz, MHz, GHz and rad/s")
 
 
 def seconds(name: str, values: ArrayLike) -> Vector:
-    """Times in seconds; dates are counted from the first, numbers of xarray taken in the unit that they name."""
-    unit = own_unit(values)
+    """Times in seconds; dates are counted from the first, numbers taken in the unit that they or their name have."""
+    given = values
     if getattr(getattr(values, "dtype", None), "tz", None) is not None:
         # A column of pandas whose dates have a time zone.
         dates: Any = values
@@ -191,7 +197,7 @@ def seconds(name: str, values: ArrayLike) -> Vector:
             raise
         dates = f"pandas.to_datetime({name}) makes dates of texts"
         raise refuse(name, f"{name} holds texts that are no numbers, such as {shown(str(array[0]))}: {dates}") from None
-    return _in_unit(name, numbers, unit, "s", "s, ms, us, ns, min and h")
+    return _in_unit(name, numbers, given, "s", "s, ms, us, ns, min, h and days")
 
 
 def interval(name: str, value: Any) -> float | None:
@@ -286,29 +292,18 @@ def check_every_row(given: Any) -> None:
         raise refuse("rate_hz", "rate_hz is given beside the index of signal, which tells the time: signal.to_numpy() has none")
 
 
-def _index_times(name: str, index: Any) -> Vector:
+def _index(axis: str, index: Any) -> Vector:
+    """An index of pandas as times or frequencies, in the unit of its name if it has one."""
+    if getattr(index, "nlevels", 1) > 1:
+        raise refuse(axis, f"the index has {index.nlevels} levels: give one of them, or another array, as {axis}")
+    if axis != "time":
+        return hertz(axis, index)
     if hasattr(index, "to_timestamp"):
         # Periods begin at their stamp.
         index = index.to_timestamp()
     if getattr(index, "tz", None) is not None:
         index = index.tz_convert(None)
-    return seconds(name, index.to_numpy())
-
-
-#: A unit in the name of an index, as `time (ms)` and `f [kHz]`.
-_NAMED_UNIT = re.compile(r".*[(\[{]\s*([^()\[\]{}]+?)\s*[)\]}]\s*")
-
-
-def _index(axis: str, index: Any) -> Vector:
-    """An index of pandas as times or frequencies, in the unit of its name if it has one."""
-    if getattr(index, "nlevels", 1) > 1:
-        raise refuse(axis, f"the index has {index.nlevels} levels: give one of them, or another array, as {axis}")
-    values = _index_times(axis, index) if axis == "time" else hertz(axis, index.to_numpy())
-    named = _NAMED_UNIT.fullmatch(str(index.name or ""))
-    if named is None or index.to_numpy().dtype.kind not in "fiu":
-        return values
-    wanted, words = ("s", "s, ms, us, ns, min and h") if axis == "time" else ("Hz", "mHz, Hz, kHz, MHz, GHz and rad/s")
-    return _in_unit(axis, values, named[1], wanted, words)
+    return seconds(axis, index)
 
 
 def _labelled(axis: str, option: str, given: Any) -> tuple[Vector | None, Any, str | None] | None:
@@ -328,6 +323,15 @@ def _labelled(axis: str, option: str, given: Any) -> tuple[Vector | None, Any, s
         counted = _counts_rows(given.index) if axis == "time" else type(given.index).__name__ == "RangeIndex"
         return None if counted else _index(axis, given.index), given.to_numpy(), None
     return None
+
+
+def named(given: Any, own: str | None, told: str | None) -> tuple[str | None, str | None]:
+    """Unit of samples as it is told or else as their name has it, and that of the numbers themselves."""
+    by_name = own or _named_unit(given)
+    if by_name and not own and any(_core.unit_factor(by_name, other) for other in ("s", "Hz")):
+        # No unit of samples.
+        by_name = None
+    return by_name if told is None else told, by_name or told
 
 
 def frequency_and_response(labelled: Any) -> tuple[Vector | None, Any, str | None]:
@@ -407,7 +411,7 @@ def _float(name: str, value: Any) -> float:
         raise wrong_type(name, value, "a number is needed") from None
 
 
-def optional(name: str, value: float | None) -> float | None:
+def optional(name: str, value: Scalar | None) -> float | None:
     """A number or nothing."""
     return None if value is None else number(name, value)
 
@@ -443,7 +447,7 @@ def pair(name: str, value: Uncertain | None, samples: str | None = None) -> floa
     return None if given is None else number(name, given, samples)
 
 
-def band(value: tuple[float, float] | None) -> tuple[float, float] | None:
+def band(value: Band | None) -> tuple[float, float] | None:
     """Lower and upper limit."""
     if value is None:
         return None

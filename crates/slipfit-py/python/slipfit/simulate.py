@@ -14,6 +14,7 @@ from . import _core, _input
 from ._arguments import public
 from ._answers import Table
 from ._errors import ReadError
+from .typing import Scalar
 
 __all__ = ["decay", "driven", "sweep"]
 
@@ -27,23 +28,23 @@ _TURNING = {
     "coulomb_force": "N m", "static_force": "N m",
 }  # fmt: skip
 
-_OSCILLATOR = """frequency_hz, mass, stiffness : float, optional
+_OSCILLATOR = """frequency_hz, mass, stiffness : float or quantity, optional
         Undamped frequency [Hz]; or two of it, mass [kg] and stiffness [N/m].
-    q_factor, viscous_coefficient : float, optional
+    q_factor, viscous_coefficient : float or quantity, optional
         Viscous loss as a quality factor or as a coefficient [N s/m].
-    friction_displacement, coulomb_force : float, optional
+    friction_displacement, coulomb_force : float or quantity, optional
         Sliding friction as x_F = F/k, unit of the displacement, or as a force [N].
-    static_displacement, static_force : float, optional
+    static_displacement, static_force : float or quantity, optional
         Static friction; that of sliding if not given."""
 
 
-_NOISE = """noise_rms : float
+_NOISE = """noise_rms : float or quantity
         Standard deviation of white noise on every sample, unit of the displacement.
     seed : int
         Of the noise: the same seed, the same numbers."""
 
 
-def _noisy(signal: NDArray[np.float64], noise_rms: float, seed: int, unit: str) -> NDArray[np.float64]:
+def _noisy(signal: NDArray[np.float64], noise_rms: Scalar, seed: int, unit: str) -> NDArray[np.float64]:
     rms = _input.number("noise_rms", noise_rms, unit)
     if not 0 <= rms < float("inf"):
         raise _input.refuse("noise_rms", f"noise_rms={noise_rms!r}: zero or above is needed")
@@ -66,7 +67,7 @@ def _record(
         raise _input.refuse("duration_s", f"{len(signal)} samples in duration_s at rate_hz: more are needed") from None
 
 
-def _oscillator(unit: str, **given: float | None) -> dict[str, float | None]:
+def _oscillator(unit: str, **given: Scalar | None) -> dict[str, float | None]:
     """The oscillator; of a rotation the mass is a moment of inertia, and so on."""
     turns = _core.unit_factor(unit, "rad") is not None
     units = {"friction_displacement": unit, "static_displacement": unit, **(_TURNING if turns else _SLIDING)}
@@ -79,29 +80,29 @@ def _oscillator(unit: str, **given: float | None) -> dict[str, float | None]:
 @public
 def decay(
     *,
-    amplitude: float,
-    duration_s: float,
-    rate_hz: float,
+    amplitude: Scalar,
+    duration_s: Scalar,
+    rate_hz: Scalar,
     unit: str = "m",
-    frequency_hz: float | None = None,
-    mass: float | None = None,
-    stiffness: float | None = None,
-    q_factor: float | None = None,
-    viscous_coefficient: float | None = None,
-    friction_displacement: float | None = None,
-    coulomb_force: float | None = None,
-    static_displacement: float | None = None,
-    static_force: float | None = None,
-    noise_rms: float = 0.0,
+    frequency_hz: Scalar | None = None,
+    mass: Scalar | None = None,
+    stiffness: Scalar | None = None,
+    q_factor: Scalar | None = None,
+    viscous_coefficient: Scalar | None = None,
+    friction_displacement: Scalar | None = None,
+    coulomb_force: Scalar | None = None,
+    static_displacement: Scalar | None = None,
+    static_force: Scalar | None = None,
+    noise_rms: Scalar = 0.0,
     seed: int = 0,
 ) -> _core.Record:
     """A free decay, released at rest.
 
     Parameters
     ----------
-    amplitude : float
+    amplitude : float or quantity
         Displacement at the release.
-    duration_s, rate_hz : float
+    duration_s, rate_hz : float or quantity
         Length of the record [s] and samples per second.
     unit : str
         Unit of the displacement.
@@ -142,38 +143,38 @@ def decay(
 @public
 def driven(
     *,
-    drive_amplitude: float,
-    duration_s: float,
-    rate_hz: float,
-    drive_frequency_hz: float | None = None,
+    drive_amplitude: Scalar,
+    duration_s: Scalar,
+    rate_hz: Scalar,
+    drive_frequency_hz: Scalar | None = None,
     start: Literal["rest", "steady"] = "rest",
-    drive_off_s: float | None = None,
+    drive_off_s: Scalar | None = None,
     unit: str = "m",
-    frequency_hz: float | None = None,
-    mass: float | None = None,
-    stiffness: float | None = None,
-    q_factor: float | None = None,
-    viscous_coefficient: float | None = None,
-    friction_displacement: float | None = None,
-    coulomb_force: float | None = None,
-    static_displacement: float | None = None,
-    static_force: float | None = None,
-    noise_rms: float = 0.0,
+    frequency_hz: Scalar | None = None,
+    mass: Scalar | None = None,
+    stiffness: Scalar | None = None,
+    q_factor: Scalar | None = None,
+    viscous_coefficient: Scalar | None = None,
+    friction_displacement: Scalar | None = None,
+    coulomb_force: Scalar | None = None,
+    static_displacement: Scalar | None = None,
+    static_force: Scalar | None = None,
+    noise_rms: Scalar = 0.0,
     seed: int = 0,
 ) -> _core.Record:
     """The motion under a harmonic drive of the base, stops included.
 
     Parameters
     ----------
-    drive_amplitude : float
+    drive_amplitude : float or quantity
         x_0, in the unit of the displacement; a force is divided by the stiffness.
-    duration_s, rate_hz : float
+    duration_s, rate_hz : float or quantity
         Length of the record [s] and samples per second.
-    drive_frequency_hz : float, optional
+    drive_frequency_hz : float or quantity, optional
         That of the oscillator if not given [Hz].
     start : str
         ``rest``, or ``steady``: the motion has settled.
-    drive_off_s : float, optional
+    drive_off_s : float or quantity, optional
         The drive is switched off at this instant [s].
     unit : str
         Unit of the displacement.
@@ -221,17 +222,17 @@ def driven(
 def sweep(
     frequencies_hz: ArrayLike,
     *,
-    drive_amplitude: float,
-    wait_s: float | None = None,
-    frequency_hz: float | None = None,
-    mass: float | None = None,
-    stiffness: float | None = None,
-    q_factor: float | None = None,
-    viscous_coefficient: float | None = None,
-    friction_displacement: float | None = None,
-    coulomb_force: float | None = None,
-    static_displacement: float | None = None,
-    static_force: float | None = None,
+    drive_amplitude: Scalar,
+    wait_s: Scalar | None = None,
+    frequency_hz: Scalar | None = None,
+    mass: Scalar | None = None,
+    stiffness: Scalar | None = None,
+    q_factor: Scalar | None = None,
+    viscous_coefficient: Scalar | None = None,
+    friction_displacement: Scalar | None = None,
+    coulomb_force: Scalar | None = None,
+    static_displacement: Scalar | None = None,
+    static_force: Scalar | None = None,
 ) -> Table:
     """Amplitude and phase of the fundamental over the frequency of the drive.
 
@@ -239,9 +240,9 @@ def sweep(
     ----------
     frequencies_hz : array_like, shape (n,)
         Frequencies of the drive [Hz].
-    drive_amplitude : float
+    drive_amplitude : float or quantity
         x_0, in the unit of the displacement.
-    wait_s : float, optional
+    wait_s : float or quantity, optional
         Time spent at each frequency, one after the other [s]; settled if not given.
     {oscillator}
 

@@ -25,6 +25,12 @@ pub(crate) fn unit_factor(unit: &str, wanted: &str) -> Option<f64> {
     slipfit_io::unit_factor(unit, wanted)
 }
 
+/// The unit in the name of a column; None where it has none that is known.
+#[pyfunction]
+pub(crate) fn unit_of_name(name: &str) -> Option<String> {
+    slipfit_io::unit_of_name(name)
+}
+
 /// A record of arrays.
 #[pyfunction]
 #[pyo3(signature = (time_s, signal, quadrature, rate_hz, unit, kind))]

@@ -5,7 +5,7 @@ mod choices;
 mod origin;
 mod values;
 
-pub(crate) use arrays::{curve_of_arrays, levels_of_arrays, record_of_arrays, unit_factor};
+pub(crate) use arrays::{curve_of_arrays, levels_of_arrays, record_of_arrays, unit_factor, unit_of_name};
 
 use crate::failure::read_error;
 use crate::interrupt::interruptible;

@@ -49,6 +49,7 @@ const TIMES: &[(Seconds, &str)] = &[
     (Seconds::Over(1e12), "ps"),
     (Seconds::Times(60.0), "min minute minutes minuten мин"),
     (Seconds::Times(3600.0), "h hr hour hours"),
+    (Seconds::Times(86400.0), "day days"),
 ];
 
 /// A unit of time in lower case, or so many of one.
