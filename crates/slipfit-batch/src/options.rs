@@ -39,6 +39,17 @@ pub enum Signal {
     Oscillation(String, SignalKind),
 }
 
+impl Signal {
+    /// What was recorded.
+    pub(crate) fn kind(&self) -> SignalKind {
+        match self {
+            Self::Amplitude(_) => SignalKind::Envelope,
+            Self::LockIn(..) => SignalKind::LockIn,
+            Self::Oscillation(_, kind) => *kind,
+        }
+    }
+}
+
 /// When samples were taken.
 #[derive(Debug, Clone, PartialEq)]
 #[non_exhaustive]
@@ -99,6 +110,26 @@ impl Options {
         if self.frequency_hz.is_some() && matches!(self.signal, Signal::Oscillation(..)) {
             let problem = "only for amplitudes, or X and Y; an oscillation has a frequency of its own";
             return wrong("frequency_hz", problem.to_owned());
+        }
+        if let Signal::Oscillation(name, _) = &self.signal
+            && self.ringdown.lockin.is_some()
+        {
+            let problem = "a filter at the output of a lock-in is for amplitudes, or X and Y";
+            return wrong("time_constant_s", format!("{problem}; the signal `{name}` is an oscillation"));
+        }
+        if self.ringdown.band_hz.is_some() && !matches!(self.signal, Signal::Oscillation(..)) {
+            let problem =
+                "only for an oscillation; amplitudes, or X and Y, are those of one frequency already";
+            return wrong("band_hz", problem.to_owned());
+        }
+        let traces = match &self.signal {
+            Signal::Amplitude(name) | Signal::Oscillation(name, _) => [Some(name), None],
+            Signal::LockIn(x, y) => [Some(x), Some(y)],
+        };
+        if let Clock::Times(name) = &self.clock
+            && traces.contains(&Some(name))
+        {
+            return wrong("time", format!("`{name}` is the column of the traces"));
         }
         let interval = match &self.clock {
             Clock::Interval(number) => Some(number),

@@ -7,8 +7,8 @@ use crate::trace::column;
 use arrow_array::{ArrayRef, BooleanArray, Float64Array, Int64Array, RecordBatch, StringArray};
 use arrow_buffer::{BooleanBuffer, Buffer, OffsetBuffer};
 use arrow_schema::{ArrowError, DataType, Field, Schema};
-use slipfit::InferenceCriteria;
 use slipfit::ringdown::AmplitudeFit;
+use slipfit::{InferenceCriteria, Parameter};
 use std::sync::Arc;
 
 /// The answer to one trace; NaN where a number does not exist.
@@ -201,7 +201,8 @@ pub(crate) fn detected(p_value: f64) -> bool {
     p_value < InferenceCriteria::default().detected
 }
 
-/// The columns of an answer to a table of this schema: those kept, then the answer's own.
+/// The columns of an answer to a table of this schema: those kept, then the answer's own, whose units stand in their
+/// metadata under `unit`.
 ///
 /// # Errors
 /// [`Error::NoColumn`], [`Error::AmbiguousColumn`] where a column to keep is not there or there more than once;
@@ -221,8 +222,36 @@ pub fn schema(table: &Schema, options: &Options) -> Result<Schema, Error> {
         fields.push(field.clone());
     }
     // Every number may be missing; engines want the same of every batch.
-    fields.extend(own.iter().map(|(name, content)| Field::new(*name, content.data_type(), true)));
+    fields.extend(own.iter().map(|(name, content)| {
+        let field = Field::new(*name, content.data_type(), true);
+        let unit = unit(name, options);
+        if unit.is_empty() { field } else { field.with_metadata([(UNIT.to_owned(), unit)]) }
+    }));
     Ok(Schema::new(fields))
+}
+
+/// The key of a column's metadata under which its unit stands.
+const UNIT: &str = "unit";
+
+/// The unit of a column of the answer's own; empty of a pure number, and where that of the traces is not known.
+fn unit(name: &str, options: &Options) -> String {
+    let parameters = [
+        ("frequency_", Parameter::Frequency),
+        ("decay_rate", Parameter::DECAY_RATE),
+        ("sliding_rate", Parameter::SlidingRate),
+        ("initial_amplitude", Parameter::InitialAmplitude),
+        ("friction_displacement", Parameter::FRICTION_DISPLACEMENT),
+    ];
+    let signal = &options.unit;
+    match parameters.into_iter().find(|(stem, _)| name.starts_with(stem)) {
+        Some((_, Parameter::FRICTION_DISPLACEMENT)) => options.signal.kind().displacement_unit(signal),
+        Some((_, parameter)) => parameter.unit(signal),
+        None => match name {
+            "residual_rms" => signal.clone(),
+            "start_s" | "end_s" => "s".to_owned(),
+            _ => String::new(),
+        },
+    }
 }
 
 /// The columns of the answer's own, as long as the table from the start: rows are written where they end up.

@@ -50,10 +50,9 @@ impl<'a> Input<'a> {
     pub(crate) fn new(batch: &'a RecordBatch, options: &'a Options) -> Result<Self, Error> {
         let lists = |name: &str| Lists::new(name, column(batch, name)?);
         let numbers = |number: &Number| Numbers::new(batch, number, converted, "a column of numbers");
-        let (signal, quadrature, kind) = match &options.signal {
-            Signal::Amplitude(name) => (lists(name)?, None, SignalKind::Envelope),
-            Signal::LockIn(x, y) => (lists(x)?, Some(lists(y)?), SignalKind::LockIn),
-            Signal::Oscillation(name, kind) => (lists(name)?, None, *kind),
+        let (signal, quadrature) = match &options.signal {
+            Signal::Amplitude(name) | Signal::Oscillation(name, _) => (lists(name)?, None),
+            Signal::LockIn(x, y) => (lists(x)?, Some(lists(y)?)),
         };
         let (times, interval_s) = match &options.clock {
             Clock::Interval(number) => {
@@ -65,7 +64,7 @@ impl<'a> Input<'a> {
         Ok(Self {
             signal,
             quadrature,
-            kind,
+            kind: options.signal.kind(),
             times,
             interval_s,
             frequency_hz: options.frequency_hz.as_ref().map(numbers).transpose()?,

@@ -11,6 +11,7 @@ use arrow_array::{Array, ArrayRef, Float64Array, ListArray, RecordBatch, StringA
 use arrow_schema::{Field, Schema};
 use proptest::prelude::*;
 use slipfit::SignalKind;
+use slipfit::ringdown::LowPass;
 use slipfit_batch::{Clock, Error, Method, Number, Options, Signal, fit_batch, fit_batch_until, schema};
 use std::sync::Arc;
 use std::sync::atomic::AtomicBool;
@@ -356,6 +357,19 @@ fn a_table_that_cannot_be_meant_is_refused() {
     assert!(said.contains("no column `b`"), "{said}");
     let said = refused(|o| o.signal = Signal::Oscillation("amplitude".into(), SignalKind::Displacement));
     assert!(said.starts_with("method: an oscillation needs"), "{said}");
+    let said = refused(|o| {
+        o.method = Method::Analyse;
+        o.signal = Signal::Oscillation("amplitude".into(), SignalKind::Displacement);
+        o.ringdown.lockin = Some(LowPass { time_constant_s: 1.0, order: 2 });
+    });
+    assert!(
+        said.starts_with("time_constant_s: ") && said.ends_with("the signal `amplitude` is an oscillation"),
+        "{said}"
+    );
+    let said = refused(|o| o.ringdown.band_hz = Some([1.0, 2.0]));
+    assert!(said.starts_with("band_hz: only for an oscillation"), "{said}");
+    let said = refused(|o| o.clock = Clock::Times("amplitude".into()));
+    assert_eq!(said, "time: `amplitude` is the column of the traces");
     let texts = batch(Arc::new(StringArray::from(vec!["a"])));
     assert!(matches!(fit_batch(&texts, &options()), Err(Error::ColumnType { .. })));
     let own = RecordBatch::try_from_iter([
@@ -472,4 +486,35 @@ fn times_that_go_backwards_fail_their_row() {
     let reason = answer["reason"].as_string::<i32>();
     assert_eq!(reason.value(0), "");
     assert!(reason.value(1).starts_with("time goes backwards at sample 1"), "{}", reason.value(1));
+}
+
+/// Each column of the answer has its unit, of velocities the friction displacement that of a length.
+#[test]
+fn columns_name_their_units() {
+    let table = batch(lists::<Float64Type>(&[Some(decay(0.2, 0.7, 300))], |v| v));
+    let units = |change: fn(&mut Options)| {
+        let mut options = options();
+        change(&mut options);
+        let schema = schema(&table.schema(), &options).unwrap();
+        move |name: &str| schema.field_with_name(name).unwrap().metadata().get("unit").cloned()
+    };
+    let unit = units(|o| o.unit = "nm".into());
+    assert_eq!(unit("decay_rate_low_per_s").as_deref(), Some("1/s"));
+    assert_eq!(unit("sliding_rate_std_error").as_deref(), Some("nm/s"));
+    assert_eq!(unit("friction_displacement").as_deref(), Some("nm"));
+    assert_eq!(unit("residual_rms").as_deref(), Some("nm"));
+    assert_eq!([unit("status"), unit("samples"), unit("correlation")], [None, None, None]);
+    let unit = units(|_| {});
+    assert_eq!([unit("sliding_rate").as_deref(), unit("initial_amplitude").as_deref()], [Some("1/s"), None]);
+    let unit = units(|o| {
+        o.method = Method::Analyse;
+        o.signal = Signal::Oscillation("amplitude".into(), SignalKind::Velocity);
+        o.frequency_hz = None;
+        o.unit = "mm/s".into();
+    });
+    assert_eq!(unit("friction_displacement_high").as_deref(), Some("mm"));
+    assert_eq!(
+        [unit("initial_amplitude").as_deref(), unit("frequency_hz").as_deref()],
+        [Some("mm/s"), Some("Hz")]
+    );
 }

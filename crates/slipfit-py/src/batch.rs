@@ -3,17 +3,18 @@
 use crate::answer::RingdownChoices;
 use crate::capsule::{export_schema, export_stream, import};
 use crate::column;
-use crate::failure::{Failure, option_error};
+use crate::failure::{Failure, keyword, option_error};
 use crate::interrupt::{bug_report, caught, interruptible_until, quick};
 use arrow_array::{ArrayRef, RecordBatch, RecordBatchReader};
 use arrow_ipc::reader::StreamReader;
 use arrow_ipc::writer::StreamWriter;
-use arrow_schema::{ArrowError, SchemaRef};
+use arrow_schema::{ArrowError, FieldRef, SchemaRef};
 use pyo3::exceptions::{PyKeyError, PyStopIteration};
 use pyo3::prelude::*;
 use pyo3::types::{PyBytes, PyCapsule};
 use slipfit::SignalKind;
 use slipfit_batch::{Clock, Error, Method, Number, Options, Signal, fit_batch_until};
+use std::collections::HashMap;
 use std::sync::atomic::AtomicBool;
 use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
 
@@ -54,6 +55,25 @@ impl ArrowTable {
         self.schema.fields().iter().map(|field| field.name().clone()).collect()
     }
 
+    /// Units of the columns by name, of those that have one.
+    #[getter]
+    fn units(&self) -> HashMap<String, String> {
+        let unit = |field: &FieldRef| Some((field.name().clone(), field.metadata().get("unit")?.clone()));
+        self.schema.fields().iter().filter_map(unit).collect()
+    }
+
+    /// Some of the rows, from one number on.
+    fn rows(&self, first: usize, count: usize) -> Self {
+        let mut left = (first, count);
+        let part = |batch: &RecordBatch| {
+            let skipped = left.0.min(batch.num_rows());
+            let taken = left.1.min(batch.num_rows() - skipped);
+            left = (left.0 - skipped, left.1 - taken);
+            batch.slice(skipped, taken)
+        };
+        Self { schema: Arc::clone(&self.schema), batches: self.batches.iter().map(part).collect() }
+    }
+
     /// A column of the answer: numbers as an array, texts as a list.
     fn column<'py>(&self, py: Python<'py>, name: &str) -> PyResult<Bound<'py, PyAny>> {
         let index = self.schema.index_of(name).map_err(|_| PyKeyError::new_err(name.to_owned()))?;
@@ -68,9 +88,12 @@ impl ArrowTable {
         }
     }
 
-    /// Tables are equal if their columns and rows are, in whatever batches they lie.
+    /// Tables are equal if their columns and rows are, in whatever batches they lie and whatever units they name.
     fn __eq__(&self, other: &Self) -> bool {
-        self.schema.fields() == other.schema.fields() && column::same_rows(&self.batches, &other.batches)
+        let columns = |table: &Self| -> Vec<_> {
+            table.schema.fields().iter().map(|f| (f.name().clone(), f.data_type().clone())).collect()
+        };
+        columns(self) == columns(other) && column::same_rows(&self.batches, &other.batches)
     }
 
     /// The table as a stream of Arrow's file format.
@@ -231,7 +254,10 @@ fn batch_error(py: Python<'_>, error: Error) -> PyErr {
         Error::ColumnType { name, .. } => {
             Failure::new(py, "OptionError", "column_type", message).with("column", name).into_error()
         }
-        Error::Option { option, .. } => option_error(py, option, message),
+        Error::Option { option, problem } => {
+            let name = keyword(option);
+            option_error(py, name, format!("{name}: {problem}"))
+        }
         _ => Failure::new(py, "SlipfitError", "arrow", message).with("option", "table").into_error(),
     }
 }

@@ -113,7 +113,7 @@ pub(crate) fn same_rows(one: &[RecordBatch], other: &[RecordBatch]) -> bool {
         while first < batch.num_rows() {
             let Some(beside) = left.take().or_else(|| others.next()) else { return false };
             let length = beside.num_rows().min(batch.num_rows() - first);
-            if batch.slice(first, length) != beside.slice(0, length) {
+            if batch.slice(first, length).columns() != beside.slice(0, length).columns() {
                 return false;
             }
             let rest = beside.num_rows() - length;

@@ -564,3 +564,86 @@ def test_labelled_rows_bring_their_time_and_unit():
     with pytest.raises(slipfit.OptionError, match="'time' is not even: give dt, or a table"):
         uneven = xr.DataArray(traces, dims=("row", "time"), coords={"time": sampled**2})
         slipfit.fit_batch(uneven, amplitude="amplitude")
+
+
+TRACES = pa.table({"a": [[1.0]], "b": [[1.0]], "c": [[1.0]], "t": [[1.0]]})
+
+
+@pytest.mark.parametrize(
+    ("options", "option", "words"),
+    [
+        ({"amplitude": "a", "y": "b"}, "y", ("y='b'", "amplitude='a'")),
+        ({"signal": "a", "y": "b", "method": "analyse"}, "y", ("y='b'", "signal='a'")),
+        ({"x": "a"}, "y", ("x='a'", "without y")),
+        ({"y": "a"}, "y", ("y='a'", "without x")),
+        ({"amplitude": "a", "x": "b", "y": "c"}, "x", ("amplitude='a'", "x='b'")),
+        ({"x": "a", "y": "b", "signal": "c"}, "signal", ("x='a'", "signal='c'")),
+        ({"amplitude": "a", "kind": "velocity"}, "kind", ("kind='velocity'", "amplitude='a'")),
+        ({"x": "a", "y": "b", "kind": "velocity"}, "kind", ("kind='velocity'", "x='a'")),
+        ({"signal": "a", "kind": "speed"}, "kind", ("kind='speed'", "one of displacement")),
+        ({"signal": "a"}, "method", ("method='fit'", "signal='a'")),
+        ({"signal": "a", "frequency_hz": 3, "method": "analyse"}, "frequency_hz", ("frequency_hz=3", "signal='a'")),
+        ({"amplitude": "a", "band_hz": (1, 2), "method": "analyse"}, "band_hz", ("band_hz=(1, 2)", "amplitude='a'")),
+        ({"x": "a", "y": "b", "band_hz": (1, 2), "method": "analyse"}, "band_hz", ("band_hz=(1, 2)", "x='a'")),
+        ({"amplitude": "a", "time": "t"}, "time", ("dt=0.01", "time='t'")),
+        ({"amplitude": "a", "time": "a", "dt": None}, "time", ("time='a'", "amplitude='a'")),
+        ({"x": "a", "y": "b", "time": "b", "dt": None}, "time", ("time='b'", "y='b'")),
+        ({"amplitude": "a", "lockin_order": 2, "method": "analyse"}, "lockin_order", ("lockin_order", "give both")),
+        (
+            {"signal": "a", "lockin_time_constant_s": 1, "lockin_order": 2, "method": "analyse"},
+            "lockin_time_constant_s", ("lockin_time_constant_s", "signal `a`"),
+        ),
+        ({"amplitude": "a", "lockin_order": 2}, "lockin_order", ("lockin_order", "method='analyse'")),
+    ],
+)  # fmt: skip
+def test_options_that_contradict_each_other_are_both_named(options, option, words):
+    for fit in (slipfit.fit_batch, slipfit.fit_stream):
+        with pytest.raises(slipfit.OptionError) as raised:
+            fit(TRACES, **{"dt": DT, **options})
+        assert raised.value.option == option, str(raised.value)
+        assert all(word in str(raised.value) for word in words), str(raised.value)
+
+
+def test_columns_carry_their_units(tmp_path):
+    import pyarrow.parquet as pq
+
+    traces = np.exp(-TIME)[np.newaxis]
+    answers = slipfit.fit_batch(traces, amplitude="a", dt=DT, unit="nm", frequency_hz=5)
+    units = answers.units
+    assert units["decay_rate_std_error_per_s"] == "1/s" and units["sliding_rate_low"] == "nm/s"
+    assert units["friction_displacement"] == units["initial_amplitude_high"] == units["residual_rms"] == "nm"
+    assert not {"status", "samples", "correlation", "sliding_p_value"} & units.keys()
+    assert list(units) == [name for name in answers if name in units]
+    field = answers.to_pyarrow().schema.field("sliding_rate")
+    assert field.metadata == {b"unit": b"nm/s"}
+    pq.write_table(answers.to_pyarrow(), tmp_path / "answers.parquet")
+    assert pq.read_schema(tmp_path / "answers.parquet").field("sliding_rate").metadata[b"unit"] == b"nm/s"
+    assert answers.to_pandas().attrs["units"] == units
+    assert slipfit.fit_batch(traces, amplitude="a", dt=DT).units.get("friction_displacement") is None
+    whole = slipfit.fit_batch(traces, signal="a", kind="velocity", dt=DT, unit="mm/s", method="analyse").units
+    assert whole["friction_displacement_std_error"] == "mm" and whole["initial_amplitude"] == "mm/s"
+    assert whole["frequency_low_hz"] == "Hz" and whole["start_s"] == "s"
+    again = pickle.loads(pickle.dumps(answers))
+    assert again.units == units and again == answers
+    kept = pa.table({"a": [traces[0]], "f": [5.0]}, pa.schema([pa.field("a", pa.list_(pa.float64())), pa.field("f", pa.float64(), metadata={"unit": "kHz"})]))
+    assert slipfit.fit_batch(kept, amplitude="a", dt=DT, keep=["f"]).units["f"] == "kHz"
+
+
+def test_a_notebook_shows_a_table():
+    traces = np.exp(-TIME) * np.ones((30, 1))
+    traces[29] = np.nan
+    name = pa.array(["<b>"] * 30)
+    table = pa.table({"a": list(traces), "name": name, "day": pa.array([0] * 30, pa.date32())})
+    answers = slipfit.fit_batch(table, amplitude="a", dt=DT, unit="nm", keep=["name", "day", "a"])
+    html = answers._repr_html_()
+    assert html.count("<tr>") == 2 + 5 + 1 + 5 and "30 rows × 27 columns" in html
+    assert "<th>nm/s</th>" in html and "&lt;b&gt;" in html and "<b>" not in html and "…" in html
+    assert "<th>0</th>" in html and "<th>29</th>" in html and "0 usable samples" in html
+    few = slipfit.fit_batch(traces[:3], amplitude="a", dt=DT)._repr_html_()
+    assert few.count("<tr>") == 2 + 3 and "⋮" not in few
+    assert slipfit.fit_batch(traces[:0], amplitude="a", dt=DT)._repr_html_().count("<tr>") == 2
+    # Rows of several batches.
+    (streamed,) = slipfit.fit_stream(table, amplitude="a", dt=DT)
+    assert "30 rows" in streamed._repr_html_()
+    parts = pa.table({"a": pa.chunked_array([list(traces[:7]), list(traces[7:])])})
+    assert slipfit.fit_batch(parts, amplitude="a", dt=DT)._repr_html_() == slipfit.fit_batch(pa.table({"a": list(traces)}), amplitude="a", dt=DT)._repr_html_()

@@ -318,3 +318,35 @@ def test_pictures_mark_pixels_with_a_warning(stack):
     with pytest.raises(slipfit.OptionError, match="no map"):
         slipfit.plot_map(found[["sliding_rate"]])
     plt.close(figure)
+
+
+def test_a_missing_array_says_which_there_are(stack, tmp_path):
+    h5py, zarr = pytest.importorskip("h5py"), pytest.importorskip("zarr")
+    with h5py.File(tmp_path / "stack.h5", "w") as file:
+        file["scan/amplitude"], file["scan/x"] = stack, np.zeros(3)
+    with h5py.File(tmp_path / "flat.h5", "w") as file:
+        file["flat"] = np.zeros((3, 4))
+    group = zarr.create_group(tmp_path / "stack.zarr")
+    group.create_array("scan/amplitude", data=stack)
+    group.create_array("flat", data=np.zeros((3, 4)))
+    shape = " × ".join(map(str, stack.shape))
+    for path, name, words in (
+        ("stack.h5", "amplitude", rf"no data set amplitude in it; there are /scan/amplitude \({shape}\), /scan/x \(3\)"),
+        ("stack.h5", "scan", "no data set scan in it; there are /scan/amplitude"),
+        ("stack.h5", "scan/amplitude/more", "no data set scan/amplitude/more in it; there are"),
+        ("flat.h5", None, r"no data set in it has three axes; there are /flat \(3 × 4\)"),
+        ("stack.zarr", "amplitude", rf"no array amplitude in it; there are /scan/amplitude \({shape}\), /flat \(3 × 4\)"),
+        ("stack.zarr", "scan", "no array scan in it; there are"),
+    ):
+        with pytest.raises(slipfit.ReadError, match=words):
+            slipfit.fit_map(tmp_path / path, DT, data=name)
+    for name in ("/scan/amplitude", "scan/amplitude"):
+        assert slipfit.fit_map(tmp_path / "stack.h5", DT, data=name).sizes["y"] == stack.shape[0]
+
+
+def test_friction_of_velocities_is_a_length():
+    trace = slipfit.simulate.decay(frequency_hz=5, q_factor=50, amplitude=1, duration_s=8, rate_hz=100, unit="mm")
+    stack = np.gradient(trace.signal, trace.time_s)[np.newaxis, np.newaxis]
+    found = slipfit.fit_map(stack, 0.01, kind="velocity", method="analyse", unit="mm/s")
+    assert found["friction_displacement"].attrs["units"] == "mm"
+    assert found["initial_amplitude"].attrs["units"] == "mm/s"

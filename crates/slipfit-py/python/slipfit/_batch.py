@@ -3,16 +3,17 @@
 from __future__ import annotations
 
 from collections.abc import Iterator, Sequence
-from typing import TYPE_CHECKING, Annotated, Any, Literal, NoReturn, TypeAlias, Union
+from html import escape
+from typing import TYPE_CHECKING, Annotated, Any, Literal, NoReturn, get_args
 
 import numpy as np
 from numpy.typing import NDArray
 
 from . import _core, _input
-from ._arguments import public, wrong_type
+from ._arguments import public, shown, wrong_type
 from ._analyses import _ringdown_choices
-from ._errors import SlipfitError
-from ._input import Interval
+from ._errors import OptionError, SlipfitError
+from .typing import Band, Interval, Motion, PerRow, Scalar
 
 if TYPE_CHECKING:
     import pandas as pd
@@ -20,8 +21,6 @@ if TYPE_CHECKING:
     import pyarrow as pa
     from typing_extensions import Self
 
-#: A number for every row, or the name of a column of numbers.
-PerRow: TypeAlias = Union[float, str]
 _NUMBERS = "a number or the name of a column is needed"
 _DT = "a number of seconds, a duration or the name of a column is needed"
 
@@ -31,7 +30,17 @@ class ArrowTable:
 
     Anything that reads Arrow's C interface takes it as it is:
     ``pyarrow.table(answers)``, ``polars.DataFrame(answers)``, ``pandas.DataFrame.from_arrow(answers)``.
-    A column is ``answers["decay_rate_per_s"]``, ``dict(answers)`` has all of them.
+    A column is ``answers["decay_rate_per_s"]``, ``dict(answers)`` has all of them. :attr:`units` has the unit of
+    each, which Arrow's schema holds as the column's metadata: ``table.field(name).metadata[b"unit"]`` in pyarrow,
+    also of a Parquet file that it writes. In a notebook a table shows its first and last rows.
+
+    Examples
+    --------
+    >>> import numpy as np, slipfit
+    >>> t = 0.01 * np.arange(200)
+    >>> answers = slipfit.fit_batch(np.exp(-t)[np.newaxis], amplitude="amplitude", dt=0.01, unit="nm")
+    >>> answers.units["decay_rate_per_s"], answers.units["sliding_rate"], answers.units.get("samples")
+    ('1/s', 'nm/s', None)
     """
 
     def __init__(self, held: _core.ArrowTable) -> None:
@@ -68,6 +77,12 @@ class ArrowTable:
     def column_names(self) -> list[str]:
         """Names of the columns, in order."""
         return self._held.column_names
+
+    @property
+    def units(self) -> dict[str, str]:
+        """Units of the columns by name; pure numbers and texts have none."""
+        held = self._held.units
+        return {name: held[name] for name in self.column_names if name in held}
 
     def __contains__(self, name: object) -> bool:
         return name in self.column_names
@@ -113,12 +128,45 @@ class ArrowTable:
         return pl.DataFrame(self)
 
     def to_pandas(self) -> pd.DataFrame:
-        """The table as a pandas DataFrame (by pyarrow)."""
+        """The table as a pandas DataFrame (by pyarrow), its units in ``attrs["units"]``."""
         frame: pd.DataFrame = self.to_pyarrow().to_pandas()
+        frame.attrs["units"] = self.units
         return frame
 
     def __repr__(self) -> str:
         return f"<ArrowTable: {len(self)} rows, {len(self.column_names)} columns>"
+
+    def _repr_html_(self) -> str:
+        units, rows = self.units, len(self)
+        shown = (range(rows),) if rows <= 2 * _SHOWN else (range(_SHOWN), range(rows - _SHOWN, rows))
+        parts = [(range_, ArrowTable(self._held.rows(range_.start, len(range_)))) for range_ in shown]
+        head = "".join(f"<th>{escape(name)}</th>" for name in self)
+        below = "".join(f"<th>{escape(units.get(name, ''))}</th>" for name in self)
+        bodies = []
+        for range_, part in parts:
+            columns = [part._cells(name) for name in self]
+            lines = zip(range_, *columns)
+            bodies.append("".join(f"<tr><th>{at}</th>{''.join(f'<td>{escape(c)}</td>' for c in cells)}</tr>" for at, *cells in lines))
+        gap = f"<tr><th>⋮</th>{'<td>⋮</td>' * len(self.column_names)}</tr>"
+        return (
+            f"<table><thead><tr><th></th>{head}</tr><tr><th></th>{below}</tr></thead>"
+            f"<tbody>{gap.join(bodies)}</tbody></table><p>{rows} rows × {len(self.column_names)} columns</p>"
+        )
+
+    def _cells(self, name: str) -> list[str]:
+        """A column as short texts."""
+        try:
+            values = self[name]
+        except OptionError:
+            # Dates and lists, which only their own packages know.
+            return ["…"] * len(self)
+        numbers = values.dtype.kind == "f"
+        texts = (f"{value:.6g}" if numbers else "" if value is None else str(value) for value in values.tolist())
+        return [text if len(text) <= _LONGEST else text[:_LONGEST] + "…" for text in texts]
+
+
+#: Rows of a table that a notebook shows at either end, and letters of a text.
+_SHOWN, _LONGEST = 5, 60
 
 
 def _of_bytes(held: bytes) -> ArrowTable:
@@ -219,14 +267,7 @@ def _choices(
     keep: Sequence[str] = (),
     **analysis: Any,
 ) -> dict[str, Any]:
-    traces = {"amplitude": amplitude, "x": x, "signal": signal}
-    named = [name for name, column in traces.items() if column is not None]
-    if len(named) > 1:
-        words = " and ".join(f"{name}={traces[name]!r}" for name in named)
-        raise _input.refuse(named[-1], f"{words}: one of them is needed")
-    given = [name for name in analysis if analysis[name] is not None]
-    if given and method == "fit":
-        raise _input.refuse(given[0], f"{given[0]} is an option of method='analyse'; fit has one model")
+    _check_columns(amplitude, x, y, signal, kind, method, frequency_hz, dt, time, analysis)
     return {
         "amplitude": amplitude, "x": x, "y": y, "signal": signal, "kind": kind,
         "dt": dt if isinstance(dt, str) else _input.interval("dt", dt), "time": time,
@@ -235,6 +276,55 @@ def _choices(
         "method": method, "unit": unit, "keep": [keep] if isinstance(keep, str) else list(keep),
         "ringdown": _ringdown_choices(**analysis),
     }  # fmt: skip
+
+
+def _check_columns(
+    amplitude: str | None,
+    x: str | None,
+    y: str | None,
+    signal: str | None,
+    kind: str | None,
+    method: str,
+    frequency_hz: PerRow | None,
+    dt: PerRow | Interval | None,
+    time: str | None,
+    analysis: dict[str, Any],
+) -> None:
+    """Refuses options that contradict each other, and names both."""
+
+    def told(**option: Any) -> str:
+        return " and ".join(f"{name}={shown(value)}" for name, value in option.items())
+
+    traces = {"amplitude": amplitude, "x": x, "signal": signal}
+    named = {name: column for name, column in traces.items() if column is not None}
+    if len(named) > 1:
+        raise _input.refuse(list(named)[-1], f"{told(**named)}: one of them is needed")
+    if y is not None and x is None:
+        beside = f"y={y!r} beside {told(**named)}" if named else f"y={y!r} without x"
+        raise _input.refuse("y", f"{beside}: x=… and y=… are the two outputs of a lock-in")
+    if x is not None and y is None:
+        raise _input.refuse("y", f"x={x!r} without y: x=… and y=… are the two outputs of a lock-in, amplitude=… stands alone")
+    if kind is not None and signal is None and named:
+        raise _input.refuse("kind", f"{told(kind=kind, **named)}: kind says what signal=… is, and there is none")
+    if kind is not None and kind not in get_args(Motion):
+        raise _input.refuse("kind", f"{told(kind=kind)}: one of {', '.join(get_args(Motion))}")
+    given = [name for name in analysis if analysis[name] is not None]
+    if given and method == "fit":
+        raise _input.refuse(given[0], f"{given[0]} is an option of method='analyse'; fit has one model")
+    if signal is not None and method == "fit":
+        what = "an oscillation needs the method analyse; fit takes amplitudes, or x and y"
+        raise _input.refuse("method", f"{told(method=method, signal=signal)}: {what}")
+    if signal is not None and frequency_hz is not None:
+        what = "an oscillation has a frequency of its own; frequency_hz is for amplitudes, or x and y"
+        raise _input.refuse("frequency_hz", f"{told(frequency_hz=frequency_hz, signal=signal)}: {what}")
+    if named and signal is None and analysis.get("band_hz") is not None:
+        what = "a band is for signal=…; amplitudes, or x and y, are those of one frequency already"
+        raise _input.refuse("band_hz", f"{told(band_hz=analysis['band_hz'], **named)}: {what}")
+    if dt is not None and time is not None:
+        raise _input.refuse("time", f"{told(dt=dt, time=time)}: one of them is needed")
+    for name, column in (*named.items(), ("y", y)):
+        if time is not None and column == time:
+            raise _input.refuse("time", f"{told(time=time)} and {name}={time!r}: they are two columns")
 
 
 @public
@@ -254,10 +344,10 @@ def fit_batch(
     unit: str = "",
     keep: Sequence[str] = (),
     model: str | None = None,
-    band_hz: tuple[float, float] | None = None,
-    start_s: float | None = None,
-    end_s: float | None = None,
-    lockin_time_constant_s: float | None = None,
+    band_hz: Band | None = None,
+    start_s: Scalar | None = None,
+    end_s: Scalar | None = None,
+    lockin_time_constant_s: Scalar | None = None,
     lockin_order: int | None = None,
 ) -> ArrowTable:
     """Separates viscous from sliding loss in every trace of a table.
@@ -284,16 +374,16 @@ def fit_batch(
         column of the oscillation itself, for ``method="analyse"``.
     kind : str, optional
         What `signal` is: ``displacement``, ``velocity``, ``acceleration``.
-    dt : float, duration or str
+    dt : float, quantity, duration or str
         Interval of the samples [s], or the column of it, numbers or durations. Of an
         array of xarray with a coordinate of even times it is theirs if not given.
     time : str
         Column of lists of times [s], in place of `dt`; or of dates, which each row counts from its
         first, or of durations.
-    frequency_hz : float or str, optional
+    frequency_hz : float, quantity or str, optional
         Frequency of the oscillation [Hz], which amplitudes do not show: with
         it sliding friction is given as a friction displacement.
-    min_amplitude : float or str, optional
+    min_amplitude : float, quantity or str, optional
         A trace is used up to its first amplitude below this one; what lies
         behind the stop of the motion belongs to no decay.
     method : str
@@ -302,7 +392,8 @@ def fit_batch(
         the whole analysis of :func:`ringdown`.
     unit : str
         Unit of the traces, to which a `min_amplitude` with a unit of its own is
-        converted; neither names nor metadata of the columns hold it.
+        converted, and by which the columns of the answer have theirs
+        (:attr:`ArrowTable.units`).
     keep : sequence of str
         Columns of the table that stand before those of the answer.
     model, band_hz, start_s, end_s, lockin_time_constant_s, lockin_order : optional
@@ -348,9 +439,9 @@ def fit_batch(
     return ArrowTable(_core.fit_batch(_table(table, amplitude or signal or "x"), choices))
 
 
-def answer_columns(**options: Any) -> list[str]:
-    """Columns of the answer to an array with these options, which must be such as :func:`fit_batch` takes."""
-    return fit_batch(np.empty((0, 1)), **options).column_names
+def answer_schema(**options: Any) -> ArrowTable:
+    """The answer to no traces with these options, which must be such as :func:`fit_batch` takes."""
+    return fit_batch(np.empty((0, 1)), **options)
 
 
 @public
@@ -370,10 +461,10 @@ def fit_stream(
     unit: str = "",
     keep: Sequence[str] = (),
     model: str | None = None,
-    band_hz: tuple[float, float] | None = None,
-    start_s: float | None = None,
-    end_s: float | None = None,
-    lockin_time_constant_s: float | None = None,
+    band_hz: Band | None = None,
+    start_s: Scalar | None = None,
+    end_s: Scalar | None = None,
+    lockin_time_constant_s: Scalar | None = None,
     lockin_order: int | None = None,
 ) -> ArrowStream:
     """Does what :func:`fit_batch` does with the batches of a stream, as they come.

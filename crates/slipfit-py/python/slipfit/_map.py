@@ -16,26 +16,14 @@ from numpy.typing import NDArray
 
 from . import _core, _input
 from ._arguments import public, wrong_type
-from ._batch import answer_columns, fit_batch
-from ._input import Interval, Path
+from ._batch import answer_schema, fit_batch
+from .typing import Interval, Path, Scalar
 
 if TYPE_CHECKING:
     import xarray as xr
 
 #: Bytes of traces that are held at a time, as doubles.
 _BLOCK = 1 << 26
-
-
-def _unit(column: str, unit: str) -> str:
-    """Unit of a column of the answer."""
-    if column.startswith(("friction_displacement", "initial_amplitude", "residual_rms")):
-        return unit
-    if column.startswith("sliding_rate"):
-        return f"{unit}/s" if unit else "1/s"
-    for ending, known in (("_per_s", "1/s"), ("_hz", "Hz"), ("_s", "s")):
-        if column.endswith(ending):
-            return known
-    return ""
 
 
 def _blocks(shape: tuple[int, ...], samples: int) -> Iterator[tuple[int, int]]:
@@ -94,8 +82,8 @@ def fit_map(
     *,
     data: str | None = None,
     axis: int | str | None = None,
-    frequency_hz: float | None = None,
-    min_amplitude: float | None = None,
+    frequency_hz: Scalar | None = None,
+    min_amplitude: Scalar | None = None,
     kind: Literal["amplitude", "displacement", "velocity", "acceleration"] = "amplitude",
     method: Literal["fit", "analyse"] = "fit",
     unit: str | None = None,
@@ -113,7 +101,7 @@ def fit_map(
         A NumPy array or memmap, an h5py or zarr dataset, an xarray DataArray,
         whose coordinates and unit (``attrs["units"]``) are taken over, or the
         path of a .npy file, an HDF5 file or a zarr store.
-    dt : float or duration
+    dt : float, quantity or duration
         Interval of the samples [s]; of a DataArray with a coordinate of even
         times it is theirs if not given.
     data : str, optional
@@ -211,8 +199,8 @@ def fit_map(
     across = tuple(n for i, n in enumerate(shape) if i != axis)
     samples = shape[axis]
     # What is wrong with the options is said before a pixel is read.
-    columns = answer_columns(**options)
-    taken = next((name for name in (*dims, *coords) if name in columns), None)
+    columns = answer_schema(**options)
+    taken = next((name for name in (*dims, *coords) if name in columns.column_names), None)
     if taken is not None:
         raise _input.refuse("stack", f"stack has {taken!r}, as a map has: rename that dimension or coordinate")
     folder = None if resume is None else FilePath(os.fspath(resume))
@@ -239,7 +227,7 @@ def fit_map(
         name: (
             dims,
             np.concatenate([part[name] for part in parts]).reshape(across),
-            {"units": _unit(name, unit)} if parts[0][name].dtype.kind == "f" else {},
+            {"units": columns.units.get(name, "")} if parts[0][name].dtype.kind == "f" else {},
         )
         for name in parts[0]
     }
