@@ -208,3 +208,29 @@ def test_a_row_of_a_million_samples_among_small_ones():
     # By the kernel of one trace, or by that of many of one length: within what both promise.
     error = alone["decay_rate_std_error_per_s"][0]
     assert abs(answers["decay_rate_per_s"][200] - alone["decay_rate_per_s"][0]) < 1e-6 * error
+
+
+@pytest.mark.parametrize("make", ["pint", "astropy", "unyt", "slipfit"])
+def test_a_least_amplitude_is_taken_in_its_unit(tmp_path, make):
+    from slipfit.engines import arrow
+
+    def value(number, unit):
+        if make == "pint":
+            return pytest.importorskip("pint").Quantity(number, unit)
+        if make == "astropy":
+            return number * pytest.importorskip("astropy.units").Unit(unit)
+        if make == "unyt":
+            return pytest.importorskip("unyt").unyt_quantity(number, unit)
+        return slipfit.Quantity(number, 0.0, (number, number), number, unit)
+
+    (tmp_path / "in_rad.csv").write_text(text(0))
+    (tmp_path / "in_volts.csv").write_text(text(0).replace("angle (rad)", "output (V)"))
+    found = arrow.ringdown_files(f"{tmp_path}/*.csv", min_amplitude=value(50.0, "mrad"), start_s=value(1000.0, "ms"))
+    rad, volts = found.read_all().to_pylist()
+    plain = slipfit.ringdown(tmp_path / "in_rad.csv", min_amplitude=0.05, start_s=1)
+    assert rad["end_s"] == plain.segment.end_s and rad["status"] in ("done", "warned")
+    assert volts["status"] == "failed" and "min_amplitude is in 'mrad', what it belongs to in 'V'" in volts["reason"]
+    with pytest.raises(slipfit.OptionError, match="min_amplitude is in 's', what it belongs to in 'rad'"):
+        arrow.ringdown_files(f"{tmp_path}/*.csv", unit="rad", min_amplitude=value(1.0, "s"))
+    with pytest.raises(slipfit.OptionError, match="start_s is in 'mm' where a value in s is needed"):
+        arrow.ringdown_files(f"{tmp_path}/*.csv", start_s=value(1.0, "mm"))

@@ -7,9 +7,10 @@ from collections.abc import Iterable, Mapping
 from typing import TYPE_CHECKING, Any, get_args
 
 from .. import _arguments, _core, _input
-from .._analyses import Kind, _ringdown_choices, read, ringdown
-from .._answers import RingdownAnswer
+from .._analyses import _ringdown_choices, read, ringdown
+from .._answers import Quantity, RingdownAnswer
 from .._errors import SlipfitError
+from ..typing import Kind
 
 if TYPE_CHECKING:
     import pyarrow as pa
@@ -69,8 +70,11 @@ _READING = ("rate_hz", "unit", "kind")
 _CONSTANTS = ("stiffness", "mass", "torsion_stiffness", "inertia")
 
 
-def check(options: Mapping[str, Any]) -> None:
-    """Refuses options with which :func:`slipfit.ringdown` answers no file, before any is read."""
+def checked(options: Mapping[str, Any]) -> dict[str, Any]:
+    """The options as plain numbers; those with which :func:`slipfit.ringdown` answers no file are refused before any is read.
+
+    A `min_amplitude` with a unit keeps it: each file has its own.
+    """
     _arguments.check(ringdown, options)
     for name in ("time", "signal", "quadrature"):
         if options.get(name) is not None:
@@ -80,10 +84,25 @@ def check(options: Mapping[str, Any]) -> None:
         raise _input.refuse("rate_hz", f"rate_hz={rate}: a positive number of samples per second is needed")
     if kind is not None and kind not in get_args(Kind):
         raise _input.refuse("kind", f"kind={_arguments.shown(kind)}: one of {', '.join(get_args(Kind))}")
-    elsewhere = (*_READING, *_CONSTANTS, "time", "signal", "quadrature")
+    least = _least(options.get("min_amplitude"), options.get("unit"))
+    elsewhere = (*_READING, *_CONSTANTS, "time", "signal", "quadrature", "min_amplitude")
     choices = {name: value for name, value in options.items() if name not in elsewhere}
     constants = _input.constants({name: options.get(name) for name in _CONSTANTS})
-    _core.check_ringdown(_ringdown_choices(**choices), constants)
+    numbers = _ringdown_choices(**choices, min_amplitude=None if least is None else float(least))
+    _core.check_ringdown(numbers, constants)
+    plain = {**numbers, **constants, "rate_hz": rate, "min_amplitude": least}
+    return {name: plain.get(name, value) for name, value in options.items()}
+
+
+def _least(value: Any, unit: str | None) -> float | Quantity | None:
+    """The least amplitude: a number in the unit of each file, or with a unit of its own."""
+    own = _input.unit_of_one(value)
+    if value is None or not own:
+        return _input.optional("min_amplitude", value)
+    if unit:
+        return _input.number("min_amplitude", value, unit)
+    number = _input.number("min_amplitude", value, own)
+    return Quantity(number, 0.0, (number, number), number, own)
 
 
 def of_file(name: str, contents: bytes | None, **options: Any) -> dict[str, Any]:

@@ -50,7 +50,7 @@ def ringdown_files(
     import pyarrow as pa
     from pyarrow import fs
 
-    _rows.check(options)
+    options = _rows.checked(options)
     if threads < 1:
         raise _input.refuse("threads", f"threads={threads}: at least one is needed")
     if filesystem is None:

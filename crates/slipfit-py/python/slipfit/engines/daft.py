@@ -74,7 +74,7 @@ def ringdown_files(pattern: str, *, io_config: Any = None, **options: Any) -> da
     import pyarrow as pa
     from daft.functions import download
 
-    _rows.check(options)
+    options = _rows.checked(options)
     fields = list(_rows.schema())
 
     @daft.func.batch(return_dtype=daft.DataType.from_arrow_type(pa.struct(fields)))

@@ -52,7 +52,7 @@ def ringdown_files(spark: SparkSession, pattern: str, **options: Any) -> DataFra
     """
     from pyspark.sql.pandas.types import from_arrow_schema
 
-    _rows.check(options)
+    options = _rows.checked(options)
 
     def analysed(batches: Iterator[pa.RecordBatch]) -> Iterator[pa.RecordBatch]:
         for batch in batches:
