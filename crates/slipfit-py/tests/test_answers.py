@@ -388,3 +388,63 @@ def test_parameters_go_on_as_docs_python_says(answer):
     assert ratio.n == alone.n and (ratio.s < alone.s) == (r > 0)
     with pytest.raises(TypeError):
         x_f / decay_rate
+
+
+def test_a_series_has_quantities_as_other_answers_have():
+    pandas, plt = pytest.importorskip("pandas"), pytest.importorskip("matplotlib.pyplot")
+    swings = [slipfit.simulate.decay(**SWING, friction_displacement=x, noise_rms=5e-4) for x in (1e-3, 2e-3, 3e-3)]
+    loads = [(5, 0.1), (10, 0.1), (15, 0.1)]
+    measured = [slipfit.Measurement(one, f"{at[0]} N", value=at) for one, at in zip(swings, loads)]
+    answer = slipfit.series(measured, condition="load", condition_unit="N")
+    friction = answer.table[1].ringdown.friction
+    quantity = slipfit.Quantity(
+        friction.value, friction.std_error, tuple(friction.interval_95), friction.unbounded_value, "rad"
+    )
+    for spec in ("", ".3g", ".2u", ">40.1e"):
+        assert format(friction, spec) == format(quantity, spec)
+    assert str(friction) == str(quantity) and float(friction) == friction["value"] == quantity.value
+    assert "±" in f"{answer.laws[0].coefficient:.2u}" and "±" in f"{answer.measurements[0].parameters.q_factor:u}"
+    with pytest.raises(ValueError, match="format"):
+        format(friction, "d")
+    for same in (copy.deepcopy(friction), pickle.loads(pickle.dumps(friction))):
+        assert same == friction and f"{same:u}" == f"{friction:u}"
+    # A quantity of one answer goes on to another.
+    turned = {**SWING, "unit": "mrad", "amplitude": 400}
+    given = slipfit.simulate.decay(**turned, friction_displacement=friction)
+    assert given == slipfit.simulate.decay(**turned, friction_displacement=friction.value * 1e3)
+    frame = answer.to_dataframe()
+    assert list(frame)[:5] == ["condition", "condition_value", "condition_std_error", "by", "quantity"]
+    chosen = frame[(frame.by == "ringdown") & (frame.quantity == "friction")]
+    assert chosen.condition_value.tolist() == [5, 10, 15] and set(chosen.condition_std_error) == {0.1}
+    assert isinstance(frame, pandas.DataFrame) and list(slipfit.series([measured[0]]).to_dataframe()) == list(frame)
+    left, right = answer.plot()
+    assert left.get_xlabel() == "load [N]" and left.get_ylabel() == "friction [rad]" and "1/s" in right.get_ylabel()
+    assert left.dataLim.x0 == pytest.approx(4.9) and left.dataLim.x1 == pytest.approx(15.1)
+    named = slipfit.series([slipfit.Measurement(swings[0], "dry"), slipfit.Measurement(swings[1], "wet")]).plot()
+    assert [label.get_text() for label in named[0].get_xticklabels()] == ["dry", "wet"]
+    plt.close("all")
+
+
+def test_infinite_quantities_of_a_series_are_infinite():
+    record = slipfit.simulate.decay(
+        frequency_hz=1, friction_displacement=0.01, amplitude=1, duration_s=30, rate_hz=40, noise_rms=1e-3, seed=3
+    )
+    held = slipfit.series([slipfit.Measurement(record)]).measurements[0].parameters
+    alone = slipfit.ringdown(record).parameters
+    assert math.isinf(alone.q_factor.interval_95[1])
+    for name, quantity in alone.items():
+        assert float(held[name]) == quantity.value, name
+
+
+def test_levels_and_resonance_have_all_of_their_json(sweep):
+    drive = np.arange(0.1, 1.3, 0.1)
+    levels = slipfit.levels(drive, np.maximum(40 * (drive - 0.35), 0) + 0.02 * (np.arange(12) * 7 % 5))
+    assert levels.correlation() == levels.correlation("threshold", "slope") == levels.to_dict()["correlation"]
+    assert levels.correlation("slope", "slope") is None
+    with pytest.raises(KeyError, match="no parameter 'q'; there are slope"):
+        levels.correlation("q", "slope")
+    curve = slipfit.resonance(*sweep, drive_amplitude=1.0, unit="mm", method="paper")
+    data = curve.to_dict()
+    assert dict(curve.force_line).keys() == data["force_line"].keys()
+    assert curve.reference is None and curve.mean_drive is None
+    assert curve.paper.keys() == data["paper"].keys()

@@ -194,12 +194,26 @@ class Parameters(Mapping[str, Quantity]):
 def _part(value: Any) -> Any:
     """A value of JSON as the caller's own: objects are sections, lists are copied."""
     if isinstance(value, dict):
-        return Section(value)
+        return _Estimate(value) if _QUANTITY <= value.keys() else Section(value)
     return [_part(one) for one in value] if isinstance(value, list) else value
 
 
 class Section(Mapping[str, Any]):
-    """A part of an answer: its values as items and as attributes, sections among them."""
+    """A part of an answer: its values as items and as attributes, sections among them.
+
+    Those that are quantities, with ``value``, ``std_error``, ``interval_95`` and ``unit``, are formatted as a
+    :class:`Quantity` is, and are numbers.
+
+    Examples
+    --------
+    >>> import slipfit
+    >>> swing = slipfit.simulate.decay(frequency_hz=1.2, q_factor=80, friction_displacement=0.002,
+    ...     amplitude=0.4, duration_s=40, rate_hz=50, unit="rad", noise_rms=5e-4)
+    >>> row = slipfit.series([slipfit.Measurement(swing, "9 N")]).table[0]
+    >>> friction = row.ringdown.friction
+    >>> f"{row.condition}: {friction:.1e}", friction.unit, float(friction) == friction.value
+    ('9 N: 2.0e-03 ± 1.8e-06 rad', 'rad', True)
+    """
 
     __slots__ = ("_held",)
 
@@ -231,6 +245,36 @@ class Section(Mapping[str, Any]):
 
     def __repr__(self) -> str:
         return "Section(" + ", ".join(f"{name}={value!r}" for name, value in self.items()) + ")"
+
+
+#: What a part has that is a quantity.
+_QUANTITY = frozenset(("value", "std_error", "interval_95", "unbounded_value", "unit"))
+
+
+class _Estimate(Section):
+    """A section that is a quantity: a number, and formatted as a :class:`Quantity` is."""
+
+    __slots__ = ()
+
+    def _quantity(self) -> Quantity:
+        low, high = self._held["interval_95"]
+        # JSON has no number for what is infinite, as a quality factor without viscous loss.
+        beyond = math.inf if high is None else math.nan
+        value, std_error, unbounded = (
+            beyond if self._held[name] is None else float(self._held[name])
+            for name in ("value", "std_error", "unbounded_value")
+        )
+        interval = (-math.inf if low is None else low, math.inf if high is None else high)
+        return Quantity(value, std_error, interval, unbounded, self._held["unit"])
+
+    def __float__(self) -> float:
+        return self._quantity().value
+
+    def __str__(self) -> str:
+        return str(self._quantity())
+
+    def __format__(self, spec: str) -> str:
+        return format(self._quantity(), spec)
 
 
 def _same(one: NDArray[Any], other: NDArray[Any]) -> bool:
@@ -633,6 +677,27 @@ class ResonanceAnswer(_Compared):
         """What the instrument adds: phase offset, delay, background."""
         return Section(self._data["instrument"])
 
+    @property
+    def force_line(self) -> Section | None:
+        """The line through the force balance; None without phases."""
+        return self._section("force_line")
+
+    @property
+    def paper(self) -> Section | None:
+        """What the paper's eq. (14) gives of the same curve, and its bias; None where it does not apply."""
+        return self._section("paper")
+
+    @property
+    def reference(self) -> Section | None:
+        """The friction-free curve; None where none was given."""
+        return self._section("reference")
+
+    @property
+    def mean_drive(self) -> float | None:
+        """Mean level of the drive that was divided out; None where there is none."""
+        value: float | None = self._data["mean_drive"]
+        return value
+
     def _draw(self, ax: Axes | None) -> list[Axes]:
         return _plot.resonance(self, ax)
 
@@ -651,6 +716,19 @@ class LevelsAnswer(_Measured):
         """p value of the threshold, one-sided."""
         value: float = self._data["p_value"]
         return value
+
+    def correlation(self, a: str = "slope", b: str = "threshold") -> float | None:
+        """Correlation of two estimated parameters, in either order; None where it is not reported.
+
+        Raises
+        ------
+        KeyError
+            For a name that is no parameter's.
+        """
+        for name in (a, b):
+            _item(dict(self.parameters), "parameter", name)
+        value: float | None = self._data["correlation"]
+        return value if {a, b} == {"slope", "threshold"} else None
 
     @property
     def levels(self) -> Table:
@@ -706,29 +784,38 @@ class SeriesAnswer(Answer):
         return value
 
     def to_dataframe(self) -> pd.DataFrame:
-        """Friction and damping of each condition by each kind of measurement, one row each."""
+        """Friction and damping of each condition as a pandas DataFrame.
+
+        Returns
+        -------
+        DataFrame
+            A row for each quantity of each condition by each kind of measurement; columns condition,
+            condition_value and condition_std_error (NaN where no number was given), by, quantity, value,
+            std_error, low_95, high_95, unit.
+
+        Examples
+        --------
+        >>> import slipfit
+        >>> swing = slipfit.simulate.decay(frequency_hz=1.2, q_factor=80, friction_displacement=0.002,
+        ...     amplitude=0.4, duration_s=40, rate_hz=50, unit="rad", noise_rms=5e-4)
+        >>> frame = slipfit.series([slipfit.Measurement(swing, "9 N", value=9)]).to_dataframe()
+        >>> frame.loc[0, ["condition", "by", "quantity", "unit"]].tolist(), float(frame.condition_value[0])
+        (['9 N', 'ringdown', 'friction', 'rad'], 9.0)
+        """
         import pandas as pd
 
-        rows: list[dict[str, Any]] = []
-        for row in self._data["table"]:
+        columns = (
+            "condition", "condition_value", "condition_std_error", "by", "quantity",
+            "value", "std_error", "low_95", "high_95", "unit",
+        )  # fmt: skip
+        rows: list[tuple[Any, ...]] = []
+        for row in self.table:
+            at = (row.condition, *(math.nan if row[one] is None else row[one] for one in ("value", "value_std_error")))
             for kind in ("ringdown", "resonance", "joint"):
-                if row[kind] is None:
-                    continue
-                for what in ("friction", "damping"):
-                    q = row[kind][what]
-                    rows.append(
-                        {
-                            "condition": row["condition"],
-                            "by": kind,
-                            "quantity": what,
-                            "value": q["value"],
-                            "std_error": q["std_error"],
-                            "low_95": q["interval_95"][0],
-                            "high_95": q["interval_95"][1],
-                            "unit": q["unit"],
-                        }
-                    )
-        return pd.DataFrame(rows)
+                for what in ("friction", "damping") if row[kind] is not None else ():
+                    q = row[kind][what]._quantity()
+                    rows.append((*at, kind, what, q.value, q.std_error, *q.interval_95, q.unit))
+        return pd.DataFrame(rows, columns=list(columns))
 
     def _draw(self, ax: Axes | None) -> list[Axes]:
         return _plot.series(self, ax)

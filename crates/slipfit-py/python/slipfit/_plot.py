@@ -113,26 +113,35 @@ def levels(answer: LevelsAnswer, ax: Axes | None) -> list[Axes]:
 
 
 def series(answer: SeriesAnswer, ax: Axes | None) -> list[Axes]:
-    """Friction of each condition; damping beside it."""
-    rows = answer.table
+    """Friction of each condition, over its number where every one has one; damping beside it."""
+    rows, heading = answer.table, answer.to_dict()
     axes = [ax] if ax is not None else _panels(2)
-    labels = [row["condition"] for row in rows]
+    labels = [row.condition for row in rows]
+    numbers = [row.value for row in rows]
+    numbered = None not in numbers and len(set(numbers)) == len(numbers) > 1
+    places = np.array(numbers if numbered else range(len(rows)), dtype=float)
+    aside = 0.0 if numbered else 0.12
     for axis, what in zip(axes, ("friction", "damping")):
         unit = ""
         for shift, kind in enumerate(("ringdown", "resonance", "joint")):
-            found = [(i, row[kind][what]) for i, row in enumerate(rows) if row[kind] is not None]
+            found = [(at, row, row[kind][what]) for at, row in zip(places, rows) if row[kind] is not None]
             if not found:
                 continue
-            unit = found[0][1]["unit"]
+            unit = found[0][2].unit
             axis.errorbar(
-                [i + 0.12 * (shift - 1) for i, _ in found],
-                [q["value"] for _, q in found],
-                yerr=[q["std_error"] or 0.0 for _, q in found],
+                [at + aside * (shift - 1) for at, _, _ in found],
+                [float(q) for _, _, q in found],
+                yerr=[q.std_error or 0.0 for _, _, q in found],
+                xerr=[row.value_std_error or 0.0 for _, row, _ in found] if numbered else None,
                 fmt="o", markersize=4.0, label=kind,
             )
-        axis.set_xticks(range(len(labels)), labels)
+        if not numbered:
+            axis.set_xticks(range(len(labels)), labels)
+        axis.set(xlabel=_unit(heading["condition"], heading["condition_unit"] if numbered else ""))
         axis.set(ylabel=_unit(what, unit))
         axis.legend()
+    if ax is None:
+        axes[0].figure.suptitle(answer.sentence, fontsize=9, wrap=True)
     return axes
 
 
