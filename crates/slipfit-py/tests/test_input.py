@@ -643,3 +643,19 @@ def np_bytes_of(columns):
     held = io.BytesIO()
     np.save(held, np.column_stack(columns))
     return held.getvalue()
+
+
+def test_what_is_no_column_says_which_there_are(swing):
+    pandas, polars = pytest.importorskip("pandas"), pytest.importorskip("polars")
+    columns = {"t (s)": swing[0], "x (rad)": swing[1]}
+    for table in (pandas.DataFrame(columns), polars.DataFrame(columns)):
+        with pytest.raises(slipfit.OptionError, match=r"of 2 columns: one is needed as time, .*; there is 't \(s\)', 'x \(rad\)'"):
+            slipfit.ringdown(table)
+    with pytest.raises(slipfit.OptionError, match=r"of 1 column: the column itself is needed; there is 'x \(rad\)'"):
+        slipfit.ringdown(pandas.DataFrame(columns).set_index("t (s)"))
+    with pytest.raises(slipfit.OptionError, match="ndarray of 2 columns: one"):
+        slipfit.ringdown(np.column_stack(swing))
+    with pytest.raises(slipfit.OptionTypeError, match=r"slipfit.Measurement\(slipfit.read"):
+        slipfit.series(["swing.csv"])
+    with pytest.raises(slipfit.OptionTypeError, match="as slipfit.read, read_curve and read_levels give them"):
+        slipfit.Measurement("swing.csv")

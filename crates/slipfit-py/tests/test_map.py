@@ -350,3 +350,16 @@ def test_friction_of_velocities_is_a_length():
     found = slipfit.fit_map(stack, 0.01, kind="velocity", method="analyse", unit="mm/s")
     assert found["friction_displacement"].attrs["units"] == "mm"
     assert found["initial_amplitude"].attrs["units"] == "mm/s"
+
+
+def test_what_is_no_stack_says_what_is(stack):
+    with pytest.raises(slipfit.OptionTypeError, match="one of the variables of the Dataset is needed: 'one', 'two'"):
+        slipfit.fit_map(xr.Dataset({"one": (("y", "x", "t"), stack), "two": 3}), DT)
+    with pytest.raises(slipfit.OptionError, match="slipfit.fit_batch takes traces in rows"):
+        slipfit.fit_map(stack[0], DT)
+    for name in ("rate_hz", "fs"):
+        with pytest.raises(TypeError, match=f"did you mean dt=1/{name}"):
+            slipfit.fit_map(stack, **{name: 100})
+    times = 1e3 * DT * np.arange(stack.shape[-1])
+    labelled = xr.DataArray(np.moveaxis(stack, -1, 0), dims=("time (ms)", "y", "x"), coords={"time (ms)": times})
+    xr.testing.assert_allclose(slipfit.fit_map(labelled), slipfit.fit_map(stack, DT))

@@ -280,8 +280,10 @@ def _record(
         raise _input.refuse("rate_hz", "rate_hz is given beside time, which tells it already")
     shape = getattr(time, "shape", None)
     if signal is None and isinstance(shape, tuple) and len(shape) == 2 and not _input.is_of_xarray(time):
-        table = type(time).__name__
-        raise _input.refuse("time", f"time is a {table} of {shape[1]} columns: one is needed as time, one as signal")
+        table, named = type(time).__name__, _input.columns_of(time)
+        of = f"of {shape[1]} column{'s' if shape[1] != 1 else ''}"
+        needed = "one is needed as time, one as signal" if shape[1] != 1 else "the column itself is needed"
+        raise _input.refuse("time", f"time is a {table} {of}: {needed}{named and f'; there is {named}'}")
     times, values, own_unit = _input.time_and_signal(time, signal)
     if rate_hz is not None:
         # The rate stands in place of stamps.
@@ -830,7 +832,10 @@ class Measurement:
         Options of its analysis: those of :func:`ringdown`, :func:`resonance` or :func:`levels`.
     """
 
-    data: _core.Record | _core.Curve | _core.Levels
+    data: Annotated[
+        _core.Record | _core.Curve | _core.Levels,
+        "a Record, a Curve or Levels are needed, as slipfit.read, read_curve and read_levels give them",
+    ]
     condition: Annotated[str, "a label; its number is `value`"] = ""
     value: Uncertain | None = None
     name: str | None = None
@@ -887,10 +892,12 @@ class Measurement:
 
 setattr(Measurement, "__init__", public(Measurement.__init__))
 
+_MEASUREMENTS = "several Measurements are needed, each such as slipfit.Measurement(slipfit.read(…), condition)"
+
 
 @public
 def series(
-    measurements: Iterable[Measurement],
+    measurements: Annotated[Iterable[Measurement], _MEASUREMENTS],
     *,
     title: str = "",
     condition: str = "condition",
@@ -929,7 +936,7 @@ def series(
     """
     held = list(measurements)
     if not all(isinstance(one, Measurement) for one in held):
-        raise wrong_type("measurements", measurements, "several Measurements are needed")
+        raise wrong_type("measurements", measurements, _MEASUREMENTS)
     if not condition_unit:
         condition_unit = next(filter(None, (_input.unit_of_one(one.value) for one in held)), "")
     entries = [one._entry(condition_unit) for one in held]

@@ -273,6 +273,8 @@ class _Function:
         alias = _ALIASES.get(name.lower(), ("", ""))
         if not near and alias[0] in self.parameters:
             return "".join(alias)
+        if not near and "dt" in self.parameters and "rate_hz" in (name, alias[0]):
+            return f"dt=1/{name}"
         near = near or difflib.get_close_matches(name, self.parameters, 1)
         return near[0] if near else None
 

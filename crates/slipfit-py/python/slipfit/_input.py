@@ -5,6 +5,7 @@ from __future__ import annotations
 import datetime
 import operator
 import os
+import re
 from collections.abc import Mapping
 from typing import Any, TypeAlias
 
@@ -212,11 +213,15 @@ def interval(name: str, value: Any) -> float | None:
 def time_dimension(array: Any) -> Any:
     """The dimension of time of an array of xarray: that of its name, or the only one of dates or durations."""
     for wanted in ("time", "t"):
-        found = [name for name in array.dims if str(name).lower() == wanted]
+        found = [name for name in array.dims if _NAME.split(str(name).lower(), 1)[0] == wanted]
         if found:
             return found[0]
     dated = [name for name in array.dims if name in array.coords and array.coords[name].dtype.kind in "mM"]
     return dated[0] if len(dated) == 1 else None
+
+
+#: What stands between a name and its unit.
+_NAME = re.compile(r"\s*[(\[{/]")
 
 
 def even_step(name: object, coordinate: Any, otherwise: str) -> float:
@@ -273,6 +278,16 @@ def _missing(one: Any) -> bool:
 def _naive(moment: datetime.datetime) -> datetime.datetime:
     """A date without its time zone, in that of Greenwich."""
     return moment if moment.tzinfo is None else moment.astimezone(datetime.timezone.utc).replace(tzinfo=None)
+
+
+def columns_of(table: Any) -> str:
+    """Names of the columns of a data frame, as a message holds them; empty for any other."""
+    names = [shown(str(name)) for name in getattr(table, "columns", ())]
+    return ", ".join(names[:_NAMED]) + (", …" if len(names) > _NAMED else "")
+
+
+#: Columns that a message names.
+_NAMED = 8
 
 
 def _counts_rows(index: Any) -> bool:

@@ -15,7 +15,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from . import _core, _input
-from ._arguments import public, wrong_type
+from ._arguments import public, shown, wrong_type
 from ._batch import answer_schema, fit_batch
 from .typing import Interval, Path, Scalar
 
@@ -155,11 +155,15 @@ def fit_map(
     elif data is not None:
         raise _input.refuse("data", f"data={data!r}: it names an array in a file, and stack is one")
     labelled = isinstance(stack, xr.DataArray)
+    if isinstance(stack, xr.Dataset):
+        held = ", ".join(shown(str(name)) for name in stack.data_vars)
+        raise wrong_type("stack", stack, f"one of the variables of the Dataset is needed: {held}")
     if not isinstance(getattr(stack, "shape", None), tuple):
         raise wrong_type("stack", stack, "an array with the axes (y, x, t), in any order, or a path is needed")
     shape = tuple(stack.shape)
     if len(shape) != 3:
-        raise _input.refuse("stack", f"stack has the shape {shape}: (y, x, t) is needed, in any order")
+        rows = "; slipfit.fit_batch takes traces in rows" if len(shape) == 2 else ""
+        raise _input.refuse("stack", f"stack has the shape {shape}: (y, x, t) is needed, in any order{rows}")
     if 0 in shape:
         raise _input.refuse("stack", f"stack has the shape {shape}: it has no pixels or no samples")
     dims = tuple(stack.dims) if labelled else ("y", "x")
