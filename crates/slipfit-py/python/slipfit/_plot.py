@@ -133,7 +133,9 @@ def series(answer: SeriesAnswer, ax: Axes | None) -> list[Axes]:
                 [float(q) for _, _, q in found],
                 yerr=[q.std_error or 0.0 for _, _, q in found],
                 xerr=[row.value_std_error or 0.0 for _, row, _ in found] if numbered else None,
-                fmt="o", markersize=4.0, label=kind,
+                # At one place the joint fit is a ring around the others.
+                fmt="o", markersize=9.0 if kind == "joint" else 4.0, label=kind,
+                markerfacecolor="none" if kind == "joint" else None,
             )
         if not numbered:
             axis.set_xticks(range(len(labels)), labels)
