@@ -239,7 +239,7 @@ pub fn plain(value: f64, significant: i32, unit: &str) -> String {
 /// ```
 /// use slipfit_report::format::instant;
 /// assert_eq!(instant(1.23456, 30.0), "1.235 s");
-/// assert_eq!(instant(1_699_023_130.1234, 30.0), "1699023130.12 s");
+/// assert_eq!(instant(1_699_023_130.1234, 30.0), "1699023130.1 s");
 /// ```
 pub fn instant(time_s: f64, span_s: f64) -> String {
     let span_s = span_s.abs();

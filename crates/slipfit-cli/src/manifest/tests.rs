@@ -105,7 +105,7 @@ fn labels_are_brought_to_one_unit() {
 fn what_cannot_be_meant_is_said() {
     for (text, word) in [
         ("", "no [[measurement]]"),
-        ("[[measurments]]\nringdown = 'a'\n", "unknown key `measurments`; did you mean `measurement`?"),
+        ("[[measurements]]\nringdown = 'a'\n", "unknown key `measurements`; did you mean `measurement`?"),
         ("[[measurement]]\nringdwn = 'a'\n", "`ringdwn`: did you mean `ringdown`?"),
         ("[[measurement]]\nfile = 'a'\n", "; `file` does not say of what the file is"),
         ("stifness = 3\n", "unknown key `stifness`; did you mean `stiffness`?"),

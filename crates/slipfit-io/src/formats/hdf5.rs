@@ -80,9 +80,11 @@ pub(crate) fn cube(path: &Path, name: Option<&str>) -> Result<([usize; 3], Strin
         all_sets(&file.root_group()?, "", &mut Vec::new(), &mut sets);
         let known = sets.iter().map(|(path, set)| Known { path: path.clone(), shape: set.shape().to_vec() });
         let known: Vec<Known> = known.collect();
+        // A leading slash may be left out.
+        let is_there =
+            |name: &str| known.iter().any(|one| one.path.trim_matches('/') == name.trim_matches('/'));
         match named {
-            // It is there, and broken.
-            Some((name, Err(error))) if known.iter().any(|one| one.is(name)) => Err(error),
+            Some((name, Err(broken))) if is_there(name) => Err(broken),
             Some(_) => Ok((Vec::new(), known)),
             None => Ok((sets.into_iter().filter(|(_, set)| set.shape().len() == 3).collect(), known)),
         }

@@ -10,14 +10,7 @@ pub(crate) struct Known {
     pub(crate) shape: Vec<u64>,
 }
 
-impl Known {
-    /// Whether this is its path, which may be written without the stroke of the root.
-    pub(crate) fn is(&self, name: &str) -> bool {
-        self.path.trim_matches('/') == name.trim_matches('/')
-    }
-}
-
-/// That there is no array of this name, or none of three axes, and which there are.
+/// Says that there is no array of this name, or none of three axes, and which there are.
 pub(crate) fn not_found(what: &str, name: Option<&str>, known: &[Known]) -> String {
     let missing = match name {
         Some(name) => format!("there is no {what} {name} in it"),

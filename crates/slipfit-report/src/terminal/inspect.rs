@@ -242,12 +242,12 @@ mod tests {
 
     #[test]
     fn names_that_begin_alike_keep_their_ends() {
-        let names = ["t", "Acceleration of the phone x (m/s^2)", "Acceleration of the phone y (m/s^2)"];
+        let names = ["t", "Rate of turn of the phone x (rad/s)", "Rate of turn of the phone y (rad/s)"];
         let names = names.map(str::to_owned);
         let short = told_apart(&names, 24);
         assert_eq!(
             short,
-            ["t", "Acceleratio…ne x (m/s^2)", "Acceleratio…ne y (m/s^2)"].map(|n| n.to_owned())
+            ["t", "Rate of tur…ne x (rad/s)", "Rate of tur…ne y (rad/s)"].map(|n| n.to_owned())
         );
         assert!(short.iter().all(|name| name.chars().count() <= 24));
     }

@@ -39,7 +39,7 @@ pub(crate) fn cube(path: &Path, name: Option<&str>) -> Result<([usize; 3], Strin
         found.retain(|(_, _, array)| array.shape().len() == 3);
     }
     let Some((name, folder, array)) = found.pop() else {
-        return Err(refused(not_found("array", None, &known(path))));
+        return Err(refused(not_found("array of zarr", None, &known(path))));
     };
     if !found.is_empty() {
         let names: Vec<String> = found.into_iter().map(|(name, ..)| name).chain([name]).collect();
