@@ -35,7 +35,8 @@ pub(crate) fn install<S: AsRef<OsStr>>(
     arguments: impl IntoIterator<Item = S>,
 ) -> Result<(), Failure> {
     let mut pip = command(python_in(programs));
-    pip.args(["-m", "pip", "install", "--quiet", "--disable-pip-version-check"]);
+    // Python compiles what is imported: a small part of what is installed.
+    pip.args(["-m", "pip", "install", "--quiet", "--disable-pip-version-check", "--no-compile"]);
     run(pip.args(arguments))
 }
 
