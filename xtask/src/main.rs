@@ -43,6 +43,8 @@ cargo xtask statistics --default [--write] [--only TEXT] [--seeds N]
   the answer as every user gets it, no model named (docs/statistics_default.md; 100 seeds)
 cargo xtask statistics --default-curves [--write] [--only TEXT] [--seeds N]
   the same of resonance curves (docs/statistics_default_curves.md; 40 seeds)
+cargo xtask statistics --default-levels [--write] [--only TEXT] [--seeds N]
+  the same of drive levels (docs/statistics_default_levels.md; 200 seeds)
 cargo xtask statistics --resonance [--write] [--only TEXT] [--seeds N]
   bias, spread and coverage of resonance curves, beside the paper's Lorentzian (docs/statistics_resonance.md; 300 seeds)
 

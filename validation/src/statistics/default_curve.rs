@@ -19,7 +19,7 @@ use slipfit::resonance::{Answer, Curve, DriveAmplitude, Options, analyse};
 
 use super::choices::Choices;
 use super::disturbance::{Chain, DISTURBANCES, Disturbance, Motion, PROPORTIONAL};
-use super::scores::{Estimated, Outcome, Scores, True};
+use super::scores::{Estimated, Outcome, Scores, True, mean_percent};
 use super::trials::{coverage_error, seed};
 use crate::Failure;
 
@@ -271,18 +271,14 @@ const COLUMNS: &str = "δ | x_F | f₀ | outliers unwarned | friction claimed fa
 
 /// Means over cells.
 fn pooled(rows: &[&Row]) -> String {
-    let mean_of = |some: &dyn Fn(&Row) -> bool, value: &dyn Fn(&Row) -> f64| {
-        let of: Vec<f64> = rows.iter().filter(|r| some(r)).map(|r| value(r)).collect();
-        if of.is_empty() {
-            return "–".to_owned();
-        }
-        format!("{:.1} %", 100.0 * of.iter().sum::<f64>() / of.len() as f64)
+    let all = |value: &dyn Fn(&Row) -> f64| mean_percent(rows.iter().map(|row| value(row)));
+    let with = |some: &dyn Fn(&Row) -> bool, value: &dyn Fn(&Row) -> f64| {
+        mean_percent(rows.iter().filter(|row| some(row)).map(|row| value(row)))
     };
-    let all = |value: &dyn Fn(&Row) -> f64| mean_of(&|_| true, value);
     let mut text: Vec<String> = (0..3).map(|k| all(&|r| r.scores.coverage[k])).collect();
     text.push(all(&|r| r.scores.unwarned_outliers));
-    text.push(mean_of(&|r| r.cell.beta == 0.0, &|r| r.scores.sliding_detected));
-    text.push(mean_of(&|r| r.cell.beta > 0.0, &|r| 1.0 - r.scores.sliding_detected));
+    text.push(with(&|r| r.cell.beta == 0.0, &|r| r.scores.sliding_detected));
+    text.push(with(&|r| r.cell.beta > 0.0, &|r| 1.0 - r.scores.sliding_detected));
     text.push(all(&|r| r.scores.drag_chosen));
     text.push(all(&|r| r.scores.refused));
     text.push(all(&|r| r.scores.warned));

@@ -9,6 +9,7 @@ mod choices;
 mod default_cells;
 mod default_curve;
 mod default_decay;
+mod default_levels;
 mod disturbance;
 mod hardening;
 mod nuisances;
@@ -23,7 +24,7 @@ use std::process::ExitCode;
 use crate::Failure;
 use choices::Choices;
 
-/// Runs one of the tables: `[--default|--default-curves|--resonance|--table-one] [--seeds N] [--only TEXT] [--write]`.
+/// Runs one of the tables: `[--default|--default-curves|--default-levels|--resonance|--table-one] [--seeds N] [--only TEXT] [--write]`.
 pub(crate) fn run(arguments: &[String]) -> Result<ExitCode, Failure> {
     let mut choices = Choices { seeds: 0, only: String::new(), write: false };
     let mut table: fn(Choices) -> Result<ExitCode, Failure> = ring_down::run;
@@ -33,6 +34,7 @@ pub(crate) fn run(arguments: &[String]) -> Result<ExitCode, Failure> {
         match word.as_str() {
             "--default" => (table, usual) = (default_decay::run, 100),
             "--default-curves" => (table, usual) = (default_curve::run, 40),
+            "--default-levels" => (table, usual) = (default_levels::run, 200),
             "--resonance" => (table, usual) = (resonance::run, 300),
             "--table-one" => (table, usual) = (table_one::run, 200),
             "--write" => choices.write = true,

@@ -117,3 +117,9 @@ impl Scores {
         text
     }
 }
+
+/// Mean of some shares, in percent; a dash for none.
+pub(super) fn mean_percent(shares: impl Iterator<Item = f64>) -> String {
+    let (sum, count) = shares.fold((0.0, 0), |(sum, count), share| (sum + share, count + 1));
+    if count == 0 { "–".to_owned() } else { format!("{:.1} %", 100.0 * sum / f64::from(count)) }
+}

@@ -2,6 +2,7 @@
 
 use super::answer::{Breakaway, LevelPoint};
 use super::criteria::LevelCriteria;
+use crate::inference::evidence::f_tail;
 use crate::inference::least_squares::linear;
 use crate::numeric::order::ascending;
 use std::f64::consts::FRAC_PI_4;
@@ -19,19 +20,30 @@ pub(super) struct Line {
 /// The split that describes stuck (about zero) and moving (a rising line) branch best.
 ///
 /// Split by the drive, unless that leaves clearly more unexplained than a split by amplitude: levels
-/// that were raised and lowered, or raised only while the mass stuck beyond the threshold.
+/// that were raised and lowered, or raised only while the mass stuck beyond the threshold. Levels that bend would take
+/// stuck ones into their line: they are split beside a parabola where that leaves far less.
 pub(super) fn split(x: &[f64], y: &[f64], weight: &[f64], c: &LevelCriteria) -> Option<Line> {
     let n = x.len();
-    let by_drive = best_split(x, y, weight, &(0..n).collect::<Vec<_>>(), Order::Drive, c);
-    let by_amplitude = best_split(x, y, weight, &ascending(y), Order::Amplitude, c);
-    match (by_drive, by_amplitude) {
-        (Some(drive), Some(amplitude)) if amplitude.total < c.amplitude_split * drive.total => {
-            Some(amplitude)
-        }
-        (None, Some(amplitude)) => Some(amplitude),
-        (drive, _) => drive,
-    }
+    let by_rising_drive: Vec<usize> = (0..n).collect();
+    let by_drive = best_split(x, y, weight, &by_rising_drive, Order::Drive, STRAIGHT, c);
+    let by_amplitude = best_split(x, y, weight, &ascending(y), Order::Amplitude, STRAIGHT, c);
+    let line = match (by_drive, by_amplitude) {
+        (Some(drive), Some(amplitude)) if amplitude.total < c.amplitude_split * drive.total => amplitude,
+        (None, Some(amplitude)) => amplitude,
+        (drive, _) => drive?,
+    };
+    // Beside the curve and what sticks.
+    let dof = n as f64 - PARABOLA as f64 - 1.0;
+    let curve = best_split(x, y, weight, &by_rising_drive, Order::Drive, PARABOLA, c).filter(|curve| {
+        let f = (line.total - curve.total) / (curve.total / dof).max(f64::MIN_POSITIVE);
+        dof > 0.0 && f_tail(f, 1.0, dof) < c.not_straight
+    });
+    Some(curve.unwrap_or(line))
 }
+
+/// Columns of the moving branch.
+const STRAIGHT: usize = 2;
+const PARABOLA: usize = 3;
 
 /// Whether two drives, the lower one first, are readings of one level.
 pub(super) fn same_level(lower: f64, higher: f64, c: &LevelCriteria) -> bool {
@@ -54,11 +66,15 @@ fn best_split(
     weight: &[f64],
     order: &[usize],
     by: Order,
+    columns: usize,
     c: &LevelCriteria,
 ) -> Option<Line> {
     let n = order.len();
+    let widest = x.iter().copied().fold(f64::MIN_POSITIVE, f64::max);
+    let row = |x: f64| [1.0, x / widest, (x / widest).powi(2)];
+    let least = if columns == STRAIGHT { 3 } else { c.bend_levels };
     let mut best: Option<Line> = None;
-    for first in 0..=n.checked_sub(3)? {
+    for first in 0..=n.checked_sub(least)? {
         let (stuck, moving) = order.split_at(first);
         if by == Order::Drive
             && let (Some(&last), Some(&next)) = (stuck.last(), moving.first())
@@ -66,18 +82,20 @@ fn best_split(
         {
             continue;
         }
-        let rows = moving.iter().map(|&i| (vec![1.0, x[i]], y[i], weight[i]));
-        let Some((line, _, rss)) = linear(rows, 2) else { continue };
-        let (intercept, slope) = (line[0], line[1]);
-        if !(slope > 0.0) {
+        let rows = moving.iter().map(|&i| (row(x[i])[..columns].to_vec(), y[i], weight[i]));
+        let Some((found, _, rss)) = linear(rows, columns) else { continue };
+        let expected = |x: f64| row(x).iter().zip(&found).map(|(r, c)| r * c).sum::<f64>();
+        let lowest = moving.iter().map(|&i| x[i]).fold(f64::INFINITY, f64::min);
+        let highest = moving.iter().map(|&i| x[i]).fold(0.0, f64::max);
+        let slope = |x: f64| found[1] + 2.0 * found.get(2).unwrap_or(&0.0) * x / widest;
+        if !(slope(lowest) > 0.0 && slope(highest) > 0.0) {
             continue;
         }
         let contradicts = match by {
-            Order::Drive => stuck.last().is_some_and(|&last| -intercept / slope < c.stuck_reach * x[last]),
+            Order::Drive => stuck.last().is_some_and(|&last| expected(c.stuck_reach * x[last]) > 0.0),
             Order::Amplitude => {
-                let lowest = moving.iter().map(|&i| x[i]).fold(f64::INFINITY, f64::min);
                 let beside = stuck.iter().filter(|&&i| lowest < x[i] || same_level(x[i], lowest, c));
-                beside.into_iter().any(|&i| y[i] > c.stuck_of_expected * (intercept + slope * x[i]))
+                beside.into_iter().any(|&i| y[i] > c.stuck_of_expected * expected(x[i]))
             }
         };
         if contradicts {
@@ -93,7 +111,7 @@ fn best_split(
         if best.as_ref().is_none_or(|b| total < b.total * (1.0 - 1.0 / n as f64)) {
             let mut moves = vec![false; n];
             moving.iter().for_each(|&i| moves[i] = true);
-            best = Some(Line { moving: moves, slope, intercept, rss, total });
+            best = Line::of(moves, x, y, weight, off).map(|line| Line { total, ..line });
         }
     }
     best
@@ -104,13 +122,17 @@ impl Line {
         self.moving.iter().filter(|moves| **moves).count()
     }
 
+    /// The straight line through the levels that move; `off`: what the others leave.
+    fn of(moving: Vec<bool>, x: &[f64], y: &[f64], weight: &[f64], off: f64) -> Option<Self> {
+        let rows = (0..x.len()).filter(|&i| moving[i]).map(|i| (vec![1.0, x[i]], y[i], weight[i]));
+        let (c, _, rss) = linear(rows, STRAIGHT)?;
+        let (intercept, slope) = (c[0], c[1]);
+        (slope > 0.0).then_some(Self { moving, slope, intercept, rss, total: rss + off })
+    }
+
     /// The line through the same moving levels with other amplitudes.
     pub(super) fn through(&self, x: &[f64], y: &[f64], weight: &[f64]) -> Option<Self> {
-        let moving = (0..x.len()).filter(|&i| self.moving[i]);
-        let (c, _, rss) = linear(moving.map(|i| (vec![1.0, x[i]], y[i], weight[i])), 2)?;
-        let (intercept, slope) = (c[0], c[1]);
-        let total = self.total - self.rss + rss;
-        (slope > 0.0).then(|| Self { moving: self.moving.clone(), slope, intercept, rss, total })
+        Self::of(self.moving.clone(), x, y, weight, self.total - self.rss)
     }
 }
 

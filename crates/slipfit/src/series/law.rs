@@ -4,7 +4,7 @@ use super::criteria::Criteria;
 use super::likelihood::{hartung_knapp_factor, lowest, weights};
 use crate::inference::Z_95;
 use crate::inference::evidence::{scaled_tail, student_factor};
-use crate::inference::least_squares::linear;
+use crate::inference::least_squares::{Normal, linear_of};
 use crate::numeric::order::sort_by_value;
 use crate::{Error, Quantity};
 use nalgebra::DMatrix;
@@ -212,7 +212,8 @@ fn fit(
         for _ in 0..20 {
             let largest = points.iter().map(|p| at(&coefficients, p.load).abs()).fold(0.0, f64::max);
             let mut logarithms = 0.0;
-            let rows = points.iter().zip(&replication.shared).map(|(p, shared)| {
+            let mut sums = Normal::zeros(columns + 1);
+            for (p, shared) in points.iter().zip(&replication.shared) {
                 let slope = coefficients[0] * power * p.load.max(f64::MIN_POSITIVE).powf(power - 1.0);
                 let share = if largest > 0.0 { at(&coefficients, p.load) / largest } else { 1.0 };
                 let variance = p.friction_std_error.powi(2)
@@ -225,18 +226,15 @@ fn fit(
                     1.0 / variance.max(1e-30 * p.friction.powi(2)).max(f64::MIN_POSITIVE)
                 };
                 logarithms -= weight.ln();
-                let mut row = vec![p.load.powf(power)];
-                if columns == 2 {
-                    row.push(1.0);
-                }
-                row.push(*shared);
-                (row, p.friction, weight)
-            });
+                let row = [p.load.powf(power), 1.0, *shared];
+                let row = if columns == 2 { row } else { [row[0], *shared, 0.0] };
+                sums.add_row(&row[..=columns], p.friction, weight);
+            }
             // What is shared is one more unknown, 0 ± 1.
-            let mut known = vec![0.0; columns + 1];
+            let mut known = [0.0; 3];
             known[columns] = 1.0;
-            let rows = rows.chain(std::iter::once((known, 0.0, 1.0)));
-            let (mut values, covariance, chi_square) = linear(rows, columns + 1)?;
+            sums.add_row(&known[..=columns], 0.0, 1.0);
+            let (mut values, covariance, chi_square) = linear_of(&sums, &[0, 1, 2][..=columns])?;
             values.truncate(columns);
             let settled = (values[0] - coefficients[0]).abs() <= 1e-12 * values[0].abs();
             coefficients.clone_from(&values);

@@ -1,0 +1,315 @@
+//! Drive levels analysed by default.
+
+use std::f64::consts::{FRAC_PI_4, PI, TAU};
+use std::fmt::Write;
+use std::ops::Range;
+use std::process::ExitCode;
+
+use rand::RngExt;
+use rand::SeedableRng;
+use rand_chacha::ChaCha8Rng;
+use rand_distr::StandardNormal;
+use rayon::prelude::*;
+use slipfit::Parameter;
+use slipfit::answer::Warning;
+use slipfit::levels::{Answer, Levels, Options, analyse};
+use slipfit::motion::steady::Phasor;
+
+use super::choices::Choices;
+use super::disturbance::{Disturbance, Motion};
+use super::scores::{Estimated, Outcome, Scores, True, mean_percent};
+use super::trials::{coverage_error, seed};
+use crate::Failure;
+
+const Q: f64 = 300.0;
+const OMEGA_0: f64 = TAU;
+/// Highest level.
+const TOP: f64 = 1.0;
+const LEVELS: [usize; 3] = [6, 12, 30];
+/// Threshold over the highest level; none is a level itself.
+const THRESHOLD: [f64; 4] = [0.0, 0.055, 0.31, 0.61];
+/// Noise of a quadrature over the highest amplitude: 40 and 60 dB.
+const NOISE: [f64; 2] = [0.01, 0.001];
+
+/// What levels have beyond viscous and sliding loss at resonance and white noise.
+#[derive(Debug, Clone, Copy, PartialEq)]
+enum Departure {
+    Nothing,
+    /// A drag of this part of the viscous loss at the highest amplitude.
+    Drag(f64),
+    /// A detector that reads so much less of the highest amplitude, in proportion to its square.
+    Compression(f64),
+    /// A detector that reads this part of the highest amplitude without motion, added to every reading.
+    Zero(f64),
+    /// Part of the drive that the detector picks up at a random phase, over the highest amplitude.
+    Crosstalk(f64),
+    /// A frequency beside the resonance by this part of the half width of the line.
+    OffResonance(f64),
+    /// Noise as this part of each amplitude, with the white one.
+    ProportionalNoise(f64),
+}
+
+const DEPARTURES: [Departure; 10] = [
+    Departure::Nothing,
+    Departure::Drag(0.03),
+    Departure::Drag(0.1),
+    Departure::Drag(0.5),
+    Departure::Compression(0.03),
+    Departure::Zero(0.03),
+    Departure::Crosstalk(0.003),
+    Departure::Crosstalk(0.02),
+    Departure::OffResonance(0.1),
+    Departure::ProportionalNoise(0.01),
+];
+
+impl Departure {
+    fn name(self) -> String {
+        let percent = |part: f64| format!("{} %", 100.0 * part);
+        match self {
+            Self::Nothing => "none".to_owned(),
+            Self::Drag(part) => format!("drag {}", percent(part)),
+            Self::Compression(part) => format!("compression {}", percent(part)),
+            Self::Zero(part) => format!("zero of the detector {}", percent(part)),
+            Self::Crosstalk(part) => format!("crosstalk {}", percent(part)),
+            Self::OffResonance(part) => format!("off resonance {}", percent(part)),
+            Self::ProportionalNoise(part) => format!("noise {} of each", percent(part)),
+        }
+    }
+}
+
+#[derive(Debug, Clone, Copy)]
+struct Cell {
+    departure: Departure,
+    levels: usize,
+    threshold: f64,
+    noise: f64,
+}
+
+/// A cell with its levels before instrument and noise.
+struct Series {
+    cell: Cell,
+    number: u64,
+    drive: Vec<f64>,
+    clean: Vec<Phasor>,
+}
+
+struct Row {
+    cell: Cell,
+    seeds: u64,
+    scores: Scores,
+}
+
+pub(super) fn run(choices: Choices) -> Result<ExitCode, Failure> {
+    let (mut rows, mut again) = (Vec::new(), Vec::new());
+    for (number, cell) in cells().into_iter().enumerate().filter(|(_, c)| c.name().contains(&choices.only)) {
+        let series = cell.series(number as u64);
+        let measured = |records: Range<u64>| {
+            let seeds = records.end - records.start;
+            let outcomes: Vec<Outcome> = records.into_par_iter().map(|s| series.analysed(s)).collect();
+            let row = Row { cell, seeds, scores: Scores::of(&outcomes, &cell.truth()) };
+            eprintln!("{:60} | {}", cell.name(), row.scores.columns());
+            row
+        };
+        let row = measured(0..choices.seeds);
+        if row.misses() {
+            again.push(measured(choices.seeds..(1 + MORE_RECORDS) * choices.seeds));
+        }
+        rows.push(row);
+    }
+    choices.publish("statistics_default_levels.md", &page(&rows, &again, choices.seeds))?;
+    Ok(ExitCode::SUCCESS)
+}
+
+/// Times as many records for a cell that misses.
+const MORE_RECORDS: u64 = 10;
+
+fn cells() -> Vec<Cell> {
+    let mut cells = Vec::new();
+    for departure in DEPARTURES {
+        for levels in LEVELS {
+            for threshold in THRESHOLD {
+                cells.extend(NOISE.map(|noise| Cell { departure, levels, threshold, noise }));
+            }
+        }
+    }
+    cells
+}
+
+impl Cell {
+    fn name(&self) -> String {
+        let Self { departure, levels, threshold, noise } = self;
+        format!("{}; n={levels}; threshold={threshold}; noise={noise};", departure.name())
+    }
+
+    /// How far the drive is from the resonance, in half widths of the line.
+    fn detuning(&self) -> f64 {
+        if let Departure::OffResonance(part) = self.departure { part } else { 0.0 }
+    }
+
+    /// Slope without friction at the frequency of the drive, and the threshold.
+    fn truth(&self) -> [True; 2] {
+        [(Parameter::Slope, Q / 1f64.hypot(self.detuning())), (Parameter::Threshold, self.threshold * TOP)]
+            .map(|(parameter, value)| True { parameter, value })
+    }
+
+    fn series(self, number: u64) -> Series {
+        let delta = OMEGA_0 / (2.0 * Q);
+        let x_f = FRAC_PI_4 * self.threshold * TOP;
+        let omega = OMEGA_0 + self.detuning() * delta;
+        let highest = Q * (1.0 - self.threshold) * TOP;
+        let disturbance = if let Departure::Drag(part) = self.departure {
+            Disturbance::Drag(part)
+        } else {
+            Disturbance::Nothing
+        };
+        let level = |i: usize| {
+            let x_0 = TOP * i as f64 / self.levels as f64;
+            if x_0 <= self.threshold * TOP {
+                return Some((x_0, Phasor::new(0.0, 0.0)));
+            }
+            // Closer to the threshold the motion stops within its cycle, and few would measure there.
+            let motion = Motion::new(disturbance, [OMEGA_0, delta, x_0], highest);
+            Some((x_0, motion.at(omega, x_f)?)).filter(|_| x_0 > NEAREST * self.threshold * TOP)
+        };
+        let (drive, clean) = (1..=self.levels).filter_map(level).unzip();
+        Series { cell: self, number, drive, clean }
+    }
+}
+
+/// Lowest moving level over the threshold.
+const NEAREST: f64 = 1.06;
+
+impl Series {
+    /// The levels as the instrument gives them.
+    fn measured(&self, rng: &mut ChaCha8Rng) -> Option<Levels> {
+        let Cell { departure, noise, .. } = self.cell;
+        let highest = self.clean.iter().map(|z| z.norm()).fold(0.0, f64::max);
+        let crosstalk = if let Departure::Crosstalk(part) = departure {
+            Phasor::from_polar(part * highest / TOP, rng.random_range(-PI..PI))
+        } else {
+            Phasor::new(0.0, 0.0)
+        };
+        let mut normal = || rng.sample::<f64, _>(StandardNormal);
+        let mut read = |(z, drive): (&Phasor, &f64)| {
+            let white = Phasor::new(normal(), normal()) * (noise * highest);
+            let seen = (z + crosstalk * *drive + white).norm();
+            match departure {
+                Departure::Compression(part) => seen * (1.0 - part * (seen / highest).powi(2)),
+                Departure::Zero(part) => seen + part * highest,
+                Departure::ProportionalNoise(part) => (seen * (1.0 + part * normal())).abs(),
+                _ => seen,
+            }
+        };
+        let amplitude = self.clean.iter().zip(&self.drive).map(&mut read).collect();
+        Levels::builder(self.drive.clone(), amplitude).unit("mm").drive_unit("mm").build().ok()
+    }
+
+    fn analysed(&self, seed_number: u64) -> Outcome {
+        let own = seed(0x1E7E_1500, &[self.number as f64]);
+        let mut rng = ChaCha8Rng::seed_from_u64(seed_number.wrapping_mul(0x9E37_79B9) ^ own);
+        let answer = self.measured(&mut rng).and_then(|levels| analyse(&levels, &Options::default()).ok());
+        answer.map_or_else(Outcome::default, |a| self.outcome(&a))
+    }
+
+    fn outcome(&self, answer: &Answer) -> Outcome {
+        let estimate = |t: &True| answer.parameter(t.parameter).map(|q| Estimated::of(q, t.value));
+        let is_bend = |w: &Warning| matches!(w, Warning::NotStraight { .. });
+        // That the threshold comes from the line continued does not question it.
+        let questions_answer = |w: &Warning| !matches!(w, Warning::ThresholdExtrapolated { .. });
+        Outcome {
+            estimates: self.cell.truth().iter().map(estimate).collect(),
+            warned: answer.warnings.iter().any(questions_answer),
+            sliding_detected: answer.detected,
+            drag_chosen: answer.warnings.iter().any(is_bend),
+            above_truth: None,
+        }
+    }
+}
+
+impl Row {
+    /// What the cell misses of 95 % by more than three standard errors of its own, and how often it claims friction where
+    /// there is none.
+    fn misses(&self) -> bool {
+        let least = 0.95 - 3.0 * coverage_error(self.seeds as usize);
+        let claimed = self.cell.threshold == 0.0 && self.scores.sliding_detected > 0.02;
+        claimed || self.scores.unwarned_outliers > 0.01 || self.scores.coverage.iter().any(|c| *c < least)
+    }
+}
+
+const COLUMNS: &str = "slope | threshold | outliers unwarned | friction claimed falsely | friction missed | bend named | refused | warned";
+
+/// Means over cells.
+fn pooled(rows: &[&Row]) -> String {
+    let all = |value: &dyn Fn(&Row) -> f64| mean_percent(rows.iter().map(|row| value(row)));
+    let with = |some: &dyn Fn(&Row) -> bool, value: &dyn Fn(&Row) -> f64| {
+        mean_percent(rows.iter().filter(|row| some(row)).map(|row| value(row)))
+    };
+    let mut text: Vec<String> = (0..2).map(|k| all(&|r| r.scores.coverage[k])).collect();
+    text.push(all(&|r| r.scores.unwarned_outliers));
+    text.push(with(&|r| r.cell.threshold == 0.0, &|r| r.scores.sliding_detected));
+    text.push(with(&|r| r.cell.threshold > 0.0, &|r| 1.0 - r.scores.sliding_detected));
+    text.push(all(&|r| r.scores.drag_chosen));
+    text.push(all(&|r| r.scores.refused));
+    text.push(all(&|r| r.scores.warned));
+    text.join(" | ")
+}
+
+fn page(rows: &[Row], again: &[Row], seeds: u64) -> String {
+    let mut text = format!(
+        "# The default answer to drive levels\n\nMade by `cargo xtask statistics --default-levels --write`, {seeds} \
+         records a cell. Exact amplitudes at resonance of {} cells, Q {Q}, evenly spaced levels up to the highest (none \
+         closer above the threshold than {:.0} %), white noise in both quadratures of the amplitude, no errors given. A \
+         *departure* is a *drag* over the viscous loss at the highest amplitude, a *compression* of the highest reading, \
+         in proportion to the square, a *zero* that the detector adds to every reading, a *crosstalk* of the drive at a \
+         random phase, a frequency beside the *resonance* in half widths of the line, or a *noise* as a part of each \
+         amplitude. Slope and threshold: share of the 95 % intervals that hold the truth, which of a bend is that of \
+         small amplitudes; *outliers unwarned*: answers with one of them more than four of its standard errors off and no \
+         warning but that of an extrapolated threshold. Of six levels every answer is warned of where five or fewer move.\n\n\
+         ## Means over thresholds of 0, 5.5, 31 and 61 % of the highest level\n\n\
+         | departure | levels | noise | {COLUMNS} |\n{}|\n",
+        rows.len(),
+        100.0 * (NEAREST - 1.0),
+        "|---".repeat(11)
+    );
+    for departure in DEPARTURES {
+        for levels in LEVELS {
+            for noise in NOISE {
+                let fits = |c: &Cell| c.departure == departure && c.levels == levels && c.noise == noise;
+                let of: Vec<&Row> = rows.iter().filter(|r| fits(&r.cell)).collect();
+                if !of.is_empty() {
+                    let (name, percent) = (departure.name(), 100.0 * noise);
+                    let _ = writeln!(text, "| {name} | {levels} | {percent} % | {} |", pooled(&of));
+                }
+            }
+        }
+    }
+    let (missing, by_chance): (Vec<&Row>, Vec<&Row>) = again.iter().partition(|r| r.misses());
+    let table = |rows: &[&Row]| {
+        let mut table = format!(
+            "| departure | levels | threshold | noise | records | {COLUMNS} |\n{}|\n",
+            "|---".repeat(13)
+        );
+        for row in rows {
+            let Cell { departure, levels, threshold, noise } = row.cell;
+            let (name, records, percent) = (departure.name(), row.seeds, 100.0 * noise);
+            let scores = pooled(&[*row]);
+            let _ =
+                writeln!(table, "| {name} | {levels} | {threshold} | {percent} % | {records} | {scores} |");
+        }
+        table
+    };
+    let _ = write!(
+        text,
+        "\n## Cells that miss\n\n{} of {} cells have a coverage more than three of its own standard errors below 95 %, \
+         unwarned outliers in more than 1 % of their records, or claim a friction that is not there in more than 2 %. \
+         They were measured again on {MORE_RECORDS} times as many other records, by which {} still miss:\n\n{}\nand {} do \
+         not:\n\n{}",
+        again.len(),
+        rows.len(),
+        missing.len(),
+        table(&missing),
+        by_chance.len(),
+        table(&by_chance)
+    );
+    text
+}
