@@ -19,7 +19,7 @@ use slipfit::resonance::{Answer, Curve, DriveAmplitude, Options, analyse};
 
 use super::choices::Choices;
 use super::disturbance::{Chain, DISTURBANCES, Disturbance, Motion, PROPORTIONAL};
-use super::scores::{Estimated, Outcome, Scores, True, mean_percent};
+use super::scores::{self, Estimated, Outcome, Scores, True};
 use super::trials::{coverage_error, seed};
 use crate::Failure;
 
@@ -271,18 +271,9 @@ const COLUMNS: &str = "δ | x_F | f₀ | outliers unwarned | friction claimed fa
 
 /// Means over cells.
 fn pooled(rows: &[&Row]) -> String {
-    let all = |value: &dyn Fn(&Row) -> f64| mean_percent(rows.iter().map(|row| value(row)));
-    let with = |some: &dyn Fn(&Row) -> bool, value: &dyn Fn(&Row) -> f64| {
-        mean_percent(rows.iter().filter(|row| some(row)).map(|row| value(row)))
-    };
-    let mut text: Vec<String> = (0..3).map(|k| all(&|r| r.scores.coverage[k])).collect();
-    text.push(all(&|r| r.scores.unwarned_outliers));
-    text.push(with(&|r| r.cell.beta == 0.0, &|r| r.scores.sliding_detected));
-    text.push(with(&|r| r.cell.beta > 0.0, &|r| 1.0 - r.scores.sliding_detected));
-    text.push(all(&|r| r.scores.drag_chosen));
-    text.push(all(&|r| r.scores.refused));
-    text.push(all(&|r| r.scores.warned));
-    text.push(all(&|r| r.instrument));
+    let cells: Vec<_> = rows.iter().map(|row| (&row.scores, row.cell.beta > 0.0)).collect();
+    let mut text = scores::pooled(&cells);
+    text.push(scores::mean_percent(rows.iter().map(|row| row.instrument)));
     text.join(" | ")
 }
 

@@ -17,7 +17,7 @@ use slipfit::motion::steady::Phasor;
 
 use super::choices::Choices;
 use super::disturbance::{Disturbance, Motion};
-use super::scores::{Estimated, Outcome, Scores, True, mean_percent};
+use super::scores::{self, Estimated, Outcome, Scores, True};
 use super::trials::{coverage_error, seed};
 use crate::Failure;
 
@@ -240,18 +240,8 @@ const COLUMNS: &str = "slope | threshold | outliers unwarned | friction claimed 
 
 /// Means over cells.
 fn pooled(rows: &[&Row]) -> String {
-    let all = |value: &dyn Fn(&Row) -> f64| mean_percent(rows.iter().map(|row| value(row)));
-    let with = |some: &dyn Fn(&Row) -> bool, value: &dyn Fn(&Row) -> f64| {
-        mean_percent(rows.iter().filter(|row| some(row)).map(|row| value(row)))
-    };
-    let mut text: Vec<String> = (0..2).map(|k| all(&|r| r.scores.coverage[k])).collect();
-    text.push(all(&|r| r.scores.unwarned_outliers));
-    text.push(with(&|r| r.cell.threshold == 0.0, &|r| r.scores.sliding_detected));
-    text.push(with(&|r| r.cell.threshold > 0.0, &|r| 1.0 - r.scores.sliding_detected));
-    text.push(all(&|r| r.scores.drag_chosen));
-    text.push(all(&|r| r.scores.refused));
-    text.push(all(&|r| r.scores.warned));
-    text.join(" | ")
+    let cells: Vec<_> = rows.iter().map(|row| (&row.scores, row.cell.threshold > 0.0)).collect();
+    scores::pooled(&cells).join(" | ")
 }
 
 fn page(rows: &[Row], again: &[Row], seeds: u64) -> String {

@@ -118,6 +118,24 @@ impl Scores {
     }
 }
 
+/// Means over cells, in percent, each cell with whether friction acts in it: coverage by parameter, unwarned outliers,
+/// friction claimed and missed, drag, refusals and warnings.
+pub(super) fn pooled(cells: &[(&Scores, bool)]) -> Vec<String> {
+    let all = |share: &dyn Fn(&Scores) -> f64| mean_percent(cells.iter().map(|(scores, _)| share(scores)));
+    let with = |friction: bool, share: &dyn Fn(&Scores) -> f64| {
+        mean_percent(cells.iter().filter(|(_, acts)| *acts == friction).map(|(scores, _)| share(scores)))
+    };
+    let parameters = cells.first().map_or(0, |(scores, _)| scores.coverage.len());
+    let mut text: Vec<String> = (0..parameters).map(|k| all(&|s| s.coverage[k])).collect();
+    text.push(all(&|s| s.unwarned_outliers));
+    text.push(with(false, &|s| s.sliding_detected));
+    text.push(with(true, &|s| 1.0 - s.sliding_detected));
+    text.push(all(&|s| s.drag_chosen));
+    text.push(all(&|s| s.refused));
+    text.push(all(&|s| s.warned));
+    text
+}
+
 /// Mean of some shares, in percent; a dash for none.
 pub(super) fn mean_percent(shares: impl Iterator<Item = f64>) -> String {
     let (sum, count) = shares.fold((0.0, 0), |(sum, count), share| (sum + share, count + 1));
