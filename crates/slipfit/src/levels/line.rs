@@ -58,8 +58,9 @@ enum Order {
 }
 
 /// The best split where the levels move from one on in an order. In that of the drive all readings of a level
-/// stick or all move, and the line's threshold is not far below the highest stuck level; in that of the amplitude what
-/// sticks beside or above a level that moves reads far less than the line there.
+/// stick or all move, and the line's threshold is not far below the highest stuck level. What sticks where the line says
+/// that it moves reads far less than the line: in the order of the drive where the line stands out of the noise, in that
+/// of the amplitude beside or above a level that moves.
 fn best_split(
     x: &[f64],
     y: &[f64],
@@ -91,11 +92,20 @@ fn best_split(
         if !(slope(lowest) > 0.0 && slope(highest) > 0.0) {
             continue;
         }
+        // What sticks where the mass should move reads far less than it would then.
+        let reads_as_moving = |i: usize| y[i] > c.stuck_of_expected * expected(x[i]);
         let contradicts = match by {
-            Order::Drive => stuck.last().is_some_and(|&last| expected(c.stuck_reach * x[last]) > 0.0),
+            Order::Drive => {
+                let dof = (moving.len() as f64 - columns as f64).max(1.0);
+                let stands_out =
+                    |i: usize| expected(x[i]) > c.expected_errors * (rss / dof / weight[i]).sqrt();
+                let below = |last: usize| expected(c.stuck_reach * x[last]) > 0.0;
+                stuck.last().is_some_and(|&last| below(last))
+                    || stuck.iter().any(|&i| stands_out(i) && reads_as_moving(i))
+            }
             Order::Amplitude => {
                 let beside = stuck.iter().filter(|&&i| lowest < x[i] || same_level(x[i], lowest, c));
-                beside.into_iter().any(|&i| y[i] > c.stuck_of_expected * expected(x[i]))
+                beside.into_iter().any(|&i| reads_as_moving(i))
             }
         };
         if contradicts {
