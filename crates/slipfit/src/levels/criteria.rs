@@ -36,6 +36,9 @@ criteria! {
             moves "breakaway and its warning";
         /// Standard errors above which the amplitude of the line lies there.
         expected_errors: f64 = 4.0, source "one level in 1e4 by chance", moves "breakaway and its warning";
+        /// Standard errors by which the amplitude of a level must stand out of the noise, where others stick, to have a part
+        /// in the line.
+        least_motion: f64 = 3.0, source "one stuck level in 100 reads as much", moves "threshold and slope of bent levels";
         /// Odds before the data of a noise with a part in proportion to the amplitude, of levels without errors.
         proportional_odds: f64 = 0.2, source "chosen by simulation: few levels keep their threshold",
             moves "coverage of slope and threshold";

@@ -38,7 +38,47 @@ pub(super) fn split(x: &[f64], y: &[f64], weight: &[f64], c: &LevelCriteria) -> 
         let f = (line.total - curve.total) / (curve.total / dof).max(f64::MIN_POSITIVE);
         dof > 0.0 && f_tail(f, 1.0, dof) < c.not_straight
     });
-    Some(curve.unwrap_or(line))
+    let (columns, found) = curve.map_or((STRAIGHT, line), |curve| (PARABOLA, curve));
+    Some(without_uncertain(x, y, weight, found, columns, c))
+}
+
+/// The line without the lowest levels that may stick as well as move: those whose amplitude, by all higher ones, does
+/// not stand out of the noise. Taken in, a stuck one hides a bend. What they read has no part in that, so that none is
+/// left out for its noise. Nothing is left out where no level sticks.
+fn without_uncertain(
+    x: &[f64],
+    y: &[f64],
+    weight: &[f64],
+    mut line: Line,
+    columns: usize,
+    c: &LevelCriteria,
+) -> Line {
+    if line.moving.iter().all(|moves| *moves) {
+        return line;
+    }
+    while line.moving_levels() > columns + 2 {
+        let Some(lowest) = line.moving.iter().position(|moves| *moves) else { break };
+        let mut moving = line.moving.clone();
+        moving[lowest] = false;
+        let rows = (0..x.len()).filter(|&i| moving[i]);
+        let rows = rows.map(|i| (row_of(x[i])[..columns].to_vec(), y[i], weight[i]));
+        let Some((found, _, rss)) = linear(rows, columns) else { break };
+        let expected: f64 = row_of(x[lowest]).iter().zip(&found).map(|(r, c)| r * c).sum();
+        let dof = (line.moving_levels() - 1 - columns) as f64;
+        if expected > c.least_motion * (rss / dof / weight[lowest]).sqrt() {
+            break;
+        }
+        match Line::of(moving, x, y, weight, line.total - line.rss) {
+            Some(shorter) => line = shorter,
+            None => break,
+        }
+    }
+    line
+}
+
+/// Columns of a line and a parabola at a drive.
+fn row_of(x: f64) -> [f64; 3] {
+    [1.0, x, x * x]
 }
 
 /// Columns of the moving branch.
