@@ -19,6 +19,7 @@ use slipfit::resonance::{Answer, Curve, DriveAmplitude, Options, analyse};
 
 use super::choices::Choices;
 use super::disturbance::{Chain, DISTURBANCES, Disturbance, Motion, PROPORTIONAL};
+use super::measured_cells::{MeasuredCells, Scored};
 use super::scores::{self, Estimated, Outcome, Scores, True};
 use super::trials::{coverage_error, seed};
 use crate::Failure;
@@ -91,13 +92,13 @@ struct Analysed {
 }
 
 pub(super) fn run(choices: Choices) -> Result<ExitCode, Failure> {
-    let (mut rows, mut again) = (Vec::new(), Vec::new());
+    let mut measured = MeasuredCells::new();
     for (number, cell) in cells().into_iter().enumerate().filter(|(_, c)| c.name().contains(&choices.only)) {
         let Some(sweep) = cell.sweep(number as u64) else {
             eprintln!("{}: no exact curve", cell.name());
             continue;
         };
-        let measured = |curves: Range<u64>| {
+        measured.measure(choices.seeds, |curves: Range<u64>| {
             let seeds = curves.end - curves.start;
             let analysed: Vec<Analysed> = curves.into_par_iter().map(|s| sweep.analysed(s)).collect();
             let outcomes: Vec<Outcome> = analysed.iter().map(|a| a.outcome.clone()).collect();
@@ -107,19 +108,11 @@ pub(super) fn run(choices: Choices) -> Result<ExitCode, Failure> {
             let mean = analysed.iter().map(|a| a.took).sum::<Duration>() / n as u32;
             eprintln!("{:60} | {} | {:.1} ms", cell.name(), row.line(), 1e3 * mean.as_secs_f64());
             row
-        };
-        let row = measured(0..choices.seeds);
-        if row.misses() {
-            again.push(measured(choices.seeds..(1 + MORE_CURVES) * choices.seeds));
-        }
-        rows.push(row);
+        });
     }
-    choices.publish("statistics_default_curves.md", &page(&rows, &again, choices.seeds))?;
+    choices.publish("statistics_default_curves.md", &page(&measured, choices.seeds))?;
     Ok(ExitCode::SUCCESS)
 }
-
-/// Times as many curves for a cell that misses.
-const MORE_CURVES: u64 = 10;
 
 fn cells() -> Vec<Cell> {
     let mut cells = Vec::new();
@@ -257,7 +250,9 @@ impl Row {
     fn line(&self) -> String {
         format!("{} | {:.0} %", self.scores.columns(), 100.0 * self.instrument)
     }
+}
 
+impl Scored for Row {
     /// What the cell misses of 95 % by more than three standard errors of its own, and how often it
     /// claims friction where there is none.
     fn misses(&self) -> bool {
@@ -277,7 +272,8 @@ fn pooled(rows: &[&Row]) -> String {
     text.join(" | ")
 }
 
-fn page(rows: &[Row], again: &[Row], seeds: u64) -> String {
+fn page(measured: &MeasuredCells<Row>, seeds: u64) -> String {
+    let rows = &measured.rows;
     let mut text = format!(
         "# The default answer to a curve\n\nMade by `cargo xtask statistics --default-curves --write`, {seeds} curves \
          a cell. Exact curves (stops included) of {} cells, {WINDOW} widths of the line either side, white noise of \
@@ -320,7 +316,6 @@ fn page(rows: &[Row], again: &[Row], seeds: u64) -> String {
             }
         }
     }
-    let (missing, by_chance): (Vec<&Row>, Vec<&Row>) = again.iter().partition(|r| r.misses());
     let table = |rows: &[&Row]| {
         let mut table = format!(
             "| disturbance | data | drive | points | Q | β | curves | {COLUMNS} |\n{}|\n",
@@ -337,18 +332,11 @@ fn page(rows: &[Row], again: &[Row], seeds: u64) -> String {
         }
         table
     };
-    let _ = write!(
-        text,
-        "\n## Cells that miss\n\n{} of {} cells have a coverage more than three of its own standard errors below 95 %, \
-         unwarned outliers in more than 3 % of their curves, or claim a friction that is not there in more than \
-         5 %. A few do by chance: these cells were measured again on {MORE_CURVES} times as many other curves, by which {} \
-         still miss:\n\n{}\nand {} do not:\n\n{}",
-        again.len(),
-        rows.len(),
-        missing.len(),
-        table(&missing),
-        by_chance.len(),
-        table(&by_chance)
+    text += &measured.misses(
+        "have a coverage more than three of its own standard errors below 95 %, unwarned outliers in more than 3 % of their \
+         curves, or claim a friction that is not there in more than 5 %. A few do by chance: these cells",
+        "curves",
+        table,
     );
     text
 }

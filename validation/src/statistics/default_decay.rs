@@ -23,6 +23,7 @@ use super::choices::Choices;
 use super::default_cells::{
     Cell, DERIVATIVE_Q, DRAG, FREQUENCY_HZ, NUISANCE_Q, NUISANCE_SHARE, Q, REST_Q, SHARE, SNR_DB, What, cells,
 };
+use super::measured_cells::{MeasuredCells, Scored};
 use super::nuisances::{DISTURBANCES, Nuisance, SECOND_RELEASE};
 use super::scores::{Estimated, Outcome, Scores, True};
 use super::trials::{coverage_error, mean_and_deviation, seed};
@@ -36,8 +37,6 @@ const LEAST_SAMPLES: usize = 12;
 const LEAST_CYCLES: f64 = 2.0;
 /// Samples of all repeats of a cell together: long records are repeated less often.
 const MOST_SAMPLES: f64 = 2e7;
-/// Times as many records for a cell that misses.
-const MORE_RECORDS: u64 = 10;
 /// A longer record tells nothing that a tenth of it does not.
 const LONGEST: usize = 1_000_000;
 
@@ -54,17 +53,13 @@ struct Decay {
 }
 
 pub(super) fn run(choices: Choices) -> Result<ExitCode, Failure> {
-    let (mut rows, mut again) = (Vec::new(), Vec::new());
+    let mut measured = MeasuredCells::new();
     for cell in cells().into_iter().filter(|c| c.name().contains(&choices.only)) {
         let Some(decay) = cell.decay() else { continue };
         let repeats = choices.seeds.min((MOST_SAMPLES / decay.time.len() as f64).ceil() as u64).max(4);
-        let row = decay.measured(0..repeats);
-        if row.misses() {
-            again.push(decay.measured(repeats..(1 + MORE_RECORDS) * repeats));
-        }
-        rows.push(row);
+        measured.measure(repeats, |records| decay.measured(records));
     }
-    choices.publish("statistics_default.md", &page(&rows, &again, choices.seeds))?;
+    choices.publish("statistics_default.md", &page(&measured, choices.seeds))?;
     Ok(ExitCode::SUCCESS)
 }
 
@@ -96,7 +91,9 @@ impl Row {
             self.scores.columns()
         )
     }
+}
 
+impl Scored for Row {
     /// Whether the coverage of a parameter lies below what chance allows of 95 %, by three of its own
     /// standard errors.
     fn misses(&self) -> bool {
@@ -148,7 +145,8 @@ fn minima(rows: &[Row]) -> String {
     )
 }
 
-fn page(rows: &[Row], again: &[Row], seeds: u64) -> String {
+fn page(measured: &MeasuredCells<Row>, seeds: u64) -> String {
+    let rows = &measured.rows;
     const COLUMNS: &str = "δ | x_F | f | A₀ | outliers unwarned | sliding claimed | drag chosen | refused | warned | δ spread | x_F spread";
     let mut text = format!(
         "# The default answer\n\nMade by `cargo xtask statistics --default --write`, up to {seeds} records a cell \
@@ -204,7 +202,6 @@ fn page(rows: &[Row], again: &[Row], seeds: u64) -> String {
         }
     }
     text.push_str(&minima(rows));
-    let (missing, by_chance): (Vec<&Row>, Vec<&Row>) = again.iter().partition(|r| r.misses());
     let head = format!(
         "| Q | share | dB | decay times | samples a cycle | with | samples | records | {COLUMNS} |\n{}|",
         "|---".repeat(19)
@@ -214,17 +211,11 @@ fn page(rows: &[Row], again: &[Row], seeds: u64) -> String {
             |r: &&Row| format!("\n| {} | {} | {} | {} |", r.cell.row(), r.samples, r.repeats, pooled(&[*r]));
         format!("{head}{}\n", rows.iter().map(line).collect::<String>())
     };
-    let _ = write!(
-        text,
-        "\n## Cells that miss\n\n{} of {} cells have a coverage more than three of its own standard errors below \
-         95 %. Of some three thousand coverages a few do by chance: these cells were measured again on \
-         {MORE_RECORDS} times as many other records, by which {} still miss:\n\n{}\nand {} do not:\n\n{}",
-        again.len(),
-        rows.len(),
-        missing.len(),
-        table(&missing),
-        by_chance.len(),
-        table(&by_chance)
+    text += &measured.misses(
+        "have a coverage more than three of its own standard errors below 95 %. Of some three thousand coverages a few do by \
+         chance: these cells",
+        "records",
+        table,
     );
     text
 }

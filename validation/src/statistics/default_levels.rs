@@ -17,6 +17,7 @@ use slipfit::motion::steady::Phasor;
 
 use super::choices::Choices;
 use super::disturbance::{Disturbance, Motion};
+use super::measured_cells::{MeasuredCells, Scored};
 use super::scores::{self, Estimated, Outcome, Scores, True};
 use super::trials::{coverage_error, seed};
 use crate::Failure;
@@ -100,28 +101,20 @@ struct Row {
 }
 
 pub(super) fn run(choices: Choices) -> Result<ExitCode, Failure> {
-    let (mut rows, mut again) = (Vec::new(), Vec::new());
+    let mut measured = MeasuredCells::new();
     for (number, cell) in cells().into_iter().enumerate().filter(|(_, c)| c.name().contains(&choices.only)) {
         let series = cell.series(number as u64);
-        let measured = |records: Range<u64>| {
+        measured.measure(choices.seeds, |records: Range<u64>| {
             let seeds = records.end - records.start;
             let outcomes: Vec<Outcome> = records.into_par_iter().map(|s| series.analysed(s)).collect();
             let row = Row { cell, seeds, scores: Scores::of(&outcomes, &cell.truth()) };
             eprintln!("{:60} | {}", cell.name(), row.scores.columns());
             row
-        };
-        let row = measured(0..choices.seeds);
-        if row.misses() {
-            again.push(measured(choices.seeds..(1 + MORE_RECORDS) * choices.seeds));
-        }
-        rows.push(row);
+        });
     }
-    choices.publish("statistics_default_levels.md", &page(&rows, &again, choices.seeds))?;
+    choices.publish("statistics_default_levels.md", &page(&measured, choices.seeds))?;
     Ok(ExitCode::SUCCESS)
 }
-
-/// Times as many records for a cell that misses.
-const MORE_RECORDS: u64 = 10;
 
 fn cells() -> Vec<Cell> {
     let mut cells = Vec::new();
@@ -226,7 +219,7 @@ impl Series {
     }
 }
 
-impl Row {
+impl Scored for Row {
     /// What the cell misses of 95 % by more than three standard errors of its own, and how often it claims friction where
     /// there is none.
     fn misses(&self) -> bool {
@@ -244,7 +237,8 @@ fn pooled(rows: &[&Row]) -> String {
     scores::pooled(&cells).join(" | ")
 }
 
-fn page(rows: &[Row], again: &[Row], seeds: u64) -> String {
+fn page(measured: &MeasuredCells<Row>, seeds: u64) -> String {
+    let rows = &measured.rows;
     let mut text = format!(
         "# The default answer to drive levels\n\nMade by `cargo xtask statistics --default-levels --write`, {seeds} \
          records a cell. Exact amplitudes at resonance of {} cells, Q {Q}, evenly spaced levels up to the highest (none \
@@ -273,7 +267,6 @@ fn page(rows: &[Row], again: &[Row], seeds: u64) -> String {
             }
         }
     }
-    let (missing, by_chance): (Vec<&Row>, Vec<&Row>) = again.iter().partition(|r| r.misses());
     let table = |rows: &[&Row]| {
         let mut table = format!(
             "| departure | levels | threshold | noise | records | {COLUMNS} |\n{}|\n",
@@ -288,18 +281,11 @@ fn page(rows: &[Row], again: &[Row], seeds: u64) -> String {
         }
         table
     };
-    let _ = write!(
-        text,
-        "\n## Cells that miss\n\n{} of {} cells have a coverage more than three of its own standard errors below 95 %, \
-         unwarned outliers in more than 1 % of their records, or claim a friction that is not there in more than 2 %. \
-         They were measured again on {MORE_RECORDS} times as many other records, by which {} still miss:\n\n{}\nand {} do \
-         not:\n\n{}",
-        again.len(),
-        rows.len(),
-        missing.len(),
-        table(&missing),
-        by_chance.len(),
-        table(&by_chance)
+    text += &measured.misses(
+        "have a coverage more than three of its own standard errors below 95 %, unwarned outliers in more than 1 % of their \
+         records, or claim a friction that is not there in more than 2 %. They",
+        "records",
+        table,
     );
     text
 }

@@ -12,6 +12,7 @@ mod default_decay;
 mod default_levels;
 mod disturbance;
 mod hardening;
+mod measured_cells;
 mod nuisances;
 mod resonance;
 mod ring_down;

@@ -235,7 +235,7 @@ mod tests {
     }
 
     /// A stuck level just below the threshold, which reads what noise does, passed for a moving one and straightened the
-    /// line: 61 of 100 thresholds were held, and 34 were more than four errors off.
+    /// line: 241 of these thresholds were held.
     #[test]
     fn a_level_in_the_noise_hides_no_bend() {
         let [mut held, mut off] = [0; 2];
