@@ -73,8 +73,8 @@ pub fn analyse_with(levels: &Levels, options: &Options, criteria: &Criteria) -> 
     let calibrated = found.calibrated(levels, options);
     let points = points(&sorted, &branch);
     let [intercept, slope] = [0, 1].map(|k| branch.fit.parameters[k]);
-    let breakaway = breakaway(&points, &branch.motion, [intercept, slope], &criteria.levels);
-    let moving = branch.line.moving_levels();
+    let breakaway = breakaway(&points, &branch.motion, &branch.line, [intercept, slope], &criteria.levels);
+    let moving = points.iter().filter(|p| p.moving).count();
     let answer = Answer {
         parameters: parameters(&found, calibrated.as_ref(), levels, options),
         p_value: found.p_value,
@@ -143,7 +143,7 @@ fn points(sorted: &SortedLevels, branch: &MovingBranch) -> Vec<LevelPoint> {
         amplitude: sorted.amplitude[i],
         std_error: branch.fit.variance[i].sqrt(),
         fitted: branch.drawn.amplitude(sorted.drive[i]),
-        moving: branch.line.moving[i],
+        moving: !branch.line.sticks[i],
     };
     (0..sorted.order.len()).map(point).collect()
 }

@@ -19,7 +19,7 @@ pub struct LevelPoint {
     pub std_error: f64,
     /// Fitted amplitude.
     pub fitted: f64,
-    /// Whether the mass moves there, by the fit; not where others stick and the amplitude would not stand out of the noise.
+    /// Whether the mass moves there, by the fit.
     pub moving: bool,
 }
 

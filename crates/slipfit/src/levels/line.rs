@@ -9,8 +9,10 @@ use std::f64::consts::FRAC_PI_4;
 
 /// The straight line through the moving levels.
 pub(super) struct Line {
-    /// Which levels, by rising drive, move.
+    /// Which levels, by rising drive, it goes through: those that move and stand out of the noise.
     pub(super) moving: Vec<bool>,
+    /// Which levels stick. The lowest others may stick as well as move.
+    pub(super) sticks: Vec<bool>,
     pub(super) slope: f64,
     pub(super) intercept: f64,
     pub(super) rss: f64,
@@ -56,27 +58,29 @@ fn without_uncertain(
     if line.moving.iter().all(|moves| *moves) {
         return line;
     }
+    let widest = x.iter().copied().fold(f64::MIN_POSITIVE, f64::max);
+    let row = |x: f64| row_of(x / widest);
     while line.moving_levels() > columns + 2 {
         let Some(lowest) = line.moving.iter().position(|moves| *moves) else { break };
         let mut moving = line.moving.clone();
         moving[lowest] = false;
         let rows = (0..x.len()).filter(|&i| moving[i]);
-        let rows = rows.map(|i| (row_of(x[i])[..columns].to_vec(), y[i], weight[i]));
+        let rows = rows.map(|i| (row(x[i])[..columns].to_vec(), y[i], weight[i]));
         let Some((found, _, rss)) = linear(rows, columns) else { break };
-        let expected: f64 = row_of(x[lowest]).iter().zip(&found).map(|(r, c)| r * c).sum();
+        let expected: f64 = row(x[lowest]).iter().zip(&found).map(|(r, c)| r * c).sum();
         let dof = (line.moving_levels() - 1 - columns) as f64;
         if expected > c.least_motion * (rss / dof / weight[lowest]).sqrt() {
             break;
         }
         match Line::of(moving, x, y, weight, line.total - line.rss) {
-            Some(shorter) => line = shorter,
+            Some(shorter) => line = Line { sticks: line.sticks, ..shorter },
             None => break,
         }
     }
     line
 }
 
-/// Columns of a line and a parabola at a drive.
+/// Columns of a line and a parabola at a drive over the highest.
 fn row_of(x: f64) -> [f64; 3] {
     [1.0, x, x * x]
 }
@@ -112,7 +116,7 @@ fn best_split(
 ) -> Option<Line> {
     let n = order.len();
     let widest = x.iter().copied().fold(f64::MIN_POSITIVE, f64::max);
-    let row = |x: f64| [1.0, x / widest, (x / widest).powi(2)];
+    let row = |x: f64| row_of(x / widest);
     let least = if columns == STRAIGHT { 3 } else { c.bend_levels };
     let mut best: Option<Line> = None;
     for first in 0..=n.checked_sub(least)? {
@@ -177,19 +181,23 @@ impl Line {
         let rows = (0..x.len()).filter(|&i| moving[i]).map(|i| (vec![1.0, x[i]], y[i], weight[i]));
         let (c, _, rss) = linear(rows, STRAIGHT)?;
         let (intercept, slope) = (c[0], c[1]);
-        (slope > 0.0).then_some(Self { moving, slope, intercept, rss, total: rss + off })
+        let sticks = moving.iter().map(|moves| !moves).collect();
+        (slope > 0.0).then_some(Self { moving, sticks, slope, intercept, rss, total: rss + off })
     }
 
     /// The line through the same moving levels with other amplitudes.
     pub(super) fn through(&self, x: &[f64], y: &[f64], weight: &[f64]) -> Option<Self> {
-        Self::of(self.moving.clone(), x, y, weight, self.total - self.rss)
+        let line = Self::of(self.moving.clone(), x, y, weight, self.total - self.rss)?;
+        Some(Self { sticks: self.sticks.clone(), ..line })
     }
 }
 
-/// Where the mass breaks loose, by the branches; `amplitudes`: of the motion, without what a detector adds.
+/// Where the mass breaks loose, by the branches; `amplitudes`: of the motion, without what a detector adds. A level that may
+/// stick as well as move is neither.
 pub(super) fn breakaway(
     points: &[LevelPoint],
     amplitudes: &[f64],
+    line: &Line,
     [intercept, slope]: [f64; 2],
     c: &LevelCriteria,
 ) -> Option<Breakaway> {
@@ -200,11 +208,15 @@ pub(super) fn breakaway(
         **amplitude < c.stuck_of_expected * expected && expected > c.expected_errors * p.std_error
     };
     let all = || points.iter().zip(amplitudes);
+    let first_moving = all()
+        .zip(&line.moving)
+        .find(|(each, moves)| **moves && !against_the_line(each))
+        .map(|((p, _), _)| p.drive);
     let stuck_above_threshold = all().filter(against_the_line).map(|(p, _)| p.drive).next_back();
     let ratio = |stuck_at: f64| stuck_at / (FRAC_PI_4 * threshold);
     Some(Breakaway {
         stuck_below: points.iter().filter(|p| !p.moving).map(|p| p.drive).next_back(),
-        moving_from: all().find(|each| each.0.moving && !against_the_line(each)).map(|(p, _)| p.drive)?,
+        moving_from: first_moving?,
         stuck_above_threshold,
         static_ratio_at_least: stuck_above_threshold.map(ratio).filter(|r| *r > 1.0 && r.is_finite()),
     })

@@ -48,7 +48,7 @@ pub(super) struct Plateau {
 impl Plateau {
     /// The plateau of the levels that stick, where it is above what their noise would read.
     pub(super) fn of(x: &[f64], y: &[f64], weight: &[f64], line: &Line, c: &LevelCriteria) -> Option<Self> {
-        let stuck: Vec<usize> = (0..x.len()).filter(|&i| !line.moving[i]).collect();
+        let stuck: Vec<usize> = (0..x.len()).filter(|&i| line.sticks[i]).collect();
         let n = stuck.len() as f64;
         // Several readings of one level may be about to move as one of them may.
         let repeated = stuck.windows(2).filter(|pair| same_level(x[pair[0]], x[pair[1]], c)).count();
