@@ -124,14 +124,15 @@ impl Steps {
 
 /// The sum of what a function makes of pairs of values, several at a time: additions one after the other would wait for
 /// each other.
+#[inline(always)]
 fn sum_of_pairs(values: &[f64], others: &[f64], of: impl Fn(f64, f64) -> f64) -> f64 {
     const LANES: usize = 8;
     let (pieces, rest) = values.as_chunks::<LANES>();
     let (others, other_rest) = others.as_chunks::<LANES>();
     let mut sums = [0.0; LANES];
     for (piece, other) in pieces.iter().zip(others) {
-        for ((sum, v), w) in sums.iter_mut().zip(piece).zip(other) {
-            *sum += of(*v, *w);
+        for k in 0..LANES {
+            sums[k] += of(piece[k], other[k]);
         }
     }
     sums.iter().sum::<f64>() + rest.iter().zip(other_rest).map(|(v, w)| of(*v, *w)).sum::<f64>()

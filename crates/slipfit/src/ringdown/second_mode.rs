@@ -77,7 +77,8 @@ pub(crate) fn without_second_mode<'a>(
         Some(with_reasons_of_record(found, answer, &decay, &decay, samples.len()))
     };
     let found = if leaves_much {
-        pair(decay.start..samples.len()).or_else(|| pair(decay.clone())).or_else(beside)
+        let in_window = || if decay.end < samples.len() { pair(decay.clone()) } else { None };
+        pair(decay.start..samples.len()).or_else(in_window).or_else(beside)
     } else {
         None
     };

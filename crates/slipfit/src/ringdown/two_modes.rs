@@ -3,7 +3,8 @@
 use super::criteria::{SteadyLineCriteria, TwoModesCriteria};
 use crate::inference::least_squares::{Fit, LeastSquares, Normal, minimise};
 use crate::inference::noise::{autocorrelation, significant_inflation};
-use crate::numeric::GOLDEN_SECTION;
+use crate::numeric::products::{Products, WIDTH};
+use crate::numeric::{GOLDEN_SECTION, trig};
 use crate::signal::spectrum;
 use std::f64::consts::TAU;
 
@@ -300,16 +301,80 @@ impl LeastSquares for Modes {
     }
 
     fn normal(&self, p: &[f64], out: &mut Normal) -> bool {
-        out.clear();
-        let mut row = [0.0; COUNT];
-        for (&time, &x) in self.time.iter().zip(&self.signal) {
-            let value = self.row(p, time, &mut row);
-            if !value.is_finite() {
-                return false;
+        let sums = crate::numeric::dispatch(Pass { modes: self, p });
+        let sum = |i: usize, j: usize| sums[i * (i + 1) / 2 + j];
+        for i in 0..COUNT {
+            out.jtr[i] = sum(COUNT, i);
+            for j in 0..=i {
+                out.jtj[(i, j)] = sum(i, j);
             }
-            out.add_row(&row, x - value, 1.0);
         }
-        true
+        out.rss = sum(COUNT, COUNT);
+        out.rss.is_finite()
+    }
+}
+
+/// Sums of the products of derivatives and residuals, many samples at a time.
+struct Pass<'a> {
+    modes: &'a Modes,
+    p: &'a [f64],
+}
+
+impl pulp::WithSimd for Pass<'_> {
+    /// Row by row of the lower triangle, the residual last.
+    type Output = Vec<f64>;
+
+    #[inline(always)]
+    fn with_simd<S: pulp::Simd>(self, simd: S) -> Vec<f64> {
+        let mut products = Products::new(COUNT + 1);
+        let modes = self.modes;
+        for (time, signal) in modes.time.chunks(WIDTH).zip(modes.signal.chunks(WIDTH)) {
+            let (mut t, mut left) = ([0.0; WIDTH], [0.0; WIDTH]);
+            for (k, (time, x)) in time.iter().zip(signal).enumerate() {
+                (t[k], left[k]) = (time - modes.origin, *x);
+            }
+            self.rows(&t, &mut left, &mut products);
+            if time.len() < WIDTH {
+                products.rows.iter_mut().for_each(|row| row[time.len()..].fill(0.0));
+            }
+            products.add(simd);
+        }
+        products.taken(simd)
+    }
+}
+
+impl Pass<'_> {
+    /// The derivatives at times from the origin, and the residuals of the samples there.
+    #[inline(always)]
+    fn rows(&self, t: &[f64; WIDTH], samples: &mut [f64; WIDTH], products: &mut Products) {
+        let p = self.p;
+        for first in [0, PER_MODE] {
+            let [omega, delta, cosine, sine] = [OMEGA, DELTA, COSINE, SINE].map(|k| p[first + k]);
+            let slots = [OMEGA, DELTA, COSINE, SINE].map(|k| first + k);
+            let Ok([by_omega, by_delta, by_cosine, by_sine]) = products.rows.get_disjoint_mut(slots) else {
+                return;
+            };
+            for k in 0..WIDTH {
+                let (sin, cos) = trig::sin_cos(omega * t[k]);
+                let decay = trig::exp(-delta * t[k]);
+                let (along, across) = (decay * cos, decay * sin);
+                let x = cosine * along + sine * across;
+                by_omega[k] = t[k] * (sine * along - cosine * across);
+                by_delta[k] = -t[k] * x;
+                by_cosine[k] = along;
+                by_sine[k] = across;
+                samples[k] -= x;
+            }
+        }
+        let per_duration = 1.0 / self.modes.duration;
+        let slots = [OFFSET, OFFSET + 1, COUNT];
+        let Ok([constant, slope, residual]) = products.rows.get_disjoint_mut(slots) else { return };
+        for k in 0..WIDTH {
+            let v = t[k] * per_duration;
+            constant[k] = 1.0;
+            slope[k] = v;
+            residual[k] = samples[k] - p[OFFSET] - v * p[OFFSET + 1];
+        }
     }
 }
 
@@ -369,6 +434,29 @@ mod tests {
         assert_second(&first, 0.805, 0.2);
         let again = mode_beside(&time, &left, &main, Some(first), &criteria).expect("still there");
         assert!((again.omega - first.omega).abs() < 0.1 * first.std_errors[0]);
+    }
+
+    #[test]
+    fn the_sums_are_those_of_the_rows() {
+        let (time, signal) = record(0.8, 0.3, 0.01);
+        let problem = Modes { origin: 0.0, duration: 120.0, time, signal };
+        let p = [4.4, 0.012, 1.0, -0.3, 5.0, -0.02, 0.1, 0.2, 0.01, -0.02];
+        let (mut found, mut expected) = (Normal::zeros(COUNT), Normal::zeros(COUNT));
+        assert!(problem.normal(&p, &mut found));
+        let mut row = [0.0; COUNT];
+        for (&t, x) in problem.time.iter().zip(&problem.signal) {
+            let value = problem.row(&p, t, &mut row);
+            expected.add_row(&row, x - value, 1.0);
+        }
+        assert!((found.rss / expected.rss - 1.0).abs() < 1e-12);
+        for i in 0..COUNT {
+            let scale = (expected.jtj[(i, i)] * expected.rss).sqrt();
+            assert!((found.jtr[i] - expected.jtr[i]).abs() < 1e-12 * scale, "{i}");
+            for j in 0..=i {
+                let scale = (expected.jtj[(i, i)] * expected.jtj[(j, j)]).sqrt();
+                assert!((found.jtj[(i, j)] - expected.jtj[(i, j)]).abs() < 1e-12 * scale, "{i} {j}");
+            }
+        }
     }
 
     #[test]
