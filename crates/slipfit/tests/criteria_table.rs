@@ -1,7 +1,7 @@
 //! The page of thresholds in the book is the table of the code.
 
 use slipfit::signal::demodulate;
-use slipfit::{Criterion, levels, resonance, ringdown, series};
+use slipfit::{Criterion, levels, record, resonance, ringdown, series};
 use std::fmt::Write;
 use std::path::Path;
 
@@ -13,7 +13,14 @@ unit are counts or ratios, as the meaning says.
 
 ";
 
-const RINGDOWN: &str = "\
+const CLOCKS: &str = "\
+## Clocks
+
+By these the rows of a record are put in order of time when it is made.
+
+";
+
+const RINGDOWN: &str = "
 ## Ring-downs
 
 A program sets these through `slipfit::ringdown::analyse_with`. Lengths count blocks of some cycles,
@@ -58,6 +65,7 @@ A program sets these through `slipfit::series::analyse_with`.
 ";
 
 fn page() -> String {
+    let clocks = table(&record::ClockCriteria::default().table());
     let ringdown = table(&ringdown::Criteria::default().table());
     let traces = table(&ringdown::TraceCriteria::default().table());
     let resonance = table(&resonance::Criteria::default().table());
@@ -66,6 +74,8 @@ fn page() -> String {
     let series = table(&series::Criteria::default().table());
     [
         HEAD,
+        CLOCKS,
+        &clocks,
         RINGDOWN,
         &ringdown,
         TRACES,

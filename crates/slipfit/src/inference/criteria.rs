@@ -135,6 +135,8 @@ criteria! {
         /// it, nor says anything of friction.
         no_law: f64 = 0.05, source "more than the terms of a law differ by",
             moves "the sentence of the answer, and false detections where the law is another";
+        /// Standard errors above its value alone up to which the data allow a loss.
+        allowed_errors: f64 = 4.0, source "one value in 30000 by chance", moves "intervals of losses that are not determined";
         /// p value below which sliding friction counts as detected, where the BIC prefers it as well,
         /// and below which a purely viscous loss counts as excluded.
         detected: f64 = 0.01, source "one record in a hundred without friction",

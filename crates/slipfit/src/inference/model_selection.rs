@@ -201,11 +201,12 @@ impl ModelComparison {
         self.noise.p_value(small.bounded.rss, &large.bounded, &large.unbounded)
     }
 
-    /// Largest value of a loss coefficient that the data allow: what it would be alone, four
+    /// Largest value of a loss coefficient that the data allow: what it would be alone, some
     /// standard errors up. `None` where that model was not fitted.
     pub(crate) fn most(&self, term: LossTerm, slot: usize) -> Option<f64> {
         let alone = &self.get(LossModel::from_terms(&[term])?)?.unbounded;
-        let most = alone.parameters[slot].max(0.0) + 4.0 * self.noise.std_error(alone, slot);
+        let most = alone.parameters[slot].max(0.0)
+            + self.criteria.allowed_errors * self.noise.std_error(alone, slot);
         most.is_finite().then_some(most)
     }
 }

@@ -1,20 +1,8 @@
 //! Clocks of samples that come in bursts, each under the stamp at which it was delivered.
 
 use super::Clock;
+use super::criteria::ClockCriteria;
 use crate::numeric::robust::median;
-
-/// Bursts that make a clock.
-const FEWEST: usize = 4;
-/// Share of samples that repeat the stamp before.
-const REPEATED: f64 = 0.5;
-/// Bursts of the usual length, of all.
-const STEADY: f64 = 0.8;
-/// What of its length the number of samples of such a burst may differ.
-const LENGTH: f64 = 0.1;
-/// Part of a burst that a stamp may lie off an even clock.
-const OFF: f64 = 0.25;
-/// Times the usual length of a burst from which on samples are missing before it.
-const LOST: f64 = 1.5;
 
 /// A clock put in place of one stamp a burst.
 pub(super) struct Rebuilt {
@@ -36,10 +24,10 @@ struct Burst {
 /// The clock behind stamps that stand for bursts of samples: an even one where the stamps follow the number of
 /// samples, else the samples of each burst spread over the time since the one before. `None` where the stamps do not
 /// come in bursts, or where a burst holds one value throughout.
-pub(super) fn rebuild(time_s: &[f64], signal: &[f64]) -> Option<Rebuilt> {
+pub(super) fn rebuild(time_s: &[f64], signal: &[f64], c: &ClockCriteria) -> Option<Rebuilt> {
     let bursts = bursts(time_s);
     let n = time_s.len();
-    if bursts.len() < FEWEST || ((n - bursts.len()) as f64) < REPEATED * n as f64 {
+    if bursts.len() < c.bursts || ((n - bursts.len()) as f64) < c.burst_repeated * n as f64 {
         return None;
     }
     let varies = |b: &&Burst| signal[b.first..b.first + b.samples].windows(2).any(|w| w[0] != w[1]);
@@ -52,18 +40,18 @@ pub(super) fn rebuild(time_s: &[f64], signal: &[f64]) -> Option<Rebuilt> {
         bursts.windows(2).map(|b| (b[1].stamp_s - b[0].stamp_s) / b[1].samples as f64).collect();
     let step_s = median(&mut steps).filter(|step| *step > 0.0 && step.is_finite())?;
     let samples = usual.round() as usize;
-    if let Some((clock, rate_error)) = even(&bursts, OFF * usual * step_s) {
+    if let Some((clock, rate_error)) = even(&bursts, c.burst_off * usual * step_s) {
         return Some(Rebuilt { clock, samples, rate_error });
     }
-    let steady = bursts.iter().filter(|b| (b.samples as f64 - usual).abs() <= LENGTH * usual).count();
-    if (steady as f64) < STEADY * bursts.len() as f64 {
+    let steady = bursts.iter().filter(|b| (b.samples as f64 - usual).abs() <= c.burst_length * usual).count();
+    if (steady as f64) < c.burst_steady * bursts.len() as f64 {
         return None;
     }
     let mut stamps = Vec::with_capacity(n);
     let mut before = None;
     for burst in &bursts {
         let own = before.map_or(step_s, |before: f64| (burst.stamp_s - before) / burst.samples as f64);
-        let step = if own > LOST * step_s { step_s } else { own };
+        let step = if own > c.burst_lost * step_s { step_s } else { own };
         stamps.extend((0..burst.samples).rev().map(|left| burst.stamp_s - left as f64 * step));
         before = Some(burst.stamp_s);
     }

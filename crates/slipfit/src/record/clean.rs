@@ -5,19 +5,12 @@ use std::ops::Range;
 /// The fewest samples a record may have.
 pub const MIN_SAMPLES: usize = 8;
 
+use super::criteria::ClockCriteria;
 use super::{Clock, ClockReport, Gap, bursts, rounding, wraps};
 use crate::Error;
 use crate::numeric::order::ascending;
 use crate::numeric::robust::median;
 
-/// Share of repeated stamps above which a clock may be a rounded one.
-const REPEATED_SHARE: f64 = 0.05;
-/// Backward steps up to this many median steps are disorder, not resets.
-const DISORDER_STEPS: f64 = 10.0;
-/// Share of backward steps from which on rows may be in no order at all.
-const SHUFFLED_SHARE: f64 = 0.25;
-/// Rows within which disorder must be over.
-const DISORDER_ROWS: usize = 8;
 /// Steps looked at for a median.
 const MEDIAN_SAMPLE: usize = 1 << 17;
 
@@ -121,10 +114,11 @@ pub(super) fn clock(rows: &mut Rows, report: &mut ClockReport, run: Option<usize
         report.run = run.map_or(Ok(1), |run| numbered(run, 1))?;
         return Ok(settle(clock, rows, report));
     }
-    check_direction(&rows.time_s)?;
-    count_on(rows, report);
-    drop_corrupt_stamps(rows, report);
-    keep_run(rows, report, run)?;
+    let c = &ClockCriteria::default();
+    check_direction(&rows.time_s, c)?;
+    count_on(rows, report, c);
+    drop_corrupt_stamps(rows, report, c);
+    keep_run(rows, report, run, c)?;
     let backward = steps(&rows.time_s).filter(|s| *s < 0.0).count();
     if backward > 0 {
         report.reordered = backward;
@@ -134,26 +128,23 @@ pub(super) fn clock(rows: &mut Rows, report: &mut ClockReport, run: Option<usize
     if let Some(clock) = exactly_uniform(&rows.time_s) {
         return Ok(settle(clock, rows, report));
     }
-    if report.repeated_stamps as f64 > REPEATED_SHARE * rows.time_s.len() as f64
-        && let Some(rebuilt) = rounding::rebuild(&rows.time_s)
-    {
+    let many_repeat = report.repeated_stamps as f64 > c.repeated_share * rows.time_s.len() as f64;
+    if many_repeat && let Some(rebuilt) = rounding::rebuild(&rows.time_s, c) {
         report.rebuilt_quantum_s = Some(rebuilt.quantum_s);
         report.rebuilt_excess_s = rebuilt.excess_s;
         report.rebuilt_rate_error = rebuilt.rate_error;
         return Ok(settle(rebuilt.clock, rows, report));
     }
-    if report.repeated_stamps as f64 > REPEATED_SHARE * rows.time_s.len() as f64
-        && let Some(rebuilt) = bursts::rebuild(&rows.time_s, &rows.signal)
-    {
+    if many_repeat && let Some(rebuilt) = bursts::rebuild(&rows.time_s, &rows.signal, c) {
         report.burst_samples = Some(rebuilt.samples);
         report.rebuilt_rate_error = rebuilt.rate_error;
         if let Clock::Stamps(stamps) = &rebuilt.clock {
-            describe_steps(stamps, report);
+            describe_steps(stamps, report, c);
         }
         return Ok(settle(rebuilt.clock, rows, report));
     }
     let stamps = std::mem::take(&mut rows.time_s);
-    describe_steps(&stamps, report);
+    describe_steps(&stamps, report, c);
     Ok(Clock::Stamps(stamps))
 }
 
@@ -197,13 +188,13 @@ fn all(values: &[f64], are_so: impl Fn(f64, f64) -> bool) -> bool {
     values.chunks(BLOCK).enumerate().all(so)
 }
 
-fn check_direction(time_s: &[f64]) -> Result<(), Error> {
+fn check_direction(time_s: &[f64], c: &ClockCriteria) -> Result<(), Error> {
     let backward = steps(time_s).filter(|s| *s < 0.0).count();
     let forward = steps(time_s).filter(|s| *s > 0.0).count();
     if backward + forward == 0 {
         return Err(Error::TimeStandsStill { time_s: time_s.first().copied().unwrap_or(f64::NAN) });
     }
-    if backward > forward || is_shuffled(time_s, backward) {
+    if backward > forward || is_shuffled(time_s, backward, c) {
         let index = 1 + steps(time_s).position(|s| s < 0.0).unwrap_or(0);
         let (previous, next) = (time_s[index - 1], time_s[index]);
         return Err(Error::TimeOutOfOrder { index, previous, next, backward, forward });
@@ -212,31 +203,32 @@ fn check_direction(time_s: &[f64]) -> Result<(), Error> {
 }
 
 /// Counts a clock on that begins again at zero while the motion goes on.
-fn count_on(rows: &mut Rows, report: &mut ClockReport) {
+fn count_on(rows: &mut Rows, report: &mut ClockReport, c: &ClockCriteria) {
     if steps(&rows.time_s).all(|s| s >= 0.0) {
         return;
     }
     let step_s = median_step(&rows.time_s);
-    if let Some(wraps) = wraps::join(&mut rows.time_s, step_s, DISORDER_STEPS * step_s) {
+    if let Some(wraps) = wraps::join(&mut rows.time_s, step_s, c) {
         (report.wraps, report.wrap_period_s) = (wraps.count, Some(wraps.period_s));
     }
 }
 
 /// Whether rows stand far from their place, and everywhere: no clock does that.
-fn is_shuffled(time_s: &[f64], backward: usize) -> bool {
-    if (backward as f64) < SHUFFLED_SHARE * time_s.len() as f64 {
+fn is_shuffled(time_s: &[f64], backward: usize, c: &ClockCriteria) -> bool {
+    if (backward as f64) < c.shuffled_share * time_s.len() as f64 {
         return false;
     }
     let order = ascending(time_s);
-    let far = order.iter().enumerate().filter(|(place, row)| place.abs_diff(**row) > DISORDER_ROWS).count();
+    let is_far = |(place, row): &(usize, &usize)| place.abs_diff(**row) > c.disorder_rows;
+    let far = order.iter().enumerate().filter(is_far).count();
     2 * far > time_s.len()
 }
 
 /// Leaves out single rows whose stamp is far from both neighbours while these
 /// are in order.
-fn drop_corrupt_stamps(rows: &mut Rows, report: &mut ClockReport) {
+fn drop_corrupt_stamps(rows: &mut Rows, report: &mut ClockReport, c: &ClockCriteria) {
     let t = &rows.time_s;
-    let far = DISORDER_STEPS * median_step(t);
+    let far = c.disorder_steps * median_step(t);
     let mut corrupt = Vec::new();
     for i in 1..t.len() {
         if t[i - 1] - t[i] <= far || corrupt.last() == Some(&(i - 1)) {
@@ -257,8 +249,13 @@ fn drop_corrupt_stamps(rows: &mut Rows, report: &mut ClockReport) {
 }
 
 /// Splits where the clock jumps back for good and keeps one part.
-fn keep_run(rows: &mut Rows, report: &mut ClockReport, wanted: Option<usize>) -> Result<(), Error> {
-    let runs = runs(&rows.time_s);
+fn keep_run(
+    rows: &mut Rows,
+    report: &mut ClockReport,
+    wanted: Option<usize>,
+    c: &ClockCriteria,
+) -> Result<(), Error> {
+    let runs = runs(&rows.time_s, c);
     report.resets = runs.len() - 1;
     report.run = match wanted {
         Some(run) => numbered(run, runs.len())?,
@@ -273,12 +270,12 @@ fn keep_run(rows: &mut Rows, report: &mut ClockReport, wanted: Option<usize>) ->
 }
 
 /// The parts between which the clock jumps back for good; at least one.
-fn runs(time_s: &[f64]) -> Vec<Range<usize>> {
+fn runs(time_s: &[f64], c: &ClockCriteria) -> Vec<Range<usize>> {
     let n = time_s.len();
-    let far = DISORDER_STEPS * median_step(time_s);
+    let far = c.disorder_steps * median_step(time_s);
     let resets = |i: &usize| {
         let before = time_s[i - 1];
-        let recovers = || time_s[*i..n.min(i + DISORDER_ROWS)].iter().any(|next| *next >= before);
+        let recovers = || time_s[*i..n.min(i + c.disorder_rows)].iter().any(|next| *next >= before);
         before - time_s[*i] > far && !recovers()
     };
     let starts = std::iter::once(0).chain((1..n).filter(resets));
@@ -304,7 +301,7 @@ fn median_step(time_s: &[f64]) -> f64 {
     median(&mut sample).unwrap_or(0.0)
 }
 
-fn describe_steps(stamps: &[f64], report: &mut ClockReport) {
+fn describe_steps(stamps: &[f64], report: &mut ClockReport, c: &ClockCriteria) {
     let stride = stamps.len().div_ceil(MEDIAN_SAMPLE).max(1);
     let mut sample: Vec<f64> = stamps.windows(2).step_by(stride).map(|w| w[1] - w[0]).collect();
     let typical = match median(&mut sample) {
@@ -312,14 +309,14 @@ fn describe_steps(stamps: &[f64], report: &mut ClockReport) {
         _ => median_step(stamps),
     };
     report.median_step_s = typical;
-    let near = sample.iter().filter(|s| (*s - typical).abs() <= 0.2 * typical).count();
-    let regular = near as f64 >= 0.8 * sample.len() as f64;
+    let near = sample.iter().filter(|s| (*s - typical).abs() <= c.regular_spread * typical).count();
+    let regular = near as f64 >= c.regular_share * sample.len() as f64;
     let (mut sum, mut count) = (0.0, 0.0_f64);
     for (i, step) in steps(stamps).enumerate() {
         let is_gap = if regular {
-            step > 1.5 * typical
+            step > c.regular_gap * typical
         } else {
-            step > 10.0 * typical && step > 10.0 * neighbour_step(stamps, i)
+            step > c.irregular_gap * typical && step > c.irregular_gap * neighbour_step(stamps, i)
         };
         if is_gap {
             report.gaps += 1;

@@ -4,6 +4,7 @@ mod averaging;
 mod bursts;
 mod clean;
 mod clock;
+mod criteria;
 mod glance;
 mod rounding;
 mod wraps;
@@ -13,6 +14,7 @@ use std::ops::Range;
 pub use averaging::Averaging;
 pub use clean::MIN_SAMPLES;
 pub use clock::{Clock, ClockReport, Gap};
+pub use criteria::ClockCriteria;
 pub use glance::Swings;
 
 use crate::Error;

@@ -1,13 +1,7 @@
 //! Uniform clocks whose stamps were written with too few digits.
 
 use super::Clock;
-
-/// Most significant digits for which a clock counts as coarsely written.
-const MAX_DIGITS: u32 = 7;
-
-/// Jitter up to this part of a step, beyond the rounding, is given up with it:
-/// it is far below what the repeated stamps resolve.
-const JITTER: f64 = 0.1;
+use super::criteria::ClockCriteria;
 
 /// A uniform clock and how far the stamps are from it.
 pub(super) struct Rebuilt {
@@ -45,16 +39,16 @@ impl Shortening {
 
 /// The uniform clock behind stamps of which many repeat, if one exists within
 /// the rounding of every stamp.
-pub(super) fn rebuild(time_s: &[f64]) -> Option<Rebuilt> {
-    let (digits, decimals) = written(time_s)?;
+pub(super) fn rebuild(time_s: &[f64], c: &ClockCriteria) -> Option<Rebuilt> {
+    let (digits, decimals) = written(time_s, c.rounded_digits)?;
     [Shortening::Fixed(decimals), Shortening::Significant(digits)]
         .into_iter()
         .flat_map(|shortening| [(shortening, 0.0), (shortening, 0.5)])
-        .find_map(|(shortening, shift)| fit(time_s, shortening, shift))
+        .find_map(|(shortening, shift)| fit(time_s, shortening, shift, c))
 }
 
-/// Most significant digits and most decimals among the stamps.
-fn written(time_s: &[f64]) -> Option<(i32, i32)> {
+/// Most significant digits, where there are no more than so many, and most decimals among the stamps.
+fn written(time_s: &[f64], most_digits: usize) -> Option<(i32, i32)> {
     let (mut digits, mut decimals) = (1, i32::MIN);
     let mut previous = f64::NAN;
     for &t in time_s {
@@ -69,7 +63,7 @@ fn written(time_s: &[f64]) -> Option<(i32, i32)> {
         let exponent: i32 = exponent.parse().ok()?;
         digits = digits.max(count);
         decimals = decimals.max(count - 1 - exponent);
-        if digits > MAX_DIGITS as i32 {
+        if digits > most_digits as i32 {
             return None;
         }
     }
@@ -78,14 +72,14 @@ fn written(time_s: &[f64]) -> Option<(i32, i32)> {
 
 /// Weighted straight line through the stamps; `shift` in quanta is 0 for
 /// rounded stamps, one half for truncated ones.
-fn fit(time_s: &[f64], shortening: Shortening, shift: f64) -> Option<Rebuilt> {
+fn fit(time_s: &[f64], shortening: Shortening, shift: f64, c: &ClockCriteria) -> Option<Rebuilt> {
     let n = time_s.len();
     let (first, last) = (*time_s.first()?, *time_s.last()?);
     let rough_step_s = (last - first) / (n as f64 - 1.0);
     let weighted = || {
         time_s.iter().enumerate().map(move |(i, &t)| {
             let quantum_s = shortening.quantum_s(t, rough_step_s);
-            let weight = 1.0 / ((quantum_s / rough_step_s).powi(2) + JITTER.powi(2));
+            let weight = 1.0 / ((quantum_s / rough_step_s).powi(2) + c.rounded_jitter.powi(2));
             (i as f64, t + shift * quantum_s, weight, quantum_s)
         })
     };
@@ -110,8 +104,7 @@ fn fit(time_s: &[f64], shortening: Shortening, shift: f64) -> Option<Rebuilt> {
     for (i, t, _, quantum_s) in weighted() {
         coarsest_s = coarsest_s.max(quantum_s);
         let excess = (t - start_s - interval_s * i).abs() - 0.5 * quantum_s;
-        // A tenth of a quantum is the error of the line.
-        if excess > 0.1 * quantum_s + JITTER * interval_s {
+        if excess > c.rounded_line * quantum_s + c.rounded_jitter * interval_s {
             return None;
         }
         excess_s = excess_s.max(excess);
@@ -144,11 +137,12 @@ fn rate_error(time_s: &[f64], interval_s: f64, half: impl Fn(f64) -> f64) -> f64
 
 #[cfg(test)]
 mod tests {
-    use super::rebuild;
+    use super::{ClockCriteria, rebuild};
 
     #[test]
     fn stamps_that_end_where_they_began_have_no_clock() {
-        assert!(rebuild(&[0.0, 1.0, 1.0, 0.0]).is_none());
-        assert!(rebuild(&[1e-310, 1e300, 1e-310]).is_none());
+        let criteria = ClockCriteria::default();
+        assert!(rebuild(&[0.0, 1.0, 1.0, 0.0], &criteria).is_none());
+        assert!(rebuild(&[1e-310, 1e300, 1e-310], &criteria).is_none());
     }
 }

@@ -1,14 +1,12 @@
 //! Counters that begin again at zero while the motion goes on.
 
+use super::criteria::ClockCriteria;
+
 /// Two to these powers is where the counters of microcontrollers begin again, in these units (s).
 const COUNTERS: [i32; 3] = [16, 24, 32];
 const UNITS_S: [f64; 4] = [1e-9, 1e-6, 1e-3, 1.0];
 /// Clocks of a second, a minute, an hour, half a day and a day (s).
 const CLOCKS_S: [f64; 5] = [1.0, 60.0, 3600.0, 43200.0, 86400.0];
-/// Steps over the place where a counter begins again, in usual ones: one sample may be lost there.
-const STEPS: std::ops::Range<f64> = 0.3..2.5;
-/// A run whose first stamp is below so many steps begins at zero.
-const AT_ZERO_STEPS: f64 = 1.5;
 
 /// What was joined.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -38,29 +36,28 @@ impl Period {
 
     /// Whether a clock that begins again after it goes from `before` to `after` in about one step, where the run began
     /// at `start`.
-    fn fits(self, start: f64, before: f64, after: f64, step_s: f64) -> bool {
+    fn fits(self, start: f64, [before, after]: [f64; 2], step_s: f64, c: &ClockCriteria) -> bool {
         let half = 0.5 * self.length_s;
         let unsigned = after >= 0.0 && before <= self.length_s;
         let signed = after >= -half && before < half;
         let over = (after + self.length_s - before) / step_s;
         // Runs of just this length, each from zero on, look the same.
-        let zero = 0.0..AT_ZERO_STEPS * step_s;
+        let zero = 0.0..c.zero_steps * step_s;
         let is_run = !self.is_certain && zero.contains(&start) && zero.contains(&after);
-        (unsigned || signed) && STEPS.contains(&over) && !is_run
+        (unsigned || signed) && (c.wrap_least_steps..c.wrap_most_steps).contains(&over) && !is_run
     }
 }
 
-/// Moves on the stamps behind each place where a counter begins again; `step_s` is the usual step, and what goes back by
-/// less than `far_s` is disorder.
-pub(super) fn join(time_s: &mut [f64], step_s: f64, far_s: f64) -> Option<Wraps> {
-    let far = |i: &usize| time_s[i - 1] - time_s[*i] > far_s;
+/// Moves on the stamps behind each place where a counter begins again; `step_s` is the usual step.
+pub(super) fn join(time_s: &mut [f64], step_s: f64, c: &ClockCriteria) -> Option<Wraps> {
+    let far = |i: &usize| time_s[i - 1] - time_s[*i] > c.disorder_steps * step_s;
     let stays = |i: &usize| time_s.get(i + 1).is_none_or(|next| *next < time_s[i - 1]);
     let falls: Vec<usize> = (1..time_s.len()).filter(far).filter(stays).collect();
     let joined = |period: Period| {
         let mut start = 0;
         let mut places = Vec::new();
         for &i in &falls {
-            if period.fits(time_s[start], time_s[i - 1], time_s[i], step_s) {
+            if period.fits(time_s[start], [time_s[i - 1], time_s[i]], step_s, c) {
                 places.push(i);
             } else {
                 start = i;

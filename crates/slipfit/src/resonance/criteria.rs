@@ -3,6 +3,9 @@
 use crate::answer::ReportCriteria;
 use crate::inference::criteria::{InferenceCriteria, criteria, criteria_groups};
 
+/// Points in one direction of the frequency that make a run.
+pub(super) const RUN_POINTS: usize = 5;
+
 criteria_groups! {
     /// The thresholds of [`analyse_with`](super::analyse_with), by the step that they decide.
     ///
@@ -352,7 +355,7 @@ criteria! {
         /// Standard errors by which that correction may move an estimate: more is no second order.
         most_correction: f64 = 0.5, source "chosen by simulation", moves "bias of friction and drive";
         /// Points of a run up or down without which it is not taken by itself.
-        run_points: usize = 5, source "as many as describe a line", moves "warnings, and the curve drawn";
+        run_points: usize = RUN_POINTS, source "as many as describe a line", moves "warnings, and the curve drawn";
         /// Noise between neighbouring points over that between residuals below which the former is too
         /// small to be that of the curve.
         least_noise: f64 = 0.1, source "chosen by simulation", moves "warnings";

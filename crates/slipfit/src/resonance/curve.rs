@@ -1,5 +1,6 @@
 //! A resonance curve as it was measured.
 
+use super::criteria::RUN_POINTS;
 use crate::Error;
 use crate::motion::steady::Phasor;
 use std::f64::consts::TAU;
@@ -321,9 +322,6 @@ impl CurveBuilder {
     }
 }
 
-/// Fewer points than these in one direction are no run.
-const LEAST_RUN: usize = 5;
-
 /// Cuts the points into runs up and down.
 fn runs(frequency_hz: &[f64]) -> Vec<Run> {
     let n = frequency_hz.len();
@@ -347,7 +345,7 @@ fn runs(frequency_hz: &[f64]) -> Vec<Run> {
         list.push(Run { first, points: end - first, direction });
         first = end;
     }
-    let long = list.iter().filter(|r| r.points >= LEAST_RUN).map(|r| r.points).sum::<usize>();
+    let long = list.iter().filter(|r| r.points >= RUN_POINTS).map(|r| r.points).sum::<usize>();
     if list.len() > 1 && 2 * long < n {
         return vec![Run { first: 0, points: n, direction: RunDirection::Unordered }];
     }

@@ -8,6 +8,8 @@ pub use record::{
     StopCriteria,
 };
 
+pub use crate::signal::criteria::PhaseCriteria;
+
 use super::free_law::criteria::FreeLawCriteria;
 use crate::answer::ReportCriteria;
 use crate::inference::criteria::{InferenceCriteria, criteria, criteria_groups};
@@ -27,6 +29,8 @@ criteria_groups! {
         inference: InferenceCriteria,
         /// Amplitudes of blocks.
         blocks: BlockCriteria,
+        /// The phase of the oscillation.
+        phase: PhaseCriteria,
         /// Single samples far off their neighbours.
         spikes: SpikeCriteria,
         /// A rest that the converter does not resolve.

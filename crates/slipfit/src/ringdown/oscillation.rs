@@ -172,7 +172,7 @@ fn project(
     criteria: &Criteria,
 ) -> Result<Projected, Error> {
     let modulus: Vec<f64> = blocks.iter().map(|b| b.amplitude).collect();
-    let smooth = phase::smooth(blocks, &modulus, noise_rms)
+    let smooth = phase::smooth(blocks, &modulus, noise_rms, &criteria.phase)
         .ok_or(Error::NoFit { reason: "the phase of the oscillation cannot be followed" })?;
     let mut phases: Vec<PhaseAt> = smooth.at;
     let mut loss = 0.0;

@@ -15,7 +15,7 @@ use crate::inference::profile::{Estimate, Profile};
 use crate::model::loss::{LossModel, LossTerm};
 use crate::motion::decay::parameters::shape_slot;
 use crate::signal::blocks::Block;
-use crate::signal::phase::{LEAST_WEIGHT, phase_weight};
+use crate::signal::phase::phase_weight;
 use crate::signal::phase_walk::{PhaseError, Smoothed};
 use crate::{Quantity, Record};
 use std::f64::consts::{PI, TAU};
@@ -85,7 +85,7 @@ fn lag_rate(e: &Evidence, chosen: &ModelFit, omega: f64) -> Option<f64> {
         .measured
         .points
         .iter()
-        .filter(|b| phase_weight(b, noise) > LEAST_WEIGHT)
+        .filter(|b| phase_weight(b, noise) > e.criteria.phase.least_weight)
         .map(|b| PhaseError {
             time_s: b.time_s,
             error: lag(b),

@@ -8,6 +8,7 @@ use super::samples::Samples;
 use super::window::decide;
 use crate::numeric::robust::neighbour_noise;
 use crate::signal::blocks::Block;
+use crate::signal::criteria::PhaseCriteria;
 use crate::signal::phase::{self, PhaseLaw};
 use crate::{Error, SignalKind};
 use std::f64::consts::{SQRT_2, TAU};
@@ -94,7 +95,7 @@ fn lock_in(
     let window = decide::of_amplitudes(&amplitudes, options, criteria)?;
     let mut points = all[window.first..window.end].to_vec();
     let time_variance_s2 = time_variance(&points);
-    let phases = beat_phases(&points, omega, noise_rms);
+    let phases = beat_phases(&points, omega, noise_rms, &criteria.phase);
     for (point, phase) in points.iter_mut().zip(phases) {
         let turn = point.phase - phase;
         point.quadrature = point.amplitude * turn.sin();
@@ -115,13 +116,13 @@ fn lock_in(
 
 /// Smooth phases of a lock-in's blocks: the law of the oscillation's phase less that of a reference at
 /// `omega`, whichever of the two is faster.
-fn beat_phases(points: &[Block], omega: f64, noise_rms: f64) -> Vec<f64> {
+fn beat_phases(points: &[Block], omega: f64, noise_rms: f64, criteria: &PhaseCriteria) -> Vec<f64> {
     let Some(origin) = points.first().map(|b| b.time_s) else { return Vec::new() };
     let reference = |b: &Block| omega * (b.time_s - origin);
     let oscillation: Vec<Block> =
         points.iter().map(|b| Block { phase: b.phase + reference(b), omega, ..*b }).collect();
     let modulus: Vec<f64> = points.iter().map(|b| b.amplitude).collect();
-    match phase::smooth(&oscillation, &modulus, noise_rms) {
+    match phase::smooth(&oscillation, &modulus, noise_rms, criteria) {
         Some(smooth) => smooth.at.iter().zip(points).map(|(at, b)| at.phase - reference(b)).collect(),
         None => points.iter().map(|b| b.phase).collect(),
     }

@@ -3,7 +3,7 @@
 use super::envelope::{A0, DELTA, X_F};
 use super::waveform::{BEND, OMEGA, PHASE, PHASE_SLOTS, PhaseSums, Waveform};
 use crate::inference::least_squares::Fit;
-use crate::signal::phase::LEAST_WEIGHT;
+use crate::signal::criteria::PhaseCriteria;
 use crate::signal::phase_walk::{PhaseError, Smoothed, walk_rate};
 use nalgebra::{DMatrix, DVector};
 use std::f64::consts::{PI, TAU};
@@ -32,14 +32,19 @@ impl WanderingPhase {
     ///
     /// A step of the walk at `t_k` moves all samples behind it by `dx/dphi`, and the parameters by
     /// `(JᵀJ)⁻¹ g_k`, `g_k` the sum of `J dx/dphi` from there on; steps are independent of each other.
-    pub(crate) fn of(problem: &Waveform, fit: &Fit, noise_rms: f64) -> Option<Self> {
+    pub(crate) fn of(
+        problem: &Waveform,
+        fit: &Fit,
+        noise_rms: f64,
+        criteria: &PhaseCriteria,
+    ) -> Option<Self> {
         let p = &fit.parameters;
         let moving_s = problem.moving_s(p);
-        let errors = phase_errors(problem, fit, noise_rms, moving_s);
+        let errors = phase_errors(problem, fit, [noise_rms, moving_s], criteria.least_weight);
         let slots = smooth_slots(problem);
         // The offset is last.
         let selected = |k: usize| slots.get(k).is_none_or(|slot| fit.free.contains(slot));
-        let rate = walk_rate(&errors, selected)?;
+        let rate = walk_rate(&errors, selected, criteria.walk_errors)?;
         let mean = problem.mean_rate(p);
         let of_slot = |slot: &usize| mean.iter().find(|(k, _)| k == slot).map_or(0.0, |(_, d)| *d);
         // The offset is no part of the rate.
@@ -82,7 +87,12 @@ fn smooth_slots(problem: &Waveform) -> Vec<usize> {
 /// [`MOST_PHASES`]: the part of the residuals along `dx/dphi`.
 ///
 /// An offset is a change of phase that alternates from half cycle to half cycle.
-fn phase_errors(problem: &Waveform, fit: &Fit, noise_rms: f64, moving_s: f64) -> Vec<PhaseError> {
+fn phase_errors(
+    problem: &Waveform,
+    fit: &Fit,
+    [noise_rms, moving_s]: [f64; 2],
+    least_weight: f64,
+) -> Vec<PhaseError> {
     let p = &fit.parameters;
     let half_s = PI / p[OMEGA];
     let halves = moving_s / half_s;
@@ -107,7 +117,7 @@ fn phase_errors(problem: &Waveform, fit: &Fit, noise_rms: f64, moving_s: f64) ->
         let PhaseSums { along, offset, square } = *part;
         let weight = square / (noise_rms * noise_rms);
         let error = along / square;
-        if end - first >= LEAST_SAMPLES && weight > LEAST_WEIGHT && weight.is_finite() && error.is_finite() {
+        if end - first >= LEAST_SAMPLES && weight > least_weight && weight.is_finite() && error.is_finite() {
             let mut smooth = problem.phase_by(p, &smooth, time_s);
             smooth.push(offset / square);
             errors.push(PhaseError {

@@ -207,7 +207,10 @@ fn fit_with_rest<'a>(
     if side_minima && stops(&fit) && rest != RestLevel::Free {
         let inflation = |fit: &Fit| {
             let left = Remainder::new(&problem, range.start, fit, &measured.points);
-            left.variance_inflation_beside(WanderingPhase::of(&problem, fit, measured.noise_rms), criteria)
+            left.variance_inflation_beside(
+                WanderingPhase::of(&problem, fit, measured.noise_rms, &criteria.phase),
+                criteria,
+            )
         };
         let last = LastSwing::search(&problem, fit, inflation, &criteria.waveform);
         fit = last.fit;
@@ -227,7 +230,7 @@ fn fit_with_rest<'a>(
     let best = &comparison.preferred()?.bounded;
     let least = criteria.sensor.samples_per_cycle;
     let harmonics = harmonics(&problem, range.start, &left, best, &measured.points, least);
-    let wandering = WanderingPhase::of(&problem, best, measured.noise_rms);
+    let wandering = WanderingPhase::of(&problem, best, measured.noise_rms, &criteria.phase);
     let serial_inflation = left.variance_inflation_beside(wandering, criteria);
     noise.variance_inflation = serial_inflation;
     // Where the noise about the frequency of the motion is known, the remainder is measured by that.

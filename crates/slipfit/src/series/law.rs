@@ -157,10 +157,16 @@ pub(super) fn laws_of(
     replication: &Replication,
     criteria: &Criteria,
 ) -> Vec<LawFit> {
-    let mut list: Vec<LawFit> = [LoadLaw::Proportional, LoadLaw::Amontons, LoadLaw::Adhesive, LoadLaw::Hertz]
-        .into_iter()
-        .filter_map(|law| fit(law, points, units, replication))
-        .collect();
+    let forms: [(Form, &[LoadLaw]); 3] = [
+        (Form { power: 1.0, columns: 1 }, &[LoadLaw::Proportional]),
+        (Form { power: 1.0, columns: 2 }, &[LoadLaw::Amontons, LoadLaw::Adhesive]),
+        (Form { power: 2.0 / 3.0, columns: 1 }, &[LoadLaw::Hertz]),
+    ];
+    let laws_of_form = |(form, laws): (Form, &'static [LoadLaw])| {
+        let fitted = Data::new(form, points, replication)?.fit()?;
+        Some(laws.iter().filter_map(move |law| fitted.law(*law, units)))
+    };
+    let mut list: Vec<LawFit> = forms.into_iter().filter_map(laws_of_form).flatten().collect();
     let best = list.iter().map(|l| l.bic).fold(f64::INFINITY, f64::min);
     for l in &mut list {
         l.delta_bic = l.bic - best;
@@ -170,7 +176,27 @@ pub(super) fn laws_of(
     list
 }
 
-/// A law by least squares, its points scattered beyond their errors.
+/// `F = c N^power`, or with two columns `F = c N^power + F_0`.
+#[derive(Debug, Clone, Copy)]
+struct Form {
+    power: f64,
+    columns: usize,
+}
+
+/// Points as a form needs them.
+struct Data<'a> {
+    form: Form,
+    points: &'a [LoadPoint],
+    replication: &'a Replication,
+    /// Power of each load.
+    loads: Vec<f64>,
+    /// Derivative of that by the load, times its standard error.
+    load_errors: Vec<f64>,
+    /// No point has an error.
+    unknown: bool,
+}
+
+/// Coefficients by least squares, the points scattered beyond their errors.
 struct Weighted {
     values: Vec<f64>,
     covariance: DMatrix<f64>,
@@ -191,43 +217,51 @@ impl Weighted {
     }
 }
 
-fn fit(
-    law: LoadLaw,
-    points: &[LoadPoint],
-    [load_unit, friction_unit]: [&str; 2],
-    replication: &Replication,
-) -> Option<LawFit> {
-    let n = points.len();
-    let power = if law == LoadLaw::Hertz { 2.0 / 3.0 } else { 1.0 };
-    let columns = if matches!(law, LoadLaw::Amontons | LoadLaw::Adhesive) { 2 } else { 1 };
-    if n < columns {
-        return None;
+/// Rounds in which the effective variances follow the coefficients, at most.
+const ROUNDS: usize = 20;
+/// Relative change of the slope that ends them.
+const SETTLED: f64 = 1e-12;
+
+impl<'a> Data<'a> {
+    /// `None` where the points are fewer than the coefficients.
+    fn new(form: Form, points: &'a [LoadPoint], replication: &'a Replication) -> Option<Self> {
+        let power = form.power;
+        let by_load = |p: &LoadPoint| match p.load_std_error {
+            0.0 => 0.0,
+            error => power * p.load.max(f64::MIN_POSITIVE).powf(power - 1.0) * error,
+        };
+        (points.len() >= form.columns).then(|| Self {
+            form,
+            points,
+            replication,
+            loads: points.iter().map(|p| p.load.powf(power)).collect(),
+            load_errors: points.iter().map(by_load).collect(),
+            unknown: points.iter().all(|p| p.friction_std_error == 0.0 && p.load_std_error == 0.0),
+        })
     }
-    let unknown = points.iter().all(|p| p.friction_std_error == 0.0 && p.load_std_error == 0.0);
-    let at = |c: &[f64], load: f64| c[0] * load.powf(power) + c.get(1).copied().unwrap_or(0.0);
-    // Scatter in proportion to the law, or the same at every load.
-    let weighted = |deviations: [f64; 2]| {
+
+    /// The coefficients with a scatter that is the same at every load, and one in proportion to the friction.
+    fn weighted(&self, [same, proportional]: [f64; 2]) -> Option<Weighted> {
+        let columns = self.form.columns;
         let mut coefficients = vec![0.0; columns];
         let mut found = None;
-        for _ in 0..20 {
-            let largest = points.iter().map(|p| at(&coefficients, p.load).abs()).fold(0.0, f64::max);
+        for _ in 0..ROUNDS {
+            let at = |load: f64| coefficients[0] * load + coefficients.get(1).copied().unwrap_or(0.0);
+            let largest = self.loads.iter().map(|load| at(*load).abs()).fold(0.0, f64::max);
             let mut logarithms = 0.0;
             let mut sums = Normal::zeros(columns + 1);
-            for (p, shared) in points.iter().zip(&replication.shared) {
-                let slope = coefficients[0] * power * p.load.max(f64::MIN_POSITIVE).powf(power - 1.0);
-                let share = if largest > 0.0 { at(&coefficients, p.load) / largest } else { 1.0 };
+            for (i, p) in self.points.iter().enumerate() {
+                let share = if largest > 0.0 { at(self.loads[i]) / largest } else { 1.0 };
                 let variance = p.friction_std_error.powi(2)
-                    + (slope * p.load_std_error).powi(2)
-                    + deviations[0].powi(2)
-                    + (deviations[1] * share).powi(2);
-                let weight = if unknown {
-                    1.0
-                } else {
-                    1.0 / variance.max(1e-30 * p.friction.powi(2)).max(f64::MIN_POSITIVE)
-                };
+                    + (coefficients[0] * self.load_errors[i]).powi(2)
+                    + same.powi(2)
+                    + (proportional * share).powi(2);
+                let least = (1e-30 * p.friction.powi(2)).max(f64::MIN_POSITIVE);
+                let weight = if self.unknown { 1.0 } else { 1.0 / variance.max(least) };
                 logarithms -= weight.ln();
-                let row = [p.load.powf(power), 1.0, *shared];
-                let row = if columns == 2 { row } else { [row[0], *shared, 0.0] };
+                let shared = self.replication.shared[i];
+                let row = [self.loads[i], 1.0, shared];
+                let row = if columns == 2 { row } else { [row[0], shared, 0.0] };
                 sums.add_row(&row[..=columns], p.friction, weight);
             }
             // What is shared is one more unknown, 0 ± 1.
@@ -236,7 +270,7 @@ fn fit(
             sums.add_row(&known[..=columns], 0.0, 1.0);
             let (mut values, covariance, chi_square) = linear_of(&sums, &[0, 1, 2][..=columns])?;
             values.truncate(columns);
-            let settled = (values[0] - coefficients[0]).abs() <= 1e-12 * values[0].abs();
+            let settled = (values[0] - coefficients[0]).abs() <= SETTLED * values[0].abs();
             coefficients.clone_from(&values);
             found = Some(Weighted { values, covariance, chi_square, logarithms });
             if settled {
@@ -244,94 +278,142 @@ fn fit(
             }
         }
         found
-    };
-    let bare = weighted([0.0; 2])?;
-    let dof = n - columns;
-    let most = points.iter().map(|p| p.friction.abs()).fold(0.0, f64::max);
-    let likeliest = |deviance: fn(&Weighted) -> f64| {
+    }
+
+    /// The scatter of either kind at which a deviance is least, and that.
+    fn likeliest(&self, deviance: fn(&Weighted) -> f64) -> [(f64, f64); 2] {
+        let most = self.points.iter().map(|p| p.friction.abs()).fold(0.0, f64::max);
         [[1.0, 0.0], [0.0, 1.0]].map(|shape| {
-            let with = |d: f64| weighted(shape.map(|s| s * d)).map_or(f64::INFINITY, |w| deviance(&w));
+            let with = |d: f64| self.weighted(shape.map(|s| s * d)).map_or(f64::INFINITY, |w| deviance(&w));
             lowest(most, with)
         })
-    };
-    // Half width of an interval over that of the normal, and variance over that of the weights.
-    let (fitted, widen, variance) = if unknown {
-        let reduced = bare.chi_square / (dof as f64).max(1.0);
-        (None, if dof == 0 { 1.0 } else { student_factor(dof as f64) }, reduced)
-    } else {
+    }
+
+    fn fit(self) -> Option<FittedForm> {
+        let bare = self.weighted([0.0; 2])?;
+        let (n, columns) = (self.points.len(), self.form.columns);
+        let dof = n - columns;
+        let deviance = self.deviance_above(&bare);
+        let measurements = if self.unknown { n as f64 } else { self.replication.measurements };
+        let chi_square = bare.chi_square;
+        let known = dof > 0 && !self.unknown;
+        let p_value = known.then(|| scaled_tail(chi_square, dof as f64, self.replication.freedom));
+        let (Weighted { values, covariance, .. }, widened, variance) = self.with_errors(bare, dof);
+        Some(FittedForm {
+            power: self.form.power,
+            values,
+            covariance: covariance * variance,
+            widened,
+            chi_square,
+            dof,
+            p_value,
+            bic: deviance + columns as f64 * measurements.ln(),
+        })
+    }
+
+    /// The coefficients for their errors, half width of an interval over that of the normal, and variance over that of
+    /// the weights.
+    fn with_errors(&self, bare: Weighted, dof: usize) -> (Weighted, f64, f64) {
+        if self.unknown {
+            let reduced = bare.chi_square / (dof as f64).max(1.0);
+            return (bare, if dof == 0 { 1.0 } else { student_factor(dof as f64) }, reduced);
+        }
         let scattered = || {
-            let [same, proportional] = likeliest(Weighted::restricted);
+            let [same, proportional] = self.likeliest(Weighted::restricted);
             let [a, b] = weights([same.1, proportional.1]);
-            weighted([same.0 * a.sqrt(), proportional.0 * b.sqrt()])
+            self.weighted([same.0 * a.sqrt(), proportional.0 * b.sqrt()])
         };
         let fitted = if dof > 0 { scattered() } else { None };
         let fit = fitted.as_ref().unwrap_or(&bare);
         // Of few points the spread does not tell whether they scatter: with that of the repeats it widens in any case, and
         // what they scatter more is known from the points alone (Satterthwaite).
-        let all = dof as f64 + replication.repeats;
-        let spread = hartung_knapp_factor((fit.chi_square + replication.left) / all, all);
+        let all = dof as f64 + self.replication.repeats;
+        let spread = hartung_knapp_factor((fit.chi_square + self.replication.left) / all, all);
         let share = |k: usize| 1.0 - bare.covariance[(k, k)] / fit.covariance[(k, k)];
-        let share = (0..columns).map(share).fold(0.0, f64::max);
+        let share = (0..self.form.columns).map(share).fold(0.0, f64::max);
         let scattered = if share > 0.0 { student_factor(dof as f64 / (share * share)) } else { 1.0 };
-        (fitted, spread.max(scattered).max(1.0), 1.0)
-    };
-    let deviance = if unknown {
-        n as f64 * (bare.chi_square / n as f64).max(f64::MIN_POSITIVE).ln()
-    } else {
-        let [same, proportional] = likeliest(Weighted::deviance);
-        let best = same.1.min(proportional.1);
-        let deviance = (best - bare.logarithms).max(0.0);
-        if replication.freedom.is_finite() {
-            // Student's likelihood, of variances that are estimates.
-            (replication.freedom + n as f64) * (deviance / replication.freedom).ln_1p()
-        } else {
-            deviance
+        (fitted.unwrap_or(bare), spread.max(scattered).max(1.0), 1.0)
+    }
+
+    /// The deviance with the likeliest scatter above that of the errors alone.
+    fn deviance_above(&self, bare: &Weighted) -> f64 {
+        let n = self.points.len() as f64;
+        if self.unknown {
+            return n * (bare.chi_square / n).max(f64::MIN_POSITIVE).ln();
         }
-    };
-    let bic = deviance + columns as f64 * if unknown { n as f64 } else { replication.measurements }.ln();
-    let chi2 = bare.chi_square;
-    let Weighted { values: c, covariance, .. } = fitted.unwrap_or(bare);
-    let quantity = |value: f64, std: f64, unit: String| {
-        let half = Z_95 * widen * std;
-        Quantity { interval_95: [value - half, value + half], ..Quantity::normal(value, std, unit) }
-    };
-    let std = |k: usize| (covariance[(k, k)] * variance).max(0.0).sqrt();
-    let ratio = match (load_unit, friction_unit) {
-        (l, f) if l == f && power == 1.0 => String::new(),
-        ("", f) => f.to_owned(),
-        (l, f) if power == 1.0 => format!("{f}/{l}"),
-        (l, f) => format!("{f}/{l}^(2/3)"),
-    };
-    let offset = match law {
-        LoadLaw::Amontons => Some(quantity(c[1], std(1), friction_unit.to_owned())),
-        LoadLaw::Adhesive => {
-            // N_0 = F_0/mu; an adhesion pulls, it never pushes.
-            let n_0 = c[1] / c[0];
-            let v = (covariance[(1, 1)] - 2.0 * n_0 * covariance[(0, 1)] + n_0 * n_0 * covariance[(0, 0)])
-                * variance
-                / (c[0] * c[0]);
-            let mut q = quantity(n_0, v.max(0.0).sqrt(), load_unit.to_owned());
-            // Of a slope that may be zero it may lie anywhere.
-            if !(c[0] > Z_95 * widen * std(0)) || q.interval_95[1] < 0.0 {
-                return None;
+        let [same, proportional] = self.likeliest(Weighted::deviance);
+        let deviance = (same.1.min(proportional.1) - bare.logarithms).max(0.0);
+        let freedom = self.replication.freedom;
+        // Student's likelihood, of variances that are estimates.
+        if freedom.is_finite() { (freedom + n) * (deviance / freedom).ln_1p() } else { deviance }
+    }
+}
+
+/// A form with its coefficients.
+struct FittedForm {
+    power: f64,
+    values: Vec<f64>,
+    covariance: DMatrix<f64>,
+    /// Half width of an interval over that of the normal.
+    widened: f64,
+    chi_square: f64,
+    dof: usize,
+    p_value: Option<f64>,
+    bic: f64,
+}
+
+impl FittedForm {
+    fn std_error(&self, k: usize) -> f64 {
+        self.covariance[(k, k)].max(0.0).sqrt()
+    }
+
+    fn quantity(&self, value: f64, std_error: f64, unit: String) -> Quantity {
+        let half = Z_95 * self.widened * std_error;
+        Quantity { interval_95: [value - half, value + half], ..Quantity::normal(value, std_error, unit) }
+    }
+
+    /// The form as a law; `None` where it is none.
+    fn law(&self, law: LoadLaw, [load_unit, friction_unit]: [&str; 2]) -> Option<LawFit> {
+        let ratio = match (load_unit, friction_unit) {
+            (l, f) if l == f && self.power == 1.0 => String::new(),
+            ("", f) => f.to_owned(),
+            (l, f) if self.power == 1.0 => format!("{f}/{l}"),
+            (l, f) => format!("{f}/{l}^(2/3)"),
+        };
+        let offset = match law {
+            LoadLaw::Amontons => {
+                Some(self.quantity(self.values[1], self.std_error(1), friction_unit.to_owned()))
             }
-            q.value = n_0.max(0.0);
-            q.interval_95 = q.interval_95.map(|v| v.max(0.0));
-            Some(q)
+            LoadLaw::Adhesive => Some(self.pull_off_load(load_unit)?),
+            _ => None,
+        };
+        Some(LawFit {
+            law,
+            coefficient: self.quantity(self.values[0], self.std_error(0), ratio),
+            offset,
+            chi_square: self.chi_square,
+            degrees_of_freedom: self.dof,
+            p_value: self.p_value,
+            bic: self.bic,
+            delta_bic: 0.0,
+            excluded: false,
+        })
+    }
+
+    /// `N_0 = F_0/mu`; `None` where it would push: an adhesion pulls.
+    fn pull_off_load(&self, unit: &str) -> Option<Quantity> {
+        let [slope, n_0] = [self.values[0], self.values[1] / self.values[0]];
+        let c = |i: usize, j: usize| self.covariance[(i, j)];
+        let variance = (c(1, 1) - 2.0 * n_0 * c(0, 1) + n_0 * n_0 * c(0, 0)) / (slope * slope);
+        let mut q = self.quantity(n_0, variance.max(0.0).sqrt(), unit.to_owned());
+        // Of a slope that may be zero it may lie anywhere.
+        if !(slope > Z_95 * self.widened * self.std_error(0)) || q.interval_95[1] < 0.0 {
+            return None;
         }
-        _ => None,
-    };
-    Some(LawFit {
-        law,
-        coefficient: quantity(c[0], std(0), ratio),
-        offset,
-        chi_square: chi2,
-        degrees_of_freedom: dof,
-        p_value: (dof > 0 && !unknown).then(|| scaled_tail(chi2, dof as f64, replication.freedom)),
-        bic,
-        delta_bic: 0.0,
-        excluded: false,
-    })
+        q.value = n_0.max(0.0);
+        q.interval_95 = q.interval_95.map(|v| v.max(0.0));
+        Some(q)
+    }
 }
 
 impl LawFit {

@@ -1,6 +1,7 @@
 //! From samples to amplitude and phase.
 
 pub(crate) mod blocks;
+pub(crate) mod criteria;
 pub mod demodulate;
 mod fourier;
 pub(crate) mod noise_density;

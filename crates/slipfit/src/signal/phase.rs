@@ -5,6 +5,7 @@
 //! carries the Rice bias `E[R²] = A² + 2 sigma²`.
 
 use super::blocks::{Block, PhaseAt};
+use super::criteria::PhaseCriteria;
 use super::phase_walk::{PhaseError, Smoothed, walk_rate};
 use crate::inference::evidence::bic;
 use crate::inference::least_squares::{Normal, linear, linear_of};
@@ -26,8 +27,8 @@ pub(crate) struct PhaseLaw {
     pub(crate) quadratic: f64,
     pub(crate) quartic: f64,
     pub(crate) drift: f64,
-    /// Change of the frequency by a drift or a walk over the stretch, over that by the largest amplitude.
-    pub(crate) other_over_shift: f64,
+    /// Whether a change of the frequency by a drift or a walk is as large as that by the amplitude.
+    pub(crate) changes_otherwise: bool,
     /// Variance that the phase gains in a second by a random walk, rad²/s; zero where none is seen.
     pub(crate) walk: f64,
     /// The same as far as it goes on within cycles, where amplitudes feel it.
@@ -38,17 +39,13 @@ impl PhaseLaw {
     /// Frequency against amplitude as it bends the loss too. Beside a drift in time or a walk of similar size it may be
     /// part of that, and none is assumed.
     pub(crate) fn backbone(&self) -> [f64; 2] {
-        if self.is_of_amplitude() { [self.quadratic, self.quartic] } else { [0.0; 2] }
-    }
-
-    fn is_of_amplitude(&self) -> bool {
-        self.drift == 0.0 && self.walk == 0.0 || self.other_over_shift < MOST_OTHER
+        if self.changes_otherwise { [0.0; 2] } else { [self.quadratic, self.quartic] }
     }
 
     /// Rate of which amplitude laws and derivatives count: that at vanishing amplitude, or where it is not known for a
     /// drift or a walk the mean, rad/s.
     pub(crate) fn reference_omega(&self) -> f64 {
-        if self.is_of_amplitude() { self.omega } else { self.mean_omega }
+        if self.changes_otherwise { self.mean_omega } else { self.omega }
     }
 
     /// Relative change of frequency at an amplitude.
@@ -67,16 +64,6 @@ pub(crate) struct Smooth {
     pub(crate) follows_law: bool,
 }
 
-/// Inverse variance below which a phase may have slipped a turn: a quarter of a radian.
-pub(crate) const LEAST_WEIGHT: f64 = 16.0;
-/// Scatter of the phases about a law over their errors up to which the law is taken as it is.
-const MOST_EXCESS: f64 = 3.0;
-/// Drift or walk over the shift by the amplitude up to which the shift is that of the amplitude.
-const MOST_OTHER: f64 = 0.1;
-/// Weighted sum of squared relative errors that the amplitudes may have from a phase off the law: at
-/// one, no combination of the amplitudes is off by more than its standard error.
-const MOST_LOST: f64 = 1.0;
-
 /// Inverse variance of the phase of a block. None is trusted beyond 1e-4 rad: the exact motion itself bends it
 /// by x_F/A.
 pub(crate) fn phase_weight(block: &Block, noise_rms: f64) -> f64 {
@@ -89,7 +76,12 @@ pub(crate) fn phase_weight(block: &Block, noise_rms: f64) -> f64 {
 /// one the BIC prefers, and falls back to local smoothing where none holds.
 ///
 /// `amplitude` is a smooth amplitude at the blocks, `noise_rms` that of one sample.
-pub(crate) fn smooth(blocks: &[Block], amplitude: &[f64], noise_rms: f64) -> Option<Smooth> {
+pub(crate) fn smooth(
+    blocks: &[Block],
+    amplitude: &[f64],
+    noise_rms: f64,
+    criteria: &PhaseCriteria,
+) -> Option<Smooth> {
     let origin = blocks.first()?.time_s;
     let span = (blocks.last()?.time_s - origin).max(f64::MIN_POSITIVE);
     let tau: Vec<f64> = blocks.iter().map(|b| b.time_s - origin).collect();
@@ -111,13 +103,13 @@ pub(crate) fn smooth(blocks: &[Block], amplitude: &[f64], noise_rms: f64) -> Opt
     };
     let row = |j: usize, columns: &[Column]| -> Vec<f64> { columns.iter().map(|c| at(j, *c)).collect() };
     // Only strong blocks take part: a weak one may have slipped a turn. One among weak ones is noise.
-    let is_strong = |j: usize| weight.get(j).is_some_and(|w| *w > LEAST_WEIGHT);
+    let is_strong = |j: usize| weight.get(j).is_some_and(|w| *w > criteria.least_weight);
     let beside_strong = |j: usize| j > 0 && is_strong(j - 1) || is_strong(j + 1);
     let strong: Vec<usize> = (0..blocks.len()).filter(|&j| is_strong(j) && beside_strong(j)).collect();
     if strong.len() < 2 {
         return None;
     }
-    unslip(&mut phase, &tau, &weight, span);
+    unslip(&mut phase, &tau, &weight, span, criteria.sure_weight);
     // Phases of thousands of turns known to a ten-thousandth of one: their squares leave no digit for what is left of
     // them. A line is taken off first, and what each law leaves is summed of itself.
     let line = linear(strong.iter().map(|&j| (row(j, MODELS[0]), phase[j], weight[j])), MODELS[0].len())?.0;
@@ -145,7 +137,8 @@ pub(crate) fn smooth(blocks: &[Block], amplitude: &[f64], noise_rms: f64) -> Opt
         c.iter_mut().zip(&line).for_each(|(c, line)| *c += line);
         let n = strong.len() as f64;
         // The noise is known, so is the scale: chi-squared, not its logarithm, unless it is in excess.
-        let score = bic(rss.max(n), n, n, columns.len()) + if columns.len() > 2 { 6.0 } else { 0.0 };
+        let score =
+            bic(rss.max(n), n, n, columns.len()) + if columns.len() > 2 { criteria.bic_price } else { 0.0 };
         if best.as_ref().is_none_or(|b| score < b.score) {
             best = Some(Candidate { score, columns, c, covariance, rss });
         }
@@ -161,8 +154,9 @@ pub(crate) fn smooth(blocks: &[Block], amplitude: &[f64], noise_rms: f64) -> Opt
     let left: Vec<f64> = phase.iter().zip(&model).map(|(p, m)| p - m).collect();
     // A phase that walks is off by more the longer it walks.
     let residuals: Vec<f64> = strong.iter().map(|&j| (phase[j] - model[j]) * weight[j].sqrt()).collect();
+    let scatters_little = excess < criteria.most_excess;
     let inflation =
-        if excess < MOST_EXCESS { 1.0 } else { ar1_variance_inflation(autocorrelation(&residuals).max(0.0)) };
+        if scatters_little { 1.0 } else { ar1_variance_inflation(autocorrelation(&residuals).max(0.0)) };
     let errors: Vec<PhaseError> = strong
         .iter()
         .map(|&j| PhaseError {
@@ -174,7 +168,8 @@ pub(crate) fn smooth(blocks: &[Block], amplitude: &[f64], noise_rms: f64) -> Opt
         })
         .collect();
     let every = errors.iter().zip(&strong).map(|(e, &j)| PhaseError { smooth: row(j, &WIDEST), ..e.clone() });
-    let walk = walk_rate(&every.collect::<Vec<_>>(), |k| columns.contains(&WIDEST[k])).unwrap_or(0.0);
+    let is_selected = |k: usize| columns.contains(&WIDEST[k]);
+    let walk = walk_rate(&every.collect::<Vec<_>>(), is_selected, criteria.walk_errors).unwrap_or(0.0);
     let get = |which: Column| columns.iter().position(|&x| x == which).map_or(0.0, |i| c[i]);
     let omega = get(Column::Time) / span;
     // Mean rate over the stretch: the difference of two phases, each a combination of the coefficients.
@@ -190,6 +185,8 @@ pub(crate) fn smooth(blocks: &[Block], amplitude: &[f64], noise_rms: f64) -> Opt
     let (further, variance) = walked.unwrap_or((0.0, across_variance.max(0.0) * excess.max(1.0) * inflation));
     let shift = (get(Column::Square) + get(Column::Fourth)) / span / omega;
     let drift = 2.0 * get(Column::Chirp) / (span * span) / omega;
+    // Over the stretch.
+    let other = (drift * span).hypot((walk / span).sqrt() / omega);
     let law = PhaseLaw {
         omega,
         mean_omega: (model_at(&row(last, columns), &c) - model_at(&row(0, columns), &c)) / span,
@@ -198,7 +195,7 @@ pub(crate) fn smooth(blocks: &[Block], amplitude: &[f64], noise_rms: f64) -> Opt
         quadratic: get(Column::Square) / span / omega / (scale * scale),
         quartic: get(Column::Fourth) / span / omega / scale.powi(4),
         drift,
-        other_over_shift: (drift * span).hypot((walk / span).sqrt() / omega) / shift.abs(),
+        changes_otherwise: other != 0.0 && !(other < criteria.most_other * shift.abs()),
         walk,
         walk_in_cycles: walk,
     };
@@ -206,16 +203,16 @@ pub(crate) fn smooth(blocks: &[Block], amplitude: &[f64], noise_rms: f64) -> Opt
     let mut errors: Vec<f64> = weight.iter().map(|w| 1.0 / w.sqrt()).collect();
     let typical_noise = median(&mut errors)?;
     let follows_law = omega > 0.0
-        && (omega / omega_0 - 1.0).abs() < 0.5
-        && (excess < MOST_EXCESS
-            || 0.5 * mean_square < 0.1 * typical_noise
-            || lags_by_friction(&strong, |j| row(j, columns), &left, &weight, amplitude));
+        && (omega / omega_0 - 1.0).abs() < criteria.off_frequency
+        && (scatters_little
+            || 0.5 * mean_square < criteria.amplitude_cost * typical_noise
+            || lags_by_friction(&strong, |j| row(j, columns), &left, [&weight, amplitude], criteria));
     // What it costs counts against the errors of all amplitudes together.
     let lost: f64 = strong
         .iter()
         .map(|&j| weight[j] * (0.5 * ((phase[j] - model[j]).powi(2) - 1.0 / weight[j])).powi(2))
         .sum();
-    let at = if follows_law && (excess < MOST_EXCESS || lost < MOST_LOST) {
+    let at = if follows_law && (scatters_little || lost < criteria.most_lost) {
         (0..blocks.len())
             .map(|j| {
                 let a = amplitude[j];
@@ -228,7 +225,7 @@ pub(crate) fn smooth(blocks: &[Block], amplitude: &[f64], noise_rms: f64) -> Opt
             })
             .collect()
     } else {
-        local(&tau, &phase, &weight)
+        local(&tau, &phase, &weight, criteria.smoothed_weight)
     };
     Some(Smooth { at, law, follows_law })
 }
@@ -240,8 +237,8 @@ fn lags_by_friction(
     strong: &[usize],
     row: impl Fn(usize) -> Vec<f64>,
     left: &[f64],
-    weight: &[f64],
-    amplitude: &[f64],
+    [weight, amplitude]: [&[f64]; 2],
+    criteria: &PhaseCriteria,
 ) -> bool {
     let row = |j: usize| [row(j), vec![1.0 / amplitude[j].abs()]].concat();
     let count = strong.first().map_or(0, |&j| row(j).len());
@@ -253,17 +250,17 @@ fn lags_by_friction(
     let lags = |blocks: &[usize]| {
         let beside_lag = given(blocks, 0.0).and_then(|(c, ..)| given(blocks, lag(&c)?));
         let dof = blocks.len() as f64 - count as f64;
-        dof >= 1.0 && beside_lag.is_some_and(|(c, _, rss)| lag(&c).is_some() && rss < MOST_EXCESS * dof)
+        let most = criteria.most_excess * dof;
+        dof >= 1.0 && beside_lag.is_some_and(|(c, _, rss)| lag(&c).is_some() && rss < most)
     };
     lags(strong) || strong.split_last().is_some_and(|(_, before)| lags(before))
 }
 
 /// Takes back turns lost in the noise: a line through the surest half of the
 /// phases seen so far says where the next ones must lie.
-fn unslip(phase: &mut [f64], tau: &[f64], weight: &[f64], span: f64) {
+fn unslip(phase: &mut [f64], tau: &[f64], weight: &[f64], span: f64, sure_weight: f64) {
     let n = phase.len();
-    // A turn is lost where a block is weaker than ten errors; before that all is sure.
-    let sure = weight.iter().position(|&w| w < 100.0).unwrap_or(n);
+    let sure = weight.iter().position(|&w| w < sure_weight).unwrap_or(n);
     let mut known = sure.max(4.min(n));
     while known < n {
         let from = known - (known / 2).clamp(4.min(known), 60);
@@ -327,16 +324,15 @@ fn integral(tau: &[f64], amplitude: &[f64], f: impl Fn(f64) -> f64) -> Vec<f64> 
     out
 }
 
-/// Weighted parabola through the neighbours, as many as it takes to know the phase to 0.05 rad.
-fn local(tau: &[f64], phase: &[f64], weight: &[f64]) -> Vec<PhaseAt> {
-    const ENOUGH: f64 = 400.0;
+/// Weighted parabola through the neighbours, as many as have the weight.
+fn local(tau: &[f64], phase: &[f64], weight: &[f64], enough: f64) -> Vec<PhaseAt> {
     let n = tau.len();
     (0..n)
         .map(|j| {
             let mut reach = 2;
             loop {
                 let (a, b) = (j.saturating_sub(reach), (j + reach + 1).min(n));
-                if weight[a..b].iter().sum::<f64>() > ENOUGH || (a == 0 && b == n) {
+                if weight[a..b].iter().sum::<f64>() > enough || (a == 0 && b == n) {
                     break;
                 }
                 reach += 1;

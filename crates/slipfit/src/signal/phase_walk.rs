@@ -21,9 +21,7 @@ pub(crate) struct PhaseError {
     pub(crate) smooth: Vec<f64>,
 }
 
-/// Standard errors by which a walk must stand out of the noise before it counts: one phase without a walk in 20.
-const SIGNIFICANCE: f64 = 1.6;
-/// Part of that in the logarithm of the likelihood at one rate in so many from which on all rates are tried.
+/// Part of the square of the standard errors by which a walk stands out, in the logarithm of the likelihood at one rate in so many from which on all rates are tried.
 const WORTH_A_LOOK: f64 = 0.25;
 /// Rates from one of the first look to the next: with the absence of a walk there are [`RATES`], found side by side.
 const FIRST_STEP: usize = 4;
@@ -32,12 +30,17 @@ const DECADES: std::ops::RangeInclusive<i32> = -3..=6;
 /// Rates tried in each decade.
 const PER_DECADE: i32 = 3;
 
-/// Variance that the phase gains in a second by walking, rad²/s; `None` where the phases show no walk.
+/// Variance that the phase gains in a second by walking, rad²/s; `None` where the phases show no walk that stands out of
+/// the noise by so many standard `errors_out`.
 ///
 /// All columns are free while it is estimated, since those selected have already fitted part of the walk. Columns that are
 /// not `selected` may explain all of it, and have no part in the motion: what the selected ones leave is then the walk.
-pub(crate) fn walk_rate(errors: &[PhaseError], selected: impl Fn(usize) -> bool) -> Option<f64> {
-    rate_beside(errors).or_else(|| {
+pub(crate) fn walk_rate(
+    errors: &[PhaseError],
+    selected: impl Fn(usize) -> bool,
+    errors_out: f64,
+) -> Option<f64> {
+    rate_beside(errors, errors_out).or_else(|| {
         let kept: Vec<usize> = (0..errors.first()?.smooth.len()).filter(|k| selected(*k)).collect();
         if kept.len() == errors[0].smooth.len() {
             return None;
@@ -45,13 +48,13 @@ pub(crate) fn walk_rate(errors: &[PhaseError], selected: impl Fn(usize) -> bool)
         let of = |e: &PhaseError| kept.iter().map(|k| e.smooth[*k]).collect();
         let beside_selected: Vec<PhaseError> =
             errors.iter().map(|e| PhaseError { smooth: of(e), ..*e }).collect();
-        rate_beside(&beside_selected)
+        rate_beside(&beside_selected, errors_out)
     })
 }
 
 /// The mean of the distribution of the rate given the phases (by Jeffreys' prior): errors from it are those of Student's
 /// distribution where steps are few. `None` where no rate stands out.
-fn rate_beside(errors: &[PhaseError]) -> Option<f64> {
+fn rate_beside(errors: &[PhaseError], errors_out: f64) -> Option<f64> {
     let n = errors.len();
     let columns = errors.first()?.smooth.len();
     if n < columns + 2 {
@@ -76,12 +79,12 @@ fn rate_beside(errors: &[PhaseError]) -> Option<f64> {
     let least_of = |tried: &[(f64, f64)]| tried.iter().map(|(_, l)| *l).min_by(f64::total_cmp);
     // Most phases do not walk: one rate in a decade or so comes near the likelihood of the best.
     let (still, few) = tried(FIRST_STEP)?;
-    if !(still - least_of(&few)? > WORTH_A_LOOK * SIGNIFICANCE.powi(2)) {
+    if !(still - least_of(&few)? > WORTH_A_LOOK * errors_out.powi(2)) {
         return None;
     }
     let (_, tried) = tried(1)?;
     let least = least_of(&tried)?;
-    if !(still - least > SIGNIFICANCE.powi(2)) {
+    if !(still - least > errors_out.powi(2)) {
         return None;
     }
     let (mut sum, mut total) = (0.0, 0.0);
@@ -292,6 +295,9 @@ mod tests {
     use super::*;
     use crate::noise::jitter;
 
+    /// One phase without a walk in 20.
+    const ERRORS: f64 = 1.6;
+
     /// A line of phases, `n` in as many seconds, with noise of variance 1/weight and a walk.
     fn phases(n: usize, weight: f64, rate: f64, seed: usize) -> Vec<PhaseError> {
         let mut level = 0.0;
@@ -311,7 +317,7 @@ mod tests {
             let missed = (0..REPEATS).filter(|&seed| {
                 let phases = phases(n, 1e4, 0.01, seed);
                 let smoothed =
-                    Smoothed::beside(&phases, walk_rate(&phases, |_| true).unwrap_or(0.0)).unwrap();
+                    Smoothed::beside(&phases, walk_rate(&phases, |_| true, ERRORS).unwrap_or(0.0)).unwrap();
                 let (slope, variance) = smoothed.combined(&DVector::from_vec(vec![0.0, 1.0]));
                 slope.abs() > 1.96 * variance.sqrt()
             });
@@ -322,8 +328,9 @@ mod tests {
 
     #[test]
     fn noise_alone_is_seldom_taken_for_a_walk() {
-        let walking =
-            (0..400).filter(|&seed| walk_rate(&phases(60, 1e4, 0.0, seed), |_| true).is_some()).count();
+        let walking = (0..400)
+            .filter(|&seed| walk_rate(&phases(60, 1e4, 0.0, seed), |_| true, ERRORS).is_some())
+            .count();
         assert!(walking < 40, "{walking} of 400");
     }
 
@@ -352,7 +359,7 @@ mod tests {
                     smooth: vec![1.0, i as f64],
                 })
                 .collect();
-            walk_rate(&phases, |_| true).unwrap()
+            walk_rate(&phases, |_| true, ERRORS).unwrap()
         };
         let mean = (0..REPEATS).map(found).sum::<f64>() / REPEATS as f64;
         assert!((mean / rate - 1.0).abs() < 0.15, "{mean} for {rate}");
