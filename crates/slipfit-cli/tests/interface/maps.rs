@@ -1,9 +1,6 @@
 //! `slipfit map`: a trace in each pixel.
-#![allow(clippy::unwrap_used, reason = "a failed unwrap fails the test, as it should")]
 
-mod common;
-
-use common::{root, slipfit, stdout};
+use crate::common::{root, slipfit, stdout};
 use std::fs;
 use std::path::{Path, PathBuf};
 

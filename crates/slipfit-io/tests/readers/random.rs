@@ -1,6 +1,5 @@
 //! Any bytes are read or refused, from the file to the answer, and nothing panics; what a table
 //! says is what is read.
-#![allow(clippy::unwrap_used, reason = "a failed unwrap fails the test, as it should")]
 
 use proptest::prelude::*;
 use slipfit::ringdown::analyse;

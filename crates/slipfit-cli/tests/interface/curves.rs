@@ -1,9 +1,6 @@
 //! Resonance curves, drive levels and series from the command line.
-#![allow(clippy::unwrap_used, reason = "a failed unwrap fails the test, as it should")]
 
-mod common;
-
-use common::{example, keeps_to_schema, root, slipfit, stdout};
+use crate::common::{example, keeps_to_schema, root, slipfit, stdout};
 use serde_json::Value;
 use std::path::Path;
 

@@ -1,6 +1,5 @@
 //! Every format, from files written by other programs (`validation/reference/formats`):
 //! the columns taken, units, clocks and every number.
-#![allow(clippy::unwrap_used, reason = "a failed unwrap fails the test, as it should")]
 
 use std::path::PathBuf;
 

@@ -1,11 +1,8 @@
 //! Whole documents about files with hostile names, headers and units: each output is taken apart by a
 //! parser of its format and has the structure of the same document about a file with tame ones.
-#![allow(clippy::unwrap_used, reason = "a failed unwrap fails the test, as it should")]
 #![cfg(unix)]
 
-mod common;
-
-use common::{example, root, slipfit};
+use crate::common::{example, root, slipfit};
 use html5gum::{DefaultEmitter, Token, Tokenizer};
 use pulldown_cmark::{Event, Options, Parser, Tag};
 use std::fs;

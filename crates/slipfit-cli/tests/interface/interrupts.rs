@@ -1,6 +1,5 @@
 //! An interrupt ends whatever is computed: exit status 130, and nothing half-written is left.
 #![cfg(unix)]
-#![allow(clippy::unwrap_used, reason = "a failed unwrap fails the test, as it should")]
 
 use std::fs;
 use std::path::Path;

@@ -1,9 +1,6 @@
 //! The shipped examples are what their commands write.
-#![allow(clippy::unwrap_used, reason = "a failed unwrap fails the test, as it should")]
 
-mod common;
-
-use common::{example, root, slipfit};
+use crate::common::{example, root, slipfit};
 
 /// The commands in examples/README.md: one per paragraph, lines joined at the backslash.
 fn commands() -> Vec<Vec<String>> {
@@ -34,7 +31,7 @@ fn another_seed_writes_another_record() {
     let write = |seed: &str| {
         let command = ["simulate", "decay", "--frequency-hz", "1", "--amplitude", "1", "--duration", "1"];
         let rest = ["--rate-hz", "20", "--noise-rms", "0.1", "--seed", seed];
-        common::stdout(slipfit().args(command).args(rest))
+        crate::common::stdout(slipfit().args(command).args(rest))
     };
     assert_eq!(write("7"), write("7"));
     assert_ne!(write("7"), write("8"));

@@ -1,9 +1,6 @@
 //! `slipfit simulate`, as a user meets it.
-#![allow(clippy::unwrap_used, reason = "a failed unwrap fails the test, as it should")]
 
-mod common;
-
-use common::{slipfit, stdout};
+use crate::common::{slipfit, stdout};
 use std::fs;
 use std::path::Path;
 
@@ -424,7 +421,7 @@ fn a_sweep_stepped_too_fast_has_not_settled() {
 
 #[test]
 fn json_keeps_to_its_schema() {
-    let validator = jsonschema::draft202012::new(&common::schema("simulate")).unwrap();
+    let validator = jsonschema::draft202012::new(&crate::common::schema("simulate")).unwrap();
     for args in [
         "decay --frequency-hz 5 --friction-displacement 0.002 --amplitude 1 --duration 1 --rate-hz 20",
         "decay --frequency-hz 5 --q 40 --amplitude 1 --duration 1 --rate-hz 20 --quantize-bits 8 --turning-points",

@@ -1,9 +1,6 @@
 //! Many files at once: every file its row, none lost when the run is cut off.
-#![allow(clippy::unwrap_used, reason = "a failed unwrap fails the test, as it should")]
 
-mod common;
-
-use common::{slipfit, stdout};
+use crate::common::{slipfit, stdout};
 use std::fs;
 use std::path::Path;
 use std::process::{Command, Stdio};

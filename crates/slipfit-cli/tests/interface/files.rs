@@ -1,10 +1,7 @@
 //! The user's files: no output destroys an input or a file of another program, and whatever
 //! ends a run leaves the old file whole.
-#![allow(clippy::unwrap_used, reason = "a failed unwrap fails the test, as it should")]
 
-mod common;
-
-use common::{example, root, slipfit};
+use crate::common::{example, root, slipfit};
 use std::fs;
 use std::path::{Path, PathBuf};
 use std::process::{Command, Output, Stdio};

@@ -1,9 +1,6 @@
 //! The command as it is met: help, report, exit status, bad input.
-#![allow(clippy::unwrap_used, reason = "a failed unwrap fails the test, as it should")]
 
-mod common;
-
-use common::{example, slipfit, stdout};
+use crate::common::{example, slipfit, stdout};
 use std::fs;
 use std::path::Path;
 use std::process::{Command, Stdio};

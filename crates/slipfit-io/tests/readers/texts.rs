@@ -1,6 +1,5 @@
 //! Texts as people's machines write them: encodings, thousands, stamps, headers in their languages.
 //! Each holds the same swing, and what was assumed stands in the report.
-#![allow(clippy::unwrap_used, reason = "a failed unwrap fails the test, as it should")]
 
 use slipfit::{SignalKind, answer::hint::HintValue};
 use slipfit_io::{ReadOptions, Reading, TimeSource, read_from, read_sweep_from};

@@ -1,9 +1,6 @@
 //! `slipfit inspect`: what files of several formats hold.
-#![allow(clippy::unwrap_used, reason = "a failed unwrap fails the test, as it should")]
 
-mod common;
-
-use common::{root, slipfit, stdout};
+use crate::common::{root, slipfit, stdout};
 
 /// What the command says of a fixture, from within its folder.
 fn inspected(arguments: &[&str]) -> String {

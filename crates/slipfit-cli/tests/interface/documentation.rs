@@ -1,9 +1,6 @@
 //! The documentation names what there is: every warning, every page, every file it points to.
-#![allow(clippy::unwrap_used, reason = "a failed unwrap fails the test, as it should")]
 
-mod common;
-
-use common::root;
+use crate::common::root;
 use std::collections::BTreeSet;
 use std::fs;
 use std::path::{Path, PathBuf};

@@ -1,9 +1,6 @@
 //! Reports to hand in: a page that needs nothing beside itself, and tables.
-#![allow(clippy::unwrap_used, reason = "a failed unwrap fails the test, as it should")]
 
-mod common;
-
-use common::{example, root, slipfit, stdout};
+use crate::common::{example, root, slipfit, stdout};
 use quick_xml::Reader;
 use quick_xml::events::Event;
 use sha2::{Digest, Sha256};

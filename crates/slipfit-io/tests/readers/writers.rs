@@ -1,7 +1,6 @@
 //! Tables as other programs write them, in their versions, packings and byte orders: every file of
 //! `validation/reference/writers` is the ring-down that its script states, to the last digit.
 #![cfg(all(feature = "arrow", feature = "excel", feature = "hdf5", feature = "parquet"))]
-#![allow(clippy::unwrap_used, reason = "a failed unwrap fails the test, as it should")]
 
 use std::path::PathBuf;
 

@@ -1,9 +1,6 @@
 //! Input that is no table at all: told apart, status 2, no panic.
-#![allow(clippy::unwrap_used, reason = "a failed unwrap fails the test, as it should")]
 
-mod common;
-
-use common::slipfit;
+use crate::common::slipfit;
 use std::fs;
 
 /// What the command says of a file it must refuse.

@@ -1,5 +1,4 @@
 //! Records as loggers and buffers write them.
-#![allow(clippy::unwrap_used, reason = "a failed unwrap fails the test, as it should")]
 
 use slipfit_io::{ReadOptions, Reading, read_from};
 

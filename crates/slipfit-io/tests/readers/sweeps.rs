@@ -1,5 +1,4 @@
 //! Resonance curves as laboratories write them.
-#![allow(clippy::unwrap_used, reason = "a failed unwrap fails the test, as it should")]
 
 use slipfit::answer::hint::spelled;
 use slipfit_io::{

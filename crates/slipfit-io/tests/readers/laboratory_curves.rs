@@ -1,5 +1,4 @@
 //! Resonance curves in the quantities and units that laboratories write.
-#![allow(clippy::unwrap_used, reason = "a failed unwrap fails the test, as it should")]
 
 use std::f64::consts::{SQRT_2, TAU};
 

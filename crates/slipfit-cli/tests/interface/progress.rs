@@ -1,9 +1,6 @@
 //! A bar while a large file is read: for eyes at a terminal, for nobody else.
-#![allow(clippy::unwrap_used, reason = "a failed unwrap fails the test, as it should")]
 
-mod common;
-
-use common::slipfit;
+use crate::common::slipfit;
 use std::fmt::Write as _;
 use std::path::Path;
 use std::process::Command;
@@ -57,7 +54,7 @@ fn a_long_series_and_a_map_show_that_they_are_at_work() {
     if let Some(seen) = on_a_terminal(folder.path(), "series all.toml --quiet") {
         assert!(!seen.contains("analysing"), "{seen:.400}");
     }
-    let stack = common::root().join("validation/reference/maps/stack.npy");
+    let stack = crate::common::root().join("validation/reference/maps/stack.npy");
     if let Some(seen) = on_a_terminal(folder.path(), &format!("map {} --dt 0.02", stack.display())) {
         assert!(seen.contains("/6 pixels, "), "{seen:.400}");
     }

@@ -1,9 +1,6 @@
 //! `slipfit paper` and `atlas`, as a user meets them.
-#![allow(clippy::unwrap_used, reason = "a failed unwrap fails the test, as it should")]
 
-mod common;
-
-use common::{slipfit, stdout};
+use crate::common::{slipfit, stdout};
 use std::fs;
 use std::path::Path;
 

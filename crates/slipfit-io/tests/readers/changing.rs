@@ -1,5 +1,4 @@
 //! Files that change while they are read: an answer about what was read, or an error.
-#![allow(clippy::unwrap_used, reason = "a failed unwrap fails the test, as it should")]
 
 use slipfit_io::{ReadOptions, ReadProblem, read_from, read_watched};
 use std::fs::{self, OpenOptions};

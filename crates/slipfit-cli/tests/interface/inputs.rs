@@ -1,9 +1,6 @@
 //! Where records come from: standard input, pipes, folders, and names that are hard to type.
-#![allow(clippy::unwrap_used, reason = "a failed unwrap fails the test, as it should")]
 
-mod common;
-
-use common::{root, slipfit, stdout};
+use crate::common::{root, slipfit, stdout};
 use std::fs;
 use std::path::Path;
 use tempfile::TempDir;

@@ -1,9 +1,6 @@
 //! What the command says of itself: version, completions, manual pages.
-#![allow(clippy::unwrap_used, reason = "a failed unwrap fails the test, as it should")]
 
-mod common;
-
-use common::{slipfit, stdout};
+use crate::common::{slipfit, stdout};
 use std::process::{Command, Stdio};
 
 #[test]

@@ -1,9 +1,6 @@
 //! Real answers keep the contract.
-#![allow(clippy::unwrap_used, reason = "a failed unwrap fails the test, as it should")]
 
-mod common;
-
-use common::{example, keeps_to_schema, schema, slipfit, stdout};
+use crate::common::{example, keeps_to_schema, schema, slipfit, stdout};
 use serde_json::Value;
 
 fn answer(file: &str, more: &[&str]) -> Value {

@@ -1,0 +1,13 @@
+//! What the readers make of files: layouts, formats, tables, sweeps, and files that change while they are read.
+//!
+//! One program of tests: each would take as long to link as to run.
+#![allow(clippy::unwrap_used, reason = "a failed unwrap fails the test, as it should")]
+
+mod changing;
+mod formats;
+mod laboratory_curves;
+mod laboratory_records;
+mod random;
+mod sweeps;
+mod texts;
+mod writers;
