@@ -220,7 +220,13 @@ impl Chooser<'_> {
             return match units::measures(&name.unit) {
                 Some(Measures::Time(seconds)) => Ok((name.unit.clone(), seconds)),
                 _ if name.unit == "ticks" => Err(ReadProblem::NoTickRate { column: label }),
-                _ => Ok(("s".to_owned(), Seconds::Same)),
+                other => {
+                    if other.is_some() {
+                        let text = format!("{label}: {} is no unit of time: seconds were taken", name.unit);
+                        self.notes.push(Note::new(text).hint("time_unit", "says otherwise"));
+                    }
+                    Ok(("s".to_owned(), Seconds::Same))
+                }
             };
         }
         let bare = name.bare.to_lowercase();

@@ -212,6 +212,17 @@ fn seconds_since_1970_are_told_by_their_size() {
 }
 
 #[test]
+fn a_time_in_a_unit_of_something_else_is_told() {
+    for unit in ["mV", "rad"] {
+        let reading = swing(plain(&format!("time ({unit});x (mm)")).as_bytes());
+        let told = notes(&reading);
+        assert!(told.contains(&format!("{unit} is no unit of time: seconds were taken")), "{told}");
+    }
+    let reading = swing(plain("time (s);x (mm)").as_bytes());
+    assert!(!notes(&reading).contains("no unit of time"));
+}
+
+#[test]
 fn records_are_read_with_headers_in_ten_languages() {
     use SignalKind::{Acceleration, Displacement, Velocity};
     for (language, headers) in [

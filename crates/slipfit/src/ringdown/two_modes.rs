@@ -245,25 +245,15 @@ impl Modes {
         self.signal.iter().map(|x| (x - mean).powi(2)).sum()
     }
 
-    /// Value and derivatives at one instant.
-    fn row(&self, p: &[f64], time: f64, row: &mut [f64; COUNT]) -> f64 {
+    /// Value at one instant.
+    fn value(&self, p: &[f64], time: f64) -> f64 {
         let t = time - self.origin;
-        let mut value = 0.0;
-        for first in [0, PER_MODE] {
+        let mode = |first: usize| {
             let q = &p[first..first + PER_MODE];
             let (sin, cos) = (q[OMEGA] * t).sin_cos();
-            let decay = (-q[DELTA] * t).exp();
-            let x = decay * (q[COSINE] * cos + q[SINE] * sin);
-            row[first + OMEGA] = t * decay * (q[SINE] * cos - q[COSINE] * sin);
-            row[first + DELTA] = -t * x;
-            row[first + COSINE] = decay * cos;
-            row[first + SINE] = decay * sin;
-            value += x;
-        }
-        let v = t / self.duration;
-        row[OFFSET] = 1.0;
-        row[OFFSET + 1] = v;
-        value + p[OFFSET] + v * p[OFFSET + 1]
+            (-q[DELTA] * t).exp() * (q[COSINE] * cos + q[SINE] * sin)
+        };
+        mode(0) + mode(PER_MODE) + p[OFFSET] + t / self.duration * p[OFFSET + 1]
     }
 
     /// Some of the samples, unevenly spread so that no frequency is an alias of another.
@@ -286,8 +276,7 @@ impl Modes {
     }
 
     fn residuals(&self, p: &[f64]) -> Vec<f64> {
-        let mut row = [0.0; COUNT];
-        self.time.iter().zip(&self.signal).map(|(t, x)| x - self.row(p, *t, &mut row)).collect()
+        self.time.iter().zip(&self.signal).map(|(t, x)| x - self.value(p, *t)).collect()
     }
 }
 
@@ -437,43 +426,29 @@ mod tests {
     }
 
     #[test]
-    fn the_sums_are_those_of_the_rows() {
+    fn the_sums_are_those_of_values_and_their_differences() {
         let (time, signal) = record(0.8, 0.3, 0.01);
         let problem = Modes { origin: 0.0, duration: 120.0, time, signal };
         let p = [4.4, 0.012, 1.0, -0.3, 5.0, -0.02, 0.1, 0.2, 0.01, -0.02];
         let (mut found, mut expected) = (Normal::zeros(COUNT), Normal::zeros(COUNT));
         assert!(problem.normal(&p, &mut found));
-        let mut row = [0.0; COUNT];
         for (&t, x) in problem.time.iter().zip(&problem.signal) {
-            let value = problem.row(&p, t, &mut row);
-            expected.add_row(&row, x - value, 1.0);
+            let beside = |k: usize, step: f64| {
+                let mut q = p;
+                q[k] += step;
+                problem.value(&q, t)
+            };
+            let row: [f64; COUNT] = std::array::from_fn(|k| (beside(k, 1e-6) - beside(k, -1e-6)) / 2e-6);
+            expected.add_row(&row, x - problem.value(&p, t), 1.0);
         }
         assert!((found.rss / expected.rss - 1.0).abs() < 1e-12);
         for i in 0..COUNT {
             let scale = (expected.jtj[(i, i)] * expected.rss).sqrt();
-            assert!((found.jtr[i] - expected.jtr[i]).abs() < 1e-12 * scale, "{i}");
+            assert!((found.jtr[i] - expected.jtr[i]).abs() < 1e-7 * scale, "{i}");
             for j in 0..=i {
                 let scale = (expected.jtj[(i, i)] * expected.jtj[(j, j)]).sqrt();
-                assert!((found.jtj[(i, j)] - expected.jtj[(i, j)]).abs() < 1e-12 * scale, "{i} {j}");
+                assert!((found.jtj[(i, j)] - expected.jtj[(i, j)]).abs() < 1e-7 * scale, "{i} {j}");
             }
-        }
-    }
-
-    #[test]
-    fn the_derivatives_are_those_of_the_values() {
-        let (time, signal) = record(0.8, 0.3, 0.0);
-        let problem = Modes { origin: 0.0, duration: 120.0, time, signal };
-        let p = [4.4, 0.012, 1.0, -0.3, 5.0, 0.02, 0.1, 0.2, 0.01, -0.02];
-        let mut row = [0.0; COUNT];
-        problem.row(&p, 17.3, &mut row);
-        for i in 0..COUNT {
-            let value = |step: f64| {
-                let mut q = p;
-                q[i] += step;
-                problem.row(&q, 17.3, &mut [0.0; COUNT])
-            };
-            let numeric = (value(1e-6) - value(-1e-6)) / 2e-6;
-            assert!((numeric - row[i]).abs() < 1e-7 * (1.0 + row[i].abs()), "{i}: {numeric} {}", row[i]);
         }
     }
 }

@@ -14,7 +14,7 @@ criteria! {
         /// What a term beyond a line adds to the BIC of a law besides.
         bic_price: f64 = 6.0, source "strong evidence (Kass and Raftery 1995)", moves "bias of late amplitudes";
         /// Scatter of the phases about a law over their errors, squared, up to which they follow it.
-        most_excess: f64 = 3.0, source "chosen by simulation", moves "method chosen, error of the frequency";
+        most_excess: f64 = 3.0, source "noise alone leaves one", moves "method chosen, error of the frequency";
         /// Part of the noise of an amplitude that a phase off the law may cost it where the scatter is larger.
         amplitude_cost: f64 = 0.1, source "far below the noise", moves "method chosen";
         /// Relative difference of a law's frequency from the mean of the blocks from which on it is none.
@@ -25,7 +25,7 @@ criteria! {
             source "at one, no combination of the amplitudes is off by more than its standard error",
             moves "bias of amplitudes";
         /// Drift or walk over the shift by the amplitude up to which the shift is that of the amplitude.
-        most_other: f64 = 0.1, source "chosen by simulation", moves "frequency at rest, damping of pendulums";
+        most_other: f64 = 0.1, source "the shift is then that of the amplitude to a tenth", moves "frequency at rest, damping of pendulums";
         /// Standard errors by which a random walk of the phase stands out of its noise.
         walk_errors: f64 = 1.6, source "one phase without a walk in 20",
             moves "coverage beside a phase that wanders";
