@@ -201,8 +201,8 @@ impl ModelComparison {
         self.noise.p_value(small.bounded.rss, &large.bounded, &large.unbounded)
     }
 
-    /// Largest value of a loss coefficient that the data allow: what it would be alone, some
-    /// standard errors up. `None` where that model was not fitted.
+    /// Largest value of a loss coefficient that the data allow: what it would be alone, and so many
+    /// standard errors more. `None` where that model was not fitted.
     pub(crate) fn most(&self, term: LossTerm, slot: usize) -> Option<f64> {
         let alone = &self.get(LossModel::from_terms(&[term])?)?.unbounded;
         let most = alone.parameters[slot].max(0.0)

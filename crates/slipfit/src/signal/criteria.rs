@@ -11,14 +11,14 @@ criteria! {
         sure_weight: f64 = 100.0, source "ten standard errors are a radian", moves "refusals, window end";
         /// Inverse variance (1/rad²) of the neighbours through which a phase that follows no law is smoothed.
         smoothed_weight: f64 = 400.0, source "0.05 rad", moves "bias where the frequency wanders";
-        /// What a term beyond a line adds to the BIC of a law besides.
+        /// Added to the BIC of every law with terms beyond a line.
         bic_price: f64 = 6.0, source "strong evidence (Kass and Raftery 1995)", moves "bias of late amplitudes";
         /// Scatter of the phases about a law over their errors, squared, up to which they follow it.
         most_excess: f64 = 3.0, source "noise alone leaves one", moves "method chosen, error of the frequency";
         /// Part of the noise of an amplitude that a phase off the law may cost it where the scatter is larger.
         amplitude_cost: f64 = 0.1, source "far below the noise", moves "method chosen";
         /// Relative difference of a law's frequency from the mean of the blocks from which on it is none.
-        off_frequency: f64 = 0.5, source "half an octave is no shift of a weakly nonlinear oscillator",
+        off_frequency: f64 = 0.5, source "no weakly nonlinear oscillator shifts by half of its frequency",
             moves "refusals";
         /// Weighted sum of squared relative errors that the amplitudes may have from a phase off the law.
         most_lost: f64 = 1.0,

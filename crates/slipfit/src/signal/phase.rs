@@ -27,8 +27,8 @@ pub(crate) struct PhaseLaw {
     pub(crate) quadratic: f64,
     pub(crate) quartic: f64,
     pub(crate) drift: f64,
-    /// Whether a change of the frequency by a drift or a walk is as large as that by the amplitude.
-    pub(crate) changes_otherwise: bool,
+    /// Whether a drift or a walk changes the frequency by more than a small part of what the amplitude does.
+    pub(crate) wanders: bool,
     /// Variance that the phase gains in a second by a random walk, rad²/s; zero where none is seen.
     pub(crate) walk: f64,
     /// The same as far as it goes on within cycles, where amplitudes feel it.
@@ -39,13 +39,13 @@ impl PhaseLaw {
     /// Frequency against amplitude as it bends the loss too. Beside a drift in time or a walk of similar size it may be
     /// part of that, and none is assumed.
     pub(crate) fn backbone(&self) -> [f64; 2] {
-        if self.changes_otherwise { [0.0; 2] } else { [self.quadratic, self.quartic] }
+        if self.wanders { [0.0; 2] } else { [self.quadratic, self.quartic] }
     }
 
     /// Rate of which amplitude laws and derivatives count: that at vanishing amplitude, or where it is not known for a
     /// drift or a walk the mean, rad/s.
     pub(crate) fn reference_omega(&self) -> f64 {
-        if self.changes_otherwise { self.mean_omega } else { self.omega }
+        if self.wanders { self.mean_omega } else { self.omega }
     }
 
     /// Relative change of frequency at an amplitude.
@@ -195,7 +195,7 @@ pub(crate) fn smooth(
         quadratic: get(Column::Square) / span / omega / (scale * scale),
         quartic: get(Column::Fourth) / span / omega / scale.powi(4),
         drift,
-        changes_otherwise: other != 0.0 && !(other < criteria.most_other * shift.abs()),
+        wanders: other != 0.0 && !(other < criteria.most_other * shift.abs()),
         walk,
         walk_in_cycles: walk,
     };
