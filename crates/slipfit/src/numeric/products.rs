@@ -15,12 +15,14 @@ pub(crate) struct Row([f64; WIDTH]);
 impl Deref for Row {
     type Target = [f64; WIDTH];
 
+    #[inline]
     fn deref(&self) -> &Self::Target {
         &self.0
     }
 }
 
 impl DerefMut for Row {
+    #[inline]
     fn deref_mut(&mut self) -> &mut Self::Target {
         &mut self.0
     }
@@ -61,17 +63,20 @@ impl Products {
     fn add_pieces<S: Simd, const PIECES: usize>(&mut self, simd: S) {
         let registers = LANES / S::F64_LANES;
         for a in 0..self.rows.len() {
-            let (one, _) = S::as_simd_f64s(&self.rows[a][..]);
+            let (one, _) = S::as_simd_f64s(&self.rows[a].0);
             let sums = &mut self.sums[a * (a + 1) / 2..][..=a];
             for l in 0..registers {
                 // A part of a row is kept in registers for all its partners.
-                let one: [S::f64s; PIECES] = std::array::from_fn(|j| one[j * registers + l]);
-                for (other, sum) in self.rows.iter().zip(&mut *sums) {
-                    let (other, _) = S::as_simd_f64s(&other[..]);
+                let mut part = [simd.splat_f64s(0.0); PIECES];
+                for j in 0..PIECES {
+                    part[j] = one[j * registers + l];
+                }
+                for (c, sum) in sums.iter_mut().enumerate() {
+                    let (other, _) = S::as_simd_f64s(&self.rows[c].0);
                     let sum = &mut S::as_mut_simd_f64s(&mut sum.0).0[l];
                     let mut added = *sum;
                     for j in 0..PIECES {
-                        added = simd.mul_add_e_f64s(one[j], other[j * registers + l], added);
+                        added = simd.mul_add_e_f64s(part[j], other[j * registers + l], added);
                     }
                     *sum = added;
                 }

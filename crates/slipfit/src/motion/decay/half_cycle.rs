@@ -398,7 +398,7 @@ impl HalfCycle {
     #[inline(always)]
     fn derivative<S: Simd>(&self, simd: S, u: S::f64s, basis: &Basis<S>) -> S::f64s {
         let splat = |v: f64| simd.splat_f64s(v);
-        let [f, g] = self.parts.map(|part| splat(part * self.height));
+        let [f, g] = [splat(self.parts[0] * self.height), splat(self.parts[1] * self.height)];
         let rate = simd.mul_add_e_f64s(splat(self.rate[1]), u, splat(self.rate[0]));
         let mut x = simd.mul_add_e_f64s(f, basis.f, simd.mul_f64s(g, basis.g));
         x = simd.mul_add_e_f64s(splat(self.bulge), basis.shape, x);
@@ -475,13 +475,13 @@ impl HalfCycle {
             if DRAGS && direct {
                 r = simd.negate_mul_add_e_f64s(splat(self.bulge), basis.shape, r);
             }
-            let counted = |simd: S, value: S::f64s| {
-                if guarded { self.off_the_turns(simd, window.guard, u, value) } else { value }
-            };
+            let counts = if guarded { self.off_the_turns(simd, window.guard, u) } else { splat(1.0) };
             if guarded {
-                *left_out += simd.reduce_sum_f64s(simd.sub_f64s(weight, counted(simd, weight)));
+                let left = simd.negate_mul_add_e_f64s(counts, weight, weight);
+                *left_out += simd.reduce_sum_f64s(left);
+                r = simd.mul_f64s(counts, r);
             }
-            put(simd, &mut rows[active.len()], at, counted(simd, r));
+            put(simd, &mut rows[active.len()], at, r);
             for (k, &parameter) in active.iter().enumerate() {
                 let value = match parameter.checked_sub(OFFSET) {
                     None => {
@@ -492,21 +492,22 @@ impl HalfCycle {
                     Some(1) => v,
                     Some(_) => simd.mul_f64s(v, v),
                 };
-                put(simd, &mut rows[k], at, counted(simd, value));
+                let value = if guarded { simd.mul_f64s(counts, value) } else { value };
+                put(simd, &mut rows[k], at, value);
             }
             at += S::F64_LANES;
         }
         *len += time.len();
     }
 
-    /// The value, or zero where the phase is within `guard` of a turn.
+    /// One, or zero where the phase is within `guard` of a turn.
     #[inline(always)]
-    fn off_the_turns<S: Simd>(&self, simd: S, guard: f64, u: S::f64s, value: S::f64s) -> S::f64s {
+    fn off_the_turns<S: Simd>(&self, simd: S, guard: f64, u: S::f64s) -> S::f64s {
         let splat = |v: f64| simd.splat_f64s(v);
         let theta = simd.mul_f64s(u, simd.mul_add_e_f64s(splat(self.curve), u, splat(self.omega)));
         let off = simd.abs_f64s(simd.sub_f64s(theta, splat(FRAC_PI_2)));
         let near = simd.less_than_f64s(splat(FRAC_PI_2 - guard), off);
-        simd.select_f64s(near, splat(0.0), value)
+        simd.select_f64s(near, splat(0.0), splat(1.0))
     }
 
     /// The functions all derivatives are made of, at times since the turn.
@@ -570,14 +571,14 @@ impl<S: Simd> Basis<S> {
 
     #[inline(always)]
     fn combine(&self, simd: S, u: S::f64s, coefficients: &Row) -> S::f64s {
-        let [c0, c1, c2, c3, c4] = coefficients.map(|c| simd.splat_f64s(c));
-        let x = simd.mul_add_e_f64s(c1, self.f, simd.mul_add_e_f64s(c2, self.theta_f, c0));
-        simd.mul_add_e_f64s(simd.mul_add_e_f64s(c4, u, c3), self.g, x)
+        let c = |k: usize| simd.splat_f64s(coefficients[k]);
+        let x = simd.mul_add_e_f64s(c(1), self.f, simd.mul_add_e_f64s(c(2), self.theta_f, c(0)));
+        simd.mul_add_e_f64s(simd.mul_add_e_f64s(c(4), u, c(3)), self.g, x)
     }
 
     #[inline(always)]
     fn add_drag(&self, simd: S, coefficients: &DragRow, row: S::f64s) -> S::f64s {
-        let [c0, c1] = coefficients.map(|c| simd.splat_f64s(c));
+        let [c0, c1] = [simd.splat_f64s(coefficients[0]), simd.splat_f64s(coefficients[1])];
         simd.mul_add_e_f64s(c0, self.shape, simd.mul_add_e_f64s(c1, self.slope, row))
     }
 }
