@@ -10,7 +10,6 @@ use crate::motion::decay::parameters::{A0, DELTA, X_F, law_of, range, shape_of, 
 use crate::motion::decay::window::Window;
 use nalgebra::DVector;
 use std::f64::consts::PI;
-use std::ops::Range;
 use std::sync::Arc;
 
 pub(crate) use crate::motion::decay::parameters::{BEND, CHIRP, COUNT, OFFSET, OMEGA, PHASE};
@@ -185,7 +184,7 @@ impl Waveform<'_> {
     /// The sums where viscous and sliding loss act alone on a phase and an offset without disturbances, and the first
     /// sample at rest; `None` elsewhere.
     fn closed_pass(&self, p: &[f64], active: &[usize], out: &mut Normal) -> Option<usize> {
-        let sums = self.closed_sums(p, active, 0..self.time.len())?;
+        let sums = self.closed_sums(p, active, &[], &mut Vec::new())?;
         for (i, &a) in CLOSED.iter().enumerate().filter(|(_, a)| active.contains(a)) {
             out.jtr[a] = sums.jtr[i];
             for (j, &b) in CLOSED[..=i].iter().enumerate().filter(|(_, b)| active.contains(b)) {
@@ -196,8 +195,14 @@ impl Waveform<'_> {
         Some(sums.at_rest)
     }
 
-    /// The same of some samples.
-    fn closed_sums(&self, p: &[f64], active: &[usize], range: Range<usize>) -> Option<ClosedSums> {
+    /// The same behind the last of the `borders`, and before each of them in `parts`.
+    fn closed_sums(
+        &self,
+        p: &[f64],
+        active: &[usize],
+        borders: &[usize],
+        parts: &mut Vec<ClosedSums>,
+    ) -> Option<ClosedSums> {
         let others = p.iter().enumerate().filter(|(k, _)| !CLOSED.contains(k));
         if self.observable != Observable::Displacement
             || !active.iter().all(|k| CLOSED.contains(k))
@@ -205,9 +210,10 @@ impl Waveform<'_> {
         {
             return None;
         }
-        let (time, signal, origin) = (&self.time[range.clone()], &self.signal[range], self.origin);
+        let (time, signal, origin) = (self.time, self.signal, self.origin);
         let (p, rest_tells) = (&CLOSED.map(|k| p[k]), self.rest == RestLevel::Exact);
-        crate::numeric::dispatch(Pass { time, signal, origin, p, stop: Stop::Friction, rest_tells })
+        let stop = Stop::Friction;
+        crate::numeric::dispatch(Pass { time, signal, origin, p, stop, rest_tells, borders, parts })
     }
 
     /// The rows of the lower triangle that these sums have, of each part.
@@ -216,18 +222,24 @@ impl Waveform<'_> {
             free.iter().map(|slot| CLOSED.iter().position(|k| k == slot)).collect();
         let places = places?;
         let n = self.time.len();
-        let ends = borders.iter().copied().chain([n]);
-        let part = |(from, to): (usize, usize)| {
-            let sums = self.closed_sums(p, free, from..to)?;
+        let mut parts = Vec::with_capacity(borders.len() + 1);
+        // Those at the end of the samples are behind the last part.
+        let inside = borders.iter().take_while(|border| **border < n).count();
+        let last = self.closed_sums(p, free, &borders[..inside], &mut parts)?;
+        parts.push(last);
+        let rows_of = |sums: &ClosedSums| {
             let mut rows = Vec::with_capacity((free.len() + 1) * (free.len() + 2) / 2);
             for (i, &a) in places.iter().enumerate() {
                 rows.extend(places[..=i].iter().map(|&b| sums.jtj[a.max(b)][a.min(b)]));
             }
             rows.extend(places.iter().map(|&a| sums.jtr[a]));
             rows.push(sums.rss);
-            Some(rows)
+            rows
         };
-        std::iter::once(0).chain(borders.iter().copied()).zip(ends).map(part).collect()
+        let mut rows: Vec<Vec<f64>> = parts.iter().map(rows_of).collect();
+        let none = vec![0.0; (free.len() + 1) * (free.len() + 2) / 2];
+        rows.resize(borders.len() + 1, none);
+        Some(rows)
     }
 
     /// Gives the samples at rest a level of their own: their sums with the mean of what is left of

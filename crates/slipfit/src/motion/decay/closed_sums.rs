@@ -16,6 +16,9 @@ pub(crate) struct Pass<'a> {
     pub(crate) stop: Stop,
     /// Whether the place of rest is part of the model; where not, the model is the offset there.
     pub(crate) rest_tells: bool,
+    /// Samples at which a new part begins, ascending, and the sums of the parts before the last of them.
+    pub(crate) borders: &'a [usize],
+    pub(crate) parts: &'a mut Vec<ClosedSums>,
 }
 
 /// Where the motion ends.
@@ -46,8 +49,60 @@ pub(crate) struct ClosedSums {
     pub(crate) jtj: [[f64; 6]; 6],
     pub(crate) jtr: [f64; 6],
     pub(crate) rss: f64,
-    /// First sample at rest; as many as there are where none is.
+    /// First sample at rest; as many as there are where none is, or not yet.
     pub(crate) at_rest: usize,
+}
+
+/// Products of the derivatives by `A_0` … `omega` and the residual, lower triangle, and their totals.
+struct Totals<S: Simd> {
+    products: [S::f64s; 21],
+    totals: [S::f64s; 6],
+}
+
+impl<S: Simd> Totals<S> {
+    #[inline(always)]
+    fn new(simd: S) -> Self {
+        let zero = simd.splat_f64s(0.0);
+        Self { products: [zero; 21], totals: [zero; 6] }
+    }
+
+    #[inline(always)]
+    fn add(&mut self, simd: S, rows: &[[S::f64s; 6]]) {
+        let (mut p, mut t) = (self.products, self.totals);
+        for row in rows {
+            let mut at = 0;
+            for i in 0..6 {
+                for k in 0..=i {
+                    p[at] = simd.mul_add_e_f64s(row[i], row[k], p[at]);
+                    at += 1;
+                }
+                t[i] = simd.add_f64s(t[i], row[i]);
+            }
+        }
+        (self.products, self.totals) = (p, t);
+    }
+
+    /// The sums of so many samples.
+    #[inline(always)]
+    fn sums(&self, simd: S, samples: usize, at_rest: usize) -> ClosedSums {
+        let mut out = ClosedSums { jtj: [[0.0; 6]; 6], jtr: [0.0; 6], rss: 0.0, at_rest };
+        let mut at = 0;
+        for i in 0..6 {
+            for k in 0..=i {
+                let sum = simd.reduce_sum_f64s(self.products[at]);
+                at += 1;
+                match (i, k) {
+                    (5, 5) => out.rss = sum,
+                    (5, _) => out.jtr[k] = sum,
+                    _ => out.jtj[i][k] = sum,
+                }
+            }
+            let total = simd.reduce_sum_f64s(self.totals[i]);
+            if i == 5 { out.jtr[5] = total } else { out.jtj[5][i] = total }
+        }
+        out.jtj[5][5] = samples as f64;
+        out
+    }
 }
 
 /// `e^(-delta t)`, `G = (1 - e^(-delta t))/delta` and `dG/d delta`.
@@ -83,7 +138,7 @@ impl Fall {
 }
 
 /// Registers of samples whose rows are summed together.
-const BATCH: usize = 32;
+const BATCH: usize = 16;
 /// Half cycles after which the running products are computed afresh.
 const FRESH: usize = 32;
 /// `1/k!`: the terms of `e^x` that count for `|x| <= 1/16`.
@@ -102,7 +157,7 @@ impl pulp::WithSimd for Pass<'_> {
 
     #[inline(always)]
     fn with_simd<S: Simd>(self, simd: S) -> Option<ClosedSums> {
-        let Self { time, signal, origin, p, stop, rest_tells } = self;
+        let Self { time, signal, origin, p, stop, rest_tells, mut borders, parts } = self;
         let &[a0, x_f, delta, phase, omega, offset] = p;
         if !(omega > 0.0 && omega.is_finite()) {
             return None;
@@ -122,9 +177,8 @@ impl pulp::WithSimd for Pass<'_> {
         let tilt = delta / omega;
         let half = Fall::after(delta, period);
 
-        // Products of the derivatives by A_0 … omega and the residual, and their totals.
         let zero = simd.splat_f64s(0.0);
-        let (mut products, mut totals) = ([zero; 21], [zero; 6]);
+        let mut totals = Totals::new(simd);
         // Rows wait in a batch: what makes them and what sums them need all registers each.
         let mut rows = [[zero; 6]; BATCH];
         let mut waiting = 0;
@@ -132,6 +186,7 @@ impl pulp::WithSimd for Pass<'_> {
         let mut fall = Fall { e: 1.0, g: 0.0, g_by_delta: 0.0 };
         let mut stale = FRESH;
         let (mut index, mut at_rest) = (0, time.len());
+        let mut part_begins = 0;
         while index < time.len() {
             let turn = (n * PI - phase) / omega;
             if stale >= FRESH {
@@ -191,60 +246,53 @@ impl pulp::WithSimd for Pass<'_> {
             let omega_1 = simd.splat_f64s(sign * by_omega);
             let omega_2 = simd.splat_f64s(height * tilt);
             let omega_3 = simd.splat_f64s(-turn * spin - height * tilt / omega);
-            for (t, y, weight) in wide::Pairs::new(simd, &time[index..end], &signal[index..end]) {
-                let (mut f1, mut f3, mut u) = (weight, zero, zero);
-                if !rests {
-                    u = simd.mul_f64s(weight, simd.sub_f64s(t, begin));
-                    // cos = -sin(theta - pi/2), sin = cos(theta - pi/2)
-                    let (s, c) = wide::half_turn(simd, simd.mul_add_e_f64s(u, wide_omega, quarter));
-                    let mut e = wide::horner(simd, simd.mul_f64s(u, exponent), &EXPONENTIAL);
-                    for _ in 0..squarings {
-                        e = simd.mul_f64s(e, e);
+            while index < end {
+                let to = borders.first().map_or(end, |border| end.min(*border));
+                for (t, y, weight) in wide::Pairs::new(simd, &time[index..to], &signal[index..to]) {
+                    let (mut f1, mut f3, mut u) = (weight, zero, zero);
+                    if !rests {
+                        u = simd.mul_f64s(weight, simd.sub_f64s(t, begin));
+                        // cos = -sin(theta - pi/2), sin = cos(theta - pi/2)
+                        let (s, c) = wide::half_turn(simd, simd.mul_add_e_f64s(u, wide_omega, quarter));
+                        let mut e = wide::horner(simd, simd.mul_f64s(u, exponent), &EXPONENTIAL);
+                        for _ in 0..squarings {
+                            e = simd.mul_f64s(e, e);
+                        }
+                        let e = simd.mul_f64s(weight, e);
+                        f3 = simd.mul_f64s(e, c);
+                        f1 = simd.negate_mul_add_e_f64s(e, s, simd.mul_f64s(wide_tilt, f3));
                     }
-                    let e = simd.mul_f64s(weight, e);
-                    f3 = simd.mul_f64s(e, c);
-                    f1 = simd.negate_mul_add_e_f64s(e, s, simd.mul_f64s(wide_tilt, f3));
+                    let (f2, f4) = (simd.mul_f64s(u, f1), simd.mul_f64s(u, f3));
+                    let above = simd.mul_f64s(weight, simd.sub_f64s(y, level));
+                    let r = simd.mul_add_e_f64s(minus_height, f1, above);
+                    let j0 = simd.mul_f64s(a0_1, f1);
+                    let j1 = simd.mul_add_e_f64s(x_f_1, f1, simd.mul_f64s(direct, weight));
+                    let j2 = simd.mul_add_e_f64s(delta_3, f3, simd.mul_f64s(delta_1, f1));
+                    let j2 = simd.mul_add_e_f64s(minus_height, f2, j2);
+                    let j3 = simd.mul_add_e_f64s(phase_3, f3, simd.mul_f64s(phase_1, f1));
+                    let j4 = simd.mul_add_e_f64s(omega_3, f3, simd.mul_f64s(omega_1, f1));
+                    let j4 = simd.mul_add_e_f64s(omega_2, f2, simd.mul_add_e_f64s(phase_3, f4, j4));
+                    rows[waiting] = [j0, j1, j2, j3, j4, r];
+                    waiting += 1;
+                    if waiting == BATCH {
+                        totals.add(simd, &rows);
+                        waiting = 0;
+                    }
                 }
-                let (f2, f4) = (simd.mul_f64s(u, f1), simd.mul_f64s(u, f3));
-                let above = simd.mul_f64s(weight, simd.sub_f64s(y, level));
-                let r = simd.mul_add_e_f64s(minus_height, f1, above);
-                let j0 = simd.mul_f64s(a0_1, f1);
-                let j1 = simd.mul_add_e_f64s(x_f_1, f1, simd.mul_f64s(direct, weight));
-                let j2 = simd.mul_add_e_f64s(delta_3, f3, simd.mul_f64s(delta_1, f1));
-                let j2 = simd.mul_add_e_f64s(minus_height, f2, j2);
-                let j3 = simd.mul_add_e_f64s(phase_3, f3, simd.mul_f64s(phase_1, f1));
-                let j4 = simd.mul_add_e_f64s(omega_3, f3, simd.mul_f64s(omega_1, f1));
-                let j4 = simd.mul_add_e_f64s(omega_2, f2, simd.mul_add_e_f64s(phase_3, f4, j4));
-                rows[waiting] = [j0, j1, j2, j3, j4, r];
-                waiting += 1;
-                if waiting == BATCH {
-                    add_up(simd, &rows, &mut products, &mut totals);
-                    waiting = 0;
+                index = to;
+                while let Some((_, others)) = borders.split_first().filter(|(border, _)| **border == index) {
+                    totals.add(simd, &rows[..waiting]);
+                    parts.push(totals.sums(simd, index - part_begins, at_rest));
+                    (totals, waiting, part_begins) = (Totals::new(simd), 0, index);
+                    borders = others;
                 }
             }
-            index = end;
             n += 1.0;
             stale += 1;
             fall = fall.and(half, period);
         }
-        add_up(simd, &rows[..waiting], &mut products, &mut totals);
-        let mut out = ClosedSums { jtj: [[0.0; 6]; 6], jtr: [0.0; 6], rss: 0.0, at_rest };
-        let mut at = 0;
-        for i in 0..6 {
-            for k in 0..=i {
-                let sum = simd.reduce_sum_f64s(products[at]);
-                at += 1;
-                match (i, k) {
-                    (5, 5) => out.rss = sum,
-                    (5, _) => out.jtr[k] = sum,
-                    _ => out.jtj[i][k] = sum,
-                }
-            }
-            let total = simd.reduce_sum_f64s(totals[i]);
-            if i == 5 { out.jtr[5] = total } else { out.jtj[5][i] = total }
-        }
-        out.jtj[5][5] = time.len() as f64;
-        Some(out)
+        totals.add(simd, &rows[..waiting]);
+        Some(totals.sums(simd, time.len() - part_begins, at_rest))
     }
 }
 
@@ -260,23 +308,6 @@ fn first_at_rest(n: f64, far: f64, rests: impl Fn(f64) -> bool) -> f64 {
         if rests(middle) { after = middle } else { before = middle }
     }
     after
-}
-
-/// Adds the products of the rows, lower triangle, and their totals.
-#[inline(always)]
-fn add_up<S: Simd>(simd: S, rows: &[[S::f64s; 6]], products: &mut [S::f64s; 21], totals: &mut [S::f64s; 6]) {
-    let (mut p, mut t) = (*products, *totals);
-    for row in rows {
-        let mut at = 0;
-        for i in 0..6 {
-            for k in 0..=i {
-                p[at] = simd.mul_add_e_f64s(row[i], row[k], p[at]);
-                at += 1;
-            }
-            t[i] = simd.add_f64s(t[i], row[i]);
-        }
-    }
-    (*products, *totals) = (p, t);
 }
 
 /// First index from `index` on whose time is not below `limit`.

@@ -16,8 +16,9 @@ pub(super) struct Samples<'a> {
 
 impl Samples<'_> {
     pub(super) fn sums(&self, p: &[f64; 6], stop: Stop) -> Option<Sums<6>> {
-        let pass =
-            Pass { time: self.time, signal: self.signal, origin: self.time[0], p, stop, rest_tells: true };
+        let (time, signal, origin) = (self.time, self.signal, self.time[0]);
+        let (borders, parts) = (&[][..], &mut Vec::new());
+        let pass = Pass { time, signal, origin, p, stop, rest_tells: true, borders, parts };
         let ClosedSums { jtj, jtr, rss, .. } = crate::numeric::dispatch(pass)?;
         Some(Sums { jtj, jtr, rss })
     }

@@ -122,6 +122,8 @@ fn the_gradient_holds_for_every_parameter() {
             p,
             stop,
             rest_tells: true,
+            borders: &[],
+            parts: &mut Vec::new(),
         })
         .unwrap()
     };
