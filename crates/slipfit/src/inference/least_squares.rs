@@ -79,14 +79,16 @@ pub(crate) fn minimise_until(
 }
 
 /// [`minimise`] for the sum of squares alone: a step that only its damping makes small ends the search as well, instead
-/// of many smaller ones along an edge of the model.
+/// of many smaller ones along an edge of the model, and so does one that lowers the sum of squares by less than `most`,
+/// which is applied without evaluating the model there.
 pub(crate) fn minimise_roughly(
     problem: &dyn LeastSquares,
     start: &[f64],
     free: &[usize],
     tolerance: f64,
+    most: f64,
 ) -> Option<Fit> {
-    let found = descend_until(problem, start, free, &[], tolerance, Ending::Damped)?;
+    let found = descend_until(problem, start, free, &[], tolerance, Ending::Damped { most })?;
     fit_at(found, free)
 }
 
@@ -130,8 +132,8 @@ enum Ending {
     Left,
     /// Taken, unseen.
     Taken,
-    /// Taken; one that damping makes small is left alone.
-    Damped,
+    /// Taken; one that damping makes small is left alone. One that gains less than this is small enough.
+    Damped { most: f64 },
 }
 
 /// [`minimise_until`] without a covariance: parameters, the sums there, and whether it converged.
@@ -191,9 +193,13 @@ fn descend_until(
         let noise = sums.rss / problem.observations().max(1.0);
         let rounding = WITHIN_ROUNDING * problem.rounding() / problem.observations().max(1.0);
         let least = (tolerance * tolerance * noise).max(1e-15 * sums.rss).max(rounding);
-        let negligible = predicted <= least;
+        let (damped, enough) = match ending {
+            Ending::Damped { most } => (true, predicted < most),
+            _ => (false, false),
+        };
+        let negligible = predicted <= least || enough;
         let undamped = damping <= 1e-3;
-        if negligible && (undamped || ending == Ending::Damped) {
+        if negligible && (undamped || damped) {
             converged = true;
             let last = stepped(&best, free, &step);
             // A start at a minimum with an edge, such as a stop between two samples, has a slope of either side,
@@ -203,7 +209,7 @@ fn descend_until(
                 exists && trial_sums.rss <= sums.rss
             };
             let taken = undamped && ending != Ending::Left && last.iter().all(|v| v.is_finite());
-            if taken && (moved || downhill()) {
+            if taken && (moved || enough || downhill()) {
                 best = last;
                 sums.rss -= predicted;
             }

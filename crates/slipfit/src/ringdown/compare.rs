@@ -262,6 +262,7 @@ struct DistantModel {
     rss: f64,
     /// How far above it the form puts the model, in variances of the noise.
     rise: f64,
+    variance: f64,
     /// Sum of squares above it that makes a model no rival.
     least: f64,
 }
@@ -285,14 +286,16 @@ impl DistantModel {
             start: without_shapes(model, start),
             rss: fit.rss,
             rise,
+            variance,
             least: no_rival * variance,
         })
     }
 
-    /// Its fit, begun where the form is least alone, and to within a standard error: neither another minimum
-    /// nor a closer fit makes it a rival. `None` where it is one after all.
+    /// Its fit, begun where the form is least alone, and to within a standard error or a part of its rise: neither
+    /// another minimum nor a closer fit makes it a rival. `None` where it is one after all.
     fn fit(&self, problem: &dyn LeastSquares) -> Option<Fit> {
-        let found = minimise_roughly(problem, &self.start, &self.free, FAR_TOLERANCE)?;
+        let most = FAR_STEP * self.rise * self.variance;
+        let found = minimise_roughly(problem, &self.start, &self.free, FAR_TOLERANCE, most)?;
         (found.rss - self.rss > self.least).then_some(found)
     }
 }
@@ -327,14 +330,19 @@ fn starts(
         return [vec![begun], others].concat();
     }
     let mut list: Vec<Vec<f64>> = Vec::new();
-    if let Some((_, smaller)) = fits.iter().rfind(|(m, _)| m.is_within(model)) {
-        list.push(smaller.parameters.clone());
-    }
     let of_larger = fits.iter().find(|(m, _)| model.is_within(*m)).and_then(|(larger, fit)| {
         let absent: Vec<(usize, f64)> =
             larger.terms().filter(|t| !model.has(*t)).map(|t| (slot(t), 0.0)).collect();
-        given(fit, &absent).map(|(_, p)| without_shapes(model, p))
+        given(fit, &absent).map(|(rise, p)| (fit.rss + rise, without_shapes(model, p)))
     });
+    if let Some((_, smaller)) = fits.iter().rfind(|(m, _)| m.is_within(model)) {
+        let lower = of_larger.as_ref().is_some_and(|(rss, _)| *rss < smaller.rss);
+        // Of a single minimum the better start is enough.
+        if side_minima || !lower {
+            list.push(smaller.parameters.clone());
+        }
+    }
+    let of_larger = of_larger.map(|(_, p)| p);
     // The larger one was begun at every shape.
     let shapes_tried = of_larger.is_some() && LossModel::further_named(Some(model)) > 1;
     if !shapes_tried {
