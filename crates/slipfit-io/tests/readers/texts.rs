@@ -560,3 +560,66 @@ fn ticks_are_those_of_the_clock_that_a_remark_names() {
     assert!((reading.record.duration_s() - 299.0 * STEP_S).abs() < 1e-9, "{}", reading.record.duration_s());
     assert_eq!(reading.record.kind(), SignalKind::LockIn);
 }
+
+#[test]
+fn settings_beside_the_first_rows_leave_these_samples() {
+    const SETTINGS: [&str; 18] = [
+        "Record Length,3.000000e+02",
+        "Sample Interval,2.000000e-02",
+        "Trigger Point,1.500000000000e+02",
+        ",",
+        ",",
+        ",",
+        "Source,CH1",
+        "Vertical Units,V",
+        "Vertical Scale,5.000000e+02",
+        "Vertical Offset,0.000000e+00",
+        "Horizontal Units,s",
+        "Horizontal Scale,2.500000e-01",
+        "Pt Fmt,Y",
+        "Yzero,0.000000e+00",
+        "Probe Atten,1.000000e+01",
+        "Model Number,TDS2024B",
+        "Serial Number,\"C012345\"",
+        "Firmware Version,FV:v22.01",
+    ];
+    let setting = |k: usize| SETTINGS.get(k).copied().unwrap_or(",");
+    let row = |k: usize| format!("{},,{:019.12},{:10.5},\r\n", setting(k), k as f64 * STEP_S - 1.0, x(k));
+    let reading = swing((0..ROWS).map(row).collect::<String>().as_bytes());
+    assert_eq!((reading.record.unit(), time_unit(&reading), reading.report.rows_skipped()), ("V", "s", 0));
+    assert!(notes(&reading).contains("beside the first 18 rows"), "{}", notes(&reading));
+    assert!(reading.report.named_values.contains(&("Probe Atten".to_owned(), "1.000000e+01".to_owned())));
+    // The same below a header, as people write it into a sheet.
+    let row =
+        |k: usize| format!("{}\t\t{:.2}\t{:.1}\n", setting(k).replace(',', "\t"), k as f64 * STEP_S, x(k));
+    let text = format!("setting\tvalue\t\tt (s)\tx (mm)\n{}", (0..ROWS).map(row).collect::<String>());
+    assert_eq!(swing(text.as_bytes()).record.unit(), "mm");
+    // A line of other values above the rows is none of them.
+    let row = |k: usize| format!(",,,{:.2},{:.1}\n", k as f64 * STEP_S, x(k));
+    let above: String = (1..5).map(|k| format!("mass,kg,,{},{}\n", 10 * k, 7 * k)).collect();
+    swing((above + &(0..ROWS).map(row).collect::<String>()).as_bytes());
+}
+
+#[test]
+fn names_in_front_of_values_are_columns() {
+    for (between, mark) in [(" ", ":"), (",", ":"), ("\t", ":"), (", ", ": "), (" ", "="), ("; ", " = ")] {
+        let row = |k: usize| format!("t_ms{mark}{}{between}x{mark}{:.1}\r\n", 20 * k, x(k));
+        let text = (0..ROWS).map(row).collect::<String>();
+        let reading = swing(text.as_bytes());
+        assert_eq!(
+            (time_unit(&reading), reading.report.column("signal").unwrap().column.header.as_str()),
+            ("ms", "x")
+        );
+        assert!(notes(&reading).contains("read as columns: t_ms, x"), "{}", notes(&reading));
+    }
+    // Words of the program, a name that comes and goes, and a line that was cut.
+    let row = |k: usize| {
+        let also = if k % 10 == 0 { " battery:3.7" } else { "" };
+        format!("x:{:.1} t_ms:{}{also}\n", x(k), 20 * k)
+    };
+    let text = format!("sensor ready\n{}x:51", (0..ROWS).map(row).collect::<String>());
+    let reading = swing(text.as_bytes());
+    assert_eq!(reading.report.rows_skipped(), 1, "{:?}", reading.report.skipped);
+    let text = format!("{}t_ms:x\n", (0..ROWS).map(row).collect::<String>());
+    assert_eq!(swing(text.as_bytes()).report.skipped[0].reason, "remark");
+}

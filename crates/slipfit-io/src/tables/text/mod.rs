@@ -1,7 +1,9 @@
 //! Delimited text of any dialect.
 
 mod annotated;
+mod beside;
 mod dialect;
+mod labelled;
 mod layout;
 mod number;
 mod rewrite;
@@ -72,7 +74,7 @@ impl<R: Read> Text<R> {
         let plain = layout::find(&head_lines);
         let clear = plain.as_ref().is_some_and(|layout| dialect::is_clear(&head_lines, layout.shape));
         let rewrite = match plain.as_ref().filter(|_| clear) {
-            Some(layout) => Rewrite::halved(&head_lines, layout)?,
+            Some(layout) => Rewrite::of_table(&head_lines, layout)?,
             None => Rewrite::find(&head_lines),
         };
         let rewritten = rewrite.and_then(|rewrite| Some((rewritten(&head_lines, &rewrite)?, rewrite)));
@@ -216,6 +218,7 @@ fn rewritten(lines: &[&[u8]], rewrite: &Rewrite) -> Option<Layout> {
     if layout.header_line.is_none() && names.len() == layout.head.names.len() {
         layout.head.names = names;
     }
+    layout.head.named_values.extend_from_slice(rewrite.named_values());
     layout.head.notes.push(rewrite.note());
     Some(layout)
 }

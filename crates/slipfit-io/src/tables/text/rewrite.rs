@@ -1,9 +1,11 @@
-//! Lines that are written anew before they are read as a table: annotated numbers, stamps of a serial monitor, and
-//! numbers that take two cells each.
+//! Lines that are written anew before they are read as a table: annotated numbers, stamps of a serial monitor, names
+//! in front of values, settings beside rows, and numbers that take two cells each.
 
 use super::{
     annotated::Annotations,
+    beside::Settings,
     dialect::{self, Shape},
+    labelled::Labels,
     layout::{Layout, text},
     number, stamp,
 };
@@ -26,6 +28,10 @@ pub(super) enum Rewrite {
     Annotated(Annotations),
     /// The stamp goes behind the cells, parted by this byte.
     Stamped(u8),
+    /// Names stand in front of the values.
+    Labelled(Labels),
+    /// Settings stand beside the first rows.
+    Beside(Settings),
     /// So many numbers a row, of which each takes two cells.
     Halved(usize),
 }
@@ -33,15 +39,21 @@ pub(super) enum Rewrite {
 impl Rewrite {
     /// How lines that are no clear table are.
     pub(super) fn find(lines: &[&[u8]]) -> Option<Self> {
-        stamped(lines).map(Self::Stamped).or_else(|| Annotations::find(lines).map(Self::Annotated))
+        let first = &lines[..lines.len().min(FIRST)];
+        stamped(lines)
+            .map(Self::Stamped)
+            .or_else(|| Annotations::find(lines).map(Self::Annotated))
+            .or_else(|| Labels::find(first, FEWEST).map(Self::Labelled))
     }
 
-    /// Numbers with decimal commas among cells that commas separate.
+    /// How lines of a clear table are: numbers with decimal commas among cells that commas separate, or settings beside
+    /// the first rows.
     ///
     /// # Errors
     /// [`ReadProblem::DecimalCommas`] where rows differ in length, so that no one can tell which comma is which.
-    pub(super) fn halved(lines: &[&[u8]], layout: &Layout) -> Result<Option<Self>, ReadProblem> {
-        Ok(halves(lines, layout)?.map(Self::Halved))
+    pub(super) fn of_table(lines: &[&[u8]], layout: &Layout) -> Result<Option<Self>, ReadProblem> {
+        let halved = halves(lines, layout)?.map(Self::Halved);
+        Ok(halved.or_else(|| Settings::find(lines, layout).map(Self::Beside)))
     }
 
     /// The first lines, written anew.
@@ -57,6 +69,8 @@ impl Rewrite {
         let line: &dyn Fn(&[u8], &mut Vec<u8>) = match self {
             Self::Annotated(annotations) => return annotations.rows(bytes, newline),
             Self::Stamped(separator) => &|line, out| with_stamp_behind(line, *separator, out),
+            Self::Labelled(labels) => &|line, out| labels.line(line, out),
+            Self::Beside(settings) => &|line, out| settings.line(line, out),
             Self::Halved(numbers) => &|line, out| joined(line, *numbers, out),
         };
         let mut out = Vec::with_capacity(bytes.len());
@@ -72,7 +86,17 @@ impl Rewrite {
     pub(super) fn names(&self) -> Vec<Name> {
         match self {
             Self::Annotated(annotations) => annotations.names(),
-            _ => Vec::new(),
+            Self::Labelled(labels) => labels.names(),
+            Self::Beside(settings) => settings.names(),
+            Self::Stamped(_) | Self::Halved(_) => Vec::new(),
+        }
+    }
+
+    /// Values named in what is no longer there.
+    pub(super) fn named_values(&self) -> &[(String, String)] {
+        match self {
+            Self::Beside(settings) => settings.values(),
+            _ => &[],
         }
     }
 
@@ -83,6 +107,8 @@ impl Rewrite {
             Self::Stamped(_) => {
                 Note::new("the stamps of a serial monitor in front of `->` were read as the last column")
             }
+            Self::Labelled(labels) => labels.note(),
+            Self::Beside(settings) => settings.note(),
             Self::Halved(numbers) => Note::new(format!(
                 "commas separate the cells and are decimal marks too: the {} cells of each row were read as {numbers} numbers",
                 2 * numbers

@@ -320,7 +320,8 @@ fn key_value_cells_beside_the_first_rows_are_no_header() {
     let reading = read(text);
     assert_eq!((time_column(&reading), signal(&reading).column.number), (4, 5));
     assert_eq!(reading.report.columns[3].header, "");
-    assert!(note(&reading, 0).starts_with("line 5 holds numbers"));
+    assert_eq!((reading.record.len(), reading.report.rows_skipped()), (60, 0));
+    assert!(note(&reading, 0).starts_with("columns 1 to 3 hold settings beside the first 5 rows"));
 }
 
 #[test]
