@@ -18,7 +18,7 @@ export const texts = {
     or: "or drop them here",
     private: "Files stay on this device. Nothing is uploaded.",
     formats:
-      "A free decay, a resonance curve, or amplitudes over drive levels: CSV and other text of any dialect, phyphox, Tracker, WAV, MP3, M4A, OGG, FLAC, Excel, OpenDocument, MATLAB 5, NumPy, HDF5, Arrow, Parquet. Not here: columns packed by Zstandard.",
+      "A free decay, a resonance curve, or amplitudes over drive levels: CSV and other text of any dialect, phyphox, Tracker, WAV, MP3, M4A, OGG, FLAC, Excel, OpenDocument, MATLAB 5, NumPy, HDF5, Arrow, Parquet, JSON. Not here: columns packed by Zstandard.",
   },
   examples: {
     label: "Examples:",

@@ -25,6 +25,7 @@ const TARGETS: [(&str, &[&str]); 29] = [
     ("capstone", &["capstone"]),
     ("gzip", &[".gz"]),
     ("hdf5", &[".h5", "matlab73"]),
+    ("json", &[".json"]),
     ("keysight", &["keysight"]),
     ("klipper", &["klipper"]),
     ("labone", &["labone"]),

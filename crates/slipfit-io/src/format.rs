@@ -251,10 +251,6 @@ impl Format {
                 "read it by pyarrow.feather.read_table in Python and write it again: the second version is Arrow IPC"
             }
             Self::Gzip | Self::Xz | Self::Bzip2 | Self::Zstd => "unpack it first",
-            Self::Json => {
-                "write it as CSV, in Python by `pandas.read_json(FILE).to_csv(\"swing.csv\", index=False)`, with \
-                 `lines=True` where each line is an object"
-            }
             Self::Xml => {
                 "export it as CSV or text from the program that wrote it (in Logger Pro: File, Export As)"
             }
@@ -332,15 +328,28 @@ impl Format {
     }
 }
 
-/// Whether a text is an object of JSON or a list of them; a list of numbers may be a row of a table.
+/// Whether a text is an object of JSON or a list of objects, lists or numbers; one list of numbers above others may be a
+/// row of a table.
 fn is_json(text: &[u8]) -> bool {
     let inner = |text: &[u8], of: u8| {
         let inner = text.strip_prefix(&[of])?.trim_ascii_start();
         inner.first().copied()
     };
     let object = |text: &[u8]| matches!(inner(text, b'{'), Some(b'"' | b'}'));
-    let list = || text.strip_prefix(b"[").is_some_and(|rest| object(rest.trim_ascii_start()));
-    object(text) || list()
+    let Some(list) = text.strip_prefix(b"[").map(<[u8]>::trim_ascii_start) else { return object(text) };
+    let number = |byte: &u8| byte.is_ascii_digit() || b"-+.eE, \t\r\n".contains(byte);
+    let begins = |text: &[u8]| text.first().is_some_and(|b| b.is_ascii_digit() || *b == b'-');
+    match list.iter().position(|byte| !number(byte)) {
+        Some(0) if list.starts_with(b"[") => {
+            let row = list[1..].trim_ascii_start();
+            begins(row)
+                || row.starts_with(b"\"")
+                || ["null", "NaN"].iter().any(|word| row.starts_with(word.as_bytes()))
+        }
+        Some(0) => object(list),
+        Some(end) => begins(list) && list[end] == b']' && list[end + 1..].trim_ascii().is_empty(),
+        None => begins(list),
+    }
 }
 
 /// Whether a file begins with one of these letters and holds bytes that no text has.
@@ -437,6 +446,13 @@ mod tests {
         for (head, format) in [
             (b"{\"t\":0,\"x\":0.12}\r\n{".as_slice(), Some(Format::Json)),
             (b"\xef\xbb\xbf[\n  {\"t\": 0}", Some(Format::Json)),
+            (b"[[0.0, 1.2], [0.1", Some(Format::Json)),
+            (b"[\n  [\n    \"t\"", Some(Format::Json)),
+            (b"[1.2, -1.1e-3,\n0.9", Some(Format::Json)),
+            (b"[1, 2]\n", Some(Format::Json)),
+            (b" [1] 0.98 0.95\n [3] 0.91 0.89\n", None),
+            (b"[[channel]]\n", None),
+            (b"[2024-05-01] 0.1\n", None),
             (b"<?xml version=\"1.0\"?><Document>", Some(Format::Xml)),
             (b"<!DOCTYPE html>", Some(Format::Html)),
             (edf.as_bytes(), Some(Format::Edf)),

@@ -13,6 +13,7 @@ use for them; the texts are laid out as the programs named write them.
 
 import gzip
 import io
+import json
 import struct
 import sys
 import zipfile
@@ -212,3 +213,5 @@ text("klipper.csv", ["#time,accel_x,accel_y,accel_z"] + rows("{:.6f},{:.6f},{:.6
 text("sweep.s1p", ["! made by hand", "# MHz S RI R 50"] + rows("{:.6f} {:.9f} {:.9f}", f, 0.5 - r / 2000, 0 * f))
 text("sweep.s2p", ["! two ports", "# MHz S DB R 50"] + rows("{:.6f} -1 0 {:.6f} 10 {:.6f} 10 -1 0", f, 20 * np.log10(r / 600), 20 * np.log10(r / 600)) + ["! noise", "99.0 1 0.1 20 0.2", "100.0 1 0.1 20 0.2"])
 (out / "packed.csv.gz").write_bytes(gzip.compress(("Time (s);Angle (rad)\n" + "\n".join(rows("{:.2f};{:.6f}", t, x))).encode(), mtime=0))
+text("objects.json", [json.dumps([{"t (s)": a, "angle (rad)": b} for a, b in zip(t.tolist(), x.tolist())])])
+text("lists.json", [json.dumps({"fs": 50, "angle (rad)": x.tolist()})])

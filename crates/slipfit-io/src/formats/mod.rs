@@ -5,6 +5,7 @@ pub(crate) mod archive;
 pub(crate) mod arrow;
 #[cfg(feature = "hdf5")]
 pub(crate) mod hdf5;
+pub(crate) mod json;
 pub(crate) mod mat5;
 pub(crate) mod nanosurf;
 pub(crate) mod npy;

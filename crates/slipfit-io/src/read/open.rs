@@ -11,7 +11,7 @@ use crate::tables::unpack::unpack;
 use crate::{
     error::{ReadError, ReadProblem},
     format::{self, Format},
-    formats::{self, mat5, nanosurf, npy, touchstone, tracker, wav},
+    formats::{self, json, mat5, nanosurf, npy, touchstone, tracker, wav},
     hashing::Hashing,
     input::Input,
     report::{Dialect, ReadReport},
@@ -242,6 +242,7 @@ fn source<'a>(input: Input, format: Format, most_cells: usize) -> Result<Opened<
         Format::Flac | Format::Mp3 | Format::Mp4 | Format::Ogg | Format::Aac => {
             Box::new(formats::sound::PackedSound::open(bytes(input)?, format)?)
         }
+        Format::Json => Box::new(json::tables(&bytes(input)?)?),
         Format::Touchstone => Box::new(touchstone::tables(&bytes(input)?)?),
         Format::Tracker => Box::new(tracker::tables(&bytes(input)?)?),
         Format::NanoSurf => Box::new(nanosurf::tables(&bytes(input)?)?),

@@ -84,7 +84,7 @@ fn offers(error: &ReadError, option: &str) -> bool {
 
 #[rustfmt::skip]
 fn expected() -> Vec<Expected> {
-    use Format::{Arrow, Hdf5, Mat5, NanoSurf, Npy, Npz, Parquet, Text, Tracker, Wav, Xls, Xlsx, Zip};
+    use Format::{Arrow, Hdf5, Json, Mat5, NanoSurf, Npy, Npz, Parquet, Text, Tracker, Wav, Xls, Xlsx, Zip};
     let e = Expected::default;
     vec![
         Expected { file: "vectors.mat", format: Mat5, sheet: "t, x", ..e() },
@@ -134,6 +134,8 @@ fn expected() -> Vec<Expected> {
         Expected { file: "nanosurf.nid", format: NanoSurf, sheet: "group 0 channel 0 Deflection line 1", unit: "m", tolerance: 1e-9, ..e() },
         Expected { file: "moku.csv", options: column("2"), unit: "V", ..e() },
         Expected { file: "klipper.csv", unit: "mm/s^2", kind: Acceleration, gain: 9000.0, tolerance: 1e-6, ..e() },
+        Expected { file: "objects.json", format: Json, unit: "rad", ..e() },
+        Expected { file: "lists.json", format: Json, sheet: "angle (rad)", unit: "rad", ..e() },
         Expected { file: "packed.csv.gz", format: Text, unit: "rad", ..e() },
     ].into_iter().chain([
         Expected { file: "phyphox.zip", format: Zip, sheet: "Raw Data.csv", unit: "m/s^2", kind: Acceleration, ..e() },

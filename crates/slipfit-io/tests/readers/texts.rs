@@ -2,7 +2,7 @@
 //! Each holds the same swing, and what was assumed stands in the report.
 
 use slipfit::{SignalKind, answer::hint::HintValue};
-use slipfit_io::{ReadOptions, Reading, TimeSource, read_from, read_sweep_from};
+use slipfit_io::{Format, ReadOptions, Reading, TimeSource, read_from, read_sweep_from};
 
 const ROWS: usize = 300;
 const STEP_S: f64 = 0.02;
@@ -622,4 +622,74 @@ fn names_in_front_of_values_are_columns() {
     assert_eq!(reading.report.rows_skipped(), 1, "{:?}", reading.report.skipped);
     let text = format!("{}t_ms:x\n", (0..ROWS).map(row).collect::<String>());
     assert_eq!(swing(text.as_bytes()).report.skipped[0].reason, "remark");
+}
+
+#[test]
+fn json_of_any_arrangement_is_the_same_record() {
+    let t = |k: usize| k as f64 * STEP_S;
+    let joined = |row: &dyn Fn(usize) -> String, by: &str| (0..ROWS).map(row).collect::<Vec<_>>().join(by);
+    let rows = joined(&|k| format!("[{:?}, {:?}]", t(k), x(k)), ",\n  ");
+    let objects = |by| joined(&|k| format!("{{\"t (s)\": {:?}, \"x (mm)\": {:?}}}", t(k), x(k)), by);
+    let times = joined(&|k| format!("{:?}", t(k)), ", ");
+    let values = joined(&|k| format!("{:?}", x(k)), ", ");
+    let by_index = |value: fn(f64) -> f64| joined(&|k| format!("\"{k}\": {:?}", value(k as f64)), ", ");
+    let (index_t, index_x) = (by_index(|k| k * STEP_S), by_index(|k| x(k as usize)));
+    for (text, unit) in [
+        (format!("[\n  {rows}\n]\n"), ""),
+        (format!("[[\"t (s)\", \"x (mm)\"], {rows}]"), "mm"),
+        (format!("[[{times}], [{values}]]"), ""),
+        (format!("[{}]", objects(", ")), "mm"),
+        (objects("\n"), "mm"),
+        (format!("{{\"t (s)\": [{times}], \"x (mm)\": [{values}]}}"), "mm"),
+        (format!("{{\"data\": [{rows}]}}"), ""),
+        (
+            format!(
+                "{{\"device\": {{\"id\": 7}}, \"run\": {{\"t (s)\": [{times}], \"x (mm)\": [{values}]}}}}"
+            ),
+            "mm",
+        ),
+        (format!("{{\"t (s)\": {{{index_t}}}, \"x (mm)\": {{{index_x}}}}}"), "mm"),
+        (format!("{{\"columns\": [\"t (s)\", \"x (mm)\"], \"index\": [0, 1], \"data\": [{rows}]}}"), "mm"),
+        (format!("{{\"fs\": 50, \"x (mm)\": [{values}]}}"), "mm"),
+        (joined(&|k| format!("{{\"ms\": {}, \"acc\": {{\"x (mm)\": {:?}}}}}", 20 * k, x(k)), "\n"), "mm"),
+        (
+            joined(&|k| format!("{{\"at\": \"12:34:{:06.3}\", \"x (mm)\": \"{}\"}}", 5.0 + t(k), x(k)), "\n"),
+            "mm",
+        ),
+    ] {
+        let reading = swing(text.as_bytes());
+        assert_eq!(reading.record.unit(), unit, "{text:.80}");
+        assert_eq!(reading.report.format, Format::Json, "{text:.80}");
+    }
+}
+
+#[test]
+fn what_json_lacks_is_counted_and_what_is_broken_is_told() {
+    let object = |k: usize| {
+        let value = if k % 50 == 7 {
+            ["null", "NaN", "\"overflow\""][k / 50 % 3].to_owned()
+        } else {
+            x(k).to_string()
+        };
+        format!("{{\"t\": {:?}, \"x\": {value}}}", k as f64 * STEP_S)
+    };
+    let text = (0..ROWS).map(object).collect::<Vec<_>>().join("\n");
+    let reading = read_from(text.as_bytes(), "swing.json", &ReadOptions::default()).unwrap();
+    assert_eq!((reading.record.len(), reading.report.rows_skipped()), (ROWS - 6, 6));
+    assert_eq!(reading.report.skipped[0].first_row, 8, "{:?}", reading.report.skipped);
+    let said = |text: &str| {
+        read_from(text.as_bytes(), "swing.json", &ReadOptions::default()).unwrap_err().to_string()
+    };
+    for (text, problem) in [
+        (&text[..text.len() - 5], "line 300"),
+        ("{\"name\": \"pendulum\"}", "no list of numbers"),
+        ("[[[[1, 2], [\"a\"]]]]", "no table of numbers"),
+    ] {
+        assert!(said(text).contains(problem), "{}", said(text));
+    }
+    // Names that no two rows share would take a table of a million cells.
+    let scattered: Vec<String> = (0..3000).map(|k| format!("{{\"a{k}\": {k}}}")).collect();
+    assert!(said(&format!("[{}]", scattered.join(","))).contains("scattered over 3000 rows"));
+    let several = format!("{{\"a\": [{text}], \"b\": [{text}]}}", text = text.replace('\n', ","));
+    assert!(said(&several).contains("`a` (t, x); `b` (t, x)"), "{}", said(&several));
 }
