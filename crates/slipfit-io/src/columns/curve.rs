@@ -59,6 +59,7 @@ impl Chooser<'_> {
         let std_error = self.std_error(&response, &taken)?;
         taken.extend(std_error.as_ref().map(|e| e.index));
         let (kind, unit) = self.kind(&response);
+        self.note_reflection(&response);
         self.note_unread(&taken);
         let named = self.roles[taken[0]] != Role::Unknown && self.of_role(Role::Time, &[]).is_none();
         let notes = self.notes;
@@ -127,6 +128,28 @@ impl Chooser<'_> {
             && rest.into_iter().any(says)
     }
 
+    /// A reflection (S11) is told from a response: what resonates is missing from it.
+    fn note_reflection(&mut self, response: &Response) {
+        let names = &self.head.names;
+        let Some((_, first)) = response.columns().first().copied() else { return };
+        if !is_scattering(&names[first.index].header, |into, from| into == from) {
+            return;
+        }
+        let text = format!(
+            "{} is a reflection: its resonance is what does not come back, fitted beside a background, and Q and damping \
+             include the load of the instrument",
+            self.head.label(first.index)
+        );
+        let option = if matches!(response, Response::Complex(..)) { "real" } else { "amplitude" };
+        let through = (0..names.len()).find(|&i| is_scattering(&names[i].header, |into, from| into != from));
+        self.notes.push(match through {
+            Some(index) => {
+                Note::new(text).hint(option, format!("reads the transmission, {}", self.head.label(index)))
+            }
+            None => Note::new(format!("{text}; a transmission (S21) has no such background")),
+        });
+    }
+
     /// What the response is, and the unit of the curve.
     fn kind(&mut self, response: &Response) -> (SignalKind, String) {
         let (unit, index) = match response {
@@ -160,4 +183,10 @@ impl Chooser<'_> {
         };
         (kind, unit)
     }
+}
+
+/// Whether a header names a scattering parameter, `S21` or `Trc1_S11`, of ports that fit.
+fn is_scattering(header: &str, fits: fn(u8, u8) -> bool) -> bool {
+    let mut words = header.split(|c: char| !c.is_ascii_alphanumeric());
+    words.any(|word| matches!(word.as_bytes(), [b'S' | b's', into @ b'1'..=b'9', from @ b'1'..=b'9'] if fits(*into, *from)))
 }

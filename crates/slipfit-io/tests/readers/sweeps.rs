@@ -168,6 +168,36 @@ fn a_touchstone_file_of_real_and_imaginary_parts_has_phases() {
 }
 
 #[test]
+fn a_reflection_is_told_with_the_transmission_beside_it() {
+    let row = |ports: usize| {
+        let row = move |k: usize| {
+            let f = 990.0 + 0.1 * k as f64;
+            let (re, im) = (1.0, 100.0 * (f / 1000.0 - 1000.0 / f));
+            let size = re * re + im * im;
+            let through = format!("{:.9} {:.9}", re / size, -im / size);
+            let back = format!("{:.9} {:.9}", 1.0 - re / size, im / size);
+            let all = [back.as_str(), &through, &through, &back];
+            format!("{f:.2} {}\n", all[..ports * ports].join(" "))
+        };
+        (0..201).map(row).collect::<String>()
+    };
+    let told = |text: &str, options: &ReadOptions| {
+        let notes = with(text, options).unwrap().report.notes;
+        notes.iter().map(ToString::to_string).collect::<Vec<_>>().join("\n")
+    };
+    let (one, two) = (row(1), row(2));
+    let of_one = told(&format!("# HZ S RI R 50\n{one}"), &ReadOptions::default());
+    assert!(of_one.contains("column 2 `S11 in-phase` is a reflection"), "{of_one}");
+    assert!(of_one.contains("a transmission (S21) has no such background"), "{of_one}");
+    let of_two = told(&format!("# HZ S RI R 50\n{two}"), &ReadOptions::default());
+    assert!(of_two.contains("real reads the transmission, column 4 `S21 in-phase`"), "{of_two}");
+    let through =
+        ReadOptions { real: Some("4".into()), imaginary: Some("5".into()), ..ReadOptions::default() };
+    assert!(!told(&format!("# HZ S RI R 50\n{two}"), &through).contains("reflection"));
+    assert!(!told(&format!("# HZ Y RI R 50\n{one}"), &ReadOptions::default()).contains("reflection"));
+}
+
+#[test]
 fn an_angle_that_has_a_peak_is_no_phase() {
     let reading = read("f (Hz),A (V),angle\n9,1,0.1\n10,5,2\n11,1,0.1\n");
     assert!(matches!(reading.curve.response(), slipfit::resonance::Response::Amplitude(_)));
