@@ -1,4 +1,4 @@
-//! Numbers that stand for no value: `-999`, `9999`, `9.9e37`.
+//! Numbers that stand for no value: `-999`, `9999`, `9.9e37`, and echoes that a motion detector lost.
 
 use crate::report::Skipped;
 
@@ -18,6 +18,12 @@ const MOST: usize = 4;
 const OUTSIDE: f64 = 10.0;
 /// The same for a number that instruments write where they have none, repeated.
 const OUTSIDE_WORD: f64 = 2.0;
+/// The same, at least, for a number in rare single samples of a record.
+const OUTSIDE_ALONE: f64 = 0.5;
+/// Such samples, at least.
+const FEWEST_ALONE: usize = 5;
+/// One sample in so many is such a one, at most.
+const RARE: usize = 8;
 /// From here on no instrument measures: 1e30, 9.9e37 (SCPI), the largest of single precision.
 const NO_QUANTITY: f64 = 1e30;
 
@@ -73,6 +79,30 @@ fn stands_for_none(values: &[f64], value: f64) -> Option<Sentinel> {
     (unmistakable && 2 * count < values.len()).then_some(Sentinel { value, count, first })
 }
 
+/// The least or the greatest number of a record, where again and again a single sample has it to the last digit and half
+/// the range of all others lies between: a motion detector that hears no echo, or that of the wall behind, writes so. A
+/// motion comes near its ends, and the end of a converter's range holds several samples at a time.
+fn find_alone(values: &[f64]) -> Option<Sentinel> {
+    let (low, high) = ends(values).or_else(|| range(values, |_| true))?;
+    let margin = (high - low) * OUTSIDE_ALONE / (1.0 + OUTSIDE_ALONE);
+    let stands_apart = |value: f64| {
+        let near = |v: &f64| *v != value && (*v - value).abs() < margin;
+        !values.iter().any(near)
+    };
+    [low, high].into_iter().filter(|value| stands_apart(*value)).find_map(|value| {
+        let count = values.iter().filter(|v| **v == value).count();
+        let runs = values.chunk_by(|a, b| (*a == value) == (*b == value));
+        let alone = runs.filter(|run| run.len() == 1 && run[0] == value).count();
+        let often = count >= FEWEST_ALONE && 10 * alone >= 8 * count;
+        let (first, others) = (values.iter().position(|v| *v == value)?, range(values, |v| v != value));
+        (often && RARE * count <= values.len() && others.is_some()).then_some(Sentinel {
+            value,
+            count,
+            first,
+        })
+    })
+}
+
 /// Whether instruments and programs write a number where they have none: nines, or beyond all quantities.
 fn is_word(value: f64) -> bool {
     let size = value.abs();
@@ -101,6 +131,15 @@ fn written(value: f64) -> String {
 
 /// All of a column, each hidden (NaN) before the next is looked for.
 pub(crate) fn hide(values: &mut [f64]) -> Vec<Sentinel> {
+    hide_each(values, find)
+}
+
+/// The same of samples in order of time.
+pub(crate) fn hide_in_record(values: &mut [f64]) -> Vec<Sentinel> {
+    hide_each(values, |values| find(values).or_else(|| find_alone(values)))
+}
+
+fn hide_each(values: &mut [f64], find: impl Fn(&[f64]) -> Option<Sentinel>) -> Vec<Sentinel> {
     let mut found = Vec::new();
     while found.len() < MOST
         && let Some(sentinel) = find(values)
@@ -159,11 +198,35 @@ mod tests {
         assert_eq!(find(&[]), None);
     }
 
+    #[test]
+    fn lost_echoes_are_found_in_records_alone() {
+        let lost = |value: f64, at: &dyn Fn(usize) -> bool| -> Vec<f64> {
+            let swing = |i: usize| 0.8 + 0.2 * (0.3 * i as f64).cos();
+            (0..400).map(|i| if at(i) { value } else { swing(i) }).collect()
+        };
+        // 0.6 to 1.0 is the range of the motion.
+        for value in [0.0, 4.0, 1.3] {
+            let mut values = lost(value, &|i| i % 23 == 7);
+            assert_eq!(find(&values), None, "{value}: no word and not as far off as those");
+            let found = hide_in_record(&mut values);
+            assert_eq!(found, [Sentinel { value, count: 18, first: 7 }]);
+        }
+        for (values, why) in [
+            (lost(1.3, &|i| i % 100 == 7), "four by chance"),
+            (lost(1.3, &|i| i % 23 < 4), "several at a time: the end of a range"),
+            (lost(1.15, &|i| i % 23 == 7), "not far enough"),
+            (lost(1.3, &|i| i % 5 == 0), "too often"),
+            (lost(0.8, &|i| i % 23 == 7), "in the middle"),
+        ] {
+            assert_eq!(find_alone(&values), None, "{why}");
+        }
+    }
+
     proptest! {
         #[test]
         fn values_of_any_size_are_looked_at(mut values in prop::collection::vec(any::<f64>(), 0..60)) {
             let rows = values.iter().filter(|v| v.is_finite()).count();
-            let left_out: usize = hide(&mut values).iter().map(|s| s.count).sum();
+            let left_out: usize = hide_in_record(&mut values).iter().map(|s| s.count).sum();
             prop_assert_eq!(values.iter().filter(|v| v.is_finite()).count() + left_out, rows);
         }
     }

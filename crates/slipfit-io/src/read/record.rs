@@ -70,7 +70,8 @@ impl Samples {
         let columns = [Some(&choice.signal), choice.quadrature.as_ref()];
         let mut hidden = false;
         for (at, picked) in columns.into_iter().flatten().enumerate() {
-            let found = sentinel::hide(if at == 0 { &mut self.signal } else { &mut self.quadrature });
+            let found =
+                sentinel::hide_in_record(if at == 0 { &mut self.signal } else { &mut self.quadrature });
             hidden |= !found.is_empty();
             for sentinel in found {
                 let row = self.line(sentinel.first);

@@ -56,6 +56,21 @@ fn samples_at_a_rate_keep_their_time_where_a_number_stands_for_none() {
 }
 
 #[test]
+fn echoes_that_a_motion_detector_lost_are_left_out_and_counted() {
+    for lost in ["6.000", "0.000"] {
+        let row = |i: u32| {
+            let value = if i % 29 == 3 { lost.to_owned() } else { format!("{:.4}", 0.8 + 0.2 * swing(i)) };
+            format!("{},{value}\n", 0.05 * f64::from(i))
+        };
+        let text = format!("Time (s),Position (m)\n{}", (0..400).map(row).collect::<String>());
+        let reading = read(&text, &ReadOptions::default());
+        assert_eq!((reading.record.len(), reading.report.rows_skipped()), (386, 14), "{lost}");
+        assert_eq!(reading.report.skipped[0].first_row, 5, "{lost}");
+        assert!(reading.report.skipped[0].reason.contains("stands for no value"));
+    }
+}
+
+#[test]
 fn the_column_that_swings_is_found_beneath_what_stands_for_none() {
     let text: String = (0..400)
         .map(|i| {
