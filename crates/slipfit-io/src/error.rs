@@ -442,7 +442,10 @@ impl ReadProblem {
                 "takes the clock's rate: 60MHz for an MFLI, 210MHz for an HF2LI, 1.8GHz for a UHFLI",
             )],
             Self::TimeBackwards { .. } | Self::Data(slipfit::Error::TimeStandsStill { .. }) => {
-                vec![Hint::new("time", "names another column"), Hint::new("rate_hz", "replaces it")]
+                vec![
+                    Hint::new("time", "names another column"),
+                    Hint::new("rate_hz", "in place of these times"),
+                ]
             }
             Self::Data(slipfit::Error::Parameter { name: "rate_hz", .. }) => {
                 vec![Hint::new("rate_hz", "takes a positive number of samples per second")]

@@ -372,3 +372,14 @@ def test_what_is_no_file_says_what_is():
         slipfit.ringdown(NOISE)
     with pytest.raises(slipfit.OptionError, match="amplitude='a' and signal='a': one of them is needed"):
         slipfit.fit_batch(FEW, amplitude="a", signal="a", dt=1)
+
+
+def test_times_in_disorder_name_what_helps_here():
+    disorder = np.random.default_rng(2).permutation(TIME)
+    with pytest.raises(slipfit.OptionError) as raised:
+        slipfit.ringdown(disorder, NOISE)
+    assert str(raised.value).endswith("hint: rate_hz in place of these times")
+    # As the hint says.
+    assert failed("ringdown", {"signal": SWING.signal, "rate_hz": 50.0}) is None
+    with pytest.raises(slipfit.ReadError, match="hint: time names another column; rate_hz in place of these times"):
+        slipfit.read(BACK)
