@@ -383,3 +383,18 @@ def test_times_in_disorder_name_what_helps_here():
     assert failed("ringdown", {"signal": SWING.signal, "rate_hz": 50.0}) is None
     with pytest.raises(slipfit.ReadError, match="hint: time names another column; rate_hz in place of these times"):
         slipfit.read(BACK)
+
+
+def test_amplitudes_that_nobody_called_so_name_the_kind():
+    amplitudes = np.exp(-0.5 * TIME)
+    with pytest.raises(slipfit.NoAnswerError, match='hint: kind="envelope" takes them as amplitudes') as raised:
+        slipfit.ringdown(TIME, amplitudes)
+    (hint, *_) = raised.value.hints
+    answer = slipfit.ringdown(TIME, amplitudes, **{hint.option: hint.value})
+    assert answer.parameters.decay_rate_per_s.value == pytest.approx(0.5, 1e-3)
+    text = b"t (s),x (m)\n" + b"".join(b"%.2f,%.9f\n" % row for row in zip(TIME, amplitudes))
+    # A record has the kind that it was read with.
+    with pytest.raises(slipfit.NoAnswerError, match=r'hint: slipfit.read\(…, kind="envelope"\) takes them as amplitudes'):
+        slipfit.ringdown(slipfit.read(text))
+    with pytest.raises(slipfit.NoAnswerError, match='hint: kind="envelope" takes them'):
+        slipfit.ringdown(text)

@@ -255,6 +255,10 @@ fn in_unit(unit: &str) -> String {
 pub(crate) const NO_MORE_THAN_A_LINE: &str = "a straight line describes the points as well: if there is a peak, the sweep \
                                               is too narrow or too coarse to show it";
 
+/// Reason of [`Error::NotARingDown`] and [`Error::NoOscillation`] for samples that may be amplitudes.
+pub(crate) const FALLS_AS_AMPLITUDES: &str =
+    "the samples fall without swinging and none is negative, as in a record of amplitudes";
+
 /// Reason of [`Error::NoFit`] for numbers that no other part of the record would mend.
 pub(crate) const BEYOND_NUMBERS: &str = "signal or duration lie beyond 1e-60 to 1e60, where powers leave the \
                                          range of numbers; choose another unit";

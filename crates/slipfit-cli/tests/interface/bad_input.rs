@@ -41,3 +41,18 @@ fn numbers_beyond_reach_are_refused_with_the_value() {
     let words: Vec<&str> = said.split_whitespace().collect();
     assert!(words.join(" ").contains("choose another unit"), "{said}");
 }
+
+#[test]
+fn amplitudes_that_nobody_called_so_name_the_flag() {
+    let rows: String =
+        (0..400).map(|i| format!("{},{:.6}\n", 0.05 * f64::from(i), (-0.01 * f64::from(i)).exp())).collect();
+    let text = format!("t (s),x (m)\n{rows}");
+    let said = refusal("swing.csv", |path| fs::write(path, &text).unwrap());
+    let words: Vec<&str> = said.split_whitespace().collect();
+    assert!(words.join(" ").contains("hint: --kind envelope takes them as amplitudes"), "{said}");
+    let folder = tempfile::tempdir().unwrap();
+    fs::write(folder.path().join("swing.csv"), &text).unwrap();
+    let mut command = slipfit();
+    command.current_dir(folder.path()).args(["ringdown", "swing.csv", "--kind", "envelope"]);
+    assert_eq!(command.output().unwrap().status.code(), Some(0));
+}

@@ -330,7 +330,8 @@ class _Function:
         if hint.option is None or self.takes_any:
             return hint
         own = self.behind(hint.option, given) if hint.option not in _COLUMNS else hint.option
-        if own in self.kinds and object not in self.kinds[own] and Any not in self.kinds[own]:
+        read_before = hint.option in _OF_READING and isinstance(given.get(self.order[0]), _READINGS)
+        if not read_before and own in self.kinds and object not in self.kinds[own] and Any not in self.kinds[own]:
             return hint if own == hint.option else replace(hint, option=own, text=own + hint.text[len(hint.option) :])
         # Only a file has columns and units to choose.
         reader = _READERS.get(self.name)
@@ -350,6 +351,9 @@ _READERS = {
 _COLUMNS = frozenset(
     ("time", "signal", "quadrature", "frequency", "amplitude", "phase", "real", "imaginary", "std_error", "drive")
 )
+
+#: What a Record, a Curve and Levels have since they were read.
+_OF_READING = frozenset(("rate_hz", "unit", "kind"))
 
 
 def _is_read(source: Any) -> bool:

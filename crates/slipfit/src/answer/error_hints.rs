@@ -2,7 +2,7 @@
 
 use super::hint::{Analysis, Hint};
 use crate::Error;
-use crate::error::{BEYOND_NUMBERS, NO_MORE_THAN_A_LINE};
+use crate::error::{BEYOND_NUMBERS, FALLS_AS_AMPLITUDES, NO_MORE_THAN_A_LINE};
 use crate::model::displacement::Coordinate;
 
 impl Error {
@@ -17,6 +17,14 @@ impl Error {
     #[must_use]
     pub fn hints(&self, analysis: Analysis) -> Vec<Hint> {
         match self {
+            Self::NoOscillation { reason } | Self::NotARingDown { reason, .. }
+                if *reason == FALLS_AS_AMPLITUDES =>
+            {
+                vec![
+                    Hint::new("kind", "takes them as amplitudes").with("envelope"),
+                    Hint::new("signal", "names another column"),
+                ]
+            }
             Self::NoOscillation { .. } => vec![
                 Hint::new("signal", "names another column"),
                 Hint::new("kind", "says what it holds"),
@@ -25,7 +33,10 @@ impl Error {
             Self::NoSuchRun { .. } => vec![Hint::new("run", "counts from 1")],
             Self::ConstantSignal { .. } => vec![Hint::new("signal", "names another column")],
             Self::TimeBackwards { .. } | Self::TimeOutOfOrder { .. } | Self::TimeStandsStill { .. } => {
-                vec![Hint::new("time", "names another column"), Hint::new("rate_hz", "in place of these times")]
+                vec![
+                    Hint::new("time", "names another column"),
+                    Hint::new("rate_hz", "in place of these times"),
+                ]
             }
             Self::NotARingDown { .. } | Self::OutsideRecord { .. } => free_decay_by_hand(),
             Self::TooFewSamples { .. } | Self::TooFewPoints { .. } => match analysis {

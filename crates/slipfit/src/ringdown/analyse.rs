@@ -23,6 +23,7 @@ use super::window::{EndReason, StartReason};
 use super::window_fit::Problem;
 use super::{Answer, Options, oscillation, recorded_amplitudes, second_mode};
 use crate::answer::Warning;
+use crate::error::FALLS_AS_AMPLITUDES;
 use crate::model::loss::LossModel;
 use crate::record::MIN_SAMPLES;
 use crate::{Error, Parameter, Record, SignalKind};
@@ -90,7 +91,8 @@ pub fn analyse_with(record: &Record, options: &Options, criteria: &Criteria) -> 
     let options = &below_half_the_rate(record, options)?;
     let prepared = Samples::prepare(record, options, criteria)?;
     let whole = prepared.borrowed();
-    let mut answer = analyse_from_release(&whole, record, options, criteria)?;
+    let mut answer = analyse_from_release(&whole, record, options, criteria)
+        .map_err(|refusal| if may_be_amplitudes(record) { falls_as_amplitudes(refusal) } else { refusal })?;
     if record.kind().oscillates()
         && let Some(other) = other_motion(&whole, &answer, &criteria.other_motion)
     {
@@ -105,6 +107,21 @@ pub fn analyse_with(record: &Record, options: &Options, criteria: &Criteria) -> 
         answer.warnings.push(Warning::Spikes { samples: spikes_s.len(), time_s: *first });
     }
     Ok(answer)
+}
+
+/// Whether a record of another kind may hold amplitudes.
+fn may_be_amplitudes(record: &Record) -> bool {
+    record.kind().oscillates() && recorded_amplitudes::may_be_amplitudes(record.signal())
+}
+
+/// A refusal of samples that fall as amplitudes do.
+fn falls_as_amplitudes(refusal: Error) -> Error {
+    let reason = FALLS_AS_AMPLITUDES;
+    match refusal {
+        Error::NotARingDown { cycles, needed, .. } => Error::NotARingDown { cycles, needed, reason },
+        Error::NoOscillation { .. } => Error::NoOscillation { reason },
+        other => other,
+    }
 }
 
 /// The answer about the samples around one of several motions.

@@ -6,7 +6,7 @@ use super::measured::MeasuredDecay;
 use super::options::Options;
 use super::samples::Samples;
 use super::window::decide;
-use crate::numeric::robust::neighbour_noise;
+use crate::numeric::robust::{median, neighbour_noise};
 use crate::signal::blocks::Block;
 use crate::signal::criteria::PhaseCriteria;
 use crate::signal::phase::{self, PhaseLaw};
@@ -28,6 +28,20 @@ pub(crate) fn measure(
             Err(Error::MissingParameter { name: "quadrature", hint: "a lock-in record needs both outputs" })
         }
     }
+}
+
+/// Whether samples may be amplitudes that nobody has called so: none is negative, and they fall along the whole record.
+pub(crate) fn may_be_amplitudes(signal: &[f64]) -> bool {
+    const PARTS: usize = 8;
+    /// Rise from one part to the next, relative to the first: noise at the end.
+    const LEVEL: f64 = 0.05;
+    if signal.len() < 2 * PARTS || signal.iter().any(|v| *v < 0.0) {
+        return false;
+    }
+    let middles: Vec<f64> =
+        signal.chunks(signal.len().div_ceil(PARTS)).filter_map(|part| median(&mut part.to_vec())).collect();
+    let (Some(first), Some(last)) = (middles.first(), middles.last()) else { return false };
+    2.0 * last < *first && middles.windows(2).all(|pair| pair[1] <= pair[0] + LEVEL * first)
 }
 
 /// A bare envelope: means of R² over blocks, so that the noise adds a constant
@@ -167,6 +181,7 @@ fn constant_frequency(omega: f64) -> PhaseLaw {
 
 #[cfg(test)]
 mod tests {
+    use crate::answer::hint::{Analysis, Hint};
     use crate::motion::decay::AmplitudeLaw;
     use crate::noise::{assert_held, jitter};
     use crate::ringdown::{EndReason, Options, analyse};
@@ -192,6 +207,36 @@ mod tests {
         };
         let options = Options { frequency_hz: Some(0.25), ..Options::default() };
         assert_held(record, &options, Parameter::DECAY_RATE, delta);
+    }
+
+    #[test]
+    fn amplitudes_that_nobody_called_so_are_told() {
+        let time: Vec<f64> = (0..600).map(|i| 0.05 * f64::from(i)).collect();
+        let falls = |t: f64, friction: f64| (10.0 * (-0.1 * t).exp() - friction * t).max(0.0);
+        let told = |value: &dyn Fn(usize, f64) -> f64| {
+            let signal: Vec<f64> = time.iter().enumerate().map(|(i, t)| value(i, *t)).collect();
+            let record = Record::new(time.clone(), signal).expect("valid");
+            analyse(&record, &Options::default()).err()
+        };
+        for friction in [0.0, 0.02, 0.4] {
+            for noise in [0.0, 0.05] {
+                let error =
+                    told(&|i, t| (falls(t, friction) + noise * jitter(i, 7)).abs()).expect("no oscillation");
+                let advice = Hint::new("kind", "takes them as amplitudes").with("envelope");
+                assert_eq!(error.hints(Analysis::Ringdown)[0], advice, "{friction} {noise}");
+            }
+        }
+        // A level that falls to both sides of zero, one that rests, and one that swings about a level.
+        for other in [
+            &|i: usize, t: f64| falls(t, 0.0) - 4.0 + 0.05 * jitter(i, 7),
+            &|i: usize, _: f64| 5.0 + 0.05 * jitter(i, 7),
+            &|i: usize, t: f64| 5.0 + t + 0.05 * jitter(i, 7),
+        ] as [&dyn Fn(usize, f64) -> f64; 3]
+        {
+            let error = told(other).expect("no oscillation");
+            assert!(!error.hints(Analysis::Ringdown).iter().any(|hint| hint.value.is_some()), "{error}");
+        }
+        assert!(told(&|_, t| 20.0 + falls(t, 0.0) * (6.0 * t).cos()).is_none());
     }
 
     /// Many amplitudes a block, at 35 dB, long after friction has stopped the motion: what they read of noise is no decay that
