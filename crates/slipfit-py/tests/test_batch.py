@@ -647,3 +647,9 @@ def test_a_notebook_shows_a_table():
     assert "30 rows" in streamed._repr_html_()
     parts = pa.table({"a": pa.chunked_array([list(traces[:7]), list(traces[7:])])})
     assert slipfit.fit_batch(parts, amplitude="a", dt=DT)._repr_html_() == slipfit.fit_batch(pa.table({"a": list(traces)}), amplitude="a", dt=DT)._repr_html_()
+
+
+def test_a_table_of_answers_has_the_shape_of_a_frame():
+    answers = slipfit.fit_batch(np.ones((3, 50)), amplitude="a", dt=0.1)
+    frame = answers.to_pandas()
+    assert answers.shape == frame.shape and answers.columns == list(frame.columns) == answers.column_names

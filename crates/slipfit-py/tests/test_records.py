@@ -56,3 +56,43 @@ def test_a_pickle_holds_the_numbers_that_were_read(tmp_path):
     assert json.loads(slipfit.ringdown(pickle.loads(held)).to_json())["input"]["path"] == str(path)
     with pytest.raises(FileNotFoundError):
         pickle.dumps(record)
+
+
+def test_what_was_read_is_a_frame_with_its_units():
+    pytest.importorskip("pandas")
+    swing = slipfit.read(EXAMPLES / "classroom_pendulum.csv")
+    frame = swing.to_dataframe()
+    assert list(frame) == ["time (s)", "displacement (rad)"] and len(frame) == len(swing)
+    assert np.array_equal(frame["time (s)"], swing.time_s) and np.array_equal(frame["displacement (rad)"], swing.signal)
+    # Given back it is the same record.
+    again = slipfit.ringdown(frame["time (s)"], frame["displacement (rad)"])
+    assert again.parameters == slipfit.ringdown(swing).parameters
+    time = 0.01 * np.arange(500)
+    rows = np.c_[time, np.exp(-time) * np.cos(time), np.exp(-time) * np.sin(time)]
+    text = "t (s),x (mV),y (mV)\n" + "".join(",".join(map(repr, map(float, row))) + "\n" for row in rows)
+    lock_in = slipfit.read(text.encode(), kind="lock-in").to_dataframe()
+    assert list(lock_in) == ["time (s)", "x (mV)", "y (mV)"]
+    assert np.array_equal(lock_in["y (mV)"], rows[:, 2])
+    curve = slipfit.read_curve(b"f (Hz),R (mm),phase (deg)\n" + b"".join(b"%d,%d,%d\n" % (f, f % 7, -f) for f in range(1, 30)))
+    assert list(curve.to_dataframe()) == ["frequency (Hz)", "amplitude (mm)", "phase (rad)"]
+    assert curve.to_dataframe()["phase (rad)"][9] == pytest.approx(np.radians(-10))
+    levels = slipfit.read_levels(b"drive (V),A\n1,0.1\n2,0.9\n3,2.1\n4,3\n")
+    assert levels.to_dataframe().to_dict("list") == {"drive (V)": [1, 2, 3, 4], "amplitude": [0.1, 0.9, 2.1, 3]}
+
+
+def test_what_was_read_is_drawn():
+    matplotlib = pytest.importorskip("matplotlib")
+    matplotlib.use("agg")
+    import matplotlib.pyplot as plt
+
+    swing = slipfit.read(EXAMPLES / "classroom_pendulum.csv")
+    (ax,) = swing.plot()
+    assert (ax.get_xlabel(), ax.get_ylabel()) == ("time [s]", "displacement [rad]")
+    assert np.array_equal(ax.lines[0].get_xydata(), np.c_[swing.time_s, swing.signal])
+    curve = slipfit.read_curve(b"f (Hz),R (mm),phase (deg)\n" + b"".join(b"%d,%d,%d\n" % (f, f % 7, -f) for f in range(1, 30)))
+    assert [ax.get_ylabel() for ax in curve.plot()] == ["amplitude [mm]", "phase [rad]"]
+    own = plt.subplots()[1]
+    assert curve.plot(own) == [own] and len(own.lines) == 1
+    with pytest.raises(slipfit.OptionTypeError, match="matplotlib Axes are needed"):
+        swing.plot("red")
+    plt.close("all")

@@ -79,6 +79,16 @@ class ArrowTable:
         return self._held.column_names
 
     @property
+    def columns(self) -> list[str]:
+        """Names of the columns, in order, as a data frame has them."""
+        return self.column_names
+
+    @property
+    def shape(self) -> tuple[int, int]:
+        """Numbers of rows and columns."""
+        return len(self), len(self.column_names)
+
+    @property
     def units(self) -> dict[str, str]:
         """Units of the columns by name; pure numbers and texts have none."""
         held = self._held.units

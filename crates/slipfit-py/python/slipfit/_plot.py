@@ -1,4 +1,4 @@
-"""Answers as matplotlib axes, with the panels of the command's figures."""
+"""Answers as matplotlib axes, with the panels of the command's figures; what was read as axes and frames."""
 
 from __future__ import annotations
 
@@ -10,11 +10,13 @@ from . import _input
 from ._arguments import public
 
 if TYPE_CHECKING:
+    import pandas as pd
     import xarray
     from matplotlib.axes import Axes
     from numpy.typing import NDArray
 
     from ._answers import LevelsAnswer, ResonanceAnswer, RingdownAnswer, SeriesAnswer
+    from ._core import Curve, Levels, Record
 
 _DATA: dict[str, Any] = {"color": "0.55", "linewidth": 0.6}
 _DOTS: dict[str, Any] = {"color": "0.35", "markersize": 3.0, "linestyle": "none", "marker": "o"}
@@ -245,4 +247,26 @@ def plot_map(
     axes = [ax] if ax is not None else _panels(len(names))
     for axis, name in zip(axes, names):
         _image(axis, found, name)
+    return axes
+
+
+def frame_of(read: Record | Curve | Levels) -> pd.DataFrame:
+    """What was read, a row for each sample or point, its units in the names of the columns."""
+    import pandas as pd
+
+    return pd.DataFrame({f"{name} ({unit})" if unit else name: values for name, unit, values in read._columns()})
+
+
+@public
+def plot_read(
+    read: Record | Curve | Levels,
+    ax: Annotated[Axes | None, "matplotlib Axes are needed, such as plt.subplots() gives"] = None,
+) -> list[Axes]:
+    """The other columns of what was read over the first."""
+    (over, over_unit, at), *others = read._columns()
+    axes = [ax] if ax is not None else _panels(len(others))
+    style = _DATA if over == "time" else _DOTS
+    for panel, (name, unit, values) in zip(axes, others):
+        panel.plot(at, values, **style)
+        panel.set(xlabel=_unit(over, over_unit), ylabel=_unit(name, unit))
     return axes

@@ -20,6 +20,22 @@ fn hash(report: &ReadReport) -> u64 {
     hasher.finish()
 }
 
+/// A column: its name, its unit and its numbers.
+type Column<'py> = (&'static str, String, Array<'py>);
+
+/// Pandas and matplotlib are Python's: what they are given is put together there.
+fn by_python<'py>(
+    read: &Bound<'py, PyAny>,
+    function: &str,
+    ax: Option<Bound<'py, PyAny>>,
+) -> PyResult<Bound<'py, PyAny>> {
+    let module = read.py().import("slipfit._plot")?;
+    match ax {
+        Some(ax) => module.call_method1(function, (read, ax)),
+        None => module.call_method1(function, (read,)),
+    }
+}
+
 fn notes(report: &ReadReport) -> Vec<String> {
     report.notes.iter().map(|note| note.spelled(&spell)).collect()
 }
@@ -100,6 +116,45 @@ impl Record {
         self.origin.call(py, "read_record", &self.reading.report.sha256)
     }
 
+    fn _columns<'py>(&self, py: Python<'py>) -> Vec<Column<'py>> {
+        let unit = self.unit().to_owned();
+        let mut columns = vec![("time", "s".to_owned(), self.time_s(py))];
+        match self.quadrature(py) {
+            Some(quadrature) => {
+                columns.extend([("x", unit.clone(), self.signal(py)), ("y", unit, quadrature)]);
+            }
+            None => columns.push((self.kind(), unit, self.signal(py))),
+        }
+        columns
+    }
+
+    /// The samples as a pandas DataFrame.
+    ///
+    /// Returns
+    /// -------
+    /// DataFrame
+    ///     A row for each sample; columns ``time (s)`` and the kind of the samples with their unit, such as
+    ///     ``displacement (rad)``, of a lock-in ``x`` and ``y``.
+    fn to_dataframe<'py>(slf: &Bound<'py, Self>) -> PyResult<Bound<'py, PyAny>> {
+        by_python(slf.as_any(), "frame_of", None)
+    }
+
+    /// Draws the samples over time with matplotlib.
+    ///
+    /// Parameters
+    /// ----------
+    /// ax : matplotlib Axes, optional
+    ///     Where to draw the main panel; without it a figure with all panels is made.
+    ///
+    /// Returns
+    /// -------
+    /// list of Axes
+    ///     The panels drawn.
+    #[pyo3(signature = (ax=None))]
+    fn plot<'py>(slf: &Bound<'py, Self>, ax: Option<Bound<'py, PyAny>>) -> PyResult<Bound<'py, PyAny>> {
+        by_python(slf.as_any(), "plot_read", ax)
+    }
+
     fn __repr__(&self) -> String {
         format!("<Record of {}: {} samples, unit {:?}>", self.path(), self.__len__(), self.unit())
     }
@@ -175,6 +230,46 @@ impl Curve {
         self.origin.call(py, "read_curve", &self.reading.report.sha256)
     }
 
+    fn _columns<'py>(&self, py: Python<'py>) -> Vec<Column<'py>> {
+        let curve = &self.reading.curve;
+        let mut columns = vec![
+            ("frequency", "Hz".to_owned(), self.frequency_hz(py)),
+            ("amplitude", self.unit().to_owned(), self.amplitude(py)),
+        ];
+        if let Response::Complex(phasors) = curve.response() {
+            let phases = PyArray1::from_iter(py, phasors.iter().map(|phasor| phasor.arg()));
+            columns.push(("phase", "rad".to_owned(), phases));
+        }
+        columns
+    }
+
+    /// The points as a pandas DataFrame.
+    ///
+    /// Returns
+    /// -------
+    /// DataFrame
+    ///     A row for each point; columns ``frequency (Hz)``, ``amplitude`` with its unit, and ``phase (rad)`` where it was
+    ///     measured.
+    fn to_dataframe<'py>(slf: &Bound<'py, Self>) -> PyResult<Bound<'py, PyAny>> {
+        by_python(slf.as_any(), "frame_of", None)
+    }
+
+    /// Draws the response over frequency with matplotlib.
+    ///
+    /// Parameters
+    /// ----------
+    /// ax : matplotlib Axes, optional
+    ///     Where to draw the main panel; without it a figure with all panels is made.
+    ///
+    /// Returns
+    /// -------
+    /// list of Axes
+    ///     The panels drawn.
+    #[pyo3(signature = (ax=None))]
+    fn plot<'py>(slf: &Bound<'py, Self>, ax: Option<Bound<'py, PyAny>>) -> PyResult<Bound<'py, PyAny>> {
+        by_python(slf.as_any(), "plot_read", ax)
+    }
+
     fn __repr__(&self) -> String {
         format!("<Curve of {}: {} points, unit {:?}>", self.path(), self.__len__(), self.unit())
     }
@@ -246,6 +341,39 @@ impl Levels {
 
     fn __reduce__<'py>(&self, py: Python<'py>) -> PyResult<Call<'py>> {
         self.origin.call(py, "read_levels", &self.reading.report.sha256)
+    }
+
+    fn _columns<'py>(&self, py: Python<'py>) -> Vec<Column<'py>> {
+        vec![
+            ("drive", self.drive_unit().to_owned(), self.drive(py)),
+            ("amplitude", self.unit().to_owned(), self.amplitude(py)),
+        ]
+    }
+
+    /// The points as a pandas DataFrame.
+    ///
+    /// Returns
+    /// -------
+    /// DataFrame
+    ///     A row for each point; columns ``drive`` and ``amplitude`` with their units.
+    fn to_dataframe<'py>(slf: &Bound<'py, Self>) -> PyResult<Bound<'py, PyAny>> {
+        by_python(slf.as_any(), "frame_of", None)
+    }
+
+    /// Draws amplitudes over the levels of the drive with matplotlib.
+    ///
+    /// Parameters
+    /// ----------
+    /// ax : matplotlib Axes, optional
+    ///     Where to draw the main panel; without it a figure with all panels is made.
+    ///
+    /// Returns
+    /// -------
+    /// list of Axes
+    ///     The panels drawn.
+    #[pyo3(signature = (ax=None))]
+    fn plot<'py>(slf: &Bound<'py, Self>, ax: Option<Bound<'py, PyAny>>) -> PyResult<Bound<'py, PyAny>> {
+        by_python(slf.as_any(), "plot_read", ax)
     }
 
     fn __repr__(&self) -> String {
