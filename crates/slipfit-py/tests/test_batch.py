@@ -174,7 +174,8 @@ def test_a_source_that_fails_says_so():
     [
         (np.zeros(9), {"amplitude": "a", "dt": 1}, "rows, samples"),
         (np.zeros((3, 9), dtype=complex), {"amplitude": "a", "dt": 1}, "rows, samples"),
-        ([1, 2], {"amplitude": "a", "dt": 1}, "does not export"),
+        ({1, 2}, {"amplitude": "a", "dt": 1}, "does not export"),
+        ([1, 2], {"amplitude": "a", "dt": 1}, "a list of traces"),
         (pa.array([[1.0]]), {"amplitude": "a", "dt": 1}, "ListArray and has no columns with names"),
         (pa.chunked_array([[[1.0]]]), {"amplitude": "a", "dt": 1}, "ChunkedArray and has no columns with names"),
         (pa.table({str(i): [1] for i in range(99)}), {"amplitude": "a", "dt": 1}, "`19`, others, 99 in all"),
@@ -509,9 +510,9 @@ def test_rows_are_the_answers_of_their_records_to_the_last_bit():
 
 def test_columns_of_nothing_but_nulls_are_rows():
     """As pandas makes them of a part of a table in which every trace is missing, or which has no rows."""
-    for options in ({"amplitude": "a"}, {"signal": "a", "method": "analyse"}, {"x": "a", "y": "a"}):
+    for options in ({"amplitude": "a"}, {"signal": "a", "method": "analyse"}, {"x": "a", "y": "b"}):
         for rows in (0, 1, 300):
-            answers = slipfit.fit_batch(pa.table({"a": pa.nulls(rows)}), dt=DT, **options)
+            answers = slipfit.fit_batch(pa.table({"a": pa.nulls(rows), "b": pa.nulls(rows)}), dt=DT, **options)
             assert answers["status"].tolist() == ["failed"] * rows
             assert set(answers["reason"].tolist()) <= {"the trace is null"}
     times = pa.table({"a": [[1.0, 0.5]], "t": pa.nulls(1)})
@@ -576,6 +577,7 @@ TRACES = pa.table({"a": [[1.0]], "b": [[1.0]], "c": [[1.0]], "t": [[1.0]]})
         ({"signal": "a", "y": "b", "method": "analyse"}, "y", ("y='b'", "signal='a'")),
         ({"x": "a"}, "y", ("x='a'", "without y")),
         ({"y": "a"}, "y", ("y='a'", "without x")),
+        ({"x": "a", "y": "a"}, "y", ("x='a'", "y='a'", "two columns")),
         ({"amplitude": "a", "x": "b", "y": "c"}, "x", ("amplitude='a'", "x='b'")),
         ({"x": "a", "y": "b", "signal": "c"}, "signal", ("x='a'", "signal='c'")),
         ({"amplitude": "a", "kind": "velocity"}, "kind", ("kind='velocity'", "amplitude='a'")),
@@ -647,6 +649,40 @@ def test_a_notebook_shows_a_table():
     assert "30 rows" in streamed._repr_html_()
     parts = pa.table({"a": pa.chunked_array([list(traces[:7]), list(traces[7:])])})
     assert slipfit.fit_batch(parts, amplitude="a", dt=DT)._repr_html_() == slipfit.fit_batch(pa.table({"a": list(traces)}), amplitude="a", dt=DT)._repr_html_()
+
+
+def test_lists_and_dictionaries_of_traces_are_tables():
+    time = 0.01 * np.arange(300)
+    traces = [np.exp(-rate * time[:length]) for rate, length in ((1.0, 300), (2.0, 200))]
+    options = {"amplitude": "trace", "dt": 0.01}
+    wanted = slipfit.fit_batch(pa.table({"trace": [trace.tolist() for trace in traces]}), **options)
+    for given in (traces, tuple(traces), [traces[0].tolist(), traces[1]], [trace.astype(">f8") for trace in traces]):
+        assert slipfit.fit_batch(given, **options) == wanted
+    assert slipfit.fit_batch({"trace": traces}, **options) == wanted
+    with_gap = slipfit.fit_batch([traces[0], None], **options)
+    assert list(with_gap["status"]) == [wanted["status"][0], "failed"]
+    even = np.array([traces[0], np.exp(-3 * time)])
+    table = {"trace": even, "f0": np.array([5.0, 6.0]), "pixel": ["a", "b"]}
+    answers = slipfit.fit_batch(table, frequency_hz="f0", keep=["pixel"], **options)
+    assert list(answers["pixel"]) == ["a", "b"]
+    one = slipfit.fit_batch(even[1:], frequency_hz=6.0, **options)
+    assert answers["friction_displacement"][1] == one["friction_displacement"][0]
+    masked = np.ma.masked_greater(np.where(np.arange(300) == 7, 9.0, even), 8)
+    for given in (masked, list(masked)):
+        assert list(slipfit.fit_batch({"trace": given}, **options)["samples_left_out"]) == [1, 1]
+    for wrong, words in (
+        (traces[0].tolist(), "a list of traces needs an array or a list of numbers for each"),
+        ([even], "a list of traces"),
+        ([[[1.0], [1.0, 2.0]]], "a list of traces"),
+        ({"trace": even, "f0": [1.0]}, "columns of one length"),
+        ({"trace": even[np.newaxis]}, "of the shape (1, 2, 300)"),
+        ({"trace": "swing"}, "columns of one length"),
+    ):
+        with pytest.raises(slipfit.OptionTypeError) as raised:
+            slipfit.fit_batch(wrong, **options)
+        assert raised.value.option == "table" and words in str(raised.value), str(raised.value)
+    with pytest.raises(slipfit.OptionError, match="trace"):
+        slipfit.fit_batch({"other": traces}, **options)
 
 
 def test_a_table_of_answers_has_the_shape_of_a_frame():

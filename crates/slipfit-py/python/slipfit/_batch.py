@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from html import escape
 from typing import TYPE_CHECKING, Annotated, Any, Literal, NoReturn, get_args
 
@@ -242,24 +242,67 @@ def _labelled(table: Any, options: dict[str, Any]) -> Any:
 
 
 def _table(table: Any, column: str) -> Any:
-    """An array with a trace in each row as a table; anything else as it is."""
+    """Arrays with a trace in each row, and columns by name, as a table; anything else as it is."""
     if _input.is_of_xarray(table) and hasattr(table, "ndim"):
         table = table.to_numpy()
-    if not isinstance(table, np.ndarray):
+    if isinstance(table, np.ndarray):
+        table = _input.unmasked(table)
+        if table.ndim != 2 or table.dtype.kind not in "fiu":
+            raise _input.refuse(
+                "table", f"table is an array of {table.dtype} of the shape {table.shape}: real numbers (rows, samples)"
+            )
+        columns: Mapping[Any, Any] = {column: table}
+    elif isinstance(table, (list, tuple)):
+        if not all(map(_is_trace, table)):
+            raise wrong_type("table", table, "a list of traces needs an array or a list of numbers for each")
+        columns = {column: table}
+    elif isinstance(table, Mapping) and not hasattr(table, "__arrow_c_stream__"):
+        columns = table
+    else:
         return table
-    table = _input.unmasked(table)
-    if table.ndim != 2 or table.dtype.kind not in "fiu":
-        raise _input.refuse(
-            "table", f"table is an array of {table.dtype} of the shape {table.shape}: real numbers (rows, samples)"
-        )
     import pyarrow as pa
 
-    if not table.shape[1]:
-        return pa.table({column: pa.array([[]] * table.shape[0], pa.list_(pa.float64()))})
-    if table.dtype.itemsize > 8:
-        table = table.astype(np.float64)
-    flat = pa.array(np.ascontiguousarray(table, dtype=table.dtype.newbyteorder("=")).reshape(-1))
-    return pa.table({column: pa.FixedSizeListArray.from_arrays(flat, table.shape[1])})
+    try:
+        return pa.table({str(name): _column(values) for name, values in columns.items()})
+    except (pa.ArrowException, TypeError, ValueError) as error:
+        raise wrong_type("table", table, f"columns of one length, one trace or number a row, are needed ({error})") from None
+
+
+def _is_trace(row: Any) -> bool:
+    if isinstance(row, (list, tuple)):
+        return not any(isinstance(one, (list, tuple, np.ndarray)) for one in row)
+    return row is None or np.ndim(row) == 1
+
+
+def _cell(one: Any) -> Any:
+    """A trace as pyarrow takes it, anything else as it is."""
+    if isinstance(one, (list, tuple)) or not np.ndim(one):
+        return one
+    array = np.asarray(_input.unmasked(_input.numbers(one)))
+    return array.astype(array.dtype.newbyteorder("="), copy=False) if array.dtype.kind in "fiu" else array
+
+
+def _column(values: Any) -> Any:
+    """A column of a table: numbers, or a trace in each row."""
+    import pyarrow as pa
+
+    if isinstance(values, (list, tuple)):
+        return pa.array([_cell(one) for one in values])
+    if isinstance(values, (str, bytes)):
+        raise TypeError("a text is no column")
+    if not isinstance(values, np.ndarray):
+        return values
+    values = _input.unmasked(values)
+    if values.ndim < 2:
+        return pa.array(values.astype(values.dtype.newbyteorder("=")) if values.dtype.kind in "fiu" else values)
+    if values.ndim > 2 or values.dtype.kind not in "fiu":
+        raise TypeError(f"an array of {values.dtype} of the shape {values.shape}")
+    if not values.shape[1]:
+        return pa.array([[]] * values.shape[0], pa.list_(pa.float64()))
+    if values.dtype.itemsize > 8:
+        values = values.astype(np.float64)
+    flat = pa.array(np.ascontiguousarray(values, dtype=values.dtype.newbyteorder("=")).reshape(-1))
+    return pa.FixedSizeListArray.from_arrays(flat, values.shape[1])
 
 
 def _choices(
@@ -314,6 +357,8 @@ def _check_columns(
         raise _input.refuse("y", f"{beside}: x=… and y=… are the two outputs of a lock-in")
     if x is not None and y is None:
         raise _input.refuse("y", f"x={x!r} without y: x=… and y=… are the two outputs of a lock-in, amplitude=… stands alone")
+    if x is not None and x == y:
+        raise _input.refuse("y", f"x={x!r} and y={y!r}: X and Y of a lock-in are two columns; amplitude=… stands alone")
     if kind is not None and signal is None and named:
         raise _input.refuse("kind", f"{told(kind=kind, **named)}: kind says what signal=… is, and there is none")
     if kind is not None and kind not in get_args(Motion):
@@ -368,14 +413,16 @@ def fit_batch(
 
     Parameters
     ----------
-    table : object with Arrow's C interface, or array
+    table : object with Arrow's C interface, array, list or dictionary
         A pyarrow Table or RecordBatch, a polars or pandas DataFrame, a DuckDB
         or Daft relation, with one trace a row: lists, large lists or
         fixed-size lists of any real numbers. Null and NaN are left out and
         counted. An array of NumPy or xarray of shape (rows, samples) is taken as
         the column that `amplitude` or `signal` names (by pyarrow, without a copy);
         of xarray a dimension called ``time`` or ``t``, or the one of dates, may
-        come first, and the unit is taken over.
+        come first, and the unit is taken over. So is a list of traces, which may
+        differ in length; a dictionary has columns by name, traces as a list or as
+        an array of shape (rows, samples).
     amplitude : str
         Column of amplitudes; or
     x, y : str
