@@ -1,6 +1,6 @@
 //! Which columns make a curve over frequency, and why.
 
-use slipfit::SignalKind;
+use slipfit::{SignalKind, answer::hint::Hint};
 
 use super::{
     chooser::{Chooser, Picked, numbered},
@@ -131,8 +131,9 @@ impl Chooser<'_> {
     /// A reflection (S11) is told from a response: what resonates is missing from it.
     fn note_reflection(&mut self, response: &Response) {
         let names = &self.head.names;
+        let ports = |index: usize| scattering(&names[index].header);
         let Some((_, first)) = response.columns().first().copied() else { return };
-        if !is_scattering(&names[first.index].header, |into, from| into == from) {
+        if !ports(first.index).is_some_and(|(into, from)| into == from) {
             return;
         }
         let text = format!(
@@ -140,14 +141,31 @@ impl Chooser<'_> {
              include the load of the instrument",
             self.head.label(first.index)
         );
-        let option = if matches!(response, Response::Complex(..)) { "real" } else { "amplitude" };
-        let through = (0..names.len()).find(|&i| is_scattering(&names[i].header, |into, from| into != from));
-        self.notes.push(match through {
-            Some(index) => {
-                Note::new(text).hint(option, format!("reads the transmission, {}", self.head.label(index)))
-            }
+        let through = (0..names.len()).find(|&i| ports(i).is_some_and(|(into, from)| into != from));
+        let note = match through {
             None => Note::new(format!("{text}; a transmission (S21) has no such background")),
-        });
+            Some(index) => {
+                let [one, other] = if matches!(response, Response::Complex(..)) {
+                    ["real", "imaginary"]
+                } else {
+                    ["amplitude", "phase"]
+                };
+                let named =
+                    |option, index: usize, advice: String| Hint::new(option, advice).with((index + 1) as f64);
+                let partner = (index + 1..names.len()).find(|&i| ports(i) == ports(index));
+                let mut note = Note::new(text);
+                note.hints.push(named(
+                    one,
+                    index,
+                    format!("reads the transmission, {}", self.head.label(index)),
+                ));
+                note.hints.extend(
+                    partner.map(|i| named(other, i, format!("its other part, {}", self.head.label(i)))),
+                );
+                note
+            }
+        };
+        self.notes.push(note);
     }
 
     /// What the response is, and the unit of the curve.
@@ -185,8 +203,11 @@ impl Chooser<'_> {
     }
 }
 
-/// Whether a header names a scattering parameter, `S21` or `Trc1_S11`, of ports that fit.
-fn is_scattering(header: &str, fits: fn(u8, u8) -> bool) -> bool {
-    let mut words = header.split(|c: char| !c.is_ascii_alphanumeric());
-    words.any(|word| matches!(word.as_bytes(), [b'S' | b's', into @ b'1'..=b'9', from @ b'1'..=b'9'] if fits(*into, *from)))
+/// The ports of a scattering parameter that a header names, `S21` or `Trc1_S11`: into which, and from which.
+fn scattering(header: &str) -> Option<(u8, u8)> {
+    let words = header.split(|c: char| !c.is_ascii_alphanumeric());
+    words.into_iter().find_map(|word| match word.as_bytes() {
+        [b'S' | b's', into @ b'1'..=b'9', from @ b'1'..=b'9'] => Some((*into, *from)),
+        _ => None,
+    })
 }

@@ -1,6 +1,6 @@
 //! Resonance curves as laboratories write them.
 
-use slipfit::answer::hint::spelled;
+use slipfit::answer::hint::{HintValue, spelled};
 use slipfit_io::{
     LevelReading, ReadError, ReadOptions, ReadProblem, SweepReading, read_levels_from, read_sweep_from,
 };
@@ -182,15 +182,20 @@ fn a_reflection_is_told_with_the_transmission_beside_it() {
         (0..201).map(row).collect::<String>()
     };
     let told = |text: &str, options: &ReadOptions| {
+        let spell = |option: &str, value: Option<&HintValue>| match value {
+            Some(value) => format!("{option} = {value}"),
+            None => option.to_owned(),
+        };
         let notes = with(text, options).unwrap().report.notes;
-        notes.iter().map(ToString::to_string).collect::<Vec<_>>().join("\n")
+        notes.iter().map(|note| note.spelled(&spell)).collect::<Vec<_>>().join("\n")
     };
     let (one, two) = (row(1), row(2));
     let of_one = told(&format!("# HZ S RI R 50\n{one}"), &ReadOptions::default());
     assert!(of_one.contains("column 2 `S11 in-phase` is a reflection"), "{of_one}");
     assert!(of_one.contains("a transmission (S21) has no such background"), "{of_one}");
     let of_two = told(&format!("# HZ S RI R 50\n{two}"), &ReadOptions::default());
-    assert!(of_two.contains("real reads the transmission, column 4 `S21 in-phase`"), "{of_two}");
+    assert!(of_two.contains("real = 4 reads the transmission, column 4 `S21 in-phase`"), "{of_two}");
+    assert!(of_two.contains("imaginary = 5 its other part, column 5 `S21 quadrature`"), "{of_two}");
     let through =
         ReadOptions { real: Some("4".into()), imaginary: Some("5".into()), ..ReadOptions::default() };
     assert!(!told(&format!("# HZ S RI R 50\n{two}"), &through).contains("reflection"));
