@@ -95,7 +95,15 @@ fn an_exact_curve_is_taken_apart_with_the_drive_known_or_from_a_reference() {
 /// Simulated curves without noise: in rounding there is no lag, no background, no delay, and a fit settles.
 #[test]
 fn an_exact_curve_is_described_without_a_warning() {
-    for (q, x_f, points) in [(10.0, 0.1, 201), (100.0, 0.0, 41), (100.0, 0.4, 201), (5000.0, 0.4, 41)] {
+    let cases = [
+        (10.0, 0.1, 201),
+        (100.0, 0.0, 41),
+        (100.0, 0.0, 2001),
+        (100.0, 0.4, 201),
+        (100.0, 0.4, 2001),
+        (5000.0, 0.4, 41),
+    ];
+    for (q, x_f, points) in cases {
         let o = oscillator(q, x_f);
         let (hz, z) = sweep(&o, [1.0 - 1.0 / q, 1.0 + 1.0 / q], points, 0.0, 0);
         for options in [Options::default(), known()] {
@@ -107,6 +115,24 @@ fn an_exact_curve_is_described_without_a_warning() {
             assert!((delta / o.decay_rate_per_s() - 1.0).abs() < 1e-9, "{q} {x_f}: {delta}");
             let found = a.parameter(Parameter::FRICTION_DISPLACEMENT).unwrap().value;
             assert!((found - x_f).abs() < 1e-9, "{q} {x_f}: {found}");
+        }
+    }
+}
+
+/// Neighbours of a dense curve are fitted by their mean only as far as the noise hides what that loses.
+#[test]
+fn dense_curves_hold_the_truth_at_any_noise() {
+    let (q, x_f) = (100.0, 0.4);
+    let o = oscillator(q, x_f);
+    for (points, noise) in [(2001, 1e-5), (5001, 1e-4), (5001, 0.03)] {
+        let (hz, z) = sweep(&o, [0.96, 1.04], points, noise, u64::from(points));
+        let curve = Curve::complex(hz, z).build().unwrap();
+        let a = analyse(&curve, &known()).unwrap();
+        assert_eq!(codes(&a), [""; 0], "{points} points, noise {noise}");
+        for (name, truth) in
+            [(Parameter::FRICTION_DISPLACEMENT, x_f), (Parameter::DECAY_RATE, o.decay_rate_per_s())]
+        {
+            assert!(off(&a, name, truth).abs() < 4.0, "{points}, {noise}: {:?}", a.parameter(name));
         }
     }
 }

@@ -194,7 +194,7 @@ fn descend_until(
         let rounding = WITHIN_ROUNDING * problem.rounding() / problem.observations().max(1.0);
         let least = (tolerance * tolerance * noise).max(1e-15 * sums.rss).max(rounding);
         let (damped, enough) = match ending {
-            Ending::Damped { most } => (true, predicted < most),
+            Ending::Damped { most } => (true, 0.0 < predicted && predicted < most),
             _ => (false, false),
         };
         let negligible = predicted <= least || enough;

@@ -7,7 +7,7 @@ use super::free_gain::free_gain;
 use super::peak;
 use super::prepared::PreparedCurve;
 use super::work::Work;
-use super::{Answer, Curve, Options, assemble, measured_columns};
+use super::{Answer, Curve, Options, assemble, lost_curvature, measured_columns};
 use crate::Error;
 
 /// Tells viscous from sliding loss in a resonance curve.
@@ -116,29 +116,35 @@ pub(super) fn analyse_within(
     work: &Work,
 ) -> Result<Answer, Error> {
     let block = |curve: &Curve| Block { work: work.clone(), ..Block::new(curve) };
+    let errors_known = used.std_error().is_some();
     let fit = |main: Block, spikes: usize| {
-        let prepared = PreparedCurve::new(main, options.reference.as_ref().map(block), options, criteria)?;
-        let fitted = measured_columns::best_fit(&prepared, options, criteria, used.std_error().is_some())?;
-        Ok(FittedModels { spikes, ..fitted })
+        let mut curve = PreparedCurve::new(main, options.reference.as_ref().map(block), options, criteria)?;
+        let best = |curve: &PreparedCurve| measured_columns::best_fit(curve, options, criteria, errors_known);
+        let mut fitted = best(&curve)?;
+        for _ in 0..criteria.preparation.group_rounds {
+            let corrected = lost_curvature::corrected(&curve, &fitted, criteria.preparation.group_errors);
+            let Some(corrected) = corrected.filter(|_| !work.was_cut()) else { break };
+            let Ok(better) = best(&corrected) else { break };
+            (curve, fitted) = (corrected, better);
+        }
+        Ok((curve, FittedModels { spikes, ..fitted }))
     };
     let mut main = block(used);
-    let mut fitted = fit(main.clone(), 0);
+    let mut found = fit(main.clone(), 0);
     // A glitch far above the peak hides it.
     for spikes in 1..=main.len() / criteria.residuals.outlier_part.max(1) {
-        let Err(Error::NoResonance { .. }) = fitted else { break };
+        let Err(Error::NoResonance { .. }) = found else { break };
         let Some(fewer) = peak::without_spike(&main, &criteria.residuals) else { break };
         main = fewer;
-        fitted = fit(main.clone(), spikes).or(fitted);
+        found = fit(main.clone(), spikes).or(found);
     }
-    let fitted =
-        fitted.map_err(|error| if work.was_cut() { Error::NoFit { reason: SEARCH_CUT } } else { error })?;
-    let mut fitted = fitted;
+    let (prepared, mut fitted) =
+        found.map_err(|error| if work.was_cut() { Error::NoFit { reason: SEARCH_CUT } } else { error })?;
     if options.reference.is_some() || options.drive_amplitude.is_some() {
-        let known = used.std_error().is_some() && fitted.set_aside.errors.is_none();
-        fitted.free_gain = work.within(criteria.search.share, || {
-            let alone = PreparedCurve::new(main, None, options, criteria).ok()?;
-            free_gain(&fitted, alone, options, criteria, known)
-        });
+        let known = errors_known && fitted.set_aside.errors.is_none();
+        let alone = PreparedCurve { reference: None, ..prepared };
+        fitted.free_gain =
+            work.within(criteria.search.share, || free_gain(&fitted, alone, options, criteria, known));
     }
     // Whatever the search took, there is work for the intervals.
     work.renew(criteria.search.interval_part);

@@ -21,6 +21,7 @@ mod hypothesis_fit;
 mod instrument_start;
 mod lag;
 mod lanes;
+mod lost_curvature;
 mod measured_columns;
 mod models;
 mod noise;

@@ -6,6 +6,7 @@ use super::criteria::Criteria;
 use super::instrument_start::{InstrumentStart, baseline};
 use super::peak::{self, Peak};
 use crate::Error;
+use crate::motion::steady::Phasor;
 
 /// A curve before any hypothesis about it.
 #[derive(Clone)]
@@ -15,6 +16,10 @@ pub(super) struct PreparedCurve {
     pub(super) reference: Option<Block>,
     /// Every point, where the fit uses means of neighbours.
     pub(super) all: Option<Block>,
+    /// Points in each mean.
+    pub(super) group: usize,
+    /// By what the curvature within each group was found to move its mean; none yet where empty.
+    pub(super) lost: Vec<Phasor>,
     /// The peak of the points, or of those above their baseline.
     pub(super) peak: Peak,
     /// The straight line on which the peak stands.
@@ -58,7 +63,7 @@ impl PreparedCurve {
             std::mem::replace(&mut main, means)
         });
         let fitted_noise = if all.is_some() { peak::noise(&main) } else { noise };
-        Ok(Self { main, reference, all, peak, baseline, noise, fitted_noise })
+        Ok(Self { main, reference, all, group, lost: Vec::new(), peak, baseline, noise, fitted_noise })
     }
 
     /// The same curve with these weights of the points that are fitted.
