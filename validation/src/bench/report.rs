@@ -106,7 +106,7 @@ difference of the last positions, `x_0 = 1`.
 - **p** `fit_batch` on a table of 1 GB (0.5 GB) of traces like that of **c** in memory, one thread: parameters, errors,
   intervals, p-value and friction displacement of each. The peer fits one trace again and again. The sum reads the same
   memory once and does nothing with it.
-- **q** as **b**, of records as short as those of a batch: everything that `slipfit::ringdown::analyse` answers, beside one fit.
+- **q** as **b**, of records as short as those of a batch, the mean of 300 with noise of their own each (one in thirty or so shows by chance what takes a search of its own): everything that `slipfit::ringdown::analyse` answers, beside one fit.
 
 The scripts of the peers are in `validation/peers`.
 

@@ -12,6 +12,8 @@ use crate::Failure;
 
 /// Noise added to every sample; the decay starts at amplitude 1.
 const NOISE_RMS: f64 = 0.01;
+/// Of the noise.
+const SEED: u64 = 0x5113_f175;
 /// Offset of the waveforms.
 const OFFSET: f64 = 0.02;
 
@@ -69,21 +71,33 @@ impl Signal {
     /// whole number of them, so that its frequency lies between two lines of a
     /// spectrum.
     pub(super) fn waveform(samples: usize) -> Result<Signal, Failure> {
+        Signal::waveform_of(samples, 0)
+    }
+
+    /// The same with noise of its own for each number.
+    pub(super) fn waveform_of(samples: usize, number: u64) -> Result<Signal, Failure> {
         let rate_hz = 1e5;
         let duration_s = samples as f64 / rate_hz;
         let truth = Truth::of(duration_s, rate_hz / 100.0 + 1.0 / (3.0 * duration_s));
         let decay = truth.free_decay()?;
-        Ok(Signal::sampled(samples, rate_hz, truth, |time_s| OFFSET + decay.displacement(time_s)))
+        let value = |time_s| OFFSET + decay.displacement(time_s);
+        Ok(Signal::sampled(samples, rate_hz, truth, Noise::new(SEED + number), value))
     }
 
     /// An amplitude trace of one second.
     pub(super) fn envelope(samples: usize) -> Signal {
         let truth = Truth::of(1.0, 1_000.0);
-        Signal::sampled(samples, samples as f64, truth, |time_s| truth.amplitude(time_s))
+        let value = |time_s| truth.amplitude(time_s);
+        Signal::sampled(samples, samples as f64, truth, Noise::new(SEED), value)
     }
 
-    fn sampled(samples: usize, rate_hz: f64, truth: Truth, value: impl Fn(f64) -> f64) -> Signal {
-        let mut noise = Noise(0x5113_f175);
+    fn sampled(
+        samples: usize,
+        rate_hz: f64,
+        truth: Truth,
+        mut noise: Noise,
+        value: impl Fn(f64) -> f64,
+    ) -> Signal {
         let time_s: Vec<f64> = (0..samples).map(|i| i as f64 / rate_hz).collect();
         let values = time_s.iter().map(|&time_s| value(time_s) + NOISE_RMS * noise.normal()).collect();
         Signal { time_s, values, truth }
