@@ -133,7 +133,7 @@ impl Chooser<'_> {
         let names = &self.head.names;
         let ports = |index: usize| scattering(&names[index].header);
         let Some((_, first)) = response.columns().first().copied() else { return };
-        if !ports(first.index).is_some_and(|(into, from)| into == from) {
+        if ports(first.index).is_none_or(|(into, from)| into != from) {
             return;
         }
         let text = format!(

@@ -614,7 +614,7 @@ fn names_in_front_of_values_are_columns() {
     }
     // Words of the program, a name that comes and goes, and a line that was cut.
     let row = |k: usize| {
-        let also = if k % 10 == 0 { " battery:3.7" } else { "" };
+        let also = if k.is_multiple_of(10) { " battery:3.7" } else { "" };
         format!("x:{:.1} t_ms:{}{also}\n", x(k), 20 * k)
     };
     let text = format!("sensor ready\n{}x:51", (0..ROWS).map(row).collect::<String>());
