@@ -20,7 +20,7 @@ const FLAGS: &str = "-Cpasses=sancov-module -Cllvm-args=-sanitizer-coverage-leve
 
 /// The targets and what each starts from: names of files in [`SEEDS`] hold one of these. Analyses
 /// start from nothing: any bytes are numbers.
-const TARGETS: [(&str, &[&str]); 29] = [
+const TARGETS: [(&str, &[&str]); 30] = [
     ("arrow", &[".arrow", ".feather"]),
     ("capstone", &["capstone"]),
     ("gzip", &[".gz"]),
