@@ -79,16 +79,14 @@ pub(crate) fn minimise_until(
 }
 
 /// [`minimise`] for the sum of squares alone: a step that only its damping makes small ends the search as well, instead
-/// of many smaller ones along an edge of the model, and so does one that lowers the sum of squares by less than `most`,
-/// which is applied without evaluating the model there.
+/// of many smaller ones along an edge of the model.
 pub(crate) fn minimise_roughly(
     problem: &dyn LeastSquares,
     start: &[f64],
     free: &[usize],
     tolerance: f64,
-    most: f64,
 ) -> Option<Fit> {
-    let found = descend_until(problem, start, free, &[], tolerance, Ending::Damped { most })?;
+    let found = descend_until(problem, start, free, &[], tolerance, Ending::Damped)?;
     fit_at(found, free)
 }
 
@@ -132,8 +130,8 @@ enum Ending {
     Left,
     /// Taken, unseen.
     Taken,
-    /// Taken; one that damping makes small is left alone. One that gains less than this is small enough.
-    Damped { most: f64 },
+    /// Taken; one that damping makes small is left alone.
+    Damped,
 }
 
 /// [`minimise_until`] without a covariance: parameters, the sums there, and whether it converged.
@@ -193,13 +191,9 @@ fn descend_until(
         let noise = sums.rss / problem.observations().max(1.0);
         let rounding = WITHIN_ROUNDING * problem.rounding() / problem.observations().max(1.0);
         let least = (tolerance * tolerance * noise).max(1e-15 * sums.rss).max(rounding);
-        let (damped, enough) = match ending {
-            Ending::Damped { most } => (true, 0.0 < predicted && predicted < most),
-            _ => (false, false),
-        };
-        let negligible = predicted <= least || enough;
+        let negligible = predicted <= least;
         let undamped = damping <= 1e-3;
-        if negligible && (undamped || damped) {
+        if negligible && (undamped || ending == Ending::Damped) {
             converged = true;
             let last = stepped(&best, free, &step);
             // A start at a minimum with an edge, such as a stop between two samples, has a slope of either side,
@@ -209,7 +203,7 @@ fn descend_until(
                 exists && trial_sums.rss <= sums.rss
             };
             let taken = undamped && ending != Ending::Left && last.iter().all(|v| v.is_finite());
-            if taken && (moved || enough || downhill()) {
+            if taken && (moved || downhill()) {
                 best = last;
                 sums.rss -= predicted;
             }

@@ -81,9 +81,8 @@ fn oscillators_at_backgrounds(
     let backgrounds = SIZES.iter().flat_map(|size| {
         (0..8).map(move |eighth| Phasor::from_polar(size * peak.height, FRAC_PI_4 * f64::from(eighth)))
     });
-    let roughly = |p: &dyn LeastSquares, from: &[f64], free: &[usize]| {
-        minimise_roughly(p, from, free, c.rough_errors, 0.0)
-    };
+    let roughly =
+        |p: &dyn LeastSquares, from: &[f64], free: &[usize]| minimise_roughly(p, from, free, c.rough_errors);
     let at = |b: Phasor| {
         for p in &mut oscillators {
             (p[BG_RE], p[BG_IM]) = (b.re, b.im);

@@ -262,7 +262,6 @@ struct DistantModel {
     rss: f64,
     /// How far above it the form puts the model, in variances of the noise.
     rise: f64,
-    variance: f64,
     /// Sum of squares above it that makes a model no rival.
     least: f64,
 }
@@ -286,16 +285,14 @@ impl DistantModel {
             start: without_shapes(model, start),
             rss: fit.rss,
             rise,
-            variance,
             least: no_rival * variance,
         })
     }
 
-    /// Its fit, begun where the form is least alone, and to within a standard error or a part of its rise: neither
-    /// another minimum nor a closer fit makes it a rival. `None` where it is one after all.
+    /// Its fit, begun where the form is least alone, and to within a standard error: neither another minimum
+    /// nor a closer fit makes it a rival. `None` where it is one after all.
     fn fit(&self, problem: &dyn LeastSquares) -> Option<Fit> {
-        let most = FAR_STEP * self.rise * self.variance;
-        let found = minimise_roughly(problem, &self.start, &self.free, FAR_TOLERANCE, most)?;
+        let found = minimise_roughly(problem, &self.start, &self.free, FAR_TOLERANCE)?;
         (found.rss - self.rss > self.least).then_some(found)
     }
 }
