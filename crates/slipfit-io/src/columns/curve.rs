@@ -128,7 +128,7 @@ impl Chooser<'_> {
             && rest.into_iter().any(says)
     }
 
-    /// A reflection (S11) is told from a response: what resonates is missing from it.
+    /// Notes that the curve is a reflection coefficient (S11), whose resonance is a dip.
     fn note_reflection(&mut self, response: &Response) {
         let names = &self.head.names;
         let ports = |index: usize| scattering(&names[index].header);
@@ -137,8 +137,8 @@ impl Chooser<'_> {
             return;
         }
         let text = format!(
-            "{} is a reflection: its resonance is what does not come back, fitted beside a background, and Q and damping \
-             include the load of the instrument",
+            "{} is a reflection: its resonance is a dip, fitted with a background, and Q and damping are those \
+             of the resonator loaded by the instrument",
             self.head.label(first.index)
         );
         let through = (0..names.len()).find(|&i| ports(i).is_some_and(|(into, from)| into != from));
