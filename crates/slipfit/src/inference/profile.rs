@@ -76,7 +76,8 @@ impl Profile<'_> {
             return Estimate { value, unbounded, std_error, interval };
         }
         let root = Root::new(self, parameter, unit);
-        let distance = root.at(0.0).map_or(z, |r| -r);
+        // On its limit the optimum itself is the fit there.
+        let distance = if value == 0.0 { 0.0 } else { root.at(0.0).map_or(z, |r| -r) };
         let [low, high] = bounded_interval(distance);
         let lower = if low <= 0.0 { 0.0 } else { root.find(low - distance, wide).max(0.0) };
         let upper = root.find(high - distance, wide).max(0.0);

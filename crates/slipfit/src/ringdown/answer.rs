@@ -118,6 +118,9 @@ pub struct Diagnostics {
     /// Variance of the fundamental's residual over what white noise gives; the
     /// intervals are widened by its root where it exceeds one.
     pub residual_excess: f64,
+    /// Probability that white noise alone leaves as much, by the number of residuals.
+    #[cfg_attr(feature = "serde", serde(skip))]
+    pub(crate) excess_by_chance: f64,
     /// First autocorrelation of the residuals.
     pub residual_autocorrelation: f64,
     /// How far the amplitudes lie off the law and in what shape, where that is above the noise.

@@ -217,6 +217,7 @@ fn diagnostics(
         noise_inflation: 1.0,
         counted_losses: None,
         residual_excess: e.fit.excess,
+        excess_by_chance: e.fit.excess_by_chance(),
         residual_autocorrelation: e.fit.autocorrelation,
         law_holds: !misfit.is_some_and(|m| m.relative_rms > e.criteria.inference.no_law),
         misfit,
@@ -246,8 +247,11 @@ fn other_modes(e: &Evidence) -> (Vec<OtherMode>, Option<Distortion>) {
     let criteria = &e.criteria.answer;
     let points = &e.measured.points;
     let range = points[0].first..points[points.len() - 1].end;
-    let (time, signal) = (&e.samples.time[range.clone()], &e.samples.signal[range]);
     let main = e.measured.law.mean_omega / TAU;
+    let whole = spectrum::between_gaps(&e.samples.time[range.clone()], main);
+    let gapless = whole.len() == range.len();
+    let range = range.start + whole.start..range.start + whole.end;
+    let (time, signal) = (&e.samples.time[range.clone()], &e.samples.signal[range]);
     // The main line is as wide as its own frequency wanders from start to end.
     let mean = |part: &[Block]| part.iter().map(|b| b.omega).sum::<f64>() / part.len() as f64 / TAU;
     let quarter = points.len().div_ceil(4);
@@ -257,7 +261,8 @@ fn other_modes(e: &Evidence) -> (Vec<OtherMode>, Option<Distortion>) {
         .measured
         .periodogram
         .clone()
-        .filter(|p| p.samples == e.samples.len() && time.len() as f64 >= SAME_SAMPLES * p.samples as f64);
+        .filter(|p| p.samples == e.samples.len() && time.len() as f64 >= SAME_SAMPLES * p.samples as f64)
+        .filter(|_| gapless);
     let Some(periodogram) = of_all.or_else(|| spectrum::Periodogram::of(time, signal).map(Arc::new)) else {
         return (Vec::new(), None);
     };

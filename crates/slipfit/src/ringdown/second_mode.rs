@@ -41,7 +41,9 @@ pub(crate) fn without_second_mode<'a>(
     let starts_late = |answer: &Answer| {
         first < decay.start && samples.time[samples.len() - 1] - samples.time[first] > longer_s(answer)
     };
-    let leaves_much = answer.diagnostics.residual_excess > c.least_excess;
+    let left = &answer.diagnostics;
+    let by_chance = left.excess_by_chance > criteria.answer.misfit_by_chance;
+    let leaves_much = left.residual_excess > c.least_excess && !by_chance;
     if !leaves_much && !starts_late(answer) {
         return None;
     }

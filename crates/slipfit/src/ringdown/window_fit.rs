@@ -39,8 +39,12 @@ pub(crate) struct WindowFit<'a> {
 impl WindowFit<'_> {
     /// Whether the law leaves far more than the noise, by more than a few residuals do by chance.
     pub(crate) fn leaves_much(&self, criteria: &AnswerCriteria) -> bool {
-        let by_chance = chi_square_tail(self.excess * self.excess_freedom, self.excess_freedom);
-        self.excess > criteria.misfit && !(by_chance > criteria.misfit_by_chance)
+        self.excess > criteria.misfit && !(self.excess_by_chance() > criteria.misfit_by_chance)
+    }
+
+    /// Probability of as large an excess in residuals of white noise.
+    pub(crate) fn excess_by_chance(&self) -> f64 {
+        chi_square_tail(self.excess * self.excess_freedom, self.excess_freedom)
     }
 }
 

@@ -7,6 +7,7 @@ use crate::numeric::order::sort_by_value;
 use nalgebra::Complex;
 use std::borrow::Cow;
 use std::f64::consts::{PI, TAU};
+use std::ops::Range;
 
 /// One line of a spectrum.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -195,6 +196,23 @@ pub(crate) struct NoiseFloor {
     pub(crate) rms: f64,
     /// Probability of a line as strong in noise, below which it is one of the motion.
     pub(crate) probability: f64,
+}
+
+/// Median steps that a gap in the stamps is longer than.
+const GAP_STEPS: f64 = 8.0;
+
+/// The longest stretch of some stamps between gaps of half a cycle and more, over which no interpolation follows the
+/// motion: its straight line makes lines of its own. All of them where the stretch has less than half of them.
+pub(crate) fn between_gaps(time: &[f64], frequency_hz: f64) -> Range<usize> {
+    let longest_step = (0.5 / frequency_hz).max(GAP_STEPS * median_step(time));
+    let stretches = time.chunk_by(|a, b| !(b - a > longest_step));
+    let mut end = 0;
+    let ranges = stretches.map(|stretch| {
+        end += stretch.len();
+        end - stretch.len()..end
+    });
+    let longest = ranges.max_by_key(|range| range.len());
+    longest.filter(|range| 2 * range.len() >= time.len()).unwrap_or(0..time.len())
 }
 
 /// Lines of at least this amplitude that noise does not explain, other than the main one, its neighbourhood
@@ -400,6 +418,23 @@ mod tests {
         let periodogram = Periodogram::of(&time, &signal).expect("long enough");
         let harmonic = strongest_harmonic(&periodogram, 1.7, NoiseFloor { rms, probability: 0.01 });
         assert_eq!(harmonic.map(|(order, _)| order), Some(3));
+    }
+
+    #[test]
+    fn a_gap_parts_a_clock_and_missing_samples_do_not() {
+        let even: Vec<f64> = (0..1000).map(|i| 0.01 * f64::from(i)).collect();
+        assert_eq!(between_gaps(&even, 2.0), 0..1000);
+        // Every third sample missing, and 0.2 s of a motion of 2 Hz.
+        let thinned: Vec<f64> =
+            even.iter().enumerate().filter(|(i, _)| i % 3 != 0).map(|(_, t)| *t).collect();
+        assert_eq!(between_gaps(&thinned, 2.0), 0..666);
+        let short: Vec<f64> = even.iter().copied().filter(|t| !(3.0..3.2).contains(t)).collect();
+        assert_eq!(between_gaps(&short, 2.0), 0..980);
+        let gap: Vec<f64> = even.iter().copied().filter(|t| !(3.0..3.5).contains(t)).collect();
+        assert_eq!(between_gaps(&gap, 2.0), 300..950);
+        // No stretch has half of the samples.
+        let parts: Vec<f64> = even.iter().copied().filter(|t| t % 2.0 < 1.4).collect();
+        assert_eq!(between_gaps(&parts, 2.0), 0..parts.len());
     }
 
     #[test]
