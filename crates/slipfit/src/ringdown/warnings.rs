@@ -8,6 +8,7 @@ use super::window_fit::Problem;
 use crate::SignalKind;
 use crate::answer::describe::model_choice;
 use crate::answer::{Parameter, Warning};
+use crate::signal::phase_step::phase_step;
 
 /// Whether the record is too short to tell viscous from sliding loss; not where both are determined, nor where sliding that
 /// is certain stops the motion and its friction is determined: no record of it would be longer.
@@ -126,6 +127,11 @@ pub(crate) fn warnings(e: &Evidence, answer: &Answer) -> Vec<Warning> {
         let super::Distortion { order, relative_amplitude } = found;
         list.push(Warning::Harmonics { order, relative_amplitude });
     }
+    if !bare {
+        let decay = &e.measured.all[e.measured.window.first..e.measured.window.end];
+        let step = phase_step(decay, e.measured.noise_rms, &e.criteria.phase);
+        list.extend(step.map(|s| Warning::PhaseStep { time_s: s.time_s, radians: s.radians }));
+    }
     list.extend(frequency_drift(e, answer));
     list.extend(play(e, answer));
     list.extend(rebuilt_clock(e, answer));
@@ -179,6 +185,21 @@ mod tests {
         (0..6).filter(warns).count()
     }
 
+    #[test]
+    fn a_gap_is_no_mode() {
+        let warned = |repeat: usize| {
+            let time: Vec<f64> =
+                (0..1600).map(|i| i as f64 / 40.0).filter(|t| !(9.0..12.0).contains(t)).collect();
+            let noisy = |(i, t): (usize, &f64)| {
+                amplitude(*t) * (OMEGA * t).cos() + 0.006 * jitter(i + 1600 * repeat, 7)
+            };
+            let signal = time.iter().enumerate().map(noisy).collect();
+            let answer = analyse(&Record::new(time, signal).expect("valid"), &Options::default());
+            answer.expect("a ring-down").warnings.iter().any(|w| w.code() == "several_modes")
+        };
+        assert!(!(0..6).any(warned));
+    }
+
     fn amplitude(t: f64) -> f64 {
         (-DELTA * t).exp()
     }
@@ -190,6 +211,18 @@ mod tests {
         // The phase of omega (1 - 0.02 A²).
         let lag = |t: f64| 0.01 * OMEGA / DELTA * (1.0 - amplitude(t).powi(2));
         assert_eq!(told("frequency_drift", |t| amplitude(t) * (OMEGA * t - lag(t)).cos()), 0);
+    }
+
+    #[test]
+    fn a_knock_that_shifts_the_phase_is_told() {
+        let knocked = |kick: f64| {
+            move |t: f64| {
+                let since = (t - 11.3).max(0.0);
+                amplitude(t) * (OMEGA * t).cos() + kick * amplitude(since) * (OMEGA * since).sin()
+            }
+        };
+        assert_eq!(told("phase_step", knocked(0.06)), 6);
+        assert_eq!(told("phase_step", knocked(0.0)), 0);
     }
 
     #[test]

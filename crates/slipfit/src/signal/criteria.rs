@@ -26,6 +26,8 @@ criteria! {
             moves "bias of amplitudes";
         /// Drift or walk over the shift by the amplitude up to which the shift is that of the amplitude.
         most_other: f64 = 0.1, source "the shift is then that of the amplitude to a tenth", moves "frequency at rest, damping of pendulums";
+        /// Errors by which a step of the phase, as a knock leaves it, stands out.
+        step_errors: f64 = 8.0, source "none in 8400 decays without a knock", moves "warnings";
         /// Standard errors by which a random walk of the phase stands out of its noise.
         walk_errors: f64 = 1.6, source "one phase without a walk in 20",
             moves "coverage beside a phase that wanders";

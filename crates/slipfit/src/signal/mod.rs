@@ -6,6 +6,7 @@ pub mod demodulate;
 mod fourier;
 pub(crate) mod noise_density;
 pub(crate) mod phase;
+pub(crate) mod phase_step;
 pub(crate) mod phase_walk;
 pub(crate) mod spectrum;
 mod transform;

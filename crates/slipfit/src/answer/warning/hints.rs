@@ -44,7 +44,7 @@ impl Warning {
             Warning::FurtherLaw { model, .. } => {
                 vec![Hint::new("model", "reports it").with(model.name())]
             }
-            Warning::LawChanges { time_s } => vec![
+            Warning::LawChanges { time_s } | Warning::PhaseStep { time_s, .. } => vec![
                 Hint::new("end_s", "analyses the part before").with(instant(*time_s)),
                 Hint::new("start_s", "the part after").with(instant(*time_s)),
             ],

@@ -119,13 +119,13 @@ pub enum Warning {
         /// Whether some lie inside the fitted window.
         inside: bool,
     },
-    /// Two loss models explain the data equally well.
+    /// Two loss models explain the data equally well, or a further one than those compared explains them better.
     AmbiguousModel {
         /// The one reported.
         chosen: LossModel,
         /// Its rival.
         rival: LossModel,
-        /// BIC of the rival above the chosen one's.
+        /// BIC of the rival above the chosen one's; below zero where that is a further one.
         delta_bic: f64,
     },
     /// The model asked for is not the one the data prefer.
@@ -172,6 +172,13 @@ pub enum Warning {
     Disturbance {
         /// Its instant, s.
         time_s: f64,
+    },
+    /// A step of the phase, as a knock leaves it; what it did to the amplitude is not told from a loss.
+    PhaseStep {
+        /// Its instant, s.
+        time_s: f64,
+        /// By how much, rad.
+        radians: f64,
     },
     /// The waveform is far from sinusoidal.
     Harmonics {
@@ -494,6 +501,7 @@ impl Warning {
             Warning::CoarseSampling { .. } => "coarse_sampling",
             Warning::LowQDerivative { .. } => "low_q_derivative",
             Warning::Disturbance { .. } => "disturbance",
+            Warning::PhaseStep { .. } => "phase_step",
             Warning::Harmonics { .. } => "harmonics",
             Warning::FrequencyDrift { .. } => "frequency_drift",
             Warning::Play { .. } => "play",

@@ -169,7 +169,9 @@ impl fmt::Display for Warning {
                 write!(f, "{} {verb} clipped, {place} the fitted part", counted(*samples, "sample"))
             }
             Warning::AmbiguousModel { chosen, rival, delta_bic } => {
-                write!(f, "{rival} explains the data as well as {chosen} (BIC differs by {delta_bic:.1})")
+                let how = if *delta_bic < 0.0 { "better than" } else { "as well as" };
+                let difference = delta_bic.abs();
+                write!(f, "{rival} explains the data {how} {chosen} (BIC differs by {difference:.1})")
             }
             Warning::ModelNotPreferred { asked, preferred, delta_bic } => {
                 write!(f, "the data prefer {preferred} to {asked} (BIC differs by {delta_bic:.1})")
@@ -213,6 +215,13 @@ impl fmt::Display for Warning {
             Warning::Disturbance { time_s } => {
                 write!(f, "a disturbance at {} s ends the usable decay", figures(*time_s, 4))
             }
+            Warning::PhaseStep { time_s, radians } => write!(
+                f,
+                "the phase steps by {} rad at {} s, as after a knock, which changes the amplitude as well: losses may \
+                 be off by more than their errors",
+                figures(*radians, 2),
+                figures(*time_s, 4)
+            ),
             Warning::Harmonics { order, relative_amplitude } => write!(
                 f,
                 "the waveform is not sinusoidal: harmonic {order} is {:.0} % of the motion; the fundamental is \
